@@ -5,7 +5,7 @@ use std::path::Path;
 
 fn main() {
     embed();
-    tell_what_is_missing();
+    set_missing_tool_cfgs();
 }
 
 /// Embeds the files that `tatu new` writes: the headers, the crate for plugins and the templates, as lists of path and
@@ -19,7 +19,7 @@ fn embed() {
     let mut text = String::new();
     let mut list = |name: &str, base: &Path, parts: &[&str], wanted: &dyn Fn(&str) -> bool| {
         let mut files = Vec::new();
-        parts.iter().for_each(|part| find(&base.join(part), &mut files));
+        parts.iter().for_each(|part| list_files(&base.join(part), &mut files));
         files.sort();
         text += &format!("/// Path and text.\npub const {name}: &[(&str, &str)] = &[\n");
         for file in files {
@@ -40,10 +40,12 @@ fn embed() {
 }
 
 /// Finds all files at or below a path, and makes cargo run this script again if one of them or a folder changes.
-fn find(path: &Path, files: &mut Vec<std::path::PathBuf>) {
+fn list_files(path: &Path, files: &mut Vec<std::path::PathBuf>) {
     println!("cargo::rerun-if-changed={}", path.display());
     match std::fs::read_dir(path) {
-        Ok(entries) => entries.flatten().filter(|e| e.file_name() != "target").for_each(|e| find(&e.path(), files)),
+        Ok(entries) => {
+            entries.flatten().filter(|e| e.file_name() != "target").for_each(|e| list_files(&e.path(), files))
+        }
         Err(_) => files.push(path.to_owned()),
     }
 }
@@ -51,7 +53,7 @@ fn find(path: &Path, files: &mut Vec<std::path::PathBuf>) {
 /// Sets cfgs: `no_shared`: there is no folder `../shared` with data that is not part of the repository; `no_cxx`: no
 /// C++ compiler; `no_pypi`: no Python that can install packages, or `TATU_OFFLINE` is set; `no_browser`: no Chromium,
 /// or the page was built without its libraries.
-fn tell_what_is_missing() {
+fn set_missing_tool_cfgs() {
     println!("cargo::rustc-check-cfg=cfg(no_shared, no_cxx, no_pypi, no_browser)");
     for variable in ["CXX", "PATH", "TATU_OFFLINE"] {
         println!("cargo::rerun-if-env-changed={variable}");

@@ -24,9 +24,9 @@ CACHE = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
 STORE = Path(os.environ.get("TATU_CI_STORE") or CACHE / "tatu-ci")
 PROFILE = "debug"
 # Folders in the store: two, so that two branches with different dependencies do not evict each other.
-MOST_FOLDERS = 2
+MAX_FOLDERS = 2
 # A store that has grown beyond this is removed, and so is every store if the disk has less space than that.
-MOST_BYTES = 4 << 30
+MAX_BYTES = 4 << 30
 LEAST_FREE_BYTES = 6 << 30
 
 
@@ -82,7 +82,7 @@ def size(folder):
 def prune():
     """Keeps the store small: removes the folders that were not used for longest."""
     folders = sorted((f for f in STORE.iterdir() if f.is_dir()), key=lambda f: f.stat().st_mtime, reverse=True)
-    for folder in folders[MOST_FOLDERS:] + [f for f in folders[:MOST_FOLDERS] if size(f) > MOST_BYTES]:
+    for folder in folders[MAX_FOLDERS:] + [f for f in folders[:MAX_FOLDERS] if size(f) > MAX_BYTES]:
         print(f"removes {folder}")
         shutil.rmtree(folder)
 

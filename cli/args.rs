@@ -3,19 +3,19 @@
 use std::path::PathBuf;
 
 use clap::{Parser, Subcommand, ValueEnum};
-use tatu_core::{document::Options, errors::Error};
+use tatu_core::{document::LoadOptions, errors::Error};
 
-use tatu_embed::{Scene, Setup};
+use tatu_embed::{SceneSource, WorldSetup};
 
 use crate::{
     plugin::PluginCommand,
-    values::{Point, angle, permission, point, scene, seconds, shard, size, speed},
+    values::{WorldPoint, angle, permission, point, scene, seconds, shard, size, speed},
 };
 
 /// Tatu, a robot simulator made of a small core and plugins.
 #[derive(Parser)]
 #[command(version, about)]
-pub struct Args {
+pub struct CliArgs {
     #[command(subcommand)]
     pub command: Command,
 }
@@ -24,43 +24,43 @@ pub struct Args {
 #[allow(clippy::large_enum_variant, reason = "a process creates one value")]
 pub enum Command {
     /// Run a scene.
-    Run(Run),
+    Run(RunArgs),
     /// Serve a scene to remote clients and views, which start, stop and change it while the program keeps running.
-    Serve(Serve),
+    Serve(ServeArgs),
     /// Open a scene in the browser: view it, control it, change its scripts.
-    Open(Open),
+    Open(OpenArgs),
     /// Check whether a scene can run, and report what it lacks.
-    Check(Check),
+    Check(CheckArgs),
     /// Convert a scene of any format to a scene file, with its meshes and scripts in files next to it.
-    Convert(Convert),
+    Convert(ConvertArgs),
     /// List what plugins provide.
-    List(List),
+    List(ListArgs),
     /// Describe a plugin, kind of sensor or actuator, model, importer, script language, service, schema, object kind or
     /// command.
-    Describe(Describe),
+    Describe(DescribeArgs),
     /// Measure what a model does, and compare it with its data sheet.
-    Measure(Measure),
+    Measure(MeasureArgs),
     /// Render a picture of a scene, or of what one of its sensors measures; no display is needed.
-    Look(Look),
+    Look(LookArgs),
     /// Compare two traces: report the first step, and the first object in it, that differ.
-    Diff(Diff),
+    Diff(DiffArgs),
     /// Create a folder to start with: a plugin, an add-on, a scene or a robot.
-    New(crate::new::New),
+    New(crate::new::NewArgs),
     /// Run a scene many times, with seeds and parameters from a file, and write a row for each run.
-    Sweep(Sweep),
+    Sweep(SweepArgs),
     /// Record which plugins and models are loaded for a scene, with versions and hashes, or compare them.
-    Lock(Lock),
+    Lock(LockArgs),
     /// Build, run, test, check and install plugins.
     #[command(subcommand)]
     Plugin(PluginCommand),
     /// Print the manual page, completions for a shell, or declarations of commands for Python.
     #[command(hide = true)]
-    Generate(Generate),
+    Generate(GenerateArgs),
 }
 
 /// Changes to a scene.
 #[derive(Clone, clap::Args)]
-pub struct Changes {
+pub struct SceneChanges {
     /// Seed of all random numbers, instead of the scene's.
     #[arg(long, value_name = "N")]
     pub seed: Option<u64>,
@@ -78,13 +78,13 @@ pub struct Changes {
 }
 
 #[derive(clap::Args)]
-pub struct Run {
+pub struct RunArgs {
     /// The scene file, or the name of a scene that comes with the program.
     #[arg(value_parser = scene())]
     pub scene: Option<PathBuf>,
     #[command(flatten)]
-    pub changes: Changes,
-    /// Run the script given by `--script FILE` without its scene; objects that it looks up are created as its calls
+    pub changes: SceneChanges,
+    /// Run the script given by `--script V_REP_POSES` without its scene; objects that it looks up are created as its calls
     /// need them.
     #[arg(long, conflicts_with_all = ["scene", "replay", "from", "reload"], requires = "scripts")]
     pub stand_ins: bool,
@@ -96,7 +96,7 @@ pub struct Run {
     #[arg(long = "service", value_name = "ID")]
     pub services: Vec<String>,
     #[command(flatten)]
-    pub addons: crate::addons::Flags,
+    pub addons: crate::addons::AddonFlags,
     /// The folder in which scripts open files [default: the working folder].
     #[arg(long, value_name = "DIR")]
     pub files: Option<PathBuf>,
@@ -168,17 +168,17 @@ pub struct Run {
 }
 
 #[derive(Clone, clap::Args)]
-pub struct Serve {
+pub struct ServeArgs {
     /// The scene file, or a file that an importer reads; if omitted, a client must open a scene.
     #[arg(value_parser = scene())]
     pub scene: Option<PathBuf>,
     #[command(flatten)]
-    pub changes: Changes,
+    pub changes: SceneChanges,
     /// Start a service: `ID`, or `ID:KEY=VALUE,KEY=VALUE`. Services that the scene names are not started.
     #[arg(long = "service", value_name = "ID")]
     pub services: Vec<String>,
     #[command(flatten)]
-    pub addons: crate::addons::Flags,
+    pub addons: crate::addons::AddonFlags,
     /// The folder in which scripts open files [default: the working folder].
     #[arg(long, value_name = "DIR")]
     pub files: Option<PathBuf>,
@@ -197,9 +197,9 @@ pub struct Serve {
 }
 
 #[derive(clap::Args)]
-pub struct Open {
+pub struct OpenArgs {
     #[command(flatten)]
-    pub serve: Serve,
+    pub serve: ServeArgs,
     /// Port on which the page is served, on this machine only; 0: any free port.
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub port: u16,
@@ -209,21 +209,21 @@ pub struct Open {
 }
 
 #[derive(clap::Args)]
-pub struct Convert {
+pub struct ConvertArgs {
     /// The scene file, or a file that an importer reads.
     #[arg(value_parser = scene())]
     pub scene: PathBuf,
     /// The scene file to write; its name must end with `.toml`.
     pub output: PathBuf,
     #[command(flatten)]
-    pub changes: Changes,
+    pub changes: SceneChanges,
     /// Seconds of real time after which a plugin call that has not returned ends the program; 0: never.
     #[arg(long, value_name = "S", default_value_t = 60.0, value_parser = seconds)]
     pub watchdog: f64,
 }
 
 #[derive(clap::Args)]
-pub struct Sweep {
+pub struct SweepArgs {
     /// The sweep file: scene, seconds, seeds, a grid of parameters, and metrics.
     pub file: PathBuf,
     /// Run only every N-th job, starting with job I, counted from 0: splits a sweep over N machines or tasks.
@@ -239,13 +239,13 @@ pub struct Sweep {
 }
 
 #[derive(clap::Args)]
-pub struct Generate {
-    pub what: Generated,
+pub struct GenerateArgs {
+    pub what: GeneratedFile,
 }
 
 /// Files that packages of the program contain besides the binary.
 #[derive(Clone, Copy, ValueEnum)]
-pub enum Generated {
+pub enum GeneratedFile {
     Man,
     Bash,
     Zsh,
@@ -255,7 +255,7 @@ pub enum Generated {
 }
 
 #[derive(clap::Args)]
-pub struct Lock {
+pub struct LockArgs {
     /// The scene file; the record is a file beside it, with the suffix `.lock` instead of its own.
     #[arg(value_parser = scene())]
     pub scene: PathBuf,
@@ -263,14 +263,14 @@ pub struct Lock {
     #[arg(long)]
     pub check: bool,
     #[command(flatten)]
-    pub changes: Changes,
+    pub changes: SceneChanges,
     /// Seconds of real time after which a plugin call that has not returned ends the program; 0: never.
     #[arg(long, value_name = "S", default_value_t = 60.0, value_parser = seconds)]
     pub watchdog: f64,
 }
 
 #[derive(clap::Args)]
-pub struct Check {
+pub struct CheckArgs {
     /// The scene file.
     #[arg(value_parser = scene())]
     pub scene: PathBuf,
@@ -278,7 +278,7 @@ pub struct Check {
     #[arg(long)]
     pub json: bool,
     #[command(flatten)]
-    pub changes: Changes,
+    pub changes: SceneChanges,
     /// Seconds of real time after which a plugin call that has not returned ends the program; 0: never.
     #[arg(long, value_name = "S", default_value_t = 60.0, value_parser = seconds)]
     pub watchdog: f64,
@@ -286,17 +286,17 @@ pub struct Check {
 
 #[derive(clap::Args)]
 #[command(after_help = LOOK_EXAMPLES)]
-pub struct Look {
+pub struct LookArgs {
     /// The scene file.
     #[arg(value_parser = scene())]
     pub scene: PathBuf,
     /// Position of the camera: X,Y,Z in the world frame, m [default: the scene's first camera, or a position from which
     /// everything is visible].
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = point, requires = "to")]
-    pub from: Option<Point>,
+    pub from: Option<WorldPoint>,
     /// Point at the centre of the picture: X,Y,Z in the world frame, m.
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = point, requires = "from")]
-    pub to: Option<Point>,
+    pub to: Option<WorldPoint>,
     /// Show the last reading of this sensor instead, by path or unique name.
     #[arg(long, value_name = "PATH", conflicts_with_all = ["from", "to", "fov"])]
     pub sensor: Option<String>,
@@ -316,9 +316,9 @@ pub struct Look {
     #[arg(short, long, value_name = "FILE")]
     pub output: PathBuf,
     #[command(flatten)]
-    pub changes: Changes,
+    pub changes: SceneChanges,
     #[command(flatten)]
-    pub addons: crate::addons::Flags,
+    pub addons: crate::addons::AddonFlags,
     /// The folder in which scripts open files [default: the working folder].
     #[arg(long, value_name = "DIR")]
     pub files: Option<PathBuf>,
@@ -336,7 +336,7 @@ const LOOK_EXAMPLES: &str = "Examples:
   tatu look scenes/first/pioneer_avoids_walls.toml --sensor Pioneer_p3dx_ultrasonicSensor5 --at 3 -o sonar.png";
 
 #[derive(clap::Args)]
-pub struct Diff {
+pub struct DiffArgs {
     /// A trace, as `tatu run --trace` writes it.
     pub a: PathBuf,
     /// The trace to compare it with.
@@ -344,9 +344,9 @@ pub struct Diff {
 }
 
 #[derive(clap::Args)]
-pub struct List {
+pub struct ListArgs {
     /// What to list.
-    pub what: What,
+    pub what: ListedKind,
     /// A scene whose plugin folders are searched too.
     #[arg(long, value_name = "FILE")]
     pub scene: Option<PathBuf>,
@@ -362,7 +362,7 @@ pub struct List {
 }
 
 #[derive(clap::Args)]
-pub struct Describe {
+pub struct DescribeArgs {
     /// One or more ids; a command may be given by any of its names.
     #[arg(value_name = "ID", required_unless_present = "all")]
     pub ids: Vec<String>,
@@ -391,7 +391,7 @@ pub struct Describe {
 
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  tatu measure bubblerob\n  tatu measure models/my_robot --write")]
-pub struct Measure {
+pub struct MeasureArgs {
     /// The model: its id, its folder or its file.
     pub model: String,
     /// Run only these measures.
@@ -409,7 +409,7 @@ pub struct Measure {
 }
 
 #[derive(Clone, Copy, ValueEnum)]
-pub enum What {
+pub enum ListedKind {
     Plugins,
     Models,
     Sensors,
@@ -432,16 +432,16 @@ pub enum ScriptKind {
     Module,
 }
 
-impl Changes {
+impl SceneChanges {
     /// Returns the changes to the scene as the core's loading options.
-    pub fn options(&self, services: &[String]) -> Result<Options, Error> {
-        let changes = Setup {
+    pub fn options(&self, services: &[String]) -> Result<LoadOptions, Error> {
+        let changes = WorldSetup {
             seed: self.seed,
             set: self.set.clone(),
             scripts: self.scripts.clone(),
             allow: self.allow.clone(),
             services: services.to_vec(),
-            ..Setup::new(Scene::File(PathBuf::new()))
+            ..WorldSetup::new(SceneSource::File(PathBuf::new()))
         };
         changes.options()
     }

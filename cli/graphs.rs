@@ -6,7 +6,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use tatu_core::{Graph, World, errors::Error, state::write_whole};
+use tatu_core::{Graph, World, errors::Error, state::write_atomically};
 
 use crate::plot;
 
@@ -28,7 +28,7 @@ pub fn write(world: &World, dir: &Path) -> Vec<Error> {
     for graph in figures.graphs.values() {
         let file = |ending: &str| -> PathBuf { dir.join(format!("{}.{ending}", file_name(&graph.name))) };
         let (csv, png) = (file("csv"), file("png"));
-        if let Err(e) = write_whole(&csv, table(graph).as_bytes()) {
+        if let Err(e) = write_atomically(&csv, table(graph).as_bytes()) {
             failed.push(told(&csv, e.to_string()));
         }
         if let Err(e) = plot::draw(graph, &png) {
@@ -87,7 +87,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn names_and_heads_are_safe() {
+    fn graph_file_names_and_headers_are_escaped() {
         assert_eq!(file_name("Graph#0"), "Graph#0");
         assert_eq!(file_name("a/b:c"), "a_b_c");
         assert_eq!(file_name(".."), "graph");

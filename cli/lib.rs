@@ -29,10 +29,10 @@ pub use commands::generate::python_type;
 /// Installs handlers for signals and crashes in the process, and exits with a message if an argument is invalid. Must
 /// be called at most once per process.
 pub fn main(args: impl IntoIterator<Item = OsString>) -> ExitCode {
-    let args = args::Args::parse_from(args);
-    report::listen();
+    let args = args::CliArgs::parse_from(args);
+    report::install_log_printer();
     #[cfg(all(target_os = "linux", target_env = "gnu"))]
-    crash::listen();
+    crash::install_handlers();
     let code = report::finish(match args.command {
         args::Command::Run(run) => commands::run::run(&run),
         args::Command::Serve(serve) => commands::serve::serve(&serve),
@@ -54,7 +54,7 @@ pub fn main(args: impl IntoIterator<Item = OsString>) -> ExitCode {
         args::Command::Generate(generate) => commands::generate::generate(&generate),
     });
     #[cfg(all(target_os = "linux", target_env = "gnu"))]
-    let code = crash::end(code);
+    let code = crash::limit_exit_time(code);
     code
 }
 
@@ -67,5 +67,5 @@ pub fn number(code: ExitCode) -> u8 {
 /// Installs handlers that report crashes of this process, with the plugin, its function and the object.
 pub fn report_crashes() {
     #[cfg(all(target_os = "linux", target_env = "gnu"))]
-    crash::listen();
+    crash::install_handlers();
 }

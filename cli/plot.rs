@@ -6,23 +6,23 @@ use plotters::{coord::Shift, prelude::*, style::register_font};
 use tatu_core::Graph;
 
 /// Width of the picture, and height of a panel, pixels.
-const WIDTH: u32 = 880;
-const PANEL: u32 = 360;
-const TITLE: u32 = 44;
+const PICTURE_WIDTH: u32 = 880;
+const PANEL_HEIGHT: u32 = 360;
+const TITLE_HEIGHT: u32 = 44;
 /// Height of a row of the legend, pixels.
-const ROW: i32 = 22;
+const LEGEND_ROW_HEIGHT: i32 = 22;
 /// Maximum number of panels of streams; if there are more units, the remaining ones share the last of these panels.
-const MOST_PANELS: usize = 4;
+const MAX_STREAM_PANELS: usize = 4;
 /// Maximum number of lines in a panel with a legend; a longer legend would cover the lines, and is omitted.
-const MOST_NAMES: usize = 16;
+const MAX_LEGEND_LINES: usize = 16;
 
 /// Colour of text and frames.
-pub const INK: RGBColor = RGBColor(40, 44, 52);
+pub const INK_COLOR: RGBColor = RGBColor(40, 44, 52);
 /// Colour of grid lines.
-pub const GRID: RGBColor = RGBColor(214, 218, 224);
+pub const GRID_COLOR: RGBColor = RGBColor(214, 218, 224);
 
 /// A line of a panel.
-struct Line {
+struct PanelLine {
     name: String,
     color: RGBColor,
     points: Vec<(f64, f64)>,
@@ -32,9 +32,9 @@ struct Line {
 struct Panel {
     x: String,
     y: String,
-    lines: Vec<Line>,
+    lines: Vec<PanelLine>,
     /// Whether both axes have the same scale.
-    even: bool,
+    equal_scales: bool,
 }
 
 fn rgb(c: [f64; 3]) -> RGBColor {
@@ -59,30 +59,30 @@ fn panels(graph: &Graph) -> Vec<Panel> {
         let x = |i: usize| if at_once { i as f64 } else { times[i] };
         let points = s.values.iter().enumerate().map(|(i, v)| (x(i), *v)).collect();
         let found = units.iter().position(|u| *u == s.spec.unit);
-        let at = found.unwrap_or(units.len()).min(MOST_PANELS - 1);
+        let at = found.unwrap_or(units.len()).min(MAX_STREAM_PANELS - 1);
         if at == units.len() {
             units.push(s.spec.unit.clone());
             let x = if at_once { "sample".into() } else { "time [s]".into() };
-            out.push(Panel { x, y: label("", &s.spec.unit).trim().into(), lines: Vec::new(), even: false });
+            out.push(Panel { x, y: label("", &s.spec.unit).trim().into(), lines: Vec::new(), equal_scales: false });
         }
         let strange = units[at] != s.spec.unit;
         if strange {
             out[at].y.clear();
         }
         let name = if strange { label(&s.spec.name, &s.spec.unit) } else { s.spec.name.clone() };
-        out[at].lines.push(Line { name, color: rgb(s.color), points });
+        out[at].lines.push(PanelLine { name, color: rgb(s.color), points });
     }
     let curves = graph.curves.iter().map(|c| {
         let points = graph.points(c).iter().map(|p| (p[0], p.get(1).copied().unwrap_or(f64::NAN))).collect();
         let seen = if c.spec.axes.len() > 2 { " (from above)" } else { "" };
-        Line { name: format!("{}{seen}", c.spec.name), color: rgb(c.color), points }
+        PanelLine { name: format!("{}{seen}", c.spec.name), color: rgb(c.color), points }
     });
-    let lines: Vec<Line> = curves.collect();
+    let lines: Vec<PanelLine> = curves.collect();
     if let Some(first) = graph.curves.first() {
         let unit = &first.spec.unit;
         let even = graph.curves.iter().all(|c| c.spec.unit == *unit);
         let unit = if even { unit.as_str() } else { "" };
-        out.push(Panel { x: label("x", unit), y: label("y", unit), lines, even });
+        out.push(Panel { x: label("x", unit), y: label("y", unit), lines, equal_scales: even });
     }
     out
 }
@@ -105,7 +105,7 @@ fn range(numbers: impl Iterator<Item = f64>, room: f64) -> Range<f64> {
 }
 
 /// Extends one of two ranges, so that both have the same scale on an area of this size in pixels.
-fn evened(x: Range<f64>, y: Range<f64>, (wide, high): (f64, f64)) -> (Range<f64>, Range<f64>) {
+fn equalized(x: Range<f64>, y: Range<f64>, (wide, high): (f64, f64)) -> (Range<f64>, Range<f64>) {
     let scale = ((x.end - x.start) / wide).max((y.end - y.start) / high);
     let grown = |r: Range<f64>, pixels: f64| {
         let (middle, half) = ((r.start + r.end) / 2.0, scale * pixels / 2.0);
@@ -115,7 +115,7 @@ fn evened(x: Range<f64>, y: Range<f64>, (wide, high): (f64, f64)) -> (Range<f64>
 }
 
 /// Registers the font for "sans-serif".
-pub fn know_letters() {
+pub fn register_fonts() {
     static FONT: Once = Once::new();
     FONT.call_once(|| {
         // The font is embedded in the program; if it were invalid, drawing would fail with an error.
@@ -125,24 +125,24 @@ pub fn know_letters() {
 
 /// Draws a graph and writes the picture.
 pub fn draw(graph: &Graph, file: &Path) -> Result<(), String> {
-    know_letters();
+    register_fonts();
     let mut panels = panels(graph);
     if panels.is_empty() {
-        panels.push(Panel { x: "time [s]".into(), y: String::new(), lines: Vec::new(), even: false });
+        panels.push(Panel { x: "time [s]".into(), y: String::new(), lines: Vec::new(), equal_scales: false });
     }
-    let high = TITLE + PANEL * panels.len() as u32;
-    let picture = BitMapBackend::new(file, (WIDTH, high)).into_drawing_area();
+    let high = TITLE_HEIGHT + PANEL_HEIGHT * panels.len() as u32;
+    let picture = BitMapBackend::new(file, (PICTURE_WIDTH, high)).into_drawing_area();
     draw_all(&picture, graph, &panels).map_err(|e| e.to_string())?;
     picture.present().map_err(|e| e.to_string())
 }
 
-type Failed = Box<dyn std::error::Error>;
-type Area<'a> = DrawingArea<BitMapBackend<'a>, Shift>;
+type DrawError = Box<dyn std::error::Error>;
+type PlotArea<'a> = DrawingArea<BitMapBackend<'a>, Shift>;
 
-fn draw_all(picture: &Area<'_>, graph: &Graph, panels: &[Panel]) -> Result<(), Failed> {
+fn draw_all(picture: &PlotArea<'_>, graph: &Graph, panels: &[Panel]) -> Result<(), DrawError> {
     picture.fill(&WHITE)?;
-    let (title, rest) = picture.split_vertically(TITLE);
-    let style = ("sans-serif", 24).into_font().color(&INK);
+    let (title, rest) = picture.split_vertically(TITLE_HEIGHT);
+    let style = ("sans-serif", 24).into_font().color(&INK_COLOR);
     title.draw(&Text::new(graph.name.clone(), (24, 14), style))?;
     for (area, panel) in rest.split_evenly((panels.len(), 1)).iter().zip(panels) {
         draw_panel(area, panel)?;
@@ -151,18 +151,18 @@ fn draw_all(picture: &Area<'_>, graph: &Graph, panels: &[Panel]) -> Result<(), F
 }
 
 /// Draws the legend above a panel; returns the number of rows of the legend.
-fn draw_names(area: &Area<'_>, lines: &[Line], left: i32) -> Result<i32, Failed> {
-    if !(1..=MOST_NAMES).contains(&lines.len()) {
+fn draw_names(area: &PlotArea<'_>, lines: &[PanelLine], left: i32) -> Result<i32, DrawError> {
+    if !(1..=MAX_LEGEND_LINES).contains(&lines.len()) {
         return Ok(0);
     }
-    let style = ("sans-serif", 16).into_font().color(&INK);
+    let style = ("sans-serif", 16).into_font().color(&INK_COLOR);
     let (mut x, mut row) = (left, 0);
     for line in lines {
         let wide = 26 + area.estimate_text_size(&line.name, &style)?.0 as i32 + 22;
-        if x > left && x + wide > WIDTH as i32 {
+        if x > left && x + wide > PICTURE_WIDTH as i32 {
             (x, row) = (left, row + 1);
         }
-        let y = row * ROW + ROW / 2;
+        let y = row * LEGEND_ROW_HEIGHT + LEGEND_ROW_HEIGHT / 2;
         area.draw(&Rectangle::new([(x, y - 1), (x + 18, y + 2)], line.color.filled()))?;
         area.draw(&Text::new(line.name.clone(), (x + 26, y - 6), style.clone()))?;
         x += wide;
@@ -178,16 +178,17 @@ fn tick(x: f64, range: &Range<f64>) -> String {
     if text == "-0" { "0".into() } else { text.to_owned() }
 }
 
-fn draw_panel(area: &Area<'_>, panel: &Panel) -> Result<(), Failed> {
+fn draw_panel(area: &PlotArea<'_>, panel: &Panel) -> Result<(), DrawError> {
     let points = || panel.lines.iter().flat_map(|l| &l.points);
-    let mut x = range(points().map(|p| p.0), if panel.even { 0.04 } else { 0.0 });
+    let mut x = range(points().map(|p| p.0), if panel.equal_scales { 0.04 } else { 0.0 });
     let mut y = range(points().map(|p| p.1), 0.06);
     let (left, below, margin) = (64_u32, 50_u32, 20_u32);
     let rows = draw_names(area, &panel.lines, (left + margin) as i32)?;
-    let above = rows * ROW + 8;
-    if panel.even {
-        let pixels = (f64::from(WIDTH - left - 2 * margin), f64::from(PANEL - below) - f64::from(above) - 8.0);
-        (x, y) = evened(x, y, pixels);
+    let above = rows * LEGEND_ROW_HEIGHT + 8;
+    if panel.equal_scales {
+        let pixels =
+            (f64::from(PICTURE_WIDTH - left - 2 * margin), f64::from(PANEL_HEIGHT - below) - f64::from(above) - 8.0);
+        (x, y) = equalized(x, y, pixels);
     } else if x.start > 0.0 && x.start < 0.1 * x.end {
         x.start = 0.0;
     }
@@ -201,11 +202,11 @@ fn draw_panel(area: &Area<'_>, panel: &Panel) -> Result<(), Failed> {
         .build_cartesian_2d(x.clone(), y.clone())?;
     chart
         .configure_mesh()
-        .bold_line_style(GRID)
+        .bold_line_style(GRID_COLOR)
         .light_line_style(TRANSPARENT)
-        .axis_style(INK)
-        .label_style(("sans-serif", 16).into_font().color(&INK))
-        .axis_desc_style(("sans-serif", 17).into_font().color(&INK))
+        .axis_style(INK_COLOR)
+        .label_style(("sans-serif", 16).into_font().color(&INK_COLOR))
+        .axis_desc_style(("sans-serif", 17).into_font().color(&INK_COLOR))
         .x_desc(&panel.x)
         .y_desc(&panel.y)
         .x_labels(10)
@@ -230,11 +231,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn ranges_have_room() {
+    fn axis_ranges_have_margins() {
         assert_eq!(range([1.0, f64::NAN, 3.0].into_iter(), 0.1), 0.8..3.2);
         assert_eq!(range(std::iter::empty(), 0.1), 0.0..1.0);
         assert_eq!(range([0.0, 0.0].into_iter(), 0.1), -1.0..1.0);
-        let (x, y) = evened(0.0..4.0, 0.0..1.0, (200.0, 100.0));
+        let (x, y) = equalized(0.0..4.0, 0.0..1.0, (200.0, 100.0));
         assert_eq!((x, y), (0.0..4.0, -0.5..1.5));
         assert_eq!(
             [tick(-0.0, &(-1.0..1.0)), tick(0.25, &(0.0..1.0)), tick(1500.0, &(0.0..2e3))],

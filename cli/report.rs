@@ -13,7 +13,7 @@ use std::{
 use annotate_snippets::{AnnotationKind, Level, Renderer, Snippet};
 use indicatif::{ProgressBar, ProgressStyle};
 use tatu_core::errors::Error;
-use tatu_plugin_api::safe::{MOST_BYTES, read_plain_text};
+use tatu_plugin_api::safe::{MAX_FILE_BYTES, read_plain_text};
 
 /// Prints a line on standard output. If this fails, the run continues. The exit code is then 1 (see [`finish`]), unless
 /// the reader has closed the pipe, as `| head` does.
@@ -37,28 +37,28 @@ pub const CRASH_HELP: &str = "the output and trace up to this point have been wr
                               or report the crash to the plugin's author";
 
 /// Whether output of the program was lost.
-static LOST: AtomicBool = AtomicBool::new(false);
+static OUTPUT_LOST: AtomicBool = AtomicBool::new(false);
 
 /// Records that writing to standard output failed. A closed pipe, as with `| head`, is not an error.
 pub fn wrote(result: std::io::Result<()>) {
     if let Err(e) = result
         && e.kind() != ErrorKind::BrokenPipe
-        && !LOST.swap(true, Ordering::Relaxed)
+        && !OUTPUT_LOST.swap(true, Ordering::Relaxed)
     {
         error(&Error::new("E105", format!("cannot write standard output: {e}")).help("is the disk full?"));
     }
 }
 
 /// Prints an error about lost output, which makes [`finish`] return 1 instead of 0.
-pub fn lost(e: &Error) {
-    LOST.store(true, Ordering::Relaxed);
+pub fn report_lost_output(e: &Error) {
+    OUTPUT_LOST.store(true, Ordering::Relaxed);
     error(e);
 }
 
 /// Returns the exit code of the program: `code`, or 1 if `code` is 0 although output was lost.
 pub fn finish(code: ExitCode) -> ExitCode {
     wrote(std::io::stdout().flush());
-    if LOST.load(Ordering::Relaxed) && code == ExitCode::SUCCESS { ExitCode::FAILURE } else { code }
+    if OUTPUT_LOST.load(Ordering::Relaxed) && code == ExitCode::SUCCESS { ExitCode::FAILURE } else { code }
 }
 
 /// Prints an error with its help and source line on standard error.
@@ -70,30 +70,30 @@ pub fn error(e: &Error) {
 static WARNINGS: Mutex<Vec<String>> = Mutex::new(Vec::new());
 
 /// Maximum number of stored warnings, because a script may warn in every step.
-const KEPT_WARNINGS: usize = 1000;
+const MAX_STORED_WARNINGS: usize = 1000;
 
 /// Stores a warning that was printed.
-fn keep(text: String) {
+fn store_warning(text: String) {
     let mut all = WARNINGS.lock().unwrap_or_else(PoisonError::into_inner);
-    if all.len() < KEPT_WARNINGS {
+    if all.len() < MAX_STORED_WARNINGS {
         all.push(text);
     }
 }
 
-/// Returns the warnings that were printed so far, at most `KEPT_WARNINGS`.
+/// Returns the warnings that were printed so far, at most `MAX_STORED_WARNINGS`.
 pub fn warnings() -> Vec<String> {
     WARNINGS.lock().unwrap_or_else(PoisonError::into_inner).clone()
 }
 
 /// Prints a warning in the same form as an error, and stores it.
 pub fn warning(e: &Error) {
-    keep(format!("[{}] {}", e.code, e.text));
+    store_warning(format!("[{}] {}", e.code, e.text));
     print(e, Level::WARNING);
 }
 
 /// Prints and stores a warning that has no code, such as a log line of a script.
-pub fn warned(text: &str) {
-    keep(text.to_owned());
+pub fn warn_text(text: &str) {
+    store_warning(text.to_owned());
     crate::report::err!("warning: {text}");
 }
 
@@ -116,7 +116,7 @@ pub fn progress(length: u64, unit: &str, wanted: bool) -> ProgressBar {
 
 fn print(e: &Error, level: Level<'_>) {
     let source =
-        e.place.as_ref().filter(|p| p.line > 0).and_then(|p| Some((p, read_plain_text(&p.file, MOST_BYTES).ok()?)));
+        e.place.as_ref().filter(|p| p.line > 0).and_then(|p| Some((p, read_plain_text(&p.file, MAX_FILE_BYTES).ok()?)));
     let path = e.place.as_ref().map(|p| p.file.display().to_string()).unwrap_or_default();
     let mut group =
         level.primary_title(e.text.as_str()).id(e.code).elements(Vec::<annotate_snippets::Element<'_>>::new());
@@ -147,30 +147,30 @@ fn print(e: &Error, level: Level<'_>) {
 }
 
 /// Maximum number of characters of a source line that are shown; lines of logs and traces can be longer.
-const SHOWN_LINE: usize = 200;
+const MAX_LINE_CHARS: usize = 200;
 
 /// Returns the byte range of a line in a text.
 fn line_of(text: &str, line: usize) -> std::ops::Range<usize> {
     let start: usize = text.split_inclusive('\n').take(line.saturating_sub(1)).map(str::len).sum();
-    let length = text[start..].lines().next().map_or(0, |l| l.chars().take(SHOWN_LINE).map(char::len_utf8).sum());
+    let length = text[start..].lines().next().map_or(0, |l| l.chars().take(MAX_LINE_CHARS).map(char::len_utf8).sum());
     start..start + length
 }
 
 /// Subscribes to log messages outside of any world, such as the addresses of services.
-pub fn listen() {
+pub fn install_log_printer() {
     // Fails only if a subscriber is already set, which nothing else in this program does.
-    let _ = tracing::subscriber::set_global_default(Lines);
+    let _ = tracing::subscriber::set_global_default(LogPrinter);
 }
 
 /// Prints log messages on standard error.
-struct Lines;
+struct LogPrinter;
 
-impl tracing::Subscriber for Lines {
+impl tracing::Subscriber for LogPrinter {
     fn enabled(&self, metadata: &tracing::Metadata<'_>) -> bool {
         *metadata.level() <= tracing::Level::INFO && metadata.target().starts_with("tatu")
     }
     fn event(&self, event: &tracing::Event<'_>) {
-        let mut text = Text(String::new());
+        let mut text = MessageVisitor(String::new());
         event.record(&mut text);
         match *event.metadata().level() {
             tracing::Level::ERROR => err!("error: {}", text.0),
@@ -188,9 +188,9 @@ impl tracing::Subscriber for Lines {
 }
 
 /// The message of an event.
-struct Text(String);
+struct MessageVisitor(String);
 
-impl tracing::field::Visit for Text {
+impl tracing::field::Visit for MessageVisitor {
     fn record_debug(&mut self, field: &tracing::field::Field, value: &dyn std::fmt::Debug) {
         if field.name() == "message" {
             self.0 = format!("{value:?}");

@@ -4,7 +4,7 @@ use serde_json::{Value, json};
 use tatu_core::World;
 
 /// Returns an array of `{object, kind, era, calls, instructions}`.
-pub fn told(world: &World) -> Value {
+pub fn summarize(world: &World) -> Value {
     let one = |s: tatu_core::ScriptSummary| {
         json!({
             "object": s.object, "kind": s.kind, "era": era(&s.dialect), "calls": s.calls,
@@ -32,7 +32,7 @@ mod tests {
     use super::era;
 
     #[test]
-    fn eras() {
+    fn dialects_are_assigned_to_eras() {
         // Expected eras: tests/facts/script-api.md, section 1.
         for (dialect, letter) in
             [("2.6", "A"), ("3.4.0", "A"), ("3.5", "B"), ("4.1", "B"), ("4.2.0", "C"), ("4.10", "C")]

@@ -1,4 +1,4 @@
-//! Snapshots of a run: `--snapshot-at T FILE` and `--from FILE`.
+//! Snapshots of a run: `--snapshot-at T V_REP_POSES` and `--from V_REP_POSES`.
 
 use std::{
     path::{Path, PathBuf},
@@ -10,18 +10,18 @@ use tatu_core::{
     document::Document,
     errors::{Error, Result},
     plugins::Registry,
-    state::{Missed, Snapshot},
+    state::{Snapshot, UnsavedInstance},
 };
 
 use crate::report;
 
 /// The requested snapshots of a run.
-pub struct Wanted {
+pub struct SnapshotRequests {
     /// Simulation time, s, and file, ordered by time.
     pending: Vec<(f64, PathBuf)>,
 }
 
-impl Wanted {
+impl SnapshotRequests {
     /// Parses the values of all `--snapshot-at` options, two per option.
     pub fn parse(values: &[String]) -> Result<Self> {
         let mut pending = Vec::new();
@@ -35,7 +35,7 @@ impl Wanted {
             pending.push((time, PathBuf::from(file)));
         }
         pending.sort_by(|a, b| a.0.total_cmp(&b.0));
-        Ok(Wanted { pending })
+        Ok(SnapshotRequests { pending })
     }
 
     /// Writes the snapshots that are due. Must be called between two steps. Prints a note about state that could not be
@@ -69,7 +69,7 @@ impl Wanted {
 
 /// Calls `run`, which continues from a snapshot. The parts of a forged snapshot can be inconsistent in ways that are
 /// detected only when they are used, so a panic is reported as an error of the file.
-pub fn guarded<T>(path: &Path, run: impl FnOnce() -> Result<T>) -> Result<T> {
+pub fn catch_panic<T>(path: &Path, run: impl FnOnce() -> Result<T>) -> Result<T> {
     let usual = std::panic::take_hook();
     std::panic::set_hook(Box::new(|_| {}));
     let done = std::panic::catch_unwind(std::panic::AssertUnwindSafe(run));
@@ -108,7 +108,7 @@ pub fn resume(path: &Path, document: Arc<Document>, registry: Arc<Registry>, thr
 }
 
 /// Returns the first reason, and the number of further reasons.
-fn reasons(missed: &[Missed]) -> String {
+fn reasons(missed: &[UnsavedInstance]) -> String {
     match missed {
         [] => String::new(),
         [one] => one.to_string(),

@@ -7,7 +7,7 @@ use crate::report;
 
 /// Maximum length of a cell, in characters, because a long cell would widen its column in all rows. `--json` prints the
 /// whole text.
-const LONGEST: usize = 400;
+const MAX_CELL_CHARS: usize = 400;
 
 /// Prints rows with columns as wide as their widest cell.
 pub fn table(rows: &[Value], columns: &[&str]) {
@@ -33,7 +33,7 @@ fn cell(value: &Value) -> String {
         other => other.to_string(),
     };
     let line = label(text.as_bytes());
-    match line.char_indices().nth(LONGEST) {
+    match line.char_indices().nth(MAX_CELL_CHARS) {
         Some((end, _)) => format!("{}...", &line[..end]),
         None => line,
     }
@@ -44,9 +44,9 @@ mod tests {
     use super::*;
 
     #[test]
-    fn cells_are_short_and_without_control_characters() {
+    fn table_cells_are_truncated_and_escaped() {
         assert_eq!(cell(&"a\u{1b}[31m\nb".into()), "a\\u{1b}[31m\\nb");
-        assert_eq!(cell(&"\u{e4}".repeat(70_000).into()), "\u{e4}".repeat(LONGEST) + "...");
-        assert_eq!(cell(&"x".repeat(LONGEST).into()), "x".repeat(LONGEST));
+        assert_eq!(cell(&"\u{e4}".repeat(70_000).into()), "\u{e4}".repeat(MAX_CELL_CHARS) + "...");
+        assert_eq!(cell(&"x".repeat(MAX_CELL_CHARS).into()), "x".repeat(MAX_CELL_CHARS));
     }
 }

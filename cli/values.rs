@@ -11,18 +11,18 @@ pub fn scene() -> impl TypedValueParser<Value = PathBuf> {
 
 /// A point X, Y, Z in the world frame, m.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Point(pub [f64; 3]);
+pub struct WorldPoint(pub [f64; 3]);
 
 pub fn speed(text: &str) -> Result<f64, String> {
     let f = text.parse().ok().filter(|f: &f64| *f > 0.0 && f.is_finite());
     f.ok_or_else(|| "expected a finite number above 0, as a multiple of real time".into())
 }
 
-pub fn point(text: &str) -> Result<Point, String> {
+pub fn point(text: &str) -> Result<WorldPoint, String> {
     let number = |x: &str| x.trim().parse().ok().filter(|x: &f64| x.is_finite() && x.abs() <= 1e6);
     let all: Option<Vec<f64>> = text.split(',').map(number).collect();
     all.and_then(|v| v.try_into().ok())
-        .map(Point)
+        .map(WorldPoint)
         .ok_or_else(|| "expected three numbers X,Y,Z in m, such as -3,0,1".into())
 }
 

@@ -8,17 +8,17 @@ use std::{
 };
 
 use tatu_core::{
-    document::{Allowed, Sources},
+    document::{AllowedFile, SourceFiles},
     errors::{Error, Result},
     plugins::Registry,
 };
 use tatu_plugin_api::safe::program_file;
 use toml_edit::DocumentMut;
 
-use super::{AddOn, Start, Style, about, name};
+use super::{AddOn, CallStyle, StartMode, declarations, name};
 
 /// Keys of `addon.toml`.
-const KEYS: [&str; 4] = ["name", "text", "dialect", "auto_start"];
+const MANIFEST_KEYS: [&str; 4] = ["name", "text", "dialect", "auto_start"];
 
 /// Returns the folders to search, in order: `addons` in the working folder, beside the program, in `../share/tatu`
 /// relative to the program's folder, and in the parent of the program's folder, followed by the folders of
@@ -40,22 +40,22 @@ pub fn folders(exe: Option<&Path>, environment: Option<&OsStr>) -> Vec<PathBuf> 
 
 /// Returns all add-ons, sorted by folder in search order and then by file name, and an error for each add-on that is
 /// invalid or has the name of an earlier one. Files are read through `sources`.
-pub fn find(registry: &Registry, sources: &Sources) -> (Vec<AddOn>, Vec<Error>) {
+pub fn find(registry: &Registry, sources: &SourceFiles) -> (Vec<AddOn>, Vec<Error>) {
     let exe = program_file();
     let path = std::env::var_os("TATU_ADDON_PATH");
     in_folders(&folders(exe.as_deref(), path.as_deref()), registry, sources)
 }
 
-fn in_folders(folders: &[PathBuf], registry: &Registry, sources: &Sources) -> (Vec<AddOn>, Vec<Error>) {
+fn in_folders(folders: &[PathBuf], registry: &Registry, sources: &SourceFiles) -> (Vec<AddOn>, Vec<Error>) {
     let (mut found, mut wrong): (Vec<AddOn>, Vec<Error>) = (Vec::new(), Vec::new());
     for folder in folders {
         let Ok(entries) = fs::read_dir(folder) else { continue };
         let mut places: Vec<PathBuf> = entries.filter_map(|e| e.ok().map(|e| e.path())).collect();
         places.sort();
-        for place in places.iter().filter(|p| may_be(p, registry)) {
+        for place in places.iter().filter(|p| may_be_addon(p, registry)) {
             match read(place, registry, sources) {
                 Ok(new) => match found.iter().find(|a| a.name == new.name) {
-                    Some(first) => wrong.push(two(first, &new)),
+                    Some(first) => wrong.push(duplicate_name(first, &new)),
                     None => found.push(new),
                 },
                 Err(e) => wrong.push(e),
@@ -65,14 +65,14 @@ fn in_folders(folders: &[PathBuf], registry: &Registry, sources: &Sources) -> (V
     (found, wrong)
 }
 
-fn two(first: &AddOn, second: &AddOn) -> Error {
+fn duplicate_name(first: &AddOn, second: &AddOn) -> Error {
     let (a, b) = (first.file.display(), second.file.display());
     Error::new("E602", format!("two add-ons have the name `{}`: {a} is used, {b} is ignored", first.name))
         .help("rename one, or start it by its file: `--addon FILE`")
 }
 
 /// Returns whether a directory entry may be an add-on: a script, or a folder with a manifest.
-fn may_be(place: &Path, registry: &Registry) -> bool {
+fn may_be_addon(place: &Path, registry: &Registry) -> bool {
     let hidden = place.file_name().and_then(OsStr::to_str).is_none_or(|n| n.starts_with('.'));
     !hidden && if place.is_dir() { place.join("addon.toml").is_file() } else { language(place, registry).is_some() }
 }
@@ -85,16 +85,16 @@ fn language(file: &Path, registry: &Registry) -> Option<usize> {
 }
 
 /// Reads an add-on from a script file, or from a folder that contains `addon.toml` and a script named `init`.
-pub fn read(place: &Path, registry: &Registry, sources: &Sources) -> Result<AddOn> {
+pub fn read(place: &Path, registry: &Registry, sources: &SourceFiles) -> Result<AddOn> {
     let (manifest, file) = if place.is_dir() {
         let file = place.join("addon.toml");
         let text = text_of(&file, sources)?;
         let manifest = text
             .parse::<DocumentMut>()
             .map_err(|e| Error::new("E601", format!("{}: {}", file.display(), e.message())).expected("a TOML file"))?;
-        if let Some((key, _)) = manifest.iter().find(|(k, _)| !KEYS.contains(k)) {
+        if let Some((key, _)) = manifest.iter().find(|(k, _)| !MANIFEST_KEYS.contains(k)) {
             let text = format!("{}: unknown key `{key}`", file.display());
-            return Err(Error::new("E601", text).expected(KEYS.join(", ")).nearest(key, KEYS));
+            return Err(Error::new("E601", text).expected(MANIFEST_KEYS.join(", ")).nearest(key, MANIFEST_KEYS));
         }
         let suffixes = registry.languages.iter().flat_map(|l| &l.suffixes);
         let script = suffixes.map(|s| place.join(format!("init{s}"))).find(|f| f.is_file()).ok_or_else(|| {
@@ -112,28 +112,28 @@ pub fn read(place: &Path, registry: &Registry, sources: &Sources) -> Result<AddO
     // By default, an add-on is named after its file or folder.
     let stem =
         place.file_stem().filter(|_| place.is_file()).or(place.file_name()).unwrap_or_default().to_string_lossy();
-    let told = name::of(&stem);
+    let told = name::parse(&stem);
     let mut addon = AddOn {
         name: told.name,
-        style: if told.function { Style::Function } else { about::style(&text) },
+        style: if told.function { CallStyle::Function } else { declarations::style(&text) },
         start: told.start,
-        about: about::first_comment(&text),
+        about: declarations::first_comment(&text),
         dialect: String::new(),
         file,
         language,
     };
     if let Some((file, manifest)) = &manifest {
-        take(&mut addon, file, manifest)?;
+        apply_manifest(&mut addon, file, manifest)?;
     }
-    if addon.start == Start::Asked && addon.style == Style::CallType {
+    if addon.start == StartMode::ScriptDecides && addon.style == CallStyle::CallType {
         // A script without functions has no `info` function to call.
-        addon.start = Start::ByItself;
+        addon.start = StartMode::Automatic;
     }
     Ok(addon)
 }
 
 /// Applies the settings of a manifest to an add-on.
-fn take(addon: &mut AddOn, file: &Path, manifest: &DocumentMut) -> Result {
+fn apply_manifest(addon: &mut AddOn, file: &Path, manifest: &DocumentMut) -> Result {
     let wrong = |key: &str, wanted: &str| {
         Error::new("E601", format!("{}: invalid value for `{key}`", file.display())).expected(wanted.to_owned())
     };
@@ -144,15 +144,15 @@ fn take(addon: &mut AddOn, file: &Path, manifest: &DocumentMut) -> Result {
     }
     if let Some(item) = manifest.get("auto_start") {
         let by_itself = item.as_bool().ok_or_else(|| wrong("auto_start", "true or false"))?;
-        addon.start = if by_itself { Start::ByItself } else { Start::ByName };
+        addon.start = if by_itself { StartMode::Automatic } else { StartMode::OnRequest };
     }
     Ok(())
 }
 
 /// Reads a file as text; invalid UTF-8 is replaced, because the text is used only to extract declarations.
-fn text_of(file: &Path, sources: &Sources) -> Result<String> {
+fn text_of(file: &Path, sources: &SourceFiles) -> Result<String> {
     let bytes = sources
-        .read(&Allowed::chosen(file))
+        .read(&AllowedFile::chosen(file))
         .map_err(|e| Error::new("E105", format!("cannot read {}: {e}", file.display())))?;
     Ok(String::from_utf8_lossy(&bytes).into_owned())
 }

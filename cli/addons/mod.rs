@@ -1,26 +1,26 @@
 //! Add-ons: scripts that run in addition to those of the scene, found in folders named `addons`.
 //!
-//! - [`Flags`]: command-line options;
+//! - [`AddonFlags`]: command-line options;
 //! - `find`: searches folders for add-ons;
-//! - `name`: parses file names; `about`: extracts declarations from the source;
-//! - `wanted`: parses `--addon NAME:KEY=VALUE,...`;
+//! - `name`: parses file names; `declarations`: extracts declarations from the source;
+//! - `request`: parses `--addon CONFIG_FILE:KEY=VALUE,...`;
 //! - `start`: chooses the add-ons that run, and attaches them to a world.
 
-mod about;
+mod declarations;
 mod find;
 mod name;
+mod request;
 mod start;
-mod wanted;
 
 use std::path::PathBuf;
 
 pub use find::find;
-pub use start::{Started, choose, replayed, starts_by_itself};
+pub use start::{StartedAddons, choose_addons, replayed_addons, starts_by_itself};
 
 /// Command-line options about add-ons.
 #[derive(Clone, clap::Args, Default)]
-pub struct Flags {
-    /// Start an add-on by its name or file, with options: `NAME`, `FILE:KEY=VALUE,KEY=VALUE`.
+pub struct AddonFlags {
+    /// Start an add-on by its name or file, with options: `CONFIG_FILE`, `V_REP_POSES:KEY=VALUE,KEY=VALUE`.
     #[arg(long = "addon", value_name = "NAME|FILE")]
     pub addons: Vec<String>,
     /// Start only the add-ons that `--addon` names.
@@ -33,7 +33,7 @@ pub struct Flags {
 
 /// How a script is called.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Style {
+pub enum CallStyle {
     /// The script has a function for each callback.
     Callbacks,
     /// The whole script is run for each callback, with a variable that names the callback.
@@ -42,26 +42,26 @@ pub enum Style {
     Function,
 }
 
-impl Style {
+impl CallStyle {
     /// Returns the name of the style that `tatu list addons` prints.
     pub fn text(self) -> &'static str {
         match self {
-            Style::Callbacks => "callbacks",
-            Style::CallType => "call type",
-            Style::Function => "function",
+            CallStyle::Callbacks => "callbacks",
+            CallStyle::CallType => "call type",
+            CallStyle::Function => "function",
         }
     }
 }
 
 /// Whether an add-on starts automatically.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Start {
+pub enum StartMode {
     /// It starts automatically, according to its name or manifest.
-    ByItself,
+    Automatic,
     /// It starts only by `--addon`.
-    ByName,
+    OnRequest,
     /// The script's function `info` decides.
-    Asked,
+    ScriptDecides,
 }
 
 /// An add-on found in a folder.
@@ -76,9 +76,9 @@ pub struct AddOn {
     /// Version of the API that the script was written for; if empty, it is inferred from the source.
     pub dialect: String,
     /// How the add-on's script is called.
-    pub style: Style,
+    pub style: CallStyle,
     /// Whether the add-on starts automatically.
-    pub start: Start,
+    pub start: StartMode,
     /// Description: `text` of the manifest, or the first line of the script's first comment.
     pub about: String,
 }

@@ -8,34 +8,34 @@
 //! | `vrepAddOnScript-x.lua`, `simAddOnScript-x.lua` | a script | by name |
 //! | `simAddOnX.lua`, any other name | a script | as its function `info` returns |
 
-use super::Start;
+use super::StartMode;
 
 /// What a file name specifies: the add-on's name, whether it is a function, and whether it starts automatically.
 #[derive(Debug, PartialEq, Eq)]
-pub struct Told {
+pub struct ParsedName {
     pub name: String,
     pub function: bool,
-    pub start: Start,
+    pub start: StartMode,
 }
 
 /// Parses the name of a file without its suffix.
-pub fn of(stem: &str) -> Told {
-    let told = |name: &str, function, start| Told { name: name.to_owned(), function, start };
+pub fn parse(stem: &str) -> ParsedName {
+    let told = |name: &str, function, start| ParsedName { name: name.to_owned(), function, start };
     let after = |prefix: &str| stem.strip_prefix(prefix).filter(|rest| !rest.is_empty());
     for program in ["vrep", "sim"] {
         for (kind, function) in [("Func", true), ("Function", true), ("Script", false)] {
-            let by_itself = if function { Start::ByName } else { Start::ByItself };
+            let by_itself = if function { StartMode::OnRequest } else { StartMode::Automatic };
             if let Some(name) = after(&format!("{program}AddOn{kind}_")) {
                 return told(name, function, by_itself);
             }
             if let Some(name) = after(&format!("{program}AddOn{kind}-")) {
-                return told(name, function, Start::ByName);
+                return told(name, function, StartMode::OnRequest);
             }
         }
     }
     match after("simAddOn") {
-        Some(name) => told(name, false, Start::Asked),
-        None => told(stem, false, Start::Asked),
+        Some(name) => told(name, false, StartMode::ScriptDecides),
+        None => told(stem, false, StartMode::ScriptDecides),
     }
 }
 
@@ -45,16 +45,17 @@ mod tests {
 
     // The rules are in tests/facts/script-api.md, section 6.
     #[test]
-    fn prefixes_of_all_versions() {
-        let is =
-            |stem: &str, name: &str, function, start| assert_eq!(of(stem), Told { name: name.into(), function, start });
-        is("vrepAddOnScript_logger", "logger", false, Start::ByItself);
-        is("vrepAddOnScript-logger", "logger", false, Start::ByName);
-        is("simAddOnScript-a b", "a b", false, Start::ByName);
-        is("vrepAddOnFunc_snap", "snap", true, Start::ByName);
-        is("vrepAddOnFunction_snap", "snap", true, Start::ByName);
-        is("simAddOnStepper", "Stepper", false, Start::Asked);
-        is("pose_logger", "pose_logger", false, Start::Asked);
-        is("simAddOn", "simAddOn", false, Start::Asked);
+    fn addon_prefixes_of_all_versions_are_parsed() {
+        let is = |stem: &str, name: &str, function, start| {
+            assert_eq!(parse(stem), ParsedName { name: name.into(), function, start })
+        };
+        is("vrepAddOnScript_logger", "logger", false, StartMode::Automatic);
+        is("vrepAddOnScript-logger", "logger", false, StartMode::OnRequest);
+        is("simAddOnScript-a b", "a b", false, StartMode::OnRequest);
+        is("vrepAddOnFunc_snap", "snap", true, StartMode::OnRequest);
+        is("vrepAddOnFunction_snap", "snap", true, StartMode::OnRequest);
+        is("simAddOnStepper", "Stepper", false, StartMode::ScriptDecides);
+        is("pose_logger", "pose_logger", false, StartMode::ScriptDecides);
+        is("simAddOn", "simAddOn", false, StartMode::ScriptDecides);
     }
 }

@@ -4,44 +4,44 @@ use std::{path::Path, sync::Arc};
 
 use tatu_core::{
     World,
-    document::{Allowed, Document, ScriptSpec, Sources},
+    document::{AllowedFile, Document, ScriptSpec, SourceFiles},
     errors::{Error, Result},
     plugins::Registry,
     session::file::AddonEntry,
 };
-use tatu_plugin_api::safe::{MOST_BYTES, Value, read_plain};
+use tatu_plugin_api::safe::{MAX_FILE_BYTES, Value, read_plain};
 
-use super::{AddOn, Flags, Start, Style, find, wanted::Wanted};
+use super::{AddOn, AddonFlags, CallStyle, StartMode, find, request::AddonRequest};
 use crate::report;
 
 /// The add-ons of a run, in the order in which they are started.
 #[derive(Default)]
-pub struct Started(Vec<(AddOn, Vec<(String, String)>)>);
+pub struct StartedAddons(Vec<(AddOn, Vec<(String, String)>)>);
 
 /// Chooses the add-ons that run: those that start automatically, and those named on the command line. Their files are
 /// read through the document's sources, so that an input log contains them.
-pub fn choose(flags: &Flags, document: &Document, registry: &Arc<Registry>) -> Result<Started> {
-    let wanted: Vec<Wanted> = flags.addons.iter().map(|text| Wanted::parse(text)).collect::<Result<_>>()?;
+pub fn choose_addons(flags: &AddonFlags, document: &Document, registry: &Arc<Registry>) -> Result<StartedAddons> {
+    let wanted: Vec<AddonRequest> = flags.addons.iter().map(|text| AddonRequest::parse(text)).collect::<Result<_>>()?;
     if flags.no_addons && wanted.is_empty() && flags.without.is_empty() {
-        return Ok(Started::default());
+        return Ok(StartedAddons::default());
     }
     // Files that are only inspected are not recorded as files of the run.
-    let (found, wrong) = find::find(registry, &Sources::default());
+    let (found, wrong) = find::find(registry, &SourceFiles::default());
     wrong.iter().for_each(report::warning);
-    let without = flags.without.iter().map(|name| Wanted { name: name.clone(), options: Vec::new() });
-    let without: Vec<Wanted> = without.collect();
-    if let Some(nobody) = without.iter().find(|w| !found.iter().any(|addon| is_meant(w, addon))) {
+    let without = flags.without.iter().map(|name| AddonRequest { name: name.clone(), options: Vec::new() });
+    let without: Vec<AddonRequest> = without.collect();
+    if let Some(nobody) = without.iter().find(|w| !found.iter().any(|addon| matches_request(w, addon))) {
         return Err(unknown(nobody, &found));
     }
     let mut taken = vec![false; wanted.len()];
     let mut started = Vec::new();
     for addon in found.iter() {
         let mut options = None;
-        for (w, taken) in wanted.iter().zip(&mut taken).filter(|(w, _)| is_meant(w, addon)) {
+        for (w, taken) in wanted.iter().zip(&mut taken).filter(|(w, _)| matches_request(w, addon)) {
             *taken = true;
             options.get_or_insert_with(Vec::new).extend(w.options.clone());
         }
-        let left_out = flags.no_addons || without.iter().any(|w| is_meant(w, addon));
+        let left_out = flags.no_addons || without.iter().any(|w| matches_request(w, addon));
         if options.is_none() && !left_out && starts_by_itself(addon, registry) {
             report::note(&format!(
                 "the add-on {0} is started ({1}); to prevent that: `--no-addon {0}`",
@@ -57,29 +57,29 @@ pub fn choose(flags: &Flags, document: &Document, registry: &Arc<Registry>) -> R
         if !place.exists() {
             return Err(unknown(w, &found));
         }
-        started.push((find::read(place, registry, &Sources::default())?, w.options.clone()));
+        started.push((find::read(place, registry, &SourceFiles::default())?, w.options.clone()));
     }
     for (addon, _) in &started {
-        let text = read_plain(&addon.file, MOST_BYTES).map_err(|e| unreadable(&addon.file, &e))?;
-        document.sources.keep(&addon.file, text);
+        let text = read_plain(&addon.file, MAX_FILE_BYTES).map_err(|e| unreadable(&addon.file, &e))?;
+        document.sources.add_file(&addon.file, text);
     }
-    Ok(Started(started))
+    Ok(StartedAddons(started))
 }
 
 /// Returns the add-ons that the input log of a replayed run lists.
-pub fn replayed(entries: &[AddonEntry], document: &Document, registry: &Registry) -> Result<Started> {
+pub fn replayed_addons(entries: &[AddonEntry], document: &Document, registry: &Registry) -> Result<StartedAddons> {
     let all = entries.iter().map(|e| {
         let addon = find::read(&e.file, registry, &document.sources)?;
         Ok((AddOn { name: e.name.clone(), dialect: e.dialect.clone(), ..addon }, e.options.clone()))
     });
-    Ok(Started(all.collect::<Result<_>>()?))
+    Ok(StartedAddons(all.collect::<Result<_>>()?))
 }
 
-fn is_meant(w: &Wanted, addon: &AddOn) -> bool {
+fn matches_request(w: &AddonRequest, addon: &AddOn) -> bool {
     w.name == addon.name || addon.file.file_stem().is_some_and(|stem| *stem == *w.name)
 }
 
-fn unknown(w: &Wanted, found: &[AddOn]) -> Error {
+fn unknown(w: &AddonRequest, found: &[AddOn]) -> Error {
     let known: Vec<&str> = found.iter().map(|a| a.name.as_str()).collect();
     let list = if known.is_empty() { "no add-on was found".to_owned() } else { known.join(", ") };
     Error::new("E600", format!("there is no add-on `{}`, and no such file", w.name))
@@ -96,43 +96,43 @@ fn unreadable(file: &Path, e: &std::io::Error) -> Error {
 /// that its errors are reported.
 pub fn starts_by_itself(addon: &AddOn, registry: &Arc<Registry>) -> bool {
     match addon.start {
-        Start::ByItself => true,
-        Start::ByName => false,
-        Start::Asked => ask(addon, registry).unwrap_or(true),
+        StartMode::Automatic => true,
+        StartMode::OnRequest => false,
+        StartMode::ScriptDecides => ask_auto_start(addon, registry).unwrap_or(true),
     }
 }
 
-fn ask(addon: &AddOn, registry: &Arc<Registry>) -> Option<bool> {
-    let text = read_plain(&addon.file, MOST_BYTES).ok()?;
+fn ask_auto_start(addon: &AddOn, registry: &Arc<Registry>) -> Option<bool> {
+    let text = read_plain(&addon.file, MAX_FILE_BYTES).ok()?;
     let world = World::new(Arc::new(Document::default()), registry.clone()).ok()?;
-    let slot = world.attach(&spec(addon, text)).ok()?;
-    let Value::Map(info) = world.ask(slot, "info")? else { return None };
+    let slot = world.attach(&script_spec(addon, text)).ok()?;
+    let Value::Map(info) = world.query_script(slot, "info")? else { return None };
     info.iter().find_map(|(k, v)| match (k, v) {
         (Value::Text(k), Value::Bool(on)) if k == b"autoStart" => Some(*on),
         _ => None,
     })
 }
 
-fn spec(addon: &AddOn, text: Vec<u8>) -> ScriptSpec {
+fn script_spec(addon: &AddOn, text: Vec<u8>) -> ScriptSpec {
     ScriptSpec {
         side_by_side: false,
         dialect: addon.dialect.clone(),
-        ..ScriptSpec::outside(addon.language, "addon", addon.file.display().to_string(), text)
+        ..ScriptSpec::external(addon.language, "addon", addon.file.display().to_string(), text)
     }
 }
 
-impl Started {
+impl StartedAddons {
     /// Attaches all add-ons to a world that has not been started.
     pub fn attach(&self, world: &World) -> Result {
         for (addon, options) in &self.0 {
             let text = world
                 .document()
                 .sources
-                .read(&Allowed::chosen(&addon.file))
+                .read(&AllowedFile::chosen(&addon.file))
                 .map_err(|e| unreadable(&addon.file, &e))?;
-            let slot = world.attach(&spec(addon, text))?;
-            world.give_options(slot, options);
-            if addon.style == Style::Function {
+            let slot = world.attach(&script_spec(addon, text))?;
+            world.set_script_options(slot, options);
+            if addon.style == CallStyle::Function {
                 world.run_once(slot);
             }
         }

@@ -2,7 +2,7 @@
 
 use tatu_core::plugins::ModelNumber;
 
-use super::{Card, Measure};
+use super::{Card, CardMeasure};
 
 /// The grade of a model, derived from the sources of its parameters and from its card.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -17,7 +17,7 @@ pub enum Grade {
 }
 
 /// Maximum relative deviation from the data sheet for grade A.
-const CLOSE: f64 = 0.02;
+const MAX_GRADE_A_DEVIATION: f64 = 0.02;
 
 impl Grade {
     /// Grades a model by its parameters and the card beside it.
@@ -54,9 +54,9 @@ impl Grade {
 }
 
 /// Returns whether the recorded value of a measure agrees with the data sheet.
-fn is_close(m: &Measure) -> bool {
+fn is_close(m: &CardMeasure) -> bool {
     // A relative deviation from 0 is undefined, so the measure's absolute tolerance applies.
-    let allowed = if m.expected == 0.0 { m.allowed } else { CLOSE * m.expected.abs() };
+    let allowed = if m.expected == 0.0 { m.allowed } else { MAX_GRADE_A_DEVIATION * m.expected.abs() };
     m.measured.is_some_and(|x| (x - m.expected).abs() <= allowed)
 }
 

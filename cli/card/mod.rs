@@ -10,14 +10,14 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use tatu_core::errors::{Error, Place};
-use tatu_plugin_api::safe::{MOST_BYTES, read_plain_text};
+use tatu_core::errors::{Error, SourceLocation};
+use tatu_plugin_api::safe::{MAX_FILE_BYTES, read_plain_text};
 use toml_edit::{Document, DocumentMut, Item, Table, value};
 
 /// Default tolerance of a measure, relative to the expected value.
-const TOLERANCE: f64 = 0.02;
+const DEFAULT_TOLERANCE: f64 = 0.02;
 /// Keys of a card; those of a measure are in `MEASURE_KEYS`.
-const KEYS: &[&str] = &["format", "not_shown", "params", "scene", "measure"];
+const CARD_KEYS: &[&str] = &["format", "not_shown", "params", "scene", "measure"];
 const MEASURE_KEYS: &[&str] =
     &["name", "text", "unit", "expected", "source", "tolerance", "within", "params", "scene", "seconds", "measured"];
 
@@ -26,11 +26,11 @@ pub struct Card {
     pub file: PathBuf,
     /// Properties of the device that the model does not simulate.
     pub not_shown: Vec<String>,
-    pub measures: Vec<Measure>,
+    pub measures: Vec<CardMeasure>,
 }
 
 /// A quantity of the model's behaviour, which a function of `card.lua` measures.
-pub struct Measure {
+pub struct CardMeasure {
     /// The function's name.
     pub name: String,
     pub text: String,
@@ -49,9 +49,9 @@ pub struct Measure {
     pub seconds: f64,
 }
 
-impl Measure {
+impl CardMeasure {
     /// Returns whether a value is within the tolerance.
-    pub fn holds(&self, value: f64) -> bool {
+    pub fn is_within_tolerance(&self, value: f64) -> bool {
         (value - self.expected).abs() <= self.allowed
     }
 
@@ -67,16 +67,16 @@ pub fn read(model: &Path) -> Result<Option<Card>, Error> {
     if !file.exists() {
         return Ok(None);
     }
-    let text = read_plain_text(&file, MOST_BYTES)
+    let text = read_plain_text(&file, MAX_FILE_BYTES)
         .map_err(|e| Error::new("E105", format!("{} cannot be read: {e}", file.display())))?;
-    let reader = Reader { file: &file, text: &text };
+    let reader = CardReader { file: &file, text: &text };
     reader.card().map(Some)
 }
 
 /// Writes measured values into the card's file, in the order of its measures; `None` leaves a recorded value unchanged.
 pub fn write(card: &Card, values: &[Option<f64>]) -> Result<(), Error> {
     let fail = |why: String| Error::new("E105", format!("{} cannot be written: {why}", card.file.display()));
-    let text = read_plain_text(&card.file, MOST_BYTES).map_err(|e| fail(e.to_string()))?;
+    let text = read_plain_text(&card.file, MAX_FILE_BYTES).map_err(|e| fail(e.to_string()))?;
     let mut doc: DocumentMut = text.parse().map_err(|e: toml_edit::TomlError| fail(e.message().to_owned()))?;
     let tables = doc.get_mut("measure").and_then(Item::as_array_of_tables_mut);
     for (table, measured) in tables.into_iter().flat_map(|t| t.iter_mut()).zip(values) {
@@ -84,7 +84,7 @@ pub fn write(card: &Card, values: &[Option<f64>]) -> Result<(), Error> {
             table["measured"] = value(rounded(*x));
         }
     }
-    tatu_core::state::write_whole(&card.file, doc.to_string().as_bytes()).map_err(|e| fail(e.to_string()))
+    tatu_core::state::write_atomically(&card.file, doc.to_string().as_bytes()).map_err(|e| fail(e.to_string()))
 }
 
 /// Rounds to five significant digits.
@@ -92,15 +92,15 @@ pub fn rounded(x: f64) -> f64 {
     format!("{x:.4e}").parse().unwrap_or(x)
 }
 
-struct Reader<'a> {
+struct CardReader<'a> {
     file: &'a Path,
     text: &'a str,
 }
 
-impl Reader<'_> {
+impl CardReader<'_> {
     fn card(&self) -> Result<Card, Error> {
         let doc = Document::parse(self.text).map_err(|e| self.fail("E100", e.message().to_owned(), e.span()))?;
-        self.only(doc.as_table(), KEYS, "a card")?;
+        self.reject_unknown_keys(doc.as_table(), CARD_KEYS, "a card")?;
         if doc.get("format").and_then(Item::as_integer) != Some(1) {
             let error = self.fail("E102", "`format` is not 1".into(), doc.get("format").and_then(Item::span));
             return Err(error.help("write `format = 1` in the first line of the card"));
@@ -131,8 +131,8 @@ impl Reader<'_> {
         Ok(Card { file: self.file.to_owned(), not_shown, measures })
     }
 
-    fn measure(&self, table: &Table, params: &Table, scene: &Table) -> Result<Measure, Error> {
-        self.only(table, MEASURE_KEYS, "a measure")?;
+    fn measure(&self, table: &Table, params: &Table, scene: &Table) -> Result<CardMeasure, Error> {
+        self.reject_unknown_keys(table, MEASURE_KEYS, "a measure")?;
         let lacks = |key: &str| self.fail("E104", format!("a measure lacks `{key}`"), table.span());
         let text = |key: &str| -> Result<String, Error> {
             let item = table.get(key).ok_or_else(|| lacks(key))?;
@@ -160,7 +160,7 @@ impl Reader<'_> {
             return Err(self.fail("E102", format!("`name`: `{name}` is not a valid function name"), span));
         }
         let expected = number("expected")?.ok_or_else(|| lacks("expected"))?;
-        let relative = number("tolerance")?.unwrap_or(TOLERANCE) * expected.abs();
+        let relative = number("tolerance")?.unwrap_or(DEFAULT_TOLERANCE) * expected.abs();
         let allowed = number("within")?.unwrap_or(relative);
         if allowed == 0.0 {
             let text = format!("the tolerance of `{name}` is 0");
@@ -170,7 +170,7 @@ impl Reader<'_> {
         let or = |key: &str, all: &Table| -> Result<Table, Error> {
             if table.contains_key(key) { self.table(table, key) } else { Ok(all.clone()) }
         };
-        Ok(Measure {
+        Ok(CardMeasure {
             text: text("text")?,
             unit: text("unit")?,
             source: text("source")?,
@@ -191,7 +191,7 @@ impl Reader<'_> {
         table.map_err(|item| self.fail("E102", format!("`{key}` is not a table"), item.span()))
     }
 
-    fn only(&self, table: &Table, known: &[&str], what: &str) -> Result<(), Error> {
+    fn reject_unknown_keys(&self, table: &Table, known: &[&str], what: &str) -> Result<(), Error> {
         let Some((key, _)) = table.iter().find(|(key, _)| !known.contains(key)) else { return Ok(()) };
         let span = table.key(key).and_then(toml_edit::Key::span);
         let error = self.fail("E101", format!("unknown key `{key}` of {what}"), span);
@@ -201,11 +201,11 @@ impl Reader<'_> {
     fn fail(&self, code: &'static str, text: String, span: Option<Range<usize>>) -> Error {
         let error = Error::new(code, text);
         let Some(span) = span.filter(|s| s.end <= self.text.len()) else {
-            return error.at(Some(Place { file: self.file.to_owned(), ..Place::default() }));
+            return error.at(Some(SourceLocation { file: self.file.to_owned(), ..SourceLocation::default() }));
         };
         let before = &self.text.as_bytes()[..span.start];
         let line = 1 + before.iter().filter(|b| **b == b'\n').count();
         let column = 1 + before.iter().rev().take_while(|b| **b != b'\n').count();
-        error.at(Some(Place { file: self.file.to_owned(), line, column, span }))
+        error.at(Some(SourceLocation { file: self.file.to_owned(), line, column, span }))
     }
 }

@@ -5,21 +5,21 @@ use std::process::ExitCode;
 use serde_json::{Value as Json, json};
 use tatu_core::{
     World,
-    document::{Document, Options, Sources},
+    document::{Document, LoadOptions, SourceFiles},
     errors::Fault,
 };
 use tatu_plugin_api::abi::TATU_REPORT_NOTE;
 
 use super::describe::facts::to_json;
-use crate::{args::Check, report, watchdog::Watchdog};
+use crate::{args::CheckArgs, report, watchdog::Watchdog};
 
 /// Checks a scene; the exit code is 0 if it starts, otherwise 2.
-pub fn check(args: &Check) -> ExitCode {
+pub fn check(args: &CheckArgs) -> ExitCode {
     let watchdog = Watchdog::start(args.watchdog, false);
-    let options = args.changes.options(&[]).map(|o| Options { describe: args.json, ..o });
+    let options = args.changes.options(&[]).map(|o| LoadOptions { describe: args.json, ..o });
     let mut lacks = Vec::new();
-    let world =
-        super::registry(Some(&args.scene), &Sources::default(), &args.changes.allow, &watchdog).and_then(|registry| {
+    let world = super::registry(Some(&args.scene), &SourceFiles::default(), &args.changes.allow, &watchdog).and_then(
+        |registry| {
             let document = super::load(&args.scene, &options?, &registry)?;
             let described = args.json.then(|| described(args, &document));
             let warnings = document.reports.iter().filter(|r| r.severity != TATU_REPORT_NOTE);
@@ -31,14 +31,15 @@ pub fn check(args: &Check) -> ExitCode {
                 report::out!("{json}");
             }
             Ok(world)
-        });
+        },
+    );
     match world {
         Ok(world) => {
             // A scene starts even if one of its scripts does not compile; starting the scene here reports such errors.
             watchdog.world(&world, false);
             world.start();
-            world.mechanics().iter().for_each(|text| report::warned(text));
-            world.take_lines().iter().for_each(|l| report::warned(&l.text));
+            world.mechanics().iter().for_each(|text| report::warn_text(text));
+            world.take_lines().iter().for_each(|l| report::warn_text(&l.text));
             if !args.json {
                 report::out!("{}: {}", args.scene.display(), verdict(&lacks, &world.faults()));
             }
@@ -65,21 +66,21 @@ fn verdict(lacks: &[String], faults: &[Fault]) -> String {
     }
 }
 
-/// Returns the first sentence of a report, cut to `LONGEST` characters. The file name is removed, because the summary
+/// Returns the first sentence of a report, cut to `MAX_REPORT_CHARS` characters. The file name is removed, because the summary
 /// starts with it.
 fn shortened(text: &str) -> String {
     let rest =
         text.split_once(": ").filter(|(file, _)| file.contains('.') && !file.contains(' ')).map_or(text, |(_, r)| r);
     let rest = rest.strip_prefix("without ").unwrap_or(rest);
     let sentence = rest.split(". ").next().unwrap_or(rest);
-    match sentence.char_indices().nth(LONGEST) {
+    match sentence.char_indices().nth(MAX_REPORT_CHARS) {
         Some((at, _)) => format!("{}...", &sentence[..at]),
         None => sentence.to_owned(),
     }
 }
 
 /// Maximum length of a report in the summary, in characters.
-const LONGEST: usize = 120;
+const MAX_REPORT_CHARS: usize = 120;
 
 /// Adds the solver of each mechanism, keyed by the path of the mechanism's first shape.
 fn add_mechanisms(json: &mut Json, world: &World) {
@@ -92,7 +93,7 @@ fn add_mechanisms(json: &mut Json, world: &World) {
 
 /// Returns the importer's description of the file, or an empty object if it provides none, and adds the file's name.
 /// The texts of all reports are added too, unless the description has its own `report`.
-fn described(args: &Check, document: &Document) -> Json {
+fn described(args: &CheckArgs, document: &Document) -> Json {
     let mut out = document.description.as_ref().map(to_json).filter(Json::is_object).unwrap_or_else(|| json!({}));
     if let Some(map) = out.as_object_mut() {
         let name = args.scene.file_name().map(|n| n.to_string_lossy().into_owned());

@@ -4,15 +4,15 @@ use std::{path::Path, process::ExitCode};
 
 use tatu_core::{
     World,
-    document::{self, Sources, Written},
+    document::{self, SceneFiles, SourceFiles},
     errors::Error,
-    state::write_whole,
+    state::write_atomically,
 };
 
-use crate::{args::Convert, report, watchdog::Watchdog};
+use crate::{args::ConvertArgs, report, watchdog::Watchdog};
 
 /// Converts a scene; the exit code is 0 if it was written, otherwise 2.
-pub fn convert(args: &Convert) -> ExitCode {
+pub fn convert(args: &ConvertArgs) -> ExitCode {
     match converted(args) {
         Ok(()) => ExitCode::SUCCESS,
         Err(e) => {
@@ -22,10 +22,10 @@ pub fn convert(args: &Convert) -> ExitCode {
     }
 }
 
-fn converted(args: &Convert) -> Result<(), Error> {
+fn converted(args: &ConvertArgs) -> Result<(), Error> {
     check_name(&args.output)?;
     let watchdog = Watchdog::start(args.watchdog, false);
-    let registry = super::registry(Some(&args.scene), &Sources::default(), &args.changes.allow, &watchdog)?;
+    let registry = super::registry(Some(&args.scene), &SourceFiles::default(), &args.changes.allow, &watchdog)?;
     let document = super::load(&args.scene, &args.changes.options(&[])?, &registry)?;
     let written = document::write(&document, &registry, &document::folder_beside(&args.output))?;
     save(&args.output, &written)?;
@@ -50,8 +50,8 @@ pub fn check_name(file: &Path) -> Result<(), Error> {
 }
 
 /// Writes a scene file and the files next to it, and reports what a scene file cannot express.
-fn save(scene: &Path, written: &Written) -> Result<(), Error> {
-    document::save(scene, written, &write_whole)?;
+fn save(scene: &Path, written: &SceneFiles) -> Result<(), Error> {
+    document::save(scene, written, &write_atomically)?;
     for what in &written.left_out {
         report::note(&format!("{}: `{what}` is omitted: a scene file cannot express it", scene.display()));
     }

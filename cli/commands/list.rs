@@ -8,22 +8,22 @@ use std::{
 
 use serde_json::{Value, json};
 use tatu_core::{
-    document::Sources,
+    document::SourceFiles,
     errors::Error,
-    plugins::{ActuatorKind, Declared, Found, Model, Registry, SensorKind, Slot},
+    plugins::{ActuatorKind, AttachmentSlot, FoundModel, Model, ParameterSpec, Registry, SensorKind},
 };
-use tatu_plugin_api::safe::{MOST_BYTES, read_plain_text};
+use tatu_plugin_api::safe::{MAX_FILE_BYTES, read_plain_text};
 
 use crate::{
     addons,
-    args::{List, What},
+    args::{ListArgs, ListedKind},
     report,
     table::table,
     watchdog::Watchdog,
 };
 
 /// Prints the requested list as a table or as JSON.
-pub fn list(args: &List) -> ExitCode {
+pub fn list(args: &ListArgs) -> ExitCode {
     let watchdog = Watchdog::start(args.watchdog, false);
     let registry = match super::registry(args.scene.as_deref(), &Default::default(), &args.allow, &watchdog) {
         Ok(r) => r,
@@ -33,15 +33,15 @@ pub fn list(args: &List) -> ExitCode {
         }
     };
     let (rows, columns): (Vec<Value>, &[&str]) = match args.what {
-        What::Plugins => (plugins(&registry), &["id", "version", "kinds", "path"]),
-        What::Models => (models(&registry), &["id", "category", "plugin", "text"]),
-        What::Sensors => (sensors(&registry), &["id", "plugin", "schemas", "text"]),
-        What::Actuators => (actuators(&registry), &["id", "plugin", "text"]),
-        What::Importers => (importers(&registry), &["id", "plugin", "suffixes", "text"]),
-        What::Services => (services(&registry), &["id", "plugin", "text"]),
-        What::Events => (events(&registry), &["name", "by", "fields", "text"]),
-        What::Addons => (addons(&registry), &["name", "auto_start", "style", "file", "text"]),
-        What::Commands => (commands(&registry), &["name", "status", "text"]),
+        ListedKind::Plugins => (plugins(&registry), &["id", "version", "kinds", "path"]),
+        ListedKind::Models => (models(&registry), &["id", "category", "plugin", "text"]),
+        ListedKind::Sensors => (sensors(&registry), &["id", "plugin", "schemas", "text"]),
+        ListedKind::Actuators => (actuators(&registry), &["id", "plugin", "text"]),
+        ListedKind::Importers => (importers(&registry), &["id", "plugin", "suffixes", "text"]),
+        ListedKind::Services => (services(&registry), &["id", "plugin", "text"]),
+        ListedKind::Events => (events(&registry), &["name", "by", "fields", "text"]),
+        ListedKind::Addons => (addons(&registry), &["name", "auto_start", "style", "file", "text"]),
+        ListedKind::Commands => (commands(&registry), &["name", "status", "text"]),
     };
     if args.json {
         report::out!("{}", serde_json::to_string_pretty(&rows).unwrap_or_default());
@@ -84,7 +84,7 @@ fn plugins(r: &Registry) -> Vec<Value> {
         .collect()
 }
 
-fn params(all: &[Declared]) -> Value {
+fn params(all: &[ParameterSpec]) -> Value {
     all.iter()
         .map(|p| json!({ "name": p.key, "type": p.expectation(), "unit": p.unit, "optional": p.optional(), "text": p.text }))
         .collect()
@@ -122,19 +122,19 @@ fn models(r: &Registry) -> Vec<Value> {
 }
 
 /// Reads a model that was found in a folder.
-pub fn found_model(r: &Registry, found: &Found) -> Result<Model, Error> {
+pub fn found_model(r: &Registry, found: &FoundModel) -> Result<Model, Error> {
     model_at(r, &found.id, &found.file)
 }
 
 /// Reads the file of a model in a folder.
 pub fn model_at(r: &Registry, id: &str, file: &Path) -> Result<Model, Error> {
-    let text = read_plain_text(file, MOST_BYTES)
+    let text = read_plain_text(file, MAX_FILE_BYTES)
         .map_err(|e| Error::new("E105", format!("cannot read the model {}: {e}", file.display())))?;
     r.read_model(id, file, &text)
 }
 
 /// Describes a slot as JSON: its alias, mount, maximum payload and description.
-pub fn slot(s: &Slot) -> Value {
+pub fn slot(s: &AttachmentSlot) -> Value {
     let payload = (s.payload > 0.0).then_some(s.payload);
     json!({ "name": s.alias, "mount": s.mount, "payload_kg": payload, "text": s.text })
 }
@@ -169,7 +169,7 @@ fn model_files(r: &Registry) -> Vec<Value> {
 }
 
 /// Returns whether a file is in the folder of a model.
-fn in_folder_of(model: &Found, file: &Path) -> bool {
+fn in_folder_of(model: &FoundModel, file: &Path) -> bool {
     model.file.parent().is_some_and(|f| f.ends_with(&model.id) && file.starts_with(f))
 }
 
@@ -205,7 +205,7 @@ fn services(r: &Registry) -> Vec<Value> {
 }
 
 fn addons(r: &Arc<Registry>) -> Vec<Value> {
-    let (found, wrong) = addons::find(r, &Sources::default());
+    let (found, wrong) = addons::find(r, &SourceFiles::default());
     wrong.iter().for_each(report::warning);
     let row = |a: &addons::AddOn| {
         json!({

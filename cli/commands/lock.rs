@@ -9,18 +9,18 @@ use std::{
 
 use sha2::{Digest, Sha256};
 use tatu_core::{
-    document::{Options, Sources},
+    document::{LoadOptions, SourceFiles},
     errors::Error,
     plugins::{MODEL_FILE, Registry, assets_folder},
 };
-use tatu_plugin_api::safe::{MOST_BYTES, read_plain};
+use tatu_plugin_api::safe::{MAX_FILE_BYTES, read_plain};
 use toml_edit::{ArrayOfTables, DocumentMut, Item, Table, value};
 
-use crate::{args::Lock, report, watchdog::Watchdog};
+use crate::{args::LockArgs, report, watchdog::Watchdog};
 
 /// A plugin or a file that a scene uses.
 #[derive(Debug, Clone, PartialEq, Eq)]
-struct Entry {
+struct LockEntry {
     /// The id of a plugin, or the path of a file.
     name: String,
     /// The version; only plugins have one.
@@ -31,33 +31,33 @@ struct Entry {
 
 /// The contents of a lock file: the version of the program, and the plugins, models and other files that a scene uses.
 #[derive(Debug, Default, PartialEq, Eq)]
-struct Locked {
+struct LockFile {
     tatu: String,
-    plugins: Vec<Entry>,
-    models: Vec<Entry>,
-    files: Vec<Entry>,
+    plugins: Vec<LockEntry>,
+    models: Vec<LockEntry>,
+    files: Vec<LockEntry>,
 }
 
 /// Writes the lock file of a scene, or compares it; the exit code is 0 if it was written or agrees, 1 if it differs.
-pub fn lock(args: &Lock) -> Result<ExitCode, Error> {
+pub fn lock(args: &LockArgs) -> Result<ExitCode, Error> {
     let watchdog = Watchdog::start(args.watchdog, false);
     let allow = &args.changes.allow;
-    let registry = super::registry(Some(&args.scene), &Sources::default(), allow, &watchdog)?;
+    let registry = super::registry(Some(&args.scene), &SourceFiles::default(), allow, &watchdog)?;
     let document =
-        super::load(&args.scene, &Options { services: Vec::new(), ..args.changes.options(&[])? }, &registry)?;
-    let now = Locked::of(&registry, &document.sources, &args.scene)?;
+        super::load(&args.scene, &LoadOptions { services: Vec::new(), ..args.changes.options(&[])? }, &registry)?;
+    let now = LockFile::of(&registry, &document.sources, &args.scene)?;
     let file = args.scene.with_extension("lock");
     if !args.check {
-        replace(&file, &now.to_toml())?;
+        replace_lock_file(&file, &now.to_toml())?;
         let (plugins, models) = (now.plugins.len(), now.models.len());
         report::out!("{}: plugins: {plugins}, models: {models}, other files: {}", file.display(), now.files.len());
         return Ok(ExitCode::SUCCESS);
     }
-    let text = read_plain(&file, MOST_BYTES).map_err(|e| {
+    let text = read_plain(&file, MAX_FILE_BYTES).map_err(|e| {
         Error::new("E105", format!("cannot read {}: {e}", file.display()))
             .help(format!("`tatu lock {}` writes it", args.scene.display()))
     })?;
-    let then = Locked::parse(&file, &String::from_utf8_lossy(&text))?;
+    let then = LockFile::parse(&file, &String::from_utf8_lossy(&text))?;
     let differences = then.differences(&now);
     for text in &differences {
         report::out!("{text}");
@@ -69,17 +69,17 @@ pub fn lock(args: &Lock) -> Result<ExitCode, Error> {
     Ok(if differences.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
 
-impl Locked {
-    fn of(registry: &Registry, sources: &Sources, scene: &Path) -> Result<Self, Error> {
-        let mut locked = Locked { tatu: env!("CARGO_PKG_VERSION").to_owned(), ..Locked::default() };
+impl LockFile {
+    fn of(registry: &Registry, sources: &SourceFiles, scene: &Path) -> Result<Self, Error> {
+        let mut locked = LockFile { tatu: env!("CARGO_PKG_VERSION").to_owned(), ..LockFile::default() };
         for p in &registry.plugins {
             let mut hash = Sha256::new();
             hash.update(contents(&p.path)?);
             if let Some(folder) = assets_folder(&p.path).filter(|f| f.is_dir()) {
-                hash_folder(&folder, "", &mut hash, DEEPEST)?;
+                hash_folder(&folder, "", &mut hash, MAX_FOLDER_DEPTH)?;
             }
             let hash = hexadecimal(&hash.finalize());
-            locked.plugins.push(Entry { name: p.id.clone(), version: Some(p.version.clone()), hash });
+            locked.plugins.push(LockEntry { name: p.id.clone(), version: Some(p.version.clone()), hash });
         }
         let files = sources.files();
         let models: Vec<&Path> =
@@ -96,7 +96,7 @@ impl Locked {
                 Some((model, rest)) => format!("models/{}/{}", model.to_string_lossy(), portable(rest)),
                 None => portable(path.strip_prefix(here).unwrap_or(path)),
             };
-            let entry = Entry { name, version: None, hash: hexadecimal(&Sha256::digest(bytes)) };
+            let entry = LockEntry { name, version: None, hash: hexadecimal(&Sha256::digest(bytes)) };
             match is_model(path) {
                 true => locked.models.push(entry),
                 false => locked.files.push(entry),
@@ -133,7 +133,7 @@ impl Locked {
             Error::new("E100", text).help("write it again: `tatu lock SCENE`")
         };
         let document = text.parse::<DocumentMut>().map_err(|e| damaged(e.message().to_owned()))?;
-        let entries = |key: &str, named: &str| -> Result<Vec<Entry>, Error> {
+        let entries = |key: &str, named: &str| -> Result<Vec<LockEntry>, Error> {
             let tables = match document.get(key) {
                 None => return Ok(Vec::new()),
                 Some(item) => {
@@ -143,12 +143,12 @@ impl Locked {
             let text = |t: &Table, k: &str| t.get(k).and_then(Item::as_str).map(str::to_owned);
             let entry = |t: &Table| {
                 let (name, hash) = (text(t, named)?, text(t, "sha256")?);
-                Some(Entry { name, version: text(t, "version"), hash })
+                Some(LockEntry { name, version: text(t, "version"), hash })
             };
             let all: Option<Vec<_>> = tables.iter().map(entry).collect();
             all.ok_or_else(|| damaged(format!("a `{key}` lacks `{named}` or `sha256`")))
         };
-        Ok(Locked {
+        Ok(LockFile {
             tatu: document.get("tatu").and_then(Item::as_str).unwrap_or_default().to_owned(),
             plugins: entries("plugin", "id")?,
             models: entries("model", "file")?,
@@ -157,7 +157,7 @@ impl Locked {
     }
 
     /// Describes each difference in one line.
-    fn differences(&self, now: &Locked) -> Vec<String> {
+    fn differences(&self, now: &LockFile) -> Vec<String> {
         let mut out = Vec::new();
         if self.tatu != now.tatu {
             out.push(format!("locked with tatu {}, but this is tatu {}", self.tatu, now.tatu));
@@ -194,7 +194,7 @@ impl Locked {
 
 /// Writes a temporary file and renames it over the old record, so a failure leaves the old record intact. A file that
 /// is not a record is never replaced.
-fn replace(file: &Path, text: &str) -> Result<(), Error> {
+fn replace_lock_file(file: &Path, text: &str) -> Result<(), Error> {
     let taken = |why: String| {
         Error::new("E105", format!("cannot write {}: {why}", file.display()))
             .help("rename that file, or the scene: the record has the scene's name and ends with `.lock`")
@@ -206,8 +206,8 @@ fn replace(file: &Path, text: &str) -> Result<(), Error> {
             return Err(taken("the existing file of that name is not a regular file".to_owned()));
         }
         Ok(_) => {
-            let old = read_plain(file, MOST_BYTES).map_err(|e| taken(e.to_string()))?;
-            Locked::parse(file, &String::from_utf8_lossy(&old))
+            let old = read_plain(file, MAX_FILE_BYTES).map_err(|e| taken(e.to_string()))?;
+            LockFile::parse(file, &String::from_utf8_lossy(&old))
                 .ok()
                 .filter(|old| !old.tatu.is_empty())
                 .ok_or_else(|| taken("the existing file of that name was not written by `tatu lock`".to_owned()))?;
@@ -228,7 +228,7 @@ fn replace(file: &Path, text: &str) -> Result<(), Error> {
 }
 
 fn contents(file: &Path) -> Result<Vec<u8>, Error> {
-    read_plain(file, MOST_BYTES).map_err(|e| Error::new("E105", format!("cannot read {}: {e}", file.display())))
+    read_plain(file, MAX_FILE_BYTES).map_err(|e| Error::new("E105", format!("cannot read {}: {e}", file.display())))
 }
 
 fn is_model(path: &Path) -> bool {
@@ -241,14 +241,16 @@ fn portable(path: &Path) -> String {
 }
 
 /// Maximum nesting depth of folders. Without a limit, a symbolic link to a parent folder would cause endless recursion.
-const DEEPEST: usize = 16;
+const MAX_FOLDER_DEPTH: usize = 16;
 
 /// Adds the names, lengths and contents of all files of a folder to the hash, in order of their names. Symbolic
 /// links are followed, because plugins read their targets.
 fn hash_folder(folder: &Path, within: &str, hash: &mut Sha256, depth: usize) -> Result<(), Error> {
     let fail = |e: std::io::Error| Error::new("E105", format!("cannot read {}: {e}", folder.display()));
     if depth == 0 {
-        return Err(fail(std::io::Error::other(format!("folders are nested more than {DEEPEST} levels deep"))));
+        return Err(fail(std::io::Error::other(format!(
+            "folders are nested more than {MAX_FOLDER_DEPTH} levels deep"
+        ))));
     }
     let entries = std::fs::read_dir(folder).map_err(fail)?;
     let mut all: Vec<PathBuf> = entries.map(|e| e.map(|e| e.path())).collect::<Result<_, _>>().map_err(fail)?;

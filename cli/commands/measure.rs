@@ -11,37 +11,37 @@ use std::{
 use serde_json::{Value as Json, json};
 use tatu_core::{
     World,
-    document::{self, Options, Sources},
+    document::{self, LoadOptions, SourceFiles},
     errors::Error,
     plugins::Registry,
 };
 use tatu_plugin_api::{
     abi::TATU_LOG_ERROR,
-    safe::{MOST_BYTES, Value, read_plain_text},
+    safe::{MAX_FILE_BYTES, Value, read_plain_text},
 };
 use toml_edit::{ArrayOfTables, DocumentMut, Item, Table, value};
 
 use super::list;
 use crate::{
     args,
-    card::{self, Measure, grade::Grade, rounded},
+    card::{self, CardMeasure, grade::Grade, rounded},
     report,
     table::table,
     watchdog::Watchdog,
 };
 
 /// Helper functions for measures, prepended to each script.
-const SHARED: &str = include_str!("../card/measure.lua");
+const LUA_HELPERS: &str = include_str!("../card/measure.lua");
 /// The signal through which the script returns the measured value.
-const SIGNAL: &str = "measured";
+const RESULT_SIGNAL: &str = "measured";
 
 /// Measures a model. The exit code is 0 if all values agree with the data sheet and with the card, 1 if one does not or
 /// a plugin could not be ended, and 2 if a value could not be measured.
-pub fn measure(args: &args::Measure) -> ExitCode {
+pub fn measure(args: &args::MeasureArgs) -> ExitCode {
     let watchdog = Watchdog::start(args.watchdog, false);
-    let done = super::registry(None, &Sources::default(), &[], &watchdog).and_then(|registry| {
-        let code = all(args, &registry, &watchdog)?;
-        Ok(if super::end(registry) { code } else { ExitCode::FAILURE })
+    let done = super::registry(None, &SourceFiles::default(), &[], &watchdog).and_then(|registry| {
+        let code = measure_all(args, &registry, &watchdog)?;
+        Ok(if super::end_plugins(registry) { code } else { ExitCode::FAILURE })
     });
     match done {
         Ok(code) => code,
@@ -52,7 +52,7 @@ pub fn measure(args: &args::Measure) -> ExitCode {
     }
 }
 
-fn all(args: &args::Measure, registry: &Arc<Registry>, watchdog: &Watchdog) -> Result<ExitCode, Error> {
+fn measure_all(args: &args::MeasureArgs, registry: &Arc<Registry>, watchdog: &Watchdog) -> Result<ExitCode, Error> {
     let file = model_file(&args.model, registry)?;
     let lacks = || Error::new("E105", format!("there is no card.toml beside {}", file.display()));
     let card = card::read(&file)?
@@ -63,14 +63,14 @@ fn all(args: &args::Measure, registry: &Arc<Registry>, watchdog: &Watchdog) -> R
         return Err(error.expected(names.join(", ")).nearest(other, names.iter().copied()));
     }
     let lua = card.file.with_extension("lua");
-    let script = read_plain_text(&lua, MOST_BYTES)
+    let script = read_plain_text(&lua, MAX_FILE_BYTES)
         .map_err(|e| Error::new("E105", format!("{} cannot be read: {e}", lua.display())))?;
-    let wanted = |m: &Measure| args.only.is_empty() || args.only.contains(&m.name);
+    let wanted = |m: &CardMeasure| args.only.is_empty() || args.only.contains(&m.name);
     // A measure that fails does not prevent the others from running.
     let mut failed = false;
     let mut values = Vec::new();
     for m in &card.measures {
-        let done = wanted(m).then(|| one(m, &file, &lua, &script, registry, watchdog)).transpose();
+        let done = wanted(m).then(|| measure_one(m, &file, &lua, &script, registry, watchdog)).transpose();
         failed |= done.is_err();
         values.push(done.inspect_err(report::error).ok().flatten());
     }
@@ -78,7 +78,7 @@ fn all(args: &args::Measure, registry: &Arc<Registry>, watchdog: &Watchdog) -> R
         card::write(&card, &values)?;
     }
     let rows: Vec<Json> = card.measures.iter().zip(&values).filter_map(|(m, v)| row(m, (*v)?, args.write)).collect();
-    tell(args, registry, &file, &rows)?;
+    print_results(args, registry, &file, &rows)?;
     let good = rows.iter().all(|r| r["verdict"] == "ok");
     Ok(if failed { ExitCode::from(2) } else { ExitCode::from(u8::from(!good)) })
 }
@@ -99,8 +99,8 @@ fn model_file(name: &str, registry: &Registry) -> Result<PathBuf, Error> {
 }
 
 /// Runs the function of one measure in a separate world; returns the measured value.
-fn one(
-    m: &Measure,
+fn measure_one(
+    m: &CardMeasure,
     model: &Path,
     lua: &Path,
     script: &str,
@@ -109,9 +109,9 @@ fn one(
 ) -> Result<f64, Error> {
     let fail = |why: String| Error::new("E126", format!("`{}` of {} {why}", m.name, lua.display()));
     let scene = model.with_file_name("card.scene.toml");
-    let script = format!("{} {script}", before(m));
+    let script = format!("{} {script}", lua_header(m));
     let files = [(scene.clone(), scene_of(m, model).into_bytes()), (lua.to_owned(), script.into_bytes())];
-    let options = Options { sources: Sources::over(files, false), ..Options::default() };
+    let options = LoadOptions { sources: SourceFiles::with_replacements(files, false), ..LoadOptions::default() };
     let document = document::load(&scene, registry, &options)?;
     let world = World::new(Arc::new(document), registry.clone())?;
     watchdog.world(&world, false);
@@ -123,7 +123,7 @@ fn one(
         if let Some(line) = world.take_lines().into_iter().find(|l| l.level == TATU_LOG_ERROR) {
             return Err(fail(format!("failed: {}", line.text)));
         }
-        value = match world.call("sim.getFloatSignal", &[Value::text(SIGNAL)]).ok().as_deref() {
+        value = match world.call("sim.getFloatSignal", &[Value::text(RESULT_SIGNAL)]).ok().as_deref() {
             Some([Value::Float(x), ..]) => Some(*x),
             _ => None,
         };
@@ -139,19 +139,19 @@ fn one(
 
 /// Returns the code that precedes the script: the helper functions and the call of the measure, on a single line, so
 /// that line numbers in errors are those of card.lua.
-fn before(m: &Measure) -> String {
-    let shared: Vec<&str> = SHARED.lines().map(str::trim).filter(|l| !l.starts_with("--")).collect();
+fn lua_header(m: &CardMeasure) -> String {
+    let shared: Vec<&str> = LUA_HELPERS.lines().map(str::trim).filter(|l| !l.starts_with("--")).collect();
     let name = &m.name;
     format!(
         "{} function sysCall_thread() local value = {name}() \
          if type(value) ~= 'number' then error('{name} returned a ' .. type(value) .. ': expected a number', 0) end \
-         sim.setFloatSignal('{SIGNAL}', value) end",
+         sim.setFloatSignal('{RESULT_SIGNAL}', value) end",
         shared.join(" ")
     )
 }
 
 /// Returns the scene file of a measure.
-fn scene_of(m: &Measure, model: &Path) -> String {
+fn scene_of(m: &CardMeasure, model: &Path) -> String {
     let mut doc = DocumentMut::new();
     doc["format"] = value(1);
     if !m.scene.is_empty() {
@@ -177,8 +177,8 @@ fn scene_of(m: &Measure, model: &Path) -> String {
 }
 
 /// Describes a measure as JSON; `measured` is the value from this run.
-fn row(m: &Measure, measured: f64, written: bool) -> Option<Json> {
-    let verdict = match (m.holds(measured), m.measured) {
+fn row(m: &CardMeasure, measured: f64, written: bool) -> Option<Json> {
+    let verdict = match (m.is_within_tolerance(measured), m.measured) {
         (false, _) => "off",
         (true, None) if !written => "not recorded: use --write",
         (true, Some(_)) if !written && !m.is_recorded(measured) => "recorded otherwise",
@@ -194,7 +194,7 @@ fn row(m: &Measure, measured: f64, written: bool) -> Option<Json> {
     }))
 }
 
-fn tell(args: &args::Measure, registry: &Registry, file: &Path, rows: &[Json]) -> Result<(), Error> {
+fn print_results(args: &args::MeasureArgs, registry: &Registry, file: &Path, rows: &[Json]) -> Result<(), Error> {
     if args.json {
         report::out!("{}", serde_json::to_string_pretty(rows).unwrap_or_default());
         return Ok(());

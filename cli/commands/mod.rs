@@ -16,11 +16,11 @@ pub mod sweep;
 use std::{path::Path, sync::Arc};
 
 use tatu_core::{
-    document::{self, Document, Options, Sources},
+    document::{self, Document, LoadOptions, SourceFiles},
     errors::Error,
-    plugins::{Copies, Registry},
+    plugins::{CopyFolder, Registry},
 };
-use tatu_embed::search::{self, Searched, built, searched};
+use tatu_embed::search::{self, SearchFolders, built_plugins, search_folders};
 use tatu_plugin_api::abi::TATU_REPORT_WARNING;
 
 use crate::{report, watchdog::Watchdog};
@@ -28,7 +28,7 @@ use crate::{report, watchdog::Watchdog};
 /// Loads all plugins that can be found.
 pub fn registry(
     scene: Option<&Path>,
-    sources: &Sources,
+    sources: &SourceFiles,
     allow: &[String],
     watchdog: &Watchdog,
 ) -> Result<Arc<Registry>, Error> {
@@ -38,14 +38,14 @@ pub fn registry(
 /// Like [`registry`], but opens copies of the libraries, stored in a folder, if that folder is given.
 pub fn registry_of(
     scene: Option<&Path>,
-    sources: &Sources,
+    sources: &SourceFiles,
     allow: &[String],
     watchdog: &Watchdog,
-    copies: Option<Copies>,
+    copies: Option<CopyFolder>,
 ) -> Result<Arc<Registry>, Error> {
-    let Searched { mut search, untrusted } = searched(scene, sources, allow)?;
+    let SearchFolders { mut search, untrusted } = search_folders(scene, sources, allow)?;
     if let (Some(scene), Some(folder)) = (scene, untrusted.first()) {
-        return Err(search::untrusted(scene, folder).help(
+        return Err(search::untrusted_plugins_error(scene, folder).help(
             "if you trust the folder, add `--allow plugins`, or set the environment variable \
              TATU_TRUST=/absolute/folder for all runs",
         ));
@@ -54,22 +54,22 @@ pub fn registry_of(
     let registry = Registry::load_watched(search, tatu_core::host_tables(), watchdog.watches.clone());
     registry.refused.iter().for_each(report::warning);
     registry.notes.iter().for_each(|n| report::note(n));
-    missing(&registry);
+    warn_missing_plugins(&registry);
     Ok(Arc::new(registry))
 }
 
 /// Ends the plugins, after all worlds have been dropped; returns whether that succeeded.
-pub fn end(registry: Arc<Registry>) -> bool {
-    let errors = Arc::into_inner(registry).map(Registry::end).unwrap_or_default();
+pub fn end_plugins(registry: Arc<Registry>) -> bool {
+    let errors = Arc::into_inner(registry).map(Registry::shut_down).unwrap_or_default();
     errors.iter().for_each(report::error);
     errors.is_empty()
 }
 
 /// Warns about plugins that belong to the program but were not found.
-fn missing(registry: &Registry) {
+fn warn_missing_plugins(registry: &Registry) {
     let stem = |p: &Path| p.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
     let found: Vec<String> = registry.plugins.iter().map(|p| stem(&p.path)).collect();
-    let lost: Vec<String> = built()
+    let lost: Vec<String> = built_plugins()
         .into_iter()
         .map(|b| format!("{}{b}{}", std::env::consts::DLL_PREFIX, std::env::consts::DLL_SUFFIX))
         .filter(|file| !found.contains(&stem(Path::new(file))))
@@ -84,11 +84,11 @@ fn missing(registry: &Registry) {
 }
 
 /// Loads the document of a scene with the changes of the command line.
-pub fn load(scene: &Path, options: &Options, registry: &Registry) -> Result<Arc<Document>, Error> {
+pub fn load(scene: &Path, options: &LoadOptions, registry: &Registry) -> Result<Arc<Document>, Error> {
     let document = document::load(scene, registry, options)?;
     for r in &document.reports {
         match r.severity {
-            TATU_REPORT_WARNING => report::warned(&r.text),
+            TATU_REPORT_WARNING => report::warn_text(&r.text),
             _ => report::note(&r.text),
         }
     }

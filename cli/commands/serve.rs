@@ -13,31 +13,31 @@ use std::{
 
 use tatu_core::{
     NextScene, Phase, Session, World,
-    document::{Document, Sources},
+    document::{Document, SourceFiles},
     errors::Error,
     plugins::Registry,
-    session::file::{Header, Writer},
+    session::file::{InputLogHeader, InputLogWriter},
 };
 use tatu_plugin_api::abi::*;
 
-use super::run::{LogFile, write_log};
+use super::run::{InputLogFile, write_log};
 use crate::{
     addons,
-    args::{Open, Serve},
+    args::{OpenArgs, ServeArgs},
     report,
     watchdog::Watchdog,
 };
 
 /// Exit code after a second Ctrl-C, by the convention of shells.
-const INTERRUPTED: i32 = 130;
+const INTERRUPTED_EXIT_CODE: i32 = 130;
 /// Name of the scene that is used if none was given.
-const NOTHING: &str = "nothing.toml";
-const NOTHING_TEXT: &str = "format = 1\n";
+const EMPTY_SCENE_FILE: &str = "nothing.toml";
+const EMPTY_SCENE_TEXT: &str = "format = 1\n";
 /// Longest wait without checking for input.
-const SLICE: Duration = Duration::from_millis(20);
+const MAX_WAIT: Duration = Duration::from_millis(20);
 
 /// Runs `tatu open`: serves the page, and starts a browser.
-pub fn open(args: Open) -> ExitCode {
+pub fn open(args: OpenArgs) -> ExitCode {
     let mut web = format!("web:port={}", args.port);
     web += if args.no_browser { ",browser=false" } else { ",browser=true" };
     let mut serve = args.serve;
@@ -46,7 +46,7 @@ pub fn open(args: Open) -> ExitCode {
 }
 
 /// Runs `tatu serve`. The exit code is 0 on success, 1 if an error occurred, and 2 if no scene could be opened.
-pub fn serve(args: &Serve) -> ExitCode {
+pub fn serve(args: &ServeArgs) -> ExitCode {
     let watchdog = Watchdog::start(args.watchdog, false);
     match start(args, &watchdog) {
         Ok(code) => code,
@@ -57,7 +57,7 @@ pub fn serve(args: &Serve) -> ExitCode {
     }
 }
 
-fn start(args: &Serve, watchdog: &Watchdog) -> Result<ExitCode, Error> {
+fn start(args: &ServeArgs, watchdog: &Watchdog) -> Result<ExitCode, Error> {
     let options = args.changes.options(&args.services)?;
     let registry = super::registry(args.scene.as_deref(), &options.sources, &args.changes.allow, watchdog)?;
     let mut document = read(args, args.scene.as_deref(), None, &registry)?;
@@ -71,16 +71,16 @@ fn start(args: &Serve, watchdog: &Watchdog) -> Result<ExitCode, Error> {
     let flag = interrupted.clone();
     let _ = ctrlc::set_handler(move || {
         if flag.swap(true, Ordering::Relaxed) {
-            crate::watchdog::leave(INTERRUPTED);
+            crate::watchdog::leave(INTERRUPTED_EXIT_CODE);
         }
     });
-    session.interrupt_by(interrupted.clone());
+    session.set_interrupt_flag(interrupted.clone());
     let mut failed = false;
     let mut log = None;
     let (mut scene, mut starts) = (args.scene.clone(), false);
     let mut before = None;
     loop {
-        let world = match make(args, &document, &registry) {
+        let world = match create_world(args, &document, &registry) {
             Ok(world) => world,
             // The new scene was read but could not be created: reopen the previous one.
             Err(e) => match before.take() {
@@ -98,18 +98,18 @@ fn start(args: &Serve, watchdog: &Watchdog) -> Result<ExitCode, Error> {
         };
         watchdog.world(&world, false);
         watchdog.begin(None);
-        world.take_scenes(reader(args, scene.clone(), &registry));
+        world.set_scene_reader(scene_reader(args, scene.clone(), &registry));
         world.set_interactive(true);
         session.join(&world);
         if let Some(file) = args.log.as_deref().filter(|_| log.is_none()) {
             log = Some(SessionLog::create(file, args, &world)?);
         }
-        let next = live(args, &world, &session, (&interrupted, &mut log), starts);
+        let next = run_scene(args, &world, &session, (&interrupted, &mut log), starts);
         log.iter_mut().for_each(|log| log.end(&world));
         failed |= !world.faults().is_empty();
         world.stop();
         world.end();
-        tell(&world);
+        print_log(&world);
         match next {
             Some(next) => {
                 before = Some((document, scene.clone()));
@@ -123,25 +123,25 @@ fn start(args: &Serve, watchdog: &Watchdog) -> Result<ExitCode, Error> {
     }
     let badly_ended = session.end();
     badly_ended.iter().for_each(report::error);
-    watchdog.told();
-    let good = super::end(registry) && !failed && badly_ended.is_empty();
+    watchdog.set_summary_printed();
+    let good = super::end_plugins(registry) && !failed && badly_ended.is_empty();
     Ok(if good { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
 
 /// Reads a scene, and applies the changes and the services of the command line; services that the scene names are
 /// ignored. Files in `sources` are not read from disk.
 fn read(
-    args: &Serve,
+    args: &ServeArgs,
     scene: Option<&Path>,
-    sources: Option<Sources>,
+    sources: Option<SourceFiles>,
     registry: &Registry,
 ) -> Result<Arc<Document>, Error> {
     let mut options = args.changes.options(&args.services)?;
-    let nothing = PathBuf::from(NOTHING);
+    let nothing = PathBuf::from(EMPTY_SCENE_FILE);
     if let Some(sources) = sources {
         options.sources = sources;
     } else if scene.is_none() {
-        options.sources = Sources::of(vec![(nothing.clone(), NOTHING_TEXT.as_bytes().to_vec())]);
+        options.sources = SourceFiles::of(vec![(nothing.clone(), EMPTY_SCENE_TEXT.as_bytes().to_vec())]);
     }
     let document = super::load(scene.unwrap_or(&nothing), &options, registry)?;
     let named = |id: &str| args.services.iter().any(|s| s.split(':').next() == Some(id));
@@ -154,22 +154,22 @@ fn read(
 }
 
 /// Creates the world of a document, with the add-ons and the folder chosen on the command line.
-fn make(args: &Serve, document: &Arc<Document>, registry: &Arc<Registry>) -> Result<World, Error> {
+fn create_world(args: &ServeArgs, document: &Arc<Document>, registry: &Arc<Registry>) -> Result<World, Error> {
     let world = World::with_threads(document.clone(), registry.clone(), args.threads.into())?;
-    addons::choose(&args.addons, document, registry)?.attach(&world)?;
+    addons::choose_addons(&args.addons, document, registry)?.attach(&world)?;
     if let Some(folder) = &args.files {
-        world.open_files_in(folder)?;
+        world.set_file_folder(folder)?;
     }
     Ok(world)
 }
 
 /// Returns a function that reads the scene that a client opens; if its path is empty, `scene`, which is open now, is
 /// read again.
-fn reader(
-    args: &Serve,
+fn scene_reader(
+    args: &ServeArgs,
     scene: Option<PathBuf>,
     registry: &Arc<Registry>,
-) -> impl Fn(&Path, Option<Sources>) -> Result<Arc<Document>, Error> + 'static {
+) -> impl Fn(&Path, Option<SourceFiles>) -> Result<Arc<Document>, Error> + 'static {
     let (args, registry) = (args.clone(), registry.clone());
     move |file, sources| {
         let file = if file.as_os_str().is_empty() { scene.as_deref() } else { Some(file) };
@@ -179,18 +179,18 @@ fn reader(
 
 /// Runs one world until another scene is opened or the program ends. If `starts` is set, the simulation starts
 /// immediately.
-fn live(
-    args: &Serve,
+fn run_scene(
+    args: &ServeArgs,
     world: &World,
     session: &Session,
     (interrupted, log): (&AtomicBool, &mut Option<SessionLog>),
     mut starts: bool,
 ) -> Option<NextScene> {
     // Nobody reads this input log, and it would grow without bound.
-    world.input_log_mut().keep(false);
+    world.input_log_mut().store_records(false);
     loop {
         let started = std::mem::take(&mut starts) || session.wait_for_start(world);
-        tell(world);
+        print_log(world);
         if interrupted.load(Ordering::Relaxed) {
             return None;
         }
@@ -203,12 +203,12 @@ fn live(
         if !started {
             return None;
         }
-        tell(world);
+        print_log(world);
     }
 }
 
 /// Runs the simulation from a start to the next stop.
-fn run(args: &Serve, world: &World, (interrupted, log): (&AtomicBool, &mut Option<SessionLog>)) {
+fn run(args: &ServeArgs, world: &World, (interrupted, log): (&AtomicBool, &mut Option<SessionLog>)) {
     world.start();
     let began = Instant::now();
     while world.phase() != Phase::Stopped {
@@ -220,46 +220,47 @@ fn run(args: &Serve, world: &World, (interrupted, log): (&AtomicBool, &mut Optio
                 && !left.is_zero()
                 && !interrupted.load(Ordering::Relaxed)
             {
-                std::thread::sleep(left.min(SLICE));
+                std::thread::sleep(left.min(MAX_WAIT));
             }
         }
         world.step();
         if world.stop_requested() {
             log.iter_mut().for_each(|log| log.end(world));
         }
-        tell(world);
+        print_log(world);
     }
 }
 
 /// The input log of the first scene, until its first stop.
-struct SessionLog(LogFile);
+struct SessionLog(InputLogFile);
 
 impl SessionLog {
-    fn create(file: &Path, args: &Serve, world: &World) -> Result<Self, Error> {
+    fn create(file: &Path, args: &ServeArgs, world: &World) -> Result<Self, Error> {
         let c = &args.changes;
-        let mut header = Header::new(&world.document(), &world.registry(), c.seed, c.set.clone(), c.scripts.clone());
+        let mut header =
+            InputLogHeader::new(&world.document(), &world.registry(), c.seed, c.set.clone(), c.scripts.clone());
         header.session = true;
-        let log = write_log(world, Writer::create(file, &header)?);
-        world.input_log_mut().log_session();
+        let log = write_log(world, InputLogWriter::create(file, &header)?);
+        world.input_log_mut().include_session();
         Ok(SessionLog(log))
     }
     /// Writes the end of the log; further calls do nothing.
     fn end(&mut self, world: &World) {
         let Some(log) = self.0.borrow_mut().take() else { return };
         if let Err(e) = log.end(world.steps(), true, &world.files_opened(), world.hash().total) {
-            report::lost(&e);
+            report::report_lost_output(&e);
         }
     }
 }
 
 /// Prints log lines to standard error.
-fn tell(world: &World) {
+fn print_log(world: &World) {
     for line in world.take_lines() {
         match line.level {
             TATU_LOG_ERROR => {
                 report::err!("error{}: {}", line.code.map_or(String::new(), |c| format!("[{c}]")), line.text)
             }
-            TATU_LOG_WARNING => report::warned(&line.text),
+            TATU_LOG_WARNING => report::warn_text(&line.text),
             TATU_LOG_DEBUG => tracing::debug!("{}", line.text),
             TATU_LOG_CLEAR | TATU_LOG_CONSOLE | TATU_LOG_CONSOLE_CLEAR => {}
             _ => report::err!("{}", line.text),

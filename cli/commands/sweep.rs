@@ -17,19 +17,19 @@ use std::{
 use serde_json::{Value, json};
 use tatu_core::errors::{Error, Result};
 use tatu_embed::{
-    Scene, Setup,
-    sweep::{Row, Sweep as Runner, plan::Plan},
+    SceneSource, WorldSetup,
+    sweep::{Sweep as Runner, SweepRow, plan::SweepPlan},
 };
-use tatu_plugin_api::safe::{MOST_BYTES, read_plain_text};
+use tatu_plugin_api::safe::{MAX_FILE_BYTES, read_plain_text};
 
-use crate::{args::Sweep, report};
+use crate::{args::SweepArgs, report};
 
 /// If a sweep has more jobs than this, their number is printed before it starts.
-const MANY_JOBS: usize = 10_000;
+const JOB_COUNT_NOTICE: usize = 10_000;
 
 /// Runs the jobs of a sweep that belong to this shard. The exit code is 0 on success, 1 if a job failed, and 2 if no
 /// job could be run.
-pub fn sweep(args: &Sweep) -> ExitCode {
+pub fn sweep(args: &SweepArgs) -> ExitCode {
     match run(args) {
         Ok(0) => ExitCode::SUCCESS,
         Ok(failed) => {
@@ -44,16 +44,16 @@ pub fn sweep(args: &Sweep) -> ExitCode {
 }
 
 /// Runs the jobs; returns the number of failed jobs.
-fn run(args: &Sweep) -> Result<usize> {
+fn run(args: &SweepArgs) -> Result<usize> {
     let unreadable = |e| Error::new("E105", format!("cannot read {}: {e}", args.file.display()));
-    let text = read_plain_text(&args.file, MOST_BYTES).map_err(unreadable)?;
-    let plan = Plan::parse(&args.file, &text)?;
-    let setup = Setup::new(Scene::File(plan.scene.clone()));
+    let text = read_plain_text(&args.file, MAX_FILE_BYTES).map_err(unreadable)?;
+    let plan = SweepPlan::parse(&args.file, &text)?;
+    let setup = WorldSetup::new(SceneSource::File(plan.scene.clone()));
     let runner = Runner::open(&Runner::bundle(&setup)?)?;
     let (shard, shards) = args.shard;
     let jobs: Vec<usize> = (0..plan.count()).filter(|n| n % shards == shard).collect();
-    let mut out = Output::open(args.output.as_deref())?;
-    if jobs.len() > MANY_JOBS {
+    let mut out = RowOutput::open(args.output.as_deref())?;
+    if jobs.len() > JOB_COUNT_NOTICE {
         report::note(&format!("the file describes {} jobs, of which {} are run here", plan.count(), jobs.len()));
     }
     let done = |n: &usize| !out.done.is_empty() && out.has(&runner.key(&plan.job(*n)));
@@ -110,7 +110,7 @@ fn run(args: &Sweep) -> Result<usize> {
 }
 
 /// Converts a row to JSON, and adds the values that depend on the machine.
-fn row_json(row: &Row, wall: f64, host: &str) -> Value {
+fn row_json(row: &SweepRow, wall: f64, host: &str) -> Value {
     let mut out = json!(row);
     out["wall_s"] = json!(wall);
     out["host"] = json!(host);
@@ -124,15 +124,15 @@ fn not_a_row(path: &Path, line: usize) -> Error {
 }
 
 /// The destination of rows: a file to which rows are appended, or standard output.
-struct Output {
+struct RowOutput {
     file: Option<(BufWriter<File>, std::path::PathBuf)>,
     /// Keys of jobs whose rows the file already contains.
     done: std::collections::BTreeSet<String>,
 }
 
-impl Output {
+impl RowOutput {
     fn open(path: Option<&Path>) -> Result<Self> {
-        let Some(path) = path else { return Ok(Output { file: None, done: Default::default() }) };
+        let Some(path) = path else { return Ok(RowOutput { file: None, done: Default::default() }) };
         let fail = |e: std::io::Error| {
             let error = Error::new("E105", format!("cannot write {}: {e}", path.display()));
             error.help("does the folder exist, and is it writable?")
@@ -175,7 +175,7 @@ impl Output {
         if whole < text.len() {
             fs::OpenOptions::new().write(true).open(path).and_then(|f| f.set_len(whole as u64)).map_err(fail)?;
         }
-        Ok(Output { file: Some((BufWriter::new(file), path.to_owned())), done })
+        Ok(RowOutput { file: Some((BufWriter::new(file), path.to_owned())), done })
     }
 
     fn has(&self, key: &str) -> bool {

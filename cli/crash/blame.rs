@@ -2,7 +2,7 @@
 
 use std::{ffi::CStr, fs, path::Path};
 
-use tatu_core::plugins::watchdog::{Call, Stuck};
+use tatu_core::plugins::watchdog::{PluginCall, StuckCall};
 
 /// The data that the signal handler recorded.
 pub struct Crash {
@@ -13,15 +13,15 @@ pub struct Crash {
     pub instruction: usize,
     pub stack: usize,
     /// The plugin call that was running on the thread.
-    pub call: Option<Stuck>,
+    pub call: Option<StuckCall>,
     pub callers: Vec<usize>,
 }
 
 /// Maximum distance from the stack pointer, in bytes, at which a fault is reported as a stack overflow.
-pub const NEAR: usize = 1 << 20;
+pub const MAX_OVERFLOW_DISTANCE: usize = 1 << 20;
 
 /// Returns the message about a crash.
-pub fn of_crash(crash: &Crash) -> String {
+pub fn crash_message(crash: &Crash) -> String {
     let signal = match crash.signal {
         libc::SIGSEGV => "SIGSEGV",
         libc::SIGBUS => "SIGBUS",
@@ -55,33 +55,33 @@ pub fn of_crash(crash: &Crash) -> String {
              timer_create or O_ASYNC), not necessarily the one that was running, {during}"
         );
     }
-    let deep = crash.address != 0 && crash.address.abs_diff(crash.stack) < NEAR;
+    let deep = crash.address != 0 && crash.address.abs_diff(crash.stack) < MAX_OVERFLOW_DISTANCE;
     let why = if deep { format!("{signal}, stack overflow") } else { signal.to_owned() };
     let place = match &crash.call {
         Some(call) => place(call),
-        None => outside(&mapped_at(crash.instruction), crash.thread),
+        None => place_outside_calls(&mapped_at(crash.instruction), crash.thread),
     };
     format!("the program crashed ({why}) {place}")
 }
 
 /// Returns the message about a plugin that called `exit`.
-pub fn of_exit(call: Option<&Stuck>, thread: i32) -> String {
+pub fn exit_message(call: Option<&StuckCall>, thread: i32) -> String {
     let place = match call {
         Some(call) => place(call),
-        None => format!("in the thread `{}`, which a plugin started", name_of(thread)),
+        None => format!("in the thread `{}`, which a plugin started", thread_name(thread)),
     };
     format!("exit() was called {place}: the program ends here")
 }
 
 /// Returns the message about a plugin that closed file descriptors of the program.
-pub fn of_closed(call: Option<&Stuck>) -> String {
+pub fn closed_files_message(call: Option<&StuckCall>) -> String {
     let place =
         call.map_or("by a thread that a plugin started, or by a plugin call that has returned".to_owned(), place);
     format!("file descriptors of the program were closed {place}: its output may be incomplete")
 }
 
 /// Returns the message about a plugin that forked the process.
-pub fn of_fork(call: &Stuck) -> String {
+pub fn fork_message(call: &StuckCall) -> String {
     format!(
         "the process was forked {}: the copy has no threads and must not return; a plugin must start other programs \
          by posix_spawn, or fork in a thread of its own",
@@ -137,15 +137,15 @@ fn symbol_at(address: usize) -> Option<(String, String)> {
 }
 
 /// Returns the id of the plugin, if it is known.
-pub fn id(call: &Stuck) -> Option<String> {
-    let known = call.call != Call::Load.text();
+pub fn id(call: &StuckCall) -> Option<String> {
+    let known = call.call != PluginCall::Load.text();
     known.then(|| call.plugin.split(" (").next().unwrap_or_default().to_owned())
 }
 
 /// Describes a call, such as "in `tatu_command.call` of plugin `org.me.fleet` for /box1".
-fn place(call: &Stuck) -> String {
-    let Stuck { plugin, object, others, call, command, .. } = call;
-    if *call == Call::Load.text() {
+fn place(call: &StuckCall) -> String {
+    let StuckCall { plugin, object, others, call, command, .. } = call;
+    if *call == PluginCall::Load.text() {
         return format!("while the library {plugin} was loaded, in one of its constructors");
     }
     // The id of a plugin that was just opened is not yet known, only its file.
@@ -162,18 +162,18 @@ fn place(call: &Stuck) -> String {
 }
 
 /// Describes the location of a crash outside of plugin calls, derived from the file that contains the instruction.
-fn outside(file: &str, thread: i32) -> String {
+fn place_outside_calls(file: &str, thread: i32) -> String {
     let name = Path::new(file).file_name().map(|n| n.to_string_lossy()).unwrap_or_default();
     let own = std::env::current_exe().is_ok_and(|exe| exe == Path::new(file));
     // Only libraries with such names are opened as plugins; their copies have a number as prefix.
     if !own && name.contains("tatu_") {
-        return format!("in {file}, in the thread `{}` and outside of any call from the program", name_of(thread));
+        return format!("in {file}, in the thread `{}` and outside of any call from the program", thread_name(thread));
     }
     if !own && name.contains("test_") {
         return format!("in {name}, the library of the test");
     }
     if !own && thread != std::process::id().cast_signed() {
-        let name = name_of(thread);
+        let name = thread_name(thread);
         return format!("in the thread `{name}`, outside of any call into a plugin; the thread may belong to a plugin");
     }
     "outside of any plugin: this is a fault of the program itself, unless a plugin has corrupted its memory".to_owned()
@@ -193,7 +193,7 @@ fn mapped_at(address: usize) -> String {
 }
 
 /// Returns the name of a thread of this process.
-fn name_of(thread: i32) -> String {
+fn thread_name(thread: i32) -> String {
     let name = fs::read_to_string(format!("/proc/self/task/{thread}/comm")).unwrap_or_default();
     if name.trim().is_empty() { thread.to_string() } else { name.trim().to_owned() }
 }

@@ -29,7 +29,7 @@ use tatu_core::{
     errors::{Fault, FaultKind},
     plugins::{
         guard,
-        watchdog::{Call, Stuck, Watch, here},
+        watchdog::{CallWatch, PluginCall, StuckCall, current_watch},
     },
 };
 
@@ -59,40 +59,40 @@ const SIGNALS: [c_int; 15] = [
     libc::SIGSTKFLT,
 ];
 /// Signals for which the system reports an address.
-const FAULTS: [c_int; 4] = [libc::SIGSEGV, libc::SIGBUS, libc::SIGFPE, libc::SIGILL];
+const ADDRESS_SIGNALS: [c_int; 4] = [libc::SIGSEGV, libc::SIGBUS, libc::SIGFPE, libc::SIGILL];
 /// Maximum number of recorded callers of the crashed instruction.
-const FRAMES: usize = 24;
+const MAX_FRAMES: usize = 24;
 /// Number and length (ns) of the intervals in which the handler waits for the report.
-const PARTS: u32 = 300;
-const PART_NS: libc::c_long = 10_000_000;
+const WAIT_INTERVALS: u32 = 300;
+const WAIT_INTERVAL_NS: libc::c_long = 10_000_000;
 /// Maximum time for which a process that exits waits while a crash on another thread is reported.
-const LONGEST: Duration = Duration::from_secs(4);
+const EXIT_TIMEOUT: Duration = Duration::from_secs(4);
 /// Size of the alternate signal stack for a thread that has none, bytes.
-const STACK: usize = 64 << 10;
+const SIGNAL_STACK_BYTES: usize = 64 << 10;
 
 /// The process in which handlers were installed: a forked child inherits them, but must not report.
-static PROCESS: AtomicI32 = AtomicI32::new(0);
+static OWN_PROCESS: AtomicI32 = AtomicI32::new(0);
 /// The write end of the pipe by which the handler wakes the reporting thread.
-static WAKE: AtomicI32 = AtomicI32::new(-1);
+static WAKE_PIPE: AtomicI32 = AtomicI32::new(-1);
 /// Set by the first thread that crashes or calls `exit`. Only this thread is reported.
-static TAKEN: AtomicBool = AtomicBool::new(false);
+static IS_CRASHING: AtomicBool = AtomicBool::new(false);
 /// Set when the report is complete.
-static TOLD: AtomicBool = AtomicBool::new(false);
+static REPORT_DONE: AtomicBool = AtomicBool::new(false);
 
 // Data recorded by the handler.
 static SIGNAL: AtomicI32 = AtomicI32::new(0);
 static THREAD: AtomicI32 = AtomicI32::new(0);
 /// Id of the process that sent the signal, or 0 if no other process did.
 static SENDER: AtomicI32 = AtomicI32::new(0);
-static AT: AtomicPtr<Watch> = AtomicPtr::new(std::ptr::null_mut());
+static CRASHED_WATCH: AtomicPtr<CallWatch> = AtomicPtr::new(std::ptr::null_mut());
 /// The address that could not be accessed, the instruction pointer, and the stack pointer.
 static ADDRESS: AtomicUsize = AtomicUsize::new(0);
 static INSTRUCTION: AtomicUsize = AtomicUsize::new(0);
-static STACK_AT: AtomicUsize = AtomicUsize::new(0);
+static STACK_POINTER: AtomicUsize = AtomicUsize::new(0);
 /// Set when `CALLERS` is complete.
-static NOTED: AtomicBool = AtomicBool::new(false);
+static CALLERS_DONE: AtomicBool = AtomicBool::new(false);
 /// The crashed instruction and its callers.
-static CALLERS: [AtomicUsize; FRAMES] = [const { AtomicUsize::new(0) }; FRAMES];
+static CALLERS: [AtomicUsize; MAX_FRAMES] = [const { AtomicUsize::new(0) }; MAX_FRAMES];
 
 /// Returns the id of the calling thread. Safe in a signal handler. glibc provides `gettid` only since version 2.30.
 fn thread_id() -> c_int {
@@ -101,28 +101,28 @@ fn thread_id() -> c_int {
 }
 
 /// Installs the handlers. If this fails, crashes are not reported, but the program runs normally.
-pub fn listen() {
+pub fn install_handlers() {
     let mut ends = [0; 2];
     // SAFETY: `ends` has room for the two file descriptors that `pipe2` writes.
     if unsafe { libc::pipe2(ends.as_mut_ptr(), libc::O_CLOEXEC) } != 0 {
         return;
     }
     let [read, write] = ends;
-    WAKE.store(write, Relaxed);
-    PROCESS.store(std::process::id().cast_signed(), Relaxed);
+    WAKE_PIPE.store(write, Relaxed);
+    OWN_PROCESS.store(std::process::id().cast_signed(), Relaxed);
     let (ready, waits) = mpsc::channel();
-    let run = move || wait(read, &ready);
+    let run = move || wait_for_crash(read, &ready);
     // Wait until the thread runs: starting it requires locks of the loader, which a crashing constructor would hold.
     if std::thread::Builder::new().name("crashes".into()).spawn(run).is_err() || waits.recv().is_err() {
         return;
     }
-    give_stack();
+    ensure_signal_stack();
     // SAFETY: `sigaction` is a structure of integers and pointers, for which zero is valid. The handler has the
     // signature that SA_SIGINFO requires and calls only async-signal-safe functions; the functions registered for exit
     // and fork are static.
     unsafe {
         let mut action: libc::sigaction = std::mem::zeroed();
-        let handler: extern "C" fn(c_int, *mut libc::siginfo_t, *mut c_void) = caught;
+        let handler: extern "C" fn(c_int, *mut libc::siginfo_t, *mut c_void) = handle_signal;
         action.sa_sigaction = handler as usize;
         // Finding the callers may crash as well: the handler is then entered again, and ends the process.
         action.sa_flags = libc::SA_SIGINFO | libc::SA_ONSTACK | libc::SA_NODEFER;
@@ -137,8 +137,8 @@ pub fn listen() {
         }
         // Exceeding the file size limit should fail the write, not kill the process.
         libc::signal(libc::SIGXFSZ, libc::SIG_IGN);
-        libc::atexit(exited);
-        libc::pthread_atfork(None, Some(forked), Some(is_child));
+        libc::atexit(handle_exit);
+        libc::pthread_atfork(None, Some(after_fork_in_parent), Some(after_fork_in_child));
         // The first call of `backtrace` loads a library, which is not allowed in a signal handler.
         let mut one = [std::ptr::null_mut(); 1];
         backtrace(one.as_mut_ptr(), 1);
@@ -151,36 +151,36 @@ unsafe extern "C" {
 }
 
 /// Creates an alternate signal stack for this thread, if the standard library has not done so.
-fn give_stack() {
+fn ensure_signal_stack() {
     // SAFETY: the first call only reads into `now`; the new stack is leaked memory of the stated size, so it stays
     // valid.
     unsafe {
         let mut now: libc::stack_t = std::mem::zeroed();
         if libc::sigaltstack(std::ptr::null(), &raw mut now) == 0 && now.ss_flags & libc::SS_DISABLE != 0 {
-            let room = Box::leak(vec![0_u8; STACK].into_boxed_slice());
-            let new = libc::stack_t { ss_sp: room.as_mut_ptr().cast(), ss_flags: 0, ss_size: STACK };
+            let room = Box::leak(vec![0_u8; SIGNAL_STACK_BYTES].into_boxed_slice());
+            let new = libc::stack_t { ss_sp: room.as_mut_ptr().cast(), ss_flags: 0, ss_size: SIGNAL_STACK_BYTES };
             libc::sigaltstack(&raw const new, std::ptr::null_mut());
         }
     }
 }
 
 /// The signal handler. It uses only async-signal-safe functions, atomics, and a thread-local without a destructor.
-extern "C" fn caught(signal: c_int, info: *mut libc::siginfo_t, context: *mut c_void) {
+extern "C" fn handle_signal(signal: c_int, info: *mut libc::siginfo_t, context: *mut c_void) {
     // SAFETY: the system passes a valid `info` and `context`; all functions called here are async-signal-safe.
     unsafe {
-        if libc::getpid() == PROCESS.load(Relaxed) {
-            if !TAKEN.swap(true, Acquire) {
-                note(signal, &*info, context);
-                let (wake, byte) = (WAKE.load(Relaxed), 1_u8);
+        if libc::getpid() == OWN_PROCESS.load(Relaxed) {
+            if !IS_CRASHING.swap(true, Acquire) {
+                record_crash(signal, &*info, context);
+                let (wake, byte) = (WAKE_PIPE.load(Relaxed), 1_u8);
                 if wake >= 0 {
                     libc::write(wake, (&raw const byte).cast(), 1);
-                    note_callers();
+                    record_callers();
                 }
             }
             // If another thread crashes in the meantime, it waits here too: the first one ends the process.
-            let part = libc::timespec { tv_sec: 0, tv_nsec: PART_NS };
-            for _ in 0..PARTS {
-                if TOLD.load(Acquire) {
+            let part = libc::timespec { tv_sec: 0, tv_nsec: WAIT_INTERVAL_NS };
+            for _ in 0..WAIT_INTERVALS {
+                if REPORT_DONE.load(Acquire) {
                     break;
                 }
                 libc::nanosleep(&raw const part, std::ptr::null_mut());
@@ -196,9 +196,9 @@ extern "C" fn caught(signal: c_int, info: *mut libc::siginfo_t, context: *mut c_
 ///
 /// # Safety
 /// `info` and `context` must be those that the system passed to the handler.
-unsafe fn note(signal: c_int, info: &libc::siginfo_t, context: *mut c_void) {
+unsafe fn record_crash(signal: c_int, info: &libc::siginfo_t, context: *mut c_void) {
     SIGNAL.store(signal, Relaxed);
-    AT.store(here().cast_mut(), Relaxed);
+    CRASHED_WATCH.store(current_watch().cast_mut(), Relaxed);
     // SAFETY: `gettid` has no preconditions; the fields of `info` are read only for the signals and codes that define
     // them; `context` is a `ucontext_t` of this architecture, as SA_SIGINFO guarantees.
     unsafe {
@@ -208,36 +208,36 @@ unsafe fn note(signal: c_int, info: &libc::siginfo_t, context: *mut c_void) {
             // to this process.
             let own = info.si_code == libc::SI_TIMER || info.si_pid() == libc::getpid();
             SENDER.store(if own { 0 } else { info.si_pid().max(1) }, Relaxed);
-        } else if info.si_code > 0 && FAULTS.contains(&signal) {
+        } else if info.si_code > 0 && ADDRESS_SIGNALS.contains(&signal) {
             ADDRESS.store(info.si_addr() as usize, Relaxed);
         }
         let (instruction, stack) = registers(&(*context.cast::<libc::ucontext_t>()).uc_mcontext);
         INSTRUCTION.store(instruction, Relaxed);
-        STACK_AT.store(stack, Relaxed);
+        STACK_POINTER.store(stack, Relaxed);
     }
 }
 
 /// Records the callers. This is done after all other data was handed over, so that a crash here does not affect it.
 ///
 /// # Safety
-/// Must be called in the handler, after `note`.
-unsafe fn note_callers() {
+/// Must be called in the handler, after `record_crash`.
+unsafe fn record_callers() {
     // SAFETY: the watch of this thread lives as long as the thread; `frames` has room for the FRAMES addresses that
     // `backtrace` may write.
     unsafe {
-        let stack = STACK_AT.load(Relaxed);
+        let stack = STACK_POINTER.load(Relaxed);
         // After a stack overflow, or while a library is being loaded, `backtrace` could crash or block.
-        let deep = ADDRESS.load(Relaxed).abs_diff(stack) < blame::NEAR && ADDRESS.load(Relaxed) != 0;
-        let loads = here().as_ref().is_some_and(|watch| watch.call() == Some(Call::Load));
+        let deep = ADDRESS.load(Relaxed).abs_diff(stack) < blame::MAX_OVERFLOW_DISTANCE && ADDRESS.load(Relaxed) != 0;
+        let loads = current_watch().as_ref().is_some_and(|watch| watch.call() == Some(PluginCall::Load));
         if !deep && !loads {
-            let mut frames = [std::ptr::null_mut(); FRAMES];
-            let n = backtrace(frames.as_mut_ptr(), FRAMES as c_int).clamp(0, FRAMES as c_int) as usize;
+            let mut frames = [std::ptr::null_mut(); MAX_FRAMES];
+            let n = backtrace(frames.as_mut_ptr(), MAX_FRAMES as c_int).clamp(0, MAX_FRAMES as c_int) as usize;
             for (to, from) in CALLERS.iter().zip(&frames[..n]) {
                 to.store(*from as usize, Relaxed);
             }
         }
     }
-    NOTED.store(true, Release);
+    CALLERS_DONE.store(true, Release);
 }
 
 /// Returns the instruction pointer and the stack pointer.
@@ -255,7 +255,7 @@ fn registers(_: &libc::mcontext_t) -> (usize, usize) {
 }
 
 /// Waits for a crash and reports it; runs on the reporting thread.
-fn wait(read: c_int, ready: &mpsc::Sender<()>) {
+fn wait_for_crash(read: c_int, ready: &mpsc::Sender<()>) {
     // SAFETY: all signals are blocked on this thread, so that signals from outside go to others, and a crash here ends
     // the process at once. `all` is initialized by `sigfillset`; `byte` has room for the single byte that is read.
     unsafe {
@@ -270,7 +270,7 @@ fn wait(read: c_int, ready: &mpsc::Sender<()>) {
             match libc::read(read, (&raw mut byte).cast(), 1) {
                 1 => break,
                 n if n < 0 && io::Error::last_os_error().kind() == io::ErrorKind::Interrupted => {}
-                _ => return tell_closed(),
+                _ => return report_closed_pipe(),
             }
         }
     }
@@ -280,19 +280,19 @@ fn wait(read: c_int, ready: &mpsc::Sender<()>) {
         sender: SENDER.load(Relaxed),
         address: ADDRESS.load(Relaxed),
         instruction: INSTRUCTION.load(Relaxed),
-        stack: STACK_AT.load(Relaxed),
-        call: running(AT.load(Relaxed)),
+        stack: STACK_POINTER.load(Relaxed),
+        call: running(CRASHED_WATCH.load(Relaxed)),
         callers: Vec::new(),
     };
-    let mut fault = Fault::new(FaultKind::Crash, blame::of_crash(&crash));
-    if crash.sender == 0 || crash.sender == PROCESS.load(Relaxed) {
+    let mut fault = Fault::new(FaultKind::Crash, blame::crash_message(&crash));
+    if crash.sender == 0 || crash.sender == OWN_PROCESS.load(Relaxed) {
         fault.help = Some(CRASH_HELP.to_owned());
     }
-    tell(fault, crash.call.as_ref());
+    report_fault(fault, crash.call.as_ref());
     // The report has been written. The rest may block or crash if the crashed thread holds a lock or has corrupted
     // memory, but then nothing essential is lost.
     for _ in 0..50 {
-        if NOTED.load(Acquire) {
+        if CALLERS_DONE.load(Acquire) {
             crash.callers = CALLERS.iter().map(|c| c.load(Relaxed)).take_while(|c| *c != 0).collect();
             break;
         }
@@ -302,27 +302,27 @@ fn wait(read: c_int, ready: &mpsc::Sender<()>) {
         write_line(&format!("  {line}\n"));
     }
     // SAFETY: the thread that runs the script is in the signal handler, so the script's state does not change.
-    if let Some((file, line)) = crash.call.as_ref().and_then(|call| unsafe { call.script.ask() }) {
+    if let Some((file, line)) = crash.call.as_ref().and_then(|call| unsafe { call.script.current_position() }) {
         write_line(&format!("  called by the script at {file}:{line}\n"));
     }
-    TOLD.store(true, Release);
+    REPORT_DONE.store(true, Release);
 }
 
 /// Reports that the pipe was closed, which the program itself never does.
-fn tell_closed() {
-    WAKE.store(-1, Relaxed);
+fn report_closed_pipe() {
+    WAKE_PIPE.store(-1, Relaxed);
     let call = watchdog::current().and_then(|run| run.watches.any_running());
-    tatu_core::breach(blame::of_closed(call.as_ref()));
+    tatu_core::record_breach(blame::closed_files_message(call.as_ref()));
 }
 
 /// Returns the call that is running on the thread with this watch.
-fn running(at: *const Watch) -> Option<Stuck> {
+fn running(at: *const CallWatch) -> Option<StuckCall> {
     watchdog::current()?.watches.running(at)
 }
 
 /// Reports a fault and returns the exit code. The error line is written first, since the rest, which writes all pending
 /// output, may block on a lock of the crashed thread.
-fn tell(mut fault: Fault, call: Option<&Stuck>) -> i32 {
+fn report_fault(mut fault: Fault, call: Option<&StuckCall>) -> i32 {
     if let Some(call) = call {
         (fault.plugin, fault.object) = (blame::id(call), call.object.clone());
     }
@@ -345,28 +345,28 @@ fn write_line(line: &str) {
 }
 
 /// Called in the parent process after a fork. A fork during a plugin call is reported as the plugin's fault.
-extern "C" fn forked() {
-    if let Some(call) = running(here()) {
-        write_line(&format!("warning: {}\n", blame::of_fork(&call)));
+extern "C" fn after_fork_in_parent() {
+    if let Some(call) = running(current_watch()) {
+        write_line(&format!("warning: {}\n", blame::fork_message(&call)));
     }
 }
 
 /// Called in the child process after a fork. The child has a single thread and no world, and must not return from the
 /// plugin call.
-extern "C" fn is_child() {
-    guard::this_is_a_child();
+extern "C" fn after_fork_in_child() {
+    guard::mark_as_child();
 }
 
 /// Ends the program, with a time limit for exit handlers of libraries. Such handlers cannot be cancelled, and no plugin
 /// call is running to which they could be attributed.
-pub fn end(code: ExitCode) -> ExitCode {
+pub fn limit_exit_time(code: ExitCode) -> ExitCode {
     let failed = code != ExitCode::SUCCESS;
     let late = move || {
-        std::thread::sleep(LONGEST);
+        std::thread::sleep(EXIT_TIMEOUT);
         let text = format!(
             "the program has ended, but an exit handler (`atexit`, a destructor) of a plugin or of one of its \
              libraries has not returned for {} s",
-            LONGEST.as_secs()
+            EXIT_TIMEOUT.as_secs()
         );
         write_line(&format!("error[{}]: {text}\n", Fault::new(FaultKind::Stuck, "").code));
         leave(if failed { 2 } else { 1 });
@@ -377,24 +377,24 @@ pub fn end(code: ExitCode) -> ExitCode {
 }
 
 /// Called when the process exits, on the thread that ends it. An exit during a plugin call is the plugin's fault.
-extern "C" fn exited() {
+extern "C" fn handle_exit() {
     // SAFETY: both functions have no preconditions.
     let (process, thread) = unsafe { (libc::getpid(), thread_id()) };
-    if process != PROCESS.load(Relaxed) {
+    if process != OWN_PROCESS.load(Relaxed) {
         return;
     }
-    let call = running(here());
+    let call = running(current_watch());
     // A regular exit of the program happens on its main thread.
     let in_order = call.is_none() && thread == process;
-    let taken = if in_order { TAKEN.load(Acquire) } else { TAKEN.swap(true, Acquire) };
+    let taken = if in_order { IS_CRASHING.load(Acquire) } else { IS_CRASHING.swap(true, Acquire) };
     if taken {
         // Another thread has crashed, and ends the process once its crash has been reported.
-        std::thread::sleep(LONGEST);
+        std::thread::sleep(EXIT_TIMEOUT);
     }
     if in_order || taken {
         return;
     }
-    let mut fault = Fault::new(FaultKind::Exit, blame::of_exit(call.as_ref(), thread));
+    let mut fault = Fault::new(FaultKind::Exit, blame::exit_message(call.as_ref(), thread));
     fault.help = Some("a plugin must return an error instead".into());
-    leave(tell(fault, call.as_ref()));
+    leave(report_fault(fault, call.as_ref()));
 }

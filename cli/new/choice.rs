@@ -7,7 +7,7 @@ use tatu_core::errors::Error;
 
 /// The name of the new folder, and where to create it.
 #[derive(clap::Args)]
-pub struct Named {
+pub struct NewItemArgs {
     /// Name of the new item and of its folder: lower-case letters, digits and `_`.
     pub name: String,
     /// The folder in which the new folder is created [default: the working folder].
@@ -16,15 +16,15 @@ pub struct Named {
 }
 
 #[derive(clap::Args)]
-pub struct Plugin {
+pub struct NewPluginArgs {
     #[command(flatten)]
-    pub named: Named,
+    pub named: NewItemArgs,
     /// Programming language of the plugin.
     #[arg(long, value_enum)]
     pub lang: Lang,
     /// What the plugin provides.
     #[arg(long, value_enum, default_value = "command")]
-    pub kind: Kind,
+    pub kind: ExtensionKind,
 }
 
 /// A programming language for which there are plugin templates.
@@ -37,7 +37,7 @@ pub enum Lang {
 
 /// The kind of extension that a plugin provides.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum Kind {
+pub enum ExtensionKind {
     /// Functions for scripts, remote clients and other plugins.
     Command,
     /// A kind of sensor.
@@ -55,7 +55,7 @@ pub enum Kind {
 }
 
 /// Returns the spelling of a value on the command line and in `tatu.toml`.
-pub fn word(value: impl ValueEnum) -> String {
+pub fn value_name(value: impl ValueEnum) -> String {
     value.to_possible_value().map(|v| v.get_name().to_owned()).unwrap_or_default()
 }
 

@@ -9,36 +9,36 @@ use std::{
 use tatu_core::errors::Result;
 
 use super::{
-    choice::{Named, refused},
+    choice::{NewItemArgs, refused},
     name,
 };
 use crate::report;
 
 /// The files of a new folder, each with its path relative to that folder.
-pub struct Files {
+pub struct NewFiles {
     folder: PathBuf,
     name: String,
     all: Vec<(String, String)>,
 }
 
-impl Files {
+impl NewFiles {
     /// Creates an empty list of files. Fails with E610 if the name is invalid, or if the folder already exists.
-    pub fn new(named: &Named) -> Result<Self> {
+    pub fn new(named: &NewItemArgs) -> Result<Self> {
         name::check(&named.name)?;
         let folder = named.to.join(&named.name);
         if folder.symlink_metadata().is_ok() {
             return Err(refused(format!("{} already exists", folder.display()))
                 .help("choose another name, or another folder with `--to DIR`; nothing was changed"));
         }
-        Ok(Files { folder, name: named.name.clone(), all: Vec::new() })
+        Ok(NewFiles { folder, name: named.name.clone(), all: Vec::new() })
     }
     /// Returns the name of the new folder.
     pub fn name(&self) -> &str {
         &self.name
     }
     /// Adds a file of a template, and replaces the template's name `own` in its path and its text by the new name.
-    pub fn put(&mut self, path: &str, text: &str, own: &str) {
-        self.add(&name::put(path, own, &self.name), &name::put(text, own, &self.name));
+    pub fn add_renamed(&mut self, path: &str, text: &str, own: &str) {
+        self.add(&name::replace_name(path, own, &self.name), &name::replace_name(text, own, &self.name));
     }
     /// Adds a file without any replacement.
     pub fn add(&mut self, path: &str, text: &str) {

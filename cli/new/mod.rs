@@ -4,49 +4,49 @@
 //! - `name`: validates names, and inserts them into templates;
 //! - `files`: writes the files of a folder without overwriting anything;
 //! - `sdk`: the SDK for plugins and the templates, embedded in the program;
-//! - `plugin`: creates the folder of a plugin; `others`: that of an add-on, a scene or a robot.
+//! - `plugin`: creates the folder of a plugin; `templates`: that of an add-on, a scene or a robot.
 
 mod choice;
 mod files;
 mod name;
-mod others;
 mod plugin;
 pub mod sdk;
+mod templates;
 
 use std::process::ExitCode;
 
 use clap::Subcommand;
 
-pub use choice::{Lang, word};
-use choice::{Named, Plugin};
+pub use choice::{Lang, value_name};
+use choice::{NewItemArgs, NewPluginArgs};
 
 use crate::report;
 
 #[derive(clap::Args)]
-pub struct New {
+pub struct NewArgs {
     #[command(subcommand)]
-    what: What,
+    what: NewItem,
 }
 
 #[derive(Subcommand)]
-enum What {
+enum NewItem {
     /// A plugin: source, build description, headers, and a scene that checks it.
-    Plugin(Plugin),
+    Plugin(NewPluginArgs),
     /// An add-on: a script that can be started in addition to any scene.
-    Addon(Named),
+    Addon(NewItemArgs),
     /// A scene with a robot and its script.
-    Scene(Named),
+    Scene(NewItemArgs),
     /// A robot without code: a model folder, and scenes that use it.
-    Robot(Named),
+    Robot(NewItemArgs),
 }
 
 /// Runs `tatu new`. Returns exit code 0, or 2 after an error.
-pub fn new(args: &New) -> ExitCode {
+pub fn new(args: &NewArgs) -> ExitCode {
     let made = match &args.what {
-        What::Plugin(p) => plugin::plugin(p),
-        What::Addon(n) => others::addon(n),
-        What::Scene(n) => others::scene(n),
-        What::Robot(n) => others::robot(n),
+        NewItem::Plugin(p) => plugin::plugin(p),
+        NewItem::Addon(n) => templates::addon(n),
+        NewItem::Scene(n) => templates::scene(n),
+        NewItem::Robot(n) => templates::robot(n),
     };
     match made {
         Ok(()) => ExitCode::SUCCESS,

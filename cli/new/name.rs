@@ -6,14 +6,14 @@ use super::choice::refused;
 
 /// Names that are reserved in scripts: Lua's keywords, and global tables that scripts have in at least one API version.
 #[rustfmt::skip]
-const TAKEN: [&str; 36] = [
+const RESERVED_NAMES: [&str; 36] = [
     "and", "break", "do", "else", "elseif", "end", "false", "for", "function", "goto", "if", "in", "local", "nil", "not",
     "or", "repeat", "return", "then", "true", "until", "while",
     "bit32", "coroutine", "debug", "io", "math", "os", "package", "sim", "simui", "socket", "string", "table", "tatu",
     "utf8",
 ];
 /// Maximum length of a name, in characters, because it becomes part of file names.
-const LONGEST: usize = 40;
+const MAX_NAME_CHARS: usize = 40;
 
 /// Checks a name. Fails with E610 if it is invalid, too long or reserved.
 pub fn check(name: &str) -> Result {
@@ -22,17 +22,17 @@ pub fn check(name: &str) -> Result {
     let expected = "a letter, then letters, digits and `_`, all lower-case";
     if !starts || !name.chars().all(good) {
         let error = refused(format!("`{name}` is not a valid name")).expected(expected);
-        let better = better(name);
+        let better = suggested_name(name);
         return Err(match better.is_empty() {
             true => error,
             false => error.help(format!("try `{better}`")),
         });
     }
-    if name.len() > LONGEST {
+    if name.len() > MAX_NAME_CHARS {
         return Err(refused(format!("the name is too long: {} characters", name.len()))
-            .expected(format!("at most {LONGEST} characters")));
+            .expected(format!("at most {MAX_NAME_CHARS} characters")));
     }
-    if TAKEN.contains(&name) {
+    if RESERVED_NAMES.contains(&name) {
         return Err(refused(format!("the name `{name}` is reserved in scripts"))
             .help(format!("try another, such as `my_{name}`")));
     }
@@ -40,7 +40,7 @@ pub fn check(name: &str) -> Result {
 }
 
 /// Returns a valid name that resembles `name`, or an empty string if there is no such name.
-fn better(name: &str) -> String {
+fn suggested_name(name: &str) -> String {
     let mut out = String::new();
     for c in name.chars() {
         match c {
@@ -59,7 +59,7 @@ fn better(name: &str) -> String {
 }
 
 /// Replaces the template's name `own` in a text with `name`, both in snake case and in camel case.
-pub fn put(text: &str, own: &str, name: &str) -> String {
+pub fn replace_name(text: &str, own: &str, name: &str) -> String {
     text.replace(own, name).replace(&camel(own), &camel(name))
 }
 
@@ -74,7 +74,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn names() {
+    fn invalid_and_reserved_names_are_refused() {
         for good in ["lamp", "my_robot", "a2"] {
             assert!(check(good).is_ok(), "{good}");
         }
@@ -87,7 +87,7 @@ mod tests {
     }
 
     #[test]
-    fn names_get_into_texts() {
-        assert_eq!(put("my_plugin MyPlugin", "my_plugin", "big_lamp"), "big_lamp BigLamp");
+    fn template_name_is_replaced_in_both_cases() {
+        assert_eq!(replace_name("my_plugin MyPlugin", "my_plugin", "big_lamp"), "big_lamp BigLamp");
     }
 }

@@ -3,20 +3,20 @@
 use tatu_core::errors::Result;
 
 use super::{
-    choice::{Kind, Lang, Plugin, refused, word},
-    files::Files,
+    choice::{ExtensionKind, Lang, NewPluginArgs, refused, value_name},
+    files::NewFiles,
     sdk,
 };
 
 /// The name used in plugin templates, which the plugin's name replaces.
-const OWN: &str = "my_plugin";
+const TEMPLATE_NAME: &str = "my_plugin";
 
-pub fn plugin(args: &Plugin) -> Result {
+pub fn plugin(args: &NewPluginArgs) -> Result {
     let (lang, kind) = (args.lang, args.kind);
-    let mut files = Files::new(&args.named)?;
-    let folder = format!("{}_{}", word(kind), word(lang));
+    let mut files = NewFiles::new(&args.named)?;
+    let folder = format!("{}_{}", value_name(kind), value_name(lang));
     if sdk::template(&folder).next().is_none() {
-        return Err(refused(format!("there is no template for a {} in C++", word(kind)))
+        return Err(refused(format!("there is no template for a {} in C++", value_name(kind)))
             .expected("`command` or `sensor` in C++; all kinds in C and Rust")
             .help(
                 "use C (`--lang c`), or add the C tables of this kind to a C++ plugin: see `other_extension` in \
@@ -24,24 +24,24 @@ pub fn plugin(args: &Plugin) -> Result {
             ));
     }
     for (path, text) in sdk::template(&folder) {
-        files.put(path, text, OWN);
+        files.add_renamed(path, text, TEMPLATE_NAME);
     }
-    for (path, text) in sdk::template(&format!("{}_check", word(kind))) {
-        files.put(path, text, OWN);
+    for (path, text) in sdk::template(&format!("{}_check", value_name(kind))) {
+        files.add_renamed(path, text, TEMPLATE_NAME);
     }
     let manifest = match lang {
         Lang::Rust => sdk::common("Cargo.toml"),
         Lang::Cpp => sdk::common("Makefile.cpp"),
         Lang::C => sdk::common("Makefile.c"),
     };
-    files.put(if lang == Lang::Rust { "Cargo.toml" } else { "Makefile" }, manifest, OWN);
-    files.put("README.md", &readme(lang, kind), OWN);
-    files.put("tatu.toml", &settings(lang, kind), OWN);
-    files.put(".gitignore", sdk::common("gitignore"), OWN);
+    files.add_renamed(if lang == Lang::Rust { "Cargo.toml" } else { "Makefile" }, manifest, TEMPLATE_NAME);
+    files.add_renamed("README.md", &readme(lang, kind), TEMPLATE_NAME);
+    files.add_renamed("tatu.toml", &settings(lang, kind), TEMPLATE_NAME);
+    files.add_renamed(".gitignore", sdk::common("gitignore"), TEMPLATE_NAME);
     for (path, text) in sdk::files(lang) {
         files.add(&path, &text);
     }
-    let (folder, source) = (files.shown(), source(lang).replace(OWN, files.name()));
+    let (folder, source) = (files.shown(), source(lang).replace(TEMPLATE_NAME, files.name()));
     files.write(&[format!("tatu plugin run {folder}"), format!("change {folder}/{source}, and run it again")])
 }
 
@@ -54,20 +54,20 @@ fn source(lang: Lang) -> &'static str {
     }
 }
 
-fn settings(lang: Lang, kind: Kind) -> String {
-    let text = sdk::common("tatu.toml").replace("LANGUAGE", &word(lang)).replace("KIND", &word(kind));
+fn settings(lang: Lang, kind: ExtensionKind) -> String {
+    let text = sdk::common("tatu.toml").replace("LANGUAGE", &value_name(lang)).replace("KIND", &value_name(kind));
     text.replace("VERSION", sdk::VERSION)
 }
 
-fn readme(lang: Lang, kind: Kind) -> String {
+fn readme(lang: Lang, kind: ExtensionKind) -> String {
     let summary = match kind {
-        Kind::Command => "Commands for scripts",
-        Kind::Sensor => "A kind of sensor",
-        Kind::Actuator => "A kind of actuator",
-        Kind::Model => "A robot model",
-        Kind::Importer => "An importer of a file format",
-        Kind::Service => "A service",
-        Kind::Script => "A script language",
+        ExtensionKind::Command => "Commands for scripts",
+        ExtensionKind::Sensor => "A kind of sensor",
+        ExtensionKind::Actuator => "A kind of actuator",
+        ExtensionKind::Model => "A robot model",
+        ExtensionKind::Importer => "An importer of a file format",
+        ExtensionKind::Service => "A service",
+        ExtensionKind::Script => "A script language",
     };
     let (name, manifest, manual) = match lang {
         Lang::C => ("C", "Makefile", "`sdk/include/tatu.h`"),

@@ -39,7 +39,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_sdk_is_embedded() {
+    fn sdk_files_are_embedded() {
         let c = files(Lang::C);
         assert!(
             c.iter().any(|(p, _)| p == "sdk/include/tatu.h")

@@ -4,13 +4,13 @@ use std::{fs, io, path::Path};
 
 /// Maximum nesting depth of a folder of assets. Without a limit, a symbolic link to a parent folder would cause endless
 /// recursion.
-const DEEPEST: usize = 16;
+const MAX_FOLDER_DEPTH: usize = 16;
 
 /// Replaces the folder `to` by a copy of the folder `from`. The copy is made under a temporary name and then renamed.
 pub fn replace(from: &Path, to: &Path) -> io::Result<()> {
     let parent = to.parent().unwrap_or(Path::new("."));
     let new = tempfile::Builder::new().prefix(".tatu-").tempdir_in(parent)?;
-    copy(from, new.path(), DEEPEST)?;
+    copy(from, new.path(), MAX_FOLDER_DEPTH)?;
     remove(to)?;
     fs::rename(new.keep(), to)?;
     #[cfg(unix)]
@@ -32,7 +32,7 @@ pub fn remove(folder: &Path) -> io::Result<()> {
 /// Copies the files and folders of a folder; anything else, such as a pipe, is an error.
 fn copy(from: &Path, to: &Path, depth: usize) -> io::Result<()> {
     if depth == 0 {
-        return Err(io::Error::other(format!("folders are nested more than {DEEPEST} levels deep")));
+        return Err(io::Error::other(format!("folders are nested more than {MAX_FOLDER_DEPTH} levels deep")));
     }
     for entry in fs::read_dir(from)? {
         let (path, name) = entry.map(|e| (e.path(), e.file_name()))?;

@@ -17,7 +17,7 @@ use super::{assets, project::Project};
 use crate::{new::Lang, report};
 
 #[derive(clap::Args)]
-pub struct Build {
+pub struct BuildArgs {
     /// The plugin's folder.
     #[arg(default_value = ".")]
     pub folder: PathBuf,
@@ -25,16 +25,16 @@ pub struct Build {
 
 /// Runs the command. The exit code is 0 on success, or 1 if the compiler failed. The compiler's messages are passed
 /// through.
-pub fn build(args: &Build) -> Result<ExitCode> {
+pub fn build(args: &BuildArgs) -> Result<ExitCode> {
     let project = Project::open(&args.folder)?;
-    Ok(match make(&project)? {
+    Ok(match build_project(&project)? {
         true => ExitCode::SUCCESS,
         false => ExitCode::FAILURE,
     })
 }
 
 /// Builds the library; returns whether the compiler succeeded.
-pub fn make(project: &Project) -> Result<bool> {
+pub fn build_project(project: &Project) -> Result<bool> {
     fs::create_dir_all(project.build())
         .map_err(|e| failed(format!("cannot create {}: {e}", project.build().display())))?;
     let built = match project.lang {
@@ -42,7 +42,7 @@ pub fn make(project: &Project) -> Result<bool> {
         Lang::Rust => cargo(project)?,
     };
     if built {
-        put_assets(project)?;
+        copy_assets(project)?;
         report::err!("built {}", project.library().display());
     }
     Ok(built)
@@ -54,11 +54,11 @@ fn compile(project: &Project) -> Result<bool> {
         Lang::C => ("CC", "cc", &["c"], "-std=c11"),
         _ => ("CXX", "c++", &["cpp", "cc", "cxx"], "-std=c++17"),
     };
-    let compiler = words(variable).filter(|w| !w.is_empty()).unwrap_or_else(|| vec![default.into()]);
+    let compiler = split_variable(variable).filter(|w| !w.is_empty()).unwrap_or_else(|| vec![default.into()]);
     let sources = sources(&project.folder, suffixes)?;
     let mut command = Command::new(&compiler[0]);
     command.args(&compiler[1..]).args([standard, "-O2", "-Wall", "-Wextra"]);
-    command.args(words(if project.lang == Lang::C { "CFLAGS" } else { "CXXFLAGS" }).unwrap_or_default());
+    command.args(split_variable(if project.lang == Lang::C { "CFLAGS" } else { "CXXFLAGS" }).unwrap_or_default());
     command.arg(if cfg!(target_os = "macos") { "-dynamiclib" } else { "-shared" });
     if cfg!(unix) {
         command.args(["-fPIC", "-fvisibility=hidden"]);
@@ -70,9 +70,9 @@ fn compile(project: &Project) -> Result<bool> {
     if cfg!(target_os = "linux") {
         command.args(["-lm", "-lpthread"]);
     }
-    let built = run(&mut command, &Missing { program: &compiler[0], variable, needs: "a compiler" })?;
+    let built = run(&mut command, &MissingTool { program: &compiler[0], variable, needs: "a compiler" })?;
     if built {
-        put(&new, &project.library())?;
+        move_library(&new, &project.library())?;
     }
     Ok(built)
 }
@@ -85,7 +85,8 @@ fn cargo(project: &Project) -> Result<bool> {
     let mut command = Command::new(&cargo);
     command.args(["build", "--release", "--manifest-path"]).arg(project.folder.join("Cargo.toml"));
     command.arg("--target-dir").arg(&target);
-    let built = run(&mut command, &Missing { program: &cargo, variable: "CARGO", needs: "Rust (https://rustup.rs)" })?;
+    let built =
+        run(&mut command, &MissingTool { program: &cargo, variable: "CARGO", needs: "Rust (https://rustup.rs)" })?;
     if built {
         let made = target.join("release").join(project.library_name());
         let new = project.build().join("new");
@@ -95,7 +96,7 @@ fn cargo(project: &Project) -> Result<bool> {
                 project.name
             ))
         })?;
-        put(&new, &project.library())?;
+        move_library(&new, &project.library())?;
     }
     Ok(built)
 }
@@ -117,14 +118,14 @@ fn sources(folder: &Path, suffixes: &[&str]) -> Result<Vec<PathBuf>> {
 }
 
 /// What the error about a missing compiler contains.
-struct Missing<'a> {
+struct MissingTool<'a> {
     program: &'a OsString,
     variable: &'a str,
     needs: &'a str,
 }
 
 /// Runs a compiler with inherited standard streams; returns whether it succeeded.
-fn run(command: &mut Command, missing: &Missing<'_>) -> Result<bool> {
+fn run(command: &mut Command, missing: &MissingTool<'_>) -> Result<bool> {
     let shown: Vec<_> = command.get_args().map(|a| a.to_string_lossy().into_owned()).collect();
     report::err!("{} {}", missing.program.display(), shown.join(" "));
     match command.status() {
@@ -140,17 +141,17 @@ fn run(command: &mut Command, missing: &Missing<'_>) -> Result<bool> {
 }
 
 /// Splits the value of an environment variable at white space.
-fn words(variable: &str) -> Option<Vec<OsString>> {
+fn split_variable(variable: &str) -> Option<Vec<OsString>> {
     let text = std::env::var(variable).ok()?;
     Some(text.split_whitespace().map(OsString::from).collect())
 }
 
-fn put(new: &Path, library: &Path) -> Result {
+fn move_library(new: &Path, library: &Path) -> Result {
     fs::rename(new, library).map_err(|e| failed(format!("cannot write {}: {e}", library.display())))
 }
 
 /// Copies the project's folder `assets/` to the location beside its library where the plugin searches for it.
-fn put_assets(project: &Project) -> Result {
+fn copy_assets(project: &Project) -> Result {
     let from = project.folder.join("assets");
     match assets_folder(&project.library()) {
         Some(to) if from.is_dir() => assets::replace(&from, &to)

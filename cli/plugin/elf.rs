@@ -9,11 +9,11 @@ use object::{
 use tatu_plugin_api::abi::tatu_plugin_t;
 
 /// The symbol that a plugin exports.
-pub const SYMBOL: &str = "tatu_plugin";
+pub const PLUGIN_SYMBOL: &str = "tatu_plugin";
 
 /// The type of an ELF file, according to its header and dynamic section.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Sort {
+pub enum ElfKind {
     Library,
     Program,
     /// An object file, compiled from one source file.
@@ -22,7 +22,7 @@ pub enum Sort {
 
 /// The properties of a library that can be read from its file.
 pub struct Elf {
-    pub sort: Sort,
+    pub sort: ElfKind,
     pub soname: Option<String>,
     /// The names of the libraries that the library is linked with.
     pub needed: Vec<String>,
@@ -38,14 +38,14 @@ pub struct Elf {
     /// and version.
     pub versions: BTreeSet<String>,
     pub needs_versions: Vec<(String, String)>,
-    pub entry: Entry,
+    pub entry: SymbolEntry,
     /// The draft numbers of the extensions that the library names.
     pub drafts: BTreeSet<u32>,
 }
 
 /// How a library contains the symbol `tatu_plugin`.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Entry {
+pub enum SymbolEntry {
     Exported(Option<Descriptor>),
     /// The symbol is a function.
     Function,
@@ -67,18 +67,18 @@ pub struct Descriptor {
     pub version: Option<String>,
 }
 
-type File<'a> = ElfFile64<'a, Endianness, &'a [u8]>;
+type ParsedFile<'a> = ElfFile64<'a, Endianness, &'a [u8]>;
 
 /// Reads a 64-bit ELF file; returns `None` if the file has another format, or if its tables are inconsistent.
 pub fn read(bytes: &[u8]) -> Option<Elf> {
-    let file = File::parse(bytes).ok()?;
+    let file = ParsedFile::parse(bytes).ok()?;
     let e = file.endian();
     let text = |b: &[u8]| String::from_utf8_lossy(b).into_owned();
     let mut out = Elf {
         sort: match file.elf_header().e_type(e) {
-            elf::ET_REL => Sort::Object,
-            elf::ET_EXEC => Sort::Program,
-            _ => Sort::Library,
+            elf::ET_REL => ElfKind::Object,
+            elf::ET_EXEC => ElfKind::Program,
+            _ => ElfKind::Library,
         },
         soname: None,
         needed: Vec::new(),
@@ -88,7 +88,7 @@ pub fn read(bytes: &[u8]) -> Option<Elf> {
         uses: Vec::new(),
         versions: BTreeSet::new(),
         needs_versions: Vec::new(),
-        entry: Entry::Absent,
+        entry: SymbolEntry::Absent,
         drafts: drafts(&file),
     };
     let dynamic = file.elf_dynamic_table().ok()?;
@@ -101,7 +101,7 @@ pub fn read(bytes: &[u8]) -> Option<Elf> {
             elf::DT_RPATH => out.rpath = folders(value()),
             elf::DT_RUNPATH => out.runpath = folders(value()),
             // A position-independent program has the same type as a library, but the loader refuses it.
-            elf::DT_FLAGS_1 if d.val & elf::DF_1_PIE.0 != 0 => out.sort = Sort::Program,
+            elf::DT_FLAGS_1 if d.val & elf::DF_1_PIE.0 != 0 => out.sort = ElfKind::Program,
             _ => {}
         }
     }
@@ -124,7 +124,7 @@ pub fn read(bytes: &[u8]) -> Option<Elf> {
 }
 
 /// Reads the symbol versions that a library defines, and those that it requires.
-fn read_versions(file: &File<'_>, out: &mut Elf) {
+fn read_versions(file: &ParsedFile<'_>, out: &mut Elf) {
     let (e, data, sections) = (file.endian(), file.data(), file.elf_section_table());
     let text = |b: &[u8]| String::from_utf8_lossy(b).into_owned();
     if let Ok(Some((mut all, link))) = sections.gnu_verdef(e, data)
@@ -153,37 +153,38 @@ fn read_versions(file: &File<'_>, out: &mut Elf) {
 }
 
 /// Returns how a library contains the symbol `tatu_plugin`.
-fn entry(file: &File<'_>, read: &Elf) -> Entry {
+fn entry(file: &ParsedFile<'_>, read: &Elf) -> SymbolEntry {
     let e = file.endian();
     let exported = file.elf_dynamic_symbol_table();
-    let named = |s: &&elf::Sym64<Endianness>| exported.symbol_name(e, s).is_ok_and(|n| n == SYMBOL.as_bytes());
+    let named = |s: &&elf::Sym64<Endianness>| exported.symbol_name(e, s).is_ok_and(|n| n == PLUGIN_SYMBOL.as_bytes());
     if let Some(symbol) = exported.iter().find(named) {
         return match (symbol.is_undefined(e), symbol.st_type()) {
-            (true, _) => Entry::Used,
-            (false, elf::STT_FUNC | elf::STT_GNU_IFUNC) => Entry::Function,
-            (false, _) => Entry::Exported(descriptor(file, symbol.st_value(e))),
+            (true, _) => SymbolEntry::Used,
+            (false, elf::STT_FUNC | elf::STT_GNU_IFUNC) => SymbolEntry::Function,
+            (false, _) => SymbolEntry::Exported(descriptor(file, symbol.st_value(e))),
         };
     }
     // C++ puts the length before a name, and gives a constant at file scope internal linkage.
-    let mangled = |name: &str| name.starts_with("_Z") && name.contains(&format!("{}{SYMBOL}", SYMBOL.len()));
+    let mangled =
+        |name: &str| name.starts_with("_Z") && name.contains(&format!("{}{PLUGIN_SYMBOL}", PLUGIN_SYMBOL.len()));
     if let Some(name) = read.exports.iter().filter(|n| mangled(n)).min() {
-        return Entry::Mangled(name.clone());
+        return SymbolEntry::Mangled(name.clone());
     }
     let all = file.elf_symbol_table();
     for symbol in all.iter() {
         let Ok(name) = all.symbol_name(e, symbol).map(String::from_utf8_lossy) else { continue };
-        if name == SYMBOL && !symbol.is_undefined(e) {
-            return Entry::Local;
+        if name == PLUGIN_SYMBOL && !symbol.is_undefined(e) {
+            return SymbolEntry::Local;
         }
         if mangled(&name) {
-            return Entry::Mangled(name.into_owned());
+            return SymbolEntry::Mangled(name.into_owned());
         }
     }
-    Entry::Absent
+    SymbolEntry::Absent
 }
 
 /// Returns the bytes at an address of the loaded library; parts that are not stored in the file are zero.
-fn at(file: &File<'_>, address: u64, length: usize) -> Option<Vec<u8>> {
+fn bytes_at(file: &ParsedFile<'_>, address: u64, length: usize) -> Option<Vec<u8>> {
     let e = file.endian();
     let holds = |s: &&elf::ProgramHeader64<Endianness>| {
         s.p_type(e) == elf::PT_LOAD && (s.p_vaddr(e)..s.p_vaddr(e).saturating_add(s.p_memsz(e))).contains(&address)
@@ -201,9 +202,9 @@ fn at(file: &File<'_>, address: u64, length: usize) -> Option<Vec<u8>> {
 }
 
 /// Returns the descriptor at an address, or `None` if the file does not contain it.
-fn descriptor(file: &File<'_>, address: u64) -> Option<Descriptor> {
+fn descriptor(file: &ParsedFile<'_>, address: u64) -> Option<Descriptor> {
     let number = |offset: usize, length: usize| {
-        let bytes = at(file, address.checked_add(offset as u64)?, length)?;
+        let bytes = bytes_at(file, address.checked_add(offset as u64)?, length)?;
         let all = bytes.iter().enumerate();
         Some(all.map(|(i, b)| u64::from(*b) << (8 * i)).sum::<u64>())
     };
@@ -215,8 +216,8 @@ fn descriptor(file: &File<'_>, address: u64) -> Option<Descriptor> {
     let text = |offset: usize| {
         let has = size as usize >= offset + 8;
         let place = address.checked_add(offset as u64)?;
-        let to = moved_pointer(file, place).or_else(|| number(offset, 8)).filter(|p| has && *p != 0)?;
-        let bytes = (to..).map_while(|p| at(file, p, 1).map(|b| b[0])).take_while(|b| *b != 0).take(256);
+        let to = relocated_pointer(file, place).or_else(|| number(offset, 8)).filter(|p| has && *p != 0)?;
+        let bytes = (to..).map_while(|p| bytes_at(file, p, 1).map(|b| b[0])).take_while(|b| *b != 0).take(256);
         Some(tatu_core::plugins::texts::label(&bytes.collect::<Vec<_>>())).filter(|t| !t.is_empty())
     };
     Some(Descriptor {
@@ -231,13 +232,13 @@ fn descriptor(file: &File<'_>, address: u64) -> Option<Descriptor> {
 }
 
 /// Returns the pointer that the loader will write at an address, if the relocation table contains it.
-fn moved_pointer(file: &File<'_>, place: u64) -> Option<u64> {
+fn relocated_pointer(file: &ParsedFile<'_>, place: u64) -> Option<u64> {
     let e = file.endian();
     let dynamic = file.elf_dynamic_table().ok()?;
     let of = |tag| dynamic.dynamics().iter().find(|d| d.d_tag(e) == tag).map(|d| d.d_val(e));
     let (table, bytes) = (of(elf::DT_RELA)?, of(elf::DT_RELASZ)?);
     let size = size_of::<elf::Rela64<Endianness>>() as u64;
-    let all = at(file, table, usize::try_from(bytes.min(64 << 20)).ok()?)?;
+    let all = bytes_at(file, table, usize::try_from(bytes.min(64 << 20)).ok()?)?;
     let all =
         object::pod::slice_from_bytes::<elf::Rela64<Endianness>>(&all, (all.len() as u64 / size) as usize).ok()?.0;
     let found = all.iter().find(|r| r.r_offset(e) == place)?;
@@ -246,17 +247,17 @@ fn moved_pointer(file: &File<'_>, place: u64) -> Option<u64> {
 }
 
 /// Returns the draft numbers of the extensions that a library names, as in `tatu.command/draft.4`.
-fn drafts(file: &File<'_>) -> BTreeSet<u32> {
-    const MARK: &[u8] = b"/draft.";
+fn drafts(file: &ParsedFile<'_>) -> BTreeSet<u32> {
+    const DRAFT_MARK: &[u8] = b"/draft.";
     let e = file.endian();
     let mut out = BTreeSet::new();
     for segment in file.elf_program_headers().iter().filter(|s| s.p_type(e) == elf::PT_LOAD) {
         let Ok(data) = segment.data(e, file.data()) else { continue };
-        for (i, _) in data.windows(MARK.len()).enumerate().filter(|(_, w)| *w == MARK) {
+        for (i, _) in data.windows(DRAFT_MARK.len()).enumerate().filter(|(_, w)| *w == DRAFT_MARK) {
             let is_name = |b: &&u8| b.is_ascii_lowercase() || matches!(b, b'_' | b'.');
             let length = data[..i].iter().rev().take_while(is_name).count();
             let name = &data[i - length..i];
-            let digits: Vec<u8> = data[i + MARK.len()..].iter().copied().take_while(u8::is_ascii_digit).collect();
+            let digits: Vec<u8> = data[i + DRAFT_MARK.len()..].iter().copied().take_while(u8::is_ascii_digit).collect();
             let number = std::str::from_utf8(&digits).ok().and_then(|d| d.parse::<u32>().ok());
             // Drafts of host services (`tatu.host.*`) are not counted. In the string table, a name may directly follow
             // another one.
@@ -272,15 +273,15 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_program_is_no_library_and_its_needs_are_read() {
+    fn program_is_not_a_library_and_lists_its_needs() {
         let own = read(&std::fs::read(std::env::current_exe().unwrap()).unwrap()).unwrap();
-        assert_eq!((own.sort, own.entry), (Sort::Program, Entry::Absent));
+        assert_eq!((own.sort, own.entry), (ElfKind::Program, SymbolEntry::Absent));
         assert!(own.needed.iter().any(|n| n.starts_with("libc.")), "{:?}", own.needed);
         assert!(own.uses.iter().any(|n| n == "malloc"));
     }
 
     #[test]
-    fn what_is_no_elf_file_is_not_read() {
+    fn other_files_are_not_read_as_elf() {
         assert!(read(b"").is_none() && read(b"\x7fELF").is_none() && read(&[0; 4096]).is_none());
     }
 }

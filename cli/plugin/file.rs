@@ -6,17 +6,17 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use super::{names, reason::Reason};
+use super::{names, reason::RejectReason};
 
 /// Maximum number of links that the system follows.
-const MOST_LINKS: usize = 40;
+const MAX_LINKS: usize = 40;
 /// Number of bytes read to distinguish text from other files.
-const BEGINNING: u64 = 512;
+const HEAD_BYTES: u64 = 512;
 
-const AGAIN: &str = "build or copy it again";
+const BUILD_OR_COPY_HELP: &str = "build or copy it again";
 
 /// Returns the targets of the links at a path, in order, and the reason that they do not refer to a file, if any.
-pub fn links(file: &Path) -> (Vec<PathBuf>, Option<Reason>) {
+pub fn links(file: &Path) -> (Vec<PathBuf>, Option<RejectReason>) {
     let mut chain: Vec<PathBuf> = Vec::new();
     let mut at = file.to_owned();
     loop {
@@ -26,16 +26,16 @@ pub fn links(file: &Path) -> (Vec<PathBuf>, Option<Reason>) {
             Err(e) if e.kind() == ErrorKind::NotFound && !chain.is_empty() => {
                 let text = format!("it is a link to {}, which does not exist", at.display());
                 let help = "remove the link, or build the file that it refers to";
-                return (chain, Some(Reason::new("dangling-link", text, help)));
+                return (chain, Some(RejectReason::new("dangling-link", text, help)));
             }
             Err(e) => return (chain, Some(unreadable(file, &e))),
         }
         let Ok(to) = fs::read_link(&at) else { return (chain, None) };
         let to = at.parent().map_or(to.clone(), |folder| folder.join(&to));
-        if to == *file || chain.contains(&to) || chain.len() >= MOST_LINKS {
+        if to == *file || chain.contains(&to) || chain.len() >= MAX_LINKS {
             let text = format!("it is a link that leads back to itself via {}", at.display());
             chain.push(to);
-            return (chain, Some(Reason::new("link-loop", text, "remove the links, and copy the library there")));
+            return (chain, Some(RejectReason::new("link-loop", text, "remove the links, and copy the library there")));
         }
         chain.push(to.clone());
         at = to;
@@ -43,7 +43,7 @@ pub fn links(file: &Path) -> (Vec<PathBuf>, Option<Reason>) {
 }
 
 /// Returns why a path must not be opened: it is not a file, cannot be read, or is not a library of this system.
-pub fn unfit(file: &Path) -> Option<Reason> {
+pub fn rejection(file: &Path) -> Option<RejectReason> {
     let about = match fs::metadata(file) {
         Ok(about) => about,
         Err(e) => return Some(unreadable(file, &e)),
@@ -53,24 +53,24 @@ pub fn unfit(file: &Path) -> Option<Reason> {
             true => format!("name the library in it, or remove the folder: {} is a library's name", names::name(file)),
             false => "remove it, and copy the library there".to_owned(),
         };
-        return Some(Reason::new("not-a-file", format!("it is {sort}, not a file"), help));
+        return Some(RejectReason::new("not-a-file", format!("it is {sort}, not a file"), help));
     }
     let mut bytes = Vec::new();
-    match File::open(file).and_then(|f| f.take(BEGINNING).read_to_end(&mut bytes)) {
-        Ok(0) => Some(Reason::new("empty", "the file is empty", AGAIN)),
-        Ok(_) => format_of(&bytes, file),
+    match File::open(file).and_then(|f| f.take(HEAD_BYTES).read_to_end(&mut bytes)) {
+        Ok(0) => Some(RejectReason::new("empty", "the file is empty", BUILD_OR_COPY_HELP)),
+        Ok(_) => format_rejection(&bytes, file),
         Err(e) => Some(unreadable(file, &e)),
     }
 }
 
-fn unreadable(file: &Path, e: &std::io::Error) -> Reason {
+fn unreadable(file: &Path, e: &std::io::Error) -> RejectReason {
     match e.kind() {
-        ErrorKind::NotFound => Reason::new("no-such-file", "there is no such file", "check the path"),
+        ErrorKind::NotFound => RejectReason::new("no-such-file", "there is no such file", "check the path"),
         ErrorKind::PermissionDenied => {
             let help = format!("make it readable: `chmod a+r {}`; its folders need `a+rx`", file.display());
-            Reason::new("unreadable", "it cannot be read: permission denied", help)
+            RejectReason::new("unreadable", "it cannot be read: permission denied", help)
         }
-        _ => Reason::new("unreadable", format!("it cannot be read: {e}"), AGAIN),
+        _ => RejectReason::new("unreadable", format!("it cannot be read: {e}"), BUILD_OR_COPY_HELP),
     }
 }
 
@@ -96,7 +96,7 @@ fn other_than_file(about: &Metadata) -> Option<&'static str> {
 }
 
 /// The first bytes of formats that are not libraries on any system.
-const ELSEWHERE: [(&[u8], &str, &str, &str); 7] = [
+const OTHER_FORMATS: [(&[u8], &str, &str, &str); 7] = [
     (
         b"!<arch>\n",
         "static-library",
@@ -122,9 +122,9 @@ const ELSEWHERE: [(&[u8], &str, &str, &str); 7] = [
 ];
 
 /// The first bytes of libraries on each system.
-const ELF: &[u8] = b"\x7fELF";
-const WINDOWS: &[u8] = b"MZ";
-const MAC: [[u8; 4]; 5] = [
+const ELF_MAGIC: &[u8] = b"\x7fELF";
+const WINDOWS_MAGIC: &[u8] = b"MZ";
+const MAC_MAGICS: [[u8; 4]; 5] = [
     [0xcf, 0xfa, 0xed, 0xfe],
     [0xce, 0xfa, 0xed, 0xfe],
     [0xfe, 0xed, 0xfa, 0xcf],
@@ -133,25 +133,25 @@ const MAC: [[u8; 4]; 5] = [
 ];
 
 /// Returns why a file that begins with these bytes must not be opened.
-fn format_of(bytes: &[u8], file: &Path) -> Option<Reason> {
-    if let Some((_, kind, text, help)) = ELSEWHERE.iter().find(|(magic, ..)| bytes.starts_with(magic)) {
-        return Some(Reason::new(kind, *text, help.replace("FILE", &file.display().to_string())));
+fn format_rejection(bytes: &[u8], file: &Path) -> Option<RejectReason> {
+    if let Some((_, kind, text, help)) = OTHER_FORMATS.iter().find(|(magic, ..)| bytes.starts_with(magic)) {
+        return Some(RejectReason::new(kind, *text, help.replace("FILE", &file.display().to_string())));
     }
     let of = match bytes {
-        _ if bytes.starts_with(ELF) => "Linux",
-        _ if bytes.starts_with(WINDOWS) => "Windows",
-        _ if MAC.iter().any(|magic| bytes.starts_with(magic)) => "macOS",
+        _ if bytes.starts_with(ELF_MAGIC) => "Linux",
+        _ if bytes.starts_with(WINDOWS_MAGIC) => "Windows",
+        _ if MAC_MAGICS.iter().any(|magic| bytes.starts_with(magic)) => "macOS",
         _ if is_text(bytes) => {
             let what = if bytes.starts_with(b"#!") { "a script" } else { "a text file" };
             let help = "compile it, and give the resulting library; a controller in Lua is not a plugin, run it by \
                         `tatu run SCENE --script /ROBOT=FILE`";
-            return Some(Reason::new("text", format!("it is {what}, not a library"), help));
+            return Some(RejectReason::new("text", format!("it is {what}, not a library"), help));
         }
         _ => {
-            return Some(Reason::new(
+            return Some(RejectReason::new(
                 "not-a-library",
                 "it is not a library: its first bytes match no known format",
-                AGAIN,
+                BUILD_OR_COPY_HELP,
             ));
         }
     };
@@ -165,7 +165,7 @@ fn format_of(bytes: &[u8], file: &Path) -> Option<Reason> {
     // Systems that share the ELF format are distinguished by the loader.
     (of != here).then(|| {
         let help = format!("build it on {here}, or get the author's build for {here}");
-        Reason::new("other-system", format!("it is a library for {of}, but this is {here}"), help)
+        RejectReason::new("other-system", format!("it is a library for {of}, but this is {here}"), help)
     })
 }
 
@@ -184,8 +184,8 @@ mod tests {
     use super::*;
 
     #[test]
-    fn formats_are_told_by_their_first_bytes() {
-        let kind = |bytes: &[u8]| format_of(bytes, Path::new("x.so")).map(|r| r.kind);
+    fn formats_are_recognized_by_their_first_bytes() {
+        let kind = |bytes: &[u8]| format_rejection(bytes, Path::new("x.so")).map(|r| r.kind);
         assert_eq!(kind(b"#!/bin/sh\n"), Some("text"));
         assert_eq!(kind("größer".as_bytes()), Some("text"));
         assert_eq!(kind(&"größer".as_bytes()[..3]), Some("text"), "cut within a character");

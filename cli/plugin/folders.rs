@@ -7,15 +7,15 @@ use std::{
 };
 
 use serde_json::{Value, json};
-use tatu_core::plugins::Source;
+use tatu_core::plugins::FolderOrigin;
 
 use super::names;
-use tatu_embed::search::Searched;
+use tatu_embed::search::SearchFolders;
 
 /// The state of a folder.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum State {
-    There,
+pub enum FolderState {
+    Present,
     Missing,
     /// The path is a file, most likely the library itself.
     NoFolder,
@@ -27,8 +27,8 @@ pub enum State {
 /// A folder of the search order.
 pub struct Folder {
     pub path: PathBuf,
-    pub source: Source,
-    pub state: State,
+    pub source: FolderOrigin,
+    pub state: FolderState,
     /// The files that are opened, in order.
     pub candidates: Vec<PathBuf>,
     /// The other entries: files with other names, and folders.
@@ -36,15 +36,15 @@ pub struct Folder {
 }
 
 /// Returns all folders in search order; a scene's folders that are not allowed come before the user's own folder.
-pub fn look(searched: &Searched) -> Vec<Folder> {
-    let Searched { search, untrusted } = searched;
-    let mut all: Vec<(&PathBuf, Source, bool)> = search.folders.iter().map(|(f, s)| (f, *s, true)).collect();
-    let at = all.iter().position(|(_, s, _)| *s == Source::User).unwrap_or(all.len());
-    all.splice(at..at, untrusted.iter().map(|f| (f, Source::Scene, false)));
-    let folder = |(path, source, allowed): (&PathBuf, Source, bool)| {
+pub fn list_folders(searched: &SearchFolders) -> Vec<Folder> {
+    let SearchFolders { search, untrusted } = searched;
+    let mut all: Vec<(&PathBuf, FolderOrigin, bool)> = search.folders.iter().map(|(f, s)| (f, *s, true)).collect();
+    let at = all.iter().position(|(_, s, _)| *s == FolderOrigin::User).unwrap_or(all.len());
+    all.splice(at..at, untrusted.iter().map(|f| (f, FolderOrigin::Scene, false)));
+    let folder = |(path, source, allowed): (&PathBuf, FolderOrigin, bool)| {
         let (mut state, entries) = read(path);
         if !allowed {
-            state = State::NotAllowed;
+            state = FolderState::NotAllowed;
         }
         let (candidates, others) = entries.into_iter().partition(|f| search.may_be_plugin(f, source));
         Folder { path: path.clone(), source, state, candidates, others }
@@ -53,71 +53,71 @@ pub fn look(searched: &Searched) -> Vec<Folder> {
 }
 
 /// Returns the state of a folder, and its entries sorted by name.
-fn read(folder: &Path) -> (State, Vec<PathBuf>) {
+fn read(folder: &Path) -> (FolderState, Vec<PathBuf>) {
     let entries = match fs::read_dir(folder) {
         Ok(entries) => entries,
         Err(e) => {
             let state = match e.kind() {
-                ErrorKind::NotFound => State::Missing,
-                ErrorKind::NotADirectory => State::NoFolder,
-                _ => State::Unreadable(e.to_string()),
+                ErrorKind::NotFound => FolderState::Missing,
+                ErrorKind::NotADirectory => FolderState::NoFolder,
+                _ => FolderState::Unreadable(e.to_string()),
             };
             return (state, Vec::new());
         }
     };
     let mut files: Vec<PathBuf> = entries.filter_map(|e| e.ok().map(|e| e.path())).collect();
     files.sort();
-    (State::There, files)
+    (FolderState::Present, files)
 }
 
 impl Folder {
     /// Returns the origin of the folder, for display.
     pub fn origin(&self) -> &'static str {
         match self.source {
-            Source::Environment => "TATU_PLUGIN_PATH",
-            Source::Installed => "next to the program",
-            Source::Built => "built with the program",
-            Source::Scene => "named by the scene",
-            Source::User => "your own, for `tatu plugin install`",
+            FolderOrigin::Environment => "TATU_PLUGIN_PATH",
+            FolderOrigin::Installed => "next to the program",
+            FolderOrigin::Built => "built with the program",
+            FolderOrigin::Scene => "named by the scene",
+            FolderOrigin::User => "your own, for `tatu plugin install`",
         }
     }
     /// Returns the origin of the folder as a single word, for programs and tables.
-    pub fn word(&self) -> &'static str {
+    pub fn origin_word(&self) -> &'static str {
         match self.source {
-            Source::Environment => "environment",
-            Source::Installed => "installed",
-            Source::Built => "built",
-            Source::Scene => "scene",
-            Source::User => "user",
+            FolderOrigin::Environment => "environment",
+            FolderOrigin::Installed => "installed",
+            FolderOrigin::Built => "built",
+            FolderOrigin::Scene => "scene",
+            FolderOrigin::User => "user",
         }
     }
     /// Returns the problem with the folder, or a summary of its contents. `found` lists the files in it that match the
     /// search.
-    pub fn note(&self, found: &[&Path]) -> String {
+    pub fn summary(&self, found: &[&Path]) -> String {
         match &self.state {
-            State::Missing => "not there".into(),
-            State::NoFolder => "not a folder".into(),
-            State::Unreadable(why) => format!("cannot be read: {why}"),
-            State::NotAllowed => "not searched without `--allow plugins`".into(),
-            State::There if found.is_empty() => match self.candidates.len() {
+            FolderState::Missing => "not there".into(),
+            FolderState::NoFolder => "not a folder".into(),
+            FolderState::Unreadable(why) => format!("cannot be read: {why}"),
+            FolderState::NotAllowed => "not searched without `--allow plugins`".into(),
+            FolderState::Present if found.is_empty() => match self.candidates.len() {
                 0 => "no plugins".into(),
                 1 => "1 plugin with a different name".into(),
                 n => format!("{n} plugins with different names"),
             },
-            State::There => found.iter().map(|f| names::name(f)).collect::<Vec<_>>().join(", "),
+            FolderState::Present => found.iter().map(|f| names::name(f)).collect::<Vec<_>>().join(", "),
         }
     }
     pub fn json(&self, found: &[&Path]) -> Value {
         let (state, why) = match &self.state {
-            State::There => ("there", None),
-            State::Missing => ("missing", None),
-            State::NoFolder => ("not-a-folder", None),
-            State::Unreadable(why) => ("unreadable", Some(why)),
-            State::NotAllowed => ("not-allowed", None),
+            FolderState::Present => ("there", None),
+            FolderState::Missing => ("missing", None),
+            FolderState::NoFolder => ("not-a-folder", None),
+            FolderState::Unreadable(why) => ("unreadable", Some(why)),
+            FolderState::NotAllowed => ("not-allowed", None),
         };
         let found: Vec<String> = found.iter().map(|f| names::name(f)).collect();
         json!({
-            "path": self.path.display().to_string(), "source": self.word(), "state": state, "why": why,
+            "path": self.path.display().to_string(), "source": self.origin_word(), "state": state, "why": why,
             "plugins": self.candidates.len(), "found": found,
         })
     }

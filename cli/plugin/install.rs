@@ -8,28 +8,28 @@ use std::{
 };
 
 use tatu_core::{
-    document::Sources,
+    document::SourceFiles,
     errors::{Error, Result},
     plugins::assets_folder,
 };
-use tatu_embed::search::{searched, user_folder};
+use tatu_embed::search::{search_folders, user_folder};
 use tempfile::{TempDir, TempPath};
 
 use super::{
     answer::misnamed,
     archive, assets,
-    examine::{Examined, Examiner, READS},
+    examine::{CAN_READ_LIBRARIES, FileExaminer, FileReport},
     file,
     folders::{self, same_entry},
-    names::{self, Wanted},
+    names::{self, PluginQuery},
     probe,
-    reason::{Reason, some},
+    reason::{RejectReason, list_some},
 };
 use crate::report;
 
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
-pub struct Install {
+pub struct InstallArgs {
     /// A library, the folder of a built project, or an archive that contains a library (.tar, .tar.gz, .zip).
     #[arg(value_name = "FILE|FOLDER|ARCHIVE", required_unless_present = "remove", conflicts_with = "remove")]
     pub source: Option<PathBuf>,
@@ -54,10 +54,10 @@ A plugin is tested before it is installed. Nothing is downloaded.
 Exit code 0: done; 2: nothing was changed.";
 
 /// Subfolders of a project that may contain its library.
-const PLACES: [&str; 4] = ["build", "", "target/release", "target/debug"];
+const LIBRARY_FOLDERS: [&str; 4] = ["build", "", "target/release", "target/debug"];
 
 /// Installs or removes a plugin; the exit code is 2 if nothing was changed.
-pub fn install(args: &Install) -> ExitCode {
+pub fn install(args: &InstallArgs) -> ExitCode {
     let Some(folder) = user_folder() else {
         let error = Error::new(
             "E330",
@@ -67,10 +67,10 @@ pub fn install(args: &Install) -> ExitCode {
         report::error(&error.help(format!("set {variable} to an absolute path")));
         return ExitCode::from(2);
     };
-    let mut examiner = Examiner::new(args.watchdog);
+    let mut examiner = FileExaminer::new(args.watchdog);
     let done = match (&args.remove, &args.source) {
         (Some(id), _) => remove(id, &folder, &mut examiner),
-        (None, source) => add(source.as_deref().unwrap_or(Path::new(".")), args.force, &folder, &mut examiner),
+        (None, source) => install_from(source.as_deref().unwrap_or(Path::new(".")), args.force, &folder, &mut examiner),
     };
     match done {
         Ok(text) => {
@@ -84,7 +84,7 @@ pub fn install(args: &Install) -> ExitCode {
     }
 }
 
-fn refused(what: &Path, reason: &Reason) -> Error {
+fn refused(what: &Path, reason: &RejectReason) -> Error {
     Error::new("E330", format!("cannot install {}: {}", what.display(), reason.text)).help(reason.help.clone())
 }
 
@@ -94,7 +94,7 @@ fn unwritten(file: &Path, e: &io::Error) -> Error {
 }
 
 /// A library to be installed.
-struct Library {
+struct NewLibrary {
     file: PathBuf,
     /// The library's name in messages.
     shown: PathBuf,
@@ -103,17 +103,17 @@ struct Library {
 }
 
 /// Installs a plugin from a file, folder or archive; returns a message about what was done.
-fn add(source: &Path, force: bool, folder: &Path, examiner: &mut Examiner) -> Result<String> {
+fn install_from(source: &Path, force: bool, folder: &Path, examiner: &mut FileExaminer) -> Result<String> {
     let library = library(source)?;
     let name = names::name(&library.file);
-    if let Some(reason) = file::links(&library.file).1.or_else(|| file::unfit(&library.file)) {
+    if let Some(reason) = file::links(&library.file).1.or_else(|| file::rejection(&library.file)) {
         return Err(refused(&library.shown, &reason));
     }
-    if !names::is_right(&library.file) {
+    if !names::is_plugin_name(&library.file) {
         return Err(refused(&library.shown, &misnamed(&library.file)));
     }
     let was_there = folder.is_dir();
-    let done = put(&library, &name, force, folder, examiner);
+    let done = install_library(&library, &name, force, folder, examiner);
     if done.is_err() && !was_there {
         // This fails if another process has put a file into the folder in the meantime.
         let _ = fs::remove_dir(folder);
@@ -122,18 +122,18 @@ fn add(source: &Path, force: bool, folder: &Path, examiner: &mut Examiner) -> Re
 }
 
 /// Finds the library that a file, folder or archive contains.
-fn library(source: &Path) -> Result<Library> {
-    let plain = |file: PathBuf| Library { shown: file.clone(), file, _unpacked: None };
-    let fail = |text: String, help: &str| Err(refused(source, &Reason::new("no-library", text, help)));
+fn library(source: &Path) -> Result<NewLibrary> {
+    let plain = |file: PathBuf| NewLibrary { shown: file.clone(), file, _unpacked: None };
+    let fail = |text: String, help: &str| Err(refused(source, &RejectReason::new("no-library", text, help)));
     if source.is_dir() {
         let right = |place: &str| {
             let entries = fs::read_dir(source.join(place)).into_iter().flatten();
             let mut all: Vec<PathBuf> = entries.filter_map(|e| e.ok().map(|e| e.path())).collect();
-            all.retain(|f| names::is_right(f));
+            all.retain(|f| names::is_plugin_name(f));
             all.sort();
             all
         };
-        let found = PLACES.iter().map(|p| right(p)).find(|all| !all.is_empty()).unwrap_or_default();
+        let found = LIBRARY_FOLDERS.iter().map(|p| right(p)).find(|all| !all.is_empty()).unwrap_or_default();
         return match <[PathBuf; 1]>::try_from(found) {
             Ok([one]) => Ok(plain(one)),
             Err(all) if all.is_empty() => {
@@ -143,7 +143,10 @@ fn library(source: &Path) -> Result<Library> {
             }
             Err(all) => {
                 let shown: Vec<String> = all.iter().map(|f| f.display().to_string()).collect();
-                fail(format!("it contains {} plugins: {}", all.len(), some(&shown, 4)), "name the library to install")
+                fail(
+                    format!("it contains {} plugins: {}", all.len(), list_some(&shown, 4)),
+                    "name the library to install",
+                )
             }
         };
     }
@@ -153,7 +156,7 @@ fn library(source: &Path) -> Result<Library> {
     let dir = TempDir::with_prefix("tatu-").map_err(|e| unwritten(&std::env::temp_dir(), &e))?;
     let mut all = archive::unpack(source, format, dir.path()).map_err(|reason| refused(source, &reason))?;
     match (all.pop(), all.len()) {
-        (Some(one), 0) => Ok(Library { file: one.file, shown: source.to_owned(), _unpacked: Some(dir) }),
+        (Some(one), 0) => Ok(NewLibrary { file: one.file, shown: source.to_owned(), _unpacked: Some(dir) }),
         (None, _) => {
             let text = format!("there is no {} in it", names::form());
             fail(
@@ -164,19 +167,25 @@ fn library(source: &Path) -> Result<Library> {
         (Some(last), _) => {
             all.push(last);
             let shown: Vec<&str> = all.iter().map(|u| u.name.as_str()).collect();
-            let text = format!("it contains {} plugins: {}", all.len(), some(&shown, 4));
+            let text = format!("it contains {} plugins: {}", all.len(), list_some(&shown, 4));
             fail(text, "unpack it, and install one of the libraries")
         }
     }
 }
 
 /// Copies a library into the folder, tests the copy, and renames it to its final name.
-fn put(library: &Library, name: &str, force: bool, folder: &Path, examiner: &mut Examiner) -> Result<String> {
-    let copy = staged(&library.file, folder)?;
+fn install_library(
+    library: &NewLibrary,
+    name: &str,
+    force: bool,
+    folder: &Path,
+    examiner: &mut FileExaminer,
+) -> Result<String> {
+    let copy = staged_copy(&library.file, folder)?;
     // While the copy is tested, its assets must be beside it, in a folder named after the copy.
     let assets = StagedAssets::new(&library.file, &copy)?;
     let examined = examiner.examine(&copy);
-    if let Some(reason) = examined.reason.clone().or_else(|| examined.useless()) {
+    if let Some(reason) = examined.reason.clone().or_else(|| examined.offers_nothing()) {
         return Err(refused(&library.shown, &reason.renamed(&copy, &library.shown)));
     }
     let id = examined.id().unwrap_or_default();
@@ -194,8 +203,8 @@ fn put(library: &Library, name: &str, force: bool, folder: &Path, examiner: &mut
         }
         None => format!("installed `{id}` {version}: {}", target.display()),
     };
-    tell(&examined, &target);
-    if let Some(by) = hiding(&target, &id, examiner) {
+    print_remarks(&examined, &target);
+    if let Some(by) = hiding_file(&target, &id, examiner) {
         let text =
             format!("{} has the same id and is searched first, so the installed plugin is not used", by.display());
         report::warning(
@@ -247,18 +256,18 @@ fn remove_files(library: &Path) -> Result {
 }
 
 /// Prints the remarks about a plugin that can be loaded.
-fn tell(examined: &Examined, to: &Path) {
+fn print_remarks(examined: &FileReport, to: &Path) {
     // The remarks contain the temporary name under which the plugin was tested.
     let from = examined.file.display().to_string();
     for remark in examined.report.iter().flat_map(|r| &r.remarks) {
         let text = remark.text.replace(&from, &to.display().to_string());
-        report::warned(&format!("[{}] {text} ({})", remark.code, remark.help));
+        report::warn_text(&format!("[{}] {text} ({})", remark.code, remark.help));
     }
 }
 
 /// Copies a library into the folder under a name that is never opened, so that only a complete file gets the final
 /// name.
-fn staged(file: &Path, folder: &Path) -> Result<TempPath> {
+fn staged_copy(file: &Path, folder: &Path) -> Result<TempPath> {
     make_folder(folder).map_err(|e| unwritten(folder, &e))?;
     let fail = |e: io::Error| unwritten(folder, &e);
     let copy = tempfile::Builder::new().prefix(".tatu-").suffix(std::env::consts::DLL_SUFFIX).tempfile_in(folder);
@@ -289,17 +298,17 @@ fn make_folder(folder: &Path) -> io::Result<()> {
 /// Returns the installed file that a new one replaces, with its version, or `None` if there is none. Fails if a file
 /// must not be replaced.
 fn replaceable(
-    new: &Examined,
+    new: &FileReport,
     id: &str,
     target: &Path,
     force: bool,
     folder: &Path,
-    examiner: &mut Examiner,
+    examiner: &mut FileExaminer,
 ) -> Result<Option<(PathBuf, String)>> {
     let all = installed(folder, examiner);
     let old = all.iter().find(|(_, other)| other.id().as_deref() == Some(id));
     let in_the_way = all.iter().find(|(f, other)| same_entry(f, target) && other.id().as_deref() != Some(id));
-    let version = |e: &Examined| e.version().unwrap_or_default();
+    let version = |e: &FileReport| e.version().unwrap_or_default();
     if let Some((file, other)) = in_the_way {
         let error = |text: String| Error::new("E331", format!("{} already exists: {text}", file.display()));
         return match other.id() {
@@ -324,31 +333,31 @@ fn replaceable(
 }
 
 /// Returns the installed plugins. Libraries are loaded only on systems whose library format this program cannot parse.
-fn installed(folder: &Path, examiner: &mut Examiner) -> Vec<(PathBuf, Examined)> {
+fn installed(folder: &Path, examiner: &mut FileExaminer) -> Vec<(PathBuf, FileReport)> {
     let entries = fs::read_dir(folder).into_iter().flatten();
     let mut files: Vec<PathBuf> = entries.filter_map(|e| e.ok().map(|e| e.path())).collect();
-    files.retain(|f| names::is_right(f));
+    files.retain(|f| names::is_plugin_name(f));
     files.sort();
     let look = |f: PathBuf| {
-        let examined = if READS { examiner.read(&f) } else { examiner.examine(&f) };
+        let examined = if CAN_READ_LIBRARIES { examiner.read(&f) } else { examiner.examine(&f) };
         (f, examined)
     };
     files.into_iter().map(look).collect()
 }
 
 /// Returns the file that hides an installed file when no scene is given.
-fn hiding(target: &Path, id: &str, examiner: &mut Examiner) -> Option<PathBuf> {
-    let folders = folders::look(&searched(None, &Sources::default(), &[]).ok()?);
+fn hiding_file(target: &Path, id: &str, examiner: &mut FileExaminer) -> Option<PathBuf> {
+    let folders = folders::list_folders(&search_folders(None, &SourceFiles::default(), &[]).ok()?);
     examiner.hidden_by(target, id, &folders)
 }
 
 /// Removes an installed plugin by its id, or by its name if its id cannot be read; returns a message about what was
 /// done.
-fn remove(id: &str, folder: &Path, examiner: &mut Examiner) -> Result<String> {
+fn remove(id: &str, folder: &Path, examiner: &mut FileExaminer) -> Result<String> {
     let all = installed(folder, examiner);
-    let wanted = Wanted::new(id);
+    let wanted = PluginQuery::new(id);
     let by_id = all.iter().find(|(_, e)| e.id().as_deref() == Some(id));
-    let by_name = || all.iter().find(|(f, _)| !Wanted::is_id(id) && wanted.is_meant_by(f));
+    let by_name = || all.iter().find(|(f, _)| !PluginQuery::is_id(id) && wanted.matches(f));
     let Some((file, examined)) = by_id.or_else(by_name) else {
         let text = format!("no plugin with the id `{id}` is installed in {}", folder.display());
         let ids: Vec<String> = all.iter().filter_map(|(_, e)| e.id()).collect();

@@ -7,20 +7,20 @@ use std::{
 };
 
 use serde_json::{Value, json};
-use tatu_core::{document::Sources, plugins::Source};
+use tatu_core::{document::SourceFiles, plugins::FolderOrigin};
 
 use super::{
     answer::misnamed,
-    examine::Examiner,
-    folders::{self, Folder, State, same_file},
+    examine::FileExaminer,
+    folders::{self, Folder, FolderState, same_file},
     names, probe,
 };
-use tatu_embed::search::searched;
+use tatu_embed::search::search_folders;
 
 use crate::{report, table::table};
 
 #[derive(clap::Args)]
-pub struct List {
+pub struct PluginListArgs {
     /// A scene whose plugin folders are searched too.
     #[arg(long, value_name = "FILE")]
     pub scene: Option<PathBuf>,
@@ -36,31 +36,31 @@ pub struct List {
 }
 
 /// Prints the list. Each file is opened in a separate process.
-pub fn list(args: &List) -> ExitCode {
-    let searched = match searched(args.scene.as_deref(), &Sources::default(), &args.allow) {
+pub fn list(args: &PluginListArgs) -> ExitCode {
+    let folders = match search_folders(args.scene.as_deref(), &SourceFiles::default(), &args.allow) {
         Ok(all) => all,
         Err(e) => {
             report::error(&e);
             return ExitCode::from(2);
         }
     };
-    let folders = folders::look(&searched);
-    for folder in folders.iter().filter(|f| matches!(f.source, Source::Environment | Source::Scene)) {
-        if folder.state != State::There {
-            report::note(&format!("{} ({}): {}", folder.path.display(), folder.origin(), folder.note(&[])));
+    let folders = folders::list_folders(&folders);
+    for folder in folders.iter().filter(|f| matches!(f.source, FolderOrigin::Environment | FolderOrigin::Scene)) {
+        if folder.state != FolderState::Present {
+            report::note(&format!("{} ({}): {}", folder.path.display(), folder.origin(), folder.summary(&[])));
         }
     }
-    let rows = rows(&folders, &mut Examiner::new(args.watchdog));
+    let rows = rows(&folders, &mut FileExaminer::new(args.watchdog));
     if args.json {
         report::out!("{}", serde_json::to_string_pretty(&rows).unwrap_or_default());
     } else {
-        let shown: Vec<Value> = rows.iter().map(for_people).collect();
+        let shown: Vec<Value> = rows.iter().map(display_row).collect();
         table(&shown, &["id", "version", "from", "file", "state"]);
     }
     ExitCode::SUCCESS
 }
 
-fn rows(folders: &[Folder], examiner: &mut Examiner) -> Vec<Value> {
+fn rows(folders: &[Folder], examiner: &mut FileExaminer) -> Vec<Value> {
     let mut rows = Vec::new();
     // Maps each id to the file that is loaded.
     let mut loaded: BTreeMap<String, PathBuf> = BTreeMap::new();
@@ -69,12 +69,12 @@ fn rows(folders: &[Folder], examiner: &mut Examiner) -> Vec<Value> {
             rows.push(row(folder, file, &mut loaded, examiner));
         }
         // In a folder that the user names for plugins, a library with another name is most likely intended as a plugin.
-        if folder.source != Source::Built {
+        if folder.source != FolderOrigin::Built {
             let is_library = |f: &&PathBuf| names::name(f).ends_with(std::env::consts::DLL_SUFFIX);
             for file in folder.others.iter().filter(is_library) {
                 let reason = misnamed(file);
                 rows.push(json!({
-                    "id": null, "version": null, "from": folder.word(), "file": file.display().to_string(),
+                    "id": null, "version": null, "from": folder.origin_word(), "file": file.display().to_string(),
                     "state": "rejected", "hidden_by": null, "reason": reason.json(),
                 }));
             }
@@ -83,11 +83,11 @@ fn rows(folders: &[Folder], examiner: &mut Examiner) -> Vec<Value> {
     rows
 }
 
-fn row(folder: &Folder, file: &Path, loaded: &mut BTreeMap<String, PathBuf>, examiner: &mut Examiner) -> Value {
+fn row(folder: &Folder, file: &Path, loaded: &mut BTreeMap<String, PathBuf>, examiner: &mut FileExaminer) -> Value {
     let shown = file.display().to_string();
-    if folder.state == State::NotAllowed {
+    if folder.state == FolderState::NotAllowed {
         return json!({
-            "id": examiner.id(file), "version": null, "from": folder.word(), "file": shown, "state": "not allowed",
+            "id": examiner.id(file), "version": null, "from": folder.origin_word(), "file": shown, "state": "not allowed",
             "hidden_by": null, "reason": null,
         });
     }
@@ -105,15 +105,15 @@ fn row(folder: &Folder, file: &Path, loaded: &mut BTreeMap<String, PathBuf>, exa
             ("loaded", None)
         }
     };
-    let reason = examined.reason.clone().or_else(|| examined.useless());
+    let reason = examined.reason.clone().or_else(|| examined.offers_nothing());
     json!({
-        "id": id, "version": examined.version(), "from": folder.word(), "file": shown, "state": state,
+        "id": id, "version": examined.version(), "from": folder.origin_word(), "file": shown, "state": state,
         "hidden_by": hidden_by, "reason": reason.map(|r| r.json()),
     })
 }
 
 /// Returns a row for display, with the reason after the state.
-fn for_people(row: &Value) -> Value {
+fn display_row(row: &Value) -> Value {
     let mut row = row.clone();
     let why = row["reason"]["text"].as_str().map(str::to_owned);
     let state = match (row["state"].as_str().unwrap_or_default(), row["hidden_by"].as_str(), why) {

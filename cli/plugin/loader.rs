@@ -10,19 +10,19 @@ use std::{
 use tatu_plugin_api::safe::read_plain;
 
 use super::{
-    elf::{self, Elf, Sort},
-    reason::{Reason, some},
+    elf::{self, Elf, ElfKind},
+    reason::{RejectReason, list_some},
 };
 
 /// Maximum size of a file that is read, in bytes.
-const MOST_BYTES: u64 = 1 << 30;
+const MAX_FILE_BYTES: u64 = 1 << 30;
 /// The cache file that `ldconfig` writes.
-const CACHE: &str = "/etc/ld.so.cache";
+const LDCONFIG_CACHE: &str = "/etc/ld.so.cache";
 /// Maximum number of names in a message.
-const FEW: usize = 4;
+const MAX_LISTED_SYMBOLS: usize = 4;
 
 /// A library that another library needs.
-pub struct Need {
+pub struct NeededLibrary {
     pub name: String,
     /// The library that needs it; `None` for the plugin itself.
     pub by: Option<PathBuf>,
@@ -41,9 +41,9 @@ pub struct Loader {
 
 impl Loader {
     pub fn new() -> Self {
-        let bytes = read_plain(Path::new(CACHE), MOST_BYTES).unwrap_or_default();
+        let bytes = read_plain(Path::new(LDCONFIG_CACHE), MAX_FILE_BYTES).unwrap_or_default();
         let mut cached: HashMap<String, Vec<PathBuf>> = HashMap::new();
-        for (name, path) in entries(&bytes) {
+        for (name, path) in parse_cache(&bytes) {
             cached.entry(name).or_default().push(path);
         }
         let environment = env::var_os("LD_LIBRARY_PATH").unwrap_or_default().to_string_lossy().into_owned();
@@ -64,18 +64,19 @@ impl Loader {
             return known.clone();
         }
         let fits = tatu_core::plugins::check_library(file).is_ok();
-        let bytes = if fits { read_plain(file, MOST_BYTES).ok() } else { None };
+        let bytes = if fits { read_plain(file, MAX_FILE_BYTES).ok() } else { None };
         let read = bytes.and_then(|b| elf::read(&b)).map(Rc::new);
         self.read.insert(file.to_owned(), read.clone());
         read
     }
 
     /// Returns all libraries that a file needs, directly or indirectly, in the loader's order, and their contents.
-    pub fn needs(&mut self, file: &Path, own: &Elf) -> (Vec<Need>, Vec<Rc<Elf>>) {
+    pub fn needs(&mut self, file: &Path, own: &Elf) -> (Vec<NeededLibrary>, Vec<Rc<Elf>>) {
         let (mut needs, mut libraries) = (Vec::new(), Vec::new());
         let mut known: BTreeSet<String> = BTreeSet::new();
-        let rpath = |e: &Elf, file: &Path| if e.runpath.is_empty() { expanded(&e.rpath, file) } else { Vec::new() };
-        let runpath = expanded(&own.runpath, file);
+        let rpath =
+            |e: &Elf, file: &Path| if e.runpath.is_empty() { expand_variables(&e.rpath, file) } else { Vec::new() };
+        let runpath = expand_variables(&own.runpath, file);
         // Each entry contains a library, the names of the libraries that it needs, its own folders, and the folders
         // that its dependencies inherit.
         let mut open = std::collections::VecDeque::from([(None, own.needed.clone(), runpath, rpath(own, file))]);
@@ -84,11 +85,11 @@ impl Loader {
                 let found = self.find(&name, &runpath, &rpath);
                 if let Some((path, library)) = &found {
                     let handed: Vec<PathBuf> = self::rpath_of(library, path).into_iter().chain(rpath.clone()).collect();
-                    let runpath = expanded(&library.runpath, path);
+                    let runpath = expand_variables(&library.runpath, path);
                     open.push_back((Some(path.clone()), library.needed.clone(), runpath, handed));
                     libraries.push(library.clone());
                 }
-                needs.push(Need { name, by: by.clone(), found: found.map(|(path, _)| path) });
+                needs.push(NeededLibrary { name, by: by.clone(), found: found.map(|(path, _)| path) });
             }
         }
         (needs, libraries)
@@ -107,13 +108,13 @@ impl Loader {
             first.chain(cached).chain(self.usual.iter().map(|f| f.join(name))).collect()
         };
         files.into_iter().find_map(|f| {
-            let read = self.elf(&f).filter(|e| e.sort == Sort::Library)?;
+            let read = self.elf(&f).filter(|e| e.sort == ElfKind::Library)?;
             Some((f, read))
         })
     }
 
     /// Returns the symbols that this program and its libraries export, which the loader also considers.
-    fn program(&mut self) -> Rc<HashSet<String>> {
+    fn program_symbols(&mut self) -> Rc<HashSet<String>> {
         if let Some(known) = &self.program {
             return known.clone();
         }
@@ -129,14 +130,20 @@ impl Loader {
 
     /// Returns the reason why the loader would fail: a missing library, symbol version or symbol. `None` if nothing is
     /// missing.
-    pub fn lacks(&mut self, file: &Path, own: &Elf, needs: &[Need], libraries: &[Rc<Elf>]) -> Option<Reason> {
+    pub fn missing_parts(
+        &mut self,
+        file: &Path,
+        own: &Elf,
+        needs: &[NeededLibrary],
+        libraries: &[Rc<Elf>],
+    ) -> Option<RejectReason> {
         if let Some(need) = needs.iter().find(|n| n.found.is_none()) {
             return Some(missing_library(file, need));
         }
         if let Some(reason) = missing_version(own, libraries) {
             return Some(reason);
         }
-        let program = self.program();
+        let program = self.program_symbols();
         let is_there = |name: &&String| {
             program.contains(*name)
                 || own.exports.contains(*name)
@@ -146,13 +153,13 @@ impl Loader {
         (!missing.is_empty()).then(|| self.missing_symbols(&missing))
     }
 
-    fn missing_symbols(&mut self, missing: &[&String]) -> Reason {
+    fn missing_symbols(&mut self, missing: &[&String]) -> RejectReason {
         let text = match missing {
             [one] => format!("it uses the symbol `{one}`, which neither it nor a library that it links to defines"),
             all => format!(
                 "it uses {} symbols that neither it nor a library that it links to defines: {}",
                 all.len(),
-                some(all, FEW)
+                list_some(all, MAX_LISTED_SYMBOLS)
             ),
         };
         let cpp = missing.iter().any(|n| n.starts_with("_Z") || n.starts_with("__cxa_") || n.starts_with("__gxx_"));
@@ -174,15 +181,15 @@ impl Loader {
                 "link it with the library that defines the symbol, or compile the file that defines it into it".into()
             }
         };
-        Reason::new("missing-symbol", text, help)
+        RejectReason::new("missing-symbol", text, help)
     }
 }
 
 fn rpath_of(library: &Elf, file: &Path) -> Vec<PathBuf> {
-    if library.runpath.is_empty() { expanded(&library.rpath, file) } else { Vec::new() }
+    if library.runpath.is_empty() { expand_variables(&library.rpath, file) } else { Vec::new() }
 }
 
-fn missing_library(file: &Path, need: &Need) -> Reason {
+fn missing_library(file: &Path, need: &NeededLibrary) -> RejectReason {
     let text = match &need.by {
         None => format!("it needs the library {}, which is not found", need.name),
         Some(by) => format!("it needs {}, which needs the library {}, which is not found", by.display(), need.name),
@@ -203,12 +210,12 @@ fn missing_library(file: &Path, need: &Need) -> Reason {
             file.display()
         )
     };
-    Reason::new("missing-library", text, help)
+    RejectReason::new("missing-library", text, help)
 }
 
 /// Returns the first required version that the libraries of this system do not define, which means that the plugin was
 /// built on a newer system.
-fn missing_version(own: &Elf, libraries: &[Rc<Elf>]) -> Option<Reason> {
+fn missing_version(own: &Elf, libraries: &[Rc<Elf>]) -> Option<RejectReason> {
     let of = |name: &str| libraries.iter().find(|l| l.soname.as_deref() == Some(name));
     let (name, version, library) = own.needs_versions.iter().find_map(|(name, version)| {
         let library = of(name).filter(|l| !l.versions.is_empty() && !l.versions.contains(version))?;
@@ -222,11 +229,11 @@ fn missing_version(own: &Elf, libraries: &[Rc<Elf>]) -> Option<Reason> {
         .max_by_key(|v| numbers(v))
         .map_or(String::new(), |v| format!(", but the newest version on this system is {v}"));
     let text = format!("it needs {version} of {name}{newest}");
-    Some(Reason::new("old-library", text, "build it on this system or on an older one, or update this system"))
+    Some(RejectReason::new("old-library", text, "build it on this system or on an older one, or update this system"))
 }
 
 /// Replaces the variables, such as `$ORIGIN`, in the folders of a library.
-fn expanded(folders: &[String], file: &Path) -> Vec<PathBuf> {
+fn expand_variables(folders: &[String], file: &Path) -> Vec<PathBuf> {
     let real = std::path::absolute(file).unwrap_or_else(|_| file.to_owned());
     let origin = real.parent().unwrap_or(Path::new("/")).display().to_string();
     let lib = format!("lib/{}-linux-gnu", env::consts::ARCH);
@@ -241,10 +248,10 @@ fn expanded(folders: &[String], file: &Path) -> Vec<PathBuf> {
 }
 
 /// Parses the names and paths in an `ldconfig` cache, in the format of glibc 2.2 and later.
-fn entries(bytes: &[u8]) -> Vec<(String, PathBuf)> {
+fn parse_cache(bytes: &[u8]) -> Vec<(String, PathBuf)> {
     const MAGIC: &[u8] = b"glibc-ld.so.cache1.1";
-    const HEADER: usize = 48;
-    const ENTRY: usize = 24;
+    const HEADER_BYTES: usize = 48;
+    const ENTRY_BYTES: usize = 24;
     // A cache in an older format may precede it; offsets are relative to the newer one.
     let Some(start) = bytes.windows(MAGIC.len()).position(|w| w == MAGIC) else { return Vec::new() };
     let all = &bytes[start..];
@@ -255,7 +262,7 @@ fn entries(bytes: &[u8]) -> Vec<(String, PathBuf)> {
         Some(String::from_utf8_lossy(&rest[..end]).into_owned())
     };
     let count = number(MAGIC.len()).unwrap_or(0) as usize;
-    let places = (0..count).map(|i| HEADER + i * ENTRY).take_while(|at| at + ENTRY <= all.len());
+    let places = (0..count).map(|i| HEADER_BYTES + i * ENTRY_BYTES).take_while(|at| at + ENTRY_BYTES <= all.len());
     places.filter_map(|at| Some((text(number(at + 4)?)?, PathBuf::from(text(number(at + 8)?)?)))).collect()
 }
 
@@ -264,27 +271,27 @@ mod tests {
     use super::*;
 
     #[test]
-    fn places_of_a_library_are_filled_in() {
+    fn folder_variables_are_expanded() {
         let folders = ["$ORIGIN/../x", "${ORIGIN}", "/opt"].map(str::to_owned);
-        let found = expanded(&folders, Path::new("/a/b/libtatu_x.so"));
+        let found = expand_variables(&folders, Path::new("/a/b/libtatu_x.so"));
         assert_eq!(found, ["/a/b/../x", "/a/b", "/opt"].map(PathBuf::from));
     }
 
     #[test]
-    fn a_damaged_list_has_no_entries() {
-        assert!(entries(b"").is_empty() && entries(b"glibc-ld.so.cache1.1").is_empty());
+    fn damaged_cache_has_no_entries() {
+        assert!(parse_cache(b"").is_empty() && parse_cache(b"glibc-ld.so.cache1.1").is_empty());
         let mut long = b"glibc-ld.so.cache1.1".to_vec();
         long.extend([0xff; 100]);
-        assert!(entries(&long).is_empty());
+        assert!(parse_cache(&long).is_empty());
     }
 
     #[test]
-    fn this_program_lacks_nothing() {
+    fn own_program_has_all_libraries_and_symbols() {
         let exe = env::current_exe().unwrap();
         let mut loader = Loader::new();
         let own = loader.elf(&exe).unwrap();
         let (needs, libraries) = loader.needs(&exe, &own);
         assert!(needs.iter().any(|n| n.name.starts_with("libc.") && n.found.is_some()));
-        assert_eq!(loader.lacks(&exe, &own, &needs, &libraries), None);
+        assert_eq!(loader.missing_parts(&exe, &own, &needs, &libraries), None);
     }
 }

@@ -40,26 +40,26 @@ use crate::report;
 #[derive(clap::Subcommand)]
 pub enum PluginCommand {
     /// Build the library of a project: `build/libtatu_NAME.so` in its folder.
-    Build(build::Build),
+    Build(build::BuildArgs),
     /// Build a project, and run its scene.
-    Run(run::Run),
+    Run(run::PluginRunArgs),
     /// Build a project at each save, while its scene runs.
-    Watch(watch::Watch),
+    Watch(watch::WatchArgs),
     /// Build a project, and run its tests, each in its own process.
-    Test(test::Test),
+    Test(test::TestArgs),
     /// Run one test; used by `test` for its child processes.
     #[command(hide = true)]
-    RunTest(test::RunTest),
+    RunTest(test::RunTestArgs),
     /// Replace the headers and the crate in `sdk` with those of this program.
-    UpdateSdk(update_sdk::UpdateSdk),
+    UpdateSdk(update_sdk::UpdateSdkArgs),
     /// Test a plugin against the rules of the ABI.
-    Check(check::Check),
+    Check(check::PluginCheckArgs),
     /// Explain why a plugin is or is not loaded, and what to do.
-    Why(why::Why),
+    Why(why::WhyArgs),
     /// Install a plugin into your own folder, or remove it from there; nothing is downloaded.
-    Install(install::Install),
+    Install(install::InstallArgs),
     /// List all plugin files in the order in which they are searched.
-    List(list::List),
+    List(list::PluginListArgs),
 }
 
 impl PluginCommand {

@@ -7,25 +7,25 @@ use std::{
 
 use tatu_core::{
     errors::nearest,
-    plugins::{Search, Source},
+    plugins::{FolderOrigin, SearchPath},
 };
 
 /// Suffixes of libraries, and of files mistaken for them, on all systems.
-const ENDINGS: [&str; 9] = [".so", ".dylib", ".dll", ".a", ".o", ".lib", ".rlib", ".bundle", ".pyd"];
+const LIBRARY_SUFFIXES: [&str; 9] = [".so", ".dylib", ".dll", ".a", ".o", ".lib", ".rlib", ".bundle", ".pyd"];
 
 /// The plugin that is searched for: an id, or the name of a library in any form.
-pub struct Wanted {
+pub struct PluginQuery {
     /// The text that was given.
     pub text: String,
     /// The base name, such as `hello`.
     core: String,
 }
 
-impl Wanted {
+impl PluginQuery {
     pub fn new(text: &str) -> Self {
         // The last part of an id, which is usually the base name of the file.
         let last = if Self::is_id(text) { text.rsplit('.').next().unwrap_or(text) } else { text };
-        Wanted { text: text.to_owned(), core: core(last) }
+        PluginQuery { text: text.to_owned(), core: base_name(last) }
     }
     /// Returns whether a text is an id and not a file name: it contains a `.`, but has no suffix of a library.
     pub fn is_id(text: &str) -> bool {
@@ -33,15 +33,15 @@ impl Wanted {
     }
     /// Returns the expected file name, such as `libtatu_hello.so`.
     pub fn file(&self) -> String {
-        right(&self.core)
+        library_name(&self.core)
     }
     /// Returns whether a file name refers to this plugin, even if it is not spelled correctly.
-    pub fn is_meant_by(&self, file: &Path) -> bool {
-        !self.core.is_empty() && core(&name(file)) == self.core
+    pub fn matches(&self, file: &Path) -> bool {
+        !self.core.is_empty() && base_name(&name(file)) == self.core
     }
     /// Returns the file with the most similar name, if there is one.
-    pub fn near<'a>(&self, files: impl IntoIterator<Item = &'a Path>) -> Option<&'a Path> {
-        let all: Vec<(String, &Path)> = files.into_iter().map(|f| (core(&name(f)), f)).collect();
+    pub fn nearest_file<'a>(&self, files: impl IntoIterator<Item = &'a Path>) -> Option<&'a Path> {
+        let all: Vec<(String, &Path)> = files.into_iter().map(|f| (base_name(&name(f)), f)).collect();
         let found = nearest(&self.core, all.iter().map(|(c, _)| c.as_str()))?;
         all.iter().find(|(c, _)| c == found).map(|(_, f)| *f)
     }
@@ -53,21 +53,21 @@ pub fn name(file: &Path) -> String {
 }
 
 /// Returns whether a file name is that of a plugin on this system.
-pub fn is_right(file: &Path) -> bool {
-    Search::default().may_be_plugin(file, Source::User)
+pub fn is_plugin_name(file: &Path) -> bool {
+    SearchPath::default().may_be_plugin(file, FolderOrigin::User)
 }
 
 /// Returns the expected file name: `libtatu_hello.so` for `hello.so`.
-pub fn should_be(file: &Path) -> String {
-    right(&core(&name(file)))
+pub fn expected_name(file: &Path) -> String {
+    library_name(&base_name(&name(file)))
 }
 
 /// Returns the pattern of plugin file names: `libtatu_NAME.so`.
 pub fn form() -> String {
-    right("NAME")
+    library_name("NAME")
 }
 
-fn right(core: &str) -> String {
+fn library_name(core: &str) -> String {
     format!("{DLL_PREFIX}tatu_{}{DLL_SUFFIX}", if core.is_empty() { "NAME" } else { core })
 }
 
@@ -76,11 +76,11 @@ fn without_ending(name: &str) -> Option<&str> {
     let plain = name.trim_end_matches(|c: char| c.is_ascii_digit() || c == '.');
     let versioned = plain.ends_with(".so") && name[plain.len()..].starts_with('.');
     let name = if versioned { plain } else { name };
-    ENDINGS.iter().find_map(|e| name.strip_suffix(e))
+    LIBRARY_SUFFIXES.iter().find_map(|e| name.strip_suffix(e))
 }
 
 /// Returns the base name without conventional prefixes and suffixes: `hello` for `libtatu_hello.so.1` and `tatu-hello`.
-fn core(name: &str) -> String {
+fn base_name(name: &str) -> String {
     let name = name.to_lowercase().replace('-', "_");
     let stem = without_ending(&name).unwrap_or(&name);
     let stem = stem.strip_prefix("lib").filter(|s| !s.is_empty()).unwrap_or(stem);
@@ -93,7 +93,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn all_forms_of_a_name_mean_the_same() {
+    fn all_spellings_of_a_plugin_name_match() {
         for given in [
             "hello",
             "tatu_hello",
@@ -111,21 +111,21 @@ mod tests {
             "libtatu_hello.a",
             "org.example.hello",
         ] {
-            assert_eq!(Wanted::new(given).file(), right("hello"), "{given}");
-            assert!(Wanted::new("hello").is_meant_by(Path::new(given)) || given.starts_with("org."), "{given}");
+            assert_eq!(PluginQuery::new(given).file(), library_name("hello"), "{given}");
+            assert!(PluginQuery::new("hello").matches(Path::new(given)) || given.starts_with("org."), "{given}");
         }
         for given in ["hello2", "help", "hello_world", "lib", "tatu", ""] {
-            assert_ne!(Wanted::new(given).file(), right("hello"), "{given}");
+            assert_ne!(PluginQuery::new(given).file(), library_name("hello"), "{given}");
         }
     }
 
     #[test]
-    fn only_names_of_plugins_are_right() {
+    fn only_plugin_file_names_are_accepted() {
         let name = |s: &str| format!("{DLL_PREFIX}{s}{DLL_SUFFIX}");
-        assert!(is_right(Path::new(&name("tatu_hello"))));
-        assert!(is_right(Path::new(&format!("a/tatu_hello{DLL_SUFFIX}"))));
+        assert!(is_plugin_name(Path::new(&name("tatu_hello"))));
+        assert!(is_plugin_name(Path::new(&format!("a/tatu_hello{DLL_SUFFIX}"))));
         for wrong in [name("hello"), format!("{}.1", name("tatu_hello")), name("Tatu_hello"), "tatu_hello".into()] {
-            assert!(!is_right(Path::new(&wrong)), "{wrong}");
+            assert!(!is_plugin_name(Path::new(&wrong)), "{wrong}");
         }
     }
 }

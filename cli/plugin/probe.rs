@@ -11,19 +11,19 @@ use std::{
 
 use serde::{Deserialize, Serialize};
 use tatu_core::{
-    document::Sources,
+    document::SourceFiles,
     errors::Error,
     plugins::{Plugin, Registry},
 };
-use tatu_embed::{restart_command, search::searched};
+use tatu_embed::{restart_command, search::search_folders};
 
-use super::reason::Reason;
+use super::reason::RejectReason;
 use crate::{report, watchdog::Watchdog};
 
 /// Maximum number of bytes read from the output of a plugin.
-const MOST_BYTES: u64 = 1 << 20;
+const MAX_OUTPUT_BYTES: u64 = 1 << 20;
 /// Time that the process may take beyond the limit of its own watchdog.
-const GRACE: Duration = Duration::from_secs(3);
+const EXTRA_TIME: Duration = Duration::from_secs(3);
 
 /// Parses a time limit, in s.
 pub fn limit(text: &str) -> Result<f64, String> {
@@ -33,18 +33,18 @@ pub fn limit(text: &str) -> Result<f64, String> {
 
 /// The output of the process.
 #[derive(Debug, Serialize, Deserialize)]
-pub struct Report {
+pub struct ProbeReport {
     tatu_probe: u32,
-    pub plugin: Option<About>,
+    pub plugin: Option<ProbedPlugin>,
     /// The kinds of extensions that the plugin provides, each with its count.
     pub offers: Vec<(String, usize)>,
-    pub remarks: Vec<Remark>,
+    pub remarks: Vec<ProbeRemark>,
     pub notes: Vec<String>,
 }
 
 /// A plugin that could be loaded.
 #[derive(Debug, Serialize, Deserialize)]
-pub struct About {
+pub struct ProbedPlugin {
     pub id: String,
     pub name: String,
     pub version: String,
@@ -54,7 +54,7 @@ pub struct About {
 
 /// A warning or error about the plugin.
 #[derive(Debug, Serialize, Deserialize)]
-pub struct Remark {
+pub struct ProbeRemark {
     pub code: String,
     pub text: String,
     pub help: String,
@@ -69,7 +69,7 @@ pub fn run(file: &Path, limit: f64) -> ExitCode {
         libc::setrlimit(libc::RLIMIT_CORE, &libc::rlimit { rlim_cur: 0, rlim_max: 0 });
     }
     let watchdog = Watchdog::start(limit, false);
-    let mut search = match searched(None, &Sources::default(), &[]) {
+    let mut search = match search_folders(None, &SourceFiles::default(), &[]) {
         Ok(all) => all.search,
         Err(e) => {
             report::error(&e);
@@ -80,21 +80,21 @@ pub fn run(file: &Path, limit: f64) -> ExitCode {
     let registry = Registry::load_watched(search, tatu_core::host_tables(), watchdog.watches.clone());
     let plugin = registry.plugins.first().map(|p| about(p));
     let (offers, notes) = (offers(&registry), registry.notes.clone());
-    let mut remarks: Vec<Remark> = registry.refused.iter().map(remark).collect();
-    remarks.extend(registry.end().iter().map(remark));
-    let said = Report { tatu_probe: 1, plugin, offers, remarks, notes };
+    let mut remarks: Vec<ProbeRemark> = registry.refused.iter().map(remark).collect();
+    remarks.extend(registry.shut_down().iter().map(remark));
+    let said = ProbeReport { tatu_probe: 1, plugin, offers, remarks, notes };
     // The output of the plugin may end without a newline.
     report::out!("\n{}", serde_json::to_string(&said).unwrap_or_default());
     ExitCode::SUCCESS
 }
 
-fn about(p: &Plugin) -> About {
+fn about(p: &Plugin) -> ProbedPlugin {
     let (name, licence) = (p.name.clone(), p.licence.clone());
-    About { id: p.id.clone(), name, version: p.version.clone(), licence, abi: p.abi }
+    ProbedPlugin { id: p.id.clone(), name, version: p.version.clone(), licence, abi: p.abi }
 }
 
-fn remark(e: &Error) -> Remark {
-    Remark { code: e.code.to_owned(), text: e.text.clone(), help: e.help.clone().unwrap_or_default() }
+fn remark(e: &Error) -> ProbeRemark {
+    ProbeRemark { code: e.code.to_owned(), text: e.text.clone(), help: e.help.clone().unwrap_or_default() }
 }
 
 fn offers(r: &Registry) -> Vec<(String, usize)> {
@@ -116,9 +116,9 @@ fn offers(r: &Registry) -> Vec<(String, usize)> {
 
 /// Opens a file in a separate process; returns the report of that process, or the reason that the file cannot be
 /// loaded.
-pub fn probe(file: &Path, limit: f64) -> Result<Report, Reason> {
+pub fn probe(file: &Path, limit: f64) -> Result<ProbeReport, RejectReason> {
     let untried = |what: &str, e: std::io::Error| {
-        Reason::new(
+        RejectReason::new(
             "untried",
             format!("it cannot be tested: {what}: {e}"),
             "free some memory and disk space, and try again",
@@ -145,11 +145,11 @@ pub fn probe(file: &Path, limit: f64) -> Result<Report, Reason> {
         .map_err(|e| untried("this program cannot be started again", e))?;
     let ended = wait(&mut child, limit).map_err(|e| untried("cannot wait for its process", e))?;
     let (out, err) = (text(&mut out), text(&mut err));
-    let said = out.lines().rev().find_map(|l| serde_json::from_str::<Report>(l).ok());
+    let said = out.lines().rev().find_map(|l| serde_json::from_str::<ProbeReport>(l).ok());
     match (said, ended) {
         (Some(report), _) if report.plugin.is_some() => Ok(report),
         (Some(report), _) => Err(refusal(&report, &file)),
-        (None, ended) => Err(end(ended, &err, limit)),
+        (None, ended) => Err(abnormal_end(ended, &err, limit)),
     }
 }
 
@@ -157,7 +157,7 @@ pub fn probe(file: &Path, limit: f64) -> Result<Report, Reason> {
 fn wait(child: &mut Child, limit: f64) -> std::io::Result<Option<ExitStatus>> {
     let begin = Instant::now();
     // A limit of 0 means no limit.
-    let most = Duration::try_from_secs_f64(limit).ok().filter(|d| !d.is_zero()).map(|d| d + GRACE);
+    let most = Duration::try_from_secs_f64(limit).ok().filter(|d| !d.is_zero()).map(|d| d + EXTRA_TIME);
     let mut pause = Duration::from_millis(1);
     loop {
         if let Some(status) = child.try_wait()? {
@@ -177,17 +177,17 @@ fn text(file: &mut File) -> String {
     let mut bytes = Vec::new();
     // Only the end of the output is read.
     let length = file.metadata().map_or(0, |m| m.len());
-    if file.seek(SeekFrom::Start(length.saturating_sub(MOST_BYTES))).is_ok() {
+    if file.seek(SeekFrom::Start(length.saturating_sub(MAX_OUTPUT_BYTES))).is_ok() {
         // If reading fails, the output is treated as empty.
-        let _ = file.take(MOST_BYTES).read_to_end(&mut bytes);
+        let _ = file.take(MAX_OUTPUT_BYTES).read_to_end(&mut bytes);
     }
     String::from_utf8_lossy(&bytes).into_owned()
 }
 
 /// Returns the reason that the process could not load the plugin, derived from its report.
-fn refusal(report: &Report, file: &Path) -> Reason {
+fn refusal(report: &ProbeReport, file: &Path) -> RejectReason {
     let Some(first) = report.remarks.iter().find(|r| r.code == "E301").or(report.remarks.first()) else {
-        return Reason::new("rejected", "it cannot be loaded", "ask the author of the plugin");
+        return RejectReason::new("rejected", "it cannot be loaded", "ask the author of the plugin");
     };
     let text = first.text.strip_prefix(&format!("cannot load the plugin {}: ", file.display())).unwrap_or(&first.text);
     // The kind, for programs, is derived from the beginning of the sentence.
@@ -201,11 +201,11 @@ fn refusal(report: &Report, file: &Path) -> Reason {
         ("it uses the symbol", "missing-symbol"),
     ];
     let kind = kind.iter().find(|(start, _)| text.starts_with(start)).map_or("rejected", |(_, kind)| kind);
-    Reason::new(kind, text, first.help.clone())
+    RejectReason::new(kind, text, first.help.clone())
 }
 
 /// Returns the reason that the process ended without a report, derived from its exit status and error output.
-fn end(ended: Option<ExitStatus>, err: &str, limit: f64) -> Reason {
+fn abnormal_end(ended: Option<ExitStatus>, err: &str, limit: f64) -> RejectReason {
     let fault = |code: &str| err.lines().find_map(|l| l.split_once(&format!("error[{code}]: ")).map(|(_, text)| text));
     // In "... in `tatu_plugin.init` of plugin `x`, FILE (HELP)", only the function is needed.
     let place = |text: &str| match text.find("while the library") {
@@ -219,29 +219,30 @@ fn end(ended: Option<ExitStatus>, err: &str, limit: f64) -> Reason {
     if let Some(text) = fault("F211") {
         let signal =
             text.find('(').and_then(|at| text[at..].split(')').next()).map_or(String::new(), |s| format!(" {s})"));
-        return Reason::new("crash", format!("it crashes{signal} {}", place(text)), debug);
+        return RejectReason::new("crash", format!("it crashes{signal} {}", place(text)), debug);
     }
     if let Some(text) = fault("F212") {
         let text = format!("it ends the program: it calls exit() {}", place(text));
-        return Reason::new("exit", text, "a plugin must return an error instead");
+        return RejectReason::new("exit", text, "a plugin must return an error instead");
     }
     if let Some(text) = fault("F210") {
         let call = text.split("has not returned from ").nth(1).and_then(|t| t.split(" for ").next());
         let call =
             call.map_or("its start".to_owned(), |c| if c.contains(' ') { c.to_owned() } else { format!("`{c}`") });
-        return Reason::new("stuck", format!("it has not returned from {call} for {limit} s"), SLOW);
+        return RejectReason::new("stuck", format!("it has not returned from {call} for {limit} s"), SLOW_START_HELP);
     }
     let Some(status) = ended else {
         let text = format!("it has not been loaded and started within {limit} s");
-        return Reason::new("stuck", text, SLOW);
+        return RejectReason::new("stuck", text, SLOW_START_HELP);
     };
     #[cfg(unix)]
     if let Some(signal) = std::os::unix::process::ExitStatusExt::signal(&status) {
-        return Reason::new("crash", format!("it crashes (signal {signal}) when it is loaded or started"), debug);
+        return RejectReason::new("crash", format!("it crashes (signal {signal}) when it is loaded or started"), debug);
     }
     let code = status.code().map_or(String::new(), |c| format!(" with exit code {c}"));
     let text = format!("it ends the program{code} when it is loaded or started");
-    Reason::new("exit", text, "a plugin must return an error instead")
+    RejectReason::new("exit", text, "a plugin must return an error instead")
 }
 
-const SLOW: &str = "a plugin must not wait in its start; if it is merely slow, raise the limit with `--watchdog S`";
+const SLOW_START_HELP: &str =
+    "a plugin must not wait in its start; if it is merely slow, raise the limit with `--watchdog S`";

@@ -3,16 +3,16 @@
 use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
-use tatu_core::errors::{Error, Place, Result};
-use tatu_plugin_api::safe::{MOST_BYTES, read_plain_text};
+use tatu_core::errors::{Error, Result, SourceLocation};
+use tatu_plugin_api::safe::{MAX_FILE_BYTES, read_plain_text};
 
 use crate::{
-    new::{Lang, sdk, word},
+    new::{Lang, sdk, value_name},
     report,
 };
 
 /// Name of the file with a project's settings.
-pub const SETTINGS: &str = "tatu.toml";
+pub const SETTINGS_FILE: &str = "tatu.toml";
 
 /// The folder of a plugin, created by `tatu new plugin`.
 pub struct Project {
@@ -29,28 +29,28 @@ pub struct Project {
 impl Project {
     /// Reads the settings of a folder. Fails with E611 if they are missing or invalid.
     pub fn open(folder: &Path) -> Result<Self> {
-        let file = folder.join(SETTINGS);
-        let text = read_plain_text(&file, MOST_BYTES).map_err(|e| {
+        let file = folder.join(SETTINGS_FILE);
+        let text = read_plain_text(&file, MAX_FILE_BYTES).map_err(|e| {
             Error::new("E611", format!("{} is not the folder of a plugin: {e}", folder.display()))
-                .expected(format!("a file {SETTINGS}, as `tatu new plugin` writes it"))
+                .expected(format!("a file {SETTINGS_FILE}, as `tatu new plugin` writes it"))
                 .help("pass its folder (`tatu plugin build FOLDER`), or create one: `tatu new plugin NAME --lang c`")
         })?;
-        let place = |line| Place { file: file.clone(), line, ..Place::default() };
+        let place = |line| SourceLocation { file: file.clone(), line, ..SourceLocation::default() };
         let wrong = |text: String| Error::new("E611", text).at(Some(place(0)));
         let settings: toml_edit::DocumentMut = text.parse().map_err(|e: toml_edit::TomlError| {
             let line = e.span().map_or(0, |s| text[..s.start].lines().count().max(1));
-            Error::new("E611", format!("{SETTINGS} cannot be read: {}", e.message())).at(Some(place(line)))
+            Error::new("E611", format!("{SETTINGS_FILE} cannot be read: {}", e.message())).at(Some(place(line)))
         })?;
         let get = |key: &str| {
             let value = settings.get(key).and_then(toml_edit::Item::as_str).map(str::to_owned);
-            value.ok_or_else(|| wrong(format!("{SETTINGS} has no string `{key}`")))
+            value.ok_or_else(|| wrong(format!("{SETTINGS_FILE} has no string `{key}`")))
         };
         let (name, lang) = (get("name")?, get("lang")?);
         // The name becomes part of file names.
         if name.is_empty() || !name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_') {
             return Err(wrong(format!("`{name}` is not a valid name")).expected("letters, digits and `_`"));
         }
-        let known: Vec<String> = Lang::value_variants().iter().map(|l| word(*l)).collect();
+        let known: Vec<String> = Lang::value_variants().iter().map(|l| value_name(*l)).collect();
         let lang = Lang::from_str(&lang, false).map_err(|_| {
             wrong(format!("unknown language `{lang}`"))
                 .expected(known.join(", "))

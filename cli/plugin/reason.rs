@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 
 /// What is wrong with a file, and what to do about it.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Reason {
+pub struct RejectReason {
     /// A stable identifier for programs, such as `missing-library`.
     pub kind: &'static str,
     /// Description of the problem; the file is referred to as "it".
@@ -15,9 +15,9 @@ pub struct Reason {
     pub help: String,
 }
 
-impl Reason {
+impl RejectReason {
     pub fn new(kind: &'static str, text: impl Into<String>, help: impl Into<String>) -> Self {
-        Reason { kind, text: text.into(), help: help.into() }
+        RejectReason { kind, text: text.into(), help: help.into() }
     }
 
     pub fn json(&self) -> Value {
@@ -33,14 +33,14 @@ impl Reason {
     }
 }
 
-impl fmt::Display for Reason {
+impl fmt::Display for RejectReason {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}\nhelp: {}", self.text, self.help)
     }
 }
 
 /// Formats names for a sentence: "`a`, `b` and 3 more".
-pub fn some(names: &[impl AsRef<str>], most: usize) -> String {
+pub fn list_some(names: &[impl AsRef<str>], most: usize) -> String {
     let shown: Vec<String> = names.iter().take(most).map(|n| format!("`{}`", n.as_ref())).collect();
     match (shown.split_last(), names.len().saturating_sub(most)) {
         (None, _) => String::new(),
@@ -55,11 +55,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn names_are_listed_and_the_rest_is_counted() {
-        assert_eq!(some(&["a"], 3), "`a`");
-        assert_eq!(some(&["a", "b"], 3), "`a` and `b`");
-        assert_eq!(some(&["a", "b", "c"], 3), "`a`, `b` and `c`");
-        assert_eq!(some(&["a", "b", "c", "d", "e"], 3), "`a`, `b`, `c` and 2 more");
-        assert_eq!(some(&[] as &[&str], 3), "");
+    fn name_list_ends_with_count_of_omitted_ones() {
+        assert_eq!(list_some(&["a"], 3), "`a`");
+        assert_eq!(list_some(&["a", "b"], 3), "`a` and `b`");
+        assert_eq!(list_some(&["a", "b", "c"], 3), "`a`, `b` and `c`");
+        assert_eq!(list_some(&["a", "b", "c", "d", "e"], 3), "`a`, `b`, `c` and 2 more");
+        assert_eq!(list_some(&[] as &[&str], 3), "");
     }
 }

@@ -8,7 +8,7 @@ use tatu_embed::restart_command;
 use super::{build, project::Project};
 
 #[derive(clap::Args)]
-pub struct Run {
+pub struct PluginRunArgs {
     /// The plugin's folder.
     #[arg(default_value = ".")]
     pub folder: PathBuf,
@@ -18,9 +18,9 @@ pub struct Run {
 }
 
 /// Builds and runs a project. Returns the exit code of the run, or 1 if the plugin could not be built.
-pub fn run(args: &Run) -> Result<ExitCode> {
+pub fn run(args: &PluginRunArgs) -> Result<ExitCode> {
     let project = Project::open(&args.folder)?;
-    if !build::make(&project)? {
+    if !build::build_project(&project)? {
         return Ok(ExitCode::FAILURE);
     }
     let failed = |e: std::io::Error| Error::new("E612", format!("cannot start the run: {e}"));

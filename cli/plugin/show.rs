@@ -5,21 +5,21 @@ use std::path::Path;
 use serde_json::{Value, json};
 
 use super::{
-    answer::Answer,
-    examine::{Examined, READS},
+    answer::SearchResult,
+    examine::{CAN_READ_LIBRARIES, FileReport},
     folders::same_entry,
 };
 use crate::report;
 
 /// Prints the folders, then the files, and finally the verdict.
-pub fn print(answer: &Answer) {
+pub fn print(answer: &SearchResult) {
     report::out!("{} is searched for in these folders, in this order:", answer.what);
     for (i, folder) in answer.folders.iter().enumerate() {
         let found = found_in(answer, i);
-        report::out!("  {}. {} ({}): {}", i + 1, folder.path.display(), folder.origin(), folder.note(&found));
+        report::out!("  {}. {} ({}): {}", i + 1, folder.path.display(), folder.origin(), folder.summary(&found));
     }
     for (examined, hidden_by) in &answer.files {
-        about(examined, hidden_by.as_deref());
+        print_file(examined, hidden_by.as_deref());
     }
     report::out!("");
     match &answer.verdict {
@@ -36,14 +36,14 @@ pub fn print(answer: &Answer) {
 }
 
 /// Returns the matching files in one of the folders.
-fn found_in(answer: &Answer, folder: usize) -> Vec<&Path> {
+fn found_in(answer: &SearchResult, folder: usize) -> Vec<&Path> {
     let folder = &answer.folders[folder];
     let all = answer.files.iter().map(|(e, _)| e.file.as_path());
     all.filter(|f| folder.candidates.iter().chain(&folder.others).any(|c| same_entry(c, f))).collect()
 }
 
 /// Prints what is known about a file, one property per line.
-fn about(examined: &Examined, hidden_by: Option<&Path>) {
+fn print_file(examined: &FileReport, hidden_by: Option<&Path>) {
     report::out!("\n{}", examined.file.display());
     let line = |word: &str, text: String| report::out!("  {word:<10} {text}");
     for to in &examined.links {
@@ -76,13 +76,13 @@ fn about(examined: &Examined, hidden_by: Option<&Path>) {
     if let Some(by) = hidden_by {
         line("hidden by", by.display().to_string());
     }
-    if !READS {
+    if !CAN_READ_LIBRARIES {
         line("note", "on this system a library is not read before it is opened, in a separate process".into());
     }
 }
 
 /// Returns the result as JSON.
-pub fn json(answer: &Answer) -> Value {
+pub fn json(answer: &SearchResult) -> Value {
     let folders = answer.folders.iter().enumerate().map(|(i, f)| f.json(&found_in(answer, i)));
     let files = answer.files.iter().map(|(e, hidden_by)| e.json(hidden_by.as_deref()));
     let (file, reason) = match &answer.verdict {

@@ -8,18 +8,18 @@ use std::{
 
 use tatu_core::errors::{Error, Result};
 
-use super::project::{Project, SETTINGS};
+use super::project::{Project, SETTINGS_FILE};
 use crate::{new::sdk, report};
 
 #[derive(clap::Args)]
-pub struct UpdateSdk {
+pub struct UpdateSdkArgs {
     /// The plugin's folder.
     #[arg(default_value = ".")]
     pub folder: PathBuf,
 }
 
 /// Replaces the folder `sdk` and the version in `tatu.toml`; changes nothing else.
-pub fn update_sdk(args: &UpdateSdk) -> Result<ExitCode> {
+pub fn update_sdk(args: &UpdateSdkArgs) -> Result<ExitCode> {
     let project = Project::open(&args.folder)?;
     let old = project.folder.join("sdk");
     // The old folder is moved away only when the new one is complete.
@@ -35,10 +35,10 @@ pub fn update_sdk(args: &UpdateSdk) -> Result<ExitCode> {
         _ => {}
     }
     fs::rename(&new, &old).map_err(|e| failed(&old, &e))?;
-    let file = project.folder.join(SETTINGS);
+    let file = project.folder.join(SETTINGS_FILE);
     let text = fs::read_to_string(&file).map_err(|e| failed(&file, &e))?;
     let mut settings: toml_edit::DocumentMut =
-        text.parse().map_err(|e| Error::new("E611", format!("{SETTINGS} cannot be read: {e}")))?;
+        text.parse().map_err(|e| Error::new("E611", format!("{SETTINGS_FILE} cannot be read: {e}")))?;
     settings["sdk"] = toml_edit::value(sdk::VERSION);
     // A new file is renamed over the old one, so that a link is not followed.
     let text = settings.to_string();

@@ -17,7 +17,7 @@ use crate::report;
 
 /// Arguments of `tatu plugin watch`.
 #[derive(clap::Args)]
-pub struct Watch {
+pub struct WatchArgs {
     /// The plugin's folder.
     #[arg(default_value = ".")]
     pub folder: PathBuf,
@@ -27,23 +27,23 @@ pub struct Watch {
 }
 
 /// Interval at which the sources are checked for changes.
-const PAUSE: Duration = Duration::from_millis(150);
+const POLL_INTERVAL: Duration = Duration::from_millis(150);
 /// Delay from the last change to the build, because an editor may write a file in several parts.
-const SETTLED: Duration = Duration::from_millis(120);
+const SETTLE_DELAY: Duration = Duration::from_millis(120);
 /// Folders of a project that do not contain sources.
-const NO_SOURCES: [&str; 4] = ["build", "target", ".git", "node_modules"];
+const IGNORED_FOLDERS: [&str; 4] = ["build", "target", ".git", "node_modules"];
 /// Maximum nesting depth of folders with sources.
-const DEEPEST: u32 = 8;
+const MAX_FOLDER_DEPTH: u32 = 8;
 
 /// Builds, runs and watches until the program is interrupted. A run that has ended is restarted after the next change.
-pub fn watch(args: &Watch) -> Result<ExitCode> {
+pub fn watch(args: &WatchArgs) -> Result<ExitCode> {
     let project = Project::open(&args.folder)?;
     let mut seen = sources(&project.folder);
-    let mut built = build::make(&project)?;
-    let mut running: Option<Running> = None;
+    let mut built = build::build_project(&project)?;
+    let mut running: Option<ChildRun> = None;
     loop {
         if built && running.is_none() {
-            running = Some(Running(start(&project, &args.options)?));
+            running = Some(ChildRun(start(&project, &args.options)?));
         }
         if let Some(child) = &mut running {
             let ended = child.0.try_wait().map_err(|e| Error::new("E612", format!("cannot watch the run: {e}")))?;
@@ -53,10 +53,10 @@ pub fn watch(args: &Watch) -> Result<ExitCode> {
                 (running, built) = (None, false);
             }
         }
-        thread::sleep(PAUSE);
-        if settled(&project.folder, &mut seen) {
+        thread::sleep(POLL_INTERVAL);
+        if wait_until_settled(&project.folder, &mut seen) {
             let begin = Instant::now();
-            built = args.folder.join(super::project::SETTINGS).is_file() && make(&project);
+            built = args.folder.join(super::project::SETTINGS_FILE).is_file() && make(&project);
             match (built, &running) {
                 (true, _) => report::err!("rebuilt in {:.1} s", begin.elapsed().as_secs_f64()),
                 (false, Some(_)) => report::err!("the build failed: the run continues with the previous library"),
@@ -69,16 +69,16 @@ pub fn watch(args: &Watch) -> Result<ExitCode> {
 /// Builds the project. An error, such as a source that an editor has temporarily moved away, is treated as a failed
 /// build.
 fn make(project: &Project) -> bool {
-    build::make(project).unwrap_or_else(|e| {
+    build::build_project(project).unwrap_or_else(|e| {
         report::error(&e);
         false
     })
 }
 
 /// The process of a run, which is killed when the value is dropped.
-struct Running(Child);
+struct ChildRun(Child);
 
-impl Drop for Running {
+impl Drop for ChildRun {
     fn drop(&mut self) {
         let _ = self.0.kill();
         let _ = self.0.wait();
@@ -109,16 +109,16 @@ fn start(project: &Project, options: &[OsString]) -> Result<Child> {
 }
 
 /// Modification times and sizes of all files of a project that a build may read.
-type Seen = BTreeMap<PathBuf, (SystemTime, u64)>;
+type FileStamps = BTreeMap<PathBuf, (SystemTime, u64)>;
 
-fn sources(folder: &Path) -> Seen {
+fn sources(folder: &Path) -> FileStamps {
     let mut open = vec![(folder.to_owned(), 0)];
-    let mut out = Seen::new();
+    let mut out = FileStamps::new();
     while let Some((folder, depth)) = open.pop() {
         for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
             let name = entry.file_name();
             let Ok(about) = entry.metadata() else { continue };
-            if about.is_dir() && depth < DEEPEST && !NO_SOURCES.iter().any(|n| name == *n) {
+            if about.is_dir() && depth < MAX_FOLDER_DEPTH && !IGNORED_FOLDERS.iter().any(|n| name == *n) {
                 open.push((entry.path(), depth + 1));
             } else if about.is_file() && is_source(&entry.path()) {
                 out.insert(entry.path(), (about.modified().unwrap_or(SystemTime::UNIX_EPOCH), about.len()));
@@ -136,13 +136,13 @@ fn is_source(file: &Path) -> bool {
 }
 
 /// Returns whether sources have changed since `seen`. If so, waits until they no longer change, and updates `seen`.
-fn settled(folder: &Path, seen: &mut Seen) -> bool {
+fn wait_until_settled(folder: &Path, seen: &mut FileStamps) -> bool {
     let mut now = sources(folder);
     if now == *seen {
         return false;
     }
     loop {
-        thread::sleep(SETTLED);
+        thread::sleep(SETTLE_DELAY);
         let later = sources(folder);
         if later == now {
             break;

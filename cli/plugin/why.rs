@@ -2,16 +2,16 @@
 
 use std::{path::PathBuf, process::ExitCode};
 
-use tatu_core::document::Sources;
+use tatu_core::document::SourceFiles;
 
-use super::{answer, examine::Examiner, folders, probe, show};
-use tatu_embed::search::searched;
+use super::{answer, examine::FileExaminer, folders, probe, show};
+use tatu_embed::search::search_folders;
 
 use crate::report;
 
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
-pub struct Why {
+pub struct WhyArgs {
     /// A plugin's id, the name of its library in any form, or a file: a path that contains a `/`.
     #[arg(value_name = "NAME|FILE", required_unless_present = "probe")]
     pub what: Option<PathBuf>,
@@ -40,11 +40,11 @@ const EXAMPLES: &str = "Examples:
 Exit code 0: it is loaded; 1: it is not.";
 
 /// Prints the explanation; the exit code is 0 if the plugin is loaded, 1 if not, and 2 if the scene cannot be read.
-pub fn why(args: &Why) -> ExitCode {
+pub fn why(args: &WhyArgs) -> ExitCode {
     if let Some(file) = &args.probe {
         return probe::run(file, args.watchdog);
     }
-    let searched = match searched(args.scene.as_deref(), &Sources::default(), &args.allow) {
+    let folders = match search_folders(args.scene.as_deref(), &SourceFiles::default(), &args.allow) {
         Ok(all) => all,
         Err(e) => {
             report::error(&e);
@@ -52,12 +52,12 @@ pub fn why(args: &Why) -> ExitCode {
         }
     };
     let what = args.what.clone().unwrap_or_default();
-    let folders = folders::look(&searched);
-    let mut examiner = Examiner::new(args.watchdog);
+    let folders = folders::list_folders(&folders);
+    let mut examiner = FileExaminer::new(args.watchdog);
     let is_file = what.components().count() > 1;
     let answer = match is_file {
-        true => answer::of_file(&what, folders, &mut examiner),
-        false => answer::of_name(&what.to_string_lossy(), folders, &mut examiner),
+        true => answer::search_file(&what, folders, &mut examiner),
+        false => answer::search_name(&what.to_string_lossy(), folders, &mut examiner),
     };
     if args.json {
         report::out!("{}", serde_json::to_string_pretty(&show::json(&answer)).unwrap_or_default());

@@ -9,21 +9,21 @@ use pyo3::{
     types::{PyBytes, PyDict},
 };
 use tatu_core::{Channel, errors::Error as Wrong, state::Snapshot};
-use tatu_embed::{Seat, Setup};
+use tatu_embed::{WorldSetup, WorldSlot};
 
 use crate::{
-    detach::detached,
+    detach::run_detached,
     error, table, value,
-    world::{Arguments, tag_of_line, view},
+    world::{SetupArguments, tag_of_line, view},
 };
 
 /// The state that is stored for each world of a batch.
 #[derive(Default)]
-struct Kept {
-    observed: Vec<Channel>,
-    acted: Vec<Channel>,
+struct WorldBuffers {
+    observation_channels: Vec<Channel>,
+    action_channels: Vec<Channel>,
     /// Values of all observed channels, consecutively.
-    numbers: Vec<f64>,
+    observation: Vec<f64>,
     action: Vec<f64>,
     /// Whether the world was stopped.
     stopped: bool,
@@ -35,18 +35,18 @@ struct Kept {
 /// Worlds that are stepped together. The public interface is `tatu_sim.Batch`.
 #[pyclass(module = "tatu_sim._native")]
 pub struct Batch {
-    inside: Mutex<Option<Inside>>,
+    inside: Mutex<Option<OpenBatch>>,
 }
 
-struct Inside {
-    batch: tatu_embed::Batch,
-    kept: Vec<Kept>,
-    observed: Vec<(String, String)>,
-    acted: Vec<(String, String)>,
+struct OpenBatch {
+    batch: tatu_embed::WorldBatch,
+    buffers: Vec<WorldBuffers>,
+    observations: Vec<(String, String)>,
+    actions: Vec<(String, String)>,
 }
 
 /// Seed and changes for the reset of a world; `None` retains the current ones.
-type Reset = (Option<u64>, Option<Vec<String>>);
+type ResetOptions = (Option<u64>, Option<Vec<String>>);
 
 fn closed() -> PyErr {
     PyValueError::new_err("the batch is closed")
@@ -57,78 +57,79 @@ impl Batch {
     fn with<T: Send>(
         &self,
         py: Python<'_>,
-        f: impl FnOnce(&mut Inside) -> tatu_core::errors::Result<T> + Send,
+        f: impl FnOnce(&mut OpenBatch) -> tatu_core::errors::Result<T> + Send,
     ) -> PyResult<T> {
-        detached(py, || {
+        run_detached(py, || {
             let mut inside = self.inside.lock().unwrap_or_else(PoisonError::into_inner);
             inside.as_mut().map(f)
         })
         .ok_or_else(closed)?
-        .map_err(|e| error::of(&e))
+        .map_err(|e| error::to_exception(&e))
     }
 }
 
 /// Looks up channels in a world, given as pairs of path and name.
-fn find(seat: &Seat, names: &[(String, String)]) -> tatu_core::errors::Result<Vec<Channel>> {
+fn find_channels(seat: &WorldSlot, names: &[(String, String)]) -> tatu_core::errors::Result<Vec<Channel>> {
     let world = seat.world()?;
-    let one = |(path, name): &(String, String)| world.channel(path, name).map_err(|r| error::refused(&r));
+    let one = |(path, name): &(String, String)| world.channel(path, name).map_err(|r| error::refusal_error(&r));
     names.iter().map(one).collect()
 }
 
-fn size(channels: &[Channel]) -> usize {
+fn total_size(channels: &[Channel]) -> usize {
     channels.iter().map(|c| c.shape.iter().product::<usize>()).sum()
 }
 
-impl Kept {
+impl WorldBuffers {
     fn bind(
         &mut self,
-        seat: &Seat,
+        seat: &WorldSlot,
         observed: &[(String, String)],
         acted: &[(String, String)],
     ) -> tatu_core::errors::Result {
-        (self.observed, self.acted) = (find(seat, observed)?, find(seat, acted)?);
-        self.numbers.resize(size(&self.observed), 0.0);
-        self.action.resize(size(&self.acted), 0.0);
+        (self.observation_channels, self.action_channels) =
+            (find_channels(seat, observed)?, find_channels(seat, acted)?);
+        self.observation.resize(total_size(&self.observation_channels), 0.0);
+        self.action.resize(total_size(&self.action_channels), 0.0);
         self.observe(seat)
     }
 
     /// Finds the channels again in a world that was reset; they must have the same shapes as before.
     fn rebind(
         &mut self,
-        seat: &Seat,
+        seat: &WorldSlot,
         observed: &[(String, String)],
         acted: &[(String, String)],
     ) -> tatu_core::errors::Result {
-        let (new, new_acted) = (find(seat, observed)?, find(seat, acted)?);
+        let (new, new_acted) = (find_channels(seat, observed)?, find_channels(seat, acted)?);
         let same = |a: &[Channel], b: &[Channel]| a.iter().map(|c| &c.shape).eq(b.iter().map(|c| &c.shape));
-        if !same(&new, &self.observed) || !same(&new_acted, &self.acted) {
+        if !same(&new, &self.observation_channels) || !same(&new_acted, &self.action_channels) {
             let text = "the observations or actions of the world have different shapes than before";
             return Err(
                 Wrong::new("E102", text).expected("changes that keep the shapes, or a call of `bind` afterwards")
             );
         }
-        (self.observed, self.acted) = (new, new_acted);
+        (self.observation_channels, self.action_channels) = (new, new_acted);
         self.observe(seat)
     }
 
-    fn observe(&mut self, seat: &Seat) -> tatu_core::errors::Result {
+    fn observe(&mut self, seat: &WorldSlot) -> tatu_core::errors::Result {
         let world = seat.world()?;
-        let mut rest = self.numbers.as_mut_slice();
-        for channel in &self.observed {
+        let mut rest = self.observation.as_mut_slice();
+        for channel in &self.observation_channels {
             let part;
             (part, rest) = rest.split_at_mut(channel.shape.iter().product());
-            world.read_channel(channel, part).map_err(|r| error::refused(&r))?;
+            world.read_channel(channel, part).map_err(|r| error::refusal_error(&r))?;
         }
         Ok(())
     }
 
-    fn act(&self, seat: &Seat) -> tatu_core::errors::Result {
+    fn act(&self, seat: &WorldSlot) -> tatu_core::errors::Result {
         let world = seat.world()?;
         let mut rest = self.action.as_slice();
-        for channel in &self.acted {
+        for channel in &self.action_channels {
             let part;
             (part, rest) = rest.split_at(channel.shape.iter().product());
-            world.write_channel(channel, part).map_err(|r| error::refused(&r))?;
+            world.write_channel(channel, part).map_err(|r| error::refusal_error(&r))?;
         }
         Ok(())
     }
@@ -137,11 +138,12 @@ impl Kept {
 #[pymethods]
 impl Batch {
     #[new]
-    fn new(py: Python<'_>, setups: Vec<Arguments>, threads: usize) -> PyResult<Self> {
-        let setups: Vec<Setup> = setups.into_iter().map(Setup::from).collect();
-        let batch = detached(py, || tatu_embed::Batch::open(setups, threads)).map_err(|e| error::of(&e))?;
-        let kept = (0..batch.count()).map(|_| Kept::default()).collect();
-        let inside = Inside { batch, kept, observed: Vec::new(), acted: Vec::new() };
+    fn new(py: Python<'_>, setups: Vec<SetupArguments>, threads: usize) -> PyResult<Self> {
+        let setups: Vec<WorldSetup> = setups.into_iter().map(WorldSetup::from).collect();
+        let batch =
+            run_detached(py, || tatu_embed::WorldBatch::open(setups, threads)).map_err(|e| error::to_exception(&e))?;
+        let buffers = (0..batch.count()).map(|_| WorldBuffers::default()).collect();
+        let inside = OpenBatch { batch, buffers, observations: Vec::new(), actions: Vec::new() };
         Ok(Batch { inside: Mutex::new(Some(inside)) })
     }
 
@@ -154,24 +156,24 @@ impl Batch {
         acted: Vec<(String, String)>,
     ) -> PyResult<(Vec<Vec<usize>>, Vec<Vec<usize>>)> {
         self.with(py, |inside| {
-            inside.batch.each(&mut inside.kept, |_, seat, kept| kept.bind(seat, &observed, &acted))?;
-            let first = &inside.kept[0];
+            inside.batch.for_each(&mut inside.buffers, |_, seat, kept| kept.bind(seat, &observed, &acted))?;
+            let first = &inside.buffers[0];
             let shapes = |channels: &[Channel]| channels.iter().map(|c| c.shape.clone()).collect::<Vec<_>>();
-            let both = (shapes(&first.observed), shapes(&first.acted));
-            let differs = |k: &Kept| (shapes(&k.observed), shapes(&k.acted)) != both;
-            if let Some(n) = inside.kept.iter().position(differs) {
+            let both = (shapes(&first.observation_channels), shapes(&first.action_channels));
+            let differs = |k: &WorldBuffers| (shapes(&k.observation_channels), shapes(&k.action_channels)) != both;
+            if let Some(n) = inside.buffers.iter().position(differs) {
                 let text =
                     format!("the observations or actions of world {n} have different shapes than those of world 0");
                 return Err(Wrong::new("E102", text).expected("the same shapes in all worlds of a batch"));
             }
-            (inside.observed, inside.acted) = (observed, acted);
+            (inside.observations, inside.actions) = (observed, acted);
             Ok(both)
         })
     }
 
     /// Returns the lowest and the highest value of the numbers of each action, as their properties declare them.
     fn bounds(&self, py: Python<'_>) -> PyResult<Vec<(Option<f64>, Option<f64>)>> {
-        self.with(py, |inside| Ok(inside.kept[0].acted.iter().map(|c| c.bounds.into()).collect()))
+        self.with(py, |inside| Ok(inside.buffers[0].action_channels.iter().map(|c| c.bounds.into()).collect()))
     }
 
     /// Sets actions, if there are any, runs `n` steps in each chosen world, and writes the observations of all worlds.
@@ -189,20 +191,20 @@ impl Batch {
         let chosen: Option<Vec<bool>> = chosen.map(|c| c.as_array().iter().copied().collect());
         let running = self.with(py, |inside| {
             if let Some(actions) = &actions {
-                let wanted: usize = inside.kept.iter().map(|k| k.action.len()).sum();
+                let wanted: usize = inside.buffers.iter().map(|k| k.action.len()).sum();
                 if actions.len() != wanted {
                     let text = format!("the actions have {} values", actions.len());
                     return Err(Wrong::new("E102", text).expected(format!("{wanted} values, for all worlds together")));
                 }
                 let mut rest = actions.as_slice();
-                for kept in &mut inside.kept {
+                for kept in &mut inside.buffers {
                     let part;
                     (part, rest) = rest.split_at(kept.action.len());
                     kept.action.copy_from_slice(part);
                 }
             }
             let is_chosen = |n: usize| chosen.as_ref().is_none_or(|c| c.get(n).copied().unwrap_or(false));
-            inside.batch.each(&mut inside.kept, |world, seat, kept| {
+            inside.batch.for_each(&mut inside.buffers, |world, seat, kept| {
                 if !is_chosen(world) || kept.stopped {
                     return Ok(());
                 }
@@ -215,8 +217,8 @@ impl Batch {
                 kept.has_lines = seat.world()?.has_lines();
                 kept.observe(seat)
             })?;
-            let told = inside.kept.iter().any(|k| k.has_lines);
-            Ok((inside.kept.iter().map(|k| !k.stopped).collect::<Vec<bool>>(), told))
+            let told = inside.buffers.iter().any(|k| k.has_lines);
+            Ok((inside.buffers.iter().map(|k| !k.stopped).collect::<Vec<bool>>(), told))
         })?;
         self.observe(py, out)?;
         Ok(running)
@@ -227,14 +229,14 @@ impl Batch {
         let _ = py;
         let mut inside = self.inside.lock().unwrap_or_else(PoisonError::into_inner);
         let inside = inside.as_mut().ok_or_else(closed)?;
-        let (worlds, each) = (inside.kept.len(), inside.kept[0].numbers.len());
+        let (worlds, each) = (inside.buffers.len(), inside.buffers[0].observation.len());
         if out.shape() != [worlds, each] {
             return Err(PyValueError::new_err(format!("expected an array of shape ({worlds}, {each})")));
         }
         let mut out = out.try_readwrite()?;
         let out = out.as_slice_mut()?;
-        for (row, kept) in out.chunks_mut(each.max(1)).zip(&inside.kept) {
-            row.copy_from_slice(&kept.numbers);
+        for (row, kept) in out.chunks_mut(each.max(1)).zip(&inside.buffers) {
+            row.copy_from_slice(&kept.observation);
         }
         Ok(())
     }
@@ -249,7 +251,7 @@ impl Batch {
     ) -> PyResult<()> {
         self.with(py, |inside| {
             let count = inside.batch.count();
-            let mut wanted: Vec<Option<Reset>> = vec![None; count];
+            let mut wanted: Vec<Option<ResetOptions>> = vec![None; count];
             for ((world, seed), set) in worlds.into_iter().zip(seeds).zip(sets) {
                 let place = wanted.get_mut(world).ok_or_else(|| {
                     let e = Wrong::new("E102", format!("there is no world {world}"));
@@ -257,12 +259,12 @@ impl Batch {
                 })?;
                 *place = Some((seed, set));
             }
-            let Inside { batch, kept, observed, acted } = inside;
-            batch.each(kept, |world, seat, kept| {
+            let OpenBatch { batch, buffers, observations, actions } = inside;
+            batch.for_each(buffers, |world, seat, buffers| {
                 let Some((seed, set)) = &wanted[world] else { return Ok(()) };
                 seat.reset(*seed, set.clone())?;
-                (kept.stopped, kept.steps) = (false, 0);
-                kept.rebind(seat, observed, acted)
+                (buffers.stopped, buffers.steps) = (false, 0);
+                buffers.rebind(seat, observations, actions)
             })
         })
     }
@@ -271,8 +273,8 @@ impl Batch {
     fn get<'py>(&self, py: Python<'py>, path: &str, key: &str) -> PyResult<Vec<Bound<'py, PyAny>>> {
         let all = self.with(py, |inside| {
             let mut all = vec![None; inside.batch.count()];
-            inside.batch.each(&mut all, |_, seat, out| {
-                *out = Some(seat.world()?.get(path, key).map_err(|r| error::refused(&r))?);
+            inside.batch.for_each(&mut all, |_, seat, out| {
+                *out = Some(seat.world()?.get(path, key).map_err(|r| error::refusal_error(&r))?);
                 Ok(())
             })?;
             Ok(all)
@@ -289,30 +291,30 @@ impl Batch {
                 return Err(Wrong::new("E102", text).expected("one for each world"));
             }
             let mut none = vec![(); inside.batch.count()];
-            inside.batch.each(&mut none, |world, seat, ()| {
-                seat.world()?.set(path, key, &values[world]).map_err(|r| error::refused(&r))
+            inside.batch.for_each(&mut none, |world, seat, ()| {
+                seat.world()?.set(path, key, &values[world]).map_err(|r| error::refusal_error(&r))
             })
         })
     }
 
     /// Returns a snapshot of a world.
     fn snapshot<'py>(&self, py: Python<'py>, world: usize) -> PyResult<Bound<'py, PyBytes>> {
-        let bytes = self.with(py, |inside| inside.batch.one(world, |seat| seat.snapshot()?.to_bytes()))?;
+        let bytes = self.with(py, |inside| inside.batch.with_world(world, |seat| seat.snapshot()?.to_bytes()))?;
         Ok(PyBytes::new(py, &bytes))
     }
 
     /// Restores worlds from a snapshot.
     fn restore(&self, py: Python<'_>, worlds: Vec<usize>, bytes: &[u8]) -> PyResult<()> {
-        let snapshot = Snapshot::from_bytes(bytes).map_err(|e| error::of(&e))?;
+        let snapshot = Snapshot::from_bytes(bytes).map_err(|e| error::to_exception(&e))?;
         self.with(py, |inside| {
-            let Inside { batch, kept, observed, acted } = inside;
-            batch.each(kept, |world, seat, kept| {
+            let OpenBatch { batch, buffers, observations, actions } = inside;
+            batch.for_each(buffers, |world, seat, buffers| {
                 if !worlds.contains(&world) {
                     return Ok(());
                 }
                 seat.restore(&snapshot)?;
-                kept.stopped = false;
-                kept.rebind(seat, observed, acted)
+                buffers.stopped = false;
+                buffers.rebind(seat, observations, actions)
             })
         })
     }
@@ -321,7 +323,7 @@ impl Batch {
     fn hashes(&self, py: Python<'_>) -> PyResult<Vec<u64>> {
         self.with(py, |inside| {
             let mut all = vec![0; inside.batch.count()];
-            inside.batch.each(&mut all, |_, seat, out| {
+            inside.batch.for_each(&mut all, |_, seat, out| {
                 *out = seat.world()?.hash().total;
                 Ok(())
             })?;
@@ -333,7 +335,7 @@ impl Batch {
     fn times(&self, py: Python<'_>) -> PyResult<Vec<f64>> {
         self.with(py, |inside| {
             let mut all = vec![0.0; inside.batch.count()];
-            inside.batch.each(&mut all, |_, seat, out| {
+            inside.batch.for_each(&mut all, |_, seat, out| {
                 *out = seat.world()?.time();
                 Ok(())
             })?;
@@ -343,13 +345,14 @@ impl Batch {
 
     /// Returns the table `[env]` of the scene, if there is one.
     fn env<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
-        let text = self.with(py, |inside| inside.batch.one(0, |seat| Ok(seat.engine().document.env.clone())))?;
+        let text =
+            self.with(py, |inside| inside.batch.with_world(0, |seat| Ok(seat.template().document.env.clone())))?;
         table::env(py, text.as_deref())
     }
 
     /// Returns the length of a step, s.
     fn dt(&self, py: Python<'_>) -> PyResult<f64> {
-        self.with(py, |inside| inside.batch.one(0, |seat| Ok(seat.world()?.dt())))
+        self.with(py, |inside| inside.batch.with_world(0, |seat| Ok(seat.world()?.dt())))
     }
 
     /// Returns the log lines since the last call, each with the index of its world, level, code and text.
@@ -357,7 +360,7 @@ impl Batch {
     fn lines(&self, py: Python<'_>) -> PyResult<Vec<(usize, &'static str, Option<&'static str>, String)>> {
         let all = self.with(py, |inside| {
             let mut all = vec![Vec::new(); inside.batch.count()];
-            inside.batch.each(&mut all, |_, seat, out| {
+            inside.batch.for_each(&mut all, |_, seat, out| {
                 *out = seat.world()?.take_lines();
                 Ok(())
             })?;
@@ -381,13 +384,13 @@ impl Batch {
     ) -> PyResult<Bound<'py, PyArray3<u8>>> {
         let view = view(camera, points);
         let picture = self.with(py, |inside| {
-            inside.batch.one(world, |seat| tatu_embed::picture(seat.world()?, &view, [columns, rows], fov))
+            inside.batch.with_world(world, |seat| tatu_embed::picture(seat.world()?, &view, [columns, rows], fov))
         })?;
         PyArray1::from_vec(py, picture.rgb).reshape([rows as usize, columns as usize, 3])
     }
 
     /// Ends all worlds; all further calls fail.
     fn close(&self, py: Python<'_>) {
-        detached(py, || drop(self.inside.lock().unwrap_or_else(PoisonError::into_inner).take()));
+        run_detached(py, || drop(self.inside.lock().unwrap_or_else(PoisonError::into_inner).take()));
     }
 }

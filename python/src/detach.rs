@@ -19,22 +19,22 @@ use std::{
 use pyo3::prelude::*;
 
 /// Number of threads that have released the lock and will request it again.
-static DETACHED: AtomicUsize = AtomicUsize::new(0);
+static DETACHED_THREADS: AtomicUsize = AtomicUsize::new(0);
 /// Whether the interpreter is exiting.
 static EXITING: AtomicBool = AtomicBool::new(false);
 /// The thread that finalizes the interpreter; it is never suspended.
-static MAIN: OnceLock<ThreadId> = OnceLock::new();
+static FINALIZING_THREAD: OnceLock<ThreadId> = OnceLock::new();
 /// The process that loaded the module.
-static PROCESS: AtomicU32 = AtomicU32::new(0);
+static LOADING_PROCESS: AtomicU32 = AtomicU32::new(0);
 
 /// Maximum time for which the exit of the interpreter waits for calls that are still running.
-const MAX_WAIT: Duration = Duration::from_secs(10);
+const EXIT_TIMEOUT: Duration = Duration::from_secs(10);
 
 /// Calls `f` without the interpreter's lock. Does not return if the interpreter is exiting, except on the thread that
 /// finalizes it.
-pub fn detached<T: Send>(py: Python<'_>, f: impl FnOnce() -> T + Send) -> T {
+pub fn run_detached<T: Send>(py: Python<'_>, f: impl FnOnce() -> T + Send) -> T {
     // The thread is counted until it holds the lock again.
-    let _counted = Counted::new();
+    let _counted = DetachedGuard::new();
     py.detach(|| {
         suspend_if_exiting();
         let result = f();
@@ -43,50 +43,50 @@ pub fn detached<T: Send>(py: Python<'_>, f: impl FnOnce() -> T + Send) -> T {
     })
 }
 
-struct Counted;
+struct DetachedGuard;
 
-impl Counted {
+impl DetachedGuard {
     fn new() -> Self {
-        DETACHED.fetch_add(1, SeqCst);
-        Counted
+        DETACHED_THREADS.fetch_add(1, SeqCst);
+        DetachedGuard
     }
 }
 
-impl Drop for Counted {
+impl Drop for DetachedGuard {
     fn drop(&mut self) {
-        DETACHED.fetch_sub(1, SeqCst);
+        DETACHED_THREADS.fetch_sub(1, SeqCst);
     }
 }
 
 fn suspend_if_exiting() {
-    if !EXITING.load(SeqCst) || MAIN.get() == Some(&thread::current().id()) {
+    if !EXITING.load(SeqCst) || FINALIZING_THREAD.get() == Some(&thread::current().id()) {
         return;
     }
-    // The thread never returns, so its `Counted` is never dropped.
-    DETACHED.fetch_sub(1, SeqCst);
+    // The thread never returns, so its `DetachedGuard` is never dropped.
+    DETACHED_THREADS.fetch_sub(1, SeqCst);
     loop {
         thread::park();
     }
 }
 
 /// Records the process that loads the module.
-pub fn loaded() {
-    PROCESS.store(process::id(), SeqCst);
+pub fn record_process() {
+    LOADING_PROCESS.store(process::id(), SeqCst);
 }
 
 /// Waits until no other thread will request the interpreter's lock. Must be called as the interpreter exits, by the
 /// thread that finalizes it.
 #[pyfunction]
 pub fn finish(py: Python<'_>) {
-    if PROCESS.load(SeqCst) != process::id() {
+    if LOADING_PROCESS.load(SeqCst) != process::id() {
         // In a forked child process, the threads that were counted do not exist.
         return;
     }
-    let _ = MAIN.set(thread::current().id());
+    let _ = FINALIZING_THREAD.set(thread::current().id());
     EXITING.store(true, SeqCst);
     py.detach(|| {
         let since = Instant::now();
-        while DETACHED.load(SeqCst) > 0 && since.elapsed() < MAX_WAIT {
+        while DETACHED_THREADS.load(SeqCst) > 0 && since.elapsed() < EXIT_TIMEOUT {
             thread::sleep(Duration::from_millis(1));
         }
     });

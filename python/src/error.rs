@@ -11,7 +11,7 @@ create_exception!(
      how to correct it, `file` and `line` its location. Each of them can be None."
 );
 
-fn with(message: String, code: &str, text: &str, help: Option<&str>, place: Option<(String, usize)>) -> PyErr {
+fn new_exception(message: String, code: &str, text: &str, help: Option<&str>, place: Option<(String, usize)>) -> PyErr {
     Python::attach(|py| {
         let e = Error::new_err(message);
         let value = e.value(py);
@@ -27,18 +27,18 @@ fn with(message: String, code: &str, text: &str, help: Option<&str>, place: Opti
 }
 
 /// Converts an error that prevented a start to an exception.
-pub fn of(e: &Wrong) -> PyErr {
+pub fn to_exception(e: &Wrong) -> PyErr {
     let place = e.place.as_ref().map(|p| (p.file.display().to_string(), p.line));
-    with(e.to_string(), e.code, &e.text, e.help.as_deref(), place)
+    new_exception(e.to_string(), e.code, &e.text, e.help.as_deref(), place)
 }
 
 /// Converts a refusal to read or set a property to an error.
-pub fn refused(r: &Refusal) -> Wrong {
+pub fn refusal_error(r: &Refusal) -> Wrong {
     Wrong::new(tatu_core::errors::FaultKind::of(r.0).code(), r.1.clone())
 }
 
 /// Converts a fault of a command to an error.
-pub fn fault(f: &Fault) -> Wrong {
+pub fn fault_error(f: &Fault) -> Wrong {
     let mut text = f.message.clone();
     if let Some(traceback) = &f.traceback {
         text = format!("{text}\n{traceback}");

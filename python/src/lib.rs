@@ -19,8 +19,8 @@ use pyo3::prelude::*;
 /// command that starts the command line in another process.
 #[pyfunction]
 fn main(py: Python<'_>, args: Vec<OsString>, again: Vec<OsString>) -> u8 {
-    tatu_embed::started_by(again);
-    detach::detached(py, || {
+    tatu_embed::set_restart_command(again);
+    detach::run_detached(py, || {
         let code = tatu_cli::main(args);
         tatu_cli::number(code)
     })
@@ -40,7 +40,7 @@ fn crash_reports() {
 
 #[pymodule]
 fn _native(m: &Bound<'_, PyModule>) -> PyResult<()> {
-    detach::loaded();
+    detach::record_process();
     m.add("__version__", env!("CARGO_PKG_VERSION"))?;
     m.add("Error", m.py().get_type::<error::Error>())?;
     m.add_class::<world::World>()?;

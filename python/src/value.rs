@@ -10,7 +10,7 @@ use pyo3::{
 use tatu_plugin_api::safe::Value;
 
 /// Maximum nesting depth of a value. Deeper values are refused, because they may contain themselves.
-const DEEP: usize = 64;
+const MAX_DEPTH: usize = 64;
 
 /// Converts a value for Python: arrays of numbers become NumPy arrays; text becomes `str`, or `bytes` if it is not
 /// UTF-8.
@@ -48,11 +48,11 @@ pub fn to_python<'py>(py: Python<'py>, value: &Value) -> PyResult<Bound<'py, PyA
 /// # Errors
 /// `TypeError` if the simulator has no corresponding type.
 pub fn from_python(value: &Bound<'_, PyAny>) -> PyResult<Value> {
-    within(value, 0)
+    from_python_at(value, 0)
 }
 
-fn within(value: &Bound<'_, PyAny>, depth: usize) -> PyResult<Value> {
-    if depth > DEEP {
+fn from_python_at(value: &Bound<'_, PyAny>, depth: usize) -> PyResult<Value> {
+    if depth > MAX_DEPTH {
         return Err(PyTypeError::new_err("the value is nested too deeply, or contains itself"));
     }
     if value.is_none() {
@@ -83,14 +83,14 @@ fn within(value: &Bound<'_, PyAny>, depth: usize) -> PyResult<Value> {
         let mut pairs = Vec::new();
         for item in mapping.items()?.iter() {
             let (key, value): (Bound<'_, PyAny>, Bound<'_, PyAny>) = item.extract()?;
-            pairs.push((within(&key, depth + 1)?, within(&value, depth + 1)?));
+            pairs.push((from_python_at(&key, depth + 1)?, from_python_at(&value, depth + 1)?));
         }
         return Ok(Value::Map(pairs));
     }
     if let Ok(sequence) = value.cast::<PySequence>() {
         let mut items = Vec::new();
         for item in sequence.try_iter()? {
-            items.push(within(&item?, depth + 1)?);
+            items.push(from_python_at(&item?, depth + 1)?);
         }
         return Ok(numbers(&items).unwrap_or(Value::List(items)));
     }

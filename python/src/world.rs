@@ -14,23 +14,23 @@ use pyo3::{
 };
 use tatu_core::{
     errors::{Error as Wrong, Result},
-    plugins::Declared,
+    plugins::ParameterSpec,
     state::Snapshot,
 };
-use tatu_embed::{Host, Scene, Seat, Setup, View};
+use tatu_embed::{CameraView, SceneSource, WorldHost, WorldSetup, WorldSlot};
 use tatu_plugin_api::{abi::*, safe::Value};
 
-use crate::{detach::detached, error, table, value};
+use crate::{detach::run_detached, error, table, value};
 
 /// Real time after which stepping is interrupted so that Python can handle signals such as Ctrl-C. It is checked after
 /// every 16 steps.
-const SLICE: Duration = Duration::from_millis(50);
+const SIGNAL_CHECK_INTERVAL: Duration = Duration::from_millis(50);
 
 /// A world. The public interface is `tatu_sim.World`.
 #[pyclass(module = "tatu_sim._native")]
 pub struct World {
     /// The host of the world; `None` after the world has been closed.
-    host: Mutex<Option<Arc<Host>>>,
+    host: Mutex<Option<Arc<WorldHost>>>,
 }
 
 /// A property or field of an object that is read or set in each step; it is looked up only once.
@@ -51,7 +51,7 @@ impl Channel {
 /// Arguments from Python, from which a setup is created.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
-pub struct Arguments {
+pub struct SetupArguments {
     scene: Option<PathBuf>,
     text: Option<String>,
     folder: PathBuf,
@@ -65,13 +65,13 @@ pub struct Arguments {
     files: Option<PathBuf>,
 }
 
-impl From<Arguments> for Setup {
-    fn from(a: Arguments) -> Self {
+impl From<SetupArguments> for WorldSetup {
+    fn from(a: SetupArguments) -> Self {
         let scene = match a.text {
-            Some(text) => Scene::Text(text, a.folder),
-            None => Scene::File(tatu_embed::search::scene_file(&a.scene.unwrap_or_default())),
+            Some(text) => SceneSource::Text(text, a.folder),
+            None => SceneSource::File(tatu_embed::search::scene_file(&a.scene.unwrap_or_default())),
         };
-        Setup {
+        WorldSetup {
             scene,
             seed: a.seed,
             set: a.set,
@@ -86,35 +86,35 @@ impl From<Arguments> for Setup {
 }
 
 impl World {
-    fn host(&self) -> PyResult<Arc<Host>> {
-        let host: MutexGuard<'_, Option<Arc<Host>>> = self.host.lock().unwrap_or_else(PoisonError::into_inner);
+    fn host(&self) -> PyResult<Arc<WorldHost>> {
+        let host: MutexGuard<'_, Option<Arc<WorldHost>>> = self.host.lock().unwrap_or_else(PoisonError::into_inner);
         host.clone().ok_or_else(|| PyValueError::new_err("the world is closed"))
     }
 
     /// Calls a function with the world on its thread, while the interpreter's lock is released.
-    fn with<T: Send>(&self, py: Python<'_>, f: impl FnOnce(&mut Seat) -> Result<T> + Send) -> PyResult<T> {
+    fn with<T: Send>(&self, py: Python<'_>, f: impl FnOnce(&mut WorldSlot) -> Result<T> + Send) -> PyResult<T> {
         let host = self.host()?;
-        detached(py, || host.with(f)).map_err(|e| error::of(&e))
+        run_detached(py, || host.with(f)).map_err(|e| error::to_exception(&e))
     }
 }
 
 #[pymethods]
 impl World {
     #[new]
-    fn new(py: Python<'_>, setup: Arguments) -> PyResult<Self> {
-        let setup = Setup::from(setup);
-        let host = detached(py, || Host::open(setup)).map_err(|e| error::of(&e))?;
+    fn new(py: Python<'_>, setup: SetupArguments) -> PyResult<Self> {
+        let setup = WorldSetup::from(setup);
+        let host = run_detached(py, || WorldHost::open(setup)).map_err(|e| error::to_exception(&e))?;
         Ok(World { host: Mutex::new(Some(Arc::new(host))) })
     }
 
     /// Runs up to `n` steps. Returns how many were run, whether the world is still running, and the lines logged. If an
     /// exception is raised, such as by Ctrl-C, the lines logged so far are left for [`lines`](Self::lines).
-    fn step(&self, py: Python<'_>, n: u64) -> PyResult<(u64, bool, Vec<Line>)> {
+    fn step(&self, py: Python<'_>, n: u64) -> PyResult<(u64, bool, Vec<TaggedLine>)> {
         let mut done = 0;
         loop {
             // Another thread may have closed the world in the meantime.
             let host = self.host()?;
-            let slice = detached(py, || {
+            let slice = run_detached(py, || {
                 host.with(|seat| {
                     let since = Instant::now();
                     let mut stepped = 0;
@@ -122,17 +122,17 @@ impl World {
                         let step = seat.step((n - done - stepped).min(16))?;
                         stepped += step.steps;
                         let last = !step.running || done + stepped >= n;
-                        if last || since.elapsed() > SLICE {
+                        if last || since.elapsed() > SIGNAL_CHECK_INTERVAL {
                             let lines = last.then(|| seat.world().map(tatu_core::World::take_lines)).transpose()?;
                             return Ok((stepped, step.running, lines));
                         }
                     }
                 })
             });
-            let (stepped, running, lines) = slice.map_err(|e| error::of(&e))?;
+            let (stepped, running, lines) = slice.map_err(|e| error::to_exception(&e))?;
             done += stepped;
             if let Some(lines) = lines {
-                return Ok((done, running, lines.into_iter().filter_map(line).collect()));
+                return Ok((done, running, lines.into_iter().filter_map(tagged_line).collect()));
             }
             py.check_signals()?;
         }
@@ -151,21 +151,21 @@ impl World {
 
     /// Restores the world from a snapshot.
     fn restore(&self, py: Python<'_>, bytes: &[u8]) -> PyResult<()> {
-        let snapshot = Snapshot::from_bytes(bytes).map_err(|e| error::of(&e))?;
+        let snapshot = Snapshot::from_bytes(bytes).map_err(|e| error::to_exception(&e))?;
         self.with(py, |seat| seat.restore(&snapshot))
     }
 
     /// Creates another world in the same state.
     fn fork(&self, py: Python<'_>) -> PyResult<Self> {
         let host = self.host()?;
-        let fork = detached(py, || host.fork()).map_err(|e| error::of(&e))?;
+        let fork = run_detached(py, || host.fork()).map_err(|e| error::to_exception(&e))?;
         Ok(World { host: Mutex::new(Some(Arc::new(fork))) })
     }
 
     /// Ends the world; all further calls fail.
     fn close(&self, py: Python<'_>) {
         let host = self.host.lock().unwrap_or_else(PoisonError::into_inner).take();
-        detached(py, || drop(host));
+        run_detached(py, || drop(host));
     }
 
     /// Returns the hash of the world's state.
@@ -183,20 +183,20 @@ impl World {
 
     /// Returns a property of an object.
     fn get<'py>(&self, py: Python<'py>, path: &str, key: &str) -> PyResult<Bound<'py, PyAny>> {
-        let got = self.with(py, |seat| seat.world()?.get(path, key).map_err(|r| error::refused(&r)))?;
+        let got = self.with(py, |seat| seat.world()?.get(path, key).map_err(|r| error::refusal_error(&r)))?;
         value::to_python(py, &got)
     }
 
     /// Sets a property of an object.
     fn set(&self, py: Python<'_>, path: &str, key: &str, value: &Bound<'_, PyAny>) -> PyResult<()> {
         let value = value::from_python(value)?;
-        self.with(py, |seat| seat.world()?.set(path, key, &value).map_err(|r| error::refused(&r)))
+        self.with(py, |seat| seat.world()?.set(path, key, &value).map_err(|r| error::refusal_error(&r)))
     }
 
     /// Calls a command; returns the list of its results.
     fn call<'py>(&self, py: Python<'py>, name: &str, args: Vec<Bound<'py, PyAny>>) -> PyResult<Bound<'py, PyList>> {
         let args = args.iter().map(value::from_python).collect::<PyResult<Vec<_>>>()?;
-        let results = self.with(py, |seat| seat.world()?.call(name, &args).map_err(|f| error::fault(&f)))?;
+        let results = self.with(py, |seat| seat.world()?.call(name, &args).map_err(|f| error::fault_error(&f)))?;
         let results = results.iter().map(|v| value::to_python(py, v)).collect::<PyResult<Vec<_>>>()?;
         PyList::new(py, results)
     }
@@ -223,7 +223,7 @@ impl World {
         out.set_item("sequence", reading.sequence)?;
         let fields = PyDict::new(py);
         for field in &reading.fields {
-            fields.set_item(&field.name, shaped(py, &field.value, field.dims)?)?;
+            fields.set_item(&field.name, to_array(py, &field.value, field.dims)?)?;
         }
         out.set_item("fields", fields)?;
         Ok(out)
@@ -232,7 +232,7 @@ impl World {
     /// Returns the path and kind of each object, in order of the tree.
     fn objects(&self, py: Python<'_>) -> PyResult<Vec<(String, String)>> {
         self.with(py, |seat| {
-            Ok(seat.world()?.look_at(|scene, _| {
+            Ok(seat.world()?.with_scene(|scene, _| {
                 let mut paths = scene.paths();
                 let all =
                     scene.slots().filter_map(|(slot, o)| Some((paths.remove(&slot)?, o.kind().name().to_owned())));
@@ -248,7 +248,7 @@ impl World {
 
     /// Looks up a property or field of an object.
     fn channel(&self, py: Python<'_>, path: &str, name: &str) -> PyResult<Channel> {
-        let channel = self.with(py, |seat| seat.world()?.channel(path, name).map_err(|r| error::refused(&r)))?;
+        let channel = self.with(py, |seat| seat.world()?.channel(path, name).map_err(|r| error::refusal_error(&r)))?;
         Ok(Channel { channel })
     }
 
@@ -274,7 +274,7 @@ impl World {
             for channel in &channels {
                 let part;
                 (part, rest) = rest.split_at_mut(channel.shape.iter().product());
-                world.read_channel(channel, part).map_err(|r| error::refused(&r))?;
+                world.read_channel(channel, part).map_err(|r| error::refusal_error(&r))?;
             }
             Ok(all)
         })?;
@@ -286,7 +286,7 @@ impl World {
     fn write(&self, py: Python<'_>, channel: &Channel, numbers: PyReadonlyArray1<'_, f64>) -> PyResult<()> {
         let numbers: Vec<f64> = numbers.as_array().iter().copied().collect();
         let channel = channel.channel.clone();
-        self.with(py, |seat| seat.world()?.write_channel(&channel, &numbers).map_err(|r| error::refused(&r)))
+        self.with(py, |seat| seat.world()?.write_channel(&channel, &numbers).map_err(|r| error::refusal_error(&r)))
     }
 
     /// Renders a picture, as an array of rows, columns and RGB.
@@ -306,9 +306,9 @@ impl World {
     }
 
     /// Returns the log lines since the last call: level, code and text.
-    fn lines(&self, py: Python<'_>) -> PyResult<Vec<Line>> {
+    fn lines(&self, py: Python<'_>) -> PyResult<Vec<TaggedLine>> {
         let lines = self.with(py, |seat| Ok(seat.world()?.take_lines()))?;
-        Ok(lines.into_iter().filter_map(line).collect())
+        Ok(lines.into_iter().filter_map(tagged_line).collect())
     }
 
     /// Ends the services of the world, so that they write their files.
@@ -318,7 +318,7 @@ impl World {
 
     /// Returns the warnings about plugins and the scene.
     fn warnings(&self, py: Python<'_>) -> PyResult<Vec<String>> {
-        self.with(py, |seat| Ok(seat.engine().warnings.clone()))
+        self.with(py, |seat| Ok(seat.template().warnings.clone()))
     }
 
     /// Returns the faults so far.
@@ -344,15 +344,15 @@ impl World {
     /// Returns the id and version of each plugin.
     fn plugins(&self, py: Python<'_>) -> PyResult<Vec<(String, String)>> {
         self.with(py, |seat| {
-            Ok(seat.engine().registry.plugins.iter().map(|p| (p.id.clone(), p.version.clone())).collect())
+            Ok(seat.template().registry.plugins.iter().map(|p| (p.id.clone(), p.version.clone())).collect())
         })
     }
 
     /// Returns the names of all commands, with their declarations.
     fn commands<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyDict>>> {
-        let registry = self.with(py, |seat| Ok(seat.engine().registry.clone()))?;
-        let declared = |all: &[Declared]| -> PyResult<Vec<_>> {
-            let one = |p: &Declared| {
+        let registry = self.with(py, |seat| Ok(seat.template().registry.clone()))?;
+        let declared = |all: &[ParameterSpec]| -> PyResult<Vec<_>> {
+            let one = |p: &ParameterSpec| {
                 let out = PyDict::new(py);
                 out.set_item("name", &p.key)?;
                 out.set_item("type", tatu_cli::python_type(p))?;
@@ -385,24 +385,24 @@ impl World {
 
     /// Returns the table `[env]` of the scene, if there is one.
     fn env<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
-        let text = self.with(py, |seat| Ok(seat.engine().document.env.clone()))?;
+        let text = self.with(py, |seat| Ok(seat.template().document.env.clone()))?;
         table::env(py, text.as_deref())
     }
 }
 
 /// A line of the log: level, code and text.
-type Line = (&'static str, Option<&'static str>, String);
+type TaggedLine = (&'static str, Option<&'static str>, String);
 
-fn line(l: tatu_core::LogLine) -> Option<Line> {
+fn tagged_line(l: tatu_core::LogLine) -> Option<TaggedLine> {
     Some((tag_of_line(l.level)?, l.code, l.text))
 }
 
 /// Converts arguments to the viewpoint of a picture.
-pub fn view(camera: Option<String>, points: Option<([f64; 3], [f64; 3])>) -> View {
+pub fn view(camera: Option<String>, points: Option<([f64; 3], [f64; 3])>) -> CameraView {
     match (camera, points) {
-        (Some(camera), _) => View::Camera(camera),
-        (None, Some((from, to))) => View::Points(from, to),
-        (None, None) => View::Own,
+        (Some(camera), _) => CameraView::Camera(camera),
+        (None, Some((from, to))) => CameraView::Points(from, to),
+        (None, None) => CameraView::SceneCamera,
     }
 }
 
@@ -418,7 +418,7 @@ pub fn tag_of_line(level: u32) -> Option<&'static str> {
 }
 
 /// Converts a field of a reading to an array with its shape.
-fn shaped<'py>(py: Python<'py>, value: &Value, dims: [u32; 3]) -> PyResult<Bound<'py, PyAny>> {
+fn to_array<'py>(py: Python<'py>, value: &Value, dims: [u32; 3]) -> PyResult<Bound<'py, PyAny>> {
     let mut shape: Vec<usize> = dims.iter().map(|d| *d as usize).collect();
     while shape.len() > 1 && shape.last() == Some(&1) {
         shape.pop();

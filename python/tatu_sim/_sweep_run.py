@@ -20,7 +20,7 @@ logger = logging.getLogger("tatu_sim")
 #: Target duration of a chunk, s: long compared with the overhead of a task, short compared with a sweep.
 CHUNK = 0.75
 #: Maximum number of jobs in a chunk.
-MOST_JOBS = 10_000
+MAX_JOBS = 10_000
 #: Number of times a check that reaches the worker of the first run is submitted again (for about 5 s in total) before
 #: that worker runs it.
 TRIES = 20
@@ -144,7 +144,7 @@ class Run:
             return min(left, 1)
         wanted = CHUNK / max(self.wall, 1e-6)
         fair = max(left / (2 * self.slots), 0.05 * wanted)
-        return min(left, max(1, int(min(wanted, fair, 4 * self.largest, MOST_JOBS))))
+        return min(left, max(1, int(min(wanted, fair, 4 * self.largest, MAX_JOBS))))
 
     def count_slots(self) -> None:
         now = time.monotonic()

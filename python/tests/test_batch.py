@@ -72,7 +72,7 @@ def test_properties_of_all_worlds():
             batch.set(motor, "joint.target_velocity", [1.0])
 
 
-def test_wrong_batches_say_what_was_expected(falling):
+def test_wrong_batches_are_refused_with_the_expected_value(falling):
     for wrong, text in (
         ({"n": 0}, "at least 1"),
         ({"n": 2, "seeds": [1]}, "1 seeds"),
@@ -99,7 +99,7 @@ def test_actions_are_never_reshaped():
             batch.step([[1.0, 2.0], [1.0]])
 
 
-def test_a_reset_keeps_the_shapes_of_observations():
+def test_a_reset_preserves_the_shapes_of_observations():
     scene = "first/pioneer_looks_around.toml"
     with tatu_sim.World(scene) as world:
         scanner = next(path for path in world.sensors if path.endswith("/scanner"))

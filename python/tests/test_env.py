@@ -90,7 +90,7 @@ def test_distributions():
     assert all(type(v) in (float, int, str, np.ndarray) for vs in values.values() for v in vs)
 
 
-def test_what_takes_the_place_of_nothing():
+def test_missing_readings_are_replaced():
     """A proximity sensor reports 0 if it detects nothing; a lost element of a scan is NaN or infinite."""
     env = {"observe": [BEAM, {**BEAM, "zero": 7.0, "high": 5.0}], "random": None}
     with Episodes(2, text=SLED, env=env) as episodes:

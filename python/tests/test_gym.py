@@ -105,7 +105,7 @@ def test_vector_equals_sync(mode, scene, n):
     theirs.close()
 
 
-def test_threads_give_the_same_bits():
+def test_threads_lead_to_the_same_bits():
     def run(threads):
         env = VectorEnv(text=SLED, num_envs=6, threads=threads)
         env.reset(seed=1)
@@ -138,7 +138,7 @@ def test_seed_decides_everything():
     assert env.reset()[1]["seed"] != one[0][1]["seed"]
 
 
-def test_info_tells_what_was_drawn():
+def test_info_contains_the_drawn_values():
     env = sled()
     _, info = env.reset(seed=5)
     drawn = info["random"]
@@ -225,7 +225,7 @@ def test_a_script_that_stops_its_world_ends_the_episode():
     assert not env.step([0.0])[2]
 
 
-def test_use_out_of_turn():
+def test_calls_out_of_order_raise():
     env = sled()
     with pytest.raises(gymnasium.error.ResetNeeded, match="call `reset`"):
         env.step([0.0])

@@ -431,14 +431,14 @@ def test_logs_repeat_the_runs(scene, tmp_path):
         assert done.returncode == 0 and row["hash"] in done.stdout + done.stderr, done.stdout + done.stderr
 
 
-def test_nothing_heavy_is_imported():
+def test_no_heavy_module_is_imported():
     code = "import sys, tatu_sim; assert not {'ray', 'pyarrow', 'multiprocessing'} & set(sys.modules)"
     subprocess.run([sys.executable, "-c", code], check=True, env=package_path())
     code = "import sys, tatu_sim; tatu_sim.sweep; assert not {'ray', 'pyarrow'} & set(sys.modules)"
     subprocess.run([sys.executable, "-c", code], check=True, env=package_path())
 
 
-def test_a_line_shows_how_far_it_is(scene, capsys):
+def test_progress_is_shown_in_one_line(scene, capsys):
     tatu_sim.sweep(jobs(range(20)), scene, progress=True)
     assert "60 of 60 jobs" in capsys.readouterr().err
 

@@ -192,7 +192,7 @@ def test_python_runs_while_a_world_steps():
         assert during > 1000
 
 
-def test_ctrl_c_is_heard_in_long_steps():
+def test_ctrl_c_interrupts_long_steps():
     code = (
         "import tatu_sim, signal, threading, os, time\n"
         f"world = tatu_sim.World({PIONEER!r})\n"
@@ -207,7 +207,7 @@ def test_ctrl_c_is_heard_in_long_steps():
     assert out.stdout == "interrupted True 1\n", out.stderr
 
 
-def test_what_was_printed_before_ctrl_c_is_not_lost(tmp_path):
+def test_output_before_ctrl_c_is_not_lost(tmp_path):
     script = tmp_path / "count.lua"
     script.write_text("n = 0\nfunction sysCall_sensing() n = n + 1; print('step ' .. n) end\n")
     code = (
@@ -254,7 +254,7 @@ def test_a_misspelt_property_gets_a_suggestion(falling):
             world.reading("/ball")
 
 
-def test_it_is_a_guest_in_the_process():
+def test_signal_handlers_of_the_process_are_not_changed():
     before = {s: signal.getsignal(s) for s in signal.valid_signals()}
     caught = _caught()
     with tatu_sim.World(PIONEER) as world:
@@ -318,7 +318,7 @@ def test_pictures_are_arrays():
 
 
 @pytest.mark.parametrize("seed", [-1, 2**64, 0.5])
-def test_numbers_that_no_world_takes_are_named(falling, seed):
+def test_invalid_numbers_are_refused_by_name(falling, seed):
     expected = r"`(seed|n)` is .*; expected"
     with pytest.raises((ValueError, TypeError), match=expected):
         tatu_sim.World(text=falling, seed=seed)
@@ -361,7 +361,7 @@ def test_the_command_line_is_in_the_package():
     assert doctor.returncode == 0 and "as expected" in doctor.stdout, doctor.stderr
 
 
-def test_import_is_fast_and_brings_little():
+def test_import_loads_no_heavy_modules():
     code = (
         "import sys, time, numpy\nbegin = time.perf_counter()\nimport tatu_sim\n"
         "print(time.perf_counter() - begin, [m for m in ('gymnasium', 'ray', 'pyarrow', 'asyncio') if m in sys.modules])"
@@ -383,7 +383,7 @@ def _hash_after(steps):
         return world.hash
 
 
-def test_the_process_stays_as_its_owner_sets_it(tmp_path, monkeypatch, caplog):
+def test_process_state_set_by_the_owner_is_preserved(tmp_path, monkeypatch, caplog):
     with tatu_sim.World(PIONEER) as world, tatu_sim.World(PIONEER) as other:
         world.step(1)
         monkeypatch.chdir(tmp_path)

@@ -75,7 +75,7 @@ fn velocities_are_those_of_the_motion() {
 
 /// A body without contacts does not fall asleep, and a ball starts to roll even on a very gentle slope.
 #[test]
-fn drifts_on() {
+fn slow_bodies_do_not_fall_asleep() {
     for v in [0.001, 0.004, 0.01] {
         let scene = String::from("gravity_m_s2 = [0, 0, 0]\n")
             + &body("b", "", "box", [0.1; 3], 1.0, &starts([v, 0.0, 0.0], [0.0; 3]));
@@ -92,15 +92,15 @@ fn drifts_on() {
 fn sleep_can_be_switched_off() {
     let resting = "respondable = true\nposition_m = [0, 0, 0.05]";
     let scene = |sleep: &str| String::from(sleep) + &floor(1.0) + &body("b", "", "box", [0.1; 3], 1.0, resting);
-    let asleep = Place::scene(&scene("")).run(&["--seconds", "5"]).good();
-    let awake = Place::scene(&scene("sleep = false\n")).run(&["--seconds", "5"]).good();
+    let asleep = TestFolder::scene(&scene("")).run(&["--seconds", "5"]).good();
+    let awake = TestFolder::scene(&scene("sleep = false\n")).run(&["--seconds", "5"]).good();
     // A body that is kept awake keeps settling, so the last bits of its state differ.
     assert_ne!(asleep.json()["hash"], awake.json()["hash"]);
 }
 
 /// A ball of 1 cm does not pass through a movable wall of 1 cm.
 #[test]
-fn bullets_do_not_pass() {
+fn bullets_do_not_tunnel() {
     for v in [5.0, 50.0] {
         let wall = "respondable = true\nposition_m = [1, 0, 0]";
         let ball = format!("respondable = true\nbullet = true\n{}", starts([v, 0.0, 0.0], [0.0; 3]));
@@ -108,7 +108,7 @@ fn bullets_do_not_pass() {
             + &body("wall", "", "box", [0.01, 2.0, 2.0], 100.0, wall)
             + &body("b", "", "sphere", [0.01; 3], 0.01, &ball);
         let lines = watch_run(&scene, &["/b", "/wall"], 1.0);
-        let ahead = |l: &Line| position(l, "/b")[0] - position(l, "/wall")[0];
+        let ahead = |l: &TraceLine| position(l, "/b")[0] - position(l, "/wall")[0];
         let most = lines.iter().map(ahead).fold(f64::MIN, f64::max);
         assert!(most < 0.0, "at {v} m/s the ball is {most} m beyond the wall");
     }

@@ -31,7 +31,7 @@ fn bounces() {
 
 /// A freely rotating body keeps its energy and angular momentum for a minute.
 #[test]
-fn tumbling_keeps_energy_and_momentum() {
+fn tumbling_conserves_energy_and_momentum() {
     for (inertia, w) in [
         ([0.01, 0.02, 0.03], [2.0, 1.0, 3.0]),
         ([0.01, 0.01, 0.02], [1.0, 0.0, 10.0]),
@@ -62,7 +62,7 @@ fn the_middle_axis_flips() {
 }
 
 #[test]
-fn nothing_limits_a_spin() {
+fn a_fast_spin_is_not_limited() {
     let more = format!("inertia_kg_m2 = [0.01, 0.01, 0.02]\n{}", starts([0.0; 3], [0.0, 0.0, 200.0]));
     let free = format!("gravity_m_s2 = [0, 0, 0]\n{}", body("b", "", "box", [0.3, 0.2, 0.1], 1.0, &more));
     let lines = watch_run(&free, &["/b"], 5.0);
@@ -76,11 +76,11 @@ fn nothing_limits_a_spin() {
 
 /// A body that falls without end, or moves extremely fast, is reported once, by name.
 #[test]
-fn strays_are_told_once() {
+fn bodies_that_fly_away_are_reported_once() {
     let scene = body("fallen", "", "sphere", [0.1; 3], 1.0, "")
         + &body("thrown", "", "sphere", [0.1; 3], 1.0, &starts([0.0, 150.0, 0.0], [0.0; 3]))
         + &body("calm", "", "sphere", [0.1; 3], 1.0, &starts([0.0, 0.0, 40.0], [0.0; 3]));
-    let err = Place::scene(&scene).run(&["--seconds", "12"]).good().err;
+    let err = TestFolder::scene(&scene).run(&["--seconds", "12"]).good().err;
     println!("{err}");
     assert_eq!(err.matches("/fallen moves at 100 m/s").count(), 1, "{err}");
     assert_eq!(err.matches("/thrown moves at 150 m/s, 8 m from its start, at 0.05 s").count(), 1, "{err}");

@@ -42,7 +42,7 @@ fn creep_between(fingers: f64, mass: f64, left: &str, right: &str, seconds: f64)
         + &body("o", "", "box", [0.04, 0.04, 0.1], mass, object)
         + &hand;
     let lines = watch_run(&scene, &["/o", "/base/lift/palm"], seconds);
-    let height = |l: &Line| position(l, "/o")[2] - position(l, "/base/lift/palm")[2];
+    let height = |l: &TraceLine| position(l, "/o")[2] - position(l, "/base/lift/palm")[2];
     let lifted = lines.iter().position(|l| l.time() >= 5.0).unwrap();
     assert!(position(&lines[lifted], "/o")[2] > 0.3, "{mass} kg: not lifted");
     (height(&lines[lines.len() - 1]) - height(&lines[lifted])).abs()
@@ -75,7 +75,7 @@ fn grips_at_the_limit_of_a_motor() {
 }
 
 /// Keys of a finger joint that is geared to the other finger, which has the motor.
-const GEARED: &str = "follows = \"/base/lift/palm/jl\"\nfollow_factor = -1.0\ngeared = true\n";
+const GEARED_KEYS: &str = "follows = \"/base/lift/palm/jl\"\nfollow_factor = -1.0\ngeared = true\n";
 
 /// Simulates two flat fingers of 15 g that slide towards each other under a palm, one coupled to the other, and lift
 /// 0.2 kg by 0.1 m within a second. Returns how far the object slips on them in the following four seconds, m.
@@ -113,7 +113,7 @@ fn slip(left: &str, right: &str) -> f64 {
         + &body("o", "", "box", [0.05; 3], 0.2, object)
         + &hand;
     let lines = watch_run(&scene, &["/o", "/base/lift/palm"], 5.0);
-    let apart = |l: &Line| {
+    let apart = |l: &TraceLine| {
         let (o, palm) = (position(l, "/o"), position(l, "/base/lift/palm"));
         [0, 1, 2].map(|i| o[i] - palm[i])
     };
@@ -122,8 +122,8 @@ fn slip(left: &str, right: &str) -> f64 {
 }
 
 #[test]
-fn geared_fingers_hold_what_is_heavy_for_them() {
-    let geared = GEARED.replace("-1.0", "1.0");
+fn geared_fingers_hold_a_heavy_object() {
+    let geared = GEARED_KEYS.replace("-1.0", "1.0");
     let drive = |n: f64| format!("control = \"velocity\"\ntarget_velocity_m_s = 0.05\nmax_force_n = {n:?}\n");
     for (motor, follower) in [
         (drive(20.0), format!("{}{geared}", drive(20.0))),
@@ -148,7 +148,7 @@ fn geared_fingers_with_a_rotor_hold_in_every_control() {
     ] {
         for mass in [0.2, 0.5] {
             let motor = format!("{drive}max_force_n = 40.0\n{rotor}");
-            near(drive, creep_between(0.015, mass, &motor, &format!("{GEARED}{rotor}"), 10.0), 0.0, 1e-4);
+            near(drive, creep_between(0.015, mass, &motor, &format!("{GEARED_KEYS}{rotor}"), 10.0), 0.0, 1e-4);
         }
     }
 }

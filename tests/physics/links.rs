@@ -17,7 +17,7 @@ fn arm(more: &str) -> String {
 
 /// A link to a static shape without a mechanism, or to the world itself, holds from either end.
 #[test]
-fn a_link_to_the_world_holds() {
+fn a_link_to_the_world_bears_load_from_either_end() {
     let post = "[[object]]\nkind = \"shape\"\nalias = \"base\"\nsize_m = [0.1, 0.1, 0.1]\nposition_m = [0, 0, 2]\n";
     let linked = |link: &str, other: &str| if link == other { format!("link = \"{link}\"\n") } else { String::new() };
     for solver in ["auto", "reduced", "impulse"] {
@@ -58,7 +58,7 @@ fn a_link_to_the_world_follows_its_dummy() {
 
 /// A joint and a force sensor carry the weight of their child, and no load once it was taken off.
 #[test]
-fn what_carries_nothing_measures_nothing() {
+fn an_unloaded_joint_or_force_sensor_measures_zero() {
     let scene = base([0.0, 0.0, 1.0])
         + &joint("j", "/base", &format!("{}\ncontrol = \"position\"\nmax_force_nm = 50.0", about_y([0.0, 0.0, 1.0])))
         + &body("l", "/base/j", "box", [0.5, 0.05, 0.05], 1.0, "world_pose = [0.25, 0, 1, 0, 0, 0, 1]")

@@ -40,7 +40,7 @@ fn weigher(paths: &str, first: &str) -> String {
 
 /// Returns mass, centre of mass, and the inertias xx, yy, zz and xy of each object.
 #[track_caller]
-fn weighed(place: &Place) -> Vec<[f64; 8]> {
+fn weighed(place: &TestFolder) -> Vec<[f64; 8]> {
     let said = place.run(&["--steps", "1"]).good().err;
     let lines = said.lines().filter_map(|l| l.split_once("weighs "));
     lines
@@ -55,7 +55,7 @@ fn all_near(what: &str, is: &[f64], wanted: &[f64]) {
 }
 
 #[test]
-fn a_mesh_stands_on_its_bottom_wherever_its_origin_is() {
+fn a_mesh_rests_on_its_bottom_wherever_its_origin_is() {
     // The origin is a corner of the cube that the table does not support; its centre and 81 % of its bottom are.
     let table = "[[object]]\nkind = \"shape\"\nalias = \"table\"\nsize_m = [0.9, 0.9, 0.2]\n\
                  position_m = [0.55, 0.55, 0.1]\nrespondable = true\n";

@@ -118,7 +118,7 @@ fn limit() {
         + &joint("j", "/base", &(about_y([0.0; 3]) + "\nlimits_deg = [-45.0, 45.0]"))
         + &body("rod", "/base/j", "box", [1.0, 0.05, 0.05], 2.0, &rod);
     let lines = watch_run(&scene, &["/base/j"], 5.0);
-    let angle = |l: &Line| of_joint(l, "/base/j", "position").to_degrees();
+    let angle = |l: &TraceLine| of_joint(l, "/base/j", "position").to_degrees();
     assert!(lines.iter().all(|l| angle(l) < 45.3), "the rod exceeds the limit of 45 degrees");
     near("at the limit", angle(&lines[lines.len() - 1]), 45.0, 0.01);
 }

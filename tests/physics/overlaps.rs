@@ -4,13 +4,13 @@ use crate::{kit::*, scenes::*};
 
 /// Maximum speed of separating bodies, m/s. Each pair separates at no more than 0.2 m/s, but pushes from two sides add
 /// up.
-const SLOW: f64 = 0.3;
+const MAX_SEPARATION_SPEED: f64 = 0.3;
 
 /// The boxes of a body, each with its centre and size, m.
-type Boxes = Vec<([f64; 3], [f64; 3])>;
+type PartBoxes = Vec<([f64; 3], [f64; 3])>;
 
 /// Returns the boxes of a tray: bottom, back and two sides, and a front and a top if requested.
-fn tray([l, w, h]: [f64; 3], wall: f64, front: bool, top: bool) -> Boxes {
+fn tray([l, w, h]: [f64; 3], wall: f64, front: bool, top: bool) -> PartBoxes {
     let mut out = vec![
         ([0.0, 0.0, (wall - h) / 2.0], [l, w, wall]),
         ([(wall - l) / 2.0, 0.0, 0.0], [wall, w, h]),
@@ -26,7 +26,7 @@ fn tray([l, w, h]: [f64; 3], wall: f64, front: bool, top: bool) -> Boxes {
     out
 }
 
-fn compound(alias: &str, parent: &str, boxes: &Boxes, mass: f64, more: &str) -> String {
+fn compound(alias: &str, parent: &str, boxes: &PartBoxes, mass: f64, more: &str) -> String {
     let part = |(at, size): &([f64; 3], [f64; 3])| {
         format!("{{ primitive = \"box\", position_m = {at:?}, size_m = {size:?} }}")
     };
@@ -41,7 +41,7 @@ fn compound(alias: &str, parent: &str, boxes: &Boxes, mass: f64, more: &str) -> 
 
 /// Returns the maximum speed of any of these objects in any physics step, m/s, and the trace.
 #[track_caller]
-fn fastest(scene: &str, watch: &[&str], seconds: f64) -> (f64, Vec<Line>) {
+fn fastest(scene: &str, watch: &[&str], seconds: f64) -> (f64, Vec<TraceLine>) {
     let lines = watch_run(&format!("dt_s = 0.005\n{scene}"), watch, seconds);
     let speeds = lines.iter().flat_map(|l| watch.iter().map(|w| speed(l, w)));
     (speeds.fold(0.0, f64::max), lines)
@@ -78,7 +78,7 @@ fn drawers_stay_in_their_chest() {
     for overlap in [0.001, 0.003, 0.005] {
         for mass in [0.01, 1.0] {
             let (most, _) = fastest(&chest(overlap, mass, ""), &DRAWERS, 2.0);
-            assert!(most < SLOW, "{mass} kg, {overlap} m: {most} m/s");
+            assert!(most < MAX_SEPARATION_SPEED, "{mass} kg, {overlap} m: {most} m/s");
         }
     }
 }
@@ -88,20 +88,20 @@ fn drawers_stay_in_their_chest() {
 fn drawers_open() {
     let motor = "control = \"velocity\"\ntarget_velocity_m_s = 0.1\nmax_force_n = 100.0";
     let (most, lines) = fastest(&chest(0.003, 1.0, motor), &DRAWERS, 2.0);
-    assert!(most < SLOW, "{most} m/s");
-    let way = |l: &Line| position(l, DRAWERS[2])[0];
+    assert!(most < MAX_SEPARATION_SPEED, "{most} m/s");
+    let way = |l: &TraceLine| position(l, DRAWERS[2])[0];
     assert!(way(&lines[lines.len() - 1]) - way(&lines[0]) > 0.15);
 }
 
 #[test]
 fn a_lid_rises_out_of_its_box() {
     let skirt = [-0.142, 0.142].map(|y| ([0.0, y, -0.015], [0.38, 0.01, 0.03]));
-    let lid: Boxes = [([0.0; 3], [0.4, 0.3, 0.01])].into_iter().chain(skirt).collect();
+    let lid: PartBoxes = [([0.0; 3], [0.4, 0.3, 0.01])].into_iter().chain(skirt).collect();
     let scene = floor(1.0)
         + &compound("box", "", &tray([0.4, 0.3, 0.2], 0.01, true, false), 5.0, "position_m = [0, 0, 0.1]")
         + &compound("lid", "", &lid, 0.3, "position_m = [0, 0, 0.2]");
     let (most, _) = fastest(&scene, &["/box", "/lid"], 2.0);
-    assert!(most < SLOW, "{most} m/s");
+    assert!(most < MAX_SEPARATION_SPEED, "{most} m/s");
 }
 
 /// Boxes that start half inside each other separate, and then rest side by side.

@@ -75,7 +75,7 @@ fn controllers() {
     };
     // With P alone, the error decays to 1/e in the time 1/P, and slightly faster in discrete steps of 5 ms.
     let lines = watch_run(&scene("target_position_rad = 1.0\ngains = [4.0, 0.0, 0.0]"), &["/base/j"], 3.0);
-    let way = |l: &Line| 1.0 - of_joint(l, "/base/j", "position");
+    let way = |l: &TraceLine| 1.0 - of_joint(l, "/base/j", "position");
     let (early, late) = (&lines[9], &lines[19]);
     near(
         "shrinks",
@@ -126,10 +126,10 @@ fn a_motor_weakens_with_speed() {
     }
 }
 
-const READ: &str = "[[object]]\nkind = \"dummy\"\nalias = \"reader\"\nscript = { text = '''\nfunction sysCall_init() f = sim.getObject('/base/f') end\nfunction sysCall_sensing() local r, a, b = sim.readForceSensor(f) sim.addStatusbarMessage(string.format('%d %.6f %.6f %.6f %.6f %.6f %.6f', r, a[1], a[2], a[3], b[1], b[2], b[3])) end\n''' }\n";
+const FORCE_READER: &str = "[[object]]\nkind = \"dummy\"\nalias = \"reader\"\nscript = { text = '''\nfunction sysCall_init() f = sim.getObject('/base/f') end\nfunction sysCall_sensing() local r, a, b = sim.readForceSensor(f) sim.addStatusbarMessage(string.format('%d %.6f %.6f %.6f %.6f %.6f %.6f', r, a[1], a[2], a[3], b[1], b[2], b[3])) end\n''' }\n";
 
 fn readings(scene: &str, seconds: f64) -> Vec<Vec<f64>> {
-    let lines = watch_run(&format!("{scene}{READ}"), &[], seconds);
+    let lines = watch_run(&format!("{scene}{FORCE_READER}"), &[], seconds);
     lines.iter().map(|l| l.status()[0].split(' ').map(|x| x.parse().unwrap()).collect()).collect()
 }
 
@@ -192,7 +192,7 @@ fn a_negative_target_force_pushes_the_other_way() {
             function sysCall_actuation() {set} end
             function sysCall_cleanup() print(string.format('force %.3f', sim.getJointTargetForce(j))) end"
         );
-        let place = Place::scene(
+        let place = TestFolder::scene(
             &("gravity_m_s2 = [0.0, 0.0, 0.0]\n".to_owned()
                 + &base([0.0; 3])
                 + &joint("j", "/base", "")

@@ -88,7 +88,7 @@ fn grip_with_friction_to_spare_does_not_pivot() {
         + &body("held", "", "box", [0.06, 0.06, 0.08], 1.0, held)
         + &hand;
     let lines = watch_run(&scene, &["/held", "/base/lift/palm"], 13.0);
-    let apart = |l: &Line| position(l, "/held")[2] - position(l, "/base/lift/palm")[2];
+    let apart = |l: &TraceLine| position(l, "/held")[2] - position(l, "/base/lift/palm")[2];
     let start = lines.iter().find(|l| l.time() >= 2.7).unwrap();
     let (mut slip, mut tilt) = (0.0f64, 0.0f64);
     for line in lines.iter().filter(|l| l.time() >= 2.7) {

@@ -8,13 +8,13 @@ pub const G: f64 = 9.81;
 
 /// Runs a scene, whose text begins within the table `[scene]`, and returns a trace with the watched objects.
 #[track_caller]
-pub fn watch_run(scene: &str, watch: &[&str], seconds: f64) -> Vec<Line> {
+pub fn watch_run(scene: &str, watch: &[&str], seconds: f64) -> Vec<TraceLine> {
     scene_of(scene).trace(watch, &["--seconds", &seconds.to_string()])
 }
 
 /// Returns a folder with a scene, whose text begins within the table `[scene]`.
-pub fn scene_of(text: &str) -> Place {
-    Place::scene(&format!("{}{text}", crate::SETTINGS))
+pub fn scene_of(text: &str) -> TestFolder {
+    TestFolder::scene(&format!("{}{text}", crate::SETTINGS))
 }
 
 pub fn floor(friction: f64) -> String {
@@ -61,17 +61,17 @@ pub fn slope(degrees: f64) -> String {
 
 /// Returns the "position", "velocity" or "effort" of a joint.
 #[track_caller]
-pub fn of_joint(line: &Line, path: &str, what: &str) -> f64 {
+pub fn of_joint(line: &TraceLine, path: &str, what: &str) -> f64 {
     line.0["objects"][path]["joint"][what].as_f64().unwrap_or_else(|| panic!("`{path}` {what}: {}", line.0["objects"]))
 }
 
 #[track_caller]
-pub fn position(line: &Line, path: &str) -> [f64; 3] {
+pub fn position(line: &TraceLine, path: &str) -> [f64; 3] {
     line.object(path, "position")
 }
 
 #[track_caller]
-pub fn speed(line: &Line, path: &str) -> f64 {
+pub fn speed(line: &TraceLine, path: &str) -> f64 {
     norm(line.object::<3>(path, "linear_velocity"))
 }
 

@@ -9,7 +9,7 @@ fn a_belt_carries() {
     let scene = belt.to_owned()
         + &body("b", "", "box", [0.1; 3], 1.0, "position_m = [0.0, 0.0, 0.05]\nrespondable = true\nfriction = 0.1");
     let lines = watch_run(&scene, &["/b"], 3.0);
-    let v = |l: &Line| l.object::<3>("/b", "linear_velocity")[0];
+    let v = |l: &TraceLine| l.object::<3>("/b", "linear_velocity")[0];
     near("early", v(&lines[4]), 0.1 * G * lines[4].time(), 2e-3);
     near("later", v(&lines[lines.len() - 1]), 0.5, 1e-4);
 }
@@ -102,7 +102,7 @@ fn materials_and_rules() {
 
 /// The contact forces on a box on a slope add up to its weight, including friction.
 #[test]
-fn contacts_tell_friction() {
+fn contact_forces_include_friction() {
     let reader = "[[object]]\nkind = \"dummy\"\nalias = \"reader\"\nscript = { text = '''\nfunction sysCall_init() b = sim.getObject('/b') end\nfunction sysCall_sensing()\n local x, y, z, i = 0, 0, 0, 0\n while true do\n  local o, p, f = sim.getContactInfo(sim.handle_all, b, i)\n  if not o then break end\n  local s = o[2] == b and 1 or -1\n  x, y, z, i = x + s * f[1], y + s * f[2], z + s * f[3], i + 1\n end\n sim.addStatusbarMessage(string.format('%.6f %.6f %.6f', x, y, z))\nend\n''' }\n";
     for base in [floor(1.0), "[[object]]\nkind = \"shape\"\nalias = \"floor\"\nsize_m = [4.0, 4.0, 1.0]\nposition_m = [0.0, 0.0, -0.5]\nrespondable = true\n".to_owned()] {
         let block = body("b", "", "box", [0.2, 0.2, 0.1], 2.0, "position_m = [0.0, 0.0, 0.05]\nrespondable = true");

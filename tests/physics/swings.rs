@@ -23,7 +23,7 @@ fn pendulum() {
             + &joint("j", "/base", &about_y([0.0; 3]))
             + &body("bob", "/base/j", "sphere", [0.1; 3], 1.0, &bob);
         let lines = watch_run(&scene, &["/base/j", "/base/j/bob"], 100.0);
-        let angle = |l: &Line| {
+        let angle = |l: &TraceLine| {
             let p = position(l, "/base/j/bob");
             p[0].atan2(-p[2])
         };
@@ -39,7 +39,7 @@ fn pendulum() {
         let mean = (crossings[crossings.len() - 1] - crossings[0]) / (crossings.len() - 1) as f64;
         let inertia = 0.4 * 0.05 * 0.05;
         near(&format!("period at {degrees} degrees"), mean / period(1.0, inertia, q), 1.0, 1e-3);
-        let energy = |l: &Line| {
+        let energy = |l: &TraceLine| {
             let w = norm(l.object("/base/j/bob", "angular_velocity"));
             let v = speed(l, "/base/j/bob");
             0.5 * v * v + 0.5 * inertia * w * w + G * (position(l, "/base/j/bob")[2] + 1.0)
@@ -60,7 +60,7 @@ fn double_pendulum() {
         + &body("one", "/base/j", "sphere", [0.1; 3], 1.0, &at(1.0))
         + &joint("k", one, &about_y([1.0, 0.0, 0.0]))
         + &body("two", "/base/j/one/k", "sphere", [0.1; 3], 1.0, &at(2.0));
-    let energy = |l: &Line| {
+    let energy = |l: &TraceLine| {
         let of = |p: &str| {
             let w = norm(l.object(p, "angular_velocity"));
             0.5 * speed(l, p).powi(2) + 0.5 * 0.4 * 0.05 * 0.05 * w * w + G * position(l, p)[2]

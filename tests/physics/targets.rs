@@ -26,7 +26,7 @@ fn peak(scene: &str, keys: &str) -> f64 {
         + &joint("j", "/base", &(slide.to_owned() + keys))
         + &body("cart", "/base/j", "box", [0.1; 3], 1.0, "")
         + &hand;
-    let out = Place::scene(&scene).run(&["--seconds", "3"]).good().err;
+    let out = TestFolder::scene(&scene).run(&["--seconds", "3"]).good().err;
     let told = out.lines().find_map(|l| l.split_once("peak ")).unwrap_or_else(|| panic!("{out}"));
     told.1.trim().parse().unwrap()
 }
@@ -136,7 +136,7 @@ fn the_integral_does_not_wind_up_at_the_limit() {
 
 /// Targets that a script sets between physics steps take effect immediately.
 #[test]
-fn targets_between_physics_steps_are_taken_as_they_come() {
+fn targets_set_between_physics_steps_act_at_once() {
     let run = |keys: &str| {
         let slide = "type = \"prismatic\"\ncontrol = \"position\"\nmax_force_n = 500.0\n".to_owned() + keys;
         let hand = watcher(
@@ -157,7 +157,7 @@ fn targets_between_physics_steps_are_taken_as_they_come() {
 
 /// A gripper holds its object while a hand, whose targets are set 20 times per second, shakes it at 2 Hz.
 #[test]
-fn what_is_shaken_stays_in_the_hand() {
+fn a_shaken_gripper_does_not_lose_its_object() {
     let finger = |alias: &str, x: f64, angle: f64| {
         let slide = placed([x, 0.0, 0.2], [0.0, 1.0, 0.0], angle);
         let pad = placed([x, 0.0, 0.16], [1.0, 0.0, 0.0], 0.0) + "\nrespondable = true\nfriction = 0.9";
@@ -186,7 +186,7 @@ fn what_is_shaken_stays_in_the_hand() {
         + &body("o", "", "box", [0.04, 0.04, 0.1], 0.2, object)
         + &hand;
     let lines = watch_run(&scene, &["/o", "/base/lift/palm"], 12.0);
-    let height = |l: &Line| position(l, "/o")[2] - position(l, "/base/lift/palm")[2];
+    let height = |l: &TraceLine| position(l, "/o")[2] - position(l, "/base/lift/palm")[2];
     let held = lines.iter().find(|l| l.time() >= 2.0).map(height).unwrap();
     assert!(position(&lines[lines.len() - 1], "/o")[2] > 0.1, "the object was not lifted");
     near("slip", height(&lines[lines.len() - 1]) - held, 0.0, 5e-4);

@@ -29,7 +29,7 @@ fn pusher() -> String {
 }
 
 #[test]
-fn a_joint_feels_what_it_pushes() {
+fn a_joint_reports_the_load_of_the_body_it_pushes() {
     let lines = watch_run(&pusher(), &["/base/slide", "/box"], 4.0);
     let at = |t: f64| lines.iter().find(|l| l.time() >= t - 1e-9).unwrap();
     // The block reaches the box after 0.05 m.
@@ -41,7 +41,7 @@ fn a_joint_feels_what_it_pushes() {
 }
 
 #[test]
-fn what_a_tree_touches_goes_on_from_a_snapshot() {
+fn contacts_of_a_tree_continue_from_a_snapshot() {
     for at in ["0.55", "1.0", "2.1"] {
         let place = scene_of(&pusher());
         let hash = |args: &[&str]| place.run(&[&["--seconds", "4"], args].concat()).good().json()["hash"].clone();
@@ -139,7 +139,7 @@ fn drawer_on_rail(friction: f64, tilt: f64) -> String {
 fn drawer_on_its_rail_is_held_by_friction() {
     let moved = |friction: f64, tilt: f64, seconds: f64| {
         let lines = watch_run(&drawer_on_rail(friction, tilt), &["/rail/slide/drawer"], seconds);
-        let x = |l: &Line| position(l, "/rail/slide/drawer")[0];
+        let x = |l: &TraceLine| position(l, "/rail/slide/drawer")[0];
         x(lines.last().unwrap()) - x(&lines[0])
     };
     assert!(moved(0.5, 0.02, 10.0).abs() < 1e-8);

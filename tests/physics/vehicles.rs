@@ -6,7 +6,7 @@ use crate::{kit::*, scenes::*};
 const RADIUS: f64 = 0.0975;
 const TRACK: f64 = 0.331;
 
-fn drive(left: f64, right: f64, seconds: f64, watch: &[&str]) -> Vec<Line> {
+fn drive(left: f64, right: f64, seconds: f64, watch: &[&str]) -> Vec<TraceLine> {
     let wheels = format!(
         "[model.set]\n\"Pioneer_p3dx_leftMotor.target_velocity_rad_s\" = {left:?}\n\
          \"Pioneer_p3dx_rightMotor.target_velocity_rad_s\" = {right:?}\n\"Pioneer_p3dx.joint_solver\" = \"{}\"\n",

@@ -23,7 +23,7 @@ impl Clock {
 }
 
 /// The measured times of a loop.
-pub struct Took {
+pub struct LoopTimes {
     pub frames: u64,
     /// Total times of all frames.
     pub clock: Clock,
@@ -34,7 +34,7 @@ pub struct Took {
 /// Calls `frame` until its total wall time reaches `seconds`, after one warm-up call that is not timed.
 ///
 /// `prepare(k)` creates the argument of frame `k` and is not timed.
-pub fn loop_for<T>(seconds: f64, mut prepare: impl FnMut(u64) -> T, mut frame: impl FnMut(T)) -> Took {
+pub fn loop_for<T>(seconds: f64, mut prepare: impl FnMut(u64) -> T, mut frame: impl FnMut(T)) -> LoopTimes {
     frame(prepare(0));
     let (mut clock, mut walls) = (Clock::default(), Vec::new());
     while clock.wall < seconds || walls.len() < 3 {
@@ -43,7 +43,7 @@ pub fn loop_for<T>(seconds: f64, mut prepare: impl FnMut(u64) -> T, mut frame: i
         walls.push(clock.wall - before);
     }
     walls.sort_by(f64::total_cmp);
-    Took { frames: walls.len() as u64, clock, median: walls[walls.len() / 2] }
+    LoopTimes { frames: walls.len() as u64, clock, median: walls[walls.len() / 2] }
 }
 
 fn cpu_now() -> f64 {

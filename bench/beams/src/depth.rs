@@ -2,11 +2,11 @@
 
 use nalgebra::{Isometry3, Matrix3, Rotation3, Translation3, UnitQuaternion, Vector3};
 use serde_json::{Value, json};
-use tatu_core::beams::{BeamScene, Faces, Grid, GridCast, GridImage, Light, View, Want};
+use tatu_core::beams::{BeamScene, Faces, Grid, GridCast, GridImage, ImageLighting, ImageOutputs, ImageProjection};
 
 use crate::{
-    Asked,
-    clock::{Took, loop_for},
+    BenchOptions,
+    clock::{LoopTimes, loop_for},
     scenes::{room, sensor_pose, torus},
 };
 
@@ -17,12 +17,12 @@ const ANGLE: f64 = 57.0;
 const NEAR: f64 = 0.2;
 const FAR: f64 = 10.0;
 const HEIGHT: f64 = 0.8;
-const DOWN: f64 = 10.0;
+const PITCH_DOWN_DEG: f64 = 10.0;
 
 /// Returns the pose of the camera in frame `k`. Its +z axis points forward, +y up, and +x to the left.
 fn camera(k: u64) -> Isometry3<f64> {
     let (x, y, yaw) = sensor_pose(k);
-    let down = DOWN.to_radians();
+    let down = PITCH_DOWN_DEG.to_radians();
     let ahead = Vector3::new(yaw.cos() * down.cos(), yaw.sin() * down.cos(), -down.sin());
     let left = Vector3::new(-yaw.sin(), yaw.cos(), 0.0);
     let turn = Rotation3::from_matrix_unchecked(Matrix3::from_columns(&[left, ahead.cross(&left), ahead]));
@@ -30,7 +30,7 @@ fn camera(k: u64) -> Isometry3<f64> {
 }
 
 /// Times the camera, and returns the result as a JSON object.
-pub fn run(asked: &Asked) -> Value {
+pub fn run(asked: &BenchOptions) -> Value {
     let threads: usize = asked.number("threads", 1);
     let mut targets = room();
     if asked.flag("mesh") {
@@ -41,11 +41,12 @@ pub fn run(asked: &Asked) -> Value {
     let grid = Grid {
         columns: COLUMNS,
         rows: ROWS,
-        view: View::Perspective { angle: ANGLE.to_radians() },
+        projection: ImageProjection::Perspective { angle: ANGLE.to_radians() },
         near: NEAR,
         far: FAR,
     };
-    let (light, want) = (Light::default(), if asked.flag("all") { Want::ALL } else { Want::DEPTH });
+    let (light, want) =
+        (ImageLighting::default(), if asked.flag("all") { ImageOutputs::ALL } else { ImageOutputs::DEPTH });
     let (faces, skip_group, only_object) = (Faces::BOTH, None, None);
     // As in a world, the calling thread is one of the pool's threads.
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).use_current_thread();
@@ -53,14 +54,15 @@ pub fn run(asked: &Asked) -> Value {
     let mut image = GridImage::default();
     let mut first = 0.0;
     let took = loop_for(asked.number("seconds", 3.0), camera, |world_from_sensor| {
-        let cast = GridCast { grid: &grid, world_from_sensor, faces, skip_group, only_object, want, light: &light };
+        let cast =
+            GridCast { grid: &grid, world_from_sensor, faces, skip_group, only_object, outputs: want, light: &light };
         pool.install(|| scene.render(&cast, &mut image));
         if first == 0.0 {
             let sum: f64 = image.depth.iter().map(|z| f64::from(*z).min(FAR)).sum();
             first = sum / image.depth.len() as f64;
         }
     });
-    let Took { frames, clock, median } = took;
+    let LoopTimes { frames, clock, median } = took;
     json!({
         "bench": "B3_depth", "mesh": asked.flag("mesh"), "threads": threads, "frames_per_s": frames as f64 / clock.wall,
         "frames_per_cpu_s": frames as f64 / clock.cpu, "median_s": median, "mean_depth_frame0": first,

@@ -5,8 +5,8 @@ use serde_json::{Value, json};
 use tatu_core::beams::{BeamScene, BundleCast, BundleHits, RayBundle};
 
 use crate::{
-    Asked,
-    clock::{Took, loop_for},
+    BenchOptions,
+    clock::{LoopTimes, loop_for},
     scenes::{pose, room, sensor_pose, torus},
 };
 
@@ -25,7 +25,7 @@ fn field_of_view(beams: usize) -> f64 {
 }
 
 /// Times the scanner, and returns the result as a JSON object.
-pub fn run(asked: &Asked) -> Value {
+pub fn run(asked: &BenchOptions) -> Value {
     let beams: usize = asked.number("beams", 1080);
     let fov = field_of_view(beams).to_radians();
     let mut targets = room();
@@ -47,7 +47,7 @@ pub fn run(asked: &Asked) -> Value {
         let (x, y, yaw) = sensor_pose(k);
         pose(x, y, HEIGHT, yaw)
     };
-    let Took { frames, clock, .. } = loop_for(asked.number("seconds", 3.0), prepare, |sensor: Isometry3<f64>| {
+    let LoopTimes { frames, clock, .. } = loop_for(asked.number("seconds", 3.0), prepare, |sensor: Isometry3<f64>| {
         let cast = BundleCast::new(&bundle, sensor, RANGE);
         scene.cast_bundle(&cast, BundleHits { distance: &mut distance, ..BundleHits::default() });
         if first == 0.0 {

@@ -17,11 +17,11 @@ use std::{collections::HashMap, process::ExitCode};
 const USAGE: &str = "usage: bench-beams lidar|sonars|depth [--name value] [--mesh]";
 
 /// The options of the command line.
-struct Asked(HashMap<String, String>);
+struct BenchOptions(HashMap<String, String>);
 
-impl Asked {
+impl BenchOptions {
     /// Parses `--name value` pairs; a name without a value has the value `true`.
-    fn read(words: impl Iterator<Item = String>) -> Option<Self> {
+    fn parse(words: impl Iterator<Item = String>) -> Option<Self> {
         let mut found = HashMap::new();
         let mut words = words.peekable();
         while let Some(word) = words.next() {
@@ -45,7 +45,7 @@ impl Asked {
 fn main() -> ExitCode {
     let mut words = std::env::args().skip(1);
     let bench = words.next();
-    let Some(asked) = Asked::read(words) else {
+    let Some(asked) = BenchOptions::parse(words) else {
         eprintln!("{USAGE}");
         return ExitCode::from(2);
     };

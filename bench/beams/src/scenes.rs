@@ -4,7 +4,7 @@ use std::{f64::consts::PI, sync::Arc};
 
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 use tatu_core::{
-    beams::Target,
+    beams::BeamTarget,
     geometry::{Form, Mesh},
 };
 
@@ -28,8 +28,8 @@ pub fn pose(x: f64, y: f64, z: f64, yaw: f64) -> Isometry3<f64> {
 }
 
 /// Returns a target with the id and group `number`.
-pub fn target(number: usize, pose: Isometry3<f64>, form: Form) -> Target {
-    Target {
+pub fn target(number: usize, pose: Isometry3<f64>, form: Form) -> BeamTarget {
+    BeamTarget {
         object: number as u64 + 1,
         group: number as u32 + 1,
         world_from_target: pose,
@@ -39,12 +39,12 @@ pub fn target(number: usize, pose: Isometry3<f64>, form: Form) -> Target {
     }
 }
 
-fn boxed(number: usize, at: [f64; 3], half: [f64; 3], yaw: f64) -> Target {
+fn box_target(number: usize, at: [f64; 3], half: [f64; 3], yaw: f64) -> BeamTarget {
     target(number, pose(at[0], at[1], at[2], yaw), Form::Box { half: half.into() })
 }
 
 /// Returns the targets of `room()`: a floor of 20 m x 20 m, 4 walls, and 100 boxes, none within 2 m of the origin.
-pub fn room() -> Vec<Target> {
+pub fn room() -> Vec<BeamTarget> {
     let mut rng = Rng(42);
     let mut out = vec![target(0, Isometry3::identity(), Form::Plane)];
     while out.len() < 101 {
@@ -52,7 +52,7 @@ pub fn room() -> Vec<Target> {
         let (hx, hy, hz) = (rng.uniform(0.15, 0.5), rng.uniform(0.15, 0.5), rng.uniform(0.3, 0.6));
         let yaw = rng.uniform(-PI, PI);
         if x.hypot(y) >= 2.0 {
-            out.push(boxed(out.len(), [x, y, hz], [hx, hy, hz], yaw));
+            out.push(box_target(out.len(), [x, y, hz], [hx, hy, hz], yaw));
         }
     }
     let h = 10.0;
@@ -62,13 +62,13 @@ pub fn room() -> Vec<Target> {
         ([0.0, h + 0.05, 1.0], [h, 0.05, 1.0]),
         ([0.0, -h - 0.05, 1.0], [h, 0.05, 1.0]),
     ] {
-        out.push(boxed(out.len(), at, half, 0.0));
+        out.push(box_target(out.len(), at, half, 0.0));
     }
     out
 }
 
 /// Returns the target of `mesh()` at `MESH_CENTRE`: a closed bumpy torus with 100,000 triangles.
-pub fn torus(number: usize) -> Target {
+pub fn torus(number: usize) -> BeamTarget {
     let (nu, nv) = (250u32, 200u32);
     let (mut vertices, mut triangles) = (Vec::new(), Vec::new());
     for i in 0..nu {
@@ -104,7 +104,7 @@ fn arena_side(robots: usize) -> (usize, f64) {
 }
 
 /// Returns `arena(n)`: the poses of the robots (x, y, yaw), and the static boxes and walls.
-pub fn arena(robots: usize) -> (Vec<(f64, f64, f64)>, Vec<Target>) {
+pub fn arena(robots: usize) -> (Vec<(f64, f64, f64)>, Vec<BeamTarget>) {
     let (cells, side) = arena_side(robots);
     let mut rng = Rng(1000 + robots as u64);
     let mut poses = Vec::new();
@@ -123,7 +123,7 @@ pub fn arena(robots: usize) -> (Vec<(f64, f64, f64)>, Vec<Target>) {
             let yaw = rng.uniform(-PI, PI);
             if keep {
                 let at = [i as f64 * 2.0 - side / 2.0, j as f64 * 2.0 - side / 2.0, 0.25];
-                still.push(boxed(robots + still.len(), at, [hx, hy, 0.25], yaw));
+                still.push(box_target(robots + still.len(), at, [hx, hy, 0.25], yaw));
             }
         }
     }
@@ -134,7 +134,7 @@ pub fn arena(robots: usize) -> (Vec<(f64, f64, f64)>, Vec<Target>) {
         ([0.0, h + 0.05, 0.25], [h, 0.05, 0.25]),
         ([0.0, -h - 0.05, 0.25], [h, 0.05, 0.25]),
     ] {
-        still.push(boxed(robots + still.len(), at, half, 0.0));
+        still.push(box_target(robots + still.len(), at, half, 0.0));
     }
     (poses, still)
 }

@@ -6,13 +6,13 @@ use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use rayon::prelude::*;
 use serde_json::{Value, json};
 use tatu_core::{
-    beams::{Beam, BeamScene, Hit, Target},
+    beams::{Beam, BeamScene, BeamTarget, Hit},
     geometry::Form,
 };
 
 use crate::{
-    Asked,
-    clock::{Took, loop_for},
+    BenchOptions,
+    clock::{LoopTimes, loop_for},
     scenes::{arena, pose},
 };
 
@@ -52,16 +52,16 @@ fn mounts() -> Vec<Isometry3<f64>> {
 }
 
 /// Times the sonars, and returns the result as a JSON object.
-pub fn run(asked: &Asked) -> Value {
+pub fn run(asked: &BenchOptions) -> Value {
     let robots: usize = asked.number("robots", 1000);
     let threads: usize = asked.number("threads", 1);
     let (poses, still) = arena(robots);
     let (parts, mounts) = (parts(), mounts());
-    let mut targets: Vec<Target> = Vec::new();
+    let mut targets: Vec<BeamTarget> = Vec::new();
     for (k, _) in poses.iter().enumerate() {
         for (_, form) in &parts {
             let (object, group) = (k as u64 + 1, k as u32 + 1);
-            targets.push(Target {
+            targets.push(BeamTarget {
                 object,
                 group,
                 world_from_target: Isometry3::identity(),
@@ -89,7 +89,7 @@ pub fn run(asked: &Asked) -> Value {
     let pool = pool.build().expect("the thread pool can be created");
     let mut seen = 0usize;
     let prepare = |frame: u64| (0..robots).map(|k| place(k, frame)).collect::<Vec<_>>();
-    let Took { frames, clock, median } = loop_for(asked.number("seconds", 3.0), prepare, |chassis| {
+    let LoopTimes { frames, clock, median } = loop_for(asked.number("seconds", 3.0), prepare, |chassis| {
         pool.install(|| {
             moved.par_chunks_mut(parts.len()).zip(chassis.par_iter()).enumerate().with_min_len(64).for_each(
                 |(k, (moved, at))| {

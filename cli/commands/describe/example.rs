@@ -4,36 +4,36 @@ use std::fmt::Write;
 
 use tatu_core::{
     plugins::units,
-    plugins::{Declared, check_value},
+    plugins::{ParameterSpec, check_value},
 };
 use tatu_plugin_api::{abi::*, safe::Value};
 
 /// Returns the key of a parameter in scene files.
-pub fn key(p: &Declared) -> String {
+pub fn key(p: &ParameterSpec) -> String {
     // For units that depend on the joint type, the example uses the rotational one.
     let unit = p.unit.as_deref().map(|u| u.split_once('|').map_or(u, |(turn, _)| turn));
-    units::written(&p.key, unit)
+    units::key_with_unit(&p.key, unit)
 }
 
 /// Returns an example of a sensor.
-pub fn sensor(id: &str, params: &[Declared]) -> String {
+pub fn sensor(id: &str, params: &[ParameterSpec]) -> String {
     format!("[[object]]\nkind = \"sensor\"\nsensor = {}\nalias = \"my_sensor\"\n{}", quoted(id), lines(params))
 }
 
 /// Returns an example of an actuator, on a body that it can push.
-pub fn actuator(id: &str, params: &[Declared]) -> String {
+pub fn actuator(id: &str, params: &[ParameterSpec]) -> String {
     let body = "[[object]]\nkind = \"shape\"\nalias = \"my_body\"\ndynamic = true\n\n";
     let own = format!("kind = \"actuator\"\nactuator = {}\nparent = \"my_body\"", quoted(id));
     format!("{body}[[object]]\n{own}\nalias = \"my_actuator\"\n{}", lines(params))
 }
 
 /// Returns an example of a service.
-pub fn service(id: &str, params: &[Declared]) -> String {
+pub fn service(id: &str, params: &[ParameterSpec]) -> String {
     format!("[[service]]\nid = {}\n{}", quoted(id), lines(params))
 }
 
 /// Returns an example of a model.
-pub fn model(id: &str, params: &[Declared]) -> String {
+pub fn model(id: &str, params: &[ParameterSpec]) -> String {
     format!("[[model]]\nmodel = {}\nposition_m = [0.0, 0.0, 0.0]\n{}", quoted(id), lines(params))
 }
 
@@ -43,7 +43,7 @@ pub fn model_file(file: &str) -> String {
 }
 
 /// Returns an example of a file that an importer reads.
-pub fn importer(suffix: &str, params: &[Declared]) -> String {
+pub fn importer(suffix: &str, params: &[ParameterSpec]) -> String {
     let file = quoted(&format!("my_file{suffix}"));
     format!("[[import]]\nfile = {file}\nposition_m = [0.0, 0.0, 0.0]\n{}", lines(params))
 }
@@ -56,12 +56,12 @@ pub fn script(id: &str) -> String {
 /// Returns a line for each parameter with its default; a required parameter gets a valid value. An optional parameter
 /// without a default is commented out. Parameters that are read-only, or for which no valid value can be written, are
 /// omitted.
-fn lines(params: &[Declared]) -> String {
+fn lines(params: &[ParameterSpec]) -> String {
     let mut out = String::new();
     for p in params.iter().filter(|p| p.flags & TATU_PARAM_READ_ONLY == 0) {
         let suffix = key(p)[p.key.len()..].to_owned();
         let found = units::factor(&key(p), &p.key, p.unit.as_deref()).unwrap_or(1.0);
-        let value = if p.fallback == Value::Nil { some(p) } else { p.fallback.clone() };
+        let value = if p.fallback == Value::Nil { example_value(p) } else { p.fallback.clone() };
         let Some(text) = written(&value, found).filter(|_| fits(p, &value, found)) else { continue };
         let comment = if p.fallback == Value::Nil && p.optional() { "# " } else { "" };
         let _ = writeln!(out, "{comment}{}{suffix} = {text}", p.key);
@@ -70,7 +70,7 @@ fn lines(params: &[Declared]) -> String {
 }
 
 /// Returns whether the value is still valid after it was written in the file's unit and read again.
-fn fits(p: &Declared, value: &Value, factor: f64) -> bool {
+fn fits(p: &ParameterSpec, value: &Value, factor: f64) -> bool {
     let back = |x: f64| short(x / factor).parse::<f64>().unwrap_or(x) * factor;
     let value = match value {
         Value::Float(x) => Value::Float(back(*x)),
@@ -81,7 +81,7 @@ fn fits(p: &Declared, value: &Value, factor: f64) -> bool {
 }
 
 /// Returns a valid value of a parameter.
-fn some(p: &Declared) -> Value {
+fn example_value(p: &ParameterSpec) -> Value {
     let number = 1.0_f64.max(p.lowest).min(p.highest);
     match p.kind {
         TATU_BOOL => Value::Bool(false),

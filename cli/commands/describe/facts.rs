@@ -5,15 +5,16 @@ use std::path::Path;
 use serde_json::{Value as Json, json};
 use tatu_core::{
     plugins::{
-        CommandEntry, Declared, FieldInfo, Found, Model, ModelNumber, PresetInfo, Registry, SensorKind, schemas,
+        CommandEntry, FieldSpec, FoundModel, Model, ModelNumber, ParameterSpec, PresetSpec, Registry, SensorKind,
+        schemas,
     },
-    scene::{Kind, rows::rows_of},
+    scene::{ObjectKind, property_table::properties_of},
 };
 use tatu_plugin_api::{abi::*, safe::Value};
 
 use super::{super::list, example};
 use crate::{
-    card::{self, Measure, grade::Grade},
+    card::{self, CardMeasure, grade::Grade},
     report,
 };
 
@@ -44,7 +45,7 @@ pub fn all(r: &Registry, id: &str) -> Vec<Json> {
         }));
     }
     for a in r.actuators.iter().filter(|a| a.id == id) {
-        let both: Vec<Declared> = a.params.iter().chain(&a.commands).cloned().collect();
+        let both: Vec<ParameterSpec> = a.params.iter().chain(&a.commands).cloned().collect();
         out.push(json!({
             "what": "actuator kind", "id": a.id, "plugin": plugin(a.plugin), "text": a.text,
             "every_substep": a.every_substep, "parameters": parameters(&a.params, true),
@@ -81,7 +82,7 @@ pub fn all(r: &Registry, id: &str) -> Vec<Json> {
             "example": example::script(&l.id),
         }));
     }
-    for s in schemas::known().iter().filter(|s| s.id == id) {
+    for s in schemas::all_schemas().iter().filter(|s| s.id == id) {
         let fields =
             s.fields.iter().map(|f| field(&f.name, f.elem, &f.shape, f.unit.as_deref(), &f.text, Some(&f.nothing)));
         let filled = r.sensors.iter().filter(|k| k.schemas.contains(&s.id)).map(|k| &k.id);
@@ -90,8 +91,8 @@ pub fn all(r: &Registry, id: &str) -> Vec<Json> {
             "sensors": filled.collect::<Vec<_>>(), "fields": fields.collect::<Vec<_>>(),
         }));
     }
-    if let Some(kind) = Kind::parse(id) {
-        let rows: Vec<Declared> = rows_of(Some(kind)).map(|row| row.declared().clone()).collect();
+    if let Some(kind) = ObjectKind::parse(id) {
+        let rows: Vec<ParameterSpec> = properties_of(Some(kind)).map(|row| row.declaration().clone()).collect();
         out.push(json!({ "what": "object kind", "id": id, "parameters": parameters(&rows, true) }));
     }
     if let Some((command, _)) = r.command(id) {
@@ -122,11 +123,11 @@ fn card(out: &mut Json, m: &Model, file: &Path) {
     let grade = Grade::of(&m.numbers, card.as_ref());
     out["grade"] = json!(format!("{}: {}", grade.letter(), grade.text(&m.numbers, card.as_ref())));
     let Some(card) = card else { return };
-    let measure = |m: &Measure| {
+    let measure = |m: &CardMeasure| {
         json!({
             "name": m.name, "text": m.text, "measured": m.measured, "sheet": m.expected, "unit": m.unit,
             "within": card::rounded(m.allowed), "source": m.source,
-            "holds": m.measured.map(|x| m.holds(x)),
+            "holds": m.measured.map(|x| m.is_within_tolerance(x)),
         })
     };
     out["measures"] = card.measures.iter().map(measure).collect();
@@ -134,7 +135,7 @@ fn card(out: &mut Json, m: &Model, file: &Path) {
 }
 
 /// Describes a model in a folder. A model that cannot be read causes a warning.
-fn found_model(r: &Registry, found: &Found) -> Option<Json> {
+fn found_model(r: &Registry, found: &FoundModel) -> Option<Json> {
     let Some(importer) = found.importer.and_then(|i| r.importers.get(i)) else {
         return list::found_model(r, found).inspect_err(report::warning).ok().map(|m| model(r, &m));
     };
@@ -145,7 +146,7 @@ fn found_model(r: &Registry, found: &Found) -> Option<Json> {
     }))
 }
 
-fn preset(p: &PresetInfo) -> Json {
+fn preset(p: &PresetSpec) -> Json {
     json!({ "id": p.id, "text": p.text, "settings": p.settings })
 }
 
@@ -158,10 +159,10 @@ pub fn names(r: &Registry) -> Vec<String> {
         .chain(r.models.iter().map(|m| &m.id))
         .chain(r.importers.iter().map(|i| &i.id))
         .chain(r.languages.iter().map(|l| &l.id))
-        .chain(schemas::known().iter().map(|s| &s.id))
+        .chain(schemas::all_schemas().iter().map(|s| &s.id))
         .chain(r.commands.iter().flat_map(|c| c.names.iter().map(|n| &n.name)));
     let found = r.found_models().into_iter().map(|f| f.id);
-    ids.cloned().chain(found).chain(Kind::names().map(str::to_owned)).collect()
+    ids.cloned().chain(found).chain(ObjectKind::names().map(str::to_owned)).collect()
 }
 
 fn command(r: &Registry, c: &CommandEntry) -> Json {
@@ -176,7 +177,7 @@ fn command(r: &Registry, c: &CommandEntry) -> Json {
 
 /// Returns the parameters with name, type, unit, range, default and text. If `in_files`, also returns the key in scene
 /// files.
-fn parameters(all: &[Declared], in_files: bool) -> Vec<Json> {
+fn parameters(all: &[ParameterSpec], in_files: bool) -> Vec<Json> {
     all.iter()
         .map(|p| {
             let range = p.bounds();
@@ -205,7 +206,7 @@ fn parameters(all: &[Declared], in_files: bool) -> Vec<Json> {
         .collect()
 }
 
-fn type_name(p: &Declared) -> String {
+fn type_name(p: &ParameterSpec) -> String {
     let name = match p.kind {
         _ if p.flags & TATU_PARAM_ANY != 0 => "any",
         TATU_BOOL => "true or false",
@@ -229,7 +230,7 @@ fn type_name(p: &Declared) -> String {
 
 /// Describes the fields of a kind of sensor, or of an actuator's readings.
 fn fields(kind: &SensorKind) -> Vec<Json> {
-    let one = |f: &FieldInfo| {
+    let one = |f: &FieldSpec| {
         let mut shape = f.dims.to_vec();
         while shape.len() > 1 && shape.last() == Some(&1) {
             shape.pop();

@@ -10,21 +10,21 @@ mod picture;
 use std::process::ExitCode;
 
 use serde_json::{Value, json};
-use tatu_core::{document::Sources, errors::Error};
+use tatu_core::{document::SourceFiles, errors::Error};
 
-use crate::{args::Describe, report, table::table, watchdog::Watchdog};
+use crate::{args::DescribeArgs, report, table::table, watchdog::Watchdog};
 
 /// Maximum number of a plugin's commands that are listed with descriptions; if there are more, only names are listed.
-const FEW: usize = 20;
+const MAX_DESCRIBED_COMMANDS: usize = 20;
 /// Maximum number of a plugin's commands that are listed by name; if there are more, only their count is printed.
-const MANY: usize = 200;
+const MAX_LISTED_COMMANDS: usize = 200;
 /// Width of lists of names, in columns.
-const WIDTH: usize = 100;
+const LIST_COLUMNS: usize = 100;
 
 /// Prints the descriptions of ids; the exit code is 2 if an id does not exist.
-pub fn describe(args: &Describe) -> ExitCode {
+pub fn describe(args: &DescribeArgs) -> ExitCode {
     let watchdog = Watchdog::start(args.watchdog, false);
-    let registry = match super::registry(args.scene.as_deref(), &Sources::default(), &args.allow, &watchdog) {
+    let registry = match super::registry(args.scene.as_deref(), &SourceFiles::default(), &args.allow, &watchdog) {
         Ok(r) => r,
         Err(e) => {
             report::error(&e);
@@ -38,7 +38,7 @@ pub fn describe(args: &Describe) -> ExitCode {
                 ExitCode::SUCCESS
             }
             Err(e) => {
-                report::error(&Error::new("E131", format!("{} cannot be written: {e}", folder.display())));
+                report::error(&Error::new("E105", format!("{} cannot be written: {e}", folder.display())));
                 ExitCode::from(2)
             }
         };
@@ -128,9 +128,9 @@ fn print(fact: &Value) {
     section("fields", &fact["fields"], &["name", "element", "shape", "unit", "text", "nothing"]);
     presets(&fact["presets"]);
     if let Some(commands) = fact["commands"].as_array().filter(|c| !c.is_empty()) {
-        if commands.len() <= FEW {
+        if commands.len() <= MAX_DESCRIBED_COMMANDS {
             section("commands", &fact["commands"], &["name", "text"]);
-        } else if commands.len() > MANY {
+        } else if commands.len() > MAX_LISTED_COMMANDS {
             report::out!("commands: {}, see `tatu list commands`; `tatu describe NAME` for details", commands.len());
         } else {
             let all: Vec<_> = commands.iter().map(|c| c["name"].clone()).collect();
@@ -164,7 +164,7 @@ fn names(title: &str, list: &Value) {
     let mut line = format!("{title}:");
     for (i, name) in list.iter().filter_map(Value::as_str).enumerate() {
         let comma = if i + 1 < list.len() { "," } else { "" };
-        if line.len() + name.len() > WIDTH {
+        if line.len() + name.len() > LIST_COLUMNS {
             report::out!("{line}");
             line = String::from("   ");
         }

@@ -2,7 +2,7 @@
 
 use std::{collections::BTreeMap, fmt::Write, fs, io, path::Path};
 
-use tatu_core::plugins::{CommandEntry, Declared, Registry, Status};
+use tatu_core::plugins::{CommandEntry, CommandStatus, ParameterSpec, Registry};
 
 /// Groups commands by subject. A command without a subject is listed under the last part of its plugin's id.
 fn pages(r: &Registry) -> BTreeMap<String, Vec<&CommandEntry>> {
@@ -28,8 +28,8 @@ pub fn write(r: &Registry, folder: &Path) -> io::Result<usize> {
          | Page | full | partial | stub |\n|---|---|---|---|\n",
     );
     for (subject, commands) in &pages {
-        let of = |s: Status| commands.iter().filter(|c| c.status == s).count();
-        let (full, partial, stub) = (of(Status::Full), of(Status::Partial), of(Status::Stub));
+        let of = |s: CommandStatus| commands.iter().filter(|c| c.status == s).count();
+        let (full, partial, stub) = (of(CommandStatus::Full), of(CommandStatus::Partial), of(CommandStatus::Stub));
         let _ = writeln!(list, "| [{subject}]({subject}.md) | {full} | {partial} | {stub} |");
         fs::write(folder.join(format!("{subject}.md")), page(subject, commands))?;
     }
@@ -40,7 +40,7 @@ pub fn write(r: &Registry, folder: &Path) -> io::Result<usize> {
 fn page(subject: &str, commands: &[&CommandEntry]) -> String {
     let title = subject[..1].to_uppercase() + &subject[1..];
     let mut out = format!("# Commands: {title}\n");
-    let (stubs, real): (Vec<&&CommandEntry>, Vec<_>) = commands.iter().partition(|c| c.status == Status::Stub);
+    let (stubs, real): (Vec<&&CommandEntry>, Vec<_>) = commands.iter().partition(|c| c.status == CommandStatus::Stub);
     for c in real {
         command(&mut out, c);
     }
@@ -63,7 +63,7 @@ fn command(out: &mut String, c: &CommandEntry) {
     if !others.is_empty() {
         let _ = writeln!(out, "\nOther names: {}", others.join(", "));
     }
-    if c.status != Status::Full || !c.notes.is_empty() {
+    if c.status != CommandStatus::Full || !c.notes.is_empty() {
         let _ = writeln!(out, "\n*{}.* {}", c.status.name(), c.notes);
     }
     facts(out, "Parameters", &c.params);
@@ -73,7 +73,7 @@ fn command(out: &mut String, c: &CommandEntry) {
     }
 }
 
-fn facts(out: &mut String, title: &str, all: &[Declared]) {
+fn facts(out: &mut String, title: &str, all: &[ParameterSpec]) {
     if all.is_empty() {
         return;
     }

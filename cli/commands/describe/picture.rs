@@ -1,10 +1,10 @@
-//! `tatu describe MODEL --picture FILE`: a model on a floor, or a sheet of several.
+//! `tatu describe MODEL --picture V_REP_POSES`: a model on a floor, or a sheet of several.
 
 use std::{path::Path, sync::Arc};
 
 use tatu_core::{
     World,
-    document::{self, Options},
+    document::{self, LoadOptions},
     errors::Error,
     plugins::Registry,
 };
@@ -19,30 +19,30 @@ use crate::{
 };
 
 /// Size of the picture of a single model, and of each model in a sheet: columns and rows of pixels.
-const ALONE: [u32; 2] = [480, 360];
-const CELL: [u32; 2] = [160, 120];
+const SINGLE_SIZE: [u32; 2] = [480, 360];
+const CELL_SIZE: [u32; 2] = [160, 120];
 /// Height of the caption below each picture of a sheet, and of its letters, pixels.
-const LINE: u32 = 22;
-const LETTERS: f64 = 13.0;
+const CAPTION_HEIGHT: u32 = 22;
+const CAPTION_FONT_SIZE: f64 = 13.0;
 /// Horizontal field of view, rad. It is narrow to keep perspective distortion small.
 const FOV: f64 = 0.55;
 
 /// Writes a picture of one model, or a sheet of several, to a file.
 pub fn write(registry: &Arc<Registry>, ids: &[String], output: &Path) -> Result<(), Error> {
     if let [id] = ids {
-        return file::write(output, &of_model(registry, id, ALONE, true)?);
+        return file::write(output, &of_model(registry, id, SINGLE_SIZE, true)?);
     }
     let columns = (ids.len() as f64 * 1.2).sqrt().ceil() as u32;
     let rows = (ids.len() as u32).div_ceil(columns);
-    let mut sheet = Canvas::new(columns * CELL[0], rows * (CELL[1] + LINE));
+    let mut sheet = Canvas::new(columns * CELL_SIZE[0], rows * (CELL_SIZE[1] + CAPTION_HEIGHT));
     for (i, id) in (0..).zip(ids) {
-        let (x, y) = (i % columns * CELL[0], i / columns * (CELL[1] + LINE));
+        let (x, y) = (i % columns * CELL_SIZE[0], i / columns * (CELL_SIZE[1] + CAPTION_HEIGHT));
         // Without floors and with 32 levels of each colour, the file is a third as large.
-        let mut picture = of_model(registry, id, CELL, false)?;
+        let mut picture = of_model(registry, id, CELL_SIZE, false)?;
         picture.rgb.iter_mut().for_each(|c| *c = (*c & 0xf8) | (*c >> 5));
         sheet.put((x, y), &picture);
-        let at = (f64::from(x + CELL[0] / 2), f64::from(y + CELL[1] + LINE / 2));
-        let drawn = sheet.text(at, id, LETTERS, (HPos::Center, VPos::Center));
+        let at = (f64::from(x + CELL_SIZE[0] / 2), f64::from(y + CELL_SIZE[1] + CAPTION_HEIGHT / 2));
+        let drawn = sheet.text(at, id, CAPTION_FONT_SIZE, (HPos::Center, VPos::Center));
         drawn.map_err(|why| Error::new("E105", format!("the name `{id}` cannot be drawn: {why}")))?;
     }
     file::write(output, &sheet.picture())
@@ -54,12 +54,12 @@ fn of_model(registry: &Arc<Registry>, id: &str, size: [u32; 2], ground: bool) ->
         let error = Error::new("E130", format!("there is no model `{id}` in a folder"));
         error.help("`--picture` draws models in folders: `tatu list models` shows them")
     })?;
-    let document = document::load(&found.file, registry, &Options::default())?;
+    let document = document::load(&found.file, registry, &LoadOptions::default())?;
     let all = std::thread::available_parallelism().map_or(1, usize::from);
     let world = World::with_threads(Arc::new(document), registry.clone(), all)?;
-    let camera = tatu_render::model_framing(&world, FOV, size);
+    let camera = tatu_render::model_camera(&world, FOV, size);
     let picture = tatu_render::picture(&world, &camera, &[], ground);
     world.end();
-    world.faults().iter().for_each(|f| report::warned(&f.message));
+    world.faults().iter().for_each(|f| report::warn_text(&f.message));
     Ok(picture)
 }

@@ -9,24 +9,24 @@ use std::process::ExitCode;
 
 use clap::CommandFactory;
 use clap_complete::Shell;
-use tatu_core::{document::Sources, errors::Error};
+use tatu_core::{document::SourceFiles, errors::Error};
 
 use crate::{
-    args::{Args, Generate, Generated},
+    args::{CliArgs, GenerateArgs, GeneratedFile},
     report,
     watchdog::Watchdog,
 };
 
 /// Prints the requested file. The exit code is 0, or 1 if the file could not be generated.
-pub fn generate(args: &Generate) -> ExitCode {
-    let mut command = Args::command();
+pub fn generate(args: &GenerateArgs) -> ExitCode {
+    let mut command = CliArgs::command();
     let mut text = Vec::new();
     let shell = match args.what {
-        Generated::Python => return python(),
-        Generated::Man => None,
-        Generated::Bash => Some(Shell::Bash),
-        Generated::Zsh => Some(Shell::Zsh),
-        Generated::Fish => Some(Shell::Fish),
+        GeneratedFile::Python => return python(),
+        GeneratedFile::Man => None,
+        GeneratedFile::Bash => Some(Shell::Bash),
+        GeneratedFile::Zsh => Some(Shell::Zsh),
+        GeneratedFile::Fish => Some(Shell::Fish),
     };
     let made = match shell {
         None => manual(command, &mut text),
@@ -45,7 +45,7 @@ pub fn generate(args: &Generate) -> ExitCode {
 
 /// Prints the declarations of all commands.
 fn python() -> ExitCode {
-    let registry = match super::registry(None, &Sources::default(), &[], &Watchdog::default()) {
+    let registry = match super::registry(None, &SourceFiles::default(), &[], &Watchdog::default()) {
         Ok(registry) => registry,
         Err(e) => {
             report::error(&e);
@@ -53,7 +53,7 @@ fn python() -> ExitCode {
         }
     };
     report::out!("{}", stubs::write(&registry).trim_end());
-    match super::end(registry) {
+    match super::end_plugins(registry) {
         true => ExitCode::SUCCESS,
         false => ExitCode::FAILURE,
     }

@@ -5,10 +5,10 @@ use std::{
     fmt::Write,
 };
 
-use tatu_core::plugins::{CommandEntry, Declared, Registry};
+use tatu_core::plugins::{CommandEntry, ParameterSpec, Registry};
 use tatu_plugin_api::abi::*;
 
-const HEAD: &str = "\
+const STUB_HEADER: &str = "\
 from typing import Any, Dict, Mapping, Optional, Sequence, Union
 
 import numpy as np
@@ -17,7 +17,7 @@ Numbers = Union[Sequence[float], np.ndarray]
 ";
 
 /// Python's reserved words, which cannot be names of methods or parameters.
-const RESERVED: &[&str] = &[
+const PYTHON_KEYWORDS: &[&str] = &[
     "False", "None", "True", "and", "as", "assert", "async", "await", "break", "class", "continue", "def", "del",
     "elif", "else", "except", "finally", "for", "from", "global", "if", "import", "in", "is", "lambda", "nonlocal",
     "not", "or", "pass", "raise", "return", "try", "while", "with", "yield", "self",
@@ -34,7 +34,7 @@ pub fn write(registry: &Registry) -> String {
             }
         }
     }
-    let mut out = String::from(HEAD);
+    let mut out = String::from(STUB_HEADER);
     for (space, commands) in &spaces {
         let _ = write!(out, "\nclass _{space}:\n");
         for (name, command) in commands {
@@ -99,7 +99,7 @@ fn text(command: &CommandEntry) -> String {
 }
 
 /// Returns a parameter's type in Python.
-pub fn type_of(p: &Declared) -> &'static str {
+pub fn type_of(p: &ParameterSpec) -> &'static str {
     match p.kind {
         _ if p.flags & TATU_PARAM_ANY != 0 => "Any",
         TATU_BOOL => "bool",
@@ -114,7 +114,7 @@ pub fn type_of(p: &Declared) -> &'static str {
     }
 }
 
-fn result_of(p: &Declared) -> &'static str {
+fn result_of(p: &ParameterSpec) -> &'static str {
     match p.kind {
         _ if p.flags & TATU_PARAM_ANY != 0 => "Any",
         TATU_TEXT => "str",
@@ -129,5 +129,5 @@ fn is_name(text: &str) -> bool {
     let mut letters = text.chars();
     letters.next().is_some_and(|c| c.is_ascii_alphabetic() || c == '_')
         && letters.all(|c| c.is_ascii_alphanumeric() || c == '_')
-        && !RESERVED.contains(&text)
+        && !PYTHON_KEYWORDS.contains(&text)
 }

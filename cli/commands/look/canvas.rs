@@ -4,7 +4,7 @@ use plotters::{coord::Shift, prelude::*, style::text_anchor::Pos};
 use tatu_core::Reading;
 use tatu_render::Picture;
 
-use crate::plot::{INK, know_letters};
+use crate::plot::{INK_COLOR, register_fonts};
 
 pub use plotters::style::{
     RGBColor,
@@ -12,7 +12,7 @@ pub use plotters::style::{
 };
 
 /// Pixels of the canvas per pixel of the picture, along each side.
-const FINE: u32 = 2;
+const OVERSAMPLING: u32 = 2;
 
 /// A canvas; positions are in pixels of the picture, measured from its upper left corner.
 pub struct Canvas {
@@ -21,55 +21,59 @@ pub struct Canvas {
     rgb: Vec<u8>,
 }
 
-type Drawn = Result<(), String>;
+type DrawResult = Result<(), String>;
 /// A position on a canvas.
-pub type At = (f64, f64);
+pub type CanvasPoint = (f64, f64);
 
 impl Canvas {
     /// Creates a white canvas.
     pub fn new(columns: u32, rows: u32) -> Self {
-        know_letters();
-        let bytes = (columns * FINE) as usize * (rows * FINE) as usize * 3;
+        register_fonts();
+        let bytes = (columns * OVERSAMPLING) as usize * (rows * OVERSAMPLING) as usize * 3;
         Canvas { columns, rows, rgb: vec![255; bytes] }
     }
 
-    fn on<E: std::fmt::Display>(
+    fn draw_on<E: std::fmt::Display>(
         &mut self,
         f: impl Fn(&DrawingArea<BitMapBackend<'_>, Shift>) -> Result<(), E>,
-    ) -> Drawn {
-        let size = (self.columns * FINE, self.rows * FINE);
+    ) -> DrawResult {
+        let size = (self.columns * OVERSAMPLING, self.rows * OVERSAMPLING);
         let area = BitMapBackend::with_buffer(&mut self.rgb, size).into_drawing_area();
         f(&area).map_err(|e| e.to_string())?;
         area.present().map_err(|e| e.to_string())
     }
 
     /// Draws a line through points.
-    pub fn path(&mut self, points: &[At], color: RGBColor, width: f64) -> Drawn {
-        let points: Vec<_> = points.iter().map(fine).collect();
-        let style = color.stroke_width((width * f64::from(FINE)).round() as u32);
-        self.on(|area| area.draw(&PathElement::new(points.clone(), style)))
+    pub fn path(&mut self, points: &[CanvasPoint], color: RGBColor, width: f64) -> DrawResult {
+        let points: Vec<_> = points.iter().map(to_canvas_pixel).collect();
+        let style = color.stroke_width((width * f64::from(OVERSAMPLING)).round() as u32);
+        self.draw_on(|area| area.draw(&PathElement::new(points.clone(), style)))
     }
 
     /// Draws separate lines, each between two points.
-    pub fn lines(&mut self, lines: &[[At; 2]], color: RGBColor, width: f64) -> Drawn {
-        let style = color.stroke_width((width * f64::from(FINE)).round() as u32);
-        self.on(|area| lines.iter().try_for_each(|l| area.draw(&PathElement::new(l.map(|p| fine(&p)).to_vec(), style))))
+    pub fn lines(&mut self, lines: &[[CanvasPoint; 2]], color: RGBColor, width: f64) -> DrawResult {
+        let style = color.stroke_width((width * f64::from(OVERSAMPLING)).round() as u32);
+        self.draw_on(|area| {
+            lines.iter().try_for_each(|l| area.draw(&PathElement::new(l.map(|p| to_canvas_pixel(&p)).to_vec(), style)))
+        })
     }
 
     /// Draws a filled polygon.
-    pub fn fill(&mut self, points: &[At], color: RGBColor) -> Drawn {
-        let points: Vec<_> = points.iter().map(fine).collect();
-        self.on(|area| area.draw(&Polygon::new(points.clone(), color.filled())))
+    pub fn fill(&mut self, points: &[CanvasPoint], color: RGBColor) -> DrawResult {
+        let points: Vec<_> = points.iter().map(to_canvas_pixel).collect();
+        self.draw_on(|area| area.draw(&Polygon::new(points.clone(), color.filled())))
     }
 
     /// Draws filled discs.
-    pub fn dots(&mut self, points: &[At], radius: f64, color: RGBColor) -> Drawn {
-        let radius = (radius * f64::from(FINE)).round() as i32;
-        self.on(|area| points.iter().try_for_each(|p| area.draw(&Circle::new(fine(p), radius, color.filled()))))
+    pub fn dots(&mut self, points: &[CanvasPoint], radius: f64, color: RGBColor) -> DrawResult {
+        let radius = (radius * f64::from(OVERSAMPLING)).round() as i32;
+        self.draw_on(|area| {
+            points.iter().try_for_each(|p| area.draw(&Circle::new(to_canvas_pixel(p), radius, color.filled())))
+        })
     }
 
     /// Draws a circle.
-    pub fn ring(&mut self, middle: At, radius: f64, color: RGBColor) -> Drawn {
+    pub fn ring(&mut self, middle: CanvasPoint, radius: f64, color: RGBColor) -> DrawResult {
         let point = |i: u32| {
             let angle = f64::from(i) * std::f64::consts::TAU / 180.0;
             (middle.0 + radius * angle.cos(), middle.1 + radius * angle.sin())
@@ -78,20 +82,23 @@ impl Canvas {
     }
 
     /// Draws text, anchored at a position; `height` is in pixels of the picture.
-    pub fn text(&mut self, at: At, text: &str, height: f64, anchor: (HPos, VPos)) -> Drawn {
-        let style = ("sans-serif", height * f64::from(FINE)).into_font().color(&INK).pos(Pos::new(anchor.0, anchor.1));
-        self.on(|area| area.draw(&Text::new(text.to_owned(), fine(&at), style.clone())))
+    pub fn text(&mut self, at: CanvasPoint, text: &str, height: f64, anchor: (HPos, VPos)) -> DrawResult {
+        let style = ("sans-serif", height * f64::from(OVERSAMPLING))
+            .into_font()
+            .color(&INK_COLOR)
+            .pos(Pos::new(anchor.0, anchor.1));
+        self.draw_on(|area| area.draw(&Text::new(text.to_owned(), to_canvas_pixel(&at), style.clone())))
     }
 
     /// Returns the width of a text of this height, in pixels of the picture.
     pub fn width_of(text: &str, height: f64) -> Result<f64, String> {
-        know_letters();
+        register_fonts();
         let font = ("sans-serif", height).into_font();
         font.box_size(text).map(|(w, _)| f64::from(w)).map_err(|e| e.to_string())
     }
 
     /// Draws a title at the top.
-    pub fn title(&mut self, text: &str) -> Drawn {
+    pub fn title(&mut self, text: &str) -> DrawResult {
         self.text((20.0, 24.0), text, 19.0, (HPos::Left, VPos::Center))
     }
 
@@ -103,10 +110,12 @@ impl Canvas {
         scale: u32,
         pixel: impl Fn(u32, u32) -> [u8; 3],
     ) {
-        let side = scale * FINE;
-        for v in 0..(rows * side).min((self.rows.saturating_sub(y)) * FINE) {
-            for u in 0..(columns * side).min((self.columns.saturating_sub(x)) * FINE) {
-                let at = ((y * FINE + v) as usize * (self.columns * FINE) as usize + (x * FINE + u) as usize) * 3;
+        let side = scale * OVERSAMPLING;
+        for v in 0..(rows * side).min((self.rows.saturating_sub(y)) * OVERSAMPLING) {
+            for u in 0..(columns * side).min((self.columns.saturating_sub(x)) * OVERSAMPLING) {
+                let at = ((y * OVERSAMPLING + v) as usize * (self.columns * OVERSAMPLING) as usize
+                    + (x * OVERSAMPLING + u) as usize)
+                    * 3;
                 self.rgb[at..at + 3].copy_from_slice(&pixel(u / side, v / side));
             }
         }
@@ -123,14 +132,14 @@ impl Canvas {
 
     /// Returns the canvas scaled down to the resolution of the picture.
     pub fn picture(&self) -> Picture {
-        let wide = (self.columns * FINE) as usize;
+        let wide = (self.columns * OVERSAMPLING) as usize;
         let mut rgb = Vec::with_capacity(self.columns as usize * self.rows as usize * 3);
         for y in 0..self.rows as usize {
             for x in 0..self.columns as usize {
                 for c in 0..3 {
                     let fine = |u: usize, v: usize| u32::from(self.rgb[((y * 2 + v) * wide + x * 2 + u) * 3 + c]);
                     let sum = fine(0, 0) + fine(1, 0) + fine(0, 1) + fine(1, 1);
-                    rgb.push(((sum + 2) / (FINE * FINE)) as u8);
+                    rgb.push(((sum + 2) / (OVERSAMPLING * OVERSAMPLING)) as u8);
                 }
             }
         }
@@ -138,8 +147,8 @@ impl Canvas {
     }
 }
 
-fn fine(p: &At) -> (i32, i32) {
-    let to = |x: f64| (x * f64::from(FINE)).round().clamp(-1e6, 1e6) as i32;
+fn to_canvas_pixel(p: &CanvasPoint) -> (i32, i32) {
+    let to = |x: f64| (x * f64::from(OVERSAMPLING)).round().clamp(-1e6, 1e6) as i32;
     (to(p.0), to(p.1))
 }
 
@@ -165,7 +174,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn steps_are_round() {
+    fn grid_steps_are_round_numbers() {
         let all = [0.013, 0.02, 0.3, 1.0, 1.1, 4.0, 70.0].map(round_step);
         let wanted = [0.02, 0.02, 0.5, 1.0, 2.0, 5.0, 100.0];
         assert!(all.iter().zip(wanted).all(|(a, w)| (a - w).abs() < 1e-9 * w), "{all:?}");

@@ -2,12 +2,12 @@
 
 use std::{io, path::Path};
 
-use tatu_core::{errors::Error, state::write_whole};
+use tatu_core::{errors::Error, state::write_atomically};
 use tatu_render::Picture;
 
 /// Writes a picture. An existing file is replaced only after the new one has been written completely.
 pub fn write(path: &Path, picture: &Picture) -> Result<(), Error> {
-    encode(picture).and_then(|bytes| write_whole(path, &bytes)).map_err(|e| {
+    encode(picture).and_then(|bytes| write_atomically(path, &bytes)).map_err(|e| {
         let error = Error::new("E105", format!("cannot write {}: {e}", path.display()));
         error.help("does the folder exist, and is it writable?")
     })

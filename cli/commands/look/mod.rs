@@ -1,13 +1,13 @@
 //! `tatu look`: renders a picture of a scene, or of a sensor's reading.
 //!
-//! `sensor` chooses the type of picture by the schemas of a reading; `scan`, `frame`, `near` and `numbers` draw it;
+//! `sensor` chooses the type of picture by the schemas of a reading; `scan`, `frame`, `proximity` and `numbers` draw it;
 //! `canvas` contains drawing primitives; `file` writes PNG files.
 
 pub mod canvas;
 pub mod file;
 mod frame;
-mod near;
 mod numbers;
+mod proximity;
 mod scan;
 mod sensor;
 
@@ -17,13 +17,13 @@ use nalgebra::Point3;
 use tatu_core::{LogLine, World, errors::Error};
 use tatu_render::Camera;
 
-use crate::{addons, args::Look, report, watchdog::Watchdog};
+use crate::{addons, args::LookArgs, report, watchdog::Watchdog};
 
 /// Renders a picture. The exit code is 0 on success, 1 if an error occurred while the scene ran, and 2 if no picture
 /// was written.
-pub fn look(args: &Look) -> ExitCode {
+pub fn look(args: &LookArgs) -> ExitCode {
     let watchdog = Watchdog::start(args.watchdog, false);
-    match take(args, &watchdog) {
+    match take_picture(args, &watchdog) {
         Ok(true) => ExitCode::SUCCESS,
         Ok(false) => ExitCode::FAILURE,
         Err(e) => {
@@ -34,7 +34,7 @@ pub fn look(args: &Look) -> ExitCode {
 }
 
 /// Renders the picture; returns whether the scene ran without errors.
-fn take(args: &Look, watchdog: &Watchdog) -> Result<bool, Error> {
+fn take_picture(args: &LookArgs, watchdog: &Watchdog) -> Result<bool, Error> {
     let camera = camera(args)?;
     let options = args.changes.options(&[])?;
     let registry = super::registry(Some(&args.scene), &options.sources, &args.changes.allow, watchdog)?;
@@ -42,9 +42,9 @@ fn take(args: &Look, watchdog: &Watchdog) -> Result<bool, Error> {
     let all = std::thread::available_parallelism().map_or(1, usize::from);
     let threads = args.threads.map_or(all, usize::from);
     let world = World::with_threads(document.clone(), registry.clone(), threads)?;
-    addons::choose(&args.addons, &document, &registry)?.attach(&world)?;
+    addons::choose_addons(&args.addons, &document, &registry)?.attach(&world)?;
     if let Some(folder) = &args.files {
-        world.open_files_in(folder)?;
+        world.set_file_folder(folder)?;
     }
     if let Some(path) = &args.sensor {
         sensor::find(&world, path)?;
@@ -62,18 +62,18 @@ fn take(args: &Look, watchdog: &Watchdog) -> Result<bool, Error> {
     };
     file::write(&args.output, &picture)?;
     world.end();
-    tell(&world);
-    watchdog.told();
+    print_log(&world);
+    watchdog.set_summary_printed();
     let good = world.faults().is_empty();
     drop(world);
-    Ok(super::end(registry) && good)
+    Ok(super::end_plugins(registry) && good)
 }
 
 /// Default field of view of a camera, degrees.
-const FOV: f64 = 50.0;
+const DEFAULT_FOV_DEG: f64 = 50.0;
 
 /// Returns the scene's camera or, if the scene has none, a camera that shows everything.
-fn own_camera(world: &World, args: &Look) -> Camera {
+fn own_camera(world: &World, args: &LookArgs) -> Camera {
     let fov = args.fov.map(f64::to_radians);
     match tatu_render::scene_camera(world, fov, args.size) {
         Some((camera, path)) => {
@@ -82,24 +82,24 @@ fn own_camera(world: &World, args: &Look) -> Camera {
             ));
             camera
         }
-        None => tatu_render::framing(world, fov.unwrap_or(FOV.to_radians()), args.size),
+        None => tatu_render::framing_camera(world, fov.unwrap_or(DEFAULT_FOV_DEG.to_radians()), args.size),
     }
 }
 
 /// Returns the camera described on the command line, if any.
-fn camera(args: &Look) -> Result<Option<Camera>, Error> {
+fn camera(args: &LookArgs) -> Result<Option<Camera>, Error> {
     let (Some(from), Some(to)) = (args.from, args.to) else { return Ok(None) };
     if from == to {
         let error = Error::new("E102", "--from and --to are the same point: the camera has no direction");
         return Err(error.expected("two different points"));
     }
     let [columns, rows] = args.size;
-    let fov = args.fov.unwrap_or(FOV).to_radians();
+    let fov = args.fov.unwrap_or(DEFAULT_FOV_DEG).to_radians();
     Ok(Some(Camera { from: Point3::from(from.0), to: Point3::from(to.0), fov, columns, rows }))
 }
 
 /// Runs the scene up to the time of the picture.
-fn run(world: &World, args: &Look, watchdog: &Watchdog) {
+fn run(world: &World, args: &LookArgs, watchdog: &Watchdog) {
     let least = u64::from(args.sensor.is_some());
     if args.at == 0.0 && least == 0 {
         return;
@@ -112,7 +112,7 @@ fn run(world: &World, args: &Look, watchdog: &Watchdog) {
         let before = world.steps();
         world.step();
         watchdog.step(world.steps(), world.time(), None);
-        tell(world);
+        print_log(world);
         if world.steps() == before {
             break;
         }
@@ -123,6 +123,6 @@ fn run(world: &World, args: &Look, watchdog: &Watchdog) {
 }
 
 /// Prints the log of scripts and the host to standard error; only `tatu run` prints it to standard output.
-fn tell(world: &World) {
-    world.take_lines().iter().filter_map(LogLine::shown).for_each(|line| report::err!("{line}"));
+fn print_log(world: &World) {
+    world.take_lines().iter().filter_map(LogLine::formatted).for_each(|line| report::err!("{line}"));
 }

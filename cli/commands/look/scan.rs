@@ -3,16 +3,16 @@
 use plotters::style::colors::colormaps::{ColorMap, ViridisRGB};
 use tatu_core::Reading;
 
-use super::canvas::{At, Canvas, HPos, RGBColor, VPos, round_step, rounded, title};
-use crate::plot::GRID;
+use super::canvas::{Canvas, CanvasPoint, HPos, RGBColor, VPos, round_step, rounded, title};
+use crate::plot::GRID_COLOR;
 
-const SIDE: u32 = 800;
-const ABOVE: u32 = 76;
+const PLOT_SIZE: u32 = 800;
+const HEADER_HEIGHT: u32 = 76;
 const MARGIN: f64 = 40.0;
-const FREE: RGBColor = RGBColor(232, 241, 250);
-const BEAM: RGBColor = RGBColor(205, 222, 240);
-const POINT: RGBColor = RGBColor(200, 40, 40);
-const SENSOR: RGBColor = RGBColor(40, 44, 52);
+const FREE_COLOR: RGBColor = RGBColor(232, 241, 250);
+const BEAM_COLOR: RGBColor = RGBColor(205, 222, 240);
+const POINT_COLOR: RGBColor = RGBColor(200, 40, 40);
+const SENSOR_COLOR: RGBColor = RGBColor(40, 44, 52);
 
 /// Plots a reading that contains distances along beams; returns `None` for other readings.
 pub fn draw(reading: &Reading) -> Result<Option<Canvas>, String> {
@@ -37,7 +37,7 @@ pub fn draw(reading: &Reading) -> Result<Option<Canvas>, String> {
     let shown = farthest.map_or(shown, |f| shown.min(f)).max(1e-3);
     let end = |d: f64| if hit(d) { d.min(shown) } else { shown };
 
-    let mut canvas = Canvas::new(SIDE, SIDE + ABOVE);
+    let mut canvas = Canvas::new(PLOT_SIZE, PLOT_SIZE + HEADER_HEIGHT);
     // Coordinates in the picture, m, rightwards and downwards; the plot must contain the sensor and all ends of beams.
     let place = |(a, d): &(f64, f64)| (-end(*d) * a.sin(), -end(*d) * a.cos());
     let (mut low, mut high) = ((0.0_f64, 0.0_f64), (0.0_f64, 0.0_f64));
@@ -46,10 +46,10 @@ pub fn draw(reading: &Reading) -> Result<Option<Canvas>, String> {
         high = (high.0.max(x), high.1.max(y));
     }
     let wide = (high.0 - low.0).max(high.1 - low.1).max(1e-3);
-    let scale = (f64::from(SIDE) - 2.0 * MARGIN) / wide;
-    let middle: At = (
-        f64::from(SIDE) / 2.0 - scale * (low.0 + high.0) / 2.0,
-        f64::from(ABOVE) + f64::from(SIDE) / 2.0 - scale * (low.1 + high.1) / 2.0,
+    let scale = (f64::from(PLOT_SIZE) - 2.0 * MARGIN) / wide;
+    let middle: CanvasPoint = (
+        f64::from(PLOT_SIZE) / 2.0 - scale * (low.0 + high.0) / 2.0,
+        f64::from(HEADER_HEIGHT) + f64::from(PLOT_SIZE) / 2.0 - scale * (low.1 + high.1) / 2.0,
     );
     // A point to the left of the sensor is on the left in the picture.
     let at = |angle: f64, d: f64| (middle.0 - scale * d * angle.sin(), middle.1 - scale * d * angle.cos());
@@ -57,22 +57,22 @@ pub fn draw(reading: &Reading) -> Result<Option<Canvas>, String> {
     if !layered {
         let mut outline = vec![middle];
         outline.extend(beams.iter().map(|(a, d)| at(*a, end(*d))));
-        canvas.fill(&outline, FREE)?;
-        let rays: Vec<[At; 2]> = thinned(&hits).map(|(a, d)| [middle, at(*a, d.min(shown))]).collect();
-        canvas.lines(&rays, BEAM, 0.5)?;
+        canvas.fill(&outline, FREE_COLOR)?;
+        let rays: Vec<[CanvasPoint; 2]> = thinned(&hits).map(|(a, d)| [middle, at(*a, d.min(shown))]).collect();
+        canvas.lines(&rays, BEAM_COLOR, 0.5)?;
     }
     let mut told = String::new();
     let step = round_step(wide / 6.0);
     let rings = (1..).map(|i| f64::from(i) * step).take_while(|r| *r <= 1.5 * wide);
     for r in rings {
-        canvas.ring(middle, r * scale, GRID)?;
+        canvas.ring(middle, r * scale, GRID_COLOR)?;
         let label = format!("{} m", rounded(r, step));
         canvas.text((middle.0 + 4.0, middle.1 - r * scale - 8.0), &label, 13.0, (HPos::Left, VPos::Center))?;
     }
-    let (bottom, right) = (f64::from(SIDE + ABOVE), f64::from(SIDE));
+    let (bottom, right) = (f64::from(PLOT_SIZE + HEADER_HEIGHT), f64::from(PLOT_SIZE));
     canvas.lines(
-        &[[(middle.0, f64::from(ABOVE)), (middle.0, bottom)], [(0.0, middle.1), (right, middle.1)]],
-        GRID,
+        &[[(middle.0, f64::from(HEADER_HEIGHT)), (middle.0, bottom)], [(0.0, middle.1), (right, middle.1)]],
+        GRID_COLOR,
         0.5,
     )?;
     if layered {
@@ -89,14 +89,14 @@ pub fn draw(reading: &Reading) -> Result<Option<Canvas>, String> {
             told = format!("; height {low:.2} m to {top:.2} m, brighter is higher");
         }
     } else {
-        let points: Vec<At> = hits.iter().filter(|(_, d)| *d <= shown).map(|(a, d)| at(*a, *d)).collect();
-        canvas.dots(&points, 1.5, POINT)?;
+        let points: Vec<CanvasPoint> = hits.iter().filter(|(_, d)| *d <= shown).map(|(a, d)| at(*a, *d)).collect();
+        canvas.dots(&points, 1.5, POINT_COLOR)?;
     }
     let nose = |dx: f64, dy: f64| (middle.0 + dx, middle.1 + dy);
-    canvas.fill(&[nose(0.0, -9.0), nose(6.0, 6.0), nose(-6.0, 6.0)], SENSOR)?;
+    canvas.fill(&[nose(0.0, -9.0), nose(6.0, 6.0), nose(-6.0, 6.0)], SENSOR_COLOR)?;
 
     canvas.fill(
-        &[(0.0, 0.0), (right, 0.0), (right, f64::from(ABOVE) - 4.0), (0.0, f64::from(ABOVE) - 4.0)],
+        &[(0.0, 0.0), (right, 0.0), (right, f64::from(HEADER_HEIGHT) - 4.0), (0.0, f64::from(HEADER_HEIGHT) - 4.0)],
         RGBColor(255, 255, 255),
     )?;
     canvas.title(&title(reading))?;
@@ -112,9 +112,9 @@ pub fn draw(reading: &Reading) -> Result<Option<Canvas>, String> {
     Ok(Some(canvas))
 }
 
-/// Returns at most `MOST_BEAMS` points, evenly spaced: more could not be distinguished in the picture.
+/// Returns at most `MAX_DRAWN_BEAMS` points, evenly spaced: more could not be distinguished in the picture.
 fn thinned(hits: &[(f64, f64)]) -> impl Iterator<Item = &(f64, f64)> {
-    hits.iter().step_by(hits.len().div_ceil(MOST_BEAMS).max(1))
+    hits.iter().step_by(hits.len().div_ceil(MAX_DRAWN_BEAMS).max(1))
 }
 
-const MOST_BEAMS: usize = 180;
+const MAX_DRAWN_BEAMS: usize = 180;

@@ -3,7 +3,7 @@
 use tatu_core::{Reading, World, errors::Error};
 use tatu_render::Picture;
 
-use super::{canvas::Canvas, frame, near, numbers, scan};
+use super::{canvas::Canvas, frame, numbers, proximity, scan};
 
 /// Returns the last reading of the sensor at a path, or an error that lists the sensors of the scene.
 pub fn find(world: &World, path: &str) -> Result<Reading, Error> {
@@ -20,8 +20,8 @@ pub fn find(world: &World, path: &str) -> Result<Reading, Error> {
         return Err(error.help("there is no sensor in this scene"));
     }
     let list = match all.len() {
-        0..=MOST_TOLD => all.join("\n  "),
-        n => format!("{}\n  and {} more", all[..MOST_TOLD].join("\n  "), n - MOST_TOLD),
+        0..=MAX_LISTED_SENSORS => all.join("\n  "),
+        n => format!("{}\n  and {} more", all[..MAX_LISTED_SENSORS].join("\n  "), n - MAX_LISTED_SENSORS),
     };
     let list = format!("the scene has these sensors:\n  {list}");
     Err(match world.nearest(path).filter(|near| all.contains(near) || world.reading(near).is_some()) {
@@ -31,7 +31,7 @@ pub fn find(world: &World, path: &str) -> Result<Reading, Error> {
 }
 
 /// Maximum number of sensors that an error lists.
-const MOST_TOLD: usize = 24;
+const MAX_LISTED_SENSORS: usize = 24;
 
 /// Draws the last reading of a sensor.
 pub fn picture(world: &World, path: &str) -> Result<Picture, Error> {
@@ -49,7 +49,7 @@ pub fn picture(world: &World, path: &str) -> Result<Picture, Error> {
         if let Some(canvas) = frame::draw(&reading)? {
             return Ok(canvas);
         }
-        if let Some(canvas) = near::draw(world, &reading)? {
+        if let Some(canvas) = proximity::draw(world, &reading)? {
             return Ok(canvas);
         }
         numbers::draw(&reading)

@@ -6,20 +6,20 @@ use hdrhistogram::Histogram;
 use serde_json::{Value, json};
 
 /// Longest step duration that can be recorded, ns: one hour. Longer steps are recorded as this value.
-const LONGEST: u64 = 3_600_000_000_000;
+const MAX_STEP_NS: u64 = 3_600_000_000_000;
 /// Significant decimal digits of recorded durations.
-const DIGITS: u8 = 3;
+const SIGNIFICANT_DIGITS: u8 = 3;
 
 /// The clock of a run.
-pub struct Clock {
+pub struct RunClock {
     began: Instant,
     /// Histogram of step durations, ns; `None` if there is not enough memory.
     steps: Option<Histogram<u64>>,
 }
 
-impl Clock {
+impl RunClock {
     pub fn start() -> Self {
-        Clock { began: Instant::now(), steps: Histogram::new_with_max(LONGEST, DIGITS).ok() }
+        RunClock { began: Instant::now(), steps: Histogram::new_with_max(MAX_STEP_NS, SIGNIFICANT_DIGITS).ok() }
     }
 
     /// Calls `step`, which runs a step or waits at the barrier. If it returns `true`, a step was run and its duration
@@ -28,23 +28,23 @@ impl Clock {
         let begin = Instant::now();
         let done = step();
         if done && let Some(steps) = &mut self.steps {
-            steps.saturating_record(u64::try_from(begin.elapsed().as_nanos()).unwrap_or(LONGEST));
+            steps.saturating_record(u64::try_from(begin.elapsed().as_nanos()).unwrap_or(MAX_STEP_NS));
         }
         done
     }
 
-    pub fn stop(self) -> Times {
-        Times { wall: self.began.elapsed(), steps: self.steps }
+    pub fn stop(self) -> RunTimes {
+        RunTimes { wall: self.began.elapsed(), steps: self.steps }
     }
 }
 
 /// Durations of a run.
-pub struct Times {
+pub struct RunTimes {
     pub wall: Duration,
     steps: Option<Histogram<u64>>,
 }
 
-impl Times {
+impl RunTimes {
     /// Returns the median, 99th percentile and maximum of step durations in s, or null if no step was recorded.
     pub fn step(&self) -> Value {
         let Some(steps) = self.steps.as_ref().filter(|steps| !steps.is_empty()) else { return Value::Null };
@@ -62,11 +62,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn steps_are_told_and_barriers_are_not() {
-        let mut clock = Clock::start();
+    fn only_steps_are_timed_without_barriers() {
+        let mut clock = RunClock::start();
         assert!(!clock.step(|| false));
         assert_eq!(clock.stop().step(), Value::Null);
-        let mut clock = Clock::start();
+        let mut clock = RunClock::start();
         for nanoseconds in [1_000_000_u64, 2_000_000, 9_000_000] {
             clock.steps.as_mut().unwrap().record(nanoseconds).unwrap();
         }

@@ -6,15 +6,15 @@ use std::{
     path::Path,
 };
 
-use tatu_core::errors::{Error, Place};
-use tatu_plugin_api::safe::MOST_BYTES;
+use tatu_core::errors::{Error, SourceLocation};
+use tatu_plugin_api::safe::MAX_FILE_BYTES;
 
 /// Reads a file as text; a pipe is read until it is closed.
-fn text(path: &Path) -> IoResult<String> {
+fn read_text(path: &Path) -> IoResult<String> {
     let mut text = String::new();
-    File::open(path)?.take(MOST_BYTES + 1).read_to_string(&mut text)?;
-    if text.len() as u64 > MOST_BYTES {
-        return Err(IoError::new(ErrorKind::FileTooLarge, format!("it is larger than {} MB", MOST_BYTES >> 20)));
+    File::open(path)?.take(MAX_FILE_BYTES + 1).read_to_string(&mut text)?;
+    if text.len() as u64 > MAX_FILE_BYTES {
+        return Err(IoError::new(ErrorKind::FileTooLarge, format!("it is larger than {} MB", MAX_FILE_BYTES >> 20)));
     }
     Ok(text)
 }
@@ -22,17 +22,17 @@ fn text(path: &Path) -> IoResult<String> {
 /// The remaining key presses, each with its simulation time in s, in reverse order: the next key press is the last
 /// element.
 #[derive(Debug, Default, PartialEq)]
-pub struct Keys(Vec<(f64, String)>);
+pub struct KeyPresses(Vec<(f64, String)>);
 
-impl Keys {
+impl KeyPresses {
     /// Reads a file. Empty lines and lines beginning with `#` are skipped. Fails with E105 if the file cannot be read,
     /// and with E102 if a line is not a time and a key.
     pub fn read(path: &Path) -> Result<Self, Error> {
         let text =
-            text(path).map_err(|e| Error::new("E105", format!("cannot read the keys {}: {e}", path.display())))?;
+            read_text(path).map_err(|e| Error::new("E105", format!("cannot read the keys {}: {e}", path.display())))?;
         Self::parse(&text).map_err(|(line, wrong)| {
             let start = text.split_inclusive('\n').take(line - 1).map(str::len).sum();
-            let place = Place { file: path.to_owned(), line, column: 1, span: start..start + wrong.len() };
+            let place = SourceLocation { file: path.to_owned(), line, column: 1, span: start..start + wrong.len() };
             Error::new("E102", format!("`{wrong}` is not a line `TIME KEY`"))
                 .expected("a time in seconds and a key: a character, a name such as `up`, or a code")
                 .at(Some(place))
@@ -54,7 +54,7 @@ impl Keys {
         // The sort is stable: keys of equal time keep the order of the file.
         all.sort_by(|a, b| a.0.total_cmp(&b.0));
         all.reverse();
-        Ok(Keys(all))
+        Ok(KeyPresses(all))
     }
 
     /// Removes and returns the next key that is due at `time` or earlier, if any.
@@ -69,8 +69,8 @@ mod tests {
     use super::*;
 
     #[test]
-    fn keys_come_at_their_times_and_in_their_order() {
-        let mut keys = Keys::parse("# keys\n0.5 up\n0.15 s\n\n0.15 #\n").unwrap();
+    fn key_presses_are_due_at_their_times_in_order() {
+        let mut keys = KeyPresses::parse("# keys\n0.5 up\n0.15 s\n\n0.15 #\n").unwrap();
         assert_eq!(keys.due(0.1), None);
         assert_eq!(keys.due(0.05 * 3.0).as_deref(), Some("s"));
         assert_eq!(keys.due(0.15).as_deref(), Some("#"));
@@ -80,9 +80,9 @@ mod tests {
     }
 
     #[test]
-    fn what_presses_no_key_is_told_with_its_line() {
-        assert_eq!(Keys::parse("1 a\n\nb 2"), Err((3, "b 2".into())));
-        assert_eq!(Keys::parse("1"), Err((1, "1".into())));
-        assert_eq!(Keys::parse("nan a"), Err((1, "nan a".into())));
+    fn invalid_line_of_key_file_is_reported_with_its_number() {
+        assert_eq!(KeyPresses::parse("1 a\n\nb 2"), Err((3, "b 2".into())));
+        assert_eq!(KeyPresses::parse("1"), Err((1, "1".into())));
+        assert_eq!(KeyPresses::parse("nan a"), Err((1, "nan a".into())));
     }
 }

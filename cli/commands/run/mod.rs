@@ -26,21 +26,21 @@ use tatu_core::{
     Phase, Session, World,
     document::ServiceOverride,
     errors::{Error, Fault},
-    plugins::{Copies, Registry},
-    reload::{Reload, ReloadReport},
+    plugins::{CopyFolder, Registry},
+    reload::{HotReload, ReloadReport},
     session::file,
-    state::Hash,
+    state::StateHash,
 };
 use tatu_plugin_api::abi::*;
 
-use clock::{Clock, Times};
-use pace::Pace;
+use clock::{RunClock, RunTimes};
+use pace::RunPace;
 
 use crate::{
     addons,
-    args::Run,
+    args::RunArgs,
     graphs, report,
-    state::{self, Wanted},
+    state::{self, SnapshotRequests},
     trace::Trace,
     watchdog::Watchdog,
 };
@@ -50,11 +50,11 @@ const DEFAULT_SECONDS: f64 = 10.0;
 
 /// Runs a scene. The exit code is 0 on success, 1 if an error occurred during the run, and 2 if it could not be
 /// started.
-pub fn run(args: &Run) -> ExitCode {
+pub fn run(args: &RunArgs) -> ExitCode {
     let watchdog = Watchdog::start(args.watchdog, args.json);
-    let run = || start(args, &watchdog).and_then(|ready| go(args, ready, &watchdog));
+    let run = || start(args, &watchdog).and_then(|ready| run_world(args, ready, &watchdog));
     let done = match &args.from {
-        Some(snapshot) => state::guarded(snapshot, run),
+        Some(snapshot) => state::catch_panic(snapshot, run),
         None => run(),
     };
     match done {
@@ -67,25 +67,25 @@ pub fn run(args: &Run) -> ExitCode {
 }
 
 /// A world that is ready to start, and the state of its run.
-struct Ready {
+struct ReadyRun {
     world: World,
     registry: Arc<Registry>,
     /// The session of the world, if there are services.
     session: Option<Session>,
     /// The input log, if one is written.
-    log: Option<LogFile>,
+    log: Option<InputLogFile>,
     /// Number of steps; `None`: run until stopped.
     steps: Option<u64>,
     /// Number of steps and hash at the end of the replayed run, if its log contains them.
     logged: Option<(u64, u64)>,
     /// Whether the world waits at one more barrier after the last step, because the replayed run ended at that barrier.
     one_more_barrier: bool,
-    snapshots: Wanted,
+    snapshots: SnapshotRequests,
     /// Watches files for changes, if requested.
-    reload: Option<Reload>,
+    reload: Option<HotReload>,
 }
 
-fn start(args: &Run, watchdog: &Watchdog) -> Result<Ready, Error> {
+fn start(args: &RunArgs, watchdog: &Watchdog) -> Result<ReadyRun, Error> {
     args.save.as_deref().map_or(Ok(()), super::convert::check_name)?;
     let replay = args.replay.as_deref().map(file::read).transpose()?;
     let mut options = match &replay {
@@ -96,41 +96,41 @@ fn start(args: &Run, watchdog: &Watchdog) -> Result<Ready, Error> {
     if let Some(file) = &args.html {
         options.services.push(ServiceOverride::with_text("film", "page", &file.to_string_lossy()));
     }
-    let copies = args.reload.then(Copies::new).transpose()?;
+    let copies = args.reload.then(CopyFolder::new).transpose()?;
     let scene = replay.as_ref().map(|log| &log.header.scene).or(args.scene.as_ref()).map(PathBuf::as_path);
     let registry = super::registry_of(scene, &options.sources, &args.changes.allow, watchdog, copies)?;
     let made;
     let mut values = replay.as_ref().and_then(|log| log.header.stand_ins.clone());
     let scene = match scene {
         None if args.stand_ins => {
-            let learned = standins::learn(args, &options, &registry)?;
+            let learned = standins::run_trials(args, &options, &registry)?;
             (made, options.sources, values) = (learned.scene, learned.sources, Some(learned.values));
             made.as_path()
         }
         scene => scene.ok_or_else(no_scene)?,
     };
     if let Some(log) = &replay {
-        told_of(log, &registry);
+        report_log(log, &registry);
     }
     let document = super::load(scene, &options, &registry)?;
-    let snapshots = Wanted::parse(&args.snapshot_at)?;
+    let snapshots = SnapshotRequests::parse(&args.snapshot_at)?;
     let threads = args.threads.into();
     let world = match &args.from {
         Some(file) => state::resume(file, document.clone(), registry.clone(), threads)?,
         None => World::with_threads(document.clone(), registry.clone(), threads)?,
     };
     let addons = match &replay {
-        Some(log) => addons::replayed(&log.header.addons, &document, &registry)?,
+        Some(log) => addons::replayed_addons(&log.header.addons, &document, &registry)?,
         // A snapshot contains all of its scripts, so add-ons are not started.
-        None if args.from.is_some() => addons::Started::default(),
-        None => addons::choose(&args.addons, &document, &registry)?,
+        None if args.from.is_some() => addons::StartedAddons::default(),
+        None => addons::choose_addons(&args.addons, &document, &registry)?,
     };
     addons.attach(&world)?;
     if let Some(folder) = &args.files {
-        world.open_files_in(folder)?;
+        world.set_file_folder(folder)?;
     }
     if let Some(values) = &values {
-        world.make_stand_ins(values);
+        world.enable_stand_ins(values);
     }
     let session = match &replay {
         None if !document.services.is_empty() => {
@@ -147,17 +147,17 @@ fn start(args: &Run, watchdog: &Watchdog) -> Result<Ready, Error> {
                 let c = &args.changes;
                 // With stand-ins, the script is among the document's own files already.
                 let scripts = if args.stand_ins { Vec::new() } else { c.scripts.clone() };
-                let mut header = file::Header::new(&document, &registry, c.seed, c.set.clone(), scripts);
+                let mut header = file::InputLogHeader::new(&document, &registry, c.seed, c.set.clone(), scripts);
                 header.stand_ins = values.clone();
                 header.addons = addons.entries();
                 header
             }
         };
-        file::Writer::create(path, &header)
+        file::InputLogWriter::create(path, &header)
     });
     let log = log.transpose()?.map(|log| write_log(&world, log));
-    world.input_log_mut().keep(!args.snapshot_at.is_empty());
-    let of_log = replay.as_ref().map(file::Log::steps);
+    world.input_log_mut().store_records(!args.snapshot_at.is_empty());
+    let of_log = replay.as_ref().map(file::RecordedRun::steps);
     let steps = match (args.steps, args.seconds, of_log) {
         (Some(n), _, _) => Some(n),
         (None, Some(s), _) => Some((s / world.dt()).round() as u64),
@@ -165,16 +165,16 @@ fn start(args: &Run, watchdog: &Watchdog) -> Result<Ready, Error> {
         (None, None, None) if session.is_some() && args.html.is_none() || args.interactive => None,
         (None, None, None) => Some((DEFAULT_SECONDS / world.dt()).round() as u64),
     };
-    let reload = args.reload.then(|| Reload::new(scene, &options, &world));
+    let reload = args.reload.then(|| HotReload::new(scene, &options, &world));
     let one_more_barrier = args.steps.is_none() && args.seconds.is_none() && replay.as_ref().is_some_and(|l| l.begun);
     let logged = replay.as_ref().and_then(|log| log.end.zip(log.hash));
     if let Some(log) = replay {
         match log.header.session {
-            true => world.feed_session(log.records.into()),
-            false => world.feed(log.records.into()),
+            true => world.attach_session_log(log.records.into()),
+            false => world.attach_log(log.records.into()),
         }
     }
-    Ok(Ready { world, registry, session, log, steps, logged, one_more_barrier, snapshots, reload })
+    Ok(ReadyRun { world, registry, session, log, steps, logged, one_more_barrier, snapshots, reload })
 }
 
 fn no_scene() -> Error {
@@ -183,7 +183,7 @@ fn no_scene() -> Error {
 }
 
 /// Warns if the replay of a log may differ from the recorded run.
-fn told_of(log: &file::Log, registry: &Registry) {
+fn report_log(log: &file::RecordedRun, registry: &Registry) {
     for text in log.header.differences(registry) {
         let error = Error::new("E117", format!("the replay may differ: {text}"));
         report::warning(&error.help("replay it with the program and plugins that wrote it"));
@@ -192,7 +192,7 @@ fn told_of(log: &file::Log, registry: &Registry) {
         let files = log.opened.join(", ");
         report::note(&format!("the run read files that are not in the log; they are read from the disk: {files}"));
     }
-    if log.cut {
+    if log.is_truncated {
         report::note("the last line of the input log is incomplete and was ignored");
     }
     if log.end.is_none() {
@@ -204,37 +204,37 @@ fn told_of(log: &file::Log, registry: &Registry) {
 }
 
 /// Exit code after a second Ctrl-C, by the convention of shells.
-const INTERRUPTED: i32 = 130;
+const INTERRUPTED_EXIT_CODE: i32 = 130;
 
-fn go(args: &Run, ready: Ready, watchdog: &Watchdog) -> Result<ExitCode, Error> {
-    let Ready { world, registry, session, log, steps, logged, one_more_barrier, snapshots, mut reload } = ready;
+fn run_world(args: &RunArgs, ready: ReadyRun, watchdog: &Watchdog) -> Result<ExitCode, Error> {
+    let ReadyRun { world, registry, session, log, steps, logged, one_more_barrier, snapshots, mut reload } = ready;
     let mut reloads = 0;
     let mut trace = Trace::open(args.trace.as_deref(), &args.watch, args.hashes, &world)?;
     // Reading keys from a pipe without a writer blocks. The Ctrl-C handler is installed only afterwards, so that Ctrl-C
     // ends the program until then.
-    let mut pace = Pace::new(args, &world)?;
+    let mut pace = RunPace::new(args, &world)?;
     let interrupted = Arc::new(AtomicBool::new(false));
     let flag = interrupted.clone();
     // The first Ctrl-C ends the run in an orderly way. The second ends the program immediately, because a step, a
     // script or a pipe may block. If the handler cannot be installed, the first Ctrl-C ends the program immediately.
     let _ = ctrlc::set_handler(move || {
         if flag.swap(true, Ordering::Relaxed) {
-            crate::watchdog::leave(INTERRUPTED);
+            crate::watchdog::leave(INTERRUPTED_EXIT_CODE);
         }
     });
-    world.take_process_anew();
+    world.record_process_state();
     if let Some(session) = &session {
-        session.interrupt_by(interrupted.clone());
+        session.set_interrupt_flag(interrupted.clone());
     }
-    world.interrupt_by(interrupted.clone());
+    world.set_interrupt_flag(interrupted.clone());
     let bar = progress(args, steps);
-    let mut clock = Clock::start();
+    let mut clock = RunClock::start();
     watchdog.world(&world, !args.json);
     watchdog.begin(trace.shared());
     world.start();
     if args.strict {
-        world.take_lines().iter().for_each(|l| tell(args, l));
-        strict()?;
+        world.take_lines().iter().for_each(|l| print_log_line(args, l));
+        check_strict()?;
     }
     bar.set_position(world.steps());
     let mut snapshots = snapshots;
@@ -251,9 +251,9 @@ fn go(args: &Run, ready: Ready, watchdog: &Watchdog) -> Result<ExitCode, Error> 
                 None => drop(world.step()),
                 // Reloading happens at the barrier, after services have released the world and before the next step.
                 Some(reload) if world.barrier() => {
-                    let told = reload.look(&world);
-                    reloads += told.taken;
-                    bar.suspend(|| tell_reload(&told));
+                    let told = reload.apply_changes(&world);
+                    reloads += told.applied;
+                    bar.suspend(|| print_reload(&told));
                     world.step_on();
                 }
                 Some(_) => {}
@@ -262,7 +262,7 @@ fn go(args: &Run, ready: Ready, watchdog: &Watchdog) -> Result<ExitCode, Error> 
         });
         // A stop may be requested between two steps. While the simulation is paused, no steps are run.
         begun = !moved;
-        pass(args, &world, &bar, &mut trace, watchdog, begun, false);
+        report_pass(args, &world, &bar, &mut trace, watchdog, begun, false);
         if !begun {
             bar.inc(1);
             unwritten.extend(snapshots.write(&world));
@@ -271,7 +271,7 @@ fn go(args: &Run, ready: Ready, watchdog: &Watchdog) -> Result<ExitCode, Error> 
     if one_more_barrier && !to_do(&world) && !world.stop_requested() {
         begun = true;
         world.barrier();
-        world.take_lines().iter().for_each(|l| bar.suspend(|| tell(args, l)));
+        world.take_lines().iter().for_each(|l| bar.suspend(|| print_log_line(args, l)));
     }
     drop(pace);
     let times = clock.stop();
@@ -286,44 +286,44 @@ fn go(args: &Run, ready: Ready, watchdog: &Watchdog) -> Result<ExitCode, Error> 
             "the replay differs from the logged run: the hash after {done} steps is {now:016x}, but the log contains \
              {then:016x}"
         );
-        report::lost(&Error::new("E504", text).help(
+        report::report_lost_output(&Error::new("E504", text).help(
             "replay it with the program, the plugins and the files of the original run; a run cannot be repeated if \
              it used `--allow` or `--reload`, or if threads of a service acted other than by commands",
         ));
     }
-    let objects = objects(&world, &hash);
+    let objects = summarize_objects(&world, &hash);
     let saved = args.save.as_deref().map(|file| super::convert::save_world(file, &world));
     if let Some(Err(e)) = saved {
-        report::lost(&e);
+        report::report_lost_output(&e);
     }
     let opened = world.files_opened();
-    let stand_ins = args.stand_ins.then(|| standins::told(&world));
+    let stand_ins = args.stand_ins.then(|| standins::summarize(&world));
     // Passes in which scripts are notified of the stop are not counted as steps.
     world.request_stop();
     while world.phase() != Phase::Stopped {
         let before = world.steps();
         world.step();
-        pass(args, &world, &bar, &mut trace, watchdog, world.steps() == before, true);
+        report_pass(args, &world, &bar, &mut trace, watchdog, world.steps() == before, true);
     }
-    let scripts = crate::scripts::told(&world);
+    let scripts = crate::scripts::summarize(&world);
     world.end();
     let badly_ended = session.map(Session::end).unwrap_or_default();
     badly_ended.iter().for_each(report::error);
-    world.take_lines().iter().for_each(|l| tell(args, l));
+    world.take_lines().iter().for_each(|l| print_log_line(args, l));
     if let Err(e) = trace.close() {
-        report::lost(&e);
+        report::report_lost_output(&e);
     }
     if let Some(Err(e)) = log.and_then(|log| log.take()).map(|log| log.end(done, begun, &opened, hash.total)) {
-        report::lost(&e);
+        report::report_lost_output(&e);
     }
     let faults = world.faults();
-    let ran = Ran { steps: done, time, times, reloads: reload.is_some().then_some(reloads), stand_ins };
-    summary(args, &ran, &hash, objects, &faults, scripts);
-    watchdog.told();
+    let ran = RunResult { steps: done, time, times, reloads: reload.is_some().then_some(reloads), stand_ins };
+    print_summary(args, &ran, &hash, objects, &faults, scripts);
+    watchdog.set_summary_printed();
     // A reload creates a new registry, so the world's current one is used.
     let registry = if reload.is_some() { world.registry() } else { registry };
     drop(world);
-    let good = super::end(registry)
+    let good = super::end_plugins(registry)
         && faults.is_empty()
         && (!args.strict || report::warnings().is_empty())
         && badly_ended.is_empty()
@@ -333,7 +333,7 @@ fn go(args: &Run, ready: Ready, watchdog: &Watchdog) -> Result<ExitCode, Error> 
 }
 
 /// Refuses to start a strict run if there are warnings.
-fn strict() -> Result<(), Error> {
+fn check_strict() -> Result<(), Error> {
     match report::warnings().len() {
         0 => Ok(()),
         n => Err(Error::new("E123", format!("{n} warning(s), and `--strict` allows none"))
@@ -343,8 +343,8 @@ fn strict() -> Result<(), Error> {
 
 /// Prints log lines and writes a line of the trace after a pass of the run loop. `idle` is set if the simulation was
 /// paused and no step was run.
-fn pass(
-    args: &Run,
+fn report_pass(
+    args: &RunArgs,
     world: &World,
     bar: &ProgressBar,
     trace: &mut Trace,
@@ -356,19 +356,19 @@ fn pass(
     let failed = lines.iter().any(|l| l.level == TATU_LOG_ERROR);
     watchdog.step(world.steps(), world.time(), failed.then(|| world.faults()));
     if !idle && let Err(e) = trace.step(world, &lines, ending) {
-        bar.suspend(|| report::lost(&e));
+        bar.suspend(|| report::report_lost_output(&e));
     }
-    lines.iter().for_each(|l| bar.suspend(|| tell(args, l)));
+    lines.iter().for_each(|l| bar.suspend(|| print_log_line(args, l)));
 }
 
 /// Records outside input in the log. A failure is reported once, and the run continues.
-pub(super) fn write_log(world: &World, log: file::Writer) -> LogFile {
+pub(super) fn write_log(world: &World, log: file::InputLogWriter) -> InputLogFile {
     let log = Rc::new(RefCell::new(Some(log)));
     let file = log.clone();
-    world.input_log_mut().hand_to(move |record| {
+    world.input_log_mut().set_sink(move |record| {
         let mut file = file.borrow_mut();
         if let Some(Err(e)) = file.as_mut().map(|f| f.write(record)) {
-            report::lost(&e);
+            report::report_lost_output(&e);
             *file = None;
         }
     });
@@ -376,10 +376,10 @@ pub(super) fn write_log(world: &World, log: file::Writer) -> LogFile {
 }
 
 /// The input log; `None` after writing has failed.
-pub(super) type LogFile = Rc<RefCell<Option<file::Writer>>>;
+pub(super) type InputLogFile = Rc<RefCell<Option<file::InputLogWriter>>>;
 
 /// Creates a progress bar for a run of known length whose output does not use the terminal itself.
-fn progress(args: &Run, steps: Option<u64>) -> ProgressBar {
+fn progress(args: &RunArgs, steps: Option<u64>) -> ProgressBar {
     match steps {
         Some(steps) => report::progress(steps, "step", !args.json && !args.interactive),
         None => ProgressBar::hidden(),
@@ -388,10 +388,10 @@ fn progress(args: &Run, steps: Option<u64>) -> ProgressBar {
 
 /// Prints a log line: status lines go to standard output, unless it is reserved for JSON; all others go to standard
 /// error.
-fn tell(args: &Run, line: &tatu_core::LogLine) {
+fn print_log_line(args: &RunArgs, line: &tatu_core::LogLine) {
     match line.level {
         TATU_LOG_ERROR => report::err!("error{}: {}", line.code.map_or(String::new(), |c| format!("[{c}]")), line.text),
-        TATU_LOG_WARNING => report::warned(&line.text),
+        TATU_LOG_WARNING => report::warn_text(&line.text),
         TATU_LOG_DEBUG => tracing::debug!("{}", line.text),
         TATU_LOG_CLEAR | TATU_LOG_CONSOLE | TATU_LOG_CONSOLE_CLEAR => {}
         _ if args.json => report::err!("{}", line.text),
@@ -400,12 +400,12 @@ fn tell(args: &Run, line: &tatu_core::LogLine) {
 }
 
 /// Reports which changed files were reloaded.
-fn tell_reload(told: &ReloadReport) {
+fn print_reload(told: &ReloadReport) {
     told.notes.iter().for_each(|n| report::note(n));
     told.warnings.iter().for_each(report::warning);
 }
 
-fn objects(world: &World, hash: &Hash) -> Map<String, Value> {
+fn summarize_objects(world: &World, hash: &StateHash) -> Map<String, Value> {
     let bases = world.model_bases();
     let hashes = hash.subtrees(bases.iter().map(|(path, _)| path.as_str()));
     let told = |((path, p), hash): ((String, [f64; 7]), u64)| {
@@ -415,19 +415,26 @@ fn objects(world: &World, hash: &Hash) -> Map<String, Value> {
 }
 
 /// The result of a run.
-struct Ran {
+struct RunResult {
     steps: u64,
     /// Simulation time, s.
     time: f64,
-    times: Times,
+    times: RunTimes,
     /// Number of reloads, if they were requested.
     reloads: Option<u64>,
     /// The stand-ins, if the script ran without its scene.
     stand_ins: Option<Vec<Value>>,
 }
 
-fn summary(args: &Run, ran: &Ran, hash: &Hash, objects: Map<String, Value>, faults: &[Fault], scripts: Value) {
-    let Ran { steps, time, reloads, ref times, .. } = *ran;
+fn print_summary(
+    args: &RunArgs,
+    ran: &RunResult,
+    hash: &StateHash,
+    objects: Map<String, Value>,
+    faults: &[Fault],
+    scripts: Value,
+) {
+    let RunResult { steps, time, reloads, ref times, .. } = *ran;
     let (hash, wall) = (format!("{:016x}", hash.total), times.wall.as_secs_f64());
     if args.json {
         let mut out = json!({

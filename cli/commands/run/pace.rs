@@ -9,19 +9,19 @@ use std::{
 use tatu_core::{Phase, World, errors::Error};
 
 use super::{
-    keys::Keys,
-    terminal::{Button, Terminal},
+    keys::KeyPresses,
+    terminal::{Terminal, TerminalKey},
 };
-use crate::{args::Run, report};
+use crate::{args::RunArgs, report};
 
 /// Speeds that `+` and `-` select, as multiples of real time.
 const SPEEDS: [f64; 14] = [0.125, 0.25, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0, 10.0, 15.0, 20.0, 40.0];
 /// Longest wait without checking for input.
-const SLICE: Duration = Duration::from_millis(20);
+const MAX_WAIT: Duration = Duration::from_millis(20);
 
 /// The pace of a run.
-pub struct Pace {
-    keys: Keys,
+pub struct RunPace {
+    keys: KeyPresses,
     terminal: Option<Terminal>,
     /// Keys from the terminal that have not been passed on.
     pressed: Vec<String>,
@@ -29,20 +29,20 @@ pub struct Pace {
     speed: Option<f64>,
     /// The start time of the run, if scripts read the real clock.
     real: Option<Instant>,
-    epoch_told: bool,
+    epoch_sent: bool,
     /// Whether the run is held between two steps.
-    held: bool,
+    is_held: bool,
     /// Whether one step is requested although the run is held.
-    single: bool,
+    single_step: bool,
     /// Real time and simulation time when the speed was last set.
     from: (Instant, f64),
 }
 
-impl Pace {
+impl RunPace {
     /// Creates the pace requested on the command line, and takes over the terminal if needed. Fails with E105 if there
     /// is no terminal or the keys cannot be read.
-    pub fn new(args: &Run, world: &World) -> Result<Self, Error> {
-        let mut keys = args.keys.as_deref().map(Keys::read).transpose()?.unwrap_or_default();
+    pub fn new(args: &RunArgs, world: &World) -> Result<Self, Error> {
+        let mut keys = args.keys.as_deref().map(KeyPresses::read).transpose()?.unwrap_or_default();
         // Earlier keys were already received by the run that wrote the snapshot.
         if args.from.is_some() {
             while keys.due(world.time() - world.dt()).is_some() {}
@@ -50,15 +50,15 @@ impl Pace {
         world.set_interactive(args.interactive);
         let real = args.realtime || args.speed.is_some();
         let now = Instant::now();
-        Ok(Pace {
+        Ok(RunPace {
             keys,
             terminal: args.interactive.then(Terminal::open).transpose()?,
             pressed: Vec::new(),
             speed: args.speed.or((real || args.interactive).then_some(1.0)),
             real: real.then_some(now),
-            epoch_told: false,
-            held: false,
-            single: false,
+            epoch_sent: false,
+            is_held: false,
+            single_step: false,
             from: (now, world.time()),
         })
     }
@@ -68,7 +68,7 @@ impl Pace {
     pub fn before_step(&mut self, world: &World, interrupted: &AtomicBool) -> bool {
         loop {
             while let Some(button) = self.terminal.as_mut().and_then(|t| t.next(Duration::ZERO)) {
-                if !self.button(button, world) {
+                if !self.handle_button(button, world) {
                     return false;
                 }
             }
@@ -78,33 +78,33 @@ impl Pace {
             // During a pause, scripts are still called at intervals, but keys are held back.
             if world.phase() == Phase::Paused {
                 self.from = (Instant::now(), world.time());
-                std::thread::sleep(SLICE);
+                std::thread::sleep(MAX_WAIT);
                 return true;
             }
-            let left = self.left(world);
+            let left = self.time_left(world);
             if left.is_zero() {
                 break;
             }
-            let wait = left.min(SLICE);
+            let wait = left.min(MAX_WAIT);
             match &mut self.terminal {
                 None => std::thread::sleep(wait),
                 Some(terminal) => {
                     if let Some(button) = terminal.next(wait)
-                        && !self.button(button, world)
+                        && !self.handle_button(button, world)
                     {
                         return false;
                     }
                 }
             }
         }
-        self.single = false;
-        self.put_in(world);
+        self.single_step = false;
+        self.pass_input(world);
         true
     }
 
-    fn put_in(&mut self, world: &World) {
+    fn pass_input(&mut self, world: &World) {
         if let Some(began) = self.real {
-            if !std::mem::replace(&mut self.epoch_told, true) {
+            if !std::mem::replace(&mut self.epoch_sent, true) {
                 let epoch = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |d| d.as_secs());
                 world.put_in("epoch", &epoch.to_string());
             }
@@ -119,10 +119,10 @@ impl Pace {
     }
 
     /// Returns how long to wait before the next step.
-    fn left(&self, world: &World) -> Duration {
+    fn time_left(&self, world: &World) -> Duration {
         match self.speed {
-            _ if self.single => Duration::ZERO,
-            _ if self.held => SLICE,
+            _ if self.single_step => Duration::ZERO,
+            _ if self.is_held => MAX_WAIT,
             None => Duration::ZERO,
             Some(speed) => {
                 let due = (world.time() - self.from.1) / speed;
@@ -132,12 +132,12 @@ impl Pace {
     }
 
     /// Handles a key of the terminal; returns `false` if the run must end.
-    fn button(&mut self, button: Button, world: &World) -> bool {
+    fn handle_button(&mut self, button: TerminalKey, world: &World) -> bool {
         match button {
-            Button::Stop => return false,
-            Button::Play => {
+            TerminalKey::Stop => return false,
+            TerminalKey::Play => {
                 self.from = (Instant::now(), world.time());
-                if std::mem::take(&mut self.held) {
+                if std::mem::take(&mut self.is_held) {
                     report::note("resumed");
                 } else if world.phase() == Phase::Paused {
                     world.request_start();
@@ -147,21 +147,21 @@ impl Pace {
                     report::note("paused: F5 continues, F6 runs one step, F7 stops");
                 }
             }
-            Button::Step => {
+            TerminalKey::Step => {
                 if world.phase() == Phase::Paused {
                     world.request_start();
                 }
-                (self.held, self.single) = (true, true);
+                (self.is_held, self.single_step) = (true, true);
                 self.from = (Instant::now(), world.time());
             }
-            Button::Faster | Button::Slower => {
+            TerminalKey::Faster | TerminalKey::Slower => {
                 let now = self.speed.unwrap_or(1.0);
-                let speed = next_speed(now, button == Button::Faster);
+                let speed = next_speed(now, button == TerminalKey::Faster);
                 self.speed = Some(speed);
                 self.from = (Instant::now(), world.time());
                 report::note(&format!("{speed} x real time"));
             }
-            Button::Key(key) => self.pressed.push(key),
+            TerminalKey::Key(key) => self.pressed.push(key),
         }
         true
     }
@@ -180,7 +180,7 @@ mod tests {
     use super::next_speed;
 
     #[test]
-    fn speeds_go_from_an_eighth_to_forty() {
+    fn speed_steps_stay_between_an_eighth_and_forty() {
         assert_eq!(next_speed(1.0, true), 1.5);
         assert_eq!(next_speed(1.0, false), 0.5);
         assert_eq!(next_speed(0.125, false), 0.125);

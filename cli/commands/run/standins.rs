@@ -14,34 +14,34 @@ use std::{
 use clap::ValueEnum;
 use serde_json::{Value, json};
 use tatu_core::{
-    StandIn, Wish, World,
-    document::{Options, Override, SCRIPT_KINDS, ServiceOverride, Sources},
+    OptionalObject, StandIn, World,
+    document::{LoadOptions, PropertyOverride, SCRIPT_KINDS, ServiceOverride, SourceFiles},
     errors::{Error, Fault, FaultKind},
     plugins::Registry,
-    scene::Kind,
+    scene::ObjectKind,
 };
 use tatu_embed::search;
-use tatu_plugin_api::safe::{MOST_BYTES, read_plain};
+use tatu_plugin_api::safe::{MAX_FILE_BYTES, read_plain};
 
-use super::keys::Keys;
-use crate::args::{Run, ScriptKind};
+use super::keys::KeyPresses;
+use crate::args::{RunArgs, ScriptKind};
 
 /// Maximum number of trials.
-const ROUNDS: usize = 10;
+const MAX_TRIALS: usize = 10;
 /// Maximum number of steps of a trial.
-const TRIAL_STEPS: u64 = 1000;
+const MAX_TRIAL_STEPS: u64 = 1000;
 /// Aliases of the script's object and of its parent, and the number of objects that exist before the script requests
 /// any: these two and the floor.
-const BASE: &str = "model";
-const ABOVE: &str = "above";
-const OWN: usize = 3;
+const SCRIPT_OBJECT: &str = "model";
+const PARENT_OBJECT: &str = "above";
+const OWN_OBJECTS: usize = 3;
 
 /// Returns the options from the command line, except for the script itself.
-pub fn options(args: &Run) -> Result<Options, Error> {
+pub fn options(args: &RunArgs) -> Result<LoadOptions, Error> {
     let c = &args.changes;
-    Ok(Options {
+    Ok(LoadOptions {
         seed: c.seed,
-        set: c.set.iter().map(|s| Override::parse(s)).collect::<Result<_, _>>()?,
+        set: c.set.iter().map(|s| PropertyOverride::parse(s)).collect::<Result<_, _>>()?,
         services: args.services.iter().map(|s| ServiceOverride::parse(s)).collect::<Result<_, _>>()?,
         user_settings: search::user_settings()?,
         ..Default::default()
@@ -49,32 +49,32 @@ pub fn options(args: &Run) -> Result<Options, Error> {
 }
 
 /// The result of the trials.
-pub struct Learned {
+pub struct TrialResult {
     /// The path of the scene, which exists only in `sources`.
     pub scene: PathBuf,
     /// The files of the scene.
-    pub sources: Sources,
+    pub sources: SourceFiles,
     /// Names of values, such as signals, for which the world supplies substitutes.
     pub values: Vec<String>,
 }
 
 /// Runs trials until the script requests nothing new.
-pub fn learn(args: &Run, options: &Options, registry: &Arc<Registry>) -> Result<Learned, Error> {
-    let script = Script::read(args, registry)?;
-    let steps = args.steps.unwrap_or(TRIAL_STEPS).min(TRIAL_STEPS);
-    let mut known = Known::default();
+pub fn run_trials(args: &RunArgs, options: &LoadOptions, registry: &Arc<Registry>) -> Result<TrialResult, Error> {
+    let script = GeneratedScene::read(args, registry)?;
+    let steps = args.steps.unwrap_or(MAX_TRIAL_STEPS).min(MAX_TRIAL_STEPS);
+    let mut known = SceneNeeds::default();
     let mut tried = script.sources(&known, registry);
-    let mut best: Option<(usize, Sources, Vec<String>)> = None;
-    for round in 1..=ROUNDS {
-        let options = Options { sources: tried.clone(), services: Vec::new(), set: Vec::new(), ..options.clone() };
+    let mut best: Option<(usize, SourceFiles, Vec<String>)> = None;
+    for round in 1..=MAX_TRIALS {
+        let options = LoadOptions { sources: tried.clone(), services: Vec::new(), set: Vec::new(), ..options.clone() };
         let document = tatu_core::document::load(&script.scene, registry, &options)?;
         let world = World::with_threads(Arc::new(document), registry.clone(), args.threads.into())?;
         if let Some(folder) = &args.files {
-            world.open_files_in(folder)?;
+            world.set_file_folder(folder)?;
         }
-        world.make_stand_ins(&known.values);
+        world.enable_stand_ins(&known.values);
         world.start();
-        let mut keys = args.keys.as_deref().map(Keys::read).transpose()?.unwrap_or_default();
+        let mut keys = args.keys.as_deref().map(KeyPresses::read).transpose()?.unwrap_or_default();
         while world.steps() < steps {
             while let Some(key) = keys.due(world.time()) {
                 world.put_in("key", &key);
@@ -91,36 +91,36 @@ pub fn learn(args: &Run, options: &Options, registry: &Arc<Registry>) -> Result<
         if best.as_ref().is_none_or(|(least, ..)| faults <= *least) {
             best = Some((faults, tried.clone(), known.values.clone()));
         }
-        let learned = known.with(&world);
+        let learned = known.merged_with(&world);
         if learned == known {
             break;
         }
         known = learned;
         tried = script.sources(&known, registry);
-        if round == ROUNDS {
+        if round == MAX_TRIALS {
             // The sources found last have not been tried yet; the actual run will try them.
             best = None;
         }
     }
     let (_, sources, values) = best.unwrap_or((0, tried, known.values));
-    Ok(Learned { scene: script.scene, sources, values })
+    Ok(TrialResult { scene: script.scene, sources, values })
 }
 
 /// What the script is known to require of its scene.
 #[derive(Default, PartialEq)]
-struct Known {
+struct SceneNeeds {
     /// Whether the script's object has a parent.
-    above: bool,
+    has_parent: bool,
     objects: Vec<StandIn>,
     /// Names of values, such as signals, that the script reads although nothing has set them.
     values: Vec<String>,
 }
 
-impl Known {
+impl SceneNeeds {
     /// Returns these requirements together with those found in a trial.
-    fn with(&self, world: &World) -> Self {
+    fn merged_with(&self, world: &World) -> Self {
         let mut all = world.stand_ins();
-        let mut above = self.above;
+        let mut above = self.has_parent;
         // The script used the handle -1, so it did not merely check for the top of the tree.
         let nothing = |f: &Fault| {
             matches!(f.kind, FaultKind::MissingObject | FaultKind::BadArgument)
@@ -129,42 +129,42 @@ impl Known {
         let faults = world.faults();
         let mut values = self.values.clone();
         if faults.iter().any(nothing) {
-            for (i, wish) in world.wishes() {
-                match wish {
-                    Wish::Parent => above |= all[i].alias == BASE,
-                    Wish::Child(kind) => {
+            for (i, optional) in world.optional_objects() {
+                match optional {
+                    OptionalObject::Parent => above |= all[i].alias == SCRIPT_OBJECT,
+                    OptionalObject::Child(kind) => {
                         let alias = String::from("child");
                         let kind = if kind.is_empty() { "dummy".into() } else { kind };
                         let suffix = all.iter().filter(|s| s.alias == alias).count() as i32 - 1;
                         all.push(StandIn { parent: Some(i), alias, suffix, kind, script: false });
                     }
-                    Wish::Script => all[i].script = true,
+                    OptionalObject::Script => all[i].script = true,
                 }
             }
         }
-        let objects = alike(all.split_off(OWN.min(all.len())));
+        let objects = unify_kinds(all.split_off(OWN_OBJECTS.min(all.len())));
         let lacks = [FaultKind::Runtime, FaultKind::BadArgument, FaultKind::MissingObject];
         // Values are added only once the set of objects no longer changes.
-        let settled = above == self.above && objects == self.objects;
+        let settled = above == self.has_parent && objects == self.objects;
         if settled && faults.iter().any(|f| lacks.contains(&f.kind)) {
-            values.extend(world.missed_values());
+            values.extend(world.missing_values());
         }
-        Known { above, values, objects }
+        SceneNeeds { has_parent: above, values, objects }
     }
 }
 
 /// Returns the stand-ins for the summary, without the objects that every generated scene contains.
-pub fn told(world: &World) -> Vec<Value> {
+pub fn summarize(world: &World) -> Vec<Value> {
     let all = world.stand_ins();
-    let told = |s: &StandIn| match s.kind.contains('/') {
+    let summary = |s: &StandIn| match s.kind.contains('/') {
         true => json!({ "name": s.name(), "kind": "sensor", "sensor": s.kind }),
         false => json!({ "name": s.name(), "kind": s.kind }),
     };
-    all.iter().skip(OWN).map(told).collect()
+    all.iter().skip(OWN_OBJECTS).map(summary).collect()
 }
 
 /// The script, and the path of the scene that is generated for it.
-struct Script {
+struct GeneratedScene {
     /// The scene's path. It is in the script's folder, because modules are searched in the folder of the scene.
     scene: PathBuf,
     file: PathBuf,
@@ -172,8 +172,8 @@ struct Script {
     kind: ScriptKind,
 }
 
-impl Script {
-    fn read(args: &Run, registry: &Registry) -> Result<Self, Error> {
+impl GeneratedScene {
+    fn read(args: &RunArgs, registry: &Registry) -> Result<Self, Error> {
         let wrong = |what: String| Error::new("E102", what).expected("--script FILE --stand-ins, with one script");
         let [name] = args.changes.scripts.as_slice() else {
             return Err(wrong(format!("{} scripts were given", args.changes.scripts.len())));
@@ -182,22 +182,22 @@ impl Script {
         if name.starts_with('/') && name.contains('=') && !file.exists() {
             return Err(wrong(format!("`{name}` names an object, but there is no scene")));
         }
-        let text = read_plain(&file, MOST_BYTES)
+        let text = read_plain(&file, MAX_FILE_BYTES)
             .map_err(|e| Error::new("E105", format!("cannot read the script {}: {e}", file.display())))?;
         let language = registry.language(name, &BTreeMap::new())?;
         let shown = || ScriptKind::from_str(registry.kind_of_script(language, &text)?, false).ok();
         let kind = args.kind.or_else(shown).unwrap_or(ScriptKind::Child);
         let scene = file.parent().unwrap_or(Path::new("")).join("stand-ins.toml");
-        Ok(Script { scene, file, text, kind })
+        Ok(GeneratedScene { scene, file, text, kind })
     }
 
     /// Returns the files of a scene that contains these stand-ins and the script.
-    fn sources(&self, known: &Known, registry: &Registry) -> Sources {
+    fn sources(&self, known: &SceneNeeds, registry: &Registry) -> SourceFiles {
         let text = self.scene(known, registry);
-        Sources::of([(self.scene.clone(), text.into_bytes()), (self.file.clone(), self.text.clone())])
+        SourceFiles::of([(self.scene.clone(), text.into_bytes()), (self.file.clone(), self.text.clone())])
     }
 
-    fn scene(&self, known: &Known, registry: &Registry) -> String {
+    fn scene(&self, known: &SceneNeeds, registry: &Registry) -> String {
         // Choose the most similar kind that a scene supports; threaded scripts are recognized by their source.
         let kinds: &[&str] = match self.kind {
             ScriptKind::Main => &["main"],
@@ -210,10 +210,10 @@ impl Script {
         let file = self.file.file_name().unwrap_or_default().to_string_lossy();
         let mut out = String::from("format = 1\n");
         out += "[[object]]\nkind = \"shape\"\nalias = \"floor\"\nprimitive = \"plane\"\nrespondable = true\n";
-        out += &format!("[[object]]\nkind = \"dummy\"\nalias = \"{ABOVE}\"\n");
-        out += &format!("[[object]]\nkind = \"dummy\"\nalias = \"{BASE}\"\nmodel_base = true\n");
-        if known.above {
-            out += &format!("parent = \"{ABOVE}\"\n");
+        out += &format!("[[object]]\nkind = \"dummy\"\nalias = \"{PARENT_OBJECT}\"\n");
+        out += &format!("[[object]]\nkind = \"dummy\"\nalias = \"{SCRIPT_OBJECT}\"\nmodel_base = true\n");
+        if known.has_parent {
+            out += &format!("parent = \"{PARENT_OBJECT}\"\n");
         }
         out += &format!("[object.script]\nfile = {}\nkind = \"{kind}\"\n", quoted(&file));
         for (i, s) in known.objects.iter().enumerate() {
@@ -226,9 +226,9 @@ impl Script {
 /// Writes an object of the scene.
 fn object(out: &mut String, i: usize, s: &StandIn, known: &[StandIn], registry: &Registry) {
     let parent = match s.parent {
-        Some(p) if p >= OWN => known.get(p - OWN).map(StandIn::name),
-        Some(1) => Some(ABOVE.into()),
-        Some(2) => Some(BASE.into()),
+        Some(p) if p >= OWN_OBJECTS => known.get(p - OWN_OBJECTS).map(StandIn::name),
+        Some(1) => Some(PARENT_OBJECT.into()),
+        Some(2) => Some(SCRIPT_OBJECT.into()),
         _ => None,
     };
     let (column, line) = (i % 10, i / 10);
@@ -237,7 +237,7 @@ fn object(out: &mut String, i: usize, s: &StandIn, known: &[StandIn], registry: 
         schema if schema.contains('/') && registry.sensor(schema, &BTreeMap::new()).is_ok() => "sensor",
         // The exact kind of sensor or actuator is unknown, so a dummy takes its place.
         "sensor" | "actuator" => "dummy",
-        kind if Kind::parse(kind).is_some() => kind,
+        kind if ObjectKind::parse(kind).is_some() => kind,
         _ => "dummy",
     };
     let _ = writeln!(out, "[[object]]\nkind = \"{kind}\"\nalias = {}\nposition_m = {at:?}", quoted(&s.alias));
@@ -259,7 +259,7 @@ fn object(out: &mut String, i: usize, s: &StandIn, known: &[StandIn], registry: 
 }
 
 /// Gives the same kind to objects whose names differ only by digits.
-fn alike(mut all: Vec<StandIn>) -> Vec<StandIn> {
+fn unify_kinds(mut all: Vec<StandIn>) -> Vec<StandIn> {
     let stem = |s: &StandIn| s.alias.chars().filter(|c| !c.is_ascii_digit()).collect::<String>();
     let mut kinds = BTreeMap::new();
     for s in all.iter().filter(|s| s.kind != "dummy") {

@@ -10,7 +10,7 @@ use tatu_core::errors::Error;
 
 /// What a key on the terminal does.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Button {
+pub enum TerminalKey {
     /// F5: play or pause.
     Play,
     /// F6: one step.
@@ -40,12 +40,12 @@ impl Terminal {
         }
         terminal::enable_raw_mode().map_err(|e| none(e.to_string()))?;
         let terminal = Terminal(());
-        lines_end_as_ever();
+        restore_line_endings();
         Ok(terminal)
     }
 
     /// Returns the next key that is pressed within the time `wait`, if any.
-    pub fn next(&mut self, wait: Duration) -> Option<Button> {
+    pub fn next(&mut self, wait: Duration) -> Option<TerminalKey> {
         // A terminal that was closed sends no more keys; its hang-up signal ends the run.
         if !event::poll(wait).unwrap_or(false) {
             return None;
@@ -65,7 +65,7 @@ impl Drop for Terminal {
 
 /// Restores the conversion of line feeds, which raw mode disables, so that each output line starts in the first column.
 #[cfg(unix)]
-fn lines_end_as_ever() {
+fn restore_line_endings() {
     // SAFETY: `settings` is filled by `tcgetattr`, whose result is checked, before it is read; both functions accept
     // any file descriptor.
     unsafe {
@@ -77,17 +77,17 @@ fn lines_end_as_ever() {
     }
 }
 #[cfg(not(unix))]
-fn lines_end_as_ever() {}
+fn restore_line_endings() {}
 
-fn button(key: KeyEvent) -> Option<Button> {
+fn button(key: KeyEvent) -> Option<TerminalKey> {
     let ctrl = key.modifiers.contains(KeyModifiers::CONTROL);
     let name = match key.code {
-        KeyCode::F(5) => return Some(Button::Play),
-        KeyCode::F(6) => return Some(Button::Step),
-        KeyCode::F(7) => return Some(Button::Stop),
-        KeyCode::Char('c') if ctrl => return Some(Button::Stop),
-        KeyCode::Char('+') => return Some(Button::Faster),
-        KeyCode::Char('-') => return Some(Button::Slower),
+        KeyCode::F(5) => return Some(TerminalKey::Play),
+        KeyCode::F(6) => return Some(TerminalKey::Step),
+        KeyCode::F(7) => return Some(TerminalKey::Stop),
+        KeyCode::Char('c') if ctrl => return Some(TerminalKey::Stop),
+        KeyCode::Char('+') => return Some(TerminalKey::Faster),
+        KeyCode::Char('-') => return Some(TerminalKey::Slower),
         KeyCode::Char(' ') => "space".into(),
         KeyCode::Char(c) => c.to_string(),
         KeyCode::Up => "up".into(),
@@ -103,7 +103,7 @@ fn button(key: KeyEvent) -> Option<Button> {
     };
     let held = [(ctrl, "ctrl+"), (key.modifiers.contains(KeyModifiers::SHIFT), "shift+")];
     let held: String = held.iter().filter(|(down, _)| *down).map(|(_, name)| *name).collect();
-    Some(Button::Key(held + &name))
+    Some(TerminalKey::Key(held + &name))
 }
 
 #[cfg(test)]
@@ -111,16 +111,16 @@ mod tests {
     use super::*;
 
     #[test]
-    fn keys_are_named() {
+    fn terminal_keys_are_mapped() {
         let of = |code, modifiers| button(KeyEvent::new(code, modifiers));
-        let key = |s: &str| Some(Button::Key(s.into()));
+        let key = |s: &str| Some(TerminalKey::Key(s.into()));
         assert_eq!(of(KeyCode::Char('s'), KeyModifiers::NONE), key("s"));
         assert_eq!(of(KeyCode::Char('S'), KeyModifiers::SHIFT), key("shift+S"));
         assert_eq!(of(KeyCode::Char('s'), KeyModifiers::CONTROL), key("ctrl+s"));
         assert_eq!(of(KeyCode::Up, KeyModifiers::NONE), key("up"));
         assert_eq!(of(KeyCode::Char(' '), KeyModifiers::NONE), key("space"));
-        assert_eq!(of(KeyCode::Char('c'), KeyModifiers::CONTROL), Some(Button::Stop));
-        assert_eq!(of(KeyCode::F(5), KeyModifiers::NONE), Some(Button::Play));
+        assert_eq!(of(KeyCode::Char('c'), KeyModifiers::CONTROL), Some(TerminalKey::Stop));
+        assert_eq!(of(KeyCode::F(5), KeyModifiers::NONE), Some(TerminalKey::Play));
         assert_eq!(of(KeyCode::F(9), KeyModifiers::NONE), None);
     }
 }

@@ -5,38 +5,38 @@ use std::{fmt::Write, path::Path, time::Duration};
 use tatu_core::{
     World,
     errors::Error,
-    plugins::{CommandEntry, Declared},
+    plugins::{CommandEntry, ParameterSpec},
 };
 use tatu_plugin_api::{abi::*, safe::Value};
 
 use super::{
-    finding::{self, Line, error, note},
-    process::{ONE_RUN, Ran},
+    finding::{self, ChildMessage, error, note},
+    process::{ChildResult, ONE_RUN},
     stage,
-    subject::Subject,
+    subject::TestedPlugin,
 };
 
 /// Maximum number of calls of one command in the test `arguments`.
-const MOST_CALLS: usize = 160;
+const MAX_CALLS: usize = 160;
 /// Real time between two runs that are compared. It exceeds one second, the resolution of some clocks.
-const BETWEEN: Duration = Duration::from_millis(1100);
+const RUN_INTERVAL: Duration = Duration::from_millis(1100);
 /// Number of steps of a run.
-const STEPS: usize = 4;
+const RUN_STEPS: usize = 4;
 /// Prefix of the lines that the script reports; all other lines are ignored.
-const MARK: &str = "@check ";
+const LINE_PREFIX: &str = "@check ";
 
 /// Returns the commands of the plugin under test.
-fn mine(subject: &Subject) -> impl Iterator<Item = &CommandEntry> {
+fn own_commands(subject: &TestedPlugin) -> impl Iterator<Item = &CommandEntry> {
     subject.registry.commands.iter().filter(|c| c.plugin == subject.plugin)
 }
 
 /// Runs the test `examples`.
 pub fn examples(file: &Path) -> Result<(), Error> {
-    let subject = Subject::load(file)?;
-    for c in mine(&subject).filter(|c| !c.example.trim().is_empty()) {
+    let subject = TestedPlugin::load(file)?;
+    for c in own_commands(&subject).filter(|c| !c.example.trim().is_empty()) {
         let place = super::inspector::place(c);
-        finding::at(&place, "when its example runs");
-        let script = format!("{TOOLS}\nreport(load({}, 'example'))\n", quoted(c.example.as_bytes()));
+        finding::report_activity(&place, "when its example runs");
+        let script = format!("{LUA_HELPERS}\nreport(load({}, 'example'))\n", quoted(c.example.as_bytes()));
         let said = run(&subject, &script, 1)?;
         if let Some(said) = said.first().filter(|l| l.starts_with("compile: ")) {
             error(&place, format!("its example does not compile: {}", said.trim_start_matches("compile: ")));
@@ -50,36 +50,36 @@ pub fn examples(file: &Path) -> Result<(), Error> {
 
 /// Runs the test `arguments`.
 pub fn arguments(file: &Path) -> Result<(), Error> {
-    let subject = Subject::load(file)?;
-    let all: Vec<&CommandEntry> = mine(&subject).collect();
+    let subject = TestedPlugin::load(file)?;
+    let all: Vec<&CommandEntry> = own_commands(&subject).collect();
     for c in all {
-        let mut script = format!("{TOOLS}\n");
+        let mut script = format!("{LUA_HELPERS}\n");
         for call in calls(c) {
             let _ = writeln!(script, "{call}");
         }
-        run(&subject, &script, STEPS)?;
+        run(&subject, &script, RUN_STEPS)?;
     }
     Ok(())
 }
 
 /// Runs the test `repeat`: results of commands must depend neither on the time of day nor on the process.
 pub fn repeat(file: &Path) -> Result<(), Error> {
-    let subject = Subject::load(file)?;
-    if mine(&subject).next().is_none() {
+    let subject = TestedPlugin::load(file)?;
+    if own_commands(&subject).next().is_none() {
         return Ok(());
     }
     drop(subject);
-    finding::at("", "when its commands are called");
+    finding::report_activity("", "when its commands are called");
     if std::env::var_os(ONE_RUN).is_some() {
         return transcript(file);
     }
-    let run = || Ran::of("repeat", file, Duration::from_secs(60), true).map_err(|e| Error::new("E105", e));
+    let run = || ChildResult::of("repeat", file, Duration::from_secs(60), true).map_err(|e| Error::new("E105", e));
     let first = run()?;
-    std::thread::sleep(BETWEEN);
+    std::thread::sleep(RUN_INTERVAL);
     let second = run()?;
-    let breaks = [&first, &second].into_iter().find_map(Ran::abnormal_end);
+    let breaks = [&first, &second].into_iter().find_map(ChildResult::abnormal_end);
     if let Some(f) = breaks {
-        finding::send(&Line::Found(f));
+        finding::send(&ChildMessage::Found(f));
         return Ok(());
     }
     compare(&first.transcript, &second.transcript, "two equal runs give different results");
@@ -87,21 +87,21 @@ pub fn repeat(file: &Path) -> Result<(), Error> {
 }
 
 fn transcript(file: &Path) -> Result<(), Error> {
-    let subject = Subject::load(file)?;
-    let lines = run(&subject, &ordinary(&subject), STEPS)?;
-    finding::send(&Line::Transcript(lines.join("\n")));
+    let subject = TestedPlugin::load(file)?;
+    let lines = run(&subject, &ordinary_script(&subject), RUN_STEPS)?;
+    finding::send(&ChildMessage::Transcript(lines.join("\n")));
     Ok(())
 }
 
 /// Runs the test `worlds`: the calls in one world must not affect a second world in the same process.
 pub fn worlds(file: &Path) -> Result<(), Error> {
-    let subject = Subject::load(file)?;
-    if mine(&subject).next().is_none() {
+    let subject = TestedPlugin::load(file)?;
+    if own_commands(&subject).next().is_none() {
         return Ok(());
     }
-    let script = ordinary(&subject);
-    let first = run(&subject, &script, STEPS)?.join("\n");
-    let second = run(&subject, &script, STEPS)?.join("\n");
+    let script = ordinary_script(&subject);
+    let first = run(&subject, &script, RUN_STEPS)?.join("\n");
+    let second = run(&subject, &script, RUN_STEPS)?.join("\n");
     compare(&first, &second, "calls in one world change the results in another: check for a global or static variable");
     Ok(())
 }
@@ -122,7 +122,7 @@ fn compare(first: &str, second: &str, what: &str) {
 }
 
 /// Runs a script in a new world; returns the lines that it reported.
-fn run(subject: &Subject, script: &str, steps: usize) -> Result<Vec<String>, Error> {
+fn run(subject: &TestedPlugin, script: &str, steps: usize) -> Result<Vec<String>, Error> {
     let scene = stage::scene("", script);
     let world = subject.world(&scene, &[("check.lua", script.as_bytes())], 1)?;
     let mut lines = play(&world, steps);
@@ -150,53 +150,53 @@ pub fn play(world: &World, steps: usize) -> Vec<String> {
 /// Returns the lines that the script reported since the last call.
 pub fn reported(world: &World) -> Vec<String> {
     let lines = world.take_lines().into_iter();
-    lines.filter_map(|l| l.text.split_once(MARK).map(|(_, text)| text.to_owned())).collect()
+    lines.filter_map(|l| l.text.split_once(LINE_PREFIX).map(|(_, text)| text.to_owned())).collect()
 }
 
 /// Returns a script that calls each command twice per step with ordinary arguments, and reports the results.
-pub fn ordinary(subject: &Subject) -> String {
+pub fn ordinary_script(subject: &TestedPlugin) -> String {
     let mut body = String::new();
-    for c in mine(subject) {
-        let args = good(c).join(", ");
+    for c in own_commands(subject) {
+        let args = valid_arguments(c).join(", ");
         for _ in 0..2 {
             let _ = writeln!(body, "    try({}, 'ordinary', {args})", quoted(c.name().as_bytes()));
         }
     }
     body = body.replace(", )", ")");
-    format!("{TOOLS}\nfunction sysCall_actuation()\n{body}end\n")
+    format!("{LUA_HELPERS}\nfunction sysCall_actuation()\n{body}end\n")
 }
 
-/// Returns the script of [`ordinary`] with an additional thread, which calls each command with arguments that make
+/// Returns the script of [`ordinary_script`] with an additional thread, which calls each command with arguments that make
 /// counting or waiting commands wait.
-pub fn waiting(subject: &Subject) -> String {
+pub fn waiting_script(subject: &TestedPlugin) -> String {
     let mut body = String::new();
-    for c in mine(subject) {
-        let number = |p: &Declared| {
+    for c in own_commands(subject) {
+        let number = |p: &ParameterSpec| {
             let free = p.fallback == Value::Nil && p.lowest.is_infinite() && p.flags & TATU_PARAM_ANY == 0;
-            if free && matches!(p.kind, TATU_I64 | TATU_F64) { FAR.to_owned() } else { ordinary_value(p) }
+            if free && matches!(p.kind, TATU_I64 | TATU_F64) { WAIT_ARGUMENT.to_owned() } else { ordinary_value(p) }
         };
         let args: Vec<String> = c.params.iter().filter(|p| p.flags & TATU_PARAM_REST == 0).map(number).collect();
         let _ = writeln!(body, "    try({}, 'waits', {})", quoted(c.name().as_bytes()), args.join(", "));
     }
-    format!("{}\nfunction sysCall_thread()\n{}end\n", ordinary(subject), body.replace(", )", ")"))
+    format!("{}\nfunction sysCall_thread()\n{}end\n", ordinary_script(subject), body.replace(", )", ")"))
 }
 
 /// An argument that makes a command that counts calls, or waits for this many seconds, wait for several steps.
-const FAR: &str = "7";
+const WAIT_ARGUMENT: &str = "7";
 
 /// Returns a script that calls a command `times` times with ordinary arguments.
-pub fn one(c: &CommandEntry, times: usize) -> String {
-    let args = good(c).join(", ");
+pub fn single_command_script(c: &CommandEntry, times: usize) -> String {
+    let args = valid_arguments(c).join(", ");
     let call = format!("pcall(f, {args})").replace(", )", ")");
     let name = quoted(c.name().as_bytes());
-    format!("{TOOLS}\nlocal f = find({name})\nfor _ = 1, f and {times} or 0 do {call} end\n")
+    format!("{LUA_HELPERS}\nlocal f = find({name})\nfor _ = 1, f and {times} or 0 do {call} end\n")
 }
 
 /// Returns calls of a command as lines of Lua, with valid arguments, with arguments omitted or added, and with each
 /// argument replaced by other values.
 fn calls(c: &CommandEntry) -> Vec<String> {
     let name = quoted(c.name().as_bytes());
-    let good = good(c);
+    let good = valid_arguments(c);
     let call = |args: &[String]| match args {
         [] => format!("try({name}, 'bad')"),
         args => format!("try({name}, 'bad', {})", args.join(", ")),
@@ -204,7 +204,7 @@ fn calls(c: &CommandEntry) -> Vec<String> {
     let mut out = vec![call(&good)];
     // Empty tables, and tables with elements of other types, which pass the host's checks and reach the plugin's code.
     for table in ["{{1, 2}, {3.5, 4}}", "{'a', 'b'}", "{}"] {
-        let other = |(g, p): (&String, &Declared)| match p.kind {
+        let other = |(g, p): (&String, &ParameterSpec)| match p.kind {
             TATU_LIST | TATU_MAP | TATU_F64S => table.to_owned(),
             _ => g.clone(),
         };
@@ -217,30 +217,30 @@ fn calls(c: &CommandEntry) -> Vec<String> {
     out.extend((0..good.len()).rev().map(|n| call(&good[..n])));
     out.push(call(&[good.clone(), vec!["1".to_owned(), "'x'".to_owned()]].concat()));
     for i in 0..good.len() {
-        for other in others(&c.params[i]) {
+        for other in other_values(&c.params[i]) {
             let mut args = good.clone();
             args[i] = other;
             out.push(call(&args));
         }
     }
     // The command must still work after the invalid calls.
-    out.truncate(MOST_CALLS);
+    out.truncate(MAX_CALLS);
     out.push(call(&good));
     out
 }
 
 /// Returns ordinary arguments of a command as Lua expressions, with none for a last parameter that accepts any number
 /// of arguments.
-fn good(c: &CommandEntry) -> Vec<String> {
+fn valid_arguments(c: &CommandEntry) -> Vec<String> {
     c.params.iter().filter(|p| p.flags & TATU_PARAM_REST == 0).map(ordinary_value).collect()
 }
 
-fn ordinary_value(p: &Declared) -> String {
+fn ordinary_value(p: &ParameterSpec) -> String {
     if p.flags & TATU_PARAM_ANY != 0 {
         return "'text'".into();
     }
-    if let Some(value) = stage::good(p).first() {
-        return in_lua(value);
+    if let Some(value) = stage::valid_values(p).first() {
+        return lua_expression(value);
     }
     match p.kind {
         TATU_OBJECT => "body".into(),
@@ -257,25 +257,25 @@ fn ordinary_value(p: &Declared) -> String {
 }
 
 /// Returns further valid and invalid values for a parameter, as Lua expressions.
-fn others(p: &Declared) -> Vec<String> {
-    let mut out: Vec<String> = stage::good(p).iter().skip(1).map(in_lua).collect();
-    out.extend(ODD.iter().map(|s| (*s).to_owned()));
+fn other_values(p: &ParameterSpec) -> Vec<String> {
+    let mut out: Vec<String> = stage::valid_values(p).iter().skip(1).map(lua_expression).collect();
+    out.extend(LUA_ODD_VALUES.iter().map(|s| (*s).to_owned()));
     if p.flags & TATU_PARAM_ANY == 0 && p.kind == TATU_F64S && p.count > 0 {
         out.insert(0, format!("{{{}}}", vec!["0/0"; p.count as usize].join(", ")));
     }
     let first: &[&str] = match p.kind {
-        TATU_TEXT | TATU_BYTES => TEXTS,
-        TATU_F64S | TATU_LIST | TATU_MAP => TABLES,
-        TATU_I64 | TATU_OBJECT => OBJECTS,
-        TATU_FUNC => FUNCTIONS,
-        _ => NUMBERS,
+        TATU_TEXT | TATU_BYTES => LUA_TEXTS,
+        TATU_F64S | TATU_LIST | TATU_MAP => LUA_TABLES,
+        TATU_I64 | TATU_OBJECT => LUA_OBJECTS,
+        TATU_FUNC => LUA_FUNCTIONS,
+        _ => LUA_NUMBERS,
     };
     first.iter().map(|s| (*s).to_owned()).chain(out).collect()
 }
 
-const TEXTS: &[&str] =
+const LUA_TEXTS: &[&str] =
     &["''", "'12'", "'1.5e3'", "'\\255\\254'", "'a\\0b'", "'/body'", "'a=b,c'", "'{\"a\": [1]}'", "('x'):rep(70000)"];
-const TABLES: &[&str] = &[
+const LUA_TABLES: &[&str] = &[
     "{}",
     "{1}",
     "{1, 2}",
@@ -287,15 +287,16 @@ const TABLES: &[&str] = &[
     "many",
     "deep",
 ];
-const OBJECTS: &[&str] =
+const LUA_OBJECTS: &[&str] =
     &["body", "eye", "hinge", "0", "-1", "1048575", "math.maxinteger", "math.mininteger", "2^53", "0.5"];
-const NUMBERS: &[&str] = &["0", "-1", "0/0", "1/0", "-1/0", "1e300", "-1e-300", "math.maxinteger", "math.mininteger"];
-const FUNCTIONS: &[&str] =
+const LUA_NUMBERS: &[&str] =
+    &["0", "-1", "0/0", "1/0", "-1/0", "1e300", "-1e-300", "math.maxinteger", "math.mininteger"];
+const LUA_FUNCTIONS: &[&str] =
     &["function() error('refused') end", "function(...) return ... end", "function() return {}, nil, 'x' end"];
-const ODD: &[&str] =
+const LUA_ODD_VALUES: &[&str] =
     &["nil", "true", "0", "-1.5", "0/0", "''", "'text'", "{}", "{1, 2, 3}", "{a = {b = {}}}", "answer"];
 
-fn in_lua(value: &Value) -> String {
+fn lua_expression(value: &Value) -> String {
     match value {
         Value::Nil => "nil".into(),
         Value::Bool(b) => b.to_string(),
@@ -304,9 +305,9 @@ fn in_lua(value: &Value) -> String {
         Value::Text(t) | Value::Bytes(t) => quoted(t),
         Value::Floats(all) => format!("{{{}}}", all.iter().map(|x| number(*x)).collect::<Vec<_>>().join(", ")),
         Value::Ints(all) => format!("{{{}}}", all.iter().map(i64::to_string).collect::<Vec<_>>().join(", ")),
-        Value::List(all) => format!("{{{}}}", all.iter().map(in_lua).collect::<Vec<_>>().join(", ")),
+        Value::List(all) => format!("{{{}}}", all.iter().map(lua_expression).collect::<Vec<_>>().join(", ")),
         Value::Map(all) => {
-            let pairs = all.iter().map(|(k, v)| format!("[{}] = {}", in_lua(k), in_lua(v)));
+            let pairs = all.iter().map(|(k, v)| format!("[{}] = {}", lua_expression(k), lua_expression(v)));
             format!("{{{}}}", pairs.collect::<Vec<_>>().join(", "))
         }
         _ => "nil".into(),
@@ -342,7 +343,7 @@ fn quoted(text: &[u8]) -> String {
 }
 
 /// Helper functions at the beginning of all scripts: look up objects, call without raising errors, format results.
-const TOOLS: &str = r"
+const LUA_HELPERS: &str = r"
 -- Commands may copy this script; without this check, each copy would create further copies.
 if sim.getInt32Signal('tatu.check') then return end
 sim.setInt32Signal('tatu.check', 1)

@@ -3,30 +3,30 @@
 use std::path::{Path, PathBuf};
 
 use tatu_core::errors::Error;
-use tatu_plugin_api::safe::{MOST_BYTES, read_plain_text};
+use tatu_plugin_api::safe::{MAX_FILE_BYTES, read_plain_text};
 use toml_edit::{Document, Item};
 
 use super::finding::Finding;
 
 /// Name of the configuration file.
-const NAME: &str = "tatu-check.toml";
+const CONFIG_FILE: &str = "tatu-check.toml";
 
 /// Tests to skip, and findings to allow.
 #[derive(Debug, Default)]
-pub struct Config {
+pub struct CheckConfig {
     pub skip: Vec<String>,
-    allow: Vec<Allowed>,
+    allow: Vec<AllowedFinding>,
 }
 
 /// Allows the findings of a test whose place and text contain these strings.
 #[derive(Debug)]
-struct Allowed {
+struct AllowedFinding {
     test: String,
     place: String,
     text: String,
 }
 
-impl Config {
+impl CheckConfig {
     /// Reads the given file, or else the first `tatu-check.toml` found beside the plugin, in the parent of that folder,
     /// or in the working folder. If there is no such file, nothing is skipped or allowed. Fails with E101 if the file
     /// cannot be read or is invalid.
@@ -36,16 +36,16 @@ impl Config {
         }
         let here = plugin.canonicalize().unwrap_or_else(|_| plugin.to_owned());
         let folder = if here.is_dir() { Some(here.as_path()) } else { here.parent() };
-        let places = folder.into_iter().flat_map(|f| f.ancestors().take(2)).map(|f| f.join(NAME));
-        let found = places.chain([PathBuf::from(NAME)]).find(|f| f.is_file());
-        found.map_or_else(|| Ok(Config::default()), |file| Self::read(&file))
+        let places = folder.into_iter().flat_map(|f| f.ancestors().take(2)).map(|f| f.join(CONFIG_FILE));
+        let found = places.chain([PathBuf::from(CONFIG_FILE)]).find(|f| f.is_file());
+        found.map_or_else(|| Ok(CheckConfig::default()), |file| Self::read(&file))
     }
 
     fn read(file: &Path) -> Result<Self, Error> {
         let fail = |why: String| Error::new("E101", format!("{}: {why}", file.display()));
-        let text = read_plain_text(file, MOST_BYTES).map_err(|e| fail(format!("cannot be read: {e}")))?;
+        let text = read_plain_text(file, MAX_FILE_BYTES).map_err(|e| fail(format!("cannot be read: {e}")))?;
         let doc = Document::parse(text.as_str()).map_err(|e| fail(format!("is not valid TOML: {}", e.message())))?;
-        let mut config = Config::default();
+        let mut config = CheckConfig::default();
         for (key, item) in doc.iter() {
             match key {
                 "skip" => config.skip = names(item).ok_or_else(|| fail("`skip` is not a list of tests".into()))?,
@@ -70,7 +70,7 @@ impl Config {
                         if place.is_empty() && text.is_empty() {
                             return Err(fail("[[allow]] must have a non-empty `place` or `text`".into()));
                         }
-                        config.allow.push(Allowed { test: needed("test")?, place, text });
+                        config.allow.push(AllowedFinding { test: needed("test")?, place, text });
                     }
                 }
                 other => {
@@ -91,7 +91,7 @@ impl Config {
 
     /// Returns whether a finding of a test is allowed.
     pub fn allows(&self, test: &str, finding: &Finding) -> bool {
-        let fits = |a: &Allowed| finding.place.contains(&a.place) && finding.text.contains(&a.text);
+        let fits = |a: &AllowedFinding| finding.place.contains(&a.place) && finding.text.contains(&a.text);
         self.allow.iter().any(|a| a.test == test && fits(a))
     }
 }

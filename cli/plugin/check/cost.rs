@@ -4,21 +4,21 @@ use std::{path::Path, sync::atomic::Ordering::Relaxed, time::Instant};
 
 use tatu_core::errors::Error;
 
-use super::{commands, finding::note, stage, subject::Subject};
+use super::{commands, finding::note, stage, subject::TestedPlugin};
 
 /// Number of sensors of one kind that are measured together.
-const MANY: usize = 32;
+const SENSOR_COUNT: usize = 32;
 /// Number of steps of a run.
-const STEPS: usize = 50;
+const RUN_STEPS: usize = 50;
 
 /// Runs the test `cost`.
 pub fn run(file: &Path) -> Result<(), Error> {
-    let subject = Subject::load(file)?;
+    let subject = TestedPlugin::load(file)?;
     subject.spy.guards.store(false, Relaxed);
     for c in subject.registry.commands.iter().filter(|c| c.plugin == subject.plugin).take(200) {
         subject.spy.calls.store(0, Relaxed);
         subject.spy.nanoseconds.store(0, Relaxed);
-        let script = commands::one(c, 200);
+        let script = commands::single_command_script(c, 200);
         let world = subject.world(&stage::scene("", &script), &[("check.lua", script.as_bytes())], 1)?;
         commands::play(&world, 1);
         let (calls, time) = (subject.spy.calls.load(Relaxed), subject.spy.nanoseconds.load(Relaxed));
@@ -30,25 +30,28 @@ pub fn run(file: &Path) -> Result<(), Error> {
     for s in subject.registry.sensor_kinds().map(|(_, s)| s).filter(|s| s.plugin == subject.plugin) {
         let Some(lines) = stage::required(&s.params) else { continue };
         let one = |i: usize| {
-            let place = stage::PLACES[i % 3];
+            let place = stage::SENSOR_PLACES[i % 3];
             format!("\n[[object]]\nkind = \"sensor\"\nsensor = \"{}\"\nalias = \"s{i}\"\n{place}{lines}", s.id)
         };
-        let took = stepped(&subject, &(0..MANY).map(one).collect::<String>())? - empty;
-        note(&format!("sensor `{}`", s.id), format!("{:.1} us per measurement", 1e6 * took.max(0.0) / MANY as f64));
+        let took = stepped(&subject, &(0..SENSOR_COUNT).map(one).collect::<String>())? - empty;
+        note(
+            &format!("sensor `{}`", s.id),
+            format!("{:.1} us per measurement", 1e6 * took.max(0.0) / SENSOR_COUNT as f64),
+        );
     }
     Ok(())
 }
 
 /// Returns the mean duration of a step with these devices, s.
-fn stepped(subject: &Subject, devices: &str) -> Result<f64, Error> {
+fn stepped(subject: &TestedPlugin, devices: &str) -> Result<f64, Error> {
     let world = subject.world(&stage::scene(devices, ""), &[], 1)?;
     world.start();
     (0..5).for_each(|_| {
         world.step();
     });
     let begin = Instant::now();
-    (0..STEPS).for_each(|_| {
+    (0..RUN_STEPS).for_each(|_| {
         world.step();
     });
-    Ok(begin.elapsed().as_secs_f64() / STEPS as f64)
+    Ok(begin.elapsed().as_secs_f64() / RUN_STEPS as f64)
 }

@@ -2,17 +2,17 @@
 
 use std::path::Path;
 
-use tatu_core::{errors::Error, plugins::Declared};
+use tatu_core::{errors::Error, plugins::ParameterSpec};
 
 use super::{
     finding::{self, error, warning},
-    subject::Subject,
+    subject::TestedPlugin,
 };
 
 /// Runs the test `declarations`.
 pub fn run(file: &Path) -> Result<(), Error> {
-    let subject = Subject::load(file)?;
-    finding::at("", "when its declarations are read");
+    let subject = TestedPlugin::load(file)?;
+    finding::report_activity("", "when its declarations are read");
     for e in &subject.refused {
         let text = subject.readable(&e.text);
         let text = text.split_once("): ").map_or(text.as_str(), |(_, rest)| rest);
@@ -26,7 +26,7 @@ pub fn run(file: &Path) -> Result<(), Error> {
 }
 
 /// Checks the plugin's name, version, licence, id and file name.
-fn about(subject: &Subject) {
+fn about(subject: &TestedPlugin) {
     let p = &subject.registry.plugins[subject.plugin];
     if p.name.is_empty() {
         error("", "its `name`, for display, is empty");
@@ -51,9 +51,9 @@ fn about(subject: &Subject) {
 }
 
 /// Checks that parameters, fields, results and presets have descriptions.
-fn parameters(subject: &Subject) {
+fn parameters(subject: &TestedPlugin) {
     let r = &subject.registry;
-    let say = |place: String, what: &str, all: &[Declared]| {
+    let say = |place: String, what: &str, all: &[ParameterSpec]| {
         for p in all.iter().filter(|p| p.text.trim().is_empty()) {
             error(&place, format!("its {what} `{}` has no description (`text`)", p.key));
         }
@@ -89,16 +89,16 @@ fn parameters(subject: &Subject) {
 
 /// Returns whether a field belongs to a standard schema, which describes it.
 fn is_of_schema(name: &str) -> bool {
-    tatu_core::plugins::schemas::known().iter().any(|s| s.fields.iter().any(|f| f.name == name))
+    tatu_core::plugins::schemas::all_schemas().iter().any(|s| s.fields.iter().any(|f| f.name == name))
 }
 
 /// Checks that commands have examples, and that their names have a namespace.
-fn offers(subject: &Subject) {
+fn offers(subject: &TestedPlugin) {
     let mine = subject.registry.commands.iter().filter(|c| c.plugin == subject.plugin);
     for c in mine {
         let place = super::inspector::place(c);
         let waits = c.no_wait.is_some();
-        if c.example.trim().is_empty() && !waits && c.status != tatu_core::plugins::Status::Stub {
+        if c.example.trim().is_empty() && !waits && c.status != tatu_core::plugins::CommandStatus::Stub {
             warning(&place, "it has no example");
         }
         if !c.name().contains('.') && !c.name().starts_with("sim") {

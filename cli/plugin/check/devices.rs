@@ -9,27 +9,27 @@ use std::{
 use tatu_core::{
     Reading, World,
     errors::Error,
-    plugins::{Declared, FieldInfo, SensorKind, schemas},
+    plugins::{FieldSpec, ParameterSpec, SensorKind, schemas},
 };
 use tatu_plugin_api::{abi::*, safe::Value};
 
 use super::{
     finding::{self, error, note},
     stage,
-    subject::Subject,
+    subject::TestedPlugin,
 };
 
 /// Number of steps of a run.
-const STEPS: usize = 12;
+const RUN_STEPS: usize = 12;
 /// Total number of elements in readings after which a run ends early.
-const MOST_ELEMENTS: u32 = 1_000_000;
+const MAX_ELEMENTS: u32 = 1_000_000;
 /// Number of free bodies that carry one actuator each.
-const BODIES: u32 = 7;
+const BODY_COUNT: u32 = 7;
 /// Maximum number of values tried per parameter.
-const MOST_VALUES: usize = 4;
+const MAX_VALUES: usize = 4;
 
 /// Returns the sensor kinds of the plugin under test.
-fn sensors(subject: &Subject) -> impl Iterator<Item = &SensorKind> {
+fn sensors(subject: &TestedPlugin) -> impl Iterator<Item = &SensorKind> {
     subject.registry.sensor_kinds().map(|(_, s)| s).filter(|s| s.plugin == subject.plugin)
 }
 
@@ -40,7 +40,7 @@ fn device(kind: &str, id: &str, alias: &str, place: &str, lines: &str) -> String
 
 /// Runs the test `readings`.
 pub fn readings(file: &Path) -> Result<(), Error> {
-    let subject = Subject::load(file)?;
+    let subject = TestedPlugin::load(file)?;
     for s in sensors(&subject) {
         let place = format!("sensor `{}`", s.id);
         let Some(lines) = stage::required(&s.params) else {
@@ -50,9 +50,9 @@ pub fn readings(file: &Path) -> Result<(), Error> {
         let presets = s.presets.iter().map(|p| format!("preset = \"{}\"\n", p.id));
         for preset in std::iter::once(String::new()).chain(presets) {
             let with = if preset.is_empty() { "" } else { " with a preset" };
-            finding::at(&place, format!("when it measures{with}"));
+            finding::report_activity(&place, format!("when it measures{with}"));
             let lines = format!("{lines}{preset}");
-            let all = stage::PLACES.iter().enumerate();
+            let all = stage::SENSOR_PLACES.iter().enumerate();
             let devices: String = all.map(|(i, p)| device("sensor", &s.id, &format!("s{i}"), p, &lines)).collect();
             let scene = stage::scene(&devices, "");
             let one = measured(&subject, s, &scene, 1)?;
@@ -65,14 +65,14 @@ pub fn readings(file: &Path) -> Result<(), Error> {
 }
 
 /// Runs a scene; returns a line with a hash for each reading of each step.
-fn measured(subject: &Subject, kind: &SensorKind, scene: &str, threads: usize) -> Result<Vec<String>, Error> {
+fn measured(subject: &TestedPlugin, kind: &SensorKind, scene: &str, threads: usize) -> Result<Vec<String>, Error> {
     let world = subject.world(scene, &[], threads)?;
     world.start();
     let mut out = Vec::new();
     let mut elements = 0;
-    for _ in 0..STEPS {
+    for _ in 0..RUN_STEPS {
         world.step();
-        for i in 0..stage::PLACES.len() {
+        for i in 0..stage::SENSOR_PLACES.len() {
             let Some(reading) = world.reading(&format!("s{i}#0")).or_else(|| world.reading(&path(&world, i))) else {
                 continue;
             };
@@ -81,7 +81,7 @@ fn measured(subject: &Subject, kind: &SensorKind, scene: &str, threads: usize) -
             out.push(format!("{}: {:016x}", reading.path, bits(&reading)));
         }
         // A few images suffice, and hashing many of them would take a long time.
-        if elements > MOST_ELEMENTS {
+        if elements > MAX_ELEMENTS {
             break;
         }
     }
@@ -143,15 +143,15 @@ fn numbers_of(value: &Value) -> Vec<f64> {
     }
 }
 
-fn of_schema(field: &FieldInfo) -> Option<&'static schemas::SchemaField> {
-    schemas::known().iter().flat_map(|s| &s.fields).find(|f| f.name == field.name)
+fn of_schema(field: &FieldSpec) -> Option<&'static schemas::SchemaField> {
+    schemas::all_schemas().iter().flat_map(|s| &s.fields).find(|f| f.name == field.name)
 }
 
-fn valid_of(field: &FieldInfo) -> Option<String> {
+fn valid_of(field: &FieldSpec) -> Option<String> {
     field.valid.clone().or_else(|| of_schema(field)?.valid.clone())
 }
 
-fn nothing_of(field: &FieldInfo) -> String {
+fn nothing_of(field: &FieldSpec) -> String {
     let schema = of_schema(field).map(|f| format!("{} {}", f.nothing, f.text.to_lowercase())).unwrap_or_default();
     format!("{} {schema}", field.nothing.clone().unwrap_or_default())
 }
@@ -166,14 +166,14 @@ fn compare(place: &str, one: &[String], other: &[String], what: &str) {
 
 /// Runs the test `actuators`.
 pub fn actuators(file: &Path) -> Result<(), Error> {
-    let subject = Subject::load(file)?;
+    let subject = TestedPlugin::load(file)?;
     for a in subject.registry.actuators.iter().filter(|a| a.plugin == subject.plugin) {
         let place = format!("actuator `{}`", a.id);
         let Some(lines) = actuator_lines(a) else {
             note(&place, "it is not tested: a required parameter cannot be set in a scene");
             continue;
         };
-        finding::at(&place, "when it acts");
+        finding::report_activity(&place, "when it acts");
         let scene = actuator_scene(&a.id, &lines);
         let one = acted(&subject, &scene, 1)?;
         compare(&place, &one, &acted(&subject, &scene, 2)?, "its effect on 2 threads differs from that on 1");
@@ -183,17 +183,16 @@ pub fn actuators(file: &Path) -> Result<(), Error> {
 }
 
 fn actuator_lines(a: &tatu_core::plugins::ActuatorKind) -> Option<String> {
-    let commands = a
-        .commands
-        .iter()
-        .filter_map(|c| stage::good(c).into_iter().nth(1).or(Some(Value::Float(1.0))).and_then(|v| stage::line(c, &v)));
+    let commands = a.commands.iter().filter_map(|c| {
+        stage::valid_values(c).into_iter().nth(1).or(Some(Value::Float(1.0))).and_then(|v| stage::line(c, &v))
+    });
     Some(stage::required(&a.params)? + &commands.collect::<String>())
 }
 
 /// Returns a scene that contains several bodies with one actuator each, and another actuator on a jointed body.
 fn actuator_scene(id: &str, lines: &str) -> String {
     let mut devices = String::new();
-    for i in 0..BODIES {
+    for i in 0..BODY_COUNT {
         let at = [0.15 * f64::from(i) - 0.5, -0.8, 0.6];
         devices += &format!(
             "\n[[object]]\nkind = \"shape\"\nalias = \"b{i}\"\nsize_m = [0.1, 0.1, 0.1]\nposition_m = {at:?}\ndynamic = true\nrespondable = true\nmass_kg = 1.0\n"
@@ -204,14 +203,15 @@ fn actuator_scene(id: &str, lines: &str) -> String {
     stage::scene(&devices, "")
 }
 
-fn acted(subject: &Subject, scene: &str, threads: usize) -> Result<Vec<String>, Error> {
+fn acted(subject: &TestedPlugin, scene: &str, threads: usize) -> Result<Vec<String>, Error> {
     let world = subject.world(scene, &[], threads)?;
     world.start();
     let mut out = Vec::new();
-    for _ in 0..STEPS {
+    for _ in 0..RUN_STEPS {
         world.step();
         out.extend(
-            (0..BODIES).map(|i| format!("/b{i}: {:?}", world.observe(&format!("/b{i}")).map(|o| (o.pose, o.twist)))),
+            (0..BODY_COUNT)
+                .map(|i| format!("/b{i}: {:?}", world.observe(&format!("/b{i}")).map(|o| (o.pose, o.twist)))),
         );
     }
     subject.report_faults(&world);
@@ -220,19 +220,19 @@ fn acted(subject: &Subject, scene: &str, threads: usize) -> Result<Vec<String>, 
 
 /// Runs the test `configure` for each sensor parameter that can be changed during a run.
 pub fn configure(file: &Path) -> Result<(), Error> {
-    let subject = Subject::load(file)?;
-    let live = |p: &&Declared| p.flags & (TATU_PARAM_REBUILDS | TATU_PARAM_READ_ONLY) == 0;
+    let subject = TestedPlugin::load(file)?;
+    let live = |p: &&ParameterSpec| p.flags & (TATU_PARAM_REBUILDS | TATU_PARAM_READ_ONLY) == 0;
     for s in sensors(&subject) {
         let place = format!("sensor `{}`", s.id);
         let Some(lines) = stage::required(&s.params) else { continue };
         for p in s.params.iter().filter(live) {
             let without: String =
                 lines.lines().filter(|l| !l.starts_with(p.key.as_str())).map(|l| format!("{l}\n")).collect();
-            for value in stage::good(p).into_iter().skip(1).take(MOST_VALUES) {
+            for value in stage::valid_values(p).into_iter().skip(1).take(MAX_VALUES) {
                 let Some(line) = stage::line(p, &value) else { continue };
-                finding::at(&place, format!("when `{}` is changed", p.key));
+                finding::report_activity(&place, format!("when `{}` is changed", p.key));
                 let with = |lines: &str| {
-                    let all = stage::PLACES.iter().enumerate();
+                    let all = stage::SENSOR_PLACES.iter().enumerate();
                     all.map(|(i, at)| device("sensor", &s.id, &format!("s{i}"), at, lines)).collect::<String>()
                 };
                 let set = set_script(&s.id, p, &value);
@@ -255,7 +255,7 @@ pub fn configure(file: &Path) -> Result<(), Error> {
 }
 
 /// Returns a script that sets a parameter of all sensors before the first measurement.
-fn set_script(id: &str, p: &Declared, value: &Value) -> String {
+fn set_script(id: &str, p: &ParameterSpec, value: &Value) -> String {
     let value = match value {
         Value::Text(t) => format!("{:?}", String::from_utf8_lossy(t)),
         Value::Floats(f) => format!("{{{}}}", f.iter().map(|x| format!("{x:?}")).collect::<Vec<_>>().join(", ")),
@@ -272,9 +272,9 @@ fn set_script(id: &str, p: &Declared, value: &Value) -> String {
 }
 
 /// Returns hashes of the readings after some steps, and whether the script's changes were accepted.
-fn configured(subject: &Subject, scene: &str, script: &str) -> Result<(Vec<u64>, bool), Error> {
+fn configured(subject: &TestedPlugin, scene: &str, script: &str) -> Result<(Vec<u64>, bool), Error> {
     let world = subject.world(scene, &[("check.lua", script.as_bytes())], 1)?;
     let refused = !super::commands::play(&world, 4).is_empty();
     let fields = |i: usize| world.reading(&path(&world, i)).map(|r| bits(&r));
-    Ok(((0..stage::PLACES.len()).filter_map(fields).collect(), !refused))
+    Ok(((0..stage::SENSOR_PLACES.len()).filter_map(fields).collect(), !refused))
 }

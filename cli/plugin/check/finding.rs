@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 /// The severity of a finding.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Level {
+pub enum FindingLevel {
     /// A violation of a rule: the check fails.
     Error,
     /// A likely problem for users that violates no rule.
@@ -22,18 +22,18 @@ pub enum Level {
 /// A problem or remark that a test reports.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Finding {
-    pub level: Level,
+    pub level: FindingLevel,
     /// The part of the plugin, such as "command `hello.twice`" or "sensor `lamp`". If empty, the whole plugin.
     pub place: String,
     /// Description of the problem: one sentence, which may refer to the part of the plugin as "it".
     pub text: String,
 }
 
-/// A message from a child process to its parent, sent as a line that starts with [`PREFIX`]. All other lines are output
+/// A message from a child process to its parent, sent as a line that starts with [`LINE_PREFIX`]. All other lines are output
 /// of the plugin.
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Line {
+pub enum ChildMessage {
     /// The current activity, to which a later crash is attributed.
     At {
         place: String,
@@ -47,15 +47,15 @@ pub enum Line {
 }
 
 /// The first activity of every test.
-pub const LOADING: &str = "when it is loaded";
+pub const LOADING_ACTIVITY: &str = "when it is loaded";
 
 /// The prefix of each line that the child sends.
-pub const PREFIX: &str = "tatu-check ";
+pub const LINE_PREFIX: &str = "tatu-check ";
 
 /// Sends a line to the parent without buffering, so that it is not lost if the next call crashes.
-pub fn send(line: &Line) {
+pub fn send(line: &ChildMessage) {
     let Ok(json) = serde_json::to_string(line) else { return };
-    let line = format!("{PREFIX}{json}\n");
+    let line = format!("{LINE_PREFIX}{json}\n");
     #[cfg(unix)]
     {
         use std::os::fd::FromRawFd;
@@ -70,7 +70,7 @@ pub fn send(line: &Line) {
     }
 }
 
-/// The file descriptor to which lines for the parent are written: standard output, until `take_output` redirects it.
+/// The file descriptor to which lines for the parent are written: standard output, until `redirect_output` redirects it.
 #[cfg(unix)]
 static CHANNEL: std::sync::atomic::AtomicI32 = std::sync::atomic::AtomicI32::new(1);
 
@@ -82,7 +82,7 @@ pub fn channel() -> i32 {
 
 /// Reserves the current standard output for lines to the parent, and redirects the plugin's output to standard error.
 #[cfg(unix)]
-pub fn take_output() {
+pub fn redirect_output() {
     // SAFETY: both functions take only integers; the new descriptor is closed in programs that a plugin starts.
     unsafe {
         let own = libc::fcntl(1, libc::F_DUPFD_CLOEXEC, 64);
@@ -93,34 +93,34 @@ pub fn take_output() {
 }
 
 /// The part of the plugin that is currently tested.
-static PLACE: Mutex<String> = Mutex::new(String::new());
+static CURRENT_PLACE: Mutex<String> = Mutex::new(String::new());
 
 /// Returns the part of the plugin that is currently tested.
-pub fn here() -> String {
-    PLACE.lock().unwrap_or_else(PoisonError::into_inner).clone()
+pub fn current_place() -> String {
+    CURRENT_PLACE.lock().unwrap_or_else(PoisonError::into_inner).clone()
 }
 
 /// Reports the current activity to the parent: a part of the plugin, and a clause such as "when it is loaded".
-pub fn at(place: &str, text: impl Into<String>) {
-    place.clone_into(&mut PLACE.lock().unwrap_or_else(PoisonError::into_inner));
-    send(&Line::At { place: place.to_owned(), text: text.into() });
+pub fn report_activity(place: &str, text: impl Into<String>) {
+    place.clone_into(&mut CURRENT_PLACE.lock().unwrap_or_else(PoisonError::into_inner));
+    send(&ChildMessage::At { place: place.to_owned(), text: text.into() });
 }
 
 /// Reports a violation of a rule.
 pub fn error(place: &str, text: impl Into<String>) {
-    found(Level::Error, place, text);
+    report_finding(FindingLevel::Error, place, text);
 }
 
 /// Reports a likely problem for users.
 pub fn warning(place: &str, text: impl Into<String>) {
-    found(Level::Warning, place, text);
+    report_finding(FindingLevel::Warning, place, text);
 }
 
 /// Reports a remark that is not a problem.
 pub fn note(place: &str, text: impl Into<String>) {
-    found(Level::Note, place, text);
+    report_finding(FindingLevel::Note, place, text);
 }
 
-fn found(level: Level, place: &str, text: impl Into<String>) {
-    send(&Line::Found(Finding { level, place: place.to_owned(), text: text.into() }));
+fn report_finding(level: FindingLevel, place: &str, text: impl Into<String>) {
+    send(&ChildMessage::Found(Finding { level, place: place.to_owned(), text: text.into() }));
 }

@@ -10,25 +10,25 @@ use std::{
     time::Instant,
 };
 
-use tatu_core::plugins::{CommandEntry, Inspector, SensorKind, guard_page::Guarded};
+use tatu_core::plugins::{CommandEntry, Inspector, SensorKind, guard_page::GuardedCopy};
 use tatu_plugin_api::abi::*;
 
 use super::finding;
 
 /// The prefix of the line that reports an access to a guard page.
-pub const GUARD: &str = "tatu-guard ";
+pub const GUARD_PREFIX: &str = "tatu-guard ";
 
 /// Number of bytes of the stack that are overwritten to detect pointers into it.
-const SCRIBBLE: usize = 32 << 10;
+const SCRIBBLE_BYTES: usize = 32 << 10;
 
 /// Observes the calls into one plugin.
-pub struct Spy {
+pub struct CallSpy {
     plugin: usize,
     state_bytes: u32,
     /// Whether arguments are copied to memory before guard pages.
     pub guards: AtomicBool,
     /// The change that is made to saved bytes before they are passed to `load`.
-    pub damage: Mutex<Damage>,
+    pub damage: Mutex<StateDamage>,
     /// Whether `load` was called with saved bytes that are not empty.
     pub loaded: AtomicBool,
     /// Number of calls of commands, and their total duration, ns.
@@ -38,7 +38,7 @@ pub struct Spy {
 
 /// A change of the bytes that are passed to `load`.
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub enum Damage {
+pub enum StateDamage {
     None,
     /// Replaces the version that the bytes were saved with.
     Version(u32),
@@ -46,20 +46,20 @@ pub enum Damage {
     First(usize),
 }
 
-impl Spy {
+impl CallSpy {
     pub fn new(plugin: usize, state_bytes: u32) -> Self {
-        Spy {
+        CallSpy {
             plugin,
             state_bytes,
             guards: AtomicBool::new(true),
-            damage: Mutex::new(Damage::None),
+            damage: Mutex::new(StateDamage::None),
             loaded: AtomicBool::new(false),
             calls: AtomicU64::new(0),
             nanoseconds: AtomicU64::new(0),
         }
     }
 
-    fn judge(&self, place: &str, frame: &tatu_call, status: tatu_status) {
+    fn check_call(&self, place: &str, frame: &tatu_call, status: tatu_status) {
         // SAFETY: the pointer is null or that of the host's error object for this call.
         let said = unsafe { frame.error.as_ref() }.map_or(TATU_OK, |e| e.code);
         if status >= 0 && said != TATU_OK {
@@ -85,7 +85,7 @@ fn name(status: tatu_status) -> &'static str {
     if status == TATU_WAIT { "TATU_WAIT" } else { "TATU_OK" }
 }
 
-impl Inspector for Spy {
+impl Inspector for CallSpy {
     fn command(
         &self,
         command: &CommandEntry,
@@ -100,9 +100,9 @@ impl Inspector for Spy {
         let (args, n) = unsafe { ((*frame).args, (*frame).n_args) };
         // SAFETY: the caller's arguments are valid during the call.
         let given = unsafe { slice(args, n) };
-        let mut pages = Pages::default();
+        let mut pages = GuardedPages::default();
         if self.guards.load(Relaxed) {
-            finding::at(&place, format!("called with ({})", list(given)));
+            finding::report_activity(&place, format!("called with ({})", list(given)));
             let moved = pages.arguments(command, given);
             // SAFETY: as above; the original arguments are restored below.
             unsafe { (*frame).args = moved };
@@ -114,12 +114,12 @@ impl Inspector for Spy {
         // SAFETY: the frame is still valid, and the plugin has returned.
         unsafe {
             (*frame).args = args;
-            self.judge(&place, &*frame, status);
+            self.check_call(&place, &*frame, status);
         }
         status
     }
 
-    fn gave_no_reason(&self, command: &CommandEntry, status: tatu_status) {
+    fn failed_without_reason(&self, command: &CommandEntry, status: tatu_status) {
         if command.plugin == self.plugin && status != TATU_ERR_PANIC {
             finding::error(
                 &place(command),
@@ -128,7 +128,7 @@ impl Inspector for Spy {
         }
     }
 
-    fn beams(&self, kind: &SensorKind, beams: &tatu_beams) {
+    fn after_beams(&self, kind: &SensorKind, beams: &tatu_beams) {
         if kind.plugin != self.plugin || beams.directions.is_null() || beams.form != TATU_BEAMS_RAYS {
             return;
         }
@@ -145,15 +145,15 @@ impl Inspector for Spy {
         }
     }
 
-    fn loads(&self, plugin: usize, bytes: &mut Vec<u8>, version: &mut u32) {
+    fn before_load(&self, plugin: usize, bytes: &mut Vec<u8>, version: &mut u32) {
         if plugin != self.plugin {
             return;
         }
         self.loaded.fetch_or(!bytes.is_empty(), Relaxed);
         match *self.damage.lock().unwrap_or_else(PoisonError::into_inner) {
-            Damage::None => {}
-            Damage::Version(v) => *version = v,
-            Damage::First(n) => {
+            StateDamage::None => {}
+            StateDamage::Version(v) => *version = v,
+            StateDamage::First(n) => {
                 bytes.truncate(n);
                 if let Some(last) = bytes.last_mut() {
                     *last ^= 0x55;
@@ -171,7 +171,7 @@ pub fn place(command: &CommandEntry) -> String {
 /// Overwrites the stack below the caller's frame, where the frames of the previously called function were.
 #[inline(never)]
 fn scribble() {
-    let mut room = [0u8; SCRIBBLE];
+    let mut room = [0u8; SCRIBBLE_BYTES];
     room.fill(0x5a);
     std::hint::black_box(&mut room);
 }
@@ -187,11 +187,11 @@ unsafe fn slice<'a>(first: *const tatu_value, n: u32) -> &'a [tatu_value] {
 
 /// Copies of arguments in memory before guard pages, for the duration of a call.
 #[derive(Default)]
-struct Pages(Vec<Guarded>);
+struct GuardedPages(Vec<GuardedCopy>);
 
-impl Pages {
-    fn keep(&mut self, bytes: &[u8], label: &str) -> *const c_void {
-        let guarded = Guarded::new(bytes, label);
+impl GuardedPages {
+    fn add_copy(&mut self, bytes: &[u8], label: &str) -> *const c_void {
+        let guarded = GuardedCopy::new(bytes, label);
         let first = guarded.first().cast();
         self.0.push(guarded);
         first
@@ -206,7 +206,7 @@ impl Pages {
                 self.value(a, &format!("its argument {} `{key}`", i + 1), 0)
             })
             .collect();
-        self.keep(bytes_of(&moved), "the array of its arguments, which does not contain omitted ones").cast()
+        self.add_copy(bytes_of(&moved), "the array of its arguments, which does not contain omitted ones").cast()
     }
 
     /// Copies a value so that its spans end directly before guard pages. Spans that are empty, or nested more than 32
@@ -229,7 +229,7 @@ impl Pages {
                             .iter()
                             .map(|e| self.value(e, &format!("an element of {label}"), depth + 1))
                             .collect();
-                        self.keep(bytes_of(&all), label)
+                        self.add_copy(bytes_of(&all), label)
                     }
                     TATU_MAP => {
                         let all: Vec<tatu_pair> = std::slice::from_raw_parts(span.ptr.cast::<tatu_pair>(), n)
@@ -239,9 +239,9 @@ impl Pages {
                                 value: self.value(&p.value, &format!("an entry of {label}"), depth + 1),
                             })
                             .collect();
-                        self.keep(bytes_of(&all), label)
+                        self.add_copy(bytes_of(&all), label)
                     }
-                    tag => self.keep(std::slice::from_raw_parts(span.ptr.cast::<u8>(), n * width(tag)), label),
+                    tag => self.add_copy(std::slice::from_raw_parts(span.ptr.cast::<u8>(), n * width(tag)), label),
                 }
             }
         };
@@ -316,7 +316,7 @@ fn is_address(word: u64) -> bool {
 /// crash report.
 pub fn name_guard_pages() {
     #[cfg(unix)]
-    handler::install();
+    handler::install_handlers();
 }
 
 #[cfg(unix)]
@@ -326,22 +326,22 @@ mod handler {
     use libc::{c_int, c_void, siginfo_t};
     use tatu_core::plugins::guard_page;
 
-    static BEFORE: OnceLock<[libc::sigaction; 2]> = OnceLock::new();
+    static PREVIOUS_ACTIONS: OnceLock<[libc::sigaction; 2]> = OnceLock::new();
     const SIGNALS: [c_int; 2] = [libc::SIGSEGV, libc::SIGBUS];
 
-    pub fn install() {
+    pub fn install_handlers() {
         // SAFETY: `sigaction` only reads and fills the given structures; the handler has the signature that SA_SIGINFO
         // requires, and calls only async-signal-safe functions.
         unsafe {
             let mut before: [libc::sigaction; 2] = std::mem::zeroed();
             let mut action: libc::sigaction = std::mem::zeroed();
-            let handler: extern "C" fn(c_int, *mut siginfo_t, *mut c_void) = caught;
+            let handler: extern "C" fn(c_int, *mut siginfo_t, *mut c_void) = handle_signal;
             action.sa_sigaction = handler as usize;
             action.sa_flags = libc::SA_SIGINFO | libc::SA_ONSTACK;
             for (signal, old) in SIGNALS.into_iter().zip(&mut before) {
                 libc::sigaction(signal, std::ptr::null(), old);
             }
-            if BEFORE.set(before).is_ok() {
+            if PREVIOUS_ACTIONS.set(before).is_ok() {
                 for signal in SIGNALS {
                     libc::sigaction(signal, &raw const action, std::ptr::null_mut());
                 }
@@ -349,17 +349,17 @@ mod handler {
         }
     }
 
-    extern "C" fn caught(signal: c_int, info: *mut siginfo_t, context: *mut c_void) {
+    extern "C" fn handle_signal(signal: c_int, info: *mut siginfo_t, context: *mut c_void) {
         // SAFETY: the system passes a valid `info`; `write` is async-signal-safe; the previous handler has the
         // signature that its flags state.
         unsafe {
             if let Some((what, label)) = guard_page::blame((*info).si_addr().addr()) {
                 let newline: &[u8] = b"\n";
-                for part in [newline, super::GUARD.as_bytes(), what.as_bytes(), b" ", label, newline] {
+                for part in [newline, super::GUARD_PREFIX.as_bytes(), what.as_bytes(), b" ", label, newline] {
                     libc::write(super::finding::channel(), part.as_ptr().cast(), part.len());
                 }
             }
-            let before = BEFORE.get().and_then(|all| all.get(usize::from(signal == libc::SIGBUS)));
+            let before = PREVIOUS_ACTIONS.get().and_then(|all| all.get(usize::from(signal == libc::SIGBUS)));
             let of_program = before.filter(|b| b.sa_flags & libc::SA_SIGINFO != 0 && b.sa_sigaction > 1);
             match of_program {
                 Some(b) => {

@@ -28,13 +28,13 @@ use std::{
 
 use tatu_core::errors::{Error, nearest};
 
-use self::{config::Config, finding::Level, report::Outcome};
-use crate::report as told;
+use self::{config::CheckConfig, finding::FindingLevel, report::TestOutcome};
+use crate::report as messages;
 
 /// Arguments of `tatu plugin check`.
 #[derive(clap::Args)]
 #[command(after_help = HELP)]
-pub struct Check {
+pub struct PluginCheckArgs {
     /// The library of a plugin, or a folder that contains it, directly or in `build`.
     #[arg(default_value = ".")]
     pub file: PathBuf,
@@ -75,88 +75,96 @@ and findings to allow, with a reason:
   reason = \"reads the clock, and records it as an input\"";
 
 /// A test: its name, the property that it tests, and its function in the child process.
-struct Test {
+struct CheckTest {
     name: &'static str,
     text: &'static str,
     run: fn(&Path) -> Result<(), Error>,
 }
 
 /// All tests, in the order in which they run.
-const TESTS: &[Test] = &[
-    Test {
+const TESTS: &[CheckTest] = &[
+    CheckTest {
         name: "declarations",
         text: "the plugin's declarations are complete and consistent",
         run: declarations::run,
     },
-    Test { name: "examples", text: "the examples of commands compile and run", run: commands::examples },
-    Test {
+    CheckTest { name: "examples", text: "the examples of commands compile and run", run: commands::examples },
+    CheckTest {
         name: "arguments",
         text: "commands withstand valid and invalid arguments, placed before guard pages",
         run: commands::arguments,
     },
-    Test { name: "repeat", text: "equal runs in two processes produce equal results", run: commands::repeat },
-    Test { name: "worlds", text: "calls in one world do not affect another world", run: commands::worlds },
-    Test {
+    CheckTest { name: "repeat", text: "equal runs in two processes produce equal results", run: commands::repeat },
+    CheckTest { name: "worlds", text: "calls in one world do not affect another world", run: commands::worlds },
+    CheckTest {
         name: "readings",
         text: "readings are finite, and the same on 1 and 2 threads, bit for bit",
         run: devices::readings,
     },
-    Test { name: "actuators", text: "actuators act the same on 1 and 2 threads, bit for bit", run: devices::actuators },
-    Test {
+    CheckTest {
+        name: "actuators",
+        text: "actuators act the same on 1 and 2 threads, bit for bit",
+        run: devices::actuators,
+    },
+    CheckTest {
         name: "configure",
         text: "a parameter that is changed during a run has the same effect as one set at the start",
         run: devices::configure,
     },
-    Test {
+    CheckTest {
         name: "snapshots",
         text: "a run that is saved, killed and restored continues as if it had not been interrupted",
-        run: snapshots::go_on,
+        run: snapshots::resume,
     },
-    Test {
+    CheckTest {
         name: "reload",
         text: "a plugin that is reloaded during a run continues where it was",
         run: snapshots::reload,
     },
-    Test { name: "load", text: "`load` refuses unknown bytes, and survives damaged ones", run: snapshots::load },
-    Test { name: "models", text: "models can be built, and stand on the floor", run: sources::models },
-    Test { name: "importers", text: "malformed files are refused with errors", run: sources::importers },
-    Test {
+    CheckTest { name: "load", text: "`load` refuses unknown bytes, and survives damaged ones", run: snapshots::load },
+    CheckTest { name: "models", text: "models can be built, and stand on the floor", run: sources::models },
+    CheckTest { name: "importers", text: "malformed files are refused with errors", run: sources::importers },
+    CheckTest {
         name: "languages",
         text: "script languages withstand malformed scripts, and own the memory that they return",
         run: sources::languages,
     },
-    Test { name: "services", text: "services never block, and their threads do not access worlds", run: services::run },
-    Test { name: "cost", text: "reports the cost of calls; never fails", run: cost::run },
+    CheckTest {
+        name: "services",
+        text: "services never block, and their threads do not access worlds",
+        run: services::run,
+    },
+    CheckTest { name: "cost", text: "reports the cost of calls; never fails", run: cost::run },
 ];
 
 /// Runs the tests on a plugin.
-pub fn check(args: &Check) -> ExitCode {
+pub fn check(args: &PluginCheckArgs) -> ExitCode {
     if args.list {
-        TESTS.iter().for_each(|t| told::out!("{:<14}{}", t.name, t.text));
+        TESTS.iter().for_each(|t| messages::out!("{:<14}{}", t.name, t.text));
         return ExitCode::SUCCESS;
     }
     let file = &args.file;
     let ready = process::library(file).and_then(|library| {
         if let Some(name) = &args.run {
-            return Ok((library, Config::default(), vec![test(name)?]));
+            return Ok((library, CheckConfig::default(), vec![test(name)?]));
         }
-        let config = Config::find(file, args.config.as_deref())?;
+        let config = CheckConfig::find(file, args.config.as_deref())?;
         let chosen = chosen(args, &config)?;
         Ok((library, config, chosen))
     });
     let (library, config, tests) = match ready {
         Ok(ready) => ready,
         Err(e) => {
-            told::error(&e);
+            messages::error(&e);
             return ExitCode::from(2);
         }
     };
     if args.run.is_some() {
-        return process::inside(tests[0].run, &library);
+        return process::run_in_child(tests[0].run, &library);
     }
     let mut outcomes = Vec::new();
     for test in tests {
-        let mut outcome: Outcome = process::run(test.name, test.text, &library, args.timeout);
+        let mut outcome: TestOutcome = process::run(test.name, test.text, &library, args.timeout);
         outcome.findings.retain(|f| !config.allows(test.name, f));
         if !args.json {
             report::print(&outcome);
@@ -171,12 +179,12 @@ pub fn check(args: &Check) -> ExitCode {
     if args.github || std::env::var_os("GITHUB_ACTIONS").is_some() {
         report::annotate(&library, &outcomes);
     }
-    let failed = outcomes.iter().any(|o| o.findings.iter().any(|f| f.level == Level::Error));
+    let failed = outcomes.iter().any(|o| o.findings.iter().any(|f| f.level == FindingLevel::Error));
     if failed { ExitCode::FAILURE } else { ExitCode::SUCCESS }
 }
 
 /// Returns the test of this name. Fails with E102 if there is no such test.
-fn test(name: &str) -> Result<&'static Test, Error> {
+fn test(name: &str) -> Result<&'static CheckTest, Error> {
     TESTS.iter().find(|t| t.name == name).ok_or_else(|| {
         let names = TESTS.iter().map(|t| t.name);
         let error = Error::new("E102", format!("there is no test `{name}`"));
@@ -187,14 +195,14 @@ fn test(name: &str) -> Result<&'static Test, Error> {
     })
 }
 
-fn chosen(args: &Check, config: &Config) -> Result<Vec<&'static Test>, Error> {
+fn chosen(args: &PluginCheckArgs, config: &CheckConfig) -> Result<Vec<&'static CheckTest>, Error> {
     for name in args.only.iter().chain(&args.skip).chain(&config.skip) {
         test(name)?;
     }
     for allowed in config.tests() {
         test(allowed)?;
     }
-    let wanted = |t: &&Test| {
+    let wanted = |t: &&CheckTest| {
         let is_in = |list: &[String]| list.iter().any(|n| n == t.name);
         (args.only.is_empty() || is_in(&args.only)) && !is_in(&args.skip) && (is_in(&args.only) || !is_in(&config.skip))
     };

@@ -13,16 +13,16 @@ use tatu_core::errors::Error;
 use tatu_embed::restart_command;
 
 use super::{
-    finding::{self, Finding, Level, Line, PREFIX},
+    finding::{self, ChildMessage, Finding, FindingLevel, LINE_PREFIX},
     inspector,
-    report::Outcome,
+    report::TestOutcome,
 };
 use crate::report::CRASH_HELP;
 
 /// Maximum number of lines of standard error that are stored per test.
-const KEPT: usize = 400;
+const MAX_ERROR_LINES: usize = 400;
 /// Time for which the parent waits for the rest of standard error after a child has ended.
-const GRACE: Duration = Duration::from_secs(2);
+const STDERR_TIMEOUT: Duration = Duration::from_secs(2);
 
 /// Environment variable that is set in the two processes whose transcripts are compared.
 pub const ONE_RUN: &str = "TATU_CHECK_ONE_RUN";
@@ -55,56 +55,56 @@ pub fn library(given: &Path) -> Result<PathBuf, Error> {
 }
 
 /// Runs a test in this process, the child.
-pub fn inside(test: fn(&Path) -> Result<(), Error>, library: &Path) -> ExitCode {
+pub fn run_in_child(test: fn(&Path) -> Result<(), Error>, library: &Path) -> ExitCode {
     #[cfg(unix)]
-    finding::take_output();
+    finding::redirect_output();
     inspector::name_guard_pages();
     match test(library) {
         Ok(()) => {
-            finding::send(&Line::Done);
+            finding::send(&ChildMessage::Done);
             ExitCode::SUCCESS
         }
         Err(e) => {
             let help = e.help.map_or(String::new(), |h| format!(" ({h})"));
             finding::error("", format!("{}{help}", e.text));
-            finding::send(&Line::Done);
+            finding::send(&ChildMessage::Done);
             ExitCode::FAILURE
         }
     }
 }
 
 /// Runs a test in a child process, and collects its findings.
-pub fn run(test: &'static str, text: &'static str, library: &Path, timeout: u64) -> Outcome {
+pub fn run(test: &'static str, text: &'static str, library: &Path, timeout: u64) -> TestOutcome {
     let begin = Instant::now();
-    let ran = Ran::of(test, library, Duration::from_secs(timeout), false);
+    let ran = ChildResult::of(test, library, Duration::from_secs(timeout), false);
     let mut findings = ran.as_ref().map(|r| r.findings.clone()).unwrap_or_default();
     match &ran {
         Ok(ran) => findings.extend(ran.abnormal_end()),
-        Err(why) => findings.push(Finding { level: Level::Error, place: String::new(), text: why.clone() }),
+        Err(why) => findings.push(Finding { level: FindingLevel::Error, place: String::new(), text: why.clone() }),
     }
     findings.dedup();
-    let tried = ran.is_ok_and(|r| r.tried) || !findings.is_empty();
-    Outcome { test, text, tried, seconds: begin.elapsed().as_secs_f64(), findings }
+    let tried = ran.is_ok_and(|r| r.tested) || !findings.is_empty();
+    TestOutcome { test, text, tried, seconds: begin.elapsed().as_secs_f64(), findings }
 }
 
 /// The result of a child process.
-pub struct Ran {
+pub struct ChildResult {
     status: Option<ExitStatus>,
     /// The child's last activity: a part of the plugin, and a clause.
-    at: Option<(String, String)>,
+    activity: Option<(String, String)>,
     pub findings: Vec<Finding>,
     pub transcript: String,
     /// Whether the child tested anything beyond loading the plugin.
-    tried: bool,
+    tested: bool,
     done: bool,
     /// Whether the child exceeded the time limit.
-    late: bool,
+    timed_out: bool,
     /// Label of the guard page that the plugin accessed.
     guard: Option<String>,
     errors: Vec<String>,
 }
 
-impl Ran {
+impl ChildResult {
     /// Starts a child process for a test, waits until it ends, and reads its output.
     ///
     /// If `one_run` is set, the child sends the transcript of a single run instead of comparing two.
@@ -128,14 +128,14 @@ impl Ran {
             .stderr(Stdio::piped())
             .spawn();
         let mut child = child.map_err(|e| format!("cannot start a process for the test: {e}"))?;
-        let mut ran = Ran {
+        let mut ran = ChildResult {
             status: None,
-            at: None,
+            activity: None,
             findings: Vec::new(),
             transcript: String::new(),
-            tried: false,
+            tested: false,
             done: false,
-            late: false,
+            timed_out: false,
             guard: None,
             errors: Vec::new(),
         };
@@ -146,36 +146,38 @@ impl Ran {
         let end = Instant::now() + timeout;
         loop {
             match receive.recv_timeout(end.saturating_duration_since(Instant::now())) {
-                Ok(line) => ran.take(&line),
+                Ok(line) => ran.handle_line(&line),
                 Err(mpsc::RecvTimeoutError::Disconnected) => break,
                 Err(mpsc::RecvTimeoutError::Timeout) => {
                     end_group(&mut child);
-                    ran.late = true;
+                    ran.timed_out = true;
                     break;
                 }
             }
         }
         ran.status = wait(&mut child, end);
         end_group(&mut child);
-        ran.errors = errors.recv_timeout(GRACE).unwrap_or_default();
+        ran.errors = errors.recv_timeout(STDERR_TIMEOUT).unwrap_or_default();
         Ok(ran)
     }
 
-    fn take(&mut self, line: &str) {
-        if let Some(label) = line.strip_prefix(inspector::GUARD) {
+    fn handle_line(&mut self, line: &str) {
+        if let Some(label) = line.strip_prefix(inspector::GUARD_PREFIX) {
             self.guard = Some(label.to_owned());
             return;
         }
-        let Some(line) = line.strip_prefix(PREFIX).and_then(|json| serde_json::from_str(json).ok()) else { return };
+        let Some(line) = line.strip_prefix(LINE_PREFIX).and_then(|json| serde_json::from_str(json).ok()) else {
+            return;
+        };
         match line {
-            Line::At { place, text } => {
-                self.tried |= text != finding::LOADING;
-                self.at = Some((place, text));
+            ChildMessage::At { place, text } => {
+                self.tested |= text != finding::LOADING_ACTIVITY;
+                self.activity = Some((place, text));
             }
-            Line::Found(f) if self.findings.contains(&f) => {}
-            Line::Found(f) => self.findings.push(f),
-            Line::Transcript(text) => self.transcript += &text,
-            Line::Done => self.done = true,
+            ChildMessage::Found(f) if self.findings.contains(&f) => {}
+            ChildMessage::Found(f) => self.findings.push(f),
+            ChildMessage::Transcript(text) => self.transcript += &text,
+            ChildMessage::Done => self.done = true,
         }
     }
 
@@ -185,20 +187,20 @@ impl Ran {
             let good = self.status.is_some_and(|s| matches!(s.code(), Some(0 | 1)));
             let text = match &self.status {
                 _ if good => return None,
-                Some(status) if !self.late => format!("{}, when the process ends", self.ended(*status)),
+                Some(status) if !self.timed_out => format!("{}, when the process ends", self.ended(*status)),
                 _ => "it keeps the process from ending: a thread, a destructor or an exit handler".to_owned(),
             };
-            return Some(Finding { level: Level::Error, place: String::new(), text });
+            return Some(Finding { level: FindingLevel::Error, place: String::new(), text });
         }
-        let (place, doing) = self.at.clone().unwrap_or_default();
+        let (place, doing) = self.activity.clone().unwrap_or_default();
         let when = if doing.is_empty() { String::new() } else { format!(", {doing}") };
         let what = match (&self.guard, &self.status) {
             (Some(guard), _) => format!("it crashes: {guard}"),
-            _ if self.late => "it has not returned in time".to_owned(),
+            _ if self.timed_out => "it has not returned in time".to_owned(),
             (None, None) => "it has not returned in time".to_owned(),
             (None, Some(status)) => self.ended(*status),
         };
-        Some(Finding { level: Level::Error, place, text: format!("{what}{when}") })
+        Some(Finding { level: FindingLevel::Error, place, text: format!("{what}{when}") })
     }
 
     /// Describes how a process ended before its test was finished.
@@ -254,7 +256,7 @@ fn last_lines(err: Option<impl Read + Send + 'static>) -> mpsc::Receiver<Vec<Str
         let mut kept = VecDeque::new();
         for line in err.into_iter().flat_map(|e| BufReader::new(e).split(b'\n').map_while(Result::ok)) {
             kept.push_back(String::from_utf8_lossy(&line).into_owned());
-            if kept.len() > KEPT {
+            if kept.len() > MAX_ERROR_LINES {
                 kept.pop_front();
             }
         }

@@ -10,29 +10,29 @@ use tatu_core::{Session, document::ServiceSpec, errors::Error};
 use super::{
     finding::{self, error, note, warning},
     stage,
-    subject::Subject,
+    subject::TestedPlugin,
 };
 
 /// Number of steps of a run.
-const STEPS: usize = 8;
+const RUN_STEPS: usize = 8;
 /// Real time of a step above which `barrier` may block. A hold, which is allowed, ends after 0.1 s.
-const LONG: Duration = Duration::from_millis(700);
+const BLOCKING_THRESHOLD: Duration = Duration::from_millis(700);
 /// Number of steps that must take so long: a busy machine may interrupt a step or two.
 const BLOCKED_STEPS: usize = 3;
 
 /// Runs the test `services`.
 pub fn run(file: &Path) -> Result<(), Error> {
-    let subject = Subject::load(file)?;
+    let subject = TestedPlugin::load(file)?;
     for (kind, s) in subject.registry.services.iter().enumerate().filter(|(_, s)| s.plugin == subject.plugin) {
         let place = format!("service `{}`", s.id);
         let required = s.params.iter().filter(|p| !p.optional());
         let params: Option<Vec<_>> =
-            required.map(|p| Some((p.key.clone(), stage::good(p).into_iter().next()?))).collect();
+            required.map(|p| Some((p.key.clone(), stage::valid_values(p).into_iter().next()?))).collect();
         let Some(params) = params else {
             note(&place, "it is not tested: no valid value is known for a required parameter");
             continue;
         };
-        finding::at(&place, "when it is started");
+        finding::report_activity(&place, "when it is started");
         let session = match Session::new(subject.registry.clone(), &[ServiceSpec { kind, params, place: None }]) {
             Ok(session) => session,
             Err(e) => {
@@ -48,14 +48,14 @@ pub fn run(file: &Path) -> Result<(), Error> {
         };
         let world = subject.world(&stage::scene("", ""), &[], 1)?;
         session.join(&world);
-        finding::at(&place, "in its `barrier`");
+        finding::report_activity(&place, "in its `barrier`");
         world.start();
         let mut blocked = 0;
-        for _ in 0..STEPS {
+        for _ in 0..RUN_STEPS {
             let begin = Instant::now();
             world.step();
             let took = begin.elapsed();
-            blocked += usize::from(took > LONG);
+            blocked += usize::from(took > BLOCKING_THRESHOLD);
             if blocked == BLOCKED_STEPS {
                 error(&place, format!("its `barrier` blocks: a step took {:.1} s", took.as_secs_f64()));
                 break;
@@ -63,7 +63,7 @@ pub fn run(file: &Path) -> Result<(), Error> {
             // Give the service's threads time to run.
             std::thread::sleep(Duration::from_millis(20));
         }
-        finding::at(&place, "when the run ends");
+        finding::report_activity(&place, "when the run ends");
         world.stop();
         world.end();
         subject.report_faults(&world);

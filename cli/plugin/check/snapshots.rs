@@ -7,16 +7,16 @@ use tatu_core::{World, errors::Error, state::Snapshot};
 use super::{
     commands,
     finding::{self, error, note},
-    inspector::Damage,
+    inspector::StateDamage,
     stage,
-    subject::Subject,
+    subject::TestedPlugin,
 };
 
 /// Number of steps before, and number of steps after, the snapshot.
-const STEPS: usize = 4;
+const STEPS_PER_HALF: usize = 4;
 
 /// Returns a scene with all kinds of devices that the plugin provides, and a script that calls its commands.
-fn scene(subject: &Subject) -> (String, String) {
+fn scene(subject: &TestedPlugin) -> (String, String) {
     let r = &subject.registry;
     let mut devices = String::new();
     let table = |kind: &str, id: &str, n: usize, place: &str, lines: &str| {
@@ -24,7 +24,7 @@ fn scene(subject: &Subject) -> (String, String) {
     };
     for (n, s) in r.sensor_kinds().map(|(_, s)| s).filter(|s| s.plugin == subject.plugin).enumerate() {
         if let Some(lines) = stage::required(&s.params) {
-            devices += &table("sensor", &s.id, n, stage::PLACES[n % 3], &lines);
+            devices += &table("sensor", &s.id, n, stage::SENSOR_PLACES[n % 3], &lines);
         }
     }
     for (n, a) in r.actuators.iter().filter(|a| a.plugin == subject.plugin).enumerate() {
@@ -32,18 +32,18 @@ fn scene(subject: &Subject) -> (String, String) {
             devices += &table("actuator", &a.id, n, "parent = \"/body\"\n", &lines);
         }
     }
-    let script = commands::ordinary(subject);
+    let script = commands::ordinary_script(subject);
     (stage::scene(&devices, &script), script)
 }
 
-fn world(subject: &Subject, scene: &str, script: &str) -> Result<World, Error> {
+fn world(subject: &TestedPlugin, scene: &str, script: &str) -> Result<World, Error> {
     subject.world(scene, &[("check.lua", script.as_bytes())], 1)
 }
 
 /// Runs a world and takes a snapshot. If that fails, reports it and returns `None`.
-fn saved(subject: &Subject, world: &World) -> Option<Snapshot> {
-    commands::play(world, STEPS);
-    finding::at("", "when a snapshot is taken");
+fn saved(subject: &TestedPlugin, world: &World) -> Option<Snapshot> {
+    commands::play(world, STEPS_PER_HALF);
+    finding::report_activity("", "when a snapshot is taken");
     match world.snapshot() {
         Ok(snapshot) => {
             for m in snapshot.head.missed.iter().filter(|m| m.plugin == subject.id) {
@@ -59,8 +59,8 @@ fn saved(subject: &Subject, world: &World) -> Option<Snapshot> {
 }
 
 /// Runs the test `snapshots`.
-pub fn go_on(file: &Path) -> Result<(), Error> {
-    let subject = Subject::load(file)?;
+pub fn resume(file: &Path) -> Result<(), Error> {
+    let subject = TestedPlugin::load(file)?;
     let (scene, script) = scene(&subject);
     let first = world(&subject, &scene, &script)?;
     let Some(snapshot) = saved(&subject, &first) else { return Ok(()) };
@@ -68,7 +68,7 @@ pub fn go_on(file: &Path) -> Result<(), Error> {
         return Ok(());
     }
     let second = world(&subject, &scene, &script)?;
-    finding::at("", "when a snapshot is restored");
+    finding::report_activity("", "when a snapshot is restored");
     if let Err(e) = second.restore(&snapshot, false) {
         let text = format!("its own snapshot cannot be restored: {}", e.text);
         // Only an error of the plugin's `load` names the plugin; other errors are limitations of the host, such as
@@ -80,7 +80,7 @@ pub fn go_on(file: &Path) -> Result<(), Error> {
         }
         return Ok(());
     }
-    for step in 1..=STEPS {
+    for step in 1..=STEPS_PER_HALF {
         first.step();
         second.step();
         let lines = [&first, &second]
@@ -105,17 +105,17 @@ pub fn go_on(file: &Path) -> Result<(), Error> {
 
 /// Runs the test `reload`.
 pub fn reload(file: &Path) -> Result<(), Error> {
-    let subject = Subject::load(file)?;
+    let subject = TestedPlugin::load(file)?;
     let (_, script) = scene(&subject);
     if !script.contains("try(") || subject.registry.services.iter().any(|s| s.plugin == subject.plugin) {
         return Ok(());
     }
-    let script = commands::waiting(&subject);
+    let script = commands::waiting_script(&subject);
     let scene = stage::scene("", &script);
     let [first, second] = [world(&subject, &scene, &script)?, world(&subject, &scene, &script)?];
     first.start();
     second.start();
-    for step in 0..LONG {
+    for step in 0..RELOAD_STEPS {
         first.step();
         second.step();
         let lines = [&first, &second]
@@ -130,7 +130,7 @@ pub fn reload(file: &Path) -> Result<(), Error> {
             return Ok(());
         }
         if step == 1 {
-            finding::at("", "when it is reloaded during a run");
+            finding::report_activity("", "when it is reloaded during a run");
             let told = second.reload_plugin(subject.plugin)?;
             // The first note only states that the plugin was reloaded.
             let lost = told.notes.get(1..).unwrap_or_default();
@@ -145,36 +145,36 @@ pub fn reload(file: &Path) -> Result<(), Error> {
 }
 
 /// Number of steps of a run with a reload.
-const LONG: usize = 16;
+const RELOAD_STEPS: usize = 16;
 
 /// Runs the test `load`.
 pub fn load(file: &Path) -> Result<(), Error> {
-    let subject = Subject::load(file)?;
+    let subject = TestedPlugin::load(file)?;
     let (scene, script) = scene(&subject);
     let first = world(&subject, &scene, &script)?;
     let Some(snapshot) = saved(&subject, &first) else { return Ok(()) };
-    let try_with = |damage: Damage| -> Result<(bool, bool), Error> {
+    let try_with = |damage: StateDamage| -> Result<(bool, bool), Error> {
         let next = world(&subject, &scene, &script)?;
         *subject.spy.damage.lock().unwrap_or_else(PoisonError::into_inner) = damage;
         subject.spy.loaded.store(false, std::sync::atomic::Ordering::Relaxed);
         let restored = next.restore(&snapshot, true).is_ok();
-        *subject.spy.damage.lock().unwrap_or_else(PoisonError::into_inner) = Damage::None;
+        *subject.spy.damage.lock().unwrap_or_else(PoisonError::into_inner) = StateDamage::None;
         if restored {
             next.step();
         }
         next.end();
         Ok((restored, subject.spy.loaded.load(std::sync::atomic::Ordering::Relaxed)))
     };
-    finding::at("", "when `load` gets bytes of an unknown version");
-    if let (true, true) = try_with(Damage::Version(0x7fff_0000))? {
+    finding::report_activity("", "when `load` gets bytes of an unknown version");
+    if let (true, true) = try_with(StateDamage::Version(0x7fff_0000))? {
         error("", "`load` accepts bytes of the unknown version 2147418112; it must refuse unsupported versions");
     }
     for n in [0, 1, 7, 8, 9, 16, 24, 31, 40, 64, 100, 200] {
-        finding::at(
+        finding::report_activity(
             "",
             format!("when `load` gets only {n} bytes of what `save` wrote, or ends the instance afterwards"),
         );
-        try_with(Damage::First(n))?;
+        try_with(StateDamage::First(n))?;
     }
     Ok(())
 }

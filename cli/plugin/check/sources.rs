@@ -8,22 +8,22 @@ use tatu_plugin_api::abi::*;
 use super::{
     finding::{self, error, note},
     stage,
-    subject::Subject,
+    subject::TestedPlugin,
 };
 
 /// Tolerance for the height of a model's lowest point above or below the floor, m.
-const NEAR: f64 = 0.003;
+const FLOOR_TOLERANCE_M: f64 = 0.003;
 
 /// Runs the test `models`.
 pub fn models(file: &Path) -> Result<(), Error> {
-    let subject = Subject::load(file)?;
+    let subject = TestedPlugin::load(file)?;
     for m in subject.registry.models.iter().filter(|m| m.plugin == subject.plugin) {
         let place = format!("model `{}`", m.id);
         let Some(lines) = stage::required(&m.params) else {
             note(&place, "it is not tested: a required parameter cannot be set in a scene");
             continue;
         };
-        finding::at(&place, "when it is built");
+        finding::report_activity(&place, "when it is built");
         let scene = format!("format = 1\n[[model]]\nmodel = \"{}\"\n{lines}", m.id);
         let world = match subject.world(&scene, &[], 1) {
             Ok(world) => world,
@@ -32,7 +32,7 @@ pub fn models(file: &Path) -> Result<(), Error> {
                 continue;
             }
         };
-        let lowest = world.look_at(|scene, _| {
+        let lowest = world.with_scene(|scene, _| {
             let shapes = scene.slots().filter_map(|(slot, o)| Some((slot, o.shape()?)));
             let parts = shapes.flat_map(|(slot, shape)| {
                 visible_parts(shape).into_iter().filter_map(move |p| bounds(&p.form, &(scene.world(slot) * p.pose)))
@@ -40,19 +40,19 @@ pub fn models(file: &Path) -> Result<(), Error> {
             parts.map(|[low, _]| low.z).min_by(f64::total_cmp)
         });
         match lowest {
-            Some(z) if z < -NEAR => {
+            Some(z) if z < -FLOOR_TOLERANCE_M => {
                 let text = format!(
                     "its lowest point is {:.1} mm below the floor z = 0, on which models must stand",
                     -1000.0 * z
                 );
                 error(&place, text);
             }
-            Some(z) if z > NEAR => {
+            Some(z) if z > FLOOR_TOLERANCE_M => {
                 note(&place, format!("its lowest point is {:.1} mm above the floor z = 0", 1000.0 * z))
             }
             _ => {}
         }
-        finding::at(&place, "when it runs");
+        finding::report_activity(&place, "when it runs");
         world.start();
         (0..10).for_each(|_| {
             world.step();
@@ -64,7 +64,7 @@ pub fn models(file: &Path) -> Result<(), Error> {
 
 /// Runs the test `importers`.
 pub fn importers(file: &Path) -> Result<(), Error> {
-    let subject = Subject::load(file)?;
+    let subject = TestedPlugin::load(file)?;
     for i in subject.registry.importers.iter().filter(|i| i.plugin == subject.plugin) {
         let place = format!("importer `{}`", i.id);
         let Some(suffix) = i.suffixes.first() else { continue };
@@ -72,14 +72,14 @@ pub fn importers(file: &Path) -> Result<(), Error> {
         let lines = stage::required(&i.params).unwrap_or_default();
         let scene = format!("format = 1\n[[import]]\nfile = \"{name}\"\n{lines}");
         let me = subject.registry.plugins[subject.plugin].me;
-        let mut heads = words(&subject.file);
+        let mut heads = library_strings(&subject.file);
         heads.retain(|head| {
             let text = border::raw(head);
             // SAFETY: the plugin's function `sniff` may be called in any context; the text is valid during the call.
             i.raw.sniff.is_some_and(|sniff| unsafe { sniff(me, text) } > 0)
         });
         for (what, bytes) in malformed(&samples(&subject.file, &i.suffixes), &heads) {
-            finding::at(&place, format!("when it reads {what}"));
+            finding::report_activity(&place, format!("when it reads {what}"));
             if let Ok(world) = subject.world(&scene, &[(&name, &bytes)], 1) {
                 world.start();
                 world.step();
@@ -101,18 +101,18 @@ fn samples(plugin: &Path, suffixes: &[String]) -> Vec<Vec<u8>> {
 }
 
 /// Returns the printable strings in a library, among which is probably the signature of its file format.
-fn words(library: &Path) -> Vec<Vec<u8>> {
+fn library_strings(library: &Path) -> Vec<Vec<u8>> {
     let bytes = std::fs::read(library).unwrap_or_default();
     let texts = bytes.split(|b| !(b.is_ascii_graphic() || *b == b' ')).filter(|t| (3..=40).contains(&t.len()));
     let mut all: Vec<Vec<u8>> = texts.map(<[u8]>::to_vec).collect();
     all.sort();
     all.dedup();
-    all.truncate(MOST_WORDS);
+    all.truncate(MAX_STRINGS);
     all
 }
 
 /// Maximum number of a library's strings that are tried as the beginning of a file.
-const MOST_WORDS: usize = 20_000;
+const MAX_STRINGS: usize = 20_000;
 
 /// Returns malformed contents of files, with descriptions. `heads` are beginnings that the importer recognizes.
 fn malformed(samples: &[Vec<u8>], heads: &[Vec<u8>]) -> Vec<(String, Vec<u8>)> {
@@ -154,7 +154,7 @@ fn malformed(samples: &[Vec<u8>], heads: &[Vec<u8>]) -> Vec<(String, Vec<u8>)> {
 
 /// Runs the test `languages`.
 pub fn languages(file: &Path) -> Result<(), Error> {
-    let subject = Subject::load(file)?;
+    let subject = TestedPlugin::load(file)?;
     for l in subject.registry.languages.iter().filter(|l| l.plugin == subject.plugin) {
         let place = format!("language `{}`", l.id);
         let Some(suffix) = l.suffixes.first() else { continue };
@@ -162,7 +162,7 @@ pub fn languages(file: &Path) -> Result<(), Error> {
         let dialects = dialects(&subject, l);
         for dialect in std::iter::once(String::new()).chain(dialects) {
             for text in ["", "\u{0}\u{1}", "((((", "x: y\n", "end end end", "\u{fffd}"] {
-                finding::at(&place, format!("when it loads the text {text:?}"));
+                finding::report_activity(&place, format!("when it loads the text {text:?}"));
                 let key = if dialect.is_empty() { String::new() } else { format!(", dialect = {dialect:?}") };
                 let scene = format!(
                     "format = 1\n[[object]]\nkind = \"dummy\"\nalias = \"d\"\nscript = {{ file = \"{name}\"{key} }}\n"
@@ -183,7 +183,7 @@ pub fn languages(file: &Path) -> Result<(), Error> {
 }
 
 /// Returns dialects that a language accepts, taken from its error message about an unknown dialect.
-fn dialects(subject: &Subject, language: &tatu_core::plugins::Language) -> Vec<String> {
+fn dialects(subject: &TestedPlugin, language: &tatu_core::plugins::ScriptLanguage) -> Vec<String> {
     let Some(knows) = language.raw.knows_dialect else { return Vec::new() };
     let me = subject.registry.plugins[subject.plugin].me;
     let ask = |dialect: &str| {

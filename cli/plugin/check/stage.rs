@@ -1,6 +1,6 @@
 //! Scenes for tests, and values for declared parameters.
 
-use tatu_core::plugins::{Declared, units};
+use tatu_core::plugins::{ParameterSpec, units};
 use tatu_plugin_api::{abi::*, safe::Value};
 
 /// Returns a scene: a room with walls at different distances, a body that falls and slides, a rotating joint, and
@@ -18,7 +18,7 @@ pub fn scene(devices: &str, script: &str) -> String {
     out += &wall("west", [-1.4, 0.0, 1.0], [0.2, 4.0, 2.0]);
     out += &wall("north", [0.0, 1.7, 1.0], [4.0, 0.2, 2.0]);
     out += &wall("south", [0.0, -2.0, 1.0], [4.0, 0.2, 2.0]);
-    out += BODIES;
+    out += SCENE_BODIES;
     out += devices;
     if !script.is_empty() {
         out += "\n[[object]]\nkind = \"dummy\"\nalias = \"checker\"\nscript = \"check.lua\"\n";
@@ -26,7 +26,7 @@ pub fn scene(devices: &str, script: &str) -> String {
     out
 }
 
-const BODIES: &str = r#"
+const SCENE_BODIES: &str = r#"
 [[object]]
 kind = "shape"
 alias = "body"
@@ -59,7 +59,7 @@ orientation_deg = [0.0, 90.0, 0.0]
 "#;
 
 /// Placements of sensors, as lines of a table: facing walls, facing up, far from everything, and on a moving body.
-pub const PLACES: [&str; 5] = [
+pub const SENSOR_PLACES: [&str; 5] = [
     "position_m = [0.0, 0.0, 0.5]\norientation_deg = [0.0, 90.0, 0.0]\n",
     "position_m = [0.1, -0.2, 0.6]\norientation_deg = [90.0, 0.0, 20.0]\n",
     "position_m = [0.0, 0.0, 0.4]\n",
@@ -68,7 +68,7 @@ pub const PLACES: [&str; 5] = [
 ];
 
 /// Returns valid values of a parameter, its default first, or an empty list if scenes cannot set it.
-pub fn good(p: &Declared) -> Vec<Value> {
+pub fn valid_values(p: &ParameterSpec) -> Vec<Value> {
     let mut out = Vec::new();
     if p.fallback != Value::Nil {
         out.push(p.fallback.clone());
@@ -104,7 +104,7 @@ pub fn good(p: &Declared) -> Vec<Value> {
 
 /// Returns candidate values of a parameter: near its default, if it has one, then at its bounds and between them. Those
 /// near the default may be out of bounds.
-fn between(p: &Declared) -> Vec<f64> {
+fn between(p: &ParameterSpec) -> Vec<f64> {
     let (low, high) = (p.lowest.is_finite().then_some(p.lowest), p.highest.is_finite().then_some(p.highest));
     let middle = match (low, high) {
         (Some(a), Some(b)) => vec![(a + b) / 2.0, a, b],
@@ -121,9 +121,9 @@ fn between(p: &Declared) -> Vec<f64> {
 }
 
 /// Returns the line that sets a parameter in a scene file, or `None` if a scene file cannot set it.
-pub fn line(p: &Declared, value: &Value) -> Option<String> {
+pub fn line(p: &ParameterSpec, value: &Value) -> Option<String> {
     let unit = p.unit.as_deref();
-    let key = units::written(&p.key, unit);
+    let key = units::key_with_unit(&p.key, unit);
     let factor = units::factor(&key, &p.key, unit)?;
     let number = |x: f64| format!("{:?}", x / factor);
     let text = match value {
@@ -138,7 +138,7 @@ pub fn line(p: &Declared, value: &Value) -> Option<String> {
 }
 
 /// Returns lines that set all required parameters, or `None` if one of them cannot be set in a scene file.
-pub fn required(params: &[Declared]) -> Option<String> {
+pub fn required(params: &[ParameterSpec]) -> Option<String> {
     let all = params.iter().filter(|p| !p.optional());
-    all.map(|p| good(p).first().and_then(|v| line(p, v))).collect()
+    all.map(|p| valid_values(p).first().and_then(|v| line(p, v))).collect()
 }

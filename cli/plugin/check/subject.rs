@@ -10,31 +10,31 @@ use std::{
 
 use tatu_core::{
     World,
-    document::{self, Document, Options},
+    document::{self, Document, LoadOptions},
     errors::{Error, Fault, FaultKind},
-    plugins::{Copies, Registry, Search},
+    plugins::{CopyFolder, Registry, SearchPath},
 };
 
-use tatu_embed::search::built;
+use tatu_embed::search::built_plugins;
 use tatu_plugin_api::safe::program_file;
 
-use super::{finding, inspector::Spy};
+use super::{finding, inspector::CallSpy};
 use crate::watchdog::Watchdog;
 
 /// Base name of the copy that is loaded.
-const COPY: &str = "tatu_checked";
+const COPY_NAME: &str = "tatu_checked";
 /// Prefix of the folders in which worlds open files.
-const OWN: &str = "files-of-world-";
+const FOLDER_PREFIX: &str = "files-of-world-";
 
 /// The plugin under test.
-pub struct Subject {
+pub struct TestedPlugin {
     pub registry: Arc<Registry>,
     /// The plugin's index in the registry.
     pub plugin: usize,
     /// The plugin's id.
     pub id: String,
     /// The inspector that watches the plugin's calls.
-    pub spy: Arc<Spy>,
+    pub spy: Arc<CallSpy>,
     /// Errors and warnings that were reported when the plugin was loaded.
     pub refused: Vec<Error>,
     /// The original library file.
@@ -45,22 +45,22 @@ pub struct Subject {
     folder: tempfile::TempDir,
 }
 
-impl Subject {
+impl TestedPlugin {
     /// Loads a copy of a library under another name. Host tables are truncated to the sizes that the plugin declares
     /// that it needs, so that a call beyond them is detected.
     pub fn load(file: &Path) -> Result<Self, Error> {
         let cannot = |e: std::io::Error| Error::new("E105", format!("cannot copy {}: {e}", file.display()));
         let folder = tempfile::tempdir().map_err(cannot)?;
-        let name = format!("{}{COPY}{}", std::env::consts::DLL_PREFIX, std::env::consts::DLL_SUFFIX);
+        let name = format!("{}{COPY_NAME}{}", std::env::consts::DLL_PREFIX, std::env::consts::DLL_SUFFIX);
         let copy = folder.path().join(name);
         std::fs::copy(file, &copy).map_err(cannot)?;
-        finding::at("", finding::LOADING);
+        finding::report_activity("", finding::LOADING_ACTIVITY);
         let exe = program_file();
-        let mut search = Search::standard(exe.as_deref(), Some(folder.path().as_os_str()), &built());
+        let mut search = SearchPath::standard(exe.as_deref(), Some(folder.path().as_os_str()), &built_plugins());
         // Opening copies of libraries makes reloading possible.
-        search.copies = Some(Arc::new(Copies::new()?));
+        search.copies = Some(Arc::new(CopyFolder::new()?));
         let mut host = tatu_core::host_tables();
-        host.cut_to_needs();
+        host.truncate_to_needs();
         let watchdog = Watchdog::start(0.0, false);
         let mut registry = Registry::load_watched(search, host, watchdog.watches.clone());
         // E302 is expected if the plugin under test hides one of the program's own plugins.
@@ -73,9 +73,9 @@ impl Subject {
         };
         let id = registry.plugins[plugin].id.clone();
         let lives = registry.world_lives.iter().find(|(p, _)| *p == plugin);
-        let spy = Arc::new(Spy::new(plugin, lives.map_or(0, |(_, life)| life.state_bytes)));
+        let spy = Arc::new(CallSpy::new(plugin, lives.map_or(0, |(_, life)| life.state_bytes)));
         registry.inspector = Some(spy.clone());
-        Ok(Subject {
+        Ok(TestedPlugin {
             registry: Arc::new(registry),
             plugin,
             id,
@@ -95,7 +95,7 @@ impl Subject {
             let cannot = |e: std::io::Error| Error::new("E105", format!("cannot write the scene of a test: {e}"));
             std::fs::write(self.folder.path().join(name), bytes).map_err(cannot)?;
         }
-        document::load(&file, &self.registry, &Options::default()).map(Arc::new)
+        document::load(&file, &self.registry, &LoadOptions::default()).map(Arc::new)
     }
 
     /// Creates a world from such a document, with a separate folder for files.
@@ -103,9 +103,9 @@ impl Subject {
         let world = World::with_threads(self.document(scene, files)?, self.registry.clone(), threads)?;
         // Each world gets its own folder, so that files written by one are not visible to another.
         let number = self.worlds.fetch_add(1, Ordering::Relaxed);
-        let own = self.folder.path().join(format!("{OWN}{number}"));
+        let own = self.folder.path().join(format!("{FOLDER_PREFIX}{number}"));
         std::fs::create_dir_all(&own).map_err(|e| Error::new("E105", format!("cannot create a folder: {e}")))?;
-        world.open_files_in(&own)?;
+        world.set_file_folder(&own)?;
         Ok(world)
     }
 
@@ -114,8 +114,8 @@ impl Subject {
         world
             .faults()
             .iter()
-            .filter(|f| self.is_mine(f))
-            .for_each(|f| finding::error(&finding::here(), self.readable(&f.message)));
+            .filter(|f| self.is_of_plugin(f))
+            .for_each(|f| finding::error(&finding::current_place(), self.readable(&f.message)));
     }
 
     /// Replaces the folder names in a line that differ between processes with FOLDER.
@@ -125,7 +125,7 @@ impl Subject {
             let folder = folder.display().to_string();
             if folder.len() > 1 { l.replace(&folder, "FOLDER") } else { l }
         });
-        let mut parts = line.split(OWN);
+        let mut parts = line.split(FOLDER_PREFIX);
         let first = parts.next().unwrap_or_default().to_owned();
         parts.fold(first, |l, part| l + part.trim_start_matches(|c: char| c.is_ascii_digit()))
     }
@@ -133,7 +133,7 @@ impl Subject {
     /// Replaces the name of the loaded copy in a message with the name of the original file.
     pub fn readable(&self, text: &str) -> String {
         let file = self.file.display().to_string();
-        let word = |word: &str| match word.contains(COPY) {
+        let word = |word: &str| match word.contains(COPY_NAME) {
             true => {
                 let end = word.trim_start_matches(|c: char| c != ')' && c != ',' && c != ':');
                 let begin = if word.starts_with('(') { "(" } else { "" };
@@ -145,7 +145,7 @@ impl Subject {
     }
 
     /// Returns whether a fault is a violation of the rules by this plugin; errors raised by its commands are not.
-    pub fn is_mine(&self, fault: &Fault) -> bool {
+    pub fn is_of_plugin(&self, fault: &Fault) -> bool {
         // A fault without a plugin is attributed to a thread of the plugin under test, because the program's own
         // plugins are known not to cause such faults.
         let kind = matches!(fault.kind, FaultKind::Plugin | FaultKind::Stuck | FaultKind::Physics);

@@ -11,16 +11,16 @@ use tatu_core::errors::{Error, Result};
 use tatu_embed::restart_command;
 
 use super::{
-    outcome::{Failure, Outcomes},
-    process::{self, Ended},
+    outcome::{Failure, TestResults},
+    process::{self, ProcessResult},
     tools,
 };
 
 /// Time limit for the compiler.
-const LONG: Duration = Duration::from_secs(3600);
+const COMPILE_TIMEOUT: Duration = Duration::from_secs(3600);
 
 /// Runs all tests of the folder.
-pub fn run(folder: &Path, plugins: &[PathBuf], limit: Duration, out: &mut Outcomes) -> Result {
+pub fn run(folder: &Path, plugins: &[PathBuf], limit: Duration, out: &mut TestResults) -> Result {
     let place = folder.join("build/tests");
     fs::create_dir_all(&place).map_err(|e| Error::new("E621", format!("cannot create {}: {e}", place.display())))?;
     for source in tools::files(&folder.join("tests"), &["c", "cpp", "cc", "cxx"]) {
@@ -33,12 +33,12 @@ pub fn run(folder: &Path, plugins: &[PathBuf], limit: Duration, out: &mut Outcom
             command.arg("-lm");
         }
         // The compiler runs in the project's folder, so that paths in its messages are relative to it.
-        let built = process::run(command.current_dir(folder), LONG)?;
+        let built = process::run(command.current_dir(folder), COMPILE_TIMEOUT)?;
         if !built.status.is_some_and(|s| s.success()) {
             out.add(&file, &stem, vec![Failure::new("the tests cannot be compiled")], &built.output);
             continue;
         }
-        let test = Library { folder, library, report: place.join("report.jsonl"), plugins, limit };
+        let test = TestLibrary { folder, library, report: place.join("report.jsonl"), plugins, limit };
         match test.names()? {
             Ok(names) => {
                 for name in &names {
@@ -56,7 +56,7 @@ pub fn run(folder: &Path, plugins: &[PathBuf], limit: Duration, out: &mut Outcom
 }
 
 /// The tests of one file.
-struct Library<'a> {
+struct TestLibrary<'a> {
     folder: &'a Path,
     library: PathBuf,
     report: PathBuf,
@@ -64,9 +64,9 @@ struct Library<'a> {
     limit: Duration,
 }
 
-impl Library<'_> {
+impl TestLibrary<'_> {
     /// Starts this program as a child process that runs this library; returns how it ended, and its report.
-    fn start(&self, name: Option<&str>) -> Result<(Ended, Vec<Value>)> {
+    fn start(&self, name: Option<&str>) -> Result<(ProcessResult, Vec<Value>)> {
         // Remove the report of an earlier test. This fails if there is no such report, which is not a problem.
         let _ = fs::remove_file(&self.report);
         let command = restart_command();
@@ -91,7 +91,7 @@ impl Library<'_> {
         if let Some(Value::Array(names)) = report.first() {
             return Ok(Ok(names.iter().filter_map(Value::as_str).map(str::to_owned).collect()));
         }
-        let why = process::bad_end(&ended, self.limit).unwrap_or_else(|| "the tests cannot be loaded".into());
+        let why = process::abnormal_end(&ended, self.limit).unwrap_or_else(|| "the tests cannot be loaded".into());
         Ok(Err((Failure::new(why), ended.output)))
     }
 
@@ -108,7 +108,7 @@ impl Library<'_> {
             f.file = tools::shown(self.folder, Path::new(&f.file));
         }
         let ended_well = report.last().is_some_and(|v| v == "end");
-        match process::bad_end(&ended, self.limit) {
+        match process::abnormal_end(&ended, self.limit) {
             Some(why) => failures.push(Failure::new(why)),
             None if !ended_well => {
                 failures.push(Failure::new("the test ended the process before the test was complete"))

@@ -17,7 +17,7 @@ use tatu_plugin_api::abi::*;
 use crate::watchdog::Watchdog;
 
 #[derive(clap::Args)]
-pub struct RunTest {
+pub struct RunTestArgs {
     /// The library with the tests.
     pub library: PathBuf,
     /// The name of the test; if it is omitted, the names of all tests are listed.
@@ -35,7 +35,7 @@ pub struct RunTest {
 }
 
 /// Runs a test. The exit code is 0 if the test has finished; its result is in the report.
-pub fn run_test(args: &RunTest) -> Result<ExitCode> {
+pub fn run_test(args: &RunTestArgs) -> Result<ExitCode> {
     run(args).map(|()| ExitCode::SUCCESS)
 }
 
@@ -43,7 +43,7 @@ fn failed(text: String) -> Error {
     Error::new("E621", text)
 }
 
-fn run(args: &RunTest) -> Result {
+fn run(args: &RunTestArgs) -> Result {
     let mut file =
         File::create(&args.report).map_err(|e| failed(format!("cannot write {}: {e}", args.report.display())))?;
     let cases = cases(&args.library)?;
@@ -57,7 +57,7 @@ fn run(args: &RunTest) -> Result {
         .ok_or_else(|| failed(format!("{} has no test `{name}`", args.library.display())))?;
     let run = case.run.ok_or_else(|| failed(format!("the test `{name}` has no function")))?;
     // Plugin calls are recorded, so that the report of a crash names the plugin.
-    tatuhost::note_calls_in(Watchdog::start(0.0, false).watches);
+    tatuhost::set_call_watches(Watchdog::start(0.0, false).watches);
     let plugins = args.plugins.iter().map(|p| text(p)).collect::<Result<Vec<_>>>()?;
     let folder = text(&args.files)?;
     let list: Vec<*const c_char> = plugins.iter().map(|p| p.as_ptr()).chain([std::ptr::null()]).collect();

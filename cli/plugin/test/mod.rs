@@ -18,11 +18,11 @@ use std::{path::PathBuf, process::ExitCode, time::Duration};
 
 use tatu_core::errors::{Error, Result};
 
-use self::outcome::Outcomes;
-pub use child::{RunTest, run_test};
+use self::outcome::TestResults;
+pub use child::{RunTestArgs, run_test};
 
 #[derive(clap::Args)]
-pub struct Test {
+pub struct TestArgs {
     /// The plugin's folder.
     #[arg(default_value = ".")]
     pub folder: PathBuf,
@@ -44,19 +44,19 @@ fn limit(text: &str) -> Result<f64, String> {
 
 /// Runs the tests. The exit code is 0 if all pass, 1 if one fails or the plugin could not be built, and 2 if there is
 /// nothing to test.
-pub fn test(args: &Test) -> Result<ExitCode> {
+pub fn test(args: &TestArgs) -> Result<ExitCode> {
     let outcomes = run(args)?;
     outcomes.summary(args.json);
     Ok(if outcomes.failed() == 0 { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
 
-fn run(args: &Test) -> Result<Outcomes> {
+fn run(args: &TestArgs) -> Result<TestResults> {
     let folder = args.folder.canonicalize().map_err(|e| {
         Error::new("E620", format!("cannot use the folder {}: {e}", args.folder.display()))
             .expected("the folder of a plugin, with its tests in the folder `tests`")
     })?;
     let limit = Duration::from_secs_f64(args.timeout);
-    let mut out = Outcomes::new(args.only.clone(), !args.json);
+    let mut out = TestResults::new(args.only.clone(), !args.json);
     let Some(plugins) = library::make(&folder, &mut out)? else { return Ok(out) };
     rust_tests::run(&folder, limit, &mut out)?;
     c_tests::run(&folder, &plugins, limit, &mut out)?;

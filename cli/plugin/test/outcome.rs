@@ -24,7 +24,7 @@ impl Failure {
 
 /// The result of one test.
 #[derive(Debug, Serialize)]
-struct Outcome {
+struct TestResult {
     /// The file of the test, relative to the plugin's folder.
     file: String,
     name: String,
@@ -35,20 +35,20 @@ struct Outcome {
 }
 
 /// The results of all tests.
-pub struct Outcomes {
-    all: Vec<Outcome>,
+pub struct TestResults {
+    all: Vec<TestResult>,
     only: Option<String>,
     /// Whether each result is printed as soon as it is known.
-    tells: bool,
+    prints: bool,
 }
 
 /// Maximum number of output lines shown for a failed test. The last lines are shown.
-const MOST_LINES: usize = 40;
+const MAX_LINES: usize = 40;
 
-impl Outcomes {
+impl TestResults {
     /// Creates an empty list of results.
     pub fn new(only: Option<String>, tells: bool) -> Self {
-        Outcomes { all: Vec::new(), only, tells }
+        TestResults { all: Vec::new(), only, prints: tells }
     }
 
     /// Returns whether a test is selected by its name.
@@ -59,14 +59,14 @@ impl Outcomes {
     /// Adds the result of a test, which has passed if there are no failures.
     pub fn add(&mut self, file: &str, name: &str, failures: Vec<Failure>, output: &str) {
         let passed = failures.is_empty();
-        if self.tells {
+        if self.prints {
             report::out!("{}  {file}  {name}", if passed { "ok  " } else { "FAIL" });
-            failures.iter().for_each(tell);
+            failures.iter().for_each(print_failure);
             if !passed {
-                shown(output);
+                print_output(output);
             }
         }
-        self.all.push(Outcome { file: file.into(), name: name.into(), passed, failures, output: output.into() });
+        self.all.push(TestResult { file: file.into(), name: name.into(), passed, failures, output: output.into() });
     }
 
     /// Returns the number of failed tests.
@@ -90,7 +90,7 @@ impl Outcomes {
     }
 }
 
-fn tell(failure: &Failure) {
+fn print_failure(failure: &Failure) {
     let place = match (failure.file.as_str(), failure.line) {
         ("", _) => String::new(),
         (file, 0) => format!("{file}: "),
@@ -101,9 +101,9 @@ fn tell(failure: &Failure) {
     }
 }
 
-fn shown(output: &str) {
+fn print_output(output: &str) {
     let lines: Vec<&str> = output.lines().collect();
-    let first = lines.len().saturating_sub(MOST_LINES);
+    let first = lines.len().saturating_sub(MAX_LINES);
     if first > 0 {
         report::out!("      | ({first} earlier lines omitted)");
     }

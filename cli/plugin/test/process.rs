@@ -10,7 +10,7 @@ use std::{
 use tatu_core::errors::{Error, Result};
 
 /// The result of a process.
-pub struct Ended {
+pub struct ProcessResult {
     /// Exit status; `None` if the process was killed at the time limit.
     pub status: Option<ExitStatus>,
     /// Output of the process, standard output first.
@@ -18,10 +18,10 @@ pub struct Ended {
 }
 
 /// Maximum size of the stored output of a process, bytes. It is limited because a test may print in an endless loop.
-const MOST: usize = 1 << 20;
+const MAX_OUTPUT_BYTES: usize = 1 << 20;
 
 /// Runs a command until it ends or the time limit is reached.
-pub fn run(command: &mut Command, limit: Duration) -> Result<Ended> {
+pub fn run(command: &mut Command, limit: Duration) -> Result<ProcessResult> {
     command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
     #[cfg(unix)]
     std::os::unix::process::CommandExt::process_group(command, 0);
@@ -31,12 +31,12 @@ pub fn run(command: &mut Command, limit: Duration) -> Result<Ended> {
     let parts = [reader(child.stdout.take()), reader(child.stderr.take())];
     let status = wait(&mut child, limit);
     if status.is_none() {
-        end(&mut child);
+        kill_group(&mut child);
     }
     // A process that the test started may still have the output open, so the wait is limited.
     let output = parts.iter().filter_map(|part| part.recv_timeout(Duration::from_secs(2)).ok());
     let output: Vec<u8> = output.flatten().collect();
-    Ok(Ended { status, output: String::from_utf8_lossy(&output).into_owned() })
+    Ok(ProcessResult { status, output: String::from_utf8_lossy(&output).into_owned() })
 }
 
 fn wait(child: &mut Child, limit: Duration) -> Option<ExitStatus> {
@@ -52,7 +52,7 @@ fn wait(child: &mut Child, limit: Duration) -> Option<ExitStatus> {
 }
 
 /// Kills a process and its descendants.
-fn end(child: &mut Child) {
+fn kill_group(child: &mut Child) {
     #[cfg(unix)]
     if let Ok(group) = libc::pid_t::try_from(child.id()) {
         // SAFETY: `kill` takes only integers; the group is that of a child that has not been waited for, so its id has
@@ -71,7 +71,7 @@ fn reader(pipe: Option<impl Read + Send + 'static>) -> Receiver<Vec<u8>> {
         let mut part = [0; 8192];
         let Some(mut pipe) = pipe else { return };
         while let Ok(n @ 1..) = pipe.read(&mut part) {
-            let room = MOST.saturating_sub(all.len());
+            let room = MAX_OUTPUT_BYTES.saturating_sub(all.len());
             all.extend_from_slice(&part[..n.min(room)]);
         }
         let _ = give.send(all);
@@ -82,7 +82,7 @@ fn reader(pipe: Option<impl Read + Send + 'static>) -> Receiver<Vec<u8>> {
 }
 
 /// Describes an abnormal end of a process: the time limit, or a signal. Returns `None` if it exited normally.
-pub fn bad_end(ended: &Ended, limit: Duration) -> Option<String> {
+pub fn abnormal_end(ended: &ProcessResult, limit: Duration) -> Option<String> {
     let Some(status) = ended.status else {
         return Some(format!("the test did not end within {} s and was killed", limit.as_secs_f64()));
     };

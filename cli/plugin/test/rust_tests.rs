@@ -11,28 +11,33 @@ use serde_json::Value;
 use tatu_core::errors::Result;
 
 use super::{
-    library::words,
-    outcome::{Failure, Outcomes},
+    library::without_json_lines,
+    outcome::{Failure, TestResults},
     process, tools,
 };
 
 /// Time limit for cargo.
-const LONG: Duration = Duration::from_secs(3600);
+const CARGO_TIMEOUT: Duration = Duration::from_secs(3600);
 
 /// Runs all tests of the crate in the folder, if there is one, except for doc tests, which only `cargo test` can run.
-pub fn run(folder: &Path, limit: Duration, out: &mut Outcomes) -> Result {
+pub fn run(folder: &Path, limit: Duration, out: &mut TestResults) -> Result {
     let manifest = folder.join("Cargo.toml");
     if !manifest.is_file() {
         return Ok(());
     }
     let mut command = Command::new(tools::cargo());
     command.args(["test", "--no-run", "--message-format=json-render-diagnostics", "--manifest-path"]).arg(&manifest);
-    let built = process::run(&mut command, LONG)?;
+    let built = process::run(&mut command, CARGO_TIMEOUT)?;
     if !built.status.is_some_and(|s| s.success()) {
-        out.add("Cargo.toml", "cargo test", vec![Failure::new("the tests cannot be compiled")], &words(&built.output));
+        out.add(
+            "Cargo.toml",
+            "cargo test",
+            vec![Failure::new("the tests cannot be compiled")],
+            &without_json_lines(&built.output),
+        );
         return Ok(());
     }
-    for program in built.output.lines().filter_map(|l| Program::of(l, &manifest)) {
+    for program in built.output.lines().filter_map(|l| TestProgram::of(l, &manifest)) {
         let file = tools::shown(folder, &program.source);
         let ignored = program.names(folder, limit, &["--ignored"])?;
         for name in program.names(folder, limit, &[])? {
@@ -41,12 +46,13 @@ pub fn run(folder: &Path, limit: Duration, out: &mut Outcomes) -> Result {
             }
             let ended = process::run(program.command(folder).args(["--exact", &name, "--test-threads=1"]), limit)?;
             let good = ended.status.is_some_and(|s| s.success());
-            let (failures, output) = match (process::bad_end(&ended, limit), said(&ended.output, &name)) {
-                (None, _) if good => (Vec::new(), ""),
-                (Some(why), _) => (vec![Failure::new(why)], ended.output.as_str()),
-                (None, Some(said)) => (vec![Failure::new(said)], ""),
-                (None, None) => (vec![Failure::new("the test failed")], ended.output.as_str()),
-            };
+            let (failures, output) =
+                match (process::abnormal_end(&ended, limit), failed_test_output(&ended.output, &name)) {
+                    (None, _) if good => (Vec::new(), ""),
+                    (Some(why), _) => (vec![Failure::new(why)], ended.output.as_str()),
+                    (None, Some(said)) => (vec![Failure::new(said)], ""),
+                    (None, None) => (vec![Failure::new("the test failed")], ended.output.as_str()),
+                };
             out.add(&file, &name, failures, output);
         }
     }
@@ -54,19 +60,20 @@ pub fn run(folder: &Path, limit: Duration, out: &mut Outcomes) -> Result {
 }
 
 /// A test program built by cargo.
-struct Program {
+struct TestProgram {
     file: PathBuf,
     source: PathBuf,
 }
 
-impl Program {
+impl TestProgram {
     /// Returns the test program that a message of cargo reports, or `None` if it reports something else.
     fn of(message: &str, manifest: &Path) -> Option<Self> {
         let message: Value = serde_json::from_str(message).ok()?;
         let own = message["manifest_path"].as_str().is_some_and(|p| Path::new(p) == manifest);
         let is_test = message["profile"]["test"].as_bool().unwrap_or(false);
         let path = |v: &Value| v.as_str().map(PathBuf::from);
-        let program = Program { file: path(&message["executable"])?, source: path(&message["target"]["src_path"])? };
+        let program =
+            TestProgram { file: path(&message["executable"])?, source: path(&message["target"]["src_path"])? };
         (own && is_test).then_some(program)
     }
 
@@ -89,7 +96,7 @@ impl Program {
 }
 
 /// Extracts the output of a failed test from the output of libtest, without the backtrace.
-fn said(output: &str, name: &str) -> Option<String> {
+fn failed_test_output(output: &str, name: &str) -> Option<String> {
     let begin = format!("---- {name} stdout ----");
     let (_, rest) = output.split_once(begin.as_str())?;
     let (own, _) = rest.split_once("\nfailures:\n")?;

@@ -11,12 +11,12 @@ pub(super) struct Aabb {
 }
 
 /// Tolerance added to every bound, in metres. It is far greater than rounding errors, but too small to slow the search.
-pub(super) const SLACK: f64 = 1e-9;
+pub(super) const BOX_TOLERANCE_M: f64 = 1e-9;
 
 /// Returns the minimum and the maximum coordinates of a form in the world frame, or `None` if the form is unbounded or
 /// its coordinates are not finite.
 pub fn bounds(form: &Form, pose: &Isometry3<f64>) -> Option<[Vector3<f64>; 2]> {
-    let around = Aabb::of_form(form, pose).filter(Aabb::is_real)?;
+    let around = Aabb::of_form(form, pose).filter(Aabb::is_valid)?;
     Some([around.low, around.high])
 }
 
@@ -26,7 +26,7 @@ impl Aabb {
         high: Vector3::new(f64::NEG_INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY),
     };
 
-    pub fn around<'a>(points: impl IntoIterator<Item = &'a Vector3<f64>>) -> Self {
+    pub fn of_points<'a>(points: impl IntoIterator<Item = &'a Vector3<f64>>) -> Self {
         points.into_iter().fold(Self::EMPTY, |b, p| Self { low: b.low.inf(p), high: b.high.sup(p) })
     }
 
@@ -50,22 +50,22 @@ impl Aabb {
                 (centre, along * *half_length + across * *radius)
             }
             Form::Mesh { mesh, .. } => {
-                let own = Self::around(mesh.vertices.iter().map(|p| &p.coords));
-                return Some(own.moved(pose));
+                let own = Self::of_points(mesh.vertices.iter().map(|p| &p.coords));
+                return Some(own.transformed(pose));
             }
         };
         Some(Self { low: centre - half, high: centre + half })
     }
 
     /// Returns a box that contains this one after a rigid motion.
-    pub fn moved(&self, pose: &Isometry3<f64>) -> Self {
+    pub fn transformed(&self, pose: &Isometry3<f64>) -> Self {
         let centre = pose * nalgebra::Point3::from((self.low + self.high) * 0.5);
         let half = pose.rotation.to_rotation_matrix().matrix().abs() * ((self.high - self.low) * 0.5);
         Self { low: centre.coords - half, high: centre.coords + half }
     }
 
     /// Returns whether the box is non-empty and has finite corners.
-    pub fn is_real(&self) -> bool {
+    pub fn is_valid(&self) -> bool {
         (0..3).all(|i| self.low[i] <= self.high[i] && self.low[i].is_finite() && self.high[i].is_finite())
     }
 

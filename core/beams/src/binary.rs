@@ -6,8 +6,8 @@ use super::aabb::Aabb;
 
 /// Builds the tree over the items in `order`, which are indices into `boxes`, and sorts `order` into the order of the
 /// leaves. In the returned list, every child follows its parent. The result is deterministic.
-pub(super) fn build(order: &mut [u32], boxes: &[Aabb], leaf_size: usize) -> Vec<Node> {
-    let mut nodes = vec![Node { aabb: Aabb::EMPTY, first: 0, count: order.len() as u32, depth: 0 }];
+pub(super) fn build(order: &mut [u32], boxes: &[Aabb], leaf_size: usize) -> Vec<BinaryNode> {
+    let mut nodes = vec![BinaryNode { aabb: Aabb::EMPTY, first: 0, count: order.len() as u32, depth: 0 }];
     let mut at = 0;
     while at < nodes.len() {
         split(&mut nodes, order, at, boxes, leaf_size);
@@ -21,7 +21,7 @@ pub(super) fn build(order: &mut [u32], boxes: &[Aabb], leaf_size: usize) -> Vec<
 
 /// A node of the tree: a leaf or an inner node.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Node {
+pub(super) struct BinaryNode {
     pub aabb: Aabb,
     /// Index into `order` of the first item of a leaf, or index of the first of the two adjacent children of an inner
     /// node.
@@ -32,7 +32,7 @@ pub(super) struct Node {
     depth: u32,
 }
 
-impl Node {
+impl BinaryNode {
     /// Returns the bounding box of the items of a leaf, or of the two children of an inner node.
     fn fit(&self, order: &[u32], boxes: &[Aabb], child: impl Fn(usize) -> Aabb) -> Aabb {
         let first = self.first as usize;
@@ -44,12 +44,12 @@ impl Node {
 }
 
 /// Depth from which nodes are split at the median, to bound the depth of the tree.
-const DEEP: u32 = 32;
+const MEDIAN_SPLIT_DEPTH: u32 = 32;
 /// Number of bins per axis.
 const BINS: usize = 16;
 
 /// A plane that splits a set of items in two.
-struct Cut {
+struct SplitPlane {
     axis: usize,
     low: f64,
     per_metre: f64,
@@ -57,7 +57,7 @@ struct Cut {
     last: usize,
 }
 
-impl Cut {
+impl SplitPlane {
     fn bin(&self, centre: &Vector3<f64>) -> usize {
         (((centre[self.axis] - self.low) * self.per_metre) as usize).min(BINS - 1)
     }
@@ -70,7 +70,7 @@ impl Cut {
             if !(length > 0.0 && length.is_finite()) {
                 continue;
             }
-            let mut cut = Cut { axis, low: centres.low[axis], per_metre: BINS as f64 / length, last: 0 };
+            let mut cut = SplitPlane { axis, low: centres.low[axis], per_metre: BINS as f64 / length, last: 0 };
             let mut bins = [(Aabb::EMPTY, 0usize); BINS];
             for item in items {
                 let aabb = &boxes[*item as usize];
@@ -90,7 +90,7 @@ impl Cut {
                 let cost = part.0.cost(part.1) + after[last + 1];
                 if part.1 > 0 && part.1 < items.len() && best.as_ref().is_none_or(|(least, _)| cost < *least) {
                     cut.last = last;
-                    best = Some((cost, Cut { ..cut }));
+                    best = Some((cost, SplitPlane { ..cut }));
                 }
             }
         }
@@ -100,8 +100,8 @@ impl Cut {
 
 /// Splits a leaf where the expected traversal cost is lowest (surface area heuristic, in bins along each axis), or at
 /// the median if no cut between bins separates the items or the tree would become too deep.
-fn split(nodes: &mut Vec<Node>, order: &mut [u32], at: usize, boxes: &[Aabb], leaf_size: usize) {
-    let Node { first, count, depth, .. } = nodes[at];
+fn split(nodes: &mut Vec<BinaryNode>, order: &mut [u32], at: usize, boxes: &[Aabb], leaf_size: usize) {
+    let BinaryNode { first, count, depth, .. } = nodes[at];
     if count as usize <= leaf_size {
         return;
     }
@@ -110,7 +110,7 @@ fn split(nodes: &mut Vec<Node>, order: &mut [u32], at: usize, boxes: &[Aabb], le
         let c = boxes[item as usize].centre();
         Aabb { low: b.low.inf(&c), high: b.high.sup(&c) }
     });
-    let cut = if depth < DEEP { Cut::best(items, boxes, &centres) } else { None };
+    let cut = if depth < MEDIAN_SPLIT_DEPTH { SplitPlane::best(items, boxes, &centres) } else { None };
     let left = match cut {
         Some(cut) => {
             items.sort_by_cached_key(|item| (cut.bin(&boxes[*item as usize].centre()) > cut.last, *item));
@@ -124,7 +124,7 @@ fn split(nodes: &mut Vec<Node>, order: &mut [u32], at: usize, boxes: &[Aabb], le
             half
         }
     } as u32;
-    let child = |first, count| Node { aabb: Aabb::EMPTY, first, count, depth: depth + 1 };
+    let child = |first, count| BinaryNode { aabb: Aabb::EMPTY, first, count, depth: depth + 1 };
     nodes[at].first = nodes.len() as u32;
     nodes[at].count = 0;
     nodes.push(child(first, left));

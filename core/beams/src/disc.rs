@@ -3,30 +3,30 @@
 use nalgebra::Vector3;
 
 use super::{
-    planar::{Interior, Nearest, any_perpendicular, interior},
-    sight::Cone,
+    planar::{InteriorResult, NearestPoint, any_perpendicular, interior},
+    sight::BeamCone,
 };
 
 /// Returns the nearest admissible point of a disc; `centre` is relative to the apex.
 pub(super) fn disc(
-    cone: &Cone,
+    cone: &BeamCone,
     centre: &Vector3<f64>,
     normal: &Vector3<f64>,
     radius: f64,
 ) -> Option<(f64, Vector3<f64>)> {
     let inside = |p: &Vector3<f64>| (p - centre).norm_squared() <= radius * radius;
     let mut best = match interior(cone, normal.dot(centre), normal, inside) {
-        Interior::Nothing => return None,
-        Interior::Nearest(nearest) => return nearest.found(),
-        Interior::Maybe(nearest) => nearest,
+        InteriorResult::Nothing => return None,
+        InteriorResult::Nearest(nearest) => return nearest.distance_and_point(),
+        InteriorResult::Maybe(nearest) => nearest,
     };
     rim(cone, centre, normal, radius, &mut best);
-    best.found()
+    best.distance_and_point()
 }
 
 /// Updates `best` with the candidates on the rim: its nearest and farthest point, and its crossings with the cone and
 /// with the near limit.
-fn rim(cone: &Cone, centre: &Vector3<f64>, normal: &Vector3<f64>, radius: f64, best: &mut Nearest) {
+fn rim(cone: &BeamCone, centre: &Vector3<f64>, normal: &Vector3<f64>, radius: f64, best: &mut NearestPoint) {
     // Angles are measured from the nearest point of the rim, so |p|^2 = even + swing cos(angle) with swing <= 0.
     let flat = normal * normal.dot(centre) - centre;
     let first = flat.try_normalize(1e-300).unwrap_or_else(|| any_perpendicular(normal));

@@ -6,11 +6,11 @@
 //!
 //! ```
 //! use nalgebra::Isometry3;
-//! use tatu_beams::{Beam, BeamScene, Target};
+//! use tatu_beams::{Beam, BeamScene, BeamTarget};
 //! use tatu_geometry::Form;
 //!
 //! let mut scene = BeamScene::default();
-//! scene.set([Target {
+//! scene.set([BeamTarget {
 //!     object: 7,
 //!     group: 0,
 //!     world_from_target: Isometry3::translation(0.0, 0.0, 1.0),
@@ -52,8 +52,8 @@ mod triangle;
 pub use aabb::bounds;
 pub use beam::{Beam, Faces, Hit, Volume};
 pub use bundle::{BundleCast, BundleHits, RayBundle};
-pub use grid::{Grid, GridCast, GridImage, Light, View, Want, color_of};
-pub use scene::{BeamScene, Target};
+pub use grid::{Grid, GridCast, GridImage, ImageLighting, ImageOutputs, ImageProjection, shaded_color};
+pub use scene::{BeamScene, BeamTarget};
 
 /// Returns the length of a two-dimensional vector. Unlike the C library's `hypot`, it does not guard against overflow
 /// of the squares, and is ten times as fast.

@@ -7,10 +7,10 @@ use tatu_geometry::Mesh;
 use super::{
     aabb::Aabb,
     bundle::PacketTree,
-    grid::Clusters,
+    grid::MeshClusters,
     probe::Probe,
-    sight::Found,
-    tree::Tree,
+    sight::FormHit,
+    tree::BoxTree,
     triangle::{Triangle, triangle},
 };
 
@@ -19,19 +19,19 @@ use super::{
 pub(super) struct MeshTree {
     /// Triangles, in the order of the tree's leaves.
     pub triangles: Vec<Triangle>,
-    tree: Tree,
+    tree: BoxTree,
     pub aabb: Aabb,
     /// The tree for bundles of rays.
     pub packets: PacketTree,
     /// The clusters for images, built when the first image is rendered.
-    pub clusters: OnceLock<Clusters>,
+    pub clusters: OnceLock<MeshClusters>,
 }
 
 impl MeshTree {
     pub fn new(mesh: &Mesh) -> Self {
         let all: Vec<Triangle> = (0..mesh.triangles.len()).filter_map(|i| triangle(mesh, i)).collect();
-        let boxes: Vec<Aabb> = all.iter().map(|t| Aabb::around(&t.corners)).collect();
-        let mut tree = Tree::default();
+        let boxes: Vec<Aabb> = all.iter().map(|t| Aabb::of_points(&t.corners)).collect();
+        let mut tree = BoxTree::default();
         tree.build(0..all.len() as u32, &boxes, 4);
         let triangles: Vec<Triangle> = tree.order.iter().map(|&i| all[i as usize]).collect();
         let aabb = boxes.iter().fold(Aabb::EMPTY, |a, b| a.merge(b));
@@ -40,10 +40,10 @@ impl MeshTree {
     }
 
     /// Returns the nearest admissible point; the probe is in the mesh's frame.
-    pub fn cast(&self, probe: &Probe) -> Option<Found> {
+    pub fn cast(&self, probe: &Probe) -> Option<FormHit> {
         let mut best = None;
         self.tree.walk(probe, probe.far(), |place, limit| {
-            best = Found::nearer(best, self.triangles[place].cast(probe, limit));
+            best = FormHit::nearer(best, self.triangles[place].cast(probe, limit));
             best.map_or(limit, |found| found.distance)
         });
         best

@@ -11,18 +11,18 @@
 
 use nalgebra::Vector3;
 
-use super::sight::Cone;
+use super::sight::BeamCone;
 
 /// The nearest candidate so far, relative to the apex.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Nearest {
+pub(super) struct NearestPoint {
     pub distance: f64,
     pub point: Vector3<f64>,
     pub near: f64,
     pub reach: f64,
 }
 
-impl Nearest {
+impl NearestPoint {
     pub fn new(near: f64, reach: f64) -> Self {
         Self { distance: f64::INFINITY, point: Vector3::zeros(), near, reach }
     }
@@ -41,7 +41,7 @@ impl Nearest {
         }
     }
 
-    pub fn found(self) -> Option<(f64, Vector3<f64>)> {
+    pub fn distance_and_point(self) -> Option<(f64, Vector3<f64>)> {
         (self.distance < f64::INFINITY).then_some((self.distance, self.point))
     }
 }
@@ -49,7 +49,7 @@ impl Nearest {
 /// Returns the nearest admissible point of a convex polygon; the corners are relative to the apex, counter-clockwise
 /// around `normal`.
 pub(super) fn polygon<const N: usize>(
-    cone: &Cone,
+    cone: &BeamCone,
     corners: &[Vector3<f64>; N],
     normal: &Vector3<f64>,
 ) -> Option<(f64, Vector3<f64>)> {
@@ -57,44 +57,49 @@ pub(super) fn polygon<const N: usize>(
         (0..N).all(|i| (corners[(i + 1) % N] - corners[i]).cross(&(p - corners[i])).dot(normal) >= 0.0)
     };
     let mut best = match interior(cone, normal.dot(&corners[0]), normal, inside) {
-        Interior::Nothing => return None,
-        Interior::Nearest(nearest) => return nearest.found(),
-        Interior::Maybe(nearest) => nearest,
+        InteriorResult::Nothing => return None,
+        InteriorResult::Nearest(nearest) => return nearest.distance_and_point(),
+        InteriorResult::Maybe(nearest) => nearest,
     };
     for i in 0..N {
         edge(cone, &corners[i], &corners[(i + 1) % N], &mut best);
     }
-    best.found()
+    best.distance_and_point()
 }
 
 /// Returns the nearest admissible point of an infinite plane; `h` is its height above the apex along `normal`.
-pub(super) fn plane(cone: &Cone, h: f64, normal: &Vector3<f64>) -> Option<(f64, Vector3<f64>)> {
+pub(super) fn plane(cone: &BeamCone, h: f64, normal: &Vector3<f64>) -> Option<(f64, Vector3<f64>)> {
     match interior(cone, h, normal, |_| true) {
-        Interior::Nothing => None,
-        Interior::Nearest(nearest) | Interior::Maybe(nearest) => nearest.found(),
+        InteriorResult::Nothing => None,
+        InteriorResult::Nearest(nearest) | InteriorResult::Maybe(nearest) => nearest.distance_and_point(),
     }
 }
 
 /// Result for the interior of a flat face, before its boundary is considered.
-pub(super) enum Interior {
+pub(super) enum InteriorResult {
     /// No point of the face is admissible.
     Nothing,
     /// This is the nearest point of the whole face.
-    Nearest(Nearest),
+    Nearest(NearestPoint),
     /// The best point of the interior; the boundary may be nearer.
-    Maybe(Nearest),
+    Maybe(NearestPoint),
 }
 
 /// Returns the best candidate that is not on the boundary of a flat face.
-pub(super) fn interior(cone: &Cone, h: f64, normal: &Vector3<f64>, inside: impl Fn(&Vector3<f64>) -> bool) -> Interior {
+pub(super) fn interior(
+    cone: &BeamCone,
+    h: f64,
+    normal: &Vector3<f64>,
+    inside: impl Fn(&Vector3<f64>) -> bool,
+) -> InteriorResult {
     let sight = &cone.sight;
     let height = h.abs();
     let reach = sight.reach(height);
     // `sees_side` is false for a NaN height.
     if height > reach || !sight.sees_side(h) {
-        return Interior::Nothing;
+        return InteriorResult::Nothing;
     }
-    let mut best = Nearest::new(sight.near, reach);
+    let mut best = NearestPoint::new(sight.near, reach);
     let toward = if h < 0.0 { -normal } else { *normal };
 
     // The foot of the perpendicular is the nearest point of the plane.
@@ -102,14 +107,14 @@ pub(super) fn interior(cone: &Cone, h: f64, normal: &Vector3<f64>, inside: impl 
     let foot_in_cone = cone.contains(&foot);
     if foot_in_cone && height >= sight.near && inside(&foot) {
         best.offer_at(height, foot);
-        return Interior::Nearest(best);
+        return InteriorResult::Nearest(best);
     }
 
     // The nearest point of the conic: on the axis turned towards the perpendicular by the half angle.
     let axis_rise = toward.dot(&sight.axis);
     let across = toward - sight.axis * axis_rise;
     let turn = across.try_normalize(1e-300).unwrap_or_else(|| any_perpendicular(&sight.axis));
-    if cone.wide() {
+    if cone.is_wide() {
         for side in [1.0, -1.0] {
             let along = sight.axis * cone.cos + turn * (side * cone.sin);
             let rise = along.dot(&toward);
@@ -125,19 +130,19 @@ pub(super) fn interior(cone: &Cone, h: f64, normal: &Vector3<f64>, inside: impl 
         let rise = along.dot(&toward);
         // In a convex cone no point of the plane is nearer than this one.
         if rise <= 0.0 || height / rise > reach {
-            return Interior::Nothing;
+            return InteriorResult::Nothing;
         }
         let point = along * (height / rise);
         if height / rise >= sight.near && inside(&point) {
             best.offer_at(height / rise, point);
-            return Interior::Nearest(best);
+            return InteriorResult::Nearest(best);
         }
     }
 
     if sight.near > height && sight.near <= reach {
         near_circle(cone, height, &toward, inside, &mut best);
     }
-    Interior::Maybe(best)
+    InteriorResult::Maybe(best)
 }
 
 /// Offers points of the plane exactly at the near limit that are not on the boundary of the face.
@@ -146,11 +151,11 @@ pub(super) fn interior(cone: &Cone, h: f64, normal: &Vector3<f64>, inside: impl 
 /// the cone (offered here) or on the boundary of the face (offered by [`edge`]), or is the whole circle, of which one
 /// point suffices.
 fn near_circle(
-    cone: &Cone,
+    cone: &BeamCone,
     height: f64,
     toward: &Vector3<f64>,
     inside: impl Fn(&Vector3<f64>) -> bool,
-    best: &mut Nearest,
+    best: &mut NearestPoint,
 ) {
     let near = cone.sight.near;
     let axis = &cone.sight.axis;
@@ -180,7 +185,7 @@ fn near_circle(
 }
 
 /// Offers the candidates on the edge from `a` to `b`.
-pub(super) fn edge(cone: &Cone, a: &Vector3<f64>, b: &Vector3<f64>, best: &mut Nearest) {
+pub(super) fn edge(cone: &BeamCone, a: &Vector3<f64>, b: &Vector3<f64>, best: &mut NearestPoint) {
     let along = b - a;
     let length_squared = along.norm_squared();
     if length_squared <= 0.0 || length_squared.is_nan() {

@@ -6,8 +6,8 @@ use nalgebra::{Isometry3, Vector3};
 
 use super::{
     beam::{Beam, Volume},
-    convex::Convex,
-    sight::{Cone, Sight},
+    convex::ConvexVolume,
+    sight::{BeamCone, SightLine},
 };
 
 /// A beam as one of the shapes that the intersection tests support.
@@ -17,20 +17,20 @@ use super::{
     reason = "probes live on the stack one at a time, and small ones are created most often"
 )]
 pub(super) enum Probe {
-    Ray(Sight),
-    Cone(Cone),
-    Convex(Convex),
+    Ray(SightLine),
+    Cone(BeamCone),
+    Convex(ConvexVolume),
 }
 
 /// Minimum half angle of a cone, in radians; a narrower cone is treated as a ray.
-const NARROWEST: f64 = 1e-9;
+const MIN_CONE_HALF_ANGLE: f64 = 1e-9;
 
 impl Probe {
     /// Returns one piece of the beam in the world frame, or `None` if its limits exclude everything.
     pub fn new(beam: &Beam, piece: usize) -> Option<Self> {
         // At a right angle or more there is no limit. Just below a right angle, the cosine is still positive.
         let cos_incidence = if beam.max_incidence < FRAC_PI_2 { libm::cos(beam.max_incidence.max(0.0)) } else { 0.0 };
-        let sight = Sight {
+        let sight = SightLine {
             origin: beam.world_from_beam.translation.vector.into(),
             axis: beam.world_from_beam.rotation * Vector3::z(),
             near: beam.near.max(0.0),
@@ -43,11 +43,11 @@ impl Probe {
         }
         match beam.volume {
             Volume::Ray => Some(Self::Ray(sight)),
-            Volume::Cone { half_angle } if half_angle < NARROWEST => Some(Self::Ray(sight)),
-            Volume::Cone { half_angle } => Some(Self::Cone(Cone::new(sight, half_angle))),
+            Volume::Cone { half_angle } if half_angle < MIN_CONE_HALF_ANGLE => Some(Self::Ray(sight)),
+            Volume::Cone { half_angle } => Some(Self::Cone(BeamCone::new(sight, half_angle))),
             Volume::Pyramid { .. } | Volume::Cylinder { .. } | Volume::Disc { .. } => {
-                let space = Convex::new(&sight, &beam.volume, piece)?;
-                Some(Self::Convex(space.turned(|v| beam.world_from_beam.rotation * v)))
+                let space = ConvexVolume::new(&sight, &beam.volume, piece)?;
+                Some(Self::Convex(space.rotated(|v| beam.world_from_beam.rotation * v)))
             }
         }
     }

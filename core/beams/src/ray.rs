@@ -5,12 +5,12 @@ use tatu_geometry::Form;
 
 use super::{
     planar::quadratic,
-    sight::{Found, Sight},
+    sight::{FormHit, SightLine},
     solid::unit,
 };
 
 /// Returns the first admissible crossing of a form other than a mesh; the sight is in the form's frame.
-pub(super) fn cast(sight: &Sight, form: &Form) -> Option<Found> {
+pub(super) fn cast(sight: &SightLine, form: &Form) -> Option<FormHit> {
     let mut best = None;
     match form {
         Form::Plane => offer(&mut best, sight, -sight.origin.z / sight.axis.z, Vector3::z(), 0),
@@ -47,14 +47,14 @@ pub(super) fn triangle(axis: &Vector3<f64>, corners: &[Vector3<f64>; 3], normal:
 }
 
 /// Stores a crossing at distance `t` in `best`, if it is admissible and nearer than the current one.
-pub(super) fn offer(best: &mut Option<Found>, sight: &Sight, t: f64, normal: Vector3<f64>, primitive: u32) {
+pub(super) fn offer(best: &mut Option<FormHit>, sight: &SightLine, t: f64, normal: Vector3<f64>, primitive: u32) {
     let slope = normal.dot(&sight.axis);
     if t >= sight.near && t <= sight.far && sight.sees_side(slope) && slope.abs() >= sight.cos_incidence {
-        *best = Found::nearer(*best, Some(Found { distance: t, point: sight.axis * t, normal, primitive }));
+        *best = FormHit::nearer(*best, Some(FormHit { distance: t, point: sight.axis * t, normal, primitive }));
     }
 }
 
-fn cuboid(sight: &Sight, half: &Vector3<f64>, best: &mut Option<Found>) {
+fn cuboid(sight: &SightLine, half: &Vector3<f64>, best: &mut Option<FormHit>) {
     // The ray is inside while it is between all three pairs of planes.
     let (mut enter, mut leave) = ((f64::NEG_INFINITY, 0), (f64::INFINITY, 0));
     for axis in 0..3 {
@@ -86,7 +86,7 @@ fn cuboid(sight: &Sight, half: &Vector3<f64>, best: &mut Option<Found>) {
 
 /// Intersects the ray with the ball around (0, 0, `z`). `primitive` maps the z component of the normal to the part of
 /// the surface, or to `None` if that part does not belong to the form.
-fn ball(sight: &Sight, z: f64, radius: f64, primitive: impl Fn(f64) -> Option<u32>, best: &mut Option<Found>) {
+fn ball(sight: &SightLine, z: f64, radius: f64, primitive: impl Fn(f64) -> Option<u32>, best: &mut Option<FormHit>) {
     let from_centre = sight.origin.coords - Vector3::new(0.0, 0.0, z);
     let middle = -from_centre.dot(&sight.axis);
     let miss = (from_centre + sight.axis * middle).norm_squared();
@@ -99,7 +99,7 @@ fn ball(sight: &Sight, z: f64, radius: f64, primitive: impl Fn(f64) -> Option<u3
     }
 }
 
-fn side(sight: &Sight, radius: f64, half_length: f64, best: &mut Option<Found>) {
+fn side(sight: &SightLine, radius: f64, half_length: f64, best: &mut Option<FormHit>) {
     let (origin, axis) = (sight.origin.xy().coords, sight.axis.xy());
     let roots = quadratic(axis.norm_squared(), 2.0 * origin.dot(&axis), origin.norm_squared() - radius * radius);
     for t in roots.into_iter().flatten() {

@@ -14,14 +14,14 @@ use super::{
     mesh::MeshTree,
     probe::Probe,
     ray,
-    sight::Found,
+    sight::FormHit,
     solid,
-    tree::Tree,
+    tree::BoxTree,
 };
 
 /// One form that beams can hit. An object with several forms has several targets with the same tag.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Target {
+pub struct BeamTarget {
     /// Tag chosen by the caller and returned in hits.
     pub object: u64,
     /// Group that is compared with [`Beam::skip_group`], for example the model to which the target belongs.
@@ -37,12 +37,12 @@ pub struct Target {
 }
 
 /// Number of beams per task of the thread pool.
-const CHUNK: usize = 64;
-/// If fewer than one in `FEW` targets move, only the ancestors of each moved target are refitted; otherwise the whole
+const BEAMS_PER_TASK: usize = 64;
+/// If fewer than one in `PARTIAL_REFIT_RATIO` targets move, only the ancestors of each moved target are refitted; otherwise the whole
 /// tree is.
-const FEW: usize = 8;
+const PARTIAL_REFIT_RATIO: usize = 8;
 /// Number of moved targets per task of the thread pool.
-const MOVES: usize = 256;
+const MOVES_PER_TASK: usize = 256;
 
 /// The set of targets that beams are cast against.
 ///
@@ -50,7 +50,7 @@ const MOVES: usize = 256;
 /// poses.
 #[derive(Debug, Default)]
 pub struct BeamScene {
-    pub(super) targets: Vec<Target>,
+    pub(super) targets: Vec<BeamTarget>,
     /// Triangle tree of each target; `None` unless its form is a mesh.
     pub(super) trees: Vec<Option<Arc<MeshTree>>>,
     /// The meshes in use, by address. Keeping a reference to each mesh prevents its address from being reused.
@@ -60,18 +60,18 @@ pub struct BeamScene {
     /// Targets with an unbounded form, tested for every beam.
     pub(super) unbounded: Vec<u32>,
     /// Bounding sphere of each target; unspecified for an unbounded form.
-    pub(super) balls: Vec<Ball>,
-    pub(super) top: Tree,
+    pub(super) balls: Vec<BoundingBall>,
+    pub(super) top: BoxTree,
     /// Buffer reused by each update: bounds of the moved targets at their new poses.
-    around: Vec<(Aabb, Ball)>,
+    moved_bounds: Vec<(Aabb, BoundingBall)>,
 }
 
 /// Centre and radius.
-type Ball = (Vector3<f64>, f64);
+type BoundingBall = (Vector3<f64>, f64);
 
 impl BeamScene {
     /// Replaces all targets. The trees of meshes that were already present are reused.
-    pub fn set(&mut self, targets: impl IntoIterator<Item = Target>) {
+    pub fn set(&mut self, targets: impl IntoIterator<Item = BeamTarget>) {
         self.targets.clear();
         self.targets.extend(targets);
         let mut before = std::mem::take(&mut self.meshes);
@@ -94,7 +94,7 @@ impl BeamScene {
         self.boxes.clear();
         self.balls.clear();
         for (index, target) in self.targets.iter().enumerate() {
-            let (aabb, ball) = self.around(index, &target.world_from_target);
+            let (aabb, ball) = self.bounds_at(index, &target.world_from_target);
             self.boxes.push(aabb);
             self.balls.push(ball);
         }
@@ -102,7 +102,7 @@ impl BeamScene {
     }
 
     /// Returns the targets in the order in which they were set.
-    pub fn targets(&self) -> &[Target] {
+    pub fn targets(&self) -> &[BeamTarget] {
         &self.targets
     }
 
@@ -113,26 +113,26 @@ impl BeamScene {
     /// # Panics
     /// Panics if an index is out of range.
     pub fn update_poses(&mut self, poses: &[(usize, Isometry3<f64>)]) {
-        let mut around = std::mem::take(&mut self.around);
-        if poses.len() <= MOVES {
-            around.extend(poses.iter().map(|(index, pose)| self.around(*index, pose)));
+        let mut around = std::mem::take(&mut self.moved_bounds);
+        if poses.len() <= MOVES_PER_TASK {
+            around.extend(poses.iter().map(|(index, pose)| self.bounds_at(*index, pose)));
         } else {
-            let all = poses.par_iter().with_min_len(MOVES).map(|(index, pose)| self.around(*index, pose));
+            let all = poses.par_iter().with_min_len(MOVES_PER_TASK).map(|(index, pose)| self.bounds_at(*index, pose));
             all.collect_into_vec(&mut around);
         }
         let mut changed = false;
         for ((index, pose), around) in poses.iter().zip(around.drain(..)) {
-            changed |= self.place(*index, pose, around);
+            changed |= self.set_pose(*index, pose, around);
         }
-        self.around = around;
+        self.moved_bounds = around;
         if changed {
             self.rebuild();
-        } else if poses.len() * FEW < self.targets.len() {
+        } else if poses.len() * PARTIAL_REFIT_RATIO < self.targets.len() {
             poses.iter().for_each(|(index, _)| self.top.update(*index as u32, &self.boxes));
         } else {
             self.top.refit(&self.boxes);
         }
-        if self.top.worn() {
+        if self.top.needs_rebuild() {
             self.rebuild();
         }
     }
@@ -147,11 +147,11 @@ impl BeamScene {
 
     /// Stores the pose and the bounds of a target. Returns whether the tree must be rebuilt because the target has
     /// gained or lost valid bounds.
-    fn place(&mut self, index: usize, pose: &Isometry3<f64>, (aabb, ball): (Aabb, Ball)) -> bool {
+    fn set_pose(&mut self, index: usize, pose: &Isometry3<f64>, (aabb, ball): (Aabb, BoundingBall)) -> bool {
         self.targets[index].world_from_target = *pose;
         self.boxes[index] = aabb;
         self.balls[index] = ball;
-        aabb.is_real() != self.top.holds(index as u32)
+        aabb.is_valid() != self.top.contains(index as u32)
     }
 
     /// Sets the colour of a target, given by its index in [`targets`](Self::targets).
@@ -168,22 +168,25 @@ impl BeamScene {
     /// Panics if the lengths of `beams` and `hits` differ.
     pub fn cast(&self, beams: &[Beam], hits: &mut [Hit]) {
         assert_eq!(beams.len(), hits.len(), "`hits` must have one element per beam");
-        if beams.len() <= CHUNK {
+        if beams.len() <= BEAMS_PER_TASK {
             return self.cast_here(beams, hits);
         }
-        beams.par_chunks(CHUNK).zip(hits.par_chunks_mut(CHUNK)).for_each(|(beams, hits)| self.cast_here(beams, hits));
+        beams
+            .par_chunks(BEAMS_PER_TASK)
+            .zip(hits.par_chunks_mut(BEAMS_PER_TASK))
+            .for_each(|(beams, hits)| self.cast_here(beams, hits));
     }
 
     /// Casts beams like [`cast`](Self::cast), but on the current thread.
     pub fn cast_here(&self, beams: &[Beam], hits: &mut [Hit]) {
         let mut done = 0;
         while done < beams.len() {
-            let Some((n, space)) = candidates::group(&beams[done..]) else {
+            let Some((n, space)) = candidates::leading_group(&beams[done..]) else {
                 hits[done] = self.cast_one(&beams[done]);
                 done += 1;
                 continue;
             };
-            let near = self.near(&space, beams[done].skip_group);
+            let near = self.collect_candidates(&space, beams[done].skip_group);
             for (beam, hit) in beams[done..done + n].iter().zip(&mut hits[done..]) {
                 *hit = self.cast_among(beam, near.as_ref());
             }
@@ -192,7 +195,7 @@ impl BeamScene {
     }
 
     /// Collects the targets in a region, except those of the group to skip; returns `None` if there are too many.
-    fn near(&self, space: &Aabb, skip_group: Option<u32>) -> Option<Candidates> {
+    fn collect_candidates(&self, space: &Aabb, skip_group: Option<u32>) -> Option<Candidates> {
         Candidates::of(&self.top, &self.boxes, space, |index| skip_group != Some(self.targets[index as usize].group))
     }
 
@@ -203,7 +206,7 @@ impl BeamScene {
 
     /// Casts a beam against the given candidates, or against all targets if `near` is `None`.
     fn cast_among(&self, beam: &Beam, near: Option<&Candidates>) -> Hit {
-        let mut best: Option<(Found, u32)> = None;
+        let mut best: Option<(FormHit, u32)> = None;
         for piece in 0..convex::pieces(&beam.volume) {
             if let Some(probe) = Probe::new(beam, piece) {
                 self.cast_probe(beam, &probe, near, &mut best);
@@ -213,14 +216,14 @@ impl BeamScene {
     }
 
     /// Updates `best` with the nearest admissible point for one piece of a beam.
-    fn cast_probe(&self, beam: &Beam, probe: &Probe, near: Option<&Candidates>, best: &mut Option<(Found, u32)>) {
+    fn cast_probe(&self, beam: &Beam, probe: &Probe, near: Option<&Candidates>, best: &mut Option<(FormHit, u32)>) {
         let mut limit = best.as_ref().map_or(probe.far(), |(found, _)| found.distance.min(probe.far()));
         let mut visit = |index: u32, limit: f64| {
             let target = &self.targets[index as usize];
             let wanted =
                 beam.skip_group != Some(target.group) && beam.only_object.is_none_or(|object| object == target.object);
             if wanted && let Some(found) = self.cast_at(index as usize, probe, limit) {
-                let rank = |found: &Found, index: u32| {
+                let rank = |found: &FormHit, index: u32| {
                     (found.distance, self.targets[index as usize].object, found.primitive, index)
                 };
                 if best.as_ref().is_none_or(|(old, at)| rank(&found, index) < rank(old, *at)) {
@@ -239,8 +242,8 @@ impl BeamScene {
     }
 
     /// Returns the nearest admissible point of one target, at most `limit` metres away, in the frame of the target.
-    fn cast_at(&self, index: usize, probe: &Probe, limit: f64) -> Option<Found> {
-        let Target { world_from_target, form, .. } = &self.targets[index];
+    fn cast_at(&self, index: usize, probe: &Probe, limit: f64) -> Option<FormHit> {
+        let BeamTarget { world_from_target, form, .. } = &self.targets[index];
         match (&self.trees[index], probe) {
             (Some(tree), probe) => tree.cast(&probe.in_form(world_from_target, limit)),
             (None, Probe::Ray(sight)) => ray::cast(&sight.in_form(world_from_target, limit), form),
@@ -250,7 +253,7 @@ impl BeamScene {
     }
 
     /// Converts a point found on a target to the hit that the beam reports.
-    fn hit(&self, beam: &Beam, found: &Found, index: usize) -> Hit {
+    fn hit(&self, beam: &Beam, found: &FormHit, index: usize) -> Hit {
         let target = &self.targets[index];
         let beam_from_target = beam.world_from_beam.rotation.inverse() * target.world_from_target.rotation;
         let facing = if found.normal.dot(&found.point) > 0.0 { -found.normal } else { found.normal };
@@ -264,7 +267,7 @@ impl BeamScene {
     }
 
     /// Returns the bounding box and the bounding sphere of a target at a pose.
-    fn around(&self, index: usize, pose: &Isometry3<f64>) -> (Aabb, Ball) {
+    fn bounds_at(&self, index: usize, pose: &Isometry3<f64>) -> (Aabb, BoundingBall) {
         (self.box_of(index, pose), self.ball_of(index, pose))
     }
 
@@ -272,13 +275,13 @@ impl BeamScene {
     /// finite.
     fn box_of(&self, index: usize, pose: &Isometry3<f64>) -> Aabb {
         let aabb = match &self.trees[index] {
-            Some(tree) => tree.aabb.moved(pose),
+            Some(tree) => tree.aabb.transformed(pose),
             None => Aabb::of_form(&self.targets[index].form, pose).unwrap_or(Aabb::EMPTY),
         };
-        if aabb.is_real() { aabb } else { Aabb::EMPTY }
+        if aabb.is_valid() { aabb } else { Aabb::EMPTY }
     }
 
-    fn ball_of(&self, index: usize, pose: &Isometry3<f64>) -> Ball {
+    fn ball_of(&self, index: usize, pose: &Isometry3<f64>) -> BoundingBall {
         let radius = match &self.targets[index].form {
             Form::Plane => f64::INFINITY,
             Form::Box { half } => half.norm(),
@@ -294,7 +297,7 @@ impl BeamScene {
     }
 
     fn rebuild(&mut self) {
-        let bounded = (0..self.targets.len() as u32).filter(|&i| self.boxes[i as usize].is_real());
+        let bounded = (0..self.targets.len() as u32).filter(|&i| self.boxes[i as usize].is_valid());
         self.top.build(bounded, &self.boxes, 2);
     }
 }

@@ -8,7 +8,7 @@ use super::beam::Faces;
 
 /// The common part of rays and volumes.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Sight {
+pub(super) struct SightLine {
     pub origin: Point3<f64>,
     /// Direction of the beam, a unit vector.
     pub axis: Vector3<f64>,
@@ -22,8 +22,8 @@ pub(super) struct Sight {
 
 /// A cone with its apex at the origin of its sight.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Cone {
-    pub sight: Sight,
+pub(super) struct BeamCone {
+    pub sight: SightLine,
     pub half_angle: f64,
     pub cos: f64,
     pub sin: f64,
@@ -31,14 +31,14 @@ pub(super) struct Cone {
 
 /// A hit, relative to the origin of the sight. The normal is the outward normal of the form.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Found {
+pub(super) struct FormHit {
     pub distance: f64,
     pub point: Vector3<f64>,
     pub normal: Vector3<f64>,
     pub primitive: u32,
 }
 
-impl Found {
+impl FormHit {
     /// Returns the nearer of two hits or, if they are equally near, the one with the lower primitive.
     pub fn nearer(a: Option<Self>, b: Option<Self>) -> Option<Self> {
         match (a, b) {
@@ -48,7 +48,7 @@ impl Found {
     }
 }
 
-impl Sight {
+impl SightLine {
     /// Returns the sight in a form's frame, limited to `far`.
     pub fn in_form(&self, world_from_form: &Isometry3<f64>, far: f64) -> Self {
         Self {
@@ -74,8 +74,8 @@ impl Sight {
     }
 }
 
-impl Cone {
-    pub fn new(sight: Sight, half_angle: f64) -> Self {
+impl BeamCone {
+    pub fn new(sight: SightLine, half_angle: f64) -> Self {
         let half_angle = half_angle.clamp(0.0, PI);
         Self { sight, half_angle, cos: libm::cos(half_angle), sin: libm::sin(half_angle) }
     }
@@ -86,14 +86,14 @@ impl Cone {
     }
 
     /// Returns whether the cone is wider than a half-space, and therefore not convex.
-    pub fn wide(&self) -> bool {
+    pub fn is_wide(&self) -> bool {
         self.half_angle > FRAC_PI_2
     }
 
     /// Returns whether the direction of `p` is in the cone, which includes the apex.
     pub fn contains(&self, p: &Vector3<f64>) -> bool {
         let along = self.sight.axis.dot(p);
-        if !self.wide() && along < 0.0 {
+        if !self.is_wide() && along < 0.0 {
             return false;
         }
         // The test sin(half_angle - angle) >= 0 is accurate near the surface of the cone, unlike a comparison of
@@ -112,7 +112,7 @@ impl Cone {
         let along = self.sight.axis.dot(centre);
         let across = (centre - self.sight.axis * along).norm();
         // For points behind a convex cone, the apex is its nearest point.
-        if !self.wide() && along * self.cos + across * self.sin < 0.0 {
+        if !self.is_wide() && along * self.cos + across * self.sin < 0.0 {
             return along * along + across * across > radius * radius;
         }
         self.excess(along, across) < -radius

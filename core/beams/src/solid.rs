@@ -4,26 +4,26 @@ use nalgebra::Vector3;
 use tatu_geometry::Form;
 
 use super::{
-    cylinder::{CylinderSide, OnCylinderSide, Proof},
+    cylinder::{CylinderSide, CylinderSidePoint, TangentProof},
     disc::disc,
     planar::{plane, polygon},
-    sight::{Cone, Found},
+    sight::{BeamCone, FormHit},
     sphere::sphere,
 };
 
 /// Returns the nearest admissible point of a form other than a mesh; the cone is in the form's frame.
-pub(super) fn cast(cone: &Cone, form: &Form) -> Option<Found> {
+pub(super) fn cast(cone: &BeamCone, form: &Form) -> Option<FormHit> {
     match form {
         Form::Plane => {
             let normal = Vector3::z();
             let (distance, point) = plane(cone, -cone.sight.origin.z, &normal)?;
-            Some(Found { distance, point, normal, primitive: 0 })
+            Some(FormHit { distance, point, normal, primitive: 0 })
         }
         Form::Box { half } => cuboid(cone, half),
         Form::Sphere { radius } => {
             let centre = -cone.sight.origin.coords;
             let (distance, point) = sphere(cone, &centre, *radius, None)?;
-            Some(Found { distance, point, normal: unit(&(point - centre)), primitive: 0 })
+            Some(FormHit { distance, point, normal: unit(&(point - centre)), primitive: 0 })
         }
         Form::Cylinder { radius, half_length } => cylinder(cone, *radius, *half_length),
         Form::Capsule { radius, half_length } => capsule(cone, *radius, *half_length),
@@ -44,7 +44,7 @@ pub(super) fn face(half: &Vector3<f64>, index: usize) -> ([Vector3<f64>; 4], Vec
     ([centre - u - v, centre + u - v, centre + u + v, centre - u + v], normal)
 }
 
-fn cuboid(cone: &Cone, half: &Vector3<f64>) -> Option<Found> {
+fn cuboid(cone: &BeamCone, half: &Vector3<f64>) -> Option<FormHit> {
     let sight = &cone.sight;
     let origin = sight.origin.coords;
     let closest = origin.zip_map(half, |x, h| x.clamp(-h.max(0.0), h.max(0.0))) - origin;
@@ -60,10 +60,10 @@ fn cuboid(cone: &Cone, half: &Vector3<f64>) -> Option<Found> {
             let mut normal = Vector3::zeros();
             normal[axis] = side;
             let primitive = 2 * axis as u32 + u32::from(side > 0.0);
-            return Some(Found { distance: least, point: closest, normal, primitive });
+            return Some(FormHit { distance: least, point: closest, normal, primitive });
         }
     }
-    let skip_back = covered(cone, least);
+    let skip_back = back_faces_hidden(cone, least);
     let mut best = None;
     for index in 0..6 {
         let (corners, normal) = face(half, index);
@@ -72,13 +72,13 @@ fn cuboid(cone: &Cone, half: &Vector3<f64>) -> Option<Found> {
             continue;
         }
         if let Some((distance, point)) = polygon(cone, &corners, &normal) {
-            best = Found::nearer(best, Some(Found { distance, point, normal, primitive: index as u32 }));
+            best = FormHit::nearer(best, Some(FormHit { distance, point, normal, primitive: index as u32 }));
         }
     }
     best
 }
 
-fn cylinder(cone: &Cone, radius: f64, half_length: f64) -> Option<Found> {
+fn cylinder(cone: &BeamCone, radius: f64, half_length: f64) -> Option<FormHit> {
     let sight = &cone.sight;
     let origin = sight.origin.coords;
     let away = crate::length(origin.x, origin.y);
@@ -96,11 +96,11 @@ fn cylinder(cone: &Cone, radius: f64, half_length: f64) -> Option<Found> {
         if cone.contains(&point) {
             let enough = sight.cos_incidence * least;
             if beside > 0.0 && beside >= enough {
-                return Some(Found { distance: least, point, normal: unit(&-inward), primitive: 0 });
+                return Some(FormHit { distance: least, point, normal: unit(&-inward), primitive: 0 });
             }
             if above > 0.0 && above >= enough {
                 let normal = Vector3::new(0.0, 0.0, 1.0_f64.copysign(origin.z));
-                return Some(Found { distance: least, point, normal, primitive: end });
+                return Some(FormHit { distance: least, point, normal, primitive: end });
             }
         }
     }
@@ -109,13 +109,13 @@ fn cylinder(cone: &Cone, radius: f64, half_length: f64) -> Option<Found> {
     for (primitive, sign) in [(1, 1.0), (2, -1.0)] {
         let normal = Vector3::new(0.0, 0.0, sign);
         if let Some((distance, point)) = disc(cone, &(normal * half_length - origin), &normal, radius) {
-            best = Found::nearer(best, Some(Found { distance, point, normal, primitive }));
+            best = FormHit::nearer(best, Some(FormHit { distance, point, normal, primitive }));
         }
     }
     with_side(cone, radius, half_length, least, best)
 }
 
-fn capsule(cone: &Cone, radius: f64, half_length: f64) -> Option<Found> {
+fn capsule(cone: &BeamCone, radius: f64, half_length: f64) -> Option<FormHit> {
     let sight = &cone.sight;
     let origin = sight.origin.coords;
     let core = Vector3::new(0.0, 0.0, origin.z.clamp(-half_length.max(0.0), half_length.max(0.0))) - origin;
@@ -131,7 +131,7 @@ fn capsule(cone: &Cone, radius: f64, half_length: f64) -> Option<Found> {
             z if z < -half_length => 2,
             _ => 0,
         };
-        return Some(Found { distance: least, point: toward * least, normal: -toward, primitive });
+        return Some(FormHit { distance: least, point: toward * least, normal: -toward, primitive });
     }
 
     let mut best = None;
@@ -140,7 +140,7 @@ fn capsule(cone: &Cone, radius: f64, half_length: f64) -> Option<Found> {
         let centre = up * half_length - origin;
         if let Some((distance, point)) = sphere(cone, &centre, radius, Some(&up)) {
             let normal = unit(&(point - centre));
-            best = Found::nearer(best, Some(Found { distance, point, normal, primitive }));
+            best = FormHit::nearer(best, Some(FormHit { distance, point, normal, primitive }));
         }
     }
     with_side(cone, radius, half_length, least, best)
@@ -148,11 +148,11 @@ fn capsule(cone: &Cone, radius: f64, half_length: f64) -> Option<Found> {
 
 /// Returns the nearer of `ends`, the nearest admissible point on the ends of a cylinder or capsule, and the nearest
 /// admissible point on its side. `least` is the distance of the solid from the apex.
-fn with_side(cone: &Cone, radius: f64, half_length: f64, least: f64, ends: Option<Found>) -> Option<Found> {
-    let on_side = |(distance, point, normal): OnCylinderSide| Found { distance, point, normal, primitive: 0 };
-    let covered = covered(cone, least);
+fn with_side(cone: &BeamCone, radius: f64, half_length: f64, least: f64, ends: Option<FormHit>) -> Option<FormHit> {
+    let on_side = |(distance, point, normal): CylinderSidePoint| FormHit { distance, point, normal, primitive: 0 };
+    let covered = back_faces_hidden(cone, least);
     let side = CylinderSide::new(cone, radius, half_length, covered);
-    if covered && !cone.wide() {
+    if covered && !cone.is_wide() {
         // The solid is behind its tangent plane at the point found. If that point is the nearest point of the plane, it
         // is also the nearest point of the solid.
         if let Some(found) = &ends {
@@ -162,23 +162,23 @@ fn with_side(cone: &Cone, radius: f64, half_length: f64, least: f64, ends: Optio
                 return ends;
             }
         }
-        match side.proven() {
-            Proof::Nothing => return None,
-            Proof::Nearest(nearest) if nearest.0 <= cone.sight.far => {
-                return Found::nearer(Some(on_side(nearest)), ends);
+        match side.prove_nearest() {
+            TangentProof::Nothing => return None,
+            TangentProof::Nearest(nearest) if nearest.0 <= cone.sight.far => {
+                return FormHit::nearer(Some(on_side(nearest)), ends);
             }
-            Proof::Nearest(_) => return ends,
-            Proof::Open => {}
+            TangentProof::Nearest(_) => return ends,
+            TangentProof::Unproven => {}
         }
     }
-    Found::nearer(side.nearest().map(on_side), ends)
+    FormHit::nearer(side.nearest().map(on_side), ends)
 }
 
 /// Returns whether each surface point that faces away from the apex is hidden by a nearer admissible point on the same
 /// line of sight.
 ///
 /// This holds for a solid at distance `least` > 0, unless a limit may exclude the nearer point.
-fn covered(cone: &Cone, least: f64) -> bool {
+fn back_faces_hidden(cone: &BeamCone, least: f64) -> bool {
     let sight = &cone.sight;
     least > 0.0 && sight.faces.front && sight.cos_incidence == 0.0 && sight.near <= least
 }

@@ -7,22 +7,22 @@
 
 use nalgebra::Vector3;
 
-use super::{planar::any_perpendicular, sight::Cone};
+use super::{planar::any_perpendicular, sight::BeamCone};
 
 /// Tolerance for conditions that a candidate satisfies exactly, except for rounding.
-const SLACK: f64 = 1e-12;
+const ROUNDING_TOLERANCE: f64 = 1e-12;
 
 /// Returns the nearest admissible point of a sphere; `centre` is relative to the apex.
 ///
 /// With `half`, only the hemisphere on that side of the centre is considered, without its rim, which belongs to the
 /// adjoining part of the surface.
 pub(super) fn sphere(
-    cone: &Cone,
+    cone: &BeamCone,
     centre: &Vector3<f64>,
     radius: f64,
     half: Option<&Vector3<f64>>,
 ) -> Option<(f64, Vector3<f64>)> {
-    let view = View::new(cone, centre, radius);
+    let view = SphereInCone::new(cone, centre, radius);
     let sight = &cone.sight;
     let (r, c) = (radius, sight.cos_incidence);
     let mut best: Option<(f64, Vector3<f64>)> = None;
@@ -61,8 +61,8 @@ pub(super) fn sphere(
 }
 
 /// A sphere, with quantities relative to the apex and axis of a cone.
-struct View<'a> {
-    cone: &'a Cone,
+struct SphereInCone<'a> {
+    cone: &'a BeamCone,
     centre: Vector3<f64>,
     radius: f64,
     /// Distance to the centre.
@@ -77,8 +77,8 @@ struct View<'a> {
     off_axis: f64,
 }
 
-impl<'a> View<'a> {
-    fn new(cone: &'a Cone, centre: &Vector3<f64>, radius: f64) -> Self {
+impl<'a> SphereInCone<'a> {
+    fn new(cone: &'a BeamCone, centre: &Vector3<f64>, radius: f64) -> Self {
         let axis = cone.sight.axis;
         let away = centre.norm();
         let ahead = centre.try_normalize(0.0).unwrap_or(axis);
@@ -105,17 +105,18 @@ impl<'a> View<'a> {
     fn point(&self, d: f64, spread: f64, half: Option<&Vector3<f64>>) -> Option<Vector3<f64>> {
         let sight = &self.cone.sight;
         let size = self.away + self.radius;
-        let on_sphere = d >= (self.away - self.radius).abs() - SLACK * size && d <= size * (1.0 + SLACK);
+        let on_sphere =
+            d >= (self.away - self.radius).abs() - ROUNDING_TOLERANCE * size && d <= size * (1.0 + ROUNDING_TOLERANCE);
         if !(d >= sight.near && d <= sight.far && d > 0.0 && on_sphere) {
             return None;
         }
         // Cosine of the incidence; positive on the front.
         let cos = (self.power - d * d) / (2.0 * self.radius * d);
-        let slack = SLACK * size / self.radius;
+        let slack = ROUNDING_TOLERANCE * size / self.radius;
         let front = sight.faces.front && cos >= sight.cos_incidence - slack;
         let back = sight.faces.back && -cos >= sight.cos_incidence - slack;
         // Cosines lose precision at small angles, so callers that need exact candidates pass an exact spread.
-        let in_cone = (self.off_axis - spread).abs() <= self.cone.half_angle + SLACK;
+        let in_cone = (self.off_axis - spread).abs() <= self.cone.half_angle + ROUNDING_TOLERANCE;
         if !(front || back) || !in_cone {
             return None;
         }

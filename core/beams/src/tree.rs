@@ -6,19 +6,19 @@ use fearless_simd::{f64x4, prelude::*};
 use nalgebra::Vector3;
 
 use super::{
-    aabb::{Aabb, SLACK},
-    binary::{self, Node},
+    aabb::{Aabb, BOX_TOLERANCE_M},
+    binary::{self, BinaryNode},
     probe::Probe,
-    sight::Sight,
+    sight::SightLine,
     simd::{dispatch, greatest, least, level},
 };
 
 /// Capacity of the traversal stack, enough for a tree of 2^32 items; each level leaves up to three children on it.
-pub(super) const STACK: usize = 3 * 64 + 4;
+pub(super) const STACK_CAPACITY: usize = 3 * 64 + 4;
 
 /// The boxes of up to four children as a structure of arrays, so that one vector operation tests all of them.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Quad {
+pub(super) struct QuadNode {
     low: [[f64; 4]; 3],
     high: [[f64; 4]; 3],
     /// Index into `order` of a leaf's first item, or index of another quad.
@@ -29,12 +29,12 @@ pub(super) struct Quad {
     pub lanes: usize,
 }
 
-impl Quad {
-    const EMPTY: Self = Quad { low: [[0.0; 4]; 3], high: [[0.0; 4]; 3], first: [0; 4], count: [0; 4], lanes: 0 };
+impl QuadNode {
+    const EMPTY: Self = QuadNode { low: [[0.0; 4]; 3], high: [[0.0; 4]; 3], first: [0; 4], count: [0; 4], lanes: 0 };
 
     /// Builds a quad of up to four boxes, one for each item from `first` on.
     pub fn of_items<'a>(first: u32, boxes: impl Iterator<Item = &'a Aabb>) -> Self {
-        let mut quad = Quad::EMPTY;
+        let mut quad = QuadNode::EMPTY;
         for (lane, aabb) in boxes.enumerate() {
             quad.set(lane, aabb);
             (quad.first[lane], quad.count[lane]) = (first + lane as u32, 1);
@@ -43,7 +43,7 @@ impl Quad {
         quad
     }
     /// Returns, for each box, whether it overlaps the given one.
-    fn meets(&self, other: &Aabb) -> [bool; 4] {
+    fn overlaps(&self, other: &Aabb) -> [bool; 4] {
         let mut out = [true; 4];
         for i in 0..3 {
             for (k, meets) in out.iter_mut().enumerate() {
@@ -70,7 +70,7 @@ impl Quad {
         }
         squares.map(
             #[inline(always)]
-            |x| x.sqrt() - SLACK,
+            |x| x.sqrt() - BOX_TOLERANCE_M,
         )
     }
     /// Returns the same bounds as `distances`, but infinity for boxes that are beyond the limit or that a volume
@@ -100,7 +100,7 @@ impl Quad {
 }
 
 /// A ray prepared for tests against many boxes.
-struct Slabs {
+struct RaySlabs {
     /// Origin of the ray, displaced by the tolerance; compared with the low and the high sides of boxes, respectively.
     low: Vector3<f64>,
     high: Vector3<f64>,
@@ -109,12 +109,12 @@ struct Slabs {
     near: f64,
 }
 
-impl Slabs {
-    fn new(sight: &Sight) -> Self {
+impl RaySlabs {
+    fn new(sight: &SightLine) -> Self {
         let origin = &sight.origin.coords;
-        Slabs {
-            low: origin.add_scalar(SLACK),
-            high: origin.add_scalar(-SLACK),
+        RaySlabs {
+            low: origin.add_scalar(BOX_TOLERANCE_M),
+            high: origin.add_scalar(-BOX_TOLERANCE_M),
             inverse: sight.axis.map(|x| 1.0 / x),
             near: sight.near,
         }
@@ -123,7 +123,7 @@ impl Slabs {
     /// Returns, for each box, a lower bound of the distance at which the ray is in it, or infinity if the ray misses
     /// it.
     #[inline(always)]
-    fn bounds<S: Simd>(&self, simd: S, quad: &Quad) -> [f64; 4] {
+    fn bounds<S: Simd>(&self, simd: S, quad: &QuadNode) -> [f64; 4] {
         let (mut enter, mut leave) = (f64x4::splat(simd, self.near), f64x4::splat(simd, f64::INFINITY));
         for i in 0..3 {
             let low = (f64x4::load_array_ref(simd, &quad.low[i]) - self.low[i]) * self.inverse[i];
@@ -133,22 +133,22 @@ impl Slabs {
             leave = least(greatest(low, high), leave);
         }
         let mut out = [0.0; 4];
-        enter.simd_gt(leave).select(f64x4::splat(simd, f64::INFINITY), enter - SLACK).store_array(&mut out);
+        enter.simd_gt(leave).select(f64x4::splat(simd, f64::INFINITY), enter - BOX_TOLERANCE_M).store_array(&mut out);
         out
     }
 }
 
 /// The hierarchy. In its list of quads, every child follows its parent.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Tree {
-    quads: Vec<Quad>,
+pub(super) struct BoxTree {
+    quads: Vec<QuadNode>,
     /// Items in the order of the leaves.
     pub order: Vec<u32>,
     /// Sum of the areas of the boxes, an estimate of the traversal cost. `built_area` is the sum when the tree was
     /// built.
     area: f64,
     built_area: f64,
-    /// Position of each quad in its parent: four times the index of the parent, plus the lane; [`NOWHERE`] for the
+    /// Position of each quad in its parent: four times the index of the parent, plus the lane; [`NO_POSITION`] for the
     /// root.
     parents: Vec<u32>,
     /// Position of each item's leaf, encoded in the same way.
@@ -156,16 +156,16 @@ pub(super) struct Tree {
 }
 
 /// Position of an item that is not in the tree, or of a quad without a parent.
-const NOWHERE: u32 = u32::MAX;
+const NO_POSITION: u32 = u32::MAX;
 
-impl Tree {
+impl BoxTree {
     /// Builds the tree over `items`, which are indices into `boxes`. The result is deterministic.
     pub fn build(&mut self, items: impl IntoIterator<Item = u32>, boxes: &[Aabb], leaf_size: usize) {
         self.order.clear();
         self.order.extend(items);
         self.quads.clear();
         self.leaves.clear();
-        self.leaves.resize(boxes.len(), NOWHERE);
+        self.leaves.resize(boxes.len(), NO_POSITION);
         self.parents.clear();
         (self.area, self.built_area) = (0.0, 0.0);
         if self.order.is_empty() {
@@ -173,7 +173,7 @@ impl Tree {
         }
         let nodes = binary::build(&mut self.order, boxes, leaf_size);
         self.collapse(&nodes);
-        self.parents.resize(self.quads.len(), NOWHERE);
+        self.parents.resize(self.quads.len(), NO_POSITION);
         for (at, quad) in self.quads.iter().enumerate() {
             for lane in 0..quad.lanes {
                 let (first, count) = (quad.first[lane] as usize, quad.count[lane] as usize);
@@ -191,7 +191,7 @@ impl Tree {
     }
 
     /// Converts the binary tree to quads: the largest child is repeatedly replaced by its own two children.
-    fn collapse(&mut self, nodes: &[Node]) {
+    fn collapse(&mut self, nodes: &[BinaryNode]) {
         let mut roots = vec![0];
         let mut at = 0;
         while at < roots.len() {
@@ -207,7 +207,7 @@ impl Tree {
                 children[place] = nodes[child].first as usize;
                 children.push(nodes[child].first as usize + 1);
             }
-            let mut quad = Quad { lanes: children.len(), ..Quad::EMPTY };
+            let mut quad = QuadNode { lanes: children.len(), ..QuadNode::EMPTY };
             for (lane, child) in children.into_iter().enumerate() {
                 quad.count[lane] = nodes[child].count;
                 quad.first[lane] = nodes[child].first;
@@ -236,7 +236,7 @@ impl Tree {
     /// Refits the boxes above one item that moved; stops at the first box that does not change.
     pub fn update(&mut self, item: u32, boxes: &[Aabb]) {
         let mut place = self.leaves[item as usize];
-        while place != NOWHERE {
+        while place != NO_POSITION {
             let (at, lane) = (place as usize / 4, place as usize % 4);
             let (old, new) = (self.quads[at].get(lane), self.fit(at, lane, boxes));
             if old == new {
@@ -249,8 +249,8 @@ impl Tree {
     }
 
     /// Returns whether the tree contains an item.
-    pub fn holds(&self, item: u32) -> bool {
-        self.leaves.get(item as usize).is_some_and(|place| *place != NOWHERE)
+    pub fn contains(&self, item: u32) -> bool {
+        self.leaves.get(item as usize).is_some_and(|place| *place != NO_POSITION)
     }
 
     /// Returns the bounding box of the contents of a lane.
@@ -264,23 +264,23 @@ impl Tree {
         }
     }
 
-    pub fn quads(&self) -> &[Quad] {
+    pub fn quads(&self) -> &[QuadNode] {
         &self.quads
     }
 
     /// Returns whether refitting has enlarged the boxes so much that rebuilding the tree pays off.
-    pub fn worn(&self) -> bool {
+    pub fn needs_rebuild(&self) -> bool {
         self.area > 1.5 * self.built_area
     }
 
     /// Calls `visit` with each item whose leaf's box overlaps a region, until a call returns `false`. Returns whether
     /// all calls returned `true`.
-    pub fn within(&self, space: &Aabb, mut visit: impl FnMut(u32) -> bool) -> bool {
-        let mut stack = ArrayVec::<u32, STACK>::new();
+    pub fn visit_overlapping(&self, space: &Aabb, mut visit: impl FnMut(u32) -> bool) -> bool {
+        let mut stack = ArrayVec::<u32, STACK_CAPACITY>::new();
         stack.extend((!self.quads.is_empty()).then_some(0));
         while let Some(at) = stack.pop() {
             let quad = &self.quads[at as usize];
-            let meets = quad.meets(space);
+            let meets = quad.overlaps(space);
             for lane in (0..quad.lanes).filter(|lane| meets[*lane]) {
                 let (first, count) = (quad.first[lane] as usize, quad.count[lane] as usize);
                 if count == 0 {
@@ -302,22 +302,22 @@ impl Tree {
 
     /// Visits the items like [`walk`](Self::walk), but with bounds that `bounds_of` computes.
     #[inline(always)]
-    pub fn walk_by(
+    pub fn walk_with_bounds(
         &self,
         limit: f64,
-        bounds_of: impl Fn(&Quad, f64) -> [f64; 4],
+        bounds_of: impl Fn(&QuadNode, f64) -> [f64; 4],
         visit: impl FnMut(usize, f64) -> f64,
     ) {
-        walk_by(&self.quads, 1, limit, bounds_of, visit);
+        walk_with_bounds(&self.quads, 1, limit, bounds_of, visit);
     }
 }
 
-/// Traverses quads as [`Tree::walk`] does, starting with the first `roots` quads.
-pub(super) fn walk(quads: &[Quad], roots: usize, probe: &Probe, limit: f64, visit: impl FnMut(usize, f64) -> f64) {
+/// Traverses quads as [`BoxTree::walk`] does, starting with the first `roots` quads.
+pub(super) fn walk(quads: &[QuadNode], roots: usize, probe: &Probe, limit: f64, visit: impl FnMut(usize, f64) -> f64) {
     match probe {
         Probe::Ray(sight) => {
-            let slabs = Slabs::new(sight);
-            dispatch!(level(), simd => walk_by(
+            let slabs = RaySlabs::new(sight);
+            dispatch!(level(), simd => walk_with_bounds(
                 quads,
                 roots,
                 limit,
@@ -326,16 +326,18 @@ pub(super) fn walk(quads: &[Quad], roots: usize, probe: &Probe, limit: f64, visi
                 visit,
             ));
         }
-        Probe::Cone(cone) => walk_by(
+        Probe::Cone(cone) => walk_with_bounds(
             quads,
             roots,
             limit,
             |quad, limit| {
-                quad.bounds(&cone.sight.origin.coords, limit, |c, half| cone.misses_ball(c, half.norm() + SLACK))
+                quad.bounds(&cone.sight.origin.coords, limit, |c, half| {
+                    cone.misses_ball(c, half.norm() + BOX_TOLERANCE_M)
+                })
             },
             visit,
         ),
-        Probe::Convex(space) => walk_by(
+        Probe::Convex(space) => walk_with_bounds(
             quads,
             roots,
             limit,
@@ -346,15 +348,15 @@ pub(super) fn walk(quads: &[Quad], roots: usize, probe: &Probe, limit: f64, visi
 }
 
 #[inline(always)]
-fn walk_by(
-    quads: &[Quad],
+fn walk_with_bounds(
+    quads: &[QuadNode],
     roots: usize,
     mut limit: f64,
-    bounds_of: impl Fn(&Quad, f64) -> [f64; 4],
+    bounds_of: impl Fn(&QuadNode, f64) -> [f64; 4],
     mut visit: impl FnMut(usize, f64) -> f64,
 ) {
     // Entries of bound, first and count, sorted such that the nearest one is on top.
-    let mut stack = ArrayVec::<(f64, u32, u32), STACK>::new();
+    let mut stack = ArrayVec::<(f64, u32, u32), STACK_CAPACITY>::new();
     stack.extend((0..roots.min(quads.len()) as u32).map(|at| (f64::NEG_INFINITY, at, 0)));
     while let Some((bound, first, count)) = stack.pop() {
         if bound > limit {

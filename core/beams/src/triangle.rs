@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 use tatu_geometry::Mesh;
 
-use super::{convex::flat, planar::polygon, probe::Probe, ray, sight::Found};
+use super::{convex::nearest_on_face, planar::polygon, probe::Probe, ray, sight::FormHit};
 
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Triangle {
@@ -13,7 +13,7 @@ pub(super) struct Triangle {
 }
 
 impl Triangle {
-    pub fn cast(&self, probe: &Probe, limit: f64) -> Option<Found> {
+    pub fn cast(&self, probe: &Probe, limit: f64) -> Option<FormHit> {
         let Self { corners, normal, primitive } = self;
         match probe {
             Probe::Ray(sight) => {
@@ -31,15 +31,15 @@ impl Triangle {
                     return None;
                 }
                 let (distance, point) = polygon(cone, &corners, normal)?;
-                Some(Found { distance, point, normal: *normal, primitive: *primitive })
+                Some(FormHit { distance, point, normal: *normal, primitive: *primitive })
             }
             Probe::Convex(space) => {
                 let corners = corners.map(|c| c - space.sight.origin.coords);
                 if normal.dot(&corners[0]).abs() > limit {
                     return None;
                 }
-                let (distance, point) = flat(space, &corners, normal, None)?;
-                Some(Found { distance, point, normal: *normal, primitive: *primitive })
+                let (distance, point) = nearest_on_face(space, &corners, normal, None)?;
+                Some(FormHit { distance, point, normal: *normal, primitive: *primitive })
             }
         }
     }

@@ -1,11 +1,11 @@
 //! Mounts of devices: the nearest dynamic shape above a device, and the nearest joint between the two.
 
 use nalgebra::{Isometry3, Vector3};
-use tatu_physics::{BodyId, Engine, JointId, JointState, Push};
-use tatu_scene::{Data, Dynamics, JointType, Scene};
+use tatu_physics::{BodyId, BodyWrench, Engine, JointId, JointState};
+use tatu_scene::{Dynamics, JointType, ObjectVariant, Scene};
 
 /// The pose and velocity of a mount in the world frame, and the state of its joint, in SI units.
-pub(crate) struct Motion {
+pub(crate) struct MountMotion {
     pub pose: Isometry3<f64>,
     pub twist: [f64; 6],
     /// Position and velocity of the mount's joint; zeros if it has no joint.
@@ -14,7 +14,7 @@ pub(crate) struct Motion {
 
 /// A joint that exists in the engine.
 #[derive(Clone, Copy)]
-struct Hinge {
+struct MountJoint {
     joint: JointId,
     slides: bool,
     /// The bodies above and below the joint.
@@ -28,9 +28,9 @@ struct Hinge {
 pub(crate) struct Mount {
     /// The body that the device is attached to.
     carrier: Option<BodyId>,
-    hinge: Option<Hinge>,
+    joint: Option<MountJoint>,
     /// Position and velocity of the mount's joint, if the engine does not move it.
-    still: [f64; 2],
+    static_joint: [f64; 2],
     /// Transform from the carrier (or the world) to the joint, or to the device itself if there is no joint of the
     /// engine between them.
     to_joint: Isometry3<f64>,
@@ -49,8 +49,8 @@ impl Mount {
         let mut at = scene.get(slot).map_or(0, |o| o.parent);
         while let Some(o) = scene.get(at) {
             match &o.data {
-                Data::Joint(_) if joint.is_none() => joint = Some(at),
-                Data::Shape(s) if s.dynamic => {
+                ObjectVariant::Joint(_) if joint.is_none() => joint = Some(at),
+                ObjectVariant::Shape(s) if s.dynamic => {
                     carrier = s.body.0.map(|body| (body, scene.world(at)));
                     break;
                 }
@@ -61,18 +61,18 @@ impl Mount {
         let base = carrier.map_or(Isometry3::identity(), |(_, pose)| pose);
         let mut mount = Mount {
             carrier: carrier.map(|(body, _)| body),
-            hinge: None,
-            still: [0.0; 2],
+            joint: None,
+            static_joint: [0.0; 2],
             to_joint: base.inverse() * world,
             from_joint: Isometry3::identity(),
             twist: if carrier.is_some() { [0.0; 6] } else { twist(slot) },
         };
         if let Some((at, j)) = joint.and_then(|s| Some((s, scene.get(s)?.joint()?))) {
-            mount.still = [j.position, j.velocity];
+            mount.static_joint = [j.position, j.velocity];
             // A spherical joint has no single axis.
             let tied = j.id.filter(|_| j.kind != JointType::Spherical);
-            if let Some((joint, (bodies, frame_in_a))) = tied.and_then(|id| Some((id, dynamics.tie(id)?))) {
-                mount.hinge = Some(Hinge { joint, slides: j.kind == JointType::Prismatic, bodies, frame_in_a });
+            if let Some((joint, (bodies, frame_in_a))) = tied.and_then(|id| Some((id, dynamics.bodies_of_joint(id)?))) {
+                mount.joint = Some(MountJoint { joint, slides: j.kind == JointType::Prismatic, bodies, frame_in_a });
                 mount.to_joint = base.inverse() * scene.world(at);
                 mount.from_joint = scene.frame(at).inverse() * world;
             }
@@ -81,9 +81,9 @@ impl Mount {
     }
 
     /// Returns the current pose and velocity of the mount, and the state of its joint.
-    pub fn motion(&self, engine: &dyn Engine) -> Motion {
+    pub fn motion(&self, engine: &dyn Engine) -> MountMotion {
         let base = self.carrier.map_or(Isometry3::identity(), |body| engine.pose(body));
-        let state = self.hinge.map(|h| (h, engine.joint_state(h.joint)));
+        let state = self.joint.map(|h| (h, engine.joint_state(h.joint)));
         let pose = match state {
             Some((h, s)) => base * self.to_joint * h.motion(&s) * self.from_joint,
             None => base * self.to_joint,
@@ -93,7 +93,7 @@ impl Mount {
             let v = t.linear + t.angular.cross(&(pose.translation.vector - engine.centre_of_mass(body).coords));
             [v.x, v.y, v.z, t.angular.x, t.angular.y, t.angular.z]
         });
-        Motion { pose, twist, joint: state.map_or(self.still, |(_, s)| [s.position, s.velocity]) }
+        MountMotion { pose, twist, joint: state.map_or(self.static_joint, |(_, s)| [s.position, s.velocity]) }
     }
 
     /// Returns whether the mount is attached to a body of the engine.
@@ -109,7 +109,7 @@ impl Mount {
         at: &Isometry3<f64>,
         wrench: &[f64; 6],
         effort: f64,
-        out: &mut Vec<Push>,
+        out: &mut Vec<BodyWrench>,
     ) -> Result<(), &'static str> {
         let mut lacks = Ok(());
         let force = Vector3::new(wrench[0], wrench[1], wrench[2]);
@@ -119,11 +119,11 @@ impl Mount {
             _ if *wrench == [0.0; 6] => {}
             Some(body) => {
                 let arm = at.translation.vector - engine.centre_of_mass(body).coords;
-                out.push(Push { body, force, torque: torque + arm.cross(&force) });
+                out.push(BodyWrench { body, force, torque: torque + arm.cross(&force) });
             }
             None => lacks = Err("its force acts on nothing, because there is no dynamic shape above it"),
         }
-        match self.hinge {
+        match self.joint {
             _ if effort == 0.0 => {}
             Some(h) => h.push(engine, effort, out),
             None => {
@@ -136,7 +136,7 @@ impl Mount {
     }
 }
 
-impl Hinge {
+impl MountJoint {
     fn motion(&self, s: &JointState) -> Isometry3<f64> {
         if self.slides {
             Isometry3::translation(0.0, 0.0, s.position)
@@ -146,15 +146,15 @@ impl Hinge {
     }
 
     /// Adds equal and opposite pushes on the two bodies: a torque about the joint's axis, or a force along it.
-    fn push(&self, engine: &dyn Engine, effort: f64, out: &mut Vec<Push>) {
+    fn push(&self, engine: &dyn Engine, effort: f64, out: &mut Vec<BodyWrench>) {
         let frame = engine.pose(self.bodies.0) * self.frame_in_a;
         let along = frame.rotation * Vector3::z() * effort;
         for (body, along) in [(self.bodies.0, -along), (self.bodies.1, along)] {
             if self.slides {
                 let arm = frame.translation.vector - engine.centre_of_mass(body).coords;
-                out.push(Push { body, force: along, torque: arm.cross(&along) });
+                out.push(BodyWrench { body, force: along, torque: arm.cross(&along) });
             } else {
-                out.push(Push { body, force: Vector3::zeros(), torque: along });
+                out.push(BodyWrench { body, force: Vector3::zeros(), torque: along });
             }
         }
     }

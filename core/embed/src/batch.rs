@@ -10,53 +10,54 @@ use std::{
 use tatu_core::errors::{Error, Result};
 
 use crate::{
-    Engine, Seat, Setup,
-    host::{guarded, in_seat, of_another_process, spawn},
-    line::Line,
+    WorldSetup, WorldSlot, WorldTemplate,
+    host::{catch_panic, forked_process_error, spawn_world_thread, with_slot},
+    job_queue::JobQueue,
 };
 
-type Owned = Vec<Option<Seat>>;
+type WorkerWorlds = Vec<Option<WorldSlot>>;
 
 /// A set of worlds. The results of each world do not depend on the number of threads.
-pub struct Batch {
-    workers: Vec<Worker>,
+pub struct WorldBatch {
+    workers: Vec<BatchWorker>,
     count: usize,
     process: u32,
 }
 
-struct Worker {
-    line: Arc<Line<Owned>>,
+struct BatchWorker {
+    queue: Arc<JobQueue<WorkerWorlds>>,
     thread: Option<JoinHandle<()>>,
     /// Index of the first world of this thread.
     first: usize,
 }
 
-impl Batch {
+impl WorldBatch {
     /// Creates a world from each setup, on up to `threads` threads. Consecutive equal setups share a document if their
     /// worlds are on the same thread; all worlds share the plugins of the first setup.
     ///
     /// # Errors
     /// `setups` is empty, a thread cannot be started, or a world cannot be created. If several worlds cannot be
     /// created, the error is that of the world with the lowest index.
-    pub fn open(setups: Vec<Setup>, threads: usize) -> Result<Self> {
+    pub fn open(setups: Vec<WorldSetup>, threads: usize) -> Result<Self> {
         let count = setups.len();
         let Some(first) = setups.first() else {
             return Err(Error::new("E102", "a batch needs at least one world"));
         };
-        let engine = Engine::load(first)?;
+        let engine = WorldTemplate::load(first)?;
         let threads = threads.clamp(1, count);
         let (tell, told) = mpsc::channel();
         let mut setups = setups.into_iter();
-        let mut workers: Vec<Worker> = Vec::new();
+        let mut workers: Vec<BatchWorker> = Vec::new();
         let mut failed = Ok(());
         for n in 0..threads {
             let (from, to) = (n * count / threads, (n + 1) * count / threads);
-            let part: Vec<Setup> = setups.by_ref().take(to - from).collect();
-            let line = Arc::new(Line::new());
+            let part: Vec<WorldSetup> = setups.by_ref().take(to - from).collect();
+            let line = Arc::new(JobQueue::new());
             let (served, engine, tell) = (line.clone(), engine.clone(), tell.clone());
-            let spawned = spawn(&format!("worlds {n}"), move || work(part, &engine, from, &tell, &served));
+            let spawned =
+                spawn_world_thread(&format!("worlds {n}"), move || run_worker(part, &engine, from, &tell, &served));
             match spawned {
-                Ok(thread) => workers.push(Worker { line, thread: Some(thread), first: from }),
+                Ok(thread) => workers.push(BatchWorker { queue: line, thread: Some(thread), first: from }),
                 Err(e) => {
                     failed = Err(e);
                     break;
@@ -69,7 +70,7 @@ impl Batch {
             wrong.extend(told.recv().ok().flatten());
         }
         // Created before any early return, because dropping the batch ends the worlds.
-        let batch = Batch { workers, count, process: process::id() };
+        let batch = WorldBatch { workers, count, process: process::id() };
         engine.end();
         failed?;
         match wrong.into_iter().min_by_key(|(n, _)| *n) {
@@ -89,9 +90,13 @@ impl Batch {
     /// # Errors
     /// The process is a forked copy of the one that created the batch, or `f` failed or panicked for a world. The error
     /// is that of the world with the lowest index; `f` is still called for all other worlds.
-    pub fn each<O: Send>(&self, out: &mut [O], f: impl Fn(usize, &mut Seat, &mut O) -> Result + Sync) -> Result {
+    pub fn for_each<O: Send>(
+        &self,
+        out: &mut [O],
+        f: impl Fn(usize, &mut WorldSlot, &mut O) -> Result + Sync,
+    ) -> Result {
         if self.process != process::id() {
-            return Err(of_another_process(self.process));
+            return Err(forked_process_error(self.process));
         }
         assert_eq!(out.len(), self.count, "one element for each world");
         let mut rest = out;
@@ -101,13 +106,13 @@ impl Batch {
             let part;
             (part, rest) = rest.split_at_mut(end - worker.first);
             let (f, first) = (&f, worker.first);
-            jobs.push((worker, Part { out: part, first, wrong: None, f }));
+            jobs.push((worker, BatchPart { out: part, first, wrong: None, f }));
         }
         let mut calls: Vec<_> =
-            jobs.iter_mut().map(|(w, part)| (*w, move |owned: &mut Owned| part.run(owned))).collect();
+            jobs.iter_mut().map(|(w, part)| (*w, move |owned: &mut WorkerWorlds| part.run(owned))).collect();
         let posted: Vec<_> = calls
             .iter_mut()
-            .filter_map(|(w, call)| Some(w.line.post(w.thread.as_ref()?.thread(), Some(call))))
+            .filter_map(|(w, call)| Some(w.queue.post(w.thread.as_ref()?.thread(), Some(call))))
             .collect();
         drop(posted);
         drop(calls);
@@ -120,41 +125,41 @@ impl Batch {
     /// # Errors
     /// The process is a forked copy of the one that created the batch, there is no such world, or `f` failed or
     /// panicked.
-    pub fn one<T: Send>(&self, world: usize, f: impl FnOnce(&mut Seat) -> Result<T> + Send) -> Result<T> {
+    pub fn with_world<T: Send>(&self, world: usize, f: impl FnOnce(&mut WorldSlot) -> Result<T> + Send) -> Result<T> {
         if self.process != process::id() {
-            return Err(of_another_process(self.process));
+            return Err(forked_process_error(self.process));
         }
         let worker = self.workers.iter().rev().find(|w| w.first <= world && world < self.count);
         let Some((worker, thread)) = worker.and_then(|w| Some((w, w.thread.as_ref()?))) else {
-            return Err(none(world, self.count));
+            return Err(no_such_world(world, self.count));
         };
         let (mut f, mut result) = (Some(f), None);
-        worker.line.call(thread.thread(), &mut |owned: &mut Owned| {
+        worker.queue.call(thread.thread(), &mut |owned: &mut WorkerWorlds| {
             if let (Some(f), Some(seat)) = (f.take(), owned.get_mut(world - worker.first)) {
-                result = Some(in_seat(seat, f));
+                result = Some(with_slot(seat, f));
             }
         });
-        result.unwrap_or_else(|| Err(none(world, self.count)))
+        result.unwrap_or_else(|| Err(no_such_world(world, self.count)))
     }
 }
 
-fn none(world: usize, count: usize) -> Error {
+fn no_such_world(world: usize, count: usize) -> Error {
     Error::new("E102", format!("there is no world {world}"))
         .expected(format!("a number from 0 to {}", count.saturating_sub(1)))
 }
 
-/// The share of one thread in a call to [`Batch::each`].
-struct Part<'a, O, F> {
+/// The share of one thread in a call to [`WorldBatch::for_each`].
+struct BatchPart<'a, O, F> {
     out: &'a mut [O],
     first: usize,
     wrong: Option<Error>,
     f: &'a F,
 }
 
-impl<O, F: Fn(usize, &mut Seat, &mut O) -> Result> Part<'_, O, F> {
-    fn run(&mut self, owned: &mut Owned) {
+impl<O, F: Fn(usize, &mut WorldSlot, &mut O) -> Result> BatchPart<'_, O, F> {
+    fn run(&mut self, owned: &mut WorkerWorlds) {
         for ((n, seat), out) in owned.iter_mut().enumerate().zip(self.out.iter_mut()) {
-            let done = in_seat(seat, |own| (self.f)(self.first + n, own, out));
+            let done = with_slot(seat, |own| (self.f)(self.first + n, own, out));
             if let Err(e) = done
                 && self.wrong.is_none()
             {
@@ -165,25 +170,25 @@ impl<O, F: Fn(usize, &mut Seat, &mut O) -> Result> Part<'_, O, F> {
 }
 
 /// Runs on each thread of a batch: creates the thread's worlds, serves the calls of the batch, then ends the worlds.
-fn work(
-    setups: Vec<Setup>,
-    engine: &Engine,
+fn run_worker(
+    setups: Vec<WorldSetup>,
+    engine: &WorldTemplate,
     first: usize,
     tell: &mpsc::Sender<Option<(usize, Error)>>,
-    line: &Line<Owned>,
+    line: &JobQueue<WorkerWorlds>,
 ) {
-    let mut owned: Owned = Vec::new();
+    let mut owned: WorkerWorlds = Vec::new();
     let mut wrong = None;
-    // The engine and the setup of the previous world.
-    let mut last: Option<(Engine, Setup)> = None;
+    // The template and the setup of the previous world.
+    let mut last: Option<(WorldTemplate, WorldSetup)> = None;
     for (n, setup) in setups.into_iter().enumerate() {
         let own = match &last {
             Some((engine, of)) if *of == setup => Ok(engine.clone()),
-            _ => guarded(|| engine.reload(&setup)),
+            _ => catch_panic(|| engine.reload(&setup)),
         };
         let made = own.and_then(|own| {
             last = Some((own.clone(), setup.clone()));
-            guarded(|| Seat::new(setup, own))
+            catch_panic(|| WorldSlot::new(setup, own))
         });
         match made {
             Ok(seat) => owned.push(Some(seat)),
@@ -201,12 +206,12 @@ fn work(
     }
 }
 
-impl Drop for Batch {
+impl Drop for WorldBatch {
     fn drop(&mut self) {
         for worker in &mut self.workers {
             let Some(thread) = worker.thread.take() else { continue };
             if self.process == process::id() {
-                worker.line.end(thread.thread());
+                worker.queue.end(thread.thread());
                 let _ = thread.join();
             }
         }

@@ -1,9 +1,9 @@
 //! Embeds the simulator in another program, such as an interpreter, a C program or a test.
 //!
 //! - [`search`]: locates plugins and models; `restart`: starts this program again;
-//! - [`Setup`]: the inputs from which a world is built; [`Seat`]: a world together with these inputs;
-//! - [`Host`]: a world on a separate thread, which any thread may use; [`Batch`]: many worlds on several threads;
-//! - `line`: passes jobs to the thread of a host or a batch;
+//! - [`WorldSetup`]: the inputs from which a world is built; [`WorldSlot`]: a world together with these inputs;
+//! - [`WorldHost`]: a world on a separate thread, which any thread may use; [`WorldBatch`]: many worlds on several threads;
+//! - `job_queue`: passes jobs to the thread of a host or a batch;
 //! - [`sweep`]: many runs with different parameters and seeds, each of which produces a row of results;
 //! - [`picture`]: renders the view of a camera.
 //!
@@ -15,17 +15,17 @@
 
 mod batch;
 mod host;
-mod line;
+mod job_queue;
 mod picture;
 mod restart;
 pub mod search;
-mod seat;
 mod setup;
 pub mod sweep;
+mod world_slot;
 
-pub use batch::Batch;
-pub use host::Host;
-pub use picture::{View, picture};
-pub use restart::{restart_command, started_by};
-pub use seat::{Seat, Stepped};
-pub use setup::{Engine, Scene, Setup};
+pub use batch::WorldBatch;
+pub use host::WorldHost;
+pub use picture::{CameraView, picture};
+pub use restart::{restart_command, set_restart_command};
+pub use setup::{SceneSource, WorldSetup, WorldTemplate};
+pub use world_slot::{StepOutcome, WorldSlot};

@@ -8,9 +8,9 @@ use tatu_render::{Camera, Picture};
 
 /// The viewpoint of a picture.
 #[derive(Debug, Clone)]
-pub enum View {
+pub enum CameraView {
     /// The first camera of the scene; without one, a viewpoint that shows all shapes.
-    Own,
+    SceneCamera,
     /// A camera of the scene, by its path.
     Camera(String),
     /// From the first point towards the second, both in the world frame, m.
@@ -18,14 +18,14 @@ pub enum View {
 }
 
 /// Default field of view, rad.
-const FOV: f64 = 0.872_664_625_997_164_8;
+const DEFAULT_FOV_RAD: f64 = 0.872_664_625_997_164_8;
 
 /// Renders a picture of `size` columns and rows. `fov` is the angle between its left and right edge, rad; if it is
 /// `None`, the camera's angle or, without a camera, a default is used.
 ///
 /// # Errors
 /// The size or the field of view is out of range, there is no such camera, or the view has no direction.
-pub fn picture(world: &World, view: &View, size: [u32; 2], fov: Option<f64>) -> Result<Picture> {
+pub fn picture(world: &World, view: &CameraView, size: [u32; 2], fov: Option<f64>) -> Result<Picture> {
     let [columns, rows] = size;
     if columns == 0 || rows == 0 || u64::from(columns) * u64::from(rows) > 1 << 26 {
         let error = Error::new("E102", format!("cannot render a picture of {columns} x {rows} pixels"));
@@ -36,17 +36,19 @@ pub fn picture(world: &World, view: &View, size: [u32; 2], fov: Option<f64>) -> 
         return Err(error.expected("more than 0 and less than pi rad"));
     }
     let camera = match view {
-        View::Own => match tatu_render::scene_camera(world, fov, size) {
+        CameraView::SceneCamera => match tatu_render::scene_camera(world, fov, size) {
             Some((camera, _)) => camera,
-            None => tatu_render::framing(world, fov.unwrap_or(FOV), size),
+            None => tatu_render::framing_camera(world, fov.unwrap_or(DEFAULT_FOV_RAD), size),
         },
-        View::Camera(path) => tatu_render::camera_at(world, path, fov, size).ok_or_else(|| no_camera(world, path))?,
-        View::Points(from, to) if from == to => {
+        CameraView::Camera(path) => {
+            tatu_render::camera_at(world, path, fov, size).ok_or_else(|| no_camera(world, path))?
+        }
+        CameraView::Points(from, to) if from == to => {
             return Err(Error::new("E102", "the view has no direction, because both of its points are equal")
                 .expected("two different points"));
         }
-        View::Points(from, to) => {
-            Camera { from: (*from).into(), to: (*to).into(), fov: fov.unwrap_or(FOV), columns, rows }
+        CameraView::Points(from, to) => {
+            Camera { from: (*from).into(), to: (*to).into(), fov: fov.unwrap_or(DEFAULT_FOV_RAD), columns, rows }
         }
     };
     Ok(tatu_render::picture(world, &camera, &[], true))

@@ -4,14 +4,14 @@ use std::{ffi::OsString, io, process::Command, sync::OnceLock};
 
 /// Program and leading arguments of the command that starts the command-line interface, if it is embedded in another
 /// program.
-static STARTED_BY: OnceLock<Vec<OsString>> = OnceLock::new();
+static RESTART_COMMAND: OnceLock<Vec<OsString>> = OnceLock::new();
 
 /// Sets the command that starts the command-line interface if it is embedded in another program, such as an interpreter
 /// with the arguments that precede those of the command-line interface. Empty commands are ignored, and only the first
 /// other call has an effect.
-pub fn started_by(command: Vec<OsString>) {
+pub fn set_restart_command(command: Vec<OsString>) {
     if !command.is_empty() {
-        let _ = STARTED_BY.set(command);
+        let _ = RESTART_COMMAND.set(command);
     }
 }
 
@@ -20,7 +20,7 @@ pub fn started_by(command: Vec<OsString>) {
 /// # Errors
 /// The path of this program cannot be determined.
 pub fn restart_command() -> io::Result<Command> {
-    match STARTED_BY.get().map(Vec::as_slice) {
+    match RESTART_COMMAND.get().map(Vec::as_slice) {
         Some([program, args @ ..]) => {
             let mut command = Command::new(program);
             command.args(args);

@@ -6,39 +6,39 @@ use std::{
 };
 
 use tatu_core::{
-    document::{self, Sources, UserSettings},
+    document::{self, SourceFiles, UserSettings},
     errors::Error,
-    plugins::{MODEL_FILE, Search},
+    plugins::{MODEL_FILE, SearchPath},
 };
-use tatu_plugin_api::safe::{MOST_BYTES, folders_beside, program_file, read_plain_text};
+use tatu_plugin_api::safe::{MAX_FILE_BYTES, folders_beside, program_file, read_plain_text};
 
 /// The folders that are searched for plugins and models, and the folders of the scene that are excluded.
-pub struct Searched {
+pub struct SearchFolders {
     /// The search path.
-    pub search: Search,
+    pub search: SearchPath,
     /// Plugin folders of the scene that contain libraries, and that the user has not allowed.
     pub untrusted: Vec<PathBuf>,
 }
 
 /// Returns the names of the program's plugin packages, which the build script reads from the manifest.
-pub fn built() -> Vec<&'static str> {
+pub fn built_plugins() -> Vec<&'static str> {
     env!("TATU_BUILT_PLUGINS").split(',').filter(|s| !s.is_empty()).collect()
 }
 
 /// Returns the folders to search for plugins and models, for a scene file or, if `scene` is `None`, without a scene.
 /// `allow` contains the values of `--allow`.
-pub fn searched(scene: Option<&Path>, sources: &Sources, allow: &[String]) -> Result<Searched, Error> {
+pub fn search_folders(scene: Option<&Path>, sources: &SourceFiles, allow: &[String]) -> Result<SearchFolders, Error> {
     let exe = program_file();
     let environment = std::env::var_os("TATU_PLUGIN_PATH");
-    let mut search = Search::standard(exe.as_deref(), environment.as_deref(), &built());
+    let mut search = SearchPath::standard(exe.as_deref(), environment.as_deref(), &built_plugins());
     let mut untrusted = Vec::new();
     if let Some(scene) = scene {
         for folder in document::plugin_folders(scene, sources).map_err(|e| similar_scene(e, scene))? {
             let known = search.folders.iter().any(|(f, _)| same_folder(f, &folder));
-            let mut own = Search { built: search.built.clone(), ..Search::default() };
+            let mut own = SearchPath { built: search.built.clone(), ..SearchPath::default() };
             own.add_scene_folder(folder.clone());
             // A folder without libraries cannot run any code.
-            if !known && !own.candidates().is_empty() && !allow.iter().any(|a| a == "plugins") && !trusted(&folder) {
+            if !known && !own.candidates().is_empty() && !allow.iter().any(|a| a == "plugins") && !is_trusted(&folder) {
                 untrusted.push(folder);
             } else {
                 search.add_scene_folder(folder);
@@ -52,11 +52,11 @@ pub fn searched(scene: Option<&Path>, sources: &Sources, allow: &[String]) -> Re
     let (of_scene, of_user) = model_folders(scene);
     search.models = of_scene.iter().cloned().chain(of_user).chain(of_program).collect();
     search.models_of_scene = of_scene;
-    Ok(Searched { search, untrusted })
+    Ok(SearchFolders { search, untrusted })
 }
 
 /// Returns the error for a scene whose plugins the user has not allowed. The caller adds the hint.
-pub fn untrusted(scene: &Path, folder: &Path) -> Error {
+pub fn untrusted_plugins_error(scene: &Path, folder: &Path) -> Error {
     let shown = folder.canonicalize().unwrap_or_else(|_| folder.to_owned());
     let text = format!(
         "{} loads plugins from {}, which you have not allowed; plugins are native code that has all of your permissions",
@@ -169,7 +169,7 @@ pub fn user_settings() -> Result<UserSettings, Error> {
     let Some(file) = user_folder().and_then(|f| Some(f.parent()?.join("settings.toml"))) else {
         return Ok(UserSettings::default());
     };
-    match read_plain_text(&file, MOST_BYTES) {
+    match read_plain_text(&file, MAX_FILE_BYTES) {
         Ok(text) => UserSettings::parse(&file, &text),
         Err(e) if e.kind() == std::io::ErrorKind::NotFound => Ok(UserSettings::default()),
         Err(e) => Err(Error::new("E105", format!("cannot read your settings {}: {e}", file.display()))),
@@ -181,7 +181,7 @@ fn same_folder(a: &Path, b: &Path) -> bool {
 }
 
 /// Returns whether `folder` is listed in `TATU_TRUST`, or is inside a folder that is.
-fn trusted(folder: &Path) -> bool {
+fn is_trusted(folder: &Path) -> bool {
     let (Some(all), Ok(folder)) = (std::env::var_os("TATU_TRUST"), folder.canonicalize()) else { return false };
     // A relative path would depend on the working folder.
     std::env::split_paths(&all)

@@ -6,17 +6,17 @@ use std::{
 };
 
 use tatu_core::{
-    document::{self, Document, Options, Override, ScriptOverride, ServiceOverride, Sources},
+    document::{self, Document, LoadOptions, PropertyOverride, ScriptOverride, ServiceOverride, SourceFiles},
     errors::{Error, Result},
     host_tables,
-    plugins::{Registry, Search, Source, guard::share_process},
+    plugins::{FolderOrigin, Registry, SearchPath, guard::share_process},
 };
 
-use crate::search::{self, Searched, searched, user_settings};
+use crate::search::{self, SearchFolders, search_folders, user_settings};
 
 /// The source of a scene.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Scene {
+pub enum SceneSource {
     /// A file: a scene file, or one that an importer reads.
     File(PathBuf),
     /// The text of a scene file, and the folder to which its paths are relative.
@@ -25,9 +25,9 @@ pub enum Scene {
 
 /// The inputs from which a world is built. The fields correspond to the options of the command line.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Setup {
+pub struct WorldSetup {
     /// The scene.
-    pub scene: Scene,
+    pub scene: SceneSource,
     /// Seed of all random numbers; if `None`, the scene's own seed is used.
     pub seed: Option<u64>,
     /// Changes to properties, such as `/Robot/leftMotor.max_force_nm=2`.
@@ -47,10 +47,10 @@ pub struct Setup {
     pub files: Option<PathBuf>,
 }
 
-impl Setup {
+impl WorldSetup {
     /// Creates the setup of a scene without changes.
-    pub fn new(scene: Scene) -> Self {
-        Setup {
+    pub fn new(scene: SceneSource) -> Self {
+        WorldSetup {
             scene,
             seed: None,
             set: Vec::new(),
@@ -67,15 +67,15 @@ impl Setup {
     /// in the text's folder.
     pub fn file(&self) -> PathBuf {
         match &self.scene {
-            Scene::File(file) => file.clone(),
-            Scene::Text(_, folder) => folder.join("scene-from-text.toml"),
+            SceneSource::File(file) => file.clone(),
+            SceneSource::Text(_, folder) => folder.join("scene-from-text.toml"),
         }
     }
 
-    fn sources(&self) -> Sources {
-        let sources = Sources::default();
-        if let Scene::Text(text, _) = &self.scene {
-            sources.keep(&self.file(), text.as_bytes().to_vec());
+    fn sources(&self) -> SourceFiles {
+        let sources = SourceFiles::default();
+        if let SceneSource::Text(text, _) = &self.scene {
+            sources.add_file(&self.file(), text.as_bytes().to_vec());
         }
         sources
     }
@@ -84,27 +84,27 @@ impl Setup {
     ///
     /// # Errors
     /// A change cannot be parsed, or the user's settings cannot be read.
-    pub fn options(&self) -> Result<Options> {
-        Ok(Options {
+    pub fn options(&self) -> Result<LoadOptions> {
+        Ok(LoadOptions {
             seed: self.seed,
-            set: self.set.iter().map(|s| Override::parse(s)).collect::<Result<_>>()?,
+            set: self.set.iter().map(|s| PropertyOverride::parse(s)).collect::<Result<_>>()?,
             scripts: self.scripts.iter().map(|s| ScriptOverride::parse(s)).collect::<Result<_>>()?,
             // `plugins` is not a permission of scripts; it has been checked when the plugins were loaded.
             allow: self.allow.iter().filter(|a| *a != "plugins").cloned().collect(),
             services: self.services.iter().map(|s| ServiceOverride::parse(s)).collect::<Result<_>>()?,
             user_settings: user_settings()?,
             sources: self.sources(),
-            ..Options::default()
+            ..LoadOptions::default()
         })
     }
 }
 
 /// The registries in use, by search path. Worlds with the same search path share a registry.
-static SHARED: Mutex<Vec<(Vec<PathBuf>, Weak<Registry>)>> = Mutex::new(Vec::new());
+static SHARED_REGISTRIES: Mutex<Vec<(Vec<PathBuf>, Weak<Registry>)>> = Mutex::new(Vec::new());
 
 /// The plugins of a setup and the document of its scene, from which any number of worlds can be created.
 #[derive(Clone)]
-pub struct Engine {
+pub struct WorldTemplate {
     /// The plugins that worlds use.
     pub registry: Arc<Registry>,
     /// The document of the scene.
@@ -113,48 +113,48 @@ pub struct Engine {
     pub warnings: Vec<String>,
 }
 
-impl Engine {
+impl WorldTemplate {
     /// Loads the plugins and the scene of a setup.
     ///
     /// # Errors
     /// A file or a change is invalid, or the scene has plugin folders that are not allowed.
-    pub fn load(setup: &Setup) -> Result<Self> {
+    pub fn load(setup: &WorldSetup) -> Result<Self> {
         share_process();
-        let registry = registry_of(setup, false)?;
+        let registry = shared_registry(setup, false)?;
         let mut warnings: Vec<String> = registry.refused.iter().map(ToString::to_string).collect();
         let document = match document::load(&setup.file(), &registry, &setup.options()?) {
             Ok(document) => document,
             Err(e) => {
-                release(registry);
+                release_registry(registry);
                 return Err(e);
             }
         };
         warnings.extend(document.reports.iter().map(|r| r.text.clone()));
-        Ok(Engine { registry, document: Arc::new(document), warnings })
+        Ok(WorldTemplate { registry, document: Arc::new(document), warnings })
     }
 
     /// Loads the scene again from the same files, with other changes and the same plugins.
     ///
     /// # Errors
     /// A file or a change is invalid.
-    pub fn reload(&self, setup: &Setup) -> Result<Self> {
+    pub fn reload(&self, setup: &WorldSetup) -> Result<Self> {
         // The contents that were read first are used, even if the files have changed since.
-        let options = Options { sources: self.document.sources.clone(), ..setup.options()? };
+        let options = LoadOptions { sources: self.document.sources.clone(), ..setup.options()? };
         let document = document::load(&setup.file(), &self.registry, &options)?;
-        Ok(Engine { document: Arc::new(document), ..self.clone() })
+        Ok(WorldTemplate { document: Arc::new(document), ..self.clone() })
     }
 
     /// Ends the plugins, if nothing else uses them.
     pub(crate) fn end(self) {
-        let Engine { registry, document, .. } = self;
+        let WorldTemplate { registry, document, .. } = self;
         drop(document);
-        release(registry);
+        release_registry(registry);
     }
 }
 
 /// Returns a registry for a setup, shared with worlds that have the same search path. If `bundled` is true, the scene
 /// file is not read, so the scene's own plugin folders are not searched.
-pub(crate) fn registry_of(setup: &Setup, bundled: bool) -> Result<Arc<Registry>> {
+pub(crate) fn shared_registry(setup: &WorldSetup, bundled: bool) -> Result<Arc<Registry>> {
     let mut search = search_of(setup, bundled)?;
     let given: Vec<PathBuf> = setup.plugins.iter().filter(|p| p.is_file()).cloned().collect();
     search.files.splice(0..0, given);
@@ -162,7 +162,7 @@ pub(crate) fn registry_of(setup: &Setup, bundled: bool) -> Result<Arc<Registry>>
         let folders = search.folders.iter().map(|(f, _)| f).chain(&search.files);
         folders.chain(&search.models).chain(&search.models_of_scene).cloned().collect()
     };
-    let mut shared = SHARED.lock().unwrap_or_else(PoisonError::into_inner);
+    let mut shared = SHARED_REGISTRIES.lock().unwrap_or_else(PoisonError::into_inner);
     shared.retain(|(_, registry)| registry.strong_count() > 0);
     if let Some(registry) = shared.iter().find(|(k, _)| *k == key).and_then(|(_, r)| r.upgrade()) {
         return Ok(registry);
@@ -172,18 +172,18 @@ pub(crate) fn registry_of(setup: &Setup, bundled: bool) -> Result<Arc<Registry>>
     Ok(registry)
 }
 
-fn search_of(setup: &Setup, bundled: bool) -> Result<Search> {
+fn search_of(setup: &WorldSetup, bundled: bool) -> Result<SearchPath> {
     let file = setup.file();
     let scene = (!bundled).then_some(file.as_path());
-    let Searched { mut search, untrusted } = searched(scene, &setup.sources(), &setup.allow)?;
+    let SearchFolders { mut search, untrusted } = search_folders(scene, &setup.sources(), &setup.allow)?;
     if let Some(folder) = untrusted.first() {
         let help = "if you trust the folder, allow `plugins` for this run, or trust it in all runs by setting \
                     the environment variable TATU_TRUST=/absolute/folder";
-        return Err(search::untrusted(&file, folder).help(help));
+        return Err(search::untrusted_plugins_error(&file, folder).help(help));
     }
     for path in setup.plugins.iter().rev() {
         if path.is_dir() {
-            search.folders.insert(0, (path.clone(), Source::Environment));
+            search.folders.insert(0, (path.clone(), FolderOrigin::Environment));
         } else if !path.is_file() {
             let error = Error::new("E311", format!("there is no plugin at {}", path.display()));
             return Err(error.expected("a compiled plugin library, or a folder that contains plugin libraries"));
@@ -193,10 +193,10 @@ fn search_of(setup: &Setup, bundled: bool) -> Result<Search> {
 }
 
 /// Ends the plugins of a registry, if this is the last reference to it.
-pub(crate) fn release(registry: Arc<Registry>) {
+pub(crate) fn release_registry(registry: Arc<Registry>) {
     if let Some(registry) = Arc::into_inner(registry) {
-        for e in registry.end() {
-            tatu_core::breach(e.to_string());
+        for e in registry.shut_down() {
+            tatu_core::record_breach(e.to_string());
         }
     }
 }

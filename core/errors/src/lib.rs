@@ -1,6 +1,6 @@
 //! Errors of documents and plugins before a run, and faults during one.
 //!
-//! - [`Error`]: the reason why an operation on a scene, plugin, snapshot or world failed, with its [`Place`] in a file;
+//! - [`Error`]: the reason why an operation on a scene, plugin, snapshot or world failed, with its [`SourceLocation`] in a file;
 //! - [`Fault`]: an error during a run;
 //! - [`Refusal`]: the reason why a property could not be read or set.
 
@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 
 /// A position in a text file.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub struct Place {
+pub struct SourceLocation {
     /// Path of the file.
     pub file: PathBuf,
     /// Line number, counted from 1; 0 stands for the whole file.
@@ -21,11 +21,11 @@ pub struct Place {
     pub span: Range<usize>,
 }
 
-impl Place {
+impl SourceLocation {
     /// Returns the position of line `line` of `file`, counted from 1; 0 stands for the whole file. `bytes` are the
     /// contents of the file; if they do not include that line, the span is empty.
     pub fn of_line(file: PathBuf, bytes: &[u8], line: usize) -> Self {
-        Place { file, line, column: 1, span: line_span(bytes, line) }
+        SourceLocation { file, line, column: 1, span: line_span(bytes, line) }
     }
 }
 
@@ -52,7 +52,7 @@ pub struct Error {
     /// What went wrong.
     pub text: String,
     /// Where it went wrong, if known.
-    pub place: Option<Box<Place>>,
+    pub place: Option<Box<SourceLocation>>,
     /// What was expected, if stated.
     pub expected: Option<String>,
     /// A hint on how to correct it, if there is one.
@@ -65,10 +65,10 @@ pub type Result<T = (), E = Error> = std::result::Result<T, E>;
 impl Error {
     /// Creates an error from its code and message.
     pub fn new(code: &'static str, text: impl Into<String>) -> Self {
-        Error { code, text: bounded(text.into()), ..Default::default() }
+        Error { code, text: truncate_long_text(text.into()), ..Default::default() }
     }
     /// Sets the position if the error does not have one yet; `None` leaves it unset.
-    pub fn at(mut self, place: Option<Place>) -> Self {
+    pub fn at(mut self, place: Option<SourceLocation>) -> Self {
         if self.place.is_none() {
             self.place = place.map(Box::new);
         }
@@ -76,12 +76,12 @@ impl Error {
     }
     /// Sets the description of what was expected.
     pub fn expected(mut self, text: impl Into<String>) -> Self {
-        self.expected = Some(bounded(text.into()));
+        self.expected = Some(truncate_long_text(text.into()));
         self
     }
     /// Sets the hint.
     pub fn help(mut self, text: impl Into<String>) -> Self {
-        self.help = Some(bounded(text.into()));
+        self.help = Some(truncate_long_text(text.into()));
         self
     }
     /// Sets the hint "did you mean ...?" if one of the names in `known` is similar to `name`.
@@ -115,12 +115,12 @@ impl fmt::Display for Error {
 impl std::error::Error for Error {}
 
 /// Maximum length of a part of an error, bytes; it may contain a name from a file of any size.
-const LONGEST_TEXT: usize = 16 << 10;
+const MAX_ERROR_TEXT_BYTES: usize = 16 << 10;
 
-fn bounded(mut text: String) -> String {
+fn truncate_long_text(mut text: String) -> String {
     let length = text.len();
-    if length > LONGEST_TEXT {
-        text.truncate((0..=LONGEST_TEXT).rev().find(|i| text.is_char_boundary(*i)).unwrap_or(0));
+    if length > MAX_ERROR_TEXT_BYTES {
+        text.truncate((0..=MAX_ERROR_TEXT_BYTES).rev().find(|i| text.is_char_boundary(*i)).unwrap_or(0));
         text += &format!("... ({length} bytes)");
     }
     text
@@ -128,18 +128,18 @@ fn bounded(mut text: String) -> String {
 
 /// Maximum length of names that are compared, bytes. The comparison takes time and memory in proportion to the product
 /// of the lengths, and nobody misspells a longer name by few letters.
-pub const LONGEST_NAME: usize = 200;
+pub const MAX_COMPARED_NAME_BYTES: usize = 200;
 
 /// Returns the name in `known` that is most similar to the misspelt `name`, ignoring case, or `None` if no name is
 /// similar enough.
 pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
-    if name.len() > LONGEST_NAME {
+    if name.len() > MAX_COMPARED_NAME_BYTES {
         return None;
     }
     let lower = name.to_lowercase();
     known
         .into_iter()
-        .filter(|k| k.len() <= LONGEST_NAME)
+        .filter(|k| k.len() <= MAX_COMPARED_NAME_BYTES)
         .map(|k| (strsim::damerau_levenshtein(&lower, &k.to_lowercase()), k))
         .filter(|(d, k)| *d <= 1 + k.len().max(name.len()) / 4)
         .min_by_key(|(d, _)| *d)
@@ -304,7 +304,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_line_is_found_by_its_number() {
+    fn line_span_is_found_by_line_number() {
         let text = b"one\n  two \r\n\nfour";
         for (line, wanted) in [(1, "one"), (2, "two"), (3, ""), (4, "four"), (5, ""), (0, "")] {
             assert_eq!(&text[line_span(text, line)], wanted.as_bytes(), "{line}");

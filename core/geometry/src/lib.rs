@@ -13,11 +13,13 @@ use nalgebra::Isometry3;
 
 pub use form::{Form, Mesh};
 pub use moments::{Moments, steiner};
-pub use texture::{BLENDS, Blend, Image, MAPPINGS, MOST_PIXELS, Mapping, Projection, Texture};
+pub use texture::{
+    BLEND_NAMES, Image, MAPPING_NAMES, MAX_IMAGE_PIXELS, Texture, TextureBlend, TextureMapping, TextureProjection,
+};
 
 /// A form and its pose in the frame of the object to which it belongs.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Part {
+pub struct SolidPart {
     /// Transform from the frame of the part to that of the object.
     pub pose: Isometry3<f64>,
     /// Form of the part, in its own frame.

@@ -24,13 +24,13 @@ pub fn steiner(d: &Vector3<f64>) -> Matrix3<f64> {
 
 /// Sums of the moments about a reference point.
 #[derive(Default)]
-struct Sums {
+struct MomentSums {
     measure: f64,
     first: Vector3<f64>,
     second: Matrix3<f64>,
 }
 
-impl Sums {
+impl MomentSums {
     /// Adds a simplex of the given volume or area. `last` is the number of its corners, which determines the weight of
     /// its second moments: its integral of x x' is measure / (n (n + 1)) * (sum of v v' + (sum of v) (sum of v)').
     fn add(&mut self, measure: f64, corners: [Vector3<f64>; 3], number: f64) {
@@ -81,7 +81,7 @@ impl Mesh {
     /// [`open_edges`](Mesh::open_edges).
     pub fn moments(&self) -> Option<Moments> {
         let (reference, size) = self.middle()?;
-        let mut sums = Sums::default();
+        let mut sums = MomentSums::default();
         for corners in self.corners(reference) {
             sums.add(corners[0].dot(&corners[1].cross(&corners[2])) / 6.0, corners, 4.0);
         }
@@ -92,7 +92,7 @@ impl Mesh {
     /// Returns the moments of the mesh's surface, or `None` if it has no area.
     pub fn surface_moments(&self) -> Option<Moments> {
         let (reference, _) = self.middle()?;
-        let mut sums = Sums::default();
+        let mut sums = MomentSums::default();
         for corners in self.corners(reference) {
             let [a, b, c] = corners;
             sums.add((b - a).cross(&(c - a)).norm() / 2.0, corners, 3.0);

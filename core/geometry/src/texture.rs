@@ -9,11 +9,11 @@ use xxhash_rust::xxh3::xxh3_64_with_seed;
 use crate::form::{Form, Mesh};
 
 /// Maximum number of pixels in an image, which occupy 64 MiB at 4 bytes per pixel.
-pub const MOST_PIXELS: usize = 16 << 20;
+pub const MAX_IMAGE_PIXELS: usize = 16 << 20;
 
 /// Offset added to projected positions in an image, as a fraction of the image's size. It prevents rounding errors from
 /// mixing two pixels on a surface that follows the border between them exactly. Texture coordinates are not offset.
-const NUDGE: f64 = 1e-6;
+const PIXEL_BORDER_OFFSET: f64 = 1e-6;
 
 /// An RGBA image, with 8 bits per channel.
 #[derive(Debug, Clone, PartialEq)]
@@ -26,10 +26,10 @@ pub struct Image {
 
 impl Image {
     /// Creates an image from pixels of 4 bytes, top row first. Returns `None` if it would have no pixels or more than
-    /// [`MOST_PIXELS`], or if the number of bytes does not match.
+    /// [`MAX_IMAGE_PIXELS`], or if the number of bytes does not match.
     pub fn new(columns: u32, rows: u32, rgba: Vec<u8>) -> Option<Self> {
         let pixels = (columns as usize).checked_mul(rows as usize)?;
-        let fits = pixels > 0 && pixels <= MOST_PIXELS && rgba.len() == 4 * pixels;
+        let fits = pixels > 0 && pixels <= MAX_IMAGE_PIXELS && rgba.len() == 4 * pixels;
         let hash = xxh3_64_with_seed(&rgba, columns.into());
         fits.then_some(Image { columns, rows, rgba, hash })
     }
@@ -65,7 +65,7 @@ impl Image {
 
 /// How points of a surface are mapped to an image. All but `Box` and `Mesh` depend on the position of the point alone.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-pub enum Mapping {
+pub enum TextureMapping {
     /// Along the z axis: x is mapped to the right, y upwards.
     #[default]
     Plane,
@@ -79,24 +79,24 @@ pub enum Mapping {
     Mesh,
 }
 
-/// Names of mappings, in the order of [`Mapping`].
-pub const MAPPINGS: &[&str] = &["plane", "cylinder", "sphere", "box", "mesh"];
+/// Names of mappings, in the order of [`TextureMapping`].
+pub const MAPPING_NAMES: &[&str] = &["plane", "cylinder", "sphere", "box", "mesh"];
 
-impl Mapping {
-    /// Returns the mapping with a name in [`MAPPINGS`].
+impl TextureMapping {
+    /// Returns the mapping with a name in [`MAPPING_NAMES`].
     pub fn parse(name: &str) -> Option<Self> {
         let all = [Self::Plane, Self::Cylinder, Self::Sphere, Self::Box, Self::Mesh];
-        MAPPINGS.iter().position(|m| *m == name).map(|i| all[i])
+        MAPPING_NAMES.iter().position(|m| *m == name).map(|i| all[i])
     }
     /// Returns the mapping's name.
     pub fn name(self) -> &'static str {
-        MAPPINGS[self as usize]
+        MAPPING_NAMES[self as usize]
     }
 }
 
 /// How an image is combined with the colour of the surface.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-pub enum Blend {
+pub enum TextureBlend {
     /// The colours of the image and the surface are multiplied.
     #[default]
     Modulate,
@@ -106,26 +106,26 @@ pub enum Blend {
     Add,
 }
 
-/// Names of blends, in the order of [`Blend`].
-pub const BLENDS: &[&str] = &["modulate", "decal", "add"];
+/// Names of blends, in the order of [`TextureBlend`].
+pub const BLEND_NAMES: &[&str] = &["modulate", "decal", "add"];
 
-impl Blend {
-    /// Returns the blend with a name in [`BLENDS`].
+impl TextureBlend {
+    /// Returns the blend with a name in [`BLEND_NAMES`].
     pub fn parse(name: &str) -> Option<Self> {
         let all = [Self::Modulate, Self::Decal, Self::Add];
-        BLENDS.iter().position(|m| *m == name).map(|i| all[i])
+        BLEND_NAMES.iter().position(|m| *m == name).map(|i| all[i])
     }
     /// Returns the blend's name.
     pub fn name(self) -> &'static str {
-        BLENDS[self as usize]
+        BLEND_NAMES[self as usize]
     }
 }
 
 /// The projection of an image onto a surface.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Projection {
+pub struct TextureProjection {
     /// How points of the surface are mapped to the image.
-    pub mapping: Mapping,
+    pub mapping: TextureMapping,
     /// Width and height of the image on the surface, m. For `Cylinder` and `Sphere`, the width is in turns; for
     /// `Sphere`, the height is in half turns; for `Mesh`, both are in texture coordinates.
     pub size: [f64; 2],
@@ -136,18 +136,18 @@ pub struct Projection {
     /// Whether colours between pixels are interpolated.
     pub smooth: bool,
     /// How the image is combined with the colour of the surface.
-    pub blend: Blend,
+    pub blend: TextureBlend,
 }
 
-impl Default for Projection {
+impl Default for TextureProjection {
     fn default() -> Self {
-        Projection {
-            mapping: Mapping::Plane,
+        TextureProjection {
+            mapping: TextureMapping::Plane,
             size: [1.0; 2],
             pose: Isometry3::identity(),
             repeat: [true; 2],
             smooth: true,
-            blend: Blend::Modulate,
+            blend: TextureBlend::Modulate,
         }
     }
 }
@@ -158,7 +158,7 @@ pub struct Texture {
     /// Pixels of the image, shared between surfaces.
     pub image: Arc<Image>,
     /// Projection of the image onto the surface.
-    pub projection: Projection,
+    pub projection: TextureProjection,
 }
 
 impl Texture {
@@ -173,33 +173,37 @@ impl Texture {
         base: [f32; 3],
     ) -> [f32; 3] {
         let place = match (self.projection.mapping, form) {
-            (Mapping::Mesh, Form::Mesh { mesh, .. }) => mesh.place(primitive, point).map(|[right, up]| {
-                let [width, height] = self.projection.size;
-                [right / width, up / height]
-            }),
-            (Mapping::Mesh, _) => None,
-            _ => Some(self.place(point, normal)),
+            (TextureMapping::Mesh, Form::Mesh { mesh, .. }) => {
+                mesh.texture_coordinates_at(primitive, point).map(|[right, up]| {
+                    let [width, height] = self.projection.size;
+                    [right / width, up / height]
+                })
+            }
+            (TextureMapping::Mesh, _) => None,
+            _ => Some(self.image_position(point, normal)),
         };
         let Some(place) = place else { return base };
         let [r, g, b, opacity] = self.sample(place);
         let image = [r, g, b];
         [0, 1, 2].map(|i| match self.projection.blend {
-            Blend::Modulate => base[i] * image[i],
-            Blend::Decal => base[i] + (image[i] - base[i]) * opacity,
-            Blend::Add => (base[i] + image[i]).min(1.0),
+            TextureBlend::Modulate => base[i] * image[i],
+            TextureBlend::Decal => base[i] + (image[i] - base[i]) * opacity,
+            TextureBlend::Add => (base[i] + image[i]).min(1.0),
         })
     }
 
     /// Returns the position in the image of a point on the surface: right and up, each 0 to 1 inside the image.
-    fn place(&self, point: &Point3<f64>, normal: &Vector3<f64>) -> [f64; 2] {
+    fn image_position(&self, point: &Point3<f64>, normal: &Vector3<f64>) -> [f64; 2] {
         use std::f64::consts::{PI, TAU};
-        let Projection { mapping, size, pose, .. } = &self.projection;
+        let TextureProjection { mapping, size, pose, .. } = &self.projection;
         let p = pose.inverse_transform_point(point);
         let [right, up] = match mapping {
-            Mapping::Plane | Mapping::Mesh => [p.x, p.y],
-            Mapping::Cylinder => [libm::atan2(p.y, p.x) / TAU, p.z],
-            Mapping::Sphere => [libm::atan2(p.y, p.x) / TAU, libm::atan2(p.z, libm::sqrt(p.x * p.x + p.y * p.y)) / PI],
-            Mapping::Box => {
+            TextureMapping::Plane | TextureMapping::Mesh => [p.x, p.y],
+            TextureMapping::Cylinder => [libm::atan2(p.y, p.x) / TAU, p.z],
+            TextureMapping::Sphere => {
+                [libm::atan2(p.y, p.x) / TAU, libm::atan2(p.z, libm::sqrt(p.x * p.x + p.y * p.y)) / PI]
+            }
+            TextureMapping::Box => {
                 let n = pose.rotation.inverse_transform_vector(normal);
                 match (n.x.abs(), n.y.abs(), n.z.abs()) {
                     (x, y, z) if z >= x && z >= y => [p.x, p.y],
@@ -208,11 +212,11 @@ impl Texture {
                 }
             }
         };
-        [right / size[0] + 0.5 + NUDGE, up / size[1] + 0.5 + NUDGE]
+        [right / size[0] + 0.5 + PIXEL_BORDER_OFFSET, up / size[1] + 0.5 + PIXEL_BORDER_OFFSET]
     }
 
     fn sample(&self, [right, up]: [f64; 2]) -> [f32; 4] {
-        let (image, Projection { repeat, smooth, .. }) = (&*self.image, &self.projection);
+        let (image, TextureProjection { repeat, smooth, .. }) = (&*self.image, &self.projection);
         let (x, y) = (right * f64::from(image.columns), (1.0 - up) * f64::from(image.rows));
         if !smooth {
             return image.at(x.floor(), y.floor(), *repeat);
@@ -231,7 +235,7 @@ impl Texture {
 impl Mesh {
     /// Returns the texture coordinates at a point of a triangle, interpolated between its corners, or `None` if the
     /// triangle, or a vertex or texture coordinate of a corner, does not exist.
-    fn place(&self, triangle: u32, point: &Point3<f64>) -> Option<[f64; 2]> {
+    fn texture_coordinates_at(&self, triangle: u32, point: &Point3<f64>) -> Option<[f64; 2]> {
         let corners = *self.triangles.get(triangle as usize)?;
         let [a, b, c] = corners.map(|i| self.vertices.get(i as usize));
         let [p, q, r] = corners.map(|i| self.coordinates.get(i as usize));
@@ -254,18 +258,18 @@ impl Mesh {
 mod tests {
     use super::*;
 
-    /// A form for mappings that ignore it; only `Mapping::Mesh` uses the form.
+    /// A form for mappings that ignore it; only `TextureMapping::Mesh` uses the form.
     const BALL: (&Form, u32) = (&Form::Sphere { radius: 1.0 }, 0);
 
     /// Four squares: red and green above, blue and white below.
-    fn squares(projection: Projection) -> Texture {
+    fn squares(projection: TextureProjection) -> Texture {
         let rgba = [[255, 0, 0, 255], [0, 255, 0, 255], [0, 0, 255, 255], [255; 4]].concat();
         Texture { image: Arc::new(Image::new(2, 2, rgba).unwrap()), projection }
     }
 
     #[test]
-    fn the_first_row_is_above() {
-        let t = squares(Projection { smooth: false, size: [2.0; 2], ..Default::default() });
+    fn first_row_of_the_image_is_on_top() {
+        let t = squares(TextureProjection { smooth: false, size: [2.0; 2], ..Default::default() });
         let seen = |x: f64, y: f64| t.color(BALL, &Point3::new(x, y, 7.0), &Vector3::z(), [1.0; 3]);
         assert_eq!(seen(-0.5, 0.5), [1.0, 0.0, 0.0]);
         assert_eq!(seen(0.5, 0.5), [0.0, 1.0, 0.0]);
@@ -274,25 +278,32 @@ mod tests {
     }
 
     #[test]
-    fn a_box_shows_it_on_each_side() {
-        let t = squares(Projection { mapping: Mapping::Box, smooth: false, size: [2.0; 2], ..Default::default() });
+    fn box_mapping_shows_the_image_on_each_side() {
+        let t = squares(TextureProjection {
+            mapping: TextureMapping::Box,
+            smooth: false,
+            size: [2.0; 2],
+            ..Default::default()
+        });
         let seen = |p: [f64; 3], n: [f64; 3]| t.color(BALL, &Point3::from(p), &Vector3::from(n), [1.0; 3]);
         assert_eq!(seen([1.0, 0.5, 0.5], [1.0, 0.0, 0.0]), [0.0, 1.0, 0.0]);
         assert_eq!(seen([-0.5, 1.0, 0.5], [0.0, 1.0, 0.0]), [1.0, 0.0, 0.0]);
     }
 
     #[test]
-    fn colors_are_mixed() {
-        let with = |blend: Blend| squares(Projection { blend, smooth: false, size: [2.0; 2], ..Default::default() });
+    fn blends_mix_image_and_surface_colors() {
+        let with = |blend: TextureBlend| {
+            squares(TextureProjection { blend, smooth: false, size: [2.0; 2], ..Default::default() })
+        };
         let seen = |t: Texture| t.color(BALL, &Point3::new(-0.5, 0.5, 0.0), &Vector3::z(), [0.5, 0.5, 0.0]);
-        assert_eq!(seen(with(Blend::Modulate)), [0.5, 0.0, 0.0]);
-        assert_eq!(seen(with(Blend::Decal)), [1.0, 0.0, 0.0]);
-        assert_eq!(seen(with(Blend::Add)), [1.0, 0.5, 0.0]);
+        assert_eq!(seen(with(TextureBlend::Modulate)), [0.5, 0.0, 0.0]);
+        assert_eq!(seen(with(TextureBlend::Decal)), [1.0, 0.0, 0.0]);
+        assert_eq!(seen(with(TextureBlend::Add)), [1.0, 0.5, 0.0]);
     }
 
     #[test]
-    fn the_edge_continues_where_it_does_not_repeat() {
-        let t = squares(Projection { repeat: [false; 2], size: [2.0; 2], ..Default::default() });
+    fn edge_pixels_extend_without_repetition() {
+        let t = squares(TextureProjection { repeat: [false; 2], size: [2.0; 2], ..Default::default() });
         assert_eq!(t.color(BALL, &Point3::new(9.0, 9.0, 0.0), &Vector3::z(), [1.0; 3]), [0.0, 1.0, 0.0]);
         assert_eq!(Image::new(2, 2, vec![0; 15]), None);
         assert_eq!(Image::new(0, 2, Vec::new()), None);
@@ -305,7 +316,7 @@ mod tests {
         let coordinates = vec![[0.0, 1.0], [0.0, 0.0], [1.0, 0.0], [1.0, 1.0]];
         let mesh = Arc::new(Mesh { vertices, triangles: vec![[0, 1, 2], [0, 2, 3]], coordinates });
         let form = Form::Mesh { mesh, convex: false };
-        let t = squares(Projection { mapping: Mapping::Mesh, smooth: false, ..Default::default() });
+        let t = squares(TextureProjection { mapping: TextureMapping::Mesh, smooth: false, ..Default::default() });
         let seen = |triangle, x, y| t.color((&form, triangle), &Point3::new(x, y, 5.0), &Vector3::z(), [1.0; 3]);
         assert_eq!(seen(0, 0.4, 0.2), [1.0, 0.0, 0.0]);
         assert_eq!(seen(1, 0.4, 1.6), [0.0, 1.0, 0.0]);

@@ -11,62 +11,62 @@ use tatu_plugin_api::abi::*;
 
 /// The reason why a function failed: a status and a message.
 #[derive(Debug)]
-pub struct Wrong(pub tatu_status, pub String);
+pub struct CallError(pub tatu_status, pub String);
 
-impl Wrong {
+impl CallError {
     pub fn argument(text: impl Into<String>) -> Self {
-        Wrong(TATU_ERR_ARGUMENT, text.into())
+        CallError(TATU_ERR_ARGUMENT, text.into())
     }
 }
 
-impl From<Error> for Wrong {
+impl From<Error> for CallError {
     fn from(e: Error) -> Self {
-        Wrong(TATU_ERR, e.to_string())
+        CallError(TATU_ERR, e.to_string())
     }
 }
 
-impl From<Refusal> for Wrong {
+impl From<Refusal> for CallError {
     fn from(r: Refusal) -> Self {
-        Wrong(r.0, r.1)
+        CallError(r.0, r.1)
     }
 }
 
-impl From<Box<Fault>> for Wrong {
+impl From<Box<Fault>> for CallError {
     fn from(fault: Box<Fault>) -> Self {
         let help = fault.help.as_ref().map_or(String::new(), |help| format!("\n  help: {help}"));
-        Wrong(fault.kind.status(), format!("[{}] {}{help}", fault.code, fault.message))
+        CallError(fault.kind.status(), format!("[{}] {}{help}", fault.code, fault.message))
     }
 }
 
 thread_local! {
     /// Message of the last failure on this thread.
-    static LAST: RefCell<CString> = RefCell::default();
+    static LAST_ERROR: RefCell<CString> = RefCell::default();
 }
 
 /// Runs `f`. If it fails or panics, stores the message as the last error of this thread, and returns the result of
 /// `failed`, which receives the status.
-pub fn guarded<T>(failed: impl FnOnce(tatu_status) -> T, f: impl FnOnce() -> Result<T, Wrong>) -> T {
-    let Wrong(status, text) = match catch_unwind(AssertUnwindSafe(f)) {
+pub fn guarded<T>(failed: impl FnOnce(tatu_status) -> T, f: impl FnOnce() -> Result<T, CallError>) -> T {
+    let CallError(status, text) = match catch_unwind(AssertUnwindSafe(f)) {
         Ok(Ok(done)) => return done,
         Ok(Err(wrong)) => wrong,
-        Err(_) => Wrong(
+        Err(_) => CallError(
             TATU_ERR_PANIC,
             "the simulator panicked\n  help: this is a bug in the simulator: please report it".into(),
         ),
     };
     // A C string cannot contain a zero byte, so the message ends at the first one.
     let text = text.split('\0').next().unwrap_or_default().to_owned();
-    LAST.with(|last| *last.borrow_mut() = CString::new(text).unwrap_or_default());
+    LAST_ERROR.with(|last| *last.borrow_mut() = CString::new(text).unwrap_or_default());
     failed(status)
 }
 
 /// Like [`guarded`], but returns `TATU_OK` or the status of the failure.
-pub fn status(f: impl FnOnce() -> Result<(), Wrong>) -> tatu_status {
+pub fn status(f: impl FnOnce() -> Result<(), CallError>) -> tatu_status {
     guarded(|status| status, || f().map(|()| TATU_OK))
 }
 
 /// Returns the message of the last failure on this thread, or an empty string if there was none. The string is valid
 /// until the next failure on this thread.
-pub fn last() -> *const c_char {
-    LAST.with(|last| last.borrow().as_ptr())
+pub fn last_error() -> *const c_char {
+    LAST_ERROR.with(|last| last.borrow().as_ptr())
 }

@@ -1,86 +1,86 @@
 //! The simulator as a C library. `include/tatu_world.h` declares and documents its functions.
 //!
 //! - `answer`: errors, and the guard around each function; `open`: the table of open worlds;
-//! - `given`: conversion of arguments and results; `setup`: the arguments from which a world is built; this module: the
+//! - `arguments`: conversion of arguments and results; `setup`: the arguments from which a world is built; this module: the
 //!   exported functions.
 
 mod answer;
-mod given;
+mod arguments;
 mod open;
 mod setup;
 
 use std::{ffi::c_char, ptr::null_mut};
 
 use tatu_core::{LogLine, state::Snapshot};
-use tatu_embed::View;
+use tatu_embed::CameraView;
 use tatu_plugin_api::{
     abi::*,
     safe::{Value, ValueRef},
 };
 
 use crate::{
-    answer::{Wrong, guarded, status},
-    given::{bytes, give, text},
-    open::{Handle, Lent, with},
+    answer::{CallError, guarded, status},
+    arguments::{bytes, text, write_out},
+    open::{LentPointer, OpaqueWorld, with_world},
     setup::tatu_world_setup,
 };
 
 #[unsafe(no_mangle)]
-unsafe extern "C" fn tatu_world_open(setup: *const tatu_world_setup) -> *mut Handle {
+unsafe extern "C" fn tatu_world_open(setup: *const tatu_world_setup) -> *mut OpaqueWorld {
     // SAFETY: by the contract, null or a struct as large as its `size`, with strings that live through the call.
     guarded(|_| null_mut(), || unsafe { setup::read(setup) }.and_then(open::add))
 }
 
 #[unsafe(no_mangle)]
-extern "C" fn tatu_world_fork(world: *mut Handle) -> *mut Handle {
+extern "C" fn tatu_world_fork(world: *mut OpaqueWorld) -> *mut OpaqueWorld {
     guarded(|_| null_mut(), || open::fork(world))
 }
 
 #[unsafe(no_mangle)]
-extern "C" fn tatu_world_close(world: *mut Handle) -> tatu_status {
+extern "C" fn tatu_world_close(world: *mut OpaqueWorld) -> tatu_status {
     status(|| if world.is_null() { Ok(()) } else { open::remove(world) })
 }
 
 #[unsafe(no_mangle)]
-unsafe extern "C" fn tatu_world_step(world: *mut Handle, n: u64, done: *mut u64) -> tatu_status {
+unsafe extern "C" fn tatu_world_step(world: *mut OpaqueWorld, n: u64, done: *mut u64) -> tatu_status {
     status(|| {
-        let stepped = with(world, |seat, _| Ok(seat.step(n)?))?;
+        let stepped = with_world(world, |seat, _| Ok(seat.step(n)?))?;
         // SAFETY: by the contract, `done` is null or writable.
-        unsafe { give(done, stepped.steps) };
+        unsafe { write_out(done, stepped.steps) };
         Ok(())
     })
 }
 
 #[unsafe(no_mangle)]
-unsafe extern "C" fn tatu_world_reset(world: *mut Handle, seed: *const u64) -> tatu_status {
+unsafe extern "C" fn tatu_world_reset(world: *mut OpaqueWorld, seed: *const u64) -> tatu_status {
     // SAFETY: by the contract, `seed` is null or points to a number.
     let seed = unsafe { seed.as_ref() }.copied();
-    status(|| with(world, |seat, _| Ok(seat.reset(seed, None)?)))
+    status(|| with_world(world, |seat, _| Ok(seat.reset(seed, None)?)))
 }
 
 #[unsafe(no_mangle)]
-extern "C" fn tatu_world_time(world: *mut Handle) -> f64 {
-    guarded(|_| -1.0, || with(world, |seat, _| Ok(seat.world()?.time())))
+extern "C" fn tatu_world_time(world: *mut OpaqueWorld) -> f64 {
+    guarded(|_| -1.0, || with_world(world, |seat, _| Ok(seat.world()?.time())))
 }
 
 #[unsafe(no_mangle)]
-extern "C" fn tatu_world_dt(world: *mut Handle) -> f64 {
-    guarded(|_| -1.0, || with(world, |seat, _| Ok(seat.world()?.dt())))
+extern "C" fn tatu_world_dt(world: *mut OpaqueWorld) -> f64 {
+    guarded(|_| -1.0, || with_world(world, |seat, _| Ok(seat.world()?.dt())))
 }
 
 #[unsafe(no_mangle)]
-unsafe extern "C" fn tatu_world_hash(world: *mut Handle, hash: *mut u64) -> tatu_status {
+unsafe extern "C" fn tatu_world_hash(world: *mut OpaqueWorld, hash: *mut u64) -> tatu_status {
     status(|| {
-        let total = with(world, |seat, _| Ok(seat.world()?.hash().total))?;
+        let total = with_world(world, |seat, _| Ok(seat.world()?.hash().total))?;
         // SAFETY: by the contract, `hash` is null or writable.
-        unsafe { give(hash, total) };
+        unsafe { write_out(hash, total) };
         Ok(())
     })
 }
 
 #[unsafe(no_mangle)]
 unsafe extern "C" fn tatu_world_read(
-    world: *mut Handle,
+    world: *mut OpaqueWorld,
     path: *const c_char,
     name: *const c_char,
     out: *mut f64,
@@ -90,7 +90,7 @@ unsafe extern "C" fn tatu_world_read(
     status(|| {
         // SAFETY: by the contract, null or strings that live through the call.
         let (path, name) = unsafe { (text(path, "the path")?, text(name, "the name")?) };
-        let numbers = with(world, |seat, _| {
+        let numbers = with_world(world, |seat, _| {
             let world = seat.world()?;
             let channel = world.channel(path, name)?;
             let mut numbers = vec![0.0; channel.shape.iter().product()];
@@ -103,14 +103,14 @@ unsafe extern "C" fn tatu_world_read(
             unsafe { out.copy_from_nonoverlapping(numbers.as_ptr(), n) };
         }
         // SAFETY: by the contract, `count` is null or writable.
-        unsafe { give(count, numbers.len() as u64) };
+        unsafe { write_out(count, numbers.len() as u64) };
         Ok(())
     })
 }
 
 #[unsafe(no_mangle)]
 unsafe extern "C" fn tatu_world_write(
-    world: *mut Handle,
+    world: *mut OpaqueWorld,
     path: *const c_char,
     name: *const c_char,
     numbers: *const f64,
@@ -119,20 +119,21 @@ unsafe extern "C" fn tatu_world_write(
     status(|| {
         // SAFETY: by the contract, null or strings that live through the call.
         let (path, name) = unsafe { (text(path, "the path")?, text(name, "the name")?) };
-        let count = usize::try_from(count).map_err(|_| Wrong::argument(format!("`count` is too large: {count}")))?;
+        let count =
+            usize::try_from(count).map_err(|_| CallError::argument(format!("`count` is too large: {count}")))?;
         let numbers: &[f64] = match (numbers.is_null(), count) {
             (_, 0) => &[],
-            (true, _) => return Err(Wrong::argument("`numbers` is null, but `count` is not 0")),
+            (true, _) => return Err(CallError::argument("`numbers` is null, but `count` is not 0")),
             // SAFETY: by the contract, `numbers` points to `count` numbers.
             (false, _) => unsafe { std::slice::from_raw_parts(numbers, count) },
         };
-        with(world, |seat, _| {
+        with_world(world, |seat, _| {
             let world = seat.world()?;
             let channel = world.channel(path, name)?;
             let wanted: usize = channel.shape.iter().product();
             if numbers.len() != wanted {
                 let text = format!("`{name}` of {path} has {wanted} values, but {} were given", numbers.len());
-                return Err(Wrong::argument(text));
+                return Err(CallError::argument(text));
             }
             Ok(world.write_channel(&channel, numbers)?)
         })
@@ -141,7 +142,7 @@ unsafe extern "C" fn tatu_world_write(
 
 #[unsafe(no_mangle)]
 unsafe extern "C" fn tatu_world_get(
-    world: *mut Handle,
+    world: *mut OpaqueWorld,
     path: *const c_char,
     name: *const c_char,
     out: *mut tatu_value,
@@ -149,16 +150,16 @@ unsafe extern "C" fn tatu_world_get(
     status(|| {
         // SAFETY: by the contract, null or strings that live through the call.
         let (path, name) = unsafe { (text(path, "the path")?, text(name, "the name")?) };
-        let value = with(world, |seat, lent| Ok(lent.value(&seat.world()?.get(path, name)?)))?;
+        let value = with_world(world, |seat, lent| Ok(lent.value(&seat.world()?.get(path, name)?)))?;
         // SAFETY: by the contract, `out` is null or writable.
-        unsafe { give(out, value.0) };
+        unsafe { write_out(out, value.0) };
         Ok(())
     })
 }
 
 #[unsafe(no_mangle)]
 unsafe extern "C" fn tatu_world_set(
-    world: *mut Handle,
+    world: *mut OpaqueWorld,
     path: *const c_char,
     name: *const c_char,
     value: *const tatu_value,
@@ -169,8 +170,8 @@ unsafe extern "C" fn tatu_world_set(
             let value = values(value, u32::from(!value.is_null()), name)?;
             (text(path, "the path")?, text(name, "the name")?, value)
         };
-        let value = value.into_iter().next().ok_or_else(|| Wrong::argument("the value is null"))?;
-        with(world, |seat, _| Ok(seat.world()?.set(path, name, &value)?))
+        let value = value.into_iter().next().ok_or_else(|| CallError::argument("the value is null"))?;
+        with_world(world, |seat, _| Ok(seat.world()?.set(path, name, &value)?))
     })
 }
 
@@ -179,16 +180,16 @@ unsafe extern "C" fn tatu_world_set(
 /// # Safety
 /// `values` must point to `n` values, and `name` must be null or a zero-terminated string. Both must live through the
 /// call.
-unsafe fn values(values: *const tatu_value, n: u32, name: *const c_char) -> Result<Vec<Value>, Wrong> {
+unsafe fn values(values: *const tatu_value, n: u32, name: *const c_char) -> Result<Vec<Value>, CallError> {
     // SAFETY: the caller guarantees `n` values and a string that live through the call.
     let (values, name) = unsafe { (ValueRef::slice(values, n as usize), text(name, "the name")?) };
     let all: Result<Vec<_>, _> = values.iter().map(|v| v.to_value()).collect();
-    all.map_err(|e| Wrong::argument(format!("{name}: {}", e.text())))
+    all.map_err(|e| CallError::argument(format!("{name}: {}", e.text())))
 }
 
 #[unsafe(no_mangle)]
 unsafe extern "C" fn tatu_world_call(
-    world: *mut Handle,
+    world: *mut OpaqueWorld,
     name: *const c_char,
     args: *const tatu_value,
     n_args: u32,
@@ -199,7 +200,7 @@ unsafe extern "C" fn tatu_world_call(
     status(|| {
         // SAFETY: by the contract, a string and `n_args` values that live through the call.
         let (name, args) = unsafe { (text(name, "the name of the command")?, values(args, n_args, name)?) };
-        let lent = with(world, |seat, lent| {
+        let lent = with_world(world, |seat, lent| {
             let results = seat.world()?.call(name, &args)?;
             Ok(lent.values(&results))
         })?;
@@ -208,33 +209,33 @@ unsafe extern "C" fn tatu_world_call(
             unsafe { results.add(i).write(*value) };
         }
         // SAFETY: by the contract, `n_results` is null or writable.
-        unsafe { give(n_results, lent.0.len() as u32) };
+        unsafe { write_out(n_results, lent.0.len() as u32) };
         Ok(())
     })
 }
 
 #[unsafe(no_mangle)]
-unsafe extern "C" fn tatu_world_snapshot(world: *mut Handle, out: *mut tatu_str) -> tatu_status {
+unsafe extern "C" fn tatu_world_snapshot(world: *mut OpaqueWorld, out: *mut tatu_str) -> tatu_status {
     status(|| {
-        let bytes = with(world, |seat, lent| Ok(lent.bytes(seat.snapshot()?.to_bytes()?)))?;
+        let bytes = with_world(world, |seat, lent| Ok(lent.bytes(seat.snapshot()?.to_bytes()?)))?;
         // SAFETY: by the contract, `out` is null or writable.
-        unsafe { give(out, bytes.0) };
+        unsafe { write_out(out, bytes.0) };
         Ok(())
     })
 }
 
 #[unsafe(no_mangle)]
-unsafe extern "C" fn tatu_world_restore(world: *mut Handle, snapshot: tatu_str) -> tatu_status {
+unsafe extern "C" fn tatu_world_restore(world: *mut OpaqueWorld, snapshot: tatu_str) -> tatu_status {
     status(|| {
         // SAFETY: by the contract, `len` bytes that live through the call.
         let snapshot = Snapshot::from_bytes(unsafe { bytes(snapshot) })?;
-        with(world, |seat, _| Ok(seat.restore(&snapshot)?))
+        with_world(world, |seat, _| Ok(seat.restore(&snapshot)?))
     })
 }
 
 #[unsafe(no_mangle)]
 unsafe extern "C" fn tatu_world_render(
-    world: *mut Handle,
+    world: *mut OpaqueWorld,
     camera: *const c_char,
     columns: u32,
     rows: u32,
@@ -242,14 +243,15 @@ unsafe extern "C" fn tatu_world_render(
 ) -> tatu_status {
     status(|| {
         let view = match camera.is_null() {
-            true => View::Own,
+            true => CameraView::SceneCamera,
             // SAFETY: by the contract, a string that lives through the call.
-            false => View::Camera(unsafe { text(camera, "the camera") }?.to_owned()),
+            false => CameraView::Camera(unsafe { text(camera, "the camera") }?.to_owned()),
         };
         if rgb.is_null() {
-            return Err(Wrong::argument("`rgb` is null; expected a buffer for the picture"));
+            return Err(CallError::argument("`rgb` is null; expected a buffer for the picture"));
         }
-        let picture = with(world, |seat, _| Ok(tatu_embed::picture(seat.world()?, &view, [columns, rows], None)?))?;
+        let picture =
+            with_world(world, |seat, _| Ok(tatu_embed::picture(seat.world()?, &view, [columns, rows], None)?))?;
         // SAFETY: by the contract, `rgb` has room for the picture, which has 3 bytes per pixel.
         unsafe { rgb.copy_from_nonoverlapping(picture.rgb.as_ptr(), picture.rgb.len()) };
         Ok(())
@@ -257,17 +259,17 @@ unsafe extern "C" fn tatu_world_render(
 }
 
 #[unsafe(no_mangle)]
-extern "C" fn tatu_world_lines(world: *mut Handle) -> tatu_str {
+extern "C" fn tatu_world_lines(world: *mut OpaqueWorld) -> tatu_str {
     let lines = || {
-        with(world, |seat, lent| {
-            let lines: Vec<String> = seat.world()?.take_lines().iter().filter_map(LogLine::shown).collect();
+        with_world(world, |seat, lent| {
+            let lines: Vec<String> = seat.world()?.take_lines().iter().filter_map(LogLine::formatted).collect();
             Ok(lent.bytes(lines.join("\n").into_bytes()))
         })
     };
-    guarded(|_| Lent::EMPTY, lines).0
+    guarded(|_| LentPointer::EMPTY, lines).0
 }
 
 #[unsafe(no_mangle)]
 extern "C" fn tatu_world_error() -> *const c_char {
-    answer::last()
+    answer::last_error()
 }

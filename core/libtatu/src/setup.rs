@@ -2,12 +2,12 @@
 
 use std::{ffi::c_char, path::PathBuf};
 
-use tatu_embed::{Scene, Setup, search::scene_file};
+use tatu_embed::{SceneSource, WorldSetup, search::scene_file};
 use tatu_plugin_api::abi::tatu_str;
 
 use crate::{
-    answer::Wrong,
-    given::{bytes, text},
+    answer::CallError,
+    arguments::{bytes, text},
 };
 
 /// `tatu_world_setup` of the header.
@@ -33,34 +33,35 @@ pub struct tatu_world_setup {
 /// # Safety
 /// `setup` must be null, or point to a struct as large as its `size`, with strings and null-terminated arrays that live
 /// through the call.
-pub unsafe fn read(setup: *const tatu_world_setup) -> Result<Setup, Wrong> {
+pub unsafe fn read(setup: *const tatu_world_setup) -> Result<WorldSetup, CallError> {
     // SAFETY: the caller guarantees null or a valid struct.
     let given = unsafe { setup.as_ref() }.filter(|s| s.size as usize >= size_of::<tatu_world_setup>());
-    let given = given
-        .ok_or_else(|| Wrong::argument("the setup is null, or its `size` is smaller than sizeof(tatu_world_setup)"))?;
+    let given = given.ok_or_else(|| {
+        CallError::argument("the setup is null, or its `size` is smaller than sizeof(tatu_world_setup)")
+    })?;
     // SAFETY: the caller guarantees that strings live through the call and arrays end with null.
     unsafe {
         let scene = match (given.scene.is_null(), given.text.len) {
-            (false, 0) => Scene::File(scene_file(&PathBuf::from(text(given.scene, "the scene")?))),
+            (false, 0) => SceneSource::File(scene_file(&PathBuf::from(text(given.scene, "the scene")?))),
             (true, 1..) => {
                 let folder = match given.folder.is_null() {
                     true => std::env::current_dir().unwrap_or_default(),
                     false => PathBuf::from(text(given.folder, "the folder")?),
                 };
                 let text = std::str::from_utf8(bytes(given.text));
-                let text = text.map_err(|_| Wrong::argument("the text of the scene is not UTF-8"))?;
-                Scene::Text(text.to_owned(), folder)
+                let text = text.map_err(|_| CallError::argument("the text of the scene is not UTF-8"))?;
+                SceneSource::Text(text.to_owned(), folder)
             }
-            _ => return Err(Wrong::argument("exactly one of `scene` and `text` must be set")),
+            _ => return Err(CallError::argument("exactly one of `scene` and `text` must be set")),
         };
-        Ok(Setup {
+        Ok(WorldSetup {
             seed: (given.has_seed != 0).then_some(given.seed),
             set: list(given.set, "a change")?,
             scripts: list(given.scripts, "a script")?,
             allow: list(given.allow, "a permission")?,
             plugins: list(given.plugins, "a plugin")?.into_iter().map(PathBuf::from).collect(),
             threads: given.threads.max(1) as usize,
-            ..Setup::new(scene)
+            ..WorldSetup::new(scene)
         })
     }
 }
@@ -69,7 +70,7 @@ pub unsafe fn read(setup: *const tatu_world_setup) -> Result<Setup, Wrong> {
 ///
 /// # Safety
 /// `list` must be null or a null-terminated array; the array and its strings must live through the call.
-unsafe fn list(list: *const *const c_char, what: &str) -> Result<Vec<String>, Wrong> {
+unsafe fn list(list: *const *const c_char, what: &str) -> Result<Vec<String>, CallError> {
     let mut all = Vec::new();
     let mut next = list;
     // SAFETY: the caller guarantees that the array ends with null and its strings live through the call.

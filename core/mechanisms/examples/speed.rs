@@ -6,7 +6,7 @@
 use std::time::Instant;
 
 use nalgebra::Vector3;
-use tatu_mechanisms::{Bound, Drive, Drives, Dynamics, Scheme, Solver, State};
+use tatu_mechanisms::{DofDrive, Dynamics, ForceBound, IntegrationScheme, TreeDrives, TreeSolver, TreeState};
 
 #[allow(dead_code, reason = "shared with the tests")]
 #[path = "../tests/mechanisms/robots.rs"]
@@ -31,7 +31,7 @@ fn main() {
     println!(
         "            dof   forward  leapfrog  midpoint  PD gains  held, still  held, moving  at most 4 Nm (solves)"
     );
-    for name in robots::ALL {
+    for name in robots::ROBOTS {
         let robot = robots::load(name);
         let tree = &robot.tree;
         let n = tree.velocities();
@@ -42,37 +42,38 @@ fn main() {
             dynamics.update(tree, &robot.state).expect("a state of the robot");
             dynamics.forward(tree, &zeros, gravity, &mut out).expect("forces of the robot");
         });
-        let mut drives = Drives::new(tree);
+        let mut drives = TreeDrives::new(tree);
         let mut solutions = 0;
-        let mut timed = |state: &State, drives: &Drives, scheme: Scheme| {
-            let (mut solver, mut state) = (Solver::with_scheme(tree, scheme), state.clone());
+        let mut timed = |state: &TreeState, drives: &TreeDrives, scheme: IntegrationScheme| {
+            let (mut solver, mut state) = (TreeSolver::with_scheme(tree, scheme), state.clone());
             least(|| {
                 let report = solver.step(&mut state, tree, drives, gravity, h).expect("a step");
                 solutions = report.solutions;
             })
         };
-        let leapfrog = timed(&robot.state, &drives, Scheme::Leapfrog);
-        let mut step = |state: &State, drives: &Drives| timed(state, drives, Scheme::Midpoint);
+        let leapfrog = timed(&robot.state, &drives, IntegrationScheme::Leapfrog);
+        let mut step = |state: &TreeState, drives: &TreeDrives| timed(state, drives, IntegrationScheme::Midpoint);
         let free = step(&robot.state, &drives);
         for d in first..n {
             let (stiffness, damping) = (100.0, 10.0);
             let target = 0.0;
-            drives.drive[d] = Drive::Position { target, velocity: 0.0, stiffness, damping, bound: Bound::force(1e4) };
+            drives.drive[d] =
+                DofDrive::Position { target, velocity: 0.0, stiffness, damping, bound: ForceBound::force(1e4) };
         }
         let gains = step(&robot.state, &drives);
-        let hold = |bound, d: usize, v: f64| Drive::Velocity { target: if d >= first { v } else { 0.0 }, bound };
+        let hold = |bound, d: usize, v: f64| DofDrive::Velocity { target: if d >= first { v } else { 0.0 }, bound };
         for d in first..n {
-            drives.drive[d] = hold(Bound::force(1e4), d, 0.0);
+            drives.drive[d] = hold(ForceBound::force(1e4), d, 0.0);
         }
         let mut still = robot.state.clone();
         still.v.fill(0.0);
         let held = step(&still, &drives);
         for d in first..n {
-            drives.drive[d] = hold(Bound::force(1e4), d, robot.state.v[d]);
+            drives.drive[d] = hold(ForceBound::force(1e4), d, robot.state.v[d]);
         }
         let moving = step(&robot.state, &drives);
         for d in first..n {
-            drives.drive[d] = hold(Bound::force(4.0), d, 0.0);
+            drives.drive[d] = hold(ForceBound::force(4.0), d, 0.0);
         }
         let weak = step(&still, &drives);
         println!(

@@ -2,8 +2,8 @@
 
 use crate::{
     kinematics::Kinematics,
-    spatial::Inertia,
-    tree::{NONE, Tree},
+    spatial::SpatialInertia,
+    tree::{NO_INDEX, Tree},
 };
 
 /// The mass matrix, kg m², kg m or kg: the structurally nonzero entries of the lower triangle, in the rows that
@@ -12,12 +12,12 @@ use crate::{
 #[derive(Debug, Clone)]
 pub(crate) struct MassMatrix {
     pub entries: Vec<f64>,
-    composite: Vec<Inertia>,
+    composite: Vec<SpatialInertia>,
 }
 
 impl MassMatrix {
     pub fn new(tree: &Tree) -> Self {
-        MassMatrix { entries: vec![0.0; tree.entries()], composite: vec![Inertia::default(); tree.nodes.len()] }
+        MassMatrix { entries: vec![0.0; tree.entries()], composite: vec![SpatialInertia::default(); tree.nodes.len()] }
     }
 
     /// Computes the matrix, including armatures. Complexity: number of velocities times depth.
@@ -35,7 +35,7 @@ impl MassMatrix {
                 }
                 self.entries[end - 1] += tree.dofs[d].armature;
             }
-            if node.parent != NONE {
+            if node.parent != NO_INDEX {
                 self.composite[node.parent as usize].accumulate(&composite);
             }
         }

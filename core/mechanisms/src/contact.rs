@@ -1,10 +1,10 @@
-//! Contact points: an input of a group's step, which also updates their impulses and distances.
+//! Contact points: an input of an island's step, which also updates their impulses and distances.
 
 use nalgebra::Vector3;
 
-/// A link of a group member.
+/// A link of a tree of the island.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Side {
+pub struct ContactSide {
     /// Index of the member.
     pub member: usize,
     /// Index of the link in the member's tree.
@@ -14,9 +14,9 @@ pub struct Side {
 /// A point at which two bodies may touch, found by collision detection. It remains valid while the bodies rotate only
 /// slightly.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Contact {
-    /// The two bodies; `None` stands for a body that is not a link of a member. At least one of them must be a link.
-    pub sides: [Option<Side>; 2],
+pub struct ContactPoint {
+    /// The two bodies; `None` stands for a body that is not a link of a tree. At least one of them must be a link.
+    pub sides: [Option<ContactSide>; 2],
     /// Vector from the origin of each link to the point, in world axes, m; ignored for a body that is not a link. It
     /// does not rotate with the link, because a rolling wheel always touches the ground below its axle.
     pub arms: [Vector3<f64>; 2],
@@ -43,11 +43,11 @@ pub struct Contact {
 }
 
 /// Maximum speed at which overlapping bodies are separated, m/s.
-pub(crate) const FASTEST_RECOVERY: f64 = 3.0;
+pub(crate) const MAX_RECOVERY_SPEED: f64 = 3.0;
 
-impl Contact {
+impl ContactPoint {
     /// Returns whether all values are finite and in their valid ranges.
-    pub(crate) fn is_sound(&self) -> bool {
+    pub(crate) fn is_valid(&self) -> bool {
         let vectors = [&self.arms[0], &self.arms[1], &self.drift, &self.normal, &self.slide, &self.impulse];
         let numbers = [self.friction, self.restitution, self.recovery];
         vectors.iter().all(|v| v.iter().all(|x| x.is_finite()))

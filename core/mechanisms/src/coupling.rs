@@ -1,22 +1,22 @@
-//! The responses of the rows of all contacts of a group to each other.
+//! The responses of the rows of all contacts of an island to each other (the Delassus matrix).
 
 use crate::{
-    rows::{Half, Rows},
+    jacobian::{ContactJacobian, HalfRow},
     vector::Vec3,
 };
 
 /// The velocity that each row gains per impulse along each other row: a symmetric positive semidefinite matrix.
 #[derive(Debug, Clone, Default)]
-pub(crate) struct Coupling {
+pub(crate) struct DelassusMatrix {
     /// Number of rows: three for each of the contacts considered.
     size: usize,
     entries: Vec<f64>,
 }
 
-impl Coupling {
+impl DelassusMatrix {
     /// Computes the responses of the contacts with the indices in `points` from the current factorisation. Complexity:
     /// the square of their number, times the depth at which their paths part.
-    pub fn update(&mut self, rows: &Rows, points: &[usize]) {
+    pub fn update(&mut self, rows: &ContactJacobian, points: &[usize]) {
         let count = points.len();
         self.size = 3 * count;
         self.entries.clear();
@@ -48,7 +48,7 @@ impl Coupling {
 
 /// Adds the responses of one half of a contact to impulses on a half of another contact of the same tree. Both have
 /// their columns in ascending order.
-fn add_block(rows: &Rows, a: &Half, b: &Half, block: &mut [Vec3; 3]) {
+fn add_block(rows: &ContactJacobian, a: &HalfRow, b: &HalfRow, block: &mut [Vec3; 3]) {
     let (mut i, mut k) = (a.first, b.first);
     while i < a.end && k < b.end {
         match rows.columns[i].cmp(&rows.columns[k]) {

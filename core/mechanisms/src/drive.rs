@@ -2,12 +2,12 @@
 
 use crate::{
     error::{DynamicsError, check},
-    tree::{NONE, Tree},
+    tree::{NO_INDEX, Tree},
 };
 
 /// The force limits of a drive, which are the same in both directions.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Bound {
+pub struct ForceBound {
     /// Maximum force, Nm or N; may be infinite.
     pub force: f64,
     /// Speed up to which the full force is available, rad/s or m/s; infinite: at any speed.
@@ -17,25 +17,25 @@ pub struct Bound {
     pub no_load_speed: f64,
 }
 
-impl Bound {
+impl ForceBound {
     /// Unlimited force at all speeds.
-    pub const NONE: Bound = Bound::force(f64::INFINITY);
+    pub const NONE: ForceBound = ForceBound::force(f64::INFINITY);
 
     /// Returns a bound with the same force, Nm or N, at all speeds.
     pub const fn force(force: f64) -> Self {
-        Bound { force, full_speed: f64::INFINITY, no_load_speed: f64::INFINITY }
+        ForceBound { force, full_speed: f64::INFINITY, no_load_speed: f64::INFINITY }
     }
 
     /// Returns the bound of a motor whose maximum force decreases linearly from `force` at rest to 0 at
     /// `no_load_speed`.
     pub const fn motor(force: f64, no_load_speed: f64) -> Self {
-        Bound { force, full_speed: 0.0, no_load_speed }
+        ForceBound { force, full_speed: 0.0, no_load_speed }
     }
 }
 
 /// The drive that acts on one velocity of a tree.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Drive {
+pub enum DofDrive {
     /// No drive.
     Off,
     /// Holds a velocity with the force that this requires, limited to the bound.
@@ -43,7 +43,7 @@ pub enum Drive {
         /// Velocity to hold, rad/s or m/s.
         target: f64,
         /// Limits of the force.
-        bound: Bound,
+        bound: ForceBound,
     },
     /// Acts like a spring and a damper, with the force `stiffness (target - q) + damping (velocity - v)`, limited to
     /// the bound. Only for revolute and prismatic joints.
@@ -57,20 +57,20 @@ pub enum Drive {
         /// Damping, Nm s/rad or N s/m.
         damping: f64,
         /// Limits of the force.
-        bound: Bound,
+        bound: ForceBound,
     },
     /// Exerts a force, limited to the bound.
     Force {
         /// Desired force, Nm or N.
         force: f64,
         /// Limits of the force.
-        bound: Bound,
+        bound: ForceBound,
     },
 }
 
 /// A spring and a damper at a revolute or prismatic joint, in addition to its drive.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Spring {
+pub struct JointSpring {
     /// Position at which the spring is relaxed, rad or m.
     pub rest: f64,
     /// Stiffness, Nm/rad or N/m.
@@ -81,20 +81,20 @@ pub struct Spring {
 
 /// All drives, springs and external forces that act on the joints of a tree, with one entry per velocity.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Drives {
+pub struct TreeDrives {
     /// The drive of each velocity.
-    pub drive: Vec<Drive>,
+    pub drive: Vec<DofDrive>,
     /// The spring of each velocity.
-    pub spring: Vec<Spring>,
+    pub spring: Vec<JointSpring>,
     /// External generalised forces, Nm or N; see [`Kinematics::add_force`](crate::Kinematics::add_force).
     pub force: Vec<f64>,
 }
 
-impl Drives {
+impl TreeDrives {
     /// Returns drives that are off, springs without stiffness, and zero forces.
     pub fn new(tree: &Tree) -> Self {
         let n = tree.velocities();
-        Drives { drive: vec![Drive::Off; n], spring: vec![Spring::default(); n], force: vec![0.0; n] }
+        TreeDrives { drive: vec![DofDrive::Off; n], spring: vec![JointSpring::default(); n], force: vec![0.0; n] }
     }
 
     /// Returns an error if an array does not have one entry per velocity, a value is not finite, a gain is negative, a
@@ -108,10 +108,10 @@ impl Drives {
         }
         check("force", &self.force, expected)?;
         for (dof, (drive, spring)) in self.drive.iter().zip(&self.spring).enumerate() {
-            let has_position = tree.dofs[dof].position != NONE;
+            let has_position = tree.dofs[dof].position != NO_INDEX;
             drive.check(dof, has_position)?;
-            if *spring != Spring::default() {
-                numbers(
+            if *spring != JointSpring::default() {
+                check_numbers(
                     dof,
                     &[("rest", spring.rest)],
                     &[("stiffness", spring.stiffness), ("damping", spring.damping)],
@@ -125,24 +125,24 @@ impl Drives {
     }
 }
 
-impl Drive {
+impl DofDrive {
     fn check(&self, dof: usize, has_position: bool) -> Result<(), DynamicsError> {
         let bound = match self {
-            Drive::Off => return Ok(()),
-            Drive::Velocity { target, bound } => {
-                numbers(dof, &[("target", *target)], &[])?;
+            DofDrive::Off => return Ok(()),
+            DofDrive::Velocity { target, bound } => {
+                check_numbers(dof, &[("target", *target)], &[])?;
                 bound
             }
-            Drive::Position { target, velocity, stiffness, damping, bound } => {
+            DofDrive::Position { target, velocity, stiffness, damping, bound } => {
                 let gains = [("stiffness", *stiffness), ("damping", *damping)];
-                numbers(dof, &[("target", *target), ("velocity", *velocity)], &gains)?;
+                check_numbers(dof, &[("target", *target), ("velocity", *velocity)], &gains)?;
                 if !has_position {
                     return Err(DynamicsError::Drive { dof, what: "target", why: "requires a single-axis joint" });
                 }
                 bound
             }
-            Drive::Force { force, bound } => {
-                numbers(dof, &[("force", *force)], &[])?;
+            DofDrive::Force { force, bound } => {
+                check_numbers(dof, &[("force", *force)], &[])?;
                 bound
             }
         };
@@ -165,7 +165,7 @@ impl Drive {
 }
 
 /// Returns an error if a value is not finite, or a gain is negative.
-fn numbers(dof: usize, any: &[(&'static str, f64)], gains: &[(&'static str, f64)]) -> Result<(), DynamicsError> {
+fn check_numbers(dof: usize, any: &[(&'static str, f64)], gains: &[(&'static str, f64)]) -> Result<(), DynamicsError> {
     for &(what, x) in any.iter().chain(gains) {
         if !x.is_finite() {
             return Err(DynamicsError::Drive { dof, what, why: "must be finite" });

@@ -5,10 +5,10 @@ use nalgebra::Vector3;
 use crate::{
     composite::MassMatrix,
     error::{DynamicsError, check},
-    factor::Factor,
+    factor::SparseFactor,
     kinematics::Kinematics,
-    newton_euler::Sweep,
-    state::State,
+    newton_euler::NewtonEuler,
+    state::TreeState,
     tree::Tree,
     vector::Vec3,
 };
@@ -17,14 +17,14 @@ use crate::{
 ///
 /// Call [`update`](Self::update) with a state before the other functions. Only [`new`](Self::new) allocates memory.
 /// Armatures are included in the mass matrix. Damping, dry friction and limits are ignored; only
-/// [`Solver`](crate::Solver) applies them.
+/// [`TreeSolver`](crate::TreeSolver) applies them.
 #[derive(Debug, Clone)]
 pub struct Dynamics {
     kinematics: Kinematics,
     mass: MassMatrix,
-    factor: Factor,
+    factor: SparseFactor,
     factored: bool,
-    sweep: Sweep,
+    newton_euler: NewtonEuler,
     v: Vec<f64>,
     zeros: Vec<f64>,
     none: Vec<bool>,
@@ -41,9 +41,9 @@ impl Dynamics {
         Dynamics {
             kinematics,
             mass,
-            factor: Factor::new(tree),
+            factor: SparseFactor::new(tree),
             factored: false,
-            sweep: Sweep::new(tree),
+            newton_euler: NewtonEuler::new(tree),
             v: vec![0.0; n],
             zeros: vec![0.0; n],
             none: vec![false; n],
@@ -56,7 +56,7 @@ impl Dynamics {
     /// # Errors
     ///
     /// Fails if the state or this object has a size that does not match the tree, or a value is not finite.
-    pub fn update(&mut self, tree: &Tree, state: &State) -> Result<(), DynamicsError> {
+    pub fn update(&mut self, tree: &Tree, state: &TreeState) -> Result<(), DynamicsError> {
         self.kinematics.update(tree, state)?;
         self.v.copy_from_slice(&state.v);
         self.mass.update(tree, &self.kinematics);
@@ -76,7 +76,7 @@ impl Dynamics {
     /// Fails if the length of `out` is not the square of the number of velocities, or this object was created for a
     /// tree of another size.
     pub fn mass_matrix(&self, tree: &Tree, out: &mut [f64]) -> Result<(), DynamicsError> {
-        self.kinematics.belongs(tree)?;
+        self.kinematics.check_tree(tree)?;
         let n = tree.velocities();
         if out.len() != n * n {
             return Err(DynamicsError::Length { what: "out", found: out.len(), expected: n * n });
@@ -100,8 +100,8 @@ impl Dynamics {
     /// Fails if `out` does not have one entry per velocity, this object was created for a tree of another size, or
     /// gravity is not finite.
     pub fn bias(&mut self, tree: &Tree, gravity: Vector3<f64>, out: &mut [f64]) -> Result<(), DynamicsError> {
-        let gravity = self.ready(tree, gravity, out)?;
-        self.sweep.run(tree, &self.kinematics, &self.v, None, gravity, out);
+        let gravity = self.check_arguments(tree, gravity, out)?;
+        self.newton_euler.compute_forces(tree, &self.kinematics, &self.v, None, gravity, out);
         Ok(())
     }
 
@@ -118,9 +118,9 @@ impl Dynamics {
         gravity: Vector3<f64>,
         out: &mut [f64],
     ) -> Result<(), DynamicsError> {
-        let gravity = self.ready(tree, gravity, out)?;
+        let gravity = self.check_arguments(tree, gravity, out)?;
         check("acceleration", acceleration, tree.velocities())?;
-        self.sweep.run(tree, &self.kinematics, &self.v, Some(acceleration), gravity, out);
+        self.newton_euler.compute_forces(tree, &self.kinematics, &self.v, Some(acceleration), gravity, out);
         for ((out, a), dof) in out.iter_mut().zip(acceleration).zip(&tree.dofs) {
             *out += dof.armature * a;
         }
@@ -142,10 +142,10 @@ impl Dynamics {
         gravity: Vector3<f64>,
         out: &mut [f64],
     ) -> Result<(), DynamicsError> {
-        let gravity = self.ready(tree, gravity, out)?;
+        let gravity = self.check_arguments(tree, gravity, out)?;
         check("force", force, tree.velocities())?;
         self.factorize(tree)?;
-        self.sweep.run(tree, &self.kinematics, &self.v, None, gravity, out);
+        self.newton_euler.compute_forces(tree, &self.kinematics, &self.v, None, gravity, out);
         for (out, force) in out.iter_mut().zip(force) {
             *out = force - *out;
         }
@@ -161,7 +161,7 @@ impl Dynamics {
     /// Fails if `x` does not have one entry per velocity or is not finite, or this object was created for a tree of
     /// another size. Fails with [`DynamicsError::Singular`] like [`forward`](Self::forward).
     pub fn solve(&mut self, tree: &Tree, x: &mut [f64]) -> Result<(), DynamicsError> {
-        self.kinematics.belongs(tree)?;
+        self.kinematics.check_tree(tree)?;
         check("x", x, tree.velocities())?;
         self.factorize(tree)?;
         self.factor.solve(tree, x);
@@ -176,17 +176,17 @@ impl Dynamics {
     /// Fails if this object was created for a tree of another size, or gravity is not finite.
     pub fn energy(&mut self, tree: &Tree, gravity: Vector3<f64>) -> Result<(f64, f64), DynamicsError> {
         let mut work = std::mem::take(&mut self.work);
-        let ready = self.ready(tree, gravity, &work);
+        let ready = self.check_arguments(tree, gravity, &work);
         if let Ok(gravity) = ready {
-            self.sweep.run(tree, &self.kinematics, &self.v, None, gravity, &mut work);
+            self.newton_euler.compute_forces(tree, &self.kinematics, &self.v, None, gravity, &mut work);
         }
         self.work = work;
         let gravity = ready?;
-        let mut kinetic = self.sweep.kinetic(&self.kinematics);
+        let mut kinetic = self.newton_euler.kinetic_energy(&self.kinematics);
         for (dof, v) in tree.dofs.iter().zip(&self.v) {
             kinetic += 0.5 * dof.armature * v * v;
         }
-        Ok((kinetic, self.kinematics.potential(gravity)))
+        Ok((kinetic, self.kinematics.potential_energy(gravity)))
     }
 
     fn factorize(&mut self, tree: &Tree) -> Result<(), DynamicsError> {
@@ -198,8 +198,8 @@ impl Dynamics {
         Ok(())
     }
 
-    fn ready(&self, tree: &Tree, gravity: Vector3<f64>, out: &[f64]) -> Result<Vec3, DynamicsError> {
-        self.kinematics.belongs(tree)?;
+    fn check_arguments(&self, tree: &Tree, gravity: Vector3<f64>, out: &[f64]) -> Result<Vec3, DynamicsError> {
+        self.kinematics.check_tree(tree)?;
         let (found, expected) = (out.len(), tree.velocities());
         if found != expected {
             return Err(DynamicsError::Length { what: "out", found, expected });

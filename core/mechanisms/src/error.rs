@@ -138,9 +138,9 @@ pub enum DynamicsError {
     Diverged,
 }
 
-/// An error of a step of a group. No positions or velocities were changed.
+/// An error of a step of an island. No positions or velocities were changed.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum GroupError {
+pub enum IslandError {
     /// The step of a member failed, or gravity or the duration of the step is invalid.
     #[error("member {member}: {source}")]
     Member {

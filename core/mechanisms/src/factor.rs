@@ -3,7 +3,7 @@
 use crate::tree::Tree;
 
 /// Minimum ratio of a pivot to its diagonal entry, below which the pivot is only rounding error.
-const SINGULAR: f64 = 1e-14;
+const MIN_PIVOT_RATIO: f64 = 1e-14;
 
 /// M = L' D L, with L unit lower triangular and as sparse as the tree: there is no fill-in.
 ///
@@ -13,15 +13,15 @@ const SINGULAR: f64 = 1e-14;
 /// Source: Featherstone, chapter 6, for the factors; chapter 9 (hybrid dynamics) for joints whose acceleration is
 /// given.
 #[derive(Debug, Clone)]
-pub(crate) struct Factor {
+pub(crate) struct SparseFactor {
     l: Vec<f64>,
     /// 1 / D; 0 for held velocities.
     pub inverse: Vec<f64>,
 }
 
-impl Factor {
+impl SparseFactor {
     pub fn new(tree: &Tree) -> Self {
-        Factor { l: vec![0.0; tree.entries()], inverse: vec![0.0; tree.velocities()] }
+        SparseFactor { l: vec![0.0; tree.entries()], inverse: vec![0.0; tree.velocities()] }
     }
 
     /// Factorises the sum of a matrix and the diagonal matrix `added`. Complexity: at most the sum of squared depths.
@@ -40,7 +40,7 @@ impl Factor {
             }
             let pivot = self.l[last] + added[k];
             // The condition is negated so that NaN is rejected, too.
-            let sound = pivot > SINGULAR * (matrix[last] + added[k]) && pivot > 0.0;
+            let sound = pivot > MIN_PIVOT_RATIO * (matrix[last] + added[k]) && pivot > 0.0;
             if !sound {
                 return Err(k);
             }

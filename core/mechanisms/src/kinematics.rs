@@ -4,9 +4,9 @@ use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
 
 use crate::{
     error::{DynamicsError, check},
-    spatial::{Force, Inertia, Motion},
-    state::{State, quaternion},
-    tree::{Kind, NONE, Node, Tree},
+    spatial::{SpatialForce, SpatialInertia, SpatialMotion},
+    state::{TreeState, quaternion},
+    tree::{NO_INDEX, Tree, TreeJointKind, TreeNode},
     vector::{
         IDENTITY, Mat3, Vec3, ZERO, add, column, cross, dot, product, quaternion_of, rotation, rotation_of, scale, sub,
         turn, turned_about,
@@ -23,10 +23,10 @@ pub struct Kinematics {
     pub(crate) rotations: Vec<Mat3>,
     pub(crate) places: Vec<Vec3>,
     /// For each velocity, the motion that it causes when it is 1.
-    pub(crate) axes: Vec<Motion>,
-    pub(crate) inertias: Vec<Inertia>,
+    pub(crate) axes: Vec<SpatialMotion>,
+    pub(crate) inertias: Vec<SpatialInertia>,
     /// Velocity of each link, as set by `update`.
-    motions: Vec<Motion>,
+    motions: Vec<SpatialMotion>,
 }
 
 impl Kinematics {
@@ -37,11 +37,11 @@ impl Kinematics {
             origin: ZERO,
             rotations: vec![IDENTITY; n],
             places: vec![ZERO; n],
-            axes: vec![Motion::default(); tree.velocities()],
-            inertias: vec![Inertia::default(); n],
-            motions: vec![Motion::default(); n],
+            axes: vec![SpatialMotion::default(); tree.velocities()],
+            inertias: vec![SpatialInertia::default(); n],
+            motions: vec![SpatialMotion::default(); n],
         };
-        let rest = State::new(tree);
+        let rest = TreeState::new(tree);
         out.place(tree, &rest.q);
         out
     }
@@ -51,12 +51,13 @@ impl Kinematics {
     /// # Errors
     ///
     /// Fails if the state or this object has a size that does not match the tree, or a value is not finite.
-    pub fn update(&mut self, tree: &Tree, state: &State) -> Result<(), DynamicsError> {
-        self.belongs(tree)?;
+    pub fn update(&mut self, tree: &Tree, state: &TreeState) -> Result<(), DynamicsError> {
+        self.check_tree(tree)?;
         state.check(tree)?;
         self.place(tree, &state.q);
         for (i, node) in tree.nodes.iter().enumerate() {
-            let mut motion = if node.parent == NONE { Motion::default() } else { self.motions[node.parent as usize] };
+            let mut motion =
+                if node.parent == NO_INDEX { SpatialMotion::default() } else { self.motions[node.parent as usize] };
             for d in node.range() {
                 motion = motion.plus(self.axes[d].times(state.v[d]));
             }
@@ -140,7 +141,7 @@ impl Kinematics {
             return Err(DynamicsError::NotFinite { what: "force" });
         }
         let arm = sub(point.into(), self.origin);
-        let wrench = Force { torque: add(torque.into(), cross(arm, force.into())), force: force.into() };
+        let wrench = SpatialForce { torque: add(torque.into(), cross(arm, force.into())), force: force.into() };
         for &d in chain {
             out[d as usize] += self.axes[d as usize].dot(&wrench);
         }
@@ -148,7 +149,7 @@ impl Kinematics {
     }
 
     /// Returns an error if the tree has a different size from the one for which this object was created.
-    pub(crate) fn belongs(&self, tree: &Tree) -> Result<(), DynamicsError> {
+    pub(crate) fn check_tree(&self, tree: &Tree) -> Result<(), DynamicsError> {
         let (found, expected) = (self.places.len(), tree.nodes.len());
         if found != expected {
             return Err(DynamicsError::Length { what: "links", found, expected });
@@ -162,17 +163,17 @@ impl Kinematics {
 
     /// Returns the indices of the velocities that move a link, starting at the root.
     fn chain<'a>(&self, tree: &'a Tree, link: usize) -> Result<&'a [u32], DynamicsError> {
-        self.belongs(tree)?;
+        self.check_tree(tree)?;
         match tree.last.get(link) {
             None => Err(DynamicsError::NoLink { link, links: tree.nodes.len() }),
-            Some(&NONE) => Ok(&[]),
+            Some(&NO_INDEX) => Ok(&[]),
             Some(&d) => Ok(&tree.columns[tree.rows[d as usize]..tree.rows[d as usize + 1]]),
         }
     }
 
     /// Returns the potential energy under gravity, m/s², which is 0 at the world's origin, J.
-    pub(crate) fn potential(&self, gravity: Vec3) -> f64 {
-        let lever = |inertia: &Inertia| add(inertia.first, scale(self.origin, inertia.mass));
+    pub(crate) fn potential_energy(&self, gravity: Vec3) -> f64 {
+        let lever = |inertia: &SpatialInertia| add(inertia.first, scale(self.origin, inertia.mass));
         -self.inertias.iter().map(|inertia| dot(gravity, lever(inertia))).sum::<f64>()
     }
 
@@ -180,12 +181,12 @@ impl Kinematics {
     pub(crate) fn place(&mut self, tree: &Tree, q: &[f64]) {
         let root = &tree.nodes[0];
         let origin = match root.kind {
-            Kind::Free => [q[0], q[1], q[2]],
+            TreeJointKind::Free => [q[0], q[1], q[2]],
             _ => root.place,
         };
         self.origin = origin;
         for (i, node) in tree.nodes.iter().enumerate() {
-            let (above, base) = if node.parent == NONE {
+            let (above, base) = if node.parent == NO_INDEX {
                 (&IDENTITY, sub(ZERO, origin))
             } else {
                 (&self.rotations[node.parent as usize], self.places[node.parent as usize])
@@ -193,10 +194,10 @@ impl Kinematics {
             let joint = node.position;
             let mut place = add(base, turn(above, node.place));
             let turned = match node.kind {
-                Kind::Fixed => product(above, &node.rotation),
-                Kind::Revolute => {
+                TreeJointKind::Fixed => product(above, &node.rotation),
+                TreeJointKind::Revolute => {
                     let axis = turn(above, node.axis_in_parent);
-                    self.axes[node.velocity] = Motion { angular: axis, linear: cross(place, axis) };
+                    self.axes[node.velocity] = SpatialMotion { angular: axis, linear: cross(place, axis) };
                     let (sine, cosine) = libm::sincos(q[joint]);
                     let before = if node.straight { *above } else { product(above, &node.rotation) };
                     match node.coordinate {
@@ -204,25 +205,25 @@ impl Kinematics {
                         None => product(&before, &rotation(node.axis, sine, cosine)),
                     }
                 }
-                Kind::Prismatic => {
+                TreeJointKind::Prismatic => {
                     let axis = turn(above, node.axis_in_parent);
-                    self.axes[node.velocity] = Motion { angular: ZERO, linear: axis };
+                    self.axes[node.velocity] = SpatialMotion { angular: ZERO, linear: axis };
                     place = add(place, scale(axis, q[joint]));
                     product(above, &node.rotation)
                 }
-                Kind::Spherical => {
+                TreeJointKind::Spherical => {
                     let own = rotation_of(quaternion(q, joint));
                     let turned = product(&product(above, &node.rotation), &own);
                     self.turn_axes(node.velocity, &turned, place);
                     turned
                 }
-                Kind::Free => {
+                TreeJointKind::Free => {
                     place = sub([q[joint], q[joint + 1], q[joint + 2]], origin);
                     let turned = rotation_of(quaternion(q, joint + 3));
                     for k in 0..3 {
                         let mut linear = ZERO;
                         linear[k] = 1.0;
-                        self.axes[node.velocity + k] = Motion { angular: ZERO, linear };
+                        self.axes[node.velocity + k] = SpatialMotion { angular: ZERO, linear };
                     }
                     self.turn_axes(node.velocity + 3, &turned, place);
                     turned
@@ -238,14 +239,14 @@ impl Kinematics {
     fn turn_axes(&mut self, first: usize, turned: &Mat3, place: Vec3) {
         for k in 0..3 {
             let axis = column(turned, k);
-            self.axes[first + k] = Motion { angular: axis, linear: cross(place, axis) };
+            self.axes[first + k] = SpatialMotion { angular: axis, linear: cross(place, axis) };
         }
     }
 }
 
 /// Returns a link's inertia about the common origin in world axes (Featherstone, chapter 2).
 #[inline(always)]
-fn inertia(node: &Node, turned: &Mat3, place: Vec3) -> Inertia {
+fn inertia(node: &TreeNode, turned: &Mat3, place: Vec3) -> SpatialInertia {
     let m = node.mass;
     let c = add(place, turn(turned, node.center));
     let t = product(turned, &node.inertia);
@@ -253,7 +254,7 @@ fn inertia(node: &Node, turned: &Mat3, place: Vec3) -> Inertia {
         t[3 * i] * turned[3 * j] + t[3 * i + 1] * turned[3 * j + 1] + t[3 * i + 2] * turned[3 * j + 2]
     };
     let square = dot(c, c);
-    Inertia {
+    SpatialInertia {
         mass: m,
         first: scale(c, m),
         second: [

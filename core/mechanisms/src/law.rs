@@ -6,18 +6,18 @@
 //! velocity at which the joint would pass it. Since the mass matrix is positive definite, there is exactly one set of
 //! velocities at which all joints satisfy their laws.
 
-use crate::motor::{Motor, within};
+use crate::motor::{MotorCurve, within};
 
-/// Maximum number of corners of a law. At most 13 are needed: 9 of a motor (see [`Motor::corners`]), 2 of friction, and
+/// Maximum number of corners of a law. At most 13 are needed: 9 of a motor (see [`MotorCurve::corners`]), 2 of friction, and
 /// 2 of limits.
-const CORNERS: usize = 20;
+const MAX_CORNERS: usize = 20;
 /// The force of a drive that holds a velocity without a force limit; it is finite so that the corners of its law are.
-pub(crate) const HUGE: f64 = 1e300;
+pub(crate) const UNLIMITED_FORCE: f64 = 1e300;
 
 /// A corner, and the slope at which the force decreases on the piece that ends at the corner; infinite if the piece is
 /// vertical.
 #[derive(Debug, Clone, Copy)]
-struct Corner {
+struct LawCorner {
     velocity: f64,
     force: f64,
     slope: f64,
@@ -26,41 +26,41 @@ struct Corner {
 /// A law: corners in the order of their velocities, with forces that never increase, and pieces before, between and
 /// after them. Piece `i` ends at corner `i`; the last piece is unbounded.
 #[derive(Debug, Clone)]
-pub(crate) struct Law {
+pub(crate) struct ForceLaw {
     count: usize,
     /// Slope at which the force decreases on the last piece.
     last: f64,
-    corners: [Corner; CORNERS],
+    corners: [LawCorner; MAX_CORNERS],
 }
 
 /// The condition that a piece imposes on its velocity.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) enum Piece {
+pub(crate) enum LawPiece {
     /// The velocity has this value, regardless of the force.
     Held(f64),
     /// The force is `at - slope v`.
     Line { at: f64, slope: f64 },
 }
 
-impl Law {
+impl ForceLaw {
     /// The law of zero force.
-    pub const ZERO: Law =
-        Law { count: 1, last: 0.0, corners: [Corner { velocity: 0.0, force: 0.0, slope: 0.0 }; CORNERS] };
+    pub const ZERO: ForceLaw =
+        ForceLaw { count: 1, last: 0.0, corners: [LawCorner { velocity: 0.0, force: 0.0, slope: 0.0 }; MAX_CORNERS] };
 
     /// Sets this to the law of a motor.
     #[inline]
-    pub fn set_motor(&mut self, motor: &Motor) {
+    pub fn set_motor(&mut self, motor: &MotorCurve) {
         self.count = 0;
         match *motor {
-            Motor::Hold { target, bound } if bound.full_speed == f64::INFINITY => {
-                let force = bound.force.min(HUGE);
+            MotorCurve::Hold { target, bound } if bound.full_speed == f64::INFINITY => {
+                let force = bound.force.min(UNLIMITED_FORCE);
                 self.push(target, force, 0.0);
                 self.push(target, -force, f64::INFINITY);
                 self.last = 0.0;
             }
-            Motor::Line { at, slope, bound } if bound.full_speed == f64::INFINITY => {
+            MotorCurve::Line { at, slope, bound } if bound.full_speed == f64::INFINITY => {
                 let force = bound.force;
-                if slope > 0.0 && force < HUGE {
+                if slope > 0.0 && force < UNLIMITED_FORCE {
                     self.push((at - force) / slope, force, 0.0);
                     self.push((at + force) / slope, -force, slope);
                     self.last = 0.0;
@@ -81,8 +81,8 @@ impl Law {
     }
 
     /// Sets this to the law of a motor whose bound depends on the velocity.
-    fn set_curve(&mut self, motor: &Motor) {
-        let mut at = [0.0; CORNERS];
+    fn set_curve(&mut self, motor: &MotorCurve) {
+        let mut at = [0.0; MAX_CORNERS];
         let count = motor.corners(&mut at);
         let at = &mut at[..count];
         at.sort_unstable_by(f64::total_cmp);
@@ -116,11 +116,11 @@ impl Law {
     /// Adds dry friction, which opposes the motion with the force `most`, and holds the joint at rest with up to that
     /// force.
     pub fn add_friction(&mut self, most: f64) {
-        let before = self.below(|v| v < 0.0);
-        let after = self.below(|v| v <= 0.0);
+        let before = self.count_before(|v| v < 0.0);
+        let after = self.count_before(|v| v <= 0.0);
         // A vertical piece at velocity 0 is extended; without one, it is inserted.
         let missing = 2usize.saturating_sub(after - before);
-        if self.count + missing > CORNERS {
+        if self.count + missing > MAX_CORNERS {
             return;
         }
         if missing == 2 {
@@ -147,7 +147,7 @@ impl Law {
             return;
         }
         if low > f64::NEG_INFINITY {
-            let gone = self.below(|v| v <= low);
+            let gone = self.count_before(|v| v <= low);
             let force = self.line(gone, low);
             if gone == 0 {
                 self.insert(0, low, force, f64::INFINITY);
@@ -160,11 +160,11 @@ impl Law {
             self.corners[0].slope = f64::INFINITY;
         }
         if high < f64::INFINITY {
-            let kept = self.below(|v| v < high);
+            let kept = self.count_before(|v| v < high);
             let force = self.line(kept, high);
-            if kept < CORNERS {
+            if kept < MAX_CORNERS {
                 let slope = self.slope(kept);
-                self.corners[kept] = Corner { velocity: high, force, slope };
+                self.corners[kept] = LawCorner { velocity: high, force, slope };
                 self.count = kept + 1;
             }
             self.last = f64::INFINITY;
@@ -173,18 +173,18 @@ impl Law {
 
     /// Returns the condition of a piece.
     #[inline]
-    pub fn piece(&self, piece: usize) -> Piece {
+    pub fn piece(&self, piece: usize) -> LawPiece {
         let (corner, slope) = (piece.saturating_sub(1), self.slope(piece));
         if slope == f64::INFINITY {
-            Piece::Held(self.corners[corner].velocity)
+            LawPiece::Held(self.corners[corner].velocity)
         } else {
-            Piece::Line { at: self.corners[corner].force + slope * self.corners[corner].velocity, slope }
+            LawPiece::Line { at: self.corners[corner].force + slope * self.corners[corner].velocity, slope }
         }
     }
 
     /// Returns the velocity on a piece that is nearest to `v`.
     #[inline]
-    pub fn nearest(&self, piece: usize, v: f64) -> f64 {
+    pub fn clamp_to_piece(&self, piece: usize, v: f64) -> f64 {
         let mut out = v;
         if piece < self.count && out > self.corners[piece].velocity {
             out = self.corners[piece].velocity;
@@ -198,7 +198,7 @@ impl Law {
     /// Returns the piece next to the given one, on the side on which a solution is, or `None` if the velocity and force
     /// of the solution are on the given piece, within the tolerances (of the velocity, then of the force).
     #[inline]
-    pub fn better(&self, piece: usize, v: f64, force: f64, tolerance: (f64, f64)) -> Option<usize> {
+    pub fn adjacent_piece(&self, piece: usize, v: f64, force: f64, tolerance: (f64, f64)) -> Option<usize> {
         let slope = self.slope(piece);
         let held = slope == f64::INFINITY;
         // On a steep piece, a small error of velocity is a large error of force; limit it to 1000 times the tolerance.
@@ -238,7 +238,7 @@ impl Law {
 
     /// Returns the minimum and maximum velocity that the law allows.
     #[inline]
-    pub fn domain(&self) -> (f64, f64) {
+    pub fn velocity_range(&self) -> (f64, f64) {
         let low = if self.slope(0) == f64::INFINITY { self.corners[0].velocity } else { f64::NEG_INFINITY };
         let end = self.count;
         let high = if self.slope(end) == f64::INFINITY { self.corners[end - 1].velocity } else { f64::INFINITY };
@@ -249,8 +249,8 @@ impl Law {
     #[inline]
     fn line(&self, piece: usize, v: f64) -> f64 {
         match self.piece(piece) {
-            Piece::Held(_) => self.corners[piece.saturating_sub(1)].force,
-            Piece::Line { at, slope } => at - slope * v,
+            LawPiece::Held(_) => self.corners[piece.saturating_sub(1)].force,
+            LawPiece::Line { at, slope } => at - slope * v,
         }
     }
 
@@ -261,25 +261,25 @@ impl Law {
     }
 
     /// Returns the number of corners before the first one whose velocity does not match.
-    fn below(&self, matches: impl Fn(f64) -> bool) -> usize {
+    fn count_before(&self, matches: impl Fn(f64) -> bool) -> usize {
         self.corners[..self.count].iter().take_while(|c| matches(c.velocity)).count()
     }
 
     /// Appends a corner after a piece with this slope.
     #[inline]
     fn push(&mut self, velocity: f64, force: f64, slope: f64) {
-        if self.count < CORNERS {
+        if self.count < MAX_CORNERS {
             let i = self.count;
-            self.corners[i] = Corner { velocity, force, slope };
+            self.corners[i] = LawCorner { velocity, force, slope };
             self.count += 1;
         }
     }
 
     /// Inserts a corner at index `i`, which splits a piece; `slope` is that of the part before the corner.
     fn insert(&mut self, i: usize, velocity: f64, force: f64, slope: f64) {
-        if self.count < CORNERS {
+        if self.count < MAX_CORNERS {
             self.corners.copy_within(i..self.count, i + 1);
-            self.corners[i] = Corner { velocity, force, slope };
+            self.corners[i] = LawCorner { velocity, force, slope };
             self.count += 1;
         }
     }

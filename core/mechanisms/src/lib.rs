@@ -1,19 +1,19 @@
 //! Kinematics and dynamics of trees of rigid links, with drives, friction and joint limits.
 //!
-//! - [`Tree`]: the validated description of links and joints; a [`State`] stores their positions and velocities;
+//! - [`Tree`]: the validated description of links and joints; a [`TreeState`] stores their positions and velocities;
 //! - [`Kinematics`]: poses and velocities of links, Jacobians of their points;
 //! - [`Dynamics`]: mass matrix, bias forces, inverse and forward dynamics, energy;
-//! - [`Drives`]: drives, springs and forces on the joints; a [`Solver`] advances a state by a step and computes
-//!   [`Efforts`];
-//! - [`Contact`]: points at which trees touch each other or other bodies; a [`Group`] advances several trees together.
+//! - [`TreeDrives`]: drives, springs and forces on the joints; a [`TreeSolver`] advances a state by a step and computes
+//!   [`JointEfforts`];
+//! - [`ContactPoint`]: points at which trees touch each other or other bodies; a [`Island`] advances several trees together.
 //!
 //! Units are SI, with angles in rad; vectors are in the world frame unless stated otherwise. Once trees, states and
-//! solvers have been created, only a group allocates memory: when members or contacts are added, and when contacts push
+//! solvers have been created, only an island allocates memory: when trees or contacts are added, and when contacts push
 //! joints that are held by friction or limits. Results depend only on the arguments, and are bit-identical on all
 //! processors: the crate adds, multiplies, divides and computes square roots in a fixed order, and uses the sine and
 //! cosine of `libm`. Each file imports only from the files before it in this order: `vector`, `spatial`, `error`,
 //! `link`, `tree`, `state`, `kinematics`, `newton_euler`, `composite`, `factor`, `dynamics`; `drive`, `motor`, `law`,
-//! `pivot`, `step`, `solver`; `contact`, `member`, `rows`, `coupling`, `resting`, `group` with its part `excess`.
+//! `pivot`, `step`, `solver`; `contact`, `island_tree`, `jacobian`, `coupling`, `resting`, `island` with its part `excess`.
 //! Equations, sources and limitations are in `docs/mechanisms.md`.
 //!
 //! ```
@@ -44,16 +44,17 @@ mod drive;
 mod dynamics;
 mod error;
 mod factor;
-mod group;
+mod fast_turns;
+mod island;
+mod island_tree;
+mod jacobian;
 mod kinematics;
 mod law;
 mod link;
-mod member;
 mod motor;
 mod newton_euler;
 mod pivot;
 mod resting;
-mod rows;
 mod solver;
 mod spatial;
 mod state;
@@ -61,15 +62,16 @@ mod step;
 mod tree;
 mod vector;
 
-pub use contact::{Contact, Side};
-pub use drive::{Bound, Drive, Drives, Spring};
+pub use contact::{ContactPoint, ContactSide};
+pub use drive::{DofDrive, ForceBound, JointSpring, TreeDrives};
 pub use dynamics::Dynamics;
-pub use error::{DynamicsError, GroupError, TreeError};
-pub use group::{Group, GroupReport};
+pub use error::{DynamicsError, IslandError, TreeError};
+pub use fast_turns::FastTurns;
+pub use island::{Island, IslandReport};
+pub use island_tree::IslandTree;
 pub use kinematics::Kinematics;
 pub use link::{Joint, Link};
-pub use member::Member;
-pub use solver::{FastTurns, Report, Scheme, Solver};
-pub use state::State;
-pub use step::Efforts;
+pub use solver::{IntegrationScheme, StepReport, TreeSolver};
+pub use state::TreeState;
+pub use step::JointEfforts;
 pub use tree::Tree;

@@ -1,30 +1,30 @@
 //! A drive in a single step: its possible forces as a function of the velocity.
 
-use crate::drive::Bound;
+use crate::drive::ForceBound;
 
 /// A drive at a fixed position, whose force depends only on the velocity.
 #[derive(Debug, Clone, Copy)]
-pub(crate) enum Motor {
+pub(crate) enum MotorCurve {
     /// Exerts any force within the bound at the target velocity, and the maximum force towards it at all other
     /// velocities.
-    Hold { target: f64, bound: Bound },
+    Hold { target: f64, bound: ForceBound },
     /// The force `at - slope v`, limited to the bound.
-    Line { at: f64, slope: f64, bound: Bound },
+    Line { at: f64, slope: f64, bound: ForceBound },
 }
 
-impl Motor {
+impl MotorCurve {
     /// No drive.
-    pub const OFF: Motor = Motor::Line { at: 0.0, slope: 0.0, bound: Bound::NONE };
+    pub const OFF: MotorCurve = MotorCurve::Line { at: 0.0, slope: 0.0, bound: ForceBound::NONE };
 
     /// Returns the minimum and maximum force at a velocity, which differ only at a held target.
     #[inline]
     pub fn range(&self, v: f64) -> (f64, f64) {
         match *self {
-            Motor::Hold { target, bound } => {
+            MotorCurve::Hold { target, bound } => {
                 let (low, high) = bound.range(v);
                 (if v < target { high } else { low }, if v > target { low } else { high })
             }
-            Motor::Line { at, slope, bound } => {
+            MotorCurve::Line { at, slope, bound } => {
                 let (low, high) = bound.range(v);
                 let force = within(at - slope * v, low, high);
                 (force, force)
@@ -35,7 +35,7 @@ impl Motor {
     /// Writes the velocities, unordered, between which the force is linear, and returns their number, at most 9. The
     /// bound must depend on the velocity.
     pub fn corners(&self, out: &mut [f64]) -> usize {
-        let (Motor::Hold { bound, .. } | Motor::Line { bound, .. }) = *self;
+        let (MotorCurve::Hold { bound, .. } | MotorCurve::Line { bound, .. }) = *self;
         let (full, none) = (bound.full_speed, bound.no_load_speed);
         let ends = [-none, -full, full, none];
         let mut count = 0;
@@ -48,8 +48,8 @@ impl Motor {
         };
         ends.iter().for_each(|v| push(*v));
         match *self {
-            Motor::Hold { target, .. } => push(target),
-            Motor::Line { at, slope, .. } => {
+            MotorCurve::Hold { target, .. } => push(target),
+            MotorCurve::Line { at, slope, .. } => {
                 let fall = bound.force / (none - full);
                 // Intersections of the line with the constant and the decreasing parts of the bound.
                 for force in [bound.force, -bound.force, 0.0] {
@@ -71,7 +71,7 @@ pub(crate) fn within(x: f64, low: f64, high: f64) -> f64 {
     if x > high { high } else { x }
 }
 
-impl Bound {
+impl ForceBound {
     /// Returns the minimum and maximum force at a velocity.
     #[inline]
     pub(crate) fn range(&self, v: f64) -> (f64, f64) {

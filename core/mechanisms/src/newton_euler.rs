@@ -2,26 +2,26 @@
 
 use crate::{
     kinematics::Kinematics,
-    spatial::{Force, Motion},
-    tree::{Kind, NONE, Tree},
+    spatial::{SpatialForce, SpatialMotion},
+    tree::{NO_INDEX, Tree, TreeJointKind},
     vector::{Vec3, scale},
 };
 
 /// Working memory of the algorithm: velocity, acceleration and force of each link.
 #[derive(Debug, Clone)]
-pub(crate) struct Sweep {
-    velocities: Vec<Motion>,
-    accelerations: Vec<Motion>,
-    forces: Vec<Force>,
+pub(crate) struct NewtonEuler {
+    velocities: Vec<SpatialMotion>,
+    accelerations: Vec<SpatialMotion>,
+    forces: Vec<SpatialForce>,
 }
 
-impl Sweep {
+impl NewtonEuler {
     pub fn new(tree: &Tree) -> Self {
         let n = tree.nodes.len();
-        Sweep {
-            velocities: vec![Motion::default(); n],
-            accelerations: vec![Motion::default(); n],
-            forces: vec![Force::default(); n],
+        NewtonEuler {
+            velocities: vec![SpatialMotion::default(); n],
+            accelerations: vec![SpatialMotion::default(); n],
+            forces: vec![SpatialForce::default(); n],
         }
     }
 
@@ -30,7 +30,7 @@ impl Sweep {
     ///
     /// Source: Featherstone, chapter 5, here in world axes. Gravity is modelled as an opposite acceleration of the
     /// root.
-    pub fn run(
+    pub fn compute_forces(
         &mut self,
         tree: &Tree,
         kinematics: &Kinematics,
@@ -39,16 +39,16 @@ impl Sweep {
         gravity: Vec3,
         out: &mut [f64],
     ) {
-        let root = Motion { angular: [0.0; 3], linear: scale(gravity, -1.0) };
+        let root = SpatialMotion { angular: [0.0; 3], linear: scale(gravity, -1.0) };
         for (i, node) in tree.nodes.iter().enumerate() {
-            let (mut velocity, mut a) = if node.parent == NONE {
-                (Motion::default(), root)
+            let (mut velocity, mut a) = if node.parent == NO_INDEX {
+                (SpatialMotion::default(), root)
             } else {
                 (self.velocities[node.parent as usize], self.accelerations[node.parent as usize])
             };
             let mut first = node.velocity;
             let end = first + node.velocities;
-            if let Kind::Free = node.kind {
+            if let TreeJointKind::Free = node.kind {
                 // World axes do not rotate with the link.
                 for k in 0..3 {
                     velocity.linear[k] += v[first + k];
@@ -78,15 +78,15 @@ impl Sweep {
             for (out, axis) in out[node.range()].iter_mut().zip(&kinematics.axes[node.range()]) {
                 *out = axis.dot(&force);
             }
-            if node.parent != NONE {
+            if node.parent != NO_INDEX {
                 let sum = &mut self.forces[node.parent as usize];
                 *sum = sum.plus(force);
             }
         }
     }
 
-    /// Returns the kinetic energy of the links without armatures, J, after [`run`](Self::run).
-    pub fn kinetic(&self, kinematics: &Kinematics) -> f64 {
+    /// Returns the kinetic energy of the links without armatures, J, after [`compute_forces`](Self::compute_forces).
+    pub fn kinetic_energy(&self, kinematics: &Kinematics) -> f64 {
         let pairs = self.velocities.iter().zip(&kinematics.inertias);
         pairs.map(|(v, inertia)| 0.5 * v.dot(&inertia.times(v))).sum()
     }

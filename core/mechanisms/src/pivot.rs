@@ -3,7 +3,7 @@
 //! With one piece selected for each law, the problem is linear: velocities on vertical pieces are known, and the others
 //! are found by one linear solve along the tree. A law is violated if its solution is not on the selected piece; the
 //! adjacent piece is then selected. Doing this for all violated laws at once usually takes one to three solves, but may
-//! cycle. If the number of violated laws does not decrease for [`PATIENCE`] solves, only the piece of the first of them
+//! cycle. If the number of violated laws does not decrease for [`MAX_STALLED_SOLVES`] solves, only the piece of the first of them
 //! is changed per solve, until fewer laws are violated than ever before.
 //!
 //! Source: Júdice and Pires, A block principal pivoting algorithm for large-scale strictly monotone linear
@@ -14,34 +14,34 @@
 
 use crate::{
     composite::MassMatrix,
-    factor::Factor,
-    law::{Law, Piece},
+    factor::SparseFactor,
+    law::{ForceLaw, LawPiece},
     tree::Tree,
 };
 
 /// Number of solves without a decrease in violated laws after which only one piece is changed per solve.
-const PATIENCE: usize = 4;
+const MAX_STALLED_SOLVES: usize = 4;
 
 /// Statistics of a search.
 #[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct Search {
+pub(crate) struct PivotStats {
     /// Number of linear solves.
     pub solutions: usize,
     /// Whether all laws are satisfied.
-    pub met: bool,
+    pub satisfied: bool,
 }
 
-impl Search {
+impl PivotStats {
     /// Returns the combined statistics of this search and the search that continued it.
-    pub fn and(self, next: Search) -> Search {
-        Search { solutions: self.solutions + next.solutions, met: next.met }
+    pub fn and(self, next: PivotStats) -> PivotStats {
+        PivotStats { solutions: self.solutions + next.solutions, satisfied: next.satisfied }
     }
 }
 
 /// The laws of all velocities, and the working memory of the search.
 #[derive(Debug, Clone)]
-pub(crate) struct Pivot {
-    pub laws: Vec<Law>,
+pub(crate) struct PivotSolver {
+    pub laws: Vec<ForceLaw>,
     /// The selected piece of each law.
     pub pieces: Vec<usize>,
     /// Velocities at the end of the step.
@@ -54,19 +54,19 @@ pub(crate) struct Pivot {
     held: Vec<bool>,
     added: Vec<f64>,
     product: Vec<f64>,
-    pub factor: Factor,
+    pub factor: SparseFactor,
     factored: bool,
     /// Number of factorisations so far.
-    pub renewals: u64,
+    pub factorizations: u64,
     /// Maximum number of linear solves of a search.
-    pub most: usize,
+    pub max_solves: usize,
 }
 
-impl Pivot {
+impl PivotSolver {
     pub fn new(tree: &Tree) -> Self {
         let n = tree.velocities();
-        Pivot {
-            laws: vec![Law::ZERO; n],
+        PivotSolver {
+            laws: vec![ForceLaw::ZERO; n],
             pieces: vec![0; n],
             ends: vec![0.0; n],
             forces: vec![0.0; n],
@@ -75,15 +75,15 @@ impl Pivot {
             held: vec![false; n],
             added: vec![0.0; n],
             product: vec![0.0; n],
-            factor: Factor::new(tree),
+            factor: SparseFactor::new(tree),
             factored: false,
-            renewals: 0,
-            most: 32 + 4 * n,
+            factorizations: 0,
+            max_solves: 32 + 4 * n,
         }
     }
 
     /// Returns the condition that the selected piece of each law imposes.
-    pub fn forms(&self) -> impl Iterator<Item = Piece> + '_ {
+    pub fn selected_pieces(&self) -> impl Iterator<Item = LawPiece> + '_ {
         self.laws.iter().zip(&self.pieces).map(|(law, piece)| law.piece(*piece))
     }
 
@@ -98,7 +98,7 @@ impl Pivot {
     }
 
     /// Continues with a new mass matrix, and the current laws and pieces.
-    pub fn renew(&mut self) {
+    pub fn discard_factor(&mut self) {
         self.factored = false;
     }
 
@@ -107,10 +107,17 @@ impl Pivot {
     /// # Errors
     ///
     /// Returns the index of the velocity at which the mass matrix is singular.
-    pub fn solve(&mut self, tree: &Tree, mass: &MassMatrix, bias: &[f64], v: &[f64], h: f64) -> Result<Search, usize> {
-        let (mut fewest, mut patience) = (usize::MAX, PATIENCE);
-        for solution in 1..=self.most {
-            self.linear(tree, mass, bias, v, h)?;
+    pub fn solve(
+        &mut self,
+        tree: &Tree,
+        mass: &MassMatrix,
+        bias: &[f64],
+        v: &[f64],
+        h: f64,
+    ) -> Result<PivotStats, usize> {
+        let (mut fewest, mut patience) = (usize::MAX, MAX_STALLED_SOLVES);
+        for solution in 1..=self.max_solves {
+            self.solve_linear(tree, mass, bias, v, h)?;
             let mut off = 0;
             let mut first = None;
             for (d, bias) in bias.iter().enumerate() {
@@ -118,15 +125,15 @@ impl Pivot {
                 let scale = force.abs() + bias.abs() + mass.diagonal(tree, d) * self.accelerations[d].abs();
                 let tolerance = (1e-12 * (1.0 + end.abs()), 1e-12 * scale);
                 self.next[d] = self.pieces[d];
-                if let Some(better) = self.laws[d].better(self.pieces[d], end, force, tolerance) {
+                if let Some(better) = self.laws[d].adjacent_piece(self.pieces[d], end, force, tolerance) {
                     self.next[d] = better;
                     off += 1;
                     first = first.or(Some(d));
                 }
             }
-            let Some(first) = first else { return Ok(Search { solutions: solution, met: true }) };
+            let Some(first) = first else { return Ok(PivotStats { solutions: solution, satisfied: true }) };
             if off < fewest {
-                (fewest, patience) = (off, PATIENCE);
+                (fewest, patience) = (off, MAX_STALLED_SOLVES);
             } else if patience > 0 {
                 patience -= 1;
             } else {
@@ -135,7 +142,7 @@ impl Pivot {
             }
             self.pieces.copy_from_slice(&self.next);
         }
-        Ok(Search { solutions: self.most, met: false })
+        Ok(PivotStats { solutions: self.max_solves, satisfied: false })
     }
 
     /// Solves with the forces `at - slope v` of `lines` in place of the laws, of which only the allowed range of
@@ -150,18 +157,18 @@ impl Pivot {
         lines: &[(f64, f64)],
     ) -> Result<(), usize> {
         for (d, &(at, slope)) in lines.iter().enumerate() {
-            let (low, high) = self.laws[d].domain();
+            let (low, high) = self.laws[d].velocity_range();
             self.laws[d].set_line(at, slope);
             self.laws[d].restrict(low, high);
             self.pieces[d] = usize::from(low > f64::NEG_INFINITY);
         }
         // Allow three changes of piece per velocity: past the corner at velocity 0, back, and onto a limit.
         for _ in 0..=3 * v.len() {
-            self.linear(tree, mass, bias, v, h)?;
+            self.solve_linear(tree, mass, bias, v, h)?;
             let mut moved = false;
             for d in 0..v.len() {
                 let free = !self.held[d];
-                let better = self.laws[d].better(self.pieces[d], self.ends[d], self.forces[d], (0.0, 0.0));
+                let better = self.laws[d].adjacent_piece(self.pieces[d], self.ends[d], self.forces[d], (0.0, 0.0));
                 if let Some(piece) = better.filter(|_| free) {
                     self.pieces[d] = piece;
                     moved = true;
@@ -175,21 +182,21 @@ impl Pivot {
     }
 
     /// Solves the linear problem of the current pieces.
-    fn linear(&mut self, tree: &Tree, mass: &MassMatrix, bias: &[f64], v: &[f64], h: f64) -> Result<(), usize> {
+    fn solve_linear(&mut self, tree: &Tree, mass: &MassMatrix, bias: &[f64], v: &[f64], h: f64) -> Result<(), usize> {
         let n = v.len();
         let mut any_held = false;
         let mut moving = false;
         let mut same = self.factored;
         for (d, v) in v.iter().enumerate() {
             let (held, added) = match self.laws[d].piece(self.pieces[d]) {
-                Piece::Held(end) => {
+                LawPiece::Held(end) => {
                     let a = (end - v) / h;
                     (self.ends[d], self.accelerations[d]) = (end, a);
                     any_held = true;
                     moving |= a != 0.0;
                     (true, 0.0)
                 }
-                Piece::Line { at, slope } => {
+                LawPiece::Line { at, slope } => {
                     self.forces[d] = at - slope * v;
                     self.accelerations[d] = 0.0;
                     (false, h * slope)
@@ -202,7 +209,7 @@ impl Pivot {
             self.factored = false;
             self.factor.update(tree, &mass.entries, &self.added, &self.held)?;
             self.factored = true;
-            self.renewals += 1;
+            self.factorizations += 1;
         }
         self.product.copy_from_slice(bias);
         if moving {

@@ -11,21 +11,21 @@
 //! Source: Rockafellar, Monotone operators and the proximal point algorithm, SIAM Journal on Control and Optimization
 //! 14, 1976, for the iteration.
 
-use crate::{contact::Contact, coupling::Coupling, rows::Rows, vector::Vec3};
+use crate::{contact::ContactPoint, coupling::DelassusMatrix, jacobian::ContactJacobian, vector::Vec3};
 
 /// Maximum number of contacts that are solved directly; the duration grows with the cube of the number.
-const MOST: usize = 48;
+const MAX_CONTACTS: usize = 48;
 /// Maximum number of sets of pressing contacts that are tried.
-const TRIES: usize = 8;
+const MAX_TRIES: usize = 8;
 /// The e of the iteration, relative to the greatest response.
 const REGULARIZATION: f64 = 1e-9;
 /// Maximum number of iterations.
-const ITERATIONS: usize = 6;
+const MAX_ITERATIONS: usize = 6;
 /// Tolerance of the friction bound, relative to the bound.
-const ROUNDING: f64 = 1e-9;
+const FRICTION_TOLERANCE: f64 = 1e-9;
 
 /// The result of an attempt.
-pub(crate) enum Outcome {
+pub(crate) enum RestingOutcome {
     /// All contacts rest under the impulses found.
     Rests,
     /// Some contact slides; the impulses found satisfy everything but its friction bound, and are limited to it.
@@ -36,15 +36,15 @@ pub(crate) enum Outcome {
 
 /// The solver, with its memory.
 #[derive(Debug, Clone, Default)]
-pub(crate) struct Resting {
+pub(crate) struct RestingSolver {
     /// The contacts that can move; the other tables below have one entry for each of them, or for each of their rows.
     points: Vec<usize>,
-    coupling: Coupling,
+    coupling: DelassusMatrix,
     /// Impulses along the rows of each contact, N s.
     found: Vec<Vec3>,
     presses: Vec<bool>,
     /// Velocities to be gained by the impulses, m/s.
-    wanted: Vec<f64>,
+    targets: Vec<f64>,
     active: Vec<usize>,
     /// Lower triangle of the factor of the active rows, by rows.
     factor: Vec<f64>,
@@ -53,55 +53,62 @@ pub(crate) struct Resting {
     pub impulses: Vec<Vec3>,
 }
 
-impl Resting {
+impl RestingSolver {
     /// Returns whether there are few enough contacts that transmit force.
-    pub fn suits(rows: &Rows) -> bool {
-        rows.points.iter().filter(|p| p.normal > 0.0).count() <= MOST
+    pub fn is_small_enough(rows: &ContactJacobian) -> bool {
+        rows.points.iter().filter(|p| p.normal > 0.0).count() <= MAX_CONTACTS
     }
 
     /// Finds the impulses under which all contacts rest at the end of a step of duration `h`, s. `start` are the
-    /// impulses that `rows` already includes. Contacts that cannot move keep theirs. The tolerance is a velocity, m/s.
-    pub fn solve(&mut self, rows: &Rows, contacts: &[Contact], start: &[Vec3], h: f64, tolerance: f64) -> Outcome {
+    /// impulses that `jacobian` already includes. Contacts that cannot move keep theirs. The tolerance is a velocity, m/s.
+    pub fn solve(
+        &mut self,
+        rows: &ContactJacobian,
+        contacts: &[ContactPoint],
+        start: &[Vec3],
+        h: f64,
+        tolerance: f64,
+    ) -> RestingOutcome {
         self.points.clear();
         self.points.extend((0..rows.points.len()).filter(|i| rows.points[*i].normal > 0.0));
         self.coupling.update(rows, &self.points);
-        self.want(rows, contacts, start, h);
+        self.set_targets(rows, contacts, start, h);
         self.presses.clear();
-        let presses = |(i, point): (usize, &usize)| start[*point][0] > 0.0 || self.wanted[3 * i] > 0.0;
+        let presses = |(i, point): (usize, &usize)| start[*point][0] > 0.0 || self.targets[3 * i] > 0.0;
         self.presses.extend(self.points.iter().enumerate().map(presses));
-        for _ in 0..TRIES {
-            self.activate(rows, contacts);
+        for _ in 0..MAX_TRIES {
+            self.select_active_rows(rows, contacts);
             if !self.factorize() || !self.iterate(tolerance) {
-                return Outcome::Fails;
+                return RestingOutcome::Fails;
             }
-            if !self.pivot(tolerance) {
-                let outcome = self.limit(contacts);
+            if !self.update_pressing(tolerance) {
+                let outcome = self.limit_friction(contacts);
                 self.impulses.clear();
                 self.impulses.extend_from_slice(start);
                 self.points.iter().zip(&self.found).for_each(|(point, found)| self.impulses[*point] = *found);
                 return outcome;
             }
         }
-        Outcome::Fails
+        RestingOutcome::Fails
     }
 
     /// Computes the velocities that the impulses must add to those without any impulse.
-    fn want(&mut self, rows: &Rows, contacts: &[Contact], start: &[Vec3], h: f64) {
-        self.wanted.clear();
+    fn set_targets(&mut self, rows: &ContactJacobian, contacts: &[ContactPoint], start: &[Vec3], h: f64) {
+        self.targets.clear();
         for (i, &p) in self.points.iter().enumerate() {
             let (point, contact) = (&rows.points[p], &contacts[p]);
             let slide = |row: usize| crate::vector::dot(point.axes[row], contact.slide.into());
-            let target = [point.least_velocity(h), slide(1), slide(2)];
+            let target = [point.min_velocity(h), slide(1), slide(2)];
             for (row, target) in target.into_iter().enumerate() {
                 let responses = self.coupling.row(3 * i + row);
                 let effect = |(w, p): (&[f64], &usize)| (0..3).map(|r| w[r] * start[*p][r]).sum::<f64>();
                 let given: f64 = responses.chunks_exact(3).zip(&self.points).map(effect).sum();
-                self.wanted.push(target - point.start[row] + given);
+                self.targets.push(target - point.start[row] + given);
             }
         }
     }
 
-    fn activate(&mut self, rows: &Rows, contacts: &[Contact]) {
+    fn select_active_rows(&mut self, rows: &ContactJacobian, contacts: &[ContactPoint]) {
         self.active.clear();
         for (i, &p) in self.points.iter().enumerate().filter(|(i, _)| self.presses[*i]) {
             let (point, contact) = (&rows.points[p], &contacts[p]);
@@ -141,10 +148,10 @@ impl Resting {
         let n = self.active.len();
         self.found.clear();
         self.found.resize(self.presses.len(), [0.0; 3]);
-        for _ in 0..ITERATIONS {
+        for _ in 0..MAX_ITERATIONS {
             let mut step = std::mem::take(&mut self.step);
             step.clear();
-            step.extend(self.active.iter().map(|i| self.missing(*i)));
+            step.extend(self.active.iter().map(|i| self.residual(*i)));
             self.step = step;
             if self.step.iter().all(|missing| missing.abs() <= tolerance) {
                 return true;
@@ -165,22 +172,22 @@ impl Resting {
                 self.found[i / 3][i % 3] += step;
             }
         }
-        self.active.iter().all(|i| self.missing(*i).abs() <= tolerance)
+        self.active.iter().all(|i| self.residual(*i).abs() <= tolerance)
     }
 
-    /// Returns by how much the velocity of a row falls short of the one wanted, m/s.
-    fn missing(&self, row: usize) -> f64 {
+    /// Returns by how much the velocity of a row falls short of its target, m/s.
+    fn residual(&self, row: usize) -> f64 {
         let given: f64 = self.coupling.row(row).iter().zip(self.found.iter().flatten()).map(|(w, l)| w * l).sum();
-        self.wanted[row] - given
+        self.targets[row] - given
     }
 
     /// Releases contacts that pull, and adds those that would be penetrated; returns whether any has changed.
-    fn pivot(&mut self, tolerance: f64) -> bool {
+    fn update_pressing(&mut self, tolerance: f64) -> bool {
         let mut changed = false;
         for i in 0..self.presses.len() {
             let wrong = match self.presses[i] {
                 true => self.found[i][0] < 0.0,
-                false => self.missing(3 * i) > tolerance,
+                false => self.residual(3 * i) > tolerance,
             };
             if wrong {
                 self.presses[i] = !self.presses[i];
@@ -191,25 +198,25 @@ impl Resting {
     }
 
     /// Limits friction to its bound.
-    fn limit(&mut self, contacts: &[Contact]) -> Outcome {
-        let mut outcome = Outcome::Rests;
+    fn limit_friction(&mut self, contacts: &[ContactPoint]) -> RestingOutcome {
+        let mut outcome = RestingOutcome::Rests;
         for (point, impulse) in self.points.iter().zip(&mut self.found) {
             let bound = contacts[*point].friction * impulse[0];
             let size = (impulse[1] * impulse[1] + impulse[2] * impulse[2]).sqrt();
-            if size > bound * (1.0 + ROUNDING) {
+            if size > bound * (1.0 + FRICTION_TOLERANCE) {
                 let share = bound / size;
                 (impulse[1], impulse[2]) = (impulse[1] * share, impulse[2] * share);
-                outcome = Outcome::Slides;
+                outcome = RestingOutcome::Slides;
             }
         }
         outcome
     }
 
     /// Returns the greatest change of a row's velocity by a change of the impulses from `start`, m/s.
-    pub fn effect(&self, start: &[Vec3]) -> f64 {
+    pub fn greatest_change(&self, start: &[Vec3]) -> f64 {
         let before = || self.points.iter().flat_map(|p| &start[*p]);
         let changes = || self.found.iter().flatten().zip(before()).map(|(new, old)| new - old);
         let effect = |row: usize| -> f64 { self.coupling.row(row).iter().zip(changes()).map(|(w, l)| w * l).sum() };
-        (0..self.wanted.len()).map(|row| effect(row).abs()).fold(0.0, f64::max)
+        (0..self.targets.len()).map(|row| effect(row).abs()).fold(0.0, f64::max)
     }
 }

@@ -3,17 +3,18 @@
 use nalgebra::Vector3;
 
 use crate::{
-    drive::Drives,
+    drive::TreeDrives,
     error::DynamicsError,
-    pivot::Search,
-    state::State,
-    step::{Efforts, Step},
+    fast_turns::FastTurns,
+    pivot::PivotStats,
+    state::TreeState,
+    step::{JointEfforts, TreeStep},
     tree::Tree,
 };
 
 /// The integration scheme of a step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Scheme {
+pub enum IntegrationScheme {
     /// Implicit midpoint rule: forces are evaluated at the mean pose and the mean velocities. Poses are computed twice,
     /// forces three times.
     #[default]
@@ -23,54 +24,35 @@ pub enum Scheme {
     Leapfrog,
 }
 
-/// What a step does if a joint or a free link turns so fast that forces of gyration, which are evaluated at means of poses
-/// and velocities, would add energy.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub enum FastTurns {
-    /// Nothing.
-    #[default]
-    Ignore,
-    /// Fails with [`DynamicsError::TooFast`], so that the step can be repeated in parts, if a link turns by more than
-    /// `max_turn`, rad, or if the iterations of the step have not converged while a link turns by more than 0.02 rad.
-    Fail {
-        /// Maximum turn, rad, at the greater of the velocities before and after the step.
-        max_turn: f64,
-    },
-    /// Reduces the velocities of all trees until the kinetic energy does not exceed what the state before the step,
-    /// gravity, drives, springs, external forces and moving objects account for: the last resort for steps that cannot be
-    /// divided further. Costs two additional computations of poses and mass matrix.
-    LimitEnergy,
-}
-
 /// Statistics of a step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Report {
-    /// Number of linear solves: 3 ([`Scheme::Leapfrog`]: 2) if every guess was correct, or 1 if, in addition, no
+pub struct StepReport {
+    /// Number of linear solves: 3 ([`IntegrationScheme::Leapfrog`]: 2) if every guess was correct, or 1 if, in addition, no
     /// velocity changed.
     pub solutions: usize,
     /// Whether the laws of all drives, friction and limits were satisfied. If not, the forces of this step are within
     /// their bounds, but a drive may have missed its target, or a joint may have lost momentum at a limit.
-    pub met: bool,
+    pub satisfied: bool,
 }
 
 /// Simulates a tree. Owns all memory that a step needs; only [`new`](Self::new) allocates.
 ///
 /// The result of a step depends only on its arguments, not on previous steps.
 #[derive(Debug, Clone)]
-pub struct Solver {
-    scheme: Scheme,
-    pub(crate) step: Step,
+pub struct TreeSolver {
+    scheme: IntegrationScheme,
+    pub(crate) step: TreeStep,
 }
 
-impl Solver {
+impl TreeSolver {
     /// Creates a solver for a tree, with the default scheme.
     pub fn new(tree: &Tree) -> Self {
-        Self::with_scheme(tree, Scheme::default())
+        Self::with_scheme(tree, IntegrationScheme::default())
     }
 
     /// Creates a solver for a tree, with the given scheme.
-    pub fn with_scheme(tree: &Tree, scheme: Scheme) -> Self {
-        Solver { scheme, step: Step::new(tree) }
+    pub fn with_scheme(tree: &Tree, scheme: IntegrationScheme) -> Self {
+        TreeSolver { scheme, step: TreeStep::new(tree) }
     }
 
     /// Sets what is done if a joint or a free link turns fast; [`FastTurns::Ignore`] by default.
@@ -90,12 +72,12 @@ impl Solver {
     /// unchanged.
     pub fn step(
         &mut self,
-        state: &mut State,
+        state: &mut TreeState,
         tree: &Tree,
-        drives: &Drives,
+        drives: &TreeDrives,
         gravity: Vector3<f64>,
         h: f64,
-    ) -> Result<Report, DynamicsError> {
+    ) -> Result<StepReport, DynamicsError> {
         check_step(gravity, h)?;
         let step = &mut self.step;
         step.check(tree, state, drives)?;
@@ -106,18 +88,18 @@ impl Solver {
         step.guess(tree, &state.v, gravity, h);
         let mut search = step.solve(tree, &state.v, h)?;
         // If no velocity changes, further iterations would yield the same result.
-        step.remember();
+        step.store_velocities();
         if step.pivot.ends != state.v {
-            step.take_mean_velocities(tree, &state.v, gravity);
+            step.use_mean_velocities(tree, &state.v, gravity);
             search = search.and(step.solve(tree, &state.v, h)?);
         }
-        step.remember();
-        if step.pivot.ends != state.v && self.scheme == Scheme::Midpoint {
-            step.take_mean_poses(tree, state, gravity, h);
+        step.store_velocities();
+        if step.pivot.ends != state.v && self.scheme == IntegrationScheme::Midpoint {
+            step.use_mean_poses(tree, state, gravity, h);
             search = search.and(step.solve(tree, &state.v, h)?);
         }
         step.check_convergence(tree, h)?;
-        step.conclude(tree, state, h, search.met)?;
+        step.conclude(tree, state, h, search.satisfied)?;
         step.finish(tree, h);
         step.limit(tree, state, h)?;
         if step.fast_turns == FastTurns::LimitEnergy {
@@ -125,12 +107,12 @@ impl Solver {
             step.slow_down(balance);
         }
         step.commit(state);
-        let Search { solutions, met } = search;
-        Ok(Report { solutions, met })
+        let PivotStats { solutions, satisfied: met } = search;
+        Ok(StepReport { solutions, satisfied: met })
     }
 
     /// Returns the forces of the last step.
-    pub fn efforts(&self) -> &Efforts {
+    pub fn efforts(&self) -> &JointEfforts {
         &self.step.efforts
     }
 

@@ -4,7 +4,7 @@ use nalgebra::{Isometry3, Matrix3};
 
 use super::*;
 use crate::{
-    drive::{Bound, Drive},
+    drive::{DofDrive, ForceBound},
     link::{Joint, Link},
 };
 
@@ -24,17 +24,17 @@ fn search_that_is_cut_short_stays_within_bounds() {
         )
     });
     let tree = Tree::new(links.collect()).unwrap();
-    let mut drives = Drives::new(&tree);
-    let mut solver = Solver::new(&tree);
-    solver.step.pivot.most = 1;
-    let mut state = State::new(&tree);
+    let mut drives = TreeDrives::new(&tree);
+    let mut solver = TreeSolver::new(&tree);
+    solver.step.pivot.max_solves = 1;
+    let mut state = TreeState::new(&tree);
     state.q.fill(0.4);
     let mut missed = 0;
     for k in 0..4000 {
         let target = if k / 100 % 2 == 0 { 2.0 } else { -2.0 };
-        drives.drive.fill(Drive::Velocity { target, bound: Bound::force(0.5) });
+        drives.drive.fill(DofDrive::Velocity { target, bound: ForceBound::force(0.5) });
         let report = solver.step(&mut state, &tree, &drives, Vector3::new(0.0, 0.0, -9.81), 1.25e-3).unwrap();
-        missed += usize::from(!report.met);
+        missed += usize::from(!report.satisfied);
         assert!(solver.step.efforts.drive.iter().all(|f| f.abs() <= 0.5));
         assert!(solver.step.efforts.friction.iter().all(|f| f.abs() <= 0.1));
         assert!(state.q.iter().all(|q| q.abs() <= 0.5) && state.v.iter().all(|v| v.abs() < 1e3));

@@ -7,21 +7,21 @@ use crate::vector::{Vec3, add, cross, dot, scale, sub};
 
 /// A motion (angular velocity, rad/s, and velocity of the common point, m/s) or its derivative.
 #[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct Motion {
+pub(crate) struct SpatialMotion {
     pub angular: Vec3,
     pub linear: Vec3,
 }
 
 /// A force, N, and its torque about the common point, N m.
 #[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct Force {
+pub(crate) struct SpatialForce {
     pub torque: Vec3,
     pub force: Vec3,
 }
 
 /// The inertia of a rigid body, or of several bodies that move as one, about the common point.
 #[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct Inertia {
+pub(crate) struct SpatialInertia {
     /// Mass, kg.
     pub mass: f64,
     /// Mass times centre of mass, kg m.
@@ -30,62 +30,62 @@ pub(crate) struct Inertia {
     pub second: [f64; 6],
 }
 
-impl Motion {
+impl SpatialMotion {
     #[inline(always)]
-    pub fn plus(self, other: Motion) -> Motion {
-        Motion { angular: add(self.angular, other.angular), linear: add(self.linear, other.linear) }
+    pub fn plus(self, other: SpatialMotion) -> SpatialMotion {
+        SpatialMotion { angular: add(self.angular, other.angular), linear: add(self.linear, other.linear) }
     }
     #[inline(always)]
-    pub fn times(self, s: f64) -> Motion {
-        Motion { angular: scale(self.angular, s), linear: scale(self.linear, s) }
+    pub fn times(self, s: f64) -> SpatialMotion {
+        SpatialMotion { angular: scale(self.angular, s), linear: scale(self.linear, s) }
     }
     /// Returns the time derivative of a motion vector that is fixed in a body with this velocity.
     #[inline(always)]
-    pub fn cross(&self, m: &Motion) -> Motion {
-        Motion {
+    pub fn cross(&self, m: &SpatialMotion) -> SpatialMotion {
+        SpatialMotion {
             angular: cross(self.angular, m.angular),
             linear: add(cross(self.angular, m.linear), cross(self.linear, m.angular)),
         }
     }
     /// Returns the time derivative of a force vector that is fixed in a body with this velocity.
     #[inline(always)]
-    pub fn cross_force(&self, f: &Force) -> Force {
-        Force {
+    pub fn cross_force(&self, f: &SpatialForce) -> SpatialForce {
+        SpatialForce {
             torque: add(cross(self.angular, f.torque), cross(self.linear, f.force)),
             force: cross(self.angular, f.force),
         }
     }
     /// Returns the power of a force, or a generalised force if this is the axis of a joint.
     #[inline(always)]
-    pub fn dot(&self, f: &Force) -> f64 {
+    pub fn dot(&self, f: &SpatialForce) -> f64 {
         dot(self.angular, f.torque) + dot(self.linear, f.force)
     }
 }
 
-impl Force {
+impl SpatialForce {
     #[inline(always)]
-    pub fn plus(self, other: Force) -> Force {
-        Force { torque: add(self.torque, other.torque), force: add(self.force, other.force) }
+    pub fn plus(self, other: SpatialForce) -> SpatialForce {
+        SpatialForce { torque: add(self.torque, other.torque), force: add(self.force, other.force) }
     }
 }
 
-impl Inertia {
+impl SpatialInertia {
     /// Returns the momentum of a body with this inertia and the given velocity.
     #[inline(always)]
-    pub fn times(&self, m: &Motion) -> Force {
+    pub fn times(&self, m: &SpatialMotion) -> SpatialForce {
         let (i, w) = (&self.second, m.angular);
         let turned = [
             i[0] * w[0] + i[3] * w[1] + i[4] * w[2],
             i[3] * w[0] + i[1] * w[1] + i[5] * w[2],
             i[4] * w[0] + i[5] * w[1] + i[2] * w[2],
         ];
-        Force {
+        SpatialForce {
             torque: add(turned, cross(self.first, m.linear)),
             force: sub(scale(m.linear, self.mass), cross(self.first, m.angular)),
         }
     }
     #[inline(always)]
-    pub fn accumulate(&mut self, other: &Inertia) {
+    pub fn accumulate(&mut self, other: &SpatialInertia) {
         self.mass += other.mass;
         self.first = add(self.first, other.first);
         for (a, b) in self.second.iter_mut().zip(&other.second) {

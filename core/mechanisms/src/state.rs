@@ -2,31 +2,31 @@
 
 use crate::{
     error::{DynamicsError, check},
-    tree::{Kind, Tree},
+    tree::{Tree, TreeJointKind},
     vector::{Quat, normalized, turned},
 };
 
 /// Positions and velocities of all joints, in the order of the links; see [`Joint`](crate::Joint) for units and layout.
 #[derive(Debug, Clone, PartialEq)]
-pub struct State {
+pub struct TreeState {
     /// Positions: rad, m, or quaternions.
     pub q: Vec<f64>,
     /// Velocities: rad/s or m/s.
     pub v: Vec<f64>,
 }
 
-impl State {
+impl TreeState {
     /// Creates a state with all joints at position 0 and at rest.
     pub fn new(tree: &Tree) -> Self {
         let mut q = vec![0.0; tree.positions()];
         for node in &tree.nodes {
             match node.kind {
-                Kind::Spherical => q[node.position] = 1.0,
-                Kind::Free => q[node.position + 3] = 1.0,
+                TreeJointKind::Spherical => q[node.position] = 1.0,
+                TreeJointKind::Free => q[node.position + 3] = 1.0,
                 _ => {}
             }
         }
-        State { q, v: vec![0.0; tree.velocities()] }
+        TreeState { q, v: vec![0.0; tree.velocities()] }
     }
 
     /// Returns an error if the state has a size that does not match the tree, or a value is not finite.
@@ -46,10 +46,10 @@ pub(crate) fn advance(tree: &Tree, q: &mut [f64], v: &[f64], h: f64) {
     for node in &tree.nodes {
         let (p, d) = (node.position, node.velocity);
         match node.kind {
-            Kind::Fixed => {}
-            Kind::Revolute | Kind::Prismatic => q[p] += h * v[d],
-            Kind::Spherical => turn_quaternion(q, p, [v[d], v[d + 1], v[d + 2]], h),
-            Kind::Free => {
+            TreeJointKind::Fixed => {}
+            TreeJointKind::Revolute | TreeJointKind::Prismatic => q[p] += h * v[d],
+            TreeJointKind::Spherical => turn_quaternion(q, p, [v[d], v[d + 1], v[d + 2]], h),
+            TreeJointKind::Free => {
                 for k in 0..3 {
                     q[p + k] += h * v[d + k];
                 }

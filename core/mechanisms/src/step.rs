@@ -1,57 +1,57 @@
-//! The phases of a step of one tree. A solver runs them for a single tree, a group for trees that touch.
+//! The phases of a step of one tree. A solver runs them for a single tree, an island for trees that touch.
 //!
-//! [`Step::begin`] advances positions by half a step at the old velocities, and computes poses there;
-//! [`Step::set_laws`] sets the laws of joints; [`Step::guess`] computes bias forces; [`Step::solve`] finds the velocities
-//! at the end; [`Step::take_mean_velocities`] and [`Step::take_mean_poses`] refine the equation for the next `solve`;
-//! [`Step::conclude`] computes forces, [`Step::finish`] positions at the end, [`Step::limit`] applies joint limits to
-//! them, and [`Step::commit`] writes the state.
+//! [`TreeStep::begin`] advances positions by half a step at the old velocities, and computes poses there;
+//! [`TreeStep::set_laws`] sets the laws of joints; [`TreeStep::guess`] computes bias forces; [`TreeStep::solve`] finds the velocities
+//! at the end; [`TreeStep::use_mean_velocities`] and [`TreeStep::use_mean_poses`] refine the equation for the next `solve`;
+//! [`TreeStep::conclude`] computes forces, [`TreeStep::finish`] positions at the end, [`TreeStep::limit`] applies joint limits to
+//! them, and [`TreeStep::commit`] writes the state.
 
 mod energy;
 mod laws;
 
-pub(crate) use energy::Balance;
+pub(crate) use energy::EnergyBalance;
 
 use crate::{
     composite::MassMatrix,
-    drive::Drives,
+    drive::TreeDrives,
     error::DynamicsError,
+    fast_turns::FastTurns,
     kinematics::Kinematics,
-    motor::Motor,
-    newton_euler::Sweep,
-    pivot::{Pivot, Search},
-    solver::FastTurns,
-    state::{State, advance},
-    tree::{NONE, Tree},
+    motor::MotorCurve,
+    newton_euler::NewtonEuler,
+    pivot::{PivotSolver, PivotStats},
+    state::{TreeState, advance},
+    tree::{NO_INDEX, Tree},
     vector::Vec3,
 };
 
 /// Time constant with which a joint beyond a limit returns to it, s.
 const RETURN_TIME: f64 = 0.1;
 /// Maximum speed of this return, rad/s or m/s.
-const RETURN_SPEED: f64 = 1.0;
+const MAX_RETURN_SPEED: f64 = 1.0;
 
 /// Forces of the last step, Nm or N, with one entry per velocity.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Efforts {
+pub struct JointEfforts {
     /// Forces of drives, within their bounds.
     pub drive: Vec<f64>,
     /// Forces of dry friction, within their bounds.
     pub friction: Vec<f64>,
-    /// Forces of limits: not negative at a lower limit and not positive at an upper one, unless [`Report::met`] is
+    /// Forces of limits: not negative at a lower limit and not positive at an upper one, unless [`StepReport::met`] is
     /// false.
     ///
-    /// [`Report::met`]: crate::Report::met
+    /// [`StepReport::met`]: crate::Report::met
     pub limit: Vec<f64>,
 }
 
 /// Results and memory of a step of one tree.
 #[derive(Debug, Clone)]
-pub(crate) struct Step {
+pub(crate) struct TreeStep {
     pub kinematics: Kinematics,
     pub mass: MassMatrix,
-    sweep: Sweep,
-    pub pivot: Pivot,
-    motors: Vec<Motor>,
+    newton_euler: NewtonEuler,
+    pub pivot: PivotSolver,
+    motors: Vec<MotorCurve>,
     /// The linear part of each law: `at - slope v` of springs, viscous friction and external forces.
     passive: Vec<(f64, f64)>,
     /// Positions after half a step at the old velocities; after `finish`, positions at the end of the step.
@@ -64,12 +64,12 @@ pub(crate) struct Step {
     middle: Vec<f64>,
     bias: Vec<f64>,
     /// Dry friction of contacts that act on a joint like friction of its own, Nm or N.
-    pub rubbing: Vec<f64>,
+    pub contact_friction: Vec<f64>,
     /// Generalised forces of contacts.
     pub contact: Vec<f64>,
     /// Bias forces minus forces of contacts.
     load: Vec<f64>,
-    pub efforts: Efforts,
+    pub efforts: JointEfforts,
     /// Mean power of all drives in the step, W.
     pub drive_power: f64,
     /// What is done if a link turns fast.
@@ -78,26 +78,26 @@ pub(crate) struct Step {
     previous: Vec<f64>,
 }
 
-impl Step {
+impl TreeStep {
     pub fn new(tree: &Tree) -> Self {
         let n = tree.velocities();
         let zeros = vec![0.0; n];
-        Step {
+        TreeStep {
             kinematics: Kinematics::new(tree),
             mass: MassMatrix::new(tree),
-            sweep: Sweep::new(tree),
-            pivot: Pivot::new(tree),
-            motors: vec![Motor::OFF; n],
+            newton_euler: NewtonEuler::new(tree),
+            pivot: PivotSolver::new(tree),
+            motors: vec![MotorCurve::OFF; n],
             passive: vec![(0.0, 0.0); n],
             q: vec![0.0; tree.positions()],
             uncorrected: vec![0.0; tree.positions()],
             place: vec![0.0; tree.positions()],
             middle: zeros.clone(),
             bias: zeros.clone(),
-            rubbing: zeros.clone(),
+            contact_friction: zeros.clone(),
             contact: zeros.clone(),
             load: zeros.clone(),
-            efforts: Efforts { drive: zeros.clone(), friction: zeros.clone(), limit: zeros },
+            efforts: JointEfforts { drive: zeros.clone(), friction: zeros.clone(), limit: zeros },
             drive_power: 0.0,
             fast_turns: FastTurns::Ignore,
             previous: vec![0.0; n],
@@ -105,40 +105,40 @@ impl Step {
     }
 
     /// Returns an error if the size of an argument does not match the tree, or a value is invalid.
-    pub fn check(&self, tree: &Tree, state: &State, drives: &Drives) -> Result<(), DynamicsError> {
-        self.kinematics.belongs(tree)?;
+    pub fn check(&self, tree: &Tree, state: &TreeState, drives: &TreeDrives) -> Result<(), DynamicsError> {
+        self.kinematics.check_tree(tree)?;
         state.check(tree)?;
         drives.check(tree)
     }
 
     /// Computes the poses after half a step at the old velocities, and begins a step without friction of contacts on
     /// joints.
-    pub fn begin(&mut self, tree: &Tree, state: &State, h: f64) {
+    pub fn begin(&mut self, tree: &Tree, state: &TreeState, h: f64) {
         self.q.copy_from_slice(&state.q);
         advance(tree, &mut self.q, &state.v, 0.5 * h);
         self.place.copy_from_slice(&self.q);
         self.set_poses(tree);
-        self.rubbing.fill(0.0);
+        self.contact_friction.fill(0.0);
     }
 
     /// Computes the bias forces at the old velocities and guesses the piece of each law.
     pub fn guess(&mut self, tree: &Tree, v: &[f64], gravity: Vec3, h: f64) {
-        self.sweep.run(tree, &self.kinematics, v, None, gravity, &mut self.bias);
+        self.newton_euler.compute_forces(tree, &self.kinematics, v, None, gravity, &mut self.bias);
         self.set_load();
         self.pivot.begin(tree, &self.mass, &self.load, v, h);
     }
 
     /// Recomputes the bias forces at the mean velocities.
-    pub fn take_mean_velocities(&mut self, tree: &Tree, v: &[f64], gravity: Vec3) {
+    pub fn use_mean_velocities(&mut self, tree: &Tree, v: &[f64], gravity: Vec3) {
         for (middle, (v, end)) in self.middle.iter_mut().zip(v.iter().zip(&self.pivot.ends)) {
             *middle = 0.5 * (v + end);
         }
-        self.sweep.run(tree, &self.kinematics, &self.middle, None, gravity, &mut self.bias);
+        self.newton_euler.compute_forces(tree, &self.kinematics, &self.middle, None, gravity, &mut self.bias);
     }
 
-    /// Sets the bias forces to the mean of those before and after the step; must follow [`Step::guess`].
-    pub fn take_mean_forces(&mut self, tree: &Tree, gravity: Vec3) {
-        self.sweep.run(tree, &self.kinematics, &self.pivot.ends, None, gravity, &mut self.middle);
+    /// Sets the bias forces to the mean of those before and after the step; must follow [`TreeStep::guess`].
+    pub fn use_mean_forces(&mut self, tree: &Tree, gravity: Vec3) {
+        self.newton_euler.compute_forces(tree, &self.kinematics, &self.pivot.ends, None, gravity, &mut self.middle);
         for (bias, after) in self.bias.iter_mut().zip(&self.middle) {
             *bias = 0.5 * (*bias + after);
         }
@@ -146,19 +146,19 @@ impl Step {
 
     /// Recomputes poses, mass matrix and bias forces for the positions half a step after the old ones, at the mean
     /// velocities.
-    pub fn take_mean_poses(&mut self, tree: &Tree, state: &State, gravity: Vec3, h: f64) {
+    pub fn use_mean_poses(&mut self, tree: &Tree, state: &TreeState, gravity: Vec3, h: f64) {
         for (middle, (v, end)) in self.middle.iter_mut().zip(state.v.iter().zip(&self.pivot.ends)) {
             *middle = 0.5 * (v + end);
         }
         self.place.copy_from_slice(&state.q);
         advance(tree, &mut self.place, &self.middle, 0.5 * h);
         self.set_poses(tree);
-        self.pivot.renew();
-        self.sweep.run(tree, &self.kinematics, &self.middle, None, gravity, &mut self.bias);
+        self.pivot.discard_factor();
+        self.newton_euler.compute_forces(tree, &self.kinematics, &self.middle, None, gravity, &mut self.bias);
     }
 
     /// Finds the velocities at the end of the step.
-    pub fn solve(&mut self, tree: &Tree, v: &[f64], h: f64) -> Result<Search, DynamicsError> {
+    pub fn solve(&mut self, tree: &Tree, v: &[f64], h: f64) -> Result<PivotStats, DynamicsError> {
         self.set_load();
         let search = self.pivot.solve(tree, &self.mass, &self.load, v, h);
         let search = search.map_err(|dof| DynamicsError::Singular { dof })?;
@@ -170,7 +170,7 @@ impl Step {
 
     /// Computes the forces; `met` states whether the last search satisfied all laws. If not, this also computes the
     /// velocities at the end under forces within their bounds.
-    pub fn conclude(&mut self, tree: &Tree, state: &State, h: f64, met: bool) -> Result<(), DynamicsError> {
+    pub fn conclude(&mut self, tree: &Tree, state: &TreeState, h: f64, met: bool) -> Result<(), DynamicsError> {
         self.share_forces(tree);
         if !met {
             self.settle(tree, &state.v, h)?;
@@ -188,7 +188,7 @@ impl Step {
 
     /// Moves joints that are beyond a limit back towards it; returns an error if the result is not finite, or a joint
     /// turns too far.
-    pub fn limit(&mut self, tree: &Tree, state: &State, h: f64) -> Result<(), DynamicsError> {
+    pub fn limit(&mut self, tree: &Tree, state: &TreeState, h: f64) -> Result<(), DynamicsError> {
         self.stop_at_limits(tree, &state.q, h);
         let finite = self.q.iter().chain(&self.pivot.ends).all(|x| x.is_finite());
         if !finite {
@@ -211,12 +211,12 @@ impl Step {
     }
 
     /// Returns the maximum change of a velocity in this step.
-    pub fn changes(&self, v: &[f64]) -> f64 {
+    pub fn max_velocity_change(&self, v: &[f64]) -> f64 {
         self.pivot.ends.iter().zip(v).map(|(end, v)| (end - v).abs()).fold(0.0, f64::max)
     }
 
     /// Writes the result to the state.
-    pub fn commit(&self, state: &mut State) {
+    pub fn commit(&self, state: &mut TreeState) {
         state.q.copy_from_slice(&self.q);
         state.v.copy_from_slice(&self.pivot.ends);
     }
@@ -244,7 +244,7 @@ impl Step {
         settled.map_err(|dof| DynamicsError::Singular { dof })?;
         for (d, limit) in self.efforts.limit.iter_mut().enumerate() {
             let (at, slope) = self.passive[d];
-            let (low, high) = self.pivot.laws[d].domain();
+            let (low, high) = self.pivot.laws[d].velocity_range();
             let end = self.pivot.ends[d];
             *limit = if end <= low || end >= high { self.pivot.forces[d] - (at - slope * end) } else { 0.0 };
         }
@@ -254,9 +254,9 @@ impl Step {
     /// Moves joints that passed a limit due to the discretisation of the step back to it. Joints that were beyond a
     /// limit before return slowly, by position changes only, which add no momentum.
     fn stop_at_limits(&mut self, tree: &Tree, before: &[f64], h: f64) {
-        let back = |beyond: f64| beyond.min(h * (beyond / RETURN_TIME).min(RETURN_SPEED));
+        let back = |beyond: f64| beyond.min(h * (beyond / RETURN_TIME).min(MAX_RETURN_SPEED));
         for dof in &tree.dofs {
-            if dof.position != NONE {
+            if dof.position != NO_INDEX {
                 let p = dof.position as usize;
                 if self.q[p] < dof.low {
                     let least = before[p].min(dof.low);

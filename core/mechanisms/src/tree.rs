@@ -11,11 +11,11 @@ use crate::{
 };
 
 /// Index that stands for "no parent", "no velocity closer to the root" or "no single position".
-pub(crate) const NONE: u32 = u32::MAX;
+pub(crate) const NO_INDEX: u32 = u32::MAX;
 
 /// The type of a joint, without its axis.
 #[derive(Debug, Clone, Copy)]
-pub(crate) enum Kind {
+pub(crate) enum TreeJointKind {
     Fixed,
     Revolute,
     Prismatic,
@@ -25,10 +25,10 @@ pub(crate) enum Kind {
 
 /// A link in the form that computations need.
 #[derive(Debug, Clone)]
-pub(crate) struct Node {
-    /// Index of the parent, or [`NONE`].
+pub(crate) struct TreeNode {
+    /// Index of the parent, or [`NO_INDEX`].
     pub parent: u32,
-    pub kind: Kind,
+    pub kind: TreeJointKind,
     /// Rotation and translation of the frame relative to the parent at joint position 0.
     pub rotation: Mat3,
     pub place: Vec3,
@@ -49,7 +49,7 @@ pub(crate) struct Node {
     pub velocities: usize,
 }
 
-impl Node {
+impl TreeNode {
     /// Returns the range of the indices of the joint's velocities.
     #[inline(always)]
     pub fn range(&self) -> Range<usize> {
@@ -58,7 +58,7 @@ impl Node {
 }
 
 /// Length, m, by which a lever changes as much as by a turn of 1 rad: a typical distance of joints.
-const LEVER: f64 = 0.25;
+const LEVER_LENGTH: f64 = 0.25;
 
 /// The parameters of one velocity.
 #[derive(Debug, Clone)]
@@ -71,25 +71,25 @@ pub(crate) struct Dof {
     /// Limits of the position, rad or m; infinite if there are none.
     pub low: f64,
     pub high: f64,
-    /// Index of the corresponding position of a revolute or prismatic joint; otherwise [`NONE`].
+    /// Index of the corresponding position of a revolute or prismatic joint; otherwise [`NO_INDEX`].
     pub position: u32,
 }
 
 /// A tree of rigid links in which parents come before their children, and each link has one joint. Several links may
 /// have no parent; the tree is then a forest of independent trees.
 ///
-/// A tree contains only constant data; positions and velocities are stored in a [`State`](crate::State).
+/// A tree contains only constant data; positions and velocities are stored in a [`TreeState`](crate::TreeState).
 #[derive(Debug, Clone)]
 pub struct Tree {
     links: Vec<Link>,
-    pub(crate) nodes: Vec<Node>,
+    pub(crate) nodes: Vec<TreeNode>,
     pub(crate) dofs: Vec<Dof>,
     positions: usize,
     /// For each velocity, the indices of the velocities on the path from the root, itself last: row `i` is
     /// `columns[rows[i]..rows[i + 1]]`. All other entries of the lower triangle of the mass matrix are 0.
     pub(crate) rows: Vec<usize>,
     pub(crate) columns: Vec<u32>,
-    /// Index of the last velocity on the path from the root to each link, or [`NONE`].
+    /// Index of the last velocity on the path from the root to each link, or [`NO_INDEX`].
     pub(crate) last: Vec<u32>,
 }
 
@@ -149,20 +149,20 @@ impl Tree {
     }
 
     fn push(&mut self, link: &Link) {
-        let (rotation, place) = plain(&link.frame);
+        let (rotation, place) = pose_arrays(&link.frame);
         let (kind, axis) = match link.joint {
-            Joint::Fixed => (Kind::Fixed, ZERO),
-            Joint::Revolute(axis) => (Kind::Revolute, axis.into()),
-            Joint::Prismatic(axis) => (Kind::Prismatic, axis.into()),
-            Joint::Spherical => (Kind::Spherical, ZERO),
-            Joint::Free => (Kind::Free, ZERO),
+            Joint::Fixed => (TreeJointKind::Fixed, ZERO),
+            Joint::Revolute(axis) => (TreeJointKind::Revolute, axis.into()),
+            Joint::Prismatic(axis) => (TreeJointKind::Prismatic, axis.into()),
+            Joint::Spherical => (TreeJointKind::Spherical, ZERO),
+            Joint::Free => (TreeJointKind::Free, ZERO),
         };
         let (velocity, velocities) = (self.dofs.len(), link.joint.velocities());
         let i = &link.inertia;
         let inertia =
             [i[(0, 0)], i[(0, 1)], i[(0, 2)], i[(0, 1)], i[(1, 1)], i[(1, 2)], i[(0, 2)], i[(1, 2)], i[(2, 2)]];
-        self.nodes.push(Node {
-            parent: link.parent.map_or(NONE, |p| p as u32),
+        self.nodes.push(TreeNode {
+            parent: link.parent.map_or(NO_INDEX, |p| p as u32),
             kind,
             rotation,
             place,
@@ -177,22 +177,22 @@ impl Tree {
             velocity,
             velocities,
         });
-        let mut last = link.parent.map_or(NONE, |p| self.last[p]);
+        let mut last = link.parent.map_or(NO_INDEX, |p| self.last[p]);
         let [low, high] = link.limits.unwrap_or([f64::NEG_INFINITY, f64::INFINITY]);
         for d in velocity..velocity + velocities {
-            if last != NONE {
+            if last != NO_INDEX {
                 let (a, b) = (self.rows[last as usize], self.rows[last as usize + 1]);
                 self.columns.extend_from_within(a..b);
             }
             self.columns.push(d as u32);
             self.rows.push(self.columns.len());
             last = d as u32;
-            let position = if velocities == 1 { self.positions as u32 } else { NONE };
+            let position = if velocities == 1 { self.positions as u32 } else { NO_INDEX };
             let &Link { armature, damping, friction, .. } = link;
             let turning = match link.joint {
                 Joint::Revolute(_) | Joint::Spherical => 1.0,
                 Joint::Free if d >= velocity + 3 => 1.0,
-                Joint::Prismatic(_) => 1.0 / LEVER,
+                Joint::Prismatic(_) => 1.0 / LEVER_LENGTH,
                 Joint::Fixed | Joint::Free => 0.0,
             };
             self.dofs.push(Dof { armature, damping, friction, turning, low, high, position });
@@ -240,7 +240,7 @@ fn check_masses(links: &[Link]) -> Result<(), TreeError> {
 }
 
 /// Returns the rotation and translation of a pose as plain arrays.
-fn plain(pose: &Isometry3<f64>) -> (Mat3, Vec3) {
+fn pose_arrays(pose: &Isometry3<f64>) -> (Mat3, Vec3) {
     let q = pose.rotation.quaternion();
     let q: Quat = normalized([q.w, q.i, q.j, q.k]);
     (rotation_of(q), pose.translation.vector.into())

@@ -2,7 +2,7 @@
 
 use nalgebra::{Isometry3, Point3, Vector3};
 use rapier3d::parry::query::{ClosestPoints, closest_points};
-use tatu_geometry::Part;
+use tatu_geometry::SolidPart;
 
 use super::convert;
 
@@ -10,8 +10,8 @@ use super::convert;
 /// are farther apart than `limit`, m. If they overlap, both ends are the origin of an overlapping part of the first
 /// solid.
 pub fn closest(
-    a: (&Isometry3<f64>, &[Part]),
-    b: (&Isometry3<f64>, &[Part]),
+    a: (&Isometry3<f64>, &[SolidPart]),
+    b: (&Isometry3<f64>, &[SolidPart]),
     limit: f64,
 ) -> Option<(Point3<f64>, Point3<f64>)> {
     let mut best: Option<(Point3<f64>, Point3<f64>)> = None;
@@ -50,8 +50,8 @@ mod tests {
     use super::*;
     use tatu_geometry::Form;
 
-    fn ball(radius: f64) -> Vec<Part> {
-        vec![Part {
+    fn ball(radius: f64) -> Vec<SolidPart> {
+        vec![SolidPart {
             pose: Isometry3::identity(),
             form: Form::Sphere { radius },
             friction: None,
@@ -61,7 +61,7 @@ mod tests {
     }
 
     #[test]
-    fn two_balls_are_as_far_apart_as_their_centres_less_their_radii() {
+    fn distance_of_balls_is_that_of_centres_less_the_radii() {
         let (here, there) = (Isometry3::identity(), Isometry3::translation(1.0, 0.0, 0.0));
         let (p, q) = closest((&here, &ball(0.2)), (&there, &ball(0.3)), f64::INFINITY).unwrap();
         assert!(((p - q).norm() - 0.5).abs() < 1e-9);

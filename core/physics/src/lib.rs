@@ -15,7 +15,7 @@ use serde::{Deserialize, Serialize};
 pub use closest::closest;
 pub use convert::hull;
 pub use rapier::{Rapier, SETTLE_TIME};
-use tatu_geometry::Part;
+use tatu_geometry::SolidPart;
 
 /// The id of a body, from 0, in order of creation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
@@ -27,7 +27,7 @@ pub struct JointId(pub u32);
 
 /// How a body moves.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Motion {
+pub enum MotionType {
     /// The body never moves; other bodies collide with it.
     Static,
     /// The body follows the poses set by [`Engine::set_pose`] and pushes dynamic bodies.
@@ -50,7 +50,7 @@ pub struct MassProps {
 /// Collision masks as in V-REP: two bodies of the same `tree` collide if their low bytes share a bit, other pairs if
 /// their high bytes do.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Respond {
+pub struct CollisionMask {
     /// The low byte applies within the tree, the high byte to all other bodies. With a mask of 0, the body does not
     /// collide.
     pub mask: u16,
@@ -64,7 +64,7 @@ pub struct BodyDesc {
     /// Pose of the body in the world frame.
     pub pose: Isometry3<f64>,
     /// How the body moves.
-    pub motion: Motion,
+    pub motion: MotionType,
     /// Mass properties; used for dynamic bodies.
     pub mass: MassProps,
     /// Velocity of the centre of mass, world frame, m/s.
@@ -72,25 +72,25 @@ pub struct BodyDesc {
     /// Angular velocity, world frame, rad/s.
     pub angular_velocity: Vector3<f64>,
     /// Collision forms, in the body's frame; may be empty.
-    pub parts: Vec<Part>,
+    pub parts: Vec<SolidPart>,
     /// Coulomb friction coefficient. [`EngineSettings::friction_rule`] combines the coefficients of a pair.
     pub friction: f64,
     /// Coefficient of restitution, from 0 (no bounce) to 1 (a bounce to the same height). The restitution of a pair is
     /// the product of both coefficients, as in Bullet.
     pub restitution: f64,
     /// Mask that determines with which bodies the body collides.
-    pub respond: Respond,
+    pub collision_mask: CollisionMask,
     /// Whether continuous collision detection includes collisions with other moving bodies.
     pub bullet: bool,
     /// Linear and angular damping, 1/s.
     pub damping: [f64; 2],
     /// Further contact properties of the body's surface.
-    pub surface: Surface,
+    pub surface: ContactSurface,
 }
 
 /// Contact properties of a surface besides friction and restitution. By default, none has an effect.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
-pub struct Surface {
+pub struct ContactSurface {
     /// Velocity of the surface relative to the body, as of a conveyor belt, in the body's frame, m/s.
     pub velocity: Vector3<f64>,
     /// Axis in the body's frame along which a separate friction coefficient applies, as for rollers and skates.
@@ -108,7 +108,7 @@ pub struct Surface {
     pub material: u32,
 }
 
-impl Surface {
+impl ContactSurface {
     /// Returns whether the surface has friction that depends on direction, or resists rolling or spinning.
     pub fn is_special(&self) -> bool {
         self.axis.is_some() || self.rolling_friction > 0.0 || self.spinning_friction > 0.0
@@ -189,7 +189,7 @@ pub struct JointDesc {
     /// How the joint is enforced.
     pub form: JointForm,
     /// Passive forces of the joint.
-    pub passive: Passive,
+    pub passive: PassiveForces,
     /// Whether [`Engine::set_gears`] may couple the joint to another one, as follower or leader.
     pub geared: bool,
 }
@@ -217,7 +217,7 @@ pub enum JointForm {
     Reduced,
     /// Impulses pull the bodies of the joint together: cheap, but soft under load.
     Impulse,
-    /// The links of a tree, solved by `tatu_mechanisms` outside rapier: as exact as [`JointForm::Reduced`], at a cost
+    /// The links of a tree, solved by `tatu_mechanisms` outside rapier: as exact as [`JointForm::ReducedJoint`], at a cost
     /// that grows with the number of joints times their depth. Not available for screws, gears and loops.
     Tree,
     /// Impulses close a loop between bodies that other joints, of any form, already connect.
@@ -226,7 +226,7 @@ pub enum JointForm {
 
 /// Passive forces of a joint, besides its drive. All are 0 by default.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
-pub struct Passive {
+pub struct PassiveForces {
     /// Damping, N m s/rad or N s/m.
     pub damping: f64,
     /// Dry friction, N m or N. Not supported in impulse form.
@@ -245,7 +245,7 @@ pub struct Passive {
 /// Controller of a position drive. The velocity that it commands is
 /// `p * error + i * (integral of error) + d * (derivative of error) + velocity`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Tracking {
+pub struct PositionController {
     /// Proportional gain, 1/s.
     pub p: f64,
     /// Integral gain, 1/s^2.
@@ -258,7 +258,7 @@ pub struct Tracking {
 
 /// The drive of a joint. Torques are in N m, forces in N, and velocities in rad/s or m/s.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub enum Drive {
+pub enum JointDrive {
     /// No drive: the joint is passive.
     Free,
     /// Reaches velocity `target` with at most `max_force`.
@@ -279,7 +279,7 @@ pub enum Drive {
         /// Maximum velocity, rad/s or m/s.
         max_velocity: f64,
         /// Controller; `None` means that the error decays to 1/e of its value in 0.05 s, without overshoot.
-        tracking: Option<Tracking>,
+        tracking: Option<PositionController>,
     },
     /// Exerts a constant torque, N m, or force, N.
     Force(f64),
@@ -310,7 +310,7 @@ pub struct JointState {
 
 /// A contact of two bodies on one face. Bodies with several parts or with corners can have several contacts.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Contact {
+pub struct BodyContact {
     /// The bodies, lower id first.
     pub bodies: (BodyId, BodyId),
     /// Point of contact in the world frame, m.
@@ -345,7 +345,7 @@ pub struct PairRule {
 
 /// A force and a torque on a body in the world frame, at its centre of mass.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Push {
+pub struct BodyWrench {
     /// The body on which the force and the torque act.
     pub body: BodyId,
     /// Force, N.
@@ -356,7 +356,7 @@ pub struct Push {
 
 /// A function that is called before each physics step and supplies the forces that act in that step only. Its arguments
 /// are the engine, the index of the step within the advance, and an empty list to fill.
-pub type BeforeStep<'a> = dyn FnMut(&dyn Engine, u32, &mut Vec<Push>) + 'a;
+pub type BeforeStepHook<'a> = dyn FnMut(&dyn Engine, u32, &mut Vec<BodyWrench>) + 'a;
 
 /// Parameters of the engine, for the whole world.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -402,8 +402,8 @@ pub trait Engine: Send + Sync {
     /// Removes a joint. An unknown id is ignored.
     fn remove_joint(&mut self, joint: JointId);
     /// Sets the drive of a joint. This is cheap if nothing changes. A drive without force, or with a value that is not
-    /// finite, is treated as [`Drive::Free`]; only limits may be infinite.
-    fn drive(&mut self, joint: JointId, drive: Drive);
+    /// finite, is treated as [`JointDrive::Free`]; only limits may be infinite.
+    fn drive(&mut self, joint: JointId, drive: JointDrive);
     /// Replaces all couplings of joints. The coupled joints must have been created with `geared`. A coupling of joints
     /// that are not in the same mechanism in reduced form is ignored.
     fn set_gears(&mut self, gears: &[Gear]);
@@ -415,7 +415,7 @@ pub trait Engine: Send + Sync {
     /// Returns `None` before the first step.
     fn wrench(&self, joint: JointId) -> Option<Wrench>;
     /// Sets the contact properties of a body's surface, from the next step on.
-    fn set_surface(&mut self, body: BodyId, surface: Surface);
+    fn set_surface(&mut self, body: BodyId, surface: ContactSurface);
     /// Replaces the friction and restitution of all pairs of materials, from the next step on.
     fn set_materials(&mut self, pairs: &[MaterialPair]);
     /// Sets the rest position of a joint's spring, rad or m.
@@ -434,7 +434,7 @@ pub trait Engine: Send + Sync {
         self.advance_with(steps, None);
     }
     /// Like `advance`, but calls `before`, if given, before each step.
-    fn advance_with(&mut self, steps: u32, mut before: Option<&mut BeforeStep<'_>>) {
+    fn advance_with(&mut self, steps: u32, mut before: Option<&mut BeforeStepHook<'_>>) {
         for step in 0..steps {
             self.advance_part(step, steps, before.as_deref_mut());
         }
@@ -442,7 +442,7 @@ pub trait Engine: Send + Sync {
     /// Runs the step with index `step`, from 0, of the `steps` steps of an advance. Running all of them in order gives
     /// the same result, bit for bit, as one [`Engine::advance_with`]. Between these calls, all state may be read, and
     /// drives and pairs may be changed.
-    fn advance_part(&mut self, step: u32, steps: u32, before: Option<&mut BeforeStep<'_>>);
+    fn advance_part(&mut self, step: u32, steps: u32, before: Option<&mut BeforeStepHook<'_>>);
     /// Sets the contact parameters of a pair from the next step on, or removes them if `rule` is `None`.
     fn set_pair(&mut self, a: BodyId, b: BodyId, rule: Option<PairRule>);
     /// Returns the pose of a body in the world frame.
@@ -454,7 +454,7 @@ pub trait Engine: Send + Sync {
     /// Returns the state of a joint after the last step.
     fn joint_state(&self, joint: JointId) -> JointState;
     /// Collects the contacts after the last step, in order of body ids; `out` is cleared first.
-    fn contacts(&self, out: &mut Vec<Contact>);
+    fn contacts(&self, out: &mut Vec<BodyContact>);
     /// Returns the bodies whose state has become NaN or infinite since the last call; they have been frozen.
     fn quarantined(&mut self) -> Vec<BodyId>;
     /// Returns the complete state as bytes, including shapes, for [`Engine::restore`]. Equal states give equal bytes.

@@ -10,57 +10,57 @@
 //! `tuning` defines the parameters of the solver. `state` is the engine's complete state, `records` its data for each
 //! body and joint, `shapes` a cache of shapes. `bodies` creates bodies and colliders, `joints` creates joints, `drives`
 //! updates their drives, `park` lets parked mechanisms sleep, `reduced` implements
-//! joints in reduced coordinates, `gears` couples joints, `load` computes their loads, `respond` decides which bodies
-//! collide, `grip` implements anisotropic and rolling friction, `overlap` separates bodies that were created
-//! overlapping, `narrow` finds contacts of hulls and meshes, `curved` lets cylinders roll, `report` reads contacts,
-//! `velocity` computes velocities, `spin` integrates gyroscopic motion, `trees` solves mechanisms without rapier,
+//! joints in reduced coordinates, `gears` couples joints, `load` computes their loads, `collision_filter` decides which bodies
+//! collide, `surface_friction` implements anisotropic and rolling friction, `separation` separates bodies that were created
+//! overlapping, `narrow` finds contacts of hulls and meshes, `contact_refresh` lets cylinders roll, `report` reads contacts,
+//! `velocity` computes velocities, `spin` integrates gyroscopic motion, `mechanisms` solves mechanisms without rapier,
 //! `sleep` decides which bodies can sleep, `turns` counts whole turns, `push` applies forces for a single step, and
 //! `snapshot` saves and restores the state.
 
 mod bodies;
-mod curved;
+mod collision_filter;
+mod contact_refresh;
 mod drives;
 mod gears;
-mod grip;
 mod joints;
 mod load;
+mod mechanisms;
 mod narrow;
-mod overlap;
 mod park;
 mod push;
 mod records;
 mod reduced;
 mod report;
-mod respond;
+mod separation;
 mod shapes;
 mod sleep;
 mod snapshot;
 mod spin;
 mod state;
+mod surface_friction;
 #[cfg(test)]
 mod tests;
-mod trees;
 mod tuning;
 mod turns;
 mod velocity;
 
+use collision_filter::PairFilter;
 use nalgebra::{Isometry3, Point3, Vector3};
 use rapier3d::{
     dynamics::{IntegrationParameters, SpringCoefficients},
     math::{Pose, Vector},
     pipeline::PhysicsWorld,
 };
-use records::{Held, JointRecord, Measured, Memory, Rest, Tied};
-use respond::PairFilter;
+use records::{ControllerState, JointBackend, JointRecord, MeasuredJoint, RestState, TreeJoint};
 use shapes::ShapeCache;
 pub use state::Rapier;
-use state::{Tables, finite, mark};
+use state::{EngineState, is_finite, mark_changed};
 pub use tuning::SETTLE_TIME;
-use tuning::{CONTACT_SHARE, CONTACT_SOFTNESS, STATIC_CONTACT_SOFTNESS, UNEVEN};
+use tuning::{CONTACT_SOFTNESS, MAX_CONTACT_FREQUENCY_SHARE, STATIC_CONTACT_SOFTNESS, UNEVEN_MASS_RATIO};
 
 use super::{
-    BeforeStep, BodyDesc, BodyId, Contact, Drive, Engine, EngineSettings, Gear, JointDesc, JointForm, JointId,
-    JointKind, JointState, MaterialPair, Motion, PairRule, Surface, Twist, Wrench, convert,
+    BeforeStepHook, BodyContact, BodyDesc, BodyId, ContactSurface, Engine, EngineSettings, Gear, JointDesc, JointDrive,
+    JointForm, JointId, JointKind, JointState, MaterialPair, MotionType, PairRule, Twist, Wrench, convert,
 };
 
 impl Rapier {
@@ -68,7 +68,7 @@ impl Rapier {
     pub fn new(settings: EngineSettings) -> Self {
         let world =
             PhysicsWorld { integration_parameters: IntegrationParameters::default(), ..PhysicsWorld::default() };
-        let mut engine = Self { world, tables: Tables::default(), shapes: ShapeCache::default() };
+        let mut engine = Self { world, state: EngineState::default(), shapes: ShapeCache::default() };
         narrow::install(&mut engine.world);
         engine.configure(settings);
         engine
@@ -77,8 +77,8 @@ impl Rapier {
     /// Moves kinematic bodies at constant velocity along their paths. They thus push other bodies with the velocity of
     /// their motion. `done` is the fraction of the advance that is complete after this step.
     fn move_kinematic(&mut self, done: f64) {
-        for (id, (from, to)) in &self.tables.moving {
-            let Some(record) = &self.tables.bodies[id.0 as usize] else {
+        for (id, (from, to)) in &self.state.moving {
+            let Some(record) = &self.state.bodies[id.0 as usize] else {
                 continue;
             };
             let pose = if done < 1.0 {
@@ -96,10 +96,12 @@ impl Rapier {
 
 impl Rapier {
     /// Returns the friction that the rule or the materials of a pair specify, or `None` if neither is set.
-    fn met(&self, a: BodyId, b: BodyId) -> Option<f64> {
-        let rule = self.tables.pairs.get(&(a.min(b), a.max(b))).and_then(|r| r.friction);
-        let material = |id| self.tables.surfaces.get(&id).map_or(0, |s| s.material);
-        rule.or_else(|| respond::of_materials(&self.tables.materials, material(a), material(b)).map(|p| p.friction))
+    fn specified_friction(&self, a: BodyId, b: BodyId) -> Option<f64> {
+        let rule = self.state.pairs.get(&(a.min(b), a.max(b))).and_then(|r| r.friction);
+        let material = |id| self.state.surfaces.get(&id).map_or(0, |s| s.material);
+        rule.or_else(|| {
+            collision_filter::material_pair(&self.state.materials, material(a), material(b)).map(|p| p.friction)
+        })
     }
 }
 
@@ -111,21 +113,21 @@ impl Engine for Rapier {
             self.world.wake_up_all(true);
         }
         self.world.integration_parameters.dt = settings.step;
-        self.tables.substeps = settings.substeps.max(1) as usize;
-        self.tables.springs_changed = true;
-        self.world.integration_parameters.num_solver_iterations = self.tables.substeps;
+        self.state.substeps = settings.substeps.max(1) as usize;
+        self.state.springs_changed = true;
+        self.world.integration_parameters.num_solver_iterations = self.state.substeps;
         // Contacts that are too stiff for the sub-step make stacks rock.
         let rate = 1.0 / self.substep();
         let spring = |usual: (f64, f64), share| {
             let (frequency, damping) = settings.contact_spring.map_or(usual, |[f, d]| (f, d));
             SpringCoefficients::new(frequency.min(share * rate), damping)
         };
-        self.world.integration_parameters.contact_softness = spring(CONTACT_SOFTNESS, CONTACT_SHARE);
+        self.world.integration_parameters.contact_softness = spring(CONTACT_SOFTNESS, MAX_CONTACT_FREQUENCY_SHARE);
         self.world.integration_parameters.static_contact_softness =
-            spring(STATIC_CONTACT_SOFTNESS, 2.0 * CONTACT_SHARE);
-        self.tables.friction_rule = settings.friction_rule;
-        if self.tables.sleep != settings.sleep {
-            self.tables.sleep = settings.sleep;
+            spring(STATIC_CONTACT_SOFTNESS, 2.0 * MAX_CONTACT_FREQUENCY_SHARE);
+        self.state.friction_rule = settings.friction_rule;
+        if self.state.sleep != settings.sleep {
+            self.state.sleep = settings.sleep;
             self.set_sleep();
         }
     }
@@ -143,8 +145,8 @@ impl Engine for Rapier {
         if a.handle == b.handle {
             return None;
         }
-        self.give_back(desc.a);
-        self.give_back(desc.b);
+        self.release_adopted_body(desc.a);
+        self.release_adopted_body(desc.b);
         let zero = turns::zero(desc);
         let frame_a = a.local_pose(&desc.frame_in_a);
         let frames = (turns::turned(frame_a, zero), b.local_pose(&desc.frame_in_b));
@@ -153,26 +155,30 @@ impl Engine for Rapier {
         let reduced = crowd.is_some() || matches!(desc.kind, JointKind::Screw(_));
         let form = if reduced { JointForm::Reduced } else { desc.form };
         let reduced = match form {
-            JointForm::Reduced => self.add_reduced(desc, joints::build(desc, frames, zero)),
+            JointForm::Reduced => self.add_reduced(desc, joints::build_joint(desc, frames, zero)),
             JointForm::Tree | JointForm::Impulse | JointForm::Loop => None,
         };
         let tree = form == JointForm::Tree && self.may_join_tree(desc);
-        let uneven = reduced.is_none() && !tree && mass_a.max(mass_b) > UNEVEN * mass_a.min(mass_b);
+        let uneven = reduced.is_none() && !tree && mass_a.max(mass_b) > UNEVEN_MASS_RATIO * mass_a.min(mass_b);
         self.prepare_for_joint(desc.a, uneven);
         self.prepare_for_joint(desc.b, uneven);
         let held = reduced.map_or_else(
             || {
                 if tree {
-                    return Held::Tree(Tied::default());
+                    return JointBackend::Tree(TreeJoint::default());
                 }
                 // If the joint was to be in reduced form or in a tree but cannot be, it closes a loop.
                 let form = if desc.form == JointForm::Impulse { JointForm::Impulse } else { JointForm::Loop };
                 let desc = JointDesc { form, ..desc.clone() };
-                Held::Impulse(self.world.insert_impulse_joint(a.handle, b.handle, joints::build(&desc, frames, zero)))
+                JointBackend::Impulse(self.world.insert_impulse_joint(
+                    a.handle,
+                    b.handle,
+                    joints::build_joint(&desc, frames, zero),
+                ))
             },
-            Held::Reduced,
+            JointBackend::Reduced,
         );
-        let id = JointId(self.tables.joints.len() as u32);
+        let id = JointId(self.state.joints.len() as u32);
         let mut record = JointRecord {
             held,
             kind: desc.kind,
@@ -184,31 +190,31 @@ impl Engine for Rapier {
             near: turns::near(desc, zero),
             geared: desc.geared,
             closes_loop: desc.form == JointForm::Loop,
-            drive: Drive::Free,
+            drive: JointDrive::Free,
             pursuit: 0.0,
-            rest: Rest::default(),
-            memory: Memory::default(),
+            rest: RestState::default(),
+            memory: ControllerState::default(),
             speed: 0.0,
             at_limit: false,
             folded: 0.0,
             changed: false,
         };
-        self.tables.joints_changed = true;
+        self.state.joints_changed = true;
         if tree {
-            self.tables.mechanisms_changed = true;
-            self.take_body(desc.a);
-            self.take_body(desc.b);
+            self.state.mechanisms_changed = true;
+            self.claim_body(desc.a);
+            self.claim_body(desc.b);
         }
         if turns::is_wide(&record) {
-            self.tables.winding.push(id);
+            self.state.winding.push(id);
         }
         if desc.passive.no_load_speed > 0.0 {
-            self.tables.weakening.push(id);
+            self.state.weakening.push(id);
         }
         if reduced.is_none() && !tree && desc.passive.damping > 0.0 {
-            mark(&mut self.tables.changed, id, &mut record);
+            mark_changed(&mut self.state.changed, id, &mut record);
         }
-        self.tables.joints.push(Some(record));
+        self.state.joints.push(Some(record));
         if let Some(crowd) = crowd {
             self.grow_crowd(crowd, id, desc.b);
         }
@@ -216,75 +222,75 @@ impl Engine for Rapier {
     }
 
     fn remove_joint(&mut self, joint: JointId) {
-        let Some(record) = self.tables.joints.get_mut(joint.0 as usize).and_then(Option::take) else {
+        let Some(record) = self.state.joints.get_mut(joint.0 as usize).and_then(Option::take) else {
             return;
         };
-        self.tables.joints_changed = true;
-        self.tables.weakening.retain(|j| *j != joint);
-        self.tables.winding.retain(|j| *j != joint);
+        self.state.joints_changed = true;
+        self.state.weakening.retain(|j| *j != joint);
+        self.state.winding.retain(|j| *j != joint);
         match record.held {
-            Held::Impulse(handle) => drop(self.world.remove_impulse_joint(handle)),
-            Held::Reduced(reduced) => self.remove_reduced(&record, reduced),
-            Held::Tree(_) => {
-                self.tables.mechanisms_changed = true;
-                self.return_body(record.bodies.0);
-                self.return_body(record.bodies.1);
+            JointBackend::Impulse(handle) => drop(self.world.remove_impulse_joint(handle)),
+            JointBackend::Reduced(reduced) => self.remove_reduced(&record, reduced),
+            JointBackend::Tree(_) => {
+                self.state.mechanisms_changed = true;
+                self.release_unclaimed_body(record.bodies.0);
+                self.release_unclaimed_body(record.bodies.1);
             }
         }
         self.free_from_joint(record.bodies.0);
         self.free_from_joint(record.bodies.1);
     }
 
-    fn drive(&mut self, joint: JointId, drive: Drive) {
-        let drive = joints::sane(drive);
-        let Some(Some(record)) = self.tables.joints.get_mut(joint.0 as usize) else {
+    fn drive(&mut self, joint: JointId, drive: JointDrive) {
+        let drive = joints::sanitized(drive);
+        let Some(Some(record)) = self.state.joints.get_mut(joint.0 as usize) else {
             return;
         };
         if record.drive == drive {
             return;
         }
-        let is_position = |d: Drive| matches!(d, Drive::Position { .. });
-        if is_position(drive) && !is_position(record.drive) && !self.tables.positioned.contains(&joint) {
-            self.tables.positioned.push(joint);
+        let is_position = |d: JointDrive| matches!(d, JointDrive::Position { .. });
+        if is_position(drive) && !is_position(record.drive) && !self.state.positioned.contains(&joint) {
+            self.state.positioned.push(joint);
         }
         record.drive = drive;
-        record.rest = Rest::default();
+        record.rest = RestState::default();
         let (stops, body) = (record.stops(), record.bodies.1);
-        mark(&mut self.tables.changed, joint, record);
+        mark_changed(&mut self.state.changed, joint, record);
         if stops {
-            self.watch_stop(joint);
+            self.watch_stopping_joint(joint);
         }
         self.unpark(body);
     }
 
     fn set_gears(&mut self, gears: &[Gear]) {
-        if self.tables.gears != gears {
-            self.tables.gears = gears.to_vec();
-            self.tables.joints_changed = true;
+        if self.state.gears != gears {
+            self.state.gears = gears.to_vec();
+            self.state.joints_changed = true;
         }
     }
 
     fn measure(&mut self, joint: JointId) {
-        if !self.tables.measured.iter().any(|m| m.joint == joint) {
-            self.tables.measured.push(Measured::new(joint));
-            if let Some(body) = self.tables.joints.get(joint.0 as usize).and_then(|r| Some(r.as_ref()?.bodies.1)) {
+        if !self.state.measured.iter().any(|m| m.joint == joint) {
+            self.state.measured.push(MeasuredJoint::new(joint));
+            if let Some(body) = self.state.joints.get(joint.0 as usize).and_then(|r| Some(r.as_ref()?.bodies.1)) {
                 self.unpark(body);
             }
         }
     }
 
     fn wrench(&self, joint: JointId) -> Option<Wrench> {
-        self.tables.measured.iter().find(|m| m.joint == joint)?.wrench
+        self.state.measured.iter().find(|m| m.joint == joint)?.wrench
     }
 
-    fn set_surface(&mut self, body: BodyId, surface: Surface) {
-        if self.record(body).is_none() || !bodies::sound_surface(&surface) {
+    fn set_surface(&mut self, body: BodyId, surface: ContactSurface) {
+        if self.record(body).is_none() || !bodies::is_valid_surface(&surface) {
             return;
         }
-        if surface == Surface::default() {
-            self.tables.surfaces.remove(&body);
-        } else if self.tables.surfaces.insert(body, surface) != Some(surface) {
-            self.watch_pairs(body);
+        if surface == ContactSurface::default() {
+            self.state.surfaces.remove(&body);
+        } else if self.state.surfaces.insert(body, surface) != Some(surface) {
+            self.enable_pair_hooks(body);
             // Bodies that rest on a belt must wake when it starts.
             let handle = self.record(body).map(|r| r.handle);
             handle.into_iter().for_each(|h| self.wake_touching(h));
@@ -292,11 +298,11 @@ impl Engine for Rapier {
     }
 
     fn set_materials(&mut self, pairs: &[MaterialPair]) {
-        self.tables.materials = pairs.to_vec();
+        self.state.materials = pairs.to_vec();
     }
 
     fn set_rest(&mut self, joint: JointId, rest: f64) {
-        if let Some(Some(record)) = self.tables.joints.get_mut(joint.0 as usize)
+        if let Some(Some(record)) = self.state.joints.get_mut(joint.0 as usize)
             && rest.is_finite()
             && record.passive.rest != rest
         {
@@ -310,51 +316,51 @@ impl Engine for Rapier {
     }
 
     fn set_pose(&mut self, body: BodyId, pose: &Isometry3<f64>) {
-        self.place(body, pose);
+        self.set_body_pose(body, pose);
     }
 
     fn set_twist(&mut self, body: BodyId, twist: &Twist) {
-        let Some((handle, Motion::Dynamic)) = self.record(body).map(|r| (r.handle, r.motion)) else {
+        let Some((handle, MotionType::Dynamic)) = self.record(body).map(|r| (r.handle, r.motion)) else {
             return;
         };
-        if !finite(&twist.linear) || !finite(&twist.angular) {
+        if !is_finite(&twist.linear) || !is_finite(&twist.angular) {
             return self.freeze(body);
         }
         let moved = &mut self.world.bodies[handle];
         moved.set_linvel(convert::vector(&twist.linear), true);
         moved.set_angvel(convert::vector(&twist.angular), true);
-        self.tables.moved.push(body);
-        self.forget_velocity(body);
+        self.state.moved.push(body);
+        self.discard_velocity(body);
     }
 
     fn push(&mut self, body: BodyId, force: Vector3<f64>, torque: Vector3<f64>) {
-        let Some((handle, Motion::Dynamic)) = self.record(body).map(|r| (r.handle, r.motion)) else {
+        let Some((handle, MotionType::Dynamic)) = self.record(body).map(|r| (r.handle, r.motion)) else {
             return;
         };
-        if !finite(&force) || !finite(&torque) {
+        if !is_finite(&force) || !is_finite(&torque) {
             return self.freeze(body);
         }
         if self.record(body).is_some_and(|r| r.in_tree) {
-            let sum = self.tables.loads.entry(body).or_default();
+            let sum = self.state.loads.entry(body).or_default();
             (sum.force, sum.torque) = (sum.force + force, sum.torque + torque);
             return;
         }
         let pushed = &mut self.world.bodies[handle];
         pushed.add_force(convert::vector(&force), true);
         pushed.add_torque(convert::vector(&torque), true);
-        self.tables.pushed.push(body);
+        self.state.pushed.push(body);
     }
 
-    fn advance_part(&mut self, part: u32, parts: u32, before: Option<&mut BeforeStep<'_>>) {
+    fn advance_part(&mut self, part: u32, parts: u32, before: Option<&mut BeforeStepHook<'_>>) {
         self.move_kinematic(f64::from(part + 1) / f64::from(parts));
-        self.adopt();
+        self.update_adoptions();
         self.arrange_trees();
-        self.find_coordinates();
-        if self.tables.springs_changed {
+        self.recompute_coordinates();
+        if self.state.springs_changed {
             self.set_springs();
         }
         self.count_turns();
-        self.update_positions();
+        self.update_position_drives();
         self.park();
         self.weaken_drives();
         self.apply_drives();
@@ -362,38 +368,47 @@ impl Engine for Rapier {
             Some(ask) => {
                 let mut pushes = Vec::new();
                 ask(&*self, part, &mut pushes);
-                self.push_for_a_step(&pushes)
+                self.push_for_step(&pushes)
             }
             None => Vec::new(),
         };
-        let carried = self.carry_drives();
-        let spun = self.spin(0.5);
-        self.see_velocities();
+        let carried = self.add_carried_effort();
+        let spun = self.advance_spin(0.5);
+        self.record_velocities();
         self.choose_substeps();
         self.find_overlaps();
-        self.weigh();
-        self.couple();
-        self.grip();
-        let deepest = self.parting_depths();
-        let Tables { pairs, surfaces, materials, partings, .. } = &self.tables;
+        self.record_momenta();
+        self.update_gears();
+        self.update_surface_friction();
+        let deepest = self.separation_depths();
+        let EngineState { pairs, surfaces, materials, partings, .. } = &self.state;
         let (gravity, step, substep) = (self.world.gravity, self.world.integration_parameters.dt, self.substep());
-        let filter = PairFilter { pairs, surfaces, materials, partings, deepest, gravity, step, substep };
+        let filter = PairFilter {
+            pairs,
+            surfaces,
+            materials,
+            separations: partings,
+            max_depths: deepest,
+            gravity,
+            step,
+            substep,
+        };
         self.world.step_with_events(&filter, &());
-        self.follow_overlaps();
+        self.update_separations();
         self.step_trees();
         self.measure_loads();
-        self.spin_on(spun);
-        self.take_back(carried);
-        self.take_back(old);
-        self.note_drives();
+        self.finish_spin(spun);
+        self.restore_forces(carried);
+        self.restore_forces(old);
+        self.record_drive_efforts();
         self.collect_frozen();
         if part + 1 < parts {
             return;
         }
-        self.keep_awake();
-        self.tables.loads.clear();
-        self.tables.moving.clear();
-        let mut pushed = std::mem::take(&mut self.tables.pushed);
+        self.keep_floating_bodies_awake();
+        self.state.loads.clear();
+        self.state.moving.clear();
+        let mut pushed = std::mem::take(&mut self.state.pushed);
         for id in pushed.drain(..) {
             let Some(handle) = self.record(id).map(|r| r.handle) else {
                 continue;
@@ -402,18 +417,18 @@ impl Engine for Rapier {
             body.reset_forces(false);
             body.reset_torques(false);
         }
-        self.tables.pushed = pushed;
+        self.state.pushed = pushed;
     }
 
     fn set_pair(&mut self, a: BodyId, b: BodyId, rule: Option<PairRule>) {
         let pair = (a.min(b), a.max(b));
         match rule {
-            None => drop(self.tables.pairs.remove(&pair)),
+            None => drop(self.state.pairs.remove(&pair)),
             Some(rule) => {
-                self.tables.pairs.insert(pair, rule);
+                self.state.pairs.insert(pair, rule);
                 // The filter must be enabled for bodies with a rule.
                 for body in [a, b] {
-                    self.watch_pairs(body);
+                    self.enable_pair_hooks(body);
                 }
             }
         }
@@ -424,7 +439,7 @@ impl Engine for Rapier {
             return Isometry3::identity();
         };
         // The pose of a kinematic body is the one that was set, even if the engine has not moved the body there yet.
-        let ahead = self.tables.moving.get(&body);
+        let ahead = self.state.moving.get(&body);
         convert::pose_back(&record.body_pose(ahead.map_or(self.world.bodies[record.handle].position(), |(_, to)| to)))
     }
 
@@ -440,7 +455,7 @@ impl Engine for Rapier {
     }
 
     fn joint_state(&self, joint: JointId) -> JointState {
-        let Some(Some(record)) = self.tables.joints.get(joint.0 as usize) else {
+        let Some(Some(record)) = self.state.joints.get(joint.0 as usize) else {
             return JointState::default();
         };
         let (frame_a, frame_b) = self.joint_frames(record);
@@ -456,12 +471,12 @@ impl Engine for Rapier {
             _ => (b.at(frame_b.translation) - a.at(frame_b.translation)).dot(along),
         };
         let effort = match (record.drive, &record.held) {
-            (Drive::Free, _) => 0.0,
-            (_, Held::Reduced(reduced)) if velocity != 0.0 => reduced.effort + record.folded.copysign(velocity),
-            (_, Held::Reduced(reduced)) => reduced.effort,
-            (_, Held::Tree(tied)) => tied.effort,
+            (JointDrive::Free, _) => 0.0,
+            (_, JointBackend::Reduced(reduced)) if velocity != 0.0 => reduced.effort + record.folded.copysign(velocity),
+            (_, JointBackend::Reduced(reduced)) => reduced.effort,
+            (_, JointBackend::Tree(tied)) => tied.effort,
             // Rapier's impulses have the opposite sign: they slow the second body down.
-            (_, Held::Impulse(handle)) => {
+            (_, JointBackend::Impulse(handle)) => {
                 let joint = self.world.impulse_joints.get(*handle);
                 -joint.map_or(0.0, |j| j.data.motors[axis as usize].impulse) / self.substep()
             }
@@ -470,23 +485,23 @@ impl Engine for Rapier {
         JointState { position, velocity, effort, ..JointState::default() }
     }
 
-    fn contacts(&self, out: &mut Vec<Contact>) {
-        report::contacts(&self.world, &self.tables.touches, out);
+    fn contacts(&self, out: &mut Vec<BodyContact>) {
+        report::contacts(&self.world, &self.state.touches, out);
     }
 
     fn quarantined(&mut self) -> Vec<BodyId> {
-        std::mem::take(&mut self.tables.frozen)
+        std::mem::take(&mut self.state.frozen)
     }
 
     fn snapshot(&self) -> Vec<u8> {
-        snapshot::write(&self.world, &self.tables)
+        snapshot::write(&self.world, &self.state)
     }
 
     fn restore(&mut self, bytes: &[u8]) -> Result<(), String> {
         let (mut world, tables) = snapshot::read(bytes)?;
         world.set_thread_pool(self.world.thread_pool());
         narrow::install(&mut world);
-        (self.world, self.tables) = (world, tables);
+        (self.world, self.state) = (world, tables);
         Ok(())
     }
 }

@@ -6,15 +6,15 @@ use std::collections::BTreeSet;
 use tatu_errors::Error;
 use tatu_plugin_api::{abi::*, safe::Value};
 
-use super::{Declared, Registry, check_value, schemas};
+use super::{ParameterSpec, Registry, check_value, schemas};
 use crate::{texts, units};
 
 /// Types that a parameter can have. Numeric arrays of any element type are passed as F64S.
-const KINDS: &[u32] =
+const PARAMETER_TYPES: &[u32] =
     &[TATU_BOOL, TATU_I64, TATU_F64, TATU_TEXT, TATU_BYTES, TATU_F64S, TATU_LIST, TATU_MAP, TATU_FUNC, TATU_OBJECT];
 
 /// Returns one message for each error in declarations. `in_files` is set if scene files can contain the keys.
-pub fn parameters(all: &[Declared], in_files: bool) -> Vec<String> {
+pub fn parameters(all: &[ParameterSpec], in_files: bool) -> Vec<String> {
     let mut out = Vec::new();
     let mut keys = BTreeSet::new();
     for (i, p) in all.iter().enumerate() {
@@ -33,14 +33,14 @@ pub fn parameters(all: &[Declared], in_files: bool) -> Vec<String> {
             say("cannot be written in a scene file: use only letters, digits, `_` and `-`".into());
         }
         let any = p.flags & TATU_PARAM_ANY != 0;
-        if !any && !KINDS.contains(&p.kind) {
+        if !any && !PARAMETER_TYPES.contains(&p.kind) {
             say(format!("has the unknown type {}; see tatu_param.type", p.kind));
             continue;
         }
         if let Some(unit) = p.unit.as_deref().filter(|u| in_files && !units::is_known(u)) {
             say(format!(
                 "has the unknown unit `{unit}`, so its key in scene files has no unit; known units are {}",
-                units::KNOWN.join(", ")
+                units::KNOWN_UNITS.join(", ")
             ));
         }
         if p.keys_cut {
@@ -70,21 +70,21 @@ pub fn parameters(all: &[Declared], in_files: bool) -> Vec<String> {
 }
 
 /// Units allowed for commands, in addition to those of scene files.
-const MORE_UNITS: &[&str] = &[
+const COMMAND_UNITS: &[&str] = &[
     "B", "px", "deg", "%", "A", "V", "W", "J", "Pa", "K", "T", "lx", "m^2", "m^3", "kg/m^3", "ms", "min", "h", "C",
     "F", "H",
 ];
 
 /// Returns a message if the unit of a parameter is unknown.
-fn unknown_unit(p: &Declared) -> Option<String> {
-    let known = |u: &str| u.is_empty() || units::is_known(u) || MORE_UNITS.contains(&u);
+fn unknown_unit(p: &ParameterSpec) -> Option<String> {
+    let known = |u: &str| u.is_empty() || units::is_known(u) || COMMAND_UNITS.contains(&u);
     let unit = p.unit.as_deref().filter(|u| !known(u))?;
-    Some(format!("`{}` has the unknown unit `{unit}`; known units are {}", p.key, units::KNOWN.join(", ")))
+    Some(format!("`{}` has the unknown unit `{unit}`; known units are {}", p.key, units::KNOWN_UNITS.join(", ")))
 }
 
 impl Registry {
     /// Iterates over the items of plugins that must have a description, as plugin, kind of item, id and description.
-    fn texts(&self) -> impl Iterator<Item = (usize, &str, &str, &str)> {
+    fn described_items(&self) -> impl Iterator<Item = (usize, &str, &str, &str)> {
         macro_rules! all {
             ($list:ident, $what:literal) => {
                 self.$list.iter().map(|k| (k.plugin, $what, k.id.as_str(), k.text.as_str()))
@@ -108,11 +108,11 @@ impl Registry {
         for s in &self.sensors {
             let what = if s.of_actuator { "actuator" } else { "sensor" };
             add(s.plugin, format!("the {what} `{}`", s.id), parameters(&s.params, true));
-            let lacks = schemas::lacks(s).into_iter().map(|l| format!("it {l}")).collect();
+            let lacks = schemas::schema_differences(s).into_iter().map(|l| format!("it {l}")).collect();
             add(s.plugin, format!("the {what} `{}`", s.id), lacks);
         }
         for a in &self.actuators {
-            let all: Vec<Declared> = a.params.iter().chain(&a.commands).cloned().collect();
+            let all: Vec<ParameterSpec> = a.params.iter().chain(&a.commands).cloned().collect();
             add(a.plugin, format!("the actuator `{}`", a.id), parameters(&all, true));
         }
         for s in &self.services {
@@ -130,7 +130,7 @@ impl Registry {
             let values = c.params.iter().chain(&c.returns);
             add(c.plugin, format!("the command `{name}`"), values.filter_map(unknown_unit).collect());
         }
-        for (plugin, what, id, text) in self.texts() {
+        for (plugin, what, id, text) in self.described_items() {
             if text.is_empty() {
                 add(plugin, format!("the {what} `{id}`"), vec!["it has no description (`text`)".to_owned()]);
             }
@@ -151,8 +151,8 @@ impl Registry {
 mod tests {
     use super::*;
 
-    fn param(key: &str) -> Declared {
-        Declared {
+    fn param(key: &str) -> ParameterSpec {
+        ParameterSpec {
             key: key.into(),
             kind: TATU_F64,
             count: 0,
@@ -170,27 +170,32 @@ mod tests {
     }
 
     #[test]
-    fn each_nonsense_has_its_sentence() {
+    fn each_faulty_declaration_is_reported_once() {
         let good = || param("range");
-        let cases: Vec<(Declared, &str)> = vec![
-            (Declared { lowest: 2.0, highest: 1.0, ..good() }, "from 2 to 1"),
-            (Declared { lowest: 0.0, highest: 1.0, fallback: Value::Float(2.0), ..good() }, "default"),
-            (Declared { kind: TATU_I64, fallback: Value::Float(2.5), ..good() }, "default"),
+        let cases: Vec<(ParameterSpec, &str)> = vec![
+            (ParameterSpec { lowest: 2.0, highest: 1.0, ..good() }, "from 2 to 1"),
+            (ParameterSpec { lowest: 0.0, highest: 1.0, fallback: Value::Float(2.0), ..good() }, "default"),
+            (ParameterSpec { kind: TATU_I64, fallback: Value::Float(2.5), ..good() }, "default"),
             (
-                Declared { kind: TATU_TEXT, choices: vec!["a".into()], fallback: Value::text("b"), ..good() },
+                ParameterSpec { kind: TATU_TEXT, choices: vec!["a".into()], fallback: Value::text("b"), ..good() },
                 "expected one of \"a\"",
             ),
-            (Declared { kind: TATU_F64S, count: 3, fallback: Value::Floats(vec![1.0]), ..good() }, "default"),
-            (Declared { kind: 77, ..good() }, "unknown type 77"),
-            (Declared { kind: TATU_NIL, ..good() }, "unknown type 0"),
-            (Declared { unreadable_default: true, ..good() }, "a default that cannot be read"),
+            (ParameterSpec { kind: TATU_F64S, count: 3, fallback: Value::Floats(vec![1.0]), ..good() }, "default"),
+            (ParameterSpec { kind: 77, ..good() }, "unknown type 77"),
+            (ParameterSpec { kind: TATU_NIL, ..good() }, "unknown type 0"),
+            (ParameterSpec { unreadable_default: true, ..good() }, "a default that cannot be read"),
             (
-                Declared { kind: TATU_BYTES, choices: vec!["a".into()], fallback: Value::Bytes(vec![1]), ..good() },
+                ParameterSpec {
+                    kind: TATU_BYTES,
+                    choices: vec!["a".into()],
+                    fallback: Value::Bytes(vec![1]),
+                    ..good()
+                },
                 "expected one of",
             ),
-            (Declared { kind: TATU_U8S, ..good() }, "unknown type 10"),
-            (Declared { unit: Some("furlong".into()), ..good() }, "unknown unit `furlong`"),
-            (Declared { choices: vec!["a".into()], ..good() }, "choices"),
+            (ParameterSpec { kind: TATU_U8S, ..good() }, "unknown type 10"),
+            (ParameterSpec { unit: Some("furlong".into()), ..good() }, "unknown unit `furlong`"),
+            (ParameterSpec { choices: vec!["a".into()], ..good() }, "choices"),
             (param(""), "its parameter 1 has no key"),
             (param("a b"), "cannot be written"),
             (param("größe"), "cannot be written"),
@@ -201,10 +206,10 @@ mod tests {
             assert!(found[0].contains(word), "{found:?} lacks {word}");
         }
         assert_eq!(parameters(&[good(), good()], true).len(), 1);
-        let rest = Declared { flags: TATU_PARAM_ANY, kind: TATU_NIL, ..good() };
+        let rest = ParameterSpec { flags: TATU_PARAM_ANY, kind: TATU_NIL, ..good() };
         let whole =
-            Declared { unit: Some("m".into()), lowest: 0.0, highest: 5.0, fallback: Value::Int(1), ..param("b") };
-        assert_eq!(parameters(&[rest, whole, Declared { unit: Some("1".into()), ..param("c") }], true), [""; 0]);
+            ParameterSpec { unit: Some("m".into()), lowest: 0.0, highest: 5.0, fallback: Value::Int(1), ..param("b") };
+        assert_eq!(parameters(&[rest, whole, ParameterSpec { unit: Some("1".into()), ..param("c") }], true), [""; 0]);
         assert_eq!(parameters(&[param("größe")], false), [""; 0], "commands are not written in scene files");
         assert_eq!(parameters(&[param("a b"), param("a\\n")], false).len(), 2);
     }

@@ -8,7 +8,7 @@ use std::{
 
 use tatu_plugin_api::{
     abi::*,
-    safe::{MOST_BYTES, read_plain},
+    safe::{MAX_FILE_BYTES, read_plain},
 };
 
 /// The extensions that the host requests from plugins.
@@ -33,7 +33,7 @@ pub const SERVICES: [&CStr; 14] = [
 ];
 
 /// Number of drafts newer than the host's for which plugins are queried, to report extensions that the host cannot use.
-const AHEAD: u32 = 8;
+const MAX_DRAFTS_AHEAD: u32 = 8;
 
 /// Splits "tatu.sensor/draft.4" into "tatu.sensor" and 4.
 fn split(id: &str) -> Option<(&str, u32)> {
@@ -51,11 +51,11 @@ pub fn other_draft(id: &str) -> Option<String> {
 
 /// Describes the extensions that a plugin offers in drafts other than the host's. `offers` returns whether the plugin
 /// offers an id.
-pub fn offered(offers: impl Fn(&CStr) -> bool) -> Vec<String> {
+pub fn other_drafts(offers: impl Fn(&CStr) -> bool) -> Vec<String> {
     let mut out = Vec::new();
     for id in EXTENSIONS.iter().filter(|id| !offers(id)) {
         let Some((name, ours)) = id.to_str().ok().and_then(split) else { continue };
-        let others = (0..=ours + AHEAD).filter(|d| *d != ours).map(|d| format!("{name}/draft.{d}"));
+        let others = (0..=ours + MAX_DRAFTS_AHEAD).filter(|d| *d != ours).map(|d| format!("{name}/draft.{d}"));
         let found = others.into_iter().find(|id| CString::new(id.as_str()).is_ok_and(|id| offers(&id)));
         out.extend(found.and_then(|id| other_draft(&id)));
     }
@@ -65,7 +65,7 @@ pub fn offered(offers: impl Fn(&CStr) -> bool) -> Vec<String> {
 /// Searches a library that declares no extensions for a misspelt extension id. Returns a clause for the error message
 /// with the misspelt id and the nearest valid one, or an empty string.
 pub fn misspelt(library: &Path) -> String {
-    let Ok(bytes) = read_plain(library, MOST_BYTES) else { return String::new() };
+    let Ok(bytes) = read_plain(library, MAX_FILE_BYTES) else { return String::new() };
     let known: Vec<&str> = EXTENSIONS.iter().chain(&SERVICES).filter_map(|id| id.to_str().ok()).collect();
     let texts = bytes.split(|b| *b == 0).filter_map(|t| std::str::from_utf8(t).ok());
     let wrong = |t: &&str| t.len() < 60 && t.contains("tatu") && t.contains("draft") && !known.contains(t);
@@ -80,7 +80,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn all_of_the_header_are_known() {
+    fn every_id_of_the_header_is_listed() {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../plugin-api/include/tatu");
         let parts = std::fs::read_dir(folder).unwrap().map(|e| std::fs::read_to_string(e.unwrap().path()).unwrap());
         let headers: String = parts.collect();
@@ -94,12 +94,12 @@ mod tests {
     }
 
     #[test]
-    fn drafts_are_told_apart() {
+    fn other_drafts_of_known_ids_are_named() {
         let told = other_draft("tatu.sensor/draft.9").unwrap();
         assert_eq!(told, "built for draft 9 of `tatu.sensor`, this host has draft 4");
         assert_eq!(other_draft("tatu.sensor/draft.4"), None);
         assert_eq!(other_draft("tatu.nonsense/draft.9"), None);
-        let found = offered(|id| id == c"tatu.command/draft.4" || id == c"tatu.script/draft.0");
+        let found = other_drafts(|id| id == c"tatu.command/draft.4" || id == c"tatu.script/draft.0");
         assert_eq!(found, ["built for draft 0 of `tatu.script`, this host has draft 4"]);
     }
 }

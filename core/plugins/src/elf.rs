@@ -8,24 +8,24 @@ use std::{
 
 /// The reason why a file must not be passed to the loader, and a hint.
 #[derive(Debug, PartialEq, Eq)]
-pub struct Unfit {
+pub struct LibraryFlaw {
     /// Why the file is rejected.
     pub text: String,
     /// Hint that suggests what to do about it.
     pub help: &'static str,
 }
 
-const AGAIN: &str = "build or copy it again";
-const REBUILD: &str = "build it for this processor and system";
+const BUILD_OR_COPY_HELP: &str = "build or copy it again";
+const REBUILD_HELP: &str = "build it for this processor and system";
 
 /// Size of the header of an ELF file, bytes.
 const HEADER: usize = 64;
 
 /// Checks the headers of an ELF file. On systems with ELF libraries, other files are refused; on other systems, the
 /// loader checks the format.
-pub fn check(path: &Path) -> Result<(), Unfit> {
-    let no = |text: String, help| Err(Unfit { text, help });
-    let unread = |e: std::io::Error| Unfit { text: format!("it cannot be read: {e}"), help: AGAIN };
+pub fn check(path: &Path) -> Result<(), LibraryFlaw> {
+    let no = |text: String, help| Err(LibraryFlaw { text, help });
+    let unread = |e: std::io::Error| LibraryFlaw { text: format!("it cannot be read: {e}"), help: BUILD_OR_COPY_HELP };
     // Opening a pipe would block until a process writes to it.
     let about = std::fs::metadata(path).map_err(unread)?;
     if !about.is_file() {
@@ -37,15 +37,15 @@ pub fn check(path: &Path) -> Result<(), Unfit> {
     let mut header = Vec::with_capacity(HEADER);
     file.by_ref().take(HEADER as u64).read_to_end(&mut header).map_err(unread)?;
     if header.is_empty() {
-        return no("the file is empty".into(), AGAIN);
+        return no("the file is empty".into(), BUILD_OR_COPY_HELP);
     }
     let elf_system = cfg!(all(unix, not(target_vendor = "apple")));
     if elf_system && !header.starts_with(b"\x7fELF") {
-        return no("it is not a library: it has no ELF header".into(), AGAIN);
+        return no("it is not a library: it has no ELF header".into(), BUILD_OR_COPY_HELP);
     }
     if !elf_system || header.len() > 5 && header[4..6] != [2, 1] {
         return match elf_system && cfg!(all(target_pointer_width = "64", target_endian = "little")) {
-            true => no("it is an ELF file with a different word size or byte order".into(), REBUILD),
+            true => no("it is an ELF file with a different word size or byte order".into(), REBUILD_HELP),
             false => Ok(()),
         };
     }
@@ -58,16 +58,18 @@ pub fn check(path: &Path) -> Result<(), Unfit> {
     };
     match (machine, ours) {
         (Some(m), Some(ours)) if m != ours => {
-            no(format!("it is built for a different processor (ELF machine {m}, this one is {ours})"), REBUILD)
+            no(format!("it is built for a different processor (ELF machine {m}, this one is {ours})"), REBUILD_HELP)
         }
-        _ if whole(&mut file, &header, have) == Some(true) => Ok(()),
-        _ => no(format!("the file is truncated: it has {have} bytes, fewer than its headers state"), AGAIN),
+        _ if is_complete(&mut file, &header, have) == Some(true) => Ok(()),
+        _ => {
+            no(format!("the file is truncated: it has {have} bytes, fewer than its headers state"), BUILD_OR_COPY_HELP)
+        }
     }
 }
 
 /// Returns whether a file of `have` bytes contains everything that its headers declare, or `None` if the headers are
 /// truncated. Offsets are those of 64-bit little-endian ELF.
-fn whole(file: &mut File, header: &[u8], have: u64) -> Option<bool> {
+fn is_complete(file: &mut File, header: &[u8], have: u64) -> Option<bool> {
     let (first, size, count) = (number(header, 32, 8)?, number(header, 54, 2)?, number(header, 56, 2)?);
     if first.checked_add(size * count)? > have {
         return Some(false);
@@ -98,7 +100,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_program_passes_and_its_beginning_does_not() {
+    fn complete_elf_file_is_accepted_and_truncated_one_refused() {
         let whole = std::env::current_exe().unwrap();
         assert_eq!(check(&whole), Ok(()));
         let bytes = std::fs::read(&whole).unwrap();

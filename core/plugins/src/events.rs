@@ -2,23 +2,23 @@
 
 use tatu_plugin_api::{abi::*, safe::Value};
 
-use crate::Declared;
+use crate::ParameterSpec;
 
 /// Events that are expensive to collect; `*` does not include them.
-pub const GATHERED: &[&str] = &["collision", "separation", "contact"];
+pub const OPT_IN_EVENTS: &[&str] = &["collision", "separation", "contact"];
 /// Events that a service receives if it does not list any.
-pub const FOR_SERVICES: &[&str] = &["started", "paused", "resumed", "stopped", "fault"];
-/// Subscription to all events except those in `GATHERED`.
-pub const ALL: &str = "*";
+pub const SERVICE_DEFAULTS: &[&str] = &["started", "paused", "resumed", "stopped", "fault"];
+/// Subscription to all events except those in `OPT_IN_EVENTS`.
+pub const ALL_EVENTS: &str = "*";
 
 /// Returns whether a subscription to `wanted` includes the event `name`.
 pub fn covers(wanted: &str, name: &str) -> bool {
-    wanted == name || wanted == ALL && !GATHERED.contains(&name)
+    wanted == name || wanted == ALL_EVENTS && !OPT_IN_EVENTS.contains(&name)
 }
 
 /// A declared event.
 #[derive(Debug, Clone, PartialEq)]
-pub struct EventInfo {
+pub struct EventSpec {
     /// Index of the plugin that declares the event; `None` for the host's own events.
     pub plugin: Option<usize>,
     /// Name of the event.
@@ -26,21 +26,21 @@ pub struct EventInfo {
     /// Description of when the event is published, in one sentence.
     pub text: String,
     /// Declared fields of the event's payload.
-    pub fields: Vec<Declared>,
+    pub fields: Vec<ParameterSpec>,
 }
 
-type Field = (&'static str, u32, u32, Option<&'static str>, &'static str);
+type FieldRow = (&'static str, u32, u32, Option<&'static str>, &'static str);
 
 const TEXT: u32 = TATU_TEXT;
 const M: Option<&str> = Some("m");
 const N: Option<&str> = Some("N");
 
-const OBJECT: [Field; 3] = [
+const OBJECT_FIELDS: [FieldRow; 3] = [
     ("object", TATU_I64, 0, None, "its handle"),
     ("path", TEXT, 0, None, "its path in the tree of objects"),
     ("kind", TEXT, 0, None, "its kind"),
 ];
-const FAULT: [Field; 7] = [
+const FAULT_FIELDS: [FieldRow; 7] = [
     ("code", TEXT, 0, None, "code of the fault: docs/reference/errors.md"),
     ("message", TEXT, 0, None, "what went wrong"),
     ("script", TEXT, 0, None, "name of the script, if a script caused it"),
@@ -49,7 +49,7 @@ const FAULT: [Field; 7] = [
     ("file", TEXT, 0, None, "file of the script, if known"),
     ("line", TATU_I64, 0, None, "line in that file"),
 ];
-const PAIR: [Field; 7] = [
+const CONTACT_FIELDS: [FieldRow; 7] = [
     ("a", TATU_OBJECT, 0, None, "a shape"),
     ("b", TATU_OBJECT, 0, None, "the other shape"),
     ("a_path", TEXT, 0, None, "path of `a`"),
@@ -59,48 +59,49 @@ const PAIR: [Field; 7] = [
     ("force", TATU_F64, 0, N, "force along the normal, over the last physics step"),
 ];
 
-const EVENTS: &[(&str, &str, &[Field])] = &[
+const EVENTS: &[(&str, &str, &[FieldRow])] = &[
     ("started", "A run has begun.", &[]),
     ("paused", "Time has stopped.", &[]),
     ("resumed", "Time continues after a pause.", &[]),
     ("stopped", "A run has ended; the scene is in its state before the run.", &[]),
-    ("object_added", "An object was created after the scene was opened.", &OBJECT),
-    ("object_removed", "An object was removed.", &OBJECT),
+    ("object_added", "An object was created after the scene was opened.", &OBJECT_FIELDS),
+    ("object_removed", "An object was removed.", &OBJECT_FIELDS),
     ("edited", "A person edited the scene, undid or redid an edit, or saved.", {
-        const EDITED: [Field; 3] = [
+        const EDIT_FIELDS: [FieldRow; 3] = [
             ("undo", TEXT, 0, None, "label of the edit that would be undone next, if any"),
             ("redo", TEXT, 0, None, "label of the edit that would be redone next, if any"),
             ("unsaved", TATU_BOOL, 0, None, "whether the scene differs from its file"),
         ];
-        &EDITED
+        &EDIT_FIELDS
     }),
-    ("collision", "Two shapes have come into contact.", &PAIR),
-    ("contact", "Two shapes are in contact: once per pair and physics stage.", &PAIR),
+    ("collision", "Two shapes have come into contact.", &CONTACT_FIELDS),
+    ("contact", "Two shapes are in contact: once per pair and physics stage.", &CONTACT_FIELDS),
     ("separation", "Two shapes are no longer in contact.", {
-        const TWO: [Field; 4] = [PAIR[0], PAIR[1], PAIR[2], PAIR[3]];
-        &TWO
+        const SEPARATION_FIELDS: [FieldRow; 4] =
+            [CONTACT_FIELDS[0], CONTACT_FIELDS[1], CONTACT_FIELDS[2], CONTACT_FIELDS[3]];
+        &SEPARATION_FIELDS
     }),
-    ("fault", "A fault occurred for the first time.", &FAULT),
-    ("script_error", "A fault occurred in a script for the first time.", &FAULT),
-    ("plugin_failed", "A fault occurred in a plugin for the first time.", &FAULT),
+    ("fault", "A fault occurred for the first time.", &FAULT_FIELDS),
+    ("script_error", "A fault occurred in a script for the first time.", &FAULT_FIELDS),
+    ("plugin_failed", "A fault occurred in a plugin for the first time.", &FAULT_FIELDS),
     ("message", "A script, a plugin or the host wrote a line to the log.", {
-        const LINE: [Field; 2] =
+        const MESSAGE_FIELDS: [FieldRow; 2] =
             [("level", TEXT, 0, None, "error, warning, info, debug or status"), ("text", TEXT, 0, None, "the line")];
-        &LINE
+        &MESSAGE_FIELDS
     }),
     ("console", "A script printed text on its own console, or cleared it.", {
-        const PRINTED: [Field; 3] = [
+        const CONSOLE_FIELDS: [FieldRow; 3] = [
             ("title", TEXT, 0, None, "title of the console"),
             ("text", TEXT, 0, None, "the printed text, unchanged"),
             ("clear", TATU_BOOL, 0, None, "whether the console was cleared"),
         ];
-        &PRINTED
+        &CONSOLE_FIELDS
     }),
 ];
 
 /// Returns the host's events.
-pub fn of_host() -> Vec<EventInfo> {
-    let field = |&(key, kind, count, unit, text): &Field| Declared {
+pub fn host_events() -> Vec<EventSpec> {
+    let field = |&(key, kind, count, unit, text): &FieldRow| ParameterSpec {
         key: key.into(),
         kind,
         count,
@@ -115,7 +116,7 @@ pub fn of_host() -> Vec<EventInfo> {
         keys_cut: false,
         text: text.into(),
     };
-    let event = |(name, text, fields): &(&str, &str, &[Field])| EventInfo {
+    let event = |(name, text, fields): &(&str, &str, &[FieldRow])| EventSpec {
         plugin: None,
         name: (*name).into(),
         text: (*text).into(),
@@ -132,7 +133,7 @@ mod tests {
     fn the_reference_page_has_every_event_and_field() {
         let page = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/reference/events.md");
         let page = std::fs::read_to_string(page).unwrap();
-        for event in of_host() {
+        for event in host_events() {
             let start = format!("| `{}` |", event.name);
             let line = page.lines().find(|l| l.starts_with(&start));
             let line = line.unwrap_or_else(|| panic!("docs/reference/events.md lacks `{}`", event.name));

@@ -20,7 +20,7 @@ use std::{
 
 /// The floating-point mode of a thread: rounding, subnormal numbers and traps, without the flags of past operations.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Mode(u64);
+pub struct FloatMode(u64);
 
 #[cfg(target_arch = "x86_64")]
 mod register {
@@ -109,11 +109,11 @@ pub fn clear_direction() -> bool {
     false
 }
 
-impl Mode {
+impl FloatMode {
     /// Returns the current mode of this thread.
     #[inline]
     pub fn now() -> Self {
-        Mode(register::read() & register::CONTROL)
+        FloatMode(register::read() & register::CONTROL)
     }
     /// Restores this mode; returns whether it had changed.
     #[inline]
@@ -128,20 +128,20 @@ impl Mode {
 
 thread_local! {
     /// Errors logged without a world during [`capture_errors`], for functions that cannot return an error.
-    static SAID: RefCell<Option<Vec<String>>> = const { RefCell::new(None) };
+    static CAPTURED_ERRORS: RefCell<Option<Vec<String>>> = const { RefCell::new(None) };
 }
 
 /// Calls a function without an error object, and returns the errors that were logged on this thread during the call.
 /// The host reports them, with the name of the function.
 pub fn capture_errors<T>(f: impl FnOnce() -> T) -> (T, Vec<String>) {
-    let outer = SAID.replace(Some(Vec::new()));
+    let outer = CAPTURED_ERRORS.replace(Some(Vec::new()));
     let done = f();
-    (done, SAID.replace(outer).unwrap_or_default())
+    (done, CAPTURED_ERRORS.replace(outer).unwrap_or_default())
 }
 /// Records an error that a plugin logs; returns whether errors are being captured. The number is limited, in case a
 /// plugin logs endlessly.
-pub fn say(text: &str) -> bool {
-    SAID.with_borrow_mut(|said| {
+pub fn capture_error(text: &str) -> bool {
+    CAPTURED_ERRORS.with_borrow_mut(|said| {
         let Some(said) = said else { return false };
         if said.len() < 64 {
             said.push(text.to_owned());
@@ -152,15 +152,15 @@ pub fn say(text: &str) -> bool {
 
 /// Calls a plugin; returns which part of the thread state it changed, after restoring that state.
 #[inline]
-pub fn watched<T>(f: impl FnOnce() -> T) -> (T, Option<&'static str>) {
-    let before = Mode::now();
+pub fn call_and_restore<T>(f: impl FnOnce() -> T) -> (T, Option<&'static str>) {
+    let before = FloatMode::now();
     let done = f();
     let (turned, moved) = (clear_direction(), before.restore());
     end_if_child();
     let what = match (turned, moved) {
         (false, false) => None,
-        (true, _) => Some(DIRECTION),
-        (false, true) => Some(MODE),
+        (true, _) => Some(DIRECTION_TEXT),
+        (false, true) => Some(MODE_TEXT),
     };
     (done, what)
 }
@@ -169,7 +169,7 @@ pub fn watched<T>(f: impl FnOnce() -> T) -> (T, Option<&'static str>) {
 static IS_CHILD: AtomicBool = AtomicBool::new(false);
 
 /// Marks this process as a forked copy, which ends when the plugin's call returns.
-pub fn this_is_a_child() {
+pub fn mark_as_child() {
     IS_CHILD.store(true, Relaxed);
 }
 
@@ -194,7 +194,7 @@ fn end_child() {
 
 /// Sets this thread's floating-point mode to the default of a new process: rounding to nearest, subnormal numbers
 /// enabled, traps disabled.
-pub fn take_plain_mode() {
+pub fn set_default_mode() {
     #[cfg(target_arch = "x86_64")]
     register::write(0x1f80);
     #[cfg(target_arch = "aarch64")]
@@ -202,41 +202,41 @@ pub fn take_plain_mode() {
 }
 
 /// Whether the process is shared with other code; see [`share_process`].
-static SHARED: AtomicBool = AtomicBool::new(false);
+static IS_SHARED: AtomicBool = AtomicBool::new(false);
 
 /// Declares that the process is shared with other code, such as an interpreter, which can change its locale, working
 /// folder and signal handlers at any time. From then on, only the state of threads is checked and restored.
 pub fn share_process() {
-    SHARED.store(true, Relaxed);
+    IS_SHARED.store(true, Relaxed);
 }
 
 /// A state of a thread and of the process that is known to be good, for comparison and restoration.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ProcessState {
-    mode: Mode,
+    mode: FloatMode,
     old: u16,
     locale: Option<CString>,
-    process: process::State,
+    process: process::OsState,
 }
 
 impl ProcessState {
     /// Captures the current state of this thread and of the process.
     pub fn now() -> Self {
         ProcessState {
-            mode: Mode::now(),
+            mode: FloatMode::now(),
             old: register::read_old(),
             locale: with_locale(|l| l.map(CStr::to_owned)),
-            process: process::State::now(),
+            process: process::OsState::now(),
         }
     }
     /// Accepts the current process state, after the program itself has changed it.
-    pub fn take_process_anew(&mut self) {
-        self.process = process::State::now();
+    pub fn recapture_process(&mut self) {
+        self.process = process::OsState::now();
     }
     /// Restores the state; describes what had been changed.
     pub fn restore(&self) -> Option<String> {
         let mut changed: Vec<String> = self.restore_quickly().map(str::to_owned).into_iter().collect();
-        if !SHARED.load(Relaxed) {
+        if !IS_SHARED.load(Relaxed) {
             changed.extend(self.process.restore());
         }
         (!changed.is_empty()).then(|| changed.join(" and "))
@@ -248,13 +248,13 @@ impl ProcessState {
             register::write_old(self.old);
             changed = true;
         }
-        let moved = !SHARED.load(Relaxed) && !with_locale(|l| l == self.locale.as_deref());
+        let moved = !IS_SHARED.load(Relaxed) && !with_locale(|l| l == self.locale.as_deref());
         if moved {
             set_locale(self.locale.as_deref());
         }
         match (changed, moved) {
-            (true, true) => Some(BOTH),
-            (true, false) => Some(MODE),
+            (true, true) => Some(MODE_AND_LOCALE_TEXT),
+            (true, false) => Some(MODE_TEXT),
             (false, true) => Some("the locale of the process"),
             (false, false) => None,
         }
@@ -262,12 +262,12 @@ impl ProcessState {
 }
 
 /// Name of the floating-point mode, for messages about changes.
-pub const MODE: &str = "the floating-point mode";
+pub const MODE_TEXT: &str = "the floating-point mode";
 /// Name of the direction flag, for messages about changes.
-pub const DIRECTION: &str = "the direction flag of the processor";
-const BOTH: &str = "the floating-point mode and the locale of the process";
+pub const DIRECTION_TEXT: &str = "the direction flag of the processor";
+const MODE_AND_LOCALE_TEXT: &str = "the floating-point mode and the locale of the process";
 /// The hint in messages about changed state.
-pub const HELP: &str = "it was restored; build the plugin without `-ffast-math`, and without calls of setlocale, fesetround, chdir, \
+pub const RESTORED_HELP: &str = "it was restored; build the plugin without `-ffast-math`, and without calls of setlocale, fesetround, chdir, \
                         sigaction and the like";
 
 #[cfg(unix)]
@@ -299,24 +299,24 @@ mod tests {
 
     /// The bits "flush to zero" and "denormals are zero", which `-ffast-math` libraries set (Intel SDM, volume 1,
     /// 10.2.3).
-    const FAST: u64 = 0x8040;
+    const FAST_MATH_BITS: u64 = 0x8040;
 
     #[test]
-    fn a_changed_mode_is_put_back() {
-        let before = Mode::now();
-        let ((), changed) = watched(|| register::write(before.0 | FAST));
-        assert_eq!(changed, Some(MODE));
-        assert_eq!(Mode::now(), before);
-        let done = watched(|| std::hint::black_box(1.0f64) / std::hint::black_box(3.0));
+    fn changed_floating_point_mode_is_restored() {
+        let before = FloatMode::now();
+        let ((), changed) = call_and_restore(|| register::write(before.0 | FAST_MATH_BITS));
+        assert_eq!(changed, Some(MODE_TEXT));
+        assert_eq!(FloatMode::now(), before);
+        let done = call_and_restore(|| std::hint::black_box(1.0f64) / std::hint::black_box(3.0));
         assert_eq!(done.1, None, "flags are no mode");
     }
 
     #[test]
-    fn home_knows_the_old_unit_too() {
+    fn changed_x87_control_word_is_restored() {
         let home = ProcessState::now();
         assert_eq!(home.restore(), None);
         register::write_old(home.old & !0x300);
-        assert_eq!(home.restore().as_deref(), Some(MODE));
+        assert_eq!(home.restore().as_deref(), Some(MODE_TEXT));
         assert_eq!(ProcessState::now(), home);
     }
 }

@@ -5,28 +5,28 @@ use std::ffi::c_void;
 
 /// A read-only copy that ends at an inaccessible page; it is unmapped on drop.
 #[derive(Debug)]
-pub struct Guarded {
+pub struct GuardedCopy {
     first: *const u8,
     #[cfg(unix)]
-    _mapping: mapped::Mapping,
+    _mapping: mapped::GuardedMapping,
     #[cfg(not(unix))]
     _bytes: Vec<u8>,
 }
 
-impl Guarded {
+impl GuardedCopy {
     /// Copies `bytes`. [`blame`] reports `label` for this copy. The copy is aligned to the largest power of 2, at most
     /// a page, that divides its length.
     pub fn new(bytes: &[u8], label: &str) -> Self {
         #[cfg(unix)]
         {
-            let (mapping, first) = mapped::Mapping::new(bytes, label);
-            Guarded { first, _mapping: mapping }
+            let (mapping, first) = mapped::GuardedMapping::new(bytes, label);
+            GuardedCopy { first, _mapping: mapping }
         }
         #[cfg(not(unix))]
         {
             let _ = label;
             let copy = bytes.to_vec();
-            Guarded { first: copy.as_ptr(), _bytes: copy }
+            GuardedCopy { first: copy.as_ptr(), _bytes: copy }
         }
     }
     /// Returns a pointer to the first byte.
@@ -35,9 +35,9 @@ impl Guarded {
     }
 }
 
-/// Creates a copy like [`Guarded`] that remains mapped until the process ends.
-pub fn before_guard(bytes: &[u8], label: &str) -> *const c_void {
-    let guarded = Guarded::new(bytes, label);
+/// Creates a copy like [`GuardedCopy`] that remains mapped until the process ends.
+pub fn leak_before_guard(bytes: &[u8], label: &str) -> *const c_void {
+    let guarded = GuardedCopy::new(bytes, label);
     let first = guarded.first.cast();
     std::mem::forget(guarded);
     first
@@ -63,35 +63,35 @@ mod mapped {
     };
 
     /// Maximum number of copies that can have a label at the same time; further copies have none.
-    const MOST: usize = 4096;
+    const MAX_COPIES: usize = 4096;
     /// Size of a label, in bytes.
-    const LABEL: usize = 120;
+    const LABEL_BYTES: usize = 120;
 
     /// The data of a copy for signal handlers: the start of its mapping (0 if the slot is free), start and end of its
     /// guard page, and its label.
-    struct Slot {
+    struct CopySlot {
         begin: AtomicUsize,
         guard: AtomicUsize,
         end: AtomicUsize,
-        label: AtomicPtr<[u8; LABEL]>,
+        label: AtomicPtr<[u8; LABEL_BYTES]>,
     }
-    static SLOTS: [Slot; MOST] = [const {
-        Slot {
+    static SLOTS: [CopySlot; MAX_COPIES] = [const {
+        CopySlot {
             begin: AtomicUsize::new(0),
             guard: AtomicUsize::new(0),
             end: AtomicUsize::new(0),
             label: AtomicPtr::new(ptr::null_mut()),
         }
-    }; MOST];
+    }; MAX_COPIES];
 
     #[derive(Debug)]
-    pub struct Mapping {
+    pub struct GuardedMapping {
         begin: *mut libc::c_void,
         bytes: usize,
         slot: Option<usize>,
     }
 
-    impl Mapping {
+    impl GuardedMapping {
         pub fn new(bytes: &[u8], label: &str) -> (Self, *const u8) {
             // SAFETY: `sysconf` has no pointer arguments and no preconditions.
             let page = usize::try_from(unsafe { libc::sysconf(libc::_SC_PAGESIZE) }).unwrap_or(4096);
@@ -111,11 +111,11 @@ mod mapped {
                 libc::mprotect(begin.cast::<u8>().add(data).cast(), page, libc::PROT_NONE);
             }
             let slot = take_slot(begin.addr(), begin.addr() + data, begin.addr() + data + page, label);
-            (Mapping { begin, bytes: data + page, slot }, first)
+            (GuardedMapping { begin, bytes: data + page, slot }, first)
         }
     }
 
-    impl Drop for Mapping {
+    impl Drop for GuardedMapping {
         fn drop(&mut self) {
             if let Some(slot) = self.slot {
                 SLOTS[slot].end.store(0, Release);
@@ -127,17 +127,17 @@ mod mapped {
     }
 
     fn take_slot(begin: usize, guard: usize, end: usize, label: &str) -> Option<usize> {
-        let free = |slot: &Slot| slot.begin.compare_exchange(0, begin, Release, Acquire).is_ok();
+        let free = |slot: &CopySlot| slot.begin.compare_exchange(0, begin, Release, Acquire).is_ok();
         let index = SLOTS.iter().position(free)?;
         let slot = &SLOTS[index];
         let mut room = slot.label.load(Acquire);
         if room.is_null() {
             // The buffer is never freed: later labels of this slot reuse it, and a signal handler may be reading it.
-            room = Box::into_raw(Box::new([0; LABEL]));
+            room = Box::into_raw(Box::new([0; LABEL_BYTES]));
             slot.label.store(room, Release);
         }
-        let mut bytes = [0; LABEL];
-        let n = label.len().min(LABEL - 1);
+        let mut bytes = [0; LABEL_BYTES];
+        let n = label.len().min(LABEL_BYTES - 1);
         bytes[..n].copy_from_slice(&label.as_bytes()[..n]);
         // SAFETY: `room` points to this slot's own buffer, which is never freed; the slot is not visible to `blame`
         // until `end` is stored.
@@ -148,7 +148,7 @@ mod mapped {
     }
 
     pub fn blame(address: usize) -> Option<(&'static str, &'static [u8])> {
-        let holds = |s: &&Slot| {
+        let holds = |s: &&CopySlot| {
             let begin = s.begin.load(Acquire);
             begin != 0 && begin <= address && address < s.end.load(Acquire)
         };
@@ -156,8 +156,8 @@ mod mapped {
         let room = slot.label.load(Acquire);
         // SAFETY: `room` points to a buffer that is never freed, and its label was written before `end` was stored,
         // which `holds` has read.
-        let label: &'static [u8; LABEL] = unsafe { room.as_ref()? };
-        let n = label.iter().position(|b| *b == 0).unwrap_or(LABEL);
+        let label: &'static [u8; LABEL_BYTES] = unsafe { room.as_ref()? };
+        let n = label.iter().position(|b| *b == 0).unwrap_or(LABEL_BYTES);
         let what = if address < slot.guard.load(Acquire) { "a write to" } else { "an access past the end of" };
         Some((what, &label[..n]))
     }
@@ -168,8 +168,8 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_byte_behind_and_the_bytes_themselves_are_named() {
-        let guarded = Guarded::new(b"abc", "argument `name`");
+    fn faulting_address_is_attributed_to_its_copy() {
+        let guarded = GuardedCopy::new(b"abc", "argument `name`");
         let first = guarded.first().addr();
         assert_eq!(blame(first + 3), Some(("an access past the end of", b"argument `name`".as_slice())));
         assert_eq!(blame(first), Some(("a write to", b"argument `name`".as_slice())));

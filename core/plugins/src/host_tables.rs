@@ -10,7 +10,7 @@ use tatu_plugin_api::abi::*;
 
 use crate::{
     drafts, guard_page,
-    tickets::{Mailbox, Tickets},
+    tickets::{Mailbox, TicketTable},
 };
 
 /// Returns the table of host functions with an id, or null.
@@ -18,21 +18,21 @@ pub type FindTable = fn(&CStr) -> *const c_void;
 
 /// The host tables for plugins, and the interned keys.
 pub struct HostTables {
-    shared: Arc<Shared>,
+    shared: Arc<SharedTables>,
 }
 
 /// The data used by the host's entry function.
-struct Shared {
+struct SharedTables {
     find: FindTable,
-    /// Whether third-party plugins receive truncated tables: see [`HostTables::cut_to_needs`].
-    cut: bool,
+    /// Whether third-party plugins receive truncated tables: see [`HostTables::truncate_to_needs`].
+    truncate: bool,
     keys: Mutex<Interner>,
-    tickets: Tickets,
+    tickets: TicketTable,
 }
 
 /// The plugin that a host pointer was given to.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Holder {
+pub struct HostHolder {
     /// Id of the plugin.
     pub plugin: String,
     /// Whether the plugin comes with the program; such plugins prefix their log lines themselves.
@@ -41,10 +41,10 @@ pub struct Holder {
 
 /// The host object of one plugin. Its address identifies the plugin on any thread. It is never freed, because a thread
 /// of the plugin may hold the pointer until the process ends.
-struct OwnHost {
+struct PluginHost {
     raw: tatu_host,
-    shared: Weak<Shared>,
-    holder: Holder,
+    shared: Weak<SharedTables>,
+    holder: HostHolder,
     /// Tables of which the plugin gets truncated copies, with the sizes of the copies in bytes.
     needs: Vec<(CString, u32)>,
     /// The folder of the plugin's assets, if it exists.
@@ -53,10 +53,10 @@ struct OwnHost {
 
 /// # Safety
 /// `host` must be null or a pointer made by [`HostTables`].
-unsafe fn own(host: *const tatu_host) -> Option<&'static OwnHost> {
-    // SAFETY: `host` is null or was made by `HostTables`, so its `ctx` points to the `OwnHost` that contains it, which
+unsafe fn plugin_host(host: *const tatu_host) -> Option<&'static PluginHost> {
+    // SAFETY: `host` is null or was made by `HostTables`, so its `ctx` points to the `PluginHost` that contains it, which
     // is never freed.
-    unsafe { host.as_ref()?.ctx.cast::<OwnHost>().as_ref() }
+    unsafe { host.as_ref()?.ctx.cast::<PluginHost>().as_ref() }
 }
 
 /// Keys and their numbers. The first numbers are those of the core's properties, in order.
@@ -64,7 +64,7 @@ unsafe fn own(host: *const tatu_host) -> Option<&'static OwnHost> {
 struct Interner {
     numbers: BTreeMap<String, u32>,
     keys: Vec<String>,
-    /// Ids of tables that were requested but do not exist, since the last call of `forget_refused`.
+    /// Ids of tables that were requested but do not exist, since the last call of `clear_refused`.
     refused: Vec<String>,
 }
 
@@ -88,20 +88,25 @@ impl HostTables {
             interner.number(key);
         }
         HostTables {
-            shared: Arc::new(Shared { find, cut: false, keys: Mutex::new(interner), tickets: Tickets::default() }),
+            shared: Arc::new(SharedTables {
+                find,
+                truncate: false,
+                keys: Mutex::new(interner),
+                tickets: TicketTable::default(),
+            }),
         }
     }
     /// Passes truncated copies of tables to all plugins that are loaded from now on and do not come with the program.
     /// Each copy has the size that the plugin's `needs` state, and a read past its end crashes the process. Meant for
     /// validators.
-    pub fn cut_to_needs(&mut self) {
+    pub fn truncate_to_needs(&mut self) {
         if let Some(shared) = Arc::get_mut(&mut self.shared) {
-            shared.cut = true;
+            shared.truncate = true;
         }
     }
     /// Creates the host object for a plugin. `needs` contains the ids of tables and the number of bytes that the plugin
     /// requires of each; `assets` is the folder of the plugin's assets.
-    pub(crate) fn own(
+    pub(crate) fn create_plugin_host(
         &self,
         plugin: &str,
         of_program: bool,
@@ -115,9 +120,10 @@ impl HostTables {
             service: Some(service),
             assets: std::ptr::null(),
         };
-        let holder = Holder { plugin: plugin.to_owned(), of_program };
-        let needs = if self.shared.cut && !of_program { needs } else { Vec::new() };
-        let new = Box::into_raw(Box::new(OwnHost { raw, shared: Arc::downgrade(&self.shared), holder, needs, assets }));
+        let holder = HostHolder { plugin: plugin.to_owned(), of_program };
+        let needs = if self.shared.truncate && !of_program { needs } else { Vec::new() };
+        let new =
+            Box::into_raw(Box::new(PluginHost { raw, shared: Arc::downgrade(&self.shared), holder, needs, assets }));
         // SAFETY: `new` was just allocated and is never freed.
         unsafe {
             (*new).raw.ctx = new.cast();
@@ -130,12 +136,12 @@ impl HostTables {
         CString::new(id).map_or(std::ptr::null(), |id| (self.shared.find)(&id))
     }
     /// Clears the list of requests for unknown tables.
-    pub(crate) fn forget_refused(&self) {
+    pub(crate) fn clear_refused(&self) {
         if let Ok(mut k) = self.shared.keys.lock() {
             k.refused.clear();
         }
     }
-    /// Describes the tables in other drafts that were requested since the last call of `forget_refused`.
+    /// Describes the tables in other drafts that were requested since the last call of `clear_refused`.
     pub(crate) fn refused_drafts(&self) -> Vec<String> {
         let Ok(keys) = self.shared.keys.lock() else { return Vec::new() };
         keys.refused.iter().filter_map(|id| drafts::other_draft(id)).collect()
@@ -155,7 +161,7 @@ impl HostTables {
     /// `host` must be null or a pointer made by [`HostTables`].
     pub unsafe fn number_at(host: *const tatu_host, key: &str) -> Option<u32> {
         // SAFETY: the caller guarantees that `host` is null or was made by `HostTables`, which never frees it.
-        Some(unsafe { own(host) }?.shared.upgrade()?.number(key))
+        Some(unsafe { plugin_host(host) }?.shared.upgrade()?.number(key))
     }
     /// Issues a ticket for a result that a world waits for under the number `wait`. With the ticket, any thread can
     /// deliver this result, once.
@@ -168,20 +174,20 @@ impl HostTables {
     /// As for [`number_at`](Self::number_at).
     pub unsafe fn deliver_at(host: *const tatu_host, ticket: u64, result: &[u8]) -> bool {
         // SAFETY: the caller guarantees that `host` is null or was made by `HostTables`, which never frees it.
-        let shared = unsafe { own(host) }.and_then(|own| own.shared.upgrade());
+        let shared = unsafe { plugin_host(host) }.and_then(|own| own.shared.upgrade());
         shared.is_some_and(|shared| shared.tickets.deliver(ticket, result))
     }
     /// Returns the plugin that a host pointer was given to, or `None` if the pointer is null.
     ///
     /// # Safety
     /// As for [`number_at`](Self::number_at).
-    pub unsafe fn holder_at(host: *const tatu_host) -> Option<&'static Holder> {
+    pub unsafe fn holder_at(host: *const tatu_host) -> Option<&'static HostHolder> {
         // SAFETY: the caller guarantees that `host` is null or was made by `HostTables`, which never frees it.
-        Some(&unsafe { own(host) }?.holder)
+        Some(&unsafe { plugin_host(host) }?.holder)
     }
 }
 
-impl Shared {
+impl SharedTables {
     fn number(&self, key: &str) -> u32 {
         self.keys.lock().map_or(0, |mut k| k.number(key))
     }
@@ -189,7 +195,7 @@ impl Shared {
 
 unsafe extern "C" fn service(host: *const tatu_host, id: *const c_char) -> *const c_void {
     // SAFETY: the header requires `host` to be the pointer that the plugin was given, which is never freed.
-    let Some(own) = (unsafe { own(host) }).filter(|_| !id.is_null()) else { return std::ptr::null() };
+    let Some(own) = (unsafe { plugin_host(host) }).filter(|_| !id.is_null()) else { return std::ptr::null() };
     let Some(shared) = own.shared.upgrade() else { return std::ptr::null() };
     // SAFETY: `id` is not null, and the header requires it to be a NUL-terminated string that is valid during the call.
     let id = unsafe { CStr::from_ptr(id) };
@@ -202,7 +208,7 @@ unsafe extern "C" fn service(host: *const tatu_host, id: *const c_char) -> *cons
     }
     match own.needs.iter().find(|(need, bytes)| need.as_c_str() == id && *bytes > 0) {
         // SAFETY: `found` points to one of the host's own tables, which are never freed and begin with their size.
-        Some((_, bytes)) if !found.is_null() => unsafe { cut(found, *bytes, id) },
+        Some((_, bytes)) if !found.is_null() => unsafe { truncated_copy(found, *bytes, id) },
         _ => found,
     }
 }
@@ -211,7 +217,7 @@ unsafe extern "C" fn service(host: *const tatu_host, id: *const c_char) -> *cons
 ///
 /// # Safety
 /// `table` must point to one of the host's own tables, which begin with their size.
-unsafe fn cut(table: *const c_void, bytes: u32, id: &CStr) -> *const c_void {
+unsafe fn truncated_copy(table: *const c_void, bytes: u32, id: &CStr) -> *const c_void {
     // SAFETY: the caller guarantees that `table` points to a table that begins with its size.
     let size = unsafe { *table.cast::<u32>() };
     // Rounding down prevents the table from ending within a pointer.
@@ -219,5 +225,8 @@ unsafe fn cut(table: *const c_void, bytes: u32, id: &CStr) -> *const c_void {
     // SAFETY: `bytes` is at most the size of the table, which is never freed.
     let mut copy = unsafe { std::slice::from_raw_parts(table.cast::<u8>(), bytes as usize) }.to_vec();
     copy.splice(..4.min(copy.len()), bytes.to_ne_bytes());
-    guard_page::before_guard(&copy, &format!("the {bytes} bytes of `{}` that `needs` states", id.to_string_lossy()))
+    guard_page::leak_before_guard(
+        &copy,
+        &format!("the {bytes} bytes of `{}` that `needs` states", id.to_string_lossy()),
+    )
 }

@@ -18,17 +18,17 @@ pub trait Inspector: Send + Sync {
         run(frame)
     }
     /// Called if a command failed with this status, and neither it nor a service that it called gave a reason.
-    fn gave_no_reason(&self, command: &CommandEntry, status: tatu_status) {
+    fn failed_without_reason(&self, command: &CommandEntry, status: tatu_status) {
         let _ = (command, status);
     }
-    /// Called after a sensor has filled this table in its `beams` function, whose stack frame was directly below the
+    /// Called after a sensor has filled this table in its `after_beams` function, whose stack frame was directly below the
     /// table.
-    fn beams(&self, kind: &SensorKind, beams: &tatu_beams) {
+    fn after_beams(&self, kind: &SensorKind, beams: &tatu_beams) {
         let _ = (kind, beams);
     }
     /// Called before the function `load` of an instance is passed these bytes, which `save` wrote, and their version.
     /// `plugin` is the index of the plugin in the registry.
-    fn loads(&self, plugin: usize, bytes: &mut Vec<u8>, version: &mut u32) {
+    fn before_load(&self, plugin: usize, bytes: &mut Vec<u8>, version: &mut u32) {
         let _ = (plugin, bytes, version);
     }
 }

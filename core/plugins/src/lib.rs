@@ -5,12 +5,12 @@
 //! - [`Registry`]: everything that the loaded plugins offer, by id;
 //! - `tickets`: delivery of results by plugins' own threads;
 //! - [`HostTables`]: the host's functions, which plugins request by id, and interned keys;
-//! - [`setup_turn`]: ensures that only one thread at a time starts plugins and creates instances;
+//! - [`lock_setup`]: ensures that only one thread at a time starts plugins and creates instances;
 //! - [`thread_grant`]: use of instances on several threads;
 //! - [`guard`]: floating-point mode, locale and other state that plugins must not change;
-//! - [`guarded`], [`state_block`]: memory that plugins write to;
+//! - [`guarded_array`], [`state_block`]: memory that plugins write to;
 //! - [`watchdog`]: records which plugin call is running, and for how long;
-//! - `declared`: declarations (parameters, commands) as Rust types; `checks`: detects faulty ones; `names`: checks of
+//! - `parameter_spec`: declarations (parameters, commands) as Rust types; `checks`: detects faulty ones; `names`: checks of
 //!   names and their name spaces;
 //! - [`texts`]: texts of plugins, prepared for display;
 //! - [`schemas`]: the meaning of readings; [`events`]: the host's own events; [`units`]: units in keys;
@@ -21,21 +21,21 @@
 
 pub mod border;
 mod checks;
-mod declared;
 mod drafts;
 mod elf;
 pub mod events;
 pub mod guard;
 pub mod guard_page;
-pub mod guarded;
+pub mod guarded_array;
 mod host_tables;
 mod inspect;
 mod load;
 mod names;
+mod parameter_spec;
 mod registry;
 pub mod schemas;
 mod search;
-mod setup_turn;
+mod setup_lock;
 pub mod state_block;
 pub mod tables;
 pub mod texts;
@@ -45,16 +45,16 @@ pub mod units;
 pub mod watchdog;
 
 pub use checks::parameters as parameter_flaws;
-pub use declared::{Declared, check_value, describe};
-pub use elf::{Unfit, check as check_library};
-pub use host_tables::{Holder, HostTables};
+pub use elf::{LibraryFlaw, check as check_library};
+pub use host_tables::{HostHolder, HostTables};
 pub use inspect::Inspector;
 pub use load::assets_folder;
+pub use parameter_spec::{ParameterSpec, check_value, describe_value};
 pub use registry::{
-    ActuatorKind, Choice, CommandEntry, Constant, DeviceKind, FieldInfo, Found, Importer, KindMark, Language,
-    MODEL_FILE, MOST_ELEMENTS, Model, ModelNumber, NameEntry, Plugin, Prelude, PresetInfo, Registry, SensorKind,
-    ServiceKind, Slot, Status,
+    ActuatorKind, AttachmentSlot, CommandEntry, CommandName, CommandStatus, DeviceKind, FieldSpec, FoundModel,
+    Importer, ImporterChoice, MAX_ELEMENTS, MODEL_FILE, Model, ModelNumber, Plugin, Prelude, PresetSpec, Registry,
+    ScriptConstant, ScriptKindMark, ScriptLanguage, SensorKind, ServiceKind,
 };
-pub use search::{Copies, Search, Source};
-pub use setup_turn::setup_turn;
-pub use tickets::{MOST_BYTES as MOST_RESULT_BYTES, Mailbox};
+pub use search::{CopyFolder, FolderOrigin, SearchPath};
+pub use setup_lock::lock_setup;
+pub use tickets::{MAX_RESULT_BYTES, Mailbox};

@@ -11,16 +11,16 @@ use tatu_errors::{Error, Result};
 use tatu_plugin_api::abi::*;
 
 use super::{
-    Search, drafts,
+    SearchPath, drafts,
     guard::{self, ProcessState},
     tables, texts,
-    watchdog::{Call, Watch},
+    watchdog::{CallWatch, PluginCall},
 };
-use crate::{HostTables, border::answer};
+use crate::{HostTables, border::check_status};
 
 /// Remarks on plugins that are loaded nevertheless.
 #[derive(Default)]
-pub struct Remarks {
+pub struct LoadRemarks {
     /// Problems that make a part of a plugin unusable or need attention.
     pub warnings: Vec<Error>,
     /// Notes that require no action.
@@ -50,12 +50,13 @@ fn undefined_symbol(reason: &str) -> Option<&str> {
 }
 
 /// The hint for a plugin that needs a newer host.
-const UPDATE: &str = "update this program (`tatu --version`), or use a version of the plugin that was built for it";
-const REBUILD: &str = "rebuild it against this release's plugin-api";
+const UPDATE_HELP: &str =
+    "update this program (`tatu --version`), or use a version of the plugin that was built for it";
+const REBUILD_HELP: &str = "rebuild it against this release's plugin-api";
 
 /// A loaded and started plugin. It is never unloaded, because threads and thread-locals of the library may still be
 /// alive.
-pub struct Loaded {
+pub struct LoadedPlugin {
     /// Id of the plugin, such as `org.example.gripper`.
     pub id: String,
     /// Name of the plugin for display; may be empty.
@@ -74,46 +75,46 @@ pub struct Loaded {
     /// The host tables that the plugin holds pointers to.
     _host: Arc<HostTables>,
     /// The watch that records the call of the plugin's shutdown function.
-    watch: Arc<Watch>,
+    watch: Arc<CallWatch>,
 }
 
 // SAFETY: the tables do not change after loading, and functions are called only on the threads that the header permits.
-unsafe impl Send for Loaded {}
+unsafe impl Send for LoadedPlugin {}
 // SAFETY: the tables do not change after loading, and functions are called only on the threads that the header permits.
-unsafe impl Sync for Loaded {}
+unsafe impl Sync for LoadedPlugin {}
 
-impl Loaded {
+impl LoadedPlugin {
     /// Opens and starts a plugin. Faults that do not prevent its use are added to `remarks`.
     ///
     /// If `search` has a folder for copies, the library is opened as a copy of the file; messages name the original.
     pub fn open(
         path: &Path,
-        search: &Search,
+        search: &SearchPath,
         host: &Arc<HostTables>,
-        watch: &Arc<Watch>,
-        remarks: &mut Remarks,
+        watch: &Arc<CallWatch>,
+        remarks: &mut LoadRemarks,
     ) -> Result<Self> {
         let home = ProcessState::now();
-        watch.subject(&path.display().to_string());
+        watch.replace_subject(&path.display().to_string());
         // The index is out of range, because the plugin has no index yet.
-        let outside = watch.enter(Call::Load, usize::MAX, 0);
+        let outside = watch.enter(PluginCall::Load, usize::MAX, 0);
         let opened = Self::open_watched(path, search, host, watch, remarks);
         guard::end_if_child();
         watch.leave(outside);
-        watch.subject("");
+        watch.replace_subject("");
         if let Some(what) = home.restore() {
             let text = format!("the plugin {} changes {what} when it is loaded or started", path.display());
-            remarks.warnings.push(Error::new("E321", text).help(guard::HELP));
+            remarks.warnings.push(Error::new("E321", text).help(guard::RESTORED_HELP));
         }
         opened
     }
 
     fn open_watched(
         path: &Path,
-        search: &Search,
+        search: &SearchPath,
         host: &Arc<HostTables>,
-        watch: &Arc<Watch>,
-        remarks: &mut Remarks,
+        watch: &Arc<CallWatch>,
+        remarks: &mut LoadRemarks,
     ) -> Result<Self> {
         let fail = |text: String, help: &str| {
             Error::new("E301", format!("cannot load the plugin {}: {text}", path.display())).help(help)
@@ -175,40 +176,40 @@ impl Loaded {
                 "give `tatu_plugin.id` a name such as \"org.example.gripper\"",
             ));
         }
-        watch.subject(&format!("{id} ({})", path.display()));
-        let own = host.own(&id, search.is_of_program(path), needs_of(&raw), assets_of(path));
+        watch.replace_subject(&format!("{id} ({})", path.display()));
+        let own = host.create_plugin_host(&id, search.is_of_program(path), needs_of(&raw), assets_of(path));
         Self::check_needs(&raw, host, path, remarks).map_err(|unmet| {
-            let help = if unmet.newer_host { UPDATE } else { REBUILD };
+            let help = if unmet.newer_host { UPDATE_HELP } else { REBUILD_HELP };
             fail(unmet.sentence(), help)
         })?;
         let mut me = std::ptr::null_mut();
         let mut error = crate::border::ErrorSlot::new();
-        host.forget_refused();
+        host.clear_refused();
         if let Some(init) = raw.init {
-            watch.enter(Call::Init, usize::MAX, 0);
+            watch.enter(PluginCall::Init, usize::MAX, 0);
             // SAFETY: `init` belongs to the library, which is never unloaded; `own` is never freed, and the tables live
             // as long as `_host`. `me` and the error object live until the call has returned.
-            let status = unsafe { answer(init(own, &mut me, error.raw()), false, error.raw()) };
-            watch.enter(Call::Extension, usize::MAX, 0);
+            let status = unsafe { check_status(init(own, &mut me, error.raw()), false, error.raw()) };
+            watch.enter(PluginCall::Extension, usize::MAX, 0);
             if status < 0 {
                 let said = error.text();
                 return Err(match host.refused_drafts().as_slice() {
                     [] => fail(
-                        format!("its start ({} of `{id}`) failed: {said}", Call::Init.text()),
+                        format!("its start ({} of `{id}`) failed: {said}", PluginCall::Init.text()),
                         "follow the message, or ask the author of the plugin; `tatu list plugins` tries it again",
                     ),
                     asked => fail(
                         format!(
                             "its start ({} of `{id}`) failed: {said}; it is {}",
-                            Call::Init.text(),
+                            PluginCall::Init.text(),
                             asked.join("; ")
                         ),
-                        REBUILD,
+                        REBUILD_HELP,
                     ),
                 });
             }
         }
-        let loaded = Loaded {
+        let loaded = LoadedPlugin {
             id,
             name: text(raw.name).unwrap_or_default(),
             version: text(raw.version).unwrap_or_default(),
@@ -220,11 +221,12 @@ impl Loaded {
             _host: host.clone(),
             watch: watch.clone(),
         };
-        loaded.check_layouts().map_err(|text| fail(text, REBUILD))?;
-        let (others, heard) = guard::capture_errors(|| drafts::offered(|id| !loaded.extension::<u8>(id).is_null()));
+        loaded.check_layouts().map_err(|text| fail(text, REBUILD_HELP))?;
+        let (others, heard) =
+            guard::capture_errors(|| drafts::other_drafts(|id| !loaded.extension::<u8>(id).is_null()));
         if let Some(said) = heard.first() {
             return Err(fail(
-                format!("{} of `{}` {said}", Call::Extension.text(), loaded.id),
+                format!("{} of `{}` {said}", PluginCall::Extension.text(), loaded.id),
                 "ask the author of the plugin",
             ));
         }
@@ -235,23 +237,28 @@ impl Loaded {
         }
         for other in others {
             let text = format!("the plugin {} is {other}: that part of it is not used", path.display());
-            remarks.warnings.push(Error::new("E320", text).help(REBUILD));
+            remarks.warnings.push(Error::new("E320", text).help(REBUILD_HELP));
         }
         Ok(loaded)
     }
 
-    fn check_needs(raw: &tatu_plugin_t, host: &HostTables, path: &Path, remarks: &mut Remarks) -> Result<(), Unmet> {
+    fn check_needs(
+        raw: &tatu_plugin_t,
+        host: &HostTables,
+        path: &Path,
+        remarks: &mut LoadRemarks,
+    ) -> Result<(), UnmetNeed> {
         // SAFETY: the contract requires `needs` to be null or a null-terminated list of tables; it belongs to the
         // library, which is never unloaded.
         for (_, need) in unsafe { tables::list(raw.needs) } {
             // SAFETY: the contract requires `id` to be null or NUL-terminated; it belongs to the library, which is
             // never unloaded.
             let id = unsafe { tables::text(need.id) };
-            let Some(unmet) = unmet(id.as_deref(), &need, host) else { continue };
+            let Some(unmet) = find_unmet(id.as_deref(), &need, host) else { continue };
             if need.optional == 0 {
                 return Err(unmet);
             }
-            let Unmet { what, why, .. } = unmet;
+            let UnmetNeed { what, why, .. } = unmet;
             remarks.notes.push(format!("the plugin {} can use {what}, {why}; it runs without it", path.display()));
         }
         Ok(())
@@ -302,63 +309,63 @@ fn needs_of(raw: &tatu_plugin_t) -> Vec<(CString, u32)> {
 }
 
 /// A need that this host does not meet, and why.
-struct Unmet {
+struct UnmetNeed {
     what: String,
     why: String,
     /// Whether a newer version of the program might meet the need.
     newer_host: bool,
 }
 
-impl Unmet {
+impl UnmetNeed {
     fn sentence(&self) -> String {
         format!("it needs {}, {}", self.what, self.why)
     }
 }
 
-fn unmet(id: Option<&str>, need: &tatu_need, host: &HostTables) -> Option<Unmet> {
+fn find_unmet(id: Option<&str>, need: &tatu_need, host: &HostTables) -> Option<UnmetNeed> {
     if need.minor > u32::from(TATU_ABI_MINOR) {
         let what = format!("minor version {} of the ABI", need.minor);
         let why = format!("but this host has {TATU_ABI_MINOR}: it is older than the plugin");
-        return Some(Unmet { what, why, newer_host: true });
+        return Some(UnmetNeed { what, why, newer_host: true });
     }
     let id = id?;
     let table = host.find(id);
     if table.is_null() {
         let why = drafts::other_draft(id).unwrap_or_else(|| "which this host does not offer".into());
-        return Some(Unmet { what: format!("`{id}`"), why, newer_host: false });
+        return Some(UnmetNeed { what: format!("`{id}`"), why, newer_host: false });
     }
     // SAFETY: `table` points to one of the host's own tables, which are never freed and begin with their size.
     let size = unsafe { *table.cast::<u32>() };
-    (need.bytes > size).then(|| Unmet {
+    (need.bytes > size).then(|| UnmetNeed {
         what: format!("{} bytes of `{id}`", need.bytes),
         why: format!("but this host has {size}: it is older than the plugin"),
         newer_host: true,
     })
 }
 
-impl Loaded {
+impl LoadedPlugin {
     /// Shuts the plugin down, at most once, and returns the errors. All instances have already been destroyed, because
     /// worlds own the registry, which owns the plugin.
-    pub fn end(&mut self) -> Vec<Error> {
+    pub fn shut_down(&mut self) -> Vec<Error> {
         let Some(shutdown) = self.raw.shutdown.take() else { return Vec::new() };
         let home = ProcessState::now();
         // SAFETY: `shutdown` belongs to the library, which is never unloaded, and `self.me` is its own pointer. It is
         // called only once, because it was removed from the table.
         let run = || unsafe { shutdown(self.me) };
-        self.watch.subject(&format!("{} ({})", self.id, self.path.display()));
-        let before = self.watch.enter(Call::Shutdown, usize::MAX, 0);
+        self.watch.replace_subject(&format!("{} ({})", self.id, self.path.display()));
+        let before = self.watch.enter(PluginCall::Shutdown, usize::MAX, 0);
         let ((), heard) = guard::capture_errors(run);
         self.watch.leave(before);
-        self.watch.subject("");
+        self.watch.replace_subject("");
         let changed = home.restore().map(|what| format!("changed {what}"));
         let told = heard.into_iter().chain(changed);
         let whose = format!("the plugin `{}` ({})", self.id, self.path.display());
-        told.map(|text| Error::new("E323", format!("{whose} {text} in {}", Call::Shutdown.text()))).collect()
+        told.map(|text| Error::new("E323", format!("{whose} {text} in {}", PluginCall::Shutdown.text()))).collect()
     }
 }
 
-impl Drop for Loaded {
+impl Drop for LoadedPlugin {
     fn drop(&mut self) {
-        self.end();
+        self.shut_down();
     }
 }

@@ -10,9 +10,9 @@ use super::{
 };
 
 /// Maximum number of names of a command, because the numbers of the command and of its name share one word.
-pub(super) const MOST_NAMES: usize = 255;
+pub(super) const MAX_NAMES: usize = 255;
 
-const SPACE: &str = "give it a separate name space, such as `mine.name`";
+const NAME_SPACE_HELP: &str = "give it a separate name space, such as `mine.name`";
 
 impl Registry {
     /// Returns the index of the plugin that owns a command or constant, `usize::MAX` for the command whose names are
@@ -24,7 +24,7 @@ impl Registry {
     }
 
     /// Returns the names of commands, then those of constants, that begin with a prefix.
-    fn below<'a>(&'a self, prefix: &'a str) -> impl Iterator<Item = &'a str> {
+    fn names_with_prefix<'a>(&'a self, prefix: &'a str) -> impl Iterator<Item = &'a str> {
         let names = self.names.range(prefix.to_owned()..).map(|(n, _)| n.as_str());
         let constants = self.constants.range(prefix.to_owned()..).map(|(n, _)| n.as_str());
         let here = move |n: &&str| n.starts_with(prefix);
@@ -32,7 +32,7 @@ impl Registry {
     }
 
     /// Returns why a command cannot have this name, and a hint.
-    pub(super) fn unusable(&self, plugin: usize, name: &str) -> Option<(String, &'static str)> {
+    pub(super) fn command_name_flaw(&self, plugin: usize, name: &str) -> Option<(String, &'static str)> {
         if let Some(flaw) = flaw(name) {
             return Some((format!("its command `{name}` has an invalid name: it {flaw}"), HELP));
         }
@@ -42,34 +42,34 @@ impl Registry {
                     format!("it offers the command `{name}` twice; the first one is used"),
                     "give each a different name",
                 ),
-                Some(other) => (format!("its command `{name}` is already offered by `{}`", other.id), SPACE),
+                Some(other) => (format!("its command `{name}` is already offered by `{}`", other.id), NAME_SPACE_HELP),
             });
         }
-        self.hides(plugin, name).map(|why| (format!("its command `{name}` {why}"), SPACE))
+        self.name_conflict(plugin, name).map(|why| (format!("its command `{name}` {why}"), NAME_SPACE_HELP))
     }
 
     /// Returns why a constant cannot have this name, and a hint. Duplicate names within a plugin are permitted.
-    pub(super) fn unusable_constant(&self, plugin: usize, name: &str) -> Option<(String, &'static str)> {
+    pub(super) fn constant_name_flaw(&self, plugin: usize, name: &str) -> Option<(String, &'static str)> {
         if let Some(flaw) = flaw(name) {
             return Some((format!("its constant `{name}` has an invalid name: it {flaw}"), HELP));
         }
         if let Some(owner) = self.owner(name) {
             let other = &self.plugins.get(owner).filter(|_| owner != plugin)?.id;
-            return Some((format!("its constant `{name}` is already offered by `{other}`"), SPACE));
+            return Some((format!("its constant `{name}` is already offered by `{other}`"), NAME_SPACE_HELP));
         }
-        self.hides(plugin, name).map(|why| (format!("its constant `{name}` {why}"), SPACE))
+        self.name_conflict(plugin, name).map(|why| (format!("its constant `{name}` {why}"), NAME_SPACE_HELP))
     }
 
     /// Returns why a name conflicts with the existing ones, if it does. For example, `reg` and `reg.b` cannot both
     /// exist, because `reg` would be both a value and a name space.
-    fn hides(&self, plugin: usize, name: &str) -> Option<String> {
+    fn name_conflict(&self, plugin: usize, name: &str) -> Option<String> {
         let of = |other: &str| match self.owner(other) {
             Some(owner) if owner != plugin && owner < self.plugins.len() => {
                 format!("`{other}` of `{}`", self.plugins[owner].id)
             }
             _ => format!("`{other}` of the same plugin"),
         };
-        if let Some(other) = self.below(&format!("{name}.")).next() {
+        if let Some(other) = self.names_with_prefix(&format!("{name}.")).next() {
             return Some(format!("is also the name space of {}, which it would hide", of(other)));
         }
         let mut above = name.match_indices('.').map(|(at, _)| &name[..at]);
@@ -79,7 +79,7 @@ impl Registry {
 
     /// Reports, once per name space, that a plugin which does not come with the program adds names to another plugin's
     /// name space. This may be intended.
-    pub(super) fn tell_foreign_names(&mut self, plugin: usize) {
+    pub(super) fn report_foreign_names(&mut self, plugin: usize) {
         if self.is_of_program(plugin) {
             return;
         }
@@ -92,7 +92,7 @@ impl Registry {
                 continue;
             }
             let prefix = format!("{space}.");
-            let other = self.below(&prefix).filter_map(|n| self.owner(n)).find(|owner| *owner != plugin);
+            let other = self.names_with_prefix(&prefix).filter_map(|n| self.owner(n)).find(|owner| *owner != plugin);
             if let Some(other) = other {
                 found.insert(space, (vec![name], other));
             }
@@ -123,7 +123,7 @@ mod tests {
     use super::flaw;
 
     #[test]
-    fn names_hold_what_can_be_seen() {
+    fn names_with_invisible_characters_are_refused() {
         for good in ["mine.getObject", "smell/1", "a-b", "größe", "_"] {
             assert_eq!(flaw(good), None, "{good}");
         }

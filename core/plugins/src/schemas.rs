@@ -44,7 +44,7 @@ pub struct Schema {
 }
 
 /// Element types, by the names used in files and messages.
-const ELEMS: &[(&str, u32)] = &[
+const ELEMENT_TYPES: &[(&str, u32)] = &[
     ("f64", TATU_ELEM_F64),
     ("f32", TATU_ELEM_F32),
     ("i32", TATU_ELEM_I32),
@@ -55,13 +55,13 @@ const ELEMS: &[(&str, u32)] = &[
 
 /// Returns the name of an element type.
 pub fn elem_name(elem: u32) -> &'static str {
-    ELEMS.iter().find(|(_, e)| *e == elem).map_or("an unknown element", |(n, _)| n)
+    ELEMENT_TYPES.iter().find(|(_, e)| *e == elem).map_or("an unknown element", |(n, _)| n)
 }
 
 /// Returns all schemas of the project.
-pub fn known() -> &'static [Schema] {
-    static ALL: LazyLock<Vec<Schema>> = LazyLock::new(|| FILES.iter().filter_map(|f| parse(f)).collect());
-    &ALL
+pub fn all_schemas() -> &'static [Schema] {
+    static SCHEMAS: LazyLock<Vec<Schema>> = LazyLock::new(|| FILES.iter().filter_map(|f| parse(f)).collect());
+    &SCHEMAS
 }
 
 fn parse(text: &str) -> Option<Schema> {
@@ -72,7 +72,7 @@ fn parse(text: &str) -> Option<Schema> {
         let shape = t.get("shape").and_then(Item::as_array)?;
         Some(SchemaField {
             name: of(t, "name")?,
-            elem: of(t, "elem").and_then(|e| ELEMS.iter().find(|(n, _)| *n == e)).map(|(_, e)| *e)?,
+            elem: of(t, "elem").and_then(|e| ELEMENT_TYPES.iter().find(|(n, _)| *n == e)).map(|(_, e)| *e)?,
             shape: shape.iter().map(|n| n.as_integer().unwrap_or(0) as u32).collect(),
             unit: of(t, "unit"),
             text: of(t, "text")?,
@@ -90,9 +90,9 @@ fn parse(text: &str) -> Option<Schema> {
 }
 
 /// Returns one message for each difference between a sensor and the schemas that it claims.
-pub(super) fn lacks(kind: &SensorKind) -> Vec<String> {
+pub(super) fn schema_differences(kind: &SensorKind) -> Vec<String> {
     let mut out = Vec::new();
-    for schema in known().iter().filter(|s| kind.schemas.contains(&s.id)) {
+    for schema in all_schemas().iter().filter(|s| kind.schemas.contains(&s.id)) {
         for wanted in &schema.fields {
             let claims = format!("claims the schema `{}`", schema.id);
             let Some(found) = kind.fields.iter().find(|f| f.name == wanted.name) else {
@@ -131,16 +131,16 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_file_is_read() {
+    fn every_schema_file_is_parsed() {
         let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../plugin-api/schemas");
         let files = std::fs::read_dir(folder).unwrap().count();
-        assert_eq!(known().len(), files, "a schema file is not read, or not listed here");
+        assert_eq!(all_schemas().len(), files, "a schema file is not read, or not listed here");
         // Names and shapes, including those determined by sensors, are read as written.
-        assert!(known().iter().all(|s| s.id.contains('/') && !s.fields.is_empty()));
-        assert!(known().iter().flat_map(|s| &s.fields).any(|f| f.shape == [3]));
-        assert!(known().iter().flat_map(|s| &s.fields).any(|f| f.shape == [0]));
+        assert!(all_schemas().iter().all(|s| s.id.contains('/') && !s.fields.is_empty()));
+        assert!(all_schemas().iter().flat_map(|s| &s.fields).any(|f| f.shape == [3]));
+        assert!(all_schemas().iter().flat_map(|s| &s.fields).any(|f| f.shape == [0]));
         // A field that marks others belongs to the same schema.
-        for s in known() {
+        for s in all_schemas() {
             let told = s.fields.iter().filter_map(|f| f.valid.as_ref());
             assert!(told.into_iter().all(|v| s.fields.iter().any(|f| f.name == *v)), "{}", s.id);
         }

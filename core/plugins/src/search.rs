@@ -15,7 +15,7 @@ use tempfile::TempDir;
 
 /// The origin of a folder on the search path.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Source {
+pub enum FolderOrigin {
     /// Listed in the environment variable `TATU_PLUGIN_PATH`.
     Environment,
     /// Next to the program: `plugins`, or `../lib/tatu/plugins`.
@@ -36,15 +36,15 @@ fn stem(name: &str) -> Option<&str> {
 
 /// The search path. If several plugins have the same id, the one that is found first is used.
 #[derive(Debug, Clone, Default)]
-pub struct Search {
+pub struct SearchPath {
     /// Folders, in search order.
-    pub folders: Vec<(PathBuf, Source)>,
+    pub folders: Vec<(PathBuf, FolderOrigin)>,
     /// Libraries that are opened before those in the folders, whatever their names.
     pub files: Vec<PathBuf>,
-    /// Names of libraries (without prefix and suffix) that may be opened from `Source::Built` folders.
+    /// Names of libraries (without prefix and suffix) that may be opened from `FolderOrigin::Built` folders.
     pub built: Vec<String>,
     /// If set, libraries are opened as copies in this folder, which allows their files to be overwritten while in use.
-    pub copies: Option<Arc<Copies>>,
+    pub copies: Option<Arc<CopyFolder>>,
     /// The only file that is opened, whatever its name and folder; used to test a single plugin.
     pub only: Option<PathBuf>,
     /// Folders that are searched for models by name, in order.
@@ -55,7 +55,7 @@ pub struct Search {
 
 /// A temporary folder for copies of libraries, deleted on drop.
 #[derive(Debug)]
-pub struct Copies {
+pub struct CopyFolder {
     folder: TempDir,
     made: AtomicUsize,
     /// Locked as long as this process lives, however it ends.
@@ -66,7 +66,7 @@ pub struct Copies {
 const FOLDER_PREFIX: &str = "tatu-plugins-";
 const LOCK_NAME: &str = "lock";
 
-impl Copies {
+impl CopyFolder {
     /// Creates an empty temporary folder, and removes those of processes that were killed: they take 250 MB each.
     pub fn new() -> Result<Self> {
         remove_abandoned(&std::env::temp_dir());
@@ -83,7 +83,7 @@ impl Copies {
             let text = format!("cannot create a folder for copies of plugins: {e}");
             Error::new("E105", text).help("set TMPDIR to a folder that can be written")
         })?;
-        Ok(Copies { folder, made: AtomicUsize::new(0), _lock: lock })
+        Ok(CopyFolder { folder, made: AtomicUsize::new(0), _lock: lock })
     }
 
     /// Copies a file to a unique name. The name must be unique because the loader would return the first library again
@@ -96,20 +96,25 @@ impl Copies {
     }
 }
 
-/// Removes the folders with copies whose lock nobody holds. Those of other users, and whatever cannot be removed, stay.
+/// Removes the folders with copies whose lock is free. Those of other users, and whatever cannot be removed, stay.
 fn remove_abandoned(parent: &Path) {
     for entry in std::fs::read_dir(parent).into_iter().flatten().flatten() {
         if !entry.file_name().to_string_lossy().starts_with(FOLDER_PREFIX) {
             continue;
         }
-        let lock = File::options().write(true).open(entry.path().join(LOCK_NAME));
+        let mut options = File::options();
+        options.write(true);
+        // A pipe of this name, which anybody can create in a folder for temporary files, must not block.
+        #[cfg(unix)]
+        std::os::unix::fs::OpenOptionsExt::custom_flags(&mut options, libc::O_NONBLOCK | libc::O_NOFOLLOW);
+        let lock = options.open(entry.path().join(LOCK_NAME));
         if lock.is_ok_and(|lock| lock.try_lock().is_ok()) {
             let _ = std::fs::remove_dir_all(entry.path());
         }
     }
 }
 
-impl Search {
+impl SearchPath {
     /// Returns the usual search path of a program: the folders of the environment variable, then those around `exe`;
     /// models are searched only around `exe`.
     pub fn standard(exe: Option<&Path>, environment: Option<&std::ffi::OsStr>, built: &[&str]) -> Self {
@@ -117,28 +122,28 @@ impl Search {
             .map(|path| std::env::split_paths(path).filter(|p| !p.as_os_str().is_empty()).collect::<Vec<_>>())
             .unwrap_or_default()
             .into_iter()
-            .map(|p| (p, Source::Environment))
+            .map(|p| (p, FolderOrigin::Environment))
             .collect();
         if let Some(dir) = exe.and_then(Path::parent) {
-            folders.push((dir.join("plugins"), Source::Installed));
-            folders.push((dir.join("deps"), Source::Built));
+            folders.push((dir.join("plugins"), FolderOrigin::Installed));
+            folders.push((dir.join("deps"), FolderOrigin::Built));
             if let Some(up) = dir.parent() {
-                folders.push((up.join("lib/tatu/plugins"), Source::Installed));
+                folders.push((up.join("lib/tatu/plugins"), FolderOrigin::Installed));
             }
         }
         let models = exe.map(|exe| folders_beside(exe, "models")).unwrap_or_default();
-        Search { folders, built: built.iter().map(|s| (*s).to_owned()).collect(), models, ..Search::default() }
+        SearchPath { folders, built: built.iter().map(|s| (*s).to_owned()).collect(), models, ..SearchPath::default() }
     }
 
     /// Adds a folder that a scene lists, before the user's own folder.
     pub fn add_scene_folder(&mut self, folder: PathBuf) {
-        let at = self.folders.iter().position(|(_, s)| *s == Source::User).unwrap_or(self.folders.len());
-        self.folders.insert(at, (folder, Source::Scene));
+        let at = self.folders.iter().position(|(_, s)| *s == FolderOrigin::User).unwrap_or(self.folders.len());
+        self.folders.insert(at, (folder, FolderOrigin::Scene));
     }
 
     /// Adds the user's own folder. It is searched last, so its plugins cannot hide those in other folders.
     pub fn add_user_folder(&mut self, folder: PathBuf) {
-        self.folders.push((folder, Source::User));
+        self.folders.push((folder, FolderOrigin::User));
     }
 
     /// Returns whether a file comes with the program. The names of the program's plugins take precedence over those of
@@ -146,17 +151,17 @@ impl Search {
     /// folders of a scene or the user.
     pub fn is_of_program(&self, file: &Path) -> bool {
         let known = || file.file_name().and_then(|n| n.to_str()).and_then(stem).is_some_and(|s| self.is_built(s));
-        !self.is_of_scene(file) && !self.lies_in(file, Source::User) && (self.built.is_empty() || known())
+        !self.is_of_scene(file) && !self.lies_in(file, FolderOrigin::User) && (self.built.is_empty() || known())
     }
 
     /// Returns whether a file is in the user's own folder.
     pub fn is_of_user(&self, file: &Path) -> bool {
-        self.lies_in(file, Source::User)
+        self.lies_in(file, FolderOrigin::User)
     }
 
     /// Returns whether a file is in a folder that a scene lists.
     pub fn is_of_scene(&self, file: &Path) -> bool {
-        self.lies_in(file, Source::Scene)
+        self.lies_in(file, FolderOrigin::Scene)
     }
 
     /// Returns whether the contents of a folder of models come with the scene.
@@ -164,7 +169,7 @@ impl Search {
         self.models_of_scene.iter().any(|f| f == folder)
     }
 
-    fn lies_in(&self, file: &Path, source: Source) -> bool {
+    fn lies_in(&self, file: &Path, source: FolderOrigin) -> bool {
         self.folders.iter().any(|(f, s)| *s == source && file.starts_with(f))
     }
 
@@ -174,8 +179,9 @@ impl Search {
 
     /// Returns the libraries in explicitly specified plugin folders whose file names are not valid for plugins.
     pub fn misnamed(&self) -> Vec<PathBuf> {
-        let is_named =
-            |s: &Source| self.only.is_none() && matches!(s, Source::Environment | Source::Scene | Source::User);
+        let is_named = |s: &FolderOrigin| {
+            self.only.is_none() && matches!(s, FolderOrigin::Environment | FolderOrigin::Scene | FolderOrigin::User)
+        };
         let named = self.folders.iter().filter(|(_, s)| is_named(s));
         let entries = named.filter_map(|(folder, _)| std::fs::read_dir(folder).ok()).flatten();
         let other = |p: &PathBuf| {
@@ -205,9 +211,9 @@ impl Search {
     }
 
     /// Returns whether a file with this name is opened in a folder of this kind.
-    pub fn may_be_plugin(&self, path: &Path, source: Source) -> bool {
+    pub fn may_be_plugin(&self, path: &Path, source: FolderOrigin) -> bool {
         let Some(name) = path.file_name().and_then(|n| n.to_str()) else { return false };
-        stem(name).is_some_and(|stem| source != Source::Built || self.is_built(stem))
+        stem(name).is_some_and(|stem| source != FolderOrigin::Built || self.is_built(stem))
     }
 
     /// Returns the folders as a list for messages; missing ones are marked.

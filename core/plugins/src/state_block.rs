@@ -20,13 +20,13 @@ impl StateBlock {
     pub fn new(bytes: u32) -> Self {
         let n = (bytes as usize).div_ceil(8);
         let mut block = StateBlock(vec![0; n + 2 * GUARD_WORDS]);
-        block.mend();
+        block.restore_guards();
         block
     }
 
     /// Returns the pointer to pass to plugins, which is null if the block is empty.
     #[inline]
-    pub fn place(&self) -> *mut c_void {
+    pub fn data_ptr(&self) -> *mut c_void {
         if self.0.len() == 2 * GUARD_WORDS {
             return std::ptr::null_mut();
         }
@@ -35,12 +35,12 @@ impl StateBlock {
 
     /// Returns whether the nearest guard word on each side is intact, which is checked after each call.
     #[inline]
-    pub fn is_whole(&self) -> bool {
+    pub fn guards_intact(&self) -> bool {
         self.0[GUARD_WORDS - 1] == GUARD && self.0[self.0.len() - GUARD_WORDS] == GUARD
     }
 
     /// Restores the guards after an overrun has been reported.
-    pub fn mend(&mut self) {
+    pub fn restore_guards(&mut self) {
         let end = self.0.len() - GUARD_WORDS;
         self.0[..GUARD_WORDS].fill(GUARD);
         self.0[end..].fill(GUARD);
@@ -71,16 +71,16 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_word_too_far_is_noticed_until_it_is_mended() {
+    fn overrun_is_detected_until_guards_are_restored() {
         let mut block = StateBlock::new(12);
-        assert_eq!((block.len(), block.is_whole()), (2, true));
+        assert_eq!((block.len(), block.guards_intact()), (2, true));
         for beside in [-1, 2] {
             // SAFETY: the words before and after the block belong to its guards, which live as long as `block`.
-            unsafe { block.place().cast::<u64>().offset(beside).write(1) };
-            assert!(!block.is_whole());
-            block.mend();
-            assert!(block.is_whole() && block.iter().all(|w| *w == 0));
+            unsafe { block.data_ptr().cast::<u64>().offset(beside).write(1) };
+            assert!(!block.guards_intact());
+            block.restore_guards();
+            assert!(block.guards_intact() && block.iter().all(|w| *w == 0));
         }
-        assert!(StateBlock::new(0).place().is_null());
+        assert!(StateBlock::new(0).data_ptr().is_null());
     }
 }

@@ -75,7 +75,7 @@ pub unsafe fn read<T: Table>(from: *const T) -> Option<T> {
 }
 
 /// A required pointer or function of a table: its name, whether it is set, and the offset of its end in bytes.
-pub type Required = (&'static str, bool, usize);
+pub type RequiredField = (&'static str, bool, usize);
 
 /// Lists the fields of a copied table that must not be null.
 macro_rules! required {
@@ -100,7 +100,7 @@ pub fn is_zero<T: Copy>(field: &T) -> bool {
 pub const HELP: &str = "set `size` to the sizeof of the type, and set all required fields";
 
 /// Describes the first required field that is not set, if any; `size` is the size that the table states.
-pub fn lacking(size: u32, required: &[Required]) -> Option<String> {
+pub fn lacking(size: u32, required: &[RequiredField]) -> Option<String> {
     let (name, _, end) = required.iter().find(|(_, there, _)| !there)?;
     Some(match (size as usize) < *end {
         true => {

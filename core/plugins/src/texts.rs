@@ -3,20 +3,20 @@
 use std::{borrow::Cow, fmt::Write};
 
 /// Maximum size of one part of an error text, bytes.
-pub const MOST_BYTES: usize = 16 << 10;
+pub const MAX_ERROR_BYTES: usize = 16 << 10;
 
 /// Number of bytes that the host can add to a truncated text without causing it to be truncated again.
-const SLACK: usize = 1 << 10;
+const TRUNCATION_SLACK: usize = 1 << 10;
 
 /// Returns whether a character controls a terminal, or reorders the text after it.
-fn acts(c: char) -> bool {
+fn is_terminal_control(c: char) -> bool {
     c.is_control() || matches!(c, '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
 }
 
 /// Returns a text in which control characters other than tab and newline, and those that reorder text, are escaped as
 /// in `\u{1b}`. A carriage return before a newline is removed.
 pub fn clean(text: &str) -> Cow<'_, str> {
-    let wrong = |c: char| acts(c) && c != '\n' && c != '\t';
+    let wrong = |c: char| is_terminal_control(c) && c != '\n' && c != '\t';
     if !text.contains(wrong) {
         return Cow::Borrowed(text);
     }
@@ -48,13 +48,13 @@ fn clean_bytes(bytes: &[u8]) -> Cow<'_, [u8]> {
 }
 
 /// Returns an error text, cleaned and truncated to a readable length; the number of omitted bytes is appended.
-pub(crate) fn of_error(bytes: &[u8]) -> Vec<u8> {
-    if bytes.len() <= MOST_BYTES + SLACK {
+pub(crate) fn clean_error(bytes: &[u8]) -> Vec<u8> {
+    if bytes.len() <= MAX_ERROR_BYTES + TRUNCATION_SLACK {
         return clean_bytes(bytes).into_owned();
     }
     // Go back to the start of a character, which has at most four bytes.
     let begins = |at: &usize| bytes[*at] & 0xC0 != 0x80;
-    let at = (MOST_BYTES - 3..=MOST_BYTES).rev().find(begins).unwrap_or(MOST_BYTES);
+    let at = (MAX_ERROR_BYTES - 3..=MAX_ERROR_BYTES).rev().find(begins).unwrap_or(MAX_ERROR_BYTES);
     let mut out = clean_bytes(&bytes[..at]).into_owned();
     out.extend_from_slice(format!("... ({} more bytes are left out)", bytes.len() - at).as_bytes());
     out
@@ -65,7 +65,7 @@ pub fn label(bytes: &[u8]) -> String {
     let mut out = String::with_capacity(bytes.len());
     for chunk in bytes.utf8_chunks() {
         for c in chunk.valid().chars() {
-            match acts(c) {
+            match is_terminal_control(c) {
                 true => out.extend(c.escape_default()),
                 false => out.push(c),
             }
@@ -97,7 +97,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_a_terminal_acts_on_is_written_out() {
+    fn terminal_control_characters_are_escaped() {
         for (text, shown) in [
             ("plain\ttext\n", "plain\ttext\n"),
             ("größe", "größe"),
@@ -114,13 +114,13 @@ mod tests {
     }
 
     #[test]
-    fn long_texts_are_cut_where_a_character_begins() {
-        let text = format!("{}{}", "x".repeat(MOST_BYTES - 1), "ö".repeat(2000));
-        let cut = String::from_utf8(of_error(text.as_bytes())).unwrap();
-        assert_eq!(cut, format!("{}... (4000 more bytes are left out)", "x".repeat(MOST_BYTES - 1)));
+    fn long_texts_are_truncated_at_character_boundaries() {
+        let text = format!("{}{}", "x".repeat(MAX_ERROR_BYTES - 1), "ö".repeat(2000));
+        let cut = String::from_utf8(clean_error(text.as_bytes())).unwrap();
+        assert_eq!(cut, format!("{}... (4000 more bytes are left out)", "x".repeat(MAX_ERROR_BYTES - 1)));
         // A truncated text is not truncated again when the host adds a prefix.
         let longer = format!("plugin `x` failed: {cut}");
-        assert_eq!(of_error(longer.as_bytes()), longer.as_bytes());
-        assert!(of_error(&[0x80; 40000]).len() < MOST_BYTES + 100);
+        assert_eq!(clean_error(longer.as_bytes()), longer.as_bytes());
+        assert!(clean_error(&[0x80; 40000]).len() < MAX_ERROR_BYTES + 100);
     }
 }

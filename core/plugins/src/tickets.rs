@@ -6,7 +6,7 @@ use std::{
 };
 
 /// Maximum size of a result, bytes.
-pub const MOST_BYTES: usize = 1 << 28;
+pub const MAX_RESULT_BYTES: usize = 1 << 28;
 
 /// Receives the results for one world, from any thread.
 #[derive(Debug, Default)]
@@ -22,15 +22,15 @@ impl Mailbox {
 
 /// The tickets that have been issued and not used.
 #[derive(Default)]
-pub(crate) struct Tickets(Mutex<Issued>);
+pub(crate) struct TicketTable(Mutex<IssuedTickets>);
 
 #[derive(Default)]
-struct Issued {
+struct IssuedTickets {
     last: u64,
     open: BTreeMap<u64, (Weak<Mailbox>, u64)>,
 }
 
-impl Tickets {
+impl TicketTable {
     /// Issues a ticket for a result that a world waits for under the number `wait`.
     pub fn issue(&self, mailbox: &Arc<Mailbox>, wait: u64) -> u64 {
         let mut issued = self.0.lock().unwrap_or_else(PoisonError::into_inner);
@@ -59,7 +59,7 @@ mod tests {
 
     #[test]
     fn a_ticket_is_used_once_and_outlives_its_world() {
-        let (tickets, mailbox) = (Tickets::default(), Arc::new(Mailbox::default()));
+        let (tickets, mailbox) = (TicketTable::default(), Arc::new(Mailbox::default()));
         let (a, b) = (tickets.issue(&mailbox, 7), tickets.issue(&mailbox, 8));
         std::thread::scope(|s| {
             s.spawn(|| assert!(tickets.deliver(b, b"later")));

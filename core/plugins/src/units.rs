@@ -32,7 +32,7 @@ pub fn suffixes(unit: &str) -> &'static [(&'static str, f64)] {
 }
 
 /// Units that keys can include. Keys without a unit or with the unit "1" have no suffix.
-pub const KNOWN: &[&str] = &[
+pub const KNOWN_UNITS: &[&str] = &[
     "m",
     "rad",
     "s",
@@ -60,11 +60,11 @@ pub const KNOWN: &[&str] = &[
 
 /// Returns whether scene files support a unit.
 pub fn is_known(unit: &str) -> bool {
-    unit.is_empty() || KNOWN.contains(&unit)
+    unit.is_empty() || KNOWN_UNITS.contains(&unit)
 }
 
 /// Returns the key of a parameter with the suffix of its unit, as messages suggest it.
-pub fn written(key: &str, unit: Option<&str>) -> String {
+pub fn key_with_unit(key: &str, unit: Option<&str>) -> String {
     format!("{key}{}", suffixes(unit.unwrap_or("")).first().map_or("", |s| s.0))
 }
 
@@ -77,13 +77,13 @@ pub fn factor(written: &str, key: &str, unit: Option<&str>) -> Option<f64> {
 /// Returns whether a key in a file is that of the parameter with a wrong unit, such as `range_cm`, or without the
 /// required unit.
 pub fn wrong_unit(written: &str, key: &str, unit: Option<&str>) -> bool {
-    const KNOWN: &[&str] = &[
+    const KNOWN_SUFFIXES: &[&str] = &[
         "", "_m", "_cm", "_mm", "_km", "_in", "_ft", "_deg", "_rad", "_s", "_ms", "_us", "_kg", "_g", "_hz", "_khz",
         "_n", "_kn", "_nm", "_m_s", "_cm_s", "_km_h", "_deg_s", "_rad_s", "_rpm", "_m_s2", "_g0", "_kg_m2", "_nm_rad",
         "_n_m", "_nms_rad", "_ns_m",
     ];
     factor(written, key, unit).is_none()
-        && written.strip_prefix(key).is_some_and(|rest| KNOWN.contains(&rest.to_lowercase().as_str()))
+        && written.strip_prefix(key).is_some_and(|rest| KNOWN_SUFFIXES.contains(&rest.to_lowercase().as_str()))
 }
 
 #[cfg(test)]
@@ -91,7 +91,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_key_carries_its_unit() {
+    fn unit_is_read_from_key_suffix() {
         assert_eq!(factor("range_m", "range", Some("m")), Some(1.0));
         assert_eq!(factor("angle_deg", "angle", Some("rad")), Some(std::f64::consts::PI / 180.0));
         assert_eq!(factor("angle", "angle", Some("rad")), None);

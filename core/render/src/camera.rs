@@ -19,7 +19,7 @@ pub struct Camera {
 
 /// The axes of a camera, from which directions are computed.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Lens {
+pub(super) struct CameraAxes {
     pub eye: Point3<f64>,
     ahead: Vector3<f64>,
     /// Offset from a pixel to its right neighbour, on the image plane at distance 1.
@@ -30,13 +30,13 @@ pub(super) struct Lens {
 }
 
 impl Camera {
-    pub(super) fn lens(&self) -> Lens {
+    pub(super) fn axes(&self) -> CameraAxes {
         let forward = self.to - self.from;
         let ahead = forward.try_normalize(0.0).unwrap_or_else(Vector3::x);
         // If the camera looks straight down, the y axis of the world points up in the picture; straight up, down.
         let right = ahead.cross(&Vector3::z()).try_normalize(1e-9).unwrap_or_else(Vector3::x);
         let pixel = 2.0 * libm::tan(self.fov / 2.0) / f64::from(self.columns);
-        Lens {
+        CameraAxes {
             eye: self.from,
             ahead,
             across: right * pixel,
@@ -51,7 +51,7 @@ impl Camera {
     }
 }
 
-impl Lens {
+impl CameraAxes {
     /// Returns the direction, in the world frame, of the ray through a position in the picture, given in pixels from
     /// the upper left corner.
     pub fn direction(&self, x: f64, y: f64) -> Unit<Vector3<f64>> {
@@ -65,16 +65,16 @@ mod tests {
     use super::*;
 
     #[test]
-    fn left_is_left_and_up_is_up() {
+    fn ray_directions_match_the_sides_of_the_picture() {
         let camera =
             Camera { from: Point3::origin(), to: Point3::new(2.0, 0.0, 0.0), fov: 1.0, columns: 200, rows: 100 };
-        let lens = camera.lens();
+        let lens = camera.axes();
         assert!((*lens.direction(100.0, 50.0) - Vector3::x()).norm() < 1e-12);
         let left = lens.direction(0.0, 50.0);
         // The left edge is half the field of view to the left, which is +y if the camera looks along +x.
         assert!((left.y.atan2(left.x) - 0.5).abs() < 1e-12 && left.z.abs() < 1e-12);
         assert!(lens.direction(100.0, 0.0).z > 0.2);
-        let above = Camera { to: Point3::new(0.0, 0.0, -1.0), ..camera }.lens();
+        let above = Camera { to: Point3::new(0.0, 0.0, -1.0), ..camera }.axes();
         assert!(above.direction(200.0, 50.0).x > 0.4 && above.direction(100.0, 0.0).y > 0.2);
     }
 }

@@ -3,40 +3,40 @@
 use ::tatu_beams::bounds;
 use nalgebra::{Point3, Vector3};
 use tatu_core::World;
-use tatu_scene::{Data, Scene, visible_parts};
+use tatu_scene::{ObjectVariant, Scene, visible_parts};
 
 use super::Camera;
 
 /// Direction from the target to the default camera of a scene, not normalised: behind, to the right and above, if the
 /// front is +x.
-const FROM: [f64; 3] = [-0.55, -0.65, 0.5];
+const SCENE_VIEW_DIRECTION: [f64; 3] = [-0.55, -0.65, 0.5];
 /// Direction from the target to the default camera of a single model, not normalised: ahead, to the right and above.
-const FROM_AHEAD: [f64; 3] = [0.62, -0.6, 0.42];
+const MODEL_VIEW_DIRECTION: [f64; 3] = [0.62, -0.6, 0.42];
 /// A part belongs to the model if, along each axis, its distance from the bounding box of the parts found so far is at
 /// most this fraction of the length of the box's diagonal.
-const GAP: f64 = 0.4;
+const MAX_PART_GAP: f64 = 0.4;
 /// Factor of the camera distance that leaves a margin around the visible shapes.
-const ROOM: f64 = 1.05;
+const DISTANCE_MARGIN: f64 = 1.05;
 /// Edge length, in metres, of the cube at the origin that the camera shows if a scene has no visible shapes.
-const NOTHING: f64 = 1.0;
+const EMPTY_SCENE_SIZE_M: f64 = 1.0;
 
 /// Returns the first camera of the scene and its path, or `None` if the scene has no camera. `fov`, in radians,
 /// overrides the camera's angle.
 pub fn scene_camera(world: &World, fov: Option<f64>, [columns, rows]: [u32; 2]) -> Option<(Camera, String)> {
-    world.look_at(|scene, _| {
-        let slot = scene.slots().find_map(|(slot, o)| matches!(o.data, Data::Camera(_)).then_some(slot))?;
-        Some((seen_by(scene, slot, fov, [columns, rows])?, scene.path(slot)))
+    world.with_scene(|scene, _| {
+        let slot = scene.slots().find_map(|(slot, o)| matches!(o.data, ObjectVariant::Camera(_)).then_some(slot))?;
+        Some((camera_of_object(scene, slot, fov, [columns, rows])?, scene.path(slot)))
     })
 }
 
 /// Returns the camera of the scene with the given path or unique name, or `None` if no such camera exists. `fov`, in
 /// radians, overrides the camera's angle.
 pub fn camera_at(world: &World, path: &str, fov: Option<f64>, size: [u32; 2]) -> Option<Camera> {
-    world.look_at(|scene, _| seen_by(scene, scene.find(0, path)?, fov, size))
+    world.with_scene(|scene, _| camera_of_object(scene, scene.find(0, path)?, fov, size))
 }
 
-fn seen_by(scene: &Scene, slot: u32, fov: Option<f64>, [columns, rows]: [u32; 2]) -> Option<Camera> {
-    let Data::Camera(camera) = &scene.get(slot)?.data else { return None };
+fn camera_of_object(scene: &Scene, slot: u32, fov: Option<f64>, [columns, rows]: [u32; 2]) -> Option<Camera> {
+    let ObjectVariant::Camera(camera) = &scene.get(slot)?.data else { return None };
     let pose = scene.world(slot);
     let from = Point3::from(pose.translation.vector);
     // The angle of a camera spans the longer side of the picture.
@@ -48,36 +48,37 @@ fn seen_by(scene: &Scene, slot: u32, fov: Option<f64>, [columns, rows]: [u32; 2]
 }
 
 /// Returns a camera that shows all visible shapes except planes.
-pub fn framing(world: &World, fov: f64, size: [u32; 2]) -> Camera {
-    let all = visible(world).into_iter().reduce(around);
-    showing(all, Vector3::from(FROM), fov, size)
+pub fn framing_camera(world: &World, fov: f64, size: [u32; 2]) -> Camera {
+    let all = visible_bounds(world).into_iter().reduce(merge_bounds);
+    camera_facing(all, Vector3::from(SCENE_VIEW_DIRECTION), fov, size)
 }
 
 /// Returns a camera in front of a single model. It shows the first visible part and, repeatedly, every part close to
 /// those already included. It thus leaves out distant markers such as waypoints.
-pub fn model_framing(world: &World, fov: f64, size: [u32; 2]) -> Camera {
-    let mut left = visible(world);
+pub fn model_camera(world: &World, fov: f64, size: [u32; 2]) -> Camera {
+    let mut left = visible_bounds(world);
     let mut all = (!left.is_empty()).then(|| left.remove(0));
     while let Some(bounds) = all {
-        let reach = GAP * (bounds[1] - bounds[0]).norm();
-        let near =
-            |[low, high]: &Bounds| (0..3).all(|k| low[k] <= bounds[1][k] + reach && high[k] >= bounds[0][k] - reach);
+        let reach = MAX_PART_GAP * (bounds[1] - bounds[0]).norm();
+        let near = |[low, high]: &WorldBounds| {
+            (0..3).all(|k| low[k] <= bounds[1][k] + reach && high[k] >= bounds[0][k] - reach)
+        };
         let Some(next) = left.iter().position(near) else { break };
-        all = Some(around(bounds, left.remove(next)));
+        all = Some(merge_bounds(bounds, left.remove(next)));
     }
-    showing(all, Vector3::from(FROM_AHEAD), fov, size)
+    camera_facing(all, Vector3::from(MODEL_VIEW_DIRECTION), fov, size)
 }
 
 /// A bounding box in the world frame: the least and the greatest coordinates, in metres.
-type Bounds = [Vector3<f64>; 2];
+type WorldBounds = [Vector3<f64>; 2];
 
-fn around([low, high]: Bounds, [a, b]: Bounds) -> Bounds {
+fn merge_bounds([low, high]: WorldBounds, [a, b]: WorldBounds) -> WorldBounds {
     [low.inf(&a), high.sup(&b)]
 }
 
 /// Returns the bounding box of each part of the visible shapes, except planes.
-fn visible(world: &World) -> Vec<Bounds> {
-    world.look_at(|scene, _| {
+fn visible_bounds(world: &World) -> Vec<WorldBounds> {
+    world.with_scene(|scene, _| {
         let shapes = scene.slots().filter_map(|(slot, o)| Some((slot, o.shape().filter(|_| o.is_visible())?)));
         let parts = shapes.flat_map(|(slot, shape)| {
             visible_parts(shape).into_iter().filter_map(move |p| bounds(&p.form, &(scene.world(slot) * p.pose)))
@@ -87,11 +88,12 @@ fn visible(world: &World) -> Vec<Bounds> {
 }
 
 /// Returns a camera that looks at a bounding box from the direction `from`.
-fn showing(all: Option<Bounds>, from: Vector3<f64>, fov: f64, [columns, rows]: [u32; 2]) -> Camera {
-    let [low, high] = all.unwrap_or([Vector3::repeat(-NOTHING / 2.0), Vector3::repeat(NOTHING / 2.0)]);
+fn camera_facing(all: Option<WorldBounds>, from: Vector3<f64>, fov: f64, [columns, rows]: [u32; 2]) -> Camera {
+    let [low, high] =
+        all.unwrap_or([Vector3::repeat(-EMPTY_SCENE_SIZE_M / 2.0), Vector3::repeat(EMPTY_SCENE_SIZE_M / 2.0)]);
     let middle = Point3::from((low + high) / 2.0);
     let radius = ((high - low).norm() / 2.0).max(1e-3);
     let upright = 2.0 * libm::atan(libm::tan(fov / 2.0) * f64::from(rows) / f64::from(columns));
-    let distance = ROOM * radius / libm::sin(fov.min(upright) / 2.0);
+    let distance = DISTANCE_MARGIN * radius / libm::sin(fov.min(upright) / 2.0);
     Camera { from: middle + from.normalize() * distance, to: middle, fov, columns, rows }
 }

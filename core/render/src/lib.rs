@@ -2,7 +2,7 @@
 //!
 //! - [`Camera`]: position, direction, field of view and resolution;
 //! - `framing`: the choice of a camera, which is one of the scene's own or one that shows the visible shapes;
-//! - `stage`: the contents of a picture, that is visible forms with their colours, drawings, curves and the floor;
+//! - `render_scene`: the contents of a picture, that is visible forms with their colours, drawings, curves and the floor;
 //! - `marks`: drawings and curves of graphs as small solids;
 //! - `light`: the lamp, the sky, the grid on the floor, and the shading of surfaces;
 //! - `render`: the pixels, with shadows and antialiased edges.
@@ -16,12 +16,12 @@ mod framing;
 mod light;
 mod marks;
 mod render;
-mod stage;
+mod render_scene;
 
 pub use camera::Camera;
-pub use framing::{camera_at, framing, model_framing, scene_camera};
-pub use light::TO_LAMP;
-pub use marks::Line;
+pub use framing::{camera_at, framing_camera, model_camera, scene_camera};
+pub use light::LAMP_DIRECTION;
+pub use marks::LineSegment;
 pub use render::Picture;
 
 use tatu_core::World;
@@ -31,7 +31,7 @@ use tatu_core::World;
 /// A pixel on a smooth surface requires 8 rays, and one at an edge more than 100; the rays are cast on the threads of
 /// the world. `lines` are rendered in addition to the contents of the scene. `ground` selects whether a floor is
 /// rendered below all shapes if the scene has no visible plane.
-pub fn picture(world: &World, camera: &Camera, lines: &[Line], ground: bool) -> Picture {
-    let stage = world.look_at(|scene, figures| stage::Stage::of(scene, figures, camera, lines, ground));
+pub fn picture(world: &World, camera: &Camera, lines: &[LineSegment], ground: bool) -> Picture {
+    let stage = world.with_scene(|scene, figures| render_scene::RenderScene::of(scene, figures, camera, lines, ground));
     world.install(|| render::render(&stage, camera))
 }

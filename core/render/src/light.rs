@@ -3,33 +3,33 @@
 use nalgebra::{Point3, Unit, Vector3};
 
 /// Direction to the lamp, which is infinitely far away; not normalized.
-pub const TO_LAMP: [f64; 3] = [0.3, -0.6, 1.0];
+pub const LAMP_DIRECTION: [f64; 3] = [0.3, -0.6, 1.0];
 
 /// A colour in linear red, green and blue, as opposed to gamma-encoded values.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Color(pub Vector3<f64>);
+pub(super) struct LinearColor(pub Vector3<f64>);
 
 /// Light of the lamp on a surface that faces it.
-const LAMP: [f64; 3] = [0.80, 0.77, 0.71];
+const LAMP_LIGHT: [f64; 3] = [0.80, 0.77, 0.71];
 /// Ambient light from above and from below on an unoccluded surface.
-const ABOVE: [f64; 3] = [0.40, 0.43, 0.48];
-const UNDER: [f64; 3] = [0.30, 0.29, 0.28];
+const AMBIENT_ABOVE: [f64; 3] = [0.40, 0.43, 0.48];
+const AMBIENT_BELOW: [f64; 3] = [0.30, 0.29, 0.28];
 /// Light from the camera on a surface that faces it, which gives contrast to surfaces in shadow.
-const FRONT: f64 = 0.10;
+const CAMERA_LIGHT: f64 = 0.10;
 /// Colours of the sky at the zenith and at the horizon.
-const ZENITH: [f64; 3] = [0.30, 0.47, 0.72];
-const HORIZON: [f64; 3] = [0.80, 0.86, 0.92];
+const ZENITH_COLOR: [f64; 3] = [0.30, 0.47, 0.72];
+const HORIZON_COLOR: [f64; 3] = [0.80, 0.86, 0.92];
 /// Distance over which objects fade into the horizon, in metres, for a camera close to the ground.
-const HAZE: f64 = 60.0;
+const HAZE_DISTANCE_M: f64 = 60.0;
 
-impl Color {
+impl LinearColor {
     /// Colour of the floor rendered for a scene without one.
-    pub const FLOOR: Color = Color(Vector3::new(0.42, 0.42, 0.42));
+    pub const FLOOR: LinearColor = LinearColor(Vector3::new(0.42, 0.42, 0.42));
 
     /// Converts a gamma-encoded colour of the scene, with channels from 0 to 1, to a linear colour.
     pub fn of(screen: [f64; 3]) -> Self {
         let linear = |x: f64| libm::pow(x.clamp(0.0, 1.0), 2.2);
-        Color(Vector3::from(screen.map(linear)))
+        LinearColor(Vector3::from(screen.map(linear)))
     }
 
     /// Returns the gamma-encoded colour, each channel 0 to 255.
@@ -38,70 +38,70 @@ impl Color {
         [screen(self.0.x), screen(self.0.y), screen(self.0.z)]
     }
 
-    pub fn mixed(self, other: Color, share: f64) -> Color {
-        Color(self.0.lerp(&other.0, share.clamp(0.0, 1.0)))
+    pub fn mix(self, other: LinearColor, share: f64) -> LinearColor {
+        LinearColor(self.0.lerp(&other.0, share.clamp(0.0, 1.0)))
     }
 }
 
 /// Returns the unit vector to the lamp.
-pub(super) fn to_lamp() -> Unit<Vector3<f64>> {
-    Unit::new_normalize(Vector3::from(TO_LAMP))
+pub(super) fn lamp_direction() -> Unit<Vector3<f64>> {
+    Unit::new_normalize(Vector3::from(LAMP_DIRECTION))
 }
 
 /// Returns the colour of the sky in a direction.
-pub(super) fn sky(direction: &Vector3<f64>) -> Color {
+pub(super) fn sky(direction: &Vector3<f64>) -> LinearColor {
     let height = direction.z.max(0.0);
-    let horizon = Color(Vector3::from(HORIZON));
-    horizon.mixed(Color(Vector3::from(ZENITH)), libm::pow((height * 1.4).min(1.0), 0.7))
+    let horizon = LinearColor(Vector3::from(HORIZON_COLOR));
+    horizon.mix(LinearColor(Vector3::from(ZENITH_COLOR)), libm::pow((height * 1.4).min(1.0), 0.7))
 }
 
 /// A surface point to shade.
-pub(super) struct Lit {
-    pub color: Color,
+pub(super) struct ShadingPoint {
+    pub color: LinearColor,
     pub normal: Vector3<f64>,
     /// Unit vector from the surface to the eye.
     pub to_eye: Vector3<f64>,
     /// Whether the lamp illuminates the point.
     pub lamp: bool,
     /// Unoccluded share of the sky, 0 to 1.
-    pub open: f64,
+    pub sky_share: f64,
     /// Strength of the specular reflection of the lamp.
     pub gloss: f64,
 }
 
-impl Lit {
-    pub fn shade(&self) -> Color {
-        let lamp = to_lamp();
+impl ShadingPoint {
+    pub fn shade(&self) -> LinearColor {
+        let lamp = lamp_direction();
         let up = 0.5 + 0.5 * self.normal.z;
-        let soft = Vector3::from(UNDER).lerp(&Vector3::from(ABOVE), up) * self.open;
-        let mut light = soft + Vector3::repeat(FRONT * self.normal.dot(&self.to_eye).max(0.0));
+        let soft = Vector3::from(AMBIENT_BELOW).lerp(&Vector3::from(AMBIENT_ABOVE), up) * self.sky_share;
+        let mut light = soft + Vector3::repeat(CAMERA_LIGHT * self.normal.dot(&self.to_eye).max(0.0));
         let mut mirrored = 0.0;
         if self.lamp {
-            light += Vector3::from(LAMP) * self.normal.dot(&lamp).max(0.0);
+            light += Vector3::from(LAMP_LIGHT) * self.normal.dot(&lamp).max(0.0);
             let half = (lamp.into_inner() + self.to_eye).normalize();
             mirrored = self.gloss * self.normal.dot(&half).max(0.0).powi(40);
         }
         // Surfaces seen at a grazing angle are slightly brighter, which sets dark objects apart.
-        let rim = (1.0 - self.normal.dot(&self.to_eye).clamp(0.0, 1.0)).powi(4) * self.gloss * 0.5 * self.open;
-        let color = self.color.0.component_mul(&light) + Vector3::repeat(mirrored) + Vector3::from(ABOVE) * rim;
-        Color(color)
+        let rim = (1.0 - self.normal.dot(&self.to_eye).clamp(0.0, 1.0)).powi(4) * self.gloss * 0.5 * self.sky_share;
+        let color = self.color.0.component_mul(&light) + Vector3::repeat(mirrored) + Vector3::from(AMBIENT_ABOVE) * rim;
+        LinearColor(color)
     }
 }
 
 /// Returns a colour faded into the horizon according to its distance; a higher camera sees farther.
-pub(super) fn hazed(color: Color, distance: f64, eye_height: f64) -> Color {
-    let share = 1.0 - libm::exp(-(distance / (HAZE + 8.0 * eye_height.abs())).powi(2));
-    color.mixed(Color(Vector3::from(HORIZON)), share)
+pub(super) fn fade_to_horizon(color: LinearColor, distance: f64, eye_height: f64) -> LinearColor {
+    let share = 1.0 - libm::exp(-(distance / (HAZE_DISTANCE_M + 8.0 * eye_height.abs())).powi(2));
+    color.mix(LinearColor(Vector3::from(HORIZON_COLOR)), share)
 }
 
 /// Lines of the floor's grid: spacing and width, in metres, and the share by which they darken the floor, 0 to 1.
-const GRID: [(f64, f64, f64); 2] = [(1.0, 0.012, 0.34), (0.1, 0.004, 0.14)];
+const GRID_LINES: [(f64, f64, f64); 2] = [(1.0, 0.012, 0.34), (0.1, 0.004, 0.14)];
 
 /// Returns the share by which the grid darkens a point of the floor, 0 to 1. `reach` is the extent of the pixel on the
 /// floor along x and y, in metres; lines fade where it is a large part of their spacing.
-pub(super) fn grid(point: &Point3<f64>, reach: [f64; 2]) -> f64 {
+pub(super) fn grid_darkening(point: &Point3<f64>, reach: [f64; 2]) -> f64 {
     let mut darker: f64 = 0.0;
-    for (step, width, strength) in GRID {
+    for (step, width, strength) in GRID_LINES {
         for (x, reach) in [(point.x, reach[0]), (point.y, reach[1])] {
             let off = x - (x / step).round() * step;
             // The share of the pixel that the line covers.

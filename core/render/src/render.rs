@@ -7,9 +7,9 @@ use rayon::prelude::*;
 
 use super::{
     Camera,
-    camera::Lens,
-    light::{Color, Lit, grid, hazed, sky, to_lamp},
-    stage::{Seen, Stage, What},
+    camera::CameraAxes,
+    light::{LinearColor, ShadingPoint, fade_to_horizon, grid_darkening, lamp_direction, sky},
+    render_scene::{RenderScene, SeenSurface, SurfaceKind},
 };
 
 /// A rendered RGB image.
@@ -25,107 +25,113 @@ pub struct Picture {
 
 /// The surface hit by the ray through the centre of a pixel, with its illumination.
 #[derive(Clone, Copy)]
-struct Sample {
-    seen: Seen,
+struct PixelSample {
+    seen: SeenSurface,
     lamp: bool,
     /// Unoccluded share of the sky, estimated from the few rays of this pixel alone.
-    open: f64,
+    sky_share: f64,
 }
 
 /// Rays per pixel that sample the sky. The 16 pixels of a block use different directions and share the results.
-const SKY_RAYS: u32 = 6;
+const SKY_RAYS_PER_PIXEL: u32 = 6;
 /// Side of a block of pixels that share results.
-const BLOCK: u32 = 4;
+const BLOCK_SIDE_PX: u32 = 4;
 /// Minimum number of similar pixels in a block for its shared result to be used.
-const ENOUGH: f64 = 13.0;
+const MIN_SIMILAR_PIXELS: f64 = 13.0;
 /// Maximum distance of objects that occlude the sky, in metres.
-const SKY_REACH: f64 = 0.7;
+const MAX_OCCLUDER_DISTANCE_M: f64 = 0.7;
 /// Number of samples along each side of an antialiased pixel.
-const FINE: u32 = 4;
+const SAMPLES_PER_PIXEL_SIDE: u32 = 4;
 
 /// Renders a picture in rayon's current pool. Rendering in bands keeps the size of intermediate data independent of the
 /// height of the picture.
-pub(super) fn render(stage: &Stage, camera: &Camera) -> Picture {
-    in_bands(stage, camera, BAND)
+pub(super) fn render(stage: &RenderScene, camera: &Camera) -> Picture {
+    render_in_bands(stage, camera, BAND_ROWS)
 }
 
 /// Number of rows in a band.
-const BAND: u32 = 256;
+const BAND_ROWS: u32 = 256;
 
-fn in_bands(stage: &Stage, camera: &Camera, height: u32) -> Picture {
+fn render_in_bands(stage: &RenderScene, camera: &Camera, height: u32) -> Picture {
     let (columns, rows) = (camera.columns, camera.rows);
-    let view = View { stage, lens: camera.lens(), columns, rows };
+    let view = PictureView { stage, lens: camera.axes(), columns, rows };
     let mut rgb = Vec::with_capacity(columns as usize * rows as usize * 3);
     for first in (0..rows).step_by(height as usize) {
         let band = |more: u32| first.saturating_sub(more)..(first + height + more).min(rows);
         // Each pixel is compared with its neighbours, and each estimate of the sky uses the block around its pixel.
-        let samples = Rows::of(columns, band(BLOCK), |x, y| view.sample(x, y));
-        let open = Rows::of(columns, band(1), |x, y| view.open(&samples, x, y));
-        let colors = Rows::of(columns, band(0), |x, y| view.pixel(&samples, &open, x, y).bytes());
+        let samples = PixelValues::of(columns, band(BLOCK_SIDE_PX), |x, y| view.sample(x, y));
+        let open = PixelValues::of(columns, band(1), |x, y| view.averaged_sky_share(&samples, x, y));
+        let colors = PixelValues::of(columns, band(0), |x, y| view.pixel(&samples, &open, x, y).bytes());
         rgb.extend(colors.values.into_iter().flatten());
     }
     Picture { columns, rows, rgb }
 }
 
 /// One value per pixel for a range of rows.
-struct Rows<T> {
+struct PixelValues<T> {
     first: u32,
     columns: u32,
     values: Vec<T>,
 }
 
-impl<T: Send> Rows<T> {
+impl<T: Send> PixelValues<T> {
     fn of(columns: u32, rows: Range<u32>, f: impl Fn(u32, u32) -> T + Sync) -> Self {
         let (first, wide) = (rows.start, columns as usize);
         let pixel = |i: usize| f((i % wide) as u32, first + (i / wide) as u32);
         let values = (0..rows.len() * wide).into_par_iter().with_min_len(256).map(pixel).collect();
-        Rows { first, columns, values }
+        PixelValues { first, columns, values }
     }
     fn at(&self, x: u32, y: u32) -> &T {
         &self.values[(y - self.first) as usize * self.columns as usize + x as usize]
     }
 }
 
-struct View<'a> {
-    stage: &'a Stage,
-    lens: Lens,
+struct PictureView<'a> {
+    stage: &'a RenderScene,
+    lens: CameraAxes,
     columns: u32,
     rows: u32,
 }
 
-impl View<'_> {
-    fn sample(&self, x: u32, y: u32) -> Sample {
+impl PictureView<'_> {
+    fn sample(&self, x: u32, y: u32) -> PixelSample {
         let direction = self.lens.direction(f64::from(x) + 0.5, f64::from(y) + 0.5);
-        let seen = self.stage.look(&self.lens.eye, &direction);
-        let open = if is_solid(&seen) { self.sky_share(&seen, (x % BLOCK) + BLOCK * (y % BLOCK)) } else { 1.0 };
-        Sample { seen, lamp: self.lamp_reaches(&seen), open }
+        let seen = self.stage.nearest_surface(&self.lens.eye, &direction);
+        let open = if is_solid(&seen) {
+            self.sky_share(&seen, (x % BLOCK_SIDE_PX) + BLOCK_SIDE_PX * (y % BLOCK_SIDE_PX))
+        } else {
+            1.0
+        };
+        PixelSample { seen, lamp: self.is_lit(&seen), sky_share: open }
     }
 
-    fn lamp_reaches(&self, seen: &Seen) -> bool {
-        let lamp = to_lamp();
-        is_solid(seen) && seen.normal.dot(&lamp) > 0.0 && !self.stage.blocked(&lifted(seen), &lamp, f64::INFINITY)
+    fn is_lit(&self, seen: &SeenSurface) -> bool {
+        let lamp = lamp_direction();
+        is_solid(seen)
+            && seen.normal.dot(&lamp) > 0.0
+            && !self.stage.is_blocked(&offset_from_surface(seen), &lamp, f64::INFINITY)
     }
 
     /// Returns the share of the sky over a surface point that nearby objects do not occlude. `turn`, 0 to 15, selects
     /// the set of directions that are sampled.
-    fn sky_share(&self, seen: &Seen, turn: u32) -> f64 {
-        let (n, from) = (seen.normal, lifted(seen));
+    fn sky_share(&self, seen: &SeenSurface, turn: u32) -> f64 {
+        let (n, from) = (seen.normal, offset_from_surface(seen));
         let side = if n.z.abs() < 0.7 { Vector3::z() } else { Vector3::x() };
         let (a, b) = (n.cross(&side).normalize(), n.cross(&n.cross(&side)).normalize());
-        let count = SKY_RAYS * BLOCK * BLOCK;
-        let free = (0..SKY_RAYS).filter(|i| {
+        let count = SKY_RAYS_PER_PIXEL * BLOCK_SIDE_PX * BLOCK_SIDE_PX;
+        let free = (0..SKY_RAYS_PER_PIXEL).filter(|i| {
             // A sunflower pattern on the disc below the hemisphere gives an even, cosine-weighted distribution.
             // Neighbouring pixels use different points of it.
-            let k = f64::from(i * BLOCK * BLOCK + SCATTERED[turn as usize]) + 0.5;
+            let k = f64::from(i * BLOCK_SIDE_PX * BLOCK_SIDE_PX + SAMPLE_ORDER[turn as usize]) + 0.5;
             let (r, angle) = ((k / f64::from(count)).sqrt(), k * 2.399_963_229_728_653);
             let direction = a * (r * libm::cos(angle)) + b * (r * libm::sin(angle)) + n * (1.0 - r * r).sqrt();
-            !self.stage.blocked(&from, &Unit::new_normalize(direction), SKY_REACH)
+            !self.stage.is_blocked(&from, &Unit::new_normalize(direction), MAX_OCCLUDER_DISTANCE_M)
         });
-        free.count() as f64 / f64::from(SKY_RAYS)
+        free.count() as f64 / f64::from(SKY_RAYS_PER_PIXEL)
     }
 
     /// Returns the share of the sky over a pixel, averaged over the similar pixels of its block.
-    fn open(&self, samples: &Rows<Sample>, x: u32, y: u32) -> f64 {
+    fn averaged_sky_share(&self, samples: &PixelValues<PixelSample>, x: u32, y: u32) -> f64 {
         let here = &samples.at(x, y).seen;
         if !is_solid(here) {
             return 1.0;
@@ -134,37 +140,38 @@ impl View<'_> {
         for v in y.saturating_sub(1)..(y + 3).min(self.rows) {
             for u in x.saturating_sub(1)..(x + 3).min(self.columns) {
                 let other = samples.at(u, v);
-                if alike(here, &other.seen) {
-                    (sum, count) = (sum + other.open, count + 1.0);
+                if on_same_surface(here, &other.seen) {
+                    (sum, count) = (sum + other.sky_share, count + 1.0);
                 }
             }
         }
-        if count < ENOUGH {
+        if count < MIN_SIMILAR_PIXELS {
             // If too few pixels are similar, as at an edge, this pixel samples all directions itself.
-            let all = BLOCK * BLOCK;
+            let all = BLOCK_SIDE_PX * BLOCK_SIDE_PX;
             return (0..all).map(|turn| self.sky_share(here, turn)).sum::<f64>() / f64::from(all);
         }
         sum / count
     }
 
     /// Returns the colour of a pixel: one sample, or several at edges.
-    fn pixel(&self, samples: &Rows<Sample>, open: &Rows<f64>, x: u32, y: u32) -> Color {
+    fn pixel(&self, samples: &PixelValues<PixelSample>, open: &PixelValues<f64>, x: u32, y: u32) -> LinearColor {
         let here = samples.at(x, y);
         let around = (y.saturating_sub(1)..(y + 2).min(self.rows))
             .flat_map(|v| (x.saturating_sub(1)..(x + 2).min(self.columns)).map(move |u| (u, v)));
-        let near: Vec<(&Sample, f64)> = around.map(|(u, v)| (samples.at(u, v), *open.at(u, v))).collect();
-        let same = |(other, _): &(&Sample, f64)| other.lamp == here.lamp && alike(&here.seen, &other.seen);
+        let near: Vec<(&PixelSample, f64)> = around.map(|(u, v)| (samples.at(u, v), *open.at(u, v))).collect();
+        let same =
+            |(other, _): &(&PixelSample, f64)| other.lamp == here.lamp && on_same_surface(&here.seen, &other.seen);
         if near.iter().all(same) {
             let at = [f64::from(x) + 0.5, f64::from(y) + 0.5];
             return self.shade(&here.seen, here.lamp, *open.at(x, y), at, 1.0);
         }
         let mut sum = Vector3::zeros();
-        for k in 0..FINE * FINE {
-            let step = |k: u32| (f64::from(k) + 0.5) / f64::from(FINE);
-            let at = [f64::from(x) + step(k % FINE), f64::from(y) + step(k / FINE)];
-            let seen = self.stage.look(&self.lens.eye, &self.lens.direction(at[0], at[1]));
+        for k in 0..SAMPLES_PER_PIXEL_SIDE * SAMPLES_PER_PIXEL_SIDE {
+            let step = |k: u32| (f64::from(k) + 0.5) / f64::from(SAMPLES_PER_PIXEL_SIDE);
+            let at = [f64::from(x) + step(k % SAMPLES_PER_PIXEL_SIDE), f64::from(y) + step(k / SAMPLES_PER_PIXEL_SIDE)];
+            let seen = self.stage.nearest_surface(&self.lens.eye, &self.lens.direction(at[0], at[1]));
             let (mut known, mut count) = (0.0, 0.0);
-            for (_, open) in near.iter().filter(|(other, _)| alike(&seen, &other.seen)) {
+            for (_, open) in near.iter().filter(|(other, _)| on_same_surface(&seen, &other.seen)) {
                 (known, count) = (known + open, count + 1.0);
             }
             let open = if count > 0.0 {
@@ -175,34 +182,35 @@ impl View<'_> {
                 1.0
             };
             // Clamping prevents a very bright sample from dominating an edge.
-            let c = self.shade(&seen, self.lamp_reaches(&seen), open, at, 1.0 / f64::from(FINE));
+            let c = self.shade(&seen, self.is_lit(&seen), open, at, 1.0 / f64::from(SAMPLES_PER_PIXEL_SIDE));
             sum += c.0.map(|v| v.min(1.0));
         }
-        Color(sum / f64::from(FINE * FINE))
+        LinearColor(sum / f64::from(SAMPLES_PER_PIXEL_SIDE * SAMPLES_PER_PIXEL_SIDE))
     }
 
-    fn shade(&self, seen: &Seen, lamp: bool, open: f64, at: [f64; 2], width: f64) -> Color {
+    fn shade(&self, seen: &SeenSurface, lamp: bool, open: f64, at: [f64; 2], width: f64) -> LinearColor {
         let direction = self.lens.direction(at[0], at[1]);
         let mut color = self.stage.color(seen);
-        if seen.what == What::Sky {
+        if seen.kind == SurfaceKind::Sky {
             return sky(&direction);
         }
-        if let What::Mark(_) = seen.what {
+        if let SurfaceKind::Mark(_) = seen.kind {
             // Drawings are not lit, only slightly shaded to look round.
             let round = 0.75 + 0.25 * (-seen.normal.dot(&direction)).clamp(0.0, 1.0);
-            return Color(color.0 * round);
+            return LinearColor(color.0 * round);
         }
         let floor = self.stage.has_grid(seen);
         if floor {
-            color.0 *= 1.0 - grid(&seen.point, self.reach(seen, at, width));
+            color.0 *= 1.0 - grid_darkening(&seen.point, self.pixel_extent(seen, at, width));
         }
         let gloss = if floor { 0.0 } else { 0.12 };
-        let lit = Lit { color, normal: seen.normal, to_eye: -direction.into_inner(), lamp, open, gloss };
-        hazed(lit.shade(), seen.distance, self.lens.eye.z)
+        let lit =
+            ShadingPoint { color, normal: seen.normal, to_eye: -direction.into_inner(), lamp, sky_share: open, gloss };
+        fade_to_horizon(lit.shade(), seen.distance, self.lens.eye.z)
     }
 
     /// Returns the extent along x and y of a pixel on the surface, in metres.
-    fn reach(&self, seen: &Seen, at: [f64; 2], width: f64) -> [f64; 2] {
+    fn pixel_extent(&self, seen: &SeenSurface, at: [f64; 2], width: f64) -> [f64; 2] {
         let on_plane = |x: f64, y: f64| {
             let d = self.lens.direction(x, y);
             let t = (seen.point - self.lens.eye).dot(&seen.normal) / d.dot(&seen.normal);
@@ -215,29 +223,29 @@ impl View<'_> {
 }
 
 /// Assignment of sampling directions to the pixels of a block: adjacent pixels use distant directions.
-const SCATTERED: [u32; 16] = [0, 8, 2, 10, 12, 4, 14, 6, 3, 11, 1, 9, 15, 7, 13, 5];
+const SAMPLE_ORDER: [u32; 16] = [0, 8, 2, 10, 12, 4, 14, 6, 3, 11, 1, 9, 15, 7, 13, 5];
 
-fn is_solid(seen: &Seen) -> bool {
-    matches!(seen.what, What::Floor | What::Solid(..))
+fn is_solid(seen: &SeenSurface) -> bool {
+    matches!(seen.kind, SurfaceKind::Floor | SurfaceKind::Solid(..))
 }
 
 /// Returns whether two samples lie on the same smooth surface.
-fn alike(a: &Seen, b: &Seen) -> bool {
-    let same = match (a.what, b.what) {
-        (What::Solid(i, _), What::Solid(k, _)) => i == k,
+fn on_same_surface(a: &SeenSurface, b: &SeenSurface) -> bool {
+    let same = match (a.kind, b.kind) {
+        (SurfaceKind::Solid(i, _), SurfaceKind::Solid(k, _)) => i == k,
         (a, b) => a == b,
     };
     let smooth = a.normal.dot(&b.normal) > 0.9;
-    match a.what {
-        What::Sky => same,
-        What::Mark(_) => false,
+    match a.kind {
+        SurfaceKind::Sky => same,
+        SurfaceKind::Mark(_) => false,
         // The distance test rejects steps between parts of the same form at different depths.
         _ => same && smooth && ((a.point - b.point).dot(&a.normal).abs() < 0.02 + 0.05 * a.distance),
     }
 }
 
 /// Returns a point slightly above the surface, where secondary rays start.
-fn lifted(seen: &Seen) -> Point3<f64> {
+fn offset_from_surface(seen: &SeenSurface) -> Point3<f64> {
     seen.point + seen.normal * (1e-6 * (1.0 + seen.distance))
 }
 
@@ -247,13 +255,13 @@ mod tests {
 
     use super::*;
     use tatu_core::figures::Figures;
-    use tatu_scene::{Data, Scene, Shape};
+    use tatu_scene::{ObjectVariant, Scene, Shape};
 
     #[test]
     fn bands_leave_no_seams() {
         let mut scene = Scene::default();
         for x in [0.0, 0.13, 0.31] {
-            scene.add(0, "box", Isometry3::translation(x, x, 0.05 + x), Data::Shape(Box::<Shape>::default()));
+            scene.add(0, "box", Isometry3::translation(x, x, 0.05 + x), ObjectVariant::Shape(Box::<Shape>::default()));
         }
         let camera = Camera {
             from: Point3::new(-0.6, -0.5, 0.4),
@@ -262,9 +270,9 @@ mod tests {
             columns: 48,
             rows: 37,
         };
-        let stage = Stage::of(&scene, &Figures::default(), &camera, &[], true);
-        let whole = in_bands(&stage, &camera, 100);
+        let stage = RenderScene::of(&scene, &Figures::default(), &camera, &[], true);
+        let whole = render_in_bands(&stage, &camera, 100);
         assert_eq!(whole.rgb.len(), 48 * 37 * 3);
-        assert!(whole == in_bands(&stage, &camera, 5) && whole == in_bands(&stage, &camera, 1));
+        assert!(whole == render_in_bands(&stage, &camera, 5) && whole == render_in_bands(&stage, &camera, 1));
     }
 }

@@ -1,18 +1,18 @@
 //! The rules by which the engine's bodies and joints are created from the tree of objects.
 
-use tatu_physics::Motion;
+use tatu_physics::MotionType;
 
-use super::{Data, Scene};
+use super::{ObjectVariant, Scene};
 
 /// Returns how a shape's body moves, or `None` if it needs no body. A shape that is neither dynamic nor respondable
 /// needs a body only if a joint or force sensor connects a dynamic shape to it.
-pub(super) fn motion_of(scene: &Scene, slot: u32) -> Option<Motion> {
+pub(super) fn motion_of(scene: &Scene, slot: u32) -> Option<MotionType> {
     let shape = scene.get(slot)?.shape()?;
     match shape.dynamic {
-        true => Some(Motion::Dynamic),
+        true => Some(MotionType::Dynamic),
         false if !shape.respondable && !carries_tie(scene, slot) => None,
-        false if is_carried(scene, slot) => Some(Motion::Kinematic),
-        false => Some(Motion::Static),
+        false if is_carried(scene, slot) => Some(MotionType::Kinematic),
+        false => Some(MotionType::Static),
     }
 }
 
@@ -25,8 +25,8 @@ pub(super) fn tie_of(scene: &Scene, slot: u32) -> Option<(u32, u32)> {
     }
     let tie = scene.get(child.parent)?;
     match &tie.data {
-        Data::Joint(j) if j.dynamic => {}
-        Data::ForceSensor(f) if !f.broken => {}
+        ObjectVariant::Joint(j) if j.dynamic => {}
+        ObjectVariant::ForceSensor(f) if !f.broken => {}
         _ => return None,
     }
     scene.get(tie.parent)?.shape()?;
@@ -49,7 +49,7 @@ pub(super) fn has_special_surface(scene: &Scene, slot: u32) -> bool {
 pub(super) fn is_carried(scene: &Scene, slot: u32) -> bool {
     let mut at = scene.get(slot).map_or(0, |o| o.parent);
     while let Some(o) = scene.get(at) {
-        if matches!(&o.data, Data::Joint(_)) || o.shape().is_some_and(|s| s.dynamic) {
+        if matches!(&o.data, ObjectVariant::Joint(_)) || o.shape().is_some_and(|s| s.dynamic) {
             return true;
         }
         at = o.parent;

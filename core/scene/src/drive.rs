@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use tatu_errors::Refusal;
 use tatu_plugin_api::safe::Value;
 
-use crate::graph::{Keys, map};
+use crate::graph::{CheckedMap, map};
 
 /// Keys of the table that describes a drive, with their units.
 pub const KEYS: &[(&str, &str)] = &[
@@ -21,8 +21,8 @@ pub const KEYS: &[(&str, &str)] = &[
 
 /// Description of a robot's wheel drive.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Drive {
-    form: Form,
+pub struct WheelDrive {
+    form: WheelDriveType,
     /// Paths of the driven joints, relative to the object. A leading `-` marks a joint whose positive rotation drives
     /// the robot backwards.
     joints: Vec<String>,
@@ -39,7 +39,7 @@ pub struct Drive {
 
 /// Types of wheel drives.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-enum Form {
+enum WheelDriveType {
     /// Left and right wheels turn at different speeds.
     Differential,
     /// Front wheels steer, rear wheels drive.
@@ -48,11 +48,11 @@ enum Form {
     Omni,
 }
 
-impl Form {
+impl WheelDriveType {
     const NAMES: [&str; 3] = ["differential", "ackermann", "omni"];
 }
 
-impl Drive {
+impl WheelDrive {
     /// Returns the paths of all joints of the drive, relative to its object, without leading `-`.
     pub fn joint_paths(&self) -> impl Iterator<Item = &str> {
         self.joints.iter().chain(&self.steering).map(|p| p.strip_prefix('-').unwrap_or(p))
@@ -64,25 +64,25 @@ impl Drive {
             return Ok(None);
         }
         let known: Vec<&str> = KEYS.iter().map(|(k, _)| *k).collect();
-        let keys = Keys::new("a drive", value, &known)?;
+        let keys = CheckedMap::new("a drive", value, &known)?;
         let name = keys.text("type")?;
-        let Some(n) = Form::NAMES.iter().position(|f| *f == name) else {
-            return keys.wrong("type", &format!("one of {}", Form::NAMES.join(", ")));
+        let Some(n) = WheelDriveType::NAMES.iter().position(|f| *f == name) else {
+            return keys.invalid_value("type", &format!("one of {}", WheelDriveType::NAMES.join(", ")));
         };
-        let form = [Form::Differential, Form::Ackermann, Form::Omni][n];
+        let form = [WheelDriveType::Differential, WheelDriveType::Ackermann, WheelDriveType::Omni][n];
         let (joints, steering, angles) = (keys.texts("joints")?, keys.texts("steering")?, keys.numbers("angles")?);
         let length = |key: &'static str, needed: bool| match keys.number(key)? {
             Some(x) if x > 0.0 => Ok(x),
             None if !needed => Ok(0.0),
-            _ => keys.wrong(key, &format!("a length above 0, in metres, for a drive of type {name}")),
+            _ => keys.invalid_value(key, &format!("a length above 0, in metres, for a drive of type {name}")),
         };
         // Without angles, an omnidirectional drive has four mecanum wheels; with angles, the wheels are on a circle
         // whose diameter is the track.
-        let mecanum = form == Form::Omni && angles.is_empty();
-        let drive = Drive {
+        let mecanum = form == WheelDriveType::Omni && angles.is_empty();
+        let drive = WheelDrive {
             radius: length("radius", true)?,
             track: length("track", true)?,
-            wheelbase: length("wheelbase", form == Form::Ackermann || mecanum)?,
+            wheelbase: length("wheelbase", form == WheelDriveType::Ackermann || mecanum)?,
             axle: keys.number("axle")?.unwrap_or(0.0),
             form,
             joints,
@@ -92,29 +92,33 @@ impl Drive {
         let paired = |all: &[String]| !all.is_empty() && all.len().is_multiple_of(2);
         let single = |all: &[String]| all.len() == 1;
         match form {
-            Form::Differential if !paired(&drive.joints) => {
-                keys.wrong("joints", "a non-empty list of paths, left and right alternating")
+            WheelDriveType::Differential if !paired(&drive.joints) => {
+                keys.invalid_value("joints", "a non-empty list of paths, left and right alternating")
             }
-            Form::Ackermann if !paired(&drive.joints) && !single(&drive.joints) => {
-                keys.wrong("joints", "a list of one path, or of an even number of paths, left and right alternating")
-            }
-            Form::Ackermann if !paired(&drive.steering) && !single(&drive.steering) => {
-                keys.wrong("steering", "a list of one path, or of an even number of paths, left and right alternating")
-            }
-            Form::Omni if mecanum && drive.joints.len() != 4 => {
-                keys.wrong("joints", "four paths, front left, front right, rear left, rear right, or set `angles`")
-            }
-            Form::Omni if !mecanum && (drive.joints.len() != drive.angles.len() || drive.joints.len() < 3) => {
-                keys.wrong("angles", "a list of angles, one for each of at least three joints")
+            WheelDriveType::Ackermann if !paired(&drive.joints) && !single(&drive.joints) => keys.invalid_value(
+                "joints",
+                "a list of one path, or of an even number of paths, left and right alternating",
+            ),
+            WheelDriveType::Ackermann if !paired(&drive.steering) && !single(&drive.steering) => keys.invalid_value(
+                "steering",
+                "a list of one path, or of an even number of paths, left and right alternating",
+            ),
+            WheelDriveType::Omni if mecanum && drive.joints.len() != 4 => keys
+                .invalid_value("joints", "four paths, front left, front right, rear left, rear right, or set `angles`"),
+            WheelDriveType::Omni
+                if !mecanum && (drive.joints.len() != drive.angles.len() || drive.joints.len() < 3) =>
+            {
+                keys.invalid_value("angles", "a list of angles, one for each of at least three joints")
             }
             _ => Ok(Some(drive)),
         }
     }
     /// Returns the drive as a table, which is empty if there is no drive.
-    pub fn to_value(drive: Option<&Drive>) -> Value {
+    pub fn to_value(drive: Option<&WheelDrive>) -> Value {
         let Some(d) = drive else { return Value::Map(Vec::new()) };
         let texts = |all: &[String]| Value::List(all.iter().map(Value::text).collect());
-        let mut entries = vec![("type", Value::text(Form::NAMES[d.form as usize])), ("joints", texts(&d.joints))];
+        let mut entries =
+            vec![("type", Value::text(WheelDriveType::NAMES[d.form as usize])), ("joints", texts(&d.joints))];
         if !d.steering.is_empty() {
             entries.push(("steering", texts(&d.steering)));
         }
@@ -141,7 +145,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_read_is_given_back_and_what_cannot_drive_is_refused() {
+    fn drive_round_trips_and_invalid_drives_are_refused() {
         let paths = |all: &[&str]| Value::List(all.iter().map(|p| Value::text(*p)).collect());
         let pair = paths(&["left", "-right"]);
         let good = table(&[
@@ -150,14 +154,14 @@ mod tests {
             ("radius", Value::Float(0.1)),
             ("track", Value::Float(0.3)),
         ]);
-        let read = Drive::from_value(&good).unwrap();
-        assert_eq!(Drive::to_value(read.as_ref()), good);
-        assert_eq!(Drive::from_value(&table(&[])).unwrap(), None);
+        let read = WheelDrive::from_value(&good).unwrap();
+        assert_eq!(WheelDrive::to_value(read.as_ref()), good);
+        assert_eq!(WheelDrive::from_value(&table(&[])).unwrap(), None);
         let with = |key: &str, value: Value| {
             let Value::Map(mut entries) = good.clone() else { unreachable!() };
             entries.retain(|(k, _)| *k != Value::text(key));
             entries.push((Value::text(key), value));
-            Drive::from_value(&Value::Map(entries)).unwrap_err().1
+            WheelDrive::from_value(&Value::Map(entries)).unwrap_err().1
         };
         assert!(with("type", Value::text("legs")).contains("one of differential, ackermann, omni"));
         assert!(with("joints", paths(&["left"])).contains("left and right alternating"));

@@ -34,24 +34,24 @@ impl Folder {
         &self.path
     }
 
-    fn opened(&self) -> Option<&(PathBuf, Dir)> {
+    fn open_handle(&self) -> Option<&(PathBuf, Dir)> {
         let open =
             || Some((fs::canonicalize(&self.path).ok()?, Dir::open_ambient_dir(&self.path, ambient_authority()).ok()?));
         self.opened.get_or_init(open).as_ref()
     }
 
     /// Returns the file with a canonical path if it is in or below this folder. `path` is its path for messages.
-    pub fn below(&self, real: &Path, path: &Path) -> Option<Found<'_>> {
-        let (root, dir) = self.opened()?;
+    pub fn below(&self, real: &Path, path: &Path) -> Option<FoundFile<'_>> {
+        let (root, dir) = self.open_handle()?;
         let name = real.strip_prefix(root).ok()?;
         let name = if name.as_os_str().is_empty() { PathBuf::from(".") } else { name.to_owned() };
-        Some(Found { path: path.to_owned(), dir, name })
+        Some(FoundFile { path: path.to_owned(), dir, name })
     }
 }
 
 /// The reason why a file is not opened.
 #[derive(Debug)]
-pub enum Refused {
+pub enum OpenError {
     /// The file is in none of the folders.
     Missing(String),
     /// The file is not a regular file.
@@ -60,18 +60,18 @@ pub enum Refused {
     Forbidden(String),
 }
 
-impl Refused {
+impl OpenError {
     /// Returns the message, which contains the path.
     pub fn text(self) -> String {
         match self {
-            Refused::Missing(text) | Refused::Irregular(text) | Refused::Forbidden(text) => text,
+            OpenError::Missing(text) | OpenError::Irregular(text) | OpenError::Forbidden(text) => text,
         }
     }
 }
 
 /// A file found in one of the folders.
 #[derive(Debug)]
-pub struct Found<'a> {
+pub struct FoundFile<'a> {
     /// Path of the file, for messages and for plugins that open the file by path.
     pub path: PathBuf,
     dir: &'a Dir,
@@ -79,25 +79,25 @@ pub struct Found<'a> {
     name: PathBuf,
 }
 
-impl Found<'_> {
+impl FoundFile<'_> {
     /// Opens the file, which must be a regular one; `mode` consists of `TATU_FILE_*` bits. `name` is the name of the
     /// file as it was given, for messages.
-    pub fn open(&self, name: &Path, mode: u32) -> Result<fs::File, Refused> {
+    pub fn open(&self, name: &Path, mode: u32) -> Result<fs::File, OpenError> {
         if mode & TATU_FILE_FOLDERS != 0
             && let Some(above) = self.name.parent().filter(|p| !p.as_os_str().is_empty())
         {
-            self.dir.create_dir_all(above).map_err(|e| system(&self.path, &e))?;
+            self.dir.create_dir_all(above).map_err(|e| system_error(&self.path, &e))?;
         }
         // The type is checked before opening, because opening alone can have effects, for example on a device.
         if self.dir.symlink_metadata(&self.name).is_ok_and(|about| !about.is_file()) {
-            return Err(not_plain(&self.path));
+            return Err(irregular_file(&self.path));
         }
         let file = self.dir.open_with(&self.name, &options(mode)).map_err(|e| match e.kind() {
-            ErrorKind::NotFound => missing(name, &[&self.path]),
-            _ => system(&self.path, &e),
+            ErrorKind::NotFound => missing_file(name, &[&self.path]),
+            _ => system_error(&self.path, &e),
         })?;
         let plain = file.metadata().is_ok_and(|about| about.is_file());
-        if plain { Ok(file.into_std()) } else { Err(not_plain(&self.path)) }
+        if plain { Ok(file.into_std()) } else { Err(irregular_file(&self.path)) }
     }
 }
 
@@ -108,7 +108,7 @@ pub fn locate<'a>(
     among: &[&'a Folder],
     writes: bool,
     makes_folders: bool,
-) -> Result<Option<Found<'a>>, Refused> {
+) -> Result<Option<FoundFile<'a>>, OpenError> {
     if !among.iter().any(|folder| full.starts_with(&folder.path)) {
         return Ok(None);
     }
@@ -116,23 +116,23 @@ pub fn locate<'a>(
         Ok(real) => real,
         // Opening a dangling link for writing would create its target.
         Err(_) if fs::symlink_metadata(full).is_ok_and(|m| m.file_type().is_symlink()) => {
-            return Err(Refused::Forbidden(format!(
+            return Err(OpenError::Forbidden(format!(
                 "`{}` is a dangling link, which is not followed; remove it, or open a different file",
                 full.display()
             )));
         }
-        Err(e) if e.kind() == ErrorKind::NotFound && writes => match not_yet(full, makes_folders) {
+        Err(e) if e.kind() == ErrorKind::NotFound && writes => match path_to_create(full, makes_folders) {
             Some(real) => real,
             None => return Ok(None),
         },
         Err(e) if e.kind() == ErrorKind::NotFound => return Ok(None),
-        Err(e) => return Err(system(full, &e)),
+        Err(e) => return Err(system_error(full, &e)),
     };
     if let Some(found) = among.iter().find_map(|folder| folder.below(&real, full)) {
         return Ok(Some(found));
     }
     let list: Vec<_> = among.iter().map(|f| f.path.display().to_string()).collect();
-    Err(Refused::Forbidden(format!(
+    Err(OpenError::Forbidden(format!(
         "`{}` links to a path outside the folders that scripts may use: {}",
         full.display(),
         list.join(", ")
@@ -140,11 +140,13 @@ pub fn locate<'a>(
 }
 
 /// Returns the canonical path of a file to be created, or `None` if its folder neither exists nor will be created.
-fn not_yet(full: &Path, makes_folders: bool) -> Option<PathBuf> {
+fn path_to_create(full: &Path, makes_folders: bool) -> Option<PathBuf> {
     let (above, last) = (full.parent()?, full.file_name()?);
     match fs::canonicalize(above) {
         Ok(real) => Some(real.join(last)),
-        Err(_) if makes_folders && fs::symlink_metadata(above).is_err() => Some(not_yet(above, true)?.join(last)),
+        Err(_) if makes_folders && fs::symlink_metadata(above).is_err() => {
+            Some(path_to_create(above, true)?.join(last))
+        }
         Err(_) => None,
     }
 }
@@ -166,22 +168,22 @@ fn options(mode: u32) -> cap_std::fs::OpenOptions {
 }
 
 /// Returns the refusal of a file that is in none of the folders.
-pub fn missing(name: &Path, folders: &[&Path]) -> Refused {
+pub fn missing_file(name: &Path, folders: &[&Path]) -> OpenError {
     let list: Vec<_> = folders.iter().map(|r| r.display().to_string()).collect();
     let name = name.display();
-    Refused::Missing(format!("there is no file `{name}` in the folders that scripts may use: {}", list.join(", ")))
+    OpenError::Missing(format!("there is no file `{name}` in the folders that scripts may use: {}", list.join(", ")))
 }
 
-fn not_plain(path: &Path) -> Refused {
-    Refused::Irregular(format!("`{}` is not a regular file; scripts can open only regular files", path.display()))
+fn irregular_file(path: &Path) -> OpenError {
+    OpenError::Irregular(format!("`{}` is not a regular file; scripts can open only regular files", path.display()))
 }
 
-fn system(path: &Path, e: &io::Error) -> Refused {
-    Refused::Forbidden(format!("`{}` cannot be opened: {e}", path.display()))
+fn system_error(path: &Path, e: &io::Error) -> OpenError {
+    OpenError::Forbidden(format!("`{}` cannot be opened: {e}", path.display()))
 }
 
 /// Returns a path without `.` and `..`, resolved lexically: links are not followed.
-pub fn normal(path: &Path) -> PathBuf {
+pub fn normalize(path: &Path) -> PathBuf {
     let mut out = PathBuf::new();
     for c in path.components() {
         match c {

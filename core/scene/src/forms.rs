@@ -3,17 +3,17 @@
 use std::sync::Arc;
 
 use nalgebra::{Isometry3, Vector3};
-use tatu_geometry::{Form, Mesh, Part};
+use tatu_geometry::{Form, Mesh, SolidPart};
 
 use super::{Primitive, Shape};
 
 /// Relative difference between the extents of a sphere up to which it is a ball: rounding errors of files that store
 /// sizes in single precision.
-const EVEN: f64 = 1e-6;
+const BALL_SIZE_TOLERANCE: f64 = 1e-6;
 
 /// Returns whether the extents of a sphere differ, so that it is an ellipsoid.
-fn is_uneven(primitive: Primitive, size: Vector3<f64>) -> bool {
-    primitive == Primitive::Sphere && size.max() - size.min() > EVEN * size.max()
+fn is_ellipsoid(primitive: Primitive, size: Vector3<f64>) -> bool {
+    primitive == Primitive::Sphere && size.max() - size.min() > BALL_SIZE_TOLERANCE * size.max()
 }
 
 /// Returns the extents of the spheres of a shape that are ellipsoids.
@@ -21,7 +21,8 @@ pub(crate) fn ellipsoids(shape: &Shape) -> Vec<Vector3<f64>> {
     let parts = shape.parts.iter().filter(|_| shape.primitive == Primitive::Compound).map(|p| (p.primitive, p.size));
     let own = [Some((shape.primitive, shape.size)), shape.collide_as.map(|p| (p, collide_size(shape)))];
     let mut found: Vec<Vector3<f64>> = Vec::new();
-    for (_, size) in own.into_iter().flatten().chain(parts).filter(|(primitive, size)| is_uneven(*primitive, *size)) {
+    for (_, size) in own.into_iter().flatten().chain(parts).filter(|(primitive, size)| is_ellipsoid(*primitive, *size))
+    {
         if !found.contains(&size) {
             found.push(size);
         }
@@ -50,7 +51,7 @@ fn form(
     (mesh, convex): (Option<&Arc<Mesh>>, bool),
 ) -> Option<Form> {
     Some(match primitive {
-        Primitive::Sphere if is_uneven(primitive, size) => ellipsoid(shape, size),
+        Primitive::Sphere if is_ellipsoid(primitive, size) => ellipsoid(shape, size),
         Primitive::Box => Form::Box { half: size / 2.0 },
         Primitive::Sphere => Form::Sphere { radius: size.x / 2.0 },
         Primitive::Cylinder => Form::Cylinder { radius: size.x / 2.0, half_length: size.z / 2.0 },
@@ -62,38 +63,38 @@ fn form(
 }
 
 /// Returns the parts of a shape that are rendered and detected by beams.
-pub fn visible_parts(shape: &Shape) -> Vec<Part> {
+pub fn visible_parts(shape: &Shape) -> Vec<SolidPart> {
     if shape.primitive == Primitive::Compound {
         let part = |p: &super::ShapePart| {
             let form = form(shape, p.primitive, p.size, (p.mesh.as_ref(), p.convex))?;
             let texture = p.texture.as_ref().or(shape.texture.as_ref()).and_then(|t| t.on(&p.pose));
-            Some(Part { pose: p.pose, form, friction: p.friction, color: p.color, texture })
+            Some(SolidPart { pose: p.pose, form, friction: p.friction, color: p.color, texture })
         };
         return shape.parts.iter().filter_map(part).collect();
     }
     let texture = shape.texture.as_ref().and_then(|t| t.on(&Isometry3::identity()));
     let form = form(shape, shape.primitive, shape.size, (shape.mesh.as_ref(), shape.convex));
-    form.map(|form| Part { texture, ..whole(form) }).into_iter().collect()
+    form.map(|form| SolidPart { texture, ..whole_shape_part(form) }).into_iter().collect()
 }
 
 /// Returns a part that consists of the whole shape.
-fn whole(form: Form) -> Part {
-    Part { pose: Isometry3::identity(), form, friction: None, color: None, texture: None }
+fn whole_shape_part(form: Form) -> SolidPart {
+    SolidPart { pose: Isometry3::identity(), form, friction: None, color: None, texture: None }
 }
 
 /// Returns the parts of a shape that collide.
-pub fn collision_parts(shape: &Shape) -> Vec<Part> {
+pub fn collision_parts(shape: &Shape) -> Vec<SolidPart> {
     match shape.collide_as {
         None => visible_parts(shape),
         Some(primitive) => form(shape, primitive, collide_size(shape), (shape.mesh.as_ref(), shape.convex))
-            .map(whole)
+            .map(whole_shape_part)
             .into_iter()
             .collect(),
     }
 }
 
 /// Returns whether the collision form of a shape is infinite.
-pub fn is_endless(shape: &Shape) -> bool {
+pub fn is_infinite(shape: &Shape) -> bool {
     let plane = |primitive| primitive == Primitive::Plane;
     match (shape.collide_as, shape.primitive) {
         (None, Primitive::Compound) => shape.parts.iter().any(|part| plane(part.primitive)),

@@ -5,24 +5,24 @@
 //! - `object`: a single object; `tree`: the tree of all objects, in slots with generations; `names`, `name_index`:
 //!   lookup by path and by unique name; `moves`: the shapes that have moved;
 //! - `transforms`: poses by slot, current and at the last barrier; `poses`: reading and setting poses;
-//! - `property`: declarations of properties; [`rows`]: the table of the core's properties; `properties`: reading and
+//! - `property`: declarations of properties; [`property_table`]: the table of the core's properties; `properties`: reading and
 //!   setting them;
 //! - [`folders`]: folders below which files are opened;
-//! - `forms`: the solids of a shape; `matter`: their mass, centre of mass and inertia at uniform density; `drive`: the
+//! - `forms`: the solids of a shape; `mass_properties`: their mass, centre of mass and inertia at uniform density; `drive`: the
 //!   wheel drive of a robot; `texture`: images on shapes;
 //! - `dynamics`: bodies and joints of the engine; `body_rules`: rules for their creation from objects; `mechanisms`:
-//!   the choice of solver for the joints of a mechanism; `closing`: whether loops can be closed; `mechanics`: checks of
+//!   the choice of solver for the joints of a mechanism; `loop_closure`: whether loops can be closed; `mechanics`: checks of
 //!   a scene's mechanics; `notices`: warnings that are given once.
 
 mod body_rules;
-mod closing;
 pub mod document;
 mod drive;
 mod dynamics;
 pub mod folders;
 mod forms;
 pub mod graph;
-mod matter;
+mod loop_closure;
+mod mass_properties;
 mod mechanics;
 mod mechanisms;
 mod moves;
@@ -34,29 +34,29 @@ mod object;
 mod poses;
 mod properties;
 mod property;
-pub mod rows;
+pub mod property_table;
 mod texture;
 mod transforms;
 mod tree;
 
 pub use document::FrictionPair;
-pub use drive::Drive;
-pub use dynamics::{AfterStep, Dynamics, Hooks, mass_props};
-pub use forms::{collision_parts, is_endless, visible_parts};
-pub use matter::{centre_of_mass, inertia, mass, uniform_inertia};
-pub use mechanics::mechanics;
-pub use mechanisms::solvers;
-pub use moves::Moves;
-pub use names::{ALIAS, is_alias};
+pub use drive::WheelDrive;
+pub use dynamics::{AfterStep, Dynamics, StepHooks, mass_props};
+pub use forms::{collision_parts, is_infinite, visible_parts};
+pub use mass_properties::{centre_of_mass, inertia, mass, uniform_inertia};
+pub use mechanics::check_mechanics;
+pub use mechanisms::describe_solvers;
+pub use moves::MoveLog;
+pub use names::{ALIAS_RULE, is_alias};
 pub use object::{
-    ActuatorData, Body, Camera, Control, Course, Data, Derived, Follow, ForceSensor, Joint, JointSolver, JointType,
-    Kind, Light, LightForm, Object, Path, Primitive, SensorData, SensorTargets, Shape, ShapePart, notes, notes_value,
-    part_images, part_meshes,
+    ActuatorObject, Camera, ControlMode, DerivedGeometry, FollowRule, ForceSensor, Joint, JointSolver, JointType,
+    Light, LightForm, Object, ObjectKind, ObjectVariant, Primitive, ScenePath, SensorObject, SensorTargets, Shape,
+    ShapeBody, ShapePart, TargetSpline, notes, notes_value, part_images, part_meshes,
 };
-pub use properties::{get, is_drive, numbers, set, set_numbers};
-pub use rows::Effect;
+pub use properties::{get, get_numbers, is_drive_parameter, set, set_numbers};
+pub use property_table::ChangeEffect;
 pub use texture::ShapeTexture;
-pub use tree::{Handle, Scene};
+pub use tree::{ObjectHandle, Scene};
 
 use nalgebra::{Isometry3, Quaternion, Rotation3, Translation3, UnitQuaternion, Vector3};
 

@@ -5,34 +5,34 @@
 use std::collections::BTreeMap;
 
 use nalgebra::{Matrix3, Point3, Vector3};
-use tatu_physics::Motion;
+use tatu_physics::MotionType;
 
 use super::{
     Scene, Shape,
     body_rules::{motion_of, tie_of},
     centre_of_mass,
-    document::Settings,
+    document::WorldSettings,
     mass, uniform_inertia,
 };
 
 /// Mass ratio of two bodies that a joint connects, up to which joints and contacts have been tested.
-const MOST_RATIO: f64 = 1000.0;
+const MAX_MASS_RATIO: f64 = 1000.0;
 
 /// Longest sub-step with which a stack of ten boxes is stable, s: the boxes shift by 0.4 mm. With twice the length,
 /// they sink by 70 mm.
-const COARSEST: f64 = 0.005;
+const MAX_SUBSTEP_S: f64 = 0.005;
 
 /// Relative rounding tolerance in the triangle inequality of principal moments of inertia.
-const ROUNDING: f64 = 1e-6;
+const INERTIA_TOLERANCE: f64 = 1e-6;
 
 /// Returns one message for each problem of a scene's mechanics.
-pub fn mechanics(scene: &Scene, settings: &Settings) -> Vec<String> {
+pub fn check_mechanics(scene: &Scene, settings: &WorldSettings) -> Vec<String> {
     let mut found = Vec::new();
     let substep = settings.physics_dt.min(settings.dt) / f64::from(settings.physics_substeps.max(1));
-    if substep > COARSEST {
+    if substep > MAX_SUBSTEP_S {
         found.push(format!(
             "physics steps of {} s in {} sub-steps are too coarse for contacts: stacked objects sink and topple; set \
-             `physics_dt_s` or `physics_substeps` for sub-steps of at most {COARSEST} s",
+             `physics_dt_s` or `physics_substeps` for sub-steps of at most {MAX_SUBSTEP_S} s",
             settings.physics_dt.min(settings.dt),
             settings.physics_substeps
         ));
@@ -41,10 +41,10 @@ pub fn mechanics(scene: &Scene, settings: &Settings) -> Vec<String> {
     let mut alike: BTreeMap<String, Vec<String>> = BTreeMap::new();
     for (slot, object) in scene.slots() {
         let Some(shape) = object.shape().filter(|s| s.dynamic) else { continue };
-        if let Some(why) = impossible(shape) {
+        if let Some(why) = impossible_inertia(shape) {
             alike.entry(why).or_default().push(scene.path(slot));
         }
-        found.extend(uneven(scene, slot, shape));
+        found.extend(extreme_mass_ratio(scene, slot, shape));
     }
     for (why, paths) in alike {
         let others = if paths.len() > 1 { format!(" and {} like it", paths.len() - 1) } else { String::new() };
@@ -73,7 +73,7 @@ fn broken_drives(scene: &Scene) -> Vec<String> {
 
 /// Returns why a body's inertia is impossible, or `None` if it is possible: all principal moments must be positive, and
 /// none can exceed the sum of the other two.
-fn impossible(shape: &Shape) -> Option<String> {
+fn impossible_inertia(shape: &Shape) -> Option<String> {
     let inertia = Matrix3::from_row_slice(shape.inertia.as_ref()?);
     let mut moments: Vec<f64> = inertia.symmetric_eigenvalues().iter().copied().collect();
     moments.sort_unstable_by(f64::total_cmp);
@@ -83,7 +83,7 @@ fn impossible(shape: &Shape) -> Option<String> {
     if *a <= 0.0 {
         return Some(format!("a moment of inertia is {a:.3e} kg m^2, but must be above 0; {help}"));
     }
-    (a + b < c * (1.0 - ROUNDING)).then(|| {
+    (a + b < c * (1.0 - INERTIA_TOLERANCE)).then(|| {
         format!(
             "no body has moments of inertia of {a:.3e}, {b:.3e} and {c:.3e} kg m^2: none can exceed the sum of the \
              other two; {help}"
@@ -91,17 +91,17 @@ fn impossible(shape: &Shape) -> Option<String> {
     })
 }
 
-/// Returns a message if the masses above and below a shape's joint differ by a factor of more than `MOST_RATIO`.
-fn uneven(scene: &Scene, slot: u32, shape: &Shape) -> Option<String> {
+/// Returns a message if the masses above and below a shape's joint differ by a factor of more than `MAX_MASS_RATIO`.
+fn extreme_mass_ratio(scene: &Scene, slot: u32, shape: &Shape) -> Option<String> {
     let (above, tie) = tie_of(scene, slot)?;
-    if motion_of(scene, above) != Some(Motion::Dynamic) {
+    if motion_of(scene, above) != Some(MotionType::Dynamic) {
         return None;
     }
     let (one, other) = (mass(scene.get(above)?.shape()?), mass(shape));
     let ratio = one.max(other) / one.min(other);
-    (ratio > MOST_RATIO).then(|| {
+    (ratio > MAX_MASS_RATIO).then(|| {
         format!(
-            "`{}` connects bodies of {one:.3e} kg and {other:.3e} kg: at mass ratios above {MOST_RATIO}, rounding \
+            "`{}` connects bodies of {one:.3e} kg and {other:.3e} kg: at mass ratios above {MAX_MASS_RATIO}, rounding \
              errors make the lighter body shake; increase its mass, or merge the two bodies",
             scene.path(tie)
         )
@@ -135,7 +135,7 @@ fn grippers(scene: &Scene) -> Vec<Gripper> {
     found
 }
 
-fn weak_grippers(scene: &Scene, settings: &Settings) -> Vec<String> {
+fn weak_grippers(scene: &Scene, settings: &WorldSettings) -> Vec<String> {
     let mut found = Vec::new();
     for gripper in grippers(scene) {
         let [a, b] = gripper.fingers.map(|f| scene.world(f).translation.vector);

@@ -8,25 +8,25 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use tatu_physics::{JointForm, Motion};
+use tatu_physics::{JointForm, MotionType};
 
 use super::{
-    Control, Data, JointSolver, JointType, Scene,
+    ControlMode, JointSolver, JointType, ObjectVariant, Scene,
     body_rules::{has_special_surface, motion_of, tie_of},
     centre_of_mass, dynamics,
 };
 
 /// Maximum distance of a wheel's centre of mass from its axis, m.
-const CENTRED: f64 = 1e-3;
+const MAX_WHEEL_OFFSET_M: f64 = 1e-3;
 
 /// Minimum cosine of the angle between a steering axis and the vertical: 25 degrees.
-const UPRIGHT: f64 = 0.9;
+const MIN_UPRIGHT_COSINE: f64 = 0.9;
 
 /// Maximum number of joints between the root of a vehicle and a wheel: a caster has a swivel joint and a wheel joint.
-const DEEPEST: u32 = 2;
+const MAX_WHEEL_DEPTH: u32 = 2;
 
 /// The solvers chosen for all mechanisms.
-struct Forms {
+struct SolverChoices {
     /// For each shape that is connected to a shape above it: the slots of the shape above, and of the joint or force
     /// sensor in between.
     ties: BTreeMap<u32, (u32, u32)>,
@@ -38,7 +38,7 @@ struct Forms {
 }
 
 /// The solvers of all mechanisms, for the engine.
-pub(super) struct Solvers {
+pub(super) struct MechanismSolvers {
     /// The form in which each joint and force sensor is solved, by the shape below it.
     pub forms: BTreeMap<u32, JointForm>,
     /// The shapes whose own choice of solver is not used, with the shape of the same mechanism whose choice is.
@@ -46,25 +46,25 @@ pub(super) struct Solvers {
 }
 
 /// Returns the solvers of all mechanisms.
-pub(super) fn chosen(scene: &Scene) -> Solvers {
-    let Forms { ties, of_root, unused } = choose(scene);
-    let of = |child: u32| of_root.get(&root(&ties, child).0).map(|(form, _)| *form).unwrap_or_default();
-    Solvers { forms: ties.keys().map(|child| (*child, of(*child))).collect(), unused }
+pub(super) fn choose_solvers(scene: &Scene) -> MechanismSolvers {
+    let SolverChoices { ties, of_root, unused } = choose_forms(scene);
+    let of = |child: u32| of_root.get(&root_of(&ties, child).0).map(|(form, _)| *form).unwrap_or_default();
+    MechanismSolvers { forms: ties.keys().map(|child| (*child, of(*child))).collect(), unused }
 }
 
 /// Returns the solver of the mechanism that a shape belongs to, and the reason for the choice, or an empty string if
 /// the shape does not belong to a mechanism.
 pub(crate) fn solver_used(scene: &Scene, slot: u32) -> String {
-    let Forms { ties, of_root, .. } = choose(scene);
-    of_root.get(&root(&ties, slot).0).map_or_else(String::new, described)
+    let SolverChoices { ties, of_root, .. } = choose_forms(scene);
+    of_root.get(&root_of(&ties, slot).0).map_or_else(String::new, describe_choice)
 }
 
 /// Returns the path of the root shape of each mechanism, with the solver and the reason, in ascending order of slots.
-pub fn solvers(scene: &Scene) -> Vec<(String, String)> {
-    choose(scene).of_root.iter().map(|(root, choice)| (scene.path(*root), described(choice))).collect()
+pub fn describe_solvers(scene: &Scene) -> Vec<(String, String)> {
+    choose_forms(scene).of_root.iter().map(|(root, choice)| (scene.path(*root), describe_choice(choice))).collect()
 }
 
-fn described((form, why): &(JointForm, &'static str)) -> String {
+fn describe_choice((form, why): &(JointForm, &'static str)) -> String {
     let name = match form {
         JointForm::Reduced => JointSolver::Reduced.name(),
         JointForm::Impulse | JointForm::Loop => JointSolver::Impulse.name(),
@@ -73,7 +73,7 @@ fn described((form, why): &(JointForm, &'static str)) -> String {
     format!("{name}: {why}")
 }
 
-fn choose(scene: &Scene) -> Forms {
+fn choose_forms(scene: &Scene) -> SolverChoices {
     let ties: BTreeMap<u32, (u32, u32)> = scene.slots().filter_map(|(s, _)| Some((s, tie_of(scene, s)?))).collect();
     let mut of_root = BTreeMap::new();
     let mut light: BTreeMap<u32, bool> = BTreeMap::new();
@@ -81,16 +81,16 @@ fn choose(scene: &Scene) -> Forms {
     let mut coupled: BTreeSet<u32> = BTreeSet::new();
     let geared: BTreeSet<u32> = dynamics::geared(scene).into_iter().flat_map(|(a, b)| [a, b]).collect();
     for (child, (_, tie)) in &ties {
-        let (root, depth) = root(&ties, *child);
+        let (root, depth) = root_of(&ties, *child);
         let screw = scene.get(*tie).and_then(|o| o.joint()).is_some_and(|j| j.lead_per_radian() != 0.0);
         if screw || geared.contains(tie) {
             coupled.insert(root);
         }
         let wheels = light.entry(root).or_insert(true);
-        *wheels &= depth <= DEEPEST && is_light(scene, *tie, *child, !leads.contains(child));
+        *wheels &= depth <= MAX_WHEEL_DEPTH && suits_impulses(scene, *tie, *child, !leads.contains(child));
     }
     let asked = |slot: u32| scene.get(slot).and_then(|o| o.shape()).map(|s| s.joint_solver).unwrap_or_default();
-    let roots: BTreeMap<u32, u32> = ties.keys().map(|child| (*child, root(&ties, *child).0)).collect();
+    let roots: BTreeMap<u32, u32> = ties.keys().map(|child| (*child, root_of(&ties, *child).0)).collect();
     // The choice of the first shape applies, or of the shape with the lowest slot among those below it that made one.
     let mut chosen: BTreeMap<u32, u32> = BTreeMap::new();
     let mut unused = Vec::new();
@@ -115,11 +115,11 @@ fn choose(scene: &Scene) -> Forms {
             // Only the reduced form supports coupled joints.
             _ if coupled.contains(&root) => (JointForm::Reduced, "gears or screws couple its joints"),
             // In reduced coordinates, a kinematic body has no velocity.
-            _ if moves == Some(Motion::Kinematic) => (JointForm::Impulse, "its first shape is kinematic"),
+            _ if moves == Some(MotionType::Kinematic) => (JointForm::Impulse, "its first shape is kinematic"),
             JointSolver::Tree => tree("its own joint_solver"),
             JointSolver::Reduced => (JointForm::Reduced, "its own joint_solver"),
             JointSolver::Impulse => (JointForm::Impulse, "its own joint_solver"),
-            _ if vehicle && moves == Some(Motion::Dynamic) => {
+            _ if vehicle && moves == Some(MotionType::Dynamic) => {
                 (JointForm::Impulse, "a vehicle: its wheels turn about their centres of mass")
             }
             _ if scene.joint_solver == JointSolver::Reduced => (JointForm::Reduced, "the scene's joint_solver"),
@@ -127,7 +127,7 @@ fn choose(scene: &Scene) -> Forms {
         };
         of_root.insert(root, choice);
     }
-    Forms { ties, of_root, unused }
+    SolverChoices { ties, of_root, unused }
 }
 
 /// Returns the root shapes of mechanisms that cannot be solved as trees of links, with the reason. Loops require
@@ -138,7 +138,7 @@ fn unfit_for_trees(scene: &Scene, ties: &BTreeMap<u32, (u32, u32)>) -> BTreeMap<
         let mut at = scene.get(dummy).map(|o| o.parent);
         while let Some((slot, o)) = at.and_then(|slot| Some((slot, scene.get(slot)?))) {
             if motion_of(scene, slot).is_some() {
-                unfit.insert(root(ties, slot).0, "linked dummies close a loop");
+                unfit.insert(root_of(ties, slot).0, "linked dummies close a loop");
                 break;
             }
             at = Some(o.parent);
@@ -146,14 +146,14 @@ fn unfit_for_trees(scene: &Scene, ties: &BTreeMap<u32, (u32, u32)>) -> BTreeMap<
     }
     for (child, (above, _)) in ties {
         if has_special_surface(scene, *child) || has_special_surface(scene, *above) {
-            unfit.insert(root(ties, *child).0, "a surface with axis, rolling or spinning friction");
+            unfit.insert(root_of(ties, *child).0, "a surface with axis, rolling or spinning friction");
         }
     }
     unfit
 }
 
 /// Returns the root shape of the mechanism of a shape, and the number of joints and force sensors in between.
-fn root(ties: &BTreeMap<u32, (u32, u32)>, child: u32) -> (u32, u32) {
+fn root_of(ties: &BTreeMap<u32, (u32, u32)>, child: u32) -> (u32, u32) {
     let (mut at, mut depth) = (child, 0);
     while let Some((above, _)) = ties.get(&at) {
         (at, depth) = (*above, depth + 1);
@@ -164,8 +164,8 @@ fn root(ties: &BTreeMap<u32, (u32, u32)>, child: u32) -> (u32, u32) {
 /// Returns whether impulses suffice for a joint. It must be revolute, without dry friction, armature and spring. If the
 /// body below it is the last of the chain, the centre of mass must be on the axis; otherwise, the joint must be free or
 /// its axis upright.
-fn is_light(scene: &Scene, tie: u32, child: u32, last: bool) -> bool {
-    let Some(Data::Joint(j)) = scene.get(tie).map(|o| &o.data) else { return false };
+fn suits_impulses(scene: &Scene, tie: u32, child: u32, last: bool) -> bool {
+    let Some(ObjectVariant::Joint(j)) = scene.get(tie).map(|o| &o.data) else { return false };
     let passive = &j.passive;
     if j.kind != JointType::Revolute || passive.friction > 0.0 || passive.armature > 0.0 || passive.stiffness > 0.0 {
         return false;
@@ -173,10 +173,10 @@ fn is_light(scene: &Scene, tie: u32, child: u32, last: bool) -> bool {
     if !last {
         // The swivel axis of a caster, or an upright steering axis, carries no torque from weight.
         let axis = scene.world(tie).rotation * nalgebra::Vector3::z();
-        return j.control == Control::Free || axis.z.abs() > UPRIGHT;
+        return j.control == ControlMode::Free || axis.z.abs() > MIN_UPRIGHT_COSINE;
     }
     let Some(shape) = scene.get(child).and_then(|o| o.shape()) else { return false };
     let com = scene.world(child) * nalgebra::Point3::from(centre_of_mass(shape));
     let local = scene.world(tie).inverse_transform_point(&com);
-    libm::hypot(local.x, local.y) <= CENTRED
+    libm::hypot(local.x, local.y) <= MAX_WHEEL_OFFSET_M
 }

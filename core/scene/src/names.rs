@@ -2,10 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use super::{Kind, Object, Scene};
+use super::{Object, ObjectKind, Scene};
 
 /// Description of a valid alias, for error messages.
-pub const ALIAS: &str = "a non-empty string without `/` or control characters";
+pub const ALIAS_RULE: &str = "a non-empty string without `/` or control characters";
 
 /// Returns whether a string is a valid alias. An alias must not contain `/`, which separates the parts of a path, or
 /// control characters, because aliases are displayed in lists.
@@ -59,7 +59,7 @@ impl Scene {
             _ => return self.find_name(path),
         };
         for part in rest.split('/').filter(|p| !p.is_empty()) {
-            base = self.below(base, part)?;
+            base = self.find_below(base, part)?;
         }
         (base != 0).then_some(base)
     }
@@ -87,7 +87,7 @@ impl Scene {
     }
 
     /// Returns the first object below `base` (at any depth, breadth first) that matches a part of a path.
-    pub fn below(&self, base: u32, part: &str) -> Option<u32> {
+    pub fn find_below(&self, base: u32, part: &str) -> Option<u32> {
         let (pattern, sibling, index) = split_index(part)?;
         let wild = pattern.contains(['*', '?']);
         let fits = |o: &Object| if wild { matches(&pattern, &o.alias) } else { o.alias == pattern };
@@ -128,7 +128,7 @@ impl Scene {
     /// Returns all objects below `base`, at any depth, whose alias matches a pattern with `*` and `?`.
     pub fn all_below(&self, base: u32, pattern: &str) -> Vec<u32> {
         let fits = |slot: &u32| *slot != base && self.get(*slot).is_some_and(|o| matches(pattern, &o.alias));
-        self.tree(base).into_iter().filter(fits).collect()
+        self.subtree(base).into_iter().filter(fits).collect()
     }
 
     /// Finds an object by unique name: "b", "b#0", or "b#" for exactly "b".
@@ -138,8 +138,8 @@ impl Scene {
             Some((alias, n)) => (alias, n.parse().ok()?),
             None => (name, -1),
         };
-        let is_script = |s: &u32| self.get(*s).is_none_or(|o| o.kind() == Kind::Script);
-        self.index.named(alias, suffix).find(|s| !is_script(s))
+        let is_script = |s: &u32| self.get(*s).is_none_or(|o| o.kind() == ObjectKind::Script);
+        self.index.objects_named(alias, suffix).find(|s| !is_script(s))
     }
 
     /// Returns the only object with this alias, or `None` if no object or several objects have it.
@@ -173,7 +173,7 @@ impl Scene {
             let suffix = self.get(*slot).map_or(-1, |o| o.suffix);
             self.index.remove(alias, suffix, *slot);
         }
-        let suffix = self.index.free(aliases.iter().map(String::as_str));
+        let suffix = self.index.free_suffix(aliases.iter().map(String::as_str));
         for (slot, alias) in slots.iter().zip(&aliases) {
             self.set_name(*slot, alias, suffix);
         }
@@ -226,30 +226,31 @@ mod tests {
     use nalgebra::Isometry3;
 
     use super::*;
-    use crate::Data;
+    use crate::ObjectVariant;
 
     fn scene() -> Scene {
         let mut s = Scene::default();
         for parts in [&["arm", "hand"][..], &["arm"]] {
-            let add = |s: &mut Scene, p, a: &str| s.add(p, a, Isometry3::identity(), Data::Dummy(None)).unwrap();
+            let add =
+                |s: &mut Scene, p, a: &str| s.add(p, a, Isometry3::identity(), ObjectVariant::Dummy(None)).unwrap();
             let robot = add(&mut s, 0, "robot");
             parts.iter().fold(robot, |above, part| add(&mut s, above, part));
             s.set_model_base(robot, true);
-            let tree = s.tree(robot);
+            let tree = s.subtree(robot);
             s.make_unique(&tree);
         }
         s
     }
 
     #[test]
-    fn all_paths_are_those_of_each() {
+    fn paths_of_all_objects_equal_individual_paths() {
         let s = scene();
         let one_by_one: BTreeMap<u32, String> = s.slots().map(|(slot, _)| (slot, s.path(slot))).collect();
         assert_eq!(s.paths(), one_by_one);
     }
 
     #[test]
-    fn paths_lead_back_to_their_objects() {
+    fn paths_resolve_to_their_objects() {
         let s = scene();
         for (slot, _) in s.slots() {
             assert_eq!(s.find(0, &s.path(slot)), Some(slot), "{}", s.path(slot));
@@ -270,7 +271,7 @@ mod tests {
     }
 
     #[test]
-    fn copies_get_one_number_for_all_their_parts() {
+    fn parts_of_a_copy_share_one_suffix() {
         let s = scene();
         assert_eq!(s.find(0, "arm#0"), s.find(0, "/robot[1]/arm"));
         assert_eq!(s.find(0, "arm"), s.find(0, "/robot[0]/arm"));

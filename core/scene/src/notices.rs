@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 /// The kind of a warning.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub(crate) enum Notice {
+pub(crate) enum NoticeKind {
     /// A mesh that encloses no volume, so its hull determines mass properties.
     OpenMesh,
     /// A sphere whose extents differ.
@@ -19,20 +19,20 @@ pub(crate) enum Notice {
 
 /// The warnings that have been given, by kind and uid of the object, and those that are still to be given.
 #[derive(Default)]
-pub(crate) struct Notices {
-    told: BTreeSet<(Notice, u64)>,
+pub(crate) struct NoticeQueue {
+    given: BTreeSet<(NoticeKind, u64)>,
     pending: Vec<String>,
 }
 
-impl Notices {
+impl NoticeQueue {
     /// Returns the warnings that have not been given yet.
-    pub fn take(&mut self) -> Vec<String> {
+    pub fn take_pending(&mut self) -> Vec<String> {
         std::mem::take(&mut self.pending)
     }
 
     /// Returns whether a warning is given for the first time for an object.
-    pub fn is_new(&mut self, notice: Notice, uid: u64) -> bool {
-        self.told.insert((notice, uid))
+    pub fn is_new(&mut self, notice: NoticeKind, uid: u64) -> bool {
+        self.given.insert((notice, uid))
     }
 
     /// Adds a warning.

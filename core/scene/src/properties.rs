@@ -6,57 +6,60 @@ use tatu_plugin_api::{abi::*, safe::Value};
 use tatu_plugins::texts::label;
 
 use crate::{
-    ALIAS, Data, Derived, Object, Scene,
+    ALIAS_RULE, DerivedGeometry, Object, ObjectVariant, Scene,
     body_rules::has_special_surface,
     centre_of_mass, from_euler, inertia, is_alias, mass, mechanisms, pose_from_array, pose_to_array,
-    property::{Effect, Of, put, refuse},
-    rows::Row,
+    property::{ChangeEffect, PropertyOwner, copy_numbers, refuse},
+    property_table::Property,
     to_euler,
 };
 
-fn lacks<T>(scene: &Scene, slot: u32, row: Row) -> Result<T, Refusal> {
+fn refuse_unowned_property<T>(scene: &Scene, slot: u32, row: Property) -> Result<T, Refusal> {
     let kind = scene.get(slot).map_or("nothing", |o| o.kind().name());
-    let owners = match row.info().of {
-        Of::Kind(k) => format!("objects of kind `{}`", k.name()),
+    let owners = match row.spec().owner {
+        PropertyOwner::Kind(k) => format!("objects of kind `{}`", k.name()),
         _ => "other objects".to_owned(),
     };
     let (key, path) = (row.key(), scene.path(slot));
     refuse(TATU_ERR_ARGUMENT, format!("object {slot} `{path}` is of kind `{kind}`; `{key}` is a property of {owners}"))
 }
 
-fn is_pose(row: Row) -> bool {
-    matches!(row, Row::POSITION | Row::QUATERNION | Row::ORIENTATION | Row::POSE | Row::WORLD_POSE)
+fn is_pose(row: Property) -> bool {
+    matches!(
+        row,
+        Property::POSITION | Property::QUATERNION | Property::ORIENTATION | Property::POSE | Property::WORLD_POSE
+    )
 }
 
 /// Returns whether a property is a numeric parameter of a joint's drive.
-pub fn is_drive(row: Row) -> bool {
-    row.info().effect == Effect::Drive && row.info().kind == TATU_F64
+pub fn is_drive_parameter(row: Property) -> bool {
+    row.spec().effect == ChangeEffect::Drive && row.spec().kind == TATU_F64
 }
 
 /// Returns a property of an object.
-pub fn get(scene: &Scene, slot: u32, row: Row) -> Result<Value, Refusal> {
+pub fn get(scene: &Scene, slot: u32, row: Property) -> Result<Value, Refusal> {
     let Some(o) = scene.get(slot) else { return refuse(TATU_ERR_MISSING, format!("there is no object {slot}")) };
-    let info = row.info();
-    if !info.is_of(Some(o.kind())) {
-        return lacks(scene, slot, row);
+    let info = row.spec();
+    if !info.applies_to(Some(o.kind())) {
+        return refuse_unowned_property(scene, slot, row);
     }
-    let found = computed(scene, slot, o, row).or_else(|| (info.access.get)(o.place(info.of)));
+    let found = computed_value(scene, slot, o, row).or_else(|| (info.access.get)(o.property_store(info.owner)));
     found.map_or_else(|| refuse(TATU_ERR_UNSUPPORTED, format!("`{}` cannot be read here", info.key)), Ok)
 }
 
 /// Returns a property that is computed from others, or from the tree.
-fn computed(scene: &Scene, slot: u32, o: &Object, row: Row) -> Option<Value> {
+fn computed_value(scene: &Scene, slot: u32, o: &Object, row: Property) -> Option<Value> {
     Some(match row {
-        Row::PATH => Value::text(scene.path(slot)),
-        Row::PARENT => Value::Object(scene.id(o.parent)),
-        Row::MODEL_BASE => Value::Bool(scene.is_model_base(slot)),
-        Row::JOINT_SOLVER_USED => Value::text(mechanisms::solver_used(scene, slot)),
-        Row::MASS => Value::Float(mass(o.shape()?)),
-        Row::INERTIA => Value::Floats(inertia(o.shape()?).transpose().as_slice().to_vec()),
-        Row::COM => Value::Floats(centre_of_mass(o.shape()?).as_slice().to_vec()),
+        Property::PATH => Value::text(scene.path(slot)),
+        Property::PARENT => Value::Object(scene.id(o.parent)),
+        Property::MODEL_BASE => Value::Bool(scene.is_model_base(slot)),
+        Property::JOINT_SOLVER_USED => Value::text(mechanisms::solver_used(scene, slot)),
+        Property::MASS => Value::Float(mass(o.shape()?)),
+        Property::INERTIA => Value::Floats(inertia(o.shape()?).transpose().as_slice().to_vec()),
+        Property::COM => Value::Floats(centre_of_mass(o.shape()?).as_slice().to_vec()),
         _ if is_pose(row) => {
             let mut out = [0.0; 7];
-            let count = numbers(scene, slot, row, &mut out)?;
+            let count = get_numbers(scene, slot, row, &mut out)?;
             Value::Floats(out[..count].to_vec())
         }
         _ => return None,
@@ -65,47 +68,47 @@ fn computed(scene: &Scene, slot: u32, o: &Object, row: Row) -> Option<Value> {
 
 /// Reads a numeric property into `out`, without allocating memory. Returns the number of values, or `None` if their
 /// number exceeds the length of `out`, the object lacks the property, or this function does not support the property.
-pub fn numbers(scene: &Scene, slot: u32, row: Row, out: &mut [f64]) -> Option<usize> {
+pub fn get_numbers(scene: &Scene, slot: u32, row: Property, out: &mut [f64]) -> Option<usize> {
     let o = scene.get(slot)?;
     match row {
-        Row::POSITION => put(out, scene.local(slot).translation.vector.as_slice()),
-        Row::QUATERNION => put(out, scene.local(slot).rotation.coords.as_slice()),
-        Row::ORIENTATION => put(out, &to_euler(&scene.local(slot).rotation)),
-        Row::POSE => put(out, &pose_to_array(&scene.local(slot))),
-        Row::WORLD_POSE => put(out, &pose_to_array(&scene.world(slot))),
-        Row::MASS => put(out, &[mass(o.shape()?)]),
-        Row::COM => put(out, centre_of_mass(o.shape()?).as_slice()),
-        _ => (row.info().access.read)(o.place(row.info().of), out),
+        Property::POSITION => copy_numbers(out, scene.local(slot).translation.vector.as_slice()),
+        Property::QUATERNION => copy_numbers(out, scene.local(slot).rotation.coords.as_slice()),
+        Property::ORIENTATION => copy_numbers(out, &to_euler(&scene.local(slot).rotation)),
+        Property::POSE => copy_numbers(out, &pose_to_array(&scene.local(slot))),
+        Property::WORLD_POSE => copy_numbers(out, &pose_to_array(&scene.world(slot))),
+        Property::MASS => copy_numbers(out, &[mass(o.shape()?)]),
+        Property::COM => copy_numbers(out, centre_of_mass(o.shape()?).as_slice()),
+        _ => (row.spec().access.read)(o.property_store(row.spec().owner), out),
     }
 }
 
 /// Sets a pose, a part of a pose, or a number. Returns `None` for other properties, which [`set`] supports, and if the
 /// object does not exist or lacks the property.
-pub fn set_numbers(scene: &mut Scene, slot: u32, row: Row, v: &[f64]) -> Option<Result<Effect, Refusal>> {
-    let info = row.info();
+pub fn set_numbers(scene: &mut Scene, slot: u32, row: Property, v: &[f64]) -> Option<Result<ChangeEffect, Refusal>> {
+    let info = row.spec();
     scene.get(slot).filter(|_| info.is_settable())?;
-    if !info.spans(v) {
+    if !info.contains_all(v) {
         return None;
     }
     if is_pose(row) {
         return set_pose(scene, slot, row, v);
     }
-    let special = info.effect == Effect::Surface && has_special_surface(scene, slot);
+    let special = info.effect == ChangeEffect::Surface && has_special_surface(scene, slot);
     let o = scene.get_mut(slot)?;
-    let done = (info.access.write)(o.place_mut(info.of), v)?;
-    Some(affected(scene, slot, row, done, special))
+    let done = (info.access.write)(o.property_store_mut(info.owner), v)?;
+    Some(apply_effect(scene, slot, row, done, special))
 }
 
-fn set_pose(scene: &mut Scene, slot: u32, row: Row, v: &[f64]) -> Option<Result<Effect, Refusal>> {
+fn set_pose(scene: &mut Scene, slot: u32, row: Property, v: &[f64]) -> Option<Result<ChangeEffect, Refusal>> {
     let mut local = scene.local(slot);
     let whole = match (row, v) {
-        (Row::QUATERNION, [x, y, z, w]) => pose_from_array(&[0.0, 0.0, 0.0, *x, *y, *z, *w]),
-        (Row::POSE | Row::WORLD_POSE, _) => pose_from_array(v.try_into().ok()?),
-        (Row::POSITION, [x, y, z]) => {
+        (Property::QUATERNION, [x, y, z, w]) => pose_from_array(&[0.0, 0.0, 0.0, *x, *y, *z, *w]),
+        (Property::POSE | Property::WORLD_POSE, _) => pose_from_array(v.try_into().ok()?),
+        (Property::POSITION, [x, y, z]) => {
             local.translation.vector = Vector3::new(*x, *y, *z);
             Some(local)
         }
-        (Row::ORIENTATION, angles) => {
+        (Property::ORIENTATION, angles) => {
             local.rotation = from_euler(angles.try_into().ok()?);
             Some(local)
         }
@@ -115,29 +118,29 @@ fn set_pose(scene: &mut Scene, slot: u32, row: Row, v: &[f64]) -> Option<Result<
         return Some(refuse(TATU_ERR_ARGUMENT, format!("`{}`: the quaternion must not be zero", row.key())));
     };
     local = match row {
-        Row::WORLD_POSE => scene.parent_frame(slot).inverse() * whole,
-        Row::QUATERNION => {
+        Property::WORLD_POSE => scene.parent_frame(slot).inverse() * whole,
+        Property::QUATERNION => {
             local.rotation = whole.rotation;
             local
         }
         _ => whole,
     };
     scene.set_local(slot, local);
-    Some(Ok(Effect::Moved))
+    Some(Ok(ChangeEffect::Moved))
 }
 
 /// Sets a property of an object. Returns the effect of the change on the engine and on graphs, which the caller applies.
-pub fn set(scene: &mut Scene, slot: u32, row: Row, value: &Value) -> Result<Effect, Refusal> {
-    let info = row.info();
+pub fn set(scene: &mut Scene, slot: u32, row: Property, value: &Value) -> Result<ChangeEffect, Refusal> {
+    let info = row.spec();
     let Some(o) = scene.get(slot) else { return refuse(TATU_ERR_MISSING, format!("there is no object {slot}")) };
-    if !info.is_of(Some(o.kind())) {
-        return lacks(scene, slot, row);
+    if !info.applies_to(Some(o.kind())) {
+        return refuse_unowned_property(scene, slot, row);
     }
     if !info.is_settable() {
         return refuse(TATU_ERR_UNSUPPORTED, format!("`{}` is read-only", info.key));
     }
     let converted;
-    let value = match info.fits(value) {
+    let value = match info.accepts(value) {
         true => value,
         false => {
             converted = row.check(value.clone()).map_err(|e| Refusal(TATU_ERR_ARGUMENT, e))?;
@@ -147,24 +150,24 @@ pub fn set(scene: &mut Scene, slot: u32, row: Row, value: &Value) -> Result<Effe
     if let Some(done) = set_in_tree(scene, slot, row, value) {
         return done;
     }
-    let special = info.effect == Effect::Surface && has_special_surface(scene, slot);
-    let done = scene.get_mut(slot).and_then(|o| (info.access.set)(o.place_mut(info.of), value));
+    let special = info.effect == ChangeEffect::Surface && has_special_surface(scene, slot);
+    let done = scene.get_mut(slot).and_then(|o| (info.access.set)(o.property_store_mut(info.owner), value));
     match done {
-        Some(done) => affected(scene, slot, row, done, special),
+        Some(done) => apply_effect(scene, slot, row, done, special),
         None => refuse(TATU_ERR_UNSUPPORTED, format!("`{}` can be set only in a scene file", info.key)),
     }
 }
 
 /// Sets a property that concerns the tree of objects; returns `None` for other properties.
-fn set_in_tree(scene: &mut Scene, slot: u32, row: Row, value: &Value) -> Option<Result<Effect, Refusal>> {
+fn set_in_tree(scene: &mut Scene, slot: u32, row: Property, value: &Value) -> Option<Result<ChangeEffect, Refusal>> {
     let text = match value {
         Value::Text(t) => String::from_utf8_lossy(t),
         _ => "".into(),
     };
     match (row, value) {
         (_, Value::Floats(v)) if is_pose(row) => return set_pose(scene, slot, row, v),
-        (Row::MODEL_BASE, Value::Bool(on)) => scene.set_model_base(slot, *on),
-        (Row::PARENT, Value::Object(id)) => {
+        (Property::MODEL_BASE, Value::Bool(on)) => scene.set_model_base(slot, *on),
+        (Property::PARENT, Value::Object(id)) => {
             let parent = if *id == 0 { Ok(0) } else { scene.resolve(*id) };
             let Ok(parent) = parent else { return Some(refuse(TATU_ERR_GONE, "the new parent does not exist")) };
             if !scene.set_parent(slot, parent) {
@@ -172,15 +175,15 @@ fn set_in_tree(scene: &mut Scene, slot: u32, row: Row, value: &Value) -> Option<
                 return Some(refuse(TATU_ERR_ARGUMENT, text));
             }
         }
-        (Row::ALIAS, _) => {
+        (Property::ALIAS, _) => {
             if !is_alias(&text) {
-                let text = format!("`{}` cannot be an alias: expected {ALIAS}", label(text.as_bytes()));
+                let text = format!("`{}` cannot be an alias: expected {ALIAS_RULE}", label(text.as_bytes()));
                 return Some(refuse(TATU_ERR_ARGUMENT, text));
             }
             let suffix = scene.get(slot)?.suffix;
             scene.set_name(slot, &text, suffix);
         }
-        (Row::NAME, _) => {
+        (Property::NAME, _) => {
             if scene.find_name(&text).is_some_and(|s| s != slot) {
                 return Some(refuse(TATU_ERR_ARGUMENT, format!("another object already has the name `{text}`")));
             }
@@ -194,42 +197,46 @@ fn set_in_tree(scene: &mut Scene, slot: u32, row: Row, value: &Value) -> Option<
         }
         _ => return None,
     }
-    Some(Ok(Effect::None))
+    Some(Ok(ChangeEffect::None))
 }
 
 /// Applies the effect of a change to the tree, and returns it.
-fn affected(
+fn apply_effect(
     scene: &mut Scene,
     slot: u32,
-    row: Row,
+    row: Property,
     done: Result<bool, String>,
     was_special: bool,
-) -> Result<Effect, Refusal> {
-    let info = row.info();
+) -> Result<ChangeEffect, Refusal> {
+    let info = row.spec();
     match done {
         Err(text) => return refuse(TATU_ERR_ARGUMENT, format!("`{}`: {text}", info.key)),
-        Ok(false) => return Ok(Effect::None),
+        Ok(false) => return Ok(ChangeEffect::None),
         Ok(true) => {}
     }
     match info.effect {
-        Effect::Look => scene.seen_version += 1,
-        Effect::Colour => scene.color_version += 1,
-        Effect::Sensors => scene.sensor_version += 1,
-        Effect::Moved => scene.refresh(slot),
-        Effect::Rebuild => scene.touch(slot),
-        Effect::Motion => {
+        ChangeEffect::Look => scene.seen_version += 1,
+        ChangeEffect::Colour => scene.color_version += 1,
+        ChangeEffect::Sensors => scene.sensor_version += 1,
+        ChangeEffect::Moved => scene.refresh(slot),
+        ChangeEffect::Rebuild => scene.touch(slot),
+        ChangeEffect::Motion => {
             scene.touch(slot);
             scene.refresh(slot);
         }
-        Effect::Form => {
-            if let Some(Data::Shape(s)) = scene.get_mut(slot).map(|o| &mut o.data) {
-                s.derived = Derived::default();
+        ChangeEffect::Form => {
+            if let Some(ObjectVariant::Shape(s)) = scene.get_mut(slot).map(|o| &mut o.data) {
+                s.derived = DerivedGeometry::default();
             }
             scene.touch(slot);
         }
         // The solver of a mechanism depends on whether its surfaces are special.
-        Effect::Surface if has_special_surface(scene, slot) != was_special => scene.shape_version += 1,
-        Effect::Surface | Effect::Drive | Effect::Graph | Effect::None | Effect::ReadOnly => {}
+        ChangeEffect::Surface if has_special_surface(scene, slot) != was_special => scene.shape_version += 1,
+        ChangeEffect::Surface
+        | ChangeEffect::Drive
+        | ChangeEffect::Graph
+        | ChangeEffect::None
+        | ChangeEffect::ReadOnly => {}
     }
     Ok(info.effect)
 }

@@ -5,12 +5,12 @@ use std::sync::Arc;
 use nalgebra::{Isometry3, Vector3};
 use serde::{Deserialize, Serialize};
 use tatu_errors::Refusal;
-use tatu_geometry::{BLENDS, Blend, Image, MAPPINGS, Mapping, Projection, Texture};
+use tatu_geometry::{BLEND_NAMES, Image, MAPPING_NAMES, Texture, TextureBlend, TextureMapping, TextureProjection};
 use tatu_plugin_api::safe::Value;
 
 use crate::{
     from_euler,
-    graph::{Keys, map},
+    graph::{CheckedMap, map},
     pose_from_array, pose_to_array,
 };
 
@@ -36,7 +36,7 @@ pub struct ShapeTexture {
     #[serde(skip)]
     pub image: Option<Arc<Image>>,
     /// Projection of the image, in the frame of the shape.
-    pub projection: Projection,
+    pub projection: TextureProjection,
 }
 
 impl ShapeTexture {
@@ -44,7 +44,7 @@ impl ShapeTexture {
     /// missing.
     pub fn on(&self, shape_from_part: &Isometry3<f64>) -> Option<Arc<Texture>> {
         let pose = shape_from_part.inverse() * self.projection.pose;
-        let projection = Projection { pose, ..self.projection.clone() };
+        let projection = TextureProjection { pose, ..self.projection.clone() };
         Some(Arc::new(Texture { image: self.image.clone()?, projection }))
     }
 
@@ -54,49 +54,55 @@ impl ShapeTexture {
             return Ok(None);
         }
         let known: Vec<&str> = KEYS.iter().map(|(k, _)| *k).collect();
-        let keys = Keys::new("a texture", value, &known)?;
+        let keys = CheckedMap::new("a texture", value, &known)?;
         let Some(number) = keys.count("image", 1..=i64::from(u32::MAX))? else {
-            return keys.wrong("image", "the number of an image, from 1, or in scene files the name of a PNG file");
+            return keys
+                .invalid_value("image", "the number of an image, from 1, or in scene files the name of a PNG file");
         };
-        let usual = Projection::default();
+        let usual = TextureProjection::default();
         let mapping = match keys.text("mapping")?.as_str() {
             "" => usual.mapping,
-            name => Mapping::parse(name).map_or_else(|| keys.wrong("mapping", &one_of(MAPPINGS)), Ok)?,
+            name => {
+                TextureMapping::parse(name).map_or_else(|| keys.invalid_value("mapping", &one_of(MAPPING_NAMES)), Ok)?
+            }
         };
         let blend = match keys.text("blend")?.as_str() {
             "" => usual.blend,
-            name => Blend::parse(name).map_or_else(|| keys.wrong("blend", &one_of(BLENDS)), Ok)?,
+            name => TextureBlend::parse(name).map_or_else(|| keys.invalid_value("blend", &one_of(BLEND_NAMES)), Ok)?,
         };
         let size = match *keys.numbers("size")? {
             [] => usual.size,
             [x, y] if x > 0.0 && y > 0.0 => [x, y],
-            _ => return keys.wrong("size", "the width and the height of the image on the surface, both above 0"),
+            _ => {
+                return keys
+                    .invalid_value("size", "the width and the height of the image on the surface, both above 0");
+            }
         };
         let mut pose = Isometry3::identity();
         match *keys.numbers("position")? {
             [] => {}
             [x, y, z] => pose.translation.vector = Vector3::new(x, y, z),
-            _ => return keys.wrong("position", "3 numbers"),
+            _ => return keys.invalid_value("position", "3 numbers"),
         }
         match *keys.numbers("orientation")? {
             [] => {}
             [a, b, c] => pose.rotation = from_euler([a, b, c]),
-            _ => return keys.wrong("orientation", "3 angles"),
+            _ => return keys.invalid_value("orientation", "3 angles"),
         }
         match *keys.numbers("quaternion")? {
             [] => {}
             [x, y, z, w] => match pose_from_array(&[0.0, 0.0, 0.0, x, y, z, w]) {
                 Some(turned) => pose.rotation = turned.rotation,
-                None => return keys.wrong("quaternion", "x y z w, not all 0"),
+                None => return keys.invalid_value("quaternion", "x y z w, not all 0"),
             },
-            _ => return keys.wrong("quaternion", "x y z w, not all 0"),
+            _ => return keys.invalid_value("quaternion", "x y z w, not all 0"),
         }
         let repeat = keys.flags("repeat")?.map_or(Ok(usual.repeat), |given| match *given {
             [right, up] => Ok([right, up]),
-            _ => keys.wrong("repeat", "two values, true or false: repetition to the right, and upwards"),
+            _ => keys.invalid_value("repeat", "two values, true or false: repetition to the right, and upwards"),
         })?;
         let smooth = keys.flags("smooth")?.and_then(|given| given.first().copied()).unwrap_or(usual.smooth);
-        let projection = Projection { mapping, size, pose, repeat, smooth, blend };
+        let projection = TextureProjection { mapping, size, pose, repeat, smooth, blend };
         Ok(Some(ShapeTexture { image_number: number as u32, image: None, projection }))
     }
 
@@ -107,7 +113,7 @@ impl ShapeTexture {
 
     /// Returns the table of the texture with `number` in place of its image's number.
     pub fn numbered(&self, number: i64) -> Value {
-        let (p, usual) = (&self.projection, Projection::default());
+        let (p, usual) = (&self.projection, TextureProjection::default());
         let mut entries = vec![("image", Value::Int(number))];
         let mut put = |differs: bool, key: &'static str, value: Value| {
             if differs {

@@ -9,12 +9,12 @@ use serde::{Deserialize, Serialize};
 
 /// The data of a slot's object that is needed to iterate over poses.
 #[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
-pub(super) struct Link {
+pub(super) struct PoseLink {
     /// Number of objects that have occupied the slot so far.
     pub generation: u64,
     /// Slot of the parent, or 0 for the world.
     pub parent: u32,
-    /// Number of the barrier for which the pose in `before` was last recorded.
+    /// Number of the barrier for which the pose in `pose_at_barrier` was last recorded.
     noted: u32,
     /// Whether the object was created after the barrier in `noted`, and therefore has no earlier pose.
     new: bool,
@@ -22,7 +22,7 @@ pub(super) struct Link {
     pub hangs: bool,
     /// Whether the object is a joint, which moves the frame of its children.
     pub joint: bool,
-    /// Whether the object is a shape; a shape that has moved is listed in [`Moves`](crate::Moves).
+    /// Whether the object is a shape; a shape that has moved is listed in [`MoveLog`](crate::MoveLog).
     pub shape: bool,
     /// Whether the object is the base of a model.
     pub model_base: bool,
@@ -32,8 +32,8 @@ pub(super) struct Link {
 
 /// The poses of all objects.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-pub(super) struct Transforms {
-    pub links: Vec<Link>,
+pub(super) struct PoseTables {
+    pub links: Vec<PoseLink>,
     /// Poses in the parent's frame.
     pub local: Vec<Isometry3<f64>>,
     /// World poses; outdated for objects that hang.
@@ -46,9 +46,9 @@ pub(super) struct Transforms {
     known: bool,
 }
 
-impl Default for Transforms {
+impl Default for PoseTables {
     fn default() -> Self {
-        let mut places = Transforms {
+        let mut places = PoseTables {
             links: Vec::new(),
             local: Vec::new(),
             world: Vec::new(),
@@ -61,32 +61,33 @@ impl Default for Transforms {
     }
 }
 
-impl Transforms {
+impl PoseTables {
     /// Adds a slot.
     pub fn push(&mut self) {
-        self.links.push(Link::default());
+        self.links.push(PoseLink::default());
         for table in [&mut self.local, &mut self.world, &mut self.before] {
             table.push(Isometry3::identity());
         }
     }
 
     /// Initialises a slot for a new object.
-    pub fn begin(&mut self, slot: u32, parent: u32, local: Isometry3<f64>, world: Isometry3<f64>) {
+    pub fn init_slot(&mut self, slot: u32, parent: u32, local: Isometry3<f64>, world: Isometry3<f64>) {
         let at = slot as usize;
         let generation = self.links[at].generation + 1;
-        self.links[at] = Link { generation, parent, noted: self.now, new: true, there: true, ..Link::default() };
+        self.links[at] =
+            PoseLink { generation, parent, noted: self.now, new: true, there: true, ..PoseLink::default() };
         (self.local[at], self.world[at]) = (local, world);
     }
 
     /// Clears a slot whose object was removed.
-    pub fn end(&mut self, slot: u32) {
+    pub fn clear_slot(&mut self, slot: u32) {
         let at = slot as usize;
-        self.links[at] = Link { generation: self.links[at].generation, ..Link::default() };
+        self.links[at] = PoseLink { generation: self.links[at].generation, ..PoseLink::default() };
         (self.local[at], self.world[at]) = (Isometry3::identity(), Isometry3::identity());
     }
 
-    /// Marks a barrier: from now on, `before` returns the current poses.
-    pub fn barrier(&mut self) {
+    /// Marks a barrier: from now on, `pose_at_barrier` returns the current poses.
+    pub fn mark_barrier(&mut self) {
         self.known = true;
         self.now = self.now.wrapping_add(1);
         if self.now == 0 {
@@ -96,13 +97,13 @@ impl Transforms {
     }
 
     /// Discards the poses at the last barrier.
-    pub fn forget(&mut self) {
+    pub fn discard_barrier_poses(&mut self) {
         self.known = false;
     }
 
     /// Records the pose of an object before it is moved, gets a different parent, or starts or stops hanging.
     #[inline]
-    pub fn note(&mut self, slot: u32) {
+    pub fn record_pose(&mut self, slot: u32) {
         let at = slot as usize;
         if self.links[at].noted != self.now {
             self.before[at] = self.at_barrier(slot);
@@ -112,7 +113,7 @@ impl Transforms {
 
     /// Returns the world pose of an object at the last barrier, or `None` if it did not exist yet or there was no
     /// barrier.
-    pub fn before(&self, slot: u32) -> Option<Isometry3<f64>> {
+    pub fn pose_at_barrier(&self, slot: u32) -> Option<Isometry3<f64>> {
         let link = self.links.get(slot as usize)?;
         let unknown = !self.known || link.new && link.noted == self.now;
         (!unknown).then(|| self.at_barrier(slot))
@@ -130,7 +131,7 @@ impl Transforms {
 
     /// Stores the world pose of an object; returns whether it has changed. Does nothing for an object that hangs.
     #[inline]
-    pub fn put(&mut self, slot: u32, world: Isometry3<f64>) -> bool {
+    pub fn store_world_pose(&mut self, slot: u32, world: Isometry3<f64>) -> bool {
         let (at, link) = (slot as usize, &mut self.links[slot as usize]);
         if link.hangs {
             return false;

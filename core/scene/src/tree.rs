@@ -6,18 +6,20 @@ use nalgebra::Isometry3;
 use serde::{Deserialize, Serialize};
 use tatu_plugin_api::abi::{tatu_object, tatu_slot};
 
-use super::{Data, FrictionPair, JointSolver, Object, moves::Moves, name_index::NameIndex, transforms::Transforms};
+use super::{
+    FrictionPair, JointSolver, Object, ObjectVariant, moves::MoveLog, name_index::NameIndex, transforms::PoseTables,
+};
 
 /// Minimum number of free slots before one is reused, while slots can be added. If a script keeps the handle of a
 /// removed object, the handle remains invalid until this many further objects have been removed. Free slots cost some
 /// memory but no time.
-const FREE_NUMBERS: usize = 1 << 16;
+const MIN_FREE_SLOTS: usize = 1 << 16;
 
 /// The handle of an object in the ABI: generation << 20 | slot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub struct Handle(pub tatu_object);
+pub struct ObjectHandle(pub tatu_object);
 
-impl Handle {
+impl ObjectHandle {
     /// Returns the slot, which scripts use as the object's handle.
     pub fn slot(self) -> u32 {
         tatu_slot(self.0)
@@ -30,7 +32,7 @@ impl Handle {
 
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[repr(C, align(64))]
-pub(super) struct Slot {
+pub(super) struct ObjectSlot {
     pub object: Option<Object>,
     /// Alias of the last object that was removed from this slot, for messages about invalid handles.
     last: String,
@@ -40,9 +42,9 @@ pub(super) struct Slot {
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Scene {
     /// All slots. Slot 0 stands for the world and is always empty.
-    pub(super) slots: Vec<Slot>,
+    pub(super) slots: Vec<ObjectSlot>,
     /// The poses of all objects.
-    pub(super) places: Transforms,
+    pub(super) places: PoseTables,
     free: VecDeque<u32>,
     /// Slots that contain an object, to iterate over objects without visiting free slots.
     taken: BTreeSet<u32>,
@@ -72,7 +74,7 @@ pub struct Scene {
     pub(super) index: NameIndex,
     /// Shapes whose world poses have changed.
     #[serde(skip)]
-    pub moves: Moves,
+    pub moves: MoveLog,
     /// Reused buffer for [`Scene::refresh`].
     #[serde(skip)]
     pub(super) walk: Vec<(u32, Isometry3<f64>)>,
@@ -83,8 +85,8 @@ impl Default for Scene {
         Scene {
             friction_pairs: Vec::new(),
             joint_solver: JointSolver::Auto,
-            slots: vec![Slot { object: None, last: String::new() }],
-            places: Transforms::default(),
+            slots: vec![ObjectSlot { object: None, last: String::new() }],
+            places: PoseTables::default(),
             free: VecDeque::new(),
             taken: BTreeSet::new(),
             roots: Vec::new(),
@@ -96,7 +98,7 @@ impl Default for Scene {
             sensor_version: 0,
             notes: BTreeMap::new(),
             index: NameIndex::default(),
-            moves: Moves::default(),
+            moves: MoveLog::default(),
             walk: Vec::new(),
         }
     }
@@ -104,23 +106,23 @@ impl Default for Scene {
 
 impl Scene {
     /// Adds an object below `parent` (0 for the world). Returns its slot, or `None` if all slots are taken.
-    pub fn add(&mut self, parent: u32, alias: &str, local: Isometry3<f64>, data: Data) -> Option<u32> {
+    pub fn add(&mut self, parent: u32, alias: &str, local: Isometry3<f64>, data: ObjectVariant) -> Option<u32> {
         // A slot is reused only if many are free. An outdated handle in a script therefore rarely refers to a new
         // object.
-        let slot = if self.free.len() >= FREE_NUMBERS {
+        let slot = if self.free.len() >= MIN_FREE_SLOTS {
             self.free.pop_front()?
         } else {
             let slot = u32::try_from(self.slots.len()).ok().filter(|s| *s < 0x10_0000);
             match slot {
                 Some(s) => {
-                    self.slots.push(Slot { object: None, last: String::new() });
+                    self.slots.push(ObjectSlot { object: None, last: String::new() });
                     self.places.push();
                     s
                 }
                 None => self.free.pop_front()?,
             }
         };
-        let attached = matches!(data, Data::Script);
+        let attached = matches!(data, ObjectVariant::Script);
         let world = if self.get(parent).is_some() { self.frame(parent) * local } else { local };
         let object = Object {
             alias: alias.to_owned(),
@@ -136,17 +138,17 @@ impl Scene {
             data,
         };
         self.next_uid += 1;
-        self.places.begin(slot, parent, local, world);
+        self.places.init_slot(slot, parent, local, world);
         self.slots[slot as usize].object = Some(object);
         self.taken.insert(slot);
         self.index.add(alias, -1, slot);
-        self.note_kind(slot);
+        self.update_kind_flags(slot);
         match attached {
             // A script moves with its parent, and no reader tracks its pose, which is therefore computed on demand.
             true => self.places.links[slot as usize].hangs = true,
             false => self.siblings_mut(parent).push(slot),
         }
-        self.reorder();
+        self.invalidate_order();
         Some(slot)
     }
 
@@ -165,17 +167,17 @@ impl Scene {
             self.attach(child, object.parent);
         }
         self.siblings_mut(object.parent).retain(|s| *s != slot);
-        self.places.end(slot);
+        self.places.clear_slot(slot);
         self.index.remove(&object.alias, object.suffix, slot);
         self.slots[slot as usize].last = object.alias;
         self.taken.remove(&slot);
         self.free.push_back(slot);
-        self.reorder();
+        self.invalidate_order();
         true
     }
 
     fn attach(&mut self, slot: u32, parent: u32) {
-        self.keep(slot);
+        self.stop_hanging(slot);
         let frame = self.frame(parent);
         if let Some(o) = self.get_mut(slot) {
             o.parent = parent;
@@ -200,10 +202,10 @@ impl Scene {
         let Some(old) = self.get(slot).map(|o| o.parent) else { return false };
         self.siblings_mut(old).retain(|s| *s != slot);
         self.attach(slot, parent);
-        for s in self.tree(slot) {
+        for s in self.subtree(slot) {
             self.touch(s);
         }
-        self.reorder();
+        self.invalidate_order();
         true
     }
 
@@ -216,33 +218,34 @@ impl Scene {
     }
 
     /// Changes the kind of an object, preserving its pose and name; returns whether the object exists.
-    pub fn change_kind(&mut self, slot: u32, data: Data) -> bool {
+    pub fn change_kind(&mut self, slot: u32, data: ObjectVariant) -> bool {
         let Some(o) = self.get_mut(slot) else { return false };
         o.data = data;
         self.sensor_version += 1;
-        self.keep(slot);
+        self.stop_hanging(slot);
         for child in self.children(slot).to_vec() {
-            self.keep(child);
+            self.stop_hanging(child);
         }
-        self.note_kind(slot);
+        self.update_kind_flags(slot);
         self.touch(slot);
         true
     }
 
     /// Updates the flags in an object's link after a change of the object's data.
-    pub(super) fn note_kind(&mut self, slot: u32) {
+    pub(super) fn update_kind_flags(&mut self, slot: u32) {
         let Some(o) = self.slots[slot as usize].object.as_ref() else { return };
         let link = &mut self.places.links[slot as usize];
-        (link.shape, link.joint) = (matches!(o.data, Data::Shape(_)), matches!(o.data, Data::Joint(_)));
+        (link.shape, link.joint) =
+            (matches!(o.data, ObjectVariant::Shape(_)), matches!(o.data, ObjectVariant::Joint(_)));
     }
 
-    fn reorder(&mut self) {
+    fn invalidate_order(&mut self) {
         self.shape_version += 1;
         self.order.clear();
     }
 
     /// Rebuilds the order of traversal, if the tree has changed.
-    pub fn settle(&mut self) {
+    pub fn update_order(&mut self) {
         if !self.order.is_empty() {
             return;
         }
@@ -258,7 +261,7 @@ impl Scene {
     /// Visits all objects of the tree except scripts, parents before children, one tree after the other. `f` must not
     /// change the tree.
     pub fn visit(&mut self, mut f: impl FnMut(&mut Self, u32)) {
-        self.settle();
+        self.update_order();
         let order = std::mem::take(&mut self.order);
         for slot in &order {
             f(self, *slot);
@@ -267,7 +270,7 @@ impl Scene {
     }
 
     /// Returns an object and all its descendants, breadth first, or all objects if `base` is 0.
-    pub fn tree(&self, base: u32) -> Vec<u32> {
+    pub fn subtree(&self, base: u32) -> Vec<u32> {
         let mut out = if base == 0 { self.roots.clone() } else { vec![base] };
         let mut at = 0;
         while at < out.len() {
@@ -319,7 +322,7 @@ impl Scene {
     /// Returns the slot of a handle. If the handle's object no longer exists, the error contains the alias of the last
     /// object that was removed from the slot, if any.
     pub fn resolve(&self, id: tatu_object) -> Result<u32, Option<&str>> {
-        let handle = Handle(id);
+        let handle = ObjectHandle(id);
         let slot = handle.slot();
         let Some(link) = self.places.links.get(slot as usize) else { return Err(None) };
         if link.there && (handle.generation() == 0 || handle.generation() == link.generation) {
@@ -352,7 +355,7 @@ impl Scene {
     /// Returns the scripts of an object in order of slots, or all scripts if `owner` is 0.
     pub fn scripts(&self, owner: u32) -> Vec<u32> {
         self.slots()
-            .filter(|(_, o)| matches!(o.data, Data::Script) && (owner == 0 || o.parent == owner))
+            .filter(|(_, o)| matches!(o.data, ObjectVariant::Script) && (owner == 0 || o.parent == owner))
             .map(|(s, _)| s)
             .collect()
     }
@@ -363,42 +366,42 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_script_goes_along_with_its_object() {
+    fn script_moves_with_its_object() {
         let mut scene = Scene::default();
-        let body = scene.add(0, "body", Isometry3::identity(), Data::Dummy(None)).unwrap();
-        let script = scene.add(body, "script", Isometry3::identity(), Data::Script).unwrap();
+        let body = scene.add(0, "body", Isometry3::identity(), ObjectVariant::Dummy(None)).unwrap();
+        let script = scene.add(body, "script", Isometry3::identity(), ObjectVariant::Script).unwrap();
         scene.set_local(body, Isometry3::translation(1.0, 2.0, 3.0));
         assert_eq!(scene.world(script), scene.world(body));
     }
 
     /// The slot of a removed object is not reused before the number of removals that the reference promises.
     #[test]
-    fn numbers_come_again_late_and_in_order() {
+    fn removed_slots_are_reused_late_and_in_order() {
         let mut scene = Scene::default();
-        let new = |scene: &mut Scene| scene.add(0, "o", Isometry3::identity(), Data::Dummy(None)).unwrap();
+        let new = |scene: &mut Scene| scene.add(0, "o", Isometry3::identity(), ObjectVariant::Dummy(None)).unwrap();
         let stays = new(&mut scene);
         let first = new(&mut scene);
         let id = scene.id(first);
         scene.remove(first);
-        for _ in 1..FREE_NUMBERS {
+        for _ in 1..MIN_FREE_SLOTS {
             let slot = new(&mut scene);
             assert_ne!(slot, first);
             scene.remove(slot);
         }
         assert!(scene.resolve(id).is_err() && scene.resolve(first.into()).is_err());
-        assert_eq!((new(&mut scene), new(&mut scene)), (first, FREE_NUMBERS as u32 + 2));
+        assert_eq!((new(&mut scene), new(&mut scene)), (first, MIN_FREE_SLOTS as u32 + 2));
         let all: Vec<u32> = scene.slots().map(|(slot, _)| slot).collect();
-        assert_eq!(all, [stays, first, FREE_NUMBERS as u32 + 2]);
+        assert_eq!(all, [stays, first, MIN_FREE_SLOTS as u32 + 2]);
     }
 
     #[test]
-    fn each_tree_comes_as_a_whole_and_parents_come_before_children() {
+    fn traversal_is_depth_first_with_parents_before_children() {
         let mut scene = Scene::default();
-        let mut new = |parent| scene.add(parent, "o", Isometry3::identity(), Data::Dummy(None)).unwrap();
+        let mut new = |parent| scene.add(parent, "o", Isometry3::identity(), ObjectVariant::Dummy(None)).unwrap();
         let (a, b) = (new(0), new(0));
         let (a1, b1, a2) = (new(a), new(b), new(a));
         let a11 = new(a1);
-        scene.settle();
+        scene.update_order();
         assert_eq!(scene.order, [a, a1, a11, a2, b, b1]);
     }
 }

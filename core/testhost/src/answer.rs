@@ -11,60 +11,63 @@ use tatu_plugin_api::abi::*;
 
 /// The reason why a function failed: a status, and a message that states what failed, where, and what was expected.
 #[derive(Debug)]
-pub struct Wrong(pub tatu_status, pub String);
+pub struct CallError(pub tatu_status, pub String);
 
-impl Wrong {
+impl CallError {
     pub fn argument(text: impl Into<String>) -> Self {
-        Wrong(TATU_ERR_ARGUMENT, text.into())
+        CallError(TATU_ERR_ARGUMENT, text.into())
     }
     pub fn missing(text: impl Into<String>) -> Self {
-        Wrong(TATU_ERR_MISSING, text.into())
+        CallError(TATU_ERR_MISSING, text.into())
     }
 }
 
-impl From<Error> for Wrong {
+impl From<Error> for CallError {
     fn from(e: Error) -> Self {
-        Wrong(TATU_ERR, e.to_string())
+        CallError(TATU_ERR, e.to_string())
     }
 }
 
-impl From<Box<Fault>> for Wrong {
+impl From<Box<Fault>> for CallError {
     fn from(fault: Box<Fault>) -> Self {
         let help = fault.help.as_ref().map_or(String::new(), |help| format!("\n  help: {help}"));
-        Wrong(fault.kind.status(), fault.message.clone() + &help)
+        CallError(fault.kind.status(), fault.message.clone() + &help)
     }
 }
 
 thread_local! {
     /// Message of the last failure on this thread.
-    static LAST: RefCell<String> = const { RefCell::new(String::new()) };
+    static LAST_ERROR: RefCell<String> = const { RefCell::new(String::new()) };
 }
 
 /// Runs `f`. If it fails or panics, stores the message as the last error of this thread, and returns the result of
 /// `refused`, which receives the status.
-pub fn guarded<T>(refused: impl FnOnce(tatu_status) -> T, f: impl FnOnce() -> Result<T, Wrong>) -> T {
-    let Wrong(status, text) = match catch_unwind(AssertUnwindSafe(f)) {
+pub fn guarded<T>(refused: impl FnOnce(tatu_status) -> T, f: impl FnOnce() -> Result<T, CallError>) -> T {
+    let CallError(status, text) = match catch_unwind(AssertUnwindSafe(f)) {
         Ok(Ok(done)) => return done,
         Ok(Err(wrong)) => wrong,
         Err(panic) => {
             let said = panic.downcast_ref::<&str>().copied();
             let said = said.or_else(|| panic.downcast_ref::<String>().map(String::as_str)).unwrap_or("no message");
-            Wrong(TATU_ERR_PANIC, format!("the host panicked: {said}\n  help: this is a bug in Tatu: please report it"))
+            CallError(
+                TATU_ERR_PANIC,
+                format!("the host panicked: {said}\n  help: this is a bug in Tatu: please report it"),
+            )
         }
     };
-    LAST.with(|last| *last.borrow_mut() = text);
+    LAST_ERROR.with(|last| *last.borrow_mut() = text);
     refused(status)
 }
 
 /// Like [`guarded`], but returns `TATU_OK` or the status of the failure.
-pub fn status(f: impl FnOnce() -> Result<(), Wrong>) -> tatu_status {
+pub fn status(f: impl FnOnce() -> Result<(), CallError>) -> tatu_status {
     guarded(|status| status, || f().map(|()| TATU_OK))
 }
 
 /// Returns the message of the last failure on this thread, or an empty string if there was none. The string is valid
 /// until the next failure on this thread.
 pub extern "C" fn last_error() -> tatu_str {
-    LAST.with(|last| {
+    LAST_ERROR.with(|last| {
         let last = last.borrow();
         tatu_str { ptr: last.as_ptr().cast(), len: last.len() as u64 }
     })
@@ -74,11 +77,11 @@ pub extern "C" fn last_error() -> tatu_str {
 ///
 /// # Safety
 /// `text` must be null, or a zero-terminated string that lives for `'a`.
-pub unsafe fn text<'a>(text: *const c_char, what: &str) -> Result<&'a str, Wrong> {
+pub unsafe fn text<'a>(text: *const c_char, what: &str) -> Result<&'a str, CallError> {
     if text.is_null() {
-        return Err(Wrong::argument(format!("{what} is null")));
+        return Err(CallError::argument(format!("{what} is null")));
     }
     // SAFETY: the caller guarantees a zero-terminated string.
     let text = unsafe { CStr::from_ptr(text) };
-    text.to_str().map_err(|_| Wrong::argument(format!("{what} is not UTF-8")))
+    text.to_str().map_err(|_| CallError::argument(format!("{what} is not UTF-8")))
 }

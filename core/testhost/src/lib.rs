@@ -6,13 +6,13 @@
 //! - `table`: the functions of the table, and the exported function; `answer`: errors, and the guard around each
 //!   function;
 //! - `worlds`: the worlds that each thread has opened; `open`: builds a world;
-//! - `told`: readings, faults and log lines in the form that tests receive.
+//! - `report`: readings, faults and log lines in the form that tests receive.
 
 mod answer;
 mod open;
+mod report;
 mod table;
-mod told;
 mod worlds;
 
-pub use open::note_calls_in;
+pub use open::set_call_watches;
 pub use table::{TABLE, tatu_test_host_get};

@@ -5,9 +5,9 @@ use std::{ffi::c_char, path::PathBuf, ptr::null_mut};
 use tatu_plugin_api::{abi::*, safe::ValueRef};
 
 use crate::{
-    answer::{self, Wrong, guarded, last_error, status},
-    open::{self, Setup},
-    told, worlds,
+    answer::{self, CallError, guarded, last_error, status},
+    open::{self, TestSetup},
+    report, worlds,
 };
 
 /// The functions that tests call.
@@ -41,7 +41,7 @@ unsafe extern "C" fn open(setup: *const tatu_test_setup) -> *mut tatu_test_world
             // SAFETY: by the contract, null or a struct as large as its `size`.
             let given = unsafe { setup.as_ref() }.filter(|s| s.size as usize >= size_of::<tatu_test_setup>());
             let given = given.ok_or_else(|| {
-                Wrong::argument("the setup is null, or its `size` is smaller than sizeof(tatu_test_setup)")
+                CallError::argument("the setup is null, or its `size` is smaller than sizeof(tatu_test_setup)")
             })?;
             // SAFETY: by the contract, strings that live through the call, and a null-terminated array.
             let setup = unsafe {
@@ -55,7 +55,7 @@ unsafe extern "C" fn open(setup: *const tatu_test_setup) -> *mut tatu_test_world
                     true => None,
                     false => Some(answer::text(given.folder, "the folder")?),
                 };
-                Setup { scene: Lent::new(given.scene).bytes(), folder: open::folder(folder), plugins }
+                TestSetup { scene: Lent::new(given.scene).bytes(), folder: open::folder(folder), plugins }
             };
             worlds::add(&setup)
         },
@@ -72,7 +72,7 @@ unsafe extern "C" fn step(world: *mut tatu_test_world, n: u64) -> tatu_status {
             for _ in 0..n {
                 if open.world.stop_requested() {
                     let text = format!("a stop was requested after {} steps", open.world.steps());
-                    return Err(Wrong(TATU_ERR_GONE, text));
+                    return Err(CallError(TATU_ERR_GONE, text));
                 }
                 open.world.step();
             }
@@ -96,9 +96,9 @@ unsafe extern "C" fn field(
             // SAFETY: by the contract, null or strings that live through the call.
             let (path, name) =
                 unsafe { (answer::text(path, "the path")?, answer::text(name, "the name of the field")?) };
-            let value = told::field(&open.world, path, name)?;
+            let value = report::field(&open.world, path, name)?;
             // SAFETY: by the contract, `out` is null or writable.
-            unsafe { give(out, open.lend(&value)) }
+            unsafe { write_out(out, open.lend(&value)) }
         })
     })
 }
@@ -108,9 +108,9 @@ unsafe extern "C" fn reading(world: *mut tatu_test_world, path: *const c_char, o
         worlds::with(world, |open| {
             // SAFETY: by the contract, null or a string that lives through the call.
             let path = unsafe { answer::text(path, "the path")? };
-            let value = told::whole(&told::reading(&open.world, path)?);
+            let value = report::reading_map(&report::reading(&open.world, path)?);
             // SAFETY: by the contract, `out` is null or writable.
-            unsafe { give(out, open.lend(&value)) }
+            unsafe { write_out(out, open.lend(&value)) }
         })
     })
 }
@@ -125,9 +125,9 @@ unsafe extern "C" fn get(
         worlds::with(world, |open| {
             // SAFETY: by the contract, null or strings that live through the call.
             let (path, key) = unsafe { (answer::text(path, "the path")?, answer::text(key, "the key")?) };
-            let value = open.world.get(path, key).map_err(|r| Wrong(r.0, r.1))?;
+            let value = open.world.get(path, key).map_err(|r| CallError(r.0, r.1))?;
             // SAFETY: by the contract, `out` is null or writable.
-            unsafe { give(out, open.lend(&value)) }
+            unsafe { write_out(out, open.lend(&value)) }
         })
     })
 }
@@ -145,9 +145,9 @@ unsafe extern "C" fn set(
                 let values = ValueRef::slice(value, usize::from(!value.is_null()));
                 (answer::text(path, "the path")?, answer::text(key, "the key")?, values)
             };
-            let value = values.first().ok_or_else(|| Wrong::argument("the value is null"))?;
-            let value = value.to_value().map_err(|e| Wrong::argument(format!("`{key}`: {}", e.text())))?;
-            open.world.set(path, key, &value).map_err(|r| Wrong(r.0, r.1))
+            let value = values.first().ok_or_else(|| CallError::argument("the value is null"))?;
+            let value = value.to_value().map_err(|e| CallError::argument(format!("`{key}`: {}", e.text())))?;
+            open.world.set(path, key, &value).map_err(|r| CallError(r.0, r.1))
         })
     })
 }
@@ -167,7 +167,7 @@ unsafe extern "C" fn call(
             let (name, args) =
                 unsafe { (answer::text(name, "the name of the command")?, ValueRef::slice(args, n_args as usize)) };
             let args: Result<Vec<_>, _> = args.iter().map(|v| v.to_value()).collect();
-            let args = args.map_err(|e| Wrong::argument(format!("{name}: {}", e.text())))?;
+            let args = args.map_err(|e| CallError::argument(format!("{name}: {}", e.text())))?;
             let values = open.world.call(name, &args)?;
             let values = open.lend_all(&values);
             for (i, value) in values.iter().enumerate().take(if results.is_null() { 0 } else { cap as usize }) {
@@ -186,7 +186,7 @@ unsafe extern "C" fn call(
 unsafe extern "C" fn lines(world: *mut tatu_test_world) -> tatu_str {
     let all = || {
         worlds::with(world, |open| {
-            let lines: Vec<String> = open.world.take_lines().iter().map(told::line).collect();
+            let lines: Vec<String> = open.world.take_lines().iter().map(report::log_line).collect();
             Ok(open.lend_text(lines.join("\n")))
         })
     };
@@ -202,13 +202,13 @@ unsafe extern "C" fn faults(world: *mut tatu_test_world) -> tatu_str {
 ///
 /// # Safety
 /// `out` must be null or point to a value.
-unsafe fn give(out: *mut tatu_value, value: tatu_value) -> Result<(), Wrong> {
+unsafe fn write_out(out: *mut tatu_value, value: tatu_value) -> Result<(), CallError> {
     // SAFETY: the caller guarantees null or a pointer to a value.
     match unsafe { out.as_mut() } {
         Some(out) => {
             *out = value;
             Ok(())
         }
-        None => Err(Wrong::argument("`out` is null; expected a pointer to a value")),
+        None => Err(CallError::argument("`out` is null; expected a pointer to a value")),
     }
 }

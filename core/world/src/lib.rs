@@ -35,11 +35,11 @@ pub mod session;
 pub mod state;
 mod step;
 
-pub use cell::{Lines, LogLine, NextScene, Phase, ScriptSummary, StandIn, Wish, breach};
-pub use run::{Field, Observed, Reading, Session, World, replay_to};
+pub use cell::{LogBuffer, LogLine, NextScene, OptionalObject, Phase, ScriptSummary, StandIn, record_breach};
+pub use run::{ObjectState, Reading, ReadingField, Session, World, replay_to};
 pub use services::{Channel, host_tables};
 pub use tatu_beams as beams;
-pub use tatu_devices::{figures, figures::Figures, sense::Edge};
+pub use tatu_devices::{figures, figures::Figures, sense::OutlineEdge};
 pub use tatu_errors as errors;
 pub use tatu_geometry as geometry;
 pub use tatu_physics as physics;

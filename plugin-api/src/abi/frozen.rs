@@ -156,12 +156,12 @@ mod layouts {
         <tatu_contact as StableAbi>::LAYOUT,
     ];
 
-    struct Table(tatu_rust_layout);
+    struct LayoutTable(tatu_rust_layout);
     // SAFETY: all pointers in the table point to statics that are never modified, so sharing it between threads is
     // sound.
-    unsafe impl Sync for Table {}
+    unsafe impl Sync for LayoutTable {}
 
-    static TABLE: Table = Table(tatu_rust_layout {
+    static TABLE: LayoutTable = LayoutTable(tatu_rust_layout {
         size: size_of::<tatu_rust_layout>() as u32,
         n_layouts: FROZEN.len() as u32,
         abi_stable: c"0.11.3".as_ptr(),
@@ -209,7 +209,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn layouts_agree_with_themselves_and_tell_a_stranger() {
+    fn layouts_match_themselves_and_differ_from_a_foreign_table() {
         // SAFETY: both arguments point to tables that come from `layout_table`, or to copies of it with valid pointers;
         // they live until the end of the test.
         unsafe {

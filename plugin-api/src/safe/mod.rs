@@ -30,12 +30,14 @@ pub use declare::plugin::{Call, Change, Command, Instance, Offer, Outcome, PerWo
 pub use declare::sensor::{Beams, Form, Preset, Sensor};
 pub use declare::service::{Answer, Service, Session, Turn};
 pub use entry::guard::{guarded, quiet as guarded_quietly};
-pub use value::beside::{folders_beside, program_file};
 pub use value::fail::{Fail, Result};
 pub use value::field::{Element, Field, TypedField};
+pub use value::install_paths::{folders_beside, program_file};
 pub use value::owned::{MAX_DEPTH, Owned, Room, Value};
 pub use value::param::{Param, Params};
-pub use value::plain::{MOST_BYTES, open_plain, read_opened, read_plain, read_plain_text};
+#[allow(deprecated, reason = "the former name of `MAX_FILE_BYTES`, for existing plugins")]
+pub use value::plain::MOST_BYTES;
+pub use value::plain::{MAX_FILE_BYTES, open_plain, read_opened, read_plain, read_plain_text};
 pub use value::reading::Reading;
 pub use value::sample::{Readout, Sample};
 

@@ -36,7 +36,7 @@ pub fn host_library() -> Result<PathBuf> {
         };
     }
     if let Some(home) = std::env::var_os("TATU_HOME").map(PathBuf::from) {
-        return beside(&home).ok_or_else(|| {
+        return host_library_beside(&home).ok_or_else(|| {
             let text = format!("TATU_HOME is set to {}, which does not contain {}", home.display(), host_name());
             Error::new(text + "\n  expected: the folder of the program `tatu`")
         });
@@ -52,7 +52,7 @@ pub fn host_library() -> Result<PathBuf> {
     })?;
     // The program in PATH may be a symbolic link.
     let real = folder.join(&program).canonicalize().ok().and_then(|p| p.parent().map(Path::to_owned));
-    let found = beside(&folder).or_else(|| beside(&real?));
+    let found = host_library_beside(&folder).or_else(|| host_library_beside(&real?));
     found.ok_or_else(|| {
         let text = format!("the program `tatu` in {} has no {} beside it", folder.display(), host_name());
         Error::new(text + "\n  help: build or install all of Tatu; the library is part of it")
@@ -65,7 +65,7 @@ fn host_name() -> String {
 
 /// Returns the host's library of a program in `folder`: beside the program, where cargo builds it, or in the library
 /// folder of an installation.
-fn beside(folder: &Path) -> Option<PathBuf> {
+fn host_library_beside(folder: &Path) -> Option<PathBuf> {
     let places = ["", "deps", "../lib/tatu", "bin", "lib/tatu"];
     places.iter().map(|place| folder.join(place).join(host_name())).find(|file| file.is_file())
 }

@@ -93,7 +93,7 @@ fn create<S: Sensor>(values: &[Value]) -> Result<S> {
 }
 
 /// Inputs and outputs of one sensor in a batch.
-struct Part {
+struct BatchMember {
     inputs: Inputs,
     readings: Readings,
     rays: Vec<[f64; 6]>,
@@ -101,7 +101,7 @@ struct Part {
     counts: (usize, usize),
 }
 
-impl Part {
+impl BatchMember {
     fn of<S: Sensor>(sensor: &S, beams: &Beams, inputs: Inputs) -> Result<Self> {
         let directions: &[[f64; 3]] = if let Form::Rays(d) = &beams.form { d } else { &[] };
         let mut rays: Vec<[f64; 6]> = Vec::new();
@@ -112,7 +112,7 @@ impl Part {
         let aimed: Vec<[f64; 3]> = rays.iter().map(|[.., x, y, z]| [*x, *y, *z]).collect();
         let directions = if beams.aimed { &aimed } else { directions };
         let inputs = inputs.completed(S::INPUTS, beams, directions)?;
-        Ok(Part { inputs, readings: Readings::empty(&S::fields(), beams)?, rays, counts: counts(beams) })
+        Ok(BatchMember { inputs, readings: Readings::empty(&S::fields(), beams)?, rays, counts: counts(beams) })
     }
 }
 
@@ -120,7 +120,7 @@ impl Part {
 fn aim<S: Sensor>(sensor: &S, inputs: &Inputs, rays: &mut [[f64; 6]]) -> Result {
     let sources = [inputs.random.clone()];
     let random = random::table(&sources);
-    let raw = tatu_sensor_batch { random: &raw const random, ..empty(1, inputs) };
+    let raw = tatu_sensor_batch { random: &raw const random, ..null_batch(1, inputs) };
     let (sensor_id, pose, twist) = ([1u64], inputs.pose, inputs.twist);
     let raw = tatu_sensor_batch { sensor: sensor_id.as_ptr(), pose: pose.as_ptr(), twist: twist.as_ptr(), ..raw };
     // SAFETY: the batch has one instance and no beams, and its arrays live during the call.
@@ -133,15 +133,16 @@ fn batch<S: Sensor>(benches: &mut [&mut SensorBench<S>], inputs: Vec<Inputs>) ->
     let fields = S::fields();
     let mut parts = Vec::new();
     for (bench, inputs) in benches.iter().zip(inputs) {
-        parts.push(Part::of(&bench.sensor, &bench.sensor.beams()?, inputs)?);
+        parts.push(BatchMember::of(&bench.sensor, &bench.sensor.beams()?, inputs)?);
     }
     let Some(first) = parts.first() else { return Ok(Vec::new()) };
-    let raw = empty(parts.len(), &first.inputs);
+    let raw = null_batch(parts.len(), &first.inputs);
     // The batch points to these arrays, which must outlive it.
     let sensors: Vec<tatu_object> = (1..=parts.len() as u64).collect();
-    let (beams, pixels) = (ends(parts.iter().map(|p| p.counts.0)), ends(parts.iter().map(|p| p.counts.1)));
-    let contacts = ends(parts.iter().map(|p| p.inputs.contacts.len()));
-    let all = Arrays::of(&parts);
+    let (beams, pixels) =
+        (start_offsets(parts.iter().map(|p| p.counts.0)), start_offsets(parts.iter().map(|p| p.counts.1)));
+    let contacts = start_offsets(parts.iter().map(|p| p.inputs.contacts.len()));
+    let all = BatchArrays::of(&parts);
     let sources: Vec<_> = parts.iter().map(|p| p.inputs.random.clone()).collect();
     let random = random::table(&sources);
     let states: Vec<*mut c_void> = benches.iter_mut().map(|b| b.state.as_mut_ptr().cast()).collect();
@@ -155,25 +156,25 @@ fn batch<S: Sensor>(benches: &mut [&mut SensorBench<S>], inputs: Vec<Inputs>) ->
         state: states.as_ptr(),
         sensor: sensors.as_ptr(),
         first_beam: beams.as_ptr(),
-        distance: pointer(&all.distance),
-        point: pointer(&all.point).cast(),
-        normal: pointer(&all.normal).cast(),
-        object: pointer(&all.object),
-        color: pointer(&all.color).cast(),
-        primitive: pointer(&all.primitive),
+        distance: ptr_or_null(&all.distance),
+        point: ptr_or_null(&all.point).cast(),
+        normal: ptr_or_null(&all.normal).cast(),
+        object: ptr_or_null(&all.object),
+        color: ptr_or_null(&all.color).cast(),
+        primitive: ptr_or_null(&all.primitive),
         first_pixel: pixels.as_ptr(),
-        depth: pointer(&all.depth),
-        pixel_color: pointer(&all.pixel_color).cast(),
-        pixel_cosine: pointer(&all.pixel_cosine),
-        pixel_object: pointer(&all.pixel_object),
+        depth: ptr_or_null(&all.depth),
+        pixel_color: ptr_or_null(&all.pixel_color).cast(),
+        pixel_cosine: ptr_or_null(&all.pixel_cosine),
+        pixel_object: ptr_or_null(&all.pixel_object),
         pose: if asked(TATU_IN_POSE) { all.pose.as_ptr().cast() } else { null() },
         twist: if asked(TATU_IN_TWIST) { all.twist.as_ptr().cast() } else { null() },
         acceleration: if asked(TATU_IN_ACCELERATION) { all.acceleration.as_ptr().cast() } else { null() },
         joint: if asked(TATU_IN_JOINT) { all.joint.as_ptr().cast() } else { null() },
         wrench: if asked(TATU_IN_WRENCH) { all.wrench.as_ptr().cast() } else { null() },
         first_contact: contacts.as_ptr(),
-        contact: pointer(&all.contact),
-        friction: pointer(&all.friction).cast(),
+        contact: ptr_or_null(&all.contact),
+        friction: ptr_or_null(&all.friction).cast(),
         fields: places.as_ptr(),
         random: &raw const random,
         rays: if parts.iter().any(|p| !p.rays.is_empty()) { rays.as_ptr() } else { null() },
@@ -196,7 +197,7 @@ fn batch<S: Sensor>(benches: &mut [&mut SensorBench<S>], inputs: Vec<Inputs>) ->
 }
 
 /// The arrays of a batch, which are the concatenated arrays of its parts.
-struct Arrays {
+struct BatchArrays {
     distance: Vec<f64>,
     point: Vec<[f64; 3]>,
     normal: Vec<[f64; 3]>,
@@ -216,12 +217,12 @@ struct Arrays {
     friction: Vec<[f64; 3]>,
 }
 
-impl Arrays {
-    fn of(parts: &[Part]) -> Self {
-        fn all<T: Copy>(parts: &[Part], get: impl Fn(&Inputs) -> &[T]) -> Vec<T> {
+impl BatchArrays {
+    fn of(parts: &[BatchMember]) -> Self {
+        fn all<T: Copy>(parts: &[BatchMember], get: impl Fn(&Inputs) -> &[T]) -> Vec<T> {
             parts.iter().flat_map(|p| get(&p.inputs).iter().copied()).collect()
         }
-        Arrays {
+        BatchArrays {
             distance: all(parts, |i| &i.distance),
             point: all(parts, |i| &i.point),
             normal: all(parts, |i| &i.normal),
@@ -244,19 +245,19 @@ impl Arrays {
 }
 
 /// Returns a pointer to the first element, or null if the array is empty because the kind does not request it.
-fn pointer<T>(all: &[T]) -> *const T {
+fn ptr_or_null<T>(all: &[T]) -> *const T {
     if all.is_empty() { null() } else { all.as_ptr() }
 }
 
 /// Returns the start offset of each part, followed by the end offset of the last part.
-fn ends(lengths: impl Iterator<Item = usize>) -> Vec<u64> {
+fn start_offsets(lengths: impl Iterator<Item = usize>) -> Vec<u64> {
     let mut out = vec![0];
     lengths.for_each(|n| out.push(out.last().copied().unwrap_or(0) + n as u64));
     out
 }
 
 /// Returns a batch of `n` sensors in which all arrays are null.
-fn empty(n: usize, inputs: &Inputs) -> tatu_sensor_batch {
+fn null_batch(n: usize, inputs: &Inputs) -> tatu_sensor_batch {
     tatu_sensor_batch {
         size: size_of::<tatu_sensor_batch>() as u32,
         n: n as u32,

@@ -95,7 +95,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn seeds_give_numbers_of_the_right_distribution() {
+    fn seeded_numbers_have_the_right_distribution() {
         let numbers: Vec<f64> = (0..20_000).map(|i| Random::Seed(7).normal(i)).collect();
         let n = numbers.len() as f64;
         let mean = numbers.iter().sum::<f64>() / n;

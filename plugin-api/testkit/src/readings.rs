@@ -12,13 +12,13 @@ use crate::{Error, Result, inputs::counts};
 /// The fields of one measurement, by name.
 #[derive(Debug, Clone)]
 pub struct Readings {
-    fields: Vec<Buffer>,
+    fields: Vec<FieldBuffer>,
     /// The state after the measurement, `Sensor::STATE` values.
     pub state: Vec<f64>,
 }
 
 #[derive(Debug, Clone)]
-struct Buffer {
+struct FieldBuffer {
     name: &'static str,
     elem: u32,
     len: u64,
@@ -32,14 +32,14 @@ impl Readings {
         let buffer = |f: &Field| {
             let len = f.shape().iter().map(|d| elements(*d, beams)).product();
             let each = size(f.elem()).ok_or_else(|| Error::new(format!("`{}` has an undefined type", f.name())))?;
-            Ok(Buffer { name: f.name(), elem: f.elem(), len, words: vec![0; (len * each).div_ceil(8) as usize] })
+            Ok(FieldBuffer { name: f.name(), elem: f.elem(), len, words: vec![0; (len * each).div_ceil(8) as usize] })
         };
         Ok(Readings { fields: fields.iter().map(buffer).collect::<Result<_>>()?, state: Vec::new() })
     }
 
     /// Returns the address and the number of elements of each field.
     pub(crate) fn places(&mut self) -> (Vec<*mut c_void>, Vec<u64>) {
-        let place = |b: &mut Buffer| b.words.as_mut_ptr().cast();
+        let place = |b: &mut FieldBuffer| b.words.as_mut_ptr().cast();
         (self.fields.iter_mut().map(place).collect(), self.fields.iter().map(|b| b.len).collect())
     }
 
@@ -51,7 +51,7 @@ impl Readings {
         }
     }
 
-    fn buffer(&self, field: &str) -> Result<&Buffer> {
+    fn buffer(&self, field: &str) -> Result<&FieldBuffer> {
         self.fields.iter().find(|b| b.name == field).ok_or_else(|| {
             let known: Vec<&str> = self.fields.iter().map(|b| b.name).collect();
             Error::new(format!("there is no field `{field}`\n  expected: one of {}", known.join(", ")))
@@ -63,7 +63,7 @@ impl Readings {
     /// # Errors
     /// Fails if there is no such field.
     pub fn f64s(&self, field: &str) -> Result<Vec<f64>> {
-        self.buffer(field).map(Buffer::numbers)
+        self.buffer(field).map(FieldBuffer::numbers)
     }
 
     /// Returns the value of a field with a single element.
@@ -85,13 +85,13 @@ impl Readings {
     /// Fails if there is no such field, or its elements are not objects.
     pub fn objects(&self, field: &str) -> Result<Vec<tatu_object>> {
         match self.buffer(field)? {
-            Buffer { elem: TATU_ELEM_OBJECT, words, .. } => Ok(words.clone()),
+            FieldBuffer { elem: TATU_ELEM_OBJECT, words, .. } => Ok(words.clone()),
             _ => Err(Error::new(format!("the elements of the field `{field}` are not objects"))),
         }
     }
 }
 
-impl Buffer {
+impl FieldBuffer {
     fn numbers(&self) -> Vec<f64> {
         let bytes: Vec<u8> = self.words.iter().flat_map(|w| w.to_ne_bytes()).collect();
         let n = self.len as usize;

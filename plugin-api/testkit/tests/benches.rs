@@ -5,23 +5,23 @@
 use tatu_plugin_api::{abi::*, fields, safe::*};
 use tatu_plugin_testkit::{Inputs, Random, SensorBench, measure, measure_all};
 
-struct Nothing;
+struct EmptyPlugin;
 
-impl Plugin for Nothing {
+impl Plugin for EmptyPlugin {
     fn start(_: &Host) -> Result<Self> {
-        Ok(Nothing)
+        Ok(EmptyPlugin)
     }
     fn offer(_: &mut Offer<Self>) {}
 }
 
 /// An image of `columns` by 2 pixels. Its fields are the depths, the mean of each row, `own` zeros, and the objects.
-struct Eye {
+struct ImageSensor {
     columns: u32,
     own: u32,
 }
 
 fields! {
-    Eye {
+    ImageSensor {
         DEPTH: f32 = Field::new("eye.depth").dims([TATU_DIM_ROWS, TATU_DIM_COLUMNS, 1]);
         MEAN: f64 = Field::new("eye.mean").dims([TATU_DIM_ROWS, 1, 1]);
         OWN: u8 = Field::new("eye.own").dims([TATU_DIM_OWN, 1, 1]);
@@ -29,8 +29,8 @@ fields! {
     }
 }
 
-impl Sensor for Eye {
-    type Plugin = Nothing;
+impl Sensor for ImageSensor {
+    type Plugin = EmptyPlugin;
     const ID: &'static str = "eye";
     const TEXT: &'static str = "Depths.";
     const SCHEMAS: &'static [&'static str] = &["eye/1"];
@@ -43,7 +43,7 @@ impl Sensor for Eye {
         Self::declared_fields()
     }
     fn create(_: &SharedWorld<'_>, _: Instance, params: &Params<'_>) -> Result<Self> {
-        Ok(Eye { columns: params.i64("columns")? as u32, own: params.i64("own")? as u32 })
+        Ok(ImageSensor { columns: params.i64("columns")? as u32, own: params.i64("own")? as u32 })
     }
     fn beams(&self) -> Result<Beams> {
         let form = Form::Image { columns: self.columns, rows: 2, horizontal_angle: 1.0 };
@@ -63,20 +63,21 @@ impl Sensor for Eye {
 #[test]
 fn images_have_rows_and_columns() {
     let inputs = Inputs { depth: vec![1.0, 2.0, 3.0, 4.0, 5.0, 6.0], ..Inputs::default() };
-    let reading = measure::<Eye>(&[("own", 5.into())], inputs.clone()).unwrap();
+    let reading = measure::<ImageSensor>(&[("own", 5.into())], inputs.clone()).unwrap();
     assert_eq!(reading.f64s("eye.depth").unwrap(), [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]);
     assert_eq!(reading.f64s("eye.mean").unwrap(), [2.0, 5.0]);
     assert_eq!(reading.f64s("eye.own").unwrap(), [0.0; 5]);
     assert_eq!(reading.objects("eye.seen").unwrap(), [1; 6]);
     // A batch of two sensors, one of which has no hits.
-    let both = measure_all::<Eye>(&[], vec![Inputs::default(), inputs]).unwrap();
+    let both = measure_all::<ImageSensor>(&[], vec![Inputs::default(), inputs]).unwrap();
     assert_eq!(both[0].objects("eye.seen").unwrap(), [0; 6]);
     assert_eq!(both[1].f64s("eye.mean").unwrap(), [2.0, 5.0]);
 }
 
 #[test]
-fn what_does_not_fit_is_refused() {
-    let told = |params: &[(&str, Value)], inputs: Inputs| measure::<Eye>(params, inputs).unwrap_err().to_string();
+fn inputs_of_wrong_size_are_refused() {
+    let told =
+        |params: &[(&str, Value)], inputs: Inputs| measure::<ImageSensor>(params, inputs).unwrap_err().to_string();
     let short = Inputs { depth: vec![1.0], ..Inputs::default() };
     assert!(told(&[], short).contains("`depth` has 1 elements, but must have 6"));
     let foreign = Inputs { twist: [0.0; 6], distance: vec![1.0], ..Inputs::default() };
@@ -86,30 +87,30 @@ fn what_does_not_fit_is_refused() {
     assert!(told(&[("columns", "x".into())], Inputs::default()).contains("expected an integer, found a text"));
     let endless = Inputs { depth: vec![f32::NAN; 6], ..Inputs::default() };
     assert!(told(&[], endless).contains("`eye.depth` contains NaN"));
-    let reading = measure::<Eye>(&[], Inputs::default()).unwrap();
+    let reading = measure::<ImageSensor>(&[], Inputs::default()).unwrap();
     assert!(reading.f64("eye.depth").unwrap_err().to_string().contains("6 elements, but `f64` needs 1"));
     assert!(reading.f64("eye.dept").unwrap_err().to_string().contains("expected: one of eye.depth"));
 }
 
 #[test]
-fn a_change_that_rebuilds_makes_a_new_sensor() {
-    let mut eye = SensorBench::<Eye>::new(&[]).unwrap();
+fn rebuilding_parameter_creates_a_new_sensor() {
+    let mut eye = SensorBench::<ImageSensor>::new(&[]).unwrap();
     eye.set("columns", 1).unwrap();
     assert_eq!(eye.measure(Inputs::default()).unwrap().f64s("eye.depth").unwrap().len(), 2);
 }
 
 /// A sensor with a ray that is turned by a random angle, and a counter of measurements.
-struct Jitter;
+struct JitterSensor;
 
 fields! {
-    Jitter {
+    JitterSensor {
         POINT: f64 = Field::new("jitter.point").elements(3);
         COUNT: i32 = Field::new("jitter.count");
     }
 }
 
-impl Sensor for Jitter {
-    type Plugin = Nothing;
+impl Sensor for JitterSensor {
+    type Plugin = EmptyPlugin;
     const ID: &'static str = "jitter";
     const TEXT: &'static str = "Looks aside.";
     const SCHEMAS: &'static [&'static str] = &["jitter/1"];
@@ -125,7 +126,7 @@ impl Sensor for Jitter {
     fn create(world: &SharedWorld<'_>, _: Instance, _: &Params<'_>) -> Result<Self> {
         // Without a host, functions of the world fail.
         assert!(world.pose(1, 0).is_err());
-        Ok(Jitter)
+        Ok(JitterSensor)
     }
     fn beams(&self) -> Result<Beams> {
         Ok(Beams { form: Form::Rays(vec![[0.0, 0.0, 1.0]]), far: 5.0, aimed: true, ..Beams::default() })
@@ -147,8 +148,8 @@ impl Sensor for Jitter {
 }
 
 #[test]
-fn rays_are_aimed_and_state_is_kept() {
-    let mut jitter = SensorBench::<Jitter>::new(&[]).unwrap();
+fn rays_are_aimed_and_state_persists() {
+    let mut jitter = SensorBench::<JitterSensor>::new(&[]).unwrap();
     let ahead = Inputs { distance: vec![2.0], ..Inputs::default() };
     assert_eq!(jitter.measure(ahead.clone()).unwrap().f64s("jitter.point").unwrap(), [0.0, 0.0, 2.0]);
     let aside = Inputs { random: Random::Fixed(vec![std::f64::consts::FRAC_PI_6]), ..ahead };

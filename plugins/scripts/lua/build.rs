@@ -18,7 +18,7 @@ use std::{
 /// The version of `lua-src`, as in Cargo.toml, and the folder of Lua's sources in that crate.
 const LUA_SRC: &str = "=551.0.2";
 const LUA: &str = "lua-5.4.9";
-const OURS: &str = "src/lua_internals.c";
+const INTERNALS_C: &str = "src/lua_internals.c";
 /// Headers included before every C file.
 const HEADERS: [&str; 2] = ["src/lua_math.h", "src/lua_charges.h"];
 
@@ -32,12 +32,12 @@ fn main() -> Result<(), Box<dyn Error>> {
     } else {
         println!("cargo::rustc-cfg=no_shared");
     }
-    println!("cargo::rerun-if-changed={OURS}");
+    println!("cargo::rerun-if-changed={INTERNALS_C}");
     println!("cargo::rerun-if-changed=build/charges.rs");
     let here = env::var("CARGO_MANIFEST_DIR")?;
-    let lua = changed(&sources()?.join(LUA))?;
+    let lua = copy_with_charges(&lua_src_folder()?.join(LUA))?;
     let mut build = cc::Build::new();
-    build.include(&lua).warnings(false).opt_level(3).file(OURS);
+    build.include(&lua).warnings(false).opt_level(3).file(INTERNALS_C);
     for entry in fs::read_dir(&lua)? {
         let path = entry?.path();
         if path.extension().is_some_and(|e| e == "c") {
@@ -74,7 +74,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 }
 
 /// Copies Lua's files and applies the edits of `CHARGES` to the copies; returns the folder of the copies.
-fn changed(lua: &Path) -> Result<PathBuf, Box<dyn Error>> {
+fn copy_with_charges(lua: &Path) -> Result<PathBuf, Box<dyn Error>> {
     let folder = Path::new(&env::var("OUT_DIR")?).join("lua");
     fs::create_dir_all(&folder)?;
     for entry in fs::read_dir(lua)? {
@@ -94,7 +94,7 @@ fn changed(lua: &Path) -> Result<PathBuf, Box<dyn Error>> {
 
 /// Returns the folder of `lua-src`, as reported by cargo for a generated package without other dependencies. Without a
 /// network connection, cargo might be unable to resolve the whole workspace, because some dependencies may be missing.
-fn sources() -> Result<PathBuf, Box<dyn Error>> {
+fn lua_src_folder() -> Result<PathBuf, Box<dyn Error>> {
     let package = Path::new(&env::var("OUT_DIR")?).join("find-lua");
     fs::create_dir_all(package.join("src"))?;
     fs::write(package.join("src/lib.rs"), "")?;

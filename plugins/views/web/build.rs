@@ -172,6 +172,6 @@ fn main() {
         text += &format!("    ({name:?}, {kind:?}, include_bytes!({:?})),\n", path.display().to_string());
     }
     text += &format!("];\n/// The import map of the page, JSON.\npub const IMPORT_MAP: &str = {map:?};\n");
-    text += &format!("/// Whether the page's libraries are embedded.\npub const WHOLE: bool = {whole};\n");
+    text += &format!("/// Whether the page's libraries are embedded.\npub const HAS_LIBRARIES: bool = {whole};\n");
     fs::write(out.join("files.rs"), text).expect("cannot write files.rs");
 }

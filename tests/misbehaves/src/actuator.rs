@@ -5,8 +5,8 @@ use std::{ffi::c_void, ptr::null};
 use tatu_plugin_api::abi::*;
 
 use crate::{
-    List, Shared, guarded, life,
-    plan::{How, Plan},
+    PointerList, SyncTable, guarded, life,
+    plan::{Misbehaviour, MisbehaviourPlan},
     sensor, size,
 };
 
@@ -14,7 +14,7 @@ unsafe extern "C" fn apply(me: *mut c_void, batch: *const tatu_actuator_batch, e
     guarded(error, || {
         // SAFETY: the host passes a valid batch, with six numbers and a status per instance; `me` was made by `init`.
         unsafe {
-            let (plan, batch) = (Plan::of(me), &*batch);
+            let (plan, batch) = (MisbehaviourPlan::of(me), &*batch);
             let status = plan.act("tatu_actuator.apply", || {
                 for i in 0..batch.n as usize {
                     *batch.wrench.add(6 * i) = f64::NAN;
@@ -22,8 +22,8 @@ unsafe extern "C" fn apply(me: *mut c_void, batch: *const tatu_actuator_batch, e
                 }
                 Ok(TATU_OK)
             });
-            match (status, plan.ways("tatu_actuator.apply")) {
-                (Err(fail), Some(How::Error)) => {
+            match (status, plan.misbehaviour_of("tatu_actuator.apply")) {
+                (Err(fail), Some(Misbehaviour::Error)) => {
                     *batch.status = fail.write(error);
                     Ok(TATU_OK)
                 }
@@ -33,7 +33,7 @@ unsafe extern "C" fn apply(me: *mut c_void, batch: *const tatu_actuator_batch, e
     })
 }
 
-static KIND: Shared<tatu_actuator> = Shared(tatu_actuator {
+static KIND: SyncTable<tatu_actuator> = SyncTable(tatu_actuator {
     size: size::<tatu_actuator>(),
     flags: 0,
     n_commands: 0,
@@ -47,7 +47,7 @@ static KIND: Shared<tatu_actuator> = Shared(tatu_actuator {
     schemas: std::ptr::null(),
     fields: std::ptr::null(),
 });
-static KINDS: List<tatu_actuator, 2> = List([&raw const KIND.0, null()]);
+static KINDS: PointerList<tatu_actuator, 2> = PointerList([&raw const KIND.0, null()]);
 
-pub static EXTENSION: Shared<tatu_ext_actuator> =
-    Shared(tatu_ext_actuator { size: size::<tatu_ext_actuator>(), reserved: 0, kinds: (&raw const KINDS.0).cast() });
+pub static EXTENSION: SyncTable<tatu_ext_actuator> =
+    SyncTable(tatu_ext_actuator { size: size::<tatu_ext_actuator>(), reserved: 0, kinds: (&raw const KINDS.0).cast() });

@@ -7,7 +7,7 @@ use tatu_plugin_api::{
     safe::{Fail, Result},
 };
 
-use crate::{List, Shared, guarded, life, plan::Plan, size};
+use crate::{PointerList, SyncTable, guarded, life, plan::MisbehaviourPlan, size};
 
 /// Writes `values` as the first results of a call, and sets the count of results to `n`.
 unsafe fn results(call: &mut tatu_call, values: &[tatu_value], n: u32) {
@@ -19,7 +19,7 @@ unsafe fn results(call: &mut tatu_call, values: &[tatu_value], n: u32) {
 }
 
 /// Returns a value of any type, with `len` elements at a null pointer.
-pub fn hollow(tag: u32, len: u64) -> tatu_value {
+pub fn null_value(tag: u32, len: u64) -> tatu_value {
     tatu_value { tag, reserved: 0, u: tatu_payload { s: tatu_span_t { ptr: null(), len } } }
 }
 
@@ -28,17 +28,21 @@ unsafe extern "C" fn call(call: *mut tatu_call) -> tatu_status {
     // SAFETY: the host passes a frame that is valid during the call, and `self_` is the plan made by `init`.
     unsafe {
         guarded((*call).error, || {
-            let (c, plan) = (&mut *call, Plan::of((*call).self_));
+            let (c, plan) = (&mut *call, MisbehaviourPlan::of((*call).self_));
             let sort = if c.n_args > 0 { (*c.args).u.i } else { 0 };
             let done = plan.act("tatu_command.call", || {
                 match sort {
                     // More results than fit.
                     1 => results(c, &[], c.results_cap + 1_000_000),
                     // An unknown type.
-                    2 => results(c, &[hollow(99, 1 << 60)], 1),
+                    2 => results(c, &[null_value(99, 1 << 60)], 1),
                     // Strings and arrays at a null pointer, which must be read as empty, and an unknown status.
                     3 => {
-                        results(c, &[hollow(TATU_TEXT, 12), hollow(TATU_LIST, 9), hollow(TATU_MAP, 1 << 40)], 3);
+                        results(
+                            c,
+                            &[null_value(TATU_TEXT, 12), null_value(TATU_LIST, 9), null_value(TATU_MAP, 1 << 40)],
+                            3,
+                        );
                         return Ok(-999);
                     }
                     // Returns "wait" although no wait was requested.
@@ -73,14 +77,14 @@ unsafe extern "C" fn use_function(call: *mut tatu_call) -> tatu_status {
     unsafe {
         guarded((*call).error, || {
             let c = &*call;
-            let commands = commands(Plan::of(c.self_))?;
+            let commands = commands(MisbehaviourPlan::of(c.self_))?;
             let (mut kept, world) = (0, WorldRef::new(c.world));
             let retain = commands.retain.ok_or_else(|| Fail::new("no retain"))?;
             if retain(world, (*c.args).u.u, Some(&mut kept)) < 0 {
                 // The language has refused to keep the function, and reports the error itself.
                 return Ok(TATU_OK);
             }
-            let mut room = [hollow(TATU_NIL, 0); 16];
+            let mut room = [null_value(TATU_NIL, 0); 16];
             let mut frame = tatu_call {
                 size: size::<tatu_call>(),
                 args: null(),
@@ -94,13 +98,13 @@ unsafe extern "C" fn use_function(call: *mut tatu_call) -> tatu_status {
             if let Some(drop) = commands.drop {
                 drop(world, kept);
             }
-            if status < 0 { Err(said(&frame)) } else { Ok(TATU_OK) }
+            if status < 0 { Err(call_error(&frame)) } else { Ok(TATU_OK) }
         })
     }
 }
 
 /// Returns the error of a failed call.
-pub fn said(frame: &tatu_call) -> Fail {
+pub fn call_error(frame: &tatu_call) -> Fail {
     // SAFETY: `frame.error` is the host's error object of the call that has just failed.
     let text = unsafe { (*frame.error).text };
     // SAFETY: the text belongs to that error object, and is copied before the next call.
@@ -109,7 +113,7 @@ pub fn said(frame: &tatu_call) -> Fail {
 }
 
 /// Returns the host's command service.
-pub fn commands(plan: &Plan) -> Result<&'static tatu_host_commands> {
+pub fn commands(plan: &MisbehaviourPlan) -> Result<&'static tatu_host_commands> {
     // SAFETY: the host and its tables are valid until shutdown.
     unsafe {
         let service = (*plan.host).service.ok_or_else(|| Fail::new("no services"))?;
@@ -118,9 +122,9 @@ pub fn commands(plan: &Plan) -> Result<&'static tatu_host_commands> {
     }
 }
 
-const fn named(name: &'static CStr) -> Shared<tatu_name> {
+const fn named(name: &'static CStr) -> SyncTable<tatu_name> {
     let size = size::<tatu_name>();
-    Shared(tatu_name {
+    SyncTable(tatu_name {
         size,
         flags: 0,
         name: name.as_ptr(),
@@ -132,10 +136,10 @@ const fn named(name: &'static CStr) -> Shared<tatu_name> {
 }
 
 const fn table(
-    names: &'static List<tatu_name, 2>,
+    names: &'static PointerList<tatu_name, 2>,
     call: unsafe extern "C" fn(*mut tatu_call) -> tatu_status,
-) -> Shared<tatu_command> {
-    Shared(tatu_command {
+) -> SyncTable<tatu_command> {
+    SyncTable(tatu_command {
         size: size::<tatu_command>(),
         flags: TATU_COMMAND_RAW,
         names: names.0.as_ptr(),
@@ -153,21 +157,22 @@ const fn table(
     })
 }
 
-static CALL_NAME: Shared<tatu_name> = named(c"misbehaves.call");
-static WAIT_NAME: Shared<tatu_name> = named(c"misbehaves.wait");
-static USE_NAME: Shared<tatu_name> = named(c"misbehaves.use");
-static CALL_NAMES: List<tatu_name, 2> = List([&raw const CALL_NAME.0, null()]);
-static WAIT_NAMES: List<tatu_name, 2> = List([&raw const WAIT_NAME.0, null()]);
-static USE_NAMES: List<tatu_name, 2> = List([&raw const USE_NAME.0, null()]);
-static CALL: Shared<tatu_command> = table(&CALL_NAMES, call);
-static WAIT: Shared<tatu_command> = table(&WAIT_NAMES, wait);
-static USE: Shared<tatu_command> = table(&USE_NAMES, use_function);
-static ALL: List<tatu_command, 4> = List([&raw const CALL.0, &raw const WAIT.0, &raw const USE.0, null()]);
+static CALL_NAME: SyncTable<tatu_name> = named(c"misbehaves.call");
+static WAIT_NAME: SyncTable<tatu_name> = named(c"misbehaves.wait");
+static USE_NAME: SyncTable<tatu_name> = named(c"misbehaves.use");
+static CALL_NAMES: PointerList<tatu_name, 2> = PointerList([&raw const CALL_NAME.0, null()]);
+static WAIT_NAMES: PointerList<tatu_name, 2> = PointerList([&raw const WAIT_NAME.0, null()]);
+static USE_NAMES: PointerList<tatu_name, 2> = PointerList([&raw const USE_NAME.0, null()]);
+static CALL: SyncTable<tatu_command> = table(&CALL_NAMES, call);
+static WAIT: SyncTable<tatu_command> = table(&WAIT_NAMES, wait);
+static USE: SyncTable<tatu_command> = table(&USE_NAMES, use_function);
+static COMMANDS: PointerList<tatu_command, 4> =
+    PointerList([&raw const CALL.0, &raw const WAIT.0, &raw const USE.0, null()]);
 
-pub static EXTENSION: Shared<tatu_ext_command> = Shared(tatu_ext_command {
+pub static EXTENSION: SyncTable<tatu_ext_command> = SyncTable(tatu_ext_command {
     size: size::<tatu_ext_command>(),
     reserved: 0,
-    commands: &raw const ALL.0 as *const *const tatu_command,
+    commands: &raw const COMMANDS.0 as *const *const tatu_command,
     constants: null(),
     preludes: null(),
     per_world: &raw const life::WORLD.0,

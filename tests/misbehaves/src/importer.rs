@@ -4,11 +4,11 @@ use std::{ffi::c_void, ptr::null};
 
 use tatu_plugin_api::{abi::*, safe::guarded_quietly};
 
-use crate::{List, Shared, guarded, model::dummy, plan::Plan, size};
+use crate::{PointerList, SyncTable, guarded, model::dummy, plan::MisbehaviourPlan, size};
 
 unsafe extern "C" fn sniff(me: *mut c_void, _: tatu_str) -> u32 {
     // SAFETY: `me` was made by `init` and is live.
-    guarded_quietly(|| unsafe { Plan::of(me) }.act_quietly("tatu_importer.sniff", || u32::MAX).unwrap_or(1))
+    guarded_quietly(|| unsafe { MisbehaviourPlan::of(me) }.act_quietly("tatu_importer.sniff", || u32::MAX).unwrap_or(1))
 }
 
 unsafe extern "C" fn load(
@@ -21,7 +21,7 @@ unsafe extern "C" fn load(
     guarded(error, || {
         // SAFETY: `me` was made by `init`; the builder is valid during the call.
         unsafe {
-            match Plan::of(me).act("tatu_importer.load", || dummy(builder, true))? {
+            match MisbehaviourPlan::of(me).act("tatu_importer.load", || dummy(builder, true))? {
                 Some(status) => Ok(status),
                 None => dummy(builder, false),
             }
@@ -29,8 +29,8 @@ unsafe extern "C" fn load(
     })
 }
 
-static SUFFIXES: List<i8, 2> = List([c".misbehaves".as_ptr().cast(), null()]);
-static IMPORTER: Shared<tatu_importer> = Shared(tatu_importer {
+static SUFFIXES: PointerList<i8, 2> = PointerList([c".misbehaves".as_ptr().cast(), null()]);
+static IMPORTER: SyncTable<tatu_importer> = SyncTable(tatu_importer {
     size: size::<tatu_importer>(),
     reserved: 0,
     id: c"misbehaves".as_ptr(),
@@ -40,9 +40,9 @@ static IMPORTER: Shared<tatu_importer> = Shared(tatu_importer {
     sniff: Some(sniff),
     load: Some(load),
 });
-static IMPORTERS: List<tatu_importer, 2> = List([&raw const IMPORTER.0, null()]);
+static IMPORTERS: PointerList<tatu_importer, 2> = PointerList([&raw const IMPORTER.0, null()]);
 
-pub static EXTENSION: Shared<tatu_ext_importer> = Shared(tatu_ext_importer {
+pub static EXTENSION: SyncTable<tatu_ext_importer> = SyncTable(tatu_ext_importer {
     size: size::<tatu_ext_importer>(),
     reserved: 0,
     importers: (&raw const IMPORTERS.0).cast(),

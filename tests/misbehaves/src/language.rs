@@ -8,11 +8,11 @@ use tatu_plugin_api::{
 };
 
 use crate::{
-    List, Shared,
-    command::{commands, hollow, said},
+    PointerList, SyncTable,
+    command::{call_error, commands, null_value},
     guarded,
-    life::{self, Data},
-    plan::Plan,
+    life::{self, InstanceData},
+    plan::MisbehaviourPlan,
     size,
 };
 
@@ -22,11 +22,11 @@ const THREAD: u32 = 2;
 const FUNCTION: u32 = 5;
 
 /// Calls a command by name, with a function as argument.
-fn call_command(data: &Data, caller: &tatu_call, name: &str, wait_token: u64) -> Result<tatu_status> {
+fn call_command(data: &InstanceData, caller: &tatu_call, name: &str, wait_token: u64) -> Result<tatu_status> {
     let commands = commands(data.plan())?;
     let argument =
         tatu_value { tag: TATU_FUNC, reserved: 0, u: tatu_payload { u: data.id << 32 | u64::from(FUNCTION) } };
-    let mut room = [hollow(TATU_NIL, 0); 16];
+    let mut room = [null_value(TATU_NIL, 0); 16];
     // SAFETY: the frame and everything it points to live until the calls return; the world is that of the instance.
     unsafe {
         let (mut alias, world) = (0, WorldRef::new(data.world));
@@ -43,7 +43,7 @@ fn call_command(data: &Data, caller: &tatu_call, name: &str, wait_token: u64) ->
             ..*caller
         };
         let status = commands.call.map_or(TATU_ERR, |f| f(world, &mut frame));
-        if status < 0 { Err(said(&frame)) } else { Ok(status) }
+        if status < 0 { Err(call_error(&frame)) } else { Ok(status) }
     }
 }
 
@@ -58,7 +58,7 @@ unsafe extern "C" fn load(
     guarded(error, || {
         // SAFETY: `data` was made by `create` and is live; the host passes a valid pointer for the string.
         unsafe {
-            let status = Data::of(data).plan().act("tatu_language.load", || {
+            let status = InstanceData::of(data).plan().act("tatu_language.load", || {
                 *chosen = tatu_str { ptr: null(), len: 1 << 60 };
                 Ok(77)
             })?;
@@ -71,7 +71,7 @@ unsafe extern "C" fn find(data: *mut c_void, _: u32, name: tatu_str) -> u32 {
     guarded_quietly(|| {
         // SAFETY: `data` was made by `create` and is live; the name is valid during the call.
         let (data, name) =
-            unsafe { (Data::of(data), std::slice::from_raw_parts(name.ptr.cast::<u8>(), name.len as usize)) };
+            unsafe { (InstanceData::of(data), std::slice::from_raw_parts(name.ptr.cast::<u8>(), name.len as usize)) };
         let found = match name {
             b"actuation" => ACTUATION,
             b"thread" => THREAD,
@@ -82,13 +82,13 @@ unsafe extern "C" fn find(data: *mut c_void, _: u32, name: tatu_str) -> u32 {
 }
 
 /// Returns more results than fit, of an unknown type, and reports an impossible count of instructions.
-unsafe fn babble(frame: *mut tatu_call, used: *mut u64) -> Result<tatu_status> {
+unsafe fn return_nonsense(frame: *mut tatu_call, used: *mut u64) -> Result<tatu_status> {
     // SAFETY: the host passes a frame and a counter that are valid during the call; a result is written only if there
     // is room.
     unsafe {
         *used = u64::MAX;
         if (*frame).results_cap > 0 {
-            *(*frame).results = hollow(99, 1 << 60);
+            *(*frame).results = null_value(99, 1 << 60);
         }
         (*frame).n_results = u32::MAX;
     }
@@ -106,13 +106,13 @@ unsafe extern "C" fn call(
     guarded(error, || {
         // SAFETY: `data` was made by `create` and is live; the frame and the counter are valid during the call.
         unsafe {
-            let data = Data::of(data);
-            if let Some(status) = data.plan().act("tatu_language.call", || babble(frame, used))? {
+            let data = InstanceData::of(data);
+            if let Some(status) = data.plan().act("tatu_language.call", || return_nonsense(frame, used))? {
                 return Ok(status);
             }
             match callable {
                 ACTUATION => {
-                    if data.plan().ways("tatu_language.place").is_some() {
+                    if data.plan().misbehaviour_of("tatu_language.place").is_some() {
                         // A failure of this call is logged, not raised in the script.
                         call_command(data, &*frame, "simGetObjectParent", 0)?;
                     }
@@ -137,7 +137,7 @@ unsafe extern "C" fn resume(
     guarded(error, || {
         // SAFETY: `data` was made by `create` and is live; the frame and the counter are valid during the call.
         unsafe {
-            let done = Data::of(data).plan().act("tatu_language.resume", || babble(frame, used))?;
+            let done = InstanceData::of(data).plan().act("tatu_language.resume", || return_nonsense(frame, used))?;
             Ok(done.unwrap_or(TATU_OK))
         }
     })
@@ -146,14 +146,14 @@ unsafe extern "C" fn resume(
 unsafe extern "C" fn keep_func(data: *mut c_void, local: u32) -> u32 {
     guarded_quietly(|| {
         // SAFETY: `data` was made by `create` and is live.
-        unsafe { Data::of(data) }.plan().act_quietly("tatu_language.keep_func", || u32::MAX).unwrap_or(local)
+        unsafe { InstanceData::of(data) }.plan().act_quietly("tatu_language.keep_func", || u32::MAX).unwrap_or(local)
     })
 }
 
 unsafe extern "C" fn drop_func(data: *mut c_void, _: u32) {
     guarded_quietly(|| {
         // SAFETY: `data` was made by `create` and is live.
-        unsafe { Data::of(data) }.plan().act_quietly("tatu_language.drop_func", crate::plan::other_mode);
+        unsafe { InstanceData::of(data) }.plan().act_quietly("tatu_language.drop_func", crate::plan::change_float_mode);
     });
 }
 
@@ -168,7 +168,7 @@ unsafe extern "C" fn call_func(
     guarded(error, || {
         // SAFETY: `data` was made by `create` and is live; the frame and the counter are valid during the call.
         unsafe {
-            let done = Data::of(data).plan().act("tatu_language.call_func", || babble(frame, used))?;
+            let done = InstanceData::of(data).plan().act("tatu_language.call_func", || return_nonsense(frame, used))?;
             match (done, local) {
                 (Some(status), _) => Ok(status),
                 (None, FUNCTION) => Ok(TATU_OK),
@@ -181,7 +181,7 @@ unsafe extern "C" fn call_func(
 unsafe extern "C" fn knows_dialect(me: *mut c_void, _: tatu_str, error: *mut tatu_error) -> tatu_status {
     guarded(error, || {
         // SAFETY: `me` was made by `init` and is live.
-        let done = unsafe { Plan::of(me) }.act("tatu_language.knows_dialect", || Ok(77))?;
+        let done = unsafe { MisbehaviourPlan::of(me) }.act("tatu_language.knows_dialect", || Ok(77))?;
         Ok(done.unwrap_or(TATU_OK))
     })
 }
@@ -189,26 +189,26 @@ unsafe extern "C" fn knows_dialect(me: *mut c_void, _: tatu_str, error: *mut tat
 unsafe extern "C" fn traits(data: *mut c_void) -> u32 {
     guarded_quietly(|| {
         // SAFETY: `data` was made by `create` and is live.
-        unsafe { Data::of(data) }.plan().act_quietly("tatu_language.traits", || u32::MAX).unwrap_or(0)
+        unsafe { InstanceData::of(data) }.plan().act_quietly("tatu_language.traits", || u32::MAX).unwrap_or(0)
     })
 }
 
 unsafe extern "C" fn order(data: *mut c_void, _: tatu_str, _: u32) -> u32 {
     guarded_quietly(|| {
         // SAFETY: `data` was made by `create` and is live.
-        unsafe { Data::of(data) }.plan().act_quietly("tatu_language.order", || u32::MAX).unwrap_or(0)
+        unsafe { InstanceData::of(data) }.plan().act_quietly("tatu_language.order", || u32::MAX).unwrap_or(0)
     })
 }
 
 unsafe extern "C" fn place(data: *mut c_void, _: *mut tatu_error) {
     guarded_quietly(|| {
         // SAFETY: `data` was made by `create` and is live.
-        unsafe { Data::of(data) }.plan().act_quietly("tatu_language.place", crate::plan::other_mode);
+        unsafe { InstanceData::of(data) }.plan().act_quietly("tatu_language.place", crate::plan::change_float_mode);
     });
 }
 
-static SUFFIXES: List<i8, 2> = List([c".misbehaves".as_ptr().cast(), null()]);
-static LANGUAGE: Shared<tatu_language> = Shared(tatu_language {
+static SUFFIXES: PointerList<i8, 2> = PointerList([c".misbehaves".as_ptr().cast(), null()]);
+static LANGUAGE: SyncTable<tatu_language> = SyncTable(tatu_language {
     size: size::<tatu_language>(),
     flags: 0,
     id: c"misbehaves".as_ptr(),
@@ -227,9 +227,9 @@ static LANGUAGE: Shared<tatu_language> = Shared(tatu_language {
     order: Some(order),
     place: Some(place),
 });
-static LANGUAGES: List<tatu_language, 2> = List([&raw const LANGUAGE.0, null()]);
+static LANGUAGES: PointerList<tatu_language, 2> = PointerList([&raw const LANGUAGE.0, null()]);
 
-pub static EXTENSION: Shared<tatu_ext_script> = Shared(tatu_ext_script {
+pub static EXTENSION: SyncTable<tatu_ext_script> = SyncTable(tatu_ext_script {
     size: size::<tatu_ext_script>(),
     reserved: 0,
     languages: (&raw const LANGUAGES.0).cast(),

@@ -22,7 +22,7 @@ use std::{
     ptr::null,
 };
 
-use plan::{How, Plan};
+use plan::{Misbehaviour, MisbehaviourPlan};
 use tatu_plugin_api::{
     abi::*,
     safe::{self, Host, guarded_quietly, macro_support::Entry},
@@ -36,15 +36,15 @@ fn guarded(error: *mut tatu_error, f: impl FnOnce() -> safe::Result<tatu_status>
 
 /// A null-terminated array of pointers to tables, for use in statics.
 #[repr(transparent)]
-struct List<T, const N: usize>([*const T; N]);
+struct PointerList<T, const N: usize>([*const T; N]);
 // SAFETY: the list and everything it points to are constant.
-unsafe impl<T, const N: usize> Sync for List<T, N> {}
+unsafe impl<T, const N: usize> Sync for PointerList<T, N> {}
 
 /// A table with pointers, for use in statics.
 #[repr(transparent)]
-struct Shared<T>(T);
+struct SyncTable<T>(T);
 // SAFETY: the table and everything it points to are constant.
-unsafe impl<T> Sync for Shared<T> {}
+unsafe impl<T> Sync for SyncTable<T> {}
 
 /// Returns the size of a table, as stored in its first field.
 const fn size<T>() -> u32 {
@@ -52,13 +52,13 @@ const fn size<T>() -> u32 {
 }
 
 /// A table that consists only of a size, returned by `extension` to misbehave.
-static NOTHING: u32 = 4;
+static SIZE_ONLY_TABLE: u32 = 4;
 
 unsafe extern "C" fn init(host: *const tatu_host, me: *mut *mut c_void, error: *mut tatu_error) -> tatu_status {
     guarded(error, || {
         // SAFETY: the host lives until shutdown. Creating a `Host` also redirects panics to its log.
         unsafe { Host::new(host) };
-        let plan = Box::new(Plan::new(host));
+        let plan = Box::new(MisbehaviourPlan::new(host));
         let status = plan.act("tatu_plugin.init", || Ok(77))?;
         // SAFETY: the host passes a valid pointer to the variable that receives the result.
         unsafe { *me = Box::into_raw(plan).cast() };
@@ -69,8 +69,8 @@ unsafe extern "C" fn init(host: *const tatu_host, me: *mut *mut c_void, error: *
 unsafe extern "C" fn shutdown(me: *mut c_void) {
     guarded_quietly(|| {
         // SAFETY: `me` was made by `Box::into_raw` in `init`, and shutdown is called once.
-        let plan = unsafe { Box::from_raw(me.cast::<Plan>()) };
-        plan.act_quietly("tatu_plugin.shutdown", plan::other_mode);
+        let plan = unsafe { Box::from_raw(me.cast::<MisbehaviourPlan>()) };
+        plan.act_quietly("tatu_plugin.shutdown", plan::change_float_mode);
     });
 }
 
@@ -78,7 +78,7 @@ unsafe extern "C" fn extension(me: *mut c_void, id: *const c_char) -> *const c_v
     // The pointer is returned as an integer because pointers do not implement `Default`.
     let found = guarded_quietly(|| {
         // SAFETY: `me` was made by `init` and is live; `id` is NUL-terminated.
-        let (plan, id) = unsafe { (Plan::of(me), CStr::from_ptr(id)) };
+        let (plan, id) = unsafe { (MisbehaviourPlan::of(me), CStr::from_ptr(id)) };
         let table: *const c_void = match id {
             id if id == TATU_COMMAND => (&raw const command::EXTENSION).cast(),
             id if id == TATU_SENSOR => (&raw const sensor::EXTENSION).cast(),
@@ -89,10 +89,10 @@ unsafe extern "C" fn extension(me: *mut c_void, id: *const c_char) -> *const c_v
             id if id == TATU_SERVICE => (&raw const service::EXTENSION).cast(),
             _ => return 0,
         };
-        match plan.ways("tatu_plugin.extension") {
-            Some(How::Nonsense) => {
+        match plan.misbehaviour_of("tatu_plugin.extension") {
+            Some(Misbehaviour::Nonsense) => {
                 plan.act_quietly("tatu_plugin.extension", || {});
-                &raw const NOTHING as usize
+                &raw const SIZE_ONLY_TABLE as usize
             }
             _ => {
                 plan.act_quietly("tatu_plugin.extension", || {});

@@ -5,62 +5,62 @@ use std::ffi::c_void;
 use tatu_plugin_api::{abi::*, safe::guarded_quietly};
 
 use crate::{
-    Shared, guarded,
-    plan::{self, Plan},
+    SyncTable, guarded,
+    plan::{self, MisbehaviourPlan},
     size,
 };
 
 /// The data of an instance.
-pub struct Data {
-    plan: *const Plan,
+pub struct InstanceData {
+    plan: *const MisbehaviourPlan,
     pub world: *mut tatu_world,
     /// The id of the instance, unique in its world.
     pub id: u64,
 }
 
-impl Data {
-    pub fn plan(&self) -> &Plan {
+impl InstanceData {
+    pub fn plan(&self) -> &MisbehaviourPlan {
         // SAFETY: the plan belongs to the plugin, which outlives its instances.
         unsafe { &*self.plan }
     }
     /// # Safety
     /// `data` was made by `create` and has not been destroyed.
-    pub unsafe fn of<'a>(data: *mut c_void) -> &'a Data {
-        // SAFETY: the caller guarantees that `data` points to a live `Data`.
-        unsafe { &*data.cast::<Data>() }
+    pub unsafe fn of<'a>(data: *mut c_void) -> &'a InstanceData {
+        // SAFETY: the caller guarantees that `data` points to a live `InstanceData`.
+        unsafe { &*data.cast::<InstanceData>() }
     }
 }
 
 /// A kind of instance.
-pub trait Kind {
+pub trait InstanceKind {
     const NAME: &'static str;
 }
-pub struct World;
-pub struct Sensor;
-pub struct Actuator;
-pub struct Script;
-pub struct Service;
-impl Kind for World {
+pub struct WorldLife;
+pub struct SensorLife;
+pub struct ActuatorLife;
+pub struct ScriptLife;
+pub struct ServiceLife;
+impl InstanceKind for WorldLife {
     const NAME: &'static str = "world";
 }
-impl Kind for Sensor {
+impl InstanceKind for SensorLife {
     const NAME: &'static str = "sensor";
 }
-impl Kind for Actuator {
+impl InstanceKind for ActuatorLife {
     const NAME: &'static str = "actuator";
 }
-impl Kind for Service {
+impl InstanceKind for ServiceLife {
     const NAME: &'static str = "service";
 }
-impl Kind for Script {
+impl InstanceKind for ScriptLife {
     const NAME: &'static str = "script";
 }
 
-fn name<K: Kind>(function: &str) -> String {
+fn name<K: InstanceKind>(function: &str) -> String {
     format!("tatu_life.{function}:{}", K::NAME)
 }
 
-unsafe extern "C" fn create<K: Kind>(
+unsafe extern "C" fn create<K: InstanceKind>(
     me: *mut c_void,
     info: *const tatu_instance,
     data: *mut *mut c_void,
@@ -69,22 +69,23 @@ unsafe extern "C" fn create<K: Kind>(
     guarded(error, || {
         // SAFETY: `me` was made by `init`; the host passes a valid description and a valid pointer for the result.
         unsafe {
-            let status = Plan::of(me).act(&name::<K>("create"), || Ok(77))?;
-            *data = Box::into_raw(Box::new(Data { plan: me.cast(), world: (*info).world, id: (*info).id })).cast();
+            let status = MisbehaviourPlan::of(me).act(&name::<K>("create"), || Ok(77))?;
+            *data =
+                Box::into_raw(Box::new(InstanceData { plan: me.cast(), world: (*info).world, id: (*info).id })).cast();
             Ok(status.unwrap_or(TATU_OK))
         }
     })
 }
 
-unsafe extern "C" fn destroy<K: Kind>(data: *mut c_void) {
+unsafe extern "C" fn destroy<K: InstanceKind>(data: *mut c_void) {
     guarded_quietly(|| {
         // SAFETY: `data` was made by `Box::into_raw` in `create`, and is destroyed once.
-        let data = unsafe { Box::from_raw(data.cast::<Data>()) };
-        data.plan().act_quietly(&name::<K>("destroy"), plan::other_mode);
+        let data = unsafe { Box::from_raw(data.cast::<InstanceData>()) };
+        data.plan().act_quietly(&name::<K>("destroy"), plan::change_float_mode);
     });
 }
 
-unsafe extern "C" fn configure<K: Kind>(
+unsafe extern "C" fn configure<K: InstanceKind>(
     data: *mut c_void,
     _: *const tatu_value,
     _: u32,
@@ -92,10 +93,12 @@ unsafe extern "C" fn configure<K: Kind>(
     error: *mut tatu_error,
 ) -> tatu_status {
     // SAFETY: `data` was made by `create` and is live.
-    guarded(error, || unsafe { Ok(Data::of(data).plan().act(&name::<K>("configure"), || Ok(77))?.unwrap_or(TATU_OK)) })
+    guarded(error, || unsafe {
+        Ok(InstanceData::of(data).plan().act(&name::<K>("configure"), || Ok(77))?.unwrap_or(TATU_OK))
+    })
 }
 
-unsafe extern "C" fn save<K: Kind>(
+unsafe extern "C" fn save<K: InstanceKind>(
     data: *mut c_void,
     writer: *const tatu_writer,
     error: *mut tatu_error,
@@ -103,7 +106,7 @@ unsafe extern "C" fn save<K: Kind>(
     guarded(error, || {
         // SAFETY: `data` was made by `create` and is live; the writer is valid during the call.
         unsafe {
-            let plan = Data::of(data).plan();
+            let plan = InstanceData::of(data).plan();
             if let Some(write) = (*writer).write {
                 write(writer, b"saved".as_ptr().cast(), 5);
             }
@@ -112,23 +115,32 @@ unsafe extern "C" fn save<K: Kind>(
     })
 }
 
-unsafe extern "C" fn load<K: Kind>(data: *mut c_void, _: tatu_str, _: u32, error: *mut tatu_error) -> tatu_status {
+unsafe extern "C" fn load<K: InstanceKind>(
+    data: *mut c_void,
+    _: tatu_str,
+    _: u32,
+    error: *mut tatu_error,
+) -> tatu_status {
     // SAFETY: `data` was made by `create` and is live.
-    guarded(error, || unsafe { Ok(Data::of(data).plan().act(&name::<K>("load"), || Ok(77))?.unwrap_or(TATU_OK)) })
+    guarded(error, || unsafe {
+        Ok(InstanceData::of(data).plan().act(&name::<K>("load"), || Ok(77))?.unwrap_or(TATU_OK))
+    })
 }
 
-unsafe extern "C" fn end_run<K: Kind>(
+unsafe extern "C" fn end_run<K: InstanceKind>(
     _: *mut c_void,
     data: *mut c_void,
     _: *mut tatu_world,
     error: *mut tatu_error,
 ) -> tatu_status {
     // SAFETY: `data` was made by `create` and is live.
-    guarded(error, || unsafe { Ok(Data::of(data).plan().act(&name::<K>("end_run"), || Ok(77))?.unwrap_or(TATU_OK)) })
+    guarded(error, || unsafe {
+        Ok(InstanceData::of(data).plan().act(&name::<K>("end_run"), || Ok(77))?.unwrap_or(TATU_OK))
+    })
 }
 
-const fn of<K: Kind>() -> Shared<tatu_life> {
-    Shared(tatu_life {
+const fn life_table<K: InstanceKind>() -> SyncTable<tatu_life> {
+    SyncTable(tatu_life {
         size: size::<tatu_life>(),
         state_bytes: 8,
         create: Some(create::<K>),
@@ -142,8 +154,8 @@ const fn of<K: Kind>() -> Shared<tatu_life> {
     })
 }
 
-pub static WORLD: Shared<tatu_life> = of::<World>();
-pub static SENSOR: Shared<tatu_life> = of::<Sensor>();
-pub static ACTUATOR: Shared<tatu_life> = of::<Actuator>();
-pub static SCRIPT: Shared<tatu_life> = of::<Script>();
-pub static SERVICE: Shared<tatu_life> = of::<Service>();
+pub static WORLD: SyncTable<tatu_life> = life_table::<WorldLife>();
+pub static SENSOR: SyncTable<tatu_life> = life_table::<SensorLife>();
+pub static ACTUATOR: SyncTable<tatu_life> = life_table::<ActuatorLife>();
+pub static SCRIPT: SyncTable<tatu_life> = life_table::<ScriptLife>();
+pub static SERVICE: SyncTable<tatu_life> = life_table::<ServiceLife>();

@@ -7,7 +7,7 @@ use tatu_plugin_api::{
     safe::{Fail, Result},
 };
 
-use crate::{List, Shared, command::hollow, guarded, plan::Plan, size};
+use crate::{PointerList, SyncTable, command::null_value, guarded, plan::MisbehaviourPlan, size};
 
 /// Adds a dummy and, if `nonsense` is true, parts that a builder must refuse.
 ///
@@ -23,7 +23,7 @@ pub unsafe fn dummy(builder: *const tatu_builder, nonsense: bool) -> Result<tatu
             return Err(Fail::new("the host refused a dummy"));
         }
         if nonsense {
-            let nothing = ValueRef::new(hollow(99, 1 << 60));
+            let nothing = ValueRef::new(null_value(99, 1 << 60));
             object(builder, LentCStr::NULL, 4_000_000_000, broken(1 << 60));
             b.set.map(|set| set(builder, 4_000_000_000, c"mass".into(), Some(&nothing)));
             b.set.map(|set| set(builder, 1, LentCStr::NULL, Some(&nothing)));
@@ -47,7 +47,7 @@ unsafe extern "C" fn build(
     guarded(error, || {
         // SAFETY: `me` was made by `init`; the builder is valid during the call.
         unsafe {
-            match Plan::of(me).act("tatu_model.build", || dummy(builder, true))? {
+            match MisbehaviourPlan::of(me).act("tatu_model.build", || dummy(builder, true))? {
                 Some(status) => Ok(status),
                 None => dummy(builder, false),
             }
@@ -65,7 +65,7 @@ unsafe extern "C" fn read(
     guarded(error, || {
         // SAFETY: `me` was made by `init`; `out` is valid for writing a pointer during the call.
         unsafe {
-            let nonsense = Plan::of(me).act("tatu_ext_model.read", || Ok(&raw const SHORT.0))?;
+            let nonsense = MisbehaviourPlan::of(me).act("tatu_ext_model.read", || Ok(&raw const SHORT_MODEL.0))?;
             *out = nonsense.unwrap_or(&raw const MODEL.0);
         }
         Ok(TATU_OK)
@@ -73,10 +73,10 @@ unsafe extern "C" fn read(
 }
 
 /// A table that is too short to contain the required functions.
-static SHORT: Shared<tatu_model> = Shared(tatu_model { size: 8, ..HEALTHY });
+static SHORT_MODEL: SyncTable<tatu_model> = SyncTable(tatu_model { size: 8, ..VALID_MODEL });
 
-static MODEL: Shared<tatu_model> = Shared(HEALTHY);
-const HEALTHY: tatu_model = tatu_model {
+static MODEL: SyncTable<tatu_model> = SyncTable(VALID_MODEL);
+const VALID_MODEL: tatu_model = tatu_model {
     size: size::<tatu_model>(),
     flags: 0,
     id: c"misbehaves".as_ptr(),
@@ -90,9 +90,9 @@ const HEALTHY: tatu_model = tatu_model {
     slot_infos: null(),
     numbers: null(),
 };
-static MODELS: List<tatu_model, 2> = List([&raw const MODEL.0, null()]);
+static MODELS: PointerList<tatu_model, 2> = PointerList([&raw const MODEL.0, null()]);
 
-pub static EXTENSION: Shared<tatu_ext_model> = Shared(tatu_ext_model {
+pub static EXTENSION: SyncTable<tatu_ext_model> = SyncTable(tatu_ext_model {
     size: size::<tatu_ext_model>(),
     reserved: 0,
     models: (&raw const MODELS.0).cast(),

@@ -9,7 +9,7 @@ use tatu_plugin_api::{
 
 /// How a function misbehaves.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum How {
+pub enum Misbehaviour {
     Panic,
     Error,
     Nonsense,
@@ -17,54 +17,54 @@ pub enum How {
 }
 
 /// The plugin's data: the name of one function, and how it misbehaves.
-pub struct Plan {
+pub struct MisbehaviourPlan {
     function: String,
-    how: Option<How>,
+    how: Option<Misbehaviour>,
     pub host: *const tatu_host,
 }
 
-impl Plan {
+impl MisbehaviourPlan {
     /// Reads the plan from environment variables. Called once, when the plugin is loaded.
     pub fn new(host: *const tatu_host) -> Self {
         let asked = std::env::var("TATU_MISBEHAVE").unwrap_or_default();
         let (function, how) = asked.split_once('=').unwrap_or_default();
         let how = match how {
-            "panic" => Some(How::Panic),
-            "error" => Some(How::Error),
-            "nonsense" => Some(How::Nonsense),
-            "hang" => Some(How::Hang),
+            "panic" => Some(Misbehaviour::Panic),
+            "error" => Some(Misbehaviour::Error),
+            "nonsense" => Some(Misbehaviour::Nonsense),
+            "hang" => Some(Misbehaviour::Hang),
             _ => None,
         };
-        Plan { function: function.to_owned(), how, host }
+        MisbehaviourPlan { function: function.to_owned(), how, host }
     }
     /// Returns the plan behind the plugin's `self` pointer.
     ///
     /// # Safety
     /// `me` was made by `init`, and `shutdown` has not been called.
-    pub unsafe fn of<'a>(me: *mut c_void) -> &'a Plan {
+    pub unsafe fn of<'a>(me: *mut c_void) -> &'a MisbehaviourPlan {
         // SAFETY: the caller guarantees that `me` points to a live plan.
-        unsafe { &*me.cast::<Plan>() }
+        unsafe { &*me.cast::<MisbehaviourPlan>() }
     }
     /// Returns how `function` misbehaves, or `None` if it behaves correctly.
-    pub fn ways(&self, function: &str) -> Option<How> {
+    pub fn misbehaviour_of(&self, function: &str) -> Option<Misbehaviour> {
         self.how.filter(|_| self.function == function)
     }
-    fn tell(&self, function: &str, how: How) {
+    fn announce(&self, function: &str, how: Misbehaviour) {
         eprintln!("misbehaving in {function}: {how:?}");
     }
 
     /// Misbehaves if `function` is selected: fails, panics, hangs, or returns the result of `nonsense`.
     pub fn act<T>(&self, function: &str, nonsense: impl FnOnce() -> Result<T>) -> Result<Option<T>> {
-        let Some(how) = self.ways(function) else { return Ok(None) };
-        self.tell(function, how);
+        let Some(how) = self.misbehaviour_of(function) else { return Ok(None) };
+        self.announce(function, how);
         match how {
-            How::Panic => panic!("on request"),
-            How::Error => Err(Fail::new("failed on request")),
-            How::Nonsense => nonsense().map(Some),
-            How::Hang => hang(),
+            Misbehaviour::Panic => panic!("on request"),
+            Misbehaviour::Error => Err(Fail::new("failed on request")),
+            Misbehaviour::Nonsense => nonsense().map(Some),
+            Misbehaviour::Hang => hang(),
         }
     }
-    /// Like [`Plan::act`], for functions that cannot return an error; errors are logged.
+    /// Like [`MisbehaviourPlan::act`], for functions that cannot return an error; errors are logged.
     pub fn act_quietly<T>(&self, function: &str, nonsense: impl FnOnce() -> T) -> Option<T> {
         match self.act(function, || Ok(nonsense())) {
             Ok(done) => done,
@@ -94,7 +94,7 @@ fn hang() -> ! {
 }
 
 /// Changes the floating-point mode, which is how functions without a result misbehave.
-pub fn other_mode() {
+pub fn change_float_mode() {
     #[cfg(target_arch = "x86_64")]
     {
         let mut mode = 0u32;

@@ -5,9 +5,9 @@ use std::{ffi::c_void, ptr::null};
 use tatu_plugin_api::abi::*;
 
 use crate::{
-    List, Shared, guarded,
-    life::{self, Data},
-    plan::{How, Plan},
+    PointerList, SyncTable, guarded,
+    life::{self, InstanceData},
+    plan::{Misbehaviour, MisbehaviourPlan},
     size,
 };
 
@@ -16,7 +16,7 @@ static AHEAD: [f64; 3] = [0.0, 0.0, 1.0];
 unsafe extern "C" fn beams(data: *mut c_void, out: *mut tatu_beams, error: *mut tatu_error) -> tatu_status {
     guarded(error, || {
         // SAFETY: `data` was made by `create` and is live; the host passes a valid table to fill.
-        let (plan, out) = unsafe { (Data::of(data).plan(), &mut *out) };
+        let (plan, out) = unsafe { (InstanceData::of(data).plan(), &mut *out) };
         out.form = TATU_BEAMS_RAYS;
         out.count = [1, 1];
         out.far_m = 1.0;
@@ -36,7 +36,7 @@ unsafe extern "C" fn measure(me: *mut c_void, batch: *const tatu_sensor_batch, e
         // SAFETY: `me` was made by `init`; the batch is valid, with an array per instance and field, and a status per
         // instance.
         unsafe {
-            let (plan, batch) = (Plan::of(me), &*batch);
+            let (plan, batch) = (MisbehaviourPlan::of(me), &*batch);
             for i in 0..batch.n as usize {
                 **batch.fields.add(i).cast::<*mut f64>() = 1.0;
             }
@@ -47,8 +47,8 @@ unsafe extern "C" fn measure(me: *mut c_void, batch: *const tatu_sensor_batch, e
                 Ok(TATU_OK)
             });
             // An error of a single instance is reported through the status of that instance.
-            match (status, plan.ways("tatu_sensor.measure")) {
-                (Err(fail), Some(How::Error)) => {
+            match (status, plan.misbehaviour_of("tatu_sensor.measure")) {
+                (Err(fail), Some(Misbehaviour::Error)) => {
                     *batch.status = fail.write(error);
                     Ok(TATU_OK)
                 }
@@ -61,7 +61,7 @@ unsafe extern "C" fn measure(me: *mut c_void, batch: *const tatu_sensor_batch, e
 unsafe extern "C" fn finish(me: *mut c_void, batch: *const tatu_sensor_batch, error: *mut tatu_error) -> tatu_status {
     guarded(error, || {
         // SAFETY: `me` was made by `init`; the batch is valid during the call.
-        let (plan, batch) = unsafe { (Plan::of(me), &*batch) };
+        let (plan, batch) = unsafe { (MisbehaviourPlan::of(me), &*batch) };
         let status = plan.act("tatu_sensor.finish", || {
             for i in 0..batch.n as usize {
                 // SAFETY: the batch has a place for the single field of each instance.
@@ -76,7 +76,7 @@ unsafe extern "C" fn finish(me: *mut c_void, batch: *const tatu_sensor_batch, er
 unsafe extern "C" fn aim(me: *mut c_void, batch: *const tatu_sensor_batch, error: *mut tatu_error) -> tatu_status {
     guarded(error, || {
         // SAFETY: `me` was made by `init`; the batch is valid during the call.
-        let (plan, batch) = unsafe { (Plan::of(me), &*batch) };
+        let (plan, batch) = unsafe { (MisbehaviourPlan::of(me), &*batch) };
         let status = plan.act("tatu_sensor.aim", || {
             for i in 0..batch.n as usize {
                 // SAFETY: each instance has one ray of six numbers.
@@ -88,8 +88,8 @@ unsafe extern "C" fn aim(me: *mut c_void, batch: *const tatu_sensor_batch, error
     })
 }
 
-static SCHEMAS: List<i8, 2> = List([c"misbehaves/1".as_ptr().cast(), null()]);
-static RANGE: Shared<tatu_param> = Shared(tatu_param {
+static SCHEMAS: PointerList<i8, 2> = PointerList([c"misbehaves/1".as_ptr().cast(), null()]);
+static RANGE: SyncTable<tatu_param> = SyncTable(tatu_param {
     size: size::<tatu_param>(),
     type_: TATU_F64,
     count: 0,
@@ -103,8 +103,8 @@ static RANGE: Shared<tatu_param> = Shared(tatu_param {
     text: c"Nothing follows from it.".as_ptr(),
     keys: null(),
 });
-pub static PARAMS: List<tatu_param, 2> = List([&raw const RANGE.0, null()]);
-static FIELD: Shared<tatu_field> = Shared(tatu_field {
+pub static PARAMS: PointerList<tatu_param, 2> = PointerList([&raw const RANGE.0, null()]);
+static FIELD: SyncTable<tatu_field> = SyncTable(tatu_field {
     size: size::<tatu_field>(),
     elem: TATU_ELEM_F64,
     dims: [1; 3],
@@ -115,8 +115,8 @@ static FIELD: Shared<tatu_field> = Shared(tatu_field {
     valid: null(),
     nothing: null(),
 });
-static FIELDS: List<tatu_field, 2> = List([&raw const FIELD.0, null()]);
-static KIND: Shared<tatu_sensor> = Shared(tatu_sensor {
+static FIELDS: PointerList<tatu_field, 2> = PointerList([&raw const FIELD.0, null()]);
+static KIND: SyncTable<tatu_sensor> = SyncTable(tatu_sensor {
     size: size::<tatu_sensor>(),
     inputs: TATU_IN_DISTANCE,
     id: c"misbehaves".as_ptr(),
@@ -133,7 +133,7 @@ static KIND: Shared<tatu_sensor> = Shared(tatu_sensor {
     flags: 0,
     reserved: 0,
 });
-static KINDS: List<tatu_sensor, 2> = List([&raw const KIND.0, null()]);
+static KINDS: PointerList<tatu_sensor, 2> = PointerList([&raw const KIND.0, null()]);
 
-pub static EXTENSION: Shared<tatu_ext_sensor> =
-    Shared(tatu_ext_sensor { size: size::<tatu_ext_sensor>(), reserved: 0, kinds: (&raw const KINDS.0).cast() });
+pub static EXTENSION: SyncTable<tatu_ext_sensor> =
+    SyncTable(tatu_ext_sensor { size: size::<tatu_ext_sensor>(), reserved: 0, kinds: (&raw const KINDS.0).cast() });

@@ -5,11 +5,11 @@ use std::{ffi::c_void, ptr::null};
 use tatu_plugin_api::abi::*;
 
 use crate::{
-    List, Shared,
-    command::{commands, hollow, said},
+    PointerList, SyncTable,
+    command::{call_error, commands, null_value},
     guarded,
-    life::{self, Data},
-    plan::Plan,
+    life::{self, InstanceData},
+    plan::MisbehaviourPlan,
     size,
 };
 
@@ -22,11 +22,11 @@ unsafe extern "C" fn barrier(
     guarded(error, || {
         // SAFETY: `data` was made by `create` and is live; the frame lives until the call returns.
         unsafe {
-            let plan = Data::of(data).plan();
+            let plan = InstanceData::of(data).plan();
             if step == 0
                 && let Ok(commands) = commands(plan)
             {
-                let mut room = [hollow(TATU_NIL, 0); 16];
+                let mut room = [null_value(TATU_NIL, 0); 16];
                 let (mut frame, world) = (tatu_call::empty(), WorldRef::new(world));
                 let alias = &mut frame.alias;
                 frame.command = commands.find.map_or(0, |f| f(world, "misbehaves.wait".into(), Some(alias)));
@@ -44,7 +44,7 @@ unsafe extern "C" fn barrier(
 ///
 /// # Safety
 /// `world` must belong to this session, and the host must be in a call to this service.
-unsafe fn call_own(plan: &Plan, commands: &tatu_host_commands, world: WorldRef<'_>) {
+unsafe fn call_own(plan: &MisbehaviourPlan, commands: &tatu_host_commands, world: WorldRef<'_>) {
     // SAFETY: the caller guarantees that the world is valid; the tables live as long as the host, the frame until the
     // call returns.
     unsafe {
@@ -52,12 +52,12 @@ unsafe fn call_own(plan: &Plan, commands: &tatu_host_commands, world: WorldRef<'
         let session = service(plan.host, TATU_HOST_SESSION.as_ptr()).cast::<tatu_host_session>();
         let mut func = 0;
         session.as_ref().and_then(|s| s.function).map(|f| f(world, 1, Some(&mut func)));
-        let mut room = [hollow(TATU_NIL, 0); 16];
+        let mut room = [null_value(TATU_NIL, 0); 16];
         let mut frame = tatu_call::empty();
         frame.size = size::<tatu_call>();
         (frame.results, frame.results_cap) = (room.as_mut_ptr(), 16);
         if commands.call_func.map_or(TATU_ERR, |f| f(world, func, &mut frame)) < 0 {
-            plan.log(&format!("the service `misbehaves`: {}", said(&frame).text()));
+            plan.log(&format!("the service `misbehaves`: {}", call_error(&frame).text()));
         }
     }
 }
@@ -70,7 +70,9 @@ unsafe extern "C" fn event(
     error: *mut tatu_error,
 ) -> tatu_status {
     // SAFETY: `data` was made by `create` and is live.
-    guarded(error, || unsafe { Ok(Data::of(data).plan().act("tatu_service.event", || Ok(77))?.unwrap_or(TATU_OK)) })
+    guarded(error, || unsafe {
+        Ok(InstanceData::of(data).plan().act("tatu_service.event", || Ok(77))?.unwrap_or(TATU_OK))
+    })
 }
 
 unsafe extern "C" fn resume(
@@ -82,23 +84,29 @@ unsafe extern "C" fn resume(
     error: *mut tatu_error,
 ) -> tatu_status {
     // SAFETY: `data` was made by `create` and is live.
-    guarded(error, || unsafe { Ok(Data::of(data).plan().act("tatu_service.resume", || Ok(77))?.unwrap_or(TATU_OK)) })
+    guarded(error, || unsafe {
+        Ok(InstanceData::of(data).plan().act("tatu_service.resume", || Ok(77))?.unwrap_or(TATU_OK))
+    })
 }
 
 unsafe extern "C" fn last(data: *mut c_void, _: *mut tatu_world, error: *mut tatu_error) -> tatu_status {
     // SAFETY: `data` was made by `create` and is live.
-    guarded(error, || unsafe { Ok(Data::of(data).plan().act("tatu_service.last", || Ok(77))?.unwrap_or(TATU_OK)) })
+    guarded(error, || unsafe {
+        Ok(InstanceData::of(data).plan().act("tatu_service.last", || Ok(77))?.unwrap_or(TATU_OK))
+    })
 }
 
 unsafe extern "C" fn call_func(data: *mut c_void, _: *mut tatu_world, _: u32, frame: *mut tatu_call) -> tatu_status {
     // SAFETY: `data` was made by `create` and is live; the frame and its error object are valid during the call.
     unsafe {
         let error = (*frame).error;
-        guarded(error, || Ok(Data::of(data).plan().act("tatu_service.call_func", || Ok(77))?.unwrap_or(TATU_OK)))
+        guarded(error, || {
+            Ok(InstanceData::of(data).plan().act("tatu_service.call_func", || Ok(77))?.unwrap_or(TATU_OK))
+        })
     }
 }
 
-static SERVICE: Shared<tatu_service> = Shared(tatu_service {
+static SERVICE: SyncTable<tatu_service> = SyncTable(tatu_service {
     size: size::<tatu_service>(),
     flags: 0,
     id: c"misbehaves".as_ptr(),
@@ -112,9 +120,9 @@ static SERVICE: Shared<tatu_service> = Shared(tatu_service {
     call_func: Some(call_func),
     last: Some(last),
 });
-static SERVICES: List<tatu_service, 2> = List([&raw const SERVICE.0, null()]);
+static SERVICES: PointerList<tatu_service, 2> = PointerList([&raw const SERVICE.0, null()]);
 
-pub static EXTENSION: Shared<tatu_ext_service> = Shared(tatu_ext_service {
+pub static EXTENSION: SyncTable<tatu_ext_service> = SyncTable(tatu_ext_service {
     size: size::<tatu_ext_service>(),
     reserved: 0,
     services: (&raw const SERVICES.0).cast(),

@@ -5,18 +5,18 @@ use std::sync::atomic::AtomicUsize;
 
 use tatu_plugin_api::{abi::*, safe::*};
 
-use crate::{Misbehaves, more};
+use crate::{MisbehavesPlugin, one_more_per_call};
 
-const NAMES: [&str; 4] =
+const FIELD_NAMES: [&str; 4] =
     ["misbehaves_safely.grown", "misbehaves_safely.b", "misbehaves_safely.c", "misbehaves_safely.d"];
 
 /// A sensor that declares more and longer fields at each call, and requests an image that no host supports.
-pub struct Grows {
+pub struct GrowingSensor {
     image: u32,
 }
 
-impl Sensor for Grows {
-    type Plugin = Misbehaves;
+impl Sensor for GrowingSensor {
+    type Plugin = MisbehavesPlugin;
     const ID: &'static str = "misbehaves_safely";
     const TEXT: &'static str = "For tests.";
     const SCHEMAS: &'static [&'static str] = &["misbehaves_safely/1"];
@@ -25,17 +25,19 @@ impl Sensor for Grows {
     fn params() -> Vec<Param> {
         static CALLS: AtomicUsize = AtomicUsize::new(0);
         let mut all = vec![Param::int("image").default(2_i64).text("Pixels in a row.")];
-        all.extend(more(&CALLS, |i| Param::int(&format!("more{i}")).default(0_i64).text("Another.")));
+        all.extend(one_more_per_call(&CALLS, |i| Param::int(&format!("more{i}")).default(0_i64).text("Another.")));
         all
     }
     fn fields() -> Vec<Field> {
         static CALLS: AtomicUsize = AtomicUsize::new(0);
-        let mut all = more(&CALLS, |i| Field::f64(NAMES[i % 4]).dims([1 + 1000 * i as u32, 1, 1]).text("Numbers."));
+        let mut all = one_more_per_call(&CALLS, |i| {
+            Field::f64(FIELD_NAMES[i % 4]).dims([1 + 1000 * i as u32, 1, 1]).text("Numbers.")
+        });
         all.push(Field::f32("misbehaves_safely.image").dims([TATU_DIM_ROWS, TATU_DIM_COLUMNS, 1]).text("An image."));
         all
     }
     fn create(_: &SharedWorld<'_>, _: Instance, params: &Params<'_>) -> Result<Self> {
-        Ok(Grows { image: params.i64("image")? as u32 })
+        Ok(GrowingSensor { image: params.i64("image")? as u32 })
     }
     fn configure(&mut self, params: &Params<'_>, _: u64) -> Result<Change> {
         self.image = params.i64("image")? as u32;
@@ -56,10 +58,10 @@ impl Sensor for Grows {
 }
 
 /// A sensor that reads its rays while it aims them.
-pub struct Aims;
+pub struct AimingSensor;
 
-impl Sensor for Aims {
-    type Plugin = Misbehaves;
+impl Sensor for AimingSensor {
+    type Plugin = MisbehavesPlugin;
     const ID: &'static str = "misbehaves_safely_aim";
     const TEXT: &'static str = "For tests.";
     const SCHEMAS: &'static [&'static str] = &["misbehaves_safely_aim/1"];
@@ -72,7 +74,7 @@ impl Sensor for Aims {
         vec![Field::i32("misbehaves_safely_aim.rays").text("How many rays it saw.")]
     }
     fn create(_: &SharedWorld<'_>, _: Instance, _: &Params<'_>) -> Result<Self> {
-        Ok(Aims)
+        Ok(AimingSensor)
     }
     fn beams(&self) -> Result<Beams> {
         Ok(Beams { form: Form::Rays(vec![[0.0, 0.0, 1.0]; 3]), far: 1.0, aimed: true, ..Beams::default() })
@@ -92,10 +94,10 @@ impl Sensor for Aims {
 }
 
 /// An actuator that declares more commands at each call.
-pub struct Pushes;
+pub struct GrowingActuator;
 
-impl Actuator for Pushes {
-    type Plugin = Misbehaves;
+impl Actuator for GrowingActuator {
+    type Plugin = MisbehavesPlugin;
     const ID: &'static str = "misbehaves_safely";
     const TEXT: &'static str = "For tests.";
     const STATE: usize = 1;
@@ -105,10 +107,10 @@ impl Actuator for Pushes {
     }
     fn commands() -> Vec<Param> {
         static CALLS: AtomicUsize = AtomicUsize::new(0);
-        more(&CALLS, |i| Param::float(&format!("push{i}")).default(0.0).unit("N").text("A push."))
+        one_more_per_call(&CALLS, |i| Param::float(&format!("push{i}")).default(0.0).unit("N").text("A push."))
     }
     fn create(_: &SharedWorld<'_>, _: Instance, _: &Params<'_>) -> Result<Self> {
-        Ok(Pushes)
+        Ok(GrowingActuator)
     }
     fn apply(&self, drive: &Drive<'_>, out: &mut Output<'_>) -> Result {
         match drive.commands().len() {
@@ -122,16 +124,16 @@ impl Actuator for Pushes {
 }
 
 /// A model that declares more parameters at each call.
-pub struct Builds;
+pub struct GrowingModel;
 
-impl Model for Builds {
-    type Plugin = Misbehaves;
+impl Model for GrowingModel {
+    type Plugin = MisbehavesPlugin;
     const ID: &'static str = "misbehaves_safely";
     const TEXT: &'static str = "For tests.";
 
     fn params() -> Vec<Param> {
         static CALLS: AtomicUsize = AtomicUsize::new(0);
-        more(&CALLS, |i| Param::float(&format!("size{i}")).default(0.5).unit("m").text("A size."))
+        one_more_per_call(&CALLS, |i| Param::float(&format!("size{i}")).default(0.5).unit("m").text("A size."))
     }
     fn build(builder: &Builder<'_>, params: &Params<'_>) -> Result {
         params.f64("size0")?;

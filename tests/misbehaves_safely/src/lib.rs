@@ -11,19 +11,19 @@ use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 use tatu_plugin_api::{abi::*, safe::*};
 
 /// The plugin, which offers one item of each kind in this crate.
-pub struct Misbehaves;
+pub struct MisbehavesPlugin;
 
-impl Plugin for Misbehaves {
+impl Plugin for MisbehavesPlugin {
     fn start(_: &Host) -> Result<Self> {
-        Ok(Misbehaves)
+        Ok(MisbehavesPlugin)
     }
 
     fn offer(offer: &mut Offer<Self>) {
-        offer.sensor::<devices::Grows>();
-        offer.sensor::<devices::Aims>();
-        offer.actuator::<devices::Pushes>();
-        offer.model::<devices::Builds>();
-        offer.service::<service::Lingers>();
+        offer.sensor::<devices::GrowingSensor>();
+        offer.sensor::<devices::AimingSensor>();
+        offer.actuator::<devices::GrowingActuator>();
+        offer.model::<devices::GrowingModel>();
+        offer.service::<service::LingeringService>();
         offer.command(
             Command::new("misbehaves_safely.hold", |c| {
                 let (world, sensor) = (c.world(), c.i64(0)? as tatu_object);
@@ -51,12 +51,12 @@ impl Plugin for Misbehaves {
 }
 
 /// Returns one element more at each call.
-fn more<T>(calls: &AtomicUsize, one: impl Fn(usize) -> T) -> Vec<T> {
+fn one_more_per_call<T>(calls: &AtomicUsize, one: impl Fn(usize) -> T) -> Vec<T> {
     (0..=calls.fetch_add(1, Relaxed)).map(one).collect()
 }
 
 tatu_plugin_api::tatu_plugin! {
-    plugin: Misbehaves,
+    plugin: MisbehavesPlugin,
     id: "tatu.testing.misbehaves_safely",
     name: "Misbehaves safely",
     version: env!("CARGO_PKG_VERSION"),

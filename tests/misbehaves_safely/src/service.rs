@@ -7,36 +7,36 @@ use std::{
 
 use tatu_plugin_api::{abi::*, safe::*};
 
-use crate::Misbehaves;
+use crate::MisbehavesPlugin;
 
 /// Leaves a thread running that wakes the session and writes to the log.
-pub struct Lingers;
+pub struct LingeringService;
 
-static KEPT: Mutex<Vec<Session>> = Mutex::new(Vec::new());
+static SESSIONS: Mutex<Vec<Session>> = Mutex::new(Vec::new());
 
-impl Service for Lingers {
-    type Plugin = Misbehaves;
+impl Service for LingeringService {
+    type Plugin = MisbehavesPlugin;
     const ID: &'static str = "misbehaves_safely";
     const TEXT: &'static str = "For tests.";
 
     fn params() -> Vec<Param> {
         Vec::new()
     }
-    fn start(_: &Misbehaves, host: &Host, session: Session, _: &Params<'_>) -> Result<Self> {
-        KEPT.lock().unwrap_or_else(PoisonError::into_inner).push(session);
+    fn start(_: &MisbehavesPlugin, host: &Host, session: Session, _: &Params<'_>) -> Result<Self> {
+        SESSIONS.lock().unwrap_or_else(PoisonError::into_inner).push(session);
         let host = *host;
         std::thread::spawn(move || {
             let begin = Instant::now();
             host.log(TATU_LOG_INFO, "a thread of its own");
             while begin.elapsed() < Duration::from_secs(5) {
-                for session in KEPT.lock().unwrap_or_else(PoisonError::into_inner).iter() {
+                for session in SESSIONS.lock().unwrap_or_else(PoisonError::into_inner).iter() {
                     session.wake();
                 }
                 host.prop("misbehaves_safely.grown");
                 host.log(TATU_LOG_DEBUG, "still here");
             }
         });
-        Ok(Lingers)
+        Ok(LingeringService)
     }
     fn barrier(&self, _: &Turn<'_>, _: u64) -> Result<Answer> {
         Ok(Answer::Go)

@@ -8,10 +8,10 @@ const ROBOT: &str = "/Pioneer_p3dx";
 const MOTOR: &str = "/Pioneer_p3dx/Pioneer_p3dx_leftMotor";
 
 /// Kinds of errors described in docs/reference/errors.md.
-const KINDS: [&str; 8] =
+const ERROR_KINDS: [&str; 8] =
     ["unknown_function", "unsupported", "bad_argument", "missing_object", "runtime", "budget", "plugin", "physics"];
 
-fn scene() -> Place {
+fn scene() -> TestFolder {
     let drive = "function sysCall_init()
         sim.addStatusbarMessage('hello')
         print('printed')
@@ -19,7 +19,7 @@ fn scene() -> Place {
         sim.setJointTargetVelocity(sim.getObject('./Pioneer_p3dx_rightMotor'), 2)
     end";
     let wall = cuboid("wall", [0.1, 4.0, 1.0], [0.8, 0.0, 0.5], "");
-    Place::scene(&format!("{FLOOR}{wall}{}", pioneer(drive, "")))
+    TestFolder::scene(&format!("{FLOOR}{wall}{}", pioneer(drive, "")))
 }
 
 fn keys(v: &Value) -> Vec<&str> {
@@ -63,7 +63,7 @@ fn the_summary_is_of_the_last_step_and_not_of_the_reset() {
 }
 
 #[test]
-fn standard_output_carries_json_and_nothing_else() {
+fn standard_output_contains_only_json() {
     let place = scene();
     let done = place.run(&["--steps", "2"]).good();
     assert!(done.json().is_object());
@@ -71,30 +71,30 @@ fn standard_output_carries_json_and_nothing_else() {
     // Without --json, standard output contains the lines of the status bar, and the summary is human-readable.
     let done = place.tatu(&["run", "scene.toml", "--steps", "2"]).good();
     assert!(done.out.lines().any(|l| l == "hello") && done.err.contains("2 steps"), "{}\n{}", done.out, done.err);
-    let failing = Place::scene(&watcher("a", "function sysCall_init() error('mine') end"));
+    let failing = TestFolder::scene(&watcher("a", "function sysCall_init() error('mine') end"));
     let done = failing.tatu(&["run", "scene.toml", "--steps", "2"]);
     assert_eq!(done.code, 1);
-    done.tells(&["mine", "1 distinct error(s)"]);
+    done.reports(&["mine", "1 distinct error(s)"]);
 }
 
 #[test]
 fn errors_have_their_fields() {
     let script =
         "function sysCall_actuation()\nsim.getObject('/nothing')\nend\nfunction sysCall_sensing() error('mine') end";
-    let errors = Place::scene(&watcher("a", script)).run(&["--steps", "3"]).errors();
+    let errors = TestFolder::scene(&watcher("a", script)).run(&["--steps", "3"]).errors();
     assert!(!errors.is_empty());
     for e in &errors {
         for key in ["code", "kind", "plugin", "script", "object", "file", "line", "message", "count"] {
             assert!(e.as_object().unwrap().contains_key(key), "no `{key}` in {e}");
         }
-        assert!(KINDS.contains(&e["kind"].as_str().unwrap()), "{e}");
+        assert!(ERROR_KINDS.contains(&e["kind"].as_str().unwrap()), "{e}");
         assert!(e["count"].as_u64().unwrap() >= 1 && e["line"].as_u64().unwrap() >= 1, "{e}");
         assert!(!e["code"].as_str().unwrap().is_empty() && e["script"].is_string(), "{e}");
     }
 }
 
 #[test]
-fn steps_and_seconds_tell_how_long() {
+fn steps_and_seconds_set_the_length_of_a_run() {
     let place = scene();
     let steps = |args: &[&str]| place.run(args).good().json()["steps"].as_u64().unwrap();
     assert_eq!(steps(&["--steps", "3"]), 3);
@@ -111,7 +111,7 @@ fn steps_and_seconds_tell_how_long() {
 fn a_script_may_stop_the_run() {
     let script = "function sysCall_sensing() if sim.getSimulationTime() > 0.14 then sim.stopSimulation() end end
         function sysCall_cleanup() sim.addStatusbarMessage('cleaned up') end";
-    let done = Place::scene(&watcher("a", script)).run(&["--steps", "50"]).good();
+    let done = TestFolder::scene(&watcher("a", script)).run(&["--steps", "50"]).good();
     let steps = done.json()["steps"].as_u64().unwrap();
     assert!((3..=6).contains(&steps), "{steps}");
     assert!(done.err.contains("cleaned up"), "{}", done.err);
@@ -145,7 +145,7 @@ fn set_changes_properties_and_parameters() {
 }
 
 #[test]
-fn script_puts_another_in_place() {
+fn script_option_replaces_the_script_of_an_object() {
     let place = scene();
     place.write("mine.lua", "function sysCall_init() sim.addStatusbarMessage('mine') end");
     let done = place.run(&["--steps", "2", "--script", "/Pioneer_p3dx=mine.lua"]).good();
@@ -188,7 +188,7 @@ fn velocities_are_those_of_the_motion() {
 
 #[test]
 fn lists_have_their_fields() {
-    let place = Place::new();
+    let place = TestFolder::new();
     let list = |what: &str| place.tatu(&["list", what, "--json"]).good().json().as_array().unwrap().clone();
     let plugins = list("plugins");
     for p in &plugins {
@@ -211,7 +211,7 @@ fn lists_have_their_fields() {
 }
 
 #[test]
-fn check_tells_whether_a_scene_would_start() {
+fn check_reports_whether_a_scene_would_start() {
     let place = scene();
     let done = place.tatu(&["check", "scene.toml"]).good();
     assert!(!done.err.contains("hello") && !done.out.contains("hello"), "a script has run");
@@ -222,7 +222,7 @@ fn check_tells_whether_a_scene_would_start() {
 #[test]
 fn the_first_scene_runs_as_the_readme_shows_it() {
     let scene = root().join("scenes/first/pioneer_avoids_walls.toml");
-    let place = Place::new();
+    let place = TestFolder::new();
     let done = place.tatu(&[
         "run",
         scene.to_str().unwrap(),
@@ -247,7 +247,7 @@ fn the_scene_of_the_readme_has_no_warnings() {
     let readme = std::fs::read_to_string(root().join("README.md")).unwrap();
     let at = readme.find("`my_scene.toml`").unwrap();
     let scene = readme[at..].split("```toml\n").nth(1).and_then(|t| t.split("```").next()).unwrap();
-    let place = Place::new();
+    let place = TestFolder::new();
     place.write("my_scene.toml", scene).write("my_controller.lua", "function sysCall_init() end");
     let done = place.tatu(&["check", "my_scene.toml"]).good();
     assert_eq!(done.err, "");

@@ -31,7 +31,7 @@ fn scenes_run() {
     scenes(&root().join("scenes"), &mut all);
     assert!(!all.is_empty());
     // Some scenes write files to the working folder.
-    let place = Place::new();
+    let place = TestFolder::new();
     for scene in all {
         let text = std::fs::read_to_string(&scene).unwrap();
         let mut args = vec!["run".to_owned(), scene.to_str().unwrap().to_owned()];
@@ -45,7 +45,7 @@ fn scenes_run() {
 }
 
 #[test]
-fn demos_run_and_say_something_each_second() {
+fn demos_run_and_print_each_second() {
     let mut found = 0;
     for kind in ["sensors", "actuators", "robots", "models", "importers", "services", "views"]
         .map(|kind| format!("plugins/{kind}"))
@@ -64,7 +64,7 @@ fn demos_run_and_say_something_each_second() {
             if !demo.exists() && readme.contains("There is no demo") {
                 continue;
             }
-            let place = Place::new();
+            let place = TestFolder::new();
             let trace = place.path().join("trace.jsonl");
             let args = ["run", demo.to_str().unwrap(), "--seconds", "3", "--json", "--trace", trace.to_str().unwrap()];
             place.tatu(&args).good();

@@ -5,12 +5,12 @@ use serde_json::Value;
 use crate::kit::*;
 
 fn describe(id: &str) -> Value {
-    Place::new().tatu(&["describe", id, "--json"]).good().json()
+    TestFolder::new().tatu(&["describe", id, "--json"]).good().json()
 }
 
 /// Returns the ids in the output of `tatu list`.
 fn ids(what: &str) -> Vec<String> {
-    let list = Place::new().tatu(&["list", what, "--json"]).good().json();
+    let list = TestFolder::new().tatu(&["list", what, "--json"]).good().json();
     list.as_array().unwrap().iter().map(|i| i["id"].as_str().unwrap().to_owned()).collect()
 }
 
@@ -49,7 +49,7 @@ fn parameters_have_all_that_is_declared() {
     assert_eq!(shape("range_scan/1", "range_scan.distance"), serde_json::json!(["beams"]));
     assert_eq!(shape("depth_camera", "color_image.rgb"), serde_json::json!(["rows", "columns", "own"]));
     assert_eq!(shape("floor", "reflectance.value"), serde_json::json!(["own"]));
-    let told = Place::new().tatu(&["describe", "floor"]).good().out;
+    let told = TestFolder::new().tatu(&["describe", "floor"]).good().out;
     assert!(told.lines().any(|l| l.split_whitespace().take(3).eq(["reflectance.value", "f64", "own"])), "{told}");
     // The description of a schema contains the sensors that use it, and the values that mean "nothing measured".
     let schema = describe("proximity/1");
@@ -67,7 +67,7 @@ fn commands_are_found_by_any_of_their_names() {
     assert_eq!(fact["names"], serde_json::json!(["sim.getObjectHandle", "simGetObjectHandle"]));
     assert!(fact["example"].as_str().unwrap().contains("sim.getObjectHandle("));
     assert_eq!(fact["returns"][0]["name"], "handle");
-    let done = Place::new().tatu(&["describe", "simGetObjectHandle"]).good();
+    let done = TestFolder::new().tatu(&["describe", "simGetObjectHandle"]).good();
     for word in ["command sim.getObjectHandle", "parameters:", "options", "returns:", "handle", "example:", "assert("] {
         assert!(done.out.contains(word), "{word} in {}", done.out);
     }
@@ -78,7 +78,7 @@ fn plugins_list_what_they_offer_on_a_page() {
     let plugins = ids("plugins");
     assert!(plugins.len() >= 5);
     for id in plugins {
-        let done = Place::new().tatu(&["describe", &id]).good();
+        let done = TestFolder::new().tatu(&["describe", &id]).good();
         assert!(done.out.lines().count() < 100, "{id}: {} lines", done.out.lines().count());
         assert!(done.out.contains("version: ") && done.out.contains("path: "), "{}", done.out);
         assert_eq!(describe(&id)["id"], id.as_str());
@@ -94,7 +94,7 @@ fn every_example_is_a_scene_that_would_start() {
         for id in ids(what) {
             let fact = describe(&id);
             let example = fact["example"].as_str().unwrap();
-            let place = Place::new();
+            let place = TestFolder::new();
             // An importer's example names a file, which must exist.
             for file in example.lines().filter_map(|l| l.strip_prefix("file = ")) {
                 let file = file.trim_matches('"');
@@ -115,7 +115,7 @@ fn every_example_is_a_scene_that_would_start() {
     }
     assert!(tried >= 3, "{tried}");
     let lua = describe("lua");
-    let place = Place::new();
+    let place = TestFolder::new();
     place.write("scene.toml", &format!("format = 1\n{}", lua["example"].as_str().unwrap()));
     place.tatu(&["check", "scene.toml"]).good();
 }
@@ -123,7 +123,7 @@ fn every_example_is_a_scene_that_would_start() {
 /// All listed models can be described in one call, and the example of each description is a valid scene.
 #[test]
 fn listed_models_are_described_and_named_in_scenes() {
-    let place = Place::new();
+    let place = TestFolder::new();
     place.write("models/shelf/box.toml", "format = 1\n[[object]]\nkind = \"shape\"\nalias = \"box\"\n");
     let list = place.tatu(&["list", "models"]).good();
     assert!(!list.out.contains("null") && list.out.contains("models/shelf/box.toml"), "{}", list.out);
@@ -153,18 +153,18 @@ fn unknown_ids_get_the_nearest_of_all() {
         ("tatu.comands.vrep", "tatu.commands.vrep"),
         ("joimt", "joint"),
     ] {
-        let done = Place::new().tatu(&["describe", wrong]);
+        let done = TestFolder::new().tatu(&["describe", wrong]);
         done.refused(&["E130", &format!("`{wrong}`"), &format!("did you mean `{near}`?")]);
         assert!(done.out.is_empty(), "{}", done.out);
     }
-    let far = Place::new().tatu(&["describe", "zzzzzzzzzzzzzz", "--json"]);
+    let far = TestFolder::new().tatu(&["describe", "zzzzzzzzzzzzzz", "--json"]);
     far.refused(&["E130", "tatu list"]);
     assert!(!far.err.contains("did you mean"), "{}", far.err);
 }
 
 #[test]
 fn plugins_of_a_scene_are_described_too() {
-    let place = Place::scene("plugins = [\"template/c_command\"]\n");
+    let place = TestFolder::scene("plugins = [\"template/c_command\"]\n");
     template(&place, "c_command");
     let fact = place.tatu(&["describe", "example.describe", "--scene", "scene.toml", "--json"]).good().json();
     assert_eq!(fact["plugin"], "org.example.c_command");

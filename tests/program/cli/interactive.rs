@@ -10,15 +10,15 @@ use std::{
 use crate::{cli::keys::LISTENER, kit::*};
 
 /// The program, with a pseudo-terminal as its standard input.
-struct Played {
+struct InteractiveRun {
     child: Child,
     /// The master side of the pseudo-terminal, to which the test writes keys.
     keyboard: File,
-    told: BufReader<std::process::ChildStdout>,
+    stdout: BufReader<std::process::ChildStdout>,
 }
 
-impl Played {
-    fn start(place: &Place, args: &[&str]) -> Self {
+impl InteractiveRun {
+    fn start(place: &TestFolder, args: &[&str]) -> Self {
         let (mut master, mut slave) = (-1, -1);
         let none = std::ptr::null_mut();
         // SAFETY: `openpty` writes both descriptors; null pointers mean that name, settings and size are not used.
@@ -35,7 +35,7 @@ impl Played {
             .spawn()
             .unwrap();
         let told = BufReader::new(child.stdout.take().unwrap());
-        Played { child, keyboard, told }
+        InteractiveRun { child, keyboard, stdout: told }
     }
     fn press(&mut self, keys: &[u8]) {
         self.keyboard.write_all(keys).unwrap();
@@ -45,7 +45,7 @@ impl Played {
         let mut line = String::new();
         while !line.contains(text) {
             line.clear();
-            assert!(self.told.read_line(&mut line).unwrap() > 0, "no line with `{text}`: {}", self.errors());
+            assert!(self.stdout.read_line(&mut line).unwrap() > 0, "no line with `{text}`: {}", self.errors());
         }
     }
     fn errors(&mut self) -> String {
@@ -66,8 +66,8 @@ const F5: &[u8] = b"\x1b[15~";
 const F6: &[u8] = b"\x1b[17~";
 const F7: &[u8] = b"\x1b[18~";
 
-fn place() -> Place {
-    let place = Place::new();
+fn place() -> TestFolder {
+    let place = TestFolder::new();
     place.write("listen.lua", &format!("{LISTENER}\nfunction sysCall_sensing() print('step') end"));
     place
 }
@@ -77,7 +77,7 @@ const ARGS: [&str; 4] = ["run", "--script", "listen.lua", "--stand-ins"];
 fn a_session_replays_with_the_same_hashes() {
     let place = place();
     let session = ["--interactive", "--log", "run.log", "--trace", "a.jsonl"];
-    let mut played = Played::start(&place, &[&ARGS[..], &session].concat());
+    let mut played = InteractiveRun::start(&place, &[&ARGS[..], &session].concat());
     played.until("step");
     played.press(b"++");
     played.press(b"s");
@@ -94,14 +94,14 @@ fn a_session_replays_with_the_same_hashes() {
 }
 
 #[test]
-fn it_is_paused_and_goes_on_step_by_step() {
+fn a_session_is_paused_and_continued_step_by_step() {
     let place = place();
     place.write(
         "listen.lua",
         &format!("{}\nfunction sysCall_suspend() print('suspended') end", place.read("listen.lua")),
     );
     let session = ["--interactive", "--trace", "t.jsonl", "--log", "run.log"];
-    let mut played = Played::start(&place, &[&ARGS[..], &session].concat());
+    let mut played = InteractiveRun::start(&place, &[&ARGS[..], &session].concat());
     played.until("step");
     // A key pressed while the simulation is paused is delivered in the next step.
     played.press(F5);
@@ -124,7 +124,7 @@ fn it_is_paused_and_goes_on_step_by_step() {
 }
 
 #[test]
-fn without_a_terminal_it_does_not_start() {
+fn interactive_runs_need_a_terminal() {
     let place = place();
     place.tatu(&[&ARGS[..], &["--interactive"]].concat()).refused(&["E105", "terminal", "--keys"]);
 }

@@ -20,9 +20,9 @@ function sysCall_actuation()
 end";
 
 /// Returns a scene with two scripts that read keys, and an object that both move.
-fn scene() -> Place {
+fn scene() -> TestFolder {
     let object = |alias: &str| format!("[[object]]\nkind = \"dummy\"\nalias = \"{alias}\"\nscript = \"listen.lua\"\n");
-    let place = Place::scene(&format!(
+    let place = TestFolder::scene(&format!(
         "dt_s = 0.05\n[[object]]\nkind = \"dummy\"\nalias = \"box\"\n{}{}",
         object("one"),
         object("two")
@@ -43,7 +43,7 @@ fn keys_enter_before_the_first_step_at_or_after_their_time() {
     let expected = ["6 115 0, 6 115 0", "", "", &twice("2007 0", "2010 0"), "", "", &twice("2014 1", "83 0"), ""];
     assert_eq!(told, expected);
     // Three runs in the same folder: the replay needs only the log.
-    let hash = |line: Option<&Line>| line.unwrap().hash().to_owned();
+    let hash = |line: Option<&TraceLine>| line.unwrap().hash().to_owned();
     let first = hash(lines.last());
     std::fs::remove_file(place.path().join("keys.txt")).unwrap();
     place.tatu(&["run", "--replay", "run.log", "--trace", "again.jsonl"]).good();
@@ -52,17 +52,17 @@ fn keys_enter_before_the_first_step_at_or_after_their_time() {
 }
 
 #[test]
-fn what_presses_no_key_is_told() {
+fn lines_that_press_no_key_are_reported() {
     let place = scene();
     place.write("keys.txt", "0 s\nsoon up\n");
     place.run(&["--keys", "keys.txt"]).refused(&["E102", "keys.txt:2", "TIME KEY"]);
     place.run(&["--keys", "none.txt"]).refused(&["E105", "none.txt"]);
     place.write("keys.txt", "0 nokey\n");
-    place.run(&["--keys", "keys.txt", "--steps", "2"]).good().tells(&["there is no key `nokey`"]);
+    place.run(&["--keys", "keys.txt", "--steps", "2"]).good().reports(&["there is no key `nokey`"]);
 }
 
 #[test]
-fn a_snapshot_has_the_keys_that_came_before_it() {
+fn a_snapshot_contains_the_keys_pressed_before_it() {
     let place = scene();
     place.write("keys.txt", "0.1 a\n0.3 b\n");
     let keys = ["--keys", "keys.txt", "--steps", "8"];
@@ -73,8 +73,8 @@ fn a_snapshot_has_the_keys_that_came_before_it() {
 
 /// The text of a console grows until a script clears it. The trace of a step contains what was printed in that step.
 #[test]
-fn consoles_stand_in_the_trace() {
-    let place = Place::new();
+fn console_output_is_in_the_trace() {
+    let place = TestFolder::new();
     place.write(
         "s.lua",
         "function sysCall_init() c = sim.auxiliaryConsoleOpen('Log', 10, 0); n = 0 end
@@ -94,7 +94,7 @@ fn consoles_stand_in_the_trace() {
 /// they show the system time.
 #[test]
 fn clocks_are_simulation_time_unless_the_run_is_in_real_time() {
-    let place = Place::new();
+    let place = TestFolder::new();
     place.write(
         "s.lua",
         "function sysCall_actuation()

@@ -9,7 +9,7 @@ fn built() -> PathBuf {
     program().parent().unwrap().join("deps")
 }
 
-fn compiled(place: &Place, source: &str, language: &str) -> PathBuf {
+fn compiled(place: &TestFolder, source: &str, language: &str) -> PathBuf {
     let (folder, program) = (built(), place.path().join("program"));
     let include = |path: &str| format!("-I{}", root().join(path).display());
     let done = Command::new(compiler(language))
@@ -27,7 +27,7 @@ fn compiled(place: &Place, source: &str, language: &str) -> PathBuf {
 
 #[test]
 fn a_c_program_runs_worlds_with_the_same_bits() {
-    let place = Place::new();
+    let place = TestFolder::new();
     let source = root().join("core/libtatu/examples/pioneer.c");
     let program = compiled(&place, source.to_str().unwrap(), "cc");
     let out = Command::new(program).current_dir(place.path()).output().unwrap();
@@ -56,7 +56,7 @@ fn a_c_program_runs_worlds_with_the_same_bits() {
 /// Fields keep their offsets, on which programs depend that were compiled with an earlier header.
 #[test]
 fn the_layout_of_the_setup_is_the_recorded_one() {
-    let place = Place::new();
+    let place = TestFolder::new();
     let recorded = [
         ("size", 0),
         ("threads", 4),

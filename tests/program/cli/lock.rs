@@ -5,8 +5,8 @@ use crate::kit::*;
 const MODEL: &str = "format = 1\n[model]\ntext = \"A box.\"\n[[object]]\nkind = \"shape\"\nalias = \"box\"\n";
 
 #[test]
-fn a_lock_tells_what_has_changed() {
-    let place = Place::scene(&format!("[[model]]\nmodel = \"crate\"\n{}", watcher("d", "")));
+fn lock_check_names_the_changed_files() {
+    let place = TestFolder::scene(&format!("[[model]]\nmodel = \"crate\"\n{}", watcher("d", "")));
     std::fs::create_dir_all(place.path().join("models/crate")).unwrap();
     place.write("models/crate/model.toml", MODEL);
     place.tatu(&["lock", "scene.toml", "--check"]).refused(&["E105", "scene.lock", "tatu lock scene.toml"]);
@@ -43,7 +43,7 @@ fn a_lock_tells_what_has_changed() {
 #[cfg(unix)]
 #[test]
 fn a_lock_replaces_only_locks() {
-    let place = Place::scene(&watcher("d", ""));
+    let place = TestFolder::scene(&watcher("d", ""));
     let lock = place.path().join("scene.lock");
     let text = place.read("scene.toml");
     place.write("scene.lock", "version = 4\n");
@@ -60,8 +60,9 @@ fn a_lock_replaces_only_locks() {
 }
 
 #[test]
-fn a_scene_tells_which_plugin_it_needs() {
-    let scene = |needs: &str| Place::scene(&format!("needs = {needs}\n{}", watcher("d", ""))).run(&["--steps", "1"]);
+fn plugin_requirements_of_a_scene_are_checked() {
+    let scene =
+        |needs: &str| TestFolder::scene(&format!("needs = {needs}\n{}", watcher("d", ""))).run(&["--steps", "1"]);
     scene("[\"tatu.sensor.gps\", \"tatu.sensor.imu >= 0.1\", \"tatu.sensor.imu = 0.1\"]").good();
     scene("[\"org.author.imu >= 1.2\"]").refused(&["E104", "`org.author.imu`, which is not loaded", "scene.toml:"]);
     scene("[\"tatu.sensor.imo\"]").refused(&["E104", "did you mean `tatu.sensor.imu`?"]);

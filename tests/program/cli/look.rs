@@ -42,9 +42,9 @@ impl Picture {
     }
 }
 
-impl Place {
+impl TestFolder {
     /// Runs `tatu look scene.toml`, which writes `out.png`.
-    fn look(&self, args: &[&str]) -> Done {
+    fn look(&self, args: &[&str]) -> RunOutput {
         self.tatu(&[&["look", "scene.toml", "-o", "out.png"], args].concat())
     }
     fn picture(&self, args: &[&str]) -> Picture {
@@ -63,9 +63,9 @@ fn red(picture: &Picture) -> (usize, bool) {
 
 /// Without `--from` the scene's camera is used. If there is none, the view is chosen so that it contains all objects.
 #[test]
-fn a_scene_shows_itself() {
+fn a_picture_uses_the_camera_of_the_scene_or_shows_all_objects() {
     for (at, size) in [([0.0; 3], 1.0), ([40.0, -7.0, 3.0], 0.1), ([-5.0, 2.0, -9.0], 30.0)] {
-        let place = Place::scene(&cuboid("box", [size, size / 2.0, size], at, RED));
+        let place = TestFolder::scene(&cuboid("box", [size, size / 2.0, size], at, RED));
         for args in [&["--size", "160x90"][..], &["--size", "60x120", "--fov", "80"]] {
             let picture = place.picture(args);
             let (red, edge) = red(&picture);
@@ -75,9 +75,9 @@ fn a_scene_shows_itself() {
     // At a distance of 1 m, a field of view of 60 degrees is 2 * 0.577 m wide, so the box, 1 m wide, covers 104 of 120
     // pixels.
     let camera = "[[object]]\nkind = \"camera\"\nalias = \"eye\"\nposition_m = [-2.0, 0.0, 0.5]\norientation_deg = [0, 90, 90]\n";
-    let place = Place::scene(&format!("{}{camera}", cuboid("box", [2.0, 1.0, 0.4], [0.0, 0.0, 0.5], RED)));
+    let place = TestFolder::scene(&format!("{}{camera}", cuboid("box", [2.0, 1.0, 0.4], [0.0, 0.0, 0.5], RED)));
     let done = place.look(&["--size", "120x60"]).good();
-    done.tells(&["/eye"]);
+    done.reports(&["/eye"]);
     let picture = Picture::open(&place.path().join("out.png"));
     let row = |r: usize| (0..picture.columns).filter(|c| picture.is_red(*c, r)).count();
     assert!((102..=106).contains(&row(30)), "{}", row(30));
@@ -85,8 +85,8 @@ fn a_scene_shows_itself() {
 
 /// The floor that is added to the picture hides no object, and can be left out.
 #[test]
-fn the_floor_lies_below_what_stands_on_it() {
-    let place = Place::scene(&cuboid("box", [1.0; 3], [0.0; 3], RED));
+fn the_added_floor_hides_no_object() {
+    let place = TestFolder::scene(&cuboid("box", [1.0; 3], [0.0; 3], RED));
     let args = ["--from", "0,-6,1", "--to", "0,0,0", "--size", "120x90", "--fov", "30"];
     let with = place.picture(&args);
     let without = place.picture(&[&args[..], &["--no-ground"]].concat());
@@ -100,7 +100,7 @@ const RED: &str = "color = [1.0, 0.0, 0.0]";
 
 #[test]
 fn a_picture_has_its_size_and_is_the_same_on_any_number_of_threads() {
-    let place = Place::scene(&format!("{FLOOR}{}", pioneer("", "")));
+    let place = TestFolder::scene(&format!("{FLOOR}{}", pioneer("", "")));
     let args = ["--from", "-1,-1,0.8", "--to", "0,0,0.1", "--size", "160x90", "--at", "0.1"];
     let one = place.picture(&[&args[..], &["--threads", "1"]].concat());
     let bytes = fs::read(place.path().join("out.png")).unwrap();
@@ -114,7 +114,7 @@ fn a_picture_has_its_size_and_is_the_same_on_any_number_of_threads() {
 fn a_box_is_where_geometry_says() {
     // 120 pixels wide at 60 degrees: 60 / tan(30 degrees) = 103.9 pixels at distance 1. The front of the box, 3 m away
     // and 1 m wide and high, reaches 103.9 / 3 * 0.5 = 17.3 pixels to each side of the centre.
-    let place = Place::scene(&format!("{FLOOR}{}", cuboid("box", [1.0; 3], [0.5, 0.0, 1.0], RED)));
+    let place = TestFolder::scene(&format!("{FLOOR}{}", cuboid("box", [1.0; 3], [0.5, 0.0, 1.0], RED)));
     let picture = place.picture(&["--from", "-3,0,1", "--to", "0,0,1", "--size", "120x80", "--fov", "60"]);
     for (dx, dy) in [(0, 0), (15, 15), (-16, 15), (15, -16), (-16, -16)] {
         assert!(picture.is_red((60 + dx) as usize, (40 + dy) as usize), "{dx} {dy}");
@@ -126,7 +126,7 @@ fn a_box_is_where_geometry_says() {
     let ([r, _, b], [fr, fg, fb]) = (picture.at(5, 2), picture.at(60, 78));
     assert!(b > r && fr.abs_diff(fg) < 20 && fg.abs_diff(fb) < 20, "{r} {b} {fr} {fg} {fb}");
     // When the camera looks along +x, +y is to the left in the picture.
-    let place = Place::scene(&format!("{FLOOR}{}", cuboid("box", [0.5; 3], [0.0, 0.6, 1.0], RED)));
+    let place = TestFolder::scene(&format!("{FLOOR}{}", cuboid("box", [0.5; 3], [0.0, 0.6, 1.0], RED)));
     let picture = place.picture(&["--from=-3,0,1", "--to=0,0,1", "--size=120x80", "--fov=60"]);
     // The centre of the box is 103.9 * 0.6 / 3 = 20.8 pixels to the left.
     assert!(picture.is_red(60 - 21, 40) && !picture.is_red(60 + 21, 40));
@@ -137,7 +137,7 @@ fn a_shadow_is_where_the_lamp_throws_it() {
     // The lamp is in the direction (0.3, -0.6, 1): docs/guide/pictures.md. A plate 0.4 m wide, 1 m up, casts its shadow
     // around (-0.3, 0.6) on the floor.
     let scene = format!("{FLOOR}{}", cuboid("plate", [0.4, 0.4, 0.02], [0.0, 0.0, 1.0], RED));
-    let place = Place::scene(&scene);
+    let place = TestFolder::scene(&scene);
     let picture = place.picture(&["--from", "0,0,4", "--to", "0,0,0", "--size", "200x200", "--fov", "60"]);
     // Seen from above, x is right and y up: 100 / tan(30 degrees) / 4 = 43.3 pixels per metre on the floor.
     let at = |x: f64, y: f64| picture.grey([100.0 + 43.3 * x, 100.0 - 43.3 * y]);
@@ -154,7 +154,7 @@ fn a_shadow_is_where_the_lamp_throws_it() {
 fn the_scene_is_shown_as_it_is_at_a_time() {
     let ball = "[[object]]\nkind = \"shape\"\nalias = \"ball\"\nprimitive = \"sphere\"\nsize_m = [0.3, 0.3, 0.3]\n\
                 dynamic = true\nposition_m = [0, 0, 2]\ncolor = [1.0, 0.0, 0.0]\n";
-    let place = Place::scene(&format!("{FLOOR}{ball}"));
+    let place = TestFolder::scene(&format!("{FLOOR}{ball}"));
     let look =
         |at: &str| place.picture(&["--from", "-4,0,1", "--to", "0,0,1", "--size", "120x80", "--fov", "60", "--at", at]);
     // At 103.9 / 4 = 26 pixels per metre, the box at 2 m is 26 pixels above the centre; after falling by 1.23 m in 0.5
@@ -165,7 +165,7 @@ fn the_scene_is_shown_as_it_is_at_a_time() {
 }
 
 #[test]
-fn what_is_hidden_is_not_shown_and_what_is_drawn_is() {
+fn hidden_objects_are_left_out_and_drawings_are_shown() {
     let drawer = watcher(
         "drawer",
         "function sysCall_init()
@@ -174,7 +174,7 @@ fn what_is_hidden_is_not_shown_and_what_is_drawn_is() {
         end",
     );
     let hidden = cuboid("ghost", [0.4; 3], [0.0, 1.0, 1.0], &format!("{RED}\nvisible = false"));
-    let place = Place::scene(&format!("{FLOOR}{hidden}{drawer}"));
+    let place = TestFolder::scene(&format!("{FLOOR}{hidden}{drawer}"));
     let args = ["--from", "-4,0,1", "--to", "0,0,1", "--size", "120x80", "--fov", "60", "--at", "0.1"];
     let picture = place.picture(&args);
     assert!(picture.is_red(60, 40), "the drawing is missing");
@@ -182,13 +182,13 @@ fn what_is_hidden_is_not_shown_and_what_is_drawn_is() {
 }
 
 #[test]
-fn a_sensor_that_tells_the_nearest_point_shows_it() {
+fn a_proximity_picture_marks_the_detected_point() {
     let scene = format!(
         "{}[[object]]\nkind = \"sensor\"\nsensor = \"proximity\"\nalias = \"feeler\"\nposition_m = [0, 0, 0.3]\n\
          orientation_deg = [0, 90, 0]\nrange_m = 1\n",
         cuboid("wall", [0.1, 1.0, 1.0], [0.8, 0.0, 0.3], "")
     );
-    let place = Place::scene(&scene);
+    let place = TestFolder::scene(&scene);
     let picture = place.picture(&["--sensor", "/feeler"]);
     assert!(picture.columns > 800 && picture.rows > 400 && picture.is_colorful(100));
     // A red ball marks the detected point.
@@ -207,11 +207,11 @@ fn sensor(kind: &str, more: &str) -> String {
 }
 
 #[test]
-fn a_scan_shows_what_is_left_at_the_left() {
+fn a_scan_shows_a_wall_on_the_left_at_the_left() {
     // The only wall is to the left, 2 m away and 4 m long. Of 181 beams, 1 degree apart, it is hit by the 46 between 45
     // and 90 degrees.
     let wall = cuboid("wall", [4.0, 0.2, 1.0], [0.0, 2.1, 0.5], "");
-    let place = Place::scene(&format!("{wall}{}", sensor("laser", "range_m = 5")));
+    let place = TestFolder::scene(&format!("{wall}{}", sensor("laser", "range_m = 5")));
     let picture = place.picture(&["--sensor", "eye"]);
     let all = (0..picture.rows).flat_map(|y| (0..picture.columns).map(move |x| (x, y)));
     let dots: Vec<(usize, usize)> = all.filter(|(x, y)| picture.is_red(*x, *y)).collect();
@@ -229,13 +229,13 @@ fn a_scan_shows_what_is_left_at_the_left() {
 }
 
 #[test]
-fn what_is_near_is_bright_in_a_depth_image_and_colours_stand_beside_it() {
+fn near_pixels_of_a_depth_image_are_bright_and_colours_are_beside_it() {
     // With 64 x 48 pixels and 57 degrees, 1 m at a distance of 1 m covers 32 / tan(28.5 degrees) = 58.9 pixels. The box
     // is 1 m ahead and from 0.05 to 0.55 m to the left, so it covers the columns 32 - 32.4 to 32 - 2.9 in the middle
     // rows of the image. Each pixel of the sensor is 5 pixels wide in the picture.
     let near = cuboid("box", [0.4, 0.5, 0.6], [1.2, 0.3, 0.5], RED);
     let far = cuboid("wall", [0.2, 9.0, 9.0], [3.1, 0.0, 0.5], "color = [0.2, 0.2, 1.0]");
-    let place = Place::scene(&format!("{near}{far}{}", sensor("depth_camera", "columns = 64\nrows = 48")));
+    let place = TestFolder::scene(&format!("{near}{far}{}", sensor("depth_camera", "columns = 64\nrows = 48")));
     let picture = place.picture(&["--sensor", "eye"]);
     // The depth image starts 20 pixels from the left and 76 from the top. Its legend is 110 pixels wide, and the colour
     // image starts 20 pixels to the right of the legend.
@@ -252,7 +252,7 @@ fn what_is_near_is_bright_in_a_depth_image_and_colours_stand_beside_it() {
 
 #[test]
 fn any_other_sensor_is_shown_in_words() {
-    let place = Place::scene(&format!("{FLOOR}{}", sensor("gps", "")));
+    let place = TestFolder::scene(&format!("{FLOOR}{}", sensor("gps", "")));
     let picture = place.picture(&["--sensor", "eye"]);
     // A title and a line for each field, dark on white.
     assert!(picture.rows > 64 + 4 * 24 && picture.columns > 300);
@@ -261,8 +261,8 @@ fn any_other_sensor_is_shown_in_words() {
 }
 
 #[test]
-fn what_cannot_be_looked_at_is_told() {
-    let place = Place::scene(&format!("{FLOOR}{}", pioneer("", "")));
+fn sensors_that_cannot_be_shown_are_refused() {
+    let place = TestFolder::scene(&format!("{FLOOR}{}", pioneer("", "")));
     let from = ["--from", "-1,0,1", "--to", "0,0,0", "--size", "16x9"];
     place.look(&["--sensor", "/Pioneer_p3dx_ultrasonicSensor17"]).refused(&[
         "E110",
@@ -284,7 +284,7 @@ fn what_cannot_be_looked_at_is_told() {
     place.look(&[&from[..], &["--at", "-1"]].concat()).refused(&["at least 0"]);
     place.look(&[&from[..4], &["--size", "0x10"]].concat()).refused(&["columns and rows"]);
     place.look(&[&from[..], &["--fov", "180"]].concat()).refused(&["1 to 170"]);
-    let bare = Place::scene(FLOOR);
+    let bare = TestFolder::scene(FLOOR);
     bare.look(&["--sensor", "/eye"]).refused(&["E110", "there is no sensor in this scene"]);
     assert!(!bare.path().join("out.png").exists());
 }

@@ -9,6 +9,6 @@ pub mod keys;
 mod library;
 mod lock;
 mod look;
+mod output_files;
 mod outputs;
 mod sweep;
-mod written;

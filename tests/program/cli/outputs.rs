@@ -11,15 +11,15 @@ use std::{
 use crate::kit::*;
 
 /// Returns exit code and standard error of the program with standard output on a full disk.
-fn on_a_full_disk(place: &Place, args: &[&str]) -> (Option<i32>, String) {
+fn on_a_full_disk(place: &TestFolder, args: &[&str]) -> (Option<i32>, String) {
     let full = File::options().write(true).open("/dev/full").unwrap();
     let done = Command::new(program()).args(args).current_dir(place.path()).stdout(full).output().unwrap();
     (done.status.code(), String::from_utf8_lossy(&done.stderr).into_owned())
 }
 
 #[test]
-fn a_full_disk_is_told() {
-    let place = Place::scene("");
+fn a_full_disk_is_reported() {
+    let place = TestFolder::scene("");
     for args in [
         &["run", "scene.toml", "--json", "--seconds", "1"][..],
         &["list", "models"],
@@ -54,8 +54,8 @@ fn a_closed_pipe_ends_quietly() {
 }
 
 #[test]
-fn a_second_interrupt_ends_it() {
-    let place = Place::scene("");
+fn a_second_interrupt_ends_the_program() {
+    let place = TestFolder::scene("");
     succeed(Command::new("mkfifo").arg(place.path().join("keys")));
     // The program reads a pipe to which nothing is ever written.
     let mut child = Command::new(program())

@@ -11,8 +11,8 @@ const SCENE: &str =
 const SWEEP: &str = "scene = \"ball.toml\"\nseconds = 0.1\nseeds = [1, 2]\n[grid]\n\"/ball.position_m\" = [[0, 0, 1], [0, 0, 2]]\n\
                      [metrics]\nheight = { object = \"/ball\", field = \"object.world_pose\", index = 2 }\n";
 
-fn place() -> Place {
-    let place = Place::new();
+fn place() -> TestFolder {
+    let place = TestFolder::new();
     place.write("ball.toml", SCENE);
     place.write("sweep.toml", SWEEP);
     place
@@ -23,7 +23,7 @@ fn rows(text: &str) -> Vec<Value> {
 }
 
 #[test]
-fn each_combination_gives_a_row_and_shards_give_all() {
+fn each_combination_makes_a_row_and_shards_cover_all() {
     let place = place();
     let all = place.tatu(&["sweep", "sweep.toml"]);
     assert_eq!(all.code, 0, "{}", all.err);
@@ -69,7 +69,7 @@ fn a_file_of_rows_is_continued_and_any_other_is_left_alone() {
 }
 
 #[test]
-fn a_job_that_fails_is_told_and_has_a_row() {
+fn a_failed_job_is_reported_and_has_a_row() {
     let place = place();
     place.write("sweep.toml", &SWEEP.replace("/ball\", field", "/bal\", field"));
     let failed = place.tatu(&["sweep", "sweep.toml"]);

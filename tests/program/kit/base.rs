@@ -26,7 +26,7 @@ pub fn shared(path: &str) -> PathBuf {
 }
 
 /// The result of running the program.
-pub struct Done {
+pub struct RunOutput {
     pub code: i32,
     /// The signal that killed the program, if any.
     pub signal: Option<i32>,
@@ -34,7 +34,7 @@ pub struct Done {
     pub err: String,
 }
 
-impl Done {
+impl RunOutput {
     /// Parses standard output, which must be JSON: for example, the summary of `run --json` or the array of `list
     /// --json`.
     pub fn json(&self) -> Value {
@@ -57,11 +57,11 @@ impl Done {
     #[track_caller]
     pub fn refused(&self, words: &[&str]) {
         assert_eq!(self.code, 2, "{}\n{}", self.err, self.out);
-        self.tells(words);
+        self.reports(words);
     }
     /// Checks that standard error contains all of `words`.
     #[track_caller]
-    pub fn tells(&self, words: &[&str]) {
+    pub fn reports(&self, words: &[&str]) {
         for w in words {
             assert!(self.err.contains(w), "standard error does not contain `{w}`:\n{}", self.err);
         }
@@ -70,7 +70,7 @@ impl Done {
 }
 
 /// Runs a program in a folder, without a plugin path, and kills it if it hangs.
-pub fn run(program: &Path, dir: &Path, args: &[&str], env: &[(&str, &str)]) -> Done {
+pub fn run(program: &Path, dir: &Path, args: &[&str], env: &[(&str, &str)]) -> RunOutput {
     let mut command = assert_cmd::Command::new(program);
     command.current_dir(dir).args(args).env_remove("TATU_PLUGIN_PATH").timeout(Duration::from_secs(300));
     // Allows the scenes of tests to load plugins from their own folder.
@@ -87,7 +87,7 @@ pub fn run(program: &Path, dir: &Path, args: &[&str], env: &[(&str, &str)]) -> D
             other => break other.unwrap(),
         }
     };
-    Done {
+    RunOutput {
         code: output.status.code().unwrap_or(-1),
         signal: signal(output.status),
         out: String::from_utf8_lossy(&output.stdout).into_owned(),
@@ -110,17 +110,17 @@ pub fn program() -> &'static Path {
 }
 
 /// A temporary folder in which the program runs.
-pub struct Place {
+pub struct TestFolder {
     dir: TempDir,
 }
 
-impl Place {
+impl TestFolder {
     pub fn new() -> Self {
-        Place { dir: TempDir::with_prefix("tatu-test-").unwrap() }
+        TestFolder { dir: TempDir::with_prefix("tatu-test-").unwrap() }
     }
     /// Creates a folder with a scene `scene.toml`; `text` begins within the table `[scene]`.
     pub fn scene(text: &str) -> Self {
-        let place = Place::new();
+        let place = TestFolder::new();
         place.write("scene.toml", &format!("format = 1\n[scene]\n{text}"));
         place
     }
@@ -137,35 +137,35 @@ impl Place {
         fs::read_to_string(self.path().join(name)).unwrap()
     }
     /// Runs the program with any arguments.
-    pub fn tatu(&self, args: &[&str]) -> Done {
+    pub fn tatu(&self, args: &[&str]) -> RunOutput {
         run(program(), self.path(), args, &[])
     }
     /// Runs `tatu run scene.toml --json` with more arguments.
-    pub fn run(&self, args: &[&str]) -> Done {
+    pub fn run(&self, args: &[&str]) -> RunOutput {
         self.tatu(&[&["run", "scene.toml", "--json"], args].concat())
     }
     /// Runs the scene with a trace of watched objects; it must end without an error.
     #[track_caller]
-    pub fn trace(&self, watch: &[&str], args: &[&str]) -> Vec<Line> {
+    pub fn trace(&self, watch: &[&str], args: &[&str]) -> Vec<TraceLine> {
         let mut all = vec!["--trace", "trace.jsonl"];
         watch.iter().for_each(|w| all.extend(["--watch", *w]));
         self.run(&[&all, args].concat()).good();
         self.lines("trace.jsonl")
     }
     /// Returns the lines of a trace up to the stop request.
-    pub fn lines(&self, file: &str) -> Vec<Line> {
+    pub fn lines(&self, file: &str) -> Vec<TraceLine> {
         self.all_lines(file).into_iter().filter(|l| !l.is_stopping()).collect()
     }
     /// Returns all lines of a trace.
-    pub fn all_lines(&self, file: &str) -> Vec<Line> {
-        self.read(file).lines().map(|l| Line(serde_json::from_str(l).unwrap())).collect()
+    pub fn all_lines(&self, file: &str) -> Vec<TraceLine> {
+        self.read(file).lines().map(|l| TraceLine(serde_json::from_str(l).unwrap())).collect()
     }
 }
 
 /// One line of a trace.
-pub struct Line(pub Value);
+pub struct TraceLine(pub Value);
 
-impl Line {
+impl TraceLine {
     /// Returns whether the line belongs to a pass after a stop was requested.
     pub fn is_stopping(&self) -> bool {
         self.0["stopping"] == Value::Bool(true)
@@ -241,7 +241,7 @@ pub fn library(stem: &str) -> String {
 }
 
 /// Builds a template as its README describes, in a copy of its folder; returns the folder of the library.
-pub fn template(place: &Place, name: &str) -> PathBuf {
+pub fn template(place: &TestFolder, name: &str) -> PathBuf {
     let api = root().join("plugin-api");
     let here = place.path().join("template").join(name);
     copy(&api.join("include"), &place.path().join("include"));

@@ -12,7 +12,7 @@ use serde_json::{Value, json};
 use tungstenite::{Message, WebSocket, stream::MaybeTlsStream};
 
 /// A page in a headless browser.
-pub struct Page {
+pub struct BrowserPage {
     process: Child,
     socket: WebSocket<MaybeTlsStream<TcpStream>>,
     number: u64,
@@ -45,9 +45,9 @@ pub fn wait_for<T>(what: &str, limit: Duration, mut f: impl FnMut() -> Option<T>
     }
 }
 
-impl Page {
+impl BrowserPage {
     /// Opens an address.
-    pub fn open(browser: &Path, url: &str) -> Page {
+    pub fn open(browser: &Path, url: &str) -> BrowserPage {
         let folder = tempfile::tempdir().unwrap();
         let process = Command::new(browser)
             .args(["--headless=new", "--no-sandbox", "--enable-unsafe-swiftshader", "--use-angle=swiftshader"])
@@ -74,7 +74,7 @@ impl Page {
             Some(page["webSocketDebuggerUrl"].as_str()?.to_owned())
         });
         let (socket, _) = tungstenite::connect(&target).unwrap();
-        let mut page = Page { process, socket, number: 0, wrong: Vec::new(), _folder: folder };
+        let mut page = BrowserPage { process, socket, number: 0, wrong: Vec::new(), _folder: folder };
         page.send("Runtime.enable", json!({}));
         page.send("Log.enable", json!({}));
         page.send("Page.navigate", json!({ "url": url }));
@@ -224,7 +224,7 @@ impl Page {
     }
 }
 
-impl Drop for Page {
+impl Drop for BrowserPage {
     fn drop(&mut self) {
         let _ = self.process.kill();
         let _ = self.process.wait();

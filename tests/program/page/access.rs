@@ -10,12 +10,12 @@ use std::{
 use serde_json::json;
 use tungstenite::{Message, client::IntoClientRequest, stream::MaybeTlsStream};
 
-use super::program::{ROBOT, STATE, Served, next};
+use super::program::{PageServer, ROBOT, STATE, next};
 use crate::{kit::browser::wait_for, kit::*};
 
 #[test]
-fn only_who_has_the_token_and_comes_from_here_is_let_in() {
-    let served = Served::new(root(), &["open", ROBOT, "--no-browser"]);
+fn only_local_clients_with_the_token_are_admitted() {
+    let served = PageServer::new(root(), &["open", ROBOT, "--no-browser"]);
     let host = served.host();
     let get = |path: &str, more: &str| served.ask(&format!("GET {path} HTTP/1.1\r\nHost: {host}\r\n{more}\r\n"));
     let page = get("/", "");
@@ -45,8 +45,8 @@ fn only_who_has_the_token_and_comes_from_here_is_let_in() {
 }
 
 #[test]
-fn who_may_look_cannot_act() {
-    let served = Served::new(root(), &["open", ROBOT, "--no-browser"]);
+fn view_only_clients_cannot_act() {
+    let served = PageServer::new(root(), &["open", ROBOT, "--no-browser"]);
     let mut socket = served.socket();
     let look = next(&mut socket, "hello")["look"].as_str().unwrap().to_owned();
     let token = look.split("token=").nth(1).unwrap();
@@ -61,8 +61,8 @@ fn who_may_look_cannot_act() {
 /// Viewers that flood the server with requests do not delay clients with control rights, and their requests are
 /// rate-limited.
 #[test]
-fn viewers_who_flood_wait_for_those_who_act() {
-    let served = Served::new(root(), &["open", ROBOT, "--no-browser"]);
+fn flooding_viewers_are_rate_limited_and_do_not_delay_others() {
+    let served = PageServer::new(root(), &["open", ROBOT, "--no-browser"]);
     let mut socket = served.socket();
     let look = next(&mut socket, "hello")["look"].as_str().unwrap().to_owned();
     let token = look.split("token=").nth(1).unwrap();
@@ -100,7 +100,7 @@ fn viewers_who_flood_wait_for_those_who_act() {
 #[cfg(unix)]
 #[test]
 fn the_gallery_has_plain_files_only() {
-    let place = Place::new();
+    let place = TestFolder::new();
     let text = "# A ball\nformat = 1\n";
     place.write("scenes/good.toml", text).write("scenes/folder.toml/inner.toml", text).write("scenes/other.toml", text);
     let at = |name: &str| place.path().join("scenes").join(name);
@@ -108,7 +108,7 @@ fn the_gallery_has_plain_files_only() {
     std::os::unix::fs::symlink("/dev/zero", at("zero.toml")).unwrap();
     std::os::unix::fs::symlink("/dev/zero", at("other.png")).unwrap();
     let _socket = std::os::unix::net::UnixListener::bind(at("socket.toml")).unwrap();
-    let served = Served::new(place.path(), &["open", "--no-browser"]);
+    let served = PageServer::new(place.path(), &["open", "--no-browser"]);
     let mut socket = served.socket();
     socket.send(Message::text(json!({ "type": "files" }).to_string())).unwrap();
     let mut files = next(&mut socket, "files")["files"].as_array().unwrap().clone();
@@ -124,7 +124,7 @@ fn the_gallery_has_plain_files_only() {
 #[test]
 fn a_browser_is_started_without_the_token() {
     use std::os::unix::fs::PermissionsExt;
-    let place = Place::new();
+    let place = TestFolder::new();
     place.write("bin/xdg-open", "#!/bin/sh\nprintf '%s\\n' \"$@\" > opened.part\nmv opened.part opened\n");
     place.write("run/.keep", "");
     let mode = |file: &std::path::Path, bits| std::fs::set_permissions(file, PermissionsExt::from_mode(bits)).unwrap();
@@ -140,7 +140,7 @@ fn a_browser_is_started_without_the_token() {
         .stderr(Stdio::null())
         .spawn()
         .unwrap();
-    let served = Served::of(process);
+    let served = PageServer::of(process);
     let opened =
         wait_for("xdg-open", Duration::from_secs(60), || std::fs::read_to_string(place.path().join("opened")).ok());
     assert!(!opened.contains(served.token()), "{opened}");

@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-use super::{drive::Shown, program::ROBOT};
+use super::{drive::ScenePage, program::ROBOT};
 use crate::kit::*;
 
 /// A scene with a block on a floor.
@@ -10,7 +10,7 @@ const SCENE: &str = "[[object]]\nkind = \"shape\"\nalias = \"floor\"\nprimitive 
     [[object]]\nkind = \"shape\"\nalias = \"block\"\nsize_m = [0.2, 0.2, 0.2]\nposition_m = [0.0, 0.0, 0.1]\n";
 
 /// Checks the visible page against the rules of WCAG 2.2, levels A and AA, that axe-core implements.
-fn check(shown: &mut Shown, what: &str) {
+fn check(shown: &mut ScenePage, what: &str) {
     let found = shown
         .page
         .js("axe.run(document, { runOnly: ['wcag2a', 'wcag2aa', 'wcag21a', 'wcag21aa', 'wcag22aa'] }).then((r) => \
@@ -23,7 +23,8 @@ fn check(shown: &mut Shown, what: &str) {
 fn no_panel_breaks_a_rule_of_wcag() {
     let axe = std::fs::read_to_string(env!("TATU_AXE")).expect("axe-core, installed by npm for the build");
     for scheme in ["light", "dark"] {
-        let mut shown = Shown::of(Place::new(), &["open", root().join(ROBOT).to_str().unwrap(), "--no-browser"]);
+        let mut shown =
+            ScenePage::of(TestFolder::new(), &["open", root().join(ROBOT).to_str().unwrap(), "--no-browser"]);
         let features = json!({ "features": [{ "name": "prefers-color-scheme", "value": scheme }] });
         shown.page.send("Emulation.setEmulatedMedia", features);
         shown.page.js(&format!("{axe}; true"));
@@ -60,8 +61,8 @@ fn no_panel_breaks_a_rule_of_wcag() {
 /// The object tree, its items and the active item are exposed to screen readers.
 #[test]
 #[cfg_attr(no_browser, ignore = "needs Chromium, and npm at the build")]
-fn a_screen_reader_hears_the_tree() {
-    let mut shown = Shown::new(SCENE);
+fn the_tree_is_exposed_to_screen_readers() {
+    let mut shown = ScenePage::new(SCENE);
     shown.until("of('block') && view.camera.position.x !== 3");
     shown.ask("store.select(of('block').id)");
     shown.page.js("document.getElementById('tree').focus()");

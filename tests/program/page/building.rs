@@ -1,6 +1,6 @@
 //! Tests of building a scene by the mouse and keys, in a browser.
 
-use super::drive::Shown;
+use super::drive::ScenePage;
 use crate::kit::*;
 
 const FLOOR: &str = "[[object]]\nkind = \"shape\"\nalias = \"floor\"\nprimitive = \"plane\"\nrespondable = true\n";
@@ -12,8 +12,8 @@ fn block(alias: &str, x: f64) -> String {
 }
 
 /// Shows a scene with two blocks on a floor.
-fn blocks() -> Shown {
-    let mut shown = Shown::new(&format!("{FLOOR}{}{}", block("left", -0.5), block("right", 0.5)));
+fn blocks() -> ScenePage {
+    let mut shown = ScenePage::new(&format!("{FLOOR}{}{}", block("left", -0.5), block("right", 0.5)));
     shown.until("of('left') && of('right') && view.drawn > 1");
     shown
 }
@@ -21,9 +21,9 @@ fn blocks() -> Shown {
 #[test]
 #[cfg_attr(no_browser, ignore = "needs Chromium, and npm at the build")]
 fn a_new_scene_is_built_by_drags_and_clicks_and_saved() {
-    let place = Place::new();
+    let place = TestFolder::new();
     place.write("scenes/.keep", "");
-    let mut shown = Shown::of(place, &["open", "--no-browser"]);
+    let mut shown = ScenePage::of(place, &["open", "--no-browser"]);
     shown.page.until("document.getElementById('dialog').open");
     shown.page.key("Escape", 27);
     shown.page.until("!document.getElementById('dialog').open");
@@ -167,7 +167,7 @@ fn objects_are_copied_renamed_and_attached() {
 #[test]
 #[cfg_attr(no_browser, ignore = "needs Chromium, and npm at the build")]
 fn a_click_selects_the_model_and_a_second_one_its_part() {
-    let mut shown = Shown::new(&format!("{FLOOR}[[model]]\nmodel = \"pioneer_p3dx\"\n"));
+    let mut shown = ScenePage::new(&format!("{FLOOR}[[model]]\nmodel = \"pioneer_p3dx\"\n"));
     shown.until("of('Pioneer_p3dx') && view.drawn > 1");
     let wheel = "[...store.scene.objects.values()].find((o) => o.alias === 'Pioneer_p3dx_rightWheel').alias";
     let alias = shown.ask(wheel).as_str().unwrap().to_owned();

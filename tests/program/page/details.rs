@@ -1,6 +1,6 @@
 //! Tests of the properties of the selection and of the sliders of joints, in a browser.
 
-use super::drive::Shown;
+use super::drive::ScenePage;
 use crate::kit::*;
 
 const FLOOR: &str = "[[object]]\nkind = \"shape\"\nalias = \"floor\"\nprimitive = \"plane\"\nrespondable = true\n";
@@ -34,7 +34,7 @@ mode = "kinematic"
 limits_m = [0.0, 0.3]
 "#;
 
-impl Shown {
+impl ScenePage {
     /// Selects an object, and waits until its properties are shown.
     fn details_of(&mut self, alias: &str) {
         self.ask(&format!("store.select(of({alias:?}).id)"));
@@ -60,7 +60,7 @@ fn field(key: &str) -> String {
 #[test]
 #[cfg_attr(no_browser, ignore = "needs Chromium, and npm at the build")]
 fn sliders_move_the_joints_of_a_model() {
-    let mut shown = Shown::new(&format!("{FLOOR}{ARM}"));
+    let mut shown = ScenePage::new(&format!("{FLOOR}{ARM}"));
     shown.until("of('arm') && view.camera.position.x !== 3");
     shown.details_of("arm");
     shown.page.until("document.querySelectorAll('.joints .joint').length === 2");
@@ -87,9 +87,9 @@ fn sliders_move_the_joints_of_a_model() {
 
 #[test]
 #[cfg_attr(no_browser, ignore = "needs Chromium, and npm at the build")]
-fn a_slider_gives_a_driven_joint_its_target_while_it_runs() {
+fn a_slider_sets_the_target_of_a_driven_joint_in_a_run() {
     let driven = ARM.replacen("mode = \"kinematic\"", "control = \"position\"\nmax_force_nm = 50.0", 1);
-    let mut shown = Shown::new(&format!(
+    let mut shown = ScenePage::new(&format!(
         "{FLOOR}{}",
         driven.replacen("size_m = [0.4, 0.05, 0.05]", "size_m = [0.4, 0.05, 0.05]\ndynamic = true", 1)
     ));
@@ -108,7 +108,7 @@ fn a_slider_gives_a_driven_joint_its_target_while_it_runs() {
 #[test]
 #[cfg_attr(no_browser, ignore = "needs Chromium, and npm at the build")]
 fn angles_are_typed_in_degrees_and_names_are_words() {
-    let mut shown = Shown::new(&format!("{FLOOR}{ARM}"));
+    let mut shown = ScenePage::new(&format!("{FLOOR}{ARM}"));
     shown.until("of('arm') && view.camera.position.x !== 3");
     shown.details_of("shoulder");
     shown.replace(&field("joint.limits"), "-45");
@@ -126,8 +126,8 @@ fn angles_are_typed_in_degrees_and_names_are_words() {
 
 #[test]
 #[cfg_attr(no_browser, ignore = "needs Chromium, and npm at the build")]
-fn a_refused_value_says_why_and_keeps_the_focus() {
-    let mut shown = Shown::new(&format!("{FLOOR}{ARM}"));
+fn a_refused_value_shows_the_reason_and_does_not_lose_the_focus() {
+    let mut shown = ScenePage::new(&format!("{FLOOR}{ARM}"));
     shown.until("of('arm') && view.camera.position.x !== 3");
     shown.details_of("upper");
     let mass = shown.page.js(&format!("document.querySelector({:?}).value", field("shape.mass")));
@@ -150,9 +150,10 @@ fn a_refused_value_says_why_and_keeps_the_focus() {
 
 #[test]
 #[cfg_attr(no_browser, ignore = "needs Chromium, and npm at the build")]
-fn every_value_is_shown_as_people_read_it() {
-    let place = Place::scene(&format!("{FLOOR}[[model]]\nmodel = \"pioneer_p3dx\"\n[[model]]\nmodel = \"hokuyo\"\n"));
-    let mut shown = Shown::of(place, &["open", "scene.toml", "--no-browser"]);
+fn every_value_is_shown_in_readable_form() {
+    let place =
+        TestFolder::scene(&format!("{FLOOR}[[model]]\nmodel = \"pioneer_p3dx\"\n[[model]]\nmodel = \"hokuyo\"\n"));
+    let mut shown = ScenePage::of(place, &["open", "scene.toml", "--no-browser"]);
     shown.until("of('Pioneer_p3dx') && view.camera.position.x !== 3");
     shown.page.js("localStorage.setItem('tatu details More', '1')");
     let ids = shown.ask("[...store.scene.objects.keys()]");

@@ -2,37 +2,37 @@
 
 use serde_json::Value;
 
-use super::program::Served;
+use super::program::PageServer;
 use crate::{
-    kit::browser::{Page, browser},
+    kit::browser::{BrowserPage, browser},
     kit::*,
 };
 
 /// A program that serves a scene, and the page that shows the scene.
-pub struct Shown {
-    pub page: Page,
-    pub served: Served,
-    place: Place,
+pub struct ScenePage {
+    pub page: BrowserPage,
+    pub served: PageServer,
+    place: TestFolder,
 }
 
-impl Shown {
+impl ScenePage {
     /// Shows a scene whose text starts within the table `[scene]`.
-    pub fn new(scene: &str) -> Shown {
-        Shown::of(Place::scene(scene), &["open", "scene.toml", "--no-browser"])
+    pub fn new(scene: &str) -> ScenePage {
+        ScenePage::of(TestFolder::scene(scene), &["open", "scene.toml", "--no-browser"])
     }
     /// Starts the program in a folder, and shows the scene that it opens.
-    pub fn of(place: Place, args: &[&str]) -> Shown {
-        let served = Served::new(place.path(), args);
-        let mut page = Page::open(&browser(), &served.url);
+    pub fn of(place: TestFolder, args: &[&str]) -> ScenePage {
+        let served = PageServer::new(place.path(), args);
+        let mut page = BrowserPage::open(&browser(), &served.url);
         page.until("document.readyState === 'complete' && (document.getElementById('name')?.textContent ?? '') !== ''");
-        Shown { page, served, place }
+        ScenePage { page, served, place }
     }
     /// Returns the value of a JavaScript expression, which can use the modules `net`, `store`, `objects`, `view` and
     /// `three`, and `of(alias)`, which returns an object of the scene.
     pub fn ask(&mut self, expression: &str) -> Value {
         self.page.js(&asking(expression))
     }
-    /// Waits until an expression, as in [`Shown::ask`], is true. The camera is at x = 3 before it is moved to the
+    /// Waits until an expression, as in [`ScenePage::ask`], is true. The camera is at x = 3 before it is moved to the
     /// scene, so tests wait for another x before they compute positions on the screen.
     pub fn until(&mut self, expression: &str) {
         self.page.until(&asking(expression));

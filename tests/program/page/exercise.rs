@@ -4,7 +4,7 @@ use std::process::Command;
 
 use serde_json::Value;
 
-use super::drive::Shown;
+use super::drive::ScenePage;
 use crate::kit::*;
 
 /// A scene with a robot, which is a box on rails with a script for the student, and a flag.
@@ -17,14 +17,14 @@ const SOLUTION: &str = "function sysCall_actuation()\\n local t = sim.getSimulat
     sim.setObjectPosition(sim.getObject('..'), -1, {math.min(t, 1), 0, 0.1})\\nend\\n";
 
 /// A JavaScript expression for the contents of the last zip file that the page saved, as a map of names to texts.
-const PACKED: &str = "import('tatu/zip').then(async (z) => { const out = {}; for (const f of await z.unzip(await \
+const ZIP_CONTENTS_JS: &str = "import('tatu/zip').then(async (z) => { const out = {}; for (const f of await z.unzip(await \
     window.saved.at(-1).arrayBuffer())) out[f.name] = new TextDecoder().decode(f.bytes); return out; })";
 
 #[test]
 #[cfg_attr(no_browser, ignore = "needs Chromium, and npm at the build")]
 fn a_teacher_writes_an_exercise_and_a_student_hands_it_in() {
     // The teacher enters the task and its goals in the page, and saves the scene.
-    let mut shown = Shown::new(SCENE);
+    let mut shown = ScenePage::new(SCENE);
     shown.until("of('Robot') && view.camera.position.x !== 3");
     shown.page.click_on("#exercise");
     shown.page.until("document.querySelectorAll('dialog textarea').length === 2");
@@ -39,7 +39,7 @@ fn a_teacher_writes_an_exercise_and_a_student_hands_it_in() {
     shown.ask("import('tatu/edits').then((e) => e.edit('Move', [['tatu.set', of('Flag').id, 'object.position', [0.9, 0, 0.1]]]))");
     shown.page.click_on("#save");
     shown.page.until("document.getElementById('unsaved').hidden");
-    let place = Place::new();
+    let place = TestFolder::new();
     for file in ["scene.toml", "scene_files/Exercise.lua"] {
         let to = place.path().join(file);
         std::fs::create_dir_all(to.parent().unwrap()).unwrap();
@@ -48,8 +48,8 @@ fn a_teacher_writes_an_exercise_and_a_student_hands_it_in() {
     shown.end();
 
     // The student can change only scripts.
-    let mut shown = Shown::of(place, &["open", "scene.toml", "--no-browser"]);
-    shown.page.js(super::panes::SAVES);
+    let mut shown = ScenePage::of(place, &["open", "scene.toml", "--no-browser"]);
+    shown.page.js(super::panes::CAPTURE_DOWNLOADS_JS);
     shown.page.until("document.querySelectorAll('.goals li').length === 3");
     shown.page.until("document.body.classList.contains('limited')");
     let refused = shown.ask(
@@ -79,7 +79,7 @@ fn a_teacher_writes_an_exercise_and_a_student_hands_it_in() {
     shown.page.until("document.getElementById('stop').classList.contains('on')");
     shown.page.js(hand_in);
     shown.page.until("window.saved.length === 1");
-    let files: Value = shown.page.js(PACKED);
+    let files: Value = shown.page.js(ZIP_CONTENTS_JS);
     let names: Vec<&String> = files.as_object().unwrap().keys().collect();
     assert_eq!(names, ["exercise.json", "film.html", "scripts/Robot.lua"]);
     let told: Value = serde_json::from_str(files["exercise.json"].as_str().unwrap()).unwrap();
@@ -120,7 +120,7 @@ fn a_goal_that_cannot_be_read_is_named() {
         ("/Robot object.position.z > 0.05 for 0.1 s", "reached at"),
         ("never /Robot within 5 m of /Flag", "failed at 0.05 s"),
     ] {
-        let place = Place::scene(&format!(
+        let place = TestFolder::scene(&format!(
             "{SCENE}[[object]]\nkind = \"dummy\"\nalias = \"Exercise\"\ndata = {{ \"exercise.goals\" = \"{goal}\" }}\n\
              script = \"exercise.lua\"\n"
         ));

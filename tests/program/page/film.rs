@@ -6,7 +6,7 @@ use serde_json::Value;
 
 use super::program::ROBOT;
 use crate::{
-    kit::browser::{Page, browser},
+    kit::browser::{BrowserPage, browser},
     kit::*,
 };
 
@@ -27,7 +27,7 @@ fn a_film_shows_any_time_of_a_run() {
     // Recording a film does not change the run.
     assert_eq!(run(&["--html", &film]), run(&["--trace", &trace, "--watch", "/Pioneer_p3dx"]));
     assert!(std::fs::metadata(&film).unwrap().len() < 5 << 20);
-    let mut page = Page::open(&browser, &format!("file://{film}#3"));
+    let mut page = BrowserPage::open(&browser, &format!("file://{film}#3"));
     page.until("(document.getElementById('time')?.textContent ?? '').startsWith('3.00 of 20')");
     let lines: Vec<Value> = std::fs::read_to_string(&trace)
         .unwrap()
@@ -56,14 +56,14 @@ fn a_film_shows_any_time_of_a_run() {
 #[test]
 #[cfg_attr(no_browser, ignore = "needs Chromium, and npm at the build")]
 fn a_film_shows_colors_as_they_were_at_its_time() {
-    let place = Place::scene(
+    let place = TestFolder::scene(
         "[[object]]\nkind = \"shape\"\nalias = \"lamp\"\ncolor = [0.0, 0.0, 1.0]\nscript = { text = \"\"\"\n\
          function sysCall_actuation()\n if sim.getSimulationTime() > 1 then\n\
          sim.setShapeColor(sim.getObject('..'), nil, sim.colorcomponent_ambient_diffuse, {1, 0, 0})\n end\nend\"\"\" }\n",
     );
     let args = ["run", "scene.toml", "--seconds", "2", "--html", "film.html"];
     succeed(Command::new(env!("CARGO_BIN_EXE_tatu")).current_dir(place.path()).args(args));
-    let mut page = Page::open(&browser(), &format!("file://{}#0.5", place.path().join("film.html").display()));
+    let mut page = BrowserPage::open(&browser(), &format!("file://{}#0.5", place.path().join("film.html").display()));
     page.until("(document.getElementById('time')?.textContent ?? '').startsWith('0.50 of 2')");
     for (time, color) in [(0.5, "0000ff"), (1.5, "ff0000"), (0.2, "0000ff"), (1.9, "ff0000")] {
         page.js(&format!(

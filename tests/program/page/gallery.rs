@@ -3,25 +3,25 @@
 use serde_json::{Value, json};
 use tungstenite::Message;
 
-use super::program::{Served, next};
+use super::program::{PageServer, next};
 use crate::kit::{
-    browser::{Page, browser},
+    browser::{BrowserPage, browser},
     *,
 };
 
 /// The path of a scene that comes with the program, relative to the repository.
-const OWN_OF_PROGRAM: &str = "scenes/first/pioneer_avoids_walls.toml";
+const BUILT_IN_SCENE: &str = "scenes/first/pioneer_avoids_walls.toml";
 
 /// Creates a folder with a scene of the user. The program stores its state in the subfolder `state`.
-fn place() -> Place {
-    let place = Place::new();
+fn place() -> TestFolder {
+    let place = TestFolder::new();
     place.write("project/scenes/mine.toml", "# A ball.\n# Try: nothing.\nformat = 1\n");
     place.write("project/elsewhere/other.toml", "format = 1\n");
     place
 }
 
-fn served(place: &Place) -> Served {
-    Served::with_state(&place.path().join("project"), &["open", "--no-browser"], &place.path().join("state"))
+fn served(place: &TestFolder) -> PageServer {
+    PageServer::with_state(&place.path().join("project"), &["open", "--no-browser"], &place.path().join("state"))
 }
 
 #[test]
@@ -43,7 +43,7 @@ fn scenes_of_the_program_open_from_any_folder() {
     );
     assert!(files[1..].iter().all(|f| f["in"] == "program"), "{list}");
     let of = |end: &str| files.iter().find(|f| f["file"].as_str().unwrap().ends_with(end));
-    let card = of(OWN_OF_PROGRAM).unwrap();
+    let card = of(BUILT_IN_SCENE).unwrap();
     assert!(card["try"].as_str().unwrap().starts_with("press Play") && card["picture"].is_string(), "{card}");
     assert!(of("models/manta/demo.toml").is_some() && of("model.toml").is_none());
     // Other scenes outside of the run's folders are not opened.
@@ -67,7 +67,7 @@ fn scenes_of_the_program_open_from_any_folder() {
     // A recent scene can be opened from any folder.
     drop(served);
     place.write("apart/.keep", "");
-    let served = Served::with_state(
+    let served = PageServer::with_state(
         &place.path().join("apart"),
         &["open", "../project/elsewhere/other.toml", "--no-browser"],
         &place.path().join("state"),
@@ -89,7 +89,7 @@ fn scenes_of_the_program_open_from_any_folder() {
 fn a_scene_is_found_opened_and_pictured() {
     let place = place();
     let served = served(&place);
-    let mut page = Page::open(&browser(), &served.url);
+    let mut page = BrowserPage::open(&browser(), &served.url);
     let shown = "[...document.querySelectorAll('#files .scene')].filter((b) => b.offsetParent)";
     page.until(&format!("document.getElementById('dialog')?.open && {shown}.length > 15"));
     let headings = "[...document.querySelectorAll('#files h3')].map((h) => h.textContent)";
@@ -113,7 +113,7 @@ fn a_scene_is_found_opened_and_pictured() {
     let mut socket = served.socket();
     socket.send(Message::text(json!({ "type": "files" }).to_string())).unwrap();
     let card = next(&mut socket, "files")["files"][0].clone();
-    let beside = std::fs::read(root().join(OWN_OF_PROGRAM).with_extension("png")).unwrap();
+    let beside = std::fs::read(root().join(BUILT_IN_SCENE).with_extension("png")).unwrap();
     use base64::{Engine, engine::general_purpose::STANDARD};
     let picture = STANDARD.decode(card["picture"].as_str().unwrap()).unwrap();
     assert_ne!(picture, beside);

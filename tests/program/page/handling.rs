@@ -1,20 +1,20 @@
 //! Tests of moving objects by the mouse and keys, in a browser.
 
-use super::drive::Shown;
+use super::drive::ScenePage;
 
 const FLOOR: &str = "[[object]]\nkind = \"shape\"\nalias = \"floor\"\nprimitive = \"plane\"\nrespondable = true\n";
 const BLOCK: &str = "[[object]]\nkind = \"shape\"\nalias = \"block\"\nsize_m = [0.4, 0.4, 0.4]\n\
                      position_m = [0.0, 0.0, 0.2]\n";
 
 /// A JavaScript expression for the length of an arrow of the gizmo in the frame of an object, m.
-const ARROW: &str = "(() => { const c = view.camera; \
+const ARROW_LENGTH_JS: &str = "(() => { const c = view.camera; \
      const far = objects.groups.get(of('block').id).getWorldPosition(new three.Vector3()).distanceTo(c.position); \
      return far * Math.min(1.9 * Math.tan(Math.PI * c.fov / 360), 7) / 4; })()";
 
 #[test]
 #[cfg_attr(no_browser, ignore = "needs Chromium, and npm at the build")]
 fn a_drag_moves_the_selected_object_to_its_very_end() {
-    let mut shown = Shown::new(&format!("{FLOOR}{BLOCK}"));
+    let mut shown = ScenePage::new(&format!("{FLOOR}{BLOCK}"));
     shown.until("of('block') && view.camera.position.x !== 3");
     let at = shown.pixel("block", [0.0, 0.0, 0.2]);
     shown.page.click_at(at, 1);
@@ -24,7 +24,7 @@ fn a_drag_moves_the_selected_object_to_its_very_end() {
     shown.page.click_on("#move");
     shown.until(&format!("view.drawn > {drawn}"));
     assert_eq!(shown.ask("document.getElementById('move').getAttribute('aria-pressed')"), "true");
-    let arrow = 0.4 * shown.ask(ARROW).as_f64().unwrap();
+    let arrow = 0.4 * shown.ask(ARROW_LENGTH_JS).as_f64().unwrap();
     let (from, to) = (shown.pixel("block", [arrow, 0.0, 0.0]), shown.pixel("block", [arrow + 0.6, 0.0, 0.0]));
     // The arrow can be dragged only after it has been highlighted under the pointer.
     let drawn = shown.ask("view.drawn");
@@ -45,7 +45,7 @@ fn a_drag_moves_the_selected_object_to_its_very_end() {
 #[cfg_attr(no_browser, ignore = "needs Chromium, and npm at the build")]
 fn shift_and_a_drag_push_a_body_while_it_runs() {
     let mut shown =
-        Shown::new(&format!("{FLOOR}{BLOCK}dynamic = true\nrespondable = true\nmass_kg = 2.0\nfriction = 0.1\n"));
+        ScenePage::new(&format!("{FLOOR}{BLOCK}dynamic = true\nrespondable = true\nmass_kg = 2.0\nfriction = 0.1\n"));
     shown.until("of('block') && view.camera.position.x !== 3");
     shown.page.click_on("#play");
     shown.page.until("document.getElementById('play').classList.contains('on')");
@@ -65,7 +65,7 @@ fn keys_of_the_view_reach_scripts_and_drive_the_selected_robot() {
                  local kind, data = sim.getSimulatorMessage()\n\
                  while kind ~= -1 do\n if kind == sim.message_keypress then print('key ' .. data[1]) end\n\
                  kind, data = sim.getSimulatorMessage()\n end\nend\"\"\" }\n";
-    let mut shown = Shown::new(&format!("{FLOOR}{robot}"));
+    let mut shown = ScenePage::new(&format!("{FLOOR}{robot}"));
     shown.until("of('Pioneer_p3dx') && view.camera.position.x !== 3");
     shown.page.click_on("#play");
     shown.page.until("document.getElementById('play').classList.contains('on')");

@@ -3,7 +3,7 @@
 use serde_json::json;
 
 use super::{
-    drive::Shown,
+    drive::ScenePage,
     program::{call, next},
 };
 use crate::kit::*;
@@ -26,7 +26,7 @@ fn readings_are_drawn_in_layers_until_a_stop() {
     let wall =
         "[[object]]\nkind = \"shape\"\nalias = \"wall\"\nsize_m = [4.0, 4.0, 0.1]\nposition_m = [0.0, 0.0, 1.0]\n";
     let laser = "rays = 5\nlayers = 2\nvertical_field_deg = 20.0\nrange_m = 3.0\nstart_angle_deg = -30.0\nend_angle_deg = 30.0\n";
-    let mut shown = Shown::new(&format!(
+    let mut shown = ScenePage::new(&format!(
         "{wall}{}{}{}",
         sensor("eye", "proximity", "range_m = 2.0\nvolume = \"cone\"\nangle_deg = 20.0\n"),
         sensor("fan", "laser", laser),
@@ -62,7 +62,7 @@ fn readings_are_drawn_in_layers_until_a_stop() {
 #[test]
 #[cfg_attr(no_browser, ignore = "needs Chromium, and npm at the build")]
 fn drawings_of_scripts_appear() {
-    let mut shown = Shown::new(
+    let mut shown = ScenePage::new(
         "[[object]]\nkind = \"dummy\"\nalias = \"pen\"\nscript = { text = \"\"\"\nfunction sysCall_init()\n\
          local d = sim.addDrawingObject(sim.drawing_lines, 2, 0, -1, 10, {0, 1, 0})\n\
          sim.addDrawingObjectItem(d, {0, 0, 0, 1, 0, 1})\nend\"\"\" }\n",
@@ -83,11 +83,11 @@ const TREE: &str = "[[object]]\nkind = \"dummy\"\nalias = \"base\"\n[[object]]\n
 #[test]
 #[cfg_attr(no_browser, ignore = "needs Chromium, and npm at the build")]
 fn the_tree_selects_closes_finds_and_follows_changes() {
-    let mut shown = Shown::new(TREE);
+    let mut shown = ScenePage::new(TREE);
     let text = "[...document.querySelectorAll('#tree .item')].map((e) => e.lastChild.textContent).join()";
     shown.until(&format!("{text} === 'base,block,tip'"));
     let row =
-        |shown: &mut Shown, alias: &str| format!("#tree [data-id=\"{}\"]", shown.ask(&format!("of('{alias}').id")));
+        |shown: &mut ScenePage, alias: &str| format!("#tree [data-id=\"{}\"]", shown.ask(&format!("of('{alias}').id")));
     let block = row(&mut shown, "block");
     shown.page.click_on(&block);
     shown.until("store.selected() === of('block').id");
@@ -115,8 +115,8 @@ fn the_tree_selects_closes_finds_and_follows_changes() {
 
 #[test]
 #[cfg_attr(no_browser, ignore = "needs Chromium, and npm at the build")]
-fn fields_of_the_details_change_what_is_seen() {
-    let mut shown = Shown::new(TREE);
+fn fields_of_the_details_change_the_view() {
+    let mut shown = ScenePage::new(TREE);
     shown.until("of('block') && view.camera.position.x !== 3");
     shown.ask("store.select(of('block').id)");
     let field = |key: &str| format!("#rows [data-key='{key}'] input");
@@ -144,7 +144,7 @@ fn fields_of_the_details_change_what_is_seen() {
 #[test]
 #[cfg_attr(no_browser, ignore = "needs Chromium, and npm at the build")]
 fn images_are_drawn_on_surfaces() {
-    let place = Place::scene(
+    let place = TestFolder::scene(
         "[[object]]\nkind = \"shape\"\nalias = \"wall\"\nsize_m = [2, 2, 0.1]\ncolor = [1, 1, 1]\n\
          texture = { image = \"square.png\", size_m = [4, 4], smooth = false }\n",
     );
@@ -153,7 +153,7 @@ fn images_are_drawn_on_surfaces() {
     encoder.set_color(png::ColorType::Rgb);
     encoder.write_header().unwrap().write_image_data(&[255, 0, 0]).unwrap();
     std::fs::write(place.path().join("square.png"), image).unwrap();
-    let mut shown = Shown::of(place, &["open", "scene.toml", "--no-browser"]);
+    let mut shown = ScenePage::of(place, &["open", "scene.toml", "--no-browser"]);
     // The wall is red in the middle of the view.
     shown.until(
         "(() => { const map = objects.groups.get(of('wall').id)?.userData.bodies[0].material.map; \

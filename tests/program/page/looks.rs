@@ -2,9 +2,9 @@
 
 use base64::{Engine as _, engine::general_purpose::STANDARD};
 
-use super::{pictures::Rgb, program::Served};
+use super::{pictures::RgbImage, program::PageServer};
 use crate::{
-    kit::browser::{Page, browser},
+    kit::browser::{BrowserPage, browser},
     kit::*,
 };
 
@@ -38,9 +38,9 @@ fn lab(pixel: [u8; 3]) -> [f64; 3] {
 }
 
 /// Returns two pictures of a scene, one by the page and one by `tatu look`.
-fn both(scene: &str, size: [u32; 2]) -> [Rgb; 2] {
-    let served = Served::new(root(), &["open", scene, "--no-browser"]);
-    let mut page = Page::open(&browser(), &served.url);
+fn both(scene: &str, size: [u32; 2]) -> [RgbImage; 2] {
+    let served = PageServer::new(root(), &["open", scene, "--no-browser"]);
+    let mut page = BrowserPage::open(&browser(), &served.url);
     page.until("document.readyState === 'complete' && (document.getElementById('name')?.textContent ?? '') !== ''");
     let [columns, rows] = size;
     // Drawings of sensors are hidden, and the size of the image does not depend on the window.
@@ -54,7 +54,7 @@ fn both(scene: &str, size: [u32; 2]) -> [Rgb; 2] {
          return [v.camera.position.toArray(), v.controls.target.toArray(), v.camera.fov, \
          v.renderer.domElement.toDataURL('image/png').split(',')[1]]; }})()"
     ));
-    let place = Place::new();
+    let place = TestFolder::new();
     let numbers = |i: usize| {
         let all: Vec<String> = shown[i].as_array().unwrap().iter().map(|x| x.as_f64().unwrap().to_string()).collect();
         all.join(",")
@@ -72,13 +72,13 @@ fn both(scene: &str, size: [u32; 2]) -> [Rgb; 2] {
     let mut look = std::process::Command::new(env!("CARGO_BIN_EXE_tatu"));
     succeed(look.current_dir(root()).args(["look", scene]).args(args));
     let png = STANDARD.decode(shown[3].as_str().unwrap()).unwrap();
-    [Rgb::read(&png), Rgb::read(&std::fs::read(out).unwrap())]
+    [RgbImage::read(&png), RgbImage::read(&std::fs::read(out).unwrap())]
 }
 
 /// Returns the median and the 90th percentile of the colour differences (CIE76) of the pixels.
-fn difference([page, look]: &[Rgb; 2]) -> [f64; 2] {
+fn difference([page, look]: &[RgbImage; 2]) -> [f64; 2] {
     assert_eq!((page.columns, page.rows), (look.columns, look.rows));
-    let pixels = |p: &Rgb| p.bytes.chunks_exact(3).map(|p| [p[0], p[1], p[2]]).collect::<Vec<_>>();
+    let pixels = |p: &RgbImage| p.bytes.chunks_exact(3).map(|p| [p[0], p[1], p[2]]).collect::<Vec<_>>();
     let mut all: Vec<f64> = pixels(page)
         .into_iter()
         .zip(pixels(look))
@@ -115,6 +115,6 @@ fn sheet_for_the_guide() {
             }
         }
     }
-    let sheet = Rgb { columns: across * columns, rows: down * rows, bytes: sheet };
+    let sheet = RgbImage { columns: across * columns, rows: down * rows, bytes: sheet };
     std::fs::write(root().join("docs/images/page_looks.png"), sheet.png()).unwrap();
 }

@@ -5,7 +5,7 @@ use std::time::Duration;
 use serde_json::{Value, json};
 use tungstenite::Message;
 
-use super::program::{ROBOT, Served, Socket, call, next, say};
+use super::program::{PageServer, PageSocket, ROBOT, call, next, send_message};
 use crate::{kit::browser::wait_for, kit::*};
 
 #[test]
@@ -16,8 +16,8 @@ fn short_readings_of_any_sensor_are_listed_with_its_properties() {
     let battery = sensor("battery", "idle_current_a = 1.5");
     let spots = sensor("floor", "count = 17");
     let place =
-        Place::scene(&format!("{battery}{}{spots}", sensor("compass", "strength_t = 0.5\ninclination_deg = 0.0")));
-    let served = Served::new(place.path(), &["open", "scene.toml", "--no-browser"]);
+        TestFolder::scene(&format!("{battery}{}{spots}", sensor("compass", "strength_t = 0.5\ninclination_deg = 0.0")));
+    let served = PageServer::new(place.path(), &["open", "scene.toml", "--no-browser"]);
     let mut socket = served.socket();
     let objects = next(&mut socket, "scene")["objects"].clone();
     let handle = |alias: &str| objects.as_array().unwrap().iter().find(|o| o["alias"] == alias).unwrap()["id"].clone();
@@ -40,7 +40,7 @@ fn short_readings_of_any_sensor_are_listed_with_its_properties() {
 
 #[test]
 fn a_scene_is_opened_started_changed_and_reset() {
-    let served = Served::new(root(), &["open", "--no-browser"]);
+    let served = PageServer::new(root(), &["open", "--no-browser"]);
     let mut socket = served.socket();
     assert_eq!(next(&mut socket, "scene")["objects"], json!([]));
     let gone = call(&mut socket, "tatu.open", json!(["scenes/nothing.toml"]));
@@ -57,7 +57,7 @@ fn a_scene_is_opened_started_changed_and_reset() {
     let broken = call(&mut socket, "tatu.setScript", json!([script, "x = = 1"]));
     assert!(broken["error"].as_str().unwrap().contains("cannot be loaded"), "{broken}");
     assert_eq!(call(&mut socket, "tatu.getScript", json!([script]))["results"][0], text);
-    let place = |socket: &mut Socket| {
+    let place = |socket: &mut PageSocket| {
         call(socket, "tatu.get", json!([id, "object.position"]))["results"][0][0].as_f64().unwrap()
     };
     socket.send(Message::text(json!({ "type": "speed", "speed": 10 }).to_string())).unwrap();
@@ -73,8 +73,8 @@ fn a_stop_in_the_page_ends_a_script_that_does_not_return() {
     for body in ["while true do end", "while true do sim.getSimulationTime() end"] {
         let script = format!("function sysCall_actuation() io.open('spins', 'w'):close() {body} end");
         let scene = format!("budget = {{ instructions = 1000000000000 }}\n{}", watcher("d", &script));
-        let place = Place::scene(&scene);
-        let served = Served::new(place.path(), &["open", "scene.toml", "--no-browser", "--watchdog", "250"]);
+        let place = TestFolder::scene(&scene);
+        let served = PageServer::new(place.path(), &["open", "scene.toml", "--no-browser", "--watchdog", "250"]);
         let mut socket = served.socket();
         next(&mut socket, "scene");
         let mut run = |what: &str| {
@@ -90,8 +90,8 @@ fn a_stop_in_the_page_ends_a_script_that_does_not_return() {
 }
 
 #[test]
-fn wrong_requests_are_refused_with_the_field_and_what_was_expected() {
-    let served = Served::new(root(), &["open", ROBOT, "--no-browser"]);
+fn wrong_requests_are_refused_with_the_field_and_the_expected_value() {
+    let served = PageServer::new(root(), &["open", ROBOT, "--no-browser"]);
     let mut socket = served.socket();
     for (request, parts) in [
         (json!({ "type": "fly" }), &["unknown variant `fly`", "`run`"][..]),
@@ -101,7 +101,7 @@ fn wrong_requests_are_refused_with_the_field_and_what_was_expected() {
         (json!({ "type": "call", "id": 3, "name": "tatu.get" }), &["missing field `args`"]),
         (json!({ "do": "start" }), &["lacks the key `type`"]),
     ] {
-        say(&mut socket, request.clone());
+        send_message(&mut socket, request.clone());
         let error = next(&mut socket, "error");
         let text = error["error"].as_str().unwrap();
         assert!(parts.iter().all(|p| text.contains(p)), "{request}: {text}");
@@ -112,11 +112,11 @@ fn wrong_requests_are_refused_with_the_field_and_what_was_expected() {
 /// Objects that commands have changed are sent to all clients. New clients get the current scene.
 #[test]
 fn objects_that_change_are_sent_alone() {
-    let place = Place::scene(
+    let place = TestFolder::scene(
         "[[object]]\nkind = \"dummy\"\nalias = \"base\"\n[[object]]\nkind = \"shape\"\nalias = \"block\"\n\
          script = { text = \"x = 1\" }\n",
     );
-    let served = Served::new(place.path(), &["open", "scene.toml", "--no-browser"]);
+    let served = PageServer::new(place.path(), &["open", "scene.toml", "--no-browser"]);
     let (mut acting, mut other) = (served.socket(), served.socket());
     let objects = next(&mut acting, "scene")["objects"].clone();
     next(&mut other, "scene");

@@ -2,7 +2,7 @@
 //!
 //! - `program`: the program with its page; `drive`: helpers for tests in a browser;
 //! - `access`, `messages`, `repeat`: clients without a browser;
-//! - `student`, `handling`, `looking`, `scripting`, `opening`, `film`, `building`, `keeping`, `moving`, `details`,
+//! - `student`, `handling`, `looking`, `scripting`, `opening`, `film`, `building`, `saving`, `moving`, `details`,
 //!   `overlays`, `looks`, `panes`, `exercise`, `accessible`: in a browser; `pictures`: for the guide;
 //! - `gallery`, `reconnect`: with and without a browser.
 
@@ -15,7 +15,6 @@ mod exercise;
 mod film;
 mod gallery;
 mod handling;
-mod keeping;
 mod looking;
 mod looks;
 mod messages;
@@ -27,5 +26,6 @@ mod pictures;
 mod program;
 mod reconnect;
 mod repeat;
+mod saving;
 mod scripting;
 mod student;

@@ -1,6 +1,6 @@
 //! Tests of moving and turning objects by the mouse, by keys and by typed numbers, in a browser.
 
-use super::drive::Shown;
+use super::drive::ScenePage;
 
 const FLOOR: &str = "[[object]]\nkind = \"shape\"\nalias = \"floor\"\nprimitive = \"plane\"\nrespondable = true\n";
 const BLOCK: &str = "[[object]]\nkind = \"shape\"\nalias = \"block\"\nsize_m = [0.4, 0.4, 0.4]\n\
@@ -11,14 +11,14 @@ const CHILD: &str = "[[object]]\nkind = \"dummy\"\nalias = \"base\"\nposition_m 
                      parent = \"base\"\nsize_m = [0.2, 0.2, 0.2]\nposition_m = [0.0, 0.5, 0.1]\n";
 
 /// A JavaScript expression for half the length of an arrow of the gizmo in the frame of an object, m.
-const ARROW: &str = "(() => { const c = view.camera; \
+const ARROW_LENGTH_JS: &str = "(() => { const c = view.camera; \
      const far = objects.groups.get(of('block').id).getWorldPosition(new three.Vector3()).distanceTo(c.position); \
      return 0.1 * far * Math.min(1.9 * Math.tan(Math.PI * c.fov / 360), 7); })()";
 
-impl Shown {
+impl ScenePage {
     /// Shows a scene, selects an object, and puts the focus into the view.
-    fn selecting(scene: &str, alias: &str) -> Shown {
-        let mut shown = Shown::new(scene);
+    fn selecting(scene: &str, alias: &str) -> ScenePage {
+        let mut shown = ScenePage::new(scene);
         shown.until(&format!("of({alias:?}) && view.camera.position.x !== 3"));
         shown.ask(&format!("store.select(of({alias:?}).id)"));
         shown.page.js("document.getElementById('view').focus()");
@@ -47,7 +47,7 @@ impl Shown {
 #[test]
 #[cfg_attr(no_browser, ignore = "needs Chromium, and npm at the build")]
 fn typed_numbers_are_positions_and_degrees_in_the_chosen_frame() {
-    let mut shown = Shown::selecting(&format!("{FLOOR}{CHILD}"), "block");
+    let mut shown = ScenePage::selecting(&format!("{FLOOR}{CHILD}"), "block");
     shown.page.key("g", 71);
     // The y axis of the parent points along the world's -x axis, so the block is at (0.5, 0, 0.1) in the world.
     shown.page.until("document.querySelector('.typed input')?.value === '0.5'");
@@ -76,7 +76,7 @@ fn typed_numbers_are_positions_and_degrees_in_the_chosen_frame() {
 #[test]
 #[cfg_attr(no_browser, ignore = "needs Chromium, and npm at the build")]
 fn keys_move_and_turn_by_steps_that_are_undone_one_by_one() {
-    let mut shown = Shown::selecting(&format!("{FLOOR}{BLOCK}"), "block");
+    let mut shown = ScenePage::selecting(&format!("{FLOOR}{BLOCK}"), "block");
     shown.page.key("g", 71);
     shown.page.until("document.getElementById('move').getAttribute('aria-pressed') === 'true'");
     // Initially, the camera looks along +y and slightly along -x, so +x is to the right and +y is up on the screen.
@@ -116,13 +116,13 @@ fn keys_move_and_turn_by_steps_that_are_undone_one_by_one() {
 #[cfg_attr(no_browser, ignore = "needs Chromium, and npm at the build")]
 fn a_drag_on_a_grid_ends_on_it_and_is_one_edit() {
     let mut shown =
-        Shown::selecting(&format!("{FLOOR}{}", BLOCK.replace("[0.0, 0.0, 0.2]", "[0.03, 0.0, 0.2]")), "block");
+        ScenePage::selecting(&format!("{FLOOR}{}", BLOCK.replace("[0.0, 0.0, 0.2]", "[0.03, 0.0, 0.2]")), "block");
     shown.page.js("(() => { const s = document.getElementById('snap-length'); s.value = '0.25'; \
          s.dispatchEvent(new Event('change')); })()");
     let drawn = shown.ask("view.drawn");
     shown.page.click_on("#move");
     shown.until(&format!("view.drawn > {drawn}"));
-    let arrow = shown.ask(ARROW).as_f64().unwrap();
+    let arrow = shown.ask(ARROW_LENGTH_JS).as_f64().unwrap();
     let (from, to) = (shown.pixel("block", [arrow, 0.0, 0.0]), shown.pixel("block", [arrow + 0.5, 0.0, 0.0]));
     let drawn = shown.ask("view.drawn");
     shown.page.mouse("mouseMoved", from, 0, false);
@@ -139,7 +139,7 @@ fn a_drag_on_a_grid_ends_on_it_and_is_one_edit() {
 #[test]
 #[cfg_attr(no_browser, ignore = "needs Chromium, and npm at the build")]
 fn a_push_moves_a_robot_and_does_not_tip_it() {
-    let mut shown = Shown::selecting(&format!("{FLOOR}[[model]]\nmodel = \"pioneer_p3dx\"\n"), "Pioneer_p3dx");
+    let mut shown = ScenePage::selecting(&format!("{FLOOR}[[model]]\nmodel = \"pioneer_p3dx\"\n"), "Pioneer_p3dx");
     shown.page.click_on("#play");
     shown.page.until("document.getElementById('play').classList.contains('on')");
     // The page measures the tilt in each frame, and stores its maximum.

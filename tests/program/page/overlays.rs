@@ -2,7 +2,7 @@
 
 use serde_json::json;
 
-use super::drive::Shown;
+use super::drive::ScenePage;
 
 /// A scene with a resting block of 2 kg and a ball that flies away.
 const SCENE: &str = "[[object]]\nkind = \"shape\"\nalias = \"floor\"\nprimitive = \"plane\"\nrespondable = true\n\
@@ -22,7 +22,7 @@ fn lines(color: &str) -> String {
 }
 
 /// Toggles an overlay by its position in the menu.
-fn switch(shown: &mut Shown, index: usize) {
+fn switch(shown: &mut ScenePage, index: usize) {
     shown.page.click_on("#overlays");
     shown.page.js(&format!("document.querySelectorAll('#overlay-menu input')[{index}].click()"));
     shown.page.click_on("#overlays");
@@ -31,7 +31,7 @@ fn switch(shown: &mut Shown, index: usize) {
 #[test]
 #[cfg_attr(no_browser, ignore = "needs Chromium, and npm at the build")]
 fn overlays_show_forces_masses_and_velocities() {
-    let mut shown = Shown::new(SCENE);
+    let mut shown = ScenePage::new(SCENE);
     shown.until("of('block') && view.camera.position.x !== 3");
     switch(&mut shown, 0);
     switch(&mut shown, 4);
@@ -56,7 +56,7 @@ const MECHANISM: &str = "[[object]]\nkind = \"shape\"\nalias = \"bar\"\nsize_m =
 #[test]
 #[cfg_attr(no_browser, ignore = "needs Chromium, and npm at the build")]
 fn overlays_show_inertia_collision_shapes_and_limits() {
-    let mut shown = Shown::new(MECHANISM);
+    let mut shown = ScenePage::new(MECHANISM);
     shown.until("of('bar') && view.camera.position.x !== 3");
     // The indices of these overlays in the menu: boxes of equal inertia, colliding shapes, and axes.
     for index in [2, 3, 5] {
@@ -84,8 +84,8 @@ fn overlays_show_inertia_collision_shapes_and_limits() {
 
 #[test]
 #[cfg_attr(no_browser, ignore = "needs Chromium, and npm at the build")]
-fn a_body_that_flies_apart_is_told_of_once() {
-    let mut shown = Shown::new(SCENE);
+fn a_body_that_flies_away_is_listed_once() {
+    let mut shown = ScenePage::new(SCENE);
     shown.until("of('block') && view.camera.position.x !== 3");
     shown.page.click_on("#play");
     let told =
@@ -101,8 +101,8 @@ fn a_body_that_flies_apart_is_told_of_once() {
 
 #[test]
 #[cfg_attr(no_browser, ignore = "needs Chromium, and npm at the build")]
-fn the_camera_turns_with_whom_it_follows() {
-    let mut shown = Shown::new(SCENE);
+fn the_camera_turns_with_the_object_it_follows() {
+    let mut shown = ScenePage::new(SCENE);
     shown.until("of('block') && view.camera.position.x !== 3");
     shown.ask("store.select(of('block').id)");
     shown.page.click_on("#follow");

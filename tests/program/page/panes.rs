@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-use super::drive::Shown;
+use super::drive::ScenePage;
 
 /// A scene with a cart that slides along x at 0.5 m/s, an inertial unit, a camera that looks down, a vision sensor, and
 /// a sonar.
@@ -18,14 +18,14 @@ const SCENE: &str = "[[object]]\nkind = \"shape\"\nalias = \"floor\"\nprimitive 
     [[object]]\nkind = \"sensor\"\nalias = \"sees\"\nsensor = \"depth_camera\"\nposition_m = [0.0, 0.0, 3.0]\n\
     orientation_deg = [180.0, 0.0, 0.0]\npreset = \"kinect_v1\"\n";
 
-fn shown() -> Shown {
-    let mut shown = Shown::new(SCENE);
+fn shown() -> ScenePage {
+    let mut shown = ScenePage::new(SCENE);
     shown.until("of('cart') && view.camera.position.x !== 3");
     shown
 }
 
 /// Opens a window from the menu.
-fn open(shown: &mut Shown, name: &str) {
+fn open(shown: &mut ScenePage, name: &str) {
     shown.page.click_on("#windows");
     let entry =
         format!("[...document.querySelectorAll('.menu button')].find((b) => b.textContent.startsWith({name:?}))");
@@ -34,14 +34,14 @@ fn open(shown: &mut Shown, name: &str) {
 }
 
 /// JavaScript that replaces downloads: the files are stored in `window.saved`.
-pub const SAVES: &str = "(() => { window.saved = []; const real = URL.createObjectURL; URL.createObjectURL = (b) => { \
+pub const CAPTURE_DOWNLOADS_JS: &str = "(() => { window.saved = []; const real = URL.createObjectURL; URL.createObjectURL = (b) => { \
     window.saved.push(b); return real(b); }; HTMLAnchorElement.prototype.click = () => {}; })()";
 
 #[test]
 #[cfg_attr(no_browser, ignore = "needs Chromium, and npm at the build")]
 fn a_click_plots_a_property_in_each_step() {
     let mut shown = shown();
-    shown.page.js(SAVES);
+    shown.page.js(CAPTURE_DOWNLOADS_JS);
     shown.ask("store.select(of('cart').id)");
     let chart = ".row[data-key='object.position'] .chart";
     shown.page.until(&format!("document.querySelector(\"{chart}\") !== null"));
@@ -90,7 +90,7 @@ fn a_click_plots_a_property_in_each_step() {
 
 #[test]
 #[cfg_attr(no_browser, ignore = "needs Chromium, and npm at the build")]
-fn cameras_show_what_they_see_in_windows_that_come_back() {
+fn camera_windows_show_images_and_reopen_after_a_reload() {
     let mut shown = shown();
     for name in ["above", "sees"] {
         open(&mut shown, name);

@@ -2,21 +2,21 @@
 
 use serde_json::json;
 
-use super::program::Served;
+use super::program::PageServer;
 use crate::{
-    kit::browser::{Page, browser},
+    kit::browser::{BrowserPage, browser},
     kit::*,
 };
 
 /// An RGB picture with 8 bits per channel.
-pub struct Rgb {
+pub struct RgbImage {
     pub columns: usize,
     pub rows: usize,
     pub bytes: Vec<u8>,
 }
 
-impl Rgb {
-    pub fn read(png: &[u8]) -> Rgb {
+impl RgbImage {
+    pub fn read(png: &[u8]) -> RgbImage {
         let mut reader = png::Decoder::new(png).read_info().unwrap();
         let mut bytes = vec![0; reader.output_buffer_size()];
         let info = reader.next_frame(&mut bytes).unwrap();
@@ -24,7 +24,7 @@ impl Rgb {
         if info.color_type == png::ColorType::Rgba {
             bytes = bytes.chunks_exact(4).flat_map(|p| [p[0], p[1], p[2]]).collect();
         }
-        Rgb { columns: info.width as usize, rows: info.height as usize, bytes }
+        RgbImage { columns: info.width as usize, rows: info.height as usize, bytes }
     }
     /// Encodes the picture as PNG. The lowest two bits of each colour are dropped to keep the file small.
     pub fn png(&self) -> Vec<u8> {
@@ -40,14 +40,14 @@ impl Rgb {
 }
 
 fn small(png: &[u8]) -> Vec<u8> {
-    Rgb::read(png).png()
+    RgbImage::read(png).png()
 }
 
 #[test]
 #[ignore = "makes the picture of the guide: docs/pictures.sh"]
 fn picture_for_the_guide() {
-    let served = Served::new(root(), &["open", "scenes/first/pioneer_looks_around.toml", "--no-browser"]);
-    let mut page = Page::open(&browser(), &format!("{}#select=eye&script&play", served.url));
+    let served = PageServer::new(root(), &["open", "scenes/first/pioneer_looks_around.toml", "--no-browser"]);
+    let mut page = BrowserPage::open(&browser(), &format!("{}#select=eye&script&play", served.url));
     page.until("(document.querySelector('.cm-content')?.textContent ?? '').includes('cruise')");
     std::fs::write(root().join("docs/images/page.png"), small(&page.picture([1180, 680]))).unwrap();
 }
@@ -55,8 +55,8 @@ fn picture_for_the_guide() {
 #[test]
 #[ignore = "makes the picture of the guide: docs/pictures.sh"]
 fn picture_of_windows() {
-    let served = Served::new(root(), &["open", "scenes/first/pioneer_looks_around.toml", "--no-browser"]);
-    let mut page = Page::open(&browser(), &format!("{}#select=Pioneer_p3dx", served.url));
+    let served = PageServer::new(root(), &["open", "scenes/first/pioneer_looks_around.toml", "--no-browser"]);
+    let mut page = BrowserPage::open(&browser(), &format!("{}#select=Pioneer_p3dx", served.url));
     page.send(
         "Emulation.setDeviceMetricsOverride",
         json!({ "width": 1366, "height": 690, "deviceScaleFactor": 1, "mobile": false }),
@@ -76,8 +76,8 @@ fn picture_of_windows() {
 #[test]
 #[ignore = "makes the picture of the guide: docs/pictures.sh"]
 fn picture_of_an_exercise() {
-    let served = Served::new(root(), &["open", "scenes/learn/exercise_reach_the_flag.toml", "--no-browser"]);
-    let mut page = Page::open(&browser(), &format!("{}#select=Pioneer_p3dx&script", served.url));
+    let served = PageServer::new(root(), &["open", "scenes/learn/exercise_reach_the_flag.toml", "--no-browser"]);
+    let mut page = BrowserPage::open(&browser(), &format!("{}#select=Pioneer_p3dx&script", served.url));
     page.until("document.querySelectorAll('.goals li').length === 3");
     page.until("(document.querySelector('.cm-content')?.textContent ?? '').includes('leftMotor')");
     std::fs::write(root().join("docs/images/exercise.png"), small(&page.picture([1280, 700]))).unwrap();
@@ -86,8 +86,8 @@ fn picture_of_an_exercise() {
 #[test]
 #[ignore = "makes the picture of the guide: docs/pictures.sh"]
 fn picture_of_a_window() {
-    let served = Served::new(root(), &["open", "plugins/commands/simui/demo.toml", "--no-browser"]);
-    let mut page = Page::open(&browser(), &format!("{}#select=Pioneer_p3dx&play", served.url));
+    let served = PageServer::new(root(), &["open", "plugins/commands/simui/demo.toml", "--no-browser"]);
+    let mut page = BrowserPage::open(&browser(), &format!("{}#select=Pioneer_p3dx&play", served.url));
     page.until("(document.getElementById('time')?.textContent ?? '').includes(':06.')");
     page.click("#pause");
     page.click("#fit");

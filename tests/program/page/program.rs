@@ -12,25 +12,25 @@ use serde_json::{Value, json};
 use tungstenite::{Message, WebSocket, stream::MaybeTlsStream};
 
 /// A client's WebSocket connection.
-pub type Socket = WebSocket<MaybeTlsStream<TcpStream>>;
+pub type PageSocket = WebSocket<MaybeTlsStream<TcpStream>>;
 
 /// The folder for the user's state, used in place of that of the user who runs the tests.
 pub const STATE: &str = env!("CARGO_TARGET_TMPDIR");
 
 /// The program with its page, which is killed when this value is dropped.
-pub struct Served {
+pub struct PageServer {
     pub process: Child,
     /// The address of the page, as printed by the program.
     pub url: String,
 }
 
-impl Served {
+impl PageServer {
     /// Starts the program in a folder.
-    pub fn new(dir: &Path, args: &[&str]) -> Served {
-        Served::with_state(dir, args, Path::new(STATE))
+    pub fn new(dir: &Path, args: &[&str]) -> PageServer {
+        PageServer::with_state(dir, args, Path::new(STATE))
     }
     /// Starts the program with a folder for the user's state.
-    pub fn with_state(dir: &Path, args: &[&str], state: &Path) -> Served {
+    pub fn with_state(dir: &Path, args: &[&str], state: &Path) -> PageServer {
         let process = Command::new(env!("CARGO_BIN_EXE_tatu"))
             .current_dir(dir)
             .args(args)
@@ -40,13 +40,13 @@ impl Served {
             .stderr(Stdio::null())
             .spawn()
             .unwrap();
-        Served::of(process)
+        PageServer::of(process)
     }
     /// Takes ownership of a started program, which prints its address.
-    pub fn of(mut process: Child) -> Served {
+    pub fn of(mut process: Child) -> PageServer {
         let mut url = String::new();
         BufReader::new(process.stdout.as_mut().unwrap()).read_line(&mut url).unwrap();
-        Served { process, url: url.trim().to_owned() }
+        PageServer { process, url: url.trim().to_owned() }
     }
     /// Returns the address as 127.0.0.1:PORT.
     pub fn host(&self) -> &str {
@@ -66,12 +66,12 @@ impl Served {
         String::from_utf8_lossy(&out).into_owned()
     }
     /// Connects a client.
-    pub fn socket(&self) -> Socket {
+    pub fn socket(&self) -> PageSocket {
         tungstenite::connect(format!("ws://{}/ws?token={}", self.host(), self.token())).unwrap().0
     }
 }
 
-impl Drop for Served {
+impl Drop for PageServer {
     fn drop(&mut self) {
         let _ = self.process.kill();
         let _ = self.process.wait();
@@ -79,7 +79,7 @@ impl Drop for Served {
 }
 
 /// Returns the next message of a type.
-pub fn next(socket: &mut Socket, kind: &str) -> Value {
+pub fn next(socket: &mut PageSocket, kind: &str) -> Value {
     loop {
         if let Message::Text(text) = socket.read().unwrap() {
             let message: Value = serde_json::from_str(&text).unwrap();
@@ -91,14 +91,14 @@ pub fn next(socket: &mut Socket, kind: &str) -> Value {
 }
 
 /// Sends a message.
-pub fn say(socket: &mut Socket, message: Value) {
+pub fn send_message(socket: &mut PageSocket, message: Value) {
     socket.send(Message::text(message.to_string())).unwrap();
 }
 
 /// Calls a command; returns the answer.
-pub fn call(socket: &mut Socket, name: &str, args: Value) -> Value {
+pub fn call(socket: &mut PageSocket, name: &str, args: Value) -> Value {
     // Answers arrive in the order of the calls, so all calls can have the same id.
-    say(socket, json!({ "type": "call", "id": 1, "name": name, "args": args }));
+    send_message(socket, json!({ "type": "call", "id": 1, "name": name, "args": args }));
     loop {
         if let Message::Text(text) = socket.read().unwrap() {
             let message: Value = serde_json::from_str(&text).unwrap();

@@ -14,9 +14,9 @@ use std::{
 
 use serde_json::Value;
 
-use super::program::Served;
+use super::program::PageServer;
 use crate::kit::{
-    browser::{Page, browser},
+    browser::{BrowserPage, browser},
     *,
 };
 
@@ -27,21 +27,21 @@ fn free_port() -> u16 {
     TcpListener::bind(("127.0.0.1", 0)).unwrap().local_addr().unwrap().port()
 }
 
-fn served(port: u16, state: &Path) -> Served {
-    Served::with_state(root(), &["open", SCENE, "--no-browser", "--port", &port.to_string()], state)
+fn served(port: u16, state: &Path) -> PageServer {
+    PageServer::with_state(root(), &["open", SCENE, "--no-browser", "--port", &port.to_string()], state)
 }
 
 /// Returns the description that the program sends to any client.
-fn about(served: &Served) -> Value {
+fn about(served: &PageServer) -> Value {
     let answer = served.ask(&format!("GET /tatu HTTP/1.1\r\nHost: {}\r\n\r\n", served.host()));
     serde_json::from_str(answer.split("\r\n\r\n").nth(1).unwrap()).unwrap()
 }
 
 /// A server other than Tatu, which listens on a port.
-struct Other(Arc<AtomicBool>, Option<std::thread::JoinHandle<()>>);
+struct ForeignServer(Arc<AtomicBool>, Option<std::thread::JoinHandle<()>>);
 
-impl Other {
-    fn new(port: u16) -> Other {
+impl ForeignServer {
+    fn new(port: u16) -> ForeignServer {
         let listener = TcpListener::bind(("127.0.0.1", port)).unwrap();
         listener.set_nonblocking(true).unwrap();
         let end = Arc::new(AtomicBool::new(false));
@@ -58,11 +58,11 @@ impl Other {
                 let _ = stream.write_all(b"HTTP/1.1 200 OK\r\nContent-Length: 5\r\nConnection: close\r\n\r\nhello");
             }
         });
-        Other(end, Some(thread))
+        ForeignServer(end, Some(thread))
     }
 }
 
-impl Drop for Other {
+impl Drop for ForeignServer {
     fn drop(&mut self) {
         self.0.store(true, Ordering::Relaxed);
         let _ = self.1.take().map(std::thread::JoinHandle::join);
@@ -100,11 +100,11 @@ fn the_address_of_a_fixed_port_remains() {
 #[cfg(unix)]
 #[test]
 #[cfg_attr(no_browser, ignore = "needs Chromium, and npm at the build")]
-fn a_page_comes_back_by_itself() {
+fn a_page_reconnects_by_itself() {
     let state = tempfile::tempdir().unwrap();
     let port = free_port();
     let first = served(port, state.path());
-    let mut page = Page::open(&browser(), &first.url);
+    let mut page = BrowserPage::open(&browser(), &first.url);
     page.until("document.querySelectorAll('#tree .item').length > 5");
     assert!(page.wrong.is_empty(), "{:#?}", page.wrong);
     page.js("window.mark = 'not reloaded'");
@@ -129,7 +129,7 @@ fn a_page_comes_back_by_itself() {
     let at_once = "import('tatu/net').then((m) => m.call('tatu.list')).catch((e) => e.error)";
     assert_eq!(page.js(at_once), "`tatu.list` was not done: there is no connection to the program");
 
-    let other = Other::new(port);
+    let other = ForeignServer::new(port);
     page.until(&says("Another program answers"));
     drop(other);
 

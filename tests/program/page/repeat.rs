@@ -13,7 +13,7 @@ use super::program::{ROBOT, STATE, next};
 use crate::kit::*;
 
 #[test]
-fn viewers_change_nothing() {
+fn viewers_do_not_change_the_hash() {
     let run = |viewers: usize| {
         let mut process = Command::new(env!("CARGO_BIN_EXE_tatu"))
             .current_dir(root())
@@ -38,7 +38,7 @@ fn viewers_change_nothing() {
 }
 
 #[test]
-fn what_was_done_in_the_page_is_repeated_from_the_log() {
+fn actions_in_the_page_are_replayed_from_the_log() {
     let folder = tempfile::tempdir().unwrap();
     let log = folder.path().join("session.jsonl").display().to_string();
     let hash = |text: &str| text.split("hash ").nth(1).unwrap_or_else(|| panic!("{text}"))[..16].to_owned();

@@ -3,7 +3,7 @@
 use serde_json::json;
 
 use super::{
-    drive::Shown,
+    drive::ScenePage,
     program::{call, next},
 };
 use crate::kit::*;
@@ -11,7 +11,7 @@ use crate::kit::*;
 #[test]
 #[cfg_attr(no_browser, ignore = "needs Chromium, and npm at the build")]
 fn the_editor_saves_marks_errors_and_follows_other_clients() {
-    let mut shown = Shown::new("[[object]]\nkind = \"dummy\"\nalias = \"brain\"\nscript = { text = \"x = 1\" }\n");
+    let mut shown = ScenePage::new("[[object]]\nkind = \"dummy\"\nalias = \"brain\"\nscript = { text = \"x = 1\" }\n");
     shown.until("of('brain')?.scripts.length === 1");
     let row = format!("#tree [data-id=\"{}\"]", shown.ask("of('brain').id"));
     let at = shown.page.middle(&row);
@@ -51,9 +51,9 @@ fn the_editor_saves_marks_errors_and_follows_other_clients() {
 #[cfg_attr(no_browser, ignore = "needs Chromium, and npm at the build")]
 fn windows_of_scripts_are_dragged_used_and_closed() {
     let scene = std::fs::read_to_string(root().join("plugins/commands/simui/demo.toml")).unwrap();
-    let place = Place::new();
+    let place = TestFolder::new();
     place.write("scene.toml", &scene);
-    let mut shown = Shown::of(place, &["open", "scene.toml", "--no-browser"]);
+    let mut shown = ScenePage::of(place, &["open", "scene.toml", "--no-browser"]);
     shown.page.click_on("#play");
     shown.page.until("document.querySelector('.window .title') !== null");
     let slider = shown.page.middle(".window input[type=range]");
@@ -107,7 +107,7 @@ end
 #[test]
 #[cfg_attr(no_browser, ignore = "needs Chromium, and npm at the build")]
 fn old_windows_of_buttons_are_used() {
-    let mut shown = Shown::new(PANELS);
+    let mut shown = ScenePage::new(PANELS);
     shown.page.click_on("#play");
     let says = |text: &str| format!("document.querySelector('.window').textContent.includes({text:?})");
     shown.page.until("document.querySelector('.window') !== null");

@@ -2,9 +2,9 @@
 
 use std::time::Duration;
 
-use super::program::{ROBOT, Served};
+use super::program::{PageServer, ROBOT};
 use crate::{
-    kit::browser::{Page, browser},
+    kit::browser::{BrowserPage, browser},
     kit::*,
 };
 
@@ -12,8 +12,8 @@ use crate::{
 #[cfg_attr(no_browser, ignore = "needs Chromium, and npm at the build")]
 fn a_student_drives_and_changes_a_robot() {
     let browser = browser();
-    let served = Served::new(root(), &["open", "scenes/course/manta_keyboard_statusbar.toml", "--no-browser"]);
-    let mut page = Page::open(&browser, &served.url);
+    let served = PageServer::new(root(), &["open", "scenes/course/manta_keyboard_statusbar.toml", "--no-browser"]);
+    let mut page = BrowserPage::open(&browser, &served.url);
     page.until("document.querySelectorAll('#tree .item').length > 5");
     page.click("#play");
     page.until("document.getElementById('play').className === 'on'");

@@ -26,7 +26,7 @@ fn blocks(page: &str) -> Vec<(String, String)> {
 /// Runs all shell blocks of a page in a single shell, which stops at the first failure. `before` contains the commands
 /// that the page assumes to have been run.
 fn runs(page: &str, before: &str) {
-    let place = Place::new();
+    let place = TestFolder::new();
     let shell = blocks(page).into_iter().filter(|(language, _)| language == "sh").map(|(_, text)| text);
     let script = format!("set -e\n{before}\n{}\n", shell.collect::<Vec<_>>().join("\n"));
     let folder = program().parent().unwrap().display().to_string();
@@ -111,7 +111,7 @@ fn all_code_is_that_of_plugins_which_are_tested() {
 #[cfg(unix)]
 #[test]
 fn findings_with_a_reason_are_allowed() {
-    let place = Place::new();
+    let place = TestFolder::new();
     let config = blocks("checking.md").into_iter().find(|(language, _)| language == "toml").unwrap().1;
     place.write("tatu-check.toml", &config);
     place.tatu(&["new", "plugin", "hello", "--lang", "c"]).good();
@@ -126,7 +126,7 @@ fn findings_with_a_reason_are_allowed() {
 #[cfg(unix)]
 #[test]
 fn the_check_finds_a_fault_and_names_it() {
-    let place = Place::new();
+    let place = TestFolder::new();
     place.tatu(&["new", "plugin", "hello", "--lang", "c"]).good();
     let source = place.read("hello/hello.c");
     let faulty = source.replace("return TATU_OK;\n}", "return TATU_ERR_MISSING;\n}");
@@ -142,7 +142,7 @@ fn the_check_finds_a_fault_and_names_it() {
 #[cfg(unix)]
 #[test]
 fn a_watched_plugin_is_built_at_each_save() {
-    let place = Place::new();
+    let place = TestFolder::new();
     place.tatu(&["new", "plugin", "hello", "--lang", "c"]).good();
     let mut watch = std::process::Command::new(program())
         .args(["plugin", "watch", "hello", "--", "--steps", "100000000"])
@@ -166,7 +166,7 @@ fn a_watched_plugin_is_built_at_each_save() {
 #[test]
 fn the_page_lists_the_tests_as_the_program_does() {
     let page = fs::read_to_string(root().join(BOOK).join("checking.md")).unwrap();
-    let place = Place::new();
+    let place = TestFolder::new();
     let listed = place.tatu(&["plugin", "check", "--list"]).good().out;
     let rows: String = listed
         .lines()

@@ -12,14 +12,14 @@ use crate::kit::*;
 const ID: &str = "org.example.breaches";
 
 fn plugin() -> &'static Path {
-    static BUILT: OnceLock<TempDir> = OnceLock::new();
+    static BUILD_FOLDER: OnceLock<TempDir> = OnceLock::new();
     let build = || {
         let dir = TempDir::with_prefix("tatu-test-").unwrap();
         let to = dir.path().join(library("tatu_breaches"));
         compile(&root().join("tests/program/plugins/breaches/plugin.c"), &to);
         dir
     };
-    BUILT.get_or_init(build).path()
+    BUILD_FOLDER.get_or_init(build).path()
 }
 
 fn compile(source: &Path, to: &Path) {
@@ -29,7 +29,7 @@ fn compile(source: &Path, to: &Path) {
     succeed(Command::new(compiler("cc")).args(args).arg(to).arg(source).arg("-lm"));
 }
 
-fn ran(place: &Place, env: &[(&str, &str)], args: &[&str]) -> Done {
+fn ran(place: &TestFolder, env: &[(&str, &str)], args: &[&str]) -> RunOutput {
     let env = [&[("TATU_PLUGIN_PATH", plugin().to_str().unwrap())], env].concat();
     let mut all = vec!["run", "scene.toml", "--no-addons", "--json"];
     if !args.contains(&"--steps") {
@@ -40,7 +40,7 @@ fn ran(place: &Place, env: &[(&str, &str)], args: &[&str]) -> Done {
 }
 
 /// Returns a script that calls the command once, prints the result, and continues.
-fn calls(how: &str) -> Place {
+fn calls(how: &str) -> TestFolder {
     let script = format!(
         "function sysCall_actuation()
             if called then return end
@@ -49,11 +49,11 @@ fn calls(how: &str) -> Place {
         end
         function sysCall_cleanup() print('goes on to the end') end"
     );
-    Place::scene(&watcher("box", &script))
+    TestFolder::scene(&watcher("box", &script))
 }
 
 #[test]
-fn a_command_that_writes_or_gives_what_it_must_not_is_blamed_itself() {
+fn a_command_with_forbidden_writes_or_results_is_blamed() {
     for (how, words) in [
         ("one result too many", "wrote outside its space for 64 results"),
         ("results twice", "wrote outside its space for 64 results"),
@@ -75,7 +75,7 @@ fn a_command_that_writes_or_gives_what_it_must_not_is_blamed_itself() {
             for word in [words, "breach.now", ID, "broke the contract", "false"] {
                 assert!(line.contains(word), "{how}: `{word}` in: {line}");
             }
-            done.tells(&["goes on to the end"]);
+            done.reports(&["goes on to the end"]);
         }
     }
 }
@@ -96,7 +96,7 @@ fn an_actuator_that_writes_what_it_must_not_is_switched_off() {
         ("past the state", "state block"),
     ] {
         for threads in ["1", "2"] {
-            let done = ran(&Place::scene(scene), &[("BREACH_OF_ACTUATOR", how)], &["--threads", threads]);
+            let done = ran(&TestFolder::scene(scene), &[("BREACH_OF_ACTUATOR", how)], &["--threads", threads]);
             let errors = done.errors();
             let message = errors[0]["message"].as_str().unwrap();
             assert!(errors.len() == 1 && message.contains(words) && message.contains(ID), "{how}: {errors:?}");
@@ -113,17 +113,17 @@ fn a_sensor_that_writes_what_it_must_not_is_switched_off() {
         ("before the field", "before the beginning of the field `breach.x`"),
         ("past the field", "past the end of the field `breach.x`"),
     ] {
-        let done = ran(&Place::scene(scene), &[("BREACH_OF_SENSOR", how)], &[]);
+        let done = ran(&TestFolder::scene(scene), &[("BREACH_OF_SENSOR", how)], &[]);
         let errors = done.errors();
         let message = errors[0]["message"].as_str().unwrap();
         assert!(errors.len() == 1 && message.contains(words) && message.contains(ID), "{how}: {errors:?}");
     }
-    let done = ran(&Place::scene(scene), &[("BREACH_OF_BEAMS", "1")], &[]);
+    let done = ran(&TestFolder::scene(scene), &[("BREACH_OF_BEAMS", "1")], &[]);
     done.refused(&["wrote outside the table `tatu_beams`", "/eye"]);
 }
 
 #[test]
-fn what_a_plugin_changes_of_the_process_is_put_back_and_told() {
+fn process_state_changed_by_a_plugin_is_restored_and_reported() {
     let mut all = vec![
         ("folder", "changed the working folder of the process"),
         ("signal", "changed the action of SIGUSR1"),
@@ -140,14 +140,14 @@ fn what_a_plugin_changes_of_the_process_is_put_back_and_told() {
         let line =
             done.err.lines().find(|l| l.starts_with("error[F207]")).unwrap_or_else(|| panic!("{how}: {}", done.err));
         assert!(line.contains(words) && (line.contains(ID) || line.contains(&library)), "{how}: {line}");
-        done.tells(&["goes on to the end"]);
+        done.reports(&["goes on to the end"]);
     }
 }
 
 /// After the host has restored a signal action, the system reports it with an additional flag. The host must not take
 /// this for a second change.
 #[test]
-fn what_was_put_back_is_told_once() {
+fn a_restored_signal_action_is_reported_once() {
     let done = ran(&calls("signal of children"), &[], &["--steps", "400"]);
     let errors = done.errors();
     assert!(errors.len() == 1 && errors[0]["count"] == 1, "{errors:?}");
@@ -160,40 +160,40 @@ fn files_lie_where_they_lay_after_a_changed_folder() {
         breach.now('folder')
         local f = io.open('made.txt', 'w') f:write('here') f:close()
     end";
-    let place = Place::scene(&watcher("box", script));
+    let place = TestFolder::scene(&watcher("box", script));
     ran(&place, &[], &[]);
     assert_eq!(place.read("made.txt"), "here");
 }
 
 #[test]
-fn ends_that_were_silent_are_told() {
+fn silent_process_ends_are_reported() {
     let done = ran(&calls("timer"), &[], &[]);
     assert_eq!(done.signal, Some(14), "{}", done.err);
-    done.tells(&["F211", "SIGALRM", "`breach.now`", ID]);
+    done.reports(&["F211", "SIGALRM", "`breach.now`", ID]);
     let done = ran(&calls("fork"), &[], &[]).good();
-    done.tells(&["the process was forked in `tatu_command.call` (`breach.now`)", ID]);
+    done.reports(&["the process was forked in `tatu_command.call` (`breach.now`)", ID]);
     assert_eq!(done.err.matches("goes on to the end").count(), 1, "a forked copy has continued: {}", done.err);
     let done = ran(&calls("end"), &[], &[]);
     assert_eq!(done.code, 1);
-    done.tells(&["F210", "atexit", "goes on to the end"]);
+    done.reports(&["F210", "atexit", "goes on to the end"]);
 }
 
 #[test]
 fn lines_of_the_log_do_not_act_on_a_terminal() {
     let done = ran(&calls("log"), &[], &[]).good();
     assert!(!done.err.contains('\u{1b}') && !done.out.contains('\u{1b}'), "{}", done.err);
-    done.tells(&["x\\u{1b}[2J"]);
+    done.reports(&["x\\u{1b}[2J"]);
 }
 
 #[test]
 fn a_mesh_without_points_fails_the_build() {
-    let done = ran(&Place::scene("[[model]]\nmodel = \"breach_model\"\n"), &[], &[]);
+    let done = ran(&TestFolder::scene("[[model]]\nmodel = \"breach_model\"\n"), &[], &[]);
     done.refused(&["E111", "breach_model", "3 points", "null"]);
 }
 
 #[test]
-fn a_plugin_that_offers_nothing_is_told_which_id_it_misspells() {
-    let place = Place::scene("");
+fn a_plugin_without_extensions_gets_a_hint_on_the_misspelt_id() {
+    let place = TestFolder::scene("");
     let text = fs::read_to_string(root().join("tests/program/plugins/breaches/plugin.c")).unwrap();
     let text = text
         .replace("strcmp(id, TATU_COMMAND)", "strcmp(id, \"tatu.comand/draft.4\")")
@@ -204,5 +204,5 @@ fn a_plugin_that_offers_nothing_is_told_which_id_it_misspells() {
     compile(&place.path().join("mine/plugin.c"), &place.path().join("mine").join(library("tatu_breaches")));
     let env = [("TATU_PLUGIN_PATH", "mine")];
     let done = run(program(), place.path(), &["run", "scene.toml", "--steps", "1"], &env).good();
-    done.tells(&["E324", "offers nothing", "`tatu.comand/draft.4`", "did you mean `tatu.command/draft.4`"]);
+    done.reports(&["E324", "offers nothing", "`tatu.comand/draft.4`", "did you mean `tatu.command/draft.4`"]);
 }

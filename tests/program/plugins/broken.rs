@@ -5,9 +5,9 @@
 use std::{fs, os::unix::net::UnixListener, process::Command};
 
 use super::why::{ask, file, folder, good, good_bytes};
-use crate::{kit::made::*, kit::said::*, kit::*};
+use crate::{kit::plugin_sources::*, kit::said::*, kit::*};
 
-impl Said {
+impl OutputSnapshot {
     /// Compiles a plugin in C, and adds its diagnosis to the snapshot.
     #[track_caller]
     fn of_source(&mut self, tried: &str, source: &str, more: &[&str]) {
@@ -30,7 +30,7 @@ fn declared(how: &str) -> String {
 }
 
 #[test]
-fn files_that_are_no_library_are_told_by_what_they_are() {
+fn files_that_are_no_library_are_reported_by_type() {
     let mut said = said!();
     said.of_bytes("empty", b"");
     said.of_bytes("a text", b"int main(void) { return 0; }\n");
@@ -46,7 +46,7 @@ fn files_that_are_no_library_are_told_by_what_they_are() {
 }
 
 #[test]
-fn a_windows_library_under_its_own_name_is_told() {
+fn libraries_with_foreign_file_names_are_reported() {
     let mut said = said!();
     for (name, bytes) in [("tatu_x.dll", &b"MZ\x90\0"[..]), ("libtatu_x.dylib", b"\xcf\xfa\xed\xfe\x07\0\0\x01")] {
         let place = folder();
@@ -57,7 +57,7 @@ fn a_windows_library_under_its_own_name_is_told() {
 
 #[test]
 #[cfg(target_arch = "x86_64")]
-fn libraries_for_other_processors_are_told() {
+fn libraries_for_other_processors_are_reported() {
     let mut said = said!();
     let whole = good_bytes();
     // Offsets in the ELF header: class (1: 32 bit) at 4, byte order (2: big-endian) at 5, machine at 18.
@@ -74,7 +74,7 @@ fn libraries_for_other_processors_are_told() {
 }
 
 #[test]
-fn what_was_never_linked_as_a_library_is_told() {
+fn object_files_and_programs_are_reported() {
     let mut said = said!();
     let place = folder();
     place.write("a.c", "int a(void);\nint a(void) { return 1; }\nint main(void) { return a(); }\n");
@@ -98,7 +98,7 @@ fn what_was_never_linked_as_a_library_is_told() {
 }
 
 #[test]
-fn what_is_no_file_is_told() {
+fn folders_pipes_and_devices_are_reported() {
     let mut said = said!();
     let place = folder();
     let x = file(&place, "x");
@@ -109,7 +109,7 @@ fn what_is_no_file_is_told() {
     said.because("a pipe", &place, &["x"]);
     // Opening the pipe would block because it has no writer.
     let done = run(program(), place.path(), &["list", "plugins"], &[("TATU_PLUGIN_PATH", "mine")]).good();
-    done.tells(&["E301", "it is a pipe, socket or device, not a file"]);
+    done.reports(&["E301", "it is a pipe, socket or device, not a file"]);
     fs::remove_file(&x).unwrap();
     let socket = UnixListener::bind(&x).unwrap();
     said.because("a socket", &place, &["x"]);
@@ -158,7 +158,7 @@ fn as_anybody(command: &mut Command) -> &mut Command {
 }
 
 #[test]
-fn files_that_may_not_be_read_are_told() {
+fn unreadable_files_are_reported() {
     use std::os::unix::fs::PermissionsExt;
     let mut said = said!();
     let place = folder();
@@ -180,7 +180,7 @@ fn files_that_may_not_be_read_are_told() {
 }
 
 #[test]
-fn a_library_without_the_entry_is_told_with_what_it_has() {
+fn a_library_without_the_entry_is_reported_with_its_symbols() {
     let mut said = said!();
     said.of_source("nothing", "static int a(void) { return 1; }\n", &[]);
     let other = "TATU_EXPORT int go(void);\nTATU_EXPORT int go(void) { return 1; }\nTATU_EXPORT int stop;\n";
@@ -202,7 +202,7 @@ fn a_library_without_the_entry_is_told_with_what_it_has() {
 
 #[test]
 #[cfg_attr(no_cxx, ignore = "there is no C++ compiler")]
-fn names_that_cpp_has_changed_are_told() {
+fn mangled_entry_names_are_reported() {
     let mut said = said!();
     // In C++, a constant at file scope has internal linkage, and names in a namespace are mangled.
     for (tried, source) in [
@@ -228,10 +228,10 @@ fn names_that_cpp_has_changed_are_told() {
 }
 
 #[test]
-fn libraries_that_are_missing_are_told_with_who_needs_them() {
+fn missing_libraries_are_reported_with_their_dependents() {
     let mut said = said!();
     // Links a plugin to a library and then removes the library.
-    let made = |place: &Place, more: &[&str]| {
+    let made = |place: &TestFolder, more: &[&str]| {
         place.write("helper.c", "int helper(void);\nint helper(void) { return 2; }\n");
         let cc = ["-shared", "-fPIC", "helper.c", "-o", "mine/libhelper_of_mine.so"];
         succeed(Command::new(compiler("cc")).args(cc).current_dir(place.path()));
@@ -257,7 +257,7 @@ fn libraries_that_are_missing_are_told_with_who_needs_them() {
     said.because("it is nowhere", &place, &["x"]);
     // The loader cannot open the plugin, because this library is missing.
     let done = run(program(), place.path(), &["list", "plugins"], &[("TATU_PLUGIN_PATH", "mine")]).good();
-    done.tells(&["E301", "libhelper_of_mine.so"]);
+    done.reports(&["E301", "libhelper_of_mine.so"]);
 
     // A library of the plugin needs another one, which is missing.
     let place = folder();
@@ -274,7 +274,7 @@ fn libraries_that_are_missing_are_told_with_who_needs_them() {
 }
 
 #[test]
-fn symbols_and_versions_that_are_missing_are_told() {
+fn missing_symbols_and_versions_are_reported() {
     let mut said = said!();
     let calls = |all: &[&str]| {
         let declared: String = all.iter().map(|n| format!("int {n}(void);\n")).collect();
@@ -311,12 +311,12 @@ fn symbols_and_versions_that_are_missing_are_told() {
 }
 
 #[test]
-fn descriptors_of_other_hosts_are_told() {
+fn descriptors_for_other_hosts_are_reported() {
     let mut said = said!();
     let constructor = "__attribute__((constructor)) static void harm(void) { *(volatile int *)0 = 1; }\n";
-    let source = |change: &dyn Fn(&mut Source)| good().with(|s| change(s)).text();
+    let source = |change: &dyn Fn(&mut PluginSource)| good().with(|s| change(s)).text();
     // Each of these libraries has a constructor that would crash if any of its code were run.
-    let broken = |change: &dyn Fn(&mut Source)| {
+    let broken = |change: &dyn Fn(&mut PluginSource)| {
         source(&|s| {
             change(s);
             s.tail = constructor.into();
@@ -334,14 +334,14 @@ fn descriptors_of_other_hosts_are_told() {
     said.of_source("cut off", &source(&|s| s.size = "offsetof(tatu_plugin_t, extension)".into()), &[]);
     said.of_source("no id", &source(&|s| s.id = "NULL".into()), &[]);
     said.of_source("an id with a space", &source(&|s| s.id = "\"my plugin\"".into()), &[]);
-    let draft = |s: &mut Source| s.extension = s.extension.replace("TATU_COMMAND", "\"tatu.command/draft.1\"");
+    let draft = |s: &mut PluginSource| s.extension = s.extension.replace("TATU_COMMAND", "\"tatu.command/draft.1\"");
     said.of_source("another draft", &source(&draft), &[]);
     said.of_source(
         "offers nothing",
         &source(&|s| s.extension = "(void)id; (void)ext_command; return NULL;".into()),
         &[],
     );
-    let needs = |s: &mut Source| {
+    let needs = |s: &mut PluginSource| {
         s.before += "static const tatu_need a_need = {.size = sizeof(tatu_need), .id = \"tatu.host.dreams/1\"};
 static const tatu_need *const all_needs[] = {&a_need, NULL};\n";
         s.needs = "all_needs".into();
@@ -350,7 +350,7 @@ static const tatu_need *const all_needs[] = {&a_need, NULL};\n";
 }
 
 #[test]
-fn harm_is_reported_and_not_suffered() {
+fn crashes_during_a_load_are_reported_and_contained() {
     let mut said = said!();
     let init = |body: &str| {
         format!("#include <unistd.h>\n#include <stdlib.h>\n{}", good().with(|s| s.init = body.into()).text())

@@ -1,26 +1,26 @@
 //! Tests of names that are declared twice: by two plugins, between which the scene decides, or by one plugin, whose
 //! first declaration is used.
 
-use crate::{kit::made::*, kit::*};
+use crate::{kit::plugin_sources::*, kit::*};
 
 #[test]
-fn two_plugins_of_one_id_are_told_with_both_paths() {
+fn two_plugins_of_one_id_are_reported_with_both_paths() {
     let place = place("");
-    compile(&place, "first", &Source::new("twin").text());
-    compile(&place, "second", &Source::new("twin").text());
+    compile(&place, "first", &PluginSource::new("twin").text());
+    compile(&place, "second", &PluginSource::new("twin").text());
     let done = place.run(&["--steps", "1"]).good();
-    done.tells(&["E302", "`org.test.twin`", &library("tatu_first"), &library("tatu_second"), "a different id"]);
+    done.reports(&["E302", "`org.test.twin`", &library("tatu_first"), &library("tatu_second"), "a different id"]);
 }
 
 #[test]
-fn two_that_claim_one_name_are_told_and_the_scene_decides() {
+fn plugins_that_claim_one_name_are_reported_and_the_scene_decides() {
     let base = place("");
     compile(&base, "a", &all("a", "a").text());
     compile(&base, "b", &all("b", "b").text());
     // The scene uses none of the names, so the conflict is reported and the scene runs.
     let done = base.run(&["--steps", "1"]).good();
-    done.tells(&["E303", "its sensor `eye`", "its model `thing`", "its language `tongue`", "[providers]"]);
-    done.tells(&["its actuator `arm`", "its importer `reader`", "its service `butler`"]);
+    done.reports(&["E303", "its sensor `eye`", "its model `thing`", "its language `tongue`", "[providers]"]);
+    done.reports(&["its actuator `arm`", "its importer `reader`", "its service `butler`"]);
     let scene = base.read("scene.toml");
     let run = |more: &str| {
         base.write("scene.toml", &format!("{scene}{more}"));
@@ -59,12 +59,12 @@ fn two_that_claim_one_name_are_told_and_the_scene_decides() {
     run(&(object("eye") + "[providers]\neye = \"org.test.c\"\n")).refused(&["E113", "org.test.a", "org.test.b"]);
     // Two plugins offer the same command. That of the plugin with the lower id is called, and both are reported.
     let place = place(&watcher("w", "function sysCall_init() assert(same.one() == 1) end"));
-    compile(&place, "a", &Source::new("same").with(|s| s.id = "\"org.test.a\"".into()).text());
+    compile(&place, "a", &PluginSource::new("same").with(|s| s.id = "\"org.test.a\"".into()).text());
     let other =
-        Source::new("same").with(|s| s.id = "\"org.test.b\"".into()).text().replace("tatu_int(1)", "tatu_int(2)");
+        PluginSource::new("same").with(|s| s.id = "\"org.test.b\"".into()).text().replace("tatu_int(1)", "tatu_int(2)");
     compile(&place, "b", &other);
     let done = place.run(&["--steps", "1"]).good();
-    done.tells(&["E303", "`org.test.b`", "its command `same.one`", "`org.test.a`", "name space"]);
+    done.reports(&["E303", "`org.test.b`", "its command `same.one`", "`org.test.a`", "name space"]);
 }
 
 #[test]
@@ -91,9 +91,9 @@ fn of_two_things_of_one_id_in_a_plugin_the_first_is_used() {
     compile(&place, "twice", &twice.text());
     let done = place.run(&["--steps", "2"]).good();
     for what in ["sensor `eye`", "model `thing`", "language `tongue`", "actuator `arm`", "importer `reader`"] {
-        done.tells(&["E303", "`org.test.twice`", &format!("it offers the {what} twice; the first is used")]);
+        done.reports(&["E303", "`org.test.twice`", &format!("it offers the {what} twice; the first is used")]);
     }
-    done.tells(&["the service `butler` twice", "the command `twice.one` twice"]);
+    done.reports(&["the service `butler` twice", "the command `twice.one` twice"]);
 }
 
 #[test]

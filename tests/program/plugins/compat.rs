@@ -37,7 +37,7 @@ fn compile(source: &Path, include: &Path, to: &Path) {
 }
 
 /// Calls both commands of an old plugin, and measures a wall 0.5 m ahead with its sensor.
-fn works(place: &Place, prefix: &str) {
+fn works(place: &TestFolder, prefix: &str) {
     let script = format!(
         "function sysCall_init()
             assert({prefix}.twice(21) == 42 and {prefix}.twice(0.5) == 1)
@@ -74,7 +74,7 @@ fn ours() -> u32 {
 
 /// Checks that the plugin works if its draft is that of this host. Otherwise it must be refused with an error that
 /// names both drafts, and must not affect anything else.
-fn works_or_is_refused(place: &Place, revision: &Path, prefix: &str) {
+fn works_or_is_refused(place: &TestFolder, revision: &Path, prefix: &str) {
     if draft(revision) == ours() {
         return works(place, prefix);
     }
@@ -82,13 +82,13 @@ fn works_or_is_refused(place: &Place, revision: &Path, prefix: &str) {
     let told = format!("built for draft {} of `tatu.", draft(revision));
     let done = place.run(&["--steps", "1"]).good();
     // A plugin that needs a service is not loaded. Any other plugin is loaded, but its extensions are not used.
-    done.tells(&[&told, &format!("this host has draft {}", ours()), "rebuild it"]);
+    done.reports(&[&told, &format!("this host has draft {}", ours()), "rebuild it"]);
 }
 
 #[test]
 fn an_older_plugin_in_c_works_or_is_refused_by_its_draft() {
     for revision in revisions() {
-        let place = Place::new();
+        let place = TestFolder::new();
         fs::create_dir(place.path().join("mine")).unwrap();
         compile(&revision.join("plugin.c"), &revision, &place.path().join("mine").join(library("tatu_old")));
         works_or_is_refused(&place, &revision, "oldc");
@@ -98,7 +98,7 @@ fn an_older_plugin_in_c_works_or_is_refused_by_its_draft() {
 #[test]
 fn an_older_plugin_that_needs_no_service_works_or_is_refused_by_its_draft() {
     for revision in revisions() {
-        let place = Place::new();
+        let place = TestFolder::new();
         fs::create_dir(place.path().join("mine")).unwrap();
         let mut text = fs::read_to_string(revision.join("plugin.c")).unwrap();
         let without = [
@@ -121,7 +121,7 @@ fn an_older_plugin_that_needs_no_service_works_or_is_refused_by_its_draft() {
 
 #[test]
 fn a_plugin_of_this_draft_works() {
-    let place = Place::new();
+    let place = TestFolder::new();
     fs::create_dir(place.path().join("mine")).unwrap();
     let to = place.path().join("mine").join(library("tatu_now"));
     compile(&root().join("tests/compat/plugin.c"), &root().join("plugin-api/include"), &to);
@@ -137,25 +137,25 @@ fn every_frozen_copy_of_this_draft_has_its_record() {
 }
 
 #[test]
-fn a_need_tells_how_much_of_the_host_it_is() {
+fn an_unmet_need_is_reported_with_its_size_and_version() {
     let old = fs::read_to_string(root().join("tests/compat/plugin.c")).unwrap();
     for (need, told) in [
         (".bytes = 100000", "it needs 100000 bytes of `tatu.host.scene/draft.4`"),
         (".minor = 99", "it needs minor version 99 of the ABI"),
     ] {
-        let place = Place::new();
+        let place = TestFolder::new();
         let more = format!(".size = sizeof(tatu_need), {need}");
         place.write("mine/plugin.c", &old.replacen(".size = sizeof(tatu_need)", &more, 1));
         let to = place.path().join("mine").join(library("tatu_greedy"));
         compile(&place.path().join("mine/plugin.c"), &root().join("plugin-api/include"), &to);
         place.write("scene.toml", &format!("format = 1\n[scene]\nplugins = [\"mine\"]\n{}", watcher("d", "")));
-        place.run(&["--steps", "1"]).good().tells(&["E301", told, "it is older than the plugin"]);
+        place.run(&["--steps", "1"]).good().reports(&["E301", told, "it is older than the plugin"]);
     }
 }
 
 /// Writes the headers of a fictitious later release, which adds a field at the end of tables of both sides, an
 /// extension, a service, and a type that these use.
-fn headers_to_come(to: &Path) {
+fn write_future_headers(to: &Path) {
     let tables = [
         ("tatu_plugin_t", "const char *(TATU_CALL *motto)(void *self);"),
         ("tatu_param", "const char *tooltip;"),
@@ -199,7 +199,7 @@ typedef struct tatu_host_dreams { uint32_t size; uint32_t reserved; void(TATU_CA
 
 /// Returns the source of a plugin for that release. It fills in the new fields of its tables and uses those of the
 /// host.
-fn plugin_to_come() -> String {
+fn future_plugin() -> String {
     let old = fs::read_to_string(root().join("tests/compat/plugin.c")).unwrap();
     let replaced = |text: String, from: &str, to: &str| {
         assert!(text.contains(from), "{from}");
@@ -263,14 +263,14 @@ static const tatu_need dreams_need = {.size = sizeof(tatu_need), .optional = 1, 
 }
 
 #[test]
-fn a_newer_plugin_works_on_this_host_and_goes_without_what_is_not_there() {
-    let place = Place::new();
+fn a_newer_plugin_works_on_this_host_without_the_missing_services() {
+    let place = TestFolder::new();
     fs::create_dir(place.path().join("mine")).unwrap();
     let next = place.path().join("next");
-    headers_to_come(&next);
-    place.write("next/plugin.c", &plugin_to_come());
+    write_future_headers(&next);
+    place.write("next/plugin.c", &future_plugin());
     compile(&next.join("plugin.c"), &next, &place.path().join("mine").join(library("tatu_new")));
     works(&place, "oldc");
     let done = place.run(&["--steps", "1"]).good();
-    done.tells(&["note: ", "can use `tatu.host.dreams/draft.4`", "it runs without"]);
+    done.reports(&["note: ", "can use `tatu.host.dreams/draft.4`", "it runs without"]);
 }

@@ -102,14 +102,14 @@ TATU_EXPORT const tatu_plugin_t tatu_plugin = {.size = sizeof(tatu_plugin_t), .a
 "#;
 
 /// Returns a scene with a sensor of this kind, a wall 2 m ahead of it, and a script.
-fn looking(kind: &str, script: &str) -> Place {
+fn looking(kind: &str, script: &str) -> TestFolder {
     let sensor = format!("[[object]]\nkind = \"sensor\"\nsensor = \"{kind}\"\nalias = \"gauge\"\n");
     let wall = cuboid("wall", [1.0, 1.0, 0.2], [0.0, 0.0, 2.1], "");
     with(&format!("{wall}{sensor}{}", watcher("caller", script)))
 }
 
-fn with(scene: &str) -> Place {
-    let place = Place::scene(&format!("plugins = [\"mine\"]\ngravity_m_s2 = [0.0, 0.0, 0.0]\n{scene}"));
+fn with(scene: &str) -> TestFolder {
+    let place = TestFolder::scene(&format!("plugins = [\"mine\"]\ngravity_m_s2 = [0.0, 0.0, 0.0]\n{scene}"));
     fs::create_dir(place.path().join("mine")).unwrap();
     place.write("live.c", PLUGIN);
     let mut cc = Command::new(compiler("cc"));
@@ -121,7 +121,7 @@ fn with(scene: &str) -> Place {
 
 /// Runs lines of Lua in the first and the second step. Returns the reading of the gauge after each of three steps: the
 /// number of calls of `configure`, the bit mask of the last change, and the number of rays that hit.
-fn told(kind: &str, first: &str, second: &str) -> Vec<[f64; 3]> {
+fn gauge_readings(kind: &str, first: &str, second: &str) -> Vec<[f64; 3]> {
     let script = format!(
         "local n = 0
         local function refused(why, key, value)
@@ -144,13 +144,13 @@ fn told(kind: &str, first: &str, second: &str) -> Vec<[f64; 3]> {
 fn a_sensor_is_handed_new_values_and_asked_for_its_beams() {
     let set = |key: &str, value: u32| format!("sim.setFloatProperty(gauge, 'gauge.{key}', {value})");
     // The gauge detects the wall when its range is long enough. The second ray adds an element to its fields.
-    let told_now = told("gauge", &set("range", 3), &set("rays", 2));
+    let told_now = gauge_readings("gauge", &set("range", 3), &set("rays", 2));
     assert_eq!(told_now, [[0.0, 0.0, 0.0], [1.0, 1.0, 1.0], [2.0, 2.0, 2.0]]);
     // A change of a parameter that is declared to rebuild creates the sensor anew, with the values that were set.
-    let told_now = told("gauge", &set("range", 3), &set("mass", 2));
+    let told_now = gauge_readings("gauge", &set("range", 3), &set("mass", 2));
     assert_eq!(told_now[1..], [[1.0, 1.0, 1.0], [0.0, 0.0, 1.0]]);
     // A sensor whose kind has no `configure` is created anew.
-    let told_now = told("stiff", "sim.setFloatProperty(gauge, 'stiff.range', 3)", "");
+    let told_now = gauge_readings("stiff", "sim.setFloatProperty(gauge, 'stiff.range', 3)", "");
     assert_eq!(told_now[1..], [[0.0, 0.0, 1.0], [0.0, 0.0, 1.0]]);
 }
 
@@ -170,21 +170,21 @@ fn a_sensor_that_is_made_anew_measures_when_the_old_one_did() {
 }
 
 #[test]
-fn a_value_that_is_not_taken_stays_as_it_was() {
+fn a_refused_value_stays_as_it_was() {
     let kept = "assert(sim.getFloatProperty(gauge, 'gauge.range') == 3)
         assert(sim.getFloatProperty(gauge, 'gauge.rays') == 1)";
     let first = "sim.setFloatProperty(gauge, 'gauge.range', 3)
         refused('`gauge.range` of /gauge: plugin `org.test.live`: sees 5 m at most [tatu_life.configure]', 'gauge.range', 6)";
-    let told_now = told("gauge", &format!("{first} {kept}"), kept);
+    let told_now = gauge_readings("gauge", &format!("{first} {kept}"), kept);
     assert_eq!(told_now[1..], [[1.0, 1.0, 1.0]; 2]);
     // `configure` accepts the change, but `beams` then fails, so the sensor is created anew with the old values.
     let second = format!("refused('has two rays at most [tatu_sensor.beams]', 'gauge.rays', 3) {kept}");
-    let told_now = told("gauge", first, &second);
+    let told_now = gauge_readings("gauge", first, &second);
     assert_eq!(told_now[1..], [[1.0, 1.0, 1.0], [0.0, 0.0, 1.0]]);
 }
 
 #[test]
-fn an_actuator_keeps_what_it_remembers() {
+fn a_configured_actuator_preserves_its_state() {
     let pushed = |key: &str| {
         let script = format!(
             "local n = 0

@@ -19,7 +19,7 @@ use crate::kit::*;
 const ID: &str = "org.example.crashes";
 /// Number of complete steps, of 0.05 s each, before the crash. The script calls the command at 0.15 s, in the fourth
 /// step.
-const BEFORE: usize = 3;
+const STEPS_BEFORE_CRASH: usize = 3;
 
 /// Signal numbers on Linux.
 const SIGILL: i32 = 4;
@@ -53,23 +53,23 @@ fn built(harm: &str) -> TempDir {
 
 /// Returns the plugin with crash code in C, built once.
 fn in_c() -> &'static Path {
-    static BUILT: OnceLock<TempDir> = OnceLock::new();
-    BUILT.get_or_init(|| built("harm.c")).path()
+    static BUILD_FOLDER: OnceLock<TempDir> = OnceLock::new();
+    BUILD_FOLDER.get_or_init(|| built("harm.c")).path()
 }
 
 /// Creates a scene that uses a command, two sensors that are measured together, and a service, each of which can be
 /// made to crash.
-fn scene() -> Place {
+fn scene() -> TestFolder {
     let script = "function sysCall_actuation()
         print('acts at', sim.getSimulationTime())
         if sim.getSimulationTime() > 0.12 then print('calls') crash.now() end
     end";
     let eye = |alias: &str| format!("[[object]]\nkind = \"sensor\"\nsensor = \"crash_sensor\"\nalias = \"{alias}\"\n");
-    Place::scene(&format!("{}{}{}", watcher("box1", script), eye("left"), eye("right")))
+    TestFolder::scene(&format!("{}{}{}", watcher("box1", script), eye("left"), eye("right")))
 }
 
 /// Runs the scene with the kind of crash `how` in the function `at`.
-fn harmed(place: &Place, plugins: &Path, at: &str, how: &str, args: &[&str]) -> Done {
+fn harmed(place: &TestFolder, plugins: &Path, at: &str, how: &str, args: &[&str]) -> RunOutput {
     let env = [("TATU_PLUGIN_PATH", plugins.to_str().unwrap()), ("CRASH_AT", at), ("CRASH_HOW", how)];
     let all = ["run", "scene.toml", "--steps", "10", "--trace", "trace.jsonl", "--service", "crash_service"];
     run(program(), place.path(), &[&all, args].concat(), &env)
@@ -77,7 +77,7 @@ fn harmed(place: &Place, plugins: &Path, at: &str, how: &str, args: &[&str]) -> 
 
 /// Checks that exactly one line contains an error with this code, and returns it.
 #[track_caller]
-fn line(done: &Done, code: &str) -> String {
+fn line(done: &RunOutput, code: &str) -> String {
     let start = format!("error[{code}]: ");
     let all: Vec<&str> = done.err.lines().filter(|l| l.starts_with(&start)).collect();
     assert_eq!(all.len(), 1, "{}\n{}", done.err, done.out);
@@ -85,7 +85,7 @@ fn line(done: &Done, code: &str) -> String {
 }
 
 #[track_caller]
-fn crashed(done: &Done, signal: i32, words: &[&str]) {
+fn crashed(done: &RunOutput, signal: i32, words: &[&str]) {
     assert_eq!(done.signal, Some(signal), "exit {}\n{}", done.code, done.err);
     let line = line(done, "F211");
     words.iter().for_each(|w| assert!(line.contains(w), "`{w}` in: {line}"));
@@ -93,10 +93,10 @@ fn crashed(done: &Done, signal: i32, words: &[&str]) {
 
 /// Checks that the trace and the output of the script and of C code are complete up to the step of the crash.
 #[track_caller]
-fn written(place: &Place, done: &Done) {
-    assert_eq!(place.lines("trace.jsonl").len(), BEFORE);
+fn written(place: &TestFolder, done: &RunOutput) {
+    assert_eq!(place.lines("trace.jsonl").len(), STEPS_BEFORE_CRASH);
     let said = done.out.lines().filter(|l| l.starts_with("acts at")).count();
-    assert!(said >= BEFORE, "{}", done.out);
+    assert!(said >= STEPS_BEFORE_CRASH, "{}", done.out);
     assert!(done.out.contains("printed by C"), "{}", done.out);
 }
 
@@ -171,8 +171,8 @@ fn a_plugin_that_crashes_or_exits_at_its_end_is_named() {
 }
 
 #[test]
-fn a_signal_from_outside_is_told_as_such() {
-    let place = Place::scene("");
+fn a_signal_from_outside_is_reported_as_such() {
+    let place = TestFolder::scene("");
     let mut running = Command::new(program())
         .args(["run", "scene.toml", "--service", "jsonl:port=0,wait_for=1"])
         .current_dir(place.path())
@@ -192,10 +192,10 @@ fn a_crash_on_a_thread_for_scripts_names_the_script_that_runs_there() {
     let script = "function sysCall_actuation() if sim.getSimulationTime() > 0.12 then crash.now() end end";
     let all: String = (0..40).map(|i| watcher(&format!("d{i}"), script)).collect();
     for threads in ["1", "2"] {
-        let place = Place::scene(&all);
+        let place = TestFolder::scene(&all);
         let done = harmed(&place, in_c(), "command", "deep", &["--threads", threads]);
         crashed(&done, SIGSEGV, &["stack overflow", "`tatu_command.call`", ID, "for /d"]);
-        assert_eq!(place.lines("trace.jsonl").len(), BEFORE);
+        assert_eq!(place.lines("trace.jsonl").len(), STEPS_BEFORE_CRASH);
     }
 }
 
@@ -223,7 +223,7 @@ fn an_exception_that_leaves_a_plugin_is_its_fault() {
         let done = harmed(&place, plugins.path(), at, "throw", &[]);
         crashed(&done, SIGABRT, &[call, "crashes"]);
         if !["init", "constructor"].contains(&at) {
-            assert_eq!(place.lines("trace.jsonl").len(), BEFORE, "{at}");
+            assert_eq!(place.lines("trace.jsonl").len(), STEPS_BEFORE_CRASH, "{at}");
         }
     }
 }
@@ -251,7 +251,7 @@ fn a_plugin_that_calls_exit_is_at_fault() {
 }
 
 #[test]
-fn the_summary_tells_of_a_crash() {
+fn the_summary_contains_a_crash() {
     let place = scene();
     let done = harmed(&place, in_c(), "command", "null", &["--json"]);
     assert_eq!(done.signal, Some(SIGSEGV));
@@ -260,7 +260,7 @@ fn the_summary_tells_of_a_crash() {
     let error = &told["errors"][0];
     assert_eq!(
         (&told["steps"], error["code"].as_str(), error["kind"].as_str()),
-        (&BEFORE.into(), Some("F211"), Some("crash"))
+        (&STEPS_BEFORE_CRASH.into(), Some("F211"), Some("crash"))
     );
     assert_eq!((error["plugin"].as_str(), error["object"].as_str()), (Some(ID), Some("/box1")));
 }
@@ -273,7 +273,7 @@ fn the_log_of_a_run_that_crashed_can_be_replayed() {
     let env = [("TATU_PLUGIN_PATH", in_c().to_str().unwrap())];
     let again =
         run(program(), place.path(), &["run", "--replay", "log", "--steps", "5", "--trace", "again"], &env).good();
-    again.tells(&["did not end normally"]);
+    again.reports(&["did not end normally"]);
     let (before, after) = (place.lines("trace.jsonl"), place.lines("again"));
     assert!(before.iter().zip(&after).all(|(a, b)| a.hash() == b.hash()));
 }
@@ -287,10 +287,10 @@ fn a_child_that_a_plugin_forks_dies_by_itself() {
 
 #[test]
 fn a_library_with_an_undefined_symbol_is_refused() {
-    let (place, plugins) = (Place::new(), built("undefined.c"));
+    let (place, plugins) = (TestFolder::new(), built("undefined.c"));
     let env = [("TATU_PLUGIN_PATH", plugins.path().to_str().unwrap())];
     let done = run(program(), place.path(), &["list", "plugins"], &env).good();
-    done.tells(&["E301", &library("tatu_crashes"), "`nobody_has_this`", "link it"]);
+    done.reports(&["E301", &library("tatu_crashes"), "`nobody_has_this`", "link it"]);
     assert!(!done.out.contains(ID), "{}", done.out);
 }
 
@@ -312,8 +312,8 @@ fn every_command_that_loads_plugins_is_watched() {
 }
 
 #[test]
-fn a_service_that_holds_the_run_is_named() {
-    let place = Place::scene("");
+fn a_service_that_blocks_the_run_is_named() {
+    let place = TestFolder::scene("");
     let mut running = Command::new(program())
         .args(["run", "scene.toml", "--strict", "--service", "jsonl:port=0,wait_for=1"])
         .current_dir(place.path())

@@ -5,7 +5,7 @@ use std::process::Command;
 use crate::kit::*;
 
 /// A plugin with a sensor and a command most of whose declarations are invalid, and a command that works.
-const WRONG: &str = r#"
+const INVALID_PLUGIN: &str = r#"
 #include "tatu.h"
 
 static const tatu_param low_high = {sizeof(tatu_param), TATU_F64, 0, 0, "span", "m", 3, 1, {0}, 0, "from 3 to 1"};
@@ -68,9 +68,9 @@ const tatu_plugin_t tatu_plugin = {sizeof(tatu_plugin_t), TATU_ABI_MAJOR, TATU_A
 "#;
 
 /// Creates a scene that loads the plugin and contains `more`.
-fn with_wrong(more: &str) -> Place {
-    let place = Place::scene(&format!("plugins = [\".\"]\n{more}"));
-    place.write("wrong.c", WRONG);
+fn with_wrong(more: &str) -> TestFolder {
+    let place = TestFolder::scene(&format!("plugins = [\".\"]\n{more}"));
+    place.write("wrong.c", INVALID_PLUGIN);
     succeed(
         Command::new(compiler("cc"))
             .args(["-shared", "-fPIC", "-I"])
@@ -82,7 +82,7 @@ fn with_wrong(more: &str) -> Place {
 }
 
 #[test]
-fn nonsense_is_told_and_the_rest_works() {
+fn invalid_declarations_are_reported_and_the_rest_works() {
     let script = "function sysCall_init() assert(wrong.three(4) == 7) end";
     let place = with_wrong(&format!(
         "{}[[object]]\nkind = \"sensor\"\nsensor = \"nose\"\nspan_m = 2.0\n",
@@ -132,6 +132,6 @@ fn integers_have_no_fractions() {
         assert(not ok and tostring(message):find('found 1.5', 1, true), message)
     end";
     with_wrong(&watcher("caller", script)).run(&["--steps", "1"]).good();
-    let place = Place::scene(&cuboid("a", [1.0; 3], [0.0; 3], "layer = 1.5"));
+    let place = TestFolder::scene(&cuboid("a", [1.0; 3], [0.0; 3], "layer = 1.5"));
     place.run(&[]).refused(&["E102", "`object.layer`: expected an integer from 0 to 4294967295, found 1.5"]);
 }

@@ -77,11 +77,15 @@ TATU_EXPORT const tatu_plugin_t tatu_plugin = {sizeof tatu_plugin, TATU_ABI_MAJO
   "1.0.0", "MIT", 0, 0, 0, extension};
 "#;
 
-fn place(how: u32, script: &str) -> Place {
+fn place(how: u32, script: &str) -> TestFolder {
     let sensor =
         |i, how| format!("[[object]]\nkind = \"sensor\"\nsensor = \"writer\"\nalias = \"eye{i}\"\nhow = {how}\n");
-    let place =
-        Place::scene(&format!("plugins = [\"mine\"]\n{}{}{}", sensor(0, how), sensor(1, 0), watcher("caller", script)));
+    let place = TestFolder::scene(&format!(
+        "plugins = [\"mine\"]\n{}{}{}",
+        sensor(0, how),
+        sensor(1, 0),
+        watcher("caller", script)
+    ));
     place.write("mine/writer.c", WRITER);
     succeed(
         Command::new(compiler("cc"))
@@ -94,7 +98,7 @@ fn place(how: u32, script: &str) -> Place {
 }
 
 #[test]
-fn a_word_too_far_is_noticed_and_what_was_refused_is_zero() {
+fn writes_past_the_end_are_detected_and_refused_fields_are_zero() {
     // The script prints the readings of both sensors after each step.
     let look = "function sysCall_init() one, two = sim.getObject('/eye0'), sim.getObject('/eye1') end
         function sysCall_sensing()
@@ -153,7 +157,7 @@ fn a_field_is_valid_by_another_of_its_kind() {
             .current_dir(place.path().join("mine")),
     );
     let done = place.run(&["--steps", "1"]).good();
-    done.tells(&["the field `writer.y` of its sensor `writer` refers to `writer.z` as the field that marks valid \
+    done.reports(&["the field `writer.y` of its sensor `writer` refers to `writer.z` as the field that marks valid \
                   elements, but its sensor `writer` has no such field"]);
 }
 
@@ -175,7 +179,7 @@ TATU_EXPORT const tatu_plugin_t tatu_plugin = {.size = sizeof(tatu_plugin_t), .a
   .abi_minor = TATU_ABI_MINOR, .id = "org.test.plain", .name = "Plain", .version = "1", .licence = "MIT",
   .init = init, .extension = extension};
 "#;
-    let place = Place::new();
+    let place = TestFolder::new();
     place.write("mine/plain.c", source);
     let to = place.path().join("mine").join(library("tatu_plain"));
     let include = root().join("plugin-api/include");

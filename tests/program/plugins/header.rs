@@ -15,7 +15,7 @@ use crate::{
 
 /// Types that never change within a major version of the ABI, with their sizes in bytes on 64-bit systems, computed by
 /// hand from their fields.
-const FROZEN: [(&str, usize); 5] = [
+const FROZEN_TYPES: [(&str, usize); 5] = [
     ("tatu_str", 16),        // pointer, length
     ("tatu_value", 24),      // tag, reserved, 16 bytes of payload
     ("tatu_pair", 48),       // two values
@@ -33,7 +33,7 @@ fn code() -> String {
 
 /// Compiles a `main` that prints, preceded by the header, and returns its output split into words.
 fn printed(body: &str) -> Vec<Vec<String>> {
-    let place = Place::new();
+    let place = TestFolder::new();
     let text = format!(
         "#include \"tatu.h\"\n#include \"tatu/test.h\"\n#include <stdio.h>\nint main(void) {{\n{body}return 0;\n}}\n"
     );
@@ -76,7 +76,7 @@ fn sizes_and_places_are_the_same() {
 }
 
 #[test]
-fn a_value_s_payload_lies_where_c_has_it() {
+fn the_payload_of_a_value_has_the_offset_of_c() {
     use tatu_plugin_api::abi::{tatu_span_t, tatu_value};
     let lines = printed(
         "printf(\"%zu %zu %zu %zu %zu\\n\", offsetof(tatu_value, u.i), offsetof(tatu_value, u.f), offsetof(tatu_value, u.u),
@@ -91,7 +91,7 @@ fn a_value_s_payload_lies_where_c_has_it() {
 #[test]
 fn no_type_and_no_field_is_left_out() {
     // Definitions that only shorten C code are not part of the interface.
-    const CONVENIENCES: [&str; 4] = ["tatu_build", "tatu_host_api", "tatu_offer", "tatu_test_end"];
+    const C_ONLY_TYPES: [&str; 4] = ["tatu_build", "tatu_host_api", "tatu_offer", "tatu_test_end"];
     let types = types();
     let mirrored: BTreeSet<&str> = types.iter().map(|t| t.name).collect();
     let code = code();
@@ -99,7 +99,7 @@ fn no_type_and_no_field_is_left_out() {
         .lines()
         .filter_map(|l| l.strip_prefix("typedef struct ").or_else(|| l.strip_prefix("struct ")))
         .filter_map(|l| l.strip_suffix(" {"))
-        .filter(|name| !CONVENIENCES.contains(name))
+        .filter(|name| !C_ONLY_TYPES.contains(name))
         .collect();
     assert_eq!(mirrored, declared, "rows of mirror.rs, types of the header");
     // Gaps between fields are alignment padding only.
@@ -114,7 +114,7 @@ fn no_type_and_no_field_is_left_out() {
 
 #[test]
 fn tables_begin_with_their_size_and_have_no_tail() {
-    let is_frozen = |t: &Type| FROZEN.iter().any(|(n, _)| *n == t.name);
+    let is_frozen = |t: &Type| FROZEN_TYPES.iter().any(|(n, _)| *n == t.name);
     let mut tables = 0;
     for t in types().iter().filter(|t| !is_frozen(t)) {
         let (first, last) = (&t.fields[0], t.fields.last().unwrap());
@@ -134,7 +134,7 @@ fn tables_begin_with_their_size_and_have_no_tail() {
 #[test]
 #[cfg(target_pointer_width = "64")]
 fn frozen_types_have_their_sizes() {
-    for (name, size) in FROZEN {
+    for (name, size) in FROZEN_TYPES {
         let found = types().into_iter().find(|t| t.name == name).unwrap();
         assert_eq!(found.size, size, "{name}");
         assert_ne!(found.fields[0].name, "size", "{name} is not a table");
@@ -192,7 +192,7 @@ fn constants_have_the_same_values() {
 fn each_alone(compiler_name: &str, standard: &str, suffix: &str) {
     let include = root().join("plugin-api/include");
     for header in headers(&include) {
-        let place = Place::new();
+        let place = TestFolder::new();
         let line = format!("#include \"{}\"\n", header.strip_prefix(&include).unwrap().display());
         let file = format!("a.{suffix}");
         place.write(&file, &format!("{line}{line}int main(void) {{ return 0; }}\n"));

@@ -5,31 +5,31 @@
 
 use std::{fs, io::Write, os::unix::fs::PermissionsExt, path::PathBuf};
 
-use crate::{kit::made::*, kit::*};
+use crate::{kit::plugin_sources::*, kit::*};
 
 /// The folder in which plugins are installed, relative to the test's folder.
-const HOME: &str = ".data/tatu/plugins";
+const INSTALL_FOLDER: &str = ".data/tatu/plugins";
 
 /// Creates a folder with a plugin `mine/libtatu_<name>.so` that has the given id and version.
-fn built(name: &str, id: &str, version: &str) -> Place {
-    let place = Place::new();
+fn built(name: &str, id: &str, version: &str) -> TestFolder {
+    let place = TestFolder::new();
     make(&place, name, id, version);
     place
 }
 
-fn make(place: &Place, name: &str, id: &str, version: &str) {
+fn make(place: &TestFolder, name: &str, id: &str, version: &str) {
     fs::create_dir_all(place.path().join("mine")).unwrap();
-    let source = Source::new(name).with(|s| s.id = format!("\"{id}\"")).text();
+    let source = PluginSource::new(name).with(|s| s.id = format!("\"{id}\"")).text();
     compile(place, name, &source.replace(".version = \"1\"", &format!(".version = \"{version}\"")));
 }
 
-fn install(place: &Place, args: &[&str]) -> Done {
+fn install(place: &TestFolder, args: &[&str]) -> RunOutput {
     place.tatu(&[&["plugin", "install"], args].concat())
 }
 
 /// Returns the names of the installed files.
-fn installed(place: &Place) -> Vec<String> {
-    let entries = fs::read_dir(place.path().join(HOME)).into_iter().flatten();
+fn installed(place: &TestFolder) -> Vec<String> {
+    let entries = fs::read_dir(place.path().join(INSTALL_FOLDER)).into_iter().flatten();
     let mut all: Vec<String> = entries.map(|e| e.unwrap().file_name().to_string_lossy().into_owned()).collect();
     all.sort();
     all
@@ -47,7 +47,7 @@ fn an_installed_plugin_is_loaded_everywhere_until_it_is_removed() {
     assert!(done.err.is_empty(), "{}", done.err);
     assert_eq!(installed(&place), ["libtatu_hello.so"]);
     let mode = |path: &str| fs::metadata(place.path().join(path)).unwrap().permissions().mode() & 0o777;
-    assert_eq!((mode(HOME), mode(&format!("{HOME}/libtatu_hello.so"))), (0o755, 0o644));
+    assert_eq!((mode(INSTALL_FOLDER), mode(&format!("{INSTALL_FOLDER}/libtatu_hello.so"))), (0o755, 0o644));
     let listed = || place.tatu(&["list", "plugins", "--json"]).good().json().to_string();
     assert!(listed().contains("org.test.hello"));
     place.tatu(&["plugin", "why", "hello"]).good();
@@ -84,18 +84,21 @@ fn a_plugin_is_replaced_by_force_only() {
         install(&place, args).refused(&["error[E331]", "it is the plugin `org.test.hello`", "--remove org.test.hello"]);
     }
     // A file that is not a plugin is replaced with `--force`.
-    fs::write(place.path().join(HOME).join("libtatu_renamed.so"), "damaged").unwrap();
+    fs::write(place.path().join(INSTALL_FOLDER).join("libtatu_renamed.so"), "damaged").unwrap();
     install(&place, &["mine/libtatu_renamed.so"]).refused(&["error[E331]", "it is not a plugin that can be loaded"]);
     install(&place, &["mine/libtatu_renamed.so", "--force"]).good();
     assert_eq!(installed(&place), ["libtatu_renamed.so"]);
 }
 
 #[test]
-fn what_cannot_be_loaded_is_not_installed() {
+fn plugins_that_cannot_be_loaded_are_not_installed() {
     let place = built("good", "org.test.good", "1");
     let broken = |name: &str, source: &str| compile(&place, name, source);
-    broken("abi", &Source::new("abi").with(|s| s.major = "7".into()).text());
-    broken("crash", &Source::new("crash").with(|s| s.init = "*(volatile int *)0 = 1; return TATU_OK;".into()).text());
+    broken("abi", &PluginSource::new("abi").with(|s| s.major = "7".into()).text());
+    broken(
+        "crash",
+        &PluginSource::new("crash").with(|s| s.init = "*(volatile int *)0 = 1; return TATU_OK;".into()).text(),
+    );
     broken("none", "int x(void);\nint x(void) { return 1; }\n");
     for (name, words) in [
         ("abi", &["it was built for ABI 7."][..]),
@@ -112,7 +115,7 @@ fn what_cannot_be_loaded_is_not_installed() {
     install(&place, &["mine/none.so"]).refused(&["error[E330]", "there is no such file"]);
     fs::copy(place.path().join("mine/libtatu_good.so"), place.path().join("mine/good.so")).unwrap();
     install(&place, &["mine/good.so"]).refused(&["error[E330]", "rename it to libtatu_good.so"]);
-    assert!(!place.path().join(HOME).exists(), "a folder is left: {:?}", installed(&place));
+    assert!(!place.path().join(INSTALL_FOLDER).exists(), "a folder is left: {:?}", installed(&place));
 }
 
 #[test]
@@ -139,11 +142,11 @@ fn a_project_is_installed_from_its_folder() {
 }
 
 #[test]
-fn one_that_is_hidden_is_installed_with_a_warning() {
+fn a_hidden_plugin_is_installed_with_a_warning() {
     let place = built("hello", "org.test.hello", "1");
     let args = ["plugin", "install", "mine/libtatu_hello.so"];
     let done = run(program(), place.path(), &args, &[("TATU_PLUGIN_PATH", "mine")]).good();
-    done.tells(&["warning[E302]", "mine/libtatu_hello.so has the same id and is searched first"]);
+    done.reports(&["warning[E302]", "mine/libtatu_hello.so has the same id and is searched first"]);
 }
 
 /// Returns a tar file with the given entries: name, type and contents.
@@ -181,14 +184,14 @@ fn zip(entries: &[(&str, u32, &[u8])]) -> Vec<u8> {
     writer.finish().unwrap().into_inner()
 }
 
-fn archive(place: &Place, name: &str, bytes: &[u8]) -> PathBuf {
+fn archive(place: &TestFolder, name: &str, bytes: &[u8]) -> PathBuf {
     let file = place.path().join(name);
     fs::write(&file, bytes).unwrap();
     file
 }
 
 #[test]
-fn archives_are_unpacked_and_only_the_library_is_taken() {
+fn archives_are_unpacked_and_only_the_library_is_installed() {
     use tar::EntryType::{Directory, Regular};
     let place = built("hello", "org.test.hello", "1");
     let library = fs::read(place.path().join("mine/libtatu_hello.so")).unwrap();
@@ -226,7 +229,7 @@ fn archives_are_unpacked_and_only_the_library_is_taken() {
 }
 
 #[test]
-fn archives_with_anything_but_plain_files_are_refused_whole() {
+fn archives_with_anything_but_plain_files_are_refused() {
     use tar::EntryType::{Block, Char, Fifo, Link, Regular, Symlink};
     let place = built("hello", "org.test.hello", "1");
     let library = fs::read(place.path().join("mine/libtatu_hello.so")).unwrap();
@@ -285,7 +288,7 @@ fn archives_with_anything_but_plain_files_are_refused_whole() {
 }
 
 /// A plugin that starts only if its assets say "hello".
-const READER: &str = r#"
+const ASSET_PLUGIN: &str = r#"
 #include "tatu.h"
 #include <stdio.h>
 #include <string.h>
@@ -313,9 +316,9 @@ TATU_EXPORT const tatu_plugin_t tatu_plugin = {.size = sizeof tatu_plugin, .abi_
 
 #[test]
 fn assets_go_with_their_library() {
-    let place = Place::new();
+    let place = TestFolder::new();
     fs::create_dir_all(place.path().join("mine")).unwrap();
-    compile(&place, "reader", READER);
+    compile(&place, "reader", ASSET_PLUGIN);
     install(&place, &["mine/libtatu_reader.so"]).refused(&["there are no assets"]);
     assert!(installed(&place).is_empty());
     fs::create_dir_all(place.path().join("mine/tatu_reader.assets/words")).unwrap();
@@ -328,7 +331,7 @@ fn assets_go_with_their_library() {
     place.write("mine/tatu_reader.assets/words/greeting.txt", "goodbye");
     install(&place, &["mine/libtatu_reader.so", "--force"]).refused(&["a wrong greeting"]);
     assert_eq!(installed(&place), ["libtatu_reader.so", "tatu_reader.assets"]);
-    assert_eq!(place.read(&format!("{HOME}/tatu_reader.assets/words/greeting.txt")), "hello");
+    assert_eq!(place.read(&format!("{INSTALL_FOLDER}/tatu_reader.assets/words/greeting.txt")), "hello");
     // A link to a parent folder would lead to an endless copy.
     std::os::unix::fs::symlink("..", place.path().join("mine/tatu_reader.assets/words/loop")).unwrap();
     install(&place, &["mine/libtatu_reader.so", "--force"]).refused(&["nested more than"]);

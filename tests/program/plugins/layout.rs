@@ -14,22 +14,22 @@ use crate::{
 
 /// The recorded layout of a type: its size, and offset and size of each field.
 #[derive(Debug, Clone, PartialEq, Eq)]
-struct Known {
+struct RecordedType {
     size: usize,
     fields: Vec<(String, usize, usize)>,
 }
-type Record = BTreeMap<String, Known>;
+type LayoutRecord = BTreeMap<String, RecordedType>;
 
-fn is_table(known: &Known) -> bool {
+fn is_table(known: &RecordedType) -> bool {
     known.fields.first().is_some_and(|(name, at, _)| name == "size" && *at == 0)
 }
 
-fn of(types: &[Type]) -> Record {
+fn of(types: &[Type]) -> LayoutRecord {
     let fields = |t: &Type| t.fields.iter().map(|f| (f.name.to_owned(), f.at, f.size)).collect();
-    types.iter().map(|t| (t.name.to_owned(), Known { size: t.size, fields: fields(t) })).collect()
+    types.iter().map(|t| (t.name.to_owned(), RecordedType { size: t.size, fields: fields(t) })).collect()
 }
 
-fn write(record: &Record) -> String {
+fn write(record: &LayoutRecord) -> String {
     let mut out = String::from("# Sizes and places in bytes, on 64-bit systems. Lines are added, never changed.\n");
     for (name, known) in record {
         let _ = writeln!(out, "{name} {}", known.size);
@@ -40,15 +40,15 @@ fn write(record: &Record) -> String {
     out
 }
 
-fn read(text: &str) -> Record {
-    let mut out = Record::new();
+fn read(text: &str) -> LayoutRecord {
+    let mut out = LayoutRecord::new();
     let mut last = String::new();
     for line in text.lines().filter(|l| !l.starts_with('#')) {
         let words: Vec<&str> = line.split_whitespace().collect();
         match (line.starts_with(' '), words.as_slice()) {
             (false, [name, size]) => {
                 last = (*name).to_owned();
-                out.insert(last.clone(), Known { size: size.parse().unwrap(), fields: Vec::new() });
+                out.insert(last.clone(), RecordedType { size: size.parse().unwrap(), fields: Vec::new() });
             }
             (true, [field, at, size]) => {
                 let field = ((*field).to_owned(), at.parse().unwrap(), size.parse().unwrap());
@@ -61,7 +61,7 @@ fn read(text: &str) -> Record {
 }
 
 /// Returns a line for each change by which the revision `new` breaks plugins built with `old`.
-fn broken(old: &Record, new: &Record) -> Vec<String> {
+fn broken(old: &LayoutRecord, new: &LayoutRecord) -> Vec<String> {
     let mut out = Vec::new();
     for (name, was) in old {
         let Some(is) = new.get(name) else {
@@ -94,10 +94,10 @@ fn broken(old: &Record, new: &Record) -> Vec<String> {
 }
 
 /// Returns the records, oldest first. They are sorted by name, with numbers in names compared as numbers.
-fn records() -> Vec<(String, Record)> {
+fn records() -> Vec<(String, LayoutRecord)> {
     let number = |s: &str| s.trim_matches(|c: char| !c.is_ascii_digit()).parse::<u64>().unwrap_or(0);
     let folder = root().join("plugin-api/layout");
-    let mut all: Vec<(String, Record)> = fs::read_dir(folder)
+    let mut all: Vec<(String, LayoutRecord)> = fs::read_dir(folder)
         .unwrap()
         .map(|e| e.unwrap().path())
         .filter(|p| p.extension().is_some_and(|x| x == "txt"))
@@ -109,7 +109,7 @@ fn records() -> Vec<(String, Record)> {
 
 #[test]
 #[cfg(target_pointer_width = "64")]
-fn nothing_that_was_recorded_has_moved() {
+fn recorded_fields_have_not_moved() {
     let now = of(&types());
     if let Ok(name) = std::env::var("TATU_BLESS") {
         let all: Vec<String> = records().iter().flat_map(|(_, old)| broken(old, &now)).collect();
@@ -129,8 +129,8 @@ fn nothing_that_was_recorded_has_moved() {
 }
 
 /// Returns the layout that a C compiler computes for the recorded types and fields after a change of the headers.
-fn compiled(change: impl Fn(String) -> String, record: &Record) -> Record {
-    let place = Place::new();
+fn compiled(change: impl Fn(String) -> String, record: &LayoutRecord) -> LayoutRecord {
+    let place = TestFolder::new();
     changed_headers(place.path(), change);
     let mut body = String::new();
     for (name, known) in record {
@@ -176,7 +176,7 @@ fn a_field_that_is_moved_resized_or_removed_is_found() {
     assert!(!found.contains("tatu_model"), "{found}");
 
     // A field that shrinks, a removed field, a field inserted between others, and a field appended at the end.
-    let edited = |edit: &dyn Fn(&mut Known)| {
+    let edited = |edit: &dyn Fn(&mut RecordedType)| {
         let mut new = now.clone();
         edit(new.get_mut("tatu_budget").unwrap());
         broken(&now, &new)

@@ -18,9 +18,9 @@ const TABLES: [&str; 10] = [
     "tatu_language",
     "tatu_service",
 ];
-const LIVES: [&str; 5] = ["world", "sensor", "actuator", "script", "service"];
+const INSTANCE_KINDS: [&str; 5] = ["world", "sensor", "actuator", "script", "service"];
 /// The kinds of instance that have parameters and therefore `configure`.
-const CONFIGURED: [&str; 2] = ["sensor", "actuator"];
+const CONFIGURED_KINDS: [&str; 2] = ["sensor", "actuator"];
 
 /// Sets the language of all scripts in a scene, which is required because two plugins offer a language.
 fn with_lua(scene: &str) -> String {
@@ -90,11 +90,11 @@ fn functions() -> Vec<String> {
             let name = written(table, name);
             match table {
                 "tatu_life" if name == "tatu_life.configure" => {
-                    out.extend(CONFIGURED.iter().map(|kind| format!("{name}:{kind}")));
+                    out.extend(CONFIGURED_KINDS.iter().map(|kind| format!("{name}:{kind}")));
                 }
                 // `end_run` is called only for the data that a plugin has per world.
                 "tatu_life" if name == "tatu_life.end_run" => out.push(format!("{name}:world")),
-                "tatu_life" => out.extend(LIVES.iter().map(|kind| format!("{name}:{kind}"))),
+                "tatu_life" => out.extend(INSTANCE_KINDS.iter().map(|kind| format!("{name}:{kind}"))),
                 _ => out.push(name),
             }
         }
@@ -127,8 +127,8 @@ fn every_table_that_a_plugin_fills_is_walked() {
     assert!(functions().len() >= 40, "{:?}", functions());
 }
 
-struct Bench {
-    place: Place,
+struct FaultBench {
+    place: TestFolder,
     /// The hash of the healthy robot after a run without the plugin.
     robot: serde_json::Value,
 }
@@ -140,16 +140,16 @@ fn healthy() -> String {
     with_lua(&format!("plugins = [\"mine\"]\n{FLOOR}{}", pioneer(drive, "")))
 }
 
-impl Bench {
+impl FaultBench {
     fn new() -> Self {
-        let place = Place::scene(&healthy());
+        let place = TestFolder::scene(&healthy());
         let robot = place.run(&["--steps", "8"]).good().json()["objects"]["/Pioneer_p3dx"]["hash"].clone();
         assert!(robot.is_string());
         let file = library("tatu_testing_misbehaves");
         fs::create_dir(place.path().join("mine")).unwrap();
         fs::copy(program().with_file_name("deps").join(&file), place.path().join("mine").join(&file)).unwrap();
         place.write("thing.misbehaves", "whatever").write("models/told/model.toml", "format = \"another\"\n");
-        Bench { place, robot }
+        FaultBench { place, robot }
     }
     fn scene(&self, more: &str) {
         self.place.write("scene.toml", &format!("format = 1\n[scene]\n{}{more}", healthy()));
@@ -160,7 +160,7 @@ impl Bench {
         self.scene(&more);
         let file = ["state"];
         match function.split(':').next().unwrap() {
-            "tatu_life.save" if how == "error" => self.goes_by_replay(function, how, instance),
+            "tatu_life.save" if how == "error" => self.check_replay_restore(function, how, instance),
             "tatu_life.save" => self.check(function, how, &[args, &["--snapshot-at", "0.2"], &file].concat(), instance),
             "tatu_life.load" => {
                 self.place.run(&["--steps", "8", "--snapshot-at", "0.2", "state"]).good();
@@ -170,7 +170,7 @@ impl Bench {
                         self.check(function, how, &[args, &["--from"], &file].concat(), instance)
                     }
                     "hang" => self.check(function, how, &[args, &["--from"], &file].concat(), instance),
-                    _ => self.goes_by_replay(function, how, instance),
+                    _ => self.check_replay_restore(function, how, instance),
                 }
             }
             _ => self.check(function, how, args, instance),
@@ -178,7 +178,7 @@ impl Bench {
     }
     /// Checks that state that cannot be saved or loaded does not fail the run: it is restored by a replay, and the
     /// reason is reported.
-    fn goes_by_replay(&self, function: &str, how: &str, instance: &str) -> Vec<String> {
+    fn check_replay_restore(&self, function: &str, how: &str, instance: &str) -> Vec<String> {
         let asked = format!("{function}={how}");
         let all = ["run", "scene.toml", "--json", "--steps", "8"];
         let run =
@@ -187,9 +187,9 @@ impl Bench {
         let saved = saves.then(|| run(&["--snapshot-at", "0.2", "state"]));
         let resumed = run(&["--from", "state"]);
         let what = if saves { "on request" } else { "tatu_life.load of `org.tatu.misbehaves`" };
-        let reason = |done: &Done, begin: &str| {
-            let tells = |l: &&str| l.starts_with(begin) && l.contains(instance) && l.contains(what);
-            done.err.lines().filter(tells).count() == 1
+        let reason = |done: &RunOutput, begin: &str| {
+            let reports = |l: &&str| l.starts_with(begin) && l.contains(instance) && l.contains(what);
+            done.err.lines().filter(reports).count() == 1
         };
         let wanted = [
             ("the function was never reached", resumed.err.contains(&format!("misbehaving in {function}")) || saves),
@@ -257,7 +257,7 @@ impl Bench {
 }
 
 fn walk(how: &str, args: &[&str]) {
-    let bench = Bench::new();
+    let bench = FaultBench::new();
     let all = functions();
     let wrong: Vec<String> = all.iter().flat_map(|f| bench.run(f, how, args)).collect();
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
@@ -269,7 +269,7 @@ fn panics_stay_inside_in_every_function() {
 }
 
 #[test]
-fn errors_are_told_in_every_function() {
+fn errors_are_reported_in_every_function() {
     walk("error", &[]);
 }
 
@@ -284,8 +284,8 @@ fn a_function_that_never_returns_is_named_and_the_run_ended() {
 }
 
 #[test]
-fn what_was_written_before_a_call_got_stuck_is_whole() {
-    let bench = Bench::new();
+fn output_written_before_a_stuck_call_is_complete() {
+    let bench = FaultBench::new();
     let caller = "function sysCall_actuation() if sim.getSimulationTime() > 0.16 then misbehaves.call() end end";
     let caller = with_lua(&watcher("caller", caller));
     bench.place.write("scene.toml", &format!("format = 1\n[scene]\n{}{caller}", healthy()));
@@ -307,7 +307,7 @@ fn what_was_written_before_a_call_got_stuck_is_whole() {
 
 #[test]
 fn results_that_cannot_be_are_refused() {
-    let bench = Bench::new();
+    let bench = FaultBench::new();
     for sort in 1..=4 {
         let caller = with_lua(&watcher("caller", &format!("function sysCall_actuation() misbehaves.call({sort}) end")));
         bench.place.write("scene.toml", &format!("format = 1\n[scene]\n{}{caller}", healthy()));
@@ -317,8 +317,8 @@ fn results_that_cannot_be_are_refused() {
 }
 
 #[test]
-fn an_importer_that_cannot_tell_stops_nobody_else() {
-    let bench = Bench::new();
+fn an_importer_that_cannot_sniff_does_not_stop_the_others() {
+    let bench = FaultBench::new();
     bench.place.write("one.urdf", "<robot name=\"one\"><link name=\"base\"/></robot>");
     bench.scene("[[import]]\nfile = \"one.urdf\"\n");
     let all = ["run", "scene.toml", "--json", "--steps", "8"];
@@ -326,14 +326,14 @@ fn an_importer_that_cannot_tell_stops_nobody_else() {
         let env = [("TATU_MISBEHAVE", format!("tatu_importer.sniff={how}"))];
         let done = run(program(), bench.place.path(), &all, &env.each_ref().map(|(k, v)| (*k, v.as_str()))).good();
         assert_eq!(done.json()["objects"]["/Pioneer_p3dx"]["hash"], bench.robot, "{how}");
-        let tells = |l: &&str| l.starts_with("note: ") && l.contains("`org.tatu.misbehaves`") && l.contains("sniff");
-        assert_eq!(done.err.lines().filter(tells).count(), 1, "{}", done.err);
+        let reports = |l: &&str| l.starts_with("note: ") && l.contains("`org.tatu.misbehaves`") && l.contains("sniff");
+        assert_eq!(done.err.lines().filter(reports).count(), 1, "{}", done.err);
     }
 }
 
 #[test]
-fn a_plugin_that_behaves_is_not_noticed() {
-    let bench = Bench::new();
+fn a_well_behaved_plugin_has_no_effect() {
+    let bench = FaultBench::new();
     for function in &functions() {
         bench.scene(&scene_for(function).0);
         let whole = bench.place.run(&["--steps", "8", "--snapshot-at", "0.2", "state"]).good();

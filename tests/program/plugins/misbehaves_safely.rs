@@ -7,8 +7,8 @@ use std::fs;
 use crate::kit::*;
 
 /// Creates a scene beside the plugin.
-fn place(scene: &str) -> Place {
-    let place = Place::new();
+fn place(scene: &str) -> TestFolder {
+    let place = TestFolder::new();
     let file = library("tatu_testing_misbehaves_safely");
     fs::create_dir(place.path().join("mine")).unwrap();
     fs::copy(program().with_file_name("deps").join(&file), place.path().join("mine").join(&file)).unwrap();
@@ -21,7 +21,7 @@ fn sensor(kind: &str, alias: &str) -> String {
 }
 
 #[test]
-fn what_was_declared_first_is_what_holds() {
+fn the_first_declaration_applies() {
     let script = "function sysCall_sensing()
         local r = tatu.read(sim.getObject('/eye'))
         assert(r.grown == 1 + sim.getSimulationTime(), tostring(r.grown))
@@ -45,7 +45,7 @@ fn what_was_declared_first_is_what_holds() {
 }
 
 #[test]
-fn an_image_that_the_host_does_not_take_is_not_written_to() {
+fn an_image_that_the_host_refuses_is_not_written_to() {
     let script = "function sysCall_init()
         local eye = sim.getObject('/eye')
         local ok, why = pcall(tatu.set, eye, 'misbehaves_safely.image', 3000000)
@@ -71,11 +71,11 @@ fn a_reading_stays_as_it_was_when_its_sensor_measures_again_and_goes() {
         print('held')
     end";
     let scene = sensor("misbehaves_safely", "eye") + &watcher("looker", script);
-    place(&scene).run(&["--steps", "3"]).good().tells(&["held"]);
+    place(&scene).run(&["--steps", "3"]).good().reports(&["held"]);
 }
 
 #[test]
-fn a_command_beside_others_changes_nothing_but_drives() {
+fn a_parallel_command_changes_only_drives() {
     let script = "script = { side_by_side = true, text = '''
         function sysCall_init() self = sim.getObject('.') end
         function sysCall_actuation()
@@ -93,10 +93,10 @@ fn a_command_beside_others_changes_nothing_but_drives() {
 }
 
 #[test]
-fn a_thread_that_outlives_its_service_reaches_nothing() {
+fn a_thread_that_outlives_its_service_is_refused() {
     let scene = format!("[[service]]\nid = \"misbehaves_safely\"\n{}", watcher("d", ""));
     place(&scene)
         .run(&["--steps", "20"])
         .good()
-        .tells(&["plugin `tatu.testing.misbehaves_safely`: a thread of its own"]);
+        .reports(&["plugin `tatu.testing.misbehaves_safely`: a thread of its own"]);
 }

@@ -1,7 +1,6 @@
 //! Tests of plugins: loading and rejecting them, crashes, misbehaviour, old and new versions; and of the header and its
 //! recorded layout.
 
-mod away;
 mod book;
 mod breaches;
 mod broken;
@@ -13,11 +12,12 @@ mod declarations;
 mod guards;
 mod header;
 mod install;
+mod invalid_declarations;
 mod layout;
-mod made_wrong;
 pub mod mirror;
 mod misbehaves;
 mod misbehaves_safely;
+mod missing_libraries;
 mod museum;
 mod names;
 mod new;

@@ -21,7 +21,7 @@ fn folders(of: &std::path::Path) -> Vec<PathBuf> {
 
 /// Returns the lines that the scripts of an exhibit's scene print, with this number of threads.
 fn prints(exhibit: &std::path::Path, threads: &str) -> String {
-    let place = Place::new();
+    let place = TestFolder::new();
     copy(exhibit, place.path());
     // The script of the cart needs more steps than the others.
     let steps = if exhibit.ends_with("cart") { "120" } else { "40" };
@@ -36,7 +36,7 @@ fn prints(exhibit: &std::path::Path, threads: &str) -> String {
 
 #[test]
 #[cfg_attr(not(all(target_arch = "x86_64", target_os = "linux")), ignore = "the binaries are of x86-64 Linux")]
-fn what_was_built_once_loads_and_does_the_same() {
+fn archived_plugins_load_and_behave_as_recorded() {
     for room in rooms() {
         for exhibit in folders(&room) {
             let recorded = fs::read_to_string(exhibit.join("expected.txt")).unwrap();
@@ -49,7 +49,7 @@ fn what_was_built_once_loads_and_does_the_same() {
 }
 
 #[test]
-fn nothing_in_it_was_changed() {
+fn archived_files_match_their_checksums() {
     let mut bytes = 0;
     for room in rooms() {
         let sums = fs::read_to_string(room.join("SHA256SUMS")).unwrap();

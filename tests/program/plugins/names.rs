@@ -3,10 +3,10 @@
 
 use std::fmt::Write;
 
-use crate::{kit::made::*, kit::*};
+use crate::{kit::plugin_sources::*, kit::*};
 
 /// Returns a plugin with one command per name, each of which is a C literal. The commands return 1, 2, ...
-fn commands(plugin: &str, names: &[&str]) -> Source {
+fn commands(plugin: &str, names: &[&str]) -> PluginSource {
     let mut before = String::new();
     let mut list = String::new();
     for (i, name) in names.iter().enumerate() {
@@ -21,17 +21,17 @@ static const tatu_command c{i} = {{.size = sizeof(tatu_command), .names = l{i}, 
     }
     let _ = writeln!(before, "static const tatu_command *const commands[] = {{{list}NULL}};");
     before += "static const tatu_ext_command ext_command = {.size = sizeof(tatu_ext_command), .commands = commands};\n";
-    Source::new(plugin).with(|s| s.before = before)
+    PluginSource::new(plugin).with(|s| s.before = before)
 }
 
 /// Returns the number of warnings that contain all of these words.
-fn warnings(done: &Done, words: &[&str]) -> usize {
+fn warnings(done: &RunOutput, words: &[&str]) -> usize {
     let all = done.err.split("warning").skip(1).filter(|w| words.iter().all(|x| w.contains(x)));
     all.count()
 }
 
 #[track_caller]
-fn told_once(done: &Done, words: &[&str]) {
+fn warned_once(done: &RunOutput, words: &[&str]) {
     assert_eq!(warnings(done, words), 1, "{words:?}:\n{}", done.err);
 }
 
@@ -39,7 +39,7 @@ fn told_once(done: &Done, words: &[&str]) {
 fn a_command_has_at_most_255_names() {
     let many = |n: usize| {
         let names: String = (0..n).map(|i| format!("\"many.n{i}\", ")).collect();
-        Source::new("many").with(|s| {
+        PluginSource::new("many").with(|s| {
             s.before = format!(
                 "static tatu_status one(tatu_call *c) {{ return tatu_return(c, tatu_int((int64_t)c->alias)); }}
 static const char *const texts[] = {{{names}}};
@@ -63,25 +63,25 @@ static const tatu_ext_command ext_command = {{.size = sizeof(tatu_ext_command), 
     let bad = place("");
     compile(&bad, "many", &many(300).text());
     let done = bad.run(&["--steps", "1"]).good();
-    told_once(&done, &["[E303]", "`org.test.many`", "command `many.n0` has 300 names; a command has at most 255"]);
+    warned_once(&done, &["[E303]", "`org.test.many`", "command `many.n0` has 300 names; a command has at most 255"]);
 }
 
 #[test]
-fn what_can_be_no_name_is_shown_and_not_used() {
+fn invalid_names_are_shown_and_not_used() {
     let bad = ["", "odd.a b", "odd.a\\nb", "odd.\\033[31mred", "odd.\\xff", "odd.tab\\t"];
     let shown = ["``", "`odd.a b`", "`odd.a\\nb`", "`odd.\\u{1b}[31mred`", "`odd.\\xff`", "`odd.tab\\t`"];
     let place = place(&watcher("w", "function sysCall_init() assert(odd.good() == 7) end"));
     compile(&place, "odd", &commands("odd", &[&bad[..], &["odd.good"]].concat()).text());
     let done = place.run(&["--steps", "1"]).good();
     for name in shown {
-        told_once(&done, &["[E303]", "`org.test.odd`", &format!("its command {name} has an invalid name: it ")]);
+        warned_once(&done, &["[E303]", "`org.test.odd`", &format!("its command {name} has an invalid name: it ")]);
     }
-    done.tells(&["it is empty", "it contains a space", "contains control characters", "mine.name"]);
+    done.reports(&["it is empty", "it contains a space", "contains control characters", "mine.name"]);
     assert!(!done.err.contains('\u{1b}'), "{}", done.err);
 }
 
 #[test]
-fn every_kind_of_name_is_looked_at() {
+fn every_kind_of_name_is_checked() {
     let bad = "bad\\033name";
     let mut source = all("bad", "a").with(|s| {
         for id in ["eye", "thing", "tongue", "arm", "reader", "butler"] {
@@ -105,21 +105,24 @@ static const tatu_ext_command with_constant = {{.size = sizeof(tatu_ext_command)
     compile(&base, "bad", &source.text());
     let done = base.run(&["--steps", "1"]).good();
     for what in ["sensor", "model", "language", "actuator", "importer", "service"] {
-        told_once(&done, &["[E303]", "`org.test.bad`", &format!("its {what} `bad\\u{{1b}}name` has an invalid name")]);
+        warned_once(
+            &done,
+            &["[E303]", "`org.test.bad`", &format!("its {what} `bad\\u{{1b}}name` has an invalid name")],
+        );
     }
-    told_once(&done, &["[E303]", "its event `bad.bad\\u{1b}name` has an invalid name"]);
-    told_once(&done, &["[E303]", "its constant `bad.bad\\u{1b}name` has an invalid name"]);
+    warned_once(&done, &["[E303]", "its event `bad.bad\\u{1b}name` has an invalid name"]);
+    warned_once(&done, &["[E303]", "its constant `bad.bad\\u{1b}name` has an invalid name"]);
     // The id of the plugin itself is invalid: it is not loaded.
     source.id = "\"org.test.a b\"".into();
     compile(&base, "bad", &source.text());
-    told_once(&base.run(&["--steps", "1"]).good(), &["[E301]", "its id `org.test.a b` contains a space"]);
+    warned_once(&base.run(&["--steps", "1"]).good(), &["[E301]", "its id `org.test.a b` contains a space"]);
     // The suffix `""` would match every file name.
     let base = place("");
     let suffix = all("end", "a").text().replace("\".tongue\"", "\"\"").replace("\".scroll\"", "\".a b\"");
     compile(&base, "end", &suffix);
     let done = base.run(&["--steps", "1"]).good();
-    told_once(&done, &["[E303]", "`org.test.end`", "its language `tongue` has the suffix ``, which is empty"]);
-    told_once(
+    warned_once(&done, &["[E303]", "`org.test.end`", "its language `tongue` has the suffix ``, which is empty"]);
+    warned_once(
         &done,
         &["[E303]", "`org.test.end`", "its importer `reader` has the suffix `.a b`, which contains a space"],
     );
@@ -142,14 +145,14 @@ static const tatu_param *const params[] = {{&param, NULL}};
     let base = place("");
     compile(&base, "nose", &nose("smell.a b", "smell/1").text());
     let done = base.run(&["--steps", "1"]).good();
-    told_once(
+    warned_once(
         &done,
         &["[E303]", "the field `smell.a b` of its sensor `nose` has an invalid name: it contains a space"],
     );
     compile(&base, "nose", &nose("smell.what", "smell\\t/1").text());
     let done = base.run(&["--steps", "1"]).good();
-    told_once(&done, &["[E303]", "its sensor `nose` claims the schema `smell\\t/1`, which is not a valid name"]);
-    told_once(&done, &["[E310]", "its parameter `a\\nb` cannot be written"]);
+    warned_once(&done, &["[E303]", "its sensor `nose` claims the schema `smell\\t/1`, which is not a valid name"]);
+    warned_once(&done, &["[E310]", "its parameter `a\\nb` cannot be written"]);
 }
 
 #[test]
@@ -158,7 +161,7 @@ fn a_name_is_no_name_space() {
     let base = place(&watcher("w", "function sysCall_init() assert(reg.b() == 1 and type(reg) == 'table') end"));
     compile(&base, "reg", &commands("reg", &["reg.b", "reg"]).text());
     let done = base.run(&["--steps", "1"]).good();
-    told_once(
+    warned_once(
         &done,
         &["[E303]", "`org.test.reg`", "its command `reg` is also the name space of `reg.b` of the same plugin"],
     );
@@ -167,22 +170,22 @@ fn a_name_is_no_name_space() {
     compile(&base, "a", &commands("a", &["one.b", "two"]).text());
     compile(&base, "b", &commands("b", &["one", "two.b"]).text());
     let done = base.run(&["--steps", "1"]).good();
-    told_once(&done, &["[E303]", "`org.test.b`", "`one` is also the name space of `one.b` of `org.test.a`"]);
-    told_once(
+    warned_once(&done, &["[E303]", "`org.test.b`", "`one` is also the name space of `one.b` of `org.test.a`"]);
+    warned_once(
         &done,
         &["[E303]", "`org.test.b`", "`two.b` could not be reached: `two` of `org.test.a` is not a name space"],
     );
 }
 
 #[test]
-fn the_newcomer_is_blamed_and_not_what_comes_with_the_program() {
+fn an_added_plugin_is_blamed_and_not_a_built_in_one() {
     // The id of this plugin precedes all others, and its folder is searched first.
     let script = "function sysCall_init()
         assert(sim.getObject('/w') > 0 and aaa.good() == 5)
         assert(sim.getTheAnswer() == 4)
     end";
     let scene = format!("{FLOOR}{}", watcher("w", script));
-    let base = Place::scene(&scene);
+    let base = TestFolder::scene(&scene);
     std::fs::create_dir(base.path().join("mine")).unwrap();
     let newcomer =
         commands("aaa", &["sim", "sim.getObject", "sim.getObject.more", "sim.getTheAnswer", "aaa.good", "sim.another"])
@@ -192,11 +195,11 @@ fn the_newcomer_is_blamed_and_not_what_comes_with_the_program() {
         run(program(), base.path(), &["run", "scene.toml", "--json", "--steps", "1"], &[("TATU_PLUGIN_PATH", "mine")]);
     let done = done.good();
     let mine = ["`aaa`", "libtatu_aaa"];
-    told_once(&done, &[&["[E303]", "its command `sim` is also the name space of"][..], &mine].concat());
-    told_once(&done, &[&["[E303]", "its command `sim.getObject` is already offered by"][..], &mine].concat());
-    told_once(&done, &[&["[E303]", "`sim.getObject.more` could not be reached"][..], &mine].concat());
+    warned_once(&done, &[&["[E303]", "its command `sim` is also the name space of"][..], &mine].concat());
+    warned_once(&done, &[&["[E303]", "its command `sim.getObject` is already offered by"][..], &mine].concat());
+    warned_once(&done, &[&["[E303]", "`sim.getObject.more` could not be reached"][..], &mine].concat());
     // There is one warning per name space, and the names work.
-    told_once(
+    warned_once(
         &done,
         &[&["[E310]", "`sim.another` and 1 more is in the name space `sim`", "if this is intended"][..], &mine]
             .concat(),
@@ -205,13 +208,13 @@ fn the_newcomer_is_blamed_and_not_what_comes_with_the_program() {
 }
 
 #[test]
-fn names_that_are_a_languages_own_are_told_once() {
+fn names_of_the_languages_library_are_reported_once() {
     let script = "function sysCall_init() assert(dead.print() == 3 and string.format('%d', 1) == '1') end";
     let base = place(&format!("{}{}", watcher("v", script), watcher("w", script)));
     compile(&base, "dead", &commands("dead", &["print", "string.format", "dead.print", "string.anew"]).text());
     let done = base.run(&["--steps", "1"]).good();
     for name in ["print", "string.format", "string.anew"] {
-        told_once(&done, &[&format!("Lua scripts cannot call the command `{name}`"), "tatu describe"]);
+        warned_once(&done, &[&format!("Lua scripts cannot call the command `{name}`"), "tatu describe"]);
     }
     assert_eq!(warnings(&done, &["dead.print"]), 0, "{}", done.err);
 }

@@ -6,7 +6,7 @@ use crate::kit::*;
 
 /// Creates a plugin, builds it and runs its scene: the exit code must be 0, and the compiler must not warn.
 fn works(kind: &str, lang: &str) {
-    let place = Place::new();
+    let place = TestFolder::new();
     let name = format!("my_{kind}");
     place.tatu(&["new", "plugin", &name, "--lang", lang, "--kind", kind]).good();
     let target = place.path().join("target");
@@ -47,7 +47,7 @@ templates! {
 }
 
 #[test]
-fn every_template_is_tried() {
+fn the_list_of_templates_is_complete() {
     let folder = root().join("plugin-api/template");
     for kind in ["command", "sensor", "actuator", "model", "importer", "service", "script"] {
         for lang in ["c", "cpp", "rust"] {
@@ -59,7 +59,7 @@ fn every_template_is_tried() {
 
 #[test]
 fn addons_scenes_and_robots_run() {
-    let place = Place::new();
+    let place = TestFolder::new();
     for what in ["addon", "scene", "robot"] {
         place.tatu(&["new", what, &format!("my_first_{what}")]).good();
     }
@@ -78,8 +78,8 @@ fn addons_scenes_and_robots_run() {
 }
 
 #[test]
-fn nothing_is_overwritten_and_names_are_checked() {
-    let place = Place::new();
+fn existing_folders_are_not_overwritten_and_names_are_checked() {
+    let place = TestFolder::new();
     place.write("mine/keep.txt", "mine");
     place.tatu(&["new", "scene", "mine"]).refused(&["E610", "mine already exists", "nothing was changed"]);
     assert_eq!(fs::read_dir(place.path().join("mine")).unwrap().count(), 1);
@@ -94,8 +94,8 @@ fn nothing_is_overwritten_and_names_are_checked() {
 }
 
 #[test]
-fn a_build_tells_what_is_missing_or_wrong() {
-    let place = Place::new();
+fn build_errors_are_reported_with_the_cause() {
+    let place = TestFolder::new();
     place.tatu(&["plugin", "build"]).refused(&["E611", "tatu.toml", "tatu new plugin"]);
     place.tatu(&["new", "plugin", "lamp", "--lang", "c", "--kind", "sensor"]).good();
     let env = [("CC", "no-such-compiler")];
@@ -105,14 +105,14 @@ fn a_build_tells_what_is_missing_or_wrong() {
     place.write("lamp/broken.c", "int f(void) { return no_such_thing; }\n");
     let done = place.tatu(&["plugin", "build", "lamp"]);
     assert_eq!(done.code, 1, "{}", done.err);
-    done.tells(&["broken.c:1", "no_such_thing"]);
+    done.reports(&["broken.c:1", "no_such_thing"]);
     place.write("lamp/tatu.toml", "name = \"lamp\"\nlang = \"pascal\"\nsdk = \"0.1.0\"\n");
     place.tatu(&["plugin", "build", "lamp"]).refused(&["E611", "unknown language `pascal`"]);
 }
 
 #[test]
-fn the_sdk_is_replaced_and_nothing_else() {
-    let place = Place::new();
+fn update_sdk_replaces_only_the_sdk() {
+    let place = TestFolder::new();
     place.tatu(&["new", "plugin", "lamp", "--lang", "rust", "--kind", "sensor"]).good();
     let settings = place.read("lamp/tatu.toml");
     let old = settings.replace("sdk = \"", "sdk = \"0.0.1-");

@@ -6,8 +6,8 @@ use std::{fs, process::Command};
 use crate::kit::*;
 
 /// Copies one of the plugins and builds it with the command at its top.
-fn built(name: &str) -> Place {
-    let place = Place::new();
+fn built(name: &str) -> TestFolder {
+    let place = TestFolder::new();
     let from = root().join("tests/outside").join(name);
     copy(&from, place.path());
     let source = if from.join(format!("{name}.c")).is_file() { format!("{name}.c") } else { format!("{name}.cpp") };
@@ -26,8 +26,8 @@ fn built(name: &str) -> Place {
 }
 
 /// Copies one of the plugins in Rust, together with its library, which Cargo has built with the tests.
-fn in_rust(name: &str) -> Place {
-    let place = Place::new();
+fn in_rust(name: &str) -> TestFolder {
+    let place = TestFolder::new();
     copy(&root().join("tests/outside").join(name), place.path());
     let file = library(&format!("tatu_{name}"));
     fs::copy(program().with_file_name("deps").join(&file), place.path().join(&file)).unwrap();
@@ -36,7 +36,7 @@ fn in_rust(name: &str) -> Place {
 
 /// Checks that the scene runs to its end, that its script reports no failed check, and that the hashes with one and two
 /// threads are equal.
-fn works(place: &Place, scene: &str, more: &[&str]) {
+fn works(place: &TestFolder, scene: &str, more: &[&str]) {
     let env = [("TATU_PLUGIN_PATH", ".")];
     let hash = |threads| {
         let args = [&["run", scene, "--json", "--threads", threads], more].concat();
@@ -56,7 +56,7 @@ fn a_sensor_with_a_schema_and_a_preset() {
 }
 
 #[test]
-fn a_sensor_that_feels() {
+fn a_sensor_that_counts_shocks() {
     works(&built("shock"), "scene.toml", &["--steps", "60"]);
     works(&in_rust("knock"), "scene.toml", &["--steps", "60"]);
     // The count is in the state block, so snapshots contain it.
@@ -129,7 +129,7 @@ fn a_sensor_in_rust_that_remembers_goes_on_from_a_snapshot() {
 }
 
 #[test]
-fn commands_in_rust_that_keep_call_and_wait() {
+fn commands_in_rust_that_store_state_call_and_wait() {
     let place = in_rust("tally");
     works(&place, "scene.toml", &["--steps", "60"]);
     works(&place, "side_by_side.toml", &["--steps", "60"]);

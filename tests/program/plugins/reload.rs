@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 
 use crate::{
     kit::*,
-    remote::jsonl::{Client, Ended, Running},
+    remote::jsonl::{ProgramOutput, RunningProgram, TestClient},
 };
 
 /// A script that drives a robot along a curve that depends on a counter, a table and an upvalue.
@@ -29,43 +29,43 @@ end
 
 /// Creates a scene with two robots far from each other, each with a script file. `head` is put before them, and `more`
 /// after them.
-fn two_robots(head: &str, more: &str) -> Place {
+fn two_robots(head: &str, more: &str) -> TestFolder {
     let robot = |alias: &str, y: f64| {
         format!(
             "[[model]]\nmodel = \"pioneer_p3dx\"\nalias = \"{alias}\"\nposition_m = [0.0, {y}, 0.1388]\nscript = \"{alias}.lua\"\n"
         )
     };
-    let place = Place::scene(&format!("seed = 3\n{head}{FLOOR}{}{}{more}", robot("A", -3.0), robot("B", 3.0)));
+    let place = TestFolder::scene(&format!("seed = 3\n{head}{FLOOR}{}{}{more}", robot("A", -3.0), robot("B", 3.0)));
     place.write("A.lua", ROBOT).write("B.lua", ROBOT);
     place
 }
 
-/// A run that a client holds. The program checks files at most ten times a second, and ignores files that have just
+/// A run whose steps a client releases. The program checks files at most ten times a second, and ignores files that have just
 /// been written.
-struct Held {
-    run: Running,
-    client: Client,
+struct SteppedRun {
+    run: RunningProgram,
+    client: TestClient,
 }
 
-impl Held {
-    fn start(place: &Place, args: &[&str]) -> Held {
+impl SteppedRun {
+    fn start(place: &TestFolder, args: &[&str]) -> SteppedRun {
         let args = [&["--json", "--hashes", "--trace", "t.jsonl"], args].concat();
-        let run = Running::start(place, ",wait_for=1", &args);
+        let run = RunningProgram::start(place, ",wait_for=1", &args);
         let mut client = run.client();
         client.stepping();
-        Held { run, client }
+        SteppedRun { run, client }
     }
     fn steps(&mut self, n: u64) -> &mut Self {
         self.client.step(n);
         self
     }
     /// Writes a file, and waits long enough for the program to read it.
-    fn write(&mut self, place: &Place, name: &str, text: &str) -> &mut Self {
+    fn write(&mut self, place: &TestFolder, name: &str, text: &str) -> &mut Self {
         place.write(name, text);
         thread::sleep(Duration::from_millis(250));
         self
     }
-    fn end(mut self) -> (Value, Ended) {
+    fn end(mut self) -> (Value, ProgramOutput) {
         self.client.ask(json!({ "request": "quit" }));
         let ended = self.run.end();
         let summary = serde_json::from_str(&ended.out).unwrap_or_else(|e| panic!("{e}: {}\n{}", ended.out, ended.err));
@@ -78,39 +78,39 @@ fn hash_of(summary: &Value, object: &str) -> String {
 }
 
 #[track_caller]
-fn tells(ended: &Ended, words: &[&str]) {
+fn assert_reports(ended: &ProgramOutput, words: &[&str]) {
     for w in words {
         assert!(ended.err.contains(w), "standard error does not contain `{w}`:\n{}", ended.err);
     }
 }
 
 /// Returns the summary of a run with this number of steps in which no file changes.
-fn undisturbed(place: &Place, steps: u64) -> Value {
+fn undisturbed(place: &TestFolder, steps: u64) -> Value {
     place.run(&["--hashes", "--trace", "plain.jsonl", "--steps", &steps.to_string()]).good().json()
 }
 
 #[test]
-fn a_script_that_means_the_same_goes_on_where_it_was() {
+fn an_equivalent_script_continues_after_a_reload() {
     let place = two_robots("", "");
     let plain = undisturbed(&place, 60);
-    let mut held = Held::start(&place, &["--reload"]);
+    let mut held = SteppedRun::start(&place, &["--reload"]);
     held.steps(20);
     held.write(&place, "A.lua", &format!("-- a remark,\n-- and another\n{ROBOT}")).steps(20);
     // The file is written again with the same content.
     held.write(&place, "B.lua", ROBOT).steps(20);
     let (summary, ended) = held.end();
     let ended = ended.good();
-    tells(&ended, &["note: reloaded the script", "A.lua of /A (state kept)"]);
+    assert_reports(&ended, &["note: reloaded the script", "A.lua of /A (state kept)"]);
     assert!(!ended.err.contains("B.lua of /B"), "{}", ended.err);
     assert_eq!((&summary["hash"], &summary["reloads"]), (&plain["hash"], &json!(1)), "{}", ended.err);
     assert!(place.read("t.jsonl") == place.read("plain.jsonl"), "the traces differ");
 }
 
 #[test]
-fn a_changed_script_takes_over_the_global_variables() {
+fn a_reloaded_script_inherits_the_global_variables() {
     let place = two_robots("", "");
     let plain = undisturbed(&place, 40);
-    let mut held = Held::start(&place, &["--reload"]);
+    let mut held = SteppedRun::start(&place, &["--reload"]);
     held.steps(20);
     let changed = ROBOT.replace("n = n + 1", "n = n + 1\nsim.addStatusbarMessage(n .. ' ' .. #past .. ' ' .. turns)");
     held.write(&place, "A.lua", &changed).steps(1);
@@ -119,7 +119,7 @@ fn a_changed_script_takes_over_the_global_variables() {
     held.steps(1);
     let (summary, ended) = held.end();
     let ended = ended.good();
-    tells(&ended, &["A.lua of /A (state kept)", "E306", "A.lua:2", "the old version remains in use"]);
+    assert_reports(&ended, &["A.lua of /A (state kept)", "E306", "A.lua:2", "the old version remains in use"]);
     assert_eq!(ended.err.matches("E306").count(), 1, "{}", ended.err);
     let lines = place.lines("t.jsonl");
     // The counter and the table continue at 20, but the local variable of the chunk is initialised again.
@@ -130,15 +130,15 @@ fn a_changed_script_takes_over_the_global_variables() {
 }
 
 #[test]
-fn a_script_whose_state_cannot_be_written_begins_anew_and_is_told() {
+fn a_reloaded_script_without_savable_state_restarts_and_is_reported() {
     let place = two_robots("", &watcher("w", "").replace("script = { text = '''\n\n''' }", "script = \"w.lua\""));
     let waiting = "function sysCall_thread() while true do sim.addStatusbarMessage('one') sim.wait(0.05) end end";
     place.write("w.lua", waiting);
-    let mut held = Held::start(&place, &["--reload"]);
+    let mut held = SteppedRun::start(&place, &["--reload"]);
     held.steps(5);
     held.write(&place, "w.lua", &waiting.replace("one", "two")).steps(5);
     let (_, ended) = held.end();
-    tells(&ended.good(), &["w.lua of /w (state reset: "]);
+    assert_reports(&ended.good(), &["w.lua of /w (state reset: "]);
     let lines = place.lines("t.jsonl");
     assert_eq!((lines[4].status(), lines[6].status()), (vec!["one"], vec!["two"]));
 }
@@ -241,7 +241,7 @@ TATU_EXPORT const tatu_plugin_t tatu_plugin = {.size = sizeof tatu_plugin, .abi_
 "#;
 
 /// Compiles the plugin into the folder `built` with these definitions, and returns the bytes of the library.
-fn probe(place: &Place, defines: &[&str]) -> Vec<u8> {
+fn probe(place: &TestFolder, defines: &[&str]) -> Vec<u8> {
     place.write("built/probe.c", PROBE);
     let mut cc = Command::new(compiler("cc"));
     cc.args(["-std=c11", "-Wall", "-Wno-missing-field-initializers", "-shared", "-fPIC", "-I"]);
@@ -251,7 +251,7 @@ fn probe(place: &Place, defines: &[&str]) -> Vec<u8> {
 }
 
 #[test]
-fn a_changed_plugin_takes_the_place_of_the_old_one() {
+fn a_changed_plugin_replaces_the_old_one() {
     let script = "
         local count, old = nil, nil
         function sysCall_init() old = probe.old end
@@ -269,7 +269,7 @@ fn a_changed_plugin_takes_the_place_of_the_old_one() {
     fs::write(&file, &first).unwrap();
     let plain = undisturbed(&place, 16);
 
-    let mut held = Held::start(&place, &["--reload", "--watch", "/p"]);
+    let mut held = SteppedRun::start(&place, &["--reload", "--watch", "/p"]);
     // Overwrites the same file, as linkers do; this would crash a process that has it mapped.
     let put = |bytes: &[u8]| {
         fs::write(&file, bytes).unwrap();
@@ -289,8 +289,8 @@ fn a_changed_plugin_takes_the_place_of_the_old_one() {
     let (summary, ended) = held.end();
     let ended = ended.good();
     assert_eq!(ended.err.matches("E301").count(), 2, "{}", ended.err);
-    tells(&ended, &["E305", "no longer offers the sensor `probe`", "E402", "this version makes none"]);
-    tells(&ended, &["note: reloaded the plugin org.example.probe 1 from"]);
+    assert_reports(&ended, &["E305", "no longer offers the sensor `probe`", "E402", "this version makes none"]);
+    assert_reports(&ended, &["note: reloaded the plugin org.example.probe 1 from"]);
     assert!(!ended.err.contains("starts over"), "{}", ended.err);
     assert_eq!(summary["reloads"], 1);
     for robot in ["/A", "/B"] {
@@ -311,14 +311,14 @@ fn a_changed_plugin_takes_the_place_of_the_old_one() {
 }
 
 #[test]
-fn what_was_told_at_the_start_keeps_no_new_version_out() {
+fn a_warning_from_the_start_does_not_block_new_versions() {
     let place = two_robots("plugins = [\"plugins\"]\n", "");
     let file = place.path().join("plugins").join(library("tatu_probe"));
     fs::create_dir_all(place.path().join("plugins")).unwrap();
     // The invalid name is reported at the start of the run, and not again for new versions, which also contain it.
     let [second, third] = ["-DVERSION=2", "-DVERSION=3"].map(|v| probe(&place, &[v, "-DANOTHER=\"pro be\""]));
     fs::write(&file, &second).unwrap();
-    let mut held = Held::start(&place, &["--reload"]);
+    let mut held = SteppedRun::start(&place, &["--reload"]);
     for bytes in [&third, &second] {
         held.steps(2);
         fs::write(&file, bytes).unwrap();
@@ -329,13 +329,13 @@ fn what_was_told_at_the_start_keeps_no_new_version_out() {
     let ended = ended.good();
     assert_eq!(summary["reloads"], 2, "{}", ended.err);
     assert!(!ended.err.contains("pro be"), "the warning from the start is repeated: {}", ended.err);
-    place.run(&["--steps", "1"]).good().tells(&["E303", "`pro be` has an invalid name"]);
+    place.run(&["--steps", "1"]).good().reports(&["E303", "`pro be` has an invalid name"]);
 }
 
 /// Changes in the text of a model folder are applied as in any file of the document. If the text has an error, the old
 /// version remains in effect.
 #[test]
-fn a_changed_model_of_a_folder_is_taken_too() {
+fn a_changed_model_of_a_folder_is_reloaded() {
     let part = |mass: &str| {
         format!(
             "format = 1\n[model]\ntext = \"A box.\"\n[model.params.density]\ntype = \"float\"\ndefault = 2.0\n\
@@ -349,21 +349,24 @@ fn a_changed_model_of_a_folder_is_taken_too() {
     let scene = format!("[[model]]\nmodel = \"part\"\nalias = \"P\"\ndensity = 1.5\n{}", watcher("w", script));
     let place = two_robots("", &scene);
     place.write("models/part/model.toml", &part("=density"));
-    let mut held = Held::start(&place, &["--reload"]);
+    let mut held = SteppedRun::start(&place, &["--reload"]);
     held.steps(5);
     held.write(&place, "models/part/model.toml", &part("=2 * density")).steps(5);
     held.write(&place, "models/part/model.toml", &part("=2 * densty")).steps(5);
     held.write(&place, "models/part/model.toml", &part("=4 * density")).steps(5);
     let (_, ended) = held.end();
     let ended = ended.good();
-    tells(&ended, &["note: reloaded /P: shape.mass", "no parameter or number `densty`", "models/part/model.toml:"]);
+    assert_reports(
+        &ended,
+        &["note: reloaded /P: shape.mass", "no parameter or number `densty`", "models/part/model.toml:"],
+    );
     let lines = place.lines("t.jsonl");
     let masses: Vec<&str> = lines.iter().map(|l| l.status()[0]).collect();
     assert_eq!(masses, [["1.5"; 5], ["3.0"; 5], ["3.0"; 5], ["6.0"; 5]].concat());
 }
 
 #[test]
-fn a_changed_model_is_taken_into_what_stands_there() {
+fn a_changed_model_is_merged_into_the_existing_scene() {
     let part = |mass: f64, more: &str| {
         format!(
             "format = 1\n{}{more}",
@@ -383,14 +386,14 @@ fn a_changed_model_is_taken_into_what_stands_there() {
     let place = two_robots("", &more);
     place.write("part.toml", &part(2.0, ""));
     let plain = undisturbed(&place, 20);
-    let mut held = Held::start(&place, &["--reload", "--watch", "/P/box"]);
+    let mut held = SteppedRun::start(&place, &["--reload", "--watch", "/P/box"]);
     held.steps(5);
     held.write(&place, "part.toml", &part(3.0, "")).steps(5);
     held.write(&place, "part.toml", "format = 1\n[[object]]\nkind = \"shap\"\n").steps(5);
     held.write(&place, "part.toml", &part(3.0, "[[object]]\nkind = \"dummy\"\nalias = \"more\"\n")).steps(5);
     let (summary, ended) = held.end();
     let ended = ended.good();
-    tells(&ended, &["note: reloaded /P/box: shape.mass", "part.toml:3", "E307", "/P/more was added"]);
+    assert_reports(&ended, &["note: reloaded /P/box: shape.mass", "part.toml:3", "E307", "/P/more was added"]);
     let lines = place.lines("t.jsonl");
     let masses: Vec<&str> = lines.iter().map(|l| l.status()[0]).collect();
     assert_eq!(masses, [["2.0"; 5], ["3.0"; 5], ["3.0"; 5], ["3.0"; 5]].concat());
@@ -405,7 +408,7 @@ fn a_changed_model_is_taken_into_what_stands_there() {
 }
 
 #[test]
-fn a_run_that_takes_changes_cannot_be_logged() {
+fn a_run_with_reload_cannot_be_logged() {
     let place = two_robots("", "");
     for other in [["--log", "run.log"], ["--snapshot-at", "1"], ["--from", "x"]] {
         let done = place.tatu(&[&["run", "scene.toml", "--reload"], &other[..]].concat());
@@ -425,13 +428,13 @@ fn a_graph_whose_streams_change_records_the_new_ones() {
              [[object]]\nkind = \"graph\"\nalias = \"g\"\nstreams = [{streams}]\n"
         )
     };
-    let place = Place::new();
+    let place = TestFolder::new();
     place.write("scene.toml", &scene(&stream("z")));
-    let mut held = Held::start(&place, &["--reload", "--graphs", "out"]);
+    let mut held = SteppedRun::start(&place, &["--reload", "--graphs", "out"]);
     held.steps(5);
     held.write(&place, "scene.toml", &scene(&format!("{}, {}", stream("z"), stream("x")))).steps(5);
     let (_, ended) = held.end();
-    tells(&ended.good(), &["reloaded /g: graph.streams"]);
+    assert_reports(&ended.good(), &["reloaded /g: graph.streams"]);
     let table = place.read("out/g.csv");
     let head = table.lines().next().unwrap();
     assert!(head.contains('z') && head.contains('x'), "{table}");

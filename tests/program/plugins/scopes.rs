@@ -6,7 +6,7 @@ use std::process::Command;
 use crate::kit::*;
 
 /// Host functions that change the world.
-const ACTS: [&str; 10] = [
+const WRITE_CALLS: [&str; 10] = [
     "scene.set_pose",
     "scene.set",
     "scene.create",
@@ -21,13 +21,13 @@ const ACTS: [&str; 10] = [
 
 /// Creates a scene with sensors that call functions where these are forbidden. `script` belongs to an object that calls
 /// commands.
-fn place(eyes: usize, eye: &str, script: &str) -> Place {
+fn place(eyes: usize, eye: &str, script: &str) -> TestFolder {
     let mut scene =
         format!("{}{}", cuboid("box", [0.2; 3], [0.0, 0.0, 2.0], "dynamic = true"), watcher("caller", script));
     for i in 0..eyes {
         scene += &format!("[[object]]\nkind = \"sensor\"\nsensor = \"nosy\"\nalias = \"eye{i}\"\nwhere = \"{eye}\"\n");
     }
-    let place = Place::scene(&format!("plugins = [\"mine\"]\n{scene}"));
+    let place = TestFolder::scene(&format!("plugins = [\"mine\"]\n{scene}"));
     place.write("mine/trespass.c", include_str!("trespass.c"));
     succeed(
         Command::new(compiler("cc"))
@@ -41,7 +41,7 @@ fn place(eyes: usize, eye: &str, script: &str) -> Place {
 
 /// Checks that the run continues, that each call of a function is refused and reported with the plugin function `call`
 /// that made it, and that no call took effect.
-fn refused(done: &Done, call: &str, functions: &[&str]) {
+fn refused(done: &RunOutput, call: &str, functions: &[&str]) {
     assert!(!done.err.contains("TRESPASSED"), "{}", done.err);
     let errors = done.errors();
     for function in functions {
@@ -56,13 +56,13 @@ fn refused(done: &Done, call: &str, functions: &[&str]) {
     }
 }
 
-const SETS: &str = "function sysCall_init() eye = sim.getObject('/eye0') end
+const SETTER_SCRIPT: &str = "function sysCall_init() eye = sim.getObject('/eye0') end
     function sysCall_actuation() sim.setFloatProperty(eye, 'nosy.knob', sim.getSimulationTime()) end";
 
 #[test]
-fn what_changes_the_world_is_refused_where_only_a_look_is_allowed() {
-    let healthy = |done: &Done| done.json()["objects"]["/box"]["hash"].clone();
-    let expected = healthy(&place(1, "nowhere", SETS).run(&["--steps", "6"]).good());
+fn writes_are_refused_in_read_only_functions() {
+    let healthy = |done: &RunOutput| done.json()["objects"]["/box"]["hash"].clone();
+    let expected = healthy(&place(1, "nowhere", SETTER_SCRIPT).run(&["--steps", "6"]).good());
     for (eye, call) in [
         ("create", "tatu_life.create"),
         ("configure", "tatu_life.configure"),
@@ -70,7 +70,7 @@ fn what_changes_the_world_is_refused_where_only_a_look_is_allowed() {
         ("save", "tatu_life.save"),
         ("destroy", "tatu_life.destroy"),
     ] {
-        let place = place(1, eye, SETS);
+        let place = place(1, eye, SETTER_SCRIPT);
         let saved: &[&str] = if eye == "save" { &["--snapshot-at", "0.15", "t.snap"] } else { &[] };
         let done = place.run(&[&["--steps", "6"], saved].concat());
         if eye == "destroy" {
@@ -78,35 +78,35 @@ fn what_changes_the_world_is_refused_where_only_a_look_is_allowed() {
             assert!(!done.err.contains("TRESPASSED"), "{}", done.err);
             continue;
         }
-        refused(&done, call, &ACTS);
+        refused(&done, call, &WRITE_CALLS);
         assert_eq!(healthy(&done), expected, "{eye}");
     }
 }
 
 #[test]
-fn a_batch_may_call_nothing_but_the_log() {
+fn a_batch_may_call_only_the_log() {
     let looks = ["scene.pose", "scene.get", "bodies.contacts", "files.resolve", "commands.alloc"];
     for threads in ["1", "2"] {
         let place = place(40, "measure", "");
         let done = place.run(&["--steps", "6", "--threads", threads]);
-        refused(&done, "tatu_sensor.measure", &[&ACTS[..], &looks].concat());
+        refused(&done, "tatu_sensor.measure", &[&WRITE_CALLS[..], &looks].concat());
         assert_eq!(done.json()["steps"], 6);
     }
 }
 
 #[test]
-fn threads_of_a_plugin_are_kept_out_of_worlds() {
+fn threads_of_a_plugin_cannot_access_worlds() {
     for threads in ["1", "2"] {
         let place = place(1, "nowhere", "function sysCall_actuation() nosy.thread() end");
         let done = place.run(&["--steps", "4", "--threads", threads]);
         assert!(!done.err.contains("TRESPASSED"), "{}", done.err);
         // The fault names the library, because the host does not know which plugin started a thread.
         assert!(done.errors().iter().all(|e| e["code"] == "F207"));
-        done.tells(&[
+        done.reports(&[
             &library("tatu_nosy"),
             "`scene.pose` was called for a world that does not exist, or from a thread that is not the world's",
         ]);
-        done.tells(&["log.write and session.wake"]);
+        done.reports(&["log.write and session.wake"]);
     }
 }
 

@@ -8,21 +8,21 @@ use serde_json::Value;
 use crate::kit::*;
 
 /// Creates a scene that loads the C template and runs a script; `more` contains further scene entries.
-fn with_c(script: &str, more: &str) -> Place {
+fn with_c(script: &str, more: &str) -> TestFolder {
     let scene = format!("plugins = [\"template/c_command\"]\n{more}{}", watcher("caller", script));
-    let place = Place::scene(&scene);
+    let place = TestFolder::scene(&scene);
     template(&place, "c_command");
     place
 }
 
 /// Returns the status lines of a run without errors, by step.
-fn told(place: &Place, args: &[&str]) -> Vec<Vec<String>> {
+fn status_lines(place: &TestFolder, args: &[&str]) -> Vec<Vec<String>> {
     let lines = place.trace(&[], args);
     lines.iter().map(|l| l.status().iter().map(|s| s.to_string()).collect()).collect()
 }
 
 #[test]
-fn c_gets_and_gives_values_of_all_kinds() {
+fn c_receives_and_returns_values_of_all_kinds() {
     let script = "function sysCall_init()
         local got
         local about, n = example.describe(2, 'arm\\0\\xe9', {1, 2.5, 3}, function(sum) got = sum return {half = sum / 2, l = {1, 'x'}} end)
@@ -40,14 +40,14 @@ fn c_gets_and_gives_values_of_all_kinds() {
 }
 
 #[test]
-fn c_keeps_functions() {
+fn c_stores_functions() {
     let script = "
         function sysCall_init() example.later(function() example.later(function() return 'second' end) return {'first'} end) end
         function sysCall_actuation()
             local ok, value = pcall(example.fire)
             sim.addStatusbarMessage(ok and (type(value) == 'table' and value[1] or value) or 'nothing: ' .. tostring(value))
         end";
-    let told = told(&with_c(script, ""), &["--steps", "3"]);
+    let told = status_lines(&with_c(script, ""), &["--steps", "3"]);
     assert_eq!((told[0][0].as_str(), told[1][0].as_str()), ("first", "second"));
     assert!(told[2][0].starts_with("nothing: ") && told[2][0].contains("there is no function to fire"), "{told:?}");
 }
@@ -89,7 +89,7 @@ fn c_waits_for_the_next_step() {
         function sysCall_thread()
             for i = 1, 3 do sim.addStatusbarMessage(string.format('thread %.2f', example.nextStep())) end
         end";
-    let told = told(&with_c(script, ""), &["--steps", "6"]);
+    let told = status_lines(&with_c(script, ""), &["--steps", "6"]);
     let all = told.concat();
     // `init` is not a coroutine, so it cannot wait and gets an error.
     assert_eq!(all[0], "false", "{told:?}");
@@ -103,7 +103,7 @@ fn c_waits_for_the_next_step() {
 }
 
 #[test]
-fn c_fails_with_words_of_its_own() {
+fn c_fails_with_its_own_error_text() {
     let caught = "function sysCall_init()
         local ok, message = pcall(example.refuse, 'not today')
         assert(not ok and tostring(message):find('not today', 1, true), message)
@@ -121,7 +121,7 @@ fn c_fails_with_words_of_its_own() {
     assert_eq!((e["plugin"].as_str(), e["object"].as_str()), (Some("org.example.c_command"), Some("/caller")), "{e}");
     assert!(e["file"].as_str().unwrap().ends_with("own.lua") && e["line"] == 3, "{e}");
     assert!(e["message"].as_str().unwrap().contains("not today"), "{e}");
-    done.tells(&["own.lua:3", "not today", "call example.count() instead"]);
+    done.reports(&["own.lua:3", "not today", "call example.count() instead"]);
 }
 
 /// Checks that a body of 2 kg without gravity, which `call` pushes in each step, has the velocity F t / m.
@@ -172,7 +172,7 @@ fn c_reads_a_sonar_through_another_plugin() {
 
 #[test]
 #[cfg_attr(no_cxx, ignore = "needs a C++ compiler")]
-fn cpp_gets_and_gives_values() {
+fn cpp_receives_and_returns_values() {
     let script = "function sysCall_init()
         local about, n = examplecpp.describe(2, 'arm', {1, 2.5, 3}, function(sum) return sum / 2 end)
         assert(about.name == 'arm' and about.scaled[2] == 5 and about.sum == 6.5 and about.called == 3.25 and n == 3)
@@ -184,7 +184,7 @@ fn cpp_gets_and_gives_values() {
         ok, message = pcall(examplecpp.map, {1}, function() error('mine') end)
         assert(not ok and tostring(message):find('mine', 1, true), message)
     end";
-    let place = Place::scene(&format!("plugins = [\"template/cpp_command\"]\n{}", watcher("caller", script)));
+    let place = TestFolder::scene(&format!("plugins = [\"template/cpp_command\"]\n{}", watcher("caller", script)));
     template(&place, "cpp_command");
     place.run(&["--steps", "1"]).good();
 }
@@ -194,7 +194,7 @@ fn the_first_command_of_the_readme_works() {
     let readme = fs::read_to_string(root().join("plugin-api/README.md")).unwrap();
     let code = readme.split("```c\n").nth(1).unwrap().split("```").next().unwrap();
     let script = "function sysCall_init() assert(hello.twice(21) == 42) assert(not pcall(hello.twice)) end";
-    let place = Place::scene(&format!("plugins = [\".\"]\n{}", watcher("caller", script)));
+    let place = TestFolder::scene(&format!("plugins = [\".\"]\n{}", watcher("caller", script)));
     copy(&root().join("plugin-api/include"), &place.path().join("plugin-api/include"));
     place.write("hello.c", code);
     build(&readme, place.path());
@@ -203,8 +203,8 @@ fn the_first_command_of_the_readme_works() {
 
 #[test]
 #[cfg_attr(no_cxx, ignore = "needs a C++ compiler")]
-fn lists_name_what_was_found_and_where() {
-    let place = Place::new();
+fn lists_contain_the_plugins_found_and_their_paths() {
+    let place = TestFolder::new();
     let folder = template(&place, "c_command");
     template(&place, "cpp_command");
     let path = std::env::join_paths([&folder, &place.path().join("template/cpp_command")]).unwrap();
@@ -228,7 +228,7 @@ fn lists_name_what_was_found_and_where() {
 #[test]
 fn a_rust_sensor_is_read_like_any_other() {
     // The face of the wall is 0.5057 m ahead. The sensor of the template rounds to 1 cm, and then to 10 cm.
-    let place = Place::scene(&format!(
+    let place = TestFolder::scene(&format!(
         "{}[[object]]\nkind = \"sensor\"\nsensor = \"example_range\"\nalias = \"feeler\"\nstep_m = 0.01\nrange_m = 1.0\n{}",
         cuboid("wall", [1.0, 1.0, 0.2], [0.0, 0.0, 0.6057], ""),
         watcher(

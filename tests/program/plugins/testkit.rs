@@ -27,13 +27,13 @@ fn hello() -> String {
 }
 
 /// The output of `tatu plugin test --json`, by the name of the test.
-struct Tested {
+struct TestReport {
     code: i32,
     json: Value,
     err: String,
 }
 
-impl Tested {
+impl TestReport {
     #[track_caller]
     fn test(&self, name: &str) -> &Value {
         let found = self.json["tests"].as_array().into_iter().flatten().find(|t| t["name"] == name);
@@ -54,7 +54,7 @@ impl Tested {
 }
 
 /// Runs `tatu plugin test --json`. Cargo builds offline and reuses the target folder of earlier runs.
-fn test(place: &Place, folder: &str, args: &[&str]) -> Tested {
+fn test(place: &TestFolder, folder: &str, args: &[&str]) -> TestReport {
     let target = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("testkit");
     let done = Command::new(program())
         .current_dir(place.path())
@@ -68,11 +68,11 @@ fn test(place: &Place, folder: &str, args: &[&str]) -> Tested {
         .unwrap();
     let text = |b: &[u8]| String::from_utf8_lossy(b).into_owned();
     let json = serde_json::from_slice(&done.stdout).unwrap_or(Value::Null);
-    Tested { code: done.status.code().unwrap_or(-1), json, err: text(&done.stderr) }
+    TestReport { code: done.status.code().unwrap_or(-1), json, err: text(&done.stderr) }
 }
 
 /// Creates a crate with a plugin whose dependencies have the versions in this workspace.
-fn krate(place: &Place, name: &str, more: &str, source: &str) {
+fn krate(place: &TestFolder, name: &str, more: &str, source: &str) {
     let api = root().join("plugin-api");
     let (api, kit) = (api.display(), api.join("testkit").display().to_string());
     let manifest = format!(
@@ -89,7 +89,7 @@ fn krate(place: &Place, name: &str, more: &str, source: &str) {
 
 #[test]
 fn the_page_s_tests_in_c_and_its_scene_pass() {
-    let place = Place::new();
+    let place = TestFolder::new();
     place.write("hello/hello.c", &hello());
     place.write("hello/tests/hello.c", &code("c", 0)).write("hello/tests/hello.toml", &code("toml", 0));
     let tested = test(&place, "hello", &[]);
@@ -109,7 +109,7 @@ fn the_page_s_tests_in_c_and_its_scene_pass() {
 }
 
 /// Tests in C, each of which fails in a different way.
-const WRONG: &str = r#"#include "tatu/test.h"
+const FAILING_TESTS: &str = r#"#include "tatu/test.h"
 #include "tatu/command.h"
 static const char *const sonar = "format = 1\n[[object]]\nkind = \"sensor\"\nsensor = \"proximity\"\nalias = \"eye\"\n";
 static const char *const empty = "format = 1\n[scene]\n";
@@ -170,9 +170,12 @@ TATU_TESTS(checks, crashes, hangs, leaves, field, index, early, path, command, p
 "#;
 
 #[test]
-fn failures_are_told_with_place_and_reason_and_the_other_tests_run() {
-    let place = Place::new();
-    place.write("mine/hello.c", &hello()).write("mine/tests/wrong.c", WRONG).write("mine/tests/broken.c", "int main(");
+fn failures_are_reported_with_place_and_reason_and_the_other_tests_run() {
+    let place = TestFolder::new();
+    place
+        .write("mine/hello.c", &hello())
+        .write("mine/tests/wrong.c", FAILING_TESTS)
+        .write("mine/tests/broken.c", "int main(");
     let long = "format = 1\n# steps: 2\n[[object]]\nkind = \"dummy\"\nalias = \"d\"\nscript = { text = '''
 function sysCall_sensing() assert(sim.getSimulationTime() < 0.04, 'too late') end\n''' }\n";
     place.write("mine/tests/late.toml", long);
@@ -202,8 +205,8 @@ function sysCall_sensing() assert(sim.getSimulationTime() < 0.04, 'too late') en
 }
 
 #[test]
-fn the_host_gets_and_gives_values_and_waits_for_nothing() {
-    let place = Place::new();
+fn the_test_host_exchanges_values_and_does_not_wait() {
+    let place = TestFolder::new();
     let template = fs::read_to_string(root().join("plugin-api/template/c_command/c_command.c")).unwrap();
     let tests = r#"#include "tatu/test.h"
 TATU_TEST(waits) { tatu_test_scene(t, "format = 1"); tatu_test_call(t, "example.nextStep", NULL, 0); }
@@ -231,7 +234,7 @@ TATU_TESTS(waits, refuses, counts);
 #[test]
 #[cfg_attr(no_cxx, ignore = "needs a C++ compiler")]
 fn tests_in_cpp_run_destructors_and_survive_exceptions() {
-    let place = Place::new();
+    let place = TestFolder::new();
     let text = r#"#include "tatu/test.h"
 #include <stdexcept>
 struct Said {
@@ -255,7 +258,7 @@ TATU_TESTS(needs, throws, refused, passes);
 
 #[test]
 fn a_plugin_that_cannot_be_built_or_loaded_fails() {
-    let place = Place::new();
+    let place = TestFolder::new();
     place.write("bad/bad.c", "int x = ;\n").write("bad/tests/hello.c", &code("c", 0));
     let tested = test(&place, "bad", &[]);
     assert_eq!(tested.code, 1);
@@ -270,7 +273,7 @@ fn a_plugin_that_cannot_be_built_or_loaded_fails() {
 
 #[test]
 fn the_page_s_tests_in_rust_pass() {
-    let place = Place::new();
+    let place = TestFolder::new();
     let template = fs::read_to_string(root().join("plugin-api/template/rust_sensor/src/lib.rs")).unwrap();
     krate(&place, "tatu-ranger", "", &format!("{template}\n{}", code("rust", 0)));
     let wrong = "use tatu_plugin_testkit::{Host, Result, plugin};
@@ -302,7 +305,7 @@ const SCENE: &str = \"format = 1\n[[object]]\nkind = 'sensor'\nsensor = 'example
 
 #[test]
 fn projects_of_tatu_new_are_tested_as_they_are() {
-    let place = Place::new();
+    let place = TestFolder::new();
     place.tatu(&["new", "plugin", "fan", "--lang", "c", "--kind", "command"]).good();
     place.write("fan/tests/empty.toml", "format = 1\n# steps: 2\n");
     let source = "#include \"tatu/test.h\"\nTATU_TEST(loads) { tatu_test_scene(t, \"format = 1\"); tatu_test_step(t, 1); }\nTATU_TESTS(loads);\n";
@@ -325,7 +328,7 @@ fn projects_of_tatu_new_are_tested_as_they_are() {
 
 #[test]
 fn the_page_s_test_of_an_actuator_passes() {
-    let place = Place::new();
+    let place = TestFolder::new();
     let from = root().join("plugins/actuators/thruster/src");
     let source = fs::read_to_string(from.join("lib.rs")).unwrap();
     krate(&place, "tatu-pusher", "libm = \"0.2\"", &format!("{source}\n{}", code("rust", 1)));

@@ -1,10 +1,10 @@
 //! Tests of texts from plugins: log lines contain the id of their plugin, and texts are sanitised and truncated.
 
-use crate::{kit::made::*, kit::*};
+use crate::{kit::plugin_sources::*, kit::*};
 
 /// Returns a plugin that uses the log, with a command `<name>.one` that has the given body.
-fn speaker(name: &str, body: &str) -> Source {
-    Source::new(name).with(|s| {
+fn speaker(name: &str, body: &str) -> PluginSource {
+    PluginSource::new(name).with(|s| {
         s.before = s.before.replace("return tatu_return(c, tatu_int(1));", body);
         s.before =
             format!("#include <stdlib.h>\nstatic const tatu_host *h; static const tatu_host_log *l;\n{}", s.before);
@@ -62,7 +62,7 @@ fn control_characters_do_not_reach_the_terminal() {
     let place = place(&watcher("w", "function sysCall_init() dirty.one() end"));
     compile(&place, "dirty", &source.text());
     let done = place.run(&["--steps", "1"]);
-    done.tells(&[
+    done.reports(&[
         "a \\u{1b}[31mred\\u{7} line\twith\na second",
         "a \\u{1b}]0;title\\u{7} failure",
         "do \\u{1b}[2J nothing",
@@ -74,13 +74,13 @@ fn control_characters_do_not_reach_the_terminal() {
 }
 
 #[test]
-fn what_scripts_print_stays_as_it_is() {
-    let place = Place::scene(&watcher("w", "function sysCall_init() print('\\27[31mred') end"));
-    place.run(&["--steps", "1"]).good().tells(&["\u{1b}[31mred"]);
+fn script_output_is_not_changed() {
+    let place = TestFolder::scene(&watcher("w", "function sysCall_init() print('\\27[31mred') end"));
+    place.run(&["--steps", "1"]).good().reports(&["\u{1b}[31mred"]);
 }
 
 #[test]
-fn an_error_text_is_cut_where_nobody_would_read_on() {
+fn a_very_long_error_text_is_truncated() {
     let body = "size_t n = 1 << 20; char *t = malloc(n + 1); memset(t, 'x', n); t[n] = 0;
       tatu_fail(c->error, TATU_ERR, t); free(t); return TATU_ERR;";
     let script = "function sysCall_init()

@@ -6,7 +6,7 @@ use crate::kit::*;
 
 /// A plugin with four commands: `slow.square(x)` squares a number on a thread that sleeps for a while; `slow.twice()`
 /// uses a ticket twice; `slow.early()` delivers its result before it waits; `slow.lost()` waits without a ticket.
-const SLOW: &str = r#"
+const SLOW_PLUGIN: &str = r#"
 #define _POSIX_C_SOURCE 200809L
 #include "tatu.h"
 #include <pthread.h>
@@ -82,9 +82,9 @@ TATU_EXPORT const tatu_plugin_t tatu_plugin = {.size = sizeof tatu_plugin, .abi_
   .init = init, .extension = extension};
 "#;
 
-fn with_slow(script: &str) -> Place {
-    let place = Place::scene(&format!("plugins = [\".\"]\n{}", watcher("pilot", script)));
-    place.write("slow.c", SLOW);
+fn with_slow(script: &str) -> TestFolder {
+    let place = TestFolder::scene(&format!("plugins = [\".\"]\n{}", watcher("pilot", script)));
+    place.write("slow.c", SLOW_PLUGIN);
     let (include, out) = (root().join("plugin-api/include"), library("tatu_slow"));
     let mut cc = Command::new(compiler("cc"));
     cc.args(["-std=c11", "-Wall", "-Wextra", "-Wno-missing-field-initializers", "-shared", "-fPIC", "-I"]);
@@ -119,10 +119,10 @@ fn a_result_of_a_thread_is_replayed_without_the_thread() {
 fn a_ticket_is_used_once_and_a_wait_needs_one() {
     let script = "function sysCall_thread() print('twice ' .. slow.twice()) slow.lost() end";
     let done = with_slow(script).run(&["--steps", "10"]);
-    done.tells(&["twice 7", "a wait for a wake requires a ticket"]);
+    done.reports(&["twice 7", "a wait for a wake requires a ticket"]);
     // A script can wait only in its thread, not in `init`.
     let script = "function sysCall_init() slow.square(2) end";
-    with_slow(script).run(&["--steps", "3"]).tells(&["a caller that cannot wait does not get a ticket"]);
+    with_slow(script).run(&["--steps", "3"]).reports(&["a caller that cannot wait does not get a ticket"]);
 }
 
 #[test]
@@ -142,5 +142,5 @@ fn a_wait_from_a_snapshot_ends_with_an_error() {
     // The snapshot is taken in the first step, while the thread is still computing, which takes 30 ms.
     place.run(&["--steps", "1", "--snapshot-at", "0.05", "half"]);
     let done = place.run(&["--from", "half", "--steps", "10"]);
-    done.tells(&["it says", "the result of the thread was lost"]);
+    done.reports(&["it says", "the result of the thread was lost"]);
 }

@@ -4,14 +4,14 @@ use crate::kit::*;
 
 /// Creates a scene with a folder that contains a library. The library is not a plugin, so if it were opened, an error
 /// would name it.
-fn scene() -> Place {
-    let place = Place::scene(&format!("plugins = [\"mine\"]\n{FLOOR}"));
+fn scene() -> TestFolder {
+    let place = TestFolder::scene(&format!("plugins = [\"mine\"]\n{FLOOR}"));
     place.write(&format!("mine/{}", library("tatu_stranger")), "not a library");
     place
 }
 
 /// Runs the program with `trust` as the value of `TATU_TRUST`, which replaces that of the test kit.
-fn run_in(place: &Place, trust: &str, args: &[&str]) -> Done {
+fn run_in(place: &TestFolder, trust: &str, args: &[&str]) -> RunOutput {
     run(program(), place.path(), args, &[("TATU_TRUST", trust)])
 }
 
@@ -29,7 +29,7 @@ fn a_scene_with_plugins_of_its_own_asks_first() {
         done.refused(&["error[E312]", "mine", "--allow plugins", "TATU_TRUST"]);
         assert!(!done.err.contains("stranger"), "the library was opened: {}", done.err);
         let done = run_in(&place, "", &[args, &["--allow", "plugins"]].concat()).good();
-        done.tells(&["E301", "stranger"]);
+        done.reports(&["E301", "stranger"]);
     }
 }
 
@@ -39,8 +39,8 @@ fn a_folder_is_trusted_once_by_its_name() {
     let folder = place.path().canonicalize().unwrap().join("mine");
     let args = ["run", "scene.toml", "--steps", "1"];
     let all = std::env::join_paths(["/nowhere".into(), folder.clone()]).unwrap();
-    run_in(&place, all.to_str().unwrap(), &args).good().tells(&["E301"]);
-    run_in(&place, place.path().to_str().unwrap(), &args).good().tells(&["E301"]);
+    run_in(&place, all.to_str().unwrap(), &args).good().reports(&["E301"]);
+    run_in(&place, place.path().to_str().unwrap(), &args).good().reports(&["E301"]);
     // Relative names are not accepted, because they denote different folders elsewhere, and neither are prefixes of
     // names.
     for trust in ["mine", "."] {

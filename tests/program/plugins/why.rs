@@ -5,10 +5,10 @@
 
 use std::{fs, path::PathBuf};
 
-use crate::{kit::made::*, kit::said::*, kit::*};
+use crate::{kit::plugin_sources::*, kit::said::*, kit::*};
 
 /// Runs `tatu plugin why` with `mine` in the search path.
-pub fn ask(place: &Place, args: &[&str]) -> Done {
+pub fn ask(place: &TestFolder, args: &[&str]) -> RunOutput {
     let all = [&["plugin", "why"], args].concat();
     let done = run(program(), place.path(), &all, &[("TATU_PLUGIN_PATH", "mine")]);
     assert!(done.err.is_empty() && done.signal.is_none(), "{}\n{}", done.err, done.out);
@@ -16,13 +16,13 @@ pub fn ask(place: &Place, args: &[&str]) -> Done {
 }
 
 /// Creates a folder that contains an empty folder `mine`.
-pub fn folder() -> Place {
-    let place = Place::new();
+pub fn folder() -> TestFolder {
+    let place = TestFolder::new();
     fs::create_dir(place.path().join("mine")).unwrap();
     place
 }
 
-pub fn file(place: &Place, name: &str) -> PathBuf {
+pub fn file(place: &TestFolder, name: &str) -> PathBuf {
     place.path().join("mine").join(library(&format!("tatu_{name}")))
 }
 
@@ -32,11 +32,11 @@ pub fn without_sizes(text: &str) -> String {
     text.split(' ').map(|w| if number(w) { "SIZE" } else { w }).collect::<Vec<_>>().join(" ")
 }
 
-impl Said {
+impl OutputSnapshot {
     /// Runs `tatu plugin why`, which must fail, and adds the last two lines of its output: the reason why a plugin is
     /// not loaded, and the help.
     #[track_caller]
-    pub fn because(&mut self, tried: &str, place: &Place, args: &[&str]) {
+    pub fn because(&mut self, tried: &str, place: &TestFolder, args: &[&str]) {
         let done = ask(place, args);
         assert_eq!(done.code, 1, "{}", done.out);
         let (_, last) = done.out.rsplit_once("\n\n").unwrap();
@@ -46,8 +46,8 @@ impl Said {
     }
 }
 
-pub fn good() -> Source {
-    Source::new("x")
+pub fn good() -> PluginSource {
+    PluginSource::new("x")
 }
 
 /// Returns the bytes of a valid plugin.
@@ -58,7 +58,7 @@ pub fn good_bytes() -> Vec<u8> {
 }
 
 #[test]
-fn a_plugin_that_is_loaded_is_told_by_name_id_and_file() {
+fn a_loaded_plugin_is_found_by_name_id_and_file() {
     let place = folder();
     compile(&place, "x", &good().text());
     for what in ["x", "tatu_x", "libtatu_x.so", "tatu-x", "org.test.x", "mine/libtatu_x.so", "./mine/libtatu_x.so"] {
@@ -94,7 +94,7 @@ fn a_plugin_that_is_loaded_is_told_by_name_id_and_file() {
 }
 
 #[test]
-fn names_that_are_nearly_right_are_told_with_the_right_one() {
+fn misspelt_plugin_names_get_the_nearest_one() {
     let mut said = said!();
     for name in ["hello.so", "libhello.so", "libtatu-hello.so", "libtatu_hello.so.1", "libTatu_hello.so"] {
         let place = folder();
@@ -102,7 +102,7 @@ fn names_that_are_nearly_right_are_told_with_the_right_one() {
         said.because(name, &place, &["hello"]);
     }
     let place = folder();
-    compile(&place, "hello", &Source::new("hello").text());
+    compile(&place, "hello", &PluginSource::new("hello").text());
     said.because("a name with an error", &place, &["helo"]);
     said.because("an id with an error", &place, &["org.test.helo"]);
     said.because("a path with an error", &place, &["mine/libtatu_helo.so"]);
@@ -112,10 +112,10 @@ fn names_that_are_nearly_right_are_told_with_the_right_one() {
 }
 
 #[test]
-fn folders_that_are_not_searched_are_told() {
+fn folders_that_are_not_searched_are_reported() {
     let mut said = said!();
     let place = folder();
-    compile(&place, "hello", &Source::new("hello").text());
+    compile(&place, "hello", &PluginSource::new("hello").text());
     let mut because = |tried: &str, path: &str, args: &[&str]| {
         let done = run(
             program(),
@@ -142,31 +142,31 @@ fn folders_that_are_not_searched_are_told() {
 }
 
 #[test]
-fn who_hides_a_plugin_is_told() {
+fn the_plugin_that_hides_another_is_reported() {
     let mut said = said!();
     let place = folder();
-    compile(&place, "first", &Source::new("twin").text());
-    compile(&place, "second", &Source::new("twin").text());
+    compile(&place, "first", &PluginSource::new("twin").text());
+    compile(&place, "second", &PluginSource::new("twin").text());
     said.because("the second of an id", &place, &["second"]);
     ask(&place, &["first"]).good();
     // If several plugins have the same id, it refers to the one that is loaded.
     let done = ask(&place, &["org.test.twin"]).good();
     assert!(done.out.contains("  hidden by  mine/libtatu_first.so\n"), "{}", done.out);
     // A plugin that cannot be loaded does not hide others.
-    compile(&place, "first", &Source::new("twin").with(|s| s.major = "7".into()).text());
+    compile(&place, "first", &PluginSource::new("twin").with(|s| s.major = "7".into()).text());
     ask(&place, &["second"]).good();
 }
 
 #[test]
 fn all_files_are_listed_in_search_order() {
     let place = folder();
-    compile(&place, "a", &Source::new("twin").text());
-    compile(&place, "b", &Source::new("twin").text());
-    compile(&place, "c", &Source::new("c").with(|s| s.major = "7".into()).text());
+    compile(&place, "a", &PluginSource::new("twin").text());
+    compile(&place, "b", &PluginSource::new("twin").text());
+    compile(&place, "c", &PluginSource::new("c").with(|s| s.major = "7".into()).text());
     fs::write(place.path().join("mine/libd.so"), good_bytes()).unwrap();
     let env = [("TATU_PLUGIN_PATH", "mine:nowhere")];
     let done = run(program(), place.path(), &["plugin", "list", "--json"], &env).good();
-    done.tells(&["note: nowhere (TATU_PLUGIN_PATH): not there"]);
+    done.reports(&["note: nowhere (TATU_PLUGIN_PATH): not there"]);
     let rows = done.json();
     let rows = rows.as_array().unwrap();
     let row =

@@ -15,10 +15,10 @@ use serde_json::{Value, json};
 use crate::kit::*;
 
 /// Timeout of all waits, which is long enough for any answer on a busy machine.
-const PATIENCE: Duration = Duration::from_secs(60);
+const WAIT_TIMEOUT: Duration = Duration::from_secs(60);
 
 /// A running program with a service that listens on a port.
-pub struct Running {
+pub struct RunningProgram {
     child: Child,
     pub port: u16,
     /// Lines of standard error after the one with the port, and of standard output.
@@ -27,7 +27,7 @@ pub struct Running {
 }
 
 /// The exit status and the output of a program that has ended.
-pub struct Ended {
+pub struct ProgramOutput {
     pub code: Option<i32>,
     pub err: String,
     pub out: String,
@@ -39,9 +39,9 @@ fn lines(from: impl Read + Send + 'static) -> Receiver<String> {
     lines
 }
 
-impl Running {
+impl RunningProgram {
     /// Starts `tatu run scene.toml --service jsonl:port=0,...` with more arguments.
-    pub fn start(place: &Place, service: &str, args: &[&str]) -> Running {
+    pub fn start(place: &TestFolder, service: &str, args: &[&str]) -> RunningProgram {
         let service = format!("jsonl:port=0{service}");
         let mut child = Command::new(program())
             .args(["run", "scene.toml", "--service", &service])
@@ -57,16 +57,16 @@ impl Running {
         let (err, out) = (lines(child.stderr.take().unwrap()), lines(child.stdout.take().unwrap()));
         let mut before = String::new();
         let port = loop {
-            let Ok(line) = err.recv_timeout(PATIENCE) else { panic!("the program never listened:\n{before}") };
+            let Ok(line) = err.recv_timeout(WAIT_TIMEOUT) else { panic!("the program never listened:\n{before}") };
             match line.split_once("jsonl: listening on 127.0.0.1:") {
                 Some((_, port)) => break port.parse().unwrap(),
                 None => before += &format!("{line}\n"),
             }
         };
-        Running { child, port, err, out }
+        RunningProgram { child, port, err, out }
     }
-    pub fn client(&self) -> Client {
-        Client::connect(self.port)
+    pub fn client(&self) -> TestClient {
+        TestClient::connect(self.port)
     }
     pub fn id(&self) -> u32 {
         self.child.id()
@@ -78,12 +78,12 @@ impl Running {
     }
     /// Waits for the program to exit.
     #[track_caller]
-    pub fn end(mut self) -> Ended {
+    pub fn end(mut self) -> ProgramOutput {
         let began = Instant::now();
         let status = loop {
             match self.child.try_wait().unwrap() {
                 Some(status) => break status,
-                None if began.elapsed() > PATIENCE => {
+                None if began.elapsed() > WAIT_TIMEOUT => {
                     self.child.kill().unwrap();
                     panic!("the program does not exit");
                 }
@@ -91,13 +91,13 @@ impl Running {
             }
         };
         let all = |lines: &Receiver<String>| lines.iter().fold(String::new(), |all, l| all + &l + "\n");
-        let ended = Ended { code: status.code(), err: all(&self.err), out: all(&self.out) };
+        let ended = ProgramOutput { code: status.code(), err: all(&self.err), out: all(&self.out) };
         assert!(!ended.err.contains("panicked"), "{}", ended.err);
         ended
     }
 }
 
-impl Drop for Running {
+impl Drop for RunningProgram {
     fn drop(&mut self) {
         // A failed test must not leave behind a program that waits indefinitely.
         let _ = self.child.kill();
@@ -105,7 +105,7 @@ impl Drop for Running {
     }
 }
 
-impl Ended {
+impl ProgramOutput {
     #[track_caller]
     pub fn good(self) -> Self {
         assert_eq!(self.code, Some(0), "{}\n{}", self.err, self.out);
@@ -114,17 +114,17 @@ impl Ended {
 }
 
 /// A client's connection.
-pub struct Client {
+pub struct TestClient {
     to: TcpStream,
     from: BufReader<TcpStream>,
     id: u64,
 }
 
-impl Client {
-    pub fn connect(port: u16) -> Client {
+impl TestClient {
+    pub fn connect(port: u16) -> TestClient {
         let to = TcpStream::connect(("127.0.0.1", port)).unwrap();
-        to.set_read_timeout(Some(PATIENCE)).unwrap();
-        Client { from: BufReader::new(to.try_clone().unwrap()), to, id: 0 }
+        to.set_read_timeout(Some(WAIT_TIMEOUT)).unwrap();
+        TestClient { from: BufReader::new(to.try_clone().unwrap()), to, id: 0 }
     }
     pub fn end_sending(&mut self) {
         self.to.shutdown(std::net::Shutdown::Write).unwrap();
@@ -177,31 +177,31 @@ impl Client {
     pub fn is_silent(&mut self) -> bool {
         self.to.set_read_timeout(Some(Duration::from_millis(150))).unwrap();
         let nothing = self.from.fill_buf().is_err();
-        self.to.set_read_timeout(Some(PATIENCE)).unwrap();
+        self.to.set_read_timeout(Some(WAIT_TIMEOUT)).unwrap();
         nothing
     }
 }
 
 /// Creates a scene with a robot without a script, and a box beside it.
-pub fn arena() -> Place {
+pub fn arena() -> TestFolder {
     let robot = "[[model]]\nmodel = \"pioneer_p3dx\"\n";
     let crate_ = cuboid("crate", [0.3; 3], [2.0, 0.0, 0.15], "dynamic = true\nrespondable = true\nmass_kg = 2.0");
-    Place::scene(&format!("seed = 5\n{FLOOR}{robot}{crate_}"))
+    TestFolder::scene(&format!("seed = 5\n{FLOOR}{robot}{crate_}"))
 }
 
 /// Creates a scene whose script prints when it starts and when it cleans up.
-fn telling() -> Place {
+fn start_and_cleanup_scene() -> TestFolder {
     let script = "function sysCall_init() print('begun') end\nfunction sysCall_cleanup() print('cleaned up') end";
-    Place::scene(&watcher("w", script))
+    TestFolder::scene(&watcher("w", script))
 }
 
 /// If the caller is not attached to an object, a path that begins with a dot starts at the top of the scene.
 #[test]
 fn relative_paths_of_clients_begin_at_the_top() {
-    let place = Place::scene(
+    let place = TestFolder::scene(
         "[[object]]\nkind = \"dummy\"\nalias = \"base\"\n[[object]]\nkind = \"dummy\"\nalias = \"tip\"\nparent = \"base\"\n",
     );
-    let running = Running::start(&place, "", &["--seconds", "1000"]);
+    let running = RunningProgram::start(&place, "", &["--seconds", "1000"]);
     let mut client = running.client();
     for path in ["./tip", "./base", "./base/tip"] {
         let found = client.call("sim.getObject", json!([path]));
@@ -215,7 +215,7 @@ fn two_clients_drive_in_step_and_a_replay_repeats_them() {
     let place = arena();
     let traced = ["--hashes", "--watch", "/Pioneer_p3dx", "--watch", "crate"];
     let live = [&["--log", "run.log", "--trace", "live.jsonl"], &traced[..]].concat();
-    let run = Running::start(&place, ",wait_for=2", &live);
+    let run = RunningProgram::start(&place, ",wait_for=2", &live);
     let (mut left, mut right) = (run.client(), run.client());
     left.stepping();
     right.stepping();
@@ -248,7 +248,7 @@ fn two_clients_drive_in_step_and_a_replay_repeats_them() {
     assert!(seen[59][0] > 0.3, "the robot has not driven: {:?}", seen[59]);
 
     // The log alone is sufficient, in another folder and with any number of threads. The log of a replay is the same.
-    let other = Place::new();
+    let other = TestFolder::new();
     std::fs::copy(place.path().join("run.log"), other.path().join("run.log")).unwrap();
     for threads in ["1", "2"] {
         let args = ["run", "--replay", "run.log", "--trace", "again.jsonl", "--log", "again.log", "--threads", threads];
@@ -260,8 +260,8 @@ fn two_clients_drive_in_step_and_a_replay_repeats_them() {
 
 #[test]
 fn commands_are_executed_between_the_steps_that_were_asked_for() {
-    let place = Place::scene(&watcher("d", ""));
-    let run = Running::start(&place, ",wait_for=1", &["--trace", "t.jsonl", "--watch", "d"]);
+    let place = TestFolder::scene(&watcher("d", ""));
+    let run = RunningProgram::start(&place, ",wait_for=1", &["--trace", "t.jsonl", "--watch", "d"]);
     let mut client = run.client();
     client.stepping();
     let d = client.handle("/d");
@@ -285,9 +285,9 @@ fn commands_are_executed_between_the_steps_that_were_asked_for() {
 }
 
 #[test]
-fn a_client_that_dies_lets_go() {
+fn a_disconnected_client_does_not_block_the_run() {
     let place = arena();
-    let run = Running::start(&place, ",wait_for=2", &["--steps", "40"]);
+    let run = RunningProgram::start(&place, ",wait_for=2", &["--steps", "40"]);
     let (mut one, mut other) = (run.client(), run.client());
     one.stepping();
     other.stepping();
@@ -312,9 +312,9 @@ fn a_client_that_dies_lets_go() {
 }
 
 #[test]
-fn nonsense_is_answered_and_harms_nobody() {
+fn invalid_messages_are_answered_with_errors() {
     let place = arena();
-    let run = Running::start(&place, ",wait_for=1", &[]);
+    let run = RunningProgram::start(&place, ",wait_for=1", &[]);
     let mut client = run.client();
     client.stepping();
     for line in ["{", "[]", "nonsense", "{\"call\": 3}", "{\"step\": -1}", "{\"call\": \"a\", \"step\": 1}", "\u{1}"] {
@@ -354,8 +354,8 @@ fn nonsense_is_answered_and_harms_nobody() {
 
 #[test]
 fn a_stop_ends_the_run_in_order() {
-    let place = telling();
-    let run = Running::start(&place, "", &[]);
+    let place = start_and_cleanup_scene();
+    let run = RunningProgram::start(&place, "", &[]);
     let (mut client, mut other) = (run.client(), run.client());
     other.ask(json!({ "events": true }));
     other.stepping();
@@ -373,9 +373,9 @@ fn a_stop_ends_the_run_in_order() {
 }
 
 #[test]
-fn a_pause_lets_time_stand_until_it_is_lifted() {
-    let place = Place::scene(&watcher("d", ""));
-    let run = Running::start(&place, "", &[]);
+fn a_pause_stops_time_until_it_is_lifted() {
+    let place = TestFolder::scene(&watcher("d", ""));
+    let run = RunningProgram::start(&place, "", &[]);
     let (mut client, mut watching) = (run.client(), run.client());
     watching.ask(json!({ "events": true }));
     client.ask(json!({ "request": "pause" }));
@@ -400,14 +400,14 @@ fn a_pause_lets_time_stand_until_it_is_lifted() {
 }
 
 #[test]
-fn passes_of_scripts_while_time_stands_come_again_in_a_replay() {
+fn passes_of_scripts_during_a_pause_are_replayed() {
     // The number of calls depends on the clock, so the script stores it in the scene.
     let script = "n = 0
         function sysCall_suspended() n = n + 1 sim.setObjectPosition(sim.getObject('/A'), {n, 0, 0}) end";
-    let place = Place::scene(&format!(
+    let place = TestFolder::scene(&format!(
         "[[object]]\nkind = \"dummy\"\nalias = \"A\"\nscript = {{ kind = \"customization\", text = \"\"\"{script}\"\"\" }}\n"
     ));
-    let run = Running::start(&place, "", &["--log", "run.log", "--trace", "t.jsonl"]);
+    let run = RunningProgram::start(&place, "", &["--log", "run.log", "--trace", "t.jsonl"]);
     let (mut client, mut watching) = (run.client(), run.client());
     watching.ask(json!({ "events": true }));
     client.ask(json!({ "request": "pause" }));
@@ -427,8 +427,8 @@ fn passes_of_scripts_while_time_stands_come_again_in_a_replay() {
 #[test]
 fn signals_end_a_held_run_in_order() {
     for signal in ["INT", "TERM"] {
-        let place = telling();
-        let run = Running::start(&place, ",wait_for=1", &["--log", "run.log"]);
+        let place = start_and_cleanup_scene();
+        let run = RunningProgram::start(&place, ",wait_for=1", &["--log", "run.log"]);
         let mut client = run.client();
         client.stepping();
         assert_eq!(client.step(3), 3);
@@ -442,8 +442,8 @@ fn signals_end_a_held_run_in_order() {
 
 #[test]
 fn a_command_that_waits_is_answered_when_it_is_over() {
-    let place = Place::scene(&watcher("d", ""));
-    let run = Running::start(&place, ",wait_for=1", &["--log", "run.log", "--trace", "t.jsonl"]);
+    let place = TestFolder::scene(&watcher("d", ""));
+    let run = RunningProgram::start(&place, ",wait_for=1", &["--log", "run.log", "--trace", "t.jsonl"]);
     let mut client = run.client();
     client.stepping();
     let wait = client.send(json!({ "call": "sim.wait", "args": [0.2] }));
@@ -470,11 +470,11 @@ fn a_command_that_waits_is_answered_when_it_is_over() {
 }
 
 #[test]
-fn a_scene_may_ask_for_its_service_and_mistakes_are_told() {
-    let scene = |service: &str| Place::scene(&format!("{}{service}", watcher("d", "")));
+fn a_scene_may_request_a_service_and_mistakes_are_refused() {
+    let scene = |service: &str| TestFolder::scene(&format!("{}{service}", watcher("d", "")));
     let place = scene("[[service]]\nid = \"jsonl\"\nport = 1\nwait_for = 1\n");
     // The command line overrides the scene.
-    let run = Running::start(&place, "", &["--steps", "2"]);
+    let run = RunningProgram::start(&place, "", &["--steps", "2"]);
     let mut client = run.client();
     client.ask(json!({ "stepping": false }));
     run.end().good();
@@ -495,7 +495,7 @@ fn a_scene_may_ask_for_its_service_and_mistakes_are_told() {
 fn users_set_defaults_of_services_for_their_machine() {
     let held = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
     let port = held.local_addr().unwrap().port();
-    let place = Place::scene(&format!("{}[[service]]\nid = \"jsonl\"\n", watcher("d", "")));
+    let place = TestFolder::scene(&format!("{}[[service]]\nid = \"jsonl\"\n", watcher("d", "")));
     let settings = |text: &str| {
         std::fs::create_dir_all(place.path().join(".data/tatu")).unwrap();
         place.write(".data/tatu/settings.toml", text);
@@ -511,7 +511,7 @@ fn users_set_defaults_of_services_for_their_machine() {
 }
 
 /// A plugin in C with a service whose parameter `how` selects what it does.
-const IN_C: &str = r#"
+const SERVICE_IN_C: &str = r#"
 #include <stdio.h>
 #include "tatu.h"
 typedef struct { int64_t how, turns; tatu_session *session; const tatu_host *host; int64_t *count; } my_data;
@@ -576,8 +576,8 @@ TATU_EXPORT const tatu_plugin_t tatu_plugin = {sizeof tatu_plugin, TATU_ABI_MAJO
 "#;
 
 /// Compiles the plugin in the scene's folder.
-fn odd(place: &Place) {
-    place.write("odd.c", IN_C);
+fn odd(place: &TestFolder) {
+    place.write("odd.c", SERVICE_IN_C);
     std::fs::create_dir_all(place.path().join("plugins")).unwrap();
     succeed(
         Command::new(compiler("cc"))
@@ -591,7 +591,7 @@ fn odd(place: &Place) {
 
 #[test]
 fn a_service_in_c_that_fails_is_switched_off_and_named_once() {
-    let place = Place::scene(&format!("plugins = [\"plugins\"]\n{}", watcher("d", "")));
+    let place = TestFolder::scene(&format!("plugins = [\"plugins\"]\n{}", watcher("d", "")));
     odd(&place);
     for (how, words) in [
         (1, "it returned 7 [tatu_service.barrier]"),
@@ -614,25 +614,25 @@ fn a_service_in_c_that_fails_is_switched_off_and_named_once() {
 
 #[test]
 fn the_state_of_a_service_goes_on_from_a_snapshot_and_it_sees_the_end() {
-    let place = Place::scene(&format!("plugins = [\"plugins\"]\n{}", watcher("d", "")));
+    let place = TestFolder::scene(&format!("plugins = [\"plugins\"]\n{}", watcher("d", "")));
     odd(&place);
     let service = ["--service", "odd:how=6"];
     let done = place.run(&[&["--steps", "6", "--snapshot-at", "0.15", "t.snap"], &service[..]].concat());
-    done.tells(&["turn 6 of 6", "the last turn"]);
+    done.reports(&["turn 6 of 6", "the last turn"]);
     // In `last`, a service can only read.
     let errors = done.errors();
     assert!(errors.is_empty() || errors[0]["message"].as_str().unwrap().contains("`session.request`"), "{errors:?}");
     let again = place.run(&[&["--from", "t.snap", "--steps", "6"], &service[..]].concat());
     // The first process had three turns before the snapshot. The new process counts its own turns from 0.
-    again.tells(&["turn 4 of 1", "turn 6 of 3"]);
+    again.reports(&["turn 4 of 1", "turn 6 of 3"]);
     // Without the service, the world continues.
     place.run(&["--from", "t.snap", "--steps", "6"]).good();
 }
 
 #[test]
-fn faults_are_told_to_those_who_want_events() {
-    let place = Place::scene(&watcher("w", "function sysCall_actuation() error('a fault of mine') end"));
-    let run = Running::start(&place, ",wait_for=1", &[]);
+fn faults_are_sent_to_clients_that_subscribe_to_events() {
+    let place = TestFolder::scene(&watcher("w", "function sysCall_actuation() error('a fault of mine') end"));
+    let run = RunningProgram::start(&place, ",wait_for=1", &[]);
     let mut client = run.client();
     client.ask(json!({ "events": true }));
     client.stepping();
@@ -650,7 +650,7 @@ fn faults_are_told_to_those_who_want_events() {
 #[test]
 fn a_client_whose_first_line_is_no_message_is_refused() {
     let place = arena();
-    let run = Running::start(&place, "", &["--seconds", "1000000", "--log", "run.log"]);
+    let run = RunningProgram::start(&place, "", &["--seconds", "1000000", "--log", "run.log"]);
     let mut page = run.client();
     page.send_bytes(b"POST / HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n{\"id\":1,\"request\":\"quit\"}\n");
     let refused = page.receive();
@@ -666,7 +666,7 @@ fn a_client_whose_first_line_is_no_message_is_refused() {
 #[test]
 fn a_token_lets_clients_in() {
     let place = arena();
-    let run = Running::start(&place, ",wait_for=1,token=open-sesame", &[]);
+    let run = RunningProgram::start(&place, ",wait_for=1,token=open-sesame", &[]);
     for first in [json!({ "request": "quit" }), json!({ "token": "sesame" })] {
         let mut stranger = run.client();
         let refused = stranger.ask(first);
@@ -682,9 +682,9 @@ fn a_token_lets_clients_in() {
 
 /// A step cannot be done while the simulation is paused; the next line of the same client resumes the simulation.
 #[test]
-fn a_step_that_waits_in_a_pause_does_not_keep_the_start_away() {
+fn a_step_that_waits_in_a_pause_does_not_block_the_start() {
     let place = arena();
-    let run = Running::start(&place, ",wait_for=1", &[]);
+    let run = RunningProgram::start(&place, ",wait_for=1", &[]);
     let mut client = run.client();
     client.stepping();
     client.step(2);

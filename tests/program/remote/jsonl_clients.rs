@@ -2,15 +2,15 @@
 
 use serde_json::json;
 
-use super::jsonl::Running;
+use super::jsonl::RunningProgram;
 use crate::kit::*;
 
 /// Clients that have left with a command that waits count as clients, of which there are at most 256: further ones take
 /// their place.
 #[test]
-fn clients_that_left_with_a_waiting_command_keep_nobody_out() {
-    let place = Place::scene(&watcher("d", ""));
-    let run = Running::start(&place, ",wait_for=1", &[]);
+fn clients_that_left_with_a_waiting_command_do_not_block_others() {
+    let place = TestFolder::scene(&watcher("d", ""));
+    let run = RunningProgram::start(&place, ",wait_for=1", &[]);
     let mut first = run.client();
     first.stepping();
     for _ in 0..600 {
@@ -44,8 +44,8 @@ fn clients_that_left_with_a_waiting_command_keep_nobody_out() {
 fn a_stop_of_a_client_ends_a_script_that_does_not_return() {
     let script = "function sysCall_actuation() if sim.getInt32Signal('spin') then while true do sim.getSimulationTime() end end end
         function sysCall_cleanup() print('never') end";
-    let place = Place::scene(&format!("budget = {{ instructions = 1000000000000 }}\n{}", watcher("d", script)));
-    let run = Running::start(&place, ",wait_for=1", &[]);
+    let place = TestFolder::scene(&format!("budget = {{ instructions = 1000000000000 }}\n{}", watcher("d", script)));
+    let run = RunningProgram::start(&place, ",wait_for=1", &[]);
     let mut client = run.client();
     client.stepping();
     client.step(1);

@@ -15,21 +15,21 @@ use std::{
 };
 
 use crate::{
-    kit::served::{self, Served, good},
+    kit::served_scene::{self, ServedScene, good},
     kit::*,
 };
 
 const SCENE: &str = "scenes/first/pioneer_avoids_walls.toml";
 
 /// Serves one of the scenes in `scenes/first`.
-fn served() -> Served {
-    Served::new("legacy_remote", SCENE)
+fn served() -> ServedScene {
+    ServedScene::new("legacy_remote", SCENE)
 }
 
 /// Returns the folder of the library and its Python binding.
 pub fn bindings() -> &'static PathBuf {
-    static FOUND: OnceLock<PathBuf> = OnceLock::new();
-    FOUND.get_or_init(|| {
+    static BINDINGS: OnceLock<PathBuf> = OnceLock::new();
+    BINDINGS.get_or_init(|| {
         let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("legacy-client");
         let bindings = folder.join("pypot/vrep/remoteApiBindings");
         if !bindings.join("vrep.py").is_file() {
@@ -42,13 +42,13 @@ pub fn bindings() -> &'static PathBuf {
                 let _ = Command::new("python3").args(["-c", unpack]).arg(&folder).output();
             }
         }
-        assert!(bindings.join("vrep.py").is_file(), "pypot==5.0.2 cannot be fetched from PyPI{}", served::OFFLINE);
+        assert!(bindings.join("vrep.py").is_file(), "pypot==5.0.2 cannot be fetched from PyPI{}", served_scene::OFFLINE_HINT);
         bindings
     })
 }
 
 /// The beginning of each client program, which loads the binding without the package that contains it, and connects.
-const BEGIN: &str = r#"
+const CLIENT_PREAMBLE: &str = r#"
 import importlib.util, sys, time, types
 FOLDER = 'BINDINGS/'
 for name in ('pypot', 'pypot.vrep', 'pypot.vrep.remoteApiBindings'):
@@ -75,10 +75,10 @@ def handle(name):
 
 /// Returns the beginning of a program that connects to a port.
 pub fn begin(bindings: &std::path::Path, port: u16) -> String {
-    BEGIN.replace("PORT", &port.to_string()).replace("BINDINGS", &bindings.display().to_string())
+    CLIENT_PREAMBLE.replace("PORT", &port.to_string()).replace("BINDINGS", &bindings.display().to_string())
 }
 
-fn client(served: &Served, bindings: &std::path::Path, program: &str) -> Command {
+fn client(served: &ServedScene, bindings: &std::path::Path, program: &str) -> Command {
     let all = format!("{}{program}", begin(bindings, served.port));
     let mut command = Command::new("python3");
     command.args(["-c", &all]);
@@ -87,7 +87,7 @@ fn client(served: &Served, bindings: &std::path::Path, program: &str) -> Command
 
 /// Starts `tatu run scene.toml --log run.log` in `place`. Returns the process, the port of its service, and the rest of
 /// its standard error.
-fn logged(place: &Place) -> (Child, u16, BufReader<ChildStderr>) {
+fn logged(place: &TestFolder) -> (Child, u16, BufReader<ChildStderr>) {
     let mut process = Command::new(program())
         .current_dir(place.path())
         .args(["run", "scene.toml", "--service", "legacy_remote:port=0", "--log", "run.log", "--realtime"])
@@ -166,7 +166,7 @@ vrep.simxFinish(client)
 fn a_script_opens_a_port() {
     let bindings = bindings();
     let port = std::net::TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
-    let place = Place::new();
+    let place = TestFolder::new();
     let script = format!(
         "if (sim_call_type==sim_childscriptcall_initialization) then simExtRemoteApiStart({port}) end
         double = function(ints, floats, strings, bytes)
@@ -178,7 +178,7 @@ fn a_script_opens_a_port() {
         "scene.toml",
         "format = 1\n[scene]\ndialect = \"3.2\"\n[[object]]\nkind = \"dummy\"\nalias = \"host\"\nscript = \"opens.lua\"\n",
     );
-    let mut served = Served::new("legacy_remote", place.path().join("scene.toml").to_str().unwrap());
+    let mut served = ServedScene::new("legacy_remote", place.path().join("scene.toml").to_str().unwrap());
     let first = served.port;
     good(&client(&served, bindings, "good(vrep.simxStartSimulation(client, WAIT))").output().unwrap());
     served.port = port;
@@ -198,7 +198,7 @@ print('called')
 
 #[test]
 #[cfg_attr(no_pypi, ignore = "needs python3 with venv and pip, and PyPI")]
-fn a_client_that_dies_holds_nobody() {
+fn a_client_that_dies_does_not_block_the_run() {
     let bindings = bindings();
     let served = served();
     let hold = "
@@ -240,7 +240,7 @@ vrep.simxFinish(client)
 
 #[test]
 #[cfg_attr(no_pypi, ignore = "needs python3 with venv and pip, and PyPI")]
-fn packets_that_lie_cost_only_their_connection() {
+fn malformed_packets_close_only_their_connection() {
     let served = served();
     let ask = |bytes: &[u8]| {
         let mut stream = served.connect();
@@ -328,7 +328,7 @@ int main(int argc, char **argv) {
 #[cfg_attr(no_pypi, ignore = "needs python3 with venv and pip, and PyPI")]
 fn a_program_in_c_is_linked_to_the_library() {
     let library = bindings().join("lib/linux/64Bit/remoteApi.so");
-    let place = Place::new();
+    let place = TestFolder::new();
     place.write("client.c", C_CLIENT);
     let mut build = Command::new(compiler("cc"));
     build.current_dir(place.path()).args(["-o", "client", "client.c"]).arg(&library).args(["-lm", "-lpthread"]);
@@ -336,7 +336,7 @@ fn a_program_in_c_is_linked_to_the_library() {
     let floor =
         "format = 1\n[[object]]\nkind = \"shape\"\nalias = \"floor\"\nprimitive = \"plane\"\nrespondable = true\n";
     place.write("scene.toml", &format!("{floor}[[model]]\nmodel = \"pioneer_p3dx\"\n"));
-    let served = Served::new("legacy_remote", place.path().join("scene.toml").to_str().unwrap());
+    let served = ServedScene::new("legacy_remote", place.path().join("scene.toml").to_str().unwrap());
     let told = succeed(Command::new(place.path().join("client")).arg(served.port.to_string()));
     assert!(told.starts_with("drove 0.1"), "{told}");
 }

@@ -24,7 +24,7 @@ fn scene() -> String {
 }
 
 /// A plugin in C with a service that drives the last robot.
-const IN_C: &str = r#"
+const SERVICE_IN_C: &str = r#"
 #include <string.h>
 #include "tatu.h"
 typedef struct { const tatu_host *host; tatu_object wheel; } driver;
@@ -68,7 +68,7 @@ TATU_EXPORT const tatu_plugin_t tatu_plugin = {sizeof tatu_plugin, TATU_ABI_MAJO
 
 /// A program with three clients, each of which drives a separate robot and releases the steps. At the end two of them
 /// disconnect, and the third continues.
-const PROGRAM: &str = r#"
+const THREE_CLIENTS: &str = r#"
 import json, socket
 from coppeliasim_zmqremoteapi_client import RemoteAPIClient
 
@@ -109,7 +109,7 @@ sim.stopSimulation()
 "#;
 
 /// A program that drives another robot without waiting for steps. It runs until it is killed.
-const DRIVER: &str = r#"
+const ROS_DRIVER: &str = r#"
 cmd = roslibpy.Topic(ros, '/robot4/cmd_vel', 'geometry_msgs/Twist')
 i = 0
 while True:
@@ -124,8 +124,8 @@ while True:
 #[cfg_attr(no_pypi, ignore = "needs python3 with venv and pip, and PyPI")]
 fn masters_of_all_protocols_steer_one_world_and_are_repeated() {
     let (python, bindings, ros) = (zmq_remote::python("2.0.4"), legacy_remote::bindings(), rosbridge::python());
-    let place = Place::new();
-    place.write("scene.toml", &scene()).write("plugins/steers.c", IN_C);
+    let place = TestFolder::new();
+    place.write("scene.toml", &scene()).write("plugins/steers.c", SERVICE_IN_C);
     succeed(
         Command::new(compiler("cc"))
             .args(["-std=c11", "-Wall", "-Wextra", "-Werror", "-shared", "-fPIC", "-I"])
@@ -164,10 +164,10 @@ fn masters_of_all_protocols_steer_one_world_and_are_repeated() {
             ports.insert(service.to_owned(), address.rsplit(':').next().unwrap().to_owned());
         }
     }
-    let program = format!("{}{PROGRAM}", legacy_remote::begin(bindings, ports["legacy_remote"].parse().unwrap()))
+    let program = format!("{}{THREE_CLIENTS}", legacy_remote::begin(bindings, ports["legacy_remote"].parse().unwrap()))
         .replace("MODERN", &ports["zmq_remote"])
         .replace("LINES", &ports["jsonl"]);
-    let driver = format!("{}{DRIVER}", rosbridge::BEGIN).replace("PORT", &ports["rosbridge"]);
+    let driver = format!("{}{ROS_DRIVER}", rosbridge::CLIENT_PREAMBLE).replace("PORT", &ports["rosbridge"]);
     let mut driver =
         Command::new(ros).args(["-c", &driver]).stdout(Stdio::piped()).stderr(Stdio::null()).spawn().unwrap();
     BufReader::new(driver.stdout.as_mut().unwrap()).read_line(&mut String::new()).unwrap();
@@ -267,7 +267,7 @@ for k in range(20):
 ask(request='stop')
 "#;
 /// Code that waits until the other client holds the barrier, and then releases it.
-const LET_GO: &str = r#"
+const RELEASE_BARRIER: &str = r#"
 import json, socket
 gate = socket.create_connection(('127.0.0.1', GATE)).makefile('rw')
 for on in (True, False):
@@ -278,9 +278,9 @@ for on in (True, False):
 
 #[test]
 #[cfg_attr(no_pypi, ignore = "needs python3 with venv and pip, and PyPI")]
-fn equal_commands_by_any_protocol_give_equal_hashes() {
+fn equal_commands_by_any_protocol_lead_to_equal_hashes() {
     let (python, bindings) = (zmq_remote::python("2.0.4"), legacy_remote::bindings());
-    let place = Place::new();
+    let place = TestFolder::new();
     place.write("scene.toml", STEERED);
     let hash = |text: &str| text.split("hash ").nth(1).unwrap_or_else(|| panic!("{text}"))[..16].to_owned();
     let by = |service: &str, program: &str| {
@@ -307,7 +307,7 @@ fn equal_commands_by_any_protocol_give_equal_hashes() {
             _ => String::new(),
         };
         let program =
-            program.replace("READY", LET_GO).replace("PORT", &ports[service]).replace("GATE", &ports["jsonl"]);
+            program.replace("READY", RELEASE_BARRIER).replace("PORT", &ports[service]).replace("GATE", &ports["jsonl"]);
         let done = Command::new(&python).args(["-c", &format!("{begin}{program}")]).output().unwrap();
         assert!(done.status.success(), "{service}: {}", String::from_utf8_lossy(&done.stderr));
         let mut told = String::new();

@@ -6,6 +6,6 @@ pub mod legacy_remote;
 mod masters;
 mod next_scene;
 pub mod rosbridge;
-mod rosbridge_felt;
+mod rosbridge_inertial;
 mod rosbridge_scripts;
 pub mod zmq_remote;

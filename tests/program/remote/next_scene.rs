@@ -9,17 +9,17 @@ use std::{
 
 use serde_json::{Value, json};
 
-use crate::{kit::served::Served, kit::*};
+use crate::{kit::served_scene::ServedScene, kit::*};
 
-struct Client {
+struct ServiceClient {
     to: TcpStream,
     from: BufReader<TcpStream>,
 }
 
-impl Client {
-    fn new(served: &Served) -> Client {
+impl ServiceClient {
+    fn new(served: &ServedScene) -> ServiceClient {
         let to = served.connect();
-        Client { from: BufReader::new(to.try_clone().unwrap()), to }
+        ServiceClient { from: BufReader::new(to.try_clone().unwrap()), to }
     }
     /// Sends a line without waiting for its answer.
     fn send(&mut self, message: &Value) {
@@ -38,7 +38,7 @@ impl Client {
         self.ask(&json!({ "id": 1, "call": "tatu.open", "args": [file] }))
     }
     /// Polls the world, and returns whether it reaches a state.
-    fn comes_to(&mut self, state: &str) -> bool {
+    fn reaches_state(&mut self, state: &str) -> bool {
         (0..400).any(|_| {
             let there = self.ask(&json!({ "state": true }))["state"] == state;
             if !there {
@@ -52,24 +52,24 @@ impl Client {
     }
 }
 
-fn served() -> (Place, Served) {
-    let place = Place::new();
+fn served() -> (TestFolder, ServedScene) {
+    let place = TestFolder::new();
     let dummy = |alias: &str| format!("format = 1\n[[object]]\nkind = \"dummy\"\nalias = \"{alias}\"\n");
     place.write("good.toml", &dummy("first")).write("other.toml", &dummy("second"));
     place.write("bad.toml", "format = 1\n[[object]]\nkind = \"nonsense\"\n").write("cut.ttt", "VREP");
     let scene = place.path().join("good.toml").display().to_string();
-    let served = Served::with("jsonl", &scene, &["--files", place.path().to_str().unwrap(), "--no-addons"]);
+    let served = ServedScene::with("jsonl", &scene, &["--files", place.path().to_str().unwrap(), "--no-addons"]);
     (place, served)
 }
 
 #[test]
 fn a_scene_that_cannot_be_opened_is_refused_and_the_present_one_goes_on() {
     let (_place, mut served) = served();
-    let mut client = Client::new(&served);
+    let mut client = ServiceClient::new(&served);
     for running in [false, true] {
         if running {
             client.ask(&json!({ "request": "start" }));
-            assert!(client.comes_to("running"));
+            assert!(client.reaches_state("running"));
         }
         for (file, words) in [
             ("bad.toml", "bad.toml:3: unknown object kind `nonsense`"),
@@ -81,23 +81,23 @@ fn a_scene_that_cannot_be_opened_is_refused_and_the_present_one_goes_on() {
             assert!(text.contains(words), "{text}");
             assert!(client.has("/first") && served.is_there());
         }
-        assert!(!running || client.comes_to("running"));
+        assert!(!running || client.reaches_state("running"));
     }
 }
 
 #[test]
 fn a_start_right_after_another_scene_is_that_of_the_new_one() {
     let (_place, served) = served();
-    let mut client = Client::new(&served);
+    let mut client = ServiceClient::new(&served);
     for (file, object) in [("other.toml", "/second"), ("good.toml", "/first"), ("other.toml", "/second")] {
         // Both requests are sent together so that they arrive at the same barrier.
         client.send(&json!({ "id": 1, "call": "tatu.open", "args": [file] }));
         client.send(&json!({ "request": "start" }));
         let answers = [client.answer(), client.answer()];
         assert!(answers.iter().all(|a| a["error"].is_null()), "{answers:?}");
-        assert!(client.comes_to("running"), "the start of {file} is lost");
+        assert!(client.reaches_state("running"), "the start of {file} is lost");
         assert!(client.has(object));
     }
     client.ask(&json!({ "request": "stop" }));
-    assert!(client.comes_to("stopped"));
+    assert!(client.reaches_state("stopped"));
 }

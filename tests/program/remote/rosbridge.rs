@@ -12,25 +12,25 @@ use tungstenite::{Message, WebSocket, stream::MaybeTlsStream};
 
 use crate::{
     kit::browser::wait_for,
-    kit::served::{self, Served, good},
+    kit::served_scene::{self, ServedScene, good},
     kit::*,
 };
 
 const SCENE: &str = "scenes/first/pioneer_for_ros.toml";
 
-pub type Socket = WebSocket<MaybeTlsStream<TcpStream>>;
+pub type RosbridgeSocket = WebSocket<MaybeTlsStream<TcpStream>>;
 
-fn served() -> Served {
-    Served::with("rosbridge", SCENE, &["--realtime"])
+fn served() -> ServedScene {
+    ServedScene::with("rosbridge", SCENE, &["--realtime"])
 }
 
 /// Returns a Python interpreter that has the real client.
 pub fn python() -> PathBuf {
-    served::python("roslibpy==2.1.0", "roslibpy")
+    served_scene::python("roslibpy==2.1.0", "roslibpy")
 }
 
 /// The beginning of each client program, which connects and defines functions that wait.
-pub const BEGIN: &str = r#"
+pub const CLIENT_PREAMBLE: &str = r#"
 import base64, math, os, time
 import roslibpy
 ros = roslibpy.Ros(host='127.0.0.1', port=PORT)
@@ -51,21 +51,21 @@ def listen(topic, kind, **more):
     return t
 "#;
 
-pub fn client(python: &PathBuf, served: &Served, program: &str) -> Output {
-    let program = format!("{BEGIN}{program}\nros.terminate()").replace("PORT", &served.port.to_string());
+pub fn client(python: &PathBuf, served: &ServedScene, program: &str) -> Output {
+    let program = format!("{CLIENT_PREAMBLE}{program}\nros.terminate()").replace("PORT", &served.port.to_string());
     Command::new(python).args(["-c", &program]).output().unwrap()
 }
 
-pub fn socket(served: &Served) -> Socket {
+pub fn socket(served: &ServedScene) -> RosbridgeSocket {
     tungstenite::connect(format!("ws://127.0.0.1:{}/", served.port)).unwrap().0
 }
 
-pub fn say(socket: &mut Socket, message: &Value) {
+pub fn send_message(socket: &mut RosbridgeSocket, message: &Value) {
     socket.send(Message::text(message.to_string())).unwrap();
 }
 
 /// Returns the next text message.
-pub fn hear(socket: &mut Socket) -> Value {
+pub fn receive_message(socket: &mut RosbridgeSocket) -> Value {
     loop {
         if let Message::Text(text) = socket.read().unwrap() {
             return serde_json::from_str(&text).unwrap();
@@ -75,7 +75,7 @@ pub fn hear(socket: &mut Socket) -> Value {
 
 #[test]
 fn a_token_is_asked_for_where_one_is_wanted() {
-    let place = Place::new();
+    let place = TestFolder::new();
     let mut process = Command::new(env!("CARGO_BIN_EXE_tatu"))
         .current_dir(root())
         .args(["serve", SCENE, "--service", "rosbridge:port=0,token=true"])
@@ -89,8 +89,8 @@ fn a_token_is_asked_for_where_one_is_wanted() {
     assert!(tungstenite::connect(without).unwrap_err().to_string().contains("401"));
     assert!(tungstenite::connect(format!("{without}?token=0")).is_err());
     let mut socket = tungstenite::connect(&url).unwrap().0;
-    say(&mut socket, &json!({ "op": "call_service", "service": "/rosapi/topics" }));
-    assert_eq!(hear(&mut socket)["result"], json!(true));
+    send_message(&mut socket, &json!({ "op": "call_service", "service": "/rosapi/topics" }));
+    assert_eq!(receive_message(&mut socket)["result"], json!(true));
     process.kill().unwrap();
     process.wait().unwrap();
 }
@@ -202,7 +202,7 @@ fn clients_offer_each_other_topics_services_and_actions() {
     let python = python();
     let served = served();
     let server = format!(
-        "{BEGIN}
+        "{CLIENT_PREAMBLE}
 def add(request, response):
     response['sum'] = request['a'] + request['b']
     return True
@@ -263,52 +263,52 @@ assert 'disconnected' in told[0], told
 }
 
 #[test]
-fn a_goal_goes_to_who_takes_it_and_its_result_comes_back() {
+fn a_goal_is_sent_to_the_action_server_and_its_result_is_returned() {
     let served = served();
     let (mut server, mut client) = (socket(&served), socket(&served));
-    let wait = |socket: &mut Socket| {
-        say(socket, &json!({ "op": "call_service", "id": "done", "service": "/rosapi/get_time" }));
-        assert_eq!(hear(socket)["id"], "done");
+    let wait = |socket: &mut RosbridgeSocket| {
+        send_message(socket, &json!({ "op": "call_service", "id": "done", "service": "/rosapi/get_time" }));
+        assert_eq!(receive_message(socket)["id"], "done");
     };
-    say(&mut client, &json!({ "op": "send_action_goal", "id": "g", "action": "/fib", "args": {} }));
-    assert!(hear(&mut client)["msg"].as_str().unwrap().contains("no client offers the action /fib"));
-    say(
+    send_message(&mut client, &json!({ "op": "send_action_goal", "id": "g", "action": "/fib", "args": {} }));
+    assert!(receive_message(&mut client)["msg"].as_str().unwrap().contains("no client offers the action /fib"));
+    send_message(
         &mut server,
         &json!({ "op": "advertise_action", "action": "/fib", "type": "example_interfaces/action/Fibonacci" }),
     );
     wait(&mut server);
-    say(
+    send_message(
         &mut client,
         &json!({ "op": "send_action_goal", "id": "g", "action": "/fib", "args": { "order": 3 }, "feedback": true }),
     );
-    let goal = hear(&mut server);
+    let goal = receive_message(&mut server);
     assert_eq!((&goal["op"], &goal["args"]["order"]), (&json!("send_action_goal"), &json!(3)));
-    say(
+    send_message(
         &mut server,
         &json!({ "op": "action_feedback", "id": goal["id"], "action": "/fib", "values": { "sequence": [0, 1] } }),
     );
-    let feedback = hear(&mut client);
+    let feedback = receive_message(&mut client);
     assert_eq!((&feedback["id"], &feedback["values"]["sequence"]), (&json!("g"), &json!([0, 1])));
-    say(&mut client, &json!({ "op": "cancel_action_goal", "id": "g", "action": "/fib" }));
-    assert_eq!(hear(&mut server), json!({ "op": "cancel_action_goal", "id": goal["id"], "action": "/fib" }));
-    say(
+    send_message(&mut client, &json!({ "op": "cancel_action_goal", "id": "g", "action": "/fib" }));
+    assert_eq!(receive_message(&mut server), json!({ "op": "cancel_action_goal", "id": goal["id"], "action": "/fib" }));
+    send_message(
         &mut server,
         &json!({ "op": "action_result", "id": goal["id"], "action": "/fib", "values": {}, "status": 5, "result": true }),
     );
-    assert_eq!(hear(&mut client)["status"], 5);
+    assert_eq!(receive_message(&mut client)["status"], 5);
     // If a client disconnects during a goal, the goal is aborted.
-    say(&mut client, &json!({ "op": "send_action_goal", "id": "h", "action": "/fib", "args": {} }));
-    hear(&mut server);
+    send_message(&mut client, &json!({ "op": "send_action_goal", "id": "h", "action": "/fib", "args": {} }));
+    receive_message(&mut server);
     drop(server);
-    assert_eq!(hear(&mut client)["status"], 6);
+    assert_eq!(receive_message(&mut client)["status"], 6);
 }
 
 #[test]
-fn what_is_wrong_costs_only_whoever_sends_it() {
+fn invalid_messages_affect_only_their_sender() {
     let served = served();
     let mut good = socket(&served);
-    say(&mut good, &json!({ "op": "call_service", "id": "1", "service": "/rosapi/get_time" }));
-    assert_eq!(hear(&mut good)["result"], true);
+    send_message(&mut good, &json!({ "op": "call_service", "id": "1", "service": "/rosapi/get_time" }));
+    assert_eq!(receive_message(&mut good)["result"], true);
     // Each message is answered with an error, and the connection remains open.
     for (message, told) in [
         ("nonsense", "not valid JSON"),
@@ -323,7 +323,7 @@ fn what_is_wrong_costs_only_whoever_sends_it() {
         (r#"{"op": "fragment", "id": "a", "num": 0, "total": 1, "data": "{"}"#, "valid JSON"),
     ] {
         good.send(Message::text(message)).unwrap();
-        let answer = hear(&mut good);
+        let answer = receive_message(&mut good);
         assert!(answer["op"] == "status" && answer["msg"].as_str().unwrap().contains(told), "{message}: {answer}");
     }
     // Requests from a page of another server, with another host name, and without a WebSocket upgrade are refused.
@@ -355,22 +355,22 @@ fn what_is_wrong_costs_only_whoever_sends_it() {
     let MaybeTlsStream::Plain(stream) = half.get_mut() else { unreachable!() };
     stream.write_all(&[0x81, 0xFE, 0x10]).unwrap();
     drop(half);
-    say(&mut good, &json!({ "op": "call_service", "id": "2", "service": "/rosapi/get_time" }));
-    assert_eq!(hear(&mut good)["id"], "2");
+    send_message(&mut good, &json!({ "op": "call_service", "id": "2", "service": "/rosapi/get_time" }));
+    assert_eq!(receive_message(&mut good)["id"], "2");
 }
 
 #[test]
 fn messages_are_cut_or_cbor_where_a_client_wants_it() {
     let served = served();
     let mut socket = socket(&served);
-    say(
+    send_message(
         &mut socket,
         &json!({ "op": "subscribe", "id": "s", "topic": "/odom", "type": "nav_msgs/msg/Odometry", "fragment_size": 300 }),
     );
-    say(&mut socket, &json!({ "op": "call_service", "id": "1", "service": "/simulation/start" }));
+    send_message(&mut socket, &json!({ "op": "call_service", "id": "1", "service": "/simulation/start" }));
     let (mut parts, mut whole) = (Vec::new(), String::new());
     while parts.len() < 2 || parts.len() < parts[0] {
-        let message = hear(&mut socket);
+        let message = receive_message(&mut socket);
         if message["op"] == "fragment" && (message["num"] == 0 || !parts.is_empty()) {
             whole += message["data"].as_str().unwrap();
             parts.push(message["total"].as_u64().unwrap() as usize);
@@ -382,8 +382,8 @@ fn messages_are_cut_or_cbor_where_a_client_wants_it() {
         whole["msg"]["header"]["stamp"]["nanosec"].is_u64() && whole["msg"]["header"].get("seq").is_none(),
         "{whole}"
     );
-    say(&mut socket, &json!({ "op": "unsubscribe", "id": "s", "topic": "/odom" }));
-    say(
+    send_message(&mut socket, &json!({ "op": "unsubscribe", "id": "s", "topic": "/odom" }));
+    send_message(
         &mut socket,
         &json!({ "op": "subscribe", "topic": "/scan", "type": "sensor_msgs/LaserScan", "compression": "cbor" }),
     );
@@ -401,7 +401,7 @@ fn messages_are_cut_or_cbor_where_a_client_wants_it() {
 #[cfg_attr(no_pypi, ignore = "needs python3 with venv and pip, and PyPI")]
 fn scripts_and_clients_talk_by_the_interfaces_of_v_rep() {
     let python = python();
-    let place = Place::new();
+    let place = TestFolder::new();
     place.write(
         "scene.toml",
         r#"
@@ -440,7 +440,7 @@ end
 "#,
     );
     let scene = place.path().join("scene.toml");
-    let served = Served::with("rosbridge", scene.to_str().unwrap(), &["--realtime"]);
+    let served = ServedScene::with("rosbridge", scene.to_str().unwrap(), &["--realtime"]);
     good(&client(
         &python,
         &served,

@@ -7,23 +7,23 @@ use serde_json::{Value, json};
 
 use crate::{
     kit::{
-        served::{Served, good},
+        served_scene::{ServedScene, good},
         *,
     },
-    remote::rosbridge::{Socket, client, hear, python, say, socket},
+    remote::rosbridge::{RosbridgeSocket, client, python, receive_message, send_message, socket},
 };
 
 const FIBONACCI: &str = "example_interfaces/action/Fibonacci";
 
 /// Starts the program with a script, and connects a client when the simulation runs.
-fn started(place: &Place, kind: &str, script: &str) -> (Served, Socket) {
+fn started(place: &TestFolder, kind: &str, script: &str) -> (ServedScene, RosbridgeSocket) {
     place.write(
         "scene.toml",
         &format!(
             "format = 1\n[[object]]\nkind = \"dummy\"\nalias = \"scripted\"\nscript = {{ kind = \"{kind}\", text = '''{script}''' }}\n"
         ),
     );
-    let served = Served::with("rosbridge", scene(place.path()).as_str(), &["--realtime"]);
+    let served = ServedScene::with("rosbridge", scene(place.path()).as_str(), &["--realtime"]);
     let socket = socket(&served);
     (served, socket)
 }
@@ -32,16 +32,16 @@ fn scene(folder: &Path) -> String {
     folder.join("scene.toml").to_str().unwrap().to_owned()
 }
 
-fn start(socket: &mut Socket) {
-    say(socket, &json!({ "op": "call_service", "id": "start", "service": "/simulation/start" }));
-    assert_eq!(hear(socket)["id"], "start");
+fn start(socket: &mut RosbridgeSocket) {
+    send_message(socket, &json!({ "op": "call_service", "id": "start", "service": "/simulation/start" }));
+    assert_eq!(receive_message(socket)["id"], "start");
 }
 
 /// Repeats a message until it succeeds, because scripts start shortly after the simulation.
-fn again(socket: &mut Socket, message: &Value, is_failure: impl Fn(&Value) -> bool) -> Value {
+fn again(socket: &mut RosbridgeSocket, message: &Value, is_failure: impl Fn(&Value) -> bool) -> Value {
     for _ in 0..400 {
-        say(socket, message);
-        let answer = hear(socket);
+        send_message(socket, message);
+        let answer = receive_message(socket);
         if !is_failure(&answer) {
             return answer;
         }
@@ -51,8 +51,8 @@ fn again(socket: &mut Socket, message: &Value, is_failure: impl Fn(&Value) -> bo
 }
 
 #[test]
-fn a_client_gives_goals_to_a_script() {
-    let place = Place::new();
+fn a_client_sends_goals_to_a_script() {
+    let place = TestFolder::new();
     let (_served, mut peer) = started(&place, "child", crate::scripts::ros_actions::SERVER);
     start(&mut peer);
     let goal = |id: &str, order: i64, feedback: bool| {
@@ -65,49 +65,49 @@ fn a_client_gives_goals_to_a_script() {
         (&json!("action_feedback"), &json!("a"), &json!("/fib"))
     );
     assert_eq!(first["values"]["sequence"], json!([0, 1, 1]));
-    assert_eq!(hear(&mut peer)["values"]["sequence"], json!([0, 1, 1, 2]));
-    assert_eq!(hear(&mut peer)["values"]["sequence"], json!([0, 1, 1, 2, 3]));
-    let result = hear(&mut peer);
+    assert_eq!(receive_message(&mut peer)["values"]["sequence"], json!([0, 1, 1, 2]));
+    assert_eq!(receive_message(&mut peer)["values"]["sequence"], json!([0, 1, 1, 2, 3]));
+    let result = receive_message(&mut peer);
     assert_eq!(
         result,
         json!({ "op": "action_result", "id": "a", "action": "/fib", "values": { "sequence": [0, 1, 1, 2, 3] },
             "status": 4, "result": true })
     );
     // No feedback is sent if the goal did not request it.
-    say(&mut peer, &goal("b", 4, false));
-    assert_eq!(hear(&mut peer)["op"], "action_result");
-    say(&mut peer, &goal("c", -1, true));
-    let rejected = hear(&mut peer);
+    send_message(&mut peer, &goal("b", 4, false));
+    assert_eq!(receive_message(&mut peer)["op"], "action_result");
+    send_message(&mut peer, &goal("c", -1, true));
+    let rejected = receive_message(&mut peer);
     assert_eq!((&rejected["op"], &rejected["result"]), (&json!("action_result"), &json!(false)), "{rejected}");
     assert!(rejected["values"].as_str().unwrap().contains("rejected"), "{rejected}");
-    say(&mut peer, &json!({ "op": "send_action_goal", "id": "d", "action": "/fib", "args": { "ordre": 1 } }));
-    assert!(hear(&mut peer)["values"].as_str().unwrap().contains("`ordre`"));
+    send_message(&mut peer, &json!({ "op": "send_action_goal", "id": "d", "action": "/fib", "args": { "ordre": 1 } }));
+    assert!(receive_message(&mut peer)["values"].as_str().unwrap().contains("`ordre`"));
     // A goal that would take long is cancelled.
-    say(&mut peer, &goal("e", 100_000, true));
-    assert_eq!(hear(&mut peer)["op"], "action_feedback");
-    say(&mut peer, &json!({ "op": "cancel_action_goal", "id": "e", "action": "/fib" }));
+    send_message(&mut peer, &goal("e", 100_000, true));
+    assert_eq!(receive_message(&mut peer)["op"], "action_feedback");
+    send_message(&mut peer, &json!({ "op": "cancel_action_goal", "id": "e", "action": "/fib" }));
     let canceled = loop {
-        let message = hear(&mut peer);
+        let message = receive_message(&mut peer);
         if message["op"] == "action_result" {
             break message;
         }
     };
     assert_eq!((&canceled["id"], &canceled["status"]), (&json!("e"), &json!(5)));
     // A client cannot offer an action that the script offers, and a stop ends the current goal.
-    say(&mut peer, &json!({ "op": "advertise_action", "action": "/fib", "type": FIBONACCI }));
-    assert!(hear(&mut peer)["msg"].as_str().unwrap().contains("a script already offers the action /fib"));
-    say(&mut peer, &goal("f", 100_000, false));
-    say(&mut peer, &json!({ "op": "call_service", "id": "stop", "service": "/simulation/stop" }));
-    assert_eq!(hear(&mut peer)["id"], "stop");
-    let aborted = hear(&mut peer);
+    send_message(&mut peer, &json!({ "op": "advertise_action", "action": "/fib", "type": FIBONACCI }));
+    assert!(receive_message(&mut peer)["msg"].as_str().unwrap().contains("a script already offers the action /fib"));
+    send_message(&mut peer, &goal("f", 100_000, false));
+    send_message(&mut peer, &json!({ "op": "call_service", "id": "stop", "service": "/simulation/stop" }));
+    assert_eq!(receive_message(&mut peer)["id"], "stop");
+    let aborted = receive_message(&mut peer);
     assert_eq!((&aborted["id"], &aborted["status"], &aborted["result"]), (&json!("f"), &json!(6), &json!(false)));
 }
 
 #[test]
 #[cfg_attr(no_pypi, ignore = "needs python3 with venv and pip, and PyPI")]
-fn the_real_client_gives_goals_to_a_script() {
+fn the_real_client_sends_goals_to_a_script() {
     let python = python();
-    let place = Place::new();
+    let place = TestFolder::new();
     let (served, _) = started(&place, "child", crate::scripts::ros_actions::SERVER);
     good(&client(
         &python,
@@ -142,8 +142,8 @@ assert 'rejected' in str(failed[0]), failed
 }
 
 #[test]
-fn a_script_gives_goals_to_a_client() {
-    let place = Place::new();
+fn a_script_sends_goals_to_a_client() {
+    let place = TestFolder::new();
     let script = r#"
 simROS2 = require 'simROS2'
 function sysCall_thread()
@@ -173,11 +173,11 @@ end
 "#;
     let (served, mut peer) = started(&place, "child", script);
     let mut server = socket(&served);
-    say(&mut peer, &json!({ "op": "subscribe", "topic": "/said", "type": "std_msgs/msg/String" }));
+    send_message(&mut peer, &json!({ "op": "subscribe", "topic": "/said", "type": "std_msgs/msg/String" }));
     start(&mut peer);
-    say(&mut server, &json!({ "op": "advertise_action", "action": "/fib", "type": FIBONACCI }));
-    let mut heard = || hear(&mut peer)["msg"]["data"].as_str().unwrap().to_owned();
-    let goal = hear(&mut server);
+    send_message(&mut server, &json!({ "op": "advertise_action", "action": "/fib", "type": FIBONACCI }));
+    let mut heard = || receive_message(&mut peer)["msg"]["data"].as_str().unwrap().to_owned();
+    let goal = receive_message(&mut server);
     assert_eq!(
         (&goal["op"], &goal["action"], &goal["action_type"], &goal["args"], &goal["feedback"]),
         (&json!("send_action_goal"), &json!("/fib"), &json!(FIBONACCI), &json!({ "order": 3 }), &json!(true))
@@ -186,20 +186,20 @@ end
     let feedback =
         |goal: &Value, of: Value| json!({ "op": "action_feedback", "id": goal["id"], "action": "/fib", "values": of });
     let result = |goal: &Value, status: i64, of: Value| json!({ "op": "action_result", "id": goal["id"], "action": "/fib", "values": of, "status": status, "result": true });
-    say(&mut server, &feedback(&goal, json!({ "sequence": [0, 1] })));
+    send_message(&mut server, &feedback(&goal, json!({ "sequence": [0, 1] })));
     assert_eq!(heard(), "feedback 0,1");
-    say(&mut server, &result(&goal, 4, json!({ "sequence": [0, 1, 1] })));
+    send_message(&mut server, &result(&goal, 4, json!({ "sequence": [0, 1, 1] })));
     assert_eq!(heard(), "result 0 0,1,1");
     // The next goal is cancelled.
-    let goal = hear(&mut server);
+    let goal = receive_message(&mut server);
     assert_eq!(heard(), "answer true");
-    say(&mut server, &feedback(&goal, json!({ "sequence": [0] })));
+    send_message(&mut server, &feedback(&goal, json!({ "sequence": [0] })));
     assert_eq!(heard(), "feedback 0");
-    assert_eq!(hear(&mut server), json!({ "op": "cancel_action_goal", "id": goal["id"], "action": "/fib" }));
-    say(&mut server, &result(&goal, 5, json!({})));
+    assert_eq!(receive_message(&mut server), json!({ "op": "cancel_action_goal", "id": goal["id"], "action": "/fib" }));
+    send_message(&mut server, &result(&goal, 5, json!({})));
     assert_eq!(heard(), "result 2 ");
     // The client disconnects during the last goal, which is aborted. After that, no client offers the action.
-    hear(&mut server);
+    receive_message(&mut server);
     assert_eq!(heard(), "answer true");
     drop(server);
     assert_eq!(heard(), "result 1 ");
@@ -209,7 +209,7 @@ end
 
 #[test]
 fn images_of_scripts_and_clients_have_their_rows_turned_over() {
-    let place = Place::new();
+    let place = TestFolder::new();
     let script = r#"
 function sysCall_init()
     eye = simROS2.imageTransportCreatePublisher('/eye')
@@ -225,9 +225,12 @@ function sysCall_sensing()
 end
 "#;
     let (_served, mut peer) = started(&place, "child", script);
-    say(&mut peer, &json!({ "op": "subscribe", "id": "eye", "topic": "/eye", "type": "sensor_msgs/msg/Image" }));
+    send_message(
+        &mut peer,
+        &json!({ "op": "subscribe", "id": "eye", "topic": "/eye", "type": "sensor_msgs/msg/Image" }),
+    );
     start(&mut peer);
-    let message = hear(&mut peer);
+    let message = receive_message(&mut peer);
     let image = &message["msg"];
     assert_eq!(
         (&image["encoding"], &image["width"], &image["height"], &image["step"], &image["is_bigendian"]),
@@ -236,17 +239,17 @@ end
     assert_eq!(image["header"]["frame_id"], "lens");
     // The base64 text of an image with blue on top and red below.
     assert_eq!(image["data"], "AAD//wAA");
-    say(&mut peer, &json!({ "op": "unsubscribe", "id": "eye", "topic": "/eye" }));
-    say(&mut peer, &json!({ "op": "subscribe", "topic": "/old", "type": "sensor_msgs/Image" }));
+    send_message(&mut peer, &json!({ "op": "unsubscribe", "id": "eye", "topic": "/eye" }));
+    send_message(&mut peer, &json!({ "op": "subscribe", "topic": "/old", "type": "sensor_msgs/Image" }));
     // An image from a client is received by the script and sent back, with either channel order.
     for (encoding, data) in [("rgb8", "AAD//wAA"), ("bgr8", "/wAAAAD/")] {
-        say(
+        send_message(
             &mut peer,
             &json!({ "op": "publish", "topic": "/shown", "msg": {
                 "width": 1, "height": 2, "encoding": encoding, "step": 3, "data": data } }),
         );
         let back = loop {
-            let message = hear(&mut peer);
+            let message = receive_message(&mut peer);
             if message["topic"] == "/old" {
                 break message;
             }
@@ -254,6 +257,6 @@ end
         assert_eq!(back["msg"]["data"], "AAD//wAA", "{encoding}: {back}");
         assert!(back["msg"]["header"]["stamp"]["secs"].is_i64(), "{back}");
     }
-    say(&mut peer, &json!({ "op": "publish", "topic": "/shown", "msg": { "encoding": "yuv422" } }));
-    assert!(hear(&mut peer)["msg"].as_str().unwrap().contains("yuv422"));
+    send_message(&mut peer, &json!({ "op": "publish", "topic": "/shown", "msg": { "encoding": "yuv422" } }));
+    assert!(receive_message(&mut peer)["msg"].as_str().unwrap().contains("yuv422"));
 }

@@ -10,24 +10,24 @@ use std::{
 
 use crate::{
     kit::browser::wait_for,
-    kit::served::{self, Served, good},
+    kit::served_scene::{self, ServedScene, good},
     kit::*,
 };
 
 const SCENE: &str = "scenes/first/pioneer_avoids_walls.toml";
 
 /// Serves one of the scenes in `scenes/first`.
-fn served() -> Served {
-    Served::new("zmq_remote", SCENE)
+fn served() -> ServedScene {
+    ServedScene::new("zmq_remote", SCENE)
 }
 
 /// Returns a Python interpreter that has the given version of the real client.
 pub fn python(version: &str) -> PathBuf {
-    served::python(&format!("coppeliasim-zmqremoteapi-client=={version}"), "coppeliasim_zmqremoteapi_client")
+    served_scene::python(&format!("coppeliasim-zmqremoteapi-client=={version}"), "coppeliasim_zmqremoteapi_client")
 }
 
 /// Runs a client program in which `PORT` is replaced by the port.
-fn client(python: &PathBuf, served: &Served, program: &str) -> Output {
+fn client(python: &PathBuf, served: &ServedScene, program: &str) -> Output {
     let program = program.replace("PORT", &served.port.to_string());
     Command::new(python).args(["-c", &program]).output().unwrap()
 }
@@ -115,7 +115,7 @@ sim.stopSimulation()
 
 #[test]
 #[cfg_attr(no_pypi, ignore = "needs python3 with venv and pip, and PyPI")]
-fn a_client_that_dies_holds_nobody() {
+fn a_client_that_dies_does_not_block_the_run() {
     let python = python("2.0.4");
     let served = served();
     let hold = "
@@ -166,7 +166,7 @@ print('went on')
 
 #[test]
 #[cfg_attr(no_pypi, ignore = "needs python3 with venv and pip, and PyPI")]
-fn frames_that_lie_cost_only_their_connection() {
+fn malformed_frames_close_only_their_connection() {
     let served = served();
     let mut greeting = [0_u8; 64];
     (greeting[0], greeting[8], greeting[9], greeting[10]) = (0xFF, 1, 0x7F, 3);
@@ -286,7 +286,7 @@ print('moved')
 
 #[test]
 #[cfg_attr(no_pypi, ignore = "needs python3 with venv and pip, and PyPI")]
-fn what_clients_did_is_repeated_from_the_log() {
+fn actions_of_clients_are_replayed_from_the_log() {
     let python = python("2.0.4");
     let folder = tempfile::tempdir().unwrap();
     let log = folder.path().join("log.jsonl").display().to_string();

@@ -40,7 +40,7 @@ fn the_status_bar_shows_the_original_picture() {
     let robot = student("pioneer_statusbar", "orientation_deg = [0.0, 0.0, 11.0]");
     // The starting point is chosen so that sonar 5 first detects the wall just within its range, as in the tutorial.
     let wall = cuboid("wall", [0.1, 8.0, 1.0], [2.0546, 0.0, 0.5], "respondable = true");
-    let lines = Place::scene(&format!("{FLOOR}{wall}{robot}")).trace(&[], &["--seconds", "5"]);
+    let lines = TestFolder::scene(&format!("{FLOOR}{wall}{robot}")).trace(&[], &["--seconds", "5"]);
     let all: Vec<Vec<f64>> = lines.iter().map(|l| sonars(l.status()[0])).collect();
     assert!(all.iter().flatten().all(|d| *d <= 1.0), "a sonar has detected something beyond 1 m");
     let first = all.iter().position(|s| s.iter().any(|d| *d > 0.0)).expect("the robot reaches the wall") - 1;
@@ -71,7 +71,7 @@ fn the_status_bar_shows_the_original_picture() {
 }
 
 /// Runs a course script in a small arena; returns the status lines of each step and standard error.
-fn runs(robot: &str, others: &str) -> (Place, Vec<Vec<String>>, String) {
+fn runs(robot: &str, others: &str) -> (TestFolder, Vec<Vec<String>>, String) {
     let wall = |i: i32, size, at| cuboid(&format!("wall_{i}"), size, at, "respondable = true");
     let scene = format!(
         "{FLOOR}{}{}{}{robot}{others}",
@@ -79,10 +79,10 @@ fn runs(robot: &str, others: &str) -> (Place, Vec<Vec<String>>, String) {
         wall(2, [0.1, 4.0, 0.5], [-1.5, 0.0, 0.25]),
         cuboid("crate", [0.4, 0.4, 0.4], [0.8, 0.7, 0.2], "respondable = true"),
     );
-    let place = Place::scene(&scene);
+    let place = TestFolder::scene(&scene);
     let done = place.run(&["--seconds", "10", "--trace", "trace.jsonl"]).good();
     assert_eq!(done.json()["errors"].as_array().unwrap().len(), 0);
-    let owned = |l: &Line| l.status().iter().map(|s| s.to_string()).collect();
+    let owned = |l: &TraceLine| l.status().iter().map(|s| s.to_string()).collect();
     let status = place.lines("trace.jsonl").iter().map(owned).collect();
     (place, status, done.err)
 }
@@ -100,7 +100,7 @@ fn the_console_gets_a_line_a_step() {
 
 #[test]
 #[cfg_attr(no_shared, ignore = "needs ../shared, data that is not part of the repository")]
-fn the_pose_is_told_as_it_is() {
+fn the_printed_pose_is_that_of_the_robot() {
     let robot = student("pioneer_pose", "position_m = [0.5, -0.25, 0.0]");
     let (_, _, told) = runs(&robot, "");
     let lines: Vec<&str> = told.lines().filter_map(|l| l.strip_prefix("[Pose] ")).collect();
@@ -172,11 +172,11 @@ fn the_other_scripts_run_on_objects_of_the_same_names() {
 
 #[test]
 #[cfg_attr(no_shared, ignore = "needs ../shared, data that is not part of the repository")]
-fn the_braitenberg_robot_keeps_moving_and_free() {
+fn the_braitenberg_robot_moves_on_and_stays_free() {
     for seed in [1, 2] {
         let robot = student("pioneer_braitenberg", &format!("orientation_deg = [0, 0, {}]", 137 * seed));
-        let scene = format!("seed = {seed}\n{FLOOR}{}{robot}{}", arena(seed), watcher("witness", WITNESS));
-        let lines = Place::scene(&scene).trace(&[ROBOT], &["--seconds", "60"]);
+        let scene = format!("seed = {seed}\n{FLOOR}{}{robot}{}", arena(seed), watcher("witness", CONTACT_LOGGER));
+        let lines = TestFolder::scene(&scene).trace(&[ROBOT], &["--seconds", "60"]);
         let places: Vec<[f64; 3]> = lines.iter().map(|l| l.object(ROBOT, "position")).collect();
         let path: f64 = places.windows(2).map(|w| f64::hypot(w[1][0] - w[0][0], w[1][1] - w[0][1])).sum();
         let leans = lines.iter().map(|l| lean(l.object(ROBOT, "quaternion"))).fold(0.0, f64::max).to_degrees();
@@ -195,7 +195,7 @@ fn the_braitenberg_robot_keeps_moving_and_free() {
 }
 
 /// Prints in each step the parts of the arena that the robot touches.
-const WITNESS: &str = "
+const CONTACT_LOGGER: &str = "
 function sysCall_sensing()
     local told, i = {}, 0
     while true do

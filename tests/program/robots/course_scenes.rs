@@ -12,7 +12,7 @@ use crate::{kit::*, robots::manta::radius};
 const ROBOT: &str = "/Pioneer_p3dx";
 
 /// Each script and the object to which it is attached.
-const ALL: [(&str, &str); 10] = [
+const COURSE_SCRIPTS: [(&str, &str); 10] = [
     ("hokuyo_reads_signals", "/Hokuyo"),
     ("laser_scanner_2d_signal_tube_log", "/LaserScanner_2D"),
     ("manta_keyboard_statusbar", "/Manta"),
@@ -30,40 +30,40 @@ fn seed(name: &str) -> PathBuf {
 }
 
 /// The output of a scene of the course that was run in a separate folder, with added objects and scripts.
-struct Ran {
-    place: Place,
-    lines: Vec<Line>,
-    told: String,
+struct CourseRun {
+    place: TestFolder,
+    lines: Vec<TraceLine>,
+    stderr: String,
 }
 
-fn course(scene: &str, more: &str, scripts: &[(&str, PathBuf)], watch: &[&str], seconds: &str) -> Ran {
+fn course(scene: &str, more: &str, scripts: &[(&str, PathBuf)], watch: &[&str], seconds: &str) -> CourseRun {
     let folder = root().join("scenes/course");
     let text = std::fs::read_to_string(folder.join(format!("{scene}.toml"))).unwrap();
     let text = ["parts/", "lua/"]
         .iter()
         .fold(text, |t, part| t.replace(&format!("\"{part}"), &format!("\"{}", folder.join(part).display())));
-    let place = Place::new();
+    let place = TestFolder::new();
     place.write("scene.toml", &format!("{text}\n{more}"));
     let mut args: Vec<String> = vec!["--seconds".into(), seconds.into(), "--trace".into(), "trace.jsonl".into()];
     scripts.iter().for_each(|(o, file)| args.extend(["--script".into(), format!("{o}={}", file.display())]));
     watch.iter().for_each(|w| args.extend(["--watch".into(), (*w).into()]));
     let done = place.run(&args.iter().map(String::as_str).collect::<Vec<_>>()).good();
     assert_eq!(done.json()["errors"].as_array().unwrap().len(), 0, "{}", done.err);
-    Ran { lines: place.all_lines("trace.jsonl"), place, told: done.err }
+    CourseRun { lines: place.all_lines("trace.jsonl"), place, stderr: done.err }
 }
 
-impl Ran {
+impl CourseRun {
     /// Returns what was printed on a console, line by line.
     fn console(&self, title: &str) -> Vec<&str> {
         let head = format!("[{title}] ");
-        self.told.lines().filter_map(|l| l.strip_prefix(head.as_str())).collect()
+        self.stderr.lines().filter_map(|l| l.strip_prefix(head.as_str())).collect()
     }
 }
 
 /// A box of the room: size (m), centre (m), and rotation about the vertical (degrees).
-type Block = ([f64; 3], [f64; 3], f64);
+type RoomBox = ([f64; 3], [f64; 3], f64);
 
-const ROOM: [Block; 6] = [
+const ROOM_BOXES: [RoomBox; 6] = [
     ([6.2, 0.1, 0.5], [0.0, 3.05, 0.25], 0.0),
     ([6.2, 0.1, 0.5], [0.0, -3.05, 0.25], 0.0),
     ([0.1, 6.2, 0.5], [3.05, 0.0, 0.25], 0.0),
@@ -82,7 +82,7 @@ fn rotate([x, y, z, w]: [f64; 4], v: [f64; 3]) -> [f64; 3] {
 }
 
 /// Intersects a ray with the outside of a box. Returns the distance, and the cosine of the angle to the face's normal.
-fn ray(block: &Block, from: [f64; 3], along: [f64; 3]) -> Option<(f64, f64)> {
+fn ray(block: &RoomBox, from: [f64; 3], along: [f64; 3]) -> Option<(f64, f64)> {
     let (size, at, turn) = block;
     let (s, c) = turn.to_radians().sin_cos();
     let into = |v: [f64; 3]| [c * v[0] + s * v[1], -s * v[0] + c * v[1], v[2]];
@@ -114,7 +114,7 @@ fn sonar(at: [f64; 3], q: [f64; 4]) -> Option<f64> {
     let mut nearest = f64::INFINITY;
     for i in -2000..=2000 {
         let a = heading + f64::from(i) / 2000.0 * 15f64.to_radians();
-        let seen = ROOM.iter().filter_map(|b| ray(b, at, [a.cos(), a.sin(), 0.0]));
+        let seen = ROOM_BOXES.iter().filter_map(|b| ray(b, at, [a.cos(), a.sin(), 0.0]));
         nearest = seen.filter(|(_, cosine)| *cosine >= least).map(|(d, _)| d).fold(nearest, f64::min);
     }
     (0.05..=1.0).contains(&nearest).then_some(nearest)
@@ -126,7 +126,7 @@ fn sonar_paths() -> Vec<String> {
 
 /// Compares the reported sonar readings with those computed from the poses at the end of the previous step, when the
 /// sonars measured.
-fn compare_sonars(ran: &Ran, told: &[Vec<f64>]) {
+fn compare_sonars(ran: &CourseRun, told: &[Vec<f64>]) {
     let paths = sonar_paths();
     assert_eq!(told.len(), ran.lines.len());
     assert!(told[0].iter().all(|d| *d == 0.0), "a sonar has a reading before the first step");
@@ -164,7 +164,7 @@ const PASSES: usize = 400 + 3;
 
 #[test]
 fn every_scene_runs_with_its_own_script() {
-    for (name, _) in ALL {
+    for (name, _) in COURSE_SCRIPTS {
         assert_eq!(course(name, "", &[], &[], "20").lines.len(), PASSES, "{name}");
         // The comment at the top of each scene describes what to try.
         let text = std::fs::read_to_string(root().join(format!("scenes/course/{name}.toml"))).unwrap();
@@ -175,7 +175,7 @@ fn every_scene_runs_with_its_own_script() {
 #[test]
 #[cfg_attr(no_shared, ignore = "needs ../shared, data that is not part of the repository")]
 fn every_script_runs_in_its_scene() {
-    for (name, object) in ALL {
+    for (name, object) in COURSE_SCRIPTS {
         let ran = course(name, "", &[(object, seed(name))], &[], "20");
         assert_eq!(ran.lines.len(), PASSES, "{name}");
     }
@@ -183,7 +183,7 @@ fn every_script_runs_in_its_scene() {
 
 #[test]
 #[cfg_attr(no_shared, ignore = "needs ../shared, data that is not part of the repository")]
-fn status_bar_and_console_tell_what_the_sonars_see() {
+fn status_bar_and_console_show_the_sonar_readings() {
     let paths = sonar_paths();
     let watch: Vec<&str> = paths.iter().map(String::as_str).collect();
     let file = seed("pioneer_statusbar");
@@ -198,7 +198,7 @@ fn status_bar_and_console_tell_what_the_sonars_see() {
 
 #[test]
 #[cfg_attr(no_shared, ignore = "needs ../shared, data that is not part of the repository")]
-fn the_console_tells_the_pose_of_the_trace() {
+fn the_console_shows_the_pose_of_the_trace() {
     let file = seed("pioneer_pose");
     let ran = course("pioneer_pose", "", &[(ROBOT, file)], &[ROBOT], "20");
     let told = ran.console("Pose");
@@ -224,7 +224,7 @@ fn the_console_tells_the_pose_of_the_trace() {
 
 #[test]
 #[cfg_attr(no_shared, ignore = "needs ../shared, data that is not part of the repository")]
-fn the_log_file_tells_readings_speeds_and_simulation_time() {
+fn the_log_file_contains_readings_speeds_and_simulation_time() {
     let file = seed("pioneer_log_append");
     let paths = sonar_paths();
     let watch: Vec<&str> = paths.iter().map(String::as_str).collect();
@@ -325,13 +325,14 @@ fn the_scan_is_where_rays_meet_the_room_and_steers_the_robot_a_step_later() {
         for (angle, d) in scan {
             let (s, c) = angle.to_radians().sin_cos();
             let along = rotate(q, [c, s, 0.0]);
-            let want = ROOM.iter().filter_map(|b| ray(b, from, along)).map(|(d, _)| d).fold(f64::INFINITY, f64::min);
+            let want =
+                ROOM_BOXES.iter().filter_map(|b| ray(b, from, along)).map(|(d, _)| d).fold(f64::INFINITY, f64::min);
             // A ray close to an edge may hit or miss it, because the angle is written with only four digits.
             if (d - want).abs() > 0.001 {
                 let beside = [-1e-4_f64, 1e-4].map(|e| {
                     let (s, c) = (angle.to_radians() + e).sin_cos();
                     let along = rotate(q, [c, s, 0.0]);
-                    ROOM.iter().filter_map(|b| ray(b, from, along)).map(|(d, _)| d).fold(f64::INFINITY, f64::min)
+                    ROOM_BOXES.iter().filter_map(|b| ray(b, from, along)).map(|(d, _)| d).fold(f64::INFINITY, f64::min)
                 });
                 assert!(beside.iter().any(|b| (b - d).abs() < 0.002), "{angle} degrees: {d} instead of {want}");
                 continue;

@@ -5,7 +5,7 @@ use toml_edit::{DocumentMut, Item, Table};
 use crate::kit::*;
 
 /// An object of the saved scene.
-pub struct Object {
+pub struct FlatObject {
     pub alias: String,
     pub kind: String,
     pub parent: Option<usize>,
@@ -13,44 +13,44 @@ pub struct Object {
 }
 
 /// The robot: all objects of its saved scene, parents first.
-pub struct Robot {
-    pub objects: Vec<Object>,
-    place: Place,
+pub struct FlatRobot {
+    pub objects: Vec<FlatObject>,
+    place: TestFolder,
 }
 
 /// A mesh: points, and triangles whose vertices are counter-clockwise when seen from outside.
-pub type Mesh = (Vec<[f64; 3]>, Vec<[usize; 3]>);
+pub type TriangleMesh = (Vec<[f64; 3]>, Vec<[usize; 3]>);
 
 /// A pose: position, and quaternion x y z w.
 #[derive(Clone, Copy)]
 pub struct Frame([f64; 3], [f64; 4]);
 
-impl Robot {
+impl FlatRobot {
     /// Builds a model with these lines in its scene table.
     pub fn new(model: &str, lines: &str) -> Self {
-        let place = Place::scene(&format!("[[model]]\nmodel = \"{model}\"\n{lines}\n"));
+        let place = TestFolder::scene(&format!("[[model]]\nmodel = \"{model}\"\n{lines}\n"));
         place.tatu(&["convert", "scene.toml", "flat.toml"]).good();
         let doc: DocumentMut = place.read("flat.toml").parse().unwrap();
-        let mut objects: Vec<Object> = Vec::new();
+        let mut objects: Vec<FlatObject> = Vec::new();
         for table in doc["object"].as_array_of_tables().unwrap() {
             let text = |key: &str| table.get(key).and_then(Item::as_str).map(str::to_owned);
             let parent = text("parent").map(|p| objects.iter().position(|o| o.alias == p).unwrap());
             let (alias, kind) = (text("alias").unwrap(), text("kind").unwrap());
-            objects.push(Object { alias, kind, parent, table: table.clone() });
+            objects.push(FlatObject { alias, kind, parent, table: table.clone() });
         }
-        Robot { objects, place }
+        FlatRobot { objects, place }
     }
     /// Returns the object with an alias.
-    pub fn get(&self, alias: &str) -> &Object {
+    pub fn get(&self, alias: &str) -> &FlatObject {
         let found = self.objects.iter().find(|o| o.alias == alias);
         found.unwrap_or_else(|| panic!("there is no object {alias}"))
     }
     /// Returns the alias of an object's parent; empty if it has none.
-    pub fn parent(&self, object: &Object) -> &str {
+    pub fn parent(&self, object: &FlatObject) -> &str {
         object.parent.map_or("", |i| &self.objects[i].alias)
     }
     /// Returns the frame of an object relative to the world when all joints are at 0.
-    pub fn frame(&self, object: &Object) -> Frame {
+    pub fn frame(&self, object: &FlatObject) -> Frame {
         let array = |key: &str| if object.has(key) { Some(object.numbers(key)) } else { None };
         let position = array("position_m").map_or([0.0; 3], |p| p.try_into().unwrap());
         let turned = array("orientation_deg").map(|e| {
@@ -67,7 +67,7 @@ impl Robot {
         object.parent.map_or(local, |p| self.frame(&self.objects[p]).then(local))
     }
     /// Reads the mesh of an object.
-    pub fn mesh(&self, object: &Object) -> Mesh {
+    pub fn mesh(&self, object: &FlatObject) -> TriangleMesh {
         let text = self.place.read(object.table["mesh"].as_str().unwrap());
         let count = |what: &str| -> usize {
             let line = text.lines().find_map(|l| l.strip_prefix(&format!("element {what} ")));
@@ -87,7 +87,7 @@ impl Robot {
     }
 }
 
-impl Object {
+impl FlatObject {
     pub fn has(&self, key: &str) -> bool {
         self.table.contains_key(key)
     }
@@ -151,7 +151,7 @@ impl Frame {
 
 /// Checks that a mesh is closed, and that its triangles face outwards.
 #[track_caller]
-pub fn is_closed((points, triangles): &Mesh) {
+pub fn is_closed((points, triangles): &TriangleMesh) {
     let mut edges = std::collections::BTreeMap::new();
     let mut volume = 0.0;
     for &[a, b, c] in triangles {

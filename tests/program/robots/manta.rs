@@ -11,14 +11,14 @@ fn car(script: &str) -> String {
 }
 
 /// Returns the trace of a car with constant steering angle and speed.
-fn drive(speed: f64, steering: f64, seconds: &str) -> Vec<Line> {
+fn drive(speed: f64, steering: f64, seconds: &str) -> Vec<TraceLine> {
     let script = format!(
         "function sysCall_init()
             sim.setJointTargetPosition(sim.getObject('./steer_joint'), {steering})
             sim.setJointTargetVelocity(sim.getObject('./motor_joint'), {speed})
         end"
     );
-    Place::scene(&car(&script)).trace(&[CAR, "/steer_joint"], &["--seconds", seconds])
+    TestFolder::scene(&car(&script)).trace(&[CAR, "/steer_joint"], &["--seconds", seconds])
 }
 
 /// Returns the signed radius of the circle through three points of the plane; positive if the centre is on the left.
@@ -67,7 +67,7 @@ fn the_steering_has_its_speed_and_its_limit() {
             end
             sim.addStatusbarMessage(table.concat(angles, ' '))
         end";
-    let lines = Place::scene(&car(script)).trace(&[], &["--seconds", "2"]);
+    let lines = TestFolder::scene(&car(script)).trace(&[], &["--seconds", "2"]);
     let angles = |i: usize| -> Vec<f64> {
         lines[i].status()[0].split(' ').map(|a| a.parse::<f64>().unwrap().to_degrees()).collect()
     };
@@ -84,11 +84,11 @@ fn the_steering_has_its_speed_and_its_limit() {
 }
 
 #[test]
-fn a_follower_without_a_leader_is_told() {
+fn a_follower_without_a_leader_is_reported() {
     let joint = "[[object]]\nkind = \"joint\"\nalias = \"j\"\nfollows = \"/nobody\"\n";
-    Place::scene(joint).run(&["--steps", "1"]).good().tells(&["/j", "/nobody"]);
+    TestFolder::scene(joint).run(&["--steps", "1"]).good().reports(&["/j", "/nobody"]);
     let odd = "[[object]]\nkind = \"joint\"\nalias = \"j\"\nfollow_curve = [1.0, 2.0, 3.0]\n";
-    assert_eq!(Place::scene(odd).run(&["--steps", "1"]).code, 2, "an odd number of values must be refused");
+    assert_eq!(TestFolder::scene(odd).run(&["--steps", "1"]).code, 2, "an odd number of values must be refused");
 }
 
 #[test]
@@ -107,5 +107,5 @@ fn gears_and_cams_follow_without_physics_too() {
             end
             near('/gear', -0.9) near('/lifter', 0.01)
         end";
-    Place::scene(&format!("{joints}{}", watcher("hand", script))).run(&["--steps", "2"]).good();
+    TestFolder::scene(&format!("{joints}{}", watcher("hand", script))).run(&["--steps", "2"]).good();
 }

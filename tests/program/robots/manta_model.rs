@@ -1,10 +1,10 @@
 //! Tests of the Manta model: its meshes, and the curves by which its front wheels are steered.
 
-use super::flat::{Robot, is_closed};
+use super::flat::{FlatRobot, is_closed};
 
 #[test]
 fn meshes_are_closed_and_face_outwards() {
-    let car = Robot::new("manta", "");
+    let car = FlatRobot::new("manta", "");
     let meshes: Vec<_> = car.objects.iter().filter(|o| o.has("mesh")).map(|o| car.mesh(o)).collect();
     assert_eq!(meshes.len(), 2);
     meshes.iter().for_each(is_closed);
@@ -14,7 +14,7 @@ fn meshes_are_closed_and_face_outwards() {
 /// 0.6 m / tan(steering) to the left.
 #[test]
 fn front_wheels_turn_about_one_point() {
-    let car = Robot::new("manta", "");
+    let car = FlatRobot::new("manta", "");
     for (side, y) in [("l", 0.175), ("r", -0.175)] {
         let curve = car.get(&format!("f{side}_steer_joint")).numbers("follow_curve");
         assert_eq!(curve.len(), 98, "the curve must have 24 segments to each side");

@@ -38,7 +38,7 @@ fn a_positive_speed_of_both_motors_drives_ahead() {
 /// The rows contain positions relative to the parent, m, copied from the objects of V-REP's file. Those below the
 /// caster are expressed in the frames of this model.
 #[test]
-fn local_positions_are_the_files_within_a_millimetre() {
+fn local_positions_match_the_file_within_a_millimetre() {
     let rows = [
         ("Pioneer_p3dx_rightMotor", [0.044515, -0.165501, -0.041275]),
         ("Pioneer_p3dx_leftMotor", [0.04451, 0.165499, -0.041252]),
@@ -81,7 +81,7 @@ fn meshes_are_closed_small_and_turned_outward() {
 }
 
 #[test]
-fn collision_boxes_keep_clear_of_floor_and_wheels() {
+fn collision_boxes_are_clear_of_floor_and_wheels() {
     for robot in both() {
         let mut low = f64::INFINITY;
         for (size, at) in robot.get("Pioneer_p3dx").parts() {

@@ -2,18 +2,18 @@
 //!
 //! The expected values are from V-REP's model and the data sheets (`tests/facts/pioneer.md`).
 
-use super::flat::Robot;
+use super::flat::FlatRobot;
 use crate::kit::*;
 
-pub fn vrep() -> Robot {
-    Robot::new("pioneer_p3dx", "")
+pub fn vrep() -> FlatRobot {
+    FlatRobot::new("pioneer_p3dx", "")
 }
 
-pub fn sheet() -> Robot {
-    Robot::new("pioneer_p3dx", "preset = \"as the data sheet\"")
+pub fn sheet() -> FlatRobot {
+    FlatRobot::new("pioneer_p3dx", "preset = \"as the data sheet\"")
 }
 
-pub fn both() -> [Robot; 2] {
+pub fn both() -> [FlatRobot; 2] {
     [vrep(), sheet()]
 }
 
@@ -22,7 +22,7 @@ pub fn close(a: f64, b: f64, by: f64) -> bool {
 }
 
 #[test]
-fn the_tree_is_the_files() {
+fn the_object_tree_is_that_of_the_file() {
     let expected = [
         ("shape", "Pioneer_p3dx", ""),
         ("joint", "Pioneer_p3dx_rightMotor", "Pioneer_p3dx"),
@@ -59,7 +59,7 @@ fn the_tree_is_the_files() {
 
 #[test]
 fn masses_add_up() {
-    let sum = |robot: &Robot| -> f64 {
+    let sum = |robot: &FlatRobot| -> f64 {
         let dynamic = robot.objects.iter().filter(|o| o.is("dynamic"));
         dynamic.map(|o| o.number("mass_kg")).sum()
     };
@@ -68,7 +68,7 @@ fn masses_add_up() {
 }
 
 #[test]
-fn masks_and_inertias_are_the_files() {
+fn masks_and_inertias_are_those_of_the_file() {
     let robot = vrep();
     let rows = [
         ("Pioneer_p3dx", 16.0, [1.92, 1.93907, 2.0906], Some(65520.0)),
@@ -93,7 +93,7 @@ fn masks_and_inertias_are_the_files() {
 }
 
 #[test]
-fn what_collides_is_hidden_and_what_is_seen_does_not_collide() {
+fn colliding_shapes_are_hidden_and_visible_ones_do_not_collide() {
     for robot in both() {
         for o in robot.objects.iter().filter(|o| o.kind == "shape") {
             let hidden = !o.is_visible();
@@ -109,7 +109,7 @@ fn what_collides_is_hidden_and_what_is_seen_does_not_collide() {
 }
 
 #[test]
-fn motors_hold_still_with_the_files_torque() {
+fn motors_hold_still_with_the_torque_of_the_file() {
     for robot in both() {
         for side in ["left", "right"] {
             let motor = robot.get(&format!("Pioneer_p3dx_{side}Motor"));
@@ -131,14 +131,14 @@ fn motors_hold_still_with_the_files_torque() {
 
 #[test]
 fn an_unknown_preset_is_refused_by_name() {
-    let place = Place::scene("[[model]]\nmodel = \"pioneer_p3dx\"\npreset = \"as I like\"\n");
+    let place = TestFolder::scene("[[model]]\nmodel = \"pioneer_p3dx\"\npreset = \"as I like\"\n");
     place.tatu(&["check", "scene.toml"]).refused(&["as I like", "as the data sheet"]);
 }
 
 #[test]
 fn sonars_can_be_left_out_together_or_one_by_one() {
     let sonars = |lines: &str| {
-        let robot = Robot::new("pioneer_p3dx", lines);
+        let robot = FlatRobot::new("pioneer_p3dx", lines);
         robot.objects.iter().filter(|o| o.kind == "sensor").count()
     };
     assert_eq!([sonars(""), sonars("sonars = false")], [16, 0]);
@@ -146,19 +146,20 @@ fn sonars_can_be_left_out_together_or_one_by_one() {
 }
 
 #[test]
-fn slots_take_what_is_mounted_by_a_plate() {
+fn slots_accept_models_mounted_by_a_plate() {
     let lines = "slots = { Pioneer_p3dx_connection4 = { model = \"hokuyo\" } }";
-    let robot = Robot::new("pioneer_p3dx", lines);
+    let robot = FlatRobot::new("pioneer_p3dx", lines);
     assert_eq!(robot.parent(robot.get("Hokuyo_URG_04LX_UG01")), "Pioneer_p3dx_connection4");
-    let place = Place::scene(&format!("[[model]]\nmodel = \"pioneer_p3dx\"\n{}\n", lines.replace("hokuyo", "tool")));
+    let place =
+        TestFolder::scene(&format!("[[model]]\nmodel = \"pioneer_p3dx\"\n{}\n", lines.replace("hokuyo", "tool")));
     let tool = "format = 1\n[model]\ntext = \"A tool.\"\nmount = \"flange\"\n[[object]]\nkind = \"dummy\"\n";
     place.write("models/tool/model.toml", tool);
     place.tatu(&["check", "scene.toml"]).refused(&["sensor-plate", "flange"]);
 }
 
 #[test]
-fn every_parameter_stands_in_the_readme() {
-    let place = Place::new();
+fn every_parameter_is_in_the_readme() {
+    let place = TestFolder::new();
     let rows = place.tatu(&["list", "models", "--json"]).good().json();
     for model in rows.as_array().unwrap() {
         let id = model["id"].as_str().unwrap();

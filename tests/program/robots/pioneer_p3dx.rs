@@ -26,7 +26,7 @@ fn drive(variant: (&str, &str), left: f64, right: f64, seconds: f64) -> Vec<(f64
             sim.setJointTargetVelocity(sim.getObject('./Pioneer_p3dx_rightMotor'), {right})
         end"
     );
-    let place = Place::scene(&format!("{}{FLOOR}{}", variant.0, pioneer(&script, variant.1)));
+    let place = TestFolder::scene(&format!("{}{FLOOR}{}", variant.0, pioneer(&script, variant.1)));
     let lines = place.trace(&[ROBOT], &["--seconds", &seconds.to_string()]);
     let start = (0.0, [0.0, 0.0, 0.1388], 0.0);
     let rows = lines.iter().map(|l| (l.time(), l.object(ROBOT, "position"), yaw(l.object(ROBOT, "quaternion"))));
@@ -66,7 +66,7 @@ fn turns_as_the_wheels_roll() {
 }
 
 #[test]
-fn stays_where_it_stands() {
+fn parked_robot_does_not_creep() {
     for variant in VARIANTS {
         let rows = drive(variant, 0.0, 0.0, 10.0);
         let most = rows.iter().map(|(_, p, _)| f64::hypot(p[0], p[1])).fold(0.0, f64::max);

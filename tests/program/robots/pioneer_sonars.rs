@@ -3,17 +3,17 @@
 use std::f64::consts::FRAC_PI_2;
 
 use super::{
-    flat::{Object, Robot},
+    flat::{FlatObject, FlatRobot},
     pioneer_model::{both, close, sheet, vrep},
 };
 
-fn sensor(robot: &Robot, n: usize) -> &Object {
+fn sensor(robot: &FlatRobot, n: usize) -> &FlatObject {
     robot.get(&format!("Pioneer_p3dx_ultrasonicSensor{n}"))
 }
 
 /// Poses of the sensors (w x y z, x y z) in the frame of the visible body, copied from V-REP's file.
 #[rustfmt::skip]
-const FILE: [(usize, [f64; 4], [f64; 3]); 16] = [
+const V_REP_POSES: [(usize, [f64; 4], [f64; 3]); 16] = [
     (8, [0.707094, 0.70712, 0.0, 0.0], [0.106405, -0.138144, 0.068101]),
     (7, [0.664463, 0.664463, 0.241845, 0.241845], [0.155548, -0.120238, 0.068109]),
     (6, [0.612373, 0.612372, 0.353553, 0.353553], [0.190571, -0.0785, 0.068105]),
@@ -33,9 +33,9 @@ const FILE: [(usize, [f64; 4], [f64; 3]); 16] = [
 ];
 
 #[test]
-fn the_ring_is_the_files() {
+fn sonar_poses_are_those_of_the_file() {
     let robot = vrep();
-    for (n, [w, x, y, z], position) in FILE {
+    for (n, [w, x, y, z], position) in V_REP_POSES {
         let o = sensor(&robot, n);
         let p = o.numbers("position_m");
         assert!((0..3).all(|i| close(p[i], position[i], 0.1e-3)), "{n}: {p:?} {position:?}");
@@ -69,7 +69,7 @@ fn sonars_look_horizontally_along_their_headings() {
 
 /// The poses equal those that V-REP reports, in m and degrees (tests/facts/pioneer.md, 1).
 #[test]
-fn the_ring_is_the_one_measured_in_the_program() {
+fn sonar_poses_are_those_measured_in_v_rep() {
     const RING: [(f64, f64, f64); 16] = [
         (0.1064, 0.1382, 90.0),
         (0.1554, 0.1250, 50.0),
@@ -101,7 +101,7 @@ fn the_ring_is_the_one_measured_in_the_program() {
 /// The poses equal those in ARIA's table (tests/facts/pioneer.md, 2). Only half of them are listed, because the table
 /// is symmetric.
 #[test]
-fn the_data_sheets_ring_is_aria_s() {
+fn sonar_poses_of_the_data_sheet_are_those_of_aria() {
     let robot = sheet();
     let right = [
         (8, 69.0, 136.0),
@@ -124,7 +124,7 @@ fn the_data_sheets_ring_is_aria_s() {
 }
 
 #[test]
-fn beams_are_what_the_parameters_say() {
+fn sonar_beams_follow_the_parameters() {
     let robot = vrep();
     for n in 1..=16 {
         let o = sensor(&robot, n);
@@ -137,7 +137,7 @@ fn beams_are_what_the_parameters_say() {
     assert_eq!(sensor(&sheet(), 1).number("range_m"), 5.0);
     let lines = "preset = \"as the data sheet\"\nsonar_range_m = 4.3\nsonar_angle_deg = 20\n\
                  sonar_max_incidence_deg = 90\nsonar_min_range_m = 0.1";
-    let wide = Robot::new("pioneer_p3dx", lines);
+    let wide = FlatRobot::new("pioneer_p3dx", lines);
     let o = sensor(&wide, 3);
     assert_eq!(
         ["range_m", "angle_deg", "max_incidence_deg", "min_range_m"].map(|k| o.number(k)),
@@ -147,7 +147,7 @@ fn beams_are_what_the_parameters_say() {
 
 /// No sonar detects the floor: cones of 15 degrees to each side reach it at 75 degrees or more from its normal.
 #[test]
-fn the_normal_limit_keeps_the_floor_out() {
+fn the_incidence_limit_excludes_the_floor() {
     let robot = vrep();
     let o = sensor(&robot, 4);
     let steepest = FRAC_PI_2 - o.number("angle_deg").to_radians() / 2.0;
@@ -158,7 +158,7 @@ fn the_normal_limit_keeps_the_floor_out() {
 }
 
 /// Returns points on all surfaces of the robot that beams can detect, in the world frame.
-fn seen(robot: &Robot) -> Vec<[f64; 3]> {
+fn seen(robot: &FlatRobot) -> Vec<[f64; 3]> {
     let mut out = Vec::new();
     let base = robot.frame(robot.get("Pioneer_p3dx"));
     for (points, triangles) in robot.objects.iter().filter(|o| o.has("mesh")).map(|o| robot.mesh(o)) {

@@ -20,7 +20,7 @@ fn a_propeller_lifts_and_turns_its_hull() {
         "max_speed_rad_s = 1000.0\nmax_thrust_n = 40.0\ntorque_per_thrust_m = 0.02\nspeed_rad_s = 500.0\n\
          time_constant_s = 0.0\ntime_constant_down_s = 0.0",
     );
-    let lines = Place::scene(&(hull(0.5, "") + &propeller)).trace(&["/hull"], &["--seconds", "1"]);
+    let lines = TestFolder::scene(&(hull(0.5, "") + &propeller)).trace(&["/hull"], &["--seconds", "1"]);
     let last = lines.last().unwrap();
     let ([_, _, v], [_, _, turn]) =
         (last.object::<3>("/hull", "linear_velocity"), last.object::<3>("/hull", "angular_velocity"));
@@ -38,7 +38,7 @@ fn the_momentum_of_a_lagging_propeller_is_exact() {
         "propeller",
         "max_speed_rad_s = 1000.0\nmax_thrust_n = 40.0\ntorque_per_thrust_m = 0.0\nspeed_rad_s = 1000.0\ntime_constant_s = 0.2",
     );
-    let lines = Place::scene(&(hull(1.0, "") + &propeller)).trace(&["/hull"], &["--seconds", "1"]);
+    let lines = TestFolder::scene(&(hull(1.0, "") + &propeller)).trace(&["/hull"], &["--seconds", "1"]);
     for line in lines {
         let t = line.time();
         let e = f64::exp(-t / tau);
@@ -54,8 +54,8 @@ fn a_hull_heaves_as_its_waterline_says() {
     // position, it oscillates at sqrt(rho g A / m).
     let water = actuator("buoyancy", "size_m = [0.4, 0.4, 0.2]");
     let at = hull(16.0, "").replace("[0.0, 0.0, 0.0]", "[0.0, 0.0, 0.03]");
-    let lines =
-        Place::scene(&format!("dt_s = 0.01\nphysics_dt_s = 0.002\n{at}{water}")).trace(&["/hull"], &["--seconds", "3"]);
+    let lines = TestFolder::scene(&format!("dt_s = 0.01\nphysics_dt_s = 0.002\n{at}{water}"))
+        .trace(&["/hull"], &["--seconds", "3"]);
     let w = (1000.0 * G * 0.16 / 16.0_f64).sqrt();
     for line in lines {
         let [_, _, z] = line.object::<3>("/hull", "position");
@@ -71,7 +71,7 @@ fn drag_brakes_exactly_as_much_as_it_says() {
         "buoyancy",
         "size_m = [0.4, 0.4, 0.2]\ncurrent_m_s = [1.0, 0.0, 0.0]\nlinear_drag = [32.0, 0.0, 0.0, 0.0, 0.0, 0.0]",
     );
-    let lines = Place::scene(&(hull(16.0, "") + &water)).trace(&["/hull"], &["--seconds", "2"]);
+    let lines = TestFolder::scene(&(hull(16.0, "") + &water)).trace(&["/hull"], &["--seconds", "2"]);
     let last = lines.last().unwrap();
     let [v, ..] = last.object::<3>("/hull", "linear_velocity");
     let wanted = 1.0 - f64::exp(-last.time());

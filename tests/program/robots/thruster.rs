@@ -7,7 +7,7 @@ use std::{path::Path, process::Command, sync::Arc};
 
 use tatu_core::{
     World, document,
-    plugins::{Registry, Search},
+    plugins::{Registry, SearchPath},
 };
 
 use crate::kit::*;
@@ -34,7 +34,7 @@ fn a_constant_thrust_lifts_as_the_closed_form_says() {
             let force = 30.0;
             let scene =
                 format!("physics_dt_s = {physics_dt}\n{}{}", hull(""), thruster(kind, "jet", "thrust_n = 30.0"));
-            let lines = Place::scene(&scene).trace(&["/hull"], &["--seconds", "2"]);
+            let lines = TestFolder::scene(&scene).trace(&["/hull"], &["--seconds", "2"]);
             let a = force / MASS - G;
             for line in &lines {
                 let t = line.time();
@@ -59,7 +59,7 @@ fn a_lag_follows_the_closed_form() {
     let (force, tau) = (24.0, 0.4);
     for kind in ["thruster", "thruster_substep"] {
         let jet = thruster(kind, "jet", "thrust_n = 24.0\ntime_constant_s = 0.4");
-        let lines = Place::scene(&format!("{}{jet}", hull(""))).trace(&["/hull"], &["--seconds", "2"]);
+        let lines = TestFolder::scene(&format!("{}{jet}", hull(""))).trace(&["/hull"], &["--seconds", "2"]);
         for line in lines {
             let t = line.time();
             let wanted = force / MASS * (t - tau * (1.0 - f64::exp(-t / tau))) - G * t;
@@ -76,7 +76,7 @@ fn a_thruster_beside_the_centre_turns_the_hull() {
     let alpha = -r * force / (MASS * 0.04 / 6.0);
     let scene = |kind: &str| {
         let jet = thruster(kind, "jet", "thrust_n = 0.5\nposition_m = [0.1, 0.0, 0.0]");
-        Place::scene(&format!("gravity_m_s2 = [0.0, 0.0, 0.0]\nphysics_dt_s = 0.005\n{}{jet}", hull("")))
+        TestFolder::scene(&format!("gravity_m_s2 = [0.0, 0.0, 0.0]\nphysics_dt_s = 0.005\n{}{jet}", hull("")))
     };
     // Under a force that rotates with the body, the velocity is F/m times the integral of (sin, cos) of the angle.
     let closed = |t: f64| {
@@ -108,7 +108,7 @@ fn a_thruster_beside_the_centre_turns_the_hull() {
 }
 
 #[test]
-fn scripts_command_by_name_within_bounds_and_are_told_of_mistakes() {
+fn scripts_set_commands_by_name_within_bounds_and_get_errors() {
     let script = "function sysCall_init()
             jet = sim.getObject('/hull/jet')
             assert(sim.getFloatProperty(jet, 'thruster.thrust') == 3.5)
@@ -136,19 +136,19 @@ fn scripts_command_by_name_within_bounds_and_are_told_of_mistakes() {
             end
         end";
     let scene = format!("{}{}{}", hull(""), thruster("thruster", "jet", "thrust_n = 3.5"), watcher("pilot", script));
-    let lines = Place::scene(&scene).trace(&["/hull"], &["--steps", "2"]);
+    let lines = TestFolder::scene(&scene).trace(&["/hull"], &["--steps", "2"]);
     let v = lines.iter().map(|l| l.object::<3>("/hull", "linear_velocity")[2]).collect::<Vec<_>>();
     assert!((v[1] - v[0] - (5.0 - G) * 0.05).abs() < 1e-9, "the parameter that was set has no effect: {v:?}");
 }
 
 #[test]
-fn documents_name_what_is_wrong_with_an_actuator() {
+fn errors_of_an_actuator_in_a_document_are_refused() {
     let scene = |kind: &str, more: &str| {
-        Place::scene(&format!("{}{}", hull(""), thruster(kind, "jet", more))).tatu(&["check", "scene.toml"])
+        TestFolder::scene(&format!("{}{}", hull(""), thruster(kind, "jet", more))).tatu(&["check", "scene.toml"])
     };
     scene("thruster", "thrust_n = -12.5").good();
     let set = |value: &str| {
-        let place = Place::scene(&format!("{}{}", hull(""), thruster("thruster", "jet", "")));
+        let place = TestFolder::scene(&format!("{}{}", hull(""), thruster("thruster", "jet", "")));
         place.run(&[
             "--steps",
             "1",
@@ -169,15 +169,15 @@ fn documents_name_what_is_wrong_with_an_actuator() {
     scene("thruster", "time_constant_s = -1.0").refused(&["E102", "time_constant"]);
     scene("truster", "").refused(&["E108", "did you mean `thruster`?"]);
     let bare = "[[object]]\nkind = \"actuator\"\n";
-    Place::scene(bare).tatu(&["check", "scene.toml"]).refused(&["E104", "actuator = ", "tatu list actuators"]);
+    TestFolder::scene(bare).tatu(&["check", "scene.toml"]).refused(&["E104", "actuator = ", "tatu list actuators"]);
 }
 
 #[test]
 fn an_actuator_without_anything_to_push_says_so_once() {
     let fixed = cuboid("hull", [0.2, 0.2, 0.2], [0.0, 0.0, 5.0], "");
-    let place = Place::scene(&format!("{fixed}{}", thruster("thruster", "jet", "thrust_n = 1.0")));
+    let place = TestFolder::scene(&format!("{fixed}{}", thruster("thruster", "jet", "thrust_n = 1.0")));
     let done = place.run(&["--steps", "5"]).good();
-    done.tells(&["/hull/jet has no effect", "no dynamic shape above it"]);
+    done.reports(&["/hull/jet has no effect", "no dynamic shape above it"]);
     assert_eq!(done.err.matches("has no effect").count(), 1, "{}", done.err);
 }
 
@@ -187,7 +187,7 @@ fn a_robot_with_a_thruster_changes_no_other() {
         "function sysCall_actuation() sim.setJointTargetVelocity(sim.getObject('./Pioneer_p3dx_leftMotor'), 2) end";
     let robot = format!("{FLOOR}{}", pioneer(script, ""));
     let hash = |scene: &str| {
-        let result = Place::scene(scene).run(&["--seconds", "2"]).good().json();
+        let result = TestFolder::scene(scene).run(&["--seconds", "2"]).good().json();
         (result["objects"]["/Pioneer_p3dx"].clone(), result["hash"].clone())
     };
     let (alone, total) = hash(&robot);
@@ -202,11 +202,11 @@ fn a_robot_with_a_thruster_changes_no_other() {
 /// Loads the plugins that these tests need, whose libraries are next to the built program.
 fn registry() -> Arc<Registry> {
     let names = ["tatu_commands_vrep", "tatu_scripts_lua", "tatu_actuators_thruster"];
-    Arc::new(Registry::load(Search::standard(Some(program()), None, &names), tatu_core::host_tables()))
+    Arc::new(Registry::load(SearchPath::standard(Some(program()), None, &names), tatu_core::host_tables()))
 }
 
 fn world(scene: &Path, registry: &Arc<Registry>) -> World {
-    let document = document::load(scene, registry, &document::Options::default()).unwrap();
+    let document = document::load(scene, registry, &document::LoadOptions::default()).unwrap();
     World::new(Arc::new(document), registry.clone()).unwrap()
 }
 
@@ -220,7 +220,7 @@ fn a_stop_brings_commands_parameters_and_removed_thrusters_back() {
             if n == 6 then sim.removeObject(sim.getObject('/hull/other')) end
         end";
     let (jet, other) = ("thrust_n = 10.0\ntime_constant_s = 0.2", "thrust_n = 5.0");
-    let place = Place::scene(&format!(
+    let place = TestFolder::scene(&format!(
         "{}{}{}{}",
         hull(""),
         thruster("thruster", "jet", jet),
@@ -323,8 +323,8 @@ TATU_EXPORT const tatu_plugin_t tatu_plugin = {.size = sizeof tatu_plugin, .abi_
 "#;
 
 /// Creates a scene beside the built C plugin.
-fn with_motor(scene: &str) -> Place {
-    let place = Place::scene(&format!("plugins = [\".\"]\ngravity_m_s2 = [0.0, 0.0, 0.0]\n{scene}"));
+fn with_motor(scene: &str) -> TestFolder {
+    let place = TestFolder::scene(&format!("plugins = [\".\"]\ngravity_m_s2 = [0.0, 0.0, 0.0]\n{scene}"));
     place.write("motor.c", MOTOR);
     let (include, out) = (root().join("plugin-api/include"), library("tatu_motor"));
     let mut cc = Command::new(compiler("cc"));
@@ -384,7 +384,7 @@ fn commands_are_numbers_for_the_fast_functions_too() {
 }
 
 #[test]
-fn flawed_kinds_in_c_are_refused_and_bounds_hold() {
+fn flawed_kinds_in_c_are_refused_and_bounds_are_enforced() {
     let done = with_motor(&jointed("motor", "revolute", "effort = 6.0")).tatu(&["check", "scene.toml"]);
     done.refused(&["E303", "`lame` has no `apply`", "it offers the actuator `motor` twice"]);
     done.refused(&["E102", "from -5 to 5"]);
@@ -443,8 +443,8 @@ fn of_two_in_c_only_the_one_that_fails_is_switched_off() {
 }
 
 #[test]
-fn lists_tell_of_actuators() {
-    let list = Place::new().tatu(&["list", "actuators", "--json"]).good().json();
+fn lists_contain_actuators() {
+    let list = TestFolder::new().tatu(&["list", "actuators", "--json"]).good().json();
     let found = list.as_array().unwrap().iter().find(|a| a["id"] == "thruster_substep").unwrap();
     assert_eq!(found["every_substep"], true);
     assert_eq!((&found["commands"][0]["name"], &found["commands"][0]["unit"]), (&"thrust".into(), &"N".into()));
@@ -452,10 +452,10 @@ fn lists_tell_of_actuators() {
 }
 
 #[test]
-fn what_a_thruster_remembers_stands_in_a_snapshot() {
+fn the_state_of_a_thruster_is_in_a_snapshot() {
     // At 0.3 s the lagged thrust is still rising, so the snapshot must contain its current value.
     let more = "thrust_n = 40.0\ntime_constant_s = 0.4";
-    let place = Place::scene(&format!("{}{}", hull(""), thruster("thruster", "jet", more)));
+    let place = TestFolder::scene(&format!("{}{}", hull(""), thruster("thruster", "jet", more)));
     let hash = |more: &[&str]| {
         let done = place.run(&[&["--steps", "20"], more].concat()).good();
         assert!(!done.err.contains("replay"), "{}", done.err);
@@ -466,7 +466,7 @@ fn what_a_thruster_remembers_stands_in_a_snapshot() {
 }
 
 #[test]
-fn what_an_actuator_reports_is_read_as_a_sensor_is() {
+fn reports_of_an_actuator_are_read_like_a_sensor() {
     // Under a constant effort of 2 N m, the speed grows by 2 / I per second.
     let script = "function sysCall_sensing()
             local r = tatu.read(sim.getObject('/base/axle/motor'))
@@ -489,7 +489,7 @@ fn what_an_actuator_reports_is_read_as_a_sensor_is() {
         }
     }
     let place = with_motor(&jointed("motor", "revolute", "fail = 4.0"));
-    place.run(&["--seconds", "0.2"]).tells(&["outside the fields that it reports", "org.example.motor"]);
+    place.run(&["--seconds", "0.2"]).reports(&["outside the fields that it reports", "org.example.motor"]);
     let place = with_motor(&jointed("motor", "revolute", "fail = 5.0"));
-    place.run(&["--seconds", "0.2"]).tells(&["`motor.state` is not a number", "org.example.motor"]);
+    place.run(&["--seconds", "0.2"]).reports(&["`motor.state` is not a number", "org.example.motor"]);
 }

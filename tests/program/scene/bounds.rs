@@ -4,7 +4,7 @@ use crate::kit::*;
 
 #[test]
 fn steps_have_bounds() {
-    let place = Place::scene("");
+    let place = TestFolder::scene("");
     for (set, words) in [
         ("scene.dt_s=inf", "`dt_s`: expected a number from 0.000001 to 100, found inf"),
         ("scene.dt_s=1e5", "`dt_s`: expected a number from 0.000001 to 100, found 100000"),
@@ -20,7 +20,7 @@ fn steps_have_bounds() {
         place.run(&["--set", set, "--seconds", "1"]).refused(&[words]);
         let (key, value) = set.split_once('=').unwrap();
         let key = key.strip_prefix("scene.").unwrap();
-        Place::scene(&format!("{key} = {value}\n")).run(&["--seconds", "1"]).refused(&[key]);
+        TestFolder::scene(&format!("{key} = {value}\n")).run(&["--seconds", "1"]).refused(&[key]);
     }
     let both = ["--set", "scene.dt_s=50", "--set", "scene.physics_dt_s=0.0001", "--seconds", "100"];
     place.run(&both).refused(&["a step of 50 s would have 500000 physics steps of 0.0001 s", "at most 100000"]);
@@ -30,7 +30,7 @@ fn steps_have_bounds() {
 #[test]
 fn sensors_have_a_bound_of_memory_together() {
     let camera = "[[object]]\nkind = \"sensor\"\nsensor = \"depth_camera\"\nalias = \"cam\"\n";
-    let place = Place::scene(&format!("{camera}columns = 8192\nrows = 8192\npoints = true\nincidence = true\n"));
+    let place = TestFolder::scene(&format!("{camera}columns = 8192\nrows = 8192\npoints = true\nincidence = true\n"));
     // 67 million pixels with 48 bytes each while they are rendered, and readings of at least 4 bytes a pixel.
     place.run(&["--steps", "1"]).refused(&["E402", "/cam", "the limit is 4096 MB", "choose fewer pixels or sensors"]);
     // 5,000 images of 640 x 480 pixels would need 74 GB while they are rendered.
@@ -50,8 +50,8 @@ fn sensors_have_a_bound_of_memory_together() {
         )
     );
     // The memory that is there may be less than the limit.
-    let done = Place::scene(&scene).run(&["--steps", "1", "--set", "/cam.explicit=true"]);
-    done.tells(&["told\ttrue", "choose fewer pixels or sensors"]);
+    let done = TestFolder::scene(&scene).run(&["--steps", "1", "--set", "/cam.explicit=true"]);
+    done.reports(&["told\ttrue", "choose fewer pixels or sensors"]);
 }
 
 /// Values are counted before they are made.
@@ -66,11 +66,11 @@ fn values_of_a_call_have_a_bound() {
             assert(#sim.unpackUInt8Table(data, 0, 1000000) == 1000000)
             print('done')
         end";
-    Place::scene(&watcher("d", script)).run(&["--steps", "1"]).good().tells(&["done"]);
+    TestFolder::scene(&watcher("d", script)).run(&["--steps", "1"]).good().reports(&["done"]);
 }
 
 #[test]
-fn drives_may_be_told_anything() {
+fn drives_survive_extreme_targets() {
     let joint = "[[object]]\nkind = \"shape\"\nalias = \"base\"\n[[object]]\nkind = \"joint\"\nalias = \"j\"\nparent = \"/base\"\ncontrol = \"velocity\"\nmax_force_nm = 1.0\n\
                  [[object]]\nkind = \"shape\"\nalias = \"w\"\nparent = \"/base/j\"\ndynamic = true\n";
     for line in [
@@ -83,7 +83,7 @@ fn drives_may_be_told_anything() {
         let script = format!(
             "function sysCall_init() j = sim.getObject('/base/j') end\nfunction sysCall_actuation() pcall(function() {line} end) end"
         );
-        let place = Place::scene(&format!("{joint}{}", watcher("hand", &script)));
+        let place = TestFolder::scene(&format!("{joint}{}", watcher("hand", &script)));
         let done = place.run(&["--seconds", "0.5"]);
         // The run may report a body that flies away, but the program must not crash.
         assert!(done.code <= 1 && !done.err.contains("panicked"), "{line}: exit {}\n{}", done.code, done.err);

@@ -23,7 +23,7 @@ mass_kg = "=mass"
 position_m = [0.0, 0.0, "=height"]
 "#;
 
-const LUA: &str = "function fall()
+const CARD_SCRIPT: &str = "function fall()
     local from = sim.getObjectPosition(measure.model())[3]
     sim.wait(1)
     return from - sim.getObjectPosition(measure.model())[3]
@@ -53,15 +53,15 @@ fn measure(name: &str, expected: f64, more: &str) -> String {
     )
 }
 
-fn place(card: &str) -> Place {
-    let place = Place::new();
-    place.write("models/cart/model.toml", CART).write("models/cart/card.lua", LUA);
+fn place(card: &str) -> TestFolder {
+    let place = TestFolder::new();
+    place.write("models/cart/model.toml", CART).write("models/cart/card.lua", CARD_SCRIPT);
     place.write("models/cart/card.toml", &format!("format = 1\nnot_shown = [\"air\"]\n{card}"));
     place
 }
 
 #[test]
-fn what_a_model_does_is_measured_written_and_graded() {
+fn the_behaviour_of_a_model_is_measured_written_and_graded() {
     let card = measure("fall", 4.905, "") + &measure("mass", 3.0, "params = { mass_kg = 3.0 }");
     let place = place(&card);
     // The card contains no measured values yet.
@@ -122,7 +122,7 @@ fn mistakes_in_cards_name_the_line() {
     ] {
         place(card).tatu(&["measure", "cart"]).refused(&words);
     }
-    let place = Place::new();
+    let place = TestFolder::new();
     place.write("models/cart/model.toml", CART);
     place.tatu(&["measure", "cart"]).refused(&["error[E105]", "no card.toml"]);
     let told = place.tatu(&["describe", "cart", "--json"]).good().json();
@@ -135,13 +135,13 @@ fn a_payload_above_the_sheet_is_warned_of() {
                [[object]]\nkind = \"shape\"\nalias = \"arm\"\n[[object]]\nkind = \"dummy\"\nalias = \"flange\"\n";
     let load = |mass: f64| {
         let box_of = format!("kind = \"shape\", dynamic = true, mass_kg = {mass:?}");
-        let place = Place::scene(&format!("[[model]]\nmodel = \"arm\"\nslots = {{ flange = {{ {box_of} }} }}\n"));
+        let place = TestFolder::scene(&format!("[[model]]\nmodel = \"arm\"\nslots = {{ flange = {{ {box_of} }} }}\n"));
         place.write("models/arm/model.toml", arm);
         place.run(&["--steps", "1"]).good().err
     };
     assert!(load(3.5).contains("the slot `flange` of `arm` carries 3.500 kg; its payload is 3 kg"), "{}", load(3.5));
     assert!(!load(2.5).contains("payload"));
-    let place = Place::new();
+    let place = TestFolder::new();
     place.write("models/arm/model.toml", &arm.replace("3.0", "-1"));
     place.tatu(&["check", "models/arm/model.toml"]).refused(&["`payload_kg`", "greater than 0"]);
 }

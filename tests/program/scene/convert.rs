@@ -4,13 +4,13 @@ use std::{fs, path::PathBuf};
 
 use crate::kit::*;
 
-fn hash(done: &Done) -> String {
+fn hash(done: &RunOutput) -> String {
     done.json()["hash"].as_str().unwrap().to_owned()
 }
 
 /// Runs a scene and its conversion; returns both hashes.
-fn both(scene: &str, steps: &str) -> (String, String, Place) {
-    let place = Place::new();
+fn both(scene: &str, steps: &str) -> (String, String, TestFolder) {
+    let place = TestFolder::new();
     place.tatu(&["convert", scene, "out.toml"]).good();
     let run = |scene: &str| place.tatu(&["run", scene, "--steps", steps, "--json"]);
     let (a, b) = (run(scene), run("out.toml"));
@@ -49,7 +49,7 @@ fn files_of_vrep_stay_the_same() {
 
 /// A conversion preserves every property of an object, and also names, bytes and references that are easily lost.
 #[test]
-fn every_kind_of_value_comes_back() {
+fn every_kind_of_value_survives_a_conversion() {
     let text = r#"
         gravity_m_s2 = [0.0, 0.1, -9.0]
         friction_pairs = [["rubber", "ice", 0.1]]
@@ -102,7 +102,7 @@ fn every_kind_of_value_comes_back() {
         alias = "d"
         script = { text = "function sysCall_actuation() x = (x or 0) + 1 end", priority = "first" }
     "#;
-    let place = Place::scene(text);
+    let place = TestFolder::scene(text);
     place.tatu(&["check", "scene.toml"]).good();
     place.tatu(&["convert", "scene.toml", "out.toml"]).good();
     // Converting the result again gives the same text.
@@ -119,8 +119,8 @@ fn every_kind_of_value_comes_back() {
 }
 
 #[test]
-fn what_cannot_be_written_is_told() {
-    let place = Place::scene(FLOOR);
+fn conversions_that_cannot_be_written_are_refused() {
+    let place = TestFolder::scene(FLOOR);
     place.tatu(&["convert", "scene.toml", "out.txt"]).refused(&["error[E105]", ".toml"]);
     place.tatu(&["convert", "scene.toml", "nowhere/out.toml"]).refused(&["error[E105]", "nowhere"]);
     place.tatu(&["convert", "missing.toml", "out.toml"]).refused(&["error[E105]", "missing.toml"]);
@@ -129,7 +129,7 @@ fn what_cannot_be_written_is_told() {
 #[test]
 fn meshes_are_named_by_their_files() {
     let mesh = |name: &str| format!("{FLOOR}[[object]]\nkind = \"shape\"\nprimitive = \"mesh\"\nmesh = \"{name}\"\n");
-    let place = Place::scene(&mesh("m.obj"));
+    let place = TestFolder::scene(&mesh("m.obj"));
     place.write("m.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").write("bad.obj", "f 1 2 3\n");
     place.run(&["--steps", "1"]).good();
     for (name, words) in

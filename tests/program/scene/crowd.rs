@@ -5,7 +5,7 @@ use std::{collections::BTreeSet, sync::Arc};
 use tatu_core::{World, document};
 
 use crate::{
-    kit::{FLOOR, Place},
+    kit::{FLOOR, TestFolder},
     state::restart::{registry, world},
 };
 
@@ -24,7 +24,7 @@ fn bricks() -> Vec<[f64; 3]> {
 /// No brick shifts sideways by more than 3 mm, and none sinks by more than 5 mm. With softer contacts the wall would
 /// sink by 60 mm. The friction is 0.5.
 #[test]
-fn a_wall_of_500_bricks_stands() {
+fn a_wall_of_500_bricks_is_stable() {
     let mut scene = format!("physics_dt_s = 0.005\n{FLOOR}")
         .replace("respondable = true\n", "respondable = true\nfriction = 0.70710678\n");
     for (i, [x, y, z]) in bricks().into_iter().enumerate() {
@@ -33,7 +33,7 @@ fn a_wall_of_500_bricks_stands() {
              mass_kg = 1.0\ndynamic = true\nrespondable = true\nfriction = 0.70710678\n"
         );
     }
-    let place = Place::scene(&scene);
+    let place = TestFolder::scene(&scene);
     let world = world(&place.path().join("scene.toml"), &registry());
     world.start();
     for _ in 0..100 {
@@ -48,7 +48,7 @@ fn a_wall_of_500_bricks_stands() {
 }
 
 /// Creates a row of `n` robots, 10 m apart, each of which drives a different curve.
-fn robots(n: usize) -> Place {
+fn robots(n: usize) -> TestFolder {
     let mut scene = FLOOR.to_owned();
     for i in 0..n {
         scene += &format!(
@@ -59,7 +59,7 @@ fn robots(n: usize) -> Place {
             10 * i
         );
     }
-    Place::scene(&scene)
+    TestFolder::scene(&scene)
 }
 
 /// Above 63 joints, the engine could solve those without a motor in parallel and in a different order.
@@ -92,7 +92,7 @@ fn parts_of_a_compound_have_their_own_friction() {
              primitive = \"compound\"\nposition_m = [0.0, 0.0, 0.1]\ndynamic = true\nrespondable = true\nparts = [\n\
              {{ primitive = \"box\", size_m = [0.4, 0.2, 0.2]{friction} }},\n]\n"
         );
-        let place = Place::scene(&scene);
+        let place = TestFolder::scene(&scene);
         let world = world(&place.path().join("scene.toml"), &registry());
         world.start();
         for _ in 0..20 {
@@ -124,11 +124,11 @@ fn many_sensors_measure_the_same_on_any_number_of_threads() {
             y + 0.15,
         );
     }
-    let place = Place::scene(&scene);
+    let place = TestFolder::scene(&scene);
     let registry = registry();
     let measured = |threads: usize| {
         let file = place.path().join("scene.toml");
-        let document = document::load(&file, &registry, &document::Options::default()).unwrap();
+        let document = document::load(&file, &registry, &document::LoadOptions::default()).unwrap();
         let world = World::with_threads(Arc::new(document), registry.clone(), threads).unwrap();
         world.start();
         for _ in 0..3 {

@@ -9,7 +9,7 @@ use std::{
 
 use serde_json::{Value, json};
 
-use crate::kit::{served::Served, *};
+use crate::kit::{served_scene::ServedScene, *};
 
 /// A scene with comments, units, a script in a file and a model.
 const SCENE: &str = "\
@@ -43,17 +43,17 @@ alias = \"blue\"   # the robot
 position_m = [2.0, 0.0, 0.0]
 ";
 
-struct Editor {
+struct SceneEditor {
     to: TcpStream,
     from: BufReader<TcpStream>,
-    _program: Served,
+    _program: ServedScene,
 }
 
-impl Editor {
-    fn open(place: &Place, more: &[&str]) -> Editor {
-        let program = Served::with("jsonl", &place.path().join("scene.toml").display().to_string(), more);
+impl SceneEditor {
+    fn open(place: &TestFolder, more: &[&str]) -> SceneEditor {
+        let program = ServedScene::with("jsonl", &place.path().join("scene.toml").display().to_string(), more);
         let to = program.connect();
-        Editor { from: BufReader::new(to.try_clone().unwrap()), to, _program: program }
+        SceneEditor { from: BufReader::new(to.try_clone().unwrap()), to, _program: program }
     }
     fn ask(&mut self, message: &Value) -> Value {
         // The message is written at once, because the second of several packets would wait for an acknowledgement.
@@ -122,13 +122,13 @@ fn rounded(value: &Value) -> String {
     }
 }
 
-fn place() -> Place {
-    let place = Place::new();
+fn place() -> TestFolder {
+    let place = TestFolder::new();
     place.write("scene.toml", SCENE).write("cup.lua", "function sysCall_init() end\n");
     place
 }
 
-fn scene(place: &Place) -> String {
+fn scene(place: &TestFolder) -> String {
     fs::read_to_string(place.path().join("scene.toml")).unwrap()
 }
 
@@ -138,9 +138,9 @@ fn lines_beside<'a>(text: &'a str, other: &str) -> Vec<&'a str> {
 }
 
 #[test]
-fn what_was_deleted_comes_back_as_it_was() {
+fn a_deleted_object_is_restored_by_undo() {
     let place = place();
-    let mut e = Editor::open(&place, &[]);
+    let mut e = SceneEditor::open(&place, &[]);
     let (table, cup) = (e.find("/table"), e.find("/table/cup"));
     let before = (e.call("tatu.list", json!([])), e.call("tatu.list", json!(["script"])), e.all());
     e.edit("Delete table", json!([["tatu.remove", [table, cup]]]));
@@ -158,9 +158,9 @@ fn what_was_deleted_comes_back_as_it_was() {
 }
 
 #[test]
-fn an_edit_that_fails_changes_nothing_and_a_drag_is_one_edit() {
+fn a_failed_edit_has_no_effect_and_a_drag_is_one_edit() {
     let place = place();
-    let mut e = Editor::open(&place, &[]);
+    let mut e = SceneEditor::open(&place, &[]);
     let cup = e.find("/table/cup");
     let before = e.all();
     let wrong = e.attempt(
@@ -181,7 +181,7 @@ fn an_edit_that_fails_changes_nothing_and_a_drag_is_one_edit() {
 #[test]
 fn moving_a_box_changes_one_line_of_the_file() {
     let place = place();
-    let mut e = Editor::open(&place, &[]);
+    let mut e = SceneEditor::open(&place, &[]);
     let cup = e.find("/table/cup");
     e.edit("Move cup", json!([["tatu.set", cup, "object.position", [0.25, 0.1, 0.41]]]));
     e.attempt("tatu.saveScene", json!([])).unwrap();
@@ -199,7 +199,7 @@ fn moving_a_box_changes_one_line_of_the_file() {
 #[test]
 fn models_are_saved_as_models_with_what_differs() {
     let place = place();
-    let mut e = Editor::open(&place, &[]);
+    let mut e = SceneEditor::open(&place, &[]);
     let (blue, motor) = (e.find("/blue"), e.find("/blue/Pioneer_p3dx_leftMotor"));
     let sonar = e.find("/blue/Pioneer_p3dx_ultrasonicSensor1");
     let z = e.get(&blue, "object.position")[2].clone();
@@ -229,13 +229,13 @@ fn models_are_saved_as_models_with_what_differs() {
         assert!(saved.lines().any(|l| l == line), "{line}:\n{saved}");
     }
     assert_eq!(fs::read_to_string(place.path().join("cup.lua")).unwrap(), "-- new\n");
-    assert_eq!(Editor::open(&place, &[]).all(), all);
+    assert_eq!(SceneEditor::open(&place, &[]).all(), all);
 }
 
 #[test]
 fn a_file_that_others_changed_is_not_overwritten_unasked() {
     let place = place();
-    let mut e = Editor::open(&place, &[]);
+    let mut e = SceneEditor::open(&place, &[]);
     let cup = e.find("/table/cup");
     e.edit("Move cup", json!([["tatu.set", cup, "object.position", [0.25, 0.1, 0.41]]]));
     place.write("scene.toml", &format!("{SCENE}\n# mine\n"));
@@ -250,18 +250,18 @@ fn a_file_that_others_changed_is_not_overwritten_unasked() {
 /// Stopping a run reverts the edits that were made during it, except for those of script texts. Earlier edits can then
 /// be undone again, and effects of scripts are not saved.
 #[test]
-fn a_stop_takes_back_what_was_edited_in_a_run() {
+fn a_stop_reverts_edits_made_in_a_run() {
     let place = place();
     place.write(
         "cup.lua",
         "function sysCall_init() sim.setShapeColor(sim.getObject('/floor'), nil, 0, {1, 0, 0}) \
                   sim.writeCustomDataBlock(sim.handle_scene, 'found', 'by a script') end",
     );
-    let mut e = Editor::open(&place, &[]);
+    let mut e = SceneEditor::open(&place, &[]);
     let (cup, table) = (e.find("/table/cup"), e.find("/table"));
     e.edit("Move table", json!([["tatu.set", table, "object.position", [1, 0, 0.35]]]));
     assert!(e.attempt("sim.startSimulation", json!([])).is_ok());
-    let running = |e: &mut Editor| e.get(&json!(0), "scene.running") == true;
+    let running = |e: &mut SceneEditor| e.get(&json!(0), "scene.running") == true;
     assert!((0..1000).any(|_| running(&mut e) || {
         std::thread::sleep(std::time::Duration::from_millis(5));
         false
@@ -283,10 +283,10 @@ fn a_stop_takes_back_what_was_edited_in_a_run() {
 
 /// Makes random edits and saves after every few of them. Reading the file must yield the saved state.
 #[test]
-fn whatever_was_edited_is_read_again() {
+fn any_edited_scene_can_be_read_again() {
     for seed in 0..3_u64 {
         let place = place();
-        let mut e = Editor::open(&place, &[]);
+        let mut e = SceneEditor::open(&place, &[]);
         // A linear congruential generator (Knuth's MMIX) is good enough to choose edits.
         let mut state = seed;
         let mut random = move |n: usize| {
@@ -316,7 +316,7 @@ fn whatever_was_edited_is_read_again() {
             }
             if round % 8 == 7 {
                 e.attempt("tatu.saveScene", json!([])).unwrap_or_else(|why| panic!("seed {seed}: {why}"));
-                let (saved, read) = (e.all(), Editor::open(&place, &[]).all());
+                let (saved, read) = (e.all(), SceneEditor::open(&place, &[]).all());
                 let lost: Vec<_> = saved.iter().filter(|l| !read.contains(l)).take(5).collect();
                 assert!(saved == read, "seed {seed}: {lost:#?}\n{}", scene(&place));
             }
@@ -329,7 +329,7 @@ fn whatever_was_edited_is_read_again() {
 fn a_session_with_edits_is_replayed() {
     let place = place();
     let log = place.path().join("session.log");
-    let mut e = Editor::open(&place, &["--log", &log.display().to_string()]);
+    let mut e = SceneEditor::open(&place, &["--log", &log.display().to_string()]);
     let cup = e.find("/table/cup");
     for n in 0..100 {
         match n % 4 {

@@ -39,15 +39,15 @@ fn parts_are_removed_and_replaced() {
 
     let sonars: Vec<String> = (1..=8).map(|n| format!("\"Pioneer_p3dx_ultrasonicSensor{n}\"")).collect();
     let scene = |more: &str| format!("[[model]]\nmodel = \"pioneer_p3dx\"\n{more}");
-    let whole = flat(&Place::scene(&scene("")), &[]).matches("sensor = ").count();
-    let place = Place::scene(&scene(&format!("remove = [{}]\n", sonars.join(", "))));
+    let whole = flat(&TestFolder::scene(&scene("")), &[]).matches("sensor = ").count();
+    let place = TestFolder::scene(&scene(&format!("remove = [{}]\n", sonars.join(", "))));
     assert_eq!(flat(&place, &[]).matches("sensor = ").count(), whole - 8);
     place.run(&["--steps", "5"]).good();
 }
 
 #[test]
 fn parts_of_imports_and_plain_scenes_are_changed() {
-    let place = Place::scene(
+    let place = TestFolder::scene(
         "[[import]]\nfile = \"b.urdf\"\nremove = [\"lid\"]\n\
          [[model]]\nmodel = \"part.toml\"\nreplace = { hook = { kind = \"dummy\", alias = \"loop\" } }\n",
     );
@@ -92,8 +92,8 @@ fn wrong_changes_are_refused() {
 
 /// The `[set]` of a model moves its parts before they are replaced, both models and single objects.
 #[test]
-fn what_replaces_a_part_stands_where_the_model_set_it() {
-    let place = Place::scene(
+fn a_replaced_part_has_the_pose_set_by_the_model() {
+    let place = TestFolder::scene(
         "[[model]]\nmodel = \"outer\"\nalias = \"a\"\n\
          replace = { tip = { kind = \"dummy\", alias = \"loop\" }, hook = { model = \"claw\", alias = \"other\" } }\n",
     );
@@ -121,7 +121,7 @@ fn what_replaces_a_part_stands_where_the_model_set_it() {
 /// The cost of a change depends on the size of the model and not of the scene; otherwise this test would take minutes.
 #[test]
 fn many_models_are_changed() {
-    let place = Place::scene("[[model]]\nmodel = \"crowd\"\n");
+    let place = TestFolder::scene("[[model]]\nmodel = \"crowd\"\n");
     let dummy = |alias: &str| format!("[[object]]\nkind = \"dummy\"\nalias = \"{alias}\"\n");
     let model = |parts: &str| format!("format = 1\n[model]\ntext = \"T.\"\n{parts}");
     place.write("models/leaf/model.toml", &model(&(dummy("leaf") + &dummy("sub") + &dummy("second"))));

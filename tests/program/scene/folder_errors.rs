@@ -6,16 +6,16 @@ use super::folder_models::{ROVER, place};
 fn refused(old: &str, new: &str, words: &[&str]) {
     let begin = ROVER.find(old).unwrap();
     let first = 1 + ROVER[..begin].matches('\n').count();
-    told((old, new), first..=first + new.matches('\n').count(), words);
+    check_error_line((old, new), first..=first + new.matches('\n').count(), words);
 }
 
 /// Removes a line and checks that the error refers to the line `at`, because a missing key has no line.
-fn lacks(old: &str, at: &str, words: &[&str]) {
+fn check_missing_line(old: &str, at: &str, words: &[&str]) {
     let line = 1 + ROVER[..ROVER.find(at).unwrap()].matches('\n').count();
-    told((old, ""), line..=line, words);
+    check_error_line((old, ""), line..=line, words);
 }
 
-fn told((old, new): (&str, &str), mut lines: std::ops::RangeInclusive<usize>, words: &[&str]) {
+fn check_error_line((old, new): (&str, &str), mut lines: std::ops::RangeInclusive<usize>, words: &[&str]) {
     let text = ROVER.replacen(old, new, 1);
     assert_ne!(text, ROVER, "{old}");
     let place = place("[[model]]\nmodel = \"rover\"\n");
@@ -53,7 +53,7 @@ fn errors_in_declarations_are_at_their_line() {
     refused("text = \"A robot on two wheels.\"", "txt = \"x\"", &["E111", "a model has no key `txt`", "`text`?"]);
     refused("type = \"bool\"", "type = \"boole\"", &["E111", "no type `boole`", "did you mean `bool`?"]);
     refused("default = 0.4", "default = 4.0", &["E111", "4 is not within 0.1 to 2"]);
-    lacks("default = 0.4\n", "type = \"float\"", &["E111", "`length` has no default"]);
+    check_missing_line("default = 0.4\n", "type = \"float\"", &["E111", "`length` has no default"]);
     refused("default = \"plain\"", "default = \"plane\"", &["E111", "expected one of plain, bright"]);
     let length = "default = 0.4";
     refused(length, "default = \"=1 + true\"", &["E111", "cannot be applied to the number 1 and true"]);
@@ -64,7 +64,11 @@ fn errors_in_declarations_are_at_their_line() {
     refused("numbers.paint]", "numbers.pi]", &["E111", "`pi` is a reserved name in expressions"]);
     refused("numbers.paint]", "numbers.length]", &["E111", "`length` is both a parameter and a number"]);
     refused("params.look]", "params.alias]", &["E111", "`alias` cannot be a parameter"]);
-    lacks("source = \"estimate: a quarter of the length\"", "value = 0.1", &["E111", "`wheel_radius` has no `source`"]);
+    check_missing_line(
+        "source = \"estimate: a quarter of the length\"",
+        "value = 0.1",
+        &["E111", "`wheel_radius` has no `source`"],
+    );
     refused("base = \"body\"", "base = \"bodi\"", &["E111", "no object has the alias `bodi`", "did you mean `body`?"]);
     let arm = "model = \"claw\"\nalias = \"arm\"\nreach_m = \"=length / 4\"";
     refused(arm, "model = \"rover\"", &["E106", "contains itself"]);
@@ -75,7 +79,7 @@ fn errors_in_declarations_are_at_their_line() {
 /// omitted entries have different lengths in the generated text and in the file.
 #[test]
 fn errors_found_later_are_at_their_line() {
-    let place = crate::kit::Place::scene("[[model]]\nmodel = \"m\"\n");
+    let place = crate::kit::TestFolder::scene("[[model]]\nmodel = \"m\"\n");
     let text = "format = 1\n[model]\ntext = \"T.\"\n[model.params.n]\ntype = \"int\"\ndefault = 2\ntext = \"N.\"\n\
                 [[object]]\nkind = \"dummy\"\nalias = \"base\"\n[[object]]\nkind = \"dummy\"\nlayer = \"=1 + 0 * n\"\n";
     let encoder = "[[object]]\nkind = \"sensor\"\nsensor = \"wheel_encoder\"\nalias = \"enc\"\njoint = \"nothing\"\n";
@@ -89,7 +93,7 @@ fn errors_found_later_are_at_their_line() {
 /// A file that is not a model file is reported with its path.
 #[test]
 fn files_that_are_no_models_are_named() {
-    let place = crate::kit::Place::scene("[[model]]\nmodel = \"m\"\n");
+    let place = crate::kit::TestFolder::scene("[[model]]\nmodel = \"m\"\n");
     place.write("models/m/model.toml", "format = 1\n[model]\ntext = \"T.\"\n[[object]]\nkind = \"dummy\"\n");
     place.write("other.toml", "format = 1\n[[model]]\nmodel = \"m\"\nlength = 1\n");
     place.tatu(&["check", "other.toml"]).refused(&[

@@ -3,8 +3,8 @@
 use crate::kit::*;
 
 /// Creates a scene with a model; `text` follows the table `[model]` in its file.
-fn of(text: &str) -> Place {
-    let place = Place::scene("[[model]]\nmodel = \"much\"\n");
+fn of(text: &str) -> TestFolder {
+    let place = TestFolder::scene("[[model]]\nmodel = \"much\"\n");
     place.write("models/much/model.toml", &format!("format = 1\n[model]\ntext = \"T.\"\n{text}"));
     place
 }

@@ -12,15 +12,15 @@ pub const ROVER: &str = include_str!("../../outside/rover/models/rover/model.tom
 pub const CLAW: &str = include_str!("../../outside/rover/models/claw/model.toml");
 
 /// Creates a folder with both models, and a scene with these entries.
-pub fn place(scene: &str) -> Place {
-    let place = Place::scene(scene);
+pub fn place(scene: &str) -> TestFolder {
+    let place = TestFolder::scene(scene);
     place.write("models/rover/model.toml", ROVER).write("models/claw/model.toml", CLAW);
     place.write("models/rover/blink.lua", "function sysCall_init() print('blinks') end\n");
     place
 }
 
 /// Returns the scene as saved by the program, with an entry for each object in place of models.
-pub fn flat(place: &Place, args: &[&str]) -> String {
+pub fn flat(place: &TestFolder, args: &[&str]) -> String {
     place.tatu(&[&["convert", "scene.toml", "flat.toml"], args].concat()).good();
     place.read("flat.toml")
 }
@@ -81,15 +81,15 @@ fn a_model_runs_alone_and_finds_its_neighbours() {
     let place = place("");
     let done = place.tatu(&["run", "models/rover/model.toml", "--steps", "2", "--set", "/body.length_m=1"]).good();
     assert!(done.out.contains("blinks"), "{}", done.out);
-    let place = Place::scene("");
+    let place = TestFolder::scene("");
     place.write("robot.toml", &CLAW.replace("A claw", "A robot"));
     place.tatu(&["check", "robot.toml"]).good();
 }
 
 /// The first folder in the search order is used. If a plugin has a model with the same id, the scene must select one.
 #[test]
-fn the_first_folder_wins_and_conflicts_are_told() {
-    let place = Place::scene("[[model]]\nmodel = \"claw\"\n");
+fn the_first_folder_is_used_and_conflicts_are_reported() {
+    let place = TestFolder::scene("[[model]]\nmodel = \"claw\"\n");
     let of = |size: &str| CLAW.replace("\"=reach\", 0.02, 0.02", size);
     place.write("models/claw/model.toml", &of("0.1, 0.1, 0.1"));
     place.write("given/claw/model.toml", &of("0.2, 0.2, 0.2"));
@@ -108,7 +108,7 @@ fn the_first_folder_wins_and_conflicts_are_told() {
 
     let library = library("tatu_testing_misbehaves_safely");
     let scene = |chosen: &str| {
-        let place = Place::scene(&format!("{chosen}[[model]]\nmodel = \"misbehaves_safely\"\n"));
+        let place = TestFolder::scene(&format!("{chosen}[[model]]\nmodel = \"misbehaves_safely\"\n"));
         place.write("models/misbehaves_safely/model.toml", CLAW).write("more/readme", "");
         std::fs::copy(program().with_file_name("deps").join(&library), place.path().join("more").join(&library))
             .unwrap();
@@ -124,18 +124,18 @@ fn the_first_folder_wins_and_conflicts_are_told() {
     }
 }
 
-const TWO: &str = "[[model]]\nmodel = \"rover\"\nslots = { front = { model = \"claw\" } }\n\
+const TWO_ROVERS: &str = "[[model]]\nmodel = \"rover\"\nslots = { front = { model = \"claw\" } }\n\
                    [[model]]\nmodel = \"rover\"\nlength_m = 1.0\nposition_m = [0.0, 2.0, 0.0]\n";
 
 #[test]
 fn runs_replays_and_snapshots_have_the_same_bits() {
-    let place = place(TWO);
-    let hash = |done: Done| done.good().json()["hash"].clone();
+    let place = place(TWO_ROVERS);
+    let hash = |done: RunOutput| done.good().json()["hash"].clone();
     let first = hash(place.run(&["--steps", "30", "--log", "run.log", "--snapshot-at", "0.5", "at.snap"]));
     assert_eq!(first, hash(place.run(&["--steps", "30", "--threads", "2"])));
     assert_eq!(first, hash(place.run(&["--steps", "30", "--from", "at.snap"])));
     // A replay needs neither the scene nor the models, and ignores other models with the same names.
-    let other = Place::new();
+    let other = TestFolder::new();
     other.write("models/rover/model.toml", CLAW);
     std::fs::copy(place.path().join("run.log"), other.path().join("run.log")).unwrap();
     assert_eq!(first, hash(other.tatu(&["run", "--replay", "run.log", "--json"])));
@@ -146,7 +146,7 @@ fn files_of_importers_are_models_by_name() {
     let urdf = "<robot name=\"bench\"><link name=\"base\"><visual><geometry><box size=\"1 1 1\"/></geometry></visual>\
                 </link><link name=\"lid\"/><joint name=\"hinge\" type=\"fixed\"><parent link=\"base\"/>\
                 <child link=\"lid\"/></joint></robot>";
-    let place = Place::scene(
+    let place = TestFolder::scene(
         "[[model]]\nmodel = \"bench\"\nalias = \"one\"\nfixed_base = true\n\
          [[model]]\nmodel = \"stool\"\nalias = \"two\"\nslots = { lid = { sensor = \"proximity\", alias = \"eye\" } }\n",
     );
@@ -181,7 +181,7 @@ fn scripts_list_and_add_models_of_folders() {
 /// The program lists and describes models. A broken model causes a warning and does not affect the others.
 #[test]
 fn models_of_folders_are_listed_and_described() {
-    let place = place(TWO);
+    let place = place(TWO_ROVERS);
     let described = place.tatu(&["describe", "rover", "claw"]).good().out;
     let mut said = said!();
     said.add("describe rover claw", &place, &described);
@@ -191,6 +191,6 @@ fn models_of_folders_are_listed_and_described() {
     place.write("models/broken/model.toml", "format = 1\n[model]\ntext = 3\n");
     let listed = place.tatu(&["list", "models"]).good();
     assert!(listed.out.contains("rover") && !listed.out.contains("broken"), "{}", listed.out);
-    listed.tells(&["warning[E111]", "models/broken/model.toml:3:1", "`text`: expected a string"]);
+    listed.reports(&["warning[E111]", "models/broken/model.toml:3:1", "`text`: expected a string"]);
     place.tatu(&["check", "scene.toml"]).good();
 }

@@ -5,14 +5,14 @@ use std::{fs, process::Command, sync::Arc};
 
 use tatu_core::{
     World, document,
-    plugins::{Registry, Search, Source},
+    plugins::{FolderOrigin, Registry, SearchPath},
 };
 
 use crate::kit::*;
 
 /// A plugin with an importer `also`, which accepts URDF files with the same confidence as the built-in one, and an
 /// importer `faulty`, which fails in the way that the first letter of the file selects.
-const OTHER: &str = r#"
+const IMPORTER_PLUGIN: &str = r#"
 #include "tatu.h"
 
 static uint32_t sniff(void *self, tatu_str head) {
@@ -73,9 +73,9 @@ const tatu_plugin_t tatu_plugin = {sizeof(tatu_plugin_t), TATU_ABI_MAJOR, TATU_A
 "#;
 
 /// Creates a folder with the plugin and a robot.
-fn with_other() -> Place {
-    let place = Place::new();
-    place.write("mine/other.c", OTHER).write("robot.urdf", "<robot name=\"r\"><link name=\"base\"/></robot>");
+fn with_other() -> TestFolder {
+    let place = TestFolder::new();
+    place.write("mine/other.c", IMPORTER_PLUGIN).write("robot.urdf", "<robot name=\"r\"><link name=\"base\"/></robot>");
     succeed(
         Command::new(compiler("cc"))
             .args(["-shared", "-fPIC", "-I"])
@@ -87,7 +87,7 @@ fn with_other() -> Place {
 }
 
 /// Runs `tatu check` on a scene with an `[[import]]` that has these keys, and with this table `[providers]`.
-fn imported(place: &Place, keys: &str, providers: &str) -> Done {
+fn imported(place: &TestFolder, keys: &str, providers: &str) -> RunOutput {
     place.write(
         "scene.toml",
         &format!("format = 1\n[scene]\nplugins = [\"mine\"]\n[providers]\n{providers}\n[[import]]\n{keys}\n"),
@@ -96,10 +96,10 @@ fn imported(place: &Place, keys: &str, providers: &str) -> Done {
 }
 
 #[test]
-fn the_surest_importer_reads_and_ties_are_told_once() {
+fn the_most_confident_importer_is_used_and_ties_are_reported_once() {
     let place = with_other();
     let tie = imported(&place, "file = \"robot.urdf\"", "").good();
-    tie.tells(&[
+    tie.reports(&[
         "note: robot.urdf: the importers also, urdf read it; `also` is used",
         "robot.urdf: `also_read`: seen by the other one",
     ]);
@@ -114,11 +114,11 @@ fn the_surest_importer_reads_and_ties_are_told_once() {
     }
     imported(&place, "file = \"robot.urdf\"", "\".urdf\" = \"faulty\"").refused(&["E113", "faulty", "also", "urdf"]);
     // An importer without `load` is ignored and reported.
-    tie.tells(&["warning[E303]", "org.example.other", "`broken` has no `load`, which is required"]);
+    tie.reports(&["warning[E303]", "org.example.other", "`broken` has no `load`, which is required"]);
 }
 
 #[test]
-fn failing_importers_leave_a_sentence_and_nothing_else() {
+fn failing_importers_leave_only_an_error_text() {
     let place = with_other();
     for (letter, words) in [
         ("s", &["cannot import x.bad: `faulty` gave no reason"][..]),
@@ -154,13 +154,13 @@ fn values(text: &str) -> Vec<std::ops::Range<usize>> {
 }
 
 #[test]
-fn whatever_a_urdf_file_holds_it_runs_or_is_refused() {
-    let mut search = Search::default();
-    search.folders.push((program().with_file_name("deps"), Source::Built));
+fn any_urdf_file_runs_or_is_refused() {
+    let mut search = SearchPath::default();
+    search.folders.push((program().with_file_name("deps"), FolderOrigin::Built));
     search.built = vec!["tatu_importers_urdf".into()];
     let registry = Arc::new(Registry::load(search, tatu_core::host_tables()));
     let folder = root().join("plugins/importers/urdf");
-    let place = Place::new();
+    let place = TestFolder::new();
     fs::copy(folder.join("mast.stl"), place.path().join("mast.stl")).unwrap();
     let robot = fs::read_to_string(folder.join("robot.urdf")).unwrap();
     let file = place.path().join("robot.urdf");

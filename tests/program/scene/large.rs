@@ -11,7 +11,7 @@ fn a_hundred_thousand_objects_of_one_alias_load() {
     for _ in 0..100_000 {
         text += "[[object]]\nkind = \"dummy\"\nalias = \"d\"\n";
     }
-    let place = Place::scene(&text);
+    let place = TestFolder::scene(&text);
     place.run(&["--steps", "1"]).good();
 }
 
@@ -25,7 +25,7 @@ fn a_long_chain_and_many_models_load() {
     for _ in 0..10_000 {
         text += "[[model]]\nmodel = \"one.toml\"\n";
     }
-    let place = Place::scene(&text);
+    let place = TestFolder::scene(&text);
     place.write("one.toml", "format = 1\n[[object]]\nkind = \"dummy\"\nalias = \"q\"\n");
     let done = place.run(&["--steps", "1"]).good();
     assert_eq!(done.json()["objects"].as_object().unwrap().len(), 10_000);
@@ -35,13 +35,13 @@ fn a_long_chain_and_many_models_load() {
 fn a_script_makes_many_objects() {
     let script = "function sysCall_init() for i = 1, 100000 do sim.createDummy(0.01) end \
                   print('last', sim.getObject('/Dummy[99999]')) end";
-    let place = Place::scene(&watcher("d", script));
+    let place = TestFolder::scene(&watcher("d", script));
     place.run(&["--steps", "1"]).good();
 }
 
 #[test]
 fn scenes_that_double_are_refused() {
-    let place = Place::scene("[[model]]\nmodel = \"x0.toml\"\n");
+    let place = TestFolder::scene("[[model]]\nmodel = \"x0.toml\"\n");
     for i in 0..31 {
         place.write(
             &format!("x{i}.toml"),

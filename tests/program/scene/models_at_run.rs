@@ -32,21 +32,21 @@ position_m = [2.05, 0.0, 0.5]
 size_m = [0.1, 4.0, 1.0]
 "#;
 
-fn said(done: &Done) -> String {
+fn output_text(done: &RunOutput) -> String {
     format!("{}{}", done.out, done.err)
 }
 
 #[test]
-fn copies_sense_and_think() {
+fn copies_have_working_sensors_and_scripts() {
     let script = "function sysCall_init()
           local base = sim.getObject('/carriage')
           local copy = sim.copyPasteObjects({base}, 1)[1]
           sim.setObjectPosition(copy, {1, 1, 0.5})
         end";
-    let place = Place::scene(&format!("{CARRIAGE}{}", watcher("maker", script)));
+    let place = TestFolder::scene(&format!("{CARRIAGE}{}", watcher("maker", script)));
     let done = place.tatu(&["run", "scene.toml", "--steps", "3"]).good();
-    assert!(said(&done).contains("/carriage[0]/script sees 1 2.000"), "{}", said(&done));
-    assert!(said(&done).contains("/carriage[1]/script sees 1 1.000"), "{}", said(&done));
+    assert!(output_text(&done).contains("/carriage[0]/script sees 1 2.000"), "{}", output_text(&done));
+    assert!(output_text(&done).contains("/carriage[1]/script sees 1 1.000"), "{}", output_text(&done));
 }
 
 #[test]
@@ -62,10 +62,10 @@ fn a_model_is_loaded_removed_and_loaded_again() {
           if t > 0.12 and model then sim.removeModel(model) model = nil print('gone') end
           if t > 0.22 and not again then again = sim.loadModel('part.toml') print('back') end
         end";
-    let place = Place::scene(&watcher("maker", script));
+    let place = TestFolder::scene(&watcher("maker", script));
     place.write("part.toml", &format!("format = 1\n{CARRIAGE}")).write("p.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
     let done = place.tatu(&["run", "scene.toml", "--steps", "9", "--threads", "2"]).good();
-    let text = said(&done);
+    let text = output_text(&done);
     let sees = text.matches("carriage/script sees 1 1.500").count();
     assert!((2..=4).contains(&sees) && text.contains("gone") && text.contains("back"), "{text}");
     assert!(text.matches("carriage/script sees 1 2.000").count() >= 2, "{text}");
@@ -75,7 +75,7 @@ fn a_model_is_loaded_removed_and_loaded_again() {
 }
 
 #[test]
-fn what_a_script_saves_is_loaded() {
+fn models_and_scenes_saved_by_a_script_are_loaded() {
     let script = "function sysCall_init()
           local base = sim.getObject('/carriage')
           sim.setObjectPosition(base, {0.25, 0, 0.5})
@@ -84,9 +84,9 @@ fn what_a_script_saves_is_loaded() {
           local again = sim.loadModel('made.ttm')
           sim.setObjectPosition(again, {1.5, 0.3, 0.5})
         end";
-    let place = Place::scene(&format!("{CARRIAGE}{}", watcher("maker", script)));
+    let place = TestFolder::scene(&format!("{CARRIAGE}{}", watcher("maker", script)));
     let done = place.tatu(&["run", "scene.toml", "--steps", "2"]).good();
-    assert!(said(&done).contains("/carriage[1]/script sees 1 0.500"), "{}", said(&done));
+    assert!(output_text(&done).contains("/carriage[1]/script sees 1 0.500"), "{}", output_text(&done));
     let saved = place.read("made.ttm.toml");
     assert!(
         saved.contains("position_m = [0.25, 0.0, 0.5]") && saved.contains("made.ttm_files/carriage.lua"),
@@ -97,7 +97,7 @@ fn what_a_script_saves_is_loaded() {
 }
 
 #[test]
-fn what_cannot_be_loaded_is_an_error_of_the_script() {
+fn models_that_cannot_be_loaded_raise_an_error() {
     let tries = |text: &str| {
         format!("function sysCall_init() local ok, e = pcall(function() {text} end) print('> ' .. tostring(e)) end")
     };
@@ -107,16 +107,16 @@ fn what_cannot_be_loaded_is_an_error_of_the_script() {
         ("sim.loadModel('../outside.toml')", "outside.toml"),
         ("sim.saveScene('../outside.toml')", "outside.toml"),
     ] {
-        let place = Place::scene(&watcher("maker", &tries(text)));
+        let place = TestFolder::scene(&watcher("maker", &tries(text)));
         place.write("bad.toml", "format = 1\nwhat = 1\n");
         let done = place.tatu(&["run", "scene.toml", "--steps", "1"]).good();
-        assert!(said(&done).contains(words), "{text}: {}", said(&done));
+        assert!(output_text(&done).contains(words), "{text}: {}", output_text(&done));
     }
 }
 
 #[test]
 fn a_run_is_saved_as_it_is() {
-    let place = Place::scene(&format!(
+    let place = TestFolder::scene(&format!(
         "{FLOOR}{}",
         cuboid("box", [0.2; 3], [0.0, 0.0, 1.0], "dynamic = true\nrespondable = true")
     ));

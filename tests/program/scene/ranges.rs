@@ -4,7 +4,7 @@ use crate::kit::*;
 
 /// Values without a meaning: the kind of object, the key, the value as a scene file and a script write it, and what is
 /// expected.
-const SENSELESS: &[(&str, &str, &str, &str)] = &[
+const INVALID_VALUES: &[(&str, &str, &str, &str)] = &[
     ("joint", "gains", "[1.0, 2.0]", "expected 3 numbers, or none, found 2"),
     ("joint", "follow_curve", "[0.0, 1.0, 0.0, 2.0]", "first numbers ascend, or none, found [0.0, 1.0, 0.0, 2.0]"),
     ("joint", "slip", "-1.0", "expected a number, at least 0, found -1"),
@@ -50,12 +50,12 @@ fn full(kind: &str, key: &str) -> String {
 
 #[test]
 fn senseless_values_are_refused_in_a_file_and_on_the_command_line() {
-    for (kind, key, value, expected) in SENSELESS {
+    for (kind, key, value, expected) in INVALID_VALUES {
         let (written, sentence) = (with_unit(key), [format!("`{}`: ", full(kind, key)), (*expected).to_owned()]);
         let sentence = sentence.each_ref().map(String::as_str);
-        let place = Place::scene(&format!("{}{written} = {value}\n", object(kind)));
+        let place = TestFolder::scene(&format!("{}{written} = {value}\n", object(kind)));
         place.tatu(&["check", "scene.toml"]).refused(&sentence);
-        let place = Place::scene(&object(kind));
+        let place = TestFolder::scene(&object(kind));
         place.run(&["--set", &format!("/it.{written}={value}"), "--steps", "1"]).refused(&sentence);
     }
 }
@@ -64,15 +64,15 @@ fn senseless_values_are_refused_in_a_file_and_on_the_command_line() {
 fn senseless_values_are_refused_in_scripts_with_the_object() {
     for kind in ["joint", "shape", "force_sensor", "camera", "light", "path", "graph"] {
         let mut script = String::from("function sysCall_init()\nlocal it = sim.getObject('/it')\n");
-        let of_kind = || SENSELESS.iter().filter(|s| s.0 == kind);
+        let of_kind = || INVALID_VALUES.iter().filter(|s| s.0 == kind);
         for (_, key, value, _) in of_kind() {
             let (key, value) = (full(kind, key), value.replace('[', "{").replace(']', "}"));
             script += &format!("print(select(2, pcall(tatu.set, it, '{key}', {value})))\n");
         }
         script += "end";
-        let done = Place::scene(&format!("{}{}", object(kind), watcher("w", &script))).run(&["--steps", "1"]);
+        let done = TestFolder::scene(&format!("{}{}", object(kind), watcher("w", &script))).run(&["--steps", "1"]);
         for (_, key, _, expected) in of_kind() {
-            done.tells(&[&format!("`{}` of /it: ", full(kind, key)), expected]);
+            done.reports(&[&format!("`{}` of /it: ", full(kind, key)), expected]);
         }
     }
 }
@@ -85,14 +85,14 @@ function sysCall_actuation()
     print(sim.getFloatProperty(it, 'joint.slip'))
 end";
     let watcher = watcher("w", script).replace("script = { ", "script = { side_by_side = true, ");
-    let done = Place::scene(&format!("{}{watcher}", object("joint"))).run(&["--steps", "2"]);
-    done.tells(&["expected a number, at least 0, found -1"]);
+    let done = TestFolder::scene(&format!("{}{watcher}", object("joint"))).run(&["--steps", "2"]);
+    done.reports(&["expected a number, at least 0, found -1"]);
     assert!(!done.err.contains("\n-1"), "{}", done.err);
 }
 
 #[test]
-fn a_mask_of_all_bits_still_holds_a_box() {
-    let place = Place::scene(&format!(
+fn a_mask_of_all_bits_collides_with_the_floor() {
+    let place = TestFolder::scene(&format!(
         "{FLOOR}{}",
         cuboid("it", [0.1, 0.1, 0.1], [0.0, 0.0, 0.2], "dynamic = true\nrespondable = true\nrespondable_mask = 65535")
     ));
@@ -102,8 +102,8 @@ fn a_mask_of_all_bits_still_holds_a_box() {
 }
 
 #[test]
-fn describe_tells_the_range_and_the_default_of_each_property() {
-    let place = Place::new();
+fn describe_shows_the_range_and_the_default_of_each_property() {
+    let place = TestFolder::new();
     let shape = place.tatu(&["describe", "shape", "--json"]).good().json();
     let all = shape.as_array().cloned().unwrap_or_else(|| vec![shape.clone()]);
     let of = |name: &str| {

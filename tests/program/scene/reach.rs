@@ -4,8 +4,8 @@
 use std::{fs, path::Path, process::Command};
 
 use tatu_core::{
-    document::{self, Options, Sources},
-    plugins::{Registry, Search, Source},
+    document::{self, LoadOptions, SourceFiles},
+    plugins::{FolderOrigin, Registry, SearchPath},
 };
 
 use crate::kit::*;
@@ -14,8 +14,8 @@ const MODEL: &str = "format = 1\n[model]\ntext = \"T\"\n[[object]]\nkind = \"dum
 const CUBE: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n";
 
 /// Creates the folder `home` with the scene's folder `home/scene` and files beside it, which a scene must not read.
-fn home() -> Place {
-    let place = Place::new();
+fn home() -> TestFolder {
+    let place = TestFolder::new();
     place.write("home/secret.json", "{\"secret\": 1}").write("home/secret.lua", "").write("home/secret", "text");
     place.write("home/secret.obj", CUBE).write("home/secret.toml", MODEL).write("home/part.toml", "format = 1\n");
     place.write("home/robot.urdf", "<robot name=\"r\"><link name=\"base\"/></robot>");
@@ -23,7 +23,7 @@ fn home() -> Place {
     place
 }
 
-fn check(place: &Place, scene: &str, env: &[(&str, &str)]) -> Done {
+fn check(place: &TestFolder, scene: &str, env: &[(&str, &str)]) -> RunOutput {
     place.write("home/scene/s.toml", &format!("format = 1\n{scene}"));
     run(program(), &place.path().join("home/scene"), &["check", "s.toml"], env)
 }
@@ -52,7 +52,7 @@ fn ways(file: impl Fn(&str) -> String) -> Vec<String> {
 }
 
 #[test]
-fn no_kind_of_name_leads_out_of_the_folders() {
+fn no_kind_of_path_leads_out_of_the_folders() {
     let place = home();
     let above = place.path().join("home");
     for scene in
@@ -71,7 +71,7 @@ fn no_kind_of_name_leads_out_of_the_folders() {
 }
 
 #[test]
-fn names_in_what_is_named_are_bound_by_the_scene() {
+fn paths_in_referenced_files_are_confined_to_the_scene_folder() {
     let place = home();
     let inner = [
         ("models/m/model.toml", format!("{MODEL}script = {{ file = \"../../../secret.json\", language = \"lua\" }}\n")),
@@ -95,7 +95,7 @@ fn names_in_what_is_named_are_bound_by_the_scene() {
 
 /// A model that the user has installed may name the files in its folder, and no others.
 #[test]
-fn a_model_is_bound_by_where_it_came_from() {
+fn a_model_is_confined_to_its_own_folder() {
     let place = home();
     let model = |script: &str| format!("{MODEL}script = {{ file = \"{script}\", language = \"lua\" }}\n");
     place.write("far/models/m/model.toml", &model("own.lua")).write("far/models/m/own.lua", "");
@@ -143,7 +143,7 @@ fn links_pipes_and_devices_are_refused_in_every_name() {
 
 /// A script writes a document and loads it: the document may name what the script may read, and opens no folder for it.
 #[test]
-fn documents_that_a_script_writes_are_bound_like_the_script() {
+fn documents_that_a_script_writes_are_confined_like_the_script() {
     let place = home();
     let other = place.path().join("home/secret.json").display().to_string();
     let script = format!(
@@ -178,16 +178,17 @@ fn documents_that_a_script_writes_are_bound_like_the_script() {
 /// The files in an input log are not read from disk, but their paths must not open folders for modules either.
 #[test]
 fn paths_in_stored_documents_open_no_folders() {
-    let mut search = Search::default();
-    search.folders.push((program().with_file_name("deps"), Source::Built));
+    let mut search = SearchPath::default();
+    search.folders.push((program().with_file_name("deps"), FolderOrigin::Built));
     search.built = vec!["tatu_scripts_lua".to_owned()];
     let registry = Registry::load(search, tatu_core::host_tables());
     let scene =
         "format = 1\n[[object]]\nkind = \"dummy\"\nscript = { file = \"/etc/host.conf\", language = \"lua\" }\n";
     let files = [("/srv/s.toml", scene), ("/etc/host.conf", "")];
-    let sources = Sources::of(files.map(|(path, text)| (path.into(), text.into())));
+    let sources = SourceFiles::of(files.map(|(path, text)| (path.into(), text.into())));
     let document =
-        document::load(Path::new("/srv/s.toml"), &registry, &Options { sources, ..Options::default() }).unwrap();
+        document::load(Path::new("/srv/s.toml"), &registry, &LoadOptions { sources, ..LoadOptions::default() })
+            .unwrap();
     assert_eq!(document.objects[0].scripts.len(), 1);
     assert!(document.modules.is_empty(), "{:?}", document.modules);
 }

@@ -19,7 +19,7 @@ fn remover(callback: &str, more: &str) -> String {
 }
 
 #[test]
-fn what_is_gone_touches_nothing() {
+fn removed_objects_have_no_contacts() {
     let contact = "function sysCall_contact(data) seen = (seen or 0) + 1 end";
     for (callback, more) in [
         ("sysCall_dyn", ""),
@@ -29,12 +29,12 @@ fn what_is_gone_touches_nothing() {
         ("sysCall_actuation", contact),
         ("sysCall_sensing", contact),
     ] {
-        let place = Place::scene(&format!("{FLOOR}{}{}", boxes(), watcher("w", &remover(callback, more))));
+        let place = TestFolder::scene(&format!("{FLOOR}{}{}", boxes(), watcher("w", &remover(callback, more))));
         let done = place.run(&["--seconds", "2", "--trace", "t.jsonl"]);
         assert!(done.code == 0 && !done.err.contains("panicked"), "{callback}: exit {}\n{}", done.code, done.err);
     }
     // An add-on removes the boxes while a script of the scene receives contacts.
-    let place = Place::scene(&format!("{FLOOR}{}{}", boxes(), watcher("w", contact)));
+    let place = TestFolder::scene(&format!("{FLOOR}{}{}", boxes(), watcher("w", contact)));
     place.write("addons/remove.lua", &remover("sysCall_dyn", contact));
     let done = place.run(&["--seconds", "2", "--addon", "addons/remove.lua"]);
     assert!(done.code == 0 && !done.err.contains("panicked"), "exit {}\n{}", done.code, done.err);

@@ -29,7 +29,7 @@ fn unknown_keys_are_named_with_the_known_ones() {
 }
 
 #[test]
-fn wrong_units_are_told_with_the_right_one() {
+fn wrong_units_are_reported_with_the_right_one() {
     let mut said = said!();
     said.refused(&robot("sonar_range_cm = 100"), "_cm");
     said.refused(&robot("sonar_range = 1"), "sonar_range");
@@ -55,7 +55,7 @@ fn misspelt_names_get_the_nearest_one() {
 }
 
 #[test]
-fn bad_values_are_told_with_what_is_expected() {
+fn bad_values_are_reported_with_the_expected_one() {
     let mut said = said!();
     said.refused(&shape("size_m = [1, 2]"), "size_m");
     said.refused(&shape("mass_kg = \"heavy\""), "mass_kg");
@@ -88,7 +88,7 @@ fn the_file_itself_is_checked() {
     said.refused("[scene]\ntext = \"x\"\n", "[scene]");
     said.refused("format = 1\n[scene\n", "[scene");
     said.refused(&with("[[object]]\nkind = \"shape\"\nkind = \"joint\"\n"), "kind = \"joint\"");
-    let place = Place::new();
+    let place = TestFolder::new();
     for command in ["run", "check"] {
         said.not_started(&place, &[command, "nowhere.toml"]);
     }
@@ -99,7 +99,7 @@ fn the_file_itself_is_checked() {
 #[test]
 fn files_that_are_missing_are_named_with_where_they_should_be() {
     let mut said = said!();
-    let place = Place::new();
+    let place = TestFolder::new();
     said.refused_in(&place, &robot("script = \"nowhere.lua\""), "nowhere");
     said.refused_in(&place, &with("[[model]]\nmodel = \"nowhere.toml\"\n"), "nowhere");
     place.write("controller.py", "print(1)");
@@ -109,7 +109,7 @@ fn files_that_are_missing_are_named_with_where_they_should_be() {
 #[test]
 fn models_must_not_contain_themselves() {
     let mut said = said!();
-    let place = Place::new();
+    let place = TestFolder::new();
     let using = |file: &str| format!("format = 1\n[[model]]\nmodel = \"{file}\"\n");
     said.refused_in(&place, &using("scene.toml"), "scene.toml");
 
@@ -135,23 +135,23 @@ fn changes_by_path_are_checked_in_scenes_and_on_the_command_line() {
         ("floor.path", "\"/x\""),
     ] {
         said.refused(&set(&format!("\"{path}\" = {value}")), path);
-        let place = Place::new();
+        let place = TestFolder::new();
         place.write("scene.toml", &robot(""));
         for command in ["run", "check"] {
             said.not_started(&place, &[command, "scene.toml", "--set", &format!("{path}={value}")]);
         }
     }
     said.refused(&set("nonsense = 1"), "nonsense");
-    let place = Place::new();
+    let place = TestFolder::new();
     place.write("scene.toml", &robot(""));
     said.not_started(&place, &["run", "scene.toml", "--json", "--set", "nonsense"]);
     said.not_started(&place, &["run", "scene.toml", "--json", "--set", "scene.dt_ms=5"]);
 }
 
 #[test]
-fn arguments_that_name_nothing_are_refused() {
+fn arguments_that_name_missing_things_are_refused() {
     let mut said = said!();
-    let place = Place::new();
+    let place = TestFolder::new();
     place.write("scene.toml", &robot("")).write("a.lua", "");
     said.not_started(&place, &["run", "scene.toml", "--json", "--watch", "/Pioneer_p3dy"]);
     said.not_started(&place, &["run", "scene.toml", "--json", "--script", "/Pioneer_p3dy=a.lua"]);
@@ -167,7 +167,7 @@ fn arguments_that_name_nothing_are_refused() {
 }
 
 #[test]
-fn mistakes_of_beginners_name_file_and_line() {
+fn script_mistakes_are_reported_with_file_and_line() {
     // Line 3 of the script, the kind of the error, and a word of its message or help.
     let mistakes = [
         ("local speed = sped + 1", "runtime", "sped"),
@@ -184,7 +184,7 @@ fn mistakes_of_beginners_name_file_and_line() {
         ("error('my own')", "runtime", "my own"),
     ];
     for (line, kind, word) in mistakes {
-        let place = Place::new();
+        let place = TestFolder::new();
         let mut script =
             String::from("function sysCall_actuation()\n    left = sim.getObject('./Pioneer_p3dx_leftMotor')\n");
         let _ = writeln!(script, "    {line}\nend");
@@ -196,30 +196,30 @@ fn mistakes_of_beginners_name_file_and_line() {
         assert!(e["file"].as_str().unwrap().ends_with("robot.lua") && e["line"] == 3, "{line}: {e}");
         assert_eq!((e["kind"].as_str(), e["object"].as_str()), (Some(kind), Some("/Pioneer_p3dx")), "{line}: {e}");
         assert!(format!("{} {}", e["message"], e["help"]).contains(word), "{line}: `{word}` is not in {e}");
-        done.tells(&["robot.lua:3:"]);
+        done.reports(&["robot.lua:3:"]);
     }
 }
 
 #[test]
-fn scripts_that_are_no_lua_name_file_and_line() {
+fn syntax_errors_are_reported_with_file_and_line() {
     for (script, line, word) in [
         ("function sysCall_init()\n  x = 1\n", 3, "end"),
         ("x = 1\nif x = 2 then\nend\n", 2, "then"),
         ("x = 1\n\nint y = 5\n", 3, "y"),
         ("print('abc)\n", 1, "string"),
     ] {
-        let place = Place::new();
+        let place = TestFolder::new();
         place.write("scene.toml", &robot("script = \"robot.lua\"")).write("robot.lua", script);
         let done = place.run(&["--steps", "2"]);
         let e = &done.errors()[0];
         assert!(e["file"].as_str().unwrap().ends_with("robot.lua") && e["line"] == line, "{script}: {e}");
         assert!(e["message"].as_str().unwrap().contains(word), "{script}: {e}");
-        done.tells(&[&format!("robot.lua:{line}:")]);
+        done.reports(&[&format!("robot.lua:{line}:")]);
     }
 }
 
 #[test]
-fn dialects_that_nobody_knows_are_told_with_those_that_are() {
+fn unknown_dialects_are_reported_with_the_known_ones() {
     let mut said = said!();
     for wrong in ["3,2", "modern", "3.x"] {
         let scene = format!("format = 1\n[scene]\ndialect = \"{wrong}\"\n");
@@ -227,7 +227,7 @@ fn dialects_that_nobody_knows_are_told_with_those_that_are() {
         let script = format!("script = {{ text = '', dialect = \"{wrong}\" }}");
         said.refused(&robot(&script), wrong);
     }
-    let place = Place::new();
+    let place = TestFolder::new();
     place.write("scene.toml", &robot("script = { text = '', dialect = '2.6' }"));
     place.run(&["--steps", "1", "--set", "scene.dialect=4.10.1"]).good();
     place.run(&["--steps", "1", "--set", "scene.dialect='4.10.1'"]).good();
@@ -248,10 +248,10 @@ fn more_misspelt_names_get_the_nearest_one() {
 }
 
 #[test]
-fn plugin_folders_that_are_not_there_are_told() {
-    let place = Place::new();
+fn missing_plugin_folders_are_reported() {
+    let place = TestFolder::new();
     place.write("scene.toml", &format!("format = 1\n[scene]\nplugins = [\"nowhere\", \".\"]\n{FLOOR}"));
     let done = place.run(&["--steps", "1"]).good();
-    done.tells(&["warning[E311]", "nowhere", "which does not exist"]);
+    done.reports(&["warning[E311]", "nowhere", "which does not exist"]);
     assert_eq!(done.err.matches("E311").count(), 1, "{}", done.err);
 }

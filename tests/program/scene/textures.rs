@@ -60,8 +60,8 @@ end
 ''' }
 "#;
 
-fn place(scene: &str) -> Place {
-    let place = Place::scene(scene);
+fn place(scene: &str) -> TestFolder {
+    let place = TestFolder::scene(scene);
     std::fs::write(place.path().join("squares.png"), squares(1)).unwrap();
     place
 }
@@ -74,7 +74,7 @@ fn a_vision_sensor_sees_the_squares_where_they_are() {
     // The converted scene produces a bit-identical run.
     place.tatu(&["convert", "scene.toml", "again.toml"]).good();
     let again = place.tatu(&["run", "again.toml", "--steps", "2"]).good();
-    let hash = |done: &Done| done.err.split("hash ").nth(1).map(|t| t[..16].to_owned());
+    let hash = |done: &RunOutput| done.err.split("hash ").nth(1).map(|t| t[..16].to_owned());
     assert_eq!(hash(&again), hash(&done));
     assert!(hash(&done).is_some());
 }
@@ -88,7 +88,7 @@ fn a_turned_projection_turns_the_image() {
 }
 
 #[test]
-fn a_snapshot_keeps_images() {
+fn a_snapshot_contains_images() {
     let place = place(&format!("{}{EYE}", floor("")));
     place.run(&["--steps", "2", "--snapshot-at", "0.05", "half.snap"]).good();
     let done = place.tatu(&["run", "scene.toml", "--from", "half.snap", "--steps", "2"]).good();
@@ -101,7 +101,7 @@ const FLOOR: &str = "mtllib floor.mtl\nv -3 -3 0\nv 3 -3 0\nv 3 3 0\nv -3 3 0\nv
 
 #[test]
 fn coordinates_of_a_mesh_file_place_the_image() {
-    let place = Place::scene(&format!("[[import]]\nfile = \"floor.obj\"\n{EYE}"));
+    let place = TestFolder::scene(&format!("[[import]]\nfile = \"floor.obj\"\n{EYE}"));
     for (name, bytes) in [
         ("floor.obj", FLOOR.into()),
         ("floor.mtl", "newmtl tiles\nKd 1 1 1\nmap_Kd squares.png\n".into()),
@@ -121,7 +121,7 @@ fn coordinates_of_a_mesh_file_place_the_image() {
 
 #[test]
 fn pieces_of_a_mesh_file_have_their_colors() {
-    let place = Place::scene(
+    let place = TestFolder::scene(
         "[[import]]
         file = \"two.obj\"
         [[object]]
@@ -177,7 +177,7 @@ fn beams_that_report_colors_see_the_image() {
 }
 
 #[test]
-fn what_is_wrong_with_a_texture_is_told() {
+fn errors_of_a_texture_are_reported() {
     let refused = |texture: &str| {
         let scene = format!("[[object]]\nkind = \"shape\"\nalias = \"a\"\ntexture = {texture}\n");
         let place = place(&scene);
@@ -202,7 +202,7 @@ fn what_is_wrong_with_a_texture_is_told() {
 }
 
 #[test]
-fn scripts_change_a_texture_and_take_it_off() {
+fn scripts_change_and_remove_a_texture() {
     let script = "script = { text = '''
 function sysCall_init()
     local floor = sim.getObject('/floor')

@@ -4,8 +4,8 @@ use std::{f64::consts::TAU, fs, sync::Arc};
 
 use tatu_core::{
     document,
-    plugins::{Registry, Search},
-    scene::{get, rows::Row},
+    plugins::{Registry, SearchPath},
+    scene::{get, property_table::Property},
 };
 use tatu_plugin_api::safe::Value;
 
@@ -32,7 +32,7 @@ const PENDULUM: &str = r#"<?xml version="1.0"?>
 "#;
 
 /// Copies the importer's test folder with its robot.
-fn robot(place: &Place) {
+fn robot(place: &TestFolder) {
     let from = root().join("plugins/importers/urdf");
     for file in ["robot.urdf", "mast.stl"] {
         fs::copy(from.join(file), place.path().join(file)).unwrap();
@@ -40,9 +40,9 @@ fn robot(place: &Place) {
 }
 
 /// Reads a scene file into a document in this process, with the plugins next to the program.
-fn read(place: &Place, scene: &str) -> tatu_core::document::Document {
-    let mut search = Search::default();
-    search.folders.push((program().with_file_name("deps"), tatu_core::plugins::Source::Built));
+fn read(place: &TestFolder, scene: &str) -> tatu_core::document::Document {
+    let mut search = SearchPath::default();
+    search.folders.push((program().with_file_name("deps"), tatu_core::plugins::FolderOrigin::Built));
     search.built = ["tatu_importers_urdf", "tatu_scripts_lua"].map(str::to_owned).to_vec();
     let registry = Arc::new(Registry::load(search, tatu_core::host_tables()));
     document::load(&place.path().join(scene), &registry, &Default::default()).unwrap()
@@ -50,7 +50,7 @@ fn read(place: &Place, scene: &str) -> tatu_core::document::Document {
 
 #[test]
 fn a_pendulum_swings_as_long_as_it_should() {
-    let place = Place::new();
+    let place = TestFolder::new();
     place.write("pendulum.urdf", PENDULUM);
     let args = [
         "run",
@@ -70,7 +70,7 @@ fn a_pendulum_swings_as_long_as_it_should() {
     place.tatu(&args).good();
     // The times at which the bar passes the vertical, interpolated between two lines of the trace.
     let lines = place.lines("t.jsonl");
-    let at = |l: &Line| l.0["objects"]["/pendulum/hinge"]["joint"]["position"].as_f64().unwrap();
+    let at = |l: &TraceLine| l.0["objects"]["/pendulum/hinge"]["joint"]["position"].as_f64().unwrap();
     let mut crossed = Vec::new();
     for pair in lines.windows(2) {
         let (a, b) = (at(&pair[0]), at(&pair[1]));
@@ -95,12 +95,12 @@ fn a_cart_drives_as_fast_as_its_wheels_turn() {
             sim.setJointTargetVelocity(sim.getObject('./' .. side .. '_motor'), 5)
         end
     end";
-    let place = Place::scene(&format!(
+    let place = TestFolder::scene(&format!(
         "{FLOOR}[[import]]\nfile = \"robot.urdf\"\nscript = {{ text = '''\n{script}\n''' }}\n[set]\n\"/cart.friction\" = 0.0\n"
     ));
     robot(&place);
     let lines = place.trace(&["/cart"], &["--seconds", "4"]);
-    let x = |l: &Line| l.object::<3>("/cart", "position")[0];
+    let x = |l: &TraceLine| l.object::<3>("/cart", "position")[0];
     let (from, to) = (&lines[19], &lines[79]);
     let speed = (x(to) - x(from)) / (to.time() - from.time());
     // The wheels have a radius of 0.1 m and rotate at 5 rad/s.
@@ -109,15 +109,15 @@ fn a_cart_drives_as_fast_as_its_wheels_turn() {
     assert!(y.abs() < 0.01 && z.abs() < 0.005, "the robot must drive straight ahead on the floor: {y} {z}");
     let hashes: Vec<String> = lines.iter().map(|l| l.hash().to_owned()).collect();
     let again = place.trace(&["/cart"], &["--seconds", "4", "--threads", "2"]);
-    assert_eq!(again.iter().map(Line::hash).collect::<Vec<_>>(), hashes, "two runs differ");
+    assert_eq!(again.iter().map(TraceLine::hash).collect::<Vec<_>>(), hashes, "two runs differ");
 }
 
 #[test]
 fn masses_and_inertias_are_those_of_the_file() {
-    let place = Place::scene("[[import]]\nfile = \"robot.urdf\"\n");
+    let place = TestFolder::scene("[[import]]\nfile = \"robot.urdf\"\n");
     robot(&place);
     let (scene, _) = read(&place, "scene.toml").instantiate();
-    let numbers = |path: &str, row: Row| {
+    let numbers = |path: &str, row: Property| {
         let slot = scene.find(0, path).unwrap_or_else(|| panic!("there is no {path}"));
         match get(&scene, slot, row).unwrap() {
             Value::Floats(f) => f,
@@ -125,9 +125,9 @@ fn masses_and_inertias_are_those_of_the_file() {
             other => panic!("{other:?}"),
         }
     };
-    assert_eq!(numbers("/cart/left_motor/left_wheel", Row::MASS), [0.5]);
+    assert_eq!(numbers("/cart/left_motor/left_wheel", Property::MASS), [0.5]);
     // The joint's z axis is the y axis of the file. The wheel has its own frame, so its inertias are those in the file.
-    let wheel = numbers("/cart/left_motor/left_wheel", Row::INERTIA);
+    let wheel = numbers("/cart/left_motor/left_wheel", Property::INERTIA);
     for (i, wanted) in [(0, 0.0014), (4, 0.0025), (8, 0.0014), (1, 0.0)] {
         assert!((wheel[i] - wanted).abs() < 1e-12, "{i}: {wheel:?}");
     }
@@ -140,8 +140,8 @@ fn masses_and_inertias_are_those_of_the_file() {
     ];
     let mass: f64 = parts.iter().map(|p| p.0).sum();
     let com = [0, 1, 2].map(|i| parts.iter().map(|p| p.0 * p.1[i]).sum::<f64>() / mass);
-    assert!((numbers("/cart", Row::MASS)[0] - mass).abs() < 1e-12);
-    let (found, inertia) = (numbers("/cart", Row::COM), numbers("/cart", Row::INERTIA));
+    assert!((numbers("/cart", Property::MASS)[0] - mass).abs() < 1e-12);
+    let (found, inertia) = (numbers("/cart", Property::COM), numbers("/cart", Property::INERTIA));
     for i in 0..3 {
         assert!((found[i] - com[i]).abs() < 1e-12, "{found:?} {com:?}");
         let others = [(i + 1) % 3, (i + 2) % 3];
@@ -159,7 +159,7 @@ fn masses_and_inertias_are_those_of_the_file() {
 #[test]
 fn a_turned_axis_turns_about_it() {
     // A rotation by a third of a turn about the axis (1, 1, 1) maps x to y.
-    let place = Place::new();
+    let place = TestFolder::new();
     let urdf =
         PENDULUM.replace("xyz=\"0 1 0\"", "xyz=\"1 1 1\"").replace(" rpy=\"0 0 0.3\"", "").replace("0 0 -0.5", "1 0 0");
     place.write("a.urdf", &urdf);
@@ -188,7 +188,7 @@ fn a_turned_axis_turns_about_it() {
 
 #[test]
 fn two_of_one_file_have_names_of_their_own() {
-    let place = Place::scene(
+    let place = TestFolder::scene(
         "[[import]]\nfile = \"robot.urdf\"\n[[import]]\nfile = \"robot.urdf\"\nposition_m = [0.0, 2.0, 0.0]\norientation_deg = [0.0, 0.0, 90.0]\n\
          [[import]]\nfile = \"robot.urdf\"\nalias = \"third\"\nfixed_base = true\nposition_m = [0.0, 4.0, 1.0]\n",
     );
@@ -245,7 +245,7 @@ fn a_mesh_beside_the_file_is_seen_where_it_is() {
         ),
         ("meshes/cube.STL", "robots/meshes/cube.STL", ""),
     ] {
-        let place = Place::scene(&format!(
+        let place = TestFolder::scene(&format!(
             "{eye}[[import]]\nfile = \"robots/block.urdf\"\nposition_m = [1.0, 0.0, 0.0]\n{root_}"
         ));
         place.write("robots/block.urdf", &urdf.replace("NAME", name)).write(file, "");
@@ -260,7 +260,7 @@ fn a_mesh_beside_the_file_is_seen_where_it_is() {
 
 #[test]
 fn files_outside_are_not_read() {
-    let place = Place::new();
+    let place = TestFolder::new();
     let urdf = |name: &str| {
         format!(
             "<robot name=\"r\"><link name=\"world\"><visual><geometry><mesh filename=\"{name}\"/></geometry></visual></link></robot>"
@@ -289,7 +289,7 @@ fn files_outside_are_not_read() {
     run(program(), &inner, &["check", "scene.toml"], &[]).good();
     // A missing mesh is reported, and the robot is loaded without it.
     place.write("inner/robots/a.urdf", &urdf("none.stl"));
-    run(program(), &inner, &["check", "scene.toml"], &[]).good().tells(&["none.stl", "the file does not exist"]);
+    run(program(), &inner, &["check", "scene.toml"], &[]).good().reports(&["none.stl", "the file does not exist"]);
 }
 
 #[test]
@@ -313,7 +313,7 @@ fn errors_name_the_file_and_the_line() {
         ("<robot name=\"pendulum\">", "<robt name=\"x\">", 2, "the root element is <robt>"),
     ];
     for (from, to, line, word) in wrong {
-        let place = Place::new();
+        let place = TestFolder::new();
         let text = PENDULUM.replacen(from, to, 1);
         let text = if *to == "<robt name=\"x\">" { text.replace("</robot>", "</robt>") } else { text };
         assert_ne!(text, PENDULUM);
@@ -326,7 +326,7 @@ fn errors_name_the_file_and_the_line() {
 
 #[test]
 fn scenes_with_wrong_imports_are_refused() {
-    let place = Place::new();
+    let place = TestFolder::new();
     robot(&place);
     place.write("notes.txt", "hello");
     for (text, words) in [
@@ -356,7 +356,7 @@ fn scenes_with_wrong_imports_are_refused() {
 
 #[test]
 fn cut_files_are_refused_with_a_sentence() {
-    let place = Place::new();
+    let place = TestFolder::new();
     robot(&place);
     let whole = fs::read(place.path().join("robot.urdf")).unwrap();
     let end = whole.windows(8).rposition(|w| w == b"</robot>").unwrap() + 8;
@@ -368,7 +368,7 @@ fn cut_files_are_refused_with_a_sentence() {
 
 #[test]
 fn importers_are_listed_with_their_parameters() {
-    let list = Place::new().tatu(&["list", "importers", "--json"]).good().json();
+    let list = TestFolder::new().tatu(&["list", "importers", "--json"]).good().json();
     let urdf = list.as_array().unwrap().iter().find(|i| i["id"] == "urdf").unwrap();
     assert_eq!(urdf["suffixes"], serde_json::json!([".urdf"]));
     assert!(urdf["parameters"].as_array().unwrap().iter().any(|p| p["name"] == "fixed_base"));
@@ -377,7 +377,7 @@ fn importers_are_listed_with_their_parameters() {
 /// Fingers that mimic each other move together; their damping slows them down.
 #[test]
 fn joints_mimic_and_are_damped() {
-    let place = Place::new();
+    let place = TestFolder::new();
     let link = |name: &str, y: f64| {
         format!(
             "<link name=\"{name}\"><inertial><origin xyz=\"0 {y} 0\"/><mass value=\"1\"/><inertia ixx=\"0.01\" ixy=\"0\" ixz=\"0\" iyy=\"0.01\" iyz=\"0\" izz=\"0.01\"/></inertial></link>\n"
@@ -409,7 +409,7 @@ fn joints_mimic_and_are_damped() {
 /// and a note is logged. Heavy links, and links whose joint is not coupled, get none.
 #[test]
 fn light_geared_links_get_a_rotor() {
-    let place = Place::new();
+    let place = TestFolder::new();
     let link = |name: &str, mass: f64| {
         format!(
             "<link name=\"{name}\"><inertial><origin xyz=\"0.03 0 0\"/><mass value=\"{mass}\"/><inertia ixx=\"1e-5\" ixy=\"0\" ixz=\"0\" iyy=\"1e-5\" iyz=\"0\" izz=\"1e-5\"/></inertial></link>\n"
@@ -441,8 +441,8 @@ fn light_geared_links_get_a_rotor() {
 }
 
 #[test]
-fn sliders_stop_at_their_limits_and_what_is_not_done_is_told() {
-    let place = Place::new();
+fn prismatic_joints_stop_at_their_limits_and_unsupported_tags_are_reported() {
+    let place = TestFolder::new();
     let inertial = "<inertial><mass value=\"1\"/><inertia ixx=\"0.01\" ixy=\"0\" ixz=\"0\" iyy=\"0.01\" iyz=\"0\" izz=\"0.01\"/></inertial>";
     let joint = |name: &str, kind: &str, parent: &str, child: &str, more: &str| {
         format!(
@@ -480,7 +480,7 @@ fn sliders_stop_at_their_limits_and_what_is_not_done_is_told() {
         "1 x <transmission>",
         "`light`: the link can move but has no mass: 0.020 kg is assumed",
     ] {
-        done.tells(&[words]);
+        done.reports(&[words]);
     }
     assert!(
         done.err.lines().filter(|l| l.starts_with("note: ")).all(|l| l.starts_with("note: slide.urdf: ")),

@@ -83,8 +83,8 @@ end
 ";
 
 #[test]
-fn what_a_scene_registers_answers_to_scripts() {
-    let place = Place::scene("");
+fn registered_objects_of_a_scene_are_found_by_scripts() {
+    let place = TestFolder::scene("");
     place.write("scene.toml", SCENE).write("ball.lua", SCRIPT);
     let said = |args: &[&str]| {
         let done = place.tatu(args).good();

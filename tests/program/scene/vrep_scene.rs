@@ -23,7 +23,7 @@ fn files_are_read_as_an_independent_reader_does() {
     for file in files() {
         let wanted: Value =
             serde_json::from_str(&fs::read_to_string(file.with_extension("expected.json")).unwrap()).unwrap();
-        let done = Place::new().tatu(&["check", file.to_str().unwrap(), "--json"]).good();
+        let done = TestFolder::new().tatu(&["check", file.to_str().unwrap(), "--json"]).good();
         let mut found = done.json();
         assert!(found["report"].is_array(), "{}: no report", file.display());
         found.as_object_mut().unwrap().remove("report");
@@ -39,7 +39,7 @@ fn files_are_read_as_an_independent_reader_does() {
 
 /// Files whose scripts also raise errors in V-REP. Each error that they raise here must contain one of the strings, which
 /// are separated by `|`.
-const LACKING: &[(&str, &str)] = &[
+const KNOWN_SCRIPT_ERRORS: &[(&str, &str)] = &[
     ("v30003_quadcopter", "simExtQuadcopterReadSensors"),
     ("v30103_3Rob_freeEnvironm", "dlgStyle"),
     ("v30203_Lab2_Environment", "there is no object -1"),
@@ -57,9 +57,9 @@ fn files_run() {
     let mut good = 0;
     for file in files() {
         let name = file.file_stem().unwrap().to_string_lossy().into_owned();
-        let done = Place::new().tatu(&["run", file.to_str().unwrap(), "--steps", "30", "--json"]);
+        let done = TestFolder::new().tatu(&["run", file.to_str().unwrap(), "--steps", "30", "--json"]);
         assert!(!done.err.contains("panicked"), "{name}: {}", done.err);
-        match LACKING.iter().find(|(n, _)| *n == name) {
+        match KNOWN_SCRIPT_ERRORS.iter().find(|(n, _)| *n == name) {
             Some((_, words)) => {
                 for e in done.errors() {
                     let text = e["message"].as_str().unwrap();
@@ -72,7 +72,7 @@ fn files_run() {
             }
         }
     }
-    assert_eq!(good, 41 - LACKING.len());
+    assert_eq!(good, 41 - KNOWN_SCRIPT_ERRORS.len());
 }
 
 /// V-REP applies position targets directly, once per step. Imported scenes do the same, so their targets are not
@@ -80,7 +80,7 @@ fn files_run() {
 #[test]
 #[cfg_attr(no_shared, ignore = "needs ../shared, data that is not part of the repository")]
 fn targets_jump_as_in_the_original() {
-    let place = Place::new();
+    let place = TestFolder::new();
     let file = shared("corpus/ttt/v20606_ackermannControlExample.ttt");
     place.tatu(&["convert", file.to_str().unwrap(), "scene.toml"]).good();
     let scene = place.read("scene.toml");
@@ -95,7 +95,7 @@ fn targets_jump_as_in_the_original() {
 fn damaged_files_are_refused() {
     let smallest = files().into_iter().min_by_key(|f| fs::metadata(f).unwrap().len()).unwrap();
     let whole = fs::read(&smallest).unwrap();
-    let place = Place::new();
+    let place = TestFolder::new();
     for i in 0..60 {
         let mut bytes = whole.clone();
         let at = (i * 7919 + 31) % whole.len();
@@ -176,7 +176,7 @@ fn sonars_of_pioneers_see_walls_and_not_themselves() {
         if !fs::read(file.with_extension("expected.json")).unwrap().windows(10).any(|w| w == b"ultrasonic") {
             continue;
         }
-        let place = Place::new();
+        let place = TestFolder::new();
         place.tatu(&["convert", file.to_str().unwrap(), "scene.toml"]).good();
         let text = fs::read_to_string(place.path().join("scene.toml")).unwrap();
         let kept: Vec<&str> =

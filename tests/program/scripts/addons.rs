@@ -4,11 +4,11 @@ use std::{fs, thread, time::Duration};
 
 use serde_json::{Value, json};
 
-use crate::{kit::*, remote::jsonl::Running};
+use crate::{kit::*, remote::jsonl::RunningProgram};
 
 /// Creates a scene with a floor, a Pioneer that drives, and these add-ons in `addons/`.
-fn place(addons: &[(&str, &str)]) -> Place {
-    let place = Place::scene(&format!("{FLOOR}{}", pioneer(DRIVE, "")));
+fn place(addons: &[(&str, &str)]) -> TestFolder {
+    let place = TestFolder::scene(&format!("{FLOOR}{}", pioneer(DRIVE, "")));
     for (file, text) in addons {
         place.write(&format!("addons/{file}"), text);
     }
@@ -24,18 +24,18 @@ function sysCall_actuation()
 end";
 
 /// Returns the lines of standard error that begin with `> `, in order and without this prefix.
-fn told(done: &Done) -> Vec<String> {
+fn marked_lines(done: &RunOutput) -> Vec<String> {
     done.err.lines().filter(|l| l.starts_with("> ")).map(|l| l[2..].to_owned()).collect()
 }
 
-fn listed(place: &Place, env: &[(&str, &str)]) -> Vec<Value> {
+fn listed(place: &TestFolder, env: &[(&str, &str)]) -> Vec<Value> {
     run(program(), place.path(), &["list", "addons", "--json"], env).good().json().as_array().unwrap().clone()
 }
 
 // Whether an add-on starts automatically depends on its file name, and on `autoStart` in the result of `sysCall_info`
 // (tests/facts/script-api.md, 6).
 #[test]
-fn names_and_what_they_answer_decide_who_starts_by_itself() {
+fn file_names_and_auto_start_decide_which_addons_start() {
     let say = |name: &str| format!("-- Says {name}.\nprint('> {name}')\n");
     let no = "-- Keeps still.\nfunction sysCall_info() return {autoStart = false} end\nprint('> no')\n";
     let files = [
@@ -67,21 +67,21 @@ fn names_and_what_they_answer_decide_who_starts_by_itself() {
     );
     assert_eq!((&all[1]["text"], &all[1]["file"]), (&"Says plain.".into(), &"addons/plain.lua".into()));
     let done = place.run(&["--steps", "1"]).good();
-    assert_eq!(told(&done), ["plain", "New", "old"]);
-    done.tells(&["the add-on plain is started", "--no-addon plain"]);
+    assert_eq!(marked_lines(&done), ["plain", "New", "old"]);
+    done.reports(&["the add-on plain is started", "--no-addon plain"]);
     let left_out = place.run(&["--steps", "1", "--no-addon", "plain"]).good();
     assert!(!left_out.err.contains("add-on plain is started"), "{}", left_out.err);
     let nobody = place.run(&["--steps", "1", "--no-addon", "plane"]);
     nobody.refused(&["error[E600]", "plane", "did you mean `plain`"]);
     place.run(&["--steps", "2", "--no-addons", "--snapshot-at", "0.05", "one"]).good();
     place.run(&["--steps", "2", "--no-addons", "--from", "one"]).good();
-    assert_eq!(told(&place.run(&["--steps", "1", "--no-addons"]).good()), [""; 0]);
+    assert_eq!(marked_lines(&place.run(&["--steps", "1", "--no-addons"]).good()), [""; 0]);
     let named = place.run(&["--steps", "1", "--no-addons", "--addon", "hyphen", "--addon", "click", "--addon", "asks"]);
     // An add-on function runs immediately; the other add-ons start with the first pass.
-    assert_eq!(told(&named.good()), ["click", "no", "hyphen"]);
+    assert_eq!(marked_lines(&named.good()), ["click", "no", "hyphen"]);
     // An add-on can be named by its file. An add-on function runs once each time it is named.
     let file = place.run(&["--steps", "1", "--no-addons", "--addon", "addons/vrepAddOnScript-hyphen.lua"]).good();
-    assert_eq!(told(&file), ["hyphen"]);
+    assert_eq!(marked_lines(&file), ["hyphen"]);
     place.run(&["--addon", "hyphenn"]).refused(&["E600", "there is no add-on `hyphenn`", "did you mean `hyphen`?"]);
 }
 
@@ -100,10 +100,10 @@ fn folders_are_searched_in_order_and_the_first_wins_a_name() {
     assert_eq!(all[1]["auto_start"], false);
     let args = ["run", "scene.toml", "--json", "--steps", "1", "--addon", "three:x=4"];
     let done = run(program(), place.path(), &args, &env).good();
-    assert_eq!(told(&done), ["first", "three 4", "two"]);
-    done.tells(&["E602", "two add-ons have the name `one`"]);
+    assert_eq!(marked_lines(&done), ["first", "three 4", "two"]);
+    done.reports(&["E602", "two add-ons have the name `one`"]);
     place.write("addons/four/addon.toml", "colour = 1\n").write("addons/four/init.lua", "");
-    place.tatu(&["list", "addons"]).good().tells(&["E601", "unknown key `colour`"]);
+    place.tatu(&["list", "addons"]).good().reports(&["E601", "unknown key `colour`"]);
 }
 
 // See tests/facts/call-order.md, 1: `init`, then `nonSimulation` in each pass of a stopped world, `beforeSimulation`,
@@ -117,7 +117,7 @@ fn an_addon_is_called_as_observed_and_outlives_the_run() {
           _G['sysCall_' .. name] = function() say(name) end
         end";
     let place = place(&[("life.lua", life)]);
-    let lines = told(&place.run(&["--steps", "1"]).good());
+    let lines = marked_lines(&place.run(&["--steps", "1"]).good());
     let names: Vec<&str> = lines.iter().map(|l| l.split(' ').next().unwrap()).collect();
     let pass = ["beforeMainScript", "actuation", "sensing"];
     let mut expected = vec!["init", "nonSimulation", "beforeSimulation"];
@@ -143,13 +143,13 @@ fn an_old_addon_is_run_as_a_whole_and_ends_by_returning_0() {
         if sim_call_type == sim_addonscriptcall_cleanup then print('> ends') end";
     let place = place(&[("vrepAddOnScript_old.lua", old)]);
     assert_eq!(listed(&place, &[])[0]["style"], "call type");
-    assert_eq!(told(&place.run(&["--steps", "10"]).good()), ["begins", "enough 3", "ends"]);
+    assert_eq!(marked_lines(&place.run(&["--steps", "10"]).good()), ["begins", "enough 3", "ends"]);
 }
 
 // See tests/facts/script-api.md, 6: `sysCall_addOnScriptRun` is called in each pass; the add-on ends if it returns
 // sim.syscb_cleanup (1).
 #[test]
-fn an_addon_of_the_years_between_has_functions_of_its_own() {
+fn script_addons_run_in_each_pass_and_function_addons_once() {
     let text = "function sysCall_init() print('> init') n = 0 end
         function sysCall_addOnScriptRun()
           n = n + 1
@@ -159,12 +159,12 @@ fn an_addon_of_the_years_between_has_functions_of_its_own() {
         function sysCall_cleanup() print('> over') end";
     let place = place(&[("vrepAddOnScript-between.lua", text)]);
     let done = place.run(&["--steps", "10", "--addon", "between"]).good();
-    assert_eq!(told(&done), ["init", "run 1", "run 2", "run 3", "run 4", "over"]);
+    assert_eq!(marked_lines(&done), ["init", "run 1", "run 2", "run 3", "run 4", "over"]);
     // The text of an add-on function runs once, whether it uses names of new or of old versions of V-REP.
     for text in ["print('> once')\nreturn sim.syscb_cleanup", "print('> once ' .. simGetSimulationTime())"] {
         place.write("addons/vrepAddOnFunc_once.lua", text);
         let done = place.run(&["--steps", "3", "--addon", "once"]).good();
-        assert_eq!(told(&done).len(), 1, "{}", done.err);
+        assert_eq!(marked_lines(&done).len(), 1, "{}", done.err);
     }
     place.write("addons/vrepAddOnFunc_once.lua", "local x = nil + 1");
     let done = place.run(&["--steps", "3", "--addon", "once"]);
@@ -183,7 +183,7 @@ fn options_reach_an_addon_as_a_table_of_the_types_of_its_defaults() {
         function sysCall_cleanup() print('> over') end";
     let place = place(&[("given.lua", text)]);
     let given = |options: &str| place.run(&["--steps", "2", "--addon", &format!("given:{options}")]);
-    assert_eq!(told(&given("period=0.25,loud=yes,paths=/a,/b").good()), ["0.5 1 true /a,/b", "over"]);
+    assert_eq!(marked_lines(&given("period=0.25,loud=yes,paths=/a,/b").good()), ["0.5 1 true /a,/b", "over"]);
     let wrong = given("perod=1").errors();
     assert!(
         wrong[0]["message"].as_str().unwrap().contains("no option `perod`; expected one of: loud, n, paths, period")
@@ -193,7 +193,7 @@ fn options_reach_an_addon_as_a_table_of_the_types_of_its_defaults() {
 }
 
 #[test]
-fn a_failing_addon_is_named_and_suspended_and_nothing_else_changes() {
+fn a_failing_addon_is_named_and_suspended_without_other_effects() {
     let good = place(&[]);
     let without = good.run(&["--seconds", "1"]).good().json();
     let bad = "function sysCall_actuation()
@@ -207,7 +207,7 @@ fn a_failing_addon_is_named_and_suspended_and_nothing_else_changes() {
     assert!(errors[0]["file"].as_str().unwrap().ends_with("addons/bad.lua"), "{errors:?}");
     assert_eq!((&errors[0]["line"], &errors[0]["count"]), (&2.into(), &1.into()), "called after its error");
     // It failed in the actuation of the eighth step, at 0.35 s, after seven complete steps.
-    assert_eq!(told(&done), ["7"]);
+    assert_eq!(marked_lines(&done), ["7"]);
     let (with, without) = (&done.json()["objects"], &without["objects"]);
     assert_eq!(with, without, "the add-on has changed positions or hashes of robots");
     assert!(errors[0]["object"].is_null(), "an add-on does not belong to an object: {errors:?}");
@@ -216,7 +216,7 @@ fn a_failing_addon_is_named_and_suspended_and_nothing_else_changes() {
     let old = "if sim_call_type == sim_addonscriptcall_run then local x = nil + 1 end
         if sim_call_type == sim_addonscriptcall_cleanup then print('> ends') end";
     let done = place(&[("old.lua", old)]).run(&["--steps", "5"]);
-    assert_eq!((&done.errors()[0]["count"], told(&done)), (&1.into(), vec!["ends".to_owned()]), "{}", done.err);
+    assert_eq!((&done.errors()[0]["count"], marked_lines(&done)), (&1.into(), vec!["ends".to_owned()]), "{}", done.err);
     let loops = place(&[("loops.lua", "function sysCall_actuation() while true do end end")]).run(&["--steps", "3"]);
     assert_eq!(loops.errors()[0]["kind"], "budget");
 }
@@ -239,7 +239,7 @@ fn a_replay_has_the_addons_of_the_run() {
 }
 
 #[test]
-fn none_of_those_that_come_with_the_program_starts_by_itself() {
+fn addons_of_the_program_do_not_start_by_themselves() {
     let all = run(program(), root(), &["list", "addons", "--json"], &[]).good().json();
     let names: Vec<&str> = all.as_array().unwrap().iter().map(|a| a["name"].as_str().unwrap()).collect();
     assert_eq!(
@@ -255,7 +255,7 @@ fn none_of_those_that_come_with_the_program_starts_by_itself() {
 }
 
 /// Runs the scene in `place` with one of the add-ons that come with the program.
-fn shipped(place: &Place, name: &str, options: &str, args: &[&str]) -> Done {
+fn shipped(place: &TestFolder, name: &str, options: &str, args: &[&str]) -> RunOutput {
     let file = root().join("addons").join(format!("{name}.lua"));
     let addon = format!("{}:{options}", file.display());
     place.run(&[&["--addon", addon.as_str()], args].concat())
@@ -264,7 +264,7 @@ fn shipped(place: &Place, name: &str, options: &str, args: &[&str]) -> Done {
 /// With wheels of 0.0975 m at 2 rad/s, the Pioneer drives at 0.195 m/s (see its README). After 2 s it has driven about
 /// 0.38 m, slightly less than 0.39 m because it accelerates first.
 #[test]
-fn the_pose_logger_writes_what_the_trace_tells() {
+fn the_pose_logger_writes_the_poses_of_the_trace() {
     let place = place(&[]);
     let args = ["--seconds", "2", "--trace", "trace.jsonl", "--watch", "/Pioneer_p3dx"];
     shipped(&place, "pose_logger", "period=0.5", &args).good();
@@ -282,11 +282,11 @@ fn the_pose_logger_writes_what_the_trace_tells() {
 }
 
 #[test]
-fn the_collision_reporter_tells_who_hits_whom() {
+fn the_collision_reporter_names_the_colliding_objects() {
     let wall = cuboid("wall", [0.1, 2.0, 0.5], [0.5, 0.0, 0.25], "respondable = true\n");
-    let place = Place::scene(&format!("{FLOOR}{}{wall}", pioneer(DRIVE, "")));
+    let place = TestFolder::scene(&format!("{FLOOR}{}{wall}", pioneer(DRIVE, "")));
     let done = shipped(&place, "collision_reporter", "file=hits.csv", &["--seconds", "5"]).good();
-    done.tells(&["collision_reporter: ", "/wall", "time(s)"]);
+    done.reports(&["collision_reporter: ", "/wall", "time(s)"]);
     assert!(!done.err.contains("no collisions") && !done.err.contains("/floor"), "{}", done.err);
     assert!(place.read("hits.csv").lines().nth(1).unwrap().contains("/wall"));
 }
@@ -297,7 +297,7 @@ fn keys_drive_any_robot_with_two_wheels() {
     place.write("keys.txt", "0.2 up\n0.2 up\n0.2 up\n0.2 up\n2 s\n2 space\n");
     let args = ["--seconds", "3", "--keys", "keys.txt", "--trace", "trace.jsonl", "--watch", "/Pioneer_p3dx"];
     let done = shipped(&place, "key_teleop", "speed=1", &args).good();
-    done.tells(&["key_teleop: drives /Pioneer_p3dx"]);
+    done.reports(&["key_teleop: drives /Pioneer_p3dx"]);
     let trace = place.lines("trace.jsonl");
     let x = |step: usize| trace[step].object::<3>("/Pioneer_p3dx", "position")[0];
     // With 4 rad/s and wheels of 0.0975 m the speed is 0.39 m/s. Afterwards the robot stands still.
@@ -306,7 +306,7 @@ fn keys_drive_any_robot_with_two_wheels() {
 }
 
 #[test]
-fn the_path_tracer_tells_how_far_they_went() {
+fn the_path_tracer_reports_the_distance_driven() {
     let place = place(&[]);
     let args = ["--seconds", "2", "--trace", "trace.jsonl", "--watch", "/Pioneer_p3dx"];
     let done = shipped(&place, "path_tracer", "", &args).good();
@@ -320,9 +320,9 @@ fn the_path_tracer_tells_how_far_they_went() {
 #[test]
 fn the_profiler_counts_what_scripts_and_sensors_used() {
     let busy = "function sysCall_actuation() local x = 0 for i = 1, 3000 do x = x + i end end";
-    let place = Place::scene(&format!("{FLOOR}{}", pioneer(busy, "")));
+    let place = TestFolder::scene(&format!("{FLOOR}{}", pioneer(busy, "")));
     let ran = || shipped(&place, "profiler_report", "file=use.csv", &["--seconds", "1"]).good();
-    let report = |done: &Done| -> Vec<String> {
+    let report = |done: &RunOutput| -> Vec<String> {
         done.err.lines().filter(|l| l.contains("profiler_report: ")).map(str::to_owned).collect()
     };
     let (one, other) = (report(&ran()), report(&ran()));
@@ -354,7 +354,7 @@ fn conditions_stop_a_run() {
     let (time, _) = steps("region=-0.4,-1,0.4,1,outside=true");
     assert!(time > 2.0 && time < 2.3, "{time}");
     let wall = cuboid("wall", [0.1, 2.0, 0.5], [0.5, 0.0, 0.25], "respondable = true\n");
-    let place = Place::scene(&format!("{FLOOR}{}{wall}", pioneer(DRIVE, "")));
+    let place = TestFolder::scene(&format!("{FLOOR}{}{wall}", pioneer(DRIVE, "")));
     let done = shipped(&place, "auto_stop", "hit=true", &["--seconds", "20"]).good();
     assert!(done.err.contains("touch at") && done.json()["sim_time_s"].as_f64().unwrap() < 3.0, "{}", done.err);
     // The robot pushes against the wall and does not move.
@@ -363,10 +363,10 @@ fn conditions_stop_a_run() {
 }
 
 #[test]
-fn with_reload_a_changed_addon_is_taken_between_two_steps() {
+fn with_reload_a_changed_addon_is_loaded_between_two_steps() {
     let say = |word: &str| format!("n = n or 0\nfunction sysCall_sensing() n = n + 1 print('> {word} ' .. n) end\n");
     let place = place(&[("word.lua", &say("old"))]);
-    let run = Running::start(&place, ",wait_for=1", &["--json", "--reload"]);
+    let run = RunningProgram::start(&place, ",wait_for=1", &["--json", "--reload"]);
     let mut client = run.client();
     client.stepping();
     client.step(2);
@@ -383,13 +383,13 @@ fn with_reload_a_changed_addon_is_taken_between_two_steps() {
 
 /// Runs the commands and files of the guide in their order.
 #[test]
-fn the_guide_is_true() {
+fn the_examples_of_the_addon_guide_work() {
     let guide = fs::read_to_string(root().join("docs/guide/write-an-addon.md")).unwrap();
     let block = |language: &str, n: usize| -> String {
         let start = format!("```{language}\n");
         guide.split(&start).nth(n + 1).and_then(|b| b.split("```").next()).expect("the guide has this block").to_owned()
     };
-    let place = Place::new();
+    let place = TestFolder::new();
     place.write("addons/hello.lua", &block("lua", 0)).write("scene.toml", &block("toml", 0));
     let listed = place.tatu(&["list", "addons"]).good().out;
     assert!(guide.contains(&listed), "the guide does not contain:\n{listed}");

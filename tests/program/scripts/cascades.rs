@@ -30,7 +30,7 @@ fn a_script_calls_those_below_it_once_with_its_arguments() {
         below("/a", "b", &script("b")),
         watcher("c", &script("c"))
     );
-    for line in &Place::scene(&scene).trace(&[], &["--steps", "2"])[..2] {
+    for line in &TestFolder::scene(&scene).trace(&[], &["--steps", "2"])[..2] {
         let wanted = ["a nilnil", "b 7q", "b done", "a done", "c nilnil", "c done", "a senses", "b senses", "c senses"];
         assert_eq!(line.status(), wanted);
     }
@@ -47,7 +47,7 @@ fn the_oldest_texts_call_those_below_them() {
         )
     };
     let scene = format!("{}{}", watcher("a", &script("a")), below("/a", "b", &script("b")));
-    let lines = Place::scene(&scene).trace(&[], &["--steps", "2"]);
+    let lines = TestFolder::scene(&scene).trace(&[], &["--steps", "2"]);
     assert_eq!(lines[0].status(), ["b 0", "a 0"]);
     assert_eq!(lines[1].status(), ["b 1", "a 1"]);
 }
@@ -63,7 +63,7 @@ fn a_script_of_kind_threaded_runs_as_a_thread() {
         local me = simGetScriptAssociatedWithObject(simGetObjectHandle('a'))
         simAddStatusbarMessage('script '..tostring(me > 0))";
     let scene = format!("dialect = \"3.2\"\n{}", watcher("a", script)).replace("text =", "kind = \"threaded\", text =");
-    let place = Place::scene(&scene);
+    let place = TestFolder::scene(&scene);
     let lines = place.trace(&[], &["--steps", "4"]);
     let told: Vec<_> = lines[..4].iter().map(|l| l.status().join(",")).collect();
     assert_eq!(told, ["run 1", "run 2", "script true", ""]);
@@ -73,8 +73,8 @@ fn a_script_of_kind_threaded_runs_as_a_thread() {
 #[test]
 fn tables_in_tables_reach_other_scripts() {
     let told = "function sysCall_msg(m) simAddStatusbarMessage(m.id..m.data.x..m.data.deep[1].y) end";
-    let tells = "sim = require 'sim'
+    let reports = "sim = require 'sim'
         function sysCall_actuation() sim.broadcastMsg({id = 'hi', data = {x = 3, deep = {{y = 4}}}, z = {a = 1}}) end";
-    let scene = format!("{}{}", watcher("a", told), watcher("b", tells));
-    assert_eq!(Place::scene(&scene).trace(&[], &["--steps", "1"])[0].status(), ["hi34"]);
+    let scene = format!("{}{}", watcher("a", told), watcher("b", reports));
+    assert_eq!(TestFolder::scene(&scene).trace(&[], &["--steps", "1"])[0].status(), ["hi34"]);
 }

@@ -8,7 +8,7 @@ use serde_json::Value;
 use crate::kit::*;
 
 fn commands() -> Vec<Value> {
-    let list = Place::new().tatu(&["list", "commands", "--json"]).good().json();
+    let list = TestFolder::new().tatu(&["list", "commands", "--json"]).good().json();
     list.as_array()
         .unwrap()
         .iter()
@@ -66,11 +66,11 @@ position_m = [0, 0, 61.01]
 "#;
 
 /// Commands that end the run, or whose examples need a separate world for another reason.
-const ALONE: &[&str] =
+const SEPARATE_COMMANDS: &[&str] =
     &["sim.stopSimulation", "sim.quitSimulator", "sim.startSimulation", "sim.setArrayParam", "tatu.set"];
 
 #[test]
-fn each_tells_its_status_and_has_an_example() {
+fn each_command_has_a_status_and_an_example() {
     for c in commands() {
         let name = text(&c, "name");
         assert!(c["aliases"].is_array(), "{name}");
@@ -88,7 +88,7 @@ fn each_tells_its_status_and_has_an_example() {
 
 /// Runs all examples in one world, each as a separate script.
 #[test]
-fn examples_raise_nothing() {
+fn examples_raise_no_errors() {
     let all = commands();
     let with: Vec<&Value> =
         all.iter().filter(|c| text(c, "status") != "stub" && !text(c, "example").is_empty()).collect();
@@ -110,7 +110,7 @@ fn examples_raise_nothing() {
                 "{graph}\n[[object]]\nkind = \"dummy\"\nalias = \"example{at}\"\nscript = {{ text = '''\n{example}\n''' }}\n"
             )
         };
-        if ALONE.contains(&text(c, "name")) {
+        if SEPARATE_COMMANDS.contains(&text(c, "name")) {
             alone.push((text(c, "name"), format!("dialect = \"4.9\"\n{OBJECTS}{}", object(0))));
         } else {
             let _ = write!(scene, "{}", object(i));
@@ -118,7 +118,7 @@ fn examples_raise_nothing() {
         }
     }
     let mut failed = Vec::new();
-    let done = Place::scene(&scene).tatu(&["run", "scene.toml", "--steps", "20", "--json"]);
+    let done = TestFolder::scene(&scene).tatu(&["run", "scene.toml", "--steps", "20", "--json"]);
     for e in done.json()["errors"].as_array().unwrap() {
         let whole = e.to_string();
         let who = names
@@ -127,7 +127,7 @@ fn examples_raise_nothing() {
         failed.push(format!("{}: {}", who.map_or("?", |(_, name)| name), e["message"]));
     }
     for (name, scene) in alone {
-        let done = Place::scene(&scene).tatu(&["run", "scene.toml", "--steps", "5", "--json"]);
+        let done = TestFolder::scene(&scene).tatu(&["run", "scene.toml", "--steps", "5", "--json"]);
         let errors = done.json()["errors"].as_array().unwrap().clone();
         failed.extend(errors.iter().map(|e| format!("{name}: {}", e["message"])));
     }
@@ -137,7 +137,7 @@ fn examples_raise_nothing() {
 /// The pages in docs/ equal the output of `tatu describe --all --markdown docs/reference/commands`.
 #[test]
 fn the_reference_pages_are_those_of_the_declarations() {
-    let place = Place::new();
+    let place = TestFolder::new();
     place.tatu(&["describe", "--all", "--markdown", "pages"]).good();
     let folder = root().join("docs/reference/commands");
     for page in std::fs::read_dir(place.path().join("pages")).unwrap() {

@@ -10,7 +10,7 @@ fn main_script(text: &str, dialect: &str) -> String {
 }
 
 /// A main script with the order of stages in the default main scripts of current versions.
-const MODERN: &str = "
+const MODERN_MAIN: &str = "
 function sysCall_init()
     sim.handleSimulationStart()
     sim.openModule(sim.handle_all)
@@ -49,7 +49,7 @@ function sysCall_cleanup()
 end";
 
 /// The default main script of 2015, whose whole text runs at each call and has one branch for the step.
-const OLD: &str = "
+const OLD_MAIN: &str = "
 if (sim_call_type==sim_mainscriptcall_initialization) then
     simOpenModule(sim_handle_all)
     simHandleGraph(sim_handle_all_except_explicit,0)
@@ -126,17 +126,17 @@ fn lively() -> String {
 
 /// Returns hash, time and status lines of each step.
 fn story(scene: &str, args: &[&str]) -> Vec<(String, f64, Vec<String>)> {
-    let lines = Place::scene(scene).trace(&[], args);
-    let told = |l: &Line| l.status().iter().map(|s| s.to_string()).collect();
+    let lines = TestFolder::scene(scene).trace(&[], args);
+    let told = |l: &TraceLine| l.status().iter().map(|s| s.to_string()).collect();
     lines.iter().map(|l| (l.hash().to_owned(), l.time(), told(l))).collect()
 }
 
 #[test]
-fn the_default_order_by_a_main_script_gives_the_same_bits() {
+fn the_default_order_by_a_main_script_leads_to_the_same_bits() {
     let without =
         story(&format!("{}[[object]]\nkind = \"dummy\"\nalias = \"driver\"\n", lively()), &["--seconds", "3"]);
     assert!(without.iter().flat_map(|s| &s.2).any(|t| t.contains(" 1 0.")), "no sonar detects the wall: {without:?}");
-    for (text, dialect) in [(MODERN, "4.9"), (OLD, "3.2"), (OLD, "")] {
+    for (text, dialect) in [(MODERN_MAIN, "4.9"), (OLD_MAIN, "3.2"), (OLD_MAIN, "")] {
         let text = text.replace("COUNT", "1");
         let with = story(&format!("{}{}", lively(), main_script(&text, dialect)), &["--seconds", "3"]);
         assert_eq!(with.len(), without.len());
@@ -148,16 +148,16 @@ fn the_default_order_by_a_main_script_gives_the_same_bits() {
 
 #[test]
 fn threads_change_no_bit() {
-    let scene = format!("{}{}", lively(), main_script(&MODERN.replace("COUNT", "1"), "4.9"));
+    let scene = format!("{}{}", lively(), main_script(&MODERN_MAIN.replace("COUNT", "1"), "4.9"));
     let one = story(&scene, &["--seconds", "1", "--threads", "1"]);
     assert_eq!(one, story(&scene, &["--seconds", "1", "--threads", "3"]));
 }
 
 #[test]
-fn everybody_cleans_up_once() {
-    for (text, dialect) in [(MODERN, "4.9"), (OLD, "3.2")] {
+fn each_script_cleans_up_once() {
+    for (text, dialect) in [(MODERN_MAIN, "4.9"), (OLD_MAIN, "3.2")] {
         let scene = format!("{}{}", lively(), main_script(&text.replace("COUNT", "1"), dialect));
-        let done = Place::scene(&scene).tatu(&["run", "scene.toml", "--steps", "3"]).good();
+        let done = TestFolder::scene(&scene).tatu(&["run", "scene.toml", "--steps", "3"]).good();
         for line in ["main cleans up", "robot cleans up"] {
             assert_eq!(done.out.matches(line).count(), 1, "{dialect}: {}", done.out);
         }
@@ -170,7 +170,7 @@ fn fall(actuation: &str, steps: &str) -> Vec<(f64, f64)> {
     let falling = cuboid("falling", [0.1, 0.1, 0.1], [0.0, 0.0, 9.0], "dynamic = true");
     let text = format!("function sysCall_actuation() n = (n or 0) + 1 {actuation} end");
     let scene = format!("{falling}{}", main_script(&text, "4.9"));
-    let lines = Place::scene(&scene).trace(&["/falling"], &["--steps", steps]);
+    let lines = TestFolder::scene(&scene).trace(&["/falling"], &["--steps", steps]);
     lines.iter().map(|l| (l.time(), l.object::<3>("/falling", "position")[2])).collect()
 }
 
@@ -243,7 +243,7 @@ fn a_stage_within_itself_is_refused_with_the_chain() {
             sim.handleChildScripts(sim.syscb_actuation)
             sim.handleDynamics(sim.getSimulationTimeStep())
         end";
-    let place = Place::scene(&format!("{}{}", watcher("child", child), main_script(text, "4.9")));
+    let place = TestFolder::scene(&format!("{}{}", watcher("child", child), main_script(text, "4.9")));
     let done = place.run(&["--steps", "3"]);
     let errors = done.errors();
     assert_eq!(errors.len(), 1, "{errors:?}");
@@ -256,16 +256,16 @@ fn a_stage_within_itself_is_refused_with_the_chain() {
 }
 
 #[test]
-fn who_is_no_main_script_runs_no_physics() {
+fn scripts_other_than_the_main_script_cannot_run_physics() {
     let script = "function sysCall_actuation() sim.handleDynamics(0.05) end";
-    let done = Place::scene(&watcher("child", script)).run(&["--steps", "3"]);
+    let done = TestFolder::scene(&watcher("child", script)).run(&["--steps", "3"]);
     let errors = done.errors();
     assert!(errors[0]["message"].as_str().unwrap().contains("only a main script"), "{errors:?}");
-    done.tells(&["kind `main`"]);
+    done.reports(&["kind `main`"]);
 }
 
 /// A plugin in C with a command that runs a stage, as drivers in other languages would.
-const STAGER: &str = r#"
+const STAGE_PLUGIN: &str = r#"
 #include "tatu.h"
 static const tatu_host_stage *stage;
 static tatu_status init(const tatu_host *host, void **self, tatu_error *error) {
@@ -308,8 +308,8 @@ fn a_plugin_runs_stages_and_is_refused_those_that_run() {
             stage.run(2, sim.getSimulationTimeStep())
         end
         function sysCall_sensing() refused('the step -> react -> /child -> react', 4, 0) stage.run(3, 0) end";
-    let place = Place::scene(&format!("plugins = [\".\"]\n{}", watcher("child", script)));
-    place.write("stager.c", STAGER);
+    let place = TestFolder::scene(&format!("plugins = [\".\"]\n{}", watcher("child", script)));
+    place.write("stager.c", STAGE_PLUGIN);
     let (include, out) = (root().join("plugin-api/include"), library("tatu_stager"));
     let mut cc = std::process::Command::new(compiler("cc"));
     cc.args(["-std=c11", "-Wall", "-Wextra", "-Wno-missing-field-initializers", "-shared", "-fPIC", "-I"]).arg(include);
@@ -319,27 +319,27 @@ fn a_plugin_runs_stages_and_is_refused_those_that_run() {
 }
 
 #[test]
-fn two_main_scripts_are_refused_where_the_second_stands() {
+fn two_main_scripts_are_refused_at_the_second_one() {
     let one = main_script("", "4.9");
     let other = one.replace("\"driver\"", "\"other\"");
-    let done = Place::scene(&format!("{one}{other}")).tatu(&["check", "scene.toml"]);
+    let done = TestFolder::scene(&format!("{one}{other}")).tatu(&["check", "scene.toml"]);
     done.refused(&["E118", "scene.toml:", "the scene already has a main script, on `driver`", "at most one"]);
     let unknown = one.replace("\"main\"", "\"mian\"");
-    Place::scene(&unknown).tatu(&["check", "scene.toml"]).refused(&["E102", "`mian`", "did you mean `main`?"]);
+    TestFolder::scene(&unknown).tatu(&["check", "scene.toml"]).refused(&["E102", "`mian`", "did you mean `main`?"]);
 }
 
 #[test]
 fn a_scene_used_as_a_model_leaves_its_main_script_out() {
-    let place = Place::scene("[[model]]\nmodel = \"inner.toml\"\n");
+    let place = TestFolder::scene("[[model]]\nmodel = \"inner.toml\"\n");
     place.write("inner.toml", &format!("format = 1\n{}", main_script("error('called')", "4.9")));
     let result = place.run(&["--steps", "2"]).good().json();
     assert_eq!(result["sim_time_s"].as_f64(), Some(0.1));
 }
 
 #[test]
-fn a_main_script_with_an_error_lets_time_stand_and_says_so() {
+fn a_main_script_with_an_error_stops_time_and_is_reported() {
     for text in ["function sysCall_actuation( end", "function sysCall_init() error('mine') end"] {
-        let done = Place::scene(&main_script(text, "4.9")).run(&["--steps", "3"]);
+        let done = TestFolder::scene(&main_script(text, "4.9")).run(&["--steps", "3"]);
         let result = done.json();
         assert_eq!(done.errors().len(), 1, "{text}: {}", done.out);
         assert_eq!((result["steps"].as_u64(), result["sim_time_s"].as_f64()), (Some(3), Some(0.0)), "{text}");

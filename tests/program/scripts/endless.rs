@@ -5,8 +5,8 @@ use std::process::Command;
 use crate::kit::*;
 
 /// A scene with a box and a script, whose loop consists of commands.
-fn place(script: &str) -> Place {
-    Place::scene(&format!(
+fn place(script: &str) -> TestFolder {
+    TestFolder::scene(&format!(
         "{FLOOR}[[object]]\nkind = \"shape\"\nalias = \"box\"\n{}",
         watcher("d", &format!("local box = sim.getObject('/box')\n{script}"))
     ))
@@ -74,7 +74,7 @@ fn the_budget_of_commands_ends_in_the_same_place() {
 #[test]
 fn a_command_that_fails_with_the_budget_of_another_script_fails_only_itself() {
     let other = "function spin() while true do end end";
-    let place = Place::scene(&format!(
+    let place = TestFolder::scene(&format!(
         "budget = {{ instructions = 1000000 }}\n{}{}",
         watcher("other", other),
         watcher("d", "function sysCall_actuation()
@@ -87,14 +87,14 @@ fn a_command_that_fails_with_the_budget_of_another_script_fails_only_itself() {
     assert!(done.out.contains("told\tfalse") && done.out.contains("goes on to the end"), "{}{}", done.out, done.err);
 }
 
-const ENDLESS: [&str; 2] = ["--set", "scene.budget.instructions=1000000000000"];
+const LARGE_BUDGET: [&str; 2] = ["--set", "scene.budget.instructions=1000000000000"];
 
 #[test]
 fn the_watchdog_looks_at_scripts_that_call_commands() {
     let args = ["run", "scene.toml", "--steps", "1", "--no-addons", "--watchdog", "1"];
-    let done = run(program(), place(LOOP).path(), &[&args[..], &ENDLESS].concat(), &[]);
+    let done = run(program(), place(LOOP).path(), &[&args[..], &LARGE_BUDGET].concat(), &[]);
     assert_eq!(done.code, 1, "{}", done.err);
-    done.tells(&["F210", "tatu.script.lua", "has not returned", "/d"]);
+    done.reports(&["F210", "tatu.script.lua", "has not returned", "/d"]);
 }
 
 #[cfg(unix)]
@@ -110,7 +110,7 @@ fn an_interrupt_ends_any_script() {
         let args = ["run", "scene.toml", "--steps", "1000", "--no-addons", "--watchdog", "250"];
         let mut child = Command::new(program())
             .current_dir(place.path())
-            .args([&args[..], &ENDLESS].concat())
+            .args([&args[..], &LARGE_BUDGET].concat())
             .stdout(Stdio::piped())
             .stderr(Stdio::piped())
             .spawn()

@@ -4,14 +4,14 @@
 use crate::kit::*;
 
 /// Returns the strings that a script of a dialect passes to `say(...)` in `init`.
-fn says(dialect: &str, text: &str) -> Vec<String> {
+fn status_lines(dialect: &str, text: &str) -> Vec<String> {
     let script = format!(
         "say = simAddStatusbarMessage
         function sysCall_init()
             {text}
         end"
     );
-    let place = Place::scene(&format!("dialect = \"{dialect}\"\n{}", watcher("a", &script)));
+    let place = TestFolder::scene(&format!("dialect = \"{dialect}\"\n{}", watcher("a", &script)));
     place.trace(&[], &["--steps", "1"])[0].status().iter().map(|s| s.to_string()).collect()
 }
 
@@ -37,16 +37,16 @@ fn numbers_are_written_as_their_time_wrote_them() {
         "inf",
     ];
     for dialect in ["3.2", "4.1"] {
-        assert_eq!(says(dialect, text), plain, "{dialect}");
+        assert_eq!(status_lines(dialect, text), plain, "{dialect}");
     }
     let modern = text.replace("simAdd", "sim.add");
-    let shown = says("4.9", &modern);
+    let shown = status_lines("4.9", &modern);
     assert_eq!(shown[..4], ["v=5.0", "5.0", "5.0", "5.0 0.5 -2.0"], "Lua 5.4");
     assert_eq!(shown[4], "none");
 }
 
 #[test]
-fn scripts_of_both_eras_stand_side_by_side() {
+fn scripts_of_both_eras_run_in_one_scene() {
     // The old script calls the new one, which uses the number format of its own dialect. Afterwards the old script
     // still uses the old format.
     let old = "function sysCall_actuation()
@@ -58,12 +58,12 @@ fn scripts_of_both_eras_stand_side_by_side() {
         watcher(alias, text).replace("text =", &format!("dialect = \"{dialect}\", text ="))
     };
     let scene = format!("{}{}", with("4.9", "new", new), with("3.2", "old", old));
-    let lines = Place::scene(&scene).trace(&[], &["--steps", "2"]);
+    let lines = TestFolder::scene(&scene).trace(&[], &["--steps", "2"]);
     assert_eq!(lines[1].status(), ["new 2.0 2"]);
 }
 
 #[test]
-fn lua_5_1_is_there() {
+fn the_library_of_lua_5_1_is_available() {
     // Lua 5.1 reference manual; tests/facts/script-api.md, 3, lists what scripts use of it.
     let cases = [
         ("local goto = 3 say(''..goto)", "3"),
@@ -84,7 +84,7 @@ fn lua_5_1_is_there() {
     ];
     for (text, told) in cases {
         for dialect in ["2.6", "3.2", "4.1"] {
-            assert_eq!(says(dialect, text), [told], "{text} in {dialect}");
+            assert_eq!(status_lines(dialect, text), [told], "{text} in {dialect}");
         }
     }
 }
@@ -95,14 +95,14 @@ fn numbers_pass_as_32_bit_floats_before_4_5() {
     let text = "simSetFloatSignal('x', 0.1) say(''..simGetFloatSignal('x'))
         simSetObjectPosition(simGetObjectHandle('a'), -1, {0.1, 2, 0.3})
         local p = simGetObjectPosition(simGetObjectHandle('a'), -1) say(p[1]..' '..p[2]..' '..p[3])";
-    assert_eq!(says("3.2", text), ["0.10000000149012", "0.10000000149012 2 0.30000001192093"]);
+    assert_eq!(status_lines("3.2", text), ["0.10000000149012", "0.10000000149012 2 0.30000001192093"]);
     // From 4.5 on all values are doubles (tests/facts/script-api.md, 1).
-    assert_eq!(says("4.5", text)[0], "0.1");
-    assert_eq!(says("4.4", text)[0], "0.10000000149012");
+    assert_eq!(status_lines("4.5", text)[0], "0.1");
+    assert_eq!(status_lines("4.4", text)[0], "0.10000000149012");
 }
 
 /// Scripts, each with the era that must be detected: A for versions up to 3.4, B for 3.5 to 4.1, C for 4.2 and later.
-const TEXTS: &[(&str, &str)] = &[
+const ERA_EXAMPLES: &[(&str, &str)] = &[
     // Flat names only.
     ("if (sim_call_type==sim_childscriptcall_actuation) then x = 1 end", "A"),
     ("if (simGetScriptExecutionCount()==0) then x = simGetObjectHandle('t#') end", "A"),
@@ -125,17 +125,17 @@ const TEXTS: &[(&str, &str)] = &[
 
 #[test]
 fn the_era_of_a_text_is_found() {
-    let scene: String = TEXTS.iter().enumerate().map(|(i, (text, _))| watcher(&format!("t{i}"), text)).collect();
-    let summary = Place::scene(&scene).run(&["--steps", "1"]).json();
+    let scene: String = ERA_EXAMPLES.iter().enumerate().map(|(i, (text, _))| watcher(&format!("t{i}"), text)).collect();
+    let summary = TestFolder::scene(&scene).run(&["--steps", "1"]).json();
     let scripts = summary["scripts"].as_array().unwrap();
-    assert_eq!(scripts.len(), TEXTS.len());
-    for (i, (script, (text, era))) in scripts.iter().zip(TEXTS).enumerate() {
+    assert_eq!(scripts.len(), ERA_EXAMPLES.len());
+    for (i, (script, (text, era))) in scripts.iter().zip(ERA_EXAMPLES).enumerate() {
         assert_eq!(script["object"], format!("/t{i}"));
         assert_eq!(script["era"], *era, "{text}");
         assert_eq!(script["kind"], "child");
     }
     // A given dialect takes precedence.
-    let place = Place::scene(&format!("dialect = \"3.2\"\n{}", watcher("a", "function sysCall_thread() end")));
+    let place = TestFolder::scene(&format!("dialect = \"3.2\"\n{}", watcher("a", "function sysCall_thread() end")));
     assert_eq!(place.run(&["--steps", "1"]).json()["scripts"][0]["era"], "A");
 }
 
@@ -143,7 +143,7 @@ fn the_era_of_a_text_is_found() {
 fn calls_are_counted_by_callback() {
     let script = "function sysCall_init() end function sysCall_actuation() end
         function sysCall_sensing() for i = 1, 10000 do end end function sysCall_cleanup() end";
-    let summary = Place::scene(&watcher("a", script)).run(&["--steps", "3"]).good().json();
+    let summary = TestFolder::scene(&watcher("a", script)).run(&["--steps", "3"]).good().json();
     let a = &summary["scripts"][0];
     for (callback, least) in [("init", 1), ("actuation", 3), ("sensing", 3), ("cleanup", 1)] {
         assert!(a["calls"][callback].as_u64().unwrap() >= least, "{a}");
@@ -163,7 +163,7 @@ fn a_text_of_branches_runs_for_those_it_has() {
         if (sim_call_type==sim_childscriptcall_cleanup) then print('ends', n) end";
     let outside = format!("{branches} m = (m or 0) + 1");
     for (script, sensing) in [(branches, None), (outside.as_str(), Some(3))] {
-        let place = Place::scene(&format!("dialect = \"3.2\"\n{}", watcher("a", script)));
+        let place = TestFolder::scene(&format!("dialect = \"3.2\"\n{}", watcher("a", script)));
         let ran = place.run(&["--steps", "3"]).good();
         assert!(ran.err.contains("acts\t3") || ran.out.contains("acts\t3"), "{} {}", ran.out, ran.err);
         assert!(ran.err.contains("ends\t") || ran.out.contains("ends\t"), "{} {}", ran.out, ran.err);
@@ -188,7 +188,7 @@ fn the_call_type_has_the_numbers_of_its_era() {
                 if sim_call_type == name then simAddStatusbarMessage(name..' '..sim_call_type) end
             end"
         );
-        let place = Place::scene(&format!("dialect = \"{dialect}\"\n{}", watcher("a", &script)));
+        let place = TestFolder::scene(&format!("dialect = \"{dialect}\"\n{}", watcher("a", &script)));
         let lines = place.trace(&[], &["--steps", "1"]);
         assert_eq!(lines[0].status(), numbers, "{dialect}");
     }
@@ -196,17 +196,17 @@ fn the_call_type_has_the_numbers_of_its_era() {
     for (dialect, numbers) in [("4.1", ["0", "5", "6"]), ("4.9", ["2", "6", "7"])] {
         let script = "for _, name in ipairs {sim.syscb_init, sim.syscb_actuation, sim.syscb_sensing} do
             if sim_call_type == name then sim.addStatusbarMessage(''..name) end end";
-        let place = Place::scene(&format!("dialect = \"{dialect}\"\n{}", watcher("a", script)));
+        let place = TestFolder::scene(&format!("dialect = \"{dialect}\"\n{}", watcher("a", script)));
         assert_eq!(place.trace(&[], &["--steps", "1"])[0].status(), numbers, "{dialect}");
     }
 }
 
 #[test]
-fn no_text_runs_after_its_clean_up() {
+fn an_old_script_is_not_called_after_its_clean_up() {
     // Scripts that use bare globals are called in any scene, and their last call is that for clean-up.
     let script = "print('call '..sim_call_type..' '..(last or ''))
         if sim_call_type == sim_childscriptcall_cleanup then last = 'after clean-up' end";
-    let told = Place::scene(&watcher("a", script)).run(&["--steps", "2"]).good().err;
+    let told = TestFolder::scene(&watcher("a", script)).run(&["--steps", "2"]).good().err;
     assert_eq!(told.matches("call 1 ").count(), 1, "{told}");
     assert!(!told.contains("after clean-up"), "{told}");
 }
@@ -218,7 +218,7 @@ fn the_oldest_texts_run_once_a_step() {
     let script = "if (simGetScriptExecutionCount()==0) then simAddStatusbarMessage('first') end
         simHandleChildScript(sim_handle_all_except_explicit)
         simAddStatusbarMessage('run '..simGetScriptExecutionCount()..' '..tostring(_G['sim_call_'..'type']))";
-    let lines = Place::scene(&watcher("a", script)).trace(&[], &["--steps", "3"]);
+    let lines = TestFolder::scene(&watcher("a", script)).trace(&[], &["--steps", "3"]);
     assert_eq!(lines[0].status(), ["first", "run 0 nil"]);
     assert_eq!(lines[1].status(), ["run 1 nil"]);
     assert_eq!(lines[2].status(), ["run 2 nil"]);

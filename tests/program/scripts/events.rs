@@ -10,13 +10,13 @@ fn with(script: &str) -> String {
 }
 
 /// Returns the lines of standard error that begin with `> `, in order and without this prefix.
-fn told(done: &Done) -> Vec<String> {
+fn marked_lines(done: &RunOutput) -> Vec<String> {
     done.err.lines().filter(|l| l.starts_with("> ")).map(|l| l[2..].to_owned()).collect()
 }
 
 #[test]
-fn what_is_declared_is_listed() {
-    let place = Place::new();
+fn declared_events_are_listed() {
+    let place = TestFolder::new();
     let all = place.tatu(&["list", "events", "--json"]).good().json();
     let all = all.as_array().unwrap();
     let names: Vec<&str> = all.iter().map(|e| e["name"].as_str().unwrap()).collect();
@@ -53,9 +53,9 @@ fn a_ball_that_lands_collides_once_rests_and_is_removed() {
             sim.removeObject(sim.getObject('/ball'))
           end
         end";
-    let done = Place::scene(&format!("{}{ball}", with(script))).run(&["--seconds", "2"]).good();
+    let done = TestFolder::scene(&format!("{}{ball}", with(script))).run(&["--seconds", "2"]).good();
     // At rest the contact force is the weight: 1000 kg/m^3 * 4/3 pi (0.05 m)^3 = 0.5236 kg, or 5.14 N.
-    let lines = told(&done);
+    let lines = marked_lines(&done);
     assert_eq!(lines[0], "collision /floor /ball 0.30", "{lines:?}");
     assert!(lines.iter().filter(|l| l.starts_with("collision")).count() <= 2, "{lines:?}");
     let rest = lines.iter().find(|l| l.starts_with("5.")).unwrap();
@@ -68,7 +68,7 @@ fn a_ball_that_lands_collides_once_rests_and_is_removed() {
 /// One script publishes in actuation, and another in a handler. All events are delivered directly after the stage, in
 /// order.
 #[test]
-fn events_come_after_the_stage_in_the_order_of_publishing_and_subscribing() {
+fn events_follow_the_stage_in_the_order_of_publishing_and_subscribing() {
     let ear = "
         function sysCall_init()
           tatu.on('test.a', function(e) print('> first a' .. e.n) tatu.emit('test.b', {n = e.n}) end)
@@ -83,15 +83,15 @@ fn events_come_after_the_stage_in_the_order_of_publishing_and_subscribing() {
           print('> published')
         end";
     let scene = format!("{}{}", watcher("ear", ear), watcher("mouth", mouth));
-    let place = Place::scene(&scene);
+    let place = TestFolder::scene(&scene);
     let done = place.run(&["--steps", "1"]).good();
-    let lines: Vec<String> = told(&done);
+    let lines: Vec<String> = marked_lines(&done);
     // The events of the first step, which are the same in all later passes.
     let expected =
         ["published", "first a1", "second a1", "first a2", "second a2", "b1", "b2", "sensing"].map(str::to_owned);
     assert_eq!(lines[..8], expected);
     let other = place.run(&["--steps", "1"]).good();
-    assert_eq!(told(&other), lines);
+    assert_eq!(marked_lines(&other), lines);
 }
 
 #[test]
@@ -106,14 +106,14 @@ fn a_handler_that_fails_is_named_and_left_out_and_the_rest_goes_on() {
         end
         function sysCall_actuation() tatu.emit('test.tick') end
         function sysCall_cleanup() print('> ' .. count .. ' ' .. other) end";
-    let done = Place::scene(&with(script)).run(&["--steps", "5"]);
+    let done = TestFolder::scene(&with(script)).run(&["--steps", "5"]);
     let errors = done.errors();
     assert_eq!(errors.len(), 1, "{errors:?}");
     assert_eq!((&errors[0]["line"], &errors[0]["count"]), (&5.into(), &1.into()), "{errors:?}");
     let help = errors[0]["help"].as_str().unwrap();
     assert!(help.contains("its handler of the event `test.tick` is not called any more"), "{help}");
     // Five steps, and the three passes from the stop request to the end.
-    assert_eq!(told(&done), ["1 8"]);
+    assert_eq!(marked_lines(&done), ["1 8"]);
 }
 
 #[test]
@@ -125,8 +125,8 @@ fn misspelt_names_and_names_of_the_host_are_refused_with_what_to_do() {
           print('> ' .. tostring(select(2, pcall(tatu.emit, 'test.x', {1, 2}))))
           print('> ' .. tostring(select(2, pcall(tatu.off, 77))))
         end";
-    let done = Place::scene(&with(script)).run(&["--steps", "1"]).good();
-    let lines = told(&done);
+    let done = TestFolder::scene(&with(script)).run(&["--steps", "1"]).good();
+    let lines = marked_lines(&done);
     assert!(lines[0].contains("there is no event `colision`; did you mean `collision`?"), "{lines:?}");
     assert!(lines[1].contains("names without a dot are reserved for the host"), "{lines:?}");
     assert!(lines[2].contains("expected a table with keys"), "{lines:?}");
@@ -141,7 +141,7 @@ fn handlers_that_call_each_other_without_end_are_stopped() {
           tatu.on('test.pong', function() tatu.emit('test.ping') end)
           tatu.emit('test.ping')
         end";
-    let errors = Place::scene(&with(script)).run(&["--steps", "3"]).errors();
+    let errors = TestFolder::scene(&with(script)).run(&["--steps", "3"]).errors();
     assert!(errors[0]["message"].as_str().unwrap().contains("more than 10000 events in one delivery"), "{errors:?}");
 }
 
@@ -160,10 +160,10 @@ fn listeners_leave_the_run_alone_and_learn_of_errors() {
         let robot = pioneer(drive, "");
         format!("{robot}{}{}", watcher("bad", bad), watcher("ear", ear))
     };
-    let run = |ear: &str| Place::scene(&scene(ear)).run(&["--seconds", "2"]);
+    let run = |ear: &str| TestFolder::scene(&scene(ear)).run(&["--seconds", "2"]);
     let (quiet, heard) = (run("function sysCall_init() end"), run(ear));
     assert_eq!(quiet.json()["hash"], heard.json()["hash"]);
-    let lines = told(&heard);
+    let lines = marked_lines(&heard);
     assert!(lines.iter().any(|l| l.starts_with("oh /bad 1")), "{lines:?}\n{}", heard.err);
     assert!(lines.iter().any(|l| l == "info" || l == "status"), "{lines:?}");
 }
@@ -240,7 +240,7 @@ TATU_EXPORT const tatu_plugin_t tatu_plugin = {sizeof tatu_plugin, TATU_ABI_MAJO
 "#;
 
 #[test]
-fn a_plugin_in_c_declares_publishes_and_hears() {
+fn a_plugin_in_c_declares_publishes_and_receives_events() {
     let script = "
         function sysCall_init()
           tatu.on('bell.rang', function(e, name) print('> ' .. name .. ' ' .. e.times) end)
@@ -250,7 +250,7 @@ fn a_plugin_in_c_declares_publishes_and_hears() {
         end";
     let ball = "[[object]]\nkind = \"shape\"\nalias = \"ball\"\nprimitive = \"sphere\"\nsize_m = [0.1, 0.1, 0.1]\n\
         position_m = [0, 0, 0.05]\nrespondable = true\ndynamic = true\n";
-    let place = Place::scene(&format!("plugins = [\"plugins\"]\n{}{ball}", with(script)));
+    let place = TestFolder::scene(&format!("plugins = [\"plugins\"]\n{}{ball}", with(script)));
     place.write("bell.c", BELL).write("plugins/.keep", "");
     succeed(
         Command::new(compiler("cc"))
@@ -261,12 +261,12 @@ fn a_plugin_in_c_declares_publishes_and_hears() {
             .current_dir(place.path()),
     );
     let listed = place.tatu(&["list", "events", "--json", "--scene", "scene.toml"]).good();
-    listed.tells(&["E303", "`collision` has no name space"]);
+    listed.reports(&["E303", "`collision` has no name space"]);
     let all = listed.json();
     let rang = all.as_array().unwrap().iter().find(|e| e["name"] == "bell.rang").unwrap().clone();
     assert_eq!((&rang["by"], &rang["fields"][0]), (&"org.example.bell".into(), &"times".into()));
     let done = place.run(&["--steps", "3", "--service", "ear"]).good();
-    assert_eq!(told(&done), ["1", "bell.rang 3"], "the event must be delivered after the stage");
+    assert_eq!(marked_lines(&done), ["1", "bell.rang 3"], "the event must be delivered after the stage");
     // The service receives events at the barrier after the first step, and only those to which it has subscribed.
     let heard: Vec<&str> = done.err.lines().filter(|l| ["bell.rang", "collision", "started"].contains(l)).collect();
     assert_eq!(heard, ["bell.rang", "collision"], "{}", done.err);

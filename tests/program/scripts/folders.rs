@@ -8,8 +8,8 @@ use std::{fs, os::unix::fs::symlink, process::Command};
 use crate::kit::*;
 
 /// Creates a scene folder beside a forbidden folder, with links into the forbidden folder.
-fn place(script: &str) -> Place {
-    let place = Place::new();
+fn place(script: &str) -> TestFolder {
+    let place = TestFolder::new();
     let p = place.path();
     place.write("scene/scene.toml", &format!("format = 1\n{}", watcher("d", script)));
     place.write("scene/own.txt", "own\n").write("scene/sub/inner.txt", "inner\n");
@@ -38,7 +38,7 @@ fn place(script: &str) -> Place {
 }
 
 /// Runs the scene in its folder, and checks that nothing outside has changed.
-fn ran(place: &Place) -> Done {
+fn ran(place: &TestFolder) -> RunOutput {
     let done = run(
         program(),
         &place.path().join("scene"),
@@ -77,11 +77,11 @@ fn links_lead_neither_reading_nor_writing_out() {
             print('done')
         end";
     let done = ran(&place(script)).good();
-    done.tells(&["done"]);
+    done.reports(&["done"]);
 }
 
 #[test]
-fn what_is_beside_a_saved_scene_does_not_lead_out() {
+fn links_beside_a_saved_scene_are_not_followed() {
     // A mesh becomes a file in the folder `parts_files` beside `parts.toml`, which is a link.
     let script = "function sysCall_init()
             local shape = sim.createMeshShape(0, 0, {0,0,0, 1,0,0, 0,1,0, 0,0,1}, {0,1,2, 0,1,3, 0,2,3, 1,2,3})
@@ -91,7 +91,7 @@ fn what_is_beside_a_saved_scene_does_not_lead_out() {
             print('done')
         end";
     let place = place(script);
-    ran(&place).good().tells(&["done"]);
+    ran(&place).good().reports(&["done"]);
     assert!(place.path().join("scene/whole.toml").is_file());
 }
 
@@ -110,7 +110,7 @@ fn scripts_do_not_save_to_the_scenes_own_file() {
         end";
     let place = place(script);
     let before = place.read("scene/scene.toml");
-    ran(&place).good().tells(&["done"]);
+    ran(&place).good().reports(&["done"]);
     assert_eq!(place.read("scene/scene.toml"), before);
 }
 
@@ -129,7 +129,7 @@ fn links_within_the_folder_are_followed() {
             assert(io.open('none.txt') == nil and io.open('none.txt', 'r+') == nil)
             print('done')
         end";
-    ran(&place(script)).good().tells(&["done"]);
+    ran(&place(script)).good().reports(&["done"]);
 }
 
 #[test]
@@ -143,14 +143,14 @@ fn pipes_devices_and_folders_are_no_files() {
             end
             print('done')
         end";
-    ran(&place(script)).good().tells(&["done"]);
+    ran(&place(script)).good().reports(&["done"]);
 }
 
 /// Scripts of a model find the model's modules wherever the model is. Other scripts do not find them, and no path leads
 /// out of the folder.
 #[test]
-fn scripts_of_models_require_what_is_beside_them() {
-    let place = Place::new();
+fn scripts_of_models_require_modules_of_their_folder() {
+    let place = TestFolder::new();
     let model = "format = 1\n[model]\ntext = \"T\"\n[[object]]\nkind = \"dummy\"\nalias = \"m\"\nscript = \"m.lua\"\n";
     place.write("far/models/m/model.toml", model).write("far/models/m/parts/help.lua", "return 'helped'\n");
     place.write("secret.lua", "return 'secret'\n");

@@ -31,7 +31,7 @@ fn falling(more: &str) -> String {
 
 #[test]
 fn a_fall_is_recorded_as_it_was() {
-    let place = Place::scene(&falling(""));
+    let place = TestFolder::scene(&falling(""));
     place.run(&["--seconds", "1", "--graphs", "out", "--snapshot-at", "0.5", "half.tatu"]).good();
     let (heads, rows) = table(&place.read("out/Fall.csv"));
     assert_eq!(heads, ["time [s]", "height [m]", "v [m/s]", "twice", "told", "phase.x", "phase.y"]);
@@ -64,8 +64,8 @@ fn a_fall_is_recorded_as_it_was() {
 }
 
 #[test]
-fn explicit_graphs_record_when_they_are_told_to_and_keep_the_newest() {
-    let place = Place::scene(&format!(
+fn explicit_graphs_record_on_request_and_drop_the_oldest() {
+    let place = TestFolder::scene(&format!(
         "{}{}",
         falling("explicit = true\nbuffer = 3"),
         watcher("handler", "function sysCall_sensing() sim.handleGraph(sim.getObject('/Fall'), 7) end")
@@ -77,7 +77,7 @@ fn explicit_graphs_record_when_they_are_told_to_and_keep_the_newest() {
 
 #[test]
 fn a_graph_that_makes_no_sense_is_refused_with_its_place() {
-    let graph = |inner: &str| Place::scene(&format!("[[object]]\nkind = \"graph\"\nalias = \"G\"\n{inner}\n"));
+    let graph = |inner: &str| TestFolder::scene(&format!("[[object]]\nkind = \"graph\"\nalias = \"G\"\n{inner}\n"));
     let refused = |inner: &str, words: &[&str]| graph(inner).run(&["--steps", "1"]).refused(words);
     refused("streams = [{ name = \"a\", unti = \"m\" }]", &["unti", "unit"]);
     refused("streams = [{ name = \"a\", transform = \"slope\" }]", &["transform", "derivative"]);
@@ -85,7 +85,7 @@ fn a_graph_that_makes_no_sense_is_refused_with_its_place() {
     refused("curves = [{ name = \"c\", x = \"a\", y = \"b\" }]", &["`a`"]);
     refused("buffer = 0", &["1000000"]);
     let lost = graph("streams = [{ name = \"a\", of = \"/nobody\", data = \"x\" }]");
-    lost.run(&["--steps", "1"]).good().tells(&["/nobody", "remains empty"]);
+    lost.run(&["--steps", "1"]).good().reports(&["/nobody", "remains empty"]);
 }
 
 #[test]
@@ -104,7 +104,7 @@ fn streams_find_readings_joints_and_speeds() {
          {{ name = \"v\", of = \"/cart\", data = \"speed\" }},\n]\n",
         cuboid("wall", [0.2, 1.0, 1.0], [3.1, 0.0, 0.0], "")
     );
-    let place = Place::scene(&scene);
+    let place = TestFolder::scene(&scene);
     place.run(&["--seconds", "2", "--graphs", "out"]).good();
     let (_, rows) = table(&place.read("out/G.csv"));
     for r in &rows[4..] {
@@ -118,7 +118,7 @@ fn streams_find_readings_joints_and_speeds() {
 /// Runs a script, which must not raise an error.
 fn lua(script: &str) {
     let graph = "[[object]]\nkind = \"graph\"\nalias = \"G\"\nexplicit = true\n";
-    Place::scene(&format!("{graph}{}", watcher("tester", script))).run(&["--steps", "3"]).good();
+    TestFolder::scene(&format!("{graph}{}", watcher("tester", script))).run(&["--steps", "3"]).good();
 }
 
 #[test]
@@ -159,7 +159,7 @@ fn scripts_add_streams_and_curves_and_read_them() {
 }
 
 #[test]
-fn drawings_take_items_until_they_are_full() {
+fn drawings_accept_items_until_they_are_full() {
     lua("
         function sysCall_init()
             local function is(a, b) if a ~= b then error(tostring(a) .. ' instead of ' .. tostring(b), 2) end end

@@ -3,7 +3,7 @@
 use crate::kit::*;
 
 /// Scripts that misbehave: the text of `actuation`, the kind of the error, and a part of its message.
-const WAYS: &[(&str, &str, &str)] = &[
+const FAULTY_SCRIPTS: &[(&str, &str, &str)] = &[
     ("while true do end", "budget", "instructions"),
     ("while true do pcall(function() while true do end end) end", "budget", "instructions"),
     ("coroutine.wrap(function() while true do end end)()", "budget", "instructions"),
@@ -36,7 +36,7 @@ const WAYS: &[(&str, &str, &str)] = &[
 ];
 
 #[test]
-fn whatever_one_script_does_the_other_robot_does_not_notice() {
+fn a_faulty_script_does_not_affect_the_other_robot() {
     let drive = "function sysCall_actuation()
         sim.setJointTargetVelocity(sim.getObject('./Pioneer_p3dx_leftMotor'), 2)
         sim.setJointTargetVelocity(sim.getObject('./Pioneer_p3dx_rightMotor'), 1)
@@ -49,7 +49,7 @@ fn whatever_one_script_does_the_other_robot_does_not_notice() {
             watcher("bad", &bad),
             pioneer(drive, "")
         );
-        let place = Place::scene(&scene);
+        let place = TestFolder::scene(&scene);
         let done = place.run(&["--steps", "3", "--trace", "t.jsonl", "--hashes"]);
         let robot: Vec<String> =
             place.lines("t.jsonl").iter().map(|l| l.0["hashes"]["/Pioneer_p3dx"].to_string()).collect();
@@ -57,7 +57,7 @@ fn whatever_one_script_does_the_other_robot_does_not_notice() {
     };
     let (alone, done) = hashes("");
     done.good();
-    for (way, kind, words) in WAYS {
+    for (way, kind, words) in FAULTY_SCRIPTS {
         let (robot, done) = hashes(way);
         assert_eq!(robot, alone, "{way}");
         let errors = done.errors();
@@ -76,7 +76,7 @@ fn a_script_is_stopped_at_the_same_instruction_in_every_run() {
     let bad = "function sysCall_actuation() local n = 0 while true do n = n + 1 sim.setFloatSignal('n', n) end end";
     let told = "function sysCall_sensing() sim.addStatusbarMessage(tostring(sim.getFloatSignal('n'))) end";
     let scene = format!("[scene.budget]\ninstructions = 300000\n{}{}", watcher("bad", bad), watcher("told", told));
-    let place = Place::scene(&scene);
+    let place = TestFolder::scene(&scene);
     let far = || {
         place.run(&["--steps", "2", "--trace", "t.jsonl"]).errors();
         place.lines("t.jsonl").iter().map(|l| l.status().concat()).collect::<Vec<_>>()
@@ -91,30 +91,30 @@ fn a_script_is_stopped_at_the_same_instruction_in_every_run() {
 #[test]
 fn budgets_are_set_in_the_scene() {
     let script = "function sysCall_init() for i = 1, 1000000 do end end";
-    Place::scene(&watcher("a", script)).run(&["--steps", "1"]).good();
-    let errors = Place::scene(&format!("[scene.budget]\ninstructions = 50000\n{}", watcher("a", script)))
+    TestFolder::scene(&watcher("a", script)).run(&["--steps", "1"]).good();
+    let errors = TestFolder::scene(&format!("[scene.budget]\ninstructions = 50000\n{}", watcher("a", script)))
         .run(&["--steps", "1"])
         .errors();
     assert!(errors[0]["message"].as_str().unwrap().contains("50000 instructions"), "{errors:?}");
-    let place = Place::scene(&watcher("a", script));
+    let place = TestFolder::scene(&watcher("a", script));
     let errors = place.run(&["--steps", "1", "--set", "scene.budget.instructions=50000"]).errors();
     assert_eq!(errors[0]["kind"], "budget");
     // The default budget is 50 million instructions.
-    let endless = Place::scene(&watcher("a", "function sysCall_init() while true do end end"));
+    let endless = TestFolder::scene(&watcher("a", "function sysCall_init() while true do end end"));
     let errors = endless.run(&["--steps", "1"]).errors();
     assert!(errors[0]["message"].as_str().unwrap().contains("50000000 instructions"), "{errors:?}");
-    Place::scene("[scene.budget]\nmemory = 1\n").run(&[]).refused(&["memory_mb"]);
-    Place::scene("[scene.budget]\nmemory_mb = 0\n").run(&[]).refused(&["memory_mb"]);
+    TestFolder::scene("[scene.budget]\nmemory = 1\n").run(&[]).refused(&["memory_mb"]);
+    TestFolder::scene("[scene.budget]\nmemory_mb = 0\n").run(&[]).refused(&["memory_mb"]);
 }
 
 #[test]
-fn nothing_of_the_machine_is_reached_unless_it_is_allowed() {
+fn programs_and_libraries_are_unavailable_unless_allowed() {
     let script = "function sysCall_init()
         sim.addStatusbarMessage(type(os.execute)..' '..type(io.popen)..' '..type(package.loadlib))
         if io.popen then sim.addStatusbarMessage(io.popen('echo from outside'):read('l')) end
         if os.execute then sim.addStatusbarMessage(tostring(os.execute('exit 0'))) end
     end";
-    let place = Place::scene(&watcher("a", script));
+    let place = TestFolder::scene(&watcher("a", script));
     let said = |args: &[&str]| {
         let lines = place.trace(&[], &[&["--steps", "1"], args].concat());
         lines[0].status().iter().map(|s| s.to_string()).collect::<Vec<_>>()
@@ -126,8 +126,9 @@ fn nothing_of_the_machine_is_reached_unless_it_is_allowed() {
     }
     place.tatu(&["run", "scene.toml", "--allow", "all"]).refused(&["exec", "native"]);
     // The error about a missing function states how to allow it.
-    let errors =
-        Place::scene(&watcher("a", "function sysCall_init() os.execute('ls') end")).run(&["--steps", "1"]).errors();
+    let errors = TestFolder::scene(&watcher("a", "function sysCall_init() os.execute('ls') end"))
+        .run(&["--steps", "1"])
+        .errors();
     assert!(errors[0]["help"].as_str().unwrap().contains("--allow"), "{errors:?}");
 }
 
@@ -145,7 +146,7 @@ fn an_endless_loop_leaves_99_other_robots_alone() {
     const DRIVE: &str = "function sysCall_actuation()
             sim.setJointTargetVelocity(sim.getObject('./Pioneer_p3dx_leftMotor'), 2)
         end";
-    let place = Place::scene(&scene);
+    let place = TestFolder::scene(&scene);
     place.write("loop.lua", "function sysCall_actuation() while true do end end");
     let run = |more: &[&str]| place.tatu(&[&["run", "scene.toml", "--steps", "10", "--json"], more].concat()).json();
     let (all, one) = (run(&[]), run(&["--script", "/r42=loop.lua"]));

@@ -5,13 +5,13 @@ use tatu_core::{Phase, World};
 
 use crate::{
     kit::*,
-    scripts::order::told,
+    scripts::order::take_line_texts,
     state::restart::{registry, world},
 };
 
 /// Loads a scene and starts its world.
-fn started(scene: &str) -> (Place, World) {
-    let place = Place::scene(scene);
+fn started(scene: &str) -> (TestFolder, World) {
+    let place = TestFolder::scene(scene);
     let world = world(&place.path().join("scene.toml"), &registry());
     world.start();
     (place, world)
@@ -60,7 +60,7 @@ function sysCall_afterSimulation() look('after') end
 #[test]
 fn signals_are_seen_in_the_step_that_was_observed() {
     let (_place, world) = started(&four(|name| format!("NAME = '{name}'{SIGNALS}")));
-    told(&world);
+    take_line_texts(&world);
     world.step();
     // call-order.md, 4: a signal that a script sets in actuation is visible to later scripts in the same actuation (in
     // step 1 already in `init`), and to earlier scripts in the sensing of the same step. A signal set in sensing is
@@ -78,12 +78,12 @@ fn signals_are_seen_in_the_step_that_was_observed() {
         "sibling sensing: child=11 parent=11 sibling=10 cust=10",
         "cust sensing: child=11 parent=11 sibling=11 cust=10",
     ];
-    assert_eq!(told(&world), wanted);
+    assert_eq!(take_line_texts(&world), wanted);
     // Signals that a later script sets in sensing are visible in the actuation of the next step.
     world.step();
-    assert_eq!(told(&world)[0], "child actuation: child=11 parent=11 sibling=11 cust=11");
+    assert_eq!(take_line_texts(&world)[0], "child actuation: child=11 parent=11 sibling=11 cust=11");
     world.stop();
-    let lines = told(&world);
+    let lines = take_line_texts(&world);
     let last: Vec<&str> =
         lines.iter().map(String::as_str).filter(|l| !l.contains("ing:") && !l.contains("uation:")).collect();
     // In `cleanup` of child scripts all signals still exist. The signals of child scripts are removed before
@@ -127,7 +127,7 @@ fn tubes_carry_packets_in_the_step_that_was_observed() {
     let (_place, world) = started(&(object("A", "", "parent") + &object("B", "parent = \"A\"\n", "child")));
     // In step 1 the second end of the tube is opened after the first has written. The rule applies from step 2 on.
     world.step();
-    told(&world);
+    take_line_texts(&world);
     world.step();
     let wanted = [
         "child actuation nil",
@@ -137,7 +137,7 @@ fn tubes_carry_packets_in_the_step_that_was_observed() {
         "parent sensing nil",
         "parent again nil",
     ];
-    assert_eq!(told(&world), wanted);
+    assert_eq!(take_line_texts(&world), wanted);
 }
 
 #[test]
@@ -157,9 +157,10 @@ fn an_error_of_a_modern_script_silences_it_until_the_next_start() {
         )
     };
     let (_place, world) = started(&four(script));
-    let status = |world: &World| -> Vec<String> { told(world).into_iter().filter(|l| !l.contains("mine")).collect() };
+    let status =
+        |world: &World| -> Vec<String> { take_line_texts(world).into_iter().filter(|l| !l.contains("mine")).collect() };
     world.step();
-    told(&world);
+    take_line_texts(&world);
     world.step();
     let of_parent: Vec<String> = status(&world);
     let wanted = [
@@ -183,13 +184,13 @@ fn an_error_of_a_modern_script_silences_it_until_the_next_start() {
     assert!(lines.iter().any(|l| l == "parent init") && lines.iter().any(|l| l == "parent actuation 1"), "{lines:?}");
     // script-api.md, 2: up to 4.1 the script is called again in the next step.
     let old = "n = 0 function sysCall_actuation() n = n + 1 simAddStatusbarMessage('call '..n) error('mine') end";
-    let place = Place::scene(&format!("dialect = \"4.1\"\n{}", watcher("A", old)));
+    let place = TestFolder::scene(&format!("dialect = \"4.1\"\n{}", watcher("A", old)));
     let done = place.run(&["--steps", "3"]);
     assert_eq!(done.errors()[0]["count"], 6, "expected three steps and three passes after the stop request");
 }
 
 #[test]
-fn what_a_stop_restores_removes_and_leaves() {
+fn a_stop_restores_poses_and_removes_new_objects() {
     // call-order.md, 4: positions of objects and joints are restored, and objects created during the simulation are
     // removed. The visibility layer is not restored.
     let script = "function sysCall_actuation()
@@ -250,7 +251,7 @@ fn physics_has_its_callbacks_between_its_steps() {
         log("cust", "")
     );
     let (_place, world) = started(&scene);
-    told(&world);
+    take_line_texts(&world);
     for step in 0..3 {
         world.step();
         let mut wanted = Vec::new();
@@ -266,7 +267,7 @@ fn physics_has_its_callbacks_between_its_steps() {
                 wanted.push(format!("{who} dyn {n} 10 true 0.005"));
             }
         }
-        assert_eq!(told(&world), wanted, "step {step}");
+        assert_eq!(take_line_texts(&world), wanted, "step {step}");
     }
     // The joint has the velocity that the callbacks return: 2 rad/s for three steps of 50 ms.
     let [position, velocity, _] = world.observe("/base/hinge").unwrap().joint.unwrap();
@@ -275,7 +276,7 @@ fn physics_has_its_callbacks_between_its_steps() {
 }
 
 #[test]
-fn the_answer_to_a_contact_holds_from_the_next_physics_step() {
+fn the_answer_to_a_contact_applies_from_the_next_physics_step() {
     // A box slides over the floor. With friction 0 it keeps its speed, and without a collision response it falls
     // through.
     let fall = |answer: &str| {
@@ -314,7 +315,7 @@ fn a_script_may_end_or_restart_itself_or_hold_a_step_back() {
         for _ in 0..4 {
             world.step();
         }
-        let lines = told(&world);
+        let lines = take_line_texts(&world);
         assert_eq!(lines[..wanted.len()], wanted, "{what}: {lines:?}");
         assert!(world.faults().is_empty(), "{:?}", world.faults());
     }
@@ -328,14 +329,14 @@ fn a_script_may_end_or_restart_itself_or_hold_a_step_back() {
     for _ in 0..4 {
         world.step();
     }
-    assert_eq!(told(&world), ["0.00", "0.05"]);
+    assert_eq!(take_line_texts(&world), ["0.00", "0.05"]);
     assert_eq!((world.steps(), world.time()), (4, 0.1));
     world.stop();
     assert_eq!(world.phase(), Phase::Stopped, "a script must not prevent a stop");
 }
 
 #[test]
-fn passes_after_a_stop_stand_in_the_trace_and_are_not_counted() {
+fn passes_after_a_stop_are_traced_and_not_counted() {
     let script = "function sysCall_actuation()
         sim.addStatusbarMessage('state ' .. sim.getSimulationState() .. ' ' .. tostring(sim.getSimulationStopping()))
         if STOP and sim.getSimulationTime() > 0.12 then STOP = false sim.stopSimulation() end
@@ -346,7 +347,7 @@ fn passes_after_a_stop_stand_in_the_trace_and_are_not_counted() {
         // A script requests the stop in the fourth pass, which is counted; the run ends as usual.
         (true, &["--steps", "50"][..], 4, vec![16, 17, 17, 17, 21, 22]),
     ] {
-        let place = Place::scene(&watcher("A", &format!("STOP = {asks} {script}")));
+        let place = TestFolder::scene(&watcher("A", &format!("STOP = {asks} {script}")));
         let done = place.run(&[&["--trace", "t.jsonl"], args].concat()).good();
         let result = done.json();
         assert_eq!(result["steps"], steps);
@@ -361,13 +362,13 @@ fn passes_after_a_stop_stand_in_the_trace_and_are_not_counted() {
 }
 
 #[test]
-fn a_pause_that_nobody_can_lift_ends_the_run_and_says_so() {
+fn a_pause_that_cannot_be_lifted_ends_the_run_with_a_message() {
     let script = "function sysCall_actuation() if sim.getSimulationTime() > 0.12 then sim.pauseSimulation() end end
         function sysCall_suspend() sim.addStatusbarMessage('suspended') end";
-    let done = Place::scene(&watcher("A", script)).run(&["--steps", "50"]).good();
+    let done = TestFolder::scene(&watcher("A", script)).run(&["--steps", "50"]).good();
     // The pause is requested in the fourth step; the fifth is the last before the pause.
     assert_eq!(done.json()["steps"], 5);
-    done.tells(&["suspended", "nothing can resume it"]);
+    done.reports(&["suspended", "nothing can resume it"]);
 }
 
 /// A plugin in C with a command that adds a script to an object.
@@ -421,7 +422,7 @@ fn a_script_added_in_actuation_begins_in_the_sensing_of_that_step() {
         function sysCall_sensing() sim.addStatusbarMessage('sensing') end"
     );
     let below = "[[object]]\nkind = \"dummy\"\nalias = \"B\"\nparent = \"A\"\n";
-    let place = Place::scene(&format!("plugins = [\".\"]\n{}{below}", watcher("A", &script)));
+    let place = TestFolder::scene(&format!("plugins = [\".\"]\n{}{below}", watcher("A", &script)));
     place.write("adder.c", ADDER);
     let (include, out) = (root().join("plugin-api/include"), library("tatu_adder"));
     let mut cc = std::process::Command::new(compiler("cc"));
@@ -438,7 +439,7 @@ fn a_script_added_in_actuation_begins_in_the_sensing_of_that_step() {
 
 /// A window of a customization script stays open after a run and in the next run, but that of a child script does not.
 #[test]
-fn what_customization_scripts_hold_outlives_the_run() {
+fn windows_of_customization_scripts_outlive_the_run() {
     let child = "simUI = require 'simUI'
         function sysCall_init() ui = simUI.create('<ui><label id=\"1\" text=\"child\"/></ui>') end
         function sysCall_actuation() sim.addStatusbarMessage('child ' .. ui) end";
@@ -460,11 +461,11 @@ fn what_customization_scripts_hold_outlives_the_run() {
     for after in ["cust+", "cust++"] {
         world.step();
         world.stop();
-        let lines: Vec<String> = told(&world).into_iter().filter(|l| l != "child 2").collect();
+        let lines: Vec<String> = take_line_texts(&world).into_iter().filter(|l| l != "child 2").collect();
         assert_eq!(lines, [format!("after {after}"), "gone false".into()]);
         world.start();
     }
     world.end();
     assert!(world.faults().is_empty(), "{:?}", world.faults());
-    assert!(told(&world).contains(&"closed".to_owned()));
+    assert!(take_line_texts(&world).contains(&"closed".to_owned()));
 }

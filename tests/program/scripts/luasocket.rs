@@ -10,10 +10,10 @@ use std::{
 
 use serde_json::Value;
 
-use crate::{kit::served::Served, kit::*};
+use crate::{kit::served_scene::ServedScene, kit::*};
 
 /// Functions for test scripts, such as `is`, which compares the results of a call, including nil.
-const BEGIN: &str = r#"
+const SCRIPT_PREAMBLE: &str = r#"
 local function told(...)
     local out, t = {}, table.pack(...)
     for i = 1, t.n do
@@ -39,23 +39,23 @@ end
 "#;
 
 /// Creates a scene with a script that runs once, in `init`.
-fn scene(script: &str) -> Place {
-    let place = Place::new();
+fn scene(script: &str) -> TestFolder {
+    let place = TestFolder::new();
     place.write(
         "script.lua",
-        &format!("{BEGIN}\nfunction sysCall_init()\nlocal socket = require 'socket'\n{script}\nend\n"),
+        &format!("{SCRIPT_PREAMBLE}\nfunction sysCall_init()\nlocal socket = require 'socket'\n{script}\nend\n"),
     );
     place
         .write("scene.toml", "format = 1\n[[object]]\nkind = \"dummy\"\nalias = \"talker\"\nscript = \"script.lua\"\n");
     place
 }
 
-const ALLOW: [&str; 2] = ["--allow", "net=127.0.0.1:*"];
+const ALLOW_NET: [&str; 2] = ["--allow", "net=127.0.0.1:*"];
 
 /// Runs a scene with sockets, and replays its log without sockets. Both results must be equal.
 #[track_caller]
-fn twice(place: &Place, more: &[&str]) -> Value {
-    let args = [&["--steps", "3", "--log", "run.log", "--trace", "one.jsonl"][..], &ALLOW, more].concat();
+fn twice(place: &TestFolder, more: &[&str]) -> Value {
+    let args = [&["--steps", "3", "--log", "run.log", "--trace", "one.jsonl"][..], &ALLOW_NET, more].concat();
     let done = place.run(&args).good().json();
     let again = place.tatu(&["run", "--replay", "run.log", "--json", "--trace", "two.jsonl"]).good().json();
     assert_eq!(done["hash"], again["hash"]);
@@ -64,13 +64,13 @@ fn twice(place: &Place, more: &[&str]) -> Value {
 }
 
 #[track_caller]
-fn holds(script: &str) {
+fn check_script(script: &str) {
     twice(&scene(script), &[]);
 }
 
 #[test]
-fn lines_bytes_and_the_rest_come_as_asked() {
-    holds(
+fn receive_patterns_return_lines_bytes_and_the_rest() {
+    check_script(
         r#"
         local a, c, send = pair(socket)
         send("ab\rc\r\n\nxyz")
@@ -116,7 +116,7 @@ fn lines_bytes_and_the_rest_come_as_asked() {
 
 #[test]
 fn ends_refusals_and_taken_ports_have_the_words_of_luasocket() {
-    holds(
+    check_script(
         r#"
         local a, c, send = pair(socket)
         send('12345')
@@ -152,8 +152,8 @@ fn ends_refusals_and_taken_ports_have_the_words_of_luasocket() {
 }
 
 #[test]
-fn datagrams_are_cut_and_remember_who_sent_them() {
-    holds(
+fn datagrams_are_truncated_and_have_a_sender() {
+    check_script(
         r#"
         local u, v = socket.udp(), socket.udp()
         u:settimeout(0.05)
@@ -181,8 +181,8 @@ fn datagrams_are_cut_and_remember_who_sent_them() {
 }
 
 #[test]
-fn select_tells_who_can_be_read_and_written() {
-    holds(
+fn select_returns_readable_and_writable_sockets() {
+    check_script(
         r#"
         local a, c, send, server = pair(socket)
         local r, w, e = socket.select({a}, {a}, 0)
@@ -208,8 +208,8 @@ fn select_tells_who_can_be_read_and_written() {
 }
 
 #[test]
-fn wrong_calls_are_told_as_luasocket_tells_them() {
-    holds(
+fn wrong_calls_raise_the_errors_of_luasocket() {
+    check_script(
         r#"
         local a, c = pair(socket)
         local function fails(text, f, ...)
@@ -243,7 +243,7 @@ fn wrong_calls_are_told_as_luasocket_tells_them() {
 }
 
 #[test]
-fn a_world_opens_nothing_that_nobody_allows() {
+fn sockets_that_are_not_allowed_are_denied() {
     let place = scene(
         r#"
         is('nil "permission denied"', socket.connect('127.0.0.1', 9))
@@ -254,21 +254,21 @@ fn a_world_opens_nothing_that_nobody_allows() {
         "#,
     );
     let done = place.run(&["--steps", "1"]).good();
-    done.tells(&["a script was denied access to 127.0.0.1:9", "--allow net=127.0.0.1:9"]);
+    done.reports(&["a script was denied access to 127.0.0.1:9", "--allow net=127.0.0.1:9"]);
     let other = scene("is('nil \"permission denied\"', socket.connect('127.0.0.1', 9))");
     other.run(&["--steps", "1", "--allow", "net=127.0.0.1:8"]).good();
     other.run(&["--steps", "1", "--allow", "net=anywhere"]).refused(&["net=HOST:PORT", "net=127.0.0.1:*"]);
 }
 
 #[test]
-fn a_scene_may_ask_and_only_the_person_grants() {
+fn a_scene_may_request_access_that_only_the_user_grants() {
     let place = scene("is('true', socket.bind('127.0.0.1', 0) ~= nil)");
     let text = place.read("scene.toml");
     place.write("scene.toml", &text.replace("[[object]]", "[permissions]\nnet = [\"127.0.0.1:*\"]\n[[object]]"));
     let done = place.run(&["--steps", "1"]);
     assert_eq!(done.code, 1);
-    done.tells(&["its scripts request access outside the run", "--allow net=127.0.0.1:*"]);
-    let granted = place.run(&[&["--steps", "1"][..], &ALLOW].concat()).good();
+    done.reports(&["its scripts request access outside the run", "--allow net=127.0.0.1:*"]);
+    let granted = place.run(&[&["--steps", "1"][..], &ALLOW_NET].concat()).good();
     assert!(!granted.err.contains("--allow"), "{}", granted.err);
     place.write("scene.toml", &text.replace("[[object]]", "[permissions]\nnet = [7]\n[[object]]"));
     place.run(&[]).refused(&["E102", "HOST:PORT", "scene.toml:3"]);
@@ -302,8 +302,8 @@ fn server(answers: u32) -> (u16, std::thread::JoinHandle<()>) {
 
 /// Creates a scene with a threaded script that requests the speed of a wheel from the server in every step, as scripts
 /// of 2015 do.
-fn driven(port: u16) -> Place {
-    let place = Place::new();
+fn driven(port: u16) -> TestFolder {
+    let place = TestFolder::new();
     let script = format!(
         "simSetThreadSwitchTiming(200)\n\
          local wheel = simGetObjectHandle('Pioneer_p3dx_leftMotor')\n\
@@ -336,10 +336,10 @@ fn driven(port: u16) -> Place {
 }
 
 #[test]
-fn what_a_server_tells_is_repeated_without_it() {
+fn answers_of_a_server_are_replayed_without_it() {
     let (port, thread) = server(20);
     let place = driven(port);
-    let args = [&["--steps", "40", "--log", "run.log", "--trace", "one.jsonl"][..], &ALLOW].concat();
+    let args = [&["--steps", "40", "--log", "run.log", "--trace", "one.jsonl"][..], &ALLOW_NET].concat();
     let done = place.run(&args).good().json();
     thread.join().unwrap();
     // The server has exited, and the replay has no permissions.
@@ -356,31 +356,31 @@ fn what_a_server_tells_is_repeated_without_it() {
     place.write("cut.log", &cut);
     let other = place.tatu(&["run", "--replay", "cut.log", "--json"]);
     assert_eq!(other.code, 1, "{}", other.err);
-    other.tells(&["the recorded run made a different socket call here"]);
+    other.reports(&["the recorded run made a different socket call here"]);
 }
 
 #[test]
 fn a_restored_world_has_closed_sockets() {
     let (port, thread) = server(8);
     let place = driven(port);
-    let args = [&["--steps", "6", "--snapshot-at", "0.2", "snap"][..], &ALLOW].concat();
+    let args = [&["--steps", "6", "--snapshot-at", "0.2", "snap"][..], &ALLOW_NET].concat();
     place.run(&args).good();
     thread.join().unwrap();
-    let done = place.run(&[&["--from", "snap", "--steps", "4"][..], &ALLOW].concat()).good();
+    let done = place.run(&[&["--from", "snap", "--steps", "4"][..], &ALLOW_NET].concat()).good();
     assert!(done.err.contains("nobody"), "{}", done.err);
 }
 
 #[test]
-fn who_waits_for_ever_ends_with_the_run() {
-    let place = Place::new();
+fn an_endless_socket_wait_ends_with_the_run() {
+    let place = TestFolder::new();
     place.write(
         "scene.toml",
         "format = 1\n[[object]]\nkind = \"dummy\"\nalias = \"waiter\"\nscript = { text = \"function sysCall_actuation() \
          require 'socket'.bind('127.0.0.1', 0):accept() end\" }\n",
     );
     let file = place.path().join("scene.toml");
-    let more = [&ALLOW[..], &["--watchdog", "1"]].concat();
-    let mut served = Served::with("jsonl", file.to_str().unwrap(), &more);
+    let more = [&ALLOW_NET[..], &["--watchdog", "1"]].concat();
+    let mut served = ServedScene::with("jsonl", file.to_str().unwrap(), &more);
     served.connect().write_all(b"{\"id\":1,\"request\":\"start\"}\n").unwrap();
     // This is longer than the watchdog's limit for a call that does not return.
     std::thread::sleep(Duration::from_secs(3));
@@ -390,8 +390,8 @@ fn who_waits_for_ever_ends_with_the_run() {
 
 /// Creates a scene with a script in the style of V-REP's BubbleRob tutorial, on a Pioneer: its thread starts a program
 /// and queries it in every step.
-fn bubblerob(port: u16) -> Place {
-    let place = Place::new();
+fn bubblerob(port: u16) -> TestFolder {
+    let place = TestFolder::new();
     let script = format!(
         r#"
 simSetThreadSwitchTiming(200)
@@ -444,7 +444,7 @@ fn free_port() -> u16 {
 }
 
 #[track_caller]
-fn drives_and_is_repeated(place: &Place, allow: &str) -> Done {
+fn drives_and_is_repeated(place: &TestFolder, allow: &str) -> RunOutput {
     let args = ["--seconds", "8", "--log", "run.log", "--trace", "one.jsonl", "--allow", allow];
     let done = place.run(&args).good();
     assert!(done.err.contains("7\t7"), "{}", done.err);
@@ -456,12 +456,12 @@ fn drives_and_is_repeated(place: &Place, allow: &str) -> Done {
 }
 
 #[test]
-fn the_program_of_bubblerob_is_started_or_stood_in_for() {
+fn the_server_of_bubblerob_is_started_or_substituted() {
     let place = bubblerob(free_port());
     let refused = place.run(&["--seconds", "1"]).good();
-    refused.tells(&["bubbleRobServer", "--allow exec", "--allow net=127.0.0.1:*"]);
+    refused.reports(&["bubbleRobServer", "--allow exec", "--allow net=127.0.0.1:*"]);
     let built_in = drives_and_is_repeated(&place, "net=127.0.0.1:*");
-    built_in.tells(&["bubbleRobServer does not exist; the built-in substitute listens"]);
+    built_in.reports(&["bubbleRobServer does not exist; the built-in substitute listens"]);
 
     // A program of the user, which needs some time before it listens.
     let place = bubblerob(free_port());

@@ -15,7 +15,7 @@ fn examples_of_their_page_run() {
     assert_eq!(blocks.len(), page.matches("\n## ").count());
     for text in blocks {
         let kind = if text.contains("defaultMainScript") { "main" } else { "child" };
-        let place = Place::scene(&format!(
+        let place = TestFolder::scene(&format!(
             "[[object]]\nkind = \"graph\"\nalias = \"g\"\n\
              script = {{ kind = \"{kind}\", text = '''\n{text}\nprint('it ran')\n''' }}\n"
         ));
@@ -61,8 +61,9 @@ round[1] = round
 assert(not pcall(cbor.encode, round) and not pcall(cbor.encode, print))
 print('all')
 "#;
-    let place =
-        Place::scene(&format!("[[object]]\nkind = \"dummy\"\nalias = \"d\"\nscript = {{ text = '''{script}''' }}"));
+    let place = TestFolder::scene(&format!(
+        "[[object]]\nkind = \"dummy\"\nalias = \"d\"\nscript = {{ text = '''{script}''' }}"
+    ));
     let done = place.tatu(&["run", "scene.toml", "--steps", "1"]).good();
     assert!(done.out.contains("all"), "{}", done.err);
 }
@@ -70,7 +71,7 @@ print('all')
 /// A box on a static conveyor is transported at the requested speed.
 #[test]
 fn a_conveyor_carries_what_lies_on_it() {
-    let place = Place::scene(
+    let place = TestFolder::scene(
         r#"
 [[object]]
 kind = "dummy"
@@ -134,12 +135,12 @@ fn printed(script: &str) -> String {
          [[object]]\nkind = \"joint\"\nalias = \"hinge\"\nparent = \"d\"\nposition_m = [0, 0, 1]\n\
          [[object]]\nkind = \"shape\"\nalias = \"box\"\nparent = \"hinge\"\ndynamic = true\nmass_kg = 3.0\n"
     );
-    Place::scene(&scene).tatu(&["run", "scene.toml", "--steps", "1"]).good().out
+    TestFolder::scene(&scene).tatu(&["run", "scene.toml", "--steps", "1"]).good().out
 }
 
 /// See tests/facts/script-api.md, 10. The length of an arc is the angle times the radius.
 #[test]
-fn programs_of_machine_tools_become_ways() {
+fn gcode_programs_become_paths() {
     let script = r#"
 require 'gcode'
 loglevel = LOG.ERROR
@@ -192,7 +193,7 @@ print('all')
 
 /// The module `sim-2` returns objects with properties and methods in place of handles (tests/facts/script-api.md, 10).
 #[test]
-fn objects_stand_in_place_of_handles() {
+fn objects_replace_handles_in_sim_2() {
     let script = r#"
 local plain = sim
 local sim = require 'sim-2'
@@ -233,11 +234,11 @@ end
 }
 
 #[test]
-fn modules_that_cannot_be_here_say_what_to_do() {
+fn unsupported_modules_raise_an_error_with_help() {
     for (module, advice) in [("simZMQ", "--service zmq_remote"), ("simSubprocess", "--allow exec")] {
         let scene =
             format!("[[object]]\nkind = \"dummy\"\nalias = \"d\"\nscript = {{ text = \"require '{module}'\" }}");
-        let done = Place::scene(&scene).run(&["--steps", "1"]);
-        done.tells(&[&format!("the module `{module}` of the original is not available"), advice]);
+        let done = TestFolder::scene(&scene).run(&["--steps", "1"]);
+        done.reports(&[&format!("the module `{module}` of the original is not available"), advice]);
     }
 }

@@ -4,10 +4,10 @@
 use crate::kit::*;
 
 /// Creates two scripts, `a` and `b`, that can call each other through the variable `other`.
-fn pair(a: &str, b: &str) -> Place {
+fn pair(a: &str, b: &str) -> TestFolder {
     let find =
         |other| format!("function sysCall_init() other = sim.getScript(sim.scripttype_childscript, '/{other}') end\n");
-    Place::scene(&format!("{}{}", watcher("a", &(find("b") + a)), watcher("b", &(find("a") + b))))
+    TestFolder::scene(&format!("{}{}", watcher("a", &(find("b") + a)), watcher("b", &(find("a") + b))))
 }
 
 /// Returns a Lua function that counts down by mutual calls; `at_0` runs in the innermost call.
@@ -22,7 +22,7 @@ fn down(at_0: &str) -> String {
 
 /// Lua code of `a` that starts the calls in the second step, because in the first step the text of `b` has not run yet
 /// when `a` is called (tests/facts/call-order.md, 1).
-const START: &str = "
+const START_CALLS: &str = "
 function sysCall_actuation()
     step = (step or 0) + 1
     if step == 2 then sim.addStatusbarMessage(tostring(down(10))) end
@@ -31,7 +31,7 @@ end";
 
 #[test]
 fn two_scripts_call_each_other_ten_deep() {
-    let place = pair(&(down("") + START), &down(""));
+    let place = pair(&(down("") + START_CALLS), &down(""));
     let lines = place.trace(&[], &["--steps", "2"]);
     assert_eq!(lines[1].status()[0], "bottom 1 2 3 4 5 6 7 8 9 10");
 }
@@ -42,7 +42,7 @@ fn one_removes_the_other_s_object_at_the_bottom() {
     for (depth, by_a, by_b) in
         [(10, "sim.removeObject(sim.getObject('/b'))", ""), (9, "", "sim.removeObject(sim.getObject('/a'))")]
     {
-        let start = START.replace("10", &depth.to_string());
+        let start = START_CALLS.replace("10", &depth.to_string());
         let b = down(by_b)
             + "\nfunction sysCall_sensing() if sim.getSimulationTime() > 0.09 then sim.addStatusbarMessage('b lives') end end";
         let lines = pair(&(down(by_a) + &start), &b).trace(&[], &["--steps", "4"]);
@@ -56,10 +56,10 @@ fn one_removes_the_other_s_object_at_the_bottom() {
 }
 
 #[test]
-fn whose_object_is_gone_cannot_be_called() {
+fn scripts_of_removed_objects_cannot_be_called() {
     // Half way, b removes a's object and calls a again. This raises an error, which propagates through all calls.
     let b = down("").replace("if n == 0", "if n == 5 then sim.removeObject(sim.getObject('/a')) end if n == 0");
-    let errors = pair(&(down("") + START), &b).run(&["--steps", "3"]).errors();
+    let errors = pair(&(down("") + START_CALLS), &b).run(&["--steps", "3"]).errors();
     assert_eq!(errors.len(), 1, "{errors:?}");
     assert_eq!(errors[0]["kind"], "missing_object", "{errors:?}");
 
@@ -69,7 +69,7 @@ fn whose_object_is_gone_cannot_be_called() {
         local ok, message = pcall(sim.callScriptFunction, 'down', other, n - 1)
         return tostring(ok) .. ': ' .. tostring(message)
     end";
-    let lines = pair(&(down("") + START), b).trace(&[], &["--steps", "3"]);
+    let lines = pair(&(down("") + START_CALLS), b).trace(&[], &["--steps", "3"]);
     assert!(lines[1].status()[0].starts_with("false: "), "{:?}", lines[1].status());
     assert_eq!(lines[2].status().len(), 0, "the removed script a is called");
 }
@@ -80,7 +80,7 @@ fn scripts_can_remove_themselves() {
         sim.removeObject(sim.getObject('.'))
         sim.addStatusbarMessage('last words')
     end";
-    let place = Place::scene(&format!("dialect = \"4.2\"\n{}", watcher("a", script)));
+    let place = TestFolder::scene(&format!("dialect = \"4.2\"\n{}", watcher("a", script)));
     let lines = place.trace(&[], &["--steps", "3"]);
     let told: Vec<&str> = lines.iter().flat_map(|l| l.status()).collect();
     assert_eq!(told, ["last words"]);
@@ -89,9 +89,9 @@ fn scripts_can_remove_themselves() {
 #[test]
 fn endless_recursion_through_commands_ends_with_an_error() {
     let endless = "function down(n) return sim.callScriptFunction('down', other, n + 1) end";
-    let place = pair(&(endless.to_owned() + START), endless);
+    let place = pair(&(endless.to_owned() + START_CALLS), endless);
     let done = place.run(&["--steps", "3"]);
-    done.tells(&[]);
+    done.reports(&[]);
     let errors = done.errors();
     let e = &errors[0];
     assert_eq!((errors.len(), e["object"].as_str()), (1, Some("/a")), "{errors:?}");
@@ -103,13 +103,13 @@ fn endless_recursion_through_commands_ends_with_an_error() {
 
 #[test]
 fn endless_recursion_within_a_script_ends_with_an_error() {
-    let place = Place::scene(&watcher("a", "function f() return 1 + f() end\nfunction sysCall_init() f() end"));
+    let place = TestFolder::scene(&watcher("a", "function f() return 1 + f() end\nfunction sysCall_init() f() end"));
     let errors = place.run(&["--steps", "2"]).errors();
     assert!(errors[0]["message"].as_str().unwrap().contains("overflow"), "{errors:?}");
 }
 
 /// Creates two robots. The script of the first executes `deed` from 0.5 s on.
-fn robots(deed: &str) -> Place {
+fn robots(deed: &str) -> TestFolder {
     let drive = |l, r, deed: &str| {
         format!(
             "function sysCall_actuation()
@@ -120,7 +120,7 @@ fn robots(deed: &str) -> Place {
         )
     };
     let (a, b) = (drive(1, 1, deed), drive(2, 1, ""));
-    Place::scene(&format!(
+    TestFolder::scene(&format!(
         "script_budget = 300000\n{FLOOR}{}{}",
         pioneer(&a, "alias = \"first\""),
         pioneer(&b, "alias = \"second\"\nposition_m = [0.0, 3.0, 0.0]")
@@ -162,7 +162,7 @@ fn a_script_with_an_error_leaves_the_others_alone() {
         "local t = {} while true do t[#t + 1] = ('x'):rep(1e6) end",
     ] {
         let done = robots(deed).run(&["--seconds", "2"]);
-        done.tells(&[]);
+        done.reports(&[]);
         assert_eq!(done.json()["objects"]["/second"], calm["objects"]["/second"], "{deed}");
     }
 }

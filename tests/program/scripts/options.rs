@@ -52,8 +52,8 @@ TATU_EXPORT const tatu_plugin_t tatu_plugin = {.size = sizeof tatu_plugin, .abi_
   .name = "Options", .version = "1", .licence = "MIT", .extension = extension};
 "#;
 
-fn place(script: &str) -> Place {
-    let place = Place::scene(&format!("plugins = [\"mine\"]\n{}", watcher("caller", script)));
+fn place(script: &str) -> TestFolder {
+    let place = TestFolder::scene(&format!("plugins = [\"mine\"]\n{}", watcher("caller", script)));
     place.write("mine/opts.c", PLUGIN);
     let include = root().join("plugin-api/include");
     let args = ["-std=c11", "-Wall", "-Wextra", "-Wno-missing-field-initializers", "-Werror", "-shared", "-fPIC", "-I"];

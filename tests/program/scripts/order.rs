@@ -11,7 +11,7 @@ use crate::{
 };
 
 /// A script whose callbacks log name, callback, time and state.
-pub const LOGGED: &str = "
+pub const LOGGING_SCRIPT: &str = "
 local function log(what)
     sim.addStatusbarMessage(string.format('%s %s %.2f %d', NAME, what, sim.getSimulationTime(), sim.getSimulationState()))
 end
@@ -23,7 +23,7 @@ end
 ";
 
 /// A thread function that ends when the simulation is stopping.
-const THREAD: &str = "
+const THREAD_FUNCTION: &str = "
 function sysCall_thread()
     sim.addStatusbarMessage('thread of ' .. NAME .. ' begins')
     while not sim.getSimulationStopping() do
@@ -35,7 +35,7 @@ end
 ";
 
 fn text(name: &str, more: &str) -> String {
-    format!("NAME = '{name}'{LOGGED}{more}")
+    format!("NAME = '{name}'{LOGGING_SCRIPT}{more}")
 }
 
 /// Returns the scene entry of an object with scripts, each given by kind, priority and text.
@@ -64,7 +64,7 @@ fn attach(world: &World, registry: &Registry, kind: &str, name: &str) {
 }
 
 /// Returns the lines printed since the last call.
-pub fn told(world: &World) -> Vec<String> {
+pub fn take_line_texts(world: &World) -> Vec<String> {
     world.take_lines().into_iter().map(|l| l.text).collect()
 }
 
@@ -74,16 +74,16 @@ fn calls(names: &[&str], callback: &str, at: &str) -> Vec<String> {
 }
 
 /// Loads the scene of call-order.md, 1: objects A, A/B, C, D.
-fn observed_scene() -> (Place, World, Arc<Registry>) {
+fn observed_scene() -> (TestFolder, World, Arc<Registry>) {
     let child = |name: &str, more: &str| ("child", "normal", text(&format!("child {name}"), more));
     let cust = |name: &str| ("customization", "normal", text(&format!("cust {name}"), ""));
     let scene = [
         object("A", "", &[child("A", ""), cust("A")]),
         object("B", "A", &[child("B", ""), cust("B")]),
-        object("C", "", &[child("C", THREAD)]),
+        object("C", "", &[child("C", THREAD_FUNCTION)]),
         object("D", "", &[child("D", "")]),
     ];
-    let place = Place::scene(&scene.concat());
+    let place = TestFolder::scene(&scene.concat());
     let registry = registry();
     let world = world(&place.path().join("scene.toml"), &registry);
     attach(&world, &registry, "addon", "add-on");
@@ -93,22 +93,22 @@ fn observed_scene() -> (Place, World, Arc<Registry>) {
     (place, world, registry)
 }
 
-const CHILDREN: [&str; 4] = ["child B", "child A", "child C", "child D"];
+const CHILD_SCRIPTS: [&str; 4] = ["child B", "child A", "child C", "child D"];
 /// Scripts that live as long as the world.
-const LASTING: [&str; 4] = ["cust B", "cust A", "add-on", "sandbox"];
-const ALL: [&str; 8] = ["child B", "child A", "child C", "child D", "cust B", "cust A", "add-on", "sandbox"];
+const WORLD_SCRIPTS: [&str; 4] = ["cust B", "cust A", "add-on", "sandbox"];
+const ALL_SCRIPTS: [&str; 8] = ["child B", "child A", "child C", "child D", "cust B", "cust A", "add-on", "sandbox"];
 
 /// Returns the lines of a complete normal step. `thread` contains the endings of the lines `thread of child C...` that
 /// are printed before the actuation of C.
-fn whole(at: &str, thread: &[&str]) -> Vec<String> {
-    let mut out = calls(&ALL, "beforeMainScript", at);
-    for name in ALL {
+fn step_lines(at: &str, thread: &[&str]) -> Vec<String> {
+    let mut out = calls(&ALL_SCRIPTS, "beforeMainScript", at);
+    for name in ALL_SCRIPTS {
         if name == "child C" {
             out.extend(thread.iter().map(|t| format!("thread of child C{t}")));
         }
         out.extend(calls(&[name], "actuation", at));
     }
-    out.extend(calls(&ALL, "sensing", at));
+    out.extend(calls(&ALL_SCRIPTS, "sensing", at));
     out
 }
 
@@ -126,22 +126,22 @@ fn the_life_of_a_run_is_the_observed_one() {
     // Row "first loop pass, stopped".
     world.idle();
     let mut wanted = Vec::new();
-    for name in LASTING {
+    for name in WORLD_SCRIPTS {
         for callback in ["chunk", "info", "init", "nonSimulation"] {
             wanted.extend(calls(&[name], callback, "0.00 0"));
         }
     }
-    same("first loop pass, stopped", told(&world), wanted);
+    same("first loop pass, stopped", take_line_texts(&world), wanted);
     // Row "next loop passes, stopped".
     world.idle();
-    same("next loop pass, stopped", told(&world), calls(&LASTING, "nonSimulation", "0.00 0"));
+    same("next loop pass, stopped", take_line_texts(&world), calls(&WORLD_SCRIPTS, "nonSimulation", "0.00 0"));
     // Row "start requested".
     world.start();
-    same("start requested", told(&world), calls(&LASTING, "beforeSimulation", "0.00 0"));
+    same("start requested", take_line_texts(&world), calls(&WORLD_SCRIPTS, "beforeSimulation", "0.00 0"));
     // Row "step 1".
     assert!(world.step());
-    let mut wanted = calls(&LASTING, "beforeMainScript", "0.00 16");
-    for name in CHILDREN {
+    let mut wanted = calls(&WORLD_SCRIPTS, "beforeMainScript", "0.00 16");
+    for name in CHILD_SCRIPTS {
         for callback in ["chunk", "info", "init"] {
             wanted.extend(calls(&[name], callback, "0.00 16"));
         }
@@ -150,54 +150,54 @@ fn the_life_of_a_run_is_the_observed_one() {
         }
         wanted.extend(calls(&[name], "actuation", "0.00 16"));
     }
-    wanted.extend(calls(&LASTING, "actuation", "0.00 16"));
-    wanted.extend(calls(&ALL, "sensing", "0.00 16"));
-    same("step 1", told(&world), wanted);
+    wanted.extend(calls(&WORLD_SCRIPTS, "actuation", "0.00 16"));
+    wanted.extend(calls(&ALL_SCRIPTS, "sensing", "0.00 16"));
+    same("step 1", take_line_texts(&world), wanted);
     // Row "step 2, 3".
     for at in ["0.05 17", "0.10 17"] {
         assert!(world.step());
-        same("step 2, 3", told(&world), whole(at, &[""]));
+        same("step 2, 3", take_line_texts(&world), step_lines(at, &[""]));
     }
     // Row "pause requested, pass 1" and "pass 2".
     world.request_pause();
     assert!(world.step());
-    same("pause requested, pass 1", told(&world), whole("0.15 17", &[""]));
+    same("pause requested, pass 1", take_line_texts(&world), step_lines("0.15 17", &[""]));
     assert!(world.step());
-    let mut wanted = whole("0.20 19", &[""]);
-    wanted.extend(calls(&ALL, "suspend", "0.25 8"));
-    same("pause, pass 2", told(&world), wanted);
+    let mut wanted = step_lines("0.20 19", &[""]);
+    wanted.extend(calls(&ALL_SCRIPTS, "suspend", "0.25 8"));
+    same("pause, pass 2", take_line_texts(&world), wanted);
     // Row "further passes while paused".
     for _ in 0..3 {
         assert!(world.step());
-        same("paused", told(&world), calls(&ALL, "suspended", "0.25 8"));
+        same("paused", take_line_texts(&world), calls(&ALL_SCRIPTS, "suspended", "0.25 8"));
         assert_eq!((world.phase(), world.steps()), (Phase::Paused, 5));
     }
     // Row "start requested while paused".
     world.request_start();
-    same("start requested while paused", told(&world), calls(&ALL, "resume", "0.25 8"));
+    same("start requested while paused", take_line_texts(&world), calls(&ALL_SCRIPTS, "resume", "0.25 8"));
     // Row "step after resume".
     assert!(world.step());
-    same("step after resume", told(&world), whole("0.25 20", &[""]));
+    same("step after resume", take_line_texts(&world), step_lines("0.25 20", &[""]));
     assert!(world.step());
-    same("the step after that", told(&world), whole("0.30 17", &[""]));
+    same("the step after that", take_line_texts(&world), step_lines("0.30 17", &[""]));
     // Rows "stop requested, pass 1" to "pass 3".
     world.request_stop();
     assert!(world.step());
-    same("stop requested, pass 1", told(&world), whole("0.35 17", &[""]));
+    same("stop requested, pass 1", take_line_texts(&world), step_lines("0.35 17", &[""]));
     assert!(world.step());
-    same("stop, pass 2", told(&world), whole("0.40 21", &["", " ends"]));
+    same("stop, pass 2", take_line_texts(&world), step_lines("0.40 21", &["", " ends"]));
     assert!(world.step());
-    let mut wanted = whole("0.45 22", &[]);
-    wanted.extend(calls(&CHILDREN, "cleanup", "0.45 22"));
-    same("stop, pass 3", told(&world), wanted);
+    let mut wanted = step_lines("0.45 22", &[]);
+    wanted.extend(calls(&CHILD_SCRIPTS, "cleanup", "0.45 22"));
+    same("stop, pass 3", take_line_texts(&world), wanted);
     assert!(!world.step(), "the run has ended");
-    same("the end", told(&world), calls(&LASTING, "afterSimulation", "0.50 0"));
+    same("the end", take_line_texts(&world), calls(&WORLD_SCRIPTS, "afterSimulation", "0.50 0"));
     // Row "next pass".
     world.idle();
-    same("next pass", told(&world), calls(&LASTING, "nonSimulation", "0.50 0"));
+    same("next pass", take_line_texts(&world), calls(&WORLD_SCRIPTS, "nonSimulation", "0.50 0"));
     // Row "scene load", scripts attached to objects: root first.
     world.end();
-    same("scene load", told(&world), calls(&["cust A", "cust B", "add-on", "sandbox"], "cleanup", "0.50 0"));
+    same("scene load", take_line_texts(&world), calls(&["cust A", "cust B", "add-on", "sandbox"], "cleanup", "0.50 0"));
     assert!(world.faults().is_empty(), "{:?}", world.faults());
 }
 
@@ -211,10 +211,10 @@ fn a_stop_while_paused_resumes_first() {
     while world.phase() != Phase::Paused {
         world.step();
     }
-    told(&world);
+    take_line_texts(&world);
     world.stop();
     let states: Vec<String> =
-        told(&world).into_iter().filter(|l| l.starts_with("child D ")).map(|l| l[8..].to_owned()).collect();
+        take_line_texts(&world).into_iter().filter(|l| l.starts_with("child D ")).map(|l| l[8..].to_owned()).collect();
     let at = |s: &str| ["beforeMainScript", "actuation", "sensing"].map(|c| format!("{c} {s}")).to_vec();
     let mut wanted = vec!["resume 0.15 8".to_owned()];
     for state in ["0.15 20", "0.20 17", "0.25 21", "0.30 22"] {
@@ -236,11 +236,11 @@ fn order_in(dialect: &str, first: &str) -> Vec<String> {
         [("X", ""), ("Y", "X"), ("U", "X"), ("Z", ""), ("W", "Z"), ("V", "W"), ("Q2", ""), ("Q1", ""), ("Q0", "")];
     let objects: Vec<String> = forest.iter().map(|(name, parent)| object(name, parent, &script(name))).collect();
     let dialect = if dialect.is_empty() { String::new() } else { format!("dialect = \"{dialect}\"\n") };
-    let place = Place::scene(&format!("{dialect}{}", objects.concat()));
+    let place = TestFolder::scene(&format!("{dialect}{}", objects.concat()));
     let world = world(&place.path().join("scene.toml"), &registry());
     world.start();
     world.step();
-    told(&world)
+    take_line_texts(&world)
 }
 
 #[test]
@@ -268,11 +268,11 @@ fn each_dialect_has_its_order() {
 fn scripts_of_one_object_go_by_priority() {
     // See call-order.md, 2: three scripts on one object ran in the order of their priorities first, normal, last.
     let script = |p| ("child", p, format!("function sysCall_actuation() sim.addStatusbarMessage('{p}') end"));
-    let place = Place::scene(&object("A", "", &["last", "normal", "first"].map(script)));
+    let place = TestFolder::scene(&object("A", "", &["last", "normal", "first"].map(script)));
     let world = world(&place.path().join("scene.toml"), &registry());
     world.start();
     world.step();
-    assert_eq!(told(&world), ["first", "normal", "last"]);
+    assert_eq!(take_line_texts(&world), ["first", "normal", "last"]);
     let wrong = place.read("scene.toml").replace("priority = \"last\"", "priority = \"later\"");
     place.write("scene.toml", &wrong);
     place.tatu(&["check", "scene.toml"]).refused(&["E102", "priority `later`", "first, normal, last"]);
@@ -285,17 +285,17 @@ fn an_old_scene_counts_as_old_without_a_dialect() {
         vec![("child", "normal", text)]
     };
     let scene = [object("A", "", &script("A")), object("B", "A", &script("B"))];
-    let place = Place::scene(&scene.concat());
+    let place = TestFolder::scene(&scene.concat());
     let one = world(&place.path().join("scene.toml"), &registry());
     one.start();
     one.step();
-    assert_eq!(told(&one), ["A", "B"], "parents must be called first");
+    assert_eq!(take_line_texts(&one), ["A", "B"], "parents must be called first");
     // A scene with a single modern script is treated as modern.
     let modern = ("child", "normal", "function sysCall_actuation() sim.addStatusbarMessage('C') end".to_owned());
     let scene = format!("{}{}", scene.concat(), object("C", "", &[modern]));
-    let place = Place::scene(&scene);
+    let place = TestFolder::scene(&scene);
     let two = world(&place.path().join("scene.toml"), &registry());
     two.start();
     two.step();
-    assert_eq!(told(&two), ["B", "A", "C"], "the deepest must be called first");
+    assert_eq!(take_line_texts(&two), ["B", "A", "C"], "the deepest must be called first");
 }

@@ -10,7 +10,7 @@ use crate::kit::*;
 
 /// A call, its result in CoppeliaSim (number of values, and the values), and the result here if it differs.
 #[rustfmt::skip]
-const ROWS: &[(&str, &str, &str)] = &[
+const CALL_RESULTS: &[(&str, &str, &str)] = &[
     ("sim.getObject('/box')", "1: int <box>", ""),
     ("sim.getObject('/missing')", "raises", ""),
     ("sim.getObject('/missing',{noError=true})", "1: int -1", ""),
@@ -276,7 +276,7 @@ script = { file = "calls.lua" }
 
 /// A script that makes each call in the second actuation, as the script that ran in CoppeliaSim did, and prints the
 /// results.
-const CALLS: &str = r#"
+const CALL_SCRIPT: &str = r#"
 local names, known, named = {}, 0, false
 local function one(v)
     if named and math.type(v) == 'integer' and names[v] then return '<' .. names[v] .. '>' end
@@ -328,11 +328,12 @@ fn unsigned(text: &str) -> String {
 
 #[test]
 fn values_are_those_of_the_original() {
-    let calls: Vec<String> = ROWS.iter().map(|(call, ..)| format!("[==[{call}]==]")).collect();
-    let handles: Vec<String> = ROWS.iter().map(|(_, e, o)| (e.contains('<') || o.contains('<')).to_string()).collect();
-    let place = Place::scene(SCENE);
+    let calls: Vec<String> = CALL_RESULTS.iter().map(|(call, ..)| format!("[==[{call}]==]")).collect();
+    let handles: Vec<String> =
+        CALL_RESULTS.iter().map(|(_, e, o)| (e.contains('<') || o.contains('<')).to_string()).collect();
+    let place = TestFolder::scene(SCENE);
     let tables = format!("calls = {{ {} }}\nhandles = {{ {} }}\n", calls.join(",\n"), handles.join(", "));
-    place.write("calls.lua", &(tables + CALLS));
+    place.write("calls.lua", &(tables + CALL_SCRIPT));
     let done = place.tatu(&["run", "scene.toml", "--steps", "3"]).good();
     let mut got: BTreeMap<usize, String> = BTreeMap::new();
     for line in done.out.lines().chain(done.err.lines()) {
@@ -342,7 +343,7 @@ fn values_are_those_of_the_original() {
         }
     }
     let mut wrong = Vec::new();
-    for (i, (call, original, ours)) in ROWS.iter().enumerate() {
+    for (i, (call, original, ours)) in CALL_RESULTS.iter().enumerate() {
         let found = got.get(&(i + 1)).map_or("nothing was printed", String::as_str);
         let expected = if ours.is_empty() { original } else { ours };
         let same = match *expected {
@@ -355,13 +356,13 @@ fn values_are_those_of_the_original() {
             wrong.push(format!("{call}\n    expected {expected}\n    found    {found}"));
         }
     }
-    assert!(wrong.is_empty(), "{} of {} rows differ:\n{}", wrong.len(), ROWS.len(), wrong.join("\n"));
+    assert!(wrong.is_empty(), "{} of {} rows differ:\n{}", wrong.len(), CALL_RESULTS.len(), wrong.join("\n"));
 }
 
 #[test]
-fn each_difference_stands_in_the_guide() {
+fn each_difference_is_in_the_guide() {
     let guide = std::fs::read_to_string(root().join("docs/guide/coming-from-vrep.md")).unwrap();
-    for (call, original, ours) in ROWS.iter().filter(|r| !r.2.is_empty()) {
+    for (call, original, ours) in CALL_RESULTS.iter().filter(|r| !r.2.is_empty()) {
         let row = guide.lines().find(|l| l.starts_with(&format!("| `{call}`")) && l.contains(original));
         let row = row.unwrap_or_else(|| panic!("docs/guide/coming-from-vrep.md does not list `{call}`"));
         assert!(*ours == "text" || row.contains(&ours.replace(['<', '>'], "")), "{call}: {row}");
@@ -405,7 +406,7 @@ fn errors_of_flat_names_follow_the_era() {
         let scene = format!(
             "dialect = \"{dialect}\"\n[[object]]\nkind = \"dummy\"\nalias = \"a\"\nscript = {{ text = '''{script}''' }}\n"
         );
-        let done = Place::scene(&scene).tatu(&["run", "scene.toml", "--steps", "1"]);
+        let done = TestFolder::scene(&scene).tatu(&["run", "scene.toml", "--steps", "1"]);
         let all = format!("{}{}", done.out, done.err);
         let line = |mark: &str| all.lines().find(|l| l.contains(mark)).unwrap_or_default().to_owned();
         assert!(line("FLAT ").contains(flat), "{dialect}: {all}");
@@ -430,7 +431,7 @@ fn proximity_sensors_answer_as_the_era_expects() {
             "dialect = \"{dialect}\"\n[[object]]\nkind = \"sensor\"\nsensor = \"proximity\"\nalias = \"eye\"\nvolume = \"ray\"\n\
              range_m = 1\n[[object]]\nkind = \"dummy\"\nalias = \"a\"\nscript = {{ text = '''{script}''' }}\n"
         );
-        let done = Place::scene(&scene).tatu(&["run", "scene.toml", "--steps", "2"]).good();
+        let done = TestFolder::scene(&scene).tatu(&["run", "scene.toml", "--steps", "2"]).good();
         let all = format!("{}{}", done.out, done.err);
         let found: Vec<&str> = all.lines().filter_map(|l| l.split_once("EYE ").map(|p| p.1)).collect();
         let shown = |expected: &str, found: &str| found.replace("0.0", "0") == expected;

@@ -73,7 +73,7 @@ fn run(plan: &str, steps: usize) -> Vec<String> {
         )
     };
     let client = format!("{CLIENT}\nplan = {{{plan}}}");
-    let place = Place::scene(&[object("server", SERVER), object("client", &client)].concat());
+    let place = TestFolder::scene(&[object("server", SERVER), object("client", &client)].concat());
     let lines = place.trace(&[], &["--steps", &steps.to_string()]);
     let said = lines.iter().flat_map(|l| l.status()).filter_map(|l| l.strip_prefix("> "));
     said.map(str::to_owned).collect()
@@ -86,7 +86,7 @@ fn a_goal_is_accepted_reported_on_and_reached() {
 }
 
 #[test]
-fn a_goal_may_be_rejected_deferred_and_taken_back() {
+fn a_goal_may_be_rejected_deferred_and_cancelled() {
     assert_eq!(
         run("[2] = function() assert(simROS2.sendGoal(client, {order = -1})) end", 4),
         ["answer 0 false"],
@@ -106,7 +106,7 @@ fn a_goal_may_be_rejected_deferred_and_taken_back() {
 }
 
 #[test]
-fn what_is_not_there_is_told() {
+fn missing_clients_and_wrong_goals_raise_errors() {
     let plan = r#"[2] = function()
         local function why(f, ...) local ok, e = pcall(f, ...) assert(not ok) say2(e) end
         function say2(e) sim.addStatusbarMessage('> ' .. e) end

@@ -8,7 +8,7 @@ use crate::kit::*;
 /// Returns the errors of a run of two steps with a script in a dialect.
 fn errors(script: &str, dialect: &str) -> Vec<Value> {
     let dialect = if dialect.is_empty() { String::new() } else { format!("dialect = \"{dialect}\"\n") };
-    Place::scene(&format!("{dialect}{}", watcher("a", script))).run(&["--steps", "2"]).errors()
+    TestFolder::scene(&format!("{dialect}{}", watcher("a", script))).run(&["--steps", "2"]).errors()
 }
 
 #[test]
@@ -35,7 +35,7 @@ fn every_mistake_has_its_kind() {
     }
     // Unknown names are nil, so scripts can test whether they exist.
     let asks = "function sysCall_init() if simOMPL or simExtFoo or sim.fooBar then error('there') end end";
-    Place::scene(&watcher("a", asks)).run(&["--steps", "1"]).good();
+    TestFolder::scene(&watcher("a", asks)).run(&["--steps", "1"]).good();
 }
 
 #[test]
@@ -50,7 +50,7 @@ fn old_scripts_go_on_after_an_error() {
             simAddStatusbarMessage('after')
         end
         function sysCall_sensing() simAddStatusbarMessage('sensing') end";
-        let place = Place::scene(&format!("dialect = \"{dialect}\"\n{}", watcher("a", script)));
+        let place = TestFolder::scene(&format!("dialect = \"{dialect}\"\n{}", watcher("a", script)));
         let done = place.run(&["--steps", "3", "--trace", "t.jsonl"]);
         let errors = done.errors();
         assert_eq!(errors.len(), 1, "expected one error: {errors:?}");
@@ -68,7 +68,7 @@ fn flat_names_go_on_after_a_refusal_and_new_names_raise() {
         simAddStatusbarMessage('new '..tostring(pcall(sim.getObjectParent, 9999)))
     end";
     for dialect in ["3.2", "4.1"] {
-        let place = Place::scene(&format!("dialect = \"{dialect}\"\n{}", watcher("a", script)));
+        let place = TestFolder::scene(&format!("dialect = \"{dialect}\"\n{}", watcher("a", script)));
         let done = place.run(&["--steps", "1", "--trace", "t.jsonl"]);
         assert_eq!(done.errors().len(), 2, "{dialect}");
         // See tests/facts/script-api.md, 2: after an error, handles are -1 and values are nil.
@@ -85,12 +85,13 @@ fn flat_names_go_on_after_a_refusal_and_new_names_raise() {
     assert_eq!(lines, [(Some(2), true), (Some(3), true), (Some(4), true)]);
     // From 4.2 on, flat names raise errors too (tests/facts/call-order.md, 5).
     let script = "function sysCall_init() sim.addStatusbarMessage(tostring(pcall(simGetObjectParent, 9999))) end";
-    let lines = Place::scene(&format!("dialect = \"4.9\"\n{}", watcher("a", script))).trace(&[], &["--steps", "1"]);
+    let lines =
+        TestFolder::scene(&format!("dialect = \"4.9\"\n{}", watcher("a", script))).trace(&[], &["--steps", "1"]);
     assert!(lines[0].status()[0].starts_with("false"), "{:?}", lines[0].status());
 }
 
 #[test]
-fn beginners_are_told_what_to_do() {
+fn common_script_errors_include_help() {
     let cases = [
         // A misspelt command, a misspelt function of the script, and a misspelt variable.
         ("sim.setJointTargetVelocty(1, 2)", "there is no command", "did you mean `sim.setJointTargetVelocity`?"),
@@ -127,7 +128,7 @@ fn beginners_are_told_what_to_do() {
 #[test]
 fn the_first_line_is_short() {
     let script = "function inner() error('deep') end\nfunction sysCall_init() inner() end";
-    let done = Place::scene(&watcher("a", script)).run(&["--steps", "1"]);
+    let done = TestFolder::scene(&watcher("a", script)).run(&["--steps", "1"]);
     let line = done.err.lines().find(|l| l.contains("deep")).unwrap();
     assert!(line.len() < 100, "{line}");
     assert!(done.errors()[0]["traceback"].as_str().unwrap().contains("inner"));
@@ -148,7 +149,8 @@ fn loops_of_the_library_use_up_a_budget() {
         .map(|(i, call)| watcher(&format!("bad{i}"), &format!("function sysCall_actuation()\n{call}\nend")))
         .collect();
     let good = watcher("good", "function sysCall_actuation() print('step', sim.getSimulationTime()) end");
-    let done = Place::scene(&format!("[scene.budget]\ninstructions = 1000000\n{scene}{good}")).run(&["--steps", "3"]);
+    let done =
+        TestFolder::scene(&format!("[scene.budget]\ninstructions = 1000000\n{scene}{good}")).run(&["--steps", "3"]);
     let found = done.errors();
     let codes: Vec<_> = found.iter().map(|e| (e["code"].as_str().unwrap(), e["count"].as_u64())).collect();
     assert_eq!(codes, [("F206", Some(1)); 4], "{found:?}");

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use tatu_core::{World, document};
 
-use crate::{kit::*, scripts::order::told, state::restart::registry};
+use crate::{kit::*, scripts::order::take_line_texts, state::restart::registry};
 
 /// Returns an object `name` with a joint below it and a script.
 fn jointed(name: &str, side_by_side: bool, script: &str) -> String {
@@ -17,7 +17,7 @@ fn jointed(name: &str, side_by_side: bool, script: &str) -> String {
 }
 
 /// Returns a script that counts, reads the joint of another object, sets its own joint, and prints what it has read.
-fn teller(other: &str, more: &str) -> String {
+fn reading_script(other: &str, more: &str) -> String {
     format!(
         "
 function sysCall_init() own, other, n = sim.getObject('./joint'), sim.getObject('/{other}/joint'), 0 end
@@ -34,15 +34,16 @@ function sysCall_cleanup() print(NAME .. ' ends') end"
 
 /// Runs a scene with `threads` threads. Returns the lines of each step, the errors, and the last hash.
 fn run(scene: &str, threads: usize, steps: usize) -> (Vec<Vec<String>>, Vec<String>, String) {
-    let place = Place::scene(scene);
+    let place = TestFolder::scene(scene);
     let registry = registry();
-    let document = document::load(&place.path().join("scene.toml"), &registry, &document::Options::default()).unwrap();
+    let document =
+        document::load(&place.path().join("scene.toml"), &registry, &document::LoadOptions::default()).unwrap();
     let world = World::with_threads(Arc::new(document), registry, threads).unwrap();
     world.start();
-    let mut lines = vec![told(&world)];
+    let mut lines = vec![take_line_texts(&world)];
     for _ in 0..steps {
         world.step();
-        lines.push(told(&world));
+        lines.push(take_line_texts(&world));
     }
     let faults = world.faults().iter().map(|f| format!("{} {:?} {:?}", f.message, f.line, f.object)).collect();
     let used: u64 = world.scripts().iter().map(|s| s.instructions).sum();
@@ -60,10 +61,10 @@ fn run_all(scene: &str, steps: usize) -> (Vec<Vec<String>>, Vec<String>) {
 }
 
 #[test]
-fn they_see_the_world_as_it_was_and_what_they_set_themselves() {
+fn parallel_scripts_see_the_old_world_and_their_own_changes() {
     let name = |i: usize| format!("r{:02}", i % 70);
     // Each script reads the joint of the previous one, which in sequential execution would already have been set.
-    let scene: String = (0..70).map(|i| jointed(&name(i), true, &teller(&name(i + 69), ""))).collect();
+    let scene: String = (0..70).map(|i| jointed(&name(i), true, &reading_script(&name(i + 69), ""))).collect();
     let (lines, faults) = run_all(&scene, 4);
     assert_eq!(faults, [""; 0]);
     // In the first step the scripts are initialised one after the other.
@@ -76,13 +77,13 @@ fn they_see_the_world_as_it_was_and_what_they_set_themselves() {
 }
 
 #[test]
-fn one_that_does_not_run_beside_others_parts_them() {
+fn a_serial_script_separates_parallel_ones() {
     let scene = [
-        jointed("a", true, &teller("d", "")),
-        jointed("b", true, &teller("a", "")),
-        jointed("c", false, &teller("b", "")),
-        jointed("d", true, &teller("c", "")),
-        jointed("e", true, &teller("d", "")),
+        jointed("a", true, &reading_script("d", "")),
+        jointed("b", true, &reading_script("a", "")),
+        jointed("c", false, &reading_script("b", "")),
+        jointed("d", true, &reading_script("c", "")),
+        jointed("e", true, &reading_script("d", "")),
     ];
     let (lines, _) = run_all(&scene.concat(), 3);
     // c reads what b has set, and d what c has set, but b and e read neighbours that run in parallel with them.
@@ -91,7 +92,7 @@ fn one_that_does_not_run_beside_others_parts_them() {
 }
 
 #[test]
-fn what_goes_wrong_in_them_is_told_in_their_order() {
+fn errors_of_parallel_scripts_are_reported_in_script_order() {
     let odd = |i: usize| match i {
         3 => "if n == 2 then error('lost') end",
         5 => "if n == 2 then sim.setObjectPosition(own, {1, 1, 1}) end",
@@ -104,8 +105,9 @@ fn what_goes_wrong_in_them_is_told_in_their_order() {
         19 => "if n == 2 then while true do end end",
         _ => "",
     };
-    let scene: String =
-        (0..40).map(|i| jointed(&format!("r{i:02}"), true, &teller(&format!("r{:02}", 39 - i), odd(i)))).collect();
+    let scene: String = (0..40)
+        .map(|i| jointed(&format!("r{i:02}"), true, &reading_script(&format!("r{:02}", 39 - i), odd(i))))
+        .collect();
     let scene = format!("[scene.budget]\ninstructions = 100000\n{scene}");
     let (lines, faults) = run_all(&scene, 4);
     let second = lines[2].join("\n");
@@ -152,21 +154,21 @@ fn what_goes_wrong_in_them_is_told_in_their_order() {
 }
 
 #[test]
-fn the_clean_up_of_one_that_fails_has_the_last_word() {
+fn the_clean_up_of_a_failed_script_overrides_its_commands() {
     let stops = "
 function sysCall_init() own = sim.getObject('./joint') end
 function sysCall_actuation()
     if sim.getSimulationTime() > 0.04 then sim.setJointTargetVelocity(own, 5) error('lost') end
 end
 function sysCall_cleanup() sim.setJointTargetVelocity(own, -1) end";
-    let scene = [jointed("a", true, stops), jointed("b", true, &teller("a", ""))];
+    let scene = [jointed("a", true, stops), jointed("b", true, &reading_script("a", ""))];
     let (lines, faults) = run_all(&scene.concat(), 3);
     assert_eq!(lines[3], ["b 3: -1 3 at 0.10"]);
     assert_eq!(faults.len(), 1, "{faults:#?}");
 }
 
 #[test]
-fn old_names_tell_and_give_their_values() {
+fn old_names_return_their_values_in_parallel_scripts() {
     let script = "
         if sim_call_type == sim_childscriptcall_initialization then own = simGetObjectHandle('joint') n = 0 end
         if sim_call_type == sim_childscriptcall_actuation then
@@ -181,7 +183,7 @@ fn old_names_tell_and_give_their_values() {
 }
 
 #[test]
-fn threads_and_waits_go_on_as_ever() {
+fn threads_and_waits_work_in_parallel_scripts() {
     let thread = "
 function sysCall_thread()
     for i = 1, 3 do print(NAME .. ' ' .. i) sim.wait(0.05) end
@@ -195,7 +197,7 @@ end";
 }
 
 #[test]
-fn a_scene_says_so_by_true_or_false() {
+fn side_by_side_must_be_a_boolean() {
     let scene = "[[object]]\nkind = \"dummy\"\nalias = \"a\"\nscript = { text = \"\", side_by_side = \"yes\" }\n";
-    Place::scene(scene).tatu(&["run", "scene.toml", "--steps", "1"]).refused(&["side_by_side", "true or false"]);
+    TestFolder::scene(scene).tatu(&["run", "scene.toml", "--steps", "1"]).refused(&["side_by_side", "true or false"]);
 }

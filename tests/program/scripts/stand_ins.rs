@@ -8,7 +8,7 @@ use crate::kit::*;
 /// Runs `script.lua` with `--stand-ins` for 20 steps, and returns the summary.
 #[track_caller]
 fn stand_ins(text: &str, more: &[&str]) -> Value {
-    let place = Place::new();
+    let place = TestFolder::new();
     place.write("script.lua", text);
     let args = ["run", "--script", "script.lua", "--stand-ins", "--steps", "20", "--json"];
     let done = place.tatu(&[&args, more].concat());
@@ -145,7 +145,7 @@ fn scripts_of_other_objects_are_made_when_they_are_missed() {
 }
 
 #[test]
-fn what_other_scripts_and_the_scene_gave_is_there_when_it_is_missed() {
+fn missing_signals_and_custom_data_are_substituted() {
     let asks = "function sysCall_init()
             angle = sim.getFloatSignal('compass')
             count = sim.getInt32Signal('count')
@@ -230,7 +230,7 @@ fn the_default_main_script_can_be_required() {
         "require('utils') include('/lua/graph_customization.lua') require('configUi') ui = ConfigUI('a', nil, nil)";
     assert_eq!(kinds(&stand_ins(others, &[])), Vec::<Value>::new());
     // A file of the user takes precedence.
-    let place = Place::new();
+    let place = TestFolder::new();
     place.write("utils.lua", "return {own = true}");
     place.write("s.lua", "function sysCall_init() if not require('utils').own then error('not mine') end end");
     let done = place.tatu(&["run", "--script", "s.lua", "--stand-ins", "--steps", "2", "--json"]).good().json();
@@ -238,7 +238,7 @@ fn the_default_main_script_can_be_required() {
 }
 
 #[test]
-fn what_is_nowhere_is_not_made() {
+fn unknown_functions_and_modules_are_not_substituted() {
     for (text, kind) in [
         ("simExtMyPlugin_go()", "unknown_function"),
         ("sim.noSuchFunction()", "unknown_function"),
@@ -274,7 +274,7 @@ fn a_script_may_use_names_of_the_library_for_its_own() {
 
 #[test]
 fn two_runs_are_equal_and_a_log_replays_without_the_script() {
-    let place = Place::new();
+    let place = TestFolder::new();
     place.write("s.lua", "function sysCall_actuation() sim.setObjectPosition(sim.getObject('/a'), -1, {1, 2, 3}) end");
     let run = |more: &[&str]| {
         let args = ["run", "--script", "s.lua", "--stand-ins", "--steps", "5", "--json"];
@@ -304,8 +304,8 @@ fn the_kind_is_found_from_the_text_or_given() {
 }
 
 #[test]
-fn what_is_wrong_with_the_command_line_is_told() {
-    let place = Place::scene("");
+fn arguments_without_a_scene_are_checked() {
+    let place = TestFolder::scene("");
     place.write("s.lua", "");
     place.tatu(&["run", "--stand-ins"]).refused(&["--script"]);
     place.tatu(&["run", "scene.toml", "--script", "s.lua", "--stand-ins"]).refused(&["--stand-ins"]);
@@ -319,8 +319,8 @@ fn what_is_wrong_with_the_command_line_is_told() {
 }
 
 #[test]
-fn in_a_scene_nothing_is_made() {
-    let place = Place::new();
+fn a_run_with_a_scene_creates_no_missing_objects() {
+    let place = TestFolder::new();
     let script = "simGetObjectHandle('x') simSetJointTargetVelocity(simGetObjectHandle('box'), 1)";
     place.write(
         "scene.toml",
@@ -333,7 +333,7 @@ fn in_a_scene_nothing_is_made() {
 
 #[test]
 fn files_are_opened_in_the_folder_that_is_given() {
-    let place = Place::new();
+    let place = TestFolder::new();
     place.write("data/in.txt", "hello").write("outside.txt", "secret");
     place.write(
         "s.lua",

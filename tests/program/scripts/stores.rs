@@ -4,12 +4,12 @@
 use crate::kit::*;
 
 /// Runs a script that executes `body` 100 times per step in a world with little memory.
-fn greedy(body: &str) -> Done {
+fn greedy(body: &str) -> RunOutput {
     let script = format!(
         "big = ('x'):rep(1000000)\nfunction sysCall_init() me = sim.getObject('.') n = 0 end\n\
          function sysCall_actuation()\n  for i = 1, 100 do n = n + 1\n{body}\nend\nend"
     );
-    let place = Place::scene(&format!("budget.memory_mb = 8\n{}", watcher("d", &script)));
+    let place = TestFolder::scene(&format!("budget.memory_mb = 8\n{}", watcher("d", &script)));
     place.run(&["--steps", "3"])
 }
 
@@ -22,7 +22,7 @@ fn refused(body: &str, words: &str) {
 }
 
 #[test]
-fn what_scripts_leave_has_room() {
+fn values_stored_by_scripts_are_limited() {
     refused("sim.setStringSignal('s' .. n, big)", "signals of the scene");
     refused("sim.writeCustomDataBlock(sim.createDummy(0.01), 'tag', big)", "custom data of the scene");
     refused("sim.writeCustomDataBlock(me, 'tag' .. n, big)", "custom data of the scene");
@@ -35,7 +35,7 @@ fn what_scripts_leave_has_room() {
 }
 
 #[test]
-fn what_is_replaced_or_removed_makes_room() {
+fn replaced_and_removed_values_free_their_space() {
     for body in [
         "sim.setStringSignal('s', big .. n)",
         "sim.setStringSignal('s' .. n, big) sim.clearStringSignal('s' .. n)",
@@ -47,16 +47,16 @@ fn what_is_replaced_or_removed_makes_room() {
 }
 
 #[test]
-fn lines_that_take_too_much_are_left_out() {
+fn log_lines_beyond_the_limit_are_left_out() {
     let done = greedy("print(big .. n)").good();
     assert!(done.err.len() < 60_000_000, "{} bytes", done.err.len());
-    done.tells(&["the log lines of one step exceed 8 MB"]);
+    done.reports(&["the log lines of one step exceed 8 MB"]);
 }
 
 /// After as many removals as the reference guarantees, an old handle still causes an error and never refers to another
 /// object.
 #[test]
-fn a_number_that_was_kept_does_not_become_another_object() {
+fn an_old_handle_never_refers_to_another_object() {
     let script = "
         function sysCall_init() old = sim.createDummy(0.01) sim.removeObjects({old}) end
         function sysCall_actuation()
@@ -67,5 +67,5 @@ fn a_number_that_was_kept_does_not_become_another_object() {
           end
           assert(not sim.isHandle(old))
         end";
-    Place::scene(&watcher("d", script)).run(&["--steps", "4"]).good();
+    TestFolder::scene(&watcher("d", script)).run(&["--steps", "4"]).good();
 }

@@ -4,7 +4,7 @@ use tatu_core::{World, document::ScriptSpec};
 
 use crate::{
     kit::*,
-    scripts::order::told,
+    scripts::order::take_line_texts,
     state::restart::{registry, world},
 };
 
@@ -15,15 +15,15 @@ fn object(alias: &str, parent: &str, scripts: &[(&str, &str)]) -> String {
     format!("[[object]]\nkind = \"dummy\"\nalias = \"{alias}\"\n{parent}scripts = [{}]\n", all.join(", "))
 }
 
-fn started(scene: &str) -> (Place, World) {
-    let place = Place::scene(scene);
+fn started(scene: &str) -> (TestFolder, World) {
+    let place = TestFolder::scene(scene);
     let world = world(&place.path().join("scene.toml"), &registry());
     world.start();
     (place, world)
 }
 
 fn status(world: &World) -> Vec<String> {
-    told(world).into_iter().filter(|l| l.starts_with("> ")).map(|l| l[2..].to_owned()).collect()
+    take_line_texts(world).into_iter().filter(|l| l.starts_with("> ")).map(|l| l[2..].to_owned()).collect()
 }
 
 // A broadcast is delivered during the call to the other scripts in their order: child scripts, deepest first, and then
@@ -84,7 +84,7 @@ fn a_stop_leaves_custom_data_and_restores_model_properties() {
 #[test]
 fn signals_of_the_sandbox_stay() {
     let child = "function sysCall_actuation() sim.setInt32Signal('child', 1) end";
-    let place = Place::scene(&object("A", "", &[("child", child)]));
+    let place = TestFolder::scene(&object("A", "", &[("child", child)]));
     let registry = registry();
     let world = world(&place.path().join("scene.toml"), &registry);
     let language = registry.languages.iter().position(|l| l.id == "lua").unwrap();

@@ -4,8 +4,8 @@
 use crate::kit::*;
 
 /// Returns the lines that scripts and their threads print, step by step.
-fn says(scene: &str, steps: &str) -> Vec<Vec<String>> {
-    let lines = Place::scene(scene).trace(&[], &["--steps", steps]);
+fn status_lines(scene: &str, steps: &str) -> Vec<Vec<String>> {
+    let lines = TestFolder::scene(scene).trace(&[], &["--steps", steps]);
     lines.iter().map(|l| l.status().iter().map(|s| s.to_string()).collect()).collect()
 }
 
@@ -25,7 +25,7 @@ fn an_old_text_is_a_thread() {
         simAddStatusbarMessage('begins')
         local res, err = xpcall(threadFunction, function(err) return debug.traceback(err) end)
         if not res then simAddStatusbarMessage('Lua runtime error: '..err) end";
-    let said = says(&watcher("a", script), "3");
+    let said = status_lines(&watcher("a", script), "3");
     assert_eq!(said, [vec!["begins", "tick 0"], vec!["tick 1"], vec!["tick 2"]]);
 }
 
@@ -36,7 +36,7 @@ fn a_thread_waits_in_simulation_time() {
             for i = 1, 3 do simAddStatusbarMessage('at '..string.format('%.2f', simGetSimulationTime())) simWait(0.1) end
         end)
         simAddStatusbarMessage(tostring(ok))";
-    let said = says(&watcher("a", script), "7").concat();
+    let said = status_lines(&watcher("a", script), "7").concat();
     assert_eq!(said, ["at 0.00", "at 0.10", "at 0.20", "true"]);
 }
 
@@ -47,9 +47,9 @@ const COUNTER: &str =
     "function sysCall_sensing() simAddStatusbarMessage(string.format('%d', simGetFloatSignal('n') or 0)) end";
 
 #[test]
-fn a_busy_thread_is_cut_at_the_same_place_in_every_run() {
+fn a_busy_thread_is_preempted_at_the_same_place_in_every_run() {
     let scene = format!("{}{}{FLOOR}{}", watcher("busy", BUSY), watcher("other", COUNTER), pioneer("", ""));
-    let place = Place::scene(&scene);
+    let place = TestFolder::scene(&scene);
     let runs: Vec<(Vec<String>, Vec<String>)> = (0..3)
         .map(|_| {
             let lines = place.trace(&[], &["--steps", "20"]);
@@ -69,7 +69,8 @@ fn a_busy_thread_is_cut_at_the_same_place_in_every_run() {
 fn slices_have_the_length_that_is_set() {
     // 1 ms corresponds to 20,000 instructions; the default is 2 ms (docs/guide/scripts.md, "Threads").
     let far = |set: &str| -> f64 {
-        let said = says(&format!("{}{}", watcher("busy", &format!("{set} {BUSY}")), watcher("other", COUNTER)), "11");
+        let said =
+            status_lines(&format!("{}{}", watcher("busy", &format!("{set} {BUSY}")), watcher("other", COUNTER)), "11");
         let at = |i: usize| said[i].concat().parse::<f64>().unwrap();
         (at(10) - at(0)) / 10.0
     };
@@ -83,7 +84,7 @@ fn slices_have_the_length_that_is_set() {
 }
 
 #[test]
-fn modern_threads_are_cut_unless_they_step() {
+fn modern_threads_are_preempted_unless_they_step() {
     // See tests/facts/script-api.md, 1: threads are switched automatically except in stepping mode, and `setStepping`
     // returns the level.
     let script = "sim = require('sim')
@@ -102,7 +103,7 @@ fn modern_threads_are_cut_unless_they_step() {
             sim.addStatusbarMessage(tostring(t == sim.getSimulationTime()))
         end
         function sysCall_actuation() sim.addStatusbarMessage('a') end";
-    let said = says(&watcher("a", script), "3");
+    let said = status_lines(&watcher("a", script), "3");
     // The thread continues right before its script's actuation (tests/facts/call-order.md, 1).
     assert_eq!(said, [vec!["levels 0 1", "a"], vec!["time went on", "a"], vec!["true", "a"]]);
 }
@@ -115,7 +116,7 @@ fn threads_of_3_5_have_a_function() {
             for i = 1, 2 do sim.addStatusbarMessage('main '..i/1) sim.switchThread() end
         end
         function sysCall_cleanup() print('cleaned') end";
-    let place = Place::scene(&watcher("a", script));
+    let place = TestFolder::scene(&watcher("a", script));
     let lines = place.trace(&[], &["--steps", "3"]);
     let said: Vec<_> = lines.iter().map(|l| l.status().concat()).collect();
     assert_eq!(said, ["main 1", "main 2", ""]);
@@ -132,14 +133,14 @@ fn yields_pass_through_protected_calls_metamethods_and_iterators() {
         local ok = xpcall(function() sim.step() error('x') end, function(e) return e end)
         sim.addStatusbarMessage(n..k..tostring(ok))
     end";
-    let said = says(&watcher("a", script), "8");
+    let said = status_lines(&watcher("a", script), "8");
     // Six waits, one step each.
     assert_eq!(said[6], ["4keyfalse"]);
     assert_eq!(said.concat().len(), 1);
 }
 
 #[test]
-fn a_cut_inside_a_sort_or_a_coroutine_comes_later() {
+fn preemption_in_a_sort_or_a_coroutine_is_deferred() {
     // If a thread cannot be preempted, it continues to the next point at which it can. A coroutine in it is never
     // preempted.
     let script = "function sysCall_thread()
@@ -148,7 +149,10 @@ fn a_cut_inside_a_sort_or_a_coroutine_comes_later() {
         local co = coroutine.wrap(function() for i = 1, 1e5 do end coroutine.yield('in') return 'out' end)
         sim.addStatusbarMessage(co()..co()..t[1])
     end";
-    assert_eq!(says(&watcher("a", script), "3").concat(), ["inout0"].map(|s| s.replace('0', &lowest().to_string())));
+    assert_eq!(
+        status_lines(&watcher("a", script), "3").concat(),
+        ["inout0"].map(|s| s.replace('0', &lowest().to_string()))
+    );
 }
 
 /// Returns the smallest of the numbers that the script sorts.
@@ -160,7 +164,7 @@ fn lowest() -> u64 {
 fn a_thread_that_never_lets_go_is_stopped_by_its_budget() {
     let script = "function sysCall_thread()\nsim.setStepping(true)\nwhile true do end\nend";
     let scene = format!("[scene.budget]\ninstructions = 300000\n{}{}", watcher("a", script), watcher("b", COUNTER));
-    let place = Place::scene(&scene);
+    let place = TestFolder::scene(&scene);
     let done = place.run(&["--steps", "3", "--trace", "t.jsonl"]);
     let errors = done.errors();
     assert_eq!(errors.len(), 1, "{errors:?}");

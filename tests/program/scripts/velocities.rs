@@ -27,7 +27,7 @@ fn object_velocity_is_that_of_the_frame() {
             last = p
         end",
     );
-    let err = Place::scene(&spinning(&probe)).run(&["--steps", "20"]).good().err;
+    let err = TestFolder::scene(&spinning(&probe)).run(&["--steps", "20"]).good().err;
     let lines: Vec<Vec<f64>> = err
         .lines()
         .filter_map(|l| l.split_once("velocities "))
@@ -52,7 +52,7 @@ fn graphs_record_the_speed_of_the_frame() {
     let graph = "[[object]]\nkind = \"graph\"\nalias = \"G\"\nstreams = [\n\
                  { name = \"speed\", unit = \"m/s\", of = \"/body\", data = \"speed\" },\n\
                  { name = \"turning\", unit = \"rad/s\", of = \"/body\", data = \"turning\" },\n]\n";
-    let place = Place::scene(&spinning(graph));
+    let place = TestFolder::scene(&spinning(graph));
     place.run(&["--steps", "5", "--graphs", "out"]).good();
     let (_, rows) = table(&place.read("out/G.csv"));
     assert_eq!(rows.len(), 5);

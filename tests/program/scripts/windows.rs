@@ -5,7 +5,7 @@ use crate::kit::*;
 /// An SVG drawing can be in a file, in the description of the window, or in the script. If it cannot be read, the
 /// window still opens.
 #[test]
-fn drawings_are_held_as_they_were_given() {
+fn svg_drawings_are_loaded_from_files_windows_and_scripts() {
     let script = r#"
 simUI = require 'simUI'
 function sysCall_init()
@@ -35,8 +35,9 @@ function sysCall_init()
     print('all')
 end
 "#;
-    let place =
-        Place::scene(&format!("[[object]]\nkind = \"dummy\"\nalias = \"d\"\nscript = {{ text = '''{script}''' }}\n"));
+    let place = TestFolder::scene(&format!(
+        "[[object]]\nkind = \"dummy\"\nalias = \"d\"\nscript = {{ text = '''{script}''' }}\n"
+    ));
     place.write("a.svg", "<svg xmlns=\"http://www.w3.org/2000/svg\"><circle r=\"5\"/></svg>\n");
     place.write("words.txt", "no drawing");
     let done = place.tatu(&["run", "scene.toml", "--steps", "1"]).good();

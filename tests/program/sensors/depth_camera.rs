@@ -24,8 +24,8 @@ fn small(more: &str) -> String {
 }
 
 /// Returns the depths that a scene's camera measures in one step, and the line of the trace.
-fn depths(scene: &str) -> (Vec<f64>, Line) {
-    let mut lines = Place::scene(scene).trace(&["/eye"], &["--steps", "1"]);
+fn depths(scene: &str) -> (Vec<f64>, TraceLine) {
+    let mut lines = TestFolder::scene(scene).trace(&["/eye"], &["--steps", "1"]);
     let line = lines.remove(0);
     let all = line.0["readings"]["/eye"]["depth_image.depth"].as_array().unwrap();
     // JSON has no infinity.
@@ -129,7 +129,7 @@ fn parallel_lines_of_sight() {
 
 /// The near and far limits are planes. A camera measures visible objects, whether they are detectable or not.
 #[test]
-fn planes_and_what_is_seen() {
+fn range_limits_are_planes_and_only_visibility_counts() {
     let three = [(0.4, "visible = true"), (0.8, "visible = false"), (1.2, "detectable = false"), (2.0, "")];
     let plates: Vec<String> = three
         .iter()
@@ -153,7 +153,7 @@ fn planes_and_what_is_seen() {
 /// With a projected pattern, surfaces that the pattern does not reach, or that are too slanted or too close, have no
 /// depth.
 #[test]
-fn what_structured_light_cannot_measure() {
+fn structured_light_loses_shadowed_slanted_and_close_surfaces() {
     let post = cuboid("post", [0.02, 0.2, 3.0], [1.01, 0.0, 1.0], "");
     let wall = cuboid("wall", [0.02, 9.0, 9.0], [2.01, 0.0, 1.0], "");
     let row = |more: &str| {
@@ -278,7 +278,7 @@ fn images_do_not_depend_on_threads() {
         cuboid("post", [0.1, 0.3, 3.0], [1.2, 0.1, 1.0], "orientation_deg = [0, 10, 30]"),
         cuboid("wall", [0.02, 9.0, 9.0], [2.5, 0.0, 1.0], "")
     );
-    let place = Place::scene(&scene);
+    let place = TestFolder::scene(&scene);
     let read =
         |threads: &str| place.trace(&["/eye"], &["--steps", "3", "--threads", threads])[2].0["readings"].to_string();
     let one = read("1");
@@ -287,8 +287,8 @@ fn images_do_not_depend_on_threads() {
 }
 
 #[test]
-fn presets_are_listed_and_refusals_tell_what_to_do() {
-    let refused = |more: &str, words: &[&str]| Place::scene(&camera(more)).run(&["--steps", "1"]).refused(words);
+fn presets_are_listed_and_refusals_name_the_keys() {
+    let refused = |more: &str, words: &[&str]| TestFolder::scene(&camera(more)).run(&["--steps", "1"]).refused(words);
     refused("far_m = 0.001", &["far", "near"]);
     refused("edges = \"soft\"", &["edges"]);
     refused("columns = 0", &["columns"]);

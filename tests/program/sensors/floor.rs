@@ -15,7 +15,7 @@ fn array(at: [f64; 3], keys: &str) -> String {
 }
 
 fn seen(scene: &str) -> (Vec<f64>, Vec<f64>) {
-    let line = Place::scene(scene).trace(&["/array"], &["--steps", "1"]).pop().unwrap();
+    let line = TestFolder::scene(scene).trace(&["/array"], &["--steps", "1"]).pop().unwrap();
     let of = |field: &str| {
         let value = &line.0["readings"]["/array"][format!("reflectance.{field}")];
         value.as_f64().map_or_else(|| numbers(value), |x| vec![x])
@@ -86,6 +86,6 @@ fn lists_that_are_no_pairs_are_refused() {
         ("response = [0.01, 1.0, 0.0, 0.5]", ["`response`", "increasing"]),
         ("response = [0.01]", ["`response`", "pairs"]),
     ] {
-        Place::scene(&array([0.0; 3], keys)).run(&["--steps", "1"]).refused(&words);
+        TestFolder::scene(&array([0.0; 3], keys)).run(&["--steps", "1"]).refused(&words);
     }
 }

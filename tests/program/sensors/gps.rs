@@ -8,7 +8,7 @@ fn receiver(parent: &str, keys: &str) -> String {
     format!("[[object]]\nkind = \"sensor\"\nalias = \"gps\"\nsensor = \"gps\"\n{parent}\n{keys}\n")
 }
 
-fn field<const N: usize>(line: &Line, path: &str, name: &str) -> [f64; N] {
+fn field<const N: usize>(line: &TraceLine, path: &str, name: &str) -> [f64; N] {
     let value = &line.0["readings"][path][format!("gps.{name}")];
     let all = match value.as_f64() {
         Some(x) => vec![x],
@@ -21,7 +21,7 @@ fn field<const N: usize>(line: &Line, path: &str, name: &str) -> [f64; N] {
 fn without_noise_the_position_is_the_mounts_to_the_last_bit() {
     let ball = "[[object]]\nkind = \"shape\"\nalias = \"ball\"\nprimitive = \"sphere\"\nsize_m = [0.2, 0.2, 0.2]\n\
         position_m = [1.25, -2.5, 10.0]\ndynamic = true\nmass_kg = 1.0\n";
-    let place = Place::scene(&format!("{ORIGIN}{ball}{}", receiver("parent = \"/ball\"", "")));
+    let place = TestFolder::scene(&format!("{ORIGIN}{ball}{}", receiver("parent = \"/ball\"", "")));
     let lines = place.trace(&["/ball", "/ball/gps"], &["--steps", "10"]);
     let mut before = 10.0;
     for line in &lines {
@@ -39,10 +39,10 @@ fn without_noise_the_position_is_the_mounts_to_the_last_bit() {
 }
 
 #[test]
-fn an_antenna_stands_where_its_offset_says() {
+fn an_antenna_is_at_its_offset() {
     // The mount is rotated by 90 degrees to the left, so its x axis points north, along the world's y axis.
     let keys = "position_m = [10.0, 20.0, 1.0]\norientation_deg = [0.0, 0.0, 90.0]\nantenna_m = [0.5, 0.0, 0.25]";
-    let line = Place::scene(&receiver("", keys)).trace(&["/gps"], &["--steps", "1"]).pop().unwrap();
+    let line = TestFolder::scene(&receiver("", keys)).trace(&["/gps"], &["--steps", "1"]).pop().unwrap();
     let found: [f64; 3] = field(&line, "/gps", "position");
     for (a, b) in found.into_iter().zip([10.0, 20.5, 1.25]) {
         assert!((a - b).abs() < 1e-12, "{found:?}");
@@ -53,7 +53,7 @@ fn an_antenna_stands_where_its_offset_says() {
 fn the_worlds_origin_lies_where_the_scene_says() {
     let at = |origin: &str, position: &str| {
         let scene = format!("{origin}{}", receiver("", &format!("position_m = {position}")));
-        let line = Place::scene(&scene).trace(&["/gps"], &["--steps", "1"]).pop().unwrap();
+        let line = TestFolder::scene(&scene).trace(&["/gps"], &["--steps", "1"]).pop().unwrap();
         ["latitude", "longitude", "altitude"].map(|name| field::<1>(&line, "/gps", name)[0])
     };
     let [lat, lon, alt] = at(ORIGIN, "[0.0, 0.0, 0.0]");
@@ -78,18 +78,18 @@ fn an_origin_that_is_not_on_earth_is_refused() {
         ("origin = { height_m = 1.0 }\n", ["height_m", "[scene.origin]"]),
         ("origin = 3.0\n", ["origin", "[scene]"]),
     ] {
-        Place::scene(&format!("{origin}{}", receiver("", ""))).run(&["--steps", "1"]).refused(&words);
+        TestFolder::scene(&format!("{origin}{}", receiver("", ""))).run(&["--steps", "1"]).refused(&words);
     }
 }
 
 /// Returns the trace of a resting receiver at (10, 20, 30).
-fn resting(keys: &str, steps: &str) -> Vec<Line> {
+fn resting(keys: &str, steps: &str) -> Vec<TraceLine> {
     let scene = format!("{ORIGIN}{}", receiver("", &format!("position_m = [10.0, 20.0, 30.0]\n{keys}")));
-    Place::scene(&scene).trace(&["/gps"], &["--steps", steps])
+    TestFolder::scene(&scene).trace(&["/gps"], &["--steps", steps])
 }
 
 #[test]
-fn v_reps_gps_is_off_by_a_shift_that_stays_and_noise_that_does_not() {
+fn v_reps_gps_has_a_constant_shift_and_varying_noise() {
     let lines = resting("preset = \"vrep_gps\"", "400");
     let truth = [10.0, 20.0, 30.0];
     let mut shifts = [0.0; 3];
@@ -127,7 +127,7 @@ fn latitude_and_longitude_are_those_of_the_noisy_position() {
 }
 
 #[test]
-fn without_a_fix_there_is_nothing() {
+fn without_a_fix_all_fields_are_zero() {
     let lines = resting("noise = { position = { dropout = 0.3, valid = \"valid\" } }", "100");
     let mut lost = 0;
     for line in &lines {

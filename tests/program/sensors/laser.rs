@@ -33,14 +33,14 @@ fn wall(azimuth: f64) -> (f64, f64) {
 }
 
 /// Returns a field of the scanner in the last line of a trace; non-finite values are infinity.
-fn field(line: &Line, name: &str) -> Vec<f64> {
+fn field(line: &TraceLine, name: &str) -> Vec<f64> {
     let value = &line.0["readings"]["/eye"][format!("range_scan.{name}")];
     let all = value.as_array().unwrap_or_else(|| panic!("no {name}: {}", line.0["readings"]));
     all.iter().map(|v| v.as_f64().unwrap_or(f64::INFINITY)).collect()
 }
 
-fn scan(scene: &str) -> Line {
-    let place = Place::scene(scene);
+fn scan(scene: &str) -> TraceLine {
+    let place = TestFolder::scene(scene);
     place.trace(&["/eye"], &["--steps", "2"]).pop().unwrap()
 }
 
@@ -69,7 +69,7 @@ fn a_scan_of_a_room_has_its_walls() {
 }
 
 #[test]
-fn left_is_left_and_right_comes_first() {
+fn a_scan_begins_at_the_right_and_angles_grow_to_the_left() {
     // One post is 2 m ahead and 1 m to the left (+y), and another is behind. The scan of 180 degrees covers only the
     // first.
     let posts =
@@ -104,7 +104,7 @@ fn layers_meet_a_wall_where_their_elevation_says() {
 }
 
 #[test]
-fn what_cannot_be_told_reads_as_nothing_or_as_the_range() {
+fn beams_without_an_echo_read_infinity_or_the_range() {
     // A post 0.3 m ahead, a wall 4 m ahead.
     let post = cuboid("post", [0.1, 0.1, 1.0], [0.35, 0.0, 0.5], "");
     let ahead = "start_angle_deg = 0.0\nend_angle_deg = 90.0\nrays = 2\nrange_m = 3.5\n";
@@ -131,7 +131,7 @@ fn settings_that_cannot_be_are_refused_by_name() {
         ("full_intensity_m = 0.0", ["`full_intensity`", "more than 0"]),
         ("elevations_deg = [0.0, 100.0]", ["elevations_deg", "1.57"]),
     ] {
-        Place::scene(&scanner(keys)).run(&["--steps", "1"]).refused(&words);
+        TestFolder::scene(&scanner(keys)).run(&["--steps", "1"]).refused(&words);
     }
 }
 
@@ -150,8 +150,8 @@ fn v_reps_hokuyo_is_wrong_by_at_most_a_centimetre() {
 }
 
 #[test]
-fn a_real_hokuyo_tells_whole_millimetres_ten_times_a_second() {
-    let place = Place::scene(&format!("{}{}", room(), scanner("preset = \"hokuyo_urg_04lx\"")));
+fn a_real_hokuyo_measures_whole_millimetres_ten_times_a_second() {
+    let place = TestFolder::scene(&format!("{}{}", room(), scanner("preset = \"hokuyo_urg_04lx\"")));
     let lines = place.trace(&["/eye"], &["--steps", "8"]);
     let scans: Vec<Vec<f64>> = lines.iter().map(|l| field(l, "distance")).collect();
     // A step is 50 ms, so each scan remains unchanged for two steps.
@@ -216,12 +216,12 @@ fn lost_beams_have_no_strength_and_read_as_the_range_where_asked() {
 }
 
 #[test]
-fn a_scan_that_takes_its_time_is_bent_by_the_robots_motion() {
+fn a_slow_scan_is_distorted_by_the_motion_of_the_robot() {
     // The mount drives ahead at 2 m/s towards the wall at x = 4, along beams at -60, 0 and 60 degrees, 0.1 s apart.
     let keys = "start_angle_deg = -60.0\nend_angle_deg = 60.0\nrays = 3\nscan_time_s = 0.2";
     let drive = "script = { language = \"lua\", text = \"\"\"\nfunction sysCall_init() n = 0 end\n\
         function sysCall_actuation() n = n + 1 sim.setObjectPosition(sim.getObject('/eye'), {0.1 * n, 0, 0.5}) end\n\"\"\" }";
-    let place = Place::scene(&format!("{}{}", room(), scanner(&format!("{keys}\n{drive}"))));
+    let place = TestFolder::scene(&format!("{}{}", room(), scanner(&format!("{keys}\n{drive}"))));
     let line = place.trace(&["/eye"], &["--steps", "5"]).pop().unwrap();
     let x = line.object::<3>("/eye", "position")[0];
     assert!((x - 0.5).abs() < 1e-9, "{x}");
@@ -235,7 +235,7 @@ fn a_scan_that_takes_its_time_is_bent_by_the_robots_motion() {
 }
 
 #[test]
-fn glass_is_there_for_sonars_and_not_for_lasers() {
+fn glass_is_detected_by_sonars_and_not_by_lasers() {
     // The mask 16 makes an object detectable by ultrasonic sensors only.
     let pane = cuboid("pane", [0.02, 1.0, 1.0], [1.01, 0.0, 0.5], "detectable_mask = 16");
     let sonar = "[[object]]\nkind = \"sensor\"\nalias = \"sonar\"\nsensor = \"proximity\"\nwaves = \"ultrasonic\"\n\
@@ -243,7 +243,8 @@ fn glass_is_there_for_sonars_and_not_for_lasers() {
     let infrared = sonar.replace("\"sonar\"", "\"infrared\"").replace("ultrasonic", "infrared");
     let any = sonar.replace("\"sonar\"", "\"any\"").replace("waves = \"ultrasonic\"\n", "");
     let scene = format!("{}{pane}{}{sonar}{infrared}{any}", room(), scanner("rays = 1\nstart_angle_deg = 0.0"));
-    let line = Place::scene(&scene).trace(&["/eye", "/sonar", "/infrared", "/any"], &["--steps", "2"]).pop().unwrap();
+    let line =
+        TestFolder::scene(&scene).trace(&["/eye", "/sonar", "/infrared", "/any"], &["--steps", "2"]).pop().unwrap();
     let seen = |path: &str| line.sensor(path, "proximity.distance");
     assert!((seen("/sonar") - 1.0).abs() < 1e-6 && (seen("/any") - 1.0).abs() < 1e-6);
     assert!((seen("/infrared") - 4.0).abs() < 1e-6, "{}", seen("/infrared"));

@@ -8,7 +8,7 @@ fn sensor(kind: &str, parent: &str, keys: &str) -> String {
     format!("[[object]]\nkind = \"sensor\"\nalias = \"{kind}\"\nsensor = \"{kind}\"\nparent = \"{parent}\"\n{keys}\n")
 }
 
-fn vector<const N: usize>(line: &Line, path: &str, field: &str) -> [f64; N] {
+fn vector<const N: usize>(line: &TraceLine, path: &str, field: &str) -> [f64; N] {
     let value = &line.0["readings"][path][field];
     numbers(value).try_into().unwrap_or_else(|v| panic!("{field}: {v:?} in {}", line.0["readings"]))
 }
@@ -16,7 +16,7 @@ fn vector<const N: usize>(line: &Line, path: &str, field: &str) -> [f64; N] {
 const BODY: &str = "dynamic = true\nrespondable = true\n";
 
 #[test]
-fn a_scale_weighs_what_stands_on_it() {
+fn a_scale_measures_the_load_on_it() {
     let scale = cuboid("scale", [1.0, 1.0, 0.1], [0.0, 0.0, 0.05], "respondable = true");
     let load = cuboid("load", [0.1, 0.1, 0.2], [0.3, -0.2, 0.2], &format!("{BODY}mass_kg = 2.5"));
     let more = |alias: &str, keys: &str| {
@@ -33,7 +33,7 @@ fn a_scale_weighs_what_stands_on_it() {
     );
     let paths = ["contact", "ahead", "behind", "corner", "heavy"].map(|a| format!("/scale/{a}"));
     let paths: Vec<&str> = paths.iter().map(String::as_str).collect();
-    let line = Place::scene(&scene).trace(&paths, &["--seconds", "3"]).pop().unwrap();
+    let line = TestFolder::scene(&scene).trace(&paths, &["--seconds", "3"]).pop().unwrap();
     let weight = 2.5 * 9.81;
     let [x, y, z] = vector(&line, "/scale/contact", "contact.force");
     assert!((z + weight).abs() < 1e-3 * weight && x.abs() < 1e-3 && y.abs() < 1e-3, "{x} {y} {z}");
@@ -57,7 +57,7 @@ fn a_box_that_slides_feels_friction_and_the_incline() {
     let keys = format!("{BODY}mass_kg = 3.0\nfriction = 0.5\norientation_deg = [0.0, 30.0, 0.0]");
     let slider = cuboid("box", [0.4, 0.4, 0.2], at, &keys);
     let scene = format!("{incline}{slider}{}", sensor("contact", "/box", ""));
-    let lines = Place::scene(&scene).trace(&["/box/contact", "/box"], &["--seconds", "1"]);
+    let lines = TestFolder::scene(&scene).trace(&["/box/contact", "/box"], &["--seconds", "1"]);
     let normal = 3.0 * 9.81 * 0.75_f64.sqrt();
     for line in &lines[10..] {
         let [vx, _, _]: [f64; 3] = line.object("/box", "linear_velocity");
@@ -73,13 +73,14 @@ fn a_box_that_slides_feels_friction_and_the_incline() {
 fn a_shape_elsewhere_can_be_felt() {
     let foot = cuboid("foot", [0.2; 3], [0.0, 0.0, 0.1], &format!("{BODY}mass_kg = 1.0"));
     let scene = format!("{FLOOR}{foot}{}", sensor("contact", "/foot", "shape = \"/floor\""));
-    let line = Place::scene(&scene).trace(&["/foot/contact"], &["--seconds", "2"]).pop().unwrap();
+    let line = TestFolder::scene(&scene).trace(&["/foot/contact"], &["--seconds", "2"]).pop().unwrap();
     let [_, _, z] = vector(&line, "/foot/contact", "contact.force");
     assert!((z + 9.81).abs() < 1e-2, "the force on the floor must point down: {z}");
-    let place = Place::scene(&format!("{FLOOR}{}", sensor("contact", "/floor", "shape = \"..\"\nthreshold_n = -1.0")));
+    let place =
+        TestFolder::scene(&format!("{FLOOR}{}", sensor("contact", "/floor", "shape = \"..\"\nthreshold_n = -1.0")));
     place.run(&["--steps", "1"]).refused(&["threshold_n"]);
     let other = sensor("imu", "/floor", "");
-    let place = Place::scene(&format!("{FLOOR}{other}{}", sensor("contact", "/floor", "shape = \"../imu\"")));
+    let place = TestFolder::scene(&format!("{FLOOR}{other}{}", sensor("contact", "/floor", "shape = \"../imu\"")));
     place.run(&["--steps", "1"]).refused(&["`../imu` is not a shape"]);
 }
 
@@ -101,7 +102,7 @@ fn a_tool_at_an_arm_weighs_and_tilts() {
     let scene =
         format!("{arm}{wrist}{tool}{}{turned}{}", sensor("force_torque", "/arm/wrist", ""), watcher("reader", script));
     let paths = ["/arm/wrist/force_torque", "/arm/turned"];
-    let line = Place::scene(&scene).trace(&paths, &["--seconds", "1"]).pop().unwrap();
+    let line = TestFolder::scene(&scene).trace(&paths, &["--seconds", "1"]).pop().unwrap();
     let (weight, moment) = (2.0 * 9.81, 2.0 * 9.81 * 0.3);
     let near = |found: [f64; 3], wanted: [f64; 3]| {
         assert!(found.iter().zip(wanted).all(|(a, b)| (a - b).abs() < 1e-4), "{found:?}, not {wanted:?}");
@@ -123,7 +124,7 @@ fn a_load_beyond_the_range_saturates() {
     let tool = cuboid("tool", [0.1; 3], [0.0, 0.0, -0.2], "parent = \"/arm/wrist\"\ndynamic = true\nmass_kg = 40.0");
     let transducer = sensor("force_torque", "/arm/wrist", "preset = \"robotiq_ft300\"");
     let scene = format!("{arm}{wrist}{tool}{transducer}");
-    let line = Place::scene(&scene).trace(&["/arm/wrist/force_torque"], &["--seconds", "1"]).pop().unwrap();
+    let line = TestFolder::scene(&scene).trace(&["/arm/wrist/force_torque"], &["--seconds", "1"]).pop().unwrap();
     assert_eq!(line.0["readings"]["/arm/wrist/force_torque"]["wrench.force"][2], json!(-300.0));
 }
 
@@ -137,8 +138,8 @@ fn a_battery_is_drained_by_a_lift() {
     let keys = "joint = \"../winch\"\nmotors = 2\ncapacity_ah = 0.02\nvoltages_v = [12.0]\nresistance_ohm = 0.5\n\
         idle_current_a = 0.25\nefficiency = 0.5\ncharge = 0.9";
     let scene = format!("{stand}{winch}{load}{}", sensor("battery", "/stand", keys));
-    let lines = Place::scene(&scene).trace(&["/stand/battery"], &["--seconds", "10"]);
-    let of = |line: &Line, field: &str| line.sensor("/stand/battery", &format!("battery.{field}"));
+    let lines = TestFolder::scene(&scene).trace(&["/stand/battery"], &["--seconds", "10"]);
+    let of = |line: &TraceLine, field: &str| line.sensor("/stand/battery", &format!("battery.{field}"));
     // (12 - 0.5 (i + 0.25)) i = 2 · 9.81 / 0.5
     let left = 12.0 - 0.5 * 0.25;
     let current = 0.25 + (left - f64::sqrt(left * left - 4.0 * 0.5 * 39.24)) / (2.0 * 0.5);
@@ -153,10 +154,10 @@ fn a_battery_is_drained_by_a_lift() {
 }
 
 #[test]
-fn an_empty_battery_gives_nothing() {
+fn an_empty_battery_has_no_voltage_and_no_current() {
     let keys = "capacity_ah = 0.001\nvoltages_v = [3.0, 4.0]\nidle_current_a = 3.6";
     let scene = format!("{}{}", cuboid("lamp", [0.1; 3], [0.0; 3], ""), sensor("battery", "/lamp", keys));
-    let lines = Place::scene(&scene).trace(&["/lamp/battery"], &["--seconds", "2"]);
+    let lines = TestFolder::scene(&scene).trace(&["/lamp/battery"], &["--seconds", "2"]);
     // A charge of 3.6 C at 3.6 A lasts for one second.
     for line in &lines {
         let lasts = line.time() < 1.001;
@@ -167,7 +168,7 @@ fn an_empty_battery_gives_nothing() {
 }
 
 #[test]
-fn a_battery_keeps_its_charge_when_its_load_changes_and_can_be_recharged() {
+fn a_battery_preserves_its_charge_when_its_load_changes_and_can_be_recharged() {
     let script = "function sysCall_init() battery, n = sim.getObject('/lamp/battery'), 0 end
         function sysCall_sensing()
             n = n + 1
@@ -181,7 +182,7 @@ fn a_battery_keeps_its_charge_when_its_load_changes_and_can_be_recharged() {
         sensor("battery", "/lamp", keys),
         watcher("w", script)
     );
-    let lines = Place::scene(&scene).trace(&["/lamp/battery"], &["--steps", "25"]);
+    let lines = TestFolder::scene(&scene).trace(&["/lamp/battery"], &["--steps", "25"]);
     let charge = |step: usize| lines[step - 1].sensor("/lamp/battery", "battery.charge");
     // The charge of 36 C is discharged with 3 A for 50 ms, and then with 1 A. The current of a physics step flows from
     // the middle of that step to the middle of the next.
@@ -202,9 +203,9 @@ fn a_sensor_whose_object_is_removed_is_switched_off_and_named() {
             if n == 5 then sim.removeObject(sim.getObject('/pad')) end
         end";
     let feeler = sensor("contact", "/box", "shape = \"/pad\"");
-    let place = Place::scene(&format!("{FLOOR}{pad}{body}{feeler}{}", watcher("remover", script)));
+    let place = TestFolder::scene(&format!("{FLOOR}{pad}{body}{feeler}{}", watcher("remover", script)));
     let done = place.run(&["--steps", "10", "--trace", "t.jsonl", "--watch", "/box/contact"]);
-    done.tells(&["/box/contact", "the object that it measures does not exist, or has been removed"]);
+    done.reports(&["/box/contact", "the object that it measures does not exist, or has been removed"]);
     assert_eq!(done.err.matches("the object that it measures").count(), 1, "{}", done.err);
     let forces: Vec<f64> =
         place.lines("t.jsonl").iter().map(|line| line.sensor("/box/contact", "contact.normal_force")).collect();
@@ -217,7 +218,7 @@ fn a_sensor_whose_object_is_removed_is_switched_off_and_named() {
 fn noise_of_a_field_that_is_called_like_its_schema() {
     let barometer = sensor("barometer", "/box", "noise = { pressure = { sigma = 30.0 } }");
     let scene = format!("{}{barometer}", cuboid("box", [0.2; 3], [0.0, 0.0, 0.1], "dynamic = true"));
-    let lines = Place::scene(&scene).trace(&["/box/barometer"], &["--steps", "3"]);
+    let lines = TestFolder::scene(&scene).trace(&["/box/barometer"], &["--steps", "3"]);
     let values: Vec<f64> = lines.iter().map(|line| line.sensor("/box/barometer", "pressure.pressure")).collect();
     assert!(values.windows(2).all(|v| (v[0] - v[1]).abs() > 0.5), "{values:?}");
 }

@@ -1,7 +1,6 @@
 //! Tests of sensors against closed-form geometry, of their noise, and that reading them has no side effects.
 
 mod depth_camera;
-mod felt_state;
 mod floor;
 mod gps;
 mod laser;
@@ -12,5 +11,6 @@ mod pioneer_sonar;
 mod proximity;
 mod scans;
 mod sensor_models;
+mod sensor_state;
 mod vision;
 mod watchers;

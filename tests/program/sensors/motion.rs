@@ -8,7 +8,7 @@ fn sensor(kind: &str, parent: &str, keys: &str) -> String {
     format!("[[object]]\nkind = \"sensor\"\nalias = \"{kind}\"\nsensor = \"{kind}\"\nparent = \"{parent}\"\n{keys}\n")
 }
 
-fn vector<const N: usize>(line: &Line, path: &str, field: &str) -> [f64; N] {
+fn vector<const N: usize>(line: &TraceLine, path: &str, field: &str) -> [f64; N] {
     let value = &line.0["readings"][path][field];
     numbers(value).try_into().unwrap_or_else(|v| panic!("{field}: {v:?} in {}", line.0["readings"]))
 }
@@ -31,7 +31,7 @@ fn a_unit_at_rest_reads_gravity_upwards() {
         sensor("imu", "/box", "orientation_deg = [90.0, 0.0, 0.0]").replace("alias = \"imu\"", "alias = \"turned\"");
     let scene =
         format!("sleep = false\n{FLOOR}{body}{}{turned}", sensor("imu", "/box", "position_m = [0.1, 0.1, 0.1]"));
-    let lines = Place::scene(&scene).trace(&["/box/imu", "/box/turned"], &["--seconds", "5"]);
+    let lines = TestFolder::scene(&scene).trace(&["/box/imu", "/box/turned"], &["--seconds", "5"]);
     for line in &lines[60..] {
         let [x, y, z] = vector(line, "/box/imu", "imu.acceleration");
         assert!(x.abs() < 1e-6 && y.abs() < 1e-6 && (z - 9.81).abs() < 1e-6, "{x} {y} {z}");
@@ -44,7 +44,7 @@ fn a_unit_at_rest_reads_gravity_upwards() {
 #[test]
 fn a_turntable_pulls_inwards() {
     let scene = format!("{}{}", turntable(3.0), sensor("imu", "/stand/motor/arm", "position_m = [0.5, 0.0, 0.0]"));
-    let lines = Place::scene(&scene).trace(&["/stand/motor/arm/imu"], &["--seconds", "3"]);
+    let lines = TestFolder::scene(&scene).trace(&["/stand/motor/arm/imu"], &["--seconds", "3"]);
     // The sensor measures the centripetal acceleration, 3^2 · 0.5 m/s^2, and gravity.
     for line in &lines[5..] {
         let [x, y, z] = vector(line, "/stand/motor/arm/imu", "imu.acceleration");
@@ -92,7 +92,7 @@ fn the_tip_of_a_swinging_rod_feels_four_times_its_weight() {
     );
     // The step equals the default physics step, so the sensor is read in each physics step.
     let scene = format!("dt_s = 0.005\n{scene}");
-    let lines = Place::scene(&scene).trace(&[], &["--seconds", "0.6"]);
+    let lines = TestFolder::scene(&scene).trace(&[], &["--seconds", "0.6"]);
     let told: Vec<Vec<f64>> = lines
         .iter()
         .flat_map(|l| {
@@ -119,7 +119,7 @@ fn counts_are_the_turns_of_the_wheel() {
     let keys = "counts_per_turn = 1000.0\ngear = 2.0";
     let scene = format!("{}{}", turntable(37.0), sensor("wheel_encoder", "/stand/motor", keys));
     let path = "/stand/motor/wheel_encoder";
-    let lines = Place::scene(&scene).trace(&[path, "/stand/motor/arm"], &["--seconds", "30"]);
+    let lines = TestFolder::scene(&scene).trace(&[path, "/stand/motor/arm"], &["--seconds", "30"]);
     // The direction of the arm determines the fraction of a turn, and its velocity the number of full turns.
     let mut turns = 0.0;
     for (i, line) in lines.iter().enumerate() {
@@ -134,7 +134,7 @@ fn counts_are_the_turns_of_the_wheel() {
 }
 
 #[test]
-fn a_compass_tells_where_it_points() {
+fn a_compass_measures_its_heading() {
     let horizontal = 5e-5 * f64::cos(1.0);
     for (yaw_deg, declination_deg) in [(0.0, 0.0), (90.0, 0.0), (37.0, 0.0), (-120.0, 11.5), (180.0, -20.0)] {
         let keys = format!(
@@ -142,7 +142,7 @@ fn a_compass_tells_where_it_points() {
              inclination_rad = 1.0"
         );
         let scene = sensor("compass", "", &keys).replace("parent = \"\"\n", "");
-        let line = Place::scene(&scene).trace(&["/compass"], &["--steps", "2"]).pop().unwrap();
+        let line = TestFolder::scene(&scene).trace(&["/compass"], &["--steps", "2"]).pop().unwrap();
         let heading = line.sensor("/compass", "magnetic_field.heading");
         let wanted = (FRAC_PI_2 - f64::to_radians(yaw_deg + declination_deg)).rem_euclid(TAU);
         assert!((heading - wanted).abs() < 1e-9, "yaw {yaw_deg}: {heading}, not {wanted}");
@@ -156,7 +156,7 @@ fn a_compass_tells_where_it_points() {
 fn the_heading_follows_from_the_noisy_field() {
     let keys = "orientation_deg = [0.0, 0.0, 90.0]\nnoise.field = { sigma = 1e-6 }\nscale = [1.0, 1.0, 0.5]";
     let scene = sensor("compass", "", keys).replace("parent = \"\"\n", "");
-    let lines = Place::scene(&scene).trace(&["/compass"], &["--steps", "20"]);
+    let lines = TestFolder::scene(&scene).trace(&["/compass"], &["--steps", "20"]);
     let mut headings = Vec::new();
     for line in &lines {
         let [x, y, _] = vector(line, "/compass", "magnetic_field.field");
@@ -182,14 +182,14 @@ fn a_barometer_reads_the_standard_atmosphere() {
             "origin = {{ lat_deg = 48.0, alt_m = {origin:?} }}\n{}",
             sensor("barometer", "", &format!("position_m = [3.0, 4.0, {z:?}]")).replace("parent = \"\"\n", "")
         );
-        let line = Place::scene(&scene).trace(&["/barometer"], &["--steps", "1"]).pop().unwrap();
+        let line = TestFolder::scene(&scene).trace(&["/barometer"], &["--steps", "1"]).pop().unwrap();
         let found = line.sensor("/barometer", "pressure.pressure");
         assert!((found - pressure).abs() < 0.1, "{found} Pa at {} m, not {pressure}", origin + z);
         assert!((line.sensor("/barometer", "pressure.altitude") - origin - z).abs() < 1e-6);
     }
     // If the pressure at sea level is 10 hPa lower, an altimeter that is not adjusted shows a higher altitude.
     let scene = sensor("barometer", "", "sea_level_pressure_pa = 100325.0").replace("parent = \"\"\n", "");
-    let line = Place::scene(&scene).trace(&["/barometer"], &["--steps", "1"]).pop().unwrap();
+    let line = TestFolder::scene(&scene).trace(&["/barometer"], &["--steps", "1"]).pop().unwrap();
     assert_eq!(line.sensor("/barometer", "pressure.pressure"), 100_325.0);
     let told = line.sensor("/barometer", "pressure.altitude");
     assert!((83.0..84.5).contains(&told), "{told}");

@@ -7,7 +7,7 @@ use crate::kit::*;
 
 /// A wall whose face is 1 m ahead of sensors at the origin that face along x.
 const WALL: &str = "[[object]]\nkind = \"shape\"\nalias = \"wall\"\nsize_m = [0.1, 40, 4]\nposition_m = [1.05, 0, 0]\n";
-const NOISY: &str = "noise.distance = { sigma = 0.01, walk = { sigma = 0.1, tau_s = 1 }, dropout = 0.1 }";
+const NOISE_KEYS: &str = "noise.distance = { sigma = 0.01, walk = { sigma = 0.1, tau_s = 1 }, dropout = 0.1 }";
 
 /// Returns a sensor with one ray along x.
 fn eye(alias: &str, more: &str) -> String {
@@ -18,18 +18,18 @@ fn eye(alias: &str, more: &str) -> String {
 }
 
 /// Returns the bit patterns of the distances that a sensor measured in each step.
-fn told(scene: &str, path: &str, args: &[&str]) -> Vec<u64> {
-    let place = Place::scene(&format!("seed = 5\n{WALL}{scene}"));
+fn distance_bits(scene: &str, path: &str, args: &[&str]) -> Vec<u64> {
+    let place = TestFolder::scene(&format!("seed = 5\n{WALL}{scene}"));
     let lines = place.trace(&[path], &[&["--seconds", "2"], args].concat());
     lines.iter().map(|l| l.sensor(path, "proximity.distance").to_bits()).collect()
 }
 
 #[test]
-fn others_change_no_bit_of_a_sensors_noise() {
-    let alone = told(&eye("eye", NOISY), "/eye", &[]);
+fn other_sensors_do_not_change_the_noise_of_a_sensor() {
+    let alone = distance_bits(&eye("eye", NOISE_KEYS), "/eye", &[]);
     assert!(alone.iter().collect::<std::collections::BTreeSet<_>>().len() > 30, "the readings have no noise");
-    let second = eye("second", NOISY);
-    let second_in_front = format!("{second}{}", eye("eye", NOISY));
+    let second = eye("second", NOISE_KEYS);
+    let second_in_front = format!("{second}{}", eye("eye", NOISE_KEYS));
     let model = |alias: &str, y: f64| {
         format!("[[model]]\nmodel = \"pioneer_p3dx\"\nalias = \"{alias}\"\nposition_m = [-3, {y}, 0]\n")
     };
@@ -48,34 +48,34 @@ fn others_change_no_bit_of_a_sensors_noise() {
         end",
     );
     for (what, scene) in [
-        ("a second one after it", format!("{}{second}", eye("eye", NOISY))),
+        ("a second one after it", format!("{}{second}", eye("eye", NOISE_KEYS))),
         ("a second one before it", second_in_front.clone()),
-        ("a second one without noise", format!("{}{}", eye("second", ""), eye("eye", NOISY))),
-        ("robots", format!("{}{}{}", model("a", 2.0), eye("eye", NOISY), model("b", -2.0))),
+        ("a second one without noise", format!("{}{}", eye("second", ""), eye("eye", NOISE_KEYS))),
+        ("robots", format!("{}{}{}", model("a", 2.0), eye("eye", NOISE_KEYS), model("b", -2.0))),
         ("one that is moved, renamed and removed", format!("{second_in_front}{moves}")),
     ] {
-        assert_eq!(told(&scene, "/eye", &[]), alone, "{what}");
+        assert_eq!(distance_bits(&scene, "/eye", &[]), alone, "{what}");
     }
-    assert_eq!(told(&eye("eye", NOISY), "/eye", &["--threads", "2"]), alone);
+    assert_eq!(distance_bits(&eye("eye", NOISE_KEYS), "/eye", &["--threads", "2"]), alone);
     // Noise of another field, a different seed, and another sensor.
-    let more = format!("{NOISY}\nnoise.point.sigma = 1");
-    assert_eq!(told(&eye("eye", &more), "/eye", &[]), alone);
-    assert_ne!(told(&eye("eye", NOISY), "/eye", &["--seed", "6"]), alone);
-    assert_ne!(told(&second_in_front, "/second", &[]), alone);
+    let more = format!("{NOISE_KEYS}\nnoise.point.sigma = 1");
+    assert_eq!(distance_bits(&eye("eye", &more), "/eye", &[]), alone);
+    assert_ne!(distance_bits(&eye("eye", NOISE_KEYS), "/eye", &["--seed", "6"]), alone);
+    assert_ne!(distance_bits(&second_in_front, "/second", &[]), alone);
 }
 
 #[test]
-fn zero_noise_is_exact_and_can_be_taken_away() {
-    let exact = told(&eye("eye", ""), "/eye", &[]);
+fn zero_noise_is_exact_and_noise_can_be_removed() {
+    let exact = distance_bits(&eye("eye", ""), "/eye", &[]);
     // The tests of beams check the accuracy of the distance. This one checks that it is the same in each step.
     assert!(exact.iter().all(|x| *x == exact[0]));
     let zero =
         "noise.distance = { sigma = [0, 0], uniform = 0, step = 0, walk = { sigma = 0, tau_s = 1 }, dropout = 0 }";
-    assert_eq!(told(&eye("eye", zero), "/eye", &[]), exact);
+    assert_eq!(distance_bits(&eye("eye", zero), "/eye", &[]), exact);
     for none in ["/eye.noise=none", "/eye.noise={}", "/eye.noise={distance={}}"] {
-        assert_eq!(told(&eye("eye", NOISY), "/eye", &["--set", none]), exact, "{none}");
+        assert_eq!(distance_bits(&eye("eye", NOISE_KEYS), "/eye", &["--set", none]), exact, "{none}");
     }
-    assert_ne!(told(&eye("eye", ""), "/eye", &["--set", "/eye.noise={distance={sigma=0.1}}"]), exact);
+    assert_ne!(distance_bits(&eye("eye", ""), "/eye", &["--set", "/eye.noise={distance={sigma=0.1}}"]), exact);
 }
 
 /// A sensor that approaches the wall has the readings that it would have had `latency` earlier without a latency.
@@ -88,7 +88,7 @@ fn a_ramp_is_seen_late_by_the_latency() {
         end",
     );
     let run = |more: &str| {
-        let place = Place::scene(&format!("{WALL}{}{drive}", eye("eye", more)));
+        let place = TestFolder::scene(&format!("{WALL}{}{drive}", eye("eye", more)));
         let lines = place.trace(&["/eye"], &["--seconds", "2"]);
         lines.iter().map(|l| l.sensor("/eye", "proximity.distance")).collect::<Vec<_>>()
     };
@@ -112,7 +112,7 @@ fn a_sensor_with_a_rate_measures_when_a_period_begins() {
     let script = "function sysCall_init() eye = sim.getObject('/eye') end
         function sysCall_sensing() print('n=' .. sim.getIntProperty(eye, 'sensor.measured')) end";
     let counts = |more: &str, dt: &str, script: &str| {
-        let place = Place::scene(&format!("dt_s = {dt}\n{WALL}{}{}", eye("eye", more), watcher("w", script)));
+        let place = TestFolder::scene(&format!("dt_s = {dt}\n{WALL}{}{}", eye("eye", more), watcher("w", script)));
         let done = place.run(&["--seconds", "10"]).good();
         // Ignores the passes after the last step.
         let steps = (10.0 / dt.parse::<f64>().unwrap()) as usize;
@@ -146,16 +146,16 @@ fn a_sensor_with_a_rate_measures_when_a_period_begins() {
 }
 
 #[test]
-fn noise_is_state() {
-    let place = Place::scene(&format!(
+fn the_state_of_noise_continues_from_a_snapshot() {
+    let place = TestFolder::scene(&format!(
         "seed = 5\n{WALL}{}",
-        eye("eye", &format!("rate_hz = 8\nnoise.latency_s = 0.3\n{NOISY}"))
+        eye("eye", &format!("rate_hz = 8\nnoise.latency_s = 0.3\n{NOISE_KEYS}"))
     ));
     let whole = place.trace(&["/eye"], &["--seconds", "3"]);
     place.run(&["--seconds", "1.4", "--snapshot-at", "1.35", "s.bin"]).good();
     let rest = place.trace(&["/eye"], &["--seconds", "3", "--from", "s.bin"]);
-    let told = |lines: &[Line]| {
-        let distance = |l: &Line| (l.sensor("/eye", "proximity.distance").to_bits(), l.time().to_bits());
+    let told = |lines: &[TraceLine]| {
+        let distance = |l: &TraceLine| (l.sensor("/eye", "proximity.distance").to_bits(), l.time().to_bits());
         lines.iter().map(distance).collect::<Vec<_>>()
     };
     let (whole, rest) = (told(&whole), told(&rest));
@@ -221,10 +221,10 @@ TATU_EXPORT const tatu_plugin_t tatu_plugin = {.size = sizeof(tatu_plugin_t), .a
 "#;
 
 /// Creates a scene with a sensor `ramp`, which has these keys, and a script.
-fn ramp(keys: &str, script: &str) -> Place {
+fn ramp(keys: &str, script: &str) -> TestFolder {
     let sensor = format!("[[object]]\nkind = \"sensor\"\nsensor = \"ramp\"\nalias = \"ramp\"\n{keys}\n");
     let script = format!("function sysCall_init() ramp = sim.getObject('/ramp') end\n{script}");
-    let place = Place::scene(&format!("plugins = [\"mine\"]\n{sensor}{}", watcher("w", &script)));
+    let place = TestFolder::scene(&format!("plugins = [\"mine\"]\n{sensor}{}", watcher("w", &script)));
     fs::create_dir(place.path().join("mine")).unwrap();
     place.write("ramp.c", PLUGIN);
     let mut cc = Command::new(compiler("cc"));
@@ -235,13 +235,13 @@ fn ramp(keys: &str, script: &str) -> Place {
 }
 
 /// Returns the reading in the step that starts at 1 s.
-fn at_one_second(place: &Place, args: &[&str]) -> f64 {
+fn at_one_second(place: &TestFolder, args: &[&str]) -> f64 {
     let lines = place.trace(&["/ramp"], &[&["--steps", "21"], args].concat());
     lines[20].sensor("/ramp", "ramp.value")
 }
 
 #[test]
-fn a_preset_comes_before_the_objects_own_keys() {
+fn keys_of_an_object_override_its_preset() {
     // The sensor measures 5 + 2 t with a latency of 0.1 s, rounded to integers. At 0.9 s it measures 6.8, so it reads
     // 7.
     let place = ramp("preset = \"steep\"", "");
@@ -287,7 +287,7 @@ fn a_preset_can_be_read_and_set_while_it_runs() {
 }
 
 #[test]
-fn what_is_wrong_in_a_preset_is_told_with_its_place() {
+fn errors_of_a_preset_are_reported_with_their_line() {
     for (preset, words) in [
         ("stepe", ["E102", "no preset `stepe`", "did you mean `steep`?"].as_slice()),
         ("misspelt", &["E101", "line 3 of the preset `misspelt`", "`ramp`", "org.test.ramp", "did you mean `gain`?"]),
@@ -301,11 +301,13 @@ fn what_is_wrong_in_a_preset_is_told_with_its_place() {
             .refused(&[words, &["scene.toml:8"]].concat());
     }
     // This sensor kind has no presets.
-    Place::scene(&format!("{WALL}{}", eye("eye", "preset = \"x\""))).run(&[]).refused(&["E102", "it has no presets"]);
+    TestFolder::scene(&format!("{WALL}{}", eye("eye", "preset = \"x\"")))
+        .run(&[])
+        .refused(&["E102", "it has no presets"]);
 }
 
 #[test]
-fn wrong_noise_is_told_with_its_line() {
+fn wrong_noise_is_reported_with_its_line() {
     for (more, words) in [
         ("[object.noise.distance]\nsgima = 1", ["E101", "scene.toml:17", "did you mean `sigma`?"]),
         ("[object.noise.distanse]\nsigma = 1", ["E101", "scene.toml:16", "did you mean `distance`?"]),
@@ -313,10 +315,12 @@ fn wrong_noise_is_told_with_its_line() {
         ("noise.point.uniform = [1, 2]", ["E102", "scene.toml:16", "one number, or 3"]),
         ("noise = 3", ["E102", "scene.toml:16", "expected a table, or"]),
     ] {
-        Place::scene(&format!("\n{WALL}{}", eye("eye", more))).run(&[]).refused(&words);
+        TestFolder::scene(&format!("\n{WALL}{}", eye("eye", more))).run(&[]).refused(&words);
     }
     let scene = format!("{WALL}{}", eye("eye", ""));
-    Place::scene(&scene).run(&["--set", "/eye.noise={distance={sigma='x'}}"]).refused(&["E102", "`sigma`: expected"]);
+    TestFolder::scene(&scene)
+        .run(&["--set", "/eye.noise={distance={sigma='x'}}"])
+        .refused(&["E102", "`sigma`: expected"]);
 }
 
 #[test]
@@ -336,7 +340,7 @@ fn presets_are_described() {
 #[test]
 fn a_plugin_draws_by_key() {
     let place = ramp("", "");
-    let drawn = |place: &Place| -> Vec<Vec<f64>> {
+    let drawn = |place: &TestFolder| -> Vec<Vec<f64>> {
         let lines = place.trace(&["/ramp"], &["--steps", "50"]);
         lines.iter().map(|l| numbers(&l.0["readings"]["/ramp"]["ramp.drawn"])).collect()
     };

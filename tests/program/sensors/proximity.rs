@@ -10,7 +10,7 @@ fn eye(keys: &str) -> String {
 
 /// Returns the distance that the sensor measures, or `None` if it detects nothing.
 fn read(scene: &str) -> Option<f64> {
-    let line = Place::scene(scene).trace(&["/eye"], &["--steps", "2"]).pop().unwrap();
+    let line = TestFolder::scene(scene).trace(&["/eye"], &["--steps", "2"]).pop().unwrap();
     let seen = line.sensor("/eye", "proximity.detected") == 1.0;
     seen.then(|| line.sensor("/eye", "proximity.distance"))
 }
@@ -104,7 +104,7 @@ fn a_disc_is_flat() {
 fn random_rays_lie_in_their_cone_and_change() {
     let keys = "volume = \"random_rays\"\nangle_deg = 20.0\nrange_m = 3.0\nsamples = 200";
     let scene = format!("{}{}", eye(keys), plate(1.0));
-    let run = || Place::scene(&scene).trace(&["/eye"], &["--steps", "10"]);
+    let run = || TestFolder::scene(&scene).trace(&["/eye"], &["--steps", "10"]);
     let mut read: Vec<f64> = run().iter().map(|l| l.sensor("/eye", "proximity.distance")).collect();
     let again: Vec<f64> = run().iter().map(|l| l.sensor("/eye", "proximity.distance")).collect();
     assert_eq!(read, again, "two runs with the same seed differ");
@@ -121,7 +121,7 @@ fn random_rays_lie_in_their_cone_and_change() {
 }
 
 #[test]
-fn what_is_not_seen_hides_only_where_asked() {
+fn undetected_surfaces_occlude_only_on_request() {
     // With back faces only, the far side of a box would be detected, but its near side hides it.
     let block = cuboid("block", [1.0, 1.0, 0.1], [0.0, 0.0, 0.55], "");
     let keys = "volume = \"cone\"\nangle_deg = 30.0\nrange_m = 2.0\nfront_faces = false";
@@ -139,7 +139,7 @@ fn what_is_not_seen_hides_only_where_asked() {
 fn noise_of_the_distance_moves_the_point() {
     let keys = "volume = \"cone\"\nrange_m = 2.0\nnoise = { distance = { sigma = 0.1 } }";
     let scene = format!("{}{}", eye(keys), ball([0.1, 0.1, 0.9], 0.05));
-    let lines = Place::scene(&scene).trace(&["/eye"], &["--steps", "20"]);
+    let lines = TestFolder::scene(&scene).trace(&["/eye"], &["--steps", "20"]);
     let exact = (0.1_f64 * 0.1 * 2.0 + 0.81).sqrt() - 0.05;
     let mut most = 0.0_f64;
     for line in &lines {
@@ -180,7 +180,7 @@ fn scripts_look_with_limits_of_their_own() {
     end";
     let keys = "volume = \"cone\"\nangle_deg = 20.0\nrange_m = 2.0\nwaves = \"ultrasonic\"";
     let script = watcher("script", script).replace("{ text", "{ language = \"lua\", text");
-    let place = Place::scene(&format!("{}{things}{script}", eye(keys)));
+    let place = TestFolder::scene(&format!("{}{things}{script}", eye(keys)));
     let lines = place.trace(&[], &["--steps", "1"]);
     let told: Vec<&str> = lines.iter().flat_map(|l| l.status()).collect();
     // The far side of the plate is 1.52 m away. The far side of the block is at 0.6 m and is hidden by its front, even
@@ -201,7 +201,7 @@ fn a_threshold_of_a_script_does_not_bend_a_pyramid() {
         end
     end";
     let script = watcher("script", script).replace("{ text", "{ language = \"lua\", text");
-    let place = Place::scene(&format!("{}{}{script}", eye(keys), wall_x(0.3)));
+    let place = TestFolder::scene(&format!("{}{}{script}", eye(keys), wall_x(0.3)));
     let lines = place.trace(&[], &["--steps", "1"]);
     let told: Vec<&str> = lines.iter().flat_map(|l| l.status()).collect();
     assert_eq!(told, ["0.671", "0.671", "nothing"]);

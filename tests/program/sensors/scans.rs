@@ -31,7 +31,7 @@ fn scene(script: &str) -> String {
 }
 
 #[test]
-fn what_a_script_moves_its_ray_sees_at_once() {
+fn a_ray_sees_objects_moved_by_its_script_at_once() {
     let script = "
         function sysCall_sensing()
             for round = 0, 9 do
@@ -58,12 +58,12 @@ fn what_a_script_moves_its_ray_sees_at_once() {
             end
         end";
     for threads in ["1", "2"] {
-        Place::scene(&scene(script)).run(&["--steps", "5", "--threads", threads]).good();
+        TestFolder::scene(&scene(script)).run(&["--steps", "5", "--threads", threads]).good();
     }
 }
 
 #[test]
-fn what_was_made_changed_or_removed_is_seen_at_once() {
+fn created_changed_and_removed_objects_are_seen_at_once() {
     let script = "
         function sysCall_sensing()
             look(0, 2, 'before')
@@ -80,11 +80,11 @@ fn what_was_made_changed_or_removed_is_seen_at_once() {
             sim.setObjectPosition(cart, -1, { -4, 0, 0 })
             look(180, 4, 'the cart is back')
         end";
-    Place::scene(&scene(script)).run(&["--steps", "3"]).good();
+    TestFolder::scene(&scene(script)).run(&["--steps", "3"]).good();
 }
 
 #[test]
-fn what_physics_moves_is_seen_after_each_step() {
+fn bodies_moved_by_physics_are_seen_after_each_step() {
     // A box falls in front of the ray. Its upper side passes the height of the ray after 0.2 m.
     let falling = cuboid("falling", [0.2, 0.2, 0.2], [1.0, 0.0, 0.4], "dynamic = true");
     let script = "
@@ -94,5 +94,5 @@ fn what_physics_moves_is_seen_after_each_step() {
             seen = (seen or 0) + (z + 0.1 > 0.3 and 1 or 0)
             if sim.getSimulationTime() > 0.4 and (seen < 2 or z > 0) then error('it does not fall past the ray') end
         end";
-    Place::scene(&format!("{}{falling}", scene(script))).run(&["--seconds", "0.5"]).good();
+    TestFolder::scene(&format!("{}{falling}", scene(script))).run(&["--seconds", "0.5"]).good();
 }

@@ -33,7 +33,7 @@ fn placed(model: &str, at: [f64; 3], more: &str) -> String {
 }
 
 #[test]
-fn the_scanner_tells_its_points_by_tube_signal_graph_and_file() {
+fn the_scanner_sends_its_points_by_tube_signal_graph_and_file() {
     // The scanner returns 361 points over 180 degrees, relative to itself. Beam i has the angle -90 + i / 2 degrees.
     let reader = "
         function sysCall_init()
@@ -64,7 +64,7 @@ fn the_scanner_tells_its_points_by_tube_signal_graph_and_file() {
     let scanner =
         placed("laser_scanner_2d", [0.5, -0.25, 0.3], "orientation_deg = [0.0, 0.0, 30.0]\nlog = \"scans.log\"");
     let text = format!("{}{scanner}{}", room(), watcher("reader", &format!("{WALLS}{reader}")));
-    let place = Place::scene(&text);
+    let place = TestFolder::scene(&text);
     let lines = place.trace(&[], &["--steps", "5", "--graphs", "."]);
     let told = lines.iter().filter(|l| l.status() == ["scan"]).count();
     assert_eq!(told, 4, "each scan must be available one step later");
@@ -90,8 +90,8 @@ fn parameters_of_a_model_are_those_of_its_script_and_others_may_set_them() {
         end";
     let more = "scanning_angle_deg = 90.0\nscanning_density = 1.0";
     let text = format!("{}{}{}", room(), placed("sick", [0.0, 0.0, 0.3], more), watcher("reader", reader));
-    let lines = Place::scene(&text).trace(&[], &["--steps", "5"]);
-    let told: Vec<_> = lines.iter().flat_map(Line::status).map(|t| t.parse::<f64>().unwrap()).collect();
+    let lines = TestFolder::scene(&text).trace(&[], &["--steps", "5"]);
+    let told: Vec<_> = lines.iter().flat_map(TraceLine::status).map(|t| t.parse::<f64>().unwrap()).collect();
     assert_eq!(told, [91.0, 91.0, 46.0, 46.0]);
 }
 
@@ -121,8 +121,8 @@ fn the_hokuyo_turns_ten_times_a_second() {
         let device = placed("hokuyo", [0.0, 0.0, 0.2], &format!("noise_m = {noise}"));
         let reader = format!("local NOISE = {tolerance}\n{WALLS}{reader}");
         let text = format!("{}{device}{}", room(), watcher("reader", &reader));
-        let lines = Place::scene(&text).trace(&[], &["--steps", "7"]);
-        let told: Vec<_> = lines.iter().flat_map(Line::status).map(|t| t.parse::<f64>().unwrap()).collect();
+        let lines = TestFolder::scene(&text).trace(&[], &["--steps", "7"]);
+        let told: Vec<_> = lines.iter().flat_map(TraceLine::status).map(|t| t.parse::<f64>().unwrap()).collect();
         assert_eq!(told, [512.0, 172.0, 512.0, 172.0, 512.0, 172.0]);
     }
 }
@@ -159,7 +159,7 @@ fn errors_of_the_hokuyo_are_spread_evenly_over_a_centimetre_to_either_side() {
         placed("hokuyo", [0.0, 0.0, 0.2], ""),
         watcher("reader", &format!("{WALLS}{reader}"))
     );
-    Place::scene(&text).run(&["--seconds", "4"]).good();
+    TestFolder::scene(&text).run(&["--seconds", "4"]).good();
 }
 
 /// Returns the position that a GPS model reports in each step, through signals and a tube.
@@ -176,13 +176,13 @@ fn gps(model: &str, scene: &str) -> Vec<[f64; 3]> {
             sim.addStatusbarMessage(string.format('%.9f %.9f %.9f', p[1], p[2], p[3]))
         end";
     let text = format!("{scene}{}{}", placed("gps", [1.5, -2.25, 0.5], model), watcher("reader", reader));
-    let lines = Place::scene(&text).trace(&[], &["--steps", "401"]);
-    let told = lines.iter().flat_map(Line::status);
+    let lines = TestFolder::scene(&text).trace(&[], &["--steps", "401"]);
+    let told = lines.iter().flat_map(TraceLine::status);
     told.map(|t| t.split(' ').map(|x| x.parse().unwrap()).collect::<Vec<f64>>().try_into().unwrap()).collect()
 }
 
 #[test]
-fn a_gps_without_errors_tells_its_place_and_with_them_is_off_by_as_much_as_v_rep() {
+fn a_gps_is_exact_without_errors_and_as_inexact_as_v_rep_with_them() {
     let exact = gps("noise_m = [0.0, 0.0, 0.0]\nshift_m = [0.0, 0.0, 0.0]", "");
     assert_eq!(exact.len(), 400);
     assert!(exact.iter().all(|p| *p == [1.5, -2.25, 0.5]), "these values are also exact in 32 bits");
@@ -206,7 +206,7 @@ fn a_gps_without_errors_tells_its_place_and_with_them_is_off_by_as_much_as_v_rep
 #[test]
 fn the_course_shows_a_gps_with_its_error_and_without() {
     let scene = root().join("scenes/course/gps.toml");
-    let place = Place::new();
+    let place = TestFolder::new();
     let args = ["run", scene.to_str().unwrap(), "--seconds", "10", "--json", "--trace", "trace.jsonl"];
     place.tatu(&args).good();
     let told: Vec<(f64, f64)> = place
@@ -220,7 +220,7 @@ fn the_course_shows_a_gps_with_its_error_and_without() {
 }
 
 #[test]
-fn the_fast_hokuyo_tells_the_walls_in_all_its_pixels() {
+fn the_fast_hokuyo_measures_the_walls_in_all_its_pixels() {
     // Two cameras of 256 pixels and 120 degrees each, from -120 to 120 degrees, to 5 m; column k of a camera points to
     // atan((2 (k + 0.5) / 256 - 1) tan 60): tests/facts/devices.md. The row of pixels is not at the same height, but
     // walls are vertical: all points are on them.
@@ -252,8 +252,8 @@ fn the_fast_hokuyo_tells_the_walls_in_all_its_pixels() {
         placed("fast_hokuyo", [0.0, 0.0, 0.2], ""),
         watcher("reader", &format!("{WALLS}{reader}"))
     );
-    let lines = Place::scene(&text).trace(&[], &["--steps", "3"]);
-    let told: Vec<_> = lines.iter().flat_map(Line::status).map(|t| t.parse::<f64>().unwrap()).collect();
+    let lines = TestFolder::scene(&text).trace(&[], &["--steps", "3"]);
+    let told: Vec<_> = lines.iter().flat_map(TraceLine::status).map(|t| t.parse::<f64>().unwrap()).collect();
     assert_eq!(told, [512.0, 512.0]);
 }
 
@@ -297,7 +297,7 @@ fn the_kinect_sees_a_plate_in_front_of_it() {
         end";
     let kinect = placed("kinect", [0.5, 0.0, 0.5], "");
     let text = format!("{plate}{kinect}{}", watcher("reader", &format!("{WALLS}{reader}")));
-    let lines = Place::scene(&text).trace(&[], &["--steps", "2"]);
+    let lines = TestFolder::scene(&text).trace(&[], &["--steps", "2"]);
     assert!(lines.iter().all(|l| l.status() == ["seen"]));
     let old = "
         function sysCall_init() sensor = sim.getObjectHandle('kinect_visionSensor') end
@@ -306,21 +306,21 @@ fn the_kinect_sees_a_plate_in_front_of_it() {
             if sim.getObjectHandle('kinect_depth@silentError') ~= -1 then error('it has both') end
         end";
     let kinect = placed("kinect", [0.5, 0.0, 0.5], "sensors = \"vision_sensor\"\ncolumns = 160\nrows = 120");
-    Place::scene(&format!("{plate}{kinect}{}", watcher("reader", &format!("{WALLS}{old}"))))
+    TestFolder::scene(&format!("{plate}{kinect}{}", watcher("reader", &format!("{WALLS}{old}"))))
         .run(&["--steps", "2"])
         .good();
 }
 
 #[test]
-fn the_course_saves_what_the_kinect_sees_at_a_key() {
+fn the_course_saves_kinect_images_at_a_key() {
     let scene = root().join("scenes/course/kinect_capture.toml");
-    let place = Place::new();
+    let place = TestFolder::new();
     place.write("keys.txt", "1.0 w\n2.0 x\n3.0 w\n");
     let args =
         ["run", scene.to_str().unwrap(), "--seconds", "4", "--json", "--trace", "trace.jsonl", "--keys", "keys.txt"];
     place.tatu(&args).good();
     let lines = place.lines("trace.jsonl");
-    let told: Vec<_> = lines.iter().flat_map(Line::status).collect();
+    let told: Vec<_> = lines.iter().flat_map(TraceLine::status).collect();
     assert_eq!(told.iter().filter(|t| t.starts_with("saved")).count(), 2, "{told:?}");
     // The side of the can is 60 mm in front of its centre, and the camera is 29.2 mm in front of the origin of the
     // model, so the distance is -0.2 - 0.06 + 2 - 0.029248 m.

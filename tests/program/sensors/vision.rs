@@ -14,9 +14,9 @@ fn camera(script: &str) -> String {
 }
 
 /// Runs scripts of the camera in front of a wall whose face is at 1 m and fills the lower half of the image.
-fn see(script: &str) -> Done {
+fn see(script: &str) -> RunOutput {
     let wall = cuboid("wall", [0.02, 6.0, 3.0], [1.01, 0.0, -0.5], "");
-    Place::scene(&format!("{}{wall}", camera(script))).run(&["--steps", "3"])
+    TestFolder::scene(&format!("{}{wall}", camera(script))).run(&["--steps", "3"])
 }
 
 /// Rows are stored from the bottom to the top. The normalised depth of the wall is (1 - 0.5) / (2.5 - 0.5) = 0.25.
@@ -44,7 +44,7 @@ fn depths_begin_at_the_bottom() {
 }
 
 #[test]
-fn old_names_give_tables() {
+fn old_names_return_tables() {
     see("if sim_call_type == sim_childscriptcall_initialization then
             eye = simGetObjectHandle('eye')
             if simReadVisionSensor(eye) ~= -1 then error('never handled') end
@@ -93,7 +93,7 @@ fn the_packet_of_fifteen() {
 
 /// Detection can be restricted to one entity. If this is not the wall, nothing is detected.
 #[test]
-fn one_entity_is_looked_at() {
+fn detection_can_be_restricted_to_one_entity() {
     see("function sysCall_sensing()
             local eye = sim.getObject('/eye')
             local r, p = sim.checkVisionSensor(eye, sim.getObject('/wall'))
@@ -133,7 +133,7 @@ fn parameters_by_number() {
 
 /// `sysCall_vision` gets its arguments, and its return value takes effect.
 #[test]
-fn scripts_look_at_the_image() {
+fn the_vision_callback_has_its_arguments_and_results() {
     see("function sysCall_init() eye = sim.getObject('/eye') end
          function sysCall_vision(d)
             assert(d.handle == eye and d.resolution[1] == 16 and d.resolution[2] == 12)
@@ -157,7 +157,7 @@ fn scripts_look_at_the_image() {
 
 /// In the sensing stage `sysCall_vision` is called automatically, before `sysCall_sensing`.
 #[test]
-fn scripts_are_told_of_each_image() {
+fn the_vision_callback_is_called_before_sensing() {
     let wall = cuboid("wall", [0.02, 6.0, 3.0], [1.01, 0.0, -0.5], "");
     let told = "function sysCall_trigger(d)
                     if math.abs(d.detectedPoint[3] - 1) > 1e-6 or d.detectedObjectHandle ~= sim.getObject('/wall') then
@@ -177,7 +177,7 @@ fn scripts_are_told_of_each_image() {
             sim.addStatusbarMessage('sensing ' .. n)
          end",
     );
-    let lines = Place::scene(&format!("{eye}{sonar}{wall}")).trace(&[], &["--steps", "2"]);
+    let lines = TestFolder::scene(&format!("{eye}{sonar}{wall}")).trace(&[], &["--steps", "2"]);
     for line in &lines[..2] {
         assert_eq!(line.status(), ["image", "trigger", "sonar", "sensing 1"]);
     }
@@ -206,7 +206,7 @@ fn images_from_elsewhere() {
 /// A scanner as in the models of 2015 converts depths to coordinates (filter 35), which scripts read as `r, t, u`. For
 /// a wall at 1 m in front of 16 columns, x = slope * 1 m and z = 1 m in the middle row of three.
 #[test]
-fn chains_of_filters_tell_coordinates() {
+fn chains_of_filters_return_coordinates() {
     let wall = cuboid("wall", [0.02, 6.0, 6.0], [1.01, 0.0, 1.0], "");
     let eye = camera(
         "if sim_call_type == sim_childscriptcall_sensing then
@@ -228,7 +228,7 @@ fn chains_of_filters_tell_coordinates() {
          end",
     )
     .replace("script =", "data = { \"vision.filters\" = \"2;35::0:4,3;38\" }\nscript =");
-    Place::scene(&format!("{eye}{wall}")).run(&["--steps", "3"]).good();
+    TestFolder::scene(&format!("{eye}{wall}")).run(&["--steps", "3"]).good();
 }
 
 /// A script of 2015 writes the depths of a Kinect when the key w is pressed. Its code is 119, and 6 is the message of a
@@ -263,7 +263,7 @@ fn a_key_captures_depths_and_colours() {
                 message,data=simGetSimulatorMessage()
             end
         end";
-    let place = Place::scene(&format!("{}{wall}", camera(capture)));
+    let place = TestFolder::scene(&format!("{}{wall}", camera(capture)));
     place.write("keys.txt", "0.1 w\n0.2 x\n");
     let lines = place.trace(&[], &["--steps", "8", "--keys", "keys.txt"]);
     let told: Vec<usize> = (0..lines.len()).filter(|i| lines[*i].status() == ["captured"]).collect();
@@ -279,7 +279,7 @@ fn a_key_captures_depths_and_colours() {
 /// `tatu.read` and `tatu.save` give the same image, as numbers and as files. Files are upright, in whole millimetres.
 #[test]
 fn readings_as_tables_and_files() {
-    let place = Place::scene(&format!(
+    let place = TestFolder::scene(&format!(
         "{}{}",
         camera(
             "function sysCall_sensing()
@@ -317,7 +317,7 @@ fn readings_as_tables_and_files() {
 }
 
 #[test]
-fn what_is_no_vision_sensor_is_refused() {
+fn objects_other_than_vision_sensors_are_refused() {
     let errors = see("function sysCall_sensing() sim.readVisionSensor(sim.getObject('/wall')) end").errors();
     assert!(errors[0].to_string().contains("is not a vision sensor"), "{errors:?}");
 }
@@ -388,5 +388,5 @@ fn six_sensors_make_an_image_of_all_around() {
             assert(why(all, six, 1, 1, six[1]):find('33 x 33: expected equal sizes'))
         end",
     );
-    Place::scene(&scene).run(&["--steps", "2"]).good();
+    TestFolder::scene(&scene).run(&["--steps", "2"]).good();
 }

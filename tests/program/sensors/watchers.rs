@@ -29,8 +29,8 @@ fn sensor(kind: &str, more: &str) -> String {
 }
 
 /// Runs a scene and returns the lines of its trace with the hashes of all objects.
-fn ran(text: &str, threads: &str) -> Vec<Line> {
-    Place::scene(text).trace(&[], &["--seconds", "4", "--hashes", "--threads", threads])
+fn ran(text: &str, threads: &str) -> Vec<TraceLine> {
+    TestFolder::scene(text).trace(&[], &["--seconds", "4", "--hashes", "--threads", threads])
 }
 
 #[test]

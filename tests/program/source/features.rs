@@ -8,18 +8,18 @@ use std::{
 use crate::kit::*;
 
 /// Plugins as third parties write them, and the crate that they depend on, which are built without the check of layouts.
-const AS_OUTSIDE: [&str; 5] =
+const EXTERNAL_PACKAGES: [&str; 5] =
     ["tatu-plugin-api", "tatu-compass", "tatu-knock", "tatu-tally", "tatu-template-rust-sensor"];
 
 /// The sets of features with which cargo builds each package; macros and libraries may have different ones.
-type Built = BTreeMap<String, BTreeSet<String>>;
+type BuildFeatures = BTreeMap<String, BTreeSet<String>>;
 
 /// Returns what cargo builds for a selection of packages.
-fn built(selection: &[&str]) -> Built {
+fn built(selection: &[&str]) -> BuildFeatures {
     let arguments = ["tree", "--offline", "--prefix", "none", "--format", "{p}|{f}"];
     let out = Command::new(env!("CARGO")).args(arguments).args(selection).current_dir(root()).output().unwrap();
     assert!(out.status.success(), "{}", String::from_utf8_lossy(&out.stderr));
-    let mut all = Built::new();
+    let mut all = BuildFeatures::new();
     for line in String::from_utf8(out.stdout).unwrap().lines() {
         if let Some((package, features)) = line.trim_end_matches(" (*)").split_once('|') {
             all.entry(package.to_owned()).or_default().insert(features.to_owned());
@@ -44,10 +44,10 @@ fn anew(names: &[String], edges_of_all: &str, edges: &str) -> BTreeMap<String, S
 }
 
 #[test]
-fn packages_built_alone_share_what_the_workspace_has_built() {
+fn packages_built_alone_share_the_artifacts_of_the_workspace() {
     let members = built(&["--workspace", "--edges", "normal", "--depth", "0"]);
     let names =
-        members.keys().filter_map(|package| package.split(' ').next()).filter(|name| !AS_OUTSIDE.contains(name));
+        members.keys().filter_map(|package| package.split(' ').next()).filter(|name| !EXTERNAL_PACKAGES.contains(name));
     let names: Vec<String> = names.map(str::to_owned).collect();
     // Libraries alone, since macros may use the same crate with other features; then everything.
     let mut found = anew(&names, "normal,dev,no-proc-macro", "normal,no-proc-macro");

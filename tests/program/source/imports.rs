@@ -8,11 +8,11 @@ use std::{
 };
 
 /// For each file, the files of the same crate from which it imports names, each with one of these names.
-pub type Imports = BTreeMap<PathBuf, BTreeMap<PathBuf, String>>;
+pub type FileImports = BTreeMap<PathBuf, BTreeMap<PathBuf, String>>;
 
 /// A name that a `use` declaration imports into a module.
 #[derive(Debug)]
-struct Use {
+struct UseDeclaration {
     path: Vec<String>,
     /// The imported name; `*` for a glob import.
     alias: String,
@@ -21,22 +21,22 @@ struct Use {
 
 /// A module: a file, or an inline `mod` in one.
 #[derive(Debug, Default)]
-struct Module {
+struct SourceModule {
     file: PathBuf,
     items: BTreeSet<String>,
-    uses: Vec<Use>,
+    uses: Vec<UseDeclaration>,
     /// Qualified paths in the code outside of `use` declarations, such as `super::table::find`.
     paths: Vec<Vec<String>>,
     words: BTreeMap<String, usize>,
 }
 
-type Modules = BTreeMap<Vec<String>, Module>;
+type ModuleTree = BTreeMap<Vec<String>, SourceModule>;
 
 /// Returns the imports within the crate whose sources are in `src`.
-pub fn imports(src: &Path) -> Imports {
-    let mut modules = Modules::new();
+pub fn imports(src: &Path) -> FileImports {
+    let mut modules = ModuleTree::new();
     read_folder(src, &mut Vec::new(), &mut modules);
-    let mut out = Imports::new();
+    let mut out = FileImports::new();
     for (at, module) in &modules {
         let mut add = |path: &[String]| {
             if let Some(file) = resolve(&modules, at, path, 0).filter(|f| *f != module.file) {
@@ -67,7 +67,7 @@ pub fn imports(src: &Path) -> Imports {
 }
 
 /// Returns the import cycles: the strongly connected sets of files, larger ones first.
-pub fn circles(imports: &Imports) -> Vec<Vec<PathBuf>> {
+pub fn circles(imports: &FileImports) -> Vec<Vec<PathBuf>> {
     let reach: BTreeMap<&PathBuf, BTreeSet<&PathBuf>> =
         imports.keys().map(|from| (from, reached(imports, from))).collect();
     let mut done = BTreeSet::new();
@@ -85,7 +85,7 @@ pub fn circles(imports: &Imports) -> Vec<Vec<PathBuf>> {
     out
 }
 
-fn reached<'a>(imports: &'a Imports, from: &PathBuf) -> BTreeSet<&'a PathBuf> {
+fn reached<'a>(imports: &'a FileImports, from: &PathBuf) -> BTreeSet<&'a PathBuf> {
     let (mut out, mut open) = (BTreeSet::new(), vec![from]);
     while let Some(at) = open.pop() {
         for next in imports.get(at).into_iter().flat_map(BTreeMap::keys) {
@@ -97,7 +97,7 @@ fn reached<'a>(imports: &'a Imports, from: &PathBuf) -> BTreeSet<&'a PathBuf> {
     out
 }
 
-fn read_folder(folder: &Path, at: &mut Vec<String>, out: &mut Modules) {
+fn read_folder(folder: &Path, at: &mut Vec<String>, out: &mut ModuleTree) {
     let mut entries: Vec<PathBuf> =
         fs::read_dir(folder).expect("a folder").map(|e| e.expect("an entry").path()).collect();
     entries.sort();
@@ -182,11 +182,11 @@ fn end_of_text(c: &[char], at: usize) -> usize {
     i
 }
 
-const DECLARES: [&str; 9] = ["fn", "struct", "enum", "union", "trait", "type", "const", "static", "macro_rules"];
+const ITEM_KEYWORDS: [&str; 9] = ["fn", "struct", "enum", "union", "trait", "type", "const", "static", "macro_rules"];
 
 /// Reads a module up to its closing brace or the end of the file.
-fn read_module(t: &[String], i: &mut usize, at: &mut Vec<String>, file: &Path, out: &mut Modules) {
-    let mut own = Module { file: file.to_owned(), ..Module::default() };
+fn read_module(t: &[String], i: &mut usize, at: &mut Vec<String>, file: &Path, out: &mut ModuleTree) {
+    let mut own = SourceModule { file: file.to_owned(), ..SourceModule::default() };
     let (mut level, mut test, mut public) = (0usize, false, false);
     let get = |i: usize| t.get(i).map_or("", String::as_str);
     while *i < t.len() {
@@ -202,7 +202,7 @@ fn read_module(t: &[String], i: &mut usize, at: &mut Vec<String>, file: &Path, o
                 let name = get(*i + 1).to_owned();
                 *i += 3;
                 at.push(name);
-                let mut inner = Modules::new();
+                let mut inner = ModuleTree::new();
                 read_module(t, i, at, file, &mut inner);
                 at.pop();
                 if !test {
@@ -220,7 +220,7 @@ fn read_module(t: &[String], i: &mut usize, at: &mut Vec<String>, file: &Path, o
                 }
                 public = false;
             }
-            _ if DECLARES.contains(&word) && level == 0 => {
+            _ if ITEM_KEYWORDS.contains(&word) && level == 0 => {
                 let name = if word == "macro_rules" { *i + 2 } else { *i + 1 };
                 let name = if matches!(get(name), "mut" | "unsafe") { name + 1 } else { name };
                 own.items.insert(get(name).to_owned());
@@ -255,7 +255,7 @@ fn path_from(t: &[String], mut i: usize) -> Vec<String> {
 }
 
 /// Reads one tree of a `use` declaration, and advances `i` to the token after it.
-fn read_use(t: &[String], i: &mut usize, before: &mut Vec<String>, is_public: bool, out: &mut Vec<Use>) {
+fn read_use(t: &[String], i: &mut usize, before: &mut Vec<String>, is_public: bool, out: &mut Vec<UseDeclaration>) {
     let length = before.len();
     while *i < t.len() {
         match t[*i].as_str() {
@@ -269,7 +269,7 @@ fn read_use(t: &[String], i: &mut usize, before: &mut Vec<String>, is_public: bo
             }
             "::" => *i += 1,
             "*" => {
-                out.push(Use { path: before.clone(), alias: "*".into(), is_public });
+                out.push(UseDeclaration { path: before.clone(), alias: "*".into(), is_public });
                 *i += 1;
                 break;
             }
@@ -287,7 +287,7 @@ fn read_use(t: &[String], i: &mut usize, before: &mut Vec<String>, is_public: bo
                     alias = t.get(*i + 1).cloned().unwrap_or_default();
                     *i += 2;
                 }
-                out.push(Use { path: before.clone(), alias, is_public });
+                out.push(UseDeclaration { path: before.clone(), alias, is_public });
                 break;
             }
             _ => break,
@@ -298,12 +298,12 @@ fn read_use(t: &[String], i: &mut usize, before: &mut Vec<String>, is_public: bo
 
 /// Returns the file that declares the item to which `path` refers in the module `from`. Returns `None` if the item is
 /// in another crate or is itself a module.
-fn resolve(modules: &Modules, from: &[String], path: &[String], depth: usize) -> Option<PathBuf> {
+fn resolve(modules: &ModuleTree, from: &[String], path: &[String], depth: usize) -> Option<PathBuf> {
     let (mut at, rest) = start(modules, from, path, depth)?;
     for (n, name) in rest.iter().enumerate() {
         match step(modules, &at, name, depth)? {
-            Step::Module(next) => at = next,
-            Step::Item(file) => return Some(file),
+            PathStep::Module(next) => at = next,
+            PathStep::Item(file) => return Some(file),
         }
         if n + 1 == rest.len() {
             return None;
@@ -312,12 +312,12 @@ fn resolve(modules: &Modules, from: &[String], path: &[String], depth: usize) ->
     None
 }
 
-fn resolve_module(modules: &Modules, from: &[String], path: &[String], depth: usize) -> Option<Vec<String>> {
+fn resolve_module(modules: &ModuleTree, from: &[String], path: &[String], depth: usize) -> Option<Vec<String>> {
     let (mut at, rest) = start(modules, from, path, depth)?;
     for name in rest {
         match step(modules, &at, name, depth)? {
-            Step::Module(next) => at = next,
-            Step::Item(_) => return None,
+            PathStep::Module(next) => at = next,
+            PathStep::Item(_) => return None,
         }
     }
     Some(at)
@@ -325,7 +325,7 @@ fn resolve_module(modules: &Modules, from: &[String], path: &[String], depth: us
 
 /// Resolves the first segment of a path: the crate, a parent module, a child module, or an imported name.
 fn start<'a>(
-    modules: &Modules,
+    modules: &ModuleTree,
     from: &[String],
     path: &'a [String],
     depth: usize,
@@ -350,35 +350,35 @@ fn start<'a>(
     }
 }
 
-enum Step {
+enum PathStep {
     Module(Vec<String>),
     Item(PathBuf),
 }
 
-fn child(modules: &Modules, at: &[String], name: &str) -> bool {
+fn child(modules: &ModuleTree, at: &[String], name: &str) -> bool {
     modules.contains_key(&[at, &[name.to_owned()]].concat())
 }
 
-fn step(modules: &Modules, at: &[String], name: &str, depth: usize) -> Option<Step> {
+fn step(modules: &ModuleTree, at: &[String], name: &str, depth: usize) -> Option<PathStep> {
     if depth > 8 {
         return None;
     }
     if child(modules, at, name) {
-        return Some(Step::Module([at, &[name.to_owned()]].concat()));
+        return Some(PathStep::Module([at, &[name.to_owned()]].concat()));
     }
     let module = modules.get(at)?;
     if module.items.contains(name) {
-        return Some(Step::Item(module.file.clone()));
+        return Some(PathStep::Item(module.file.clone()));
     }
     for one in module.uses.iter().filter(|u| u.alias == name) {
         if one.path.first().is_some_and(|first| first == name) && !child(modules, at, name) {
             continue;
         }
         if let Some(found) = resolve_module(modules, at, &one.path, depth + 1) {
-            return Some(Step::Module(found));
+            return Some(PathStep::Module(found));
         }
         if let Some(file) = resolve(modules, at, &one.path, depth + 1) {
-            return Some(Step::Item(file));
+            return Some(PathStep::Item(file));
         }
     }
     for one in module.uses.iter().filter(|u| u.alias == "*") {
@@ -391,7 +391,7 @@ fn step(modules: &Modules, at: &[String], name: &str, depth: usize) -> Option<St
 }
 
 /// Returns the names that a glob import of a module provides.
-fn names_of(modules: &Modules, at: &[String], depth: usize) -> Vec<String> {
+fn names_of(modules: &ModuleTree, at: &[String], depth: usize) -> Vec<String> {
     let Some(module) = modules.get(at).filter(|_| depth < 8) else { return Vec::new() };
     let mut out: Vec<String> = module.items.iter().cloned().collect();
     for one in &module.uses {

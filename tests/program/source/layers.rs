@@ -6,12 +6,12 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use super::imports::{Imports, circles, imports};
+use super::imports::{FileImports, circles, imports};
 use crate::kit::*;
 
 /// Allowed cycles, each with its reason, and with three files at most.
-const MEANT: [(&[&str], &str); 0] = [];
-const MOST_FILES: usize = 3;
+const ALLOWED_CYCLES: [(&[&str], &str); 0] = [];
+const MAX_CYCLE_FILES: usize = 3;
 
 /// Returns the source folders of all crates that are not tests.
 fn sources() -> Vec<PathBuf> {
@@ -37,7 +37,7 @@ fn short(path: &Path) -> String {
 }
 
 /// Formats a cycle: for each file, the names that it imports from the others.
-fn told(circle: &[PathBuf], all: &Imports) -> String {
+fn format_cycle(circle: &[PathBuf], all: &FileImports) -> String {
     let line = |file: &PathBuf| {
         let takes = all[file].iter().filter(|(to, _)| circle.contains(to));
         let takes: Vec<String> = takes.map(|(to, name)| format!("{} ({name})", short(to))).collect();
@@ -53,9 +53,9 @@ fn files_of_a_crate_import_downward_only() {
         let all = imports(&src);
         for circle in circles(&all) {
             let names: Vec<String> = circle.iter().map(|f| short(f)).collect();
-            let is_meant = MEANT.iter().any(|(files, _)| *files == names.as_slice());
-            if !is_meant || circle.len() > MOST_FILES {
-                wrong.push(format!("{} files:\n{}", circle.len(), told(&circle, &all)));
+            let is_meant = ALLOWED_CYCLES.iter().any(|(files, _)| *files == names.as_slice());
+            if !is_meant || circle.len() > MAX_CYCLE_FILES {
+                wrong.push(format!("{} files:\n{}", circle.len(), format_cycle(&circle, &all)));
             }
         }
     }
@@ -63,8 +63,8 @@ fn files_of_a_crate_import_downward_only() {
 }
 
 #[test]
-fn imports_are_found_wherever_they_stand() {
-    let place = Place::new();
+fn imports_are_found_in_every_form() {
+    let place = TestFolder::new();
     place.write(
         "src/lib.rs",
         "mod a;\npub mod b;\nmod c { pub struct Inside; }\npub use b::deep::Deep;\npub use c::Inside;\n",
@@ -95,15 +95,15 @@ fn name_in(src: &Path, file: &Path) -> String {
 }
 
 #[test]
-fn a_circle_is_found() {
+fn a_cycle_of_imports_is_found() {
     let pair = |from: &str, to: &str| (PathBuf::from(from), BTreeMap::from([(PathBuf::from(to), String::new())]));
-    assert!(circles(&Imports::from([pair("a", "b"), pair("b", "c")])).is_empty());
-    let closed = circles(&Imports::from([pair("a", "b"), pair("b", "c"), pair("c", "b")]));
+    assert!(circles(&FileImports::from([pair("a", "b"), pair("b", "c")])).is_empty());
+    let closed = circles(&FileImports::from([pair("a", "b"), pair("b", "c"), pair("c", "b")]));
     assert_eq!(closed, [[PathBuf::from("b"), PathBuf::from("c")]]);
 }
 
 #[test]
-fn nothing_in_the_core_imports_pictures() {
+fn the_core_does_not_depend_on_rendering() {
     for folder in fs::read_dir(root().join("core")).unwrap().map(|e| e.unwrap().path()) {
         // The crate that embeds the simulator in other programs is also at the top.
         if folder.ends_with("embed") {
@@ -128,7 +128,7 @@ fn listed(head: &str) -> Vec<String> {
 }
 
 #[test]
-fn lists_of_modules_name_modules_that_are_there() {
+fn documented_modules_exist() {
     let mut wrong = Vec::new();
     for file in sources().iter().flat_map(|src| super::tree::files(src)) {
         let Ok(text) = fs::read_to_string(&file) else { continue };

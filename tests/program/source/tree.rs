@@ -10,7 +10,7 @@ use crate::kit::*;
 /// Words that must not occur in the core: kinds of sensors, robots, script languages, and the script API of V-REP.
 /// V-REP itself may be named as the source of a convention or value.
 #[rustfmt::skip]
-const FOREIGN: [&str; 28] = [
+const FORBIDDEN_WORDS: [&str; 28] = [
     "sonar", "ultrasonic", "proximity", "laser", "lidar", "gps", "hokuyo", "kinect", "gyro",
     "thruster", "manta", "vrep",
     "pioneer", "p3dx", "e-puck", "epuck", "kuka", "turtlebot", "robotino", "braitenberg",
@@ -62,7 +62,7 @@ fn has_word(line: &str, word: &str) -> bool {
 }
 
 #[test]
-fn words_are_found_where_they_stand() {
+fn words_are_matched_at_identifier_boundaries() {
     assert!(has_word("a `lua_State`", "lua") && has_word("x.lua", "lua") && has_word("SimGetObject", "simGet"));
     assert!(!has_word("let evaluated", "lua") && !has_word("sonarity", "sonar"));
 }
@@ -75,7 +75,7 @@ fn the_core_names_no_sensor_robot_language_or_script_function() {
         for (i, line) in fs::read_to_string(&file).unwrap().lines().enumerate() {
             // The only exception is the path of an example scene in a doc comment.
             let line = if line.trim_start().starts_with("//") { without_scene_paths(line) } else { line.to_owned() };
-            for word in FOREIGN.iter().filter(|w| has_word(&line, w)) {
+            for word in FORBIDDEN_WORDS.iter().filter(|w| has_word(&line, w)) {
                 found.push(format!("{}:{}: `{word}` in: {}", short(&file), i + 1, line.trim()));
             }
         }
@@ -135,7 +135,7 @@ fn the_architecture_page_names_every_top_folder() {
 }
 
 #[test]
-fn no_file_is_longer_than_one_reads() {
+fn no_file_exceeds_the_line_limit() {
     // Files must be short enough to read in one go, except for the C header, which is the manual, and meshes.
     for file in files(root()) {
         let name = short(&file).replace('\\', "/");
@@ -148,7 +148,7 @@ fn no_file_is_longer_than_one_reads() {
 }
 
 #[test]
-fn nothing_depends_on_where_it_lies() {
+fn no_file_contains_an_absolute_path_of_a_machine() {
     // The paths are written in two halves so that this file does not contain them.
     let places = [("/wo", "rk/"), ("/ho", "me/"), ("/Us", "ers/"), ("/tm", "p/"), ("/ro", "ot/"), ("C:", "\\\\")]
         .map(|(a, b)| format!("{a}{b}"));
@@ -191,7 +191,7 @@ fn every_dependency_has_its_reason() {
 
 /// The files that may read what the user or the program has chosen, past the check of names in documents. A path that
 /// comes from a document must not get there.
-const CHOOSERS: [&str; 7] = [
+const UNRESTRICTED_READERS: [&str; 7] = [
     "cli/addons/find.rs",
     "cli/addons/start.rs",
     "core/scene/src/document/overrides.rs",
@@ -202,16 +202,16 @@ const CHOOSERS: [&str; 7] = [
 ];
 
 #[test]
-fn readers_of_documents_read_only_what_was_allowed() {
+fn readers_of_documents_use_only_allowed_paths() {
     let mut found = Vec::new();
     for file in ["cli", "core", "python/src"].iter().flat_map(|folder| files(&root().join(folder))) {
         let Ok(text) = fs::read_to_string(&file) else { continue };
-        if text.contains("Allowed::chosen(") || file.ends_with("document/reach.rs") {
+        if text.contains("AllowedFile::chosen(") || file.ends_with("document/reach.rs") {
             found.push(short(&file));
         }
         let reads = ["fs::read(", "fs::read_to_string(", "File::open(", "read_plain(", "read_plain_text("];
         let is_document = short(&file).starts_with("core/scene/src/document/") && !file.ends_with("reach.rs");
         assert!(!is_document || !reads.iter().any(|r| text.contains(r)), "{} reads files itself", short(&file));
     }
-    assert_eq!(found, CHOOSERS);
+    assert_eq!(found, UNRESTRICTED_READERS);
 }

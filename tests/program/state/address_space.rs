@@ -8,7 +8,7 @@ use crate::kit::*;
 
 /// Creates scripts that iterate over a table whose keys are tables and functions. Ordinary Lua would order these by
 /// their addresses.
-fn scene(scripts: usize) -> Place {
+fn scene(scripts: usize) -> TestFolder {
     let script = "
         function sysCall_init()
           local keys, all = {}, {}
@@ -17,15 +17,15 @@ fn scene(scripts: usize) -> Place {
           for _, v in pairs(all) do order = order .. v .. ' ' end
           print('> ' .. order)
         end";
-    Place::scene(&(0..scripts).map(|i| watcher(&format!("w{i}"), script)).collect::<String>())
+    TestFolder::scene(&(0..scripts).map(|i| watcher(&format!("w{i}"), script)).collect::<String>())
 }
 
 /// Runs the scripts with an address space of `mb` MB. Returns the lines that they print, and the result of the run.
-fn orders(place: &Place, mb: usize) -> (Vec<String>, Done) {
+fn orders(place: &TestFolder, mb: usize) -> (Vec<String>, RunOutput) {
     let line = format!("ulimit -v {}; exec \"$0\" run scene.toml --steps 2", mb << 10);
     let output = Command::new("sh").args(["-c", &line]).arg(program()).current_dir(place.path()).output().unwrap();
     let text = |b: &[u8]| String::from_utf8_lossy(b).into_owned();
-    let done = Done {
+    let done = RunOutput {
         code: output.status.code().unwrap_or(-1),
         signal: None,
         out: text(&output.stdout),
@@ -48,15 +48,15 @@ fn eight_scripts_need_no_more_than_their_slots() {
 }
 
 #[test]
-fn what_cannot_be_had_is_told() {
+fn too_little_address_space_is_reported() {
     let (lines, done) = orders(&scene(8), 1200);
     assert_eq!((lines.len(), done.code), (8, 0), "{}", done.err);
-    done.tells(&["address space is too small", "ulimit -v"]);
+    done.reports(&["address space is too small", "ulimit -v"]);
     assert_eq!(done.err.matches("address space is too small").count(), 1);
 }
 
 #[test]
-fn a_strict_run_takes_no_warnings() {
+fn a_strict_run_fails_on_warnings() {
     let place = scene(8);
     let line = format!("ulimit -v {}; exec \"$0\" run scene.toml --steps 2 --strict", 1200 << 10);
     let output = Command::new("sh").args(["-c", &line]).arg(program()).current_dir(place.path()).output().unwrap();
@@ -66,7 +66,7 @@ fn a_strict_run_takes_no_warnings() {
     let done = place.run(&["--steps", "2", "--strict"]).good();
     assert_eq!(done.json()["warnings"], serde_json::json!([]));
     // A script logs a warning during the run.
-    let place = Place::scene(&watcher(
+    let place = TestFolder::scene(&watcher(
         "d",
         "function sysCall_actuation() sim.addLog(sim.verbosity_warnings, 'low battery') end",
     ));
@@ -92,10 +92,10 @@ fn reservations_of_scripts_leave_room_for_the_rest() {
 
 /// An image that does not fit into memory is an error of its sensor.
 #[test]
-fn an_image_that_does_not_fit_is_told() {
+fn an_image_beyond_memory_is_reported() {
     let camera =
         "[[object]]\nkind = \"sensor\"\nalias = \"eye\"\nsensor = \"depth_camera\"\ncolumns = 8192\nrows = 8192\n";
-    let (_, done) = orders(&Place::scene(camera), 2000);
+    let (_, done) = orders(&TestFolder::scene(camera), 2000);
     assert!((0..=2).contains(&done.code), "{}: {}", done.code, done.err);
-    done.tells(&["8192 x 8192 pixels", "ulimit -v"]);
+    done.reports(&["8192 x 8192 pixels", "ulimit -v"]);
 }

@@ -7,9 +7,9 @@ use std::fs;
 use crate::kit::*;
 
 /// A pseudo-random generator with a fixed sequence.
-struct Dice(u64);
+struct TestRng(u64);
 
-impl Dice {
+impl TestRng {
     fn below(&mut self, n: usize) -> usize {
         self.0 ^= self.0 << 13;
         self.0 ^= self.0 >> 7;
@@ -52,7 +52,7 @@ const MESH: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\nf 1 2 4\nf 1 3 
 
 #[test]
 fn damaged_files_are_refused_or_run() {
-    let place = Place::scene(&format!(
+    let place = TestFolder::scene(&format!(
         "dt_s = 0.05\n{FLOOR}{}{}\n[[import]]\nfile = \"r.urdf\"\n",
         cuboid("box", [0.1; 3], [0.0, 0.0, 0.3], "dynamic = true\nrespondable = true"),
         watcher("d", "function sysCall_init() n = 1 end function sysCall_actuation() n = n + 1 end"),
@@ -61,7 +61,7 @@ fn damaged_files_are_refused_or_run() {
     let all = ["--steps", "6", "--keys", "keys", "--log", "log", "--trace", "trace", "--snapshot-at", "0.15", "snap"];
     place.run(&all).good();
     let run = ["run", "scene.toml", "--steps", "6", "--watchdog", "10"];
-    let mut dice = Dice(0x7A7_0001);
+    let mut dice = TestRng(0x7A7_0001);
     for (file, args) in [
         ("log", &["run", "--replay", "log", "--watchdog", "10"][..]),
         ("snap", &[&run[..], &["--from", "snap"]].concat()),
@@ -109,8 +109,8 @@ fn damaged_files_are_refused_or_run() {
 /// Calls random commands with arguments of any type while boxes touch each other. `TATU_DAMAGED` sets the number of
 /// steps, in each of which at least 60 calls are tried.
 #[test]
-fn random_calls_end_nothing() {
-    let place = Place::new();
+fn random_calls_do_not_crash() {
+    let place = TestFolder::new();
     let names: Vec<String> = place
         .tatu(&["list", "commands", "--json"])
         .good()
@@ -157,7 +157,7 @@ fn random_calls_end_nothing() {
              function sysCall_dyn(d) calls(1) end
              {contact}"
         );
-        let place = Place::scene(&format!("{FLOOR}{boxes}{}", watcher("d", &script)));
+        let place = TestFolder::scene(&format!("{FLOOR}{boxes}{}", watcher("d", &script)));
         let done = place.tatu(&["run", "scene.toml", "--steps", &times(20).to_string(), "--files", "."]);
         assert!((0..=1).contains(&done.code) && !done.err.contains("panicked"), "exit {}: {}", done.code, done.err);
     }

@@ -6,7 +6,7 @@ use crate::kit::*;
 /// Uses everything that differs from run to run in ordinary Lua: the order of keys of every type, addresses, the clock,
 /// and random numbers. The results are written to the status bar, to a signal and to the wheels, so the trace and the
 /// hash depend on them.
-const RESTLESS: &str = "
+const NONDETERMINISTIC_SCRIPT: &str = "
 local function digest(t)
     local words = {}
     for k, v in pairs(t) do words[#words + 1] = tostring(k) .. '=' .. tostring(v) end
@@ -32,21 +32,21 @@ function sysCall_actuation()
     sim.setJointTargetVelocity(right, 2 + math.random() - os.clock() / 100)
 end";
 
-/// Creates a scene with three robots that run [`RESTLESS`] among boxes.
-fn restless() -> Place {
+/// Creates a scene with three robots that run [`NONDETERMINISTIC_SCRIPT`] among boxes.
+fn restless() -> TestFolder {
     let robots: Vec<String> =
-        (0..3).map(|i| pioneer(RESTLESS, &format!("position_m = [0.0, {}.0, 0.0]", 2 * i))).collect();
+        (0..3).map(|i| pioneer(NONDETERMINISTIC_SCRIPT, &format!("position_m = [0.0, {}.0, 0.0]", 2 * i))).collect();
     let boxes: Vec<String> = (0..20)
         .map(|i| {
             let at = [1.2 + 0.31 * (i % 5) as f64, 0.9 * (i / 5) as f64, 0.101];
             cuboid(&format!("box_{i}"), [0.2, 0.2, 0.2], at, "respondable = true\ndynamic = true\nmass_kg = 0.5")
         })
         .collect();
-    Place::scene(&format!("{FLOOR}{}{}", robots.concat(), boxes.concat()))
+    TestFolder::scene(&format!("{FLOOR}{}{}", robots.concat(), boxes.concat()))
 }
 
 /// Returns trace and standard error of a run.
-fn record(place: &Place, args: &[&str]) -> (Vec<String>, String) {
+fn record(place: &TestFolder, args: &[&str]) -> (Vec<String>, String) {
     let all = [&["--seconds", "5", "--trace", "t.jsonl", "--watch", "/Pioneer_p3dx[1]"], args].concat();
     let done = place.run(&all).good();
     (place.read("t.jsonl").lines().map(str::to_owned).collect(), done.err)
@@ -69,7 +69,7 @@ fn runs_repeat() {
 }
 
 #[test]
-fn threads_change_nothing() {
+fn threads_do_not_change_results() {
     let place = restless();
     let one = record(&place, &["--threads", "1"]);
     same(&one, &record(&place, &["--threads", "2"]));
@@ -77,11 +77,11 @@ fn threads_change_nothing() {
 }
 
 #[test]
-fn the_seed_changes_what_is_random() {
+fn the_seed_changes_random_numbers() {
     let script = "function sysCall_actuation()
         sim.addStatusbarMessage(string.format('%.17g %d %.17g', math.random(), math.random(1000), sim.getRandom()))
     end";
-    let place = Place::scene(&format!("seed = 5\n{}{}", watcher("a", script), watcher("b", script)));
+    let place = TestFolder::scene(&format!("seed = 5\n{}{}", watcher("a", script), watcher("b", script)));
     let told = |args: &[&str]| -> Vec<String> {
         let lines = place.trace(&[], &[&["--steps", "5"], args].concat());
         lines.iter().flat_map(|l| l.status().iter().map(|s| s.to_string()).collect::<Vec<_>>()).collect()
@@ -98,14 +98,14 @@ fn the_seed_changes_what_is_random() {
 }
 
 #[test]
-fn who_only_watches_is_not_in_the_hash() {
+fn an_added_sensor_does_not_change_the_hash() {
     // Random numbers are replaced by constants, because those of a script depend on when it was created.
-    let calm = RESTLESS.replace("math.random(100)", "7").replace("math.random()", "0.5");
+    let calm = NONDETERMINISTIC_SCRIPT.replace("math.random(100)", "7").replace("math.random()", "0.5");
     let robot = format!("{FLOOR}{}", pioneer(&calm, ""));
     let sensor =
         "[[object]]\nkind = \"sensor\"\nsensor = \"proximity\"\nalias = \"feeler\"\nposition_m = [0.0, 0.0, 1.0]\n";
     let hashes = |scene: &str| -> Vec<String> {
-        let lines = Place::scene(scene).trace(&[], &["--steps", "40"]);
+        let lines = TestFolder::scene(scene).trace(&[], &["--steps", "40"]);
         lines.iter().map(|l| l.hash().to_owned()).collect()
     };
     let alone = hashes(&robot);
@@ -135,7 +135,7 @@ fn two_robots_are_moved_by_their_own_scripts() {
     };
     for (a, b) in [(old(2, 2), old(-1, 1)), (new(2, 2), new(-1, 1)), (old(2, 2), new(-1, 1))] {
         let scene = format!("{FLOOR}{}{}", pioneer(&a, ""), pioneer(&b, "position_m = [0.0, 3.0, 0.0]"));
-        let place = Place::scene(&scene);
+        let place = TestFolder::scene(&scene);
         let paths = ["/Pioneer_p3dx[0]", "/Pioneer_p3dx[1]"];
         let last = place.trace(&paths, &["--seconds", "4"]).pop().unwrap();
         let ([first, second], [q, r]) =
@@ -154,7 +154,7 @@ fn the_second_robot_has_names_of_its_own() {
     end";
     let scene =
         format!("dialect = \"4.2\"\n{FLOOR}{}{}", pioneer(told, ""), pioneer(told, "position_m = [0.0, 3.0, 0.0]"));
-    let lines = Place::scene(&scene).trace(&[], &["--steps", "1"]);
+    let lines = TestFolder::scene(&scene).trace(&[], &["--steps", "1"]);
     // As in V-REP, the names of the copy end in #0; paths distinguish siblings with the same alias by their order.
     assert_eq!(
         lines[0].status(),
@@ -169,11 +169,11 @@ fn the_second_robot_has_names_of_its_own() {
 
 /// Random numbers depend on the object and not on its position in the file: adding other objects does not change them.
 #[test]
-fn what_is_added_changes_no_random_number() {
+fn added_objects_do_not_change_random_numbers() {
     let script = "function sysCall_actuation() sim.addStatusbarMessage(tostring(math.random(1000000))) end";
     let dummy = |alias: &str| format!("[[object]]\nkind = \"dummy\"\nalias = \"{alias}\"\n");
     let told = |before: &str, after: &str| {
-        let place = Place::scene(&format!("{before}{}{after}", watcher("teller", script)));
+        let place = TestFolder::scene(&format!("{before}{}{after}", watcher("teller", script)));
         let trace = place.trace(&[], &["--steps", "5"]);
         trace.iter().flat_map(|l| l.status()).map(str::to_owned).collect::<Vec<_>>()
     };

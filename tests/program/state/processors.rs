@@ -4,7 +4,7 @@
 use crate::kit::*;
 
 /// Calls every function of `math` and the power operator with many arguments, and prints all digits to the status bar.
-const MATH: &str = "
+const MATH_SCRIPT: &str = "
 function sysCall_init()
     local f = {math.sin, math.cos, math.tan, math.exp, math.asin, math.acos, math.atan, math.log}
     local g = {math.sinh, math.cosh, math.tanh, math.log10, math.pow}
@@ -31,7 +31,7 @@ fn the_c_library_decides_no_bits() {
     let sensors = "[[object]]\nkind = \"sensor\"\nsensor = \"laser\"\nparent = \"/Pioneer_p3dx\"\nalias = \"laser\"\nposition_m = [0.1, 0, 0.3]\n\
                    [[object]]\nkind = \"sensor\"\nsensor = \"gps\"\nparent = \"/Pioneer_p3dx\"\nalias = \"gps\"\n";
     let walls = cuboid("wall", [0.1, 6.0, 1.0], [2.0, 0.0, 0.5], "respondable = true");
-    let place = Place::scene(&format!("{FLOOR}{walls}{}{sensors}", pioneer(MATH, "")));
+    let place = TestFolder::scene(&format!("{FLOOR}{walls}{}{sensors}", pioneer(MATH_SCRIPT, "")));
     let trace = |file: &str, env: &[(&str, &str)]| {
         let all = ["run", "scene.toml", "--seconds", "3", "--trace", file, "--watch", "/Pioneer_p3dx/laser"];
         let done = run(program(), place.path(), &all, env);

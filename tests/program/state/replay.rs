@@ -4,12 +4,12 @@ use serde_json::{Value, json};
 
 use crate::{
     kit::*,
-    remote::jsonl::{Running, arena},
+    remote::jsonl::{RunningProgram, arena},
 };
 
 /// Creates a scene of several files with a robot whose script draws random numbers.
-fn of_many_files() -> Place {
-    let place = Place::scene(&format!(
+fn of_many_files() -> TestFolder {
+    let place = TestFolder::scene(&format!(
         "seed = 3\n{FLOOR}[[model]]\nmodel = \"pioneer_p3dx\"\nscript = \"scripts/drive.lua\"\n\
          [[model]]\nmodel = \"parts/gate.toml\"\nposition_m = [3.0, 0.0, 0.0]\n"
     ));
@@ -33,7 +33,7 @@ fn a_log_needs_no_scene() {
     let changes = ["--seed", "11", "--set", "post.position_m=[0.1, 0.7, 0.1]", "--script", "/Pioneer_p3dx=other.lua"];
     let run = [&["--steps", "50", "--log", "run.log", "--trace", "t.jsonl", "--hashes"][..], &changes].concat();
     place.run(&run).good();
-    let other = Place::new();
+    let other = TestFolder::new();
     std::fs::copy(place.path().join("run.log"), other.path().join("run.log")).unwrap();
     other.tatu(&["run", "--replay", "run.log", "--trace", "t.jsonl", "--hashes"]).good();
     assert_eq!(other.read("t.jsonl"), place.read("t.jsonl"));
@@ -50,28 +50,28 @@ fn a_log_needs_no_scene() {
 }
 
 #[test]
-fn files_that_scripts_read_are_told() {
+fn files_read_by_scripts_are_reported_in_a_replay() {
     let script = "function sysCall_init()
         local f = io.open('gains.txt')
         sim.addStatusbarMessage('gain ' .. f:read('l'))
         f:close()
     end";
-    let place = Place::scene(&watcher("w", script));
+    let place = TestFolder::scene(&watcher("w", script));
     place.write("gains.txt", "0.5\n");
     place.run(&["--steps", "2", "--log", "run.log"]).good();
     let done = place.tatu(&["run", "--replay", "run.log"]).good();
-    done.tells(&["not in the log", "gains.txt"]);
+    done.reports(&["not in the log", "gains.txt"]);
     assert!(done.out.contains("gain 0.5"));
 }
 
 #[test]
-fn a_pause_of_a_script_does_not_hold_a_replay() {
+fn a_pause_of_a_script_does_not_stop_a_replay() {
     let script = "function sysCall_actuation()
         if sim.getSimulationTime() > 0.12 then sim.pauseSimulation() end
         sim.addStatusbarMessage('t ' .. sim.getSimulationTime())
     end";
-    let place = Place::scene(&watcher("w", script));
-    let run = Running::start(&place, ",wait_for=1", &["--log", "run.log", "--trace", "t.jsonl"]);
+    let place = TestFolder::scene(&watcher("w", script));
+    let run = RunningProgram::start(&place, ",wait_for=1", &["--log", "run.log", "--trace", "t.jsonl"]);
     let mut client = run.client();
     client.ask(json!({ "stepping": false }));
     // A start request takes effect at the end of the barrier. Until then the run is paused.
@@ -94,7 +94,7 @@ fn a_pause_of_a_script_does_not_hold_a_replay() {
 #[test]
 fn the_log_of_a_killed_run_can_be_used() {
     let place = arena();
-    let run = Running::start(&place, ",wait_for=1", &["--log", "run.log"]);
+    let run = RunningProgram::start(&place, ",wait_for=1", &["--log", "run.log"]);
     let mut client = run.client();
     client.stepping();
     let (robot, motor) = (client.handle("/Pioneer_p3dx"), client.handle("/Pioneer_p3dx_leftMotor"));
@@ -107,7 +107,7 @@ fn the_log_of_a_killed_run_can_be_used() {
     // The run ends abruptly, as by SIGKILL.
     drop(run);
     let args = ["run", "--replay", "run.log", "--trace", "t.jsonl", "--watch", "/Pioneer_p3dx"];
-    place.tatu(&args).good().tells(&["did not end normally"]);
+    place.tatu(&args).good().reports(&["did not end normally"]);
     let lines = place.lines("t.jsonl");
     assert!(lines.len() >= 20);
     for (line, seen) in lines.iter().zip(&seen) {
@@ -116,9 +116,9 @@ fn the_log_of_a_killed_run_can_be_used() {
 }
 
 #[test]
-fn damaged_logs_are_told() {
+fn damaged_logs_are_refused() {
     let place = arena();
-    let run = Running::start(&place, ",wait_for=1", &["--log", "run.log"]);
+    let run = RunningProgram::start(&place, ",wait_for=1", &["--log", "run.log"]);
     let mut client = run.client();
     client.stepping();
     client.handle("/crate");
@@ -141,7 +141,7 @@ fn damaged_logs_are_told() {
             _ => drop(done.good()),
         }
     }
-    replay(&whole[..header + 10]).good().tells(&["last line of the input log is incomplete"]);
+    replay(&whole[..header + 10]).good().reports(&["last line of the input log is incomplete"]);
     // A line in the middle is damaged, out of order, or of an unknown kind.
     for line in ["{\"step\":0", "{}", "nonsense", "\u{0}", "{\"step\":0,\"at\":0,\"service\":\"x\",\"client\":1}"] {
         let bad = [lines[0], line.as_bytes(), b"\n", lines[1]].concat();
@@ -161,7 +161,7 @@ fn damaged_logs_are_told() {
     let head = head.to_string();
     let rest = [lines[1], lines[3]].concat();
     let other = format!("{},\"check\":\"\"}}\n{}", head.strip_suffix('}').unwrap(), String::from_utf8_lossy(&rest));
-    replay(sealed_anew(&other, str::to_owned).as_bytes()).good().tells(&[
+    replay(sealed_anew(&other, str::to_owned).as_bytes()).good().reports(&[
         "E117",
         "had version 99.0.0",
         "`org.example.none` 1.0.0 is missing",
@@ -211,7 +211,7 @@ fn a_difference_of_traces_names_step_object_and_fields() {
 #[test]
 fn a_difference_begins_where_the_runs_part() {
     let place = arena();
-    let run = Running::start(&place, ",wait_for=1", &["--log", "run.log", "--trace", "a.jsonl", "--hashes"]);
+    let run = RunningProgram::start(&place, ",wait_for=1", &["--log", "run.log", "--trace", "a.jsonl", "--hashes"]);
     let mut client = run.client();
     client.stepping();
     client.step(7);

@@ -4,7 +4,7 @@ use std::{path::Path, sync::Arc};
 
 use tatu_core::{
     World, document,
-    plugins::{Registry, Search},
+    plugins::{Registry, SearchPath},
 };
 
 use crate::kit::*;
@@ -19,11 +19,11 @@ pub fn registry() -> Arc<Registry> {
         "tatu_models_folder",
         "tatu_importers_mesh",
     ];
-    Arc::new(Registry::load(Search::standard(Some(program()), None, &names), tatu_core::host_tables()))
+    Arc::new(Registry::load(SearchPath::standard(Some(program()), None, &names), tatu_core::host_tables()))
 }
 
 pub fn world(scene: &Path, registry: &Arc<Registry>) -> World {
-    let document = document::load(scene, registry, &document::Options::default()).unwrap();
+    let document = document::load(scene, registry, &document::LoadOptions::default()).unwrap();
     World::new(Arc::new(document), registry.clone()).unwrap()
 }
 

@@ -14,7 +14,7 @@ use crate::{
 /// Runs the scene of a folder for ten seconds, then with a snapshot at `at` s, and then from the snapshot. All three
 /// must be equal. Returns standard error of the resumed run.
 #[track_caller]
-fn goes_on(place: &Place, at: f64, watch: &[&str], args: &[&str]) -> String {
+fn check_resumed_run(place: &TestFolder, at: f64, watch: &[&str], args: &[&str]) -> String {
     let trace = |name: &str, more: &[&str]| {
         let mut all = vec!["--seconds", "10", "--trace", name];
         watch.iter().for_each(|w| all.extend(["--watch", *w]));
@@ -38,7 +38,7 @@ fn goes_on(place: &Place, at: f64, watch: &[&str], args: &[&str]) -> String {
     third.err
 }
 
-impl Done {
+impl RunOutput {
     /// Returns the summary without the elapsed time.
     fn out_without_clock(&self) -> serde_json::Value {
         let mut all = self.json();
@@ -54,7 +54,7 @@ fn restored(err: &str) {
 
 /// Drives with every kind of state that a script can hold: shared tables, cycles, metatables, closures, random numbers,
 /// pairs.
-const RICH: &str = "
+const STATEFUL_SCRIPT: &str = "
 local Wheel = {} Wheel.__index = Wheel
 function Wheel.new(name) return setmetatable({handle = sim.getObject('./' .. name), speed = 1}, Wheel) end
 function Wheel:turn(by) self.speed = self.speed * 0.9 + by sim.setJointTargetVelocity(self.handle, self.speed) end
@@ -81,34 +81,34 @@ end";
 
 #[test]
 fn the_first_scene_goes_on() {
-    let place = Place::new();
+    let place = TestFolder::new();
     for file in ["pioneer_avoids_walls.toml", "avoid_walls.lua"] {
         let text = fs::read_to_string(root().join("scenes/first").join(file)).unwrap();
         place.write(if file.ends_with("toml") { "scene.toml" } else { file }, &text);
     }
     let watch = ["/Pioneer_p3dx", "Pioneer_p3dx_ultrasonicSensor4", "Pioneer_p3dx_leftMotor"];
-    restored(&goes_on(&place, 5.0, &watch, &[]));
+    restored(&check_resumed_run(&place, 5.0, &watch, &[]));
 }
 
 #[test]
 fn rich_scripts_go_on_with_any_number_of_threads() {
     let robots: Vec<String> =
-        (0..10).map(|i| pioneer(RICH, &format!("position_m = [{}.0, {}.0, 0.0]", i % 4, i / 4))).collect();
+        (0..10).map(|i| pioneer(STATEFUL_SCRIPT, &format!("position_m = [{}.0, {}.0, 0.0]", i % 4, i / 4))).collect();
     let boxes: Vec<String> = (0..12)
         .map(|i| {
             let at = [0.5 + 0.31 * (i % 5) as f64, 0.5 + 0.9 * (i / 5) as f64, 0.101];
             cuboid(&format!("box_{i}"), [0.2, 0.2, 0.2], at, "respondable = true\ndynamic = true\nmass_kg = 0.5")
         })
         .collect();
-    let place = Place::scene(&format!("{FLOOR}{}{}", robots.concat(), boxes.concat()));
+    let place = TestFolder::scene(&format!("{FLOOR}{}{}", robots.concat(), boxes.concat()));
     let watch = ["/Pioneer_p3dx[3]", "Pioneer_p3dx_ultrasonicSensor4"];
-    restored(&goes_on(&place, 3.0, &watch, &[]));
-    restored(&goes_on(&place, 7.0, &watch, &["--threads", "2"]));
+    restored(&check_resumed_run(&place, 3.0, &watch, &[]));
+    restored(&check_resumed_run(&place, 7.0, &watch, &["--threads", "2"]));
 }
 
 #[test]
 fn snapshots_of_a_resumed_run_go_on_too() {
-    let place = Place::scene(&format!("{FLOOR}{}", pioneer(RICH, "")));
+    let place = TestFolder::scene(&format!("{FLOOR}{}", pioneer(STATEFUL_SCRIPT, "")));
     let whole = place.trace(&["/Pioneer_p3dx"], &["--seconds", "9"]);
     place.run(&["--seconds", "3", "--snapshot-at", "2", "two"]).good();
     place.run(&["--seconds", "5", "--from", "two", "--snapshot-at", "4", "four"]).good();
@@ -118,7 +118,7 @@ fn snapshots_of_a_resumed_run_go_on_too() {
 }
 
 #[test]
-fn objects_made_and_removed_and_what_scripts_exchange() {
+fn changed_objects_and_script_data_are_restored() {
     let busy = "
     function sysCall_init() made, n = {}, 0 tube = sim.tubeOpen(1, 'line', 5) console = sim.auxiliaryConsoleOpen('log', 10, 0) end
     function sysCall_actuation()
@@ -142,9 +142,9 @@ fn objects_made_and_removed_and_what_scripts_exchange() {
         sim.addStatusbarMessage(table.concat(words, ' '))
     end";
     let gone = watcher("gone", "function sysCall_actuation() sim.addStatusbarMessage('still here') end");
-    let place = Place::scene(&format!("{FLOOR}{}{}{gone}", watcher("maker", busy), watcher("reader", other)));
+    let place = TestFolder::scene(&format!("{FLOOR}{}{}{gone}", watcher("maker", busy), watcher("reader", other)));
     for at in [1.5, 6.05] {
-        restored(&goes_on(&place, at, &["/maker"], &[]));
+        restored(&check_resumed_run(&place, at, &["/maker"], &[]));
     }
 }
 
@@ -157,19 +157,19 @@ fn a_robot_that_has_fallen_stays_so() {
         end
     end";
     let robot = pioneer(drive, "position_m = [0.3, 0.0, 1.0]");
-    let place = Place::scene(&format!("{FLOOR}{floor}{robot}"));
-    restored(&goes_on(&place, 6.0, &["/Pioneer_p3dx"], &[]));
+    let place = TestFolder::scene(&format!("{FLOOR}{floor}{robot}"));
+    restored(&check_resumed_run(&place, 6.0, &["/Pioneer_p3dx"], &[]));
     let end = place.lines("whole.jsonl").pop().unwrap();
     assert!(end.object::<3>("/Pioneer_p3dx", "position")[2] < 0.9, "the robot has not left the ledge");
 }
 
 #[test]
-fn an_order_that_may_be_another_is_told() {
+fn a_changed_table_order_after_a_restore_is_reported() {
     let script = "function sysCall_actuation()
         local set = {[{}] = 1, [{}] = 2}
         for _ in pairs(set) do end
     end";
-    let place = Place::scene(&watcher("thing", script));
+    let place = TestFolder::scene(&watcher("thing", script));
     let first = place.run(&["--seconds", "1", "--snapshot-at", "0.5", "state"]).good();
     assert!(!first.err.contains("order"), "{}", first.err);
     let rest = place.run(&["--seconds", "1", "--from", "state"]).good();
@@ -177,9 +177,9 @@ fn an_order_that_may_be_another_is_told() {
 }
 
 #[test]
-fn errors_of_before_are_remembered() {
+fn errors_before_a_snapshot_are_restored() {
     let script = "function sysCall_actuation() if sim.getSimulationTime() > 1 then error('broken') end end";
-    let place = Place::scene(&format!("{FLOOR}{}", watcher("thing", script)));
+    let place = TestFolder::scene(&format!("{FLOOR}{}", watcher("thing", script)));
     let whole = place.run(&["--seconds", "4", "--snapshot-at", "2", "state"]);
     let rest = place.run(&["--seconds", "4", "--from", "state"]);
     assert_eq!(whole.errors(), rest.errors());
@@ -187,7 +187,7 @@ fn errors_of_before_are_remembered() {
 }
 
 /// A script that continues in its own coroutine.
-const SUSPENDED: &str = "
+const COROUTINE_SCRIPT: &str = "
 function sysCall_init()
     co = coroutine.create(function()
         local speed = 1
@@ -201,27 +201,27 @@ function sysCall_actuation()
 end";
 
 #[test]
-fn a_suspended_coroutine_comes_back_by_replay_and_is_named() {
-    let place = Place::scene(&format!("{FLOOR}{}", pioneer(SUSPENDED, "")));
-    let err = goes_on(&place, 5.0, &["/Pioneer_p3dx"], &[]);
+fn a_suspended_coroutine_is_restored_by_replay_and_named() {
+    let place = TestFolder::scene(&format!("{FLOOR}{}", pioneer(COROUTINE_SCRIPT, "")));
+    let err = check_resumed_run(&place, 5.0, &["/Pioneer_p3dx"], &[]);
     assert!(err.contains("restored by replay"), "{err}");
     assert!(err.contains("/Pioneer_p3dx") && err.contains("variable `co` is a suspended coroutine"), "{err}");
 }
 
 #[test]
-fn a_thread_that_waits_comes_back_by_replay() {
+fn a_waiting_thread_is_restored_by_replay() {
     let threaded = "function sysCall_threadmain() end
     function sysCall_thread()
         while true do sim.wait(0.5) sim.addStatusbarMessage('waited ' .. sim.getSimulationTime()) end
     end";
-    let place = Place::scene(&format!("{FLOOR}{}", watcher("waiter", threaded)));
-    let err = goes_on(&place, 5.0, &[], &[]);
+    let place = TestFolder::scene(&format!("{FLOOR}{}", watcher("waiter", threaded)));
+    let err = check_resumed_run(&place, 5.0, &[], &[]);
     assert!(err.contains("restored by replay: the script of /waiter: its thread function is waiting"), "{err}");
 }
 
 #[test]
 fn files_that_are_not_whole_are_refused() {
-    let place = Place::scene(&format!("{FLOOR}{}", pioneer(RICH, "")));
+    let place = TestFolder::scene(&format!("{FLOOR}{}", pioneer(STATEFUL_SCRIPT, "")));
     place.run(&["--seconds", "1", "--snapshot-at", "0.5", "state"]).good();
     let bytes = fs::read(place.path().join("state")).unwrap();
     let try_with = |bytes: &[u8]| {
@@ -245,7 +245,7 @@ fn files_that_are_not_whole_are_refused() {
 
 #[test]
 fn another_scene_is_refused() {
-    let place = Place::scene(&format!("{FLOOR}{}", pioneer(RICH, "")));
+    let place = TestFolder::scene(&format!("{FLOOR}{}", pioneer(STATEFUL_SCRIPT, "")));
     place.run(&["--seconds", "1", "--snapshot-at", "0.5", "state"]).good();
     place.run(&["--seed", "5", "--from", "state"]).refused(&["E502", "a different scene", "--seed"]);
     let text = place.read("scene.toml");
@@ -257,11 +257,11 @@ fn another_scene_is_refused() {
 }
 
 #[test]
-fn what_was_not_written_is_told() {
-    let place = Place::scene(FLOOR);
+fn snapshots_that_were_not_written_are_reported() {
+    let place = TestFolder::scene(FLOOR);
     let late = place.run(&["--seconds", "1", "--snapshot-at", "5", "state"]);
     assert_eq!(late.code, 1);
-    late.tells(&["E505", "state was not written", "1 s"]);
+    late.reports(&["E505", "state was not written", "1 s"]);
     assert_eq!(place.run(&["--seconds", "1", "--snapshot-at", "0.5", "no/such/folder"]).code, 1);
     place.run(&["--snapshot-at", "soon", "state"]).refused(&["E102", "soon"]);
     place.run(&["--seconds", "1", "--snapshot-at", "0", "a", "--snapshot-at", "0.5", "b"]).good();
@@ -286,9 +286,9 @@ fn targets_that_are_under_way_go_on() {
             end"
         )
     );
-    let place = Place::scene(&scene);
+    let place = TestFolder::scene(&scene);
     for at in [1.0, 1.05, 1.1, 1.15] {
-        restored(&goes_on(&place, at, &["/base/j"], &[]));
+        restored(&check_resumed_run(&place, at, &["/base/j"], &[]));
     }
     let world = world(&place.path().join("scene.toml"), &registry());
     let run = || {
@@ -303,7 +303,7 @@ fn targets_that_are_under_way_go_on() {
 
 #[test]
 fn worlds_of_one_process_restore_and_start_again() {
-    let (registry, place) = (registry(), Place::scene(&format!("{FLOOR}{}", pioneer(RICH, ""))));
+    let (registry, place) = (registry(), TestFolder::scene(&format!("{FLOOR}{}", pioneer(STATEFUL_SCRIPT, ""))));
     let new = || world(&place.path().join("scene.toml"), &registry);
     let steps = |w: &tatu_core::World, n| (0..n).for_each(|_| _ = w.step());
     let first = new();
@@ -332,9 +332,10 @@ fn worlds_of_one_process_restore_and_start_again() {
 }
 
 #[test]
-fn what_is_missing_begins_anew_if_that_is_allowed() {
-    let (registry, robots) = (registry(), pioneer(RICH, "") + &pioneer(SUSPENDED, "position_m = [0.0, 2.0, 0.0]"));
-    let place = Place::scene(&format!("{FLOOR}{robots}"));
+fn scripts_missing_in_a_snapshot_restart_if_allowed() {
+    let (registry, robots) =
+        (registry(), pioneer(STATEFUL_SCRIPT, "") + &pioneer(COROUTINE_SCRIPT, "position_m = [0.0, 2.0, 0.0]"));
+    let place = TestFolder::scene(&format!("{FLOOR}{robots}"));
     let new = || world(&place.path().join("scene.toml"), &registry);
     let steps = |w: &tatu_core::World, n| (0..n).for_each(|_| _ = w.step());
     let whole = new();

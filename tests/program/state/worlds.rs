@@ -5,12 +5,12 @@ use std::{collections::BTreeMap, net::TcpListener, sync::Arc, thread};
 use serde_json::json;
 use tatu_core::{
     Session, World,
-    document::{self, Document, Options, ServiceOverride},
-    plugins::{Registry, Search},
+    document::{self, Document, LoadOptions, ServiceOverride},
+    plugins::{Registry, SearchPath},
     replay_to,
 };
 
-use crate::{kit::*, remote::jsonl::Client};
+use crate::{kit::*, remote::jsonl::TestClient};
 
 /// Loads the plugins that these tests need, whose libraries are next to the built program.
 fn registry() -> Arc<Registry> {
@@ -22,11 +22,11 @@ fn registry() -> Arc<Registry> {
         "tatu_importers_mesh",
         "tatu_services_jsonl",
     ];
-    Arc::new(Registry::load(Search::standard(Some(program()), None, &names), tatu_core::host_tables()))
+    Arc::new(Registry::load(SearchPath::standard(Some(program()), None, &names), tatu_core::host_tables()))
 }
 
 /// Writes `n` scenes with walls and robots that avoid them. Each scene has its own headings, number of robots and seed.
-fn arenas(place: &Place, n: u64) {
+fn arenas(place: &TestFolder, n: u64) {
     place.write("avoid_walls.lua", &std::fs::read_to_string(root().join("scenes/first/avoid_walls.lua")).unwrap());
     for i in 0..n {
         let mut text = format!("format = 1\n[scene]\nseed = {i}\n{FLOOR}");
@@ -49,15 +49,15 @@ fn arenas(place: &Place, n: u64) {
     }
 }
 
-fn document(place: &Place, name: &str, registry: &Registry) -> Arc<Document> {
-    Arc::new(document::load(&place.path().join(name), registry, &Options::default()).unwrap())
+fn document(place: &TestFolder, name: &str, registry: &Registry) -> Arc<Document> {
+    Arc::new(document::load(&place.path().join(name), registry, &LoadOptions::default()).unwrap())
 }
 
 #[test]
 fn worlds_on_two_threads_do_as_each_does_alone() {
     const WORLDS: u64 = 64;
     const STEPS: u64 = 100;
-    let place = Place::new();
+    let place = TestFolder::new();
     arenas(&place, WORLDS);
     let registry = registry();
     // Each of the two threads steps its worlds alternately, so their steps are interleaved.
@@ -91,12 +91,12 @@ fn worlds_on_two_threads_do_as_each_does_alone() {
 
 /// Creates a session with the `jsonl` service. Returns it with the port on which the service listens.
 fn session(registry: &Arc<Registry>, more: &str) -> (Session, u16) {
-    let place = Place::scene(&watcher("nobody", ""));
+    let place = TestFolder::scene(&watcher("nobody", ""));
     // Another program may have taken the port since it was found to be free, so this tries several times.
     for _ in 0..20 {
         let port = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
         let service = ServiceOverride::parse(&format!("jsonl:port={port}{more}")).unwrap();
-        let options = Options { services: vec![service], ..Default::default() };
+        let options = LoadOptions { services: vec![service], ..Default::default() };
         let services = document::load(&place.path().join("scene.toml"), registry, &options).unwrap().services;
         if let Ok(session) = Session::new(registry.clone(), &services) {
             return (session, port);
@@ -113,12 +113,12 @@ fn until_asked(world: &World) {
 #[test]
 fn a_service_outlives_a_world() {
     let registry = registry();
-    let place = Place::scene(&format!("{FLOOR}{}", cuboid("first", [0.1; 3], [0.0, 0.0, 3.0], "dynamic = true")));
+    let place = TestFolder::scene(&format!("{FLOOR}{}", cuboid("first", [0.1; 3], [0.0, 0.0, 3.0], "dynamic = true")));
     place.write("second.toml", &format!("format = 1\n{}", watcher("second", "")));
     let (session, port) = session(&registry, ",wait_for=1");
     // The client keeps its connection while one world replaces another.
     let client = thread::spawn(move || {
-        let mut client = Client::connect(port);
+        let mut client = TestClient::connect(port);
         client.stepping();
         client.call("sim.getObject", json!(["/first"]));
         assert_eq!(client.step(5), 5);
@@ -157,13 +157,13 @@ fn a_service_outlives_a_world() {
 #[test]
 fn a_session_has_two_worlds_and_each_its_log() {
     let registry = registry();
-    let place = Place::new();
+    let place = TestFolder::new();
     arenas(&place, 2);
     let documents: Vec<_> = (0..2).map(|i| document(&place, &format!("arena{i}.toml"), &registry)).collect();
     let (session, port) = session(&registry, ",wait_for=2");
     let clients = (0..2_u64).map(|i| {
         thread::spawn(move || {
-            let mut client = Client::connect(port);
+            let mut client = TestClient::connect(port);
             client.ask(json!({ "world": i }));
             client.stepping();
             let wall = client.handle("/wall2");

@@ -7,7 +7,7 @@ use tatu_core::{World, document, plugins::Registry};
 use crate::arena;
 
 /// The results of a run.
-pub struct Run {
+pub struct AvoidanceRun {
     /// Shortest path of the base in any full minute, m.
     pub least_path_m: f64,
     /// Longest uninterrupted contact with a single obstacle, s.
@@ -26,18 +26,19 @@ pub fn run(
     script: &Path,
     dialect: &str,
     robot: &str,
-) -> Result<Run, String> {
+) -> Result<AvoidanceRun, String> {
     let folder = tempfile::tempdir().map_err(|e| e.to_string())?;
     let script = std::fs::canonicalize(script).map_err(|e| format!("{}: {e}", script.display()))?;
     let file = folder.path().join("arena.toml");
     std::fs::write(&file, arena::scene(seed, &script.display().to_string(), dialect, robot))
         .map_err(|e| e.to_string())?;
-    let scene = document::load(&file, registry, &document::Options::default()).map_err(|e| e.to_string())?;
+    let scene = document::load(&file, registry, &document::LoadOptions::default()).map_err(|e| e.to_string())?;
     let world = World::new(Arc::new(scene), registry.clone()).map_err(|e| e.to_string())?;
     world.start();
     let dt = world.dt();
     let steps = (60.0 / dt).round() as u32;
-    let mut out = Run { least_path_m: f64::INFINITY, longest_contact_s: 0.0, greatest_tilt_deg: 0.0, faults: 0 };
+    let mut out =
+        AvoidanceRun { least_path_m: f64::INFINITY, longest_contact_s: 0.0, greatest_tilt_deg: 0.0, faults: 0 };
     let mut touching: BTreeMap<String, f64> = BTreeMap::new();
     let mut last = position(&world)?;
     for _ in 0..minutes {
@@ -53,7 +54,7 @@ pub fn run(
             let obstacles: Vec<String> = world
                 .contacts()
                 .into_iter()
-                .filter_map(|(a, b, _)| match (obstacle(&a), obstacle(&b)) {
+                .filter_map(|(a, b, _)| match (is_obstacle(&a), is_obstacle(&b)) {
                     (true, false) => Some(a),
                     (false, true) => Some(b),
                     _ => None,
@@ -75,7 +76,7 @@ pub fn run(
     Ok(out)
 }
 
-fn obstacle(path: &str) -> bool {
+fn is_obstacle(path: &str) -> bool {
     path.starts_with("/wall_") || path.starts_with("/box_")
 }
 

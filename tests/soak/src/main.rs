@@ -11,7 +11,7 @@ use std::{path::PathBuf, process::ExitCode, sync::Arc};
 
 use clap::Parser;
 use rayon::prelude::*;
-use tatu_core::plugins::{Registry, Search};
+use tatu_core::plugins::{Registry, SearchPath};
 
 /// Long runs of Tatu.
 #[derive(Parser)]
@@ -40,7 +40,8 @@ const PLUGINS: &[&str] =
 fn main() -> ExitCode {
     let args = Args::parse();
     let exe = std::env::current_exe().ok();
-    let registry = Arc::new(Registry::load(Search::standard(exe.as_deref(), None, PLUGINS), tatu_core::host_tables()));
+    let registry =
+        Arc::new(Registry::load(SearchPath::standard(exe.as_deref(), None, PLUGINS), tatu_core::host_tables()));
     let runs: Vec<_> = (1..=args.seeds)
         .into_par_iter()
         .map(|seed| (seed, avoidance::run(&registry, seed, args.minutes, &args.script, &args.dialect, &args.robot)))

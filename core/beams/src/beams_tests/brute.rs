@@ -5,19 +5,19 @@ use tatu_geometry::Form;
 
 use super::{
     super::{Beam, Volume},
-    Dice,
+    TestRng,
 };
 
 /// A part of a surface, parametrised over the unit square: returns a point and its outward normal.
-pub type Patch = Box<dyn Fn(f64, f64) -> (Point3<f64>, Vector3<f64>)>;
+pub type SurfacePatch = Box<dyn Fn(f64, f64) -> (Point3<f64>, Vector3<f64>)>;
 
 /// Returns the parts of a form's surface. A plane is limited to a square of 40 m.
-pub fn patches(form: &Form) -> Vec<Patch> {
+pub fn patches(form: &Form) -> Vec<SurfacePatch> {
     let at = |x, y, z| Point3::new(x, y, z);
     match form.clone() {
         Form::Plane => vec![Box::new(move |u, v| (at(40.0 * u - 20.0, 40.0 * v - 20.0, 0.0), Vector3::z()))],
         Form::Box { half } => (0..6)
-            .map(|face| -> Patch {
+            .map(|face| -> SurfacePatch {
                 Box::new(move |u, v| {
                     let (axis, sign) = (face / 2, if face % 2 == 0 { -1.0 } else { 1.0 });
                     let mut place = Vector3::zeros();
@@ -45,7 +45,7 @@ pub fn patches(form: &Form) -> Vec<Patch> {
     }
 }
 
-pub fn triangle(a: Point3<f64>, b: Point3<f64>, c: Point3<f64>) -> Patch {
+pub fn triangle(a: Point3<f64>, b: Point3<f64>, c: Point3<f64>) -> SurfacePatch {
     let normal = (b - a).cross(&(c - a)).normalize();
     // The square is mapped onto the whole triangle; its edge u = 0 becomes the corner `a`.
     Box::new(move |u, v| (a + (b - a) * (u * (1.0 - v)) + (c - a) * (u * v), normal))
@@ -56,18 +56,18 @@ fn around(u: f64) -> Vector3<f64> {
     Vector3::new(cos, sin, 0.0)
 }
 
-fn side(radius: f64, half_length: f64) -> Patch {
+fn side(radius: f64, half_length: f64) -> SurfacePatch {
     Box::new(move |u, v| {
         let normal = around(u);
         ((normal * radius + Vector3::z() * (half_length * (2.0 * v - 1.0))).into(), normal)
     })
 }
 
-fn end(radius: f64, half_length: f64, sign: f64) -> Patch {
+fn end(radius: f64, half_length: f64, sign: f64) -> SurfacePatch {
     Box::new(move |u, v| ((around(u) * (radius * v) + Vector3::z() * (sign * half_length)).into(), Vector3::z() * sign))
 }
 
-fn ball(z: f64, radius: f64, low: f64, high: f64) -> Patch {
+fn ball(z: f64, radius: f64, low: f64, high: f64) -> SurfacePatch {
     Box::new(move |u, v| {
         let rise = low + (high - low) * v;
         let normal = around(u) * (1.0 - rise * rise).max(0.0).sqrt() + Vector3::z() * rise;
@@ -76,7 +76,7 @@ fn ball(z: f64, radius: f64, low: f64, high: f64) -> Patch {
 }
 
 /// Returns whether a point with a normal, both in the beam's frame, is admissible; `slack` widens every limit.
-pub fn counts(beam: &Beam, point: &Point3<f64>, normal: &Vector3<f64>, slack: f64) -> bool {
+pub fn is_admissible(beam: &Beam, point: &Point3<f64>, normal: &Vector3<f64>, slack: f64) -> bool {
     let distance = point.coords.norm();
     let (x, y, z) = (point.x, point.y, point.z);
     // Fraction of the distance from the near end to the far one.
@@ -110,14 +110,14 @@ pub fn counts(beam: &Beam, point: &Point3<f64>, normal: &Vector3<f64>, slack: f6
 
 /// Returns the smallest distance found on the patches: by a grid on each patch, then by a random search around its best
 /// point.
-pub fn nearest(beam: &Beam, pose: &Isometry3<f64>, patches: &[Patch], grid: usize, dice: &mut Dice) -> f64 {
+pub fn nearest(beam: &Beam, pose: &Isometry3<f64>, patches: &[SurfacePatch], grid: usize, dice: &mut TestRng) -> f64 {
     let to_beam = beam.world_from_beam.inverse() * pose;
     let mut best = f64::INFINITY;
     for patch in patches {
         let value = |u: f64, v: f64| {
             let (point, normal) = patch(u, v);
             let (point, normal) = (to_beam * point, to_beam * normal);
-            if counts(beam, &point, &normal, 0.0) { point.coords.norm() } else { f64::INFINITY }
+            if is_admissible(beam, &point, &normal, 0.0) { point.coords.norm() } else { f64::INFINITY }
         };
         let mut place = (f64::INFINITY, 0.5, 0.5);
         for i in 0..=grid {

@@ -7,13 +7,13 @@ use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 use tatu_geometry::{Form, Mesh};
 
 use super::{
-    super::{Beam, BeamScene, BundleCast, BundleHits, Faces, Hit, RayBundle, Target, simd},
-    Dice, target,
+    super::{Beam, BeamScene, BeamTarget, BundleCast, BundleHits, Faces, Hit, RayBundle, simd},
+    TestRng, target,
 };
 
 /// All results of a bundle's rays.
 #[derive(Debug, Clone, PartialEq)]
-struct Answer {
+struct BundleResults {
     distance: Vec<f64>,
     object: Vec<u64>,
     primitive: Vec<u32>,
@@ -21,9 +21,9 @@ struct Answer {
     normal: Vec<[f64; 3]>,
 }
 
-fn cast_at(level: Level, scene: &BeamScene, cast: &BundleCast<'_>) -> Answer {
+fn cast_at(level: Level, scene: &BeamScene, cast: &BundleCast<'_>) -> BundleResults {
     let n = cast.bundle.len();
-    let mut a = Answer {
+    let mut a = BundleResults {
         distance: vec![-1.0; n],
         object: vec![99; n],
         primitive: vec![99; n],
@@ -60,7 +60,7 @@ fn one_by_one(scene: &BeamScene, cast: &BundleCast<'_>) -> Vec<(Beam, Hit)> {
 
 /// Returns the number of rays whose distances differ between the bundle and single casts, and the number of those that
 /// also differ from 60 slightly displaced rays, which excludes silhouettes as the cause.
-fn compare(scene: &BeamScene, cast: &BundleCast<'_>, dice: &mut Dice) -> (usize, usize) {
+fn compare(scene: &BeamScene, cast: &BundleCast<'_>, dice: &mut TestRng) -> (usize, usize) {
     let found = cast_at(simd::level(), scene, cast);
     let (mut edges, mut wrong) = (0, 0);
     for (i, (beam, hit)) in one_by_one(scene, cast).into_iter().enumerate() {
@@ -105,7 +105,7 @@ fn compare(scene: &BeamScene, cast: &BundleCast<'_>, dice: &mut Dice) -> (usize,
     (edges, wrong)
 }
 
-fn random_form(dice: &mut Dice, i: usize) -> Form {
+fn random_form(dice: &mut TestRng, i: usize) -> Form {
     let (a, b, c) = (dice.between(0.05, 0.6), dice.between(0.05, 0.6), dice.between(0.05, 0.6));
     match i % 6 {
         0 => Form::Sphere { radius: a },
@@ -117,7 +117,7 @@ fn random_form(dice: &mut Dice, i: usize) -> Form {
 }
 
 /// Returns a bumpy square of 2 m.
-fn terrain(dice: &mut Dice) -> Form {
+fn terrain(dice: &mut TestRng) -> Form {
     let n = 12;
     let mut vertices = Vec::new();
     let mut triangles = Vec::new();
@@ -136,10 +136,10 @@ fn terrain(dice: &mut Dice) -> Form {
     Form::Mesh { mesh: Arc::new(Mesh { vertices, triangles, ..Default::default() }), convex: false }
 }
 
-fn random_scene(dice: &mut Dice, targets: usize, size: f64) -> BeamScene {
+fn random_scene(dice: &mut TestRng, targets: usize, size: f64) -> BeamScene {
     let mut scene = BeamScene::default();
-    let mut all: Vec<Target> = (0..targets)
-        .map(|i| Target { group: (i % 5) as u32, ..target(i as u64 + 1, dice.pose(size), random_form(dice, i)) })
+    let mut all: Vec<BeamTarget> = (0..targets)
+        .map(|i| BeamTarget { group: (i % 5) as u32, ..target(i as u64 + 1, dice.pose(size), random_form(dice, i)) })
         .collect();
     if dice.chance(0.5) {
         let below = Isometry3::translation(0.0, 0.0, -size);
@@ -150,7 +150,7 @@ fn random_scene(dice: &mut Dice, targets: usize, size: f64) -> BeamScene {
 }
 
 /// Returns a random bundle: a fan, several layers, rays in all directions, or a single ray.
-fn random_bundle(dice: &mut Dice) -> RayBundle {
+fn random_bundle(dice: &mut TestRng) -> RayBundle {
     let n = (dice.between(1.0, 300.0)) as usize;
     let open = dice.between(0.1, 6.2);
     let kind = (dice.unit() * 4.0) as usize;
@@ -171,7 +171,7 @@ fn random_bundle(dice: &mut Dice) -> RayBundle {
     RayBundle::new(&directions)
 }
 
-fn random_cast<'a>(dice: &mut Dice, bundle: &'a RayBundle, size: f64) -> BundleCast<'a> {
+fn random_cast<'a>(dice: &mut TestRng, bundle: &'a RayBundle, size: f64) -> BundleCast<'a> {
     let mut cast = BundleCast::new(bundle, dice.pose(size), dice.between(1.0, 4.0 * size));
     if dice.chance(0.3) {
         cast.near = dice.between(0.0, 1.5);
@@ -192,8 +192,8 @@ fn random_cast<'a>(dice: &mut Dice, bundle: &'a RayBundle, size: f64) -> BundleC
 }
 
 #[test]
-fn a_bundle_sees_what_its_rays_see() {
-    let mut dice = Dice(21);
+fn bundle_hits_match_single_rays() {
+    let mut dice = TestRng(21);
     let (mut rays, mut edges, mut wrong) = (0, 0, 0);
     while rays < 30_000 {
         let size = dice.between(0.5, 12.0);
@@ -210,8 +210,8 @@ fn a_bundle_sees_what_its_rays_see() {
 }
 
 #[test]
-fn every_processor_gives_the_same_bits() {
-    let mut dice = Dice(22);
+fn bundle_hits_are_bit_identical_at_all_simd_levels() {
+    let mut dice = TestRng(22);
     let mut levels = vec![Level::baseline()];
     #[cfg(target_arch = "x86_64")]
     {
@@ -226,7 +226,7 @@ fn every_processor_gives_the_same_bits() {
         let cast = random_cast(&mut dice, &bundle, size);
         let first = cast_at(levels[0], &scene, &cast);
         for level in &levels[1..] {
-            let bits = |a: &Answer| -> Vec<u64> {
+            let bits = |a: &BundleResults| -> Vec<u64> {
                 let points = a.point.iter().chain(&a.normal).flatten();
                 a.distance.iter().chain(points).map(|x| x.to_bits()).collect()
             };

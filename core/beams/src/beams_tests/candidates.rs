@@ -6,19 +6,19 @@ use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use tatu_geometry::Form;
 
 use super::{
-    super::{Beam, BeamScene, Target, Volume, candidates},
-    Dice,
+    super::{Beam, BeamScene, BeamTarget, Volume, candidates},
+    TestRng,
     scenes::cast,
     target,
 };
 
 /// Returns a floor and many robots, each a box and two wheels.
-fn crowd(dice: &mut Dice, robots: u64) -> Vec<Target> {
+fn crowd(dice: &mut TestRng, robots: u64) -> Vec<BeamTarget> {
     let mut targets = vec![target(0, Isometry3::identity(), Form::Plane)];
     for robot in 1..=robots {
         let place = Translation3::new(dice.between(-8.0, 8.0), dice.between(-8.0, 8.0), 0.2);
         let base = Isometry3::from_parts(place, UnitQuaternion::new(Vector3::z() * dice.between(-3.0, 3.0)));
-        let own = |form, at: Isometry3<f64>| Target { group: robot as u32, ..target(robot, base * at, form) };
+        let own = |form, at: Isometry3<f64>| BeamTarget { group: robot as u32, ..target(robot, base * at, form) };
         targets.push(own(Form::Box { half: Vector3::new(0.2, 0.15, 0.1) }, Isometry3::identity()));
         for y in [-0.2, 0.2] {
             let wheel = Form::Cylinder { radius: 0.1, half_length: 0.02 };
@@ -29,7 +29,7 @@ fn crowd(dice: &mut Dice, robots: u64) -> Vec<Target> {
 }
 
 /// Returns `each` beams around each robot.
-fn rings(dice: &mut Dice, targets: &[Target], each: usize) -> Vec<Beam> {
+fn rings(dice: &mut TestRng, targets: &[BeamTarget], each: usize) -> Vec<Beam> {
     let bases = targets.iter().filter(|t| matches!(t.form, Form::Box { .. }));
     let bases: Vec<_> = bases.map(|t| (t.world_from_target, t.group)).collect();
     let mut beams = Vec::new();
@@ -49,8 +49,8 @@ fn rings(dice: &mut Dice, targets: &[Target], each: usize) -> Vec<Beam> {
 }
 
 #[test]
-fn a_group_sees_what_each_of_it_sees_alone() {
-    let mut dice = Dice(21);
+fn grouped_beams_hit_the_same_as_single_beams() {
+    let mut dice = TestRng(21);
     let mut seen = BTreeSet::new();
     // In the last scene, more targets are near than a group can hold.
     for robots in [1, 30, 200, 4000] {
@@ -69,9 +69,9 @@ fn a_group_sees_what_each_of_it_sees_alone() {
 }
 
 #[test]
-fn groups_are_of_those_that_are_near_and_alike() {
+fn groups_contain_only_near_beams_with_equal_filters() {
     let ring = |at: f64, n: usize| vec![Beam::cone(Isometry3::translation(at, 0.0, 0.0), 0.3, 1.0); n];
-    let size = |beams: &[Beam]| candidates::group(beams).map(|(n, _)| n);
+    let size = |beams: &[Beam]| candidates::leading_group(beams).map(|(n, _)| n);
     assert_eq!(size(&[]), None);
     assert_eq!(size(&ring(0.0, 3)), None);
     assert_eq!(size(&ring(0.0, 16)), Some(16));

@@ -7,10 +7,10 @@ use tatu_geometry::Form;
 
 use super::{
     super::{Beam, Faces, Volume},
-    Dice, cast_on, check_minimum, mesh,
+    TestRng, cast_on, check_minimum, mesh,
 };
 
-fn volume(dice: &mut Dice) -> Volume {
+fn volume(dice: &mut TestRng) -> Volume {
     match (dice.unit() * 3.0) as usize {
         0 => Volume::Pyramid {
             x_near: dice.between(0.0, 1.0),
@@ -28,7 +28,7 @@ fn volume(dice: &mut Dice) -> Volume {
 }
 
 /// Returns a beam with a random volume; in some cases, its minimum distance, incidence or faces are also limited.
-fn beam(dice: &mut Dice, pose: Isometry3<f64>) -> Beam {
+fn beam(dice: &mut TestRng, pose: Isometry3<f64>) -> Beam {
     let mut beam = Beam { volume: volume(dice), ..Beam::ray(pose, dice.between(1.2, 5.0)) };
     if dice.chance(0.4) {
         beam.near = dice.between(0.0, 1.0);
@@ -43,8 +43,8 @@ fn beam(dice: &mut Dice, pose: Isometry3<f64>) -> Beam {
 }
 
 /// Casts random beams on random forms. Returns the number of hits, and the number of hits that the sampling confirmed.
-fn sweep(seed: u64, questions: usize, grid: usize, form: impl Fn(&mut Dice) -> Form) -> (usize, usize) {
-    let mut dice = Dice(seed);
+fn sweep(seed: u64, questions: usize, grid: usize, form: impl Fn(&mut TestRng) -> Form) -> (usize, usize) {
+    let mut dice = TestRng(seed);
     let (mut hits, mut close) = (0, 0);
     for _ in 0..questions {
         let (pose, at) = (dice.pose(1.2), dice.pose(1.2));
@@ -151,7 +151,7 @@ fn a_flat_sector_sees_all_around_but_not_above() {
 }
 
 #[test]
-fn volumes_that_are_none_see_nothing() {
+fn invalid_volumes_hit_no_target() {
     let near = Isometry3::translation(0.0, 0.0, 0.5);
     let nan = f64::NAN;
     for volume in [

@@ -7,12 +7,12 @@ use tatu_geometry::Form;
 
 use super::{
     super::{Beam, Faces},
-    Dice, cast_on, check_minimum, mesh,
+    TestRng, cast_on, check_minimum, mesh,
 };
 
 #[test]
 fn ten_thousand_triangles_are_met_at_their_nearest_point() {
-    let mut dice = Dice(1);
+    let mut dice = TestRng(1);
     let (mut hits, mut sharp) = (0, 0);
     for i in 0..10_000 {
         let size = if i % 2 == 0 { 2.0 } else { 0.4 };
@@ -41,7 +41,7 @@ fn ten_thousand_triangles_are_met_at_their_nearest_point() {
 
 #[test]
 fn boxes_and_planes_are_met_at_their_nearest_point() {
-    let mut dice = Dice(2);
+    let mut dice = TestRng(2);
     let mut hits = 0;
     for i in 0..2000 {
         let form = if i % 8 == 0 { Form::Plane } else { Form::Box { half: dice.vector(1.0).abs() } };

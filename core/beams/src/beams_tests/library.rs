@@ -8,17 +8,17 @@ use rapier3d::{
 use tatu_geometry::Form;
 
 use super::{
-    super::{Beam, BeamScene, Hit, Target},
-    Dice, mesh, target,
+    super::{Beam, BeamScene, BeamTarget, Hit},
+    TestRng, mesh, target,
 };
 
 /// Number of rays per scene.
-const RAYS: usize = 30_000;
+const RAYS_PER_SCENE: usize = 30_000;
 /// Tolerance of distances, m.
-const SAME: f64 = 1e-4;
+const DISTANCE_TOLERANCE_M: f64 = 1e-4;
 
 /// Returns targets of all kinds of forms; the mesh is a bumpy ball.
-fn forms(dice: &mut Dice, count: u64) -> Vec<Target> {
+fn forms(dice: &mut TestRng, count: u64) -> Vec<BeamTarget> {
     let ball = {
         let (rings, sectors) = (9_u32, 14_u32);
         let at = |i: u32, j: u32| {
@@ -86,8 +86,8 @@ fn by_parry(shapes: &[(SharedShape, Pose)], beam: &Isometry3<f64>, far: f64) -> 
 }
 
 #[test]
-fn rays_meet_what_parry_says_they_meet() {
-    let mut dice = Dice(77);
+fn ray_hits_match_parry() {
+    let mut dice = TestRng(77);
     for count in [5, 40, 400] {
         let targets = forms(&mut dice, count);
         let shapes: Vec<_> = targets
@@ -99,7 +99,7 @@ fn rays_meet_what_parry_says_they_meet() {
             .collect();
         let mut scene = BeamScene::default();
         scene.set(targets);
-        let beams: Vec<Beam> = (0..RAYS).map(|_| Beam::ray(dice.pose(4.0), 12.0)).collect();
+        let beams: Vec<Beam> = (0..RAYS_PER_SCENE).map(|_| Beam::ray(dice.pose(4.0), 12.0)).collect();
         let mut hits = vec![Hit::NONE; beams.len()];
         scene.cast(&beams, &mut hits);
         let (mut met, mut silhouettes) = (0, 0);
@@ -107,7 +107,7 @@ fn rays_meet_what_parry_says_they_meet() {
             let at = &beam.world_from_beam;
             let theirs = by_parry(&shapes, at, 12.0);
             met += usize::from(hit.is_some());
-            if hit.distance == theirs || (hit.distance - theirs).abs() < SAME {
+            if hit.distance == theirs || (hit.distance - theirs).abs() < DISTANCE_TOLERANCE_M {
                 continue;
             }
             // The two may disagree at a silhouette: then, for one of the slightly displaced rays, one of them must
@@ -117,13 +117,16 @@ fn rays_meet_what_parry_says_they_meet() {
                 let shift = Vector3::new(turn.cos(), turn.sin(), 0.0) * 1e-5;
                 let moved = at * nalgebra::Translation3::from(shift);
                 let (a, b) = (scene.cast_one(&Beam::ray(moved, 12.0)).distance, by_parry(&shapes, &moved, 12.0));
-                (a - theirs).abs() < SAME || a == theirs || (b - hit.distance).abs() < SAME || b == hit.distance
+                (a - theirs).abs() < DISTANCE_TOLERANCE_M
+                    || a == theirs
+                    || (b - hit.distance).abs() < DISTANCE_TOLERANCE_M
+                    || b == hit.distance
             });
             assert!(beside, "{count} forms: {hit:?}, parry {theirs}: {beam:?}");
             silhouettes += 1;
         }
-        println!("{count} forms: {met} rays of {RAYS} meet one, {silhouettes} differ at silhouettes");
+        println!("{count} forms: {met} rays of {RAYS_PER_SCENE} meet one, {silhouettes} differ at silhouettes");
         assert!(met >= 50);
-        assert!(silhouettes * 1000 <= RAYS, "{silhouettes} rays of {RAYS} differ at silhouettes");
+        assert!(silhouettes * 1000 <= RAYS_PER_SCENE, "{silhouettes} rays of {RAYS_PER_SCENE} differ at silhouettes");
     }
 }

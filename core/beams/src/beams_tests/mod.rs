@@ -15,12 +15,12 @@ mod scenes;
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 use tatu_geometry::Form;
 
-use super::{Beam, BeamScene, Faces, Hit, Target};
+use super::{Beam, BeamScene, BeamTarget, Faces, Hit};
 
 /// Random numbers that are the same in every run (SplitMix64).
-pub(super) struct Dice(pub u64);
+pub(super) struct TestRng(pub u64);
 
-impl Dice {
+impl TestRng {
     pub fn unit(&mut self) -> f64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut z = self.0;
@@ -62,8 +62,8 @@ impl Dice {
     }
 }
 
-fn target(object: u64, pose: Isometry3<f64>, form: Form) -> Target {
-    Target { object, group: 0, world_from_target: pose, form, color: [0.7; 3], texture: None }
+fn target(object: u64, pose: Isometry3<f64>, form: Form) -> BeamTarget {
+    BeamTarget { object, group: 0, world_from_target: pose, form, color: [0.7; 3], texture: None }
 }
 
 fn cast_on(form: Form, pose: Isometry3<f64>, beam: &Beam) -> Hit {
@@ -81,7 +81,7 @@ fn mesh(vertices: Vec<Point3<f64>>, triangles: Vec<[u32; 3]>) -> Form {
 
 /// Returns the approximate signed distance of a point from the surface of a form, positive outside; for a mesh, from
 /// the plane of its first triangle.
-fn off_surface(form: &Form, p: &Point3<f64>) -> f64 {
+fn surface_distance(form: &Form, p: &Point3<f64>) -> f64 {
     let radial = p.xy().coords.norm();
     match form {
         Form::Plane => p.z,
@@ -102,7 +102,7 @@ fn off_surface(form: &Form, p: &Point3<f64>) -> f64 {
 ///
 /// The tolerance covers rounding of angles in the sampling; an incorrect candidate has a much larger error. Returns
 /// whether something was hit, and whether the sampling came within 0.1 mm of it.
-fn check_minimum(form: &Form, beam: &Beam, pose: Isometry3<f64>, grid: usize, dice: &mut Dice) -> (bool, bool) {
+fn check_minimum(form: &Form, beam: &Beam, pose: Isometry3<f64>, grid: usize, dice: &mut TestRng) -> (bool, bool) {
     let hit = cast_on(form.clone(), pose, beam);
     let sampled = brute::nearest(beam, &pose, &brute::patches(form), grid, dice);
     let story = || format!("{hit:?}, sampled {sampled}: {form:?} {pose:?} {beam:?}");
@@ -115,14 +115,14 @@ fn check_minimum(form: &Form, beam: &Beam, pose: Isometry3<f64>, grid: usize, di
     // The hit must be on the surface, and its normal must point outward after it is flipped back.
     let to_form = pose.inverse() * beam.world_from_beam;
     let place = to_form * hit.point;
-    assert!(off_surface(form, &place).abs() < 1e-8, "off the surface: {}", story());
+    assert!(surface_distance(form, &place).abs() < 1e-8, "off the surface: {}", story());
     let normal = to_form * hit.normal;
     let outward = match form {
-        Form::Plane | Form::Mesh { .. } => off_surface(form, &(place + normal)),
+        Form::Plane | Form::Mesh { .. } => surface_distance(form, &(place + normal)),
         // The solids are convex, with the origin inside.
         _ => normal.dot(&place.coords),
     };
     let outward = if outward > 0.0 { hit.normal } else { -hit.normal };
-    assert!(brute::counts(beam, &hit.point, &outward, 1e-6), "does not count: {}", story());
+    assert!(brute::is_admissible(beam, &hit.point, &outward, 1e-6), "does not count: {}", story());
     (true, (sampled - hit.distance).abs() < 1e-4)
 }

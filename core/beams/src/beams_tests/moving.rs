@@ -5,8 +5,8 @@ use nalgebra::{Isometry3, Vector3};
 use tatu_geometry::Form;
 
 use super::{
-    super::{Beam, BeamScene, BundleCast, BundleHits, RayBundle, Target},
-    Dice, target,
+    super::{Beam, BeamScene, BeamTarget, BundleCast, BundleHits, RayBundle},
+    TestRng, target,
 };
 
 fn distances(scene: &BeamScene, bundle: &RayBundle, from: Isometry3<f64>) -> Vec<u64> {
@@ -17,12 +17,12 @@ fn distances(scene: &BeamScene, bundle: &RayBundle, from: Isometry3<f64>) -> Vec
     distance.into_iter().chain([one]).map(f64::to_bits).collect()
 }
 
-fn rose(dice: &mut Dice) -> RayBundle {
+fn random_rays(dice: &mut TestRng) -> RayBundle {
     let directions: Vec<[f64; 3]> = (0..200).map(|_| dice.vector(1.0).into()).collect();
     RayBundle::new(&directions)
 }
 
-fn crowd(dice: &mut Dice, n: usize, size: f64) -> Vec<Target> {
+fn random_crowd(dice: &mut TestRng, n: usize, size: f64) -> Vec<BeamTarget> {
     let form = |i: usize| match i % 3 {
         0 => Form::Sphere { radius: 0.3 },
         1 => Form::Cylinder { radius: 0.2, half_length: 0.4 },
@@ -32,11 +32,11 @@ fn crowd(dice: &mut Dice, n: usize, size: f64) -> Vec<Target> {
 }
 
 #[test]
-fn a_target_that_moves_alone_is_seen_where_it_is() {
-    let mut dice = Dice(41);
-    let bundle = rose(&mut dice);
+fn single_moved_target_matches_a_new_scene() {
+    let mut dice = TestRng(41);
+    let bundle = random_rays(&mut dice);
     let mut scene = BeamScene::default();
-    scene.set(crowd(&mut dice, 300, 6.0));
+    scene.set(random_crowd(&mut dice, 300, 6.0));
     for round in 0..200 {
         let index = (dice.unit() * 300.0) as usize;
         // Some targets are far away, or at an invalid position.
@@ -57,11 +57,11 @@ fn a_target_that_moves_alone_is_seen_where_it_is() {
 }
 
 #[test]
-fn ten_thousand_targets_are_seen_as_one_by_one() {
-    let mut dice = Dice(42);
-    let bundle = rose(&mut dice);
+fn bundle_matches_single_rays_among_ten_thousand_targets() {
+    let mut dice = TestRng(42);
+    let bundle = random_rays(&mut dice);
     let mut scene = BeamScene::default();
-    scene.set(crowd(&mut dice, 10_000, 20.0));
+    scene.set(random_crowd(&mut dice, 10_000, 20.0));
     let mut distance = vec![0.0; bundle.len()];
     let mut edges = 0;
     for _ in 0..5 {
@@ -78,10 +78,10 @@ fn ten_thousand_targets_are_seen_as_one_by_one() {
 }
 
 #[test]
-fn what_has_no_place_or_size_is_not_seen_and_hides_nothing() {
-    let mut dice = Dice(43);
-    let bundle = rose(&mut dice);
-    let good = crowd(&mut dice, 60, 4.0);
+fn invalid_targets_are_neither_hit_nor_occlude_others() {
+    let mut dice = TestRng(43);
+    let bundle = random_rays(&mut dice);
+    let good = random_crowd(&mut dice, 60, 4.0);
     let mut scene = BeamScene::default();
     scene.set(good.clone());
     let nan = f64::NAN;
@@ -98,7 +98,7 @@ fn what_has_no_place_or_size_is_not_seen_and_hides_nothing() {
         target(905, lost, Form::Plane),
     ];
     for pose in [lost, turned] {
-        bad.extend(crowd(&mut dice, 6, 1.0).into_iter().map(|t| Target { world_from_target: pose, ..t }));
+        bad.extend(random_crowd(&mut dice, 6, 1.0).into_iter().map(|t| BeamTarget { world_from_target: pose, ..t }));
     }
     let mut mixed = BeamScene::default();
     mixed.set(bad.into_iter().chain(good));
@@ -112,7 +112,7 @@ fn what_has_no_place_or_size_is_not_seen_and_hides_nothing() {
 }
 
 #[test]
-fn what_has_no_thickness_is_seen_only_from_its_flat_side() {
+fn flat_box_is_hit_only_on_its_faces() {
     let flat = Form::Box { half: Vector3::new(1.0, 1.0, 0.0) };
     let nothing = Form::Sphere { radius: 0.0 };
     let mut scene = BeamScene::default();
@@ -128,12 +128,13 @@ fn what_has_no_thickness_is_seen_only_from_its_flat_side() {
 }
 
 #[test]
-fn many_bundles_see_the_same_on_any_number_of_threads() {
-    let mut dice = Dice(44);
+fn bundle_hits_are_identical_for_all_thread_counts() {
+    let mut dice = TestRng(44);
     let mut scene = BeamScene::default();
-    scene.set(crowd(&mut dice, 200, 8.0));
+    scene.set(random_crowd(&mut dice, 200, 8.0));
     let large: Vec<[f64; 3]> = (0..5000).map(|_| dice.vector(1.0).into()).collect();
-    let bundles = [rose(&mut dice), RayBundle::new(&large), RayBundle::new(&[[0.0, 0.0, 1.0]]), RayBundle::new(&[])];
+    let bundles =
+        [random_rays(&mut dice), RayBundle::new(&large), RayBundle::new(&[[0.0, 0.0, 1.0]]), RayBundle::new(&[])];
     let poses: Vec<Isometry3<f64>> = (0..40).map(|_| dice.pose(6.0)).collect();
     let cast = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();

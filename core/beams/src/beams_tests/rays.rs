@@ -8,9 +8,9 @@ use tatu_geometry::{Form, Mesh};
 
 use super::{
     super::{Beam, Faces, Volume},
-    Dice,
+    TestRng,
     brute::patches,
-    cast_on, mesh, off_surface,
+    cast_on, mesh, surface_distance,
 };
 
 /// A hit of a ray must be on the surface, and no sampled point may be in front of it.
@@ -18,7 +18,7 @@ use super::{
 /// A sampled point p is in front of a hit at distance t if it is almost on the ray and nearer.
 #[test]
 fn rays_stop_at_the_surface() {
-    let mut dice = Dice(5);
+    let mut dice = TestRng(5);
     let mut hits = 0;
     for i in 0..1500 {
         let (a, b) = (dice.between(0.2, 0.8), dice.between(0.2, 0.8));
@@ -37,7 +37,7 @@ fn rays_stop_at_the_surface() {
         if hit.is_some() {
             assert!((hit.point.coords - Vector3::z() * hit.distance).norm() < 1e-12);
             let p = pose.inverse_transform_point(&(beam_pose * hit.point));
-            let off = off_surface(&form, &p);
+            let off = surface_distance(&form, &p);
             assert!(off.abs() < 1e-9, "{off} {form:?}");
         }
         // Nothing may be nearer.
@@ -70,7 +70,7 @@ fn rays_through_a_closed_mesh_never_slip_between_triangles() {
         triangles.push([b, a, c + 1]);
     }
     let form = mesh(vertices, triangles);
-    let mut dice = Dice(6);
+    let mut dice = TestRng(6);
     for _ in 0..2000 {
         let (a, b) = (tips[(dice.unit() * 6.0) as usize], tips[(dice.unit() * 6.0) as usize]);
         if a == -b {
@@ -86,7 +86,7 @@ fn rays_through_a_closed_mesh_never_slip_between_triangles() {
 }
 
 #[test]
-fn limits_hold_for_rays() {
+fn rays_respect_range_face_and_incidence_limits() {
     let ball = Form::Sphere { radius: 1.0 };
     let place = Isometry3::translation(0.0, 0.0, 3.0);
     let mut beam = Beam::ray(Isometry3::identity(), 9.0);

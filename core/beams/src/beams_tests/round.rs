@@ -5,9 +5,9 @@ use std::f64::consts::{PI, TAU};
 use nalgebra::{Isometry3, Point3, Vector3};
 use tatu_geometry::Form;
 
-use super::{super::Beam, Dice, cast_on, check_minimum, mesh};
+use super::{super::Beam, TestRng, cast_on, check_minimum, mesh};
 
-fn random_form(dice: &mut Dice, i: usize) -> Form {
+fn random_form(dice: &mut TestRng, i: usize) -> Form {
     let (radius, half_length) = (dice.between(0.05, 1.0), dice.between(0.05, 1.0));
     match i % 3 {
         0 => Form::Sphere { radius },
@@ -18,7 +18,7 @@ fn random_form(dice: &mut Dice, i: usize) -> Form {
 
 #[test]
 fn round_forms_are_met_at_their_nearest_point() {
-    let mut dice = Dice(3);
+    let mut dice = TestRng(3);
     let (mut hits, mut sharp) = (0, 0);
     for i in 0..3000 {
         let form = random_form(&mut dice, i);
@@ -59,7 +59,7 @@ fn arc(z: f64, radius: f64, from: f64, to: f64) -> impl Iterator<Item = (f64, f6
 
 #[test]
 fn round_forms_agree_with_a_fine_mesh() {
-    let mut dice = Dice(4);
+    let mut dice = TestRng(4);
     let mut hits = 0;
     for i in 0..150 {
         let form = random_form(&mut dice, i);

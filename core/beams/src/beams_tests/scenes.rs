@@ -6,14 +6,14 @@ use nalgebra::{Isometry3, Point3, Vector3};
 use tatu_geometry::Form;
 
 use super::{
-    super::{Beam, BeamScene, Hit, Target, Volume},
-    Dice, mesh, target,
+    super::{Beam, BeamScene, BeamTarget, Hit, Volume},
+    TestRng, mesh, target,
 };
 
-fn random_targets(dice: &mut Dice, count: u64) -> Vec<Target> {
+fn random_targets(dice: &mut TestRng, count: u64) -> Vec<BeamTarget> {
     let shared = {
         let vertices = (0..60).map(|_| Point3::from(dice.vector(0.4))).collect();
-        let index = |dice: &mut Dice| (dice.unit() * 60.0) as u32;
+        let index = |dice: &mut TestRng| (dice.unit() * 60.0) as u32;
         mesh(vertices, (0..40).map(|_| [0; 3].map(|_| index(dice))).collect())
     };
     (0..count)
@@ -27,12 +27,12 @@ fn random_targets(dice: &mut Dice, count: u64) -> Vec<Target> {
                 4 if i < 6 => Form::Plane,
                 _ => Form::Box { half: Vector3::new(a, b, 0.2) },
             };
-            Target { group: (i % 7) as u32, ..target(i, dice.pose(4.0), form) }
+            BeamTarget { group: (i % 7) as u32, ..target(i, dice.pose(4.0), form) }
         })
         .collect()
 }
 
-fn random_beams(dice: &mut Dice, count: usize) -> Vec<Beam> {
+fn random_beams(dice: &mut TestRng, count: usize) -> Vec<Beam> {
     (0..count)
         .map(|i| {
             let pose = dice.pose(4.0);
@@ -54,8 +54,8 @@ pub(super) fn cast(scene: &BeamScene, beams: &[Beam]) -> Vec<Hit> {
 }
 
 #[test]
-fn the_tree_answers_as_trying_every_target_does() {
-    let mut dice = Dice(7);
+fn tree_hits_match_exhaustive_search() {
+    let mut dice = TestRng(7);
     let mut seen = 0;
     for count in [1, 2, 30, 300] {
         let targets = random_targets(&mut dice, count);
@@ -84,8 +84,8 @@ fn the_tree_answers_as_trying_every_target_does() {
 }
 
 #[test]
-fn moved_targets_give_the_same_bits_as_a_new_scene() {
-    let mut dice = Dice(8);
+fn moved_targets_match_a_new_scene_bit_for_bit() {
+    let mut dice = TestRng(8);
     // Enough for more than one task of the thread pool.
     let mut targets = random_targets(&mut dice, 600);
     let beams = random_beams(&mut dice, 400);
@@ -104,8 +104,8 @@ fn moved_targets_give_the_same_bits_as_a_new_scene() {
 }
 
 #[test]
-fn one_thread_and_two_give_the_same_bits() {
-    let mut dice = Dice(9);
+fn hits_are_bit_identical_on_one_and_two_threads() {
+    let mut dice = TestRng(9);
     let mut scene = BeamScene::default();
     scene.set(random_targets(&mut dice, 200));
     let beams = random_beams(&mut dice, 1000);
@@ -121,7 +121,7 @@ fn filters_and_ties_choose_the_target() {
     let place = Isometry3::translation(0.0, 0.0, 1.0);
     let block = Form::Box { half: Vector3::new(0.1, 0.1, 0.1) };
     let mut scene = BeamScene::default();
-    scene.set([9, 4, 6].map(|object| Target { group: object as u32, ..target(object, place, block.clone()) }));
+    scene.set([9, 4, 6].map(|object| BeamTarget { group: object as u32, ..target(object, place, block.clone()) }));
     for volume in [Volume::Ray, Volume::Cone { half_angle: 0.2 }] {
         let mut beam = Beam { volume, ..Beam::ray(Isometry3::identity(), 2.0) };
         let hit = scene.cast_one(&beam);

@@ -6,43 +6,43 @@ use tatu_geometry::Form;
 
 use super::{
     BundleCast, BundleHits, finish,
-    forms::{Ball, Cuboid, Drum, Pill, Plane, Shape},
-    lanes::{F, M, U, V, rows, short, splat},
+    forms::{AnalyticForm, BoxForm, CapsuleForm, CylinderForm, PlaneForm, SphereForm},
+    lanes::{FloatLanes, MaskLanes, UintLanes, VectorLanes, rows, splat, to_f32},
     mesh,
-    pack::{Cones, GROUPS, LANES, Lanes, PacketGroup},
-    packet::{Best, Limits, NONE, Seen},
+    pack::{BoundingCones, BundlePart, GROUPS, LANES, LaneArray},
+    packet::{CastLimits, NO_TARGET, PacketHits, PartHits},
 };
-use crate::{BeamScene, simd::dispatch, tree::Quad};
+use crate::{BeamScene, simd::dispatch, tree::QuadNode};
 
 /// Factor of `(distance + size of the target) / cosine of the incidence` that gives the error of a distance, relative
 /// to the tolerance: a few rounding errors of 6e-8 each in a rotation, divided by 3e-5 m.
-const BLUR: f32 = 2.5e-7 / 3e-5;
+const DISTANCE_ERROR_FACTOR: f32 = 2.5e-7 / 3e-5;
 
 /// Casts the rays of a part of a bundle.
-pub(super) fn part(scene: &BeamScene, level: Level, cast: &BundleCast<'_>, index: usize, hits: BundleHits<'_>) {
+pub(super) fn cast_part(scene: &BeamScene, level: Level, cast: &BundleCast<'_>, index: usize, hits: BundleHits<'_>) {
     let part = &cast.bundle.parts()[index];
     let pose = &cast.world_from_sensor;
     let placed = pose.translation.vector.iter().chain(pose.rotation.coords.iter()).all(|x| x.is_finite());
-    let Some(limits) = Limits::new(cast).filter(|_| placed) else {
-        return finish::nothing(hits);
+    let Some(limits) = CastLimits::new(cast).filter(|_| placed) else {
+        return finish::clear_hits(hits);
     };
-    let mut seen = Seen::new(part, limits.far);
+    let mut seen = PartHits::new(part, limits.far);
     dispatch!(level, simd => walk(simd, scene, cast, part, &limits, &mut seen));
-    finish::finish(scene, cast, part, &seen, hits);
+    finish::write_hits(scene, cast, part, &seen, hits);
 }
 
 /// The inputs shared by the visits of all targets.
-struct Walk<'a> {
+struct PartTraversal<'a> {
     scene: &'a BeamScene,
     cast: &'a BundleCast<'a>,
-    part: &'a PacketGroup,
-    limits: &'a Limits,
+    part: &'a BundlePart,
+    limits: &'a CastLimits,
     sensor_from_world: Matrix3<f64>,
     origin: Vector3<f64>,
 }
 
 /// The bounding ball of a target relative to the sensor, prepared for tests against many cones at once.
-struct Disc {
+struct BallOutline {
     centre: [f32; 3],
     /// Cosine and sine of the angle between the centre and the rim, times the distance of the centre.
     cos: f32,
@@ -53,7 +53,7 @@ struct Disc {
     bound: f32,
 }
 
-impl Disc {
+impl BallOutline {
     #[inline(always)]
     fn new(centre: &Vector3<f64>, radius: f64) -> Self {
         let away = centre.norm();
@@ -61,13 +61,13 @@ impl Disc {
         let power = away * away - radius * radius;
         let (cos, sin) = if power > 0.0 { (power.sqrt() as f32, radius as f32) } else { (-1e30, 1e30) };
         let bound = ((away - radius) * (1.0 - 1e-6) - 1e-5).max(0.0) as f32;
-        Self { centre: short(centre), cos, sin, slack: away as f32 * 2e-6, bound }
+        Self { centre: to_f32(centre), cos, sin, slack: away as f32 * 2e-6, bound }
     }
 
     /// Returns the lanes of cones that may contain a part of the ball nearer than the hits so far.
     #[inline(always)]
-    fn seen_by<S: Simd>(&self, simd: S, cones: &Cones, far: &Lanes) -> u64 {
-        let axis = V { x: cones.x.load(simd), y: cones.y.load(simd), z: cones.z.load(simd) };
+    fn seen_by<S: Simd>(&self, simd: S, cones: &BoundingCones, far: &LaneArray) -> u64 {
+        let axis = VectorLanes { x: cones.x.load(simd), y: cones.y.load(simd), z: cones.z.load(simd) };
         // The ball may be visible if the angle between the cone's axis and the ball's centre is at most the sum of the
         // two half angles.
         let rim = cones.cos.load(simd) * self.cos - cones.sin.load(simd) * self.sin - self.slack;
@@ -82,12 +82,12 @@ fn walk<S: Simd>(
     simd: S,
     scene: &BeamScene,
     cast: &BundleCast<'_>,
-    part: &PacketGroup,
-    limits: &Limits,
-    seen: &mut Seen,
+    part: &BundlePart,
+    limits: &CastLimits,
+    seen: &mut PartHits,
 ) {
     let pose = &cast.world_from_sensor;
-    let walk = Walk {
+    let walk = PartTraversal {
         scene,
         cast,
         part,
@@ -100,12 +100,12 @@ fn walk<S: Simd>(
         all[packet / LANES] |= 1 << (packet % LANES);
     }
     for &index in &scene.unbounded {
-        walk.meet_plane(simd, index, &all, seen);
+        walk.test_plane(simd, index, &all, seen);
     }
-    scene.top.walk_by(
+    scene.top.walk_with_bounds(
         walk.reach(simd, seen),
         #[inline(always)]
-        |quad: &Quad, _| quad.distances(&walk.origin),
+        |quad: &QuadNode, _| quad.distances(&walk.origin),
         #[inline(always)]
         |place, limit| {
             if walk.visit(simd, scene.top.order[place], seen) { walk.reach(simd, seen) } else { limit }
@@ -113,18 +113,18 @@ fn walk<S: Simd>(
     );
 }
 
-impl Walk<'_> {
+impl PartTraversal<'_> {
     /// Returns the largest distance at which a hit could still change the result.
     #[inline(always)]
-    fn reach<S: Simd>(&self, simd: S, seen: &Seen) -> f64 {
+    fn reach<S: Simd>(&self, simd: S, seen: &PartHits) -> f64 {
         f64::from(seen.group_far.load(simd).reduce_max()) * (1.0 + 1e-5) + 1e-5
     }
 
     /// Tests a bounded target against all packets whose rays may hit it; returns whether it was hit.
     #[inline(always)]
-    fn visit<S: Simd>(&self, simd: S, index: u32, seen: &mut Seen) -> bool {
+    fn visit<S: Simd>(&self, simd: S, index: u32, seen: &mut PartHits) -> bool {
         let (centre, radius) = self.scene.balls[index as usize];
-        let disc = Disc::new(&(self.sensor_from_world * (centre - self.origin)), radius);
+        let disc = BallOutline::new(&(self.sensor_from_world * (centre - self.origin)), radius);
         let mut packets = [0; GROUPS];
         let mut groups = disc.seen_by(simd, &self.part.groups, &seen.group_far);
         let mut any = 0;
@@ -134,11 +134,11 @@ impl Walk<'_> {
             packets[group] = disc.seen_by(simd, &self.part.cones[group], &seen.far[group]) as u32;
             any |= packets[group];
         }
-        any != 0 && self.meet_target(simd, index, &packets, disc.bound, seen)
+        any != 0 && self.test_target(simd, index, &packets, disc.bound, seen)
     }
 
     /// Returns a target's form and frame, unless it is excluded.
-    fn frame(&self, index: u32) -> Option<Frame<'_>> {
+    fn frame(&self, index: u32) -> Option<TargetFrame<'_>> {
         let target = &self.scene.targets[index as usize];
         let wanted = self.cast.skip_group != Some(target.group)
             && self.cast.only_object.is_none_or(|object| object == target.object);
@@ -149,47 +149,59 @@ impl Walk<'_> {
         let turn = pose.rotation.inverse() * self.cast.world_from_sensor.rotation;
         let turn = rows(turn.to_rotation_matrix().matrix());
         let origin = pose.rotation.inverse_transform_vector(&(self.origin - pose.translation.vector));
-        Some(Frame { form: &target.form, turn, origin })
+        Some(TargetFrame { form: &target.form, turn, origin })
     }
 
     #[inline(always)]
-    fn meet_plane<S: Simd>(&self, simd: S, index: u32, packets: &[u32; GROUPS], seen: &mut Seen) {
-        if let Some(Frame { turn, origin, .. }) = self.frame(index) {
+    fn test_plane<S: Simd>(&self, simd: S, index: u32, packets: &[u32; GROUPS], seen: &mut PartHits) {
+        if let Some(TargetFrame { turn, origin, .. }) = self.frame(index) {
             let height = origin.z as f32;
-            let meet = Meet { walk: self, index, turn, size: height.abs(), bound: 0.0 };
-            meet.all(simd, &Plane { height }, packets, seen);
+            let meet = TargetTest { walk: self, index, turn, size: height.abs(), bound: 0.0 };
+            meet.test_form(simd, &PlaneForm { height }, packets, seen);
         }
     }
 
     /// Tests packets against a target's form.
     #[inline(always)]
-    fn meet_target<S: Simd>(&self, simd: S, index: u32, packets: &[u32; GROUPS], bound: f32, seen: &mut Seen) -> bool {
-        let Some(Frame { form, turn, origin }) = self.frame(index) else { return false };
-        let mut meet = Meet { walk: self, index, turn, size: 0.0, bound };
+    fn test_target<S: Simd>(
+        &self,
+        simd: S,
+        index: u32,
+        packets: &[u32; GROUPS],
+        bound: f32,
+        seen: &mut PartHits,
+    ) -> bool {
+        let Some(TargetFrame { form, turn, origin }) = self.frame(index) else { return false };
+        let mut meet = TargetTest { walk: self, index, turn, size: 0.0, bound };
         match form {
             Form::Plane => false,
             Form::Box { half } => {
                 meet.size = (origin.abs() + half).max() as f32;
                 let least = (origin.abs() - half).map(|x| x.max(0.0)).norm();
                 meet.bound = meet.bound.max((least * (1.0 - 1e-6) - 1e-5) as f32);
-                let form = Cuboid { low: short(&(-half - origin)), high: short(&(half - origin)) };
-                meet.all(simd, &form, packets, seen)
+                let form = BoxForm { low: to_f32(&(-half - origin)), high: to_f32(&(half - origin)) };
+                meet.test_form(simd, &form, packets, seen)
             }
             Form::Sphere { radius } => {
                 meet.size = *radius as f32;
-                meet.all(simd, &ball(&origin, *radius, 0.0), packets, seen)
+                meet.test_form(simd, &sphere_form(&origin, *radius, 0.0), packets, seen)
             }
             Form::Cylinder { radius, half_length } => {
                 meet.size = (radius + half_length) as f32;
-                meet.all(simd, &drum(&origin, *radius, *half_length), packets, seen)
+                meet.test_form(simd, &cylinder_form(&origin, *radius, *half_length), packets, seen)
             }
             Form::Capsule { radius, half_length } => {
                 meet.size = (radius + half_length) as f32;
-                let balls = [ball(&origin, *radius, *half_length), ball(&origin, *radius, -half_length)];
-                meet.all(simd, &Pill { drum: drum(&origin, *radius, *half_length), balls }, packets, seen)
+                let balls = [sphere_form(&origin, *radius, *half_length), sphere_form(&origin, *radius, -half_length)];
+                meet.test_form(
+                    simd,
+                    &CapsuleForm { cylinder: cylinder_form(&origin, *radius, *half_length), spheres: balls },
+                    packets,
+                    seen,
+                )
             }
             Form::Mesh { .. } => match &self.scene.trees[index as usize] {
-                Some(tree) => meet.mesh(simd, &tree.packets, &origin, packets, seen),
+                Some(tree) => meet.test_mesh(simd, &tree.packets, &origin, packets, seen),
                 None => false,
             },
         }
@@ -197,7 +209,7 @@ impl Walk<'_> {
 }
 
 /// A target relative to the sensor.
-struct Frame<'a> {
+struct TargetFrame<'a> {
     form: &'a Form,
     /// Rotation from the sensor's frame to the form's.
     turn: [[f32; 3]; 3],
@@ -205,14 +217,14 @@ struct Frame<'a> {
     origin: Vector3<f64>,
 }
 
-fn ball(origin: &Vector3<f64>, radius: f64, height: f64) -> Ball {
+fn sphere_form(origin: &Vector3<f64>, radius: f64, height: f64) -> SphereForm {
     let origin = [origin.x as f32, origin.y as f32, (origin.z - height) as f32];
-    Ball { origin, radius: radius as f32, inverse: inverse(radius) }
+    SphereForm { origin, radius: radius as f32, inverse: inverse(radius) }
 }
 
-fn drum(origin: &Vector3<f64>, radius: f64, half_length: f64) -> Drum {
-    Drum {
-        origin: short(origin),
+fn cylinder_form(origin: &Vector3<f64>, radius: f64, half_length: f64) -> CylinderForm {
+    CylinderForm {
+        origin: to_f32(origin),
         radius: radius as f32,
         inverse: inverse(radius),
         low: (-half_length - origin.z) as f32,
@@ -226,8 +238,8 @@ fn inverse(radius: f64) -> f32 {
 }
 
 /// A target, with the data shared by all packets that are tested against it.
-struct Meet<'a> {
-    walk: &'a Walk<'a>,
+struct TargetTest<'a> {
+    walk: &'a PartTraversal<'a>,
     index: u32,
     /// Rotation from the sensor's frame to the target's.
     turn: [[f32; 3]; 3],
@@ -237,17 +249,17 @@ struct Meet<'a> {
     bound: f32,
 }
 
-impl Meet<'_> {
+impl TargetTest<'_> {
     /// Calls `test` with the rays, in the target's frame, of each packet for which the target may be nearer than its
     /// hits so far, and updates the maximum distances of the packets and groups. Returns whether a ray has hit the
     /// target.
     #[inline(always)]
-    fn each<S: Simd>(
+    fn for_each_packet<S: Simd>(
         &self,
         simd: S,
         packets: &[u32; GROUPS],
-        seen: &mut Seen,
-        mut test: impl FnMut(&V<S>, &mut Best) -> bool,
+        seen: &mut PartHits,
+        mut test: impl FnMut(&VectorLanes<S>, &mut PacketHits) -> bool,
     ) -> bool {
         let mut any = false;
         for (group, bits) in packets.iter().enumerate().take(self.walk.part.cones.len()) {
@@ -260,7 +272,7 @@ impl Meet<'_> {
                 if seen.far[group].0[lane] < self.bound {
                     continue;
                 }
-                let d = V::load(simd, &self.walk.part.packets[packet]).turned(&self.turn);
+                let d = VectorLanes::load(simd, &self.walk.part.packets[packet]).rotated(&self.turn);
                 let best = &mut seen.best[packet];
                 if test(&d, best) {
                     seen.far[group].0[lane] = best.t.load(simd).reduce_max();
@@ -276,10 +288,16 @@ impl Meet<'_> {
     }
 
     #[inline(always)]
-    fn all<S: Simd, T: Shape<S>>(&self, simd: S, form: &T, packets: &[u32; GROUPS], seen: &mut Seen) -> bool {
+    fn test_form<S: Simd, T: AnalyticForm<S>>(
+        &self,
+        simd: S,
+        form: &T,
+        packets: &[u32; GROUPS],
+        seen: &mut PartHits,
+    ) -> bool {
         let limits = self.walk.limits;
         let near = splat(simd, limits.near);
-        self.each(
+        self.for_each_packet(
             simd,
             packets,
             seen,
@@ -288,23 +306,23 @@ impl Meet<'_> {
                 let (span, more) = form.span(simd, d);
                 let mut any = false;
                 // Test the entry points first, and then, for rays whose entry point is not admissible, the exit points.
-                let (mut t, mut leaving) = (span.enter, M::splat(simd, false));
+                let (mut t, mut leaving) = (span.enter, MaskLanes::splat(simd, false));
                 let mut open = span.valid;
                 for end in 0..2 {
                     let so_far = best.t.load(simd);
                     let mut ok = open & t.simd_ge(near) & t.simd_le(so_far);
                     if ok.any_true() {
                         let (slope, primitive) = form.surface(simd, d, &span, &more, leaving);
-                        if !limits.all {
-                            ok &= limits.shows(simd, slope);
+                        if !limits.any_surface {
+                            ok &= limits.admits(simd, slope);
                         }
-                        any |= self.take(simd, ok, t, slope, primitive, best);
+                        any |= self.store_hits(simd, ok, t, slope, primitive, best);
                         open &= !ok;
                     }
-                    if end == 1 || limits.all && !(open & t.simd_lt(near)).any_true() {
+                    if end == 1 || limits.any_surface && !(open & t.simd_lt(near)).any_true() {
                         break;
                     }
-                    (t, leaving) = (span.leave, M::splat(simd, true));
+                    (t, leaving) = (span.leave, MaskLanes::splat(simd, true));
                 }
                 any
             },
@@ -312,55 +330,64 @@ impl Meet<'_> {
     }
 
     #[inline(always)]
-    fn mesh<S: Simd>(
+    fn test_mesh<S: Simd>(
         &mut self,
         simd: S,
         tree: &mesh::PacketTree,
         origin: &Vector3<f64>,
         packets: &[u32; GROUPS],
-        seen: &mut Seen,
+        seen: &mut PartHits,
     ) -> bool {
-        let eye = tree.eye(origin);
+        let eye = tree.ray_origin(origin);
         self.size = eye.size;
-        self.each(
+        self.for_each_packet(
             simd,
             packets,
             seen,
             #[inline(always)]
             |d, best| {
                 let met = tree.cast(simd, &eye, d, self.walk.limits, best.t.load(simd));
-                met.ok.any_true() && self.take(simd, met.ok, met.t, met.slope, met.primitive, best)
+                met.ok.any_true() && self.store_hits(simd, met.ok, met.t, met.slope, met.primitive, best)
             },
         )
     }
 
     /// Stores the hits of the lanes in `ok`, unless there is a hit of higher priority at exactly the same distance.
     #[inline(always)]
-    fn take<S: Simd>(&self, simd: S, mut ok: M<S>, t: F<S>, slope: F<S>, primitive: U<S>, best: &mut Best) -> bool {
+    fn store_hits<S: Simd>(
+        &self,
+        simd: S,
+        mut ok: MaskLanes<S>,
+        t: FloatLanes<S>,
+        slope: FloatLanes<S>,
+        primitive: UintLanes<S>,
+        best: &mut PacketHits,
+    ) -> bool {
         let so_far = best.t.load(simd);
         let ties = (ok & t.simd_eq(so_far)).to_bitmask();
         if ties != 0 {
             let primitive: [u32; LANES] = primitive.to_array();
             let lost = (0..LANES).filter(|lane| {
                 let (target, other) = (best.target[*lane], best.primitive[*lane]);
-                ties >> lane & 1 != 0 && !self.before(primitive[*lane], target, other)
+                ties >> lane & 1 != 0 && !self.has_priority(primitive[*lane], target, other)
             });
             let lost = lost.fold(0, |bits, lane| bits | 1 << lane);
-            ok = M::from_bitmask(simd, ok.to_bitmask() & !lost);
+            ok = MaskLanes::from_bitmask(simd, ok.to_bitmask() & !lost);
         }
-        let margin = slope.abs() - (t + self.size) * BLUR;
+        let margin = slope.abs() - (t + self.size) * DISTANCE_ERROR_FACTOR;
         best.t.store(ok.select(t, so_far));
         best.margin.store(ok.select(margin, best.margin.load(simd)));
-        ok.select(U::splat(simd, self.index), U::load_array_ref(simd, &best.target)).store_array(&mut best.target);
-        ok.select(primitive, U::load_array_ref(simd, &best.primitive)).store_array(&mut best.primitive);
+        ok.select(UintLanes::splat(simd, self.index), UintLanes::load_array_ref(simd, &best.target))
+            .store_array(&mut best.target);
+        ok.select(primitive, UintLanes::load_array_ref(simd, &best.primitive)).store_array(&mut best.primitive);
         true
     }
 
     /// Returns whether a hit of this target has priority over another hit at the same distance. Hits are compared by
     /// object, then by primitive, then by index of the target; the lowest value has priority.
-    fn before(&self, primitive: u32, other: u32, other_primitive: u32) -> bool {
+    fn has_priority(&self, primitive: u32, other: u32, other_primitive: u32) -> bool {
         let targets = &self.walk.scene.targets;
-        other == NONE || {
+        other == NO_TARGET || {
             let rank = |index: u32, primitive: u32| (targets[index as usize].object, primitive, index);
             rank(self.index, primitive) < rank(other, other_primitive)
         }

@@ -5,13 +5,13 @@ use tatu_geometry::Form;
 
 use super::{
     BundleCast, BundleHits,
-    pack::{LANES, PacketGroup},
-    packet::{NONE, Seen},
+    pack::{BundlePart, LANES},
+    packet::{NO_TARGET, PartHits},
 };
-use crate::{BeamScene, Faces, ray, sight::Sight, solid::unit, triangle::triangle};
+use crate::{BeamScene, Faces, ray, sight::SightLine, solid::unit, triangle::triangle};
 
 /// Sets all results to those of rays that hit nothing.
-pub(super) fn nothing(hits: BundleHits<'_>) {
+pub(super) fn clear_hits(hits: BundleHits<'_>) {
     hits.distance.fill(f64::INFINITY);
     hits.object.fill(0);
     hits.primitive.fill(0);
@@ -20,14 +20,20 @@ pub(super) fn nothing(hits: BundleHits<'_>) {
 }
 
 /// Writes the results of a part.
-pub(super) fn finish(scene: &BeamScene, cast: &BundleCast<'_>, part: &PacketGroup, seen: &Seen, hits: BundleHits<'_>) {
+pub(super) fn write_hits(
+    scene: &BeamScene,
+    cast: &BundleCast<'_>,
+    part: &BundlePart,
+    seen: &PartHits,
+    hits: BundleHits<'_>,
+) {
     let directions = &cast.bundle.directions()[part.first..part.first + part.rays()];
     let (near, far) = (cast.near.max(0.0), cast.far);
     for (slot, &ray) in part.order[..part.rays()].iter().enumerate() {
         let ray = ray as usize;
         let (best, lane) = (&seen.best[slot / LANES], slot % LANES);
         let (index, primitive) = (best.target[lane], best.primitive[lane]);
-        if index == NONE {
+        if index == NO_TARGET {
             put(hits.distance, ray, f64::INFINITY);
             put(hits.object, ray, 0);
             put(hits.primitive, ray, 0);
@@ -38,7 +44,7 @@ pub(super) fn finish(scene: &BeamScene, cast: &BundleCast<'_>, part: &PacketGrou
         let direction = &directions[ray];
         let mut distance = f64::from(best.t.0[lane]);
         if best.margin.0[lane] < 0.0 {
-            distance = again(scene, cast, index as usize, primitive, direction, distance);
+            distance = recompute_distance(scene, cast, index as usize, primitive, direction, distance);
         }
         // Rounding to 32 bits may have moved the distance beyond a limit.
         distance = distance.min(far).max(near);
@@ -65,7 +71,7 @@ fn put<T>(all: &mut [T], at: usize, value: T) {
 /// If in 64 bits the ray misses the target, or the distance differs by more than a tolerance, the ray passes close to
 /// an edge, and the 32-bit result is used.
 #[cold]
-fn again(
+fn recompute_distance(
     scene: &BeamScene,
     cast: &BundleCast<'_>,
     index: usize,
@@ -75,7 +81,7 @@ fn again(
 ) -> f64 {
     let target = &scene.targets[index];
     let pose = &cast.world_from_sensor;
-    let sight = Sight {
+    let sight = SightLine {
         origin: pose.translation.vector.into(),
         axis: pose.rotation * direction,
         near: 0.0,

@@ -5,19 +5,19 @@ use fearless_simd::prelude::*;
 use nalgebra::Vector3;
 
 use super::{
-    lanes::{F, M, U, V, inverse, short, splat},
-    packet::Limits,
+    lanes::{FloatLanes, MaskLanes, UintLanes, VectorLanes, inverse, splat, to_f32},
+    packet::CastLimits,
 };
 use crate::{
     aabb::Aabb,
     simd::{greatest, least},
-    tree::{Quad, STACK, Tree},
+    tree::{BoxTree, QuadNode, STACK_CAPACITY},
     triangle::Triangle,
 };
 
 /// The boxes of up to four children.
 #[derive(Debug, Clone, Copy)]
-struct Node {
+struct PacketNode {
     low: [[f32; 4]; 3],
     high: [[f32; 4]; 3],
     first: [u32; 4],
@@ -26,7 +26,7 @@ struct Node {
 }
 
 #[derive(Debug, Clone, Copy)]
-struct Flat {
+struct PacketTriangle {
     corners: [[f32; 3]; 3],
     normal: [f32; 3],
     primitive: u32,
@@ -38,12 +38,12 @@ pub(crate) struct PacketTree {
     centre: Vector3<f64>,
     /// Half of the diagonal of the bounding box.
     radius: f64,
-    nodes: Vec<Node>,
-    triangles: Vec<Flat>,
+    nodes: Vec<PacketNode>,
+    triangles: Vec<PacketTriangle>,
 }
 
 /// The origin of the rays relative to a mesh.
-pub(super) struct Eye {
+pub(super) struct RayOrigin {
     origin: [f32; 3],
     /// Margin for boxes, far larger than rounding errors.
     slack: f32,
@@ -52,22 +52,22 @@ pub(super) struct Eye {
 }
 
 /// The hits of 16 rays.
-pub(super) struct Met<S: Simd> {
-    pub ok: M<S>,
-    pub t: F<S>,
-    pub slope: F<S>,
-    pub primitive: U<S>,
+pub(super) struct LaneHits<S: Simd> {
+    pub ok: MaskLanes<S>,
+    pub t: FloatLanes<S>,
+    pub slope: FloatLanes<S>,
+    pub primitive: UintLanes<S>,
 }
 
 impl PacketTree {
     /// Copies a tree and its triangles, which must be in the order of the leaves of `tree`.
-    pub fn new(aabb: &Aabb, tree: &Tree, triangles: &[Triangle]) -> Self {
+    pub fn new(aabb: &Aabb, tree: &BoxTree, triangles: &[Triangle]) -> Self {
         if triangles.is_empty() {
             return Self { centre: Vector3::zeros(), radius: 0.0, nodes: Vec::new(), triangles: Vec::new() };
         }
         let centre = aabb.centre();
-        let node = |quad: &Quad| {
-            let mut node = Node {
+        let node = |quad: &QuadNode| {
+            let mut node = PacketNode {
                 low: [[0.0; 4]; 3],
                 high: [[0.0; 4]; 3],
                 first: quad.first,
@@ -83,9 +83,9 @@ impl PacketTree {
             }
             node
         };
-        let flat = |t: &Triangle| Flat {
-            corners: t.corners.map(|c| short(&(c - centre))),
-            normal: short(&t.normal),
+        let flat = |t: &Triangle| PacketTriangle {
+            corners: t.corners.map(|c| to_f32(&(c - centre))),
+            normal: to_f32(&t.normal),
             primitive: t.primitive,
         };
         Self {
@@ -97,26 +97,33 @@ impl PacketTree {
     }
 
     /// Prepares the origin of rays, given in the mesh's frame.
-    pub(super) fn eye(&self, origin: &Vector3<f64>) -> Eye {
+    pub(super) fn ray_origin(&self, origin: &Vector3<f64>) -> RayOrigin {
         let origin = origin - self.centre;
         let size = (origin.norm() + self.radius) as f32;
-        Eye { origin: short(&origin), slack: size * 1e-6 + 1e-9, size }
+        RayOrigin { origin: to_f32(&origin), slack: size * 1e-6 + 1e-9, size }
     }
 
     /// Returns the nearest admissible hits up to distance `far`; among hits at the same distance, that with the lowest
     /// primitive.
     #[inline(always)]
-    pub(super) fn cast<S: Simd>(&self, simd: S, eye: &Eye, d: &V<S>, limits: &Limits, far: F<S>) -> Met<S> {
-        let no = M::splat(simd, false);
-        let mut met = Met { ok: no, t: far, slope: splat(simd, 0.0), primitive: U::splat(simd, u32::MAX) };
+    pub(super) fn cast<S: Simd>(
+        &self,
+        simd: S,
+        eye: &RayOrigin,
+        d: &VectorLanes<S>,
+        limits: &CastLimits,
+        far: FloatLanes<S>,
+    ) -> LaneHits<S> {
+        let no = MaskLanes::splat(simd, false);
+        let mut met = LaneHits { ok: no, t: far, slope: splat(simd, 0.0), primitive: UintLanes::splat(simd, u32::MAX) };
         if self.nodes.is_empty() {
             return met;
         }
-        let inverse = V { x: inverse(simd, d.x), y: inverse(simd, d.y), z: inverse(simd, d.z) };
+        let inverse = VectorLanes { x: inverse(simd, d.x), y: inverse(simd, d.y), z: inverse(simd, d.z) };
         let near = splat(simd, limits.near);
         let mut farthest = far.reduce_max();
         // Nodes to visit, as lower bound of the distance, first and count, with the nearest one on top.
-        let mut stack = ArrayVec::<(f32, u32, u32), STACK>::new();
+        let mut stack = ArrayVec::<(f32, u32, u32), STACK_CAPACITY>::new();
         stack.push((0.0, 0, 0));
         while let Some((bound, first, count)) = stack.pop() {
             if bound > farthest {
@@ -135,7 +142,7 @@ impl PacketTree {
             let node = &self.nodes[first as usize];
             let bottom = stack.len();
             for lane in 0..node.lanes as usize {
-                let Some(bound) = node.seen(simd, lane, eye, &inverse, near, met.t) else { continue };
+                let Some(bound) = node.child_distance(simd, lane, eye, &inverse, near, met.t) else { continue };
                 let mut at = stack.len();
                 while at > bottom && stack[at - 1].0 < bound {
                     at -= 1;
@@ -147,10 +154,18 @@ impl PacketTree {
     }
 }
 
-impl Node {
+impl PacketNode {
     /// Returns a lower bound of the distance to a child's box, if a ray may hit something in it.
     #[inline(always)]
-    fn seen<S: Simd>(&self, simd: S, lane: usize, eye: &Eye, inverse: &V<S>, near: F<S>, far: F<S>) -> Option<f32> {
+    fn child_distance<S: Simd>(
+        &self,
+        simd: S,
+        lane: usize,
+        eye: &RayOrigin,
+        inverse: &VectorLanes<S>,
+        near: FloatLanes<S>,
+        far: FloatLanes<S>,
+    ) -> Option<f32> {
         let (mut enter, mut leave) = (near, far);
         let mut bound = 0.0;
         for (axis, inverse) in [inverse.x, inverse.y, inverse.z].into_iter().enumerate() {
@@ -173,11 +188,19 @@ impl Node {
     }
 }
 
-impl Flat {
+impl PacketTriangle {
     /// Tests 16 rays against a triangle. Neighbouring triangles compute the sign for a shared edge from the same
     /// values, so no ray can pass between them.
     #[inline(always)]
-    fn cast<S: Simd>(&self, simd: S, eye: &Eye, d: &V<S>, limits: &Limits, near: F<S>, met: &mut Met<S>) -> bool {
+    fn cast<S: Simd>(
+        &self,
+        simd: S,
+        eye: &RayOrigin,
+        d: &VectorLanes<S>,
+        limits: &CastLimits,
+        near: FloatLanes<S>,
+        met: &mut LaneHits<S>,
+    ) -> bool {
         let [a, b, c] = &self.corners;
         let (a, b, c) = (sub(a, &eye.origin), sub(b, &eye.origin), sub(c, &eye.origin));
         let sides = [d.dot(&edge(&a, &b)), d.dot(&edge(&b, &c)), d.dot(&edge(&c, &a))];
@@ -192,11 +215,11 @@ impl Flat {
         let height = n[0] * a[0] + n[1] * a[1] + n[2] * a[2];
         let slope = d.dot(n);
         let t = splat(simd, height) / slope;
-        let number = U::splat(simd, self.primitive);
+        let number = UintLanes::splat(simd, self.primitive);
         let nearer = t.simd_lt(met.t) | (t.simd_eq(met.t) & number.simd_lt(met.primitive));
         let mut ok = crossed & t.simd_ge(near) & nearer;
-        if !limits.all {
-            ok &= limits.shows(simd, slope);
+        if !limits.any_surface {
+            ok &= limits.admits(simd, slope);
         }
         if !ok.any_true() {
             return false;

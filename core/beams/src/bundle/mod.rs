@@ -31,7 +31,7 @@ pub use query::{BundleCast, BundleHits};
 use super::BeamScene;
 
 /// Minimum number of rays that are cast on several threads.
-const FEW: usize = 256;
+const MIN_PARALLEL_RAYS: usize = 256;
 
 impl BeamScene {
     /// Casts a bundle on this thread.
@@ -60,10 +60,10 @@ impl BeamScene {
                 rest = others;
             }
         }
-        if jobs.len() < 2 || rays < FEW {
-            jobs.into_iter().for_each(|(cast, part, hits)| cast::part(self, level, &cast, part, hits));
+        if jobs.len() < 2 || rays < MIN_PARALLEL_RAYS {
+            jobs.into_iter().for_each(|(cast, part, hits)| cast::cast_part(self, level, &cast, part, hits));
         } else {
-            jobs.into_par_iter().for_each(|(cast, part, hits)| cast::part(self, level, &cast, part, hits));
+            jobs.into_par_iter().for_each(|(cast, part, hits)| cast::cast_part(self, level, &cast, part, hits));
         }
     }
 
@@ -73,7 +73,7 @@ impl BeamScene {
         let mut rest = hits;
         for part in 0..cast.bundle.parts().len() {
             let (first, others) = rest.split(cast.bundle.parts()[part].rays());
-            cast::part(self, level, cast, part, first);
+            cast::cast_part(self, level, cast, part, first);
             rest = others;
         }
     }

@@ -7,43 +7,43 @@ pub(super) const LANES: usize = 16;
 /// Number of packet groups in a part, such that its intermediate results fit into the processor's L1 cache.
 pub(super) const GROUPS: usize = 8;
 /// Maximum number of rays in a part.
-const PART: usize = GROUPS * LANES * LANES;
+const MAX_RAYS_PER_PART: usize = GROUPS * LANES * LANES;
 
 /// 16 adjacent values, aligned to a cache line.
 #[derive(Debug, Clone, Copy)]
 #[repr(C, align(64))]
-pub(super) struct Lanes(pub [f32; LANES]);
+pub(super) struct LaneArray(pub [f32; LANES]);
 
 /// The directions of 16 rays.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Packet {
-    pub x: Lanes,
-    pub y: Lanes,
-    pub z: Lanes,
+pub(super) struct RayPacket {
+    pub x: LaneArray,
+    pub y: LaneArray,
+    pub z: LaneArray,
 }
 
 /// The bounding cones of 16 packets or groups, with their apex at the sensor.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Cones {
-    pub x: Lanes,
-    pub y: Lanes,
-    pub z: Lanes,
-    pub cos: Lanes,
-    pub sin: Lanes,
+pub(super) struct BoundingCones {
+    pub x: LaneArray,
+    pub y: LaneArray,
+    pub z: LaneArray,
+    pub cos: LaneArray,
+    pub sin: LaneArray,
 }
 
-/// Up to 2048 consecutive rays.
+/// A part of a bundle: up to 2048 consecutive rays.
 #[derive(Debug, Clone)]
-pub(super) struct PacketGroup {
+pub(super) struct BundlePart {
     /// Index of the first ray.
     pub first: usize,
     /// For each lane of each packet, the index of its ray relative to the first. Unused lanes repeat a ray.
     pub order: Vec<u16>,
-    pub packets: Vec<Packet>,
+    pub packets: Vec<RayPacket>,
     /// Bounding cones of packets, 16 packets per group.
-    pub cones: Vec<Cones>,
+    pub cones: Vec<BoundingCones>,
     /// Bounding cones of groups.
-    pub groups: Cones,
+    pub groups: BoundingCones,
     rays: usize,
 }
 
@@ -53,7 +53,7 @@ pub(super) struct PacketGroup {
 #[derive(Debug, Clone)]
 pub struct RayBundle {
     directions: Vec<Vector3<f64>>,
-    parts: Vec<PacketGroup>,
+    parts: Vec<BundlePart>,
 }
 
 impl RayBundle {
@@ -65,10 +65,10 @@ impl RayBundle {
             d.try_normalize(0.0).filter(|d| d.iter().all(|x| x.is_finite())).unwrap_or(Vector3::repeat(f64::NAN))
         };
         let directions: Vec<_> = directions.iter().map(unit).collect();
-        let parts = directions.len().div_ceil(PART);
+        let parts = directions.len().div_ceil(MAX_RAYS_PER_PART);
         let parts = (0..parts).map(|i| {
             let at = |i: usize| (directions.len() * i / parts).next_multiple_of(LANES).min(directions.len());
-            PacketGroup::new(at(i), &directions[at(i)..at(i + 1)])
+            BundlePart::new(at(i), &directions[at(i)..at(i + 1)])
         });
         Self { parts: parts.collect(), directions }
     }
@@ -88,19 +88,20 @@ impl RayBundle {
         &self.directions
     }
 
-    pub(super) fn parts(&self) -> &[PacketGroup] {
+    pub(super) fn parts(&self) -> &[BundlePart] {
         &self.parts
     }
 }
 
-impl PacketGroup {
+impl BundlePart {
     fn new(first: usize, directions: &[Vector3<f64>]) -> Self {
         let given: Vec<u16> = (0..directions.len() as u16).collect();
         let mut sorted = given.clone();
         sort(&mut sorted, directions);
         // The given order is retained if its packets are narrow enough, since most scanners list adjacent rays
         // consecutively.
-        let width = |order: &[u16]| order.chunks(LANES).map(|p| 1.0 - Cone::around(p, directions).cos).sum::<f64>();
+        let width =
+            |order: &[u16]| order.chunks(LANES).map(|p| 1.0 - BoundingCone::enclosing(p, directions).cos).sum::<f64>();
         let mut order = if width(&given) <= 1.1 * width(&sorted) { given } else { sorted };
         let rays = order.len();
         let last = order.last().copied().unwrap_or(0);
@@ -108,18 +109,27 @@ impl PacketGroup {
 
         let packets = order.chunks(LANES).map(|packet| {
             let axis = |axis: usize| {
-                let mut lanes = Lanes([0.0; LANES]);
+                let mut lanes = LaneArray([0.0; LANES]);
                 lanes.0.iter_mut().zip(packet).for_each(|(lane, ray)| *lane = directions[*ray as usize][axis] as f32);
                 lanes
             };
-            Packet { x: axis(0), y: axis(1), z: axis(2) }
+            RayPacket { x: axis(0), y: axis(1), z: axis(2) }
         });
         let cones = order.chunks(LANES * LANES).map(|group| {
-            let around: Vec<Cone> = group.chunks(LANES).map(|p| Cone::around(p, directions)).collect();
-            Cones::new(&around)
+            let around: Vec<BoundingCone> =
+                group.chunks(LANES).map(|p| BoundingCone::enclosing(p, directions)).collect();
+            BoundingCones::new(&around)
         });
-        let groups: Vec<Cone> = order.chunks(LANES * LANES).map(|g| Cone::around(g, directions)).collect();
-        Self { first, packets: packets.collect(), cones: cones.collect(), groups: Cones::new(&groups), order, rays }
+        let groups: Vec<BoundingCone> =
+            order.chunks(LANES * LANES).map(|g| BoundingCone::enclosing(g, directions)).collect();
+        Self {
+            first,
+            packets: packets.collect(),
+            cones: cones.collect(),
+            groups: BoundingCones::new(&groups),
+            order,
+            rays,
+        }
     }
 
     pub fn rays(&self) -> usize {
@@ -150,13 +160,13 @@ fn sort(rays: &mut [u16], directions: &[Vector3<f64>]) {
 
 /// A bounding cone of directions.
 #[derive(Debug, Clone, Copy)]
-struct Cone {
+struct BoundingCone {
     axis: Vector3<f64>,
     cos: f64,
 }
 
-impl Cone {
-    fn around(rays: &[u16], directions: &[Vector3<f64>]) -> Self {
+impl BoundingCone {
+    fn enclosing(rays: &[u16], directions: &[Vector3<f64>]) -> Self {
         let all = || rays.iter().map(|ray| &directions[*ray as usize]).filter(|d| d.x.is_finite());
         let axis = all().sum::<Vector3<f64>>().try_normalize(1e-9).unwrap_or_else(Vector3::z);
         // Near 1, the cosine is computed more accurately from the chord than as a dot product.
@@ -165,11 +175,11 @@ impl Cone {
     }
 }
 
-impl Cones {
+impl BoundingCones {
     /// Packs cones into lanes; lanes without a cone are never used.
-    fn new(cones: &[Cone]) -> Self {
-        let lane = |of: fn(&Cone) -> f64| {
-            let mut lanes = Lanes([0.0; LANES]);
+    fn new(cones: &[BoundingCone]) -> Self {
+        let lane = |of: fn(&BoundingCone) -> f64| {
+            let mut lanes = LaneArray([0.0; LANES]);
             lanes.0.iter_mut().zip(cones).for_each(|(lane, cone)| *lane = of(cone) as f32);
             lanes
         };

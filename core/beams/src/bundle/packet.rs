@@ -4,40 +4,44 @@ use arrayvec::ArrayVec;
 use fearless_simd::prelude::*;
 
 use super::{
-    lanes::{F, M, splat},
-    pack::{GROUPS, LANES, Lanes, PacketGroup},
+    lanes::{FloatLanes, MaskLanes, splat},
+    pack::{BundlePart, GROUPS, LANES, LaneArray},
     query::BundleCast,
 };
 
 /// Index that stands for "no target".
-pub(super) const NONE: u32 = u32::MAX;
+pub(super) const NO_TARGET: u32 = u32::MAX;
 
 /// The nearest hits of a packet so far.
 #[derive(Debug, Clone, Copy)]
 #[repr(C, align(64))]
-pub(super) struct Best {
-    pub t: Lanes,
+pub(super) struct PacketHits {
+    pub t: LaneArray,
     /// Difference between the cosine of the incidence and the lowest cosine at which 32 bits suffice; negative if the
     /// distance must be recomputed in 64 bits.
-    pub margin: Lanes,
+    pub margin: LaneArray,
     pub target: [u32; LANES],
     pub primitive: [u32; LANES],
 }
 
 /// The nearest hits of a part so far.
-pub(super) struct Seen {
-    pub best: ArrayVec<Best, { GROUPS * LANES }>,
+pub(super) struct PartHits {
+    pub best: ArrayVec<PacketHits, { GROUPS * LANES }>,
     /// For each packet, the maximum of its rays' nearest distances; negative if there is no packet.
-    pub far: [Lanes; GROUPS],
+    pub far: [LaneArray; GROUPS],
     /// The same maximum for each group.
-    pub group_far: Lanes,
+    pub group_far: LaneArray,
 }
 
-impl Seen {
-    pub fn new(part: &PacketGroup, far: f32) -> Self {
-        let nothing =
-            Best { t: Lanes([far; LANES]), margin: Lanes([0.0; LANES]), target: [NONE; LANES], primitive: [0; LANES] };
-        let nothing_yet = Lanes([-1.0; LANES]);
+impl PartHits {
+    pub fn new(part: &BundlePart, far: f32) -> Self {
+        let nothing = PacketHits {
+            t: LaneArray([far; LANES]),
+            margin: LaneArray([0.0; LANES]),
+            target: [NO_TARGET; LANES],
+            primitive: [0; LANES],
+        };
+        let nothing_yet = LaneArray([-1.0; LANES]);
         let mut seen = Self { best: ArrayVec::new(), far: [nothing_yet; GROUPS], group_far: nothing_yet };
         for packet in 0..part.packets.len() {
             seen.best.push(nothing);
@@ -49,17 +53,17 @@ impl Seen {
 }
 
 /// The limits of a cast.
-pub(super) struct Limits {
+pub(super) struct CastLimits {
     pub near: f32,
     pub far: f32,
     pub cos: f32,
     pub front: bool,
     pub back: bool,
     /// Whether both sides of surfaces are detected at any incidence.
-    pub all: bool,
+    pub any_surface: bool,
 }
 
-impl Limits {
+impl CastLimits {
     pub fn new(cast: &BundleCast<'_>) -> Option<Self> {
         let near = cast.near.max(0.0);
         let cos =
@@ -73,16 +77,16 @@ impl Limits {
             cos: cos as f32,
             front,
             back,
-            all: front && back && cos <= 0.0,
+            any_surface: front && back && cos <= 0.0,
         })
     }
 
     /// Returns the lanes whose hits are admissible; `slope` is the cosine between ray and outward normal.
     #[inline(always)]
-    pub fn shows<S: Simd>(&self, simd: S, slope: F<S>) -> M<S> {
+    pub fn admits<S: Simd>(&self, simd: S, slope: FloatLanes<S>) -> MaskLanes<S> {
         let zero = splat(simd, 0.0);
-        let front = slope.simd_le(zero) & M::splat(simd, self.front);
-        let back = slope.simd_ge(zero) & M::splat(simd, self.back);
+        let front = slope.simd_le(zero) & MaskLanes::splat(simd, self.front);
+        let back = slope.simd_ge(zero) & MaskLanes::splat(simd, self.back);
         (front | back) & slope.abs().simd_ge(splat(simd, self.cos))
     }
 }

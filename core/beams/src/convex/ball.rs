@@ -10,20 +10,20 @@
 use arrayvec::ArrayVec;
 use nalgebra::Vector3;
 
-use super::{Convex, Half, TOUCH};
+use super::{CONTACT_TOLERANCE_M, ConvexVolume, HalfSpace};
 use crate::planar::any_perpendicular;
 
 /// Tolerance for conditions that a candidate satisfies exactly, except for rounding.
-const SLACK: f64 = 1e-11;
+const ROUNDING_TOLERANCE: f64 = 1e-11;
 /// Maximum number of planes that approximate a round side.
-const CUTS: usize = 40;
+const MAX_TANGENT_PLANES: usize = 40;
 
-type Planes = ArrayVec<Half, { 6 + 1 + CUTS }>;
+type PlaneList = ArrayVec<HalfSpace, { 6 + 1 + MAX_TANGENT_PLANES }>;
 
 /// Returns the nearest admissible point of a sphere; `centre` is relative to the origin. With `half`, only the
 /// hemisphere on that side is considered.
 pub(super) fn sphere(
-    space: &Convex,
+    space: &ConvexVolume,
     centre: &Vector3<f64>,
     radius: f64,
     half: Option<&Vector3<f64>>,
@@ -31,12 +31,15 @@ pub(super) fn sphere(
     if space.misses_ball(centre, radius) || radius <= 0.0 {
         return None;
     }
-    let mut planes: Planes = space.planes.iter().copied().collect();
-    planes.extend(half.map(|side| Half { normal: -side, height: -side.dot(centre) }));
-    let view = View::new(space, centre, radius);
+    let mut planes: PlaneList = space.planes.iter().copied().collect();
+    planes.extend(half.map(|side| HalfSpace { normal: -side, height: -side.dot(centre) }));
+    let view = SphereInVolume::new(space, centre, radius);
     loop {
         let (distance, point) = view.nearest(&planes)?;
-        let touching = space.side.map(|side| side.touching(&point)).filter(|plane| plane.excess(&point) > TOUCH);
+        let touching = space
+            .side
+            .map(|side| side.tangent_plane(&point))
+            .filter(|plane| plane.excess(&point) > CONTACT_TOLERANCE_M);
         match touching {
             Some(plane) if !planes.is_full() => planes.push(plane),
             _ => return Some((distance, point)),
@@ -45,8 +48,8 @@ pub(super) fn sphere(
 }
 
 /// A sphere, with quantities relative to the origin.
-struct View<'a> {
-    space: &'a Convex,
+struct SphereInVolume<'a> {
+    space: &'a ConvexVolume,
     centre: Vector3<f64>,
     radius: f64,
     /// Distance to the centre.
@@ -58,8 +61,8 @@ struct View<'a> {
     beside: [Vector3<f64>; 2],
 }
 
-impl<'a> View<'a> {
-    fn new(space: &'a Convex, centre: &Vector3<f64>, radius: f64) -> Self {
+impl<'a> SphereInVolume<'a> {
+    fn new(space: &'a ConvexVolume, centre: &Vector3<f64>, radius: f64) -> Self {
         // At the centre of a sphere, all its points are equally far away. A negligible displacement avoids this special
         // case.
         let least = 1e-10 * radius;
@@ -78,7 +81,7 @@ impl<'a> View<'a> {
         }
     }
 
-    fn nearest(&self, planes: &[Half]) -> Option<(f64, Vector3<f64>)> {
+    fn nearest(&self, planes: &[HalfSpace]) -> Option<(f64, Vector3<f64>)> {
         let mut best: Option<(f64, Vector3<f64>)> = None;
         let (r, sight) = (self.radius, &self.space.sight);
         let c = sight.cos_incidence;
@@ -94,7 +97,7 @@ impl<'a> View<'a> {
         ];
         for d in ends {
             if best.is_none_or(|(least, _)| d < least)
-                && self.counts(d)
+                && self.is_admissible(d)
                 && let Some(point) = self.on_circle(d, planes)
             {
                 best = Some((d, point));
@@ -102,8 +105,8 @@ impl<'a> View<'a> {
         }
         let mut offer = |point: Vector3<f64>| {
             let d = point.norm();
-            let within = |plane: &Half| plane.excess(&point) <= SLACK * (1.0 + d);
-            if best.is_none_or(|(least, _)| d < least) && self.counts(d) && planes.iter().all(within) {
+            let within = |plane: &HalfSpace| plane.excess(&point) <= ROUNDING_TOLERANCE * (1.0 + d);
+            if best.is_none_or(|(least, _)| d < least) && self.is_admissible(d) && planes.iter().all(within) {
                 best = Some((d, point));
             }
         };
@@ -133,26 +136,27 @@ impl<'a> View<'a> {
     }
 
     /// Returns whether points at a distance satisfy all limits except the volume.
-    fn counts(&self, d: f64) -> bool {
+    fn is_admissible(&self, d: f64) -> bool {
         let sight = &self.space.sight;
         let size = self.away + self.radius;
-        let on_sphere = d >= (self.away - self.radius).abs() - SLACK * size && d <= size * (1.0 + SLACK);
+        let on_sphere =
+            d >= (self.away - self.radius).abs() - ROUNDING_TOLERANCE * size && d <= size * (1.0 + ROUNDING_TOLERANCE);
         if !(d >= sight.near && d <= sight.far && d > 0.0 && on_sphere) {
             return false;
         }
         // Cosine of the incidence; positive on the front.
         let cos = (self.power - d * d) / (2.0 * self.radius * d);
-        let slack = SLACK * size / self.radius;
+        let slack = ROUNDING_TOLERANCE * size / self.radius;
         (sight.faces.front && cos >= sight.cos_incidence - slack)
             || (sight.faces.back && -cos >= sight.cos_incidence - slack)
     }
 
     /// Returns a point of the sphere that is at the distance `d` and behind all planes, or `None` if there is none.
-    fn on_circle(&self, d: f64, planes: &[Half]) -> Option<Vector3<f64>> {
+    fn on_circle(&self, d: f64, planes: &[HalfSpace]) -> Option<Vector3<f64>> {
         let cos = ((d * d + self.power) / (2.0 * self.away * d)).clamp(-1.0, 1.0);
         let (middle, width) = (self.ahead * (d * cos), d * (1.0 - cos * cos).max(0.0).sqrt());
         let at = |turn: f64| middle + (self.beside[0] * libm::cos(turn) + self.beside[1] * libm::sin(turn)) * width;
-        let inside = |p: &Vector3<f64>| planes.iter().all(|plane| plane.excess(p) <= SLACK * (1.0 + d));
+        let inside = |p: &Vector3<f64>| planes.iter().all(|plane| plane.excess(p) <= ROUNDING_TOLERANCE * (1.0 + d));
         let start = at(0.0);
         if inside(&start) {
             return Some(start);

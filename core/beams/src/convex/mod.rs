@@ -13,22 +13,22 @@ mod strip;
 use arrayvec::ArrayVec;
 use nalgebra::{Isometry3, Vector3};
 
-use super::{aabb::SLACK, beam::Volume, sight::Sight};
+use super::{aabb::BOX_TOLERANCE_M, beam::Volume, sight::SightLine};
 
-pub(super) use flat::flat;
+pub(super) use flat::nearest_on_face;
 pub(super) use solid::cast;
 
 /// Maximum distance outside a round side at which a point is still treated as inside, in metres.
-const TOUCH: f64 = 1e-11;
+const CONTACT_TOLERANCE_M: f64 = 1e-11;
 
 /// A half-space: `normal . p <= height`.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Half {
+pub(super) struct HalfSpace {
     pub normal: Vector3<f64>,
     pub height: f64,
 }
 
-impl Half {
+impl HalfSpace {
     /// Returns the signed distance of a point in front of the plane.
     pub fn excess(&self, p: &Vector3<f64>) -> f64 {
         self.normal.dot(p) - self.height
@@ -37,19 +37,19 @@ impl Half {
 
 /// A round side around the axis of the volume; at a height along the axis, its radius is `radius + rise * height`.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Taper {
+pub(super) struct TaperedSide {
     axis: Vector3<f64>,
     radius: f64,
     rise: f64,
 }
 
-impl Taper {
+impl TaperedSide {
     /// Returns the tangent plane of the side nearest to a point.
-    pub fn touching(&self, p: &Vector3<f64>) -> Half {
+    pub fn tangent_plane(&self, p: &Vector3<f64>) -> HalfSpace {
         let along = self.axis.dot(p);
         let out = (p - self.axis * along).try_normalize(1e-300).unwrap_or_else(Vector3::zeros);
         let scale = 1.0 / crate::length(self.rise, 1.0);
-        Half { normal: (out - self.axis * self.rise) * scale, height: self.radius * scale }
+        HalfSpace { normal: (out - self.axis * self.rise) * scale, height: self.radius * scale }
     }
 }
 
@@ -57,16 +57,16 @@ impl Taper {
 ///
 /// The near and far limits of the sight apply to distances, in addition to the planes.
 #[derive(Debug, Clone)]
-pub(super) struct Convex {
-    pub sight: Sight,
-    planes: ArrayVec<Half, 6>,
-    side: Option<Taper>,
+pub(super) struct ConvexVolume {
+    pub sight: SightLine,
+    planes: ArrayVec<HalfSpace, 6>,
+    side: Option<TaperedSide>,
     /// Maximum distance of any point of the volume from the origin.
     size: f64,
 }
 
 /// Maximum angle of a piece, in radians. Wider sectors are split, so that each piece is convex by a good margin.
-const WIDEST: f64 = 2.0;
+const MAX_PIECE_ANGLE: f64 = 2.0;
 
 /// Returns the number of convex pieces into which a volume is split.
 pub(super) fn pieces(volume: &Volume) -> usize {
@@ -84,24 +84,24 @@ fn arcs(angle: f64, gap: f64) -> (usize, usize) {
     let sides = if gap > 0.0 { 2 } else { 1 };
     let width = (angle - gap.max(0.0)).max(0.0) / sides as f64;
     // The angle is at most a full turn. A NaN angle results in one piece, in which nothing is found.
-    (((width / WIDEST).ceil() as usize).clamp(1, 4), sides)
+    (((width / MAX_PIECE_ANGLE).ceil() as usize).clamp(1, 4), sides)
 }
 
-impl Convex {
+impl ConvexVolume {
     /// Returns one piece of a volume, in the frame of the beam, or `None` if it is empty or its sizes are invalid.
     ///
     /// This function must not be inlined, because the compiler would hoist a part of it above the match on the volume.
     /// For rays it would then compute with the bytes of other variants, mostly denormal numbers, which takes a fifth of
     /// the time of a cast.
     #[inline(never)]
-    pub fn new(sight: &Sight, volume: &Volume, piece: usize) -> Option<Self> {
+    pub fn new(sight: &SightLine, volume: &Volume, piece: usize) -> Option<Self> {
         let (near, far) = (sight.near, sight.far);
         let half = |x: f64, y: f64, z: f64, height: f64| {
             let length = crate::length(crate::length(x, y), z);
-            Half { normal: Vector3::new(x, y, z) / length, height: height / length }
+            HalfSpace { normal: Vector3::new(x, y, z) / length, height: height / length }
         };
         let ends = [half(0.0, 0.0, 1.0, far), half(0.0, 0.0, -1.0, -near)];
-        let flat_ends = Sight { near: 0.0, far: f64::INFINITY, ..*sight };
+        let flat_ends = SightLine { near: 0.0, far: f64::INFINITY, ..*sight };
         // Returns the growth of a half size per metre, and its value at the origin.
         let line = |at_near: f64, at_far: f64| {
             let rise = (at_far - at_near) / (far - near);
@@ -138,7 +138,7 @@ impl Convex {
                 Some(Self {
                     sight: flat_ends,
                     planes: ends.into_iter().collect(),
-                    side: Some(Taper { axis: Vector3::z(), radius, rise }),
+                    side: Some(TaperedSide { axis: Vector3::z(), radius, rise }),
                     size: crate::length(radius_near, near).max(crate::length(radius_far, far)),
                 })
             }
@@ -166,7 +166,7 @@ impl Convex {
     }
 
     /// Returns the rotated volume, for example from the frame of the beam to that of the world.
-    pub fn turned(&self, turn: impl Fn(&Vector3<f64>) -> Vector3<f64>) -> Self {
+    pub fn rotated(&self, turn: impl Fn(&Vector3<f64>) -> Vector3<f64>) -> Self {
         let mut out = self.clone();
         for plane in &mut out.planes {
             plane.normal = turn(&plane.normal);
@@ -179,7 +179,7 @@ impl Convex {
 
     /// Returns the volume in the frame of a form, limited to the distance `far`.
     pub fn in_form(&self, world_from_form: &Isometry3<f64>, far: f64) -> Self {
-        let mut out = self.turned(|v| world_from_form.inverse_transform_vector(v));
+        let mut out = self.rotated(|v| world_from_form.inverse_transform_vector(v));
         out.sight = self.sight.in_form(world_from_form, far);
         out
     }
@@ -199,8 +199,8 @@ impl Convex {
 
     /// Returns a plane behind which the whole volume lies and in front of which the point lies by more than `slack`, if
     /// there is one.
-    pub fn cut(&self, p: &Vector3<f64>, slack: f64) -> Option<Half> {
-        let side = self.side.map(|side| side.touching(p));
+    pub fn separating_plane(&self, p: &Vector3<f64>, slack: f64) -> Option<HalfSpace> {
+        let side = self.side.map(|side| side.tangent_plane(p));
         let planes = self.planes.iter().copied().chain(side);
         let worst = planes.max_by(|a, b| a.excess(p).total_cmp(&b.excess(p)))?;
         (worst.excess(p) > slack).then_some(worst)
@@ -208,13 +208,13 @@ impl Convex {
 
     /// Returns whether a sphere certainly misses the volume. `false` does not imply that they intersect.
     pub fn misses_ball(&self, centre: &Vector3<f64>, radius: f64) -> bool {
-        self.cut(centre, radius).is_some() || centre.norm() - radius > self.size
+        self.separating_plane(centre, radius).is_some() || centre.norm() - radius > self.size
     }
 
     /// Returns whether a box certainly misses the volume; `centre` is relative to the origin, `half` is half of its
     /// size.
     pub fn misses_box(&self, centre: &Vector3<f64>, half: &Vector3<f64>) -> bool {
-        let beyond = |plane: &Half| plane.excess(centre) > plane.normal.abs().dot(half) + SLACK;
-        self.planes.iter().any(beyond) || self.side.is_some_and(|side| beyond(&side.touching(centre)))
+        let beyond = |plane: &HalfSpace| plane.excess(centre) > plane.normal.abs().dot(half) + BOX_TOLERANCE_M;
+        self.planes.iter().any(beyond) || self.side.is_some_and(|side| beyond(&side.tangent_plane(centre)))
     }
 }

@@ -4,19 +4,19 @@ use nalgebra::Vector3;
 use tatu_geometry::Form;
 
 use super::{
-    Convex,
+    ConvexVolume,
     ball::sphere,
-    flat::{Rim, flat},
-    strip::Side,
+    flat::{DiscRim, nearest_on_face},
+    strip::SideInVolume,
 };
 use crate::{
     planar::any_perpendicular,
-    sight::Found,
+    sight::FormHit,
     solid::{face, unit},
 };
 
 /// Returns the nearest admissible point of a form other than a mesh; the volume is given in the frame of the form.
-pub(crate) fn cast(space: &Convex, form: &Form) -> Option<Found> {
+pub(crate) fn cast(space: &ConvexVolume, form: &Form) -> Option<FormHit> {
     let origin = space.sight.origin.coords;
     match form {
         Form::Plane => {
@@ -26,8 +26,8 @@ pub(crate) fn cast(space: &Convex, form: &Form) -> Option<Found> {
             let foot = normal * -origin.z;
             let (u, v) = (Vector3::x() * size, Vector3::y() * size);
             let (distance, point) =
-                flat(space, &[foot - u - v, foot + u - v, foot + u + v, foot - u + v], &normal, None)?;
-            Some(Found { distance, point, normal, primitive: 0 })
+                nearest_on_face(space, &[foot - u - v, foot + u - v, foot + u + v, foot - u + v], &normal, None)?;
+            Some(FormHit { distance, point, normal, primitive: 0 })
         }
         Form::Box { half } => {
             if space.misses_ball(&-origin, half.norm()) {
@@ -36,14 +36,14 @@ pub(crate) fn cast(space: &Convex, form: &Form) -> Option<Found> {
             let faces = (0..6).map(|index| {
                 let (corners, normal) = face(half, index);
                 let corners = corners.map(|corner| corner - origin);
-                let (distance, point) = flat(space, &corners, &normal, None)?;
-                Some(Found { distance, point, normal, primitive: index as u32 })
+                let (distance, point) = nearest_on_face(space, &corners, &normal, None)?;
+                Some(FormHit { distance, point, normal, primitive: index as u32 })
             });
-            faces.fold(None, Found::nearer)
+            faces.fold(None, FormHit::nearer)
         }
         Form::Sphere { radius } => {
             let (distance, point) = sphere(space, &-origin, *radius, None)?;
-            Some(Found { distance, point, normal: unit(&(point + origin)), primitive: 0 })
+            Some(FormHit { distance, point, normal: unit(&(point + origin)), primitive: 0 })
         }
         Form::Cylinder { radius, half_length } => {
             if space.misses_ball(&-origin, crate::length(*radius, *half_length)) {
@@ -52,9 +52,9 @@ pub(crate) fn cast(space: &Convex, form: &Form) -> Option<Found> {
             let ends = [(1, 1.0), (2, -1.0)].map(|(primitive, sign)| {
                 let normal = Vector3::new(0.0, 0.0, sign);
                 let (distance, point) = disc(space, &(normal * *half_length - origin), &normal, *radius)?;
-                Some(Found { distance, point, normal, primitive })
+                Some(FormHit { distance, point, normal, primitive })
             });
-            Found::nearer(side(space, *radius, *half_length), Found::nearer(ends[0], ends[1]))
+            FormHit::nearer(side(space, *radius, *half_length), FormHit::nearer(ends[0], ends[1]))
         }
         Form::Capsule { radius, half_length } => {
             if space.misses_ball(&-origin, radius + half_length) {
@@ -64,26 +64,31 @@ pub(crate) fn cast(space: &Convex, form: &Form) -> Option<Found> {
                 let up = Vector3::new(0.0, 0.0, sign);
                 let centre = up * *half_length - origin;
                 let (distance, point) = sphere(space, &centre, *radius, Some(&up))?;
-                Some(Found { distance, point, normal: unit(&(point - centre)), primitive })
+                Some(FormHit { distance, point, normal: unit(&(point - centre)), primitive })
             });
-            Found::nearer(side(space, *radius, *half_length), Found::nearer(ends[0], ends[1]))
+            FormHit::nearer(side(space, *radius, *half_length), FormHit::nearer(ends[0], ends[1]))
         }
         Form::Mesh { .. } => None,
     }
 }
 
 /// Returns the nearest admissible point of a disc.
-fn disc(space: &Convex, centre: &Vector3<f64>, normal: &Vector3<f64>, radius: f64) -> Option<(f64, Vector3<f64>)> {
+fn disc(
+    space: &ConvexVolume,
+    centre: &Vector3<f64>,
+    normal: &Vector3<f64>,
+    radius: f64,
+) -> Option<(f64, Vector3<f64>)> {
     if radius.is_nan() || radius < 0.0 {
         return None;
     }
     let u = any_perpendicular(normal);
     let (u, v) = (u * radius, normal.cross(&u) * radius);
     let corners = [centre - u - v, centre + u - v, centre + u + v, centre - u + v];
-    flat(space, &corners, normal, Some(Rim { centre: *centre, radius }))
+    nearest_on_face(space, &corners, normal, Some(DiscRim { centre: *centre, radius }))
 }
 
-fn side(space: &Convex, radius: f64, half_length: f64) -> Option<Found> {
-    let (distance, point, normal) = Side { space, radius, half_length }.nearest()?;
-    Some(Found { distance, point, normal, primitive: 0 })
+fn side(space: &ConvexVolume, radius: f64, half_length: f64) -> Option<FormHit> {
+    let (distance, point, normal) = SideInVolume { space, radius, half_length }.nearest()?;
+    Some(FormHit { distance, point, normal, primitive: 0 })
 }

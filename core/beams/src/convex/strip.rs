@@ -6,30 +6,30 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 
 use nalgebra::Vector3;
 
-use super::{Convex, flat};
+use super::{ConvexVolume, nearest_on_face};
 use crate::{beam::Faces, planar::quadratic};
 
 /// Maximum excess over the true minimum distance, in metres.
 const TOLERANCE: f64 = 2e-10;
 /// Maximum number of intervals per level. More intervals remain only if a whole range of angles is equally near; the
 /// search then stops, and the nearest of the samples is the result.
-const WIDEST: usize = 128;
+const MAX_INTERVALS: usize = 128;
 /// Maximum number of halvings, after which the samples are closer than rounding.
-const DEEPEST: usize = 44;
+const MAX_HALVINGS: usize = 44;
 
 /// The side of a cylinder, and the volume in the frame of the cylinder.
-pub(super) struct Side<'a> {
-    pub space: &'a Convex,
+pub(super) struct SideInVolume<'a> {
+    pub space: &'a ConvexVolume,
     pub radius: f64,
     pub half_length: f64,
 }
 
 /// A point of the side: its distance, its position relative to the origin, and its outward normal.
-pub(super) type OnSide = (f64, Vector3<f64>, Vector3<f64>);
+pub(super) type SidePoint = (f64, Vector3<f64>, Vector3<f64>);
 
-impl Side<'_> {
+impl SideInVolume<'_> {
     /// Returns the nearest admissible point.
-    pub fn nearest(&self) -> Option<OnSide> {
+    pub fn nearest(&self) -> Option<SidePoint> {
         let sight = &self.space.sight;
         let origin = sight.origin.coords;
         if self.radius <= 0.0 || self.half_length.is_nan() || self.half_length < 0.0 {
@@ -48,10 +48,10 @@ impl Side<'_> {
             let mut half_width = 0.5 * (end - start) / pieces;
             let mut level: Vec<f64> = (0..pieces as usize).map(|i| start + half_width * (2 * i + 1) as f64).collect();
             level.iter().for_each(|middle| self.sample(*middle, &mut best));
-            for _ in 0..DEEPEST {
+            for _ in 0..MAX_HALVINGS {
                 let mut next = Vec::new();
                 for &middle in &level {
-                    let known = best.map_or(f64::INFINITY, |(distance, ..): OnSide| distance);
+                    let known = best.map_or(f64::INFINITY, |(distance, ..): SidePoint| distance);
                     if self.bound(middle, half_width).is_none_or(|bound| bound >= known - TOLERANCE) {
                         continue;
                     }
@@ -60,7 +60,7 @@ impl Side<'_> {
                         next.push(child);
                     }
                 }
-                if next.is_empty() || next.len() > WIDEST {
+                if next.is_empty() || next.len() > MAX_INTERVALS {
                     break;
                 }
                 level = next;
@@ -71,7 +71,7 @@ impl Side<'_> {
     }
 
     /// Updates `best` with the nearest admissible point on the straight line along the surface at one angle.
-    fn sample(&self, angle: f64, best: &mut Option<OnSide>) {
+    fn sample(&self, angle: f64, best: &mut Option<SidePoint>) {
         let sight = &self.space.sight;
         let normal = Vector3::new(libm::cos(angle), libm::sin(angle), 0.0);
         let foot = normal * self.radius - sight.origin.coords;
@@ -113,13 +113,13 @@ impl Side<'_> {
         let (across, along) = (tangent * reach, Vector3::new(0.0, 0.0, self.half_length));
         let corners =
             [centre - across - along, centre + across - along, centre + across + along, centre - across + along];
-        flat(&grown, &corners, &normal, None).map(|(distance, _)| distance - offset)
+        nearest_on_face(&grown, &corners, &normal, None).map(|(distance, _)| distance - offset)
     }
 }
 
 /// Returns the nearest point in the volume on the line segment from `start` to `start + way`, at a distance from the
 /// near limit to `reach`.
-fn segment(space: &Convex, start: &Vector3<f64>, way: &Vector3<f64>, reach: f64) -> Option<(f64, Vector3<f64>)> {
+fn segment(space: &ConvexVolume, start: &Vector3<f64>, way: &Vector3<f64>, reach: f64) -> Option<(f64, Vector3<f64>)> {
     let (mut low, mut high) = (0.0, 1.0);
     for plane in &space.planes {
         let (at, slope) = (plane.excess(start), plane.normal.dot(way));

@@ -4,24 +4,24 @@ use std::ops::Range;
 
 /// Number of bands per thread. Several bands balance the load, since visible surfaces are seldom spread evenly over the
 /// rows.
-const BANDS: usize = 4;
+const BANDS_PER_THREAD: usize = 4;
 /// Minimum number of rows per band, since surfaces that cross a boundary between bands are processed once per band.
-const LEAST_ROWS: usize = 16;
+const MIN_BAND_ROWS: usize = 16;
 
 /// The division of an image into bands.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Bands {
+pub(super) struct RowBands {
     /// Number of rows of the image.
     rows: usize,
     /// Number of rows of a band; the last band of the image may have fewer.
     height: usize,
 }
 
-impl Bands {
+impl RowBands {
     /// Divides an image of `rows` rows for `threads` threads.
     pub fn new(rows: usize, threads: usize) -> Self {
-        let bands = if threads == 1 { 1 } else { BANDS * threads };
-        Self::of_height(rows, rows.div_ceil(bands).max(LEAST_ROWS))
+        let bands = if threads == 1 { 1 } else { BANDS_PER_THREAD * threads };
+        Self::of_height(rows, rows.div_ceil(bands).max(MIN_BAND_ROWS))
     }
 
     /// Divides an image into bands of `height` rows.
@@ -40,7 +40,7 @@ impl Bands {
     }
 
     /// Returns the indices of the bands that overlap a range of rows, which must not be empty.
-    pub fn reached(&self, rows: (u32, u32)) -> Range<usize> {
+    pub fn overlapping(&self, rows: (u32, u32)) -> Range<usize> {
         rows.0 as usize / self.height..(rows.1 as usize).div_ceil(self.height)
     }
 }

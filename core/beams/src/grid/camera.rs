@@ -7,11 +7,11 @@
 
 use nalgebra::{Isometry3, Matrix3, Vector3};
 
-use super::{Grid, View};
+use super::{Grid, ImageProjection};
 
 /// A linear function of column and row: `a column + b row + c`.
 #[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Line {
+pub(super) struct LinearFunction {
     pub a: f64,
     pub b: f64,
     pub c: f64,
@@ -19,7 +19,7 @@ pub(super) struct Line {
 
 /// A camera prepared for rasterisation.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Camera {
+pub(super) struct GridCamera {
     pub columns: usize,
     pub rows: usize,
     pub perspective: bool,
@@ -30,7 +30,7 @@ pub(super) struct Camera {
     /// Maximum visible `w`.
     pub w_near: f32,
     /// Value of a pixel without a visible surface: just below the minimum visible `w`.
-    pub w_nothing: f32,
+    pub w_empty: f32,
     /// Transform from the world to the view frame, before x and y are multiplied by the focal length.
     pub rotation: Matrix3<f64>,
     pub translation: Vector3<f64>,
@@ -39,21 +39,21 @@ pub(super) struct Camera {
 }
 
 /// Maximum number of columns and of rows.
-pub(super) const MOST: u32 = 16_384;
+pub(super) const MAX_SIDE_PIXELS: u32 = 16_384;
 
-impl Camera {
+impl GridCamera {
     /// Creates a camera, or returns `None` if it cannot show any surface because it has no pixels, an empty range, an
     /// invalid angle, or a pose that is not finite.
     pub fn new(grid: &Grid, world_from_sensor: &Isometry3<f64>) -> Option<Self> {
         let half = 0.5 * f64::from(grid.columns);
-        let (perspective, scale) = match grid.view {
-            View::Perspective { angle } if angle > 0.0 && angle < std::f64::consts::PI => {
+        let (perspective, scale) = match grid.projection {
+            ImageProjection::Perspective { angle } if angle > 0.0 && angle < std::f64::consts::PI => {
                 (true, half / libm::tan(0.5 * angle))
             }
-            View::Orthographic { width } if width > 0.0 => (false, 2.0 * half / width),
+            ImageProjection::Orthographic { width } if width > 0.0 => (false, 2.0 * half / width),
             _ => return None,
         };
-        let pixels = (1..=MOST).contains(&grid.columns) && (1..=MOST).contains(&grid.rows);
+        let pixels = (1..=MAX_SIDE_PIXELS).contains(&grid.columns) && (1..=MAX_SIDE_PIXELS).contains(&grid.rows);
         let near = if perspective { grid.near.max(1e-9) } else { grid.near };
         let sensor_from_world = world_from_sensor.inverse();
         let mut rotation = *sensor_from_world.rotation.to_rotation_matrix().matrix();
@@ -74,7 +74,7 @@ impl Camera {
             near,
             far: grid.far,
             w_near: w_near as f32,
-            w_nothing: if w_far == 0.0 { 0.0 } else { (w_far as f32).next_down() },
+            w_empty: if w_far == 0.0 { 0.0 } else { (w_far as f32).next_down() },
             rotation,
             translation,
             slant: crate::length(slant, 1.0),
@@ -94,16 +94,16 @@ impl Camera {
     }
 
     /// Returns `w` on the plane of all points `p` of the view frame with `normal . p = height`.
-    pub fn plane(&self, normal: &Vector3<f64>, height: f64) -> Line {
+    pub fn plane(&self, normal: &Vector3<f64>, height: f64) -> LinearFunction {
         let divisor = if self.perspective { height } else { normal.z };
         let (a, b) = (normal.x / (self.scale * divisor), normal.y / (self.scale * divisor));
         self.line_from_middle(a, b, if self.perspective { normal.z / divisor } else { -height / divisor })
     }
 
     /// Converts a linear function of the position in pixels from the centre of the image to one of column and row.
-    pub fn line_from_middle(&self, a: f64, b: f64, c: f64) -> Line {
+    pub fn line_from_middle(&self, a: f64, b: f64, c: f64) -> LinearFunction {
         let (column, row) = self.middle();
-        Line { a, b, c: c - a * column - b * row }
+        LinearFunction { a, b, c: c - a * column - b * row }
     }
 
     /// Returns whether the front of a plane faces the camera.
@@ -142,7 +142,7 @@ impl Camera {
 
     /// Returns a part of the image that contains the convex hull of points of the view frame, or `None` if that part is
     /// empty.
-    pub fn bounds(&self, points: &[Vector3<f64>]) -> Option<Bounds> {
+    pub fn bounds(&self, points: &[Vector3<f64>]) -> Option<PixelBounds> {
         let (mut z_low, mut z_high) = (f64::INFINITY, f64::NEG_INFINITY);
         let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
         // One bit for each side plane, which is set if all points are beyond that plane.
@@ -176,21 +176,21 @@ impl Camera {
             let last = (high + middle).floor() + 2.0;
             (first.clamp(0.0, count as f64) as usize, last.clamp(0.0, count as f64) as usize)
         };
-        Some(Bounds {
+        Some(PixelBounds {
             columns: part(low[0], high[0], middle.0, self.columns),
             rows: part(low[1], high[1], middle.1, self.rows),
-            clear: z_low > self.near * (1.0 + 1e-6),
+            beyond_near: z_low > self.near * (1.0 + 1e-6),
         })
     }
 }
 
 /// A rectangular part of the image.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Bounds {
+pub(super) struct PixelBounds {
     /// First column, and the column after the last one.
     pub columns: (usize, usize),
     /// First row, and the row after the last one.
     pub rows: (usize, usize),
     /// Whether all points are beyond the near plane.
-    pub clear: bool,
+    pub beyond_near: bool,
 }

@@ -8,34 +8,34 @@ use std::collections::HashMap;
 use nalgebra::Vector3;
 use tatu_geometry::Mesh;
 
-use super::raster::WIDE;
+use super::raster::LANES;
 use crate::{aabb::Aabb, triangle::Triangle};
 
 /// Number of vectors per group.
-const GROUP: usize = 4;
+const VECTORS_PER_GROUP: usize = 4;
 
 /// The triangles of a mesh in groups, built once per mesh.
 #[derive(Debug)]
-pub(crate) struct Clusters {
+pub(crate) struct MeshClusters {
     /// Centre of the mesh, to which corners are relative. `half` is half of its extents, negative if the mesh is empty.
     pub(super) centre: Vector3<f64>,
     pub(super) half: Vector3<f64>,
-    pub(super) sixteens: Vec<Sixteen>,
+    pub(super) vectors: Vec<TriangleVector>,
     /// Indices of the triangles in the mesh, stored separately because most images do not need them.
-    pub(super) primitives: Vec<[u32; WIDE]>,
-    pub(super) groups: Vec<Groups>,
+    pub(super) primitives: Vec<[u32; LANES]>,
+    pub(super) groups: Vec<GroupRow>,
     /// Whether only front faces are visible from outside.
     pub(super) closed: bool,
 }
 
 /// 16 triangles; the last vector of a mesh may be padded with degenerate triangles.
 #[derive(Debug, Clone)]
-pub(super) struct Sixteen {
+pub(super) struct TriangleVector {
     /// The x, y and z coordinates of each corner.
-    pub corners: [[[f32; WIDE]; 3]; 3],
+    pub corners: [[[f32; LANES]; 3]; 3],
 }
 
-impl Sixteen {
+impl TriangleVector {
     pub fn corner(&self, corner: usize, lane: usize) -> Vector3<f64> {
         let [x, y, z] = &self.corners[corner];
         Vector3::new(f64::from(x[lane]), f64::from(y[lane]), f64::from(z[lane]))
@@ -43,54 +43,54 @@ impl Sixteen {
 }
 
 /// Number of groups that are tested together.
-pub(super) const ROW: usize = 8;
+pub(super) const GROUPS_PER_ROW: usize = 8;
 
 /// Eight groups of neighbouring triangles as a structure of arrays; the last one of a mesh may be padded.
 #[derive(Debug, Clone)]
-pub(super) struct Groups {
+pub(super) struct GroupRow {
     /// Centres of the bounding spheres: x, y and z relative to the centre of the mesh.
-    pub centre: [[f64; ROW]; 3],
-    pub radius: [f64; ROW],
+    pub centre: [[f64; GROUPS_PER_ROW]; 3],
+    pub radius: [f64; GROUPS_PER_ROW],
     /// Axis of the cone of normals: all normals are within an angle of it.
-    pub axis: [[f64; ROW]; 3],
+    pub axis: [[f64; GROUPS_PER_ROW]; 3],
     /// Sine of the angle of the cone of normals, plus a margin for rounding; above 2 if the angle is a right angle or
     /// more.
-    pub sine: [f64; ROW],
+    pub sine: [f64; GROUPS_PER_ROW],
     /// Ranges of vectors as (first, end); empty for padding.
-    pub sixteens: [(u32, u32); ROW],
+    pub vectors: [(u32, u32); GROUPS_PER_ROW],
 }
 
-impl Clusters {
+impl MeshClusters {
     /// Groups the triangles; `members` are the triangles of the mesh that are not degenerate, in an order in which
     /// neighbours are adjacent.
     pub fn new(mesh: &Mesh, members: &[Triangle]) -> Self {
         if members.is_empty() {
             let (centre, half) = (Vector3::zeros(), Vector3::repeat(-1.0));
             let (sixteens, primitives, groups) = (Vec::new(), Vec::new(), Vec::new());
-            return Self { centre, half, sixteens, primitives, groups, closed: false };
+            return Self { centre, half, vectors: sixteens, primitives, groups, closed: false };
         }
-        let whole = Aabb::around(members.iter().flat_map(|t| &t.corners));
+        let whole = Aabb::of_points(members.iter().flat_map(|t| &t.corners));
         let (centre, half) = (whole.centre(), (whole.high - whole.low) * 0.5);
-        let sixteens = members.chunks(WIDE).map(|some| sixteen(some, &centre)).collect();
+        let sixteens = members.chunks(LANES).map(|some| triangle_vector(some, &centre)).collect();
         let number = |some: &[Triangle]| std::array::from_fn(|lane| some[lane.min(some.len() - 1)].primitive);
-        let primitives = members.chunks(WIDE).map(number).collect();
+        let primitives = members.chunks(LANES).map(number).collect();
         let mut groups = Vec::new();
-        for (number, some) in members.chunks(GROUP * WIDE).enumerate() {
-            let (first, lane) = ((number * GROUP) as u32, number % ROW);
+        for (number, some) in members.chunks(VECTORS_PER_GROUP * LANES).enumerate() {
+            let (first, lane) = ((number * VECTORS_PER_GROUP) as u32, number % GROUPS_PER_ROW);
             if lane == 0 {
-                groups.push(Groups::none());
+                groups.push(GroupRow::empty());
             }
             if let Some(groups) = groups.last_mut() {
-                groups.put(lane, some, &centre, (first, first + some.len().div_ceil(WIDE) as u32));
+                groups.set(lane, some, &centre, (first, first + some.len().div_ceil(LANES) as u32));
             }
         }
-        Self { centre, half, sixteens, primitives, groups, closed: closed(mesh, members) }
+        Self { centre, half, vectors: sixteens, primitives, groups, closed: is_closed(mesh, members) }
     }
 }
 
-fn sixteen(some: &[Triangle], centre: &Vector3<f64>) -> Sixteen {
-    let mut out = Sixteen { corners: [[[0.0; WIDE]; 3]; 3] };
-    for lane in 0..WIDE {
+fn triangle_vector(some: &[Triangle], centre: &Vector3<f64>) -> TriangleVector {
+    let mut out = TriangleVector { corners: [[[0.0; LANES]; 3]; 3] };
+    for lane in 0..LANES {
         let triangle = &some[lane.min(some.len() - 1)];
         for corner in 0..3 {
             let p = triangle.corners[if lane < some.len() { corner } else { 0 }] - centre;
@@ -102,14 +102,14 @@ fn sixteen(some: &[Triangle], centre: &Vector3<f64>) -> Sixteen {
     out
 }
 
-impl Groups {
-    fn none() -> Self {
-        let (zeros, threes) = ([0.0; ROW], [[0.0; ROW]; 3]);
-        Self { centre: threes, radius: zeros, axis: threes, sine: zeros, sixteens: [(0, 0); ROW] }
+impl GroupRow {
+    fn empty() -> Self {
+        let (zeros, threes) = ([0.0; GROUPS_PER_ROW], [[0.0; GROUPS_PER_ROW]; 3]);
+        Self { centre: threes, radius: zeros, axis: threes, sine: zeros, vectors: [(0, 0); GROUPS_PER_ROW] }
     }
 
-    fn put(&mut self, lane: usize, some: &[Triangle], origin: &Vector3<f64>, sixteens: (u32, u32)) {
-        let around = Aabb::around(some.iter().flat_map(|t| &t.corners));
+    fn set(&mut self, lane: usize, some: &[Triangle], origin: &Vector3<f64>, sixteens: (u32, u32)) {
+        let around = Aabb::of_points(some.iter().flat_map(|t| &t.corners));
         let middle = around.centre();
         let radius = some.iter().flat_map(|t| &t.corners).map(|p| (p - middle).norm()).fold(0.0, f64::max);
         let sum: Vector3<f64> = some.iter().map(|t| t.normal).sum();
@@ -122,13 +122,13 @@ impl Groups {
         }
         // Single precision moves corners, and therefore normals, slightly.
         (self.radius[lane], self.sine[lane]) = (radius * (1.0 + 1e-6), sine + 1e-3);
-        self.sixteens[lane] = sixteens;
+        self.vectors[lane] = sixteens;
     }
 }
 
 /// Returns whether a surface is closed and all its connected pieces face outward: each edge occurs once in each
 /// direction, and each piece encloses a positive volume. Corners at the same position are treated as one corner.
-fn closed(mesh: &Mesh, kept: &[Triangle]) -> bool {
+fn is_closed(mesh: &Mesh, kept: &[Triangle]) -> bool {
     if kept.len() != mesh.triangles.len() {
         return false;
     }

@@ -1,6 +1,6 @@
 //! Image buffers.
 
-use super::{GridCast, camera::MOST, raster::Buffer};
+use super::{GridCast, camera::MAX_SIDE_PIXELS, raster::BandBuffer};
 
 /// An image, with one value per pixel, row by row from the bottom, each row from left to right. Channels that were not
 /// requested are empty.
@@ -20,7 +20,7 @@ pub struct GridImage {
     pub cosine: Vec<f32>,
     /// Unit surface normal on the side of the camera, in the frame of the sensor; zero where no surface is visible.
     pub normal: Vec<[f32; 3]>,
-    buffers: Vec<Buffer>,
+    buffers: Vec<BandBuffer>,
 }
 
 /// Consecutive rows of an image.
@@ -37,8 +37,8 @@ pub(super) struct ImageBand<'a> {
 impl GridImage {
     /// Resizes the requested channels, which still contain the values of the previous image.
     pub(super) fn prepare(&mut self, cast: &GridCast<'_>) {
-        let (grid, want) = (cast.grid, cast.want);
-        let pixels = grid.columns.min(MOST) as usize * grid.rows.min(MOST) as usize;
+        let (grid, want) = (cast.grid, cast.outputs);
+        let pixels = grid.columns.min(MAX_SIDE_PIXELS) as usize * grid.rows.min(MAX_SIDE_PIXELS) as usize;
         let room = |wanted: bool| if wanted { pixels } else { 0 };
         self.depth.resize(pixels, f32::INFINITY);
         self.object.resize(room(want.object), 0);
@@ -49,7 +49,7 @@ impl GridImage {
     }
 
     /// Returns all pixels, and a buffer for each band.
-    pub(super) fn parts(&mut self, bands: usize) -> (ImageBand<'_>, &mut [Buffer]) {
+    pub(super) fn parts(&mut self, bands: usize) -> (ImageBand<'_>, &mut [BandBuffer]) {
         let Self { depth, object, primitive, color, cosine, normal, buffers } = self;
         buffers.resize_with(bands, Default::default);
         (ImageBand { depth, object, primitive, color, cosine, normal }, buffers)

@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 
 /// Lamps, and the colour of the background. A surface that receives a total of 1 from all lamps shows its own colour.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Light {
+pub struct ImageLighting {
     /// Ambient light, 0 to 1.
     pub ambient: f32,
     /// Contribution of a lamp at the camera to a surface that faces the camera, 0 to 1.
@@ -17,7 +17,7 @@ pub struct Light {
     pub sky: [f32; 3],
 }
 
-impl Default for Light {
+impl Default for ImageLighting {
     /// Returns lamps with enough ambient light to distinguish colours in the shade, and a sun from above and to one
     /// side.
     fn default() -> Self {
@@ -31,14 +31,14 @@ impl Default for Light {
     }
 }
 
-impl Light {
+impl ImageLighting {
     /// Returns the colour of the sky, each channel 0 to 255.
     pub(super) fn sky_bytes(&self) -> [u8; 3] {
-        self.sky.map(byte)
+        self.sky.map(to_byte)
     }
 }
 
-pub(super) fn byte(x: f32) -> u8 {
+pub(super) fn to_byte(x: f32) -> u8 {
     // A NaN becomes 0.
     (x * 255.0 + 0.5) as u8
 }
@@ -47,8 +47,8 @@ pub(super) fn byte(x: f32) -> u8 {
 ///
 /// `normal` (on the side of the camera) and `to_camera` are unit vectors in the world frame. `sunlit` is 0 in shadow
 /// and 1 in sunlight.
-pub fn color_of(
-    light: &Light,
+pub fn shaded_color(
+    light: &ImageLighting,
     surface: [f32; 3],
     normal: &Vector3<f32>,
     to_camera: &Vector3<f32>,
@@ -56,13 +56,13 @@ pub fn color_of(
 ) -> [u8; 3] {
     let facing = |way: &Vector3<f32>| normal.x * way.x + normal.y * way.y + normal.z * way.z;
     let sum = brightness(light, facing(to_camera), facing(&Vector3::from(light.sun_direction)), sunlit);
-    surface.map(|x| byte(x * sum))
+    surface.map(|x| to_byte(x * sum))
 }
 
 /// Returns the total contribution of the lamps; the arguments are the cosines of the angles from the normal to camera
 /// and sun.
 #[inline(always)]
-pub(super) fn brightness(light: &Light, to_camera: f32, to_sun: f32, sunlit: f32) -> f32 {
+pub(super) fn brightness(light: &ImageLighting, to_camera: f32, to_sun: f32, sunlit: f32) -> f32 {
     let lit = |cosine: f32| if cosine > 0.0 { cosine } else { 0.0 };
     light.ambient + light.headlight * lit(to_camera) + light.sun * sunlit * lit(to_sun)
 }

@@ -6,7 +6,7 @@
 //! their equations. The index of the visible surface is stored for each pixel, and colours, normals and tags are
 //! computed from it afterwards, once per pixel.
 //!
-//! Start with [`GridCast`], then read `render`, which renders a frame: `ready` prepares the visible surfaces and sorts
+//! Start with [`GridCast`], then read `render`, which renders a frame: `surfaces` prepares the visible surfaces and sorts
 //! them into `bands` of rows, and each band is rasterised by one task (`draw`).
 
 mod bands;
@@ -18,19 +18,19 @@ mod light;
 mod polygon;
 mod query;
 mod raster;
-mod ready;
 mod render;
 mod round;
 mod shade;
-mod small;
+mod small_triangles;
 mod span;
+mod surfaces;
 mod triangles;
 
 #[cfg(test)]
 mod tests;
 
 pub use image::GridImage;
-pub use light::{Light, color_of};
-pub use query::{Grid, GridCast, View, Want};
+pub use light::{ImageLighting, shaded_color};
+pub use query::{Grid, GridCast, ImageOutputs, ImageProjection};
 
-pub(super) use clusters::Clusters;
+pub(super) use clusters::MeshClusters;

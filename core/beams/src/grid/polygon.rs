@@ -5,17 +5,17 @@ use fearless_simd::Simd;
 use nalgebra::{Isometry3, Vector3};
 
 use super::{
-    camera::{Bounds, Camera, Line},
+    camera::{GridCamera, LinearFunction, PixelBounds},
     raster::Raster,
-    span::{Edge, Face},
+    span::{SpanEdge, SpanFace},
 };
 use crate::{Faces, solid::face};
 
 /// A flat face prepared for rasterisation.
 #[derive(Debug, Clone)]
 pub(super) struct Polygon {
-    edges: ArrayVec<Edge, 4>,
-    w: Line,
+    edges: ArrayVec<SpanEdge, 4>,
+    w: LinearFunction,
     rows: (usize, usize),
     id: u32,
 }
@@ -24,38 +24,44 @@ impl Polygon {
     #[inline(always)]
     pub fn draw<S: Simd, const ID: bool>(&self, simd: S, raster: &mut Raster<'_, ID>) {
         let limits = (f32::NEG_INFINITY, f32::INFINITY);
-        Face { edges: &self.edges, w: self.w, limits, id: self.id }.draw(simd, raster, self.rows);
+        SpanFace { edges: &self.edges, w: self.w, limits, id: self.id }.draw(simd, raster, self.rows);
     }
 }
 
-/// Returns the edge function from one corner to the next; the corners are results of [`Camera::homogeneous`].
+/// Returns the edge function from one corner to the next; the corners are results of [`GridCamera::homogeneous`].
 ///
 /// The function is exactly the negative of that in the opposite direction. Corners behind the camera need no special
 /// treatment.
-pub(super) fn border(camera: &Camera, from: &Vector3<f64>, to: &Vector3<f64>) -> Line {
+pub(super) fn edge_function(camera: &GridCamera, from: &Vector3<f64>, to: &Vector3<f64>) -> LinearFunction {
     let line = from.cross(to);
     camera.line_from_middle(line.x, line.y, line.z)
 }
 
 /// Adds the surface of a half-space.
-pub(super) fn plane(camera: &Camera, view_from_form: &ViewFrom, faces: Faces, id: u32, out: &mut Vec<Polygon>) {
+pub(super) fn add_plane(
+    camera: &GridCamera,
+    view_from_form: &ViewTransform,
+    faces: Faces,
+    id: u32,
+    out: &mut Vec<Polygon>,
+) {
     let normal = view_from_form.rotation.column(2).into_owned();
     let height = normal.dot(&view_from_form.translation);
     let front = camera.sees_front(&normal, height);
     if if front { faces.front } else { faces.back } {
         let w = camera.plane(&normal, height);
         // The edge excludes the part behind the camera or beyond its range.
-        let seen = Line { c: w.c - f64::from(camera.w_nothing), ..w };
+        let seen = LinearFunction { c: w.c - f64::from(camera.w_empty), ..w };
         if [w.a, w.b, w.c].iter().all(|x| x.is_finite()) {
-            out.push(Polygon { edges: ArrayVec::from_iter([Edge(seen)]), w, rows: (0, camera.rows), id });
+            out.push(Polygon { edges: ArrayVec::from_iter([SpanEdge(seen)]), w, rows: (0, camera.rows), id });
         }
     }
 }
 
 /// Adds the visible faces of a box; the first face has the number `id`.
-pub(super) fn cuboid(
-    camera: &Camera,
-    view_from_form: &ViewFrom,
+pub(super) fn add_box(
+    camera: &GridCamera,
+    view_from_form: &ViewTransform,
     half: &Vector3<f64>,
     faces: Faces,
     id: u32,
@@ -67,7 +73,7 @@ pub(super) fn cuboid(
     let corners = view_from_form.corners(&Vector3::zeros(), half);
     let Some(bounds) = camera.bounds(&corners) else { return };
     // If the near plane clips nothing, the front faces hide the back faces.
-    let hides = faces.front && view_from_form.clear(camera, half, &bounds);
+    let hides = faces.front && view_from_form.is_unclipped(camera, half, &bounds);
     for index in 0..6 {
         let normal = view_from_form.rotation.column(index / 2) * if index % 2 == 1 { 1.0 } else { -1.0 };
         let height = normal.dot(&view_from_form.translation) + half[index / 2];
@@ -85,26 +91,26 @@ pub(super) fn cuboid(
         let points = points.map(|p| camera.homogeneous(&p));
         let edges = (0..4).map(|i| {
             let (a, b) = (&points[i], &points[(i + 1) % 4]);
-            Edge(if front { border(camera, a, b) } else { border(camera, b, a) })
+            SpanEdge(if front { edge_function(camera, a, b) } else { edge_function(camera, b, a) })
         });
         out.push(Polygon { edges: edges.collect(), w, rows: bounds.rows, id: id + index as u32 });
     }
 }
 
-/// Returns the index of a corner of a box in [`ViewFrom::corners`].
+/// Returns the index of a corner of a box in [`ViewTransform::corners`].
 fn corner_number(corner: &Vector3<f64>) -> usize {
     corner.iter().enumerate().fold(0, |number, (i, x)| number | usize::from(x.is_sign_positive()) << i)
 }
 
 /// The transform from the frame of a form to that of the view.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct ViewFrom {
+pub(super) struct ViewTransform {
     pub rotation: nalgebra::Matrix3<f64>,
     pub translation: Vector3<f64>,
 }
 
-impl ViewFrom {
-    pub fn new(camera: &Camera, world_from_form: &Isometry3<f64>) -> Self {
+impl ViewTransform {
+    pub fn new(camera: &GridCamera, world_from_form: &Isometry3<f64>) -> Self {
         Self {
             rotation: camera.rotation * world_from_form.rotation.to_rotation_matrix().matrix(),
             translation: camera.rotation * world_from_form.translation.vector + camera.translation,
@@ -125,8 +131,8 @@ impl ViewFrom {
     }
 
     /// Returns whether the near plane clips nothing that is in the image, for a form within a box around its origin.
-    pub fn clear(&self, camera: &Camera, half: &Vector3<f64>, bounds: &Bounds) -> bool {
-        if bounds.clear {
+    pub fn is_unclipped(&self, camera: &GridCamera, half: &Vector3<f64>, bounds: &PixelBounds) -> bool {
+        if bounds.beyond_near {
             return true;
         }
         if !camera.perspective {

@@ -2,7 +2,7 @@
 
 use nalgebra::Isometry3;
 
-use super::light::Light;
+use super::light::ImageLighting;
 use crate::Faces;
 
 /// The pixels of an image.
@@ -17,7 +17,7 @@ pub struct Grid {
     /// Number of rows, from 1 to 16,384.
     pub rows: u32,
     /// The projection.
-    pub view: View,
+    pub projection: ImageProjection,
     /// Depth of the near plane, in metres; surfaces nearer than `z = near` are clipped. Must be at least 0 in
     /// perspective.
     pub near: f64,
@@ -27,7 +27,7 @@ pub struct Grid {
 
 /// The projection of an image.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum View {
+pub enum ImageProjection {
     /// All rays start at the origin of the sensor.
     Perspective {
         /// Angle between the left and the right edge of the image, in radians; more than 0, less than pi.
@@ -42,7 +42,7 @@ pub enum View {
 
 /// Outputs to compute in addition to the depth. Each output increases the rendering time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Want {
+pub struct ImageOutputs {
     /// Whether to compute the colour.
     pub color: bool,
     /// Whether to compute the cosine of the angle between the surface normal and the ray.
@@ -55,14 +55,14 @@ pub struct Want {
     pub primitive: bool,
 }
 
-impl Want {
+impl ImageOutputs {
     /// Only the depth.
     pub const DEPTH: Self = Self { color: false, cosine: false, normal: false, object: false, primitive: false };
     /// All outputs.
     pub const ALL: Self = Self { color: true, cosine: true, normal: true, object: true, primitive: true };
 
     /// Returns whether the visible surface must be stored for each pixel.
-    pub(super) fn visibility(&self) -> bool {
+    pub(super) fn needs_surface_ids(&self) -> bool {
         *self != Self::DEPTH
     }
 }
@@ -85,7 +85,7 @@ pub struct GridCast<'a> {
     /// If set, only this object is considered; other objects are neither visible nor occlude it.
     pub only_object: Option<u64>,
     /// Outputs to compute in addition to the depth.
-    pub want: Want,
+    pub outputs: ImageOutputs,
     /// Lamps and sky, for colours.
-    pub light: &'a Light,
+    pub light: &'a ImageLighting,
 }

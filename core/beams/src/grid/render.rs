@@ -5,12 +5,12 @@ use rayon::prelude::*;
 
 use super::{
     GridCast, GridImage,
-    bands::Bands,
-    camera::Camera,
-    draw::{draw, finish},
+    bands::RowBands,
+    camera::GridCamera,
+    draw::{draw, write_depths},
     raster::Raster,
-    ready::Ready,
     shade::Shader,
+    surfaces::PreparedSurfaces,
 };
 use crate::{BeamScene, simd};
 
@@ -32,12 +32,12 @@ impl BeamScene {
 
     fn draw(&self, cast: &GridCast<'_>, image: &mut GridImage, level: Level, rows: Option<usize>) {
         image.prepare(cast);
-        let Some(camera) = Camera::new(cast.grid, &cast.world_from_sensor) else {
+        let Some(camera) = GridCamera::new(cast.grid, &cast.world_from_sensor) else {
             image.depth.fill(f32::INFINITY);
             image.parts(0).0.clear(cast.light.sky_bytes());
             return;
         };
-        if cast.want.visibility() {
+        if cast.outputs.needs_surface_ids() {
             self.draw_all::<true>(cast, &camera, image, level, rows);
         } else {
             self.draw_all::<false>(cast, &camera, image, level, rows);
@@ -47,16 +47,16 @@ impl BeamScene {
     fn draw_all<const ID: bool>(
         &self,
         cast: &GridCast<'_>,
-        camera: &Camera,
+        camera: &GridCamera,
         image: &mut GridImage,
         level: Level,
         rows: Option<usize>,
     ) {
         let bands = match rows {
-            Some(height) => Bands::of_height(camera.rows, height),
-            None => Bands::new(camera.rows, rayon::current_num_threads()),
+            Some(height) => RowBands::of_height(camera.rows, height),
+            None => RowBands::new(camera.rows, rayon::current_num_threads()),
         };
-        let ready = &Ready::new(self, cast, camera, level, bands);
+        let ready = &PreparedSurfaces::new(self, cast, camera, level, bands);
         let shader = &Shader::new(cast, camera, self.targets(), &ready.surfaces);
         let (mut rest, buffers) = image.parts(bands.count());
         let mut tasks = Vec::with_capacity(bands.count());
@@ -68,7 +68,7 @@ impl BeamScene {
         tasks.into_par_iter().with_max_len(1).for_each(|(band, rows, mut part, buffer)| {
             let mut raster = Raster::<ID>::new(buffer, camera, rows);
             draw(level, ready, band, &mut raster);
-            finish(level, camera, &raster, part.depth);
+            write_depths(level, camera, &raster, part.depth);
             if ID {
                 shader.shade(&raster, &mut part);
             }

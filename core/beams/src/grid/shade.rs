@@ -10,17 +10,17 @@ use tatu_geometry::Form;
 
 use super::{
     GridCast,
-    camera::Camera,
+    camera::GridCamera,
     image::ImageBand,
-    light::{brightness, byte},
-    polygon::ViewFrom,
-    raster::{NOBODY, Raster},
+    light::{brightness, to_byte},
+    polygon::ViewTransform,
+    raster::{NO_SURFACE, Raster},
 };
-use crate::Target;
+use crate::BeamTarget;
 
 /// A target and the first of its primitive numbers.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Surface {
+pub(super) struct TargetSurface {
     pub first: u32,
     pub target: u32,
 }
@@ -28,55 +28,61 @@ pub(super) struct Surface {
 /// Converts surface numbers to the requested outputs.
 pub(super) struct Shader<'a> {
     cast: &'a GridCast<'a>,
-    camera: &'a Camera,
-    targets: &'a [Target],
-    surfaces: &'a [Surface],
+    camera: &'a GridCamera,
+    targets: &'a [BeamTarget],
+    surfaces: &'a [TargetSurface],
     /// Transform of each surface to the view.
-    views: Vec<ViewFrom>,
+    views: Vec<ViewTransform>,
     /// Direction towards the sun, in the view frame.
     sun: Vector3<f32>,
 }
 
 /// A row of pixels: outward normals in the view frame, surface colours, and 1 where a surface is visible, 0 elsewhere.
-struct Strip {
+struct PixelRow {
     normal: [Vec<f32>; 3],
     color: [Vec<f32>; 3],
-    there: Vec<f32>,
+    visible: Vec<f32>,
 }
 
 /// The primitive at the previous pixel, which is cached because most pixels show the same one as their neighbour.
-struct Seen<'a> {
+struct CachedPrimitive<'a> {
     id: u32,
     /// Index of the surface.
     at: usize,
-    target: &'a Target,
+    target: &'a BeamTarget,
     primitive: u32,
-    view_from_form: &'a ViewFrom,
+    view_from_form: &'a ViewTransform,
     /// Outward normal of a flat primitive, in the view frame.
     normal: Vector3<f32>,
 }
 
 impl<'a> Shader<'a> {
-    pub fn new(cast: &'a GridCast<'a>, camera: &'a Camera, targets: &'a [Target], surfaces: &'a [Surface]) -> Self {
+    pub fn new(
+        cast: &'a GridCast<'a>,
+        camera: &'a GridCamera,
+        targets: &'a [BeamTarget],
+        surfaces: &'a [TargetSurface],
+    ) -> Self {
         let sun = camera.rotation.map(|x| x as f32) * Vector3::from(cast.light.sun_direction);
-        let shaded = if cast.want.visibility() { surfaces } else { &[] };
-        let view = |surface: &Surface| ViewFrom::new(camera, &targets[surface.target as usize].world_from_target);
+        let shaded = if cast.outputs.needs_surface_ids() { surfaces } else { &[] };
+        let view =
+            |surface: &TargetSurface| ViewTransform::new(camera, &targets[surface.target as usize].world_from_target);
         Self { cast, camera, targets, surfaces, views: shaded.iter().map(view).collect(), sun }
     }
 
     /// Computes the requested outputs of a band.
     pub fn shade<const ID: bool>(&self, raster: &Raster<'_, ID>, part: &mut ImageBand<'_>) {
-        let want = self.cast.want;
+        let want = self.cast.outputs;
         let columns = raster.columns;
         let some = || [0; 3].map(|_| vec![0.0; columns]);
-        let mut line = Strip { normal: some(), color: some(), there: vec![0.0; columns] };
+        let mut line = PixelRow { normal: some(), color: some(), visible: vec![0.0; columns] };
         let mut seen = None;
         for row in raster.first..raster.end {
             let first = (row - raster.first) * columns;
             let ids = &raster.id[(row - raster.first) * raster.stride..][..columns];
             self.look_up(ids, row, first, part, &mut line, &mut seen);
             if want.cosine || want.normal || want.color {
-                self.shine(row, first..first + columns, &line, part);
+                self.shade_row(row, first..first + columns, &line, part);
             }
         }
     }
@@ -88,17 +94,17 @@ impl<'a> Shader<'a> {
         row: usize,
         first: usize,
         part: &mut ImageBand<'_>,
-        line: &mut Strip,
-        seen: &mut Option<Seen<'b>>,
+        line: &mut PixelRow,
+        seen: &mut Option<CachedPrimitive<'b>>,
     ) {
-        let want = self.cast.want;
+        let want = self.cast.outputs;
         let bent = want.cosine || want.normal || want.color;
         for (column, id) in ids.iter().enumerate() {
             let pixel = first + column;
-            if *id != NOBODY && seen.as_ref().is_none_or(|seen| seen.id != *id) {
-                *seen = self.seen(*id, seen.as_ref().map_or(0, |seen| seen.at));
+            if *id != NO_SURFACE && seen.as_ref().is_none_or(|seen| seen.id != *id) {
+                *seen = self.find_primitive(*id, seen.as_ref().map_or(0, |seen| seen.at));
             }
-            let here = seen.as_ref().filter(|_| *id != NOBODY);
+            let here = seen.as_ref().filter(|_| *id != NO_SURFACE);
             if want.object {
                 part.object[pixel] = here.map_or(0, |seen| seen.target.object);
             }
@@ -115,14 +121,14 @@ impl<'a> Shader<'a> {
                     line.normal[i][column] = normal[i];
                     line.color[i][column] = color[i];
                 }
-                line.there[column] = if here.is_some() { 1.0 } else { 0.0 };
+                line.visible[column] = if here.is_some() { 1.0 } else { 0.0 };
             }
         }
     }
 
     /// Computes cosines, normals and colours of a row, in branch-free loops that compilers can vectorize.
-    fn shine(&self, row: usize, pixels: Range<usize>, line: &Strip, part: &mut ImageBand<'_>) {
-        let (want, light) = (self.cast.want, self.cast.light);
+    fn shade_row(&self, row: usize, pixels: Range<usize>, line: &PixelRow, part: &mut ImageBand<'_>) {
+        let (want, light) = (self.cast.outputs, self.cast.light);
         let middle = self.camera.middle();
         let (size, perspective) = ((1.0 / self.camera.scale) as f32, self.camera.perspective);
         let y = if perspective { (row as f64 - middle.1) as f32 * size } else { 0.0 };
@@ -149,21 +155,22 @@ impl<'a> Shader<'a> {
             for (i, out) in part.color[pixels].iter_mut().enumerate() {
                 let cosine = cosine(i);
                 let sun = (nx[i] * self.sun.x + ny[i] * self.sun.y + nz[i] * self.sun.z) * toward(cosine);
-                let sum = if line.there[i] > 0.0 { brightness(light, cosine.abs(), sun, 1.0) } else { 1.0 };
-                *out = [byte(line.color[0][i] * sum), byte(line.color[1][i] * sum), byte(line.color[2][i] * sum)];
+                let sum = if line.visible[i] > 0.0 { brightness(light, cosine.abs(), sun, 1.0) } else { 1.0 };
+                *out =
+                    [to_byte(line.color[0][i] * sum), to_byte(line.color[1][i] * sum), to_byte(line.color[2][i] * sum)];
             }
         }
     }
 
     /// Returns the primitive with a number; `at` is the index of the surface that it probably belongs to.
-    fn seen(&self, id: u32, at: usize) -> Option<Seen<'_>> {
+    fn find_primitive(&self, id: u32, at: usize) -> Option<CachedPrimitive<'_>> {
         let starts = |at: usize| self.surfaces.get(at).is_some_and(|surface| surface.first <= id);
         let at = if starts(at) && !starts(at + 1) {
             at
         } else {
             self.surfaces.partition_point(|surface| surface.first <= id).checked_sub(1)?
         };
-        let (Surface { first, target }, view_from_form) = (self.surfaces.get(at)?, self.views.get(at)?);
+        let (TargetSurface { first, target }, view_from_form) = (self.surfaces.get(at)?, self.views.get(at)?);
         let target = &self.targets[*target as usize];
         let primitive = id - first;
         let normal = match &target.form {
@@ -181,18 +188,25 @@ impl<'a> Shader<'a> {
             _ => Vector3::z() * if primitive == 2 { -1.0 } else { 1.0 },
         };
         let normal = (view_from_form.rotation * normal).map(|x| x as f32);
-        Some(Seen { id, at, target, primitive, view_from_form, normal })
+        Some(CachedPrimitive { id, at, target, primitive, view_from_form, normal })
     }
 
     /// Returns the surface point at a pixel, in the frame of its form.
-    fn local(&self, seen: &Seen<'_>, column: usize, row: usize, depth: f32) -> Vector3<f64> {
+    fn local(&self, seen: &CachedPrimitive<'_>, column: usize, row: usize, depth: f32) -> Vector3<f64> {
         let (from, along) = self.camera.ray(column as f64, row as f64);
         let point = from + along * f64::from(depth) - seen.view_from_form.translation;
         seen.view_from_form.rotation.transpose() * point
     }
 
     /// Returns the colour of the surface at a pixel whose outward normal in the view frame is known.
-    fn color(&self, seen: &Seen<'_>, column: usize, row: usize, depth: f32, normal: &Vector3<f32>) -> [f32; 3] {
+    fn color(
+        &self,
+        seen: &CachedPrimitive<'_>,
+        column: usize,
+        row: usize,
+        depth: f32,
+        normal: &Vector3<f32>,
+    ) -> [f32; 3] {
         let Some(texture) = &seen.target.texture else { return seen.target.color };
         let normal = seen.view_from_form.rotation.transpose() * normal.map(f64::from);
         let surface = (&seen.target.form, seen.primitive);
@@ -200,7 +214,7 @@ impl<'a> Shader<'a> {
     }
 
     /// Returns the outward normal at a pixel, in the view frame.
-    fn normal(&self, seen: &Seen<'_>, column: usize, row: usize, depth: f32) -> Vector3<f32> {
+    fn normal(&self, seen: &CachedPrimitive<'_>, column: usize, row: usize, depth: f32) -> Vector3<f32> {
         let local = || self.local(seen, column, row, depth);
         let out = match (&seen.target.form, seen.primitive) {
             (Form::Sphere { .. }, _) => local(),

@@ -3,8 +3,8 @@
 use fearless_simd::prelude::*;
 
 use super::{
-    camera::Line,
-    raster::{F, Offer, Raster, U, WIDE, lanes},
+    camera::LinearFunction,
+    raster::{FloatLanes, LANES, Raster, SurfaceFragments, UintLanes, lane_numbers},
 };
 use crate::simd::{greatest, least};
 
@@ -13,13 +13,13 @@ use crate::simd::{greatest, least};
 /// A pixel exactly on a line belongs to the area on the right of the line, and on a horizontal line to the area above.
 /// Both areas that share an edge compute the same quotients, so each pixel belongs to exactly one of them.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Edge(pub Line);
+pub(super) struct SpanEdge(pub LinearFunction);
 
-impl Edge {
+impl SpanEdge {
     /// Narrows a range of columns in a row to the inside of the edge; columns are whole numbers.
     #[inline(always)]
     fn narrow(&self, row: f64, low: &mut f64, high: &mut f64) {
-        let Line { a, b, c } = self.0;
+        let LinearFunction { a, b, c } = self.0;
         let rest = b * row + c;
         let place = (-rest / a).ceil();
         if a > 0.0 {
@@ -33,16 +33,16 @@ impl Edge {
 }
 
 /// A part of a plane to rasterise.
-pub(super) struct Face<'a> {
-    pub edges: &'a [Edge],
+pub(super) struct SpanFace<'a> {
+    pub edges: &'a [SpanEdge],
     /// `w` as a function of column and row.
-    pub w: Line,
+    pub w: LinearFunction,
     /// Range that `w` is clamped to.
     pub limits: (f32, f32),
     pub id: u32,
 }
 
-impl Face<'_> {
+impl SpanFace<'_> {
     /// Rasterises the rows from `rows.0` up to, but excluding, `rows.1`.
     #[inline(always)]
     pub fn draw<S: Simd, const ID: bool>(&self, simd: S, raster: &mut Raster<'_, ID>, rows: (usize, usize)) {
@@ -68,18 +68,18 @@ impl Face<'_> {
     ) {
         let base = self.w.b * row as f64 + self.w.c;
         let place = (row - raster.first) * raster.stride;
-        let lanes = lanes(simd);
+        let lanes = lane_numbers(simd);
         let climb = lanes * self.w.a as f32;
-        let (least_w, most_w) = (F::splat(simd, self.limits.0), F::splat(simd, self.limits.1));
-        let id = U::splat(simd, self.id);
+        let (least_w, most_w) = (FloatLanes::splat(simd, self.limits.0), FloatLanes::splat(simd, self.limits.1));
+        let id = UintLanes::splat(simd, self.id);
         let mut column = low;
         while column < high {
             // The value is recomputed in double precision every 16 pixels.
             let w = climb + (base + self.w.a * column as f64) as f32;
             let w = least(greatest(w, least_w), most_w);
             let inside = lanes.simd_lt((high - column) as f32);
-            raster.offer(simd, place + column, Offer { w, inside, id });
-            column += WIDE;
+            raster.offer(simd, place + column, SurfaceFragments { w, inside, id });
+            column += LANES;
         }
     }
 }

@@ -3,18 +3,18 @@
 
 use std::ffi::c_void;
 
-use tatu_physics::{Engine, Push};
+use tatu_physics::{BodyWrench, Engine};
 use tatu_plugin_api::abi::*;
 use tatu_plugins::{
     Registry,
-    border::{ErrorSlot, answer},
+    border::{ErrorSlot, check_status},
     guard,
     state_block::PAST_STATE,
-    watchdog::{Call, Watch},
+    watchdog::{CallWatch, PluginCall},
 };
-use tatu_scene::{Data, Dynamics, Scene, pose_to_array};
+use tatu_scene::{Dynamics, ObjectVariant, Scene, pose_to_array};
 
-use super::{Actuator, Actuators, Report, scratch::ApplyScratch};
+use super::{Actuator, ActuatorReading, Actuators, scratch::ApplyScratch};
 use crate::mount::Mount;
 
 /// An actuator that failed, or that has no effect.
@@ -31,7 +31,7 @@ pub struct ApplyFailure {
 
 /// The inputs of the actuators during an advance of the engine.
 #[derive(Clone, Copy)]
-pub struct Acts<'a> {
+pub struct ActuatorContext<'a> {
     /// The scene, which does not change during the advance.
     pub scene: &'a Scene,
     /// The registry of plugins.
@@ -41,25 +41,30 @@ pub struct Acts<'a> {
     /// Simulation time, s.
     pub time: f64,
     /// The watchdog's record of the running plugin call.
-    pub watch: &'a Watch,
+    pub watch: &'a CallWatch,
 }
 
 /// An actuator in a batch, with its index in [`Actuators::devices`], its mount and its commands.
-struct Seat {
+struct BatchActuator {
     device: usize,
     mount: Mount,
     commands: Vec<f64>,
 }
 
 /// The actuators of one kind that act together.
-struct Batch {
+struct ActuatorBatch {
     kind: usize,
-    seats: Vec<Seat>,
+    actuators: Vec<BatchActuator>,
 }
 
 /// Returns a batch for each kind whose `every_substep` has the given value and that has enabled actuators, in the order
 /// of kinds. The actuators of a batch are in the order of their creation.
-fn batches(actuators: &Actuators, dynamics: &Dynamics, around: &Acts<'_>, every_substep: bool) -> Vec<Batch> {
+fn batches(
+    actuators: &Actuators,
+    dynamics: &Dynamics,
+    around: &ActuatorContext<'_>,
+    every_substep: bool,
+) -> Vec<ActuatorBatch> {
     let mut out = Vec::new();
     for (kind, info) in around.registry.actuators.iter().enumerate() {
         if info.every_substep != every_substep {
@@ -67,21 +72,26 @@ fn batches(actuators: &Actuators, dynamics: &Dynamics, around: &Acts<'_>, every_
         }
         let seat = |(device, d): (usize, &Actuator)| {
             let object = around.scene.get(d.slot).filter(|_| around.scene.id(d.slot) == d.object)?;
-            let Data::Actuator(a) = &object.data else { return None };
+            let ObjectVariant::Actuator(a) = &object.data else { return None };
             let mount = Mount::of(around.scene, dynamics, d.slot, around.twist);
-            Some(Seat { device, mount, commands: a.commands.clone() })
+            Some(BatchActuator { device, mount, commands: a.commands.clone() })
         };
         let own = actuators.devices.iter().enumerate().filter(|(_, d)| d.kind == kind && !d.off);
-        let seats: Vec<Seat> = own.filter_map(seat).collect();
+        let seats: Vec<BatchActuator> = own.filter_map(seat).collect();
         if !seats.is_empty() {
-            out.push(Batch { kind, seats });
+            out.push(ActuatorBatch { kind, actuators: seats });
         }
     }
     out
 }
 
 /// Calls the kinds of actuators that act once per advance. Their forces act throughout `dt`.
-pub fn per_step(actuators: &mut Actuators, dynamics: &mut Dynamics, around: &Acts<'_>, dt: f64) -> Vec<ApplyFailure> {
+pub fn apply_per_advance(
+    actuators: &mut Actuators,
+    dynamics: &mut Dynamics,
+    around: &ActuatorContext<'_>,
+    dt: f64,
+) -> Vec<ApplyFailure> {
     let (mut failed, mut pushes) = (Vec::new(), Vec::new());
     for batch in batches(actuators, dynamics, around, false) {
         let asked = ApplyContext { registry: around.registry, watch: around.watch, engine: dynamics.engine() };
@@ -94,25 +104,25 @@ pub fn per_step(actuators: &mut Actuators, dynamics: &mut Dynamics, around: &Act
 }
 
 /// The kinds of actuators that are called before each engine step, during one advance.
-pub struct SubSteps<'a> {
+pub struct SubstepActuators<'a> {
     actuators: &'a mut Actuators,
     registry: &'a Registry,
-    watch: &'a Watch,
-    batches: Vec<Batch>,
+    watch: &'a CallWatch,
+    batches: Vec<ActuatorBatch>,
     time: f64,
     dt: f64,
     /// Actuators that failed, or had no effect, in a sub-step.
     pub failed: Vec<ApplyFailure>,
 }
 
-impl<'a> SubSteps<'a> {
+impl<'a> SubstepActuators<'a> {
     /// Collects the actuators that are called before each engine step; returns `None` if there are none, so that the
     /// engine needs no callback.
     pub fn new(
         actuators: &'a mut Actuators,
-        (registry, watch): (&'a Registry, &'a Watch),
+        (registry, watch): (&'a Registry, &'a CallWatch),
         dynamics: &Dynamics,
-        around: &Acts<'_>,
+        around: &ActuatorContext<'_>,
         dt: f64,
     ) -> Option<Self> {
         let batches = batches(actuators, dynamics, around, true);
@@ -120,16 +130,16 @@ impl<'a> SubSteps<'a> {
             return None;
         }
         let dt = dt / f64::from(dynamics.engine_steps(dt).max(1));
-        Some(SubSteps { actuators, registry, watch, batches, time: around.time, dt, failed: Vec::new() })
+        Some(SubstepActuators { actuators, registry, watch, batches, time: around.time, dt, failed: Vec::new() })
     }
 
     /// Adds the forces and torques of the actuators for one engine step to `out`.
-    pub fn before(&mut self, engine: &dyn Engine, step: u32, out: &mut Vec<Push>) {
+    pub fn apply_before_step(&mut self, engine: &dyn Engine, step: u32, out: &mut Vec<BodyWrench>) {
         let when = (self.time + f64::from(step) * self.dt, self.dt);
         for batch in &mut self.batches {
             let asked = ApplyContext { registry: self.registry, watch: self.watch, engine };
             apply(self.actuators, batch, &asked, when, out, &mut self.failed);
-            batch.seats.retain(|s| !self.actuators.devices[s.device].off);
+            batch.actuators.retain(|s| !self.actuators.devices[s.device].off);
         }
     }
 }
@@ -137,7 +147,7 @@ impl<'a> SubSteps<'a> {
 /// The registry, the watchdog's record and the engine, for calls into a kind of actuator.
 struct ApplyContext<'a> {
     registry: &'a Registry,
-    watch: &'a Watch,
+    watch: &'a CallWatch,
     engine: &'a dyn Engine,
 }
 
@@ -145,13 +155,13 @@ struct ApplyContext<'a> {
 /// duration until the next call, both in s.
 fn apply(
     actuators: &mut Actuators,
-    batch: &Batch,
+    batch: &ActuatorBatch,
     &ApplyContext { registry, watch, engine }: &ApplyContext<'_>,
     when: (f64, f64),
-    pushes: &mut Vec<Push>,
+    pushes: &mut Vec<BodyWrench>,
     failed: &mut Vec<ApplyFailure>,
 ) {
-    let Batch { kind, seats } = batch;
+    let ActuatorBatch { kind, actuators: seats } = batch;
     if seats.is_empty() {
         return;
     }
@@ -162,39 +172,40 @@ fn apply(
     for (seat, m) in seats.iter().zip(&motions) {
         let d = &mut devices[seat.device];
         s.data.push(d.data);
-        s.state.push(d.state.place());
+        s.state.push(d.state.data_ptr());
         s.actuator.push(d.object);
         s.pose.push(pose_to_array(&m.pose));
         s.twist.push(m.twist);
         s.joint.push(m.joint);
-        if let Some(Report { layout, fields, time }) = &mut d.report {
+        if let Some(ActuatorReading { layout, fields, time }) = &mut d.report {
             layout.clear(fields);
             s.fields.extend(layout.spans.iter().map(|(first, _)| fields[*first..].as_mut_ptr().cast::<c_void>()));
             s.lengths.push(layout.lengths.as_ptr());
             *time = Some(when.0);
         }
     }
-    s.give_commands(seats);
+    s.copy_commands(seats);
     let table = s.batch(seats.len(), when);
     let mut error = ErrorSlot::new();
     let me = registry.plugins[info.plugin].me;
-    let before = watch.enter_batch(Call::Apply, info.plugin, devices[seats[0].device].slot, seats.len());
+    let before = watch.enter_batch(PluginCall::Apply, info.plugin, devices[seats[0].device].slot, seats.len());
     // SAFETY: `me` and the arrays in `table` live until the call has returned; each array has one entry per actuator of
     // the batch. The instances are alive and used by no other call.
-    let run = || info.raw.apply.map_or(TATU_OK, |f| unsafe { answer(f(me, &table, error.raw()), false, error.raw()) });
-    let (status, moved) = guard::watched(run);
+    let run =
+        || info.raw.apply.map_or(TATU_OK, |f| unsafe { check_status(f(me, &table, error.raw()), false, error.raw()) });
+    let (status, moved) = guard::call_and_restore(run);
     watch.leave(before);
-    let beside = s.written_beside(seats);
+    let beside = s.out_of_bounds_write(seats);
     for (i, (seat, m)) in seats.iter().zip(&motions).enumerate() {
         let d = &mut devices[seat.device];
         let (wrench, effort) = (s.wrench[i], s.effort[i]);
-        let own = error.answer(s.status[i], false);
+        let own = error.check_status(s.status[i], false);
         let finite = wrench.iter().chain([&effort]).all(|x| x.is_finite());
         let (status, text) = match status.min(own) {
             _ if let Some(what) = moved => (TATU_ERR, format!("changed {what}")),
             _ if let Some(what) = beside => (TATU_ERR, format!("broke the contract: it wrote {what}")),
-            _ if !d.state.is_whole() => {
-                d.state.mend();
+            _ if !d.state.guards_intact() => {
+                d.state.restore_guards();
                 (TATU_ERR, PAST_STATE.to_owned())
             }
             bad if bad < 0 => (bad, error.text()),
@@ -212,11 +223,11 @@ fn apply(
                 (TATU_ERR, format!("returned the wrench {wrench:?} and the effort {effort}; expected finite numbers"))
             }
             _ => match seat.mount.pushes(engine, &m.pose, &wrench, effort, pushes) {
-                Err(lack) if !d.idle_told => (TATU_OK, lack.to_owned()),
+                Err(lack) if !d.idle_reported => (TATU_OK, lack.to_owned()),
                 _ => continue,
             },
         };
-        (d.off, d.idle_told) = (status < 0, true);
+        (d.off, d.idle_reported) = (status < 0, true);
         if d.off {
             // The fields written by a failed call are not a reading.
             d.report.iter_mut().for_each(|r| r.time = None);
@@ -227,7 +238,7 @@ fn apply(
 
 impl ApplyScratch {
     /// Copies all commands to a buffer that plugins may read.
-    fn give_commands(&mut self, seats: &[Seat]) {
+    fn copy_commands(&mut self, seats: &[BatchActuator]) {
         self.commands.fill(seats.iter().map(|s| s.commands.len()).sum(), 0.0);
         let first = self.commands.first_mut();
         let mut at = 0;
@@ -238,13 +249,13 @@ impl ApplyScratch {
         }
     }
     /// Describes where a plugin wrote out of bounds, if it did.
-    fn written_beside(&self, seats: &[Seat]) -> Option<&'static str> {
+    fn out_of_bounds_write(&self, seats: &[BatchActuator]) -> Option<&'static str> {
         let same = |(a, b): (&f64, &f64)| a.to_bits() == b.to_bits();
         match () {
-            () if !self.wrench.is_whole() => Some("outside `wrench` of its batch"),
-            () if !self.effort.is_whole() => Some("outside `effort` of its batch"),
-            () if !self.status.is_whole() => Some("outside `status` of its batch"),
-            () if !self.commands.is_whole()
+            () if !self.wrench.guards_intact() => Some("outside `wrench` of its batch"),
+            () if !self.effort.guards_intact() => Some("outside `effort` of its batch"),
+            () if !self.status.guards_intact() => Some("outside `status` of its batch"),
+            () if !self.commands.guards_intact()
                 || !self.commands.iter().zip(seats.iter().flat_map(|s| &s.commands)).all(same) =>
             {
                 Some("to `command` of its batch, which is read-only")

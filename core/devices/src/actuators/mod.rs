@@ -15,9 +15,9 @@ use std::{ffi::c_void, rc::Rc};
 use tatu_plugin_api::{abi::*, safe::Value};
 use tatu_plugins::state_block::StateBlock;
 
-use crate::sense::{Layout, ReadingBuffer, Sensing};
+use crate::sense::{FieldLayout, ReadingBuffer, Sensing};
 
-pub use apply::{Acts, ApplyFailure, SubSteps, per_step};
+pub use apply::{ActuatorContext, ApplyFailure, SubstepActuators, apply_per_advance};
 
 /// The instance of an actuator.
 pub struct Actuator {
@@ -36,15 +36,15 @@ pub struct Actuator {
     /// Whether the actuator is disabled after a fault.
     pub off: bool,
     /// Whether it has been reported that the actuator has no effect or has failed. It is not reported again.
-    pub idle_told: bool,
+    pub idle_reported: bool,
     /// Its readings, if its kind declares any.
-    pub report: Option<Report>,
+    pub report: Option<ActuatorReading>,
 }
 
 /// The readings that an actuator reports. They are copied to its device in [`Sensing`] after an advance.
-pub struct Report {
+pub struct ActuatorReading {
     /// The layout of the fields.
-    pub layout: Rc<Layout>,
+    pub layout: Rc<FieldLayout>,
     /// The contents of the fields after the last call.
     pub fields: ReadingBuffer,
     /// Simulation time of the last call, s; `None` if there was no call since the readings were last published.
@@ -74,12 +74,12 @@ impl Actuators {
         for d in self.devices.iter_mut() {
             let Some(report) = d.report.as_mut() else { continue };
             if let (Some(time), Some(i)) = (report.time.take(), sensing.index(d.slot)) {
-                sensing.devices[i].take_report(time, &report.fields);
+                sensing.devices[i].store_report(time, &report.fields);
             }
         }
     }
     /// Removes and returns the actuators for which `alive` is `false`.
-    pub fn take_gone(&mut self, alive: impl Fn(&Actuator) -> bool) -> Vec<Actuator> {
+    pub fn remove_dead(&mut self, alive: impl Fn(&Actuator) -> bool) -> Vec<Actuator> {
         if self.devices.iter().all(&alive) {
             return Vec::new();
         }

@@ -3,7 +3,7 @@
 use std::ffi::c_void;
 
 use tatu_plugin_api::abi::*;
-use tatu_plugins::guarded::Guarded;
+use tatu_plugins::guarded_array::GuardedArray;
 
 /// Buffers reused by every batch, so that a step does not allocate.
 #[derive(Default)]
@@ -16,10 +16,10 @@ pub(super) struct ApplyScratch {
     pub joint: Vec<[f64; 2]>,
     pub command: Vec<*const f64>,
     /// The commands of all actuators of the batch, concatenated.
-    pub commands: Guarded<f64>,
+    pub commands: GuardedArray<f64>,
     pub fields: Vec<*mut c_void>,
     pub lengths: Vec<*const u64>,
-    pub wrench: Guarded<[f64; 6]>,
-    pub effort: Guarded<f64>,
-    pub status: Guarded<tatu_status>,
+    pub wrench: GuardedArray<[f64; 6]>,
+    pub effort: GuardedArray<f64>,
+    pub status: GuardedArray<tatu_status>,
 }

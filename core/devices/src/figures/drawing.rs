@@ -6,12 +6,12 @@ use nalgebra::{Isometry3, Point3, Vector3};
 use serde::{Deserialize, Serialize};
 use tatu_errors::Refusal;
 use tatu_plugin_api::{abi::*, safe::Value};
-use tatu_scene::graph::{Keys, map};
+use tatu_scene::graph::{CheckedMap, map};
 
 /// The form of the items of a drawing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[allow(missing_docs, reason = "the names are self-explanatory")]
-pub enum Form {
+pub enum DrawingForm {
     Points,
     Lines,
     Triangles,
@@ -25,7 +25,7 @@ pub enum Form {
     LineStrip,
 }
 
-impl Form {
+impl DrawingForm {
     const NAMES: [&str; 9] = [
         "points",
         "lines",
@@ -39,7 +39,7 @@ impl Form {
     ];
 
     fn parse(name: &str) -> Option<Self> {
-        use Form::*;
+        use DrawingForm::*;
         let all =
             [Points, Lines, Triangles, TrianglePoints, QuadPoints, DiscPoints, CubePoints, SpherePoints, LineStrip];
         Self::NAMES.iter().position(|n| *n == name).map(|i| all[i])
@@ -51,9 +51,9 @@ impl Form {
     /// Returns the number of points of an item, and whether a normal follows them.
     pub fn layout(self) -> (usize, bool) {
         match self {
-            Form::Points | Form::SpherePoints | Form::LineStrip => (1, false),
-            Form::Lines => (2, false),
-            Form::Triangles => (3, false),
+            DrawingForm::Points | DrawingForm::SpherePoints | DrawingForm::LineStrip => (1, false),
+            DrawingForm::Lines => (2, false),
+            DrawingForm::Triangles => (3, false),
             _ => (1, true),
         }
     }
@@ -63,14 +63,14 @@ impl Form {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Drawing {
     /// The form of its items.
-    pub form: Form,
+    pub form: DrawingForm,
     /// Size of points and lines, in pixels, or of marks, in m.
     pub size: f64,
     /// Red, green and blue components, from 0 to 1.
     pub color: [f64; 3],
     /// The object to which the drawing is attached; 0 for the world.
     pub parent: tatu_object,
-    /// Maximum number of items; 0 stands for [`Drawing::MOST`].
+    /// Maximum number of items; 0 stands for [`Drawing::MAX_ITEMS`].
     pub capacity: usize,
     /// Whether a new item replaces the oldest one when the drawing is full.
     pub cyclic: bool,
@@ -89,20 +89,20 @@ impl Drawing {
     const KEYS: &[&str] =
         &["form", "size", "color", "parent", "capacity", "cyclic", "tolerance", "persistent", "extra"];
     /// Maximum number of items of any drawing.
-    pub const MOST: usize = 1_000_000;
+    pub const MAX_ITEMS: usize = 1_000_000;
 
     /// Parses a drawing from a table; `form` is required.
     pub fn from_value(value: &Value) -> Result<Self, Refusal> {
-        let keys = Keys::new("a drawing", value, Self::KEYS)?;
-        let Some(form) = Form::parse(&keys.text("form")?) else {
-            return keys.wrong("form", &format!("one of {}", Form::NAMES.join(", ")));
+        let keys = CheckedMap::new("a drawing", value, Self::KEYS)?;
+        let Some(form) = DrawingForm::parse(&keys.text("form")?) else {
+            return keys.invalid_value("form", &format!("one of {}", DrawingForm::NAMES.join(", ")));
         };
         Ok(Drawing {
             form,
             size: keys.number("size")?.unwrap_or(1.0),
             color: keys.color("color")?.unwrap_or([1.0, 0.0, 0.0]),
             parent: keys.object("parent")?,
-            capacity: keys.count("capacity", 0..=Self::MOST as i64)?.unwrap_or(0) as usize,
+            capacity: keys.count("capacity", 0..=Self::MAX_ITEMS as i64)?.unwrap_or(0) as usize,
             cyclic: keys.flag("cyclic")?,
             tolerance: keys.number("tolerance")?.unwrap_or(0.0),
             persistent: keys.flag("persistent")?,
@@ -153,7 +153,7 @@ impl Drawing {
             );
             return Err(Refusal(TATU_ERR_ARGUMENT, text));
         }
-        let (into, most) = (frame.inverse(), if self.capacity == 0 { Self::MOST } else { self.capacity });
+        let (into, most) = (frame.inverse(), if self.capacity == 0 { Self::MAX_ITEMS } else { self.capacity });
         let mut added = 0;
         for item in items.chunks_exact(stride) {
             let item = self.moved(item, &into);
@@ -194,25 +194,25 @@ mod tests {
         ]);
         Drawing::from_value(&value).unwrap()
     }
-    const HERE: fn() -> Isometry3<f64> = Isometry3::identity;
+    const ORIGIN: fn() -> Isometry3<f64> = Isometry3::identity;
 
     #[test]
-    fn a_full_one_takes_no_more_or_drops_the_oldest() {
+    fn full_drawing_refuses_items_or_drops_the_oldest() {
         let mut full = points(2, false, 0.0);
-        assert_eq!(full.add(&[0.0; 9], &HERE()), Ok(2));
-        assert_eq!(full.add(&[1.0, 0.0, 0.0], &HERE()), Ok(0));
+        assert_eq!(full.add(&[0.0; 9], &ORIGIN()), Ok(2));
+        assert_eq!(full.add(&[1.0, 0.0, 0.0], &ORIGIN()), Ok(0));
         let mut ring = points(2, true, 0.0);
         for x in 0..4 {
-            assert_eq!(ring.add(&[f64::from(x), 0.0, 0.0], &HERE()), Ok(1));
+            assert_eq!(ring.add(&[f64::from(x), 0.0, 0.0], &ORIGIN()), Ok(1));
         }
-        assert_eq!(ring.in_world(&HERE()), [2.0, 0.0, 0.0, 3.0, 0.0, 0.0]);
+        assert_eq!(ring.in_world(&ORIGIN()), [2.0, 0.0, 0.0, 3.0, 0.0, 0.0]);
     }
 
     #[test]
-    fn near_ones_are_left_out() {
+    fn items_too_close_to_others_are_not_added() {
         let mut d = points(0, false, 0.1);
-        assert_eq!(d.add(&[0.0, 0.0, 0.0, 0.05, 0.0, 0.0, 0.2, 0.0, 0.0], &HERE()), Ok(2));
-        assert!(d.add(&[1.0, 2.0], &HERE()).is_err() && d.add(&[f64::NAN, 0.0, 0.0], &HERE()).is_err());
+        assert_eq!(d.add(&[0.0, 0.0, 0.0, 0.05, 0.0, 0.0, 0.2, 0.0, 0.0], &ORIGIN()), Ok(2));
+        assert!(d.add(&[1.0, 2.0], &ORIGIN()).is_err() && d.add(&[f64::NAN, 0.0, 0.0], &ORIGIN()).is_err());
     }
 
     #[test]

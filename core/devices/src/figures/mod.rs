@@ -13,13 +13,13 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 use tatu_plugin_api::abi::*;
 
-pub use drawing::{Drawing, Form};
+pub use drawing::{Drawing, DrawingForm};
 
 use tatu_errors::Refusal;
-use tatu_scene::{Data, Scene, graph::Graph};
+use tatu_scene::{ObjectVariant, Scene, graph::Graph};
 
 /// Maximum number of drawings of a world; it limits memory if a script adds a drawing in each step.
-const MOST_DRAWINGS: usize = 10_000;
+const MAX_DRAWINGS: usize = 10_000;
 
 /// All graphs and drawings of a world.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
@@ -36,7 +36,7 @@ impl Figures {
     pub fn begin(&mut self, scene: &Scene) {
         self.graphs.clear();
         for (slot, o) in scene.slots() {
-            if let Data::Graph(spec) = &o.data {
+            if let ObjectVariant::Graph(spec) = &o.data {
                 self.graphs.insert(scene.id(slot), Graph::new(spec, o.name()));
             }
         }
@@ -49,7 +49,7 @@ impl Figures {
     pub fn graph(&mut self, scene: &Scene, object: tatu_object) -> Result<&mut Graph, Refusal> {
         let slot = tatu_slot(object);
         match scene.get(slot).map(|o| (o, &o.data)) {
-            Some((o, Data::Graph(spec))) => {
+            Some((o, ObjectVariant::Graph(spec))) => {
                 Ok(self.graphs.entry(scene.id(slot)).or_insert_with(|| Graph::new(spec, o.name())))
             }
             _ => Err(Refusal(TATU_ERR_ARGUMENT, format!("object {slot} `{}` is not a graph", scene.path(slot)))),
@@ -61,8 +61,8 @@ impl Figures {
     }
     /// Adds a drawing and returns its id, counted from 1.
     pub fn draw(&mut self, drawing: Drawing) -> Result<i64, Refusal> {
-        if self.drawings.len() >= MOST_DRAWINGS {
-            return Err(Refusal(TATU_ERR_SPACE, format!("the world already has {MOST_DRAWINGS} drawings")));
+        if self.drawings.len() >= MAX_DRAWINGS {
+            return Err(Refusal(TATU_ERR_SPACE, format!("the world already has {MAX_DRAWINGS} drawings")));
         }
         self.last_drawing += 1;
         self.drawings.insert(self.last_drawing, drawing);

@@ -1,23 +1,23 @@
 //! Aimed rays: a plugin sets their origins and directions before each cast.
 
 use nalgebra::{Isometry3, Vector3};
-use tatu_plugins::guarded::Guarded;
+use tatu_plugins::guarded_array::GuardedArray;
 
 use super::plan::{BeamPlan, look_along};
 
 /// The aimed rays of a batch.
 #[derive(Default)]
-pub(super) struct Aims {
+pub(super) struct AimedRays {
     /// Origin and direction of each ray in its sensor's frame, sensor by sensor.
-    rays: Guarded<[f64; 6]>,
+    rays: GuardedArray<[f64; 6]>,
     /// For each sensor of the batch, the pointer to its first ray that is passed to the plugin, or null if its rays are
     /// not aimed. Empty if no sensor of the batch has aimed rays.
     pub places: Vec<*mut f64>,
-    /// Poses of the rays returned so far by [`Aims::take`], in their sensor's frame.
+    /// Poses of the rays returned so far by [`AimedRays::next_rays`], in their sensor's frame.
     turned: Vec<Isometry3<f64>>,
 }
 
-impl Aims {
+impl AimedRays {
     pub fn clear(&mut self) {
         self.places.clear();
         self.turned.clear();
@@ -25,7 +25,7 @@ impl Aims {
 
     /// Initialises the rays of aimed sensors with their planned directions; returns whether there are any aimed
     /// sensors.
-    pub fn lay<'a>(&mut self, plans: impl Iterator<Item = &'a BeamPlan> + Clone) -> bool {
+    pub fn set_planned_rays<'a>(&mut self, plans: impl Iterator<Item = &'a BeamPlan> + Clone) -> bool {
         if !plans.clone().any(|p| p.aimed) {
             return false;
         }
@@ -49,12 +49,12 @@ impl Aims {
 
     /// Returns whether the guards around the rays are intact.
     pub fn are_whole(&self) -> bool {
-        self.rays.is_whole()
+        self.rays.guards_intact()
     }
 
     /// Returns the next `n` rays as they are currently aimed, or `None` if an origin is not finite or a direction is
     /// not a unit vector.
-    pub fn take(&mut self, n: usize) -> Option<&[Isometry3<f64>]> {
+    pub fn next_rays(&mut self, n: usize) -> Option<&[Isometry3<f64>]> {
         let begin = self.turned.len();
         let own = &self.rays[begin..begin + n];
         let bad = !own.iter().all(is_ray);

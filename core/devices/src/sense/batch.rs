@@ -7,10 +7,10 @@ use tatu_plugins::{
     Registry,
     border::ErrorSlot,
     guard,
-    watchdog::{Call, Watch},
+    watchdog::{CallWatch, PluginCall},
 };
 
-use super::{Device, Layout, random::Key, scratch::MeasureScratch};
+use super::{FieldLayout, SensorDevice, random::RandomKey, scratch::MeasureScratch};
 
 /// A sensor that failed, alone or with its whole batch.
 pub struct MeasureFailure {
@@ -19,7 +19,7 @@ pub struct MeasureFailure {
     /// Index of its kind.
     pub kind: usize,
     /// The call in which it failed.
-    pub call: Call,
+    pub call: PluginCall,
     /// The error message.
     pub text: String,
     /// The status, which distinguishes a panic from other errors.
@@ -28,30 +28,30 @@ pub struct MeasureFailure {
 
 /// The registry and the watchdog's record, which are needed to call the functions of a kind.
 #[derive(Clone, Copy)]
-pub(super) struct Calls<'a> {
+pub(super) struct CallContext<'a> {
     pub registry: &'a Registry,
-    pub watch: &'a Watch,
+    pub watch: &'a CallWatch,
 }
 
 /// The sensors of a batch: their kind, and their indices in [`Sensing::devices`](super::Sensing::devices).
 #[derive(Clone, Copy)]
-pub(super) struct Who<'a> {
+pub(super) struct BatchSensors<'a> {
     pub kind: usize,
     pub devices: &'a [usize],
 }
 
-impl Device {
+impl SensorDevice {
     /// Adds the sensor to a batch, and starts its next measurement.
     pub(super) fn prepare(&mut self, s: &mut MeasureScratch, sensor: tatu_object, time: f64) {
-        s.shown.push(self.keep_shown());
-        let Layout { spans, lengths, .. } = &*self.layout;
+        s.shown.push(self.take_shown());
+        let FieldLayout { spans, lengths, .. } = &*self.layout;
         s.data.push(self.data);
-        s.state.push(self.state.place());
+        s.state.push(self.state.data_ptr());
         s.sensor.push(sensor);
         self.layout.clear(&mut self.fields);
         s.fields.extend(spans.iter().map(|(first, _)| self.fields[*first..].as_mut_ptr().cast::<c_void>()));
         s.lengths.push(lengths.as_ptr());
-        s.keys.push(Key::new(self.seed, self.drawn, 0));
+        s.keys.push(RandomKey::new(self.seed, self.drawn, 0));
         self.sequence += 1;
         self.drawn += 1;
         self.time = time;
@@ -61,14 +61,14 @@ impl Device {
 /// Applies the noise of a batch that has been measured, recomputes derived fields, and holds back delayed readings.
 pub(super) fn complete(
     s: &mut MeasureScratch,
-    all: &mut [Device],
-    who: Who<'_>,
-    calls: Calls<'_>,
+    all: &mut [SensorDevice],
+    who: BatchSensors<'_>,
+    calls: CallContext<'_>,
     pool: &rayon::ThreadPool,
     batch: &tatu_sensor_batch,
     error: &mut ErrorSlot,
 ) -> Vec<MeasureFailure> {
-    let Who { kind, devices } = who;
+    let BatchSensors { kind, devices } = who;
     let kind_info = &calls.registry.sensors[kind];
     let mut failed = Vec::new();
     for (i, status) in devices.iter().zip(s.status.iter()) {
@@ -77,18 +77,23 @@ pub(super) fn complete(
         }
     }
     if devices.iter().any(|i| all[*i].noise.is_some()) {
-        failed.extend(hand_over(Call::Finish, batch, all, who, calls, error));
-        failed.extend(beside_status(Call::Finish, s, all, who));
+        failed.extend(call_kind(PluginCall::Finish, batch, all, who, calls, error));
+        failed.extend(check_status_guards(PluginCall::Finish, s, all, who));
     }
     for (i, shown) in devices.iter().zip(s.shown.drain(..)) {
-        all[*i].put_back(shown);
+        all[*i].restore_shown(shown);
     }
     failed
 }
 
 /// Fails the whole batch if the plugin's function wrote outside the array of statuses.
-pub(super) fn beside_status(call: Call, s: &mut MeasureScratch, all: &[Device], who: Who<'_>) -> Vec<MeasureFailure> {
-    if s.status.is_whole() {
+pub(super) fn check_status_guards(
+    call: PluginCall,
+    s: &mut MeasureScratch,
+    all: &[SensorDevice],
+    who: BatchSensors<'_>,
+) -> Vec<MeasureFailure> {
+    if s.status.guards_intact() {
         return Vec::new();
     }
     let n = s.status.len();
@@ -102,23 +107,23 @@ pub(super) fn beside_status(call: Call, s: &mut MeasureScratch, all: &[Device], 
 
 /// Calls one of the functions of a kind with a batch. Returns the sensors that failed in this call: those with a
 /// negative status, and those whose output breaks the contract.
-pub(super) fn hand_over(
-    call: Call,
+pub(super) fn call_kind(
+    call: PluginCall,
     batch: &tatu_sensor_batch,
-    all: &mut [Device],
-    who: Who<'_>,
-    calls: Calls<'_>,
+    all: &mut [SensorDevice],
+    who: BatchSensors<'_>,
+    calls: CallContext<'_>,
     error: &mut ErrorSlot,
 ) -> Vec<MeasureFailure> {
     let kind_info = &calls.registry.sensors[who.kind];
     let function = match call {
-        Call::Aim => kind_info.raw.aim,
-        Call::Finish => kind_info.raw.finish,
+        PluginCall::Aim => kind_info.raw.aim,
+        PluginCall::Finish => kind_info.raw.finish,
         _ => kind_info.raw.measure,
     };
     let Some(function) = function else { return Vec::new() };
     let me = calls.registry.plugins[kind_info.plugin].me;
-    error.fresh();
+    error.reset();
     // SAFETY: `batch.status` points to the scratch buffer, which has one status per instance.
     let before = unsafe { std::slice::from_raw_parts(batch.status, batch.n as usize) };
     // Sensors that failed in an earlier call keep their statuses. Such failures are rare.
@@ -128,14 +133,14 @@ pub(super) fn hand_over(
     // The check of the floating-point mode covers only the call, since the mode belongs to the thread that measures.
     // SAFETY: `me` and the arrays in `batch` live until the call has returned; each array has one entry per sensor. The
     // instances are alive and used by no other call.
-    let (told, moved) = guard::watched(|| unsafe { function(me, batch, error.raw()) });
+    let (told, moved) = guard::call_and_restore(|| unsafe { function(me, batch, error.raw()) });
     calls.watch.leave(before);
-    let mut told = error.answer(told, false);
+    let mut told = error.check_status(told, false);
     if let Some(what) = moved
         && told >= 0
     {
         told = TATU_ERR;
-        error.set(told, &format!("{} changed {what}: {}", call.text(), guard::HELP));
+        error.set(told, &format!("{} changed {what}: {}", call.text(), guard::RESTORED_HELP));
     }
     let mut failed = Vec::new();
     for (i, index) in who.devices.iter().enumerate() {
@@ -148,11 +153,11 @@ pub(super) fn hand_over(
         if told < 0 {
             *status = told;
         } else {
-            *status = error.answer(*status, false);
+            *status = error.check_status(*status, false);
         }
-        let text = if !d.kept_within() {
+        let text = if !d.is_within_bounds() {
             *status = TATU_ERR;
-            d.wrote_too_far(kind_info)
+            d.out_of_bounds_text(kind_info)
         } else if *status < 0 {
             error.text()
         } else if let Some(field) = d.not_a_number(kind_info) {

@@ -2,19 +2,19 @@
 
 use ::tatu_beams::{Beam, BeamScene, BundleCast, BundleHits, Faces, Hit, Volume};
 use nalgebra::{Isometry3, Point3, Vector3};
-use tatu_geometry::Part;
+use tatu_geometry::SolidPart;
 use tatu_plugin_api::abi::*;
 use tatu_scene::{Scene, visible_parts};
 
 use super::{
     Targets,
     plan::{BeamPlan, look_along},
-    targets::Sees,
+    targets::TargetFilter,
 };
 
 /// Beams of a batch and their results; beam `i` of the batch has index `i` in each requested array.
 #[derive(Default)]
-pub(super) struct Casts {
+pub(super) struct BeamCasts {
     /// For each sensor, the index of its first beam; the last entry is the total number of beams.
     pub first: Vec<u64>,
     /// Pose of each sensor.
@@ -26,15 +26,15 @@ pub(super) struct Casts {
     pub primitive: Vec<u32>,
     pub color: Vec<[u8; 3]>,
     /// Beams that are cast one by one, for each distinct set of targets; reused from batch to batch.
-    singles: Vec<Singles>,
+    singles: Vec<SingleBeams>,
     hits: Vec<Hit>,
     /// Sensors whose rays are cast as bundles; a reused buffer.
-    bundles: Vec<Fan>,
+    bundles: Vec<BundledSensor>,
 }
 
 /// Beams that are cast one by one, of sensors with the same set of targets.
-struct Singles {
-    sees: Sees,
+struct SingleBeams {
+    sees: TargetFilter,
     beams: Vec<Beam>,
     /// For each beam, its pose in the sensor's frame.
     frames: Vec<Isometry3<f64>>,
@@ -48,7 +48,7 @@ struct Singles {
 
 /// A sensor whose rays are cast as a bundle.
 #[derive(Clone, Copy)]
-struct Fan {
+struct BundledSensor {
     /// Index of the sensor in the batch.
     sensor: usize,
     look: SensorView,
@@ -58,8 +58,8 @@ struct Fan {
 #[derive(Clone, Copy)]
 pub(super) struct SensorView {
     pub world_from_sensor: Isometry3<f64>,
-    pub limits: Limits,
-    /// See [`Sees::choice`].
+    pub limits: HitLimits,
+    /// See [`TargetFilter::choice`].
     pub choice: u32,
     pub skip_group: Option<u32>,
     pub only_object: Option<u64>,
@@ -67,7 +67,7 @@ pub(super) struct SensorView {
 
 /// Conditions that a hit must meet to be detected.
 #[derive(Debug, Clone, Copy)]
-pub struct Limits {
+pub struct HitLimits {
     /// Sides of faces that can be hit.
     pub faces: Faces,
     /// Largest angle between a ray and the normal of the face that it hits, rad.
@@ -78,15 +78,15 @@ pub struct Limits {
     pub occlude: bool,
 }
 
-impl Limits {
+impl HitLimits {
     /// Returns the limits `once` of a single measurement if they are given, otherwise those of the sensor's plan.
-    pub fn of(plan: &BeamPlan, once: Option<Limits>) -> Self {
+    pub fn of(plan: &BeamPlan, once: Option<HitLimits>) -> Self {
         let BeamPlan { faces, max_incidence, occlude, .. } = *plan;
-        once.unwrap_or(Limits { faces, max_incidence, reach: f64::INFINITY, occlude })
+        once.unwrap_or(HitLimits { faces, max_incidence, reach: f64::INFINITY, occlude })
     }
 }
 
-impl Casts {
+impl BeamCasts {
     pub fn clear(&mut self) {
         self.first.clear();
         self.first.push(0);
@@ -99,7 +99,7 @@ impl Casts {
         self.color.clear();
         self.bundles.clear();
         self.hits.clear();
-        for Singles { beams, frames, places, occluded, short, .. } in &mut self.singles {
+        for SingleBeams { beams, frames, places, occluded, short, .. } in &mut self.singles {
             beams.clear();
             frames.clear();
             places.clear();
@@ -108,7 +108,7 @@ impl Casts {
         }
     }
 
-    /// Adds the next sensor. Aimed rays are added later by [`aimed`](Self::aimed), before the cast.
+    /// Adds the next sensor. Aimed rays are added later by [`add_aimed`](Self::add_aimed), before the cast.
     pub fn add(&mut self, plan: &BeamPlan, look: SensorView) {
         let begin = self.first.last().copied().unwrap_or(0);
         self.first.push(begin + plan.directions.len() as u64);
@@ -117,25 +117,31 @@ impl Casts {
             return;
         }
         if plan.bundle.is_some() {
-            self.bundles.push(Fan { sensor: self.first.len() - 2, look });
+            self.bundles.push(BundledSensor { sensor: self.first.len() - 2, look });
             return;
         }
         let origin = |i: usize| plan.origins.get(i).map_or_else(Vector3::zeros, |o| Vector3::from(*o));
         let turns = plan.turns.iter().enumerate();
         let frames = turns.map(|(i, turn)| Isometry3::from_parts(origin(i).into(), *turn));
-        self.singly(plan, look, begin as u32, frames);
+        self.add_single_beams(plan, look, begin as u32, frames);
     }
 
     /// Adds the aimed rays of a sensor of the batch, given by their poses in the sensor's frame.
-    pub fn aimed(&mut self, sensor: usize, plan: &BeamPlan, look: SensorView, frames: &[Isometry3<f64>]) {
-        self.singly(plan, look, self.first[sensor] as u32, frames.iter().copied());
+    pub fn add_aimed(&mut self, sensor: usize, plan: &BeamPlan, look: SensorView, frames: &[Isometry3<f64>]) {
+        self.add_single_beams(plan, look, self.first[sensor] as u32, frames.iter().copied());
     }
 
-    fn singly(&mut self, plan: &BeamPlan, look: SensorView, begin: u32, frames: impl Iterator<Item = Isometry3<f64>>) {
-        let sees = plan.sees(look.choice);
+    fn add_single_beams(
+        &mut self,
+        plan: &BeamPlan,
+        look: SensorView,
+        begin: u32,
+        frames: impl Iterator<Item = Isometry3<f64>>,
+    ) {
+        let sees = plan.target_filter(look.choice);
         let at = self.singles.iter().position(|s| s.sees == sees).unwrap_or_else(|| {
             let (beams, frames, places, occluded, short) = Default::default();
-            self.singles.push(Singles { sees, beams, frames, places, occluded, short });
+            self.singles.push(SingleBeams { sees, beams, frames, places, occluded, short });
             self.singles.len() - 1
         });
         let set = &mut self.singles[at];
@@ -186,7 +192,7 @@ impl Casts {
         for set in 0..self.singles.len() {
             self.cast_singles(set, targets, pool);
         }
-        self.fans(targets, plan, pool);
+        self.cast_bundled_sensors(targets, plan, pool);
         if inputs & TATU_IN_COLOR != 0 {
             self.colors(scene);
         }
@@ -204,11 +210,11 @@ impl Casts {
     }
 
     fn cast_singles(&mut self, set: usize, targets: &Targets, pool: &rayon::ThreadPool) {
-        let (Singles { sees, beams, frames, places, occluded, short }, hits) = (&self.singles[set], &mut self.hits);
+        let (SingleBeams { sees, beams, frames, places, occluded, short }, hits) = (&self.singles[set], &mut self.hits);
         if beams.is_empty() {
             return;
         }
-        let seen = targets.seen(*sees);
+        let seen = targets.filtered_beams(*sees);
         hits.resize(beams.len(), Hit::NONE);
         pool.install(|| seen.cast(beams, hits));
         for (i, reach) in short {
@@ -228,25 +234,30 @@ impl Casts {
             if !hit.is_some() {
                 continue;
             }
-            put(&mut self.distance, place, || hit.distance);
-            put(&mut self.object, place, || hit.object);
-            put(&mut self.primitive, place, || hit.primitive);
-            put(&mut self.point, place, || (frame * hit.point).coords.into());
-            put(&mut self.normal, place, || (frame * hit.normal).into());
+            store(&mut self.distance, place, || hit.distance);
+            store(&mut self.object, place, || hit.object);
+            store(&mut self.primitive, place, || hit.primitive);
+            store(&mut self.point, place, || (frame * hit.point).coords.into());
+            store(&mut self.normal, place, || (frame * hit.normal).into());
         }
     }
 
-    fn fans<'a>(&mut self, targets: &Targets, plan: impl Fn(usize) -> &'a BeamPlan, pool: &rayon::ThreadPool) {
+    fn cast_bundled_sensors<'a>(
+        &mut self,
+        targets: &Targets,
+        plan: impl Fn(usize) -> &'a BeamPlan,
+        pool: &rayon::ThreadPool,
+    ) {
         if self.bundles.is_empty() {
             return;
         }
-        let Casts { first, distance, point, normal, object, primitive, bundles, .. } = self;
+        let BeamCasts { first, distance, point, normal, object, primitive, bundles, .. } = self;
         let (mut distance, mut point, mut normal) = (&mut distance[..], &mut point[..], &mut normal[..]);
         let (mut object, mut primitive) = (&mut object[..], &mut primitive[..]);
         let mut at = 0;
         // The casts are grouped by set of targets, which is usually the same for all sensors.
         let mut jobs: Vec<(&BeamScene, Vec<(BundleCast<'_>, BundleHits<'_>)>)> = Vec::new();
-        for Fan { sensor, look } in bundles.iter().copied() {
+        for BundledSensor { sensor, look } in bundles.iter().copied() {
             let plan = plan(sensor);
             let Some(bundle) = plan.bundle.get() else { continue };
             let (begin, end) = (first[sensor] as usize, first[sensor + 1] as usize);
@@ -264,13 +275,13 @@ impl Casts {
                 only_object: look.only_object,
             };
             let hits = BundleHits {
-                distance: cut(&mut distance, skip, end - begin),
-                object: cut(&mut object, skip, end - begin),
-                primitive: cut(&mut primitive, skip, end - begin),
-                point: cut(&mut point, skip, end - begin),
-                normal: cut(&mut normal, skip, end - begin),
+                distance: split_part(&mut distance, skip, end - begin),
+                object: split_part(&mut object, skip, end - begin),
+                primitive: split_part(&mut primitive, skip, end - begin),
+                point: split_part(&mut point, skip, end - begin),
+                normal: split_part(&mut normal, skip, end - begin),
             };
-            let seen = targets.seen(plan.sees(look.choice));
+            let seen = targets.filtered_beams(plan.target_filter(look.choice));
             match jobs.iter_mut().find(|(s, _)| std::ptr::eq(*s, seen)) {
                 Some((_, casts)) => casts.push((cast, hits)),
                 None => jobs.push((seen, vec![(cast, hits)])),
@@ -286,23 +297,23 @@ impl Casts {
 fn is_hidden(seen: &BeamScene, beam: &Beam, hit: &Hit) -> bool {
     let turn = look_along(hit.point.coords.normalize().into());
     // The ray ends before the surface that was hit, which must not hide itself.
-    let before = hit.distance * (1.0 - HIDES);
+    let before = hit.distance * (1.0 - OCCLUDER_MARGIN);
     let ray = Beam { skip_group: beam.skip_group, ..Beam::ray(beam.world_from_beam * turn, before) };
     hit.distance > 0.0 && seen.cast_one(&ray).is_some()
 }
 
 /// An occluder must be closer than the hit by this fraction of the hit's distance.
-const HIDES: f64 = 1e-6;
+const OCCLUDER_MARGIN: f64 = 1e-6;
 
 /// Writes a value, if its array was requested.
-fn put<T>(to: &mut [T], place: usize, value: impl FnOnce() -> T) {
+fn store<T>(to: &mut [T], place: usize, value: impl FnOnce() -> T) {
     if let Some(x) = to.get_mut(place) {
         *x = value();
     }
 }
 
 /// Skips `skip` elements and splits off the next `n`. Returns an empty slice if the array was not requested.
-fn cut<'a, T>(rest: &mut &'a mut [T], skip: usize, n: usize) -> &'a mut [T] {
+fn split_part<'a, T>(rest: &mut &'a mut [T], skip: usize, n: usize) -> &'a mut [T] {
     if rest.is_empty() {
         return &mut [];
     }
@@ -326,7 +337,7 @@ fn surface_color(
     let Some(shape) = met.and_then(|o| o.shape()) else { return [0; 3] };
     let mut color = shape.color;
     if shape.texture.is_some()
-        && let [Part { texture: Some(texture), form, .. }] = visible_parts(shape).as_slice()
+        && let [SolidPart { texture: Some(texture), form, .. }] = visible_parts(shape).as_slice()
     {
         let world = scene.world(slot);
         let (point, normal) = (world.inverse_transform_point(point), world.inverse_transform_vector(normal));

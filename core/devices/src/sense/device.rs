@@ -4,12 +4,12 @@ use std::{ffi::c_void, rc::Rc};
 
 use tatu_plugin_api::{abi::*, safe::Value};
 use tatu_plugins::{
-    FieldInfo, MOST_ELEMENTS, SensorKind,
+    FieldSpec, MAX_ELEMENTS, SensorKind,
     state_block::{GUARD, PAST_STATE, StateBlock},
 };
 
 use super::{
-    noise::{self, Noise},
+    noise::{self, SensorNoise},
     plan::BeamPlan,
 };
 use crate::sense::reading_arena::{ReadingArena, ReadingBuffer};
@@ -19,11 +19,11 @@ use crate::sense::reading_arena::{ReadingArena, ReadingBuffer};
 /// There can be thousands of sensors, and each step iterates over all of them. The data for reading the fields is
 /// therefore in the first cache line, and the data for a measurement in the first two.
 #[repr(C, align(64))]
-pub struct Device {
+pub struct SensorDevice {
     /// The contents of the fields, each 8-byte aligned.
     pub fields: ReadingBuffer,
     /// The layout of the fields; sensors with equal layouts share it.
-    pub layout: Rc<Layout>,
+    pub layout: Rc<FieldLayout>,
     /// Sequence number of the measurement, counted from 1; 0 if there is no reading yet.
     pub sequence: u64,
     /// Simulation time of the measurement, s.
@@ -39,7 +39,7 @@ pub struct Device {
     /// Pointer to the plugin's data of this instance.
     pub data: *mut c_void,
     /// Noise that is applied to the fields after each measurement.
-    pub noise: Option<Box<Noise>>,
+    pub noise: Option<Box<SensorNoise>>,
     /// Seed of the sensor's random numbers, derived from the scene's seed and the object's name.
     pub seed: u64,
     /// Number of measurements since the start, including those before a reset; the sensor's random numbers depend on
@@ -60,8 +60,8 @@ pub struct Device {
     pub params: Vec<Value>,
 }
 
-impl Device {
-    /// Creates a sensor without a reading and without beams, which [`lay_out`](Self::lay_out) sets.
+impl SensorDevice {
+    /// Creates a sensor without a reading and without beams, which [`set_layout`](Self::set_layout) sets.
     pub fn new(
         kind: usize,
         slot: u32,
@@ -69,7 +69,7 @@ impl Device {
         (id, data, state): (u64, *mut c_void, StateBlock),
         params: Vec<Value>,
     ) -> Self {
-        Device {
+        SensorDevice {
             fields: ReadingBuffer::default(),
             layout: Rc::default(),
             sequence: 0,
@@ -93,32 +93,32 @@ impl Device {
 
     /// Sets the beams and the layout of the fields. If the sizes of the fields have changed, the last reading is
     /// discarded.
-    pub fn lay_out(&mut self, layout: Rc<Layout>) {
+    pub fn set_layout(&mut self, layout: Rc<FieldLayout>) {
         if self.layout.spans != layout.spans || self.fields.len() != layout.words {
             self.fields = ReadingBuffer::new(layout.words);
-            self.forget();
+            self.discard_reading();
         }
         self.layout = layout;
     }
 
     /// Moves the reading in memory, next to the reading of the sensor that was added before this one.
-    pub(super) fn shelve(&mut self, arena: &mut ReadingArena) {
+    pub(super) fn move_to_arena(&mut self, arena: &mut ReadingArena) {
         if ReadingArena::is_large(self.fields.len()) {
             return;
         }
-        let mut words = arena.take(self.fields.len());
+        let mut words = arena.allocate(self.fields.len());
         words.copy_from_slice(&self.fields);
         self.fields = words;
     }
 
     /// Returns whether the plugin wrote only to the fields and the state block in its last call.
     #[inline]
-    pub(super) fn kept_within(&self) -> bool {
-        self.layout.is_whole(&self.fields) && self.state.is_whole()
+    pub(super) fn is_within_bounds(&self) -> bool {
+        self.layout.is_whole(&self.fields) && self.state.guards_intact()
     }
 
     /// Stores the fields that an actuator reported at `time`, s, as the reading.
-    pub(crate) fn take_report(&mut self, time: f64, fields: &[u64]) {
+    pub(crate) fn store_report(&mut self, time: f64, fields: &[u64]) {
         if self.fields.len() == fields.len() {
             self.fields.copy_from_slice(fields);
             (self.time, self.sequence) = (time, self.sequence + 1);
@@ -127,7 +127,7 @@ impl Device {
 
     /// Describes where the plugin wrote out of bounds.
     #[cold]
-    pub(super) fn wrote_too_far(&mut self, kind: &SensorKind) -> String {
+    pub(super) fn out_of_bounds_text(&mut self, kind: &SensorKind) -> String {
         let past = self.layout.ends.iter().position(|end| self.fields[*end as usize] != GUARD);
         let pad = || self.layout.pads.iter().find(|pad| !pad.is_empty(&self.fields)).map(|pad| pad.field + 1);
         match past.or_else(pad) {
@@ -140,16 +140,16 @@ impl Device {
                 format!("broke the contract: it wrote past the end of the field `{name}`")
             }
             None => {
-                self.state.mend();
+                self.state.restore_guards();
                 PAST_STATE.to_owned()
             }
         }
     }
 
     /// Discards the reading, and all delayed readings.
-    pub fn forget(&mut self) {
+    pub fn discard_reading(&mut self) {
         self.sequence = 0;
-        self.noise.iter_mut().for_each(|n| n.drop_held());
+        self.noise.iter_mut().for_each(|n| n.discard_held());
     }
 
     /// Returns whether the sensor is due at `time`, s, which is the case at most once per period of its rate. Periods
@@ -158,13 +158,13 @@ impl Device {
         !self.explicit && self.is_due_after(time)
     }
 
-    /// Like [`Device::is_due`], for the physics step that begins at `time`. A sensor that otherwise measures only on
+    /// Like [`SensorDevice::is_due`], for the physics step that begins at `time`. A sensor that otherwise measures only on
     /// request can be due as well.
     pub(super) fn is_due_after(&mut self, time: f64) -> bool {
         if self.off {
             return false;
         }
-        if self.rate <= 0.0 || self.rate > HIGHEST_RATE {
+        if self.rate <= 0.0 || self.rate > MAX_RATE_HZ {
             return true;
         }
         let now = Some(period(self.rate, time));
@@ -183,7 +183,7 @@ impl Device {
 
     /// If readings are delayed, removes and returns the visible reading before a measurement, so that the measurement
     /// does not overwrite it.
-    pub(super) fn keep_shown(&mut self) -> Option<noise::HeldReading> {
+    pub(super) fn take_shown(&mut self) -> Option<noise::HeldReading> {
         let noise = self.noise.as_ref().filter(|n| n.delays())?;
         let newest = noise.newest();
         let fields = std::mem::replace(&mut self.fields, ReadingBuffer::new(self.layout.words));
@@ -196,17 +196,17 @@ impl Device {
     /// if it has no rate.
     pub(super) fn add_noise(&mut self, kind: &SensorKind, dt: f64, pool: &rayon::ThreadPool) {
         let period = if self.rate > 0.0 { 1.0 / self.rate } else { dt };
-        let Device { noise: Some(noise), fields, layout, seed, drawn, time, .. } = self else { return };
+        let SensorDevice { noise: Some(noise), fields, layout, seed, drawn, time, .. } = self else { return };
         // `drawn` already includes this measurement.
         let drawn = drawn.wrapping_sub(1);
         let spans = &layout.spans;
-        let measured = noise::Measured { kind, seed: *seed, drawn, time: *time, period, fields, spans };
+        let measured = noise::RawMeasurement { kind, seed: *seed, drawn, time: *time, period, fields, spans };
         noise.apply(measured, pool);
     }
 
     /// If readings are delayed, holds the new reading back after a measurement, restores the visible one, and then
     /// releases the newest reading that is old enough.
-    pub(super) fn put_back(&mut self, shown: Option<noise::HeldReading>) {
+    pub(super) fn restore_shown(&mut self, shown: Option<noise::HeldReading>) {
         let (Some(shown), Some(noise)) = (shown, &mut self.noise) else { return };
         let (now, fields) = (self.time, std::mem::replace(&mut self.fields, shown.fields));
         noise.hold(noise::HeldReading { time: now, sequence: self.sequence, fields });
@@ -273,7 +273,7 @@ impl Device {
 
 /// Rate above which a sensor measures in every step, Hz. No step is that short, and periods of lower rates can be
 /// counted.
-const HIGHEST_RATE: f64 = 1e9;
+const MAX_RATE_HZ: f64 = 1e9;
 
 /// Returns the index of the period of a rate, Hz, that contains `time`, s. Times are sums of steps, so a time that is
 /// before the start of a period only by rounding errors belongs to that period.
@@ -283,7 +283,7 @@ fn period(rate: f64, time: f64) -> u64 {
 
 /// The properties of a sensor that its parameters determine: its beams, and the layout of its fields.
 #[derive(Debug, PartialEq)]
-pub struct Layout {
+pub struct FieldLayout {
     /// The beams of the sensor.
     pub plan: BeamPlan,
     /// For each field, the index of its first word and its number of elements.
@@ -296,20 +296,20 @@ pub struct Layout {
     /// Indices of the guard words: the word before all fields, and the word after each field.
     ends: Vec<u32>,
     /// The padding between the end of a field and its guard, for fields that have padding.
-    pads: Vec<Pad>,
+    pads: Vec<FieldPadding>,
 }
 
 /// The bytes after the last element of a field, in the word that contains it. They are 0 unless the plugin writes
 /// there.
 #[derive(Debug, PartialEq)]
-struct Pad {
+struct FieldPadding {
     field: usize,
     word: u32,
     /// The bits of the word that do not belong to an element.
     mask: u64,
 }
 
-impl Pad {
+impl FieldPadding {
     /// Returns the padding after a field of `bytes` bytes that begins at a word, or `None` if the field fills its
     /// words.
     fn new(field: usize, first: usize, bytes: usize) -> Option<Self> {
@@ -319,16 +319,16 @@ impl Pad {
         }
         let mut mask = [0xff; 8];
         mask[..used].fill(0);
-        Some(Pad { field, word: (first + bytes / 8) as u32, mask: u64::from_ne_bytes(mask) })
+        Some(FieldPadding { field, word: (first + bytes / 8) as u32, mask: u64::from_ne_bytes(mask) })
     }
     fn is_empty(&self, fields: &[u64]) -> bool {
         fields[self.word as usize] & self.mask == 0
     }
 }
 
-impl Default for Layout {
+impl Default for FieldLayout {
     fn default() -> Self {
-        Layout {
+        FieldLayout {
             plan: BeamPlan::NONE,
             spans: Vec::new(),
             dims: Vec::new(),
@@ -340,7 +340,7 @@ impl Default for Layout {
     }
 }
 
-impl Layout {
+impl FieldLayout {
     /// Computes the layout of the fields for a plan of beams.
     pub fn new(plan: BeamPlan, kind: &SensorKind) -> Result<Self, String> {
         let dims: Vec<_> = kind.fields.iter().map(|f| plan.shape(f.dims)).collect();
@@ -349,14 +349,14 @@ impl Layout {
         for (f, dims) in kind.fields.iter().zip(&dims) {
             let elements = length(f, dims)?;
             let bytes = elements * element_size(f.elem);
-            pads.extend(Pad::new(spans.len(), words, bytes));
+            pads.extend(FieldPadding::new(spans.len(), words, bytes));
             spans.push((words, elements));
             words += bytes.div_ceil(8).max(1) + 1;
         }
         let begins = spans.iter().skip(1).map(|(first, _)| *first).chain((!spans.is_empty()).then_some(words));
         let ends = std::iter::once(0).chain(begins.map(|next| (next - 1) as u32)).collect();
         let lengths = spans.iter().map(|(_, n)| *n as u64).collect();
-        Ok(Layout { plan, spans, dims, words, lengths, ends, pads })
+        Ok(FieldLayout { plan, spans, dims, words, lengths, ends, pads })
     }
 
     /// Returns the name of the first field that contains a NaN.
@@ -404,10 +404,10 @@ impl Layout {
 }
 
 /// Returns the number of elements of a field, or an error if they exceed the limit.
-fn length(field: &FieldInfo, dims: &[u32; 3]) -> Result<usize, String> {
-    let n = dims.iter().try_fold(1usize, |n, d| n.checked_mul(*d as usize)).filter(|n| *n as u64 <= MOST_ELEMENTS);
+fn length(field: &FieldSpec, dims: &[u32; 3]) -> Result<usize, String> {
+    let n = dims.iter().try_fold(1usize, |n, d| n.checked_mul(*d as usize)).filter(|n| *n as u64 <= MAX_ELEMENTS);
     n.ok_or_else(|| {
-        format!("its field `{}` has {dims:?} elements; expected at most {MOST_ELEMENTS} in total", field.name)
+        format!("its field `{}` has {dims:?} elements; expected at most {MAX_ELEMENTS} in total", field.name)
     })
 }
 

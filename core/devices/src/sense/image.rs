@@ -1,13 +1,13 @@
 //! Renders the images of the sensors of a batch.
 
-use ::tatu_beams::{BeamScene, GridCast, GridImage, Light, Want};
+use ::tatu_beams::{BeamScene, GridCast, GridImage, ImageLighting, ImageOutputs};
 use tatu_plugin_api::abi::*;
 
 use super::{cast::SensorView, plan::BeamPlan};
 
 /// The pixels of a batch, sensor by sensor, each with its lowest row first.
 #[derive(Default)]
-pub(super) struct Frames {
+pub(super) struct BatchImages {
     /// For each sensor, the index of its first pixel; the last entry is the total number of pixels.
     pub first: Vec<u64>,
     pub depth: Vec<f32>,
@@ -17,7 +17,7 @@ pub(super) struct Frames {
     image: GridImage,
 }
 
-impl Frames {
+impl BatchImages {
     pub fn clear(&mut self) {
         self.first.clear();
         self.first.push(0);
@@ -42,19 +42,19 @@ impl Frames {
             faces: plan.faces,
             skip_group: look.skip_group,
             only_object: look.only_object,
-            want: Want {
+            outputs: ImageOutputs {
                 color: asked(TATU_IN_COLOR),
                 cosine: asked(TATU_IN_COSINE),
                 object: asked(TATU_IN_OBJECT),
-                ..Want::DEPTH
+                ..ImageOutputs::DEPTH
             },
-            light: &Light::default(),
+            light: &ImageLighting::default(),
         };
         pool.install(|| seen.render(&cast, &mut self.image));
-        take(&mut self.depth, &mut self.image.depth);
-        take(&mut self.color, &mut self.image.color);
-        take(&mut self.cosine, &mut self.image.cosine);
-        take(&mut self.object, &mut self.image.object);
+        append_pixels(&mut self.depth, &mut self.image.depth);
+        append_pixels(&mut self.color, &mut self.image.color);
+        append_pixels(&mut self.cosine, &mut self.image.cosine);
+        append_pixels(&mut self.object, &mut self.image.object);
         // Channels that the sensor does not need are filled with zeros, so that a pixel has the same index in all
         // channels.
         let end = self.first.last().copied().unwrap_or(0) as usize;
@@ -72,7 +72,7 @@ impl Frames {
 }
 
 /// Appends the pixels of an image. Those of the first image of a batch are swapped in without copying.
-fn take<T: Copy>(to: &mut Vec<T>, from: &mut Vec<T>) {
+fn append_pixels<T: Copy>(to: &mut Vec<T>, from: &mut Vec<T>) {
     if to.is_empty() {
         std::mem::swap(to, from);
     } else {

@@ -5,32 +5,32 @@ use tatu_plugin_api::abi::*;
 use tatu_plugins::{
     Registry,
     border::ErrorSlot,
-    watchdog::{Call, Watch},
+    watchdog::{CallWatch, PluginCall},
 };
 use tatu_scene::{Scene, pose_to_array};
 
 use super::{
-    Device, Sensing,
-    batch::{Calls, MeasureFailure, Who, beside_status, complete, hand_over},
-    cast::{Limits, SensorView},
+    Sensing, SensorDevice,
+    batch::{BatchSensors, CallContext, MeasureFailure, call_kind, check_status_guards, complete},
+    cast::{HitLimits, SensorView},
     random,
-    scratch::{MeasureScratch, Moment},
+    scratch::{MeasureScratch, MeasureTime},
 };
 
 /// The sensors of one kind that measure together, and the time of the measurement.
 #[derive(Debug, Clone, Copy)]
-pub struct Job<'a> {
+pub struct MeasureRequest<'a> {
     /// Index of the kind of these sensors.
     pub kind: usize,
     /// Indices into [`Sensing::devices`], ascending.
     pub devices: &'a [usize],
     /// Positions in `devices` at which a new batch begins. They do not depend on the number of threads, so that the
     /// same sensors fail together with any number of threads.
-    pub cuts: &'a [usize],
+    pub batch_starts: &'a [usize],
     /// Options for all these sensors.
     pub options: &'a MeasureOptions,
     /// The time of the measurement.
-    pub moment: Moment,
+    pub moment: MeasureTime,
 }
 
 /// Options that override the parameters of sensors.
@@ -39,11 +39,11 @@ pub struct MeasureOptions {
     /// The only object that the sensors detect, if set.
     pub only: Option<tatu_object>,
     /// Limits that replace those of the sensors, if set.
-    pub limits: Option<Limits>,
+    pub limits: Option<HitLimits>,
 }
 
 /// The inputs that all measurements share.
-pub struct Around<'a> {
+pub struct MeasureContext<'a> {
     /// The scene.
     pub scene: &'a Scene,
     /// The registry of plugins.
@@ -51,53 +51,55 @@ pub struct Around<'a> {
     /// Returns the linear and angular velocity of the object in a slot.
     pub twist: &'a dyn Fn(u32) -> [f64; 6],
     /// The watchdog's record of plugin calls.
-    pub watch: &'a Watch,
+    pub watch: &'a CallWatch,
     /// Threads that cast the beams.
     pub pool: &'a rayon::ThreadPool,
 }
 
 /// Maximum number of rays and pixels in a batch, unless a single sensor has more, so that their results are still in
 /// the processor's caches when the plugin reads them.
-const BATCH: usize = 1 << 14;
+const MAX_BATCH_BEAMS: usize = 1 << 14;
 
-/// Measures with the sensors of a job, and returns those that failed.
-pub fn measure(sensing: &mut Sensing, job: &Job<'_>, around: &Around<'_>) -> Vec<MeasureFailure> {
-    job.shares().flat_map(|devices| in_batches(sensing, &Job { devices, cuts: &[], ..*job }, around)).collect()
+/// Measures with the sensors of a request, and returns those that failed.
+pub fn measure(sensing: &mut Sensing, job: &MeasureRequest<'_>, around: &MeasureContext<'_>) -> Vec<MeasureFailure> {
+    job.device_groups()
+        .flat_map(|devices| measure_group(sensing, &MeasureRequest { devices, batch_starts: &[], ..*job }, around))
+        .collect()
 }
 
-impl<'a> Job<'a> {
-    /// Returns the groups of devices between the cuts.
-    fn shares(&self) -> impl Iterator<Item = &'a [usize]> {
-        let ends = self.cuts.iter().copied().chain([self.devices.len()]);
+impl<'a> MeasureRequest<'a> {
+    /// Returns the groups of devices that are measured one after another.
+    fn device_groups(&self) -> impl Iterator<Item = &'a [usize]> {
+        let ends = self.batch_starts.iter().copied().chain([self.devices.len()]);
         let (devices, mut begin) = (self.devices, 0);
         ends.map(move |end| &devices[std::mem::replace(&mut begin, end)..end]).filter(|share| !share.is_empty())
     }
 }
 
-/// Measures with the devices between two cuts, split into batches of limited size.
-fn in_batches(sensing: &mut Sensing, job: &Job<'_>, around: &Around<'_>) -> Vec<MeasureFailure> {
+/// Measures with a group of devices, split into batches of limited size.
+fn measure_group(sensing: &mut Sensing, job: &MeasureRequest<'_>, around: &MeasureContext<'_>) -> Vec<MeasureFailure> {
     let mut failed = Vec::new();
     let mut rest = job.devices;
     while !rest.is_empty() {
-        let mut room = BATCH;
+        let mut room = MAX_BATCH_BEAMS;
         let fits = |i: &&usize| {
             let had = room;
             room = room.saturating_sub(sensing.devices[**i].layout.plan.count());
-            had == BATCH || room > 0
+            had == MAX_BATCH_BEAMS || room > 0
         };
         let n = rest.iter().take_while(fits).count();
         let (devices, after) = rest.split_at(n);
-        failed.extend(measure_batch(sensing, &Job { devices, ..*job }, around));
+        failed.extend(measure_batch(sensing, &MeasureRequest { devices, ..*job }, around));
         rest = after;
     }
     failed
 }
 
 /// Measures with the sensors of one batch.
-fn measure_batch(sensing: &mut Sensing, job: &Job<'_>, around: &Around<'_>) -> Vec<MeasureFailure> {
-    let Job { kind, devices, options, moment, .. } = *job;
-    let Around { scene, registry, twist, pool, watch, .. } = *around;
-    let (calls, who) = (Calls { registry, watch }, Who { kind, devices });
+fn measure_batch(sensing: &mut Sensing, job: &MeasureRequest<'_>, around: &MeasureContext<'_>) -> Vec<MeasureFailure> {
+    let MeasureRequest { kind, devices, options, moment, .. } = *job;
+    let MeasureContext { scene, registry, twist, pool, watch, .. } = *around;
+    let (calls, who) = (CallContext { registry, watch }, BatchSensors { kind, devices });
     let kind_info = &registry.sensors[kind];
     let inputs = kind_info.raw.inputs;
     let Sensing { devices: all, targets, scratch: s, .. } = sensing;
@@ -107,12 +109,12 @@ fn measure_batch(sensing: &mut Sensing, job: &Job<'_>, around: &Around<'_>) -> V
         let plan = &d.layout.plan;
         let world = scene.world(d.slot);
         let skip_group = plan.skip_model.then(|| scene.model_of(d.slot)).filter(|g| *g != 0);
-        let limits = Limits::of(plan, options.limits);
+        let limits = HitLimits::of(plan, options.limits);
         let choice = d.choice;
         let view = SensorView { world_from_sensor: world, limits, choice, skip_group, only_object: options.only };
         s.casts.add(plan, view);
         s.views.push(view);
-        s.frames.add(plan, view, targets.seen(plan.sees(choice)), inputs, pool);
+        s.frames.add(plan, view, targets.filtered_beams(plan.target_filter(choice)), inputs, pool);
         if inputs & TATU_IN_POSE != 0 {
             s.pose.push(pose_to_array(&world));
         }
@@ -125,18 +127,18 @@ fn measure_batch(sensing: &mut Sensing, job: &Job<'_>, around: &Around<'_>) -> V
     let random = random::table(&s.keys);
     let mut error = s.error.take().unwrap_or_else(ErrorSlot::new);
     let mut failed = Vec::new();
-    if s.aims.lay(devices.iter().map(|i| &all[*i].layout.plan)) {
+    if s.aims.set_planned_rays(devices.iter().map(|i| &all[*i].layout.plan)) {
         let mut batch = s.batch(devices.len(), kind_info.fields.len(), &moment);
         batch.random = &random;
-        failed = hand_over(Call::Aim, &batch, all, who, calls, &mut error);
-        failed.extend(beside_status(Call::Aim, s, all, who));
-        failed.extend(take_aim(s, all, job));
+        failed = call_kind(PluginCall::Aim, &batch, all, who, calls, &mut error);
+        failed.extend(check_status_guards(PluginCall::Aim, s, all, who));
+        failed.extend(add_aimed_rays(s, all, job));
     }
     s.casts.run(inputs, targets, scene, |sensor| &all[devices[sensor]].layout.plan, pool);
     let mut batch = s.batch(devices.len(), kind_info.fields.len(), &moment);
     batch.random = &random;
-    failed.extend(hand_over(Call::Measure, &batch, all, who, calls, &mut error));
-    failed.extend(beside_status(Call::Measure, s, all, who));
+    failed.extend(call_kind(PluginCall::Measure, &batch, all, who, calls, &mut error));
+    failed.extend(check_status_guards(PluginCall::Measure, s, all, who));
     failed.extend(complete(s, all, who, calls, pool, &batch, &mut error));
     s.error = Some(error);
     failed
@@ -144,7 +146,7 @@ fn measure_batch(sensing: &mut Sensing, job: &Job<'_>, around: &Around<'_>) -> V
 
 /// Adds the aimed rays of a batch to the beams to cast. A sensor with an invalid ray fails, and none of its rays is
 /// cast.
-fn take_aim(s: &mut MeasureScratch, all: &[Device], job: &Job<'_>) -> Vec<MeasureFailure> {
+fn add_aimed_rays(s: &mut MeasureScratch, all: &[SensorDevice], job: &MeasureRequest<'_>) -> Vec<MeasureFailure> {
     let mut failed = Vec::new();
     let whole = s.aims.are_whole();
     for (sensor, i) in job.devices.iter().enumerate() {
@@ -153,7 +155,7 @@ fn take_aim(s: &mut MeasureScratch, all: &[Device], job: &Job<'_>) -> Vec<Measur
         if !plan.aimed {
             continue;
         }
-        let frames = s.aims.take(plan.directions.len()).filter(|_| whole);
+        let frames = s.aims.next_rays(plan.directions.len()).filter(|_| whole);
         if s.status[sensor] < 0 {
             continue;
         }
@@ -164,10 +166,10 @@ fn take_aim(s: &mut MeasureScratch, all: &[Device], job: &Job<'_>) -> Vec<Measur
                 false => "broke the contract: it wrote outside the rays of its batch",
             };
             let text = text.to_owned();
-            failed.push(MeasureFailure { slot: d.slot, kind: job.kind, call: Call::Aim, text, status: TATU_ERR });
+            failed.push(MeasureFailure { slot: d.slot, kind: job.kind, call: PluginCall::Aim, text, status: TATU_ERR });
             continue;
         };
-        s.casts.aimed(sensor, plan, s.views[sensor], frames);
+        s.casts.add_aimed(sensor, plan, s.views[sensor], frames);
     }
     failed
 }

@@ -1,7 +1,7 @@
 //! Sensors: the times at which they measure, their beams and their readings.
 //!
 //! - `sensing`: the world's sensors; `device`: a sensor's instance and last reading;
-//! - `turn`, `due`: which sensors measure in a step;
+//! - `roster`, `due`: which sensors measure in a step;
 //! - `plan`: the beams of a sensor, as its plugin declares them; `aim`: rays that plugins aim before each cast;
 //! - `targets`: the scene in which beams and images are cast; `outline`: outlines for pictures;
 //! - `cast`, `image`: beams and images of a batch; `measure`: casts the beams of a batch and passes it to the plugin in
@@ -26,21 +26,21 @@ mod physics_step;
 mod plan;
 mod random;
 mod reading_arena;
+mod roster;
 mod scratch;
 mod sensing;
 mod targets;
-mod turn;
 
 pub use batch::MeasureFailure;
-pub use cast::Limits;
-pub use device::{Device, Layout};
-pub use measure::{Around, Job, MeasureOptions, measure};
-pub use noise::{Memory, Noise};
-pub use outline::{Edge, edges};
-pub use physics_step::{StepAround, StepSensing};
+pub use cast::HitLimits;
+pub use device::{FieldLayout, SensorDevice};
+pub use measure::{MeasureContext, MeasureOptions, MeasureRequest, measure};
+pub use noise::{NoiseState, SensorNoise};
+pub use outline::{OutlineEdge, edges};
+pub use physics_step::{StepContext, StepSensing};
 pub use plan::BeamPlan;
 pub use reading_arena::ReadingBuffer;
-pub use scratch::Moment;
+pub use roster::{DueSensors, SensorRoster};
+pub use scratch::MeasureTime;
 pub use sensing::Sensing;
-pub use targets::{Sees, Targets};
-pub use turn::{Roll, Turn};
+pub use targets::{TargetFilter, Targets};

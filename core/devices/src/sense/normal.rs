@@ -10,21 +10,21 @@
 /// Returns the `p`-quantile of the standard normal distribution. `p` must be greater than 0 and less than 1.
 pub(super) fn quantile(p: f64) -> f64 {
     let q = p - 0.5;
-    if q.abs() <= SPLIT { middle(q) } else { tail(p, q) }
+    if q.abs() <= CENTRAL_RANGE { middle(q) } else { tail(p, q) }
 }
 
 /// Replaces each number by its `quantile`.
 pub(super) fn quantiles(all: &mut [f64]) {
-    let mut tails = [0u32; BLOCK + 1];
-    for block in all.chunks_mut(BLOCK) {
+    let mut tails = [0u32; BLOCK_LEN + 1];
+    for block in all.chunks_mut(BLOCK_LEN) {
         // This loop has no branches, so that the compiler can vectorise it.
         let mut n = 0;
-        let mut kept = [0.0; BLOCK];
+        let mut kept = [0.0; BLOCK_LEN];
         for (i, p) in block.iter_mut().enumerate() {
             let q = *p - 0.5;
             kept[i] = *p;
             tails[n] = i as u32;
-            n += usize::from(q.abs() > SPLIT);
+            n += usize::from(q.abs() > CENTRAL_RANGE);
         }
         for p in block.iter_mut() {
             *p = middle(*p - 0.5);
@@ -36,8 +36,8 @@ pub(super) fn quantiles(all: &mut [f64]) {
     }
 }
 
-const BLOCK: usize = 128;
-const SPLIT: f64 = 0.425;
+const BLOCK_LEN: usize = 128;
+const CENTRAL_RANGE: f64 = 0.425;
 
 /// Returns the quantile of `p = 0.5 + q` for `|q|` of at most 0.425.
 #[inline(always)]
@@ -133,7 +133,7 @@ mod tests {
     }
 
     #[test]
-    fn it_is_the_inverse_of_the_distribution_function() {
+    fn quantile_is_the_inverse_of_the_distribution_function() {
         for k in 1..100_000 {
             for p in [f64::from(k) / 1e5, 1.7f64.powi(-(k % 60) - 1)] {
                 let back = phi(quantile(p));
@@ -148,13 +148,13 @@ mod tests {
     }
 
     #[test]
-    fn many_are_the_same_as_one_by_one() {
+    fn quantiles_equal_single_quantiles() {
         let p: Vec<f64> = (0..1000).map(|i| (f64::from(i) * 0.618_033_988_75 + 1e-3).fract()).collect();
         let mut many = p.clone();
         quantiles(&mut many);
         p.iter().zip(&many).for_each(|(p, z)| assert_eq!(quantile(*p).to_bits(), z.to_bits()));
         // All numbers of the blocks are in a tail.
-        let mut tails = [1e-9; BLOCK + 3];
+        let mut tails = [1e-9; BLOCK_LEN + 3];
         quantiles(&mut tails);
         assert!(tails.iter().all(|z| *z == quantile(1e-9)));
     }

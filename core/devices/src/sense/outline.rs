@@ -2,36 +2,36 @@
 
 use std::f64::consts::TAU;
 
-use ::tatu_beams::{View, Volume};
+use ::tatu_beams::{ImageProjection, Volume};
 use nalgebra::Vector3;
 
 use super::BeamPlan;
 
 /// The two ends of a line in the sensor's frame, m.
-pub type Edge = [[f64; 3]; 2];
+pub type OutlineEdge = [[f64; 3]; 2];
 
 /// Number of segments of a circle.
-const PIECES: u32 = 36;
+const CIRCLE_SEGMENTS: u32 = 36;
 /// Approximate maximum number of rays shown.
-const MOST_RAYS: usize = 60;
+const MAX_SHOWN_RAYS: usize = 60;
 /// Maximum range shown, m.
-const FARTHEST: f64 = 20.0;
+const MAX_SHOWN_RANGE: f64 = 20.0;
 
 /// Returns the edges of the beams or image of a plan. The result is empty for a sensor without beams.
-pub fn edges(plan: &BeamPlan) -> Vec<Edge> {
-    let (near, far) = (plan.near, plan.far.min(FARTHEST));
+pub fn edges(plan: &BeamPlan) -> Vec<OutlineEdge> {
+    let (near, far) = (plan.near, plan.far.min(MAX_SHOWN_RANGE));
     let mut out = Vec::new();
     let mut edge = |a: Vector3<f64>, b: Vector3<f64>| out.push([a.into(), b.into()]);
     if let Some(image) = plan.image {
         let aspect = f64::from(image.rows) / f64::from(image.columns);
-        let corner = |z: f64, x: f64, y: f64| match image.view {
-            View::Perspective { angle } => {
+        let corner = |z: f64, x: f64, y: f64| match image.projection {
+            ImageProjection::Perspective { angle } => {
                 Vector3::new(x * z * libm::tan(angle / 2.0), y * z * libm::tan(angle / 2.0) * aspect, z)
             }
-            View::Orthographic { width } => Vector3::new(x * width / 2.0, y * width / 2.0 * aspect, z),
+            ImageProjection::Orthographic { width } => Vector3::new(x * width / 2.0, y * width / 2.0 * aspect, z),
         };
-        for (i, (x, y)) in AROUND.into_iter().enumerate() {
-            let (u, v) = AROUND[(i + 1) % 4];
+        for (i, (x, y)) in SQUARE_CORNERS.into_iter().enumerate() {
+            let (u, v) = SQUARE_CORNERS[(i + 1) % 4];
             edge(corner(near, x, y), corner(far, x, y));
             edge(corner(near, x, y), corner(near, u, v));
             edge(corner(far, x, y), corner(far, u, v));
@@ -40,7 +40,7 @@ pub fn edges(plan: &BeamPlan) -> Vec<Edge> {
     }
     match plan.volume {
         Volume::Ray => {
-            let step = plan.directions.len().div_ceil(MOST_RAYS).max(1);
+            let step = plan.directions.len().div_ceil(MAX_SHOWN_RAYS).max(1);
             plan.directions.iter().step_by(step).for_each(|d| edge(Vector3::from(*d) * near, Vector3::from(*d) * far));
         }
         Volume::Cone { half_angle } => {
@@ -64,8 +64,8 @@ pub fn edges(plan: &BeamPlan) -> Vec<Edge> {
         Volume::Pyramid { x_near, y_near, x_far, y_far } => {
             let ends = [(near, x_near, y_near), (far, x_far, y_far)];
             let corner = |(z, x, y): (f64, f64, f64), (u, v): (f64, f64)| Vector3::new(x * u / 2.0, y * v / 2.0, z);
-            for (i, at) in AROUND.into_iter().enumerate() {
-                ends.into_iter().for_each(|e| edge(corner(e, at), corner(e, AROUND[(i + 1) % 4])));
+            for (i, at) in SQUARE_CORNERS.into_iter().enumerate() {
+                ends.into_iter().for_each(|e| edge(corner(e, at), corner(e, SQUARE_CORNERS[(i + 1) % 4])));
                 edge(corner(ends[0], at), corner(ends[1], at));
             }
         }
@@ -105,12 +105,12 @@ pub fn edges(plan: &BeamPlan) -> Vec<Edge> {
 }
 
 /// The corners of a square from -1 to 1, in counterclockwise order.
-const AROUND: [(f64, f64); 4] = [(1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0)];
+const SQUARE_CORNERS: [(f64, f64); 4] = [(1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0)];
 
 /// Divides an angle into equal pieces; returns the start and the end of each.
 fn pieces(angle: f64) -> impl Iterator<Item = (f64, f64)> {
-    let at = move |i: u32| angle * f64::from(i) / f64::from(PIECES);
-    (0..PIECES).map(move |i| (at(i), at(i + 1)))
+    let at = move |i: u32| angle * f64::from(i) / f64::from(CIRCLE_SEGMENTS);
+    (0..CIRCLE_SEGMENTS).map(move |i| (at(i), at(i + 1)))
 }
 
 #[cfg(test)]
@@ -120,7 +120,7 @@ mod tests {
     fn plan(volume: Volume, near: f64, far: f64) -> BeamPlan {
         BeamPlan { volume, near, far, directions: vec![[0.0, 0.0, 1.0]], ..BeamPlan::NONE }
     }
-    fn bounds(edges: &[Edge]) -> [[f64; 2]; 3] {
+    fn bounds(edges: &[OutlineEdge]) -> [[f64; 2]; 3] {
         let along = |i: usize| edges.iter().flatten().map(move |p| p[i]);
         [0, 1, 2].map(|i| [along(i).fold(f64::MAX, f64::min), along(i).fold(f64::MIN, f64::max)])
     }

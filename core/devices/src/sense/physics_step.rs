@@ -2,45 +2,45 @@
 //! are read from the engine, and the plugin is called once for all sensors of a kind that are due.
 
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
-use tatu_physics::{BodyId, Contact, Engine, JointId};
+use tatu_physics::{BodyContact, BodyId, Engine, JointId};
 use tatu_plugin_api::abi::*;
 use tatu_plugins::{
     Registry,
     border::ErrorSlot,
-    watchdog::{Call, Watch},
+    watchdog::{CallWatch, PluginCall},
 };
-use tatu_scene::{Data, Dynamics, Scene, pose_to_array};
+use tatu_scene::{Dynamics, ObjectVariant, Scene, pose_to_array};
 
 use super::{
-    Device, Sensing,
-    batch::{Calls, MeasureFailure, Who, beside_status, complete, hand_over},
+    Sensing, SensorDevice,
+    batch::{BatchSensors, CallContext, MeasureFailure, call_kind, check_status_guards, complete},
     random,
-    scratch::{MeasureScratch, Moment},
+    scratch::{MeasureScratch, MeasureTime},
 };
 use crate::mount::Mount;
 
 /// The inputs of the sensors during an advance of the engine.
 #[derive(Clone, Copy)]
-pub struct StepAround<'a> {
+pub struct StepContext<'a> {
     /// The registry of plugins.
     pub registry: &'a Registry,
     /// The watchdog's record of plugin calls.
-    pub watch: &'a Watch,
+    pub watch: &'a CallWatch,
     /// Threads that apply noise to large fields.
     pub pool: &'a rayon::ThreadPool,
     /// The beginning of the advance; `dt` is the duration of a physics step.
-    pub moment: Moment,
+    pub moment: MeasureTime,
 }
 
 /// The sensors that measure after each physics step, for one advance of the engine.
 pub struct StepSensing<'a> {
     sensing: &'a mut Sensing,
-    around: StepAround<'a>,
+    context: StepContext<'a>,
     /// The sensors of each kind.
-    kinds: Vec<(usize, Vec<Seat>)>,
+    kinds: Vec<(usize, Vec<StepSensor>)>,
     /// Handles of the shapes that bodies represent, in order of bodies; empty if no sensor requires contacts.
     shapes: Vec<(BodyId, tatu_object)>,
-    contacts: Vec<Contact>,
+    contacts: Vec<BodyContact>,
     /// For each of the two bodies of a contact, the body and the index of the contact, sorted by body.
     touching: Vec<(BodyId, u32)>,
     /// Sensors that failed.
@@ -48,42 +48,42 @@ pub struct StepSensing<'a> {
 }
 
 /// A sensor, with the joint, the body and the force sensor from which its inputs are read.
-struct Seat {
+struct StepSensor {
     device: usize,
     sensor: tatu_object,
     mount: Mount,
     /// Pose and velocities of the mount at the end of the previous physics step.
-    before: Moving,
-    joint: FeltJoint,
+    before: PoseAndTwist,
+    joint: JointInput,
     body: Option<BodyId>,
-    load: Option<Load>,
+    load: Option<LoadInput>,
 }
 
 /// A pose with its velocities, in the world frame.
 #[derive(Clone, Copy)]
-struct Moving {
+struct PoseAndTwist {
     pose: Isometry3<f64>,
     twist: [f64; 6],
 }
 
 /// The joint whose state is an input of a sensor.
-enum FeltJoint {
+enum JointInput {
     /// A joint that the engine moves.
     Engine(JointId),
     /// The position and velocity of a joint that the engine does not move, or zeros if there is no joint.
-    Still([f64; 2]),
+    Static([f64; 2]),
 }
 
 /// The force sensor whose load is an input of a sensor: its joint in the engine, the body that carries it, and its
 /// frame on that body.
-struct Load {
+struct LoadInput {
     joint: JointId,
     carrier: BodyId,
     frame: Isometry3<f64>,
 }
 
 /// Inputs that require the pose and velocities of the mount.
-const OF_MOTION: u32 = TATU_IN_POSE | TATU_IN_TWIST | TATU_IN_ACCELERATION | TATU_IN_WRENCH;
+const MOTION_INPUTS: u32 = TATU_IN_POSE | TATU_IN_TWIST | TATU_IN_ACCELERATION | TATU_IN_WRENCH;
 
 impl<'a> StepSensing<'a> {
     /// Collects the sensors that measure after each physics step; returns `None` if there are none, so that the engine
@@ -93,17 +93,17 @@ impl<'a> StepSensing<'a> {
         sensing: &'a mut Sensing,
         scene: &Scene,
         dynamics: &Dynamics,
-        around: StepAround<'a>,
+        around: StepContext<'a>,
         twist: impl Fn(u32) -> [f64; 6],
     ) -> Option<Self> {
-        let mut kinds: Vec<(usize, Vec<Seat>)> = Vec::new();
+        let mut kinds: Vec<(usize, Vec<StepSensor>)> = Vec::new();
         for (kind, info) in around.registry.sensors.iter().enumerate() {
             if !info.in_physics() {
                 continue;
             }
             let own = sensing.devices.iter().enumerate().filter(|(_, d)| d.kind == kind && !d.off);
-            let seats: Vec<Seat> =
-                own.map(|(i, d)| Seat::new(i, d, info.raw.inputs, scene, dynamics, &twist)).collect();
+            let seats: Vec<StepSensor> =
+                own.map(|(i, d)| StepSensor::new(i, d, info.raw.inputs, scene, dynamics, &twist)).collect();
             if !seats.is_empty() {
                 kinds.push((kind, seats));
             }
@@ -119,7 +119,7 @@ impl<'a> StepSensing<'a> {
                 d.off |= observed != 0 && scene.resolve(observed).is_err();
                 if d.off {
                     let text = "the object that it measures does not exist, or has been removed".to_owned();
-                    let (call, status) = (Call::Measure, TATU_ERR_GONE);
+                    let (call, status) = (PluginCall::Measure, TATU_ERR_GONE);
                     failed.push(MeasureFailure { slot: d.slot, kind: *kind, call, text, status });
                 }
                 !d.off
@@ -128,11 +128,11 @@ impl<'a> StepSensing<'a> {
         let touches = kinds.iter().any(|(kind, _)| around.registry.sensors[*kind].raw.inputs & TATU_IN_CONTACTS != 0);
         let shapes = if touches { dynamics.shapes().map(|(b, s)| (b, scene.id(s))).collect() } else { Vec::new() };
         let (contacts, touching) = Default::default();
-        Some(StepSensing { sensing, around, kinds, shapes, contacts, touching, failed })
+        Some(StepSensing { sensing, context: around, kinds, shapes, contacts, touching, failed })
     }
 
     /// Measures after the physics step with this index in the advance.
-    pub fn after(&mut self, engine: &dyn Engine, part: u32) {
+    pub fn measure_after_step(&mut self, engine: &dyn Engine, part: u32) {
         if !self.shapes.is_empty() {
             engine.contacts(&mut self.contacts);
             let ends = (0..).zip(&self.contacts).flat_map(|(i, c)| [(c.bodies.0, i), (c.bodies.1, i)]);
@@ -142,7 +142,7 @@ impl<'a> StepSensing<'a> {
         }
         let mut kinds = std::mem::take(&mut self.kinds);
         for (kind, seats) in &mut kinds {
-            self.measure(engine, part, *kind, seats);
+            self.measure_kind(engine, part, *kind, seats);
             let devices = &self.sensing.devices;
             seats.retain(|s| !devices[s.device].off);
         }
@@ -150,12 +150,12 @@ impl<'a> StepSensing<'a> {
     }
 
     /// Measures with those sensors of a kind that are due.
-    fn measure(&mut self, engine: &dyn Engine, part: u32, kind: usize, seats: &mut [Seat]) {
-        let StepAround { registry, watch, pool, moment: begin } = self.around;
+    fn measure_kind(&mut self, engine: &dyn Engine, part: u32, kind: usize, seats: &mut [StepSensor]) {
+        let StepContext { registry, watch, pool, moment: begin } = self.context;
         let info = &registry.sensors[kind];
         let end = begin.time + f64::from(part + 1) * begin.dt;
-        let moment = Moment { time: end - 0.5 * begin.dt, ..begin };
-        let moves = info.raw.inputs & OF_MOTION != 0;
+        let moment = MeasureTime { time: end - 0.5 * begin.dt, ..begin };
+        let moves = info.raw.inputs & MOTION_INPUTS != 0;
         let Sensing { devices: all, scratch: s, .. } = &mut *self.sensing;
         s.clear();
         let mut devices = Vec::with_capacity(seats.len());
@@ -169,9 +169,9 @@ impl<'a> StepSensing<'a> {
             }
             devices.push(seat.device);
             d.prepare(s, seat.sensor, moment.time);
-            seat.feel(engine, (before, now), begin.dt, info.raw.inputs, s);
+            seat.add_inputs(engine, (before, now), begin.dt, info.raw.inputs, s);
             if info.raw.inputs & TATU_IN_CONTACTS != 0 {
-                let felt = Felt { contacts: &self.contacts, touching: &self.touching, shapes: &self.shapes };
+                let felt = StepContacts { contacts: &self.contacts, touching: &self.touching, shapes: &self.shapes };
                 felt.add(seat.body, s);
             }
         }
@@ -186,9 +186,9 @@ impl<'a> StepSensing<'a> {
         let mut error = s.error.take().unwrap_or_else(ErrorSlot::new);
         let mut batch = s.batch(devices.len(), info.fields.len(), &moment);
         batch.random = &random;
-        let (calls, who) = (Calls { registry, watch }, Who { kind, devices: &devices });
-        let mut failed = hand_over(Call::Measure, &batch, all, who, calls, &mut error);
-        failed.extend(beside_status(Call::Measure, s, all, who));
+        let (calls, who) = (CallContext { registry, watch }, BatchSensors { kind, devices: &devices });
+        let mut failed = call_kind(PluginCall::Measure, &batch, all, who, calls, &mut error);
+        failed.extend(check_status_guards(PluginCall::Measure, s, all, who));
         failed.extend(complete(s, all, who, calls, pool, &batch, &mut error));
         s.error = Some(error);
         for f in &failed {
@@ -198,10 +198,10 @@ impl<'a> StepSensing<'a> {
     }
 }
 
-impl Seat {
+impl StepSensor {
     fn new(
         device: usize,
-        d: &Device,
+        d: &SensorDevice,
         inputs: u32,
         scene: &Scene,
         dynamics: &Dynamics,
@@ -214,42 +214,49 @@ impl Seat {
             0 => Some(d.slot),
             observed => scene.resolve(observed).ok(),
         };
-        let find = |fits: &dyn Fn(&Data) -> bool, asked: u32| {
+        let find = |fits: &dyn Fn(&ObjectVariant) -> bool, asked: u32| {
             let mut at = first.filter(|_| inputs & asked != 0);
             while let Some(slot) = at.filter(|s| scene.get(*s).is_some_and(|o| !fits(&o.data))) {
                 at = scene.get(slot).map(|o| o.parent).filter(|p| *p != 0);
             }
             at.and_then(|slot| scene.get(slot))
         };
-        let joint = match find(&|data| matches!(data, Data::Joint(_)), TATU_IN_JOINT).and_then(|o| o.joint()) {
-            Some(j) => j.id.map_or(FeltJoint::Still([j.position, j.velocity]), FeltJoint::Engine),
-            None => FeltJoint::Still([0.0; 2]),
+        let joint = match find(&|data| matches!(data, ObjectVariant::Joint(_)), TATU_IN_JOINT).and_then(|o| o.joint()) {
+            Some(j) => j.id.map_or(JointInput::Static([j.position, j.velocity]), JointInput::Engine),
+            None => JointInput::Static([0.0; 2]),
         };
-        let has_body = |data: &Data| matches!(data, Data::Shape(s) if s.body.0.is_some());
+        let has_body = |data: &ObjectVariant| matches!(data, ObjectVariant::Shape(s) if s.body.0.is_some());
         let body = find(&has_body, TATU_IN_CONTACTS).and_then(|o| o.shape()).and_then(|s| s.body.0);
-        let load = match find(&|data| matches!(data, Data::ForceSensor(_)), TATU_IN_WRENCH).map(|o| &o.data) {
-            Some(Data::ForceSensor(f)) => f.id,
+        let load = match find(&|data| matches!(data, ObjectVariant::ForceSensor(_)), TATU_IN_WRENCH).map(|o| &o.data) {
+            Some(ObjectVariant::ForceSensor(f)) => f.id,
             _ => None,
         };
         let load = load.and_then(|joint| {
-            let ((carrier, _), frame) = dynamics.tie(joint)?;
-            Some(Load { joint, carrier, frame })
+            let ((carrier, _), frame) = dynamics.bodies_of_joint(joint)?;
+            Some(LoadInput { joint, carrier, frame })
         });
-        let before = Moving { pose: motion.pose, twist: motion.twist };
-        Seat { device, sensor: scene.id(d.slot), mount, before, joint, body, load }
+        let before = PoseAndTwist { pose: motion.pose, twist: motion.twist };
+        StepSensor { device, sensor: scene.id(d.slot), mount, before, joint, body, load }
     }
 
-    fn motion(&self, engine: &dyn Engine) -> Moving {
+    fn motion(&self, engine: &dyn Engine) -> PoseAndTwist {
         if !self.mount.is_carried() {
             return self.before;
         }
         let motion = self.mount.motion(engine);
-        Moving { pose: motion.pose, twist: motion.twist }
+        PoseAndTwist { pose: motion.pose, twist: motion.twist }
     }
 
     /// Adds the sensor's inputs for a physics step to those of its batch, except for contacts.
-    fn feel(&self, engine: &dyn Engine, (before, now): (Moving, Moving), dt: f64, inputs: u32, s: &mut MeasureScratch) {
-        let pose = halfway(&before.pose, &now.pose);
+    fn add_inputs(
+        &self,
+        engine: &dyn Engine,
+        (before, now): (PoseAndTwist, PoseAndTwist),
+        dt: f64,
+        inputs: u32,
+        s: &mut MeasureScratch,
+    ) {
+        let pose = middle_pose(&before.pose, &now.pose);
         let each = |f: &dyn Fn(f64, f64) -> f64| std::array::from_fn(|i| f(before.twist[i], now.twist[i]));
         if inputs & TATU_IN_POSE != 0 {
             s.pose.push(pose_to_array(&pose));
@@ -262,11 +269,11 @@ impl Seat {
         }
         if inputs & TATU_IN_JOINT != 0 {
             s.joint.push(match self.joint {
-                FeltJoint::Engine(id) => {
+                JointInput::Engine(id) => {
                     let state = engine.joint_state(id);
                     [state.position, state.velocity, state.effort]
                 }
-                FeltJoint::Still([position, velocity]) => [position, velocity, 0.0],
+                JointInput::Static([position, velocity]) => [position, velocity, 0.0],
             });
         }
         if inputs & TATU_IN_WRENCH != 0 {
@@ -283,7 +290,7 @@ impl Seat {
 }
 
 /// Returns the pose in the middle between two poses that differ by less than half a turn.
-fn halfway(a: &Isometry3<f64>, b: &Isometry3<f64>) -> Isometry3<f64> {
+fn middle_pose(a: &Isometry3<f64>, b: &Isometry3<f64>) -> Isometry3<f64> {
     let (p, q) = (a.rotation.coords, b.rotation.coords);
     let sum = if p.dot(&q) < 0.0 { p - q } else { p + q };
     let rotation = UnitQuaternion::new_normalize(nalgebra::Quaternion::from_vector(sum));
@@ -292,13 +299,13 @@ fn halfway(a: &Isometry3<f64>, b: &Isometry3<f64>) -> Isometry3<f64> {
 }
 
 /// The contacts of a physics step.
-struct Felt<'a> {
-    contacts: &'a [Contact],
+struct StepContacts<'a> {
+    contacts: &'a [BodyContact],
     touching: &'a [(BodyId, u32)],
     shapes: &'a [(BodyId, tatu_object)],
 }
 
-impl Felt<'_> {
+impl StepContacts<'_> {
     fn shape(&self, body: BodyId) -> tatu_object {
         self.shapes.binary_search_by_key(&body, |(b, _)| *b).map_or(0, |i| self.shapes[i].1)
     }

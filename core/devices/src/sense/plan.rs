@@ -5,16 +5,16 @@ use std::{
     ffi::c_void,
 };
 
-use ::tatu_beams::{Faces, Grid, RayBundle, View, Volume};
+use ::tatu_beams::{Faces, Grid, ImageProjection, RayBundle, Volume};
 use nalgebra::{UnitQuaternion, Vector3};
 use tatu_plugin_api::abi::*;
 use tatu_plugins::{
     Inspector, SensorKind,
-    border::{ErrorSlot, answer},
+    border::{ErrorSlot, check_status},
     state_block::GUARD,
 };
 
-use super::targets::Sees;
+use super::targets::TargetFilter;
 
 /// The beams of a sensor.
 #[derive(Debug, PartialEq)]
@@ -27,7 +27,7 @@ pub struct BeamPlan {
     /// For each direction, a rotation that maps +z to it.
     pub turns: Vec<UnitQuaternion<f64>>,
     /// The rays prepared for casting as a bundle, if there are enough of them.
-    pub bundle: Bundle,
+    pub bundle: PlanBundle,
     /// The sensor's image, if it has one.
     pub image: Option<Grid>,
     /// Minimum distance of a hit, m.
@@ -64,7 +64,7 @@ impl BeamPlan {
         volume: Volume::Ray,
         directions: Vec::new(),
         turns: Vec::new(),
-        bundle: Bundle::NONE,
+        bundle: PlanBundle::NONE,
         image: None,
         near: 0.0,
         far: 0.0,
@@ -107,7 +107,11 @@ impl BeamPlan {
     ///
     /// # Safety
     /// `data` must point to a live instance of this kind, and no borrow of its world may be active.
-    pub unsafe fn ask(data: *mut c_void, kind: &SensorKind, inspector: Option<&dyn Inspector>) -> Result<Self, String> {
+    pub unsafe fn request(
+        data: *mut c_void,
+        kind: &SensorKind,
+        inspector: Option<&dyn Inspector>,
+    ) -> Result<Self, String> {
         let Some(ask) = kind.raw.beams else { return Ok(Self::NONE) };
         let raw = tatu_beams {
             size: size_of::<tatu_beams>() as u32,
@@ -130,18 +134,18 @@ impl BeamPlan {
         };
         /// The table for the plugin, between two guards that reveal writes out of bounds.
         #[repr(C)]
-        struct Room([u64; 8], tatu_beams, [u64; 8]);
-        let mut room = Room([GUARD; 8], raw, [GUARD; 8]);
+        struct GuardedBeams([u64; 8], tatu_beams, [u64; 8]);
+        let mut room = GuardedBeams([GUARD; 8], raw, [GUARD; 8]);
         let mut error = ErrorSlot::new();
         // SAFETY: the caller guarantees that `data` points to a live instance; `room` and `error` live until the call
         // has returned. The header declares the function as `[setup]`, so it may be called here.
-        if unsafe { answer(ask(data, &mut room.1, error.raw()), false, error.raw()) } < 0 {
+        if unsafe { check_status(ask(data, &mut room.1, error.raw()), false, error.raw()) } < 0 {
             return Err(error.text());
         }
         if let Some(inspector) = inspector {
-            inspector.beams(kind, &room.1);
+            inspector.after_beams(kind, &room.1);
         }
-        let Room(before, raw, behind) = room;
+        let GuardedBeams(before, raw, behind) = room;
         if before != [GUARD; 8] || behind != [GUARD; 8] {
             return Err("broke the contract: it wrote outside the table `tatu_beams`".into());
         }
@@ -175,7 +179,8 @@ impl BeamPlan {
         };
         // All rays of a bundle have the same origin.
         let alone = aimed || !origins.is_empty();
-        let bundle = if matches!(volume, Volume::Ray) && !alone { Bundle::new(&directions) } else { Bundle::NONE };
+        let bundle =
+            if matches!(volume, Volume::Ray) && !alone { PlanBundle::new(&directions) } else { PlanBundle::NONE };
         Ok(BeamPlan {
             volume,
             bundle,
@@ -199,8 +204,8 @@ impl BeamPlan {
     }
 
     /// Returns the set of targets of a sensor with this plan. `choice` is the number of its selection of objects.
-    pub fn sees(&self, choice: u32) -> Sees {
-        Sees { visible: self.visible, waves: self.waves, choice }
+    pub fn target_filter(&self, choice: u32) -> TargetFilter {
+        TargetFilter { visible: self.visible, waves: self.waves, choice }
     }
 }
 
@@ -253,12 +258,12 @@ fn origins(raw: &tatu_beams) -> Result<Vec<[f64; 3]>, String> {
 /// Memory that an image needs per pixel, bytes: depth, colour, normal, object, and the reading.
 const BYTES_PER_PIXEL: usize = 48;
 /// Maximum size of an image whose memory is not checked in advance, bytes.
-const SMALL: usize = 64 << 20;
+const UNCHECKED_IMAGE_BYTES: usize = 64 << 20;
 
 fn image(raw: &tatu_beams) -> Result<Option<Grid>, String> {
     let [columns, rows] = raw.count;
     let view = match raw.form {
-        TATU_BEAMS_GRID if raw.dims[0] > 0.0 && raw.dims[0] < PI => View::Perspective { angle: raw.dims[0] },
+        TATU_BEAMS_GRID if raw.dims[0] > 0.0 && raw.dims[0] < PI => ImageProjection::Perspective { angle: raw.dims[0] },
         TATU_BEAMS_GRID => {
             return Err(format!(
                 "the image has an angle of {} rad; expected more than 0 and less than pi",
@@ -266,25 +271,25 @@ fn image(raw: &tatu_beams) -> Result<Option<Grid>, String> {
             ));
         }
         TATU_BEAMS_PARALLEL if raw.dims[0] > 0.0 && raw.dims[0].is_finite() => {
-            View::Orthographic { width: raw.dims[0] }
+            ImageProjection::Orthographic { width: raw.dims[0] }
         }
         TATU_BEAMS_PARALLEL => {
             return Err(format!("the image is {} m wide; expected a finite width greater than 0", raw.dims[0]));
         }
         _ => return Ok(None),
     };
-    if columns == 0 || rows == 0 || columns > MAX_SIDE || rows > MAX_SIDE {
-        return Err(format!("the image has {columns} x {rows} pixels; expected 1 to {MAX_SIDE} per side"));
+    if columns == 0 || rows == 0 || columns > MAX_SIDE_PIXELS || rows > MAX_SIDE_PIXELS {
+        return Err(format!("the image has {columns} x {rows} pixels; expected 1 to {MAX_SIDE_PIXELS} per side"));
     }
     let bytes = columns as usize * rows as usize * BYTES_PER_PIXEL;
-    if bytes > SMALL && Vec::<u8>::new().try_reserve_exact(bytes).is_err() {
+    if bytes > UNCHECKED_IMAGE_BYTES && Vec::<u8>::new().try_reserve_exact(bytes).is_err() {
         return Err(format!(
             "an image of {columns} x {rows} pixels needs about {} MB, which the system cannot provide; choose fewer \
              pixels, or allow the program more memory (`ulimit -v`, or the job's limit)",
             bytes >> 20
         ));
     }
-    Ok(Some(Grid { columns, rows, view, near: raw.near_m, far: raw.far_m }))
+    Ok(Some(Grid { columns, rows, projection: view, near: raw.near_m, far: raw.far_m }))
 }
 
 /// Maximum number of rays of a sensor. A larger count is assumed to be an error, which could cause reads beyond the
@@ -292,7 +297,7 @@ fn image(raw: &tatu_beams) -> Result<Option<Grid>, String> {
 const MAX_RAYS: u32 = 1 << 24;
 
 /// Maximum number of pixels along one side of an image.
-const MAX_SIDE: u32 = 8192;
+const MAX_SIDE_PIXELS: u32 = 8192;
 
 /// Returns the rotation by the smallest angle that maps +z to a direction.
 pub(super) fn look_along(d: [f64; 3]) -> UnitQuaternion<f64> {
@@ -302,20 +307,20 @@ pub(super) fn look_along(d: [f64; 3]) -> UnitQuaternion<f64> {
 
 /// The rays of a plan, prepared for casting as a bundle if there are enough of them.
 #[derive(Debug, Default)]
-pub struct Bundle(Option<RayBundle>);
+pub struct PlanBundle(Option<RayBundle>);
 
 /// All bundles compare equal, because a bundle is derived from the directions of its plan, which are compared as well.
-impl PartialEq for Bundle {
+impl PartialEq for PlanBundle {
     fn eq(&self, _: &Self) -> bool {
         true
     }
 }
 
-impl Bundle {
-    pub const NONE: Bundle = Bundle(None);
+impl PlanBundle {
+    pub const NONE: PlanBundle = PlanBundle(None);
 
     pub fn new(directions: &[[f64; 3]]) -> Self {
-        Bundle((directions.len() >= FEWEST).then(|| RayBundle::new(directions)))
+        PlanBundle((directions.len() >= MIN_BUNDLE_RAYS).then(|| RayBundle::new(directions)))
     }
     pub fn is_some(&self) -> bool {
         self.0.is_some()
@@ -326,4 +331,4 @@ impl Bundle {
 }
 
 /// Minimum number of rays for a bundle; fewer are cast one by one.
-pub(super) const FEWEST: usize = 8;
+pub(super) const MIN_BUNDLE_RAYS: usize = 8;

@@ -7,13 +7,13 @@ use super::normal;
 
 /// The key of one measurement of one sensor, for one stream.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Key {
+pub struct RandomKey {
     at: u64,
     /// An odd increment, different for each key, so that no key's sequence is a shifted copy of another's.
     step: u64,
 }
 
-impl Key {
+impl RandomKey {
     /// Creates a key from the sensor's seed, the number of its previous measurements, and the stream, which is 0 for
     /// the plugin's own numbers.
     pub fn new(seed: u64, drawn: u64, stream: u64) -> Self {
@@ -21,7 +21,7 @@ impl Key {
         let step = mixed(at) | 1;
         // An increment with too few bit transitions would make neighbouring numbers similar.
         let regular = (step ^ (step >> 1)).count_ones() < 24;
-        Key { at, step: if regular { step ^ 0xAAAA_AAAA_AAAA_AAAA } else { step } }
+        RandomKey { at, step: if regular { step ^ 0xAAAA_AAAA_AAAA_AAAA } else { step } }
     }
 
     /// Returns the random number with this index, uniformly distributed in [0, 1).
@@ -69,7 +69,7 @@ fn finished(x: u64) -> u64 {
 }
 
 /// Returns the table for a batch whose instances have these keys. The table must not be used after `keys` is dropped.
-pub(super) fn table(keys: &[Key]) -> tatu_random {
+pub(super) fn table(keys: &[RandomKey]) -> tatu_random {
     tatu_random {
         size: size_of::<tatu_random>() as u32,
         reserved: keys.len() as u32,
@@ -98,12 +98,12 @@ unsafe extern "C" fn normal(table: *const tatu_random, i: u32, first: u64, n: u6
 /// # Safety
 /// `table` must have been created by [`table`] from keys that are alive; `out` must be null or have room for `n`
 /// numbers.
-unsafe fn fill(table: *const tatu_random, i: u32, n: u64, out: *mut f64, numbers: impl Fn(Key, &mut [f64])) {
+unsafe fn fill(table: *const tatu_random, i: u32, n: u64, out: *mut f64, numbers: impl Fn(RandomKey, &mut [f64])) {
     // SAFETY: the caller guarantees that the keys are alive and that `out` is null or has room for `n` numbers; `i` and
     // `out` are checked before use. The memory at `out` is initialised before a slice of it is created.
     unsafe {
         if i < (*table).reserved && n > 0 && !out.is_null() {
-            let key = *(*table).ctx.cast::<Key>().add(i as usize);
+            let key = *(*table).ctx.cast::<RandomKey>().add(i as usize);
             out.write_bytes(0, n as usize);
             numbers(key, std::slice::from_raw_parts_mut(out, n as usize));
         }
@@ -116,17 +116,17 @@ mod tests {
     use crate::sense::noise::judge::*;
 
     /// Returns numbers along one of the four dimensions in which keys and indices can differ, with the others fixed.
-    fn along(way: usize) -> impl Fn(u64) -> (Key, u64) {
+    fn along(way: usize) -> impl Fn(u64) -> (RandomKey, u64) {
         move |i| match way {
-            0 => (Key::new(7, 3, 1), i),
-            1 => (Key::new(7, i, 1), 5),
-            2 => (Key::new(7, 3, i), 5),
-            _ => (Key::new(i, 3, 1), 5),
+            0 => (RandomKey::new(7, 3, 1), i),
+            1 => (RandomKey::new(7, i, 1), 5),
+            2 => (RandomKey::new(7, 3, i), 5),
+            _ => (RandomKey::new(i, 3, 1), 5),
         }
     }
 
     #[test]
-    fn numbers_are_even_along_each_way() {
+    fn uniform_numbers_are_independent_along_each_dimension() {
         for way in 0..4 {
             let at = along(way);
             let all: Vec<f64> = (0..100_000).map(|i| at(i).0.uniform(at(i).1)).collect();
@@ -142,7 +142,7 @@ mod tests {
     }
 
     #[test]
-    fn normal_numbers_are_normal_along_each_way() {
+    fn normal_numbers_are_independent_along_each_dimension() {
         for way in 0..4 {
             let at = along(way);
             let all: Vec<f64> = (0..100_000).map(|i| at(i).0.normal(at(i).1)).collect();
@@ -152,13 +152,13 @@ mod tests {
 
     /// Keys that differ in one bit or by one, as neighbours in a run do, are uncorrelated.
     #[test]
-    fn neighbours_have_nothing_in_common() {
+    fn neighbouring_keys_are_uncorrelated() {
         let n = 50_000;
-        let numbers = |k: Key| (0..n).map(|i| k.normal(i)).collect::<Vec<f64>>();
-        let first = numbers(Key::new(1 << 40, 1000, 99));
-        let others = (0..64).map(|b| Key::new(1 << 40 ^ 1 << b, 1000, 99));
+        let numbers = |k: RandomKey| (0..n).map(|i| k.normal(i)).collect::<Vec<f64>>();
+        let first = numbers(RandomKey::new(1 << 40, 1000, 99));
+        let others = (0..64).map(|b| RandomKey::new(1 << 40 ^ 1 << b, 1000, 99));
         let others =
-            others.chain([(1000, 100), (1001, 99), (999, 99), (1000, 98)].map(|(d, s)| Key::new(1 << 40, d, s)));
+            others.chain([(1000, 100), (1001, 99), (999, 99), (1000, 98)].map(|(d, s)| RandomKey::new(1 << 40, d, s)));
         for (i, key) in others.enumerate() {
             let other = numbers(key);
             for lag in 0..3 {
@@ -171,12 +171,12 @@ mod tests {
     }
 
     #[test]
-    fn many_are_the_same_as_one_by_one() {
-        let key = Key::new(1, 2, 3);
+    fn numbers_in_bulk_equal_single_numbers() {
+        let key = RandomKey::new(1, 2, 3);
         let mut many = [0.0; 1000];
         key.normals(17, &mut many);
         many.iter().zip(17..).for_each(|(x, i)| assert_eq!(x.to_bits(), key.normal(i).to_bits()));
-        let (keys, mut out) = ([Key::new(9, 9, 9), key], [0.0; 10]);
+        let (keys, mut out) = ([RandomKey::new(9, 9, 9), key], [0.0; 10]);
         let table = table(&keys);
         // SAFETY: the table and its keys are alive, and `out` has room for 10 numbers.
         unsafe { table.normal.unwrap()(&table, 1, 20, 10, out.as_mut_ptr()) };

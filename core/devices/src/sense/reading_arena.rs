@@ -10,9 +10,9 @@ use std::{
 use serde::{Deserialize, Serialize};
 
 /// Words per chunk of the arena: enough for a few hundred distance sensors.
-const SHELF: usize = 1 << 12;
+const CHUNK_WORDS: usize = 1 << 12;
 /// Readings with more words than this are allocated separately.
-const LARGE: usize = 1 << 6;
+const MAX_SHARED_WORDS: usize = 1 << 6;
 
 /// The words of a reading, initially zero, at a stable address. A clone has separate memory.
 #[derive(Debug, Default, Serialize, Deserialize)]
@@ -26,7 +26,7 @@ pub struct ReadingBuffer {
 impl ReadingBuffer {
     /// Allocates a separate buffer.
     pub fn new(len: usize) -> Self {
-        ReadingBuffer { shelf: shelf(len), first: 0, len: len as u32 }
+        ReadingBuffer { shelf: zeroed_words(len), first: 0, len: len as u32 }
     }
 }
 
@@ -87,16 +87,16 @@ pub struct ReadingArena {
 impl ReadingArena {
     /// Returns whether a buffer of this many words is allocated separately.
     pub fn is_large(len: usize) -> bool {
-        len > LARGE
+        len > MAX_SHARED_WORDS
     }
 
     /// Allocates a buffer, next to the previous one unless it is large or the chunk is full.
-    pub fn take(&mut self, len: usize) -> ReadingBuffer {
+    pub fn allocate(&mut self, len: usize) -> ReadingBuffer {
         if Self::is_large(len) {
             return ReadingBuffer::new(len);
         }
         if self.used + len > self.last.len() {
-            (self.last, self.used) = (shelf(SHELF), 0);
+            (self.last, self.used) = (zeroed_words(CHUNK_WORDS), 0);
         }
         let first = self.used;
         self.used += len;
@@ -104,7 +104,7 @@ impl ReadingArena {
     }
 }
 
-fn shelf(len: usize) -> Rc<[UnsafeCell<u64>]> {
+fn zeroed_words(len: usize) -> Rc<[UnsafeCell<u64>]> {
     (0..len).map(|_| UnsafeCell::new(0)).collect()
 }
 
@@ -113,16 +113,16 @@ mod tests {
     use super::*;
 
     #[test]
-    fn small_readings_lie_side_by_side_and_stay() {
+    fn small_readings_are_adjacent_at_stable_addresses() {
         let mut arena = ReadingArena::default();
-        let mut all: Vec<ReadingBuffer> = (0..3000).map(|_| arena.take(9)).collect();
+        let mut all: Vec<ReadingBuffer> = (0..3000).map(|_| arena.allocate(9)).collect();
         for (i, words) in all.iter_mut().enumerate() {
             assert_eq!(**words, [0; 9]);
             words.fill(i as u64);
         }
         assert_eq!(all[1].as_ptr(), all[0].as_ptr().wrapping_add(9));
-        let large = arena.take(LARGE + 1);
-        assert_eq!(large.len(), LARGE + 1);
+        let large = arena.allocate(MAX_SHARED_WORDS + 1);
+        assert_eq!(large.len(), MAX_SHARED_WORDS + 1);
         let before = all[7].as_ptr();
         drop(arena);
         all.truncate(2000);

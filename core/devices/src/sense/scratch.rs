@@ -3,19 +3,19 @@
 use std::ffi::c_void;
 
 use tatu_plugin_api::abi::*;
-use tatu_plugins::{border::ErrorSlot, guarded::Guarded};
+use tatu_plugins::{border::ErrorSlot, guarded_array::GuardedArray};
 
 use super::{
-    aim::Aims,
-    cast::{Casts, SensorView},
-    image::Frames,
+    aim::AimedRays,
+    cast::{BeamCasts, SensorView},
+    image::BatchImages,
     noise::HeldReading,
-    random::Key,
+    random::RandomKey,
 };
 
 /// The time of a measurement.
 #[derive(Debug, Clone, Copy)]
-pub struct Moment {
+pub struct MeasureTime {
     /// Simulation time, s.
     pub time: f64,
     /// Index of the step, counted from 0.
@@ -29,11 +29,11 @@ pub struct Moment {
 /// Buffers reused by every batch, so that a step does not allocate.
 #[derive(Default)]
 pub(super) struct MeasureScratch {
-    pub casts: Casts,
-    pub aims: Aims,
+    pub casts: BeamCasts,
+    pub aims: AimedRays,
     /// For each sensor, its pose and limits; they are needed for aimed rays, which are added later.
     pub views: Vec<SensorView>,
-    pub frames: Frames,
+    pub frames: BatchImages,
     pub pose: Vec<[f64; 7]>,
     pub twist: Vec<[f64; 6]>,
     pub acceleration: Vec<[f64; 6]>,
@@ -48,8 +48,8 @@ pub(super) struct MeasureScratch {
     pub sensor: Vec<tatu_object>,
     pub fields: Vec<*mut c_void>,
     pub lengths: Vec<*const u64>,
-    pub status: Guarded<tatu_status>,
-    pub keys: Vec<Key>,
+    pub status: GuardedArray<tatu_status>,
+    pub keys: Vec<RandomKey>,
     /// For each sensor, the reading that remains visible, if readings are delayed.
     pub shown: Vec<Option<HeldReading>>,
     pub error: Option<ErrorSlot>,
@@ -78,7 +78,7 @@ impl MeasureScratch {
         self.shown.clear();
     }
 
-    pub fn batch(&mut self, n: usize, n_fields: usize, moment: &Moment) -> tatu_sensor_batch {
+    pub fn batch(&mut self, n: usize, n_fields: usize, moment: &MeasureTime) -> tatu_sensor_batch {
         fn some<T>(v: &[T]) -> *const T {
             if v.is_empty() { std::ptr::null() } else { v.as_ptr() }
         }

@@ -1,6 +1,6 @@
 //! The targets of beams and images, which are updated as objects move.
 
-use ::tatu_beams::{BeamScene, Target};
+use ::tatu_beams::{BeamScene, BeamTarget};
 use nalgebra::Isometry3;
 use rayon::ThreadPool;
 use tatu_scene::{Object, Scene, SensorTargets, Shape, visible_parts};
@@ -9,11 +9,11 @@ use tatu_scene::{Object, Scene, SensorTargets, Shape, visible_parts};
 #[derive(Default)]
 pub struct Targets {
     /// All detectable forms.
-    pub detectable: Seen,
+    pub detectable: TargetSet,
     /// All visible forms.
-    pub visible: Seen,
+    pub visible: TargetSet,
     /// Subsets for sensors that do not detect all detectable or visible forms.
-    special: Vec<(Sees, Seen)>,
+    special: Vec<(TargetFilter, TargetSet)>,
     /// The selections of objects that scenes declare for sensors: for each selection and each slot, whether the object
     /// is detected. Selections are numbered from 1.
     choices: Vec<Vec<bool>>,
@@ -23,7 +23,7 @@ pub struct Targets {
 
 /// The properties of a sensor that determine its set of targets.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Sees {
+pub struct TargetFilter {
     /// Whether the sensor detects visible forms instead of detectable ones.
     pub visible: bool,
     /// The kinds of waves of its beams, `TATU_WAVES_*`.
@@ -35,10 +35,10 @@ pub struct Sees {
 
 /// A subset of the scene's forms.
 #[derive(Default)]
-pub struct Seen {
+pub struct TargetSet {
     pub beams: BeamScene,
     /// For each target, the part of a shape from which it was created.
-    places: Vec<Place>,
+    places: Vec<TargetSource>,
     /// For each slot, the index of its first target plus one, or 0 if it has no target. The targets of a slot are
     /// adjacent.
     first: Vec<u32>,
@@ -53,7 +53,7 @@ pub struct Seen {
 }
 
 /// The part of a shape from which a target was created.
-struct Place {
+struct TargetSource {
     slot: u32,
     pose: Isometry3<f64>,
     /// The part's colour, if it differs from the shape's.
@@ -63,32 +63,32 @@ struct Place {
 impl Targets {
     /// Updates a set of targets from the scene. If several targets have moved, they are updated on the threads of
     /// `pool`.
-    pub fn follow(&mut self, scene: &Scene, sees: Sees, pool: &ThreadPool) {
+    pub fn update(&mut self, scene: &Scene, sees: TargetFilter, pool: &ThreadPool) {
         if self.selective.0 != scene.shape_version {
-            let mut shapes = scene.tree(0).into_iter().filter_map(|slot| scene.get(slot)?.shape());
+            let mut shapes = scene.subtree(0).into_iter().filter_map(|slot| scene.get(slot)?.shape());
             self.selective = (scene.shape_version, shapes.any(|s| s.detectable_mask != u16::MAX));
             self.special.retain(|(sees, _)| sees.visible);
         }
-        let Sees { visible, waves, choice } = sees;
+        let TargetFilter { visible, waves, choice } = sees;
         let wanted = |o: &Object, s: &Shape| match visible {
             true => o.is_visible(),
             false => s.is_detectable() && s.detectable_mask & waves != 0,
         };
         if choice == 0 && (visible || waves == u16::MAX || !self.selective.1) {
             let all = if visible { &mut self.visible } else { &mut self.detectable };
-            return all.follow(scene, pool, |_, o, s| wanted(o, s));
+            return all.update(scene, pool, |_, o, s| wanted(o, s));
         }
         let at = self.special.iter().position(|(s, _)| *s == sees).unwrap_or_else(|| {
-            self.special.push((sees, Seen::default()));
+            self.special.push((sees, TargetSet::default()));
             self.special.len() - 1
         });
         let chosen = choice.checked_sub(1).and_then(|i| self.choices.get(i as usize));
         let is_chosen = |slot: u32| chosen.is_none_or(|c| c.get(slot as usize) == Some(&true));
-        self.special[at].1.follow(scene, pool, |slot, o, s| is_chosen(slot) && wanted(o, s));
+        self.special[at].1.update(scene, pool, |slot, o, s| is_chosen(slot) && wanted(o, s));
     }
 
     /// Returns a set of targets, as of its last update.
-    pub fn seen(&self, sees: Sees) -> &BeamScene {
+    pub fn filtered_beams(&self, sees: TargetFilter) -> &BeamScene {
         let own = self.special.iter().find(|(s, _)| *s == sees).map(|(_, seen)| &seen.beams);
         own.unwrap_or_else(|| self.beams(sees.visible))
     }
@@ -99,7 +99,7 @@ impl Targets {
     }
 
     /// Discards all selections of objects.
-    pub fn forget_choices(&mut self) {
+    pub fn discard_choices(&mut self) {
         self.choices.clear();
         self.special.retain(|(sees, _)| sees.choice == 0);
     }
@@ -113,7 +113,7 @@ impl Targets {
         let otherwise = view.targets.is_empty();
         let mut chosen = Vec::new();
         // Parents precede their children.
-        for slot in scene.tree(0) {
+        for slot in scene.subtree(0) {
             let above = scene.get(slot).map_or(0, |o| o.parent) as usize;
             let sees = match slot {
                 _ if ignored.contains(&slot) => false,
@@ -134,13 +134,13 @@ impl Targets {
     }
 }
 
-impl Seen {
-    fn follow(&mut self, scene: &Scene, pool: &ThreadPool, wanted: impl Fn(u32, &Object, &Shape) -> bool) {
+impl TargetSet {
+    fn update(&mut self, scene: &Scene, pool: &ThreadPool, wanted: impl Fn(u32, &Object, &Shape) -> bool) {
         let version = (scene.shape_version, scene.seen_version);
         if self.built == version {
-            self.keep_up(scene, pool);
+            self.move_targets(scene, pool);
             if self.colored != scene.color_version {
-                self.color(scene);
+                self.update_colors(scene);
             }
             return;
         }
@@ -149,7 +149,7 @@ impl Seen {
         self.places.clear();
         self.first.clear();
         let mut targets = Vec::new();
-        for slot in scene.tree(0) {
+        for slot in scene.subtree(0) {
             let Some(o) = scene.get(slot) else { continue };
             let Some(shape) = o.shape().filter(|s| wanted(slot, o, s)) else { continue };
             if self.first.len() <= slot as usize {
@@ -157,8 +157,8 @@ impl Seen {
             }
             self.first[slot as usize] = self.places.len() as u32 + 1;
             for part in visible_parts(shape) {
-                self.places.push(Place { slot, pose: part.pose, color: part.color });
-                targets.push(Target {
+                self.places.push(TargetSource { slot, pose: part.pose, color: part.color });
+                targets.push(BeamTarget {
                     object: scene.id(slot),
                     group: scene.model_of(slot),
                     world_from_target: scene.world(slot) * part.pose,
@@ -172,7 +172,7 @@ impl Seen {
     }
 
     /// Updates the colours of targets from the scene.
-    fn color(&mut self, scene: &Scene) {
+    fn update_colors(&mut self, scene: &Scene) {
         self.colored = scene.color_version;
         for (i, place) in self.places.iter().enumerate() {
             let Some(shape) = scene.get(place.slot).and_then(|o| o.shape()) else { continue };
@@ -184,8 +184,8 @@ impl Seen {
     }
 
     /// Moves the targets of shapes that have moved since the last update.
-    fn keep_up(&mut self, scene: &Scene, pool: &ThreadPool) {
-        let Seen { beams, places, first, moved, followed, .. } = self;
+    fn move_targets(&mut self, scene: &Scene, pool: &ThreadPool) {
+        let TargetSet { beams, places, first, moved, followed, .. } = self;
         match scene.moves.since(followed) {
             Some([]) => return,
             Some(slots) => {

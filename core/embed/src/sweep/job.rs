@@ -10,12 +10,12 @@ use tatu_core::errors::{Error, Result};
 use super::Metric;
 
 /// Longest simulation time of a job, s: about ten years.
-const LONGEST: f64 = 3.2e8;
+const MAX_SECONDS: f64 = 3.2e8;
 
 /// One run of a scene.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Job {
+pub struct SweepJob {
     /// Seed of all random numbers; if `None`, the scene's own seed is used.
     #[serde(default)]
     pub seed: Option<u64>,
@@ -29,7 +29,7 @@ pub struct Job {
     pub metrics: BTreeMap<String, Metric>,
 }
 
-impl Job {
+impl SweepJob {
     /// Parses a job from JSON.
     ///
     /// # Errors
@@ -40,7 +40,7 @@ impl Job {
 
     pub(super) fn check(&self) -> Result {
         match self.seconds {
-            s if s.is_finite() && (0.0..=LONGEST).contains(&s) => Ok(()),
+            s if s.is_finite() && (0.0..=MAX_SECONDS).contains(&s) => Ok(()),
             s => Err(Error::new("E102", format!("`seconds` is out of range: {s}")).expected("0 to 3.2e8 s")),
         }
     }
@@ -80,14 +80,14 @@ mod tests {
 
     #[test]
     fn equal_jobs_have_equal_keys() {
-        let job = |text: &str| Job::parse(text).unwrap();
+        let job = |text: &str| SweepJob::parse(text).unwrap();
         let a = job(r#"{"seconds": 1.0, "seed": 3, "set": {"/a.b": 1.5, "/c.d": [1, 2]}}"#);
         let b = job(r#"{"set": {"/c.d": [1, 2], "/a.b": 1.50}, "seed": 3, "seconds": 1}"#);
         assert_eq!((a.key(&[0; 32]), a.key(&[0; 32]).len()), (b.key(&[0; 32]), 32));
         assert_ne!(a.key(&[0; 32]), a.key(&[1; 32]));
-        assert_ne!(a.key(&[0; 32]), Job { seed: None, ..a.clone() }.key(&[0; 32]));
+        assert_ne!(a.key(&[0; 32]), SweepJob { seed: None, ..a.clone() }.key(&[0; 32]));
         assert_eq!(a.settings().collect::<Vec<_>>(), ["/a.b=1.5", "/c.d=[1, 2]"]);
-        assert!(Job::parse(r#"{"seconds": 1, "sed": 3}"#).unwrap_err().text.contains("sed"));
+        assert!(SweepJob::parse(r#"{"seconds": 1, "sed": 3}"#).unwrap_err().text.contains("sed"));
         assert!(job(r#"{"seconds": -1}"#).check().is_err());
     }
 }

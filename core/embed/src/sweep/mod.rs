@@ -1,5 +1,5 @@
-//! Many runs of one scene that differ in seeds and parameters. Each run is a pure function of its [`Job`] and of the
-//! scene's files and plugins, and produces a [`Row`].
+//! Many runs of one scene that differ in seeds and parameters. Each run is a pure function of its [`SweepJob`] and of the
+//! scene's files and plugins, and produces a [`SweepRow`].
 //!
 //! - `job`: one run and its key; `metric`: values that are computed from a run;
 //! - [`plan`]: the jobs of a sweep file.
@@ -14,26 +14,26 @@ use serde::Serialize;
 use sha2::{Digest, Sha256};
 use tatu_core::{
     World,
-    document::{self, Override},
+    document::{self, PropertyOverride},
     errors::{Error, Result},
     plugins::{Registry, guard::share_process},
-    session::file::{Header, Writer},
+    session::file::{InputLogHeader, InputLogWriter},
 };
-use tatu_plugin_api::safe::{MOST_BYTES, read_plain};
+use tatu_plugin_api::safe::{MAX_FILE_BYTES, read_plain};
 
-pub use job::Job;
-pub use metric::{Metric, Over, Reduce};
+pub use job::SweepJob;
+pub use metric::{Metric, Reduction, StepAggregation};
 
 use crate::{
-    Engine, Setup,
-    host::{STACK, guarded, take_plain_locale},
-    setup::{registry_of, release},
+    WorldSetup, WorldTemplate,
+    host::{STACK_BYTES, catch_panic, set_plain_locale},
+    setup::{release_registry, shared_registry},
 };
-use metric::Taken;
+use metric::MetricEvaluation;
 
 /// A scene with all its files and the plugins that it needs, in which jobs can be run.
 pub struct Sweep {
-    header: Header,
+    header: InputLogHeader,
     registry: Arc<Registry>,
     /// Hash of the scene's files and of the plugins' libraries. It is part of the key of each job, so that jobs with
     /// equal keys have equal results.
@@ -42,7 +42,7 @@ pub struct Sweep {
 
 /// The results of a run. They do not depend on the machine or on the time of day.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Row {
+pub struct SweepRow {
     /// Key of the job.
     pub key: String,
     /// Seed of the run; `None` stands for the scene's own seed.
@@ -62,7 +62,7 @@ pub struct Row {
 }
 
 /// Adds a scene to a hash: its files, under names that do not depend on where the scene is stored, and its changes.
-fn scene(header: &Header, hash: &mut Sha256) {
+fn hash_scene(header: &InputLogHeader, hash: &mut Sha256) {
     let here = header.scene.parent().unwrap_or(Path::new(""));
     let name = |path: &Path| {
         let models = || path.components().rev().position(|c| c.as_os_str() == "models");
@@ -92,9 +92,10 @@ impl Sweep {
     ///
     /// # Errors
     /// The scene is invalid.
-    pub fn bundle(setup: &Setup) -> Result<String> {
-        let engine = Engine::load(setup)?;
-        let header = Header::new(&engine.document, &engine.registry, None, setup.set.clone(), setup.scripts.clone());
+    pub fn bundle(setup: &WorldSetup) -> Result<String> {
+        let engine = WorldTemplate::load(setup)?;
+        let header =
+            InputLogHeader::new(&engine.document, &engine.registry, None, setup.set.clone(), setup.scripts.clone());
         engine.end();
         serde_json::to_string(&header).map_err(|e| Error::new("E105", format!("the scene cannot be bundled: {e}")))
     }
@@ -104,22 +105,22 @@ impl Sweep {
     /// # Errors
     /// The text is not a bundle, or a plugin that it needs is missing, cannot be read or has another version.
     pub fn open(bundle: &str) -> Result<Self> {
-        let header: Header = serde_json::from_str(bundle).map_err(|e| {
+        let header: InputLogHeader = serde_json::from_str(bundle).map_err(|e| {
             Error::new("E116", format!("the scene bundle cannot be parsed: {e}"))
                 .help("create it again with this version of the program")
         })?;
         share_process();
-        let registry = registry_of(&Setup::new(crate::Scene::File(header.scene.clone())), true)?;
+        let registry = shared_registry(&WorldSetup::new(crate::SceneSource::File(header.scene.clone())), true)?;
         if let Some(text) = header.differences(&registry).into_iter().next() {
-            release(registry);
+            release_registry(registry);
             let error = Error::new("E117", format!("the scene would run differently here: {text}"));
             return Err(error.help("install the plugins that it was bundled with"));
         }
         let mut hash = Sha256::new();
-        scene(&header, &mut hash);
+        hash_scene(&header, &mut hash);
         for plugin in &registry.plugins {
             hash.update(plugin.id.as_bytes());
-            let bytes = read_plain(&plugin.path, MOST_BYTES)
+            let bytes = read_plain(&plugin.path, MAX_FILE_BYTES)
                 .map_err(|e| Error::new("E105", format!("cannot read {}: {e}", plugin.path.display())))?;
             hash.update(Sha256::digest(bytes));
         }
@@ -127,7 +128,7 @@ impl Sweep {
     }
 
     /// Returns the key of a job. Jobs with equal keys have equal rows.
-    pub fn key(&self, job: &Job) -> String {
+    pub fn key(&self, job: &SweepJob) -> String {
         job.key(&self.base)
     }
 
@@ -137,32 +138,32 @@ impl Sweep {
     /// # Errors
     /// The duration, a change or a metric of the job is invalid, or the input log cannot be written. Errors of scripts
     /// are not failures; they are counted in the row.
-    pub fn run(&self, job: &Job, record: Option<&Path>) -> Result<Row> {
+    pub fn run(&self, job: &SweepJob, record: Option<&Path>) -> Result<SweepRow> {
         let run = || {
-            take_plain_locale();
-            guarded(|| self.run_here(job, record))
+            set_plain_locale();
+            catch_panic(|| self.run_here(job, record))
         };
         thread::scope(|scope| {
-            let thread = thread::Builder::new().name("job".into()).stack_size(STACK).spawn_scoped(scope, run);
+            let thread = thread::Builder::new().name("job".into()).stack_size(STACK_BYTES).spawn_scoped(scope, run);
             let thread = thread.map_err(|e| Error::new("E401", format!("cannot start a thread for a run: {e}")))?;
             thread.join().unwrap_or_else(|_| Err(Error::new("E405", "the thread of the run panicked")))
         })
     }
 
-    fn run_here(&self, job: &Job, record: Option<&Path>) -> Result<Row> {
+    fn run_here(&self, job: &SweepJob, record: Option<&Path>) -> Result<SweepRow> {
         job.check()?;
         let mut header = self.header.clone();
         header.seed = job.seed;
         header.set.extend(job.settings());
         let mut options = header.options()?;
-        options.set = header.set.iter().map(|s| Override::parse(s)).collect::<Result<_>>()?;
+        options.set = header.set.iter().map(|s| PropertyOverride::parse(s)).collect::<Result<_>>()?;
         let document = Arc::new(document::load(&header.scene, &self.registry, &options)?);
         let world = { World::new(document, self.registry.clone())? };
-        let log = record.map(|file| Writer::create(file, &header)).transpose()?;
+        let log = record.map(|file| InputLogWriter::create(file, &header)).transpose()?;
         world.start();
-        let mut taken: Vec<(&String, Taken<'_>)> = Vec::new();
+        let mut taken: Vec<(&String, MetricEvaluation<'_>)> = Vec::new();
         for (name, metric) in &job.metrics {
-            taken.push((name, Taken::of(name, metric, &world)?));
+            taken.push((name, MetricEvaluation::new(name, metric, &world)?));
         }
         let steps = (job.seconds / world.dt()).round() as u64;
         let mut running = true;
@@ -182,7 +183,7 @@ impl Sweep {
             log.end(done, false, &opened, hash)?;
         }
         let set = job.set.clone();
-        Ok(Row {
+        Ok(SweepRow {
             key: self.key(job),
             seed: job.seed,
             set,
@@ -196,6 +197,6 @@ impl Sweep {
 
     /// Ends the plugins, if nothing else uses them.
     pub fn end(self) {
-        release(self.registry);
+        release_registry(self.registry);
     }
 }

@@ -21,15 +21,15 @@ use serde_json::Value;
 use tatu_core::errors::{Error, Result};
 use toml_edit::{DocumentMut, Item, TableLike};
 
-use super::{Job, Metric};
+use super::{Metric, SweepJob};
 use crate::search::scene_file;
 
 /// Maximum number of jobs of a sweep file.
-const MOST_JOBS: usize = 100_000_000;
+const MAX_JOBS: usize = 100_000_000;
 
 /// A sweep, as described by a file.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Plan {
+pub struct SweepPlan {
     /// The scene file: a path relative to the folder of the sweep file or, if there is no such file, a scene that comes
     /// with the program.
     pub scene: PathBuf,
@@ -38,10 +38,10 @@ pub struct Plan {
     /// Parameters in the order of the file, each with its values; every combination of values is run.
     pub grid: Vec<(String, Vec<Value>)>,
     /// The duration, changes and metrics that all jobs have in common; its seed is `None`.
-    pub common: Job,
+    pub common: SweepJob,
 }
 
-impl Plan {
+impl SweepPlan {
     /// Parses the text of the sweep file `file`.
     ///
     /// # Errors
@@ -50,10 +50,10 @@ impl Plan {
         let wrong = |text: String| Error::new("E102", format!("{}: {text}", file.display()));
         let doc: DocumentMut =
             text.parse().map_err(|e: toml_edit::TomlError| wrong(e.message().to_owned()).expected("a TOML file"))?;
-        const KNOWN: [&str; 6] = ["scene", "seconds", "seeds", "grid", "set", "metrics"];
-        if let Some((key, _)) = doc.iter().find(|(k, _)| !KNOWN.contains(k)) {
+        const KNOWN_KEYS: [&str; 6] = ["scene", "seconds", "seeds", "grid", "set", "metrics"];
+        if let Some((key, _)) = doc.iter().find(|(k, _)| !KNOWN_KEYS.contains(k)) {
             let error = Error::new("E101", format!("{}: unknown key `{key}`", file.display()));
-            return Err(error.expected(KNOWN.join(", ")).nearest(key, KNOWN));
+            return Err(error.expected(KNOWN_KEYS.join(", ")).nearest(key, KNOWN_KEYS));
         }
         let folder = file.parent().unwrap_or(Path::new(""));
         let scene = doc.get("scene").and_then(Item::as_str);
@@ -100,17 +100,17 @@ impl Plan {
                     .expected("a list of integers, at least 0, or { first = 0, count = 100 }")
             })?,
         };
-        let common = Job { seed: None, set, seconds, metrics };
+        let common = SweepJob { seed: None, set, seconds, metrics };
         common.check().map_err(|e| wrong(e.text).expected("0 to 3.2e8 s"))?;
         // A scene beside the sweep file has precedence over one that comes with the program.
         let beside = folder.join(scene);
         let named = scene_file(Path::new(scene));
         let scene = if !beside.exists() && named.is_file() { named } else { beside };
-        let plan = Plan { scene, seeds, grid, common };
+        let plan = SweepPlan { scene, seeds, grid, common };
         let count = plan.grid.iter().try_fold(plan.seeds.len(), |n, (_, values)| n.checked_mul(values.len()));
-        match count.filter(|n| *n <= MOST_JOBS) {
+        match count.filter(|n| *n <= MAX_JOBS) {
             Some(_) => Ok(plan),
-            None => Err(wrong("the sweep has too many jobs".into()).expected(format!("at most {MOST_JOBS}"))),
+            None => Err(wrong("the sweep has too many jobs".into()).expected(format!("at most {MAX_JOBS}"))),
         }
     }
 
@@ -120,7 +120,7 @@ impl Plan {
     }
 
     /// Returns a job by its index, from 0. Seeds vary fastest, then the last parameter of the grid.
-    pub fn job(&self, number: usize) -> Job {
+    pub fn job(&self, number: usize) -> SweepJob {
         let mut job = self.common.clone();
         job.seed = self.seeds[number % self.seeds.len()];
         let mut rest = number / self.seeds.len();
@@ -140,7 +140,7 @@ fn seeds(item: &Item) -> Option<Vec<Option<u64>>> {
     let table = item.as_table_like()?;
     let number = |key: &str| table.get(key)?.as_integer().and_then(|i| u64::try_from(i).ok());
     let (first, count) = (number("first")?, number("count")?);
-    let wanted = count > 0 && count <= MOST_JOBS as u64 && table.len() == 2;
+    let wanted = count > 0 && count <= MAX_JOBS as u64 && table.len() == 2;
     wanted.then(|| (first..first.checked_add(count).unwrap_or(first)).map(Some).collect())
 }
 
@@ -180,7 +180,7 @@ mod tests {
     #[test]
     fn a_grid_is_every_combination() {
         let text = "scene = 'a.toml'\nseconds = 2\nseeds = { first = 5, count = 2 }\n[grid]\n'/a.x' = [1, 2]\n'/a.y' = ['u', 'v', 'w']\n";
-        let plan = Plan::parse(Path::new("sweeps/s.toml"), text).unwrap();
+        let plan = SweepPlan::parse(Path::new("sweeps/s.toml"), text).unwrap();
         assert_eq!((plan.count(), plan.scene.as_path()), (12, Path::new("sweeps/a.toml")));
         let of = |n: usize| {
             let job = plan.job(n);
@@ -195,8 +195,8 @@ mod tests {
     }
 
     #[test]
-    fn wrong_files_say_what_was_expected() {
-        let error = |text: &str| Plan::parse(Path::new("s.toml"), text).unwrap_err().to_string();
+    fn errors_of_invalid_sweep_files_name_the_expectation() {
+        let error = |text: &str| SweepPlan::parse(Path::new("s.toml"), text).unwrap_err().to_string();
         for (text, part) in [
             ("scene = 'a'\nseconds = 1\nseed = 3", "did you mean `seeds`?"),
             ("seconds = 1", "`scene` is missing"),

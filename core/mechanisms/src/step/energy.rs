@@ -1,7 +1,7 @@
 //! What keeps a step from adding energy: the convergence of forces of gyration, and corrections of positions.
 
-use super::Step;
-use crate::{error::DynamicsError, solver::FastTurns, state::State, tree::Tree, vector::Vec3};
+use super::TreeStep;
+use crate::{error::DynamicsError, fast_turns::FastTurns, state::TreeState, tree::Tree, vector::Vec3};
 
 /// Corrections of positions by less than this, m or rad, hardly change the inertia; those of a contact at rest are of
 /// the order of 1e-6.
@@ -10,18 +10,18 @@ const SMALL_CORRECTION: f64 = 1e-4;
 const CONSIDERABLE_TURN: f64 = 0.02;
 /// Change of the velocities by the last iteration, relative to the velocities and weighted by inertia, above which a
 /// step is too long. The error that is left is smaller by about the ratio of the last two changes.
-const CONVERGED: f64 = 1e-3;
+const CONVERGENCE_TOLERANCE: f64 = 1e-3;
 
 /// The kinetic energy of one or several trees and the greatest that it may be, J.
 #[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct Balance {
+pub(crate) struct EnergyBalance {
     pub energy: f64,
     pub allowed: f64,
 }
 
-impl Step {
+impl TreeStep {
     /// Stores the velocities that an iteration has found, for [`check_convergence`](Self::check_convergence).
-    pub fn remember(&mut self) {
+    pub fn store_velocities(&mut self) {
         self.previous.copy_from_slice(&self.pivot.ends);
     }
 
@@ -39,12 +39,16 @@ impl Step {
         }
         let changed = self.mass.product(tree, &self.previous, &mut self.middle);
         let energy = self.mass.product(tree, &self.pivot.ends, &mut self.middle);
-        if changed <= CONVERGED * CONVERGED * energy { Ok(()) } else { Err(DynamicsError::TooFast { dof, turn }) }
+        if changed <= CONVERGENCE_TOLERANCE * CONVERGENCE_TOLERANCE * energy {
+            Ok(())
+        } else {
+            Err(DynamicsError::TooFast { dof, turn })
+        }
     }
 
     /// Reduces the velocities if corrections of the positions would otherwise have increased the kinetic energy: at the
     /// same velocities of its joints, a mechanism has more of it in a pose with more inertia.
-    pub fn keep_energy(&mut self, tree: &Tree) {
+    pub fn limit_corrected_energy(&mut self, tree: &Tree) {
         let moved = self.q.iter().zip(&self.uncorrected).any(|(q, old)| (q - old).abs() > SMALL_CORRECTION);
         if !moved {
             return;
@@ -53,11 +57,11 @@ impl Step {
         let allowed = self.kinetic_energy(tree);
         self.place.copy_from_slice(&self.q);
         let energy = self.kinetic_energy(tree);
-        self.slow_down(Balance { energy, allowed });
+        self.slow_down(EnergyBalance { energy, allowed });
     }
 
     /// Reduces the velocities at the end of the step if the kinetic energy exceeds the one allowed.
-    pub fn slow_down(&mut self, Balance { energy, allowed }: Balance) {
+    pub fn slow_down(&mut self, EnergyBalance { energy, allowed }: EnergyBalance) {
         if energy > allowed {
             let share = (allowed.max(0.0) / energy).sqrt();
             self.pivot.ends.iter_mut().for_each(|v| *v *= share);
@@ -66,16 +70,17 @@ impl Step {
 
     /// Returns the kinetic energy at the end of the step, and the one that the state before it, gravity, drives, springs
     /// and external forces account for.
-    pub fn balance(&mut self, tree: &Tree, state: &State, gravity: Vec3, h: f64) -> Balance {
+    pub fn balance(&mut self, tree: &Tree, state: &TreeState, gravity: Vec3, h: f64) -> EnergyBalance {
         self.place.copy_from_slice(&state.q);
         self.set_poses(tree);
-        let before = 0.5 * self.mass.product(tree, &state.v, &mut self.middle) + self.kinematics.potential(gravity);
+        let before =
+            0.5 * self.mass.product(tree, &state.v, &mut self.middle) + self.kinematics.potential_energy(gravity);
         self.place.copy_from_slice(&self.q);
         let energy = self.kinetic_energy(tree);
         let means = state.v.iter().zip(&self.pivot.ends).map(|(v, end)| (0.5 * (v + end), *end));
         let power: f64 = means.zip(&self.passive).map(|((v, end), (at, slope))| v * (at - slope * end)).sum();
         let work = h * (self.drive_power + power);
-        Balance { energy, allowed: before - self.kinematics.potential(gravity) + work }
+        EnergyBalance { energy, allowed: before - self.kinematics.potential_energy(gravity) + work }
     }
 
     /// Returns the kinetic energy at the positions in `place` and the velocities at the end of the step, J.

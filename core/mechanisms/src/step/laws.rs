@@ -1,29 +1,29 @@
 //! The laws of joints in a step, and the division of their forces among drives, friction and limits.
 
-use super::Step;
+use super::TreeStep;
 use crate::{
-    drive::{Bound, Drive, Drives},
-    law::Piece,
-    motor::{Motor, within},
-    state::State,
-    tree::{Dof, NONE, Tree},
+    drive::{DofDrive, ForceBound, TreeDrives},
+    law::LawPiece,
+    motor::{MotorCurve, within},
+    state::TreeState,
+    tree::{Dof, NO_INDEX, Tree},
 };
 
 /// Fraction of the velocity of an isolated joint that a damper may remove in a step before it is treated as stiff; also
 /// the phase, rad, by which a spring may advance in a step.
-const STIFF: f64 = 0.5;
+const STIFF_SHARE: f64 = 0.5;
 /// Slope, in units of inertia over step duration, with which the force of a velocity drive depends on the velocity in
 /// steps with contacts: an impulse that would change the velocity of the free joint by 1 changes it by about 1 /
-/// `HOLD`.
-const HOLD: f64 = 1e3;
+/// `HOLD_SLOPE`.
+const HOLD_SLOPE: f64 = 1e3;
 /// Maximum force of such a drive, Nm or N, even if its bound is greater or infinite.
-const STRONGEST: f64 = 1e9;
+const MAX_HOLD_FORCE: f64 = 1e9;
 
-impl Step {
+impl TreeStep {
     /// Sets the laws of all velocities. For steps with contacts, `carried` contains the efforts of drives in the previous
     /// step. The force of a velocity drive then varies about this effort with a finite slope, because a contact with an
     /// immovable joint would have no solution.
-    pub fn set_laws(&mut self, tree: &Tree, state: &State, drives: &Drives, h: f64, carried: Option<&[f64]>) {
+    pub fn set_laws(&mut self, tree: &Tree, state: &TreeState, drives: &TreeDrives, h: f64, carried: Option<&[f64]>) {
         for d in 0..state.v.len() {
             self.set_law(tree, drives, state, d, h, carried.map(|c| c[d]));
         }
@@ -35,20 +35,21 @@ impl Step {
     /// h². This is stable at any stiffness, but a stiff joint would oscillate from step to step. For stiff dampers, the
     /// weight of the velocity after the step is therefore increased, so that they never reverse a velocity, and springs
     /// whose oscillation is too fast for the step get an additional damper.
-    fn set_law(&mut self, tree: &Tree, drives: &Drives, state: &State, d: usize, h: f64, carried: Option<f64>) {
+    fn set_law(&mut self, tree: &Tree, drives: &TreeDrives, state: &TreeState, d: usize, h: f64, carried: Option<f64>) {
         let dof = &tree.dofs[d];
         let (drive, spring) = (&drives.drive[d], &drives.spring[d]);
         let v = state.v[d];
-        let q = if dof.position == NONE { 0.0 } else { self.q[dof.position as usize] };
+        let q = if dof.position == NO_INDEX { 0.0 } else { self.q[dof.position as usize] };
         let (own_stiffness, own_damping) = match drive {
-            Drive::Position { stiffness, damping, .. } => (*stiffness, *damping),
+            DofDrive::Position { stiffness, damping, .. } => (*stiffness, *damping),
             _ => (0.0, 0.0),
         };
         let per_inertia = h / self.mass.diagonal(tree, d);
         let taken = per_inertia * (dof.damping + spring.damping + own_damping);
-        let late = if taken > STIFF { 1.0 - 0.5 * STIFF / taken } else { 0.5 };
+        let late = if taken > STIFF_SHARE { 1.0 - 0.5 * STIFF_SHARE / taken } else { 0.5 };
         let turned = h * per_inertia * (spring.stiffness + own_stiffness);
-        let calmed = if turned > STIFF * STIFF { 0.5 * h * (1.0 - STIFF * STIFF / turned) } else { 0.0 };
+        let calmed =
+            if turned > STIFF_SHARE * STIFF_SHARE { 0.5 * h * (1.0 - STIFF_SHARE * STIFF_SHARE / turned) } else { 0.0 };
         // Converts the force `stiffness (target - q) + damping (velocity - v)` to the form `at - slope v`.
         let line = |target: f64, stiffness: f64, velocity: f64, damping: f64| {
             let calm = calmed * stiffness;
@@ -56,31 +57,31 @@ impl Step {
             let at = pull + damping * (velocity - (1.0 - late) * v) + calm * velocity;
             (at, 0.25 * h * stiffness + late * damping + calm)
         };
-        let bounds = Allowed::new(dof, q, h);
+        let bounds = VelocityRange::new(dof, q, h);
         self.motors[d] = match *drive {
-            Drive::Off => Motor::OFF,
-            Drive::Velocity { target, bound } if let Some(carried) = carried => {
-                let slope = HOLD / per_inertia;
-                let bound = Bound { force: bound.force.min(STRONGEST), ..bound };
-                Motor::Line { at: carried + slope * target, slope, bound }
+            DofDrive::Off => MotorCurve::OFF,
+            DofDrive::Velocity { target, bound } if let Some(carried) = carried => {
+                let slope = HOLD_SLOPE / per_inertia;
+                let bound = ForceBound { force: bound.force.min(MAX_HOLD_FORCE), ..bound };
+                MotorCurve::Line { at: carried + slope * target, slope, bound }
             }
-            Drive::Velocity { target, bound } if bound.force == f64::INFINITY => {
+            DofDrive::Velocity { target, bound } if bound.force == f64::INFINITY => {
                 // An infinite force against a limit would have no solution, so the target is limited to the allowed
                 // range.
-                Motor::Hold { target: within(target, bounds.low, bounds.high), bound }
+                MotorCurve::Hold { target: within(target, bounds.low, bounds.high), bound }
             }
-            Drive::Velocity { target, bound } => Motor::Hold { target, bound },
-            Drive::Position { target, velocity, stiffness, damping, bound } => {
+            DofDrive::Velocity { target, bound } => MotorCurve::Hold { target, bound },
+            DofDrive::Position { target, velocity, stiffness, damping, bound } => {
                 let (at, slope) = line(target, stiffness, velocity, damping);
-                Motor::Line { at, slope, bound }
+                MotorCurve::Line { at, slope, bound }
             }
-            Drive::Force { force, bound } => Motor::Line { at: force, slope: 0.0, bound },
+            DofDrive::Force { force, bound } => MotorCurve::Line { at: force, slope: 0.0, bound },
         };
         let (at, slope) = line(spring.rest, spring.stiffness, 0.0, spring.damping + dof.damping);
         self.passive[d] = (at + drives.force[d], slope);
         let law = &mut self.pivot.laws[d];
         law.set_motor(&self.motors[d]);
-        let friction = dof.friction + self.rubbing[d];
+        let friction = dof.friction + self.contact_friction[d];
         if friction > 0.0 {
             law.add_friction(friction);
         }
@@ -101,18 +102,18 @@ impl Step {
             let (at, slope) = self.passive[d];
             let rest = self.pivot.forces[d] - (at - slope * self.pivot.ends[d]);
             // A velocity that is outside its piece due to rounding is moved to the end of the piece.
-            let v = law.nearest(piece, self.pivot.ends[d]);
+            let v = law.clamp_to_piece(piece, self.pivot.ends[d]);
             let (low, high) = match (self.motors[d], law.piece(piece)) {
                 // Except on vertical pieces, `rest` is more precise than the force of a steep line.
-                (Motor::Line { slope, bound, .. }, Piece::Line { .. }) if slope > 0.0 => bound.range(v),
+                (MotorCurve::Line { slope, bound, .. }, LawPiece::Line { .. }) if slope > 0.0 => bound.range(v),
                 (motor, _) => motor.range(v),
             };
-            let most = dof.friction + self.rubbing[d];
+            let most = dof.friction + self.contact_friction[d];
             let (least, greatest) = (if v < 0.0 { most } else { -most }, if v > 0.0 { -most } else { most });
             let drive = within(rest - within(0.0, least, greatest), low, high);
             let friction = within(rest - drive, least, greatest);
             let left = rest - drive - friction;
-            let (low, high) = law.domain();
+            let (low, high) = law.velocity_range();
             let limit = if v <= low {
                 left.max(0.0)
             } else if v >= high {
@@ -128,19 +129,19 @@ impl Step {
 }
 
 /// The range of velocities that limits allow at the end of a step.
-struct Allowed {
+struct VelocityRange {
     low: f64,
     high: f64,
 }
 
-impl Allowed {
+impl VelocityRange {
     /// Computes the range for position `q` after half of the step. A joint can reach a limit but not pass it, and stops
     /// at it.
     fn new(dof: &Dof, q: f64, h: f64) -> Self {
-        if dof.position == NONE {
-            return Allowed { low: f64::NEG_INFINITY, high: f64::INFINITY };
+        if dof.position == NO_INDEX {
+            return VelocityRange { low: f64::NEG_INFINITY, high: f64::INFINITY };
         }
         let most = |gap: f64| if gap > 0.0 { 2.0 * gap / h } else { 0.0 };
-        Allowed { low: -most(q - dof.low), high: most(dof.high - q) }
+        VelocityRange { low: -most(q - dof.low), high: most(dof.high - q) }
     }
 }

@@ -2,7 +2,8 @@
 
 use nalgebra::{Isometry3, Matrix3, Point3, Vector3};
 use tatu_mechanisms::{
-    Bound, Contact, Drive, Drives, Group, Joint, Kinematics, Link, Member, Side, Solver, State, Tree,
+    ContactPoint, ContactSide, DofDrive, ForceBound, Island, IslandTree, Joint, Kinematics, Link, Tree, TreeDrives,
+    TreeSolver, TreeState,
 };
 
 use super::robots::{gravity, load};
@@ -10,37 +11,37 @@ use super::robots::{gravity, load};
 const H: f64 = 1.25e-3;
 
 /// Trees with the states, drives, solvers and contacts of their steps.
-struct World {
+struct ContactWorld {
     trees: Vec<Tree>,
-    states: Vec<State>,
-    drives: Vec<Drives>,
-    solvers: Vec<Solver>,
+    states: Vec<TreeState>,
+    drives: Vec<TreeDrives>,
+    solvers: Vec<TreeSolver>,
     carried: Vec<Vec<f64>>,
-    contacts: Vec<Contact>,
+    contacts: Vec<ContactPoint>,
     /// The point of each side of a contact: in the frame of its link, or in the world frame if the side has no link.
     points: Vec<[Vector3<f64>; 2]>,
-    group: Group,
+    island: Island,
     gravity: Vector3<f64>,
     rounds: usize,
 }
 
-impl World {
+impl ContactWorld {
     fn new(trees: Vec<Tree>) -> Self {
-        World {
-            states: trees.iter().map(State::new).collect(),
-            drives: trees.iter().map(Drives::new).collect(),
-            solvers: trees.iter().map(Solver::new).collect(),
+        ContactWorld {
+            states: trees.iter().map(TreeState::new).collect(),
+            drives: trees.iter().map(TreeDrives::new).collect(),
+            solvers: trees.iter().map(TreeSolver::new).collect(),
             carried: trees.iter().map(|t| vec![0.0; t.velocities()]).collect(),
             contacts: vec![],
             points: vec![],
-            group: Group::new(),
+            island: Island::new(),
             gravity: gravity(),
             rounds: 0,
             trees,
         }
     }
 
-    fn touch(&mut self, (contact, points): (Contact, [Vector3<f64>; 2])) {
+    fn touch(&mut self, (contact, points): (ContactPoint, [Vector3<f64>; 2])) {
         self.contacts.push(contact);
         self.points.push(points);
     }
@@ -67,12 +68,12 @@ impl World {
 
     fn step(&mut self) {
         self.detect();
-        let World { trees, states, drives, solvers, carried, .. } = self;
+        let ContactWorld { trees, states, drives, solvers, carried, .. } = self;
         let parts = trees.iter().zip(states).zip(drives.iter()).zip(solvers).zip(carried);
-        let mut members: Vec<Member<'_>> = parts
-            .map(|((((tree, state), drives), solver), carried)| Member { tree, state, drives, solver, carried })
+        let mut members: Vec<IslandTree<'_>> = parts
+            .map(|((((tree, state), drives), solver), carried)| IslandTree { tree, state, drives, solver, carried })
             .collect();
-        let report = self.group.step(&mut members, &mut self.contacts, self.gravity, H).unwrap();
+        let report = self.island.step(&mut members, &mut self.contacts, self.gravity, H).unwrap();
         self.rounds = self.rounds.max(report.rounds);
     }
 
@@ -93,9 +94,9 @@ fn on_plane(
     own: Vector3<f64>,
     plane: Vector3<f64>,
     normal: Vector3<f64>,
-) -> (Contact, [Vector3<f64>; 2]) {
-    let contact = Contact {
-        sides: [None, Some(Side { member, link })],
+) -> (ContactPoint, [Vector3<f64>; 2]) {
+    let contact = ContactPoint {
+        sides: [None, Some(ContactSide { member, link })],
         arms: [Vector3::zeros(); 2],
         distance: 0.0,
         drift: Vector3::zeros(),
@@ -122,14 +123,14 @@ fn corners(size: f64) -> Vec<Vector3<f64>> {
 }
 
 /// Returns a world with a cube on a slope, which is a horizontal plane at the origin with gravity rotated about y.
-fn sloped(degrees: f64, friction: f64) -> World {
-    let mut world = World::new(vec![cube(2.0, 0.2)]);
+fn sloped(degrees: f64, friction: f64) -> ContactWorld {
+    let mut world = ContactWorld::new(vec![cube(2.0, 0.2)]);
     world.states[0].q[2] = 0.1;
     let (sine, cosine) = libm::sincos(degrees.to_radians());
     world.gravity = Vector3::new(9.81 * sine, 0.0, -9.81 * cosine);
     for corner in corners(0.2) {
         let (contact, points) = on_plane(0, 0, corner, Vector3::zeros(), Vector3::z());
-        world.touch((Contact { friction, ..contact }, points));
+        world.touch((ContactPoint { friction, ..contact }, points));
     }
     world
 }
@@ -154,11 +155,11 @@ fn block_sticks_on_a_slope_and_slides_at_the_acceleration_of_coulomb() {
 }
 
 #[test]
-fn ball_bounces_to_the_square_of_its_restitution_and_comes_to_rest() {
-    let mut world = World::new(vec![cube(1.0, 0.2)]);
+fn ball_bounces_to_the_square_of_its_restitution_then_rests() {
+    let mut world = ContactWorld::new(vec![cube(1.0, 0.2)]);
     world.states[0].q[2] = 1.1;
     let (contact, points) = on_plane(0, 0, Vector3::new(0.0, 0.0, -0.1), Vector3::zeros(), Vector3::z());
-    world.touch((Contact { restitution: 0.5, ..contact }, points));
+    world.touch((ContactPoint { restitution: 0.5, ..contact }, points));
     let mut apex = 0.0f64;
     for k in 0..1600 {
         world.step();
@@ -175,14 +176,14 @@ fn ball_bounces_to_the_square_of_its_restitution_and_comes_to_rest() {
 /// the centre of mass at (x, y) from the middle, the force on a corner at (X, Y) is W (1 / 4 + x X / S + y Y / S), where
 /// S is the sum of X^2. On three corners, statics determines the forces: they are W times the barycentric coordinates.
 #[test]
-fn weight_is_distributed_as_statics_and_the_least_norm_say() {
+fn weight_is_distributed_with_the_least_norm() {
     let (mass, size, x, y) = (2.0, 0.2, 0.03, -0.02);
     let centre = Vector3::new(x, y, 0.01);
     let inertia = Matrix3::identity() * (mass * size * size / 6.0);
     let block = Link::new(None, Isometry3::identity(), Joint::Free, mass, centre, inertia);
     let weight = 9.81 * mass;
     for count in [4, 3] {
-        let mut world = World::new(vec![Tree::new(vec![block.clone()]).unwrap()]);
+        let mut world = ContactWorld::new(vec![Tree::new(vec![block.clone()]).unwrap()]);
         world.states[0].q[2] = 0.1;
         for corner in corners(size).into_iter().take(count) {
             world.touch(on_plane(0, 0, corner, Vector3::zeros(), Vector3::z()));
@@ -220,16 +221,16 @@ fn impact_preserves_momentum() {
     ])
     .unwrap();
     let lost = |speed: f64, restitution: f64| {
-        let mut world = World::new(vec![chain.clone(), cube(1.0, 0.1)]);
+        let mut world = ContactWorld::new(vec![chain.clone(), cube(1.0, 0.1)]);
         world.gravity = Vector3::zeros();
         world.states[1].q[..3].copy_from_slice(&[0.65, -0.1 - 0.5 * H * speed, 0.02]);
         world.states[1].v[1] = speed;
         let (mut contact, mut points) = on_plane(1, 0, Vector3::new(0.0, 0.05, 0.0), Vector3::zeros(), -Vector3::y());
-        contact.sides[0] = Some(Side { member: 0, link: 1 });
+        contact.sides[0] = Some(ContactSide { member: 0, link: 1 });
         contact.restitution = restitution;
         points[0] = Vector3::new(0.4, -0.05, 0.0);
         world.touch((contact, points));
-        let momentum = |world: &World| {
+        let momentum = |world: &ContactWorld| {
             let mut sum = Vector3::zeros();
             for (tree, state) in world.trees.iter().zip(&world.states) {
                 let mut kinematics = Kinematics::new(tree);
@@ -265,7 +266,7 @@ fn belt_carries_a_block() {
 }
 
 #[test]
-fn bodies_that_overlap_part_without_momentum() {
+fn overlapping_bodies_separate_without_momentum() {
     let mut world = sloped(0.0, 0.5);
     world.states[0].q[2] = 0.08;
     let mut fastest = 0.0f64;
@@ -277,14 +278,14 @@ fn bodies_that_overlap_part_without_momentum() {
 }
 
 #[test]
-fn tower_of_cubes_stands_with_forces_that_add_up() {
-    let mut world = World::new((0..5).map(|_| cube(1.0, 0.2)).collect());
+fn tower_of_cubes_is_stable_with_forces_that_add_up() {
+    let mut world = ContactWorld::new((0..5).map(|_| cube(1.0, 0.2)).collect());
     for i in 0..5 {
         world.states[i].q[2] = 0.1 + 0.2 * i as f64;
         for corner in corners(0.2) {
             let (mut contact, mut points) = on_plane(i, 0, corner, Vector3::zeros(), Vector3::z());
             if i > 0 {
-                contact.sides[0] = Some(Side { member: i - 1, link: 0 });
+                contact.sides[0] = Some(ContactSide { member: i - 1, link: 0 });
                 points[0] = Vector3::new(corner.x, corner.y, 0.1);
             }
             world.touch((contact, points));
@@ -300,9 +301,9 @@ fn tower_of_cubes_stands_with_forces_that_add_up() {
 }
 
 /// Returns a world with a robot whose feet, which are points of its lowest links, are `height`, m, above the ground.
-fn standing(name: &str, height: f64) -> World {
+fn standing(name: &str, height: f64) -> ContactWorld {
     let robot = load(name);
-    let mut world = World::new(vec![robot.tree.clone()]);
+    let mut world = ContactWorld::new(vec![robot.tree.clone()]);
     let first = 6;
     let legs: [f64; 3] = [0.0, 0.8, -1.6];
     let n = robot.tree.velocities();
@@ -341,7 +342,7 @@ fn standing(name: &str, height: f64) -> World {
         set.iter().for_each(|(joint, angle)| state.q[side + joint + 1] = *angle);
     }
     for d in first..n {
-        world.drives[0].drive[d] = Drive::Velocity { target: 0.0, bound: Bound::force(limit) };
+        world.drives[0].drive[d] = DofDrive::Velocity { target: 0.0, bound: ForceBound::force(limit) };
     }
     let mut kinematics = Kinematics::new(&robot.tree);
     kinematics.update(&robot.tree, state).unwrap();
@@ -363,7 +364,7 @@ fn standing(name: &str, height: f64) -> World {
 }
 
 #[test]
-fn robots_stand_without_drift() {
+fn standing_robots_do_not_drift() {
     for name in ["go1", "solo12", "g1", "talos"] {
         let mut world = standing(name, 0.0);
         world.steps(4.0);
@@ -379,7 +380,7 @@ fn robots_stand_without_drift() {
 }
 
 #[test]
-fn robots_that_are_dropped_come_to_stand() {
+fn dropped_robots_land_on_their_feet() {
     for name in ["go1", "solo12", "talos"] {
         let mut world = standing(name, 0.1);
         world.steps(4.0);
@@ -392,7 +393,7 @@ fn robots_that_are_dropped_come_to_stand() {
 
 /// Two fingers on slides must hold a cube of 0.1 kg (with 20 N) or 1 kg (with 200 N) while the hand is shaken.
 #[test]
-fn grip_holds_what_is_shaken() {
+fn gripped_cube_does_not_slip_when_shaken() {
     for (mass, force, finger) in [(0.1, 20.0, 0.015), (1.0, 200.0, 0.1)] {
         let plain = |parent, joint, mass: f64| {
             Link::new(parent, Isometry3::identity(), joint, mass, Vector3::zeros(), Matrix3::identity() * (1e-3 * mass))
@@ -403,16 +404,16 @@ fn grip_holds_what_is_shaken() {
             plain(Some(0), Joint::Prismatic(-Vector3::x()), finger),
         ])
         .unwrap();
-        let mut world = World::new(vec![hand, cube(mass, 0.04)]);
-        let bound = Bound::NONE;
-        world.drives[0].drive[1] = Drive::Force { force, bound };
-        world.drives[0].drive[2] = Drive::Force { force, bound };
+        let mut world = ContactWorld::new(vec![hand, cube(mass, 0.04)]);
+        let bound = ForceBound::NONE;
+        world.drives[0].drive[1] = DofDrive::Force { force, bound };
+        world.drives[0].drive[2] = DofDrive::Force { force, bound };
         for (link, side) in [(1, -1.0), (2, 1.0)] {
             world.states[0].q[link] = -0.03;
             for (y, z) in [(0.01, 0.01), (0.01, -0.01), (-0.01, 0.01), (-0.01, -0.01)] {
                 let (mut contact, mut points) =
                     on_plane(1, 0, Vector3::new(side * 0.02, y, z), Vector3::zeros(), Vector3::x() * -side);
-                contact.sides[0] = Some(Side { member: 0, link });
+                contact.sides[0] = Some(ContactSide { member: 0, link });
                 points[0] = Vector3::new(-side * -0.01, y, z);
                 world.touch((contact, points));
             }
@@ -426,7 +427,7 @@ fn grip_holds_what_is_shaken() {
             } else {
                 0.05 * 4.0 * std::f64::consts::PI * libm::sin(4.0 * std::f64::consts::PI * t)
             };
-            world.drives[0].drive[0] = Drive::Velocity { target: speed, bound: Bound::NONE };
+            world.drives[0].drive[0] = DofDrive::Velocity { target: speed, bound: ForceBound::NONE };
             world.step();
             let apart = world.states[1].q[2] - world.states[0].q[0];
             if t > 0.5 {
@@ -448,14 +449,14 @@ fn drive_presses_a_table_with_its_bound_and_no_more() {
         Vector3::zeros(),
         Matrix3::identity() * 1e-3,
     );
-    let mut world = World::new(vec![Tree::new(vec![lift]).unwrap()]);
+    let mut world = ContactWorld::new(vec![Tree::new(vec![lift]).unwrap()]);
     world.states[0].q[0] = 0.01;
-    world.drives[0].drive[0] = Drive::Velocity { target: -0.1, bound: Bound::force(50.0) };
+    world.drives[0].drive[0] = DofDrive::Velocity { target: -0.1, bound: ForceBound::force(50.0) };
     world.touch(on_plane(0, 0, Vector3::zeros(), Vector3::zeros(), Vector3::z()));
     world.steps(1.0);
     assert!((world.force().z - (50.0 + 9.81)).abs() < 1e-6, "{}", world.force().z);
     assert!(world.states[0].q[0].abs() < 1e-6);
-    world.drives[0].drive[0] = Drive::Velocity { target: 0.1, bound: Bound::force(50.0) };
+    world.drives[0].drive[0] = DofDrive::Velocity { target: 0.1, bound: ForceBound::force(50.0) };
     world.steps(1.0);
     assert!((world.states[0].q[0] - 0.1).abs() < 1e-3 && world.force().z == 0.0);
 }
@@ -471,9 +472,9 @@ fn wheel_rolls() {
         plain(Some(0), Joint::Prismatic(Vector3::z()), 5.0),
         plain(Some(1), Joint::Revolute(Vector3::y()), 1.0),
     ];
-    let mut world = World::new(vec![Tree::new(links).unwrap()]);
+    let mut world = ContactWorld::new(vec![Tree::new(links).unwrap()]);
     world.states[0].q[1] = 0.1;
-    world.drives[0].drive[2] = Drive::Velocity { target: 10.0, bound: Bound::force(20.0) };
+    world.drives[0].drive[2] = DofDrive::Velocity { target: 10.0, bound: ForceBound::force(20.0) };
     world.touch(on_plane(0, 2, Vector3::new(0.0, 0.0, -0.1), Vector3::zeros(), Vector3::z()));
     world.contacts[0].friction = 0.5;
     for _ in 0..1600 {
@@ -489,7 +490,7 @@ fn wheel_rolls() {
 /// A sliding door that dry friction holds, and one that rests on its stop, open when a body that is not a link pushes
 /// them.
 #[test]
-fn held_joints_are_pushed_by_what_moves_by_itself() {
+fn moving_body_pushes_joints_at_friction_and_limits() {
     for (friction, limits) in [(2.0, None), (0.0, Some([0.0, 2.0]))] {
         let door = Link {
             friction,
@@ -503,7 +504,7 @@ fn held_joints_are_pushed_by_what_moves_by_itself() {
                 Matrix3::identity() * 0.1,
             )
         };
-        let mut world = World::new(vec![Tree::new(vec![door]).unwrap()]);
+        let mut world = ContactWorld::new(vec![Tree::new(vec![door]).unwrap()]);
         world.touch(on_plane(0, 0, Vector3::zeros(), Vector3::zeros(), Vector3::x()));
         world.contacts[0].drift = Vector3::new(-0.2, 0.0, 0.0);
         for k in 0..800 {

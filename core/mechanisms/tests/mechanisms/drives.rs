@@ -1,31 +1,31 @@
 //! Tests of velocity drives, springs and gains, friction, and motors whose force depends on their speed.
 
 use nalgebra::Vector3;
-use tatu_mechanisms::{Bound, Drive, Drives, Dynamics, Joint, Link, Solver, State, Tree};
+use tatu_mechanisms::{DofDrive, Dynamics, ForceBound, Joint, Link, Tree, TreeDrives, TreeSolver, TreeState};
 
 use super::{
     joints::{pendulum, single},
-    robots::{ALL, gravity, load, load_fixed},
+    robots::{ROBOTS, gravity, load, load_fixed},
 };
 
 const H: f64 = 1.25e-3;
 
 #[test]
 fn velocity_drives_hold_robots_without_sag() {
-    for name in ALL {
+    for name in ROBOTS {
         let tree = load_fixed(name);
         let n = tree.velocities();
-        let mut state = State::new(&tree);
+        let mut state = TreeState::new(&tree);
         for (i, q) in state.q.iter_mut().enumerate() {
             *q = 0.3 - 0.1 * (i % 5) as f64;
         }
         let start = state.clone();
-        let mut drives = Drives::new(&tree);
-        drives.drive.fill(Drive::Velocity { target: 0.0, bound: Bound::force(1e4) });
-        let mut solver = Solver::new(&tree);
+        let mut drives = TreeDrives::new(&tree);
+        drives.drive.fill(DofDrive::Velocity { target: 0.0, bound: ForceBound::force(1e4) });
+        let mut solver = TreeSolver::new(&tree);
         for _ in 0..4000 {
             let report = solver.step(&mut state, &tree, &drives, gravity(), H).unwrap();
-            assert!(report.met && report.solutions == 1);
+            assert!(report.satisfied && report.solutions == 1);
         }
         let sag = state.q.iter().zip(&start.q).fold(0.0f64, |m, (a, b)| m.max((a - b).abs()));
         let mut dynamics = Dynamics::new(&tree);
@@ -43,12 +43,12 @@ fn velocity_drives_move_exactly_with_the_torques_of_inverse_dynamics() {
     let robot = load("xarm7");
     let tree = &robot.tree;
     let n = tree.velocities();
-    let mut state = State::new(tree);
-    let mut drives = Drives::new(tree);
+    let mut state = TreeState::new(tree);
+    let mut drives = TreeDrives::new(tree);
     for d in 0..n {
-        drives.drive[d] = Drive::Velocity { target: 0.2 + 0.05 * d as f64, bound: Bound::force(1e6) };
+        drives.drive[d] = DofDrive::Velocity { target: 0.2 + 0.05 * d as f64, bound: ForceBound::force(1e6) };
     }
-    let mut solver = Solver::new(tree);
+    let mut solver = TreeSolver::new(tree);
     for _ in 0..800 {
         solver.step(&mut state, tree, &drives, gravity(), H).unwrap();
     }
@@ -72,16 +72,16 @@ fn velocity_drives_move_exactly_with_the_torques_of_inverse_dynamics() {
 }
 
 #[test]
-fn gains_are_a_system_of_second_order() {
+fn position_drive_is_a_second_order_system() {
     // The inertia is 0.5 kg m², and the natural frequency 12 rad/s; damping ratios are below and above 1.
     for ratio in [0.1, 0.7, 2.0] {
         let (inertia, frequency) = (0.5, 12.0);
         let tree = Tree::new(vec![single(Joint::Revolute(Vector3::z()))]).unwrap();
-        let mut drives = Drives::new(&tree);
+        let mut drives = TreeDrives::new(&tree);
         let (stiffness, damping) = (inertia * frequency * frequency, 2.0 * ratio * inertia * frequency);
-        let bound = Bound::force(1e3);
-        drives.drive[0] = Drive::Position { target: 1.0, velocity: 0.0, stiffness, damping, bound };
-        let (mut state, mut solver) = (State::new(&tree), Solver::new(&tree));
+        let bound = ForceBound::force(1e3);
+        drives.drive[0] = DofDrive::Position { target: 1.0, velocity: 0.0, stiffness, damping, bound };
+        let (mut state, mut solver) = (TreeState::new(&tree), TreeSolver::new(&tree));
         let mut worst = 0.0f64;
         for k in 1..=1600 {
             solver.step(&mut state, &tree, &drives, gravity(), H).unwrap();
@@ -103,13 +103,13 @@ fn gains_are_a_system_of_second_order() {
 }
 
 #[test]
-fn gains_stay_within_their_bound() {
+fn position_drive_stays_within_its_bound() {
     // At the bound, the acceleration is constant.
     let tree = Tree::new(vec![single(Joint::Revolute(Vector3::z()))]).unwrap();
-    let mut drives = Drives::new(&tree);
-    let bound = Bound::force(3.0);
-    drives.drive[0] = Drive::Position { target: 5.0, velocity: 0.0, stiffness: 1e4, damping: 10.0, bound };
-    let (mut state, mut solver) = (State::new(&tree), Solver::new(&tree));
+    let mut drives = TreeDrives::new(&tree);
+    let bound = ForceBound::force(3.0);
+    drives.drive[0] = DofDrive::Position { target: 5.0, velocity: 0.0, stiffness: 1e4, damping: 10.0, bound };
+    let (mut state, mut solver) = (TreeState::new(&tree), TreeSolver::new(&tree));
     for _ in 0..400 {
         solver.step(&mut state, &tree, &drives, gravity(), H).unwrap();
         assert_eq!(solver.efforts().drive[0], 3.0);
@@ -118,17 +118,17 @@ fn gains_stay_within_their_bound() {
 }
 
 #[test]
-fn stiff_gains_do_not_pass_their_bound_either() {
+fn stiff_position_drive_stays_within_its_bound() {
     for stiffness in [1e2, 1e5, 1e9, 1e13] {
         for damping in [0.0, 1.0, 1e4, 1e9] {
             let tree = Tree::new(vec![single(Joint::Revolute(Vector3::z()))]).unwrap();
-            let mut drives = Drives::new(&tree);
-            let bound = Bound::force(3.0);
-            drives.drive[0] = Drive::Position { target: 0.1, velocity: 0.0, stiffness, damping, bound };
-            let (mut state, mut solver) = (State::new(&tree), Solver::new(&tree));
+            let mut drives = TreeDrives::new(&tree);
+            let bound = ForceBound::force(3.0);
+            drives.drive[0] = DofDrive::Position { target: 0.1, velocity: 0.0, stiffness, damping, bound };
+            let (mut state, mut solver) = (TreeState::new(&tree), TreeSolver::new(&tree));
             for _ in 0..2000 {
                 let report = solver.step(&mut state, &tree, &drives, gravity(), H).unwrap();
-                assert!(report.met);
+                assert!(report.satisfied);
                 // Check the force that actually acts, not only the reported force.
                 let acts = 0.5 * solver.accelerations()[0];
                 assert!(acts.abs() <= 3.0 * (1.0 + 1e-8), "{stiffness} {damping}: {acts}");
@@ -139,12 +139,12 @@ fn stiff_gains_do_not_pass_their_bound_either() {
 }
 
 #[test]
-fn dry_friction_holds_below_its_bound_and_slides_above() {
+fn dry_friction_sticks_below_its_bound_and_slides_above() {
     let link = Link { friction: 2.0, ..single(Joint::Prismatic(Vector3::x())) };
     let tree = Tree::new(vec![link]).unwrap();
-    let mut solver = Solver::new(&tree);
-    let mut drives = Drives::new(&tree);
-    let mut state = State::new(&tree);
+    let mut solver = TreeSolver::new(&tree);
+    let mut drives = TreeDrives::new(&tree);
+    let mut state = TreeState::new(&tree);
     drives.force[0] = 1.999;
     for _ in 0..1000 {
         solver.step(&mut state, &tree, &drives, gravity(), H).unwrap();
@@ -165,7 +165,7 @@ fn dry_friction_holds_below_its_bound_and_slides_above() {
     assert_eq!(state.v[0], 0.0);
     assert!((state.q[0] - 0.375).abs() < 1e-12, "{}", state.q[0]);
     // A drive must also overcome friction.
-    drives.drive[0] = Drive::Velocity { target: 0.1, bound: Bound::force(100.0) };
+    drives.drive[0] = DofDrive::Velocity { target: 0.1, bound: ForceBound::force(100.0) };
     for _ in 0..10 {
         solver.step(&mut state, &tree, &drives, gravity(), H).unwrap();
     }
@@ -177,16 +177,16 @@ fn dry_friction_holds_below_its_bound_and_slides_above() {
 fn motor_settles_where_its_curve_meets_the_load() {
     // The motor has 6 Nm at rest and 0 at 10 rad/s; against a load of 1.5 Nm, its speed settles at 7.5 rad/s.
     let tree = Tree::new(vec![single(Joint::Revolute(Vector3::z()))]).unwrap();
-    let bound = Bound::motor(6.0, 10.0);
+    let bound = ForceBound::motor(6.0, 10.0);
     let wants = [
-        Drive::Velocity { target: 100.0, bound },
-        Drive::Force { force: 50.0, bound },
-        Drive::Position { target: 1e9, velocity: 0.0, stiffness: 1.0, damping: 0.0, bound },
+        DofDrive::Velocity { target: 100.0, bound },
+        DofDrive::Force { force: 50.0, bound },
+        DofDrive::Position { target: 1e9, velocity: 0.0, stiffness: 1.0, damping: 0.0, bound },
     ];
     for drive in wants {
-        let mut drives = Drives::new(&tree);
+        let mut drives = TreeDrives::new(&tree);
         (drives.drive[0], drives.force[0]) = (drive, -1.5);
-        let (mut state, mut solver) = (State::new(&tree), Solver::new(&tree));
+        let (mut state, mut solver) = (TreeState::new(&tree), TreeSolver::new(&tree));
         for k in 1..=4000 {
             solver.step(&mut state, &tree, &drives, gravity(), H).unwrap();
             // First-order response, with the time constant 0.5 kg m² / 0.6 Nm s/rad.
@@ -199,9 +199,9 @@ fn motor_settles_where_its_curve_meets_the_load() {
     }
     // If the motor is strong enough at its target velocity, it holds this velocity exactly, in both directions.
     for target in [4.0, -4.0] {
-        let mut drives = Drives::new(&tree);
-        drives.drive[0] = Drive::Velocity { target, bound };
-        let (mut state, mut solver) = (State::new(&tree), Solver::new(&tree));
+        let mut drives = TreeDrives::new(&tree);
+        drives.drive[0] = DofDrive::Velocity { target, bound };
+        let (mut state, mut solver) = (TreeState::new(&tree), TreeSolver::new(&tree));
         for _ in 0..800 {
             solver.step(&mut state, &tree, &drives, gravity(), H).unwrap();
         }
@@ -213,20 +213,20 @@ fn motor_settles_where_its_curve_meets_the_load() {
 fn armature_is_inertia() {
     let link = Link { armature: 1.5, ..single(Joint::Revolute(Vector3::z())) };
     let tree = Tree::new(vec![link]).unwrap();
-    let mut drives = Drives::new(&tree);
-    drives.drive[0] = Drive::Force { force: 4.0, bound: Bound::NONE };
-    let (mut state, mut solver) = (State::new(&tree), Solver::new(&tree));
+    let mut drives = TreeDrives::new(&tree);
+    drives.drive[0] = DofDrive::Force { force: 4.0, bound: ForceBound::NONE };
+    let (mut state, mut solver) = (TreeState::new(&tree), TreeSolver::new(&tree));
     solver.step(&mut state, &tree, &drives, gravity(), H).unwrap();
     assert!((solver.accelerations()[0] - 2.0).abs() < 1e-12);
 }
 
 #[test]
-fn spring_hangs_where_its_force_is_the_weights() {
+fn spring_rests_where_its_force_equals_the_weight() {
     let link = Link { damping: 3.0, ..pendulum() };
     let tree = Tree::new(vec![link]).unwrap();
-    let mut drives = Drives::new(&tree);
-    drives.spring[0] = tatu_mechanisms::Spring { rest: 1.0, stiffness: 20.0, damping: 0.0 };
-    let (mut state, mut solver) = (State::new(&tree), Solver::new(&tree));
+    let mut drives = TreeDrives::new(&tree);
+    drives.spring[0] = tatu_mechanisms::JointSpring { rest: 1.0, stiffness: 20.0, damping: 0.0 };
+    let (mut state, mut solver) = (TreeState::new(&tree), TreeSolver::new(&tree));
     for _ in 0..20000 {
         solver.step(&mut state, &tree, &drives, gravity(), H).unwrap();
     }

@@ -1,11 +1,11 @@
 //! Tests of joint limits.
 
 use nalgebra::Vector3;
-use tatu_mechanisms::{Bound, Drive, Drives, Dynamics, Joint, Link, Solver, State, Tree};
+use tatu_mechanisms::{DofDrive, Dynamics, ForceBound, Joint, Link, Tree, TreeDrives, TreeSolver, TreeState};
 
 use super::{
     joints::{pendulum, single},
-    robots::{ALL, gravity, load_fixed},
+    robots::{ROBOTS, gravity, load_fixed},
 };
 
 const H: f64 = 1.25e-3;
@@ -14,8 +14,8 @@ const H: f64 = 1.25e-3;
 fn falling_joint_stops_at_its_limit_and_rests_there() {
     let link = Link { limits: Some([-0.5, 0.5]), ..single(Joint::Prismatic(Vector3::z())) };
     let tree = Tree::new(vec![link]).unwrap();
-    let (mut state, mut solver) = (State::new(&tree), Solver::new(&tree));
-    let drives = Drives::new(&tree);
+    let (mut state, mut solver) = (TreeState::new(&tree), TreeSolver::new(&tree));
+    let drives = TreeDrives::new(&tree);
     let mut energy = 0.5 * 9.81 * 2.0;
     for _ in 0..2000 {
         solver.step(&mut state, &tree, &drives, gravity(), H).unwrap();
@@ -29,7 +29,7 @@ fn falling_joint_stops_at_its_limit_and_rests_there() {
     assert!((solver.efforts().limit[0] - 2.0 * 9.81).abs() < 1e-12);
     assert_eq!(solver.efforts().drive[0], 0.0);
     // A force away from the limit moves the joint at once.
-    let mut drives = Drives::new(&tree);
+    let mut drives = TreeDrives::new(&tree);
     drives.force[0] = 2.0 * 9.81 + 2.0;
     solver.step(&mut state, &tree, &drives, gravity(), H).unwrap();
     assert!((state.v[0] - H).abs() < 1e-12);
@@ -38,12 +38,12 @@ fn falling_joint_stops_at_its_limit_and_rests_there() {
 
 #[test]
 fn drive_pushes_against_a_limit_without_dither() {
-    for bound in [Bound::force(5.0), Bound::NONE] {
+    for bound in [ForceBound::force(5.0), ForceBound::NONE] {
         let link = Link { limits: Some([-0.2, 0.3]), ..single(Joint::Revolute(Vector3::z())) };
         let tree = Tree::new(vec![link]).unwrap();
-        let mut drives = Drives::new(&tree);
-        drives.drive[0] = Drive::Velocity { target: 1.0, bound };
-        let (mut state, mut solver) = (State::new(&tree), Solver::new(&tree));
+        let mut drives = TreeDrives::new(&tree);
+        drives.drive[0] = DofDrive::Velocity { target: 1.0, bound };
+        let (mut state, mut solver) = (TreeState::new(&tree), TreeSolver::new(&tree));
         for _ in 0..1000 {
             solver.step(&mut state, &tree, &drives, gravity(), H).unwrap();
             assert!(state.q[0] <= 0.3);
@@ -51,16 +51,16 @@ fn drive_pushes_against_a_limit_without_dither() {
         assert_eq!((state.q[0], state.v[0]), (0.3, 0.0));
         let (drive, limit) = (solver.efforts().drive[0], solver.efforts().limit[0]);
         assert!((drive + limit).abs() < 1e-12);
-        assert!((drive - if bound == Bound::NONE { 0.0 } else { 5.0 }).abs() < 1e-12, "{drive}");
+        assert!((drive - if bound == ForceBound::NONE { 0.0 } else { 5.0 }).abs() < 1e-12, "{drive}");
     }
 }
 
 #[test]
-fn joint_that_begins_beyond_its_limit_comes_back_gently() {
+fn joint_beyond_its_limit_returns_slowly() {
     let link = Link { limits: Some([0.4, 1.0]), ..pendulum() };
     let tree = Tree::new(vec![link]).unwrap();
-    let (mut state, mut solver) = (State::new(&tree), Solver::new(&tree));
-    let drives = Drives::new(&tree);
+    let (mut state, mut solver) = (TreeState::new(&tree), TreeSolver::new(&tree));
+    let drives = TreeDrives::new(&tree);
     for _ in 0..1600 {
         let before = state.q[0];
         solver.step(&mut state, &tree, &drives, gravity(), H).unwrap();
@@ -71,7 +71,7 @@ fn joint_that_begins_beyond_its_limit_comes_back_gently() {
 
 #[test]
 fn robots_fall_against_all_their_limits() {
-    for name in ALL {
+    for name in ROBOTS {
         let mut links = load_fixed(name).links().to_vec();
         for link in &mut links {
             if link.joint.velocities() == 1 {
@@ -79,14 +79,14 @@ fn robots_fall_against_all_their_limits() {
             }
         }
         let tree = Tree::new(links).unwrap();
-        let mut state = State::new(&tree);
+        let mut state = TreeState::new(&tree);
         state.q.fill(0.3);
-        let drives = Drives::new(&tree);
-        let (mut solver, mut dynamics) = (Solver::new(&tree), Dynamics::new(&tree));
+        let drives = TreeDrives::new(&tree);
+        let (mut solver, mut dynamics) = (TreeSolver::new(&tree), Dynamics::new(&tree));
         let mut most = 0;
         for _ in 0..2400 {
             let report = solver.step(&mut state, &tree, &drives, gravity(), H).unwrap();
-            assert!(report.met, "{name}");
+            assert!(report.satisfied, "{name}");
             most = most.max(report.solutions);
             assert!(state.q.iter().all(|q| q.abs() <= 0.6));
         }

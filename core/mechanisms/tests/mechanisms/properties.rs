@@ -1,14 +1,14 @@
 //! Tests of properties that all trees must have, with random trees.
 
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
-use tatu_mechanisms::{Drives, Dynamics, Kinematics, Solver, State, Tree};
+use tatu_mechanisms::{Dynamics, Kinematics, Tree, TreeDrives, TreeSolver, TreeState};
 
 use super::{
-    random::Random,
-    robots::{ALL, gravity, load},
+    random::TestRng,
+    robots::{ROBOTS, gravity, load},
 };
 
-fn mass_matrix(tree: &Tree, state: &State) -> DMatrix<f64> {
+fn mass_matrix(tree: &Tree, state: &TreeState) -> DMatrix<f64> {
     let n = tree.velocities();
     let mut dynamics = Dynamics::new(tree);
     dynamics.update(tree, state).unwrap();
@@ -19,7 +19,7 @@ fn mass_matrix(tree: &Tree, state: &State) -> DMatrix<f64> {
 
 /// Computes the mass matrix as the sum of J' I J over all links, with the Jacobians at the centres of mass, plus the
 /// armatures of the joints.
-fn mass_by_jacobians(tree: &Tree, state: &State) -> DMatrix<f64> {
+fn mass_by_jacobians(tree: &Tree, state: &TreeState) -> DMatrix<f64> {
     let n = tree.velocities();
     let mut kinematics = Kinematics::new(tree);
     kinematics.update(tree, state).unwrap();
@@ -44,7 +44,7 @@ fn mass_by_jacobians(tree: &Tree, state: &State) -> DMatrix<f64> {
 
 #[test]
 fn mass_matrix_is_positive_definite_and_the_sum_over_links() {
-    let mut random = Random::new(1);
+    let mut random = TestRng::new(1);
     for _ in 0..300 {
         let tree = random.tree();
         let state = random.state(&tree, 1.0);
@@ -57,8 +57,8 @@ fn mass_matrix_is_positive_definite_and_the_sum_over_links() {
 }
 
 #[test]
-fn factorisation_solves() {
-    let mut random = Random::new(2);
+fn factorisation_solves_for_accelerations() {
+    let mut random = TestRng::new(2);
     for _ in 0..300 {
         let tree = random.tree();
         let state = random.state(&tree, 1.0);
@@ -78,9 +78,9 @@ fn factorisation_solves() {
 
 #[test]
 fn inverse_dynamics_undoes_forward_dynamics() {
-    let mut random = Random::new(3);
+    let mut random = TestRng::new(3);
     let mut worst = 0.0f64;
-    let robots = ALL.map(|name| load(name).tree);
+    let robots = ROBOTS.map(|name| load(name).tree);
     let trees = robots.into_iter().chain((0..200).map(|_| random.tree())).collect::<Vec<_>>();
     for tree in trees {
         let state = random.state(&tree, 2.0);
@@ -103,7 +103,7 @@ fn inverse_dynamics_undoes_forward_dynamics() {
 
 #[test]
 fn jacobians_are_derivatives() {
-    let mut random = Random::new(4);
+    let mut random = TestRng::new(4);
     let mut worst = 0.0f64;
     for _ in 0..200 {
         let tree = random.tree();
@@ -148,7 +148,7 @@ fn jacobians_are_derivatives() {
 }
 
 /// Returns the state after a time `e` in which only velocity `d` is 1, and all others are 0.
-fn moved(tree: &Tree, state: &State, d: usize, e: f64) -> State {
+fn moved(tree: &Tree, state: &TreeState, d: usize, e: f64) -> TreeState {
     let mut out = state.clone();
     for (i, link) in tree.links().iter().enumerate() {
         let (p, v) = tree.offsets(i).unwrap();
@@ -177,13 +177,13 @@ fn moved(tree: &Tree, state: &State, d: usize, e: f64) -> State {
 }
 
 #[test]
-fn energy_of_random_trees_is_kept() {
-    let mut random = Random::new(5);
+fn random_trees_conserve_energy() {
+    let mut random = TestRng::new(5);
     let mut worst = 0.0f64;
     for _ in 0..60 {
         let tree = random.tree();
         let mut state = random.state(&tree, 0.5);
-        let (mut solver, mut dynamics, drives) = (Solver::new(&tree), Dynamics::new(&tree), Drives::new(&tree));
+        let (mut solver, mut dynamics, drives) = (TreeSolver::new(&tree), Dynamics::new(&tree), TreeDrives::new(&tree));
         let mut first = None;
         for _ in 0..200 {
             dynamics.update(&tree, &state).unwrap();

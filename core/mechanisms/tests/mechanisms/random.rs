@@ -1,14 +1,14 @@
 //! Pseudorandom trees and states, which are the same in every run.
 
 use nalgebra::{Isometry3, Matrix3, Quaternion, Translation3, UnitQuaternion, Vector3};
-use tatu_mechanisms::{Joint, Link, State, Tree};
+use tatu_mechanisms::{Joint, Link, Tree, TreeState};
 
 /// An xorshift64* generator of pseudorandom numbers.
-pub struct Random(u64);
+pub struct TestRng(u64);
 
-impl Random {
+impl TestRng {
     pub fn new(seed: u64) -> Self {
-        Random(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1)
+        TestRng(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1)
     }
     fn next(&mut self) -> u64 {
         self.0 ^= self.0 >> 12;
@@ -80,8 +80,8 @@ impl Random {
     }
 
     /// Returns a random state of a tree, with velocities from -`speed` to `speed`.
-    pub fn state(&mut self, tree: &Tree, speed: f64) -> State {
-        let mut state = State::new(tree);
+    pub fn state(&mut self, tree: &Tree, speed: f64) -> TreeState {
+        let mut state = TreeState::new(tree);
         for x in &mut state.q {
             *x += self.within(-1.5, 1.5);
         }

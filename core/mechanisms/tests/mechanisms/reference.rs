@@ -2,7 +2,7 @@
 
 use tatu_mechanisms::Dynamics;
 
-use super::robots::{ALL, gravity, load};
+use super::robots::{ROBOTS, gravity, load};
 
 /// Returns the maximum difference between two lists, relative to the maximum magnitude of `expected` or 1, whichever is
 /// greater.
@@ -14,7 +14,7 @@ fn error(found: &[f64], expected: &[f64]) -> f64 {
 
 #[test]
 fn mass_matrix_bias_and_acceleration_are_mujocos() {
-    for name in ALL {
+    for name in ROBOTS {
         let robot = load(name);
         let tree = &robot.tree;
         let n = tree.velocities();

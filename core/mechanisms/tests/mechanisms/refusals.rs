@@ -1,11 +1,13 @@
 //! Tests of invalid arguments, which must return an error and leave the state unchanged.
 
 use nalgebra::{Isometry3, Matrix3, Vector3};
-use tatu_mechanisms::{Bound, Drive, Drives, Dynamics, DynamicsError, Joint, Link, Solver, State, Tree, TreeError};
+use tatu_mechanisms::{
+    DofDrive, Dynamics, DynamicsError, ForceBound, Joint, Link, Tree, TreeDrives, TreeError, TreeSolver, TreeState,
+};
 
 use super::{
     joints::{pendulum, single},
-    random::Random,
+    random::TestRng,
     robots::{gravity, load},
 };
 
@@ -16,7 +18,7 @@ fn refused(change: impl Fn(&mut Link)) -> TreeError {
 }
 
 #[test]
-fn wrong_trees() {
+fn invalid_trees_are_refused() {
     assert_eq!(Tree::new(vec![]).unwrap_err(), TreeError::Empty);
     assert_eq!(refused(|l| l.parent = Some(0)), TreeError::Parent { link: 0, parent: 0 });
     assert!(matches!(refused(|l| l.mass = f64::NAN), TreeError::NotFinite { what: "mass", .. }));
@@ -42,20 +44,20 @@ fn wrong_trees() {
 }
 
 #[test]
-fn wrong_steps_change_nothing() {
+fn refused_steps_leave_the_state_unchanged() {
     let tree = Tree::new(vec![pendulum()]).unwrap();
     let other = load("ur5").tree;
-    let mut solver = Solver::new(&tree);
-    let mut state = State::new(&tree);
-    let good = Drives::new(&tree);
+    let mut solver = TreeSolver::new(&tree);
+    let mut state = TreeState::new(&tree);
+    let good = TreeDrives::new(&tree);
     let before = state.clone();
-    let mut refused = |tree: &Tree, drives: &Drives, h: f64| {
+    let mut refused = |tree: &Tree, drives: &TreeDrives, h: f64| {
         let error = solver.step(&mut state, tree, drives, gravity(), h).unwrap_err();
         assert_eq!(state, before);
         error
     };
     assert!(matches!(refused(&other, &good, 1e-3), DynamicsError::Length { .. }));
-    assert!(matches!(refused(&tree, &Drives::new(&other), 1e-3), DynamicsError::Length { .. }));
+    assert!(matches!(refused(&tree, &TreeDrives::new(&other), 1e-3), DynamicsError::Length { .. }));
     for h in [0.0, -1.0, f64::NAN, f64::INFINITY] {
         assert!(matches!(refused(&tree, &good, h), DynamicsError::Step { .. }));
     }
@@ -65,9 +67,13 @@ fn wrong_steps_change_nothing() {
     drives.force[0] = 1e308;
     assert_eq!(refused(&tree, &drives, 1e10), DynamicsError::Diverged);
     let mut drives = good.clone();
-    for bound in [Bound::force(-1.0), Bound::force(f64::NAN), Bound::motor(1.0, 0.0), Bound::motor(f64::INFINITY, 1.0)]
-    {
-        drives.drive[0] = Drive::Velocity { target: 0.0, bound };
+    for bound in [
+        ForceBound::force(-1.0),
+        ForceBound::force(f64::NAN),
+        ForceBound::motor(1.0, 0.0),
+        ForceBound::motor(f64::INFINITY, 1.0),
+    ] {
+        drives.drive[0] = DofDrive::Velocity { target: 0.0, bound };
         assert!(matches!(refused(&tree, &drives, 1e-3), DynamicsError::Drive { dof: 0, .. }), "{bound:?}");
     }
 }
@@ -87,13 +93,13 @@ fn point_on_its_axis_is_singular() {
     let mut out = [0.0];
     let error = dynamics.forward(&tree, &[0.0], gravity(), &mut out).unwrap_err();
     assert_eq!(error, DynamicsError::Singular { dof: 0 });
-    let mut state = State::new(&tree);
-    let error = Solver::new(&tree).step(&mut state, &tree, &Drives::new(&tree), gravity(), 1e-3).unwrap_err();
+    let mut state = TreeState::new(&tree);
+    let error = TreeSolver::new(&tree).step(&mut state, &tree, &TreeDrives::new(&tree), gravity(), 1e-3).unwrap_err();
     assert_eq!(error, DynamicsError::Singular { dof: 0 });
 }
 
 #[test]
-fn links_that_do_not_exist() {
+fn unknown_links_are_refused() {
     let tree = Tree::new(vec![pendulum()]).unwrap();
     let kinematics = tatu_mechanisms::Kinematics::new(&tree);
     assert!(kinematics.pose(1).is_none() && tree.offsets(1).is_none());
@@ -102,8 +108,8 @@ fn links_that_do_not_exist() {
 }
 
 #[test]
-fn numbers_of_any_size_are_refused_or_give_finite_states() {
-    let mut random = Random::new(11);
+fn extreme_numbers_are_refused_or_result_in_finite_states() {
+    let mut random = TestRng::new(11);
     let mut taken = 0;
     for k in 0..30_000 {
         // In a quarter of the rounds, about half of the values are arbitrary; in the others, about one in twelve.
@@ -121,38 +127,40 @@ fn numbers_of_any_size_are_refused_or_give_finite_states() {
             link.frame.translation.x = number(0.2);
         }
         let Ok(tree) = Tree::new(links) else { continue };
-        let mut state =
-            State { q: vec![number(0.1), number(0.2), number(-0.3)], v: vec![number(1.0), number(0.0), number(2.0)] };
-        let mut drives = Drives::new(&tree);
+        let mut state = TreeState {
+            q: vec![number(0.1), number(0.2), number(-0.3)],
+            v: vec![number(1.0), number(0.0), number(2.0)],
+        };
+        let mut drives = TreeDrives::new(&tree);
         for d in 0..3 {
             let bound = match k % 3 {
-                0 => Bound::force(number(5.0)),
-                1 => Bound::motor(number(5.0), number(3.0)),
-                _ => Bound { force: number(5.0), full_speed: number(1.0), no_load_speed: number(2.0) },
+                0 => ForceBound::force(number(5.0)),
+                1 => ForceBound::motor(number(5.0), number(3.0)),
+                _ => ForceBound { force: number(5.0), full_speed: number(1.0), no_load_speed: number(2.0) },
             };
             drives.drive[d] = match (k + d) % 4 {
-                0 => Drive::Velocity { target: number(1.0), bound },
-                1 => Drive::Force { force: number(1.0), bound },
+                0 => DofDrive::Velocity { target: number(1.0), bound },
+                1 => DofDrive::Force { force: number(1.0), bound },
                 2 => {
                     let (stiffness, damping) = (number(100.0), number(10.0));
-                    Drive::Position { target: number(0.5), velocity: number(0.0), stiffness, damping, bound }
+                    DofDrive::Position { target: number(0.5), velocity: number(0.0), stiffness, damping, bound }
                 }
-                _ => Drive::Off,
+                _ => DofDrive::Off,
             };
             drives.force[d] = number(0.0);
             drives.spring[d] =
-                tatu_mechanisms::Spring { rest: number(0.0), stiffness: number(1.0), damping: number(0.0) };
+                tatu_mechanisms::JointSpring { rest: number(0.0), stiffness: number(1.0), damping: number(0.0) };
         }
         let (gravity, h) = (Vector3::new(number(0.0), 0.0, number(-9.81)), number(1e-3));
         let before = state.clone();
-        let mut solver = Solver::new(&tree);
+        let mut solver = TreeSolver::new(&tree);
         match solver.step(&mut state, &tree, &drives, gravity, h) {
             Ok(_) => {
                 taken += 1;
                 assert!(state.q.iter().chain(&state.v).all(|x| x.is_finite()));
             }
             Err(_) => {
-                let bits = |s: &State| s.q.iter().chain(&s.v).map(|x| x.to_bits()).collect::<Vec<_>>();
+                let bits = |s: &TreeState| s.q.iter().chain(&s.v).map(|x| x.to_bits()).collect::<Vec<_>>();
                 assert_eq!(bits(&state), bits(&before));
             }
         }

@@ -9,33 +9,33 @@ use rapier3d::{
 };
 
 use super::{
-    curved,
+    collision_filter::{self, ColliderTag},
+    contact_refresh,
     records::{BodyRecord, JointRecord},
-    respond::{self, Tag},
     sleep,
-    state::{Rapier, Tables, finite},
+    state::{EngineState, Rapier, is_finite},
 };
-use crate::{BodyDesc, BodyId, Engine, FrictionRule, JointId, MassProps, Motion, Surface, convert};
+use crate::{BodyDesc, BodyId, ContactSurface, Engine, FrictionRule, JointId, MassProps, MotionType, convert};
 
 impl Rapier {
     pub(super) fn record(&self, body: BodyId) -> Option<&BodyRecord> {
-        self.tables.bodies.get(body.0 as usize)?.as_ref()
+        self.state.bodies.get(body.0 as usize)?.as_ref()
     }
 
     pub(super) fn insert_body(&mut self, desc: &BodyDesc) -> BodyId {
-        let id = BodyId(self.tables.bodies.len() as u32);
-        let sound = sound(desc);
+        let id = BodyId(self.state.bodies.len() as u32);
+        let sound = is_valid(desc);
         let builder = match desc.motion {
-            Motion::Static => RigidBodyBuilder::fixed(),
-            Motion::Kinematic => RigidBodyBuilder::kinematic_position_based(),
-            Motion::Dynamic => RigidBodyBuilder::dynamic(),
+            MotionType::Static => RigidBodyBuilder::fixed(),
+            MotionType::Kinematic => RigidBodyBuilder::kinematic_position_based(),
+            MotionType::Dynamic => RigidBodyBuilder::dynamic(),
         };
-        let dynamic = sound && desc.motion == Motion::Dynamic;
+        let dynamic = sound && desc.motion == MotionType::Dynamic;
         let com = if dynamic { convert::vector(&desc.mass.com.coords) } else { Vector::ZERO };
         let mut record = BodyRecord {
             handle: RigidBodyHandle::invalid(),
             motion: desc.motion,
-            respond: desc.respond,
+            respond: desc.collision_mask,
             com,
             joints: 0,
             uneven: false,
@@ -59,18 +59,18 @@ impl Rapier {
         }
         let handle = self.world.insert_body(builder);
         record.handle = handle;
-        sleep::set(&mut self.world.bodies[handle], self.tables.sleep);
-        self.tables.bodies.push(Some(record));
-        if desc.respond.mask != 0 {
+        sleep::set_may_sleep(&mut self.world.bodies[handle], self.state.sleep);
+        self.state.bodies.push(Some(record));
+        if desc.collision_mask.mask != 0 {
             self.add_colliders(id, desc);
-            self.join_tree(id);
-            self.tables.fresh.push(id);
-            if self.is_modified(id) {
-                self.watch_contacts(id);
+            self.join_collision_tree(id);
+            self.state.fresh.push(id);
+            if self.needs_contact_hook(id) {
+                self.enable_contact_hook(id);
             }
-            if desc.surface != Surface::default() {
-                self.tables.surfaces.insert(id, desc.surface);
-                self.watch_pairs(id);
+            if desc.surface != ContactSurface::default() {
+                self.state.surfaces.insert(id, desc.surface);
+                self.enable_pair_hooks(id);
             }
         }
         // Rapier would do this in the next step, but drives need the centre of mass before that.
@@ -94,7 +94,7 @@ impl Rapier {
                 // The mass is set on the body directly.
                 .density(0.0)
                 .friction(part.friction.unwrap_or(desc.friction))
-                .friction_combine_rule(match self.tables.friction_rule {
+                .friction_combine_rule(match self.state.friction_rule {
                     FrictionRule::Product => CoefficientCombineRule::Multiply,
                     FrictionRule::Mean => CoefficientCombineRule::Average,
                     FrictionRule::Least => CoefficientCombineRule::Min,
@@ -102,28 +102,28 @@ impl Rapier {
                 })
                 .restitution(desc.restitution)
                 .restitution_combine_rule(CoefficientCombineRule::Multiply)
-                .active_hooks(curved::hooks(&part.form))
-                .collision_groups(respond::groups(desc.respond.mask, false))
-                .user_data(Tag { body: id.0, respond: desc.respond }.pack());
+                .active_hooks(contact_refresh::required_hooks(&part.form))
+                .collision_groups(collision_filter::collision_groups(desc.collision_mask.mask, false))
+                .user_data(ColliderTag { body: id.0, collision_mask: desc.collision_mask }.pack());
             self.world.insert_collider(collider, Some(record.handle));
         }
     }
 
     /// Adds a body to its collision tree, and enables the mask filter where collision groups are not sufficient.
-    fn join_tree(&mut self, id: BodyId) {
+    fn join_collision_tree(&mut self, id: BodyId) {
         let Some(&BodyRecord { respond: new, .. }) = self.record(id) else {
             return;
         };
-        let mut tree = self.tables.trees.remove(&new.tree).unwrap_or_default();
+        let mut tree = self.state.trees.remove(&new.tree).unwrap_or_default();
         for &other in &tree.members {
             let Some(&BodyRecord { respond: old, .. }) = self.record(other) else {
                 continue;
             };
-            match (respond::responds(old, new), respond::responds_by_groups(old, new)) {
+            match (collision_filter::masks_collide(old, new), collision_filter::high_bytes_collide(old, new)) {
                 // The collision groups would let the two bodies collide, so one of them needs the filter. It is enabled
                 // for the older one, which is usually the base of a robot. The robot's wheels then touch the floor
                 // without a filter.
-                (false, true) => self.filter(other, false),
+                (false, true) => self.enable_mask_filter(other, false),
                 (true, false) => tree.wide = true,
                 _ => {}
             }
@@ -131,14 +131,14 @@ impl Rapier {
         tree.members.push(id);
         if tree.wide {
             for &member in &tree.members {
-                self.filter(member, true);
+                self.enable_mask_filter(member, true);
             }
         }
-        self.tables.trees.insert(new.tree, tree);
+        self.state.trees.insert(new.tree, tree);
     }
 
     /// Enables the mask filter for a body. If `low_too` is set, the groups also pass pairs that share only low bits.
-    fn filter(&mut self, id: BodyId, low_too: bool) {
+    fn enable_mask_filter(&mut self, id: BodyId, low_too: bool) {
         let Some(&BodyRecord { handle, respond, .. }) = self.record(id) else {
             return;
         };
@@ -149,26 +149,26 @@ impl Rapier {
             };
             collider.set_active_hooks(collider.active_hooks() | ActiveHooks::FILTER_CONTACT_PAIRS);
             if low_too {
-                collider.set_collision_groups(respond::groups(respond.mask, true));
+                collider.set_collision_groups(collision_filter::collision_groups(respond.mask, true));
             }
         }
     }
 
     /// Enables the hooks that decide which bodies a body collides with and that modify its contacts.
-    pub(super) fn watch_pairs(&mut self, id: BodyId) {
+    pub(super) fn enable_pair_hooks(&mut self, id: BodyId) {
         self.set_hooks(id, |h| h | ActiveHooks::FILTER_CONTACT_PAIRS | ActiveHooks::MODIFY_SOLVER_CONTACTS);
     }
 
     /// Enables the hook that modifies the contacts of a body.
-    pub(super) fn watch_contacts(&mut self, id: BodyId) {
+    pub(super) fn enable_contact_hook(&mut self, id: BodyId) {
         self.set_hooks(id, |h| h | ActiveHooks::MODIFY_SOLVER_CONTACTS);
     }
 
     /// Disables the hook that modifies the contacts of a body, unless it is still needed.
-    pub(super) fn unwatch_contacts(&mut self, id: BodyId) {
-        let Tables { surfaces, pairs, partings, .. } = &self.tables;
+    pub(super) fn disable_contact_hook(&mut self, id: BodyId) {
+        let EngineState { surfaces, pairs, partings, .. } = &self.state;
         let in_pair = |(a, b): &(BodyId, BodyId)| *a == id || *b == id;
-        if !self.is_modified(id)
+        if !self.needs_contact_hook(id)
             && !surfaces.contains_key(&id)
             && !pairs.keys().any(in_pair)
             && !partings.keys().any(in_pair)
@@ -179,10 +179,10 @@ impl Rapier {
 
     /// Returns whether one of the body's colliders bounces, or has a friction coefficient that exceeds the maximum for a
     /// pair: the hook then modifies its contacts.
-    fn is_modified(&self, id: BodyId) -> bool {
+    fn needs_contact_hook(&self, id: BodyId) -> bool {
         let colliders = self.record(id).map(|r| self.world.bodies[r.handle].colliders());
         let mut colliders = colliders.into_iter().flatten().filter_map(|c| self.world.colliders.get(*c));
-        colliders.any(|c| c.friction() > respond::MOST_FRICTION || c.restitution() > 0.0)
+        colliders.any(|c| c.friction() > collision_filter::MAX_FRICTION || c.restitution() > 0.0)
     }
 
     fn set_hooks(&mut self, id: BodyId, change: impl Fn(ActiveHooks) -> ActiveHooks) {
@@ -199,49 +199,49 @@ impl Rapier {
             return;
         };
         let on_it = |j: &Option<_>| j.as_ref().is_some_and(|j: &JointRecord| j.bodies.0 == body || j.bodies.1 == body);
-        let gone: Vec<_> = (0..).zip(&self.tables.joints).filter(|(_, j)| on_it(j)).map(|(i, _)| JointId(i)).collect();
+        let gone: Vec<_> = (0..).zip(&self.state.joints).filter(|(_, j)| on_it(j)).map(|(i, _)| JointId(i)).collect();
         for joint in gone {
             self.remove_joint(joint);
         }
-        self.give_back(body);
-        self.tables.loads.remove(&body);
-        self.forget_contacts(body);
-        self.release(body);
+        self.release_adopted_body(body);
+        self.state.loads.remove(&body);
+        self.discard_contacts(body);
+        self.remove_surface(body);
         self.world.remove_body(record.handle);
-        self.tables.bodies[body.0 as usize] = None;
-        self.forget_velocity(body);
-        self.tables.moving.remove(&body);
-        self.tables.pairs.retain(|(a, b), _| *a != body && *b != body);
-        self.tables.partings.retain(|(a, b), _| *a != body && *b != body);
-        self.tables.fresh.retain(|id| *id != body);
-        if let Some(tree) = self.tables.trees.get_mut(&record.respond.tree) {
+        self.state.bodies[body.0 as usize] = None;
+        self.discard_velocity(body);
+        self.state.moving.remove(&body);
+        self.state.pairs.retain(|(a, b), _| *a != body && *b != body);
+        self.state.partings.retain(|(a, b), _| *a != body && *b != body);
+        self.state.fresh.retain(|id| *id != body);
+        if let Some(tree) = self.state.trees.get_mut(&record.respond.tree) {
             tree.members.retain(|id| *id != body);
             if tree.members.is_empty() {
-                self.tables.trees.remove(&record.respond.tree);
+                self.state.trees.remove(&record.respond.tree);
             }
         }
     }
 
-    pub(super) fn place(&mut self, body: BodyId, pose: &Isometry3<f64>) {
+    pub(super) fn set_body_pose(&mut self, body: BodyId, pose: &Isometry3<f64>) {
         let Some(&record) = self.record(body) else {
             return;
         };
-        if !sound_pose(pose) {
+        if !is_valid_pose(pose) {
             return self.freeze(body);
         }
         let (handle, pose) = (record.handle, record.rapier_pose(pose));
-        if record.motion != Motion::Kinematic {
+        if record.motion != MotionType::Kinematic {
             self.world.bodies[handle].set_position(pose, true);
-            self.tables.moved.push(body);
-            self.forget_velocity(body);
-            if record.motion == Motion::Static && record.joints > 0 {
-                self.move_trees(body);
+            self.state.moved.push(body);
+            self.discard_velocity(body);
+            if record.motion == MotionType::Static && record.joints > 0 {
+                self.schedule_rebuild(body);
                 self.move_anchors(body, &pose);
             }
             return;
         }
         let from = *self.world.bodies[handle].position();
-        self.tables.moving.entry(body).or_insert((from, pose)).1 = pose;
+        self.state.moving.entry(body).or_insert((from, pose)).1 = pose;
     }
 
     /// Prepares a body for a joint. The body remains awake unless its mechanism is parked, because a wheel that creeps
@@ -249,14 +249,14 @@ impl Rapier {
     /// iteration is added for the body's contacts and joints in each sub-step, because the solution converges slowly:
     /// without it, a 16 kg chassis on a 0.25 kg caster tilts by 0.4 degrees instead of 0.3.
     pub(super) fn prepare_for_joint(&mut self, body: BodyId, uneven: bool) {
-        let Some(Some(record)) = self.tables.bodies.get_mut(body.0 as usize) else {
+        let Some(Some(record)) = self.state.bodies.get_mut(body.0 as usize) else {
             return;
         };
         record.joints += 1;
         let handle = record.handle;
         self.world.wake_up(handle, true);
         let body = &mut self.world.bodies[handle];
-        sleep::set(body, false);
+        sleep::set_may_sleep(body, false);
         // Gyroscopic forces are applied in each sub-step, not in each step as for free bodies.
         body.enable_gyroscopic_forces(true);
         if uneven && body.additional_pgs_iterations() == 0 {
@@ -267,14 +267,14 @@ impl Rapier {
     /// Records that a joint of a body was removed. A body without joints can sleep again, and its gyroscopic forces are
     /// those of a free body.
     pub(super) fn free_from_joint(&mut self, body: BodyId) {
-        let may_sleep = self.tables.sleep;
-        let Some(Some(record)) = self.tables.bodies.get_mut(body.0 as usize) else {
+        let may_sleep = self.state.sleep;
+        let Some(Some(record)) = self.state.bodies.get_mut(body.0 as usize) else {
             return;
         };
         record.joints = record.joints.saturating_sub(1);
         if record.joints == 0 {
             let body = &mut self.world.bodies[record.handle];
-            sleep::set(body, may_sleep);
+            sleep::set_may_sleep(body, may_sleep);
             body.enable_gyroscopic_forces(false);
         }
     }
@@ -286,7 +286,7 @@ impl Rapier {
         };
         if self.world.bodies[handle].is_enabled() {
             self.world.bodies[handle].set_enabled(false);
-            self.tables.frozen.push(body);
+            self.state.frozen.push(body);
         }
     }
 
@@ -297,7 +297,7 @@ impl Rapier {
         }
         let world = &self.world;
         let ids = world.quarantine().bodies().iter().filter_map(|h| world.bodies.get(*h));
-        self.tables.frozen.extend(ids.map(|body| BodyId(body.user_data as u32)));
+        self.state.frozen.extend(ids.map(|body| BodyId(body.user_data as u32)));
     }
 }
 
@@ -307,27 +307,27 @@ fn is_uneven(inertia: &Matrix3<f64>) -> bool {
     (inertia - even).amax() > 1e-9 * inertia.trace()
 }
 
-fn sound_pose(pose: &Isometry3<f64>) -> bool {
-    finite(&pose.translation.vector) && pose.rotation.coords.iter().all(|x| x.is_finite())
+fn is_valid_pose(pose: &Isometry3<f64>) -> bool {
+    is_finite(&pose.translation.vector) && pose.rotation.coords.iter().all(|x| x.is_finite())
 }
 
-fn sound_mass(mass: &MassProps) -> bool {
-    mass.mass.is_finite() && finite(&mass.com.coords) && mass.inertia.iter().all(|x| x.is_finite())
+fn is_valid_mass(mass: &MassProps) -> bool {
+    mass.mass.is_finite() && is_finite(&mass.com.coords) && mass.inertia.iter().all(|x| x.is_finite())
 }
 
-pub(super) fn sound_surface(s: &Surface) -> bool {
+pub(super) fn is_valid_surface(s: &ContactSurface) -> bool {
     let numbers = [s.axis_friction, s.rolling_friction, s.spinning_friction];
-    let axis = s.axis.is_none_or(|a| finite(&a)) && s.axis_angle.is_finite();
-    finite(&s.velocity) && axis && numbers.iter().all(|x| x.is_finite() && *x >= 0.0)
+    let axis = s.axis.is_none_or(|a| is_finite(&a)) && s.axis_angle.is_finite();
+    is_finite(&s.velocity) && axis && numbers.iter().all(|x| x.is_finite() && *x >= 0.0)
 }
 
-fn sound(desc: &BodyDesc) -> bool {
-    sound_pose(&desc.pose)
-        && finite(&desc.linear_velocity)
-        && finite(&desc.angular_velocity)
+fn is_valid(desc: &BodyDesc) -> bool {
+    is_valid_pose(&desc.pose)
+        && is_finite(&desc.linear_velocity)
+        && is_finite(&desc.angular_velocity)
         && desc.friction.is_finite()
         && desc.restitution.is_finite()
-        && sound_surface(&desc.surface)
-        && (desc.motion != Motion::Dynamic || sound_mass(&desc.mass))
-        && desc.parts.iter().all(|part| sound_pose(&part.pose))
+        && is_valid_surface(&desc.surface)
+        && (desc.motion != MotionType::Dynamic || is_valid_mass(&desc.mass))
+        && desc.parts.iter().all(|part| is_valid_pose(&part.pose))
 }

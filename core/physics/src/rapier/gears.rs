@@ -6,56 +6,56 @@ use super::{records::JointRecord, state::Rapier};
 use crate::{Gear, JointId, JointKind};
 
 /// Indices of rapier's coordinates along and about the axis of a joint.
-const ALONG: usize = 2;
-const ABOUT: usize = 5;
+const ALONG_AXIS: usize = 2;
+const ABOUT_AXIS: usize = 5;
 
 /// Fraction of a coupling's error that is corrected per step. Rapier would correct all of it in each sub-step, before
 /// contacts and even in the pass without friction. Light geared fingers would then push the object between them back
 /// and forth until it slips through. Fingers of 15 g hold 0.2 kg at fractions from 0.2 to 0.5, and drop it at 0.9 and
 /// at 0.05.
-const MADE_UP: f64 = 0.2;
+const CORRECTED_SHARE: f64 = 0.2;
 
 /// Returns the index of the driven degree of freedom of a joint, and that of its coordinate. The first degree of
 /// freedom of a screw is its translation, and the second one, which is driven, its rotation.
 pub(super) fn coordinate(kind: JointKind) -> (usize, usize) {
     match kind {
-        JointKind::Screw(_) => (1, ABOUT),
-        JointKind::Prismatic => (0, ALONG),
-        _ => (0, ABOUT),
+        JointKind::Screw(_) => (1, ABOUT_AXIS),
+        JointKind::Prismatic => (0, ALONG_AXIS),
+        _ => (0, ABOUT_AXIS),
     }
 }
 
 impl Rapier {
     /// Replaces all of rapier's couplings, and sets the error that each corrects in this step.
-    pub(super) fn couple(&mut self) {
-        let changed = std::mem::take(&mut self.tables.joints_changed);
-        if !changed && self.tables.gears.is_empty() && !self.tables.screws {
+    pub(super) fn update_gears(&mut self) {
+        let changed = std::mem::take(&mut self.state.joints_changed);
+        if !changed && self.state.gears.is_empty() && !self.state.screws {
             return;
         }
-        self.tables.screws = false;
+        self.state.screws = false;
         let coupled = |r: &&JointRecord| r.geared || matches!(r.kind, JointKind::Screw(_));
-        for record in self.tables.joints.iter().flatten().filter(coupled) {
+        for record in self.state.joints.iter().flatten().filter(coupled) {
             if let Some((multibody, _)) = record.reduced().and_then(|r| self.world.multibody_joints.get_mut(r.handle)) {
                 multibody.clear_dof_couplings();
             }
         }
-        for i in 0..self.tables.joints.len() {
-            let Some(record) = &self.tables.joints[i] else { continue };
+        for i in 0..self.state.joints.len() {
+            let Some(record) = &self.state.joints[i] else { continue };
             if let (JointKind::Screw(lead), Some(reduced)) = (record.kind, record.reduced())
                 && let Some((multibody, link)) = self.world.multibody_joints.get_mut(reduced.handle)
             {
-                self.tables.screws = true;
-                add(multibody, (link, 1, ABOUT), (link, 0, ALONG), lead, 0.0);
+                self.state.screws = true;
+                couple_coordinates(multibody, (link, 1, ABOUT_AXIS), (link, 0, ALONG_AXIS), lead, 0.0);
             }
         }
-        for gear in std::mem::take(&mut self.tables.gears) {
+        for gear in std::mem::take(&mut self.state.gears) {
             self.add_gear(&gear);
-            self.tables.gears.push(gear);
+            self.state.gears.push(gear);
         }
     }
 
     fn add_gear(&mut self, gear: &Gear) {
-        let record = |id: JointId| self.tables.joints.get(id.0 as usize)?.as_ref();
+        let record = |id: JointId| self.state.joints.get(id.0 as usize)?.as_ref();
         let place = |id: JointId| {
             let record = record(id)?;
             let link = self.world.multibody_joints.rigid_body_link(record.reduced()?.child)?;
@@ -69,13 +69,13 @@ impl Rapier {
             // Rapier couples its own coordinates, in which positions are measured from each joint's `zero`.
             let offset = gear.offset + gear.ratio * leader.3 - joint.3;
             let [leader, joint] = [leader, joint].map(|(_, link, (dof, axis), _)| (link, dof, axis));
-            add(multibody, leader, joint, gear.ratio, offset);
+            couple_coordinates(multibody, leader, joint, gear.ratio, offset);
         }
     }
 }
 
 /// Couples two coordinates. Each is given by its link, the degree of freedom in the link, and its index.
-fn add(
+fn couple_coordinates(
     multibody: &mut Multibody,
     (link1, dof1, axis1): (usize, usize, usize),
     (link2, dof2, axis2): (usize, usize, usize),
@@ -84,6 +84,6 @@ fn add(
 ) {
     let at = |link: usize, axis: usize| multibody.link(link).map_or(0.0, |l| l.joint().coords()[axis]);
     let error = at(link2, axis2) - coeff * at(link1, axis1) - offset;
-    let offset = offset + (1.0 - MADE_UP) * error;
+    let offset = offset + (1.0 - CORRECTED_SHARE) * error;
     multibody.add_dof_coupling(MultibodyDofCoupling { link1, dof1, axis1, link2, dof2, axis2, coeff, offset });
 }

@@ -8,12 +8,12 @@ use rapier3d::{
 };
 
 use super::{
-    records::{JointRecord, Memory},
-    tuning::{JOINT_SOFTNESS, MOST_ITERATIONS, MOTOR_DAMPING, NEVER_REACHED, SETTLE_TIME},
+    records::{ControllerState, JointRecord},
+    tuning::{JOINT_SOFTNESS, MAX_ADDED_ITERATIONS, MOTOR_DAMPING, SETTLE_TIME, UNREACHABLE_SPEED},
 };
 use tatu_geometry::wrap_angle;
 
-use crate::{Drive, JointDesc, JointForm, JointKind, Tracking};
+use crate::{JointDesc, JointDrive, JointForm, JointKind, PositionController};
 
 impl JointKind {
     pub(super) fn free_axis(self) -> Option<JointAxis> {
@@ -26,7 +26,7 @@ impl JointKind {
 }
 
 /// Builds rapier's joint. `zero` is the joint's position at which rapier's angle is 0, rad.
-pub(super) fn build(desc: &JointDesc, frames: (Pose, Pose), zero: f64) -> GenericJoint {
+pub(super) fn build_joint(desc: &JointDesc, frames: (Pose, Pose), zero: f64) -> GenericJoint {
     let free = desc.kind.free_axis();
     let freed = match desc.kind {
         JointKind::Spherical => JointAxesMask::ANG_AXES,
@@ -68,22 +68,22 @@ pub(super) fn kind_of(joint: &GenericJoint) -> JointKind {
     }
 }
 
-/// Returns the drive, or [`Drive::Free`] if it has invalid values or no force.
-pub(super) fn sane(drive: Drive) -> Drive {
+/// Returns the drive, or [`JointDrive::Free`] if it has invalid values or no force.
+pub(super) fn sanitized(drive: JointDrive) -> JointDrive {
     let good = match drive {
-        Drive::Free => true,
-        Drive::Velocity { target, max_force, slip } => target.is_finite() && max_force > 0.0 && slip >= 0.0,
-        Drive::Position { target, max_force, max_velocity, tracking } => {
-            let sane = |t: Tracking| [t.p, t.i, t.d, t.velocity].iter().all(|x| x.is_finite());
+        JointDrive::Free => true,
+        JointDrive::Velocity { target, max_force, slip } => target.is_finite() && max_force > 0.0 && slip >= 0.0,
+        JointDrive::Position { target, max_force, max_velocity, tracking } => {
+            let sane = |t: PositionController| [t.p, t.i, t.d, t.velocity].iter().all(|x| x.is_finite());
             target.is_finite() && max_force > 0.0 && max_velocity > 0.0 && tracking.is_none_or(sane)
         }
-        Drive::Force(force) => force.is_finite() && force != 0.0,
+        JointDrive::Force(force) => force.is_finite() && force != 0.0,
     };
-    if good { drive } else { Drive::Free }
+    if good { drive } else { JointDrive::Free }
 }
 
 /// Sets the motor of rapier's joint from its record.
-pub(super) fn apply(joint: &mut GenericJoint, record: &JointRecord) {
+pub(super) fn apply_motor(joint: &mut GenericJoint, record: &JointRecord) {
     let Some(axis) = record.kind.free_axis() else {
         return;
     };
@@ -96,25 +96,25 @@ pub(super) fn apply(joint: &mut GenericJoint, record: &JointRecord) {
     };
     let motor = match record.drive {
         // Passive damping is a motor with target velocity 0 and this damping.
-        Drive::Free if record.reduced().is_none() && record.passive.damping > 0.0 => {
+        JointDrive::Free if record.reduced().is_none() && record.passive.damping > 0.0 => {
             JointMotor { damping: record.passive.damping, ..motor(0.0, f64::MAX) }
         }
-        Drive::Free => {
+        JointDrive::Free => {
             joint.motor_axes &= !JointAxesMask::from(axis);
             joint.motors[axis as usize] = JointMotor::default();
             return;
         }
-        Drive::Velocity { target, max_force, slip } if slip > 1.0 / MOTOR_DAMPING => {
+        JointDrive::Velocity { target, max_force, slip } if slip > 1.0 / MOTOR_DAMPING => {
             JointMotor { damping: 1.0 / slip, ..motor(target, max_force) }
         }
-        Drive::Velocity { target, max_force, .. } => motor(target, max_force),
+        JointDrive::Velocity { target, max_force, .. } => motor(target, max_force),
         // The same force acts on both bodies along the axis, which is updated in each sub-step.
-        Drive::Force(force) => motor(NEVER_REACHED.copysign(force), force.abs()),
+        JointDrive::Force(force) => motor(UNREACHABLE_SPEED.copysign(force), force.abs()),
         // Rapier's own spring is not used, because its speed would depend on the number of sub-steps.
-        Drive::Position { max_force, .. } => motor(record.pursuit, max_force),
+        JointDrive::Position { max_force, .. } => motor(record.pursuit, max_force),
     };
     let motor = match record.passive.no_load_speed > 0.0 {
-        true => weakened(motor, record),
+        true => weakened_motor(motor, record),
         false => motor,
     };
     joint.motor_axes |= axis.into();
@@ -123,9 +123,9 @@ pub(super) fn apply(joint: &mut GenericJoint, record: &JointRecord) {
 
 /// Returns a motor whose limit falls with its speed. Once the motor has reached the limit, it follows its torque-speed
 /// line, as a motor with finite damping does, and settles at the speed at which its torque equals the load.
-fn weakened(motor: JointMotor, record: &JointRecord) -> JointMotor {
+fn weakened_motor(motor: JointMotor, record: &JointRecord) -> JointMotor {
     let (no_load, speed) = (record.passive.no_load_speed, record.speed);
-    let wanted = wanted(record).unwrap_or(motor.target_vel);
+    let wanted = target_velocity(record).unwrap_or(motor.target_vel);
     let direction = 1.0f64.copysign(wanted - speed);
     // A braking motor keeps its full limit.
     if direction * speed < 0.0 {
@@ -146,20 +146,20 @@ fn weakened(motor: JointMotor, record: &JointRecord) -> JointMotor {
 /// Returns the dry friction that a drive absorbs into its own limit. Rapier solves the constraint of a drive before
 /// that of the friction, once in each sub-step, so a light wheel would lag behind its motor by friction * sub-step /
 /// inertia.
-pub(super) fn folded(record: &JointRecord) -> f64 {
+pub(super) fn folded_friction(record: &JointRecord) -> f64 {
     let limit = match record.drive {
-        Drive::Velocity { max_force, slip: 0.0, .. } | Drive::Position { max_force, .. } => max_force,
+        JointDrive::Velocity { max_force, slip: 0.0, .. } | JointDrive::Position { max_force, .. } => max_force,
         _ => return 0.0,
     };
     if limit > record.passive.friction && !record.at_limit { record.passive.friction } else { 0.0 }
 }
 
 /// Returns the target velocity of a drive, or `None` if the drive has no target velocity.
-pub(super) fn wanted(record: &JointRecord) -> Option<f64> {
+pub(super) fn target_velocity(record: &JointRecord) -> Option<f64> {
     match record.drive {
-        Drive::Velocity { target, .. } => Some(target),
-        Drive::Position { .. } => Some(record.pursuit),
-        Drive::Free | Drive::Force(_) => None,
+        JointDrive::Velocity { target, .. } => Some(target),
+        JointDrive::Position { .. } => Some(record.pursuit),
+        JointDrive::Free | JointDrive::Force(_) => None,
     }
 }
 
@@ -169,7 +169,7 @@ pub(super) fn wanted(record: &JointRecord) -> Option<f64> {
 /// axis, as in a wheel, one iteration is exact. Otherwise each iteration leaves 1 - 1/q of the error, where q is the
 /// ratio of the inertia about the axis to that about the centre of mass: 3/4 for a rod held at its end, which would
 /// then lag behind gravity by 0.04 rad/s. Six iterations per unit of q above 1 leave less than 0.3 %.
-pub(super) fn iterations(frames: (Pose, Pose), a: &RigidBody, b: &RigidBody) -> usize {
+pub(super) fn added_iterations(frames: (Pose, Pose), a: &RigidBody, b: &RigidBody) -> usize {
     let (frame_a, frame_b) = (a.position() * frames.0, b.position() * frames.1);
     let axis = frame_b.rotation * Vector::Z;
     let mobility = |body: &RigidBody, pivot: Vector| {
@@ -185,14 +185,19 @@ pub(super) fn iterations(frames: (Pose, Pose), a: &RigidBody, b: &RigidBody) -> 
     let q = (of_a.0 + of_b.0) / (of_a.1 + of_b.1);
     // The ratio is NaN for bodies without inertia. Below 1.01, as for a wheel on a chassis, the first iteration leaves
     // less than 1 %.
-    if q.is_nan() || q < 1.01 { 0 } else { (6.0 * (q - 1.0)).ceil().min(MOST_ITERATIONS) as usize }
+    if q.is_nan() || q < 1.01 { 0 } else { (6.0 * (q - 1.0)).ceil().min(MAX_ADDED_ITERATIONS) as usize }
 }
 
 /// Returns the velocity of a position drive at `position` for the next `dt`, s, and the new memory of its controller.
 /// `pressed` is the sign of the drive's force if it was at its limit in the last step, otherwise 0.
-pub(super) fn pursue(record: &JointRecord, position: f64, dt: f64, pressed: f64) -> (f64, Memory) {
-    let Drive::Position { target, max_velocity, tracking, .. } = record.drive else {
-        return (0.0, Memory::default());
+pub(super) fn controller_velocity(
+    record: &JointRecord,
+    position: f64,
+    dt: f64,
+    pressed: f64,
+) -> (f64, ControllerState) {
+    let JointDrive::Position { target, max_velocity, tracking, .. } = record.drive else {
+        return (0.0, ControllerState::default());
     };
     let mut way = target - position;
     // A joint without limits turns in the direction of the shorter path.
@@ -200,9 +205,9 @@ pub(super) fn pursue(record: &JointRecord, position: f64, dt: f64, pressed: f64)
         way = wrap_angle(way);
     }
     let Some(t) = tracking else {
-        return ((way / SETTLE_TIME.max(dt)).clamp(-max_velocity, max_velocity), Memory::default());
+        return ((way / SETTLE_TIME.max(dt)).clamp(-max_velocity, max_velocity), ControllerState::default());
     };
-    let Memory { sum, last } = record.memory;
+    let ControllerState { sum, last } = record.memory;
     let next = sum + way * dt;
     let change = last.map_or(0.0, |l| (way - l) / dt);
     let wanted = t.p * way + t.i * next + t.d * change + t.velocity;
@@ -211,7 +216,7 @@ pub(super) fn pursue(record: &JointRecord, position: f64, dt: f64, pressed: f64)
     // which prevents windup.
     let held = velocity != wanted || pressed * t.i * way > 0.0;
     let sum = if held { sum } else { next };
-    (velocity, Memory { sum, last: Some(way) })
+    (velocity, ControllerState { sum, last: Some(way) })
 }
 
 /// Returns the position of a joint, as rapier measures it, from the world poses of its frames on both bodies.

@@ -4,29 +4,29 @@
 
 use rapier3d::{dynamics::RigidBody, geometry::PairContacts, math::Vector};
 
-use super::{records::Sum, report, state::Rapier};
+use super::{records::MomentumSum, report, state::Rapier};
 use crate::{BodyId, JointId, Wrench, convert};
 
 impl Rapier {
     /// Records the bodies below each measured joint before a step, with their momentum and the forces applied to them.
-    pub(super) fn weigh(&mut self) {
-        let mut measured = std::mem::take(&mut self.tables.measured);
-        measured.retain(|m| self.tables.joints.get(m.joint.0 as usize).is_some_and(Option::is_some));
+    pub(super) fn record_momenta(&mut self) {
+        let mut measured = std::mem::take(&mut self.state.measured);
+        measured.retain(|m| self.state.joints.get(m.joint.0 as usize).is_some_and(Option::is_some));
         for m in &mut measured {
-            if self.tables.joints_changed || m.bodies.is_empty() {
-                m.bodies = self.below(m.joint);
+            if self.state.joints_changed || m.bodies.is_empty() {
+                m.bodies = self.bodies_below(m.joint);
             }
-            m.before = Some(Sum { momentum: self.momentum(&m.bodies), pushes: self.pushes(&m.bodies) });
+            m.before = Some(MomentumSum { momentum: self.momentum(&m.bodies), pushes: self.applied_forces(&m.bodies) });
         }
-        self.tables.measured = measured;
+        self.state.measured = measured;
     }
 
     /// Computes the load of each measured joint after a step.
     pub(super) fn measure_loads(&mut self) {
         let dt = self.world.integration_parameters.dt;
-        let mut measured = std::mem::take(&mut self.tables.measured);
+        let mut measured = std::mem::take(&mut self.state.measured);
         for m in &mut measured {
-            let (Some(before), Some(Some(record))) = (m.before, self.tables.joints.get(m.joint.0 as usize)) else {
+            let (Some(before), Some(Some(record))) = (m.before, self.state.joints.get(m.joint.0 as usize)) else {
                 continue;
             };
             let now = self.momentum(&m.bodies);
@@ -40,16 +40,16 @@ impl Rapier {
                 torque: -convert::vector_back(moment - origin.cross(force)),
             });
         }
-        self.tables.measured = measured;
+        self.state.measured = measured;
     }
 
-    fn below(&self, joint: JointId) -> Vec<BodyId> {
-        let Some(Some(first)) = self.tables.joints.get(joint.0 as usize) else { return Vec::new() };
+    fn bodies_below(&self, joint: JointId) -> Vec<BodyId> {
+        let Some(Some(first)) = self.state.joints.get(joint.0 as usize) else { return Vec::new() };
         let mut found = vec![first.bodies.1];
         // Joints are not sorted, so this repeats until nothing is added.
         loop {
             let known = found.len();
-            for record in self.tables.joints.iter().flatten().filter(|r| !r.closes_loop) {
+            for record in self.state.joints.iter().flatten().filter(|r| !r.closes_loop) {
                 if found.contains(&record.bodies.0) && !found.contains(&record.bodies.1) {
                     found.push(record.bodies.1);
                 }
@@ -75,7 +75,7 @@ impl Rapier {
         })
     }
 
-    fn pushes(&self, ids: &[BodyId]) -> (Vector, Vector) {
+    fn applied_forces(&self, ids: &[BodyId]) -> (Vector, Vector) {
         self.bodies(ids).fold((Vector::ZERO, Vector::ZERO), |(f, m), body| {
             let (force, torque) = self.tree_load(BodyId(body.user_data as u32));
             let force = force + self.world.gravity * body.mass() * body.gravity_scale() + body.user_force();
@@ -108,7 +108,7 @@ impl Rapier {
                 }
             }
         }
-        for touch in &self.tables.touches {
+        for touch in &self.state.touches {
             let below = |id: BodyId| ids.contains(&id);
             let own = |id: BodyId| below(id) && self.record(id).is_some_and(|r| r.in_tree);
             let (first, second) = touch.bodies;

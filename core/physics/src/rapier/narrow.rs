@@ -29,13 +29,13 @@ use rapier3d::{
 };
 
 /// The dispatcher that finds contacts of hulls and meshes. It also discards the points of contacts with cylinders, for
-/// the reason given in `curved`.
-struct Manifolds;
+/// the reason given in `contact_refresh`.
+struct ManifoldDispatcher;
 
 /// Makes a world find its contacts with this module. It must be called again after the world is restored from a
 /// snapshot.
 pub(super) fn install(world: &mut PhysicsWorld) {
-    world.narrow_phase.set_query_dispatcher(Manifolds.chain(DefaultQueryDispatcher));
+    world.narrow_phase.set_query_dispatcher(ManifoldDispatcher.chain(DefaultQueryDispatcher));
     // `merge` does this for meshes; rapier would reduce the points of a large face to four.
     world.integration_parameters.contact_clustering = false;
 }
@@ -52,7 +52,7 @@ fn hull(shape: &dyn Shape) -> Option<&ConvexPolyhedron> {
     shape.as_convex_polyhedron()
 }
 
-impl PersistentQueryDispatcher<ContactManifoldData, ContactData> for Manifolds {
+impl PersistentQueryDispatcher<ContactManifoldData, ContactData> for ManifoldDispatcher {
     fn contact_manifolds(
         &self,
         pos12: &Pose,
@@ -64,7 +64,7 @@ impl PersistentQueryDispatcher<ContactManifoldData, ContactData> for Manifolds {
     ) -> Result<(), Unsupported> {
         let (a, b) = (unwrapped(a), unwrapped(b));
         if a.as_trimesh().is_some() || b.as_trimesh().is_some() {
-            let inner = Manifolds.chain(DefaultQueryDispatcher);
+            let inner = ManifoldDispatcher.chain(DefaultQueryDispatcher);
             let (mut found, workspace) = (Vec::new(), &mut None);
             match (a.as_composite_shape(), b.as_composite_shape()) {
                 (Some(a), Some(b)) => contact_manifolds_composite_shape_composite_shape(
@@ -116,7 +116,7 @@ impl PersistentQueryDispatcher<ContactManifoldData, ContactData> for Manifolds {
 }
 
 /// Other queries are left to parry.
-impl QueryDispatcher for Manifolds {
+impl QueryDispatcher for ManifoldDispatcher {
     fn intersection_test(&self, _: &Pose, _: &dyn Shape, _: &dyn Shape) -> Result<ShapeIntersection, Unsupported> {
         Err(Unsupported)
     }

@@ -9,55 +9,55 @@ use std::collections::BTreeSet;
 use tatu_geometry::wrap_angle;
 
 use super::{
-    records::{JointRecord, Rest},
+    records::{JointRecord, RestState},
     sleep,
     state::Rapier,
 };
-use crate::{BodyId, Drive, JointId, JointKind, Motion};
+use crate::{BodyId, JointDrive, JointId, JointKind, MotionType};
 
 /// Speed below which a joint is considered to be at rest, rad/s or m/s: twice the creep on a slope of 15 degrees.
-const AT_REST: f64 = 0.01;
+const MAX_REST_SPEED: f64 = 0.01;
 
 impl JointRecord {
     /// Returns whether the drive stops the joint.
     pub fn stops(&self) -> bool {
-        matches!(self.drive, Drive::Velocity { target: 0.0, slip: 0.0, .. }) && self.tied().is_none()
+        matches!(self.drive, JointDrive::Velocity { target: 0.0, slip: 0.0, .. }) && self.tree_joint().is_none()
     }
 
     /// Returns whether the joint does nothing by itself: it has no drive, or one that has stopped it.
     fn is_calm(&self) -> bool {
-        let still = self.drive == Drive::Free || self.rest.at_rest;
-        still && self.tied().is_none() && !self.geared && self.passive.stiffness <= 0.0
+        let still = self.drive == JointDrive::Free || self.rest.at_rest;
+        still && self.tree_joint().is_none() && !self.geared && self.passive.stiffness <= 0.0
     }
 
     /// Returns whether the joint is at rest at a position, rad or m, after a step of duration `dt`, s.
-    fn rest_at(&self, position: f64, dt: f64) -> Rest {
+    fn rest_at(&self, position: f64, dt: f64) -> RestState {
         let moved = self.rest.last.map(|last| match (self.kind, self.limits) {
             (JointKind::Revolute, None) => wrap_angle(position - last),
             _ => position - last,
         });
-        Rest { last: Some(position), at_rest: moved.is_some_and(|moved| moved.abs() < AT_REST * dt) }
+        RestState { last: Some(position), at_rest: moved.is_some_and(|moved| moved.abs() < MAX_REST_SPEED * dt) }
     }
 }
 
 impl Rapier {
     /// Starts to watch a joint that its drive stops.
-    pub(super) fn watch_stop(&mut self, joint: JointId) {
-        if let Err(place) = self.tables.stopped.binary_search(&joint) {
-            self.tables.stopped.insert(place, joint);
+    pub(super) fn watch_stopping_joint(&mut self, joint: JointId) {
+        if let Err(place) = self.state.stopped.binary_search(&joint) {
+            self.state.stopped.insert(place, joint);
         }
     }
 
     /// Determines which of the joints that their drives stop are at rest, and which mechanisms may sleep.
     pub(super) fn park(&mut self) {
         let dt = self.world.integration_parameters.dt;
-        let mut stopped = std::mem::take(&mut self.tables.stopped);
+        let mut stopped = std::mem::take(&mut self.state.stopped);
         let mut changed = Vec::new();
         stopped.retain(|id| {
-            let Some(record) = self.tables.joints[id.0 as usize].as_ref().filter(|r| r.stops()) else { return false };
+            let Some(record) = self.state.joints[id.0 as usize].as_ref().filter(|r| r.stops()) else { return false };
             let (frame_a, frame_b) = self.joint_frames(record);
             let rest = record.rest_at(record.position(&frame_a, &frame_b), dt);
-            if let Some(record) = self.tables.joints[id.0 as usize].as_mut() {
+            if let Some(record) = self.state.joints[id.0 as usize].as_mut() {
                 if record.rest.at_rest != rest.at_rest {
                     changed.push(record.bodies.1);
                 }
@@ -65,18 +65,18 @@ impl Rapier {
             }
             true
         });
-        self.tables.stopped = stopped;
-        changed.into_iter().for_each(|body| self.let_sleep(body));
+        self.state.stopped = stopped;
+        changed.into_iter().for_each(|body| self.update_sleep(body));
     }
 
     /// Allows the mechanism of a body to sleep if all its joints are calm, and wakes it otherwise.
-    pub(super) fn let_sleep(&mut self, body: BodyId) {
+    pub(super) fn update_sleep(&mut self, body: BodyId) {
         let bodies = self.connected(body);
         let on_it = |r: &&JointRecord| bodies.contains(&r.bodies.0) || bodies.contains(&r.bodies.1);
-        let measured = |id: u32| self.tables.measured.iter().any(|m| m.joint.0 == id);
-        let joints = (0..).zip(&self.tables.joints).filter_map(|(id, r)| Some((id, r.as_ref()?)));
+        let measured = |id: u32| self.state.measured.iter().any(|m| m.joint.0 == id);
+        let joints = (0..).zip(&self.state.joints).filter_map(|(id, r)| Some((id, r.as_ref()?)));
         let mut joints = joints.filter(|(_, r)| on_it(r));
-        let may = self.tables.sleep && joints.all(|(id, r)| r.is_calm() && !measured(id));
+        let may = self.state.sleep && joints.all(|(id, r)| r.is_calm() && !measured(id));
         for body in bodies {
             let Some(handle) = self.record(body).map(|r| r.handle) else { continue };
             if !may {
@@ -90,17 +90,17 @@ impl Rapier {
     pub(super) fn unpark(&mut self, body: BodyId) {
         let body_of = |id| self.world.bodies.get(self.record(id)?.handle);
         if body_of(body).is_some_and(sleep::may_sleep) {
-            self.let_sleep(body);
+            self.update_sleep(body);
         }
     }
 
     /// Returns the dynamic bodies that joints connect to a body, directly or through others.
     fn connected(&self, body: BodyId) -> BTreeSet<BodyId> {
-        let dynamic = |id: BodyId| self.record(id).is_some_and(|r| r.motion == Motion::Dynamic);
+        let dynamic = |id: BodyId| self.record(id).is_some_and(|r| r.motion == MotionType::Dynamic);
         let mut found: BTreeSet<BodyId> = [body].into_iter().filter(|b| dynamic(*b)).collect();
         loop {
             let before = found.len();
-            for (a, b) in self.tables.joints.iter().flatten().map(|r| r.bodies) {
+            for (a, b) in self.state.joints.iter().flatten().map(|r| r.bodies) {
                 if found.contains(&a) || found.contains(&b) {
                     found.extend([a, b].into_iter().filter(|id| dynamic(*id)));
                 }

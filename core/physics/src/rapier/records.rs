@@ -9,14 +9,14 @@ use rapier3d::{
 };
 use serde::{Deserialize, Serialize};
 
-use crate::{BodyId, Drive, JointId, JointKind, Motion, Passive, Respond, Wrench, convert};
+use crate::{BodyId, CollisionMask, JointDrive, JointId, JointKind, MotionType, PassiveForces, Wrench, convert};
 
 /// The engine's data about a body.
 #[derive(Clone, Copy, Serialize, Deserialize)]
 pub(super) struct BodyRecord {
     pub handle: RigidBodyHandle,
-    pub motion: Motion,
-    pub respond: Respond,
+    pub motion: MotionType,
+    pub respond: CollisionMask,
     /// Centre of mass in the body's frame. It is the origin of rapier's body, because rapier's reduced form rotates a
     /// free root about its origin.
     pub com: Vector,
@@ -47,7 +47,7 @@ impl BodyRecord {
 
 /// The bodies of one collision tree, without those that collide with nothing.
 #[derive(Default, Serialize, Deserialize)]
-pub(super) struct Tree {
+pub(super) struct CollisionTree {
     pub members: Vec<BodyId>,
     /// Whether the low bytes let some pair collide for which the high bytes alone would not allow it.
     pub wide: bool,
@@ -56,12 +56,12 @@ pub(super) struct Tree {
 /// The engine's data about a joint.
 #[derive(Clone, Copy, Serialize, Deserialize)]
 pub(super) struct JointRecord {
-    pub held: Held,
+    pub held: JointBackend,
     pub kind: JointKind,
     pub bodies: (BodyId, BodyId),
     /// The joint's frames on both of rapier's bodies.
     pub frames: (Pose, Pose),
-    pub passive: Passive,
+    pub passive: PassiveForces,
     /// Lowest and highest position, rad or m.
     pub limits: Option<(f64, f64)>,
     /// Position at which rapier's angle of a revolute joint is 0, rad: see [`super::turns`].
@@ -73,12 +73,12 @@ pub(super) struct JointRecord {
     /// Whether the joint closes a loop: other joints already connect its bodies.
     pub closes_loop: bool,
     /// The drive that was requested.
-    pub drive: Drive,
+    pub drive: JointDrive,
     /// Velocity of a position drive in the next step, rad/s or m/s.
     pub pursuit: f64,
-    pub rest: Rest,
+    pub rest: RestState,
     /// State of the controller of a position drive.
-    pub memory: Memory,
+    pub memory: ControllerState,
     /// Velocity before the step, rad/s or m/s. It is updated only if the limit of the drive depends on speed.
     pub speed: f64,
     /// Whether the drive reached its limit in the last step.
@@ -91,45 +91,45 @@ pub(super) struct JointRecord {
 
 /// Rapier's representation of a joint.
 #[derive(Clone, Copy, Serialize, Deserialize)]
-pub(super) enum Held {
+pub(super) enum JointBackend {
     Impulse(ImpulseJointHandle),
-    Reduced(Reduced),
-    Tree(Tied),
+    Reduced(ReducedJoint),
+    Tree(TreeJoint),
 }
 
 /// The data of a joint that a tree solves.
 #[derive(Clone, Copy, Default, Serialize, Deserialize)]
-pub(super) struct Tied {
+pub(super) struct TreeJoint {
     /// Effort of the drive, averaged over the last step, N m or N.
     pub effort: f64,
 }
 
 impl JointRecord {
-    pub fn tied(&self) -> Option<&Tied> {
-        if let Held::Tree(t) = &self.held { Some(t) } else { None }
+    pub fn tree_joint(&self) -> Option<&TreeJoint> {
+        if let JointBackend::Tree(t) = &self.held { Some(t) } else { None }
     }
-    pub fn tied_mut(&mut self) -> Option<&mut Tied> {
-        if let Held::Tree(t) = &mut self.held { Some(t) } else { None }
+    pub fn tree_joint_mut(&mut self) -> Option<&mut TreeJoint> {
+        if let JointBackend::Tree(t) = &mut self.held { Some(t) } else { None }
     }
-    pub fn reduced(&self) -> Option<&Reduced> {
-        if let Held::Reduced(r) = &self.held { Some(r) } else { None }
+    pub fn reduced(&self) -> Option<&ReducedJoint> {
+        if let JointBackend::Reduced(r) = &self.held { Some(r) } else { None }
     }
-    pub fn reduced_mut(&mut self) -> Option<&mut Reduced> {
-        if let Held::Reduced(r) = &mut self.held { Some(r) } else { None }
+    pub fn reduced_mut(&mut self) -> Option<&mut ReducedJoint> {
+        if let JointBackend::Reduced(r) = &mut self.held { Some(r) } else { None }
     }
     /// Returns the impulse joint that contains the constraint of the drive, or `None` if there is no such joint.
-    pub fn driven(&self) -> Option<ImpulseJointHandle> {
+    pub fn drive_constraint(&self) -> Option<ImpulseJointHandle> {
         match self.held {
-            Held::Impulse(handle) => Some(handle),
-            Held::Reduced(r) => r.motor,
-            Held::Tree(_) => None,
+            JointBackend::Impulse(handle) => Some(handle),
+            JointBackend::Reduced(r) => r.motor,
+            JointBackend::Tree(_) => None,
         }
     }
 }
 
 /// The state of the controller of a position drive.
 #[derive(Clone, Copy, Default, Serialize, Deserialize)]
-pub(super) struct Memory {
+pub(super) struct ControllerState {
     /// Integral of the error, rad s or m s.
     pub sum: f64,
     /// Error in the last step, rad or m; `None` before the first step.
@@ -138,7 +138,7 @@ pub(super) struct Memory {
 
 /// Whether a joint that its drive stops is at rest.
 #[derive(Clone, Copy, Default, Serialize, Deserialize)]
-pub(super) struct Rest {
+pub(super) struct RestState {
     /// Position in the last step, rad or m; `None` before the first step.
     pub last: Option<f64>,
     pub at_rest: bool,
@@ -146,7 +146,7 @@ pub(super) struct Rest {
 
 /// Rapier's representation of a joint in reduced form.
 #[derive(Clone, Copy, Serialize, Deserialize)]
-pub(super) struct Reduced {
+pub(super) struct ReducedJoint {
     pub handle: MultibodyJointHandle,
     /// The body that carries the joint, or the anchor that represents it.
     pub parent: RigidBodyHandle,
@@ -161,11 +161,11 @@ pub(super) struct Reduced {
 }
 
 /// Friction constraints, by pair of bodies, lower id first.
-pub(super) type Grips = BTreeMap<(BodyId, BodyId), Grip>;
+pub(super) type FrictionConstraints = BTreeMap<(BodyId, BodyId), FrictionConstraint>;
 
 /// The friction constraints of a pair.
 #[derive(Clone, Copy, Serialize, Deserialize)]
-pub(super) struct Grip {
+pub(super) struct FrictionConstraint {
     pub handle: ImpulseJointHandle,
     /// Whether the pair touched in the last step.
     pub used: bool,
@@ -173,32 +173,32 @@ pub(super) struct Grip {
 
 /// A joint whose load is measured.
 #[derive(Serialize, Deserialize)]
-pub(super) struct Measured {
+pub(super) struct MeasuredJoint {
     pub joint: JointId,
     /// All bodies below the joint, in ascending order of ids.
     pub bodies: Vec<BodyId>,
     /// Momentum of these bodies before the step, and the forces applied to them; `None` before the first step.
-    pub before: Option<Sum>,
+    pub before: Option<MomentumSum>,
     /// Load in the last step; `None` before the first step.
     pub wrench: Option<Wrench>,
 }
 
 /// Momentum (N s) and applied forces (N), each with its moment about the world's origin (N m s, N m).
 #[derive(Clone, Copy, Serialize, Deserialize)]
-pub(super) struct Sum {
+pub(super) struct MomentumSum {
     pub momentum: (Vector, Vector),
     pub pushes: (Vector, Vector),
 }
 
-impl Measured {
+impl MeasuredJoint {
     pub fn new(joint: JointId) -> Self {
-        Measured { joint, bodies: Vec::new(), before: None, wrench: None }
+        MeasuredJoint { joint, bodies: Vec::new(), before: None, wrench: None }
     }
 }
 
 /// The state of a body before the last step.
 #[derive(Clone, Copy, Serialize, Deserialize)]
-pub(super) struct Seen {
+pub(super) struct PreviousState {
     pub place: Vector,
     pub rotation: Rotation,
     pub linear: Vector,
@@ -206,11 +206,11 @@ pub(super) struct Seen {
 }
 
 /// Pairs that overlapped when they were created, lower id first.
-pub(super) type Partings = BTreeMap<(BodyId, BodyId), Parting>;
+pub(super) type PairSeparations = BTreeMap<(BodyId, BodyId), PairSeparation>;
 
 /// The state of a pair that is being separated.
 #[derive(Clone, Copy, Serialize, Deserialize)]
-pub(super) struct Parting {
+pub(super) struct PairSeparation {
     /// Part of the overlap depth that is not corrected, m.
     pub fit: f64,
     /// Whether the two bodies belong to the same mechanism.
@@ -219,9 +219,9 @@ pub(super) struct Parting {
     pub asked: (f64, f64),
 }
 
-impl Parting {
+impl PairSeparation {
     /// Returns the distance reported to the solver, with an overlap of at most `deepest`.
-    pub fn told(&self, distance: f64, deepest: f64) -> f64 {
+    pub fn reported_distance(&self, distance: f64, deepest: f64) -> f64 {
         if distance < 0.0 { (distance + self.fit).min(0.0).max(-deepest) } else { distance }
     }
 }

@@ -4,9 +4,9 @@
 //!   all joints below one root together, at a cost that grows with the cube of their number.
 //! - A drive is a constraint between the two links. Rapier iterates over the constraints once in each sub-step, so an
 //!   arm of many joints would sag. The effort of a drive in one step, up to half of its limit, is therefore applied as
-//!   a force in the next ([`Reduced::carried`]), and the constraint has to find only the difference.
+//!   a force in the next ([`ReducedJoint::carried`]), and the constraint has to find only the difference.
 //! - Rapier stores positions and velocities of joints, not of bodies. After the pose or velocity of a body is set from
-//!   outside, they are recomputed from the bodies before the next step ([`Rapier::find_coordinates`]).
+//!   outside, they are recomputed from the bodies before the next step ([`Rapier::recompute_coordinates`]).
 
 use rapier3d::{
     dynamics::{GenericJoint, Multibody, MultibodyIndex, RigidBodyBuilder, RigidBodySet},
@@ -16,29 +16,29 @@ use tatu_geometry::wrap_angle;
 
 use super::{
     gears, joints,
-    push::Before,
-    records::{JointRecord, Reduced},
+    push::SavedForces,
+    records::{JointRecord, ReducedJoint},
     state::Rapier,
-    tuning::{CALM, CALM_FOR_S, FAST_FOR_S, FAST_TURN},
+    tuning::{HALVED_SUBSTEPS_TIME_S, MAX_SUBSTEP_MOTION, REST_SPEED_SHARE, REST_TIME_S},
     turns,
 };
-use crate::{Drive, JointDesc, JointKind, Motion};
+use crate::{JointDesc, JointDrive, JointKind, MotionType};
 
 /// Maximum fraction of a drive's limit that is applied as a force. With one half, the total never exceeds the limit,
 /// and the constraint, whose own limit is the same in both directions, can always cancel the force.
-const CARRIED_SHARE: f64 = 0.5;
+const MAX_CARRIED_SHARE: f64 = 0.5;
 
 /// A spring is slow if the square of its oscillation phase per sub-step is below this value, rad^2.
-const SLOW_SPRING: f64 = 0.1;
+const SLOW_SPRING_PHASE_SQUARED: f64 = 0.1;
 
 impl Rapier {
     /// Adds a joint in reduced form. Returns `None` if it would close a loop, which rapier does not support in this
     /// form.
-    pub(super) fn add_reduced(&mut self, desc: &JointDesc, data: GenericJoint) -> Option<Reduced> {
+    pub(super) fn add_reduced(&mut self, desc: &JointDesc, data: GenericJoint) -> Option<ReducedJoint> {
         let (a, b) = (*self.record(desc.a)?, *self.record(desc.b)?);
-        let anchored = a.motion == Motion::Static;
+        let anchored = a.motion == MotionType::Static;
         // Joints that are geared to each other must be in the same mechanism.
-        let shared = self.tables.joints.iter().flatten().find_map(|r| {
+        let shared = self.state.joints.iter().flatten().find_map(|r| {
             let other = r.reduced()?;
             (desc.geared && r.geared && other.anchored && r.bodies.0 == desc.a).then_some(other.parent)
         });
@@ -74,30 +74,30 @@ impl Rapier {
                 link.joint.set_spring(axis as usize, desc.passive.stiffness, desc.passive.rest - turns::zero(desc));
             }
         }
-        self.tables.moved.push(desc.b);
-        self.tables.springs_changed |= desc.passive.stiffness > 0.0;
-        Some(Reduced { handle, parent, child: b.handle, anchored, motor: None, carried: 0.0, effort: 0.0 })
+        self.state.moved.push(desc.b);
+        self.state.springs_changed |= desc.passive.stiffness > 0.0;
+        Some(ReducedJoint { handle, parent, child: b.handle, anchored, motor: None, carried: 0.0, effort: 0.0 })
     }
 
-    pub(super) fn remove_reduced(&mut self, record: &JointRecord, joint: Reduced) {
+    pub(super) fn remove_reduced(&mut self, record: &JointRecord, joint: ReducedJoint) {
         if let Some(motor) = joint.motor {
             self.world.remove_impulse_joint(motor);
         }
         self.world.remove_multibody_joint(joint.handle);
-        let others = self.tables.joints.iter().flatten().filter_map(JointRecord::reduced);
+        let others = self.state.joints.iter().flatten().filter_map(JointRecord::reduced);
         if joint.anchored && !others.into_iter().any(|o| o.parent == joint.parent) {
             self.world.remove_body(joint.parent);
         }
         // The bodies that were attached keep their motion.
-        self.tables.moved.extend([record.bodies.0, record.bodies.1]);
+        self.state.moved.extend([record.bodies.0, record.bodies.1]);
     }
 
     /// Subtracts from each joint's damping what rapier's implicit spring adds to it, `stiffness * sub-step`, if the
     /// spring is slow enough for the sub-steps to remain stable without it.
     pub(super) fn set_springs(&mut self) {
-        self.tables.springs_changed = false;
-        let h = self.world.integration_parameters.dt / self.tables.substeps as f64;
-        for record in self.tables.joints.iter().flatten() {
+        self.state.springs_changed = false;
+        let h = self.world.integration_parameters.dt / self.state.substeps as f64;
+        for record in self.state.joints.iter().flatten() {
             let (Some(reduced), Some(_)) = (record.reduced(), record.kind.free_axis()) else { continue };
             let (stiffness, damping) = (record.passive.stiffness, record.passive.damping);
             if stiffness <= 0.0 {
@@ -107,14 +107,14 @@ impl Rapier {
             let mobility = multibody.dof_inverse_inertia(&self.world.bodies);
             let place = gears::coordinate(record.kind).0;
             let Some(row) = multibody.link(id).map(|l| l.assembly_id() + place) else { continue };
-            let slow = mobility.get(row).is_some_and(|m| stiffness * m * h * h < SLOW_SPRING);
+            let slow = mobility.get(row).is_some_and(|m| stiffness * m * h * h < SLOW_SPRING_PHASE_SQUARED);
             multibody.damping_mut()[row] = if slow { damping - stiffness * h } else { damping };
         }
     }
 
     /// Moves the anchors along with the static body that they represent.
     pub(super) fn move_anchors(&mut self, body: crate::BodyId, pose: &Pose) {
-        for record in self.tables.joints.iter().flatten() {
+        for record in self.state.joints.iter().flatten() {
             if let (true, Some(reduced)) = (record.bodies.0 == body, record.reduced().filter(|r| r.anchored)) {
                 self.world.bodies[reduced.parent].set_position(*pose, true);
             }
@@ -123,12 +123,12 @@ impl Rapier {
 
     /// Recomputes positions and velocities of joints in all mechanisms with a body that was moved or attached from
     /// outside.
-    pub(super) fn find_coordinates(&mut self) {
-        if self.tables.moved.is_empty() {
+    pub(super) fn recompute_coordinates(&mut self) {
+        if self.state.moved.is_empty() {
             return;
         }
         let mut found: Vec<MultibodyIndex> = Vec::new();
-        for id in std::mem::take(&mut self.tables.moved) {
+        for id in std::mem::take(&mut self.state.moved) {
             let Some(handle) = self.record(id).map(|r| r.handle) else { continue };
             let Some(link) = self.world.multibody_joints.rigid_body_link(handle) else { continue };
             if !found.contains(&link.multibody) {
@@ -138,7 +138,7 @@ impl Rapier {
         let (bodies, joints) = (&mut self.world.bodies, &mut self.world.multibody_joints);
         for index in found {
             if let Some(multibody) = joints.get_multibody_mut(index) {
-                find_coordinates_of(multibody, bodies);
+                recompute_multibody(multibody, bodies);
             }
         }
     }
@@ -148,29 +148,29 @@ impl Rapier {
     /// while or until the mechanism has come to rest, because each change of the sub-step also costs energy: a pendulum
     /// with changes in each swing would lose 10 % in 100 s.
     pub(super) fn choose_substeps(&mut self) {
-        let (usual, dt) = (self.tables.substeps, self.world.integration_parameters.dt);
-        let fastest = FAST_TURN * usual as f64 / dt;
-        self.tables.fast_s = (self.tables.fast_s - dt).max(0.0);
+        let (usual, dt) = (self.state.substeps, self.world.integration_parameters.dt);
+        let fastest = MAX_SUBSTEP_MOTION * usual as f64 / dt;
+        self.state.fast_s = (self.state.fast_s - dt).max(0.0);
         let speeds = self.world.multibody_joints.multibodies().map(|m| m.generalized_velocity().amax());
         let most = speeds.fold(0.0, f64::max);
         if most > fastest {
-            self.tables.fast_s = FAST_FOR_S;
+            self.state.fast_s = HALVED_SUBSTEPS_TIME_S;
         }
-        self.tables.calm_s = if most < CALM * fastest { self.tables.calm_s + dt } else { 0.0 };
-        if self.tables.calm_s > CALM_FOR_S {
-            self.tables.fast_s = 0.0;
+        self.state.calm_s = if most < REST_SPEED_SHARE * fastest { self.state.calm_s + dt } else { 0.0 };
+        if self.state.calm_s > REST_TIME_S {
+            self.state.fast_s = 0.0;
         }
-        let fast = self.tables.fast_s > 0.0;
+        let fast = self.state.fast_s > 0.0;
         self.world.integration_parameters.num_solver_iterations = if fast { 2 * usual } else { usual };
     }
 
-    /// Applies the efforts that drives carry over from the last step ([`Reduced::carried`]) as forces. The result must
-    /// be passed to [`Rapier::take_back`] after the step.
-    pub(super) fn carry_drives(&mut self) -> Vec<Before> {
+    /// Applies the efforts that drives carry over from the last step ([`ReducedJoint::carried`]) as forces. The result must
+    /// be passed to [`Rapier::restore_forces`] after the step.
+    pub(super) fn add_carried_effort(&mut self) -> Vec<SavedForces> {
         let mut old = Vec::new();
-        for id in &self.tables.driven {
-            let Some(Some(record)) = self.tables.joints.get(id.0 as usize) else { continue };
-            let (Some(joint), Some(limit)) = (record.reduced(), limit(record.drive)) else { continue };
+        for id in &self.state.driven {
+            let Some(Some(record)) = self.state.joints.get(id.0 as usize) else { continue };
+            let (Some(joint), Some(limit)) = (record.reduced(), effort_limit(record.drive)) else { continue };
             if let Some(motor) = joint.motor.and_then(|m| self.world.impulse_joints.get_mut(m, false))
                 && let Some(axis) = record.kind.free_axis()
             {
@@ -188,7 +188,7 @@ impl Rapier {
                 if !body.is_dynamic() {
                     continue;
                 }
-                old.push(Before::of(handle, body));
+                old.push(SavedForces::of(handle, body));
                 match record.kind {
                     JointKind::Prismatic => {
                         body.add_force_at_point(axis * (sign * joint.carried), frame.translation, false);
@@ -201,15 +201,15 @@ impl Rapier {
     }
 
     /// Records the efforts of drives in this step.
-    pub(super) fn note_drives(&mut self) {
+    pub(super) fn record_drive_efforts(&mut self) {
         let substep = self.substep();
         let world = &self.world;
-        let joints = &mut self.tables.joints;
-        self.tables.driven.retain(|id| {
+        let joints = &mut self.state.joints;
+        self.state.driven.retain(|id| {
             let Some(Some(record)) = joints.get_mut(id.0 as usize) else { return false };
             let (axis, drive, no_load) = (record.kind.free_axis(), record.drive, record.passive.no_load_speed);
             let Some(joint) = record.reduced_mut() else { return false };
-            let (Some(axis), true) = (axis, drive != Drive::Free) else {
+            let (Some(axis), true) = (axis, drive != JointDrive::Free) else {
                 (joint.carried, joint.effort) = (0.0, 0.0);
                 return false;
             };
@@ -217,9 +217,9 @@ impl Rapier {
             // Rapier's impulses have the opposite sign: they slow the second body down.
             joint.effort = joint.carried - motor.data.motors[axis as usize].impulse / substep;
             let weakening = no_load > 0.0;
-            joint.carried = match limit(drive) {
+            joint.carried = match effort_limit(drive) {
                 Some(limit) if joint.effort.is_finite() && !weakening => {
-                    let most = CARRIED_SHARE * limit.min(f64::MAX);
+                    let most = MAX_CARRIED_SHARE * limit.min(f64::MAX);
                     joint.effort.clamp(-most, most)
                 }
                 _ => 0.0,
@@ -230,15 +230,15 @@ impl Rapier {
 }
 
 /// Returns the limit of a drive whose effort results from the load, or `None` for other drives.
-fn limit(drive: Drive) -> Option<f64> {
+fn effort_limit(drive: JointDrive) -> Option<f64> {
     match drive {
-        Drive::Velocity { max_force, slip: 0.0, .. } => Some(max_force),
-        Drive::Position { max_force, .. } => Some(max_force),
+        JointDrive::Velocity { max_force, slip: 0.0, .. } => Some(max_force),
+        JointDrive::Position { max_force, .. } => Some(max_force),
         _ => None,
     }
 }
 
-fn find_coordinates_of(multibody: &mut Multibody, bodies: &mut RigidBodySet) {
+fn recompute_multibody(multibody: &mut Multibody, bodies: &mut RigidBodySet) {
     // This also determines whether the root is dynamic.
     multibody.forward_kinematics(bodies, true);
     let links = multibody.num_links();

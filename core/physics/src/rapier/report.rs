@@ -8,12 +8,12 @@ use rapier3d::{
 };
 
 use super::{
-    respond::{IN_TREE, Tag},
-    trees::records::Touch,
+    collision_filter::{ColliderTag, IN_TREE_FLAG},
+    mechanisms::records::TreeContact,
 };
-use crate::{BodyId, Contact, convert};
+use crate::{BodyContact, BodyId, convert};
 
-pub(super) fn contacts(world: &PhysicsWorld, touches: &[Touch], out: &mut Vec<Contact>) {
+pub(super) fn contacts(world: &PhysicsWorld, touches: &[TreeContact], out: &mut Vec<BodyContact>) {
     out.clear();
     for pair in world.narrow_phase.contact_pairs().filter(|p| is_solved(world, p)) {
         let PairContacts::Rigid(rigid) = &pair.contacts else {
@@ -26,7 +26,7 @@ pub(super) fn contacts(world: &PhysicsWorld, touches: &[Touch], out: &mut Vec<Co
     out.extend(touches.iter().map(|t| {
         let (swap, (a, b)) = (t.bodies.0 > t.bodies.1, t.bodies);
         let sign = if swap { -1.0 } else { 1.0 };
-        Contact {
+        BodyContact {
             bodies: if swap { (b, a) } else { (a, b) },
             point: t.point.into(),
             normal: t.normal * sign,
@@ -37,7 +37,7 @@ pub(super) fn contacts(world: &PhysicsWorld, touches: &[Touch], out: &mut Vec<Co
     // Rapier's order of pairs depends on earlier steps. This is a total order without allocation; contacts of the same
     // pair of bodies are sorted by position.
     out.sort_unstable_by(|l, r| {
-        let place = |c: &Contact| [c.point.x, c.point.y, c.point.z, c.force];
+        let place = |c: &BodyContact| [c.point.x, c.point.y, c.point.z, c.force];
         let places = place(l).into_iter().zip(place(r));
         let by_place = places.map(|(a, b)| a.total_cmp(&b)).find(|o| o.is_ne());
         l.bodies.cmp(&r.bodies).then(by_place.unwrap_or(std::cmp::Ordering::Equal))
@@ -48,16 +48,16 @@ pub(super) fn contacts(world: &PhysicsWorld, touches: &[Touch], out: &mut Vec<Co
 fn is_solved(world: &PhysicsWorld, pair: &ContactPair) -> bool {
     let body = |c| world.colliders.get(c).and_then(|c| world.bodies.get(c.parent()?));
     let bodies = [pair.collider1, pair.collider2].map(body);
-    bodies.iter().flatten().all(|b| b.user_data & IN_TREE == 0)
+    bodies.iter().flatten().all(|b| b.user_data & IN_TREE_FLAG == 0)
 }
 
 /// Returns the body of a collider.
 pub(super) fn body_of(world: &PhysicsWorld, collider: ColliderHandle) -> Option<BodyId> {
-    Some(BodyId(Tag::unpack(world.colliders.get(collider)?.user_data).body))
+    Some(BodyId(ColliderTag::unpack(world.colliders.get(collider)?.user_data).body))
 }
 
 /// The effect of one contact manifold in the last step.
-pub(super) struct Face {
+pub(super) struct ContactFace {
     /// Point at which its normal force acts, or its centre if there is no force, m.
     pub point: Vector,
     /// Normal force, N.
@@ -69,7 +69,7 @@ pub(super) struct Face {
 }
 
 /// Returns the face of a contact manifold, or `None` if the two bodies do not touch.
-pub(super) fn face(world: &PhysicsWorld, pair: &ContactPair, face: &ContactManifold) -> Option<Face> {
+pub(super) fn face(world: &PhysicsWorld, pair: &ContactPair, face: &ContactManifold) -> Option<ContactFace> {
     // Normal impulses are sums over the sub-steps; friction impulses are from the last sub-step.
     let step = world.integration_parameters.dt;
     let substep = step / world.integration_parameters.num_solver_iterations as f64;
@@ -109,25 +109,25 @@ pub(super) fn face(world: &PhysicsWorld, pair: &ContactPair, face: &ContactManif
         (arm_of.center_of_mass() + arm - centre).length() * p.data.impulse
     });
     let radius = spread.sum::<f64>() / weights;
-    Some(Face { point: centre, force, friction, radius })
+    Some(ContactFace { point: centre, force, friction, radius })
 }
 
 /// Joins two parts of a face. The radius of the whole is that of the first part, which is spread over the whole face.
-fn joined(a: Face, b: Face) -> Face {
+fn join_faces(a: ContactFace, b: ContactFace) -> ContactFace {
     let force = a.force + b.force;
     let point = if force > 0.0 { (a.point * a.force + b.point * b.force) / force } else { a.point };
-    Face { point, force, friction: a.friction + b.friction, radius: a.radius }
+    ContactFace { point, force, friction: a.friction + b.friction, radius: a.radius }
 }
 
 /// Returns the contact of the manifolds of one face, or `None` if the two bodies do not touch there.
-fn contact(world: &PhysicsWorld, pair: &ContactPair, manifolds: &[ContactManifold]) -> Option<Contact> {
+fn contact(world: &PhysicsWorld, pair: &ContactPair, manifolds: &[ContactManifold]) -> Option<BodyContact> {
     let bodies = [body_of(world, pair.collider1)?, body_of(world, pair.collider2)?];
     let normal = manifolds.first()?.data.normal;
     let parts = manifolds.iter().filter_map(|m| face(world, pair, m));
-    let Face { point, force, friction, .. } = parts.reduce(joined)?;
+    let ContactFace { point, force, friction, .. } = parts.reduce(join_faces)?;
     let swap = bodies[0] > bodies[1];
     let side = |v: Vector3<f64>| if swap { -v } else { v };
-    Some(Contact {
+    Some(BodyContact {
         bodies: if swap { (bodies[1], bodies[0]) } else { (bodies[0], bodies[1]) },
         point: convert::vector_back(point).into(),
         normal: side(convert::vector_back(normal)),

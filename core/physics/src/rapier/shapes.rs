@@ -17,12 +17,12 @@ pub(super) struct ShapeCache {
 }
 
 /// Maximum number of points of a hull whose world bounding box is computed from all points.
-const FEW_POINTS: usize = 24;
+const MAX_UNBOXED_POINTS: usize = 24;
 
 /// Wraps a hull of many points in a compound. For a hull, rapier computes the world bounding box from all points in
 /// every step; for a compound, it transforms the local box. Contacts are computed from the hull as before.
-fn boxed(shape: SharedShape) -> SharedShape {
-    match shape.as_convex_polyhedron().is_some_and(|hull| hull.points().len() > FEW_POINTS) {
+fn wrap_large_hull(shape: SharedShape) -> SharedShape {
+    match shape.as_convex_polyhedron().is_some_and(|hull| hull.points().len() > MAX_UNBOXED_POINTS) {
         true => SharedShape::compound(vec![(Pose::IDENTITY, shape)]),
         false => shape,
     }
@@ -52,7 +52,7 @@ impl ShapeCache {
         // A mesh that is no longer used elsewhere cannot be requested again, because meshes are compared by address.
         self.meshes.retain(|(m, _, _)| Arc::strong_count(m) > 1);
         let (shape, pose) = convert::shape(form)?;
-        let shape = boxed(shape);
+        let shape = wrap_large_hull(shape);
         self.meshes.push((mesh.clone(), convex, shape.clone()));
         Some((shape, pose))
     }

@@ -6,7 +6,7 @@ use rapier3d::{
 };
 
 use super::state::Rapier;
-use crate::Motion;
+use crate::MotionType;
 
 /// Speed, m/s and rad/s, below which a body without joints can sleep. A settled pile of 1000 boxes is 26 times cheaper
 /// while it sleeps. Rapier's default is much higher: with it, a ball on a gentle slope would fall asleep before it
@@ -14,12 +14,12 @@ use crate::Motion;
 const SLEEP_SPEED: f64 = 0.002;
 
 /// Angular speed below which a body of a parked mechanism can sleep, rad/s.
-const PARKED_SPIN: f64 = 0.02;
+const PARKED_SLEEP_SPIN: f64 = 0.02;
 
 /// Time for which a body must remain this slow before it sleeps, s.
 const SLEEP_TIME: f64 = 1.0;
 
-pub(super) fn set(body: &mut RigidBody, may: bool) {
+pub(super) fn set_may_sleep(body: &mut RigidBody, may: bool) {
     let activation = body.activation_mut();
     let speed = if may { SLEEP_SPEED } else { -1.0 };
     activation.normalized_linear_threshold = speed;
@@ -34,9 +34,9 @@ pub(super) fn may_sleep(body: &RigidBody) -> bool {
 
 /// Sets whether a body of a parked mechanism may sleep. Its wheels creep, and a caster turns while they do.
 pub(super) fn set_parked(body: &mut RigidBody, may: bool) {
-    set(body, may);
+    set_may_sleep(body, may);
     if may {
-        body.activation_mut().angular_threshold = PARKED_SPIN;
+        body.activation_mut().angular_threshold = PARKED_SLEEP_SPIN;
     }
 }
 
@@ -44,8 +44,8 @@ impl Rapier {
     /// Applies the setting for sleeping to all bodies without joints, and wakes all bodies. Mechanisms follow when a drive
     /// comes to rest.
     pub(super) fn set_sleep(&mut self) {
-        for record in self.tables.bodies.iter().flatten().filter(|r| !r.in_tree) {
-            set(&mut self.world.bodies[record.handle], self.tables.sleep && record.joints == 0);
+        for record in self.state.bodies.iter().flatten().filter(|r| !r.in_tree) {
+            set_may_sleep(&mut self.world.bodies[record.handle], self.state.sleep && record.joints == 0);
         }
         self.world.wake_up_all(true);
     }
@@ -66,10 +66,10 @@ impl Rapier {
     }
 
     /// Keeps bodies that touch nothing awake.
-    pub(super) fn keep_awake(&mut self) {
+    pub(super) fn keep_floating_bodies_awake(&mut self) {
         let world = &mut self.world;
-        for record in self.tables.bodies.iter().flatten() {
-            if record.motion != Motion::Dynamic || record.in_tree {
+        for record in self.state.bodies.iter().flatten() {
+            if record.motion != MotionType::Dynamic || record.in_tree {
                 continue;
             }
             let body = &world.bodies[record.handle];

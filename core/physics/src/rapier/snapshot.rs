@@ -4,24 +4,24 @@
 use rapier3d::pipeline::PhysicsWorld;
 use xxhash_rust::xxh3::xxh3_64;
 
-use super::state::Tables;
+use super::state::EngineState;
 
-/// Identifies the layout. It must change with rapier's version and with [`Tables`].
-const HEAD: &[u8; 16] = b"tatu rapier0361h";
-const HEAD_AND_SUM: usize = HEAD.len() + 8;
+/// Identifies the layout. It must change with rapier's version and with [`EngineState`].
+const HEADER: &[u8; 16] = b"tatu rapier0361h";
+const PREFIX_LEN: usize = HEADER.len() + 8;
 
-pub(super) fn write(world: &PhysicsWorld, tables: &Tables) -> Vec<u8> {
-    let mut bytes = HEAD.to_vec();
+pub(super) fn write(world: &PhysicsWorld, tables: &EngineState) -> Vec<u8> {
+    let mut bytes = HEADER.to_vec();
     bytes.extend_from_slice(&[0; 8]);
     let mut bytes = postcard::to_extend(&(world, tables), bytes).expect("writing to a vector cannot fail");
-    let sum = xxh3_64(&bytes[HEAD_AND_SUM..]);
-    bytes[HEAD.len()..HEAD_AND_SUM].copy_from_slice(&sum.to_le_bytes());
+    let sum = xxh3_64(&bytes[PREFIX_LEN..]);
+    bytes[HEADER.len()..PREFIX_LEN].copy_from_slice(&sum.to_le_bytes());
     bytes
 }
 
-pub(super) fn read(bytes: &[u8]) -> Result<(PhysicsWorld, Tables), String> {
-    let (head, rest) = bytes.split_at_checked(HEAD.len()).ok_or("the physics snapshot has no header")?;
-    if head != HEAD {
+pub(super) fn read(bytes: &[u8]) -> Result<(PhysicsWorld, EngineState), String> {
+    let (head, rest) = bytes.split_at_checked(HEADER.len()).ok_or("the physics snapshot has no header")?;
+    if head != HEADER {
         return Err("the physics snapshot was written by a different engine or version".to_string());
     }
     let (sum, state) = rest.split_first_chunk::<8>().ok_or("the physics snapshot has no checksum")?;

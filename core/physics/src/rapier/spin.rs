@@ -11,28 +11,28 @@ use rapier3d::{
 };
 
 use super::state::Rapier;
-use crate::Motion;
+use crate::MotionType;
 
 /// Number of fixed-point iterations of the midpoint rule. Each reduces the error to at most a fifth.
-const ROUNDS: usize = 12;
+const MIDPOINT_ITERATIONS: usize = 12;
 
 /// Maximum rotation in one application of the rule, rad.
-const MOST_TURN: f64 = 0.2;
+const MAX_TURN: f64 = 0.2;
 
 impl Rapier {
     /// Advances the spin of free bodies by the fraction `share` of a step, and returns the bodies that it changed.
-    pub(super) fn spin(&mut self, share: f64) -> Vec<RigidBodyHandle> {
+    pub(super) fn advance_spin(&mut self, share: f64) -> Vec<RigidBodyHandle> {
         let dt = share * self.world.integration_parameters.dt;
         let mut spun = Vec::new();
-        for record in self.tables.bodies.iter().flatten() {
-            if !record.uneven || record.joints > 0 || record.in_tree || record.motion != Motion::Dynamic {
+        for record in self.state.bodies.iter().flatten() {
+            if !record.uneven || record.joints > 0 || record.in_tree || record.motion != MotionType::Dynamic {
                 continue;
             }
             let body = &self.world.bodies[record.handle];
             if body.is_sleeping() || !body.is_enabled() {
                 continue;
             }
-            if let Some(angular) = spun_for(body, dt) {
+            if let Some(angular) = spun_velocity(body, dt) {
                 self.world.bodies[record.handle].set_angvel(angular, false);
                 spun.push(record.handle);
             }
@@ -41,10 +41,10 @@ impl Rapier {
     }
 
     /// Advances the spin of the given bodies by the second half of the step.
-    pub(super) fn spin_on(&mut self, spun: Vec<RigidBodyHandle>) {
+    pub(super) fn finish_spin(&mut self, spun: Vec<RigidBodyHandle>) {
         let dt = 0.5 * self.world.integration_parameters.dt;
         for handle in spun {
-            if let Some(angular) = spun_for(&self.world.bodies[handle], dt) {
+            if let Some(angular) = spun_velocity(&self.world.bodies[handle], dt) {
                 self.world.bodies[handle].set_angvel(angular, false);
             }
         }
@@ -52,7 +52,7 @@ impl Rapier {
 }
 
 /// Returns the angular velocity after `dt`, s, or `None` if it does not change.
-fn spun_for(body: &RigidBody, dt: f64) -> Option<Vector> {
+fn spun_velocity(body: &RigidBody, dt: f64) -> Option<Vector> {
     let mass = &body.mass_properties().local_mprops;
     let axes = body.position().rotation * mass.principal_inertia_local_frame;
     let inertia = mass.principal_inertia();
@@ -62,12 +62,12 @@ fn spun_for(body: &RigidBody, dt: f64) -> Option<Vector> {
     if rate(start).length() * dt <= 1e-12 * start.length() {
         return None;
     }
-    let parts = (start.length() * dt / MOST_TURN).ceil().clamp(1.0, 64.0);
+    let parts = (start.length() * dt / MAX_TURN).ceil().clamp(1.0, 64.0);
     let h = dt / parts;
     let mut w = start;
     for _ in 0..parts as usize {
         let mut next = w;
-        for _ in 0..ROUNDS {
+        for _ in 0..MIDPOINT_ITERATIONS {
             next = w + rate((w + next) * 0.5) * h;
         }
         w = next;

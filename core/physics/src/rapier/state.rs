@@ -1,18 +1,20 @@
-//! The complete state of the engine: rapier's world, and the engine's own tables.
+//! The complete state of the engine: rapier's world, and the engine's own state.
 
 use std::collections::BTreeMap;
 
 use nalgebra::Vector3;
 use rapier3d::{math::Pose, pipeline::PhysicsWorld};
 use serde::{Deserialize, Serialize};
-use tatu_mechanisms::Side;
+use tatu_mechanisms::ContactSide;
 
 use super::{
-    records::{BodyRecord, Grips, JointRecord, Measured, Partings, Seen, Tree},
+    mechanisms::records::{BodyLoad, CrowdedMechanism, Mechanism, TreeContact, WarmStartImpulse},
+    records::{
+        BodyRecord, CollisionTree, FrictionConstraints, JointRecord, MeasuredJoint, PairSeparations, PreviousState,
+    },
     shapes::ShapeCache,
-    trees::records::{Crowded, Kept, Load, Mechanism, Touch},
 };
-use crate::{BodyId, FrictionRule, Gear, JointId, MaterialPair, PairRule, Surface};
+use crate::{BodyId, ContactSurface, FrictionRule, Gear, JointId, MaterialPair, PairRule};
 
 /// A world of rigid bodies, simulated by rapier3d.
 ///
@@ -24,19 +26,19 @@ use crate::{BodyId, FrictionRule, Gear, JointId, MaterialPair, PairRule, Surface
 /// ```
 pub struct Rapier {
     pub(super) world: PhysicsWorld,
-    pub(super) tables: Tables,
+    pub(super) state: EngineState,
     pub(super) shapes: ShapeCache,
 }
 
 /// The state of the engine in addition to rapier's world. Together, the two are the complete state.
 #[derive(Default, Serialize, Deserialize)]
-pub(super) struct Tables {
+pub(super) struct EngineState {
     /// Bodies by id; `None` for removed bodies.
     pub(super) bodies: Vec<Option<BodyRecord>>,
     /// Joints by id; `None` for removed joints.
     pub(super) joints: Vec<Option<JointRecord>>,
     /// Bodies that can collide, grouped by collision tree.
-    pub(super) trees: BTreeMap<u32, Tree>,
+    pub(super) trees: BTreeMap<u32, CollisionTree>,
     /// Bodies with forces that are cleared after the next advance.
     pub(super) pushed: Vec<BodyId>,
     /// Kinematic bodies that are moving: start and end pose.
@@ -60,7 +62,7 @@ pub(super) struct Tables {
     /// Whether bodies at rest can sleep.
     pub(super) sleep: bool,
     /// Poses and velocities before the last step, by body id.
-    pub(super) before: Vec<Option<Seen>>,
+    pub(super) before: Vec<Option<PreviousState>>,
     /// Joints in reduced form with a drive.
     pub(super) driven: Vec<JointId>,
     /// Bodies whose pose, velocity or joints were changed from outside since the last step.
@@ -72,44 +74,44 @@ pub(super) struct Tables {
     /// Whether there are any screw joints.
     pub(super) screws: bool,
     /// Joints whose load is measured.
-    pub(super) measured: Vec<Measured>,
+    pub(super) measured: Vec<MeasuredJoint>,
     /// Joints whose drive weakens with speed.
     pub(super) weakening: Vec<JointId>,
     /// Revolute joints whose limits allow more than one turn.
     pub(super) winding: Vec<JointId>,
     /// Surfaces of bodies that differ from the default surface.
-    pub(super) surfaces: BTreeMap<BodyId, Surface>,
+    pub(super) surfaces: BTreeMap<BodyId, ContactSurface>,
     /// Friction and restitution of pairs of materials.
     pub(super) materials: Vec<MaterialPair>,
     /// The rule that combines the friction of two bodies.
     pub(super) friction_rule: FrictionRule,
     /// Friction constraints between bodies with special surfaces and the bodies that they touch.
-    pub(super) grips: Grips,
+    pub(super) grips: FrictionConstraints,
     /// Pairs of bodies, lower id first, with separate contact parameters.
     pub(super) pairs: BTreeMap<(BodyId, BodyId), PairRule>,
     /// Colliding bodies that were created since the last step.
     pub(super) fresh: Vec<BodyId>,
     /// Pairs of bodies that overlapped when they were created.
-    pub(super) partings: Partings,
+    pub(super) partings: PairSeparations,
     /// Mechanisms that are solved as trees, including adopted bodies.
     pub(super) mechanisms: Vec<Mechanism>,
     /// Mechanism and link of each body of a mechanism that is not frozen; derived from `mechanisms`.
     #[serde(skip)]
-    pub(super) links: BTreeMap<BodyId, Side>,
+    pub(super) links: BTreeMap<BodyId, ContactSide>,
     /// Whether `mechanisms` must be rebuilt.
     pub(super) mechanisms_changed: bool,
     /// Free bodies that trees have adopted, with the time for which they have been out of reach of any tree, s.
     pub(super) adopted: BTreeMap<BodyId, f64>,
     /// Mechanisms that are in reduced form while they are in a crowd.
-    pub(super) crowded: Vec<Crowded>,
+    pub(super) crowded: Vec<CrowdedMechanism>,
     /// Forces on bodies of trees that act in all steps of an advance.
-    pub(super) loads: BTreeMap<BodyId, Load>,
+    pub(super) loads: BTreeMap<BodyId, BodyLoad>,
     /// Forces on bodies of trees that act in the next step only.
-    pub(super) step_loads: Vec<(BodyId, Load)>,
+    pub(super) step_loads: Vec<(BodyId, BodyLoad)>,
     /// Impulses of the contacts of trees in the last step, sorted by key.
-    pub(super) kept: Vec<Kept>,
+    pub(super) kept: Vec<WarmStartImpulse>,
     /// Forces of the contacts of trees in the last step.
-    pub(super) touches: Vec<Touch>,
+    pub(super) touches: Vec<TreeContact>,
 }
 
 impl Rapier {
@@ -121,12 +123,12 @@ impl Rapier {
 }
 
 /// Marks a joint whose drive must be passed to rapier, once.
-pub(super) fn mark(changed: &mut Vec<JointId>, id: JointId, record: &mut JointRecord) {
+pub(super) fn mark_changed(changed: &mut Vec<JointId>, id: JointId, record: &mut JointRecord) {
     if !std::mem::replace(&mut record.changed, true) {
         changed.push(id);
     }
 }
 
-pub(super) fn finite(v: &Vector3<f64>) -> bool {
+pub(super) fn is_finite(v: &Vector3<f64>) -> bool {
     v.iter().all(|x| x.is_finite())
 }

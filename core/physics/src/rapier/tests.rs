@@ -1,25 +1,25 @@
 //! Tests of the engine against closed-form solutions.
 
 mod bodies;
-mod curved;
+mod collision_filter;
+mod contact_refresh;
 mod drives;
 mod economy;
 mod energy;
 mod faces;
-mod overlap;
+mod mechanisms;
 mod park;
 mod push;
-mod respond;
+mod separation;
 mod state;
-mod trees;
 mod turns;
 mod two_wheels;
 
 use nalgebra::{Isometry3, Matrix3, Point3, Translation3, UnitQuaternion, Vector3};
-use tatu_geometry::{Form, Part};
+use tatu_geometry::{Form, SolidPart};
 
 use super::Rapier;
-use crate::{BodyDesc, BodyId, Engine, EngineSettings, MassProps, Motion, Respond, Surface};
+use crate::{BodyDesc, BodyId, CollisionMask, ContactSurface, Engine, EngineSettings, MassProps, MotionType};
 
 const G: f64 = 9.81;
 
@@ -39,36 +39,36 @@ fn mass(mass: f64, inertia: [f64; 3]) -> MassProps {
     MassProps { mass, com: Point3::origin(), inertia: Matrix3::from_diagonal(&Vector3::from(inertia)) }
 }
 
-fn part(form: Form) -> Vec<Part> {
-    vec![Part { pose: Isometry3::identity(), form, friction: None, color: None, texture: None }]
+fn part(form: Form) -> Vec<SolidPart> {
+    vec![SolidPart { pose: Isometry3::identity(), form, friction: None, color: None, texture: None }]
 }
 
-fn sphere(radius: f64) -> Vec<Part> {
+fn sphere(radius: f64) -> Vec<SolidPart> {
     part(Form::Sphere { radius })
 }
 
 /// Describes a free body in a separate tree that collides with everything.
-fn body(pose: Isometry3<f64>, mass: MassProps, parts: Vec<Part>) -> BodyDesc {
+fn body(pose: Isometry3<f64>, mass: MassProps, parts: Vec<SolidPart>) -> BodyDesc {
     BodyDesc {
         pose,
-        motion: Motion::Dynamic,
+        motion: MotionType::Dynamic,
         mass,
         linear_velocity: Vector3::zeros(),
         angular_velocity: Vector3::zeros(),
         parts,
         friction: 1.0,
         restitution: 0.0,
-        respond: Respond { mask: 0xffff, tree: 1 },
+        collision_mask: CollisionMask { mask: 0xffff, tree: 1 },
         bullet: false,
         damping: [0.0; 2],
-        surface: Surface::default(),
+        surface: ContactSurface::default(),
     }
 }
 
-fn fixed(pose: Isometry3<f64>, parts: Vec<Part>) -> BodyDesc {
+fn fixed(pose: Isometry3<f64>, parts: Vec<SolidPart>) -> BodyDesc {
     BodyDesc {
-        motion: Motion::Static,
-        respond: Respond { mask: 0xffff, tree: 0 },
+        motion: MotionType::Static,
+        collision_mask: CollisionMask { mask: 0xffff, tree: 0 },
         ..body(pose, mass(0.0, [0.0; 3]), parts)
     }
 }

@@ -14,7 +14,7 @@ use rapier3d::{
 
 use super::{
     joints,
-    records::{Held, JointRecord},
+    records::{JointBackend, JointRecord},
     state::Rapier,
 };
 use crate::{JointDesc, JointKind};
@@ -60,18 +60,18 @@ impl JointRecord {
 impl Rapier {
     /// Counts the whole turns of joints whose limits are more than a turn apart, before a step.
     pub(super) fn count_turns(&mut self) {
-        for i in 0..self.tables.winding.len() {
-            let id = self.tables.winding[i];
-            let Some(Some(record)) = self.tables.joints.get(id.0 as usize) else { continue };
+        for i in 0..self.state.winding.len() {
+            let id = self.state.winding[i];
+            let Some(Some(record)) = self.state.joints.get(id.0 as usize) else { continue };
             let (frame_a, frame_b) = self.joint_frames(record);
             let position = record.position(&frame_a, &frame_b);
             let angle = joints::position(record.kind, &frame_a, &frame_b);
             let (held, limits) = (record.held, record.limits);
-            if let Some(Some(record)) = self.tables.joints.get_mut(id.0 as usize) {
+            if let Some(Some(record)) = self.state.joints.get_mut(id.0 as usize) {
                 record.near = position;
             }
             // Coordinates in reduced form already include whole turns.
-            let (Held::Impulse(handle), Some((low, high))) = (held, limits) else { continue };
+            let (JointBackend::Impulse(handle), Some((low, high))) = (held, limits) else { continue };
             let Some(joint) = self.world.impulse_joints.get_mut(handle, false) else { continue };
             let turns = position - angle;
             let limits = &mut joint.data.limits[JointAxis::AngZ as usize];

@@ -8,18 +8,18 @@
 
 use rapier3d::math::{Rotation, Vector};
 
-use super::{records::Seen, state::Rapier};
-use crate::{BodyId, Motion};
+use super::{records::PreviousState, state::Rapier};
+use crate::{BodyId, MotionType};
 
 /// Velocity of a body in the world frame: of its centre of mass, m/s, and angular, rad/s.
 #[derive(Clone, Copy)]
-pub(super) struct Velocity {
+pub(super) struct BodyVelocity {
     pub linear: Vector,
     pub angular: Vector,
     centre: Vector,
 }
 
-impl Velocity {
+impl BodyVelocity {
     /// Returns the velocity of the body's material point at a position in the world frame, m/s.
     pub fn at(&self, point: Vector) -> Vector {
         self.linear + self.angular.cross(point - self.centre)
@@ -28,14 +28,16 @@ impl Velocity {
 
 impl Rapier {
     /// Records poses and velocities of bodies before a step.
-    pub(super) fn see_velocities(&mut self) {
+    pub(super) fn record_velocities(&mut self) {
         let bodies = &self.world.bodies;
-        self.tables.before.resize(self.tables.bodies.len(), None);
-        for (before, record) in self.tables.before.iter_mut().zip(&self.tables.bodies) {
-            let Some(record) = record.as_ref().filter(|r| r.motion == Motion::Dynamic && !r.in_tree) else { continue };
+        self.state.before.resize(self.state.bodies.len(), None);
+        for (before, record) in self.state.before.iter_mut().zip(&self.state.bodies) {
+            let Some(record) = record.as_ref().filter(|r| r.motion == MotionType::Dynamic && !r.in_tree) else {
+                continue;
+            };
             let body = &bodies[record.handle];
             let position = body.position();
-            *before = Some(Seen {
+            *before = Some(PreviousState {
                 place: position.translation,
                 rotation: position.rotation,
                 linear: body.linvel(),
@@ -46,29 +48,29 @@ impl Rapier {
 
     /// Discards the recorded state of a body whose pose or velocity was set from outside. Its velocity cannot be
     /// computed from a displacement that is not the result of motion.
-    pub(super) fn forget_velocity(&mut self, body: BodyId) {
-        if let Some(before) = self.tables.before.get_mut(body.0 as usize) {
+    pub(super) fn discard_velocity(&mut self, body: BodyId) {
+        if let Some(before) = self.state.before.get_mut(body.0 as usize) {
             *before = None;
         }
     }
 
-    pub(super) fn velocity(&self, id: BodyId) -> Velocity {
+    pub(super) fn velocity(&self, id: BodyId) -> BodyVelocity {
         let Some(record) = self.record(id) else {
-            return Velocity { linear: Vector::ZERO, angular: Vector::ZERO, centre: Vector::ZERO };
+            return BodyVelocity { linear: Vector::ZERO, angular: Vector::ZERO, centre: Vector::ZERO };
         };
         let body = &self.world.bodies[record.handle];
         let (linear, angular, centre) = (body.linvel(), body.angvel(), body.center_of_mass());
-        let told = Velocity { linear, angular, centre };
+        let told = BodyVelocity { linear, angular, centre };
         if record.in_tree {
             return told;
         }
-        let Some(Some(before)) = self.tables.before.get(id.0 as usize) else { return told };
+        let Some(Some(before)) = self.state.before.get(id.0 as usize) else { return told };
         let numbers = &self.world.integration_parameters;
         let (dt, n) = (numbers.dt, numbers.num_solver_iterations as f64);
         // Rotations of more than half a turn per step cannot be recovered.
         if body.is_sleeping() || !body.is_enabled() || angular.length() * dt > 2.0 {
             return if body.is_sleeping() {
-                Velocity { linear: Vector::ZERO, angular: Vector::ZERO, centre }
+                BodyVelocity { linear: Vector::ZERO, angular: Vector::ZERO, centre }
             } else {
                 told
             };
@@ -76,9 +78,9 @@ impl Rapier {
         let share = 0.5 * (n - 1.0) / n;
         let turn = body.position().rotation * before.rotation.inverse();
         let reduced = record.joints > 0 && self.world.multibody_joints.rigid_body_link(record.handle).is_some();
-        Velocity {
+        BodyVelocity {
             linear: (centre - before.place) / dt + (linear - before.linear) * share,
-            angular: rate(turn, dt, (!reduced).then_some(n)) + (angular - before.angular) * share,
+            angular: angular_velocity(turn, dt, (!reduced).then_some(n)) + (angular - before.angular) * share,
             centre,
         }
     }
@@ -86,7 +88,7 @@ impl Rapier {
 
 /// Returns the angular velocity of a rotation over the time `dt`, s. For a body in impulse form, `linearized` is the
 /// number of sub-steps: in each, rapier rotates such a body by twice the arc tangent of half the intended angle.
-fn rate(turn: Rotation, dt: f64, linearized: Option<f64>) -> Vector {
+fn angular_velocity(turn: Rotation, dt: f64, linearized: Option<f64>) -> Vector {
     let q = if turn.w < 0.0 { -turn } else { turn };
     let axis = Vector::new(q.x, q.y, q.z);
     let sine = axis.length();

@@ -7,25 +7,25 @@ use tatu_plugin_api::abi::*;
 use crate::{
     border::{bytes, raw},
     texts,
-    watchdog::Call,
+    watchdog::PluginCall,
 };
 
 /// An error object and the texts that it points to. Both are boxed, so pointers to them remain valid when the slot is
 /// moved.
 pub struct ErrorSlot {
     raw: Box<tatu_error>,
-    texts: Box<Texts>,
+    texts: Box<ErrorTexts>,
 }
 
 #[derive(Default)]
-struct Texts {
+struct ErrorTexts {
     text: Vec<u8>,
     help: Vec<u8>,
     file: Vec<u8>,
     traceback: Vec<u8>,
 }
 
-const EMPTY: tatu_str = tatu_str { ptr: std::ptr::null(), len: 0 };
+const EMPTY_STR: tatu_str = tatu_str { ptr: std::ptr::null(), len: 0 };
 
 impl Default for ErrorSlot {
     fn default() -> Self {
@@ -36,26 +36,27 @@ impl Default for ErrorSlot {
 impl ErrorSlot {
     /// Creates an empty error object.
     pub fn new() -> Self {
-        let mut texts = Box::<Texts>::default();
+        let mut texts = Box::<ErrorTexts>::default();
         let raw = Box::new(tatu_error {
             size: size_of::<tatu_error>() as u32,
             code: TATU_OK,
             ctx: (&raw mut *texts).cast::<c_void>(),
             say: Some(say),
             add: Some(add),
-            text: EMPTY,
-            help: EMPTY,
-            file: EMPTY,
-            traceback: EMPTY,
+            text: EMPTY_STR,
+            help: EMPTY_STR,
+            file: EMPTY_STR,
+            traceback: EMPTY_STR,
             line: 0,
         });
         ErrorSlot { raw, texts }
     }
     /// Clears the object and returns a pointer to it.
-    pub fn fresh(&mut self) -> *mut tatu_error {
+    pub fn reset(&mut self) -> *mut tatu_error {
         self.raw.ctx = (&raw mut *self.texts).cast();
         self.raw.code = TATU_OK;
-        (self.raw.text, self.raw.help, self.raw.file, self.raw.traceback) = (EMPTY, EMPTY, EMPTY, EMPTY);
+        (self.raw.text, self.raw.help, self.raw.file, self.raw.traceback) =
+            (EMPTY_STR, EMPTY_STR, EMPTY_STR, EMPTY_STR);
         self.raw.line = 0;
         self.raw()
     }
@@ -65,32 +66,32 @@ impl ErrorSlot {
     }
     /// Stores an error in the object.
     pub fn set(&mut self, status: tatu_status, text: &str) {
-        let error = self.fresh();
+        let error = self.reset();
         // SAFETY: `error` points to this object, which is alive during the call; `say` copies the text.
         unsafe { say(error, status, raw(text.as_bytes())) };
     }
     /// Returns a copy of the object's contents.
-    pub fn said(&self) -> Said {
+    pub fn contents(&self) -> ErrorContents {
         // SAFETY: `self.raw` and the texts that it points to, in `self.texts`, live as long as `self`.
-        unsafe { Said::of(&self.raw) }
+        unsafe { ErrorContents::of(&self.raw) }
     }
-    /// Like [`answer`], for a function to which this object was passed.
-    pub fn answer(&mut self, status: tatu_status, may_wait: bool) -> tatu_status {
+    /// Like [`check_status`], for a function to which this object was passed.
+    pub fn check_status(&mut self, status: tatu_status, may_wait: bool) -> tatu_status {
         // SAFETY: `self.raw()` points to this object, which is alive during the call.
-        unsafe { answer(status, may_wait, self.raw()) }
+        unsafe { check_status(status, may_wait, self.raw()) }
     }
     /// Like [`name_plugin`], for this object.
-    pub fn name_plugin(&mut self, status: tatu_status, plugin: &str, call: Call) {
+    pub fn name_plugin(&mut self, status: tatu_status, plugin: &str, call: PluginCall) {
         // SAFETY: `self.raw()` points to this object, which is alive during the call.
         unsafe { name_plugin(status, self.raw(), plugin, call) };
     }
     /// Returns whether the object contains an error.
-    pub fn has_said(&self) -> bool {
+    pub fn has_error(&self) -> bool {
         self.raw.code != TATU_OK
     }
     /// Returns the message, with its hint.
     pub fn text(&self) -> String {
-        let said = self.said();
+        let said = self.contents();
         let mut out = said.text.unwrap_or_default();
         if let Some(help) = said.help {
             out += &format!(" ({help})");
@@ -100,7 +101,7 @@ impl ErrorSlot {
 }
 
 /// The contents of an error object, copied. Empty parts are `None`.
-pub struct Said {
+pub struct ErrorContents {
     /// The message.
     pub text: Option<String>,
     /// The hint, which suggests what to do.
@@ -113,7 +114,7 @@ pub struct Said {
     pub traceback: Option<String>,
 }
 
-impl Said {
+impl ErrorContents {
     /// Copies the contents of an error object.
     ///
     /// # Safety
@@ -122,7 +123,7 @@ impl Said {
         // SAFETY: the caller guarantees that the texts that `error` points to are alive during this call; they are
         // copied.
         let part = |s| Some(unsafe { crate::border::text(s) }.into_owned()).filter(|s| !s.is_empty());
-        Said {
+        ErrorContents {
             text: part(error.text),
             help: part(error.help),
             file: part(error.file),
@@ -138,7 +139,7 @@ impl Said {
 ///
 /// # Safety
 /// `error` must point to a live error object of the host.
-pub unsafe fn answer(status: tatu_status, may_wait: bool, error: *mut tatu_error) -> tatu_status {
+pub unsafe fn check_status(status: tatu_status, may_wait: bool, error: *mut tatu_error) -> tatu_status {
     if status == TATU_OK || status == TATU_WAIT && may_wait || (TATU_ERR_MEMORY..0).contains(&status) {
         return status;
     }
@@ -160,7 +161,7 @@ pub unsafe fn answer(status: tatu_status, may_wait: bool, error: *mut tatu_error
 ///
 /// # Safety
 /// `error` must point to a live error object of the host.
-pub unsafe fn name_plugin(status: tatu_status, error: *mut tatu_error, plugin: &str, call: Call) {
+pub unsafe fn name_plugin(status: tatu_status, error: *mut tatu_error, plugin: &str, call: PluginCall) {
     // SAFETY: the caller guarantees that `error` and its texts are live.
     unsafe {
         let said = crate::border::text((*error).text).into_owned();
@@ -198,26 +199,26 @@ pub unsafe fn copy(from: *const tatu_error, to: *mut tatu_error) {
 
 unsafe extern "C" fn say(error: *mut tatu_error, code: tatu_status, text: tatu_str) {
     // SAFETY: the header requires `error` to be the live object that was passed to the plugin; its `ctx` points to its
-    // `Texts`. `text` must be valid during the call.
+    // `ErrorTexts`. `text` must be valid during the call.
     unsafe {
         let Some(e) = error.as_mut().filter(|e| !e.ctx.is_null()) else { return };
-        let texts = &mut *e.ctx.cast::<Texts>();
+        let texts = &mut *e.ctx.cast::<ErrorTexts>();
         e.code = if code < 0 { code } else { TATU_ERR };
         // The text can be one of the object's own, so it is copied before the object is overwritten.
-        let new = texts::of_error(bytes(text));
+        let new = texts::clean_error(bytes(text));
         texts.text = new;
         e.text = raw(&texts.text);
-        (e.help, e.file, e.traceback, e.line) = (EMPTY, EMPTY, EMPTY, 0);
+        (e.help, e.file, e.traceback, e.line) = (EMPTY_STR, EMPTY_STR, EMPTY_STR, 0);
     }
 }
 
 unsafe extern "C" fn add(error: *mut tatu_error, part: u32, text: tatu_str, line: u64) {
     // SAFETY: the header requires `error` to be the live object that was passed to the plugin; its `ctx` points to its
-    // `Texts`.
+    // `ErrorTexts`.
     unsafe {
         let Some(e) = error.as_mut().filter(|e| !e.ctx.is_null()) else { return };
-        let texts = &mut *e.ctx.cast::<Texts>();
-        let new = texts::of_error(bytes(text));
+        let texts = &mut *e.ctx.cast::<ErrorTexts>();
+        let new = texts::clean_error(bytes(text));
         match part {
             TATU_PART_HELP => {
                 texts.help = new;

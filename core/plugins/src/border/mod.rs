@@ -4,7 +4,7 @@ mod error_object;
 
 use tatu_plugin_api::abi::*;
 
-pub use error_object::{ErrorSlot, Said, answer, copy as copy_error, name_plugin};
+pub use error_object::{ErrorContents, ErrorSlot, check_status, copy as copy_error, name_plugin};
 
 /// Returns the bytes of an ABI string; a null string is empty.
 ///
@@ -33,7 +33,7 @@ pub fn raw(s: &[u8]) -> tatu_str {
 ///
 /// # Safety
 /// `error` must be null or point to a live error object of the host.
-pub unsafe fn say(error: *mut tatu_error, status: tatu_status, text: &str) -> tatu_status {
+pub unsafe fn fill_error(error: *mut tatu_error, status: tatu_status, text: &str) -> tatu_status {
     // SAFETY: the caller guarantees that `error` is null or points to a live object during this call.
     if let Some(say) = unsafe { error.as_ref() }.and_then(|e| e.say) {
         // SAFETY: `error` points to a live object, and `say` is its own function, which copies the text.

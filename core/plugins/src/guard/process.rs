@@ -2,17 +2,17 @@
 //! error.
 
 #[cfg(unix)]
-pub use unix::State;
+pub use unix::OsState;
 
 /// An empty state: on this system, nothing is checked.
 #[cfg(not(unix))]
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct State;
+pub struct OsState;
 
 #[cfg(not(unix))]
-impl State {
+impl OsState {
     pub fn now() -> Self {
-        State
+        OsState
     }
     pub fn restore(&self) -> Vec<String> {
         Vec::new()
@@ -57,37 +57,37 @@ mod unix {
 
     /// A state of the process that is known to be good, for comparison and restoration.
     #[derive(Debug, Clone)]
-    pub struct State {
-        kept: Arc<Kept>,
+    pub struct OsState {
+        handles: Arc<OpenHandles>,
         folder: Identity,
         outputs: [Identity; OUTPUTS.len()],
         signals: Arc<[libc::sigaction; SIGNALS.len()]>,
     }
 
-    impl PartialEq for State {
+    impl PartialEq for OsState {
         fn eq(&self, other: &Self) -> bool {
             (self.folder, self.outputs) == (other.folder, other.outputs)
                 && self.signals.iter().zip(other.signals.iter()).all(|(a, b)| same(a, b))
         }
     }
-    impl Eq for State {}
+    impl Eq for OsState {}
 
     /// Open handles of the working folder and the outputs, used to restore them. Equal states share these handles.
     #[derive(Debug)]
-    struct Kept {
+    struct OpenHandles {
         ids: (Identity, [Identity; OUTPUTS.len()]),
         folder: Option<File>,
         outputs: [Option<File>; OUTPUTS.len()],
     }
 
-    fn kept(ids: (Identity, [Identity; OUTPUTS.len()])) -> Arc<Kept> {
-        static LAST: Mutex<Option<Arc<Kept>>> = Mutex::new(None);
+    fn open_handles(ids: (Identity, [Identity; OUTPUTS.len()])) -> Arc<OpenHandles> {
+        static LAST: Mutex<Option<Arc<OpenHandles>>> = Mutex::new(None);
         let mut last = LAST.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(kept) = last.as_ref().filter(|kept| kept.ids == ids) {
             return kept.clone();
         }
         let outputs = OUTPUTS.map(|(fd, _)| copy(fd));
-        let kept = Arc::new(Kept { ids, folder: File::open(".").ok(), outputs });
+        let kept = Arc::new(OpenHandles { ids, folder: File::open(".").ok(), outputs });
         *last = Some(kept.clone());
         kept
     }
@@ -127,12 +127,12 @@ mod unix {
         (a.sa_sigaction, a.sa_flags & !SA_RESTORER) == (b.sa_sigaction, b.sa_flags & !SA_RESTORER)
     }
 
-    impl State {
+    impl OsState {
         /// Captures the current state.
         pub fn now() -> Self {
             let (folder, outputs) = (folder(), OUTPUTS.map(|(fd, _)| output(fd)));
-            State {
-                kept: kept((folder, outputs)),
+            OsState {
+                handles: open_handles((folder, outputs)),
                 folder,
                 outputs,
                 signals: Arc::new(SIGNALS.map(|(signal, _)| action(signal))),
@@ -143,7 +143,7 @@ mod unix {
         pub fn restore(&self) -> Vec<String> {
             let mut out = Vec::new();
             if folder() != self.folder {
-                if let Some(home) = &self.kept.folder {
+                if let Some(home) = &self.handles.folder {
                     // SAFETY: `home` owns a descriptor of an open folder, which stays open during the call.
                     unsafe { libc::fchdir(home.as_raw_fd()) };
                 }
@@ -151,7 +151,7 @@ mod unix {
             }
             for (i, (fd, name)) in OUTPUTS.into_iter().enumerate() {
                 if output(fd) != self.outputs[i] {
-                    if let Some(own) = &self.kept.outputs[i] {
+                    if let Some(own) = &self.handles.outputs[i] {
                         // SAFETY: `own` owns an open descriptor, which stays open during the call; `fd` is replaced by
                         // a duplicate of it.
                         unsafe { libc::dup2(own.as_raw_fd(), fd) };

@@ -9,7 +9,7 @@ use super::{
     Registry,
     types::{ActuatorKind, DeviceKind, SensorKind},
 };
-use crate::{Declared, tables};
+use crate::{ParameterSpec, tables};
 
 impl Registry {
     /// Returns the declarations of the kind of an actuator, or of a sensor.
@@ -42,17 +42,17 @@ impl Registry {
             let Some(ext) = tables::read(self.plugins[plugin].extension::<tatu_ext_actuator>(TATU_ACTUATOR)) else {
                 return;
             };
-            self.offered(plugin, TATU_ACTUATOR, ext.size, &tables::required!(ext, tatu_ext_actuator: kinds));
+            self.check_extension(plugin, TATU_ACTUATOR, ext.size, &tables::required!(ext, tatu_ext_actuator: kinds));
             for (_, raw) in tables::list(ext.kinds) {
                 let needed = tables::required!(raw, tatu_actuator: id, apply);
-                let Some(id) = self.named(plugin, "actuator", raw.id, raw.size, &needed) else { continue };
+                let Some(id) = self.checked_id(plugin, "actuator", raw.id, raw.size, &needed) else { continue };
                 let Some(life) = self.life(plugin, &format!("actuator `{id}`"), raw.life) else { continue };
                 let claimed: Vec<usize> = self.actuators.iter().filter(|a| a.id == id).map(|a| a.plugin).collect();
-                if !self.is_own(plugin, "actuator", &id, &claimed) {
+                if !self.claim_id(plugin, "actuator", &id, &claimed) {
                     continue;
                 }
-                let (params, commands) = (Declared::read_list(raw.params), Declared::read_list(raw.commands));
-                if let Some(why) = flaw(&id, &raw, &params, &commands) {
+                let (params, commands) = (ParameterSpec::read_list(raw.params), ParameterSpec::read_list(raw.commands));
+                if let Some(why) = actuator_flaw(&id, &raw, &params, &commands) {
                     self.refuse(plugin, why, "see tatu_actuator in tatu.h");
                     continue;
                 }
@@ -81,7 +81,7 @@ impl Registry {
                     });
                     self.sensors.len() - 1
                 });
-                let number = |d: &Declared| self.host.number(&format!("{id}.{}", d.key));
+                let number = |d: &ParameterSpec| self.host.number(&format!("{id}.{}", d.key));
                 self.actuators.push(ActuatorKind {
                     plugin,
                     text: tables::text(raw.text).unwrap_or_default(),
@@ -135,7 +135,12 @@ const NO_LIFE: tatu_life = tatu_life {
 };
 
 /// Returns why a kind cannot be used, or `None` if it can.
-fn flaw(id: &str, raw: &tatu_actuator, params: &[Declared], commands: &[Declared]) -> Option<String> {
+fn actuator_flaw(
+    id: &str,
+    raw: &tatu_actuator,
+    params: &[ParameterSpec],
+    commands: &[ParameterSpec],
+) -> Option<String> {
     if raw.n_commands as usize != commands.len() {
         let (n, m) = (raw.n_commands, commands.len());
         return Some(format!("its actuator `{id}` has a buffer of {n} numbers for {m} declared commands"));

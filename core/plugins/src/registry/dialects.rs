@@ -4,8 +4,8 @@ use tatu_errors::{Error, Result};
 
 use super::Registry;
 use crate::{
-    border::{ErrorSlot, answer, raw},
-    watchdog::Call,
+    border::{ErrorSlot, check_status, raw},
+    watchdog::PluginCall,
 };
 
 impl Registry {
@@ -22,15 +22,15 @@ impl Registry {
             let subject = format!("the dialect `{dialect}`");
             // SAFETY: `knows` is from a plugin that is never unloaded, and `me` is that plugin's own pointer. The text
             // and the error object live until the call has returned.
-            let ask = || unsafe { answer(knows(me, raw(dialect.as_bytes()), slot.raw()), false, slot.raw()) };
-            let status = self.watched(l.plugin, Call::KnowsDialect, &subject, ask)?;
+            let ask = || unsafe { check_status(knows(me, raw(dialect.as_bytes()), slot.raw()), false, slot.raw()) };
+            let status = self.call_plugin(l.plugin, PluginCall::KnowsDialect, &subject, ask)?;
             if status >= 0 {
                 return Ok(());
             }
             let text = slot.text();
             // A refusal gives its own reason; any other text is an error of the plugin.
             if text.starts_with("panicked") || text.starts_with("broke the contract") {
-                let (id, call) = (&self.plugins[l.plugin].id, Call::KnowsDialect.text());
+                let (id, call) = (&self.plugins[l.plugin].id, PluginCall::KnowsDialect.text());
                 return Err(Error::new("E111", format!("{subject}: plugin `{id}` {text} [{call}]")));
             }
             said.get_or_insert((i, text));

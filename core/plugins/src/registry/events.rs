@@ -3,7 +3,7 @@
 use tatu_plugin_api::abi::*;
 
 use super::Registry;
-use crate::{Declared, events::EventInfo, tables};
+use crate::{ParameterSpec, events::EventSpec, tables};
 
 impl Registry {
     pub(super) unsafe fn add_events(&mut self, plugin: usize) {
@@ -12,10 +12,10 @@ impl Registry {
             let Some(ext) = tables::read(self.plugins[plugin].extension::<tatu_ext_event>(TATU_EVENT)) else {
                 return;
             };
-            self.offered(plugin, TATU_EVENT, ext.size, &tables::required!(ext, tatu_ext_event: events));
+            self.check_extension(plugin, TATU_EVENT, ext.size, &tables::required!(ext, tatu_ext_event: events));
             for (_, raw) in tables::list(ext.events) {
                 let needed = tables::required!(raw, tatu_event: name);
-                let Some(name) = self.named(plugin, "event", raw.name, raw.size, &needed) else { continue };
+                let Some(name) = self.checked_id(plugin, "event", raw.name, raw.size, &needed) else { continue };
                 if !name.contains('.') {
                     let text =
                         format!("its event `{name}` has no name space: names without a dot are reserved for the host");
@@ -27,11 +27,11 @@ impl Registry {
                     self.refuse(plugin, text, "give each a different name");
                     continue;
                 }
-                self.events.push(EventInfo {
+                self.events.push(EventSpec {
                     plugin: Some(plugin),
                     name,
                     text: tables::text(raw.text).unwrap_or_default(),
-                    fields: Declared::read_list(raw.fields),
+                    fields: ParameterSpec::read_list(raw.fields),
                 });
             }
         }

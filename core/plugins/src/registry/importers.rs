@@ -7,12 +7,12 @@ use tatu_plugin_api::abi::*;
 
 use super::{
     Registry,
-    types::{Choice, Importer},
+    types::{Importer, ImporterChoice},
 };
-use crate::{Declared, tables, watchdog::Call};
+use crate::{ParameterSpec, tables, watchdog::PluginCall};
 
 /// Size of the head of a file by which an importer decides whether it can read it, bytes.
-const HEAD: usize = 4096;
+const HEAD_BYTES: usize = 4096;
 
 impl Registry {
     pub(super) unsafe fn add_importers(&mut self, plugin: usize) {
@@ -21,12 +21,17 @@ impl Registry {
             let Some(ext) = tables::read(self.plugins[plugin].extension::<tatu_ext_importer>(TATU_IMPORTER)) else {
                 return;
             };
-            self.offered(plugin, TATU_IMPORTER, ext.size, &tables::required!(ext, tatu_ext_importer: importers));
+            self.check_extension(
+                plugin,
+                TATU_IMPORTER,
+                ext.size,
+                &tables::required!(ext, tatu_ext_importer: importers),
+            );
             for (_, raw) in tables::list(ext.importers) {
                 let needed = tables::required!(raw, tatu_importer: id, load);
-                let Some(id) = self.named(plugin, "importer", raw.id, raw.size, &needed) else { continue };
+                let Some(id) = self.checked_id(plugin, "importer", raw.id, raw.size, &needed) else { continue };
                 let claimed: Vec<usize> = self.importers.iter().filter(|i| i.id == id).map(|i| i.plugin).collect();
-                if !self.is_own(plugin, "importer", &id, &claimed) {
+                if !self.claim_id(plugin, "importer", &id, &claimed) {
                     continue;
                 }
                 let suffixes = self.suffixes(plugin, &format!("importer `{id}`"), raw.suffixes);
@@ -35,7 +40,7 @@ impl Registry {
                     id,
                     text: tables::text(raw.text).unwrap_or_default(),
                     suffixes,
-                    params: Declared::read_list(raw.params),
+                    params: ParameterSpec::read_list(raw.params),
                     raw,
                 });
             }
@@ -61,12 +66,12 @@ impl Registry {
         file: &Path,
         bytes: &[u8],
         providers: &BTreeMap<String, String>,
-    ) -> Result<Option<Choice>> {
-        let head = &bytes[..bytes.len().min(HEAD)];
+    ) -> Result<Option<ImporterChoice>> {
+        let head = &bytes[..bytes.len().min(HEAD_BYTES)];
         let mut all: Vec<(usize, u32, bool)> = Vec::new();
         let mut failed: Vec<Error> = Vec::new();
         for (n, i) in self.importers.iter().enumerate() {
-            match self.how_sure(i, file, head) {
+            match self.confidence(i, file, head) {
                 Ok(sure) => all.push((n, sure, i.has_suffix(file))),
                 Err(e) => failed.push(e),
             }
@@ -89,17 +94,19 @@ impl Registry {
         });
         // A failed check is only noted, and thus does not prevent the import of unrelated files.
         let notes = failed.into_iter().map(|e| e.text).chain(tie).collect();
-        Ok(Some(Choice { importer: first, notes }))
+        Ok(Some(ImporterChoice { importer: first, notes }))
     }
 
-    fn how_sure(&self, importer: &Importer, file: &Path, head: &[u8]) -> Result<u32> {
+    fn confidence(&self, importer: &Importer, file: &Path, head: &[u8]) -> Result<u32> {
         let plugin = &self.plugins[importer.plugin];
         let subject = format!("the import of {}", file.display());
-        let sure = self.watched(importer.plugin, Call::Sniff, &subject, || importer.sniff(plugin.me, head))?;
+        let sure =
+            self.call_plugin(importer.plugin, PluginCall::Sniff, &subject, || importer.sniff(plugin.me, head))?;
         if sure <= 100 {
             return Ok(sure);
         }
-        let broke = format!("plugin `{}` broke the contract: it returned {sure} in {}", plugin.id, Call::Sniff.text());
+        let broke =
+            format!("plugin `{}` broke the contract: it returned {sure} in {}", plugin.id, PluginCall::Sniff.text());
         Err(Error::new("E111", format!("{subject}: {broke}")).expected("a confidence from 0 to 100"))
     }
 

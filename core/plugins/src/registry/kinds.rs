@@ -7,18 +7,19 @@ impl Registry {
     /// `None` if no mark matches.
     pub fn kind_of_script(&self, language: usize, text: &[u8]) -> Option<&str> {
         let language = &self.languages.get(language)?.id;
-        let mark = self.kind_marks.iter().find(|m| m.language == *language && m.fits(text))?;
+        let mark = self.kind_marks.iter().find(|m| m.language == *language && m.matches_script(text))?;
         Some(&mark.kind)
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::types::KindMark;
+    use super::super::types::ScriptKindMark;
 
     #[test]
-    fn words_begin_where_names_begin() {
-        let mark = |word: &str, last| KindMark { language: "l".into(), kind: "k".into(), word: word.into(), last };
+    fn kind_mark_matches_only_at_start_of_names() {
+        let mark =
+            |word: &str, last| ScriptKindMark { language: "l".into(), kind: "k".into(), word: word.into(), last };
         for (word, last, text, fits) in [
             ("wake", false, "x = wakeUp()", true),
             ("wake", false, "x = awake()", false),
@@ -28,7 +29,7 @@ mod tests {
             ("return", true, "return x\nf()", false),
             ("return", true, "", false),
         ] {
-            assert_eq!(mark(word, last).fits(text.as_bytes()), fits, "{word} in {text:?}");
+            assert_eq!(mark(word, last).matches_script(text.as_bytes()), fits, "{word} in {text:?}");
         }
     }
 }

@@ -7,7 +7,7 @@ use std::{
 
 use tatu_errors::{Error, Result, nearest};
 
-use super::{Language, Registry, SensorKind};
+use super::{Registry, ScriptLanguage, SensorKind};
 
 impl Registry {
     /// Returns the id of the command with a name, from 1, and the index of the name among those of the command.
@@ -97,12 +97,12 @@ impl Registry {
     /// Returns the index of a script language by id or by file name. For an id or a suffix, `[providers]` can select a
     /// language or a plugin instead of the first match.
     pub fn language(&self, id_or_file: &str, providers: &BTreeMap<String, String>) -> Result<usize> {
-        let key = |l: &Language| match l.id == id_or_file {
+        let key = |l: &ScriptLanguage| match l.id == id_or_file {
             true => Some(l.id.clone()),
             false => l.suffixes.iter().find(|s| id_or_file.ends_with(s.as_str())).cloned(),
         };
         let all = || self.languages.iter().enumerate();
-        let answering: Vec<(usize, &Language, String)> =
+        let answering: Vec<(usize, &ScriptLanguage, String)> =
             all().filter_map(|(i, l)| key(l).map(|key| (i, l, key))).collect();
         let wanted = providers.get(id_or_file).or_else(|| answering.iter().find_map(|(_, _, key)| providers.get(key)));
         if let Some((i, ..)) = answering.iter().find(|(_, l, _)| wanted == Some(&self.plugins[l.plugin].id)) {
@@ -122,7 +122,7 @@ impl Registry {
         let named = |(_, why): &&(PathBuf, String)| why.contains(&format!("`{name}`"));
         let holds = |(file, _): &&(PathBuf, String)| stem(file).contains(name) || name.contains(&stem(file));
         let near = |(file, _): &&(PathBuf, String)| nearest(name, [stem(file).as_str()]).is_some();
-        let mut all = self.closest.iter();
+        let mut all = self.rejected_files.iter();
         all.clone().find(named).or_else(|| all.clone().find(holds)).or_else(|| all.clone().find(near)).or_else(|| {
             let first = all.next()?;
             all.all(|(file, _)| *file == first.0).then_some(first)
@@ -145,7 +145,7 @@ impl Registry {
                 "build the plugins beside the program (`cargo build`), copy the program together with its libraries, or set TATU_PLUGIN_PATH to their folder",
             );
         }
-        let error = match known.len() > MANY {
+        let error = match known.len() > MAX_LISTED_NAMES {
             true => error.expected(format!("the id of a {what}: `tatu list {what}s` shows them")),
             false => error.expected(format!("one of {}", known.join(", "))),
         };
@@ -157,7 +157,7 @@ impl Registry {
 }
 
 /// Maximum number of names that an error lists.
-const MANY: usize = 30;
+const MAX_LISTED_NAMES: usize = 30;
 
 /// Returns the plugin's own part of a file name: "gripper" for "libtatu_gripper.so".
 fn stem(path: &std::path::Path) -> String {

@@ -5,7 +5,7 @@
 //! - `lookup`: lookup by name;
 //! - `models`: reading of models, and those in folders;
 //! - `sensors`, `actuators`, `importers`, `services`, `kinds`, `events`, `dialects`: reading and lookup of these;
-//!   `renew`: reloading a single plugin.
+//!   `reload`: reloading a single plugin.
 
 use std::{
     collections::BTreeMap,
@@ -23,25 +23,26 @@ mod kinds;
 mod lookup;
 mod models;
 mod read;
-mod renew;
+mod reload;
 mod sensors;
 mod services;
 mod types;
 
-pub use super::load::Loaded as Plugin;
+pub use super::load::LoadedPlugin as Plugin;
 use super::{
-    Search, Source,
+    FolderOrigin, SearchPath,
     guard::{self, ProcessState},
-    load::Remarks,
-    watchdog::{Call, Watch, Watches},
+    load::LoadRemarks,
+    watchdog::{CallWatch, CallWatches, PluginCall},
 };
-use crate::{HostTables, Inspector, setup_turn};
-pub use models::{Found, MODEL_FILE};
-pub use sensors::MOST_ELEMENTS;
+use crate::{HostTables, Inspector, setup_lock};
+pub use models::{FoundModel, MODEL_FILE};
+pub use sensors::MAX_ELEMENTS;
 use tatu_errors::{Error, Result};
 pub use types::{
-    ActuatorKind, Choice, CommandEntry, Constant, DeviceKind, FieldInfo, Importer, KindMark, Language, Model,
-    ModelNumber, NameEntry, Prelude, PresetInfo, SensorKind, ServiceKind, Slot, Status,
+    ActuatorKind, AttachmentSlot, CommandEntry, CommandName, CommandStatus, DeviceKind, FieldSpec, Importer,
+    ImporterChoice, Model, ModelNumber, Prelude, PresetSpec, ScriptConstant, ScriptKindMark, ScriptLanguage,
+    SensorKind, ServiceKind,
 };
 
 /// Everything that plugins offer, in the order of the plugins.
@@ -53,45 +54,45 @@ pub struct Registry {
     /// Models that plugins define in their tables.
     pub models: Vec<Model>,
     /// Functions that read models from text, with the index of the plugin.
-    readers: Vec<(usize, types::ReadModel)>,
+    model_readers: Vec<(usize, types::ReadModelFn)>,
     /// Id and description of the models in folders.
-    found: OnceLock<Vec<(String, String)>>,
+    folder_models: OnceLock<Vec<(String, String)>>,
     /// Importers, which read files in other formats.
     pub importers: Vec<Importer>,
     /// Script languages; scripts refer to them by index.
-    pub languages: Vec<Language>,
+    pub languages: Vec<ScriptLanguage>,
     /// Commands; a command's id is its index plus one.
     pub commands: Vec<CommandEntry>,
     /// Command id, and index of the name among those of the command, by name.
     pub names: BTreeMap<String, (u32, u32)>,
     /// Constants by name.
-    pub constants: BTreeMap<String, Constant>,
+    pub constants: BTreeMap<String, ScriptConstant>,
     /// Preludes, which are script sources that plugins provide.
     pub preludes: Vec<Prelude>,
     /// Words that identify the kind of a script, in order.
-    pub kind_marks: Vec<KindMark>,
+    pub kind_marks: Vec<ScriptKindMark>,
     /// Life functions of command plugins' instances per world, with the index of the plugin.
     pub world_lives: Vec<(usize, tatu_life)>,
     /// Kinds of services, in ascending order of their ids.
     pub services: Vec<ServiceKind>,
     /// Declared events: the host's own, followed by those of the plugins, in order of plugins.
-    pub events: Vec<crate::events::EventInfo>,
+    pub events: Vec<crate::events::EventSpec>,
     /// Errors about libraries, or parts of them, that could not be loaded.
     pub refused: Vec<Error>,
     /// Errors found when the tables of all plugins were first read, which are not reported again when one of them is
     /// reloaded.
-    known: Vec<String>,
+    known_errors: Vec<String>,
     /// Files that could not be loaded, or only in part, and the reasons. An error about an unknown name mentions the
     /// file that may define the name.
-    closest: Vec<(PathBuf, String)>,
+    rejected_files: Vec<(PathBuf, String)>,
     /// Notes about loaded plugins.
     pub notes: Vec<String>,
     /// The folders in which plugins and models are searched.
-    pub search: Search,
+    pub search: SearchPath,
     /// The watch for calls while there is no world, such as loading and building.
-    pub setup: Arc<Watch>,
+    pub setup_watch: Arc<CallWatch>,
     /// The watches of all worlds with these plugins.
-    pub watches: Watches,
+    pub watches: CallWatches,
     /// The plugins. Fields are dropped in the order of declaration, so this one follows those that refer to plugins.
     pub plugins: Vec<Arc<Plugin>>,
     host: Arc<HostTables>,
@@ -110,25 +111,25 @@ unsafe impl Sync for Registry {}
 
 impl Registry {
     /// Loads every plugin on the search path and passes it the tables of `host`. Errors are listed in `refused`.
-    pub fn load(search: Search, host: HostTables) -> Self {
-        Self::load_watched(search, host, Watches::default())
+    pub fn load(search: SearchPath, host: HostTables) -> Self {
+        Self::load_watched(search, host, CallWatches::default())
     }
 
     /// Like `load`, with a watchdog for all worlds with these plugins.
-    pub fn load_watched(search: Search, host: HostTables, watches: Watches) -> Self {
-        let _turn = setup_turn();
-        let setup = watches.watch();
+    pub fn load_watched(search: SearchPath, host: HostTables, watches: CallWatches) -> Self {
+        let _lock = setup_lock::lock_setup();
+        let setup = watches.add_thread();
         let host = Arc::new(host);
         let mut plugins: Vec<Arc<Plugin>> = Vec::new();
         let (mut refused, mut closest, mut notes) = (Vec::new(), Vec::new(), Vec::new());
-        let missing = |source: Source| {
+        let missing = |source: FolderOrigin| {
             search.folders.iter().filter(move |(f, s)| *s == source && !f.is_dir()).filter(|_| search.only.is_none())
         };
-        for (folder, _) in missing(Source::Scene) {
+        for (folder, _) in missing(FolderOrigin::Scene) {
             let text = format!("the scene lists the plugin folder {}, which does not exist", folder.display());
             refused.push(Error::new("E311", text).help("paths in `plugins` start from the folder of the scene"));
         }
-        for (folder, _) in missing(Source::Environment) {
+        for (folder, _) in missing(FolderOrigin::Environment) {
             let text = format!("TATU_PLUGIN_PATH contains the folder {}, which does not exist", folder.display());
             refused.push(Error::new("E311", text).help("it is a list of folders, like PATH"));
         }
@@ -138,7 +139,7 @@ impl Registry {
             notes.push(format!("{text}: plugins are named {name}"));
         }
         for path in search.candidates() {
-            let mut remarks = Remarks::default();
+            let mut remarks = LoadRemarks::default();
             let opened = Plugin::open(&path, &search, &host, &setup, &mut remarks);
             closest.extend(
                 opened.as_ref().err().into_iter().chain(&remarks.warnings).map(|e| (path.clone(), e.text.clone())),
@@ -179,7 +180,8 @@ impl Registry {
         // last, which prevents a plugin from taking a name of an earlier one.
         let rank = |p: &Arc<Plugin>| (!search.is_of_program(&p.path), search.is_of_scene(&p.path));
         plugins.sort_by(|a, b| (rank(a), &a.id).cmp(&(rank(b), &b.id)));
-        let mut registry = Registry { refused, closest, notes, ..Self::of(plugins, search, setup, watches, host) };
+        let mut registry =
+            Registry { refused, rejected_files: closest, notes, ..Self::of(plugins, search, setup, watches, host) };
         registry.read();
         registry.name_commands();
         registry.services.sort_by(|a, b| a.id.cmp(&b.id));
@@ -188,24 +190,24 @@ impl Registry {
 
     /// Passes the names of commands to the watchdog.
     fn name_commands(&self) {
-        self.watches.commands(self.commands.iter().map(|c| c.name().to_owned()).collect());
+        self.watches.set_command_names(self.commands.iter().map(|c| c.name().to_owned()).collect());
     }
 
     /// Creates a registry with these plugins, without reading their tables.
     fn of(
         plugins: Vec<Arc<Plugin>>,
-        search: Search,
-        setup: Arc<Watch>,
-        watches: Watches,
+        search: SearchPath,
+        setup: Arc<CallWatch>,
+        watches: CallWatches,
         host: Arc<HostTables>,
     ) -> Self {
-        watches.plugins(plugins.iter().map(|p| p.id.clone()).collect());
+        watches.set_plugin_ids(plugins.iter().map(|p| p.id.clone()).collect());
         Registry {
             sensors: Vec::new(),
             actuators: Vec::new(),
             models: Vec::new(),
-            readers: Vec::new(),
-            found: OnceLock::new(),
+            model_readers: Vec::new(),
+            folder_models: OnceLock::new(),
             importers: Vec::new(),
             languages: Vec::new(),
             commands: Vec::new(),
@@ -215,13 +217,13 @@ impl Registry {
             kind_marks: Vec::new(),
             world_lives: Vec::new(),
             services: Vec::new(),
-            events: crate::events::of_host(),
+            events: crate::events::host_events(),
             refused: Vec::new(),
-            known: Vec::new(),
-            closest: Vec::new(),
+            known_errors: Vec::new(),
+            rejected_files: Vec::new(),
             notes: Vec::new(),
             search,
-            setup,
+            setup_watch: setup,
             watches,
             plugins,
             host,
@@ -246,16 +248,16 @@ impl Registry {
             }
         }
         self.check_declarations();
-        self.known = self.refused.iter().map(|e| e.text.clone()).collect();
+        self.known_errors = self.refused.iter().map(|e| e.text.clone()).collect();
     }
 
     /// Shuts all plugins down after all worlds have been dropped, and returns the errors. Dropping the registry does
     /// the same but discards them.
-    pub fn end(mut self) -> Vec<Error> {
-        let _turn = setup_turn();
+    pub fn shut_down(mut self) -> Vec<Error> {
+        let _lock = setup_lock::lock_setup();
         let mut out = Vec::new();
         for plugin in self.plugins.iter_mut().rev() {
-            out.extend(Arc::get_mut(plugin).map(Plugin::end).unwrap_or_default());
+            out.extend(Arc::get_mut(plugin).map(Plugin::shut_down).unwrap_or_default());
         }
         out
     }
@@ -273,13 +275,13 @@ impl Registry {
     fn refuse(&mut self, plugin: usize, text: String, help: &str) {
         let p = &self.plugins[plugin];
         let text = format!("plugin `{}` ({}): {text}", p.id, p.path.display());
-        self.closest.push((p.path.clone(), text.clone()));
+        self.rejected_files.push((p.path.clone(), text.clone()));
         self.refused.push(Error::new("E303", text).help(help));
     }
     /// Reports a conflict if `claimed`, the plugins that already offer an item with this id, is not empty. Returns
     /// whether the new item is kept: of two items of the same plugin, only the first one is kept; between items of
     /// different plugins, the scene chooses.
-    fn is_own(&mut self, plugin: usize, what: &str, id: &str, claimed: &[usize]) -> bool {
+    fn claim_id(&mut self, plugin: usize, what: &str, id: &str, claimed: &[usize]) -> bool {
         if claimed.contains(&plugin) {
             let help = "give each a different id";
             self.refuse(plugin, format!("it offers the {what} `{id}` twice; the first is used"), help);
@@ -295,19 +297,21 @@ impl Registry {
     }
 
     /// Calls a plugin while there is no world. The call is recorded for the watchdog. The state of the thread and the
-    /// process is restored, and changing it is an error. `subject` describes what is being built, for messages.
-    pub fn watched<T>(&self, plugin: usize, call: Call, subject: &str, f: impl FnOnce() -> T) -> Result<T> {
+    /// process is restored, and changing it is an error. `replace_subject` describes what is being built, for messages.
+    pub fn call_plugin<T>(&self, plugin: usize, call: PluginCall, subject: &str, f: impl FnOnce() -> T) -> Result<T> {
         let home = ProcessState::now();
-        let outer = self.setup.subject(subject);
-        let before = self.setup.enter(call, plugin, 0);
+        let outer = self.setup_watch.replace_subject(subject);
+        let before = self.setup_watch.enter(call, plugin, 0);
         let (done, heard) = guard::capture_errors(f);
         guard::end_if_child();
-        self.setup.leave(before);
+        self.setup_watch.leave(before);
         // A model can be built while another one is being built.
-        self.setup.subject(&outer);
+        self.setup_watch.replace_subject(&outer);
         let who = || format!("{subject}: plugin `{}`", self.plugins[plugin].id);
         if let Some(what) = home.restore() {
-            return Err(Error::new("E321", format!("{} changes {what} in {}", who(), call.text())).help(guard::HELP));
+            return Err(
+                Error::new("E321", format!("{} changes {what} in {}", who(), call.text())).help(guard::RESTORED_HELP)
+            );
         }
         match heard.first() {
             None => Ok(done),

@@ -5,18 +5,18 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use tatu_errors::{Error, Place, Result};
+use tatu_errors::{Error, Result, SourceLocation};
 use tatu_plugin_api::{
     abi::*,
-    safe::{MOST_BYTES, ValueRef, read_plain_text},
+    safe::{MAX_FILE_BYTES, ValueRef, read_plain_text},
 };
 
-use super::{Model, ModelNumber, Registry, Slot};
+use super::{AttachmentSlot, Model, ModelNumber, Registry};
 use crate::{
-    Declared,
+    ParameterSpec,
     border::{ErrorSlot, raw},
     tables,
-    watchdog::Call,
+    watchdog::PluginCall,
 };
 
 /// The file in the folder of a model that describes it.
@@ -24,7 +24,7 @@ pub const MODEL_FILE: &str = "model.toml";
 
 /// A model in one of the model folders.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Found {
+pub struct FoundModel {
     /// Id of the model in scene files, which is the name of its folder or file.
     pub id: String,
     /// The folder of models that contains it.
@@ -39,13 +39,13 @@ pub struct Found {
 ///
 /// # Safety
 /// `given` must be a table of a plugin that has been started, and `raw` its copy.
-pub(super) unsafe fn declared(plugin: usize, id: String, given: *const tatu_model, raw: tatu_model) -> Model {
+pub(super) unsafe fn read_declaration(plugin: usize, id: String, given: *const tatu_model, raw: tatu_model) -> Model {
     // SAFETY: the contract requires texts and lists of a declaration to be valid until shutdown; they are copied.
     unsafe {
-        let infos: Vec<Slot> = tables::list(raw.slot_infos).into_iter().map(|(_, s)| slot(&s)).collect();
+        let infos: Vec<AttachmentSlot> = tables::list(raw.slot_infos).into_iter().map(|(_, s)| slot(&s)).collect();
         let slots = tables::labels(raw.slots).into_iter().map(|alias| {
             let info = infos.iter().find(|s| s.alias == alias).cloned();
-            info.unwrap_or(Slot { alias, ..Slot::default() })
+            info.unwrap_or(AttachmentSlot { alias, ..AttachmentSlot::default() })
         });
         let text = |t| tables::text(t).unwrap_or_default();
         let number = |n: &tatu_model_number| ModelNumber {
@@ -58,7 +58,7 @@ pub(super) unsafe fn declared(plugin: usize, id: String, given: *const tatu_mode
             plugin,
             id,
             text: text(raw.text),
-            params: Declared::read_list(raw.params),
+            params: ParameterSpec::read_list(raw.params),
             category: tables::label(raw.category).unwrap_or_default(),
             licence: text(raw.licence),
             mounts: tables::labels(raw.mounts),
@@ -71,10 +71,10 @@ pub(super) unsafe fn declared(plugin: usize, id: String, given: *const tatu_mode
     }
 }
 
-unsafe fn slot(s: &tatu_model_slot) -> Slot {
+unsafe fn slot(s: &tatu_model_slot) -> AttachmentSlot {
     // SAFETY: the caller passes a table of a plugin that has been started, whose texts are valid until shutdown.
     unsafe {
-        Slot {
+        AttachmentSlot {
             alias: tables::label(s.alias).unwrap_or_default(),
             mount: tables::label(s.mount).unwrap_or_default(),
             text: tables::text(s.text).unwrap_or_default(),
@@ -86,31 +86,31 @@ unsafe fn slot(s: &tatu_model_slot) -> Slot {
 impl Registry {
     /// Returns whether a plugin reads models from text.
     pub fn reads_models(&self, plugin: usize) -> bool {
-        self.readers.iter().any(|(p, _)| *p == plugin)
+        self.model_readers.iter().any(|(p, _)| *p == plugin)
     }
 
     /// Returns the index of the first plugin that reads models from text, or `None` if there is none.
     pub fn model_reader(&self) -> Option<usize> {
-        self.readers.first().map(|(plugin, _)| *plugin)
+        self.model_readers.first().map(|(plugin, _)| *plugin)
     }
 
     /// Reads a model from the text of a file, with the first plugin that supports its format. `name` is the id of the
     /// model. Errors include the line if the plugin reports one.
     pub fn read_model(&self, name: &str, file: &Path, text: &str) -> Result<Model> {
-        for (plugin, read) in self.readers.iter().copied() {
+        for (plugin, read) in self.model_readers.iter().copied() {
             let (mut slot, mut out) = (ErrorSlot::new(), std::ptr::null());
             let (me, subject) = (self.plugins[plugin].me, format!("the model {}", file.display()));
             // SAFETY: `read` is from a plugin that is never unloaded, and `me` is its own pointer. The texts, `out` and
             // the error object live until the call has returned.
-            let status = self.watched(plugin, Call::ReadModel, &subject, || unsafe {
+            let status = self.call_plugin(plugin, PluginCall::ReadModel, &subject, || unsafe {
                 read(me, raw(name.as_bytes()), raw(text.as_bytes()), &raw mut out, slot.raw())
             })?;
             if status == TATU_ERR_UNSUPPORTED {
                 continue;
             }
-            let who = format!("[{} of `{}`]", Call::ReadModel.text(), self.plugins[plugin].id);
-            if slot.answer(status, false) < 0 {
-                let said = slot.said();
+            let who = format!("[{} of `{}`]", PluginCall::ReadModel.text(), self.plugins[plugin].id);
+            if slot.check_status(status, false) < 0 {
+                let said = slot.contents();
                 let why = said.text.unwrap_or_else(|| "its plugin gave no reason".to_owned());
                 // An error without a line may be the plugin's own.
                 let who = if said.line > 0 { String::new() } else { format!(" {who}") };
@@ -119,7 +119,11 @@ impl Registry {
                     Some(help) => error.help(help),
                     None => error,
                 };
-                return Err(error.at(Some(Place::of_line(file.to_owned(), text.as_bytes(), said.line as usize))));
+                return Err(error.at(Some(SourceLocation::of_line(
+                    file.to_owned(),
+                    text.as_bytes(),
+                    said.line as usize,
+                ))));
             }
             // SAFETY: the contract requires the model to be null or a valid table until shutdown.
             let Some(table) = (unsafe { tables::read(out) }) else {
@@ -132,7 +136,7 @@ impl Registry {
                 return Err(Error::new("E111", text).help(tables::HELP));
             }
             // SAFETY: as above; `table` is its copy.
-            let model = unsafe { declared(plugin, name.to_owned(), out, table) };
+            let model = unsafe { read_declaration(plugin, name.to_owned(), out, table) };
             return Ok(Model { file: Some(file.to_owned()), ..model });
         }
         let text = format!("no plugin reads the model {}", file.display());
@@ -142,7 +146,7 @@ impl Registry {
     }
 
     /// Finds a model by name in the model folders. The first folder that contains the model takes precedence.
-    pub fn find_model(&self, id: &str) -> Option<Found> {
+    pub fn find_model(&self, id: &str) -> Option<FoundModel> {
         if id.is_empty() || id.starts_with('.') || id.contains(['/', '\\', ':']) {
             return None;
         }
@@ -150,14 +154,14 @@ impl Registry {
             let file = folder.join(id).join(MODEL_FILE);
             // A file that cannot be read is also found, because the reason is reported when the model is read.
             if file.symlink_metadata().is_ok() {
-                return Some(Found { id: id.to_owned(), folder: folder.clone(), file, importer: None });
+                return Some(FoundModel { id: id.to_owned(), folder: folder.clone(), file, importer: None });
             }
             let importers = self.importers.iter().enumerate();
             let mut suffixes = importers.flat_map(|(i, info)| info.suffixes.iter().map(move |s| (i, s)));
             suffixes.find_map(|(importer, suffix)| {
                 let name = format!("{id}{suffix}");
                 let file = [folder.join(&name), folder.join(id).join(&name)].into_iter().find(|f| f.is_file())?;
-                Some(Found { id: id.to_owned(), folder: folder.clone(), file, importer: Some(importer) })
+                Some(FoundModel { id: id.to_owned(), folder: folder.clone(), file, importer: Some(importer) })
             })
         })
     }
@@ -169,11 +173,11 @@ impl Registry {
         if let Some(model) = self.models.get(index) {
             return Some((&model.id, &model.text));
         }
-        let found = self.found.get_or_init(|| {
-            let described = |f: Found| match f.importer.and_then(|i| self.importers.get(i)) {
+        let found = self.folder_models.get_or_init(|| {
+            let described = |f: FoundModel| match f.importer.and_then(|i| self.importers.get(i)) {
                 Some(importer) => Some((f.id, importer.text.clone())),
                 None => {
-                    let text = read_plain_text(&f.file, MOST_BYTES).ok()?;
+                    let text = read_plain_text(&f.file, MAX_FILE_BYTES).ok()?;
                     self.read_model(&f.id, &f.file, &text).ok().map(|m| (m.id, m.text))
                 }
             };
@@ -185,7 +189,7 @@ impl Registry {
     }
 
     /// Returns the models in all model folders, in ascending order of their names.
-    pub fn found_models(&self) -> Vec<Found> {
+    pub fn found_models(&self) -> Vec<FoundModel> {
         let mut ids = BTreeSet::new();
         for entry in self.search.models.iter().filter_map(|f| std::fs::read_dir(f).ok()).flatten().flatten() {
             let name = entry.file_name().to_string_lossy().into_owned();

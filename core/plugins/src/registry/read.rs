@@ -7,23 +7,26 @@ use std::{
 
 use tatu_plugin_api::{abi::*, safe::ValueRef};
 
-use super::{CommandEntry, Constant, KindMark, Language, NameEntry, Prelude, Registry, Status, types::version};
+use super::{
+    CommandEntry, CommandName, CommandStatus, Prelude, Registry, ScriptConstant, ScriptKindMark, ScriptLanguage,
+    types::version,
+};
 use crate::{
-    Declared, names,
-    tables::{self, Required},
+    ParameterSpec, names,
+    tables::{self, RequiredField},
     texts,
-    watchdog::Call,
+    watchdog::PluginCall,
 };
 
 impl Registry {
     /// Returns the id of an item that a plugin offers, if all required fields are set; otherwise reports the plugin.
-    pub(super) unsafe fn named(
+    pub(super) unsafe fn checked_id(
         &mut self,
         plugin: usize,
         what: &str,
         id: *const c_char,
         size: u32,
-        needed: &[Required],
+        needed: &[RequiredField],
     ) -> Option<String> {
         // SAFETY: the contract requires `id` to be null or NUL-terminated; it belongs to a library that is never
         // unloaded.
@@ -41,9 +44,9 @@ impl Registry {
     }
 
     /// Reports an extension whose table lacks its list.
-    pub(super) fn offered(&mut self, plugin: usize, extension: &CStr, size: u32, needed: &[Required]) {
+    pub(super) fn check_extension(&mut self, plugin: usize, extension: &CStr, size: u32, needed: &[RequiredField]) {
         if let Some(lack) = tables::lacking(size, needed) {
-            let (function, extension) = (Call::Extension.text(), extension.to_string_lossy());
+            let (function, extension) = (PluginCall::Extension.text(), extension.to_string_lossy());
             let text = format!("the table that {function} returns for `{extension}` {lack}");
             self.refuse(plugin, text, tables::HELP);
         }
@@ -81,18 +84,18 @@ impl Registry {
         // SAFETY: the plugin has been started and is never unloaded, and the contract requires its tables to be valid.
         unsafe {
             let Some(ext) = tables::read(self.plugins[plugin].extension::<tatu_ext_model>(TATU_MODEL)) else { return };
-            self.readers.extend(ext.read.map(|read| (plugin, read)));
+            self.model_readers.extend(ext.read.map(|read| (plugin, read)));
             if ext.read.is_none() {
-                self.offered(plugin, TATU_MODEL, ext.size, &tables::required!(ext, tatu_ext_model: models));
+                self.check_extension(plugin, TATU_MODEL, ext.size, &tables::required!(ext, tatu_ext_model: models));
             }
             for (given, raw) in tables::list(ext.models) {
                 let needed = tables::required!(raw, tatu_model: id, build);
-                let Some(id) = self.named(plugin, "model", raw.id, raw.size, &needed) else { continue };
+                let Some(id) = self.checked_id(plugin, "model", raw.id, raw.size, &needed) else { continue };
                 let claimed: Vec<usize> = self.models.iter().filter(|m| m.id == id).map(|m| m.plugin).collect();
-                if !self.is_own(plugin, "model", &id, &claimed) {
+                if !self.claim_id(plugin, "model", &id, &claimed) {
                     continue;
                 }
-                self.models.push(super::models::declared(plugin, id, given, raw));
+                self.models.push(super::models::read_declaration(plugin, id, given, raw));
             }
         }
     }
@@ -103,19 +106,19 @@ impl Registry {
             let Some(ext) = tables::read(self.plugins[plugin].extension::<tatu_ext_script>(TATU_SCRIPT)) else {
                 return;
             };
-            self.offered(plugin, TATU_SCRIPT, ext.size, &tables::required!(ext, tatu_ext_script: languages));
+            self.check_extension(plugin, TATU_SCRIPT, ext.size, &tables::required!(ext, tatu_ext_script: languages));
             for (_, raw) in tables::list(ext.languages) {
                 let needed = tables::required!(
                     raw, tatu_language: id, life, load, find, call, resume, keep_func, drop_func, call_func
                 );
-                let Some(id) = self.named(plugin, "language", raw.id, raw.size, &needed) else { continue };
+                let Some(id) = self.checked_id(plugin, "language", raw.id, raw.size, &needed) else { continue };
                 let Some(life) = self.life(plugin, &format!("language `{id}`"), raw.life) else { continue };
                 let claimed: Vec<usize> = self.languages.iter().filter(|l| l.id == id).map(|l| l.plugin).collect();
-                if !self.is_own(plugin, "language", &id, &claimed) {
+                if !self.claim_id(plugin, "language", &id, &claimed) {
                     continue;
                 }
                 let suffixes = self.suffixes(plugin, &format!("language `{id}`"), raw.suffixes);
-                self.languages.push(Language {
+                self.languages.push(ScriptLanguage {
                     plugin,
                     id,
                     text: tables::text(raw.text).unwrap_or_default(),
@@ -136,7 +139,7 @@ impl Registry {
             // A plugin can offer only constants or preludes. The list of commands can therefore be null, but the table
             // must contain the field.
             let known = ext.size as usize >= offset_of!(tatu_ext_command, constants);
-            self.offered(
+            self.check_extension(
                 plugin,
                 TATU_COMMAND,
                 ext.size,
@@ -160,8 +163,8 @@ impl Registry {
                     self.refuse(plugin, format!("its command{name} {lack}"), tables::HELP);
                     continue;
                 }
-                if given.len() > names::MOST_NAMES {
-                    let most = names::MOST_NAMES;
+                if given.len() > names::MAX_NAMES {
+                    let most = names::MAX_NAMES;
                     let text = format!("its command `{first}` has {} names; a command has at most {most}", given.len());
                     self.refuse(plugin, text, "split it into two commands");
                     continue;
@@ -176,24 +179,24 @@ impl Registry {
                             .collect()
                     });
                     let until = tables::text(n.on_error_until).map(|u| version(u.as_bytes()));
-                    match self.unusable(plugin, &name) {
+                    match self.command_name_flaw(plugin, &name) {
                         Some((why, help)) => self.refuse(plugin, why, help),
                         None => _ = self.names.insert(name.clone(), (id, alias as u32)),
                     }
                     // Unused names are also stored, because the plugin refers to names by their index in its own list.
-                    names.push(NameEntry { name, on_error, until });
+                    names.push(CommandName { name, on_error, until });
                 }
                 self.commands.push(CommandEntry {
                     plugin,
                     names,
-                    params: Declared::read_list(raw.params),
-                    returns: Declared::read_list(raw.returns),
+                    params: ParameterSpec::read_list(raw.params),
+                    returns: ParameterSpec::read_list(raw.returns),
                     text: tables::text(raw.text).unwrap_or_default(),
                     example: tables::text(raw.example).unwrap_or_default(),
                     status: match raw.status {
-                        TATU_COMMAND_PARTIAL => Status::Partial,
-                        TATU_COMMAND_STUB => Status::Stub,
-                        _ => Status::Full,
+                        TATU_COMMAND_PARTIAL => CommandStatus::Partial,
+                        TATU_COMMAND_STUB => CommandStatus::Stub,
+                        _ => CommandStatus::Full,
                     },
                     notes: tables::text(raw.notes).unwrap_or_default(),
                     subject: tables::text(raw.subject).unwrap_or_default(),
@@ -205,12 +208,12 @@ impl Registry {
             }
             for (_, raw) in tables::list(ext.constants) {
                 let name = tables::label(raw.name).unwrap_or_default();
-                match self.unusable_constant(plugin, &name) {
+                match self.constant_name_flaw(plugin, &name) {
                     Some((why, help)) => self.refuse(plugin, why, help),
-                    None => _ = self.constants.entry(name).or_insert(Constant { plugin, raw: raw.value }),
+                    None => _ = self.constants.entry(name).or_insert(ScriptConstant { plugin, raw: raw.value }),
                 }
             }
-            self.tell_foreign_names(plugin);
+            self.report_foreign_names(plugin);
             for (_, raw) in tables::list(ext.preludes) {
                 self.preludes.push(Prelude {
                     plugin,
@@ -220,7 +223,7 @@ impl Registry {
                 });
             }
             for (_, raw) in tables::list(ext.kind_marks) {
-                self.kind_marks.push(KindMark {
+                self.kind_marks.push(ScriptKindMark {
                     language: tables::text(raw.language).unwrap_or_default(),
                     kind: tables::text(raw.kind).unwrap_or_default(),
                     word: tables::text(raw.word).unwrap_or_default(),

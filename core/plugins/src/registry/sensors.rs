@@ -4,11 +4,11 @@ use std::ffi::c_char;
 
 use tatu_plugin_api::abi::*;
 
-use super::{FieldInfo, PresetInfo, Registry, SensorKind};
-use crate::{Declared, tables, texts};
+use super::{FieldSpec, PresetSpec, Registry, SensorKind};
+use crate::{ParameterSpec, tables, texts};
 
 /// Maximum number of elements of a field.
-pub const MOST_ELEMENTS: u64 = 1 << 28;
+pub const MAX_ELEMENTS: u64 = 1 << 28;
 
 impl Registry {
     pub(super) unsafe fn add_sensors(&mut self, plugin: usize) {
@@ -17,14 +17,14 @@ impl Registry {
             let Some(ext) = tables::read(self.plugins[plugin].extension::<tatu_ext_sensor>(TATU_SENSOR)) else {
                 return;
             };
-            self.offered(plugin, TATU_SENSOR, ext.size, &tables::required!(ext, tatu_ext_sensor: kinds));
+            self.check_extension(plugin, TATU_SENSOR, ext.size, &tables::required!(ext, tatu_ext_sensor: kinds));
             for (_, raw) in tables::list(ext.kinds) {
                 let needed = tables::required!(raw, tatu_sensor: id, measure);
-                let Some(id) = self.named(plugin, "sensor", raw.id, raw.size, &needed) else { continue };
+                let Some(id) = self.checked_id(plugin, "sensor", raw.id, raw.size, &needed) else { continue };
                 let Some(life) = self.life(plugin, &format!("sensor `{id}`"), raw.life) else { continue };
                 let claimed: Vec<usize> =
                     self.sensor_kinds().filter(|(_, s)| s.id == id).map(|(_, s)| s.plugin).collect();
-                if !self.is_own(plugin, "sensor", &id, &claimed) {
+                if !self.claim_id(plugin, "sensor", &id, &claimed) {
                     continue;
                 }
                 if let Some(flaw) = inputs_flaw(&raw) {
@@ -33,17 +33,17 @@ impl Registry {
                 }
                 let Some(fields) = self.fields(plugin, &format!("its sensor `{id}`"), raw.fields) else { continue };
                 let schemas = self.schemas(plugin, &format!("its sensor `{id}`"), raw.schemas);
-                let mut presets: Vec<PresetInfo> = Vec::new();
+                let mut presets: Vec<PresetSpec> = Vec::new();
                 for (_, p) in tables::list(raw.presets) {
                     let what = format!("preset of its sensor `{id}`");
                     let needed = tables::required!(p, tatu_preset: id, settings);
-                    let Some(preset) = self.named(plugin, &what, p.id, p.size, &needed) else { continue };
+                    let Some(preset) = self.checked_id(plugin, &what, p.id, p.size, &needed) else { continue };
                     if presets.iter().any(|p| p.id == preset) {
                         let text = format!("its sensor `{id}` has the preset `{preset}` twice; the first one is used");
                         self.refuse(plugin, text, "give each a different id");
                         continue;
                     }
-                    presets.push(PresetInfo {
+                    presets.push(PresetSpec {
                         id: preset,
                         text: tables::text(p.text).unwrap_or_default(),
                         settings: tables::text(p.settings).unwrap_or_default(),
@@ -54,7 +54,7 @@ impl Registry {
                     id,
                     text: tables::text(raw.text).unwrap_or_default(),
                     schemas,
-                    params: Declared::read_list(raw.params),
+                    params: ParameterSpec::read_list(raw.params),
                     field_props: fields.iter().map(|f| self.host.number(&f.name)).collect(),
                     fields,
                     presets,
@@ -76,12 +76,12 @@ impl Registry {
         plugin: usize,
         owner: &str,
         list: *const *const tatu_field,
-    ) -> Option<Vec<FieldInfo>> {
+    ) -> Option<Vec<FieldSpec>> {
         // SAFETY: the caller guarantees that the list is valid.
         unsafe {
-            let fields: Vec<FieldInfo> = tables::list(list)
+            let fields: Vec<FieldSpec> = tables::list(list)
                 .into_iter()
-                .map(|(_, f)| FieldInfo {
+                .map(|(_, f)| FieldSpec {
                     name: tables::label(f.name).unwrap_or_default(),
                     elem: f.elem,
                     dims: f.dims,
@@ -144,14 +144,14 @@ impl Registry {
 
 /// Returns why a kind of sensor cannot receive the inputs that it declares, or `None` if it can.
 fn inputs_flaw(raw: &tatu_sensor) -> Option<&'static str> {
-    const OF_PHYSICS: u32 = TATU_IN_ACCELERATION | TATU_IN_JOINT | TATU_IN_CONTACTS | TATU_IN_WRENCH;
-    const OF_BOTH: u32 = TATU_IN_POSE | TATU_IN_TWIST;
+    const PHYSICS_INPUTS: u32 = TATU_IN_ACCELERATION | TATU_IN_JOINT | TATU_IN_CONTACTS | TATU_IN_WRENCH;
+    const COMMON_INPUTS: u32 = TATU_IN_POSE | TATU_IN_TWIST;
     let in_physics = raw.flags & TATU_SENSOR_EVERY_PHYSICS_STEP != 0;
-    match raw.inputs & !OF_BOTH {
-        inputs if in_physics && inputs & !OF_PHYSICS != 0 => {
+    match raw.inputs & !COMMON_INPUTS {
+        inputs if in_physics && inputs & !PHYSICS_INPUTS != 0 => {
             Some("measures after each physics step, but requests inputs of beams or images")
         }
-        inputs if !in_physics && inputs & OF_PHYSICS != 0 => {
+        inputs if !in_physics && inputs & PHYSICS_INPUTS != 0 => {
             Some("requests acceleration, joint, contacts or wrench without TATU_SENSOR_EVERY_PHYSICS_STEP")
         }
         _ => None,
@@ -159,7 +159,7 @@ fn inputs_flaw(raw: &tatu_sensor) -> Option<&'static str> {
 }
 
 /// Returns why a field is invalid, and a hint, or `None` if it is valid.
-fn field_flaw(f: &FieldInfo) -> Option<(String, &'static str)> {
+fn field_flaw(f: &FieldSpec) -> Option<(String, &'static str)> {
     if let Some(flaw) = texts::flaw(&f.name) {
         return Some((format!("has an invalid name: it {flaw}"), "call it `schema.field`"));
     }
@@ -170,9 +170,9 @@ fn field_flaw(f: &FieldInfo) -> Option<(String, &'static str)> {
     let open = |d: u32| d == 0 || (TATU_DIM_OWN..TATU_DIM_OWN + 4).contains(&d) || d >= TATU_DIM_COLUMNS;
     let fixed = f.dims.iter().filter(|d| !open(**d)).map(|d| u64::from(*d));
     let elements = fixed.fold(1u64, u64::saturating_mul);
-    (elements > MOST_ELEMENTS).then(|| {
+    (elements > MAX_ELEMENTS).then(|| {
         let [a, b, c] = f.dims;
-        let text = format!("has {a} x {b} x {c} elements, but at most {MOST_ELEMENTS} are supported");
+        let text = format!("has {a} x {b} x {c} elements, but at most {MAX_ELEMENTS} are supported");
         (text, "set unused `dims` to 1")
     })
 }

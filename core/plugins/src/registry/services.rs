@@ -6,7 +6,7 @@ use tatu_errors::Result;
 use tatu_plugin_api::abi::*;
 
 use super::{Registry, types::ServiceKind};
-use crate::{Declared, events::FOR_SERVICES, tables};
+use crate::{ParameterSpec, events::SERVICE_DEFAULTS, tables};
 
 impl Registry {
     pub(super) unsafe fn add_services(&mut self, plugin: usize) {
@@ -15,23 +15,23 @@ impl Registry {
             let Some(ext) = tables::read(self.plugins[plugin].extension::<tatu_ext_service>(TATU_SERVICE)) else {
                 return;
             };
-            self.offered(plugin, TATU_SERVICE, ext.size, &tables::required!(ext, tatu_ext_service: services));
+            self.check_extension(plugin, TATU_SERVICE, ext.size, &tables::required!(ext, tatu_ext_service: services));
             for (_, raw) in tables::list(ext.services) {
                 let needed = tables::required!(raw, tatu_service: id, life, barrier);
-                let Some(id) = self.named(plugin, "service", raw.id, raw.size, &needed) else { continue };
+                let Some(id) = self.checked_id(plugin, "service", raw.id, raw.size, &needed) else { continue };
                 let Some(life) = self.life(plugin, &format!("service `{id}`"), raw.life) else { continue };
                 let claimed: Vec<usize> = self.services.iter().filter(|s| s.id == id).map(|s| s.plugin).collect();
-                if !self.is_own(plugin, "service", &id, &claimed) {
+                if !self.claim_id(plugin, "service", &id, &claimed) {
                     continue;
                 }
                 let events: Vec<String> =
                     tables::pointers(raw.events).into_iter().filter_map(|e| tables::text(e)).collect();
-                let default = || FOR_SERVICES.iter().map(|e| (*e).to_owned()).collect();
+                let default = || SERVICE_DEFAULTS.iter().map(|e| (*e).to_owned()).collect();
                 self.services.push(ServiceKind {
                     plugin,
                     id,
                     text: tables::text(raw.text).unwrap_or_default(),
-                    params: Declared::read_list(raw.params),
+                    params: ParameterSpec::read_list(raw.params),
                     events: if raw.events.is_null() { default() } else { events },
                     raw,
                     life,

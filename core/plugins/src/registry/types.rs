@@ -7,11 +7,11 @@ use std::{
 
 use tatu_plugin_api::{abi::*, safe::Value};
 
-use crate::Declared;
+use crate::ParameterSpec;
 
 /// A field of a sensor kind.
 #[derive(Debug, Clone, Default)]
-pub struct FieldInfo {
+pub struct FieldSpec {
     /// Name of the schema and of the field, separated by a dot.
     pub name: String,
     /// Element type, a `TATU_ELEM_*` constant.
@@ -30,7 +30,7 @@ pub struct FieldInfo {
 
 /// A preset of a sensor.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct PresetInfo {
+pub struct PresetSpec {
     /// Id, by which scene files refer to it.
     pub id: String,
     /// Description in one sentence.
@@ -50,11 +50,11 @@ pub struct SensorKind {
     /// Ids of the schemas that the readings conform to.
     pub schemas: Vec<String>,
     /// Declared parameters, in order.
-    pub params: Vec<Declared>,
+    pub params: Vec<ParameterSpec>,
     /// The fields of a reading.
-    pub fields: Vec<FieldInfo>,
+    pub fields: Vec<FieldSpec>,
     /// Presets, each a named set of settings.
-    pub presets: Vec<PresetInfo>,
+    pub presets: Vec<PresetSpec>,
     /// The interned keys of the fields, in order.
     pub field_props: Vec<u32>,
     /// Copy of the table that the plugin provides.
@@ -81,7 +81,7 @@ pub struct Model {
     /// Description in one sentence.
     pub text: String,
     /// Declared parameters, in order.
-    pub params: Vec<Declared>,
+    pub params: Vec<ParameterSpec>,
     /// Category under which lists show the model; may be empty.
     pub category: String,
     /// Licence of the model; empty if it is the plugin's.
@@ -89,7 +89,7 @@ pub struct Model {
     /// The mounts by which it fits slots of other models; if empty, it fits every slot.
     pub mounts: Vec<String>,
     /// Slots, which are objects to which other models can be attached.
-    pub slots: Vec<Slot>,
+    pub slots: Vec<AttachmentSlot>,
     /// Constants of the model, with their sources.
     pub numbers: Vec<ModelNumber>,
     /// The file that describes the model, if it was read from text.
@@ -101,12 +101,12 @@ pub struct Model {
 }
 
 /// A function that reads a model from text.
-pub(super) type ReadModel =
+pub(super) type ReadModelFn =
     unsafe extern "C" fn(*mut c_void, tatu_str, tatu_str, *mut *const tatu_model, *mut tatu_error) -> tatu_status;
 
 /// A slot of a model, to which other models can be attached.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Slot {
+pub struct AttachmentSlot {
     /// Alias of the object that is the slot.
     pub alias: String,
     /// The mount that fits the slot; if empty, every mount fits.
@@ -131,7 +131,7 @@ pub struct ModelNumber {
 }
 
 /// A script language that a plugin implements.
-pub struct Language {
+pub struct ScriptLanguage {
     /// Index of the plugin in the registry.
     pub plugin: usize,
     /// Id of the language.
@@ -147,7 +147,7 @@ pub struct Language {
 }
 
 /// A name of a command.
-pub struct NameEntry {
+pub struct CommandName {
     /// Name by which scripts call the command.
     pub name: String,
     /// The values that a call by this name returns instead of raising an error, if the name is an old-style one.
@@ -158,7 +158,7 @@ pub struct NameEntry {
 
 /// The degree to which a command is implemented.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Status {
+pub enum CommandStatus {
     /// Fully implemented.
     Full,
     /// Partly implemented.
@@ -167,18 +167,18 @@ pub enum Status {
     Stub,
 }
 
-impl Status {
+impl CommandStatus {
     /// Returns the status as a name for lists and pages.
     pub fn name(self) -> &'static str {
         match self {
-            Status::Full => "full",
-            Status::Partial => "partial",
-            Status::Stub => "stub",
+            CommandStatus::Full => "full",
+            CommandStatus::Partial => "partial",
+            CommandStatus::Stub => "stub",
         }
     }
 }
 
-impl NameEntry {
+impl CommandName {
     /// Returns the values that callers with this dialect receive instead of an error, if any.
     pub fn instead_of_error(&self, dialect: &[u8]) -> Option<&Vec<Value>> {
         let modern = self.until.as_ref().is_some_and(|until| !dialect.is_empty() && version(dialect) >= *until);
@@ -198,17 +198,17 @@ pub struct CommandEntry {
     /// Index of the plugin in the registry.
     pub plugin: usize,
     /// Names of the command; there is at least one.
-    pub names: Vec<NameEntry>,
+    pub names: Vec<CommandName>,
     /// Declared parameters, in order.
-    pub params: Vec<Declared>,
+    pub params: Vec<ParameterSpec>,
     /// Declared results, in order.
-    pub returns: Vec<Declared>,
+    pub returns: Vec<ParameterSpec>,
     /// Description in one sentence.
     pub text: String,
     /// An example that fails if the command has no effect.
     pub example: String,
     /// The degree to which the command is implemented.
-    pub status: Status,
+    pub status: CommandStatus,
     /// Description of what is missing or differs; may be empty.
     pub notes: String,
     /// Subject under which lists show the command, one word; may be empty.
@@ -231,7 +231,7 @@ impl CommandEntry {
 }
 
 /// A named value for scripts.
-pub struct Constant {
+pub struct ScriptConstant {
     /// Index of the plugin in the registry.
     pub plugin: usize,
     /// The value as declared by the plugin, which remains valid while the plugin is loaded.
@@ -259,9 +259,9 @@ pub struct ActuatorKind {
     /// Description in one sentence.
     pub text: String,
     /// Declared parameters, in order.
-    pub params: Vec<Declared>,
+    pub params: Vec<ParameterSpec>,
     /// Declared commands, each a single number, in the order of the command buffer.
-    pub commands: Vec<Declared>,
+    pub commands: Vec<ParameterSpec>,
     /// Whether actuators are called before each physics step, instead of once per advance.
     pub every_substep: bool,
     /// The interned keys `<kind>.<parameter>`.
@@ -284,14 +284,14 @@ pub struct DeviceKind<'a> {
     /// Id, by which scene files refer to it.
     pub id: &'a str,
     /// Declared parameters, in order.
-    pub params: &'a [Declared],
+    pub params: &'a [ParameterSpec],
     /// Declared commands; empty for a sensor.
-    pub commands: &'a [Declared],
+    pub commands: &'a [ParameterSpec],
 }
 
 impl<'a> DeviceKind<'a> {
     /// Returns the declarations of all keys that a scene can set.
-    pub fn declared(self) -> impl Iterator<Item = &'a Declared> {
+    pub fn all_params(self) -> impl Iterator<Item = &'a ParameterSpec> {
         self.params.iter().chain(self.commands)
     }
 }
@@ -307,14 +307,14 @@ pub struct Importer {
     /// Suffixes of file names, including the dot.
     pub suffixes: Vec<String>,
     /// Declared parameters, in order.
-    pub params: Vec<Declared>,
+    pub params: Vec<ParameterSpec>,
     /// Copy of the table that the plugin provides.
     pub raw: tatu_importer,
 }
 
 /// The importer chosen for a file, and notes about the choice.
 #[derive(Debug, PartialEq, Eq)]
-pub struct Choice {
+pub struct ImporterChoice {
     /// Index of the importer in the registry.
     pub importer: usize,
     /// Notes: other importers that also read the file, and importers whose check failed.
@@ -338,7 +338,7 @@ impl Importer {
 }
 
 /// A word that identifies the kind of a script.
-pub struct KindMark {
+pub struct ScriptKindMark {
     /// Id of the script language.
     pub language: String,
     /// Kind of the scripts that the word identifies.
@@ -349,8 +349,8 @@ pub struct KindMark {
     pub last: bool,
 }
 
-impl KindMark {
-    pub(super) fn fits(&self, text: &[u8]) -> bool {
+impl ScriptKindMark {
+    pub(super) fn matches_script(&self, text: &[u8]) -> bool {
         let word = self.word.as_bytes();
         if self.last {
             let last = text.split(|b| *b == b'\n').map(<[u8]>::trim_ascii).rfind(|line| !line.is_empty());
@@ -371,7 +371,7 @@ pub struct ServiceKind {
     /// Description in one sentence.
     pub text: String,
     /// Declared parameters, in order.
-    pub params: Vec<Declared>,
+    pub params: Vec<ParameterSpec>,
     /// Names of the events that the service subscribes to.
     pub events: Vec<String>,
     /// Copy of the table that the plugin provides.

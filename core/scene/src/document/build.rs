@@ -3,25 +3,28 @@
 use std::{collections::BTreeMap, ops::Range, path::Path, sync::Arc};
 
 use nalgebra::{Isometry3, Point3};
-use tatu_errors::{Error, Place, Result};
-use tatu_geometry::{Image, MOST_PIXELS, Mesh};
+use tatu_errors::{Error, Result, SourceLocation};
+use tatu_geometry::{Image, MAX_IMAGE_PIXELS, Mesh};
 use tatu_plugin_api::{abi::TATU_PARAM_READ_ONLY, safe::Value};
-use tatu_plugins::{Declared, Registry, SensorKind, texts::label};
+use tatu_plugins::{ParameterSpec, Registry, SensorKind, texts::label};
 use toml_edit::Item;
 
-use super::{DeviceSpec, Document, MAIN, ObjectSpec, Report, ScriptSpec, keys, presets, presets::Target, reach::Reach};
+use super::{
+    BuildReport, DeviceSpec, Document, MAIN_KIND, ObjectSpec, ScriptSpec, keys, presets, presets::KeyTarget,
+    reach::AllowedFolders,
+};
 use crate::{
-    Data, Scene,
-    names::{ALIAS, is_alias},
+    ObjectVariant, Scene,
+    names::{ALIAS_RULE, is_alias},
     noise::NoiseSpec,
-    rows::{InFiles, Kind, Row, rows_of},
+    property_table::{FileForm, ObjectKind, Property, properties_of},
 };
 
 /// Maximum total size of the images of a scene in bytes, at 4 bytes per pixel.
-const MOST_BYTES_OF_IMAGES: usize = 512 << 20;
+const MAX_IMAGE_BYTES: usize = 512 << 20;
 
 /// Adds objects, properties, meshes, images and scripts to a document.
-pub struct Builder<'a> {
+pub struct DocumentBuilder<'a> {
     /// The registry of plugins.
     pub registry: &'a Registry,
     /// The document being built.
@@ -29,30 +32,30 @@ pub struct Builder<'a> {
     /// Number of the group of objects being added; see [`ObjectSpec::group`].
     pub group: usize,
     /// The location in a file that describes the objects added next, for error messages.
-    pub place: Option<Place>,
+    pub place: Option<SourceLocation>,
     /// Reads text in the scene format, for plugins that build models from text; `None` if this build cannot read text.
-    pub texts: Option<ReadText>,
+    pub read_text: Option<TextReader>,
     /// The files that the document may name at present.
-    pub(super) reach: Reach,
+    pub(super) reach: AllowedFolders,
 }
 
 /// Adds the objects that a text in the scene format describes, below a parent. The path is that of the file that
 /// contains the text; error locations and relative file names refer to it.
-pub type ReadText = fn(&mut Builder<'_>, &Path, &str, Option<usize>) -> Result;
+pub type TextReader = fn(&mut DocumentBuilder<'_>, &Path, &str, Option<usize>) -> Result;
 
 /// Maximum number of objects in a document.
-const MOST_OBJECTS: usize = 1_000_000;
+const MAX_OBJECTS: usize = 1_000_000;
 
-impl<'a> Builder<'a> {
+impl<'a> DocumentBuilder<'a> {
     /// Creates a builder of a document that may name the files in `reach`, without a location, and which cannot read text.
-    pub(super) fn new(registry: &'a Registry, document: &'a mut Document, reach: Reach) -> Self {
-        Builder { registry, document, group: 0, place: None, texts: None, reach }
+    pub(super) fn new(registry: &'a Registry, document: &'a mut Document, reach: AllowedFolders) -> Self {
+        DocumentBuilder { registry, document, group: 0, place: None, read_text: None, reach }
     }
 
     /// Adds an object and returns its index. If the alias is empty, it defaults to the name of the kind.
     pub fn object(&mut self, kind: &str, parent: Option<usize>, alias: &str) -> Result<usize> {
-        let Some(of_kind) = Kind::parse(kind) else {
-            let known = Kind::names();
+        let Some(of_kind) = ObjectKind::parse(kind) else {
+            let known = ObjectKind::names();
             return Err(Error::new("E102", format!("unknown object kind `{kind}`"))
                 .expected(format!("one of {}", known.join(", ")))
                 .nearest(kind, known));
@@ -62,17 +65,19 @@ impl<'a> Builder<'a> {
         }
         let alias = if alias.is_empty() { kind } else { alias };
         if !is_alias(alias) {
-            return Err(Error::new("E102", format!("`{}` cannot be an alias", label(alias.as_bytes()))).expected(ALIAS));
+            return Err(
+                Error::new("E102", format!("`{}` cannot be an alias", label(alias.as_bytes()))).expected(ALIAS_RULE)
+            );
         }
-        if self.document.objects.len() >= MOST_OBJECTS {
-            return Err(Error::new("E124", format!("the scene has more than {MOST_OBJECTS} objects")));
+        if self.document.objects.len() >= MAX_OBJECTS {
+            return Err(Error::new("E124", format!("the scene has more than {MAX_OBJECTS} objects")));
         }
         self.document.names.add(parent, alias);
         self.document.objects.push(ObjectSpec {
             kind: of_kind,
             alias: alias.to_owned(),
             parent,
-            rows: Vec::new(),
+            properties: Vec::new(),
             device: None,
             scripts: Vec::new(),
             placement: Isometry3::identity(),
@@ -84,18 +89,27 @@ impl<'a> Builder<'a> {
 
     /// Returns the declarations of the keys that an object can have: the core's properties, then its device's
     /// parameters.
-    pub fn declared(&self, object: usize) -> Vec<(Declared, Target)> {
+    pub fn declarations(&self, object: usize) -> Vec<(ParameterSpec, KeyTarget)> {
         let spec = &self.document.objects[object];
         // The parent is set by `parent`, and the unique name follows from the alias.
-        let rows = rows_of(Some(spec.kind)).map(|r| (r.declared().clone(), Target::Row(r)));
-        let rows = rows.filter(|(_, t)| !matches!(t, Target::Row(Row::PARENT | Row::NAME))).map(|(p, t)| match t {
-            // The key `position_m` already means the position of the joint object in its parent's frame.
-            Target::Row(Row::JOINT_POSITION) => (Declared { key: "joint_position".into(), ..p }, t),
-            _ => (p, t),
-        });
+        let rows = properties_of(Some(spec.kind)).map(|r| (r.declaration().clone(), KeyTarget::Property(r)));
+        let rows =
+            rows.filter(|(_, t)| !matches!(t, KeyTarget::Property(Property::PARENT | Property::NAME))).map(|(p, t)| {
+                match t {
+                    // The key `position_m` already means the position of the joint object in its parent's frame.
+                    KeyTarget::Property(Property::JOINT_POSITION) => {
+                        (ParameterSpec { key: "joint_position".into(), ..p }, t)
+                    }
+                    _ => (p, t),
+                }
+            });
         // The unit depends on whether the joint is revolute or prismatic.
-        let slides =
-            spec.rows.iter().rev().find(|(r, _)| *r == Row::JOINT_TYPE).is_some_and(|(_, v)| *v == "prismatic".into());
+        let slides = spec
+            .properties
+            .iter()
+            .rev()
+            .find(|(r, _)| *r == Property::JOINT_TYPE)
+            .is_some_and(|(_, v)| *v == "prismatic".into());
         let rows = rows.map(move |(p, t)| {
             let unit = p
                 .unit
@@ -103,12 +117,12 @@ impl<'a> Builder<'a> {
                 .and_then(|u| u.split_once('|'))
                 .map(|(turn, slide)| if slides { slide } else { turn });
             match unit.map(str::to_owned) {
-                Some(unit) => (Declared { unit: Some(unit), ..p }, t),
+                Some(unit) => (ParameterSpec { unit: Some(unit), ..p }, t),
                 None => (p, t),
             }
         });
-        let params = spec.device.iter().flat_map(|d| self.registry.device(spec.is_actuator(), d.kind).declared());
-        rows.chain(params.enumerate().map(|(i, p)| (p.clone(), Target::Param(i)))).collect()
+        let params = spec.device.iter().flat_map(|d| self.registry.device(spec.is_actuator(), d.kind).all_params());
+        rows.chain(params.enumerate().map(|(i, p)| (p.clone(), KeyTarget::Param(i)))).collect()
     }
 
     /// Sets a property by its key, with or without the prefix of the object's kind. The value is in SI units.
@@ -117,7 +131,7 @@ impl<'a> Builder<'a> {
             return Err(Error::new("E110", "there is no such object in this build"));
         };
         if matches!(key, "object.name" | "name") {
-            return self.name(object, &value);
+            return self.set_unique_name(object, &value);
         }
         let kind = spec.kind.name();
         let short = match key.split_once('.') {
@@ -134,18 +148,18 @@ impl<'a> Builder<'a> {
             Some(_) => "",
             None => key,
         };
-        let declared = self.declared(object);
+        let declared = self.declarations(object);
         let Some((declared, target)) = declared.iter().find(|(d, _)| d.key == short) else {
             let known: Vec<_> = declared.iter().map(|(d, _)| d.key.as_str()).collect();
             return Err(Error::new("E101", format!("an object of kind `{kind}` has no property `{key}`"))
                 .expected(known.join(", "))
                 .nearest(short, known.iter().copied()));
         };
-        self.put(object, declared, target, value)
+        self.set_declared(object, declared, target, value)
     }
 
     /// Sets the unique name of a model's base. All parts of the model share the number in this name.
-    pub(super) fn group_name(&mut self, base: usize, name: &str) -> Result {
+    pub(super) fn set_group_name(&mut self, base: usize, name: &str) -> Result {
         let spec = &self.document.objects[base];
         let Some(suffix) = super::names::suffix_of(name, &spec.alias) else {
             let text = format!("`{}` cannot be the unique name of `{}`", label(name.as_bytes()), spec.alias);
@@ -158,23 +172,23 @@ impl<'a> Builder<'a> {
 
     /// Sets the unique name of an object of the scene itself: its alias, or its alias with `#n`. The name has no effect
     /// in models, imports and scenes used as models, which can be placed several times; their objects share a number.
-    fn name(&mut self, object: usize, value: &Value) -> Result {
+    fn set_unique_name(&mut self, object: usize, value: &Value) -> Result {
         let spec = &mut self.document.objects[object];
         let name = if let Value::Text(t) = value { String::from_utf8_lossy(t).into_owned() } else { String::new() };
         let Some(suffix) = super::names::suffix_of(&name, &spec.alias) else {
             return Err(Error::new("E102", format!("`{name}` cannot be a unique name of `{}`", spec.alias))
                 .expected("the alias, or the alias with `#` and a number"));
         };
-        spec.rows.push((Row::NAME, Value::text(name)));
+        spec.properties.push((Property::NAME, Value::text(name)));
         if spec.group == 0 {
-            self.document.names.tell(object, &spec.alias, suffix);
+            self.document.names.specify_name(object, &spec.alias, suffix);
         }
         Ok(())
     }
 
     /// Changes a setting of the world, such as `scene.dt`, in SI units, or its custom data, `scene.data`. The value is
     /// always checked, but takes effect only if `whole` is set, which means that the scene itself is being built.
-    pub(super) fn setting(&mut self, key: &str, value: Value, whole: bool) -> Result {
+    pub(super) fn apply_setting(&mut self, key: &str, value: Value, whole: bool) -> Result {
         let short = key.strip_prefix("scene.").unwrap_or(key);
         if short == "data" {
             let notes = crate::notes(&value).map_err(|e| Error::new("E102", format!("`{key}`: {}", e.1)))?;
@@ -207,31 +221,37 @@ impl<'a> Builder<'a> {
     }
 
     /// Sets a property, given its declaration and its target.
-    pub fn put(&mut self, object: usize, declared: &Declared, target: &Target, value: Value) -> Result {
+    pub fn set_declared(
+        &mut self,
+        object: usize,
+        declared: &ParameterSpec,
+        target: &KeyTarget,
+        value: Value,
+    ) -> Result {
         if declared.flags & TATU_PARAM_READ_ONLY != 0 {
             return Err(Error::new("E102", format!("`{}` is read-only", declared.key)));
         }
         // The same words as for a change in a running world.
-        let name = if let Target::Row(row) = target { row.key() } else { &declared.key };
+        let name = if let KeyTarget::Property(row) = target { row.key() } else { &declared.key };
         let value = keys::check(declared, name, value)?;
         let spec = &mut self.document.objects[object];
         match target {
-            Target::Row(Row::ALIAS) => {
+            KeyTarget::Property(Property::ALIAS) => {
                 if let Value::Text(t) = &value {
                     let alias = String::from_utf8_lossy(t).into_owned();
                     self.rename(object, &alias);
                 }
             }
-            Target::Row(Row::PRESET) => self.preset(object, value)?,
-            Target::Row(row) => {
+            KeyTarget::Property(Property::PRESET) => self.apply_preset(object, value)?,
+            KeyTarget::Property(row) => {
                 let value = match (*row, &value) {
-                    (Row::NOISE, Value::Text(t)) => self.noise(object, &String::from_utf8_lossy(t))?,
+                    (Property::NOISE, Value::Text(t)) => self.resolve_noise(object, &String::from_utf8_lossy(t))?,
                     _ => value,
                 };
-                self.try_row(object, *row, &value)?;
-                self.document.objects[object].rows.push((*row, value));
+                self.check_on_blank_object(object, *row, &value)?;
+                self.document.objects[object].properties.push((*row, value));
             }
-            Target::Param(_) => {
+            KeyTarget::Param(_) => {
                 if let Some(d) = &mut spec.device {
                     d.params.push((declared.key.clone(), value));
                 }
@@ -242,33 +262,33 @@ impl<'a> Builder<'a> {
 
     /// Returns the kind of a sensor, or `None` if the object is not a sensor or its kind is not set yet.
     pub(super) fn sensor_kind(&self, object: usize) -> Option<&'a SensorKind> {
-        let spec = self.document.objects.get(object).filter(|o| o.kind == Kind::Sensor)?;
+        let spec = self.document.objects.get(object).filter(|o| o.kind == ObjectKind::Sensor)?;
         self.registry.sensors.get(spec.device.as_ref()?.kind)
     }
 
     /// Applies a preset, which later settings override. An empty name sets no properties.
-    fn preset(&mut self, object: usize, value: Value) -> Result {
+    fn apply_preset(&mut self, object: usize, value: Value) -> Result {
         let id = if let Value::Text(t) = &value { String::from_utf8_lossy(t).into_owned() } else { String::new() };
         if !id.is_empty() {
             let lacks =
                 || Error::new("E104", "a preset must not precede the sensor's kind").help("call `device` first");
             let kind = self.sensor_kind(object).ok_or_else(lacks)?;
             for setting in presets::settings(self.registry, kind, &id)? {
-                self.put(object, &setting.declared, &setting.target, setting.value).map_err(|e| {
+                self.set_declared(object, &setting.declared, &setting.target, setting.value).map_err(|e| {
                     let text = format!("the preset `{id}` of the sensor kind `{}`: {}", kind.id, e.text);
                     Error { text, ..e }
                 })?;
             }
         }
-        self.document.objects[object].rows.push((Row::PRESET, value));
+        self.document.objects[object].properties.push((Property::PRESET, value));
         Ok(())
     }
 
     /// Checks a noise declaration against the sensor's fields, and returns it with full field names.
-    fn noise(&self, object: usize, text: &str) -> Result<Value> {
+    fn resolve_noise(&self, object: usize, text: &str) -> Result<Value> {
         let lacks = || Error::new("E104", "noise must not precede the sensor's kind").help("call `device` first");
         let kind = self.sensor_kind(object).ok_or_else(lacks)?;
-        let read = NoiseSpec::parse(text, Some(kind)).map_err(|w| w.in_text(text))?;
+        let read = NoiseSpec::parse(text, Some(kind)).map_err(|w| w.with_line(text))?;
         Ok(Value::text(read.to_toml()))
     }
 
@@ -277,21 +297,23 @@ impl<'a> Builder<'a> {
     pub(super) fn value_of(
         &self,
         object: usize,
-        target: &Target,
+        target: &KeyTarget,
         item: &Item,
         factor: f64,
     ) -> Result<Value, (Error, Option<Range<usize>>)> {
         match target {
-            Target::Row(row) if row.info().in_files == InFiles::Noise => presets::noise(item, self.sensor_kind(object)),
-            Target::Row(row) => keys::read(row.info().in_files, item, factor).map_err(|e| (e, None)),
-            Target::Param(_) => keys::to_value(item, factor).map_err(|e| (e, None)),
+            KeyTarget::Property(row) if row.spec().file_form == FileForm::Noise => {
+                presets::noise_value(item, self.sensor_kind(object))
+            }
+            KeyTarget::Property(row) => keys::read(row.spec().file_form, item, factor).map_err(|e| (e, None)),
+            KeyTarget::Param(_) => keys::to_value(item, factor).map_err(|e| (e, None)),
         }
     }
 
     /// Checks a value by setting it on a blank object of the same kind, because live objects must accept it later.
     /// Numbers of meshes and images must exist in the document.
-    fn try_row(&self, object: usize, row: Row, value: &Value) -> Result {
-        if row == Row::MESH {
+    fn check_on_blank_object(&self, object: usize, row: Property, value: &Value) -> Result {
+        if row == Property::MESH {
             let there = matches!(value, Value::Int(i) if *i >= 1 && *i as usize <= self.document.meshes.len());
             return if there {
                 Ok(())
@@ -299,19 +321,19 @@ impl<'a> Builder<'a> {
                 Err(Error::new("E102", "`mesh` is not the number of an existing mesh"))
             };
         }
-        if row == Row::PARTS {
+        if row == Property::PARTS {
             let last = self.document.meshes.len();
             let lost = crate::part_meshes(value).into_iter().find(|n| *n as usize > last);
             if let Some(n) = lost {
                 return Err(Error::new("E102", format!("a part refers to mesh {n}, but the last mesh is {last}")));
             }
         }
-        if let Some(n) = self.document.lost_image(row, value) {
+        if let Some(n) = self.document.missing_image(row, value) {
             let last = self.document.images.len();
             return Err(Error::new("E102", format!("a texture refers to image {n}, but the last image is {last}")));
         }
         let mut scene = Scene::default();
-        let blank = Data::of_kind(self.document.objects[object].kind, usize::MAX);
+        let blank = ObjectVariant::of_kind(self.document.objects[object].kind, usize::MAX);
         let slot = scene.add(0, "blank", Isometry3::identity(), blank).unwrap_or(0);
         crate::set(&mut scene, slot, row, value).map(drop).map_err(|e| Error::new("E102", e.1))
     }
@@ -324,8 +346,8 @@ impl<'a> Builder<'a> {
             return Err(Error::new("E110", "there is no such object in this build"));
         };
         let kind = match spec.kind {
-            Kind::Sensor => self.registry.sensor(kind_or_schema, providers)?,
-            Kind::Actuator => self.registry.actuator(kind_or_schema, providers)?,
+            ObjectKind::Sensor => self.registry.sensor(kind_or_schema, providers)?,
+            ObjectKind::Actuator => self.registry.actuator(kind_or_schema, providers)?,
             other => {
                 let text = format!("`{}` is a {}, not a sensor or actuator", spec.alias, other.name());
                 return Err(Error::new("E102", text));
@@ -361,15 +383,17 @@ impl<'a> Builder<'a> {
         let found = rgba.len();
         let Some(image) = Image::new(columns, rows, rgba) else {
             let text = format!("{columns} x {rows} pixels in {found} bytes cannot be an image");
-            return Err(Error::new("E102", text).expected(format!("4 bytes for each of 1 to {MOST_PIXELS} pixels")));
+            return Err(
+                Error::new("E102", text).expected(format!("4 bytes for each of 1 to {MAX_IMAGE_PIXELS} pixels"))
+            );
         };
         if let Some(i) = self.document.images.iter().position(|known| **known == image) {
             return Ok(i + 1);
         }
         let all = self.document.images.iter().map(|known| known.rgba().len()).sum::<usize>() + found;
-        if all > MOST_BYTES_OF_IMAGES {
+        if all > MAX_IMAGE_BYTES {
             return Err(Error::new("E102", format!("the images of the scene occupy {} MB", all >> 20))
-                .expected(format!("at most {} MB in total, at 4 bytes per pixel", MOST_BYTES_OF_IMAGES >> 20))
+                .expected(format!("at most {} MB in total, at 4 bytes per pixel", MAX_IMAGE_BYTES >> 20))
                 .help("reduce the size of the images, or share images between surfaces"));
         }
         self.document.images.push(Arc::new(image));
@@ -378,14 +402,14 @@ impl<'a> Builder<'a> {
 
     /// Adds a script to an object.
     pub fn script(&mut self, object: usize, script: ScriptSpec) -> Result {
-        if script.kind == MAIN && self.group != 0 {
+        if script.kind == MAIN_KIND && self.group != 0 {
             let text =
                 format!("the main script `{}` of a model is ignored: only the scene itself can have one", script.name);
-            self.document.reports.push(Report::note(text));
+            self.document.reports.push(BuildReport::note(text));
             return Ok(());
         }
-        if script.kind == MAIN
-            && let Some(o) = self.document.objects.iter().find(|o| o.scripts.iter().any(|s| s.kind == MAIN))
+        if script.kind == MAIN_KIND
+            && let Some(o) = self.document.objects.iter().find(|o| o.scripts.iter().any(|s| s.kind == MAIN_KIND))
         {
             return Err(Error::new("E118", format!("the scene already has a main script, on `{}`", o.alias))
                 .expected("at most one script of kind `main` in a scene: it alone runs the stages of a step")
@@ -401,7 +425,7 @@ impl<'a> Builder<'a> {
     }
 
     /// Records that the next object is the base of a model with these parameters. Models within it have higher numbers.
-    pub(super) fn started(&mut self, params: &[Declared]) {
+    pub(super) fn record_model(&mut self, params: &[ParameterSpec]) {
         let (number, base) = (self.document.next_model, self.document.objects.len());
         self.document.next_model += 1;
         self.document.models.push(super::ModelInstance { number, base, params: params.to_vec() });
@@ -409,12 +433,12 @@ impl<'a> Builder<'a> {
 
     /// Makes the objects from index `first` on a model with the pose `placement`. Returns the base of the model, or
     /// `None` if there are no objects.
-    pub(super) fn placed(&mut self, first: usize, placement: Isometry3<f64>) -> Option<usize> {
+    pub(super) fn place_model(&mut self, first: usize, placement: Isometry3<f64>) -> Option<usize> {
         let base = self.document.objects.get_mut(first)?;
         // The base of a model can also be the base of a model nested in it.
         base.placement = placement * base.placement;
-        if !base.rows.iter().any(|(r, _)| *r == Row::MODEL_BASE) {
-            base.rows.push((Row::MODEL_BASE, Value::Bool(true)));
+        if !base.properties.iter().any(|(r, _)| *r == Property::MODEL_BASE) {
+            base.properties.push((Property::MODEL_BASE, Value::Bool(true)));
         }
         Some(first)
     }

@@ -2,14 +2,14 @@
 
 use std::path::PathBuf;
 
-use tatu_errors::{Error, Place, Result};
+use tatu_errors::{Error, Result, SourceLocation};
 use toml_edit::Item;
 
-use super::reach::Reach;
+use super::reach::AllowedFolders;
 
 /// An override of a property.
 #[derive(Debug, Clone)]
-pub struct Override {
+pub struct PropertyOverride {
     /// Index of the object that relative paths start from; `None` for the world.
     pub from: Option<usize>,
     /// Path of the object, or "scene".
@@ -19,12 +19,12 @@ pub struct Override {
     /// The TOML value, in the unit of the key.
     pub item: Item,
     /// The source location; `None` for an override from the command line.
-    pub place: Option<Place>,
+    pub place: Option<SourceLocation>,
     /// The files that the value may name; `None` for those that the scene may name.
-    pub(super) reach: Option<Reach>,
+    pub(super) reach: Option<AllowedFolders>,
 }
 
-impl Override {
+impl PropertyOverride {
     /// Parses "PATH.KEY=VALUE". The value is parsed as TOML; a value that is not valid TOML is taken as a string.
     pub fn parse(text: &str) -> Result<Self> {
         let wrong = || {
@@ -41,7 +41,14 @@ impl Override {
             .parse::<toml_edit::Value>()
             .map(Item::Value)
             .unwrap_or_else(|_| Item::Value(toml_edit::Value::from(value)));
-        Ok(Override { from: None, path: path.trim().into(), key: key.trim().into(), item, place: None, reach: None })
+        Ok(PropertyOverride {
+            from: None,
+            path: path.trim().into(),
+            key: key.trim().into(),
+            item,
+            place: None,
+            reach: None,
+        })
     }
 }
 

@@ -2,13 +2,13 @@
 
 /// A table of the file: `[[object]]`, `[[model]]` or `[[import]]`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Entry {
+pub struct SceneEntry {
     /// Name of the table: `object`, `model` or `import`.
-    pub what: &'static str,
+    pub table: &'static str,
     /// Index of the table among those with the same name.
     pub index: usize,
     /// Index of the first object that the table describes, which is the base of a model or import.
     pub first: usize,
     /// Whether the table places a model or an imported file.
-    pub places: bool,
+    pub is_placement: bool,
 }

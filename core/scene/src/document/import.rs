@@ -3,49 +3,49 @@
 use std::path::{Path, PathBuf};
 
 use nalgebra::Isometry3;
-use tatu_errors::{Error, Place, Result};
+use tatu_errors::{Error, Result, SourceLocation};
 use tatu_plugin_api::safe::Value;
 use tatu_plugins::{
-    Choice,
-    border::{self, Said},
-    watchdog::Call,
+    ImporterChoice,
+    border::{self, ErrorContents},
+    watchdog::PluginCall,
 };
 
 use super::{
-    Builder, Report,
-    import_files::Source,
-    plugin_builder::{BuildCall, Failed, run},
+    BuildReport, DocumentBuilder,
+    import_files::BuildSource,
+    plugin_builder::{BuildCall, BuildFailure, run_build},
 };
 
 /// A file to import.
-pub(super) struct Import<'a> {
+pub(super) struct ImportRequest<'a> {
     /// Path of the file.
     pub file: &'a Path,
     /// Contents of the file.
     pub bytes: &'a [u8],
     /// The chosen importer.
-    pub choice: Choice,
+    pub choice: ImporterChoice,
     /// Specified parameters of the importer, by key.
     pub params: &'a [(String, Value)],
     /// Whether the file is the scene itself rather than a part of it. If so, its settings and its main script apply,
     /// and its objects belong to the scene.
-    pub whole: bool,
+    pub is_scene: bool,
 }
 
 /// Reads a file to import. `name` is the name of the file as written in the scene, for error messages.
-pub(super) fn source(b: &Builder<'_>, file: &Path, name: &str) -> Result<Vec<u8>> {
-    b.document.sources.read(&b.allowed(file, name)?).map_err(|e| {
+pub(super) fn read_import_file(b: &DocumentBuilder<'_>, file: &Path, name: &str) -> Result<Vec<u8>> {
+    b.document.sources.read(&b.allow_file(file, name)?).map_err(|e| {
         Error::new("E105", format!("cannot read the import `{name}`: {e}"))
             .expected(format!("a file {}", file.display()))
     })
 }
 
-impl Builder<'_> {
+impl DocumentBuilder<'_> {
     /// Imports a file; returns the index of the first object, which is the base. The importer can read the files that the
     /// document may name.
     pub(super) fn import(
         &mut self,
-        import: Import<'_>,
+        import: ImportRequest<'_>,
         parent: Option<usize>,
         placement: Isometry3<f64>,
     ) -> Result<usize> {
@@ -53,51 +53,61 @@ impl Builder<'_> {
         let info = &registry.importers[import.choice.importer];
         let folder = import.file.parent().map(PathBuf::from).unwrap_or_default();
         let shown = import.file.display().to_string();
-        self.document.reports.extend(import.choice.notes.iter().map(|note| Report::note(format!("{shown}: {note}"))));
+        self.document
+            .reports
+            .extend(import.choice.notes.iter().map(|note| BuildReport::note(format!("{shown}: {note}"))));
         let first = self.document.objects.len();
-        let group = match import.whole {
+        let group = match import.is_scene {
             true => 0,
             false => self.document.new_group(),
         };
         let outer = std::mem::replace(&mut self.group, group);
-        self.started(&info.params);
-        let from = Source { name: Some(shown.clone()), folder: Some(folder), whole: import.whole };
+        self.record_model(&info.params);
+        let from = BuildSource { name: Some(shown.clone()), folder: Some(folder), is_scene: import.is_scene };
         let me = registry.plugins[info.plugin].me;
-        let asked = BuildCall { plugin: info.plugin, call: Call::Import, subject: &format!("the import of {shown}") };
-        let done = run(self, (asked, None), from, (&info.params, import.params), parent, |table, params, error| {
-            // SAFETY: `f` is from a plugin that is never unloaded, and `me` is that plugin's own pointer. The bytes,
-            // the table, the parameters and the error object live until the call has returned.
-            info.raw.load.map_or(0, |f| unsafe { f(me, border::raw(import.bytes), table, params, error) })
-        });
+        let asked =
+            BuildCall { plugin: info.plugin, call: PluginCall::Import, subject: &format!("the import of {shown}") };
+        let done =
+            run_build(self, (asked, None), from, (&info.params, import.params), parent, |table, params, error| {
+                // SAFETY: `f` is from a plugin that is never unloaded, and `me` is that plugin's own pointer. The bytes,
+                // the table, the parameters and the error object live until the call has returned.
+                info.raw.load.map_or(0, |f| unsafe { f(me, border::raw(import.bytes), table, params, error) })
+            });
         self.group = outer;
-        let who = format!("{} of `{}`", Call::Import.text(), registry.plugins[info.plugin].id);
-        done.map_err(|failed| told((&info.id, &who), import.file, import.bytes, self.place.as_ref(), failed))?;
+        let who = format!("{} of `{}`", PluginCall::Import.text(), registry.plugins[info.plugin].id);
+        done.map_err(|failed| import_error((&info.id, &who), import.file, import.bytes, self.place.as_ref(), failed))?;
         let nothing = || Error::new("E120", format!("cannot import {shown}: `{}` found nothing in it", info.id));
-        self.placed(first, placement).ok_or_else(nothing)
+        self.place_model(first, placement).ok_or_else(nothing)
     }
 }
 
 /// Returns the error of a failed import: the host's refusal or the plugin's message, located at the file and line that
 /// the plugin reported. If it reported no file name, the location is in the imported file itself.
-fn told((id, who): (&str, &str), file: &Path, bytes: &[u8], from: Option<&Place>, failed: Failed) -> Error {
+fn import_error(
+    (id, who): (&str, &str),
+    file: &Path,
+    bytes: &[u8],
+    from: Option<&SourceLocation>,
+    failed: BuildFailure,
+) -> Error {
     let (refused, slot) = match failed {
-        Failed::Breach(e) => return e,
-        Failed::Refused(e) => (Some(e), None),
-        Failed::Said(slot) => (None, Some(slot)),
+        BuildFailure::ContractBreach(e) => return e,
+        BuildFailure::HostError(e) => (Some(e), None),
+        BuildFailure::PluginError(slot) => (None, Some(slot)),
     };
-    let said = slot.as_ref().map(|s| s.said());
+    let said = slot.as_ref().map(|s| s.contents());
     let (named, line) = said.as_ref().map_or_else(Default::default, |s| (s.file.clone(), s.line as usize));
     let (text, help) = match (&refused, said) {
         (Some(e), _) => {
             (e.text.clone(), e.help.clone().or_else(|| e.expected.clone().map(|x| format!("expected {x}"))))
         }
-        (None, Some(Said { text: Some(text), help, .. })) => (text, help),
+        (None, Some(ErrorContents { text: Some(text), help, .. })) => (text, help),
         _ => (format!("`{id}` gave no reason"), None),
     };
     let place = match named {
-        None => Place::of_line(file.to_owned(), bytes, line),
+        None => SourceLocation::of_line(file.to_owned(), bytes, line),
         // The contents of other files are not available here, so the location has no byte range.
-        Some(named) => Place::of_line(file.with_file_name(named), &[], line),
+        Some(named) => SourceLocation::of_line(file.with_file_name(named), &[], line),
     };
     // An error without a line may be a fault of the plugin, so the message names the plugin.
     let (line, who) = if line > 0 { (format!(":{line}"), String::new()) } else { (String::new(), format!(" [{who}]")) };

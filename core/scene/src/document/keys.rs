@@ -6,15 +6,15 @@ use std::{
 };
 
 use base64::{Engine, engine::general_purpose::STANDARD};
-use tatu_errors::{Error, Place, Result, nearest};
+use tatu_errors::{Error, Result, SourceLocation, nearest};
 use tatu_plugin_api::{abi::TATU_PARAM_READ_ONLY, safe::Value};
-use tatu_plugins::{Declared, check_value, units};
+use tatu_plugins::{ParameterSpec, check_value, units};
 use toml_edit::{Item, TableLike};
 
-use crate::{drive, rows::InFiles, texture::KEYS as TEXTURE_KEYS};
+use crate::{drive, property_table::FileForm, texture::KEYS as TEXTURE_KEYS};
 
 /// The contents of a scene file, used to convert byte offsets to lines and columns.
-pub struct Text<'a> {
+pub struct SourceText<'a> {
     /// Path of the file.
     pub file: &'a Path,
     /// Contents of the file.
@@ -23,29 +23,29 @@ pub struct Text<'a> {
     lines: Vec<usize>,
 }
 
-impl<'a> Text<'a> {
+impl<'a> SourceText<'a> {
     /// Creates the value and finds the starts of the lines.
     pub fn new(file: &'a Path, text: &'a str) -> Self {
         let breaks = text.bytes().enumerate().filter(|(_, b)| *b == b'\n').map(|(i, _)| i + 1);
-        Text { file, text, lines: std::iter::once(0).chain(breaks).collect() }
+        SourceText { file, text, lines: std::iter::once(0).chain(breaks).collect() }
     }
 }
 
-impl Text<'_> {
+impl SourceText<'_> {
     /// Returns the source location of a byte range, or the start of the file if the range is unknown.
-    pub fn place(&self, span: Option<Range<usize>>) -> Place {
+    pub fn place(&self, span: Option<Range<usize>>) -> SourceLocation {
         let span = span.unwrap_or(0..0);
         let at = span.start.min(self.text.len());
         let line = self.lines.partition_point(|begin| *begin <= at);
         let column = at - self.lines.get(line.wrapping_sub(1)).copied().unwrap_or(0) + 1;
-        Place { file: PathBuf::from(self.file), line, column, span }
+        SourceLocation { file: PathBuf::from(self.file), line, column, span }
     }
     /// Returns the source location of a key of a table.
-    pub fn key(&self, table: &dyn TableLike, key: &str) -> Place {
+    pub fn key(&self, table: &dyn TableLike, key: &str) -> SourceLocation {
         self.place(table.key(key).and_then(|k| k.span()))
     }
     /// Returns the source location of a value of a table.
-    pub fn value(&self, table: &dyn TableLike, key: &str) -> Place {
+    pub fn value(&self, table: &dyn TableLike, key: &str) -> SourceLocation {
         self.place(table.get(key).and_then(Item::span).or_else(|| table.key(key).and_then(|k| k.span())))
     }
 }
@@ -60,24 +60,24 @@ pub fn to_value(item: &Item, factor: f64) -> Result<Value> {
 }
 
 /// Converts a value of a property from its form in scene files, with numbers multiplied by the factor of their unit.
-pub fn read(form: InFiles, item: &Item, factor: f64) -> Result<Value> {
+pub fn read(form: FileForm, item: &Item, factor: f64) -> Result<Value> {
     match form {
-        InFiles::Data => to_map(item),
-        InFiles::Drive => table("a drive", drive::KEYS, item.as_table_like()),
-        InFiles::Texture => table("a texture", TEXTURE_KEYS, item.as_table_like()),
-        InFiles::Plain | InFiles::Mesh | InFiles::Parts | InFiles::Noise => to_value(item, factor),
+        FileForm::Data => to_map(item),
+        FileForm::Drive => table("a drive", drive::KEYS, item.as_table_like()),
+        FileForm::Texture => table("a texture", TEXTURE_KEYS, item.as_table_like()),
+        FileForm::Plain | FileForm::Mesh | FileForm::Parts | FileForm::Noise => to_value(item, factor),
     }
 }
 
 /// Converts a table with arbitrary keys to a map.
 pub fn to_map(item: &Item) -> Result<Value> {
     let table = item.as_table_like().ok_or_else(|| Error::new("E102", "expected a table"))?;
-    let entries = table.iter().map(|(k, v)| Ok((Value::text(k), free(v)?)));
+    let entries = table.iter().map(|(k, v)| Ok((Value::text(k), custom_data_value(v)?)));
     Ok(Value::Map(entries.collect::<Result<_>>()?))
 }
 
 /// Converts a value of custom data. Bytes that are not valid UTF-8 are written as `{ base64 = "..." }`.
-fn free(item: &Item) -> Result<Value> {
+fn custom_data_value(item: &Item) -> Result<Value> {
     let coded = item.as_table_like().filter(|t| t.len() == 1).and_then(|t| t.get("base64")).and_then(Item::as_str);
     let Some(coded) = coded else { return to_value(item, 1.0) };
     STANDARD.decode(coded).map(Value::Text).map_err(|e| Error::new("E102", format!("invalid base64: {e}")))
@@ -146,7 +146,7 @@ fn table(what: &str, known: &[(&str, &str)], table: Option<&dyn TableLike>) -> R
 fn with_unit(what: &str, known: &[(&str, &str)], written: &str, v: &toml_edit::Value) -> Result<(Value, Value)> {
     let found = known.iter().find_map(|(k, u)| units::factor(written, k, Some(u)).map(|f| (*k, f)));
     let Some((key, factor)) = found else {
-        let known: Vec<String> = known.iter().map(|(k, u)| units::written(k, Some(u))).collect();
+        let known: Vec<String> = known.iter().map(|(k, u)| units::key_with_unit(k, Some(u))).collect();
         return Err(Error::new("E101", format!("{what} has no key `{written}`"))
             .expected(known.join(", "))
             .nearest(written, known.iter().map(String::as_str)));
@@ -160,7 +160,7 @@ fn with_unit(what: &str, known: &[(&str, &str)], written: &str, v: &toml_edit::V
 }
 
 /// Checks a value against its declaration; the error for a misspelt choice suggests the nearest one.
-pub fn check(declared: &Declared, written: &str, value: Value) -> Result<Value> {
+pub fn check(declared: &ParameterSpec, written: &str, value: Value) -> Result<Value> {
     let text = match &value {
         Value::Text(t) => String::from_utf8_lossy(t).into_owned(),
         _ => String::new(),
@@ -171,7 +171,11 @@ pub fn check(declared: &Declared, written: &str, value: Value) -> Result<Value> 
 }
 
 /// Finds the declaration that a written key refers to, and the factor of its unit.
-pub fn find<'d, T>(written: &str, declared: &'d [(Declared, T)], owner: &str) -> Result<(&'d (Declared, T), f64)> {
+pub fn find<'d, T>(
+    written: &str,
+    declared: &'d [(ParameterSpec, T)],
+    owner: &str,
+) -> Result<(&'d (ParameterSpec, T), f64)> {
     for entry in declared {
         if let Some(factor) = units::factor(written, &entry.0.key, entry.0.unit.as_deref()) {
             return Ok((entry, factor));
@@ -179,7 +183,7 @@ pub fn find<'d, T>(written: &str, declared: &'d [(Declared, T)], owner: &str) ->
     }
     for (d, _) in declared {
         if units::wrong_unit(written, &d.key, d.unit.as_deref()) {
-            let right = units::written(&d.key, d.unit.as_deref());
+            let right = units::key_with_unit(&d.key, d.unit.as_deref());
             let what = if written == d.key { "lacks its unit" } else { "has the wrong unit" };
             return Err(Error::new("E103", format!("`{written}` {what}"))
                 .expected(match &d.unit {
@@ -192,7 +196,7 @@ pub fn find<'d, T>(written: &str, declared: &'d [(Declared, T)], owner: &str) ->
     let known: Vec<String> = declared
         .iter()
         .filter(|(d, _)| d.flags & TATU_PARAM_READ_ONLY == 0)
-        .map(|(d, _)| units::written(&d.key, d.unit.as_deref()))
+        .map(|(d, _)| units::key_with_unit(&d.key, d.unit.as_deref()))
         .collect();
     let error = Error::new("E101", format!("unknown key `{written}` for {owner}")).expected(known.join(", "));
     // Without its unit, a misspelt key is closer to the intended one.
@@ -200,7 +204,7 @@ pub fn find<'d, T>(written: &str, declared: &'d [(Declared, T)], owner: &str) ->
     let near = nearest(written, known.iter().map(String::as_str)).map(str::to_owned).or_else(|| {
         nearest(stem, declared.iter().map(|(d, _)| d.key.as_str()))
             .and_then(|k| declared.iter().find(|(d, _)| d.key == k))
-            .map(|(d, _)| units::written(&d.key, d.unit.as_deref()))
+            .map(|(d, _)| units::key_with_unit(&d.key, d.unit.as_deref()))
     });
     Err(match near {
         Some(near) => error.help(format!("did you mean `{near}`?")),

@@ -1,17 +1,17 @@
 //! Documents: descriptions of scenes, built from scene files, models or imported files, or from a live tree.
 //!
 //! - [`Document`]: objects, scripts, settings;
-//! - [`Builder`]: builds a document, and checks every property against its declaration;
-//! - `plugin_builder`: the builder interface for plugins, and models; `import`: files in other formats; [`Reach`]: the
+//! - [`DocumentBuilder`]: builds a document, and checks every property against its declaration;
+//! - `plugin_builder`: the builder interface for plugins, and models; `import`: files in other formats; [`AllowedFolders`]: the
 //!   files that a document may name; `import_files`: reading them; `live`: the document of a running scene;
 //! - `names`: paths and unique names; `toml`: scene files; `keys`: their keys, units and values;
-//! - `presets`: named sets of sensor settings; `removal`: removal of parts of models; `stand`: the pose of an object
+//! - `presets`: named sets of sensor settings; `removal`: removal of parts of models; `replacement_pose`: the pose of an object
 //!   that is replaced;
 //! - `entry`: which table describes which objects; `settings`: settings of the world; `scripts`: scripts in scene
 //!   files;
 //! - `services`: services that a scene requests;
 //! - `overrides`: application of `[set]`, `--set` and `--script`; `change`: their parsed form;
-//! - [`Sources`]: the source files of a document.
+//! - [`SourceFiles`]: the source files of a document.
 
 mod build;
 mod change;
@@ -26,11 +26,11 @@ mod plugin_builder;
 mod presets;
 mod reach;
 mod removal;
+mod replacement_pose;
 mod scripts;
 mod services;
 pub(crate) mod settings;
 mod sources;
-mod stand;
 mod toml;
 
 use std::{
@@ -46,30 +46,33 @@ use tatu_plugin_api::{
     safe::Value,
 };
 
-pub use build::Builder;
-pub use change::{Override, ScriptOverride};
-pub use live::Beside;
-pub use presets::{Setting, Target, settings as preset_settings};
-pub use reach::{Allowed, Reach};
+pub use build::DocumentBuilder;
+pub use change::{PropertyOverride, ScriptOverride};
+pub use live::ObjectAttachments;
+pub use presets::{KeyTarget, PresetSetting, settings as preset_settings};
+pub use reach::{AllowedFile, AllowedFolders};
 pub use services::{ServiceOverride, UserSettings};
-pub use settings::{FrictionPair, LONGEST, Settings};
-pub use sources::Sources;
-pub use toml::{Edited, Options, Patched, Written, folder_beside, load, load_part, patch, plugin_folders, save, write};
+pub use settings::{FrictionPair, MAX_STEP_S, WorldSettings};
+pub use sources::SourceFiles;
+pub use toml::{
+    EditedScene, LoadOptions, PatchResult, SceneFiles, folder_beside, load, load_part, patch, plugin_folders, save,
+    write,
+};
 
-use crate::{Data, Kind, Scene, Shape, rows::Row, texture::ShapeTexture};
-use tatu_errors::{Error, Place, Result};
+use crate::{ObjectKind, ObjectVariant, Scene, Shape, property_table::Property, texture::ShapeTexture};
+use tatu_errors::{Error, Result, SourceLocation};
 use tatu_geometry::{Image, Mesh};
-use tatu_plugins::Declared;
+use tatu_plugins::ParameterSpec;
 
 /// The kind of script that runs the stages of a step itself.
-pub const MAIN: &str = "main";
+pub const MAIN_KIND: &str = "main";
 /// The kinds of scripts that a document can contain.
-pub const SCRIPT_KINDS: &[&str] = &["child", "customization", MAIN, "threaded"];
+pub const SCRIPT_KINDS: &[&str] = &["child", "customization", MAIN_KIND, "threaded"];
 
 /// Names of the priorities of scripts; the index of a name is the priority.
 pub const PRIORITIES: &[&str] = &["first", "normal", "last"];
 /// The default priority of scripts, as an index into [`PRIORITIES`].
-pub const NORMAL: u8 = 1;
+pub const NORMAL_PRIORITY: u8 = 1;
 
 /// A script of an object.
 #[derive(Debug, Clone, PartialEq)]
@@ -94,9 +97,17 @@ pub struct ScriptSpec {
 impl ScriptSpec {
     /// Creates the description of a script that is not part of a document, of kind "addon" or "sandbox". Its dialect is
     /// inferred from its source.
-    pub fn outside(language: usize, kind: &str, name: String, text: Vec<u8>) -> Self {
+    pub fn external(language: usize, kind: &str, name: String, text: Vec<u8>) -> Self {
         let kind = kind.to_owned();
-        ScriptSpec { language, dialect: String::new(), kind, priority: NORMAL, side_by_side: false, name, text }
+        ScriptSpec {
+            language,
+            dialect: String::new(),
+            kind,
+            priority: NORMAL_PRIORITY,
+            side_by_side: false,
+            name,
+            text,
+        }
     }
 }
 
@@ -113,13 +124,13 @@ pub struct DeviceSpec {
 #[derive(Debug, Clone, PartialEq)]
 pub struct ObjectSpec {
     /// Kind of the object.
-    pub kind: Kind,
+    pub kind: ObjectKind,
     /// Alias of the object.
     pub alias: String,
     /// Index of the parent; `None` if the object has no parent.
     pub parent: Option<usize>,
     /// Properties that are set, in order; later values override earlier ones.
-    pub rows: Vec<(Row, Value)>,
+    pub properties: Vec<(Property, Value)>,
     /// Device of a sensor or actuator.
     pub device: Option<DeviceSpec>,
     /// Scripts of the object, in order.
@@ -130,19 +141,19 @@ pub struct ObjectSpec {
     /// objects of the scene itself.
     pub group: usize,
     /// The location in a file that describes the object.
-    pub place: Option<Place>,
+    pub place: Option<SourceLocation>,
 }
 
 impl ObjectSpec {
     /// Returns whether the object is an actuator, whose device is of a kind of actuator.
     pub fn is_actuator(&self) -> bool {
-        self.kind == Kind::Actuator
+        self.kind == ObjectKind::Actuator
     }
 
     /// Returns the suffix of the object's unique name, if the object belongs to the scene itself and the file specifies
     /// the name.
-    fn told_suffix(&self) -> Option<i32> {
-        let (_, name) = self.rows.iter().rev().find(|(r, _)| *r == Row::NAME).filter(|_| self.group == 0)?;
+    fn specified_suffix(&self) -> Option<i32> {
+        let (_, name) = self.properties.iter().rev().find(|(r, _)| *r == Property::NAME).filter(|_| self.group == 0)?;
         let Value::Text(name) = name else { return None };
         names::suffix_of(&String::from_utf8_lossy(name), &self.alias)
     }
@@ -157,12 +168,12 @@ pub struct ModelInstance {
     /// Index of the model's base object.
     pub base: usize,
     /// Parameters that the model declares.
-    pub params: Vec<Declared>,
+    pub params: Vec<ParameterSpec>,
 }
 
 /// A message of a model or importer about its source.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Report {
+pub struct BuildReport {
     /// `TATU_REPORT_NOTE` or `TATU_REPORT_WARNING`. An error fails the build instead, and unsupported parts are stored
     /// in the settings.
     pub severity: u32,
@@ -170,15 +181,15 @@ pub struct Report {
     pub text: String,
 }
 
-impl Report {
+impl BuildReport {
     /// Creates a note.
     pub fn note(text: String) -> Self {
-        Report { severity: TATU_REPORT_NOTE, text }
+        BuildReport { severity: TATU_REPORT_NOTE, text }
     }
 
     /// Creates a warning.
     pub fn warning(text: String) -> Self {
-        Report { severity: TATU_REPORT_WARNING, text }
+        BuildReport { severity: TATU_REPORT_WARNING, text }
     }
 }
 
@@ -188,7 +199,7 @@ pub struct Document {
     /// The file that the document was read from, if any.
     pub file: Option<PathBuf>,
     /// Settings of the world.
-    pub settings: Settings,
+    pub settings: WorldSettings,
     /// Objects, parents before children.
     pub objects: Vec<ObjectSpec>,
     /// Meshes; shapes refer to them by number, from 1.
@@ -202,38 +213,38 @@ pub struct Document {
     /// Parameters of models, by model number, that override the values in the files.
     model_params: Arc<[(usize, String, Value)]>,
     /// Properties that the files set, which are applied when all objects exist.
-    sets: Vec<Override>,
+    overrides: Vec<PropertyOverride>,
     /// Files that are being read, outermost first, to detect a model that contains itself.
-    chain: Vec<PathBuf>,
+    open_files: Vec<PathBuf>,
     /// Services to start alongside the world.
     pub services: Vec<ServiceSpec>,
     /// Messages of models and importers about their sources.
-    pub reports: Vec<Report>,
+    pub reports: Vec<BuildReport>,
     /// Permissions that the scene requests, in the form of `--allow`; only the user who runs it can grant them.
-    pub asks: Vec<String>,
+    pub requested_permissions: Vec<String>,
     /// The table `[env]` of the scene file, as TOML: the observations and actions of a learning environment. The core
     /// stores it without interpreting it.
     pub env: Option<String>,
-    /// An importer's description of its file, a map, if requested by [`Options::describe`].
+    /// An importer's description of its file, a map, if requested by [`LoadOptions::describe`].
     pub description: Option<Value>,
     /// Initial custom data of the world, by tag.
     pub notes: BTreeMap<Vec<u8>, Vec<u8>>,
-    /// Whether importers should describe their files; see [`Options::describe`].
+    /// Whether importers should describe their files; see [`LoadOptions::describe`].
     pub(crate) describe: bool,
     /// The tree of aliases, by which objects are found.
-    pub(crate) names: names::Names,
+    pub(crate) names: names::AliasTree,
     /// The last group number; see [`ObjectSpec::group`].
     groups: usize,
     /// Suffixes of the unique names of groups, where the file specifies them, by group number.
     group_suffixes: BTreeMap<usize, i32>,
     /// Number of models and scenes that have been read from files so far.
-    scenes_within: usize,
+    included_scenes: usize,
     /// Original aliases of the objects whose alias was overridden, by object.
     pub(crate) replaced_aliases: BTreeMap<usize, String>,
     /// The tables of the scene file that describe objects, in order.
-    pub(crate) entries: Vec<entry::Entry>,
+    pub(crate) entries: Vec<entry::SceneEntry>,
     /// The source files of the document.
-    pub sources: Sources,
+    pub sources: SourceFiles,
     /// Folders with script files that the document names or the user has chosen, each with the suffix of these files.
     /// Files with this suffix in the folder are modules, which scripts may read.
     pub modules: BTreeSet<(PathBuf, OsString)>,
@@ -258,7 +269,7 @@ impl Document {
         let mut scene = Scene::default();
         scene.friction_pairs.clone_from(&self.settings.friction_pairs);
         scene.joint_solver = self.settings.joint_solver;
-        let slots = self.plant(&mut scene, 0);
+        let slots = self.add_to_scene(&mut scene, 0);
         // Names are assigned in file order, so the first of several equal aliases becomes a unique name without a
         // suffix. Objects of the scene itself are named one at a time, those of models one group at a time.
         let mut members: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
@@ -268,8 +279,8 @@ impl Document {
         let mut taken = crate::name_index::NameIndex::default();
         let mut named = vec![false; self.objects.len()];
         for (i, spec) in self.objects.iter().enumerate() {
-            let free = |n: &i32| taken.named(&spec.alias, *n).next().is_none();
-            let Some(suffix) = spec.told_suffix().filter(free) else { continue };
+            let free = |n: &i32| taken.objects_named(&spec.alias, *n).next().is_none();
+            let Some(suffix) = spec.specified_suffix().filter(free) else { continue };
             taken.add(&spec.alias, suffix, slots[i]);
             named[i] = true;
             scene.set_name(slots[i], &spec.alias, suffix);
@@ -281,8 +292,8 @@ impl Document {
             }
             let all = || together.iter().map(|i| self.objects[*i].alias.as_str());
             let told = self.group_suffixes.get(&spec.group).copied();
-            let is_free = |n: &i32| all().all(|alias| taken.named(alias, *n).next().is_none());
-            let suffix = told.filter(is_free).unwrap_or_else(|| taken.free(all()));
+            let is_free = |n: &i32| all().all(|alias| taken.objects_named(alias, *n).next().is_none());
+            let suffix = told.filter(is_free).unwrap_or_else(|| taken.free_suffix(all()));
             for i in together {
                 taken.add(&self.objects[i].alias, suffix, slots[i]);
                 scene.set_name(slots[i], &self.objects[i].alias, suffix);
@@ -295,11 +306,11 @@ impl Document {
 
     /// Returns the mass of an object, kg; 0 if the object is not dynamic.
     fn mass(&self, spec: &ObjectSpec) -> f64 {
-        let last = |row: Row| spec.rows.iter().rev().find(|(r, _)| *r == row).map(|(_, v)| v);
-        if !matches!(last(Row::DYNAMIC), Some(Value::Bool(true))) {
+        let last = |row: Property| spec.properties.iter().rev().find(|(r, _)| *r == row).map(|(_, v)| v);
+        if !matches!(last(Property::DYNAMIC), Some(Value::Bool(true))) {
             return 0.0;
         }
-        match last(Row::MASS) {
+        match last(Property::MASS) {
             Some(Value::Float(mass)) => *mass,
             _ => crate::mass(&self.shape(spec)),
         }
@@ -307,18 +318,18 @@ impl Document {
 
     /// Adds the objects to a tree below `above` (0 for the world), without suffixes in their names. Returns the slot of
     /// each object, or 0 for an object that does not fit in the tree.
-    pub fn plant(&self, scene: &mut Scene, above: u32) -> Vec<u32> {
+    pub fn add_to_scene(&self, scene: &mut Scene, above: u32) -> Vec<u32> {
         let mut slots = Vec::with_capacity(self.objects.len());
         for spec in &self.objects {
             let data = match spec.kind {
-                Kind::Shape => Data::Shape(Box::new(self.shape(spec))),
-                kind => Data::of_kind(kind, spec.device.as_ref().map_or(usize::MAX, |d| d.kind)),
+                ObjectKind::Shape => ObjectVariant::Shape(Box::new(self.shape(spec))),
+                kind => ObjectVariant::of_kind(kind, spec.device.as_ref().map_or(usize::MAX, |d| d.kind)),
             };
             let parent = spec.parent.and_then(|p| slots.get(p).copied()).unwrap_or(above);
             let slot = scene.add(parent, &spec.alias, Isometry3::identity(), data).unwrap_or(0);
             slots.push(slot);
             // The caller assigns names to all objects together, and the mesh is part of the new shape.
-            for (row, value) in spec.rows.iter().filter(|(r, _)| !matches!(*r, Row::NAME | Row::MESH)) {
+            for (row, value) in spec.properties.iter().filter(|(r, _)| !matches!(*r, Property::NAME | Property::MESH)) {
                 // This cannot fail, because the value was checked when the document was built.
                 let _ = crate::set(scene, slot, *row, value);
             }
@@ -332,10 +343,10 @@ impl Document {
     }
 
     /// Returns the number of a missing image that a value of `shape.texture` or `shape.parts` refers to, if any.
-    pub fn lost_image(&self, row: Row, value: &Value) -> Option<u32> {
+    pub fn missing_image(&self, row: Property, value: &Value) -> Option<u32> {
         let images = match row {
-            Row::PARTS => crate::part_images(value),
-            Row::TEXTURE => {
+            Property::PARTS => crate::part_images(value),
+            Property::TEXTURE => {
                 ShapeTexture::from_value(value).ok().flatten().map(|t| t.image_number).into_iter().collect()
             }
             _ => Vec::new(),
@@ -345,7 +356,7 @@ impl Document {
 
     /// Assigns the image with the texture's number to the texture of a shape, unless it already has an image.
     pub fn fill_texture(&self, scene: &mut Scene, slot: u32) {
-        let Some(Data::Shape(shape)) = scene.get_mut(slot).map(|o| &mut o.data) else { return };
+        let Some(ObjectVariant::Shape(shape)) = scene.get_mut(slot).map(|o| &mut o.data) else { return };
         if let Some(texture) = shape.texture.as_mut().filter(|t| t.image.is_none()) {
             texture.image = self.images.get((texture.image_number as usize).wrapping_sub(1)).cloned();
         }
@@ -353,8 +364,8 @@ impl Document {
 
     /// Assigns the meshes and images with the stored numbers to the parts and textures of a shape.
     pub fn fill_parts(&self, scene: &mut Scene, slot: u32) {
-        let Some(Data::Shape(shape)) = scene.get_mut(slot).map(|o| &mut o.data) else { return };
-        shape.derived = crate::Derived::default();
+        let Some(ObjectVariant::Shape(shape)) = scene.get_mut(slot).map(|o| &mut o.data) else { return };
+        shape.derived = crate::DerivedGeometry::default();
         for part in shape.parts.iter_mut().filter(|p| p.mesh_number > 0) {
             part.mesh = self.meshes.get(part.mesh_number as usize - 1).cloned();
         }
@@ -367,22 +378,22 @@ impl Document {
     /// graphs.
     fn check(&self) -> Result {
         self.settings.check()?;
-        for spec in self.objects.iter().filter(|o| o.kind == Kind::Shape) {
-            let last = |row: Row| spec.rows.iter().rev().find(|(r, _)| *r == row).map(|(_, v)| v);
-            let lacks = match last(Row::PRIMITIVE) {
-                Some(Value::Text(t)) if t == b"mesh" && last(Row::MESH).is_none() => "mesh: set `mesh`",
-                Some(Value::Text(t)) if t == b"compound" && last(Row::PARTS).is_none() => "parts: set `parts`",
+        for spec in self.objects.iter().filter(|o| o.kind == ObjectKind::Shape) {
+            let last = |row: Property| spec.properties.iter().rev().find(|(r, _)| *r == row).map(|(_, v)| v);
+            let lacks = match last(Property::PRIMITIVE) {
+                Some(Value::Text(t)) if t == b"mesh" && last(Property::MESH).is_none() => "mesh: set `mesh`",
+                Some(Value::Text(t)) if t == b"compound" && last(Property::PARTS).is_none() => "parts: set `parts`",
                 _ => continue,
             };
             let text = format!("the shape `{}` has no {lacks}", spec.alias);
             return Err(Error::new("E104", text).at(spec.place.clone()));
         }
-        if !self.objects.iter().any(|o| o.kind == Kind::Graph) {
+        if !self.objects.iter().any(|o| o.kind == ObjectKind::Graph) {
             return Ok(());
         }
         let (scene, slots) = self.instantiate();
         for (spec, slot) in self.objects.iter().zip(slots) {
-            if let Some(Data::Graph(graph)) = scene.get(slot).map(|o| &o.data) {
+            if let Some(ObjectVariant::Graph(graph)) = scene.get(slot).map(|o| &o.data) {
                 crate::graph::Graph::try_new(graph, spec.alias.clone()).map_err(|e| {
                     Error::new("E102", format!("the graph `{}`: {}", spec.alias, e.1)).at(spec.place.clone())
                 })?;
@@ -392,8 +403,8 @@ impl Document {
     }
 
     fn shape(&self, spec: &ObjectSpec) -> Shape {
-        let number = spec.rows.iter().rev().find_map(|(r, v)| match (*r, v) {
-            (Row::MESH, Value::Int(i)) => usize::try_from(*i).ok(),
+        let number = spec.properties.iter().rev().find_map(|(r, v)| match (*r, v) {
+            (Property::MESH, Value::Int(i)) => usize::try_from(*i).ok(),
             _ => None,
         });
         Shape { mesh: number.and_then(|n| self.meshes.get(n.wrapping_sub(1)).cloned()), ..Default::default() }
@@ -408,5 +419,5 @@ pub struct ServiceSpec {
     /// Specified parameters, by key, in SI units; later ones override earlier ones.
     pub params: Vec<(String, Value)>,
     /// The source location of the request; `None` if the command line requests the service.
-    pub place: Option<Place>,
+    pub place: Option<SourceLocation>,
 }

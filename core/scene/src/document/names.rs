@@ -5,24 +5,25 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use nalgebra::Isometry3;
 
-use crate::{Data, Scene};
+use crate::{ObjectVariant, Scene};
 
 /// Aliases and parents of the objects added so far.
 #[derive(Debug, Clone, Default)]
-pub struct Names {
+pub struct AliasTree {
     scene: Scene,
     /// The slot in `scene` of each object of the document.
     slots: Vec<u32>,
     /// Index, in the document, of the object in each slot.
     objects: Vec<usize>,
     /// Objects whose unique name is specified in the file, by alias and suffix. No other object gets such a name.
-    told: BTreeMap<(String, i32), usize>,
+    specified: BTreeMap<(String, i32), usize>,
 }
 
-impl Names {
+impl AliasTree {
     /// Adds an object, with the next index.
     pub fn add(&mut self, parent: Option<usize>, alias: &str) {
-        let slot = self.scene.add(self.slot(parent), alias, Isometry3::identity(), Data::Dummy(None)).unwrap_or(0);
+        let slot =
+            self.scene.add(self.slot(parent), alias, Isometry3::identity(), ObjectVariant::Dummy(None)).unwrap_or(0);
         self.slots.push(slot);
         self.set_object(slot, self.slots.len() - 1);
     }
@@ -37,9 +38,10 @@ impl Names {
         let rest = self.slots.split_off(first);
         self.slots.extend((first..).zip(rest).filter(|(i, _)| !gone.contains(i)).map(|(_, slot)| slot));
         (first..self.slots.len()).for_each(|i| self.set_object(self.slots[i], i));
-        let told = std::mem::take(&mut self.told);
+        let told = std::mem::take(&mut self.specified);
         let moved = |i: usize| if i < first { i } else { i - gone.range(..i).count() };
-        self.told = told.into_iter().filter(|(_, i)| !gone.contains(i)).map(|(name, i)| (name, moved(i))).collect();
+        self.specified =
+            told.into_iter().filter(|(_, i)| !gone.contains(i)).map(|(name, i)| (name, moved(i))).collect();
     }
 
     fn slot(&self, object: Option<usize>) -> u32 {
@@ -59,18 +61,18 @@ impl Names {
 
     /// Records the unique name that the file specifies for an object. If it is specified for several objects, the first
     /// one keeps it.
-    pub fn tell(&mut self, object: usize, alias: &str, suffix: i32) {
-        self.told.entry((alias.to_owned(), suffix)).or_insert(object);
+    pub fn specify_name(&mut self, object: usize, alias: &str, suffix: i32) {
+        self.specified.entry((alias.to_owned(), suffix)).or_insert(object);
     }
 
     /// Returns the object for which the file specifies this unique name.
-    pub fn told(&self, name: &str) -> Option<usize> {
+    pub fn find_specified(&self, name: &str) -> Option<usize> {
         let (alias, suffix) = match name.split_once('#') {
             Some((alias, "")) => (alias, -1),
             Some((alias, n)) => (alias, n.parse().ok()?),
             None => (name, -1),
         };
-        self.told.get(&(alias.to_owned(), suffix)).copied()
+        self.specified.get(&(alias.to_owned(), suffix)).copied()
     }
 
     /// Returns the only object with this alias, or `None` if no object or several objects have it.

@@ -2,25 +2,25 @@
 
 use tatu_errors::{Error, Result};
 use tatu_plugin_api::safe::Value;
-use tatu_plugins::{Declared, Registry};
+use tatu_plugins::{ParameterSpec, Registry};
 
 use super::{
-    Builder, Document, ScriptSpec, Target,
-    change::{Override, ScriptOverride},
+    Document, DocumentBuilder, KeyTarget, ScriptSpec,
+    change::{PropertyOverride, ScriptOverride},
     keys,
-    reach::{Allowed, Reach},
+    reach::{AllowedFile, AllowedFolders},
     scripts, settings,
 };
-use crate::rows::Row;
+use crate::property_table::Property;
 
 /// Returns the index of the object with a path. Relative paths start at the object `from`, or at the world if it is
 /// `None`.
-pub fn find(document: &Document, from: Option<usize>, path: &str) -> Result<usize> {
+pub fn find_object(document: &Document, from: Option<usize>, path: &str) -> Result<usize> {
     if let Some(object) = document.names.find(from, path) {
         return Ok(object);
     }
     if from.is_none() && !path.starts_with(['/', '.', ':']) {
-        if let Some(told) = document.names.told(path) {
+        if let Some(told) = document.names.find_specified(path) {
             return Ok(told);
         }
         // An alias that only one object has is that object's unique name, if the object is not part of a group.
@@ -35,7 +35,7 @@ pub fn find(document: &Document, from: Option<usize>, path: &str) -> Result<usiz
     {
         match rest.strip_prefix('/') {
             None if rest.is_empty() => return Ok(base),
-            Some(rest) if document.names.find(from, path).is_none() => return find(document, from, rest),
+            Some(rest) if document.names.find(from, path).is_none() => return find_object(document, from, rest),
             _ => {}
         }
     }
@@ -63,15 +63,15 @@ pub fn find(document: &Document, from: Option<usize>, path: &str) -> Result<usiz
 pub(super) fn apply(
     document: &mut Document,
     registry: &Registry,
-    all: &[Override],
+    all: &[PropertyOverride],
     known: &[(usize, String, Value)],
-    reach: &Reach,
+    reach: &AllowedFolders,
 ) -> Result<Option<(usize, String, Value)>> {
     let objects: Vec<Option<(usize, bool)>> = all
         .iter()
         .map(|o| match o.path.as_str() {
             "scene" => Ok(None),
-            _ => found(document, o).map(Some).map_err(|e| e.at(o.place.clone())),
+            _ => resolve_override(document, o).map(Some).map_err(|e| e.at(o.place.clone())),
         })
         .collect::<Result<_>>()?;
     for (o, object) in all.iter().zip(objects) {
@@ -89,7 +89,7 @@ pub(super) fn apply(
         };
         if matches!(o.key.as_str(), "script" | "scripts") {
             let kept = std::mem::take(&mut document.objects[object].scripts);
-            let mut builder = Builder::new(registry, document, o.reach.as_ref().unwrap_or(reach).clone());
+            let mut builder = DocumentBuilder::new(registry, document, o.reach.as_ref().unwrap_or(reach).clone());
             let read = scripts::read_item(&mut builder, object, &o.item, o.place.clone());
             if read.is_err() {
                 document.objects[object].scripts = kept;
@@ -106,18 +106,18 @@ pub(super) fn apply(
         // The key may be a misspelt parameter of the model.
         let meant = params_of(document, object)
             .and_then(|(_, params)| keys::find(&o.key, &params, &format!("the model `{}`", o.path)).err());
-        let mut builder = Builder::new(registry, document, reach.clone());
-        let declared = builder.declared(object);
+        let mut builder = DocumentBuilder::new(registry, document, reach.clone());
+        let declared = builder.declarations(object);
         let owner = format!("`{}`, a {}", o.path, builder.document.objects[object].kind.name());
         let ((declared, target), factor) = keys::find(&o.key, &declared, &owner)
             .map_err(|e| if e.help.is_none() { meant.filter(|m| m.help.is_some()).unwrap_or(e) } else { e })
             .map_err(at)?;
-        if matches!(target, Target::Row(Row::ALIAS)) {
+        if matches!(target, KeyTarget::Property(Property::ALIAS)) {
             let alias = builder.document.objects[object].alias.clone();
             builder.document.replaced_aliases.entry(object).or_insert(alias);
         }
         let value = builder.value_of(object, target, &o.item, factor).map_err(|(e, _)| at(e))?;
-        builder.put(object, declared, target, value).map_err(at)?;
+        builder.set_declared(object, declared, target, value).map_err(at)?;
     }
     Ok(None)
 }
@@ -125,11 +125,11 @@ pub(super) fn apply(
 /// Returns the object of an override, and whether the override specifies the kind of the property, as in
 /// `/robot.shape.color`. Without the kind, a parameter of a model takes precedence over a property of its base with the
 /// same key.
-fn found(document: &Document, o: &Override) -> Result<(usize, bool)> {
-    let plain = find(document, o.from, &o.path);
+fn resolve_override(document: &Document, o: &PropertyOverride) -> Result<(usize, bool)> {
+    let plain = find_object(document, o.from, &o.path);
     let qualified = || {
         let (path, kind) = o.path.rsplit_once('.')?;
-        let object = find(document, o.from, path).ok()?;
+        let object = find_object(document, o.from, path).ok()?;
         let own = document.objects[object].kind.name();
         (kind == "object" || kind == own).then_some(object)
     };
@@ -140,13 +140,13 @@ fn found(document: &Document, o: &Override) -> Result<(usize, bool)> {
 }
 
 /// Returns the number and the parameters of the model with this base object.
-fn params_of(document: &Document, object: usize) -> Option<(usize, Vec<(Declared, ())>)> {
+fn params_of(document: &Document, object: usize) -> Option<(usize, Vec<(ParameterSpec, ())>)> {
     let model = document.models.iter().find(|m| m.base == object)?;
     Some((model.number, model.params.iter().map(|p| (p.clone(), ())).collect()))
 }
 
 /// Returns the override as a parameter of the model with this base object, if it is one.
-fn model_param(document: &Document, object: usize, o: &Override) -> Result<Option<(usize, String, Value)>> {
+fn model_param(document: &Document, object: usize, o: &PropertyOverride) -> Result<Option<(usize, String, Value)>> {
     let Some((number, declared)) = params_of(document, object) else { return Ok(None) };
     let Ok((entry, factor)) = keys::find(&o.key, &declared, "") else { return Ok(None) };
     let value = keys::to_value(&o.item, factor)?;
@@ -159,23 +159,23 @@ pub(super) fn replace_scripts(
     document: &mut Document,
     registry: &Registry,
     all: &[ScriptOverride],
-    reach: &Reach,
+    reach: &AllowedFolders,
 ) -> Result {
     for o in all {
-        let object = find(document, None, &o.path)?;
+        let object = find_object(document, None, &o.path)?;
         let text = document
             .sources
-            .read(&Allowed::chosen(&o.file))
+            .read(&AllowedFile::chosen(&o.file))
             .map_err(|e| Error::new("E105", format!("cannot read the script {}: {e}", o.file.display())))?;
         // In a stored document, the overrides do not come from the user.
-        if !document.sources.are_kept() || reach.contains(&o.file) {
+        if !document.sources.are_closed() || reach.contains(&o.file) {
             document.add_modules(&o.file);
         }
         let name = o.file.display().to_string();
         let language = registry.language(&name, &document.settings.providers)?;
         // The new script has the kind of the first script that it replaces: a main script remains a main script.
         let kind = document.objects[object].scripts.first().map_or("child".into(), |s| s.kind.clone());
-        let priority = crate::document::NORMAL;
+        let priority = crate::document::NORMAL_PRIORITY;
         let spec = ScriptSpec { language, dialect: String::new(), kind, priority, side_by_side: false, name, text };
         document.objects[object].scripts = vec![spec];
     }

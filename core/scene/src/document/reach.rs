@@ -9,11 +9,11 @@ use std::{
 use tatu_errors::{Error, Result};
 use tatu_plugin_api::{
     abi::TATU_FILE_READ,
-    safe::{MOST_BYTES, folders_beside, program_file, read_opened, read_plain},
+    safe::{MAX_FILE_BYTES, folders_beside, program_file, read_opened, read_plain},
 };
 use tatu_plugins::Registry;
 
-use crate::folders::{Folder, Refused, normal};
+use crate::folders::{Folder, OpenError, normalize};
 
 /// The folders in and below which the files must be that a document names: its scripts, models, meshes, images, imports,
 /// and the files that those name in turn. They are those in which the scripts of its scene may read, the folders of
@@ -22,73 +22,81 @@ use crate::folders::{Folder, Refused, normal};
 ///
 /// A name in a document gives access to a file only by `file`.
 #[derive(Debug, Clone)]
-pub struct Reach {
+pub struct AllowedFolders {
     /// The folder that relative paths start from.
-    here: PathBuf,
+    working_folder: PathBuf,
     /// The folders of the scene and of its scripts.
-    own: Arc<[Arc<Folder>]>,
+    scene_folders: Arc<[Arc<Folder>]>,
     /// The folders that do not depend on the scene.
     shared: Arc<[Arc<Folder>]>,
     /// The folder of the model that is being read, if the model was found in one of the shared folders.
     model: Option<Arc<Folder>>,
 }
 
-impl Reach {
+impl AllowedFolders {
     /// Returns the folders for a scene in `file`: the working folder and that of the file.
     pub fn of(file: &Path, registry: &Registry) -> Self {
         let here = std::env::current_dir().unwrap_or_default();
-        let folder = normal(&here.join(file.parent().unwrap_or(Path::new(""))));
-        Reach::within(&here, [here.as_path(), &folder], registry)
+        let folder = normalize(&here.join(file.parent().unwrap_or(Path::new(""))));
+        AllowedFolders::within(&here, [here.as_path(), &folder], registry)
     }
 
-    /// Returns the reach that consists of absolute folders. Relative paths start from `here`.
+    /// Returns a set of absolute folders. Relative paths start from `here`.
     pub fn within<'a>(here: &Path, folders: impl IntoIterator<Item = &'a Path>, registry: &Registry) -> Self {
         let mut own: Vec<&Path> = folders.into_iter().collect();
         own.dedup();
         let installed = registry.search.models.iter().filter(|f| !registry.search.is_beside_scene(f)).cloned();
         let scenes = program_file().into_iter().flat_map(|program| folders_beside(&program, "scenes"));
-        let folder = |path: PathBuf| Arc::new(Folder::new(normal(&here.join(path))));
-        Reach {
-            here: here.to_owned(),
-            own: own.into_iter().map(|path| folder(path.to_owned())).collect(),
+        let folder = |path: PathBuf| Arc::new(Folder::new(normalize(&here.join(path))));
+        AllowedFolders {
+            working_folder: here.to_owned(),
+            scene_folders: own.into_iter().map(|path| folder(path.to_owned())).collect(),
             shared: installed.chain(scenes).map(folder).collect(),
             model: None,
         }
     }
 
-    /// Returns the reach of a document that names no files.
-    pub(super) fn nothing() -> Self {
-        Reach { here: PathBuf::new(), own: Arc::default(), shared: Arc::default(), model: None }
+    /// Returns the empty set, for a document that names no files.
+    pub(super) fn none() -> Self {
+        AllowedFolders {
+            working_folder: PathBuf::new(),
+            scene_folders: Arc::default(),
+            shared: Arc::default(),
+            model: None,
+        }
     }
 
-    /// Returns the reach for a model in a folder that the user or the program has chosen. It replaces the folder of the
+    /// Returns the folders for a model in a folder that the user or the program has chosen. It replaces the folder of the
     /// model that contains this one.
-    pub(super) fn with(&self, folder: &Path) -> Self {
-        Reach { model: Some(Arc::new(Folder::new(normal(&self.here.join(folder))))), ..self.clone() }
+    pub(super) fn with_model_folder(&self, folder: &Path) -> Self {
+        AllowedFolders {
+            model: Some(Arc::new(Folder::new(normalize(&self.working_folder.join(folder))))),
+            ..self.clone()
+        }
     }
 
     fn folders(&self) -> impl Iterator<Item = &Arc<Folder>> {
-        self.own.iter().chain(&self.model).chain(self.shared.iter())
+        self.scene_folders.iter().chain(&self.model).chain(self.shared.iter())
     }
 
     /// Returns the file with a path if the document may name it; otherwise the error E105, which does not reveal whether
     /// the file exists. `name` is the name in the document. If `is_stored` is set, the contents of all files are stored,
     /// and nothing is read from disk.
-    pub(super) fn file(&self, path: &Path, name: &str, is_stored: bool) -> Result<Allowed> {
-        let allowed = |how| Ok(Allowed { path: path.to_owned(), how });
+    pub(super) fn file(&self, path: &Path, name: &str, is_stored: bool) -> Result<AllowedFile> {
+        let allowed = |how| Ok(AllowedFile { path: path.to_owned(), origin: how });
         if is_stored {
-            return allowed(How::Stored);
+            return allowed(FileOrigin::Stored);
         }
-        let full = normal(&self.here.join(path));
+        let full = normalize(&self.working_folder.join(path));
         if let Ok(real) = fs::canonicalize(&full) {
             return match self.folders().find(|folder| folder.below(&real, path).is_some()) {
-                Some(folder) => allowed(How::Below(folder.clone(), real)),
-                None => Err(self.outside(name)),
+                Some(folder) => allowed(FileOrigin::Below(folder.clone(), real)),
+                None => Err(self.outside_error(name)),
             };
         }
         match self.folders().any(|folder| full.starts_with(folder.path())) {
-            true => allowed(How::Stored),
-            false => Err(self.outside(name)),
+            true => allowed(FileOrigin::Stored),
+            false => Err(self.outside_error(name)),
         }
     }
 
@@ -98,9 +106,9 @@ impl Reach {
     }
 
     /// Returns the error for a name of a file outside these folders.
-    pub(super) fn outside(&self, name: &str) -> Error {
+    pub(super) fn outside_error(&self, name: &str) -> Error {
         let shown = |folder: &Arc<Folder>| format!("`{}`", folder.path().display());
-        let folders: Vec<String> = self.own.iter().chain(&self.model).map(shown).collect();
+        let folders: Vec<String> = self.scene_folders.iter().chain(&self.model).map(shown).collect();
         Error::new("E105", format!("the file `{name}` is outside the folders that may be read"))
             .expected(format!("a file below {}", folders.join(" or ")))
             .help("move it there, or run the program in a folder that contains both it and the scene")
@@ -109,13 +117,13 @@ impl Reach {
 
 /// A file that may be read: one that the user or the program has chosen, or one that a document may name.
 #[derive(Debug)]
-pub struct Allowed {
+pub struct AllowedFile {
     path: PathBuf,
-    how: How,
+    origin: FileOrigin,
 }
 
 #[derive(Debug)]
-enum How {
+enum FileOrigin {
     /// The path comes from the user or from the program.
     Chosen,
     /// The canonical path, which is in or below this folder.
@@ -124,11 +132,11 @@ enum How {
     Stored,
 }
 
-impl Allowed {
+impl AllowedFile {
     /// Allows a file that the user or the program has chosen. A path that was taken from a document, or from any other
     /// file, must not be passed here.
     pub fn chosen(path: &Path) -> Self {
-        Allowed { path: path.to_owned(), how: How::Chosen }
+        AllowedFile { path: path.to_owned(), origin: FileOrigin::Chosen }
     }
 
     /// Returns the path under which the file was named.
@@ -140,18 +148,18 @@ impl Allowed {
     pub(super) fn read(&self) -> io::Result<Vec<u8>> {
         let gone = || io::Error::new(io::ErrorKind::NotFound, "there is no such file");
         let kind = |real: &Path| if real.is_dir() { "it is a folder" } else { "it is not a plain file" };
-        match &self.how {
-            How::Chosen => read_plain(&self.path, MOST_BYTES),
+        match &self.origin {
+            FileOrigin::Chosen => read_plain(&self.path, MAX_FILE_BYTES),
             // The system's reason.
-            How::Stored => Err(fs::metadata(&self.path).err().unwrap_or_else(gone)),
-            How::Below(folder, real) => {
+            FileOrigin::Stored => Err(fs::metadata(&self.path).err().unwrap_or_else(gone)),
+            FileOrigin::Below(folder, real) => {
                 let found = folder.below(real, &self.path).ok_or_else(gone)?;
                 let file = found.open(&self.path, TATU_FILE_READ).map_err(|why| match why {
-                    Refused::Missing(text) => io::Error::new(io::ErrorKind::NotFound, text),
-                    Refused::Irregular(_) => io::Error::new(io::ErrorKind::InvalidInput, kind(real)),
-                    Refused::Forbidden(text) => io::Error::new(io::ErrorKind::PermissionDenied, text),
+                    OpenError::Missing(text) => io::Error::new(io::ErrorKind::NotFound, text),
+                    OpenError::Irregular(_) => io::Error::new(io::ErrorKind::InvalidInput, kind(real)),
+                    OpenError::Forbidden(text) => io::Error::new(io::ErrorKind::PermissionDenied, text),
                 })?;
-                read_opened(file, MOST_BYTES)
+                read_opened(file, MAX_FILE_BYTES)
             }
         }
     }

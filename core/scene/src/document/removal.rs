@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use super::{Document, change::Override, overrides};
+use super::{Document, change::PropertyOverride, overrides};
 
 impl Document {
     /// Removes objects with their descendants. The indices of objects before the first removed one do not change.
@@ -17,12 +17,12 @@ impl Document {
                 gone.insert(i);
             }
         }
-        let lost = |o: &Override| o.from.is_some_and(|f| gone.contains(&f));
-        let mut dropped: BTreeSet<usize> = self.sets_on(&gone).into_iter().collect();
-        dropped.extend(self.sets.iter().enumerate().filter(|(_, o)| lost(o)).map(|(i, _)| i));
+        let lost = |o: &PropertyOverride| o.from.is_some_and(|f| gone.contains(&f));
+        let mut dropped: BTreeSet<usize> = self.overrides_of(&gone).into_iter().collect();
+        dropped.extend(self.overrides.iter().enumerate().filter(|(_, o)| lost(o)).map(|(i, _)| i));
         if !dropped.is_empty() {
             let mut index = 0;
-            self.sets.retain(|_| {
+            self.overrides.retain(|_| {
                 index += 1;
                 !dropped.contains(&(index - 1))
             });
@@ -41,7 +41,7 @@ impl Document {
                 *i = *index;
             }
         };
-        self.sets.iter_mut().filter_map(|o| o.from.as_mut()).for_each(move_to);
+        self.overrides.iter_mut().filter_map(|o| o.from.as_mut()).for_each(move_to);
         self.models.retain(|m| m.base < first || !gone.contains(&m.base));
         self.models.iter_mut().for_each(|m| move_to(&mut m.base));
         let rest = self.objects.split_off(first);
@@ -49,15 +49,15 @@ impl Document {
         self.objects[first..].iter_mut().filter_map(|o| o.parent.as_mut()).for_each(move_to);
         self.names.remove(&gone);
         for i in first..self.objects.len() {
-            if let Some(suffix) = self.objects[i].told_suffix() {
-                self.names.tell(i, &self.objects[i].alias, suffix);
+            if let Some(suffix) = self.objects[i].specified_suffix() {
+                self.names.specify_name(i, &self.objects[i].alias, suffix);
             }
         }
     }
 
-    /// Returns the indices of the overrides in `sets` that apply to one of these objects. Overrides that are not
+    /// Returns the indices of the overrides in `overrides` that apply to one of these objects. Overrides that are not
     /// relative to a model are left out, because they are resolved when all objects exist.
-    pub(super) fn sets_on(&self, objects: &BTreeSet<usize>) -> Vec<usize> {
+    pub(super) fn overrides_of(&self, objects: &BTreeSet<usize>) -> Vec<usize> {
         // Most paths only descend, and need not be resolved unless they start at one of the objects or at an ancestor.
         let mut above = objects.clone();
         for object in objects {
@@ -67,10 +67,10 @@ impl Document {
             }
         }
         let leads_elsewhere = |path: &str| path.starts_with('/') || path.contains(':') || path.contains("..");
-        let is_on = |o: &Override| {
+        let is_on = |o: &PropertyOverride| {
             let Some(from) = o.from.filter(|f| above.contains(f) || leads_elsewhere(&o.path)) else { return false };
-            overrides::find(self, Some(from), &o.path).is_ok_and(|object| objects.contains(&object))
+            overrides::find_object(self, Some(from), &o.path).is_ok_and(|object| objects.contains(&object))
         };
-        self.sets.iter().enumerate().filter(|(_, o)| is_on(o)).map(|(i, _)| i).collect()
+        self.overrides.iter().enumerate().filter(|(_, o)| is_on(o)).map(|(i, _)| i).collect()
     }
 }

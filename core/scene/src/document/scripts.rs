@@ -2,14 +2,14 @@
 
 use std::{collections::BTreeSet, path::Path};
 
-use tatu_errors::{Error, Place, Result};
-use tatu_plugins::Language;
+use tatu_errors::{Error, Result, SourceLocation};
+use tatu_plugins::ScriptLanguage;
 use toml_edit::{Item, TableLike};
 
-use super::{Builder, PRIORITIES, SCRIPT_KINDS, ScriptSpec, keys::Text};
+use super::{DocumentBuilder, PRIORITIES, SCRIPT_KINDS, ScriptSpec, keys::SourceText};
 
 /// Reads `script = "file"`, `script = { ... }` and `scripts = [ ... ]`.
-pub(super) fn read(text: &Text<'_>, b: &mut Builder<'_>, table: &dyn TableLike, owner: usize) -> Result {
+pub(super) fn read(text: &SourceText<'_>, b: &mut DocumentBuilder<'_>, table: &dyn TableLike, owner: usize) -> Result {
     for key in ["script", "scripts"] {
         let Some(item) = table.get(key) else { continue };
         let place = text.value(table, key);
@@ -19,14 +19,25 @@ pub(super) fn read(text: &Text<'_>, b: &mut Builder<'_>, table: &dyn TableLike, 
 }
 
 /// Reads a value of `script` or `scripts` that is written outside the object's own table, as an override.
-pub(super) fn read_item(b: &mut Builder<'_>, owner: usize, item: &Item, place: Option<Place>) -> Result {
+pub(super) fn read_item(
+    b: &mut DocumentBuilder<'_>,
+    owner: usize,
+    item: &Item,
+    place: Option<SourceLocation>,
+) -> Result {
     let place = place.unwrap_or_default();
     let file = place.file.clone();
     // Positions within the value are unknown; errors refer to the location of the whole value.
-    scripts(&Text::new(&file, ""), b, owner, item, place)
+    scripts(&SourceText::new(&file, ""), b, owner, item, place)
 }
 
-fn scripts(text: &Text<'_>, b: &mut Builder<'_>, owner: usize, item: &Item, place: Place) -> Result {
+fn scripts(
+    text: &SourceText<'_>,
+    b: &mut DocumentBuilder<'_>,
+    owner: usize,
+    item: &Item,
+    place: SourceLocation,
+) -> Result {
     match item {
         Item::Value(toml_edit::Value::Array(list)) => {
             list.iter().try_for_each(|v| script(text, b, owner, &Item::Value(v.clone()), place.clone()))
@@ -35,11 +46,17 @@ fn scripts(text: &Text<'_>, b: &mut Builder<'_>, owner: usize, item: &Item, plac
     }
 }
 
-fn script(source: &Text<'_>, b: &mut Builder<'_>, owner: usize, item: &Item, place: Place) -> Result {
+fn script(
+    source: &SourceText<'_>,
+    b: &mut DocumentBuilder<'_>,
+    owner: usize,
+    item: &Item,
+    place: SourceLocation,
+) -> Result {
     let (text_of, mut dialect_at) = (source, place.clone());
     let mut file = item.as_str().map(str::to_owned);
     let (mut text, mut language, mut dialect, mut kind) = (None, None, String::new(), "child".to_owned());
-    let (mut priority, mut side_by_side) = (crate::document::NORMAL, false);
+    let (mut priority, mut side_by_side) = (crate::document::NORMAL_PRIORITY, false);
     if file.is_none() {
         let wanted = "a file name, or { file or text, language, dialect, kind, priority, side_by_side }";
         let wrong = |what: String| Error::new("E102", what).expected(wanted).at(Some(place.clone()));
@@ -79,7 +96,7 @@ fn script(source: &Text<'_>, b: &mut Builder<'_>, owner: usize, item: &Item, pla
     let (name, text) = match (file, text) {
         (Some(file), None) => {
             let path = source.file.parent().unwrap_or(Path::new("")).join(&file);
-            let allowed = b.allowed(&path, &file).map_err(|e| e.at(Some(place.clone())))?;
+            let allowed = b.allow_file(&path, &file).map_err(|e| e.at(Some(place.clone())))?;
             let bytes = b.document.sources.read(&allowed).map_err(|e| {
                 Error::new("E105", format!("cannot read the script `{file}`: {e}"))
                     .expected(format!("a file {}", path.display()))
@@ -111,7 +128,7 @@ fn script(source: &Text<'_>, b: &mut Builder<'_>, owner: usize, item: &Item, pla
 
 /// Returns the language of a script that does not specify its language: the only one that is loaded, or `None` if no
 /// language is loaded. Fails if several languages are loaded.
-fn only_language(languages: &[Language]) -> Result<Option<&str>> {
+fn only_language(languages: &[ScriptLanguage]) -> Result<Option<&str>> {
     let ids: BTreeSet<&str> = languages.iter().map(|l| l.id.as_str()).collect();
     if ids.len() < 2 {
         return Ok(ids.first().copied());

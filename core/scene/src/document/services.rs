@@ -2,14 +2,14 @@
 
 use std::{collections::BTreeMap, path::Path};
 
-use tatu_errors::{Error, Place, Result};
+use tatu_errors::{Error, Result, SourceLocation};
 use tatu_plugin_api::safe::Value;
-use tatu_plugins::{Declared, Registry, check_value};
+use tatu_plugins::{ParameterSpec, Registry, check_value};
 use toml_edit::{Item, TableLike};
 
 use super::{
     Document, ServiceSpec,
-    keys::{self, Text},
+    keys::{self, SourceText},
 };
 
 /// A service on the command line: `ID` or `ID:KEY=VALUE,KEY=VALUE`.
@@ -50,13 +50,13 @@ impl ServiceOverride {
 #[derive(Debug, Clone, Default)]
 pub struct UserSettings {
     /// Parameters by id of the service: the key and TOML value as written, and their source location.
-    services: BTreeMap<String, Vec<(String, Item, Place)>>,
+    services: BTreeMap<String, Vec<(String, Item, SourceLocation)>>,
 }
 
 impl UserSettings {
     /// Parses the text of a settings file, which has a table `[service.ID]` for each service.
     pub fn parse(file: &Path, text: &str) -> Result<Self> {
-        let reader = Text::new(file, text);
+        let reader = SourceText::new(file, text);
         let document = toml_edit::Document::parse(text).map_err(|e| {
             Error::new("E100", format!("not a TOML file: {}", e.message())).at(Some(reader.place(e.span())))
         })?;
@@ -78,11 +78,11 @@ impl UserSettings {
 }
 
 /// Sets parameters of services from the user's settings, unless the scene or the command line has set them.
-pub(super) fn fill(document: &mut Document, registry: &Registry, settings: &UserSettings) -> Result {
+pub(super) fn apply_user_settings(document: &mut Document, registry: &Registry, settings: &UserSettings) -> Result {
     for spec in &mut document.services {
         let id = &registry.services[spec.kind].id;
         for (key, item, place) in settings.services.get(id).into_iter().flatten() {
-            let found = param(registry, spec.kind, key, item).map_err(|e| e.at(Some(place.clone())))?;
+            let found = read_param(registry, spec.kind, key, item).map_err(|e| e.at(Some(place.clone())))?;
             if spec.params.iter().all(|(k, _)| *k != found.0) {
                 spec.params.push(found);
             }
@@ -93,11 +93,11 @@ pub(super) fn fill(document: &mut Document, registry: &Registry, settings: &User
 
 /// Reads a `[[service]]` table of a scene file.
 pub(super) fn read(
-    text: &Text<'_>,
+    text: &SourceText<'_>,
     registry: &Registry,
     providers: &BTreeMap<String, String>,
     table: &dyn TableLike,
-    place: Place,
+    place: SourceLocation,
 ) -> Result<ServiceSpec> {
     let Some(id) = table.get("id").and_then(Item::as_str) else {
         return Err(Error::new("E104", "a [[service]] has no `id`")
@@ -108,7 +108,7 @@ pub(super) fn read(
     let kind = registry.service(id, providers).map_err(|e| e.at(Some(text.value(table, "id"))))?;
     let mut params = Vec::new();
     for (key, item) in table.iter().filter(|(k, _)| *k != "id") {
-        let found = param(registry, kind, key, item).map_err(|e| {
+        let found = read_param(registry, kind, key, item).map_err(|e| {
             let at = if e.code == "E102" { text.value(table, key) } else { text.key(table, key) };
             e.at(Some(at))
         })?;
@@ -121,7 +121,8 @@ pub(super) fn read(
 pub(super) fn apply(document: &mut Document, registry: &Registry, given: &[ServiceOverride]) -> Result {
     for o in given {
         let kind = registry.service(&o.id, &document.settings.providers)?;
-        let params = o.params.iter().map(|(key, item)| param(registry, kind, key, item)).collect::<Result<Vec<_>>>()?;
+        let params =
+            o.params.iter().map(|(key, item)| read_param(registry, kind, key, item)).collect::<Result<Vec<_>>>()?;
         let all = &mut document.services;
         match all.iter_mut().find(|s| s.kind == kind) {
             Some(known) => known.params.extend(params),
@@ -131,9 +132,9 @@ pub(super) fn apply(document: &mut Document, registry: &Registry, given: &[Servi
     Ok(())
 }
 
-fn param(registry: &Registry, kind: usize, key: &str, item: &Item) -> Result<(String, Value)> {
+fn read_param(registry: &Registry, kind: usize, key: &str, item: &Item) -> Result<(String, Value)> {
     let info = &registry.services[kind];
-    let declared: Vec<(Declared, ())> = info.params.iter().map(|p| (p.clone(), ())).collect();
+    let declared: Vec<(ParameterSpec, ())> = info.params.iter().map(|p| (p.clone(), ())).collect();
     let (entry, factor) = keys::find(key, &declared, &format!("the service `{}`", info.id))?;
     let value = keys::to_value(item, factor)?;
     let value = check_value(&entry.0, value).map_err(|e| Error::new("E102", format!("`{key}`: {e}")))?;

@@ -10,11 +10,11 @@ use serde::{Deserialize, Serialize};
 use tatu_errors::{Error, Result};
 use tatu_physics::{EngineSettings, FrictionRule};
 use tatu_plugin_api::safe::Value;
-use tatu_plugins::Declared;
+use tatu_plugins::ParameterSpec;
 
 use crate::{
     object::JointSolver,
-    property::{Property, Stored, numbers_of, properties, text_of, unexpected},
+    property::{PropertySpec, StoredValue, numbers_of, properties, text_of, unexpected},
 };
 
 /// Friction rules, as written in scene files.
@@ -64,12 +64,12 @@ impl FrictionPair {
 }
 
 /// What `friction_pairs` must contain, for messages.
-const PAIRS: &str = "expected, for each pair, two materials, a friction coefficient, and optionally a restitution \
+const FRICTION_PAIRS_FORM: &str = "expected, for each pair, two materials, a friction coefficient, and optionally a restitution \
                      coefficient, for instance `friction_pairs = [[\"rubber\", \"ice\", 0.1]]`";
 
 /// Settings of a world.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Settings {
+pub struct WorldSettings {
     /// Length of a step, s.
     pub dt: f64,
     /// Maximum length of a physics step, s. Each step is divided evenly.
@@ -109,9 +109,9 @@ pub struct Settings {
     pub allow: Vec<String>,
 }
 
-impl Default for Settings {
+impl Default for WorldSettings {
     fn default() -> Self {
-        Settings {
+        WorldSettings {
             dt: 0.05,
             physics_dt: 0.005,
             physics_substeps: EngineSettings::default().substeps,
@@ -134,21 +134,21 @@ impl Default for Settings {
 }
 
 /// Maximum length of a step, s.
-pub const LONGEST: f64 = 100.0;
+pub const MAX_STEP_S: f64 = 100.0;
 
 /// Maximum number of physics steps in a step: more would take minutes and could not be interrupted.
-const MOST_PHYSICS_STEPS: f64 = 100_000.0;
+const MAX_PHYSICS_STEPS: f64 = 100_000.0;
 
-impl Settings {
+impl WorldSettings {
     /// Checks constraints between several settings.
     pub(super) fn check(&self) -> Result {
         let steps = (self.dt / self.physics_dt).ceil();
-        if steps <= MOST_PHYSICS_STEPS {
+        if steps <= MAX_PHYSICS_STEPS {
             return Ok(());
         }
         let text = format!("a step of {} s would have {steps} physics steps of {} s", self.dt, self.physics_dt);
         Err(Error::new("E102", text)
-            .expected(format!("at most {MOST_PHYSICS_STEPS}"))
+            .expected(format!("at most {MAX_PHYSICS_STEPS}"))
             .help("reduce `dt_s` or increase `physics_dt_s`"))
     }
 }
@@ -181,36 +181,36 @@ const KEYS: &[&str] = &[
     "needs",
 ];
 
-/// Returns the rows of the keys of `[scene]` except `data`.
-fn rows() -> impl Iterator<Item = (&'static str, &'static Property)> {
-    let all = || ROWS.iter().map(|row| (row.short(), row)).chain(IN_FILES.iter().map(|row| (row.key, row)));
+/// Returns the declarations of the keys of `[scene]` except `data`.
+fn key_specs() -> impl Iterator<Item = (&'static str, &'static PropertySpec)> {
+    let all = || PROPERTIES.iter().map(|row| (row.short_key(), row)).chain(IN_FILES.iter().map(|row| (row.key, row)));
     KEYS.iter().filter_map(move |key| all().find(|(k, _)| k == key))
 }
 
 /// Returns the keys of `[scene]` that set a property of the world, as scene files write them.
 #[cfg(test)]
-pub(crate) fn keys_of(property: &str) -> Vec<String> {
-    let own =
-        rows().filter(|(key, _)| *key == property || key.strip_prefix(property).is_some_and(|k| k.starts_with('.')));
-    let written = own.map(|(key, row)| format!("`{}`", tatu_plugins::units::written(key, row.unit)));
+pub(crate) fn written_keys(property: &str) -> Vec<String> {
+    let own = key_specs()
+        .filter(|(key, _)| *key == property || key.strip_prefix(property).is_some_and(|k| k.starts_with('.')));
+    let written = own.map(|(key, row)| format!("`{}`", tatu_plugins::units::key_with_unit(key, row.unit)));
     written.chain((property == "data").then(|| "`data`".to_owned())).collect()
 }
 
 /// Returns the declarations of the keys of `[scene]` except `data`.
-pub(super) fn keys() -> Vec<(Declared, ())> {
-    rows().map(|(key, row)| (Declared { key: key.to_owned(), flags: 0, ..row.param() }, ())).collect()
+pub(super) fn keys() -> Vec<(ParameterSpec, ())> {
+    key_specs().map(|(key, row)| (ParameterSpec { key: key.to_owned(), flags: 0, ..row.as_parameter() }, ())).collect()
 }
 
-/// Returns the keys of `[scene]` whose values are stored in [`Settings`], with their units and current values. The key
+/// Returns the keys of `[scene]` whose values are stored in [`WorldSettings`], with their units and current values. The key
 /// `contact_spring` is included only if it is set.
-pub(super) fn values(settings: &Settings) -> Vec<(&'static str, Option<&'static str>, Value)> {
-    let value = |row: &Property| (row.access.get)(settings).filter(|v| *v != Value::Floats(Vec::new()));
-    rows().filter_map(|(key, row)| Some((key, row.unit, value(row)?))).collect()
+pub(super) fn values(settings: &WorldSettings) -> Vec<(&'static str, Option<&'static str>, Value)> {
+    let value = |row: &PropertySpec| (row.access.get)(settings).filter(|v| *v != Value::Floats(Vec::new()));
+    key_specs().filter_map(|(key, row)| Some((key, row.unit, value(row)?))).collect()
 }
 
 /// Applies a setting whose value has been checked against its declaration.
-pub(super) fn apply(settings: &mut Settings, key: &str, value: &Value) -> Result {
-    let Some((_, row)) = rows().find(|(k, _)| *k == key) else { return Ok(()) };
+pub(super) fn apply(settings: &mut WorldSettings, key: &str, value: &Value) -> Result {
+    let Some((_, row)) = key_specs().find(|(k, _)| *k == key) else { return Ok(()) };
     match (row.access.set)(settings, value) {
         Some(Err(text)) => Err(Error::new("E102", format!("`{key}`: {text}"))),
         _ => Ok(()),
@@ -221,55 +221,55 @@ fn rule_name(rule: FrictionRule) -> &'static str {
     FRICTION_RULES.iter().find(|(_, r)| *r == rule).map_or("product", |(name, _)| name)
 }
 
-fn set_rule(s: &mut Settings, value: &Value) -> Result<bool, String> {
+fn set_rule(s: &mut WorldSettings, value: &Value) -> Result<bool, String> {
     let name = text_of(value)?;
     let found = FRICTION_RULES.iter().find(|(n, _)| *n == name);
     s.friction_rule = found.map_or(FrictionRule::Product, |(_, rule)| *rule);
     Ok(true)
 }
 
-fn set_pairs(s: &mut Settings, value: &Value) -> Result<bool, String> {
+fn set_pairs(s: &mut WorldSettings, value: &Value) -> Result<bool, String> {
     let Value::List(pairs) = value else { return unexpected(value) };
-    s.friction_pairs = pairs.iter().map(FrictionPair::parse).collect::<Option<_>>().ok_or(PAIRS)?;
+    s.friction_pairs = pairs.iter().map(FrictionPair::parse).collect::<Option<_>>().ok_or(FRICTION_PAIRS_FORM)?;
     Ok(true)
 }
 
-fn set_lacks(s: &mut Settings, value: &Value) -> Result<bool, String> {
+fn set_lacks(s: &mut WorldSettings, value: &Value) -> Result<bool, String> {
     let Value::List(all) = value else { return unexpected(value) };
     s.lacks = all.iter().map(text_of).collect::<Result<_, _>>().map_err(|found| format!("expected texts, {found}"))?;
     Ok(true)
 }
 
 // The keys of `[scene]` that are not properties of the running world.
-properties! { IN_FILES: Settings, Of::World =>
+properties! { IN_FILES: WorldSettings, PropertyOwner::World =>
     "text" text, None _: "Text for people.";
     "dialect" text, None dialect: "Dialect of scripts.";
-    "lacks" list, None { get |s: &Settings| Value::List(s.lacks.iter().map(Value::text).collect()), set set_lacks }: "Parts of the scene's source that are not supported.";
+    "lacks" list, None { get |s: &WorldSettings| Value::List(s.lacks.iter().map(Value::text).collect()), set set_lacks }: "Parts of the scene's source that are not supported.";
     "plugins" list, None _: "Folders with plugins.";
     "needs" list, None _: "Plugins that the scene needs.";
-    "script_budget" int from 1.0, None { set |s: &mut Settings, v| s.budget.store(v) }: "Maximum number of instructions in one call of a script.";
+    "script_budget" int from 1.0, None { set |s: &mut WorldSettings, v| s.budget.store(v) }: "Maximum number of instructions in one call of a script.";
     "origin.lat" number in "rad" from (-FRAC_PI_2) to FRAC_PI_2, None (origin[0]): "Latitude of the world's origin.";
     "origin.lon" number in "rad" from (-PI) to PI, None (origin[1]): "Longitude of the world's origin.";
     "origin.alt" number in "m" from (-1e7) to 1e8, None (origin[2]): "Height of the world's origin.";
     "budget.instructions" int from 1.0, None budget: "Maximum number of instructions in one call of a script.";
-    "budget.memory_mb" int from 1.0 to 256.0, None { get |s: &Settings| Value::Int((s.memory >> 20) as i64), set |s: &mut Settings, v| { s.memory.store(v)?; s.memory <<= 20; Ok(true) } }: "Maximum memory of the state of a script, MB.";
+    "budget.memory_mb" int from 1.0 to 256.0, None { get |s: &WorldSettings| Value::Int((s.memory >> 20) as i64), set |s: &mut WorldSettings, v| { s.memory.store(v)?; s.memory <<= 20; Ok(true) } }: "Maximum memory of the state of a script, MB.";
 }
 
-properties! { ROWS: Settings, Of::World =>
+properties! { PROPERTIES: WorldSettings, PropertyOwner::World =>
     "scene.time" number in "s", ReadOnly _: "Simulation time.";
-    "scene.dt" number in "s" from 1e-6 to LONGEST = 0.05, ReadOnly dt: "Length of a step.";
-    "scene.physics_dt" number in "s" from 1e-6 to LONGEST = 0.005, ReadOnly physics_dt: "Maximum length of a physics step; a step is divided evenly.";
+    "scene.dt" number in "s" from 1e-6 to MAX_STEP_S = 0.05, ReadOnly dt: "Length of a step.";
+    "scene.physics_dt" number in "s" from 1e-6 to MAX_STEP_S = 0.005, ReadOnly physics_dt: "Maximum length of a physics step; a step is divided evenly.";
     "scene.physics_substeps" int from 1.0 to 64.0 = 4, ReadOnly physics_substeps: "Sub-steps of a physics step in which velocities are solved.";
     "scene.sleep" bool = true, ReadOnly sleep: "Whether bodies at rest can sleep until they are touched.";
-    "scene.friction_rule" text of (&["product", "mean", "least", "greatest"]) = "product", ReadOnly { get |s: &Settings| Value::text(rule_name(s.friction_rule)), set set_rule }: "How the friction of a pair is computed from both shapes' coefficients: their product, mean, or the least or greatest of the two.";
+    "scene.friction_rule" text of (&["product", "mean", "least", "greatest"]) = "product", ReadOnly { get |s: &WorldSettings| Value::text(rule_name(s.friction_rule)), set set_rule }: "How the friction of a pair is computed from both shapes' coefficients: their product, mean, or the least or greatest of the two.";
     "scene.joint_solver" text of (&["auto", "reduced"]) = "auto", ReadOnly joint_solver: "The solver of mechanisms whose own `joint_solver` is `auto`: with `reduced`, those that `auto` would solve as trees of links use reduced form.";
-    "scene.friction_pairs" list = none, ReadOnly { get |s: &Settings| Value::List(s.friction_pairs.iter().map(FrictionPair::to_value).collect()), set set_pairs }: "Friction by material, in place of the shapes' own: lists of two materials, friction, and optionally restitution.";
-    "scene.contact_spring" numbers 2 from 1e-3 to 1e6, ReadOnly { get |s: &Settings| Value::Floats(s.contact_spring.map_or(Vec::new(), |v| v.to_vec())), set |s: &mut Settings, v| { s.contact_spring = numbers_of(v)?.try_into().ok(); Ok(true) } }: "Natural frequency, Hz, and damping ratio of contacts, at most what a sub-step can resolve (0.15 of its rate, 0.3 with objects that do not move); default 120 Hz (240 Hz) and 5.";
+    "scene.friction_pairs" list = none, ReadOnly { get |s: &WorldSettings| Value::List(s.friction_pairs.iter().map(FrictionPair::to_value).collect()), set set_pairs }: "Friction by material, in place of the shapes' own: lists of two materials, friction, and optionally restitution.";
+    "scene.contact_spring" numbers 2 from 1e-3 to 1e6, ReadOnly { get |s: &WorldSettings| Value::Floats(s.contact_spring.map_or(Vec::new(), |v| v.to_vec())), set |s: &mut WorldSettings, v| { s.contact_spring = numbers_of(v)?.try_into().ok(); Ok(true) } }: "Natural frequency, Hz, and damping ratio of contacts, at most what a sub-step can resolve (0.15 of its rate, 0.3 with objects that do not move); default 120 Hz (240 Hz) and 5.";
     "scene.step" int, ReadOnly _: "Index of the step, from 0.";
     "scene.gravity" numbers 3 in "m/s^2" from (-1e6) to 1e6 = [0.0, 0.0, -9.81], None gravity: "Gravity.";
     "scene.origin" numbers 3 = [0.0, 0.0, 0.0], ReadOnly origin: "Position of the world's origin on Earth: latitude and longitude in rad (WGS 84), height above the ellipsoid in m; x points east, y north.";
     "scene.seed" int from 0.0 = 0, ReadOnly seed: "The seed of all random numbers.";
-    "scene.allow" text, ReadOnly { get |s: &Settings| Value::text(s.allow.join(",")) }: "What scripts may access outside the run, separated by commas: `exec` other programs, `native` libraries, `net=HOST:PORT` sockets; a `*` means any host or port.";
+    "scene.allow" text, ReadOnly { get |s: &WorldSettings| Value::text(s.allow.join(",")) }: "What scripts may access outside the run, separated by commas: `exec` other programs, `native` libraries, `net=HOST:PORT` sockets; a `*` means any host or port.";
     "scene.file" text, ReadOnly _: "The file of the scene.";
     "scene.notes" list, ReadOnly _: "Notes about the reading of the scene, such as parts that an importer left out: a list of strings.";
     "scene.data" data = none, None _: "Custom data of the world: strings by tag, as in `object.data`.";

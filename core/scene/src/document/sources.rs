@@ -7,16 +7,16 @@ use std::{
     sync::{Arc, Mutex, PoisonError},
 };
 
-use super::reach::Allowed;
+use super::reach::AllowedFile;
 
 /// Reads the files of a document and caches them. The cache allows the document to be rebuilt without the disk.
 ///
-/// Clones share the cache. Each file is read from disk only once; create new `Sources` to see changed files.
+/// Clones share the cache. Each file is read from disk only once; create new `SourceFiles` to see changed files.
 #[derive(Debug, Clone, Default)]
-pub struct Sources(Arc<Inner>);
+pub struct SourceFiles(Arc<SourceCache>);
 
 #[derive(Debug, Default)]
-struct Inner {
+struct SourceCache {
     files: Mutex<BTreeMap<PathBuf, Arc<[u8]>>>,
     /// Whether only cached files are available, and nothing is read from disk.
     closed: bool,
@@ -24,17 +24,17 @@ struct Inner {
     recovered: bool,
 }
 
-impl Sources {
+impl SourceFiles {
     /// Creates a closed set of files, identified by the paths under which they were read.
     pub fn of(files: impl IntoIterator<Item = (PathBuf, Vec<u8>)>) -> Self {
         let files = files.into_iter().map(|(p, b)| (p, b.into())).collect();
-        Sources(Arc::new(Inner { files: Mutex::new(files), closed: true, recovered: false }))
+        SourceFiles(Arc::new(SourceCache { files: Mutex::new(files), closed: true, recovered: false }))
     }
 
     /// Creates sources in which these files replace those on disk with the same paths.
-    pub fn over(files: impl IntoIterator<Item = (PathBuf, Vec<u8>)>, recovered: bool) -> Self {
+    pub fn with_replacements(files: impl IntoIterator<Item = (PathBuf, Vec<u8>)>, recovered: bool) -> Self {
         let files = files.into_iter().map(|(p, b)| (p, b.into())).collect();
-        Sources(Arc::new(Inner { files: Mutex::new(files), closed: false, recovered }))
+        SourceFiles(Arc::new(SourceCache { files: Mutex::new(files), closed: false, recovered }))
     }
 
     /// Returns whether files were recovered, in which case those on disk are older.
@@ -43,7 +43,7 @@ impl Sources {
     }
 
     /// Returns whether the files are a closed set, in which case nothing is read from disk.
-    pub fn are_kept(&self) -> bool {
+    pub fn are_closed(&self) -> bool {
         self.0.closed
     }
 
@@ -53,7 +53,7 @@ impl Sources {
     }
 
     /// Adds a file that belongs to the document although nothing in it refers to the file.
-    pub fn keep(&self, path: &Path, bytes: Vec<u8>) {
+    pub fn add_file(&self, path: &Path, bytes: Vec<u8>) {
         self.0.files.lock().unwrap_or_else(PoisonError::into_inner).insert(path.to_owned(), bytes.into());
     }
 
@@ -64,7 +64,7 @@ impl Sources {
 
     /// Returns the bytes of a file. A file that is not cached is read from disk and cached, or is an error if the
     /// sources are a closed set.
-    pub fn read(&self, file: &Allowed) -> io::Result<Vec<u8>> {
+    pub fn read(&self, file: &AllowedFile) -> io::Result<Vec<u8>> {
         let mut files = self.0.files.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(bytes) = files.get(file.path()) {
             return Ok(bytes.to_vec());
@@ -78,7 +78,7 @@ impl Sources {
     }
 
     /// Returns a file as text; invalid UTF-8 is an error.
-    pub fn read_text(&self, file: &Allowed) -> io::Result<String> {
+    pub fn read_text(&self, file: &AllowedFile) -> io::Result<String> {
         String::from_utf8(self.read(file)?).map_err(|e| io::Error::new(io::ErrorKind::InvalidData, e.utf8_error()))
     }
 
@@ -94,16 +94,16 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_was_read_can_be_read_without_the_disk() {
+    fn cached_files_are_read_without_the_disk() {
         let manifest = Path::new(env!("CARGO_MANIFEST_DIR")).join("Cargo.toml");
-        let disk = Sources::default();
-        let text = disk.read_text(&Allowed::chosen(&manifest)).unwrap();
+        let disk = SourceFiles::default();
+        let text = disk.read_text(&AllowedFile::chosen(&manifest)).unwrap();
         assert!(text.contains("[package]"));
-        assert!(disk.read(&Allowed::chosen(Path::new("no/such/file"))).is_err());
-        let kept = Sources::of(disk.files().into_iter().map(|(p, b)| (p, b.to_vec())));
-        assert_eq!(kept.read_text(&Allowed::chosen(&manifest)).unwrap(), text);
+        assert!(disk.read(&AllowedFile::chosen(Path::new("no/such/file"))).is_err());
+        let kept = SourceFiles::of(disk.files().into_iter().map(|(p, b)| (p, b.to_vec())));
+        assert_eq!(kept.read_text(&AllowedFile::chosen(&manifest)).unwrap(), text);
         // The library's source exists on disk, but was not read.
         let other = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/lib.rs");
-        assert!(other.exists() && kept.read(&Allowed::chosen(&other)).is_err());
+        assert!(other.exists() && kept.read(&AllowedFile::chosen(&other)).is_err());
     }
 }

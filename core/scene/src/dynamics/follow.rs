@@ -6,7 +6,7 @@
 //! engine.
 
 use crate::{
-    object::{Control, Data},
+    object::{ControlMode, ObjectVariant},
     tree::Scene,
 };
 
@@ -23,7 +23,7 @@ pub(super) fn followers(scene: &Scene) -> Vec<(u32, u32)> {
 impl Scene {
     /// Returns the path of each joint whose leader does not exist or is not another joint, with the path that it
     /// specifies for the leader.
-    pub fn lost_followers(&self) -> Vec<(String, String)> {
+    pub fn dangling_followers(&self) -> Vec<(String, String)> {
         let found = followers(self);
         let lost = self.slots().filter_map(|(slot, o)| {
             let master = o.joint().map(|j| &j.follow.master).filter(|m| !m.is_empty())?;
@@ -52,7 +52,7 @@ pub(super) fn update(scene: &mut Scene, followers: &[(u32, u32)], drives: &mut V
         let Some(m) = scene.get(*master).and_then(|o| o.joint()) else { continue };
         // A joint without a counterpart in the engine has no measured velocity, so its target velocity is used.
         let (position, velocity) = (m.position, if m.id.is_some() { m.velocity } else { m.target_velocity });
-        let Some(Data::Joint(j)) = scene.get_mut(*slot).map(|o| &mut o.data) else { continue };
+        let Some(ObjectVariant::Joint(j)) = scene.get_mut(*slot).map(|o| &mut o.data) else { continue };
         // Geared joints have no targets, because the engine couples them to their leaders.
         if j.follow.geared && j.dynamic {
             continue;
@@ -67,9 +67,9 @@ pub(super) fn update(scene: &mut Scene, followers: &[(u32, u32)], drives: &mut V
             continue;
         }
         let (place, wanted) = match j.control {
-            Control::Position => (&mut j.target_position, position),
-            Control::Velocity => (&mut j.target_velocity, j.follow.factor * velocity),
-            Control::Free | Control::Force | Control::Callback | Control::Spring => continue,
+            ControlMode::Position => (&mut j.target_position, position),
+            ControlMode::Velocity => (&mut j.target_velocity, j.follow.factor * velocity),
+            ControlMode::Free | ControlMode::Force | ControlMode::Callback | ControlMode::Spring => continue,
         };
         if std::mem::replace(place, wanted) != wanted {
             drives.push(*slot);

@@ -3,12 +3,15 @@
 //! body without colliders at the pose of the dummy.
 
 use nalgebra::{Isometry3, Matrix3, Point3};
-use tatu_physics::{BodyDesc, BodyId, JointDesc, JointForm, JointKind, MassProps, Motion, Passive, Respond, Surface};
+use tatu_physics::{
+    BodyDesc, BodyId, CollisionMask, ContactSurface, JointDesc, JointForm, JointKind, MassProps, MotionType,
+    PassiveForces,
+};
 
 use super::state::{Dynamics, LoopRecord};
 use crate::{
     body_rules::{is_carried, motion_of, top_shape},
-    object::Data,
+    object::ObjectVariant,
     tree::Scene,
 };
 
@@ -17,9 +20,9 @@ pub(crate) fn links(scene: &Scene) -> Vec<(u32, u32)> {
     let mut pairs: Vec<(u32, u32)> = scene
         .slots()
         .filter_map(|(slot, o)| {
-            let Data::Dummy(Some(link)) = &o.data else { return None };
+            let ObjectVariant::Dummy(Some(link)) = &o.data else { return None };
             let other = scene.find(slot, link)?;
-            let is_dummy = matches!(scene.get(other)?.data, Data::Dummy(_));
+            let is_dummy = matches!(scene.get(other)?.data, ObjectVariant::Dummy(_));
             (is_dummy && other != slot).then_some((slot.min(other), slot.max(other)))
         })
         .collect();
@@ -43,11 +46,11 @@ fn carrier(scene: &Scene, slot: u32) -> u32 {
 impl Scene {
     /// Returns the path of each dummy that is linked to an object that does not exist or is not another dummy, with the
     /// path that it specifies.
-    pub fn lost_links(&self) -> Vec<(String, String)> {
+    pub fn dangling_links(&self) -> Vec<(String, String)> {
         let lost = self.slots().filter_map(|(slot, o)| {
-            let Data::Dummy(Some(link)) = &o.data else { return None };
+            let ObjectVariant::Dummy(Some(link)) = &o.data else { return None };
             let found = self.find(slot, link).filter(|s| *s != slot).and_then(|s| self.get(s));
-            let there = found.is_some_and(|o| matches!(o.data, Data::Dummy(_)));
+            let there = found.is_some_and(|o| matches!(o.data, ObjectVariant::Dummy(_)));
             (!there).then(|| (self.path(slot), link.to_string()))
         });
         lost.collect()
@@ -56,7 +59,7 @@ impl Scene {
 
 impl Dynamics {
     /// Removes the engine's joints for loops whose dummies have changed or whose bodies no longer exist.
-    pub(super) fn loosen_loops(&mut self, scene: &Scene, alive: &dyn Fn(BodyId) -> bool) {
+    pub(super) fn remove_stale_loops(&mut self, scene: &Scene, alive: &dyn Fn(BodyId) -> bool) {
         let pairs = links(scene);
         let version = |slot| scene.get(slot).map_or(0, |o| o.version);
         let engine = &mut self.engine;
@@ -84,7 +87,7 @@ impl Dynamics {
                 continue;
             }
             let (Some((a, frame_in_a)), Some((b, frame_in_b))) =
-                (self.held(scene, one, carriers.0), self.held(scene, other, carriers.1))
+                (self.body_or_anchor(scene, one, carriers.0), self.body_or_anchor(scene, other, carriers.1))
             else {
                 continue;
             };
@@ -97,7 +100,7 @@ impl Dynamics {
                 limits: None,
                 position: 0.0,
                 form: JointForm::Loop,
-                passive: Passive::default(),
+                passive: PassiveForces::default(),
                 geared: false,
             };
             let versions = [one, other].map(|slot| scene.get(slot).map_or(0, |o| o.version));
@@ -110,14 +113,14 @@ impl Dynamics {
 
     /// Returns the body of the shape `carrier` above a dummy, or an anchor if it is 0, with the pose of the dummy in
     /// the frame of this body.
-    fn held(&mut self, scene: &Scene, dummy: u32, carrier: u32) -> Option<(BodyId, Isometry3<f64>)> {
+    fn body_or_anchor(&mut self, scene: &Scene, dummy: u32, carrier: u32) -> Option<(BodyId, Isometry3<f64>)> {
         if carrier != 0 {
             let body = scene.get(carrier)?.shape()?.body.0?;
             return Some((body, scene.world(carrier).inverse() * scene.world(dummy)));
         }
         let anchor = BodyDesc {
             pose: scene.world(dummy),
-            motion: if is_carried(scene, dummy) { Motion::Kinematic } else { Motion::Static },
+            motion: if is_carried(scene, dummy) { MotionType::Kinematic } else { MotionType::Static },
             mass: MassProps { mass: 0.0, com: Point3::origin(), inertia: Matrix3::zeros() },
             linear_velocity: Default::default(),
             angular_velocity: Default::default(),
@@ -126,8 +129,8 @@ impl Dynamics {
             restitution: 0.0,
             bullet: false,
             damping: [0.0; 2],
-            surface: Surface::default(),
-            respond: Respond { mask: 0, tree: top_shape(scene, dummy) },
+            surface: ContactSurface::default(),
+            collision_mask: CollisionMask { mask: 0, tree: top_shape(scene, dummy) },
         };
         Some((self.engine.add_body(&anchor), Isometry3::identity()))
     }

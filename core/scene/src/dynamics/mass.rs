@@ -3,11 +3,11 @@
 use std::collections::BTreeSet;
 
 use nalgebra::Point3;
-use tatu_physics::{MassProps, MaterialPair, Surface};
+use tatu_physics::{ContactSurface, MassProps, MaterialPair};
 
 use crate::{
     document::FrictionPair,
-    matter::{centre_of_mass, inertia, mass},
+    mass_properties::{centre_of_mass, inertia, mass},
     object::Shape,
     tree::Scene,
 };
@@ -32,8 +32,8 @@ pub(super) fn materials(scene: &Scene) -> Vec<MaterialPair> {
     scene.friction_pairs.iter().map(pair).collect()
 }
 
-pub(super) fn surface(scene: &Scene, shape: &Shape) -> Surface {
-    Surface { material: material(scene, &shape.material), ..shape.surface }
+pub(super) fn surface(scene: &Scene, shape: &Shape) -> ContactSurface {
+    ContactSurface { material: material(scene, &shape.material), ..shape.surface }
 }
 
 /// Returns the mass properties of a shape, with defaults filled in.

@@ -2,22 +2,22 @@
 //! copies its state back.
 //!
 //! - this module: advancing the engine; `state`: the engine, and the mapping;
-//! - `settle`: creates bodies and joints from objects; `mass`: their mass and surface; `loops`: loops closed by linked
+//! - `body_sync`: creates bodies and joints from objects; `mass`: their mass and surface; `loops`: loops closed by linked
 //!   dummies; `follow`: joints that follow others; `notices`: warnings about the scene;
 //! - `targets`: drives of joints, and smooth position targets; `force_sensors`: measurements of force sensors;
 //! - `pose_writeback`: copies the poses of bodies and the states of joints back to the objects.
 
+mod body_sync;
 mod follow;
 mod force_sensors;
 mod loops;
 mod mass;
 mod notices;
 mod pose_writeback;
-mod settle;
 mod state;
 mod targets;
 
-use tatu_physics::{BeforeStep, Drive, Engine, EngineSettings, Gear, Motion, PairRule, Push};
+use tatu_physics::{BeforeStepHook, BodyWrench, Engine, EngineSettings, Gear, JointDrive, MotionType, PairRule};
 
 pub(crate) use follow::geared;
 pub(crate) use loops::links;
@@ -31,9 +31,9 @@ use crate::{
 
 /// Functions called before and after each engine step of an advance.
 #[derive(Default)]
-pub struct Hooks<'a> {
+pub struct StepHooks<'a> {
     /// Called before each step; adds the pushes that act in the step.
-    pub before: Option<&'a mut BeforeStep<'a>>,
+    pub before: Option<&'a mut BeforeStepHook<'a>>,
     /// Called after each step, with the engine and the index of the step in the advance.
     pub after: Option<&'a mut AfterStep<'a>>,
 }
@@ -42,20 +42,20 @@ pub struct Hooks<'a> {
 pub type AfterStep<'a> = dyn FnMut(&dyn Engine, u32) + 'a;
 
 /// Speed above which a body is reported, m/s; hardly any part of a robot moves faster.
-const FAST: f64 = 100.0;
+const STRAY_SPEED_M_S: f64 = 100.0;
 /// Distance from its start beyond which a body is reported, m; hardly any part of a robot travels farther.
-const FAR: f64 = 1000.0;
+const STRAY_DISTANCE_M: f64 = 1000.0;
 
 impl Dynamics {
     /// Marks that the drive of a joint or the surface of a shape has changed. The change is passed to the engine before
     /// the next step.
-    pub fn drive_changed(&mut self, slot: u32) {
+    pub fn mark_drive_changed(&mut self, slot: u32) {
         self.drives.push(slot);
     }
 
     /// Marks that the pose of an object was set from outside the engine. The bodies of the object and of its
     /// descendants are moved before the next step.
-    pub fn moved(&mut self, slot: u32) {
+    pub fn mark_moved(&mut self, slot: u32) {
         // A script can set the same joint hundreds of times in a row.
         if self.moved.last() != Some(&slot) {
             self.moved.push(slot);
@@ -64,7 +64,7 @@ impl Dynamics {
 
     fn apply_changes(&mut self, scene: &Scene) {
         for slot in std::mem::take(&mut self.moved) {
-            for s in scene.tree(slot) {
+            for s in scene.subtree(slot) {
                 let Some(o) = scene.get(s) else { continue };
                 if let Some(id) = o.shape().and_then(|s| s.body.0) {
                     self.engine.set_pose(id, &scene.world(s));
@@ -82,7 +82,7 @@ impl Dynamics {
 
     /// Passes all changes since the last step to the engine, which then agrees with the scene.
     pub fn prepare(&mut self, scene: &mut Scene) {
-        self.settle(scene);
+        self.update_bodies(scene);
         follow::update(scene, &self.followers, &mut self.drives);
         self.apply_changes(scene);
     }
@@ -106,52 +106,52 @@ impl Dynamics {
 
     /// Advances the engine by `dt` (s) in steps, then copies poses and joint states back to the scene. Returns the
     /// slots of objects whose bodies the engine has quarantined.
-    pub fn advance(&mut self, scene: &mut Scene, dt: f64, mut hooks: Hooks<'_>) -> Vec<u32> {
+    pub fn advance(&mut self, scene: &mut Scene, dt: f64, mut hooks: StepHooks<'_>) -> Vec<u32> {
         follow::update(scene, &self.followers, &mut self.drives);
         self.apply_changes(scene);
         let steps = self.engine_steps(dt);
         if steps > 0 {
             self.set_step(dt / f64::from(steps));
-            self.plot_courses(scene, steps);
+            self.update_splines(scene, steps);
             for part in 0..steps {
                 self.apply_drives(scene, part, steps);
                 self.step_engine(part, steps, hooks.before.as_deref_mut());
-                self.sample(scene);
+                self.sample_force_sensors(scene);
                 if let Some(after) = &mut hooks.after {
                     after(&*self.engine, part);
                 }
             }
         }
-        self.look(scene)
+        self.finish_advance(scene)
     }
 
     /// Runs the engine step with index `part`, from 0, of the steps that make up `dt` (s). The results are bit for bit
     /// those of [`Dynamics::advance`]. Poses that are set between the steps take effect in the first step of the next
     /// advance.
-    pub fn advance_part(&mut self, scene: &mut Scene, dt: f64, part: u32, hooks: Hooks<'_>) -> Vec<u32> {
+    pub fn advance_part(&mut self, scene: &mut Scene, dt: f64, part: u32, hooks: StepHooks<'_>) -> Vec<u32> {
         let steps = self.engine_steps(dt);
         if part == 0 {
             self.apply_changes(scene);
             self.set_step(dt / f64::from(steps.max(1)));
-            self.plot_courses(scene, steps);
+            self.update_splines(scene, steps);
         }
         if part < steps {
             self.apply_drives(scene, part, steps);
             self.step_engine(part, steps, hooks.before);
-            self.sample(scene);
+            self.sample_force_sensors(scene);
             if let Some(after) = hooks.after {
                 after(&*self.engine, part);
             }
         }
-        self.look(scene)
+        self.finish_advance(scene)
     }
 
-    fn step_engine(&mut self, part: u32, steps: u32, before: Option<&mut BeforeStep<'_>>) {
+    fn step_engine(&mut self, part: u32, steps: u32, before: Option<&mut BeforeStepHook<'_>>) {
         if self.pushes.is_empty() {
             return self.engine.advance_part(part, steps, before);
         }
         let (mut pushes, mut before) = (std::mem::take(&mut self.pushes), before);
-        let mut ask = |engine: &dyn Engine, step, out: &mut Vec<Push>| {
+        let mut ask = |engine: &dyn Engine, step, out: &mut Vec<BodyWrench>| {
             out.append(&mut pushes);
             if let Some(before) = before.as_deref_mut() {
                 let mut more = Vec::new();
@@ -164,8 +164,8 @@ impl Dynamics {
 
     /// Sets whether scripts are called between the engine steps of an advance, in which case each force that they apply
     /// acts in a single step.
-    pub fn set_between(&mut self, between: bool) {
-        self.between = between;
+    pub fn set_scripts_between_steps(&mut self, between: bool) {
+        self.scripts_between_steps = between;
     }
 
     /// Sets the length of an engine step, s, which is chosen for an advance to cover exactly the requested time.
@@ -176,7 +176,7 @@ impl Dynamics {
         }
     }
 
-    fn look(&mut self, scene: &mut Scene) -> Vec<u32> {
+    fn finish_advance(&mut self, scene: &mut Scene) -> Vec<u32> {
         let lost = self.engine.quarantined();
         self.copy_back(scene);
         self.sum_efforts(scene);
@@ -191,7 +191,7 @@ impl Dynamics {
     }
 
     /// Overrides the drive of a joint for the next engine step.
-    pub fn drive(&mut self, joint: &Joint, drive: Drive) {
+    pub fn drive(&mut self, joint: &Joint, drive: JointDrive) {
         if let Some(id) = joint.id {
             self.engine.drive(id, drive);
         }
@@ -199,17 +199,17 @@ impl Dynamics {
 
     /// Returns warnings about the scene that have not been returned before.
     pub fn take_notices(&mut self) -> Vec<String> {
-        self.notices.take()
+        self.notices.take_pending()
     }
 
     /// Returns the dynamic bodies that are faster than 100 m/s or farther than 1 km from their initial positions, as
     /// slot, speed (m/s) and distance (m). Each body is returned only once.
     pub fn strays(&mut self, scene: &Scene) -> Vec<(u32, f64, f64)> {
         let mut found = Vec::new();
-        for b in self.bodies.iter_mut().filter(|b| b.motion == Motion::Dynamic && !b.stray) {
+        for b in self.bodies.iter_mut().filter(|b| b.motion == MotionType::Dynamic && !b.stray) {
             let way = (scene.world(b.slot).translation.vector - b.start).norm();
             let speed = self.engine.twist(b.id).linear.norm();
-            if way > FAR || speed > FAST {
+            if way > STRAY_DISTANCE_M || speed > STRAY_SPEED_M_S {
                 b.stray = true;
                 found.push((b.slot, speed, way));
             }

@@ -6,9 +6,9 @@ use std::collections::BTreeMap;
 use super::state::Dynamics;
 use crate::{
     forms::ellipsoids,
-    matter::open_edges,
-    notices::Notice,
-    object::{Data, Shape},
+    mass_properties::open_edges,
+    notices::NoticeKind,
+    object::{ObjectVariant, Shape},
     tree::Scene,
 };
 
@@ -17,9 +17,9 @@ impl Dynamics {
     /// with those whose choice is.
     pub(super) fn warn(&mut self, scene: &Scene, unused: &[(u32, u32)]) {
         // Equal warnings are merged, so a hundred equal objects cause a single message.
-        let mut found: BTreeMap<(Notice, String), Vec<u32>> = BTreeMap::new();
+        let mut found: BTreeMap<(NoticeKind, String), Vec<u32>> = BTreeMap::new();
         for (slot, o) in scene.slots() {
-            let Data::Shape(shape) = &o.data else { continue };
+            let ObjectVariant::Shape(shape) = &o.data else { continue };
             for (notice, why) in
                 [open_mesh(shape), ellipsoid(shape), kinematic_joint(scene, slot, shape)].into_iter().flatten()
             {
@@ -30,13 +30,13 @@ impl Dynamics {
         }
         for (slot, root) in unused {
             let Some(o) = scene.get(*slot) else { continue };
-            if self.notices.is_new(Notice::Solver, o.uid) {
+            if self.notices.is_new(NoticeKind::Solver, o.uid) {
                 let why = format!(
                     "its `joint_solver` is not used, because a mechanism has one solver, and `{}` sets another for the \
                      same mechanism; set it there",
                     scene.path(*root)
                 );
-                found.entry((Notice::Solver, why)).or_default().push(*slot);
+                found.entry((NoticeKind::Solver, why)).or_default().push(*slot);
             }
         }
         for ((_, why), slots) in found {
@@ -46,7 +46,7 @@ impl Dynamics {
     }
 }
 
-fn open_mesh(shape: &Shape) -> Option<(Notice, String)> {
+fn open_mesh(shape: &Shape) -> Option<(NoticeKind, String)> {
     if !shape.dynamic || open_edges(shape) == 0 {
         return None;
     }
@@ -58,27 +58,27 @@ fn open_mesh(shape: &Shape) -> Option<(Notice, String)> {
          come from its convex hull; close the mesh, or state the values",
         names.join(", ")
     );
-    Some((Notice::OpenMesh, text))
+    Some((NoticeKind::OpenMesh, text))
 }
 
-fn ellipsoid(shape: &Shape) -> Option<(Notice, String)> {
+fn ellipsoid(shape: &Shape) -> Option<(NoticeKind, String)> {
     let size = *ellipsoids(shape).first()?;
     let text = format!(
         "a sphere of {} x {} x {} m is an ellipsoid: it collides and is detected as a convex mesh of 642 points; set \
          equal sizes for a ball",
         size.x, size.y, size.z
     );
-    Some((Notice::Ellipsoid, text))
+    Some((NoticeKind::Ellipsoid, text))
 }
 
 /// Returns a warning if a shape is dynamic but hangs on a joint that physics does not move, so nothing holds it.
-fn kinematic_joint(scene: &Scene, slot: u32, shape: &Shape) -> Option<(Notice, String)> {
+fn kinematic_joint(scene: &Scene, slot: u32, shape: &Shape) -> Option<(NoticeKind, String)> {
     let joint = scene.get(slot)?.parent;
     let object = scene.get(joint)?;
     let kinematic = object.joint().is_some_and(|j| !j.dynamic) && scene.get(object.parent)?.shape().is_some();
     (shape.dynamic && kinematic).then(|| {
         let text = "it is dynamic, but the joint above it is kinematic, which does not hold it: it moves freely; make \
                     the joint dynamic, or the shape static";
-        (Notice::KinematicJoint, text.to_owned())
+        (NoticeKind::KinematicJoint, text.to_owned())
     })
 }

@@ -4,38 +4,38 @@ use std::collections::BTreeMap;
 
 use tatu_physics::{JointId, JointState};
 
-use super::state::{Carried, Dynamics, From, Place};
+use super::state::{Dynamics, PoseSource, PoseUpdate, WritebackList};
 use crate::{
-    object::{Data, Joint},
+    object::{Joint, ObjectVariant},
     tree::Scene,
 };
 
 impl Dynamics {
     /// Copies poses and joint states back. Parents precede their children, so each child's parent frame is up to date.
     pub(super) fn copy_back(&mut self, scene: &mut Scene) {
-        if self.pose_writeback.whole != scene.shape_version {
+        if self.pose_writeback.visited_version != scene.shape_version {
             return self.copy_all(scene);
         }
-        if self.pose_writeback.listed != scene.shape_version {
-            self.list_carried(scene);
+        if self.pose_writeback.listed_version != scene.shape_version {
+            self.list_writeback(scene);
         }
-        for Place { slot, parent, from } in &self.pose_writeback.list {
+        for PoseUpdate { slot, parent, from } in &self.pose_writeback.list {
             let frame = scene.frame(*parent);
             let world = match from {
-                From::Body(id) => {
+                PoseSource::Body(id) => {
                     let world = self.engine.pose(*id);
                     scene.places.local[*slot as usize] = frame.inverse() * world;
                     world
                 }
-                From::Joint(id) => {
-                    if let Some(Data::Joint(joint)) = scene.get_mut(*slot).map(|o| &mut o.data) {
-                        joint.take(&self.engine.joint_state(*id));
+                PoseSource::Joint(id) => {
+                    if let Some(ObjectVariant::Joint(joint)) = scene.get_mut(*slot).map(|o| &mut o.data) {
+                        joint.copy_engine_state(&self.engine.joint_state(*id));
                     }
                     frame * scene.places.local[*slot as usize]
                 }
-                From::Frame => frame * scene.places.local[*slot as usize],
+                PoseSource::Frame => frame * scene.places.local[*slot as usize],
             };
-            scene.put(*slot, world);
+            scene.store_world_pose(*slot, world);
         }
     }
 
@@ -43,8 +43,8 @@ impl Dynamics {
     /// objects without a body, are computed on demand.
     fn copy_all(&mut self, scene: &mut Scene) {
         for record in &self.joints {
-            if let Some(Data::Joint(joint)) = scene.get_mut(record.tie).map(|o| &mut o.data) {
-                joint.take(&self.engine.joint_state(record.id));
+            if let Some(ObjectVariant::Joint(joint)) = scene.get_mut(record.tie).map(|o| &mut o.data) {
+                joint.copy_engine_state(&self.engine.joint_state(record.id));
             }
         }
         scene.visit(|scene, slot| {
@@ -58,13 +58,13 @@ impl Dynamics {
                 }
                 None => frame * scene.places.local[slot as usize],
             };
-            scene.put(slot, world);
-            scene.hang(slot);
+            scene.store_world_pose(slot, world);
+            scene.start_hanging(slot);
         });
-        self.pose_writeback = Carried::after(scene.shape_version);
+        self.pose_writeback = WritebackList::visited_at(scene.shape_version);
     }
 
-    fn list_carried(&mut self, scene: &Scene) {
+    fn list_writeback(&mut self, scene: &Scene) {
         let list = &mut self.pose_writeback.list;
         list.clear();
         // If an object has several joints in the engine, the last one is used.
@@ -73,23 +73,23 @@ impl Dynamics {
         while let Some((slot, parent, moves)) = walk.pop() {
             let Some(o) = scene.get(slot) else { continue };
             let from = match (&o.data, joints.get(&slot)) {
-                (Data::Shape(s), _) if s.dynamic => s.body.0.map_or(From::Frame, From::Body),
-                (Data::Joint(_), Some(id)) => From::Joint(*id),
-                _ => From::Frame,
+                (ObjectVariant::Shape(s), _) if s.dynamic => s.body.0.map_or(PoseSource::Frame, PoseSource::Body),
+                (ObjectVariant::Joint(_), Some(id)) => PoseSource::Joint(*id),
+                _ => PoseSource::Frame,
             };
-            let moves = moves || !matches!(from, From::Frame);
+            let moves = moves || !matches!(from, PoseSource::Frame);
             walk.extend(o.children.iter().rev().map(|s| (*s, slot, moves)));
             if moves && !scene.places.links[slot as usize].hangs {
-                list.push(Place { slot, parent, from });
+                list.push(PoseUpdate { slot, parent, from });
             }
         }
-        self.pose_writeback.listed = scene.shape_version;
+        self.pose_writeback.listed_version = scene.shape_version;
     }
 }
 
 impl Joint {
     /// Copies the state of the joint's counterpart in the engine.
-    fn take(&mut self, state: &JointState) {
+    fn copy_engine_state(&mut self, state: &JointState) {
         (self.position, self.velocity, self.effort) = (state.position, state.velocity, state.effort);
         self.rotation = state.rotation;
     }

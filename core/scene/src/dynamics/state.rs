@@ -2,9 +2,9 @@
 
 use nalgebra::{Isometry3, Vector3};
 use serde::{Deserialize, Serialize};
-use tatu_physics::{BodyId, Engine, EngineSettings, JointForm, JointId, Motion, Push, Rapier, Twist};
+use tatu_physics::{BodyId, BodyWrench, Engine, EngineSettings, JointForm, JointId, MotionType, Rapier, Twist};
 
-use crate::{notices::Notices, object::Shape, tree::Scene};
+use crate::{notices::NoticeQueue, object::Shape, tree::Scene};
 
 /// A body, with the object that it represents and the state of that object when the body was created.
 #[derive(Serialize, Deserialize)]
@@ -13,7 +13,7 @@ pub(super) struct BodyRecord {
     pub(super) slot: u32,
     pub(super) uid: u64,
     pub(super) version: u64,
-    pub(super) motion: Motion,
+    pub(super) motion: MotionType,
     /// Initial position in the world frame, m.
     pub(super) start: Vector3<f64>,
     /// Whether the body has been reported as too far away or too fast.
@@ -49,15 +49,15 @@ pub struct Dynamics {
     /// Slots of joints whose drive, and of shapes whose surface, has changed since the last step.
     pub(super) drives: Vec<u32>,
     /// Slots of joints whose position target is still moving.
-    pub(super) courses: Vec<u32>,
-    pub(super) built: u64,
+    pub(super) moving_targets: Vec<u32>,
+    pub(super) built_version: u64,
     pub(super) moved: Vec<u32>,
     /// Pushes that act in the next engine step only.
-    pub(super) pushes: Vec<Push>,
+    pub(super) pushes: Vec<BodyWrench>,
     /// Whether an advance is in progress that calls scripts between engine steps.
-    pub(super) between: bool,
+    pub(super) scripts_between_steps: bool,
     /// The objects whose poses are copied back from the engine.
-    pub(super) pose_writeback: Carried,
+    pub(super) pose_writeback: WritebackList,
     /// Joints that follow other joints, with their leaders, as pairs of slots.
     pub(super) followers: Vec<(u32, u32)>,
     /// Joints that are geared to other joints, with their leaders, as pairs of slots.
@@ -68,7 +68,7 @@ pub struct Dynamics {
     /// Current length of an engine step, s.
     pub(super) step: f64,
     /// Warnings about the scene; not part of snapshots.
-    pub(super) notices: Notices,
+    pub(super) notices: NoticeQueue,
 }
 
 /// A loop that is closed in the engine.
@@ -83,14 +83,14 @@ pub(super) struct LoopRecord {
 }
 
 /// An object whose pose depends on the engine's state.
-pub(super) struct Place {
+pub(super) struct PoseUpdate {
     pub(super) slot: u32,
     pub(super) parent: u32,
-    pub(super) from: From,
+    pub(super) from: PoseSource,
 }
 
 /// The source of an object's pose.
-pub(super) enum From {
+pub(super) enum PoseSource {
     /// The object's body.
     Body(BodyId),
     /// The parent's frame; the object is a joint whose state is copied as well.
@@ -101,24 +101,24 @@ pub(super) enum From {
 
 /// The objects whose poses depend on the engine's state. The poses of all other objects do not change in a step.
 #[derive(Default)]
-pub(super) struct Carried {
+pub(super) struct WritebackList {
     /// The objects in depth-first order, without those whose world pose is computed on demand.
-    pub(super) list: Vec<Place>,
+    pub(super) list: Vec<PoseUpdate>,
     /// The version of the tree for which the list was built; 0 if it was not built.
-    pub(super) listed: u64,
+    pub(super) listed_version: u64,
     /// The version of the tree for which all objects were last visited. This is necessary after each change of the
     /// tree, when stored poses can differ in the last bits from those computed from the poses of the parents.
-    pub(super) whole: u64,
+    pub(super) visited_version: u64,
 }
 
-impl Carried {
-    /// Returns the version in `whole`, the only part that a snapshot contains.
-    pub fn whole(&self) -> u64 {
-        self.whole
+impl WritebackList {
+    /// Returns the version in `visited_version`, the only part that a snapshot contains.
+    pub fn visited_version(&self) -> u64 {
+        self.visited_version
     }
     /// Creates the value for a version of the tree for which all objects have been visited, such as that in a snapshot.
-    pub fn after(whole: u64) -> Self {
-        Carried { whole, ..Carried::default() }
+    pub fn visited_at(whole: u64) -> Self {
+        WritebackList { visited_version: whole, ..WritebackList::default() }
     }
 }
 
@@ -132,23 +132,23 @@ impl Dynamics {
             joints: Vec::new(),
             loops: Vec::new(),
             drives: Vec::new(),
-            courses: Vec::new(),
-            built: 0,
+            moving_targets: Vec::new(),
+            built_version: 0,
             moved: Vec::new(),
             pushes: Vec::new(),
-            between: false,
-            pose_writeback: Carried::default(),
+            scripts_between_steps: false,
+            pose_writeback: WritebackList::default(),
             followers: Vec::new(),
             geared: Vec::new(),
             force_sensors: Vec::new(),
             settings,
             step: settings.step,
-            notices: Notices::default(),
+            notices: NoticeQueue::default(),
         }
     }
 
     pub(super) fn list_kinematic(&mut self) {
-        let kinematic = self.bodies.iter().filter(|b| b.motion == Motion::Kinematic);
+        let kinematic = self.bodies.iter().filter(|b| b.motion == MotionType::Kinematic);
         self.kinematic = kinematic.map(|b| (b.id, b.slot)).collect();
         self.force_sensors = self.joints.iter().filter(|j| j.sensor).map(|j| (j.id, j.tie)).collect();
     }
@@ -162,11 +162,11 @@ impl Dynamics {
             joints,
             loops,
             drives,
-            courses,
-            built,
+            moving_targets: courses,
+            built_version: built,
             moved,
             pushes,
-            between: _,
+            scripts_between_steps: _,
             pose_writeback,
             followers,
             geared,
@@ -182,7 +182,7 @@ impl Dynamics {
             (drives, courses),
             built,
             (moved, pushes),
-            pose_writeback.whole(),
+            pose_writeback.visited_version(),
             (followers, geared),
             settings,
             step,
@@ -192,18 +192,19 @@ impl Dynamics {
 
     /// Restores a state from [`Dynamics::snapshot`]. On failure, nothing is changed.
     pub fn restore(&mut self, bytes: &[u8]) -> Result<(), String> {
-        type Tables = (Vec<BodyRecord>, (Vec<JointRecord>, Vec<LoopRecord>), (Vec<u32>, Vec<u32>));
-        type Pairs = Vec<(u32, u32)>;
-        type All = (Vec<u8>, Tables, u64, (Vec<u32>, Vec<Push>), u64, (Pairs, Pairs), EngineSettings, f64);
-        let (engine, tables, built, (moved, pushes), whole, (followers, geared), settings, step): All =
+        type RecordTables = (Vec<BodyRecord>, (Vec<JointRecord>, Vec<LoopRecord>), (Vec<u32>, Vec<u32>));
+        type SlotPairs = Vec<(u32, u32)>;
+        type SnapshotParts =
+            (Vec<u8>, RecordTables, u64, (Vec<u32>, Vec<BodyWrench>), u64, (SlotPairs, SlotPairs), EngineSettings, f64);
+        let (engine, tables, built, (moved, pushes), whole, (followers, geared), settings, step): SnapshotParts =
             postcard::from_bytes(bytes).map_err(|e| format!("cannot read the table of bodies: {e}"))?;
         self.engine.restore(&engine)?;
         let (bodies, (joints, loops), (drives, courses)) = tables;
-        (self.bodies, self.joints, self.built) = (bodies, joints, built);
-        (self.drives, self.courses) = (drives, courses);
+        (self.bodies, self.joints, self.built_version) = (bodies, joints, built);
+        (self.drives, self.moving_targets) = (drives, courses);
         self.loops = loops;
-        (self.pushes, self.between) = (pushes, false);
-        (self.moved, self.pose_writeback) = (moved, Carried::after(whole));
+        (self.pushes, self.scripts_between_steps) = (pushes, false);
+        (self.moved, self.pose_writeback) = (moved, WritebackList::visited_at(whole));
         (self.followers, self.geared, self.settings, self.step) = (followers, geared, settings, step);
         self.list_kinematic();
         Ok(())
@@ -219,7 +220,7 @@ impl Dynamics {
         &*self.engine
     }
     /// Returns the bodies above and below a joint of the engine, and the joint's frame in the upper body.
-    pub fn tie(&self, joint: JointId) -> Option<((BodyId, BodyId), Isometry3<f64>)> {
+    pub fn bodies_of_joint(&self, joint: JointId) -> Option<((BodyId, BodyId), Isometry3<f64>)> {
         // Joints are created in ascending order of ids.
         let i = self.joints.binary_search_by_key(&joint, |j| j.id).ok()?;
         Some((self.joints[i].bodies, self.joints[i].frame_in_a))
@@ -234,9 +235,9 @@ impl Dynamics {
     }
     /// Adds a force (N) and a torque (N m) in the world frame, requested by a script or a service. They act during the
     /// next advance or, if one is running, during the next engine step.
-    pub fn ask_push(&mut self, body: BodyId, force: nalgebra::Vector3<f64>, torque: nalgebra::Vector3<f64>) {
-        match self.between {
-            true => self.pushes.push(Push { body, force, torque }),
+    pub fn push_from_script(&mut self, body: BodyId, force: nalgebra::Vector3<f64>, torque: nalgebra::Vector3<f64>) {
+        match self.scripts_between_steps {
+            true => self.pushes.push(BodyWrench { body, force, torque }),
             false => self.engine.push(body, force, torque),
         }
     }
@@ -250,7 +251,7 @@ impl Dynamics {
     }
     /// Returns the contacts after the last step, with the slots of both objects. Contacts of objects that have been
     /// removed since then are left out, although their bodies still exist until the next step.
-    pub fn contacts(&self, scene: &Scene) -> impl Iterator<Item = (u32, u32, tatu_physics::Contact)> {
+    pub fn contacts(&self, scene: &Scene) -> impl Iterator<Item = (u32, u32, tatu_physics::BodyContact)> {
         let mut all = Vec::new();
         self.engine.contacts(&mut all);
         let living = |body| {
@@ -271,6 +272,6 @@ impl Dynamics {
     }
     /// Returns the slots and velocities of all dynamic bodies, in ascending order of ids.
     pub fn twists(&self) -> impl Iterator<Item = (u32, Twist)> + '_ {
-        self.bodies.iter().filter(|b| b.motion == Motion::Dynamic).map(|b| (b.slot, self.engine.twist(b.id)))
+        self.bodies.iter().filter(|b| b.motion == MotionType::Dynamic).map(|b| (b.slot, self.engine.twist(b.id)))
     }
 }

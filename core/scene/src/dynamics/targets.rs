@@ -5,18 +5,18 @@
 //! steps. Its rate is added to the speed of the drive, which would otherwise lag behind it by its time constant. Targets
 //! are applied at once if a scene step is a single physics step, or if they are set between physics steps.
 
-use tatu_physics::{Drive, SETTLE_TIME, Tracking};
+use tatu_physics::{JointDrive, PositionController, SETTLE_TIME};
 
 use super::{mass::surface, state::Dynamics};
 use crate::{
-    notices::Notice,
-    object::{Control, Course, Data, Joint, JointType},
+    notices::NoticeKind,
+    object::{ControlMode, Joint, JointType, ObjectVariant, TargetSpline},
     tree::Scene,
 };
 
 /// The target of position control in a physics step.
 #[derive(Clone, Copy)]
-struct Target {
+struct PositionTarget {
     /// Target position at the end of the physics step, rad or m. It is clamped to the limits, because a target beyond
     /// them would press the joint against the limit permanently and cause jitter.
     position: f64,
@@ -26,7 +26,7 @@ struct Target {
 }
 
 /// Returns the target of the physics step `part` of `steps`, each of length `step`, s.
-fn target_of(j: &Joint, part: u32, steps: u32, step: f64) -> Target {
+fn target_of(j: &Joint, part: u32, steps: u32, step: f64) -> PositionTarget {
     let share = f64::from(part + 1) / f64::from(steps);
     let (low, high) = j.limits.unwrap_or((f64::NEG_INFINITY, f64::INFINITY));
     let wanted = j.course.map_or(j.target_position, |c| c.target(share));
@@ -34,51 +34,55 @@ fn target_of(j: &Joint, part: u32, steps: u32, step: f64) -> Target {
     let rate = j.course.map_or(0.0, |c| c.rate(share)) / (f64::from(steps) * step);
     // The error asks for the part of the motion that falls within the physics step.
     let lead = if position == wanted { rate * (1.0 - step / SETTLE_TIME).max(0.0) } else { 0.0 };
-    Target { position, lead }
+    PositionTarget { position, lead }
 }
 
 /// Returns the drive of a geared joint, derived from the drive of its leader.
-fn geared(drive: Drive, factor: f64, offset: f64, limit: f64) -> Drive {
+fn follower_drive(drive: JointDrive, factor: f64, offset: f64, limit: f64) -> JointDrive {
     match drive {
-        Drive::Free => Drive::Free,
-        Drive::Velocity { target, slip, .. } => Drive::Velocity { target: factor * target, max_force: limit, slip },
-        Drive::Position { target, max_velocity, tracking, .. } => Drive::Position {
+        JointDrive::Free => JointDrive::Free,
+        JointDrive::Velocity { target, slip, .. } => {
+            JointDrive::Velocity { target: factor * target, max_force: limit, slip }
+        }
+        JointDrive::Position { target, max_velocity, tracking, .. } => JointDrive::Position {
             target: factor * target + offset,
             max_force: limit,
             max_velocity: factor.abs() * max_velocity,
-            tracking: tracking.map(|t| Tracking { velocity: factor * t.velocity, ..t }),
+            tracking: tracking.map(|t| PositionController { velocity: factor * t.velocity, ..t }),
         },
-        Drive::Force(_) => Drive::Force(limit),
+        JointDrive::Force(_) => JointDrive::Force(limit),
     }
 }
 
 /// Returns a drive whose torque or force is multiplied by `share`.
-fn shared(drive: Drive, share: f64) -> Drive {
+fn scaled_drive(drive: JointDrive, share: f64) -> JointDrive {
     match drive {
-        Drive::Velocity { target, max_force, slip } => Drive::Velocity { target, max_force: share * max_force, slip },
-        Drive::Position { target, max_force, max_velocity, tracking } => {
-            Drive::Position { target, max_force: share * max_force, max_velocity, tracking }
+        JointDrive::Velocity { target, max_force, slip } => {
+            JointDrive::Velocity { target, max_force: share * max_force, slip }
         }
-        Drive::Force(force) => Drive::Force(share * force),
-        Drive::Free => Drive::Free,
+        JointDrive::Position { target, max_force, max_velocity, tracking } => {
+            JointDrive::Position { target, max_force: share * max_force, max_velocity, tracking }
+        }
+        JointDrive::Force(force) => JointDrive::Force(share * force),
+        JointDrive::Free => JointDrive::Free,
     }
 }
 
 /// Returns whether the targets of a joint are smoothed by a spline.
 fn is_smooth(j: &Joint) -> bool {
-    j.smooth_target && j.dynamic && j.control == Control::Position && j.id.is_some()
+    j.smooth_target && j.dynamic && j.control == ControlMode::Position && j.id.is_some()
 }
 
 /// Returns whether a motor controls velocity or position.
-fn is_held(j: &Joint) -> bool {
-    matches!(j.control, Control::Velocity | Control::Position)
+fn tracks_target(j: &Joint) -> bool {
+    matches!(j.control, ControlMode::Velocity | ControlMode::Position)
 }
 
 /// Returns whether a joint has a target to reach, but a motor without torque or force.
-fn is_idle(j: &Joint) -> bool {
+fn lacks_motor_force(j: &Joint) -> bool {
     let moves = match j.control {
-        Control::Velocity => j.target_velocity != 0.0,
-        Control::Position => (j.target_position - j.position).abs() > 1e-6,
+        ControlMode::Velocity => j.target_velocity != 0.0,
+        ControlMode::Position => (j.target_position - j.position).abs() > 1e-6,
         _ => false,
     };
     // The engine couples a geared joint to its leader.
@@ -86,7 +90,7 @@ fn is_idle(j: &Joint) -> bool {
     j.dynamic && j.id.is_some() && j.max_force == 0.0 && moves && !coupled
 }
 
-fn no_torque(path: &str, j: &Joint) -> String {
+fn no_torque_message(path: &str, j: &Joint) -> String {
     let (key, what) = match j.kind {
         JointType::Prismatic => ("max_force_n", "force"),
         _ => ("max_force_nm", "torque"),
@@ -96,7 +100,7 @@ fn no_torque(path: &str, j: &Joint) -> String {
 
 /// Returns the target position. For a cyclic joint, this is the equivalent angle that is nearest to `from`, which makes
 /// the joint take the shorter path.
-fn near(j: &Joint, from: f64) -> f64 {
+fn nearest_target(j: &Joint, from: f64) -> f64 {
     let way = j.target_position - from;
     if j.kind == JointType::Revolute && j.limits.is_none() {
         return from + tatu_geometry::wrap_angle(way);
@@ -104,46 +108,48 @@ fn near(j: &Joint, from: f64) -> f64 {
     j.target_position
 }
 
-fn drive_of(j: &Joint, target: Target) -> Option<Drive> {
+fn drive_of(j: &Joint, target: PositionTarget) -> Option<JointDrive> {
     // Without gains of its own, a drive has this gain, and no derivative or integral.
-    let leading = Tracking { p: 1.0 / SETTLE_TIME, i: 0.0, d: 0.0, velocity: target.lead };
+    let leading = PositionController { p: 1.0 / SETTLE_TIME, i: 0.0, d: 0.0, velocity: target.lead };
     Some(match j.control {
-        Control::Free | Control::Spring => Drive::Free,
-        Control::Velocity => Drive::Velocity { target: j.target_velocity, max_force: j.max_force.abs(), slip: j.slip },
-        Control::Position => Drive::Position {
+        ControlMode::Free | ControlMode::Spring => JointDrive::Free,
+        ControlMode::Velocity => {
+            JointDrive::Velocity { target: j.target_velocity, max_force: j.max_force.abs(), slip: j.slip }
+        }
+        ControlMode::Position => JointDrive::Position {
             target: target.position,
             max_force: j.max_force.abs(),
             max_velocity: j.max_velocity,
             tracking: match j.gains {
-                Some([p, i, d]) => Some(Tracking { p, i, d, velocity: j.target_velocity }),
+                Some([p, i, d]) => Some(PositionController { p, i, d, velocity: j.target_velocity }),
                 None => (target.lead != 0.0).then_some(leading),
             },
         },
-        Control::Force => Drive::Force(j.max_force),
+        ControlMode::Force => JointDrive::Force(j.max_force),
         // A script provides the drive in each engine step.
-        Control::Callback => return None,
+        ControlMode::Callback => return None,
     })
 }
 
 impl Dynamics {
     /// Converts targets set since the last advance to control points, if an advance consists of several physics steps.
-    pub(super) fn plot_courses(&mut self, scene: &mut Scene, steps: u32) {
-        let mut slots = std::mem::take(&mut self.courses);
+    pub(super) fn update_splines(&mut self, scene: &mut Scene, steps: u32) {
+        let mut slots = std::mem::take(&mut self.moving_targets);
         slots.extend(&self.drives);
         slots.sort_unstable();
         slots.dedup();
         for slot in slots {
-            let Some(Data::Joint(j)) = scene.get_mut(slot).map(|o| &mut o.data) else { continue };
+            let Some(ObjectVariant::Joint(j)) = scene.get_mut(slot).map(|o| &mut o.data) else { continue };
             if steps < 2 || !is_smooth(j) {
                 j.course = None;
                 continue;
             }
             // When position control starts, the spline starts at the joint's current position.
-            let course = j.course.unwrap_or(Course::at(j.position));
-            let course = course.next(near(j, course.points[2]));
+            let course = j.course.unwrap_or(TargetSpline::at(j.position));
+            let course = course.next(nearest_target(j, course.points[2]));
             j.course = Some(course);
-            if course.under_way() || course.direct {
-                self.courses.push(slot);
+            if course.is_moving() || course.direct {
+                self.moving_targets.push(slot);
             }
         }
     }
@@ -157,21 +163,21 @@ impl Dynamics {
                 self.engine.set_surface(body, surface(scene, shape));
             }
             if let Some(o) = scene.get(slot)
-                && let Some(j) = o.joint().filter(|j| is_idle(j))
-                && self.notices.is_new(Notice::NoTorque, o.uid)
+                && let Some(j) = o.joint().filter(|j| lacks_motor_force(j))
+                && self.notices.is_new(NoticeKind::NoTorque, o.uid)
             {
-                self.notices.add(no_torque(&scene.path(slot), j));
+                self.notices.add(no_torque_message(&scene.path(slot), j));
             }
-            let Some(Data::Joint(j)) = scene.get_mut(slot).map(|o| &mut o.data) else { continue };
-            if part > 0 && is_smooth(j) && j.course.is_none_or(|c| near(j, c.points[2]) != c.points[2]) {
-                j.course = Some(Course { direct: true, ..Course::at(j.target_position) });
-                self.courses.push(slot);
+            let Some(ObjectVariant::Joint(j)) = scene.get_mut(slot).map(|o| &mut o.data) else { continue };
+            if part > 0 && is_smooth(j) && j.course.is_none_or(|c| nearest_target(j, c.points[2]) != c.points[2]) {
+                j.course = Some(TargetSpline { direct: true, ..TargetSpline::at(j.target_position) });
+                self.moving_targets.push(slot);
             }
             self.apply_drive(j, part, steps);
         }
         self.drives = drives;
-        for i in 0..self.courses.len() {
-            if let Some(j) = scene.get(self.courses[i]).and_then(|o| o.joint()) {
+        for i in 0..self.moving_targets.len() {
+            if let Some(j) = scene.get(self.moving_targets[i]).and_then(|o| o.joint()) {
                 self.apply_drive(j, part, steps);
             }
         }
@@ -194,14 +200,16 @@ impl Dynamics {
             let factor = j.follow.factor;
             if let Some(share) = self.share_of(scene, *slot, *leader) {
                 let limit = match drive {
-                    Drive::Velocity { max_force, .. } | Drive::Position { max_force, .. } => max_force / factor.abs(),
-                    Drive::Force(force) => force / factor,
-                    Drive::Free => 0.0,
+                    JointDrive::Velocity { max_force, .. } | JointDrive::Position { max_force, .. } => {
+                        max_force / factor.abs()
+                    }
+                    JointDrive::Force(force) => force / factor,
+                    JointDrive::Free => 0.0,
                 };
-                self.engine.drive(leader_id, shared(drive, share));
-                self.engine.drive(id, geared(drive, factor, j.follow.offset, share * limit));
-            } else if is_held(l) && is_held(j) {
-                self.engine.drive(id, geared(drive, factor, j.follow.offset, j.max_force.abs()));
+                self.engine.drive(leader_id, scaled_drive(drive, share));
+                self.engine.drive(id, follower_drive(drive, factor, j.follow.offset, share * limit));
+            } else if tracks_target(l) && tracks_target(j) {
+                self.engine.drive(id, follower_drive(drive, factor, j.follow.offset, j.max_force.abs()));
             }
         }
     }
@@ -210,9 +218,9 @@ impl Dynamics {
     /// shared.
     fn share_of(&self, scene: &Scene, slot: u32, leader: u32) -> Option<f64> {
         let joint = |slot: u32| scene.get(slot).and_then(|o| o.joint());
-        let is_free = |slot: u32| joint(slot).is_some_and(|j| j.control == Control::Free && j.follow.factor != 0.0);
+        let is_free = |slot: u32| joint(slot).is_some_and(|j| j.control == ControlMode::Free && j.follow.factor != 0.0);
         let (l, follows) = (joint(leader)?, self.geared.iter().any(|(slot, _)| *slot == leader));
-        let motor = is_held(l) || l.control == Control::Force;
+        let motor = tracks_target(l) || l.control == ControlMode::Force;
         // The speed of a motor with slip depends on its full load, so its force is not shared.
         let yields = l.slip != 0.0 || l.passive.no_load_speed != 0.0;
         let others = self.geared.iter().filter(|(slot, l)| *l == leader && is_free(*slot)).count();
@@ -225,9 +233,9 @@ impl Dynamics {
             if self.share_of(scene, *slot, *leader).is_none() {
                 continue;
             }
-            let Some(Data::Joint(j)) = scene.get_mut(*slot).map(|o| &mut o.data) else { continue };
+            let Some(ObjectVariant::Joint(j)) = scene.get_mut(*slot).map(|o| &mut o.data) else { continue };
             let more = j.follow.factor * std::mem::take(&mut j.effort);
-            if let Some(Data::Joint(l)) = scene.get_mut(*leader).map(|o| &mut o.data) {
+            if let Some(ObjectVariant::Joint(l)) = scene.get_mut(*leader).map(|o| &mut o.data) {
                 l.effort += more;
             }
         }
@@ -238,7 +246,7 @@ impl Dynamics {
         let target = target_of(j, part, steps, self.step);
         if let Some(drive) = drive_of(j, target) {
             self.engine.drive(id, drive);
-            let rest = if j.control == Control::Spring { j.target_position } else { j.passive.rest };
+            let rest = if j.control == ControlMode::Spring { j.target_position } else { j.passive.rest };
             self.engine.set_rest(id, rest);
         }
     }
@@ -249,31 +257,31 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_lone_target_is_reached_after_two_steps_without_a_jump() {
-        let mut course = Course::at(0.0);
+    fn single_target_is_reached_after_two_steps_without_a_jump() {
+        let mut course = TargetSpline::at(0.0);
         let mut way = vec![0.0];
         for target in [1.0, 1.0, 1.0] {
             course = course.next(target);
             way.extend((1..=10).map(|n| course.target(f64::from(n) / 10.0)));
         }
         assert_eq!((way[10], way[20], way[30]), (0.5, 1.0, 1.0));
-        assert!(!course.under_way());
+        assert!(!course.is_moving());
         // The second difference of the targets is 1 per step, and each step consists of ten parts.
         let bend = way.windows(3).map(|w| (w[2] - 2.0 * w[1] + w[0]).abs()).fold(0.0, f64::max);
         assert!((bend - 0.01).abs() < 1e-12, "{bend}");
     }
 
     #[test]
-    fn a_target_between_physics_steps_is_taken_as_it_comes() {
-        let course = Course { direct: true, ..Course::at(1.0) }.next(3.0);
-        assert_eq!((course.target(0.1), course.under_way()), (3.0, false));
+    fn target_set_between_physics_steps_applies_at_once() {
+        let course = TargetSpline { direct: true, ..TargetSpline::at(1.0) }.next(3.0);
+        assert_eq!((course.target(0.1), course.is_moving()), (3.0, false));
     }
 
     #[test]
-    fn a_joint_without_end_takes_the_shorter_way() {
+    fn cyclic_joint_rotates_the_shorter_way() {
         let j = Joint { target_position: -3.0, ..Joint::default() };
-        assert!((near(&j, 3.0) - (std::f64::consts::TAU - 3.0)).abs() < 1e-12);
+        assert!((nearest_target(&j, 3.0) - (std::f64::consts::TAU - 3.0)).abs() < 1e-12);
         let limited = Joint { limits: Some((-3.1, 3.1)), ..j };
-        assert_eq!(near(&limited, 3.0), -3.0);
+        assert_eq!(nearest_target(&limited, 3.0), -3.0);
     }
 }

@@ -7,16 +7,16 @@ use tatu_errors::Refusal;
 use tatu_plugin_api::abi::*;
 
 use super::{
-    CurveSpec, GraphSpec, Stream, StreamSpec,
-    spec::{self, Axis},
+    CurveSpec, GraphSpec, RecordedStream, StreamSpec,
+    spec::{self, CurveAxis},
 };
 
 /// Maximum total number of streams and curves of a graph.
-const MOST: usize = 1000;
+const MAX_STREAMS_AND_CURVES: usize = 1000;
 
 /// A curve of a graph.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Curve {
+pub struct RecordedCurve {
     /// Number in the graph; streams and curves share the numbering.
     pub id: i64,
     /// Description of the curve.
@@ -37,9 +37,9 @@ pub struct Graph {
     /// Times of the samples, s.
     pub times: VecDeque<f64>,
     /// Streams, in order of creation.
-    pub streams: Vec<Stream>,
+    pub streams: Vec<RecordedStream>,
     /// Curves, in order of creation.
-    pub curves: Vec<Curve>,
+    pub curves: Vec<RecordedCurve>,
     last: i64,
 }
 
@@ -70,9 +70,12 @@ impl Graph {
         let (streams, curves) = (Vec::new(), Vec::new());
         Graph { name, buffer: spec.buffer, times: VecDeque::new(), streams, curves, last: 0 }
     }
-    fn number(&mut self, name: &str) -> Result<i64, Refusal> {
-        if self.streams.len() + self.curves.len() >= MOST {
-            return Err(Refusal(TATU_ERR_SPACE, format!("the graph already has {MOST} streams and curves")));
+    fn next_number(&mut self, name: &str) -> Result<i64, Refusal> {
+        if self.streams.len() + self.curves.len() >= MAX_STREAMS_AND_CURVES {
+            return Err(Refusal(
+                TATU_ERR_SPACE,
+                format!("the graph already has {MAX_STREAMS_AND_CURVES} streams and curves"),
+            ));
         }
         if self.find(name).is_some() {
             return Err(Refusal(TATU_ERR_ARGUMENT, format!("the graph already has a stream or curve `{name}`")));
@@ -82,24 +85,24 @@ impl Graph {
     }
     /// Adds a stream and returns its number, from 1.
     pub fn add_stream(&mut self, spec: StreamSpec) -> Result<i64, Refusal> {
-        let id = self.number(&spec.name)?;
+        let id = self.next_number(&spec.name)?;
         let color = spec::color(self.streams.len());
-        self.streams.push(Stream::new(id, spec, color, self.times.len()));
+        self.streams.push(RecordedStream::new(id, spec, color, self.times.len()));
         Ok(id)
     }
     /// Adds a curve and returns its number. The streams that the curve refers to must exist.
     pub fn add_curve(&mut self, spec: CurveSpec) -> Result<i64, Refusal> {
         for axis in &spec.axes {
-            if let Axis::Stream(name) = axis
+            if let CurveAxis::Stream(name) = axis
                 && !self.streams.iter().any(|s| s.spec.name == *name)
             {
                 let text = format!("the curve `{}` refers to the stream `{name}`, which the graph lacks", spec.name);
                 return Err(Refusal(TATU_ERR_ARGUMENT, text));
             }
         }
-        let id = self.number(&spec.name)?;
+        let id = self.next_number(&spec.name)?;
         let color = spec.color.unwrap_or(spec::color(self.curves.len()));
-        self.curves.push(Curve { id, spec, color, points: None });
+        self.curves.push(RecordedCurve { id, spec, color, points: None });
         Ok(id)
     }
     /// Adds a static copy of a curve in its current state, and returns the number of the copy. If `name` is empty, the
@@ -113,10 +116,10 @@ impl Graph {
         while self.find(&name).is_some() {
             name += "'";
         }
-        let id = self.number(&name)?;
+        let id = self.next_number(&name)?;
         let color = spec::color(self.curves.len());
         let spec = CurveSpec { name, ..of.spec };
-        self.curves.push(Curve { id, spec, color, points: Some(points) });
+        self.curves.push(RecordedCurve { id, spec, color, points: Some(points) });
         Ok(id)
     }
     /// Removes a stream or a curve; returns whether it existed. Curves of a removed stream become static.
@@ -124,7 +127,7 @@ impl Graph {
         if let Some(stream) = self.streams.iter().find(|s| s.id == id) {
             let name = stream.spec.name.clone();
             for i in 0..self.curves.len() {
-                let uses = self.curves[i].spec.axes.iter().any(|a| matches!(a, Axis::Stream(n) if *n == name));
+                let uses = self.curves[i].spec.axes.iter().any(|a| matches!(a, CurveAxis::Stream(n) if *n == name));
                 if uses && self.curves[i].points.is_none() {
                     self.curves[i].points = Some(self.points(&self.curves[i]));
                 }
@@ -141,17 +144,17 @@ impl Graph {
         stream.or_else(|| self.curves.iter().find(|c| c.spec.name == name).map(|c| c.id))
     }
     /// Returns a stream by number.
-    pub fn stream(&mut self, id: i64) -> Result<&mut Stream, Refusal> {
+    pub fn stream(&mut self, id: i64) -> Result<&mut RecordedStream, Refusal> {
         let missing = || Refusal(TATU_ERR_MISSING, format!("the graph has no stream {id}"));
         self.streams.iter_mut().find(|s| s.id == id).ok_or_else(missing)
     }
     /// Discards all samples.
-    pub fn empty(&mut self) {
+    pub fn clear(&mut self) {
         self.times.clear();
-        self.streams.iter_mut().for_each(Stream::empty);
+        self.streams.iter_mut().for_each(RecordedStream::clear);
     }
     /// Adds a sample to each stream. `numbers` contains one value for each stream, in order; `None` is a missing value.
-    pub fn take(&mut self, time: f64, numbers: &[Option<f64>]) {
+    pub fn add_sample(&mut self, time: f64, numbers: &[Option<f64>]) {
         if self.times.len() >= self.buffer {
             self.times.pop_front();
             for s in &mut self.streams {
@@ -160,17 +163,17 @@ impl Graph {
         }
         self.times.push_back(time);
         for (s, number) in self.streams.iter_mut().zip(numbers) {
-            s.take(time, *number);
+            s.add_sample(time, *number);
         }
     }
     /// Returns the points of a curve, one for each sample; missing coordinates are NaN.
-    pub fn points(&self, curve: &Curve) -> Vec<Vec<f64>> {
+    pub fn points(&self, curve: &RecordedCurve) -> Vec<Vec<f64>> {
         if let Some(points) = &curve.points {
             return points.clone();
         }
-        let axis = |axis: &Axis, i: usize| match axis {
-            Axis::Always(x) => *x,
-            Axis::Stream(name) => {
+        let axis = |axis: &CurveAxis, i: usize| match axis {
+            CurveAxis::Always(x) => *x,
+            CurveAxis::Stream(name) => {
                 let stream = self.streams.iter().find(|s| s.spec.name == *name);
                 stream.and_then(|s| s.values.get(i)).copied().unwrap_or(f64::NAN)
             }
@@ -187,31 +190,31 @@ mod tests {
         StreamSpec { name: name.into(), factor: 1.0, window: 1, ..Default::default() }
     }
     fn curve(name: &str, axes: &[&str]) -> CurveSpec {
-        let axes = axes.iter().map(|a| Axis::Stream((*a).into())).collect();
+        let axes = axes.iter().map(|a| CurveAxis::Stream((*a).into())).collect();
         CurveSpec { name: name.into(), unit: String::new(), color: None, axes }
     }
 
     #[test]
-    fn the_oldest_samples_make_room() {
+    fn oldest_samples_are_discarded_at_capacity() {
         let spec = GraphSpec { buffer: 3, streams: vec![stream("a")], ..Default::default() };
         let mut g = Graph::new(&spec, "g".into());
         for i in 0..5 {
-            g.take(f64::from(i), &[Some(f64::from(i * i))]);
+            g.add_sample(f64::from(i), &[Some(f64::from(i * i))]);
         }
         assert_eq!(Vec::from(g.times.clone()), [2.0, 3.0, 4.0]);
         assert_eq!(Vec::from(g.streams[0].values.clone()), [4.0, 9.0, 16.0]);
-        g.empty();
+        g.clear();
         assert!(g.times.is_empty() && g.streams[0].values.is_empty());
     }
 
     #[test]
-    fn curves_are_one_stream_over_another() {
+    fn curve_plots_one_stream_over_another() {
         let spec = GraphSpec { streams: vec![stream("a"), stream("b")], ..Default::default() };
         let mut g = Graph::new(&spec, "g".into());
         let live = g.add_curve(curve("c", &["a", "b"])).unwrap();
-        g.take(0.0, &[Some(1.0), Some(2.0)]);
+        g.add_sample(0.0, &[Some(1.0), Some(2.0)]);
         let frozen = g.freeze(live, "").unwrap();
-        g.take(1.0, &[Some(3.0), None]);
+        g.add_sample(1.0, &[Some(3.0), None]);
         let of = |g: &Graph, id| g.points(g.curves.iter().find(|c| c.id == id).unwrap());
         assert_eq!(of(&g, frozen), [[1.0, 2.0]]);
         let points = of(&g, live);

@@ -4,14 +4,14 @@ use serde::{Deserialize, Serialize};
 use tatu_errors::Refusal;
 use tatu_plugin_api::{abi::*, safe::Value};
 
-use super::values::{Keys, map};
+use super::values::{CheckedMap, map};
 use crate::{
-    object::Kind,
-    property::{properties, refused, unexpected},
+    object::ObjectKind,
+    property::{properties, refusal_as_text, unexpected},
 };
 
 /// Maximum number of samples that a graph can store.
-pub const MOST_SAMPLES: i64 = 1_000_000;
+pub const MAX_GRAPH_SAMPLES: i64 = 1_000_000;
 
 /// Default colours of streams and curves, in order. They are based on the palette of Okabe and Ito, which most people
 /// with colour blindness can distinguish, and are dark enough for a white background.
@@ -33,7 +33,7 @@ pub fn color(i: usize) -> [f64; 3] {
 /// The transformation of a stream's values, before factor, offset and average.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[allow(missing_docs, reason = "named after what they are")]
-pub enum Transform {
+pub enum StreamTransform {
     #[default]
     Raw,
     /// Change per second since the previous sample; undefined for the first one.
@@ -44,7 +44,7 @@ pub enum Transform {
     Cumulative,
 }
 
-impl Transform {
+impl StreamTransform {
     /// Names of the transformations, in the order of the variants.
     pub const NAMES: [&str; 4] = ["raw", "derivative", "integral", "cumulative"];
 
@@ -73,7 +73,7 @@ pub struct StreamSpec {
     /// The recorded value: "x", "speed", "joint.position", `object.world_pose[2]`, or a field of a reading.
     pub data: String,
     /// Transformation of the values.
-    pub transform: Transform,
+    pub transform: StreamTransform,
     /// Factor that is applied after the transformation.
     pub factor: f64,
     /// Offset that is added after the factor.
@@ -102,14 +102,14 @@ impl StreamSpec {
     }
     /// Returns a copy with the changes that a table specifies.
     pub fn with(&self, value: &Value) -> Result<Self, Refusal> {
-        let keys = Keys::new("a stream", value, Self::KEYS)?;
+        let keys = CheckedMap::new("a stream", value, Self::KEYS)?;
         let other =
             |now: &String, key| Ok(Some(keys.text(key)?).filter(|t: &String| !t.is_empty()).unwrap_or(now.clone()));
         let name = keys.text("transform")?;
-        let transform = match Transform::parse(&name) {
-            Some(Transform::Raw) if name.is_empty() => self.transform,
+        let transform = match StreamTransform::parse(&name) {
+            Some(StreamTransform::Raw) if name.is_empty() => self.transform,
             Some(t) => t,
-            None => return keys.wrong("transform", &format!("one of {}", Transform::NAMES.join(", "))),
+            None => return keys.invalid_value("transform", &format!("one of {}", StreamTransform::NAMES.join(", "))),
         };
         Ok(StreamSpec {
             name: other(&self.name, "name")?,
@@ -143,7 +143,7 @@ impl StreamSpec {
 
 /// The source of one coordinate of a curve.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub enum Axis {
+pub enum CurveAxis {
     /// A stream, by name.
     Stream(String),
     /// A constant value.
@@ -160,7 +160,7 @@ pub struct CurveSpec {
     /// Red, green, blue, 0 to 1; if `None`, a default colour.
     pub color: Option<[f64; 3]>,
     /// The sources of the curve's 2 or 3 coordinates.
-    pub axes: Vec<Axis>,
+    pub axes: Vec<CurveAxis>,
 }
 
 impl CurveSpec {
@@ -168,7 +168,7 @@ impl CurveSpec {
 
     /// Parses the table of a curve.
     pub fn from_value(value: &Value) -> Result<Self, Refusal> {
-        let keys = Keys::new("a curve", value, Self::KEYS)?;
+        let keys = CheckedMap::new("a curve", value, Self::KEYS)?;
         let name = keys.text("name")?;
         if name.is_empty() {
             return Err(Refusal(TATU_ERR_ARGUMENT, "a curve must have a `name`".into()));
@@ -176,10 +176,10 @@ impl CurveSpec {
         let mut axes = Vec::new();
         for key in ["x", "y", "z"] {
             match keys.text_or_number(key)? {
-                Some(Err(stream)) => axes.push(Axis::Stream(stream)),
-                Some(Ok(number)) => axes.push(Axis::Always(number)),
+                Some(Err(stream)) => axes.push(CurveAxis::Stream(stream)),
+                Some(Ok(number)) => axes.push(CurveAxis::Always(number)),
                 None if key == "z" => {}
-                None => return keys.wrong(key, "the name of a stream, or a number"),
+                None => return keys.invalid_value(key, "the name of a stream, or a number"),
             }
         }
         Ok(CurveSpec { name, unit: keys.text("unit")?, color: keys.color("color")?, axes })
@@ -187,8 +187,8 @@ impl CurveSpec {
     /// Returns the description as a table.
     pub fn to_value(&self) -> Value {
         let axes = ["x", "y", "z"].into_iter().zip(&self.axes).map(|(key, axis)| match axis {
-            Axis::Stream(name) => (key, Value::text(name)),
-            Axis::Always(x) => (key, Value::Float(*x)),
+            CurveAxis::Stream(name) => (key, Value::text(name)),
+            CurveAxis::Always(x) => (key, Value::Float(*x)),
         });
         let rest = [
             ("name", Value::text(&self.name)),
@@ -201,11 +201,11 @@ impl CurveSpec {
 
 /// Parses the description of a static copy of a curve. Returns the name of the copy, which is empty if it is to be
 /// chosen automatically, and the number of the curve.
-pub fn keys_of(value: &Value) -> Result<(String, i64), Refusal> {
-    let keys = Keys::new("a copy", value, &["name", "curve"])?;
+pub fn parse_static_copy(value: &Value) -> Result<(String, i64), Refusal> {
+    let keys = CheckedMap::new("a copy", value, &["name", "curve"])?;
     match keys.count("curve", 1..=i64::from(u32::MAX))? {
         Some(curve) => Ok((keys.text("name")?, curve)),
-        None => keys.wrong("curve", "the number of a curve, from 1"),
+        None => keys.invalid_value("curve", "the number of a curve, from 1"),
     }
 }
 
@@ -232,14 +232,14 @@ fn list<T>(all: &[T], value: impl Fn(&T) -> Value) -> Value {
     Value::List(all.iter().map(value).collect())
 }
 
-fn each<T>(value: &Value, read: impl Fn(&Value) -> Result<T, Refusal>) -> Result<Vec<T>, String> {
+fn read_list<T>(value: &Value, read: impl Fn(&Value) -> Result<T, Refusal>) -> Result<Vec<T>, String> {
     let Value::List(all) = value else { return unexpected(value) };
-    refused(all.iter().map(read).collect())
+    refusal_as_text(all.iter().map(read).collect())
 }
 
-properties! { ROWS: GraphSpec, Of::Kind(Kind::Graph) =>
+properties! { PROPERTIES: GraphSpec, PropertyOwner::Kind(ObjectKind::Graph) =>
     "graph.explicit" bool = false, None explicit: "Whether the graph records only on request; otherwise, it records at the end of each step.";
-    "graph.buffer" int from 1.0 to (MOST_SAMPLES as f64) = 10_000, Graph buffer: "Number of samples of each stream that the graph stores; the oldest samples are discarded.";
-    "graph.streams" list = none, Graph { get |g: &GraphSpec| list(&g.streams, StreamSpec::to_value), set |g: &mut GraphSpec, v| { g.streams = each(v, StreamSpec::from_value)?; Ok(true) } }: "Streams that the graph records: name, unit, color, of, data, transform, factor, offset, window, hidden.";
-    "graph.curves" list = none, Graph { get |g: &GraphSpec| list(&g.curves, CurveSpec::to_value), set |g: &mut GraphSpec, v| { g.curves = each(v, CurveSpec::from_value)?; Ok(true) } }: "Curves of one stream against another: name, x, y, z, unit, color.";
+    "graph.buffer" int from 1.0 to (MAX_GRAPH_SAMPLES as f64) = 10_000, Graph buffer: "Number of samples of each stream that the graph stores; the oldest samples are discarded.";
+    "graph.streams" list = none, Graph { get |g: &GraphSpec| list(&g.streams, StreamSpec::to_value), set |g: &mut GraphSpec, v| { g.streams = read_list(v, StreamSpec::from_value)?; Ok(true) } }: "Streams that the graph records: name, unit, color, of, data, transform, factor, offset, window, hidden.";
+    "graph.curves" list = none, Graph { get |g: &GraphSpec| list(&g.curves, CurveSpec::to_value), set |g: &mut GraphSpec, v| { g.curves = read_list(v, CurveSpec::from_value)?; Ok(true) } }: "Curves of one stream against another: name, x, y, z, unit, color.";
 }

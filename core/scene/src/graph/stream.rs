@@ -4,11 +4,11 @@ use std::collections::VecDeque;
 
 use serde::{Deserialize, Serialize};
 
-use super::{StreamSpec, Transform};
+use super::{StreamSpec, StreamTransform};
 
 /// A stream of a graph.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Stream {
+pub struct RecordedStream {
     /// Number in the graph, unique among streams and curves.
     pub id: i64,
     /// Description of the stream.
@@ -27,11 +27,11 @@ pub struct Stream {
     window: VecDeque<f64>,
 }
 
-impl Stream {
+impl RecordedStream {
     /// Creates a stream in a graph that already has `recorded` samples, which are missing in this stream.
     pub fn new(id: i64, spec: StreamSpec, color: [f64; 3], recorded: usize) -> Self {
         let color = spec.color.unwrap_or(color);
-        Stream {
+        RecordedStream {
             id,
             color,
             spec,
@@ -43,29 +43,29 @@ impl Stream {
         }
     }
     /// Discards all samples.
-    pub fn empty(&mut self) {
+    pub fn clear(&mut self) {
         let (spec, color) = (std::mem::take(&mut self.spec), self.color);
-        *self = Stream { color, ..Stream::new(self.id, spec, color, 0) };
+        *self = RecordedStream { color, ..RecordedStream::new(self.id, spec, color, 0) };
     }
     /// Adds a sample; `number` is `None` if the value is missing.
-    pub fn take(&mut self, time: f64, number: Option<f64>) {
-        let value = number.filter(|x| x.is_finite()).and_then(|x| self.transformed(time, x));
+    pub fn add_sample(&mut self, time: f64, number: Option<f64>) {
+        let value = number.filter(|x| x.is_finite()).and_then(|x| self.apply_transform(time, x));
         self.values.push_back(value.unwrap_or(f64::NAN));
     }
 
-    fn transformed(&mut self, time: f64, x: f64) -> Option<f64> {
+    fn apply_transform(&mut self, time: f64, x: f64) -> Option<f64> {
         let before = self.before.replace((time, x));
         let made = match self.spec.transform {
-            Transform::Raw => x,
-            Transform::Derivative => {
+            StreamTransform::Raw => x,
+            StreamTransform::Derivative => {
                 let (t, y) = before.filter(|(t, _)| *t != time)?;
                 (x - y) / (time - t)
             }
-            Transform::Integral => {
+            StreamTransform::Integral => {
                 self.sum += before.map_or(0.0, |(t, y)| (x + y) / 2.0 * (time - t));
                 self.sum
             }
-            Transform::Cumulative => {
+            StreamTransform::Cumulative => {
                 self.sum += x;
                 self.sum
             }
@@ -87,36 +87,36 @@ impl Stream {
 mod tests {
     use crate::graph::*;
 
-    fn made(transform: Transform, factor: f64, offset: f64, window: u32, f: impl Fn(f64) -> f64) -> Vec<f64> {
+    fn made(transform: StreamTransform, factor: f64, offset: f64, window: u32, f: impl Fn(f64) -> f64) -> Vec<f64> {
         let spec = StreamSpec { name: "s".into(), transform, factor, offset, window, ..Default::default() };
-        let mut s = Stream::new(1, spec, [0.0; 3], 0);
+        let mut s = RecordedStream::new(1, spec, [0.0; 3], 0);
         for i in 0..5 {
             let t = f64::from(i) * 0.5;
-            s.take(t, Some(f(t)));
+            s.add_sample(t, Some(f(t)));
         }
         s.values.into_iter().collect()
     }
 
     #[test]
-    fn transformations_are_those_of_calculus() {
+    fn transforms_match_closed_forms() {
         let line = |t: f64| 3.0 * t;
-        assert_eq!(made(Transform::Raw, 2.0, 1.0, 1, line), [1.0, 4.0, 7.0, 10.0, 13.0]);
-        let slope = made(Transform::Derivative, 1.0, 0.0, 1, line);
+        assert_eq!(made(StreamTransform::Raw, 2.0, 1.0, 1, line), [1.0, 4.0, 7.0, 10.0, 13.0]);
+        let slope = made(StreamTransform::Derivative, 1.0, 0.0, 1, line);
         assert!(slope[0].is_nan());
         assert_eq!(slope[1..], [3.0; 4]);
         // The integral of 3 t is 1.5 t^2, for which the trapezoidal rule is exact.
-        assert_eq!(made(Transform::Integral, 1.0, 0.0, 1, line), [0.0, 0.375, 1.5, 3.375, 6.0]);
-        assert_eq!(made(Transform::Cumulative, 1.0, 0.0, 1, line), [0.0, 1.5, 4.5, 9.0, 15.0]);
+        assert_eq!(made(StreamTransform::Integral, 1.0, 0.0, 1, line), [0.0, 0.375, 1.5, 3.375, 6.0]);
+        assert_eq!(made(StreamTransform::Cumulative, 1.0, 0.0, 1, line), [0.0, 1.5, 4.5, 9.0, 15.0]);
         // The means of (0), (0, 1.5), (0, 1.5, 3), (1.5, 3, 4.5) and (3, 4.5, 6).
-        assert_eq!(made(Transform::Raw, 1.0, 0.0, 3, line), [0.0, 0.75, 1.5, 3.0, 4.5]);
+        assert_eq!(made(StreamTransform::Raw, 1.0, 0.0, 3, line), [0.0, 0.75, 1.5, 3.0, 4.5]);
     }
 
     #[test]
-    fn what_was_not_given_is_missing() {
-        let mut s = Stream::new(1, StreamSpec { factor: 1.0, window: 1, ..Default::default() }, [0.0; 3], 2);
-        s.take(0.0, None);
-        s.take(1.0, Some(5.0));
-        s.take(2.0, Some(f64::INFINITY));
+    fn missing_samples_are_nan() {
+        let mut s = RecordedStream::new(1, StreamSpec { factor: 1.0, window: 1, ..Default::default() }, [0.0; 3], 2);
+        s.add_sample(0.0, None);
+        s.add_sample(1.0, Some(5.0));
+        s.add_sample(2.0, Some(f64::INFINITY));
         let missing: Vec<bool> = s.values.iter().map(|v| v.is_nan()).collect();
         assert_eq!(missing, [true, true, true, false, true]);
     }

@@ -4,12 +4,12 @@ use tatu_errors::{Refusal, nearest};
 use tatu_plugin_api::{abi::*, safe::Value};
 
 /// A map whose keys have been checked against a list.
-pub struct Keys<'a> {
+pub struct CheckedMap<'a> {
     what: &'static str,
     entries: &'a [(Value, Value)],
 }
 
-impl<'a> Keys<'a> {
+impl<'a> CheckedMap<'a> {
     /// Checks that a value is a map with only known keys. `what` is the name of the map in messages. The error for an
     /// unknown key suggests the nearest known one.
     pub fn new(what: &'static str, value: &'a Value, known: &[&str]) -> Result<Self, Refusal> {
@@ -30,13 +30,13 @@ impl<'a> Keys<'a> {
                 ));
             }
         }
-        Ok(Keys { what, entries })
+        Ok(CheckedMap { what, entries })
     }
     fn find(&self, key: &str) -> Option<&'a Value> {
         self.entries.iter().find(|(k, _)| matches!(k, Value::Text(t) if t == key.as_bytes())).map(|(_, v)| v)
     }
     /// Returns the error for a key whose value is not as expected.
-    pub fn wrong<T>(&self, key: &str, expected: &str) -> Result<T, Refusal> {
+    pub fn invalid_value<T>(&self, key: &str, expected: &str) -> Result<T, Refusal> {
         Err(Refusal(TATU_ERR_ARGUMENT, format!("{}: `{key}` must be {expected}", self.what)))
     }
     /// Returns a string, which is empty if the key is missing.
@@ -44,7 +44,7 @@ impl<'a> Keys<'a> {
         match self.find(key) {
             None | Some(Value::Nil) => Ok(String::new()),
             Some(Value::Text(t) | Value::Bytes(t)) => Ok(String::from_utf8_lossy(t).into_owned()),
-            Some(_) => self.wrong(key, "a string"),
+            Some(_) => self.invalid_value(key, "a string"),
         }
     }
     /// Returns a finite number, if the key exists.
@@ -53,7 +53,7 @@ impl<'a> Keys<'a> {
             None | Some(Value::Nil) => Ok(None),
             Some(Value::Float(x)) if x.is_finite() => Ok(Some(*x)),
             Some(Value::Int(i)) => Ok(Some(*i as f64)),
-            Some(_) => self.wrong(key, "a finite number"),
+            Some(_) => self.invalid_value(key, "a finite number"),
         }
     }
     /// Returns a whole number within a range, if the key exists.
@@ -61,7 +61,7 @@ impl<'a> Keys<'a> {
         match self.number(key)? {
             None => Ok(None),
             Some(x) if x.fract() == 0.0 && range.contains(&(x as i64)) => Ok(Some(x as i64)),
-            Some(_) => self.wrong(key, &format!("a whole number from {} to {}", range.start(), range.end())),
+            Some(_) => self.invalid_value(key, &format!("a whole number from {} to {}", range.start(), range.end())),
         }
     }
     /// Returns a list of non-empty strings; the list is empty if the key is missing.
@@ -72,10 +72,12 @@ impl<'a> Keys<'a> {
         };
         match self.find(key) {
             None | Some(Value::Nil) => Ok(Vec::new()),
-            Some(Value::List(all)) => {
-                all.iter().map(text).collect::<Option<_>>().map_or_else(|| self.wrong(key, "a list of strings"), Ok)
-            }
-            Some(_) => self.wrong(key, "a list of strings"),
+            Some(Value::List(all)) => all
+                .iter()
+                .map(text)
+                .collect::<Option<_>>()
+                .map_or_else(|| self.invalid_value(key, "a list of strings"), Ok),
+            Some(_) => self.invalid_value(key, "a list of strings"),
         }
     }
     /// Returns a list of finite numbers; the list is empty if the key is missing.
@@ -84,7 +86,7 @@ impl<'a> Keys<'a> {
             None | Some(Value::Nil) => Ok(Vec::new()),
             Some(Value::Ints(all)) => Ok(all.iter().map(|i| *i as f64).collect()),
             Some(Value::Floats(all)) if all.iter().all(|x| x.is_finite()) => Ok(all.clone()),
-            Some(_) => self.wrong(key, "a list of finite numbers"),
+            Some(_) => self.invalid_value(key, "a list of finite numbers"),
         }
     }
     /// Returns an object, or 0 if the key is missing.
@@ -92,7 +94,7 @@ impl<'a> Keys<'a> {
         match self.find(key) {
             None | Some(Value::Nil) => Ok(0),
             Some(Value::Object(id)) => Ok(*id),
-            Some(_) => self.wrong(key, "an object"),
+            Some(_) => self.invalid_value(key, "an object"),
         }
     }
     /// Returns a boolean, or `false` if the key is missing.
@@ -100,7 +102,7 @@ impl<'a> Keys<'a> {
         match self.find(key) {
             None | Some(Value::Nil) => Ok(false),
             Some(Value::Bool(b)) => Ok(*b),
-            Some(_) => self.wrong(key, "true or false"),
+            Some(_) => self.invalid_value(key, "true or false"),
         }
     }
     /// Returns a list of booleans, or a single boolean as a list, if the key exists.
@@ -111,9 +113,9 @@ impl<'a> Keys<'a> {
             Some(Value::Bool(b)) => Ok(Some(vec![*b])),
             Some(Value::List(all)) => {
                 let all = all.iter().map(flag).collect::<Option<_>>();
-                all.map_or_else(|| self.wrong(key, "a list of booleans"), |all| Ok(Some(all)))
+                all.map_or_else(|| self.invalid_value(key, "a list of booleans"), |all| Ok(Some(all)))
             }
-            Some(_) => self.wrong(key, "a boolean or a list of booleans"),
+            Some(_) => self.invalid_value(key, "a boolean or a list of booleans"),
         }
     }
     /// Returns red, green and blue, each from 0 to 1, if the key exists.
@@ -123,7 +125,7 @@ impl<'a> Keys<'a> {
             Some(Value::Floats(v)) if v.len() == 3 && v.iter().all(|x| (0.0..=1.0).contains(x)) => {
                 Ok(Some([v[0], v[1], v[2]]))
             }
-            Some(_) => self.wrong(key, "red, green and blue, each from 0 to 1"),
+            Some(_) => self.invalid_value(key, "red, green and blue, each from 0 to 1"),
         }
     }
     /// Returns a string (as `Err`) or a number (as `Ok`), or `None` if the key is missing.

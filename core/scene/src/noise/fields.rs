@@ -2,18 +2,18 @@
 
 use tatu_errors::Error;
 use tatu_plugin_api::abi::*;
-use tatu_plugins::{FieldInfo, SensorKind, schemas};
+use tatu_plugins::{FieldSpec, SensorKind, schemas};
 
-use super::wrong::{Wrong, wrong};
+use super::error::{NoiseError, noise_error};
 
 /// The field that a name refers to.
-pub struct Meant<'k> {
+pub struct NamedField<'k> {
     /// Index of the field among those of its sensor kind.
     pub index: usize,
     /// The kind's declaration of the field.
-    pub info: &'k FieldInfo,
+    pub info: &'k FieldSpec,
     /// Number of components of an element: the size of the innermost dimension if it is fixed and at most
-    /// `MOST_COMPONENTS`, otherwise 1.
+    /// `MAX_COMPONENTS`, otherwise 1.
     pub components: usize,
     /// The value that means "nothing", one number or one per component; `None` if there is no such value.
     pub nothing: Option<Vec<f64>>,
@@ -22,57 +22,57 @@ pub struct Meant<'k> {
 }
 
 /// Maximum number of components of an element. The values of a larger dimension are treated as separate elements.
-pub const MOST_COMPONENTS: usize = 64;
+pub const MAX_COMPONENTS: usize = 64;
 
 /// Returns the field of a kind with this name. The schema can be omitted from the name if the rest is unambiguous.
-pub fn meant<'k>(kind: &'k SensorKind, name: &str) -> Result<Meant<'k>, Wrong> {
-    let short = |f: &FieldInfo| f.name.rsplit('.').next() == Some(name);
+pub fn find_field<'k>(kind: &'k SensorKind, name: &str) -> Result<NamedField<'k>, NoiseError> {
+    let short = |f: &FieldSpec| f.name.rsplit('.').next() == Some(name);
     let fields = || kind.fields.iter().enumerate();
     let found: Vec<usize> = match fields().find(|(_, f)| f.name == name) {
         Some((i, _)) => vec![i],
         None => fields().filter(|(_, f)| short(f)).map(|(i, _)| i).collect(),
     };
     match found.as_slice() {
-        [i] => of(kind, *i),
+        [i] => field_at(kind, *i),
         [] => {
             let known: Vec<&str> = kind.fields.iter().map(|f| f.name.as_str()).collect();
             let shorts = known.iter().filter_map(|n| n.rsplit('.').next());
             let error = Error::new("E101", format!("a sensor of kind `{}` has no field `{name}`", kind.id));
             let error = error.expected(known.join(", ")).nearest(name, known.iter().copied().chain(shorts));
-            Err(Wrong { error, span: None })
+            Err(NoiseError { error, span: None })
         }
         several => {
             let all: Vec<&str> = several.iter().map(|i| kind.fields[*i].name.as_str()).collect();
-            Err(wrong(format!("`{name}` is ambiguous: write the full name in quotes, {}", all.join(" or "))))
+            Err(noise_error(format!("`{name}` is ambiguous: write the full name in quotes, {}", all.join(" or "))))
         }
     }
 }
 
 /// Returns the field of a kind with the given index. Fails for a field that contains objects.
-pub fn of(kind: &SensorKind, index: usize) -> Result<Meant<'_>, Wrong> {
+pub fn field_at(kind: &SensorKind, index: usize) -> Result<NamedField<'_>, NoiseError> {
     let info = &kind.fields[index];
     if info.elem == TATU_ELEM_OBJECT {
-        return Err(wrong(format!("`{}` contains objects, but noise applies only to numbers", info.name)));
+        return Err(noise_error(format!("`{}` contains objects, but noise applies only to numbers", info.name)));
     }
     let shape = shape(info);
     let components = match shape.last() {
-        Some(n) if (1..=MOST_COMPONENTS as u32).contains(n) => *n as usize,
+        Some(n) if (1..=MAX_COMPONENTS as u32).contains(n) => *n as usize,
         _ => 1,
     };
-    let declared = schemas::known().iter().flat_map(|s| &s.fields).find(|f| f.name == info.name);
+    let declared = schemas::all_schemas().iter().flat_map(|s| &s.fields).find(|f| f.name == info.name);
     let valid = info.valid.as_ref().or_else(|| declared?.valid.as_ref());
     let valid = valid.and_then(|v| kind.fields.iter().position(|f| f.name == *v && f.elem != TATU_ELEM_OBJECT));
     let valid = valid.filter(|i| shape.starts_with(self::shape(&kind.fields[*i])));
-    Ok(Meant { index, info, components, nothing: nothing(info, declared, components), valid })
+    Ok(NamedField { index, info, components, nothing: nothing(info, declared, components), valid })
 }
 
 /// Returns the declared shape without trailing dimensions of 1.
-fn shape(info: &FieldInfo) -> &[u32] {
+fn shape(info: &FieldSpec) -> &[u32] {
     let n = info.dims.iter().rposition(|d| *d != 1).map_or(0, |i| i + 1);
     &info.dims[..n]
 }
 
-fn nothing(info: &FieldInfo, declared: Option<&schemas::SchemaField>, components: usize) -> Option<Vec<f64>> {
+fn nothing(info: &FieldSpec, declared: Option<&schemas::SchemaField>, components: usize) -> Option<Vec<f64>> {
     let Some(words) = info.nothing.as_ref().or_else(|| Some(&declared?.nothing)) else {
         // If neither the field nor a standard schema declares the value, it is infinity for floats, which cannot be a
         // measured value, and 0 for integers.
@@ -83,26 +83,26 @@ fn nothing(info: &FieldInfo, declared: Option<&schemas::SchemaField>, components
     all.filter(|v| v.len() == 1 || v.len() == components)
 }
 
-impl Meant<'_> {
+impl NamedField<'_> {
     /// Checks that another field has one element for each element of this one.
-    pub fn same_shape(&self, other: &Meant<'_>) -> Result<(), Wrong> {
+    pub fn check_same_shape(&self, other: &NamedField<'_>) -> Result<(), NoiseError> {
         if shape(self.info) == shape(other.info) {
             return Ok(());
         }
-        Err(wrong(format!("`{}` must have the same shape as `{}`", other.info.name, self.info.name)))
+        Err(noise_error(format!("`{}` must have the same shape as `{}`", other.info.name, self.info.name)))
     }
 
     /// Checks that another field can mark the valid elements of this one, with one mark for each element or for each
     /// index in the leading dimensions, or with a single mark.
-    pub fn is_valid_by(&self, other: &Meant<'_>) -> Result<(), Wrong> {
+    pub fn check_valid_field(&self, other: &NamedField<'_>) -> Result<(), NoiseError> {
         if other.info.name == self.info.name {
-            return Err(wrong("`valid` refers to the field itself, but must be the name of another field"));
+            return Err(noise_error("`valid` refers to the field itself, but must be the name of another field"));
         }
         if shape(self.info).starts_with(shape(other.info)) {
             return Ok(());
         }
         let (this, other) = (&self.info.name, &other.info.name);
-        Err(wrong(format!(
+        Err(noise_error(format!(
             "`{other}` cannot mark valid elements of `{this}`: its shape must be the same, or leading dimensions of it"
         )))
     }

@@ -8,8 +8,8 @@ use tatu_plugins::SensorKind;
 use toml_edit::{Item, TableLike};
 
 use super::{
-    fields::{Meant, meant},
-    wrong::{Wrong, wrong},
+    error::{NoiseError, noise_error},
+    fields::{NamedField, find_field},
 };
 
 /// The noise of a sensor.
@@ -41,7 +41,7 @@ pub struct FieldNoise {
     /// Standard deviation of a normal offset that is drawn once per run.
     pub shift_sigma: Vec<f64>,
     /// A slowly varying bias.
-    pub walk: Option<Walk>,
+    pub walk: Option<GaussMarkovProcess>,
     /// Standard deviation, per square root of a second, of an unbounded random walk that starts at 0.
     pub random_walk: Vec<f64>,
     /// Resolution, to multiples of which values are rounded.
@@ -53,7 +53,7 @@ pub struct FieldNoise {
     /// The field that is 0 where an element is lost.
     pub valid: Option<String>,
     /// Rare, large errors.
-    pub outliers: Option<Outliers>,
+    pub outliers: Option<OutlierNoise>,
     /// Minimum and maximum value; elements outside the range are lost.
     pub limits: Option<[f64; 2]>,
     /// Minimum and maximum value; elements are clamped to the range, as in a device that saturates.
@@ -62,7 +62,7 @@ pub struct FieldNoise {
 
 /// A first-order Gauss-Markov process.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
-pub struct Walk {
+pub struct GaussMarkovProcess {
     /// Long-run standard deviation.
     pub sigma: Vec<f64>,
     /// Time constant, s.
@@ -71,7 +71,7 @@ pub struct Walk {
 
 /// Large errors that occur with a given probability.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
-pub struct Outliers {
+pub struct OutlierNoise {
     /// Probability of an error, 0 to 1.
     pub probability: f64,
     /// Standard deviation of a normal error.
@@ -80,7 +80,7 @@ pub struct Outliers {
     pub uniform: Vec<f64>,
 }
 
-type Read<T> = Result<T, Wrong>;
+type NoiseResult<T> = Result<T, NoiseError>;
 
 const KEYS: &[&str] = &[
     "sigma",
@@ -99,20 +99,20 @@ const KEYS: &[&str] = &[
     "outliers",
     "limits",
 ];
-const WALK: &[&str] = &["sigma", "tau_s"];
-const OUTLIERS: &[&str] = &["probability", "sigma", "uniform"];
+const WALK_KEYS: &[&str] = &["sigma", "tau_s"];
+const OUTLIER_KEYS: &[&str] = &["probability", "sigma", "uniform"];
 
 /// Maximum latency, s. It is limited because each delayed reading is stored in full.
-const LONGEST: f64 = 10.0;
+const MAX_LATENCY_S: f64 = 10.0;
 
 impl NoiseSpec {
     /// Parses a TOML table, or the string `none`. If the sensor kind is given, the declaration is checked against it,
     /// and names of fields can omit the schema.
-    pub fn parse(text: &str, kind: Option<&SensorKind>) -> Read<Self> {
+    pub fn parse(text: &str, kind: Option<&SensorKind>) -> NoiseResult<Self> {
         if matches!(text.trim(), "" | "none") {
             return Ok(NoiseSpec { none: true, ..Default::default() });
         }
-        let doc = toml_edit::Document::parse(text).map_err(|e| Wrong {
+        let doc = toml_edit::Document::parse(text).map_err(|e| NoiseError {
             error: Error::new("E102", format!("`noise` is not valid TOML: {}", e.message())),
             span: e.span(),
         })?;
@@ -121,14 +121,14 @@ impl NoiseSpec {
 
     /// Reads a noise declaration from a scene file: a table, or a string in the form that [`parse`](Self::parse)
     /// accepts.
-    pub fn of_item(item: &Item, kind: Option<&SensorKind>) -> Read<Self> {
+    pub fn of_item(item: &Item, kind: Option<&SensorKind>) -> NoiseResult<Self> {
         match (item.as_table_like(), item.as_str()) {
             (Some(table), _) => Self::read(table, kind),
             (None, Some(text)) => Self::parse(text, kind).map_err(|w| match text.contains('\n') {
-                true => Wrong { error: w.in_text(text), span: item.span() },
-                false => Wrong { span: item.span(), ..w },
+                true => NoiseError { error: w.with_line(text), span: item.span() },
+                false => NoiseError { span: item.span(), ..w },
             }),
-            _ => Err(Wrong {
+            _ => Err(NoiseError {
                 error: Error::new("E102", "`noise`: expected a table, or \"none\"")
                     .expected("[object.noise.<field>], or noise = { <field> = { sigma = 0.01 } }"),
                 span: item.span(),
@@ -137,18 +137,18 @@ impl NoiseSpec {
     }
 
     /// Reads a table. An empty table declares that there is no noise.
-    pub fn read(table: &dyn TableLike, kind: Option<&SensorKind>) -> Read<Self> {
+    pub fn read(table: &dyn TableLike, kind: Option<&SensorKind>) -> NoiseResult<Self> {
         let mut spec = NoiseSpec { none: table.is_empty(), ..Default::default() };
         for (key, item) in table.iter() {
             let at = span(table, key);
             if key == "latency_s" {
-                spec.latency = Some(number(key, item, 0.0, LONGEST).map_err(|e| e.or(&at))?);
+                spec.latency = Some(number(key, item, 0.0, MAX_LATENCY_S).map_err(|e| e.at_span(&at))?);
                 continue;
             }
             let Some(inner) = item.as_table_like() else {
                 let known = ["latency_s", "<field> = { ... }"].join(", ");
                 let error = Error::new("E101", format!("unknown key `{key}` of `noise`")).expected(known);
-                return Err(Wrong { error: error.nearest(key, ["latency_s"]), span: at });
+                return Err(NoiseError { error: error.nearest(key, ["latency_s"]), span: at });
             };
             // In `[noise.range_scan.distance]`, without quotes, the key `range_scan` is a schema, and its table
             // contains fields.
@@ -156,14 +156,14 @@ impl NoiseSpec {
             // A field can have the same name as its schema, such as `pressure.pressure`.
             let is_field = |k: &SensorKind| {
                 let is_of_schema = |short: &str| k.fields.iter().any(|f| f.name == format!("{schema}{short}"));
-                meant(k, key).is_ok() && !inner.iter().all(|(short, _)| is_of_schema(short))
+                find_field(k, key).is_ok() && !inner.iter().all(|(short, _)| is_of_schema(short))
             };
             if kind.is_some_and(|k| k.fields.iter().any(|f| f.name.starts_with(&schema)) && !is_field(k)) {
                 for (short, item) in inner.iter() {
                     let at = span(inner, short);
                     let Some(inner) = item.as_table_like() else {
                         let error = Error::new("E102", format!("`{key}.{short}` of `noise`: expected a table"));
-                        return Err(Wrong { error, span: at });
+                        return Err(NoiseError { error, span: at });
                     };
                     spec.add(&format!("{schema}{short}"), inner, kind, &at)?;
                 }
@@ -180,12 +180,12 @@ impl NoiseSpec {
         table: &dyn TableLike,
         kind: Option<&SensorKind>,
         at: &Option<Range<usize>>,
-    ) -> Read<()> {
-        let field = kind.map(|k| meant(k, name)).transpose().map_err(|e| e.or(at))?;
+    ) -> NoiseResult<()> {
+        let field = kind.map(|k| find_field(k, name)).transpose().map_err(|e| e.at_span(at))?;
         let full = field.as_ref().map_or(name, |f| &f.info.name).to_owned();
         let noise = FieldNoise::read(table, kind.zip(field))?;
         if self.fields.insert(full.clone(), noise).is_some() {
-            return Err(Wrong {
+            return Err(NoiseError {
                 error: Error::new("E102", format!("`noise` configures `{full}` twice")),
                 span: at.clone(),
             });
@@ -195,7 +195,7 @@ impl NoiseSpec {
 
     /// Returns the combination of this declaration with an earlier one, which it overrides field by field, or `None` if
     /// no noise remains.
-    pub fn over(self, before: Option<&NoiseSpec>) -> Option<NoiseSpec> {
+    pub fn merge_over(self, before: Option<&NoiseSpec>) -> Option<NoiseSpec> {
         if self.none {
             return None;
         }
@@ -221,22 +221,22 @@ impl NoiseSpec {
 }
 
 impl FieldNoise {
-    fn read(table: &dyn TableLike, of: Option<(&SensorKind, Meant<'_>)>) -> Read<Self> {
+    fn read(table: &dyn TableLike, of: Option<(&SensorKind, NamedField<'_>)>) -> NoiseResult<Self> {
         let mut n = FieldNoise::default();
         let components = of.as_ref().map(|(_, m)| m.components);
-        let other = |key: &str, item: &Item| -> Read<String> {
-            let name = item.as_str().ok_or_else(|| wrong(format!("`{key}`: expected the name of a field")))?;
+        let other = |key: &str, item: &Item| -> NoiseResult<String> {
+            let name = item.as_str().ok_or_else(|| noise_error(format!("`{key}`: expected the name of a field")))?;
             let Some((kind, this)) = &of else { return Ok(name.to_owned()) };
-            let other = meant(kind, name)?;
+            let other = find_field(kind, name)?;
             match key {
-                "of" => this.same_shape(&other)?,
-                _ => this.is_valid_by(&other)?,
+                "of" => this.check_same_shape(&other)?,
+                _ => this.check_valid_field(&other)?,
             }
             Ok(other.info.name.clone())
         };
         for (key, item) in table.iter() {
             let at = span(table, key);
-            let mut read = || -> Read<()> {
+            let mut read = || -> NoiseResult<()> {
                 let each = |least: f64| each(key, item, components, least);
                 match key {
                     "sigma" => n.sigma = sigma(key, item, components)?,
@@ -246,13 +246,14 @@ impl FieldNoise {
                     "shift" => n.shift = each(0.0)?,
                     "shift_sigma" => n.shift_sigma = each(0.0)?,
                     "walk" => {
-                        let t = part(key, item, WALK)?;
+                        let t = sub_table(key, item, WALK_KEYS)?;
                         let tau = required(t, key, "tau_s")?;
                         let sigma = required(t, key, "sigma")?;
-                        n.walk = Some(Walk {
-                            sigma: self::each("sigma", sigma, components, 0.0).map_err(|e| e.or(&span(t, "sigma")))?,
+                        n.walk = Some(GaussMarkovProcess {
+                            sigma: self::each("sigma", sigma, components, 0.0)
+                                .map_err(|e| e.at_span(&span(t, "sigma")))?,
                             tau: number("tau_s", tau, f64::MIN_POSITIVE, f64::MAX)
-                                .map_err(|e| e.or(&span(t, "tau_s")))?,
+                                .map_err(|e| e.at_span(&span(t, "tau_s")))?,
                         });
                     }
                     "random_walk" => n.random_walk = each(0.0)?,
@@ -261,36 +262,38 @@ impl FieldNoise {
                     "dropout" => n.dropout = number(key, item, 0.0, 1.0)?,
                     "valid" => n.valid = Some(other(key, item)?),
                     "outliers" => {
-                        let t = part(key, item, OUTLIERS)?;
+                        let t = sub_table(key, item, OUTLIER_KEYS)?;
                         let size = |key: &str| match t.get(key) {
-                            Some(item) => self::each(key, item, components, 0.0).map_err(|e| e.or(&span(t, key))),
+                            Some(item) => self::each(key, item, components, 0.0).map_err(|e| e.at_span(&span(t, key))),
                             None => Ok(Vec::new()),
                         };
                         let (sigma, uniform) = (size("sigma")?, size("uniform")?);
                         let probability = number("probability", required(t, key, "probability")?, 0.0, 1.0)
-                            .map_err(|e| e.or(&span(t, "probability")))?;
+                            .map_err(|e| e.at_span(&span(t, "probability")))?;
                         if sigma.is_empty() && uniform.is_empty() {
-                            return Err(wrong("`outliers` must contain `sigma` or `uniform`, the size of the errors"));
+                            return Err(noise_error(
+                                "`outliers` must contain `sigma` or `uniform`, the size of the errors",
+                            ));
                         }
-                        n.outliers = Some(Outliers { probability, sigma, uniform });
+                        n.outliers = Some(OutlierNoise { probability, sigma, uniform });
                     }
                     "limits" => n.limits = Some(limits(key, item)?),
                     "clamp" => n.clamp = Some(limits(key, item)?),
                     _ => {
                         let error = Error::new("E101", format!("unknown key `{key}` in the noise of a field"));
                         let error = error.expected(KEYS.join(", ")).nearest(key, KEYS.iter().copied());
-                        return Err(Wrong { error, span: at.clone() });
+                        return Err(NoiseError { error, span: at.clone() });
                     }
                 }
                 Ok(())
             };
-            read().map_err(|w| w.or(&item.span().or_else(|| at.clone())))?;
+            read().map_err(|w| w.at_span(&item.span().or_else(|| at.clone())))?;
         }
         if n.of.is_some() && n.sigma.is_empty() {
-            return Err(wrong("`of` requires `sigma`, the polynomial in that field").or(&span(table, "of")));
+            return Err(noise_error("`of` requires `sigma`, the polynomial in that field").at_span(&span(table, "of")));
         }
         if let Some((_, this)) = &of
-            && n.loses()
+            && n.can_lose_elements()
             && n.valid.is_none()
             && this.valid.is_none()
             && this.nothing.is_none()
@@ -300,13 +303,13 @@ impl FieldNoise {
                 "`{name}` has no value that means \"nothing\": set `valid` to the field that marks valid elements"
             );
             let key = ["dropout", "limits", "inverse_step"].into_iter().find(|k| table.contains_key(k));
-            return Err(wrong(text).or(&span(table, key.unwrap_or_default())));
+            return Err(noise_error(text).at_span(&span(table, key.unwrap_or_default())));
         }
         Ok(n)
     }
 
     /// Returns whether elements can be lost.
-    fn loses(&self) -> bool {
+    fn can_lose_elements(&self) -> bool {
         self.dropout > 0.0 || self.limits.is_some() || self.inverse_step.iter().any(|s| *s > 0.0)
     }
 
@@ -360,39 +363,39 @@ fn float(item: &toml_edit::Value) -> Option<f64> {
     item.as_float().or_else(|| item.as_integer().map(|i| i as f64)).filter(|x| !x.is_nan())
 }
 
-fn number(key: &str, item: &Item, least: f64, greatest: f64) -> Read<f64> {
+fn number(key: &str, item: &Item, least: f64, greatest: f64) -> NoiseResult<f64> {
     let found = item.as_value().and_then(float);
     let expected = match (least, greatest) {
         (0.0, f64::MAX) => "a number, at least 0".to_owned(),
         (_, f64::MAX) => "a number greater than 0".to_owned(),
         _ => format!("a number from {least} to {greatest}"),
     };
-    found.filter(|x| (least..=greatest).contains(x)).ok_or_else(|| wrong(format!("`{key}`: expected {expected}")))
+    found.filter(|x| (least..=greatest).contains(x)).ok_or_else(|| noise_error(format!("`{key}`: expected {expected}")))
 }
 
 /// Reads one number for all components, or a list with one number per component.
-fn each(key: &str, item: &Item, components: Option<usize>, least: f64) -> Read<Vec<f64>> {
+fn each(key: &str, item: &Item, components: Option<usize>, least: f64) -> NoiseResult<Vec<f64>> {
     let Some(array) = item.as_array() else { return Ok(vec![number(key, item, least, f64::MAX)?]) };
     let numbers: Option<Vec<f64>> = array.iter().map(|v| float(v).filter(|x| x.is_finite() && *x >= least)).collect();
-    let numbers = numbers.ok_or_else(|| wrong(format!("`{key}`: expected numbers, each at least {least}")))?;
+    let numbers = numbers.ok_or_else(|| noise_error(format!("`{key}`: expected numbers, each at least {least}")))?;
     count(key, numbers.len(), components)?;
     Ok(numbers)
 }
 
-fn count(key: &str, n: usize, components: Option<usize>) -> Read<()> {
+fn count(key: &str, n: usize, components: Option<usize>) -> NoiseResult<()> {
     match components {
-        Some(c) if n != c && n != 1 && c == 1 => Err(wrong(format!("`{key}`: expected one number, found {n}"))),
+        Some(c) if n != c && n != 1 && c == 1 => Err(noise_error(format!("`{key}`: expected one number, found {n}"))),
         Some(c) if n != c && n != 1 => {
-            Err(wrong(format!("`{key}`: expected one number, or {c} numbers, one for each component; found {n}")))
+            Err(noise_error(format!("`{key}`: expected one number, or {c} numbers, one for each component; found {n}")))
         }
-        None if n == 0 => Err(wrong(format!("`{key}`: expected at least one number, found an empty list"))),
+        None if n == 0 => Err(noise_error(format!("`{key}`: expected at least one number, found an empty list"))),
         _ => Ok(()),
     }
 }
 
 /// Reads a number, a polynomial, or a polynomial per component.
-fn sigma(key: &str, item: &Item, components: Option<usize>) -> Read<Vec<Vec<f64>>> {
-    let expected = || wrong(format!("`{key}`: expected a number, or [c0, c1, ...] for c0 + c1 x + c2 x^2 ..."));
+fn sigma(key: &str, item: &Item, components: Option<usize>) -> NoiseResult<Vec<Vec<f64>>> {
+    let expected = || noise_error(format!("`{key}`: expected a number, or [c0, c1, ...] for c0 + c1 x + c2 x^2 ..."));
     let polynomial = |a: &toml_edit::Array| -> Option<Vec<f64>> {
         a.iter().map(|v| float(v).filter(|x| x.is_finite())).collect::<Option<Vec<_>>>().filter(|v| !v.is_empty())
     };
@@ -406,17 +409,18 @@ fn sigma(key: &str, item: &Item, components: Option<usize>) -> Read<Vec<Vec<f64>
     Ok(all)
 }
 
-fn limits(key: &str, item: &Item) -> Read<[f64; 2]> {
+fn limits(key: &str, item: &Item) -> NoiseResult<[f64; 2]> {
     let numbers: Option<Vec<f64>> = item.as_array().and_then(|a| a.iter().map(float).collect());
     match numbers.as_deref() {
         Some([low, high]) if low <= high => Ok([*low, *high]),
-        _ => Err(wrong(format!("`{key}`: expected [lowest, highest] in ascending order"))),
+        _ => Err(noise_error(format!("`{key}`: expected [lowest, highest] in ascending order"))),
     }
 }
 
-fn part<'t>(key: &str, item: &'t Item, known: &[&str]) -> Read<&'t dyn TableLike> {
-    let table =
-        item.as_table_like().ok_or_else(|| wrong(format!("`{key}`: expected a table of {}", known.join(", "))))?;
+fn sub_table<'t>(key: &str, item: &'t Item, known: &[&str]) -> NoiseResult<&'t dyn TableLike> {
+    let table = item
+        .as_table_like()
+        .ok_or_else(|| noise_error(format!("`{key}`: expected a table of {}", known.join(", "))))?;
     match table.iter().find(|(k, _)| !known.contains(k)) {
         None => Ok(table),
         Some((other, _)) => {
@@ -425,13 +429,13 @@ fn part<'t>(key: &str, item: &'t Item, known: &[&str]) -> Read<&'t dyn TableLike
                 Some(near) => error.help(format!("did you mean `{near}`?")),
                 None => error,
             };
-            Err(Wrong { error, span: span(table, other) })
+            Err(NoiseError { error, span: span(table, other) })
         }
     }
 }
 
-fn required<'t>(table: &'t dyn TableLike, owner: &str, key: &str) -> Read<&'t Item> {
-    table.get(key).ok_or_else(|| Wrong {
+fn required<'t>(table: &'t dyn TableLike, owner: &str, key: &str) -> NoiseResult<&'t Item> {
+    table.get(key).ok_or_else(|| NoiseError {
         error: Error::new("E104", format!("`{owner}` has no `{key}`")),
         span: table.iter().next().and_then(|(k, _)| span(table, k)),
     })

@@ -6,14 +6,14 @@ use serde::{Deserialize, Serialize};
 use tatu_plugin_api::safe::Value;
 
 use super::{
-    Camera, ForceSensor, Joint, Kind, Light, Path, Shape,
+    Camera, ForceSensor, Joint, Light, ObjectKind, ScenePath, Shape,
     custom::{notes, notes_value},
-    devices::{ActuatorData, SensorData},
+    devices::{ActuatorObject, SensorObject},
 };
 use crate::{
-    drive::Drive,
+    drive::WheelDrive,
     graph::GraphSpec,
-    property::{Of, properties, refused, text_of},
+    property::{PropertyOwner, properties, refusal_as_text, text_of},
 };
 
 /// An object of the scene. The data that a step needs for a device is at the start of the struct, where it fits in one
@@ -22,7 +22,7 @@ use crate::{
 #[repr(C)]
 pub struct Object {
     /// Properties specific to the kind of the object.
-    pub data: Data,
+    pub data: ObjectVariant,
     /// Name of the object in paths; siblings can share it.
     pub(crate) alias: String,
     /// Suffix of the unique name: -1 for `alias`, n for `alias#n`.
@@ -42,25 +42,25 @@ pub struct Object {
     /// Custom data, by tag.
     pub notes: BTreeMap<Vec<u8>, Vec<u8>>,
     /// The wheel drive of the robot, if the object is the base of a wheeled robot.
-    pub drive: Option<Box<Drive>>,
+    pub drive: Option<Box<WheelDrive>>,
 }
 
 /// The path of the dummy that a dummy is linked to, if any.
-pub type Link = Option<Box<str>>;
+pub type DummyLink = Option<Box<str>>;
 
 /// Properties of each kind of object.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-pub enum Data {
+pub enum ObjectVariant {
     /// A solid.
     Shape(Box<Shape>),
     /// A joint, which moves its children relative to its parent.
     Joint(Box<Joint>),
     /// A frame, with the path of the dummy that it is linked to, if any.
-    Dummy(Link),
+    Dummy(DummyLink),
     /// A sensor, whose kind a plugin defines.
-    Sensor(SensorData),
+    Sensor(SensorObject),
     /// An actuator, whose kind a plugin defines.
-    Actuator(ActuatorData),
+    Actuator(ActuatorObject),
     /// A rigid connection between its parent and its children that measures their load.
     ForceSensor(Box<ForceSensor>),
     /// A graph, which records values over time.
@@ -72,80 +72,80 @@ pub enum Data {
     /// A light source of a view.
     Light(Box<Light>),
     /// A path through space.
-    Path(Box<Path>),
+    Path(Box<ScenePath>),
 }
 
-impl Data {
+impl ObjectVariant {
     /// Creates a new object of a kind; for a sensor or actuator, `device` is the index of its kind in the registry.
-    pub fn of_kind(kind: Kind, device: usize) -> Data {
+    pub fn of_kind(kind: ObjectKind, device: usize) -> ObjectVariant {
         match kind {
-            Kind::Shape => Data::Shape(Box::default()),
-            Kind::Joint => Data::Joint(Box::default()),
-            Kind::Dummy => Data::Dummy(None),
-            Kind::Sensor => Data::Sensor(SensorData::new(device)),
+            ObjectKind::Shape => ObjectVariant::Shape(Box::default()),
+            ObjectKind::Joint => ObjectVariant::Joint(Box::default()),
+            ObjectKind::Dummy => ObjectVariant::Dummy(None),
+            ObjectKind::Sensor => ObjectVariant::Sensor(SensorObject::new(device)),
             // The commands are filled in when the device is created.
-            Kind::Actuator => Data::Actuator(ActuatorData { kind: device, commands: Vec::new() }),
-            Kind::ForceSensor => Data::ForceSensor(Box::default()),
-            Kind::Graph => Data::Graph(Box::default()),
-            Kind::Camera => Data::Camera(Box::default()),
-            Kind::Light => Data::Light(Box::default()),
-            Kind::Path => Data::Path(Box::default()),
-            Kind::Script => Data::Script,
+            ObjectKind::Actuator => ObjectVariant::Actuator(ActuatorObject { kind: device, commands: Vec::new() }),
+            ObjectKind::ForceSensor => ObjectVariant::ForceSensor(Box::default()),
+            ObjectKind::Graph => ObjectVariant::Graph(Box::default()),
+            ObjectKind::Camera => ObjectVariant::Camera(Box::default()),
+            ObjectKind::Light => ObjectVariant::Light(Box::default()),
+            ObjectKind::Path => ObjectVariant::Path(Box::default()),
+            ObjectKind::Script => ObjectVariant::Script,
         }
     }
 }
 
 impl Object {
     /// Returns the object's kind.
-    pub fn kind(&self) -> Kind {
+    pub fn kind(&self) -> ObjectKind {
         match self.data {
-            Data::Shape(_) => Kind::Shape,
-            Data::Joint(_) => Kind::Joint,
-            Data::Dummy(_) => Kind::Dummy,
-            Data::Sensor(_) => Kind::Sensor,
-            Data::Actuator(_) => Kind::Actuator,
-            Data::ForceSensor(_) => Kind::ForceSensor,
-            Data::Graph(_) => Kind::Graph,
-            Data::Script => Kind::Script,
-            Data::Camera(_) => Kind::Camera,
-            Data::Light(_) => Kind::Light,
-            Data::Path(_) => Kind::Path,
+            ObjectVariant::Shape(_) => ObjectKind::Shape,
+            ObjectVariant::Joint(_) => ObjectKind::Joint,
+            ObjectVariant::Dummy(_) => ObjectKind::Dummy,
+            ObjectVariant::Sensor(_) => ObjectKind::Sensor,
+            ObjectVariant::Actuator(_) => ObjectKind::Actuator,
+            ObjectVariant::ForceSensor(_) => ObjectKind::ForceSensor,
+            ObjectVariant::Graph(_) => ObjectKind::Graph,
+            ObjectVariant::Script => ObjectKind::Script,
+            ObjectVariant::Camera(_) => ObjectKind::Camera,
+            ObjectVariant::Light(_) => ObjectKind::Light,
+            ObjectVariant::Path(_) => ObjectKind::Path,
         }
     }
     /// Returns the struct that stores a property's values.
-    pub(crate) fn place(&self, of: Of) -> &dyn Any {
+    pub(crate) fn property_store(&self, of: PropertyOwner) -> &dyn Any {
         match (&self.data, of) {
-            (_, Of::Any | Of::World) => self,
-            (Data::Shape(x), _) => &**x,
-            (Data::Joint(x), _) => &**x,
-            (Data::Dummy(x), _) => x,
-            (Data::Sensor(x), _) => x,
-            (Data::Actuator(x), _) => x,
-            (Data::ForceSensor(x), _) => &**x,
-            (Data::Graph(x), _) => &**x,
-            (Data::Script, _) => &(),
-            (Data::Camera(x), _) => &**x,
-            (Data::Light(x), _) => &**x,
-            (Data::Path(x), _) => &**x,
+            (_, PropertyOwner::Any | PropertyOwner::World) => self,
+            (ObjectVariant::Shape(x), _) => &**x,
+            (ObjectVariant::Joint(x), _) => &**x,
+            (ObjectVariant::Dummy(x), _) => x,
+            (ObjectVariant::Sensor(x), _) => x,
+            (ObjectVariant::Actuator(x), _) => x,
+            (ObjectVariant::ForceSensor(x), _) => &**x,
+            (ObjectVariant::Graph(x), _) => &**x,
+            (ObjectVariant::Script, _) => &(),
+            (ObjectVariant::Camera(x), _) => &**x,
+            (ObjectVariant::Light(x), _) => &**x,
+            (ObjectVariant::Path(x), _) => &**x,
         }
     }
     /// Returns the struct that stores a property's values, to change it.
-    pub(crate) fn place_mut(&mut self, of: Of) -> &mut dyn Any {
-        if matches!(of, Of::Any | Of::World) {
+    pub(crate) fn property_store_mut(&mut self, of: PropertyOwner) -> &mut dyn Any {
+        if matches!(of, PropertyOwner::Any | PropertyOwner::World) {
             return self;
         }
         match &mut self.data {
-            Data::Shape(x) => &mut **x,
-            Data::Joint(x) => &mut **x,
-            Data::Dummy(x) => x,
-            Data::Sensor(x) => x,
-            Data::Actuator(x) => x,
-            Data::ForceSensor(x) => &mut **x,
-            Data::Graph(x) => &mut **x,
-            Data::Script => &mut self.layer,
-            Data::Camera(x) => &mut **x,
-            Data::Light(x) => &mut **x,
-            Data::Path(x) => &mut **x,
+            ObjectVariant::Shape(x) => &mut **x,
+            ObjectVariant::Joint(x) => &mut **x,
+            ObjectVariant::Dummy(x) => x,
+            ObjectVariant::Sensor(x) => x,
+            ObjectVariant::Actuator(x) => x,
+            ObjectVariant::ForceSensor(x) => &mut **x,
+            ObjectVariant::Graph(x) => &mut **x,
+            ObjectVariant::Script => &mut self.layer,
+            ObjectVariant::Camera(x) => &mut **x,
+            ObjectVariant::Light(x) => &mut **x,
+            ObjectVariant::Path(x) => &mut **x,
         }
     }
     /// Returns the object's name in paths; [`Scene::set_name`](crate::Scene::set_name) changes it.
@@ -162,11 +162,11 @@ impl Object {
     }
     /// Returns the object as a shape, if it is one.
     pub fn shape(&self) -> Option<&Shape> {
-        if let Data::Shape(s) = &self.data { Some(s) } else { None }
+        if let ObjectVariant::Shape(s) = &self.data { Some(s) } else { None }
     }
     /// Returns the object as a joint, if it is one.
     pub fn joint(&self) -> Option<&Joint> {
-        if let Data::Joint(j) = &self.data { Some(j) } else { None }
+        if let ObjectVariant::Joint(j) = &self.data { Some(j) } else { None }
     }
 }
 
@@ -180,7 +180,7 @@ impl Object {
 /// Bit mask of the layers that are shown: the lower eight of sixteen.
 const SHOWN_LAYERS: u32 = 0xFF;
 
-properties! { ROWS: Object, Of::Any =>
+properties! { PROPERTIES: Object, PropertyOwner::Any =>
     "object.alias" text, None { get |o: &Object| Value::text(&o.alias) }: "Name of the object in paths; siblings can share it.";
     "object.name" text, None { get |o: &Object| Value::text(o.name()) }: "Unique name of the object: the alias, followed by `#n` on copies.";
     "object.path" text, ReadOnly _: "Path of the object in the tree of objects.";
@@ -196,15 +196,15 @@ properties! { ROWS: Object, Of::Any =>
     "object.model_base" bool = false, Rebuild _: "Whether the object is the base of a model.";
     "object.visible" bool = true, Look visible: "Whether pictures show the object.";
     "object.layer" int from 0.0 to (u32::MAX as f64) = 1, Look layer: "Layers that the object belongs to, one bit each.";
-    "object.data" data = none, None { get |o: &Object| notes_value(&o.notes), set |o: &mut Object, v| { o.notes = refused(notes(v))?; Ok(true) } }: "Custom data: strings by tag, for scripts and plugins; a stop preserves the data, except for tags that begin with a control character.";
-    "object.drive" drive = none, None { get |o: &Object| Drive::to_value(o.drive.as_deref()), set |o: &mut Object, v| { o.drive = refused(Drive::from_value(v))?.map(Box::new); Ok(true) } }: "Wheel drive of the robot whose base the object is, for clients that steer the robot: type (differential, ackermann, omni), joints, steering, radius, track, wheelbase, axle, angles; setting an empty table removes it.";
+    "object.data" data = none, None { get |o: &Object| notes_value(&o.notes), set |o: &mut Object, v| { o.notes = refusal_as_text(notes(v))?; Ok(true) } }: "Custom data: strings by tag, for scripts and plugins; a stop preserves the data, except for tags that begin with a control character.";
+    "object.drive" drive = none, None { get |o: &Object| WheelDrive::to_value(o.drive.as_deref()), set |o: &mut Object, v| { o.drive = refusal_as_text(WheelDrive::from_value(v))?.map(Box::new); Ok(true) } }: "Wheel drive of the robot whose base the object is, for clients that steer the robot: type (differential, ackermann, omni), joints, steering, radius, track, wheelbase, axle, angles; setting an empty table removes it.";
 }
 
-properties! { DUMMY: Link, Of::Kind(Kind::Dummy) =>
-    "dummy.link" text = none, Rebuild { get |link: &Link| Value::text(link.as_deref().unwrap_or("")), set |link: &mut Link, v| { let path = text_of(v)?; *link = (!path.is_empty()).then(|| path.into()); Ok(true) } }: "Path of another dummy, relative to this one: the shapes above both are held together so that the two dummies coincide in position and orientation (all six degrees of freedom), which closes a loop; a dummy below a static shape or below none is fixed to the world.";
+properties! { DUMMY: DummyLink, PropertyOwner::Kind(ObjectKind::Dummy) =>
+    "dummy.link" text = none, Rebuild { get |link: &DummyLink| Value::text(link.as_deref().unwrap_or("")), set |link: &mut DummyLink, v| { let path = text_of(v)?; *link = (!path.is_empty()).then(|| path.into()); Ok(true) } }: "Path of another dummy, relative to this one: the shapes above both are held together so that the two dummies coincide in position and orientation (all six degrees of freedom), which closes a loop; a dummy below a static shape or below none is fixed to the world.";
 }
 
-properties! { SCRIPT: (), Of::Kind(Kind::Script) =>
+properties! { SCRIPT: (), PropertyOwner::Kind(ObjectKind::Script) =>
     "script.language" text, ReadOnly _: "Language of the script.";
     "script.dialect" text, ReadOnly _: "Dialect chosen for the script.";
     "script.kind" text, ReadOnly _: "child, customization, main, addon or sandbox.";

@@ -4,26 +4,26 @@ use serde::{Deserialize, Serialize};
 
 /// The trajectory of a position target, a uniform quadratic B-spline.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Course {
+pub struct TargetSpline {
     /// Control points: the targets of the last three scene steps, rad or m, newest last.
     pub points: [f64; 3],
     /// Whether a target was set between physics steps; it is then applied directly, and the trajectory is not smooth.
     pub direct: bool,
 }
 
-impl Course {
+impl TargetSpline {
     pub(crate) fn at(target: f64) -> Self {
-        Course { points: [target; 3], direct: false }
+        TargetSpline { points: [target; 3], direct: false }
     }
 
     /// Returns the trajectory for the next scene step, whose newest control point is `target`.
     pub(crate) fn next(self, target: f64) -> Self {
         let [_, a, b] = self.points;
-        if self.direct { Course::at(target) } else { Course { points: [a, b, target], direct: false } }
+        if self.direct { TargetSpline::at(target) } else { TargetSpline { points: [a, b, target], direct: false } }
     }
 
     /// Returns whether the target is still moving.
-    pub fn under_way(&self) -> bool {
+    pub fn is_moving(&self) -> bool {
         let [a, b, c] = self.points;
         a != b || b != c
     }

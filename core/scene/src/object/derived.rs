@@ -9,10 +9,10 @@ use super::primitive::Primitive;
 
 /// A part of a shape as a solid of uniform density.
 #[derive(Debug, Clone)]
-pub(crate) struct Lump {
+pub(crate) struct MassLump {
     /// Pose in the shape's frame.
     pub pose: Isometry3<f64>,
-    pub solid: Solid,
+    pub solid: LumpForm,
     /// Volume, m^3; 0 for planes and flat meshes.
     pub volume: f64,
     /// Number of open edges of a mesh whose hull replaces it because it is not closed.
@@ -21,7 +21,7 @@ pub(crate) struct Lump {
 
 /// The form of a lump.
 #[derive(Debug, Clone)]
-pub(crate) enum Solid {
+pub(crate) enum LumpForm {
     /// A primitive with its full extents, m.
     Primitive(Primitive, Vector3<f64>),
     /// A mesh.
@@ -30,16 +30,16 @@ pub(crate) enum Solid {
 
 /// The parts of a shape as solids, and the centroid of all.
 #[derive(Debug, Clone)]
-pub(crate) struct Matter {
-    pub lumps: Vec<Lump>,
+pub(crate) struct MassDistribution {
+    pub lumps: Vec<MassLump>,
     /// Centroid in the shape's frame, m.
     pub centre: Vector3<f64>,
 }
 
 /// Data derived from the form of a shape. Setting a property that the form depends on discards it.
 #[derive(Debug, Clone, Default)]
-pub struct Derived {
-    pub(crate) matter: OnceLock<Matter>,
+pub struct DerivedGeometry {
+    pub(crate) mass_distribution: OnceLock<MassDistribution>,
     /// The meshes of spheres whose extents differ, with the extents.
     pub(crate) ellipsoids: OnceLock<Vec<(Vector3<f64>, Arc<Mesh>)>>,
 }

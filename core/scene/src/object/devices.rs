@@ -5,7 +5,7 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 use tatu_plugin_api::safe::Value;
 
-use super::Kind;
+use super::ObjectKind;
 use crate::{
     noise::NoiseSpec,
     property::{properties, text_of, unexpected},
@@ -14,7 +14,7 @@ use crate::{
 /// A sensor. Data that most sensors lack is allocated separately, which keeps objects small.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[repr(C)]
-pub struct SensorData {
+pub struct SensorObject {
     /// Noise that is added to the fields of each measurement.
     pub noise: Option<Arc<NoiseSpec>>,
     /// Measurement rate, Hz; 0 stands for each step.
@@ -39,10 +39,10 @@ pub struct SensorTargets {
     pub ignored: Vec<String>,
 }
 
-impl SensorData {
+impl SensorObject {
     /// Creates a sensor with default settings; `kind` is an index in the registry.
     pub fn new(kind: usize) -> Self {
-        SensorData { kind, explicit: false, rate: 0.0, preset: Box::default(), noise: None, view: None }
+        SensorObject { kind, explicit: false, rate: 0.0, preset: Box::default(), noise: None, view: None }
     }
 
     /// Returns one of the lists of paths.
@@ -68,7 +68,7 @@ impl SensorData {
 
 /// The properties of an actuator.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct ActuatorData {
+pub struct ActuatorObject {
     /// Index of the actuator's kind in the registry.
     pub kind: usize,
     /// Current values of the commands that the actuator's kind declares. They change during a run, and a stop resets
@@ -77,25 +77,25 @@ pub struct ActuatorData {
 }
 
 /// Adds noise to that of the sensor.
-fn set_noise(s: &mut SensorData, value: &Value) -> Result<bool, String> {
+fn set_noise(s: &mut SensorObject, value: &Value) -> Result<bool, String> {
     let text = text_of(value)?;
-    let more = NoiseSpec::parse(&text, None).map_err(|w| w.in_text(&text).text)?;
-    s.noise = more.over(s.noise.as_deref()).map(Arc::new);
+    let more = NoiseSpec::parse(&text, None).map_err(|w| w.with_line(&text).text)?;
+    s.noise = more.merge_over(s.noise.as_deref()).map(Arc::new);
     Ok(true)
 }
 
-properties! { SENSOR: SensorData, Of::Kind(Kind::Sensor) =>
+properties! { SENSOR: SensorObject, PropertyOwner::Kind(ObjectKind::Sensor) =>
     "sensor.kind" text, ReadOnly _: "Id of the sensor's kind.";
     "sensor.explicit" bool = false, Sensors explicit: "Whether the sensor measures only on request; sensors that measure in each physics step ignore this.";
-    "sensor.preset" text = none, None { get |s: &SensorData| Value::text(&*s.preset), set |s: &mut SensorData, v| { s.preset = text_of(v)?.into(); Ok(true) } }: "Name of a preset of the sensor's kind; setting it applies all settings of the preset.";
+    "sensor.preset" text = none, None { get |s: &SensorObject| Value::text(&*s.preset), set |s: &mut SensorObject, v| { s.preset = text_of(v)?.into(); Ok(true) } }: "Name of a preset of the sensor's kind; setting it applies all settings of the preset.";
     "sensor.rate" number in "Hz" from 0.0 = 0.0, Sensors rate: "Maximum rate at which the sensor measures; 0: in each step.";
-    "sensor.noise" noise = none, Sensors { get |s: &SensorData| Value::text(s.noise.as_ref().map_or(String::new(), |n| n.to_toml())), set set_noise }: "Noise of the sensor's fields, as TOML; setting it changes only the fields that the value contains; empty or `none` removes all noise.";
-    "sensor.targets" list = none, Sensors { get |s: &SensorData| s.paths(|v| &v.targets), set |s: &mut SensorData, v| s.set_paths(v, |view| &mut view.targets) }: "Paths of the objects that the sensor detects, relative to the sensor, each with all descendants; empty: all.";
-    "sensor.ignored" list = none, Sensors { get |s: &SensorData| s.paths(|v| &v.ignored), set |s: &mut SensorData, v| s.set_paths(v, |view| &mut view.ignored) }: "Paths of objects that the sensor does not detect, relative to the sensor, each with all descendants; if entries of both lists are nested, the innermost takes precedence.";
+    "sensor.noise" noise = none, Sensors { get |s: &SensorObject| Value::text(s.noise.as_ref().map_or(String::new(), |n| n.to_toml())), set set_noise }: "Noise of the sensor's fields, as TOML; setting it changes only the fields that the value contains; empty or `none` removes all noise.";
+    "sensor.targets" list = none, Sensors { get |s: &SensorObject| s.paths(|v| &v.targets), set |s: &mut SensorObject, v| s.set_paths(v, |view| &mut view.targets) }: "Paths of the objects that the sensor detects, relative to the sensor, each with all descendants; empty: all.";
+    "sensor.ignored" list = none, Sensors { get |s: &SensorObject| s.paths(|v| &v.ignored), set |s: &mut SensorObject, v| s.set_paths(v, |view| &mut view.ignored) }: "Paths of objects that the sensor does not detect, relative to the sensor, each with all descendants; if entries of both lists are nested, the innermost takes precedence.";
     "sensor.measured" int, ReadOnly _: "Number of measurements since the start, or since the reading was reset.";
     "sensor.beams" int, ReadOnly _: "Number of beams that the sensor emits; a volume is one beam.";
 }
 
-properties! { ACTUATOR: ActuatorData, Of::Kind(Kind::Actuator) =>
+properties! { ACTUATOR: ActuatorObject, PropertyOwner::Kind(ObjectKind::Actuator) =>
     "actuator.kind" text, ReadOnly _: "Id of the actuator's kind.";
 }

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 /// The rule by which a joint follows another joint, its leader.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[allow(missing_docs, reason = "the table of rows of joints describes each property")]
-pub struct Follow {
+pub struct FollowRule {
     /// Path of the leader; empty if the joint follows no other joint.
     pub master: String,
     pub factor: f64,
@@ -14,13 +14,13 @@ pub struct Follow {
     pub geared: bool,
 }
 
-impl Default for Follow {
+impl Default for FollowRule {
     fn default() -> Self {
-        Follow { master: String::new(), factor: 1.0, offset: 0.0, curve: Vec::new(), geared: false }
+        FollowRule { master: String::new(), factor: 1.0, offset: 0.0, curve: Vec::new(), geared: false }
     }
 }
 
-impl Follow {
+impl FollowRule {
     /// Returns the follower's position for a position of the leader, from the curve if there is one.
     pub(crate) fn position(&self, position: f64) -> f64 {
         let (pairs, _) = self.curve.as_chunks::<2>();
@@ -52,16 +52,16 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_curve_is_straight_between_its_points_and_holds_beyond() {
-        let cam = Follow { curve: vec![0.0, 1.0, 1.0, 3.0, 2.0, 3.5], ..Follow::default() };
+    fn follow_curve_is_linear_and_constant_beyond_its_ends() {
+        let cam = FollowRule { curve: vec![0.0, 1.0, 1.0, 3.0, 2.0, 3.5], ..FollowRule::default() };
         let at = |x| cam.position(x);
         assert_eq!([at(-1.0), at(0.5), at(1.0), at(1.5), at(9.0)], [1.0, 2.0, 3.0, 3.25, 3.5]);
-        let gear = Follow { factor: -2.0, offset: 0.5, ..Follow::default() };
+        let gear = FollowRule { factor: -2.0, offset: 0.5, ..FollowRule::default() };
         assert_eq!(gear.position(1.0), -1.5);
     }
 
     #[test]
-    fn curves_ascend() {
+    fn follow_curves_must_ascend() {
         assert!(is_curve(&[]) && is_curve(&[0.0, 5.0, 1.0, -5.0]));
         assert!(!is_curve(&[0.0, 1.0]) && !is_curve(&[0.0, 1.0, 0.0, 2.0]) && !is_curve(&[0.0, 1.0, 2.0]));
     }

@@ -7,11 +7,11 @@ use serde::{Deserialize, Serialize};
 use tatu_physics::JointId;
 use tatu_plugin_api::safe::Value;
 
-use super::Kind;
+use super::ObjectKind;
 use crate::property::{properties, text_of};
 
 /// Maximum number of values that a filter combines.
-pub const MOST_SAMPLES: usize = 1000;
+pub const MAX_FILTER_SAMPLES: usize = 1000;
 
 /// A force sensor. Forces are in N and torques in N m, in the sensor's frame.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -56,13 +56,13 @@ impl Default for ForceSensor {
 
 impl ForceSensor {
     /// Clears the measurement of a sensor that no longer connects two bodies.
-    pub(crate) fn unload(&mut self) {
+    pub(crate) fn clear_measurement(&mut self) {
         (self.force, self.torque, self.over) = ([0.0; 3], [0.0; 3], 0);
         self.last.clear();
     }
 
     /// Processes the force (N) and torque (N m) of an engine step; returns whether the sensor breaks.
-    pub(crate) fn take(&mut self, value: [f64; 6]) -> bool {
+    pub(crate) fn add_sample(&mut self, value: [f64; 6]) -> bool {
         self.last.push_back(value);
         while self.last.len() > self.samples {
             self.last.pop_front();
@@ -86,12 +86,12 @@ impl ForceSensor {
     }
 }
 
-properties! { ROWS: ForceSensor, Of::Kind(Kind::ForceSensor) =>
+properties! { PROPERTIES: ForceSensor, PropertyOwner::Kind(ObjectKind::ForceSensor) =>
     "force_sensor.force" numbers 3 in "N", ReadOnly force: "Force that the objects below the sensor exert on it, in the sensor's frame, filtered.";
     "force_sensor.torque" numbers 3 in "N m", ReadOnly torque: "Torque that the objects below the sensor exert on it, about its origin, in the sensor's frame, filtered.";
     "force_sensor.measured" bool, ReadOnly measured: "Whether the sensor has measured, that is, whether it connects two shapes and a step has passed.";
     "force_sensor.filter" text of (&["mean", "median"]) = "mean", None { get |f: &ForceSensor| Value::text(if f.median { "median" } else { "mean" }), set |f: &mut ForceSensor, v| { f.median = text_of(v)? == "median"; Ok(true) } }: "How the newest values are combined.";
-    "force_sensor.samples" int from 1.0 to (MOST_SAMPLES as f64) = 1, None samples: "Number of values that are combined, one for each physics step.";
+    "force_sensor.samples" int from 1.0 to (MAX_FILTER_SAMPLES as f64) = 1, None samples: "Number of values that are combined, one for each physics step.";
     "force_sensor.break_force" number in "N" from 0.0 = 0.0, None break_force: "Force above which the sensor breaks; 0: never.";
     "force_sensor.break_torque" number in "N m" from 0.0 = 0.0, None break_torque: "Torque above which the sensor breaks; 0: never.";
     "force_sensor.break_count" int from 1.0 to (u32::MAX as f64) = 1, None break_count: "Number of consecutive values that must exceed the threshold.";
@@ -103,14 +103,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn filters_and_thresholds() {
+    fn force_sensor_filters_and_breaks() {
         let mut median = ForceSensor { median: true, samples: 3, ..Default::default() };
         for z in [1.0, 100.0, 2.0] {
-            median.take([0.0, 0.0, z, 0.0, 0.0, 0.0]);
+            median.add_sample([0.0, 0.0, z, 0.0, 0.0, 0.0]);
         }
         assert_eq!(median.force, [0.0, 0.0, 2.0]);
         let mut mean = ForceSensor { samples: 2, break_force: 5.0, break_count: 2, ..Default::default() };
-        let breaks = [2.0, 12.0, 2.0, 1.0].map(|z| mean.take([0.0, 0.0, z, 0.0, 0.0, 0.0]));
+        let breaks = [2.0, 12.0, 2.0, 1.0].map(|z| mean.add_sample([0.0, 0.0, z, 0.0, 0.0, 0.0]));
         assert_eq!((breaks, mean.force), ([false, false, true, false], [0.0, 0.0, 1.5]));
     }
 }

@@ -2,12 +2,12 @@
 
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
-use tatu_physics::{JointId, Passive};
+use tatu_physics::{JointId, PassiveForces};
 use tatu_plugin_api::safe::Value;
 
 use super::{
-    Course, Kind,
-    follow::{Follow, is_curve},
+    ObjectKind, TargetSpline,
+    follow::{FollowRule, is_curve},
 };
 use crate::property::{numbers_of, properties, text_of, unexpected, words};
 
@@ -25,7 +25,7 @@ words! { JointType { Revolute "revolute", Prismatic "prismatic", Spherical "sphe
 /// Control modes of a joint's motor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[allow(missing_docs, reason = "named after what they are")]
-pub enum Control {
+pub enum ControlMode {
     Free,
     Velocity,
     Position,
@@ -35,7 +35,7 @@ pub enum Control {
 }
 
 words! {
-    Control {
+    ControlMode {
         Free "free",
         Velocity "velocity",
         Position "position",
@@ -63,21 +63,21 @@ pub struct Joint {
     pub id: Option<JointId>,
     pub kind: JointType,
     pub dynamic: bool,
-    pub control: Control,
+    pub control: ControlMode,
     pub target_position: f64,
     pub max_velocity: f64,
     pub limits: Option<(f64, f64)>,
-    pub follow: Follow,
+    pub follow: FollowRule,
     /// Gains P, I and D of the position controller; if `None`, the default controller is used.
     pub gains: Option<[f64; 3]>,
     /// Translation along the axis per turn, m, if the joint is a screw; otherwise 0.
     pub lead: f64,
     /// Passive properties: damping, dry friction, armature and spring.
-    pub passive: Passive,
+    pub passive: PassiveForces,
     pub smooth_target: bool,
     /// The trajectory of the position target between scene steps; `None` if there is no target, or if it is applied at
     /// once.
-    pub course: Option<Course>,
+    pub course: Option<TargetSpline>,
 }
 
 impl Default for Joint {
@@ -85,7 +85,7 @@ impl Default for Joint {
         Joint {
             kind: JointType::Revolute,
             dynamic: true,
-            control: Control::Free,
+            control: ControlMode::Free,
             position: 0.0,
             rotation: UnitQuaternion::identity(),
             velocity: 0.0,
@@ -96,10 +96,10 @@ impl Default for Joint {
             effort: 0.0,
             limits: None,
             slip: 0.0,
-            follow: Follow::default(),
+            follow: FollowRule::default(),
             gains: None,
             lead: 0.0,
-            passive: Passive::default(),
+            passive: PassiveForces::default(),
             smooth_target: true,
             course: None,
             id: None,
@@ -163,10 +163,10 @@ fn set_curve(j: &mut Joint, value: &Value) -> Result<bool, String> {
     Ok(true)
 }
 
-properties! { ROWS: Joint, Of::Kind(Kind::Joint) =>
+properties! { PROPERTIES: Joint, PropertyOwner::Kind(ObjectKind::Joint) =>
     "joint.type" text of (JointType::WORDS) = "revolute", Rebuild kind: "Free motion of the joint: rotation about its z axis, translation along it, or rotation about any axis.";
     "joint.mode" text of (&["kinematic", "dynamic"]) = "dynamic", Rebuild { get |j: &Joint| Value::text(if j.dynamic { "dynamic" } else { "kinematic" }), set |j: &mut Joint, v| { j.dynamic = text_of(v)? == "dynamic"; Ok(true) } }: "Whether the joint is moved by setting its position or by physics.";
-    "joint.control" text of (Control::WORDS) = "free", Drive control: "Control mode of the motor, in dynamic mode; `spring`: no motor, but the spring pulls towards the target position; `callback`: a script's callback `joint` returns the drive of each physics step.";
+    "joint.control" text of (ControlMode::WORDS) = "free", Drive control: "Control mode of the motor, in dynamic mode; `spring`: no motor, but the spring pulls towards the target position; `callback`: a script's callback `joint` returns the drive of each physics step.";
     "joint.position" number in "rad|m" = 0.0, Moved { number position, set |j: &mut Joint, x| j.position = j.within_limits(x) }: "Position of the joint.";
     "joint.rotation" numbers 4 = [0.0, 0.0, 0.0, 1.0], Moved rotation: "For a spherical joint: the rotation of the moved frame, x y z w.";
     "joint.velocity" number in "rad/s|m/s", ReadOnly velocity: "Velocity of the joint.";

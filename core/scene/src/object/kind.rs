@@ -3,7 +3,7 @@
 /// The kind of an object.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 #[allow(missing_docs, reason = "`Data` describes each kind")]
-pub enum Kind {
+pub enum ObjectKind {
     Shape,
     Joint,
     Dummy,
@@ -17,45 +17,45 @@ pub enum Kind {
     Script,
 }
 
-impl Kind {
+impl ObjectKind {
     /// The kinds of objects that scene files and builders create.
-    pub const OF_FILES: [Kind; 10] = [
-        Kind::Shape,
-        Kind::Joint,
-        Kind::Dummy,
-        Kind::Sensor,
-        Kind::Actuator,
-        Kind::ForceSensor,
-        Kind::Graph,
-        Kind::Camera,
-        Kind::Light,
-        Kind::Path,
+    pub const FILE_KINDS: [ObjectKind; 10] = [
+        ObjectKind::Shape,
+        ObjectKind::Joint,
+        ObjectKind::Dummy,
+        ObjectKind::Sensor,
+        ObjectKind::Actuator,
+        ObjectKind::ForceSensor,
+        ObjectKind::Graph,
+        ObjectKind::Camera,
+        ObjectKind::Light,
+        ObjectKind::Path,
     ];
 
     /// Returns the name of the kind, as used in scene files and in keys of properties.
     pub const fn name(self) -> &'static str {
         match self {
-            Kind::Shape => "shape",
-            Kind::Joint => "joint",
-            Kind::Dummy => "dummy",
-            Kind::Sensor => "sensor",
-            Kind::Actuator => "actuator",
-            Kind::ForceSensor => "force_sensor",
-            Kind::Graph => "graph",
-            Kind::Camera => "camera",
-            Kind::Light => "light",
-            Kind::Path => "path",
-            Kind::Script => "script",
+            ObjectKind::Shape => "shape",
+            ObjectKind::Joint => "joint",
+            ObjectKind::Dummy => "dummy",
+            ObjectKind::Sensor => "sensor",
+            ObjectKind::Actuator => "actuator",
+            ObjectKind::ForceSensor => "force_sensor",
+            ObjectKind::Graph => "graph",
+            ObjectKind::Camera => "camera",
+            ObjectKind::Light => "light",
+            ObjectKind::Path => "path",
+            ObjectKind::Script => "script",
         }
     }
 
     /// Returns the kind with this name, if scene files can contain it.
-    pub fn parse(name: &str) -> Option<Kind> {
-        Kind::OF_FILES.into_iter().find(|k| k.name() == name)
+    pub fn parse(name: &str) -> Option<ObjectKind> {
+        ObjectKind::FILE_KINDS.into_iter().find(|k| k.name() == name)
     }
 
     /// Returns the names of the kinds that scene files can contain.
     pub fn names() -> [&'static str; 10] {
-        Kind::OF_FILES.map(Kind::name)
+        ObjectKind::FILE_KINDS.map(ObjectKind::name)
     }
 }

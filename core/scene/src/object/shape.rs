@@ -5,23 +5,23 @@ use std::sync::Arc;
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use tatu_geometry::Mesh;
-use tatu_physics::{BodyId, Surface};
+use tatu_physics::{BodyId, ContactSurface};
 use tatu_plugin_api::safe::Value;
 
 use super::{
-    Derived, Kind, Primitive,
+    DerivedGeometry, ObjectKind, Primitive,
     custom::{parts_of, surface, surface_value},
     parts::ShapePart,
     solver::JointSolver,
 };
 use crate::{
-    property::{Stored, numbers_of, properties, refused, text_of, unexpected},
+    property::{StoredValue, numbers_of, properties, refusal_as_text, text_of, unexpected},
     texture::ShapeTexture,
 };
 
 /// Id of the shape's body in the engine, or `None` if the shape has no body.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-pub struct Body(pub Option<BodyId>);
+pub struct ShapeBody(pub Option<BodyId>);
 
 /// The properties of a shape, which is a solid.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -58,16 +58,16 @@ pub struct Shape {
     pub damping: [f64; 2],
     /// Velocity of the surface, and its axis, rolling and spinning friction. The number of the material is set only in
     /// the copy that is passed to the engine.
-    pub surface: Surface,
+    pub surface: ContactSurface,
     pub material: String,
     /// Bit mask of the kinds of beams that detect the shape, if it is detectable.
     pub detectable_mask: u16,
     pub collide_as: Option<Primitive>,
     pub collide_size: Vector3<f64>,
-    pub body: Body,
+    pub body: ShapeBody,
     /// What was computed from the form; not stored in snapshots.
     #[serde(skip)]
-    pub derived: Derived,
+    pub derived: DerivedGeometry,
 }
 
 impl Default for Shape {
@@ -95,12 +95,12 @@ impl Default for Shape {
             initial_velocity: Vector3::zeros(),
             initial_angular_velocity: Vector3::zeros(),
             damping: [0.0; 2],
-            surface: Surface::default(),
+            surface: ContactSurface::default(),
             material: String::new(),
             collide_as: None,
             collide_size: Vector3::zeros(),
-            body: Body(None),
-            derived: Derived::default(),
+            body: ShapeBody(None),
+            derived: DerivedGeometry::default(),
         }
     }
 }
@@ -128,7 +128,7 @@ impl Shape {
 const COLLIDE_AS: &[&str] = &["same", "box", "sphere", "cylinder", "capsule"];
 
 fn set_surface(s: &mut Shape, value: &Value) -> Result<bool, String> {
-    let mesh = refused(surface(value))?;
+    let mesh = refusal_as_text(surface(value))?;
     let (mut low, mut high) = (Vector3::repeat(f64::MAX), Vector3::repeat(f64::MIN));
     mesh.vertices.iter().for_each(|p| (low, high) = (low.inf(&p.coords), high.sup(&p.coords)));
     (s.primitive, s.size, s.mesh) = (Primitive::Mesh, high - low, Some(Arc::new(mesh)));
@@ -138,7 +138,7 @@ fn set_surface(s: &mut Shape, value: &Value) -> Result<bool, String> {
 /// Sets the texture; its image remains if the number of the image does.
 fn set_texture(s: &mut Shape, value: &Value) -> Result<bool, String> {
     let image = s.texture.take().map(|old| (old.image_number, old.image));
-    s.texture = refused(ShapeTexture::from_value(value))?;
+    s.texture = refusal_as_text(ShapeTexture::from_value(value))?;
     if let (Some(new), Some((number, image))) = (&mut s.texture, image) {
         new.image = image.filter(|_| number == new.image_number);
     }
@@ -160,13 +160,13 @@ fn set_axis(s: &mut Shape, value: &Value) -> Result<bool, String> {
     Ok(true)
 }
 
-properties! { ROWS: Shape, Of::Kind(Kind::Shape) =>
+properties! { PROPERTIES: Shape, PropertyOwner::Kind(ObjectKind::Shape) =>
     "shape.primitive" text of (Primitive::WORDS) = "box", Form primitive: "Form of the shape.";
     "shape.size" numbers 3 in "m" from 1e-9 to 1e9 = [0.1, 0.1, 0.1], Form size: "Full extents along x, y, z; cylinders and capsules use x as the diameter and z as the length; a sphere with different extents is an ellipsoid.";
     "shape.mesh" mesh from 1.0, Rebuild _: "Number of the shape's mesh, from 1, for the primitive `mesh`.";
     "shape.surface" list, Form { get |s: &Shape| surface_value(s.mesh.as_deref()), set set_surface }: "Points and triangles of the mesh: a list of x y z, a list of three point indices per triangle, from 0, and, for a texture with the mapping `mesh`, a list of two image coordinates per point; setting this property makes the shape a mesh.";
     "shape.convex" bool = false, Form convex: "Whether the mesh is replaced by its convex hull.";
-    "shape.parts" parts = none, Form { set |s: &mut Shape, v| { s.parts = refused(parts_of(v))?; Ok(true) } }: "Parts of a compound: primitive, size, position, orientation or quaternion, color, texture, friction; mesh and convex for the primitive `mesh`.";
+    "shape.parts" parts = none, Form { set |s: &mut Shape, v| { s.parts = refusal_as_text(parts_of(v))?; Ok(true) } }: "Parts of a compound: primitive, size, position, orientation or quaternion, color, texture, friction; mesh and convex for the primitive `mesh`.";
     "shape.texture" texture = none, Rebuild { get |s: &Shape| ShapeTexture::to_value(s.texture.as_ref()), set set_texture }: "Texture: image, mapping (plane, cylinder, sphere, box, mesh), size, position, orientation or quaternion, repeat, smooth, blend (modulate, decal, add); setting an empty table removes it.";
     "shape.color" numbers 3 from 0.0 to 1.0 = [0.7, 0.7, 0.7], Colour color: "Red, green and blue.";
     "shape.mass" number in "kg" above 0.0, Rebuild { set |s: &mut Shape, v| { s.mass = numbers_of(v)?.first().copied(); Ok(true) } }: "Mass; default: 1000 kg/m^3 times the volume; of a mesh that is not closed, the volume of its convex hull.";

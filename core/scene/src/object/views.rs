@@ -5,7 +5,7 @@ use std::f64::consts::{FRAC_PI_2, FRAC_PI_3, PI};
 use serde::{Deserialize, Serialize};
 use tatu_plugin_api::safe::Value;
 
-use super::Kind;
+use super::ObjectKind;
 use crate::property::{numbers_of, properties, words};
 
 /// A camera, which is the viewpoint of a view or picture. It looks along its z axis; y is up.
@@ -54,14 +54,14 @@ impl Default for Light {
 /// A path through space.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[allow(missing_docs, reason = "the table of rows describes each property")]
-pub struct Path {
+pub struct ScenePath {
     pub points: Vec<f64>,
     pub rounding: Vec<f64>,
     pub closed: bool,
 }
 
 /// Sets a list that has `count` numbers for each point.
-fn set_rows(place: &mut Vec<f64>, value: &Value, count: usize) -> Result<bool, String> {
+fn set_point_list(place: &mut Vec<f64>, value: &Value, count: usize) -> Result<bool, String> {
     let numbers = numbers_of(value)?;
     if numbers.len() % count != 0 {
         return Err(format!("expected {count} numbers for each point, found {} numbers", numbers.len()));
@@ -70,22 +70,22 @@ fn set_rows(place: &mut Vec<f64>, value: &Value, count: usize) -> Result<bool, S
     Ok(true)
 }
 
-properties! { CAMERA: Camera, Of::Kind(Kind::Camera) =>
+properties! { CAMERA: Camera, PropertyOwner::Kind(ObjectKind::Camera) =>
     "camera.angle" number in "rad" above 0.0 below PI = FRAC_PI_3, None angle: "Angle of view along the longer side of the picture.";
     "camera.ortho_size" number in "m" from 0.0 = 0.0, None ortho_size: "Width of the view in parallel projection, along the longer side; 0: perspective.";
     "camera.near" number in "m" above 0.0 = 0.05, None near: "Distance of the near clipping plane.";
     "camera.far" number in "m" above 0.0 = 1000.0, None far: "Distance of the far clipping plane.";
 }
 
-properties! { LIGHT: Light, Of::Kind(Kind::Light) =>
+properties! { LIGHT: Light, PropertyOwner::Kind(ObjectKind::Light) =>
     "light.form" text of (LightForm::WORDS) = "omni", None form: "Directions of the light: everywhere, in a cone along its z axis, or parallel to its z axis.";
     "light.on" bool = true, None on: "Whether the light is on.";
     "light.color" numbers 3 from 0.0 to 1.0 = [0.5, 0.5, 0.5], None color: "Red, green and blue of the light.";
     "light.angle" number in "rad" above 0.0 to FRAC_PI_2 = FRAC_PI_2, None angle: "Half the angle of the cone of a spotlight.";
 }
 
-properties! { PATH: Path, Of::Kind(Kind::Path) =>
-    "path.points" numbers = none, None { get |p: &Path| Value::Floats(p.points.clone()), set |p: &mut Path, v| set_rows(&mut p.points, v, 7) }: "Control points in the path's frame: position and quaternion x y z w, 7 numbers each.";
-    "path.rounding" numbers = none, None { get |p: &Path| Value::Floats(p.rounding.clone()), set |p: &mut Path, v| set_rows(&mut p.rounding, v, 3) }: "3 numbers for each point: the fraction of half the segment before it and after it that is rounded, 0 to 1, and the number of positions on the rounding; without them, segments are straight.";
+properties! { PATH: ScenePath, PropertyOwner::Kind(ObjectKind::Path) =>
+    "path.points" numbers = none, None { get |p: &ScenePath| Value::Floats(p.points.clone()), set |p: &mut ScenePath, v| set_point_list(&mut p.points, v, 7) }: "Control points in the path's frame: position and quaternion x y z w, 7 numbers each.";
+    "path.rounding" numbers = none, None { get |p: &ScenePath| Value::Floats(p.rounding.clone()), set |p: &mut ScenePath, v| set_point_list(&mut p.rounding, v, 3) }: "3 numbers for each point: the fraction of half the segment before it and after it that is rounded, 0 to 1, and the number of positions on the rounding; without them, segments are straight.";
     "path.closed" bool = false, None closed: "Whether the path returns to its first point.";
 }

@@ -4,11 +4,11 @@ use nalgebra::{UnitQuaternion, Vector3};
 use tatu_errors::Refusal;
 use tatu_plugin_api::{abi::*, safe::Value};
 
-use super::Changed;
+use super::declaration::SetOutcome;
 use crate::pose_from_array;
 
 /// A type of values that properties store.
-pub(crate) trait Stored {
+pub(crate) trait StoredValue {
     /// Returns the value.
     fn value(&self) -> Value;
     /// Sets a value of the declared type and range; returns whether it differs from the previous one.
@@ -18,13 +18,13 @@ pub(crate) trait Stored {
         None
     }
     /// As `store`, for numbers.
-    fn write(&mut self, _numbers: &[f64]) -> Changed {
+    fn write(&mut self, _numbers: &[f64]) -> SetOutcome {
         None
     }
 }
 
 /// Copies numbers; returns how many.
-pub(crate) fn put(out: &mut [f64], from: &[f64]) -> Option<usize> {
+pub(crate) fn copy_numbers(out: &mut [f64], from: &[f64]) -> Option<usize> {
     out.get_mut(..from.len())?.copy_from_slice(from);
     Some(from.len())
 }
@@ -34,13 +34,13 @@ pub(crate) fn refuse<T>(status: tatu_status, text: impl Into<String>) -> Result<
 }
 
 /// Returns the text of a refusal as the error.
-pub(crate) fn refused<T>(result: Result<T, Refusal>) -> Result<T, String> {
+pub(crate) fn refusal_as_text<T>(result: Result<T, Refusal>) -> Result<T, String> {
     result.map_err(|refusal| refusal.1)
 }
 
 /// Returns the error for a value of the wrong type.
 pub(crate) fn unexpected<T>(value: &Value) -> Result<T, String> {
-    Err(format!("found {}", tatu_plugins::describe(value)))
+    Err(format!("found {}", tatu_plugins::describe_value(value)))
 }
 
 /// Returns the text of a value.
@@ -66,7 +66,7 @@ fn replace<T: PartialEq>(place: &mut T, value: T) -> bool {
     differs
 }
 
-impl Stored for f64 {
+impl StoredValue for f64 {
     fn value(&self) -> Value {
         Value::Float(*self)
     }
@@ -74,14 +74,14 @@ impl Stored for f64 {
         if let Value::Float(x) = value { Ok(replace(self, *x)) } else { unexpected(value) }
     }
     fn read(&self, out: &mut [f64]) -> Option<usize> {
-        put(out, &[*self])
+        copy_numbers(out, &[*self])
     }
-    fn write(&mut self, numbers: &[f64]) -> Changed {
+    fn write(&mut self, numbers: &[f64]) -> SetOutcome {
         if let [x] = numbers { Some(Ok(replace(self, *x))) } else { None }
     }
 }
 
-impl Stored for bool {
+impl StoredValue for bool {
     fn value(&self) -> Value {
         Value::Bool(*self)
     }
@@ -92,7 +92,7 @@ impl Stored for bool {
     }
 }
 
-impl Stored for String {
+impl StoredValue for String {
     fn value(&self) -> Value {
         Value::text(self)
     }
@@ -102,7 +102,7 @@ impl Stored for String {
     }
 }
 
-impl Stored for [f64; 3] {
+impl StoredValue for [f64; 3] {
     fn value(&self) -> Value {
         Value::Floats(self.to_vec())
     }
@@ -112,11 +112,11 @@ impl Stored for [f64; 3] {
         Ok(true)
     }
     fn read(&self, out: &mut [f64]) -> Option<usize> {
-        put(out, self)
+        copy_numbers(out, self)
     }
 }
 
-impl Stored for Vector3<f64> {
+impl StoredValue for Vector3<f64> {
     fn value(&self) -> Value {
         Value::Floats(self.as_slice().to_vec())
     }
@@ -126,11 +126,11 @@ impl Stored for Vector3<f64> {
         Ok(true)
     }
     fn read(&self, out: &mut [f64]) -> Option<usize> {
-        put(out, self.as_slice())
+        copy_numbers(out, self.as_slice())
     }
 }
 
-impl Stored for UnitQuaternion<f64> {
+impl StoredValue for UnitQuaternion<f64> {
     fn value(&self) -> Value {
         Value::Floats(self.coords.as_slice().to_vec())
     }
@@ -138,9 +138,9 @@ impl Stored for UnitQuaternion<f64> {
         self.write(numbers_of(value)?).unwrap_or_else(|| unexpected(value))
     }
     fn read(&self, out: &mut [f64]) -> Option<usize> {
-        put(out, self.coords.as_slice())
+        copy_numbers(out, self.coords.as_slice())
     }
-    fn write(&mut self, numbers: &[f64]) -> Changed {
+    fn write(&mut self, numbers: &[f64]) -> SetOutcome {
         let [x, y, z, w] = *numbers else { return None };
         Some(match pose_from_array(&[0.0, 0.0, 0.0, x, y, z, w]) {
             Some(pose) => {
@@ -154,7 +154,7 @@ impl Stored for UnitQuaternion<f64> {
 
 macro_rules! stored_integers {
     ($($type:ty),*) => {
-        $(impl Stored for $type {
+        $(impl StoredValue for $type {
             fn value(&self) -> Value {
                 Value::Int(*self as i64)
             }
@@ -191,7 +191,7 @@ macro_rules! words {
             }
         }
 
-        impl $crate::property::Stored for $type {
+        impl $crate::property::StoredValue for $type {
             fn value(&self) -> tatu_plugin_api::safe::Value {
                 tatu_plugin_api::safe::Value::text(self.name())
             }

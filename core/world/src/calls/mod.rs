@@ -10,21 +10,23 @@ use tatu_plugin_api::{
     safe::{Value, ValueRef},
 };
 use tatu_plugins::{
-    CommandEntry, Declared, NameEntry, Status,
-    border::{self, Said, bytes},
+    CommandEntry, CommandName, CommandStatus, ParameterSpec,
+    border::{self, ErrorContents, bytes},
     check_value,
     state_block::PAST_STATE,
-    watchdog::Call,
+    watchdog::PluginCall,
 };
 
-pub(crate) use crate::cell::call_errors::{answer, kept, name_plugin, said, say};
+pub(crate) use crate::cell::call_errors::{check_status, clone_error, name_plugin, read_error, set_error};
 use results::check_nested;
 pub(crate) use results::check_results;
 
-use crate::cell::{Caller, CallersRoom, Function, Owner, Wait, WorldCell, cost::COMMAND, parse_wait};
+use crate::cell::{
+    Caller, CallerResultBuffer, HostFunction, WaitOwner, WaitingCommand, WorldCell, cost::COMMAND_COST, parse_wait,
+};
 
 /// Writes values as results. Values beyond the capacity of the frame are dropped. Fails if the arena is full.
-pub(crate) fn give_results(world: &WorldCell, f: &mut tatu_call, values: &[Value]) -> Result<(), tatu_status> {
+pub(crate) fn write_results(world: &WorldCell, f: &mut tatu_call, values: &[Value]) -> Result<(), tatu_status> {
     let mut arena = world.run.calls.arena.borrow_mut();
     f.n_results = 0;
     for value in values.iter().take(f.results_cap as usize) {
@@ -51,7 +53,7 @@ unsafe extern "C" fn alloc(call: *mut tatu_call, n: u64) -> *mut c_void {
     // SAFETY: the contract requires `call` to be null or to point to the frame of a running call, whose `world` is the
     // world that it belongs to.
     let world = unsafe { call.as_ref().map(|call| WorldRef::new(call.world)) };
-    let world = world.map(|world| WorldCell::admit(world, Function::looks("call.alloc")));
+    let world = world.map(|world| WorldCell::admit(world, HostFunction::read_only("call.alloc")));
     let Some(Ok(world)) = world else { return std::ptr::null_mut() };
     world.run.calls.arena.borrow_mut().alloc(n as usize).cast()
 }
@@ -62,12 +64,12 @@ unsafe extern "C" fn wait(call: *mut tatu_call, until: u32, value: f64, name: ta
     let (Some(call), name) = (unsafe { (call.as_mut(), bytes(name)) }) else { return TATU_ERR_ARGUMENT };
     // SAFETY: `call.world` points to the world that the running call belongs to, which lives until the call has
     // returned.
-    let world = match WorldCell::admit(unsafe { WorldRef::new(call.world) }, Function::acts("call.wait")) {
+    let world = match WorldCell::admit(unsafe { WorldRef::new(call.world) }, HostFunction::mutating("call.wait")) {
         Ok(world) => world,
         Err(status) => return status,
     };
     if world.worker.is_some() {
-        return say(
+        return set_error(
             call.error,
             TATU_ERR_BUSY,
             "a script that runs in parallel with others (`side_by_side`) cannot wait",
@@ -78,18 +80,18 @@ unsafe extern "C" fn wait(call: *mut tatu_call, until: u32, value: f64, name: ta
         let text = entry.and_then(|e| e.no_wait.clone()).unwrap_or_else(|| {
             "cannot wait here: call it from a coroutine, or from the script's thread function".into()
         });
-        return say(call.error, TATU_ERR_BUSY, &text);
+        return set_error(call.error, TATU_ERR_BUSY, &text);
     }
     if resume == 0 {
-        return say(call.error, TATU_ERR_ARGUMENT, "the resume value of a wait must not be 0");
+        return set_error(call.error, TATU_ERR_ARGUMENT, "the resume value of a wait must not be 0");
     }
-    let ticket = world.run.calls.wakes.issued.take();
+    let ticket = world.run.calls.thread_results.issued.take();
     match parse_wait(until, value, name, world.state.clock.pass.get(), ticket) {
         Ok(due) => {
-            world.run.calls.waits.borrow_mut().asked = Some((call.wait_token, due, resume));
+            world.run.calls.waits.borrow_mut().requested = Some((call.wait_token, due, resume));
             TATU_WAIT
         }
-        Err(text) => say(call.error, TATU_ERR_ARGUMENT, text),
+        Err(text) => set_error(call.error, TATU_ERR_ARGUMENT, text),
     }
 }
 
@@ -99,22 +101,22 @@ unsafe extern "C" fn ticket(call: *mut tatu_call, out: *mut u64) -> tatu_status 
     let (Some(call), Some(out)) = (unsafe { (call.as_mut(), out.as_mut()) }) else { return TATU_ERR_ARGUMENT };
     // SAFETY: `call.world` points to the world that the running call belongs to, which lives until the call has
     // returned.
-    let world = match WorldCell::admit(unsafe { WorldRef::new(call.world) }, Function::acts("call.ticket")) {
+    let world = match WorldCell::admit(unsafe { WorldRef::new(call.world) }, HostFunction::mutating("call.ticket")) {
         Ok(world) => world,
         Err(status) => return status,
     };
     if world.worker.is_some() || call.wait_token == 0 {
-        return say(
+        return set_error(
             call.error,
             TATU_ERR_BUSY,
             "a caller that cannot wait does not get a ticket: call `wait` for the reason",
         );
     }
-    let wakes = &world.run.calls.wakes;
-    *out = match world.run.outside.replay.borrow().is_some() {
+    let wakes = &world.run.calls.thread_results;
+    *out = match world.run.connections.replay.borrow().is_some() {
         // No thread may be started, because the log contains the result.
         true => {
-            wakes.next_of_replay();
+            wakes.assign_replayed_number();
             0
         }
         false => wakes.ticket(world.model.registry.host()),
@@ -128,21 +130,21 @@ unsafe extern "C" fn woken(call: *mut tatu_call, out: *mut tatu_str) -> tatu_sta
     let (Some(call), Some(out)) = (unsafe { (call.as_mut(), out.as_mut()) }) else { return TATU_ERR_ARGUMENT };
     // SAFETY: `call.world` points to the world that the running call belongs to, which lives until the call has
     // returned.
-    let world = match WorldCell::admit(unsafe { WorldRef::new(call.world) }, Function::looks("call.woken")) {
+    let world = match WorldCell::admit(unsafe { WorldRef::new(call.world) }, HostFunction::read_only("call.woken")) {
         Ok(world) => world,
         Err(status) => return status,
     };
     if call.resume == 0 {
-        return say(call.error, TATU_ERR_MISSING, "this call does not resume a command that waited");
+        return set_error(call.error, TATU_ERR_MISSING, "this call does not resume a command that waited");
     }
-    let current = world.run.calls.wakes.current.borrow();
+    let current = world.run.calls.thread_results.current.borrow();
     let Some(current) = current.as_ref() else {
         let text = "the result of the thread was lost: a snapshot does not contain threads";
-        return say(call.error, TATU_ERR_GONE, text);
+        return set_error(call.error, TATU_ERR_GONE, text);
     };
     let place = world.run.calls.arena.borrow_mut().alloc(current.len().max(1));
     if place.is_null() {
-        return say(call.error, TATU_ERR_MEMORY, "the world's arena is full");
+        return set_error(call.error, TATU_ERR_MEMORY, "the world's arena is full");
     }
     // SAFETY: the arena has just reserved at least this many bytes at `place`, which nothing else uses.
     unsafe { std::ptr::copy_nonoverlapping(current.as_ptr(), place.cast(), current.len()) };
@@ -164,7 +166,7 @@ pub(crate) unsafe fn call_command(world: &WorldCell, frame: *mut tatu_call, resu
     let calls = &world.run.calls;
     let Some(entry) = world.model.registry.commands.get((f.command as usize).wrapping_sub(1)) else {
         f.error = calls.error_at(calls.depth.get());
-        return say(f.error, TATU_ERR_UNKNOWN, &format!("there is no command with the id {}", f.command));
+        return set_error(f.error, TATU_ERR_UNKNOWN, &format!("there is no command with the id {}", f.command));
     };
     let Some(level) = calls.enter() else {
         f.error = calls.error_at(calls.depth.get());
@@ -174,7 +176,7 @@ pub(crate) unsafe fn call_command(world: &WorldCell, frame: *mut tatu_call, resu
             crate::cell::MAX_DEPTH,
             world.caller_name()
         );
-        return say(f.error, TATU_ERR_BUSY, &text);
+        return set_error(f.error, TATU_ERR_BUSY, &text);
     };
     let Some(call) = entry.raw.call else { return TATU_ERR_UNSUPPORTED };
     let caller = level.caller;
@@ -191,32 +193,35 @@ pub(crate) unsafe fn call_command(world: &WorldCell, frame: *mut tatu_call, resu
     f.caller_script = caller.script;
     f.caller_dialect = caller.dialect;
     f.caller_kind = caller.kind;
-    if world.worker.is_some() && (!entry.side_by_side || entry.status == Status::Stub) {
+    if world.worker.is_some() && (!entry.side_by_side || entry.status == CommandStatus::Stub) {
         f.error = calls.error_at(level.depth);
-        let status =
-            say(f.error, TATU_ERR_BUSY, "scripts that run in parallel with others (`side_by_side`) cannot call it");
+        let status = set_error(
+            f.error,
+            TATU_ERR_BUSY,
+            "scripts that run in parallel with others (`side_by_side`) cannot call it",
+        );
         drop(level);
-        return failed(world, entry, f, status);
+        return report_failure(world, entry, f, status);
     }
     if caller.kind == TATU_CALLER_REMOTE && resume == 0 {
-        crate::cell::remote_call(world, entry, f);
+        crate::cell::record_remote_call(world, entry, f);
     }
-    if let Some(text) = must_end(world) {
+    if let Some(text) = script_end_reason(world) {
         f.error = calls.error_at(level.depth);
-        return say(f.error, TATU_ERR_BUDGET, &text);
+        return set_error(f.error, TATU_ERR_BUDGET, &text);
     }
-    let mut room = [ValueRef::NIL.raw(); FEW];
+    let mut room = [ValueRef::NIL.raw(); MAX_INLINE_ARGS];
     let (mark, before) = (calls.arena.borrow().mark(), calls.arena.borrow().in_use());
     let status = if entry.raw_args || resume != 0 { TATU_OK } else { check_args(world, entry, f, &mut room) };
-    if entry.status == Status::Stub {
-        tell_stub(world, entry, f.command, f.alias);
+    if entry.status == CommandStatus::Stub {
+        log_stub_call(world, entry, f.command, f.alias);
     }
-    let callers = CallersRoom::put_aside(f, calls.results_at(level.depth));
+    let callers = CallerResultBuffer::redirect(f, calls.results_at(level.depth));
     let status = if status < 0 {
         status
     } else {
         calls.caller.set(Caller { kind: TATU_CALLER_NATIVE, ..caller });
-        let outer = world.border.watch.command(f.command);
+        let outer = world.monitor.watch.enter_command(f.command);
         // SAFETY: `call` is from a plugin that is never unloaded, the frame is valid until it returns, and no borrow of
         // the world is active.
         let mut run = |frame: *mut tatu_call| unsafe { call(frame) };
@@ -224,18 +229,18 @@ pub(crate) unsafe fn call_command(world: &WorldCell, frame: *mut tatu_call, resu
             None => run(frame),
             Some(inspector) => inspector.command(entry, frame, &mut run),
         };
-        let status = world.cross(entry.plugin, Call::Command, tatu_slot(caller.object), cross);
-        world.border.watch.command(outer);
+        let status = world.call_plugin(entry.plugin, PluginCall::Command, tatu_slot(caller.object), cross);
+        world.monitor.watch.enter_command(outer);
         status
     };
     drop(level);
     let taken = calls.arena.try_borrow().map_or(0, |arena| arena.in_use().saturating_sub(before));
-    calls.cost.charge(COMMAND + taken as u64 / 64);
+    calls.cost.charge(COMMAND_COST + taken as u64 / 64);
     // SAFETY: the caller guarantees that the frame is still valid, and the plugin has stopped using it.
     let f = unsafe { &mut *frame };
     f.error = error;
-    if !callers.give_back(f) {
-        return broken(
+    if !callers.restore(f) {
+        return reject_results(
             world,
             entry,
             f,
@@ -244,31 +249,31 @@ pub(crate) unsafe fn call_command(world: &WorldCell, frame: *mut tatu_call, resu
     }
     // The arguments are before the mark, in the memory of the calling script, which would be blamed otherwise.
     let is_past_args = world.worker.is_none()
-        && calls.arena.try_borrow().is_ok_and(|arena| arena.is_whole_since(mark))
-        && !calls.arena.try_borrow().is_ok_and(|arena| arena.is_whole_since(calls.begun.get()));
+        && calls.arena.try_borrow().is_ok_and(|arena| arena.is_intact_since(mark))
+        && !calls.arena.try_borrow().is_ok_and(|arena| arena.is_intact_since(calls.args_mark.get()));
     if is_past_args {
         // Later commands are not blamed for it.
-        calls.begun.set(mark);
-        return broken(world, entry, f, "broke the contract: it wrote past the end of an argument");
+        calls.args_mark.set(mark);
+        return reject_results(world, entry, f, "broke the contract: it wrote past the end of an argument");
     }
-    if !calls.arena.try_borrow().is_ok_and(|arena| arena.is_whole_since(mark)) {
+    if !calls.arena.try_borrow().is_ok_and(|arena| arena.is_intact_since(mark)) {
         // The results are released as well, so that the caller is not blamed for the damage that this command did.
         if let Ok(mut arena) = calls.arena.try_borrow_mut() {
             arena.release(mark);
         }
         let text = "broke the contract: it wrote past the end of memory that the host gave it (`alloc`)";
-        return broken(world, entry, f, text);
+        return reject_results(world, entry, f, text);
     }
-    if !f.state.is_null() && !world.devices.state_is_whole(entry.plugin) {
-        world.devices.mend_state(entry.plugin);
-        return broken(world, entry, f, PAST_STATE);
+    if !f.state.is_null() && !world.devices.is_state_intact(entry.plugin) {
+        world.devices.repair_state_guard(entry.plugin);
+        return reject_results(world, entry, f, PAST_STATE);
     }
-    let status = answer(f.error, status, true);
+    let status = check_status(f.error, status, true);
     if calls.cost.exceeded().is_some()
-        && let Some(text) = must_end(world)
+        && let Some(text) = script_end_reason(world)
     {
         f.n_results = 0;
-        return say(f.error, TATU_ERR_BUDGET, &text);
+        return set_error(f.error, TATU_ERR_BUDGET, &text);
     }
     match status {
         TATU_WAIT => begin_wait(world, entry, f, caller),
@@ -276,19 +281,19 @@ pub(crate) unsafe fn call_command(world: &WorldCell, frame: *mut tatu_call, resu
             Ok(()) => TATU_OK,
             Err(text) => {
                 f.n_results = 0;
-                say(f.error, TATU_ERR, &text);
-                failed(world, entry, f, TATU_ERR)
+                set_error(f.error, TATU_ERR, &text);
+                report_failure(world, entry, f, TATU_ERR)
             }
         },
         // This status is the host's: it ends the calling script, which has not used up its own budget.
-        TATU_ERR_BUDGET => failed(world, entry, f, TATU_ERR),
-        status => failed(world, entry, f, status),
+        TATU_ERR_BUDGET => report_failure(world, entry, f, TATU_ERR),
+        status => report_failure(world, entry, f, status),
     }
 }
 
 /// Returns the reason why the running script must end, if it must: the work of its commands exceeds its budget, or it
 /// does not return although a stop was requested from outside.
-fn must_end(world: &WorldCell) -> Option<String> {
+fn script_end_reason(world: &WorldCell) -> Option<String> {
     if world.run.calls.scripts.get() == 0 {
         return None;
     }
@@ -302,15 +307,15 @@ fn must_end(world: &WorldCell) -> Option<String> {
 
 /// Discards the results of a command that wrote out of bounds, and returns an error.
 #[cold]
-fn broken(world: &WorldCell, entry: &CommandEntry, f: &mut tatu_call, text: &str) -> tatu_status {
+fn reject_results(world: &WorldCell, entry: &CommandEntry, f: &mut tatu_call, text: &str) -> tatu_status {
     f.n_results = 0;
-    say(f.error, TATU_ERR, text);
-    failed(world, entry, f, TATU_ERR)
+    set_error(f.error, TATU_ERR, text);
+    report_failure(world, entry, f, TATU_ERR)
 }
 
 /// Logs once per run that a command is a stub.
 #[cold]
-fn tell_stub(world: &WorldCell, entry: &CommandEntry, id: u32, alias: u32) {
+fn log_stub_call(world: &WorldCell, entry: &CommandEntry, id: u32, alias: u32) {
     if world.run.calls.stubs.try_borrow_mut().is_ok_and(|mut told| told.insert(id)) {
         let why = if entry.notes.is_empty() { String::new() } else { format!(": {}", entry.notes) };
         world.log(TATU_LOG_INFO, &format!("{} does nothing here{why}", entry_name(entry, alias)));
@@ -320,20 +325,20 @@ fn tell_stub(world: &WorldCell, entry: &CommandEntry, id: u32, alias: u32) {
 /// Registers a command that begins to wait on behalf of the calling script or service.
 fn begin_wait(world: &WorldCell, entry: &CommandEntry, f: &mut tatu_call, caller: Caller) -> tatu_status {
     let mut waits = world.run.calls.waits.borrow_mut();
-    match waits.asked.take() {
+    match waits.requested.take() {
         Some((token, due, resume)) if token == f.wait_token && token != 0 => {
             let owner = match caller.service {
-                0 => Owner::Script(caller.instance),
-                service => Owner::Service(service),
+                0 => WaitOwner::Script(caller.instance),
+                service => WaitOwner::Service(service),
             };
             let (command, alias) = (f.command, f.alias);
-            waits.begin(Wait { owner, token, command, alias, resume, due });
+            waits.begin(WaitingCommand { owner, token, command, alias, resume, due });
             TATU_WAIT
         }
         _ => {
             drop(waits);
-            say(f.error, TATU_ERR, "broke the contract: it returned TATU_WAIT without starting a wait");
-            failed(world, entry, f, TATU_ERR)
+            set_error(f.error, TATU_ERR, "broke the contract: it returned TATU_WAIT without starting a wait");
+            report_failure(world, entry, f, TATU_ERR)
         }
     }
 }
@@ -341,21 +346,25 @@ fn begin_wait(world: &WorldCell, entry: &CommandEntry, f: &mut tatu_call, caller
 /// Converts the arguments to the declared types and fills in defaults. Reports an error and returns its status if an
 /// argument is invalid.
 ///
-/// `room` is used if there are at most `FEW` arguments and their conversion does not need memory; otherwise, the
+/// `room` is used if there are at most `MAX_INLINE_ARGS` arguments and their conversion does not need memory; otherwise, the
 /// arguments are written to the arena.
-fn check_args(world: &WorldCell, entry: &CommandEntry, f: &mut tatu_call, room: &mut Room) -> tatu_status {
+fn check_args(world: &WorldCell, entry: &CommandEntry, f: &mut tatu_call, room: &mut InlineArgs) -> tatu_status {
     // SAFETY: the contract of `call_command` requires the frame's `args` to point to `n_args` values that live during
     // the call.
     let args = unsafe { ValueRef::slice(f.args, f.n_args as usize) };
-    let is_unchanged = |(i, p): (usize, &Declared)| match args.get(i) {
+    let is_unchanged = |(i, p): (usize, &ParameterSpec)| match args.get(i) {
         Some(a) => is_exact(p, *a),
-        None => p.flags & MAY_LACK != 0 && p.fallback == Value::Nil && !has_default_keys(p),
+        None => p.flags & OMITTABLE_FLAGS != 0 && p.fallback == Value::Nil && !has_default_keys(p),
     };
     if entry.params.iter().enumerate().all(is_unchanged) {
         return TATU_OK;
     }
-    if args.len() <= FEW
-        && entry.params.iter().enumerate().all(|(i, p)| as_number(p, args.get(i), &mut room[i.min(FEW - 1)]))
+    if args.len() <= MAX_INLINE_ARGS
+        && entry
+            .params
+            .iter()
+            .enumerate()
+            .all(|(i, p)| convert_inline(p, args.get(i), &mut room[i.min(MAX_INLINE_ARGS - 1)]))
     {
         for (i, extra) in args.iter().enumerate().skip(entry.params.len()) {
             room[i] = extra.raw();
@@ -366,26 +375,26 @@ fn check_args(world: &WorldCell, entry: &CommandEntry, f: &mut tatu_call, room: 
     // For old-style names, numbers are truncated to integers, as in the versions for which such scripts were written.
     // SAFETY: the string is owned by the calling script's instance, which lives until the call has returned.
     let dialect = unsafe { bytes(f.caller_dialect) };
-    let old = |n: &NameEntry| n.until.is_some() && !dialect.is_empty() && n.instead_of_error(dialect).is_some();
+    let old = |n: &CommandName| n.until.is_some() && !dialect.is_empty() && n.instead_of_error(dialect).is_some();
     let cuts = entry.names.get(f.alias as usize).is_some_and(|n| n.on_error.is_some()) || entry.names.iter().any(old);
     match convert_args(world, entry, args, cuts) {
         Ok((args, n)) => {
             (f.args, f.n_args) = (args, n);
             TATU_OK
         }
-        Err(text) => say(f.error, TATU_ERR_ARGUMENT, &text),
+        Err(text) => set_error(f.error, TATU_ERR_ARGUMENT, &text),
     }
 }
 
 /// Maximum number of arguments that are converted without using the arena.
-const FEW: usize = 8;
-type Room = [tatu_value; FEW];
+const MAX_INLINE_ARGS: usize = 8;
+type InlineArgs = [tatu_value; MAX_INLINE_ARGS];
 
 /// Converts an argument that already has the declared type, or that can be converted without checks and memory. Returns
 /// `false` if the argument must be converted by [`convert_args`].
-fn as_number(p: &Declared, a: Option<&ValueRef<'_>>, out: &mut tatu_value) -> bool {
+fn convert_inline(p: &ParameterSpec, a: Option<&ValueRef<'_>>, out: &mut tatu_value) -> bool {
     let Some(a) = a.copied() else {
-        return p.flags & MAY_LACK != 0 && p.fallback == Value::Nil && !has_default_keys(p);
+        return p.flags & OMITTABLE_FLAGS != 0 && p.fallback == Value::Nil && !has_default_keys(p);
     };
     let raw = a.raw();
     // SAFETY: every bit pattern is a valid `i64`; the value is used only if the tag is `TATU_I64`.
@@ -405,15 +414,15 @@ fn as_number(p: &Declared, a: Option<&ValueRef<'_>>, out: &mut tatu_value) -> bo
 }
 
 /// Flags of parameters that do not require an argument.
-const MAY_LACK: u32 = TATU_PARAM_OPTIONAL | TATU_PARAM_REST;
+const OMITTABLE_FLAGS: u32 = TATU_PARAM_OPTIONAL | TATU_PARAM_REST;
 
 /// Returns whether an argument can be passed on unchanged, without checking its contents.
-fn is_exact(p: &Declared, a: ValueRef<'_>) -> bool {
+fn is_exact(p: &ParameterSpec, a: ValueRef<'_>) -> bool {
     if p.flags & TATU_PARAM_ANY != 0 {
         return true;
     }
     if a.is_nil() {
-        return p.flags & MAY_LACK != 0 && p.fallback == Value::Nil && !has_default_keys(p);
+        return p.flags & OMITTABLE_FLAGS != 0 && p.fallback == Value::Nil && !has_default_keys(p);
     }
     let unbounded = p.lowest == f64::NEG_INFINITY && p.highest == f64::INFINITY && p.choices.is_empty();
     a.tag() == p.kind && unbounded && (p.count == 0 || a.len() == p.count as usize) && p.keys.is_empty()
@@ -421,11 +430,11 @@ fn is_exact(p: &Declared, a: ValueRef<'_>) -> bool {
 
 /// Returns whether a parameter is a table of options that may be omitted, in which case the command receives a table
 /// with the default values of the keys.
-fn has_default_keys(p: &Declared) -> bool {
+fn has_default_keys(p: &ParameterSpec) -> bool {
     p.kind == TATU_MAP
-        && p.flags & MAY_LACK != 0
+        && p.flags & OMITTABLE_FLAGS != 0
         && p.keys.iter().any(|k| k.fallback != Value::Nil)
-        && p.keys.iter().all(Declared::optional)
+        && p.keys.iter().all(ParameterSpec::optional)
 }
 
 fn convert_args(
@@ -452,7 +461,7 @@ fn convert_args(
                     out.push(ValueRef::NIL.raw());
                 }
                 out[i] = p.fallback.to_raw(&mut *arena).ok_or_else(space)?;
-            } else if p.flags & MAY_LACK == 0 {
+            } else if p.flags & OMITTABLE_FLAGS == 0 {
                 return Err(if i >= args.len() {
                     format!("{}: expected {}, but only {} were given", name(), p.expectation(), args.len())
                 } else {
@@ -486,13 +495,13 @@ fn convert_args(
 /// and returns the values that stand for an error under that name, unless the plugin panicked or the caller requests
 /// errors (`TATU_CALL_RAISE`).
 #[cold]
-fn failed(world: &WorldCell, entry: &CommandEntry, f: &mut tatu_call, status: tatu_status) -> tatu_status {
+fn report_failure(world: &WorldCell, entry: &CommandEntry, f: &mut tatu_call, status: tatu_status) -> tatu_status {
     let plugin = &world.model.registry.plugins[entry.plugin];
     let name = entry_name(entry, f.alias);
     // SAFETY: both pointers are to error objects that the host made, and that live until the call has returned.
     let text = unsafe {
         if (*f.error).code == TATU_OK {
-            let last = world.run.calls.last.borrow_mut().raw();
+            let last = world.run.calls.last_refusal.borrow_mut().raw();
             if (*last).code == status {
                 border::copy_error(last, f.error);
             }
@@ -500,14 +509,14 @@ fn failed(world: &WorldCell, entry: &CommandEntry, f: &mut tatu_call, status: ta
         match (*f.error).code {
             TATU_OK => {
                 if let Some(inspector) = &world.model.registry.inspector {
-                    inspector.gave_no_reason(entry, status);
+                    inspector.failed_without_reason(entry, status);
                 }
                 "failed without giving a reason".to_owned()
             }
-            _ => said(f.error).text.unwrap_or_default(),
+            _ => read_error(f.error).text.unwrap_or_default(),
         }
     };
-    let Said { file, line, help, .. } = said(f.error);
+    let ErrorContents { file, line, help, .. } = read_error(f.error);
     let text = match status {
         _ if status == TATU_ERR_PANIC || text.starts_with("broke the contract") => {
             format!("{name}: plugin `{}` {text}", plugin.id)
@@ -526,14 +535,14 @@ fn failed(world: &WorldCell, entry: &CommandEntry, f: &mut tatu_call, status: ta
             let mut fault = Fault::new(FaultKind::of(status), text);
             fault.plugin = Some(plugin.id.clone());
             fault.help = help;
-            world.blame_caller(&mut fault);
-            world.with_caller(|script| script.place(world, &mut fault));
+            world.add_caller_to_fault(&mut fault);
+            world.with_caller(|script| script.add_position(world, &mut fault));
             world.report(fault);
-            give_results(world, f, values).err().unwrap_or(TATU_OK)
+            write_results(world, f, values).err().unwrap_or(TATU_OK)
         }
         _ => {
             *world.run.calls.blame.borrow_mut() = Some((text.clone(), plugin.id.clone()));
-            say(f.error, status, &text);
+            set_error(f.error, status, &text);
             if let Some(help) = help {
                 // SAFETY: `f.error` points to the host's own error object of this call, which lives until the call has
                 // returned; `add` copies the text.

@@ -43,7 +43,7 @@ pub(super) fn check_nested(f: &tatu_call) -> Result<(), String> {
 }
 
 /// Maximum size of a span, bytes. A world's arena does not have more memory.
-const LARGEST: u64 = 256 << 20;
+const MAX_SPAN_BYTES: u64 = 256 << 20;
 
 /// Returns a description of the first error in a value that has a span, if there is one.
 fn span_flaw(v: &tatu_value, depth: usize) -> Option<String> {
@@ -56,8 +56,8 @@ fn span_flaw(v: &tatu_value, depth: usize) -> Option<String> {
     };
     // SAFETY: the caller passes only values for whose tag `s` is the active member of the union.
     let (ptr, len) = unsafe { (v.u.s.ptr, v.u.s.len) };
-    if len.checked_mul(each).is_none_or(|bytes| bytes > LARGEST) {
-        return Some(format!("has {len} elements, which exceed the limit of {} MB", LARGEST >> 20));
+    if len.checked_mul(each).is_none_or(|bytes| bytes > MAX_SPAN_BYTES) {
+        return Some(format!("has {len} elements, which exceed the limit of {} MB", MAX_SPAN_BYTES >> 20));
     }
     if len > 0 && !(ptr as u64).is_multiple_of(each.min(8)) {
         return Some("is at an address that is not aligned to its elements".into());

@@ -11,17 +11,17 @@ use tatu_plugin_api::safe::Room;
 use tatu_plugins::state_block::GUARD;
 
 /// Minimum size of a chunk, bytes.
-const CHUNK: usize = 64 * 1024;
+const MIN_CHUNK_BYTES: usize = 64 * 1024;
 /// Maximum size of all blocks in use, bytes. Each block is rounded up to a multiple of 16 bytes, and its guard takes 16
 /// more.
-const LIMIT: usize = 256 * 1024 * 1024;
+const MAX_ARENA_BYTES: usize = 256 * 1024 * 1024;
 /// Number of guards to which the limit does not apply, so that 256 blocks of 1 MB fit.
-const FREE_GUARDS: usize = 4096;
+const EXEMPT_GUARDS: usize = 4096;
 
 /// A stack allocator, which releases all blocks allocated since a mark at once.
 #[derive(Default)]
 pub struct Arena {
-    chunks: Vec<Chunk>,
+    chunks: Vec<ArenaChunk>,
     /// Index of the current chunk.
     chunk: usize,
     /// Number of words used in the current chunk.
@@ -30,7 +30,7 @@ pub struct Arena {
 
 /// A chunk of 16-byte aligned words, and the number of words in use in the chunks before it. The words are in a `Vec`,
 /// because its pointer can be taken without borrowing them while plugins use them.
-struct Chunk(Vec<u128>, usize);
+struct ArenaChunk(Vec<u128>, usize);
 
 impl Arena {
     /// Allocates `bytes` bytes, 16-byte aligned. Returns null if the limit would be exceeded.
@@ -38,16 +38,16 @@ impl Arena {
         let block = bytes.div_ceil(16).max(1);
         let words = block + 1;
         let before = self.chunks.get(self.chunk).map_or(0, |c| c.1) + self.used;
-        if bytes > LIMIT || before + words > LIMIT / 16 + FREE_GUARDS {
+        if bytes > MAX_ARENA_BYTES || before + words > MAX_ARENA_BYTES / 16 + EXEMPT_GUARDS {
             return std::ptr::null_mut();
         }
-        let fits = |c: Option<&Chunk>, used: usize| c.is_some_and(|c| used + words <= c.0.len());
+        let fits = |c: Option<&ArenaChunk>, used: usize| c.is_some_and(|c| used + words <= c.0.len());
         if !fits(self.chunks.get(self.chunk), self.used) {
             let next = if self.chunks.is_empty() { 0 } else { self.chunk + 1 };
             if !fits(self.chunks.get(next), 0) {
                 // The chunks after the current one are unused, and the first of them is too small.
                 self.chunks.truncate(next);
-                self.chunks.push(Chunk(vec![0; words.max(CHUNK / 16 + 1)], before));
+                self.chunks.push(ArenaChunk(vec![0; words.max(MIN_CHUNK_BYTES / 16 + 1)], before));
             }
             (self.chunk, self.used) = (next, 0);
             self.chunks[next].1 = before;
@@ -63,7 +63,7 @@ impl Arena {
 
     /// Returns whether the guards of the blocks allocated since the mark are intact. Blocks in earlier chunks are not
     /// checked, because few calls allocate blocks in more than one chunk.
-    pub fn is_whole_since(&self, mark: u64) -> bool {
+    pub fn is_intact_since(&self, mark: u64) -> bool {
         let (chunk, used) = ((mark >> 32) as usize, (mark & 0xFFFF_FFFF) as usize);
         let begin = if chunk == self.chunk { used } else { 0 };
         let mut end = self.used;
@@ -119,7 +119,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn addresses_stay_and_marks_lead_back() {
+    fn addresses_are_stable_and_release_returns_to_the_mark() {
         let mut a = Arena::default();
         let first = a.alloc(24);
         let mark = a.mark();
@@ -134,7 +134,7 @@ mod tests {
     }
 
     #[test]
-    fn how_much_fits_does_not_depend_on_what_was_there_before() {
+    fn capacity_does_not_depend_on_earlier_allocations() {
         let most = |a: &mut Arena| {
             let mark = a.mark();
             let n = (0..).take_while(|_| !a.alloc(1 << 20).is_null()).count();
@@ -152,30 +152,30 @@ mod tests {
     }
 
     #[test]
-    fn a_byte_past_the_end_of_a_block_is_noticed() {
+    fn write_past_the_end_of_a_block_is_detected() {
         let mut a = Arena::default();
         a.alloc(3);
         let mark = a.mark();
         let place = a.alloc(32);
         a.alloc(1);
-        assert!(a.is_whole_since(mark) && a.is_whole_since(0));
+        assert!(a.is_intact_since(mark) && a.is_intact_since(0));
         // SAFETY: byte 32 after `place` is the first one of the guard, within the chunk, which lives as long as the
         // arena.
         unsafe { place.add(32).write(0) };
-        assert!(!a.is_whole_since(mark) && !a.is_whole_since(0));
+        assert!(!a.is_intact_since(mark) && !a.is_intact_since(0));
         a.release(mark);
-        assert!(a.is_whole_since(mark) && a.is_whole_since(0));
+        assert!(a.is_intact_since(mark) && a.is_intact_since(0));
         // A block of this size is allocated in a separate chunk.
-        let place = a.alloc(CHUNK);
-        assert!(a.is_whole_since(mark));
-        // SAFETY: byte `CHUNK` after `place` is the first one of the guard, within the chunk, which lives as long as
+        let place = a.alloc(MIN_CHUNK_BYTES);
+        assert!(a.is_intact_since(mark));
+        // SAFETY: byte `MIN_CHUNK_BYTES` after `place` is the first one of the guard, within the chunk, which lives as long as
         // the arena.
-        unsafe { place.add(CHUNK).write(0) };
-        assert!(!a.is_whole_since(mark));
+        unsafe { place.add(MIN_CHUNK_BYTES).write(0) };
+        assert!(!a.is_intact_since(mark));
     }
 
     #[test]
-    fn too_much_is_refused() {
-        assert!(Arena::default().alloc(LIMIT + 1).is_null());
+    fn block_above_the_limit_is_refused() {
+        assert!(Arena::default().alloc(MAX_ARENA_BYTES + 1).is_null());
     }
 }

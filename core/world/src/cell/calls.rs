@@ -11,33 +11,33 @@ use std::{
 use tatu_plugin_api::abi::*;
 use tatu_plugins::border::ErrorSlot;
 
-use super::{Arena, ResultsRoom, Waits, Wakes, cost::Cost};
+use super::{Arena, GuardedResultBuffer, ThreadResults, WaitList, cost::CommandCost};
 
 /// Maximum depth of nested calls across the plugin ABI.
 pub const MAX_DEPTH: u32 = 64;
 
-/// The state of the calls in a world.
-pub(crate) struct Calls {
+/// The call stack of a world, with what its calls share.
+pub(crate) struct CallStack {
     pub arena: RefCell<Arena>,
     /// Mark of the arena at which the running call into a script or service began; the blocks since then contain the
     /// arguments of the commands that it calls.
-    pub begun: Cell<u64>,
+    pub args_mark: Cell<u64>,
     /// The current caller.
     pub caller: Cell<Caller>,
     pub depth: Cell<u32>,
     /// The work of the commands that the running script calls.
-    pub cost: Cost,
+    pub cost: CommandCost,
     /// Number of calls into scripts that are running, each nested in the one before.
     pub scripts: Cell<u32>,
     /// Error objects, one per depth, created when first needed; their addresses are stable.
     slots: RefCell<Vec<ErrorSlot>>,
     /// Space for results, one per depth, created when first needed.
-    results: RefCell<Vec<ResultsRoom>>,
+    results: RefCell<Vec<GuardedResultBuffer>>,
     /// Status and message with which a host function last refused a call.
-    pub last: RefCell<ErrorSlot>,
-    pub waits: RefCell<Waits>,
+    pub last_refusal: RefCell<ErrorSlot>,
+    pub waits: RefCell<WaitList>,
     /// The results of plugins' own threads for which commands wait.
-    pub wakes: Wakes,
+    pub thread_results: ThreadResults,
     /// Error message of the last failed command, and the id of its plugin. A script can pass the message on as its own
     /// error.
     pub blame: RefCell<Option<(String, String)>>,
@@ -74,20 +74,20 @@ impl Caller {
     }
 }
 
-impl Calls {
+impl CallStack {
     pub fn new() -> Self {
-        Calls {
+        CallStack {
             arena: RefCell::new(Arena::default()),
-            begun: Cell::new(0),
+            args_mark: Cell::new(0),
             caller: Cell::new(Caller::HOST),
             depth: Cell::new(0),
-            cost: Cost::default(),
+            cost: CommandCost::default(),
             scripts: Cell::new(0),
             slots: RefCell::new(Vec::new()),
             results: RefCell::new(Vec::new()),
-            last: RefCell::new(ErrorSlot::new()),
-            waits: RefCell::new(Waits::default()),
-            wakes: Wakes::default(),
+            last_refusal: RefCell::new(ErrorSlot::new()),
+            waits: RefCell::new(WaitList::default()),
+            thread_results: ThreadResults::default(),
             blame: RefCell::new(None),
             stubs: RefCell::new(BTreeSet::new()),
         }
@@ -99,7 +99,7 @@ impl Calls {
         while slots.len() <= depth as usize {
             slots.push(ErrorSlot::new());
         }
-        slots[depth as usize].fresh()
+        slots[depth as usize].reset()
     }
 
     /// Returns the space for the results of a command at a call depth.
@@ -107,25 +107,25 @@ impl Calls {
     pub fn results_at(&self, depth: u32) -> *mut tatu_value {
         let mut results = self.results.borrow_mut();
         while results.len() <= depth as usize {
-            results.push(ResultsRoom::new());
+            results.push(GuardedResultBuffer::new());
         }
         results[depth as usize].first()
     }
 
     /// Enters a call across the plugin ABI. Returns `None` if [`MAX_DEPTH`] is reached.
-    pub fn enter(&self) -> Option<Depth<'_>> {
+    pub fn enter(&self) -> Option<CallLevel<'_>> {
         let depth = self.depth.get();
         if depth >= MAX_DEPTH {
             return None;
         }
         self.depth.set(depth + 1);
-        Some(Depth { calls: self, depth, caller: self.caller.get() })
+        Some(CallLevel { calls: self, depth, caller: self.caller.get() })
     }
 
     /// Records why a host function was refused, and returns the status.
     #[cold]
     pub fn refuse(&self, status: tatu_status, text: &str) -> tatu_status {
-        if let Ok(mut last) = self.last.try_borrow_mut() {
+        if let Ok(mut last) = self.last_refusal.try_borrow_mut() {
             last.set(status, text);
         }
         status
@@ -133,15 +133,15 @@ impl Calls {
 }
 
 /// A call across the ABI. Dropping it restores the depth and the caller.
-pub(crate) struct Depth<'a> {
-    calls: &'a Calls,
+pub(crate) struct CallLevel<'a> {
+    calls: &'a CallStack,
     /// Depth of this call, counted from 0.
     pub depth: u32,
     /// The previous caller.
     pub caller: Caller,
 }
 
-impl Drop for Depth<'_> {
+impl Drop for CallLevel<'_> {
     fn drop(&mut self) {
         self.calls.depth.set(self.depth);
         self.calls.caller.set(self.caller);

@@ -3,7 +3,7 @@
 
 use tatu_errors::Refusal;
 use tatu_plugin_api::{abi::*, safe::Value};
-use tatu_scene::{Effect, Scene, rows::Row};
+use tatu_scene::{ChangeEffect, Scene, property_table::Property};
 
 use super::WorldCell;
 
@@ -13,21 +13,27 @@ fn busy<T>() -> Result<T, Refusal> {
 
 impl WorldCell {
     /// Sets a property of an object, which must not belong to its device.
-    pub fn set_property(&self, slot: u32, row: Row, value: &Value) -> Result<(), Refusal> {
+    pub fn set_property(&self, slot: u32, row: Property, value: &Value) -> Result<(), Refusal> {
         let effect = {
             let Ok(mut scene) = self.state.scene.try_borrow_mut() else { return busy() };
-            self.set_in(&mut scene, slot, row, value)?
+            self.set_in_scene(&mut scene, slot, row, value)?
         };
-        self.take_effect(slot, effect)
+        self.apply_effect(slot, effect)
     }
 
     /// Sets a property in a scene of this world, without the effects on the engine.
-    pub fn set_in(&self, scene: &mut Scene, slot: u32, row: Row, value: &Value) -> Result<Effect, Refusal> {
-        if let Some(n) = self.model.document.lost_image(row, value) {
+    pub fn set_in_scene(
+        &self,
+        scene: &mut Scene,
+        slot: u32,
+        row: Property,
+        value: &Value,
+    ) -> Result<ChangeEffect, Refusal> {
+        if let Some(n) = self.model.document.missing_image(row, value) {
             return Err(Refusal(TATU_ERR_ARGUMENT, format!("`{}`: the scene has no image {n}", row.key())));
         }
         let effect = tatu_scene::set(scene, slot, row, value)?;
-        if row == Row::TEXTURE {
+        if row == Property::TEXTURE {
             self.model.document.fill_texture(scene, slot);
         }
         Ok(effect)
@@ -35,26 +41,26 @@ impl WorldCell {
 
     /// Sets numbers of an object, if they can be set without checks that concern the whole world; see
     /// [`tatu_scene::set_numbers`].
-    pub fn set_numbers(&self, slot: u32, row: Row, numbers: &[f64]) -> Option<Result<(), Refusal>> {
+    pub fn set_numbers(&self, slot: u32, row: Property, numbers: &[f64]) -> Option<Result<(), Refusal>> {
         let done = {
             let Ok(mut scene) = self.state.scene.try_borrow_mut() else { return Some(busy()) };
             tatu_scene::set_numbers(&mut scene, slot, row, numbers)?
         };
-        Some(done.and_then(|effect| self.take_effect(slot, effect)))
+        Some(done.and_then(|effect| self.apply_effect(slot, effect)))
     }
 
     /// Applies the effect of a change to the engine and to graphs.
-    pub fn take_effect(&self, slot: u32, effect: Effect) -> Result<(), Refusal> {
+    pub fn apply_effect(&self, slot: u32, effect: ChangeEffect) -> Result<(), Refusal> {
         match effect {
-            Effect::Moved | Effect::Drive | Effect::Surface => {
+            ChangeEffect::Moved | ChangeEffect::Drive | ChangeEffect::Surface => {
                 let Ok(mut dynamics) = self.state.dynamics.try_borrow_mut() else { return busy() };
                 match effect {
-                    Effect::Moved => dynamics.moved(slot),
-                    _ => dynamics.drive_changed(slot),
+                    ChangeEffect::Moved => dynamics.mark_moved(slot),
+                    _ => dynamics.mark_drive_changed(slot),
                 }
                 Ok(())
             }
-            Effect::Graph => {
+            ChangeEffect::Graph => {
                 let Ok(scene) = self.state.scene.try_borrow() else { return busy() };
                 let Ok(mut figures) = self.devices.figures.try_borrow_mut() else { return busy() };
                 figures.graphs.remove(&scene.id(slot));

@@ -12,9 +12,9 @@ pub(crate) struct Clock {
     pub pass: Cell<u64>,
     pub dt: Cell<f64>,
     /// Number of physics stages in this step that took a whole `dt`.
-    whole: Cell<u32>,
+    full_stages: Cell<u32>,
     /// Total duration of the other physics stages of this step, s.
-    rest: Cell<f64>,
+    partial_s: Cell<f64>,
 }
 
 impl Clock {
@@ -25,34 +25,34 @@ impl Clock {
             step: Cell::new(0),
             pass: Cell::new(0),
             dt: Cell::new(dt),
-            whole: Cell::new(0),
-            rest: Cell::new(0.0),
+            full_stages: Cell::new(0),
+            partial_s: Cell::new(0.0),
         }
     }
     /// Copies the time, the counters and `dt` of another clock.
-    pub fn like(&self, other: &Clock) {
+    pub fn copy_from(&self, other: &Clock) {
         self.time.set(other.time.get());
         self.step.set(other.step.get());
         self.pass.set(other.pass.get());
         self.dt.set(other.dt.get());
     }
     /// Records a physics stage of duration `dt`; time advances by it at the end of the step.
-    pub fn passed(&self, dt: f64) {
+    pub fn record_stage(&self, dt: f64) {
         if dt == self.dt.get() {
-            self.whole.set(self.whole.get() + 1);
+            self.full_stages.set(self.full_stages.get() + 1);
         } else {
-            self.rest.set(self.rest.get() + dt);
+            self.partial_s.set(self.partial_s.get() + dt);
         }
     }
     /// Returns the total duration of the physics stages of this step so far, s.
-    pub fn so_far(&self) -> f64 {
-        f64::from(self.whole.get()) * self.dt.get() + self.rest.get()
+    pub fn elapsed_in_step(&self) -> f64 {
+        f64::from(self.full_stages.get()) * self.dt.get() + self.partial_s.get()
     }
     /// Ends a step. If the time is a multiple of `dt`, it is computed as a product, so that rounding errors do not
     /// accumulate.
     pub fn advance(&self) {
         let (dt, time) = (self.dt.get(), self.time.get());
-        let (whole, rest) = (self.whole.replace(0), self.rest.replace(0.0));
+        let (whole, rest) = (self.full_stages.replace(0), self.partial_s.replace(0.0));
         let counted = (time / dt).round();
         let from_count = counted * dt == time && rest == 0.0;
         let passed = f64::from(whole) * dt + rest;
@@ -76,25 +76,25 @@ mod tests {
     use super::Clock;
 
     #[test]
-    fn whole_steps_are_counted_and_others_added() {
+    fn full_steps_are_multiplied_and_partial_steps_summed() {
         let clock = Clock::new(0.05);
         for n in 1..=10_000_u32 {
-            clock.passed(0.05);
+            clock.record_stage(0.05);
             clock.advance();
             // The result has the bits of a product, not of a sum.
             assert_eq!(clock.time.get(), f64::from(n) * 0.05);
         }
         clock.advance();
         assert_eq!((clock.time.get(), clock.step.get()), (500.0, 10_001), "without physics time stands");
-        clock.passed(0.05);
-        clock.passed(0.05);
-        assert_eq!(clock.so_far(), 0.1);
+        clock.record_stage(0.05);
+        clock.record_stage(0.05);
+        assert_eq!(clock.elapsed_in_step(), 0.1);
         clock.advance();
         assert_eq!(clock.time.get(), 10_002.0 * 0.05);
-        clock.passed(0.013);
+        clock.record_stage(0.013);
         clock.advance();
         assert!((clock.time.get() - 500.113).abs() < 1e-9);
-        clock.passed(0.05);
+        clock.record_stage(0.05);
         clock.advance();
         assert!((clock.time.get() - 500.163).abs() < 1e-9);
     }

@@ -10,40 +10,40 @@ use std::{
 };
 
 /// Cost of each call of a command.
-pub const COMMAND: u64 = 20;
+pub const COMMAND_COST: u64 = 20;
 /// Cost of an object that is created, copied or removed.
-pub const OBJECT: u64 = 100;
+pub const OBJECT_COST: u64 = 100;
 /// Cost of an object that is only looked at.
-pub const LOOK: u64 = 5;
+pub const LOOKUP_COST: u64 = 5;
 /// Cost of two forms whose distance is computed.
-pub const PAIR: u64 = 200;
+pub const PAIR_COST: u64 = 200;
 /// Cost of a file that is read or written.
-pub const FILE: u64 = 5000;
+pub const FILE_COST: u64 = 5000;
 /// Cost of a stage that a driver runs.
-pub const STAGE: u64 = 5000;
+pub const STAGE_COST: u64 = 5000;
 
 /// Time that a script has after a stop was requested from outside, such as by Ctrl-C, to return by itself.
-const GRACE: Duration = Duration::from_secs(1);
+const STOP_GRACE_PERIOD: Duration = Duration::from_secs(1);
 
 /// The work of the commands that a script calls, in the innermost call into a script that is running.
 #[derive(Default)]
-pub struct Cost {
+pub struct CommandCost {
     spent: Cell<u64>,
     /// Maximum of `spent`; 0 if no script is running or there is no limit.
     limit: Cell<u64>,
     /// When the running script was first found to be running although a stop was requested.
-    late: Cell<Option<Instant>>,
+    stop_noticed_at: Cell<Option<Instant>>,
 }
 
-/// The cost of the surrounding call, which [`Cost::end`] restores.
+/// The cost of the surrounding call, which [`CommandCost::end`] restores.
 pub struct OuterCost(u64, u64);
 
-impl Cost {
+impl CommandCost {
     /// Begins a call into a script whose commands may cost `limit`; 0 means no limit. `is_outermost` is set if no other
     /// script is running.
     pub fn begin(&self, limit: u64, is_outermost: bool) -> OuterCost {
         if is_outermost {
-            self.late.set(None);
+            self.stop_noticed_at.set(None);
         }
         OuterCost(self.spent.replace(0), self.limit.replace(limit))
     }
@@ -70,10 +70,10 @@ impl Cost {
     /// Returns whether the running script must return, because it has not done so for a second after a stop was
     /// requested. Must be called only while a stop is requested.
     pub fn is_overdue(&self) -> bool {
-        match self.late.get() {
-            Some(since) => since.elapsed() >= GRACE,
+        match self.stop_noticed_at.get() {
+            Some(since) => since.elapsed() >= STOP_GRACE_PERIOD,
             None => {
-                self.late.set(Some(Instant::now()));
+                self.stop_noticed_at.set(Some(Instant::now()));
                 false
             }
         }
@@ -85,8 +85,8 @@ mod tests {
     use super::*;
 
     #[test]
-    fn nested_calls_have_costs_of_their_own() {
-        let cost = Cost::default();
+    fn nested_calls_are_charged_separately() {
+        let cost = CommandCost::default();
         cost.charge(1_000_000);
         assert_eq!(cost.exceeded(), None, "without a script, there is no limit");
         let outer = cost.begin(100, true);

@@ -24,30 +24,30 @@ pub(crate) struct Subscription {
 
 /// The events of one world.
 #[derive(Default)]
-pub(crate) struct Bus {
+pub(crate) struct EventBus {
     /// Published events that await delivery, in order.
     pub queue: RefCell<VecDeque<(Rc<str>, Value)>>,
     /// Total size of the events that scripts have published since the queue was empty, bytes.
     waiting: Cell<u64>,
     /// Subscriptions, in the order in which they were made.
     pub subscriptions: RefCell<Vec<Subscription>>,
-    pub last: Cell<u64>,
+    pub last_id: Cell<u64>,
     /// Pairs of slots that touched after the previous physics stage, the lower slot first.
     pub touching: RefCell<BTreeSet<(u32, u32)>>,
     /// The event that is being delivered.
-    pub now: RefCell<Option<Rc<str>>>,
+    pub delivering: RefCell<Option<Rc<str>>>,
 }
 
-impl Bus {
+impl EventBus {
     /// Clears the data of the previous run, except the subscriptions.
     pub fn begin(&self) {
         self.queue.borrow_mut().clear();
         self.touching.borrow_mut().clear();
     }
     /// Returns whether an event must be queued, because a script subscribes to it.
-    pub fn wants(&self, name: &str) -> bool {
+    pub fn has_subscriber(&self, name: &str) -> bool {
         // A handler that prints must not receive its own lines, because this would never end.
-        let own = name == "message" && self.now.try_borrow().is_ok_and(|n| n.as_deref() == Some(name));
+        let own = name == "message" && self.delivering.try_borrow().is_ok_and(|n| n.as_deref() == Some(name));
         !own && self.subscriptions.try_borrow().is_ok_and(|s| s.iter().any(|s| covers(&s.name, name)))
     }
     /// Returns whether there are any subscriptions.
@@ -55,12 +55,12 @@ impl Bus {
         self.subscriptions.try_borrow().is_ok_and(|s| !s.is_empty())
     }
     /// Returns whether the script with this instance id has a subscription.
-    pub fn has_of(&self, instance: u64) -> bool {
+    pub fn has_subscription_of(&self, instance: u64) -> bool {
         self.subscriptions.try_borrow().is_ok_and(|s| s.iter().any(|s| s.handler >> 32 == instance))
     }
     /// Returns whether an event of `bytes` bytes fits into `room` bytes with those already queued, and if so, counts
     /// it.
-    pub fn has_room(&self, bytes: u64, room: u64) -> bool {
+    pub fn try_reserve(&self, bytes: u64, room: u64) -> bool {
         let before = if self.queue.try_borrow().is_ok_and(|q| q.is_empty()) { 0 } else { self.waiting.get() };
         let fits = before.saturating_add(bytes) <= room;
         self.waiting.set(if fits { before + bytes } else { before });
@@ -75,8 +75,8 @@ impl Bus {
     /// Adds a subscription and returns its id, or `None` if the list of subscriptions is in use.
     pub fn subscribe(&self, name: &str, handler: tatu_func) -> Option<u64> {
         let mut all = self.subscriptions.try_borrow_mut().ok()?;
-        let id = self.last.get() + 1;
-        self.last.set(id);
+        let id = self.last_id.get() + 1;
+        self.last_id.set(id);
         all.push(Subscription { id, name: name.into(), handler });
         Some(id)
     }
@@ -90,28 +90,28 @@ impl Bus {
 
 #[cfg(test)]
 mod tests {
-    use tatu_plugins::events::ALL;
+    use tatu_plugins::events::ALL_EVENTS;
 
     use super::*;
 
     #[test]
-    fn who_wants_all_does_not_get_what_must_be_gathered() {
-        let bus = Bus::default();
-        assert!(!bus.wants("fault") && !bus.has_listeners());
-        let all = bus.subscribe(ALL, 7).unwrap();
-        assert!(bus.wants("fault") && bus.wants("gripper.closed") && !bus.wants("contact"));
+    fn subscriber_to_all_events_does_not_receive_gathered_events() {
+        let bus = EventBus::default();
+        assert!(!bus.has_subscriber("fault") && !bus.has_listeners());
+        let all = bus.subscribe(ALL_EVENTS, 7).unwrap();
+        assert!(bus.has_subscriber("fault") && bus.has_subscriber("gripper.closed") && !bus.has_subscriber("contact"));
         let contacts = bus.subscribe("contact", 8).unwrap();
-        assert!(bus.wants("contact") && !bus.wants("collision"));
+        assert!(bus.has_subscriber("contact") && !bus.has_subscriber("collision"));
         assert_eq!((bus.unsubscribe(all), bus.unsubscribe(all), bus.unsubscribe(contacts)), (Some(7), None, Some(8)));
-        assert!(!bus.wants("fault") && !bus.has_listeners());
+        assert!(!bus.has_subscriber("fault") && !bus.has_listeners());
     }
 
     #[test]
-    fn a_line_that_a_handler_of_lines_prints_is_no_event() {
-        let bus = Bus::default();
+    fn line_printed_by_a_message_handler_is_not_published() {
+        let bus = EventBus::default();
         bus.subscribe("message", 1);
-        assert!(bus.wants("message"));
-        *bus.now.borrow_mut() = Some("message".into());
-        assert!(!bus.wants("message"));
+        assert!(bus.has_subscriber("message"));
+        *bus.delivering.borrow_mut() = Some("message".into());
+        assert!(!bus.has_subscriber("message"));
     }
 }

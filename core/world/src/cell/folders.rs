@@ -11,13 +11,13 @@ use std::{
 use tatu_plugin_api::abi::*;
 use tatu_plugins::Registry;
 use tatu_scene::{
-    document::{Document, Reach},
-    folders::{Folder, Found, Refused, locate, missing, normal},
+    document::{AllowedFolders, Document},
+    folders::{Folder, FoundFile, OpenError, locate, missing_file, normalize},
 };
 
 /// The folders in which a world's scripts may open files.
 #[derive(Debug)]
-pub(crate) struct Folders {
+pub(crate) struct ScriptFolders {
     working: Folder,
     scene: Option<Folder>,
     /// The folder that the program has chosen in place of the working folder, if any.
@@ -27,21 +27,21 @@ pub(crate) struct Folders {
     of_scripts: RefCell<Vec<(Rc<Folder>, OsString)>>,
 }
 
-impl Folders {
+impl ScriptFolders {
     /// Returns the folders for a world whose scene is in `file`.
     pub fn new(file: Option<&Path>) -> Self {
         let working = std::env::current_dir().unwrap_or_default();
-        let scene = file.and_then(Path::parent).map(|p| normal(&working.join(p))).filter(|p| *p != working);
+        let scene = file.and_then(Path::parent).map(|p| normalize(&working.join(p))).filter(|p| *p != working);
         let scene = scene.map(Folder::new);
         let of_scripts = RefCell::default();
-        Folders { working: Folder::new(working), scene, chosen: RefCell::default(), of_scripts }
+        ScriptFolders { working: Folder::new(working), scene, chosen: RefCell::default(), of_scripts }
     }
 
     /// Lets scripts read modules, which are files beside the script files of a document that have the same suffix.
-    pub fn read_beside(&self, document: &Document) {
+    pub fn allow_modules_of(&self, document: &Document) {
         let mut all = self.of_scripts.borrow_mut();
         for (folder, suffix) in &document.modules {
-            let folder = normal(&self.working.path().join(folder));
+            let folder = normalize(&self.working.path().join(folder));
             if all.iter().all(|(f, s)| f.path() != folder || s != suffix) {
                 all.push((Rc::new(Folder::new(folder)), suffix.clone()));
             }
@@ -50,30 +50,35 @@ impl Folders {
 
     /// Returns the folders in which documents that are read during the run may name files: those in which scripts may
     /// read.
-    pub fn reach(&self, registry: &Registry) -> Reach {
+    pub fn reach(&self, registry: &Registry) -> AllowedFolders {
         let chosen = self.chosen.borrow();
         let here = chosen.as_ref().unwrap_or(&self.working).path();
         let roots = std::iter::once(here).chain(self.scene.as_ref().map(Folder::path));
-        Reach::within(self.working.path(), roots, registry)
+        AllowedFolders::within(self.working.path(), roots, registry)
     }
 
     /// Replaces the working folder by the folder at this absolute path.
-    pub fn choose(&self, folder: PathBuf) {
+    pub fn set_working_folder(&self, folder: PathBuf) {
         *self.chosen.borrow_mut() = Some(Folder::new(folder));
     }
 
     /// Returns the path of a file that may be opened in this mode (`TATU_FILE_*` bits).
-    pub fn resolve(&self, name: &Path, mode: u32) -> Result<PathBuf, Refused> {
+    pub fn resolve(&self, name: &Path, mode: u32) -> Result<PathBuf, OpenError> {
         self.find(name, mode, |found| Ok(found.path))
     }
 
     /// Opens a regular file; `mode` consists of `TATU_FILE_*` bits.
-    pub fn open(&self, name: &Path, mode: u32) -> Result<fs::File, Refused> {
+    pub fn open(&self, name: &Path, mode: u32) -> Result<fs::File, OpenError> {
         self.find(name, mode, |found| found.open(name, mode))
     }
 
     /// Looks up a name in the folders in order, and calls `f` with the first match.
-    fn find<T>(&self, name: &Path, mode: u32, f: impl FnOnce(Found<'_>) -> Result<T, Refused>) -> Result<T, Refused> {
+    fn find<T>(
+        &self,
+        name: &Path,
+        mode: u32,
+        f: impl FnOnce(FoundFile<'_>) -> Result<T, OpenError>,
+    ) -> Result<T, OpenError> {
         let chosen = self.chosen.borrow();
         let here = chosen.as_ref().unwrap_or(&self.working);
         let writes = mode & !TATU_FILE_READ != 0;
@@ -89,7 +94,7 @@ impl Folders {
             // two folders may point into the other.
             let among = if chosen.is_some() { std::slice::from_ref(root) } else { roots.as_slice() };
             let among: Vec<&Folder> = among.iter().copied().chain(of_scripts()).collect();
-            match locate(&normal(&root.path().join(name)), &among, writes, mode & TATU_FILE_FOLDERS != 0) {
+            match locate(&normalize(&root.path().join(name)), &among, writes, mode & TATU_FILE_FOLDERS != 0) {
                 Ok(Some(found)) => return f(found),
                 Ok(None) => {}
                 Err(why) => refused = refused.or(Some(why)),
@@ -97,9 +102,9 @@ impl Folders {
         }
         // The names of scripts are relative to the working folder, even if another folder was chosen.
         let beside: Vec<&Folder> = of_scripts().collect();
-        if let Ok(Some(found)) = locate(&normal(&self.working.path().join(name)), &beside, writes, false) {
+        if let Ok(Some(found)) = locate(&normalize(&self.working.path().join(name)), &beside, writes, false) {
             return f(found);
         }
-        Err(refused.unwrap_or_else(|| missing(name, &roots.iter().map(|r| r.path()).collect::<Vec<_>>())))
+        Err(refused.unwrap_or_else(|| missing_file(name, &roots.iter().map(|r| r.path()).collect::<Vec<_>>())))
     }
 }

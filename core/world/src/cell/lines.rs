@@ -4,7 +4,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use serde::Serialize;
 use tatu_plugin_api::abi::*;
-use tatu_plugins::watchdog::peek;
+use tatu_plugins::watchdog::lock_with_timeout;
 
 /// A line of the log.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
@@ -20,7 +20,7 @@ pub struct LogLine {
 impl LogLine {
     /// Returns the line as programs print it, such as `error[F205]: ...`, or `None` if it is a debug message or is
     /// meant for a console window of a script.
-    pub fn shown(&self) -> Option<String> {
+    pub fn formatted(&self) -> Option<String> {
         match self.level {
             TATU_LOG_ERROR => {
                 Some(format!("error{}: {}", self.code.map_or(String::new(), |c| format!("[{c}]")), self.text))
@@ -34,23 +34,23 @@ impl LogLine {
 
 /// Lines that are stored until they are taken. Only the world's thread adds lines.
 #[derive(Debug, Clone, Default)]
-pub struct Lines(Arc<Mutex<Vec<LogLine>>>);
+pub struct LogBuffer(Arc<Mutex<Vec<LogLine>>>);
 
-impl Lines {
-    pub(crate) fn hold(&self) -> MutexGuard<'_, Vec<LogLine>> {
+impl LogBuffer {
+    pub(crate) fn lock(&self) -> MutexGuard<'_, Vec<LogLine>> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
-    pub(crate) fn any(&self) -> bool {
-        !self.hold().is_empty()
+    pub(crate) fn has_lines(&self) -> bool {
+        !self.lock().is_empty()
     }
     /// Takes all lines.
     pub(crate) fn take(&self) -> Vec<LogLine> {
-        std::mem::take(&mut *self.hold())
+        std::mem::take(&mut *self.lock())
     }
     /// Takes all lines from another thread, because the world's thread may be stuck. Returns no lines if that thread
     /// holds the lock.
     pub fn take_from_outside(&self) -> Vec<LogLine> {
-        peek(&self.0).map(|mut lines| std::mem::take(&mut *lines)).unwrap_or_default()
+        lock_with_timeout(&self.0).map(|mut lines| std::mem::take(&mut *lines)).unwrap_or_default()
     }
 }
 

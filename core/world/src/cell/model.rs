@@ -5,40 +5,40 @@ use std::{cell::RefCell, sync::Arc};
 use tatu_physics::EngineSettings;
 use tatu_plugin_api::abi::*;
 use tatu_plugins::Registry;
-use tatu_scene::document::{Document, Settings};
+use tatu_scene::document::{Document, WorldSettings};
 
 use super::{
-    history::{History, Memento},
-    swap::Swap,
+    history::{EditHistory, Memento},
+    swap_cell::SwapCell,
 };
 
 /// The description from which a world was built: the document, the registry of its kinds, the edits made since, and the
 /// state that a stop restores.
-pub(crate) struct Model {
-    pub registry: Swap<Registry>,
-    pub document: Swap<Document>,
+pub(crate) struct WorldModel {
+    pub registry: SwapCell<Registry>,
+    pub document: SwapCell<Document>,
     /// Handle of each object of the document, or 0 if it was not created.
     pub origins: RefCell<Vec<tatu_object>>,
-    pub settings: RefCell<Settings>,
+    pub settings: RefCell<WorldSettings>,
     /// The scene at the start of the run.
     pub initial: RefCell<Option<Memento>>,
-    pub history: RefCell<History>,
+    pub history: RefCell<EditHistory>,
 }
 
-impl Model {
+impl WorldModel {
     pub fn new(
         document: Arc<Document>,
         registry: Arc<Registry>,
-        settings: Settings,
+        settings: WorldSettings,
         origins: Vec<tatu_object>,
     ) -> Self {
-        let mut history = History::default();
+        let mut history = EditHistory::default();
         if document.sources.are_recovered() {
             history.note_recovered();
         }
-        Model {
-            registry: Swap::new(registry),
-            document: Swap::new(document),
+        WorldModel {
+            registry: SwapCell::new(registry),
+            document: SwapCell::new(document),
             origins: RefCell::new(origins),
             settings: RefCell::new(settings),
             initial: RefCell::default(),
@@ -50,7 +50,7 @@ impl Model {
         xxhash_rust::xxh3::xxh3_64_with_seed(key.as_bytes(), self.settings.borrow().seed)
     }
     /// Returns the settings of the physics engine.
-    pub fn engine_settings(settings: &Settings) -> EngineSettings {
+    pub fn engine_settings(settings: &WorldSettings) -> EngineSettings {
         EngineSettings {
             gravity: settings.gravity,
             step: settings.physics_dt.min(settings.dt),

@@ -48,7 +48,7 @@ impl Phase {
     }
 
     /// Returns whether a pause may be requested.
-    pub(crate) fn takes_pause(self) -> bool {
+    pub(crate) fn accepts_pause(self) -> bool {
         matches!(self, Phase::First | Phase::Running | Phase::FirstAfterPause)
     }
 
@@ -75,7 +75,7 @@ mod tests {
     // See tests/facts/call-order.md, section 1, for a stop, a pause, and a pause at a script error. After the first
     // step, there is one ordinary step in between.
     #[test]
-    fn requests_take_as_many_passes_as_observed() {
+    fn stop_and_pause_requests_need_the_observed_number_of_passes() {
         use Phase::*;
         assert_eq!(passes(Running, Stopped, true, false), [Running, Stopping, Last]);
         assert_eq!(passes(Running, Paused, false, true), [Running, LastBeforePause]);

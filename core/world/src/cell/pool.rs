@@ -7,7 +7,7 @@ use tatu_errors::{Error, Result};
 
 thread_local! {
     /// The pool to which this thread belongs, created at the first use.
-    static OWN: RefCell<Option<Arc<ThreadPool>>> = const { RefCell::new(None) };
+    static THREAD_POOL: RefCell<Option<Arc<ThreadPool>>> = const { RefCell::new(None) };
 }
 
 /// Returns a pool of `threads` threads for a world of the calling thread. The calling thread is one of them, so it does
@@ -19,7 +19,7 @@ thread_local! {
 /// already belongs to a pool of a different size, a new pool without the calling thread is created.
 pub(crate) fn of(threads: usize) -> Result<Arc<ThreadPool>> {
     let threads = threads.max(1);
-    OWN.with_borrow_mut(|own| {
+    THREAD_POOL.with_borrow_mut(|own| {
         if let Some(pool) = own.as_ref().filter(|pool| pool.current_num_threads() == threads) {
             return Ok(pool.clone());
         }

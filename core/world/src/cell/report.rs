@@ -16,15 +16,15 @@ impl WorldCell {
     /// Returns the path of the calling object, or "the host" if no object is calling, for messages.
     pub fn caller_name(&self) -> String {
         let caller = self.run.calls.caller.get();
-        match self.see(|w| &w.state.scene) {
+        match self.borrow_part(|w| &w.state.scene) {
             Some(scene) if caller.object != 0 => scene.path(tatu_slot(caller.object)),
             _ => "the host".into(),
         }
     }
     /// Adds the calling object and script to a fault.
-    pub fn blame_caller(&self, fault: &mut Fault) {
+    pub fn add_caller_to_fault(&self, fault: &mut Fault) {
         let caller = self.run.calls.caller.get();
-        if let (Some(scene), true) = (self.see(|w| &w.state.scene), caller.object != 0) {
+        if let (Some(scene), true) = (self.borrow_part(|w| &w.state.scene), caller.object != 0) {
             fault.object = Some(scene.path(tatu_slot(caller.object)));
         }
         self.with_caller(|script| fault.script = Some(script.name.clone()));
@@ -32,7 +32,7 @@ impl WorldCell {
     /// Calls `f` with the calling script, if a script is calling.
     pub fn with_caller(&self, f: impl FnOnce(&Script)) {
         let instance = self.run.calls.caller.get().instance;
-        let script = self.see(|w| &w.run.scripts).and_then(|s| s.by_id(instance));
+        let script = self.borrow_part(|w| &w.run.scripts).and_then(|s| s.by_id(instance));
         if let Some(script) = script {
             f(&script);
         }
@@ -61,13 +61,13 @@ impl WorldCell {
             text += &format!(" ({help})");
         }
         let code = Some(fault.code);
-        self.run.outside.fault(&fault);
-        self.tell_line(TATU_LOG_ERROR, &text);
+        self.run.connections.publish_fault(&fault);
+        self.publish_line(TATU_LOG_ERROR, &text);
         if known.is_none() {
             faults.push(fault);
         }
         drop(faults);
-        self.run.lines.hold().push(LogLine { level: TATU_LOG_ERROR, code, text });
+        self.run.lines.lock().push(LogLine { level: TATU_LOG_ERROR, code, text });
     }
     /// Stores a log line until `take_lines` is called. Lines beyond the limits on their size and number are dropped
     /// with a warning.
@@ -75,17 +75,17 @@ impl WorldCell {
         if let Some(worker) = &self.worker {
             return worker.note(DeferredEffect::Line(level, text.to_owned()));
         }
-        self.tell_line(level, text);
-        let mut lines = self.run.lines.hold();
+        self.publish_line(level, text);
+        let mut lines = self.run.lines.lock();
         if lines.is_empty() {
             self.run.line_bytes.set(0);
         }
         let bytes = self.run.line_bytes.get().saturating_add(text.len() as u64);
-        if bytes > self.store_room() {
+        if bytes > self.store_limit() {
             if self.run.line_bytes.replace(u64::MAX) != u64::MAX {
                 let text = format!(
                     "the log lines of one step exceed {} MB, the memory limit of scripts: the rest are omitted",
-                    self.store_room() >> 20
+                    self.store_limit() >> 20
                 );
                 lines.push(LogLine { level: TATU_LOG_WARNING, code: None, text });
             }
@@ -103,7 +103,7 @@ impl WorldCell {
         }
     }
     /// Publishes a log line as an event, if something subscribes to it.
-    fn tell_line(&self, level: u32, text: &str) {
+    fn publish_line(&self, level: u32, text: &str) {
         let level = match level {
             TATU_LOG_ERROR => "error",
             TATU_LOG_WARNING => "warning",
@@ -114,15 +114,17 @@ impl WorldCell {
                 let (title, text) = text.split_once('\0').unwrap_or((text, ""));
                 let clear = Value::Bool(level == TATU_LOG_CONSOLE_CLEAR);
                 let told = || payload([("title", Value::text(title)), ("text", Value::text(text)), ("clear", clear)]);
-                return self.run.outside.publish("console", told);
+                return self.run.connections.publish("console", told);
             }
             _ => return,
         };
-        self.run.outside.publish("message", || payload([("level", Value::text(level)), ("text", Value::text(text))]));
+        self.run
+            .connections
+            .publish("message", || payload([("level", Value::text(level)), ("text", Value::text(text))]));
     }
     /// Publishes an event that reports that an object was added or removed.
-    pub fn tell_object(&self, event: &str, scene: &Scene, slot: u32) {
-        self.run.outside.publish(event, || {
+    pub fn publish_object_event(&self, event: &str, scene: &Scene, slot: u32) {
+        self.run.connections.publish(event, || {
             let kind = scene.get(slot).map_or("", |o| o.kind().name());
             let path = Value::text(scene.path(slot));
             payload([("object", Value::Int(slot.into())), ("path", path), ("kind", Value::text(kind))])

@@ -11,47 +11,47 @@ use std::{
 use tatu_errors::Fault;
 
 use super::{
-    calls::Calls, folders::Folders, lines::Lines, outside::Outside, script_kinds::CallbackMask, scripts::Scripts,
-    stand_ins::StandIns,
+    calls::CallStack, connections::Connections, folders::ScriptFolders, lines::LogBuffer, script_kinds::CallbackMask,
+    scripts::Scripts, stand_ins::StandIns,
 };
 
 /// Scripts, calls of commands, services, log lines and faults.
-pub(crate) struct Run {
+pub(crate) struct WorldRuntime {
     pub scripts: RefCell<Scripts>,
     /// The callbacks that any script of the world has defined so far. Scripts are not searched for other callbacks.
     pub callback_mask: CallbackMask,
-    pub calls: Calls,
+    pub calls: CallStack,
     /// The running stages, outermost first, each with the name of the caller that requested it.
     pub stages: RefCell<Vec<(u32, Cow<'static, str>)>>,
     /// Services, the input log, and the log being replayed.
-    pub outside: Outside,
+    pub connections: Connections,
     /// The folders in which scripts open files.
-    pub folders: Folders,
+    pub folders: ScriptFolders,
     /// Stand-ins for objects that scripts look up, in runs without a scene.
     pub stand_ins: StandIns,
     pub faults: RefCell<Vec<Fault>>,
     /// Indices of the faults that have been reported in the current run, or since the last one started.
     pub reported: RefCell<BTreeSet<usize>>,
-    pub lines: Lines,
+    pub lines: LogBuffer,
     /// Total bytes of the stored lines. `u64::MAX` means that the limit was exceeded, and that this has been reported.
     pub line_bytes: Cell<u64>,
     pub pool: Arc<rayon::ThreadPool>,
 }
 
-impl Run {
+impl WorldRuntime {
     /// Creates the state of a run. `file` is the scene's file; scripts may read files in its folder.
     pub fn new(file: Option<&Path>, pool: Arc<rayon::ThreadPool>) -> Self {
-        Run {
+        WorldRuntime {
             scripts: RefCell::new(Scripts::default()),
             callback_mask: CallbackMask::default(),
-            calls: Calls::new(),
+            calls: CallStack::new(),
             stages: RefCell::default(),
-            outside: Outside::default(),
-            folders: Folders::new(file),
+            connections: Connections::default(),
+            folders: ScriptFolders::new(file),
             stand_ins: StandIns::default(),
             faults: RefCell::default(),
             reported: RefCell::default(),
-            lines: Lines::default(),
+            lines: LogBuffer::default(),
             line_bytes: Cell::default(),
             pool,
         }

@@ -15,82 +15,84 @@ use std::{
 
 use tatu_errors::{Fault, FaultKind};
 use tatu_plugin_api::abi::*;
-use tatu_plugins::watchdog::Call;
+use tatu_plugins::watchdog::PluginCall;
 
-use super::{WorldCell, living, script_worker};
+use super::{WorldCell, live_worlds, script_worker};
 
 /// A function of the host.
 #[derive(Clone, Copy)]
-pub(crate) struct Function {
+pub(crate) struct HostFunction {
     /// Its name in the header, such as "scene.pose", for messages.
     pub name: &'static str,
     /// Whether it changes the world, or calls code that can change it.
-    pub acts: bool,
+    pub mutates: bool,
 }
 
-impl Function {
+impl HostFunction {
     /// Describes a function that changes nothing.
-    pub const fn looks(name: &'static str) -> Self {
-        Function { name, acts: false }
+    pub const fn read_only(name: &'static str) -> Self {
+        HostFunction { name, mutates: false }
     }
     /// Describes a function that changes the world, or calls code that can change it.
-    pub const fn acts(name: &'static str) -> Self {
-        Function { name, acts: true }
+    pub const fn mutating(name: &'static str) -> Self {
+        HostFunction { name, mutates: true }
     }
 }
 
-/// The host functions that a call may use. Each level includes the previous ones.
+/// The access of a call to the host functions. Each level includes the previous ones.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-enum Scope {
+enum AccessLevel {
     /// Only functions that do not access a world.
-    Nothing,
+    NoWorld,
     /// Functions that change nothing.
-    Look,
+    ReadOnly,
     /// All functions.
-    Act,
+    Full,
 }
 
 /// Scopes, indexed by the number of the call in the watchdog's records.
-static SCOPES: [Scope; Call::ALL.len()] = {
-    let mut all = [Scope::Nothing; Call::ALL.len()];
+static ACCESS_LEVELS: [AccessLevel; PluginCall::ALL.len()] = {
+    let mut all = [AccessLevel::NoWorld; PluginCall::ALL.len()];
     let mut i = 0;
     while i < all.len() {
-        all[i] = scope(Call::ALL[i]);
+        all[i] = access_during(PluginCall::ALL[i]);
         i += 1;
     }
     all
 };
 
-const fn scope(call: Option<Call>) -> Scope {
+const fn access_during(call: Option<PluginCall>) -> AccessLevel {
     match call {
         // These calls run in parallel on any thread, in the middle of a stage.
-        Some(Call::Aim | Call::Measure | Call::Finish | Call::Apply) | None => Scope::Nothing,
+        Some(PluginCall::Aim | PluginCall::Measure | PluginCall::Finish | PluginCall::Apply) | None => {
+            AccessLevel::NoWorld
+        }
         // Creating, saving, restoring or configuring an instance must not change the rest of the world.
         Some(
-            Call::Create
-            | Call::Destroy
-            | Call::Configure
-            | Call::Save
-            | Call::Restore
-            | Call::Beams
-            | Call::ScriptFind
-            | Call::ScriptTraits
-            | Call::ScriptOrder
-            | Call::ScriptPlace
-            | Call::KeepFunc
-            | Call::DropFunc
-            | Call::Last,
-        ) => Scope::Look,
-        Some(_) => Scope::Act,
+            PluginCall::Create
+            | PluginCall::Destroy
+            | PluginCall::Configure
+            | PluginCall::Save
+            | PluginCall::Restore
+            | PluginCall::Beams
+            | PluginCall::ScriptFind
+            | PluginCall::ScriptTraits
+            | PluginCall::ScriptOrder
+            | PluginCall::ScriptPlace
+            | PluginCall::KeepFunc
+            | PluginCall::DropFunc
+            | PluginCall::Last,
+        ) => AccessLevel::ReadOnly,
+        Some(_) => AccessLevel::Full,
     }
 }
 
 /// Registers a world. Its address must not change afterwards.
-pub(crate) fn enlist(world: &WorldCell) {
-    if let Ok(mut all) = STRANGERS.lock() {
+pub(crate) fn register_world(world: &WorldCell) {
+    if let Ok(mut all) = UNASSIGNED_BREACHES.lock() {
         all.known.clear();
     }
-    living::add((&raw const *world).cast());
+    live_worlds::add((&raw const *world).cast());
 }
 
 impl WorldCell {
@@ -98,15 +100,15 @@ impl WorldCell {
     /// has that address. Only the log uses this function directly. On a thread that runs scripts in parallel, the
     /// result is the thread's own worker.
     #[inline]
-    pub fn at<'a>(ptr: *mut tatu_world) -> Option<&'a WorldCell> {
+    pub fn from_pointer<'a>(ptr: *mut tatu_world) -> Option<&'a WorldCell> {
         let world = ptr.cast::<WorldCell>().cast_const();
-        if living::is_last(ptr) {
+        if live_worlds::is_last(ptr) {
             // SAFETY: `is_last` holds only while the world is alive on this thread and the thread is not in a worker:
             // ending the world and entering a worker both clear the entry.
             return unsafe { world.as_ref() };
         }
-        match script_worker::of_this_thread() {
-            None if living::has(ptr) => {
+        match script_worker::current_worker() {
+            None if live_worlds::is_live(ptr) => {
                 // SAFETY: `world` is in the list, which contains only worlds that are alive on this thread.
                 unsafe { world.as_ref() }
             }
@@ -116,34 +118,36 @@ impl WorldCell {
         }
     }
 
-    /// Like `at`, but for a host function, which the running call must allow. Otherwise, records a message and returns
+    /// Like `from_pointer`, but for a host function, which the running call must allow. Otherwise, records a message and returns
     /// the status as an error.
     #[inline]
-    pub fn admit<'a>(world: WorldRef<'a>, function: Function) -> Result<&'a WorldCell, tatu_status> {
-        let Some(cell) = Self::at(world.ptr()) else { return Err(refuse_stranger(world.ptr(), function.name)) };
+    pub fn admit<'a>(world: WorldRef<'a>, function: HostFunction) -> Result<&'a WorldCell, tatu_status> {
+        let Some(cell) = Self::from_pointer(world.ptr()) else {
+            return Err(refuse_invalid_world(world.ptr(), function.name));
+        };
         let world: &'a WorldCell = cell;
-        let has = SCOPES[world.border.watch.call_number()];
-        let needs = if function.acts { Scope::Act } else { Scope::Look };
+        let has = ACCESS_LEVELS[world.monitor.watch.call_number()];
+        let needs = if function.mutates { AccessLevel::Full } else { AccessLevel::ReadOnly };
         if has >= needs { Ok(world) } else { Err(refuse(world, has, function.name)) }
     }
 }
 
 #[cold]
-fn refuse(world: &WorldCell, scope: Scope, name: &str) -> tatu_status {
-    let Some(call) = world.border.watch.call() else {
+fn refuse(world: &WorldCell, scope: AccessLevel, name: &str) -> tatu_status {
+    let Some(call) = world.monitor.watch.call() else {
         let text = format!("`{name}` was called outside of any call of this world, and is refused");
         return world.run.calls.refuse(TATU_ERR_BUSY, &text);
     };
     let why = match scope {
-        Scope::Nothing => "may call only the log, and `random` of its batch",
+        AccessLevel::NoWorld => "may call only the log, and `random` of its batch",
         _ => "may read the world, and change only its own instance",
     };
     let text = format!("`{name}` was called in `{}`, and is refused: it {why}", call.text());
-    if let Some(plugin) = world.model.registry.plugins.get(world.border.watch.plugin()) {
+    if let Some(plugin) = world.model.registry.plugins.get(world.monitor.watch.plugin()) {
         // Plugins often ignore a status, so the breach is reported as a fault as well.
         let mut fault = Fault::new(FaultKind::Plugin, format!("plugin `{}` broke the contract: {text}", plugin.id));
         fault.plugin = Some(plugin.id.clone());
-        fault.object = world.border.watch.name_of(world.border.watch.slot());
+        fault.object = world.monitor.watch.name_of(world.monitor.watch.slot());
         world.report(fault);
     }
     world.run.calls.refuse(TATU_ERR_BUSY, &text)
@@ -151,12 +155,13 @@ fn refuse(world: &WorldCell, scope: Scope, name: &str) -> tatu_status {
 
 /// Breaches of the contract that cannot be assigned to a world. Each is stored once, and the first world that checks
 /// reports them as faults of its run.
-static STRANGERS: Mutex<Strangers> = Mutex::new(Strangers { known: BTreeSet::new(), pending: Vec::new() });
-static ANY_STRANGER: AtomicBool = AtomicBool::new(false);
+static UNASSIGNED_BREACHES: Mutex<UnassignedBreaches> =
+    Mutex::new(UnassignedBreaches { known: BTreeSet::new(), pending: Vec::new() });
+static HAS_PENDING_BREACH: AtomicBool = AtomicBool::new(false);
 /// Maximum number of breaches that are stored.
-const MOST_STRANGERS: usize = 16;
+const MAX_BREACHES: usize = 16;
 
-struct Strangers {
+struct UnassignedBreaches {
     /// Breaches found since the last world was created.
     known: BTreeSet<String>,
     /// Breaches that have not been reported yet.
@@ -164,18 +169,18 @@ struct Strangers {
 }
 
 /// Records a breach of the contract that happened outside any recorded call. The next run that checks reports it once.
-pub fn breach(text: String) {
-    if let Ok(mut all) = STRANGERS.lock()
-        && all.known.len() < MOST_STRANGERS
+pub fn record_breach(text: String) {
+    if let Ok(mut all) = UNASSIGNED_BREACHES.lock()
+        && all.known.len() < MAX_BREACHES
         && all.known.insert(text.clone())
     {
         all.pending.push(text);
-        ANY_STRANGER.store(true, Relaxed);
+        HAS_PENDING_BREACH.store(true, Relaxed);
     }
 }
 
 #[cold]
-fn refuse_stranger(ptr: *mut tatu_world, name: &str) -> tatu_status {
+fn refuse_invalid_world(ptr: *mut tatu_world, name: &str) -> tatu_status {
     let who = caller::library().map_or("a plugin".to_owned(), |file| format!("the plugin {file}"));
     let text = match ptr.is_null() {
         true => {
@@ -187,15 +192,15 @@ fn refuse_stranger(ptr: *mut tatu_world, name: &str) -> tatu_status {
              session.wake, and must leave everything else to a barrier"
         ),
     };
-    breach(text);
+    record_breach(text);
     TATU_ERR_BUSY
 }
 
 impl WorldCell {
     /// Reports breaches that cannot be assigned to a world as faults of this run.
-    pub fn take_strangers(&self) {
-        if ANY_STRANGER.swap(false, Relaxed)
-            && let Ok(mut all) = STRANGERS.lock()
+    pub fn report_unassigned_breaches(&self) {
+        if HAS_PENDING_BREACH.swap(false, Relaxed)
+            && let Ok(mut all) = UNASSIGNED_BREACHES.lock()
         {
             let pending = std::mem::take(&mut all.pending);
             drop(all);

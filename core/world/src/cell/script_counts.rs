@@ -21,12 +21,12 @@ pub struct ScriptSummary {
 #[derive(Debug, Default)]
 pub(crate) struct CallCounts {
     /// Counts by callback. They are searched linearly, because there are few of them and the frequent ones are first.
-    counts: RefCell<Vec<Count>>,
+    counts: RefCell<Vec<CallbackCount>>,
     pub dialect: RefCell<String>,
 }
 
 #[derive(Debug)]
-struct Count {
+struct CallbackCount {
     /// The language's id of the callback, or 0 if it has none at present.
     id: u32,
     calls: u64,
@@ -35,7 +35,7 @@ struct Count {
 
 impl CallCounts {
     /// Records the id that the language has assigned to a callback.
-    pub fn name(&self, id: u32, name: &[u8]) {
+    pub fn set_id(&self, id: u32, name: &[u8]) {
         let mut counts = self.counts.borrow_mut();
         if id == 0 || counts.iter().any(|c| c.id == id) {
             return;
@@ -43,7 +43,7 @@ impl CallCounts {
         let name = String::from_utf8_lossy(name);
         match counts.iter_mut().find(|c| c.name == name && c.id == 0) {
             Some(count) => count.id = id,
-            None => counts.push(Count { id, calls: 0, name: name.into_owned() }),
+            None => counts.push(CallbackCount { id, calls: 0, name: name.into_owned() }),
         }
     }
     /// Counts a call of the callback with this id.
@@ -61,18 +61,18 @@ impl CallCounts {
         calls
     }
     /// Restores the counts that `calls` returned.
-    pub fn recall(&self, calls: BTreeMap<String, u64>) {
+    pub fn restore(&self, calls: BTreeMap<String, u64>) {
         let mut counts = self.counts.borrow_mut();
         counts.iter_mut().for_each(|c| c.calls = 0);
         for (name, calls) in calls {
             match counts.iter_mut().find(|c| c.name == name) {
                 Some(count) => count.calls = calls,
-                None => counts.push(Count { id: 0, calls, name }),
+                None => counts.push(CallbackCount { id: 0, calls, name }),
             }
         }
     }
     /// Clears all ids, because the next instance assigns new ones.
-    pub fn renumber(&self) {
+    pub fn clear_ids(&self) {
         self.counts.borrow_mut().iter_mut().for_each(|c| c.id = 0);
     }
 }

@@ -5,7 +5,7 @@ use tatu_plugin_api::abi::*;
 
 /// The kind of a script, which determines the lifetime of its state.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub(crate) enum Kind {
+pub(crate) enum ScriptKind {
     /// Requests the stages of a pass itself; its state exists from start to stop.
     Main,
     /// Its state exists from start to stop.
@@ -18,17 +18,17 @@ pub(crate) enum Kind {
     Sandbox,
 }
 
-impl Kind {
+impl ScriptKind {
     /// Returns the kind with this name, as used in documents and in the ABI.
     pub fn parse(name: &str) -> Option<Self> {
-        use Kind::*;
+        use ScriptKind::*;
         let at = tatu_scene::document::SCRIPT_KINDS.iter().chain(OUTSIDE_KINDS).position(|k| *k == name)?;
         // "threaded" is a child script as well; only its language distinguishes them, by the name.
         Some([Child, Customization, Main, Child, Addon, Sandbox][at])
     }
     /// Returns whether the state of such a script exists only from start to stop.
-    pub fn of_run(self) -> bool {
-        matches!(self, Kind::Main | Kind::Child)
+    pub fn ends_with_run(self) -> bool {
+        matches!(self, ScriptKind::Main | ScriptKind::Child)
     }
 }
 
@@ -72,8 +72,8 @@ callbacks! {
 pub(crate) struct CallbackMask(Cell<u32>);
 
 impl CallbackMask {
-    const DRIVER: u32 = 1 << 31;
-    const LATE: u32 = 1 << 30;
+    const HAS_DRIVER: u32 = 1 << 31;
+    const HAS_LATE_SCRIPT: u32 = 1 << 30;
 
     /// Records the callbacks of a script.
     pub(crate) fn note(&self, numbers: &CallbackIds) {
@@ -81,18 +81,19 @@ impl CallbackMask {
         self.0.set(bits.fold(self.0.get(), |all, bit| all | bit));
     }
     /// Records the kind of a script that was added; `late` is set if the world was running.
-    pub(crate) fn note_kind(&self, kind: Kind, late: bool) {
-        let bits = if kind == Kind::Main { Self::DRIVER } else { 0 } | if late { Self::LATE } else { 0 };
+    pub(crate) fn note_kind(&self, kind: ScriptKind, late: bool) {
+        let bits =
+            if kind == ScriptKind::Main { Self::HAS_DRIVER } else { 0 } | if late { Self::HAS_LATE_SCRIPT } else { 0 };
         self.0.set(self.0.get() | bits);
     }
     pub(crate) fn has(&self, callback: Callback) -> bool {
         self.0.get() & 1 << callback as u32 != 0
     }
     pub(crate) fn any_driver(&self) -> bool {
-        self.0.get() & Self::DRIVER != 0
+        self.0.get() & Self::HAS_DRIVER != 0
     }
     pub(crate) fn any_late(&self) -> bool {
-        self.0.get() & Self::LATE != 0
+        self.0.get() & Self::HAS_LATE_SCRIPT != 0
     }
 }
 
@@ -103,7 +104,7 @@ pub(crate) type CallbackIds = [u32; CALLBACKS.len()];
 
 /// The order in which scripts are called: see `script_order`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub(crate) enum Order {
+pub(crate) enum ScriptOrder {
     /// Each tree from its root down, parents first.
     ParentsFirst,
     /// Grouped by kind of script; within a kind, each tree from the leaves up.
@@ -113,13 +114,13 @@ pub(crate) enum Order {
     DeepestFirst,
 }
 
-impl Order {
+impl ScriptOrder {
     /// Returns the order that a value of `TATU_ORDER_*` denotes.
     pub fn of(number: u32) -> Option<Self> {
         match number {
-            TATU_ORDER_PARENTS_FIRST => Some(Order::ParentsFirst),
-            TATU_ORDER_BY_KIND => Some(Order::ByKind),
-            TATU_ORDER_DEEPEST_FIRST => Some(Order::DeepestFirst),
+            TATU_ORDER_PARENTS_FIRST => Some(ScriptOrder::ParentsFirst),
+            TATU_ORDER_BY_KIND => Some(ScriptOrder::ByKind),
+            TATU_ORDER_DEEPEST_FIRST => Some(ScriptOrder::DeepestFirst),
             _ => None,
         }
     }

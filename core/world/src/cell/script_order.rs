@@ -13,29 +13,29 @@ use std::{collections::BTreeMap, rc::Rc};
 use tatu_scene::Scene;
 
 use super::{
-    script_kinds::{Kind, Order},
+    script_kinds::{ScriptKind, ScriptOrder},
     scripts::Script,
 };
 
 /// Position of an object among others; scripts of objects with smaller positions are called first.
-type Place = (usize, usize);
+type OrderKey = (usize, usize);
 
 /// Sorts scripts into their order of calling.
-pub(crate) fn sort(scripts: &mut [Rc<Script>], scene: &Scene, order: Order) {
+pub(crate) fn sort(scripts: &mut [Rc<Script>], scene: &Scene, order: ScriptOrder) {
     let owner = |s: &Script| scene.get(s.slot).map_or(0, |o| o.parent);
     let class = |s: &Script| match s.kind {
         // A main script calls the other scripts and is not called itself.
-        Kind::Main => 0,
-        Kind::Child if order != Order::DeepestFirst && s.threaded.get() => 1,
-        Kind::Child => 2,
-        Kind::Customization => 3,
-        Kind::Addon => 4,
-        Kind::Sandbox => 5,
+        ScriptKind::Main => 0,
+        ScriptKind::Child if order != ScriptOrder::DeepestFirst && s.threaded.get() => 1,
+        ScriptKind::Child => 2,
+        ScriptKind::Customization => 3,
+        ScriptKind::Addon => 4,
+        ScriptKind::Sandbox => 5,
     };
     let places = match order {
-        Order::DeepestFirst => by_depth(scene),
-        Order::ParentsFirst => by_tree(scripts, scene, &owner, true),
-        Order::ByKind => by_tree(scripts, scene, &owner, false),
+        ScriptOrder::DeepestFirst => by_depth(scene),
+        ScriptOrder::ParentsFirst => by_tree(scripts, scene, &owner, true),
+        ScriptOrder::ByKind => by_tree(scripts, scene, &owner, false),
     };
     scripts.sort_by_cached_key(|s| {
         let place = places.get(&owner(s)).copied().unwrap_or((usize::MAX, 0));
@@ -44,7 +44,7 @@ pub(crate) fn sort(scripts: &mut [Rc<Script>], scene: &Scene, order: Order) {
 }
 
 /// Returns positions of objects by depth, deepest first, then by hierarchy.
-fn by_depth(scene: &Scene) -> BTreeMap<u32, Place> {
+fn by_depth(scene: &Scene) -> BTreeMap<u32, OrderKey> {
     let mut places = BTreeMap::new();
     let (mut level, mut depth) = (scene.roots().to_vec(), 0);
     let mut at = 0;
@@ -67,7 +67,7 @@ fn by_tree(
     scene: &Scene,
     owner: &dyn Fn(&Script) -> u32,
     parents_first: bool,
-) -> BTreeMap<u32, Place> {
+) -> BTreeMap<u32, OrderKey> {
     let mut priority: BTreeMap<u32, u8> = BTreeMap::new();
     for s in scripts {
         let known = priority.entry(owner(s)).or_insert(s.priority);
@@ -75,7 +75,7 @@ fn by_tree(
     }
     let sorted = |slots: &[u32]| {
         let mut slots = slots.to_vec();
-        slots.sort_by_key(|s| priority.get(s).copied().unwrap_or(tatu_scene::document::NORMAL));
+        slots.sort_by_key(|s| priority.get(s).copied().unwrap_or(tatu_scene::document::NORMAL_PRIORITY));
         slots
     };
     let mut places = BTreeMap::new();

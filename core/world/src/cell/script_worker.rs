@@ -12,25 +12,25 @@ use std::{
 };
 
 use tatu_plugin_api::safe::Value;
-use tatu_scene::{is_drive, rows::Row};
+use tatu_scene::{is_drive_parameter, property_table::Property};
 
 use super::{
-    living,
+    live_worlds,
     worker_view::{DeferredEffect, PartRef, WorkerView},
     world::{ScriptWorker, WorldCell},
 };
 
 thread_local! {
     /// The worker that this thread is in, or null.
-    static WORKER: Cell<*const WorldCell> = const { Cell::new(null()) };
+    static CURRENT_WORKER: Cell<*const WorldCell> = const { Cell::new(null()) };
 }
 
 /// Returns the cell of the worker that this thread is in.
 #[inline]
-pub(crate) fn of_this_thread<'a>() -> Option<&'a WorldCell> {
+pub(crate) fn current_worker<'a>() -> Option<&'a WorldCell> {
     // SAFETY: the pointer is null or was set by `ScriptWorker::enter`, which keeps the boxed cell borrowed until it
     // restores the previous pointer.
-    unsafe { WORKER.get().as_ref() }
+    unsafe { CURRENT_WORKER.get().as_ref() }
 }
 
 impl ScriptWorker {
@@ -40,7 +40,7 @@ impl ScriptWorker {
         let (registry, document) = (world.model.registry.shared(), world.model.document.shared());
         let mut cell =
             WorldCell::new(document, registry, settings, Default::default(), Vec::new(), world.run.pool.clone());
-        cell.border.watch = world.border.watch.beside(&world.model.registry.watches);
+        cell.monitor.watch = world.monitor.watch.for_parallel_thread(&world.model.registry.watches);
         cell.worker = Some(Box::new(WorkerView::new()));
         let cell = Box::new(cell);
         // Parts of the cell that workers read from the world instead remain borrowed forever, so that host functions
@@ -68,11 +68,11 @@ impl ScriptWorker {
         if !std::ptr::eq(&raw const *cell.model.document, &raw const *world.model.document) {
             cell.model.document.set(world.model.document.shared());
         }
-        cell.state.clock.like(&world.state.clock);
+        cell.state.clock.copy_from(&world.state.clock);
         cell.state.phase.set(world.state.phase.get());
-        cell.run.outside.clock.set(world.run.outside.clock.get());
-        cell.run.outside.epoch.set(world.run.outside.epoch.get());
-        cell.border.suspicious.set(world.border.suspicious.get());
+        cell.run.connections.clock.set(world.run.connections.clock.get());
+        cell.run.connections.epoch.set(world.run.connections.epoch.get());
+        cell.monitor.suspicious.set(world.monitor.suspicious.get());
         let Some(worker) = &cell.worker else { return };
         worker.begin(world.raw());
     }
@@ -83,24 +83,24 @@ impl ScriptWorker {
     /// The world that was passed to `begin` must be alive and must not change during the call.
     pub unsafe fn enter<T>(&self, f: impl FnOnce(&WorldCell, &WorkerView) -> T) -> Option<T> {
         /// Restores the previous worker, even on unwinding.
-        struct Inside(*const WorldCell);
-        impl Drop for Inside {
+        struct WorkerGuard(*const WorldCell);
+        impl Drop for WorkerGuard {
             fn drop(&mut self) {
-                WORKER.set(self.0);
+                CURRENT_WORKER.set(self.0);
             }
         }
         let worker = self.0.worker.as_deref()?;
-        living::forget();
-        let _inside = Inside(WORKER.replace(&raw const *self.0));
+        live_worlds::clear_last_found();
+        let _inside = WorkerGuard(CURRENT_WORKER.replace(&raw const *self.0));
         Some(f(&self.0, worker))
     }
 
     /// Returns the effects of the worker's scripts and the chunks to which they belong. Passes on to the world which
     /// plugins were called and whether the floating-point mode is suspicious.
     pub fn end(&self, world: &WorldCell) -> (Vec<DeferredEffect>, Vec<(usize, usize)>) {
-        world.border.called.set(world.border.called.get() | self.0.border.called.take());
-        if self.0.border.suspicious.get() {
-            world.border.suspicious.set(true);
+        world.monitor.called.set(world.monitor.called.get() | self.0.monitor.called.take());
+        if self.0.monitor.suspicious.get() {
+            world.monitor.suspicious.set(true);
         }
         let Some(worker) = &self.0.worker else { return Default::default() };
         worker.take()
@@ -118,7 +118,7 @@ impl WorldCell {
     /// Borrows a part of the world for reading; returns `None` if a caller further up the stack has borrowed it
     /// mutably.
     #[inline]
-    pub fn see<T>(&self, part: impl Fn(&WorldCell) -> &RefCell<T>) -> Option<PartRef<'_, T>> {
+    pub fn borrow_part<T>(&self, part: impl Fn(&WorldCell) -> &RefCell<T>) -> Option<PartRef<'_, T>> {
         match &self.worker {
             None => part(self).try_borrow().ok().map(PartRef::Own),
             // SAFETY: `ScriptWorker::enter` guarantees that the world that the pointer refers to is alive and unchanged
@@ -131,9 +131,9 @@ impl WorldCell {
 
     /// In a worker, records a new value for a property of a joint's drive, which is applied after all scripts of the
     /// stage have run. If it is refused, returns the reason as an error.
-    pub fn set_later(&self, slot: u32, row: Row, x: f64) -> Result<(), String> {
-        let joint = self.see(|w| &w.state.scene).filter(|s| s.is_joint(slot)).map(|s| s.id(slot));
-        match (&self.worker, joint.filter(|_| is_drive(row))) {
+    pub fn defer_set(&self, slot: u32, row: Property, x: f64) -> Result<(), String> {
+        let joint = self.borrow_part(|w| &w.state.scene).filter(|s| s.is_joint(slot)).map(|s| s.id(slot));
+        match (&self.worker, joint.filter(|_| is_drive_parameter(row))) {
             (Some(worker), Some(joint)) => {
                 row.check(Value::Float(x))?;
                 worker.set(joint, row, x);

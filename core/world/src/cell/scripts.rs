@@ -8,7 +8,7 @@ use tatu_scene::document::ScriptSpec;
 
 use super::{
     script_counts::CallCounts,
-    script_kinds::{CALLBACKS, Callback, CallbackIds, Kind, Order},
+    script_kinds::{CALLBACKS, Callback, CallbackIds, ScriptKind, ScriptOrder},
 };
 
 /// A script. The state of main and child scripts exists from start to stop, and that of other scripts as long as the
@@ -16,7 +16,7 @@ use super::{
 pub(crate) struct Script {
     pub slot: u32,
     pub language: usize,
-    pub kind: Kind,
+    pub kind: ScriptKind,
     /// Name of the kind, as in documents.
     pub kind_name: String,
     /// Rank among the scripts of an object or of siblings, from 0, which is called first, to 2.
@@ -51,11 +51,11 @@ pub(crate) struct Script {
     /// Number of running calls into the script.
     pub depth: Cell<u32>,
     /// The request of the script, which is carried out when no call into the script is running.
-    pub asked: Cell<ExitRequest>,
+    pub exit_request: Cell<ExitRequest>,
     pub callbacks: Cell<CallbackIds>,
     pub calls: Cell<u64>,
     pub instructions: Cell<u64>,
-    pub told: CallCounts,
+    pub call_counts: CallCounts,
 }
 
 /// All scripts of a world.
@@ -69,7 +69,7 @@ pub(crate) struct Scripts {
     pub sorted_at: u64,
     /// Number of times that the actuation and sensing stages have begun.
     pub turns: [Cell<u64>; 2],
-    pub order: Order,
+    pub order: ScriptOrder,
 }
 
 /// A request that ends a script, from the weakest to the strongest.
@@ -95,7 +95,7 @@ impl Scripts {
 
 impl Script {
     /// Creates a script that has not begun. `dialect` is the default for scripts whose specification has no dialect.
-    pub fn new(slot: u32, kind: Kind, spec: &ScriptSpec, dialect: String) -> Self {
+    pub fn new(slot: u32, kind: ScriptKind, spec: &ScriptSpec, dialect: String) -> Self {
         Script {
             slot,
             language: spec.language,
@@ -107,7 +107,11 @@ impl Script {
             text: spec.text.clone().into(),
             // Scripts that are not part of the document were not written for this scene, so its default does not apply
             // to them.
-            wanted_dialect: if spec.dialect.is_empty() && kind < Kind::Addon { dialect } else { spec.dialect.clone() },
+            wanted_dialect: if spec.dialect.is_empty() && kind < ScriptKind::Addon {
+                dialect
+            } else {
+                spec.dialect.clone()
+            },
             id: Cell::new(0),
             data: Cell::new(std::ptr::null_mut()),
             dialect: Cell::new(raw(&[])),
@@ -120,11 +124,11 @@ impl Script {
             dead: Cell::new(false),
             called_in: Default::default(),
             depth: Cell::new(0),
-            asked: Cell::new(ExitRequest::Nothing),
+            exit_request: Cell::new(ExitRequest::Nothing),
             callbacks: Cell::new([0; CALLBACKS.len()]),
             calls: Cell::new(0),
             instructions: Cell::new(0),
-            told: CallCounts::default(),
+            call_counts: CallCounts::default(),
         }
     }
 

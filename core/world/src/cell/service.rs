@@ -12,15 +12,15 @@ use tatu_plugin_api::{
 };
 use tatu_plugins::{
     Registry, ServiceKind,
-    border::{ErrorSlot, answer},
+    border::{ErrorSlot, check_status},
     events::covers,
     state_block::{PAST_STATE, StateBlock},
-    watchdog::Call,
+    watchdog::PluginCall,
 };
 use tatu_scene::document::ServiceSpec;
 
 /// A service that has been started.
-pub(crate) struct Running {
+pub(crate) struct RunningService {
     /// Index of its kind in the registry.
     pub kind: usize,
     /// Its number in the session, counted from 1.
@@ -33,23 +33,23 @@ pub(crate) struct Running {
     /// Whether it has failed and is no longer called. Such a service cannot hold the session.
     pub off: Cell<bool>,
     /// Whether it has been reported that the service has held the session for a long time.
-    pub hold_told: Cell<bool>,
+    pub hold_reported: Cell<bool>,
 }
 
 /// Values in ABI form, with the memory of their spans.
-pub(super) struct Laid(pub Vec<tatu_value>, #[allow(dead_code, reason = "keeps the spans alive")] Owned);
+pub(super) struct RawValues(pub Vec<tatu_value>, #[allow(dead_code, reason = "keeps the spans alive")] Owned);
 
-pub(super) fn lay<'v>(values: impl IntoIterator<Item = &'v Value>) -> Laid {
+pub(super) fn to_raw_values<'v>(values: impl IntoIterator<Item = &'v Value>) -> RawValues {
     let mut owned = Owned::default();
     let raw = values.into_iter().map(|v| owned.raw(v)).collect();
-    Laid(raw, owned)
+    RawValues(raw, owned)
 }
 
-impl Running {
+impl RunningService {
     /// Starts a service.
     pub fn start(registry: &Registry, session: *mut tatu_session, spec: &ServiceSpec, number: u32) -> Result<Self> {
         let kind = &registry.services[spec.kind];
-        let lacking = |p: &&tatu_plugins::Declared| !p.optional() && !spec.params.iter().any(|(k, _)| *k == p.key);
+        let lacking = |p: &&tatu_plugins::ParameterSpec| !p.optional() && !spec.params.iter().any(|(k, _)| *k == p.key);
         if let Some(p) = kind.params.iter().find(lacking) {
             return Err(Error::new("E104", format!("the service `{}` lacks its parameter `{}`", kind.id, p.key))
                 .expected(p.expectation())
@@ -59,7 +59,7 @@ impl Running {
             .params
             .iter()
             .map(|p| spec.params.iter().rev().find(|(k, _)| *k == p.key).map_or(&p.fallback, |(_, v)| v));
-        let params = lay(given);
+        let params = to_raw_values(given);
         let plugin = &registry.plugins[kind.plugin];
         let (mut data, mut error) = (std::ptr::null_mut(), ErrorSlot::new());
         let state = StateBlock::new(kind.life.state_bytes);
@@ -71,27 +71,37 @@ impl Running {
             id: number.into(),
             seed: 0,
             params: params.0.as_ptr(),
-            state: state.place(),
+            state: state.data_ptr(),
             session,
         };
         // SAFETY: `f` is the `create` function of a plugin that is never unloaded. `info`, the data that it points to,
         // `data` and `error` live until the call has returned.
         let run = || unsafe {
             let status = kind.life.create.map_or(TATU_OK, |f| f(plugin.me, &info, &mut data, error.raw()));
-            answer(status, false, error.raw())
+            check_status(status, false, error.raw())
         };
         let subject = format!("the service `{}`", kind.id);
-        if registry.watched(kind.plugin, Call::Start, &subject, run).map_err(|e| e.at(spec.place.clone()))? < 0 {
-            let why = format!("plugin `{}`: {} [{}]", plugin.id, error.text(), Call::Start.text());
+        if registry.call_plugin(kind.plugin, PluginCall::Start, &subject, run).map_err(|e| e.at(spec.place.clone()))?
+            < 0
+        {
+            let why = format!("plugin `{}`: {} [{}]", plugin.id, error.text(), PluginCall::Start.text());
             let text = format!("{subject} cannot be started: {why}");
             return Err(Error::new("E404", text).at(spec.place.clone()));
         }
-        if !state.is_whole() {
+        if !state.guards_intact() {
             let text = format!("{subject} cannot be started: plugin `{}`: {PAST_STATE}", plugin.id);
             return Err(Error::new("E404", text).at(spec.place.clone()));
         }
         let (off, hold_told) = (Cell::new(false), Cell::new(false));
-        Ok(Running { kind: spec.kind, number, data, state: state.into(), subject, off, hold_told })
+        Ok(RunningService {
+            kind: spec.kind,
+            number,
+            data,
+            state: state.into(),
+            subject,
+            off,
+            hold_reported: hold_told,
+        })
     }
 
     /// Ends the service. The contract requires its threads to have ended when this function returns.
@@ -101,7 +111,7 @@ impl Running {
         // SAFETY: `self.data` was created by the `create` function of the same kind, and is not used after this single
         // call.
         let run = || unsafe { stop(self.data) };
-        let done = registry.watched(kind.plugin, Call::Stop, &self.subject, run);
+        let done = registry.call_plugin(kind.plugin, PluginCall::Stop, &self.subject, run);
         done.map_err(|e| if e.code == "E111" { Error { code: "E323", ..e } } else { e })
     }
 
@@ -120,12 +130,12 @@ impl Running {
     }
 
     /// Returns whether the service can pass functions of its clients to commands.
-    pub fn gives_functions(&self, registry: &Registry) -> bool {
+    pub fn supports_client_functions(&self, registry: &Registry) -> bool {
         !self.off.get() && self.info(registry).raw.call_func.is_some()
     }
 
     /// Returns whether the service subscribes to an event.
-    pub fn wants(&self, registry: &Registry, name: &str) -> bool {
+    pub fn subscribes_to(&self, registry: &Registry, name: &str) -> bool {
         self.info(registry).events.iter().any(|wanted| covers(wanted, name))
     }
 }

@@ -7,21 +7,21 @@ use tatu_plugin_api::{abi::*, safe::Value};
 use tatu_plugins::{
     border::{ErrorSlot, raw},
     state_block::PAST_STATE,
-    watchdog::Call,
+    watchdog::PluginCall,
 };
 
 use super::{
     WorldCell, call_errors,
     calls::Caller,
-    service::{Running, lay},
+    service::{RunningService, to_raw_values},
 };
 
-impl Running {
+impl RunningService {
     /// Runs `f` with this service recorded as the subject of the plugin call.
-    pub fn noted<T>(&self, world: &WorldCell, f: impl FnOnce() -> T) -> T {
-        world.border.watch.subject(&self.subject);
+    pub fn call_with_subject<T>(&self, world: &WorldCell, f: impl FnOnce() -> T) -> T {
+        world.monitor.watch.replace_subject(&self.subject);
         let done = f();
-        world.border.watch.subject("");
+        world.monitor.watch.replace_subject("");
         done
     }
 
@@ -35,30 +35,40 @@ impl Running {
         let error = f.error;
         // SAFETY: `call` is from a plugin that is never unloaded, and `self.data` points to the instance that it
         // created. The frame lives until the call has returned, and no borrow of the world is active.
-        let status =
-            world.cross(kind.plugin, Call::ServiceFunc, 0, || unsafe { call(self.data, world.raw(), local, f) });
+        let status = world
+            .call_plugin(kind.plugin, PluginCall::ServiceFunc, 0, || unsafe { call(self.data, world.raw(), local, f) });
         f.error = error;
-        let status = call_errors::answer(error, status, false);
+        let status = call_errors::check_status(error, status, false);
         if status < 0 {
-            call_errors::name_plugin(error, status, &world.model.registry.plugins[kind.plugin].id, Call::ServiceFunc);
+            call_errors::name_plugin(
+                error,
+                status,
+                &world.model.registry.plugins[kind.plugin].id,
+                PluginCall::ServiceFunc,
+            );
         }
         status
     }
 
     /// Runs a call into the service, and restores the call depth, the caller and the arena afterwards.
-    fn enter<T>(&self, world: &WorldCell, call: Call, f: impl FnOnce(&tatu_service, *mut c_void) -> T) -> Option<T> {
+    fn enter<T>(
+        &self,
+        world: &WorldCell,
+        call: PluginCall,
+        f: impl FnOnce(&tatu_service, *mut c_void) -> T,
+    ) -> Option<T> {
         if self.off.get() {
             return None;
         }
         let level = world.run.calls.enter()?;
         let mark = world.run.calls.arena.borrow().mark();
         world.run.calls.caller.set(Caller::remote(self.number));
-        world.run.outside.client.set(0);
+        world.run.connections.client.set(0);
         let kind = self.info(&world.model.registry);
-        world.border.watch.subject(&self.subject);
-        let (out, heard) = world.cross_capturing(kind.plugin, call, 0, || f(&kind.raw, self.data));
+        world.monitor.watch.replace_subject(&self.subject);
+        let (out, heard) = world.call_plugin_capturing(kind.plugin, call, 0, || f(&kind.raw, self.data));
         world.run.calls.arena.borrow_mut().release(mark);
-        world.border.watch.subject("");
+        world.monitor.watch.replace_subject("");
         drop(level);
         if let Some(said) = heard.first() {
             self.switch_off(world, call, said);
@@ -69,20 +79,20 @@ impl Running {
 
     /// Runs a call with an error object. A failed call is reported and switches the service off. Returns `None` if the
     /// call failed, the service was switched off already, or the limit of nested calls was reached.
-    fn ask(
+    fn call_or_switch_off(
         &self,
         world: &WorldCell,
-        call: Call,
+        call: PluginCall,
         f: impl FnOnce(&tatu_service, *mut c_void, *mut tatu_error) -> tatu_status,
     ) -> Option<tatu_status> {
         let mut error = ErrorSlot::new();
         let told = error.raw();
         let status = self.enter(world, call, |raw, data| f(raw, data, told))?;
         let why = match status {
-            TATU_OK | TATU_HOLD if !self.state.borrow().is_whole() => format!(": {PAST_STATE}"),
+            TATU_OK | TATU_HOLD if !self.state.borrow().guards_intact() => format!(": {PAST_STATE}"),
             TATU_OK => return Some(TATU_OK),
-            TATU_HOLD if call == Call::Barrier => return Some(TATU_HOLD),
-            ..0 if !error.has_said() => failure(status),
+            TATU_HOLD if call == PluginCall::Barrier => return Some(TATU_HOLD),
+            ..0 if !error.has_error() => failure(status),
             ..0 => format!(": {}", error.text()),
             n => format!(": broke the contract: it returned {n}"),
         };
@@ -93,7 +103,7 @@ impl Running {
     /// Calls the service at the barrier, and returns whether it holds the world.
     pub fn barrier(&self, world: &WorldCell) -> bool {
         let step = world.state.clock.step.get();
-        let answer = self.ask(world, Call::Barrier, |raw, data, error| {
+        let answer = self.call_or_switch_off(world, PluginCall::Barrier, |raw, data, error| {
             // SAFETY: `f` is from a plugin that is never unloaded, and `data` points to the instance that it created.
             // `error` lives until the call has returned, and no borrow of the world is active.
             raw.barrier.map_or(TATU_GO, |f| unsafe { f(data, world.raw(), step, error) })
@@ -103,8 +113,8 @@ impl Running {
 
     /// Notifies the service that the world is about to end. It is the last call in which the service can access the
     /// world.
-    pub fn last(&self, world: &WorldCell) {
-        self.ask(world, Call::Last, |raw, data, error| {
+    pub fn notify_world_end(&self, world: &WorldCell) {
+        self.call_or_switch_off(world, PluginCall::Last, |raw, data, error| {
             // SAFETY: `f` is from a plugin that is never unloaded, and `data` points to the instance that it created.
             // `error` lives until the call has returned, and no borrow of the world is active.
             raw.last.map_or(TATU_OK, |f| unsafe { f(data, world.raw(), error) })
@@ -112,12 +122,12 @@ impl Running {
     }
 
     /// Delivers an event if the service subscribes to it.
-    pub fn event(&self, world: &WorldCell, name: &str, payload: &Value) {
-        if !self.wants(&world.model.registry, name) {
+    pub fn deliver_event(&self, world: &WorldCell, name: &str, payload: &Value) {
+        if !self.subscribes_to(&world.model.registry, name) {
             return;
         }
-        let payload = lay([payload]);
-        self.ask(world, Call::Event, |service, data, error| {
+        let payload = to_raw_values([payload]);
+        self.call_or_switch_off(world, PluginCall::Event, |service, data, error| {
             let name = raw(name.as_bytes());
             // SAFETY: `f` is from a plugin that is never unloaded, and `data` points to the instance that it created.
             // `name`, `payload` and `error` live until the call has returned, and no borrow of the world is active.
@@ -127,7 +137,7 @@ impl Running {
 
     /// Passes the result of a command that waited to the service.
     pub fn resume(&self, world: &WorldCell, token: u64, status: tatu_status, frame: &tatu_call) {
-        self.ask(world, Call::ServiceResume, |service, data, error| {
+        self.call_or_switch_off(world, PluginCall::ServiceResume, |service, data, error| {
             // SAFETY: `f` is from a plugin that is never unloaded, and `data` points to the instance that it created.
             // The frame and `error` live until the call has returned, and no borrow of the world is active.
             service.resume.map_or(TATU_OK, |f| unsafe { f(data, world.raw(), token, status, frame, error) })
@@ -135,7 +145,7 @@ impl Running {
     }
 
     /// Reports a failure and switches the service off. `how` begins with a verb or a colon.
-    fn switch_off(&self, world: &WorldCell, call: Call, how: &str) {
+    fn switch_off(&self, world: &WorldCell, call: PluginCall, how: &str) {
         self.off.set(true);
         let info = self.info(&world.model.registry);
         let plugin = &world.model.registry.plugins[info.plugin].id;

@@ -13,16 +13,16 @@ use tatu_errors::Error;
 use tatu_plugin_api::abi::*;
 use tatu_plugins::Registry;
 
-use super::{service::Running, wake::Wake};
+use super::{service::RunningService, wake_flag::WakeFlag};
 
 /// The pointer under which plugins receive a world. It is dropped with the world.
 pub(crate) type WorldHandle = Cell<*mut tatu_world>;
 
 /// The interior of a session, at a stable address. Plugins receive a pointer to it, as `tatu_session *`.
 pub(crate) struct SessionCell {
-    pub wake: Wake,
+    pub wake: WakeFlag,
     pub registry: Arc<Registry>,
-    pub services: RefCell<Vec<Rc<Running>>>,
+    pub services: RefCell<Vec<Rc<RunningService>>>,
     /// Handles of the living worlds, in the order in which they joined.
     pub worlds: RefCell<Vec<Weak<WorldHandle>>>,
     pub interrupt: RefCell<Arc<AtomicBool>>,
@@ -44,7 +44,7 @@ impl SessionCell {
         if !cell.is_null() {
             // SAFETY: the caller guarantees that the pointer is to a session that is alive during the call. Only
             // `wake`, which is `Sync`, is borrowed.
-            let wake: &Wake = unsafe { &(*cell).wake };
+            let wake: &WakeFlag = unsafe { &(*cell).wake };
             wake.wake();
         }
     }
@@ -81,7 +81,7 @@ impl SessionCell {
         self.interrupt.borrow().load(Ordering::Relaxed)
     }
     /// Returns whether a stop has been requested from outside, which the services have not had the turn to carry out.
-    pub fn is_asked_to_stop(&self) -> bool {
+    pub fn has_external_stop(&self) -> bool {
         self.stop.load(Ordering::Relaxed) || self.interrupted()
     }
     /// Ends all services, the last one first, and returns the errors.
@@ -94,17 +94,17 @@ impl SessionCell {
         self.services.borrow().iter().any(|s| !s.off.get())
     }
     /// Returns whether a service that has not been switched off subscribes to an event.
-    pub fn wants(&self, name: &str) -> bool {
+    pub fn has_subscriber(&self, name: &str) -> bool {
         let Ok(services) = self.services.try_borrow() else { return false };
-        services.iter().any(|s| !s.off.get() && s.wants(&self.registry, name))
+        services.iter().any(|s| !s.off.get() && s.subscribes_to(&self.registry, name))
     }
     /// Returns the id of a plugin's running service.
     pub fn service_of(&self, plugin: usize) -> Option<String> {
-        let kind = |s: &Rc<Running>| &self.registry.services[s.kind];
+        let kind = |s: &Rc<RunningService>| &self.registry.services[s.kind];
         self.services.borrow().iter().map(kind).find(|k| k.plugin == plugin).map(|k| k.id.clone())
     }
     /// Returns the `i`-th service, cloned so that the list is not borrowed while the service runs.
-    pub fn nth(&self, i: usize) -> Option<Rc<Running>> {
+    pub fn nth(&self, i: usize) -> Option<Rc<RunningService>> {
         self.services.borrow().get(i).cloned()
     }
 }

@@ -3,9 +3,9 @@
 
 use tatu_plugin_api::abi::*;
 use tatu_scene::{
-    Data, Kind, Scene, Shape,
+    ObjectKind, ObjectVariant, Scene, Shape,
     document::DeviceSpec,
-    rows::{Of, Row},
+    property_table::{Property, PropertyOwner},
 };
 
 use super::{
@@ -27,7 +27,7 @@ pub(crate) fn begin(world: &WorldCell, values: &[String]) {
         .map(|(spec, id)| {
             let suffix = scene.resolve(*id).ok().and_then(|s| scene.get(s)).map_or(-1, |o| o.suffix());
             let kind = match spec.kind {
-                Kind::Sensor => spec.device.as_ref().and_then(schema),
+                ObjectKind::Sensor => spec.device.as_ref().and_then(schema),
                 _ => None,
             };
             let kind = kind.unwrap_or_else(|| spec.kind.name().to_owned());
@@ -49,7 +49,7 @@ pub(crate) fn begin(world: &WorldCell, values: &[String]) {
 /// Returns the object with a path or unique name, creating it if it does not exist. `from` is the object that "."
 /// refers to and under which objects with unique names are created. Returns `None` if `name` is not a valid name, or if
 /// there are too many stand-ins.
-pub(crate) fn find_or_make(world: &WorldCell, from: u32, name: &str) -> Option<tatu_object> {
+pub(crate) fn find_or_create(world: &WorldCell, from: u32, name: &str) -> Option<tatu_object> {
     let mut scene = world.state.scene.try_borrow_mut().ok()?;
     let scene = &mut *scene;
     if let Some(slot) = scene.find(from, name) {
@@ -59,9 +59,9 @@ pub(crate) fn find_or_make(world: &WorldCell, from: u32, name: &str) -> Option<t
     if name.starts_with(['/', '.', ':']) {
         let (mut at, rest) = scene.start_of(from, name)?;
         for part in rest.split('/').filter(|p| !p.is_empty()) {
-            at = match scene.below(at, part) {
+            at = match scene.find_below(at, part) {
                 Some(slot) => slot,
-                None => make_part(stand_ins, scene, at, part)?,
+                None => create_path_part(stand_ins, scene, at, part)?,
             };
         }
         return (at != 0).then(|| scene.id(at));
@@ -81,11 +81,11 @@ pub(crate) fn find_or_make(world: &WorldCell, from: u32, name: &str) -> Option<t
 }
 
 /// Creates the object that one part of a path refers to, with as many siblings before it as its index requires.
-fn make_part(stand_ins: &StandIns, scene: &mut Scene, at: u32, part: &str) -> Option<u32> {
+fn create_path_part(stand_ins: &StandIns, scene: &mut Scene, at: u32, part: &str) -> Option<u32> {
     let alias = part.split(['[', '{']).next()?.replace(['*', '?'], "x");
     for _ in 0..64 {
         let made = stand_ins.add(scene, at, &alias)?;
-        if let Some(slot) = scene.below(at, part) {
+        if let Some(slot) = scene.find_below(at, part) {
             return Some(slot);
         }
         // A wildcard that matches no existing name matches the new one.
@@ -98,18 +98,20 @@ fn make_part(stand_ins: &StandIns, scene: &mut Scene, at: u32, part: &str) -> Op
 
 /// Records that an object was used as a kind of object, or as a sensor with a schema. Returns whether it now has that
 /// kind.
-pub(crate) fn becomes(world: &WorldCell, object: tatu_object, kind: &str) -> bool {
+pub(crate) fn infer_kind(world: &WorldCell, object: tatu_object, kind: &str) -> bool {
     if !world.run.stand_ins.is_on() {
         return false;
     }
     let Ok(mut scene) = world.state.scene.try_borrow_mut() else { return false };
     let Ok(slot) = scene.resolve(object) else { return false };
-    if !world.run.stand_ins.learn(scene.id(slot), kind) {
+    if !world.run.stand_ins.set_kind(scene.id(slot), kind) {
         return false;
     }
-    let data = match Kind::parse(kind) {
-        Some(Kind::Shape) => Data::Shape(Box::new(Shape { dynamic: true, respondable: true, ..Default::default() })),
-        Some(kind @ (Kind::Joint | Kind::ForceSensor)) => Data::of_kind(kind, 0),
+    let data = match ObjectKind::parse(kind) {
+        Some(ObjectKind::Shape) => {
+            ObjectVariant::Shape(Box::new(Shape { dynamic: true, respondable: true, ..Default::default() }))
+        }
+        Some(kind @ (ObjectKind::Joint | ObjectKind::ForceSensor)) => ObjectVariant::of_kind(kind, 0),
         // Sensors and actuators can be created only with the next document.
         _ => return false,
     };
@@ -118,9 +120,9 @@ pub(crate) fn becomes(world: &WorldCell, object: tatu_object, kind: &str) -> boo
 
 /// Records that a property was accessed that only a different kind of object has. Returns whether the object now has
 /// that kind.
-pub(crate) fn becomes_by_row(world: &WorldCell, object: tatu_object, row: Row) -> bool {
-    match row.info().of {
-        Of::Kind(kind) if world.run.stand_ins.is_on() => becomes(world, object, kind.name()),
+pub(crate) fn infer_kind_from_property(world: &WorldCell, object: tatu_object, row: Property) -> bool {
+    match row.spec().owner {
+        PropertyOwner::Kind(kind) if world.run.stand_ins.is_on() => infer_kind(world, object, kind.name()),
         _ => false,
     }
 }

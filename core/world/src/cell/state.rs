@@ -9,11 +9,11 @@ use tatu_scene::{Dynamics, Scene};
 use super::{
     clock::Clock,
     phase::Phase,
-    stores::{Noted, Signals},
+    stores::{CustomDataSize, Signals},
 };
 
 /// The part of a world that a step changes and a snapshot contains: objects, engine, time, phase and signals.
-pub(crate) struct State {
+pub(crate) struct SimulationState {
     pub scene: RefCell<Scene>,
     pub dynamics: RefCell<Dynamics>,
     pub clock: Clock,
@@ -21,26 +21,26 @@ pub(crate) struct State {
     /// Requested changes of phase, as bits `1 << TATU_REQUEST_*`, which are carried out at the barrier or after a pass.
     pub requests: Cell<u32>,
     /// Whether the last pass is done, so that the run must be ended at the next barrier.
-    pub over: Cell<bool>,
+    pub last_pass_done: Cell<bool>,
     /// Whether a pass took place while the world was stopped.
-    pub rested: Cell<bool>,
+    pub stopped_pass_done: Cell<bool>,
     pub signals: RefCell<Signals>,
     /// An upper bound of the size of the custom data.
-    pub noted: Noted,
+    pub custom_data_size: CustomDataSize,
 }
 
-impl State {
+impl SimulationState {
     pub fn new(engine: EngineSettings, dt: f64, scene: Scene) -> Self {
-        State {
+        SimulationState {
             scene: RefCell::new(scene),
             dynamics: RefCell::new(Dynamics::new(engine)),
             clock: Clock::new(dt),
             phase: Cell::default(),
             requests: Cell::default(),
-            over: Cell::default(),
-            rested: Cell::default(),
+            last_pass_done: Cell::default(),
+            stopped_pass_done: Cell::default(),
             signals: RefCell::default(),
-            noted: Noted::default(),
+            custom_data_size: CustomDataSize::default(),
         }
     }
     /// Returns the linear velocity of an object, m/s, and its angular velocity, rad/s, in the world frame: from the
@@ -64,7 +64,7 @@ impl State {
     }
     /// Returns the velocity of an object like [`twist`](Self::twist), but always from its motion in the last step.
     pub fn twist_by_motion(&self, scene: &Scene, slot: u32) -> [f64; 6] {
-        let (Some(_), Some(old)) = (scene.get(slot), scene.before(slot)) else { return [0.0; 6] };
+        let (Some(_), Some(old)) = (scene.get(slot), scene.pose_at_barrier(slot)) else { return [0.0; 6] };
         let (now, dt) = (scene.world(slot), self.clock.dt.get());
         let v = (now.translation.vector - old.translation.vector) / dt;
         let w = (now.rotation * old.rotation.inverse()).scaled_axis() / dt;

@@ -13,15 +13,15 @@ use tatu_scene::Scene;
 pub(crate) struct Signal {
     pub value: Value,
     /// Whether it was set by a script whose state ends with the run. Such a signal is removed when the run ends.
-    pub of_run: bool,
+    pub ends_with_run: bool,
 }
 
 /// Approximate overhead of a table entry, bytes.
-const ENTRY: u64 = 64;
+const ENTRY_OVERHEAD_BYTES: u64 = 64;
 
 /// Returns the approximate size of a value, bytes.
 pub(crate) fn bytes_of(value: &Value) -> u64 {
-    ENTRY
+    ENTRY_OVERHEAD_BYTES
         + match value {
             Value::Text(t) => t.len() as u64,
             Value::Bytes(b) => b.len() as u64,
@@ -48,7 +48,7 @@ impl Deref for Signals {
 }
 
 fn signal_bytes((_, name): &(u32, Vec<u8>), signal: &Signal) -> u64 {
-    ENTRY + name.len() as u64 + bytes_of(&signal.value)
+    ENTRY_OVERHEAD_BYTES + name.len() as u64 + bytes_of(&signal.value)
 }
 
 impl Signals {
@@ -86,19 +86,19 @@ impl FromIterator<((u32, Vec<u8>), Signal)> for Signals {
 /// An upper bound of the size of all custom data, bytes: the size at the last count plus everything written since.
 /// Removing an object removes its data as well, so the actual size is known only by counting.
 #[derive(Default)]
-pub(crate) struct Noted(Cell<u64>);
+pub(crate) struct CustomDataSize(Cell<u64>);
 
-impl Noted {
+impl CustomDataSize {
     /// Returns whether `more` bytes fit into `room` bytes as the custom data of an object, or of the world if `slot` is
     /// 0.
-    pub fn has_room(&self, scene: &Scene, slot: u32, more: u64, room: u64) -> bool {
+    pub fn try_reserve(&self, scene: &Scene, slot: u32, more: u64, room: u64) -> bool {
         let sum = self.0.get() + more;
         self.0.set(sum);
         if sum <= room {
             return true;
         }
         let of = |notes: &BTreeMap<Vec<u8>, Vec<u8>>| {
-            notes.iter().map(|(k, v)| ENTRY + (k.len() + v.len()) as u64).sum::<u64>()
+            notes.iter().map(|(k, v)| ENTRY_OVERHEAD_BYTES + (k.len() + v.len()) as u64).sum::<u64>()
         };
         // The previous data of this object is not counted, because it is about to be replaced.
         let other = scene.slots().filter(|(s, _)| *s != slot).map(|(_, o)| of(&o.notes)).sum::<u64>();
@@ -114,11 +114,11 @@ mod tests {
     use super::*;
 
     fn signal(n: usize) -> Signal {
-        Signal { value: Value::Text(vec![b'x'; n]), of_run: true }
+        Signal { value: Value::Text(vec![b'x'; n]), ends_with_run: true }
     }
 
     #[test]
-    fn signals_know_what_they_take() {
+    fn signal_table_tracks_its_size_and_enforces_the_limit() {
         let mut all = Signals::default();
         let key = |n: &str| (1, n.as_bytes().to_vec());
         assert!(all.set(key("a"), signal(1000), 2000));

@@ -9,7 +9,7 @@ use std::{
 use tatu_errors::Fault;
 use tatu_plugin_api::abi::*;
 use tatu_plugins::border::ErrorSlot;
-use tatu_scene::rows::Row;
+use tatu_scene::property_table::Property;
 
 use super::lines::MAX_LINES;
 
@@ -22,7 +22,7 @@ pub(crate) enum DeferredEffect {
     /// A fault was reported, such as the failure of a command that the script called by an old-style name.
     Fault(Box<Fault>),
     /// The script set a property of a joint's drive.
-    Set(tatu_object, Row, f64),
+    Set(tatu_object, Property, f64),
     /// The script failed: its position in the order, the status, its error, and the command that caused it.
     Failed(usize, tatu_status, Box<(ErrorSlot, Option<(String, String)>)>),
     /// The script, given by its position in the order, requested its end or restart.
@@ -36,7 +36,7 @@ pub(crate) struct WorkerView {
     world: Cell<*mut tatu_world>,
     effects: RefCell<Vec<DeferredEffect>>,
     /// Values of drive properties that the running script has set, with one entry per property.
-    own: RefCell<Vec<(tatu_object, Row, f64)>>,
+    own: RefCell<Vec<(tatu_object, Property, f64)>>,
     /// Number of lines logged by the scripts of the chunk.
     lines: Cell<usize>,
     /// Index of the first effect of the running script.
@@ -110,7 +110,7 @@ impl WorkerView {
         }
         effects.push(effect);
     }
-    pub fn set(&self, object: tatu_object, row: Row, x: f64) {
+    pub fn set(&self, object: tatu_object, row: Property, x: f64) {
         let mut own = self.own.borrow_mut();
         match own.iter_mut().find(|(o, r, _)| (*o, *r) == (object, row)) {
             Some(known) => known.2 = x,
@@ -118,7 +118,7 @@ impl WorkerView {
         }
     }
     /// Returns the value that the running script has set for a property of an object, if any.
-    pub fn number(&self, slot: u32, row: Row) -> Option<f64> {
+    pub fn number(&self, slot: u32, row: Property) -> Option<f64> {
         let own = self.own.borrow();
         own.iter().find(|(o, r, _)| tatu_slot(*o) == slot && *r == row).map(|(_, _, x)| *x)
     }

@@ -10,21 +10,21 @@ use tatu_plugin_api::abi::*;
 use tatu_plugins::Registry;
 use tatu_scene::{
     Scene,
-    document::{Document, Settings},
+    document::{Document, WorldSettings},
 };
 
 use super::{
-    border::Border, devices::Devices, living, model::Model, phase::Phase, run::Run, state::State,
-    worker_view::WorkerView,
+    devices::WorldDevices, live_worlds, model::WorldModel, phase::Phase, plugin_monitor::PluginMonitor,
+    run::WorldRuntime, state::SimulationState, worker_view::WorkerView,
 };
 
 /// The interior of a world, at a stable address. Plugins receive a pointer to it, as `tatu_world *`.
 pub(crate) struct WorldCell {
-    pub model: Model,
-    pub state: State,
-    pub devices: Devices,
-    pub run: Run,
-    pub border: Border,
+    pub model: WorldModel,
+    pub state: SimulationState,
+    pub devices: WorldDevices,
+    pub run: WorldRuntime,
+    pub monitor: PluginMonitor,
     /// Cells of the threads that run scripts in parallel, created when first needed.
     pub workers: RefCell<Vec<ScriptWorker>>,
     /// If this cell is such a worker, its view of the world.
@@ -36,7 +36,7 @@ pub(crate) struct ScriptWorker(pub(super) Box<WorldCell>);
 
 impl Drop for WorldCell {
     fn drop(&mut self) {
-        living::remove(&raw const *self as *const tatu_world);
+        live_worlds::remove(&raw const *self as *const tatu_world);
     }
 }
 
@@ -46,19 +46,19 @@ impl WorldCell {
     pub fn new(
         document: Arc<Document>,
         registry: Arc<Registry>,
-        settings: Settings,
+        settings: WorldSettings,
         scene: Scene,
         origins: Vec<tatu_object>,
         pool: Arc<rayon::ThreadPool>,
     ) -> Self {
         WorldCell {
-            state: State::new(Model::engine_settings(&settings), settings.dt, scene),
-            devices: Devices::default(),
-            run: Run::new(document.file.as_deref(), pool),
-            border: Border::new(registry.watches.watch()),
+            state: SimulationState::new(WorldModel::engine_settings(&settings), settings.dt, scene),
+            devices: WorldDevices::default(),
+            run: WorldRuntime::new(document.file.as_deref(), pool),
+            monitor: PluginMonitor::new(registry.watches.add_thread()),
             workers: RefCell::default(),
             worker: None,
-            model: Model::new(document, registry, settings, origins),
+            model: WorldModel::new(document, registry, settings, origins),
         }
     }
     /// Returns whether the simulation has been started and is not stopped.
@@ -72,7 +72,7 @@ impl WorldCell {
     /// Returns whether the running script must return, because it has not done so within a second after a stop was
     /// requested from outside. Scripts that run in parallel are short.
     pub fn is_overdue(&self) -> bool {
-        self.worker.is_none() && self.run.outside.is_asked_to_stop() && self.run.calls.cost.is_overdue()
+        self.worker.is_none() && self.run.connections.has_external_stop() && self.run.calls.cost.is_overdue()
     }
     /// Returns the pointer that is passed to plugins.
     pub fn raw(&self) -> *mut tatu_world {
@@ -85,10 +85,10 @@ impl WorldCell {
     ///
     /// `key` identifies the owner independently of other objects; the instance's seed is derived from it.
     pub fn instance_info(&self, owner: tatu_object, key: &str) -> tatu_instance {
-        self.instance_again(owner, key, self.devices.new_instance())
+        self.instance_info_with_id(owner, key, self.devices.next_instance_id())
     }
     /// Like `instance_info`, but with a given id, for example for an instance that replaces an existing one.
-    pub fn instance_again(&self, owner: tatu_object, key: &str, id: u64) -> tatu_instance {
+    pub fn instance_info_with_id(&self, owner: tatu_object, key: &str, id: u64) -> tatu_instance {
         tatu_instance {
             size: size_of::<tatu_instance>() as u32,
             n_params: 0,

@@ -2,9 +2,9 @@
 
 use std::collections::BTreeSet;
 
-use tatu_physics::Contact;
+use tatu_physics::BodyContact;
 use tatu_plugin_api::safe::Value;
-use tatu_plugins::events::GATHERED;
+use tatu_plugins::events::OPT_IN_EVENTS;
 use tatu_scene::Scene;
 
 use crate::cell::{WorldCell, payload};
@@ -12,8 +12,8 @@ use crate::cell::{WorldCell, payload};
 /// Publishes the pairs that touch, begin to touch or cease to touch, after a physics stage. Queries the engine only if
 /// there is a subscriber. If there was no subscriber before, all touching pairs are treated as new.
 pub(crate) fn compare(world: &WorldCell) {
-    let outside = &world.run.outside;
-    let [collision, separation, contact] = [0, 1, 2].map(|i| outside.wants(GATHERED[i]));
+    let outside = &world.run.connections;
+    let [collision, separation, contact] = [0, 1, 2].map(|i| outside.has_subscriber(OPT_IN_EVENTS[i]));
     if !(collision || separation || contact) {
         if !outside.bus.touching.borrow().is_empty() {
             outside.bus.touching.borrow_mut().clear();
@@ -22,9 +22,9 @@ pub(crate) fn compare(world: &WorldCell) {
     }
     let (Ok(scene), Ok(dynamics)) = (world.state.scene.try_borrow(), world.state.dynamics.try_borrow()) else { return };
     // The strongest contact of each pair, with the lower slot first.
-    let mut pairs: Vec<(u32, u32, Contact)> = Vec::new();
+    let mut pairs: Vec<(u32, u32, BodyContact)> = Vec::new();
     for (a, b, c) in dynamics.contacts(&scene) {
-        let (a, b, c) = if a <= b { (a, b, c) } else { (b, a, Contact { normal: -c.normal, ..c }) };
+        let (a, b, c) = if a <= b { (a, b, c) } else { (b, a, BodyContact { normal: -c.normal, ..c }) };
         match pairs.iter_mut().find(|(x, y, _)| (*x, *y) == (a, b)) {
             Some((_, _, strongest)) if strongest.force >= c.force => {}
             Some((_, _, strongest)) => *strongest = c,
@@ -37,12 +37,12 @@ pub(crate) fn compare(world: &WorldCell) {
     let now = outside.bus.touching.borrow();
     if separation {
         for (a, b) in before.difference(&now) {
-            outside.publish("separation", || payload(two(&scene, *a, *b)));
+            outside.publish("separation", || payload(pair_entries(&scene, *a, *b)));
         }
     }
     for (a, b, c) in &pairs {
         let all = || {
-            let [a, b, a_path, b_path] = two(&scene, *a, *b);
+            let [a, b, a_path, b_path] = pair_entries(&scene, *a, *b);
             let point = ("point", Value::Floats(c.point.coords.iter().copied().collect()));
             let normal = ("normal", Value::Floats(c.normal.iter().copied().collect()));
             payload([a, b, a_path, b_path, point, normal, ("force", Value::Float(c.force))])
@@ -56,7 +56,7 @@ pub(crate) fn compare(world: &WorldCell) {
     }
 }
 
-fn two(scene: &Scene, a: u32, b: u32) -> [(&'static str, Value); 4] {
+fn pair_entries(scene: &Scene, a: u32, b: u32) -> [(&'static str, Value); 4] {
     [
         ("a", Value::Object(scene.id(a))),
         ("b", Value::Object(scene.id(b))),

@@ -11,45 +11,47 @@ use tatu_plugins::events::covers;
 
 use crate::{
     cell::WorldCell,
-    scripts::{self, Room},
+    scripts::{self, ResultBuffer},
 };
 
 /// Maximum number of events in one delivery. It ends an infinite loop of handlers that publish events to each other.
-const MOST: usize = 10_000;
+const MAX_EVENTS_PER_DELIVERY: usize = 10_000;
 
 /// Delivers all published events to the functions of scripts, in the order in which the events were published and, for
 /// each event, in the order of the subscriptions. Events that handlers publish are delivered last. If there are more
-/// than [`MOST`] events, the rest are dropped and a fault is reported. No part of the world may be borrowed.
+/// than [`MAX_EVENTS_PER_DELIVERY`] events, the rest are dropped and a fault is reported. No part of the world may be borrowed.
 pub(crate) fn deliver(world: &WorldCell) {
-    let bus = &world.run.outside.bus;
+    let bus = &world.run.connections.bus;
     // If a handler requests a stage, this function is called again. The outer call then delivers the new events.
-    if bus.queue.borrow().is_empty() || bus.now.borrow().is_some() {
+    if bus.queue.borrow().is_empty() || bus.delivering.borrow().is_some() {
         return;
     }
-    for _ in 0..MOST {
+    for _ in 0..MAX_EVENTS_PER_DELIVERY {
         let Some((name, payload)) = bus.queue.borrow_mut().pop_front() else { return };
-        *bus.now.borrow_mut() = Some(name.clone());
-        hand_out(world, &name, &payload);
-        *bus.now.borrow_mut() = None;
+        *bus.delivering.borrow_mut() = Some(name.clone());
+        deliver_one(world, &name, &payload);
+        *bus.delivering.borrow_mut() = None;
     }
     let left = std::mem::take(&mut *bus.queue.borrow_mut());
     if let Some((name, _)) = left.front() {
-        let text =
-            format!("more than {MOST} events in one delivery: {} are dropped, beginning with `{name}`", left.len());
+        let text = format!(
+            "more than {MAX_EVENTS_PER_DELIVERY} events in one delivery: {} are dropped, beginning with `{name}`",
+            left.len()
+        );
         let mut fault = Fault::new(FaultKind::Budget, text);
         fault.help = Some("look for handlers that publish the events that they subscribe to".into());
         world.report(fault);
     }
 }
 
-fn hand_out(world: &WorldCell, name: &Rc<str>, payload: &Value) {
+fn deliver_one(world: &WorldCell, name: &Rc<str>, payload: &Value) {
     let wanted: Vec<u64> = {
-        let all = world.run.outside.bus.subscriptions.borrow();
+        let all = world.run.connections.bus.subscriptions.borrow();
         all.iter().filter(|s| covers(&s.name, name)).map(|s| s.id).collect()
     };
     for id in wanted {
         let handler = {
-            let all = world.run.outside.bus.subscriptions.borrow();
+            let all = world.run.connections.bus.subscriptions.borrow();
             // An earlier handler may have removed this subscription.
             all.iter().find(|s| s.id == id).map(|s| s.handler)
         };
@@ -61,7 +63,7 @@ fn hand_out(world: &WorldCell, name: &Rc<str>, payload: &Value) {
 
 /// Calls one handler. A handler that fails is not called again.
 fn call(world: &WorldCell, id: u64, handler: tatu_func, name: &str, payload: &Value) {
-    let bus = &world.run.outside.bus;
+    let bus = &world.run.connections.bus;
     let Some((script, _)) = scripts::owner_of_func(world, handler) else {
         // The script has ended, so its function no longer exists.
         bus.unsubscribe(id);
@@ -75,7 +77,7 @@ fn call(world: &WorldCell, id: u64, handler: tatu_func, name: &str, payload: &Va
         let name = Value::text(name);
         [payload, &name].into_iter().map(|v| v.to_raw(&mut *arena).unwrap_or(ValueRef::NIL.raw())).collect()
     };
-    let mut room = Room::new();
+    let mut room = ResultBuffer::new();
     let mut frame = room.frame(&args);
     // SAFETY: the frame and its arrays are local and live until the call has returned.
     let status = unsafe { scripts::call_func(world, handler, &mut frame) };

@@ -3,7 +3,7 @@
 //! - `deliver`: delivers events, at the times that `docs/reference/events.md` specifies;
 //! - `contacts`: pairs of shapes that begin, continue and cease to touch.
 //!
-//! An event without subscribers is not even created: see `Outside::wants`.
+//! An event without subscribers is not even created: see `Connections::wants`.
 
 mod contacts;
 mod deliver;

@@ -1,29 +1,29 @@
 //! Creates the instances of sensors and actuators from the document, and recreates them when the scene is reset.
 
 use super::kinds::{create_actuator, create_sensor, end_actuator, end_sensor};
-use tatu_errors::{Error, Fault, FaultKind, Place, Result};
+use tatu_errors::{Error, Fault, FaultKind, Result, SourceLocation};
 use tatu_plugin_api::safe::Value;
-use tatu_plugins::Declared;
-use tatu_scene::{Data, Kind, document::DeviceSpec};
+use tatu_plugins::ParameterSpec;
+use tatu_scene::{ObjectKind, ObjectVariant, document::DeviceSpec};
 
-use super::filled;
+use super::params_with_defaults;
 use crate::cell::WorldCell;
 
 /// Creates the devices of the document.
-pub(crate) fn make_devices(cell: &WorldCell, slots: &[u32]) -> Result {
+pub(crate) fn create_devices(cell: &WorldCell, slots: &[u32]) -> Result {
     let document = cell.model.document.shared();
     for (spec, slot) in document.objects.iter().zip(slots) {
         if let Some(device) = &spec.device {
-            make_device(cell, *slot, device, spec.place.as_ref())?;
+            create_device(cell, *slot, device, spec.place.as_ref())?;
         }
     }
     Ok(())
 }
 
-/// Returns the slots, kinds and parameters of the current devices, for [`remake_devices`].
-pub(crate) fn devices_now(cell: &WorldCell) -> Vec<(u32, DeviceSpec)> {
+/// Returns the slots, kinds and parameters of the current devices, for [`recreate_devices`].
+pub(crate) fn current_devices(cell: &WorldCell) -> Vec<(u32, DeviceSpec)> {
     let (sensing, actuators) = (cell.devices.sensing.borrow(), cell.devices.actuators.borrow());
-    let named = |declared: &[Declared], params: &[Value]| {
+    let named = |declared: &[ParameterSpec], params: &[Value]| {
         declared.iter().map(|d| d.key.clone()).zip(params.iter().cloned()).filter(|(_, v)| *v != Value::Nil).collect()
     };
     // Sensors that publish the readings of actuators are created together with the actuators.
@@ -40,10 +40,10 @@ pub(crate) fn devices_now(cell: &WorldCell) -> Vec<(u32, DeviceSpec)> {
 /// Replaces all devices by those of an earlier state, with their earlier parameters, including devices of objects that
 /// have been removed since. The scene must have been restored already. A device that cannot be created is reported as a
 /// fault.
-pub(crate) fn remake_devices(cell: &WorldCell, devices: &[(u32, DeviceSpec)]) {
+pub(crate) fn recreate_devices(cell: &WorldCell, devices: &[(u32, DeviceSpec)]) {
     end_devices(cell);
     for (slot, spec) in devices {
-        if let Err(e) = make_device(cell, *slot, spec, None) {
+        if let Err(e) = create_device(cell, *slot, spec, None) {
             cell.report(Fault::new(FaultKind::Plugin, e.text));
         }
     }
@@ -51,28 +51,34 @@ pub(crate) fn remake_devices(cell: &WorldCell, devices: &[(u32, DeviceSpec)]) {
 
 /// Ends all devices.
 pub(crate) fn end_devices(cell: &WorldCell) {
-    let sensors = cell.devices.sensing.borrow_mut().take_gone(|_| false);
+    let sensors = cell.devices.sensing.borrow_mut().remove_dead(|_| false);
     sensors.into_iter().for_each(|d| end_sensor(cell, d));
-    let actuators = cell.devices.actuators.borrow_mut().take_gone(|_| false);
+    let actuators = cell.devices.actuators.borrow_mut().remove_dead(|_| false);
     actuators.into_iter().for_each(|d| end_actuator(cell, d));
 }
 
 /// Creates the device of an object. No part of the world may be borrowed.
-pub(crate) fn make_device(cell: &WorldCell, slot: u32, device: &DeviceSpec, place: Option<&Place>) -> Result {
+pub(crate) fn create_device(
+    cell: &WorldCell,
+    slot: u32,
+    device: &DeviceSpec,
+    place: Option<&SourceLocation>,
+) -> Result {
     let (owner, name, path, object_kind) = {
         let scene = cell.state.scene.borrow();
         let Some(o) = scene.get(slot) else { return Ok(()) };
         (scene.id(slot), o.name(), scene.path(slot), o.kind())
     };
-    cell.border.watch.name(slot, path.clone());
-    let info = cell.model.registry.device(object_kind == Kind::Actuator, device.kind);
+    cell.monitor.watch.set_object_name(slot, path.clone());
+    let info = cell.model.registry.device(object_kind == ObjectKind::Actuator, device.kind);
     let what = object_kind.name();
-    let (params, commands) = (filled(info.params, &device.params), filled(info.commands, &device.params));
+    let (params, commands) =
+        (params_with_defaults(info.params, &device.params), params_with_defaults(info.commands, &device.params));
     let all = info.params.iter().zip(&params).chain(info.commands.iter().zip(&commands));
     // If an actuator is recreated, the scene already contains its commands.
-    let known = |d: &Declared| object_kind == Kind::Actuator && place.is_none() && info.commands.contains(d);
+    let known = |d: &ParameterSpec| object_kind == ObjectKind::Actuator && place.is_none() && info.commands.contains(d);
     if let Some((p, _)) = { all }.find(|(p, v)| **v == Value::Nil && !p.optional() && !known(p)) {
-        let key = tatu_plugins::units::written(&p.key, p.unit.as_deref());
+        let key = tatu_plugins::units::key_with_unit(&p.key, p.unit.as_deref());
         let text = format!("the {what} {path} lacks its parameter `{key}`");
         return Err(Error::new("E104", text).expected(p.expectation()).at(place.cloned()));
     }
@@ -87,7 +93,7 @@ pub(crate) fn make_device(cell: &WorldCell, slot: u32, device: &DeviceSpec, plac
         let plugin = &cell.model.registry.plugins[info.plugin].id;
         Error::new("E402", format!("the {what} {path} cannot be created: plugin `{plugin}`: {text}")).at(place.cloned())
     };
-    if object_kind == Kind::Sensor {
+    if object_kind == ObjectKind::Sensor {
         let made = create_sensor(cell, device.kind, slot, instance, params).map_err(refused)?;
         cell.devices.sensing.borrow_mut().add(made);
         return Ok(());
@@ -99,7 +105,7 @@ pub(crate) fn make_device(cell: &WorldCell, slot: u32, device: &DeviceSpec, plac
         let reading = create_sensor(cell, readings, slot, instance, Vec::new()).map_err(refused)?;
         cell.devices.sensing.borrow_mut().add(reading);
     }
-    if let Some(Data::Actuator(a)) = cell.state.scene.borrow_mut().get_mut(slot).map(|o| &mut o.data)
+    if let Some(ObjectVariant::Actuator(a)) = cell.state.scene.borrow_mut().get_mut(slot).map(|o| &mut o.data)
         && a.commands.len() != commands.len()
     {
         a.commands = commands.iter().map(|v| if let Value::Float(x) = v { *x } else { 0.0 }).collect();

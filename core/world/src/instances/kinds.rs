@@ -3,19 +3,19 @@
 use std::{ffi::c_void, rc::Rc};
 
 use tatu_devices::{
-    actuators::{Actuator, Report},
-    sense::{BeamPlan, Device, Layout, ReadingBuffer},
+    actuators::{Actuator, ActuatorReading},
+    sense::{BeamPlan, FieldLayout, ReadingBuffer, SensorDevice},
 };
 use tatu_errors::{Error, Fault, FaultKind, Result};
 use tatu_plugin_api::{abi::*, safe::Value};
 use tatu_plugins::{
-    border::{ErrorSlot, answer},
+    border::{ErrorSlot, check_status},
     state_block::StateBlock,
-    watchdog::Call,
+    watchdog::PluginCall,
 };
 
-use super::{Made, make};
-use crate::cell::{Instance, WorldCell};
+use super::{NewInstance, create_instance};
+use crate::cell::{CommandInstance, WorldCell};
 
 /// Creates the instance of a sensor and requests its beams. No part of the world may be borrowed.
 pub(crate) fn create_sensor(
@@ -24,17 +24,17 @@ pub(crate) fn create_sensor(
     slot: u32,
     instance: tatu_instance,
     params: Vec<Value>,
-) -> Result<Device, String> {
+) -> Result<SensorDevice, String> {
     let kind = &world.model.registry.sensors[kind_index];
     let seed = instance.seed;
-    let Made { id, data, state } = make(world, kind.plugin, &kind.life, slot, instance, &params)?;
-    let mut device = Device::new(kind_index, slot, seed, (id, data, state), params);
-    let room = |layout: &Rc<Layout>| match world.devices.sensing.try_borrow() {
-        Ok(sensing) => sensing.check_room(layout, None),
+    let NewInstance { id, data, state } = create_instance(world, kind.plugin, &kind.life, slot, instance, &params)?;
+    let mut device = SensorDevice::new(kind_index, slot, seed, (id, data, state), params);
+    let room = |layout: &Rc<FieldLayout>| match world.devices.sensing.try_borrow() {
+        Ok(sensing) => sensing.check_memory(layout, None),
         Err(_) => Ok(()),
     };
-    match ask_layout(world, kind_index, slot, device.data).and_then(|layout| room(&layout).map(|()| layout)) {
-        Ok(layout) => device.lay_out(layout),
+    match request_layout(world, kind_index, slot, device.data).and_then(|layout| room(&layout).map(|()| layout)) {
+        Ok(layout) => device.set_layout(layout),
         Err(text) => {
             end_sensor(world, device);
             return Err(text);
@@ -44,25 +44,31 @@ pub(crate) fn create_sensor(
 }
 
 /// Ends the instance of a sensor. No part of the world may be borrowed.
-pub(crate) fn end_sensor(world: &WorldCell, sensor: Device) {
+pub(crate) fn end_sensor(world: &WorldCell, sensor: SensorDevice) {
     let kind = &world.model.registry.sensors[sensor.kind];
     if let Some(destroy) = kind.life.destroy {
         // SAFETY: `sensor.data` was made by this kind's `create` function, from a plugin that is never unloaded. It is
         // destroyed only once, since `sensor` is consumed.
-        world.cross_quietly(kind.plugin, Call::Destroy, sensor.slot, || unsafe { destroy(sensor.data) });
+        world.call_plugin_reporting(kind.plugin, PluginCall::Destroy, sensor.slot, || unsafe { destroy(sensor.data) });
     }
 }
 
 /// Requests the beams of an instance, and returns their layout, which sensors with equal layouts share. No part of the
 /// world may be borrowed.
-pub(crate) fn ask_layout(world: &WorldCell, kind: usize, slot: u32, data: *mut c_void) -> Result<Rc<Layout>, String> {
+pub(crate) fn request_layout(
+    world: &WorldCell,
+    kind: usize,
+    slot: u32,
+    data: *mut c_void,
+) -> Result<Rc<FieldLayout>, String> {
     let kind = &world.model.registry.sensors[kind];
     let inspector = world.model.registry.inspector.as_deref();
     // SAFETY: `data` points to a live instance of this kind, and the caller holds no borrow of the world.
-    let asked = world.cross(kind.plugin, Call::Beams, slot, || unsafe { BeamPlan::ask(data, kind, inspector) });
-    let plan = asked.map_err(|text| format!("{text} [{}]", Call::Beams.text()))?;
-    let layout = Layout::new(plan, kind)?;
-    let like_it = world.devices.sensing.try_borrow().ok().and_then(|s| s.like(&layout));
+    let asked =
+        world.call_plugin(kind.plugin, PluginCall::Beams, slot, || unsafe { BeamPlan::request(data, kind, inspector) });
+    let plan = asked.map_err(|text| format!("{text} [{}]", PluginCall::Beams.text()))?;
+    let layout = FieldLayout::new(plan, kind)?;
+    let like_it = world.devices.sensing.try_borrow().ok().and_then(|s| s.shared_layout(&layout));
     Ok(like_it.unwrap_or_else(|| Rc::new(layout)))
 }
 
@@ -79,12 +85,12 @@ pub(crate) fn create_actuator(
     let report = match info.readings {
         None => None,
         Some(readings) => {
-            let layout = ask_layout(world, readings, slot, std::ptr::null_mut())?;
-            Some(Report { fields: ReadingBuffer::new(layout.words()), layout, time: None })
+            let layout = request_layout(world, readings, slot, std::ptr::null_mut())?;
+            Some(ActuatorReading { fields: ReadingBuffer::new(layout.words()), layout, time: None })
         }
     };
-    let Made { data, state, .. } = make(world, info.plugin, &info.life, slot, instance, &params)?;
-    Ok(Actuator { object, slot, kind, data, state, params, off: false, idle_told: false, report })
+    let NewInstance { data, state, .. } = create_instance(world, info.plugin, &info.life, slot, instance, &params)?;
+    Ok(Actuator { object, slot, kind, data, state, params, off: false, idle_reported: false, report })
 }
 
 /// Ends the instance of an actuator. No part of the world may be borrowed.
@@ -93,28 +99,30 @@ pub(crate) fn end_actuator(world: &WorldCell, actuator: Actuator) {
     if let Some(destroy) = kind.life.destroy {
         // SAFETY: `actuator.data` was made by this kind's `create` function, from a plugin that is never unloaded. It
         // is destroyed only once, since `actuator` is consumed.
-        world.cross_quietly(kind.plugin, Call::Destroy, actuator.slot, || unsafe { destroy(actuator.data) });
+        world.call_plugin_reporting(kind.plugin, PluginCall::Destroy, actuator.slot, || unsafe {
+            destroy(actuator.data)
+        });
     }
 }
 
-impl Instance {
+impl CommandInstance {
     /// Creates a command plugin's instance for a world. No part of the world may be borrowed.
     pub fn create(cell: &WorldCell, plugin: usize, life: &tatu_life, id: u64) -> Result<Self> {
         let state = StateBlock::new(life.state_bytes);
-        let info = tatu_instance { state: state.place(), ..cell.instance_again(0, "", id) };
+        let info = tatu_instance { state: state.data_ptr(), ..cell.instance_info_with_id(0, "", id) };
         let (mut data, mut error) = (std::ptr::null_mut(), ErrorSlot::new());
         let p = &cell.model.registry.plugins[plugin];
         if let Some(create) = life.create {
             // SAFETY: `create` is from a plugin that is never unloaded. `info`, `data` and `error` live until the call
             // has returned, and the state block lives as long as the instance.
-            let made = || unsafe { answer(create(p.me, &info, &mut data, error.raw()), false, error.raw()) };
-            if cell.cross(plugin, Call::Create, 0, made) < 0 {
-                let (why, call) = (error.text(), Call::Create.text());
+            let made = || unsafe { check_status(create(p.me, &info, &mut data, error.raw()), false, error.raw()) };
+            if cell.call_plugin(plugin, PluginCall::Create, 0, made) < 0 {
+                let (why, call) = (error.text(), PluginCall::Create.text());
                 let text = format!("plugin `{}` cannot serve this world: {why} [{call}]", p.id);
                 return Err(Error::new("E403", text));
             }
         }
-        Ok(Instance { data, state, destroy: life.destroy })
+        Ok(CommandInstance { data, state, destroy: life.destroy })
     }
 
     /// Notifies the instance that the scripts of the run have ended. Returns whether it can continue to serve the
@@ -125,15 +133,15 @@ impl Instance {
         let mut error = ErrorSlot::new();
         // SAFETY: `self.data` was made by `create` and is alive, `error` lives until the call has returned, and no
         // borrow of the world is active.
-        let ended = || unsafe { answer(end_run(p.me, self.data, cell.raw(), error.raw()), false, error.raw()) };
-        if cell.cross(plugin, Call::EndRun, 0, ended) >= 0 {
+        let ended = || unsafe { check_status(end_run(p.me, self.data, cell.raw(), error.raw()), false, error.raw()) };
+        if cell.call_plugin(plugin, PluginCall::EndRun, 0, ended) >= 0 {
             return true;
         }
         let text = format!(
             "the instance of plugin `{}` is recreated after the run: {} [{}]",
             p.id,
             error.text(),
-            Call::EndRun.text()
+            PluginCall::EndRun.text()
         );
         cell.report(Fault::new(FaultKind::Plugin, text));
         false
@@ -144,7 +152,7 @@ impl Instance {
         if let Some(destroy) = self.destroy {
             // SAFETY: `self.data` was made by `create`, from a plugin that is never unloaded. It is destroyed only
             // once, since `self` is consumed.
-            cell.cross_quietly(plugin, Call::Destroy, 0, || unsafe { destroy(self.data) });
+            cell.call_plugin_reporting(plugin, PluginCall::Destroy, 0, || unsafe { destroy(self.data) });
         }
     }
 }

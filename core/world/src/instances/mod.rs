@@ -15,21 +15,21 @@ use tatu_plugin_api::{
     safe::{Owned, Value},
 };
 use tatu_plugins::{
-    Declared,
-    border::{ErrorSlot, answer},
+    ParameterSpec,
+    border::{ErrorSlot, check_status},
     state_block::{PAST_STATE, StateBlock},
-    watchdog::Call,
+    watchdog::PluginCall,
 };
 
 use crate::cell::WorldCell;
 
-pub(crate) use devices::{devices_now, end_devices, make_device, make_devices, remake_devices};
-pub(crate) use kinds::{ask_layout, create_actuator, create_sensor, end_actuator, end_sensor};
-pub use save::Missed;
-pub(crate) use save::{load_instance, save_instance, state_of};
+pub(crate) use devices::{create_device, create_devices, current_devices, end_devices, recreate_devices};
+pub(crate) use kinds::{create_actuator, create_sensor, end_actuator, end_sensor, request_layout};
+pub use save::UnsavedInstance;
+pub(crate) use save::{load_instance, save_instance, saved_state_block};
 
 /// A plugin's data for one device, and the state block that the host allocated for it.
-pub(crate) struct Made {
+pub(crate) struct NewInstance {
     pub id: u64,
     pub data: *mut c_void,
     /// The state block, whose address is stable until the instance ends.
@@ -37,49 +37,49 @@ pub(crate) struct Made {
 }
 
 /// Converts values to ABI form; also returns the memory of their spans.
-fn laid(params: &[Value]) -> (Vec<tatu_value>, Owned) {
+fn to_raw_values(params: &[Value]) -> (Vec<tatu_value>, Owned) {
     let mut owned = Owned::default();
     (params.iter().map(|p| owned.raw(p)).collect(), owned)
 }
 
 /// Creates an instance with the values of its declared parameters. No part of the world may be borrowed.
-pub(crate) fn make(
+pub(crate) fn create_instance(
     world: &WorldCell,
     plugin: usize,
     life: &tatu_life,
     slot: u32,
     instance: tatu_instance,
     params: &[Value],
-) -> Result<Made, String> {
-    let (raw, _room) = laid(params);
+) -> Result<NewInstance, String> {
+    let (raw, _room) = to_raw_values(params);
     let state = StateBlock::new(life.state_bytes);
-    let info = tatu_instance { n_params: raw.len() as u32, params: raw.as_ptr(), state: state.place(), ..instance };
+    let info = tatu_instance { n_params: raw.len() as u32, params: raw.as_ptr(), state: state.data_ptr(), ..instance };
     let (mut data, mut error) = (std::ptr::null_mut(), ErrorSlot::new());
     if let Some(create) = life.create {
         let me = world.model.registry.plugins[plugin].me;
         // SAFETY: `create` is from a plugin that is never unloaded. `info`, the data that it points to, `data` and
         // `error` live until the call has returned.
-        let made = || unsafe { answer(create(me, &info, &mut data, error.raw()), false, error.raw()) };
-        if world.cross(plugin, Call::Create, slot, made) < 0 {
-            return Err(format!("{} [{}]", error.text(), Call::Create.text()));
+        let made = || unsafe { check_status(create(me, &info, &mut data, error.raw()), false, error.raw()) };
+        if world.call_plugin(plugin, PluginCall::Create, slot, made) < 0 {
+            return Err(format!("{} [{}]", error.text(), PluginCall::Create.text()));
         }
-        if !state.is_whole() {
-            return Err(format!("{PAST_STATE} [{}]", Call::Create.text()));
+        if !state.guards_intact() {
+            return Err(format!("{PAST_STATE} [{}]", PluginCall::Create.text()));
         }
     }
-    Ok(Made { id: info.id, data, state })
+    Ok(NewInstance { id: info.id, data, state })
 }
 
 /// A live instance: the index of its plugin, the slot of its object, and the plugin's data.
 #[derive(Clone, Copy)]
-pub(crate) struct Living {
+pub(crate) struct InstanceRef {
     pub plugin: usize,
     pub slot: u32,
     pub data: *mut c_void,
 }
 
 /// Returns whether a change of the parameter at `at` is passed to the live instance instead of recreating the instance.
-pub(crate) fn takes_changes(life: &tatu_life, declared: &[Declared], at: usize) -> bool {
+pub(crate) fn is_configurable(life: &tatu_life, declared: &[ParameterSpec], at: usize) -> bool {
     let rebuilds = declared.get(at).is_none_or(|d| d.flags & TATU_PARAM_REBUILDS != 0);
     // The mask of changed parameters has 64 bits.
     life.configure.is_some() && !rebuilds && at < 64
@@ -89,7 +89,7 @@ pub(crate) fn takes_changes(life: &tatu_life, declared: &[Declared], at: usize) 
 /// recreated instead. No part of the world may be borrowed.
 pub(crate) fn configure(
     world: &WorldCell,
-    of: Living,
+    of: InstanceRef,
     life: &tatu_life,
     params: &[Value],
     at: usize,
@@ -97,26 +97,26 @@ pub(crate) fn configure(
     let Some(configure) = life.configure else { return Ok(false) };
     // `configure` may itself set parameters, so it is counted as a nested call.
     let Some(_level) = world.run.calls.enter() else { return Err("calls are nested too deeply".to_owned()) };
-    let (raw, _room) = laid(params);
+    let (raw, _room) = to_raw_values(params);
     let mut error = ErrorSlot::new();
     // SAFETY: `of.data` points to a live instance of the plugin, which is never unloaded; the values and the error
     // object live until the call has returned.
     let run = || unsafe {
-        answer(configure(of.data, raw.as_ptr(), raw.len() as u32, 1 << at, error.raw()), false, error.raw())
+        check_status(configure(of.data, raw.as_ptr(), raw.len() as u32, 1 << at, error.raw()), false, error.raw())
     };
-    let status = world.cross(of.plugin, Call::Configure, of.slot, run);
-    if status == TATU_ERR_UNSUPPORTED && !error.has_said() {
+    let status = world.call_plugin(of.plugin, PluginCall::Configure, of.slot, run);
+    if status == TATU_ERR_UNSUPPORTED && !error.has_error() {
         return Ok(false);
     }
     if status < 0 {
         let plugin = &world.model.registry.plugins[of.plugin].id;
-        return Err(format!("plugin `{plugin}`: {} [{}]", error.text(), Call::Configure.text()));
+        return Err(format!("plugin `{plugin}`: {} [{}]", error.text(), PluginCall::Configure.text()));
     }
     Ok(true)
 }
 
 /// Returns the values of declared parameters: the values given in a document, otherwise the defaults.
-pub(crate) fn filled(declared: &[Declared], given: &[(String, Value)]) -> Vec<Value> {
+pub(crate) fn params_with_defaults(declared: &[ParameterSpec], given: &[(String, Value)]) -> Vec<Value> {
     declared
         .iter()
         .map(|p| given.iter().rev().find(|(k, _)| *k == p.key).map_or_else(|| p.fallback.clone(), |(_, v)| v.clone()))

@@ -6,16 +6,16 @@ use serde::{Deserialize, Serialize};
 use tatu_errors::{Fault, FaultKind};
 use tatu_plugin_api::abi::*;
 use tatu_plugins::{
-    border::{ErrorSlot, answer, raw},
-    watchdog::Call,
+    border::{ErrorSlot, check_status, raw},
+    watchdog::PluginCall,
 };
 
-use super::Living;
+use super::InstanceRef;
 use crate::cell::{InstanceImage, WorldCell};
 
 /// An instance whose state could not be saved.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Missed {
+pub struct UnsavedInstance {
     /// Description of its owner, such as "the script of /Robot"; empty for the world.
     pub object: String,
     /// Id of its plugin.
@@ -24,7 +24,7 @@ pub struct Missed {
     pub reason: String,
 }
 
-impl std::fmt::Display for Missed {
+impl std::fmt::Display for UnsavedInstance {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self.object.as_str() {
             "" => write!(f, "plugin `{}`: {}", self.plugin, self.reason),
@@ -47,7 +47,7 @@ unsafe extern "C" fn write(writer: *const tatu_writer, bytes: *const c_void, n: 
 /// only if the plugin panicked or broke the contract. No part of the world may be borrowed.
 pub(crate) fn save_instance(
     world: &WorldCell,
-    of: &Living,
+    of: &InstanceRef,
     life: &tatu_life,
     state: &[u64],
 ) -> Result<InstanceImage, String> {
@@ -66,16 +66,17 @@ pub(crate) fn save_instance(
     let mut error = ErrorSlot::new();
     // SAFETY: `of.data` points to a live instance of the plugin, which is never unloaded; the writer and its vector
     // live until the call has returned.
-    let status = world.cross(of.plugin, Call::Save, of.slot, || unsafe { save(of.data, &writer, error.raw()) });
-    if error.answer(status, false) == TATU_OK {
+    let status =
+        world.call_plugin(of.plugin, PluginCall::Save, of.slot, || unsafe { save(of.data, &writer, error.raw()) });
+    if error.check_status(status, false) == TATU_OK {
         return Ok(image);
     }
     if status == TATU_ERR_PANIC || !(TATU_ERR_MEMORY..0).contains(&status) {
         let plugin = &world.model.registry.plugins[of.plugin].id;
-        let text = format!("plugin `{plugin}` {} [{}]", error.text(), Call::Save.text());
+        let text = format!("plugin `{plugin}` {} [{}]", error.text(), PluginCall::Save.text());
         let mut fault = Fault::new(FaultKind::Plugin, text);
         fault.plugin = Some(plugin.clone());
-        fault.object = world.border.watch.name_of(of.slot);
+        fault.object = world.monitor.watch.name_of(of.slot);
         world.report(fault);
     }
     Err(error.text())
@@ -84,7 +85,7 @@ pub(crate) fn save_instance(
 /// Restores the saved state of an instance. No part of the world may be borrowed.
 pub(crate) fn load_instance(
     world: &WorldCell,
-    of: &Living,
+    of: &InstanceRef,
     life: &tatu_life,
     image: &InstanceImage,
 ) -> Result<(), String> {
@@ -97,21 +98,21 @@ pub(crate) fn load_instance(
     };
     let (mut saved, mut version) = (std::borrow::Cow::Borrowed(&image.saved), image.version);
     if let Some(inspector) = &world.model.registry.inspector {
-        inspector.loads(of.plugin, saved.to_mut(), &mut version);
+        inspector.before_load(of.plugin, saved.to_mut(), &mut version);
     }
     let mut error = ErrorSlot::new();
     // SAFETY: `of.data` points to a live instance of the plugin, which is never unloaded; the bytes and the error
     // object live until the call has returned.
-    let run = || unsafe { answer(load(of.data, raw(&saved), version, error.raw()), false, error.raw()) };
-    if world.cross(of.plugin, Call::Restore, of.slot, run) < 0 {
+    let run = || unsafe { check_status(load(of.data, raw(&saved), version, error.raw()), false, error.raw()) };
+    if world.call_plugin(of.plugin, PluginCall::Restore, of.slot, run) < 0 {
         let plugin = &world.model.registry.plugins[of.plugin].id;
-        return Err(format!("{} [{} of `{plugin}`]", error.text(), Call::Restore.text()));
+        return Err(format!("{} [{} of `{plugin}`]", error.text(), PluginCall::Restore.text()));
     }
     Ok(())
 }
 
 /// Returns the state block of an image if its version and size match those of `life`, otherwise zeros.
-pub(crate) fn state_of(life: &tatu_life, image: &InstanceImage) -> Vec<u64> {
+pub(crate) fn saved_state_block(life: &tatu_life, image: &InstanceImage) -> Vec<u64> {
     let words = (life.state_bytes as usize).div_ceil(8);
     if image.version == life.version && image.state.len() == words { image.state.clone() } else { vec![0; words] }
 }

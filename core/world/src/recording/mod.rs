@@ -2,10 +2,10 @@
 
 mod source;
 
-pub(crate) use source::check;
+pub(crate) use source::warn_of_invalid_streams;
 use tatu_errors::Refusal;
 use tatu_plugin_api::abi::*;
-use tatu_scene::Data;
+use tatu_scene::ObjectVariant;
 
 use crate::{cell::WorldCell, recording::source::number};
 
@@ -21,7 +21,7 @@ pub(crate) fn record_due(world: &WorldCell, time: f64) -> Result<usize, Refusal>
         let figures = world.devices.figures.try_borrow().map_err(|_| busy())?;
         let is_due = |object: &u64| {
             let slot = scene.resolve(*object).ok();
-            matches!(slot.and_then(|s| scene.get(s)).map(|o| &o.data), Some(Data::Graph(g)) if !g.explicit)
+            matches!(slot.and_then(|s| scene.get(s)).map(|o| &o.data), Some(ObjectVariant::Graph(g)) if !g.explicit)
         };
         figures.graphs.keys().copied().filter(is_due).collect()
     };
@@ -43,6 +43,6 @@ pub(crate) fn record(world: &WorldCell, object: tatu_object, time: f64) -> Resul
             false => number(world, &scene, slot, &s.spec.of, &s.spec.data),
         })
         .collect();
-    graph.take(time, &numbers);
+    graph.add_sample(time, &numbers);
     Ok(())
 }

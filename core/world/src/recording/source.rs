@@ -4,16 +4,16 @@ use tatu_plugin_api::{
     abi::{TATU_LOG_WARNING, tatu_slot},
     safe::Value,
 };
-use tatu_scene::{self, Scene, rows::Row};
+use tatu_scene::{self, Scene, property_table::Property};
 
 use crate::cell::WorldCell;
 
 /// Short names of the most commonly recorded values.
-const SHORT: &[(&str, &str)] =
+const SHORT_NAMES: &[(&str, &str)] =
     &[("x", "object.world_pose[0]"), ("y", "object.world_pose[1]"), ("z", "object.world_pose[2]")];
 
 /// Warns of streams whose object does not exist at the start, or whose value no kind of object has.
-pub(crate) fn check(world: &WorldCell) {
+pub(crate) fn warn_of_invalid_streams(world: &WorldCell) {
     let (scene, figures) = (world.state.scene.borrow(), world.devices.figures.borrow());
     for (object, graph) in &figures.graphs {
         for spec in graph.streams.iter().map(|s| &s.spec).filter(|s| !s.of.is_empty()) {
@@ -33,7 +33,7 @@ pub(crate) fn check(world: &WorldCell) {
 fn is_known(world: &WorldCell, data: &str) -> bool {
     let key = data.split_once('[').map_or(data, |(key, _)| key);
     ["x", "y", "z", "alpha", "beta", "gamma", "speed", "turning"].contains(&data)
-        || Row::by_key(key).is_some()
+        || Property::by_key(key).is_some()
         || world.model.registry.sensors.iter().flat_map(|s| &s.fields).any(|f| f.name == key)
 }
 
@@ -53,12 +53,12 @@ pub fn number(world: &WorldCell, scene: &Scene, graph: u32, of: &str, data: &str
         }
         _ => {}
     }
-    let data = SHORT.iter().find(|(short, _)| *short == data).map_or(data, |(_, long)| long);
+    let data = SHORT_NAMES.iter().find(|(short, _)| *short == data).map_or(data, |(_, long)| long);
     let (key, index) = match data.strip_suffix(']').and_then(|d| d.split_once('[')) {
         Some((key, index)) => (key, index.parse().ok()?),
         None => (data, 0),
     };
-    let value = match Row::by_key(key) {
+    let value = match Property::by_key(key) {
         Some(row) => tatu_scene::get(scene, slot, row).ok()?,
         None => {
             let sensing = world.devices.sensing.try_borrow().ok()?;

@@ -8,38 +8,38 @@ use std::{collections::BTreeMap, path::PathBuf, rc::Rc, sync::Arc};
 use tatu_errors::Error;
 use tatu_plugin_api::{
     abi::*,
-    safe::{MOST_BYTES, Value, read_plain},
+    safe::{MAX_FILE_BYTES, Value, read_plain},
 };
 use tatu_scene::{
-    self, Data, Kind, Scene, Shape,
+    self, ObjectKind, ObjectVariant, Scene, Shape,
     document::{Document, ObjectSpec, ScriptSpec},
-    rows::Row,
+    property_table::Property,
 };
 
 use super::ReloadReport;
 use crate::{
     cell::{Script, Scripts, WorldCell},
-    instances::filled,
+    instances::params_with_defaults,
     run::World,
-    scripts::Handed,
+    scripts::StateTransfer,
 };
 
 /// A document, and the scene that it describes.
-struct Described<'a> {
+struct DocumentScene<'a> {
     document: &'a Document,
     scene: Scene,
     slots: Vec<u32>,
 }
 
-impl<'a> Described<'a> {
+impl<'a> DocumentScene<'a> {
     fn new(document: &'a Document) -> Self {
         let (scene, slots) = document.instantiate();
-        Described { document, scene, slots }
+        DocumentScene { document, scene, slots }
     }
 
     /// Returns the position of each object: its parent, its alias, and its number among siblings with the same alias,
     /// from 1.
-    fn places(&self) -> Vec<(Option<usize>, &'a str, usize)> {
+    fn tree_positions(&self) -> Vec<(Option<usize>, &'a str, usize)> {
         let mut seen: BTreeMap<(Option<usize>, &str), usize> = BTreeMap::new();
         let all = self.document.objects.iter();
         all.map(|o| {
@@ -50,9 +50,9 @@ impl<'a> Described<'a> {
         .collect()
     }
 
-    fn value(&self, object: usize, row: Row) -> Option<Value> {
-        if row == Row::PARTS {
-            let last = self.document.objects[object].rows.iter().rev().find(|(r, _)| *r == row);
+    fn value(&self, object: usize, row: Property) -> Option<Value> {
+        if row == Property::PARTS {
+            let last = self.document.objects[object].properties.iter().rev().find(|(r, _)| *r == row);
             return last.map(|(_, v)| v.clone());
         }
         tatu_scene::get(&self.scene, self.slots[object], row).ok()
@@ -60,10 +60,10 @@ impl<'a> Described<'a> {
 }
 
 /// Returns, for each object of the new document, its index in the old document, or `None` if it is new.
-fn pairs(old: &Described<'_>, new: &Described<'_>) -> Vec<Option<usize>> {
-    let by_place: BTreeMap<_, usize> = old.places().into_iter().enumerate().map(|(i, p)| (p, i)).collect();
+fn match_objects(old: &DocumentScene<'_>, new: &DocumentScene<'_>) -> Vec<Option<usize>> {
+    let by_place: BTreeMap<_, usize> = old.tree_positions().into_iter().enumerate().map(|(i, p)| (p, i)).collect();
     let mut out: Vec<Option<usize>> = Vec::new();
-    for (i, (parent, alias, count)) in new.places().into_iter().enumerate() {
+    for (i, (parent, alias, count)) in new.tree_positions().into_iter().enumerate() {
         // Parents precede their children.
         let above = parent.map(|p| out[p]);
         let found = match above {
@@ -82,11 +82,11 @@ fn same_kind(a: &ObjectSpec, b: &ObjectSpec) -> bool {
 impl World {
     /// Applies the differences between a document and the world's current one, between two steps: properties,
     /// parameters, scripts. The report lists changes that require a restart.
-    pub fn take_document(&self, new: Arc<Document>) -> ReloadReport {
+    pub fn apply_document(&self, new: Arc<Document>) -> ReloadReport {
         let cell: &WorldCell = self.cell();
         let old = cell.model.document.shared();
-        let (was, is) = (Described::new(&old), Described::new(&new));
-        let pairs = pairs(&was, &is);
+        let (was, is) = (DocumentScene::new(&old), DocumentScene::new(&new));
+        let pairs = match_objects(&was, &is);
         let origins = std::mem::take(&mut *cell.model.origins.borrow_mut());
         let mut told = ReloadReport::default();
         let mut restart: Vec<String> = Vec::new();
@@ -102,13 +102,13 @@ impl World {
             let object = origins.get(j).copied().unwrap_or(0);
             let slot = cell.state.scene.borrow().resolve(object).ok().filter(|_| object != 0);
             let Some(slot) = slot else { continue };
-            let mut keys = self.take_rows(slot, (&was, j), (&is, i), &mut restart);
-            keys.extend(self.take_parameters(slot, &old.objects[j], &new.objects[i], &mut told));
+            let mut keys = self.apply_properties(slot, (&was, j), (&is, i), &mut restart);
+            keys.extend(self.apply_parameters(slot, &old.objects[j], &new.objects[i], &mut told));
             if !keys.is_empty() {
-                told.taken += 1;
+                told.applied += 1;
                 told.notes.push(format!("reloaded {path}: {}", keys.join(", ")));
             }
-            self.take_scripts(slot, &old.objects[j], &new.objects[i], &mut told, &mut restart);
+            self.apply_scripts(slot, &old.objects[j], &new.objects[i], &mut told, &mut restart);
         }
         for j in (0..old.objects.len()).filter(|j| !pairs.contains(&Some(*j))) {
             restart.push(format!("{} was removed", was.scene.path(was.slots[j])));
@@ -133,32 +133,40 @@ impl World {
     }
 
     /// Sets the properties that differ, and returns their keys.
-    fn take_rows(
+    fn apply_properties(
         &self,
         slot: u32,
-        (was, j): (&Described<'_>, usize),
-        (is, i): (&Described<'_>, usize),
+        (was, j): (&DocumentScene<'_>, usize),
+        (is, i): (&DocumentScene<'_>, usize),
         restart: &mut Vec<String>,
     ) -> Vec<String> {
         let cell: &WorldCell = self.cell();
-        let written =
-            |d: &Described<'_>, n: usize| d.document.objects[n].rows.iter().map(|(r, _)| *r).collect::<Vec<_>>();
+        let written = |d: &DocumentScene<'_>, n: usize| {
+            d.document.objects[n].properties.iter().map(|(r, _)| *r).collect::<Vec<_>>()
+        };
         let mut rows = written(is, i);
         rows.extend(written(was, j));
         // The first four properties are applied together as `pose`, which includes the position of a model. Meshes and
         // textures are handled below.
-        let parts = [Row::POSITION, Row::QUATERNION, Row::ORIENTATION, Row::WORLD_POSE, Row::MESH, Row::TEXTURE];
+        let parts = [
+            Property::POSITION,
+            Property::QUATERNION,
+            Property::ORIENTATION,
+            Property::WORLD_POSE,
+            Property::MESH,
+            Property::TEXTURE,
+        ];
         rows.retain(|r| !parts.contains(r));
-        rows.push(Row::POSE);
+        rows.push(Property::POSE);
         let mut keys: Vec<String> = Vec::new();
-        fn shape<'s>(d: &'s Described<'_>, n: usize) -> Option<&'s Shape> {
+        fn shape<'s>(d: &'s DocumentScene<'_>, n: usize) -> Option<&'s Shape> {
             d.scene.get(d.slots[n])?.shape()
         }
         if let (Some(old), Some(new)) = (shape(was, j), shape(is, i)) {
             let (other_mesh, other_texture) = (old.mesh != new.mesh, old.texture != new.texture);
             if other_mesh || other_texture {
-                self.each_scene(|scene| {
-                    let Some(Data::Shape(s)) = scene.get_mut(slot).map(|o| &mut o.data) else { return };
+                self.for_each_scene(|scene| {
+                    let Some(ObjectVariant::Shape(s)) = scene.get_mut(slot).map(|o| &mut o.data) else { return };
                     if other_mesh {
                         s.mesh.clone_from(&new.mesh);
                     }
@@ -168,8 +176,8 @@ impl World {
                     scene.touch(slot);
                 });
             }
-            keys.extend(other_mesh.then(|| Row::MESH.key().into()));
-            keys.extend(other_texture.then(|| Row::TEXTURE.key().into()));
+            keys.extend(other_mesh.then(|| Property::MESH.key().into()));
+            keys.extend(other_texture.then(|| Property::TEXTURE.key().into()));
         }
         for row in rows {
             let key = row.key();
@@ -193,7 +201,7 @@ impl World {
     }
 
     /// Calls `f` with the running scene, and with the scene that a stop restores.
-    fn each_scene(&self, mut f: impl FnMut(&mut Scene)) {
+    fn for_each_scene(&self, mut f: impl FnMut(&mut Scene)) {
         let cell: &WorldCell = self.cell();
         f(&mut cell.state.scene.borrow_mut());
         if let Some(initial) = &mut *cell.model.initial.borrow_mut() {
@@ -201,7 +209,7 @@ impl World {
         }
     }
 
-    fn set_row(&self, slot: u32, row: Row, value: &Value, restart: &mut Vec<String>) -> bool {
+    fn set_row(&self, slot: u32, row: Property, value: &Value, restart: &mut Vec<String>) -> bool {
         let cell: &WorldCell = self.cell();
         match cell.set_property(slot, row, value) {
             Ok(()) => {
@@ -219,22 +227,23 @@ impl World {
     }
 
     /// Applies the parameters and commands of a sensor or actuator that differ, and returns their keys.
-    fn take_parameters(&self, slot: u32, old: &ObjectSpec, new: &ObjectSpec, told: &mut ReloadReport) -> Vec<String> {
+    fn apply_parameters(&self, slot: u32, old: &ObjectSpec, new: &ObjectSpec, told: &mut ReloadReport) -> Vec<String> {
         let cell: &WorldCell = self.cell();
         let (Some(was), Some(is)) = (&old.device, &new.device) else { return Vec::new() };
         if was.params == is.params {
             return Vec::new();
         }
         let info = cell.model.registry.device(new.is_actuator(), is.kind);
-        let differing = |declared: &[tatu_plugins::Declared]| -> Vec<(usize, Value)> {
-            let pairs = filled(declared, &was.params).into_iter().zip(filled(declared, &is.params));
+        let differing = |declared: &[tatu_plugins::ParameterSpec]| -> Vec<(usize, Value)> {
+            let pairs =
+                params_with_defaults(declared, &was.params).into_iter().zip(params_with_defaults(declared, &is.params));
             pairs.enumerate().filter(|(_, (a, b))| a != b).map(|(at, (_, b))| (at, b)).collect()
         };
         let mut keys = Vec::new();
         for (at, value) in differing(info.commands) {
             let Value::Float(x) = value else { continue };
-            self.each_scene(|scene| {
-                if let Some(Data::Actuator(a)) = scene.get_mut(slot).map(|o| &mut o.data)
+            self.for_each_scene(|scene| {
+                if let Some(ObjectVariant::Actuator(a)) = scene.get_mut(slot).map(|o| &mut o.data)
                     && let Some(place) = a.commands.get_mut(at)
                 {
                     *place = x;
@@ -248,7 +257,7 @@ impl World {
         }
         let object = cell.state.scene.borrow().id(slot);
         let live = match new.kind {
-            Kind::Sensor => cell.devices.sensing.borrow().device(slot).map(|d| d.params.clone()),
+            ObjectKind::Sensor => cell.devices.sensing.borrow().device(slot).map(|d| d.params.clone()),
             _ => cell.devices.actuators.borrow().device(object).map(|d| d.params.clone()),
         };
         let Some(mut live) = live else { return keys };
@@ -256,7 +265,7 @@ impl World {
             live[*at] = value.clone();
         }
         let path = cell.state.scene.borrow().path(slot);
-        match self.remake_device(slot, live) {
+        match self.recreate_device(slot, live) {
             Ok(reset) => {
                 keys.extend(params.iter().map(|(at, _)| info.params[*at].key.clone()));
                 told.notes.extend(reset.map(|why| format!("{path} starts over: {why}")));
@@ -276,7 +285,7 @@ impl World {
     }
 
     /// Replaces the scripts that differ.
-    fn take_scripts(
+    fn apply_scripts(
         &self,
         slot: u32,
         old: &ObjectSpec,
@@ -297,40 +306,40 @@ impl World {
             }
             let script = there.get(n).and_then(|s| cell.run.scripts.borrow().by_slot(*s));
             let Some(script) = script else { continue };
-            self.exchange(&script, is, &format!("the script {} of {}", is.name, script.owner(cell)), told);
+            self.replace_script(&script, is, &format!("the script {} of {}", is.name, script.owner(cell)), told);
         }
         cell.restore_process_state("the reload of scripts");
     }
 
     /// Replaces scripts that are not part of the document and whose files have changed.
-    pub(super) fn take_outside(&self, changed: &[PathBuf]) -> ReloadReport {
+    pub(super) fn reload_external_scripts(&self, changed: &[PathBuf]) -> ReloadReport {
         let (cell, mut told): (&WorldCell, ReloadReport) = (self.cell(), ReloadReport::default());
-        for script in Scripts::from_outside(cell) {
+        for script in Scripts::outside_document(cell) {
             let Some(file) = changed.iter().find(|f| f.display().to_string() == script.name) else { continue };
             // A file that cannot be read at present is ignored.
-            let Ok(text) = read_plain(file, MOST_BYTES) else { continue };
+            let Ok(text) = read_plain(file, MAX_FILE_BYTES) else { continue };
             let spec = script.spec(text);
-            self.exchange(&script, &spec, &format!("the {} {}", spec.kind, spec.name), &mut told);
+            self.replace_script(&script, &spec, &format!("the {} {}", spec.kind, spec.name), &mut told);
         }
         cell.restore_process_state("the reload of scripts");
         told
     }
 
     /// Replaces the source of a script, and adds the result to the report.
-    fn exchange(&self, script: &Rc<Script>, spec: &ScriptSpec, what: &str, told: &mut ReloadReport) {
+    fn replace_script(&self, script: &Rc<Script>, spec: &ScriptSpec, what: &str, told: &mut ReloadReport) {
         let cell: &WorldCell = self.cell();
-        match script.renewed(cell, Some(spec)) {
+        match script.create_replacement(cell, Some(spec)) {
             Err(e) => told.warnings.push(e),
             Ok(next) => {
-                let image = script.written(cell);
+                let image = script.save_for_replacement(cell);
                 let handed = Scripts::replace(cell, script, &next, image);
                 script.end_replaced(cell);
                 let state = match handed {
-                    Handed::Kept => "state kept".to_owned(),
-                    Handed::Begun => "it begins".to_owned(),
-                    Handed::Reset(why) => format!("state reset: {why}"),
+                    StateTransfer::Continued => "state kept".to_owned(),
+                    StateTransfer::Fresh => "it begins".to_owned(),
+                    StateTransfer::Reset(why) => format!("state reset: {why}"),
                 };
-                told.taken += 1;
+                told.applied += 1;
                 told.notes.push(format!("reloaded {what} ({state})"));
             }
         }
@@ -343,11 +352,11 @@ pub(crate) fn change_script(cell: &WorldCell, script: &Rc<Script>, text: Vec<u8>
     if script.depth.get() > 0 {
         return Err(Error::new("E305", "a script cannot be replaced while it runs"));
     }
-    let next = script.renewed(cell, Some(&script.spec(text)))?;
-    let image = script.written(cell);
+    let next = script.create_replacement(cell, Some(&script.spec(text)))?;
+    let image = script.save_for_replacement(cell);
     let handed = Scripts::replace(cell, script, &next, image);
     script.end_replaced(cell);
-    if let Handed::Reset(why) = handed {
+    if let StateTransfer::Reset(why) = handed {
         cell.log(TATU_LOG_INFO, &format!("the script {} starts over: {why}", next.name));
     }
     cell.restore_process_state("the exchange of a script");

@@ -2,45 +2,46 @@
 
 use std::{rc::Rc, sync::Arc};
 
-use tatu_devices::{actuators::Actuator, sense::Device};
+use tatu_devices::{actuators::Actuator, sense::SensorDevice};
 use tatu_errors::{Error, Result};
 use tatu_plugin_api::{abi::*, safe::Value};
-use tatu_plugins::{Declared, Registry};
-use tatu_scene::Data;
+use tatu_plugins::{ParameterSpec, Registry};
+use tatu_scene::ObjectVariant;
 
 use super::ReloadReport;
 use crate::{
-    cell::{Instance, Script, Scripts, WorldCell},
+    cell::{CommandInstance, Script, Scripts, WorldCell},
     instances::{
-        Living, create_actuator, create_sensor, end_actuator, end_sensor, filled, load_instance, save_instance,
+        InstanceRef, create_actuator, create_sensor, end_actuator, end_sensor, load_instance, params_with_defaults,
+        save_instance,
     },
     run::World,
-    scripts::{Handed, Written},
+    scripts::{SaveResult, StateTransfer},
 };
 /// A device that is being replaced: its object, the state that the old instance saved, and the parameters of the new
 /// instance.
-struct Moving {
+struct DeviceReplacement {
     slot: u32,
     kind: usize,
     id: u64,
     params: Vec<Value>,
     /// Keys of parameters that no longer exist.
     dropped: Vec<String>,
-    image: Written,
+    image: SaveResult,
 }
 
 /// Instances that are put into use or destroyed together: those that the new version has created, or those that they
 /// replace.
 #[derive(Default)]
-struct Made {
-    sensors: Vec<Device>,
+struct InstanceSet {
+    sensors: Vec<SensorDevice>,
     actuators: Vec<Actuator>,
-    instance: Option<Instance>,
+    instance: Option<CommandInstance>,
     scripts: Vec<Rc<Script>>,
 }
 
-impl Made {
-    fn undo(self, cell: &WorldCell, plugin: usize) {
+impl InstanceSet {
+    fn end_all(self, cell: &WorldCell, plugin: usize) {
         self.scripts.into_iter().for_each(|s| s.end_replaced(cell));
         self.sensors.into_iter().for_each(|d| end_sensor(cell, d));
         self.actuators.into_iter().for_each(|d| end_actuator(cell, d));
@@ -52,11 +53,11 @@ impl Made {
 
 /// Passes the saved state of the old instance to a new one, and its state block to `block`. On failure, returns the
 /// reason why the new instance starts from scratch.
-fn hand_over(
+fn transfer_state(
     cell: &WorldCell,
-    of: &Living,
+    of: &InstanceRef,
     life: &tatu_life,
-    image: &Written,
+    image: &SaveResult,
     block: &mut dyn FnMut(&[u64]),
 ) -> Result<(), String> {
     let image = image.as_ref().map_err(Clone::clone)?;
@@ -72,15 +73,15 @@ fn hand_over(
     Err(format!("its saved state has version {}, but version {} is required", image.version, life.version))
 }
 
-fn by_key(declared: &[Declared], params: &[Value]) -> Vec<(String, Value)> {
+fn params_by_key(declared: &[ParameterSpec], params: &[Value]) -> Vec<(String, Value)> {
     declared.iter().map(|d| d.key.clone()).zip(params.iter().cloned()).collect()
 }
 
 /// Returns the values of the parameters that the new version declares, and the keys of parameters that no longer exist.
-fn moved_params(old: &[Declared], new: &[Declared], params: &[Value]) -> (Vec<Value>, Vec<String>) {
-    let given: Vec<_> = by_key(old, params).into_iter().filter(|(_, v)| *v != Value::Nil).collect();
+fn carry_over_params(old: &[ParameterSpec], new: &[ParameterSpec], params: &[Value]) -> (Vec<Value>, Vec<String>) {
+    let given: Vec<_> = params_by_key(old, params).into_iter().filter(|(_, v)| *v != Value::Nil).collect();
     let lost = old.iter().filter(|o| !new.iter().any(|n| n.key == o.key)).map(|o| o.key.clone()).collect();
-    (filled(new, &given), lost)
+    (params_with_defaults(new, &given), lost)
 }
 
 fn path_of(cell: &WorldCell, slot: u32) -> String {
@@ -88,12 +89,12 @@ fn path_of(cell: &WorldCell, slot: u32) -> String {
 }
 
 /// Returns the description passed to the replacement of an instance.
-fn info(cell: &WorldCell, slot: u32, id: u64) -> tatu_instance {
+fn replacement_info(cell: &WorldCell, slot: u32, id: u64) -> tatu_instance {
     let (owner, name) = {
         let scene = cell.state.scene.borrow();
         (scene.id(slot), scene.get(slot).map_or(String::new(), |o| o.name()))
     };
-    cell.instance_again(owner, &name, id)
+    cell.instance_info_with_id(owner, &name, id)
 }
 
 impl World {
@@ -106,22 +107,22 @@ impl World {
         let cell: &WorldCell = self.cell();
         let old = cell.model.registry.shared();
         let file = old.plugins[plugin].path.display().to_string();
-        if let Some(id) = cell.run.outside.session().and_then(|s| s.service_of(plugin)) {
+        if let Some(id) = cell.run.connections.session().and_then(|s| s.service_of(plugin)) {
             let text = format!("the plugin {file} cannot be replaced while its service `{id}` runs");
             return Err(Error::new("E305", text).help("restart the run to use the new version"));
         }
-        let new = Arc::new(old.renewed(plugin)?);
+        let new = Arc::new(old.with_reloaded_plugin(plugin)?);
         let mut told = ReloadReport::default();
         told.warnings.extend(new.refused.iter().cloned());
         told.notes.extend(new.notes.iter().cloned());
         let name = &new.plugins[plugin];
         let version = format!("{} {}", name.id, name.version);
-        let resets = exchange(cell, plugin, &old, &new).map_err(|mut e| {
+        let resets = replace_instances(cell, plugin, &old, &new).map_err(|mut e| {
             e.text = format!("the new version of {file} is refused: {}", e.text);
             e
         })?;
         cell.restore_process_state("the exchange of a plugin");
-        told.taken = 1;
+        told.applied = 1;
         told.notes.push(format!("reloaded the plugin {version} from {file}"));
         told.notes.extend(resets);
         Ok(told)
@@ -129,39 +130,41 @@ impl World {
 
     /// Recreates the instance of a sensor or actuator with different parameters, and passes the old state to the new
     /// instance. If the state could not be passed on, returns the reason.
-    pub(super) fn remake_device(&self, slot: u32, params: Vec<Value>) -> Result<Option<String>, String> {
+    pub(super) fn recreate_device(&self, slot: u32, params: Vec<Value>) -> Result<Option<String>, String> {
         let cell: &WorldCell = self.cell();
         let object = cell.state.scene.borrow().id(slot);
         let sensor = cell.devices.sensing.borrow().index(slot);
         if let Some(i) = sensor {
-            let mut moving = moving_sensor(cell, i);
+            let mut moving = save_sensor(cell, i);
             moving.params = params;
-            let made = create_sensor(cell, moving.kind, slot, info(cell, slot, moving.id), moving.params.clone())?;
-            let (gone, why) = place_sensor(cell, made, &moving, false);
+            let made =
+                create_sensor(cell, moving.kind, slot, replacement_info(cell, slot, moving.id), moving.params.clone())?;
+            let (gone, why) = install_sensor(cell, made, &moving, false);
             gone.into_iter().for_each(|d| end_sensor(cell, d));
             return Ok(why);
         }
         let actuator = cell.devices.actuators.borrow().index(object);
         let Some(i) = actuator else { return Err("it has no instance".into()) };
-        let mut moving = moving_actuator(cell, i);
+        let mut moving = save_actuator(cell, i);
         moving.params = params;
-        let made = create_actuator(cell, moving.kind, slot, info(cell, slot, moving.id), moving.params.clone())?;
-        let (gone, why) = place_actuator(cell, made, &moving);
+        let made =
+            create_actuator(cell, moving.kind, slot, replacement_info(cell, slot, moving.id), moving.params.clone())?;
+        let (gone, why) = install_actuator(cell, made, &moving);
         gone.into_iter().for_each(|d| end_actuator(cell, d));
         Ok(why)
     }
 }
 
 /// Replaces all instances of a plugin. Returns a sentence for each new instance that starts from scratch.
-fn exchange(cell: &WorldCell, plugin: usize, old: &Arc<Registry>, new: &Arc<Registry>) -> Result<Vec<String>> {
-    let (sensors, actuators, instance) = written(cell, plugin, old, new);
-    let scripts = Scripts::written(cell, plugin);
+fn replace_instances(cell: &WorldCell, plugin: usize, old: &Arc<Registry>, new: &Arc<Registry>) -> Result<Vec<String>> {
+    let (sensors, actuators, instance) = save_instances(cell, plugin, old, new);
+    let scripts = Scripts::save_of_plugin(cell, plugin);
     cell.model.registry.set(new.clone());
-    let made = match make(cell, plugin, &sensors, &actuators, &scripts) {
+    let made = match create_instances(cell, plugin, &sensors, &actuators, &scripts) {
         Ok(made) => made,
         Err(failed) => {
             let (e, made) = *failed;
-            made.undo(cell, plugin);
+            made.end_all(cell, plugin);
             cell.model.registry.set(old.clone());
             return Err(e);
         }
@@ -171,7 +174,7 @@ fn exchange(cell: &WorldCell, plugin: usize, old: &Arc<Registry>, new: &Arc<Regi
         resets.extend(why.map(|why| format!("{what} starts over: {why}")));
     };
     let instance_gone = cell.devices.instances.borrow_mut().get_mut(plugin).and_then(Option::take);
-    let mut gone = Made { instance: instance_gone, ..Made::default() };
+    let mut gone = InstanceSet { instance: instance_gone, ..InstanceSet::default() };
     if let Some(i) = made.instance {
         let data = i.data;
         cell.devices.instances.borrow_mut()[plugin] = Some(i);
@@ -181,10 +184,10 @@ fn exchange(cell: &WorldCell, plugin: usize, old: &Arc<Registry>, new: &Arc<Regi
                     i.state.copy_from_slice(state);
                 }
             };
-            let done = hand_over(cell, &Living { plugin, slot: 0, data }, life, image, &mut block);
+            let done = transfer_state(cell, &InstanceRef { plugin, slot: 0, data }, life, image, &mut block);
             if done.is_err() && image.is_ok() {
                 // The failed load may have changed a part of its state.
-                let fresh = Instance::create(cell, plugin, life, cell.devices.new_replacement()).ok();
+                let fresh = CommandInstance::create(cell, plugin, life, cell.devices.next_replacement_id()).ok();
                 let half = fresh.and_then(|f| cell.devices.instances.borrow_mut()[plugin].replace(f));
                 half.into_iter().for_each(|i| i.end(cell, plugin));
             }
@@ -193,19 +196,19 @@ fn exchange(cell: &WorldCell, plugin: usize, old: &Arc<Registry>, new: &Arc<Regi
     }
     for (device, moving) in made.sensors.into_iter().zip(&sensors) {
         let fields = |r: &Registry| format!("{:?}", r.sensors[moving.kind].fields);
-        let (was, why) = place_sensor(cell, device, moving, fields(old) == fields(new));
+        let (was, why) = install_sensor(cell, device, moving, fields(old) == fields(new));
         gone.sensors.extend(was);
         reset(format!("the sensor {}", path_of(cell, moving.slot)), why);
     }
     for (device, moving) in made.actuators.into_iter().zip(&actuators) {
-        keep_commands(cell, moving, old, new);
-        let (was, why) = place_actuator(cell, device, moving);
+        carry_over_commands(cell, moving, old, new);
+        let (was, why) = install_actuator(cell, device, moving);
         gone.actuators.extend(was);
         reset(format!("the actuator {}", path_of(cell, moving.slot)), why);
     }
     for (script, (was, image)) in made.scripts.iter().zip(scripts) {
         let handed = Scripts::replace(cell, &was, script, image);
-        let why = if let Handed::Reset(why) = handed { Some(why) } else { None };
+        let why = if let StateTransfer::Reset(why) = handed { Some(why) } else { None };
         reset(format!("the script of {}", script.owner(cell)), why);
         gone.scripts.push(was);
     }
@@ -215,40 +218,40 @@ fn exchange(cell: &WorldCell, plugin: usize, old: &Arc<Registry>, new: &Arc<Regi
     }
     // Instances must be destroyed by the version that created them.
     cell.model.registry.set(old.clone());
-    gone.undo(cell, plugin);
+    gone.end_all(cell, plugin);
     cell.model.registry.set(new.clone());
     Ok(resets)
 }
 
-fn moving_sensor(cell: &WorldCell, i: usize) -> Moving {
+fn save_sensor(cell: &WorldCell, i: usize) -> DeviceReplacement {
     let (slot, kind, id, data, state, params) = {
         let sensing = cell.devices.sensing.borrow();
         let d = &sensing.devices[i];
         (d.slot, d.kind, d.id, d.data, d.state.to_vec(), d.params.clone())
     };
     let entry = &cell.model.registry.sensors[kind];
-    let image = save_instance(cell, &Living { plugin: entry.plugin, slot, data }, &entry.life, &state);
-    Moving { slot, kind, id, params, dropped: Vec::new(), image }
+    let image = save_instance(cell, &InstanceRef { plugin: entry.plugin, slot, data }, &entry.life, &state);
+    DeviceReplacement { slot, kind, id, params, dropped: Vec::new(), image }
 }
 
-fn moving_actuator(cell: &WorldCell, i: usize) -> Moving {
+fn save_actuator(cell: &WorldCell, i: usize) -> DeviceReplacement {
     let (slot, kind, data, state, params) = {
         let actuators = cell.devices.actuators.borrow();
         let d = &actuators.devices[i];
         (d.slot, d.kind, d.data, d.state.to_vec(), d.params.clone())
     };
     let entry = &cell.model.registry.actuators[kind];
-    let image = save_instance(cell, &Living { plugin: entry.plugin, slot, data }, &entry.life, &state);
-    Moving { slot, kind, id: cell.devices.new_replacement(), params, dropped: Vec::new(), image }
+    let image = save_instance(cell, &InstanceRef { plugin: entry.plugin, slot, data }, &entry.life, &state);
+    DeviceReplacement { slot, kind, id: cell.devices.next_replacement_id(), params, dropped: Vec::new(), image }
 }
 
 /// Saves the states of the old version's instances: sensors, actuators, and the instance of command plugins.
-fn written(
+fn save_instances(
     cell: &WorldCell,
     plugin: usize,
     old: &Registry,
     new: &Registry,
-) -> (Vec<Moving>, Vec<Moving>, Option<Written>) {
+) -> (Vec<DeviceReplacement>, Vec<DeviceReplacement>, Option<SaveResult>) {
     let sensors: Vec<usize> = {
         let sensing = cell.devices.sensing.borrow();
         (0..sensing.devices.len()).filter(|i| old.sensors[sensing.devices[*i].kind].plugin == plugin).collect()
@@ -257,17 +260,17 @@ fn written(
         let actuators = cell.devices.actuators.borrow();
         (0..actuators.devices.len()).filter(|i| old.actuators[actuators.devices[*i].kind].plugin == plugin).collect()
     };
-    let moved = |mut m: Moving, declared: &dyn Fn(&Registry) -> Vec<Declared>| {
-        (m.params, m.dropped) = moved_params(&declared(old), &declared(new), &m.params);
+    let moved = |mut m: DeviceReplacement, declared: &dyn Fn(&Registry) -> Vec<ParameterSpec>| {
+        (m.params, m.dropped) = carry_over_params(&declared(old), &declared(new), &m.params);
         m
     };
     let sensors = sensors.into_iter().map(|i| {
-        let m = moving_sensor(cell, i);
+        let m = save_sensor(cell, i);
         let kind = m.kind;
         moved(m, &|r| r.sensors[kind].params.clone())
     });
     let actuators = actuators.into_iter().map(|i| {
-        let m = moving_actuator(cell, i);
+        let m = save_actuator(cell, i);
         let kind = m.kind;
         moved(m, &|r| r.actuators[kind].params.clone())
     });
@@ -275,29 +278,30 @@ fn written(
     let life = old.world_lives.iter().find(|(p, _)| *p == plugin).map(|(_, life)| life);
     let instance = life.filter(|_| cell.devices.instances.borrow()[plugin].is_some()).map(|life| {
         let state = cell.devices.instances.borrow()[plugin].as_ref().map(|i| i.state.to_vec()).unwrap_or_default();
-        save_instance(cell, &Living { plugin, slot: 0, data: cell.instance(plugin).0 }, life, &state)
+        save_instance(cell, &InstanceRef { plugin, slot: 0, data: cell.instance(plugin).0 }, life, &state)
     });
     (sensors, actuators, instance)
 }
 
 /// Creates all instances with the new version. If one cannot be created, returns the error and the instances created
 /// before it.
-fn make(
+fn create_instances(
     cell: &WorldCell,
     plugin: usize,
-    sensors: &[Moving],
-    actuators: &[Moving],
-    scripts: &[(Rc<Script>, Option<Written>)],
-) -> Result<Made, Box<(Error, Made)>> {
-    let mut made = Made::default();
-    let refused =
-        |m: &Moving, why: String| Error::new("E402", format!("{} cannot be created: {why}", path_of(cell, m.slot)));
-    let lacking = |m: &Moving, declared: &[Declared]| {
+    sensors: &[DeviceReplacement],
+    actuators: &[DeviceReplacement],
+    scripts: &[(Rc<Script>, Option<SaveResult>)],
+) -> Result<InstanceSet, Box<(Error, InstanceSet)>> {
+    let mut made = InstanceSet::default();
+    let refused = |m: &DeviceReplacement, why: String| {
+        Error::new("E402", format!("{} cannot be created: {why}", path_of(cell, m.slot)))
+    };
+    let lacking = |m: &DeviceReplacement, declared: &[ParameterSpec]| {
         let lack = declared.iter().zip(&m.params).find(|(d, v)| **v == Value::Nil && !d.optional());
         lack.map(|(d, _)| refused(m, format!("its required parameter `{}` is missing", d.key)))
     };
     if let Some((_, life)) = cell.model.registry.world_lives.iter().find(|(p, _)| *p == plugin) {
-        match Instance::create(cell, plugin, life, cell.devices.new_replacement()) {
+        match CommandInstance::create(cell, plugin, life, cell.devices.next_replacement_id()) {
             Ok(i) => made.instance = Some(i),
             Err(e) => return Err(Box::new((e, made))),
         }
@@ -306,7 +310,7 @@ fn make(
         if let Some(e) = lacking(m, &cell.model.registry.sensors[m.kind].params) {
             return Err(Box::new((e, made)));
         }
-        match create_sensor(cell, m.kind, m.slot, info(cell, m.slot, m.id), m.params.clone()) {
+        match create_sensor(cell, m.kind, m.slot, replacement_info(cell, m.slot, m.id), m.params.clone()) {
             Ok(d) => made.sensors.push(d),
             Err(why) => return Err(Box::new((refused(m, why), made))),
         }
@@ -315,13 +319,13 @@ fn make(
         if let Some(e) = lacking(m, &cell.model.registry.actuators[m.kind].params) {
             return Err(Box::new((e, made)));
         }
-        match create_actuator(cell, m.kind, m.slot, info(cell, m.slot, m.id), m.params.clone()) {
+        match create_actuator(cell, m.kind, m.slot, replacement_info(cell, m.slot, m.id), m.params.clone()) {
             Ok(d) => made.actuators.push(d),
             Err(why) => return Err(Box::new((refused(m, why), made))),
         }
     }
     for (script, _) in scripts {
-        match script.renewed(cell, None) {
+        match script.create_replacement(cell, None) {
             Ok(s) => made.scripts.push(s),
             Err(e) => return Err(Box::new((e, made))),
         }
@@ -330,9 +334,14 @@ fn make(
 }
 
 /// Installs a sensor's new instance. Returns the old instance, and the reason if the new one starts from scratch.
-fn place_sensor(cell: &WorldCell, mut new: Device, m: &Moving, same_fields: bool) -> (Option<Device>, Option<String>) {
+fn install_sensor(
+    cell: &WorldCell,
+    mut new: SensorDevice,
+    m: &DeviceReplacement,
+    same_fields: bool,
+) -> (Option<SensorDevice>, Option<String>) {
     let kind = &cell.model.registry.sensors[m.kind];
-    let of = Living { plugin: kind.plugin, slot: m.slot, data: new.data };
+    let of = InstanceRef { plugin: kind.plugin, slot: m.slot, data: new.data };
     let old = {
         let mut sensing = cell.devices.sensing.borrow_mut();
         sensing.index(m.slot).map(|i| {
@@ -350,10 +359,10 @@ fn place_sensor(cell: &WorldCell, mut new: Device, m: &Moving, same_fields: bool
             sensing.devices[i].state.copy_from_slice(state);
         }
     };
-    let why = hand_over(cell, &of, &kind.life, &m.image, &mut block).err();
+    let why = transfer_state(cell, &of, &kind.life, &m.image, &mut block).err();
     if why.is_some() && m.image.is_ok() {
         // The failed load may have changed a part of its state.
-        let fresh = create_sensor(cell, m.kind, m.slot, info(cell, m.slot, m.id), m.params.clone());
+        let fresh = create_sensor(cell, m.kind, m.slot, replacement_info(cell, m.slot, m.id), m.params.clone());
         let half = fresh.ok().and_then(|fresh| {
             let mut sensing = cell.devices.sensing.borrow_mut();
             sensing.index(m.slot).map(|i| std::mem::replace(&mut sensing.devices[i], fresh))
@@ -363,9 +372,9 @@ fn place_sensor(cell: &WorldCell, mut new: Device, m: &Moving, same_fields: bool
     (old, why)
 }
 
-fn place_actuator(cell: &WorldCell, new: Actuator, m: &Moving) -> (Option<Actuator>, Option<String>) {
+fn install_actuator(cell: &WorldCell, new: Actuator, m: &DeviceReplacement) -> (Option<Actuator>, Option<String>) {
     let kind = &cell.model.registry.actuators[m.kind];
-    let (object, of) = (new.object, Living { plugin: kind.plugin, slot: m.slot, data: new.data });
+    let (object, of) = (new.object, InstanceRef { plugin: kind.plugin, slot: m.slot, data: new.data });
     let old = {
         let mut actuators = cell.devices.actuators.borrow_mut();
         actuators.index(object).map(|i| std::mem::replace(&mut actuators.devices[i], new))
@@ -376,9 +385,9 @@ fn place_actuator(cell: &WorldCell, new: Actuator, m: &Moving) -> (Option<Actuat
             actuators.devices[i].state.copy_from_slice(state);
         }
     };
-    let why = hand_over(cell, &of, &kind.life, &m.image, &mut block).err();
+    let why = transfer_state(cell, &of, &kind.life, &m.image, &mut block).err();
     if why.is_some() && m.image.is_ok() {
-        let fresh = create_actuator(cell, m.kind, m.slot, info(cell, m.slot, m.id), m.params.clone());
+        let fresh = create_actuator(cell, m.kind, m.slot, replacement_info(cell, m.slot, m.id), m.params.clone());
         let half = fresh.ok().and_then(|fresh| {
             let mut actuators = cell.devices.actuators.borrow_mut();
             actuators.index(object).map(|i| std::mem::replace(&mut actuators.devices[i], fresh))
@@ -389,11 +398,11 @@ fn place_actuator(cell: &WorldCell, new: Actuator, m: &Moving) -> (Option<Actuat
 }
 
 /// Carries the values of an actuator's commands over to the commands of the new version.
-fn keep_commands(cell: &WorldCell, m: &Moving, old: &Registry, new: &Registry) {
+fn carry_over_commands(cell: &WorldCell, m: &DeviceReplacement, old: &Registry, new: &Registry) {
     let mut scene = cell.state.scene.borrow_mut();
-    let Some(Data::Actuator(a)) = scene.get_mut(m.slot).map(|o| &mut o.data) else { return };
+    let Some(ObjectVariant::Actuator(a)) = scene.get_mut(m.slot).map(|o| &mut o.data) else { return };
     let values: Vec<Value> = a.commands.iter().map(|x| Value::Float(*x)).collect();
-    let given = by_key(&old.actuators[m.kind].commands, &values);
+    let given = params_by_key(&old.actuators[m.kind].commands, &values);
     let number = |v: Value| if let Value::Float(x) = v { x } else { 0.0 };
-    a.commands = filled(&new.actuators[m.kind].commands, &given).into_iter().map(number).collect();
+    a.commands = params_with_defaults(&new.actuators[m.kind].commands, &given).into_iter().map(number).collect();
 }

@@ -1,6 +1,6 @@
 //! Hot reload: applies changed files to a running world, between two steps.
 //!
-//! - [`Reload`]: checks whether files have changed, and applies those that have;
+//! - [`HotReload`]: checks whether files have changed, and applies those that have;
 //! - `watch`: detects which files have changed;
 //! - `document`: applies the differences between two documents;
 //! - `instances`: replaces the instances of a plugin.
@@ -16,8 +16,8 @@ mod watch;
 use std::path::{Path, PathBuf};
 
 use tatu_errors::Error;
-use tatu_scene::document::{self as scene, Options, Sources};
-use watch::Watcher;
+use tatu_scene::document::{self as scene, LoadOptions, SourceFiles};
+use watch::FileWatcher;
 
 pub(crate) use document::change_script;
 
@@ -31,38 +31,38 @@ pub struct ReloadReport {
     /// The reasons why changes were rejected. The old versions remain in use.
     pub warnings: Vec<Error>,
     /// Number of scripts, plugins and objects that changed.
-    pub taken: u64,
+    pub applied: u64,
 }
 
 impl ReloadReport {
     fn add(&mut self, other: ReloadReport) {
         self.notes.extend(other.notes);
         self.warnings.extend(other.warnings);
-        self.taken += other.taken;
+        self.applied += other.applied;
     }
 }
 
 /// Watches the files from which a world was built: scene, models, scripts, imported files and plugins.
-pub struct Reload {
+pub struct HotReload {
     scene: PathBuf,
-    options: Options,
-    files: Watcher,
+    options: LoadOptions,
+    files: FileWatcher,
 }
 
-impl Reload {
+impl HotReload {
     /// Creates the watcher for a world built from this scene with these options. Its plugins must have been opened as
     /// [copies](tatu_plugins::Search::copies), because a library must not be overwritten while it is loaded.
-    pub fn new(scene: &Path, options: &Options, world: &World) -> Self {
-        let mut files = Watcher::new();
+    pub fn new(scene: &Path, options: &LoadOptions, world: &World) -> Self {
+        let mut files = FileWatcher::new();
         for plugin in &world.registry().plugins {
             files.watch(&plugin.path, None);
         }
-        let mut reload = Reload { scene: scene.to_owned(), options: options.clone(), files };
+        let mut reload = HotReload { scene: scene.to_owned(), options: options.clone(), files };
         reload.follow(&world.document().sources);
         reload
     }
 
-    fn follow(&mut self, sources: &Sources) {
+    fn follow(&mut self, sources: &SourceFiles) {
         for (file, bytes) in sources.files() {
             self.files.watch(&file, Some(&bytes));
         }
@@ -70,7 +70,7 @@ impl Reload {
 
     /// Applies the changes since the last call. Must be called between two steps. Checks the disk at most ten times per
     /// second.
-    pub fn look(&mut self, world: &World) -> ReloadReport {
+    pub fn apply_changes(&mut self, world: &World) -> ReloadReport {
         let mut told = ReloadReport::default();
         let changed = self.files.changed();
         if changed.is_empty() {
@@ -83,12 +83,12 @@ impl Reload {
                 Err(e) => told.warnings.push(e),
             }
         }
-        told.add(world.take_outside(&changed));
-        let options = Options { sources: Sources::default(), ..self.options.clone() };
+        told.add(world.reload_external_scripts(&changed));
+        let options = LoadOptions { sources: SourceFiles::default(), ..self.options.clone() };
         let document = scene::load(&self.scene, &world.registry(), &options);
         self.follow(&options.sources);
         match document {
-            Ok(document) => told.add(world.take_document(document.into())),
+            Ok(document) => told.add(world.apply_document(document.into())),
             Err(e) => told.warnings.push(e),
         }
         told

@@ -7,19 +7,19 @@ use std::{
     time::{Duration, Instant, SystemTime},
 };
 
-use tatu_plugin_api::safe::{MOST_BYTES, read_plain};
+use tatu_plugin_api::safe::{MAX_FILE_BYTES, read_plain};
 use xxhash_rust::xxh3::xxh3_64;
 
 /// Minimum time between two checks of the disk.
-const PAUSE: Duration = Duration::from_millis(100);
+const MIN_CHECK_INTERVAL: Duration = Duration::from_millis(100);
 /// A file that was written more recently than this may still be incomplete.
-const SETTLED: Duration = Duration::from_millis(50);
+const SETTLE_TIME: Duration = Duration::from_millis(50);
 /// An empty file that is more recent than this is probably about to be written by a compiler or an editor.
-const EMPTY: Duration = Duration::from_secs(2);
+const EMPTY_SETTLE_TIME: Duration = Duration::from_secs(2);
 
 /// The known state of a file.
 #[derive(Default)]
-struct Known {
+struct WatchedFile {
     /// Modification time, and size in bytes.
     stamp: Option<(SystemTime, u64)>,
     /// Hash of its contents.
@@ -27,9 +27,9 @@ struct Known {
 }
 
 /// Watched files, with their last known state.
-pub(super) struct Watcher {
-    files: BTreeMap<PathBuf, Known>,
-    looked: Option<Instant>,
+pub(super) struct FileWatcher {
+    files: BTreeMap<PathBuf, WatchedFile>,
+    last_check: Option<Instant>,
 }
 
 fn stamp(file: &Path) -> Option<(SystemTime, u64)> {
@@ -37,9 +37,9 @@ fn stamp(file: &Path) -> Option<(SystemTime, u64)> {
     Some((meta.modified().ok()?, meta.len()))
 }
 
-impl Watcher {
+impl FileWatcher {
     pub fn new() -> Self {
-        Watcher { files: BTreeMap::new(), looked: None }
+        FileWatcher { files: BTreeMap::new(), last_check: None }
     }
 
     /// Starts to watch a file. `content` is its contents, if they have been read already.
@@ -49,7 +49,7 @@ impl Watcher {
             known.content = Some(xxh3_64(bytes));
         } else if known.content.is_none() {
             known.stamp = stamp(file);
-            known.content = read_plain(file, MOST_BYTES).ok().map(|b| xxh3_64(&b));
+            known.content = read_plain(file, MAX_FILE_BYTES).ok().map(|b| xxh3_64(&b));
         }
     }
 
@@ -57,24 +57,24 @@ impl Watcher {
     /// disk at most ten times per second. A file that was removed is reported if it is created again with different
     /// contents.
     pub fn changed(&mut self) -> Vec<PathBuf> {
-        if self.looked.is_some_and(|l| l.elapsed() < PAUSE) {
+        if self.last_check.is_some_and(|l| l.elapsed() < MIN_CHECK_INTERVAL) {
             return Vec::new();
         }
-        self.looked = Some(Instant::now());
+        self.last_check = Some(Instant::now());
         let changed = self.files.iter_mut().filter_map(|(file, known)| has_changed(file, known).then_some(file));
         changed.cloned().collect()
     }
 }
 
-fn has_changed(file: &Path, known: &mut Known) -> bool {
+fn has_changed(file: &Path, known: &mut WatchedFile) -> bool {
     let Some(now) = stamp(file) else { return false };
     // A modification time in the future is not treated as recent.
-    let settled = if now.1 == 0 { EMPTY } else { SETTLED };
+    let settled = if now.1 == 0 { EMPTY_SETTLE_TIME } else { SETTLE_TIME };
     let fresh = now.0.elapsed().is_ok_and(|e| e < settled);
     if fresh || known.stamp == Some(now) {
         return false;
     }
-    let Ok(bytes) = read_plain(file, MOST_BYTES) else { return false };
+    let Ok(bytes) = read_plain(file, MAX_FILE_BYTES) else { return false };
     known.stamp = Some(now);
     let content = xxh3_64(&bytes);
     known.content.replace(content).is_some_and(|old| old != content)
@@ -85,7 +85,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn only_another_content_is_a_change() {
+    fn only_different_contents_count_as_a_change() {
         let dir = tempfile::tempdir().unwrap();
         let file = dir.path().join("a.txt");
         let long_ago = |text: &str, seconds: u64| {
@@ -93,10 +93,10 @@ mod tests {
             let time = SystemTime::now() - Duration::from_secs(seconds);
             fs::File::options().write(true).open(&file).unwrap().set_modified(time).unwrap();
         };
-        let mut watcher = Watcher::new();
+        let mut watcher = FileWatcher::new();
         let mut changed = || {
             watcher.watch(&file, None);
-            watcher.looked = None;
+            watcher.last_check = None;
             watcher.changed()
         };
         long_ago("one", 50);

@@ -8,9 +8,9 @@ use tatu_plugin_api::{
 
 use super::World;
 use crate::{
-    calls::{call_command, said},
+    calls::{call_command, read_error},
     cell::{Caller, WorldCell},
-    scripts::Room,
+    scripts::ResultBuffer,
 };
 
 impl World {
@@ -27,7 +27,7 @@ impl World {
         let Some((command, alias)) = cell.model.registry.command(name) else { return Err(unknown(cell, name)) };
         let mut owned = Owned::default();
         let args: Vec<tatu_value> = args.iter().map(|v| owned.raw(v)).collect();
-        let mut room = Room::new();
+        let mut room = ResultBuffer::new();
         let mut frame = room.frame(&args);
         // Commands called by old-style names must report errors as well, instead of returning the values that stand for
         // an error.
@@ -58,7 +58,7 @@ fn results(frame: &tatu_call) -> Result<Vec<Value>, Box<Fault>> {
 }
 
 fn failed(cell: &WorldCell, status: tatu_status, frame: &tatu_call) -> Box<Fault> {
-    let said = said(frame.error);
+    let said = read_error(frame.error);
     let text = said.text.unwrap_or_else(|| format!("the command failed with status {status}"));
     let mut fault = Fault::new(FaultKind::of(status), text);
     (fault.help, fault.file, fault.traceback) = (said.help, said.file, said.traceback);

@@ -15,8 +15,8 @@ use std::{path::Path, rc::Rc, sync::Arc};
 use tatu_errors::{Error, Fault, FaultKind, Result};
 use tatu_plugin_api::{abi::*, safe::Value};
 use tatu_scene::{
-    document::{Document, ScriptSpec, Sources},
-    rows::Row,
+    document::{Document, ScriptSpec, SourceFiles},
+    property_table::Property,
 };
 
 use super::World;
@@ -37,8 +37,8 @@ impl World {
     /// nothing if it is running.
     pub fn idle(&self) {
         if !self.cell.running() {
-            self.cell.state.rested.set(true);
-            step::idle(&self.cell);
+            self.cell.state.stopped_pass_done.set(true);
+            step::run_stopped_pass(&self.cell);
         }
     }
 
@@ -53,7 +53,7 @@ impl World {
         if cell.state.clock.step.get() > 0 {
             cell.run.reported.borrow_mut().clear();
         }
-        if !cell.state.rested.get() {
+        if !cell.state.stopped_pass_done.get() {
             self.idle();
         }
         Scripts::before_run(cell);
@@ -63,7 +63,7 @@ impl World {
     /// Starts the world without calling scripts, for a state that is about to be restored.
     pub(crate) fn start_silently(&self) {
         Scripts::begin(&self.cell, false);
-        self.cell.state.rested.set(true);
+        self.cell.state.stopped_pass_done.set(true);
         self.prepare();
     }
 
@@ -75,10 +75,10 @@ impl World {
         cell.state.clock.step.set(0);
         cell.state.requests.set(0);
         cell.devices.figures.borrow_mut().begin(&cell.state.scene.borrow());
-        recording::check(cell);
-        report_lacks(cell);
+        recording::warn_of_invalid_streams(cell);
+        report_unsupported_parts(cell);
         cell.state.phase.set(Phase::First);
-        cell.run.outside.begin();
+        cell.run.connections.begin();
         Scripts::begin(cell, true);
         cell.restore_process_state("the start of scripts");
     }
@@ -95,7 +95,7 @@ impl World {
     /// Runs the barrier before the next pass, but not the pass itself. Returns `false` if no pass may follow. This is
     /// required to replay a run that ended within a barrier.
     pub fn barrier(&self) -> bool {
-        if self.cell.state.over.replace(false) {
+        if self.cell.state.last_pass_done.replace(false) {
             self.finish();
         }
         session::before_step(&self.cell)
@@ -103,7 +103,7 @@ impl World {
 
     /// Runs the pass that follows [`barrier`](Self::barrier), and returns whether the world is still running.
     pub fn step_on(&self) -> bool {
-        if self.cell.running() && !self.cell.state.over.get() {
+        if self.cell.running() && !self.cell.state.last_pass_done.get() {
             step::step(&self.cell);
         }
         self.cell.running()
@@ -118,12 +118,12 @@ impl World {
     /// Requests a pause, before which two more passes are run, or three at the start of a run or right after a pause.
     /// The request is recorded in the input log.
     pub fn request_pause(&self) {
-        session::outside_request(&self.cell, TATU_REQUEST_PAUSE);
+        session::request_from_program(&self.cell, TATU_REQUEST_PAUSE);
     }
 
     /// Ends a pause, or cancels a requested pause. The request is recorded in the input log.
     pub fn request_start(&self) {
-        session::outside_request(&self.cell, TATU_REQUEST_START);
+        session::request_from_program(&self.cell, TATU_REQUEST_START);
     }
 
     fn request(&self, what: u32) {
@@ -133,29 +133,29 @@ impl World {
     /// Sets whether a user is present who can end a pause, for example at a terminal. If not, a pause that neither a
     /// service nor an add-on can end ends the run.
     pub fn set_interactive(&self, on: bool) {
-        self.cell.run.outside.interactive.set(on);
+        self.cell.run.connections.interactive.set(on);
     }
 
     /// Lets services request a different scene: see [`next_scene`](Self::next_scene). `read` loads the scene file with
     /// the given path, with the given sources if there are any; an empty path stands for the current scene. If `read`
     /// fails, the error is returned to the service, and this world continues.
-    pub fn take_scenes(&self, read: impl Fn(&Path, Option<Sources>) -> Result<Arc<Document>> + 'static) {
-        *self.cell.run.outside.scene_reader.borrow_mut() = Some(Rc::new(read));
+    pub fn set_scene_reader(&self, read: impl Fn(&Path, Option<SourceFiles>) -> Result<Arc<Document>> + 'static) {
+        *self.cell.run.connections.scene_reader.borrow_mut() = Some(Rc::new(read));
     }
 
     /// Takes the scene that was requested since the last call, if any.
     pub fn next_scene(&self) -> Option<NextScene> {
-        self.cell.run.outside.next_scene.borrow_mut().take()
+        self.cell.run.connections.next_scene.borrow_mut().take()
     }
 
     /// Records the current process state, such as signal handlers, as the state that plugins must leave unchanged. Must
     /// be called after the program has changed it.
-    pub fn take_process_anew(&self) {
-        self.cell.border.home.borrow_mut().take_process_anew();
+    pub fn record_process_state(&self) {
+        self.cell.monitor.process_state.borrow_mut().recapture_process();
     }
 
     /// Logs a line at a level, `TATU_LOG_*`.
-    pub fn say(&self, level: u32, text: &str) {
+    pub fn log(&self, level: u32, text: &str) {
         self.cell.log(level, text);
     }
 
@@ -193,12 +193,12 @@ impl World {
         Scripts::end_run(cell);
         cell.state.phase.set(Phase::Stopped);
         cell.state.requests.set(cell.state.requests.get() & 1 << TATU_REQUEST_QUIT);
-        session::stopped(cell);
+        session::cancel_service_waits(cell);
         if let Err(e) = self.renew_instances() {
             cell.report(Fault::new(FaultKind::Plugin, e.text));
         }
         cell.restore_process_state("the end of the run");
-        cell.state.signals.borrow_mut().retain(|_, s| !s.of_run);
+        cell.state.signals.borrow_mut().retain(|_, s| !s.ends_with_run);
         cell.devices.figures.borrow_mut().end();
         let start = cell.model.initial.borrow_mut().take();
         if let Some(start) = start {
@@ -215,13 +215,13 @@ impl World {
     /// Returns a property of an object, given by path or unique name, or `None` if it does not exist.
     pub fn property(&self, path: &str, key: &str) -> Option<Value> {
         let scene = self.cell.state.scene.borrow();
-        tatu_scene::get(&scene, scene.find(0, path)?, Row::by_key(key)?).ok()
+        tatu_scene::get(&scene, scene.find(0, path)?, Property::by_key(key)?).ok()
     }
 }
 
 /// Reports parts of the document's sources that are not supported. Each run reports them as faults, so that its results
 /// are not mistaken for those of the complete scene.
-fn report_lacks(world: &WorldCell) {
+fn report_unsupported_parts(world: &WorldCell) {
     let settings = &world.model.document.settings;
     settings.lacks.iter().for_each(|text| world.report(Fault::new(FaultKind::Unsupported, text.as_str())));
 }

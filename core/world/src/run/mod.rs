@@ -27,14 +27,17 @@ use tatu_plugins::Registry;
 use tatu_scene::{Scene, document::Document, pose_to_array};
 
 pub use self::session::Session;
-pub use reading::{Field, Reading};
+pub use reading::{Reading, ReadingField};
 pub use replay::replay_to;
 
 use crate::{
-    cell::{self, InputLog, Instance, Lines, LogLine, Phase, Record, Scripts, StandIn, Wish, WorldCell, pool_of},
-    instances::{end_devices, make_devices},
+    cell::{
+        self, CommandInstance, InputLog, InputRecord, LogBuffer, LogLine, OptionalObject, Phase, Scripts, StandIn,
+        WorldCell, pool_of,
+    },
+    instances::{create_devices, end_devices},
     session as barrier,
-    state::{self, Hash},
+    state::{self, StateHash},
 };
 /// A running scene. A world is used by one thread; different worlds may run on different threads.
 pub struct World {
@@ -54,21 +57,21 @@ impl World {
         let (scene, slots) = document.instantiate();
         let origins = slots.iter().map(|s| scene.id(*s)).collect();
         let cell = Rc::new(WorldCell::new(document, registry, settings, scene, origins, pool));
-        cell::enlist(&cell);
+        cell::register_world(&cell);
         let world = World { cell };
-        world.cell.run.folders.read_beside(&world.cell.model.document);
-        make_devices(&world.cell, &slots)?;
-        world.make_instances()?;
+        world.cell.run.folders.allow_modules_of(&world.cell.model.document);
+        create_devices(&world.cell, &slots)?;
+        world.create_instances()?;
         world.cell.restore_process_state("the creation of the world");
         world.cell.restore_process("the creation of the world");
-        Scripts::declare(&world.cell, &slots);
+        Scripts::add_from_document(&world.cell, &slots);
         let cell = &world.cell;
-        cell.state.dynamics.borrow_mut().settle(&mut cell.state.scene.borrow_mut());
-        for (joint, master) in cell.state.scene.borrow().lost_followers() {
+        cell.state.dynamics.borrow_mut().update_bodies(&mut cell.state.scene.borrow_mut());
+        for (joint, master) in cell.state.scene.borrow().dangling_followers() {
             let text = format!("the joint {joint} should follow `{master}`, but there is no such joint");
             cell.log(TATU_LOG_WARNING, &text);
         }
-        for (dummy, link) in cell.state.scene.borrow().lost_links() {
+        for (dummy, link) in cell.state.scene.borrow().dangling_links() {
             let text = format!("the dummy {dummy} should be linked to `{link}`, but there is no such dummy");
             cell.log(TATU_LOG_WARNING, &text);
         }
@@ -84,17 +87,17 @@ impl World {
     /// Returns the mechanical problems of the scene, such as parts that are impossible or hard to simulate. Each
     /// problem is described by one sentence.
     pub fn mechanics(&self) -> Vec<String> {
-        tatu_scene::mechanics(&self.cell.state.scene.borrow(), &self.cell.model.settings.borrow())
+        tatu_scene::check_mechanics(&self.cell.state.scene.borrow(), &self.cell.model.settings.borrow())
     }
 
     /// Returns, for each mechanism, the path of its first shape, and its solver with the reason for this choice, in the
     /// order of objects.
     pub fn mechanisms(&self) -> Vec<(String, String)> {
-        tatu_scene::solvers(&self.cell.state.scene.borrow())
+        tatu_scene::describe_solvers(&self.cell.state.scene.borrow())
     }
 
     /// Calls `f` with the current objects, graphs and drawings.
-    pub fn look_at<T>(&self, f: impl FnOnce(&Scene, &Figures) -> T) -> T {
+    pub fn with_scene<T>(&self, f: impl FnOnce(&Scene, &Figures) -> T) -> T {
         f(&self.cell.state.scene.borrow(), &self.cell.devices.figures.borrow())
     }
 
@@ -103,11 +106,11 @@ impl World {
         self.cell.run.install(f)
     }
 
-    fn make_instances(&self) -> Result {
+    fn create_instances(&self) -> Result {
         let cell = &self.cell;
         cell.devices.instances.borrow_mut().resize_with(cell.model.registry.plugins.len(), || None);
         for (plugin, life) in &cell.model.registry.world_lives {
-            let made = Instance::create(cell, *plugin, life, cell.devices.new_instance())?;
+            let made = CommandInstance::create(cell, *plugin, life, cell.devices.next_instance_id())?;
             cell.devices.instances.borrow_mut()[*plugin] = Some(made);
         }
         Ok(())
@@ -124,7 +127,7 @@ impl World {
                 true => kept,
                 false => {
                     kept.end(cell, *plugin);
-                    Instance::create(cell, *plugin, life, cell.devices.new_instance())?
+                    CommandInstance::create(cell, *plugin, life, cell.devices.next_instance_id())?
                 }
             };
             cell.devices.instances.borrow_mut()[*plugin] = Some(renewed);
@@ -144,34 +147,34 @@ impl World {
 
     /// Sets the folder in which scripts can read and write files, in place of the working folder. Fails with E105 if it
     /// is not a folder.
-    pub fn open_files_in(&self, folder: &Path) -> Result {
+    pub fn set_file_folder(&self, folder: &Path) -> Result {
         let folder = match folder.canonicalize() {
             Ok(folder) if folder.is_dir() => folder,
             Ok(_) => return Err(Error::new("E105", format!("{} is not a folder", folder.display()))),
             Err(e) => return Err(Error::new("E105", format!("cannot use the folder {}: {e}", folder.display()))),
         };
-        self.cell.run.folders.choose(folder);
+        self.cell.run.folders.set_working_folder(folder);
         Ok(())
     }
     /// Sets the flag that tells, from any thread, that the run must end. A script that is running and does not return
     /// within a second is then ended.
-    pub fn interrupt_by(&self, flag: Arc<AtomicBool>) {
-        *self.cell.run.outside.interrupt.borrow_mut() = Some(flag);
+    pub fn set_interrupt_flag(&self, flag: Arc<AtomicBool>) {
+        *self.cell.run.connections.interrupt.borrow_mut() = Some(flag);
     }
     /// Creates a stand-in for each object that scripts look up and that does not exist, and changes the kind of dummies
     /// to the one that their use implies. The values listed in `values`, such as parameters of scripts, exist with
     /// neutral contents. This is meant for runs without a scene, and must be called before the start.
-    pub fn make_stand_ins(&self, values: &[String]) {
+    pub fn enable_stand_ins(&self, values: &[String]) {
         let cell = &self.cell;
         cell::begin_stand_ins(cell, values);
     }
     /// Returns the names of the values, such as signals, that scripts requested but that do not exist, in alphabetical
     /// order.
-    pub fn missed_values(&self) -> Vec<String> {
-        self.cell.run.stand_ins.missed()
+    pub fn missing_values(&self) -> Vec<String> {
+        self.cell.run.stand_ins.missing_values()
     }
     /// Returns the objects of the document, then those created since, each with the kind that its use implied. The
-    /// result is empty unless [`make_stand_ins`](Self::make_stand_ins) was called.
+    /// result is empty unless [`enable_stand_ins`](Self::enable_stand_ins) was called.
     pub fn stand_ins(&self) -> Vec<StandIn> {
         self.cell.run.stand_ins.list()
     }
@@ -179,8 +182,8 @@ impl World {
     /// Returns objects that scripts requested but can possibly do without, such as the parent of an object or a child
     /// by index. Each is returned with the index of the object in [`stand_ins`](Self::stand_ins). Scripts usually
     /// request these objects to find the ends of the tree.
-    pub fn wishes(&self) -> Vec<(usize, Wish)> {
-        self.cell.run.stand_ins.wishes()
+    pub fn optional_objects(&self) -> Vec<(usize, OptionalObject)> {
+        self.cell.run.stand_ins.optional_objects()
     }
 
     /// Returns the current registry of plugins.
@@ -194,11 +197,11 @@ impl World {
 
     /// Returns the log of external inputs since the start.
     pub fn input_log(&self) -> std::cell::Ref<'_, InputLog> {
-        self.cell.run.outside.log.borrow()
+        self.cell.run.connections.log.borrow()
     }
     /// Returns the input log mutably, to set whether and where records are stored.
     pub fn input_log_mut(&self) -> std::cell::RefMut<'_, InputLog> {
-        self.cell.run.outside.log.borrow_mut()
+        self.cell.run.connections.log.borrow_mut()
     }
     /// Adds an external input at the current barrier, before the next step, and records it in the input log. If `kind`
     /// is "key", it is a key press, and `text` is its character or name. "clock" (time since the start, s) and "epoch"
@@ -207,18 +210,18 @@ impl World {
         cell::put_in(&self.cell, kind, text);
     }
     /// Attaches an input log, whose inputs are repeated at their barriers. Must be called before the start.
-    pub fn feed(&self, records: Arc<[Record]>) {
+    pub fn attach_log(&self, records: Arc<[InputRecord]>) {
         barrier::log::attach(&self.cell, records);
     }
     /// Attaches an input log that begins when the scene was opened, and repeats the inputs from before the start of the
     /// simulation.
-    pub fn feed_session(&self, records: Arc<[Record]>) {
-        barrier::log::feed_session(&self.cell, records);
+    pub fn attach_session_log(&self, records: Arc<[InputRecord]>) {
+        barrier::log::attach_and_repeat_session(&self.cell, records);
     }
     /// Returns the names of the files that scripts or plugins have requested to read since the start. The contents of
     /// these files are not part of the input log.
     pub fn files_opened(&self) -> Vec<String> {
-        self.cell.run.outside.opened.borrow().iter().cloned().collect()
+        self.cell.run.connections.opened_files.borrow().iter().cloned().collect()
     }
     pub(crate) fn cell(&self) -> &Rc<WorldCell> {
         &self.cell
@@ -237,12 +240,12 @@ impl World {
         self.cell.state.clock.dt.get()
     }
     /// Returns the hash of the dynamic state, with a hash per object.
-    pub fn hash(&self) -> Hash {
+    pub fn hash(&self) -> StateHash {
         state::hash(&self.cell.state.scene.borrow(), &self.cell.state.dynamics.borrow(), &self.cell.state.clock)
     }
     /// Returns a summary of each script, in the order in which the scripts were added.
     pub fn scripts(&self) -> Vec<crate::cell::ScriptSummary> {
-        crate::cell::Scripts::told(&self.cell)
+        crate::cell::Scripts::summaries(&self.cell)
     }
     /// Returns all faults so far.
     pub fn faults(&self) -> Vec<Fault> {
@@ -254,10 +257,10 @@ impl World {
     }
     /// Returns whether there are log lines that have not been taken.
     pub fn has_lines(&self) -> bool {
-        self.cell.run.lines.any()
+        self.cell.run.lines.has_lines()
     }
     /// Returns the store of log lines, for a program that exits while a step is running.
-    pub fn lines(&self) -> Lines {
+    pub fn lines(&self) -> LogBuffer {
         self.cell.run.lines.clone()
     }
     /// Returns the path and the pose (position in m, quaternion x y z w) of every model base, in the order of slots.
@@ -273,7 +276,7 @@ impl World {
         crate::state::save::document_of(&self.cell, 0)
     }
     /// Returns the observable state of an object, given by path or unique name, or `None` if it does not exist.
-    pub fn observe(&self, path: &str) -> Option<Observed> {
+    pub fn observe(&self, path: &str) -> Option<ObjectState> {
         let cell = &self.cell;
         let scene = cell.state.scene.borrow();
         let slot = scene.find(0, path)?;
@@ -286,7 +289,7 @@ impl World {
             kind.fields.iter().enumerate().map(|(i, f)| (f.name.clone(), d.value(kind, i))).collect()
         });
         let joint = o.joint().map(|j| [j.position, j.velocity, j.effort]);
-        Some(Observed { path: scene.path(slot), pose, twist, joint, reading })
+        Some(ObjectState { path: scene.path(slot), pose, twist, joint, reading })
     }
     /// Returns the path that is most similar to `path`, which does not exist, or `None` if no path is similar enough.
     pub fn nearest(&self, path: &str) -> Option<String> {
@@ -310,7 +313,7 @@ impl World {
 
 /// The observable state of an object.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Observed {
+pub struct ObjectState {
     /// Path of the object.
     pub path: String,
     /// World pose: position x y z, m, and quaternion x y z w.
@@ -331,9 +334,9 @@ impl World {
         Scripts::end(cell);
         if cell.running() {
             cell.state.phase.set(Phase::Stopped);
-            barrier::stopped(cell);
+            barrier::cancel_service_waits(cell);
         }
-        barrier::last(cell);
+        barrier::notify_world_end(cell);
         end_devices(cell);
         self.end_instances();
         cell.restore_process_state("the end of the world");

@@ -1,8 +1,8 @@
 //! The readings of sensors, with the fields that their plugins declare.
 
-use tatu_devices::sense::{Edge, edges};
+use tatu_devices::sense::{OutlineEdge, edges};
 use tatu_plugin_api::safe::Value;
-use tatu_plugins::FieldInfo;
+use tatu_plugins::FieldSpec;
 
 use super::World;
 /// A sensor's last reading.
@@ -21,14 +21,14 @@ pub struct Reading {
     /// Current pose of the sensor in the world frame: position x y z, m, and quaternion x y z w.
     pub pose: [f64; 7],
     /// Outline of the sensor's beams, in the sensor's frame.
-    pub edges: Vec<Edge>,
+    pub edges: Vec<OutlineEdge>,
     /// Fields of the reading, in the order of their declaration.
-    pub fields: Vec<Field>,
+    pub fields: Vec<ReadingField>,
 }
 
 /// A field of a reading.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Field {
+pub struct ReadingField {
     /// Name of the field, `schema.field`.
     pub name: String,
     /// Unit of the field, if it has one.
@@ -43,12 +43,12 @@ impl Reading {
     /// Returns the values of a field, or `None` if there is no such field or its values are not floats.
     pub fn floats(&self, name: &str) -> Option<&[f64]> {
         match self.field(name)? {
-            Field { value: Value::Floats(f), .. } => Some(f),
+            ReadingField { value: Value::Floats(f), .. } => Some(f),
             _ => None,
         }
     }
     /// Returns the field with this name.
-    pub fn field(&self, name: &str) -> Option<&Field> {
+    pub fn field(&self, name: &str) -> Option<&ReadingField> {
         self.fields.iter().find(|f| f.name == name)
     }
 }
@@ -76,7 +76,7 @@ impl World {
         let slot = scene.find(0, path)?;
         let device = sensing.device(slot)?;
         let kind = &cell.model.registry.sensors[device.kind];
-        let field = |(i, f): (usize, &FieldInfo)| Field {
+        let field = |(i, f): (usize, &FieldSpec)| ReadingField {
             name: f.name.clone(),
             unit: f.unit.clone(),
             dims: device.view(kind, i).dims,

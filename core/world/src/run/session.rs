@@ -12,7 +12,7 @@ use tatu_scene::document::ServiceSpec;
 
 use super::World;
 use crate::{
-    cell::{Running, SessionCell, Wake},
+    cell::{RunningService, SessionCell, WakeFlag},
     session, state,
 };
 
@@ -29,7 +29,7 @@ impl Session {
     /// started are stopped again.
     pub fn new(registry: Arc<Registry>, services: &[ServiceSpec]) -> Result<Self> {
         let cell = Rc::new(SessionCell {
-            wake: Wake::default(),
+            wake: WakeFlag::default(),
             registry,
             services: RefCell::default(),
             worlds: RefCell::default(),
@@ -41,7 +41,7 @@ impl Session {
         specs.sort_by_key(|s| s.kind);
         for spec in specs {
             let number = session.cell.services.borrow().len() as u32 + 1;
-            let running = Running::start(&session.cell.registry, session.cell.raw(), spec, number)?;
+            let running = RunningService::start(&session.cell.registry, session.cell.raw(), spec, number)?;
             session.cell.services.borrow_mut().push(Rc::new(running));
         }
         Ok(session)
@@ -50,11 +50,11 @@ impl Session {
     /// Adds a world. Services then have a turn before each of its steps. The world leaves the session when it is
     /// dropped.
     pub fn join(&self, world: &World) {
-        let handle = &world.cell().run.outside.handle;
+        let handle = &world.cell().run.connections.handle;
         let mut worlds = self.cell.worlds.borrow_mut();
         worlds.retain(|w| w.strong_count() > 0 && !std::ptr::eq(w.as_ptr(), Rc::as_ptr(handle)));
         worlds.push(Rc::downgrade(handle));
-        world.cell().run.outside.join(&self.cell, world.cell().raw());
+        world.cell().run.connections.join(&self.cell, world.cell().raw());
         // A world restored from a snapshot contains the states that services saved.
         if let Err(e) = state::restore::services(world.cell()) {
             world.cell().report(Fault::new(FaultKind::Plugin, e.text));
@@ -63,14 +63,14 @@ impl Session {
 
     /// Sets the flag that releases a world that services hold at its barrier; a signal handler, for example, can set
     /// it. While a world is held, the flag is checked ten times a second.
-    pub fn interrupt_by(&self, flag: Arc<AtomicBool>) {
+    pub fn set_interrupt_flag(&self, flag: Arc<AtomicBool>) {
         *self.cell.interrupt.borrow_mut() = flag;
     }
 
     /// Lets services take turns while the simulation is stopped. Returns `true` when a service requests a start, and
     /// `false` if a service requests a different scene or the end, the session is interrupted, or no service is left.
     pub fn wait_for_start(&self, world: &World) -> bool {
-        session::rest(world.cell(), &self.cell)
+        session::wait_for_start(world.cell(), &self.cell)
     }
 
     /// Returns whether any service has not been switched off.

@@ -9,7 +9,7 @@ impl World {
     /// Captures all state that determines the future of the run, between two steps. The header lists the instances that
     /// could not be saved. The run is not affected.
     pub fn snapshot(&self) -> Result<Snapshot> {
-        state::take(self.cell())
+        state::take_snapshot(self.cell())
     }
 
     /// Restores a snapshot in a new world of the snapshot's document.
@@ -20,7 +20,7 @@ impl World {
         let cell = self.cell();
         state::restore::check(cell, snapshot, allow_partial)?;
         self.start_silently();
-        state::restore::go_on(cell, snapshot)
+        state::restore::restore_world(cell, snapshot)
     }
 
     /// Runs a new world up to the snapshot's step. Fails with E504 if the state hash then differs from the snapshot's.
@@ -28,7 +28,7 @@ impl World {
     pub fn replay(&self, snapshot: &Snapshot) -> Result {
         let cell = self.cell();
         snapshot.check(&cell.model.document, &cell.model.registry)?;
-        self.feed(state::restore::records(snapshot)?.into());
+        self.attach_log(state::restore::records(snapshot)?.into());
         self.start();
         while self.steps() < snapshot.head.step && !self.stop_requested() && self.step() {
             self.take_lines();
@@ -37,7 +37,7 @@ impl World {
         let hash = self.hash().total;
         if hash == snapshot.head.hash {
             // From here on, the run no longer follows the log.
-            cell.run.outside.replay.take();
+            cell.run.connections.replay.take();
             return Ok(());
         }
         let text = format!(

@@ -14,19 +14,19 @@ use tatu_plugin_api::{
 use crate::cell::{Callback, ExitRequest, Script, WorldCell};
 
 /// Returns the value of a key in a map.
-pub(crate) fn entry<'v>(map: &'v Value, key: &str) -> Option<&'v Value> {
+pub(crate) fn map_entry<'v>(map: &'v Value, key: &str) -> Option<&'v Value> {
     let Value::Map(entries) = map else { return None };
     let is_key = |k: &Value| matches!(k, Value::Text(t) | Value::Bytes(t) if t == key.as_bytes());
     entries.iter().find(|(k, _)| is_key(k)).map(|(_, v)| v)
 }
 
 impl Script {
-    pub(super) fn ask(&self, ask: ExitRequest) {
-        self.asked.set(self.asked.get().max(ask));
+    pub(super) fn request_exit(&self, ask: ExitRequest) {
+        self.exit_request.set(self.exit_request.get().max(ask));
     }
 
     /// Reads the answer of a callback and records its request. Returns the answer if it is a map.
-    pub(super) fn capture_errors(&self, frame: &tatu_call) -> Option<Value> {
+    pub(super) fn read_answer(&self, frame: &tatu_call) -> Option<Value> {
         if frame.n_results == 0 {
             return None;
         }
@@ -34,23 +34,23 @@ impl Script {
         // the host has checked; they stay in the frame's array until the next call.
         let first = unsafe { ValueRef::slice(frame.results, frame.n_results as usize) }.first()?;
         let answer = first.to_value().ok().filter(|v| matches!(v, Value::Map(_)))?;
-        match entry(&answer, "cmd") {
-            Some(Value::Text(t)) if t == b"cleanup" => self.ask(ExitRequest::End),
-            Some(Value::Text(t)) if t == b"restart" => self.ask(ExitRequest::Restart),
+        match map_entry(&answer, "cmd") {
+            Some(Value::Text(t)) if t == b"cleanup" => self.request_exit(ExitRequest::End),
+            Some(Value::Text(t)) if t == b"restart" => self.request_exit(ExitRequest::Restart),
             _ => {}
         }
         Some(answer)
     }
 
     /// Carries out the script's request, unless a call into the script is still running.
-    pub(super) fn settle(self: &Rc<Self>, world: &WorldCell) {
-        if self.asked.get() == ExitRequest::Nothing || self.depth.get() > 0 {
+    pub(super) fn carry_out_request(self: &Rc<Self>, world: &WorldCell) {
+        if self.exit_request.get() == ExitRequest::Nothing || self.depth.get() > 0 {
             return;
         }
-        let asked = self.asked.replace(ExitRequest::Nothing);
+        let asked = self.exit_request.replace(ExitRequest::Nothing);
         self.clean_up(world);
         // Requests made by the clean-up itself are ignored.
-        self.asked.set(ExitRequest::Nothing);
+        self.exit_request.set(ExitRequest::Nothing);
         match asked {
             ExitRequest::Nothing => {}
             ExitRequest::Silence => self.dead.set(true),
@@ -66,16 +66,16 @@ impl Script {
 
     /// Calls the `cleanup` callback of a script that has begun, unless it has already been called.
     pub(super) fn clean_up(self: &Rc<Self>, world: &WorldCell) {
-        if self.initialised.get() && self.is_there(world) && !self.cleaned.replace(true) {
+        if self.initialised.get() && self.is_live(world) && !self.cleaned.replace(true) {
             let number = self.find(world, TATU_FIND_CALLBACK, b"cleanup");
-            self.ask_callback(world, number, &[]);
+            self.query_callback(world, number, &[]);
         }
     }
 
     /// Calls a callback if the script has begun and defines it.
     pub(super) fn run_if_begun(self: &Rc<Self>, world: &WorldCell, callback: Callback, args: &[tatu_value]) {
         let number = self.number(callback);
-        if number != 0 && self.initialised.get() && !self.cleaned.get() && self.is_there(world) {
+        if number != 0 && self.initialised.get() && !self.cleaned.get() && self.is_live(world) {
             self.run_callback(world, number, args);
         }
     }

@@ -3,19 +3,19 @@
 use std::{ffi::c_void, rc::Rc};
 
 use tatu_plugin_api::{abi::*, safe::ValueRef};
-use tatu_plugins::watchdog::{Call, ScriptPlace};
+use tatu_plugins::watchdog::{PluginCall, ScriptPlace};
 
 use crate::{
-    calls::{CALL_API, answer, check_results, name_plugin, said, say},
+    calls::{CALL_API, check_results, check_status, name_plugin, read_error, set_error},
     cell::{MAX_DEPTH, Script, WorldCell},
 };
 
 /// Space for the results of a call.
-pub(crate) struct Room([tatu_value; 64]);
+pub(crate) struct ResultBuffer([tatu_value; 64]);
 
-impl Room {
+impl ResultBuffer {
     pub fn new() -> Self {
-        Room([ValueRef::NIL.raw(); 64])
+        ResultBuffer([ValueRef::NIL.raw(); 64])
     }
     /// Returns a frame with these arguments. Its results are written to this space.
     pub fn frame(&mut self, args: &[tatu_value]) -> tatu_call {
@@ -39,7 +39,7 @@ pub(crate) fn function_frame(args: &[tatu_value]) -> tatu_call {
 pub(super) fn enter(
     world: &WorldCell,
     script: &Rc<Script>,
-    call: Call,
+    call: PluginCall,
     frame: &mut tatu_call,
     f: impl FnOnce(*mut c_void, *mut tatu_call, *const tatu_budget, *mut u64, *mut tatu_error) -> tatu_status,
 ) -> tatu_status {
@@ -50,7 +50,7 @@ pub(super) fn enter(
 pub(super) fn enter_with_error(
     world: &WorldCell,
     script: &Rc<Script>,
-    call: Call,
+    call: PluginCall,
     frame: &mut tatu_call,
     carried: *mut tatu_error,
     f: impl FnOnce(*mut c_void, *mut tatu_call, *const tatu_budget, *mut u64, *mut tatu_error) -> tatu_status,
@@ -59,7 +59,7 @@ pub(super) fn enter_with_error(
     frame.n_results = 0;
     let Some(level) = calls.enter() else {
         frame.error = calls.error_at(calls.depth.get());
-        return say(frame.error, TATU_ERR_BUSY, &format!("calls are nested more than {MAX_DEPTH} deep"));
+        return set_error(frame.error, TATU_ERR_BUSY, &format!("calls are nested more than {MAX_DEPTH} deep"));
     };
     let error = calls.error_at(level.depth);
     frame.error = if carried.is_null() { error } else { carried };
@@ -72,28 +72,31 @@ pub(super) fn enter_with_error(
     let budget = tatu_budget {
         size: size_of::<tatu_budget>() as u32,
         reserved: 0,
-        instructions: world.see(|w| &w.model.settings).map_or(0, |s| s.budget),
-        memory: world.see(|w| &w.model.settings).map_or(0, |s| s.memory),
+        instructions: world.borrow_part(|w| &w.model.settings).map_or(0, |s| s.budget),
+        memory: world.borrow_part(|w| &w.model.settings).map_or(0, |s| s.memory),
     };
     calls.caller.set(script.as_caller(world));
-    let outer_begun = calls.begun.replace(calls.arena.borrow().mark());
+    let outer_begun = calls.args_mark.replace(calls.arena.borrow().mark());
     let outer_cost = calls.cost.begin(budget.instructions, calls.scripts.get() == 0);
     calls.scripts.set(calls.scripts.get() + 1);
     let mut used = 0;
     let plugin = script.plugin(world);
     script.depth.set(script.depth.get() + 1);
-    let outer = world.border.watch.script(ScriptPlace::new(script.raw(&world.model.registry).place, script.data.get()));
-    let status = world.cross(plugin, call, script.slot, || f(script.data.get(), frame, &budget, &mut used, error));
-    world.border.watch.script(outer);
+    let outer =
+        world.monitor.watch.enter_script(ScriptPlace::new(script.raw(&world.model.registry).place, script.data.get()));
+    let status =
+        world.call_plugin(plugin, call, script.slot, || f(script.data.get(), frame, &budget, &mut used, error));
+    world.monitor.watch.enter_script(outer);
     script.depth.set(script.depth.get() - 1);
     calls.scripts.set(calls.scripts.get() - 1);
     let spent = calls.cost.end(outer_cost);
-    calls.begun.set(outer_begun);
-    let is_of_script = matches!(call, Call::CallFunc | Call::ScriptCall) && level.caller.kind == TATU_CALLER_NATIVE;
+    calls.args_mark.set(outer_begun);
+    let is_of_script =
+        matches!(call, PluginCall::CallFunc | PluginCall::ScriptCall) && level.caller.kind == TATU_CALLER_NATIVE;
     drop(level);
     script.instructions.set(script.instructions.get().saturating_add(used));
     frame.error = error;
-    let status = answer(error, status, true);
+    let status = check_status(error, status, true);
     // A function that another script calls costs that script what it costs this one, unless this one is ended.
     if is_of_script && status != TATU_ERR_BUDGET {
         // A language that reports more than the budget is not believed.
@@ -104,7 +107,7 @@ pub(super) fn enter_with_error(
         Ok(()) => status,
         Err(text) => {
             frame.n_results = 0;
-            say(error, TATU_ERR, &text)
+            set_error(error, TATU_ERR, &text)
         }
     };
     if status < 0 {
@@ -116,7 +119,7 @@ pub(super) fn enter_with_error(
 /// Returns the script to which a function reference belongs, and the reference's number within the script.
 pub(crate) fn owner_of_func(world: &WorldCell, func: tatu_func) -> Option<(Rc<Script>, u32)> {
     let script = world.run.scripts.try_borrow().ok()?.by_id(func >> 32)?;
-    script.is_there(world).then_some((script, func as u32))
+    script.is_live(world).then_some((script, func as u32))
 }
 
 /// Calls the script function that a reference denotes.
@@ -130,12 +133,12 @@ pub(crate) unsafe fn call_func(world: &WorldCell, func: tatu_func, frame: *mut t
     let Some((script, local)) = owner_of_func(world, func) else {
         f.n_results = 0;
         f.error = world.run.calls.error_at(world.run.calls.depth.get());
-        return say(f.error, TATU_ERR_GONE, "the function's script has ended");
+        return set_error(f.error, TATU_ERR_GONE, "the function's script has ended");
     };
     let Some(call) = script.raw(&world.model.registry).call_func else { return TATU_ERR_UNSUPPORTED };
     // SAFETY: `call` is from a plugin that is never unloaded, and `data` points to the script's live instance
-    // (`is_there`). The frame and the error object live until the call has returned.
-    enter(world, &script, Call::CallFunc, f, |data, frame, budget, used, error| unsafe {
+    // (`is_live`). The frame and the error object live until the call has returned.
+    enter(world, &script, PluginCall::CallFunc, f, |data, frame, budget, used, error| unsafe {
         call(data, local, frame, budget, used, error)
     })
 }
@@ -152,9 +155,9 @@ pub(crate) unsafe fn call_function(world: &WorldCell, slot: u32, name: &[u8], fr
     let refuse = |f: &mut tatu_call, status, text: &str| {
         f.error = world.run.calls.error_at(world.run.calls.depth.get());
         world.run.calls.refuse(status, text);
-        say(f.error, status, text)
+        set_error(f.error, status, text)
     };
-    let script = world.run.scripts.try_borrow().ok().and_then(|s| s.by_slot(slot)).filter(|s| s.is_there(world));
+    let script = world.run.scripts.try_borrow().ok().and_then(|s| s.by_slot(slot)).filter(|s| s.is_live(world));
     let Some(script) = script else {
         return refuse(f, TATU_ERR_GONE, &format!("object {slot} is not a running script"));
     };
@@ -165,11 +168,11 @@ pub(crate) unsafe fn call_function(world: &WorldCell, slot: u32, name: &[u8], fr
     };
     // SAFETY: `call` is from a plugin that is never unloaded, and `data` points to the script's live instance. The
     // frame and the error object live until the call has returned.
-    let status = enter(world, &script, Call::ScriptCall, f, |data, frame, budget, used, error| unsafe {
+    let status = enter(world, &script, PluginCall::ScriptCall, f, |data, frame, budget, used, error| unsafe {
         call(data, id, frame, budget, used, error)
     });
     if status < 0 {
-        world.run.calls.refuse(status, &said(f.error).text.unwrap_or_default());
+        world.run.calls.refuse(status, &read_error(f.error).text.unwrap_or_default());
     }
     status
 }
@@ -178,10 +181,10 @@ pub(crate) unsafe fn call_function(world: &WorldCell, slot: u32, name: &[u8], fr
 pub(crate) fn keep_func(world: &WorldCell, func: tatu_func) -> Option<tatu_func> {
     let (script, local) = owner_of_func(world, func)?;
     let keep = script.raw(&world.model.registry).keep_func?;
-    // SAFETY: `keep` is from a plugin that is never unloaded, and `script.data` points to a live instance
+    // SAFETY: `keep` is from a plugin that is never unloaded, and `enter_script.data` points to a live instance
     // (`owner_of_func`).
     let keep = || unsafe { keep(script.data.get(), local) };
-    let kept = world.cross_quietly(script.plugin(world), Call::KeepFunc, script.slot, keep);
+    let kept = world.call_plugin_reporting(script.plugin(world), PluginCall::KeepFunc, script.slot, keep);
     (kept != 0).then_some(script.id.get() << 32 | u64::from(kept))
 }
 
@@ -189,9 +192,9 @@ pub(crate) fn keep_func(world: &WorldCell, func: tatu_func) -> Option<tatu_func>
 pub(crate) fn drop_func(world: &WorldCell, func: tatu_func) {
     let Some((script, local)) = owner_of_func(world, func) else { return };
     if let Some(drop) = script.raw(&world.model.registry).drop_func {
-        // SAFETY: `drop` is from a plugin that is never unloaded, and `script.data` points to a live instance
+        // SAFETY: `drop` is from a plugin that is never unloaded, and `enter_script.data` points to a live instance
         // (`owner_of_func`).
         let drop = || unsafe { drop(script.data.get(), local) };
-        world.cross_quietly(script.plugin(world), Call::DropFunc, script.slot, drop);
+        world.call_plugin_reporting(script.plugin(world), PluginCall::DropFunc, script.slot, drop);
     }
 }

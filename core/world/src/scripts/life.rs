@@ -17,17 +17,17 @@ use std::rc::Rc;
 
 use tatu_plugin_api::{abi::*, safe::Value};
 
-use super::answers::entry;
-use crate::cell::{Callback, Kind, Phase, Script, Scripts, WorldCell};
+use super::answers::map_entry;
+use crate::cell::{Callback, Phase, Script, ScriptKind, Scripts, WorldCell};
 
 impl Scripts {
-    /// Creates the states of scripts that have no state yet, and loads their sources. If `of_run` is set, this applies
+    /// Creates the states of scripts that have no state yet, and loads their sources. If `ends_with_run` is set, this applies
     /// to child scripts and the driver, otherwise to all other scripts.
     pub fn begin(world: &WorldCell, of_run: bool) {
         let (mut i, mut any) = (0, of_run);
         while let Some(script) = Self::nth(world, i) {
             i += 1;
-            if script.kind.of_run() == of_run && script.id.get() == 0 && (of_run || !script.ended.get()) {
+            if script.kind.ends_with_run() == of_run && script.id.get() == 0 && (of_run || !script.ended.get()) {
                 script.begin(world);
                 any = true;
             }
@@ -42,8 +42,8 @@ impl Scripts {
     pub fn idle(world: &WorldCell) {
         Self::begin(world, false);
         Self::each_called(world, |script| {
-            if !script.kind.of_run() {
-                script.make_ready(world);
+            if !script.kind.ends_with_run() {
+                script.ensure_initialised(world);
                 script.resume_waits(world);
                 script.run_if_begun(world, Callback::NonSimulation, &[]);
             }
@@ -54,7 +54,7 @@ impl Scripts {
     pub fn run_addons(world: &WorldCell) {
         if Self::any_has(world, Callback::Run) {
             Self::each_called(world, |script| {
-                if script.kind >= Kind::Addon {
+                if script.kind >= ScriptKind::Addon {
                     script.run_if_begun(world, Callback::Run, &[]);
                 }
             });
@@ -63,16 +63,16 @@ impl Scripts {
 
     /// Creates the states of the scripts that live as long as the world, and calls a callback of one of them before any
     /// other.
-    pub fn ask_first(world: &WorldCell, slot: u32, callback: &str) -> Option<Value> {
+    pub fn call_first(world: &WorldCell, slot: u32, callback: &str) -> Option<Value> {
         Self::begin(world, false);
-        let script = world.run.scripts.borrow().by_slot(slot).filter(|s| s.is_there(world))?;
+        let script = world.run.scripts.borrow().by_slot(slot).filter(|s| s.is_live(world))?;
         let number = script.find(world, TATU_FIND_CALLBACK, callback.as_bytes());
-        script.ask_callback(world, number, &[])
+        script.query_callback(world, number, &[])
     }
 
     /// Runs a script that is not part of the document once, up to its `init`, and removes it without calling it again.
     pub fn run_once(world: &WorldCell, slot: u32) {
-        Self::ask_first(world, slot, "init");
+        Self::call_first(world, slot, "init");
         let script = world.run.scripts.borrow().by_slot(slot);
         if let Some(script) = script {
             script.end(world);
@@ -96,12 +96,13 @@ impl Scripts {
         if Self::any_has(world, Callback::BeforeStep) {
             for script in &*Self::in_order(world) {
                 let number = script.number(Callback::BeforeStep);
-                if number == 0 || !script.initialised.get() || !script.is_there(world) || script.kind == Kind::Main {
+                if number == 0 || !script.initialised.get() || !script.is_live(world) || script.kind == ScriptKind::Main
+                {
                     continue;
                 }
-                let answer = script.ask_callback(world, number, &[]);
-                script.settle(world);
-                hold |= answer.is_some_and(|a| entry(&a, "skip") == Some(&Value::Bool(true)));
+                let answer = script.query_callback(world, number, &[]);
+                script.carry_out_request(world);
+                hold |= answer.is_some_and(|a| map_entry(&a, "skip") == Some(&Value::Bool(true)));
             }
         }
         hold
@@ -110,19 +111,19 @@ impl Scripts {
     /// Runs the actuation of all scripts. For each script, calls `init` if it has not begun, and resumes commands that
     /// have finished waiting, before the callback.
     pub fn actuate(world: &WorldCell) {
-        Self::not_yet(world, TATU_STAGE_ACTUATE);
+        Self::begin_turn(world, TATU_STAGE_ACTUATE);
         Self::each_in_turn(world, Callback::Actuation, |script| script.actuate(world, &[]));
     }
 
     /// Runs the sensing of all scripts.
     pub fn react(world: &WorldCell) {
-        Self::not_yet(world, TATU_STAGE_REACT);
+        Self::begin_turn(world, TATU_STAGE_REACT);
         Self::each_in_turn(world, Callback::Sensing, |script| script.react(world, &[]));
     }
 
     /// Starts a new turn of a stage, in which no script has been called yet.
-    fn not_yet(world: &WorldCell, stage: u32) {
-        let turn = &world.run.scripts.borrow().turns[turn_of(stage)];
+    fn begin_turn(world: &WorldCell, stage: u32) {
+        let turn = &world.run.scripts.borrow().turns[turn_index(stage)];
         turn.set(turn.get() + 1);
     }
 
@@ -145,11 +146,11 @@ impl Scripts {
                 }
                 false
             });
-            if !is_below || script.kind != Kind::Child || script.had_turn(world, stage) {
+            if !is_below || script.kind != ScriptKind::Child || script.had_turn(world, stage) {
                 continue;
             }
             script.begin_if_late(world);
-            if script.is_there(world) {
+            if script.is_live(world) {
                 n += 1;
                 if stage == TATU_STAGE_ACTUATE { script.actuate(world, args) } else { script.react(world, args) }
             }
@@ -169,7 +170,7 @@ impl Scripts {
     /// Calls the `cleanup` callbacks of the run's scripts at the end of the last pass, each of them once.
     pub fn clean_up(world: &WorldCell) {
         for script in &*Self::in_order(world) {
-            if script.kind.of_run() {
+            if script.kind.ends_with_run() {
                 script.clean_up(world);
             }
         }
@@ -181,7 +182,7 @@ impl Scripts {
         let mut i = 0;
         while let Some(script) = Self::nth(world, i) {
             i += 1;
-            if script.kind.of_run() {
+            if script.kind.ends_with_run() {
                 script.end(world);
             }
         }
@@ -196,7 +197,7 @@ impl Scripts {
     pub fn end(world: &WorldCell) {
         Self::end_run(world);
         let all = Self::in_order(world);
-        let (scene, outside): (Vec<_>, Vec<_>) = all.iter().partition(|s| s.kind < Kind::Addon);
+        let (scene, outside): (Vec<_>, Vec<_>) = all.iter().partition(|s| s.kind < ScriptKind::Addon);
         for script in scene.into_iter().rev().chain(outside) {
             script.clean_up(world);
         }
@@ -218,24 +219,24 @@ impl Script {
 
     /// Calls `f` with the script, unless it is the driver. If it was added while the simulation was running, it begins
     /// first.
-    pub(super) fn called(self: &Rc<Self>, world: &WorldCell, f: impl Fn(&Rc<Self>)) {
+    pub(super) fn call_unless_driver(self: &Rc<Self>, world: &WorldCell, f: impl Fn(&Rc<Self>)) {
         self.begin_if_late(world);
-        if self.kind != Kind::Main && self.is_there(world) {
+        if self.kind != ScriptKind::Main && self.is_live(world) {
             f(self);
         }
     }
 
     /// Calls `init` and starts the thread of a script that has not begun.
-    fn make_ready(self: &Rc<Self>, world: &WorldCell) {
-        if !self.initialised.get() && self.is_there(world) {
+    fn ensure_initialised(self: &Rc<Self>, world: &WorldCell) {
+        if !self.initialised.get() && self.is_live(world) {
             self.initialise(world);
         }
     }
 
     /// Runs the script's actuation, once per turn of the stage.
     fn actuate(self: &Rc<Self>, world: &WorldCell, args: &[tatu_value]) {
-        if self.takes_turn(world, TATU_STAGE_ACTUATE) {
-            self.make_ready(world);
+        if self.try_begin_turn(world, TATU_STAGE_ACTUATE) {
+            self.ensure_initialised(world);
             self.resume_waits(world);
             self.run_if_begun(world, Callback::Actuation, args);
         }
@@ -243,30 +244,30 @@ impl Script {
 
     /// Runs the script's sensing, once per turn of the stage.
     fn react(self: &Rc<Self>, world: &WorldCell, args: &[tatu_value]) {
-        if self.takes_turn(world, TATU_STAGE_REACT) {
-            self.make_ready(world);
+        if self.try_begin_turn(world, TATU_STAGE_REACT) {
+            self.ensure_initialised(world);
             self.run_if_begun(world, Callback::Sensing, args);
         }
     }
 
     /// Marks the script as called in this turn of a stage; returns `false` if it was called before.
-    fn takes_turn(&self, world: &WorldCell, stage: u32) -> bool {
-        let now = world.run.scripts.borrow().turns[turn_of(stage)].get();
-        self.called_in[turn_of(stage)].replace(now) != now
+    fn try_begin_turn(&self, world: &WorldCell, stage: u32) -> bool {
+        let now = world.run.scripts.borrow().turns[turn_index(stage)].get();
+        self.called_in[turn_index(stage)].replace(now) != now
     }
     /// Returns whether the script was called in this turn of a stage.
     fn had_turn(&self, world: &WorldCell, stage: u32) -> bool {
-        self.called_in[turn_of(stage)].get() == world.run.scripts.borrow().turns[turn_of(stage)].get()
+        self.called_in[turn_index(stage)].get() == world.run.scripts.borrow().turns[turn_index(stage)].get()
     }
 
     /// Runs one pass of the driver: first `init`, then its callbacks, which request the stages, and in the last pass
     /// `cleanup`. If the driver could not be loaded or has exceeded its budget, no stage is run: steps are counted, but
     /// simulation time does not advance.
     pub fn drive(self: &Rc<Self>, world: &WorldCell) {
-        if !self.is_there(world) {
+        if !self.is_live(world) {
             return;
         }
-        self.make_ready(world);
+        self.ensure_initialised(world);
         self.resume_waits(world);
         self.run_if_begun(world, Callback::Actuation, &[]);
         self.run_if_begun(world, Callback::Sensing, &[]);
@@ -278,6 +279,6 @@ impl Script {
 }
 
 /// Returns the index of a stage among those that call scripts.
-pub(super) fn turn_of(stage: u32) -> usize {
+pub(super) fn turn_index(stage: u32) -> usize {
     usize::from(stage != TATU_STAGE_ACTUATE)
 }

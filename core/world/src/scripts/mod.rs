@@ -19,18 +19,18 @@ mod snapshot;
 use std::rc::Rc;
 
 use tatu_plugin_api::{abi::*, safe::Value};
-use tatu_scene::{Data, document::ScriptSpec, is_alias};
+use tatu_scene::{ObjectVariant, document::ScriptSpec, is_alias};
 
-pub(crate) use answers::entry;
-pub(crate) use enter::{Room, call_func, call_function, drop_func, keep_func, owner_of_func};
-pub(crate) use reload::{Handed, Written};
+pub(crate) use answers::map_entry;
+pub(crate) use enter::{ResultBuffer, call_func, call_function, drop_func, keep_func, owner_of_func};
+pub(crate) use reload::{SaveResult, StateTransfer};
 pub(crate) use snapshot::ScriptImage;
 
-use crate::cell::{Callback, Kind, Script, ScriptSummary, Scripts, WorldCell};
+use crate::cell::{Callback, Script, ScriptKind, ScriptSummary, Scripts, WorldCell};
 
 impl Scripts {
     /// Adds the scripts of the document. Each script is represented by an object, whose parent is the script's owner.
-    pub fn declare(world: &WorldCell, slots: &[u32]) {
+    pub fn add_from_document(world: &WorldCell, slots: &[u32]) {
         for (spec, owner) in world.model.document.objects.iter().zip(slots) {
             for s in &spec.scripts {
                 Self::add(world, *owner, s);
@@ -41,16 +41,16 @@ impl Scripts {
     /// Adds a script that belongs to an object, or to no object if `owner` is 0. Returns the slot of the script's own
     /// object, or `None` if no slot is free or its kind is unknown.
     pub fn add(world: &WorldCell, owner: u32, spec: &ScriptSpec) -> Option<u32> {
-        let kind = Kind::parse(&spec.kind)?;
+        let kind = ScriptKind::parse(&spec.kind)?;
         let local = nalgebra::Isometry3::identity();
         let mut scene = world.state.scene.try_borrow_mut().ok()?;
         // In files where scripts are objects, the name is an alias; otherwise it is the name of a source file or of the
         // owner.
         let is_owners = scene.get(owner).is_some_and(|o| o.alias() == spec.name);
         let is_own = is_alias(&spec.name) && !spec.name.contains('.') && !is_owners;
-        let of_object = matches!(kind, Kind::Child | Kind::Customization);
+        let of_object = matches!(kind, ScriptKind::Child | ScriptKind::Customization);
         let alias = if is_own && of_object { spec.name.as_str() } else { "script" };
-        let slot = scene.add(owner, alias, local, Data::Script)?;
+        let slot = scene.add(owner, alias, local, ObjectVariant::Script)?;
         drop(scene);
         let default = world.model.settings.borrow().dialect.clone();
         let script = Rc::new(Script::new(slot, kind, spec, default));
@@ -67,15 +67,15 @@ impl Scripts {
         world.run.scripts.try_borrow().ok()?.list.get(i).cloned()
     }
     /// Returns whether a script that is not part of the document could end a pause.
-    pub fn any_addon_waits(&self) -> bool {
-        let waits = |s: &Rc<Script>| s.kind >= Kind::Addon && !s.dead.get() && s.number(Callback::Suspended) != 0;
+    pub fn any_addon_handles_pause(&self) -> bool {
+        let waits = |s: &Rc<Script>| s.kind >= ScriptKind::Addon && !s.dead.get() && s.number(Callback::Suspended) != 0;
         self.list.iter().any(waits)
     }
     /// Returns whether the caller is a script whose state ends with the run.
     pub fn caller_is_of_run(world: &WorldCell) -> bool {
         let caller = world.run.calls.caller.get();
         let script = world.run.scripts.try_borrow().ok().and_then(|s| s.by_id(caller.instance));
-        script.is_some_and(|s| s.kind.of_run())
+        script.is_some_and(|s| s.kind.ends_with_run())
     }
     /// Returns whether any script that has begun defines a callback.
     pub fn any_has(world: &WorldCell, callback: Callback) -> bool {
@@ -88,7 +88,7 @@ impl Scripts {
         if !world.run.callback_mask.any_driver() {
             return None;
         }
-        world.run.scripts.try_borrow().ok()?.list.iter().find(|s| s.kind == Kind::Main).cloned()
+        world.run.scripts.try_borrow().ok()?.list.iter().find(|s| s.kind == ScriptKind::Main).cloned()
     }
 
     /// Returns all scripts in the current calling order. Scripts that were added while the simulation was running and
@@ -131,7 +131,7 @@ impl Scripts {
     /// Calls `f` with all scripts except the driver, in order.
     fn each_called(world: &WorldCell, f: impl Fn(&Rc<Script>)) {
         for script in &*Self::in_order(world) {
-            script.called(world, &f);
+            script.call_unless_driver(world, &f);
         }
     }
 
@@ -140,13 +140,13 @@ impl Scripts {
         let order = Self::in_order(world);
         let mut rest = 0..order.len();
         while let Some(i) = rest.next() {
-            let beside = parallel_scripts::how_many(world, &order[i..]);
+            let beside = parallel_scripts::parallel_count(world, &order[i..]);
             if beside > 0 {
                 parallel_scripts::run(world, &order[i..i + beside], callback, &f);
                 rest.start = i + beside;
                 continue;
             }
-            order[i].called(world, &f);
+            order[i].call_unless_driver(world, &f);
         }
     }
 
@@ -158,7 +158,7 @@ impl Scripts {
     }
 
     /// Like `each_has`, but with one argument.
-    pub fn tell(world: &WorldCell, callback: Callback, payload: &Value) {
+    pub fn call_with_payload(world: &WorldCell, callback: Callback, payload: &Value) {
         if Self::any_has(world, callback) {
             Self::with_payload(world, payload, |payload| {
                 Self::each_called(world, |s| s.run_if_begun(world, callback, &[payload]));
@@ -167,7 +167,7 @@ impl Scripts {
     }
 
     /// Notifies the scripts of sensors that the sensors have been measured, in order.
-    pub fn measured(world: &WorldCell, sensors: &[u32]) {
+    pub fn notify_measured(world: &WorldCell, sensors: &[u32]) {
         if !Self::any_has(world, Callback::Measured) {
             return;
         }
@@ -185,7 +185,7 @@ impl Scripts {
 
     /// Calls a callback of the scripts that define it, in order or in reverse order, until a script answers with a map.
     /// An answer whose key `ignore` is true is skipped.
-    pub fn ask(world: &WorldCell, callback: Callback, payload: &Value, last_first: bool) -> Option<Value> {
+    pub fn first_answer(world: &WorldCell, callback: Callback, payload: &Value, last_first: bool) -> Option<Value> {
         let mut all = Self::in_order(world).to_vec();
         if last_first {
             all.reverse();
@@ -194,12 +194,12 @@ impl Scripts {
         Self::with_payload(world, payload, |payload| {
             answer = all.iter().find_map(|script| {
                 let number = script.number(callback);
-                if number == 0 || !script.initialised.get() || !script.is_there(world) {
+                if number == 0 || !script.initialised.get() || !script.is_live(world) {
                     return None;
                 }
-                let answer = script.ask_callback(world, number, &[payload]);
-                script.settle(world);
-                answer.filter(|a| entry(a, "ignore") != Some(&Value::Bool(true)))
+                let answer = script.query_callback(world, number, &[payload]);
+                script.carry_out_request(world);
+                answer.filter(|a| map_entry(a, "ignore") != Some(&Value::Bool(true)))
             });
         });
         answer
@@ -221,7 +221,7 @@ impl Scripts {
     /// Calls a callback by name in all scripts that define it, except one.
     pub fn broadcast(world: &WorldCell, name: &[u8], args: &[tatu_value], except: u32) {
         for script in &*Self::in_order(world) {
-            if script.is_there(world) && script.slot != except && script.initialised.get() {
+            if script.is_live(world) && script.slot != except && script.initialised.get() {
                 let id = script.find(world, TATU_FIND_CALLBACK, name);
                 if id != 0 {
                     script.callback_with(world, id, args);
@@ -237,7 +237,7 @@ impl Scripts {
             else {
                 return;
             };
-            let is_there = |s: &Rc<Script>| matches!(scene.get(s.slot).map(|o| &o.data), Some(Data::Script));
+            let is_there = |s: &Rc<Script>| matches!(scene.get(s.slot).map(|o| &o.data), Some(ObjectVariant::Script));
             if scripts.list.iter().all(is_there) {
                 return;
             }
@@ -264,9 +264,9 @@ impl Scripts {
         {
             let mut scripts = world.run.scripts.borrow_mut();
             let old = std::mem::take(&mut scripts.list);
-            let (mut there, outside): (Vec<_>, Vec<_>) = old.into_iter().partition(|s| s.kind < Kind::Addon);
+            let (mut there, outside): (Vec<_>, Vec<_>) = old.into_iter().partition(|s| s.kind < ScriptKind::Addon);
             for (slot, spec) in wanted {
-                let Some(kind) = Kind::parse(&spec.kind) else { continue };
+                let Some(kind) = ScriptKind::parse(&spec.kind) else { continue };
                 let known = there.iter().position(|s| s.slot == *slot).map(|at| there.remove(at));
                 match known {
                     Some(same) if !texts || same.spec(same.text.to_vec()) == *spec => scripts.list.push(same),
@@ -285,19 +285,19 @@ impl Scripts {
     }
 
     /// Returns a summary of each script, in the order in which the scripts were added.
-    pub fn told(world: &WorldCell) -> Vec<ScriptSummary> {
+    pub fn summaries(world: &WorldCell) -> Vec<ScriptSummary> {
         let Ok(scripts) = world.run.scripts.try_borrow() else { return Vec::new() };
-        scripts.list.iter().map(|s| s.tell(world)).collect()
+        scripts.list.iter().map(|s| s.summary(world)).collect()
     }
 }
 
 impl Script {
-    fn tell(&self, world: &WorldCell) -> ScriptSummary {
+    fn summary(&self, world: &WorldCell) -> ScriptSummary {
         ScriptSummary {
             object: self.owner_path(world),
             kind: self.kind_name.clone(),
-            dialect: self.told.dialect.borrow().clone(),
-            calls: self.told.calls(),
+            dialect: self.call_counts.dialect.borrow().clone(),
+            calls: self.call_counts.calls(),
             instructions: self.instructions.get(),
         }
     }

@@ -16,17 +16,17 @@ use std::{
 use tatu_plugin_api::abi::*;
 use tatu_plugins::thread_grant::ThreadGrant;
 
-use super::life::turn_of;
+use super::life::turn_index;
 use crate::{
-    calls::kept,
-    cell::{Callback, DeferredEffect, ExitRequest, Kind, Owner, Script, ScriptWorker, WorkerView, WorldCell},
+    calls::clone_error,
+    cell::{Callback, DeferredEffect, ExitRequest, Script, ScriptKind, ScriptWorker, WaitOwner, WorkerView, WorldCell},
 };
 
 /// Number of consecutive scripts that a thread runs at a time, because neighbouring scripts share cache lines.
-const CHUNK: usize = 32;
+const SCRIPTS_PER_CHUNK: usize = 32;
 
 /// Returns how many of the next scripts are permitted to run in parallel.
-pub(super) fn how_many(world: &WorldCell, order: &[Rc<Script>]) -> usize {
+pub(super) fn parallel_count(world: &WorldCell, order: &[Rc<Script>]) -> usize {
     // Stand-ins are created when scripts look up objects, which requires access to the world itself.
     if world.run.stand_ins.is_on() {
         return 0;
@@ -35,7 +35,7 @@ pub(super) fn how_many(world: &WorldCell, order: &[Rc<Script>]) -> usize {
 }
 
 /// Data that the threads of a stage share.
-struct Stage<'a> {
+struct ParallelStage<'a> {
     world: &'a WorldCell,
     order: &'a [Rc<Script>],
     callback: Callback,
@@ -49,7 +49,7 @@ struct Stage<'a> {
 
 /// Runs scripts in parallel. `alone` runs a script that cannot run in parallel at present.
 pub(super) fn run(world: &WorldCell, order: &[Rc<Script>], callback: Callback, alone: &impl Fn(&Rc<Script>)) {
-    let chunks = order.len().div_ceil(CHUNK);
+    let chunks = order.len().div_ceil(SCRIPTS_PER_CHUNK);
     let workers = world.run.pool().current_num_threads().min(chunks);
     let taken = {
         let Ok(mut all) = world.workers.try_borrow_mut() else { return };
@@ -65,8 +65,8 @@ pub(super) fn run(world: &WorldCell, order: &[Rc<Script>], callback: Callback, a
             (world.state.scene.borrow(), world.devices.sensing.borrow(), world.run.scripts.borrow());
         let (_dynamics, _settings, _instances) =
             (world.state.dynamics.borrow(), world.model.settings.borrow(), world.devices.instances.borrow());
-        let place = turn_of(stage_of(callback));
-        let stage = Stage {
+        let place = turn_index(stage_of(callback));
+        let stage = ParallelStage {
             world,
             order,
             callback,
@@ -78,7 +78,7 @@ pub(super) fn run(world: &WorldCell, order: &[Rc<Script>], callback: Callback, a
         };
         let stage = &stage;
         if workers == 1 {
-            stage.work(0, &taken[0]);
+            stage.run_chunks(0, &taken[0]);
         } else {
             world.run.pool().in_place_scope(|scope| {
                 for (i, worker) in taken[..workers].iter().enumerate().skip(1) {
@@ -89,19 +89,19 @@ pub(super) fn run(world: &WorldCell, order: &[Rc<Script>], callback: Callback, a
                     let mut granted = unsafe { ThreadGrant::new((stage, worker)) };
                     scope.spawn(move |_| {
                         let (stage, worker) = granted.get();
-                        stage.work(i, worker);
+                        stage.run_chunks(i, worker);
                     });
                 }
-                stage.work(0, &taken[0]);
+                stage.run_chunks(0, &taken[0]);
             });
         }
     }
-    settle(world, order, &taken[..workers], alone);
+    apply_effects(world, order, &taken[..workers], alone);
     world.workers.replace(taken);
 }
 
 /// Applies the effects of the scripts of a stage, in script order.
-fn settle(world: &WorldCell, order: &[Rc<Script>], workers: &[ScriptWorker], alone: &impl Fn(&Rc<Script>)) {
+fn apply_effects(world: &WorldCell, order: &[Rc<Script>], workers: &[ScriptWorker], alone: &impl Fn(&Rc<Script>)) {
     let (mut chunks, mut effects) = (Vec::new(), Vec::with_capacity(workers.len()));
     for (i, worker) in workers.iter().enumerate() {
         let (done, begun) = worker.end(world);
@@ -115,7 +115,7 @@ fn settle(world: &WorldCell, order: &[Rc<Script>], workers: &[ScriptWorker], alo
         while !rest.is_empty() {
             let drives = set_drives(world, rest);
             if let Some(effect) = rest.get_mut(drives) {
-                settle_one(world, order, std::mem::replace(effect, DeferredEffect::Done), alone);
+                apply_effect(world, order, std::mem::replace(effect, DeferredEffect::Done), alone);
             }
             let done = rest.len().min(drives + 1);
             rest = &mut rest[done..];
@@ -124,7 +124,7 @@ fn settle(world: &WorldCell, order: &[Rc<Script>], workers: &[ScriptWorker], alo
     workers.iter().zip(effects).for_each(|(worker, effects)| worker.reuse(effects));
 }
 
-fn settle_one(world: &WorldCell, order: &[Rc<Script>], effect: DeferredEffect, alone: &impl Fn(&Rc<Script>)) {
+fn apply_effect(world: &WorldCell, order: &[Rc<Script>], effect: DeferredEffect, alone: &impl Fn(&Rc<Script>)) {
     match effect {
         DeferredEffect::Done | DeferredEffect::Set(..) => {}
         DeferredEffect::Line(level, text) => world.log(level, &text),
@@ -134,10 +134,10 @@ fn settle_one(world: &WorldCell, order: &[Rc<Script>], effect: DeferredEffect, a
             *world.run.calls.blame.borrow_mut() = blame;
             order[i].fail(world, status, error.raw());
             order[i].find_callbacks(world);
-            order[i].settle(world);
+            order[i].carry_out_request(world);
         }
-        DeferredEffect::Settle(i) => order[i].settle(world),
-        DeferredEffect::Alone(i) => order[i].called(world, alone),
+        DeferredEffect::Settle(i) => order[i].carry_out_request(world),
+        DeferredEffect::Alone(i) => order[i].call_unless_driver(world, alone),
     }
 }
 
@@ -154,10 +154,10 @@ fn set_drives(world: &WorldCell, effects: &[DeferredEffect]) -> usize {
     effects.len()
 }
 
-impl Stage<'_> {
+impl ParallelStage<'_> {
     /// Runs chunks of scripts in a worker: first the worker's own chunks, then chunks that other workers have not
     /// taken.
-    fn work(&self, own: usize, worker: &ScriptWorker) {
+    fn run_chunks(&self, own: usize, worker: &ScriptWorker) {
         // SAFETY: the world that `worker` refers to is alive and unchanged during the call: `run` holds shared borrows
         // of all parts that workers read, until all threads are done.
         let run = || unsafe {
@@ -166,9 +166,9 @@ impl Stage<'_> {
                     let (next, end) = &self.chunks[i];
                     while let Some(chunk) = Some(next.fetch_add(1, Relaxed)).filter(|c| c < end) {
                         worker.begin_chunk(chunk);
-                        let end = self.order.len().min((chunk + 1) * CHUNK);
-                        for at in chunk * CHUNK..end {
-                            self.one(cell, worker, at);
+                        let end = self.order.len().min((chunk + 1) * SCRIPTS_PER_CHUNK);
+                        for at in chunk * SCRIPTS_PER_CHUNK..end {
+                            self.run_script(cell, worker, at);
                         }
                     }
                 }
@@ -178,7 +178,7 @@ impl Stage<'_> {
     }
 
     /// Runs one script.
-    fn one(&self, cell: &WorldCell, worker: &WorkerView, at: usize) {
+    fn run_script(&self, cell: &WorldCell, worker: &WorkerView, at: usize) {
         let script = &self.order[at];
         let (place, turn) = self.turn;
         if script.called_in[place].get() == turn {
@@ -187,17 +187,17 @@ impl Stage<'_> {
         worker.begin_script();
         // Errors of earlier scripts in this worker must not be visible to this one.
         cell.run.calls.blame.take();
-        cell.run.calls.last.borrow_mut().fresh();
+        cell.run.calls.last_refusal.borrow_mut().reset();
         if !self.is_ready(cell, script) {
             return worker.note(DeferredEffect::Alone(at));
         }
         script.called_in[place].set(turn);
         let number = script.number(self.callback);
-        if number == 0 || !script.is_there(cell) {
+        if number == 0 || !script.is_live(cell) {
             return;
         }
-        script.ask_and(cell, number, &[], |status, error| {
-            let kept = kept(error);
+        script.query_callback_or(cell, number, &[], |status, error| {
+            let kept = clone_error(error);
             let blame = cell.run.calls.blame.borrow_mut().take();
             // The drives that the script has set are recorded before its failure, which may cause its clean-up: the
             // clean-up must override them.
@@ -205,7 +205,7 @@ impl Stage<'_> {
             worker.note(DeferredEffect::Failed(at, status, Box::new((kept, blame))));
         });
         worker.end_script();
-        if script.asked.get() != ExitRequest::Nothing {
+        if script.exit_request.get() != ExitRequest::Nothing {
             worker.note(DeferredEffect::Settle(at));
         }
     }
@@ -215,13 +215,13 @@ impl Stage<'_> {
         // SAFETY: `as_ptr` points to the list of waits, which lives as long as the world and is not modified, since no
         // wait begins or ends while scripts run in parallel. The `RefCell`'s borrow count is bypassed because several
         // threads read at once, and the count is not atomic.
-        let waits = || unsafe { (*self.world.run.calls.waits.as_ptr()).any_of(Owner::Script(script.id.get())) };
-        script.kind != Kind::Main
+        let waits = || unsafe { (*self.world.run.calls.waits.as_ptr()).any_of(WaitOwner::Script(script.id.get())) };
+        script.kind != ScriptKind::Main
             && script.initialised.get()
             && !script.cleaned.get()
             && script.raw(&cell.model.registry).flags & TATU_LANGUAGE_SIDE_BY_SIDE != 0
             && script.depth.get() == 0
-            && script.asked.get() == ExitRequest::Nothing
+            && script.exit_request.get() == ExitRequest::Nothing
             && !(self.waits && waits())
     }
 }

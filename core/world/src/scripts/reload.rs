@@ -2,24 +2,24 @@
 
 use std::rc::Rc;
 
-use tatu_errors::{Error, Place, Result};
+use tatu_errors::{Error, Result, SourceLocation};
 use tatu_scene::document::ScriptSpec;
 
 use crate::{
-    cell::{InstanceImage, Kind, Script, Scripts, WorldCell},
-    instances::{Living, load_instance},
+    cell::{InstanceImage, Script, ScriptKind, Scripts, WorldCell},
+    instances::{InstanceRef, load_instance},
 };
 
 /// The state that an instance saved, or the reason why it could not be saved.
-pub(crate) type Written = Result<InstanceImage, String>;
+pub(crate) type SaveResult = Result<InstanceImage, String>;
 
 /// The outcome for a script's state when the script is replaced.
 #[derive(Debug, PartialEq, Eq)]
-pub(crate) enum Handed {
+pub(crate) enum StateTransfer {
     /// The new script continues with the state of the old one.
-    Kept,
+    Continued,
     /// The new script starts from scratch, because there was no state to pass on.
-    Begun,
+    Fresh,
     /// The new script starts from scratch, for this reason.
     Reset(String),
 }
@@ -27,20 +27,20 @@ pub(crate) enum Handed {
 impl Scripts {
     /// Returns the scripts whose language belongs to a plugin, each with its saved state, or `None` for a script that
     /// has not begun or has failed.
-    pub fn written(world: &WorldCell, plugin: usize) -> Vec<(Rc<Script>, Option<Written>)> {
+    pub fn save_of_plugin(world: &WorldCell, plugin: usize) -> Vec<(Rc<Script>, Option<SaveResult>)> {
         let all = world.run.scripts.borrow().list.clone();
         let of_plugin = all.into_iter().filter(|s| s.plugin(world) == plugin);
-        of_plugin.map(|s| (s.clone(), s.written(world))).collect()
+        of_plugin.map(|s| (s.clone(), s.save_for_replacement(world))).collect()
     }
 
     /// Returns the scripts that are not part of the document.
-    pub fn from_outside(world: &WorldCell) -> Vec<Rc<Script>> {
-        world.run.scripts.borrow().list.iter().filter(|s| s.kind >= Kind::Addon).cloned().collect()
+    pub fn outside_document(world: &WorldCell) -> Vec<Rc<Script>> {
+        world.run.scripts.borrow().list.iter().filter(|s| s.kind >= ScriptKind::Addon).cloned().collect()
     }
 
     /// Replaces a script with a new one, and passes on its state. The caller must [end](Script::end_replaced) the old
     /// script afterwards.
-    pub fn replace(world: &WorldCell, old: &Rc<Script>, new: &Rc<Script>, image: Option<Written>) -> Handed {
+    pub fn replace(world: &WorldCell, old: &Rc<Script>, new: &Rc<Script>, image: Option<SaveResult>) -> StateTransfer {
         if let Some(place) = world.run.scripts.borrow_mut().list.iter_mut().find(|s| Rc::ptr_eq(s, old)) {
             *place = new.clone();
         }
@@ -48,9 +48,9 @@ impl Scripts {
         new.calls.set(old.calls.get());
         new.instructions.set(old.instructions.get());
         match image {
-            None => Handed::Begun,
-            Some(Err(why)) => Handed::Reset(why),
-            Some(Ok(image)) => new.take_over(world, &image),
+            None => StateTransfer::Fresh,
+            Some(Err(why)) => StateTransfer::Reset(why),
+            Some(Ok(image)) => new.restore_state(world, &image),
         }
     }
 }
@@ -82,26 +82,26 @@ impl Script {
     }
 
     /// Saves the script's state, or returns `None` if the script has no state.
-    pub fn written(&self, world: &WorldCell) -> Option<Written> {
+    pub fn save_for_replacement(&self, world: &WorldCell) -> Option<SaveResult> {
         let lives = self.initialised.get() && !self.dead.get() && !self.data.get().is_null();
         // Event handlers belong to the state that registered them.
-        let listens = world.run.outside.bus.has_of(self.id.get());
+        let listens = world.run.connections.bus.has_subscription_of(self.id.get());
         let why = || Err("functions that it registered for events are not carried over".to_owned());
         lives.then(|| if listens { why() } else { self.save(world) })
     }
 
     /// Creates a script to replace this one, and loads its source if this script has been loaded. The new script is not
     /// in the list of scripts yet. If its source cannot be loaded, returns an error and changes nothing.
-    pub fn renewed(&self, world: &WorldCell, spec: Option<&ScriptSpec>) -> Result<Rc<Script>> {
+    pub fn create_replacement(&self, world: &WorldCell, spec: Option<&ScriptSpec>) -> Result<Rc<Script>> {
         let default = world.model.settings.borrow().dialect.clone();
         let own = self.spec(self.text.to_vec());
         let new = Rc::new(Script::new(self.slot, self.kind, spec.unwrap_or(&own), default));
         // The id is from a separate range, so that the ids of later instances do not change.
-        if let Err((status, mut error)) = new.try_begin(world, world.devices.new_replacement()) {
+        if let Err((status, mut error)) = new.try_begin(world, world.devices.next_replacement_id()) {
             let fault = new.fault(world, status, error.raw());
             new.destroy(world);
             let text = format!("the new source of {} cannot be loaded: {}", new.name, fault.message);
-            let place = fault.line.map(|line| Place {
+            let place = fault.line.map(|line| SourceLocation {
                 file: fault.file.unwrap_or_default().into(),
                 line: line as usize,
                 column: 1,
@@ -120,27 +120,27 @@ impl Script {
 
     /// Loads the state without calling `init`, which the language accepts if the sources are equivalent. Otherwise,
     /// calls `init` and lets the language restore the parts of the state that fit.
-    fn take_over(self: &Rc<Self>, world: &WorldCell, image: &InstanceImage) -> Handed {
+    fn restore_state(self: &Rc<Self>, world: &WorldCell, image: &InstanceImage) -> StateTransfer {
         let load = || {
             let life = &world.model.registry.languages[self.language].life;
-            let of = Living { plugin: self.plugin(world), slot: self.slot, data: self.data.get() };
+            let of = InstanceRef { plugin: self.plugin(world), slot: self.slot, data: self.data.get() };
             load_instance(world, &of, life, image)
         };
         if load().is_ok() {
             self.initialised.set(true);
             self.find_callbacks(world);
-            return Handed::Kept;
+            return StateTransfer::Continued;
         }
         // A failed load may have changed a part of the state.
         self.destroy(world);
-        if let Err((status, mut error)) = self.try_begin(world, world.devices.new_replacement()) {
+        if let Err((status, mut error)) = self.try_begin(world, world.devices.next_replacement_id()) {
             self.fail(world, status, error.raw());
-            return Handed::Reset("it could not be started a second time".into());
+            return StateTransfer::Reset("it could not be started a second time".into());
         }
-        let mut handed = Handed::Kept;
+        let mut handed = StateTransfer::Continued;
         self.initialise_and(world, || {
             if let Err(why) = load() {
-                handed = Handed::Reset(why);
+                handed = StateTransfer::Reset(why);
             }
         });
         handed

@@ -6,21 +6,21 @@ use tatu_errors::{Fault, FaultKind};
 use tatu_plugin_api::{abi::*, safe::Value};
 use tatu_plugins::{
     Registry,
-    border::{ErrorSlot, Said, raw},
-    watchdog::Call,
+    border::{ErrorContents, ErrorSlot, raw},
+    watchdog::PluginCall,
 };
 
 use super::enter;
 use crate::{
-    calls::{call_command, kept, said},
-    cell::{CALLBACKS, Callback, Caller, ExitRequest, Kind, Order, Owner, Script, WorldCell},
+    calls::{call_command, clone_error, read_error},
+    cell::{CALLBACKS, Callback, Caller, ExitRequest, Script, ScriptKind, ScriptOrder, WaitOwner, WorldCell},
 };
 
 impl Script {
-    pub(super) fn is_there(&self, world: &WorldCell) -> bool {
+    pub(super) fn is_live(&self, world: &WorldCell) -> bool {
         !self.data.get().is_null()
             && !self.dead.get()
-            && world.see(|w| &w.state.scene).is_some_and(|s| s.get(self.slot).is_some())
+            && world.borrow_part(|w| &w.state.scene).is_some_and(|s| s.get(self.slot).is_some())
     }
 
     /// Returns the index of the plugin of the script's language.
@@ -35,7 +35,7 @@ impl Script {
     /// Creates the script's state and loads its source. If this fails, the error is reported, and the script does not
     /// run.
     pub(super) fn begin(&self, world: &WorldCell) {
-        if let Err((status, mut error)) = self.try_begin(world, world.devices.new_instance()) {
+        if let Err((status, mut error)) = self.try_begin(world, world.devices.next_instance_id()) {
             self.fail(world, status, error.raw());
         }
     }
@@ -54,7 +54,7 @@ impl Script {
             let number = before.filter(|s| scene.get(s.slot).is_some_and(|o| o.parent == at)).count();
             (scene.id(self.slot), format!("{}/script{number}", scene.get(at).map_or(String::new(), |o| o.name())))
         };
-        let info = world.instance_again(owner, &key, number);
+        let info = world.instance_info_with_id(owner, &key, number);
         self.id.set(info.id);
         let (mut data, mut error) = (std::ptr::null_mut(), ErrorSlot::new());
         world.run.calls.caller.set(self.as_caller(world));
@@ -66,14 +66,14 @@ impl Script {
             // Calls of the script's commands are recorded under its owner.
             let scene = world.state.scene.borrow();
             let owner = scene.get(self.slot).map_or(0, |o| o.parent);
-            world.border.watch.name(owner, scene.path(owner));
-            world.border.watch.name(self.slot, scene.path(self.slot));
+            world.monitor.watch.set_object_name(owner, scene.path(owner));
+            world.monitor.watch.set_object_name(self.slot, scene.path(self.slot));
         }
-        let status = world.cross(language.plugin, Call::Create, self.slot, create);
-        let status = error.answer(status, false);
+        let status = world.call_plugin(language.plugin, PluginCall::Create, self.slot, create);
+        let status = error.check_status(status, false);
         if status < 0 {
             world.run.calls.caller.set(Caller::HOST);
-            error.name_plugin(status, &plugin.id, Call::Create);
+            error.name_plugin(status, &plugin.id, PluginCall::Create);
             return Err((status, error));
         }
         self.data.set(data);
@@ -81,7 +81,7 @@ impl Script {
         self.dead.set(false);
         self.cleaned.set(false);
         self.ended.set(false);
-        self.asked.set(ExitRequest::Nothing);
+        self.exit_request.set(ExitRequest::Nothing);
         self.callbacks.set([0; CALLBACKS.len()]);
         self.calls.set(0);
         let mut chosen = raw(&[]);
@@ -89,14 +89,14 @@ impl Script {
         let load = || {
             // SAFETY: `data` points to the instance that `create` created. The strings, `chosen` and the error object
             // live until the call has returned.
-            language.raw.load.map_or(TATU_ERR, |f| unsafe { f(data, text, name, dialect, &mut chosen, error.fresh()) })
+            language.raw.load.map_or(TATU_ERR, |f| unsafe { f(data, text, name, dialect, &mut chosen, error.reset()) })
         };
-        let status = world.cross(language.plugin, Call::ScriptLoad, self.slot, load);
-        let status = error.answer(status, false);
+        let status = world.call_plugin(language.plugin, PluginCall::ScriptLoad, self.slot, load);
+        let status = error.check_status(status, false);
         world.run.calls.caller.set(Caller::HOST);
         if status < 0 {
             self.dead.set(true);
-            error.name_plugin(status, &plugin.id, Call::ScriptLoad);
+            error.name_plugin(status, &plugin.id, PluginCall::ScriptLoad);
             return Err((status, error));
         }
         let is_within = |text: tatu_str| {
@@ -104,17 +104,17 @@ impl Script {
         };
         if chosen.len > 0 && [text, name, dialect].into_iter().any(is_within) {
             let what = "returned a dialect in `chosen` that points into its arguments; it must own this string";
-            self.breach(world, Call::ScriptLoad, what);
+            self.report_breach(world, PluginCall::ScriptLoad, what);
         }
         self.dialect.set(if chosen.ptr.is_null() { raw(&[]) } else { chosen });
         // SAFETY: `data` points to a live instance of the language, whose plugin is never unloaded.
         let traits = || language.raw.traits.map_or(0, |f| unsafe { f(data) });
-        let traits = world.cross_quietly(language.plugin, Call::ScriptTraits, self.slot, traits);
+        let traits = world.call_plugin_reporting(language.plugin, PluginCall::ScriptTraits, self.slot, traits);
         let known = TATU_SCRIPT_SILENT | TATU_SCRIPT_MODERN | TATU_SCRIPT_THREADED;
         if traits & !known != 0 {
-            self.breach(
+            self.report_breach(
                 world,
-                Call::ScriptTraits,
+                PluginCall::ScriptTraits,
                 &format!("returned the traits {traits:#x}, but only the bits {known:#x} are defined"),
             );
         }
@@ -123,42 +123,47 @@ impl Script {
         self.threaded.set(traits & TATU_SCRIPT_THREADED != 0);
         // SAFETY: the string is owned by the instance, which was just created and lives until the string has been
         // copied.
-        *self.told.dialect.borrow_mut() = unsafe { tatu_plugins::border::text(self.dialect.get()) }.into_owned();
-        self.told.renumber();
+        *self.call_counts.dialect.borrow_mut() = unsafe { tatu_plugins::border::text(self.dialect.get()) }.into_owned();
+        self.call_counts.clear_ids();
         Ok(())
     }
 
     /// Returns the order that the script's language requires in a world with this dialect, if any.
-    pub(super) fn order_of(&self, world: &WorldCell, dialect: &str, modern: bool) -> Option<Order> {
+    pub(super) fn order_of(&self, world: &WorldCell, dialect: &str, modern: bool) -> Option<ScriptOrder> {
         let order = self.raw(&world.model.registry).order?;
         // SAFETY: `self.data` points to a live instance of the language, whose plugin is never unloaded. The string
         // lives until the call has returned.
         let order = || unsafe { order(self.data.get(), raw(dialect.as_bytes()), modern.into()) };
-        match world.cross_quietly(self.plugin(world), Call::ScriptOrder, self.slot, order) {
+        match world.call_plugin_reporting(self.plugin(world), PluginCall::ScriptOrder, self.slot, order) {
             0 => None,
-            number => Order::of(number).or_else(|| {
-                self.breach(world, Call::ScriptOrder, &format!("returned {number}, which is not an order"));
+            number => ScriptOrder::of(number).or_else(|| {
+                self.report_breach(
+                    world,
+                    PluginCall::ScriptOrder,
+                    &format!("returned {number}, which is not an order"),
+                );
                 None
             }),
         }
     }
 
     /// Adds the script's current position to a fault, while a command that the script has called is running.
-    pub fn place(&self, world: &WorldCell, fault: &mut Fault) {
+    pub fn add_position(&self, world: &WorldCell, fault: &mut Fault) {
         let Some(place) = self.raw(&world.model.registry).place.filter(|_| !self.data.get().is_null()) else { return };
         let mut error = ErrorSlot::new();
-        let raw = error.fresh();
+        let raw = error.reset();
         // SAFETY: `self.data` points to a live instance of the language, as checked above. The error object lives until
         // the call has returned.
-        world
-            .cross_quietly(self.plugin(world), Call::ScriptPlace, self.slot, || unsafe { place(self.data.get(), raw) });
-        let said = error.said();
+        world.call_plugin_reporting(self.plugin(world), PluginCall::ScriptPlace, self.slot, || unsafe {
+            place(self.data.get(), raw)
+        });
+        let said = error.contents();
         (fault.file, fault.traceback) = (said.file, said.traceback);
         fault.line = Some(said.line).filter(|line| *line > 0);
     }
 
     /// Reports that the script's language returned something invalid; `what` begins with a verb.
-    fn breach(&self, world: &WorldCell, call: Call, what: &str) {
+    fn report_breach(&self, world: &WorldCell, call: PluginCall, what: &str) {
         let id = &world.model.registry.plugins[self.plugin(world)].id;
         let mut fault = Fault::new(FaultKind::Plugin, format!("plugin `{id}` {what} [{}]", call.text()));
         fault.plugin = Some(id.clone());
@@ -176,12 +181,12 @@ impl Script {
         self.initialised.set(true);
         let init = self.find(world, TATU_FIND_CALLBACK, b"init");
         self.callback(world, init);
-        if self.is_there(world) {
+        if self.is_live(world) {
             then();
         }
         self.find_callbacks(world);
         let thread = self.number(Callback::Thread);
-        if thread != 0 && self.is_there(world) {
+        if thread != 0 && self.is_live(world) {
             self.callback(world, thread);
         }
     }
@@ -200,9 +205,9 @@ impl Script {
         // SAFETY: `self.data` points to a live instance of the language, whose plugin is never unloaded. The name lives
         // until the call has returned.
         let find = || self.raw(&world.model.registry).find.map_or(0, |f| unsafe { f(self.data.get(), how, raw(name)) });
-        let id = world.cross_quietly(self.plugin(world), Call::ScriptFind, self.slot, find);
+        let id = world.call_plugin_reporting(self.plugin(world), PluginCall::ScriptFind, self.slot, find);
         if how == TATU_FIND_CALLBACK {
-            self.told.name(id, name);
+            self.call_counts.set_id(id, name);
         }
         id
     }
@@ -213,26 +218,26 @@ impl Script {
 
     /// Calls a callback. An error is reported as a fault of this script, and the callbacks are then looked up again.
     pub(super) fn callback_with(self: &Rc<Self>, world: &WorldCell, id: u32, args: &[tatu_value]) {
-        if self.is_there(world) {
+        if self.is_live(world) {
             self.run_callback(world, id, args);
         }
     }
 
     pub(super) fn run_callback(self: &Rc<Self>, world: &WorldCell, id: u32, args: &[tatu_value]) {
-        self.ask_callback(world, id, args);
-        self.settle(world);
+        self.query_callback(world, id, args);
+        self.carry_out_request(world);
     }
 
     /// Calls a callback, and returns its answer if it is a map.
-    pub(super) fn ask_callback(self: &Rc<Self>, world: &WorldCell, id: u32, args: &[tatu_value]) -> Option<Value> {
-        self.ask_and(world, id, args, |status, error| {
+    pub(super) fn query_callback(self: &Rc<Self>, world: &WorldCell, id: u32, args: &[tatu_value]) -> Option<Value> {
+        self.query_callback_or(world, id, args, |status, error| {
             self.fail(world, status, error);
             self.find_callbacks(world);
         })
     }
 
-    /// Like `ask_callback`, but passes an error to `failed`.
-    pub(super) fn ask_and(
+    /// Like `query_callback`, but passes an error to `failed`.
+    pub(super) fn query_callback_or(
         self: &Rc<Self>,
         world: &WorldCell,
         id: u32,
@@ -241,22 +246,22 @@ impl Script {
     ) -> Option<Value> {
         let call = self.raw(&world.model.registry).call.filter(|_| id != 0)?;
         self.calls.set(self.calls.get() + 1);
-        self.told.count(id);
+        self.call_counts.count(id);
         let mark = world.run.calls.arena.borrow().mark();
-        let mut room = enter::Room::new();
+        let mut room = enter::ResultBuffer::new();
         let mut frame = room.frame(args);
         frame.flags = if world.worker.is_some() { TATU_CALL_SIDE_BY_SIDE } else { 0 };
         // SAFETY: `data` points to the script's live instance. The frame and the error object live until the call has
         // returned.
         let status =
-            enter::enter(world, self, Call::ScriptCall, &mut frame, |data, frame, budget, used, error| unsafe {
+            enter::enter(world, self, PluginCall::ScriptCall, &mut frame, |data, frame, budget, used, error| unsafe {
                 call(data, id, frame, budget, used, error)
             });
         let answer = if status < 0 {
             failed(status, frame.error);
             None
         } else {
-            self.capture_errors(&frame)
+            self.read_answer(&frame)
         };
         world.run.calls.arena.borrow_mut().release(mark);
         answer
@@ -265,18 +270,18 @@ impl Script {
     /// Resumes the commands of this script that have finished waiting: calls them again, and passes their results to
     /// the coroutines.
     pub(super) fn resume_waits(self: &Rc<Self>, world: &WorldCell) {
-        let owner = Owner::Script(self.id.get());
-        let due = world.run.calls.waits.borrow_mut().take_due(owner, |due| world.is_over(due));
+        let owner = WaitOwner::Script(self.id.get());
+        let due = world.run.calls.waits.borrow_mut().take_due(owner, |due| world.is_condition_met(due));
         for wait in due {
-            if !self.is_there(world) {
+            if !self.is_live(world) {
                 return;
             }
             let mark = world.run.calls.arena.borrow().mark();
-            let mut room = enter::Room::new();
+            let mut room = enter::ResultBuffer::new();
             let mut frame = room.frame(&[]);
             (frame.command, frame.alias, frame.wait_token) = (wait.command, wait.alias, wait.token);
             world.run.calls.caller.set(self.as_caller(world));
-            world.run.calls.wakes.resume(&wait.due);
+            world.run.calls.thread_results.resume(&wait.due);
             // SAFETY: the frame and its arrays are local and live until the call has returned.
             let status = unsafe { call_command(world, &mut frame, wait.resume) };
             world.run.calls.caller.set(Caller::HOST);
@@ -289,18 +294,18 @@ impl Script {
 
     pub(super) fn resume(self: &Rc<Self>, world: &WorldCell, token: u64, failed: tatu_status, done: &tatu_call) {
         let Some(resume) = self.raw(&world.model.registry).resume else { return };
-        let mut room = enter::Room::new();
+        let mut room = enter::ResultBuffer::new();
         // SAFETY: `done.results` points to `n_results` values of the command that has returned; they are valid until
         // the space for the frame's results is dropped.
         let results = unsafe { std::slice::from_raw_parts(done.results, done.n_results as usize) };
         let mut frame = room.frame(results);
         // The call below reuses the slot of the command's error object, so its contents are copied.
-        let mut carried = if failed < 0 { kept(done.error) } else { ErrorSlot::new() };
+        let mut carried = if failed < 0 { clone_error(done.error) } else { ErrorSlot::new() };
         let carried = carried.raw();
         let status = enter::enter_with_error(
             world,
             self,
-            Call::ScriptResume,
+            PluginCall::ScriptResume,
             &mut frame,
             carried,
             |data, frame, budget, used, error| {
@@ -313,14 +318,14 @@ impl Script {
             self.fail(world, status, frame.error);
             self.find_callbacks(world);
         }
-        self.settle(world);
+        self.carry_out_request(world);
     }
 
     pub(super) fn end(&self, world: &WorldCell) {
         if self.data.get().is_null() {
             return;
         }
-        world.run.calls.waits.borrow_mut().forget(Owner::Script(self.id.get()));
+        world.run.calls.waits.borrow_mut().remove_of(WaitOwner::Script(self.id.get()));
         self.destroy(world);
     }
 
@@ -336,12 +341,13 @@ impl Script {
         if let Some(destroy) = world.model.registry.languages[self.language].life.destroy {
             // SAFETY: `data` was created by `create`, from a plugin that is never unloaded. It is destroyed only once,
             // since it has been replaced with null.
-            world.cross_quietly(self.plugin(world), Call::Destroy, self.slot, || unsafe { destroy(data) });
+            world
+                .call_plugin_reporting(self.plugin(world), PluginCall::Destroy, self.slot, || unsafe { destroy(data) });
         }
     }
 
     pub fn as_caller(&self, world: &WorldCell) -> Caller {
-        let (script, object) = match world.see(|w| &w.state.scene) {
+        let (script, object) = match world.borrow_part(|w| &w.state.scene) {
             Some(scene) => (scene.id(self.slot), scene.id(scene.get(self.slot).map_or(0, |o| o.parent))),
             None => (0, 0),
         };
@@ -361,15 +367,15 @@ impl Script {
         let fault = self.fault(world, status, error);
         if status == TATU_ERR_BUDGET {
             self.dead.set(true);
-        } else if self.traits.get() & TATU_SCRIPT_SILENT != 0 || self.kind >= Kind::Addon {
-            self.ask(ExitRequest::Silence);
+        } else if self.traits.get() & TATU_SCRIPT_SILENT != 0 || self.kind >= ScriptKind::Addon {
+            self.request_exit(ExitRequest::Silence);
         }
         world.report(fault);
     }
 
     pub(crate) fn fault(&self, world: &WorldCell, status: tatu_status, error: *const tatu_error) -> Fault {
         let kind = FaultKind::of(status);
-        let Said { text, help, file, traceback, line } = said(error);
+        let ErrorContents { text, help, file, traceback, line } = read_error(error);
         let mut fault = Fault::new(kind, text.unwrap_or_else(|| "failed without giving a reason".into()));
         let language = &world.model.registry.plugins[self.plugin(world)].id;
         if fault.message.starts_with(&format!("plugin `{language}` ")) {

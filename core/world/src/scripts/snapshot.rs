@@ -4,8 +4,8 @@ use serde::{Deserialize, Serialize};
 use tatu_errors::{Error, Result};
 
 use crate::{
-    cell::{CALLBACKS, InstanceImage, Owner, Script, Scripts, WorldCell},
-    instances::{Living, Missed, load_instance, save_instance},
+    cell::{CALLBACKS, InstanceImage, Script, Scripts, WaitOwner, WorldCell},
+    instances::{InstanceRef, UnsavedInstance, load_instance, save_instance},
 };
 
 /// A script in a snapshot.
@@ -28,7 +28,7 @@ pub struct ScriptImage {
 
 impl Scripts {
     /// Returns the images of all scripts, and adds the scripts that could not be saved to `missed`.
-    pub fn images(world: &WorldCell, missed: &mut Vec<Missed>) -> Vec<ScriptImage> {
+    pub fn images(world: &WorldCell, missed: &mut Vec<UnsavedInstance>) -> Vec<ScriptImage> {
         let mut out = Vec::new();
         while let Some(script) = Self::nth(world, out.len()) {
             let mut captured = true;
@@ -36,7 +36,11 @@ impl Scripts {
                 captured = false;
                 let plugin = world.model.registry.languages[script.language].plugin;
                 let plugin = world.model.registry.plugins[plugin].id.clone();
-                missed.push(Missed { object: format!("the script of {}", script.owner_path(world)), plugin, reason });
+                missed.push(UnsavedInstance {
+                    object: format!("the script of {}", script.owner_path(world)),
+                    plugin,
+                    reason,
+                });
                 InstanceImage::default()
             });
             out.push(ScriptImage {
@@ -51,7 +55,7 @@ impl Scripts {
                 calls: script.calls.get(),
                 instructions: script.instructions.get(),
                 instance,
-                told: script.told.calls(),
+                told: script.call_counts.calls(),
             });
         }
         out
@@ -86,11 +90,11 @@ impl Scripts {
             }
             if image.initialised && !image.dead {
                 let life = &world.model.registry.languages[script.language].life;
-                let of = Living { plugin: script.plugin(world), slot: script.slot, data: script.data.get() };
+                let of = InstanceRef { plugin: script.plugin(world), slot: script.slot, data: script.data.get() };
                 load_instance(world, &of, life, &image.instance).map_err(|e| refused(&e))?;
             }
             if !image.initialised {
-                world.run.calls.waits.borrow_mut().forget(Owner::Script(image.id));
+                world.run.calls.waits.borrow_mut().remove_of(WaitOwner::Script(image.id));
             }
             script.initialised.set(image.initialised);
             script.dead.set(image.dead);
@@ -101,11 +105,11 @@ impl Scripts {
             script.callbacks.set(numbers);
             world.run.callback_mask.note(&numbers);
             for (id, name) in numbers.into_iter().zip(CALLBACKS) {
-                script.told.name(id, name.as_bytes());
+                script.call_counts.set_id(id, name.as_bytes());
             }
             script.calls.set(image.calls);
             script.instructions.set(image.instructions);
-            script.told.recall(image.told);
+            script.call_counts.restore(image.told);
         }
         Ok(())
     }
@@ -121,7 +125,7 @@ impl Script {
         if language.life.save.is_none() {
             return Err(format!("the language `{}` cannot save the state of a script", language.id));
         }
-        let of = Living { plugin: language.plugin, slot: self.slot, data: self.data.get() };
+        let of = InstanceRef { plugin: language.plugin, slot: self.slot, data: self.data.get() };
         save_instance(world, &of, &language.life, &[])
     }
 

@@ -2,75 +2,87 @@
 
 use tatu_plugin_api::{abi::*, safe::Value};
 
-use crate::cell::{Calls, Function, WorldCell};
+use crate::cell::{CallStack, HostFunction, WorldCell};
 
 /// The parts of the world that every host function uses: the message of a refusal, and memory to lend.
 ///
-/// A function that does not call plugins receives a separate context, which consists of an `Answer` and the parts of
-/// the world that it uses; see [`with`]. A function that can call a plugin receives the whole world.
+/// A function that does not call plugins receives a separate context, which consists of an `AnswerContext` and the parts of
+/// the world that it uses; see [`with_context`]. A function that can call a plugin receives the whole world.
 #[derive(Clone, Copy)]
-pub(super) struct Answer<'a> {
-    pub calls: &'a Calls,
+pub(super) struct AnswerContext<'a> {
+    pub calls: &'a CallStack,
     /// Whether the call is on a thread that runs scripts in parallel.
-    pub beside: bool,
+    pub in_parallel: bool,
 }
 
-impl<'a> From<&'a WorldCell> for Answer<'a> {
+impl<'a> From<&'a WorldCell> for AnswerContext<'a> {
     fn from(world: &'a WorldCell) -> Self {
-        Answer { calls: &world.run.calls, beside: world.worker.is_some() }
+        AnswerContext { calls: &world.run.calls, in_parallel: world.worker.is_some() }
     }
 }
 
 /// The result of a host function. If it is an error, the function was refused with this status.
-pub(super) type Done = Result<(), tatu_status>;
+pub(super) type HostResult = Result<(), tatu_status>;
 
 /// Calls `f` with a world, if the function is allowed during the running call and the call is not on a thread that runs
 /// scripts in parallel.
-pub(super) fn on<'a>(world: WorldRef<'a>, function: Function, f: impl FnOnce(&'a WorldCell) -> Done) -> tatu_status {
-    here(world, function, |world| match world.worker {
+pub(super) fn on_world<'a>(
+    world: WorldRef<'a>,
+    function: HostFunction,
+    f: impl FnOnce(&'a WorldCell) -> HostResult,
+) -> tatu_status {
+    on_world_or_worker(world, function, |world| match world.worker {
         None => f(world),
         Some(_) => Err(busy(world)),
     })
 }
 
-/// Like `on`, but for a function that parallel scripts may use as well.
+/// Like `on_world`, but for a function that parallel scripts may use as well.
 #[inline]
-pub(super) fn here<'a>(world: WorldRef<'a>, function: Function, f: impl FnOnce(&'a WorldCell) -> Done) -> tatu_status {
+pub(super) fn on_world_or_worker<'a>(
+    world: WorldRef<'a>,
+    function: HostFunction,
+    f: impl FnOnce(&'a WorldCell) -> HostResult,
+) -> tatu_status {
     WorldCell::admit(world, function).and_then(f).err().unwrap_or(TATU_OK)
 }
 
 /// Calls `f` with a context, which contains the parts of the world that the function uses.
-pub(super) fn with<'a, C: From<&'a WorldCell>>(
+pub(super) fn with_context<'a, C: From<&'a WorldCell>>(
     world: WorldRef<'a>,
-    function: Function,
-    f: impl FnOnce(C) -> Done,
+    function: HostFunction,
+    f: impl FnOnce(C) -> HostResult,
 ) -> tatu_status {
-    on(world, function, |world| f(world.into()))
+    on_world(world, function, |world| f(world.into()))
 }
 
 /// Returns the world for a function that does not return a status, or `None` if the function is refused.
-pub(super) fn here_now<'a>(world: WorldRef<'a>, function: Function) -> Option<&'a WorldCell> {
+pub(super) fn world_or_worker<'a>(world: WorldRef<'a>, function: HostFunction) -> Option<&'a WorldCell> {
     WorldCell::admit(world, function).ok()
 }
 
-/// Like `here_now`, but also returns `None` on a thread that runs scripts in parallel.
-pub(super) fn alone<'a>(world: WorldRef<'a>, function: Function) -> Option<&'a WorldCell> {
-    here_now(world, function).filter(|cell| cell.worker.is_none())
+/// Like `world_or_worker`, but also returns `None` on a thread that runs scripts in parallel.
+pub(super) fn world_only<'a>(world: WorldRef<'a>, function: HostFunction) -> Option<&'a WorldCell> {
+    world_or_worker(world, function).filter(|cell| cell.worker.is_none())
 }
 
 /// Returns a pointer argument as a reference, and refuses null. The message describes the argument as `what`.
 #[inline]
-pub(super) fn place<'a, T>(answer: impl Into<Answer<'a>>, what: &str, given: Option<T>) -> Result<T, tatu_status> {
+pub(super) fn require<'a, T>(
+    answer: impl Into<AnswerContext<'a>>,
+    what: &str,
+    given: Option<T>,
+) -> Result<T, tatu_status> {
     given.ok_or_else(|| refuse_null(answer, what))
 }
 
 #[cold]
-pub(super) fn refuse_null<'a>(answer: impl Into<Answer<'a>>, what: &str) -> tatu_status {
+pub(super) fn refuse_null<'a>(answer: impl Into<AnswerContext<'a>>, what: &str) -> tatu_status {
     answer.into().calls.refuse(TATU_ERR_ARGUMENT, &format!("expected {what}, found null"))
 }
 
 /// Checks that the pointer to an array is not null.
-pub(super) fn needs<'a, T>(answer: impl Into<Answer<'a>>, what: &str, pointer: *const T) -> Done {
+pub(super) fn require_array<'a, T>(answer: impl Into<AnswerContext<'a>>, what: &str, pointer: *const T) -> HostResult {
     match pointer.is_null() {
         false => Ok(()),
         true => Err(refuse_null(answer, what)),
@@ -81,8 +93,8 @@ pub(super) fn needs<'a, T>(answer: impl Into<Answer<'a>>, what: &str, pointer: *
 ///
 /// # Safety
 /// `pointer` must be null or point to `n` elements that remain valid and unchanged for `'a`.
-pub(super) unsafe fn list_of<'a, T>(
-    answer: impl Into<Answer<'a>>,
+pub(super) unsafe fn input_slice<'a, T>(
+    answer: impl Into<AnswerContext<'a>>,
     what: &str,
     pointer: *const T,
     n: u32,
@@ -90,18 +102,18 @@ pub(super) unsafe fn list_of<'a, T>(
     if n == 0 {
         return Ok(&[]);
     }
-    needs(answer, what, pointer)?;
+    require_array(answer, what, pointer)?;
     // SAFETY: the pointer is not null, so the caller guarantees that it points to `n` elements that remain valid and
     // unchanged for `'a`.
     Ok(unsafe { std::slice::from_raw_parts(pointer, n as usize) })
 }
 
-/// Like `list_of`, but for an array to write to.
+/// Like `input_slice`, but for an array to write to.
 ///
 /// # Safety
-/// As for [`list_of`]; in addition, nothing else may use the elements during the call.
-pub(super) unsafe fn room_of<'a, T>(
-    answer: impl Into<Answer<'a>>,
+/// As for [`input_slice`]; in addition, nothing else may use the elements during the call.
+pub(super) unsafe fn output_slice<'a, T>(
+    answer: impl Into<AnswerContext<'a>>,
     what: &str,
     pointer: *mut T,
     n: u32,
@@ -109,7 +121,7 @@ pub(super) unsafe fn room_of<'a, T>(
     if n == 0 {
         return Ok(&mut []);
     }
-    needs(answer, what, pointer)?;
+    require_array(answer, what, pointer)?;
     // SAFETY: the pointer is not null, so the caller guarantees that it points to `n` elements that remain valid and
     // are not aliased for `'a`.
     Ok(unsafe { std::slice::from_raw_parts_mut(pointer, n as usize) })
@@ -117,7 +129,7 @@ pub(super) unsafe fn room_of<'a, T>(
 
 /// Checks that a frame has the full size, and that its arrays are not null unless they are empty.
 #[inline]
-pub(super) fn needs_frame<'a>(answer: impl Into<Answer<'a>>, frame: *const tatu_call) -> Done {
+pub(super) fn require_frame<'a>(answer: impl Into<AnswerContext<'a>>, frame: *const tatu_call) -> HostResult {
     // SAFETY: `frame` is null or points to a frame that is valid during the call and begins with its size; other fields
     // are read only if the size includes them.
     let fits = unsafe {
@@ -130,7 +142,7 @@ pub(super) fn needs_frame<'a>(answer: impl Into<Answer<'a>>, frame: *const tatu_
 }
 
 #[cold]
-pub(super) fn refuse_frame<'a>(answer: impl Into<Answer<'a>>, frame: *const tatu_call) -> tatu_status {
+pub(super) fn refuse_frame<'a>(answer: impl Into<AnswerContext<'a>>, frame: *const tatu_call) -> tatu_status {
     let text = match frame.is_null() {
         true => "expected a frame, found null",
         // SAFETY: `frame` is not null here, and points to a frame that is valid during the call and begins with its
@@ -144,14 +156,14 @@ pub(super) fn refuse_frame<'a>(answer: impl Into<Answer<'a>>, frame: *const tatu
 }
 
 /// Converts a status to a result.
-pub(super) fn passed(status: tatu_status) -> Done {
+pub(super) fn status_to_result(status: tatu_status) -> HostResult {
     if status == TATU_OK { Ok(()) } else { Err(status) }
 }
 
 /// Refuses a call because a caller further up the stack has borrowed a part of the world.
-pub(super) fn busy<'a>(answer: impl Into<Answer<'a>>) -> tatu_status {
+pub(super) fn busy<'a>(answer: impl Into<AnswerContext<'a>>) -> tatu_status {
     let answer = answer.into();
-    let text = match answer.beside {
+    let text = match answer.in_parallel {
         false => "not possible from within this call",
         true => "not possible in a script that runs in parallel with others (`side_by_side`)",
     };
@@ -160,7 +172,7 @@ pub(super) fn busy<'a>(answer: impl Into<Answer<'a>>) -> tatu_status {
 
 /// Returns the slot of an object given by a caller, or refuses the call.
 pub(super) fn slot<'a>(
-    answer: impl Into<Answer<'a>>,
+    answer: impl Into<AnswerContext<'a>>,
     scene: &tatu_scene::Scene,
     object: tatu_object,
 ) -> Result<u32, tatu_status> {
@@ -182,7 +194,7 @@ pub(super) fn slot<'a>(
 ///
 /// # Safety
 /// `out` must be null or have room for `cap` elements.
-pub(super) unsafe fn fill<T: Copy>(all: &[T], out: *mut T, cap: u32, n: Option<&mut u32>) -> Done {
+pub(super) unsafe fn fill<T: Copy>(all: &[T], out: *mut T, cap: u32, n: Option<&mut u32>) -> HostResult {
     if !out.is_null() {
         // SAFETY: the caller guarantees that `out` points to `cap` elements that are valid during the call; they do not
         // overlap the host's list.
@@ -195,7 +207,7 @@ pub(super) unsafe fn fill<T: Copy>(all: &[T], out: *mut T, cap: u32, n: Option<&
 }
 
 /// Copies a string to the world's arena, where it is valid until the plugin's call returns.
-pub(super) fn lend<'a>(answer: impl Into<Answer<'a>>, text: &[u8]) -> Result<Lent<'a>, tatu_status> {
+pub(super) fn lend<'a>(answer: impl Into<AnswerContext<'a>>, text: &[u8]) -> Result<Lent<'a>, tatu_status> {
     let answer = answer.into();
     let mut arena = answer.calls.arena.try_borrow_mut().map_err(|_| busy(answer))?;
     let room = arena.alloc(text.len());
@@ -212,10 +224,14 @@ pub(super) fn lend<'a>(answer: impl Into<Answer<'a>>, text: &[u8]) -> Result<Len
 
 /// Copies a value to the world's arena, where it is valid until the plugin's call returns, and writes its ABI form to
 /// `out`.
-pub(super) fn give<'a>(answer: impl Into<Answer<'a>>, value: &Value, out: Option<&mut ValueRef<'a>>) -> Done {
+pub(super) fn write_value<'a>(
+    answer: impl Into<AnswerContext<'a>>,
+    value: &Value,
+    out: Option<&mut ValueRef<'a>>,
+) -> HostResult {
     let answer = answer.into();
     let Ok(mut arena) = answer.calls.arena.try_borrow_mut() else { return Err(busy(answer)) };
-    let out = place(answer, "a pointer for the value", out)?;
+    let out = require(answer, "a pointer for the value", out)?;
     match value.to_raw(&mut *arena) {
         Some(raw) => {
             // SAFETY: `raw` points into the arena, which stays allocated until the plugin's call returns or releases a

@@ -1,13 +1,13 @@
 //! `tatu.host.bodies`: velocities, forces and contacts of bodies.
 
 use nalgebra::Vector3;
-use tatu_physics::{BodyId, Contact, Twist};
+use tatu_physics::{BodyContact, BodyId, Twist};
 use tatu_plugin_api::abi::*;
-use tatu_scene::{Kind, Scene};
+use tatu_scene::{ObjectKind, Scene};
 
-use super::answer::{busy, fill, here, on, place, slot, with};
-use super::solids::Context;
-use crate::cell::{Function, WorldCell, stand_in_use};
+use super::answer::{busy, fill, on_world, on_world_or_worker, require, slot, with_context};
+use super::solids::BodyContext;
+use crate::cell::{HostFunction, WorldCell, stand_in_use};
 
 pub static TABLE: tatu_host_bodies = tatu_host_bodies {
     size: size_of::<tatu_host_bodies>() as u32,
@@ -23,12 +23,14 @@ pub static TABLE: tatu_host_bodies = tatu_host_bodies {
 };
 
 extern "C" fn twist(w: WorldRef<'_>, object: tatu_object, out: Option<&mut [f64; 6]>) -> tatu_status {
-    here(w, Function::looks("bodies.twist"), |world| {
-        let (Some(scene), Some(dynamics)) = (world.see(|w| &w.state.scene), world.see(|w| &w.state.dynamics)) else {
+    on_world_or_worker(w, HostFunction::read_only("bodies.twist"), |world| {
+        let (Some(scene), Some(dynamics)) =
+            (world.borrow_part(|w| &w.state.scene), world.borrow_part(|w| &w.state.dynamics))
+        else {
             return Err(busy(world));
         };
         let s = slot(world, &scene, object)?;
-        *place(world, "room for 6 numbers", out)? = world.state.twist(&scene, &dynamics, s);
+        *require(world, "room for 6 numbers", out)? = world.state.twist(&scene, &dynamics, s);
         Ok(())
     })
 }
@@ -36,7 +38,9 @@ extern "C" fn twist(w: WorldRef<'_>, object: tatu_object, out: Option<&mut [f64;
 /// Returns the body of a dynamic shape. If the shape is new, its body is created first.
 fn body(world: &WorldCell, object: tatu_object) -> Result<BodyId, tatu_status> {
     match body_now(world, object) {
-        Err(TATU_ERR_ARGUMENT) if stand_in_use::becomes(world, object, Kind::Shape.name()) => body_now(world, object),
+        Err(TATU_ERR_ARGUMENT) if stand_in_use::infer_kind(world, object, ObjectKind::Shape.name()) => {
+            body_now(world, object)
+        }
         body => body,
     }
 }
@@ -44,7 +48,7 @@ fn body(world: &WorldCell, object: tatu_object) -> Result<BodyId, tatu_status> {
 fn body_now(world: &WorldCell, object: tatu_object) -> Result<BodyId, tatu_status> {
     let mut scene = world.state.scene.try_borrow_mut().map_err(|_| busy(world))?;
     let s = slot(world, &scene, object)?;
-    world.state.dynamics.try_borrow_mut().map_err(|_| busy(world))?.settle(&mut scene);
+    world.state.dynamics.try_borrow_mut().map_err(|_| busy(world))?.update_bodies(&mut scene);
     let o = scene.get(s);
     let id = o.and_then(|o| o.shape()).filter(|s| s.dynamic).and_then(|s| s.body.0);
     id.ok_or_else(|| {
@@ -56,15 +60,16 @@ fn body_now(world: &WorldCell, object: tatu_object) -> Result<BodyId, tatu_statu
 }
 
 /// Converts three numbers to a vector, which is zero for null. Returns `None` if a number is not finite.
-fn three(v: Option<&[f64; 3]>) -> Option<Vector3<f64>> {
+fn finite_vector(v: Option<&[f64; 3]>) -> Option<Vector3<f64>> {
     let v = v.copied().unwrap_or_default();
     v.iter().all(|x| x.is_finite()).then(|| Vector3::from(v))
 }
 
 extern "C" fn set_twist(w: WorldRef<'_>, object: tatu_object, twist: Option<&[f64; 6]>) -> tatu_status {
-    on(w, Function::acts("bodies.set_twist"), |world| {
-        let (linear, angular) = place(world, "a velocity", twist)?.split_at(3);
-        let (Some(linear), Some(angular)) = (three(linear.first_chunk()), three(angular.first_chunk())) else {
+    on_world(w, HostFunction::mutating("bodies.set_twist"), |world| {
+        let (linear, angular) = require(world, "a velocity", twist)?.split_at(3);
+        let (Some(linear), Some(angular)) = (finite_vector(linear.first_chunk()), finite_vector(angular.first_chunk()))
+        else {
             return Err(world.run.calls.refuse(TATU_ERR_ARGUMENT, "a velocity must be 6 finite numbers"));
         };
         match body(world, object) {
@@ -83,8 +88,8 @@ extern "C" fn push(
     force: Option<&[f64; 3]>,
     torque: Option<&[f64; 3]>,
 ) -> tatu_status {
-    on(w, Function::acts("bodies.push"), |world| {
-        let (Some(force), Some(torque)) = (three(force), three(torque)) else {
+    on_world(w, HostFunction::mutating("bodies.push"), |world| {
+        let (Some(force), Some(torque)) = (finite_vector(force), finite_vector(torque)) else {
             return Err(world
                 .run
                 .calls
@@ -92,7 +97,7 @@ extern "C" fn push(
         };
         match body(world, object) {
             Ok(b) => {
-                world.state.dynamics.borrow_mut().ask_push(b, force, torque);
+                world.state.dynamics.borrow_mut().push_from_script(b, force, torque);
                 Ok(())
             }
             Err(status) => Err(status),
@@ -106,8 +111,8 @@ extern "C" fn impulse(
     linear: Option<&[f64; 3]>,
     angular: Option<&[f64; 3]>,
 ) -> tatu_status {
-    on(w, Function::acts("bodies.impulse"), |world| {
-        let (Some(linear), Some(angular)) = (three(linear), three(angular)) else {
+    on_world(w, HostFunction::mutating("bodies.impulse"), |world| {
+        let (Some(linear), Some(angular)) = (finite_vector(linear), finite_vector(angular)) else {
             return Err(world.run.calls.refuse(TATU_ERR_ARGUMENT, "an impulse must be 3 finite numbers"));
         };
         let b = body(world, object)?;
@@ -138,7 +143,7 @@ unsafe extern "C" fn contacts(
 ) -> tatu_status {
     // SAFETY: the header requires `out` to be null or to have room for `cap` elements for the whole call.
     unsafe {
-        with(w, Function::looks("bodies.contacts"), |c: Context<'_>| {
+        with_context(w, HostFunction::read_only("bodies.contacts"), |c: BodyContext<'_>| {
             let all = contacts_of(&c, object, |scene, (a, b, c)| tatu_contact {
                 shape: [scene.id(a), scene.id(b)],
                 point: c.point.coords.into(),
@@ -159,7 +164,7 @@ unsafe extern "C" fn frictions(
 ) -> tatu_status {
     // SAFETY: the header requires `out` to be null or to have room for `cap` elements for the whole call.
     unsafe {
-        with(w, Function::looks("bodies.frictions"), |c: Context<'_>| {
+        with_context(w, HostFunction::read_only("bodies.frictions"), |c: BodyContext<'_>| {
             let all = contacts_of(&c, object, |_, (_, _, c)| [c.friction.x, c.friction.y, c.friction.z])?;
             fill(all.as_flattened(), out, cap, n)
         })
@@ -168,9 +173,9 @@ unsafe extern "C" fn frictions(
 
 /// Returns the contacts of a shape, or of all shapes if `object` is 0, converted by `show`.
 fn contacts_of<T>(
-    context: &Context<'_>,
+    context: &BodyContext<'_>,
     object: tatu_object,
-    show: impl Fn(&Scene, (u32, u32, Contact)) -> T,
+    show: impl Fn(&Scene, (u32, u32, BodyContact)) -> T,
 ) -> Result<Vec<T>, tatu_status> {
     let (Ok(scene), Ok(dynamics)) = (context.scene.try_borrow(), context.dynamics.try_borrow()) else {
         return Err(busy(context.answer));

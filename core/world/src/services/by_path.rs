@@ -3,11 +3,11 @@
 use tatu_errors::{Refusal, nearest};
 use tatu_plugin_api::{abi::*, safe::Value};
 use tatu_scene::{
-    Data,
-    rows::{Row, rows_of},
+    ObjectVariant,
+    property_table::{Property, properties_of},
 };
 
-use super::{answer::Done, properties};
+use super::{answer::HostResult, properties};
 use crate::{cell::WorldCell, run::World};
 
 impl World {
@@ -20,7 +20,8 @@ impl World {
     pub fn get(&self, path: &str, key: &str) -> Result<Value, Refusal> {
         let cell = &**self.cell();
         let object = find(cell, path)?;
-        properties::read(cell, object, number(cell, key)).map_err(|status| why_not(cell, status, object, key))
+        properties::read(cell, object, property_number(cell, key))
+            .map_err(|status| refusal_with_hint(cell, status, object, key))
     }
 
     /// Sets a property of an object, as a script would; path and key are as for [`get`](Self::get). The change is not
@@ -31,8 +32,8 @@ impl World {
     pub fn set(&self, path: &str, key: &str, value: &Value) -> Result<(), Refusal> {
         let cell = &**self.cell();
         let object = find(cell, path)?;
-        let done: Done = properties::write(cell, object, number(cell, key), value.clone());
-        done.map_err(|status| why_not(cell, status, object, key))?;
+        let done: HostResult = properties::write(cell, object, property_number(cell, key), value.clone());
+        done.map_err(|status| refusal_with_hint(cell, status, object, key))?;
         cell.restore_process_state("a change by the program");
         Ok(())
     }
@@ -42,7 +43,7 @@ impl World {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Channel {
     object: tatu_object,
-    source: Source,
+    source: ChannelSource,
     /// Number of elements along each axis; empty for a single number.
     pub shape: Vec<usize>,
     /// Lowest and highest value of each number, if the declaration of the property limits it.
@@ -50,7 +51,7 @@ pub struct Channel {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Source {
+enum ChannelSource {
     /// A property.
     Property(tatu_prop),
     /// A field of a sensor's reading, by its index.
@@ -67,18 +68,19 @@ impl World {
         let cell = &**self.cell();
         let object = find(cell, path)?;
         if let Some((field, shape)) = field(cell, object, name) {
-            return Ok(Channel { object, source: Source::Field(field), shape, bounds: [None; 2] });
+            return Ok(Channel { object, source: ChannelSource::Field(field), shape, bounds: [None; 2] });
         }
-        let prop = number(cell, name);
-        let value = properties::read(cell, object, prop).map_err(|status| why_not(cell, status, object, name))?;
+        let prop = property_number(cell, name);
+        let value =
+            properties::read(cell, object, prop).map_err(|status| refusal_with_hint(cell, status, object, name))?;
         let shape = match &value {
             Value::Bool(_) | Value::Int(_) | Value::Float(_) => Vec::new(),
             Value::Floats(v) => vec![v.len()],
             Value::Ints(v) => vec![v.len()],
             _ => return Err(Refusal(TATU_ERR_ARGUMENT, format!("`{name}` of `{path}` does not consist of numbers"))),
         };
-        let bounds = Row::of(prop).declared().bounds();
-        Ok(Channel { object, source: Source::Property(prop), shape, bounds })
+        let bounds = Property::of(prop).declaration().bounds();
+        Ok(Channel { object, source: ChannelSource::Property(prop), shape, bounds })
     }
 
     /// Reads the current values of a channel into `out`, which must have as many elements as the shape of the channel.
@@ -90,10 +92,10 @@ impl World {
     pub fn read_channel(&self, channel: &Channel, out: &mut [f64]) -> Result<(), Refusal> {
         let cell = &**self.cell();
         let value = match channel.source {
-            Source::Property(prop) => {
-                properties::read(cell, channel.object, prop).map_err(|status| why(cell, status))?
+            ChannelSource::Property(prop) => {
+                properties::read(cell, channel.object, prop).map_err(|status| last_refusal(cell, status))?
             }
-            Source::Field(field) => {
+            ChannelSource::Field(field) => {
                 let (scene, sensing) = (cell.state.scene.borrow(), cell.devices.sensing.borrow());
                 let device = scene.resolve(channel.object).ok().and_then(|slot| sensing.device(slot));
                 let Some(device) = device else {
@@ -112,15 +114,15 @@ impl World {
     /// The channel is a reading, which cannot be set; otherwise as for [`set`](Self::set).
     pub fn write_channel(&self, channel: &Channel, numbers: &[f64]) -> Result<(), Refusal> {
         let cell = &**self.cell();
-        let Source::Property(prop) = channel.source else {
+        let ChannelSource::Property(prop) = channel.source else {
             return Err(Refusal(TATU_ERR_ARGUMENT, "a reading of a sensor cannot be set".into()));
         };
         let value = match (channel.shape.as_slice(), numbers) {
             ([], [one]) => Value::Float(*one),
             _ => Value::Floats(numbers.to_vec()),
         };
-        let done: Done = properties::write(cell, channel.object, prop, value);
-        done.map_err(|status| why(cell, status))?;
+        let done: HostResult = properties::write(cell, channel.object, prop, value);
+        done.map_err(|status| last_refusal(cell, status))?;
         cell.restore_process_state("a change by the program");
         Ok(())
     }
@@ -178,18 +180,18 @@ fn find(cell: &WorldCell, path: &str) -> Result<tatu_object, Refusal> {
     Err(Refusal(TATU_ERR_MISSING, format!("there is no object `{path}`{near}")))
 }
 
-fn number(cell: &WorldCell, key: &str) -> tatu_prop {
+fn property_number(cell: &WorldCell, key: &str) -> tatu_prop {
     cell.model.registry.host().number(key)
 }
 
 /// Returns a refusal with this status and the message of the last refusal.
-fn why(cell: &WorldCell, status: tatu_status) -> Refusal {
-    Refusal(status, cell.run.calls.last.borrow().text())
+fn last_refusal(cell: &WorldCell, status: tatu_status) -> Refusal {
+    Refusal(status, cell.run.calls.last_refusal.borrow().text())
 }
 
-/// Like [`why`], but if the object does not have the property, the message suggests a similar one.
-fn why_not(cell: &WorldCell, status: tatu_status, object: tatu_object, key: &str) -> Refusal {
-    let mut refusal = why(cell, status);
+/// Like [`last_refusal`], but if the object does not have the property, the message suggests a similar one.
+fn refusal_with_hint(cell: &WorldCell, status: tatu_status, object: tatu_object, key: &str) -> Refusal {
+    let mut refusal = last_refusal(cell, status);
     if matches!(status, TATU_ERR_MISSING | TATU_ERR_ARGUMENT)
         && let Some(near) = nearest_property(cell, object, key)
     {
@@ -203,14 +205,14 @@ fn why_not(cell: &WorldCell, status: tatu_status, object: tatu_object, key: &str
 fn nearest_property(cell: &WorldCell, object: tatu_object, key: &str) -> Option<String> {
     let scene = cell.state.scene.borrow();
     let data = scene.resolve(object).ok().and_then(|slot| scene.get(slot));
-    let mut names: Vec<String> = rows_of(data.map(|o| o.kind())).map(|row| row.key().to_owned()).collect();
+    let mut names: Vec<String> = properties_of(data.map(|o| o.kind())).map(|row| row.key().to_owned()).collect();
     let registry = &cell.model.registry;
     let declared = match data.map(|o| &o.data) {
-        Some(Data::Sensor(s)) => {
+        Some(ObjectVariant::Sensor(s)) => {
             names.extend(registry.sensors[s.kind].fields.iter().map(|f| f.name.clone()));
             Some((&registry.sensors[s.kind].id, &registry.sensors[s.kind].params))
         }
-        Some(Data::Actuator(a)) => Some((&registry.actuators[a.kind].id, &registry.actuators[a.kind].params)),
+        Some(ObjectVariant::Actuator(a)) => Some((&registry.actuators[a.kind].id, &registry.actuators[a.kind].params)),
         _ => None,
     };
     if let Some((kind, params)) = declared {

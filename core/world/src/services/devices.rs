@@ -3,22 +3,23 @@
 
 use std::rc::Rc;
 
-use tatu_devices::sense::Layout;
+use tatu_devices::sense::FieldLayout;
 use tatu_errors::nearest;
 use tatu_plugin_api::{abi::*, safe::Value};
-use tatu_plugins::{Declared, check_value};
-use tatu_scene::{Data, Scene};
+use tatu_plugins::{ParameterSpec, check_value};
+use tatu_scene::{ObjectVariant, Scene};
 
-use super::answer::{Done, busy, slot};
+use super::answer::{HostResult, busy, slot};
 use crate::{
     cell::WorldCell,
     instances::{
-        Living, ask_layout, configure, create_actuator, create_sensor, end_actuator, end_sensor, takes_changes,
+        InstanceRef, configure, create_actuator, create_sensor, end_actuator, end_sensor, is_configurable,
+        request_layout,
     },
 };
 
 /// The meaning of a key for an object.
-enum Meaning {
+enum DeviceKey {
     /// A parameter of a sensor of this kind.
     Sensor { kind: usize, at: usize },
     /// A parameter of an actuator of this kind.
@@ -27,19 +28,19 @@ enum Meaning {
     Command { kind: usize, at: usize },
 }
 
-fn meaning(world: &WorldCell, scene: &Scene, slot: u32, prop: tatu_prop) -> Option<Meaning> {
+fn resolve_key(world: &WorldCell, scene: &Scene, slot: u32, prop: tatu_prop) -> Option<DeviceKey> {
     match &scene.get(slot)?.data {
-        Data::Actuator(a) => {
+        ObjectVariant::Actuator(a) => {
             let info = world.model.registry.actuators.get(a.kind)?;
             let find = |props: &[u32]| props.iter().position(|p| *p == prop);
-            let command = find(&info.command_props).map(|at| Meaning::Command { kind: a.kind, at });
-            command.or_else(|| Some(Meaning::Actuator { kind: a.kind, at: find(&info.param_props)? }))
+            let command = find(&info.command_props).map(|at| DeviceKey::Command { kind: a.kind, at });
+            command.or_else(|| Some(DeviceKey::Actuator { kind: a.kind, at: find(&info.param_props)? }))
         }
-        Data::Sensor(s) => {
+        ObjectVariant::Sensor(s) => {
             let info = world.model.registry.sensors.get(s.kind)?;
             let key = world.model.registry.host().key(prop)?;
             let short = key.strip_prefix(info.id.as_str())?.strip_prefix('.')?;
-            Some(Meaning::Sensor { kind: s.kind, at: info.params.iter().position(|p| p.key == short)? })
+            Some(DeviceKey::Sensor { kind: s.kind, at: info.params.iter().position(|p| p.key == short)? })
         }
         _ => None,
     }
@@ -47,17 +48,17 @@ fn meaning(world: &WorldCell, scene: &Scene, slot: u32, prop: tatu_prop) -> Opti
 
 /// Refuses an unknown key. The message suggests the most similar key or, if no key is similar, lists all keys of the
 /// object's kind.
-fn missing(world: &WorldCell, scene: &Scene, slot: u32, prop: tatu_prop) -> tatu_status {
+fn refuse_unknown_key(world: &WorldCell, scene: &Scene, slot: u32, prop: tatu_prop) -> tatu_status {
     let key = world.model.registry.host().key(prop).unwrap_or_default();
     let mut text = format!("object {slot} `{}` has no property `{key}`", scene.path(slot));
     let kind = scene.get(slot).and_then(|o| match &o.data {
-        Data::Actuator(a) => Some((true, a.kind)),
-        Data::Sensor(s) => Some((false, s.kind)),
+        ObjectVariant::Actuator(a) => Some((true, a.kind)),
+        ObjectVariant::Sensor(s) => Some((false, s.kind)),
         _ => None,
     });
     if let Some((is_actuator, kind)) = kind {
         let info = world.model.registry.device(is_actuator, kind);
-        let known: Vec<String> = info.declared().map(|d| format!("{}.{}", info.id, d.key)).collect();
+        let known: Vec<String> = info.all_params().map(|d| format!("{}.{}", info.id, d.key)).collect();
         match nearest(&key, known.iter().map(String::as_str)) {
             Some(near) => text += &format!("; did you mean `{near}`?"),
             None if !known.is_empty() => text += &format!("; objects of its kind have {}", known.join(", ")),
@@ -70,26 +71,31 @@ fn missing(world: &WorldCell, scene: &Scene, slot: u32, prop: tatu_prop) -> tatu
 /// Reads a parameter or a command.
 pub(super) fn read(world: &WorldCell, slot: u32, prop: tatu_prop) -> Result<Value, tatu_status> {
     let scene = world.state.scene.try_borrow().map_err(|_| busy(world))?;
-    let found = match meaning(world, &scene, slot, prop) {
+    let found = match resolve_key(world, &scene, slot, prop) {
         None => None,
-        Some(Meaning::Command { at, .. }) => match scene.get(slot).map(|o| &o.data) {
-            Some(Data::Actuator(a)) => a.commands.get(at).map(|x| Value::Float(*x)),
+        Some(DeviceKey::Command { at, .. }) => match scene.get(slot).map(|o| &o.data) {
+            Some(ObjectVariant::Actuator(a)) => a.commands.get(at).map(|x| Value::Float(*x)),
             _ => None,
         },
-        Some(Meaning::Sensor { at, .. }) => {
+        Some(DeviceKey::Sensor { at, .. }) => {
             let sensing = world.devices.sensing.try_borrow().map_err(|_| busy(world))?;
             sensing.device(slot).and_then(|d| d.params.get(at).cloned())
         }
-        Some(Meaning::Actuator { at, .. }) => {
+        Some(DeviceKey::Actuator { at, .. }) => {
             let actuators = world.devices.actuators.try_borrow().map_err(|_| busy(world))?;
             actuators.device(scene.id(slot)).and_then(|d| d.params.get(at).cloned())
         }
     };
-    found.ok_or_else(|| missing(world, &scene, slot, prop))
+    found.ok_or_else(|| refuse_unknown_key(world, &scene, slot, prop))
 }
 
 /// Checks a value against its declaration. An array of one number is accepted as a number.
-fn checked(world: &WorldCell, declared: &Declared, prop: tatu_prop, value: Value) -> Result<Value, tatu_status> {
+fn check_against_declaration(
+    world: &WorldCell,
+    declared: &ParameterSpec,
+    prop: tatu_prop,
+    value: Value,
+) -> Result<Value, tatu_status> {
     let value = match value {
         Value::Floats(v) if v.len() == 1 && declared.kind != TATU_F64S => Value::Float(v[0]),
         other => other,
@@ -101,29 +107,32 @@ fn checked(world: &WorldCell, declared: &Declared, prop: tatu_prop, value: Value
 }
 
 /// Sets a parameter or a command.
-pub(super) fn write(world: &WorldCell, object: tatu_object, prop: tatu_prop, value: Value) -> Done {
+pub(super) fn write(world: &WorldCell, object: tatu_object, prop: tatu_prop, value: Value) -> HostResult {
     let (slot, owner, name, meaning) = {
         let scene = world.state.scene.try_borrow().map_err(|_| busy(world))?;
         let slot = slot(world, &scene, object)?;
-        let found = meaning(world, &scene, slot, prop).ok_or_else(|| missing(world, &scene, slot, prop))?;
+        let found =
+            resolve_key(world, &scene, slot, prop).ok_or_else(|| refuse_unknown_key(world, &scene, slot, prop))?;
         (slot, scene.id(slot), scene.get(slot).map_or(String::new(), |o| o.name()), found)
     };
     match meaning {
-        Meaning::Command { kind, at } => command(world, slot, kind, at, prop, value),
-        Meaning::Sensor { kind, at } => {
-            let value = checked(world, &world.model.registry.sensors[kind].params[at], prop, value)?;
-            set_of_sensor(world, (slot, owner, &name), (kind, at), value).map_err(|stop| stop.status(world, slot, prop))
+        DeviceKey::Command { kind, at } => set_command(world, slot, kind, at, prop, value),
+        DeviceKey::Sensor { kind, at } => {
+            let value = check_against_declaration(world, &world.model.registry.sensors[kind].params[at], prop, value)?;
+            set_sensor_param(world, (slot, owner, &name), (kind, at), value)
+                .map_err(|stop| stop.status(world, slot, prop))
         }
-        Meaning::Actuator { kind, at } => {
-            let value = checked(world, &world.model.registry.actuators[kind].params[at], prop, value)?;
-            set_of_actuator(world, (slot, owner, &name), (kind, at), value)
+        DeviceKey::Actuator { kind, at } => {
+            let value =
+                check_against_declaration(world, &world.model.registry.actuators[kind].params[at], prop, value)?;
+            set_actuator_param(world, (slot, owner, &name), (kind, at), value)
                 .map_err(|stop| stop.status(world, slot, prop))
         }
     }
 }
 
 /// The reason why a parameter could not be changed.
-enum Stop {
+enum ParamError {
     /// A part of the world is in use.
     Busy,
     /// The instance no longer exists.
@@ -132,14 +141,16 @@ enum Stop {
     Refused(String),
 }
 
-impl Stop {
+impl ParamError {
     fn status(self, world: &WorldCell, slot: u32, prop: tatu_prop) -> tatu_status {
         let key = || world.model.registry.host().key(prop).unwrap_or_default();
         let path = || world.state.scene.try_borrow().map_or(format!("object {slot}"), |s| s.path(slot));
         match self {
-            Stop::Busy => busy(world),
-            Stop::Gone => world.run.calls.refuse(TATU_ERR_GONE, &format!("the instance of object {slot} has ended")),
-            Stop::Refused(why) => {
+            ParamError::Busy => busy(world),
+            ParamError::Gone => {
+                world.run.calls.refuse(TATU_ERR_GONE, &format!("the instance of object {slot} has ended"))
+            }
+            ParamError::Refused(why) => {
                 world.run.calls.refuse(TATU_ERR_ARGUMENT, &format!("`{}` of {}: {why}", key(), path()))
             }
         }
@@ -147,47 +158,52 @@ impl Stop {
 }
 
 /// The slot, the full handle and the name of a device's object.
-type Whose<'a> = (u32, tatu_object, &'a str);
+type DeviceOwner<'a> = (u32, tatu_object, &'a str);
 
 /// Changes a parameter of a sensor. If the parameter can be changed in a live instance, it is passed to the instance,
 /// whose beams are then requested again. Otherwise, the instance is recreated. No borrow is held while the plugin is
 /// called.
-fn set_of_sensor(world: &WorldCell, whose: Whose<'_>, (kind, at): (usize, usize), value: Value) -> Result<(), Stop> {
+fn set_sensor_param(
+    world: &WorldCell,
+    whose: DeviceOwner<'_>,
+    (kind, at): (usize, usize),
+    value: Value,
+) -> Result<(), ParamError> {
     let (slot, ..) = whose;
     let info = &world.model.registry.sensors[kind];
     let (old, data, id) = {
-        let sensing = world.devices.sensing.try_borrow().map_err(|_| Stop::Busy)?;
-        let d = sensing.device(slot).ok_or(Stop::Gone)?;
+        let sensing = world.devices.sensing.try_borrow().map_err(|_| ParamError::Busy)?;
+        let d = sensing.device(slot).ok_or(ParamError::Gone)?;
         (d.params.clone(), d.data, d.id)
     };
     let mut params = old.clone();
     params[at] = value;
-    let of = Living { plugin: info.plugin, slot, data };
-    if !takes_changes(&info.life, &info.params, at)
-        || !configure(world, of, &info.life, &params, at).map_err(Stop::Refused)?
+    let of = InstanceRef { plugin: info.plugin, slot, data };
+    if !is_configurable(&info.life, &info.params, at)
+        || !configure(world, of, &info.life, &params, at).map_err(ParamError::Refused)?
     {
-        return new_sensor(world, whose, kind, params);
+        return recreate_sensor(world, whose, kind, params);
     }
-    let room = |layout: &Rc<Layout>| match world.devices.sensing.try_borrow() {
-        Ok(sensing) => sensing.check_room(layout, sensing.device(slot).map(|d| &*d.layout)),
+    let room = |layout: &Rc<FieldLayout>| match world.devices.sensing.try_borrow() {
+        Ok(sensing) => sensing.check_memory(layout, sensing.device(slot).map(|d| &*d.layout)),
         Err(_) => Ok(()),
     };
-    let layout = match ask_layout(world, kind, slot, data).and_then(|layout| room(&layout).map(|()| layout)) {
+    let layout = match request_layout(world, kind, slot, data).and_then(|layout| room(&layout).map(|()| layout)) {
         Ok(layout) => layout,
         // The instance accepted the value, but its beams are invalid: it is recreated with the previous parameters.
-        Err(why) => return new_sensor(world, whose, kind, old).and(Err(Stop::Refused(why))),
+        Err(why) => return recreate_sensor(world, whose, kind, old).and(Err(ParamError::Refused(why))),
     };
-    let mut sensing = world.devices.sensing.try_borrow_mut().map_err(|_| Stop::Busy)?;
+    let mut sensing = world.devices.sensing.try_borrow_mut().map_err(|_| ParamError::Busy)?;
     // The sensor may have been removed or recreated during the call.
-    let device = sensing.lay_out(slot, id, layout).ok_or(Stop::Gone)?;
+    let device = sensing.set_layout(slot, id, layout).ok_or(ParamError::Gone)?;
     device.params[at] = params.swap_remove(at);
-    sensing.relist();
+    sensing.invalidate_rosters();
     Ok(())
 }
 
 /// Sets several parameters of a sensor at once and recreates it. If they were set one by one, they might contradict
 /// each other in between.
-pub(super) fn write_params(world: &WorldCell, object: tatu_object, new: Vec<(usize, Value)>) -> Done {
+pub(super) fn write_params(world: &WorldCell, object: tatu_object, new: Vec<(usize, Value)>) -> HostResult {
     let (slot, owner, name) = {
         let scene = world.state.scene.try_borrow().map_err(|_| busy(world))?;
         let slot = slot(world, &scene, object)?;
@@ -197,27 +213,32 @@ pub(super) fn write_params(world: &WorldCell, object: tatu_object, new: Vec<(usi
         let sensing = world.devices.sensing.try_borrow().map_err(|_| busy(world))?;
         sensing.device(slot).map(|d| (d.kind, d.params.clone()))
     };
-    let Some((kind, mut params)) = found else { return Err(Stop::Gone.status(world, slot, 0)) };
+    let Some((kind, mut params)) = found else { return Err(ParamError::Gone.status(world, slot, 0)) };
     new.into_iter().for_each(|(at, value)| params[at] = value);
     let preset = world.model.registry.host().number("sensor.preset");
-    new_sensor(world, (slot, owner, &name), kind, params).map_err(|stop| stop.status(world, slot, preset))
+    recreate_sensor(world, (slot, owner, &name), kind, params).map_err(|stop| stop.status(world, slot, preset))
 }
 
-fn new_sensor(world: &WorldCell, (slot, owner, name): Whose<'_>, kind: usize, params: Vec<Value>) -> Result<(), Stop> {
+fn recreate_sensor(
+    world: &WorldCell,
+    (slot, owner, name): DeviceOwner<'_>,
+    kind: usize,
+    params: Vec<Value>,
+) -> Result<(), ParamError> {
     let mut instance = world.instance_info(owner, name);
-    if let Some(old) = world.devices.sensing.try_borrow().map_err(|_| Stop::Busy)?.device(slot) {
+    if let Some(old) = world.devices.sensing.try_borrow().map_err(|_| ParamError::Busy)?.device(slot) {
         // The sensor keeps its seed, even if it was renamed, so that its random numbers continue.
         instance.seed = old.seed;
     }
-    let mut made = create_sensor(world, kind, slot, instance, params).map_err(Stop::Refused)?;
+    let mut made = create_sensor(world, kind, slot, instance, params).map_err(ParamError::Refused)?;
     let old = {
-        let mut sensing = world.devices.sensing.try_borrow_mut().map_err(|_| Stop::Busy)?;
+        let mut sensing = world.devices.sensing.try_borrow_mut().map_err(|_| ParamError::Busy)?;
         // The settings in the scene must be applied before the sensor is measured.
-        sensing.unsettle();
+        sensing.invalidate_settings();
         let place = sensing.devices.iter_mut().find(|d| d.slot == slot);
         place.map(|d| {
             (made.drawn, made.period, made.noise) = (d.drawn, d.period, d.noise.take());
-            made.forget();
+            made.discard_reading();
             std::mem::replace(d, made)
         })
     };
@@ -225,31 +246,33 @@ fn new_sensor(world: &WorldCell, (slot, owner, name): Whose<'_>, kind: usize, pa
     Ok(())
 }
 
-/// Like `set_of_sensor`, but for an actuator, which has no beams.
-fn set_of_actuator(
+/// Like `set_sensor_param`, but for an actuator, which has no beams.
+fn set_actuator_param(
     world: &WorldCell,
-    (slot, owner, name): Whose<'_>,
+    (slot, owner, name): DeviceOwner<'_>,
     (kind, at): (usize, usize),
     value: Value,
-) -> Result<(), Stop> {
+) -> Result<(), ParamError> {
     let info = &world.model.registry.actuators[kind];
     let (mut params, data) = {
-        let actuators = world.devices.actuators.try_borrow().map_err(|_| Stop::Busy)?;
-        actuators.device(owner).map(|d| (d.params.clone(), d.data)).ok_or(Stop::Gone)?
+        let actuators = world.devices.actuators.try_borrow().map_err(|_| ParamError::Busy)?;
+        actuators.device(owner).map(|d| (d.params.clone(), d.data)).ok_or(ParamError::Gone)?
     };
     params[at] = value;
-    let of = Living { plugin: info.plugin, slot, data };
-    if takes_changes(&info.life, &info.params, at)
-        && configure(world, of, &info.life, &params, at).map_err(Stop::Refused)?
+    let of = InstanceRef { plugin: info.plugin, slot, data };
+    if is_configurable(&info.life, &info.params, at)
+        && configure(world, of, &info.life, &params, at).map_err(ParamError::Refused)?
     {
-        let mut actuators = world.devices.actuators.try_borrow_mut().map_err(|_| Stop::Busy)?;
-        let device = actuators.devices.iter_mut().find(|d| d.object == owner && d.data == data).ok_or(Stop::Gone)?;
+        let mut actuators = world.devices.actuators.try_borrow_mut().map_err(|_| ParamError::Busy)?;
+        let device =
+            actuators.devices.iter_mut().find(|d| d.object == owner && d.data == data).ok_or(ParamError::Gone)?;
         device.params[at] = params.swap_remove(at);
         return Ok(());
     }
-    let made = create_actuator(world, kind, slot, world.instance_info(owner, name), params).map_err(Stop::Refused)?;
+    let made =
+        create_actuator(world, kind, slot, world.instance_info(owner, name), params).map_err(ParamError::Refused)?;
     let old = {
-        let mut actuators = world.devices.actuators.try_borrow_mut().map_err(|_| Stop::Busy)?;
+        let mut actuators = world.devices.actuators.try_borrow_mut().map_err(|_| ParamError::Busy)?;
         let place = actuators.devices.iter_mut().find(|d| d.object == owner);
         place.map(|d| std::mem::replace(d, made))
     };
@@ -257,15 +280,17 @@ fn set_of_actuator(
     Ok(())
 }
 
-fn command(world: &WorldCell, slot: u32, kind: usize, at: usize, prop: tatu_prop, value: Value) -> Done {
+fn set_command(world: &WorldCell, slot: u32, kind: usize, at: usize, prop: tatu_prop, value: Value) -> HostResult {
     let declared = &world.model.registry.actuators[kind].commands[at];
-    let Value::Float(x) = checked(world, declared, prop, value)? else { return Err(TATU_ERR_ARGUMENT) };
+    let Value::Float(x) = check_against_declaration(world, declared, prop, value)? else {
+        return Err(TATU_ERR_ARGUMENT);
+    };
     if !x.is_finite() {
         let text = format!("`{}`: expected a finite number, found {x}", declared.key);
         return Err(world.run.calls.refuse(TATU_ERR_ARGUMENT, &text));
     }
     let mut scene = world.state.scene.try_borrow_mut().map_err(|_| busy(world))?;
-    if let Some(Data::Actuator(a)) = scene.get_mut(slot).map(|o| &mut o.data)
+    if let Some(ObjectVariant::Actuator(a)) = scene.get_mut(slot).map(|o| &mut o.data)
         && let Some(place) = a.commands.get_mut(at)
     {
         *place = x;

@@ -4,15 +4,15 @@ use std::path::{Path, PathBuf};
 
 use tatu_errors::Error;
 use tatu_plugin_api::{abi::*, safe::Value};
-use tatu_scene::document::{self, Options, Sources};
+use tatu_scene::document::{self, LoadOptions, SourceFiles};
 
 use super::{
-    answer::{give, lend, on, place},
+    answer::{lend, on_world, require, write_value},
     session::{one_line, switch_to},
-    whole_parts::{free, parent_of, plant},
+    subtrees::{add_document, parent_of, require_unborrowed},
 };
 use crate::{
-    cell::{Function, WorldCell},
+    cell::{HostFunction, WorldCell},
     state::{edits, recovery, saving},
 };
 
@@ -31,7 +31,7 @@ pub static TABLE: tatu_host_edits = tatu_host_edits {
 };
 
 /// File name that stands for an added text in error messages.
-const ADDED: &str = "added.toml";
+const ADDED_FILE_NAME: &str = "added.toml";
 
 fn refuse(world: &WorldCell, e: &Error) -> tatu_status {
     let status = if e.code == "E305" { TATU_ERR_UNSUPPORTED } else { TATU_ERR };
@@ -39,8 +39,8 @@ fn refuse(world: &WorldCell, e: &Error) -> tatu_status {
 }
 
 extern "C" fn begin(w: WorldRef<'_>, label: Lent<'_>, merge: Lent<'_>) -> tatu_status {
-    on(w, Function::acts("edits.begin"), |world| {
-        free(world)?;
+    on_world(w, HostFunction::mutating("edits.begin"), |world| {
+        require_unborrowed(world)?;
         if label.bytes().is_empty() {
             return Err(world.run.calls.refuse(TATU_ERR_ARGUMENT, "the label of an edit must not be empty"));
         }
@@ -50,16 +50,16 @@ extern "C" fn begin(w: WorldRef<'_>, label: Lent<'_>, merge: Lent<'_>) -> tatu_s
 }
 
 extern "C" fn end(w: WorldRef<'_>, keep: u32) -> tatu_status {
-    on(w, Function::acts("edits.end"), |world| {
-        free(world)?;
+    on_world(w, HostFunction::mutating("edits.end"), |world| {
+        require_unborrowed(world)?;
         edits::end(world, keep != 0).map_err(|e| refuse(world, &e))
     })
 }
 
 extern "C" fn step_back<'a>(w: WorldRef<'a>, redo: u32, label: Option<&mut Lent<'a>>) -> tatu_status {
-    on(w, Function::acts("edits.step_back"), |world| {
-        let out = place(world, "a pointer for the label", label)?;
-        free(world)?;
+    on_world(w, HostFunction::mutating("edits.step_back"), |world| {
+        let out = require(world, "a pointer for the label", label)?;
+        require_unborrowed(world)?;
         match edits::step_back(world, redo != 0).map_err(|e| refuse(world, &e))? {
             Some(label) => {
                 *out = lend(world, label.as_bytes())?;
@@ -71,15 +71,15 @@ extern "C" fn step_back<'a>(w: WorldRef<'a>, redo: u32, label: Option<&mut Lent<
 }
 
 extern "C" fn state<'a>(w: WorldRef<'a>, out: Option<&mut ValueRef<'a>>) -> tatu_status {
-    on(w, Function::looks("edits.state"), |world| {
-        let told = edits::told(world);
-        give(world, &told, out)
+    on_world(w, HostFunction::read_only("edits.state"), |world| {
+        let told = edits::edits_value(world);
+        write_value(world, &told, out)
     })
 }
 
 extern "C" fn save(w: WorldRef<'_>, file: Lent<'_>, flags: u32) -> tatu_status {
-    on(w, Function::acts("edits.save"), |world| {
-        free(world)?;
+    on_world(w, HostFunction::mutating("edits.save"), |world| {
+        require_unborrowed(world)?;
         let is_script = world.run.calls.caller.get().script != 0;
         let path = PathBuf::from(file.text().into_owned());
         if is_script && (file.bytes().is_empty() || saving::is_own(world, &path)) {
@@ -87,7 +87,7 @@ extern "C" fn save(w: WorldRef<'_>, file: Lent<'_>, flags: u32) -> tatu_status {
             return Err(world.run.calls.refuse(TATU_ERR_UNSUPPORTED, text));
         }
         // A replay recomputes the run and does not write files. The save is still recorded, because it separates edits.
-        if world.run.outside.replay.borrow().is_some() {
+        if world.run.connections.replay.borrow().is_some() {
             world.model.history.borrow_mut().note_saved();
             return Ok(());
         }
@@ -96,13 +96,13 @@ extern "C" fn save(w: WorldRef<'_>, file: Lent<'_>, flags: u32) -> tatu_status {
 }
 
 extern "C" fn copy(w: WorldRef<'_>, discard: u32) -> tatu_status {
-    on(w, Function::acts("edits.copy"), |world| {
-        free(world)?;
+    on_world(w, HostFunction::mutating("edits.copy"), |world| {
+        require_unborrowed(world)?;
         if discard != 0 && world.run.calls.caller.get().script != 0 {
             let text = "only the page, remote clients and the program can discard the copy of unsaved edits";
             return Err(world.run.calls.refuse(TATU_ERR_UNSUPPORTED, text));
         }
-        if world.run.outside.replay.borrow().is_some() {
+        if world.run.connections.replay.borrow().is_some() {
             return Ok(());
         }
         match discard {
@@ -114,7 +114,7 @@ extern "C" fn copy(w: WorldRef<'_>, discard: u32) -> tatu_status {
 }
 
 extern "C" fn open(w: WorldRef<'_>, file: Lent<'_>, how: u32) -> tatu_status {
-    on(w, Function::acts("edits.open"), |world| {
+    on_world(w, HostFunction::mutating("edits.open"), |world| {
         let file = PathBuf::from(file.text().into_owned());
         let sources = match how {
             TATU_OPEN_FILE => None,
@@ -132,30 +132,30 @@ extern "C" fn open(w: WorldRef<'_>, file: Lent<'_>, how: u32) -> tatu_status {
 }
 
 extern "C" fn kind<'a>(w: WorldRef<'a>, index: u32, out: Option<&mut ValueRef<'a>>) -> tatu_status {
-    on(w, Function::looks("edits.kind"), |world| {
+    on_world(w, HostFunction::read_only("edits.kind"), |world| {
         let registry = &world.model.registry;
         let sensors = registry.sensor_kinds().map(|(_, k)| ("sensor", &k.id, &k.text));
         let actuators = registry.actuators.iter().map(|k| ("actuator", &k.id, &k.text));
         let (object, id, text) = sensors.chain(actuators).nth(index as usize).ok_or(TATU_ERR_MISSING)?;
         let told = [("object", object), ("id", id), ("text", text)].map(|(k, v)| (Value::text(k), Value::text(v)));
-        give(world, &Value::Map(told.into()), out)
+        write_value(world, &Value::Map(told.into()), out)
     })
 }
 
 extern "C" fn add(w: WorldRef<'_>, text: Lent<'_>, parent: tatu_object, out: Option<&mut tatu_object>) -> tatu_status {
-    on(w, Function::acts("edits.add"), |world| {
-        let out = place(world, "a pointer for the object", out)?;
+    on_world(w, HostFunction::mutating("edits.add"), |world| {
+        let out = require(world, "a pointer for the object", out)?;
         let parent = parent_of(world, parent)?;
-        free(world)?;
+        require_unborrowed(world)?;
         let folder = world.model.document.file.as_deref().and_then(Path::parent).unwrap_or(Path::new(""));
-        let file = folder.join(ADDED);
-        let options = Options {
-            sources: Sources::over([(file.clone(), text.bytes().to_vec())], false),
+        let file = folder.join(ADDED_FILE_NAME);
+        let options = LoadOptions {
+            sources: SourceFiles::with_replacements([(file.clone(), text.bytes().to_vec())], false),
             reach: Some(world.run.folders.reach(&world.model.registry)),
-            ..Options::default()
+            ..LoadOptions::default()
         };
         let read = document::load(&file, &world.model.registry, &options).map_err(|e| refuse(world, &e))?;
-        let slots = plant(world, &read, parent)?;
+        let slots = add_document(world, &read, parent)?;
         *out = slots.first().map_or(0, |s| world.state.scene.borrow().id(*s));
         Ok(())
     })

@@ -2,11 +2,11 @@
 
 use tatu_errors::nearest;
 use tatu_plugin_api::{abi::*, safe::Value};
-use tatu_plugins::{describe, events::ALL};
+use tatu_plugins::{describe_value, events::ALL_EVENTS};
 
-use super::answer::{Done, alone, busy, on};
+use super::answer::{HostResult, busy, on_world, world_only};
 use crate::{
-    cell::{Function, WorldCell, bytes_of},
+    cell::{HostFunction, WorldCell, bytes_of},
     scripts,
 };
 
@@ -21,7 +21,7 @@ pub static TABLE: tatu_host_events = tatu_host_events {
 };
 
 extern "C" fn publish(w: WorldRef<'_>, name: Lent<'_>, payload: Option<&ValueRef<'_>>) -> tatu_status {
-    on(w, Function::acts("events.publish"), |world| {
+    on_world(w, HostFunction::mutating("events.publish"), |world| {
         let name = name.text();
         if !name.contains('.') {
             let said = format!("`{name}` cannot be published: names without a dot are reserved for the host");
@@ -31,18 +31,18 @@ extern "C" fn publish(w: WorldRef<'_>, name: Lent<'_>, payload: Option<&ValueRef
         // A script's empty table can be passed as an empty list or array.
         let nothing = payload.is_nil() || (TATU_F64S..=TATU_LIST).contains(&payload.tag()) && payload.is_empty();
         if !nothing && payload.tag() != TATU_MAP {
-            let found = payload.to_value().map_or("an invalid value".into(), |v| describe(&v));
+            let found = payload.to_value().map_or("an invalid value".into(), |v| describe_value(&v));
             let said = format!("the payload of `{name}` is {found}; expected a table with keys");
             return Err(world.run.calls.refuse(TATU_ERR_ARGUMENT, &said));
         }
-        if !world.run.outside.wants(&name) {
+        if !world.run.connections.has_subscriber(&name) {
             return Ok(());
         }
         match if nothing { Ok(Value::Nil) } else { payload.to_value() } {
-            Ok(value) if !world.run.outside.bus.has_room(bytes_of(&value), world.store_room()) => {
-                return Err(world.no_room("events"));
+            Ok(value) if !world.run.connections.bus.try_reserve(bytes_of(&value), world.store_limit()) => {
+                return Err(world.refuse_over_limit("events"));
             }
-            Ok(value) => world.run.outside.publish(&name, || value),
+            Ok(value) => world.run.connections.publish(&name, || value),
             Err(e) => return Err(world.run.calls.refuse(e.code(), e.text())),
         }
         Ok(())
@@ -50,13 +50,13 @@ extern "C" fn publish(w: WorldRef<'_>, name: Lent<'_>, payload: Option<&ValueRef
 }
 
 extern "C" fn subscribe(w: WorldRef<'_>, name: Lent<'_>, handler: tatu_func, id: Option<&mut u64>) -> tatu_status {
-    on(w, Function::acts("events.subscribe"), |world| {
+    on_world(w, HostFunction::mutating("events.subscribe"), |world| {
         let name = name.text();
-        check(world, &name)?;
+        check_event_name(world, &name)?;
         if scripts::owner_of_func(world, handler).is_none() {
             return Err(world.run.calls.refuse(TATU_ERR_GONE, "the function no longer exists: its script has ended"));
         }
-        let given = world.run.outside.bus.subscribe(&name, handler).ok_or_else(|| busy(world))?;
+        let given = world.run.connections.bus.subscribe(&name, handler).ok_or_else(|| busy(world))?;
         if let Some(id) = id {
             *id = given;
         }
@@ -65,9 +65,9 @@ extern "C" fn subscribe(w: WorldRef<'_>, name: Lent<'_>, handler: tatu_func, id:
 }
 
 /// Checks that there can be an event with this name.
-fn check(world: &WorldCell, name: &str) -> Done {
+fn check_event_name(world: &WorldCell, name: &str) -> HostResult {
     let declared = &world.model.registry.events;
-    if name == ALL || name.contains('.') || declared.iter().any(|e| e.name == name) {
+    if name == ALL_EVENTS || name.contains('.') || declared.iter().any(|e| e.name == name) {
         return Ok(());
     }
     let near = nearest(name, declared.iter().map(|e| e.name.as_str()));
@@ -76,17 +76,20 @@ fn check(world: &WorldCell, name: &str) -> Done {
 }
 
 extern "C" fn unsubscribe(w: WorldRef<'_>, id: u64) -> tatu_status {
-    on(w, Function::looks("events.unsubscribe"), |world| match world.run.outside.bus.unsubscribe(id) {
-        Some(handler) => {
-            scripts::drop_func(world, handler);
-            Ok(())
+    on_world(w, HostFunction::read_only("events.unsubscribe"), |world| {
+        match world.run.connections.bus.unsubscribe(id) {
+            Some(handler) => {
+                scripts::drop_func(world, handler);
+                Ok(())
+            }
+            None => Err(world.run.calls.refuse(TATU_ERR_MISSING, &format!("there is no subscription {id}"))),
         }
-        None => Err(world.run.calls.refuse(TATU_ERR_MISSING, &format!("there is no subscription {id}"))),
     })
 }
 
 extern "C" fn wanted(w: WorldRef<'_>, name: Lent<'_>) -> u32 {
-    alone(w, Function::looks("events.wanted")).map_or(0, |world| world.run.outside.wants(&name.text()).into())
+    world_only(w, HostFunction::read_only("events.wanted"))
+        .map_or(0, |world| world.run.connections.has_subscriber(&name.text()).into())
 }
 
 extern "C" fn declared<'a>(
@@ -95,16 +98,18 @@ extern "C" fn declared<'a>(
     name: Option<&mut Lent<'a>>,
     out: Option<&mut Lent<'a>>,
 ) -> tatu_status {
-    on(w, Function::looks("events.declared"), |world| match world.model.registry.events.get(index as usize) {
-        Some(e) => {
-            if let Some(name) = name {
-                *name = e.name.as_str().into();
+    on_world(w, HostFunction::read_only("events.declared"), |world| {
+        match world.model.registry.events.get(index as usize) {
+            Some(e) => {
+                if let Some(name) = name {
+                    *name = e.name.as_str().into();
+                }
+                if let Some(out) = out {
+                    *out = e.text.as_str().into();
+                }
+                Ok(())
             }
-            if let Some(out) = out {
-                *out = e.text.as_str().into();
-            }
-            Ok(())
+            None => Err(TATU_ERR_MISSING),
         }
-        None => Err(TATU_ERR_MISSING),
     })
 }

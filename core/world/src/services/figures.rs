@@ -8,14 +8,14 @@ use tatu_errors::Refusal;
 use tatu_plugin_api::{abi::*, safe::Value};
 use tatu_scene::{
     Scene,
-    graph::{CurveSpec, Graph, StreamSpec, keys_of},
+    graph::{CurveSpec, Graph, StreamSpec, parse_static_copy},
 };
 
 use super::{
-    answer::{Answer, Done, busy, fill, give, on, place, slot, with},
-    properties::refusal,
+    answer::{AnswerContext, HostResult, busy, fill, on_world, require, slot, with_context, write_value},
+    properties::refuse_with,
 };
-use crate::cell::{Function, WorldCell};
+use crate::cell::{HostFunction, WorldCell};
 pub static TABLE: tatu_host_figures = tatu_host_figures {
     size: size_of::<tatu_host_figures>() as u32,
     reserved: 0,
@@ -25,27 +25,27 @@ pub static TABLE: tatu_host_figures = tatu_host_figures {
     record: Some(record),
     list: Some(list),
     get: Some(get),
-    part: Some(super::shown::part),
-    image: Some(super::shown::image),
+    part: Some(super::ui_data::part),
+    image: Some(super::ui_data::image),
 };
 
 /// The parts of the world that the functions of this table use.
-struct Context<'a> {
+struct FigureContext<'a> {
     scene: &'a RefCell<Scene>,
     figures: &'a RefCell<Figures>,
     /// Maximum size of all drawings, bytes.
     room: u64,
-    answer: Answer<'a>,
+    answer: AnswerContext<'a>,
 }
 
-impl<'a> From<&'a WorldCell> for Context<'a> {
+impl<'a> From<&'a WorldCell> for FigureContext<'a> {
     fn from(world: &'a WorldCell) -> Self {
-        let room = world.store_room();
-        Context { scene: &world.state.scene, figures: &world.devices.figures, room, answer: world.into() }
+        let room = world.store_limit();
+        FigureContext { scene: &world.state.scene, figures: &world.devices.figures, room, answer: world.into() }
     }
 }
 
-impl Context<'_> {
+impl FigureContext<'_> {
     /// Calls `f` with the scene and the figures.
     fn edit<T>(&self, f: impl FnOnce(&Scene, &mut Figures) -> Result<T, Refusal>) -> Result<T, tatu_status> {
         let scene = self.scene.try_borrow().map_err(|_| busy(self.answer))?;
@@ -54,7 +54,7 @@ impl Context<'_> {
     }
 
     /// Returns the full handle of an object given by a caller.
-    fn full(&self, object: tatu_object) -> Result<tatu_object, tatu_status> {
+    fn full_handle(&self, object: tatu_object) -> Result<tatu_object, tatu_status> {
         let scene = self.scene.try_borrow().map_err(|_| busy(self.answer))?;
         Ok(scene.id(slot(self.answer, &scene, object)?))
     }
@@ -65,7 +65,7 @@ fn missing<T>(what: &str, id: i64) -> Result<T, Refusal> {
 }
 
 /// Copies the map that a caller passes.
-fn keys(answer: Answer<'_>, map: Option<&ValueRef<'_>>) -> Result<Option<Value>, tatu_status> {
+fn map_argument(answer: AnswerContext<'_>, map: Option<&ValueRef<'_>>) -> Result<Option<Value>, tatu_status> {
     map.map(|map| map.to_value()).transpose().map_err(|e| answer.calls.refuse(e.code(), e.text()))
 }
 
@@ -76,17 +76,17 @@ extern "C" fn add(
     map: Option<&ValueRef<'_>>,
     out: Option<&mut i64>,
 ) -> tatu_status {
-    with(w, Function::acts("figures.add"), |c: Context<'_>| {
-        let out = place(c.answer, "a pointer for the number", out)?;
-        let Some(map) = keys(c.answer, map)? else {
+    with_context(w, HostFunction::mutating("figures.add"), |c: FigureContext<'_>| {
+        let out = require(c.answer, "a pointer for the number", out)?;
+        let Some(map) = map_argument(c.answer, map)? else {
             return Err(c.answer.calls.refuse(TATU_ERR_ARGUMENT, "expected a map of keys, found null"));
         };
-        let owner = if what == TATU_FIGURE_DRAWING { 0 } else { c.full(object)? };
+        let owner = if what == TATU_FIGURE_DRAWING { 0 } else { c.full_handle(object)? };
         let id = c.edit(|scene, all| match what {
             TATU_FIGURE_STREAM => all.graph(scene, owner)?.add_stream(StreamSpec::from_value(&map)?),
             TATU_FIGURE_CURVE => all.graph(scene, owner)?.add_curve(CurveSpec::from_value(&map)?),
             TATU_FIGURE_COPY => {
-                let (name, curve) = keys_of(&map)?;
+                let (name, curve) = parse_static_copy(&map)?;
                 all.graph(scene, owner)?.freeze(curve, &name)
             }
             TATU_FIGURE_DRAWING => {
@@ -106,8 +106,8 @@ extern "C" fn add(
 }
 
 extern "C" fn change(w: WorldRef<'_>, object: tatu_object, id: i64, map: Option<&ValueRef<'_>>) -> tatu_status {
-    with(w, Function::acts("figures.change"), |c: Context<'_>| {
-        let map = keys(c.answer, map)?;
+    with_context(w, HostFunction::mutating("figures.change"), |c: FigureContext<'_>| {
+        let map = map_argument(c.answer, map)?;
         if object == 0 {
             return c.edit(|_, all| match (map, all.drawings.remove(&id)) {
                 (None, Some(_)) => Ok(()),
@@ -121,7 +121,7 @@ extern "C" fn change(w: WorldRef<'_>, object: tatu_object, id: i64, map: Option<
                 }
             });
         }
-        let owner = c.full(object)?;
+        let owner = c.full_handle(object)?;
         c.edit(|scene, all| {
             let graph = all.graph(scene, owner)?;
             match map {
@@ -148,10 +148,10 @@ unsafe extern "C" fn put(
 ) -> tatu_status {
     // SAFETY: the header requires `numbers` to be null or to hold `n` numbers for the whole call.
     unsafe {
-        with(w, Function::acts("figures.put"), |c: Context<'_>| {
+        with_context(w, HostFunction::mutating("figures.put"), |c: FigureContext<'_>| {
             let numbers =
                 if numbers.is_null() || n == 0 { &[][..] } else { std::slice::from_raw_parts(numbers, n as usize) };
-            let owner = if object == 0 { 0 } else { c.full(object)? };
+            let owner = if object == 0 { 0 } else { c.full_handle(object)? };
             let room = c.room;
             let count = c.edit(|scene, all| {
                 if owner == 0 {
@@ -173,7 +173,7 @@ unsafe extern "C" fn put(
                 }
                 let graph = all.graph(scene, owner)?;
                 match (id, numbers) {
-                    (0, []) => graph.empty(),
+                    (0, []) => graph.clear(),
                     (_, [x]) => {
                         let stream = graph.stream(id)?;
                         if !stream.spec.of.is_empty() {
@@ -203,15 +203,15 @@ fn frame(scene: &Scene, drawing: &Drawing) -> Isometry3<f64> {
 }
 
 extern "C" fn record(w: WorldRef<'_>, object: tatu_object, time: f64) -> tatu_status {
-    on(w, Function::acts("figures.record"), |world| {
+    on_world(w, HostFunction::mutating("figures.record"), |world| {
         if !time.is_finite() {
             return Err(world.run.calls.refuse(TATU_ERR_ARGUMENT, "the time of a sample must be finite"));
         }
         let done = match object {
             0 => crate::recording::record_due(world, time).map(drop),
-            one => crate::recording::record(world, Context::from(world).full(one)?, time),
+            one => crate::recording::record(world, FigureContext::from(world).full_handle(one)?, time),
         };
-        done.map_err(|r| refusal(world, r))
+        done.map_err(|r| refuse_with(world, r))
     })
 }
 
@@ -225,8 +225,8 @@ unsafe extern "C" fn list(
 ) -> tatu_status {
     // SAFETY: the header requires `out` to be null or to have room for `cap` elements for the whole call.
     unsafe {
-        with(w, Function::looks("figures.list"), |c: Context<'_>| {
-            let owner = if object == 0 { 0 } else { c.full(object)? };
+        with_context(w, HostFunction::read_only("figures.list"), |c: FigureContext<'_>| {
+            let owner = if object == 0 { 0 } else { c.full_handle(object)? };
             let ids: Vec<i64> = c.edit(|scene, all| {
                 all.remove_orphans(scene);
                 Ok(match what {
@@ -248,44 +248,44 @@ extern "C" fn get<'a>(
     numbers: u32,
     out: Option<&mut ValueRef<'a>>,
 ) -> tatu_status {
-    with(w, Function::looks("figures.get"), |c: Context<'a>| -> Done {
-        let owner = if object == 0 { 0 } else { c.full(object)? };
+    with_context(w, HostFunction::read_only("figures.get"), |c: FigureContext<'a>| -> HostResult {
+        let owner = if object == 0 { 0 } else { c.full_handle(object)? };
         let value = c.edit(|scene, all| match owner {
             0 => match all.drawings.get(&id) {
-                Some(d) => Ok(of_drawing(d, scene, numbers != 0)),
+                Some(d) => Ok(drawing_value(d, scene, numbers != 0)),
                 None => missing("drawing", id),
             },
-            _ => of_graph(all.graph(scene, owner)?, id, numbers != 0),
+            _ => graph_value(all.graph(scene, owner)?, id, numbers != 0),
         })?;
-        give(c.answer, &value, out)
+        write_value(c.answer, &value, out)
     })
 }
 
 /// Returns a map with additional entries.
-fn more(value: Value, entries: impl IntoIterator<Item = (&'static str, Value)>) -> Value {
+fn with_entries(value: Value, entries: impl IntoIterator<Item = (&'static str, Value)>) -> Value {
     let mut all = if let Value::Map(all) = value { all } else { Vec::new() };
     all.extend(entries.into_iter().map(|(k, v)| (Value::text(k), v)));
     Value::Map(all)
 }
 
-fn of_drawing(d: &Drawing, scene: &Scene, numbers: bool) -> Value {
+fn drawing_value(d: &Drawing, scene: &Scene, numbers: bool) -> Value {
     let stride = Value::Int(d.stride() as i64);
-    let value = more(d.entries(), [("figure", Value::Int(TATU_FIGURE_DRAWING.into())), ("stride", stride)]);
-    if numbers { more(value, [("items", Value::Floats(d.in_world(&frame(scene, d))))]) } else { value }
+    let value = with_entries(d.entries(), [("figure", Value::Int(TATU_FIGURE_DRAWING.into())), ("stride", stride)]);
+    if numbers { with_entries(value, [("items", Value::Floats(d.in_world(&frame(scene, d))))]) } else { value }
 }
 
-fn of_graph(graph: &Graph, id: i64, numbers: bool) -> Result<Value, Refusal> {
+fn graph_value(graph: &Graph, id: i64, numbers: bool) -> Result<Value, Refusal> {
     if let Some(s) = graph.streams.iter().find(|s| s.id == id) {
         let spec = StreamSpec { color: Some(s.color), ..s.spec.clone() };
-        let value = more(spec.to_value(), [("figure", Value::Int(TATU_FIGURE_STREAM.into()))]);
+        let value = with_entries(spec.to_value(), [("figure", Value::Int(TATU_FIGURE_STREAM.into()))]);
         let floats = |all: &std::collections::VecDeque<f64>| Value::Floats(all.iter().copied().collect());
         let held = [("times", floats(&graph.times)), ("values", floats(&s.values))];
-        return Ok(if numbers { more(value, held) } else { value });
+        return Ok(if numbers { with_entries(value, held) } else { value });
     }
     let Some(c) = graph.curves.iter().find(|c| c.id == id) else { return missing("stream or curve", id) };
     let spec = CurveSpec { color: Some(c.color), ..c.spec.clone() };
     let dims = Value::Int(c.spec.axes.len() as i64);
-    let value = more(spec.to_value(), [("figure", Value::Int(TATU_FIGURE_CURVE.into())), ("dims", dims)]);
+    let value = with_entries(spec.to_value(), [("figure", Value::Int(TATU_FIGURE_CURVE.into())), ("dims", dims)]);
     let points = || Value::Floats(graph.points(c).concat());
-    Ok(if numbers { more(value, [("points", points())]) } else { value })
+    Ok(if numbers { with_entries(value, [("points", points())]) } else { value })
 }

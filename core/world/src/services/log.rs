@@ -6,7 +6,7 @@
 use std::borrow::Cow;
 
 use tatu_plugin_api::abi::*;
-use tatu_plugins::{Holder, HostTables, guard, texts::clean, watchdog::Call};
+use tatu_plugins::{HostHolder, HostTables, guard, texts::clean, watchdog::PluginCall};
 
 use crate::cell::WorldCell;
 
@@ -22,33 +22,33 @@ unsafe extern "C" fn write(host: *const tatu_host, w: WorldRef<'_>, level: u32, 
     // SAFETY: the header requires `host` to be null or the host pointer that the plugin was given, which is never
     // freed.
     let host = unsafe { HostTables::holder_at(host) };
-    let Some(world) = WorldCell::at(w.ptr()) else { return outside(host, level, &clean(&line)) };
+    let Some(world) = WorldCell::from_pointer(w.ptr()) else { return log_without_world(host, level, &clean(&line)) };
     match level {
-        _ if prints(world) => world.log(level, &line),
-        TATU_LOG_ERROR..=TATU_LOG_DEBUG => world.log(level, &signed(host, Some(world), &line)),
+        _ if is_script_output(world) => world.log(level, &line),
+        TATU_LOG_ERROR..=TATU_LOG_DEBUG => world.log(level, &with_plugin_id(host, Some(world), &line)),
         // The program's own plugins pass on the output of scripts. Lines of other plugins must not contain control
         // characters for the terminal.
         TATU_LOG_STATUS..=TATU_LOG_CONSOLE_CLEAR if host.is_some_and(|h| h.of_program) => world.log(level, &line),
         TATU_LOG_STATUS | TATU_LOG_CLEAR => world.log(level, &clean(&line)),
         // The line consists of a title, NUL, and the text.
         TATU_LOG_CONSOLE | TATU_LOG_CONSOLE_CLEAR => world.log(level, &line),
-        _ => world.log(TATU_LOG_INFO, &signed(host, Some(world), &line)),
+        _ => world.log(TATU_LOG_INFO, &with_plugin_id(host, Some(world), &line)),
     }
 }
 
 /// Returns whether a script is running, in which case the line is the script's output.
-fn prints(world: &WorldCell) -> bool {
-    use Call::{CallFunc, ScriptCall, ScriptLoad, ScriptResume};
-    matches!(world.border.watch.call(), Some(ScriptLoad | ScriptCall | ScriptResume | CallFunc))
+fn is_script_output(world: &WorldCell) -> bool {
+    use PluginCall::{CallFunc, ScriptCall, ScriptLoad, ScriptResume};
+    matches!(world.monitor.watch.call(), Some(ScriptLoad | ScriptCall | ScriptResume | CallFunc))
 }
 
 /// Prefixes a line of a plugin with its id.
-fn signed<'a>(holder: Option<&Holder>, world: Option<&WorldCell>, line: &'a str) -> Cow<'a, str> {
+fn with_plugin_id<'a>(holder: Option<&HostHolder>, world: Option<&WorldCell>, line: &'a str) -> Cow<'a, str> {
     let (id, of_program) = match (holder, world) {
         (Some(holder), _) => (holder.plugin.as_str(), holder.of_program),
-        (None, Some(world)) => match world.model.registry.plugins.get(world.border.watch.plugin()) {
-            Some(running) if world.border.watch.call().is_some() => {
-                (running.id.as_str(), world.model.registry.is_of_program(world.border.watch.plugin()))
+        (None, Some(world)) => match world.model.registry.plugins.get(world.monitor.watch.plugin()) {
+            Some(running) if world.monitor.watch.call().is_some() => {
+                (running.id.as_str(), world.model.registry.is_of_program(world.monitor.watch.plugin()))
             }
             _ => return clean(line),
         },
@@ -61,12 +61,12 @@ fn signed<'a>(holder: Option<&Holder>, world: Option<&WorldCell>, line: &'a str)
 }
 
 /// Logs a line that does not belong to a world.
-fn outside(holder: Option<&Holder>, level: u32, line: &str) {
+fn log_without_world(holder: Option<&HostHolder>, level: u32, line: &str) {
     // The host reports a captured error itself, with the plugin and the function.
-    if level == TATU_LOG_ERROR && guard::say(line) {
+    if level == TATU_LOG_ERROR && guard::capture_error(line) {
         return;
     }
-    let line = signed(holder, None, line);
+    let line = with_plugin_id(holder, None, line);
     match level {
         TATU_LOG_ERROR => tracing::error!("{line}"),
         TATU_LOG_WARNING => tracing::warn!("{line}"),
@@ -76,8 +76,8 @@ fn outside(holder: Option<&Holder>, level: u32, line: &str) {
 }
 
 unsafe extern "C" fn last_error(w: WorldRef<'_>) -> *const tatu_error {
-    let world = WorldCell::at(w.ptr());
+    let world = WorldCell::from_pointer(w.ptr());
     world
-        .and_then(|world| world.run.calls.last.try_borrow_mut().ok().map(|mut l| l.raw().cast_const()))
+        .and_then(|world| world.run.calls.last_refusal.try_borrow_mut().ok().map(|mut l| l.raw().cast_const()))
         .unwrap_or(std::ptr::null())
 }

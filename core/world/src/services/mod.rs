@@ -19,11 +19,11 @@ mod readings;
 mod scene;
 mod scripts;
 mod session;
-mod shown;
 mod signals;
 mod solids;
 mod stand_ins;
-mod whole_parts;
+mod subtrees;
+mod ui_data;
 
 pub use by_path::Channel;
 
@@ -31,11 +31,11 @@ use std::ffi::{CStr, c_void};
 
 use tatu_plugin_api::abi::*;
 use tatu_plugins::HostTables;
-use tatu_scene::rows::ROWS;
+use tatu_scene::property_table::PROPERTIES;
 
 /// Returns the tables that are passed to plugins, as an argument of [`Registry::load`](tatu_plugins::Registry::load).
 pub fn host_tables() -> HostTables {
-    HostTables::new(table, ROWS.iter().map(|row| row.key))
+    HostTables::new(table, PROPERTIES.iter().map(|row| row.key))
 }
 
 fn table(id: &CStr) -> *const c_void {
@@ -49,7 +49,7 @@ fn table(id: &CStr) -> *const c_void {
         id if id == TATU_HOST_SIGNALS => (&raw const signals::TABLE).cast(),
         id if id == TATU_HOST_EVENTS => (&raw const events::TABLE).cast(),
         id if id == TATU_HOST_SESSION => (&raw const session::TABLE).cast(),
-        id if id == TATU_HOST_STAGE => (&raw const session::STAGE).cast(),
+        id if id == TATU_HOST_STAGE => (&raw const session::STAGE_TABLE).cast(),
         id if id == TATU_HOST_LOG => (&raw const log::TABLE).cast(),
         id if id == TATU_HOST_FILES => (&raw const files::TABLE).cast(),
         id if id == TATU_HOST_FIGURES => (&raw const figures::TABLE).cast(),

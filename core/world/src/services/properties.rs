@@ -4,26 +4,26 @@ use nalgebra::Vector3;
 use tatu_errors::Refusal;
 use tatu_plugin_api::{abi::*, safe::Value};
 use tatu_scene::{
-    self, Data,
-    document::{Target, preset_settings},
+    self, ObjectVariant,
+    document::{KeyTarget, preset_settings},
     noise::NoiseSpec,
-    rows::{Of, Row},
+    property_table::{Property, PropertyOwner},
 };
 
 use super::{
-    answer::{Done, busy, slot},
+    answer::{HostResult, busy, slot},
     devices,
 };
-use crate::cell::{Model, WorldCell, stand_in_use};
+use crate::cell::{WorldCell, WorldModel, stand_in_use};
 
-pub(super) fn refusal(world: &WorldCell, r: Refusal) -> tatu_status {
+pub(super) fn refuse_with(world: &WorldCell, r: Refusal) -> tatu_status {
     world.run.calls.refuse(r.0, &r.1)
 }
 
 pub(super) fn read(world: &WorldCell, object: tatu_object, prop: tatu_prop) -> Result<Value, tatu_status> {
     let value = read_row(world, object, prop);
     match value {
-        Err(TATU_ERR_ARGUMENT) if stand_in_use::becomes_by_row(world, object, Row::of(prop)) => {
+        Err(TATU_ERR_ARGUMENT) if stand_in_use::infer_kind_from_property(world, object, Property::of(prop)) => {
             read_row(world, object, prop)
         }
         value => value,
@@ -31,12 +31,12 @@ pub(super) fn read(world: &WorldCell, object: tatu_object, prop: tatu_prop) -> R
 }
 
 fn read_row(world: &WorldCell, object: tatu_object, prop: tatu_prop) -> Result<Value, tatu_status> {
-    let scene = world.see(|w| &w.state.scene).ok_or_else(|| busy(world))?;
-    let row = Row::of(prop);
-    if row == Row::WORLD_NOTES {
+    let scene = world.borrow_part(|w| &w.state.scene).ok_or_else(|| busy(world))?;
+    let row = Property::of(prop);
+    if row == Property::WORLD_NOTES {
         return Ok(tatu_scene::notes_value(&scene.notes));
     }
-    if object == 0 || row.info().of == Of::World && row != Row::NONE {
+    if object == 0 || row.spec().owner == PropertyOwner::World && row != Property::NONE {
         return read_world(world, row);
     }
     let slot = slot(world, &scene, object)?;
@@ -44,25 +44,25 @@ fn read_row(world: &WorldCell, object: tatu_object, prop: tatu_prop) -> Result<V
         return Ok(Value::Float(set));
     }
     match (row, scene.get(slot).map(|o| &o.data)) {
-        (Row::NONE, _) => {
+        (Property::NONE, _) => {
             drop(scene);
             devices::read(world, slot, prop)
         }
-        (Row::SENSOR_KIND, Some(Data::Sensor(s))) => {
+        (Property::SENSOR_KIND, Some(ObjectVariant::Sensor(s))) => {
             Ok(Value::text(world.model.registry.sensors.get(s.kind).map_or("", |k| k.id.as_str())))
         }
-        (Row::SENSOR_MEASURED | Row::SENSOR_BEAMS, Some(Data::Sensor(_))) => {
-            let sensing = world.see(|w| &w.devices.sensing).ok_or_else(|| busy(world))?;
+        (Property::SENSOR_MEASURED | Property::SENSOR_BEAMS, Some(ObjectVariant::Sensor(_))) => {
+            let sensing = world.borrow_part(|w| &w.devices.sensing).ok_or_else(|| busy(world))?;
             let device = sensing.index(slot).map(|i| &sensing.devices[i]);
             Ok(Value::Int(device.map_or(0, |d| match row {
-                Row::SENSOR_BEAMS => d.layout.plan.count() as i64,
+                Property::SENSOR_BEAMS => d.layout.plan.count() as i64,
                 _ => d.sequence as i64,
             })))
         }
-        (Row::TWIST | Row::LOCAL_TWIST, Some(_)) => {
-            let dynamics = world.see(|w| &w.state.dynamics).ok_or_else(|| busy(world))?;
+        (Property::TWIST | Property::LOCAL_TWIST, Some(_)) => {
+            let dynamics = world.borrow_part(|w| &w.state.dynamics).ok_or_else(|| busy(world))?;
             let twist = world.state.twist(&scene, &dynamics, slot);
-            if row == Row::TWIST {
+            if row == Property::TWIST {
                 return Ok(Value::Floats(twist.to_vec()));
             }
             let [vx, vy, vz, wx, wy, wz] = twist;
@@ -70,54 +70,54 @@ fn read_row(world: &WorldCell, object: tatu_object, prop: tatu_prop) -> Result<V
             let (v, w) = (own * Vector3::new(vx, vy, vz), own * Vector3::new(wx, wy, wz));
             Ok(Value::Floats(v.iter().chain(&w).copied().collect()))
         }
-        (Row::ACTUATOR_KIND, Some(Data::Actuator(a))) => {
+        (Property::ACTUATOR_KIND, Some(ObjectVariant::Actuator(a))) => {
             Ok(Value::text(world.model.registry.actuators.get(a.kind).map_or("", |k| k.id.as_str())))
         }
         (
-            Row::SCRIPT_LANGUAGE
-            | Row::SCRIPT_DIALECT
-            | Row::SCRIPT_KIND
-            | Row::SCRIPT_NAME
-            | Row::SCRIPT_CALLS
-            | Row::SCRIPT_INSTRUCTIONS,
-            Some(Data::Script),
+            Property::SCRIPT_LANGUAGE
+            | Property::SCRIPT_DIALECT
+            | Property::SCRIPT_KIND
+            | Property::SCRIPT_NAME
+            | Property::SCRIPT_CALLS
+            | Property::SCRIPT_INSTRUCTIONS,
+            Some(ObjectVariant::Script),
         ) => {
             let script = world.run.scripts.try_borrow().map_err(|_| busy(world))?.by_slot(slot);
             let Some(s) = script else { return Err(world.run.calls.refuse(TATU_ERR_GONE, "the script has ended")) };
             Ok(match row {
-                Row::SCRIPT_LANGUAGE => Value::text(&world.model.registry.languages[s.language].id),
+                Property::SCRIPT_LANGUAGE => Value::text(&world.model.registry.languages[s.language].id),
                 // SAFETY: the string is owned by the script's instance, which is alive until the string has been
                 // copied.
-                Row::SCRIPT_DIALECT => Value::text(unsafe { tatu_plugins::border::bytes(s.dialect.get()) }),
-                Row::SCRIPT_KIND => Value::text(&s.kind_name),
-                Row::SCRIPT_NAME => Value::text(&s.name),
-                Row::SCRIPT_INSTRUCTIONS => Value::Int(s.instructions.get() as i64),
+                Property::SCRIPT_DIALECT => Value::text(unsafe { tatu_plugins::border::bytes(s.dialect.get()) }),
+                Property::SCRIPT_KIND => Value::text(&s.kind_name),
+                Property::SCRIPT_NAME => Value::text(&s.name),
+                Property::SCRIPT_INSTRUCTIONS => Value::Int(s.instructions.get() as i64),
                 _ => Value::Int(s.calls.get() as i64),
             })
         }
-        _ => tatu_scene::get(&scene, slot, row).map_err(|r| refusal(world, r)),
+        _ => tatu_scene::get(&scene, slot, row).map_err(|r| refuse_with(world, r)),
     }
 }
 
-pub(super) fn read_world(world: &WorldCell, row: Row) -> Result<Value, tatu_status> {
+pub(super) fn read_world(world: &WorldCell, row: Property) -> Result<Value, tatu_status> {
     let phase = world.state.phase.get();
     Ok(match row {
-        Row::TIME => Value::Float(world.state.clock.time.get()),
-        Row::CLOCK_TIME => Value::Float(world.run.outside.clock.get().unwrap_or(world.state.clock.time.get())),
-        Row::EPOCH => Value::Int(world.run.outside.epoch.get()),
-        Row::DT => Value::Float(world.state.clock.dt.get()),
-        Row::STEP => Value::Int(world.state.clock.step.get() as i64),
-        Row::SCENE_FILE => {
+        Property::TIME => Value::Float(world.state.clock.time.get()),
+        Property::CLOCK_TIME => Value::Float(world.run.connections.clock.get().unwrap_or(world.state.clock.time.get())),
+        Property::EPOCH => Value::Int(world.run.connections.epoch.get()),
+        Property::DT => Value::Float(world.state.clock.dt.get()),
+        Property::STEP => Value::Int(world.state.clock.step.get() as i64),
+        Property::SCENE_FILE => {
             Value::text(world.model.document.file.as_ref().map_or(String::new(), |f| f.display().to_string()))
         }
-        Row::SCENE_NOTES => {
+        Property::SCENE_NOTES => {
             Value::List(world.model.document.reports.iter().map(|r| Value::text(r.text.as_str())).collect())
         }
-        Row::RUNNING => Value::Bool(world.running()),
-        Row::STOPPING => Value::Bool(phase.is_ending()),
-        Row::PHASE => Value::Int(phase as i64),
+        Property::RUNNING => Value::Bool(world.running()),
+        Property::STOPPING => Value::Bool(phase.is_ending()),
+        Property::PHASE => Value::Int(phase as i64),
         _ => {
-            let settings = world.see(|w| &w.model.settings).ok_or_else(|| busy(world))?;
+            let settings = world.borrow_part(|w| &w.model.settings).ok_or_else(|| busy(world))?;
             return row
                 .setting(&settings)
                 .ok_or_else(|| world.run.calls.refuse(TATU_ERR_MISSING, "the world has no such property"));
@@ -125,51 +125,52 @@ pub(super) fn read_world(world: &WorldCell, row: Row) -> Result<Value, tatu_stat
     })
 }
 
-pub(super) fn write(world: &WorldCell, object: tatu_object, prop: tatu_prop, value: Value) -> Done {
-    let row = Row::of(prop);
+pub(super) fn write(world: &WorldCell, object: tatu_object, prop: tatu_prop, value: Value) -> HostResult {
+    let row = Property::of(prop);
     if world.worker.is_some() {
         let Some(x) = number(&value) else { return Err(busy(world)) };
-        return set_later(world, object, row, x);
+        return defer_set(world, object, row, x);
     }
-    if row == Row::NONE {
+    if row == Property::NONE {
         return devices::write(world, object, prop, value);
     }
-    let value = row.check(value).map_err(|e| world.run.calls.refuse(TATU_ERR_ARGUMENT, &of(world, object, e)))?;
-    if row == Row::WORLD_NOTES {
+    let value =
+        row.check(value).map_err(|e| world.run.calls.refuse(TATU_ERR_ARGUMENT, &add_object_path(world, object, e)))?;
+    if row == Property::WORLD_NOTES {
         let mut scene = world.state.scene.try_borrow_mut().map_err(|_| busy(world))?;
-        world.check_notes(&scene, 0, &value)?;
-        scene.notes = tatu_scene::notes(&value).map_err(|r| refusal(world, r))?;
+        world.check_custom_data(&scene, 0, &value)?;
+        scene.notes = tatu_scene::notes(&value).map_err(|r| refuse_with(world, r))?;
         return Ok(());
     }
-    if row.info().of == Of::World {
+    if row.spec().owner == PropertyOwner::World {
         return write_world(world, row, &value);
     }
     let value = match row {
-        Row::PRESET | Row::NOISE => of_kind(world, object, row, value)?,
+        Property::PRESET | Property::NOISE => resolve_kind_value(world, object, row, value)?,
         _ => value,
     };
     let set = || {
         let slot = {
             let scene = world.state.scene.try_borrow().map_err(|_| busy(world))?;
             let slot = slot(world, &scene, object)?;
-            if row == Row::NOTES {
-                world.check_notes(&scene, slot, &value)?;
+            if row == Property::NOTES {
+                world.check_custom_data(&scene, slot, &value)?;
             }
             slot
         };
         world.set_property(slot, row, &value).map_err(|Refusal(status, text)| {
-            let text = if status == TATU_ERR_ARGUMENT { of(world, object, text) } else { text };
-            refusal(world, Refusal(status, text))
+            let text = if status == TATU_ERR_ARGUMENT { add_object_path(world, object, text) } else { text };
+            refuse_with(world, Refusal(status, text))
         })
     };
     match set() {
-        Err(TATU_ERR_ARGUMENT) if stand_in_use::becomes_by_row(world, object, row) => set(),
+        Err(TATU_ERR_ARGUMENT) if stand_in_use::infer_kind_from_property(world, object, row) => set(),
         done => done,
     }
 }
 
 /// Adds the object to a message that begins with the key of a property.
-fn of(world: &WorldCell, object: tatu_object, text: String) -> String {
+fn add_object_path(world: &WorldCell, object: tatu_object, text: String) -> String {
     let path = world.state.scene.try_borrow().ok().and_then(|s| Some(s.path(s.resolve(object).ok()?)));
     match (path, text.split_once("`: ")) {
         (Some(path), Some((key, rest))) => format!("{key}` of {path}: {rest}"),
@@ -179,11 +180,16 @@ fn of(world: &WorldCell, object: tatu_object, text: String) -> String {
 
 /// Processes properties of a sensor that depend on its kind: applies a preset, or checks the noise and replaces the
 /// names of its fields by their full names.
-fn of_kind(world: &WorldCell, object: tatu_object, row: Row, value: Value) -> Result<Value, tatu_status> {
+fn resolve_kind_value(
+    world: &WorldCell,
+    object: tatu_object,
+    row: Property,
+    value: Value,
+) -> Result<Value, tatu_status> {
     let kind = {
         let scene = world.state.scene.try_borrow().map_err(|_| busy(world))?;
         match scene.get(slot(world, &scene, object)?).map(|o| &o.data) {
-            Some(Data::Sensor(s)) => world.model.registry.sensors.get(s.kind),
+            Some(ObjectVariant::Sensor(s)) => world.model.registry.sensors.get(s.kind),
             _ => None,
         }
     };
@@ -194,16 +200,16 @@ fn of_kind(world: &WorldCell, object: tatu_object, row: Row, value: Value) -> Re
         let help = e.help.as_ref().map_or(String::new(), |h| format!("; {h}"));
         world.run.calls.refuse(TATU_ERR_ARGUMENT, &format!("`{}`: {}{help}", row.key(), e.text))
     };
-    if row == Row::NOISE {
-        let noise = NoiseSpec::parse(&text, Some(kind)).map_err(|w| refuse(w.in_text(&text)))?;
+    if row == Property::NOISE {
+        let noise = NoiseSpec::parse(&text, Some(kind)).map_err(|w| refuse(w.with_line(&text)))?;
         return Ok(Value::text(noise.to_toml()));
     }
     if !text.is_empty() {
         let (mut params, mut rows) = (Vec::new(), Vec::new());
         for setting in preset_settings(&world.model.registry, kind, &text).map_err(refuse)? {
             match setting.target {
-                Target::Param(at) => params.push((at, setting.value)),
-                Target::Row(row) => rows.push((row, setting.value)),
+                KeyTarget::Param(at) => params.push((at, setting.value)),
+                KeyTarget::Property(row) => rows.push((row, setting.value)),
             }
         }
         if !params.is_empty() {
@@ -216,12 +222,12 @@ fn of_kind(world: &WorldCell, object: tatu_object, row: Row, value: Value) -> Re
     Ok(value)
 }
 
-pub(super) fn write_world(world: &WorldCell, row: Row, value: &Value) -> Done {
+pub(super) fn write_world(world: &WorldCell, row: Property, value: &Value) -> HostResult {
     match (row, value) {
-        (Row::GRAVITY, Value::Floats(v)) => {
+        (Property::GRAVITY, Value::Floats(v)) => {
             let mut settings = world.model.settings.try_borrow_mut().map_err(|_| busy(world))?;
             settings.gravity = nalgebra::Vector3::new(v[0], v[1], v[2]);
-            let engine = Model::engine_settings(&settings);
+            let engine = WorldModel::engine_settings(&settings);
             world.state.dynamics.try_borrow_mut().map_err(|_| busy(world))?.configure(engine);
             Ok(())
         }
@@ -231,13 +237,13 @@ pub(super) fn write_world(world: &WorldCell, row: Row, value: &Value) -> Done {
     }
 }
 
-pub(super) fn read_numbers(world: &WorldCell, object: tatu_object, prop: tatu_prop, out: &mut [f64]) -> Done {
-    let row = Row::of(prop);
-    if let ([x], Row::TIME) = (&mut *out, row) {
+pub(super) fn read_numbers(world: &WorldCell, object: tatu_object, prop: tatu_prop, out: &mut [f64]) -> HostResult {
+    let row = Property::of(prop);
+    if let ([x], Property::TIME) = (&mut *out, row) {
         *x = world.state.clock.time.get();
         return Ok(());
     }
-    let scene = world.see(|w| &w.state.scene).ok_or_else(|| busy(world))?;
+    let scene = world.borrow_part(|w| &w.state.scene).ok_or_else(|| busy(world))?;
     if object != 0 {
         let slot = slot(world, &scene, object)?;
         if let (Some(worker), [x]) = (&world.worker, &mut *out)
@@ -246,7 +252,7 @@ pub(super) fn read_numbers(world: &WorldCell, object: tatu_object, prop: tatu_pr
             *x = set;
             return Ok(());
         }
-        if tatu_scene::numbers(&scene, slot, row, out) == Some(out.len()) {
+        if tatu_scene::get_numbers(&scene, slot, row, out) == Some(out.len()) {
             return Ok(());
         }
     }
@@ -265,10 +271,10 @@ pub(super) fn read_numbers(world: &WorldCell, object: tatu_object, prop: tatu_pr
     Ok(())
 }
 
-pub(super) fn write_numbers(world: &WorldCell, object: tatu_object, prop: tatu_prop, v: &[f64]) -> Done {
-    let row = Row::of(prop);
+pub(super) fn write_numbers(world: &WorldCell, object: tatu_object, prop: tatu_prop, v: &[f64]) -> HostResult {
+    let row = Property::of(prop);
     if let (Some(_), [x]) = (&world.worker, v) {
-        return set_later(world, object, row, *x);
+        return defer_set(world, object, row, *x);
     }
     if object != 0 {
         let slot = {
@@ -276,11 +282,11 @@ pub(super) fn write_numbers(world: &WorldCell, object: tatu_object, prop: tatu_p
             slot(world, &scene, object)?
         };
         if let Some(done) = world.set_numbers(slot, row, v) {
-            return done.map_err(|r| refusal(world, r));
+            return done.map_err(|r| refuse_with(world, r));
         }
     }
     let value = match v {
-        [x] if row.info().kind == TATU_F64 => Value::Float(*x),
+        [x] if row.spec().kind == TATU_F64 => Value::Float(*x),
         _ => Value::Floats(v.to_vec()),
     };
     write(world, object, prop, value)
@@ -288,12 +294,12 @@ pub(super) fn write_numbers(world: &WorldCell, object: tatu_object, prop: tatu_p
 
 /// In a parallel script, records a new value for a property of a joint's drive, which is applied after all scripts of
 /// the stage have run.
-fn set_later(world: &WorldCell, object: tatu_object, row: Row, x: f64) -> Done {
+fn defer_set(world: &WorldCell, object: tatu_object, row: Property, x: f64) -> HostResult {
     let slot = {
-        let scene = world.see(|w| &w.state.scene).ok_or_else(|| busy(world))?;
+        let scene = world.borrow_part(|w| &w.state.scene).ok_or_else(|| busy(world))?;
         slot(world, &scene, object)?
     };
-    world.set_later(slot, row, x).map_err(|text| world.run.calls.refuse(TATU_ERR_BUSY, &text))
+    world.defer_set(slot, row, x).map_err(|text| world.run.calls.refuse(TATU_ERR_BUSY, &text))
 }
 
 fn number(value: &Value) -> Option<f64> {

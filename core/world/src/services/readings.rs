@@ -3,14 +3,14 @@
 use std::f64::consts::PI;
 
 use ::tatu_beams::Faces;
-use tatu_devices::sense::{Limits, MeasureOptions};
+use tatu_devices::sense::{HitLimits, MeasureOptions};
 use tatu_plugin_api::abi::*;
 use tatu_plugins::tables;
 
-use super::answer::{Done, busy, fill, here, needs, on, place, slot};
+use super::answer::{HostResult, busy, fill, on_world, on_world_or_worker, require, require_array, slot};
 use crate::{
-    cell::{Function, WorldCell},
-    step::sense_some,
+    cell::{HostFunction, WorldCell},
+    step::measure_sensors,
 };
 pub static TABLE: tatu_host_readings = tatu_host_readings {
     size: size_of::<tatu_host_readings>() as u32,
@@ -25,9 +25,9 @@ pub static TABLE: tatu_host_readings = tatu_host_readings {
 
 /// Returns the index of the device of a sensor, given by its handle.
 fn device(world: &WorldCell, sensor: tatu_object) -> Result<usize, tatu_status> {
-    let scene = world.see(|w| &w.state.scene).ok_or_else(|| busy(world))?;
+    let scene = world.borrow_part(|w| &w.state.scene).ok_or_else(|| busy(world))?;
     let slot = slot(world, &scene, sensor)?;
-    let sensing = world.see(|w| &w.devices.sensing).ok_or_else(|| busy(world))?;
+    let sensing = world.borrow_part(|w| &w.devices.sensing).ok_or_else(|| busy(world))?;
     sensing.index(slot).ok_or_else(|| {
         let kind = scene.get(slot).map_or("nothing", |o| o.kind().name());
         let text = format!("object {slot} `{}` is a {kind}, which has no readings", scene.path(slot));
@@ -41,10 +41,10 @@ extern "C" fn field(
     field: tatu_prop,
     out: Option<&mut tatu_field_view>,
 ) -> tatu_status {
-    here(w, Function::looks("readings.field"), |world| {
-        let out = place(world, "a pointer for the view", out)?;
+    on_world_or_worker(w, HostFunction::read_only("readings.field"), |world| {
+        let out = require(world, "a pointer for the view", out)?;
         let i = device(world, sensor)?;
-        let sensing = world.see(|w| &w.devices.sensing).ok_or_else(|| busy(world))?;
+        let sensing = world.borrow_part(|w| &w.devices.sensing).ok_or_else(|| busy(world))?;
         let d = &sensing.devices[i];
         let kind = &world.model.registry.sensors[d.kind];
         match kind.field_props.iter().position(|p| *p == field) {
@@ -62,12 +62,12 @@ extern "C" fn field(
 }
 
 extern "C" fn sense_now(w: WorldRef<'_>, sensor: tatu_object, only: tatu_object) -> tatu_status {
-    on(w, Function::acts("readings.sense_now"), |world| sense(world, sensor, only, None))
+    on_world(w, HostFunction::mutating("readings.sense_now"), |world| sense(world, sensor, only, None))
 }
 
 unsafe extern "C" fn look(w: WorldRef<'_>, sensor: tatu_object, look: *const tatu_look) -> tatu_status {
-    on(w, Function::acts("readings.look"), |world| {
-        needs(world, "a `tatu_look`", look)?;
+    on_world(w, HostFunction::mutating("readings.look"), |world| {
+        require_array(world, "a `tatu_look`", look)?;
         // SAFETY: `look` is not null, and the header requires it to point to at least the fields of the first version,
         // valid during the call.
         let look = unsafe { &*look };
@@ -81,7 +81,7 @@ unsafe extern "C" fn look(w: WorldRef<'_>, sensor: tatu_object, look: *const tat
             );
             return Err(world.run.calls.refuse(TATU_ERR_ARGUMENT, &text));
         }
-        let limits = Limits {
+        let limits = HitLimits {
             faces,
             max_incidence: look.max_incidence,
             reach: look.far_m,
@@ -93,7 +93,7 @@ unsafe extern "C" fn look(w: WorldRef<'_>, sensor: tatu_object, look: *const tat
 
 /// Measures with a sensor immediately. If `only` is not 0, the sensor detects only this object. `limits` replace those
 /// of the sensor, if given.
-fn sense(world: &WorldCell, sensor: tatu_object, only: tatu_object, limits: Option<Limits>) -> Done {
+fn sense(world: &WorldCell, sensor: tatu_object, only: tatu_object, limits: Option<HitLimits>) -> HostResult {
     let i = device(world, sensor)?;
     let only = match only {
         0 => None,
@@ -113,28 +113,28 @@ fn sense(world: &WorldCell, sensor: tatu_object, only: tatu_object, limits: Opti
         let mut sensing = world.devices.sensing.borrow_mut();
         // The sensor refers by number to the set of objects that it detects, and a change of the scene may have changed
         // the numbers.
-        sensing.settle(&world.state.scene.borrow(), &world.model.registry);
-        sensing.alone(i)
+        sensing.apply_settings(&world.state.scene.borrow(), &world.model.registry);
+        sensing.single_sensor(i)
     };
-    sense_some(world, kind, &turn, &MeasureOptions { only, limits });
-    world.devices.sensing.borrow_mut().was_alone(turn);
+    measure_sensors(world, kind, &turn, &MeasureOptions { only, limits });
+    world.devices.sensing.borrow_mut().reuse_single_sensor(turn);
     Ok(())
 }
 
 extern "C" fn reset(w: WorldRef<'_>, sensor: tatu_object) -> tatu_status {
-    on(w, Function::acts("readings.reset"), |world| {
+    on_world(w, HostFunction::mutating("readings.reset"), |world| {
         let i = device(world, sensor)?;
         let mut sensing = world.devices.sensing.try_borrow_mut().map_err(|_| busy(world))?;
-        sensing.devices[i].forget();
+        sensing.devices[i].discard_reading();
         Ok(())
     })
 }
 
 unsafe extern "C" fn describe(w: WorldRef<'_>, sensor: tatu_object, index: u32, out: *mut tatu_field) -> tatu_status {
-    here(w, Function::looks("readings.describe"), |world| {
-        needs(world, "a pointer for the declaration", out)?;
+    on_world_or_worker(w, HostFunction::read_only("readings.describe"), |world| {
+        require_array(world, "a pointer for the declaration", out)?;
         let i = device(world, sensor)?;
-        let sensing = world.see(|w| &w.devices.sensing).ok_or_else(|| busy(world))?;
+        let sensing = world.borrow_part(|w| &w.devices.sensing).ok_or_else(|| busy(world))?;
         let d = &sensing.devices[i];
         let kind = &world.model.registry.sensors[d.kind];
         // The plugin's own declaration is used, with the size with which the plugin was built, because the plugin may
@@ -170,7 +170,7 @@ unsafe extern "C" fn list(
 ) -> tatu_status {
     // SAFETY: the header requires `out` to be null or to have room for `cap` elements for the whole call.
     unsafe {
-        on(w, Function::looks("readings.list"), |world| {
+        on_world(w, HostFunction::read_only("readings.list"), |world| {
             let schema = schema.text();
             let (Ok(sensing), Ok(scene)) = (world.devices.sensing.try_borrow(), world.state.scene.try_borrow()) else {
                 return Err(busy(world));

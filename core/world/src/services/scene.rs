@@ -3,31 +3,35 @@
 use nalgebra::Isometry3;
 use tatu_plugin_api::abi::*;
 use tatu_plugins::{HostTables, texts::label};
-use tatu_scene::{ALIAS, Data, Effect, Kind, Scene, is_alias, pose_from_array, pose_to_array};
+use tatu_scene::{
+    ALIAS_RULE, ChangeEffect, ObjectKind, ObjectVariant, Scene, is_alias, pose_from_array, pose_to_array,
+};
 
 use super::{
-    answer::{busy, fill, give, here, list_of, needs, on, place, room_of, slot},
-    properties::{read, read_numbers, refusal, write, write_numbers},
+    answer::{
+        busy, fill, input_slice, on_world, on_world_or_worker, output_slice, require, require_array, slot, write_value,
+    },
+    properties::{read, read_numbers, refuse_with, write, write_numbers},
 };
 use crate::cell::{
-    Function, WorldCell,
-    cost::{LOOK, OBJECT},
+    HostFunction, WorldCell,
+    cost::{LOOKUP_COST, OBJECT_COST},
 };
 
 /// Returns the number of a kind of object in the plugin ABI.
-fn number_of(kind: Kind) -> i32 {
+fn abi_kind(kind: ObjectKind) -> i32 {
     match kind {
-        Kind::Shape => TATU_KIND_SHAPE,
-        Kind::Joint => TATU_KIND_JOINT,
-        Kind::Dummy => TATU_KIND_DUMMY,
-        Kind::Sensor => TATU_KIND_SENSOR,
-        Kind::Actuator => TATU_KIND_ACTUATOR,
-        Kind::ForceSensor => TATU_KIND_FORCE_SENSOR,
-        Kind::Graph => TATU_KIND_GRAPH,
-        Kind::Camera => TATU_KIND_CAMERA,
-        Kind::Light => TATU_KIND_LIGHT,
-        Kind::Path => TATU_KIND_PATH,
-        Kind::Script => TATU_KIND_SCRIPT,
+        ObjectKind::Shape => TATU_KIND_SHAPE,
+        ObjectKind::Joint => TATU_KIND_JOINT,
+        ObjectKind::Dummy => TATU_KIND_DUMMY,
+        ObjectKind::Sensor => TATU_KIND_SENSOR,
+        ObjectKind::Actuator => TATU_KIND_ACTUATOR,
+        ObjectKind::ForceSensor => TATU_KIND_FORCE_SENSOR,
+        ObjectKind::Graph => TATU_KIND_GRAPH,
+        ObjectKind::Camera => TATU_KIND_CAMERA,
+        ObjectKind::Light => TATU_KIND_LIGHT,
+        ObjectKind::Path => TATU_KIND_PATH,
+        ObjectKind::Script => TATU_KIND_SCRIPT,
     }
 }
 
@@ -48,11 +52,11 @@ pub static TABLE: tatu_host_scene = tatu_host_scene {
     create: Some(create),
     remove: Some(remove),
     list: Some(list),
-    copy: Some(super::whole_parts::copy),
-    load: Some(super::whole_parts::load),
-    save: Some(super::whole_parts::save),
-    row: Some(super::shown::row),
-    model: Some(super::shown::model),
+    copy: Some(super::subtrees::copy),
+    load: Some(super::subtrees::load),
+    save: Some(super::subtrees::save),
+    row: Some(super::ui_data::row),
+    model: Some(super::ui_data::model),
 };
 
 unsafe extern "C" fn prop(host: *const tatu_host, key: LentCStr<'_>) -> tatu_prop {
@@ -67,15 +71,15 @@ extern "C" fn get<'a>(
     prop: tatu_prop,
     out: Option<&mut ValueRef<'a>>,
 ) -> tatu_status {
-    here(w, Function::looks("scene.get"), |world| {
+    on_world_or_worker(w, HostFunction::read_only("scene.get"), |world| {
         let value = read(world, object, prop)?;
-        give(world, &value, out)
+        write_value(world, &value, out)
     })
 }
 
 extern "C" fn set(w: WorldRef<'_>, object: tatu_object, prop: tatu_prop, value: Option<&ValueRef<'_>>) -> tatu_status {
-    here(w, Function::acts("scene.set"), |world| {
-        let value = place(world, "a value", value)?;
+    on_world_or_worker(w, HostFunction::mutating("scene.set"), |world| {
+        let value = require(world, "a value", value)?;
         match value.to_value() {
             Ok(v) => write(world, object, prop, v),
             Err(e) => Err(world.run.calls.refuse(e.code(), e.text())),
@@ -92,8 +96,8 @@ unsafe extern "C" fn get_f64(
 ) -> tatu_status {
     // SAFETY: the header requires `out` to be null or to have room for `n` numbers for the whole call.
     unsafe {
-        here(w, Function::looks("scene.get_f64"), |world| {
-            read_numbers(world, object, prop, room_of(world, "room for numbers", out, n)?)
+        on_world_or_worker(w, HostFunction::read_only("scene.get_f64"), |world| {
+            read_numbers(world, object, prop, output_slice(world, "room for numbers", out, n)?)
         })
     }
 }
@@ -107,8 +111,8 @@ unsafe extern "C" fn set_f64(
 ) -> tatu_status {
     // SAFETY: the header requires `values` to be null or to hold `n` numbers for the whole call.
     unsafe {
-        here(w, Function::acts("scene.set_f64"), |world| {
-            write_numbers(world, object, prop, list_of(world, "a list of numbers", values, n)?)
+        on_world_or_worker(w, HostFunction::mutating("scene.set_f64"), |world| {
+            write_numbers(world, object, prop, input_slice(world, "a list of numbers", values, n)?)
         })
     }
 }
@@ -124,13 +128,13 @@ unsafe extern "C" fn get_f64_many(
     // SAFETY: the header requires `objects` to hold `count` handles and `out` to have room for `n` numbers each, for
     // the whole call; null pointers are refused before use.
     unsafe {
-        here(w, Function::looks("scene.get_f64_many"), |world| {
-            let objects = list_of(world, "a list of objects", objects, count)?;
+        on_world_or_worker(w, HostFunction::read_only("scene.get_f64_many"), |world| {
+            let objects = input_slice(world, "a list of objects", objects, count)?;
             if n > 0 && count > 0 {
-                needs(world, "room for numbers", out)?;
+                require_array(world, "room for numbers", out)?;
             }
             for (i, object) in objects.iter().enumerate() {
-                read_numbers(world, *object, prop, room_of(world, "room", out.add(i * n as usize), n)?)?;
+                read_numbers(world, *object, prop, output_slice(world, "room", out.add(i * n as usize), n)?)?;
             }
             Ok(())
         })
@@ -148,13 +152,13 @@ unsafe extern "C" fn set_f64_many(
     // SAFETY: the header requires `objects` to hold `count` handles and `values` `n` numbers each, for the whole call;
     // null pointers are refused before use.
     unsafe {
-        here(w, Function::acts("scene.set_f64_many"), |world| {
-            let objects = list_of(world, "a list of objects", objects, count)?;
+        on_world_or_worker(w, HostFunction::mutating("scene.set_f64_many"), |world| {
+            let objects = input_slice(world, "a list of objects", objects, count)?;
             if n > 0 && count > 0 {
-                needs(world, "a list of numbers", values)?;
+                require_array(world, "a list of numbers", values)?;
             }
             for (i, object) in objects.iter().enumerate() {
-                write_numbers(world, *object, prop, list_of(world, "numbers", values.add(i * n as usize), n)?)?;
+                write_numbers(world, *object, prop, input_slice(world, "numbers", values.add(i * n as usize), n)?)?;
             }
             Ok(())
         })
@@ -176,15 +180,15 @@ extern "C" fn pose(
     frame: tatu_object,
     out: Option<&mut [f64; 7]>,
 ) -> tatu_status {
-    here(w, Function::looks("scene.pose"), |world| {
-        let scene = world.see(|w| &w.state.scene).ok_or_else(|| busy(world))?;
+    on_world_or_worker(w, HostFunction::read_only("scene.pose"), |world| {
+        let scene = world.borrow_part(|w| &w.state.scene).ok_or_else(|| busy(world))?;
         let (s, f) = match (slot(world, &scene, object), frame_of(world, &scene, frame)) {
             (Ok(s), Ok(f)) => (s, f),
             (Err(status), _) | (_, Err(status)) => return Err(status),
         };
         let world_pose = scene.world(s);
         let relative = if frame == 0 { world_pose } else { f.inverse() * world_pose };
-        *place(world, "room for 7 numbers", out)? = pose_to_array(&relative);
+        *require(world, "room for 7 numbers", out)? = pose_to_array(&relative);
         Ok(())
     })
 }
@@ -195,8 +199,8 @@ extern "C" fn set_pose(
     frame: tatu_object,
     pose: Option<&[f64; 7]>,
 ) -> tatu_status {
-    on(w, Function::acts("scene.set_pose"), |world| {
-        let pose = place(world, "a pose of 7 numbers", pose)?;
+    on_world(w, HostFunction::mutating("scene.set_pose"), |world| {
+        let pose = require(world, "a pose of 7 numbers", pose)?;
         let Some(p) = pose_from_array(pose) else {
             let text = "a pose must be 7 finite numbers with a quaternion that is not 0";
             return Err(world.run.calls.refuse(TATU_ERR_ARGUMENT, text));
@@ -207,7 +211,7 @@ extern "C" fn set_pose(
             (Err(status), _) | (_, Err(status)) => return Err(status),
         };
         scene.set_world(s, f * p);
-        world.take_effect(s, Effect::Moved).map_err(|r| refusal(world, r))
+        world.apply_effect(s, ChangeEffect::Moved).map_err(|r| refuse_with(world, r))
     })
 }
 
@@ -217,15 +221,15 @@ extern "C" fn look(
     full: Option<&mut tatu_object>,
     kind: Option<&mut i32>,
 ) -> tatu_status {
-    here(w, Function::looks("scene.look"), |world| {
-        let scene = world.see(|w| &w.state.scene).ok_or_else(|| busy(world))?;
+    on_world_or_worker(w, HostFunction::read_only("scene.look"), |world| {
+        let scene = world.borrow_part(|w| &w.state.scene).ok_or_else(|| busy(world))?;
         match slot(world, &scene, object) {
             Ok(s) => {
                 if let Some(full) = full {
                     *full = scene.id(s);
                 }
                 if let Some(kind) = kind {
-                    *kind = scene.get(s).map_or(-1, |o| number_of(o.kind()));
+                    *kind = scene.get(s).map_or(-1, |o| abi_kind(o.kind()));
                 }
                 Ok(())
             }
@@ -235,8 +239,8 @@ extern "C" fn look(
 }
 
 extern "C" fn find(w: WorldRef<'_>, from: tatu_object, path: Lent<'_>, out: Option<&mut tatu_object>) -> tatu_status {
-    on(w, Function::looks("scene.find"), |world| {
-        let out = place(world, "a pointer for the object", out)?;
+    on_world(w, HostFunction::read_only("scene.find"), |world| {
+        let out = require(world, "a pointer for the object", out)?;
         let path = path.text();
         let scene = world.state.scene.try_borrow().map_err(|_| busy(world))?;
         let base = scene.resolve(from).unwrap_or(0);
@@ -246,7 +250,7 @@ extern "C" fn find(w: WorldRef<'_>, from: tatu_object, path: Lent<'_>, out: Opti
                 Ok(())
             }
             None => {
-                world.run.calls.cost.charge(LOOK * scene.slots().count() as u64);
+                world.run.calls.cost.charge(LOOKUP_COST * scene.slots().count() as u64);
                 let near = scene.nearest(&path).map_or(String::new(), |n| format!("; did you mean `{n}`?"));
                 Err(world.run.calls.refuse(TATU_ERR_MISSING, &format!("there is no object `{path}`{near}")))
             }
@@ -261,15 +265,15 @@ extern "C" fn create(
     alias: Lent<'_>,
     out: Option<&mut tatu_object>,
 ) -> tatu_status {
-    on(w, Function::acts("scene.create"), |world| {
-        let out = place(world, "a pointer for the object", out)?;
+    on_world(w, HostFunction::mutating("scene.create"), |world| {
+        let out = require(world, "a pointer for the object", out)?;
         let kind = kind.text();
-        let data = match Kind::parse(&kind) {
-            Some(Kind::Sensor | Kind::Actuator) => {
+        let data = match ObjectKind::parse(&kind) {
+            Some(ObjectKind::Sensor | ObjectKind::Actuator) => {
                 let text = format!("an object of kind {kind} cannot be created during a run");
                 return Err(world.run.calls.refuse(TATU_ERR_UNSUPPORTED, &text));
             }
-            Some(kind) => Data::of_kind(kind, 0),
+            Some(kind) => ObjectVariant::of_kind(kind, 0),
             None => {
                 return Err(world.run.calls.refuse(TATU_ERR_ARGUMENT, &format!("unknown object kind `{kind}`")));
             }
@@ -280,15 +284,15 @@ extern "C" fn create(
         let alias = if alias.is_empty() { kind } else { alias };
         if !is_alias(&alias) {
             let shown = label(alias.as_bytes());
-            let said = format!("`scene.create`: `{shown}` cannot be an alias: expected {ALIAS}");
+            let said = format!("`scene.create`: `{shown}` cannot be an alias: expected {ALIAS_RULE}");
             return Err(world.run.calls.refuse(TATU_ERR_ARGUMENT, &said));
         }
-        world.run.calls.cost.charge(OBJECT);
+        world.run.calls.cost.charge(OBJECT_COST);
         match scene.add(parent, &alias, Isometry3::identity(), data) {
             Some(s) => {
                 scene.make_unique(&[s]);
                 *out = scene.id(s);
-                world.tell_object("object_added", &scene, s);
+                world.publish_object_event("object_added", &scene, s);
                 Ok(())
             }
             None => Err(world
@@ -302,9 +306,9 @@ extern "C" fn create(
 unsafe extern "C" fn remove(w: WorldRef<'_>, objects: *const tatu_object, n: u32) -> tatu_status {
     // SAFETY: the header requires `objects` to be null or to hold `n` handles for the whole call.
     unsafe {
-        on(w, Function::acts("scene.remove"), |world| {
+        on_world(w, HostFunction::mutating("scene.remove"), |world| {
             let mut scene = world.state.scene.try_borrow_mut().map_err(|_| busy(world))?;
-            let objects = list_of(world, "a list of objects", objects, n)?;
+            let objects = input_slice(world, "a list of objects", objects, n)?;
             let mut slots = Vec::with_capacity(objects.len());
             for o in objects {
                 match slot(world, &scene, *o) {
@@ -312,10 +316,10 @@ unsafe extern "C" fn remove(w: WorldRef<'_>, objects: *const tatu_object, n: u32
                     Err(status) => return Err(status),
                 }
             }
-            world.run.calls.cost.charge(OBJECT * slots.len() as u64);
+            world.run.calls.cost.charge(OBJECT_COST * slots.len() as u64);
             for s in slots {
                 if scene.get(s).is_some() {
-                    world.tell_object("object_removed", &scene, s);
+                    world.publish_object_event("object_removed", &scene, s);
                 }
                 for script in scene.scripts(s) {
                     scene.remove(script);
@@ -338,20 +342,20 @@ unsafe extern "C" fn list(
 ) -> tatu_status {
     // SAFETY: the header requires `out` to be null or to have room for `cap` handles for the whole call.
     unsafe {
-        on(w, Function::looks("scene.list"), |world| {
+        on_world(w, HostFunction::read_only("scene.list"), |world| {
             let scene = world.state.scene.try_borrow().map_err(|_| busy(world))?;
             let base = if base == 0 { 0 } else { slot(world, &scene, base)? };
             let mut slots = if flags & TATU_LIST_CHILDREN != 0 {
                 let own = if base == 0 { None } else { Some(base) };
                 own.into_iter().chain(scene.children(base).iter().copied()).collect()
             } else {
-                scene.tree(base)
+                scene.subtree(base)
             };
-            world.run.calls.cost.charge(LOOK * slots.len() as u64);
+            world.run.calls.cost.charge(LOOKUP_COST * slots.len() as u64);
             if flags & TATU_LIST_SKIP_BASE != 0 && base != 0 {
                 slots.remove(0);
             }
-            let wanted = |s: &u32| kinds == 0 || scene.get(*s).is_some_and(|o| kinds & (1 << number_of(o.kind())) != 0);
+            let wanted = |s: &u32| kinds == 0 || scene.get(*s).is_some_and(|o| kinds & (1 << abi_kind(o.kind())) != 0);
             let ids: Vec<_> = slots.into_iter().filter(wanted).map(|s| scene.id(s)).collect();
             fill(&ids, out, cap, n)
         })

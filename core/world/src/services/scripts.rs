@@ -3,8 +3,8 @@
 use tatu_plugin_api::{abi::*, safe::Value};
 use tatu_scene::document::ScriptSpec;
 
-use super::answer::{busy, fill, give, list_of, needs_frame, on, passed, place, slot};
-use crate::{cell::Function, scripts as inner};
+use super::answer::{busy, fill, input_slice, on_world, require, require_frame, slot, status_to_result, write_value};
+use crate::{cell::HostFunction, scripts as inner};
 
 pub static TABLE: tatu_host_scripts = tatu_host_scripts {
     size: size_of::<tatu_host_scripts>() as u32,
@@ -15,8 +15,8 @@ pub static TABLE: tatu_host_scripts = tatu_host_scripts {
     options: Some(options),
     add: Some(add),
     call_below: Some(call_below),
-    text: Some(super::shown::text),
-    change: Some(super::shown::change),
+    text: Some(super::ui_data::text),
+    change: Some(super::ui_data::change),
 };
 
 unsafe extern "C" fn list(
@@ -28,7 +28,7 @@ unsafe extern "C" fn list(
 ) -> tatu_status {
     // SAFETY: the header requires `out` to be null or to have room for `cap` handles for the whole call.
     unsafe {
-        on(w, Function::looks("scripts.list"), |world| {
+        on_world(w, HostFunction::read_only("scripts.list"), |world| {
             let scene = world.state.scene.try_borrow().map_err(|_| busy(world))?;
             let owner = match owner {
                 0 => 0,
@@ -48,13 +48,13 @@ unsafe extern "C" fn call(
 ) -> tatu_status {
     // SAFETY: the header requires `frame` to be null or valid, with its arrays, for the whole call.
     unsafe {
-        on(w, Function::acts("scripts.call"), |world| {
-            needs_frame(world, frame)?;
+        on_world(w, HostFunction::mutating("scripts.call"), |world| {
+            require_frame(world, frame)?;
             let s = {
                 let scene = world.state.scene.try_borrow().map_err(|_| busy(world))?;
                 slot(world, &scene, script)?
             };
-            passed(inner::call_function(world, s, function.bytes(), frame))
+            status_to_result(inner::call_function(world, s, function.bytes(), frame))
         })
     }
 }
@@ -68,8 +68,8 @@ unsafe extern "C" fn broadcast(
 ) -> tatu_status {
     // SAFETY: the header requires `args` to be null or to hold `n_args` values for the whole call.
     unsafe {
-        on(w, Function::acts("scripts.broadcast"), |world| {
-            let args = list_of(world, "a list of arguments", args, n_args)?;
+        on_world(w, HostFunction::mutating("scripts.broadcast"), |world| {
+            let args = input_slice(world, "a list of arguments", args, n_args)?;
             crate::cell::Scripts::broadcast(world, callback.bytes(), args, tatu_slot(except));
             Ok(())
         })
@@ -77,13 +77,13 @@ unsafe extern "C" fn broadcast(
 }
 
 extern "C" fn options<'a>(w: WorldRef<'a>, script: tatu_object, out: Option<&mut ValueRef<'a>>) -> tatu_status {
-    on(w, Function::looks("scripts.options"), |world| {
+    on_world(w, HostFunction::read_only("scripts.options"), |world| {
         let s = {
             let scene = world.state.scene.try_borrow().map_err(|_| busy(world))?;
             slot(world, &scene, script)?
         };
-        let options = world.run.outside.options.try_borrow().map_err(|_| busy(world))?;
-        give(world, options.get(&s).unwrap_or(&Value::Map(Vec::new())), out)
+        let options = world.run.connections.options.try_borrow().map_err(|_| busy(world))?;
+        write_value(world, options.get(&s).unwrap_or(&Value::Map(Vec::new())), out)
     })
 }
 
@@ -97,8 +97,8 @@ extern "C" fn add(
     source: Lent<'_>,
     out: Option<&mut tatu_object>,
 ) -> tatu_status {
-    on(w, Function::acts("scripts.add"), |world| {
-        let out = place(world, "a pointer for the script", out)?;
+    on_world(w, HostFunction::mutating("scripts.add"), |world| {
+        let out = require(world, "a pointer for the script", out)?;
         let refuse = |text: String| world.run.calls.refuse(TATU_ERR_ARGUMENT, &text);
         let owner = {
             let scene = world.state.scene.try_borrow().map_err(|_| busy(world))?;
@@ -116,7 +116,7 @@ extern "C" fn add(
             language,
             dialect,
             kind,
-            priority: tatu_scene::document::NORMAL,
+            priority: tatu_scene::document::NORMAL_PRIORITY,
             side_by_side: false,
             name,
             text,
@@ -138,12 +138,12 @@ unsafe extern "C" fn call_below(
 ) -> tatu_status {
     // SAFETY: the header requires `args` to be null or to hold `n_args` values for the whole call.
     unsafe {
-        on(w, Function::acts("scripts.call_below"), |world| {
+        on_world(w, HostFunction::mutating("scripts.call_below"), |world| {
             let above = {
                 let scene = world.state.scene.try_borrow().map_err(|_| busy(world))?;
                 slot(world, &scene, above)?
             };
-            let args = list_of(world, "a list of arguments", args, n_args)?;
+            let args = input_slice(world, "a list of arguments", args, n_args)?;
             let called = crate::cell::Scripts::call_below(world, above, stage, args);
             if let Some(n) = n {
                 *n = called;

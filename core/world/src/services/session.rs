@@ -5,13 +5,13 @@ use std::path::PathBuf;
 use tatu_errors::Error;
 use tatu_plugin_api::abi::*;
 
-use super::answer::{Done, alone, fill, lend, on, passed};
+use super::answer::{HostResult, fill, lend, on_world, status_to_result, world_only};
 use crate::{
-    cell::{Function, NextScene, Phase, SessionCell, WorldCell, cost},
+    cell::{HostFunction, NextScene, Phase, SessionCell, WorldCell, cost},
     session::functions,
     step::{self, Stage},
 };
-use tatu_scene::document::{LONGEST, Sources};
+use tatu_scene::document::{MAX_STEP_S, SourceFiles};
 
 pub static TABLE: tatu_host_session = tatu_host_session {
     size: size_of::<tatu_host_session>() as u32,
@@ -32,30 +32,30 @@ pub static TABLE: tatu_host_session = tatu_host_session {
     must_return: Some(must_return),
 };
 
-pub static STAGE: tatu_host_stage =
+pub static STAGE_TABLE: tatu_host_stage =
     tatu_host_stage { size: size_of::<tatu_host_stage>() as u32, reserved: 0, run: Some(run) };
 
 extern "C" fn request(w: WorldRef<'_>, what: u32) -> tatu_status {
-    on(w, Function::acts("session.request"), |world| {
+    on_world(w, HostFunction::mutating("session.request"), |world| {
         let running = world.running();
         match what {
             TATU_REQUEST_STOP | TATU_REQUEST_QUIT => {}
             TATU_REQUEST_PAUSE | TATU_REQUEST_START if running => {}
-            TATU_REQUEST_START if world.run.outside.session().is_some_and(|s| s.any_service()) => {}
+            TATU_REQUEST_START if world.run.connections.session().is_some_and(|s| s.any_service()) => {}
             TATU_REQUEST_PAUSE | TATU_REQUEST_START => {
                 return Err(world.run.calls.refuse(TATU_ERR_UNSUPPORTED, "the simulation is stopped"));
             }
             _ => return Err(world.run.calls.refuse(TATU_ERR_ARGUMENT, &format!("unknown request {what}"))),
         }
-        crate::cell::remote_request(world, what);
+        crate::cell::record_remote_request(world, what);
         // If a different scene has been requested, the start applies to that scene.
         if what == TATU_REQUEST_START
-            && let Some(next) = &mut *world.run.outside.next_scene.borrow_mut()
+            && let Some(next) = &mut *world.run.connections.next_scene.borrow_mut()
         {
             next.starts = true;
             return Ok(());
         }
-        crate::session::log::apply(world, what);
+        crate::session::log::apply_request(world, what);
         Ok(())
     })
 }
@@ -73,7 +73,7 @@ unsafe extern "C" fn stop(session: *mut tatu_session) {
 }
 
 extern "C" fn must_return(w: WorldRef<'_>) -> u32 {
-    u32::from(alone(w, Function::looks("session.must_return")).is_some_and(WorldCell::is_overdue))
+    u32::from(world_only(w, HostFunction::read_only("session.must_return")).is_some_and(WorldCell::is_overdue))
 }
 
 unsafe extern "C" fn worlds(
@@ -91,9 +91,9 @@ unsafe extern "C" fn worlds(
 }
 
 extern "C" fn client(w: WorldRef<'_>, client: u64) -> tatu_status {
-    on(w, Function::acts("session.client"), |world| match world.run.calls.caller.get().kind {
+    on_world(w, HostFunction::mutating("session.client"), |world| match world.run.calls.caller.get().kind {
         TATU_CALLER_REMOTE => {
-            world.run.outside.client.set(client);
+            world.run.connections.client.set(client);
             Ok(())
         }
         _ => Err(world
@@ -104,7 +104,7 @@ extern "C" fn client(w: WorldRef<'_>, client: u64) -> tatu_status {
 }
 
 extern "C" fn state(w: WorldRef<'_>) -> u32 {
-    match alone(w, Function::looks("session.state")) {
+    match world_only(w, HostFunction::read_only("session.state")) {
         Some(world) => match world.state.phase.get() {
             Phase::Stopped => TATU_STOPPED,
             Phase::Paused => TATU_PAUSED,
@@ -120,8 +120,8 @@ extern "C" fn input<'a>(
     kind: Option<&mut Lent<'a>>,
     text: Option<&mut Lent<'a>>,
 ) -> tatu_status {
-    let Some(world) = alone(w, Function::looks("session.input")) else { return TATU_ERR_ARGUMENT };
-    let inputs = world.run.outside.inputs.borrow();
+    let Some(world) = world_only(w, HostFunction::read_only("session.input")) else { return TATU_ERR_ARGUMENT };
+    let inputs = world.run.connections.inputs.borrow();
     let Some(found) = usize::try_from(index).ok().and_then(|i| inputs.get(i)) else { return TATU_ERR_MISSING };
     let (Some(kind), Some(text)) = (kind, text) else {
         return world.run.calls.refuse(TATU_ERR_ARGUMENT, "expected pointers for the kind and the text, found null");
@@ -136,7 +136,7 @@ extern "C" fn input<'a>(
 }
 
 extern "C" fn observed<'a>(w: WorldRef<'a>, kind: Lent<'_>, out: Option<&mut Lent<'a>>) -> tatu_status {
-    let Some(world) = alone(w, Function::acts("session.observed")) else { return TATU_ERR_ARGUMENT };
+    let Some(world) = world_only(w, HostFunction::mutating("session.observed")) else { return TATU_ERR_ARGUMENT };
     let Some(out) = out else {
         return world.run.calls.refuse(TATU_ERR_ARGUMENT, "expected a pointer for the text, found null");
     };
@@ -158,27 +158,27 @@ extern "C" fn observed<'a>(w: WorldRef<'a>, kind: Lent<'_>, out: Option<&mut Len
 }
 
 extern "C" fn observe(w: WorldRef<'_>, kind: Lent<'_>, found: Lent<'_>) -> tatu_status {
-    on(w, Function::acts("session.observe"), |world| {
+    on_world(w, HostFunction::mutating("session.observe"), |world| {
         crate::cell::observe(world, &kind.text(), &found.text());
         Ok(())
     })
 }
 
 extern "C" fn interrupted(w: WorldRef<'_>) -> u32 {
-    let world = alone(w, Function::looks("session.interrupted"));
-    let session = world.and_then(|w| w.run.outside.session());
+    let world = world_only(w, HostFunction::read_only("session.interrupted"));
+    let session = world.and_then(|w| w.run.connections.session());
     if let Some(world) = world {
-        world.border.watch.waits();
+        world.monitor.watch.mark_active();
     }
     u32::from(session.is_some_and(|s| s.interrupted()) || world.is_some_and(|w| w.stop_requested()))
 }
 
 extern "C" fn function(w: WorldRef<'_>, local: u32, out: Option<&mut tatu_func>) -> tatu_status {
-    on(w, Function::acts("session.function"), |world| {
+    on_world(w, HostFunction::mutating("session.function"), |world| {
         let caller = world.run.calls.caller.get();
-        let running = world.run.outside.session().and_then(|s| s.nth((caller.service as usize).wrapping_sub(1)));
-        let gives =
-            caller.kind == TATU_CALLER_REMOTE && running.is_some_and(|s| s.gives_functions(&world.model.registry));
+        let running = world.run.connections.session().and_then(|s| s.nth((caller.service as usize).wrapping_sub(1)));
+        let gives = caller.kind == TATU_CALLER_REMOTE
+            && running.is_some_and(|s| s.supports_client_functions(&world.model.registry));
         match out {
             None => Err(world.run.calls.refuse(TATU_ERR_ARGUMENT, "expected a pointer for the function, found null")),
             Some(_) if !gives => {
@@ -194,25 +194,27 @@ extern "C" fn function(w: WorldRef<'_>, local: u32, out: Option<&mut tatu_func>)
 }
 
 extern "C" fn put_in(w: WorldRef<'_>, kind: Lent<'_>, what: Lent<'_>) -> tatu_status {
-    on(w, Function::acts("session.put_in"), |world| {
-        world.run.outside.take_in(&kind.text(), &what.text());
+    on_world(w, HostFunction::mutating("session.put_in"), |world| {
+        world.run.connections.apply_input(&kind.text(), &what.text());
         Ok(())
     })
 }
 
 extern "C" fn open(w: WorldRef<'_>, file: Lent<'_>) -> tatu_status {
-    on(w, Function::acts("session.open"), |world| switch_to(world, PathBuf::from(file.text().into_owned()), None))
+    on_world(w, HostFunction::mutating("session.open"), |world| {
+        switch_to(world, PathBuf::from(file.text().into_owned()), None)
+    })
 }
 
 /// Requests that the program open another scene. `sources` contains files that are read in place of those on disk.
-pub(super) fn switch_to(world: &WorldCell, file: PathBuf, sources: Option<Sources>) -> Done {
-    let Some(read) = world.run.outside.scene_reader.borrow().clone() else {
+pub(super) fn switch_to(world: &WorldCell, file: PathBuf, sources: Option<SourceFiles>) -> HostResult {
+    let Some(read) = world.run.connections.scene_reader.borrow().clone() else {
         let text = "this program runs only one scene; `tatu serve` and `tatu open` can switch to a different one";
         return Err(world.run.calls.refuse(TATU_ERR_UNSUPPORTED, text));
     };
     // The error is returned to the caller immediately, and this world continues.
     let document = read(&file, sources).map_err(|e| world.run.calls.refuse(TATU_ERR_ARGUMENT, &one_line(&e)))?;
-    *world.run.outside.next_scene.borrow_mut() = Some(NextScene { file, document, starts: false });
+    *world.run.connections.next_scene.borrow_mut() = Some(NextScene { file, document, starts: false });
     if world.running() {
         world.state.requests.set(world.state.requests.get() | 1 << TATU_REQUEST_STOP);
     }
@@ -220,13 +222,13 @@ pub(super) fn switch_to(world: &WorldCell, file: PathBuf, sources: Option<Source
 }
 
 extern "C" fn run(w: WorldRef<'_>, stage: u32, dt: f64) -> tatu_status {
-    on(w, Function::acts("stage.run"), |world| passed(run_stage(world, stage, dt)))
+    on_world(w, HostFunction::mutating("stage.run"), |world| status_to_result(run_stage(world, stage, dt)))
 }
 
 fn run_stage(world: &WorldCell, stage: u32, dt: f64) -> tatu_status {
     // A stage can take long, and a driver may run many of them.
-    world.run.calls.cost.charge(cost::STAGE);
-    world.border.watch.waits();
+    world.run.calls.cost.charge(cost::STAGE_COST);
+    world.monitor.watch.mark_active();
     let Some(stage) = Stage::of(stage) else {
         return world.run.calls.refuse(TATU_ERR_ARGUMENT, &format!("unknown stage {stage}"));
     };
@@ -234,8 +236,8 @@ fn run_stage(world: &WorldCell, stage: u32, dt: f64) -> tatu_status {
         let text = format!("the duration of a stage must be finite and at least 0 s, not {dt} s");
         return world.run.calls.refuse(TATU_ERR_ARGUMENT, &text);
     }
-    if dt > LONGEST {
-        let text = format!("the duration of a stage must be at most {LONGEST} s, like that of a step, not {dt} s");
+    if dt > MAX_STEP_S {
+        let text = format!("the duration of a stage must be at most {MAX_STEP_S} s, like that of a step, not {dt} s");
         return world.run.calls.refuse(TATU_ERR_ARGUMENT, &text);
     }
     match step::run(world, stage, dt, world.caller_name()) {

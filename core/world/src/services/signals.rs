@@ -4,8 +4,8 @@ use std::cell::RefCell;
 
 use tatu_plugin_api::abi::*;
 
-use super::answer::{Answer, alone, busy, give, lend, on, place, with};
-use crate::cell::{Function, Signal, Signals, WorldCell};
+use super::answer::{AnswerContext, busy, lend, on_world, require, with_context, world_only, write_value};
+use crate::cell::{HostFunction, Signal, Signals, WorldCell};
 
 pub static TABLE: tatu_host_signals = tatu_host_signals {
     size: size_of::<tatu_host_signals>() as u32,
@@ -17,30 +17,30 @@ pub static TABLE: tatu_host_signals = tatu_host_signals {
 };
 
 /// The parts of the world that the functions of this table use.
-struct Context<'a> {
+struct SignalContext<'a> {
     signals: &'a RefCell<Signals>,
-    answer: Answer<'a>,
+    answer: AnswerContext<'a>,
 }
 
-impl<'a> From<&'a WorldCell> for Context<'a> {
+impl<'a> From<&'a WorldCell> for SignalContext<'a> {
     fn from(world: &'a WorldCell) -> Self {
-        Context { signals: &world.state.signals, answer: world.into() }
+        SignalContext { signals: &world.state.signals, answer: world.into() }
     }
 }
 
 extern "C" fn get<'a>(w: WorldRef<'a>, kind: u32, name: Lent<'_>, out: Option<&mut ValueRef<'a>>) -> tatu_status {
-    with(w, Function::looks("signals.get"), |Context { signals, answer }| {
+    with_context(w, HostFunction::read_only("signals.get"), |SignalContext { signals, answer }| {
         let signals = signals.try_borrow().map_err(|_| busy(answer))?;
         match signals.get(&(kind, name.bytes().to_vec())) {
-            Some(s) => give(answer, &s.value, out),
+            Some(s) => write_value(answer, &s.value, out),
             None => Err(TATU_ERR_MISSING),
         }
     })
 }
 
 extern "C" fn set(w: WorldRef<'_>, kind: u32, name: Lent<'_>, value: Option<&ValueRef<'_>>) -> tatu_status {
-    on(w, Function::acts("signals.set"), |world| {
-        let value = place(world, "a value", value)?;
+    on_world(w, HostFunction::mutating("signals.set"), |world| {
+        let value = require(world, "a value", value)?;
         let name = name.bytes();
         if name.is_empty() || kind > 255 {
             return Err(world
@@ -52,9 +52,13 @@ extern "C" fn set(w: WorldRef<'_>, kind: u32, name: Lent<'_>, value: Option<&Val
             Ok(v) => {
                 let mut signals = world.state.signals.try_borrow_mut().map_err(|_| busy(world))?;
                 let of_run = crate::cell::Scripts::caller_is_of_run(world);
-                match signals.set((kind, name.to_vec()), Signal { value: v, of_run }, world.store_room()) {
+                match signals.set(
+                    (kind, name.to_vec()),
+                    Signal { value: v, ends_with_run: of_run },
+                    world.store_limit(),
+                ) {
                     true => Ok(()),
-                    false => Err(world.no_room("signals")),
+                    false => Err(world.refuse_over_limit("signals")),
                 }
             }
             Err(e) => Err(world.run.calls.refuse(e.code(), e.text())),
@@ -63,8 +67,8 @@ extern "C" fn set(w: WorldRef<'_>, kind: u32, name: Lent<'_>, value: Option<&Val
 }
 
 extern "C" fn clear(w: WorldRef<'_>, kind: u32, name: Lent<'_>) -> u32 {
-    let Some(mut signals) =
-        alone(w, Function::acts("signals.clear")).and_then(|world| world.state.signals.try_borrow_mut().ok())
+    let Some(mut signals) = world_only(w, HostFunction::mutating("signals.clear"))
+        .and_then(|world| world.state.signals.try_borrow_mut().ok())
     else {
         return 0;
     };
@@ -78,8 +82,8 @@ extern "C" fn clear(w: WorldRef<'_>, kind: u32, name: Lent<'_>) -> u32 {
 }
 
 extern "C" fn name<'a>(w: WorldRef<'a>, kind: u32, index: u32, out: Option<&mut Lent<'a>>) -> tatu_status {
-    with(w, Function::looks("signals.name"), |Context { signals, answer }| {
-        let out = place(answer, "a pointer for the name", out)?;
+    with_context(w, HostFunction::read_only("signals.name"), |SignalContext { signals, answer }| {
+        let out = require(answer, "a pointer for the name", out)?;
         let found = match signals.try_borrow() {
             Ok(signals) => signals.keys().filter(|(k, _)| *k == kind).nth(index as usize).map(|(_, n)| n.clone()),
             Err(_) => return Err(busy(answer)),

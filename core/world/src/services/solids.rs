@@ -3,24 +3,24 @@
 use std::cell::RefCell;
 
 use tatu_plugin_api::abi::*;
-use tatu_scene::{Data, Dynamics, Scene, collision_parts};
+use tatu_scene::{Dynamics, ObjectVariant, Scene, collision_parts};
 
-use super::answer::{Answer, busy, list_of, place, slot, with};
+use super::answer::{AnswerContext, busy, input_slice, require, slot, with_context};
 use crate::cell::{
-    Function, WorldCell,
-    cost::{LOOK, PAIR},
+    HostFunction, WorldCell,
+    cost::{LOOKUP_COST, PAIR_COST},
 };
 
 /// The parts of the world that are required to read bodies.
-pub(super) struct Context<'a> {
+pub(super) struct BodyContext<'a> {
     pub scene: &'a RefCell<Scene>,
     pub dynamics: &'a RefCell<Dynamics>,
-    pub answer: Answer<'a>,
+    pub answer: AnswerContext<'a>,
 }
 
-impl<'a> From<&'a WorldCell> for Context<'a> {
+impl<'a> From<&'a WorldCell> for BodyContext<'a> {
     fn from(world: &'a WorldCell) -> Self {
-        Context { scene: &world.state.scene, dynamics: &world.state.dynamics, answer: world.into() }
+        BodyContext { scene: &world.state.scene, dynamics: &world.state.dynamics, answer: world.into() }
     }
 }
 
@@ -39,10 +39,10 @@ pub(super) unsafe extern "C" fn closest(
 ) -> tatu_status {
     // SAFETY: the header requires the lists to be null or to hold as many handles as stated, for the whole call.
     unsafe {
-        with(w, Function::looks("bodies.closest"), |Context { scene, answer, .. }| {
+        with_context(w, HostFunction::read_only("bodies.closest"), |BodyContext { scene, answer, .. }| {
             let scene = scene.try_borrow().map_err(|_| busy(answer))?;
             let list = |p: *const tatu_object, n: u32| -> Result<Vec<u32>, tatu_status> {
-                let ids = list_of(answer, "a list of objects", p, n)?;
+                let ids = input_slice(answer, "a list of objects", p, n)?;
                 ids.iter().map(|o| slot(answer, &scene, *o)).collect()
             };
             let (a, mut b) = (list(a, n_a)?, list(b, n_b)?);
@@ -53,7 +53,7 @@ pub(super) unsafe extern "C" fn closest(
             let (a, b): (Vec<_>, Vec<_>) = (a.iter().filter_map(solid).collect(), b.iter().filter_map(solid).collect());
             let forms =
                 |solids: &[(u32, _, Vec<_>)]| solids.iter().map(|(_, _, parts)| parts.len() as u64).sum::<u64>();
-            let cost = LOOK * (a.len() + b.len()) as u64 + PAIR * forms(&a).saturating_mul(forms(&b));
+            let cost = LOOKUP_COST * (a.len() + b.len()) as u64 + PAIR_COST * forms(&a).saturating_mul(forms(&b));
             answer.calls.cost.charge(cost);
             let limit = if limit > 0.0 { limit } else { f64::MAX };
             let mut best = None;
@@ -70,8 +70,8 @@ pub(super) unsafe extern "C" fn closest(
             }
             let Some((p, q, sa, sb)) = best else { return Err(TATU_ERR_MISSING) };
             let numbers = [p.x, p.y, p.z, q.x, q.y, q.z];
-            *place(answer, "room for 6 numbers", points)? = numbers;
-            *place(answer, "room for 2 objects", pair)? = [scene.id(sa), scene.id(sb)];
+            *require(answer, "room for 6 numbers", points)? = numbers;
+            *require(answer, "room for 2 objects", pair)? = [scene.id(sa), scene.id(sb)];
             Ok(())
         })
     }
@@ -80,13 +80,13 @@ pub(super) unsafe extern "C" fn closest(
 /// Returns whether physics currently moves an object, which is the case for dynamic shapes and for joints between two
 /// bodies of the engine.
 pub(super) extern "C" fn is_dynamic(w: WorldRef<'_>, object: tatu_object, out: Option<&mut u32>) -> tatu_status {
-    with(w, Function::looks("bodies.is_dynamic"), |Context { scene, answer, .. }| {
-        let out = place(answer, "a pointer for the answer", out)?;
+    with_context(w, HostFunction::read_only("bodies.is_dynamic"), |BodyContext { scene, answer, .. }| {
+        let out = require(answer, "a pointer for the answer", out)?;
         let scene = scene.try_borrow().map_err(|_| busy(answer))?;
         let s = slot(answer, &scene, object)?;
         *out = u32::from(match scene.get(s).map(|o| &o.data) {
-            Some(Data::Shape(s)) => s.dynamic && s.body.0.is_some(),
-            Some(Data::Joint(j)) => j.id.is_some(),
+            Some(ObjectVariant::Shape(s)) => s.dynamic && s.body.0.is_some(),
+            Some(ObjectVariant::Joint(j)) => j.id.is_some(),
             _ => false,
         });
         Ok(())

@@ -20,20 +20,20 @@ use tatu_plugins::border::ErrorSlot;
 
 use super::log;
 use crate::{
-    calls::{call_command, kept},
-    cell::{Caller, Owner, Phase, SessionCell, Wait, WorldCell, arrivals},
-    scripts::Room,
+    calls::{call_command, clone_error},
+    cell::{Caller, Phase, SessionCell, WaitOwner, WaitingCommand, WorldCell, thread_result_intake},
+    scripts::ResultBuffer,
     step,
 };
 
 /// Time for which a held session sleeps before it checks its interrupt flag.
-const SLICE: Duration = Duration::from_millis(100);
+const INTERRUPT_POLL_INTERVAL: Duration = Duration::from_millis(100);
 
 /// Time for which a service can hold a session before this is reported.
-const LONG: Duration = Duration::from_secs(5);
+const HOLD_REPORT_DELAY: Duration = Duration::from_secs(5);
 
-const START: u32 = 1 << TATU_REQUEST_START;
-const QUIT: u32 = 1 << TATU_REQUEST_QUIT;
+const START_BIT: u32 = 1 << TATU_REQUEST_START;
+const QUIT_BIT: u32 = 1 << TATU_REQUEST_QUIT;
 
 /// Prepares a pass. Returns `false` if no pass follows: the simulation is not started or is paused, or a stop has just
 /// been requested.
@@ -42,15 +42,15 @@ pub(crate) fn before_step(world: &WorldCell) -> bool {
         return false;
     }
     world.run.calls.caller.set(Caller::HOST);
-    arrivals::take_in(world);
+    thread_result_intake::collect_results(world);
     resume_waits(world);
     // Services have no turns in the passes after a stop has been requested.
     if !world.stop_requested() {
-        log::feed(world);
+        log::repeat_inputs(world);
         if !world.stop_requested()
-            && let Some(session) = world.run.outside.session()
+            && let Some(session) = world.run.connections.session()
         {
-            pass(world, &session);
+            run_service_turns(world, &session);
         }
         if world.stop_requested() {
             return false;
@@ -58,19 +58,19 @@ pub(crate) fn before_step(world: &WorldCell) -> bool {
     }
     if world.state.phase.get() == Phase::Paused {
         if world.stop_requested() {
-            step::lift(world);
+            step::end_pause(world);
         } else {
-            stand(world);
+            run_paused_pass_or_stop(world);
         }
     }
     world.state.phase.get() != Phase::Paused
 }
 
 /// Runs one pass of a paused simulation without services. Ends the run if nothing can end the pause.
-fn stand(world: &WorldCell) {
-    let addons = world.run.scripts.try_borrow().is_ok_and(|s| s.any_addon_waits());
-    if addons || world.run.outside.interactive.get() {
-        return log::stand(world);
+fn run_paused_pass_or_stop(world: &WorldCell) {
+    let addons = world.run.scripts.try_borrow().is_ok_and(|s| s.any_addon_handles_pause());
+    if addons || world.run.connections.interactive.get() {
+        return log::run_recorded_paused_pass(world);
     }
     let text = "the simulation was paused, and nothing can resume it: there is no service, no add-on and no \
                 interactive session. The run ends here";
@@ -79,17 +79,17 @@ fn stand(world: &WorldCell) {
 }
 
 /// Lets services take turns until the world may continue, or a stop is requested.
-fn pass(world: &WorldCell, session: &SessionCell) {
+fn run_service_turns(world: &WorldCell, session: &SessionCell) {
     let mut holder = None;
     loop {
         if session.interrupted() {
             return world.state.requests.set(world.state.requests.get() | 1 << TATU_REQUEST_STOP);
         }
-        let by = turns(world, session);
+        let by = call_services(world, session);
         if world.stop_requested() {
             return;
         }
-        tell_holder(session, by, &mut holder);
+        report_long_hold(session, by, &mut holder);
         let held = by.is_some();
         let paused = world.state.phase.get() == Phase::Paused;
         // The service that could have ended the pause may have failed.
@@ -97,13 +97,13 @@ fn pass(world: &WorldCell, session: &SessionCell) {
             return;
         }
         if paused {
-            log::stand(world);
+            log::run_recorded_paused_pass(world);
         }
         // A script may have ended the pause.
         if !held && world.state.phase.get() != Phase::Paused {
             continue;
         }
-        session.wake.sleep(SLICE);
+        session.wake.sleep(INTERRUPT_POLL_INTERVAL);
     }
 }
 
@@ -113,45 +113,45 @@ fn pass(world: &WorldCell, session: &SessionCell) {
 /// The message is written to the program's own log, since the world's lines appear only after the step. It is not a
 /// warning, because a service holds a session for as long as a client requires it, for example while a user inspects a
 /// variable. A warning would make correct runs fail under `--strict`.
-fn tell_holder(session: &SessionCell, by: Option<usize>, holder: &mut Option<(usize, Instant)>) {
+fn report_long_hold(session: &SessionCell, by: Option<usize>, holder: &mut Option<(usize, Instant)>) {
     let Some(i) = by else { return *holder = None };
     let since = match *holder {
         Some((same, since)) if same == i => since,
         _ => holder.insert((i, Instant::now())).1,
     };
-    let Some(service) = session.nth(i).filter(|_| since.elapsed() >= LONG) else { return };
-    if !service.hold_told.replace(true) {
-        let (who, long) = (service.name(&session.registry), LONG.as_secs());
+    let Some(service) = session.nth(i).filter(|_| since.elapsed() >= HOLD_REPORT_DELAY) else { return };
+    if !service.hold_reported.replace(true) {
+        let (who, long) = (service.name(&session.registry), HOLD_REPORT_DELAY.as_secs());
         tracing::info!("{who} has held the run for {long} s; simulation time does not advance (Ctrl-C ends the run)");
     }
 }
 
 /// Lets services take turns while the simulation is stopped. Returns `true` when a service requests a start, and
 /// `false` if a service requests a different scene or the end, the session is interrupted, or no service is left.
-pub(crate) fn rest(world: &WorldCell, session: &SessionCell) -> bool {
-    world.state.requests.set(world.state.requests.get() & QUIT);
+pub(crate) fn wait_for_start(world: &WorldCell, session: &SessionCell) -> bool {
+    world.state.requests.set(world.state.requests.get() & QUIT_BIT);
     while !session.interrupted() && session.any_service() {
-        turns(world, session);
-        let asked = world.state.requests.replace(world.state.requests.get() & QUIT);
-        if asked & QUIT != 0 {
+        call_services(world, session);
+        let asked = world.state.requests.replace(world.state.requests.get() & QUIT_BIT);
+        if asked & QUIT_BIT != 0 {
             return false;
         }
-        if world.run.outside.next_scene.borrow().is_some() {
+        if world.run.connections.next_scene.borrow().is_some() {
             return false;
         }
-        if asked & START != 0 {
+        if asked & START_BIT != 0 {
             return true;
         }
-        log::idle(world);
-        session.wake.sleep(SLICE);
+        log::run_recorded_stopped_pass(world);
+        session.wake.sleep(INTERRUPT_POLL_INTERVAL);
     }
     false
 }
 
 /// Delivers events, then calls each service once. Returns the index of the first service that holds the world.
-fn turns(world: &WorldCell, session: &SessionCell) -> Option<usize> {
-    while world.run.outside.has_events() {
-        tell(world, session);
+fn call_services(world: &WorldCell, session: &SessionCell) -> Option<usize> {
+    while world.run.connections.has_events() {
+        deliver_events(world, session);
     }
     let (mut held, mut i) = (None, 0);
     while let Some(service) = session.nth(i) {
@@ -169,58 +169,58 @@ fn turns(world: &WorldCell, session: &SessionCell) -> Option<usize> {
 }
 
 /// Delivers all pending events to the services.
-fn tell(world: &WorldCell, session: &SessionCell) {
-    for (name, payload) in world.run.outside.take_events() {
+fn deliver_events(world: &WorldCell, session: &SessionCell) {
+    for (name, payload) in world.run.connections.take_events() {
         let mut i = 0;
         while let Some(service) = session.nth(i) {
             i += 1;
-            service.event(world, &name, &payload);
+            service.deliver_event(world, &name, &payload);
         }
     }
 }
 
 /// A command that waited and has completed.
-struct Ended {
-    wait: Wait,
+struct CompletedCommand {
+    wait: WaitingCommand,
     status: tatu_status,
     frame: tatu_call,
     /// The memory of the frame's results.
-    room: Box<Room>,
+    room: Box<ResultBuffer>,
     error: ErrorSlot,
 }
 
 /// Resumes commands that waited on behalf of services. All commands are called before any service is notified, so that
 /// calls which the services make in response are later than all of them, as in a replay.
 fn resume_waits(world: &WorldCell) {
-    let due = world.run.calls.waits.borrow_mut().take_remote(|due| world.is_over(due));
+    let due = world.run.calls.waits.borrow_mut().take_due_of_services(|due| world.is_condition_met(due));
     if due.is_empty() {
         return;
     }
     let mark = world.run.calls.arena.borrow().mark();
     let mut ended = Vec::new();
     for wait in due {
-        let Owner::Service(number) = wait.owner else { continue };
-        let mut room = Box::new(Room::new());
+        let WaitOwner::Service(number) = wait.owner else { continue };
+        let mut room = Box::new(ResultBuffer::new());
         let mut frame = room.frame(&[]);
         (frame.command, frame.alias, frame.wait_token) = (wait.command, wait.alias, wait.token);
         world.run.calls.caller.set(Caller::remote(number));
-        world.run.calls.wakes.resume(&wait.due);
+        world.run.calls.thread_results.resume(&wait.due);
         // SAFETY: the frame and its arrays are local and live until the call has returned.
         let status = unsafe { call_command(world, &mut frame, wait.resume) };
         world.run.calls.caller.set(Caller::HOST);
         if status != TATU_WAIT {
-            let error = if status < 0 { kept(frame.error) } else { ErrorSlot::new() };
-            ended.push(Ended { wait, status, frame, room, error });
+            let error = if status < 0 { clone_error(frame.error) } else { ErrorSlot::new() };
+            ended.push(CompletedCommand { wait, status, frame, room, error });
         }
     }
-    hand_over(world, ended);
+    notify_services(world, ended);
     world.run.calls.arena.borrow_mut().release(mark);
 }
 
-fn hand_over(world: &WorldCell, ended: Vec<Ended>) {
-    let session = world.run.outside.session();
+fn notify_services(world: &WorldCell, ended: Vec<CompletedCommand>) {
+    let session = world.run.connections.session();
     for mut e in ended {
-        let Owner::Service(number) = e.wait.owner else { continue };
+        let WaitOwner::Service(number) = e.wait.owner else { continue };
         e.frame.error = e.error.raw();
         if let Some(service) = session.as_ref().and_then(|s| s.nth((number as usize).wrapping_sub(1))) {
             service.resume(world, e.wait.token, e.status, &e.frame);
@@ -230,29 +230,29 @@ fn hand_over(world: &WorldCell, ended: Vec<Ended>) {
 }
 
 /// Notifies services that the world is about to end.
-pub(crate) fn last(world: &WorldCell) {
-    let Some(session) = world.run.outside.session() else { return };
+pub(crate) fn notify_world_end(world: &WorldCell) {
+    let Some(session) = world.run.connections.session() else { return };
     world.run.calls.caller.set(Caller::HOST);
     let mut i = 0;
     while let Some(service) = session.nth(i) {
         i += 1;
-        service.last(world);
+        service.notify_world_end(world);
     }
-    world.run.outside.leave();
+    world.run.connections.leave();
 }
 
 /// Cancels commands that wait when the world has been stopped, and notifies their services.
-pub(crate) fn stopped(world: &WorldCell) {
-    let waits = world.run.calls.waits.borrow_mut().take_remote(|_| true);
+pub(crate) fn cancel_service_waits(world: &WorldCell) {
+    let waits = world.run.calls.waits.borrow_mut().take_due_of_services(|_| true);
     let ended = waits.into_iter().map(|wait| {
-        let mut room = Box::new(Room::new());
+        let mut room = Box::new(ResultBuffer::new());
         let mut error = ErrorSlot::new();
         error.set(TATU_ERR_GONE, "the simulation was stopped while the command waited");
-        Ended { frame: room.frame(&[]), wait, status: TATU_ERR_GONE, room, error }
+        CompletedCommand { frame: room.frame(&[]), wait, status: TATU_ERR_GONE, room, error }
     });
-    hand_over(world, ended.collect());
-    world.run.outside.tell("stopped", Value::Nil);
-    if let Some(session) = world.run.outside.session() {
-        tell(world, &session);
+    notify_services(world, ended.collect());
+    world.run.connections.publish_value("stopped", Value::Nil);
+    if let Some(session) = world.run.connections.session() {
+        deliver_events(world, &session);
     }
 }

@@ -1,7 +1,7 @@
 //! The input log as a file of JSON lines, which is sufficient for a replay without the files of the scene.
 //!
-//! The first line is the [`Header`], with versions, command-line options, and the contents of every file from which the
-//! document was read. It is followed by one line per [`Record`] and a last line with the number of steps. Each line is
+//! The first line is the [`InputLogHeader`], with versions, command-line options, and the contents of every file from which the
+//! document was read. It is followed by one line per [`InputRecord`] and a last line with the number of steps. Each line is
 //! written before its record takes effect, so that the log of a killed run is usable.
 //!
 //! Each line ends with a checksum of itself and all previous lines, so lines that are missing, reordered or edited are
@@ -17,19 +17,19 @@ use std::{
 use base64::{Engine, engine::general_purpose::STANDARD};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value as Json, json};
-use tatu_errors::{Error, Place, Result};
+use tatu_errors::{Error, Result, SourceLocation};
 use tatu_plugins::Registry;
-use tatu_scene::document::{Document, Options, Override, ScriptOverride, Sources};
+use tatu_scene::document::{Document, LoadOptions, PropertyOverride, ScriptOverride, SourceFiles};
 
 use super::json;
-use crate::cell::{Input, REQUESTS, Record};
+use crate::cell::{ExternalInput, InputRecord, REQUEST_NAMES};
 
 /// Version of the format.
-const FORMAT: u64 = 2;
+const FORMAT_VERSION: u64 = 2;
 
 /// The information that a replay needs in addition to the records.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Header {
+pub struct InputLogHeader {
     /// Version of the format.
     pub tatu_input_log: u64,
     /// Version of the program that wrote the log.
@@ -55,7 +55,7 @@ pub struct Header {
     /// Plugins that were loaded, except those that offer only services, which a replay does not start.
     pub plugins: Vec<PluginVersion>,
     /// Every file from which the document was read.
-    files: Vec<KeptFile>,
+    files: Vec<LoggedFile>,
 }
 
 /// An add-on that ran.
@@ -81,7 +81,7 @@ pub struct PluginVersion {
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-struct KeptFile {
+struct LoggedFile {
     path: PathBuf,
     #[serde(skip_serializing_if = "Option::is_none")]
     text: Option<String>,
@@ -90,7 +90,7 @@ struct KeptFile {
     bytes: Option<String>,
 }
 
-impl Header {
+impl InputLogHeader {
     /// Creates the header for a document that is about to run; `seed`, `set` and `scripts` are as given on the command
     /// line.
     pub fn new(
@@ -101,11 +101,11 @@ impl Header {
         scripts: Vec<String>,
     ) -> Self {
         let files = document.sources.files().into_iter().map(|(path, bytes)| match std::str::from_utf8(&bytes) {
-            Ok(text) => KeptFile { path, text: Some(text.to_owned()), bytes: None },
-            Err(_) => KeptFile { path, text: None, bytes: Some(STANDARD.encode(&bytes)) },
+            Ok(text) => LoggedFile { path, text: Some(text.to_owned()), bytes: None },
+            Err(_) => LoggedFile { path, text: None, bytes: Some(STANDARD.encode(&bytes)) },
         });
-        Header {
-            tatu_input_log: FORMAT,
+        InputLogHeader {
+            tatu_input_log: FORMAT_VERSION,
             tatu: env!("CARGO_PKG_VERSION").to_owned(),
             scene: document.file.clone().unwrap_or_default(),
             seed,
@@ -125,7 +125,7 @@ impl Header {
     }
 
     /// Returns options that read the document from the files in the log, with the original command-line options.
-    pub fn options(&self) -> Result<Options> {
+    pub fn options(&self) -> Result<LoadOptions> {
         let mut files = Vec::new();
         for f in &self.files {
             let bytes = match (&f.text, &f.bytes) {
@@ -137,13 +137,13 @@ impl Header {
             };
             files.push((f.path.clone(), bytes));
         }
-        Ok(Options {
+        Ok(LoadOptions {
             seed: self.seed,
-            set: self.set.iter().map(|s| Override::parse(s)).collect::<Result<_>>()?,
+            set: self.set.iter().map(|s| PropertyOverride::parse(s)).collect::<Result<_>>()?,
             scripts: self.scripts.iter().map(|s| ScriptOverride::parse(s)).collect::<Result<_>>()?,
             services: Vec::new(),
             describe: false,
-            sources: Sources::of(files),
+            sources: SourceFiles::of(files),
             reach: None,
             // A replay does not start external programs.
             allow: Vec::new(),
@@ -183,7 +183,7 @@ fn versions(registry: &Registry) -> Vec<PluginVersion> {
 }
 
 /// A log that is being written.
-pub struct Writer {
+pub struct InputLogWriter {
     file: BufWriter<File>,
     path: PathBuf,
     /// Checksum of all lines so far.
@@ -191,36 +191,36 @@ pub struct Writer {
 }
 
 /// The string between the contents of a line and its checksum.
-const CHECK: &str = ",\"check\":\"";
+const CHECKSUM_KEY: &str = ",\"check\":\"";
 
 /// Returns the checksum of a line, given without its closing brace and its checksum. `before` is the checksum of the
 /// previous line.
-fn check_of(before: u64, line: &[u8]) -> u64 {
+fn checksum_of(before: u64, line: &[u8]) -> u64 {
     xxhash_rust::xxh3::xxh3_64_with_seed(line, before)
 }
 
 /// Returns the checksum of a line, if it matches the one written in the line.
-fn verified(before: u64, line: &[u8]) -> Option<u64> {
+fn verify_line(before: u64, line: &[u8]) -> Option<u64> {
     let rest = line.strip_suffix(b"\"}")?;
     let (rest, digits) = rest.split_at_checked(rest.len().checked_sub(16)?)?;
     let found = u64::from_str_radix(std::str::from_utf8(digits).ok()?, 16).ok()?;
-    let right = check_of(before, rest.strip_suffix(CHECK.as_bytes())?);
+    let right = checksum_of(before, rest.strip_suffix(CHECKSUM_KEY.as_bytes())?);
     // Upper-case digits would be parsed as the same number, but are never written.
     (found == right && !digits.iter().any(u8::is_ascii_uppercase)).then_some(right)
 }
 
-impl Writer {
+impl InputLogWriter {
     /// Creates the file and writes the header.
-    pub fn create(path: &Path, header: &Header) -> Result<Self> {
+    pub fn create(path: &Path, header: &InputLogHeader) -> Result<Self> {
         let file = File::create(path)
             .map_err(|e| Error::new("E105", format!("cannot write the input log {}: {e}", path.display())))?;
-        let mut writer = Writer { file: BufWriter::new(file), path: path.to_owned(), check: 0 };
+        let mut writer = InputLogWriter { file: BufWriter::new(file), path: path.to_owned(), check: 0 };
         writer.line(&json!(header))?;
         writer.flush()?;
         Ok(writer)
     }
     /// Writes a record and flushes it to the operating system.
-    pub fn write(&mut self, record: &Record) -> Result {
+    pub fn write(&mut self, record: &InputRecord) -> Result {
         self.line(&record_json(record))?;
         self.flush()
     }
@@ -238,8 +238,8 @@ impl Writer {
     fn line(&mut self, line: &Json) -> Result {
         let text = line.to_string();
         let open = text.strip_suffix('}').unwrap_or(&text);
-        self.check = check_of(self.check, open.as_bytes());
-        writeln!(self.file, "{open}{CHECK}{:016x}\"}}", self.check).map_err(|e| self.failed(&e))
+        self.check = checksum_of(self.check, open.as_bytes());
+        writeln!(self.file, "{open}{CHECKSUM_KEY}{:016x}\"}}", self.check).map_err(|e| self.failed(&e))
     }
     fn flush(&mut self) -> Result {
         self.file.flush().map_err(|e| self.failed(&e))
@@ -249,25 +249,25 @@ impl Writer {
     }
 }
 
-fn record_json(r: &Record) -> Json {
+fn record_json(r: &InputRecord) -> Json {
     let mut line = json!({ "step": r.step, "at": r.at, "service": r.service, "client": r.client });
     match &r.input {
-        Input::Call { name, args, waits } => {
+        ExternalInput::Call { name, args, waits } => {
             line["call"] = json!(name);
             line["args"] = args.iter().map(json::write).collect();
             if *waits {
                 line["waits"] = json!(true);
             }
         }
-        Input::Event { kind, text } => {
+        ExternalInput::Event { kind, text } => {
             line["input"] = json!(kind);
             line["text"] = json!(text);
         }
-        Input::Request(what) => {
-            line["request"] = json!(REQUESTS.iter().find(|(_, n)| n == what).map_or("", |(name, _)| *name));
+        ExternalInput::Request(what) => {
+            line["request"] = json!(REQUEST_NAMES.iter().find(|(_, n)| n == what).map_or("", |(name, _)| *name));
         }
-        Input::Pass => line["pass"] = json!(true),
-        Input::Observed { kind, text } => {
+        ExternalInput::Pass => line["pass"] = json!(true),
+        ExternalInput::Observed { kind, text } => {
             line["observed"] = json!(kind);
             line["text"] = json!(text);
         }
@@ -277,11 +277,11 @@ fn record_json(r: &Record) -> Json {
 
 /// A log that has been read.
 #[derive(Debug)]
-pub struct Log {
+pub struct RecordedRun {
     /// Header of the log.
-    pub header: Header,
+    pub header: InputLogHeader,
     /// The external inputs, in order.
-    pub records: Vec<Record>,
+    pub records: Vec<InputRecord>,
     /// Number of steps of the run, or `None` if the run was killed.
     pub end: Option<u64>,
     /// Whether the run ended within the barrier after its last step, so that the inputs of that barrier belong to it.
@@ -291,10 +291,10 @@ pub struct Log {
     /// Hash of the world after the last step.
     pub hash: Option<u64>,
     /// Whether the last line of the file is truncated. Such a line is not part of the log.
-    pub cut: bool,
+    pub is_truncated: bool,
 }
 
-impl Log {
+impl RecordedRun {
     /// Returns the number of steps of the run or, if the run was killed, the step of the last record.
     pub fn steps(&self) -> u64 {
         self.end.unwrap_or_else(|| self.records.last().map_or(0, |r| r.step))
@@ -303,14 +303,14 @@ impl Log {
 
 /// Maximum size of an input log or snapshot to be read, bytes. The limit is generous because the program writes these
 /// files itself.
-pub(crate) const MOST_OWN: u64 = 4 << 30;
+pub(crate) const MAX_OWN_FILE_BYTES: u64 = 4 << 30;
 
 /// Reads a log. Fails with E105 if the file cannot be read, and with E116 if it is not an input log or is damaged.
-pub fn read(path: &Path) -> Result<Log> {
-    let bytes = tatu_plugin_api::safe::read_plain(path, MOST_OWN)
+pub fn read(path: &Path) -> Result<RecordedRun> {
+    let bytes = tatu_plugin_api::safe::read_plain(path, MAX_OWN_FILE_BYTES)
         .map_err(|e| Error::new("E105", format!("cannot read the input log {}: {e}", path.display())))?;
     let wrong = |line: usize, text: String| {
-        let place = Place { file: path.to_owned(), line, column: 1, span: 0..0 };
+        let place = SourceLocation { file: path.to_owned(), line, column: 1, span: 0..0 };
         Error::new("E116", text).at(Some(place))
     };
     let mut lines: Vec<&[u8]> = bytes.split(|b| *b == b'\n').collect();
@@ -321,11 +321,11 @@ pub fn read(path: &Path) -> Result<Log> {
             .help("write one with `tatu run SCENE --log FILE`")
     })?;
     match serde_json::from_slice::<Json>(first).ok().as_ref().and_then(|j| j["tatu_input_log"].as_u64()) {
-        Some(FORMAT) => {}
+        Some(FORMAT_VERSION) => {}
         Some(n) => {
             let text = format!("the input log has format {n}");
             return Err(wrong(1, text)
-                .expected(format!("format {FORMAT}"))
+                .expected(format!("format {FORMAT_VERSION}"))
                 .help("replay it with the program that wrote it"));
         }
         None => {
@@ -344,12 +344,20 @@ pub fn read(path: &Path) -> Result<Log> {
         wrong(line, text)
             .help("copy the log again from an intact original, or write it again with `tatu run SCENE --log FILE`")
     };
-    let mut check = verified(0, first).ok_or_else(|| changed(1))?;
+    let mut check = verify_line(0, first).ok_or_else(|| changed(1))?;
     let header =
         serde_json::from_slice(first).map_err(|e| wrong(1, format!("the input log's header is damaged: {e}")))?;
-    let mut log = Log { header, records: Vec::new(), end: None, begun: true, opened: Vec::new(), hash: None, cut };
+    let mut log = RecordedRun {
+        header,
+        records: Vec::new(),
+        end: None,
+        begun: true,
+        opened: Vec::new(),
+        hash: None,
+        is_truncated: cut,
+    };
     for (i, line) in lines.iter().enumerate().skip(1) {
-        check = verified(check, line).ok_or_else(|| changed(i + 1))?;
+        check = verify_line(check, line).ok_or_else(|| changed(i + 1))?;
         let json: Json = serde_json::from_slice(line)
             .map_err(|e| wrong(i + 1, format!("this line of the input log is damaged: {e}")))?;
         if let Some(steps) = json.get("end").and_then(Json::as_u64) {
@@ -374,35 +382,37 @@ pub fn read(path: &Path) -> Result<Log> {
 }
 
 /// Converts records to the lines in which snapshots store them.
-pub(crate) fn to_bytes(records: &[Record]) -> Vec<u8> {
+pub(crate) fn to_bytes(records: &[InputRecord]) -> Vec<u8> {
     records.iter().flat_map(|r| format!("{}\n", record_json(r)).into_bytes()).collect()
 }
 
 /// Reads records that `to_bytes` wrote. Returns `None` if they are damaged.
-pub(crate) fn from_bytes(bytes: &[u8]) -> Option<Vec<Record>> {
+pub(crate) fn from_bytes(bytes: &[u8]) -> Option<Vec<InputRecord>> {
     let lines = bytes.split(|b| *b == b'\n').filter(|l| !l.is_empty());
     lines.map(|l| record(&serde_json::from_slice(l).ok()?)).collect()
 }
 
-fn record(json: &Json) -> Option<Record> {
+fn record(json: &Json) -> Option<InputRecord> {
     let input = match (json.get("call"), json.get("request"), json.get("input")) {
         (None, None, Some(kind)) => {
-            Input::Event { kind: kind.as_str()?.to_owned(), text: json.get("text")?.as_str()?.to_owned() }
+            ExternalInput::Event { kind: kind.as_str()?.to_owned(), text: json.get("text")?.as_str()?.to_owned() }
         }
-        (Some(name), None, None) => Input::Call {
+        (Some(name), None, None) => ExternalInput::Call {
             name: name.as_str()?.to_owned(),
             args: json.get("args")?.as_array()?.iter().map(json::read).collect::<Option<_>>()?,
             waits: json.get("waits").and_then(Json::as_bool).unwrap_or(false),
         },
-        (None, Some(name), None) => Input::Request(REQUESTS.iter().find(|(n, _)| Some(*n) == name.as_str())?.1),
-        (None, None, None) if json.get("pass").is_some() => Input::Pass,
-        (None, None, None) => Input::Observed {
+        (None, Some(name), None) => {
+            ExternalInput::Request(REQUEST_NAMES.iter().find(|(n, _)| Some(*n) == name.as_str())?.1)
+        }
+        (None, None, None) if json.get("pass").is_some() => ExternalInput::Pass,
+        (None, None, None) => ExternalInput::Observed {
             kind: json.get("observed")?.as_str()?.to_owned(),
             text: json.get("text")?.as_str()?.to_owned(),
         },
         _ => return None,
     };
-    Some(Record {
+    Some(InputRecord {
         step: json.get("step")?.as_u64()?,
         at: json.get("at")?.as_u64()?,
         service: json.get("service")?.as_str()?.to_owned(),

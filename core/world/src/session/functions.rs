@@ -10,34 +10,34 @@ use tatu_plugin_api::{
 
 use super::{json, log};
 use crate::{
-    calls::{check_results, give_results, said, say},
+    calls::{check_results, read_error, set_error, write_results},
     cell::{self, WorldCell},
 };
 
 /// Bit that distinguishes references to functions of clients from those to functions of scripts. A reference consists
-/// of `CLIENTS | service << 32 | local`.
-const CLIENTS: u64 = 1 << 63;
+/// of `CLIENT_FUNCTION_BIT | service << 32 | local`.
+const CLIENT_FUNCTION_BIT: u64 = 1 << 63;
 
 /// Returns whether a function reference belongs to a client.
 pub(crate) fn is_of_client(func: tatu_func) -> bool {
-    func & CLIENTS != 0
+    func & CLIENT_FUNCTION_BIT != 0
 }
 
 /// Returns the reference to a client's function. `service` is the number of the service in its session, and `local` the
 /// number of the function within the service.
 pub(crate) fn of_client(service: u32, local: u32) -> tatu_func {
-    CLIENTS | u64::from(service) << 32 | u64::from(local)
+    CLIENT_FUNCTION_BIT | u64::from(service) << 32 | u64::from(local)
 }
 
 /// Returns whether a client's function can be called, which is the case if its service is running or this is a replay.
-pub(crate) fn is_there(world: &WorldCell, func: tatu_func) -> bool {
-    world.run.outside.replay.borrow().is_some() || service_of(world, func).is_some()
+pub(crate) fn is_callable(world: &WorldCell, func: tatu_func) -> bool {
+    world.run.connections.replay.borrow().is_some() || service_of(world, func).is_some()
 }
 
-fn service_of(world: &WorldCell, func: tatu_func) -> Option<std::rc::Rc<cell::Running>> {
-    let number = (func & !CLIENTS) >> 32;
-    let service = world.run.outside.session()?.nth((number as usize).wrapping_sub(1))?;
-    service.gives_functions(&world.model.registry).then_some(service)
+fn service_of(world: &WorldCell, func: tatu_func) -> Option<std::rc::Rc<cell::RunningService>> {
+    let number = (func & !CLIENT_FUNCTION_BIT) >> 32;
+    let service = world.run.connections.session()?.nth((number as usize).wrapping_sub(1))?;
+    service.supports_client_functions(&world.model.registry).then_some(service)
 }
 
 /// Calls a function of a client.
@@ -51,39 +51,42 @@ pub(crate) unsafe fn call(world: &WorldCell, func: tatu_func, frame: *mut tatu_c
     f.n_results = 0;
     let Some(level) = world.run.calls.enter() else {
         f.error = world.run.calls.error_at(world.run.calls.depth.get());
-        return say(f.error, TATU_ERR_BUSY, &format!("calls are nested more than {} deep", cell::MAX_DEPTH));
+        return set_error(f.error, TATU_ERR_BUSY, &format!("calls are nested more than {} deep", cell::MAX_DEPTH));
     };
     f.error = world.run.calls.error_at(level.depth);
-    let deep = world.run.outside.functions.replace(world.run.outside.functions.get() + 1);
+    let deep = world.run.connections.running_functions.replace(world.run.connections.running_functions.get() + 1);
     let kind = format!("function/{deep}");
-    let client = world.run.outside.client.get();
-    let status =
-        if world.run.outside.replay.borrow().is_some() { again(world, &kind, f) } else { now(world, &kind, func, f) };
-    world.run.outside.client.set(client);
-    world.run.outside.functions.set(deep);
+    let client = world.run.connections.client.get();
+    let status = if world.run.connections.replay.borrow().is_some() {
+        replay_call(world, &kind, f)
+    } else {
+        call_client(world, &kind, func, f)
+    };
+    world.run.connections.client.set(client);
+    world.run.connections.running_functions.set(deep);
     drop(level);
     status
 }
 
 /// Calls the function in its client, and records the result in the input log.
-fn now(world: &WorldCell, kind: &str, func: tatu_func, f: &mut tatu_call) -> tatu_status {
+fn call_client(world: &WorldCell, kind: &str, func: tatu_func, f: &mut tatu_call) -> tatu_status {
     let status = match service_of(world, func) {
         Some(service) => service.call_func(world, func as u32, f),
-        None => say(f.error, TATU_ERR_GONE, "the service of the function's client has ended"),
+        None => set_error(f.error, TATU_ERR_GONE, "the service of the function's client has ended"),
     };
     let status = if status == TATU_OK {
         check_results(f)
-            .map_or_else(|why| say(f.error, TATU_ERR, &format!("a function of a client {why}")), |()| TATU_OK)
+            .map_or_else(|why| set_error(f.error, TATU_ERR, &format!("a function of a client {why}")), |()| TATU_OK)
     } else {
         status
     };
-    if world.run.outside.log.borrow().is_idle() {
+    if world.run.connections.log.borrow().is_idle() {
         return status;
     }
     let found = if status < 0 {
         // SAFETY: `f.error` points to the host's own error object of this call, which lives until the call has
         // returned.
-        json!({ "status": status, "error": said(f.error).text.unwrap_or_default() })
+        json!({ "status": status, "error": read_error(f.error).text.unwrap_or_default() })
     } else {
         // SAFETY: `f.results` points to an array that lives during the call; it has been checked that `n_results`
         // values are within its capacity.
@@ -95,33 +98,40 @@ fn now(world: &WorldCell, kind: &str, func: tatu_func, f: &mut tatu_call) -> tat
 }
 
 /// Repeats the inputs that the client made during the call, and returns the recorded result.
-fn again(world: &WorldCell, kind: &str, f: &mut tatu_call) -> tatu_status {
+fn replay_call(world: &WorldCell, kind: &str, f: &mut tatu_call) -> tatu_status {
     let step = world.state.clock.step.get();
-    let place = world.run.outside.replay.borrow().as_ref().and_then(|r| r.place_of(step, kind));
+    let place = world.run.connections.replay.borrow().as_ref().and_then(|r| r.find_function_result(step, kind));
     let Some(place) = place else {
         let text = "the recorded run made fewer calls to functions of its clients: this run diverges from it";
-        return say(f.error, TATU_ERR_GONE, text);
+        return set_error(f.error, TATU_ERR_GONE, text);
     };
-    log::feed_until(world, place);
-    let found = world.run.outside.replay.borrow_mut().as_mut().and_then(|r| r.take_function(place)).unwrap_or_default();
+    log::repeat_inputs_before(world, place);
+    let found = world
+        .run
+        .connections
+        .replay
+        .borrow_mut()
+        .as_mut()
+        .and_then(|r| r.take_function_result(place))
+        .unwrap_or_default();
     cell::observe(world, kind, &found);
     match serde_json::from_str::<Json>(&found) {
         Ok(Json::Array(all)) => {
             let values: Vec<Value> = all.iter().map(|v| json::read(v).unwrap_or_default()).collect();
-            give(world, f, &values)
+            write_logged_results(world, f, &values)
         }
         Ok(Json::Object(error)) => {
             let status = error.get("status").and_then(Json::as_i64).and_then(|s| i32::try_from(s).ok());
             let text = error.get("error").and_then(Json::as_str).unwrap_or_default();
-            say(f.error, status.filter(|s| *s < 0).unwrap_or(TATU_ERR), text)
+            set_error(f.error, status.filter(|s| *s < 0).unwrap_or(TATU_ERR), text)
         }
-        _ => say(f.error, TATU_ERR, "the input log does not contain the expected results of a function"),
+        _ => set_error(f.error, TATU_ERR, "the input log does not contain the expected results of a function"),
     }
 }
 
-fn give(world: &WorldCell, f: &mut tatu_call, values: &[Value]) -> tatu_status {
-    match give_results(world, f, values) {
+fn write_logged_results(world: &WorldCell, f: &mut tatu_call, values: &[Value]) -> tatu_status {
+    match write_results(world, f, values) {
         Ok(()) => TATU_OK,
-        Err(status) => say(f.error, status, "the function's results do not fit into the world's arena"),
+        Err(status) => set_error(f.error, status, "the function's results do not fit into the world's arena"),
     }
 }

@@ -119,7 +119,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn values_come_back_bit_for_bit(value in any_value()) {
+        fn values_round_trip_bit_for_bit(value in any_value()) {
             let text = write(&value).to_string();
             let back = read(&serde_json::from_str(&text).unwrap()).unwrap();
             prop_assert_eq!(bits(&back), bits(&value));
@@ -127,7 +127,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_never_written_is_refused() {
+    fn invalid_encodings_are_refused() {
         for text in ["{}", r#"{"a":1}"#, r#"{"bytes":"?"}"#, r#"{"map":[[1]]}"#, r#"{"floats":[1]}"#, "1e999"] {
             assert!(serde_json::from_str(text).ok().and_then(|j| read(&j)).is_none(), "{text}");
         }

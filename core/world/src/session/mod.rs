@@ -14,5 +14,5 @@ pub(crate) mod functions;
 mod json;
 pub mod log;
 
-pub(crate) use barrier::{before_step, last, rest, stopped};
-pub(crate) use log::outside_request;
+pub(crate) use barrier::{before_step, cancel_service_waits, notify_world_end, wait_for_start};
+pub(crate) use log::request_from_program;

@@ -14,7 +14,7 @@ pub fn fingerprint(document: &Document) -> u64 {
     // The `Debug` output contains every field, with floats in full precision.
     put(format!("{:?}", document.settings));
     for object in &document.objects {
-        let ObjectSpec { kind, alias, parent, rows, device, scripts, placement, group, place: _ } = object;
+        let ObjectSpec { kind, alias, parent, properties: rows, device, scripts, placement, group, place: _ } = object;
         put(format!("{:?}", (kind, alias, parent, rows, device, placement, group)));
         for s in scripts {
             put(format!("{:?}", (s.language, &s.dialect, &s.kind, s.priority, &s.text)));

@@ -9,13 +9,13 @@ use tatu_errors::{Error, Result};
 use tatu_plugin_api::safe::Value;
 
 use super::{
-    memento::{capture, go_back},
+    memento::{capture, restore_state},
     recovery,
 };
-use crate::cell::{WorldCell, history::Ended};
+use crate::cell::{WorldCell, history::EditOutcome};
 
 /// The event that reports that the list of edits has changed.
-const EVENT: &str = "edited";
+const EDITED_EVENT: &str = "edited";
 
 /// Begins an edit. Consecutive edits with the same label and the same `merge` key are combined, unless the key is
 /// empty.
@@ -32,15 +32,15 @@ pub(crate) fn end(cell: &WorldCell, keep: bool) -> Result {
     let ended = cell.model.history.borrow_mut().end(keep);
     match ended {
         None => Err(Error::new("E305", "there is no edit to end")),
-        Some(Ended::TakeBack(state)) => {
-            go_back(cell, *state);
+        Some(EditOutcome::RollBack(state)) => {
+            restore_state(cell, *state);
             Ok(())
         }
-        Some(Ended::Kept) => {
-            tell(cell);
+        Some(EditOutcome::Committed) => {
+            publish_edits(cell);
             Ok(())
         }
-        Some(Ended::Inner | Ended::Stays) => Ok(()),
+        Some(EditOutcome::Nested | EditOutcome::NotRecorded) => Ok(()),
     }
 }
 
@@ -60,10 +60,10 @@ pub(crate) fn step_back(cell: &WorldCell, redo: bool) -> Result<Option<String>> 
             .help("scripts cannot undo edits; only remote clients and the page can"));
     }
     let present = capture(cell);
-    let taken = cell.model.history.borrow_mut().take(redo, || present);
+    let taken = cell.model.history.borrow_mut().step_back(redo, || present);
     let Some((label, state)) = taken else { return Ok(None) };
-    go_back(cell, state);
-    tell(cell);
+    restore_state(cell, state);
+    publish_edits(cell);
     Ok(Some(label))
 }
 
@@ -71,14 +71,14 @@ pub(crate) fn step_back(cell: &WorldCell, redo: bool) -> Result<Option<String>> 
 pub(crate) fn note_script(cell: &WorldCell) {
     if cell.running() {
         cell.model.history.borrow_mut().note_script();
-        tell(cell);
+        publish_edits(cell);
     }
 }
 
 /// Returns the state of the edits as a map: the labels of those that can be undone or redone, whether there are unsaved
 /// ones, the revision, the file of the scene, and the time of a recovery copy that has been neither opened nor
 /// discarded.
-pub(crate) fn told(cell: &WorldCell) -> Value {
+pub(crate) fn edits_value(cell: &WorldCell) -> Value {
     let history = cell.model.history.borrow();
     let file = cell.model.document.file.as_deref();
     let is_answered = history.has_copy() || cell.model.document.sources.are_recovered();
@@ -96,7 +96,7 @@ pub(crate) fn told(cell: &WorldCell) -> Value {
 }
 
 /// Publishes an event with the labels of the edits that would be undone and redone next.
-pub(crate) fn tell(cell: &WorldCell) {
+pub(crate) fn publish_edits(cell: &WorldCell) {
     let payload = {
         let history = cell.model.history.borrow();
         let last = |redo| history.labels(redo).last().map_or(Value::Nil, Value::text);
@@ -106,5 +106,5 @@ pub(crate) fn tell(cell: &WorldCell) {
             (Value::text("unsaved"), Value::Bool(history.is_unsaved())),
         ])
     };
-    cell.run.outside.tell(EVENT, payload);
+    cell.run.connections.publish_value(EDITED_EVENT, payload);
 }

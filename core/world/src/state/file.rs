@@ -9,27 +9,27 @@ use tatu_scene::document::Document;
 use xxhash_rust::xxh3::xxh3_64;
 
 use super::fingerprint;
-use crate::instances::Missed;
+use crate::instances::UnsavedInstance;
 
 /// The first bytes of every snapshot.
 const MAGIC: &[u8; 8] = b"tatusnap";
 /// Format version, increased when the meaning of a section changes.
-const FORMAT: u32 = 10;
+const FORMAT_VERSION: u32 = 10;
 /// Number of bytes before the checksummed part: magic number, format version and checksum.
-const BEFORE_BODY: usize = MAGIC.len() + 4 + 8;
+const PREFIX_BYTES: usize = MAGIC.len() + 4 + 8;
 
 /// The state of a world at a step, which may be incomplete.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Snapshot {
     /// Header of the snapshot.
-    pub head: Head,
+    pub head: SnapshotHeader,
     /// Serialized parts of the world, by name.
     sections: Vec<(String, Vec<u8>)>,
 }
 
 /// The header of a snapshot.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Head {
+pub struct SnapshotHeader {
     /// Version of the program that wrote the snapshot.
     pub tatu: String,
     /// [`fingerprint`] of the scene's document.
@@ -43,7 +43,7 @@ pub struct Head {
     /// Total state hash.
     pub hash: u64,
     /// Instances whose state could not be saved; the snapshot is complete if there are none.
-    pub missed: Vec<Missed>,
+    pub missed: Vec<UnsavedInstance>,
     /// External inputs up to this step, one JSON line each, for a replay.
     pub log: Vec<u8>,
 }
@@ -54,7 +54,7 @@ pub(super) fn plugins(registry: &Registry) -> Vec<(String, String)> {
 }
 
 impl Snapshot {
-    pub(super) fn new(head: Head) -> Self {
+    pub(super) fn new(head: SnapshotHeader) -> Self {
         Snapshot { head, sections: Vec::new() }
     }
 
@@ -82,9 +82,9 @@ impl Snapshot {
     pub fn to_bytes(&self) -> Result<Vec<u8>> {
         let body = postcard::to_stdvec(&(&self.head, &self.sections))
             .map_err(|e| Error::new("E501", format!("the snapshot cannot be written: {e}")))?;
-        let mut out = Vec::with_capacity(BEFORE_BODY + body.len());
+        let mut out = Vec::with_capacity(PREFIX_BYTES + body.len());
         out.extend_from_slice(MAGIC);
-        out.extend_from_slice(&FORMAT.to_le_bytes());
+        out.extend_from_slice(&FORMAT_VERSION.to_le_bytes());
         out.extend_from_slice(&xxh3_64(&body).to_le_bytes());
         out.extend_from_slice(&body);
         Ok(out)
@@ -98,8 +98,8 @@ impl Snapshot {
         })?;
         let (format, rest) = rest.split_first_chunk::<4>().ok_or_else(|| damaged("it is truncated"))?;
         let format = u32::from_le_bytes(*format);
-        if format != FORMAT {
-            let text = format!("the snapshot has format {format}, but this program reads format {FORMAT}");
+        if format != FORMAT_VERSION {
+            let text = format!("the snapshot has format {format}, but this program reads format {FORMAT_VERSION}");
             return Err(Error::new("E502", text).help("write it again with this version of the program"));
         }
         let (sum, body) = rest.split_first_chunk::<8>().ok_or_else(|| damaged("it is truncated"))?;
@@ -115,12 +115,12 @@ impl Snapshot {
     pub fn write(&self, path: &Path) -> Result {
         let bytes = self.to_bytes()?;
         let fail = |e: std::io::Error| Error::new("E105", format!("cannot write the snapshot {}: {e}", path.display()));
-        super::write_whole(path, &bytes).map_err(fail)
+        super::write_atomically(path, &bytes).map_err(fail)
     }
 
     /// Reads a snapshot from a file.
     pub fn read(path: &Path) -> Result<Self> {
-        let bytes = tatu_plugin_api::safe::read_plain(path, crate::session::file::MOST_OWN)
+        let bytes = tatu_plugin_api::safe::read_plain(path, crate::session::file::MAX_OWN_FILE_BYTES)
             .map_err(|e| Error::new("E105", format!("cannot read the snapshot {}: {e}", path.display())))?;
         Self::from_bytes(&bytes).map_err(|mut e| {
             e.text = format!("{}: {}", path.display(), e.text);
@@ -173,8 +173,8 @@ mod tests {
     use super::*;
 
     fn sample() -> Snapshot {
-        let missed = Missed { object: "/a".into(), plugin: "p".into(), reason: "r".into() };
-        let head = Head {
+        let missed = UnsavedInstance { object: "/a".into(), plugin: "p".into(), reason: "r".into() };
+        let head = SnapshotHeader {
             tatu: "1".into(),
             document: 7,
             plugins: vec![("p".into(), "1.0".into())],
@@ -190,7 +190,7 @@ mod tests {
     }
 
     #[test]
-    fn a_snapshot_comes_back() {
+    fn snapshot_round_trips_through_bytes() {
         let s = sample();
         let back = Snapshot::from_bytes(&s.to_bytes().unwrap()).unwrap();
         assert_eq!(back, s);
@@ -200,7 +200,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn cut_or_changed_bytes_are_refused(at in any::<prop::sample::Index>(), bit in 0u8..8, cut in any::<bool>()) {
+        fn truncated_or_modified_bytes_are_refused(at in any::<prop::sample::Index>(), bit in 0u8..8, cut in any::<bool>()) {
             let mut bytes = sample().to_bytes().unwrap();
             let at = at.index(bytes.len());
             if cut { bytes.truncate(at) } else { bytes[at] ^= 1 << bit }
@@ -209,9 +209,9 @@ mod tests {
 
         /// Even with a correct checksum, arbitrary bytes must result in an error or a snapshot, never in a crash.
         #[test]
-        fn bodies_of_any_bytes(body in prop::collection::vec(any::<u8>(), 0..300)) {
+        fn arbitrary_bodies_never_crash_the_reader(body in prop::collection::vec(any::<u8>(), 0..300)) {
             let mut bytes = MAGIC.to_vec();
-            bytes.extend_from_slice(&FORMAT.to_le_bytes());
+            bytes.extend_from_slice(&FORMAT_VERSION.to_le_bytes());
             bytes.extend_from_slice(&xxh3_64(&body).to_le_bytes());
             bytes.extend_from_slice(&body);
             if let Ok(s) = Snapshot::from_bytes(&bytes) {

@@ -1,20 +1,20 @@
 //! Computes the hash of a world's state, with a hash per object.
 
-use tatu_scene::{Data, Dynamics, Scene};
+use tatu_scene::{Dynamics, ObjectVariant, Scene};
 use xxhash_rust::xxh3::Xxh3;
 
 use crate::cell::{Clock, WorldCell};
 
 /// A hash of the dynamic state, and a hash of each object in it, so that a difference can be located.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Hash {
+pub struct StateHash {
     /// Hash of the whole dynamic state.
     pub total: u64,
     /// Path and hash of each object, in order of slots.
     pub objects: Vec<(String, u64)>,
 }
 
-impl Hash {
+impl StateHash {
     /// Returns the hash of an object and all its descendants.
     pub fn subtree(&self, path: &str) -> u64 {
         self.subtrees([path])[0]
@@ -40,7 +40,7 @@ impl Hash {
 /// Hashes the poses and velocities of objects that physics moves, the states of joints, the commands of actuators, and
 /// the poses of all other objects. The total also includes the number of steps. Sensors, scripts and graphs are
 /// omitted. -0 and 0 have the same hash.
-pub(crate) fn hash(scene: &Scene, dynamics: &Dynamics, clock: &Clock) -> Hash {
+pub(crate) fn hash(scene: &Scene, dynamics: &Dynamics, clock: &Clock) -> StateHash {
     let mut total = Xxh3::new();
     total.update(&clock.step.get().to_le_bytes());
     let twists: std::collections::BTreeMap<u32, tatu_physics::Twist> = dynamics.twists().collect();
@@ -49,11 +49,11 @@ pub(crate) fn hash(scene: &Scene, dynamics: &Dynamics, clock: &Clock) -> Hash {
         let mut h = Xxh3::new();
         let mut put = |x: f64| h.update(&(x + 0.0).to_bits().to_le_bytes());
         match &o.data {
-            Data::Sensor(_) | Data::Script | Data::Graph(_) => continue,
-            Data::Actuator(a) => a.commands.iter().copied().for_each(&mut put),
-            Data::Joint(j) => {
+            ObjectVariant::Sensor(_) | ObjectVariant::Script | ObjectVariant::Graph(_) => continue,
+            ObjectVariant::Actuator(a) => a.commands.iter().copied().for_each(&mut put),
+            ObjectVariant::Joint(j) => {
                 let own = [j.position, j.velocity, j.target_velocity, j.target_position, j.max_force];
-                let course = j.course.filter(|c| c.under_way() || c.direct).map(|c| c.points);
+                let course = j.course.filter(|c| c.is_moving() || c.direct).map(|c| c.points);
                 own.into_iter().chain(course.into_iter().flatten()).for_each(&mut put);
             }
             _ => {}
@@ -66,7 +66,7 @@ pub(crate) fn hash(scene: &Scene, dynamics: &Dynamics, clock: &Clock) -> Hash {
         total.update(&digest.to_le_bytes());
         objects.push((paths.remove(&slot).unwrap_or_else(|| scene.path(slot)), digest));
     }
-    Hash { total: total.digest(), objects }
+    StateHash { total: total.digest(), objects }
 }
 
 /// Returns the total hash of a world's current state.

@@ -1,12 +1,12 @@
 //! The serialized parts of a world in a snapshot.
 
 use serde::{Deserialize, Serialize};
-use tatu_devices::sense::Memory;
+use tatu_devices::sense::NoiseState;
 use tatu_errors::{Fault, FaultKind};
 use tatu_plugin_api::safe::Value;
-use tatu_scene::{Scene, document::Settings};
+use tatu_scene::{Scene, document::WorldSettings};
 
-use crate::cell::{InstanceImage, Wait};
+use crate::cell::{InstanceImage, WaitingCommand};
 
 /// A value in a snapshot, such as that of a signal or a parameter.
 #[derive(Serialize, Deserialize)]
@@ -69,7 +69,7 @@ pub struct CoreImage {
     pub scene: Scene,
     /// For each shape with a mesh, its slot and the index of the mesh in the document.
     pub meshes: Vec<(u32, u32)>,
-    pub settings: Settings,
+    pub settings: WorldSettings,
     pub dynamics: Vec<u8>,
     pub phase: crate::cell::Phase,
     /// Time (s), number of steps, duration of a step (s), number of passes.
@@ -80,7 +80,7 @@ pub struct CoreImage {
     pub last_wake: u64,
     /// For each signal, its kind, name and value, and whether it is removed when the run ends.
     pub signals: Vec<(u32, Vec<u8>, ValueImage, bool)>,
-    pub waits: Vec<Wait>,
+    pub waits: Vec<WaitingCommand>,
     pub faults: Vec<FaultImage>,
 }
 
@@ -98,7 +98,7 @@ pub struct DeviceImage {
     pub drawn: u64,
     pub period: Option<u64>,
     /// The state of the sensor's noise.
-    pub noise: Option<Memory>,
+    pub noise: Option<NoiseState>,
     pub off: bool,
 }
 

@@ -3,25 +3,25 @@
 use std::collections::BTreeMap;
 
 use tatu_plugin_api::safe::Value;
-use tatu_scene::{Data, Dynamics, Scene, rows::Row};
+use tatu_scene::{Dynamics, ObjectVariant, Scene, property_table::Property};
 
 use super::save::script_list;
 use crate::{
     cell::{
-        Model, Scripts, WorldCell,
-        history::{Memento, WORLD},
+        Scripts, WorldCell, WorldModel,
+        history::{Memento, WORLD_UID},
     },
-    instances::{devices_now, remake_devices},
+    instances::{current_devices, recreate_devices},
 };
 
 /// Label of the edit that combines all changes of scripts during a run.
-const SCRIPTS_IN_RUN: &str = "Edit scripts during a run";
+const SCRIPT_EDIT_LABEL: &str = "Edit scripts during a run";
 
 /// Captures the scene with its devices, scripts and settings.
 pub(crate) fn capture(cell: &WorldCell) -> Memento {
     Memento {
         scene: cell.state.scene.borrow().clone(),
-        devices: devices_now(cell),
+        devices: current_devices(cell),
         scripts: script_list(cell),
         settings: cell.model.settings.borrow().clone(),
         models: cell.model.history.borrow().models.clone(),
@@ -29,12 +29,12 @@ pub(crate) fn capture(cell: &WorldCell) -> Memento {
 }
 
 /// Restores a captured state, including its handles and names.
-pub(crate) fn go_back(cell: &WorldCell, state: Memento) {
+pub(crate) fn restore_state(cell: &WorldCell, state: Memento) {
     let Memento { scene, devices, scripts, settings, models } = state;
     *cell.model.settings.borrow_mut() = settings;
     cell.model.history.borrow_mut().models = models;
-    put_scene(cell, scene);
-    remake_devices(cell, &devices);
+    replace_scene(cell, scene);
+    recreate_devices(cell, &devices);
     Scripts::end_removed(cell);
     Scripts::restore(cell, &scripts, true);
     cell.restore_process_state("an undo");
@@ -45,36 +45,37 @@ pub(crate) fn go_back(cell: &WorldCell, state: Memento) {
 pub(crate) fn end_run(cell: &WorldCell, mut start: Memento) {
     let history = &cell.model.history;
     if history.borrow_mut().take_scripts_changed() {
-        history.borrow_mut().push(SCRIPTS_IN_RUN.to_owned(), String::new(), start.clone());
+        history.borrow_mut().push(SCRIPT_EDIT_LABEL.to_owned(), String::new(), start.clone());
     }
-    let made = leave_unchanged(&mut start.scene, &cell.state.scene.borrow());
-    history.borrow_mut().run_made.extend(made);
-    put_scene(cell, start.scene);
-    remake_devices(cell, &start.devices);
+    let made = carry_over_retained(&mut start.scene, &cell.state.scene.borrow());
+    history.borrow_mut().run_changes.extend(made);
+    replace_scene(cell, start.scene);
+    recreate_devices(cell, &start.devices);
     Scripts::end_removed(cell);
     Scripts::restore(cell, &start.scripts, false);
 }
 
 /// Carries custom data over to the restored scene, except data whose tag begins with a control character; such tags are
 /// reserved for plugins.
-fn leave(then: &mut BTreeMap<Vec<u8>, Vec<u8>>, now: &BTreeMap<Vec<u8>, Vec<u8>>) {
+fn carry_over_custom_data(then: &mut BTreeMap<Vec<u8>, Vec<u8>>, now: &BTreeMap<Vec<u8>, Vec<u8>>) {
     let free = |tag: &[u8]| tag.first().is_none_or(|c| !c.is_ascii_control());
     then.retain(|tag, _| !free(tag));
     then.extend(now.iter().filter(|(tag, _)| free(tag)).map(|(tag, data)| (tag.clone(), data.clone())));
 }
 
 /// Properties that a stop leaves unchanged.
-const LEFT: &[Row] = &[Row::NAME, Row::LAYER, Row::NOTES, Row::COLOR, Row::MASS, Row::INERTIA];
+const RETAINED_PROPERTIES: &[Property] =
+    &[Property::NAME, Property::LAYER, Property::NOTES, Property::COLOR, Property::MASS, Property::INERTIA];
 
 /// Carries the properties that a stop leaves unchanged over to `initial`. Returns the properties that differ, with
 /// their present values.
-fn leave_unchanged(initial: &mut Scene, scene: &Scene) -> Vec<((u64, Row), Value)> {
+fn carry_over_retained(initial: &mut Scene, scene: &Scene) -> Vec<((u64, Property), Value)> {
     let mut made = Vec::new();
     for (slot, now) in scene.slots() {
         if initial.get(slot).is_none_or(|o| o.uid != now.uid) {
             continue;
         }
-        for row in LEFT.iter().filter(|r| r.info().is_of(Some(now.kind()))) {
+        for row in RETAINED_PROPERTIES.iter().filter(|r| r.spec().applies_to(Some(now.kind()))) {
             let value = tatu_scene::get(scene, slot, *row).ok();
             if value != tatu_scene::get(initial, slot, *row).ok() {
                 made.extend(value.map(|v| ((now.uid, *row), v)));
@@ -83,34 +84,34 @@ fn leave_unchanged(initial: &mut Scene, scene: &Scene) -> Vec<((u64, Row), Value
         initial.set_name(slot, now.alias(), now.suffix());
         if let Some(then) = initial.get_mut(slot) {
             then.layer = now.layer;
-            leave(&mut then.notes, &now.notes);
-            if let (Data::Shape(then), Data::Shape(now)) = (&mut then.data, &now.data) {
+            carry_over_custom_data(&mut then.notes, &now.notes);
+            if let (ObjectVariant::Shape(then), ObjectVariant::Shape(now)) = (&mut then.data, &now.data) {
                 (then.color, then.mass, then.inertia) = (now.color, now.mass, now.inertia);
             }
         }
     }
     if initial.notes != scene.notes {
-        leave(&mut initial.notes, &scene.notes);
-        made.push(((WORLD, Row::WORLD_NOTES), tatu_scene::notes_value(&initial.notes)));
+        carry_over_custom_data(&mut initial.notes, &scene.notes);
+        made.push(((WORLD_UID, Property::WORLD_NOTES), tatu_scene::notes_value(&initial.notes)));
     }
     made
 }
 
 /// Replaces the live scene by `next`. All velocities are reset.
-fn put_scene(cell: &WorldCell, mut next: Scene) {
+fn replace_scene(cell: &WorldCell, mut next: Scene) {
     let mut scene = cell.state.scene.borrow_mut();
     // The new version causes the engine and the beams to rebuild all data that they derive from the scene.
     next.shape_version = scene.shape_version + 1;
-    next.forget_before();
+    next.discard_barrier_poses();
     *scene = next;
-    *cell.state.dynamics.borrow_mut() = Dynamics::new(Model::engine_settings(&cell.model.settings.borrow()));
-    cell.devices.sensing.borrow_mut().forget_scene();
+    *cell.state.dynamics.borrow_mut() = Dynamics::new(WorldModel::engine_settings(&cell.model.settings.borrow()));
+    cell.devices.sensing.borrow_mut().discard_scene();
     for (slot, _) in scene.clone().slots() {
         match scene.get_mut(slot).map(|o| &mut o.data) {
-            Some(Data::Shape(s)) => s.body.0 = None,
-            Some(Data::Joint(j)) => j.id = None,
+            Some(ObjectVariant::Shape(s)) => s.body.0 = None,
+            Some(ObjectVariant::Joint(j)) => j.id = None,
             _ => {}
         }
     }
-    cell.state.dynamics.borrow_mut().settle(&mut scene);
+    cell.state.dynamics.borrow_mut().update_bodies(&mut scene);
 }

@@ -7,11 +7,12 @@
 //! - `memento`: states to which a stop or an undo returns; `edits`: makes, undoes and redoes edits;
 //! - `source`: converts an edited scene to a scene file; `saving`: writes this file; `recovery`: copies of unsaved
 //!   edits;
-//! - `document`: the fingerprint of a scene; `save`: a world as a document; `whole`: atomic writing of files.
+//! - `document`: the fingerprint of a scene; `save`: a world as a document; `atomic_write`: atomic writing of files.
 //!
 //! If a plugin cannot save its state, a world can be restored by *replay* instead: a new world of the same scene is run
 //! up to the step of the snapshot.
 
+mod atomic_write;
 mod document;
 pub(crate) mod edits;
 mod file;
@@ -24,12 +25,11 @@ pub(crate) mod save;
 pub(crate) mod saving;
 mod snapshot;
 mod source;
-mod whole;
 
-pub use crate::instances::Missed;
+pub use crate::instances::UnsavedInstance;
+pub use atomic_write::write_atomically;
 pub use document::fingerprint;
-pub use file::{Head, Snapshot};
-pub use hash::Hash;
+pub use file::{Snapshot, SnapshotHeader};
+pub use hash::StateHash;
 pub(crate) use hash::{hash, hash_of};
-pub(crate) use snapshot::take;
-pub use whole::write_whole;
+pub(crate) use snapshot::take_snapshot;

@@ -13,29 +13,29 @@ use std::{
 use tatu_errors::{Error, Result};
 use tatu_plugin_api::{
     abi::TATU_LOG_WARNING,
-    safe::{MOST_BYTES, read_plain},
+    safe::{MAX_FILE_BYTES, read_plain},
 };
-use tatu_scene::document::Sources;
+use tatu_scene::document::SourceFiles;
 
 use super::{
-    source::{flat, in_place, own_file, stopped},
-    write_whole,
+    source::{own_file, patch_in_place, state_when_stopped, write_separately},
+    write_atomically,
 };
 use crate::cell::WorldCell;
 
 /// Name of the scene file in a copy.
-const SCENE: &str = "scene.toml";
+const SCENE_FILE: &str = "scene.toml";
 /// Name of the folder in a copy that contains the scene's separate files.
-const FILES: &str = "files";
+const FILES_FOLDER: &str = "files";
 /// Maximum number of files in a copy.
-const MOST_FILES: usize = 100_000;
+const MAX_FILES: usize = 100_000;
 /// Maximum nesting depth of folders in a copy.
-const MOST_LEVELS: usize = 8;
+const MAX_FOLDER_DEPTH: usize = 8;
 /// Maximum number of copies of a scene that are set aside because they were neither opened nor discarded.
-const MOST_ASIDE: usize = 1000;
+const MAX_COPIES_SET_ASIDE: usize = 1000;
 
 /// Text of a new scene.
-const NEW: &str = "\
+const NEW_SCENE_TEXT: &str = "\
 format = 1
 
 [[object]]
@@ -59,15 +59,15 @@ fn failed(what: &str, path: &Path, e: &io::Error) -> Error {
 
 /// Writes a copy if there are edits since the last copy, or removes the copy if all edits are saved.
 pub(crate) fn write(cell: &WorldCell) -> Result {
-    if !cell.model.history.borrow().wants_copy() {
+    if !cell.model.history.borrow().needs_copy() {
         return Ok(());
     }
     if !cell.model.history.borrow().is_unsaved() {
         return discard(cell);
     }
     let Some(scene) = own_file(cell) else { return Ok(()) };
-    let state = stopped(cell);
-    let saved = in_place(cell, &state, &scene).or_else(|_| flat(cell, &state, &scene))?;
+    let state = state_when_stopped(cell);
+    let saved = patch_in_place(cell, &state, &scene).or_else(|_| write_separately(cell, &state, &scene))?;
     let folder = folder_of(&scene);
     set_aside_foreign(cell, &scene)?;
     if folder.symlink_metadata().is_ok_and(|about| !about.is_dir()) {
@@ -75,14 +75,14 @@ pub(crate) fn write(cell: &WorldCell) -> Result {
         return Err(failed("written", &folder, &e));
     }
     for (name, bytes) in &saved.written.files {
-        let path = folder.join(FILES).join(name);
+        let path = folder.join(FILES_FOLDER).join(name);
         let above = path.parent().unwrap_or(&folder);
         fs::create_dir_all(above).map_err(|e| failed("written", above, &e))?;
-        write_whole(&path, bytes).map_err(|e| failed("written", &path, &e))?;
+        write_atomically(&path, bytes).map_err(|e| failed("written", &path, &e))?;
     }
     fs::create_dir_all(&folder).map_err(|e| failed("written", &folder, &e))?;
-    let path = folder.join(SCENE);
-    write_whole(&path, saved.written.text.as_bytes()).map_err(|e| failed("written", &path, &e))?;
+    let path = folder.join(SCENE_FILE);
+    write_atomically(&path, saved.written.text.as_bytes()).map_err(|e| failed("written", &path, &e))?;
     cell.model.history.borrow_mut().note_copied(true);
     Ok(())
 }
@@ -96,7 +96,7 @@ fn set_aside_foreign(cell: &WorldCell, scene: &Path) -> Result {
     }
     let folder = folder_of(scene);
     let name = |n: usize| PathBuf::from(format!("{}-{n}", folder.display()));
-    let free = (1..=MOST_ASIDE).map(name).find(|p| p.symlink_metadata().is_err());
+    let free = (1..=MAX_COPIES_SET_ASIDE).map(name).find(|p| p.symlink_metadata().is_err());
     let free = free
         .ok_or_else(|| failed("kept", &folder, &io::Error::other("there are too many earlier copies; remove some")))?;
     fs::rename(&folder, &free).map_err(|e| failed("kept", &folder, &e))?;
@@ -123,7 +123,7 @@ pub(crate) fn discard(cell: &WorldCell) -> Result {
     }
     // The scene file is removed first, because a folder without it is not treated as a copy, even if its other files
     // cannot be removed.
-    match fs::remove_file(folder.join(SCENE)) {
+    match fs::remove_file(folder.join(SCENE_FILE)) {
         Err(e) if e.kind() != io::ErrorKind::NotFound => return Err(failed("removed", &folder, &e)),
         _ => {}
     }
@@ -139,47 +139,47 @@ pub(crate) fn discard(cell: &WorldCell) -> Result {
 /// Returns the time at which the copy of a scene was written, Unix time in s, or `None` if there is no copy.
 pub(super) fn written_at(scene: &Path) -> Option<i64> {
     folder_of(scene).symlink_metadata().ok().filter(fs::Metadata::is_dir)?;
-    let file = folder_of(scene).join(SCENE).symlink_metadata().ok().filter(fs::Metadata::is_file)?;
+    let file = folder_of(scene).join(SCENE_FILE).symlink_metadata().ok().filter(fs::Metadata::is_file)?;
     let since = file.modified().ok()?.duration_since(UNIX_EPOCH).ok()?;
     i64::try_from(since.as_secs()).ok()
 }
 
 /// Returns the path under which the sources contain the scene file as it was on disk when its copy was recovered.
-pub(super) fn on_disk_then(scene: &Path) -> PathBuf {
+pub(super) fn path_of_original(scene: &Path) -> PathBuf {
     folder_of(scene).join("on-disk")
 }
 
 /// Returns the files of a copy, to be read in place of those on disk.
-pub(crate) fn read(_: &WorldCell, scene: &Path) -> Result<Sources> {
+pub(crate) fn read(_: &WorldCell, scene: &Path) -> Result<SourceFiles> {
     let folder = folder_of(scene);
-    let text = folder.join(SCENE);
-    let bytes = read_plain(&text, MOST_BYTES).map_err(|e| failed("read", &text, &e))?;
+    let text = folder.join(SCENE_FILE);
+    let bytes = read_plain(&text, MAX_FILE_BYTES).map_err(|e| failed("read", &text, &e))?;
     let mut files = vec![(scene.to_owned(), bytes)];
     // The present contents of the scene file are stored as well, because a save compares them with the file on disk.
-    files.extend(read_plain(scene, MOST_BYTES).ok().map(|now| (on_disk_then(scene), now)));
+    files.extend(read_plain(scene, MAX_FILE_BYTES).ok().map(|now| (path_of_original(scene), now)));
     let above = scene.parent().unwrap_or(Path::new(""));
-    let mut ahead = vec![(folder.join(FILES), above.to_owned(), 0)];
+    let mut ahead = vec![(folder.join(FILES_FOLDER), above.to_owned(), 0)];
     while let Some((from, to, level)) = ahead.pop() {
         let mut entries: Vec<_> = fs::read_dir(&from).into_iter().flatten().flatten().collect();
         entries.sort_by_key(fs::DirEntry::file_name);
         for entry in entries {
             let (path, kind) = (entry.path(), entry.file_type().ok());
             let place = to.join(entry.file_name());
-            if kind.is_some_and(|k| k.is_dir()) && level < MOST_LEVELS {
+            if kind.is_some_and(|k| k.is_dir()) && level < MAX_FOLDER_DEPTH {
                 ahead.push((path, place, level + 1));
-            } else if kind.is_some_and(|k| k.is_file()) && files.len() < MOST_FILES {
-                files.push((place, read_plain(&path, MOST_BYTES).map_err(|e| failed("read", &path, &e))?));
+            } else if kind.is_some_and(|k| k.is_file()) && files.len() < MAX_FILES {
+                files.push((place, read_plain(&path, MAX_FILE_BYTES).map_err(|e| failed("read", &path, &e))?));
             }
         }
     }
-    Ok(Sources::over(files, true))
+    Ok(SourceFiles::with_replacements(files, true))
 }
 
 /// Returns the sources of a new scene. Its file is written when the scene is saved.
-pub(crate) fn new_scene(file: &Path) -> Result<Sources> {
+pub(crate) fn new_scene(file: &Path) -> Result<SourceFiles> {
     if file.symlink_metadata().is_ok() {
         let text = format!("{} exists already", file.display());
         return Err(Error::new("E105", text).help("choose a different name for the new scene"));
     }
-    Ok(Sources::over([(file.to_owned(), NEW.as_bytes().to_vec())], false))
+    Ok(SourceFiles::with_replacements([(file.to_owned(), NEW_SCENE_TEXT.as_bytes().to_vec())], false))
 }

@@ -2,10 +2,10 @@
 
 use std::collections::BTreeSet;
 
-use tatu_devices::{actuators::Actuator, sense::Noise};
+use tatu_devices::{actuators::Actuator, sense::SensorNoise};
 use tatu_errors::{Error, Result};
 use tatu_plugin_api::safe::Value;
-use tatu_scene::Data;
+use tatu_scene::ObjectVariant;
 
 use super::{
     Snapshot,
@@ -14,8 +14,8 @@ use super::{
     image::{ActuatorImage, CoreImage, DeviceImage},
 };
 use crate::{
-    cell::{InstanceImage, Record, Scripts, Signal, WorldCell, restore_inputs},
-    instances::{Living, end_actuator, end_sensor, load_instance, state_of},
+    cell::{InputRecord, InstanceImage, Scripts, Signal, WorldCell, restore_inputs},
+    instances::{InstanceRef, end_actuator, end_sensor, load_instance, saved_state_block},
     scripts::ScriptImage,
     session,
 };
@@ -41,7 +41,7 @@ pub(crate) fn check(cell: &WorldCell, snapshot: &Snapshot, allow_partial: bool) 
 }
 
 /// Restores the snapshot in a world that has just been started silently.
-pub(crate) fn go_on(cell: &WorldCell, snapshot: &Snapshot) -> Result {
+pub(crate) fn restore_world(cell: &WorldCell, snapshot: &Snapshot) -> Result {
     let image: CoreImage = snapshot.get("core")?;
     scripts(cell, snapshot.get("scripts")?, &image)?;
     sensors(cell, snapshot.get("sensors")?)?;
@@ -49,7 +49,7 @@ pub(crate) fn go_on(cell: &WorldCell, snapshot: &Snapshot) -> Result {
     core(cell, image)?;
     *cell.devices.figures.borrow_mut() = snapshot.get("figures")?;
     plugins(cell, snapshot.get("plugins")?)?;
-    *cell.run.outside.saved_services.borrow_mut() = snapshot.get("services")?;
+    *cell.run.connections.saved_services.borrow_mut() = snapshot.get("services")?;
     services(cell)?;
     Scripts::load(cell, snapshot.get("scripts")?)?;
     restore_inputs(cell, records(snapshot)?);
@@ -61,7 +61,7 @@ pub(crate) fn go_on(cell: &WorldCell, snapshot: &Snapshot) -> Result {
 }
 
 /// Returns the external inputs recorded up to the snapshot.
-pub(crate) fn records(snapshot: &Snapshot) -> Result<Vec<Record>> {
+pub(crate) fn records(snapshot: &Snapshot) -> Result<Vec<InputRecord>> {
     session::file::from_bytes(&snapshot.head.log).ok_or_else(|| damaged("the recorded inputs cannot be read"))
 }
 
@@ -78,7 +78,7 @@ fn scripts(cell: &WorldCell, images: Vec<ScriptImage>, core: &CoreImage) -> Resu
 
 fn sensors(cell: &WorldCell, images: Vec<DeviceImage>) -> Result {
     let there: BTreeSet<(u32, u64)> = images.iter().map(|i| (i.slot, i.id)).collect();
-    let gone = cell.devices.sensing.borrow_mut().take_gone(|d| there.contains(&(d.slot, d.id)));
+    let gone = cell.devices.sensing.borrow_mut().remove_dead(|d| there.contains(&(d.slot, d.id)));
     for d in gone {
         end_sensor(cell, d);
     }
@@ -108,15 +108,15 @@ fn sensors(cell: &WorldCell, images: Vec<DeviceImage>) -> Result {
             let mut sensing = cell.devices.sensing.borrow_mut();
             let d = &mut sensing.devices[index];
             // Plugins store the address of the block, so its contents are replaced, but not the block itself.
-            d.state.copy_from_slice(&state_of(life, &image.instance));
+            d.state.copy_from_slice(&saved_state_block(life, &image.instance));
             d.fields.copy_from_slice(&image.fields);
             (d.sequence, d.time, d.drawn, d.off) = (image.sequence, image.time, image.drawn, image.off);
             // The next measurement applies the sensor settings of the scene.
-            (d.period, d.noise) = (image.period, image.noise.map(|m| Box::new(Noise::of_memory(m))));
-            sensing.unsettle();
+            (d.period, d.noise) = (image.period, image.noise.map(|m| Box::new(SensorNoise::from_state(m))));
+            sensing.invalidate_settings();
         }
         if !image.instance.missed {
-            let of = Living { plugin: cell.model.registry.sensors[kind].plugin, slot: image.slot, data };
+            let of = InstanceRef { plugin: cell.model.registry.sensors[kind].plugin, slot: image.slot, data };
             load_instance(cell, &of, life, &image.instance).map_err(|e| refused(&what, e))?;
         }
     }
@@ -125,7 +125,7 @@ fn sensors(cell: &WorldCell, images: Vec<DeviceImage>) -> Result {
 
 fn actuators(cell: &WorldCell, images: Vec<ActuatorImage>) -> Result {
     let is_there = |d: &Actuator| images.iter().any(|i| i.object == d.object);
-    let gone = cell.devices.actuators.borrow_mut().take_gone(is_there);
+    let gone = cell.devices.actuators.borrow_mut().remove_dead(is_there);
     for d in gone {
         end_actuator(cell, d);
     }
@@ -142,9 +142,9 @@ fn actuators(cell: &WorldCell, images: Vec<ActuatorImage>) -> Result {
             }
             let kind = &cell.model.registry.actuators[d.kind];
             // Plugins store the address of the block, so its contents are replaced, but not the block itself.
-            d.state.copy_from_slice(&state_of(&kind.life, &image.instance));
-            (d.off, d.idle_told) = (image.off, image.idle_told);
-            (&kind.life, Living { plugin: kind.plugin, slot: d.slot, data: d.data })
+            d.state.copy_from_slice(&saved_state_block(&kind.life, &image.instance));
+            (d.off, d.idle_reported) = (image.off, image.idle_told);
+            (&kind.life, InstanceRef { plugin: kind.plugin, slot: d.slot, data: d.data })
         };
         if !image.instance.missed {
             load_instance(cell, &of, life, &image.instance).map_err(|e| refused(&what, e))?;
@@ -159,7 +159,7 @@ fn core(cell: &WorldCell, image: CoreImage) -> Result {
     for (slot, number) in meshes {
         let mesh = cell.model.document.meshes.get(number as usize);
         match (scene.get_mut(slot).map(|o| &mut o.data), mesh) {
-            (Some(Data::Shape(s)), Some(mesh)) => s.mesh = Some(mesh.clone()),
+            (Some(ObjectVariant::Shape(s)), Some(mesh)) => s.mesh = Some(mesh.clone()),
             _ => return Err(damaged("it refers to a mesh that the scene does not contain")),
         }
     }
@@ -168,7 +168,7 @@ fn core(cell: &WorldCell, image: CoreImage) -> Result {
     scene.index_names();
     cell.state.dynamics.borrow_mut().restore(&dynamics).map_err(damaged)?;
     *cell.state.scene.borrow_mut() = scene;
-    cell.devices.swept.set(0);
+    cell.devices.swept_version.set(0);
     *cell.model.settings.borrow_mut() = settings;
     let (time, step, dt, pass) = clock;
     cell.state.clock.pass.set(pass);
@@ -178,19 +178,19 @@ fn core(cell: &WorldCell, image: CoreImage) -> Result {
     cell.state.clock.dt.set(dt);
     cell.state.requests.set(requests);
     cell.devices.next_instance.set(next_instance);
-    cell.run.calls.wakes.restore(last_wake);
+    cell.run.calls.thread_results.restore(last_wake);
     *cell.state.signals.borrow_mut() = image
         .signals
         .into_iter()
-        .map(|(kind, name, v, of_run)| ((kind, name), Signal { value: v.into(), of_run }))
+        .map(|(kind, name, v, of_run)| ((kind, name), Signal { value: v.into(), ends_with_run: of_run }))
         .collect();
     cell.run.calls.waits.borrow_mut().restore(image.waits);
     *cell.run.reported.borrow_mut() = (0..image.faults.len()).collect();
     *cell.run.faults.borrow_mut() = image.faults.into_iter().map(Into::into).collect();
     // The run that wrote the snapshot has already reported the log lines of the start.
-    cell.run.lines.hold().clear();
+    cell.run.lines.lock().clear();
     // The targets of beams are rebuilt from the restored scene.
-    cell.devices.sensing.borrow_mut().forget_scene();
+    cell.devices.sensing.borrow_mut().discard_scene();
     Ok(())
 }
 
@@ -199,9 +199,9 @@ fn plugins(cell: &WorldCell, images: Vec<(String, InstanceImage)>) -> Result {
         let found = cell.model.registry.world_lives.iter().find(|(p, _)| cell.model.registry.plugins[*p].id == id);
         let (plugin, life) = found.ok_or_else(|| damaged(format!("plugin `{id}` stores no state")))?;
         if let Some(Some(instance)) = cell.devices.instances.borrow_mut().get_mut(*plugin) {
-            instance.state.copy_from_slice(&state_of(life, &image));
+            instance.state.copy_from_slice(&saved_state_block(life, &image));
         }
-        let of = Living { plugin: *plugin, slot: 0, data: cell.instance(*plugin).0 };
+        let of = InstanceRef { plugin: *plugin, slot: 0, data: cell.instance(*plugin).0 };
         load_instance(cell, &of, life, &image).map_err(|e| refused(format!("plugin `{id}`"), e))?;
     }
     Ok(())
@@ -210,22 +210,22 @@ fn plugins(cell: &WorldCell, images: Vec<(String, InstanceImage)>) -> Result {
 /// Restores the states of services. The states of services that are not running are discarded. A world that is not in a
 /// session retains the states until it joins one.
 pub(crate) fn services(cell: &WorldCell) -> Result {
-    let Some(session) = cell.run.outside.session() else { return Ok(()) };
-    for (id, image) in std::mem::take(&mut *cell.run.outside.saved_services.borrow_mut()) {
+    let Some(session) = cell.run.connections.session() else { return Ok(()) };
+    for (id, image) in std::mem::take(&mut *cell.run.connections.saved_services.borrow_mut()) {
         let mut running = (0..).map_while(|i| session.nth(i));
         let Some(service) = running.find(|s| cell.model.registry.services[s.kind].id == id && !s.off.get()) else {
             continue;
         };
         let kind = &cell.model.registry.services[service.kind];
-        let block = state_of(&kind.life, &image);
+        let block = saved_state_block(&kind.life, &image);
         let mut state = service.state.borrow_mut();
         if state.len() == block.len() {
             state.copy_from_slice(&block);
         }
         drop(state);
-        let of = Living { plugin: kind.plugin, slot: 0, data: service.data };
+        let of = InstanceRef { plugin: kind.plugin, slot: 0, data: service.data };
         let load = || load_instance(cell, &of, &kind.life, &image);
-        service.noted(cell, load).map_err(|e| refused(format!("the service `{id}`"), e))?;
+        service.call_with_subject(cell, load).map_err(|e| refused(format!("the service `{id}`"), e))?;
     }
     Ok(())
 }

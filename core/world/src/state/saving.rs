@@ -3,13 +3,13 @@
 use std::{fs, io, path::Path};
 
 use tatu_errors::{Error, Result};
-use tatu_plugin_api::safe::{MOST_BYTES, read_plain};
-use tatu_scene::document::{self, Written};
+use tatu_plugin_api::safe::{MAX_FILE_BYTES, read_plain};
+use tatu_scene::document::{self, SceneFiles};
 
 use super::{
     edits, recovery,
-    source::{adopt, flat, in_place, stopped},
-    write_whole,
+    source::{adopt_document, patch_in_place, state_when_stopped, write_separately},
+    write_atomically,
 };
 use crate::cell::WorldCell;
 
@@ -36,23 +36,23 @@ pub(crate) fn save(cell: &WorldCell, file: &Path, over: bool) -> Result {
     if same && !over {
         unchanged_on_disk(cell, &target)?;
     }
-    let state = stopped(cell);
-    let saved = match in_place(cell, &state, &target) {
+    let state = state_when_stopped(cell);
+    let saved = match patch_in_place(cell, &state, &target) {
         Ok(saved) => saved,
         Err(e) if same => return Err(e),
         // In a new file, every object can be written separately, because there is no existing text to preserve.
-        Err(_) => flat(cell, &state, &target)?,
+        Err(_) => write_separately(cell, &state, &target)?,
     };
     if same && !over {
         files_unchanged(cell, &target, &saved.written)?;
     }
-    document::save(&target, &saved.written, &write_whole)?;
+    document::save(&target, &saved.written, &write_atomically)?;
     // The recovery copy is no longer needed. It is beside the file that was saved, or beside the previous file of the
     // scene.
     recovery::discard_own(cell)?;
-    adopt(cell, saved, &state.scene);
+    adopt_document(cell, saved, &state.scene);
     cell.model.history.borrow_mut().note_saved();
-    edits::tell(cell);
+    edits::publish_edits(cell);
     Ok(())
 }
 
@@ -63,11 +63,11 @@ pub(crate) fn is_own(cell: &WorldCell, file: &Path) -> bool {
 }
 
 /// Checks that the separate files that are about to be replaced have not changed on disk since they were read.
-fn files_unchanged(cell: &WorldCell, scene: &Path, written: &Written) -> Result {
+fn files_unchanged(cell: &WorldCell, scene: &Path, written: &SceneFiles) -> Result {
     let (folder, sources) = (scene.parent().unwrap_or(Path::new("")), &cell.model.document.sources);
     for (name, _) in &written.files {
         let path = folder.join(name);
-        let Ok(now) = read_plain(&path, MOST_BYTES) else { continue };
+        let Ok(now) = read_plain(&path, MAX_FILE_BYTES) else { continue };
         if !sources.are_recovered() && sources.cached(&path).is_some_and(|then| *then != *now) {
             let text = format!("{} has changed on disk since it was opened", path.display());
             return Err(Error::new("E125", text).help("save under another name, or replace the file"));
@@ -80,9 +80,9 @@ fn files_unchanged(cell: &WorldCell, scene: &Path, written: &Written) -> Result 
 /// then.
 fn unchanged_on_disk(cell: &WorldCell, file: &Path) -> Result {
     let sources = &cell.model.document.sources;
-    let now = read_plain(file, MOST_BYTES);
+    let now = read_plain(file, MAX_FILE_BYTES);
     let is_new = matches!(&now, Err(e) if e.kind() == io::ErrorKind::NotFound);
-    let read = if sources.are_recovered() { recovery::on_disk_then(file) } else { file.to_owned() };
+    let read = if sources.are_recovered() { recovery::path_of_original(file) } else { file.to_owned() };
     if is_new || now.ok().as_deref() == sources.cached(&read).as_deref() {
         return Ok(());
     }

@@ -7,22 +7,22 @@ use tatu_geometry::{Image, Mesh};
 use tatu_scene::{Scene, Shape};
 
 use super::{
-    Head, Snapshot, file, fingerprint, hash_of,
+    Snapshot, SnapshotHeader, file, fingerprint, hash_of,
     image::{ActuatorImage, CoreImage, DeviceImage},
 };
 use crate::{
-    cell::{Due, InstanceImage, Owner, Scripts, WorldCell},
-    instances::{Living, Missed, save_instance},
+    cell::{InstanceImage, Scripts, WaitCondition, WaitOwner, WorldCell},
+    instances::{InstanceRef, UnsavedInstance, save_instance},
     session,
 };
 
 /// Captures all state that determines the future of the run, between two steps. The header lists the instances that
 /// could not be saved. The run is not affected.
-pub(crate) fn take(cell: &WorldCell) -> Result<Snapshot> {
+pub(crate) fn take_snapshot(cell: &WorldCell) -> Result<Snapshot> {
     if !cell.running() {
         return Err(Error::new("E503", "a snapshot can be taken only of a running world").help("start the world first"));
     }
-    let mut snapshot = Snapshot::new(Head {
+    let mut snapshot = Snapshot::new(SnapshotHeader {
         tatu: env!("CARGO_PKG_VERSION").to_owned(),
         document: fingerprint(&cell.model.document),
         plugins: file::plugins(&cell.model.registry),
@@ -30,9 +30,9 @@ pub(crate) fn take(cell: &WorldCell) -> Result<Snapshot> {
         time: cell.state.clock.time.get(),
         hash: hash_of(cell),
         missed: Vec::new(),
-        log: session::file::to_bytes(cell.run.outside.log.borrow().records()),
+        log: session::file::to_bytes(cell.run.connections.log.borrow().records()),
     });
-    let mut missed = from_outside(cell);
+    let mut missed = unsaved_waits(cell);
     snapshot.put("core", &core(cell)?)?;
     snapshot.put("figures", &*cell.devices.figures.borrow())?;
     snapshot.put("sensors", &sensors(cell, &mut missed))?;
@@ -40,8 +40,8 @@ pub(crate) fn take(cell: &WorldCell) -> Result<Snapshot> {
     snapshot.put("plugins", &plugins(cell, &mut missed))?;
     snapshot.put("services", &services(cell, &mut missed))?;
     snapshot.put("scripts", &Scripts::images(cell, &mut missed))?;
-    if cell.run.outside.bus.has_listeners() {
-        missed.push(Missed {
+    if cell.run.connections.bus.has_listeners() {
+        missed.push(UnsavedInstance {
             object: "the events".into(),
             plugin: String::new(),
             reason: "functions that scripts registered for events cannot be saved".into(),
@@ -98,17 +98,17 @@ fn core(cell: &WorldCell) -> Result<CoreImage> {
         ),
         requests: cell.state.requests.get(),
         next_instance: cell.devices.next_instance.get(),
-        last_wake: cell.run.calls.wakes.last(),
+        last_wake: cell.run.calls.thread_results.last(),
         signals: {
             let signals = cell.state.signals.borrow();
-            signals.iter().map(|((kind, name), s)| (*kind, name.clone(), (&s.value).into(), s.of_run)).collect()
+            signals.iter().map(|((kind, name), s)| (*kind, name.clone(), (&s.value).into(), s.ends_with_run)).collect()
         },
         waits: cell.run.calls.waits.borrow().all(),
         faults: cell.run.faults.borrow().iter().map(Into::into).collect(),
     })
 }
 
-fn sensors(cell: &WorldCell, missed: &mut Vec<Missed>) -> Vec<DeviceImage> {
+fn sensors(cell: &WorldCell, missed: &mut Vec<UnsavedInstance>) -> Vec<DeviceImage> {
     let n = cell.devices.sensing.borrow().devices.len();
     let mut out = Vec::with_capacity(n);
     for i in 0..n {
@@ -118,10 +118,10 @@ fn sensors(cell: &WorldCell, missed: &mut Vec<Missed>) -> Vec<DeviceImage> {
             (d.kind, d.slot, d.data, d.state.to_vec())
         };
         let entry = &cell.model.registry.sensors[kind];
-        let of = Living { plugin: entry.plugin, slot, data };
+        let of = InstanceRef { plugin: entry.plugin, slot, data };
         let instance = save_instance(cell, &of, &entry.life, &state).unwrap_or_else(|reason| {
             let plugin = cell.model.registry.plugins[entry.plugin].id.clone();
-            missed.push(Missed { object: cell.state.scene.borrow().path(slot), plugin, reason });
+            missed.push(UnsavedInstance { object: cell.state.scene.borrow().path(slot), plugin, reason });
             InstanceImage { state, version: entry.life.version, missed: true, ..Default::default() }
         });
         let sensing = cell.devices.sensing.borrow();
@@ -137,14 +137,14 @@ fn sensors(cell: &WorldCell, missed: &mut Vec<Missed>) -> Vec<DeviceImage> {
             time: d.time,
             drawn: d.drawn,
             period: d.period,
-            noise: d.noise.as_ref().map(|n| n.memory().clone()),
+            noise: d.noise.as_ref().map(|n| n.state().clone()),
             off: d.off,
         });
     }
     out
 }
 
-fn actuators(cell: &WorldCell, missed: &mut Vec<Missed>) -> Vec<ActuatorImage> {
+fn actuators(cell: &WorldCell, missed: &mut Vec<UnsavedInstance>) -> Vec<ActuatorImage> {
     let n = cell.devices.actuators.borrow().devices.len();
     let mut out = Vec::with_capacity(n);
     for i in 0..n {
@@ -158,15 +158,15 @@ fn actuators(cell: &WorldCell, missed: &mut Vec<Missed>) -> Vec<ActuatorImage> {
                 params: d.params.iter().map(Into::into).collect(),
                 instance: InstanceImage::default(),
                 off: d.off,
-                idle_told: d.idle_told,
+                idle_told: d.idle_reported,
             };
             (image, d.state.to_vec(), d.data)
         };
         let entry = &cell.model.registry.actuators[image.kind as usize];
-        let of = Living { plugin: entry.plugin, slot: image.slot, data };
+        let of = InstanceRef { plugin: entry.plugin, slot: image.slot, data };
         image.instance = save_instance(cell, &of, &entry.life, &state).unwrap_or_else(|reason| {
             let plugin = cell.model.registry.plugins[entry.plugin].id.clone();
-            missed.push(Missed { object: cell.state.scene.borrow().path(image.slot), plugin, reason });
+            missed.push(UnsavedInstance { object: cell.state.scene.borrow().path(image.slot), plugin, reason });
             InstanceImage { state, version: entry.life.version, missed: true, ..Default::default() }
         });
         out.push(image);
@@ -176,16 +176,18 @@ fn actuators(cell: &WorldCell, missed: &mut Vec<Missed>) -> Vec<ActuatorImage> {
 
 /// Returns the commands that wait on behalf of a service's client or for a thread of a plugin. They cannot be saved,
 /// because the client and the thread do not exist in another process.
-fn from_outside(cell: &WorldCell) -> Vec<Missed> {
+fn unsaved_waits(cell: &WorldCell) -> Vec<UnsavedInstance> {
     let waits = cell.run.calls.waits.borrow().all();
-    let waits = waits.into_iter().filter(|w| matches!(w.owner, Owner::Service(_)) || matches!(w.due, Due::Wake(_)));
+    let waits = waits
+        .into_iter()
+        .filter(|w| matches!(w.owner, WaitOwner::Service(_)) || matches!(w.due, WaitCondition::Wake(_)));
     let command = |n: u32| cell.model.registry.commands.get((n as usize).wrapping_sub(1));
     waits
-        .map(|w| Missed {
+        .map(|w| UnsavedInstance {
             object: String::new(),
             plugin: command(w.command).map_or(String::new(), |c| cell.model.registry.plugins[c.plugin].id.clone()),
             reason: match w.due {
-                Due::Wake(_) => "one of its commands waits for a thread".into(),
+                WaitCondition::Wake(_) => "one of its commands waits for a thread".into(),
                 _ => "one of its commands waits for a client of a service".into(),
             },
         })
@@ -193,15 +195,15 @@ fn from_outside(cell: &WorldCell) -> Vec<Missed> {
 }
 
 /// Saves the instances of command plugins, by the id of the plugin.
-fn plugins(cell: &WorldCell, missed: &mut Vec<Missed>) -> Vec<(String, InstanceImage)> {
+fn plugins(cell: &WorldCell, missed: &mut Vec<UnsavedInstance>) -> Vec<(String, InstanceImage)> {
     let mut out = Vec::new();
     for (plugin, life) in &cell.model.registry.world_lives {
         let id = cell.model.registry.plugins[*plugin].id.clone();
         let state = cell.devices.instances.borrow()[*plugin].as_ref().map(|i| i.state.to_vec()).unwrap_or_default();
-        let of = Living { plugin: *plugin, slot: 0, data: cell.instance(*plugin).0 };
+        let of = InstanceRef { plugin: *plugin, slot: 0, data: cell.instance(*plugin).0 };
         match save_instance(cell, &of, life, &state) {
             Ok(image) => out.push((id, image)),
-            Err(reason) => missed.push(Missed { object: String::new(), plugin: id, reason }),
+            Err(reason) => missed.push(UnsavedInstance { object: String::new(), plugin: id, reason }),
         }
     }
     out
@@ -209,8 +211,8 @@ fn plugins(cell: &WorldCell, missed: &mut Vec<Missed>) -> Vec<(String, InstanceI
 
 /// Saves the states of services, by the id of the service. Services without state, or that have been switched off, are
 /// omitted.
-fn services(cell: &WorldCell, missed: &mut Vec<Missed>) -> Vec<(String, InstanceImage)> {
-    let Some(session) = cell.run.outside.session() else { return Vec::new() };
+fn services(cell: &WorldCell, missed: &mut Vec<UnsavedInstance>) -> Vec<(String, InstanceImage)> {
+    let Some(session) = cell.run.connections.session() else { return Vec::new() };
     let (mut out, mut i) = (Vec::new(), 0);
     while let Some(service) = session.nth(i) {
         i += 1;
@@ -219,13 +221,13 @@ fn services(cell: &WorldCell, missed: &mut Vec<Missed>) -> Vec<(String, Instance
         if service.off.get() || kind.life.save.is_none() && state.is_empty() {
             continue;
         }
-        let of = Living { plugin: kind.plugin, slot: 0, data: service.data };
-        match service.noted(cell, || save_instance(cell, &of, &kind.life, &state)) {
+        let of = InstanceRef { plugin: kind.plugin, slot: 0, data: service.data };
+        match service.call_with_subject(cell, || save_instance(cell, &of, &kind.life, &state)) {
             Ok(image) if image.saved.is_empty() && image.state.is_empty() => {}
             Ok(image) => out.push((kind.id.clone(), image)),
             Err(reason) => {
                 let plugin = cell.model.registry.plugins[kind.plugin].id.clone();
-                missed.push(Missed { object: format!("the service `{}`", kind.id), plugin, reason });
+                missed.push(UnsavedInstance { object: format!("the service `{}`", kind.id), plugin, reason });
             }
         }
     }

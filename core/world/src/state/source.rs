@@ -9,29 +9,29 @@ use std::{
 };
 
 use tatu_errors::{Error, Result};
-use tatu_plugin_api::safe::{MOST_BYTES, Value, read_plain};
+use tatu_plugin_api::safe::{MAX_FILE_BYTES, Value, read_plain};
 use tatu_scene::{
-    Data, Scene,
+    ObjectVariant, Scene,
     document::{
-        self, Allowed, Beside, DeviceSpec, Document, Edited, Options, ScriptSpec, ServiceSpec, Sources, Written,
-        folder_beside, patch,
+        self, AllowedFile, DeviceSpec, Document, EditedScene, LoadOptions, ObjectAttachments, SceneFiles, ScriptSpec,
+        ServiceSpec, SourceFiles, folder_beside, patch,
     },
-    rows::Row,
+    property_table::Property,
 };
 
 use super::memento::capture;
 use crate::cell::{
     WorldCell,
-    history::{Memento, WORLD},
+    history::{Memento, WORLD_UID},
 };
 
 /// Maximum number of times that the text is changed and read again. Each nesting level of models that were added
 /// requires one round, and a few more can be necessary.
-const MOST_ROUNDS: usize = 6;
+const MAX_ROUNDS: usize = 6;
 
 /// The text of a scene file that describes the edited scene, and the document that results from reading it.
-pub(super) struct Saved {
-    pub written: Written,
+pub(super) struct SavedScene {
+    pub written: SceneFiles,
     document: Arc<Document>,
     /// The slot in the edited scene of each object of the document, or 0.
     slots: Vec<u32>,
@@ -39,7 +39,7 @@ pub(super) struct Saved {
 
 /// Returns the state that the scene has, or will have, when the simulation is stopped, with the present sources of
 /// scripts that were changed in the run.
-pub(super) fn stopped(cell: &WorldCell) -> Memento {
+pub(super) fn state_when_stopped(cell: &WorldCell) -> Memento {
     let Some(mut start) = cell.model.initial.borrow().clone() else { return capture(cell) };
     let scripts = cell.run.scripts.borrow();
     for (slot, spec) in &mut start.scripts {
@@ -51,32 +51,32 @@ pub(super) fn stopped(cell: &WorldCell) -> Memento {
 }
 
 /// Returns the text of the scene file, changed such that it describes the edited scene.
-pub(super) fn in_place(cell: &WorldCell, state: &Memento, target: &Path) -> Result<Saved> {
+pub(super) fn patch_in_place(cell: &WorldCell, state: &Memento, target: &Path) -> Result<SavedScene> {
     let mut document = cell.model.document.shared();
     let own = document.file.clone().filter(|f| f.extension().is_some_and(|e| e == "toml"));
-    let Some(own) = own.filter(|f| same_folder(f, target) || stands_alone(&document, f)) else {
+    let Some(own) = own.filter(|f| same_folder(f, target) || is_self_contained(&document, f)) else {
         return Err(Error::new("E125", "the scene was not read from a scene file in this folder"));
     };
     let mut text = document
         .sources
-        .read_text(&Allowed::chosen(&own))
+        .read_text(&AllowedFile::chosen(&own))
         .map_err(|e| Error::new("E105", format!("cannot read {}: {e}", own.display())))?;
     let mut slots = live_slots(cell, state);
     let mut files: BTreeMap<String, Vec<u8>> = BTreeMap::new();
     let folder = folder_beside(target);
     let taken = files_in(target, &folder);
     let mut problems = Vec::new();
-    for n in 0..MOST_ROUNDS {
-        let patched = round(cell, state, (&document, &slots), &text, (&folder, &taken))?;
-        if patched.changes == 0 || patched.only_names && n + 1 == MOST_ROUNDS {
-            let mut written = Written { text, files: files.into_iter().collect(), ..Written::default() };
+    for n in 0..MAX_ROUNDS {
+        let patched = patch_round(cell, state, (&document, &slots), &text, (&folder, &taken))?;
+        if patched.changes == 0 || patched.only_names && n + 1 == MAX_ROUNDS {
+            let mut written = SceneFiles { text, files: files.into_iter().collect(), ..SceneFiles::default() };
             if cell.model.document.sources.are_recovered() {
                 written.files.extend(recovered_files(&document, target, &written));
                 // After the save, the contents of these files on disk are those that were recovered.
                 document = read(cell, target, &written.text, &written.files.iter().cloned().collect())?;
                 slots = by_path(&document, &state.scene);
             }
-            return Ok(Saved { written, document, slots });
+            return Ok(SavedScene { written, document, slots });
         }
         problems.clone_from(&patched.problems);
         if !patched.problems.is_empty() {
@@ -100,49 +100,49 @@ fn not_in_place(problems: &[String]) -> Error {
 }
 
 /// Runs one round of changes to the text.
-fn round(
+fn patch_round(
     cell: &WorldCell,
     state: &Memento,
     (document, slots): (&Document, &[u32]),
     text: &str,
     (folder, taken): (&str, &BTreeSet<String>),
-) -> Result<document::Patched> {
+) -> Result<document::PatchResult> {
     let scene = &state.scene;
-    let parts = Parts::of(cell, state);
-    let beside = Beside { device: &|slot| parts.device(slot), scripts: &|slot| parts.scripts(slot) };
-    let uid = |slot: u32| if slot == 0 { Some(WORLD) } else { scene.get(slot).map(|o| o.uid) };
+    let parts = StateParts::of(cell, state);
+    let beside = ObjectAttachments { device: &|slot| parts.device(slot), scripts: &|slot| parts.scripts(slot) };
+    let uid = |slot: u32| if slot == 0 { Some(WORLD_UID) } else { scene.get(slot).map(|o| o.uid) };
     let bases = scene.slots().filter_map(|(slot, o)| Some((slot, state.models.get(&o.uid)?.clone())));
     let history = cell.model.history.borrow();
-    let is_foreign = |slot: u32, row: Row, value: &Value| {
-        uid(slot).is_some_and(|uid| history.run_made.get(&(uid, row)) == Some(value))
+    let is_foreign = |slot: u32, row: Property, value: &Value| {
+        uid(slot).is_some_and(|uid| history.run_changes.get(&(uid, row)) == Some(value))
     };
-    let edited = Edited {
+    let edited = EditedScene {
         document,
         slots,
         scene,
-        beside: &beside,
+        attachments: &beside,
         settings: &state.settings,
         models: &bases.collect(),
         is_foreign: &is_foreign,
         folder,
-        taken,
+        existing_files: taken,
     };
     patch(text, &edited, &cell.model.registry)
 }
 
 /// Returns the text of a new scene file in which every object is written separately.
-pub(super) fn flat(cell: &WorldCell, state: &Memento, target: &Path) -> Result<Saved> {
-    let parts = Parts::of(cell, state);
+pub(super) fn write_separately(cell: &WorldCell, state: &Memento, target: &Path) -> Result<SavedScene> {
+    let parts = StateParts::of(cell, state);
     let mut settings = state.settings.clone();
     settings.allow.clear();
-    let beside = Beside { device: &|slot| parts.device(slot), scripts: &|slot| parts.scripts(slot) };
+    let beside = ObjectAttachments { device: &|slot| parts.device(slot), scripts: &|slot| parts.scripts(slot) };
     let mut document = Document::of_scene(&state.scene, 0, settings, &beside);
     document.services = own_services(cell);
     let written = document::write(&document, &cell.model.registry, &folder_beside(target))?;
     let files = written.files.iter().cloned().collect();
     let document = read(cell, target, &written.text, &files)?;
     let slots = by_path(&document, &state.scene);
-    Ok(Saved { written, document, slots })
+    Ok(SavedScene { written, document, slots })
 }
 
 /// Returns the services that the scene's own file declares, without those that options of the program added.
@@ -151,7 +151,7 @@ fn own_services(cell: &WorldCell) -> Vec<ServiceSpec> {
     let Some(own) = document.file.as_deref().filter(|f| f.extension().is_some_and(|e| e == "toml")) else {
         return Vec::new();
     };
-    let options = Options { sources: document.sources.clone(), ..Options::default() };
+    let options = LoadOptions { sources: document.sources.clone(), ..LoadOptions::default() };
     document::load(own, &cell.model.registry, &options).map(|d| d.services).unwrap_or_default()
 }
 
@@ -163,7 +163,7 @@ fn same_folder(a: &Path, b: &Path) -> bool {
 
 /// Returns whether a scene file does not refer to other files in its folder, so that its text has the same meaning in a
 /// different folder.
-fn stands_alone(document: &Document, own: &Path) -> bool {
+fn is_self_contained(document: &Document, own: &Path) -> bool {
     let folder = own.parent().unwrap_or(Path::new(""));
     document.sources.files().iter().all(|(path, _)| path == own || !path.starts_with(folder))
 }
@@ -176,19 +176,19 @@ fn read(cell: &WorldCell, target: &Path, text: &str, files: &BTreeMap<String, Ve
     let before = known.into_iter().map(|(path, bytes)| (path, bytes.to_vec()));
     let beside = files.iter().map(|(name, bytes)| (folder.join(name), bytes.clone()));
     let all = before.chain(beside).chain([(target.to_owned(), text.as_bytes().to_vec())]);
-    let sources = Sources::over(all, false);
-    let reader = cell.run.outside.scene_reader.borrow().clone();
+    let sources = SourceFiles::with_replacements(all, false);
+    let reader = cell.run.connections.scene_reader.borrow().clone();
     match reader {
         Some(reader) => reader(target, Some(sources)),
         None => {
-            let options = Options { sources, ..Options::default() };
+            let options = LoadOptions { sources, ..LoadOptions::default() };
             document::load(target, &cell.model.registry, &options).map(Arc::new)
         }
     }
 }
 
 /// Replaces the world's document by that of a saved file.
-pub(super) fn adopt(cell: &WorldCell, saved: Saved, scene: &Scene) {
+pub(super) fn adopt_document(cell: &WorldCell, saved: SavedScene, scene: &Scene) {
     let origins = saved.slots.iter().map(|slot| if *slot == 0 { 0 } else { scene.id(*slot) }).collect();
     *cell.model.origins.borrow_mut() = origins;
     cell.model.document.set(saved.document);
@@ -224,7 +224,7 @@ fn files_in(target: &Path, folder: &str) -> BTreeSet<String> {
 }
 
 /// Returns the recovered script files below the folder of the scene file that differ from the files on disk.
-fn recovered_files(document: &Document, target: &Path, written: &Written) -> Vec<(String, Vec<u8>)> {
+fn recovered_files(document: &Document, target: &Path, written: &SceneFiles) -> Vec<(String, Vec<u8>)> {
     let folder = target.parent().unwrap_or(Path::new(""));
     let used: BTreeSet<&Path> = document.objects.iter().flat_map(|o| &o.scripts).map(|s| Path::new(&s.name)).collect();
     // Paths are compared after links are resolved, because links could point to files outside the folder.
@@ -238,7 +238,7 @@ fn recovered_files(document: &Document, target: &Path, written: &Written) -> Vec
     for (path, bytes) in document.sources.files() {
         let Some(name) = path.strip_prefix(folder).ok().and_then(Path::to_str) else { continue };
         let is_used = used.contains(path.as_path()) && is_below(&path);
-        if is_used && !known.contains(name) && read_plain(&path, MOST_BYTES).is_ok_and(|now| *now != *bytes) {
+        if is_used && !known.contains(name) && read_plain(&path, MAX_FILE_BYTES).is_ok_and(|now| *now != *bytes) {
             out.push((name.to_owned(), bytes.to_vec()));
         }
     }
@@ -246,23 +246,23 @@ fn recovered_files(document: &Document, target: &Path, written: &Written) -> Vec
 }
 
 /// Devices and scripts of a captured state, by slot.
-struct Parts<'a> {
+struct StateParts<'a> {
     cell: &'a WorldCell,
     scene: &'a Scene,
     devices: BTreeMap<u32, &'a DeviceSpec>,
     scripts: BTreeMap<u32, &'a ScriptSpec>,
 }
 
-impl<'a> Parts<'a> {
+impl<'a> StateParts<'a> {
     fn of(cell: &'a WorldCell, state: &'a Memento) -> Self {
         let devices = state.devices.iter().map(|(slot, spec)| (*slot, spec)).collect();
         let scripts = state.scripts.iter().map(|(slot, spec)| (*slot, spec)).collect();
-        Parts { cell, scene: &state.scene, devices, scripts }
+        StateParts { cell, scene: &state.scene, devices, scripts }
     }
     /// Returns the device of an object, with the commands of an actuator.
     fn device(&self, slot: u32) -> Option<DeviceSpec> {
         let mut device = (*self.devices.get(&slot)?).clone();
-        if let Some(Data::Actuator(a)) = self.scene.get(slot).map(|o| &o.data) {
+        if let Some(ObjectVariant::Actuator(a)) = self.scene.get(slot).map(|o| &o.data) {
             let kind = &self.cell.model.registry.actuators[device.kind];
             let commands = kind.commands.iter().map(|c| c.key.clone());
             device.params.extend(commands.zip(a.commands.iter().map(|x| Value::Float(*x))));

@@ -13,14 +13,14 @@ pub(crate) fn barrier(world: &WorldCell) {
     world.run.calls.caller.set(Caller::HOST);
     let version = world.state.scene.try_borrow().map_or(0, |s| s.shape_version);
     // Every removal changes the version of the tree.
-    if world.devices.swept.replace(version) != version || version == 0 {
+    if world.devices.swept_version.replace(version) != version || version == 0 {
         Scripts::end_removed(world);
         sensors::end_removed(world);
         end_removed_actuators(world);
     }
     let Ok(mut scene) = world.state.scene.try_borrow_mut() else { return };
-    world.state.dynamics.borrow_mut().settle(&mut scene);
-    scene.note_places();
+    world.state.dynamics.borrow_mut().update_bodies(&mut scene);
+    scene.mark_barrier();
     drop(scene);
     events::deliver(world);
 }
@@ -29,7 +29,7 @@ pub(crate) fn barrier(world: &WorldCell) {
 fn end_removed_actuators(world: &WorldCell) {
     let gone = {
         let scene = world.state.scene.borrow();
-        world.devices.actuators.borrow_mut().take_gone(|d| scene.id(d.slot) == d.object)
+        world.devices.actuators.borrow_mut().remove_dead(|d| scene.id(d.slot) == d.object)
     };
     for d in gone {
         end_actuator(world, d);

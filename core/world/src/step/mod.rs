@@ -15,8 +15,8 @@
 //! Time advances at the end of a pass, by the duration of its physics stages. During the pass, all callbacks read the
 //! time at which it began. If a driver skips physics, time does not advance.
 
-mod actuated;
 mod barrier;
+mod engine_advance;
 mod idle;
 mod physics;
 mod sensors;
@@ -24,8 +24,8 @@ mod stages;
 mod substeps;
 
 pub(crate) use barrier::barrier;
-pub(crate) use idle::{idle, lift, paused};
-pub(crate) use sensors::sense_some;
+pub(crate) use idle::{end_pause, run_paused_pass, run_stopped_pass};
+pub(crate) use sensors::measure_sensors;
 pub(crate) use stages::{Stage, run};
 
 use tatu_plugin_api::abi::*;
@@ -51,7 +51,7 @@ pub(crate) fn step(world: &WorldCell) {
                 let _ = run(world, stage, dt, "the step");
             }
             // Graphs record the result of the step. A driver requests samples itself.
-            let _ = recording::record_due(world, world.state.clock.time.get() + world.state.clock.so_far());
+            let _ = recording::record_due(world, world.state.clock.time.get() + world.state.clock.elapsed_in_step());
         }
     }
     if world.state.phase.get() == Phase::Last {
@@ -59,15 +59,15 @@ pub(crate) fn step(world: &WorldCell) {
     }
     Scripts::run_addons(world);
     world.state.clock.advance();
-    turn(world);
+    advance_phase(world);
 }
 
 /// Advances the phase after a pass. A run is ended at the next step, so that its last state can be read before.
-fn turn(world: &WorldCell) {
+fn advance_phase(world: &WorldCell) {
     let (stop, pause) = (world.stop_requested(), world.state.requests.get() & 1 << TATU_REQUEST_PAUSE != 0);
     let next = world.state.phase.get().after(stop, pause);
     match next {
-        Phase::Stopped => world.state.over.set(true),
+        Phase::Stopped => world.state.last_pass_done.set(true),
         next => world.state.phase.set(next),
     }
     if next == Phase::Paused {

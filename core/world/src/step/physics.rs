@@ -5,35 +5,35 @@ use std::collections::BTreeMap;
 use tatu_devices::actuators;
 use tatu_errors::{Fault, FaultKind};
 use tatu_plugin_api::abi::*;
-use tatu_plugins::watchdog::Call;
+use tatu_plugins::watchdog::PluginCall;
 
-use super::{actuated, sensors::tell_of_sensors, substeps};
+use super::{engine_advance, sensors::switch_off_failed_sensors, substeps};
 use crate::cell::{WorldCell, instance_fault};
 
 /// Applies the forces of actuators and advances the engine, one sub-step at a time if scripts have callbacks in
 /// between.
 pub(super) fn physics(world: &WorldCell, dt: f64) {
-    let done = match dt > 0.0 && substeps::wanted(world) {
+    let done = match dt > 0.0 && substeps::any_callback(world) {
         true => substeps::advance(world, dt),
-        false => actuated::advance(world, dt, None),
+        false => engine_advance::advance(world, dt, None),
     };
-    world.state.clock.passed(dt);
+    world.state.clock.record_stage(dt);
     for f in done.actuators {
-        tell_of_actuator(world, &f);
+        report_actuator_failure(world, &f);
     }
-    tell_of_sensors(world, done.sensors);
+    switch_off_failed_sensors(world, done.sensors);
     let strays = world.state.dynamics.borrow_mut().strays(&world.state.scene.borrow());
     for (slot, speed, way) in strays {
-        tell_of_stray(world, slot, speed, way);
+        warn_of_stray_body(world, slot, speed, way);
     }
     let notices = world.state.dynamics.borrow_mut().take_notices();
     notices.iter().for_each(|text| world.log(TATU_LOG_WARNING, text));
-    tell_of_lost(world, &done.lost);
+    report_frozen_bodies(world, &done.lost);
 }
 
 /// Reports objects whose bodies are frozen: one error for each object at the top of the scene, because a mechanism is
 /// frozen as a whole.
-fn tell_of_lost(world: &WorldCell, slots: &[u32]) {
+fn report_frozen_bodies(world: &WorldCell, slots: &[u32]) {
     let mut lost: BTreeMap<String, Vec<String>> = BTreeMap::new();
     for slot in slots {
         let path = world.state.scene.borrow().path(*slot);
@@ -60,10 +60,10 @@ fn tell_of_lost(world: &WorldCell, slots: &[u32]) {
 }
 
 /// Reports an actuator that failed, or warns of one that has no effect.
-fn tell_of_actuator(world: &WorldCell, failed: &actuators::ApplyFailure) {
+fn report_actuator_failure(world: &WorldCell, failed: &actuators::ApplyFailure) {
     if failed.status < 0 {
         let plugin = world.model.registry.actuators[failed.kind].plugin;
-        let text = format!("{} [{}]", failed.text, Call::Apply.text());
+        let text = format!("{} [{}]", failed.text, PluginCall::Apply.text());
         world.report(instance_fault(world, plugin, failed.slot, failed.status, &text));
     } else {
         let path = world.state.scene.borrow().path(failed.slot);
@@ -72,9 +72,9 @@ fn tell_of_actuator(world: &WorldCell, failed: &actuators::ApplyFailure) {
 }
 
 /// Warns of a body that is very fast or very far away, which usually indicates an earlier error.
-fn tell_of_stray(world: &WorldCell, slot: u32, speed: f64, way: f64) {
+fn warn_of_stray_body(world: &WorldCell, slot: u32, speed: f64, way: f64) {
     let (path, time) =
-        (world.state.scene.borrow().path(slot), world.state.clock.time.get() + world.state.clock.so_far());
+        (world.state.scene.borrow().path(slot), world.state.clock.time.get() + world.state.clock.elapsed_in_step());
     let text = format!(
         "{path} moves at {speed:.0} m/s, {way:.0} m from its start, at {time:.2} s: has it fallen through a floor, or \
          been thrown by overlapping shapes or by an excessive force? Reported once"

@@ -39,9 +39,9 @@ impl Stage {
 }
 
 /// Pops the stage and restores the caller on drop, including when unwinding.
-struct Running<'a>(&'a WorldCell, Caller);
+struct StageGuard<'a>(&'a WorldCell, Caller);
 
-impl Drop for Running<'_> {
+impl Drop for StageGuard<'_> {
     fn drop(&mut self) {
         self.0.run.calls.caller.set(self.1);
         if let Ok(mut stages) = self.0.run.stages.try_borrow_mut() {
@@ -72,7 +72,7 @@ pub(crate) fn run(world: &WorldCell, stage: Stage, dt: f64, who: impl Into<Cow<'
         stages.push((stage as u32, who));
     }
     let outermost = world.run.stages.try_borrow().is_ok_and(|s| s.len() == 1);
-    let _running = Running(world, world.run.calls.caller.replace(Caller::HOST));
+    let _running = StageGuard(world, world.run.calls.caller.replace(Caller::HOST));
     match stage {
         Stage::Actuate => actuate(world),
         Stage::Physics => physics(world, dt),

@@ -10,10 +10,10 @@ use crate::abi::*;
 use crate::safe::{
     Called, Fail, Host, PerWorld, Plugin, Result, SharedWorld, Value, ValueRef, World,
     call::{outgoing, shared_world::service},
-    declare::plugin::{Call, Outcome, Run, RunShared, SharedCall, Started},
+    declare::plugin::{Call, ExclusiveFn, Outcome, SharedCall, SharedFn, StartedPlugin},
     entry::{
         guard,
-        life::{self, Kept},
+        life::{self, WorldState},
     },
     value::{
         fail::{bytes_of, text_raw},
@@ -188,9 +188,9 @@ impl<'a, P: Plugin> SharedCall<'a, P> {
     }
     /// Returns the world, read-only.
     pub fn world(&self) -> SharedWorld<'a> {
-        *self.whole_world()
+        *self.full_world()
     }
-    fn whole_world(&self) -> World<'a> {
+    fn full_world(&self) -> World<'a> {
         // SAFETY: the host passes a world that is valid during the call, and `'a` is the call.
         unsafe { World::new(self.raw.world, &self.started.host) }
     }
@@ -226,23 +226,23 @@ impl<'a, P: Plugin> SharedCall<'a, P> {
         !self.arg(i).is_nil()
     }
     #[cold]
-    fn wrong(&self, i: usize, expected: &str) -> Fail {
+    fn wrong_argument(&self, i: usize, expected: &str) -> Fail {
         Fail::argument(format!("argument {}: expected {expected}, found {}", i + 1, type_name(self.arg(i).tag())))
     }
     /// Returns argument `i` as a number.
     #[inline]
     pub fn f64(&self, i: usize) -> Result<f64> {
-        self.arg(i).as_f64().ok_or_else(|| self.wrong(i, "a number"))
+        self.arg(i).as_f64().ok_or_else(|| self.wrong_argument(i, "a number"))
     }
     /// Returns argument `i` as an integer; floats are truncated.
     #[inline]
     pub fn i64(&self, i: usize) -> Result<i64> {
-        self.arg(i).as_i64().ok_or_else(|| self.wrong(i, "an integer"))
+        self.arg(i).as_i64().ok_or_else(|| self.wrong_argument(i, "an integer"))
     }
     /// Returns argument `i`, a text, as bytes.
     #[inline]
     pub fn bytes(&self, i: usize) -> Result<&'a [u8]> {
-        self.arg(i).as_bytes().ok_or_else(|| self.wrong(i, "a text"))
+        self.arg(i).as_bytes().ok_or_else(|| self.wrong_argument(i, "a text"))
     }
     /// Returns argument `i` as text; invalid UTF-8 is replaced.
     pub fn text(&self, i: usize) -> Result<String> {
@@ -250,7 +250,7 @@ impl<'a, P: Plugin> SharedCall<'a, P> {
     }
     /// Returns exactly `N` numbers from argument `i`.
     pub fn array<const N: usize>(&self, i: usize) -> Result<[f64; N]> {
-        self.arg(i).array().ok_or_else(|| self.wrong(i, &format!("a table of {N} numbers")))
+        self.arg(i).array().ok_or_else(|| self.wrong_argument(i, &format!("a table of {N} numbers")))
     }
 
     /// Adds a result. If there is no room for it, the call fails when the command returns.
@@ -278,7 +278,7 @@ impl<'a, P: Plugin> Call<'a, P> {
     }
     /// Returns the world.
     pub fn world(&self) -> World<'a> {
-        self.whole_world()
+        self.full_world()
     }
     /// Returns the plugin's state of this world.
     ///
@@ -294,7 +294,7 @@ impl<'a, P: Plugin> Call<'a, P> {
         );
         // SAFETY: for commands with exclusive access, `instance` is the `data` that `create` made for this plugin (null
         // was excluded above), and it lives until the world ends.
-        unsafe { &life::of::<Kept<P>>(self.0.raw.instance).0 }
+        unsafe { &life::instance_at::<WorldState<P>>(self.0.raw.instance).0 }
     }
 
     /// Returns whether this caller can wait.
@@ -400,17 +400,17 @@ impl<'a, P: Plugin> Call<'a, P> {
 }
 
 /// # Safety
-/// `user` must point to a [`Run`] of the plugin, and `raw` to the frame of a running call.
-pub(crate) unsafe extern "C" fn alone<P: Plugin>(raw: *mut tatu_call) -> tatu_status {
-    // SAFETY: the caller guarantees that `user` points to a `Run<P>` and `raw` to the frame of a running call.
-    unsafe { enter(raw, |run: &Run<P>, call| run(call)) }
+/// `user` must point to a [`ExclusiveFn`] of the plugin, and `raw` to the frame of a running call.
+pub(crate) unsafe extern "C" fn call_exclusive<P: Plugin>(raw: *mut tatu_call) -> tatu_status {
+    // SAFETY: the caller guarantees that `user` points to a `ExclusiveFn<P>` and `raw` to the frame of a running call.
+    unsafe { run_command(raw, |run: &ExclusiveFn<P>, call| run(call)) }
 }
 
 /// # Safety
-/// `user` must point to a [`RunShared`] of the plugin, and `raw` to the frame of a running call.
-pub(crate) unsafe extern "C" fn shared<P: Plugin>(raw: *mut tatu_call) -> tatu_status {
-    // SAFETY: the caller guarantees that `user` points to a `RunShared<P>` and `raw` to the frame of a running call.
-    unsafe { enter(raw, |run: &RunShared<P>, call: &mut Call<'_, P>| run(&mut call.0)) }
+/// `user` must point to a [`SharedFn`] of the plugin, and `raw` to the frame of a running call.
+pub(crate) unsafe extern "C" fn call_shared<P: Plugin>(raw: *mut tatu_call) -> tatu_status {
+    // SAFETY: the caller guarantees that `user` points to a `SharedFn<P>` and `raw` to the frame of a running call.
+    unsafe { run_command(raw, |run: &SharedFn<P>, call: &mut Call<'_, P>| run(&mut call.0)) }
 }
 
 /// Runs a command.
@@ -418,13 +418,14 @@ pub(crate) unsafe extern "C" fn shared<P: Plugin>(raw: *mut tatu_call) -> tatu_s
 /// # Safety
 /// `user` must point to an `R`, and `raw` to the frame of a running call.
 #[inline(always)]
-unsafe fn enter<P: Plugin, R>(
+unsafe fn run_command<P: Plugin, R>(
     raw: *mut tatu_call,
     f: impl FnOnce(&R, &mut Call<'_, P>) -> Result<Outcome>,
 ) -> tatu_status {
     // SAFETY: `raw` points to the frame of a running call. `init` created its `self_`, and its `user` is that of the
     // command's declaration; both live until shutdown.
-    let (raw, started, run) = unsafe { (&mut *raw, &*(*raw).self_.cast::<Started<P>>(), &*(*raw).user.cast::<R>()) };
+    let (raw, started, run) =
+        unsafe { (&mut *raw, &*(*raw).self_.cast::<StartedPlugin<P>>(), &*(*raw).user.cast::<R>()) };
     guard::run(raw.error, || {
         let mut call = Call(SharedCall { raw, started, overflow: false });
         let outcome = f(run, &mut call)?;

@@ -5,12 +5,12 @@ use std::{cell::RefCell, ffi::c_void, sync::Arc};
 use crate::abi::*;
 use crate::safe::{
     Change, Fail, Instance, Param, Params, Plugin, Result, SharedWorld, ValueRef,
-    declare::plugin::Started,
+    declare::plugin::StartedPlugin,
     entry::{
         guard,
-        life::{self, Info, Life},
+        life::{self, InstanceInfo, InstanceLife},
     },
-    value::{field::Field, keep::Keep, once::once, sample::Readout},
+    value::{field::Field, list_cache::cached_list, sample::Readout, table_arena::TableArena},
 };
 
 /// The input of one actuator of a batch: the motion of its mount, and its commands.
@@ -141,10 +141,10 @@ pub trait Actuator: Sized + Send + Sync + 'static {
     fn apply(&self, drive: &Drive<'_>, out: &mut Output<'_>) -> Result;
 }
 
-pub(crate) fn table<A: Actuator>(keep: &mut Keep) -> *const tatu_actuator {
-    let params = params_of::<A>().iter().map(|p| p.keep(keep)).collect();
-    let commands: Vec<_> = commands_of::<A>().iter().map(|p| p.keep(keep)).collect();
-    let fields = fields_of::<A>().iter().map(|f| f.keep(keep)).collect();
+pub(crate) fn table<A: Actuator>(keep: &mut TableArena) -> *const tatu_actuator {
+    let params = params_of::<A>().iter().map(|p| p.to_table(keep)).collect();
+    let commands: Vec<_> = commands_of::<A>().iter().map(|p| p.to_table(keep)).collect();
+    let fields = fields_of::<A>().iter().map(|f| f.to_table(keep)).collect();
     let raw = tatu_actuator {
         size: size_of::<tatu_actuator>() as u32,
         flags: if A::EVERY_SUBSTEP { TATU_ACTUATOR_EVERY_SUBSTEP } else { 0 },
@@ -154,7 +154,7 @@ pub(crate) fn table<A: Actuator>(keep: &mut Keep) -> *const tatu_actuator {
         text: keep.text(A::TEXT),
         params: keep.list(params),
         commands: keep.list(commands),
-        life: keep.table(life::table::<Data<A>>(A::STATE * size_of::<f64>())),
+        life: keep.table(life::table::<ActuatorInstance<A>>(A::STATE * size_of::<f64>())),
         apply: Some(apply::<A>),
         schemas: keep.texts(A::SCHEMAS),
         fields: keep.list(fields),
@@ -163,7 +163,7 @@ pub(crate) fn table<A: Actuator>(keep: &mut Keep) -> *const tatu_actuator {
 }
 
 /// The `data` that the host stores for an instance.
-struct Data<A> {
+struct ActuatorInstance<A> {
     /// The actuator, in a cell because it must not be used while it is being configured, not even by a nested call.
     /// Only one thread at a time uses an instance.
     actuator: RefCell<A>,
@@ -173,18 +173,18 @@ struct Data<A> {
     fields: Arc<[Field]>,
 }
 
-struct OfActuator<A>(A);
-struct Commands<A>(A);
-struct Fields<A>(A);
+struct ActuatorParams<A>(A);
+struct ActuatorCommands<A>(A);
+struct ActuatorFields<A>(A);
 
 fn params_of<A: Actuator>() -> Arc<[Param]> {
-    once::<OfActuator<A>, _>(A::params)
+    cached_list::<ActuatorParams<A>, _>(A::params)
 }
 fn commands_of<A: Actuator>() -> Arc<[Param]> {
-    once::<Commands<A>, _>(A::commands)
+    cached_list::<ActuatorCommands<A>, _>(A::commands)
 }
 fn fields_of<A: Actuator>() -> Arc<[Field]> {
-    once::<Fields<A>, _>(A::fields)
+    cached_list::<ActuatorFields<A>, _>(A::fields)
 }
 
 #[cold]
@@ -192,13 +192,17 @@ fn in_use() -> Fail {
     Fail::with_code(TATU_ERR_BUSY, "the actuator is being configured")
 }
 
-impl<A: Actuator> Life for Data<A> {
+impl<A: Actuator> InstanceLife for ActuatorInstance<A> {
     type Plugin = A::Plugin;
     const STATE_VERSION: u32 = A::STATE_VERSION;
 
-    fn create(_: &Started<A::Plugin>, info: &Info<'_>) -> Result<Self> {
+    fn create(_: &StartedPlugin<A::Plugin>, info: &InstanceInfo<'_>) -> Result<Self> {
         let actuator = A::create(&info.world, info.instance, &Params::new(info.params, &params_of::<A>()))?;
-        Ok(Data { actuator: actuator.into(), n_commands: commands_of::<A>().len(), fields: fields_of::<A>() })
+        Ok(ActuatorInstance {
+            actuator: actuator.into(),
+            n_commands: commands_of::<A>().len(),
+            fields: fields_of::<A>(),
+        })
     }
     fn configure(&self, params: &[ValueRef<'_>], changed: u64) -> Result<Change> {
         let mut actuator = self.actuator.try_borrow_mut().map_err(|_| in_use())?;
@@ -228,7 +232,7 @@ unsafe extern "C" fn apply<A: Actuator>(
             // `data` was created by `create`; `command` has the declared number of values; the state block has the
             // declared size and is 8-byte aligned.
             unsafe {
-                let data = life::of::<Data<A>>(*batch.data.add(i));
+                let data = life::instance_at::<ActuatorInstance<A>>(*batch.data.add(i));
                 // The pointer is null if the instance has no state.
                 let block = (*batch.state.add(i)).cast::<f64>();
                 if A::STATE > 0 {

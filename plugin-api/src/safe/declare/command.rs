@@ -5,9 +5,9 @@ use std::{ffi::c_void, ptr::null};
 use crate::abi::*;
 use crate::safe::{
     Call, IntoResult, Param, Plugin, Result, SharedCall, Value,
-    call::running::{alone, shared},
-    declare::plugin::{Command, Function, Name, Run, RunShared, Status},
-    value::keep::Keep,
+    call::running::{call_exclusive, call_shared},
+    declare::plugin::{Command, CommandFunction, CommandNameSpec, ExclusiveFn, SharedFn, Status},
+    value::table_arena::TableArena,
 };
 
 impl<P: Plugin> Command<P> {
@@ -34,7 +34,10 @@ impl<P: Plugin> Command<P> {
         name: impl Into<String>,
         run: impl Fn(&mut Call<'_, P>) -> Result<T> + Send + Sync + 'static,
     ) -> Self {
-        Self::with(name.into(), Function::Alone(Box::new(move |call| run(call).map(IntoResult::into_outcome))))
+        Self::with(
+            name.into(),
+            CommandFunction::Exclusive(Box::new(move |call| run(call).map(IntoResult::into_outcome))),
+        )
     }
     /// Creates a command that may also be called by scripts that run in parallel, on several threads at once. It can
     /// read the world, but change only the drives of joints, with [`SharedWorld::set`](crate::safe::SharedWorld::set).
@@ -42,11 +45,11 @@ impl<P: Plugin> Command<P> {
         name: impl Into<String>,
         run: impl Fn(&mut SharedCall<'_, P>) -> Result<T> + Send + Sync + 'static,
     ) -> Self {
-        Self::with(name.into(), Function::Shared(Box::new(move |call| run(call).map(IntoResult::into_outcome))))
+        Self::with(name.into(), CommandFunction::Shared(Box::new(move |call| run(call).map(IntoResult::into_outcome))))
     }
-    fn with(name: String, run: Function<P>) -> Self {
+    fn with(name: String, run: CommandFunction<P>) -> Self {
         Command {
-            names: vec![Name { name, on_error: None, until: None }],
+            names: vec![CommandNameSpec { name, on_error: None, until: None }],
             params: Vec::new(),
             returns: Vec::new(),
             text: String::new(),
@@ -61,12 +64,12 @@ impl<P: Plugin> Command<P> {
     }
     /// Adds an alternative name.
     pub fn alias(mut self, name: impl Into<String>) -> Self {
-        self.names.push(Name { name: name.into(), on_error: None, until: None });
+        self.names.push(CommandNameSpec { name: name.into(), on_error: None, until: None });
         self
     }
     /// Adds an old name. If a call by this name fails, the error is logged, and `on_error` is returned instead.
     pub fn old_name(mut self, name: impl Into<String>, on_error: impl Into<Vec<Value>>) -> Self {
-        self.names.push(Name { name: name.into(), on_error: Some(on_error.into()), until: None });
+        self.names.push(CommandNameSpec { name: name.into(), on_error: Some(on_error.into()), until: None });
         self
     }
     /// Sets the first dialect whose scripts receive the errors of calls by old names, instead of the values of
@@ -139,7 +142,7 @@ impl<P: Plugin> Command<P> {
         self
     }
 
-    pub(crate) fn keep(self, keep: &mut Keep) -> *const tatu_command {
+    pub(crate) fn into_table(self, keep: &mut TableArena) -> *const tatu_command {
         let names = self
             .names
             .iter()
@@ -156,12 +159,12 @@ impl<P: Plugin> Command<P> {
                 keep.table(raw)
             })
             .collect();
-        let params = self.params.iter().map(|p| p.keep(keep)).collect();
-        let returns = self.returns.iter().map(|p| p.keep(keep)).collect();
-        let side_by_side = matches!(self.run, Function::Shared(_));
+        let params = self.params.iter().map(|p| p.to_table(keep)).collect();
+        let returns = self.returns.iter().map(|p| p.to_table(keep)).collect();
+        let side_by_side = matches!(self.run, CommandFunction::Shared(_));
         let (user, call): (*const c_void, unsafe extern "C" fn(*mut tatu_call) -> tatu_status) = match self.run {
-            Function::Alone(run) => (keep.table::<Run<P>>(run).cast(), alone::<P>),
-            Function::Shared(run) => (keep.table::<RunShared<P>>(run).cast(), shared::<P>),
+            CommandFunction::Exclusive(run) => (keep.table::<ExclusiveFn<P>>(run).cast(), call_exclusive::<P>),
+            CommandFunction::Shared(run) => (keep.table::<SharedFn<P>>(run).cast(), call_shared::<P>),
         };
         let raw = tatu_command {
             size: size_of::<tatu_command>() as u32,

@@ -1,7 +1,7 @@
 //! Declarations of the events that a plugin publishes.
 
 use crate::abi::*;
-use crate::safe::{Param, value::keep::Keep};
+use crate::safe::{Param, value::table_arena::TableArena};
 
 /// An event that a plugin publishes with [`World::publish`](crate::safe::World::publish).
 pub struct Event {
@@ -26,8 +26,8 @@ impl Event {
         self
     }
 
-    pub(crate) fn keep(self, keep: &mut Keep) -> *const tatu_event {
-        let fields = self.fields.iter().map(|f| f.keep(keep)).collect();
+    pub(crate) fn into_table(self, keep: &mut TableArena) -> *const tatu_event {
+        let fields = self.fields.iter().map(|f| f.to_table(keep)).collect();
         let raw = tatu_event {
             size: size_of::<tatu_event>() as u32,
             reserved: 0,

@@ -6,7 +6,7 @@ use crate::abi::*;
 use crate::safe::{
     Builder, Param, Params, Plugin, Result, ValueRef,
     entry::guard,
-    value::{fail::bytes_of, keep::Keep, once::once},
+    value::{fail::bytes_of, list_cache::cached_list, table_arena::TableArena},
 };
 
 /// An importer, which reads files of one format.
@@ -30,14 +30,14 @@ pub trait Importer: Sized + 'static {
     fn load(bytes: &[u8], builder: &Builder<'_>, params: &Params<'_>) -> Result;
 }
 
-struct OfImporter<I>(I);
+struct ImporterParams<I>(I);
 
 fn params_of<I: Importer>() -> Arc<[Param]> {
-    once::<OfImporter<I>, _>(I::params)
+    cached_list::<ImporterParams<I>, _>(I::params)
 }
 
-pub(crate) fn table<I: Importer>(keep: &mut Keep) -> *const tatu_importer {
-    let params = params_of::<I>().iter().map(|p| p.keep(keep)).collect();
+pub(crate) fn table<I: Importer>(keep: &mut TableArena) -> *const tatu_importer {
+    let params = params_of::<I>().iter().map(|p| p.to_table(keep)).collect();
     let raw = tatu_importer {
         size: size_of::<tatu_importer>() as u32,
         reserved: 0,

@@ -9,12 +9,12 @@ use crate::abi::*;
 use crate::safe::{
     Fail, Host, Instance, Plugin, Result, ValueRef, World,
     call::running,
-    declare::plugin::Started,
+    declare::plugin::StartedPlugin,
     entry::{
         guard,
-        life::{self, Info, Life},
+        life::{self, InstanceInfo, InstanceLife},
     },
-    value::{fail::bytes_of, keep::Keep},
+    value::{fail::bytes_of, table_arena::TableArena},
 };
 
 /// Limits for one call of a script; 0 means no limit.
@@ -150,20 +150,20 @@ pub trait Language: Sized + 'static {
     }
 }
 
-struct Data<L> {
+struct ScriptInstance<L> {
     language: L,
     host: Host,
     /// The dialect that was returned to the host, which may read it while the instance lives.
     dialect: Mutex<CString>,
 }
 
-impl<L: Language> Life for Data<L> {
+impl<L: Language> InstanceLife for ScriptInstance<L> {
     type Plugin = L::Plugin;
     const STATE_VERSION: u32 = L::STATE_VERSION;
 
-    fn create(started: &Started<L::Plugin>, info: &Info<'_>) -> Result<Self> {
+    fn create(started: &StartedPlugin<L::Plugin>, info: &InstanceInfo<'_>) -> Result<Self> {
         let language = L::create(&info.world, info.instance)?;
-        Ok(Data { language, host: started.host, dialect: Mutex::default() })
+        Ok(ScriptInstance { language, host: started.host, dialect: Mutex::default() })
     }
     fn save(&self) -> Result<Vec<u8>> {
         self.language.save()
@@ -177,20 +177,20 @@ impl<L: Language> Life for Data<L> {
 ///
 /// # Safety
 /// `data` must have been created by `create` for this language, and be alive.
-unsafe fn ask<L: Language, T: Default>(data: *mut c_void, ask: impl FnOnce(&L) -> T) -> T {
-    // SAFETY: the caller guarantees that `data` points to a live `Data<L>`.
-    let script = unsafe { &life::of::<Data<L>>(data).language };
+unsafe fn with_script<L: Language, T: Default>(data: *mut c_void, ask: impl FnOnce(&L) -> T) -> T {
+    // SAFETY: the caller guarantees that `data` points to a live `ScriptInstance<L>`.
+    let script = unsafe { &life::instance_at::<ScriptInstance<L>>(data).language };
     guard::quiet(|| ask(script))
 }
 
-pub(crate) fn table<L: Language>(keep: &mut Keep, flags: u32) -> *const tatu_language {
+pub(crate) fn table<L: Language>(keep: &mut TableArena, flags: u32) -> *const tatu_language {
     let raw = tatu_language {
         size: size_of::<tatu_language>() as u32,
         flags,
         id: keep.text(L::ID),
         text: keep.text(L::TEXT),
         suffixes: keep.texts(L::SUFFIXES),
-        life: keep.table(life::table::<Data<L>>(0)),
+        life: keep.table(life::table::<ScriptInstance<L>>(0)),
         load: Some(load::<L>),
         find: Some(find::<L>),
         call: Some(call::<L>),
@@ -229,8 +229,9 @@ unsafe extern "C" fn load<L: Language>(
 ) -> tatu_status {
     guard::run(error, || {
         // SAFETY: `data` was created by `create` and is live; the host keeps the texts valid during the call.
-        let (data, text, chunk, dialect) =
-            unsafe { (life::of::<Data<L>>(data), bytes_of(text), bytes_of(chunk), bytes_of(dialect)) };
+        let (data, text, chunk, dialect) = unsafe {
+            (life::instance_at::<ScriptInstance<L>>(data), bytes_of(text), bytes_of(chunk), bytes_of(dialect))
+        };
         let (chunk, dialect) = (String::from_utf8_lossy(chunk), String::from_utf8_lossy(dialect));
         let result = CString::new(data.language.load(text, &chunk, &dialect)?).unwrap_or_default();
         let len = result.as_bytes().len() as u64;
@@ -245,19 +246,19 @@ unsafe extern "C" fn load<L: Language>(
 
 unsafe extern "C" fn traits<L: Language>(data: *mut c_void) -> u32 {
     // SAFETY: the host passes the `data` that `create` made, while it is live.
-    unsafe { ask(data, L::traits) }
+    unsafe { with_script(data, L::traits) }
 }
 
 unsafe extern "C" fn order<L: Language>(data: *mut c_void, dialect: tatu_str, modern: u32) -> u32 {
     // SAFETY: the host passes the `data` that `create` made, while it is live, and keeps the text valid during the
     // call.
-    unsafe { ask(data, |script: &L| script.order(&Lent::new(dialect).text(), modern != 0)) }
+    unsafe { with_script(data, |script: &L| script.order(&Lent::new(dialect).text(), modern != 0)) }
 }
 
 unsafe extern "C" fn place<L: Language>(data: *mut c_void, error: *mut tatu_error) {
     // SAFETY: the host passes the `data` that `create` made, while it is live, and null or a live error object.
     unsafe {
-        if let Some(place) = ask(data, L::place) {
+        if let Some(place) = with_script(data, L::place) {
             place.write(error);
         }
     }
@@ -266,7 +267,7 @@ unsafe extern "C" fn place<L: Language>(data: *mut c_void, error: *mut tatu_erro
 unsafe extern "C" fn find<L: Language>(data: *mut c_void, how: u32, name: tatu_str) -> u32 {
     // SAFETY: the host passes the `data` that `create` made, while it is live, and keeps the name valid during the
     // call.
-    unsafe { ask(data, |script: &L| script.find(how, bytes_of(name))) }
+    unsafe { with_script(data, |script: &L| script.find(how, bytes_of(name))) }
 }
 
 /// Calls `f` with the script, and with the frame, the budget and the instruction counter that the host passed.
@@ -281,7 +282,8 @@ fn enter<L: Language>(
     guard::run(error, || {
         // SAFETY: `data` was created by `create` and is live; the host passes a frame, a budget and a counter that are
         // valid during the call.
-        let (data, raw, budget, used) = unsafe { (life::of::<Data<L>>(data), &mut *frame, &*budget, &mut *used) };
+        let (data, raw, budget, used) =
+            unsafe { (life::instance_at::<ScriptInstance<L>>(data), &mut *frame, &*budget, &mut *used) };
         let budget = Budget { instructions: budget.instructions, memory: budget.memory };
         let flow = f(&data.language, &mut Frame { raw, host: &data.host }, budget, used)?;
         Ok(if flow == Flow::Waiting { TATU_WAIT } else { TATU_OK })
@@ -318,12 +320,12 @@ unsafe extern "C" fn resume<L: Language>(
 
 unsafe extern "C" fn keep_func<L: Language>(data: *mut c_void, local: u32) -> u32 {
     // SAFETY: the host passes the `data` that `create` made, while it is live.
-    unsafe { ask(data, |script: &L| script.keep_func(local)) }
+    unsafe { with_script(data, |script: &L| script.keep_func(local)) }
 }
 
 unsafe extern "C" fn drop_func<L: Language>(data: *mut c_void, local: u32) {
     // SAFETY: the host passes the `data` that `create` made, while it is live.
-    unsafe { ask(data, |script: &L| script.drop_func(local)) };
+    unsafe { with_script(data, |script: &L| script.drop_func(local)) };
 }
 
 unsafe extern "C" fn call_func<L: Language>(

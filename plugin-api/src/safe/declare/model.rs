@@ -9,7 +9,7 @@ use crate::abi::*;
 use crate::safe::{
     Fail, Param, Params, Plugin, Result, Value, ValueRef,
     entry::guard,
-    value::{keep::Keep, once::once, owned::Owned},
+    value::{list_cache::cached_list, owned::Owned, table_arena::TableArena},
 };
 
 /// A model, which builds objects from parameters.
@@ -197,14 +197,14 @@ impl<'a> Node<'a> {
     }
 }
 
-struct OfModel<M>(M);
+struct ModelParams<M>(M);
 
 fn params_of<M: Model>() -> Arc<[Param]> {
-    once::<OfModel<M>, _>(M::params)
+    cached_list::<ModelParams<M>, _>(M::params)
 }
 
-pub(crate) fn table<M: Model>(keep: &mut Keep) -> *const tatu_model {
-    let params = params_of::<M>().iter().map(|p| p.keep(keep)).collect();
+pub(crate) fn table<M: Model>(keep: &mut TableArena) -> *const tatu_model {
+    let params = params_of::<M>().iter().map(|p| p.to_table(keep)).collect();
     let raw = tatu_model {
         size: size_of::<tatu_model>() as u32,
         flags: 0,

@@ -5,9 +5,9 @@ use std::{ffi::c_void, ptr::null, sync::PoisonError};
 use crate::abi::*;
 use crate::safe::{
     Builder, Fail, Param, Params, Plugin, Result, Value, ValueRef,
-    declare::plugin::Started,
+    declare::plugin::StartedPlugin,
     entry::guard,
-    value::{fail::bytes_of, keep::Keep},
+    value::{fail::bytes_of, table_arena::TableArena},
 };
 
 /// A reader of models that are described by text.
@@ -71,7 +71,7 @@ pub struct ModelNumber {
 
 /// A model that was read. The table must be the first field, because `build` casts its address to that of the struct.
 #[repr(C)]
-struct Read<R: ModelReader> {
+struct StoredModel<R: ModelReader> {
     raw: tatu_model,
     params: Vec<Param>,
     model: R::Model,
@@ -87,20 +87,20 @@ pub(crate) unsafe extern "C" fn read<R: ModelReader>(
     guard::run(error, || {
         // SAFETY: `me` was created by `init` and is live until shutdown; the texts and `out` are valid during the call.
         let (started, name, text, out) =
-            unsafe { (&*me.cast::<Started<R::Plugin>>(), bytes_of(name), bytes_of(text), out.as_mut()) };
+            unsafe { (&*me.cast::<StartedPlugin<R::Plugin>>(), bytes_of(name), bytes_of(text), out.as_mut()) };
         let utf8 = |bytes| std::str::from_utf8(bytes).map_err(|_| Fail::argument("the text is not UTF-8"));
         let (name, text) = (utf8(name)?, utf8(text)?);
         let out = out.ok_or_else(|| Fail::argument("the host passed no address for the model"))?;
-        let lock = || started.read.lock().unwrap_or_else(PoisonError::into_inner);
-        let known = lock().known.iter().find(|(n, t, _)| n == name && t == text).map(|(_, _, model)| *model);
+        let lock = || started.model_cache.lock().unwrap_or_else(PoisonError::into_inner);
+        let known = lock().models.iter().find(|(n, t, _)| n == name && t == text).map(|(_, _, model)| *model);
         let model = match known {
             Some(model) => model,
             None => {
                 let (info, model) = R::read(&started.plugin, name, text)?;
                 let mut read = lock();
-                let raw = table::<R>(&mut read.keep, name, &info);
-                let kept = read.keep.table(Read::<R> { raw, params: info.params, model }).cast();
-                read.known.push((name.to_owned(), text.to_owned(), kept));
+                let raw = table::<R>(&mut read.arena, name, &info);
+                let kept = read.arena.table(StoredModel::<R> { raw, params: info.params, model }).cast();
+                read.models.push((name.to_owned(), text.to_owned(), kept));
                 kept
             }
         };
@@ -109,10 +109,10 @@ pub(crate) unsafe extern "C" fn read<R: ModelReader>(
     })
 }
 
-fn table<R: ModelReader>(keep: &mut Keep, name: &str, info: &ModelInfo) -> tatu_model {
-    let optional = |keep: &mut Keep, text: &str| if text.is_empty() { null() } else { keep.text(text) };
-    let params = info.params.iter().map(|p| p.keep(keep)).collect();
-    let slot = |keep: &mut Keep, s: &ModelSlot| {
+fn table<R: ModelReader>(keep: &mut TableArena, name: &str, info: &ModelInfo) -> tatu_model {
+    let optional = |keep: &mut TableArena, text: &str| if text.is_empty() { null() } else { keep.text(text) };
+    let params = info.params.iter().map(|p| p.to_table(keep)).collect();
+    let slot = |keep: &mut TableArena, s: &ModelSlot| {
         let raw = tatu_model_slot {
             size: size_of::<tatu_model_slot>() as u32,
             reserved: 0,
@@ -124,7 +124,7 @@ fn table<R: ModelReader>(keep: &mut Keep, name: &str, info: &ModelInfo) -> tatu_
         keep.table(raw)
     };
     let slots = info.slots.iter().map(|s| slot(keep, s)).collect();
-    let number = |keep: &mut Keep, n: &ModelNumber| {
+    let number = |keep: &mut TableArena, n: &ModelNumber| {
         let raw = tatu_model_number {
             size: size_of::<tatu_model_number>() as u32,
             reserved: 0,
@@ -160,9 +160,9 @@ unsafe extern "C" fn build<R: ModelReader>(
     error: *mut tatu_error,
 ) -> tatu_status {
     guard::run(error, || {
-        // SAFETY: the host passes a builder that is valid during the call. Its `model` is the one that is built; `read`
-        // stored it at the start of a `Read<R>`, because no other table has this function.
-        let (raw, model) = unsafe { (&*builder, (*builder).model.cast::<Read<R>>().as_ref()) };
+        // SAFETY: the host passes a builder that is valid during the call. Its `model` is the one that is built; `model_cache`
+        // stored it at the start of a `StoredModel<R>`, because no other table has this function.
+        let (raw, model) = unsafe { (&*builder, (*builder).model.cast::<StoredModel<R>>().as_ref()) };
         let model = model.ok_or_else(|| Fail::new("the host did not pass the model to build"))?;
         // SAFETY: the host passes one value per declared parameter.
         let values = unsafe { ValueRef::slice(params, model.params.len()) };

@@ -5,15 +5,15 @@ use std::{collections::HashSet, ptr::null};
 use crate::abi::*;
 use crate::safe::{
     Actuator, Command, Constant, Event, Importer, Language, Model, ModelReader, PerWorld, Plugin, Sensor, Service,
-    declare::plugin::{Offer, Tables},
-    entry::life::{self, Kept},
-    value::{fail::bytes_raw, keep::Keep},
+    declare::plugin::{ExtensionTables, Offer},
+    entry::life::{self, WorldState},
+    value::{fail::bytes_raw, table_arena::TableArena},
 };
 
 impl<P: Plugin> Offer<P> {
     pub(crate) fn new() -> Self {
         Offer {
-            keep: Keep::default(),
+            arena: TableArena::default(),
             per_world: null(),
             commands: Vec::new(),
             names: HashSet::new(),
@@ -35,7 +35,7 @@ impl<P: Plugin> Offer<P> {
     where
         P: PerWorld,
     {
-        self.per_world = self.keep.table(life::table::<Kept<P>>(0));
+        self.per_world = self.arena.table(life::table::<WorldState<P>>(0));
     }
     /// Adds a command for scripts, remote clients and other plugins.
     pub fn command(&mut self, command: Command<P>) {
@@ -64,24 +64,24 @@ impl<P: Plugin> Offer<P> {
         let raw = tatu_constant {
             size: size_of::<tatu_constant>() as u32,
             reserved: 0,
-            name: self.keep.text(&constant.name),
-            value: self.keep.value(&constant.value),
+            name: self.arena.text(&constant.name),
+            value: self.arena.value(&constant.value),
         };
-        let raw = self.keep.table(raw);
+        let raw = self.arena.table(raw);
         self.constants.push(raw);
     }
     /// Adds a module for scripts of a language, as source text. If `module` is "", the text is run in every new script
     /// state; otherwise scripts load it with `require`.
     pub fn prelude(&mut self, language: &str, module: &str, text: &str) {
-        let text = bytes_raw(self.keep.own(text.as_bytes().to_vec()));
+        let text = bytes_raw(self.arena.store(text.as_bytes().to_vec()));
         let raw = tatu_prelude {
             size: size_of::<tatu_prelude>() as u32,
             reserved: 0,
-            language: self.keep.text(language),
-            module: self.keep.text(module),
+            language: self.arena.text(language),
+            module: self.arena.text(module),
             text,
         };
-        let raw = self.keep.table(raw);
+        let raw = self.arena.table(raw);
         self.preludes.push(raw);
     }
     /// Adds a word by which the kind of a script is recognized if the script is run without its scene: "main", "child",
@@ -92,26 +92,26 @@ impl<P: Plugin> Offer<P> {
         let raw = tatu_kind_mark {
             size: size_of::<tatu_kind_mark>() as u32,
             flags,
-            language: self.keep.text(language),
-            kind: self.keep.text(kind),
-            word: self.keep.text(word),
+            language: self.arena.text(language),
+            kind: self.arena.text(kind),
+            word: self.arena.text(word),
         };
-        let raw = self.keep.table(raw);
+        let raw = self.arena.table(raw);
         self.kind_marks.push(raw);
     }
     /// Adds a kind of sensor.
     pub fn sensor<S: Sensor<Plugin = P>>(&mut self) {
-        let raw = crate::safe::entry::sensor_table::table::<S>(&mut self.keep);
+        let raw = crate::safe::entry::sensor_table::table::<S>(&mut self.arena);
         self.sensors.push(raw);
     }
     /// Adds a kind of actuator.
     pub fn actuator<A: Actuator<Plugin = P>>(&mut self) {
-        let raw = crate::safe::declare::actuator::table::<A>(&mut self.keep);
+        let raw = crate::safe::declare::actuator::table::<A>(&mut self.arena);
         self.actuators.push(raw);
     }
     /// Adds a model.
     pub fn model<M: Model<Plugin = P>>(&mut self) {
-        let raw = crate::safe::declare::model::table::<M>(&mut self.keep);
+        let raw = crate::safe::declare::model::table::<M>(&mut self.arena);
         self.models.push(raw);
     }
     /// Sets the reader for models that are described by text.
@@ -120,34 +120,34 @@ impl<P: Plugin> Offer<P> {
     }
     /// Adds an importer.
     pub fn importer<I: Importer<Plugin = P>>(&mut self) {
-        let raw = crate::safe::declare::importer::table::<I>(&mut self.keep);
+        let raw = crate::safe::declare::importer::table::<I>(&mut self.arena);
         self.importers.push(raw);
     }
     /// Adds a script language.
     pub fn language<L: Language<Plugin = P>>(&mut self) {
-        let raw = crate::safe::declare::language::table::<L>(&mut self.keep, 0);
+        let raw = crate::safe::declare::language::table::<L>(&mut self.arena, 0);
         self.languages.push(raw);
     }
     /// Adds a script language whose scripts may be called concurrently on different threads, each on one thread at a
     /// time. A script must be able to move between threads, and scripts must not share mutable state.
     pub fn language_side_by_side<L: Language<Plugin = P> + Send>(&mut self) {
-        let raw = crate::safe::declare::language::table::<L>(&mut self.keep, TATU_LANGUAGE_SIDE_BY_SIDE);
+        let raw = crate::safe::declare::language::table::<L>(&mut self.arena, TATU_LANGUAGE_SIDE_BY_SIDE);
         self.languages.push(raw);
     }
 
     /// Adds a service.
     pub fn service<S: Service<Plugin = P>>(&mut self) {
-        let raw = crate::safe::declare::service::table::<S>(&mut self.keep);
+        let raw = crate::safe::declare::service::table::<S>(&mut self.arena);
         self.services.push(raw);
     }
     /// Adds an event that the plugin publishes.
     pub fn event(&mut self, event: Event) {
-        let raw = event.keep(&mut self.keep);
+        let raw = event.into_table(&mut self.arena);
         self.events.push(raw);
     }
 
-    pub(crate) fn finish(mut self) -> Tables {
-        let keep = &mut self.keep;
+    pub(crate) fn finish(mut self) -> ExtensionTables {
+        let keep = &mut self.arena;
         let offers_commands = !self.commands.is_empty()
             || !self.constants.is_empty()
             || !self.preludes.is_empty()
@@ -158,7 +158,7 @@ impl<P: Plugin> Offer<P> {
                 size: size_of::<tatu_ext_command>() as u32,
                 reserved: 0,
                 commands: {
-                    let commands = self.commands.into_iter().map(|c| c.keep(keep)).collect();
+                    let commands = self.commands.into_iter().map(|c| c.into_table(keep)).collect();
                     keep.list(commands)
                 },
                 constants: keep.list(self.constants),
@@ -196,7 +196,7 @@ impl<P: Plugin> Offer<P> {
             let events = keep.list(self.events);
             keep.table(tatu_ext_event { size: size_of::<tatu_ext_event>() as u32, reserved: 0, events })
         });
-        Tables {
+        ExtensionTables {
             command: command.unwrap_or(null()),
             sensor: sensor.unwrap_or(null()),
             actuator: actuator.unwrap_or(null()),
@@ -205,7 +205,7 @@ impl<P: Plugin> Offer<P> {
             script: script.unwrap_or(null()),
             service: service.unwrap_or(null()),
             event: event.unwrap_or(null()),
-            _keep: self.keep,
+            _arena: self.arena,
         }
     }
 }

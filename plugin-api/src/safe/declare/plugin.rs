@@ -3,7 +3,7 @@
 use std::{collections::HashSet, ffi::c_void, sync::Mutex};
 
 use crate::abi::*;
-use crate::safe::{Fail, Host, Param, Result, Value, World, value::keep::Keep};
+use crate::safe::{Fail, Host, Param, Result, Value, World, value::table_arena::TableArena};
 
 /// A plugin. There is one value per host. A plugin must not have mutable globals; state that belongs to a world is
 /// stored in an instance of [`PerWorld`].
@@ -71,27 +71,27 @@ pub enum Change {
 }
 
 /// A started plugin, to which the host's `self` pointer points.
-pub(crate) struct Started<P: Plugin> {
+pub(crate) struct StartedPlugin<P: Plugin> {
     pub(crate) plugin: P,
     pub(crate) host: Host,
-    pub(crate) tables: Tables,
+    pub(crate) tables: ExtensionTables,
     /// Models that the plugin has read.
-    pub(crate) read: Mutex<ReadModels>,
+    pub(crate) model_cache: Mutex<ModelCache>,
 }
 
 /// The function of a plugin that reads models.
-pub(crate) type ReadModel =
+pub(crate) type ReadModelFn =
     unsafe extern "C" fn(*mut c_void, tatu_str, tatu_str, *mut *const tatu_model, *mut tatu_error) -> tatu_status;
 
 /// Models that were read, indexed by name and text and stored until shutdown, so that each text is read only once.
 #[derive(Default)]
-pub(crate) struct ReadModels {
-    pub(crate) known: Vec<(String, String, *const tatu_model)>,
-    pub(crate) keep: Keep,
+pub(crate) struct ModelCache {
+    pub(crate) models: Vec<(String, String, *const tatu_model)>,
+    pub(crate) arena: TableArena,
 }
 
 /// The finished tables of a started plugin.
-pub(crate) struct Tables {
+pub(crate) struct ExtensionTables {
     pub(crate) command: *const tatu_ext_command,
     pub(crate) sensor: *const tatu_ext_sensor,
     pub(crate) actuator: *const tatu_ext_actuator,
@@ -100,12 +100,12 @@ pub(crate) struct Tables {
     pub(crate) script: *const tatu_ext_script,
     pub(crate) service: *const tatu_ext_service,
     pub(crate) event: *const tatu_ext_event,
-    pub(crate) _keep: Keep,
+    pub(crate) _arena: TableArena,
 }
 
 /// Collects everything that a plugin provides; see [`Plugin::offer`].
 pub struct Offer<P: Plugin> {
-    pub(crate) keep: Keep,
+    pub(crate) arena: TableArena,
     /// The life cycle of the per-world instance; null if the plugin has none.
     pub(crate) per_world: *const tatu_life,
     pub(crate) commands: Vec<Command<P>>,
@@ -117,7 +117,7 @@ pub struct Offer<P: Plugin> {
     pub(crate) sensors: Vec<*const tatu_sensor>,
     pub(crate) actuators: Vec<*const tatu_actuator>,
     pub(crate) models: Vec<*const tatu_model>,
-    pub(crate) read_model: Option<ReadModel>,
+    pub(crate) read_model: Option<ReadModelFn>,
     pub(crate) importers: Vec<*const tatu_importer>,
     pub(crate) languages: Vec<*const tatu_language>,
     pub(crate) services: Vec<*const tatu_service>,
@@ -126,7 +126,7 @@ pub struct Offer<P: Plugin> {
 
 /// The declaration of a command.
 pub struct Command<P: Plugin> {
-    pub(crate) names: Vec<Name>,
+    pub(crate) names: Vec<CommandNameSpec>,
     pub(crate) params: Vec<Param>,
     pub(crate) returns: Vec<Param>,
     pub(crate) text: String,
@@ -136,12 +136,12 @@ pub struct Command<P: Plugin> {
     pub(crate) status: Status,
     pub(crate) notes: String,
     pub(crate) subject: String,
-    pub(crate) run: Function<P>,
+    pub(crate) run: CommandFunction<P>,
 }
 
-pub(crate) enum Function<P: Plugin> {
-    Alone(Run<P>),
-    Shared(RunShared<P>),
+pub(crate) enum CommandFunction<P: Plugin> {
+    Exclusive(ExclusiveFn<P>),
+    Shared(SharedFn<P>),
 }
 
 /// The degree to which a command is implemented.
@@ -157,7 +157,7 @@ pub enum Status {
     Stub = TATU_COMMAND_STUB,
 }
 
-pub(crate) struct Name {
+pub(crate) struct CommandNameSpec {
     pub(crate) name: String,
     pub(crate) on_error: Option<Vec<Value>>,
     pub(crate) until: Option<String>,
@@ -174,15 +174,15 @@ pub enum Outcome {
 }
 
 /// The function of a command with exclusive access to the world.
-pub(crate) type Run<P> = Box<dyn Fn(&mut Call<'_, P>) -> Result<Outcome> + Send + Sync>;
+pub(crate) type ExclusiveFn<P> = Box<dyn Fn(&mut Call<'_, P>) -> Result<Outcome> + Send + Sync>;
 /// The function of a command that may run in parallel with others.
-pub(crate) type RunShared<P> = Box<dyn Fn(&mut SharedCall<'_, P>) -> Result<Outcome> + Send + Sync>;
+pub(crate) type SharedFn<P> = Box<dyn Fn(&mut SharedCall<'_, P>) -> Result<Outcome> + Send + Sync>;
 
 /// A call of a command that may run in parallel with others. It provides the call's own data, the immutable part of the
 /// plugin and a read-only world; [`Call`] adds what requires exclusive access.
 pub struct SharedCall<'a, P: Plugin> {
     pub(crate) raw: &'a mut tatu_call,
-    pub(crate) started: &'a Started<P>,
+    pub(crate) started: &'a StartedPlugin<P>,
     pub(crate) overflow: bool,
 }
 

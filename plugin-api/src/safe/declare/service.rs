@@ -11,16 +11,16 @@ use crate::abi::*;
 use crate::safe::{
     Called, Fail, Host, Param, Params, Plugin, Result, Value, ValueRef, World,
     call::{outgoing, shared_world::service},
-    declare::plugin::Started,
+    declare::plugin::StartedPlugin,
     entry::{
         guard,
-        life::{self, Info, Life},
+        life::{self, InstanceInfo, InstanceLife},
     },
     value::{
         fail::bytes_of,
-        keep::Keep,
-        once::once,
+        list_cache::cached_list,
         owned::{Room, given},
+        table_arena::TableArena,
     },
 };
 
@@ -194,37 +194,37 @@ impl Turn<'_> {
     }
 }
 
-struct Data<S> {
+struct ServiceInstance<S> {
     /// The first field, so that the service is dropped before its session.
     service: S,
-    session: Ending,
+    session: SessionGuard,
 }
 
 /// Clears a service's session when it is dropped.
-struct Ending(Session);
+struct SessionGuard(Session);
 
-impl Drop for Ending {
+impl Drop for SessionGuard {
     fn drop(&mut self) {
         self.0.end();
     }
 }
 
-struct OfService<S>(S);
+struct ServiceParams<S>(S);
 
 fn params_of<S: Service>() -> Arc<[Param]> {
-    once::<OfService<S>, _>(S::params)
+    cached_list::<ServiceParams<S>, _>(S::params)
 }
 
-impl<S: Service> Life for Data<S> {
+impl<S: Service> InstanceLife for ServiceInstance<S> {
     type Plugin = S::Plugin;
     const STATE_VERSION: u32 = S::STATE_VERSION;
 
-    fn create(started: &Started<S::Plugin>, info: &Info<'_>) -> Result<Self> {
-        let session = Ending(Session::new(info.session, started.host));
+    fn create(started: &StartedPlugin<S::Plugin>, info: &InstanceInfo<'_>) -> Result<Self> {
+        let session = SessionGuard(Session::new(info.session, started.host));
         let params = params_of::<S>();
         let params = Params::new(info.params, &params);
         let service = S::start(&started.plugin, &started.host, session.0.clone(), &params)?;
-        Ok(Data { service, session })
+        Ok(ServiceInstance { service, session })
     }
     fn save(&self) -> Result<Vec<u8>> {
         self.service.save()
@@ -234,15 +234,15 @@ impl<S: Service> Life for Data<S> {
     }
 }
 
-pub(crate) fn table<S: Service>(keep: &mut Keep) -> *const tatu_service {
-    let params = params_of::<S>().iter().map(|p| p.keep(keep)).collect();
+pub(crate) fn table<S: Service>(keep: &mut TableArena) -> *const tatu_service {
+    let params = params_of::<S>().iter().map(|p| p.to_table(keep)).collect();
     let raw = tatu_service {
         size: size_of::<tatu_service>() as u32,
         flags: 0,
         id: keep.text(S::ID),
         text: keep.text(S::TEXT),
         params: keep.list(params),
-        life: keep.table(life::table::<Data<S>>(0)),
+        life: keep.table(life::table::<ServiceInstance<S>>(0)),
         barrier: Some(barrier::<S>),
         event: Some(event::<S>),
         resume: Some(resume::<S>),
@@ -264,10 +264,10 @@ unsafe fn enter<S: Service>(
     f: impl FnOnce(&S, &Turn<'_>) -> Result<tatu_status>,
 ) -> tatu_status {
     guard::run(error, || {
-        // SAFETY: the caller guarantees that `data` points to a live `Data<S>` and that `world` is valid during the
+        // SAFETY: the caller guarantees that `data` points to a live `ServiceInstance<S>` and that `world` is valid during the
         // call.
-        let (Data { service, session }, world) = unsafe {
-            let data = life::of::<Data<S>>(data);
+        let (ServiceInstance { service, session }, world) = unsafe {
+            let data = life::instance_at::<ServiceInstance<S>>(data);
             (data, World::new(world, &data.session.0.host))
         };
         f(service, &Turn { world, session: &session.0 })

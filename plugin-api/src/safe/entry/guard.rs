@@ -45,18 +45,18 @@ pub fn quiet<T: Default>(f: impl FnOnce() -> T) -> T {
 }
 
 /// The log of the host that first started a plugin of this library. Each library has its own copy of this static.
-static LOG: OnceLock<Log> = OnceLock::new();
-type Log = Box<dyn Fn(u32, &str) + Send + Sync>;
+static LOG: OnceLock<LogFn> = OnceLock::new();
+type LogFn = Box<dyn Fn(u32, &str) + Send + Sync>;
 
 thread_local! {
     /// The position of the last panic of this thread, as ` at file:line`.
-    static PLACE: RefCell<String> = const { RefCell::new(String::new()) };
+    static LAST_PANIC_PLACE: RefCell<String> = const { RefCell::new(String::new()) };
 }
 
 fn panic_text(panic: &(dyn Any + Send)) -> String {
     let text = panic.downcast_ref::<&str>().copied();
     let text = text.or_else(|| panic.downcast_ref::<String>().map(String::as_str)).unwrap_or("no text");
-    text.to_owned() + &PLACE.take()
+    text.to_owned() + &LAST_PANIC_PLACE.take()
 }
 
 /// Sends panic messages to the host's `log` instead of the terminal. Each library has a separate panic hook.
@@ -65,7 +65,7 @@ pub fn set_panic_hook(log: impl Fn(u32, &str) + Send + Sync + 'static) {
         std::panic::set_hook(Box::new(|info| {
             let place = info.location().map_or(String::new(), |at| format!(" at {}:{}", at.file(), at.line()));
             // When a thread ends, its thread-locals may have been destroyed already.
-            let _ = PLACE.try_with(|last| last.replace(place));
+            let _ = LAST_PANIC_PLACE.try_with(|last| last.replace(place));
             if let Some(log) = LOG.get() {
                 log(TATU_LOG_DEBUG, &format!("plugin {info}"));
             }

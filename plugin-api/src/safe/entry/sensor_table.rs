@@ -10,18 +10,18 @@ use crate::abi::*;
 use crate::safe::{
     Change, Fail, Param, Params, Result, ValueRef,
     declare::{
-        plugin::Started,
+        plugin::StartedPlugin,
         sensor::{Form, Sensor},
     },
     entry::{
         guard,
-        life::{self, Info, Life},
+        life::{self, InstanceInfo, InstanceLife},
     },
     value::{
         field::Field,
-        keep::Keep,
-        once::once,
+        list_cache::cached_list,
         sample::{Readout, Sample},
+        table_arena::TableArena,
     },
 };
 
@@ -30,7 +30,7 @@ use crate::safe::{
 /// A world may have thousands of sensors, all of which are visited in each step. The fields that a measurement reads
 /// come first, so that they occupy few cache lines.
 #[repr(C, align(64))]
-struct Data<S: Sensor> {
+struct SensorInstance<S: Sensor> {
     /// The declared fields of readings, shared by all sensors of the kind.
     fields: Arc<[Field]>,
     /// The sensor, in a cell because it must not be used while it is being configured, not even by a nested call. Only
@@ -40,16 +40,16 @@ struct Data<S: Sensor> {
     origins: RefCell<Vec<[f64; 3]>>,
 }
 
-struct OfSensor<S>(S);
+struct SensorLists<S>(S);
 
 fn fields_of<S: Sensor>() -> Arc<[Field]> {
-    once::<OfSensor<S>, _>(S::fields)
+    cached_list::<SensorLists<S>, _>(S::fields)
 }
 fn params_of<S: Sensor>() -> Arc<[Param]> {
-    once::<OfSensor<S>, _>(S::params)
+    cached_list::<SensorLists<S>, _>(S::params)
 }
 
-impl<S: Sensor> Data<S> {
+impl<S: Sensor> SensorInstance<S> {
     fn sensor(&self) -> Result<Ref<'_, S>> {
         self.sensor.try_borrow().map_err(|_| in_use())
     }
@@ -60,14 +60,14 @@ fn in_use() -> Fail {
     Fail::with_code(TATU_ERR_BUSY, "the sensor is being configured")
 }
 
-impl<S: Sensor> Life for Data<S> {
+impl<S: Sensor> InstanceLife for SensorInstance<S> {
     type Plugin = S::Plugin;
     const STATE_VERSION: u32 = S::STATE_VERSION;
 
-    fn create(_: &Started<S::Plugin>, info: &Info<'_>) -> Result<Self> {
+    fn create(_: &StartedPlugin<S::Plugin>, info: &InstanceInfo<'_>) -> Result<Self> {
         let sensor = S::create(&info.world, info.instance, &Params::new(info.params, &params_of::<S>()))?;
         let (directions, origins) = Default::default();
-        Ok(Data { fields: fields_of::<S>(), sensor: sensor.into(), directions, origins })
+        Ok(SensorInstance { fields: fields_of::<S>(), sensor: sensor.into(), directions, origins })
     }
     fn configure(&self, params: &[ValueRef<'_>], changed: u64) -> Result<Change> {
         let mut sensor = self.sensor.try_borrow_mut().map_err(|_| in_use())?;
@@ -81,9 +81,9 @@ impl<S: Sensor> Life for Data<S> {
     }
 }
 
-pub(crate) fn table<S: Sensor>(keep: &mut Keep) -> *const tatu_sensor {
-    let params = params_of::<S>().iter().map(|p| p.keep(keep)).collect();
-    let fields = fields_of::<S>().iter().map(|f| f.keep(keep)).collect();
+pub(crate) fn table<S: Sensor>(keep: &mut TableArena) -> *const tatu_sensor {
+    let params = params_of::<S>().iter().map(|p| p.to_table(keep)).collect();
+    let fields = fields_of::<S>().iter().map(|f| f.to_table(keep)).collect();
     let raw = tatu_sensor {
         size: size_of::<tatu_sensor>() as u32,
         inputs: S::INPUTS,
@@ -92,7 +92,7 @@ pub(crate) fn table<S: Sensor>(keep: &mut Keep) -> *const tatu_sensor {
         schemas: keep.texts(S::SCHEMAS),
         params: keep.list(params),
         fields: keep.list(fields),
-        life: keep.table(life::table::<Data<S>>(S::STATE * size_of::<f64>())),
+        life: keep.table(life::table::<SensorInstance<S>>(S::STATE * size_of::<f64>())),
         beams: Some(beams::<S>),
         measure: Some(measure::<S>),
         presets: {
@@ -120,7 +120,7 @@ pub(crate) fn table<S: Sensor>(keep: &mut Keep) -> *const tatu_sensor {
 unsafe extern "C" fn beams<S: Sensor>(data: *mut c_void, out: *mut tatu_beams, error: *mut tatu_error) -> tatu_status {
     guard::run(error, || {
         // SAFETY: `data` was created by `create` and is live; `out` is valid for a write.
-        let (data, out) = unsafe { (life::of::<Data<S>>(data), &mut *out) };
+        let (data, out) = unsafe { (life::instance_at::<SensorInstance<S>>(data), &mut *out) };
         let beams = data.sensor()?.beams()?;
         (out.near_m, out.far_m) = (beams.near, beams.far);
         out.max_incidence = beams.max_incidence;
@@ -193,7 +193,7 @@ unsafe extern "C" fn measure<S: Sensor>(
     error: *mut tatu_error,
 ) -> tatu_status {
     // SAFETY: the host passes a batch that is valid during the call, and no other thread uses its instances.
-    unsafe { each::<S>(batch, error, |sensor, sample, out| sensor.measure(sample, out)) }
+    unsafe { for_each_sensor::<S>(batch, error, |sensor, sample, out| sensor.measure(sample, out)) }
 }
 
 unsafe extern "C" fn finish<S: Sensor>(
@@ -202,7 +202,7 @@ unsafe extern "C" fn finish<S: Sensor>(
     error: *mut tatu_error,
 ) -> tatu_status {
     // SAFETY: the host passes a batch that is valid during the call, and no other thread uses its instances.
-    unsafe { each::<S>(batch, error, |sensor, sample, out| sensor.finish(sample, out)) }
+    unsafe { for_each_sensor::<S>(batch, error, |sensor, sample, out| sensor.finish(sample, out)) }
 }
 
 unsafe extern "C" fn aim<S: Sensor>(
@@ -220,14 +220,14 @@ unsafe extern "C" fn aim<S: Sensor>(
         }
     };
     // SAFETY: the host passes a batch that is valid during the call, and no other thread uses its instances.
-    unsafe { each::<S>(batch, error, act) }
+    unsafe { for_each_sensor::<S>(batch, error, act) }
 }
 
 /// Calls a function for each sensor of a batch, except for sensors that have already failed.
 ///
 /// # Safety
 /// The batch must be valid during the call, and no other thread may use its instances.
-unsafe fn each<S: Sensor>(
+unsafe fn for_each_sensor<S: Sensor>(
     batch: *const tatu_sensor_batch,
     error: *mut tatu_error,
     act: impl Fn(&S, &Sample<'_>, &mut Readout<'_>) -> Result,
@@ -238,7 +238,8 @@ unsafe fn each<S: Sensor>(
         for i in 0..batch.n as usize {
             // SAFETY: the arrays are valid during the call and have one entry per instance, and `i` is below `n`;
             // `data` was created by `create` and is alive.
-            let (data, status) = unsafe { (life::of::<Data<S>>(*batch.data.add(i)), &mut *batch.status.add(i)) };
+            let (data, status) =
+                unsafe { (life::instance_at::<SensorInstance<S>>(*batch.data.add(i)), &mut *batch.status.add(i)) };
             if *status < 0 {
                 continue;
             }

@@ -6,7 +6,7 @@ use std::{
 };
 
 use crate::abi::*;
-use crate::safe::{Fail, Host, Offer, Plugin, declare::plugin::Started, entry::guard};
+use crate::safe::{Fail, Host, Offer, Plugin, declare::plugin::StartedPlugin, entry::guard};
 
 /// A constant table, which points only to constants and can therefore be shared between threads.
 #[doc(hidden)]
@@ -17,7 +17,7 @@ unsafe impl<T> Sync for Entry<T> {}
 
 /// Requires a host at least as new as this crate, because the traits read most of its tables without checking their
 /// size.
-static HOST: Entry<tatu_need> = Entry(tatu_need {
+static HOST_NEED: Entry<tatu_need> = Entry(tatu_need {
     size: size_of::<tatu_need>() as u32,
     optional: 0,
     id: TATU_HOST_LOG.as_ptr(),
@@ -25,7 +25,7 @@ static HOST: Entry<tatu_need> = Entry(tatu_need {
     minor: TATU_ABI_MINOR as u32,
 });
 #[doc(hidden)]
-pub static NEEDS: Entry<[*const tatu_need; 2]> = Entry([&raw const HOST.0, std::ptr::null()]);
+pub static NEEDS: Entry<[*const tatu_need; 2]> = Entry([&raw const HOST_NEED.0, std::ptr::null()]);
 
 #[doc(hidden)]
 pub unsafe extern "C" fn init<P: Plugin>(
@@ -39,7 +39,7 @@ pub unsafe extern "C" fn init<P: Plugin>(
         let plugin = P::start(&host)?;
         let mut offer = Offer::new();
         P::offer(&mut offer);
-        let started = Box::new(Started { plugin, host, tables: offer.finish(), read: Mutex::default() });
+        let started = Box::new(StartedPlugin { plugin, host, tables: offer.finish(), model_cache: Mutex::default() });
         // SAFETY: `me` is valid for a write, as the header requires.
         unsafe { *me = Box::into_raw(started).cast() };
         Ok(TATU_OK)
@@ -51,7 +51,7 @@ pub unsafe extern "C" fn shutdown<P: Plugin>(me: *mut c_void) {
     guard::quiet(|| {
         if !me.is_null() {
             // SAFETY: `me` was created by `Box::into_raw` in `init`, and the host calls shutdown only once.
-            drop(unsafe { Box::from_raw(me.cast::<Started<P>>()) });
+            drop(unsafe { Box::from_raw(me.cast::<StartedPlugin<P>>()) });
         }
     });
 }
@@ -62,7 +62,7 @@ pub unsafe extern "C" fn extension<P: Plugin>(me: *mut c_void, id: *const c_char
         return std::ptr::null();
     }
     // SAFETY: `me` was created by `init` and is live until shutdown; `id` is NUL-terminated. Null was excluded above.
-    let (tables, id) = unsafe { (&(*me.cast::<Started<P>>()).tables, CStr::from_ptr(id)) };
+    let (tables, id) = unsafe { (&(*me.cast::<StartedPlugin<P>>()).tables, CStr::from_ptr(id)) };
     match id {
         id if id == TATU_COMMAND => tables.command.cast(),
         id if id == TATU_SENSOR => tables.sensor.cast(),

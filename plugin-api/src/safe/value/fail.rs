@@ -6,10 +6,10 @@ use crate::abi::*;
 
 /// An error: a code and a message, and optionally a hint, a position and a traceback.
 #[derive(Clone, PartialEq)]
-pub struct Fail(Box<Body>);
+pub struct Fail(Box<FailBody>);
 
 #[derive(Clone, PartialEq)]
-struct Body {
+struct FailBody {
     code: tatu_status,
     text: String,
     help: Option<String>,
@@ -24,7 +24,7 @@ impl Fail {
     /// Creates an error with one of the `TATU_ERR_*` codes; a code that is not negative is replaced by `TATU_ERR`.
     pub fn with_code(code: tatu_status, text: impl Into<String>) -> Self {
         let code = if code < 0 { code } else { TATU_ERR };
-        Fail(Box::new(Body { code, text: text.into(), help: None, file: None, traceback: None }))
+        Fail(Box::new(FailBody { code, text: text.into(), help: None, file: None, traceback: None }))
     }
     /// Creates an error with the general code `TATU_ERR`.
     pub fn new(text: impl Into<String>) -> Self {
@@ -114,7 +114,7 @@ impl Fail {
             return Self::with_code(code, "the call failed without an error message");
         };
         let some = |s: tatu_str| (s.len > 0).then(|| lossy(s).into_owned());
-        Fail(Box::new(Body {
+        Fail(Box::new(FailBody {
             code,
             text: some(e.text).unwrap_or_else(|| "the call failed without an error message".into()),
             help: some(e.help),

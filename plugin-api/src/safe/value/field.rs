@@ -3,7 +3,7 @@
 use std::marker::PhantomData;
 
 use crate::abi::*;
-use crate::safe::value::keep::Keep;
+use crate::safe::value::table_arena::TableArena;
 
 mod sealed {
     pub trait Sealed {}
@@ -190,7 +190,7 @@ impl Field {
         self.text = text;
         self
     }
-    pub(crate) fn keep(&self, keep: &mut Keep) -> *const tatu_field {
+    pub(crate) fn to_table(&self, keep: &mut TableArena) -> *const tatu_field {
         let raw = tatu_field {
             size: size_of::<tatu_field>() as u32,
             elem: self.elem,

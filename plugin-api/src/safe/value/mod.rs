@@ -1,12 +1,12 @@
 //! Values, errors, and declarations of parameters and fields, with utilities for files and for installed folders.
 
-pub(crate) mod beside;
 pub(crate) mod fail;
 pub(crate) mod field;
-pub(crate) mod keep;
-pub(crate) mod once;
+pub(crate) mod install_paths;
+pub(crate) mod list_cache;
 pub(crate) mod owned;
 pub(crate) mod param;
 pub(crate) mod plain;
 pub(crate) mod reading;
 pub(crate) mod sample;
+pub(crate) mod table_arena;

@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use crate::abi::*;
 use crate::safe::{
     Fail, Owned, Result, Value, ValueRef,
-    value::{keep::Keep, owned::type_name},
+    value::{owned::type_name, table_arena::TableArena},
 };
 
 /// The declaration of a parameter (of a command, sensor, model or service, for example), of a result of a command, or
@@ -199,8 +199,8 @@ impl Param {
         }
     }
 
-    pub(crate) fn keep(&self, keep: &mut Keep) -> *const tatu_param {
-        let keys: Vec<_> = self.keys.iter().map(|p| p.keep(keep)).collect();
+    pub(crate) fn to_table(&self, keep: &mut TableArena) -> *const tatu_param {
+        let keys: Vec<_> = self.keys.iter().map(|p| p.to_table(keep)).collect();
         let raw = tatu_param {
             size: size_of::<tatu_param>() as u32,
             type_: self.kind,

@@ -7,7 +7,10 @@ use std::{
 };
 
 /// Default size limit of a file, bytes.
-pub const MOST_BYTES: u64 = 256 << 20;
+pub const MAX_FILE_BYTES: u64 = 256 << 20;
+#[doc(hidden)]
+#[deprecated(since = "0.2.0", note = "use MAX_FILE_BYTES")]
+pub const MOST_BYTES: u64 = MAX_FILE_BYTES;
 
 /// Opens a regular file of at most `most` bytes. No more bytes are read even if the file grows. A pipe or a device is
 /// an error, because it may be endless or block when it is opened.
@@ -64,7 +67,7 @@ mod tests {
     fn only_plain_files_within_the_bound_are_read() {
         let own = Path::new(file!()).file_name().unwrap();
         let here = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/safe/value").join(own);
-        let text = read_plain_text(&here, MOST_BYTES).unwrap();
+        let text = read_plain_text(&here, MAX_FILE_BYTES).unwrap();
         assert!(text.starts_with("//! Opens files that a user names"));
         assert_eq!(read_plain(&here, 10).unwrap_err().kind(), io::ErrorKind::FileTooLarge);
         assert_eq!(read_plain(here.parent().unwrap(), 10).unwrap_err().kind(), io::ErrorKind::IsADirectory);

@@ -10,14 +10,14 @@ pub struct Reading {
     time: f64,
     sequence: u64,
     len: usize,
-    words: Words,
+    words: WordBuffer,
 }
 
 /// The elements, in words of 8 bytes; stored inline if there are few, as in most readings.
 #[derive(Debug, Clone)]
-enum Words {
-    Few([u64; 8]),
-    Many(Vec<u64>),
+enum WordBuffer {
+    Inline([u64; 8]),
+    Heap(Vec<u64>),
 }
 
 impl Reading {
@@ -33,12 +33,12 @@ impl Reading {
         };
         let len = if view.ptr.is_null() || each == 0 { 0 } else { view.len as usize };
         let mut words = match (len * each).div_ceil(8) {
-            ..=8 => Words::Few([0; 8]),
-            n => Words::Many(vec![0; n]),
+            ..=8 => WordBuffer::Inline([0; 8]),
+            n => WordBuffer::Heap(vec![0; n]),
         };
         let to = match &mut words {
-            Words::Few(few) => few.as_mut_ptr(),
-            Words::Many(many) => many.as_mut_ptr(),
+            WordBuffer::Inline(few) => few.as_mut_ptr(),
+            WordBuffer::Heap(many) => many.as_mut_ptr(),
         };
         // SAFETY: `view.ptr` points to `len` elements of `each` bytes, valid until the next measurement, and `to` has
         // room for them.
@@ -66,8 +66,8 @@ impl Reading {
             return &[];
         }
         let words = match &self.words {
-            Words::Few(few) => &few[..],
-            Words::Many(many) => many,
+            WordBuffer::Inline(few) => &few[..],
+            WordBuffer::Heap(many) => many,
         };
         // SAFETY: `words` live as long as `self`. `of` copied `len` elements of the type that `elem` states into them,
         // which callers match. Any bit pattern is valid for these types, and words are sufficiently aligned.

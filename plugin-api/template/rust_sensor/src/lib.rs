@@ -97,7 +97,7 @@ tatu_plugin! {
 }
 
 #[test]
-fn distances_come_in_steps() {
+fn distances_are_multiples_of_the_step() {
     assert!((in_steps(1.2345, 0.01) - 1.23).abs() < 1e-12);
     assert_eq!(in_steps(1.2345, 0.0), 1.2345);
 }

@@ -6,10 +6,10 @@ use tatu_plugin_api::{
     safe::{Actuator, Drive, Fail, Field, Instance, Output, Param, Params, Result, SharedWorld},
 };
 
-use crate::hull::{Hull, Submerged};
+use crate::hull::{Hull, SubmergedPart};
 
 /// The buoyancy plugin. It has no state.
-pub struct Water;
+pub struct BuoyancyPlugin;
 
 /// A hull in water, which exerts buoyancy and drag on the shape that the actuator is mounted on.
 #[derive(Debug, Clone, PartialEq)]
@@ -41,7 +41,7 @@ fields! {
 struct Report;
 
 impl Actuator for Buoyancy {
-    type Plugin = Water;
+    type Plugin = BuoyancyPlugin;
     const ID: &'static str = "buoyancy";
     const TEXT: &'static str = "Buoyancy, righting torque and drag of a box hull in water with a flat surface.";
     // The buoyancy of a light body changes considerably within a step of the world.
@@ -123,7 +123,7 @@ impl Actuator for Buoyancy {
         let half = drive.dt() / 2.0;
         let cross = |a: [f64; 3]| [wy * a[2] - wz * a[1], wz * a[0] - wx * a[2], wx * a[1] - wy * a[0]];
         let ahead = axes.map(|a| std::array::from_fn(|k| a[k] + half * cross(a)[k]));
-        let Submerged { share, centre } = self.hull.submerged(ahead, self.surface - height - half * vz);
+        let SubmergedPart { share, centre } = self.hull.submerged(ahead, self.surface - height - half * vz);
         let lift = self.weight * self.hull.volume * share;
         let [cx, cy, cz] = self.current;
         let of_mount = |v: [f64; 3]| axes.map(|a| a[0] * v[0] + a[1] * v[1] + a[2] * v[2]);
@@ -177,7 +177,7 @@ mod tests {
     use super::mean_decay;
 
     #[test]
-    fn drag_never_turns_a_body_round() {
+    fn drag_never_reverses_the_velocity() {
         for x in [0.0, 1e-12, 1e-3, 1.0, 100.0, 1e9] {
             let slower = 1.0 - x * mean_decay(x);
             assert!((slower - libm::exp(-x)).abs() < 1e-12 && (0.0..=1.0).contains(&slower), "{x}: {slower}");

@@ -5,7 +5,7 @@
 /// bottom of the box within the column.
 const COLUMNS: [usize; 2] = [6, 4];
 /// Distance of the two points from the centre of a column of half width 1.
-const GAUSS: f64 = 0.577_350_269_189_625_8;
+const GAUSS_POINT: f64 = 0.577_350_269_189_625_8;
 
 /// A box centred on the origin of its mount, with a given displacement.
 #[derive(Debug, Clone, PartialEq)]
@@ -18,7 +18,7 @@ pub struct Hull {
 
 /// The submerged part of a hull.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Submerged {
+pub struct SubmergedPart {
     /// Submerged fraction of the volume, 0 to 1.
     pub share: f64,
     /// Centre of the submerged part relative to the mount's origin, world frame, m; the origin if nothing is under
@@ -29,15 +29,15 @@ pub struct Submerged {
 impl Hull {
     /// Returns the submerged part. `axes` are the mount's axes in the world frame, and `depth` is the depth of the
     /// mount's origin below the surface, m.
-    pub fn submerged(&self, axes: [[f64; 3]; 3], depth: f64) -> Submerged {
+    pub fn submerged(&self, axes: [[f64; 3]; 3], depth: f64) -> SubmergedPart {
         let half = self.size.map(|s| s / 2.0);
         let (mut share, mut moment) = (0.0, [0.0; 3]);
-        for x in points(COLUMNS[0]) {
-            for y in points(COLUMNS[1]) {
+        for x in gauss_points(COLUMNS[0]) {
+            for y in gauss_points(COLUMNS[1]) {
                 let (x, y) = (x * half[0], y * half[1]);
                 let middle: [f64; 3] = std::array::from_fn(|k| axes[0][k] * x + axes[1][k] * y);
                 // The column is submerged from `low` to `high` along its axis.
-                let (low, high) = part(middle[2] - depth, axes[2][2], half[2]);
+                let (low, high) = submerged_range(middle[2] - depth, axes[2][2], half[2]);
                 let along = (low + high) / 2.0;
                 let length = high - low;
                 share += length;
@@ -47,16 +47,16 @@ impl Hull {
             }
         }
         if share <= 0.0 {
-            return Submerged::default();
+            return SubmergedPart::default();
         }
         let all = 2.0 * half[2] * (4 * COLUMNS[0] * COLUMNS[1]) as f64;
-        Submerged { share: share / all, centre: moment.map(|m| m / share) }
+        SubmergedPart { share: share / all, centre: moment.map(|m| m / share) }
     }
 }
 
 /// Returns the ends of the submerged part of a column, as positions along its axis from its centre. The centre is at
 /// height `z` above the surface, the axis rises by `up` per unit of length, and the half length is `half`.
-fn part(z: f64, up: f64, half: f64) -> (f64, f64) {
+fn submerged_range(z: f64, up: f64, half: f64) -> (f64, f64) {
     // A horizontal column is treated as slightly tilted, so that the transition is continuous.
     let up = if up.abs() < 1e-6 { f64::copysign(1e-6, up) } else { up };
     let surface = (-z / up).clamp(-half, half);
@@ -64,11 +64,11 @@ fn part(z: f64, up: f64, half: f64) -> (f64, f64) {
 }
 
 /// Returns the integration points of `n` columns in the range -1 to 1.
-fn points(n: usize) -> impl Iterator<Item = f64> + Clone {
+fn gauss_points(n: usize) -> impl Iterator<Item = f64> + Clone {
     let width = 2.0 / n as f64;
     (0..n).flat_map(move |i| {
         let middle = -1.0 + (i as f64 + 0.5) * width;
-        [middle - GAUSS * width / 2.0, middle + GAUSS * width / 2.0]
+        [middle - GAUSS_POINT * width / 2.0, middle + GAUSS_POINT * width / 2.0]
     })
 }
 
@@ -88,7 +88,7 @@ mod tests {
     }
 
     #[test]
-    fn a_level_box_is_in_the_water_as_deep_as_it_is() {
+    fn level_box_displaces_its_volume_below_the_surface() {
         for (depth, share, z) in [(0.0, 0.5, -0.1), (0.1, 0.75, -0.05), (-0.2, 0.0, 0.0), (5.0, 1.0, 0.0)] {
             let got = hull().submerged(LEVEL, depth);
             assert!((got.share - share).abs() < 1e-12 && (got.centre[2] - z).abs() < 1e-12, "{depth}: {got:?}");
@@ -111,7 +111,7 @@ mod tests {
     }
 
     #[test]
-    fn upside_down_and_on_its_side_the_same_water_carries() {
+    fn inverted_and_tilted_boxes_displace_the_same_volume() {
         let over = [[1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, -1.0]];
         let got = hull().submerged(over, 0.1);
         assert!((got.share - 0.75).abs() < 1e-12 && (got.centre[2] + 0.05).abs() < 1e-12, "{got:?}");

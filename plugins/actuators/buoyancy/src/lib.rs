@@ -8,11 +8,11 @@ use tatu_plugin_api::{
     tatu_plugin,
 };
 
-pub use buoyancy::{Buoyancy, Water};
+pub use buoyancy::{Buoyancy, BuoyancyPlugin};
 
-impl Plugin for Water {
+impl Plugin for BuoyancyPlugin {
     fn start(_: &Host) -> Result<Self> {
-        Ok(Water)
+        Ok(BuoyancyPlugin)
     }
     fn offer(offer: &mut Offer<Self>) {
         offer.actuator::<Buoyancy>();
@@ -20,7 +20,7 @@ impl Plugin for Water {
 }
 
 tatu_plugin! {
-    plugin: Water,
+    plugin: BuoyancyPlugin,
     id: "tatu.actuator.buoyancy",
     name: "Buoyancy",
     version: env!("CARGO_PKG_VERSION"),

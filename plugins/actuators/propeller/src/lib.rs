@@ -8,11 +8,11 @@ use tatu_plugin_api::{
     tatu_plugin,
 };
 
-pub use propeller::{Propeller, Propellers};
+pub use propeller::{Propeller, PropellerPlugin};
 
-impl Plugin for Propellers {
+impl Plugin for PropellerPlugin {
     fn start(_: &Host) -> Result<Self> {
-        Ok(Propellers)
+        Ok(PropellerPlugin)
     }
     fn offer(offer: &mut Offer<Self>) {
         offer.actuator::<Propeller>();
@@ -20,7 +20,7 @@ impl Plugin for Propellers {
 }
 
 tatu_plugin! {
-    plugin: Propellers,
+    plugin: PropellerPlugin,
     id: "tatu.actuator.propeller",
     name: "Propellers",
     version: env!("CARGO_PKG_VERSION"),

@@ -5,10 +5,10 @@ use tatu_plugin_api::{
     safe::{Actuator, Drive, Fail, Field, Instance, Output, Param, Params, Result, SharedWorld},
 };
 
-use crate::rotor::{Load, Rotor};
+use crate::rotor::{Rotor, RotorLoad};
 
 /// The propeller plugin. It has no state.
-pub struct Propellers;
+pub struct PropellerPlugin;
 
 /// A propeller with its motor.
 #[derive(Debug, Clone, PartialEq)]
@@ -35,7 +35,7 @@ fn number(key: &str, unit: &'static str, default: f64, text: &str) -> Param {
 }
 
 impl Actuator for Propeller {
-    type Plugin = Propellers;
+    type Plugin = PropellerPlugin;
     const ID: &'static str = "propeller";
     const TEXT: &'static str = "Rotor with a commanded speed: thrust along +z, drag torque, and lag of the motor.";
     // The thrust must follow the attitude of a multicopter, which can change considerably within a step of the world.
@@ -99,7 +99,7 @@ impl Actuator for Propeller {
         let acceleration = if dt > 0.0 { (spin.end - now) / dt } else { 0.0 };
         let [vx, vy, vz, wx, wy, wz] = drive.twist();
         let (velocity, turn) = (to_mount(drive, [vx, vy, vz]), to_mount(drive, [wx, wy, wz]));
-        let Load { force, torque, thrust, drag_torque } = self.rotor.load(spin, velocity, turn, acceleration);
+        let RotorLoad { force, torque, thrust, drag_torque } = self.rotor.load(spin, velocity, turn, acceleration);
         out.state[0] = spin.end;
         out.force = drive.to_world(force);
         out.torque = drive.to_world(torque);

@@ -25,7 +25,7 @@ pub struct Rotor {
 
 /// The wrench of a rotor in its own frame, and the components of the wrench that the actuator reports.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Load {
+pub struct RotorLoad {
     pub force: [f64; 3],
     pub torque: [f64; 3],
     /// Thrust along +z, N.
@@ -36,7 +36,7 @@ pub struct Load {
 
 /// The speed of a rotor during a step.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Spin {
+pub struct RotorSpeed {
     /// Speed at the end of the step, rad/s.
     pub end: f64,
     /// Mean speed, rad/s.
@@ -49,16 +49,16 @@ impl Rotor {
     /// Returns the speed during a step of duration `dt` that starts with the speed `now` and approaches `wanted`.
     ///
     /// The means are exact, so the momentum that a body gains does not depend on the duration of steps.
-    pub fn spin(&self, now: f64, wanted: f64, dt: f64) -> Spin {
+    pub fn spin(&self, now: f64, wanted: f64, dt: f64) -> RotorSpeed {
         let wanted = wanted.clamp(0.0, self.max_speed);
         let tau = self.lag[usize::from(wanted < now)];
         if tau <= 0.0 || dt <= 0.0 {
-            return Spin { end: wanted, mean: wanted, mean_square: wanted * wanted };
+            return RotorSpeed { end: wanted, mean: wanted, mean_square: wanted * wanted };
         }
         let (x, away) = (dt / tau, now - wanted);
         // Integrals of exp(-t / tau) and its square over the step, divided by dt.
         let (one, two) = (-libm::expm1(-x) / x, -libm::expm1(-2.0 * x) / (2.0 * x));
-        Spin {
+        RotorSpeed {
             end: wanted + away * libm::exp(-x),
             mean: wanted + away * one,
             mean_square: wanted * wanted + 2.0 * wanted * away * one + away * away * two,
@@ -67,8 +67,8 @@ impl Rotor {
 
     /// Returns the load on the mount. `velocity` and `turn` are the linear and angular velocity of the mount in the
     /// rotor's frame, m/s and rad/s; `acceleration` is the angular acceleration of the rotor, rad/s^2.
-    pub fn load(&self, spin: Spin, velocity: [f64; 3], turn: [f64; 3], acceleration: f64) -> Load {
-        let Spin { mean, mean_square, .. } = spin;
+    pub fn load(&self, spin: RotorSpeed, velocity: [f64; 3], turn: [f64; 3], acceleration: f64) -> RotorLoad {
+        let RotorSpeed { mean, mean_square, .. } = spin;
         let [u, v, w] = velocity;
         let thrust = self.thrust * mean_square - self.inflow * mean * w;
         let drag_torque = self.torque * self.thrust * mean_square;
@@ -77,7 +77,7 @@ impl Rotor {
         // rotor.
         let momentum = self.inertia * self.direction * mean;
         let gyro = [-turn[1] * momentum, turn[0] * momentum];
-        Load {
+        RotorLoad {
             force: [-drag * u, -drag * v, thrust],
             torque: [
                 gyro[0] - rolling * u,

@@ -7,11 +7,11 @@ use tatu_plugin_api::{
     tatu_plugin,
 };
 
-pub use thruster::{Thruster, Thrusters};
+pub use thruster::{Thruster, ThrusterPlugin};
 
-impl Plugin for Thrusters {
+impl Plugin for ThrusterPlugin {
     fn start(_: &Host) -> Result<Self> {
-        Ok(Thrusters)
+        Ok(ThrusterPlugin)
     }
     fn offer(offer: &mut Offer<Self>) {
         offer.actuator::<Thruster<false>>();
@@ -20,7 +20,7 @@ impl Plugin for Thrusters {
 }
 
 tatu_plugin! {
-    plugin: Thrusters,
+    plugin: ThrusterPlugin,
     id: "tatu.actuator.thruster",
     name: "Thrusters",
     version: env!("CARGO_PKG_VERSION"),

@@ -7,7 +7,7 @@ use tatu_plugin_api::{
 };
 
 /// The thruster plugin. It has no state.
-pub struct Thrusters;
+pub struct ThrusterPlugin;
 
 /// A thruster. If `SUBSTEP` is true, the force is updated before each engine step, not only in each step of the world.
 #[derive(Debug, Clone, PartialEq)]
@@ -40,7 +40,7 @@ fn lag(now: f64, wanted: f64, time_constant: f64, dt: f64) -> (f64, f64) {
 }
 
 impl<const SUBSTEP: bool> Actuator for Thruster<SUBSTEP> {
-    type Plugin = Thrusters;
+    type Plugin = ThrusterPlugin;
     const ID: &'static str = if SUBSTEP { "thruster_substep" } else { "thruster" };
     const TEXT: &'static str = if SUBSTEP {
         "Force along its +z axis, evaluated before each engine step, so its direction follows fast rotation."
@@ -119,7 +119,7 @@ mod tests {
     }
 
     #[test]
-    fn without_a_lag_the_thrust_is_there_at_once() {
+    fn thrust_without_lag_is_immediate() {
         assert_eq!(lag(1.0, 5.0, 0.0, 0.01), (5.0, 5.0));
     }
 }

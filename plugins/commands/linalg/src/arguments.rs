@@ -10,10 +10,10 @@ pub struct Linalg;
 /// A command of this plugin.
 pub type Cmd = Command<Linalg>;
 /// A call of one of this plugin's commands, which may run in parallel with others.
-pub type Shared<'a> = SharedCall<'a, Linalg>;
+pub type SharedCtx<'a> = SharedCall<'a, Linalg>;
 
 /// Maximum number of elements of a matrix. The time for a decomposition grows with this number to the power of 1.5.
-const MOST: usize = 250_000;
+const MAX_ELEMENTS: usize = 250_000;
 
 /// Declares the parameter with the elements of a matrix.
 pub fn matrix(key: &str) -> Param {
@@ -26,11 +26,14 @@ pub fn rows(key: &str) -> Param {
 }
 
 /// Reads a matrix: argument `i` contains its elements, row by row, and the argument after it its number of rows.
-pub fn given(c: &Shared<'_>, i: usize) -> Result<Matrix> {
+pub fn matrix_argument(c: &SharedCtx<'_>, i: usize) -> Result<Matrix> {
     let wrong = |what: &str| Fail::argument(format!("argument {}: {what}", i + 1));
     let numbers = c.arg(i).numbers().ok_or_else(|| wrong("expected the elements of a matrix, a list of numbers"))?;
-    if numbers.len() > MOST {
-        return Err(wrong(&format!("a matrix can have at most {MOST} elements, but this one has {}", numbers.len())));
+    if numbers.len() > MAX_ELEMENTS {
+        return Err(wrong(&format!(
+            "a matrix can have at most {MAX_ELEMENTS} elements, but this one has {}",
+            numbers.len()
+        )));
     }
     if !numbers.iter().all(|x| x.is_finite()) {
         return Err(wrong("the elements of a matrix must be finite"));
@@ -43,7 +46,7 @@ pub fn given(c: &Shared<'_>, i: usize) -> Result<Matrix> {
 }
 
 /// Sets the result of a call to the elements of a matrix, row by row. Returns an error if an element is not finite.
-pub fn give(c: &mut Shared<'_>, m: &Matrix) -> Result {
+pub fn return_matrix(c: &mut SharedCtx<'_>, m: &Matrix) -> Result {
     let by_rows = m.transpose();
     if !by_rows.iter().all(|x| x.is_finite()) {
         return Err(Fail::argument("the result overflows: it has an element that is not finite"));

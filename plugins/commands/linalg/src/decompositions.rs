@@ -4,21 +4,21 @@ use nalgebra::DMatrix;
 
 /// A dense matrix.
 pub type Matrix = DMatrix<f64>;
-type Made<T> = Result<T, String>;
+type AlgebraResult<T> = Result<T, String>;
 
 /// Maximum number of iterations of an eigenvalue computation.
-const ITERATIONS: usize = 10_000;
+const MAX_ITERATIONS: usize = 10_000;
 /// Maximum 1-norm of a matrix whose exponential is computed.
-const GREATEST: f64 = 1000.0;
+const MAX_NORM: f64 = 1000.0;
 /// Fraction of the greatest singular value below which singular values are treated as 0.
-const TINY: f64 = 1e-12;
+const SINGULAR_TOLERANCE: f64 = 1e-12;
 
-fn square(m: &Matrix) -> Made<()> {
+fn check_square(m: &Matrix) -> AlgebraResult<()> {
     if m.is_square() { Ok(()) } else { Err(format!("expected a square matrix, found {} x {}", m.nrows(), m.ncols())) }
 }
 
 /// Solves a x = b, in the least-squares sense if `a` has more rows than columns.
-pub fn solve(a: &Matrix, b: &Matrix) -> Made<Matrix> {
+pub fn solve(a: &Matrix, b: &Matrix) -> AlgebraResult<Matrix> {
     if a.nrows() != b.nrows() {
         return Err(format!("{} equations have {} right-hand sides: expected one for each", a.nrows(), b.nrows()));
     }
@@ -34,54 +34,54 @@ pub fn solve(a: &Matrix, b: &Matrix) -> Made<Matrix> {
     }
     let svd = a.clone().svd(true, true);
     let most = svd.singular_values.max();
-    if svd.singular_values.min() <= TINY * most {
+    if svd.singular_values.min() <= SINGULAR_TOLERANCE * most {
         return Err(lacks());
     }
     svd.solve(b, 0.0).map_err(str::to_owned)
 }
 
 /// Returns the inverse of a square matrix.
-pub fn inverse(m: &Matrix) -> Made<Matrix> {
-    square(m)?;
+pub fn inverse(m: &Matrix) -> AlgebraResult<Matrix> {
+    check_square(m)?;
     let inverse = m.clone().try_inverse().filter(|x| x.iter().all(|v| v.is_finite()));
     inverse.ok_or_else(|| "the matrix is singular: it has no inverse".into())
 }
 
 /// Returns the Moore-Penrose inverse; singular values below 1e-12 times the greatest one are treated as 0.
-pub fn pseudo_inverse(m: &Matrix) -> Made<Matrix> {
+pub fn pseudo_inverse(m: &Matrix) -> AlgebraResult<Matrix> {
     let most = m.clone().singular_values().max();
-    m.clone().pseudo_inverse(TINY * most).map_err(str::to_owned)
+    m.clone().pseudo_inverse(SINGULAR_TOLERANCE * most).map_err(str::to_owned)
 }
 
 /// Returns the exponential of a square matrix.
-pub fn exponential(m: &Matrix) -> Made<Matrix> {
-    square(m)?;
+pub fn exponential(m: &Matrix) -> AlgebraResult<Matrix> {
+    check_square(m)?;
     // The number of squarings grows with the norm, and each squaring loses precision.
     let norm = m.column_iter().map(|c| c.lp_norm(1)).fold(0.0, f64::max);
-    if norm > GREATEST {
-        return Err(format!("the 1-norm of the matrix must be at most {GREATEST}, but it is {norm:e}"));
+    if norm > MAX_NORM {
+        return Err(format!("the 1-norm of the matrix must be at most {MAX_NORM}, but it is {norm:e}"));
     }
     Ok(m.exp())
 }
 
 /// Returns the lower triangular factor L of the Cholesky decomposition L L' of a symmetric matrix.
-pub fn cholesky(m: &Matrix) -> Made<Matrix> {
-    square(m)?;
-    symmetric(m)?;
+pub fn cholesky(m: &Matrix) -> AlgebraResult<Matrix> {
+    check_square(m)?;
+    check_symmetric(m)?;
     let found = m.clone().cholesky();
     found.map(|c| c.l()).ok_or_else(|| "the matrix is not positive definite".into())
 }
 
 /// Returns the determinant of a square matrix.
-pub fn determinant(m: &Matrix) -> Made<f64> {
-    square(m)?;
+pub fn determinant(m: &Matrix) -> AlgebraResult<f64> {
+    check_square(m)?;
     Ok(m.determinant())
 }
 
 /// Returns the real and the imaginary parts of the eigenvalues of a square matrix, by ascending real part.
-pub fn eigenvalues(m: &Matrix) -> Made<(Vec<f64>, Vec<f64>)> {
-    square(m)?;
-    let schur = nalgebra::linalg::Schur::try_new(m.clone(), f64::EPSILON, ITERATIONS);
+pub fn eigenvalues(m: &Matrix) -> AlgebraResult<(Vec<f64>, Vec<f64>)> {
+    check_square(m)?;
+    let schur = nalgebra::linalg::Schur::try_new(m.clone(), f64::EPSILON, MAX_ITERATIONS);
     let schur = schur.ok_or("the eigenvalues were not found: the iteration did not converge")?;
     let mut all: Vec<(f64, f64)> = schur.complex_eigenvalues().iter().map(|c| (c.re, c.im)).collect();
     all.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
@@ -89,10 +89,10 @@ pub fn eigenvalues(m: &Matrix) -> Made<(Vec<f64>, Vec<f64>)> {
 }
 
 /// Returns the eigenvalues of a symmetric matrix, in ascending order, and its eigenvectors as columns.
-pub fn symmetric_eigen(m: &Matrix) -> Made<(Vec<f64>, Matrix)> {
-    square(m)?;
-    symmetric(m)?;
-    let eigen = nalgebra::linalg::SymmetricEigen::try_new(m.clone(), f64::EPSILON, ITERATIONS);
+pub fn symmetric_eigen(m: &Matrix) -> AlgebraResult<(Vec<f64>, Matrix)> {
+    check_square(m)?;
+    check_symmetric(m)?;
+    let eigen = nalgebra::linalg::SymmetricEigen::try_new(m.clone(), f64::EPSILON, MAX_ITERATIONS);
     let eigen = eigen.ok_or("the eigenvalues were not found: the iteration did not converge")?;
     let mut order: Vec<usize> = (0..m.nrows()).collect();
     order.sort_by(|a, b| eigen.eigenvalues[*a].total_cmp(&eigen.eigenvalues[*b]));
@@ -106,7 +106,7 @@ pub fn symmetric_eigen(m: &Matrix) -> Made<(Vec<f64>, Matrix)> {
     Ok((order.iter().map(|i| eigen.eigenvalues[*i]).collect(), vectors))
 }
 
-fn symmetric(m: &Matrix) -> Made<()> {
+fn check_symmetric(m: &Matrix) -> AlgebraResult<()> {
     let (away, most) = ((m - m.transpose()).amax(), m.amax());
     if away <= 1e-9 * most { Ok(()) } else { Err("expected a symmetric matrix".into()) }
 }
@@ -132,7 +132,7 @@ mod tests {
     }
 
     #[test]
-    fn eigenvalues_are_in_order() {
+    fn eigenvalues_are_ascending() {
         // A damped oscillator: -0.1 +- i sqrt(1 - 0.01).
         let (real, imaginary) = eigenvalues(&m(2, &[0.0, 1.0, -1.0, -0.2])).unwrap();
         let w = 0.99_f64.sqrt();
@@ -146,7 +146,7 @@ mod tests {
     }
 
     #[test]
-    fn exponentials_are_steps_of_linear_systems() {
+    fn exponential_advances_a_linear_system() {
         // Sine and cosine of 0.7.
         let (s, c) = (0.644217687237691, 0.764842187284489);
         let turned = exponential(&m(2, &[0.0, -0.7, 0.7, 0.0])).unwrap();

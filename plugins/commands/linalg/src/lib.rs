@@ -6,7 +6,7 @@
 mod arguments;
 mod decompositions;
 
-use arguments::{Cmd, Linalg, give, given, matrix, rows};
+use arguments::{Cmd, Linalg, matrix, matrix_argument, return_matrix, rows};
 use tatu_plugin_api::{
     safe::{Fail, Host, Offer, Param, Plugin, Result},
     tatu_plugin,
@@ -31,12 +31,12 @@ impl Plugin for Linalg {
 fn products(offer: &mut Offer<Linalg>) {
     offer.command(
         Cmd::side_by_side("linalg.multiply", |c| {
-            let (a, b) = (given(c, 0)?, given(c, 2)?);
+            let (a, b) = (matrix_argument(c, 0)?, matrix_argument(c, 2)?);
             if a.ncols() != b.nrows() {
                 let text = format!("a has {} columns and b has {} rows", a.ncols(), b.nrows());
                 return Err(Fail::argument(format!("{text}, but a product requires equal numbers")));
             }
-            give(c, &(a * b))
+            return_matrix(c, &(a * b))
         })
         .param(matrix("a"))
         .param(rows("a_rows"))
@@ -48,9 +48,9 @@ fn products(offer: &mut Offer<Linalg>) {
     );
     offer.command(
         Cmd::side_by_side("linalg.solve", |c| {
-            let (a, b) = (given(c, 0)?, given(c, 2)?);
+            let (a, b) = (matrix_argument(c, 0)?, matrix_argument(c, 2)?);
             let x = decompositions::solve(&a, &b).map_err(Fail::argument)?;
-            give(c, &x)
+            return_matrix(c, &x)
         })
         .param(matrix("a"))
         .param(rows("a_rows"))
@@ -63,10 +63,10 @@ fn products(offer: &mut Offer<Linalg>) {
 }
 
 /// An operation that computes a matrix from one matrix.
-type Function = fn(&decompositions::Matrix) -> std::result::Result<decompositions::Matrix, String>;
+type MatrixFunction = fn(&decompositions::Matrix) -> std::result::Result<decompositions::Matrix, String>;
 
 fn of_one(offer: &mut Offer<Linalg>) {
-    let all: [(&str, Function, &str, &str); 4] = [
+    let all: [(&str, MatrixFunction, &str, &str); 4] = [
         ("inverse", decompositions::inverse, "Returns the inverse of a square matrix.", "m = linalg.inverse({4}, 1)"),
         (
             "exponential",
@@ -90,8 +90,8 @@ fn of_one(offer: &mut Offer<Linalg>) {
     for (name, run, text, example) in all {
         offer.command(
             Cmd::side_by_side(format!("linalg.{name}"), move |c| {
-                let made = run(&given(c, 0)?).map_err(Fail::argument)?;
-                give(c, &made)
+                let made = run(&matrix_argument(c, 0)?).map_err(Fail::argument)?;
+                return_matrix(c, &made)
             })
             .param(matrix("m"))
             .param(rows("m_rows"))
@@ -102,7 +102,7 @@ fn of_one(offer: &mut Offer<Linalg>) {
     }
     offer.command(
         Cmd::side_by_side("linalg.determinant", |c| {
-            let d = decompositions::determinant(&given(c, 0)?).map_err(Fail::argument)?;
+            let d = decompositions::determinant(&matrix_argument(c, 0)?).map_err(Fail::argument)?;
             c.ret(d);
             Ok(())
         })
@@ -117,7 +117,7 @@ fn of_one(offer: &mut Offer<Linalg>) {
 fn eigen(offer: &mut Offer<Linalg>) {
     offer.command(
         Cmd::side_by_side("linalg.eigenvalues", |c| {
-            let (real, imaginary) = decompositions::eigenvalues(&given(c, 0)?).map_err(Fail::argument)?;
+            let (real, imaginary) = decompositions::eigenvalues(&matrix_argument(c, 0)?).map_err(Fail::argument)?;
             c.ret(&real[..]);
             c.ret(&imaginary[..]);
             Ok(())
@@ -131,9 +131,9 @@ fn eigen(offer: &mut Offer<Linalg>) {
     );
     offer.command(
         Cmd::side_by_side("linalg.symmetricEigen", |c| {
-            let (values, vectors) = decompositions::symmetric_eigen(&given(c, 0)?).map_err(Fail::argument)?;
+            let (values, vectors) = decompositions::symmetric_eigen(&matrix_argument(c, 0)?).map_err(Fail::argument)?;
             c.ret(&values[..]);
-            give(c, &vectors)
+            return_matrix(c, &vectors)
         })
         .param(matrix("m"))
         .param(rows("m_rows"))

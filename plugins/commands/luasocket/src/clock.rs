@@ -8,17 +8,17 @@ use std::{
 use tatu_plugin_api::safe::{Command, Offer, Param, Value};
 
 use crate::{
-    look::{allowed, command, failure, text, wrong},
     permission,
     plugin::LuaSocket,
-    sockets::{Patience, addresses},
+    recording::{allowed, command, error_values, failure, text},
+    sockets::{CallDeadline, addresses},
 };
 
 pub(crate) fn offer(offer: &mut Offer<LuaSocket>) {
     offer.command(
         command("luasocket.addresses", |c, _, _| {
-            if !permission::any(&allowed(c)?) {
-                return Ok(wrong(&io::ErrorKind::PermissionDenied.into()));
+            if !permission::allows_any(&allowed(c)?) {
+                return Ok(error_values(&io::ErrorKind::PermissionDenied.into()));
             }
             Ok(match addresses(&c.text(0)?, 0) {
                 Ok(all) => vec![Value::List(all.iter().map(|at| text(at.ip().to_string())).collect())],
@@ -33,7 +33,7 @@ pub(crate) fn offer(offer: &mut Offer<LuaSocket>) {
     );
     offer.command(
         command("luasocket.time", |c, _, _| {
-            let now = if permission::any(&allowed(c)?) {
+            let now = if permission::allows_any(&allowed(c)?) {
                 SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default().as_secs_f64()
             } else {
                 let epoch = c.world().get(0, c.plugin().epoch)?.as_i64().unwrap_or(0);
@@ -52,8 +52,8 @@ pub(crate) fn offer(offer: &mut Offer<LuaSocket>) {
     offer.command(
         Command::new("luasocket.sleep", |c| {
             let seconds = c.f64(0)?.max(0.0);
-            if permission::any(&allowed(c)?) {
-                Patience::new(seconds, &|| c.world().is_interrupted()).wait();
+            if permission::allows_any(&allowed(c)?) {
+                CallDeadline::new(seconds, &|| c.world().is_interrupted()).wait();
             }
             Ok(())
         })

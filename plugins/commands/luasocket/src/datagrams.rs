@@ -5,10 +5,10 @@ use std::net::SocketAddr;
 use tatu_plugin_api::safe::{Offer, Param, Value};
 
 use crate::{
-    look::{address, allowed, command, failure, or_wrong, place, port, socket, timeout},
     permission,
     plugin::LuaSocket,
-    sockets::{self, Patience},
+    recording::{address, address_values, allowed, command, failure, or_wrong, port, socket, timeout},
+    sockets::{self, CallDeadline},
 };
 
 pub(crate) fn offer(offer: &mut Offer<LuaSocket>) {
@@ -17,12 +17,12 @@ pub(crate) fn offer(offer: &mut Offer<LuaSocket>) {
             let n = c.i64(0)?;
             // Neither `*` nor port 0 names a particular address, so any permission suffices.
             let at = match (c.text(1)?.as_str(), port(c, 2)?) {
-                ("*", 0) if permission::any(&allowed(c)?) => Ok(SocketAddr::from(([0, 0, 0, 0], 0))),
+                ("*", 0) if permission::allows_any(&allowed(c)?) => Ok(SocketAddr::from(([0, 0, 0, 0], 0))),
                 _ => address(c, 1)?,
             };
             Ok(or_wrong(at.and_then(sockets::datagrams).map(|socket| {
                 if n == 0 {
-                    return vec![Value::Int(s.keep(socket))];
+                    return vec![Value::Int(s.insert(socket))];
                 }
                 s.replace(n, socket);
                 vec![Value::Int(n)]
@@ -67,9 +67,9 @@ pub(crate) fn offer(offer: &mut Offer<LuaSocket>) {
     offer.command(
         command("luasocket.receiveFrom", |c, s, ends| {
             let most = usize::try_from(c.i64(1)?).unwrap_or(0);
-            let done = s.receive_from(c.i64(0)?, most, &Patience::new(c.f64(2)?, ends));
+            let done = s.receive_from(c.i64(0)?, most, &CallDeadline::new(c.f64(2)?, ends));
             Ok(or_wrong(done.map(|(bytes, from)| {
-                std::iter::once(Value::Bytes(bytes)).chain(from.into_iter().flat_map(place)).collect()
+                std::iter::once(Value::Bytes(bytes)).chain(from.into_iter().flat_map(address_values)).collect()
             })))
         })
         .param(socket())

@@ -1,19 +1,19 @@
 //! Sockets for scripts: `require 'socket'` provides the interface of LuaSocket.
 //!
 //! - `sockets`: numbered sockets, built on the standard library; `permission`: the addresses that a run may access;
-//! - `look`: checks permissions and records the results of network and clock access as inputs of the run;
+//! - `recording`: checks permissions and records the results of network and clock access as inputs of the run;
 //! - `streams`, `datagrams`, `clock`: commands for TCP, UDP, and host names and time; `socket.lua`: LuaSocket's
 //!   objects, built on the commands.
 
 mod clock;
 mod datagrams;
-mod look;
 mod permission;
 mod plugin;
+mod recording;
 mod sockets;
 mod streams;
 
-use plugin::{LuaSocket, Open};
+use plugin::{LuaSocket, WorldSockets};
 use sockets::Sockets;
 use tatu_plugin_api::{
     abi::TATU_ERR_BUSY,
@@ -44,21 +44,21 @@ impl Plugin for LuaSocket {
 }
 
 impl PerWorld for LuaSocket {
-    type World = Open;
+    type World = WorldSockets;
 
-    fn world(&self, _: &World<'_>) -> Result<Open> {
-        Ok(Open::default())
+    fn world(&self, _: &World<'_>) -> Result<WorldSockets> {
+        Ok(WorldSockets::default())
     }
 
     const STATE_VERSION: u32 = 1;
     /// Saves only the last socket number. Open sockets cannot be saved: they are closed in a restored world, and their
     /// numbers are not reused.
-    fn save(open: &Open) -> Result<Vec<u8>> {
+    fn save(open: &WorldSockets) -> Result<Vec<u8>> {
         let sockets =
             open.sockets.try_borrow().map_err(|_| Fail::with_code(TATU_ERR_BUSY, "a command is using the sockets"))?;
         Ok(sockets.last.to_le_bytes().to_vec())
     }
-    fn load(open: &Open, bytes: &[u8], version: u32) -> Result<()> {
+    fn load(open: &WorldSockets, bytes: &[u8], version: u32) -> Result<()> {
         let last = bytes.try_into().ok().map(i64::from_le_bytes).filter(|_| version == Self::STATE_VERSION);
         let last = last.ok_or_else(|| {
             Fail::unsupported("the saved state has an unknown format; another version of the plugin may have saved it")

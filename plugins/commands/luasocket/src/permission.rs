@@ -5,18 +5,18 @@ use std::net::SocketAddr;
 /// Returns whether access to `at` is allowed; `host` is the host name in the script. In `allowed`, `*` matches any host
 /// or port.
 pub fn allows(allowed: &str, host: &str, at: SocketAddr) -> bool {
-    places(allowed).any(|(h, p)| {
+    allowed_addresses(allowed).any(|(h, p)| {
         let host = h == "*" || h == host || h == at.ip().to_string();
         host && (p == "*" || p.parse() == Ok(at.port()))
     })
 }
 
 /// Returns whether any address is allowed.
-pub fn any(allowed: &str) -> bool {
-    places(allowed).next().is_some()
+pub fn allows_any(allowed: &str) -> bool {
+    allowed_addresses(allowed).next().is_some()
 }
 
-fn places(allowed: &str) -> impl Iterator<Item = (&str, &str)> {
+fn allowed_addresses(allowed: &str) -> impl Iterator<Item = (&str, &str)> {
     allowed.split(',').filter_map(|a| a.strip_prefix("net=")).filter_map(|place| place.rsplit_once(':'))
 }
 
@@ -25,7 +25,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn hosts_and_ports_are_as_the_person_says() {
+    fn access_is_limited_to_allowed_hosts_and_ports() {
         let at: SocketAddr = "127.0.0.1:20000".parse().unwrap();
         for (allowed, host, expected) in [
             ("", "127.0.0.1", false),
@@ -40,6 +40,6 @@ mod tests {
         ] {
             assert_eq!(allows(allowed, host, at), expected, "{allowed} {host}");
         }
-        assert!(any("exec,net=a:1") && !any("exec"));
+        assert!(allows_any("exec,net=a:1") && !allows_any("exec"));
     }
 }

@@ -15,8 +15,8 @@ pub struct LuaSocket {
 
 /// The sockets of one world.
 #[derive(Default)]
-pub struct Open {
+pub struct WorldSockets {
     pub(crate) sockets: RefCell<Sockets>,
     /// Whether the denial of an access has been reported. Only the first denial in a world is reported.
-    pub(crate) told: Cell<bool>,
+    pub(crate) denial_reported: Cell<bool>,
 }

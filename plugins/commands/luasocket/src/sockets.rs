@@ -9,18 +9,18 @@ use std::{
 };
 
 /// Maximum time for which a call blocks before it checks whether the run is about to end.
-const SLICE: Duration = Duration::from_millis(50);
+const INTERRUPT_INTERVAL: Duration = Duration::from_millis(50);
 /// Pause between two polls of a non-blocking socket.
-const LOOK: Duration = Duration::from_millis(1);
+const POLL_INTERVAL: Duration = Duration::from_millis(1);
 /// Shortest timeout of a connection attempt; `connect_timeout` rejects zero.
-const LEAST_CONNECT: Duration = Duration::from_millis(20);
+const MIN_CONNECT_TIMEOUT: Duration = Duration::from_millis(20);
 /// Longest timeout of a connection attempt, which also applies if the script sets no limit.
-const MOST_CONNECT: Duration = Duration::from_secs(120);
+const MAX_CONNECT_TIMEOUT: Duration = Duration::from_secs(120);
 /// Number of bytes per read from the operating system, as in LuaSocket.
-const BUFFER: usize = 8192;
+const BUFFER_BYTES: usize = 8192;
 
 /// A connection, with a buffer of received bytes that no call has read yet.
-pub struct Stream {
+pub struct BufferedStream {
     stream: TcpStream,
     buffer: Vec<u8>,
 }
@@ -28,7 +28,7 @@ pub struct Stream {
 /// An open socket of the operating system.
 pub enum Socket {
     /// A TCP connection.
-    Stream(Stream),
+    Stream(BufferedStream),
     /// A TCP listener, and a connection that `select` has accepted but `accept` has not returned yet.
     Listener(TcpListener, Option<TcpStream>),
     /// A UDP socket.
@@ -45,27 +45,27 @@ pub struct Sockets {
 }
 
 /// The deadline of a blocking call, and a callback that can end the call earlier.
-pub struct Patience<'a> {
+pub struct CallDeadline<'a> {
     end: Option<Instant>,
-    ends: &'a dyn Fn() -> bool,
+    is_run_ending: &'a dyn Fn() -> bool,
 }
 
-impl<'a> Patience<'a> {
+impl<'a> CallDeadline<'a> {
     /// Creates a deadline `seconds` from now; a negative number means no deadline. `ends` returns whether the run is
     /// about to end.
     pub fn new(seconds: f64, ends: &'a dyn Fn() -> bool) -> Self {
         let end = (seconds >= 0.0).then(|| Instant::now() + Duration::from_secs_f64(seconds.min(1e6)));
-        Patience { end, ends }
+        CallDeadline { end, is_run_ending: ends }
     }
-    fn left(&self) -> Option<Duration> {
+    fn time_left(&self) -> Option<Duration> {
         self.end.map(|end| end.saturating_duration_since(Instant::now()))
     }
     /// Sleeps for at most `most`; returns an error once the deadline has passed or the run is about to end.
     pub fn sleep(&self, most: Duration) -> io::Result<()> {
-        if (self.ends)() {
+        if (self.is_run_ending)() {
             return Err(ErrorKind::ConnectionAborted.into());
         }
-        match self.left() {
+        match self.time_left() {
             Some(Duration::ZERO) => return Err(ErrorKind::TimedOut.into()),
             Some(left) => std::thread::sleep(left.min(most)),
             None => std::thread::sleep(most),
@@ -74,14 +74,16 @@ impl<'a> Patience<'a> {
     }
     /// Sleeps until the deadline, or until the run is about to end.
     pub fn wait(&self) {
-        while self.sleep(SLICE).is_ok() {}
+        while self.sleep(INTERRUPT_INTERVAL).is_ok() {}
     }
     /// Calls `f` repeatedly until it succeeds or fails with an error other than `WouldBlock`, `TimedOut` and
     /// `Interrupted`. Returns an error once the deadline has passed or the run is about to end.
-    fn until<T>(&self, mut f: impl FnMut() -> io::Result<T>) -> io::Result<T> {
+    fn retry<T>(&self, mut f: impl FnMut() -> io::Result<T>) -> io::Result<T> {
         loop {
             match f() {
-                Err(e) if matches!(e.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut) => self.sleep(LOOK)?,
+                Err(e) if matches!(e.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut) => {
+                    self.sleep(POLL_INTERVAL)?
+                }
                 Err(e) if e.kind() == ErrorKind::Interrupted => {}
                 done => return done,
             }
@@ -91,7 +93,7 @@ impl<'a> Patience<'a> {
 
 /// What a call to `receive` reads.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Want {
+pub enum ReceivePattern {
     /// A line up to a line feed; the line feed and all carriage returns are removed.
     Line,
     /// All bytes until the peer closes the connection.
@@ -101,7 +103,7 @@ pub enum Want {
 }
 
 /// Returns LuaSocket's message for an error.
-pub fn words(e: &io::Error) -> String {
+pub fn error_message(e: &io::Error) -> String {
     match e.kind() {
         ErrorKind::WouldBlock | ErrorKind::TimedOut => "timeout".into(),
         ErrorKind::UnexpectedEof
@@ -133,14 +135,14 @@ fn closed() -> io::Error {
 }
 
 /// Opens a TCP connection, in a separate thread because the system call cannot be interrupted.
-pub fn connect(to: SocketAddr, patience: &Patience<'_>) -> io::Result<Socket> {
-    let most = patience.left().unwrap_or(MOST_CONNECT).clamp(LEAST_CONNECT, MOST_CONNECT);
+pub fn connect(to: SocketAddr, deadline: &CallDeadline<'_>) -> io::Result<Socket> {
+    let most = deadline.time_left().unwrap_or(MAX_CONNECT_TIMEOUT).clamp(MIN_CONNECT_TIMEOUT, MAX_CONNECT_TIMEOUT);
     let (done, wait) = mpsc::channel();
     std::thread::spawn(move || done.send(TcpStream::connect_timeout(&to, most)));
     loop {
-        match wait.recv_timeout(SLICE) {
+        match wait.recv_timeout(INTERRUPT_INTERVAL) {
             Ok(stream) => return Socket::connected(stream?),
-            Err(_) if (patience.ends)() => return Err(ErrorKind::ConnectionAborted.into()),
+            Err(_) if (deadline.is_run_ending)() => return Err(ErrorKind::ConnectionAborted.into()),
             Err(mpsc::RecvTimeoutError::Timeout) => {}
             Err(mpsc::RecvTimeoutError::Disconnected) => return Err(ErrorKind::TimedOut.into()),
         }
@@ -164,7 +166,7 @@ pub fn datagrams(at: SocketAddr) -> io::Result<Socket> {
 impl Socket {
     fn connected(stream: TcpStream) -> io::Result<Socket> {
         stream.set_nonblocking(true)?;
-        Ok(Socket::Stream(Stream { stream, buffer: Vec::new() }))
+        Ok(Socket::Stream(BufferedStream { stream, buffer: Vec::new() }))
     }
 
     /// Returns whether the socket can be written, if `write` is true, or read without blocking.
@@ -184,11 +186,11 @@ impl Socket {
     }
 }
 
-impl Stream {
+impl BufferedStream {
     /// Waits until at least one more byte has been received into the buffer.
-    fn fill(&mut self, patience: &Patience<'_>) -> io::Result<()> {
-        let mut bytes = [0; BUFFER];
-        match patience.until(|| self.stream.read(&mut bytes))? {
+    fn fill(&mut self, deadline: &CallDeadline<'_>) -> io::Result<()> {
+        let mut bytes = [0; BUFFER_BYTES];
+        match deadline.retry(|| self.stream.read(&mut bytes))? {
             0 => Err(closed()),
             n => {
                 self.buffer.extend_from_slice(&bytes[..n]);
@@ -198,10 +200,10 @@ impl Stream {
     }
 
     /// Appends received bytes to `out`, including those received before an error.
-    fn receive(&mut self, want: Want, out: &mut Vec<u8>, patience: &Patience<'_>) -> io::Result<()> {
+    fn receive(&mut self, want: ReceivePattern, out: &mut Vec<u8>, deadline: &CallDeadline<'_>) -> io::Result<()> {
         loop {
             match want {
-                Want::Line => {
+                ReceivePattern::Line => {
                     let end = self.buffer.iter().position(|b| *b == b'\n');
                     let line = self.buffer.drain(..end.map_or(self.buffer.len(), |e| e + 1));
                     out.extend(line.filter(|b| !b"\r\n".contains(b)));
@@ -209,9 +211,9 @@ impl Stream {
                         return Ok(());
                     }
                 }
-                Want::All => out.append(&mut self.buffer),
-                Want::Count(0) if !self.buffer.is_empty() => return Ok(()),
-                Want::Count(n) => {
+                ReceivePattern::All => out.append(&mut self.buffer),
+                ReceivePattern::Count(0) if !self.buffer.is_empty() => return Ok(()),
+                ReceivePattern::Count(n) => {
                     let lacks = n.saturating_sub(out.len()).min(self.buffer.len());
                     out.extend(self.buffer.drain(..lacks));
                     if n > 0 && out.len() >= n {
@@ -219,8 +221,10 @@ impl Stream {
                     }
                 }
             }
-            match self.fill(patience) {
-                Err(e) if want == Want::All && words(&e) == "closed" && !out.is_empty() => return Ok(()),
+            match self.fill(deadline) {
+                Err(e) if want == ReceivePattern::All && error_message(&e) == "closed" && !out.is_empty() => {
+                    return Ok(());
+                }
                 done => done?,
             }
         }
@@ -229,7 +233,7 @@ impl Stream {
 
 impl Sockets {
     /// Stores a socket and returns its new number.
-    pub fn keep(&mut self, socket: Socket) -> i64 {
+    pub fn insert(&mut self, socket: Socket) -> i64 {
         self.last += 1;
         self.all.insert(self.last, socket);
         self.last
@@ -242,7 +246,7 @@ impl Sockets {
     pub fn close(&mut self, n: i64) {
         self.all.remove(&n);
     }
-    fn stream(&mut self, n: i64) -> io::Result<&mut Stream> {
+    fn stream(&mut self, n: i64) -> io::Result<&mut BufferedStream> {
         match self.all.get_mut(&n) {
             Some(Socket::Stream(stream)) => Ok(stream),
             _ => Err(closed()),
@@ -257,48 +261,54 @@ impl Sockets {
     }
 
     /// Accepts the next connection of a listener and returns the number of the new socket.
-    pub fn accept(&mut self, n: i64, patience: &Patience<'_>) -> io::Result<i64> {
+    pub fn accept(&mut self, n: i64, deadline: &CallDeadline<'_>) -> io::Result<i64> {
         let Some(Socket::Listener(listener, seen)) = self.all.get_mut(&n) else { return Err(closed()) };
         let stream = match seen.take() {
             Some(stream) => stream,
-            None => patience.until(|| listener.accept())?.0,
+            None => deadline.retry(|| listener.accept())?.0,
         };
-        Ok(self.keep(Socket::connected(stream)?))
+        Ok(self.insert(Socket::connected(stream)?))
     }
     /// Appends the bytes received from a connection to `out`, including those received before an error.
-    pub fn receive(&mut self, n: i64, want: Want, out: &mut Vec<u8>, patience: &Patience<'_>) -> io::Result<()> {
-        if matches!(want, Want::Count(count) if count > 0 && out.len() >= count) {
+    pub fn receive(
+        &mut self,
+        n: i64,
+        want: ReceivePattern,
+        out: &mut Vec<u8>,
+        deadline: &CallDeadline<'_>,
+    ) -> io::Result<()> {
+        if matches!(want, ReceivePattern::Count(count) if count > 0 && out.len() >= count) {
             return Ok(());
         }
-        self.stream(n)?.receive(want, out, patience)
+        self.stream(n)?.receive(want, out, deadline)
     }
     /// Receives a datagram; returns its bytes, truncated to `most`, and the address of its sender.
     pub fn receive_from(
         &mut self,
         n: i64,
         most: usize,
-        patience: &Patience<'_>,
+        deadline: &CallDeadline<'_>,
     ) -> io::Result<(Vec<u8>, Option<SocketAddr>)> {
         let socket = self.datagram(n)?;
         // A datagram has less than 64 KiB.
         let mut bytes = vec![0; most.min(1 << 16)];
         let (count, from) = match socket.peer_addr() {
-            Ok(_) => (patience.until(|| socket.recv(&mut bytes))?, None),
-            Err(_) => patience.until(|| socket.recv_from(&mut bytes)).map(|(n, from)| (n, Some(from)))?,
+            Ok(_) => (deadline.retry(|| socket.recv(&mut bytes))?, None),
+            Err(_) => deadline.retry(|| socket.recv_from(&mut bytes)).map(|(n, from)| (n, Some(from)))?,
         };
         bytes.truncate(count);
         Ok((bytes, from))
     }
     /// Sends bytes. Returns the number of bytes sent, and the error that stopped the transfer, if any.
-    pub fn send(&mut self, n: i64, bytes: &[u8], patience: &Patience<'_>) -> (usize, io::Result<()>) {
+    pub fn send(&mut self, n: i64, bytes: &[u8], deadline: &CallDeadline<'_>) -> (usize, io::Result<()>) {
         if let Ok(socket) = self.datagram(n) {
-            let done = patience.until(|| socket.send(bytes));
+            let done = deadline.retry(|| socket.send(bytes));
             return (*done.as_ref().unwrap_or(&0), done.map(drop));
         }
         let mut sent = 0;
         let done = self.stream(n).and_then(|s| {
             while sent < bytes.len() {
-                match patience.until(|| s.stream.write(&bytes[sent..]))? {
+                match deadline.retry(|| s.stream.write(&bytes[sent..]))? {
                     0 => return Err(closed()),
                     more => sent += more,
                 }
@@ -341,7 +351,7 @@ impl Sockets {
     /// Waits until at least one socket of `read` can be read or one of `write` can be written, and returns the ready
     /// sockets of both lists, or empty lists at the deadline or if the run is about to end. Sockets with buffered bytes
     /// come first.
-    pub fn select(&mut self, read: &[i64], write: &[i64], patience: &Patience<'_>) -> [Vec<i64>; 2] {
+    pub fn select(&mut self, read: &[i64], write: &[i64], deadline: &CallDeadline<'_>) -> [Vec<i64>; 2] {
         loop {
             let mut pick = |list: &[i64], write: bool| {
                 let ready = |n: &i64| self.all.get_mut(n).is_some_and(|s| s.is_ready(write));
@@ -350,7 +360,7 @@ impl Sockets {
                 found
             };
             let found = [pick(read, false), pick(write, true)];
-            if found.iter().any(|f| !f.is_empty()) || patience.sleep(LOOK).is_err() {
+            if found.iter().any(|f| !f.is_empty()) || deadline.sleep(POLL_INTERVAL).is_err() {
                 return found;
             }
         }

@@ -5,46 +5,49 @@ use std::{io, net::Shutdown, time::Duration};
 use tatu_plugin_api::safe::{Command, Fail, Offer, Outcome, Param, Result, Value};
 
 use crate::{
-    look::{Ctx, address, command, failure, give, observe, open, or_wrong, place, socket, text, timeout, wrong},
     plugin::LuaSocket,
-    sockets::{self, Patience, Want, words},
+    recording::{
+        Ctx, address, address_values, borrow_sockets, command, error_values, failure, observe, or_wrong, return_values,
+        socket, text, timeout,
+    },
+    sockets::{self, CallDeadline, ReceivePattern, error_message},
 };
 
 /// Wall-clock delay after a refused connection attempt of a script thread, which then resumes in the next step. A
 /// program that has just been started needs some time before it listens, but scripts retry immediately.
-const REFUSED: Duration = Duration::from_millis(20);
+const REFUSED_DELAY: Duration = Duration::from_millis(20);
 
 fn connect(c: &mut Ctx<'_>) -> Result<Outcome> {
     if c.resumed() != 0 {
-        give(c, wrong(&io::ErrorKind::ConnectionRefused.into()));
+        return_values(c, error_values(&io::ErrorKind::ConnectionRefused.into()));
         return Ok(Outcome::Done);
     }
     let found = observe(c, "luasocket.connect", |c| {
         let ends = || c.world().is_interrupted();
-        let patience = Patience::new(c.f64(2)?, &ends);
-        let done = address(c, 0)?.and_then(|to| sockets::connect(to, &patience));
+        let deadline = CallDeadline::new(c.f64(2)?, &ends);
+        let done = address(c, 0)?.and_then(|to| sockets::connect(to, &deadline));
         if done.as_ref().is_err_and(|e| e.kind() == io::ErrorKind::ConnectionRefused) && c.can_wait() {
-            std::thread::sleep(REFUSED);
+            std::thread::sleep(REFUSED_DELAY);
         }
         Ok(match done {
-            Ok(socket) => vec![Value::Int(open(c)?.keep(socket))],
-            Err(e) => wrong(&e),
+            Ok(socket) => vec![Value::Int(borrow_sockets(c)?.insert(socket))],
+            Err(e) => error_values(&e),
         })
     })?;
-    let refused = wrong(&io::ErrorKind::ConnectionRefused.into());
+    let refused = error_values(&io::ErrorKind::ConnectionRefused.into());
     if found == refused && c.can_wait() {
         return c.wait_steps(1, 1);
     }
-    give(c, found);
+    return_values(c, found);
     Ok(Outcome::Done)
 }
 
-fn want(c: &Ctx<'_>, i: usize) -> Result<Want> {
+fn receive_pattern(c: &Ctx<'_>, i: usize) -> Result<ReceivePattern> {
     Ok(match c.arg(i).as_i64() {
-        Some(n) => Want::Count(usize::try_from(n).unwrap_or(0)),
+        Some(n) => ReceivePattern::Count(usize::try_from(n).unwrap_or(0)),
         None => match c.text(i)?.as_str() {
-            "*l" => Want::Line,
-            "*a" => Want::All,
+            "*l" => ReceivePattern::Line,
+            "*a" => ReceivePattern::All,
             other => {
                 return Err(Fail::argument(format!(
                     "argument 2: expected \"*l\", \"*a\" or a number of bytes, found `{other}`"
@@ -72,7 +75,7 @@ pub(crate) fn offer(offer: &mut Offer<LuaSocket>) {
     offer.command(
         command("luasocket.listen", |c, s, _| {
             let done = address(c, 0)?.and_then(sockets::listen);
-            Ok(or_wrong(done.map(|socket| vec![Value::Int(s.keep(socket))])))
+            Ok(or_wrong(done.map(|socket| vec![Value::Int(s.insert(socket))])))
         })
         .param(Param::string("host").text("`*`: any address of this machine"))
         .param(Param::int("port").text("0: any free port"))
@@ -83,8 +86,8 @@ pub(crate) fn offer(offer: &mut Offer<LuaSocket>) {
     );
     offer.command(
         command("luasocket.accept", |c, s, ends| {
-            let patience = Patience::new(c.f64(1)?, ends);
-            Ok(or_wrong(s.accept(c.i64(0)?, &patience).map(|n| vec![Value::Int(n)])))
+            let deadline = CallDeadline::new(c.f64(1)?, ends);
+            Ok(or_wrong(s.accept(c.i64(0)?, &deadline).map(|n| vec![Value::Int(n)])))
         })
         .param(socket())
         .param(timeout())
@@ -95,11 +98,11 @@ pub(crate) fn offer(offer: &mut Offer<LuaSocket>) {
     );
     offer.command(
         command("luasocket.receive", |c, s, ends| {
-            let (n, want, mut out) = (c.i64(0)?, want(c, 1)?, c.bytes(2)?.to_vec());
-            let done = s.receive(n, want, &mut out, &Patience::new(c.f64(3)?, ends));
+            let (n, want, mut out) = (c.i64(0)?, receive_pattern(c, 1)?, c.bytes(2)?.to_vec());
+            let done = s.receive(n, want, &mut out, &CallDeadline::new(c.f64(3)?, ends));
             Ok(match done {
                 Ok(()) => vec![Value::Bytes(out)],
-                Err(e) => vec![Value::Nil, text(words(&e)), Value::Bytes(out)],
+                Err(e) => vec![Value::Nil, text(error_message(&e)), Value::Bytes(out)],
             })
         })
         .param(socket())
@@ -114,9 +117,9 @@ pub(crate) fn offer(offer: &mut Offer<LuaSocket>) {
     );
     offer.command(
         command("luasocket.send", |c, s, ends| {
-            let (sent, done) = s.send(c.i64(0)?, c.bytes(1)?, &Patience::new(c.f64(2)?, ends));
+            let (sent, done) = s.send(c.i64(0)?, c.bytes(1)?, &CallDeadline::new(c.f64(2)?, ends));
             let mut found = vec![Value::Int(sent as i64)];
-            found.extend(done.err().map(|e| text(words(&e))));
+            found.extend(done.err().map(|e| text(error_message(&e))));
             Ok(found)
         })
         .param(socket())
@@ -129,7 +132,7 @@ pub(crate) fn offer(offer: &mut Offer<LuaSocket>) {
     );
     offer.command(
         command("luasocket.select", |c, s, ends| {
-            let found = s.select(&numbers(c, 0), &numbers(c, 1), &Patience::new(c.f64(2)?, ends));
+            let found = s.select(&numbers(c, 0), &numbers(c, 1), &CallDeadline::new(c.f64(2)?, ends));
             Ok(found.map(Value::Ints).to_vec())
         })
         .param(Param::list("read"))
@@ -142,7 +145,7 @@ pub(crate) fn offer(offer: &mut Offer<LuaSocket>) {
     );
     offer.command(
         command("luasocket.name", |c, s, _| {
-            Ok(or_wrong(s.name(c.i64(0)?, c.arg(1).truthy()).map(|at| place(at).to_vec())))
+            Ok(or_wrong(s.name(c.i64(0)?, c.arg(1).truthy()).map(|at| address_values(at).to_vec())))
         })
         .param(socket())
         .param(Param::bool("peer").text("true: the address of the peer"))
@@ -166,7 +169,7 @@ pub(crate) fn offer(offer: &mut Offer<LuaSocket>) {
 fn closing(offer: &mut Offer<LuaSocket>) {
     offer.command(
         Command::new("luasocket.close", |c| {
-            open(c)?.close(c.i64(0)?);
+            borrow_sockets(c)?.close(c.i64(0)?);
             Ok(())
         })
         .param(socket())
@@ -183,7 +186,7 @@ fn closing(offer: &mut Offer<LuaSocket>) {
                     return Err(Fail::argument(format!("`{other}`: expected \"send\", \"receive\" or \"both\"")));
                 }
             };
-            open(c)?.shutdown(c.i64(0)?, how);
+            borrow_sockets(c)?.shutdown(c.i64(0)?, how);
             Ok(())
         })
         .param(socket())
@@ -194,7 +197,7 @@ fn closing(offer: &mut Offer<LuaSocket>) {
     offer.command(
         Command::new("luasocket.setOption", |c| {
             // An option that the system refuses is ignored, because `setoption` always reports success.
-            let _ = open(c)?.option(c.i64(0)?, &c.text(1)?, c.arg(2).truthy());
+            let _ = borrow_sockets(c)?.option(c.i64(0)?, &c.text(1)?, c.arg(2).truthy());
             Ok(())
         })
         .param(socket())

@@ -20,11 +20,11 @@ use std::{
 pub const NAME: &str = "bubbleRobServer";
 const HEADER: [u8; 2] = [59, 57];
 /// Forward speed of the wheels, rad/s.
-const SPEED: f32 = 7.0;
+const FORWARD_SPEED: f32 = 7.0;
 /// Duration of the backward motion after a detection, s.
-const BACK: f32 = 3.0;
+const BACKWARD_TIME_S: f32 = 3.0;
 /// Interval at which the server checks for connections and whether its world still exists.
-const LOOK: Duration = Duration::from_millis(20);
+const POLL_INTERVAL: Duration = Duration::from_millis(20);
 
 /// Listens on `port` of 127.0.0.1 and serves the first client that connects, until `ends` becomes true. Returns the
 /// port; the operating system chooses it if `port` is 0.
@@ -37,30 +37,30 @@ pub fn serve(port: u16, ends: Arc<AtomicBool>) -> io::Result<u16> {
             match listener.accept() {
                 Ok((stream, _)) => {
                     // Any error closes the connection, which the script can detect.
-                    let _ = answer(stream, &ends);
+                    let _ = serve_client(stream, &ends);
                     return;
                 }
-                Err(_) => std::thread::sleep(LOOK),
+                Err(_) => std::thread::sleep(POLL_INTERVAL),
             }
         }
     });
     Ok(port)
 }
 
-fn answer(mut stream: TcpStream, ends: &AtomicBool) -> io::Result<()> {
+fn serve_client(mut stream: TcpStream, ends: &AtomicBool) -> io::Result<()> {
     stream.set_nonblocking(false)?;
     stream.set_nodelay(true)?;
-    stream.set_read_timeout(Some(LOOK))?;
+    stream.set_read_timeout(Some(POLL_INTERVAL))?;
     let mut seen = f32::NEG_INFINITY;
     loop {
-        let [distance, time] = request(&mut stream, ends)?;
-        let speeds = if time - seen < BACK {
-            [-0.5 * SPEED, -0.25 * SPEED]
+        let [distance, time] = read_request(&mut stream, ends)?;
+        let speeds = if time - seen < BACKWARD_TIME_S {
+            [-0.5 * FORWARD_SPEED, -0.25 * FORWARD_SPEED]
         } else {
             if distance > 0.0 {
                 seen = time;
             }
-            [SPEED; 2]
+            [FORWARD_SPEED; 2]
         };
         let mut packet = vec![HEADER[0], HEADER[1], 8, 0, 0, 0];
         packet.extend(speeds.iter().flat_map(|v| v.to_le_bytes()));
@@ -68,16 +68,16 @@ fn answer(mut stream: TcpStream, ends: &AtomicBool) -> io::Result<()> {
     }
 }
 
-fn request(stream: &mut TcpStream, ends: &AtomicBool) -> io::Result<[f32; 2]> {
+fn read_request(stream: &mut TcpStream, ends: &AtomicBool) -> io::Result<[f32; 2]> {
     let mut data = Vec::new();
     loop {
         let mut header = [0; 6];
-        fill(stream, &mut header, ends)?;
+        read_full(stream, &mut header, ends)?;
         if header[..2] != HEADER || data.len() > 8 {
             return Err(ErrorKind::InvalidData.into());
         }
         let mut part = vec![0; usize::from(u16::from_le_bytes([header[2], header[3]]))];
-        fill(stream, &mut part, ends)?;
+        read_full(stream, &mut part, ends)?;
         data.extend(part);
         if header[4..] == [0, 0] {
             break;
@@ -89,7 +89,7 @@ fn request(stream: &mut TcpStream, ends: &AtomicBool) -> io::Result<[f32; 2]> {
     }
 }
 
-fn fill(stream: &mut TcpStream, mut room: &mut [u8], ends: &AtomicBool) -> io::Result<()> {
+fn read_full(stream: &mut TcpStream, mut room: &mut [u8], ends: &AtomicBool) -> io::Result<()> {
     while !room.is_empty() && !ends.load(Ordering::Relaxed) {
         match stream.read(room) {
             Ok(0) => return Err(ErrorKind::UnexpectedEof.into()),
@@ -111,7 +111,7 @@ mod tests {
 
     /// Compares with bytes that were captured on the socket of the original program.
     #[test]
-    fn it_answers_as_the_program_does() {
+    fn server_answers_like_the_original_program() {
         let port = serve(0, Arc::default()).unwrap();
         let mut stream = TcpStream::connect(("127.0.0.1", port)).unwrap();
         for (data, expected) in [

@@ -8,7 +8,7 @@ mod bubblerob;
 mod launch;
 mod plugin;
 
-use plugin::{Programs, Running};
+use plugin::{Programs, ServerGuard};
 use tatu_plugin_api::{
     safe::{Host, Offer, PerWorld, Plugin, Result, World},
     tatu_plugin,
@@ -26,18 +26,18 @@ impl Plugin for Programs {
 }
 
 impl PerWorld for Programs {
-    type World = Running;
+    type World = ServerGuard;
 
-    fn world(&self, _: &World<'_>) -> Result<Running> {
-        Ok(Running::default())
+    fn world(&self, _: &World<'_>) -> Result<ServerGuard> {
+        Ok(ServerGuard::default())
     }
 
     const STATE_VERSION: u32 = 1;
     /// Saves nothing, because external programs are not part of the world.
-    fn save(_: &Running) -> Result<Vec<u8>> {
+    fn save(_: &ServerGuard) -> Result<Vec<u8>> {
         Ok(Vec::new())
     }
-    fn load(_: &Running, _: &[u8], _: u32) -> Result<()> {
+    fn load(_: &ServerGuard, _: &[u8], _: u32) -> Result<()> {
         Ok(())
     }
 }

@@ -15,9 +15,9 @@ pub struct Programs {
 
 /// Stops the built-in servers of a world when the world is dropped.
 #[derive(Default)]
-pub struct Running(pub(crate) Arc<AtomicBool>);
+pub struct ServerGuard(pub(crate) Arc<AtomicBool>);
 
-impl Drop for Running {
+impl Drop for ServerGuard {
     fn drop(&mut self) {
         self.0.store(true, Ordering::Relaxed);
     }

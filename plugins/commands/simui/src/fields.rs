@@ -4,29 +4,29 @@ use serde_json::{Value as Json, json};
 use tatu_plugin_api::safe::{Fail, Offer, Param, Result};
 
 use crate::{
-    acts,
-    plugin::{Ctx, MINUS, NIL, SimUi, both},
-    window::{all, get, set, widget},
+    actions,
+    plugin::{Ctx, MINUS_ONE, NIL, SimUi, both},
+    window::{borrow_windows, get, set, widget},
 };
 
 /// The type of a field's value.
 #[derive(Clone, Copy, PartialEq)]
-enum Holds {
+enum FieldType {
     Text,
     Int,
     Float,
     Truth,
 }
-use Holds::*;
+use FieldType::*;
 
-struct Field {
+struct WidgetField {
     /// The part of the command names after `simUI.set` and `simUI.get`.
     name: &'static str,
     /// Elements that have this value; empty: all elements.
     of: &'static [&'static str],
     key: &'static str,
-    holds: Holds,
-    gets: bool,
+    value_type: FieldType,
+    is_readable: bool,
     text: &'static str,
     /// The element in the generated example; `sample` is its value.
     element: &'static str,
@@ -36,19 +36,19 @@ struct Field {
 const fn field(
     name: &'static str,
     of: &'static [&'static str],
-    (key, holds, gets): (&'static str, Holds, bool),
+    (key, holds, gets): (&'static str, FieldType, bool),
     text: &'static str,
     (element, sample): (&'static str, &'static str),
-) -> Field {
-    Field { name, of, key, holds, gets, text, element, sample }
+) -> WidgetField {
+    WidgetField { name, of, key, value_type: holds, is_readable: gets, text, element, sample }
 }
 
 /// Returns the description of a field as the object of a sentence such as "Sets ...".
-fn phrase(f: &Field) -> String {
+fn field_phrase(f: &WidgetField) -> String {
     if f.text.starts_with("whether ") { f.text.to_owned() } else { format!("the {}", f.text) }
 }
 
-const FIELDS: &[Field] = &[
+const FIELDS: &[WidgetField] = &[
     field("LabelText", &["label"], ("text", Text, true), "text of a label", ("label", "'fast'")),
     field("ButtonText", &["button"], ("text", Text, true), "text of a button", ("button", "'Stop'")),
     field("Text", &["text-browser"], ("text", Text, true), "text of a text browser", ("text-browser", "'two lines'")),
@@ -90,18 +90,18 @@ const FIELDS: &[Field] = &[
     field("StyleSheet", &[], ("style", Text, false), "colours and font size of a widget", ("label", "'color: red'")),
 ];
 
-fn check(c: &Ctx<'_>, at: (i64, usize), f: &Field) -> Result {
-    let element = all(c)?.of(at.0)?.nodes[at.1].element.clone();
+fn check(c: &Ctx<'_>, at: (i64, usize), f: &WidgetField) -> Result {
+    let element = borrow_windows(c)?.window_mut(at.0)?.nodes[at.1].element.clone();
     if f.of.is_empty() || f.of.contains(&element.as_str()) {
         return Ok(());
     }
     Err(Fail::argument(format!("only elements of type {} have this value, not {element}", f.of.join(" or "))))
 }
 
-fn put(c: &mut Ctx<'_>, f: &'static Field) -> Result {
+fn set_field(c: &mut Ctx<'_>, f: &'static WidgetField) -> Result {
     let at = widget(c)?;
     check(c, at, f)?;
-    let value = match f.holds {
+    let value = match f.value_type {
         Text => json!(c.text(2)?),
         Truth => json!(c.arg(2).truthy()),
         Int => json!(c.f64(2)?.round() as i64),
@@ -109,18 +109,18 @@ fn put(c: &mut Ctx<'_>, f: &'static Field) -> Result {
     };
     set(c, at, &[(f.key, value.clone())])?;
     // A change by a script calls the callback only if the script passes `suppressEvents = false`.
-    if c.has(3) && !c.arg(3).truthy() && f.gets {
-        acts::call_back(c, at, &[value])?;
+    if c.has(3) && !c.arg(3).truthy() && f.is_readable {
+        actions::call_back(c, at, &[value])?;
     }
     c.ret(1_i64);
     Ok(())
 }
 
-fn ask(c: &mut Ctx<'_>, f: &'static Field) -> Result {
+fn get_field(c: &mut Ctx<'_>, f: &'static WidgetField) -> Result {
     let at = widget(c)?;
     check(c, at, f)?;
     let value = get(c, at, f.key)?;
-    match f.holds {
+    match f.value_type {
         Text => c.ret(value.as_str().unwrap_or("")),
         Truth => c.ret(value == Json::Bool(true)),
         Int => c.ret(value.as_f64().unwrap_or(0.0).round() as i64),
@@ -134,15 +134,17 @@ pub(crate) fn offer(offer: &mut Offer<SimUi>) {
         let made = format!("local ui = simUI.create('<ui><{} id=\"1\"/></ui>')\n", f.element);
         let sets = format!("simUI.set{}", f.name);
         let gets = format!("simUI.get{}", f.name);
-        let (kind, result): (fn(&str) -> Param, _) = match f.holds {
+        let (kind, result): (fn(&str) -> Param, _) = match f.value_type {
             Text => (Param::string, Param::string("value")),
-            Int | Float => (Param::float, if f.holds == Int { Param::int("value") } else { Param::float("value") }),
+            Int | Float => {
+                (Param::float, if f.value_type == Int { Param::int("value") } else { Param::float("value") })
+            }
             Truth => (Param::any, Param::bool("value")),
         };
-        let equal = if f.gets { format!("\nassert({gets}(ui, 1) == {})", f.sample) } else { String::new() };
+        let equal = if f.is_readable { format!("\nassert({gets}(ui, 1) == {})", f.sample) } else { String::new() };
         let widget = || Param::any("widget").text("its id");
         offer.command(
-            both(&sets, MINUS, move |c| put(c, f))
+            both(&sets, MINUS_ONE, move |c| set_field(c, f))
                 .param(Param::int("window"))
                 .param(widget())
                 .param(kind("value"))
@@ -153,16 +155,16 @@ pub(crate) fn offer(offer: &mut Offer<SimUi>) {
                         .text("false: also calls the script's callback"),
                 )
                 .returns(Param::int("done"))
-                .text(format!("Sets {}.", phrase(f)))
+                .text(format!("Sets {}.", field_phrase(f)))
                 .example(format!("{made}{sets}(ui, 1, {}){equal}", f.sample)),
         );
-        if f.gets {
+        if f.is_readable {
             offer.command(
-                both(&gets, NIL, move |c| ask(c, f))
+                both(&gets, NIL, move |c| get_field(c, f))
                     .param(Param::int("window"))
                     .param(widget())
                     .returns(result)
-                    .text(format!("Returns {}.", phrase(f)))
+                    .text(format!("Returns {}.", field_phrase(f)))
                     .example(format!("{made}{sets}(ui, 1, {})\nassert({gets}(ui, 1) == {})", f.sample, f.sample)),
             );
         }

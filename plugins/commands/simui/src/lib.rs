@@ -1,13 +1,13 @@
 //! Windows that scripts describe in XML: `simUI.create` and the other `simUI` commands. This plugin stores the content
 //! of windows; views receive it in the event `ui.window`, display it, and report user actions by `tatu.actOnWindow`.
 //!
-//! - `xml`: parses the description; `window`: the content of windows (`node`: their elements) and the event; `acts`:
+//! - `xml`: parses the description; `window`: the content of windows (`node`: their elements) and the event; `actions`:
 //!   user actions, and callbacks into scripts;
 //! - `program`: whole windows; `fields`: single values of widgets; `lists`: combo boxes, tables and trees; `plots`:
 //!   curves and images; `svg`: drawings;
 //! - `neutral`: commands that are accepted and do nothing, and constants.
 
-mod acts;
+mod actions;
 mod fields;
 mod lists;
 mod neutral;
@@ -37,7 +37,7 @@ impl Plugin for SimUi {
     fn offer(offer: &mut Offer<Self>) {
         offer.per_world();
         offer.subject("simui", program::offer);
-        offer.subject("simui", acts::offer);
+        offer.subject("simui", actions::offer);
         offer.subject("widgets", fields::offer);
         offer.subject("plots", plots::offer);
         offer.subject("plots", svg::offer);
@@ -45,7 +45,7 @@ impl Plugin for SimUi {
         offer.subject("stubs", neutral::offer);
         offer.each_command(|c| c.old_names_until(OLD_NAMES_RAISE));
         offer.event(
-            Event::new(window::EVENT)
+            Event::new(window::WINDOW_EVENT)
                 .text("A window was opened, changed or closed.")
                 .field(Param::int("window").text("its number"))
                 .field(Param::string("act").text("the command that reports a user's action on the window"))

@@ -1,65 +1,65 @@
 //! Commands that are accepted but have no effect, and the constants of `simUI`.
 
 use tatu_commands_common::{
-    Gives::{self, *},
+    StubResult::{self, *},
     stub,
 };
 use tatu_plugin_api::safe::{Constant, Offer, Value};
 
 use crate::plugin::{SimUi, old_name};
 
-const ASKS: &str = "no dialog is shown: the answer is always yes, or the previous value";
-const LOOKS: &str = "views lay out windows automatically";
-const RARE: &str = "this element is not supported";
+const NO_DIALOG: &str = "no dialog is shown: the answer is always yes, or the previous value";
+const AUTOMATIC_LAYOUT: &str = "views lay out windows automatically";
+const UNSUPPORTED_ELEMENT: &str = "this element is not supported";
 
-const STUBS: &[(&str, Gives, &str)] = &[
-    ("simUI.msgBox", Int(2), ASKS),
-    ("simUI.inputDialog", Text(""), ASKS),
-    ("simUI.colorDialog", Zeros, ASKS),
-    ("simUI.fileDialog", Empty, ASKS),
-    ("simUI.adjustSize", Nothing, LOOKS),
-    ("simUI.setCurrentEditWidget", Nothing, LOOKS),
-    ("simUI.getCurrentEditWidget", Text(""), LOOKS),
-    ("simUI.setColumnWidth", Nothing, LOOKS),
-    ("simUI.setRowHeight", Nothing, LOOKS),
-    ("simUI.setRowHeaderText", Nothing, LOOKS),
-    ("simUI.setItemEditable", Nothing, LOOKS),
-    ("simUI.setTableSelection", Nothing, LOOKS),
-    ("simUI.insertTableRow", Nothing, LOOKS),
-    ("simUI.removeTableRow", Nothing, LOOKS),
-    ("simUI.insertTableColumn", Nothing, LOOKS),
-    ("simUI.removeTableColumn", Nothing, LOOKS),
-    ("simUI.growPlotXRange", Nothing, LOOKS),
-    ("simUI.growPlotYRange", Nothing, LOOKS),
-    ("simUI.setPlotRanges", Nothing, LOOKS),
-    ("simUI.setPlotXRange", Nothing, LOOKS),
-    ("simUI.setPlotYRange", Nothing, LOOKS),
-    ("simUI.setPlotLabels", Nothing, LOOKS),
-    ("simUI.setPlotXLabel", Nothing, LOOKS),
-    ("simUI.setPlotYLabel", Nothing, LOOKS),
-    ("simUI.rescaleAxes", Nothing, LOOKS),
-    ("simUI.rescaleAxesAll", Nothing, LOOKS),
-    ("simUI.setLegendVisibility", Nothing, LOOKS),
-    ("simUI.setMouseOptions", Nothing, LOOKS),
-    ("simUI.getKeyboardModifiers", Empty, LOOKS),
-    ("simUI.setClipboardText", Nothing, LOOKS),
-    ("simUI.getClipboardText", Text(""), LOOKS),
-    ("simUI.setImage", Nothing, RARE),
-    ("simUI.setScene3DNodeParam", Nothing, RARE),
-    ("simUI.setScene3DNodeFloatParam", Nothing, RARE),
-    ("simUI.setScene3DNodeIntParam", Nothing, RARE),
-    ("simUI.setScene3DNodeStringParam", Nothing, RARE),
-    ("simUI.addScene3DNode", Int(1), RARE),
-    ("simUI.removeScene3DNode", Nothing, RARE),
-    ("simUI.setUrl", Nothing, RARE),
-    ("simUI.loadURL", Nothing, RARE),
-    ("simUI.setPropertiesRows", Nothing, RARE),
-    ("simUI.setProperties", Nothing, RARE),
-    ("simUI.setPropertiesSelection", Nothing, RARE),
+const STUBS: &[(&str, StubResult, &str)] = &[
+    ("simUI.msgBox", Int(2), NO_DIALOG),
+    ("simUI.inputDialog", Text(""), NO_DIALOG),
+    ("simUI.colorDialog", Zeros, NO_DIALOG),
+    ("simUI.fileDialog", Empty, NO_DIALOG),
+    ("simUI.adjustSize", Nothing, AUTOMATIC_LAYOUT),
+    ("simUI.setCurrentEditWidget", Nothing, AUTOMATIC_LAYOUT),
+    ("simUI.getCurrentEditWidget", Text(""), AUTOMATIC_LAYOUT),
+    ("simUI.setColumnWidth", Nothing, AUTOMATIC_LAYOUT),
+    ("simUI.setRowHeight", Nothing, AUTOMATIC_LAYOUT),
+    ("simUI.setRowHeaderText", Nothing, AUTOMATIC_LAYOUT),
+    ("simUI.setItemEditable", Nothing, AUTOMATIC_LAYOUT),
+    ("simUI.setTableSelection", Nothing, AUTOMATIC_LAYOUT),
+    ("simUI.insertTableRow", Nothing, AUTOMATIC_LAYOUT),
+    ("simUI.removeTableRow", Nothing, AUTOMATIC_LAYOUT),
+    ("simUI.insertTableColumn", Nothing, AUTOMATIC_LAYOUT),
+    ("simUI.removeTableColumn", Nothing, AUTOMATIC_LAYOUT),
+    ("simUI.growPlotXRange", Nothing, AUTOMATIC_LAYOUT),
+    ("simUI.growPlotYRange", Nothing, AUTOMATIC_LAYOUT),
+    ("simUI.setPlotRanges", Nothing, AUTOMATIC_LAYOUT),
+    ("simUI.setPlotXRange", Nothing, AUTOMATIC_LAYOUT),
+    ("simUI.setPlotYRange", Nothing, AUTOMATIC_LAYOUT),
+    ("simUI.setPlotLabels", Nothing, AUTOMATIC_LAYOUT),
+    ("simUI.setPlotXLabel", Nothing, AUTOMATIC_LAYOUT),
+    ("simUI.setPlotYLabel", Nothing, AUTOMATIC_LAYOUT),
+    ("simUI.rescaleAxes", Nothing, AUTOMATIC_LAYOUT),
+    ("simUI.rescaleAxesAll", Nothing, AUTOMATIC_LAYOUT),
+    ("simUI.setLegendVisibility", Nothing, AUTOMATIC_LAYOUT),
+    ("simUI.setMouseOptions", Nothing, AUTOMATIC_LAYOUT),
+    ("simUI.getKeyboardModifiers", Empty, AUTOMATIC_LAYOUT),
+    ("simUI.setClipboardText", Nothing, AUTOMATIC_LAYOUT),
+    ("simUI.getClipboardText", Text(""), AUTOMATIC_LAYOUT),
+    ("simUI.setImage", Nothing, UNSUPPORTED_ELEMENT),
+    ("simUI.setScene3DNodeParam", Nothing, UNSUPPORTED_ELEMENT),
+    ("simUI.setScene3DNodeFloatParam", Nothing, UNSUPPORTED_ELEMENT),
+    ("simUI.setScene3DNodeIntParam", Nothing, UNSUPPORTED_ELEMENT),
+    ("simUI.setScene3DNodeStringParam", Nothing, UNSUPPORTED_ELEMENT),
+    ("simUI.addScene3DNode", Int(1), UNSUPPORTED_ELEMENT),
+    ("simUI.removeScene3DNode", Nothing, UNSUPPORTED_ELEMENT),
+    ("simUI.setUrl", Nothing, UNSUPPORTED_ELEMENT),
+    ("simUI.loadURL", Nothing, UNSUPPORTED_ELEMENT),
+    ("simUI.setPropertiesRows", Nothing, UNSUPPORTED_ELEMENT),
+    ("simUI.setProperties", Nothing, UNSUPPORTED_ELEMENT),
+    ("simUI.setPropertiesSelection", Nothing, UNSUPPORTED_ELEMENT),
 ];
 
 /// Names and values of the constants for curve markers.
-const SCATTER: &[(&str, i64)] = &[
+const SCATTER_CONSTANTS: &[(&str, i64)] = &[
     ("none", 0),
     ("dot", 1),
     ("cross", 2),
@@ -92,8 +92,8 @@ pub(crate) fn offer(offer: &mut Offer<SimUi>) {
         ("filedialog_type", named(&[("load", 0), ("save", 1), ("load_multiple", 2), ("folder", 3)])),
         ("curve_type", named(&[("time", 0), ("xy", 1)])),
         ("curve_style", named(&[("scatter", 0), ("line", 1), ("line_and_scatter", 2), ("step_left", 3)])),
-        ("scatter_shape", named(SCATTER)),
-        ("curve_scatter_shape", named(SCATTER)),
+        ("scatter_shape", named(SCATTER_CONSTANTS)),
+        ("curve_scatter_shape", named(SCATTER_CONSTANTS)),
     ] {
         offer.constant(Constant::new(format!("simUI.{name}"), value));
     }

@@ -4,43 +4,44 @@ use serde_json::{Value as Json, json};
 use tatu_plugin_api::safe::{Fail, Offer, Param, Result, Value};
 
 use crate::{
-    plugin::{Ctx, MINUS, SimUi, both},
-    window::{EVENT, all, get, set, tell, widget},
+    plugin::{Ctx, MINUS_ONE, SimUi, both},
+    window::{WINDOW_EVENT, borrow_windows, get, publish_in_call, set, widget},
 };
 
 /// Maximum number of points per curve if a plot does not set `max-buffer-size`.
-const POINTS: usize = 1000;
-const MOST_POINTS: usize = 100_000;
-const MOST_CURVES: usize = 50;
+const DEFAULT_POINTS: usize = 1000;
+const MAX_POINTS: usize = 100_000;
+const MAX_CURVES: usize = 50;
 /// Maximum number of pixels of an image.
-const MOST_PIXELS: usize = 1 << 21;
+const MAX_PIXELS: usize = 1 << 21;
 
-const PLOT: &str =
+const PLOT_EXAMPLE: &str =
     "local ui = simUI.create('<ui><plot id=\"1\"/></ui>')\nsimUI.addCurve(ui, 1, 0, 'v', {200, 0, 0}, 1, {})\n";
 
 /// Applies `f` to the curves of a plot. Views receive the change when the script calls `simUI.replot`.
-fn curves(c: &mut Ctx<'_>, f: impl FnOnce(&Ctx<'_>, &mut Vec<Json>, usize) -> Result) -> Result {
+fn edit_curves(c: &mut Ctx<'_>, f: impl FnOnce(&Ctx<'_>, &mut Vec<Json>, usize) -> Result) -> Result {
     let (window, n) = widget(c)?;
     let mut held = match get(c, (window, n), "curves")? {
         Json::Array(held) => held,
         _ => return Err(Fail::argument("the widget is not a plot")),
     };
-    let buffer = get(c, (window, n), "max-buffer-size")?.as_f64().map_or(POINTS, |x| x as usize).min(MOST_POINTS);
+    let buffer =
+        get(c, (window, n), "max-buffer-size")?.as_f64().map_or(DEFAULT_POINTS, |x| x as usize).min(MAX_POINTS);
     f(c, &mut held, buffer)?;
-    all(c)?.of(window)?.nodes[n].values.insert("curves".into(), Json::Array(held));
+    borrow_windows(c)?.window_mut(window)?.nodes[n].values.insert("curves".into(), Json::Array(held));
     c.ret(1_i64);
     Ok(())
 }
 
-fn named<'a>(c: &Ctx<'_>, curves: &'a mut [Json], i: usize) -> Result<&'a mut Json> {
+fn curve_by_name<'a>(c: &Ctx<'_>, curves: &'a mut [Json], i: usize) -> Result<&'a mut Json> {
     let name = c.text(i)?;
     let found = curves.iter_mut().find(|k| k["name"] == name.as_str());
     found.ok_or_else(|| Fail::missing(format!("the plot has no curve `{name}`")))
 }
 
-fn points(c: &mut Ctx<'_>, xs: usize) -> Result {
-    curves(c, |c, all, buffer| {
-        let curve = named(c, all, 2)?;
+fn add_points(c: &mut Ctx<'_>, xs: usize) -> Result {
+    edit_curves(c, |c, all, buffer| {
+        let curve = curve_by_name(c, all, 2)?;
         let numbers = |i: usize| c.arg(i).numbers().or_else(|| c.arg(i).as_f64().map(|x| vec![x])).unwrap_or_default();
         let (x, y) = (numbers(xs), numbers(xs + 1));
         if x.len() != y.len() {
@@ -65,10 +66,10 @@ pub(crate) fn offer(offer: &mut Offer<SimUi>) {
     let (window, plot) = (|| Param::int("window"), || Param::any("plot").text("its id"));
     let curve = || Param::string("curve").text("its name");
     offer.command(
-        both("simUI.addCurve", MINUS, |c| {
-            curves(c, |c, all, _| {
-                if all.len() >= MOST_CURVES {
-                    return Err(Fail::argument(format!("a plot can have at most {MOST_CURVES} curves")));
+        both("simUI.addCurve", MINUS_ONE, |c| {
+            edit_curves(c, |c, all, _| {
+                if all.len() >= MAX_CURVES {
+                    return Err(Fail::argument(format!("a plot can have at most {MAX_CURVES} curves")));
                 }
                 let name = c.text(3)?;
                 let color: Vec<f64> = c.arg(4).numbers().unwrap_or_else(|| vec![200.0, 0.0, 0.0]);
@@ -88,10 +89,10 @@ pub(crate) fn offer(offer: &mut Offer<SimUi>) {
         .param(Param::any("options").optional().text("ignored"))
         .returns(Param::int("done"))
         .text("Adds a curve to a plot.")
-        .example(PLOT),
+        .example(PLOT_EXAMPLE),
     );
     offer.command(
-        both("simUI.addCurveTimePoints", MINUS, |c| points(c, 3))
+        both("simUI.addCurveTimePoints", MINUS_ONE, |c| add_points(c, 3))
             .param(window())
             .param(plot())
             .param(curve())
@@ -99,10 +100,12 @@ pub(crate) fn offer(offer: &mut Offer<SimUi>) {
             .param(Param::any("values"))
             .returns(Param::int("done"))
             .text("Adds points to a curve over time; `simUI.replot` shows them.")
-            .example(format!("{PLOT}simUI.addCurveTimePoints(ui, 1, 'v', {{0, 1}}, {{2, 3}})\nsimUI.replot(ui, 1)")),
+            .example(format!(
+                "{PLOT_EXAMPLE}simUI.addCurveTimePoints(ui, 1, 'v', {{0, 1}}, {{2, 3}})\nsimUI.replot(ui, 1)"
+            )),
     );
     offer.command(
-        both("simUI.addCurveXYPoints", MINUS, |c| points(c, 4))
+        both("simUI.addCurveXYPoints", MINUS_ONE, |c| add_points(c, 4))
             .param(window())
             .param(plot())
             .param(curve())
@@ -111,13 +114,13 @@ pub(crate) fn offer(offer: &mut Offer<SimUi>) {
             .param(Param::any("y"))
             .returns(Param::int("done"))
             .text("Adds points to an xy curve; `simUI.replot` shows them.")
-            .example(format!("{PLOT}simUI.addCurveXYPoints(ui, 1, 'v', {{1}}, {{0}}, {{2}})")),
+            .example(format!("{PLOT_EXAMPLE}simUI.addCurveXYPoints(ui, 1, 'v', {{1}}, {{0}}, {{2}})")),
     );
     for (name, gone) in [("simUI.clearCurve", false), ("simUI.removeCurve", true)] {
         offer.command(
-            both(name, MINUS, move |c| {
-                curves(c, |c, all, _| {
-                    let found = named(c, all, 2)?;
+            both(name, MINUS_ONE, move |c| {
+                edit_curves(c, |c, all, _| {
+                    let found = curve_by_name(c, all, 2)?;
                     (found["x"], found["y"]) = (json!([]), json!([]));
                     let name = found["name"].clone();
                     all.retain(|k| !gone || k["name"] != name);
@@ -129,14 +132,14 @@ pub(crate) fn offer(offer: &mut Offer<SimUi>) {
             .param(curve())
             .returns(Param::int("done"))
             .text(if gone { "Removes a curve." } else { "Removes all points of a curve." })
-            .example(format!("{PLOT}{name}(ui, 1, 'v')")),
+            .example(format!("{PLOT_EXAMPLE}{name}(ui, 1, 'v')")),
         );
     }
     offer.command(
-        both("simUI.replot", MINUS, |c| {
+        both("simUI.replot", MINUS_ONE, |c| {
             let (window, n) = widget(c)?;
             let held = get(c, (window, n), "curves")?;
-            tell(c, json!({ "window": window, "n": n, "set": { "curves": held } }))?;
+            publish_in_call(c, json!({ "window": window, "n": n, "set": { "curves": held } }))?;
             c.ret(1_i64);
             Ok(())
         })
@@ -144,16 +147,16 @@ pub(crate) fn offer(offer: &mut Offer<SimUi>) {
         .param(plot())
         .returns(Param::int("done"))
         .text("Shows the current points of all curves of a plot.")
-        .example(format!("{PLOT}simUI.replot(ui, 1)")),
+        .example(format!("{PLOT_EXAMPLE}simUI.replot(ui, 1)")),
     );
     offer.command(
-        both("simUI.setImageData", MINUS, |c| {
+        both("simUI.setImageData", MINUS_ONE, |c| {
             let at = widget(c)?;
             let (data, width, height) = (c.bytes(2)?, c.i64(3)?, c.i64(4)?);
             let pixels = (width.max(0) as usize).saturating_mul(height.max(0) as usize);
-            if pixels == 0 || pixels > MOST_PIXELS || data.len() != pixels * 3 {
+            if pixels == 0 || pixels > MAX_PIXELS || data.len() != pixels * 3 {
                 return Err(Fail::argument(format!(
-                    "an image of {width} x {height} pixels requires {} bytes, found {}; at most {MOST_PIXELS} pixels",
+                    "an image of {width} x {height} pixels requires {} bytes, found {}; at most {MAX_PIXELS} pixels",
                     pixels.saturating_mul(3),
                     data.len()
                 )));
@@ -163,7 +166,7 @@ pub(crate) fn offer(offer: &mut Offer<SimUi>) {
             let map = |entries: [(&str, Value); 4]| Value::Map(entries.map(|(k, v)| (Value::text(k), v)).into());
             let pixels = Value::Map(vec![(Value::text("pixels"), Value::Bytes(data.to_vec()))]);
             c.world().publish_value(
-                EVENT,
+                WINDOW_EVENT,
                 &map([
                     ("window", at.0.into()),
                     ("n", (at.1 as i64).into()),

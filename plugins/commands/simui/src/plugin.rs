@@ -1,6 +1,6 @@
 //! The plugin type, and short names for its commands and calls.
 
-pub(crate) use tatu_commands_common::{MINUS, NIL};
+pub(crate) use tatu_commands_common::{MINUS_ONE, NIL};
 use tatu_plugin_api::safe::{Call, Command, IntoResult, Result, Value};
 
 /// The plugin; its state per world is `window::Windows`.

@@ -8,22 +8,19 @@ use tatu_plugin_api::{
 use xml::{ParserConfig, reader::XmlEvent};
 
 use crate::{
-    node::Node,
-    plugin::{Ctx, MINUS, SimUi, both},
-    window::{all, set, widget},
+    node::WidgetNode,
+    plugin::{Ctx, MINUS_ONE, SimUi, both},
+    window::{borrow_windows, set, widget},
 };
 
 /// Maximum length of a drawing, in bytes.
-const MOST_BYTES: usize = 4 << 20;
+const MAX_BYTES: usize = 4 << 20;
 
 /// Returns the text of a drawing, or an empty string if it is not well-formed XML with a single `<svg>` element. Views
 /// show nothing for an empty string.
 fn read(bytes: &[u8]) -> Result<String> {
-    if bytes.len() > MOST_BYTES {
-        return Err(Fail::argument(format!(
-            "the drawing has {} bytes; at most {MOST_BYTES} are accepted",
-            bytes.len()
-        )));
+    if bytes.len() > MAX_BYTES {
+        return Err(Fail::argument(format!("the drawing has {} bytes; at most {MAX_BYTES} are accepted", bytes.len())));
     }
     let Ok(text) = std::str::from_utf8(bytes) else { return Ok(String::new()) };
     let text = text.trim();
@@ -47,12 +44,12 @@ fn read(bytes: &[u8]) -> Result<String> {
 }
 
 fn read_file(c: &Ctx<'_>, name: &[u8]) -> Result<String> {
-    read(&c.world().read_file(name, MOST_BYTES as u64)?)
+    read(&c.world().read_file(name, MAX_BYTES as u64)?)
 }
 
 /// Reads the SVG files to which a description refers. If a file cannot be read, a warning is logged, and its element
 /// remains empty.
-pub(crate) fn load(c: &Ctx<'_>, nodes: &mut [Node]) {
+pub(crate) fn load(c: &Ctx<'_>, nodes: &mut [WidgetNode]) {
     for node in nodes.iter_mut().filter(|n| n.element == "svg") {
         let Some(name) = node.values.get("file").and_then(Json::as_str) else { continue };
         match read_file(c, name.as_bytes()) {
@@ -67,7 +64,7 @@ pub(crate) fn load(c: &Ctx<'_>, nodes: &mut [Node]) {
 /// Returns the window and the `<svg>` element that arguments 0 and 1 identify.
 fn drawing(c: &Ctx<'_>) -> Result<(i64, usize)> {
     let (window, n) = widget(c)?;
-    let element = all(c)?.of(window)?.nodes[n].element.clone();
+    let element = borrow_windows(c)?.window_mut(window)?.nodes[n].element.clone();
     if element == "svg" {
         return Ok((window, n));
     }
@@ -77,7 +74,7 @@ fn drawing(c: &Ctx<'_>) -> Result<(i64, usize)> {
 pub(crate) fn offer(offer: &mut Offer<SimUi>) {
     for (name, from_file) in [("simUI.svgLoadData", false), ("simUI.svgLoadFile", true)] {
         offer.command(
-            both(name, MINUS, move |c| {
+            both(name, MINUS_ONE, move |c| {
                 let at = drawing(c)?;
                 let data = if from_file { read_file(c, c.bytes(2)?)? } else { read(c.bytes(2)?)? };
                 set(c, at, &[("data", json!(data))])?;
@@ -113,13 +110,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_no_drawing_is_empty() {
+    fn invalid_drawing_is_read_as_empty() {
         let good = "<?xml version='1.0'?><svg xmlns='http://www.w3.org/2000/svg'><path d='M0 0'/></svg>";
         assert_eq!(read(good.as_bytes()).unwrap(), good);
         for none in ["", "words", "<html/>", "<svg><g></svg>", "<svg/><svg/>"] {
             assert_eq!(read(none.as_bytes()).unwrap(), "", "{none}");
         }
         assert_eq!(read(&[0xff, 0xfe]).unwrap(), "");
-        assert!(read(&vec![b' '; MOST_BYTES + 1]).is_err());
+        assert!(read(&vec![b' '; MAX_BYTES + 1]).is_err());
     }
 }

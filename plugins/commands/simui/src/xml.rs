@@ -4,20 +4,20 @@ use serde_json::{Value as Json, json};
 use tatu_plugin_api::safe::{Fail, Result};
 use xml::{EmitterConfig, EventWriter, ParserConfig, common::Position, reader::XmlEvent};
 
-use crate::node::Node;
+use crate::node::WidgetNode;
 
 /// Maximum length of a description, in bytes.
-const MOST_BYTES: usize = 1 << 20;
+const MAX_BYTES: usize = 1 << 20;
 /// Maximum nesting depth.
-const MOST_DEPTH: usize = 64;
+const MAX_DEPTH: usize = 64;
 /// Maximum number of elements.
-const MOST_NODES: usize = 5000;
+const MAX_NODES: usize = 5000;
 
-/// Attributes with numeric values. Those in `TRUTHS` are booleans. All others are strings, except `checked` and, unless
+/// Attributes with numeric values. Those in `BOOLEAN_ATTRIBUTES` are booleans. All others are strings, except `checked` and, unless
 /// the element is an `<edit>`, `value`, which are numbers.
-const NUMBERS: &[&str] =
+const NUMBER_ATTRIBUTES: &[&str] =
     &["minimum", "maximum", "step", "tick-interval", "max-buffer-size", "auto-repeat-interval", "width", "height"];
-const TRUTHS: &[&str] = &[
+const BOOLEAN_ATTRIBUTES: &[&str] = &[
     "enabled",
     "visible",
     "flat",
@@ -37,10 +37,10 @@ const TRUTHS: &[&str] = &[
 ];
 
 /// Parses a description into its elements; the first one is the window.
-pub(crate) fn read(text: &str) -> Result<Vec<Node>> {
-    if text.len() > MOST_BYTES {
+pub(crate) fn read(text: &str) -> Result<Vec<WidgetNode>> {
+    if text.len() > MAX_BYTES {
         return Err(Fail::argument(format!(
-            "the description of the window has {} bytes; at most {MOST_BYTES} are accepted",
+            "the description of the window has {} bytes; at most {MAX_BYTES} are accepted",
             text.len()
         )));
     }
@@ -52,9 +52,9 @@ pub(crate) fn read(text: &str) -> Result<Vec<Node>> {
     let config = ParserConfig::new().trim_whitespace(true).cdata_to_characters(true).ignore_comments(true);
     let text = escaped(text.trim_start());
     let mut reader = config.add_entity("nbsp", "\u{a0}").create_reader(text.as_bytes());
-    let (mut nodes, mut open): (Vec<Node>, Vec<usize>) = (Vec::new(), Vec::new());
+    let (mut nodes, mut open): (Vec<WidgetNode>, Vec<usize>) = (Vec::new(), Vec::new());
     // The content of an `<svg>` widget is stored as text instead of nodes.
-    let mut drawing: Option<Drawing> = None;
+    let mut drawing: Option<DrawingBuffer> = None;
     loop {
         let event = reader.next();
         let line = reader.position().row + 1;
@@ -62,19 +62,19 @@ pub(crate) fn read(text: &str) -> Result<Vec<Node>> {
             event.map_err(|e| Fail::argument(format!("line {line} of the window: invalid XML: {}", e.msg())))?;
         let within = open.last().is_some_and(|n| nodes[*n].element == "svg");
         if within && (drawing.is_some() || matches!(event, XmlEvent::StartElement { .. })) {
-            let now = drawing.get_or_insert_with(Drawing::new);
-            if now.take(&event, open.len(), line)? {
-                let text = drawing.take().map(Drawing::text).unwrap_or_default();
+            let now = drawing.get_or_insert_with(DrawingBuffer::new);
+            if now.append(&event, open.len(), line)? {
+                let text = drawing.take().map(DrawingBuffer::text).unwrap_or_default();
                 nodes.last_mut().into_iter().for_each(|n| drop(n.values.insert("data".into(), json!(text))));
             }
             continue;
         }
         match event {
             XmlEvent::StartElement { name, attributes, .. } => {
-                if open.len() >= MOST_DEPTH || nodes.len() >= MOST_NODES {
+                if open.len() >= MAX_DEPTH || nodes.len() >= MAX_NODES {
                     return Err(Fail::argument(format!(
-                        "line {line} of the window: expected at most {MOST_NODES} elements, nested at most \
-                         {MOST_DEPTH} deep"
+                        "line {line} of the window: expected at most {MAX_NODES} elements, nested at most \
+                         {MAX_DEPTH} deep"
                     )));
                 }
                 let element = name.local_name.to_ascii_lowercase();
@@ -82,14 +82,14 @@ pub(crate) fn read(text: &str) -> Result<Vec<Node>> {
                     return Err(Fail::argument(format!("the outermost element of a window is <ui>, not <{element}>")));
                 }
                 let n = nodes.len();
-                let mut node = Node { element, above: open.last().copied(), ..Default::default() };
+                let mut node = WidgetNode { element, above: open.last().copied(), ..Default::default() };
                 for a in attributes {
                     attribute(&mut node, &a.name.local_name, a.value);
                 }
                 if let Some(above) = node.above {
                     nodes[above].below.push(n);
                 }
-                begin(&mut node);
+                set_defaults(&mut node);
                 nodes.push(node);
                 open.push(n);
             }
@@ -105,31 +105,31 @@ pub(crate) fn read(text: &str) -> Result<Vec<Node>> {
             _ => {}
         }
     }
-    gather(&mut nodes);
+    move_children_into_values(&mut nodes);
     Ok(nodes)
 }
 
 /// A drawing that is being parsed.
-struct Drawing {
+struct DrawingBuffer {
     writer: EventWriter<Vec<u8>>,
     depth: usize,
 }
 
-impl Drawing {
+impl DrawingBuffer {
     fn new() -> Self {
         let config = EmitterConfig::new().write_document_declaration(false);
-        Drawing { writer: config.create_writer(Vec::new()), depth: 0 }
+        DrawingBuffer { writer: config.create_writer(Vec::new()), depth: 0 }
     }
     /// Appends an XML event to the drawing, and returns whether the drawing is complete.
-    fn take(&mut self, event: &XmlEvent, above: usize, line: u64) -> Result<bool> {
+    fn append(&mut self, event: &XmlEvent, above: usize, line: u64) -> Result<bool> {
         match event {
             XmlEvent::StartElement { .. } => self.depth += 1,
             XmlEvent::EndElement { .. } => self.depth -= 1,
             _ => {}
         }
-        if self.depth + above > MOST_DEPTH {
+        if self.depth + above > MAX_DEPTH {
             return Err(Fail::argument(format!(
-                "line {line} of the window: elements can be nested at most {MOST_DEPTH} levels deep"
+                "line {line} of the window: elements can be nested at most {MAX_DEPTH} levels deep"
             )));
         }
         if let Some(event) = event.as_writer_event() {
@@ -143,7 +143,7 @@ impl Drawing {
     }
 }
 
-fn attribute(node: &mut Node, name: &str, value: String) {
+fn attribute(node: &mut WidgetNode, name: &str, value: String) {
     let name = name.to_ascii_lowercase();
     // Older scripts spell these attribute names differently.
     let name = match name.as_str() {
@@ -159,9 +159,9 @@ fn attribute(node: &mut Node, name: &str, value: String) {
         return;
     }
     let number = || value.trim().parse::<f64>().ok().filter(|x| x.is_finite());
-    let value = if NUMBERS.contains(&name) {
+    let value = if NUMBER_ATTRIBUTES.contains(&name) {
         number().map_or(Json::Null, |x| json!(x))
-    } else if TRUTHS.contains(&name) {
+    } else if BOOLEAN_ATTRIBUTES.contains(&name) {
         json!(matches!(value.trim(), "true" | "1" | "yes"))
     } else if name == "checked" {
         let on = matches!(value.trim(), "true" | "1" | "yes");
@@ -175,7 +175,7 @@ fn attribute(node: &mut Node, name: &str, value: String) {
 }
 
 /// Sets the values that the description of a widget omits to their defaults.
-fn begin(node: &mut Node) {
+fn set_defaults(node: &mut WidgetNode) {
     let mut put = |key: &str, value: Json| {
         node.values.entry(key).or_insert(value);
     };
@@ -212,8 +212,8 @@ fn begin(node: &mut Node) {
 
 /// Moves the child elements of combo boxes (their entries), tables (header and rows) and trees (header) into the values
 /// of these widgets.
-fn gather(nodes: &mut [Node]) {
-    let texts = |nodes: &[Node], n: usize| -> Vec<Json> {
+fn move_children_into_values(nodes: &mut [WidgetNode]) {
+    let texts = |nodes: &[WidgetNode], n: usize| -> Vec<Json> {
         let items = nodes[n].below.iter().filter(|b| nodes[**b].element == "item");
         items.map(|b| nodes[*b].values.get("text").cloned().unwrap_or(json!(""))).collect()
     };
@@ -280,7 +280,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_window_is_read_with_both_spellings() {
+    fn attributes_are_read_in_both_spellings() {
         let all = read(
             "<ui title='T' closeable=\"true\" onclose=\"bye\"><label text='a &lt;b&gt;'/><hslider id='2' minimum='-5' \
              maximum='5' on-change='f'/><combobox id='3'><item>x</item><item>y</item></combobox><label>inside</label></ui>",
@@ -295,7 +295,7 @@ mod tests {
     }
 
     #[test]
-    fn a_drawing_within_a_widget_is_kept_as_it_is() {
+    fn drawing_inside_a_widget_is_preserved_verbatim() {
         let drawing = "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"9\"><g><text>a &lt; b</text></g></svg>";
         let all =
             read(&format!("<ui><svg id='1'>{drawing}</svg><svg id='2' file='a.svg'/><label text='c'/></ui>")).unwrap();
@@ -308,7 +308,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_window_is_told_with_its_line() {
+    fn invalid_window_is_reported_with_its_line() {
         let told = |text: &str| read(text).unwrap_err().text().to_owned();
         assert!(told("<window/>").contains("<ui>"));
         assert!(told("<ui>\n<label text=5/></ui>").contains("line 2"), "{}", told("<ui>\n<label text=5/></ui>"));

@@ -10,7 +10,7 @@ use crate::plugin::{Cmd, Ctx, Tatu};
 /// Name of a new scene until it is saved under a different name.
 const UNTITLED: &str = "untitled";
 /// Maximum number of scenes named `untitled` in a folder.
-const MOST_UNTITLED: usize = 1000;
+const MAX_UNTITLED: usize = 1000;
 
 /// Executes one call of an edit. `entry` is a list of the command's name and its arguments.
 fn call(c: &Ctx<'_>, entry: &Value) -> Result<Value> {
@@ -21,7 +21,7 @@ fn call(c: &Ctx<'_>, entry: &Value) -> Result<Value> {
     c.world().call_command(&name, args).map(Value::List)
 }
 
-fn edit(c: &mut Ctx<'_>) -> Result {
+fn execute_edit(c: &mut Ctx<'_>) -> Result {
     let (label, merge) = (c.text(0)?, if c.has(2) { c.text(2)? } else { String::new() });
     let calls = match c.arg(1).to_value()? {
         Value::List(calls) if !calls.is_empty() => calls,
@@ -42,7 +42,7 @@ fn step_back(c: &mut Ctx<'_>, redo: bool) -> Result {
 /// Opens a new scene under the first unused file name.
 fn new_scene(c: &mut Ctx<'_>) -> Result {
     let world = c.world();
-    for n in 1..=MOST_UNTITLED {
+    for n in 1..=MAX_UNTITLED {
         let name = if n == 1 { format!("{UNTITLED}.toml") } else { format!("{UNTITLED}-{n}.toml") };
         if world.file(name.as_bytes(), TATU_FILE_READ).is_ok_and(|path| exists(&path)) {
             continue;
@@ -52,7 +52,7 @@ fn new_scene(c: &mut Ctx<'_>) -> Result {
         c.ret(String::from_utf8_lossy(&path).into_owned());
         return Ok(());
     }
-    Err(Fail::new(format!("the folder already contains {MOST_UNTITLED} scenes named `{UNTITLED}`"))
+    Err(Fail::new(format!("the folder already contains {MAX_UNTITLED} scenes named `{UNTITLED}`"))
         .help("save some of them under other names, or remove them"))
 }
 
@@ -62,7 +62,7 @@ fn exists(path: &[u8]) -> bool {
 
 pub(crate) fn offer(offer: &mut Offer<Tatu>) {
     offer.command(
-        Cmd::new("tatu.edit", edit)
+        Cmd::new("tatu.edit", execute_edit)
             .param(Param::string("label").text("a description of the edit that can follow \"Undo\": `Move cup`"))
             .param(Param::any("calls").text("a list of command calls, each `{name, arguments...}`"))
             .param(

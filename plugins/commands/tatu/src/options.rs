@@ -10,10 +10,10 @@ use crate::plugin::{Cmd, Ctx, Tatu};
 pub(crate) fn offer(offer: &mut Offer<Tatu>) {
     offer.command(
         Cmd::new("tatu.options", |c| {
-            let given = given(c)?;
+            let given = given_options(c)?;
             let options = match c.arg(0) {
                 defaults if defaults.is_nil() || defaults.tag() == TATU_LIST && defaults.is_empty() => given,
-                defaults => merged(defaults, &given)?,
+                defaults => merge_options(defaults, &given)?,
             };
             c.ret(Value::Map(options));
             Ok(())
@@ -28,7 +28,7 @@ pub(crate) fn offer(offer: &mut Offer<Tatu>) {
 }
 
 /// Returns the options with which the calling script was started, with strings as values.
-fn given(c: &Ctx<'_>) -> Result<Vec<(Value, Value)>> {
+fn given_options(c: &Ctx<'_>) -> Result<Vec<(Value, Value)>> {
     if c.caller_script() == 0 {
         return Ok(Vec::new());
     }
@@ -39,7 +39,7 @@ fn given(c: &Ctx<'_>) -> Result<Vec<(Value, Value)>> {
 }
 
 /// Returns the defaults, overridden by the given options. Each option is converted to the type of its default.
-fn merged(defaults: ValueRef<'_>, given: &[(Value, Value)]) -> Result<Vec<(Value, Value)>> {
+fn merge_options(defaults: ValueRef<'_>, given: &[(Value, Value)]) -> Result<Vec<(Value, Value)>> {
     let Value::Map(mut out) = defaults.to_value()? else {
         return Err(Fail::argument("argument 1: expected a table with string keys, such as {period = 0.5}"));
     };
@@ -104,7 +104,7 @@ mod tests {
     }
 
     #[test]
-    fn options_take_the_types_of_their_defaults() {
+    fn options_are_converted_to_the_types_of_their_defaults() {
         assert_eq!(converted(&Value::Int(1), b"2"), Some(Value::Int(2)));
         assert_eq!(converted(&Value::Int(1), b"0.5"), Some(Value::Float(0.5)));
         assert_eq!(converted(&Value::Float(1.5), b" 2 "), Some(Value::Float(2.0)));
@@ -115,16 +115,16 @@ mod tests {
     }
 
     #[test]
-    fn an_option_that_is_not_there_is_told_with_those_that_are() {
+    fn unknown_option_is_an_error_that_lists_the_known_ones() {
         let defaults = Value::Map(pairs(&[("period", Value::Float(0.5)), ("file", Value::text("a.csv"))]));
         let mut owned = Owned::default();
         let defaults = owned.value(&defaults);
-        let out = merged(defaults, &pairs(&[("period", Value::text("2"))])).unwrap();
+        let out = merge_options(defaults, &pairs(&[("period", Value::text("2"))])).unwrap();
         assert!(out.contains(&(Value::text("period"), Value::Float(2.0))));
         assert!(out.contains(&(Value::text("file"), Value::text("a.csv"))));
-        let wrong = merged(defaults, &pairs(&[("perid", Value::text("2"))])).unwrap_err().to_string();
+        let wrong = merge_options(defaults, &pairs(&[("perid", Value::text("2"))])).unwrap_err().to_string();
         assert!(wrong.contains("`perid`") && wrong.contains("file, period"), "{wrong}");
-        let wrong = merged(defaults, &pairs(&[("period", Value::text("often"))])).unwrap_err().to_string();
+        let wrong = merge_options(defaults, &pairs(&[("period", Value::text("often"))])).unwrap_err().to_string();
         assert!(wrong.contains("expected a number, found `often`"), "{wrong}");
     }
 }

@@ -8,6 +8,6 @@ pub struct Tatu;
 /// A call of one of this plugin's commands.
 pub(crate) type Ctx<'a> = Call<'a, Tatu>;
 /// A call that may run in parallel with others.
-pub(crate) type Shared<'a> = SharedCall<'a, Tatu>;
+pub(crate) type SharedCtx<'a> = SharedCall<'a, Tatu>;
 /// A command of this plugin.
 pub(crate) type Cmd = Command<Tatu>;

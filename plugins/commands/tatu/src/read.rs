@@ -5,7 +5,7 @@ use tatu_plugin_api::{
     safe::{Fail, Offer, Param, Reading, Result, Value},
 };
 
-use crate::plugin::{Cmd, Shared, Tatu};
+use crate::plugin::{Cmd, SharedCtx, Tatu};
 
 pub(crate) fn offer(offer: &mut Offer<Tatu>) {
     offer.command(
@@ -32,9 +32,9 @@ pub(crate) fn offer(offer: &mut Offer<Tatu>) {
     );
 }
 
-type Entries = Vec<(Value, Value)>;
+type NamedFields = Vec<(Value, Value)>;
 
-fn read(c: &Shared<'_>) -> Result<Entries> {
+fn read(c: &SharedCtx<'_>) -> Result<NamedFields> {
     let world = c.world();
     let o = world.look(c.i64(0)? as u64)?;
     let mut out = Vec::new();
@@ -58,7 +58,7 @@ fn read(c: &Shared<'_>) -> Result<Entries> {
             o.handle()
         )));
     };
-    let mut entries = named(out);
+    let mut entries = with_short_names(out);
     entries.push((Value::text("time"), Value::Float(last.time())));
     entries.push((Value::text("sequence"), Value::Int(last.sequence() as i64)));
     if let Some((rows, columns)) = image {
@@ -70,10 +70,10 @@ fn read(c: &Shared<'_>) -> Result<Entries> {
 
 /// Returns the fields by their short names. If several fields share a short name, it refers to the first of them, and
 /// all of them are also returned by their full names.
-fn named(fields: Vec<(&str, Value)>) -> Entries {
+fn with_short_names(fields: Vec<(&str, Value)>) -> NamedFields {
     let short = |name: &str| name.split_once('.').map_or(name, |(_, short)| short).to_owned();
     let all: Vec<String> = fields.iter().map(|(name, _)| short(name)).collect();
-    let mut out = Entries::new();
+    let mut out = NamedFields::new();
     for ((i, key), (name, value)) in all.iter().enumerate().zip(fields) {
         if all.iter().filter(|k| *k == key).count() > 1 {
             out.push((Value::text(name), value.clone()));
@@ -124,10 +124,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn names_are_short_where_they_can_be() {
+    fn unambiguous_fields_have_short_names() {
         let entry = |k: &str, n: i64| (Value::text(k), Value::Int(n));
         assert_eq!(
-            named(vec![("a.x", Value::Int(1)), ("a.y", Value::Int(2)), ("b.y", Value::Int(3))]),
+            with_short_names(vec![("a.x", Value::Int(1)), ("a.y", Value::Int(2)), ("b.y", Value::Int(3))]),
             [entry("x", 1), entry("a.y", 2), entry("y", 2), entry("b.y", 3)]
         );
     }

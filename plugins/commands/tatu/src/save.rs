@@ -39,7 +39,7 @@ pub(crate) fn offer(offer: &mut Offer<Tatu>) {
 }
 
 /// A field as pixels of a picture, top row first.
-enum Picture {
+enum FieldPicture {
     /// Depths in mm.
     Lengths(Vec<u16>),
     /// Red, green and blue, one byte each.
@@ -67,11 +67,11 @@ fn save(c: &mut Ctx<'_>) -> Result {
     let content = match (ending.as_str(), picture(&reading, dims)) {
         ("raw", _) => bytes(&reading),
         ("png", Some(picture)) => png_of(&picture, rows, columns).map_err(|e| broken(&file, e))?,
-        ("pgm", Some(Picture::Lengths(mm))) => {
+        ("pgm", Some(FieldPicture::Lengths(mm))) => {
             let head = format!("P5\n{columns} {rows}\n65535\n").into_bytes();
             head.into_iter().chain(mm.iter().flat_map(|x| x.to_be_bytes())).collect()
         }
-        ("ppm", Some(Picture::Colors(rgb))) => [format!("P6\n{columns} {rows}\n255\n").into_bytes(), rgb].concat(),
+        ("ppm", Some(FieldPicture::Colors(rgb))) => [format!("P6\n{columns} {rows}\n255\n").into_bytes(), rgb].concat(),
         _ => {
             return Err(Fail::unsupported(format!("`{name}` cannot be written as `{file}`"))
                 .help("use .png, .pgm or .raw for depths, .png, .ppm or .raw for colours, .raw for other fields"));
@@ -86,16 +86,16 @@ fn broken(file: &str, e: impl Display) -> Fail {
 
 /// Converts a field to a picture, or returns `None` unless it is a non-empty image of 32-bit depths, m, or of three
 /// bytes per pixel.
-fn picture(r: &Reading, [rows, columns, each]: [u32; 3]) -> Option<Picture> {
+fn picture(r: &Reading, [rows, columns, each]: [u32; 3]) -> Option<FieldPicture> {
     let columns = columns as usize;
     if rows == 0 || columns == 0 {
         return None;
     }
     match (r.elem(), each) {
         (TATU_ELEM_F32, 1) => {
-            Some(Picture::Lengths(r.f32s().chunks(columns).rev().flatten().map(millimetres).collect()))
+            Some(FieldPicture::Lengths(r.f32s().chunks(columns).rev().flatten().map(millimetres).collect()))
         }
-        (TATU_ELEM_U8, 3) => Some(Picture::Colors(r.u8s().chunks(3 * columns).rev().flatten().copied().collect())),
+        (TATU_ELEM_U8, 3) => Some(FieldPicture::Colors(r.u8s().chunks(3 * columns).rev().flatten().copied().collect())),
         _ => None,
     }
 }
@@ -106,16 +106,16 @@ fn millimetres(metres: &f32) -> u16 {
     if (0.0..=65_535.0).contains(&mm) { mm as u16 } else { 0 }
 }
 
-fn png_of(picture: &Picture, rows: u32, columns: u32) -> Result<Vec<u8>, png::EncodingError> {
+fn png_of(picture: &FieldPicture, rows: u32, columns: u32) -> Result<Vec<u8>, png::EncodingError> {
     let mut out = Vec::new();
     let mut png = png::Encoder::new(&mut out, columns, rows);
     let data = match picture {
-        Picture::Lengths(mm) => {
+        FieldPicture::Lengths(mm) => {
             png.set_color(png::ColorType::Grayscale);
             png.set_depth(png::BitDepth::Sixteen);
             mm.iter().flat_map(|x| x.to_be_bytes()).collect()
         }
-        Picture::Colors(rgb) => {
+        FieldPicture::Colors(rgb) => {
             png.set_color(png::ColorType::Rgb);
             png.set_depth(png::BitDepth::Eight);
             rgb.clone()
@@ -132,14 +132,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn lengths_become_whole_millimetres() {
+    fn lengths_are_rounded_to_millimetres() {
         let metres = [0.0, 0.0014, 1.2346, 65.535, 65.54, f32::INFINITY, -1.0];
         assert_eq!(metres.map(|z| millimetres(&z)), [0, 1, 1235, 65_535, 0, 0, 0]);
     }
 
     #[test]
-    fn a_png_holds_sixteen_bits() {
-        let bytes = png_of(&Picture::Lengths(vec![1, 500, 1000, 65_535]), 2, 2).unwrap();
+    fn depth_png_has_sixteen_bits() {
+        let bytes = png_of(&FieldPicture::Lengths(vec![1, 500, 1000, 65_535]), 2, 2).unwrap();
         let mut reader = png::Decoder::new(bytes.as_slice()).read_info().unwrap();
         assert_eq!((reader.info().width, reader.info().bit_depth), (2, png::BitDepth::Sixteen));
         let mut data = vec![0; reader.output_buffer_size()];

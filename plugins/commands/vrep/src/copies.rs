@@ -19,7 +19,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .partial(devices),
     );
     offer.command(
-        both(["sim.copyPasteSelectedObjects", "simCopyPasteSelectedObjects"], MINUS, |c| {
+        both(["sim.copyPasteSelectedObjects", "simCopyPasteSelectedObjects"], MINUS_ONE, |c| {
             let ids = crate::state::state(c)?.selection.clone();
             let out = copy(c, &ids, false)?;
             let ids = out.iter().filter_map(|h| c.world().look(*h as u64).ok()).map(|o| o.id).collect();
@@ -33,7 +33,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     );
     offer.command(
         both(["sim.getObjectSizeFactor", "simGetObjectSizeFactor"], NIL, |c| {
-            let id = living(c, 0)?.id;
+            let id = existing_object(c, 0)?.id;
             let f = tags::number(c, id, "scale")?.unwrap_or(1.0);
             c.ret(f);
             Ok(())
@@ -44,7 +44,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     );
     offer.command(
         both(["sim.getObjectSizeValues", "simGetObjectSizeValues"], NIL, |c| {
-            let o = living(c, 0)?;
+            let o = existing_object(c, 0)?;
             let size = tags::number(c, o.id, "scale")?.unwrap_or(1.0);
             c.ret(&[size; 3][..]);
             Ok(())
@@ -55,12 +55,12 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .partial("The three values are equal, because scaling along single axes changes only the size of a shape."),
     );
     offer.command(
-        both(["sim.setObjectSizeValues", "simSetObjectSizeValues"], MINUS, |c| {
-            let (o, v) = (living(c, 0)?, numbers::<3>(c, 1)?);
+        both(["sim.setObjectSizeValues", "simSetObjectSizeValues"], MINUS_ONE, |c| {
+            let (o, v) = (existing_object(c, 0)?, numbers::<3>(c, 1)?);
             let old = tags::number(c, o.id, "scale")?.unwrap_or(1.0);
             scale(c, o, v.map(|x| x / old))?;
             tags::set_number(c, o.id, "scale", v[0])?;
-            done(c)
+            finish_setter(c)
         })
         .param(object("object"))
         .param(table("values", "{x, y, z}"))
@@ -68,14 +68,14 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .partial("The three values are stored as one factor."),
     );
     offer.command(
-        both(["sim.scaleObject", "simScaleObject"], MINUS, |c| {
-            let (o, f) = (living(c, 0)?, [c.f64(1)?, c.f64(2)?, c.f64(3)?]);
+        both(["sim.scaleObject", "simScaleObject"], MINUS_ONE, |c| {
+            let (o, f) = (existing_object(c, 0)?, [c.f64(1)?, c.f64(2)?, c.f64(3)?]);
             scale(c, o, f)?;
             let old = tags::number(c, o.id, "scale")?.unwrap_or(1.0);
             if f[0] == f[1] && f[1] == f[2] {
                 tags::set_number(c, o.id, "scale", old * f[0])?;
             }
-            done(c)
+            finish_setter(c)
         })
         .param(object("object"))
         .param(Param::float("x"))
@@ -86,7 +86,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .partial("Changes the sizes of shapes, but not their masses; sensors and joints are unchanged."),
     );
     offer.command(
-        both(["sim.scaleObjects", "simScaleObjects"], MINUS, |c| {
+        both(["sim.scaleObjects", "simScaleObjects"], MINUS_ONE, |c| {
             let (ids, f, places) = (sets::list(c, 0)?, c.f64(1)?, c.arg(2).truthy());
             if f <= 0.0 {
                 return Err(Fail::argument("argument 2: the scale factor must be greater than 0"));
@@ -107,7 +107,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                     w.set_f64s(*id, p.local_pose, &pose)?;
                 }
             }
-            done(c)
+            finish_setter(c)
         })
         .param(Param::list("objects").text("handles"))
         .param(Param::float("factor"))
@@ -133,7 +133,7 @@ fn is_model(c: &Call<'_, Vrep>, id: &[u8]) -> Result<bool> {
 /// Adds the commands that load and save models and scenes.
 fn files(offer: &mut Offer<Vrep>) {
     offer.command(
-        both(["sim.loadModel", "simLoadModel"], MINUS, |c| {
+        both(["sim.loadModel", "simLoadModel"], MINUS_ONE, |c| {
             let file = c.bytes(0)?;
             let w = c.world();
             // `sim.saveModel` may have appended `.toml` to the name.
@@ -168,7 +168,7 @@ fn files(offer: &mut Offer<Vrep>) {
         .partial("Loading a model from a buffer is not supported; options have no effect."),
     );
     offer.command(
-        both(["sim.loadScene", "simLoadScene"], MINUS, |c| {
+        both(["sim.loadScene", "simLoadScene"], MINUS_ONE, |c| {
             let file = c.world().file(c.bytes(0)?, TATU_FILE_READ)?;
             c.world().open_scene(&String::from_utf8_lossy(&file))?;
             c.ret(1_i64);
@@ -180,8 +180,8 @@ fn files(offer: &mut Offer<Vrep>) {
         .partial("Only `tatu serve` and `tatu open` can change the scene; `tatu run` reports an error."),
     );
     for (names, model) in [(["sim.saveModel", "simSaveModel"], true), (["sim.saveScene", "simSaveScene"], false)] {
-        let command = both(names, MINUS, move |c| {
-            let (base, at) = if model { (living(c, 0)?.id, 1) } else { (0, 0) };
+        let command = both(names, MINUS_ONE, move |c| {
+            let (base, at) = if model { (existing_object(c, 0)?.id, 1) } else { (0, 0) };
             let w = c.world();
             let path = w.file(&scene_file(c.bytes(at)?), TATU_FILE_WRITE)?;
             w.save(&path, base)?;
@@ -198,7 +198,7 @@ fn files(offer: &mut Offer<Vrep>) {
         );
     }
     offer.command(
-        both(["sim.closeScene", "simCloseScene"], MINUS, |c| {
+        both(["sim.closeScene", "simCloseScene"], MINUS_ONE, |c| {
             c.ret(-1_i64);
             Ok(())
         })

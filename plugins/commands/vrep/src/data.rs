@@ -6,7 +6,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     let target = || Param::int("target").text("an object, sim.handle_scene or sim.handle_app");
     let tag = || Param::string("tag").text("any name");
     offer.command(
-        both(["sim.writeCustomDataBlock", "simWriteCustomDataBlock"], MINUS, |c| {
+        both(["sim.writeCustomDataBlock", "simWriteCustomDataBlock"], MINUS_ONE, |c| {
             write(c, c.arg(2).as_bytes().map(<[u8]>::to_vec))?;
             c.ret(1_i64);
             Ok(())
@@ -28,7 +28,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     }
     offer.command(
         both(["sim.readCustomDataBlock", "simReadCustomDataBlock"], NIL, |c| {
-            let found = match place(c) {
+            let found = match object_and_tag(c) {
                 Ok((id, tag)) => tags::get(c, id, &tag)?,
                 // A missing object has no data, which is not an error.
                 Err(_) => None,
@@ -36,7 +36,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             match found {
                 Some(data) => c.ret(data.as_slice()),
                 // In a run without a scene, a neutral block replaces the missing data.
-                None if c.world().stands_in(0, &format!("data {}", c.text(1)?)) => c.ret(STAND_IN),
+                None if c.world().stands_in(0, &format!("data {}", c.text(1)?)) => c.ret(STAND_IN_DATA),
                 None => c.ret(Value::Nil),
             }
             Ok(())
@@ -50,7 +50,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         let data = if kind == "text" { Param::string("data") } else { Param::bytes("data") };
         offer.command(
             Cmd::new(name, move |c| {
-                let (id, tag) = place(c)?;
+                let (id, tag) = object_and_tag(c)?;
                 let data = tags::get(c, id, &tag)?.unwrap_or_default();
                 c.ret(if kind == "text" { Value::Text(data) } else { Value::Bytes(data) });
                 Ok(())
@@ -79,7 +79,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     );
     offer.command(
         Cmd::new("sim.readCustomTableData", |c| {
-            let (id, tag) = place(c)?;
+            let (id, tag) = object_and_tag(c)?;
             let table = match tags::get(c, id, &tag)? {
                 Some(data) => tables::unpack(&data)?,
                 None => Value::List(Vec::new()),
@@ -155,7 +155,7 @@ fn headers(offer: &mut Offer<Vrep>) {
         let of = move |c: &Ctx<'_>| -> Result<tatu_object> { if scene { Ok(0) } else { target_of(c, 0) } };
         let object = |command: Cmd| if scene { command } else { command.param(flagged("object")) };
         offer.command(
-            object(both(add, MINUS, move |c| {
+            object(both(add, MINUS_ONE, move |c| {
                 let (id, tag) = (of(c)?, header(c.i64(at)?));
                 let data = c.arg(at + 1).as_bytes().filter(|d| !d.is_empty());
                 tags::set(c, id, &tag, data)?;
@@ -185,7 +185,7 @@ fn headers(offer: &mut Offer<Vrep>) {
 fn persistent(offer: &mut Offer<Vrep>) {
     let key = |name: &[u8]| [b"persistent.", name].concat();
     offer.command(
-        both(["sim.persistentDataWrite", "simPersistentDataWrite"], MINUS, move |c| {
+        both(["sim.persistentDataWrite", "simPersistentDataWrite"], MINUS_ONE, move |c| {
             let name = key(c.bytes(0)?);
             let data = c.bytes(1)?.to_vec();
             let name = String::from_utf8_lossy(&name).into_owned();
@@ -221,12 +221,12 @@ fn target_of(c: &Ctx<'_>, i: usize) -> Result<tatu_object> {
     match c.i64(i)? {
         HANDLE_SCENE | -13 | -15 => Ok(0),
         HANDLE_SELF => Ok(c.caller_object()),
-        _ => Ok(living(c, i)?.id),
+        _ => Ok(existing_object(c, i)?.id),
     }
 }
 
 /// Returns the object in argument 0 and the tag in argument 1. Tags of the application are given a private prefix.
-fn place(c: &Ctx<'_>) -> Result<(tatu_object, Vec<u8>)> {
+fn object_and_tag(c: &Ctx<'_>) -> Result<(tatu_object, Vec<u8>)> {
     let id = target_of(c, 0)?;
     let mut tag = c.bytes(1)?.to_vec();
     if matches!(c.i64(0)?, -13 | -15) {
@@ -236,11 +236,11 @@ fn place(c: &Ctx<'_>) -> Result<(tatu_object, Vec<u8>)> {
 }
 
 fn write(c: &Ctx<'_>, data: Option<Vec<u8>>) -> Result {
-    let (id, tag) = place(c)?;
+    let (id, tag) = object_and_tag(c)?;
     if tag.is_empty() {
         let mut all = tags::all(c, id)?;
-        all.retain(|(k, _)| k.first() == Some(&tags::OWN));
-        return tags::put(c, id, all);
+        all.retain(|(k, _)| k.first() == Some(&tags::PRIVATE_PREFIX));
+        return tags::replace_all(c, id, all);
     }
     tags::set(c, id, &tag, data.as_deref().filter(|d| !d.is_empty()))
 }
@@ -250,5 +250,5 @@ fn tags(c: &Ctx<'_>) -> Result<Vec<Value>> {
     let app: &[u8] = if matches!(c.i64(0)?, -13 | -15) { b"\x01app." } else { b"" };
     let all = tags::all(c, id)?;
     let seen = all.into_iter().filter_map(|(k, _)| k.strip_prefix(app).map(<[u8]>::to_vec));
-    Ok(seen.filter(|k| k.first() != Some(&tags::OWN)).map(Value::Text).collect())
+    Ok(seen.filter(|k| k.first() != Some(&tags::PRIVATE_PREFIX)).map(Value::Text).collect())
 }

@@ -4,20 +4,20 @@
 use crate::{kit::*, lookup::registered::is_stand_in};
 
 /// Default object property: selectable.
-const OBJECT_PROPERTY: i64 = 32;
+const DEFAULT_OBJECT_PROPERTY: i64 = 32;
 /// Default special property: collidable, measurable, detectable, renderable.
-const SPECIAL: i64 = 1 | 2 | DETECTABLE | 0x200;
+const DEFAULT_SPECIAL_PROPERTY: i64 = 1 | 2 | DETECTABLE | 0x200;
 pub(crate) const DETECTABLE: i64 = 0x1F0;
 /// Mask of all wave types of the core, to which the bits of `DETECTABLE` correspond.
 const ALL_WAVES: i64 = TATU_WAVES_ALL as i64;
-const NOT_MODEL: i64 = 0xF000;
+const NOT_MODEL_BITS: i64 = 0xF000;
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     let bits = || Param::int("property").text("bits");
     offer.command(
-        both(["sim.getObjectProperty", "simGetObjectProperty"], MINUS, |c| {
-            let id = living(c, 0)?.id;
-            let bits = tags::number(c, id, "object property")?.map_or(OBJECT_PROPERTY, |x| x as i64);
+        both(["sim.getObjectProperty", "simGetObjectProperty"], MINUS_ONE, |c| {
+            let id = existing_object(c, 0)?.id;
+            let bits = tags::number(c, id, "object property")?.map_or(DEFAULT_OBJECT_PROPERTY, |x| x as i64);
             c.ret(bits);
             Ok(())
         })
@@ -26,10 +26,10 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .text("Returns the property bits of an object: sim.objectproperty_..."),
     );
     offer.command(
-        both(["sim.setObjectProperty", "simSetObjectProperty"], MINUS, |c| {
-            let (id, bits) = (living(c, 0)?.id, c.i64(1)?);
+        both(["sim.setObjectProperty", "simSetObjectProperty"], MINUS_ONE, |c| {
+            let (id, bits) = (existing_object(c, 0)?.id, c.i64(1)?);
             tags::set_number(c, id, "object property", bits as f64)?;
-            done(c)
+            finish_setter(c)
         })
         .param(object("object"))
         .param(bits())
@@ -37,11 +37,11 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .partial("The bits are only stored and returned, because they affect windows, which do not exist here."),
     );
     offer.command(
-        both(["sim.getModelProperty", "simGetModelProperty"], MINUS, |c| {
-            let id = living(c, 0)?.id;
+        both(["sim.getModelProperty", "simGetModelProperty"], MINUS_ONE, |c| {
+            let id = existing_object(c, 0)?.id;
             let bits = match bool_of(c, id, c.plugin().p.model_base)? {
                 true => tags::number(c, id, "model property")?.map_or(0, |x| x as i64),
-                false => NOT_MODEL,
+                false => NOT_MODEL_BITS,
             };
             c.ret(bits);
             Ok(())
@@ -54,12 +54,12 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         ),
     );
     offer.command(
-        both(["sim.setModelProperty", "simSetModelProperty"], MINUS, |c| {
-            let (id, bits) = (living(c, 0)?.id, c.i64(1)?);
-            let base = bits & NOT_MODEL != NOT_MODEL;
+        both(["sim.setModelProperty", "simSetModelProperty"], MINUS_ONE, |c| {
+            let (id, bits) = (existing_object(c, 0)?.id, c.i64(1)?);
+            let base = bits & NOT_MODEL_BITS != NOT_MODEL_BITS;
             c.world().set(id, c.plugin().p.model_base, &Value::Bool(base))?;
-            tags::set_number(c, id, "model property", (bits & !NOT_MODEL) as f64)?;
-            done(c)
+            tags::set_number(c, id, "model property", (bits & !NOT_MODEL_BITS) as f64)?;
+            finish_setter(c)
         })
         .param(object("object"))
         .param(bits())
@@ -70,9 +70,9 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         ),
     );
     offer.command(
-        both(["sim.getObjectSpecialProperty", "simGetObjectSpecialProperty"], MINUS, |c| {
-            let o = living(c, 0)?;
-            let mut bits = tags::number(c, o.id, "special property")?.map_or(SPECIAL, |x| x as i64);
+        both(["sim.getObjectSpecialProperty", "simGetObjectSpecialProperty"], MINUS_ONE, |c| {
+            let o = existing_object(c, 0)?;
+            let mut bits = tags::number(c, o.id, "special property")?.map_or(DEFAULT_SPECIAL_PROPERTY, |x| x as i64);
             if o.kind == TATU_KIND_SHAPE {
                 let p = &c.plugin().p;
                 let waves = c.world().get(o.id, p.detectable_mask)?.as_i64().unwrap_or(DETECTABLE);
@@ -87,8 +87,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .text("Returns how sensors and commands treat an object: sim.objectspecialproperty_..."),
     );
     offer.command(
-        both(["sim.setObjectSpecialProperty", "simSetObjectSpecialProperty"], MINUS, |c| {
-            let (o, bits) = (living(c, 0)?, c.i64(1)?);
+        both(["sim.setObjectSpecialProperty", "simSetObjectSpecialProperty"], MINUS_ONE, |c| {
+            let (o, bits) = (existing_object(c, 0)?, c.i64(1)?);
             if o.kind == TATU_KIND_SHAPE {
                 let (p, seen) = (&c.plugin().p, bits & DETECTABLE);
                 c.world().set(o.id, p.detectable, &Value::Bool(seen != 0))?;
@@ -99,7 +99,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                 }
             }
             tags::set_number(c, o.id, "special property", bits as f64)?;
-            done(c)
+            finish_setter(c)
         })
         .param(object("object"))
         .param(bits())
@@ -115,8 +115,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
 
 fn explicit(offer: &mut Offer<Vrep>) {
     offer.command(
-        both(["sim.getExplicitHandling", "simGetExplicitHandling"], MINUS, |c| {
-            let o = living(c, 0)?;
+        both(["sim.getExplicitHandling", "simGetExplicitHandling"], MINUS_ONE, |c| {
+            let o = existing_object(c, 0)?;
             let on = match o.kind {
                 TATU_KIND_SENSOR => bool_of(c, o.id, c.plugin().p.sensor_explicit)?,
                 _ => tags::number(c, o.id, "explicit")?.unwrap_or(0.0) != 0.0,
@@ -129,16 +129,16 @@ fn explicit(offer: &mut Offer<Vrep>) {
         .text("Returns whether a sensor is handled only at the request of a script."),
     );
     offer.command(
-        both(["sim.setExplicitHandling", "simSetExplicitHandling"], MINUS, |c| {
+        both(["sim.setExplicitHandling", "simSetExplicitHandling"], MINUS_ONE, |c| {
             if is_stand_in(c, id(c, 0)? as i64) {
-                return done(c);
+                return finish_setter(c);
             }
-            let (o, on) = (living(c, 0)?, c.i64(1)? & 1 != 0);
+            let (o, on) = (existing_object(c, 0)?, c.i64(1)? & 1 != 0);
             match o.kind {
                 TATU_KIND_SENSOR => c.world().set(o.id, c.plugin().p.sensor_explicit, &Value::Bool(on))?,
                 _ => tags::set_number(c, o.id, "explicit", f64::from(u8::from(on)))?,
             }
-            done(c)
+            finish_setter(c)
         })
         .param(object("object"))
         .param(Param::int("flags").text("1: explicit handling, only on request of a script"))
@@ -152,8 +152,8 @@ fn references(offer: &mut Offer<Vrep>) {
     let key = |tag: &str| format!("handles {tag}");
     let tag = |c: &Ctx<'_>, i: usize| if c.has(i) { c.text(i) } else { Ok(String::new()) };
     offer.command(
-        both(["sim.setReferencedHandles", "simSetReferencedHandles"], MINUS, move |c| {
-            let (id, tag) = (living(c, 0)?.id, tag(c, 2)?);
+        both(["sim.setReferencedHandles", "simSetReferencedHandles"], MINUS_ONE, move |c| {
+            let (id, tag) = (existing_object(c, 0)?.id, tag(c, 2)?);
             let v = c.arg(1);
             let ids: Vec<String> = (0..v.len())
                 .map(|i| {
@@ -165,7 +165,7 @@ fn references(offer: &mut Offer<Vrep>) {
                 .collect();
             let text = ids.join(" ");
             tags::set_private(c, id, &key(&tag), (!text.is_empty()).then_some(text.as_bytes()))?;
-            done(c)
+            finish_setter(c)
         })
         .param(object("object"))
         .param(Param::list("handles"))
@@ -174,7 +174,7 @@ fn references(offer: &mut Offer<Vrep>) {
     );
     offer.command(
         both(["sim.getReferencedHandles", "simGetReferencedHandles"], NIL, move |c| {
-            let (id, tag) = (living(c, 0)?.id, tag(c, 1)?);
+            let (id, tag) = (existing_object(c, 0)?.id, tag(c, 1)?);
             let kept = tags::private(c, id, &key(&tag))?.unwrap_or_default();
             let kept = String::from_utf8_lossy(&kept).into_owned();
             let ids = kept.split(' ').filter_map(|t| t.parse::<u64>().ok());
@@ -189,7 +189,7 @@ fn references(offer: &mut Offer<Vrep>) {
     );
     offer.command(
         Cmd::new("sim.getReferencedHandle", move |c| {
-            let (id, tag) = (living(c, 0)?.id, tag(c, 1)?);
+            let (id, tag) = (existing_object(c, 0)?.id, tag(c, 1)?);
             let kept = tags::private(c, id, &key(&tag))?.unwrap_or_default();
             let kept = String::from_utf8_lossy(&kept).into_owned();
             let first = kept.split(' ').next().and_then(|t| t.parse::<u64>().ok()).filter(|o| *o != 0);
@@ -205,7 +205,7 @@ fn references(offer: &mut Offer<Vrep>) {
     );
     offer.command(
         Cmd::new("sim.getReferencedHandlesTags", |c| {
-            let id = living(c, 0)?.id;
+            let id = existing_object(c, 0)?.id;
             let tags = tags::all(c, id)?.into_iter();
             let tags = tags.filter_map(|(k, _)| k.strip_prefix(b"\x01handles ").map(<[u8]>::to_vec));
             let tags: Vec<Value> = tags.map(Value::Text).collect();
@@ -225,7 +225,7 @@ fn links(offer: &mut Offer<Vrep>) {
         Ok(kept.filter(|o| c.world().look(*o).is_ok()).unwrap_or(0))
     };
     offer.command(
-        both(["sim.getLinkDummy", "simGetLinkDummy"], MINUS, move |c| {
+        both(["sim.getLinkDummy", "simGetLinkDummy"], MINUS_ONE, move |c| {
             let dummy = of_kind(c, 0, TATU_KIND_DUMMY)?;
             let other = id_of_note(c, dummy)?;
             c.ret(handle(other));
@@ -236,7 +236,7 @@ fn links(offer: &mut Offer<Vrep>) {
         .text("Returns the dummy to which a dummy is linked."),
     );
     offer.command(
-        both(["sim.setLinkDummy", "simSetLinkDummy"], MINUS, move |c| {
+        both(["sim.setLinkDummy", "simSetLinkDummy"], MINUS_ONE, move |c| {
             let dummy = of_kind(c, 0, TATU_KIND_DUMMY)?;
             let other = if c.i64(1)? == -1 { 0 } else { of_kind(c, 1, TATU_KIND_DUMMY)? };
             // A dummy has at most one partner, so unlink both dummies from their previous partners.
@@ -257,7 +257,7 @@ fn links(offer: &mut Offer<Vrep>) {
                 let path = text_of(c, other, c.plugin().p.path)?;
                 c.world().set(dummy, c.plugin().p.link, &path.as_str().into())?;
             }
-            done(c)
+            finish_setter(c)
         })
         .param(object("dummy"))
         .param(Param::int("other").text("-1: none"))
@@ -267,7 +267,7 @@ fn links(offer: &mut Offer<Vrep>) {
     );
     offer.command(
         Cmd::new("sim.getObjectHierarchyOrder", |c| {
-            let id = living(c, 0)?.id;
+            let id = existing_object(c, 0)?.id;
             let up = parent(c, id)?;
             let all = c.world().list(up, 0, TATU_LIST_CHILDREN | TATU_LIST_SKIP_BASE)?;
             c.ret(all.iter().position(|o| *o == id).map_or(-1, |i| i as i64));

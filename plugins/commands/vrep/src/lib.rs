@@ -88,17 +88,17 @@ impl Plugin for Vrep {
 }
 
 impl PerWorld for Vrep {
-    type World = state::State;
+    type World = state::WorldState;
 
-    fn world(&self, world: &World<'_>) -> Result<state::State> {
-        Ok(state::State::new(*world.host()))
+    fn world(&self, world: &World<'_>) -> Result<state::WorldState> {
+        Ok(state::WorldState::new(*world.host()))
     }
 
     const STATE_VERSION: u32 = 4;
-    fn save(world: &state::State) -> Result<Vec<u8>> {
+    fn save(world: &state::WorldState) -> Result<Vec<u8>> {
         world.save()
     }
-    fn load(world: &state::State, bytes: &[u8], version: u32) -> Result<()> {
+    fn load(world: &state::WorldState, bytes: &[u8], version: u32) -> Result<()> {
         if version != Self::STATE_VERSION {
             return Err(Fail::unsupported(format!(
                 "the state was saved in format version {version}; this program reads version {}",

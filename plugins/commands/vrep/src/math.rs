@@ -20,8 +20,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                 c.ret(bits);
                 Ok(())
             })
-            .old_name(oldest, MINUS)
-            .old_name(flat, MINUS)
+            .old_name(oldest, MINUS_ONE)
+            .old_name(flat, MINUS_ONE)
             .param(Param::int("a"))
             .param(Param::int("b"))
             .returns(Param::int("bits"))
@@ -32,10 +32,10 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
 }
 
 /// Builds a command with a current and a flat name, which may run in parallel with others.
-fn command(names: Names, run: impl Fn(&mut Shared<'_>) -> Result + Send + Sync + 'static) -> Cmd {
-    both_beside(names, NIL, run)
+fn command(names: CommandNames, run: impl Fn(&mut SharedCtx<'_>) -> Result + Send + Sync + 'static) -> Cmd {
+    both_parallel(names, NIL, run)
 }
-fn modern(name: &str, run: impl Fn(&mut Shared<'_>) -> Result + Send + Sync + 'static) -> Cmd {
+fn modern(name: &str, run: impl Fn(&mut SharedCtx<'_>) -> Result + Send + Sync + 'static) -> Cmd {
     Cmd::side_by_side(name, run)
 }
 fn matrix(key: &str) -> Param {
@@ -44,12 +44,12 @@ fn matrix(key: &str) -> Param {
 fn pose(key: &str) -> Param {
     table(key, "{x, y, z, qx, qy, qz, qw}")
 }
-fn give<const N: usize>(c: &mut Shared<'_>, numbers: [f64; N]) -> Result {
+fn return_numbers<const N: usize>(c: &mut SharedCtx<'_>, numbers: [f64; N]) -> Result {
     c.ret(&numbers[..]);
     Ok(())
 }
 /// Returns the pose in argument `i`, with its quaternion normalized.
-fn read_pose(c: &Shared<'_>, i: usize) -> Result<Pose> {
+fn read_pose(c: &SharedCtx<'_>, i: usize) -> Result<Pose> {
     let p: Pose = numbers(c, i)?;
     Ok(al::pose(al::position(&p), unit(al::rotation(&p), i)?))
 }
@@ -57,15 +57,17 @@ fn read_pose(c: &Shared<'_>, i: usize) -> Result<Pose> {
 fn matrices(offer: &mut Offer<Vrep>) {
     let out = || Param::floats("matrix", 12);
     offer.command(
-        command(["sim.buildIdentityMatrix", "simBuildIdentityMatrix"], |c| give(c, al::matrix(&al::IDENTITY)))
-            .returns(out())
-            .text("Returns the identity matrix.")
-            .example("m = sim.buildIdentityMatrix()"),
+        command(["sim.buildIdentityMatrix", "simBuildIdentityMatrix"], |c| {
+            return_numbers(c, al::matrix(&al::IDENTITY))
+        })
+        .returns(out())
+        .text("Returns the identity matrix.")
+        .example("m = sim.buildIdentityMatrix()"),
     );
     offer.command(
         command(["sim.buildMatrix", "simBuildMatrix"], |c| {
             let q = al::from_euler(numbers(c, 1)?);
-            give(c, al::matrix(&al::pose(numbers(c, 0)?, q)))
+            return_numbers(c, al::matrix(&al::pose(numbers(c, 0)?, q)))
         })
         .param(table("position", "{x, y, z}"))
         .param(table("angles", "{alpha, beta, gamma} rad"))
@@ -76,7 +78,7 @@ fn matrices(offer: &mut Offer<Vrep>) {
     offer.command(
         command(["sim.buildMatrixQ", "simBuildMatrixQ"], |c| {
             let q = unit(numbers(c, 1)?, 1)?;
-            give(c, al::matrix(&al::pose(numbers(c, 0)?, q)))
+            return_numbers(c, al::matrix(&al::pose(numbers(c, 0)?, q)))
         })
         .param(table("position", "{x, y, z}"))
         .param(table("quaternion", "{x, y, z, w}"))
@@ -87,7 +89,7 @@ fn matrices(offer: &mut Offer<Vrep>) {
     offer.command(
         command(["sim.multiplyMatrices", "simMultiplyMatrices"], |c| {
             let product = al::multiply(&numbers(c, 0)?, &numbers(c, 1)?);
-            give(c, product)
+            return_numbers(c, product)
         })
         .param(matrix("a"))
         .param(matrix("b"))
@@ -105,7 +107,7 @@ fn matrices(offer: &mut Offer<Vrep>) {
             .example("p = sim.multiplyVector(m, {0, 0, 1})"),
     );
     offer.command(
-        command(["sim.getInvertedMatrix", "simGetInvertedMatrix"], |c| give(c, al::invert(&numbers(c, 0)?)))
+        command(["sim.getInvertedMatrix", "simGetInvertedMatrix"], |c| return_numbers(c, al::invert(&numbers(c, 0)?)))
             .alias("sim.getMatrixInverse")
             .param(matrix("matrix"))
             .returns(out())
@@ -113,7 +115,7 @@ fn matrices(offer: &mut Offer<Vrep>) {
             .example("m = sim.getInvertedMatrix(m)"),
     );
     offer.command(
-        command(["sim.copyMatrix", "simCopyMatrix"], |c| give::<12>(c, numbers(c, 0)?))
+        command(["sim.copyMatrix", "simCopyMatrix"], |c| return_numbers::<12>(c, numbers(c, 0)?))
             .param(matrix("matrix"))
             .returns(out())
             .text("Returns a copy of a matrix.")
@@ -123,7 +125,7 @@ fn matrices(offer: &mut Offer<Vrep>) {
         command(["sim.interpolateMatrices", "simInterpolateMatrices"], |c| {
             let (a, b): (Matrix, Matrix) = (numbers(c, 0)?, numbers(c, 1)?);
             let between = al::interpolate(&al::of_matrix(&a), &al::of_matrix(&b), c.f64(2)?);
-            give(c, al::matrix(&between))
+            return_numbers(c, al::matrix(&between))
         })
         .param(matrix("a"))
         .param(matrix("b"))
@@ -135,7 +137,7 @@ fn matrices(offer: &mut Offer<Vrep>) {
     offer.command(
         command(["sim.getEulerAnglesFromMatrix", "simGetEulerAnglesFromMatrix"], |c| {
             let p = al::of_matrix(&numbers(c, 0)?);
-            give(c, al::to_euler(al::rotation(&p)))
+            return_numbers(c, al::to_euler(al::rotation(&p)))
         })
         .param(matrix("matrix"))
         .returns(Param::floats("angles", 3).unit("rad"))
@@ -145,7 +147,7 @@ fn matrices(offer: &mut Offer<Vrep>) {
     offer.command(
         command(["sim.getQuaternionFromMatrix", "simGetQuaternionFromMatrix"], |c| {
             let p = al::of_matrix(&numbers(c, 0)?);
-            give(c, al::rotation(&p))
+            return_numbers(c, al::rotation(&p))
         })
         .param(matrix("matrix"))
         .returns(Param::floats("quaternion", 4))
@@ -158,8 +160,8 @@ fn matrices(offer: &mut Offer<Vrep>) {
                 if c.arg(i).len() >= 12 { Ok(al::of_matrix(&numbers(c, i)?)) } else { read_pose(c, i) }
             };
             let (a, b) = (al::rotation(&read(0)?), al::rotation(&read(1)?));
-            let (axis, angle) = al::axis_angle(al::turn(b, al::conjugate(a)));
-            give(c, axis)?;
+            let (axis, angle) = al::axis_angle(al::compose_rotations(b, al::conjugate(a)));
+            return_numbers(c, axis)?;
             c.ret(angle);
             Ok(())
         })
@@ -177,10 +179,10 @@ fn matrices(offer: &mut Offer<Vrep>) {
             let there = al::pose(al::sub(at, al::rotate(turn, at)), turn);
             if c.arg(0).len() >= 12 {
                 let m: Matrix = numbers(c, 0)?;
-                give(c, al::multiply(&al::matrix(&there), &m))
+                return_numbers(c, al::multiply(&al::matrix(&there), &m))
             } else {
                 let p = read_pose(c, 0)?;
-                give(c, al::compose(&there, &p))
+                return_numbers(c, al::compose(&there, &p))
             }
         })
         .param(matrix("matrix").text("or a pose"))
@@ -193,7 +195,7 @@ fn matrices(offer: &mut Offer<Vrep>) {
     );
 }
 
-fn multiply_vector(c: &mut Shared<'_>) -> Result {
+fn multiply_vector(c: &mut SharedCtx<'_>) -> Result {
     let m: Matrix = match c.arg(0).len() {
         7 => al::matrix(&read_pose(c, 0)?),
         _ => numbers(c, 0)?,
@@ -212,7 +214,7 @@ fn poses(offer: &mut Offer<Vrep>) {
     offer.command(
         modern("sim.buildPose", |c| {
             let q = if c.arg(1).len() >= 4 { unit(numbers(c, 1)?, 1)? } else { al::from_euler(numbers(c, 1)?) };
-            give(c, al::pose(numbers(c, 0)?, q))
+            return_numbers(c, al::pose(numbers(c, 0)?, q))
         })
         .param(table("position", "{x, y, z}"))
         .param(table("rotation", "{alpha, beta, gamma} rad, or a quaternion {x, y, z, w}"))
@@ -223,7 +225,7 @@ fn poses(offer: &mut Offer<Vrep>) {
     offer.command(
         modern("sim.multiplyPoses", |c| {
             let product = al::compose(&read_pose(c, 0)?, &read_pose(c, 1)?);
-            give(c, product)
+            return_numbers(c, product)
         })
         .param(pose("a"))
         .param(pose("b"))
@@ -232,7 +234,7 @@ fn poses(offer: &mut Offer<Vrep>) {
         .example("pose = sim.multiplyPoses(worldFromBody, bodyFromSensor)"),
     );
     offer.command(
-        modern("sim.getPoseInverse", |c| give(c, al::inverse(&read_pose(c, 0)?)))
+        modern("sim.getPoseInverse", |c| return_numbers(c, al::inverse(&read_pose(c, 0)?)))
             .param(pose("pose"))
             .returns(out())
             .text("Returns the inverse of a pose.")
@@ -241,7 +243,7 @@ fn poses(offer: &mut Offer<Vrep>) {
     offer.command(
         modern("sim.interpolatePoses", |c| {
             let between = al::interpolate(&read_pose(c, 0)?, &read_pose(c, 1)?, c.f64(2)?);
-            give(c, between)
+            return_numbers(c, between)
         })
         .param(pose("a"))
         .param(pose("b"))
@@ -251,14 +253,14 @@ fn poses(offer: &mut Offer<Vrep>) {
         .example("pose = sim.interpolatePoses(a, b, 0.5)"),
     );
     offer.command(
-        modern("sim.matrixToPose", |c| give(c, al::of_matrix(&numbers(c, 0)?)))
+        modern("sim.matrixToPose", |c| return_numbers(c, al::of_matrix(&numbers(c, 0)?)))
             .param(matrix("matrix"))
             .returns(out())
             .text("Returns the pose of a matrix.")
             .example("pose = sim.matrixToPose(m)"),
     );
     offer.command(
-        modern("sim.poseToMatrix", |c| give(c, al::matrix(&read_pose(c, 0)?)))
+        modern("sim.poseToMatrix", |c| return_numbers(c, al::matrix(&read_pose(c, 0)?)))
             .param(pose("pose"))
             .returns(Param::floats("matrix", 12))
             .text("Returns the matrix of a pose.")

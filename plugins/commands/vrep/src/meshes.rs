@@ -10,12 +10,12 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         let run = |c: &mut Ctx<'_>| {
             let points = c.arg(2).numbers().unwrap_or_default();
             let places = c.arg(3).numbers().unwrap_or_default();
-            let shape = make(c, points, places)?;
+            let shape = create_from_triangles(c, points, places)?;
             c.ret(handle(shape));
             Ok(())
         };
         let command = Cmd::new(name, run);
-        let command = old.into_iter().fold(command, |command, old| command.old_name(old, MINUS));
+        let command = old.into_iter().fold(command, |command, old| command.old_name(old, MINUS_ONE));
         offer.command(
             command
                 .param(Param::any("options").text("ignored: they only affect the appearance"))
@@ -29,7 +29,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         );
     }
     offer.command(
-        both(["sim.createHeightfieldShape", "simCreateHeightfieldShape"], MINUS, |c| {
+        both(["sim.createHeightfieldShape", "simCreateHeightfieldShape"], MINUS_ONE, |c| {
             let (nx, ny, width) = (c.i64(2)?, c.i64(3)?, c.f64(4)?);
             let heights = c.arg(5).numbers().unwrap_or_default();
             let (Ok(nx), Ok(ny)) = (usize::try_from(nx), usize::try_from(ny)) else {
@@ -52,7 +52,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                     places.extend([at, right, up, right, up + 1.0, up]);
                 }
             }
-            let shape = make(c, points, places)?;
+            let shape = create_from_triangles(c, points, places)?;
             c.ret(handle(shape));
             Ok(())
         })
@@ -108,7 +108,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .text("Returns information about the geometry of a shape."),
     );
     offer.command(
-        both(["sim.groupShapes", "simGroupShapes"], MINUS, |c| {
+        both(["sim.groupShapes", "simGroupShapes"], MINUS_ONE, |c| {
             let shapes = sets::list(c, 0)?;
             let group = group(c, &shapes)?;
             c.ret(handle(group));
@@ -131,10 +131,10 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .text("Divides a shape into its parts.")
         .partial("A shape is not divided: the list contains only itself."),
     );
-    mass(offer);
+    mass_commands(offer);
 }
 
-fn mass(offer: &mut Offer<Vrep>) {
+fn mass_commands(offer: &mut Offer<Vrep>) {
     let matrix =
         || table("transformation", "a matrix of 12 numbers: the frame of inertia and centre of mass").optional();
     offer.command(
@@ -147,7 +147,7 @@ fn mass(offer: &mut Offer<Vrep>) {
             let base = if c.has(1) { al::of_matrix(&numbers::<12>(c, 1)?) } else { al::IDENTITY };
             let to = al::compose(&al::inverse(&base), &frame);
             c.ret(m);
-            c.ret(&turned(&inertia, al::rotation(&to))[..]);
+            c.ret(&rotate_inertia(&inertia, al::rotation(&to))[..]);
             c.ret(&al::add(al::position(&to), al::rotate(al::rotation(&to), com))[..]);
             Ok(())
         })
@@ -159,7 +159,7 @@ fn mass(offer: &mut Offer<Vrep>) {
         .text("Returns the mass, inertia and centre of mass of a shape; without a matrix, in the world frame."),
     );
     offer.command(
-        both(["sim.setShapeMassAndInertia", "simSetShapeMassAndInertia"], MINUS, |c| {
+        both(["sim.setShapeMassAndInertia", "simSetShapeMassAndInertia"], MINUS_ONE, |c| {
             let (shape, p, w) = (of_kind(c, 0, TATU_KIND_SHAPE)?, &c.plugin().p, c.world());
             let m = c.f64(1)?.max(1e-7);
             let (inertia, com): ([f64; 9], [f64; 3]) = (numbers(c, 2)?, numbers(c, 3)?);
@@ -171,10 +171,10 @@ fn mass(offer: &mut Offer<Vrep>) {
             w.set(
                 shape,
                 p.inertia,
-                &Value::Floats(turned(&inertia, al::rotation(&to)).iter().map(|x| x * m).collect()),
+                &Value::Floats(rotate_inertia(&inertia, al::rotation(&to)).iter().map(|x| x * m).collect()),
             )?;
             w.set_f64s(shape, p.com, &com)?;
-            done(c)
+            finish_setter(c)
         })
         .param(object("shape"))
         .param(Param::float("mass").unit("kg"))
@@ -201,7 +201,7 @@ fn mass(offer: &mut Offer<Vrep>) {
             let (shape, p, w) = (of_kind(c, 0, TATU_KIND_SHAPE)?, &c.plugin().p, c.world());
             let (inertia, at): ([f64; 9], [f64; 12]) = (numbers(c, 1)?, numbers(c, 2)?);
             let at = al::of_matrix(&at);
-            w.set(shape, p.inertia, &Value::Floats(turned(&inertia, al::rotation(&at)).to_vec()))?;
+            w.set(shape, p.inertia, &Value::Floats(rotate_inertia(&inertia, al::rotation(&at)).to_vec()))?;
             w.set_f64s(shape, p.com, &al::position(&at))
         })
         .param(object("shape"))
@@ -210,7 +210,7 @@ fn mass(offer: &mut Offer<Vrep>) {
         .text("Sets the inertia and centre of mass of a shape."),
     );
     offer.command(
-        both(["sim.computeMassAndInertia", "simComputeMassAndInertia"], MINUS, |c| {
+        both(["sim.computeMassAndInertia", "simComputeMassAndInertia"], MINUS_ONE, |c| {
             let (shape, density) = (of_kind(c, 0, TATU_KIND_SHAPE)?, c.f64(1)?);
             let (points, places) = triangles(c, shape)?;
             let corner = |i: i64| {
@@ -238,7 +238,7 @@ fn mass(offer: &mut Offer<Vrep>) {
 }
 
 /// Rotates an inertia tensor, whose elements are listed row by row.
-fn turned(i: &[f64; 9], q: al::Quaternion) -> [f64; 9] {
+fn rotate_inertia(i: &[f64; 9], q: al::Quaternion) -> [f64; 9] {
     let m = al::matrix(&al::pose([0.0; 3], q));
     let r = |a: usize, b: usize| m[a * 4 + b];
     std::array::from_fn(|k| {
@@ -248,7 +248,7 @@ fn turned(i: &[f64; 9], q: al::Quaternion) -> [f64; 9] {
 }
 
 /// Creates a shape from triangles, with its frame at the centre of its bounding box.
-fn make(c: &Ctx<'_>, mut points: Vec<f64>, places: Vec<f64>) -> Result<tatu_object> {
+fn create_from_triangles(c: &Ctx<'_>, mut points: Vec<f64>, places: Vec<f64>) -> Result<tatu_object> {
     if points.len() < 9 || !points.len().is_multiple_of(3) || places.len() < 3 || !places.len().is_multiple_of(3) {
         return Err(Fail::argument("a mesh requires at least 9 coordinates and 3 indices, both in multiples of 3"));
     }
@@ -284,10 +284,10 @@ fn group(c: &Ctx<'_>, shapes: &[tatu_object]) -> Result<tatu_object> {
             points.extend(al::add(al::position(&frame), al::rotate(al::rotation(&frame), [p[0], p[1], p[2]])));
         }
         places.extend(mine.into_iter().map(|i| i as f64 + before));
-        lumps.push(lump(c, *s)?);
+        lumps.push(mass_of(c, *s)?);
     }
-    let group = make(c, points, places)?;
-    let (mass, com, inertia) = summed(&lumps);
+    let group = create_from_triangles(c, points, places)?;
+    let (mass, com, inertia) = sum_masses(&lumps);
     let com = al::sub(com, al::position(&w.pose(group, 0)?));
     w.set_f64s(group, p.mass, &[mass])?;
     w.set_f64s(group, p.com, &com)?;
@@ -307,18 +307,18 @@ fn group(c: &Ctx<'_>, shapes: &[tatu_object]) -> Result<tatu_object> {
 }
 
 /// The mass of a shape, kg, its centre, m, and its inertia about this centre, kg m^2, row by row, in the world frame.
-type Lump = (f64, [f64; 3], [f64; 9]);
+type MassProperties = (f64, [f64; 3], [f64; 9]);
 
-fn lump(c: &Ctx<'_>, shape: tatu_object) -> Result<Lump> {
+fn mass_of(c: &Ctx<'_>, shape: tatu_object) -> Result<MassProperties> {
     let (w, p) = (c.world(), &c.plugin().p);
     let frame = w.pose(shape, 0)?;
     let turn = al::rotation(&frame);
     let com = al::add(al::position(&frame), al::rotate(turn, w.f64s::<3>(shape, p.com)?));
-    Ok((w.f64(shape, p.mass)?, com, turned(&inertia_of(c, shape)?, turn)))
+    Ok((w.f64(shape, p.mass)?, com, rotate_inertia(&inertia_of(c, shape)?, turn)))
 }
 
 /// Returns the mass, centre of mass and inertia of shapes that are joined rigidly (Steiner's theorem).
-fn summed(lumps: &[Lump]) -> Lump {
+fn sum_masses(lumps: &[MassProperties]) -> MassProperties {
     let mass: f64 = lumps.iter().map(|l| l.0).sum();
     let com: [f64; 3] = std::array::from_fn(|k| lumps.iter().map(|l| l.0 * l.1[k]).sum::<f64>() / mass);
     let mut inertia = [0.0; 9];
@@ -387,22 +387,22 @@ fn half_turn(k: i32, n: i32) -> f64 {
 /// Builds a solid of revolution about z from rings of 32 segments. `profile` contains the radius of each ring, as a
 /// fraction of `radius`, and its height, from bottom to top.
 fn rings(radius: f64, profile: &[(f64, f64)]) -> (Vec<f64>, Vec<i64>) {
-    const N: i64 = 32;
+    const SEGMENTS: i64 = 32;
     let (mut points, mut places) = (Vec::new(), Vec::new());
     for (r, z) in profile {
-        for k in 0..N {
-            let a = half_turn(k as i32 * 2, N as i32);
+        for k in 0..SEGMENTS {
+            let a = half_turn(k as i32 * 2, SEGMENTS as i32);
             points.extend([radius * r * libm::cos(a), radius * r * libm::sin(a), *z]);
         }
     }
     for ring in 0..profile.len() as i64 - 1 {
-        for k in 0..N {
-            let (a, b) = (ring * N + k, ring * N + (k + 1) % N);
+        for k in 0..SEGMENTS {
+            let (a, b) = (ring * SEGMENTS + k, ring * SEGMENTS + (k + 1) % SEGMENTS);
             if profile[ring as usize].0 > 1e-9 {
-                places.extend([a, b, b + N]);
+                places.extend([a, b, b + SEGMENTS]);
             }
             if profile[ring as usize + 1].0 > 1e-9 {
-                places.extend([a, b + N, a + N]);
+                places.extend([a, b + SEGMENTS, a + SEGMENTS]);
             }
         }
     }

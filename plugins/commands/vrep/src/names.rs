@@ -13,7 +13,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     );
     offer.command(
         Cmd::new("sim.setObjectName", set_name)
-            .old_name("simSetObjectName", MINUS)
+            .old_name("simSetObjectName", MINUS_ONE)
             .param(flagged("object"))
             .param(Param::string("name").text("letters, digits, _ ( ) and one #; must not be in use by another object"))
             .returns(Param::int("done"))
@@ -40,7 +40,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     );
     offer.command(
         Cmd::new("sim.getNameSuffix", get_suffix)
-            .old_name("simGetNameSuffix", MINUS)
+            .old_name("simGetNameSuffix", MINUS_ONE)
             .param(Param::string("name").optional().text("nil: the suffix of the calling script"))
             .returns(Param::int("suffix").text("-1: none"))
             .returns(Param::string("name").text("without the suffix, if a name was given"))
@@ -55,7 +55,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             c.ret(1_i64);
             Ok(())
         })
-        .old_name("simSetNameSuffix", MINUS)
+        .old_name("simSetNameSuffix", MINUS_ONE)
         .param(Param::int("suffix").text("-1: names are used unchanged"))
         .returns(Param::int("done"))
         .text("Sets the suffix that later lookups of this script append to names.")
@@ -82,11 +82,11 @@ fn set_name(c: &mut Ctx<'_>) -> Result {
     }
     let set = c.world().set(id, c.plugin().p.name, &Value::text(&name));
     set.map_err(|e| explain_any(c, id, e))?;
-    done(c)
+    finish_setter(c)
 }
 
 fn get_alias(c: &mut Ctx<'_>) -> Result {
-    let (o, p) = (living(c, 0)?, &c.plugin().p);
+    let (o, p) = (existing_object(c, 0)?, &c.plugin().p);
     let alias = text_of(c, o.id, p.alias)?;
     let text = match int_or(c, 1, -1)? {
         -1 => alias,

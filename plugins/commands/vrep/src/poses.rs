@@ -28,7 +28,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         getter(["sim.getObjectQuaternion", "simGetObjectQuaternion"], |c, p| {
             let flags = c.arg(0).as_i64().unwrap_or(0);
             let [x, y, z, w] = al::rotation(p);
-            let q = if flags & WXYZ != 0 { [w, x, y, z] } else { [x, y, z, w] };
+            let q = if flags & WXYZ_FLAG != 0 { [w, x, y, z] } else { [x, y, z, w] };
             c.ret(&q[..]);
         })
         .returns(Param::floats("quaternion", 4))
@@ -75,7 +75,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.command(
         setter(["sim.setObjectQuaternion", "simSetObjectQuaternion"], "quaternion", |c, v, i, p| {
             let mut q = numbers_of::<4>(v, i)?;
-            if c.arg(0).as_i64().unwrap_or(0) & WXYZ != 0 {
+            if c.arg(0).as_i64().unwrap_or(0) & WXYZ_FLAG != 0 {
                 q.rotate_left(1);
             }
             p[3..].copy_from_slice(&unit(q, i)?);
@@ -128,7 +128,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
 
 /// Returns the linear velocity of an object's frame, m/s, and its angular velocity, rad/s, in the world frame. The host
 /// returns the velocity of the centre of mass for dynamic shapes.
-pub(crate) fn frame_velocity(c: &Shared<'_>, id: tatu_object) -> Result<[f64; 6]> {
+pub(crate) fn frame_velocity(c: &SharedCtx<'_>, id: tatu_object) -> Result<[f64; 6]> {
     let (w, p) = (c.world(), &c.plugin().p);
     let mut t = w.twist(id)?;
     let turn = [t[3], t[4], t[5]];
@@ -140,19 +140,19 @@ pub(crate) fn frame_velocity(c: &Shared<'_>, id: tatu_object) -> Result<[f64; 6]
     Ok(t)
 }
 
-const WXYZ: i64 = 0x100_0000;
-const FROM_JOINT_BASE: i64 = 0x40_0000;
+const WXYZ_FLAG: i64 = 0x100_0000;
+const JOINT_BASE_FLAG: i64 = 0x40_0000;
 
 /// The reference frame of a pose.
-enum Frame {
+enum ReferenceFrame {
     /// The frame of an object (0 is the world); for a joint, its moving frame.
     Of(tatu_object),
     /// The fixed frame of a joint.
     Base(tatu_object),
 }
 
-fn getter(names: Names, give: impl Fn(&mut Shared<'_>, &Pose) + Send + Sync + 'static) -> Cmd {
-    both_beside(names, NIL, move |c| {
+fn getter(names: CommandNames, give: impl Fn(&mut SharedCtx<'_>, &Pose) + Send + Sync + 'static) -> Cmd {
+    both_parallel(names, NIL, move |c| {
         let id = id(c, 0)?;
         let frame = frame(c, c.arg(1), 1, id)?;
         let pose = pose(c, id, &frame)?;
@@ -165,11 +165,11 @@ fn getter(names: Names, give: impl Fn(&mut Shared<'_>, &Pose) + Send + Sync + 's
 
 /// Builds a setter; `put` applies the value, which is argument `i`, to the object's current pose.
 fn setter(
-    names: Names,
+    names: CommandNames,
     value: &str,
     put: impl Fn(&Ctx<'_>, ValueRef<'_>, usize, &mut Pose) -> Result + Send + Sync + 'static,
 ) -> Cmd {
-    both(names, MINUS, move |c| {
+    both(names, MINUS_ONE, move |c| {
         let id = id(c, 0)?;
         // In the newer argument order, the value precedes the frame.
         let (value, relative) = if is_table(c.arg(1)) { (1, 2) } else { (2, 1) };
@@ -178,11 +178,11 @@ fn setter(
         put(c, c.arg(value), value, &mut to)?;
         let w = c.world();
         match frame {
-            Frame::Of(f) => w.set_pose(id, f, &to),
-            Frame::Base(j) => w.set_pose(id, 0, &al::compose(&w.pose(j, 0)?, &to)),
+            ReferenceFrame::Of(f) => w.set_pose(id, f, &to),
+            ReferenceFrame::Base(j) => w.set_pose(id, 0, &al::compose(&w.pose(j, 0)?, &to)),
         }
         .map_err(|e| explain_any(c, id, e))?;
-        done(c)
+        finish_setter(c)
     })
     .param(flagged("object"))
     .param(Param::any(value).text("a table; old scripts pass the frame here, and the table last"))
@@ -193,24 +193,24 @@ fn setter(
 
 /// Resolves a value that selects the reference frame for a pose of the object `of`; `i` is its argument index for
 /// messages.
-fn frame(c: &Shared<'_>, v: ValueRef<'_>, i: usize, of: tatu_object) -> Result<Frame> {
+fn frame(c: &SharedCtx<'_>, v: ValueRef<'_>, i: usize, of: tatu_object) -> Result<ReferenceFrame> {
     match v.as_i64() {
-        None if v.is_nil() => Ok(Frame::Of(0)),
-        Some(-1) => Ok(Frame::Of(0)),
-        Some(HANDLE_PARENT) => Ok(Frame::Of(parent(c, of)?)),
-        Some(n) if n > 0 && n & FROM_JOINT_BASE != 0 => Ok(Frame::Base(id_of(v, i)?)),
-        _ => Ok(Frame::Of(id_of(v, i)?)),
+        None if v.is_nil() => Ok(ReferenceFrame::Of(0)),
+        Some(-1) => Ok(ReferenceFrame::Of(0)),
+        Some(HANDLE_PARENT) => Ok(ReferenceFrame::Of(parent(c, of)?)),
+        Some(n) if n > 0 && n & JOINT_BASE_FLAG != 0 => Ok(ReferenceFrame::Base(id_of(v, i)?)),
+        _ => Ok(ReferenceFrame::Of(id_of(v, i)?)),
     }
 }
 
-fn pose(c: &Shared<'_>, id: tatu_object, frame: &Frame) -> Result<Pose> {
+fn pose(c: &SharedCtx<'_>, id: tatu_object, frame: &ReferenceFrame) -> Result<Pose> {
     let w = c.world();
     match *frame {
-        Frame::Of(f) => w.pose(id, f).map_err(|e| {
+        ReferenceFrame::Of(f) => w.pose(id, f).map_err(|e| {
             let e = explain_any(c, id, e);
             if f == 0 { e } else { explain_any(c, f, e) }
         }),
-        Frame::Base(j) => {
+        ReferenceFrame::Base(j) => {
             let base = w.pose(j, 0).map_err(|e| explain_any(c, j, e))?;
             let own = w.pose(id, 0).map_err(|e| explain_any(c, id, e))?;
             Ok(al::compose(&al::inverse(&base), &own))

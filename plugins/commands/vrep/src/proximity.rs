@@ -5,7 +5,7 @@ use std::f64::consts::FRAC_PI_2;
 use crate::kit::*;
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
-    let command = |names: Names, run: fn(&mut Ctx<'_>) -> Result| both(names, MINUS, run);
+    let command = |names: CommandNames, run: fn(&mut Ctx<'_>) -> Result| both(names, MINUS_ONE, run);
     let answers = |command: Cmd| {
         command
             .returns(Param::int("result").text(
@@ -18,10 +18,10 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             .returns(Param::floats("normal", 3).text("normal of the surface, sensor frame"))
     };
     offer.command(
-        answers(both_beside(["sim.readProximitySensor", "simReadProximitySensor"], MINUS, |c| {
+        answers(both_parallel(["sim.readProximitySensor", "simReadProximitySensor"], MINUS_ONE, |c| {
             let sensor = id(c, 0)?;
-            let sight = last(c, sensor)?;
-            give(c, sight);
+            let sight = last_detection(c, sensor)?;
+            return_detection(c, sight);
             Ok(())
         }))
         .param(object("sensor"))
@@ -37,9 +37,9 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.command(
         answers(command(["sim.checkProximitySensor", "simCheckProximitySensor"], |c| {
             let sensor = id(c, 0)?;
-            let only = if c.i64(1)? == HANDLE_ALL { 0 } else { living(c, 1)?.id };
-            let sight = look(c, sensor, only)?;
-            give(c, sight);
+            let only = if c.i64(1)? == HANDLE_ALL { 0 } else { existing_object(c, 1)?.id };
+            let sight = measure_now(c, sensor, only)?;
+            return_detection(c, sight);
             Ok(())
         }))
         .param(object("sensor"))
@@ -53,11 +53,11 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.command(
         answers(command(["sim.checkProximitySensorEx", "simCheckProximitySensorEx"], |c| {
             let sensor = id(c, 0)?;
-            let only = if c.i64(1)? == HANDLE_ALL { 0 } else { living(c, 1)?.id };
-            let wanted = how(only, c.i64(2)?, c.f64(3)?, c.f64(4)?)?;
+            let only = if c.i64(1)? == HANDLE_ALL { 0 } else { existing_object(c, 1)?.id };
+            let wanted = search_options(only, c.i64(2)?, c.f64(3)?, c.f64(4)?)?;
             c.world().look_through(sensor, wanted).map_err(|e| not_proximity(c, sensor, e))?;
-            let sight = last(c, sensor)?;
-            give(c, sight);
+            let sight = last_detection(c, sensor)?;
+            return_detection(c, sight);
             Ok(())
         }))
         .param(object("sensor"))
@@ -95,11 +95,11 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
 }
 
 /// Converts the arguments of `sim.checkProximitySensorEx` to search options.
-fn how(only: tatu_object, mode: i64, threshold: f64, max_angle: f64) -> Result<tatu_look> {
-    if mode & (FRONT | BACK) == 0 {
+fn search_options(only: tatu_object, mode: i64, threshold: f64, max_angle: f64) -> Result<tatu_look> {
+    if mode & (FRONT_FACES | BACK_FACES) == 0 {
         return Err(Fail::argument(format!("argument 3: mode {mode} selects neither front (1) nor back faces (2)")));
     }
-    let limited = mode & LIMITED != 0;
+    let limited = mode & LIMITED_ANGLE != 0;
     if limited && !(max_angle > 0.0 && max_angle <= FRAC_PI_2) {
         return Err(Fail::argument(format!(
             "maxAngle is {max_angle} rad: with mode 8, expected more than 0 and at most pi/2"
@@ -108,8 +108,8 @@ fn how(only: tatu_object, mode: i64, threshold: f64, max_angle: f64) -> Result<t
     let flag = |unless: bool, flag: u32| if unless { 0 } else { flag };
     Ok(tatu_look {
         size: 0,
-        flags: flag(mode & FRONT != 0, TATU_BEAMS_NO_FRONT)
-            | flag(mode & BACK != 0, TATU_BEAMS_NO_BACK)
+        flags: flag(mode & FRONT_FACES != 0, TATU_BEAMS_NO_FRONT)
+            | flag(mode & BACK_FACES != 0, TATU_BEAMS_NO_BACK)
             | flag(mode & OCCLUSION == 0, TATU_BEAMS_OCCLUDE),
         only,
         far_m: if threshold > 0.0 { threshold } else { f64::INFINITY },
@@ -119,35 +119,35 @@ fn how(only: tatu_object, mode: i64, threshold: f64, max_angle: f64) -> Result<t
 
 // Bits of the mode of `sim.checkProximitySensorEx`. The bit 4, which would allow a search to stop at the first point,
 // is ignored: the nearest point is always found.
-const FRONT: i64 = 1;
-const BACK: i64 = 2;
-const LIMITED: i64 = 8;
+const FRONT_FACES: i64 = 1;
+const BACK_FACES: i64 = 2;
+const LIMITED_ANGLE: i64 = 8;
 const OCCLUSION: i64 = 16;
 
-/// The result of a sensor's last measurement, or `Never` before the first one.
+/// The result of a sensor's last measurement, or `NotMeasured` before the first one.
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Sight {
-    Never,
-    Nothing,
-    Seen { distance: f64, point: [f64; 3], object: i64, normal: [f64; 3] },
+enum DetectionResult {
+    NotMeasured,
+    NotDetected,
+    Detected { distance: f64, point: [f64; 3], object: i64, normal: [f64; 3] },
 }
 
 /// Distance, point, object and normal.
-type Rest = (f64, [f64; 3], i64, [f64; 3]);
+type DetectionDetails = (f64, [f64; 3], i64, [f64; 3]);
 
 /// Returns the first return value for a result, and the four that follow it. If `short` is true, these four are omitted
 /// unless there is a detection.
-fn shape(short: bool, sight: Sight) -> (i64, Option<Rest>) {
+fn return_values(short: bool, sight: DetectionResult) -> (i64, Option<DetectionDetails>) {
     match sight {
-        Sight::Seen { distance, point, object, normal } => (1, Some((distance, point, object, normal))),
-        Sight::Nothing if short => (0, None),
-        Sight::Never if short => (-1, None),
+        DetectionResult::Detected { distance, point, object, normal } => (1, Some((distance, point, object, normal))),
+        DetectionResult::NotDetected if short => (0, None),
+        DetectionResult::NotMeasured if short => (-1, None),
         _ => (0, Some((0.0, [0.0; 3], -1, [0.0; 3]))),
     }
 }
 
-fn give(c: &mut Shared<'_>, sight: Sight) {
-    let (first, rest) = shape(old_era(c), sight);
+fn return_detection(c: &mut SharedCtx<'_>, sight: DetectionResult) {
+    let (first, rest) = return_values(old_era(c), sight);
     c.ret(first);
     if let Some((distance, point, object, normal)) = rest {
         c.ret(distance);
@@ -158,20 +158,20 @@ fn give(c: &mut Shared<'_>, sight: Sight) {
 }
 
 /// Returns the last reading of a sensor.
-fn last(c: &Shared<'_>, sensor: tatu_object) -> Result<Sight> {
+fn last_detection(c: &SharedCtx<'_>, sensor: tatu_object) -> Result<DetectionResult> {
     let (w, p) = (c.world(), &c.plugin().p);
     let detected = w.reading(sensor, p.detected).map_err(|e| not_proximity(c, sensor, e))?;
     if detected.sequence() == 0 {
-        return Ok(Sight::Never);
+        return Ok(DetectionResult::NotMeasured);
     }
     if detected.i32s().first() != Some(&1) {
-        return Ok(Sight::Nothing);
+        return Ok(DetectionResult::NotDetected);
     }
     let three = |prop| -> Result<[f64; 3]> {
         let reading = w.reading(sensor, prop)?;
         Ok(reading.f64s().first_chunk().copied().unwrap_or_default())
     };
-    Ok(Sight::Seen {
+    Ok(DetectionResult::Detected {
         distance: w.reading(sensor, p.distance)?.f64s().first().copied().unwrap_or(0.0),
         point: three(p.point)?,
         object: w.reading(sensor, p.seen_object)?.objects().first().map_or(-1, |o| handle(*o)),
@@ -179,35 +179,35 @@ fn last(c: &Shared<'_>, sensor: tatu_object) -> Result<Sight> {
     })
 }
 
-fn look(c: &Ctx<'_>, sensor: tatu_object, only: tatu_object) -> Result<Sight> {
+fn measure_now(c: &Ctx<'_>, sensor: tatu_object, only: tatu_object) -> Result<DetectionResult> {
     c.world().sense_now(sensor, only).map_err(|e| not_proximity(c, sensor, e))?;
-    last(c, sensor)
+    last_detection(c, sensor)
 }
 
 fn handle_now(c: &mut Ctx<'_>) -> Result {
     // Fast path for a single sensor, because scripts that rotate a ray call this hundreds of times per callback.
     if c.i64(0)? > 0 {
-        let sight = look(c, id(c, 0)?, 0)?;
-        give(c, sight);
+        let sight = measure_now(c, id(c, 0)?, 0)?;
+        return_detection(c, sight);
         return Ok(());
     }
-    let far = |s: &Sight| match s {
-        Sight::Seen { distance, .. } => *distance,
+    let far = |s: &DetectionResult| match s {
+        DetectionResult::Detected { distance, .. } => *distance,
         _ => f64::INFINITY,
     };
-    let mut nearest = Sight::Nothing;
+    let mut nearest = DetectionResult::NotDetected;
     // If a main script handles all sensors that are not explicit, run the sensing stage, which measures them together.
     let stage = c.i64(0)? == HANDLE_ALL_EXCEPT_EXPLICIT && is_main(c)?;
     if stage {
         c.world().run_stage(TATU_STAGE_SENSE, 0.0)?;
     }
     for sensor in sensors(c)? {
-        let sight = if stage { last(c, sensor)? } else { look(c, sensor, 0)? };
+        let sight = if stage { last_detection(c, sensor)? } else { measure_now(c, sensor, 0)? };
         if far(&sight) < far(&nearest) {
             nearest = sight;
         }
     }
-    give(c, nearest);
+    return_detection(c, nearest);
     Ok(())
 }
 
@@ -226,7 +226,7 @@ fn sensors(c: &Ctx<'_>) -> Result<Vec<tatu_object>> {
 
 /// Returns the error for a sensor that could not be measured or read.
 #[cold]
-fn not_proximity(c: &Shared<'_>, sensor: tatu_object, fail: Fail) -> Fail {
+fn not_proximity(c: &SharedCtx<'_>, sensor: tatu_object, fail: Fail) -> Fail {
     let p = &c.plugin().p;
     c.world().used_as(sensor, "proximity/1");
     match c.world().look(sensor) {
@@ -248,29 +248,34 @@ fn not_proximity(c: &Shared<'_>, sensor: tatu_object, fail: Fail) -> Fail {
 mod tests {
     use super::*;
 
-    const SEEN: Sight = Sight::Seen { distance: 0.5, point: [0.0, 0.0, 0.5], object: 7, normal: [0.0, 0.0, -1.0] };
-    const EMPTY: Rest = (0.0, [0.0; 3], -1, [0.0; 3]);
+    const DETECTED: DetectionResult =
+        DetectionResult::Detected { distance: 0.5, point: [0.0, 0.0, 0.5], object: 7, normal: [0.0, 0.0, -1.0] };
+    const EMPTY: DetectionDetails = (0.0, [0.0; 3], -1, [0.0; 3]);
 
     #[test]
-    fn a_mode_says_what_counts() {
-        let flags = |mode| how(0, mode, 0.0, 0.5).unwrap().flags;
+    fn mode_bits_select_faces_and_limits() {
+        let flags = |mode| search_options(0, mode, 0.0, 0.5).unwrap().flags;
         assert_eq!(flags(3), 0);
         assert_eq!(flags(1), TATU_BEAMS_NO_BACK);
         assert_eq!(flags(2 + 16), TATU_BEAMS_NO_FRONT | TATU_BEAMS_OCCLUDE);
-        let (far, all) = (how(7, 3, 0.25, 0.5).unwrap(), how(7, 3 + 4 + 8, 0.0, 0.5).unwrap());
+        let (far, all) = (search_options(7, 3, 0.25, 0.5).unwrap(), search_options(7, 3 + 4 + 8, 0.0, 0.5).unwrap());
         assert_eq!((far.only, far.far_m, far.max_incidence), (7, 0.25, FRAC_PI_2));
         assert_eq!((all.far_m, all.max_incidence), (f64::INFINITY, 0.5));
-        assert!(how(0, 4, 0.0, 0.5).is_err() && how(0, 3 + 8, 0.0, 0.0).is_err() && how(0, 3 + 8, 0.0, 2.0).is_err());
+        assert!(
+            search_options(0, 4, 0.0, 0.5).is_err()
+                && search_options(0, 3 + 8, 0.0, 0.0).is_err()
+                && search_options(0, 3 + 8, 0.0, 2.0).is_err()
+        );
     }
 
     #[test]
-    fn shapes_of_answers() {
-        assert_eq!(shape(true, Sight::Never), (-1, None));
-        assert_eq!(shape(true, Sight::Nothing), (0, None));
-        assert_eq!(shape(false, Sight::Never), (0, Some(EMPTY)));
-        assert_eq!(shape(false, Sight::Nothing), (0, Some(EMPTY)));
+    fn return_values_depend_on_the_dialect() {
+        assert_eq!(return_values(true, DetectionResult::NotMeasured), (-1, None));
+        assert_eq!(return_values(true, DetectionResult::NotDetected), (0, None));
+        assert_eq!(return_values(false, DetectionResult::NotMeasured), (0, Some(EMPTY)));
+        assert_eq!(return_values(false, DetectionResult::NotDetected), (0, Some(EMPTY)));
         for form in [true, false] {
-            let (first, rest) = shape(form, SEEN);
+            let (first, rest) = return_values(form, DETECTED);
             assert_eq!(first, 1);
             assert_eq!(rest, Some((0.5, [0.0, 0.0, 0.5], 7, [0.0, 0.0, -1.0])));
         }

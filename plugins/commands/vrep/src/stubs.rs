@@ -3,141 +3,141 @@
 //!
 //! A stub is not offered if a different file declares a command with the same name.
 
-use tatu_commands_common::Gives::{self, *};
+use tatu_commands_common::StubResult::{self, *};
 
 use crate::kit::*;
 
-const WINDOWS: &str = "there is no window";
-const OLD_UI: &str = "the oldest kind of user interface is not supported";
-const LOOKS: &str = "nothing is drawn";
-const THREADS: &str = "threads are coroutines";
-const PORTS: &str = "scripts have no serial ports";
-const SHAPES: &str = "shapes have no textures";
-const CLOUDS: &str = "there are no octrees or point clouds";
-const PLANNING: &str = "there is no path planning";
-const EDITOR: &str = "there is no editor";
-const PROGRAM: &str = "this exists only in V-REP";
-const PICTURES: &str = "images are not changed";
-const SCRIPTS: &str = "only the scene and `tatu.addScript` create scripts";
+const NO_WINDOW: &str = "there is no window";
+const NO_OLD_UI: &str = "the oldest kind of user interface is not supported";
+const NOTHING_DRAWN: &str = "nothing is drawn";
+const COROUTINE_THREADS: &str = "threads are coroutines";
+const NO_SERIAL_PORTS: &str = "scripts have no serial ports";
+const NO_TEXTURES: &str = "shapes have no textures";
+const NO_POINT_CLOUDS: &str = "there are no octrees or point clouds";
+const NO_PATH_PLANNING: &str = "there is no path planning";
+const NO_EDITOR: &str = "there is no editor";
+const VREP_ONLY: &str = "this exists only in V-REP";
+const IMAGES_UNCHANGED: &str = "images are not changed";
+const NO_NEW_SCRIPTS: &str = "only the scene and `tatu.addScript` create scripts";
 
 /// Commands of `sim` that have a flat name: the two names, the return value, and the reason why there is no effect.
-const OLD: &[(Names, Gives, &str)] = &[
-    (["sim.setUIButtonTexture", "simSetUIButtonTexture"], Int(-1), OLD_UI),
-    (["sim.setUIButtonArrayColor", "simSetUIButtonArrayColor"], Int(-1), OLD_UI),
-    (["sim.createUIButtonArray", "simCreateUIButtonArray"], Int(-1), OLD_UI),
-    (["sim.deleteUIButtonArray", "simDeleteUIButtonArray"], Int(-1), OLD_UI),
-    (["sim.getUIButtonSize", "simGetUIButtonSize"], Int(-1), OLD_UI),
-    (["sim.handleUI", "simHandleUI"], Int(-1), OLD_UI),
-    (["sim.cameraFitToView", "simCameraFitToView"], Int(1), WINDOWS),
-    (["sim.getPage", "simGetPage"], Int(0), WINDOWS),
-    (["sim.setPage", "simSetPage"], Int(1), WINDOWS),
-    (["sim.getNavigationMode", "simGetNavigationMode"], Int(0), WINDOWS),
-    (["sim.setNavigationMode", "simSetNavigationMode"], Int(1), WINDOWS),
-    (["sim.refreshDialogs", "simRefreshDialogs"], Int(1), WINDOWS),
-    (["sim.announceSceneContentChange", "simAnnounceSceneContentChange"], Int(1), WINDOWS),
-    (["sim.addGhost", "simAddGhost"], Int(1), LOOKS),
-    (["sim.modifyGhost", "simModifyGhost"], Int(1), LOOKS),
-    (["sim.addPointCloud", "simAddPointCloud"], Int(1), LOOKS),
-    (["sim.modifyPointCloud", "simModifyPointCloud"], Int(1), LOOKS),
-    (["sim.setShapeTexture", "simSetShapeTexture"], Int(1), SHAPES),
-    (["sim.getShapeTextureId", "simGetShapeTextureId"], Int(-1), SHAPES),
-    (["sim.getTextureId", "simGetTextureId"], Int(-1), SHAPES),
-    (["sim.createTexture", "simCreateTexture"], Int(-1), SHAPES),
-    (["sim.writeTexture", "simWriteTexture"], Int(1), SHAPES),
-    (["sim.readTexture", "simReadTexture"], Nothing, SHAPES),
+const STUBS_WITH_FLAT_NAMES: &[(CommandNames, StubResult, &str)] = &[
+    (["sim.setUIButtonTexture", "simSetUIButtonTexture"], Int(-1), NO_OLD_UI),
+    (["sim.setUIButtonArrayColor", "simSetUIButtonArrayColor"], Int(-1), NO_OLD_UI),
+    (["sim.createUIButtonArray", "simCreateUIButtonArray"], Int(-1), NO_OLD_UI),
+    (["sim.deleteUIButtonArray", "simDeleteUIButtonArray"], Int(-1), NO_OLD_UI),
+    (["sim.getUIButtonSize", "simGetUIButtonSize"], Int(-1), NO_OLD_UI),
+    (["sim.handleUI", "simHandleUI"], Int(-1), NO_OLD_UI),
+    (["sim.cameraFitToView", "simCameraFitToView"], Int(1), NO_WINDOW),
+    (["sim.getPage", "simGetPage"], Int(0), NO_WINDOW),
+    (["sim.setPage", "simSetPage"], Int(1), NO_WINDOW),
+    (["sim.getNavigationMode", "simGetNavigationMode"], Int(0), NO_WINDOW),
+    (["sim.setNavigationMode", "simSetNavigationMode"], Int(1), NO_WINDOW),
+    (["sim.refreshDialogs", "simRefreshDialogs"], Int(1), NO_WINDOW),
+    (["sim.announceSceneContentChange", "simAnnounceSceneContentChange"], Int(1), NO_WINDOW),
+    (["sim.addGhost", "simAddGhost"], Int(1), NOTHING_DRAWN),
+    (["sim.modifyGhost", "simModifyGhost"], Int(1), NOTHING_DRAWN),
+    (["sim.addPointCloud", "simAddPointCloud"], Int(1), NOTHING_DRAWN),
+    (["sim.modifyPointCloud", "simModifyPointCloud"], Int(1), NOTHING_DRAWN),
+    (["sim.setShapeTexture", "simSetShapeTexture"], Int(1), NO_TEXTURES),
+    (["sim.getShapeTextureId", "simGetShapeTextureId"], Int(-1), NO_TEXTURES),
+    (["sim.getTextureId", "simGetTextureId"], Int(-1), NO_TEXTURES),
+    (["sim.createTexture", "simCreateTexture"], Int(-1), NO_TEXTURES),
+    (["sim.writeTexture", "simWriteTexture"], Int(1), NO_TEXTURES),
+    (["sim.readTexture", "simReadTexture"], Nothing, NO_TEXTURES),
     (
         ["sim.reorientShapeBoundingBox", "simReorientShapeBoundingBox"],
         Int(1),
         "the bounding box of a shape is centred on its frame",
     ),
-    (["sim.enableWorkThreads", "simEnableWorkThreads"], Int(0), THREADS),
-    (["sim.waitForWorkThreads", "simWaitForWorkThreads"], Int(0), THREADS),
-    (["sim.setThreadIsFree", "simSetThreadIsFree"], Int(1), THREADS),
-    (["sim.setThreadResumeLocation", "simSetThreadResumeLocation"], Int(1), THREADS),
-    (["sim.getThreadId", "simGetThreadId"], Int(1), THREADS),
-    (["sim.setThreadSwitchTiming", "simSetThreadSwitchTiming"], Int(1), THREADS),
-    (["sim.getThreadSwitchTiming", "simGetThreadSwitchTiming"], Int(2), THREADS),
-    (["sim.setThreadAutomaticSwitch", "simSetThreadAutomaticSwitch"], Int(1), THREADS),
-    (["sim.getThreadAutomaticSwitch", "simGetThreadAutomaticSwitch"], Int(1), THREADS),
-    (["sim.getThreadExistRequest", "simGetThreadExistRequest"], Int(0), THREADS),
-    (["sim.getThreadExitRequest", "simGetThreadExitRequest"], Int(0), THREADS),
-    (["sim.lockResources", "simLockResources"], Int(0), THREADS),
-    (["sim.unlockResources", "simUnlockResources"], Int(0), THREADS),
+    (["sim.enableWorkThreads", "simEnableWorkThreads"], Int(0), COROUTINE_THREADS),
+    (["sim.waitForWorkThreads", "simWaitForWorkThreads"], Int(0), COROUTINE_THREADS),
+    (["sim.setThreadIsFree", "simSetThreadIsFree"], Int(1), COROUTINE_THREADS),
+    (["sim.setThreadResumeLocation", "simSetThreadResumeLocation"], Int(1), COROUTINE_THREADS),
+    (["sim.getThreadId", "simGetThreadId"], Int(1), COROUTINE_THREADS),
+    (["sim.setThreadSwitchTiming", "simSetThreadSwitchTiming"], Int(1), COROUTINE_THREADS),
+    (["sim.getThreadSwitchTiming", "simGetThreadSwitchTiming"], Int(2), COROUTINE_THREADS),
+    (["sim.setThreadAutomaticSwitch", "simSetThreadAutomaticSwitch"], Int(1), COROUTINE_THREADS),
+    (["sim.getThreadAutomaticSwitch", "simGetThreadAutomaticSwitch"], Int(1), COROUTINE_THREADS),
+    (["sim.getThreadExistRequest", "simGetThreadExistRequest"], Int(0), COROUTINE_THREADS),
+    (["sim.getThreadExitRequest", "simGetThreadExitRequest"], Int(0), COROUTINE_THREADS),
+    (["sim.lockResources", "simLockResources"], Int(0), COROUTINE_THREADS),
+    (["sim.unlockResources", "simUnlockResources"], Int(0), COROUTINE_THREADS),
     (
         ["sim.delegateChildScriptExecution", "simDelegateChildScriptExecution"],
         Int(0),
         "child scripts are called by the host",
     ),
     (["sim.handleSensingChildScripts", "simHandleSensingChildScripts"], Int(0), "child scripts are called by the host"),
-    (["sim.addScript", "simAddScript"], Int(-1), SCRIPTS),
-    (["sim.associateScriptWithObject", "simAssociateScriptWithObject"], Int(-1), SCRIPTS),
-    (["sim.setScriptText", "simSetScriptText"], Int(-1), SCRIPTS),
-    (["sim.setScriptRawBuffer", "simSetScriptRawBuffer"], Int(-1), SCRIPTS),
-    (["sim.getScriptRawBuffer", "simGetScriptRawBuffer"], Nothing, SCRIPTS),
-    (["sim.serialOpen", "simSerialOpen"], Int(-1), PORTS),
-    (["sim.serialClose", "simSerialClose"], Int(-1), PORTS),
-    (["sim.serialSend", "simSerialSend"], Int(-1), PORTS),
-    (["sim.serialRead", "simSerialRead"], Nothing, PORTS),
-    (["sim.serialCheck", "simSerialCheck"], Int(-1), PORTS),
-    (["sim.serialPortOpen", "simSerialPortOpen"], Int(-1), PORTS),
-    (["sim.serialPortClose", "simSerialPortClose"], Int(-1), PORTS),
-    (["sim.serialPortSend", "simSerialPortSend"], Int(-1), PORTS),
-    (["sim.serialPortRead", "simSerialPortRead"], Nothing, PORTS),
+    (["sim.addScript", "simAddScript"], Int(-1), NO_NEW_SCRIPTS),
+    (["sim.associateScriptWithObject", "simAssociateScriptWithObject"], Int(-1), NO_NEW_SCRIPTS),
+    (["sim.setScriptText", "simSetScriptText"], Int(-1), NO_NEW_SCRIPTS),
+    (["sim.setScriptRawBuffer", "simSetScriptRawBuffer"], Int(-1), NO_NEW_SCRIPTS),
+    (["sim.getScriptRawBuffer", "simGetScriptRawBuffer"], Nothing, NO_NEW_SCRIPTS),
+    (["sim.serialOpen", "simSerialOpen"], Int(-1), NO_SERIAL_PORTS),
+    (["sim.serialClose", "simSerialClose"], Int(-1), NO_SERIAL_PORTS),
+    (["sim.serialSend", "simSerialSend"], Int(-1), NO_SERIAL_PORTS),
+    (["sim.serialRead", "simSerialRead"], Nothing, NO_SERIAL_PORTS),
+    (["sim.serialCheck", "simSerialCheck"], Int(-1), NO_SERIAL_PORTS),
+    (["sim.serialPortOpen", "simSerialPortOpen"], Int(-1), NO_SERIAL_PORTS),
+    (["sim.serialPortClose", "simSerialPortClose"], Int(-1), NO_SERIAL_PORTS),
+    (["sim.serialPortSend", "simSerialPortSend"], Int(-1), NO_SERIAL_PORTS),
+    (["sim.serialPortRead", "simSerialPortRead"], Nothing, NO_SERIAL_PORTS),
     (["sim.loadModule", "simLoadModule"], Int(-1), "V-REP plugins are not supported"),
     (["sim.unloadModule", "simUnloadModule"], Int(0), "V-REP plugins are not supported"),
     (["sim.getModuleInfo", "simGetModuleInfo"], Int(0), "V-REP plugins are not supported"),
-    (["sim.auxFunc", "simAuxFunc"], Int(-1), PROGRAM),
-    (["sim.test", "simTest"], Int(-1), PROGRAM),
-    (["sim.getExtensionString", "simGetExtensionString"], Text(""), PROGRAM),
+    (["sim.auxFunc", "simAuxFunc"], Int(-1), VREP_ONLY),
+    (["sim.test", "simTest"], Int(-1), VREP_ONLY),
+    (["sim.getExtensionString", "simGetExtensionString"], Text(""), VREP_ONLY),
     (["sim.getConfigurationTree", "simGetConfigurationTree"], Int(1), "configurations are not stored"),
     (["sim.setConfigurationTree", "simSetConfigurationTree"], Int(1), "configurations are not stored"),
     (["sim.getObjectConfiguration", "simGetObjectConfiguration"], Int(1), "configurations are not stored"),
     (["sim.setObjectConfiguration", "simSetObjectConfiguration"], Int(1), "configurations are not stored"),
-    (["sim.getApiFunc", "simGetApiFunc"], Empty, EDITOR),
-    (["sim.getApiInfo", "simGetApiInfo"], Text(""), EDITOR),
-    (["sim.openTextEditor", "simOpenTextEditor"], Text(""), EDITOR),
-    (["sim.createOctree", "simCreateOctree"], Int(-1), CLOUDS),
-    (["sim.createPointCloud", "simCreatePointCloud"], Int(-1), CLOUDS),
-    (["sim.getOctreeVoxels", "simGetOctreeVoxels"], Empty, CLOUDS),
-    (["sim.getPointCloudPoints", "simGetPointCloudPoints"], Empty, CLOUDS),
-    (["sim.getPointCloudOptions", "simGetPointCloudOptions"], Float(0.0), CLOUDS),
-    (["sim.setPointCloudOptions", "simSetPointCloudOptions"], Int(1), CLOUDS),
-    (["sim.insertObjectIntoOctree", "simInsertObjectIntoOctree"], Int(0), CLOUDS),
-    (["sim.insertVoxelsIntoOctree", "simInsertVoxelsIntoOctree"], Int(0), CLOUDS),
-    (["sim.removeVoxelsFromOctree", "simRemoveVoxelsFromOctree"], Int(0), CLOUDS),
-    (["sim.subtractObjectFromOctree", "simSubtractObjectFromOctree"], Int(0), CLOUDS),
-    (["sim.checkOctreePointOccupancy", "simCheckOctreePointOccupancy"], Int(0), CLOUDS),
-    (["sim.insertObjectIntoPointCloud", "simInsertObjectIntoPointCloud"], Int(0), CLOUDS),
-    (["sim.insertPointsIntoPointCloud", "simInsertPointsIntoPointCloud"], Int(0), CLOUDS),
-    (["sim.removePointsFromPointCloud", "simRemovePointsFromPointCloud"], Int(0), CLOUDS),
-    (["sim.intersectPointsWithPointCloud", "simIntersectPointsWithPointCloud"], Int(0), CLOUDS),
-    (["sim.subtractObjectFromPointCloud", "simSubtractObjectFromPointCloud"], Int(0), CLOUDS),
+    (["sim.getApiFunc", "simGetApiFunc"], Empty, NO_EDITOR),
+    (["sim.getApiInfo", "simGetApiInfo"], Text(""), NO_EDITOR),
+    (["sim.openTextEditor", "simOpenTextEditor"], Text(""), NO_EDITOR),
+    (["sim.createOctree", "simCreateOctree"], Int(-1), NO_POINT_CLOUDS),
+    (["sim.createPointCloud", "simCreatePointCloud"], Int(-1), NO_POINT_CLOUDS),
+    (["sim.getOctreeVoxels", "simGetOctreeVoxels"], Empty, NO_POINT_CLOUDS),
+    (["sim.getPointCloudPoints", "simGetPointCloudPoints"], Empty, NO_POINT_CLOUDS),
+    (["sim.getPointCloudOptions", "simGetPointCloudOptions"], Float(0.0), NO_POINT_CLOUDS),
+    (["sim.setPointCloudOptions", "simSetPointCloudOptions"], Int(1), NO_POINT_CLOUDS),
+    (["sim.insertObjectIntoOctree", "simInsertObjectIntoOctree"], Int(0), NO_POINT_CLOUDS),
+    (["sim.insertVoxelsIntoOctree", "simInsertVoxelsIntoOctree"], Int(0), NO_POINT_CLOUDS),
+    (["sim.removeVoxelsFromOctree", "simRemoveVoxelsFromOctree"], Int(0), NO_POINT_CLOUDS),
+    (["sim.subtractObjectFromOctree", "simSubtractObjectFromOctree"], Int(0), NO_POINT_CLOUDS),
+    (["sim.checkOctreePointOccupancy", "simCheckOctreePointOccupancy"], Int(0), NO_POINT_CLOUDS),
+    (["sim.insertObjectIntoPointCloud", "simInsertObjectIntoPointCloud"], Int(0), NO_POINT_CLOUDS),
+    (["sim.insertPointsIntoPointCloud", "simInsertPointsIntoPointCloud"], Int(0), NO_POINT_CLOUDS),
+    (["sim.removePointsFromPointCloud", "simRemovePointsFromPointCloud"], Int(0), NO_POINT_CLOUDS),
+    (["sim.intersectPointsWithPointCloud", "simIntersectPointsWithPointCloud"], Int(0), NO_POINT_CLOUDS),
+    (["sim.subtractObjectFromPointCloud", "simSubtractObjectFromPointCloud"], Int(0), NO_POINT_CLOUDS),
     (["sim.applyMilling", "simApplyMilling"], Int(0), "there are no mills"),
-    (["sim.getPathPlanningHandle", "simGetPathPlanningHandle"], Int(-1), PLANNING),
-    (["sim.initializePathSearch", "simInitializePathSearch"], Int(-1), PLANNING),
-    (["sim.performPathSearchStep", "simPerformPathSearchStep"], Int(0), PLANNING),
-    (["sim.searchPath", "simSearchPath"], Int(0), PLANNING),
-    (["sim.createMotionPlanning", "simCreateMotionPlanning"], Int(-1), PLANNING),
-    (["sim.getMotionPlanningHandle", "simGetMotionPlanningHandle"], Int(-1), PLANNING),
-    (["sim.removeMotionPlanning", "simRemoveMotionPlanning"], Int(-1), PLANNING),
+    (["sim.getPathPlanningHandle", "simGetPathPlanningHandle"], Int(-1), NO_PATH_PLANNING),
+    (["sim.initializePathSearch", "simInitializePathSearch"], Int(-1), NO_PATH_PLANNING),
+    (["sim.performPathSearchStep", "simPerformPathSearchStep"], Int(0), NO_PATH_PLANNING),
+    (["sim.searchPath", "simSearchPath"], Int(0), NO_PATH_PLANNING),
+    (["sim.createMotionPlanning", "simCreateMotionPlanning"], Int(-1), NO_PATH_PLANNING),
+    (["sim.getMotionPlanningHandle", "simGetMotionPlanningHandle"], Int(-1), NO_PATH_PLANNING),
+    (["sim.removeMotionPlanning", "simRemoveMotionPlanning"], Int(-1), NO_PATH_PLANNING),
     (
         ["sim.setPathTargetNominalVelocity", "simSetPathTargetNominalVelocity"],
         Int(1),
         "nothing moves along a path automatically",
     ),
-    (["sim.getPathPlanningObject", "simGetPathPlanningObject"], Int(-1), PLANNING),
+    (["sim.getPathPlanningObject", "simGetPathPlanningObject"], Int(-1), NO_PATH_PLANNING),
     (["sim.checkCollisionEx", "simCheckCollisionEx"], Int(0), "sim.checkCollision returns whether shapes overlap"),
     (["sim.exportMesh", "simExportMesh"], Int(-1), "meshes cannot be exported"),
     (["sim.exportIk", "simExportIk"], Int(-1), "there is no inverse kinematics"),
     (["sim.setSimulationTimeStep", "simSetSimulationTimeStep"], Int(-1), "the step is set by the scene"),
-    (["sim.getSimulationPassesPerRenderingPass", "simGetSimulationPassesPerRenderingPass"], Int(1), WINDOWS),
-    (["sim.setSimulationPassesPerRenderingPass", "simSetSimulationPassesPerRenderingPass"], Int(1), WINDOWS),
+    (["sim.getSimulationPassesPerRenderingPass", "simGetSimulationPassesPerRenderingPass"], Int(1), NO_WINDOW),
+    (["sim.setSimulationPassesPerRenderingPass", "simSetSimulationPassesPerRenderingPass"], Int(1), NO_WINDOW),
     (
         ["sim.isRealTimeSimulationStepNeeded", "simIsRealTimeSimulationStepNeeded"],
         Int(1),
         "simulation time is the only clock",
     ),
-    (["sim.getLastErrorCode", "simGetLastErrorCode"], Int(0), PROGRAM),
+    (["sim.getLastErrorCode", "simGetLastErrorCode"], Int(0), VREP_ONLY),
     (["sim.setIkGroupProperties", "simSetIkGroupProperties"], Int(-1), "there is no inverse kinematics"),
     (["sim.setIkElementProperties", "simSetIkElementProperties"], Int(-1), "there is no inverse kinematics"),
     (["sim.checkIkGroup", "simCheckIkGroup"], Int(0), "there is no inverse kinematics"),
@@ -145,18 +145,18 @@ const OLD: &[(Names, Gives, &str)] = &[
     (["sim.getIkGroupMatrix", "simGetIkGroupMatrix"], Nothing, "there is no inverse kinematics"),
     (["sim.generateIkPath", "simGenerateIkPath"], Nothing, "there is no inverse kinematics"),
     (["sim.getConfigForTipPose", "simGetConfigForTipPose"], Nothing, "there is no inverse kinematics"),
-    (["sim.findMpPath", "simFindMpPath"], Nothing, PLANNING),
-    (["sim.simplifyMpPath", "simSimplifyMpPath"], Nothing, PLANNING),
-    (["sim.getMpConfigTransition", "simGetMpConfigTransition"], Nothing, PLANNING),
-    (["sim.transformBuffer", "simTransformBuffer"], Text(""), PICTURES),
-    (["sim.combineRgbImages", "simCombineRgbImages"], Text(""), PICTURES),
+    (["sim.findMpPath", "simFindMpPath"], Nothing, NO_PATH_PLANNING),
+    (["sim.simplifyMpPath", "simSimplifyMpPath"], Nothing, NO_PATH_PLANNING),
+    (["sim.getMpConfigTransition", "simGetMpConfigTransition"], Nothing, NO_PATH_PLANNING),
+    (["sim.transformBuffer", "simTransformBuffer"], Text(""), IMAGES_UNCHANGED),
+    (["sim.combineRgbImages", "simCombineRgbImages"], Text(""), IMAGES_UNCHANGED),
     (["sim.createIkGroup", "simCreateIkGroup"], Int(-1), "there is no inverse kinematics"),
     (["sim.createIkElement", "simCreateIkElement"], Int(-1), "there is no inverse kinematics"),
     (["sim.removeIkGroup", "simRemoveIkGroup"], Int(-1), "there is no inverse kinematics"),
 ];
 
 /// Commands of `sim` without a flat name: the name, the return value, and the reason why there is no effect.
-const MODERN: &[(&str, Gives, &str)] = &[
+const STUBS: &[(&str, StubResult, &str)] = &[
     ("sim.getNamedStringParam", Nothing, "the command line does not pass parameters to scripts"),
     ("sim.getNamedBoolParam", Nothing, "the command line does not pass parameters to scripts"),
     ("sim.getNamedFloatParam", Nothing, "the command line does not pass parameters to scripts"),
@@ -165,51 +165,51 @@ const MODERN: &[(&str, Gives, &str)] = &[
     ("sim.setNamedBoolParam", Nothing, "the command line does not pass parameters to scripts"),
     ("sim.setNamedFloatParam", Nothing, "the command line does not pass parameters to scripts"),
     ("sim.setNamedInt32Param", Nothing, "the command line does not pass parameters to scripts"),
-    ("sim.setAutoYieldDelay", Nothing, THREADS),
-    ("sim.getAutoYieldDelay", Float(0.002), THREADS),
-    ("sim.acquireLock", Nothing, THREADS),
-    ("sim.releaseLock", Nothing, THREADS),
-    ("sim.setStepping", Int(0), THREADS),
-    ("sim.fastIdleLoop", Nothing, WINDOWS),
-    ("sim.handleExtCalls", Nothing, PROGRAM),
-    ("sim.systemSemaphore", Nothing, PROGRAM),
-    ("sim.pushUserEvent", Nothing, PROGRAM),
-    ("sim.getGenesisEvents", Empty, PROGRAM),
+    ("sim.setAutoYieldDelay", Nothing, COROUTINE_THREADS),
+    ("sim.getAutoYieldDelay", Float(0.002), COROUTINE_THREADS),
+    ("sim.acquireLock", Nothing, COROUTINE_THREADS),
+    ("sim.releaseLock", Nothing, COROUTINE_THREADS),
+    ("sim.setStepping", Int(0), COROUTINE_THREADS),
+    ("sim.fastIdleLoop", Nothing, NO_WINDOW),
+    ("sim.handleExtCalls", Nothing, VREP_ONLY),
+    ("sim.systemSemaphore", Nothing, VREP_ONLY),
+    ("sim.pushUserEvent", Nothing, VREP_ONLY),
+    ("sim.getGenesisEvents", Empty, VREP_ONLY),
     ("sim.registerScriptFuncHook", Int(-1), "functions of scripts cannot be hooked"),
     ("sim.getStackTraceback", Text(""), "errors are reported with their traceback"),
-    ("sim.getUserVariables", Empty, EDITOR),
-    ("sim.initScript", Nothing, SCRIPTS),
-    ("sim.createScript", Int(-1), SCRIPTS),
-    ("sim.textEditorOpen", Int(-1), EDITOR),
-    ("sim.textEditorShow", Nothing, EDITOR),
-    ("sim.textEditorClose", Text(""), EDITOR),
-    ("sim.textEditorGetInfo", Text(""), EDITOR),
+    ("sim.getUserVariables", Empty, NO_EDITOR),
+    ("sim.initScript", Nothing, NO_NEW_SCRIPTS),
+    ("sim.createScript", Int(-1), NO_NEW_SCRIPTS),
+    ("sim.textEditorOpen", Int(-1), NO_EDITOR),
+    ("sim.textEditorShow", Nothing, NO_EDITOR),
+    ("sim.textEditorClose", Text(""), NO_EDITOR),
+    ("sim.textEditorGetInfo", Text(""), NO_EDITOR),
     ("sim.getPluginInfo", Text(""), "V-REP plugins are not supported"),
     ("sim.setPluginInfo", Nothing, "V-REP plugins are not supported"),
     ("sim.setModuleInfo", Nothing, "V-REP plugins are not supported"),
-    ("sim.moduleEntry", Int(-1), WINDOWS),
-    ("sim.getShapeViz", Empty, LOOKS),
-    ("sim.generateTextShape", Int(-1), LOOKS),
+    ("sim.moduleEntry", Int(-1), NO_WINDOW),
+    ("sim.getShapeViz", Empty, NOTHING_DRAWN),
+    ("sim.generateTextShape", Int(-1), NOTHING_DRAWN),
     ("sim.setObjectHierarchyOrder", Nothing, "the order of siblings cannot be changed"),
-    ("sim.setExplicitHandlingFlags", Nothing, PROGRAM),
+    ("sim.setExplicitHandlingFlags", Nothing, VREP_ONLY),
     ("sim.relocateShapeFrame", Int(1), "the frame of a shape cannot be changed"),
     ("sim.alignShapeBB", Int(1), "the bounding box of a shape is centred on its frame"),
-    ("sim.getObjectFloatArrayParam", Empty, PROGRAM),
-    ("sim.setObjectFloatArrayParam", Nothing, PROGRAM),
-    ("sim.createCustomObject", Int(-1), PROGRAM),
-    ("sim.getExitRequest", Int(0), PROGRAM),
-    ("sim.getAlternateConfigs", Nothing, PLANNING),
+    ("sim.getObjectFloatArrayParam", Empty, VREP_ONLY),
+    ("sim.setObjectFloatArrayParam", Nothing, VREP_ONLY),
+    ("sim.createCustomObject", Int(-1), VREP_ONLY),
+    ("sim.getExitRequest", Int(0), VREP_ONLY),
+    ("sim.getAlternateConfigs", Nothing, NO_PATH_PLANNING),
 ];
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
-    for ([name, old], gives, why) in OLD {
+    for ([name, old], gives, why) in STUBS_WITH_FLAT_NAMES {
         add(offer, name, Some((old, gives.on_error())), *gives, why);
     }
-    for (name, gives, why) in MODERN {
+    for (name, gives, why) in STUBS {
         add(offer, name, None, *gives, why);
     }
     let why = "a service listens, but does not report the state of its connections";
-    add(offer, "simRemoteApi.status", Some(("simExtRemoteApiStatus", MINUS)), Int(-1), why);
+    add(offer, "simRemoteApi.status", Some(("simExtRemoteApiStatus", MINUS_ONE)), Int(-1), why);
     // The ROS interface from before 2016. Without a ROS node, nothing is sent, and no topic names are returned.
     for (name, gives) in [
         ("simExtROS_enablePublisher", Nothing),
@@ -222,7 +222,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     }
 }
 
-fn add(offer: &mut Offer<Vrep>, name: &str, flat: Option<(&str, [Value; 1])>, gives: Gives, why: &str) {
+fn add(offer: &mut Offer<Vrep>, name: &str, flat: Option<(&str, [Value; 1])>, gives: StubResult, why: &str) {
     if offer.has_command(name) {
         return;
     }

@@ -9,7 +9,7 @@ use std::{
 use tatu_plugin_api::abi::*;
 
 /// A declared command.
-struct Declared {
+struct DeclaredCommand {
     names: Vec<String>,
     text: String,
     example: String,
@@ -34,7 +34,7 @@ unsafe fn list<T>(p: *const *const T) -> Vec<*const T> {
     (0..).map(|i| unsafe { *p.add(i) }).take_while(|t| !t.is_null()).collect()
 }
 
-fn declared() -> (Vec<Declared>, Vec<String>) {
+fn declared() -> (Vec<DeclaredCommand>, Vec<String>) {
     let host = tatu_host {
         size: size_of::<tatu_host>() as u32,
         abi_minor: 0,
@@ -51,7 +51,7 @@ fn declared() -> (Vec<Declared>, Vec<String>) {
         let ext = plugin.extension.unwrap()(me, TATU_COMMAND.as_ptr()).cast::<tatu_ext_command>();
         let commands = list((*ext).commands)
             .into_iter()
-            .map(|c| Declared {
+            .map(|c| DeclaredCommand {
                 names: list((*c).names).into_iter().map(|n| text((*n).name)).collect(),
                 text: text((*c).text),
                 example: text((*c).example),
@@ -75,7 +75,7 @@ fn names_are_unique() {
 }
 
 #[test]
-fn every_command_tells_what_it_does() {
+fn every_command_has_a_description_and_example() {
     for c in declared().0 {
         let name = &c.names[0];
         assert!(c.text.ends_with('.'), "{name}: the description is not a sentence: {}", c.text);
@@ -125,7 +125,7 @@ fn old_names_follow_the_rule() {
 
 /// Checks that the functions called by scripts of the 2015 course exist.
 #[test]
-fn seeds_find_their_functions() {
+fn functions_of_the_course_exist() {
     let (commands, constants) = declared();
     let names: BTreeSet<_> = commands.iter().flat_map(|c| c.names.iter()).chain(&constants).collect();
     for wanted in [
@@ -175,7 +175,7 @@ fn sources(folder: &std::path::Path) -> String {
 
 /// Checks that a search for `"sim.getJointPosition"` finds its declaration.
 #[test]
-fn names_stand_in_the_source_as_scripts_write_them() {
+fn names_occur_literally_in_the_sources() {
     let source = sources(&std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("src"));
     let commands = declared().0;
     let names = commands.iter().flat_map(|c| &c.names).filter(|name| name.contains('.'));

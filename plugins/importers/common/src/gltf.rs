@@ -12,11 +12,11 @@ use gltf::{
 use nalgebra::Matrix4;
 
 use crate::{
-    model::{Collected, Model, Piece, Read, few, place},
-    picture::{Files, Gallery, Picture},
+    model::{ImportedModel, MeshModel, MeshPiece, PieceCollector, append_transformed, check_triangle_count},
+    picture::{DecodedImage, FileLoader, ImageCache},
 };
 
-pub fn read(bytes: &[u8], files: Files<'_>) -> Result<Read, String> {
+pub fn read(bytes: &[u8], files: FileLoader<'_>) -> Result<ImportedModel, String> {
     let (document, mut blob) = open(bytes).map_err(|e| format!("the glTF file is incomplete or damaged: {e}"))?;
     let mut buffers = Vec::new();
     for buffer in document.buffers() {
@@ -28,25 +28,25 @@ pub fn read(bytes: &[u8], files: Files<'_>) -> Result<Read, String> {
         let missing = || format!("the buffer {} of the glTF file is missing or truncated", buffer.index());
         buffers.push(bytes.ok_or_else(missing)?);
     }
-    let mut walk = Walk { buffers: &buffers, collected: Collected::new() };
+    let mut walk = NodeWalk { buffers: &buffers, collected: PieceCollector::new() };
     let scene = document.default_scene().or_else(|| document.scenes().next());
     for node in scene.into_iter().flat_map(|s| s.nodes()) {
         walk.node(&node, &Matrix4::identity(), 0)?;
     }
     let pieces = walk.collected.pieces;
-    let mut gallery = Gallery::new(files);
-    let mut model = Model { pieces: Vec::new(), y_up: true };
+    let mut gallery = ImageCache::new(files);
+    let mut model = MeshModel { pieces: Vec::new(), y_up: true };
     for (material, mut piece) in pieces {
         let material = material.and_then(|i| document.materials().nth(i));
         if let Some(surface) = material.map(|m| m.pbr_metallic_roughness()) {
             let [r, g, b, _] = surface.base_color_factor();
-            piece.color = Some([r, g, b].map(|x| encoded(f64::from(x))));
+            piece.color = Some([r, g, b].map(|x| linear_to_srgb(f64::from(x))));
             let image = surface.base_color_texture().map(|t| t.texture().source().index());
             piece.picture = image.and_then(|i| picture(&document, i, &buffers, &mut gallery, files));
         }
         model.pieces.push(piece);
     }
-    Ok(Read { model, notes: gallery.notes })
+    Ok(ImportedModel { model, notes: gallery.notes })
 }
 
 /// Reads and checks the document; returns it with the binary chunk, if the file has one.
@@ -83,13 +83,13 @@ fn chunks(bytes: &[u8]) -> Result<(&[u8], Option<Vec<u8>>), String> {
 }
 
 /// Converts a component of a colour from linear to sRGB, which images and scenes use.
-fn encoded(x: f64) -> f64 {
+fn linear_to_srgb(x: f64) -> f64 {
     let x = x.clamp(0.0, 1.0);
     if x <= 0.003_130_8 { 12.92 * x } else { 1.055 * libm::pow(x, 1.0 / 2.4) - 0.055 }
 }
 
 /// Returns the bytes to which a URI refers: embedded data, or the content of a file.
-fn load(uri: &str, files: Files<'_>) -> Option<Vec<u8>> {
+fn load(uri: &str, files: FileLoader<'_>) -> Option<Vec<u8>> {
     match uri.strip_prefix("data:") {
         Some(data) => STANDARD.decode(data.split_once("base64,")?.1).ok(),
         None => files(&uri.replace("%20", " ")),
@@ -100,9 +100,9 @@ fn picture(
     document: &Document,
     index: usize,
     buffers: &[Vec<u8>],
-    gallery: &mut Gallery<'_>,
-    files: Files<'_>,
-) -> Option<Rc<Picture>> {
+    gallery: &mut ImageCache<'_>,
+    files: FileLoader<'_>,
+) -> Option<Rc<DecodedImage>> {
     let name = format!("number {index}");
     // Read the JSON, because the crate's own access to an image panics if the URI and the MIME type are missing.
     let image = document.as_json().images.get(index)?;
@@ -117,12 +117,12 @@ fn picture(
     }
 }
 
-struct Walk<'a> {
+struct NodeWalk<'a> {
     buffers: &'a [Vec<u8>],
-    collected: Collected<Option<usize>>,
+    collected: PieceCollector<Option<usize>>,
 }
 
-impl Walk<'_> {
+impl NodeWalk<'_> {
     fn node(&mut self, node: &Node<'_>, above: &Matrix4<f64>, depth: usize) -> Result<(), String> {
         self.collected.visit(depth)?;
         let own = node.transform().matrix().map(|column| column.map(f64::from));
@@ -130,13 +130,13 @@ impl Walk<'_> {
         for primitive in node.mesh().into_iter().flat_map(|m| m.primitives()) {
             let Some(piece) = self.piece(&primitive)? else { continue };
             let of_material = self.collected.piece(primitive.material().index(), piece.triangles.len())?;
-            place(of_material, &piece, &here);
+            append_transformed(of_material, &piece, &here);
         }
         node.children().try_for_each(|child| self.node(&child, &here, depth + 1))
     }
 
-    fn piece(&self, primitive: &gltf::Primitive<'_>) -> Result<Option<Piece>, String> {
-        let lies = |a: Option<gltf::Accessor<'_>>| a.is_none_or(|a| self.lies(&a));
+    fn piece(&self, primitive: &gltf::Primitive<'_>) -> Result<Option<MeshPiece>, String> {
+        let lies = |a: Option<gltf::Accessor<'_>>| a.is_none_or(|a| self.is_within_buffer(&a));
         let coordinates = primitive.get(&Semantic::TexCoords(0));
         if !(lies(primitive.get(&Semantic::Positions)) && lies(primitive.indices()) && lies(coordinates)) {
             return Err("the glTF file is damaged: the data of a mesh exceeds its buffer".into());
@@ -157,17 +157,17 @@ impl Walk<'_> {
             }
             Mode::Points | Mode::Lines | Mode::LineLoop | Mode::LineStrip => return Ok(None),
         };
-        few(triangles.len())?;
+        check_triangle_count(triangles.len())?;
         if triangles.iter().flatten().any(|i| *i as usize >= points.len()) {
             return Err("a face refers to a point that does not exist".into());
         }
         // The origin of texture coordinates is the top of the image in glTF, but the bottom in scenes.
         let coordinates = reader.read_tex_coords(0).map(|t| t.into_f32().map(|[x, y]| [x, 1.0 - y]).collect());
-        Ok(Some(Piece { points, triangles, coordinates: coordinates.unwrap_or_default(), ..Default::default() }))
+        Ok(Some(MeshPiece { points, triangles, coordinates: coordinates.unwrap_or_default(), ..Default::default() }))
     }
 
     /// Returns whether the data of an accessor is within its buffer. Sparse accessors are not supported.
-    fn lies(&self, accessor: &gltf::Accessor<'_>) -> bool {
+    fn is_within_buffer(&self, accessor: &gltf::Accessor<'_>) -> bool {
         if accessor.sparse().is_some() {
             return false;
         }

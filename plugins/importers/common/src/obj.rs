@@ -5,11 +5,11 @@ use std::{cell::RefCell, io::Cursor};
 use tobj::{LoadError, LoadOptions, Material};
 
 use crate::{
-    model::{Collected, Model, Read},
-    picture::{Files, Gallery},
+    model::{ImportedModel, MeshModel, PieceCollector},
+    picture::{FileLoader, ImageCache},
 };
 
-pub fn read(bytes: &[u8], files: Files<'_>) -> Result<Read, String> {
+pub fn read(bytes: &[u8], files: FileLoader<'_>) -> Result<ImportedModel, String> {
     let options = LoadOptions { triangulate: true, single_index: true, ..Default::default() };
     let notes = RefCell::new(Vec::new());
     let library = |path: &std::path::Path| {
@@ -25,7 +25,7 @@ pub fn read(bytes: &[u8], files: Files<'_>) -> Result<Read, String> {
     let (models, materials) = tobj::load_obj_buf(&mut Cursor::new(bytes), &options, library)
         .map_err(|e| format!("the OBJ file is incomplete or damaged: {e}"))?;
     let materials = materials.unwrap_or_default();
-    let mut collected = Collected::new();
+    let mut collected = PieceCollector::new();
     for tobj::Model { mesh, .. } in models {
         let material = mesh.material_id.filter(|i| *i < materials.len());
         let piece = collected.piece(material, mesh.indices.len() / 3)?;
@@ -38,7 +38,7 @@ pub fn read(bytes: &[u8], files: Files<'_>) -> Result<Read, String> {
             piece.coordinates.extend(mesh.texcoords.chunks_exact(2).map(|t| [t[0], t[1]]));
         }
     }
-    let mut gallery = Gallery::new(files);
+    let mut gallery = ImageCache::new(files);
     for (material, piece) in &mut collected.pieces {
         let Some(material) = material.map(|i| &materials[i]) else { continue };
         piece.color = material.diffuse.map(|c| c.map(|x| f64::from(x).clamp(0.0, 1.0)));
@@ -47,7 +47,7 @@ pub fn read(bytes: &[u8], files: Files<'_>) -> Result<Read, String> {
     let mut notes = notes.into_inner();
     notes.append(&mut gallery.notes);
     let pieces = collected.pieces.into_iter().map(|(_, piece)| piece).collect();
-    Ok(Read { model: Model { pieces, y_up: false }, notes })
+    Ok(ImportedModel { model: MeshModel { pieces, y_up: false }, notes })
 }
 
 /// Returns the file name of a material's image, which follows the options of `map_Kd`.

@@ -5,15 +5,15 @@ use std::{collections::HashMap, io::Cursor, rc::Rc};
 use image::io::{Limits, Reader};
 
 /// Maximum number of pixels, the same as for images in a scene.
-const MOST_PIXELS: u64 = 16 << 20;
+const MAX_PIXELS: u64 = 16 << 20;
 
 /// Callback that returns the content of a file to which a mesh file refers, or `None` if it does not exist. The name is
 /// relative to the mesh file.
-pub type Files<'a> = &'a dyn Fn(&str) -> Option<Vec<u8>>;
+pub type FileLoader<'a> = &'a dyn Fn(&str) -> Option<Vec<u8>>;
 
 /// A decoded image.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Picture {
+pub struct DecodedImage {
     /// Width, in pixels.
     pub columns: u32,
     /// Height, in pixels.
@@ -22,7 +22,7 @@ pub struct Picture {
     pub rgba: Vec<u8>,
 }
 
-impl Picture {
+impl DecodedImage {
     /// Decodes the content of an image file; the error describes what is wrong with it.
     pub fn decode(bytes: &[u8]) -> Result<Self, String> {
         let open = || Reader::new(Cursor::new(bytes)).with_guessed_format().map_err(|e| e.to_string());
@@ -31,51 +31,51 @@ impl Picture {
             return Err("its format is not supported; expected PNG, JPEG, BMP, TIFF or PNM".into());
         }
         let (columns, rows) = open()?.into_dimensions().map_err(|e| e.to_string())?;
-        if columns == 0 || rows == 0 || u64::from(columns) * u64::from(rows) > MOST_PIXELS {
-            return Err(format!("it has {columns} x {rows} pixels; expected from 1 to {MOST_PIXELS} pixels in total"));
+        if columns == 0 || rows == 0 || u64::from(columns) * u64::from(rows) > MAX_PIXELS {
+            return Err(format!("it has {columns} x {rows} pixels; expected from 1 to {MAX_PIXELS} pixels in total"));
         }
         let mut limits = Limits::default();
-        limits.max_alloc = Some(8 * MOST_PIXELS);
+        limits.max_alloc = Some(8 * MAX_PIXELS);
         reader.limits(limits);
         let rgba = reader.decode().map_err(|e| e.to_string())?.into_rgba8().into_raw();
-        Ok(Picture { columns, rows, rgba })
+        Ok(DecodedImage { columns, rows, rgba })
     }
 }
 
 /// Images of a mesh file, by name; each is read only once.
-pub struct Gallery<'a> {
-    files: Files<'a>,
-    known: HashMap<String, Option<Rc<Picture>>>,
+pub struct ImageCache<'a> {
+    files: FileLoader<'a>,
+    known: HashMap<String, Option<Rc<DecodedImage>>>,
     /// Notes on images that could not be read.
     pub notes: Vec<String>,
 }
 
-impl<'a> Gallery<'a> {
-    pub fn new(files: Files<'a>) -> Self {
-        Gallery { files, known: HashMap::new(), notes: Vec::new() }
+impl<'a> ImageCache<'a> {
+    pub fn new(files: FileLoader<'a>) -> Self {
+        ImageCache { files, known: HashMap::new(), notes: Vec::new() }
     }
 
     /// Returns the image in a separate file.
-    pub fn file(&mut self, name: &str) -> Option<Rc<Picture>> {
+    pub fn file(&mut self, name: &str) -> Option<Rc<DecodedImage>> {
         let name = name.trim().replace('\\', "/");
         let name = name.strip_prefix("file://").unwrap_or(&name).trim_start_matches("./").replace("%20", " ");
         if let Some(known) = self.known.get(&name) {
             return known.clone();
         }
         let bytes = (self.files)(&name).ok_or_else(|| "there is no such file".to_owned());
-        self.keep(name, bytes.and_then(|b| Picture::decode(&b)))
+        self.insert(name, bytes.and_then(|b| DecodedImage::decode(&b)))
     }
 
     /// Returns an image that is embedded in the mesh file.
-    pub fn bytes(&mut self, name: String, bytes: Option<&[u8]>) -> Option<Rc<Picture>> {
+    pub fn bytes(&mut self, name: String, bytes: Option<&[u8]>) -> Option<Rc<DecodedImage>> {
         if let Some(known) = self.known.get(&name) {
             return known.clone();
         }
         let bytes = bytes.ok_or_else(|| "its bytes are missing".to_owned());
-        self.keep(name, bytes.and_then(Picture::decode))
+        self.insert(name, bytes.and_then(DecodedImage::decode))
     }
 
-    fn keep(&mut self, name: String, read: Result<Picture, String>) -> Option<Rc<Picture>> {
+    fn insert(&mut self, name: String, read: Result<DecodedImage, String>) -> Option<Rc<DecodedImage>> {
         let kept = match read {
             Ok(picture) => Some(Rc::new(picture)),
             Err(why) => {

@@ -7,18 +7,18 @@ use ply_rs_bw::{
     ply::{Property, PropertyAccess, PropertyAccessResult},
 };
 
-use crate::model::{Piece, few};
+use crate::model::{MeshPiece, check_triangle_count};
 
 /// A vertex of a PLY file: its position and its texture coordinates, for which several property names are common.
 #[derive(Default)]
-struct Vertex {
+struct PlyVertex {
     position: [f64; 3],
     place: [Option<f64>; 2],
 }
 
-impl PropertyAccess for Vertex {
+impl PropertyAccess for PlyVertex {
     fn new() -> Self {
-        Vertex::default()
+        PlyVertex::default()
     }
     fn set_property(&mut self, key: &str, property: Property) -> PropertyAccessResult {
         let x = match property {
@@ -42,11 +42,11 @@ impl PropertyAccess for Vertex {
 
 /// A face of a PLY file; properties other than its vertex indices are ignored.
 #[derive(Default)]
-struct Face(Vec<u32>);
+struct PlyFace(Vec<u32>);
 
-impl PropertyAccess for Face {
+impl PropertyAccess for PlyFace {
     fn new() -> Self {
-        Face::default()
+        PlyFace::default()
     }
     fn set_property(&mut self, key: &str, property: Property) -> PropertyAccessResult {
         // Files use either of these names.
@@ -57,11 +57,11 @@ impl PropertyAccess for Face {
     }
 }
 
-pub fn read(bytes: &[u8]) -> Result<Piece, String> {
+pub fn read(bytes: &[u8]) -> Result<MeshPiece, String> {
     let wrong = |e: &dyn std::fmt::Display| format!("the PLY file is incomplete or damaged: {e}");
     let mut reader = Reader::new(BufReader::new(Cursor::new(bytes)));
-    let points = Parser::<Vertex>::new();
-    let faces = Parser::<Face>::new();
+    let points = Parser::<PlyVertex>::new();
+    let faces = Parser::<PlyFace>::new();
     let header = points.read_header(&mut reader).map_err(|e| wrong(&e))?;
     // Every element occupies at least one byte, so a larger count is invalid; the parser would allocate memory for it.
     if let Some((name, e)) = header.elements.iter().find(|(_, e)| e.count > bytes.len()) {
@@ -70,7 +70,7 @@ pub fn read(bytes: &[u8]) -> Result<Piece, String> {
             e.count
         ));
     }
-    let mut out = Piece::default();
+    let mut out = MeshPiece::default();
     for (name, element) in &header.elements {
         match name.as_str() {
             "vertex" => {
@@ -86,7 +86,7 @@ pub fn read(bytes: &[u8]) -> Result<Piece, String> {
                     // Triangulate the polygon as a fan.
                     let fan = corners.windows(2).skip(1).map(|w| [corners[0], w[0], w[1]]);
                     out.triangles.extend(fan);
-                    few(out.triangles.len())?;
+                    check_triangle_count(out.triangles.len())?;
                 }
             }
             _ => drop(points.read_payload_for_element(&mut reader, element, &header).map_err(|e| wrong(&e))?),

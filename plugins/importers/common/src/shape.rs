@@ -4,20 +4,20 @@ use std::rc::Rc;
 
 use tatu_plugin_api::safe::{Builder, Node, Result, Value};
 
-use crate::{model::Piece, picture::Picture};
+use crate::{model::MeshPiece, picture::DecodedImage};
 
 /// Builds shapes from pieces; each image is added to the scene only once.
 #[derive(Default)]
-pub struct Shapes(Vec<(Rc<Picture>, i64)>);
+pub struct ShapeBuilder(Vec<(Rc<DecodedImage>, i64)>);
 
-impl Shapes {
+impl ShapeBuilder {
     /// Sets up an object as a shape of pieces: a mesh or, for several pieces, a compound of meshes. If `materials` is
     /// false, the colours and images of the pieces are ignored.
     pub fn shape<'a>(
         &mut self,
         builder: &Builder<'a>,
         node: Node<'a>,
-        pieces: &[Piece],
+        pieces: &[MeshPiece],
         materials: bool,
     ) -> Result<Node<'a>> {
         if let [piece] = pieces {
@@ -38,7 +38,12 @@ impl Shapes {
 
     /// Adds the mesh of a piece; returns the mesh and its material as properties, whose keys are the same for shapes
     /// and for parts of shapes.
-    fn keys(&mut self, builder: &Builder<'_>, piece: &Piece, materials: bool) -> Result<Vec<(&'static str, Value)>> {
+    fn keys(
+        &mut self,
+        builder: &Builder<'_>,
+        piece: &MeshPiece,
+        materials: bool,
+    ) -> Result<Vec<(&'static str, Value)>> {
         let number = builder.textured_mesh(&piece.points, &piece.coordinates, &piece.triangles)?;
         let mut keys = vec![("mesh", Value::Int(number))];
         if materials {
@@ -49,7 +54,7 @@ impl Shapes {
     }
 
     /// Returns the property `texture` of a piece, or `None` if the piece has no image.
-    fn texture(&mut self, builder: &Builder<'_>, piece: &Piece) -> Result<Option<Value>> {
+    fn texture(&mut self, builder: &Builder<'_>, piece: &MeshPiece) -> Result<Option<Value>> {
         let Some(picture) = &piece.picture else { return Ok(None) };
         let known = self.0.iter().find(|(known, _)| Rc::ptr_eq(known, picture)).map(|(_, number)| *number);
         let number = match known {

@@ -2,7 +2,7 @@
 
 use std::io::Cursor;
 
-use crate::model::{Piece, few};
+use crate::model::{MeshPiece, check_triangle_count};
 
 /// Returns whether the file has exactly the size of a binary STL file with the declared number of triangles.
 fn is_binary(bytes: &[u8]) -> bool {
@@ -15,7 +15,7 @@ pub fn is_stl(bytes: &[u8]) -> bool {
     is_binary(bytes) || bytes.trim_ascii_start().starts_with(b"solid")
 }
 
-pub fn read(bytes: &[u8]) -> Result<Piece, String> {
+pub fn read(bytes: &[u8]) -> Result<MeshPiece, String> {
     let mut bytes = bytes.to_vec();
     if is_binary(&bytes) {
         // Many programs write binary files whose header begins with `solid`, which the parser would read as text.
@@ -23,8 +23,8 @@ pub fn read(bytes: &[u8]) -> Result<Piece, String> {
     }
     let mesh =
         stl_io::read_stl(&mut Cursor::new(bytes)).map_err(|e| format!("the STL file is incomplete or damaged: {e}"))?;
-    few(mesh.faces.len())?;
-    Ok(Piece {
+    check_triangle_count(mesh.faces.len())?;
+    Ok(MeshPiece {
         points: mesh.vertices.iter().map(|v| [v[0], v[1], v[2]].map(f64::from)).collect(),
         triangles: mesh.faces.iter().map(|f| f.vertices.map(|i| i as u32)).collect(),
         ..Default::default()

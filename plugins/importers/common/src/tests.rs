@@ -71,7 +71,7 @@ fn gltf() -> String {
 }
 
 /// Returns the files next to the mesh: an image of one brown pixel, and the materials of the OBJ file.
-fn beside(name: &str) -> Option<Vec<u8>> {
+fn neighbouring_file(name: &str) -> Option<Vec<u8>> {
     match name {
         "a.mtl" => Some(MTL.into()),
         "wood.png" => {
@@ -85,14 +85,14 @@ fn beside(name: &str) -> Option<Vec<u8>> {
     }
 }
 
-fn good(bytes: &[u8]) -> Model {
-    let read = read("", bytes, &beside).unwrap();
+fn read_without_notes(bytes: &[u8]) -> MeshModel {
+    let read = read("", bytes, &neighbouring_file).unwrap();
     assert_eq!(read.notes, Vec::<String>::new());
     read.model
 }
 
 #[test]
-fn all_formats_give_the_same_triangle() {
+fn all_formats_yield_the_same_triangle() {
     let points = vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 2.0, 0.0]];
     let mut binary = vec![b'x'; 80];
     binary.extend(1u32.to_le_bytes());
@@ -102,39 +102,39 @@ fn all_formats_give_the_same_triangle() {
     binary.extend([0, 0]);
     let misleading = [b"solid of a program that calls all files so".as_slice(), &binary[42..]].concat();
     for bytes in [STL.as_bytes(), PLY.as_bytes(), OBJ.as_bytes(), &binary, &misleading] {
-        assert_eq!(good(bytes).pieces[0].points, points);
-        assert_eq!(good(bytes).pieces[0].triangles, [[0, 1, 2]]);
+        assert_eq!(read_without_notes(bytes).pieces[0].points, points);
+        assert_eq!(read_without_notes(bytes).pieces[0].triangles, [[0, 1, 2]]);
     }
-    assert_eq!(good(b"v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n").pieces[0].triangles.len(), 2);
-    let fan = good(PLY.replace("3 0 1 2", "4 0 1 2 1").as_bytes());
+    assert_eq!(read_without_notes(b"v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n").pieces[0].triangles.len(), 2);
+    let fan = read_without_notes(PLY.replace("3 0 1 2", "4 0 1 2 1").as_bytes());
     assert_eq!(fan.pieces[0].triangles, [[0, 1, 2], [0, 2, 1]]);
 }
 
 /// Numbers with all digits are read exactly, and points retain their order.
 #[test]
-fn numbers_of_ply_are_exact() {
+fn ply_numbers_are_read_exactly() {
     let text = PLY.replace("1 0 0 9", "0.1 1e-300 -123456.78901234567 9");
-    assert_eq!(good(text.as_bytes()).pieces[0].points[1], [0.1, 1e-300, -123456.78901234567]);
+    assert_eq!(read_without_notes(text.as_bytes()).pieces[0].points[1], [0.1, 1e-300, -123456.78901234567]);
     let text = PLY.replace("uchar red", "float s\nproperty float t").replace(" 9\n", " 0.25 0.5\n");
-    assert_eq!(good(text.as_bytes()).pieces[0].coordinates, [[0.25, 0.5]; 3]);
+    assert_eq!(read_without_notes(text.as_bytes()).pieces[0].coordinates, [[0.25, 0.5]; 3]);
 }
 
 #[test]
-fn materials_of_obj_are_pieces() {
-    let [red, wood] = &good(OBJ.as_bytes()).pieces[..] else { panic!("two materials") };
+fn obj_is_divided_into_one_piece_per_material() {
+    let [red, wood] = &read_without_notes(OBJ.as_bytes()).pieces[..] else { panic!("two materials") };
     assert_eq!((red.color, red.picture.is_some()), (Some([1.0, 0.0, 0.0]), false));
     assert_eq!(wood.coordinates, [[0.0, 0.0], [0.0, 1.0], [1.0, 0.0]]);
     assert_eq!(wood.picture.as_ref().unwrap().rgba, [90, 60, 30, 255]);
     let alone = read("", OBJ.as_bytes(), &|_| None).unwrap();
     assert_eq!((alone.model.pieces.len(), alone.notes.len()), (1, 1), "{:?}", alone.notes);
-    let without = read("", OBJ.as_bytes(), &|name| beside(name).filter(|_| name == "a.mtl")).unwrap();
+    let without = read("", OBJ.as_bytes(), &|name| neighbouring_file(name).filter(|_| name == "a.mtl")).unwrap();
     assert_eq!(without.model.pieces.len(), 2);
     assert!(without.notes[0].contains("`wood.png`"), "{:?}", without.notes);
 }
 
 #[test]
-fn nodes_of_collada_place_geometries() {
-    let [wood, green] = &good(DAE.as_bytes()).pieces[..] else { panic!("two materials") };
+fn collada_geometries_are_transformed_by_their_nodes() {
+    let [wood, green] = &read_without_notes(DAE.as_bytes()).pieces[..] else { panic!("two materials") };
     assert_eq!((wood.points.len(), wood.triangles.len(), green.triangles.len()), (8, 4, 2));
     // The triangle was moved up by 1 m and rotated, so that x became y.
     let near = |p: [f64; 3], q: [f64; 3]| p.iter().zip(q).all(|(a, b)| (a - b).abs() < 1e-12);
@@ -149,25 +149,25 @@ fn nodes_of_collada_place_geometries() {
     assert_eq!(wood.coordinates[..4], [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]);
     assert_eq!(wood.picture.as_ref().unwrap().columns, 1);
     assert_eq!(green.color, Some([0.0, 1.0, 0.0]));
-    assert!(good(DAE.replace("Z_UP", "Y_UP").as_bytes()).y_up);
+    assert!(read_without_notes(DAE.replace("Z_UP", "Y_UP").as_bytes()).y_up);
 }
 
 #[test]
-fn nodes_of_gltf_place_meshes() {
-    let mut model = good(gltf().as_bytes());
+fn gltf_meshes_are_transformed_by_their_nodes() {
+    let mut model = read_without_notes(gltf().as_bytes());
     let piece = &model.pieces[0];
     assert_eq!(piece.points[1], [6.0, 0.0, 0.0]);
     assert_eq!(piece.coordinates, [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]], "the origin is the lower left corner");
     let [r, g, b] = piece.color.unwrap();
     assert!((r - 0.502).abs() < 1e-3 && (g - 1.0).abs() < 1e-9 && b == 0.0, "{r} {g} {b}");
     assert!(piece.picture.is_some());
-    model.stand();
+    model.turn_y_up_to_z_up();
     assert_eq!(model.pieces[0].points[2], [5.0, 0.0, 2.0], "the y axis of the file becomes the z axis");
 }
 
 /// A binary file with the same content is read identically.
 #[test]
-fn binary_gltf_is_the_same() {
+fn binary_gltf_equals_gltf_text() {
     let text = gltf();
     let (before, after) = text.split_once(", \"uri\": \"data:application/octet-stream;base64,").unwrap();
     let (data, after) = after.split_once('"').unwrap();
@@ -180,12 +180,12 @@ fn binary_gltf_is_the_same() {
         bytes.extend(kind);
         bytes.extend(chunk);
     }
-    assert_eq!(good(&bytes), good(text.as_bytes()));
+    assert_eq!(read_without_notes(&bytes), read_without_notes(text.as_bytes()));
     for n in 0..bytes.len() {
-        let _ = read("", &bytes[..n], &beside);
+        let _ = read("", &bytes[..n], &neighbouring_file);
         let mut wrong = bytes.clone();
         wrong[n] ^= 0x55;
-        let _ = read("", &wrong, &beside);
+        let _ = read("", &wrong, &neighbouring_file);
     }
 }
 
@@ -195,39 +195,40 @@ fn nodes_that_refer_to_each_other_twice_are_refused() {
     let chain: String = (0..40)
         .map(|i| format!("<node id='n{i}'><instance_node url='#n{0}'/><instance_node url='#n{0}'/></node>", i + 1))
         .collect();
-    let error = read("", DAE.replace("<node><translate>", &format!("{chain}<node><translate>")).as_bytes(), &beside);
+    let error =
+        read("", DAE.replace("<node><translate>", &format!("{chain}<node><translate>")).as_bytes(), &neighbouring_file);
     assert!(error.unwrap_err().contains("nodes in total"));
     let nodes: String = (1..=40).map(|i| format!(", {{\"children\": [{0}, {0}]}}", i + 1)).collect();
     let text = gltf().replace("\"translation\": [5, 0, 0]}", &format!("\"children\": [1, 1]}}{nodes}, {{}}"));
-    assert!(read("", text.as_bytes(), &beside).unwrap_err().contains("nodes in total"));
+    assert!(read("", text.as_bytes(), &neighbouring_file).unwrap_err().contains("nodes in total"));
 }
 
 /// Geometries without an id are distinguished.
 #[test]
-fn a_file_without_a_scene_is_all_of_its_geometries() {
+fn collada_without_a_scene_yields_all_geometries() {
     let text = DAE.replace("<scene><instance_visual_scene url=\"#s\"/></scene>", "");
     let (begin, end) = (text.find("<geometry ").unwrap(), text.find("</library_geometries>").unwrap());
     let second = text[begin..end].replace("id=\"g\"", "").replace("<p>0 1 2</p>", "<p>0 1 2 0 2 3</p>");
     let first = second.replace("<p>0 1 2 0 2 3</p>", "<p>0 1 2</p>");
     let two = format!("{}{first}{second}{}", &text[..begin], &text[end..]);
-    let triangles = good(two.as_bytes()).pieces.iter().map(|p| p.triangles.len()).sum::<usize>();
+    let triangles = read_without_notes(two.as_bytes()).pieces.iter().map(|p| p.triangles.len()).sum::<usize>();
     assert_eq!(triangles, (2 + 1) + (2 + 2));
 }
 
 /// Truncated files, and files with one modified byte at each offset, result in an error or a model, but never a panic.
 #[test]
-fn cut_and_wrong_files_are_errors() {
+fn truncated_and_modified_files_are_errors() {
     for text in [STL, PLY, OBJ, DAE, &gltf()] {
         for n in 0..text.len() {
-            let _ = read("", &text.as_bytes()[..n], &beside);
+            let _ = read("", &text.as_bytes()[..n], &neighbouring_file);
             for wrong in [21, b'9', b'-'] {
                 let mut bytes = text.as_bytes().to_vec();
                 bytes[n] = if wrong == 21 { bytes[n] ^ wrong } else { wrong };
-                let _ = read("", &bytes, &beside);
+                let _ = read("", &bytes, &neighbouring_file);
             }
         }
     }
-    let wrong = |text: String| read("", text.as_bytes(), &beside).unwrap_err();
+    let wrong = |text: String| read("", text.as_bytes(), &neighbouring_file).unwrap_err();
     assert!(wrong(PLY.replace("element vertex 3", "element vertex 4000000000")).contains("4000000000"));
     assert!(wrong(PLY.replace("3 0 1 2", "3 0 1 7")).contains("does not exist"));
     assert!(wrong(DAE.replace("<p>0 1 2</p>", "<p>0 1 9</p>")).contains("position 9"));
@@ -235,9 +236,9 @@ fn cut_and_wrong_files_are_errors() {
     assert!(wrong(gltf().replace("\"byteLength\": 36", "\"byteLength\": 24")).contains("glTF"));
     assert!(wrong(DAE.replace("<vcount>4", "<vcount>18446744073709551615")).contains("corners"));
     // A primitive with this number of indices per corner has no corners.
-    let far = good(DAE.replace("offset=\"0\"/><p>", "offset=\"18446744073709551615\"/><p>").as_bytes());
+    let far = read_without_notes(DAE.replace("offset=\"0\"/><p>", "offset=\"18446744073709551615\"/><p>").as_bytes());
     assert_eq!(far.pieces.len(), 1);
     let round = DAE.replace("<node><matrix>", "<node id='x'><instance_node url='#x'/><matrix>");
     assert!(wrong(round).contains("nested nodes"));
-    assert!(read("", b"v 0 0 0\n", &beside).is_err() && read("", b"", &beside).is_err());
+    assert!(read("", b"v 0 0 0\n", &neighbouring_file).is_err() && read("", b"", &neighbouring_file).is_err());
 }

@@ -1,6 +1,6 @@
 //! Importer for mesh files: Wavefront OBJ, STL, PLY, COLLADA and glTF. It builds a shape from the file.
 
-use tatu_importers_common::{SUFFIXES, Shapes, read};
+use tatu_importers_common::{SUFFIXES, ShapeBuilder, read};
 use tatu_plugin_api::{
     abi::TATU_REPORT_WARNING,
     safe::{Builder, Fail, Host, Importer, Offer, Param, Params, Plugin, Result},
@@ -48,13 +48,13 @@ impl Importer for MeshFile {
     fn load(bytes: &[u8], builder: &Builder<'_>, params: &Params<'_>) -> Result {
         let files = |name: &str| builder.file(name).map(<[u8]>::to_vec);
         let mut read = read("", bytes, &files).map_err(Fail::argument)?;
-        read.model.stand();
+        read.model.turn_y_up_to_z_up();
         let scale = params.f64("scale")?;
         // A scale of 1 leaves every bit unchanged.
         let points = read.model.pieces.iter_mut().flat_map(|p| &mut p.points);
         points.flatten().for_each(|x| *x *= scale);
         let node = builder.object("shape", None, "mesh")?;
-        Shapes::default().shape(builder, node, &read.model.pieces, params.bool("materials")?)?;
+        ShapeBuilder::default().shape(builder, node, &read.model.pieces, params.bool("materials")?)?;
         if params.bool("respondable")? {
             node.set("shape.respondable", true)?;
         }

@@ -4,25 +4,25 @@
 //! geometry of a body is visible only if the body has no visuals.
 
 use nalgebra::{Isometry3, Vector3};
-use tatu_importers_common::merged;
+use tatu_importers_common::merge_pieces;
 use tatu_plugin_api::{
     abi::{TATU_REPORT_NOTE, TATU_REPORT_WARNING},
     safe::{Builder, Fail, Node, Params, Result, Value},
 };
 
 use crate::{
-    form::{Form, Meshes, Solid, place},
+    form::{MeshCache, PlacedSolid, SolidForm, set_object_pose},
     mass::Mass,
-    robot::{Joint, Kind, Part, Robot},
-    tree::{Body, Tree, finite, pose},
+    robot::{Joint, LinkShape, Robot, UrdfJointKind},
+    tree::{BodyTree, LinkGroup, check_finite, pose},
 };
 
 /// Collision mask of a link. A link collides with everything except other links of the same robot, because these touch
 /// at joints.
-const MASK: i64 = 0xFF00;
+const COLLISION_MASK: i64 = 0xFF00;
 
 /// Settings from the importer's parameters.
-pub struct Settings {
+pub struct ImportSettings {
     fixed_base: bool,
     package_root: String,
     motors: String,
@@ -30,11 +30,11 @@ pub struct Settings {
     wheels_as_balls: bool,
 }
 
-impl Settings {
+impl ImportSettings {
     /// Reads the parameters; if `fixed_base` is missing, it is true if the root link is named `world`.
-    pub fn read(params: &Params<'_>, robot: &Robot, tree: &Tree) -> Result<Self> {
+    pub fn read(params: &Params<'_>, robot: &Robot, tree: &BodyTree) -> Result<Self> {
         let root = &robot.links[tree.bodies[0].links[0].0];
-        Ok(Settings {
+        Ok(ImportSettings {
             fixed_base: params.get("fixed_base")?.as_bool().unwrap_or(root.name == "world"),
             package_root: params.string("package_root")?,
             motors: params.string("motors")?,
@@ -45,43 +45,43 @@ impl Settings {
 }
 
 /// A geometry, the alias of its object, and its color in the file.
-type Named = (Solid, String, Option<[f64; 3]>);
+type NamedSolid = (PlacedSolid, String, Option<[f64; 3]>);
 
 /// State shared by the functions that build a body.
-struct Work<'w, 'b> {
+struct BodyBuilder<'w, 'b> {
     builder: &'w Builder<'b>,
     robot: &'w Robot,
-    settings: &'w Settings,
-    meshes: Meshes,
+    settings: &'w ImportSettings,
+    meshes: MeshCache,
 }
 
 /// Builds the robot, starting with the body of the root link.
-pub fn robot(builder: &Builder<'_>, robot: &Robot, tree: &Tree, settings: &Settings) -> Result {
+pub fn robot(builder: &Builder<'_>, robot: &Robot, tree: &BodyTree, settings: &ImportSettings) -> Result {
     let masses: Vec<Mass> = tree.bodies.iter().map(|b| mass(b, robot)).collect::<Result<_>>()?;
     let total: f64 = masses.iter().map(|m| m.mass).sum();
-    let mut work = Work { builder, robot, settings, meshes: Meshes::default() };
+    let mut work = BodyBuilder { builder, robot, settings, meshes: MeshCache::default() };
     let mut nodes: Vec<Node<'_>> = Vec::with_capacity(tree.bodies.len());
     for (i, body) in tree.bodies.iter().enumerate() {
         let mut parent = None;
         if let Some((j, above, frame)) = &body.joint {
             let source = &robot.joints[*j];
             let made = joint(builder, nodes[*above], source, frame, settings);
-            let made = made.map_err(|e| located(e, source.line))?;
+            let made = made.map_err(|e| with_line(e, source.line))?;
             if is_geared(robot, *j) {
-                steady(builder, made, source, body, &masses[i])?;
+                add_armature(builder, made, source, body, &masses[i])?;
             }
             parent = Some(made);
         }
         let line = robot.links[body.links[0].0].line;
         let node = work.body(body, parent, &masses[i], total);
-        nodes.push(node.map_err(|e| located(e, line))?);
+        nodes.push(node.map_err(|e| with_line(e, line))?);
     }
-    tell(builder, robot, tree);
+    report_unsupported(builder, robot, tree);
     Ok(())
 }
 
 /// Adds a line number to an error that has none.
-fn located(e: Fail, line: u64) -> Fail {
+fn with_line(e: Fail, line: u64) -> Fail {
     if e.place().is_some() { e } else { e.at("", line) }
 }
 
@@ -90,8 +90,10 @@ fn alias(name: &str) -> String {
     name.replace('/', "_")
 }
 
-fn mass(body: &Body, robot: &Robot) -> Result<Mass> {
-    body.links.iter().try_fold(Mass::NONE, |sum, (link, frame)| Ok(sum.plus(&Mass::of(&robot.links[*link], frame)?)))
+fn mass(body: &LinkGroup, robot: &Robot) -> Result<Mass> {
+    body.links
+        .iter()
+        .try_fold(Mass::ZERO, |sum, (link, frame)| Ok(sum.combined_with(&Mass::of(&robot.links[*link], frame)?)))
 }
 
 fn joint<'a>(
@@ -99,19 +101,19 @@ fn joint<'a>(
     parent: Node<'a>,
     joint: &Joint,
     frame: &Isometry3<f64>,
-    settings: &Settings,
+    settings: &ImportSettings,
 ) -> Result<Node<'a>> {
     let (limit, line) = (&joint.limit, joint.line);
     let what = format!("limit of the joint `{}`", joint.name);
     if [limit.lower, limit.upper, limit.effort, limit.velocity].iter().any(|x| x.is_nan()) {
         return Err(Fail::argument(format!("{what}: a value is NaN")).at("", line));
     }
-    let slides = joint.kind == Kind::Prismatic;
+    let slides = joint.kind == UrdfJointKind::Prismatic;
     let node = builder.object("joint", Some(parent), &alias(&joint.name))?;
-    let node = place(node, frame)?
+    let node = set_object_pose(node, frame)?
         .set("joint.type", if slides { "prismatic" } else { "revolute" })?
         .set("joint.mode", "dynamic")?;
-    if joint.kind != Kind::Continuous && (limit.lower.is_finite() || limit.upper.is_finite()) {
+    if joint.kind != UrdfJointKind::Continuous && (limit.lower.is_finite() || limit.upper.is_finite()) {
         if limit.lower > limit.upper {
             let text = format!("{what}: `lower` is {}, but `upper` is {}", limit.lower, limit.upper);
             return Err(Fail::argument(text).help("`lower` must not be greater than `upper`").at("", line));
@@ -149,22 +151,22 @@ fn is_geared(robot: &Robot, joint: usize) -> bool {
 }
 
 /// Mass, in kg, below which a link whose joint is coupled to another joint gets an armature.
-const LIGHT: f64 = 0.1;
+const LIGHT_LINK_KG: f64 = 0.1;
 /// Mass at the end of such a link, in kg, to which the armature is equivalent. It represents the rotor, which URDF
 /// files do not describe. Without it, coupled fingers of 15 g cannot hold 0.2 kg at every closing speed; with it, they
 /// can hold 0.5 kg.
-const ROTOR: f64 = 0.05;
+const ROTOR_MASS_KG: f64 = 0.05;
 
-fn steady(builder: &Builder<'_>, node: Node<'_>, joint: &Joint, body: &Body, mass: &Mass) -> Result {
-    if mass.mass <= 0.0 || mass.mass >= LIGHT {
+fn add_armature(builder: &Builder<'_>, node: Node<'_>, joint: &Joint, body: &LinkGroup, mass: &Mass) -> Result {
+    if mass.mass <= 0.0 || mass.mass >= LIGHT_LINK_KG {
         return Ok(());
     }
     let centre = body.below * nalgebra::Point3::from(mass.com);
     // A uniform rod is twice as long as the distance from its end to its centre of mass.
     let length = 2.0 * centre.coords.xy().norm();
     let (armature, unit) = match joint.kind {
-        Kind::Prismatic => (ROTOR, "kg"),
-        _ => (ROTOR * length * length, "kg m^2"),
+        UrdfJointKind::Prismatic => (ROTOR_MASS_KG, "kg"),
+        _ => (ROTOR_MASS_KG * length * length, "kg m^2"),
     };
     node.set("joint.armature", armature)?;
     let text = format!(
@@ -176,8 +178,8 @@ fn steady(builder: &Builder<'_>, node: Node<'_>, joint: &Joint, body: &Body, mas
     Ok(())
 }
 
-impl<'b> Work<'_, 'b> {
-    fn body(&mut self, body: &Body, parent: Option<Node<'b>>, mass: &Mass, total: f64) -> Result<Node<'b>> {
+impl<'b> BodyBuilder<'_, 'b> {
+    fn body(&mut self, body: &LinkGroup, parent: Option<Node<'b>>, mass: &Mass, total: f64) -> Result<Node<'b>> {
         let (builder, robot) = (self.builder, self.robot);
         let root = parent.is_none();
         // The base has the name of the robot. The root link is a child of the base, like every link that is fixed to
@@ -185,30 +187,30 @@ impl<'b> Work<'_, 'b> {
         let name = if root { &robot.name } else { &robot.links[body.links[0].0].name };
         let name = if name.is_empty() { "robot" } else { name };
         let node = builder.object("shape", parent, &alias(name))?;
-        place(node, &body.below)?;
+        set_object_pose(node, &body.below)?;
         let colliding = self.solids(body, node, false)?;
         let seen = self.solids(body, node, true)?;
         let shown = seen.is_empty() && !colliding.is_empty();
         node.set("object.visible", shown)?.set("shape.detectable", shown)?;
         if !colliding.is_empty() {
-            self.collide(body, node, &colliding)?;
+            self.set_collision_geometry(body, node, &colliding)?;
         }
         if !(root && self.settings.fixed_base) {
-            self.weigh(node, name, mass, total)?;
+            self.set_mass(node, name, mass, total)?;
         }
         for (solid, alias_, color) in &seen {
             let look = builder.object("shape", Some(node), alias_)?;
             solid.shape(builder, look, *color, &mut self.meshes)?;
         }
         for (link, frame) in body.links.iter().skip(usize::from(!root)) {
-            place(builder.object("dummy", Some(node), &alias(&robot.links[*link].name))?, frame)?;
+            set_object_pose(builder.object("dummy", Some(node), &alias(&robot.links[*link].name))?, frame)?;
         }
         Ok(node)
     }
 
     /// Returns the collision geometry of a body, or its visuals if `seen` is set, each with a name and its color in the
     /// file.
-    fn solids(&mut self, body: &Body, node: Node<'b>, seen: bool) -> Result<Vec<Named>> {
+    fn solids(&mut self, body: &LinkGroup, node: Node<'b>, seen: bool) -> Result<Vec<NamedSolid>> {
         let mut out = Vec::new();
         for (link, frame) in &body.links {
             let link = &self.robot.links[*link];
@@ -219,7 +221,7 @@ impl<'b> Work<'_, 'b> {
                 let what = format!("{role} of the link `{}`", link.name);
                 let at = frame * pose(&part.origin, &what, line)?;
                 let source = (self.builder, self.settings.package_root.as_str());
-                match Solid::read(&part.geometry, at, &what, line, &mut self.meshes, source)? {
+                match PlacedSolid::read(&part.geometry, at, &what, line, &mut self.meshes, source)? {
                     Ok(solid) => {
                         let number = if i == 0 { String::new() } else { format!("_{i}") };
                         out.push((solid, alias(&format!("{}_{role}{number}", link.name)), color));
@@ -235,31 +237,34 @@ impl<'b> Work<'_, 'b> {
     }
 
     /// Returns the visual's own color, or that of the robot's material with the same name.
-    fn color(&self, visual: &Part) -> Option<[f64; 3]> {
+    fn color(&self, visual: &LinkShape) -> Option<[f64; 3]> {
         let material = visual.material.as_ref()?;
         let named = || self.robot.materials.iter().find(|m| m.name == material.name).and_then(|m| m.color);
         let color = material.color.or_else(named)?;
         Some([0, 1, 2].map(|i| color[i].clamp(0.0, 1.0)).map(|x| if x.is_nan() { 0.7 } else { x }))
     }
 
-    fn collide(&self, body: &Body, node: Node<'b>, solids: &[Named]) -> Result {
+    fn set_collision_geometry(&self, body: &LinkGroup, node: Node<'b>, solids: &[NamedSolid]) -> Result {
         node.set("shape.respondable", true)?
-            .set("shape.respondable_mask", MASK)?
+            .set("shape.respondable_mask", COLLISION_MASK)?
             .set("shape.friction", self.settings.friction)?;
-        if let [(Solid { pose, form: Form::Mesh(pieces) }, ..)] = solids {
+        if let [(PlacedSolid { pose, form: SolidForm::Mesh(pieces) }, ..)] = solids {
             // A mesh that is the only collision geometry is replaced by its convex hull, because a hollow mesh has no
             // inside from which bodies are pushed out.
-            let (points, triangles) = merged(&pieces.iter().map(|p| p.moved([1.0; 3], pose)).collect::<Vec<_>>());
+            let (points, triangles) = merge_pieces(&pieces.iter().map(|p| p.moved([1.0; 3], pose)).collect::<Vec<_>>());
             let number = self.builder.mesh(&points, &triangles)?;
             node.set("shape.primitive", "mesh")?.set("shape.mesh", number)?.set("shape.convex", true)?;
             return Ok(());
         }
-        if solids.iter().any(|(s, ..)| matches!(s.form, Form::Mesh(_))) {
+        if solids.iter().any(|(s, ..)| matches!(s.form, SolidForm::Mesh(_))) {
             let text = "a collision mesh in a link with other collision geometry is replaced by its bounding box";
             self.builder.report(TATU_REPORT_WARNING, Some(node), text);
         }
-        let rolls = body.joint.as_ref().is_some_and(|(j, ..)| self.robot.joints[*j].kind == Kind::Continuous);
-        let part = |solid: &Solid| match self.ball(body, solid).filter(|_| rolls && self.settings.wheels_as_balls) {
+        let rolls = body.joint.as_ref().is_some_and(|(j, ..)| self.robot.joints[*j].kind == UrdfJointKind::Continuous);
+        let part = |solid: &PlacedSolid| match self
+            .sphere_for_wheel(body, solid)
+            .filter(|_| rolls && self.settings.wheels_as_balls)
+        {
             Some(ball) => ball.part(),
             None => solid.part(),
         };
@@ -270,18 +275,18 @@ impl<'b> Work<'_, 'b> {
 
     /// Returns the sphere that replaces a cylinder coaxial with the joint above, or `None` for other geometries. A
     /// cylinder touches the floor along a line, which slows the rotation of a robot.
-    fn ball(&self, body: &Body, solid: &Solid) -> Option<Solid> {
-        let Form::Primitive("cylinder", [d, _, length]) = solid.form else { return None };
+    fn sphere_for_wheel(&self, body: &LinkGroup, solid: &PlacedSolid) -> Option<PlacedSolid> {
+        let SolidForm::Primitive("cylinder", [d, _, length]) = solid.form else { return None };
         let axis = body.below.inverse() * Vector3::z();
         let own = solid.pose * Vector3::z();
         let at = solid.pose.translation.vector;
         // The tolerance allows for quarter turns rounded to 1.57.
         let centred = (at - axis * at.dot(&axis)).norm() < 1e-6;
         (centred && own.cross(&axis).norm() < 1e-3 && length <= d)
-            .then_some(Solid { pose: solid.pose, form: Form::Primitive("sphere", [d; 3]) })
+            .then_some(PlacedSolid { pose: solid.pose, form: SolidForm::Primitive("sphere", [d; 3]) })
     }
 
-    fn weigh(&self, node: Node<'b>, name: &str, mass: &Mass, total: f64) -> Result {
+    fn set_mass(&self, node: Node<'b>, name: &str, mass: &Mass, total: f64) -> Result {
         node.set("shape.dynamic", true)?;
         if mass.mass <= 0.0 {
             // Physics cannot move a body without mass. A hundredth of the robot's mass has little effect, and is large
@@ -293,7 +298,7 @@ impl<'b> Work<'_, 'b> {
             node.set("shape.mass", m)?.set("shape.inertia", [i; 3])?;
             return Ok(());
         }
-        finite(mass.com.as_slice(), &format!("centre of mass of `{name}`"), 0)?;
+        check_finite(mass.com.as_slice(), &format!("centre of mass of `{name}`"), 0)?;
         node.set("shape.mass", mass.mass)?.set("shape.com", <[f64; 3]>::from(mass.com))?;
         if mass.is_possible() {
             let i = mass.inertia.transpose();
@@ -307,11 +312,11 @@ impl<'b> Work<'_, 'b> {
 }
 
 /// Reports the joints and elements of the file that are not supported.
-fn tell(builder: &Builder<'_>, robot: &Robot, tree: &Tree) {
+fn report_unsupported(builder: &Builder<'_>, robot: &Robot, tree: &BodyTree) {
     let warn = |text: String| builder.report(TATU_REPORT_WARNING, None, &text);
     for j in &tree.stiffened {
         let joint = &robot.joints[*j];
-        if let Kind::Other(kind) = joint.kind {
+        if let UrdfJointKind::Other(kind) = joint.kind {
             warn(format!(
                 "line {}: the joint `{}` has the type {kind}, which is not supported; it is treated as fixed",
                 joint.line, joint.name

@@ -3,51 +3,51 @@
 use std::{collections::BTreeMap, rc::Rc};
 
 use nalgebra::{Isometry3, Rotation3, Vector3};
-use tatu_importers_common::{Piece, Shapes};
+use tatu_importers_common::{MeshPiece, ShapeBuilder};
 use tatu_plugin_api::safe::{Builder, Fail, Node, Result, Value};
 
-use crate::{mesh, robot::Geometry, tree::finite};
+use crate::{mesh, robot::Geometry, tree::check_finite};
 
 /// A validated geometry, placed in the frame of a body.
 #[derive(Debug, Clone)]
-pub struct Solid {
+pub struct PlacedSolid {
     /// Pose of the centre of the geometry.
     pub pose: Isometry3<f64>,
     /// The primitive or mesh.
-    pub form: Form,
+    pub form: SolidForm,
 }
 
 /// A primitive of the host with its full extents, or a scaled mesh.
 #[derive(Debug, Clone)]
-pub enum Form {
+pub enum SolidForm {
     Primitive(&'static str, [f64; 3]),
-    Mesh(Rc<[Piece]>),
+    Mesh(Rc<[MeshPiece]>),
 }
 
 /// A mesh, or the reason that it could not be read.
-type Found = Result<Rc<[Piece]>, String>;
+type MeshResult = Result<Rc<[MeshPiece]>, String>;
 
 /// Meshes by name and scale, so that each file is read once.
 #[derive(Default)]
-pub struct Meshes {
-    known: BTreeMap<(String, [u64; 3]), Found>,
-    shapes: Shapes,
+pub struct MeshCache {
+    known: BTreeMap<(String, [u64; 3]), MeshResult>,
+    shapes: ShapeBuilder,
     /// Notes on omitted parts of meshes.
     pub notes: Vec<String>,
 }
 
-impl Solid {
+impl PlacedSolid {
     /// Validates a geometry. Returns `Ok(Err(reason))` for a mesh that cannot be read.
     pub fn read(
         geometry: &Geometry,
         pose: Isometry3<f64>,
         what: &str,
         line: u64,
-        meshes: &mut Meshes,
+        meshes: &mut MeshCache,
         source: (&Builder<'_>, &str),
-    ) -> Result<Result<Solid, String>> {
+    ) -> Result<Result<PlacedSolid, String>> {
         let positive = |numbers: &[f64]| {
-            finite(numbers, what, line)?;
+            check_finite(numbers, what, line)?;
             match numbers.iter().find(|x| **x <= 0.0) {
                 Some(x) => {
                     Err(Fail::argument(format!("{what}: expected a length greater than 0, found {x}")).at("", line))
@@ -58,38 +58,38 @@ impl Solid {
         let form = match geometry {
             Geometry::Box { size } => {
                 positive(size)?;
-                Form::Primitive("box", *size)
+                SolidForm::Primitive("box", *size)
             }
             Geometry::Sphere { radius } => {
                 positive(&[*radius])?;
-                Form::Primitive("sphere", [2.0 * radius; 3])
+                SolidForm::Primitive("sphere", [2.0 * radius; 3])
             }
             Geometry::Cylinder { radius, length } => {
                 positive(&[*radius, *length])?;
-                Form::Primitive("cylinder", [2.0 * radius, 2.0 * radius, *length])
+                SolidForm::Primitive("cylinder", [2.0 * radius, 2.0 * radius, *length])
             }
             // In URDF, the length is that of the cylindrical part, without the caps.
             Geometry::Capsule { radius, length } => {
                 positive(&[*radius, *length])?;
-                Form::Primitive("capsule", [2.0 * radius, 2.0 * radius, length + 2.0 * radius])
+                SolidForm::Primitive("capsule", [2.0 * radius, 2.0 * radius, length + 2.0 * radius])
             }
             Geometry::Mesh { filename, scale } => {
                 let scale = scale.unwrap_or([1.0; 3]);
-                finite(&scale, what, line)?;
+                check_finite(&scale, what, line)?;
                 match meshes.get(filename, scale, source) {
-                    Ok(mesh) => Form::Mesh(mesh),
+                    Ok(mesh) => SolidForm::Mesh(mesh),
                     Err(why) => return Ok(Err(format!("the mesh `{filename}` is ignored: {why}"))),
                 }
             }
         };
-        Ok(Ok(Solid { pose, form }))
+        Ok(Ok(PlacedSolid { pose, form }))
     }
 
     /// Returns the geometry as a part of a compound; a mesh is replaced by its bounding box.
     pub fn part(&self) -> Value {
         let (primitive, size, pose) = match &self.form {
-            Form::Primitive(p, size) => (*p, *size, self.pose),
-            Form::Mesh(mesh) => {
+            SolidForm::Primitive(p, size) => (*p, *size, self.pose),
+            SolidForm::Mesh(mesh) => {
                 let (center, size) = bounds(mesh);
                 ("box", size, self.pose * nalgebra::Translation3::from(center))
             }
@@ -109,18 +109,18 @@ impl Solid {
         builder: &Builder<'a>,
         node: Node<'a>,
         color: Option<[f64; 3]>,
-        meshes: &mut Meshes,
+        meshes: &mut MeshCache,
     ) -> Result<Node<'a>> {
-        let node = place(node, &self.pose)?.set("shape.color", color.unwrap_or([0.7; 3]))?;
+        let node = set_object_pose(node, &self.pose)?.set("shape.color", color.unwrap_or([0.7; 3]))?;
         match &self.form {
-            Form::Primitive(p, size) => node.set("shape.primitive", *p)?.set("shape.size", *size),
-            Form::Mesh(pieces) => meshes.shapes.shape(builder, node, pieces, color.is_none()),
+            SolidForm::Primitive(p, size) => node.set("shape.primitive", *p)?.set("shape.size", *size),
+            SolidForm::Mesh(pieces) => meshes.shapes.shape(builder, node, pieces, color.is_none()),
         }
     }
 }
 
 /// Sets the pose of an object.
-pub fn place<'a>(node: Node<'a>, pose: &Isometry3<f64>) -> Result<Node<'a>> {
+pub fn set_object_pose<'a>(node: Node<'a>, pose: &Isometry3<f64>) -> Result<Node<'a>> {
     let q = pose.rotation.coords;
     node.set("object.position", <[f64; 3]>::from(pose.translation.vector))?
         .set("object.quaternion", [q.x, q.y, q.z, q.w])
@@ -138,7 +138,7 @@ fn euler(pose: &Isometry3<f64>) -> [f64; 3] {
 }
 
 /// Returns the centre and the size of a mesh's bounding box; each side is at least 0.1 mm long.
-fn bounds(pieces: &[Piece]) -> (Vector3<f64>, [f64; 3]) {
+fn bounds(pieces: &[MeshPiece]) -> (Vector3<f64>, [f64; 3]) {
     let (mut low, mut high) = (Vector3::repeat(f64::MAX), Vector3::repeat(f64::MIN));
     for p in pieces.iter().flat_map(|p| &p.points) {
         low = low.inf(&Vector3::from(*p));
@@ -147,8 +147,8 @@ fn bounds(pieces: &[Piece]) -> (Vector3<f64>, [f64; 3]) {
     ((low + high) / 2.0, <[f64; 3]>::from((high - low).map(|x| x.max(1e-4))))
 }
 
-impl Meshes {
-    fn get(&mut self, name: &str, scale: [f64; 3], (builder, package_root): (&Builder<'_>, &str)) -> Found {
+impl MeshCache {
+    fn get(&mut self, name: &str, scale: [f64; 3], (builder, package_root): (&Builder<'_>, &str)) -> MeshResult {
         let key = (name.to_owned(), scale.map(f64::to_bits));
         let known = self.known.entry(key).or_insert_with(|| {
             // The up axis of the file is ignored, as in RViz and Gazebo.
@@ -173,7 +173,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn turns_of_parts_are_those_of_the_pose() {
+    fn euler_angles_of_parts_reproduce_the_pose() {
         for (r, p, y) in
             [(0.0, 0.0, 0.0), (0.3, -0.4, 1.2), (1.5, FRAC_PI_2, 0.2), (0.0, -FRAC_PI_2, 0.0), (3.0, 0.1, -2.0)]
         {

@@ -19,7 +19,7 @@ use tatu_plugin_api::{
 };
 
 /// Maximum size of the XML in bytes, without mesh files.
-const MOST_BYTES: usize = 1 << 24;
+const MAX_BYTES: usize = 1 << 24;
 
 /// The plugin; it has no state.
 pub struct UrdfFiles;
@@ -77,16 +77,16 @@ impl Importer for Urdf {
     }
 
     fn load(bytes: &[u8], builder: &Builder<'_>, params: &Params<'_>) -> Result {
-        if bytes.len() > MOST_BYTES {
-            return Err(Fail::argument(format!("the file has {} bytes; expected at most {MOST_BYTES}", bytes.len())));
+        if bytes.len() > MAX_BYTES {
+            return Err(Fail::argument(format!("the file has {} bytes; expected at most {MAX_BYTES}", bytes.len())));
         }
         let text = std::str::from_utf8(bytes).map_err(|e| {
             let line = bytes[..e.valid_up_to()].iter().filter(|b| **b == b'\n').count() + 1;
             Fail::argument("the file is not UTF-8 text").at("", line as u64)
         })?;
         let robot = read::robot(text)?;
-        let tree = tree::Tree::new(&robot)?;
-        build::robot(builder, &robot, &tree, &build::Settings::read(params, &robot, &tree)?)
+        let tree = tree::BodyTree::new(&robot)?;
+        build::robot(builder, &robot, &tree, &build::ImportSettings::read(params, &robot, &tree)?)
     }
 }
 

@@ -5,7 +5,7 @@ use tatu_plugin_api::safe::{Fail, Result};
 
 use crate::{
     robot::Link,
-    tree::{finite, pose},
+    tree::{check_finite, pose},
 };
 
 /// Mass (kg), centre of mass (m) and inertia about the centre of mass (kg m^2), in the frame of a body.
@@ -18,7 +18,7 @@ pub struct Mass {
 
 impl Mass {
     /// A mass of zero.
-    pub const NONE: Mass = Mass {
+    pub const ZERO: Mass = Mass {
         mass: 0.0,
         com: Vector3::new(0.0, 0.0, 0.0),
         inertia: Matrix3::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
@@ -29,12 +29,12 @@ impl Mass {
         let what = format!("inertial of the link `{}`", link.name);
         let (line, mass) = (link.line, link.inertial.mass);
         let [xx, xy, xz, yy, yz, zz] = link.inertial.inertia;
-        finite(&[mass, xx, xy, xz, yy, yz, zz], &what, line)?;
+        check_finite(&[mass, xx, xy, xz, yy, yz, zz], &what, line)?;
         if mass < 0.0 {
             return Err(Fail::argument(format!("{what}: the mass {mass} kg is negative")).at("", line));
         }
         if mass == 0.0 {
-            return Ok(Mass::NONE);
+            return Ok(Mass::ZERO);
         }
         let at = frame * pose(&link.inertial.origin, &what, line)?;
         let turn = at.rotation.to_rotation_matrix();
@@ -43,10 +43,10 @@ impl Mass {
     }
 
     /// Returns the combined mass of two rigidly connected bodies.
-    pub fn plus(&self, other: &Mass) -> Mass {
+    pub fn combined_with(&self, other: &Mass) -> Mass {
         let mass = self.mass + other.mass;
         if mass <= 0.0 {
-            return Mass::NONE;
+            return Mass::ZERO;
         }
         let com = (self.com * self.mass + other.com * other.mass) / mass;
         let about = |m: &Mass| {

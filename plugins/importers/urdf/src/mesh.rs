@@ -1,25 +1,25 @@
 //! Finds the mesh files to which a URDF file refers.
 
-use tatu_importers_common::{Read, SUFFIXES, read};
+use tatu_importers_common::{ImportedModel, SUFFIXES, read};
 use tatu_plugin_api::safe::Builder;
 
 /// Reads the mesh file to which a name in a URDF file refers, through the builder. The error is one sentence.
-pub fn find(builder: &Builder<'_>, name: &str, package_root: &str) -> Result<Read, String> {
+pub fn find(builder: &Builder<'_>, name: &str, package_root: &str) -> Result<ImportedModel, String> {
     let lower = name.to_lowercase();
     if !SUFFIXES.iter().any(|s| lower.ends_with(s)) {
         return Err(format!("the format is not supported; expected one of {}", SUFFIXES.join(", ")));
     }
-    let names = candidates(name, package_root);
+    let names = candidate_paths(name, package_root);
     let Some((found, bytes)) = names.iter().find_map(|n| Some((n, builder.file(n)?))) else {
         return Err(format!("the file does not exist; searched for {}", names.join(", ")));
     };
     // Names of images are relative to the mesh file.
     let folder = found.rsplit_once('/').map_or("", |(folder, _)| folder);
-    read(found, bytes, &|name: &str| builder.file(&beside(folder, name)).map(<[u8]>::to_vec))
+    read(found, bytes, &|name: &str| builder.file(&resolve_relative(folder, name)).map(<[u8]>::to_vec))
 }
 
 /// Returns the path of a file whose name is relative to a folder; `..` is resolved as far as possible.
-fn beside(folder: &str, name: &str) -> String {
+fn resolve_relative(folder: &str, name: &str) -> String {
     let mut path: Vec<&str> = folder.split('/').filter(|p| !p.is_empty()).collect();
     for part in name.split('/') {
         match part {
@@ -32,7 +32,7 @@ fn beside(folder: &str, name: &str) -> String {
 }
 
 /// Returns the paths that a name may refer to, relative to the file's folder.
-fn candidates(name: &str, package_root: &str) -> Vec<String> {
+fn candidate_paths(name: &str, package_root: &str) -> Vec<String> {
     let Some(path) = name.strip_prefix("package://") else {
         return vec![name.strip_prefix("file://").unwrap_or(name).to_owned()];
     };
@@ -49,16 +49,16 @@ mod tests {
     use super::*;
 
     #[test]
-    fn package_names_lead_to_files() {
-        assert_eq!(candidates("package://bot/meshes/a.stl", ""), ["meshes/a.stl", "bot/meshes/a.stl"]);
-        assert_eq!(candidates("package://bot/m/a.stl", "../"), ["../bot/m/a.stl", "../m/a.stl"]);
-        assert_eq!(candidates("m/a.stl", "x"), ["m/a.stl"]);
+    fn package_names_are_resolved_to_paths() {
+        assert_eq!(candidate_paths("package://bot/meshes/a.stl", ""), ["meshes/a.stl", "bot/meshes/a.stl"]);
+        assert_eq!(candidate_paths("package://bot/m/a.stl", "../"), ["../bot/m/a.stl", "../m/a.stl"]);
+        assert_eq!(candidate_paths("m/a.stl", "x"), ["m/a.stl"]);
     }
 
     #[test]
-    fn images_are_beside_the_mesh() {
-        assert_eq!(beside("bot/meshes", "../textures/a.png"), "bot/textures/a.png");
-        assert_eq!(beside("../bot/m", "./a.png"), "../bot/m/a.png");
-        assert_eq!(beside("", "../a.png"), "../a.png");
+    fn image_paths_are_relative_to_the_mesh() {
+        assert_eq!(resolve_relative("bot/meshes", "../textures/a.png"), "bot/textures/a.png");
+        assert_eq!(resolve_relative("../bot/m", "./a.png"), "../bot/m/a.png");
+        assert_eq!(resolve_relative("", "../a.png"), "../a.png");
     }
 }

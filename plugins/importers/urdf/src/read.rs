@@ -3,25 +3,28 @@
 use tatu_plugin_api::safe::{Fail, Result};
 
 use crate::{
-    robot::{Dynamics, Geometry, Inertial, Joint, Kind, Limit, Link, Material, Mimic, Part, Pose, Robot},
-    xml::{Lines, Tag, parse},
+    robot::{
+        Geometry, Inertial, Joint, JointDynamics, JointLimit, Link, LinkShape, Material, Mimic, Robot, UrdfJointKind,
+        UrdfPose,
+    },
+    xml::{LineIndex, XmlElement, parse},
 };
 
 /// Maximum number of links and joints in total.
-const MOST_PARTS: usize = 20_000;
+const MAX_PARTS: usize = 20_000;
 
 /// Version of the format: the attribute `version` of `<robot>`. A later version interprets some elements differently.
-type Version = (u32, u32);
+type UrdfVersion = (u32, u32);
 /// The version that adds `quat_xyzw`.
-const QUATERNIONS: Version = (1, 1);
+const QUATERNIONS_SINCE: UrdfVersion = (1, 1);
 /// The version in which a limit that is not given is infinite.
-const NO_LIMITS: Version = (1, 2);
+const INFINITE_LIMITS_SINCE: UrdfVersion = (1, 2);
 
 /// Reads a file. Errors have the line, and in their text the column.
 pub fn robot(text: &str) -> Result<Robot> {
-    let lines = Lines::new(text);
+    let lines = LineIndex::new(text);
     let document = parse(&lines)?;
-    let root = Tag::root(&document, &lines);
+    let root = XmlElement::root(&document, &lines);
     if root.name() != "robot" {
         return Err(Fail::argument(format!("the root element is {root}, but <robot> is expected"))
             .help("a URDF file contains exactly one <robot>")
@@ -37,27 +40,27 @@ pub fn robot(text: &str) -> Result<Robot> {
     };
     for child in root.children() {
         match child.name() {
-            "link" => robot.links.push(link(child, version).map_err(|e| within(e, "link", child))?),
-            "joint" => robot.joints.push(joint(child, version).map_err(|e| within(e, "joint", child))?),
+            "link" => robot.links.push(link(child, version).map_err(|e| with_context(e, "link", child))?),
+            "joint" => robot.joints.push(joint(child, version).map_err(|e| with_context(e, "joint", child))?),
             "material" => robot.materials.push(material(child)?),
             other => *robot.others.entry(other.to_owned()).or_default() += 1,
         }
-        if robot.links.len() + robot.joints.len() > MOST_PARTS {
-            return Err(child.fail(format!("the file has more than {MOST_PARTS} links and joints")));
+        if robot.links.len() + robot.joints.len() > MAX_PARTS {
+            return Err(child.fail(format!("the file has more than {MAX_PARTS} links and joints")));
         }
     }
     Ok(robot)
 }
 
 /// Names the link or joint in an error.
-fn within(e: Fail, what: &str, tag: Tag<'_, '_>) -> Fail {
+fn with_context(e: Fail, what: &str, tag: XmlElement<'_, '_>) -> Fail {
     let line = e.place().map_or(tag.line(), |(_, line)| line);
     let name = tag.text("name").map(|n| format!(" `{n}`")).unwrap_or_default();
     Fail::argument(format!("the {what}{name} cannot be read: {}", e.text())).at("", line)
 }
 
 /// Reads `MAJOR.MINOR`. Like a missing version, an invalid one means 1.0.
-fn version(text: Option<&str>) -> Version {
+fn version(text: Option<&str>) -> UrdfVersion {
     let numbers = |text: &str| {
         let (major, minor) = text.trim().split_once('.')?;
         Some((major.parse().ok()?, minor.parse().ok()?))
@@ -65,8 +68,8 @@ fn version(text: Option<&str>) -> Version {
     text.and_then(numbers).unwrap_or((1, 0))
 }
 
-fn link(tag: Tag<'_, '_>, version: Version) -> Result<Link> {
-    let parts = |role: &str| -> Result<Vec<Part>> {
+fn link(tag: XmlElement<'_, '_>, version: UrdfVersion) -> Result<Link> {
+    let parts = |role: &str| -> Result<Vec<LinkShape>> {
         tag.children().filter(|c| c.name() == role).map(|c| part(c, version)).collect()
     };
     Ok(Link {
@@ -78,20 +81,21 @@ fn link(tag: Tag<'_, '_>, version: Version) -> Result<Link> {
     })
 }
 
-fn inertial(tag: Tag<'_, '_>, version: Version) -> Result<Inertial> {
-    let moments = tag.part("inertia")?;
+fn inertial(tag: XmlElement<'_, '_>, version: UrdfVersion) -> Result<Inertial> {
+    let moments = tag.required_child("inertia")?;
     let mut inertia = [0.0; 6];
     for (value, name) in inertia.iter_mut().zip(["ixx", "ixy", "ixz", "iyy", "iyz", "izz"]) {
         *value = moments.required_number(name)?;
     }
-    Ok(Inertial { origin: origin(tag, version)?, mass: tag.part("mass")?.required_number("value")?, inertia })
+    Ok(Inertial { origin: origin(tag, version)?, mass: tag.required_child("mass")?.required_number("value")?, inertia })
 }
 
 /// Reads the child `<origin>`; without one, or without its attributes, a pose is zero.
-fn origin(tag: Tag<'_, '_>, version: Version) -> Result<Pose> {
-    let Some(tag) = tag.child("origin")? else { return Ok(Pose::default()) };
-    let mut pose = Pose { xyz: tag.numbers("xyz")?.unwrap_or_default(), rpy: tag.numbers("rpy")?.unwrap_or_default() };
-    if let Some(text) = tag.text("quat_xyzw").filter(|_| version >= QUATERNIONS) {
+fn origin(tag: XmlElement<'_, '_>, version: UrdfVersion) -> Result<UrdfPose> {
+    let Some(tag) = tag.child("origin")? else { return Ok(UrdfPose::default()) };
+    let mut pose =
+        UrdfPose { xyz: tag.numbers("xyz")?.unwrap_or_default(), rpy: tag.numbers("rpy")?.unwrap_or_default() };
+    if let Some(text) = tag.text("quat_xyzw").filter(|_| version >= QUATERNIONS_SINCE) {
         if tag.text("rpy").is_some() {
             return Err(tag.fail("<origin> has both `rpy` and `quat_xyzw`; expected one of them".to_owned()));
         }
@@ -120,15 +124,15 @@ fn angles(quaternion: [f64; 4]) -> [f64; 3] {
 }
 
 /// Reads a visual or a collision.
-fn part(tag: Tag<'_, '_>, version: Version) -> Result<Part> {
+fn part(tag: XmlElement<'_, '_>, version: UrdfVersion) -> Result<LinkShape> {
     let material = match tag.name() {
         "visual" => tag.child("material")?.map(material).transpose()?,
         _ => None,
     };
-    Ok(Part { origin: origin(tag, version)?, geometry: geometry(tag.part("geometry")?)?, material })
+    Ok(LinkShape { origin: origin(tag, version)?, geometry: geometry(tag.required_child("geometry")?)?, material })
 }
 
-fn geometry(tag: Tag<'_, '_>) -> Result<Geometry> {
+fn geometry(tag: XmlElement<'_, '_>) -> Result<Geometry> {
     const EXPECTED: &str = "expected one of <box>, <cylinder>, <capsule>, <sphere> and <mesh>";
     let mut children = tag.children();
     let form = children.next().ok_or_else(|| tag.fail(format!("{tag} is empty; {EXPECTED}")))?;
@@ -149,7 +153,7 @@ fn geometry(tag: Tag<'_, '_>) -> Result<Geometry> {
     })
 }
 
-fn material(tag: Tag<'_, '_>) -> Result<Material> {
+fn material(tag: XmlElement<'_, '_>) -> Result<Material> {
     if let Some(texture) = tag.child("texture")? {
         texture.required("filename")?;
     }
@@ -157,15 +161,15 @@ fn material(tag: Tag<'_, '_>) -> Result<Material> {
     Ok(Material { name: tag.required("name")?, color })
 }
 
-fn joint(tag: Tag<'_, '_>, version: Version) -> Result<Joint> {
+fn joint(tag: XmlElement<'_, '_>, version: UrdfVersion) -> Result<Joint> {
     let kind = match tag.required("type")?.as_str() {
-        "revolute" => Kind::Revolute,
-        "continuous" => Kind::Continuous,
-        "prismatic" => Kind::Prismatic,
-        "fixed" => Kind::Fixed,
-        "floating" => Kind::Other("floating"),
-        "planar" => Kind::Other("planar"),
-        "spherical" => Kind::Other("spherical"),
+        "revolute" => UrdfJointKind::Revolute,
+        "continuous" => UrdfJointKind::Continuous,
+        "prismatic" => UrdfJointKind::Prismatic,
+        "fixed" => UrdfJointKind::Fixed,
+        "floating" => UrdfJointKind::Other("floating"),
+        "planar" => UrdfJointKind::Other("planar"),
+        "spherical" => UrdfJointKind::Other("spherical"),
         _ => {
             let expected = "one of revolute, continuous, prismatic, fixed, floating, planar and spherical";
             return Err(tag.invalid("type", expected));
@@ -181,11 +185,11 @@ fn joint(tag: Tag<'_, '_>, version: Version) -> Result<Joint> {
             optional.iter().try_for_each(|a| unused.number(a).map(drop))?;
         }
     }
-    let dynamics = |t: Tag<'_, '_>| -> Result<Dynamics> {
+    let dynamics = |t: XmlElement<'_, '_>| -> Result<JointDynamics> {
         let number = |name: &str| Ok(t.number(name)?.unwrap_or(0.0));
-        Ok(Dynamics { damping: number("damping")?, friction: number("friction")? })
+        Ok(JointDynamics { damping: number("damping")?, friction: number("friction")? })
     };
-    let mimic = |t: Tag<'_, '_>| -> Result<Mimic> {
+    let mimic = |t: XmlElement<'_, '_>| -> Result<Mimic> {
         Ok(Mimic { joint: t.required("joint")?, multiplier: t.number("multiplier")?, offset: t.number("offset")? })
     };
     Ok(Joint {
@@ -193,18 +197,18 @@ fn joint(tag: Tag<'_, '_>, version: Version) -> Result<Joint> {
         name: tag.required("name")?,
         kind,
         origin: origin(tag, version)?,
-        parent: tag.part("parent")?.required("link")?,
-        child: tag.part("child")?.required("link")?,
+        parent: tag.required_child("parent")?.required("link")?,
+        child: tag.required_child("child")?.required("link")?,
         axis: tag.child("axis")?.map_or(Ok([1.0, 0.0, 0.0]), |t| t.required_numbers("xyz"))?,
-        limit: tag.child("limit")?.map_or(Ok(Limit::default()), |t| limit(t, version))?,
+        limit: tag.child("limit")?.map_or(Ok(JointLimit::default()), |t| limit(t, version))?,
         dynamics: tag.child("dynamics")?.map(dynamics).transpose()?,
         mimic: tag.child("mimic")?.map(mimic).transpose()?,
     })
 }
 
-fn limit(tag: Tag<'_, '_>, version: Version) -> Result<Limit> {
-    if version < NO_LIMITS {
-        return Ok(Limit {
+fn limit(tag: XmlElement<'_, '_>, version: UrdfVersion) -> Result<JointLimit> {
+    if version < INFINITE_LIMITS_SINCE {
+        return Ok(JointLimit {
             lower: tag.number("lower")?.unwrap_or(0.0),
             upper: tag.number("upper")?.unwrap_or(0.0),
             effort: tag.number("effort")?.unwrap_or(0.0),
@@ -226,7 +230,7 @@ fn limit(tag: Tag<'_, '_>, version: Version) -> Result<Limit> {
             return Err(tag.invalid(name, "a number that is not negative"));
         }
     }
-    Ok(Limit {
+    Ok(JointLimit {
         lower: lower.unwrap_or(f64::NEG_INFINITY),
         upper: upper.unwrap_or(f64::INFINITY),
         effort: number("effort")?.unwrap_or(f64::INFINITY),

@@ -24,14 +24,14 @@ pub struct Link {
     pub line: u64,
     pub name: String,
     pub inertial: Inertial,
-    pub visuals: Vec<Part>,
-    pub collisions: Vec<Part>,
+    pub visuals: Vec<LinkShape>,
+    pub collisions: Vec<LinkShape>,
 }
 
 /// Mass (kg) and moments of inertia (kg m^2) of a link; zero if the file has none.
 #[derive(Debug, Clone, Default)]
 pub struct Inertial {
-    pub origin: Pose,
+    pub origin: UrdfPose,
     pub mass: f64,
     /// The moments `ixx`, `ixy`, `ixz`, `iyy`, `iyz` and `izz`.
     pub inertia: [f64; 6],
@@ -39,15 +39,15 @@ pub struct Inertial {
 
 /// A visual or a collision. Collisions have no material.
 #[derive(Debug, Clone)]
-pub struct Part {
-    pub origin: Pose,
+pub struct LinkShape {
+    pub origin: UrdfPose,
     pub geometry: Geometry,
     pub material: Option<Material>,
 }
 
 /// Position (m) and angles (rad): roll, pitch and yaw about the fixed axes x, y and z.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Pose {
+pub struct UrdfPose {
     pub xyz: [f64; 3],
     pub rpy: [f64; 3],
 }
@@ -76,20 +76,20 @@ pub struct Joint {
     /// Line of the start tag, counted from 1.
     pub line: u64,
     pub name: String,
-    pub kind: Kind,
-    pub origin: Pose,
+    pub kind: UrdfJointKind,
+    pub origin: UrdfPose,
     /// Names of the links that it connects.
     pub parent: String,
     pub child: String,
     pub axis: [f64; 3],
-    pub limit: Limit,
-    pub dynamics: Option<Dynamics>,
+    pub limit: JointLimit,
+    pub dynamics: Option<JointDynamics>,
     pub mimic: Option<Mimic>,
 }
 
 /// Types of joints.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Kind {
+pub enum UrdfJointKind {
     Revolute,
     Continuous,
     Prismatic,
@@ -100,7 +100,7 @@ pub enum Kind {
 
 /// Limits of a joint in rad or m, its effort in N m or N, its speed in rad/s or m/s; zero if the file has none.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Limit {
+pub struct JointLimit {
     pub lower: f64,
     pub upper: f64,
     pub effort: f64,
@@ -109,7 +109,7 @@ pub struct Limit {
 
 /// Friction of a joint: proportional to its speed, and independent of it.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Dynamics {
+pub struct JointDynamics {
     pub damping: f64,
     pub friction: f64,
 }

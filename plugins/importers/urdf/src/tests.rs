@@ -9,7 +9,7 @@ const ROBOT: &[u8] = include_bytes!("../robot.urdf");
 /// Runs the importer up to the creation of objects.
 fn bodies(bytes: &[u8]) -> Result<usize> {
     let text = std::str::from_utf8(bytes).map_err(|_| Fail::new("not text"))?;
-    Ok(tree::Tree::new(&read::robot(text)?)?.bodies.len())
+    Ok(tree::BodyTree::new(&read::robot(text)?)?.bodies.len())
 }
 
 /// Returns a chain of links; `joint` is the type of its joints.
@@ -25,14 +25,14 @@ fn chain(links: usize, joint: &str) -> String {
 }
 
 #[test]
-fn our_robot_has_three_bodies() {
+fn example_robot_has_three_bodies() {
     assert_eq!(bodies(ROBOT).unwrap(), 3);
     assert!(Urdf::sniff(ROBOT) > 50 && Urdf::sniff(b"<sdf><robot/></sdf>") == 0 && Urdf::sniff(b"format = 1") == 0);
     assert!(Urdf::sniff(b"\xEF\xBB\xBF<?xml version='1.0'?><!-- <a> --><robot>") > 50);
 }
 
 #[test]
-fn every_cut_is_an_error() {
+fn truncated_file_is_an_error() {
     let end = ROBOT.windows(8).rposition(|w| w == b"</robot>").unwrap() + 8;
     for n in (0..end).step_by(64).chain(end - 20..end) {
         let e = bodies(&ROBOT[..n]).expect_err("a truncated file is an error");
@@ -41,7 +41,7 @@ fn every_cut_is_an_error() {
 }
 
 #[test]
-fn depth_and_length_have_limits() {
+fn nesting_and_joint_chains_are_limited() {
     assert_eq!(bodies(chain(200, "continuous").as_bytes()).unwrap(), 200);
     assert_eq!(bodies(chain(200, "fixed").as_bytes()).unwrap(), 1);
     let e = bodies(chain(1000, "fixed").as_bytes()).unwrap_err();
@@ -53,7 +53,7 @@ fn depth_and_length_have_limits() {
 }
 
 #[test]
-fn rings_and_pieces_are_told() {
+fn loops_and_separate_trees_are_errors() {
     let with = |joints: &[(&str, &str)], links: &[&str]| {
         let links: String = links.iter().map(|l| format!("<link name=\"{l}\"/>")).collect();
         let joint = |(i, (p, c)): (usize, &(&str, &str))| {

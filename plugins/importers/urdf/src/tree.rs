@@ -5,13 +5,13 @@ use std::collections::BTreeMap;
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use tatu_plugin_api::safe::{Fail, Result};
 
-use crate::robot::{Joint, Kind, Pose, Robot};
+use crate::robot::{Joint, Robot, UrdfJointKind, UrdfPose};
 
 /// Maximum number of joints from the root to a leaf.
-const MOST_DEPTH: usize = 256;
+const MAX_DEPTH: usize = 256;
 
 /// Links that are fixed to each other.
-pub struct Body {
+pub struct LinkGroup {
     /// The index of each link, and its pose in the frame of the first link, which is the body's frame.
     pub links: Vec<(usize, Isometry3<f64>)>,
     /// Indices of the joint above this body and of the body above that joint, and the joint's frame in the frame of the
@@ -22,15 +22,15 @@ pub struct Body {
 }
 
 /// The bodies of a robot. Parents precede children, so the first body is the root.
-pub struct Tree {
+pub struct BodyTree {
     /// The bodies, parents before children.
-    pub bodies: Vec<Body>,
+    pub bodies: Vec<LinkGroup>,
     /// Joints of unsupported types, which are treated as fixed.
     pub stiffened: Vec<usize>,
 }
 
 /// Checks that numbers are finite, with absolute values of at most 1e12.
-pub fn finite(numbers: &[f64], what: &str, line: u64) -> Result {
+pub fn check_finite(numbers: &[f64], what: &str, line: u64) -> Result {
     match numbers.iter().find(|x| !x.is_finite() || x.abs() > 1e12) {
         Some(x) => {
             Err(Fail::argument(format!("{what}: {x} is out of range; expected a number from -1e12 to 1e12"))
@@ -41,9 +41,9 @@ pub fn finite(numbers: &[f64], what: &str, line: u64) -> Result {
 }
 
 /// Validates and converts a pose in the file; `what` names it in errors.
-pub fn pose(p: &Pose, what: &str, line: u64) -> Result<Isometry3<f64>> {
-    finite(&p.xyz, what, line)?;
-    finite(&p.rpy, what, line)?;
+pub fn pose(p: &UrdfPose, what: &str, line: u64) -> Result<Isometry3<f64>> {
+    check_finite(&p.xyz, what, line)?;
+    check_finite(&p.rpy, what, line)?;
     let [r, p_, y] = p.rpy;
     Ok(Isometry3::from_parts(Translation3::from(Vector3::from(p.xyz)), UnitQuaternion::from_euler_angles(r, p_, y)))
 }
@@ -51,7 +51,7 @@ pub fn pose(p: &Pose, what: &str, line: u64) -> Result<Isometry3<f64>> {
 /// Returns the rotation that maps the z axis to the joint's axis.
 fn to_axis(joint: &Joint) -> Result<UnitQuaternion<f64>> {
     let (axis, line) = (Vector3::from(joint.axis), joint.line);
-    finite(axis.as_slice(), &format!("axis of the joint `{}`", joint.name), line)?;
+    check_finite(axis.as_slice(), &format!("axis of the joint `{}`", joint.name), line)?;
     let Some(axis) = axis.try_normalize(1e-9) else {
         return Err(Fail::argument(format!("the axis of the joint `{}` is 0 0 0", joint.name))
             .help("set it to a direction, such as `<axis xyz=\"0 0 1\"/>`")
@@ -62,9 +62,9 @@ fn to_axis(joint: &Joint) -> Result<UnitQuaternion<f64>> {
     Ok(UnitQuaternion::rotation_between(&Vector3::z(), &axis).unwrap_or(about_x))
 }
 
-impl Tree {
+impl BodyTree {
     /// Checks the tree and merges links into bodies.
-    pub fn new(robot: &Robot) -> Result<Tree> {
+    pub fn new(robot: &Robot) -> Result<BodyTree> {
         let mut by_name: BTreeMap<&str, usize> = BTreeMap::new();
         for (i, link) in robot.links.iter().enumerate() {
             let line = link.line;
@@ -126,8 +126,8 @@ impl Tree {
                 .at("", robot.links[*second].line));
             }
         };
-        let mut tree = Tree { bodies: Vec::new(), stiffened: Vec::new() };
-        tree.bodies.push(Body {
+        let mut tree = BodyTree { bodies: Vec::new(), stiffened: Vec::new() };
+        tree.bodies.push(LinkGroup {
             links: vec![(root, Isometry3::identity())],
             joint: None,
             below: Isometry3::identity(),
@@ -140,13 +140,16 @@ impl Tree {
                 let joint = &robot.joints[*j];
                 let line = joint.line;
                 seen += 1;
-                if depth >= MOST_DEPTH {
-                    return Err(Fail::argument(format!("the chain of joints is longer than {MOST_DEPTH}")).at("", line));
+                if depth >= MAX_DEPTH {
+                    return Err(Fail::argument(format!("the chain of joints is longer than {MAX_DEPTH}")).at("", line));
                 }
                 let origin = frame * pose(&joint.origin, &format!("origin of the joint `{}`", joint.name), line)?;
-                let moves = matches!(joint.kind, Kind::Revolute | Kind::Continuous | Kind::Prismatic);
+                let moves = matches!(
+                    joint.kind,
+                    UrdfJointKind::Revolute | UrdfJointKind::Continuous | UrdfJointKind::Prismatic
+                );
                 if !moves {
-                    if joint.kind != Kind::Fixed {
+                    if joint.kind != UrdfJointKind::Fixed {
                         tree.stiffened.push(*j);
                     }
                     tree.bodies[body].links.push((*child, origin));
@@ -154,7 +157,7 @@ impl Tree {
                     continue;
                 }
                 let turn = to_axis(joint)?;
-                tree.bodies.push(Body {
+                tree.bodies.push(LinkGroup {
                     links: vec![(*child, Isometry3::identity())],
                     joint: Some((*j, body, origin * turn)),
                     below: Isometry3::from_parts(Translation3::identity(), turn.inverse()),
@@ -163,7 +166,7 @@ impl Tree {
             }
         }
         if seen < robot.links.len() {
-            let lost = above.iter().position(|a| a.is_some_and(|j| !tree.reaches(robot, j))).unwrap_or(root);
+            let lost = above.iter().position(|a| a.is_some_and(|j| !tree.is_child_in(robot, j))).unwrap_or(root);
             return Err(Fail::argument(format!(
                 "the link `{}` cannot be reached from the root: joints above it form a loop",
                 robot.links[lost].name
@@ -174,7 +177,7 @@ impl Tree {
     }
 
     /// Returns whether a joint's child is part of a body.
-    fn reaches(&self, robot: &Robot, joint: usize) -> bool {
+    fn is_child_in(&self, robot: &Robot, joint: usize) -> bool {
         let child = &robot.joints[joint].child;
         self.bodies.iter().flat_map(|b| &b.links).any(|(l, _)| robot.links[*l].name == *child)
     }

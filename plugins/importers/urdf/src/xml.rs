@@ -4,51 +4,51 @@ use roxmltree::{Document, Error, Node, ParsingOptions};
 use tatu_plugin_api::safe::{Fail, Result};
 
 /// Maximum nesting depth of elements; real files have a depth of 6.
-const MOST_DEPTH: usize = 64;
+const MAX_DEPTH: usize = 64;
 /// Maximum number of nodes of the XML tree, which limits the memory to some hundreds of megabytes.
-const MOST_NODES: u32 = 2_000_000;
+const MAX_NODES: u32 = 2_000_000;
 
 /// A text and the offsets at which its lines begin.
-pub struct Lines<'t> {
+pub struct LineIndex<'t> {
     text: &'t str,
     starts: Vec<usize>,
 }
 
-impl<'t> Lines<'t> {
+impl<'t> LineIndex<'t> {
     /// Finds the lines of a text.
     pub fn new(text: &'t str) -> Self {
-        Lines { text, starts: std::iter::once(0).chain(text.match_indices('\n').map(|(i, _)| i + 1)).collect() }
+        LineIndex { text, starts: std::iter::once(0).chain(text.match_indices('\n').map(|(i, _)| i + 1)).collect() }
     }
     /// Returns the line and column of a byte, counted from 1; columns count characters.
-    fn of(&self, byte: usize) -> (u64, usize) {
+    fn position_of(&self, byte: usize) -> (u64, usize) {
         let line = self.starts.partition_point(|start| *start <= byte).max(1);
         let before = self.text.get(self.starts[line - 1]..byte).unwrap_or_default();
         (line as u64, before.chars().count() + 1)
     }
     /// Returns the line of the last character.
-    fn last(&self) -> u64 {
-        self.of(self.text.trim_end().len()).0
+    fn last_line(&self) -> u64 {
+        self.position_of(self.text.trim_end().len()).0
     }
 }
 
 /// Parses a file. Text that is not XML, or that is nested too deeply, is an error.
-pub fn parse<'t>(lines: &Lines<'t>) -> Result<Document<'t>> {
-    let options = ParsingOptions { nodes_limit: MOST_NODES, ..Default::default() };
+pub fn parse<'t>(lines: &LineIndex<'t>) -> Result<Document<'t>> {
+    let options = ParsingOptions { nodes_limit: MAX_NODES, ..Default::default() };
     let document = Document::parse_with_options(lines.text, options).map_err(|e| {
         let (line, column) = (u64::from(e.pos().row), e.pos().col);
         match e {
             Error::DtdDetected => {
-                let line = lines.of(lines.text.find("<!DOCTYPE").unwrap_or(0)).0;
+                let line = lines.position_of(lines.text.find("<!DOCTYPE").unwrap_or(0)).0;
                 Fail::argument("a document type declaration is not supported in a URDF file; remove it").at("", line)
             }
             Error::UnknownNamespace(prefix, _) if prefix == "xacro" => xacro(line),
-            Error::NodesLimitReached => Fail::argument(format!("the file has more than {MOST_NODES} XML nodes")),
+            Error::NodesLimitReached => Fail::argument(format!("the file has more than {MAX_NODES} XML nodes")),
             // These have no position of their own.
             Error::UnclosedRootNode | Error::NoRootNode | Error::UnexpectedEndOfStream => {
-                Fail::argument(format!("not well-formed XML, or only a part of it: {}", sentence(&e)))
-                    .at("", lines.last())
+                Fail::argument(format!("not well-formed XML, or only a part of it: {}", error_text(&e)))
+                    .at("", lines.last_line())
             }
-            e => Fail::argument(format!("not well-formed XML: {} (column {column})", sentence(&e))).at("", line),
+            e => Fail::argument(format!("not well-formed XML: {} (column {column})", error_text(&e))).at("", line),
         }
     })?;
     // The elements above the current one.
@@ -59,9 +59,9 @@ pub fn parse<'t>(lines: &Lines<'t>) -> Result<Document<'t>> {
             above.pop();
         }
         above.push(node.id());
-        let tag = Tag { node, lines };
-        if above.len() > MOST_DEPTH {
-            return Err(tag.fail(format!("elements are nested more than {MOST_DEPTH} levels deep")));
+        let tag = XmlElement { node, lines };
+        if above.len() > MAX_DEPTH {
+            return Err(tag.fail(format!("elements are nested more than {MAX_DEPTH} levels deep")));
         }
         if node.tag_name().namespace().is_some_and(|n| n.contains("xacro")) || tag.name() == "macro" {
             return Err(xacro(tag.line()));
@@ -71,7 +71,7 @@ pub fn parse<'t>(lines: &Lines<'t>) -> Result<Document<'t>> {
 }
 
 /// Returns what an error of the parser says, without the position, which is reported separately.
-fn sentence(e: &Error) -> String {
+fn error_text(e: &Error) -> String {
     let text = e.to_string();
     text.strip_suffix(&format!(" at {}", e.pos())).unwrap_or(&text).to_owned()
 }
@@ -84,15 +84,15 @@ fn xacro(line: u64) -> Fail {
 
 /// An element. Namespaces are ignored.
 #[derive(Clone, Copy)]
-pub struct Tag<'a, 't> {
+pub struct XmlElement<'a, 't> {
     node: Node<'a, 't>,
-    lines: &'a Lines<'t>,
+    lines: &'a LineIndex<'t>,
 }
 
-impl<'a, 't> Tag<'a, 't> {
+impl<'a, 't> XmlElement<'a, 't> {
     /// Returns the root element.
-    pub fn root(document: &'a Document<'t>, lines: &'a Lines<'t>) -> Self {
-        Tag { node: document.root_element(), lines }
+    pub fn root(document: &'a Document<'t>, lines: &'a LineIndex<'t>) -> Self {
+        XmlElement { node: document.root_element(), lines }
     }
     /// Returns the name without its prefix.
     pub fn name(&self) -> &'a str {
@@ -100,14 +100,14 @@ impl<'a, 't> Tag<'a, 't> {
     }
     /// Returns the line of the start tag, counted from 1.
     pub fn line(&self) -> u64 {
-        self.lines.of(self.node.range().start).0
+        self.lines.position_of(self.node.range().start).0
     }
     /// Returns the elements directly below this one.
-    pub fn children(self) -> impl Iterator<Item = Tag<'a, 't>> {
-        self.node.children().filter(Node::is_element).map(move |node| Tag { node, lines: self.lines })
+    pub fn children(self) -> impl Iterator<Item = XmlElement<'a, 't>> {
+        self.node.children().filter(Node::is_element).map(move |node| XmlElement { node, lines: self.lines })
     }
     /// Returns the only child of this name. More than one is an error.
-    pub fn child(self, name: &str) -> Result<Option<Tag<'a, 't>>> {
+    pub fn child(self, name: &str) -> Result<Option<XmlElement<'a, 't>>> {
         let mut found = self.children().filter(|c| c.name() == name);
         match (found.next(), found.next()) {
             (_, Some(second)) => Err(second.fail(format!("{self} has more than one <{name}>"))),
@@ -115,7 +115,7 @@ impl<'a, 't> Tag<'a, 't> {
         }
     }
     /// Returns the only child of this name, which must exist.
-    pub fn part(self, name: &str) -> Result<Tag<'a, 't>> {
+    pub fn required_child(self, name: &str) -> Result<XmlElement<'a, 't>> {
         self.child(name)?.ok_or_else(|| self.fail(format!("{self} has no <{name}>")))
     }
 
@@ -124,7 +124,7 @@ impl<'a, 't> Tag<'a, 't> {
         self.fail_at(self.node.range().start, text)
     }
     fn fail_at(&self, byte: usize, text: String) -> Fail {
-        let (line, column) = self.lines.of(byte);
+        let (line, column) = self.lines.position_of(byte);
         Fail::argument(format!("{text} (column {column})")).at("", line)
     }
     /// Returns an error at an attribute that has an invalid value.
@@ -167,7 +167,7 @@ impl<'a, 't> Tag<'a, 't> {
     }
 }
 
-impl std::fmt::Display for Tag<'_, '_> {
+impl std::fmt::Display for XmlElement<'_, '_> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(f, "<{}>", self.name())
     }

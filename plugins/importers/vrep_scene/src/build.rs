@@ -10,31 +10,32 @@ use tatu_plugin_api::{
 
 use crate::{
     describe::map,
-    dynamics::{self, Tree},
-    forms, graphs, kept,
+    dynamics::{self, ObjectTree},
+    forms, graphs,
     read::{
-        file::{File, Kind, Object},
-        mesh::Leaf,
+        file::{FileObject, ObjectKind, VrepFile},
+        mesh::MeshLeaf,
         pose::isometry,
         shape::Shape,
         surface::leaves,
     },
-    report::Report,
+    registrations,
+    report::ImportReport,
+    revolution::detect_revolution,
     scripts, sensors,
-    textures::Images,
-    turned::turned,
+    textures::ImportedImages,
     views,
 };
 
 /// Builds the whole scene; returns the report on objects that were changed or omitted.
-pub fn scene(builder: &Builder<'_>, file: &File) -> Result<Vec<Value>> {
-    let mut report = Report::default();
+pub fn scene(builder: &Builder<'_>, file: &VrepFile) -> Result<Vec<Value>> {
+    let mut report = ImportReport::default();
     settings(builder, file)?;
     let mut nodes: BTreeMap<i32, Node<'_>> = BTreeMap::new();
     let order = in_order(file);
-    let tree = Tree::new(file, &order);
-    let meant = kept::meant(file);
-    let mut images = Images::default();
+    let tree = ObjectTree::new(file, &order);
+    let meant = registrations::referenced_objects(file);
+    let mut images = ImportedImages::default();
     for i in order {
         let o = &file.objects[i];
         if scripts::is_holder(o) {
@@ -44,17 +45,17 @@ pub fn scene(builder: &Builder<'_>, file: &File) -> Result<Vec<Value>> {
             object(builder, (file, &tree, &meant), &mut images, o, nodes.get(&o.common.parent).copied(), &mut report)?;
         nodes.insert(o.common.id, node);
     }
-    scripts::attach(builder, file, &nodes, &mut report)?;
-    report.all("without", "groups for inverse kinematics are not solved", file.ik_groups.len());
+    scripts::attach_scripts(builder, file, &nodes, &mut report)?;
+    report.add_count("without", "groups for inverse kinematics are not solved", file.ik_groups.len());
     for (path, unknown) in &file.unknown.all {
         let first = unknown.spans.first().map_or(0, |span| span.at);
-        report.all(
+        report.add_count(
             "not understood",
             format!("section {path}, first at byte {first}: stored with the scene"),
             unknown.count,
         );
     }
-    tell(builder, &report);
+    log_report(builder, &report);
     let each = |(&(what, ref why), of): (&(&'static str, String), &Vec<(i32, String)>)| {
         let line = |(id, alias): &(i32, String)| {
             Value::Map(map! { "what": what, "why": why.as_str(), "object": *id, "alias": alias.as_str() })
@@ -65,7 +66,7 @@ pub fn scene(builder: &Builder<'_>, file: &File) -> Result<Vec<Value>> {
 }
 
 /// Logs the report: one line for each reason, with its objects.
-fn tell(builder: &Builder<'_>, report: &Report) {
+fn log_report(builder: &Builder<'_>, report: &ImportReport) {
     for ((what, why), of) in &report.0 {
         let names: Vec<&str> = of.iter().take(8).map(|(_, alias)| alias.as_str()).collect();
         let more = if of.len() > 8 { format!(" and {} more", of.len() - 8) } else { String::new() };
@@ -83,12 +84,12 @@ fn tell(builder: &Builder<'_>, report: &Report) {
     }
 }
 
-fn settings(builder: &Builder<'_>, file: &File) -> Result {
+fn settings(builder: &Builder<'_>, file: &VrepFile) -> Result {
     let s = &file.settings;
     if let Some(dt) = s.step().filter(|dt| *dt >= 1e-6) {
         builder.setting("scene.dt", dt)?;
     }
-    if s.there {
+    if s.is_present {
         builder.setting("scene.physics_dt", s.physics_step().max(1e-6))?;
     }
     match s.gravity.filter(|g| g.iter().all(|x| x.is_finite())) {
@@ -98,7 +99,7 @@ fn settings(builder: &Builder<'_>, file: &File) -> Result {
 }
 
 /// Returns the objects ordered so that parents precede children, and siblings are in the order of the file.
-fn in_order(file: &File) -> Vec<usize> {
+fn in_order(file: &VrepFile) -> Vec<usize> {
     let known: BTreeMap<i32, usize> = file.objects.iter().enumerate().map(|(i, o)| (o.common.id, i)).collect();
     let mut below: BTreeMap<Option<usize>, Vec<usize>> = BTreeMap::new();
     for (i, o) in file.objects.iter().enumerate() {
@@ -118,22 +119,22 @@ fn in_order(file: &File) -> Vec<usize> {
 
 fn object<'a>(
     builder: &Builder<'a>,
-    (file, tree, meant): (&File, &Tree<'_>, &BTreeSet<i32>),
-    images: &mut Images,
-    o: &Object,
+    (file, tree, meant): (&VrepFile, &ObjectTree<'_>, &BTreeSet<i32>),
+    images: &mut ImportedImages,
+    o: &FileObject,
     parent: Option<Node<'a>>,
-    report: &mut Report,
+    report: &mut ImportReport,
 ) -> Result<Node<'a>> {
     let c = &o.common;
     let kind = match &o.kind {
-        Kind::Shape(_) => "shape",
-        Kind::Joint(_) => "joint",
-        Kind::Force(_) => "force_sensor",
-        Kind::Proximity(_) | Kind::Vision(_) => "sensor",
-        Kind::Graph(_) => "graph",
-        Kind::Camera(_) => "camera",
-        Kind::Light(_) => "light",
-        Kind::Path(_) => "path",
+        ObjectKind::Shape(_) => "shape",
+        ObjectKind::Joint(_) => "joint",
+        ObjectKind::Force(_) => "force_sensor",
+        ObjectKind::Proximity(_) | ObjectKind::Vision(_) => "sensor",
+        ObjectKind::Graph(_) => "graph",
+        ObjectKind::Camera(_) => "camera",
+        ObjectKind::Light(_) => "light",
+        ObjectKind::Path(_) => "path",
         _ => "dummy",
     };
     let alias = c.alias().replace('/', "_");
@@ -147,28 +148,28 @@ fn object<'a>(
     let alias = if alias.is_empty() { kind } else { alias.as_str() };
     let own_suffix = |n: &&String| n.strip_prefix(alias).is_some_and(|r| r.is_empty() || is_number(r));
     if let Some(name) = c.name.as_ref().filter(own_suffix) {
-        node.set("object.name", lowered(name, tree.lowest_suffix).as_str())?;
+        node.set("object.name", lower_suffix(name, tree.lowest_suffix).as_str())?;
     }
     node.set("object.data", scripts::data(file, o, meant.contains(&c.id)))?;
     match &o.kind {
-        Kind::Shape(s) => shape(builder, (file, tree), images, o, s, node, report)?,
-        Kind::Joint(j) => dynamics::joint(file, tree, j, o, node, report)?,
-        Kind::Proximity(s) => sensors::proximity((file, tree), s, o, node, report)?,
-        Kind::Vision(s) => sensors::vision((file, tree), s, o, node, report)?,
-        Kind::Force(f) => sensors::force(f, o, node, report)?,
-        Kind::Graph(g) => graphs::graph(g, o, node, report)?,
-        Kind::Camera(k) => views::camera(k, node)?,
-        Kind::Light(l) => views::light(l, node)?,
-        Kind::Path(p) => views::path(p, node)?,
-        Kind::Dummy(d) => dynamics::link(tree, d, o, node, report)?,
-        _ => report.add("without", format!("a {} is replaced by a dummy", o.word()), o),
+        ObjectKind::Shape(s) => shape(builder, (file, tree), images, o, s, node, report)?,
+        ObjectKind::Joint(j) => dynamics::joint(file, tree, j, o, node, report)?,
+        ObjectKind::Proximity(s) => sensors::proximity((file, tree), s, o, node, report)?,
+        ObjectKind::Vision(s) => sensors::vision((file, tree), s, o, node, report)?,
+        ObjectKind::Force(f) => sensors::force(f, o, node, report)?,
+        ObjectKind::Graph(g) => graphs::graph(g, o, node, report)?,
+        ObjectKind::Camera(k) => views::camera(k, node)?,
+        ObjectKind::Light(l) => views::light(l, node)?,
+        ObjectKind::Path(p) => views::path(p, node)?,
+        ObjectKind::Dummy(d) => dynamics::link(tree, d, o, node, report)?,
+        _ => report.add("without", format!("a {} is replaced by a dummy", o.kind_name()), o),
     }
     Ok(node)
 }
 
 /// Returns a name with its suffix reduced by the lowest suffix of the file. This is used for models, whose suffixes
 /// only count the copies in the scene from which the model was saved.
-fn lowered(name: &str, lowest: i32) -> String {
+fn lower_suffix(name: &str, lowest: i32) -> String {
     let Some((base, n)) = name.rsplit_once('#').and_then(|(base, n)| Some((base, n.parse::<i32>().ok()?))) else {
         return name.to_owned();
     };
@@ -184,17 +185,17 @@ fn is_number(suffix: &str) -> bool {
     suffix.strip_prefix('#').is_some_and(|n| n.len() < 9 && !n.is_empty() && n.bytes().all(|b| b.is_ascii_digit()))
 }
 
-/// Bit of `Leaf::bits` that is set if only the edges of the leaf's triangles are drawn.
+/// Bit of `MeshLeaf::bits` that is set if only the edges of the leaf's triangles are drawn.
 const WIRE_FRAME: u8 = 4;
 
 fn shape<'a>(
     builder: &Builder<'a>,
-    (file, tree): (&File, &Tree<'_>),
-    images: &mut Images,
-    o: &Object,
+    (file, tree): (&VrepFile, &ObjectTree<'_>),
+    images: &mut ImportedImages,
+    o: &FileObject,
     s: &Shape,
     node: Node<'a>,
-    report: &mut Report,
+    report: &mut ImportReport,
 ) -> Result {
     let overrides = tree.overrides(o);
     let Some(root) = &s.root else {
@@ -205,7 +206,7 @@ fn shape<'a>(
     let mut parts = Vec::new();
     let leaves = leaves(root);
     // Lines that are drawn on a surface coincide with it. If they were drawn as a surface, they would flicker.
-    let is_lines = |leaf: &Leaf| leaf.bits & WIRE_FRAME != 0 && !s.respondable && leaves.len() > 1;
+    let is_lines = |leaf: &MeshLeaf| leaf.bits & WIRE_FRAME != 0 && !s.respondable && leaves.len() > 1;
     if leaves.iter().any(|l| is_lines(l.leaf)) {
         report.add("without", "a part that is drawn as lines is invisible", o);
     }
@@ -226,19 +227,19 @@ fn shape<'a>(
             part
         };
         let convex = leaf.leaf.convex || leaf.part.convex;
-        let round = || if convex { forms::round(&surface) } else { None };
-        let form_part = |(form, size, place): forms::Form| {
+        let round = || if convex { forms::detect_round(&surface) } else { None };
+        let form_part = |(form, size, place): forms::PlacedPrimitive| {
             let place = leaf.frame * place;
             let q = place.rotation.coords;
             let (at, turn) = (<[f64; 3]>::from(place.translation.vector), [q.x, q.y, q.z, q.w]);
             drawn(map! { "primitive": form, "size": size, "position": at, "quaternion": turn })
         };
-        if let Some(form) = forms::pure(leaf.leaf, &surface).or_else(round) {
+        if let Some(form) = forms::declared_primitive(leaf.leaf, &surface).or_else(round) {
             parts.push(form_part(form));
             continue;
         }
         let rolls = convex && dynamic && s.respondable;
-        let surface = match rolls.then(|| turned(&surface)).flatten() {
+        let surface = match rolls.then(|| detect_revolution(&surface)).flatten() {
             Some((forms, behind)) => {
                 parts.extend(forms.into_iter().map(form_part));
                 behind
@@ -296,7 +297,7 @@ fn shape<'a>(
 }
 
 /// Returns the centre of mass, m, and the inertia tensor divided by the mass, m^2, along the axes of the shape.
-fn inertia(root: &crate::read::mesh::Part) -> (Vector3<f64>, Matrix3<f64>) {
+fn inertia(root: &crate::read::mesh::MeshPart) -> (Vector3<f64>, Matrix3<f64>) {
     if let (Some(com), Some(i)) = (root.com, root.inertia) {
         return (Vector3::from(com), Matrix3::from_row_slice(&i));
     }

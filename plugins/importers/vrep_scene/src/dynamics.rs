@@ -6,20 +6,20 @@ use tatu_plugin_api::safe::{Node, Result};
 
 use crate::{
     read::{
-        file::{File, Kind, Object},
+        file::{FileObject, ObjectKind, VrepFile},
         joint::{self, Joint},
         material::Material,
         others::Dummy,
         shape::Shape,
     },
-    report::Report,
+    report::ImportReport,
 };
 
 /// The bits of `model_property`, by which a model overrides properties of all its objects.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Overrides(i32);
+pub struct ModelOverrides(i32);
 
-impl Overrides {
+impl ModelOverrides {
     pub fn not_detectable(self) -> bool {
         self.0 & 0x8 != 0
     }
@@ -35,9 +35,9 @@ impl Overrides {
 }
 
 /// The object tree of a file. Objects are identified by their handles in the file.
-pub struct Tree<'a> {
-    objects: BTreeMap<i32, &'a Object>,
-    overrides: BTreeMap<i32, Overrides>,
+pub struct ObjectTree<'a> {
+    objects: BTreeMap<i32, &'a FileObject>,
+    overrides: BTreeMap<i32, ModelOverrides>,
     names: BTreeMap<i32, String>,
     /// Handles of the roots of trees that contain closed loops.
     loops: BTreeSet<i32>,
@@ -45,11 +45,11 @@ pub struct Tree<'a> {
     pub lowest_suffix: i32,
 }
 
-impl<'a> Tree<'a> {
+impl<'a> ObjectTree<'a> {
     /// Builds the tree; `order` lists indices in the file, parents before children.
-    pub fn new(file: &'a File, order: &[usize]) -> Self {
-        let objects: BTreeMap<i32, &Object> = file.objects.iter().map(|o| (o.common.id, o)).collect();
-        let mut overrides: BTreeMap<i32, Overrides> = BTreeMap::new();
+    pub fn new(file: &'a VrepFile, order: &[usize]) -> Self {
+        let objects: BTreeMap<i32, &FileObject> = file.objects.iter().map(|o| (o.common.id, o)).collect();
+        let mut overrides: BTreeMap<i32, ModelOverrides> = BTreeMap::new();
         let mut names = BTreeMap::new();
         // Index of each object among its siblings with the same alias.
         let mut count: BTreeMap<(i32, String), usize> = BTreeMap::new();
@@ -57,7 +57,7 @@ impl<'a> Tree<'a> {
             let c = &o.common;
             let above = overrides.get(&c.parent).copied().unwrap_or_default();
             let own = if c.model_base { c.model_property } else { 0 };
-            overrides.insert(c.id, Overrides(above.0 | own));
+            overrides.insert(c.id, ModelOverrides(above.0 | own));
             let alias = c.alias().replace('/', "_");
             let n = count.entry((c.parent, alias.clone())).or_default();
             names.insert(c.id, format!("{alias}[{n}]"));
@@ -66,28 +66,28 @@ impl<'a> Tree<'a> {
         let suffix = |name: &String| name.rsplit_once('#').and_then(|(_, n)| n.parse().ok()).unwrap_or(-1);
         let suffixes = file.objects.iter().filter_map(|o| o.common.name.as_ref()).map(suffix);
         let lowest_suffix = if file.is_model() { suffixes.min().unwrap_or(-1) } else { -1 };
-        let mut tree = Tree { objects, overrides, names, loops: BTreeSet::new(), lowest_suffix };
-        let closes = |o: &&Object| matches!(&o.kind, Kind::Dummy(d) if d.link >= 0 && d.link_type == 0);
+        let mut tree = ObjectTree { objects, overrides, names, loops: BTreeSet::new(), lowest_suffix };
+        let closes = |o: &&FileObject| matches!(&o.kind, ObjectKind::Dummy(d) if d.link >= 0 && d.link_type == 0);
         tree.loops = file.objects.iter().filter(closes).map(|o| tree.root(o.common.id)).collect();
         tree
     }
 
-    pub fn overrides(&self, o: &Object) -> Overrides {
+    pub fn overrides(&self, o: &FileObject) -> ModelOverrides {
         self.overrides.get(&o.common.id).copied().unwrap_or_default()
     }
 
     /// Returns whether the tree to which an object belongs contains a closed loop.
-    pub fn has_loop(&self, o: &Object) -> bool {
+    pub fn has_loop(&self, o: &FileObject) -> bool {
         self.loops.contains(&self.root(o.common.id))
     }
 
     /// Returns the handle of the root above an object.
     fn root(&self, id: i32) -> i32 {
-        self.above(id).into_iter().rev().find(|h| self.objects.contains_key(h)).unwrap_or(id)
+        self.with_ancestors(id).into_iter().rev().find(|h| self.objects.contains_key(h)).unwrap_or(id)
     }
 
     /// Returns the handles of an object and all its ancestors, nearest first.
-    pub fn above(&self, id: i32) -> Vec<i32> {
+    pub fn with_ancestors(&self, id: i32) -> Vec<i32> {
         let mut out = vec![id];
         let mut at = id;
         while let Some(o) = self.objects.get(&at).filter(|_| out.len() <= self.objects.len()) {
@@ -101,7 +101,7 @@ impl<'a> Tree<'a> {
     /// they have no common ancestor, or if `to` is `from` or one of its ancestors, the path is absolute. Returns `None`
     /// if an object on the path does not exist.
     pub fn path(&self, from: i32, to: i32) -> Option<String> {
-        let (ups, downs) = (self.above(from), self.above(to));
+        let (ups, downs) = (self.with_ancestors(from), self.with_ancestors(to));
         let common = ups.iter().find(|h| **h >= 0 && downs.contains(h));
         let up = ups.iter().position(|h| Some(h) == common);
         let down = downs.iter().position(|h| Some(h) == common);
@@ -117,7 +117,7 @@ impl<'a> Tree<'a> {
 }
 
 /// Sets friction, restitution and damping of a shape.
-pub fn material(file: &File, s: &Shape, dynamic: bool, node: Node<'_>) -> Result {
+pub fn material(file: &VrepFile, s: &Shape, dynamic: bool, node: Node<'_>) -> Result {
     let root = s.root.as_ref();
     let listed = || file.materials.iter().find(|m| root.is_some_and(|r| r.material >= 0 && m.id == r.material));
     // Since 3.3.3, the shape's own material is used; earlier versions use the material in the list to which the mesh
@@ -153,10 +153,17 @@ fn is_sticky(m: &Material) -> bool {
 }
 
 /// Default physics step of V-REP, s, with which gains of position control are converted: V-REP defines them per step.
-const USUAL_STEP: f64 = 0.005;
+const DEFAULT_STEP_S: f64 = 0.005;
 
 /// Sets the properties of a joint: type, limits, motor, spring, and dependency on another joint.
-pub fn joint(file: &File, tree: &Tree<'_>, j: &Joint, o: &Object, node: Node<'_>, report: &mut Report) -> Result {
+pub fn joint(
+    file: &VrepFile,
+    tree: &ObjectTree<'_>,
+    j: &Joint,
+    o: &FileObject,
+    node: Node<'_>,
+    report: &mut ImportReport,
+) -> Result {
     let kind = match j.kind {
         joint::PRISMATIC => "prismatic",
         joint::SPHERICAL => "spherical",
@@ -195,7 +202,7 @@ pub fn joint(file: &File, tree: &Tree<'_>, j: &Joint, o: &Object, node: Node<'_>
     }
     match control {
         "position" => {
-            let step = if file.settings.there { file.settings.physics_step().max(1e-5) } else { USUAL_STEP };
+            let step = if file.settings.is_present { file.settings.physics_step().max(1e-5) } else { DEFAULT_STEP_S };
             let [p, i, d] = j.pid.map(sound);
             // V-REP's gains yield the motion in one physics step; dividing by the length of the step yields a velocity.
             if p > 0.0 || i > 0.0 {
@@ -241,11 +248,12 @@ fn control(j: &Joint) -> &'static str {
 
 /// Builds a dummy that closes a loop with another dummy. Both dummies store the link; that of the dummy with the lower
 /// handle is used.
-pub fn link(tree: &Tree<'_>, d: &Dummy, o: &Object, node: Node<'_>, report: &mut Report) -> Result {
+pub fn link(tree: &ObjectTree<'_>, d: &Dummy, o: &FileObject, node: Node<'_>, report: &mut ImportReport) -> Result {
     if d.link < 0 || d.link_type != 0 {
         return Ok(());
     }
-    let back = tree.objects.get(&d.link).and_then(|o| if let Kind::Dummy(d) = &o.kind { Some(d.link) } else { None });
+    let back =
+        tree.objects.get(&d.link).and_then(|o| if let ObjectKind::Dummy(d) = &o.kind { Some(d.link) } else { None });
     match back {
         Some(back) if back == o.common.id && d.link < o.common.id => Ok(()),
         Some(_) => match tree.path(o.common.id, d.link) {

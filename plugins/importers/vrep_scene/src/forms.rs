@@ -5,40 +5,40 @@ use std::f64::consts::FRAC_PI_2;
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
 use crate::read::{
-    mesh::{Leaf, Primitive},
-    surface::Surface,
+    mesh::{LeafPrimitive, MeshLeaf},
+    surface::TriangleSurface,
 };
 
 /// A primitive, its full extents, and its pose in the frame of the mesh.
-pub type Form = (&'static str, [f64; 3], Isometry3<f64>);
+pub type PlacedPrimitive = (&'static str, [f64; 3], Isometry3<f64>);
 
 /// Returns the primitive of a leaf if the file declares one and its points match it.
-pub fn pure(leaf: &Leaf, surface: &Surface) -> Option<Form> {
+pub fn declared_primitive(leaf: &MeshLeaf, surface: &TriangleSurface) -> Option<PlacedPrimitive> {
     let form = match leaf.primitive {
-        Primitive::Cuboid => "box",
-        Primitive::Spheroid => "sphere",
-        Primitive::Cylinder if leaf.inside >= 1.0 => "cylinder",
+        LeafPrimitive::Cuboid => "box",
+        LeafPrimitive::Spheroid => "sphere",
+        LeafPrimitive::Cylinder if leaf.inside >= 1.0 => "cylinder",
         _ => return None,
     };
     let (low, high) = surface.bounds()?;
     let size: [f64; 3] = std::array::from_fn(|i| high[i] - low[i]);
     let even = |a: f64, b: f64| (a - b).abs() <= 0.02 * a.max(b);
     let middle = (0..3).all(|i| (low[i] + high[i]).abs() <= 0.02 * size[i]);
-    let told = (0..3).all(|i| leaf.size[i].is_finite() && leaf.size[i] > 0.0 && even(leaf.size[i], size[i]));
+    let sizes_match = (0..3).all(|i| leaf.size[i].is_finite() && leaf.size[i] > 0.0 && even(leaf.size[i], size[i]));
     let round = match form {
         "sphere" => even(leaf.size[0], leaf.size[1]) && even(leaf.size[1], leaf.size[2]),
         "cylinder" => even(leaf.size[0], leaf.size[1]),
         _ => true,
     };
-    (middle && told && round).then_some((form, leaf.size, Isometry3::identity()))
+    (middle && sizes_match && round).then_some((form, leaf.size, Isometry3::identity()))
 }
 
 /// Minimum number of corners of a polygon that is treated as a circle.
-pub const FEWEST: usize = 12;
+pub const MIN_CIRCLE_CORNERS: usize = 12;
 
 /// Detects a convex mesh whose points are on two circles, or all at the same distance from the centre: a wheel or
 /// sphere modelled with flat faces, which would roll unevenly. Only the axes of the mesh's frame are considered.
-pub fn round(surface: &Surface) -> Option<Form> {
+pub fn detect_round(surface: &TriangleSurface) -> Option<PlacedPrimitive> {
     let (low, high) = surface.bounds()?;
     let middle = Vector3::from_fn(|i, _| (low[i] + high[i]) / 2.0);
     let size = Vector3::from_fn(|i, _| high[i] - low[i]);
@@ -46,7 +46,7 @@ pub fn round(surface: &Surface) -> Option<Form> {
     let even = |a: f64, b: f64| (a - b).abs() <= 0.005 * b;
     let place = |turn| Isometry3::from_parts(Translation3::from(middle), turn);
     let radius = size.x / 2.0;
-    if radius > 0.0 && points.len() >= FEWEST * 3 && points.iter().all(|p| even(p.norm(), radius)) {
+    if radius > 0.0 && points.len() >= MIN_CIRCLE_CORNERS * 3 && points.iter().all(|p| even(p.norm(), radius)) {
         return Some(("sphere", size.into(), place(UnitQuaternion::identity())));
     }
     (0..3).find_map(|axis| {
@@ -57,7 +57,8 @@ pub fn round(surface: &Surface) -> Option<Form> {
         let on_circle = |p: &&Vector3<f64>| even(radial(p), diameter / 2.0);
         let all = height > 0.0 && points.iter().all(|p| on_end(p) && (on_circle(&p) || radial(p) <= 0.01 * diameter));
         let count = points.iter().filter(on_circle).count();
-        (all && count >= 2 * FEWEST).then(|| ("cylinder", [diameter, diameter, height], place(axis_turn(axis))))
+        (all && count >= 2 * MIN_CIRCLE_CORNERS)
+            .then(|| ("cylinder", [diameter, diameter, height], place(axis_turn(axis))))
     })
 }
 
@@ -74,7 +75,7 @@ pub fn axis_turn(axis: usize) -> UnitQuaternion<f64> {
 mod tests {
     use super::*;
 
-    fn prism(sides: usize, height: f64, axis: usize) -> Surface {
+    fn prism(sides: usize, height: f64, axis: usize) -> TriangleSurface {
         let mut points = Vec::new();
         for i in 0..sides * 2 {
             let t = std::f64::consts::TAU * (i / 2) as f64 / sides as f64;
@@ -84,13 +85,13 @@ mod tests {
             p[(axis + 2) % 3] = 0.1 * libm::sin(t);
             points.push(p);
         }
-        Surface { points, triangles: vec![[0, 1, 2]] }
+        TriangleSurface { points, triangles: vec![[0, 1, 2]] }
     }
 
     #[test]
-    fn wheels_of_many_sides_are_round() {
+    fn wheels_with_many_sides_become_cylinders() {
         for axis in 0..3 {
-            let (form, size, place) = round(&prism(32, 0.05, axis)).unwrap();
+            let (form, size, place) = detect_round(&prism(32, 0.05, axis)).unwrap();
             assert_eq!(form, "cylinder");
             assert!((size[0] - 0.2).abs() < 1e-12 && (size[2] - 0.05).abs() < 1e-12);
             let along = place * Vector3::z();
@@ -99,10 +100,10 @@ mod tests {
     }
 
     #[test]
-    fn prisms_of_few_sides_stay_what_they_are() {
-        assert!(round(&prism(6, 0.05, 2)).is_none());
+    fn prisms_with_few_sides_are_not_round() {
+        assert!(detect_round(&prism(6, 0.05, 2)).is_none());
         let mut bent = prism(32, 0.05, 2);
         bent.points[0][0] *= 0.9;
-        assert!(round(&bent).is_none());
+        assert!(detect_round(&bent).is_none());
     }
 }

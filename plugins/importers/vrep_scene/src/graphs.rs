@@ -6,12 +6,12 @@ use tatu_plugin_api::safe::{Node, Result, Value};
 
 use crate::{
     describe::map,
-    read::{file::Object, others::Graph},
-    report::Report,
+    read::{file::FileObject, others::Graph},
+    report::ImportReport,
 };
 
 /// Builds a graph with the streams of the file, without recorded values.
-pub fn graph(g: &Graph, o: &Object, node: Node<'_>, report: &mut Report) -> Result {
+pub fn graph(g: &Graph, o: &FileObject, node: Node<'_>, report: &mut ImportReport) -> Result {
     let mut names = BTreeSet::new();
     let streams: Vec<Value> = g
         .streams

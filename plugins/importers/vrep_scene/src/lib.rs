@@ -9,14 +9,14 @@ mod describe;
 mod dynamics;
 mod forms;
 mod graphs;
-mod kept;
 pub mod read;
+mod registrations;
 mod report;
+mod revolution;
 mod scripts;
 mod sensors;
 mod targets;
 mod textures;
-mod turned;
 mod views;
 
 use tatu_plugin_api::{
@@ -24,7 +24,7 @@ use tatu_plugin_api::{
     tatu_plugin,
 };
 
-use read::{file::File, header::MAGIC};
+use read::{file::VrepFile, header::MAGIC};
 
 /// The plugin; it has no state.
 pub struct VrepFiles;
@@ -57,7 +57,7 @@ impl Importer for VrepScene {
     }
 
     fn load(bytes: &[u8], builder: &Builder<'_>, _: &Params<'_>) -> Result {
-        let file = File::read(bytes).map_err(|e| Fail::argument(e.to_string()))?;
+        let file = VrepFile::read(bytes).map_err(|e| Fail::argument(e.to_string()))?;
         let report = build::scene(builder, &file)?;
         if builder.is_asked() {
             let mut map = describe::file(&file);

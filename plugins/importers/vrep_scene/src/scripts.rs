@@ -6,14 +6,14 @@ use std::collections::BTreeMap;
 use tatu_plugin_api::safe::{Builder, Node, Result, Value};
 
 use crate::{
-    describe::OWN,
-    kept,
+    describe::PRIVATE_PREFIX,
     read::{
-        data::{CustomData, Parameter},
-        file::{File, Kind, Object},
-        script::{self, Script},
+        data::{CustomData, ScriptParameter},
+        file::{FileObject, ObjectKind, VrepFile},
+        script::{self, FileScript},
     },
-    report::Report,
+    registrations,
+    report::ImportReport,
 };
 
 /// First version whose main scripts make the same calls as those of later versions. V-REP itself does not run
@@ -22,7 +22,7 @@ const MAIN_SCRIPTS_SINCE: u32 = 30_103;
 /// Bit of a model's overrides that disables its scripts.
 const SCRIPTS_OFF: i32 = 0x200;
 /// Returns the handle of the object to which a script belongs, or -1 for the scene.
-pub fn target(file: &File, s: &Script) -> i32 {
+pub fn target(file: &VrepFile, s: &FileScript) -> i32 {
     match s.holder {
         Some(holder) => file.objects.iter().find(|o| o.common.id == holder).map_or(-1, |o| o.common.parent),
         None => s.owner(),
@@ -30,7 +30,12 @@ pub fn target(file: &File, s: &Script) -> i32 {
 }
 
 /// Attaches all scripts to their objects; reports scripts that are not run.
-pub fn attach(builder: &Builder<'_>, file: &File, nodes: &BTreeMap<i32, Node<'_>>, report: &mut Report) -> Result {
+pub fn attach_scripts(
+    builder: &Builder<'_>,
+    file: &VrepFile,
+    nodes: &BTreeMap<i32, Node<'_>>,
+    report: &mut ImportReport,
+) -> Result {
     let off = switched_off(file);
     let version = file.header.program;
     let dialect = if version == 0 { String::new() } else { format!("{}.{}", version / 10_000, version / 100 % 100) };
@@ -39,7 +44,7 @@ pub fn attach(builder: &Builder<'_>, file: &File, nodes: &BTreeMap<i32, Node<'_>
         let object = file.objects.iter().find(|o| o.common.id == target);
         let mut left = |what, why: &str| match object {
             Some(o) => report.add(what, why, o),
-            None => report.all(what, why.to_owned(), 1),
+            None => report.add_count(what, why.to_owned(), 1),
         };
         if s.kind == script::MAIN {
             match s.is_default_main() {
@@ -97,7 +102,7 @@ pub fn attach(builder: &Builder<'_>, file: &File, nodes: &BTreeMap<i32, Node<'_>
 }
 
 /// Returns the handles of the objects in models whose scripts are disabled.
-fn switched_off(file: &File) -> BTreeMap<i32, ()> {
+fn switched_off(file: &VrepFile) -> BTreeMap<i32, ()> {
     let parents: BTreeMap<i32, i32> = file.objects.iter().map(|o| (o.common.id, o.common.parent)).collect();
     let bases: BTreeMap<i32, ()> = file
         .objects
@@ -105,7 +110,7 @@ fn switched_off(file: &File) -> BTreeMap<i32, ()> {
         .filter(|o| o.common.model_base && o.common.model_property & SCRIPTS_OFF != 0)
         .map(|o| (o.common.id, ()))
         .collect();
-    let below = |o: &&Object| {
+    let below = |o: &&FileObject| {
         let mut at = o.common.id;
         // There are at most as many steps as objects, because the reader rejects cycles of parents.
         for _ in 0..=parents.len() {
@@ -123,10 +128,10 @@ fn switched_off(file: &File) -> BTreeMap<i32, ()> {
 }
 
 /// Returns the data to store with an object: custom data, parameters of its script, and properties that only V-REP has.
-pub fn data(file: &File, o: &Object, meant: bool) -> Value {
+pub fn data(file: &VrepFile, o: &FileObject, meant: bool) -> Value {
     let c = &o.common;
     let mut out = tagged(&c.data);
-    let own: Vec<&Parameter> = file
+    let own: Vec<&ScriptParameter> = file
         .scripts
         .iter()
         .filter(|s| !s.parameters.is_empty() && target(file, s) == c.id)
@@ -135,15 +140,19 @@ pub fn data(file: &File, o: &Object, meant: bool) -> Value {
         .collect();
     out.extend(own.iter().map(|p| (Value::text(format!("parameter.{}", p.name)), Value::text(&p.value))));
     let foreign = file.scripts.iter().filter(|s| s.language() != "lua" && target(file, s) == c.id);
-    out.extend(foreign.map(|s| (Value::text(format!("{OWN}script {}", s.language())), Value::Bytes(s.text.clone()))));
-    let mut bits =
-        |name: &str, value: i32| out.push((Value::text(format!("{OWN}{name}")), Value::text(value.to_string())));
+    out.extend(
+        foreign
+            .map(|s| (Value::text(format!("{PRIVATE_PREFIX}script {}", s.language())), Value::Bytes(s.text.clone()))),
+    );
+    let mut bits = |name: &str, value: i32| {
+        out.push((Value::text(format!("{PRIVATE_PREFIX}{name}")), Value::text(value.to_string())))
+    };
     if meant {
         bits("handle", c.id);
     }
     match &o.kind {
-        Kind::Proximity(s) if s.entity != -1 => bits("entity", s.entity),
-        Kind::Vision(s) if s.entity != -1 => bits("entity", s.entity),
+        ObjectKind::Proximity(s) if s.entity != -1 => bits("entity", s.entity),
+        ObjectKind::Vision(s) if s.entity != -1 => bits("entity", s.entity),
         _ => {}
     }
     if c.model_property != 0 {
@@ -156,24 +165,24 @@ pub fn data(file: &File, o: &Object, meant: bool) -> Value {
         bits("object property", c.object_property);
     }
     if c.size_factor != 1.0 && c.size_factor.is_finite() {
-        out.push((Value::text(format!("{OWN}scale")), Value::text(c.size_factor.to_string())));
+        out.push((Value::text(format!("{PRIVATE_PREFIX}scale")), Value::text(c.size_factor.to_string())));
     }
     Value::Map(out)
 }
 
 fn tagged(data: &CustomData) -> Vec<(Value, Value)> {
-    let numbered = data.numbered().iter().map(|(n, bytes)| (format!("{OWN}developer {n}"), bytes.clone()));
+    let numbered = data.numbered().iter().map(|(n, bytes)| (format!("{PRIVATE_PREFIX}developer {n}"), bytes.clone()));
     let tagged = data.tagged().iter().map(|(tag, bytes)| (tag.clone(), bytes.clone()));
     tagged.chain(numbered).map(|(tag, bytes)| (Value::text(tag), Value::Bytes(bytes))).collect()
 }
 
-fn scene_data(builder: &Builder<'_>, file: &File) -> Result {
+fn scene_data(builder: &Builder<'_>, file: &VrepFile) -> Result {
     let mut all = tagged(&file.scene_data);
-    all.extend(kept::tags(file));
+    all.extend(registrations::tags(file));
     if all.is_empty() { Ok(()) } else { builder.setting("scene.data", Value::Map(all)) }
 }
 
 /// Returns whether an object only contains a script, which is attached to the parent instead.
-pub fn is_holder(o: &Object) -> bool {
-    matches!(o.kind, Kind::Script)
+pub fn is_holder(o: &FileObject) -> bool {
+    matches!(o.kind, ObjectKind::Script)
 }

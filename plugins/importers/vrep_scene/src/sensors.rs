@@ -3,31 +3,31 @@
 use tatu_plugin_api::safe::{Node, Result};
 
 use crate::{
-    dynamics::Tree,
+    dynamics::ObjectTree,
     read::{
-        file::{File, Object},
-        sensor::{Force, Proximity, Vision},
+        file::{FileObject, VrepFile},
+        sensor::{ForcePart, ProximityPart, VisionPart},
     },
-    report::Report,
+    report::ImportReport,
     targets,
 };
 
 /// Clamps a length or angle to a range. A non-finite number becomes `low`, because fields that a kind does not use may
 /// contain garbage.
-fn sound(x: f64, low: f64, high: f64) -> f64 {
+fn clamp_finite(x: f64, low: f64, high: f64) -> f64 {
     if x.is_finite() { x.clamp(low, high) } else { low }
 }
 
 /// Maximum range of a sensor, m.
-const FARTHEST: f64 = 1e6;
+const MAX_RANGE_M: f64 = 1e6;
 
 /// Sets the properties of a proximity sensor, and the objects that it detects.
 pub fn proximity(
-    (file, tree): (&File, &Tree<'_>),
-    s: &Proximity,
-    o: &Object,
+    (file, tree): (&VrepFile, &ObjectTree<'_>),
+    s: &ProximityPart,
+    o: &FileObject,
     node: Node<'_>,
-    report: &mut Report,
+    report: &mut ImportReport,
 ) -> Result {
     let v = &s.volume;
     // The sensor's kind takes precedence over the type in its volume.
@@ -39,14 +39,14 @@ pub fn proximity(
         _ if s.random.is_some_and(|[rays, _]| rays > 0) && v.kind == 5 => "random_rays",
         _ => "ray",
     };
-    let start = sound(v.offset, 0.0, FARTHEST);
-    let far = sound(v.offset + v.range, start + 1e-6, FARTHEST);
+    let start = clamp_finite(v.offset, 0.0, MAX_RANGE_M);
+    let far = clamp_finite(v.offset + v.range, start + 1e-6, MAX_RANGE_M);
     // An assumption that was not verified with V-REP: objects closer than the minimum distance are not detected, and do
     // not hide others. Otherwise, a robot's own shell would block the sonars inside it.
-    let near = v.smallest.map_or(start, |least| start.max(sound(least, 0.0, far - 1e-6)));
+    let near = v.smallest.map_or(start, |least| start.max(clamp_finite(least, 0.0, far - 1e-6)));
     let node = node.device("proximity/1")?.set("volume", volume)?.set("near", near)?.set("range", far)?;
-    let size = |x: f64| sound(x, 1e-6, FARTHEST);
-    let angle = sound(v.angle, 1e-4, std::f64::consts::TAU);
+    let size = |x: f64| clamp_finite(x, 1e-6, MAX_RANGE_M);
+    let angle = clamp_finite(v.angle, 1e-4, std::f64::consts::TAU);
     match volume {
         "pyramid" => {
             let part = (near - start) / (far - start);
@@ -55,12 +55,12 @@ pub fn proximity(
         }
         "cylinder" => node.set("radius_near", size(v.radius))?.set("radius_far", size(v.radius)).map(drop)?,
         "disc" => {
-            let gap = sound(v.inside, 0.0, 0.99) * angle;
+            let gap = clamp_finite(v.inside, 0.0, 0.99) * angle;
             node.set("angle", angle)?.set("gap", gap)?.set("height", size(v.near[1]).min(far)).map(drop)?;
         }
         "cone" => {
             node.set("angle", angle)?;
-            if sound(v.inside, 0.0, 1.0) > 0.0 {
+            if clamp_finite(v.inside, 0.0, 1.0) > 0.0 {
                 report.add("without", "the gap inside its cone is detected, too", o);
             }
         }
@@ -93,11 +93,11 @@ pub fn proximity(
         node.set("skip_own_model", true)?;
         return Ok(());
     }
-    targets::declare((file, tree), s.entity, o, node, report)
+    targets::declare_targets((file, tree), s.entity, o, node, report)
 }
 
 /// Returns whether a sensor detects a collection of all objects except those of its own model.
-fn is_all_but_own_model(file: &File, entity: i32, o: &Object) -> bool {
+fn is_all_but_own_model(file: &VrepFile, entity: i32, o: &FileObject) -> bool {
     let find = |id: i32| file.objects.iter().find(|o| o.common.id == id);
     let Some(collection) = file.collections.iter().find(|k| k.handle == entity) else { return false };
     let [all, own] = collection.items.as_slice() else { return false };
@@ -112,10 +112,16 @@ fn is_all_but_own_model(file: &File, entity: i32, o: &Object) -> bool {
 }
 
 /// Sets the properties of a vision sensor, which is simulated by a depth camera.
-pub fn vision(of: (&File, &Tree<'_>), s: &Vision, o: &Object, node: Node<'_>, report: &mut Report) -> Result {
+pub fn vision(
+    of: (&VrepFile, &ObjectTree<'_>),
+    s: &VisionPart,
+    o: &FileObject,
+    node: Node<'_>,
+    report: &mut ImportReport,
+) -> Result {
     let [side, angle, near, far] = s.clip;
-    let near = sound(near, 1e-5, FARTHEST);
-    let far = sound(far, near * 1.001 + 1e-6, FARTHEST);
+    let near = clamp_finite(near, 1e-5, MAX_RANGE_M);
+    let far = clamp_finite(far, near * 1.001 + 1e-6, MAX_RANGE_M);
     let pixels = |n: i32| i64::from(n.clamp(1, 8192));
     let node = node
         .device("depth_camera")?
@@ -123,14 +129,14 @@ pub fn vision(of: (&File, &Tree<'_>), s: &Vision, o: &Object, node: Node<'_>, re
         .set("rows", pixels(s.resolution[1]))?
         .set("near", near)?
         .set("far", far)?
-        .set("background", s.background.map(|x| sound(x, 0.0, 1.0)))?
+        .set("background", s.background.map(|x| clamp_finite(x, 0.0, 1.0)))?
         .set("color", s.more_bits & 2 == 0)?
         .set("sensor.explicit", s.bits & 2 != 0)?;
     match s.bits & 1 != 0 {
-        true => node.set("perspective_angle", sound(angle, 1e-3, 3.13))?,
-        false => node.set("ortho_size", sound(side, 1e-6, FARTHEST))?,
+        true => node.set("perspective_angle", clamp_finite(angle, 1e-3, 3.13))?,
+        false => node.set("ortho_size", clamp_finite(side, 1e-6, MAX_RANGE_M))?,
     };
-    targets::declare(of, s.entity, o, node, report)?;
+    targets::declare_targets(of, s.entity, o, node, report)?;
     if s.filters.iter().any(|f| !matches!(f, 1 | 4)) {
         report.add("without", "the filters of its image are ignored", o);
     }
@@ -141,7 +147,7 @@ pub fn vision(of: (&File, &Tree<'_>), s: &Vision, o: &Object, node: Node<'_>, re
 }
 
 /// Sets the properties of a force sensor.
-pub fn force(f: &Force, o: &Object, node: Node<'_>, report: &mut Report) -> Result {
+pub fn force(f: &ForcePart, o: &FileObject, node: Node<'_>, report: &mut ImportReport) -> Result {
     let node = node.set("force_sensor.samples", i64::from(f.samples.clamp(1, 1000)))?;
     let node = node.set("force_sensor.filter", if f.filter == 1 { "median" } else { "mean" })?;
     let ([force, torque], count) = f.threshold;

@@ -5,33 +5,36 @@ use std::collections::BTreeSet;
 use tatu_plugin_api::safe::{Node, Result, Value};
 
 use crate::{
-    dynamics::Tree,
+    dynamics::ObjectTree,
     read::{
-        file::{File, Object},
+        file::{FileObject, VrepFile},
         registered::Collection,
     },
-    report::Report,
+    report::ImportReport,
     scripts::is_holder,
 };
 
 /// Handle that selects all objects.
-const ALL: i32 = -1;
+const ALL_OBJECTS: i32 = -1;
 
 /// Declares the targets of a sensor; `entity` is the handle of an object or a collection.
-pub fn declare(
-    (file, tree): (&File, &Tree<'_>),
+pub fn declare_targets(
+    (file, tree): (&VrepFile, &ObjectTree<'_>),
     entity: i32,
-    o: &Object,
+    o: &FileObject,
     node: Node<'_>,
-    report: &mut Report,
+    report: &mut ImportReport,
 ) -> Result {
     let collection = file.collections.iter().find(|k| k.handle == entity);
     let objects: Vec<(i32, i32)> =
         file.objects.iter().filter(|o| !is_holder(o)).map(|o| (o.common.id, o.common.parent)).collect();
     let known: BTreeSet<i32> = objects.iter().map(|(id, _)| *id).collect();
     let (seen, all) = match collection {
-        _ if entity == ALL => return Ok(()),
-        Some(k) => (members(&known, |id| tree.above(id), k), k.items.first().is_some_and(|i| i.kind == 5 && !i.remove)),
+        _ if entity == ALL_OBJECTS => return Ok(()),
+        Some(k) => (
+            members(&known, |id| tree.with_ancestors(id), k),
+            k.items.first().is_some_and(|i| i.kind == 5 && !i.remove),
+        ),
         None if known.contains(&entity) => (BTreeSet::from([entity]), false),
         None => {
             report.add("replaced", "it would detect an entity that is not in the file; it detects all objects", o);
@@ -96,7 +99,7 @@ fn differences(objects: &[(i32, i32)], seen: &BTreeSet<i32>, world: bool) -> (Ve
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::read::registered::Item;
+    use crate::read::registered::CollectionItem;
 
     /// 1 is a robot with the children 2 and 3, where 3 has the child 4; 5 is a single object.
     const OBJECTS: [(i32, i32); 5] = [(1, -1), (2, 1), (3, 1), (4, 3), (5, -1)];
@@ -109,11 +112,14 @@ mod tests {
     }
 
     #[test]
-    fn collections_have_members() {
+    fn items_of_a_collection_select_its_members() {
         let all = OBJECTS.iter().map(|(id, _)| *id).collect();
         let members = |items: &[(i32, u8, bool)]| -> Vec<i32> {
-            let items =
-                items.iter().map(|(object, kind, remove)| Item { object: *object, kind: *kind, remove: *remove });
+            let items = items.iter().map(|(object, kind, remove)| CollectionItem {
+                object: *object,
+                kind: *kind,
+                remove: *remove,
+            });
             let collection = Collection { items: items.collect(), ..Default::default() };
             members(&all, above, &collection).into_iter().collect()
         };
@@ -125,7 +131,7 @@ mod tests {
     }
 
     #[test]
-    fn what_differs_from_above_is_named() {
+    fn objects_that_differ_from_their_parent_are_listed() {
         let differ = |seen: &[i32], all| differences(&OBJECTS, &seen.iter().copied().collect(), all);
         assert_eq!(differ(&[5], true), (vec![], vec![1]));
         assert_eq!(differ(&[4, 5], true), (vec![4], vec![1]));

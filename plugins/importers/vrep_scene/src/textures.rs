@@ -11,11 +11,11 @@ use tatu_plugin_api::safe::{Builder, Result, Value};
 use crate::{
     describe::map,
     read::{
-        file::{File, Object},
+        file::{FileObject, VrepFile},
         pose::isometry,
-        texture::{Property, Texture},
+        texture::{Texture, TextureMapping},
     },
-    report::Report,
+    report::ImportReport,
 };
 
 /// Names of the mappings, by their index in the file.
@@ -25,16 +25,16 @@ const BLENDS: [&str; 3] = ["modulate", "decal", "add"];
 
 /// The images that were added to the scene, by their ids in the file.
 #[derive(Default)]
-pub struct Images(BTreeMap<i32, i64>);
+pub struct ImportedImages(BTreeMap<i32, i64>);
 
-impl Images {
+impl ImportedImages {
     /// Returns the image of a part for the property `texture`, or `None` if the part has no image that is supported.
     pub fn texture(
         &mut self,
-        (builder, file): (&Builder<'_>, &File),
-        property: &Property,
-        o: &Object,
-        report: &mut Report,
+        (builder, file): (&Builder<'_>, &VrepFile),
+        property: &TextureMapping,
+        o: &FileObject,
+        report: &mut ImportReport,
     ) -> Result<Option<Value>> {
         let Some(image) = file.textures.iter().find(|t| t.id == property.texture) else {
             report.add("without", "an image of a vision sensor on it is ignored", o);
@@ -70,7 +70,7 @@ impl Images {
 }
 
 /// Returns the pixels of an image with 4 bytes each, top row first; a file stores the bottom row first.
-fn pixels(file: &File, image: &Texture) -> Vec<u8> {
+fn pixels(file: &VrepFile, image: &Texture) -> Vec<u8> {
     let (columns, each) = (image.size[0] as usize, if image.alpha { 4 } else { 3 });
     let bytes = image.pixels.of(&file.data);
     let rows = bytes.chunks_exact(each * columns).take(image.size[1] as usize);

@@ -11,7 +11,7 @@ use crate::read::{
 
 /// Sets the properties of a camera; invalid values are replaced by defaults.
 pub fn camera(k: &Camera, node: Node<'_>) -> Result {
-    let [side, angle] = k.sees;
+    let [side, angle] = k.size_and_angle;
     let perspective = k.perspective.map_or(k.bits & 2 != 0, |p| p != 0);
     let known = |x: f64| x.is_finite() && x > 0.0;
     if known(angle) && angle < 3.1 {

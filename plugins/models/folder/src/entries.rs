@@ -5,57 +5,57 @@ use std::ops::Range;
 use tatu_plugin_api::safe::Params;
 
 use crate::{
-    expression::{Names, Room, Value, evaluate},
-    fill::filled,
-    model::Model,
-    sections::{Entry, Section},
-    wrong::{Result, Wrong},
+    error::{ModelError, Result},
+    expression::{ExpressionValue, NamedValues, SizeBudget, evaluate},
+    fill::fill_expressions,
+    model::ParsedModel,
+    sections::{ModelEntry, TextSection},
 };
 
 /// Maximum number of repetitions in a model.
-const MOST_REPEATS: usize = 10_000;
+const MAX_REPEATS: usize = 10_000;
 /// Maximum total size of the texts of a model, bytes. The text of each repetition is padded with the line breaks of the
 /// file above its entry.
-const MOST_BYTES: usize = 64 << 20;
+const MAX_TEXT_BYTES: usize = 64 << 20;
 
 /// One text of a plan: the indices of its entries in the model, and the value of `index` if the entry is repeated.
 /// Without entries, the text contains the tables `[set]`.
-type Run = (Vec<usize>, Option<usize>);
+type EntryRun = (Vec<usize>, Option<usize>);
 
 /// The sequence of texts from which a model is built with given parameters.
-pub struct Plan<'m> {
-    model: &'m Model,
-    names: Names,
-    runs: std::vec::IntoIter<Run>,
+pub struct BuildPlan<'m> {
+    model: &'m ParsedModel,
+    names: NamedValues,
+    runs: std::vec::IntoIter<EntryRun>,
     first: bool,
     /// Total size of the texts so far, bytes.
     bytes: usize,
 }
 
-impl<'m> Plan<'m> {
+impl<'m> BuildPlan<'m> {
     /// Determines which entries are built and how many times.
-    pub fn new(model: &'m Model, params: &Params<'_>) -> Result<Self> {
+    pub fn new(model: &'m ParsedModel, params: &Params<'_>) -> Result<Self> {
         let (names, room) = named_values(model, params)?;
-        let mut runs: Vec<Run> = vec![(vec![model.base], None)];
+        let mut runs: Vec<EntryRun> = vec![(vec![model.base], None)];
         let mut repeated = 0;
         for (i, entry) in model.entries.iter().enumerate() {
-            let wanted = condition(entry, &names, &room)?;
+            let wanted = evaluate_condition(entry, &names, &room)?;
             if i == model.base {
                 if !wanted || entry.repeat.is_some() {
-                    let wrong = Wrong::new("the base of a model can be neither omitted nor repeated");
-                    return Err(wrong.at(Some(at(entry))));
+                    let wrong = ModelError::new("the base of a model can be neither omitted nor repeated");
+                    return Err(wrong.at(Some(entry_range(entry))));
                 }
                 continue;
             }
             if !wanted {
                 continue;
             }
-            match repeats(entry, &names, &room)? {
+            match repeat_count(entry, &names, &room)? {
                 Some(n) => {
                     repeated += n;
-                    if repeated > MOST_REPEATS {
-                        let text = format!("the model has more than {MOST_REPEATS} repetitions in total");
-                        return Err(Wrong::new(text).at(Some(at(entry))));
+                    if repeated > MAX_REPEATS {
+                        let text = format!("the model has more than {MAX_REPEATS} repetitions in total");
+                        return Err(ModelError::new(text).at(Some(entry_range(entry))));
                     }
                     runs.extend((0..n).map(|index| (vec![i], Some(index))));
                 }
@@ -66,7 +66,7 @@ impl<'m> Plan<'m> {
             }
         }
         runs.extend(model.sections.iter().any(|s| s.root == "set").then_some((Vec::new(), None)));
-        Ok(Plan { model, names, runs: runs.into_iter(), first: true, bytes: 0 })
+        Ok(BuildPlan { model, names, runs: runs.into_iter(), first: true, bytes: 0 })
     }
 
     /// Returns the next text in the scene format, or `None` after the last one. The first text contains the base and
@@ -82,7 +82,7 @@ impl<'m> Plan<'m> {
     fn text(&mut self, run: &[usize], index: Option<usize>) -> Result<String> {
         let model = self.model;
         match index {
-            Some(index) => self.names.insert("index".to_owned(), Value::Number(index as f64)),
+            Some(index) => self.names.insert("index".to_owned(), ExpressionValue::Number(index as f64)),
             None => self.names.remove("index"),
         };
         // Settings precede objects, and `[set]` follows them.
@@ -91,17 +91,18 @@ impl<'m> Plan<'m> {
             "model" | "object" | "import" => false,
             _ => self.first,
         };
-        let kept = |s: &&Section| s.entry.map_or_else(|| of_file(&s.root), |e| run.contains(&e));
+        let kept = |s: &&TextSection| s.entry.map_or_else(|| of_file(&s.root), |e| run.contains(&e));
         let head = model.sections.first().map_or(model.text.len(), |s| s.span.start);
         let kept: Vec<_> =
             std::iter::once(0..head).chain(model.sections.iter().filter(kept).map(|s| s.span.clone())).collect();
-        let own: Vec<_> = run.iter().flat_map(|e| model.entries[*e].own.clone()).collect();
-        let text = filled(&model.doc, &kept, &own, &self.names)?;
+        let own: Vec<_> = run.iter().flat_map(|e| model.entries[*e].own_keys.clone()).collect();
+        let text = fill_expressions(&model.doc, &kept, &own, &self.names)?;
         self.bytes += text.len();
-        if self.bytes > MOST_BYTES {
-            let text = format!("the text of the model's repetitions exceeds {} MiB", MOST_BYTES >> 20);
-            let wrong = Wrong::new(text).help("reduce the repetitions, or shorten the file above the repeated entry");
-            return Err(wrong.at(run.first().map(|e| at(&model.entries[*e]))));
+        if self.bytes > MAX_TEXT_BYTES {
+            let text = format!("the text of the model's repetitions exceeds {} MiB", MAX_TEXT_BYTES >> 20);
+            let wrong =
+                ModelError::new(text).help("reduce the repetitions, or shorten the file above the repeated entry");
+            return Err(wrong.at(run.first().map(|e| entry_range(&model.entries[*e]))));
         }
         Ok(text)
     }
@@ -109,11 +110,11 @@ impl<'m> Plan<'m> {
 
 /// Returns the values of parameters and constants, and the limit on the size of results, reduced by those computed
 /// here.
-fn named_values(model: &Model, params: &Params<'_>) -> Result<(Names, Room)> {
-    let (mut names, room) = (Names::new(), Room::default());
+fn named_values(model: &ParsedModel, params: &Params<'_>) -> Result<(NamedValues, SizeBudget)> {
+    let (mut names, room) = (NamedValues::new(), SizeBudget::default());
     for (key, computed) in &model.params {
-        let given = params.get(key).and_then(|v| v.to_value()).map_err(|e| Wrong::new(e.text()))?;
-        let value = match (Value::of_host(&given), computed) {
+        let given = params.get(key).and_then(|v| v.to_value()).map_err(|e| ModelError::new(e.text()))?;
+        let value = match (ExpressionValue::from_host(&given), computed) {
             (None, Some(computed)) => Some(computed.value(&names, &room)?),
             (value, _) => value,
         };
@@ -126,38 +127,41 @@ fn named_values(model: &Model, params: &Params<'_>) -> Result<(Names, Room)> {
     Ok((names, room))
 }
 
-fn at(entry: &Entry) -> Range<usize> {
+fn entry_range(entry: &ModelEntry) -> Range<usize> {
     let written = entry.condition.as_ref().or(entry.repeat.as_ref());
     written.map_or(entry.start..entry.start, |(_, span)| span.clone())
 }
 
 /// Evaluates the expressions in a value, and returns all other values unchanged.
-fn value_of(value: &Value, names: &Names, room: &Room) -> Result<Value> {
+fn value_of(value: &ExpressionValue, names: &NamedValues, room: &SizeBudget) -> Result<ExpressionValue> {
     match value {
-        Value::Text(t) if t.starts_with('=') => evaluate(&t[1..], names, room),
-        Value::List(all) => all.iter().map(|v| value_of(v, names, room)).collect::<Result<_>>().map(Value::List),
+        ExpressionValue::Text(t) if t.starts_with('=') => evaluate(&t[1..], names, room),
+        ExpressionValue::List(all) => {
+            all.iter().map(|v| value_of(v, names, room)).collect::<Result<_>>().map(ExpressionValue::List)
+        }
         value => Ok(value.clone()),
     }
 }
 
-fn condition(entry: &Entry, names: &Names, room: &Room) -> Result<bool> {
+fn evaluate_condition(entry: &ModelEntry, names: &NamedValues, room: &SizeBudget) -> Result<bool> {
     let Some((value, span)) = &entry.condition else { return Ok(true) };
     match value_of(value, names, room).map_err(|e| e.at(Some(span.clone())))? {
-        Value::Bool(b) => Ok(b),
-        other => Err(Wrong::new(format!("`if`: expected true or false, found {}", other.describe()))
+        ExpressionValue::Bool(b) => Ok(b),
+        other => Err(ModelError::new(format!("`if`: expected true or false, found {}", other.describe()))
             .help("such as \"=with_arm\" or \"=preset == 'wide'\"")
             .at(Some(span.clone()))),
     }
 }
 
-fn repeats(entry: &Entry, names: &Names, room: &Room) -> Result<Option<usize>> {
+fn repeat_count(entry: &ModelEntry, names: &NamedValues, room: &SizeBudget) -> Result<Option<usize>> {
     let Some((value, span)) = &entry.repeat else { return Ok(None) };
     match value_of(value, names, room).map_err(|e| e.at(Some(span.clone())))? {
-        Value::Number(n) if (0.0..=MOST_REPEATS as f64).contains(&n) && n == libm::floor(n) => Ok(Some(n as usize)),
+        ExpressionValue::Number(n) if (0.0..=MAX_REPEATS as f64).contains(&n) && n == libm::floor(n) => {
+            Ok(Some(n as usize))
+        }
         other => {
-            let text =
-                format!("`repeat`: expected a whole number from 0 to {MOST_REPEATS}, found {}", other.describe());
-            Err(Wrong::new(text).help("`index` counts from 0").at(Some(span.clone())))
+            let text = format!("`repeat`: expected a whole number from 0 to {MAX_REPEATS}, found {}", other.describe());
+            Err(ModelError::new(text).help("`index` counts from 0").at(Some(span.clone())))
         }
     }
 }

@@ -5,18 +5,18 @@ use std::ops::Range;
 use toml_edit::{Document, Item, Value as Toml};
 
 use crate::{
-    expression::{Names, Room, evaluate},
-    wrong::{Result, Wrong},
+    error::{ModelError, Result},
+    expression::{NamedValues, SizeBudget, evaluate},
 };
 
 /// Returns the source text of a document reduced to the ranges in `kept`, which must be in ascending order. Lines
 /// before and between them become empty, which preserves line numbers. Expressions in these ranges are replaced with
 /// their results. `dropped` contains the ranges of keys that only this plugin reads; they are removed.
-pub fn filled(
+pub fn fill_expressions(
     doc: &Document<String>,
     kept: &[Range<usize>],
     dropped: &[Range<usize>],
-    names: &Names,
+    names: &NamedValues,
 ) -> Result<String> {
     let text = doc.raw();
     let mut found: Vec<(Range<usize>, &str)> = Vec::new();
@@ -24,14 +24,14 @@ pub fn filled(
     let inside =
         |span: &Range<usize>, all: &[Range<usize>]| all.iter().any(|r| r.start <= span.start && span.end <= r.end);
     let mut changes: Vec<(Range<usize>, String)> = Vec::new();
-    let room = Room::default();
+    let room = SizeBudget::default();
     for (span, written) in found {
         if !inside(&span, kept) || inside(&span, dropped) {
             continue;
         }
         let value = value_toml(written, names, &room).map_err(|wrong| wrong.at(Some(span.clone())))?;
         if text[span.clone()].contains('\n') {
-            return Err(Wrong::new("an expression must be on one line").at(Some(span)));
+            return Err(ModelError::new("an expression must be on one line").at(Some(span)));
         }
         changes.push((span, value));
     }
@@ -57,9 +57,9 @@ pub fn filled(
 }
 
 /// Evaluates an expression that starts with `=`, and formats the result as TOML. `==` stands for a literal `=`.
-fn value_toml(written: &str, names: &Names, room: &Room) -> Result<String> {
+fn value_toml(written: &str, names: &NamedValues, room: &SizeBudget) -> Result<String> {
     match written.strip_prefix("==") {
-        Some(rest) => crate::expression::Value::Text(format!("={rest}")).to_toml(),
+        Some(rest) => crate::expression::ExpressionValue::Text(format!("={rest}")).to_toml(),
         None => evaluate(written.trim_start_matches('='), names, room)?.to_toml(),
     }
 }
@@ -68,19 +68,19 @@ fn value_toml(written: &str, names: &Names, room: &Room) -> Result<String> {
 fn expressions<'d>(item: &'d Item, out: &mut Vec<(Range<usize>, &'d str)>) {
     match item {
         Item::None => {}
-        Item::Value(value) => in_value(value, out),
+        Item::Value(value) => value_expressions(value, out),
         Item::Table(table) => table.iter().for_each(|(_, item)| expressions(item, out)),
         Item::ArrayOfTables(all) => all.iter().flat_map(|t| t.iter()).for_each(|(_, item)| expressions(item, out)),
     }
 }
 
-fn in_value<'d>(value: &'d Toml, out: &mut Vec<(Range<usize>, &'d str)>) {
+fn value_expressions<'d>(value: &'d Toml, out: &mut Vec<(Range<usize>, &'d str)>) {
     match value {
         Toml::String(s) if s.value().starts_with('=') => {
             out.extend(value.span().map(|span| (span, s.value().as_str())))
         }
-        Toml::Array(all) => all.iter().for_each(|v| in_value(v, out)),
-        Toml::InlineTable(table) => table.iter().for_each(|(_, v)| in_value(v, out)),
+        Toml::Array(all) => all.iter().for_each(|v| value_expressions(v, out)),
+        Toml::InlineTable(table) => table.iter().for_each(|(_, v)| value_expressions(v, out)),
         _ => {}
     }
 }

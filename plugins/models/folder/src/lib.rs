@@ -1,55 +1,55 @@
 //! Models without code: `models/NAME/model.toml`, in the scene format with a table `[model]`.
 //!
-//! - `model`: the table `[model]`; `params`: its parameters; `table`: access to TOML tables; `wrong`: errors with a
+//! - `model`: the table `[model]`; `params`: its parameters; `table`: access to TOML tables; `error`: errors with a
 //!   line;
 //! - `expression`: arithmetic in values; `fill`: replaces the expressions in a text with their results;
 //! - `sections`: the ranges of the tables in the file; `entries`: selection and repetition of entries.
 
 mod entries;
+mod error;
 mod expression;
 mod fill;
 mod model;
 mod params;
 mod sections;
 mod table;
-mod wrong;
 
 use tatu_plugin_api::{
     safe::{Builder, Fail, Host, ModelInfo, ModelReader, Offer, Params, Plugin, Result},
     tatu_plugin,
 };
 
-use entries::Plan;
-use model::Model;
+use entries::BuildPlan;
+use model::ParsedModel;
 
 /// The plugin. It has no state.
-pub struct Folders;
+pub struct FolderModelsPlugin;
 
-impl Plugin for Folders {
+impl Plugin for FolderModelsPlugin {
     fn start(_: &Host) -> Result<Self> {
-        Ok(Folders)
+        Ok(FolderModelsPlugin)
     }
     fn offer(offer: &mut Offer<Self>) {
-        offer.model_reader::<Texts>();
+        offer.model_reader::<FolderModelReader>();
     }
 }
 
 /// Reads models from `model.toml`.
-struct Texts;
+struct FolderModelReader;
 
-impl ModelReader for Texts {
-    type Plugin = Folders;
-    type Model = Model;
+impl ModelReader for FolderModelReader {
+    type Plugin = FolderModelsPlugin;
+    type Model = ParsedModel;
 
-    fn read(_: &Folders, name: &str, text: &str) -> Result<(ModelInfo, Model)> {
-        match model::read(text).map_err(|wrong| wrong.in_text(name, text))? {
+    fn read(_: &FolderModelsPlugin, name: &str, text: &str) -> Result<(ModelInfo, ParsedModel)> {
+        match model::read(text).map_err(|wrong| wrong.into_fail(name, text))? {
             Some(read) => Ok(read),
             None => Err(Fail::unsupported("the file has no table [model]")),
         }
     }
-    fn build(model: &Model, builder: &Builder<'_>, params: &Params<'_>) -> Result {
-        let refused = |wrong: wrong::Wrong| wrong.in_text("", &model.text);
-        let mut plan = Plan::new(model, params).map_err(refused)?;
+    fn build(model: &ParsedModel, builder: &Builder<'_>, params: &Params<'_>) -> Result {
+        let refused = |wrong: error::ModelError| wrong.into_fail("", &model.text);
+        let mut plan = BuildPlan::new(model, params).map_err(refused)?;
         // The base is the only object in the first piece of scene text; all other objects are attached to it.
         let mut is_base = true;
         while let Some(text) = plan.next_text() {
@@ -61,7 +61,7 @@ impl ModelReader for Texts {
 }
 
 tatu_plugin! {
-    plugin: Folders,
+    plugin: FolderModelsPlugin,
     id: "tatu.models.folder",
     name: "Models without code",
     version: env!("CARGO_PKG_VERSION"),

@@ -6,51 +6,53 @@ use tatu_plugin_api::safe::{ModelInfo, ModelNumber, ModelSlot, Param};
 use toml_edit::{Document, Item, TableLike};
 
 use crate::{
-    expression::Value,
-    params::{self, Computed},
-    sections::{self, Entry, Section},
-    table::{each, is_name, named_at, only, optional, required, sub_table, texts},
-    wrong::{Result, Wrong},
+    error::{ModelError, Result},
+    expression::ExpressionValue,
+    params::{self, ComputedDefault},
+    sections::{self, ModelEntry, TextSection},
+    table::{
+        check_keys, check_name, key_range, named_tables, optional_string, required_string, string_list, sub_table,
+    },
 };
 
 /// A parsed model.
-pub struct Model {
+pub struct ParsedModel {
     /// The contents of `model.toml`.
     pub text: String,
     /// The parsed contents.
     pub doc: Document<String>,
     /// The tables of the file with their ranges, in the order of the file.
-    pub sections: Vec<Section>,
+    pub sections: Vec<TextSection>,
     /// The objects and imports, in the order of the file.
-    pub entries: Vec<Entry>,
+    pub entries: Vec<ModelEntry>,
     /// Index of the base in `entries`.
     pub base: usize,
     /// Keys of the parameters, and their defaults if these are expressions.
-    pub params: Vec<(String, Option<Computed>)>,
+    pub params: Vec<(String, Option<ComputedDefault>)>,
     /// Names and values of the constants, and the ranges of the values in the text. A value can be an expression.
-    pub numbers: Vec<(String, Value, Range<usize>)>,
+    pub numbers: Vec<(String, ExpressionValue, Range<usize>)>,
 }
 
-const KEYS: &[&str] = &["text", "category", "licence", "mount", "base", "params", "numbers", "slots"];
+const MODEL_KEYS: &[&str] = &["text", "category", "licence", "mount", "base", "params", "numbers", "slots"];
 
 /// Reads the text of a model; returns `None` if it has no table `[model]`.
-pub fn read(text: &str) -> Result<Option<(ModelInfo, Model)>> {
-    let doc = Document::parse(text.to_owned()).map_err(|e| no_toml(text, &e))?;
+pub fn read(text: &str) -> Result<Option<(ModelInfo, ParsedModel)>> {
+    let doc = Document::parse(text.to_owned()).map_err(|e| toml_error(text, &e))?;
     let Some(table) = doc.get("model").and_then(Item::as_table_like) else { return Ok(None) };
-    only(table, KEYS, "a model")?;
+    check_keys(table, MODEL_KEYS, "a model")?;
     let (sections, entries) = sections::divide(&doc)?;
     let (params, computed): (Vec<Param>, Vec<_>) = params::read(sub_table(table, "params")?)?.into_iter().unzip();
     let numbers = numbers(table, &params)?;
     let info = ModelInfo {
-        text: required(table, "text", "a model")?,
-        category: optional(table, "category")?,
-        licence: optional(table, "licence")?,
-        mounts: texts(table, "mount")?,
+        text: required_string(table, "text", "a model")?,
+        category: optional_string(table, "category")?,
+        licence: optional_string(table, "licence")?,
+        mounts: string_list(table, "mount")?,
         slots: slots(table, &entries)?,
         numbers: numbers.iter().map(|(n, ..)| n.clone()).collect(),
         params,
     };
-    let model = Model {
+    let model = ParsedModel {
         text: text.to_owned(),
         base: base(table, &entries)?,
         params: info.params.iter().map(|p| p.key().to_owned()).zip(computed).collect(),
@@ -63,10 +65,11 @@ pub fn read(text: &str) -> Result<Option<(ModelInfo, Model)>> {
 }
 
 /// Returns the error for a text that is not TOML.
-fn no_toml(text: &str, e: &toml_edit::TomlError) -> Wrong {
+fn toml_error(text: &str, e: &toml_edit::TomlError) -> ModelError {
     // Some errors, such as an exceeded recursion limit, have no position. Report them at the most deeply nested
     // bracket.
-    let wrong = Wrong::new(format!("not a TOML file: {}", e.message())).at(e.span().or_else(|| deepest(text)));
+    let wrong =
+        ModelError::new(format!("not a TOML file: {}", e.message())).at(e.span().or_else(|| deepest_bracket(text)));
     match text.contains("[[model]]") {
         true => wrong.help("in a file with `[model]`, models are placed by `[[object]]` with `model = ...`"),
         false => wrong,
@@ -74,7 +77,7 @@ fn no_toml(text: &str, e: &toml_edit::TomlError) -> Wrong {
 }
 
 /// Returns the position of the most deeply nested bracket.
-fn deepest(text: &str) -> Option<Range<usize>> {
+fn deepest_bracket(text: &str) -> Option<Range<usize>> {
     let (mut depth, mut most) = (0_usize, (0, None));
     for (at, byte) in text.bytes().enumerate() {
         match byte {
@@ -90,26 +93,30 @@ fn deepest(text: &str) -> Option<Range<usize>> {
 }
 
 /// Reads `[model.numbers]`.
-fn numbers(model: &dyn TableLike, params: &[Param]) -> Result<Vec<(ModelNumber, Value, Range<usize>)>> {
+fn numbers(model: &dyn TableLike, params: &[Param]) -> Result<Vec<(ModelNumber, ExpressionValue, Range<usize>)>> {
     let mut out = Vec::new();
-    for (name, table, place) in each(sub_table(model, "numbers")?, "a number")? {
+    for (name, table, place) in named_tables(sub_table(model, "numbers")?, "a number")? {
         let what = format!("the number `{name}`");
-        is_name(name).map_err(|e| e.at(place.clone()))?;
+        check_name(name).map_err(|e| e.at(place.clone()))?;
         if params.iter().any(|p| p.key() == name) {
-            return Err(Wrong::new(format!("`{name}` is both a parameter and a number")).at(place));
+            return Err(ModelError::new(format!("`{name}` is both a parameter and a number")).at(place));
         }
-        only(table, &["value", "unit", "source"], &what)?;
-        let span = named_at(table, Some("value"));
-        let value = table.get("value").and_then(Item::as_value).and_then(Value::of_toml);
+        check_keys(table, &["value", "unit", "source"], &what)?;
+        let span = key_range(table, Some("value"));
+        let value = table.get("value").and_then(Item::as_value).and_then(ExpressionValue::from_toml);
         let value = value.ok_or_else(|| {
-            let wrong =
-                Wrong::new(format!("{what} has no value")).help("value = 0.0975, or an expression: \"=length / 2\"");
+            let wrong = ModelError::new(format!("{what} has no value"))
+                .help("value = 0.0975, or an expression: \"=length / 2\"");
             wrong.at(span.clone())
         })?;
-        let source = required(table, "source", &what)
+        let source = required_string(table, "source", &what)
             .map_err(|e| e.help("a document and its page, or \"estimate: \" and the reasoning"))?;
-        let number =
-            ModelNumber { name: name.to_owned(), value: value.to_host(), unit: optional(table, "unit")?, source };
+        let number = ModelNumber {
+            name: name.to_owned(),
+            value: value.to_host(),
+            unit: optional_string(table, "unit")?,
+            source,
+        };
         out.push((number, value, span.unwrap_or_default()));
     }
     Ok(out)
@@ -117,16 +124,16 @@ fn numbers(model: &dyn TableLike, params: &[Param]) -> Result<Vec<(ModelNumber, 
 
 /// Reads `[model.slots]`. A slot must name an object of the file, unless the file places a model or import, whose
 /// objects are unknown here, or repeats an entry.
-fn slots(model: &dyn TableLike, entries: &[Entry]) -> Result<Vec<ModelSlot>> {
+fn slots(model: &dyn TableLike, entries: &[ModelEntry]) -> Result<Vec<ModelSlot>> {
     let mut out = Vec::new();
     let aliases = || entries.iter().filter_map(|e| e.alias.as_deref());
-    for (alias, table, place) in each(sub_table(model, "slots")?, "a slot")? {
-        only(table, &["mount", "text", "payload_kg"], &format!("the slot `{alias}`"))?;
+    for (alias, table, place) in named_tables(sub_table(model, "slots")?, "a slot")? {
+        check_keys(table, &["mount", "text", "payload_kg"], &format!("the slot `{alias}`"))?;
         if aliases().all(|a| a != alias) && !entries.iter().any(|e| e.opaque || e.repeat.is_some()) {
-            let wrong = Wrong::new(format!("the slot `{alias}` requires an object with this alias"));
-            return Err(wrong.known(alias, aliases()).at(place));
+            let wrong = ModelError::new(format!("the slot `{alias}` requires an object with this alias"));
+            return Err(wrong.suggest(alias, aliases()).at(place));
         }
-        let (mount, text) = (optional(table, "mount")?, optional(table, "text")?);
+        let (mount, text) = (optional_string(table, "mount")?, optional_string(table, "text")?);
         out.push(ModelSlot { alias: alias.to_owned(), mount, text, payload: payload(table)? });
     }
     Ok(out)
@@ -137,22 +144,22 @@ fn payload(table: &dyn TableLike) -> Result<f64> {
     let Some(item) = table.get("payload_kg") else { return Ok(0.0) };
     let number = item.as_float().or_else(|| item.as_integer().map(|i| i as f64)).filter(|x| x.is_finite() && *x > 0.0);
     number.ok_or_else(|| {
-        Wrong::new("`payload_kg`: expected a mass in kg, greater than 0").at(named_at(table, Some("payload_kg")))
+        ModelError::new("`payload_kg`: expected a mass in kg, greater than 0").at(key_range(table, Some("payload_kg")))
     })
 }
 
 /// Returns the index of the base: the entry with the alias in `base`, or the first entry if there is no `base`.
-fn base(model: &dyn TableLike, entries: &[Entry]) -> Result<usize> {
-    let alias = optional(model, "base")?;
-    let span = named_at(model, Some("base"));
+fn base(model: &dyn TableLike, entries: &[ModelEntry]) -> Result<usize> {
+    let alias = optional_string(model, "base")?;
+    let span = key_range(model, Some("base"));
     if entries.is_empty() {
-        return Err(Wrong::new("the model has no [[object]]").at(named_at(model, None)));
+        return Err(ModelError::new("the model has no [[object]]").at(key_range(model, None)));
     }
     if alias.is_empty() {
         return Ok(0);
     }
     entries.iter().position(|e| e.alias.as_deref() == Some(&alias)).ok_or_else(|| {
         let aliases = entries.iter().filter_map(|e| e.alias.as_deref());
-        Wrong::new(format!("`base`: no object has the alias `{alias}`")).known(&alias, aliases).at(span)
+        ModelError::new(format!("`base`: no object has the alias `{alias}`")).suggest(&alias, aliases).at(span)
     })
 }

@@ -6,15 +6,17 @@ use tatu_plugin_api::safe::{Param, Value as Host};
 use toml_edit::{Item, TableLike};
 
 use crate::{
-    expression::{Names, Room, Value, evaluate},
-    table::{Named, each, is_name, named_at, only, optional, required, texts},
-    wrong::{Result, Wrong},
+    error::{ModelError, Result},
+    expression::{ExpressionValue, NamedValues, SizeBudget, evaluate},
+    table::{
+        NamedTable, check_keys, check_name, key_range, named_tables, optional_string, required_string, string_list,
+    },
 };
 
-const KEYS: &[&str] = &["type", "unit", "range", "default", "choices", "count", "text"];
-const TYPES: &[&str] = &["float", "int", "bool", "text", "floats", "list"];
+const PARAM_KEYS: &[&str] = &["type", "unit", "range", "default", "choices", "count", "text"];
+const PARAM_TYPES: &[&str] = &["float", "int", "bool", "text", "floats", "list"];
 /// Keys of every placed model, which cannot be names of parameters.
-const TAKEN: &[&str] = &[
+const RESERVED_KEYS: &[&str] = &[
     "model",
     "file",
     "alias",
@@ -33,14 +35,14 @@ const TAKEN: &[&str] = &[
 ];
 
 /// A default that is computed from the parameters declared above it.
-pub struct Computed {
+pub struct ComputedDefault {
     expression: String,
     span: Option<Range<usize>>,
-    declared: Declared,
+    constraints: DefaultConstraints,
 }
 
 /// The part of a parameter's declaration that its default must satisfy.
-struct Declared {
+struct DefaultConstraints {
     kind: String,
     count: u32,
     choices: Vec<String>,
@@ -48,31 +50,33 @@ struct Declared {
     ranged: Option<Param>,
 }
 
-impl Computed {
+impl ComputedDefault {
     /// Computes the default from the values of the parameters above it.
-    pub fn value(&self, names: &Names, room: &Room) -> Result<Value> {
-        let value = evaluate(&self.expression, names, room).and_then(|v| fallback(&self.declared, &v).map(|_| v));
+    pub fn value(&self, names: &NamedValues, room: &SizeBudget) -> Result<ExpressionValue> {
+        let value =
+            evaluate(&self.expression, names, room).and_then(|v| check_default(&self.constraints, &v).map(|_| v));
         value.map_err(|e| e.at(self.span.clone()))
     }
 }
 
 /// Reads the parameters, in the order of the file.
-pub fn read(table: Option<&dyn TableLike>) -> Result<Vec<(Param, Option<Computed>)>> {
-    each(table, "a parameter")?.into_iter().map(param).collect()
+pub fn read(table: Option<&dyn TableLike>) -> Result<Vec<(Param, Option<ComputedDefault>)>> {
+    named_tables(table, "a parameter")?.into_iter().map(param).collect()
 }
 
-fn param((key, table, place): Named<'_>) -> Result<(Param, Option<Computed>)> {
+fn param((key, table, place): NamedTable<'_>) -> Result<(Param, Option<ComputedDefault>)> {
     let what = format!("the parameter `{key}`");
-    is_name(key).map_err(|e| e.at(place.clone()))?;
-    if TAKEN.contains(&key) {
-        let wrong = Wrong::new(format!("`{key}` cannot be a parameter, because every placed model has this key"));
+    check_name(key).map_err(|e| e.at(place.clone()))?;
+    if RESERVED_KEYS.contains(&key) {
+        let wrong = ModelError::new(format!("`{key}` cannot be a parameter, because every placed model has this key"));
         return Err(wrong.at(place));
     }
-    only(table, KEYS, &what)?;
-    let kind = required(table, "type", &what).map_err(|e| e.help(format!("type = one of {}", TYPES.join(", "))))?;
-    let at = |key: &str| named_at(table, Some(key));
+    check_keys(table, PARAM_KEYS, &what)?;
+    let kind = required_string(table, "type", &what)
+        .map_err(|e| e.help(format!("type = one of {}", PARAM_TYPES.join(", "))))?;
+    let at = |key: &str| key_range(table, Some(key));
     let count = table.get("count").map_or(Some(0), |i| i.as_integer().and_then(|n| u32::try_from(n).ok()));
-    let count = count.ok_or_else(|| Wrong::new("`count`: expected a whole number, at least 0").at(at("count")))?;
+    let count = count.ok_or_else(|| ModelError::new("`count`: expected a whole number, at least 0").at(at("count")))?;
     let mut param = match kind.as_str() {
         "float" => Param::float(key),
         "int" => Param::int(key),
@@ -81,43 +85,45 @@ fn param((key, table, place): Named<'_>) -> Result<(Param, Option<Computed>)> {
         "floats" => Param::floats(key, count),
         "list" => Param::list(key),
         other => {
-            let wrong = Wrong::new(format!("{what}: there is no type `{other}`"));
-            return Err(wrong.known(other, TYPES.iter().copied()).at(at("type")));
+            let wrong = ModelError::new(format!("{what}: there is no type `{other}`"));
+            return Err(wrong.suggest(other, PARAM_TYPES.iter().copied()).at(at("type")));
         }
     };
-    param = param.text(required(table, "text", &what)?);
-    let unit = optional(table, "unit")?;
+    param = param.text(required_string(table, "text", &what)?);
+    let unit = optional_string(table, "unit")?;
     if !unit.is_empty() {
         param = param.unit(unit);
     }
     if let Some(item) = table.get("range") {
         let ends: Option<Vec<f64>> = item.as_array().and_then(|a| a.iter().map(number).collect());
         let Some([low, high]) = ends.as_deref() else {
-            return Err(Wrong::new("`range`: expected two numbers, the minimum and the maximum").at(at("range")));
+            return Err(ModelError::new("`range`: expected two numbers, the minimum and the maximum").at(at("range")));
         };
         if low > high {
-            let wrong = Wrong::new(format!("`range`: the minimum {low} is greater than the maximum {high}"));
+            let wrong = ModelError::new(format!("`range`: the minimum {low} is greater than the maximum {high}"));
             return Err(wrong.at(at("range")));
         }
         param = param.range(*low, *high);
     }
-    let choices = texts(table, "choices")?;
-    let default = table.get("default").and_then(Item::as_value).and_then(Value::of_toml).ok_or_else(|| {
-        let wrong = Wrong::new(format!("{what} has no default")).at(at("default"));
-        wrong.help("every parameter must have a default, because a model can be placed without parameters")
-    })?;
+    let choices = string_list(table, "choices")?;
+    let default =
+        table.get("default").and_then(Item::as_value).and_then(ExpressionValue::from_toml).ok_or_else(|| {
+            let wrong = ModelError::new(format!("{what} has no default")).at(at("default"));
+            wrong.help("every parameter must have a default, because a model can be placed without parameters")
+        })?;
     let ranged = table.contains_key("range").then(|| param.clone());
-    let declared = Declared { kind, count, choices, ranged };
+    let declared = DefaultConstraints { kind, count, choices, ranged };
     param = param.choices_of(declared.choices.clone());
     let default = match default {
-        Value::Text(t) if t.starts_with("==") => Value::Text(t[1..].to_owned()),
-        Value::Text(t) if t.starts_with('=') => {
-            let computed = Computed { expression: t[1..].to_owned(), span: at("default"), declared };
+        ExpressionValue::Text(t) if t.starts_with("==") => ExpressionValue::Text(t[1..].to_owned()),
+        ExpressionValue::Text(t) if t.starts_with('=') => {
+            let computed =
+                ComputedDefault { expression: t[1..].to_owned(), span: at("default"), constraints: declared };
             return Ok((param.optional(), Some(computed)));
         }
         other => other,
     };
-    let fallback = fallback(&declared, &default).map_err(|e| e.at(at("default")))?;
+    let fallback = check_default(&declared, &default).map_err(|e| e.at(at("default")))?;
     Ok((param.default(fallback), None))
 }
 
@@ -126,17 +132,17 @@ fn number(value: &toml_edit::Value) -> Option<f64> {
 }
 
 /// Converts a default to a value of the host, or returns an error if it does not satisfy the declaration.
-fn fallback(declared: &Declared, default: &Value) -> Result<Host> {
-    let Declared { kind, count, choices, ranged } = declared;
-    let wrong = |wanted: &str| Wrong::new(format!("`default`: expected {wanted}, found {}", default.describe()));
+fn check_default(declared: &DefaultConstraints, default: &ExpressionValue) -> Result<Host> {
+    let DefaultConstraints { kind, count, choices, ranged } = declared;
+    let wrong = |wanted: &str| ModelError::new(format!("`default`: expected {wanted}, found {}", default.describe()));
     let host = match (kind.as_str(), default, default.to_host()) {
-        ("float", Value::Number(_), host) | ("bool", Value::Bool(_), host) | ("floats", _, host @ Host::Floats(_)) => {
-            host
-        }
-        ("int", Value::Number(x), _) if *x == libm::floor(*x) => Host::Int(*x as i64),
-        ("text", Value::Text(t), host) if choices.is_empty() || choices.contains(t) => host,
-        ("text", Value::Text(_), _) => return Err(wrong(&format!("one of {}", choices.join(", ")))),
-        ("list", Value::List(_), host) => match host {
+        ("float", ExpressionValue::Number(_), host)
+        | ("bool", ExpressionValue::Bool(_), host)
+        | ("floats", _, host @ Host::Floats(_)) => host,
+        ("int", ExpressionValue::Number(x), _) if *x == libm::floor(*x) => Host::Int(*x as i64),
+        ("text", ExpressionValue::Text(t), host) if choices.is_empty() || choices.contains(t) => host,
+        ("text", ExpressionValue::Text(_), _) => return Err(wrong(&format!("one of {}", choices.join(", ")))),
+        ("list", ExpressionValue::List(_), host) => match host {
             Host::Floats(all) => Host::List(all.into_iter().map(Host::Float).collect()),
             host => host,
         },
@@ -155,7 +161,7 @@ fn fallback(declared: &Declared, default: &Value) -> Result<Host> {
     }
     if let Some(param) = ranged {
         let declared = [param.clone()];
-        Param::fill(&declared, &[(param.key(), host.clone())]).map_err(|e| Wrong::new(e.text()))?;
+        Param::fill(&declared, &[(param.key(), host.clone())]).map_err(|e| ModelError::new(e.text()))?;
     }
     Ok(host)
 }

@@ -5,13 +5,13 @@ use std::ops::Range;
 use toml_edit::{Document, Item, Table};
 
 use crate::{
-    expression::Value,
-    wrong::{Result, Wrong},
+    error::{ModelError, Result},
+    expression::ExpressionValue,
 };
 
 /// A part of the text that belongs to one table: from its header up to the next header.
 #[derive(Debug, Clone)]
-pub struct Section {
+pub struct TextSection {
     pub span: Range<usize>,
     /// The top-level key, such as "object".
     pub root: String,
@@ -21,15 +21,15 @@ pub struct Section {
 
 /// An `[[object]]` or `[[import]]`.
 #[derive(Debug, Clone, Default)]
-pub struct Entry {
+pub struct ModelEntry {
     /// The alias, if it is a string.
     pub alias: Option<String>,
     /// The value of `if`, the condition under which the entry is built, and the range of the value in the text.
-    pub condition: Option<(Value, Range<usize>)>,
+    pub condition: Option<(ExpressionValue, Range<usize>)>,
     /// The value of `repeat`, the number of repetitions, and the range of the value in the text.
-    pub repeat: Option<(Value, Range<usize>)>,
+    pub repeat: Option<(ExpressionValue, Range<usize>)>,
     /// Ranges of the keys `if` and `repeat` with their values, which only this plugin reads.
-    pub own: Vec<Range<usize>>,
+    pub own_keys: Vec<Range<usize>>,
     /// Byte offset of the entry's header.
     pub start: usize,
     /// Whether the entry places a model or import, whose objects are not in this file.
@@ -37,9 +37,9 @@ pub struct Entry {
 }
 
 /// Divides a file into sections and entries.
-pub fn divide(doc: &Document<String>) -> Result<(Vec<Section>, Vec<Entry>)> {
+pub fn divide(doc: &Document<String>) -> Result<(Vec<TextSection>, Vec<ModelEntry>)> {
     let mut starts: Vec<(usize, &str, Option<usize>)> = Vec::new();
-    let mut entries: Vec<Entry> = Vec::new();
+    let mut entries: Vec<ModelEntry> = Vec::new();
     for key in ["object", "import"] {
         for table in doc.get(key).and_then(Item::as_array_of_tables).into_iter().flatten() {
             entries.push(entry(doc.raw(), key, table)?);
@@ -62,7 +62,7 @@ pub fn divide(doc: &Document<String>) -> Result<(Vec<Section>, Vec<Entry>)> {
     starts.sort_unstable();
     let text = doc.raw();
     let ends = starts.iter().skip(1).map(|(at, ..)| *at).chain([text.len()]);
-    let sections = starts.iter().zip(ends).map(|((start, root, entry), end)| Section {
+    let sections = starts.iter().zip(ends).map(|((start, root, entry), end)| TextSection {
         span: *start..end,
         root: (*root).to_owned(),
         entry: *entry,
@@ -85,23 +85,23 @@ fn headers<'d>(table: &'d Table, of: (&'d str, Option<usize>), out: &mut Vec<(us
     }
 }
 
-fn entry(text: &str, kind: &str, table: &Table) -> Result<Entry> {
-    let mut out = Entry { start: table.span().map_or(0, |s| s.start), ..Entry::default() };
+fn entry(text: &str, kind: &str, table: &Table) -> Result<ModelEntry> {
+    let mut out = ModelEntry { start: table.span().map_or(0, |s| s.start), ..ModelEntry::default() };
     out.alias = table.get("alias").and_then(Item::as_str).map(str::to_owned);
     out.opaque = kind == "import" || table.contains_key("model") || table.contains_key("file");
     for key in ["if", "repeat"] {
         let Some(item) = table.get(key) else { continue };
         let span = item.span().unwrap_or_default();
-        let value = item.as_value().and_then(Value::of_toml);
+        let value = item.as_value().and_then(ExpressionValue::from_toml);
         let value = value.ok_or_else(|| {
-            Wrong::new(format!("`{key}`: expected a value or an expression, not a table or a date"))
+            ModelError::new(format!("`{key}`: expected a value or an expression, not a table or a date"))
                 .at(Some(span.clone()))
         })?;
         let from = table.key(key).and_then(|k| k.span()).map_or(span.start, |k| k.start);
         if text[from..span.end].contains('\n') {
-            return Err(Wrong::new(format!("`{key}` must be on one line")).at(Some(span)));
+            return Err(ModelError::new(format!("`{key}` must be on one line")).at(Some(span)));
         }
-        out.own.push(from..span.end);
+        out.own_keys.push(from..span.end);
         let slot = if key == "if" { &mut out.condition } else { &mut out.repeat };
         *slot = Some((value, span));
     }

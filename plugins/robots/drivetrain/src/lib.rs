@@ -12,18 +12,18 @@ use tatu_plugin_api::{
 };
 
 /// Maximum steering angle, rad. It is less than 90 degrees because a steered robot cannot turn on the spot.
-const STEEPEST: f64 = 85.0 * std::f64::consts::PI / 180.0;
+const MAX_STEERING_ANGLE_RAD: f64 = 85.0 * std::f64::consts::PI / 180.0;
 
 /// A driven or steering joint, and the factor, 1 or -1, that makes forward rotation or steering to the left positive.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Wheel {
+struct WheelJoint {
     joint: tatu_object,
     sign: f64,
 }
 
 /// The type of drive.
 #[derive(Debug, Clone, PartialEq)]
-enum Form {
+enum DriveType {
     Differential,
     Ackermann {
         wheelbase: f64,
@@ -36,9 +36,9 @@ enum Form {
 /// The drive of a robot: its type, its joints and its dimensions.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Drivetrain {
-    form: Form,
-    driven: Vec<Wheel>,
-    steering: Vec<Wheel>,
+    form: DriveType,
+    driven: Vec<WheelJoint>,
+    steering: Vec<WheelJoint>,
     /// Radius of the wheels, m.
     pub radius: f64,
     /// Distance between the left and right wheels, m.
@@ -49,7 +49,7 @@ pub struct Drivetrain {
 
 /// The state of the joints at one instant. Forward rotation and steering to the left are positive.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Stand {
+pub struct WheelState {
     /// Positions of the driven joints, rad; those of joints without limits wrap around after a full turn.
     pub driven: Vec<f64>,
     /// Velocities of the driven joints, rad/s.
@@ -58,9 +58,9 @@ pub struct Stand {
     pub steered: Vec<f64>,
 }
 
-impl Stand {
+impl WheelState {
     /// Returns the rotation of the driven joints since `before`, `dt` seconds earlier, including whole turns, rad.
-    pub fn turns_since(&self, before: &Stand, dt: f64) -> Vec<f64> {
+    pub fn turns_since(&self, before: &WheelState, dt: f64) -> Vec<f64> {
         use std::f64::consts::TAU;
         let speeds = self.speeds.iter().zip(&before.speeds).map(|(a, b)| (a + b) / 2.0);
         let ways = self.driven.iter().zip(&before.driven).map(|(now, then)| now - then);
@@ -106,7 +106,7 @@ impl Drivetrain {
             return Ok(None);
         }
         let number = |key: &str| told.get(key).and_then(|v| v.as_f64()).unwrap_or(0.0);
-        let wheels = |key: &str| -> Result<Vec<Wheel>> {
+        let wheels = |key: &str| -> Result<Vec<WheelJoint>> {
             let list = told.get(key).and_then(|v| v.list()).unwrap_or_default();
             list.iter().map(|path| wheel(world, base, *path)).collect()
         };
@@ -114,9 +114,9 @@ impl Drivetrain {
         let (radius, track, wheelbase) = (number("radius"), number("track"), number("wheelbase"));
         let angles = told.get("angles").and_then(|v| v.numbers()).unwrap_or_default();
         let form = match told.get("type").and_then(|v| v.as_str()).as_deref() {
-            Some("differential") => Form::Differential,
-            Some("ackermann") => Form::Ackermann { wheelbase },
-            _ => Form::Omni(rows(track, wheelbase, &angles)),
+            Some("differential") => DriveType::Differential,
+            Some("ackermann") => DriveType::Ackermann { wheelbase },
+            _ => DriveType::Omni(omni_coefficients(track, wheelbase, &angles)),
         };
         Ok(Some(Drivetrain { form, driven, steering, radius, track, axle: number("axle") }))
     }
@@ -135,11 +135,11 @@ impl Drivetrain {
     }
 
     /// Reads the current state of the joints.
-    pub fn read(&self, world: &World<'_>, p: &Props) -> Result<Stand> {
-        let all = |wheels: &[Wheel], prop| -> Result<Vec<f64>> {
+    pub fn read(&self, world: &World<'_>, p: &Props) -> Result<WheelState> {
+        let all = |wheels: &[WheelJoint], prop| -> Result<Vec<f64>> {
             wheels.iter().map(|w| Ok(w.sign * world.f64(w.joint, prop)?)).collect()
         };
-        Ok(Stand {
+        Ok(WheelState {
             driven: all(&self.driven, p.position)?,
             speeds: all(&self.driven, p.velocity)?,
             steered: all(&self.steering, p.position)?,
@@ -155,9 +155,9 @@ impl Drivetrain {
         };
         let middle = self.radius * turns.iter().sum::<f64>() / turns.len().max(1) as f64;
         match &self.form {
-            Form::Differential => [(mean(0) + mean(1)) / 2.0, 0.0, (mean(1) - mean(0)) / self.track],
-            Form::Ackermann { wheelbase } => [middle, 0.0, middle * self.curvature(*wheelbase, steered)],
-            Form::Omni(rows) => least_squares(rows, turns, self.radius),
+            DriveType::Differential => [(mean(0) + mean(1)) / 2.0, 0.0, (mean(1) - mean(0)) / self.track],
+            DriveType::Ackermann { wheelbase } => [middle, 0.0, middle * self.curvature(*wheelbase, steered)],
+            DriveType::Omni(rows) => least_squares(rows, turns, self.radius),
         }
     }
 
@@ -179,7 +179,7 @@ impl Drivetrain {
 
     fn speeds(&self, [vx, vy, wz]: [f64; 3]) -> Vec<f64> {
         let of = |i: usize| match &self.form {
-            Form::Omni(rows) => {
+            DriveType::Omni(rows) => {
                 let [a, b, c] = rows.get(i).copied().unwrap_or_default();
                 (a * vx + b * vy + c * wz) / self.radius
             }
@@ -192,7 +192,7 @@ impl Drivetrain {
     /// Returns the steering angles, rad. The wheels point straight ahead if the robot does not turn or does not move
     /// forward or backward.
     fn angles(&self, [vx, _, wz]: [f64; 3]) -> Vec<f64> {
-        let Form::Ackermann { wheelbase } = self.form else { return Vec::new() };
+        let DriveType::Ackermann { wheelbase } = self.form else { return Vec::new() };
         let of = |i: usize| {
             if wz == 0.0 || vx == 0.0 {
                 return 0.0;
@@ -200,24 +200,24 @@ impl Drivetrain {
             let side = if self.steering.len() == 1 { 0.0 } else { self.side(i) };
             // The axle of the wheel must point to the centre of the turn.
             let radius = vx / wz - side;
-            libm::atan(wheelbase / radius).clamp(-STEEPEST, STEEPEST)
+            libm::atan(wheelbase / radius).clamp(-MAX_STEERING_ANGLE_RAD, MAX_STEERING_ANGLE_RAD)
         };
         (0..self.steering.len()).map(of).collect()
     }
 }
 
-fn wheel(world: &World<'_>, base: tatu_object, path: ValueRef<'_>) -> Result<Wheel> {
+fn wheel(world: &World<'_>, base: tatu_object, path: ValueRef<'_>) -> Result<WheelJoint> {
     let text = path.as_str().unwrap_or_default();
     let (path, sign) = text.strip_prefix('-').map_or((&*text, 1.0), |path| (path, -1.0));
     let joint = world.find(base, path).map_err(|_| {
         Fail::missing(format!("the drive's joint `{path}` does not exist"))
             .help("the paths in `object.drive` are relative to the object with this property")
     })?;
-    Ok(Wheel { joint, sign })
+    Ok(WheelJoint { joint, sign })
 }
 
-/// Returns the coefficients of `Form::Omni` for each wheel.
-fn rows(track: f64, wheelbase: f64, angles: &[f64]) -> Vec<[f64; 3]> {
+/// Returns the coefficients of `DriveType::Omni` for each wheel.
+fn omni_coefficients(track: f64, wheelbase: f64, angles: &[f64]) -> Vec<[f64; 3]> {
     if angles.is_empty() {
         // Mecanum: rollers at 45 degrees, in an X seen from above.
         let arm = (track + wheelbase) / 2.0;
@@ -242,12 +242,12 @@ fn least_squares(rows: &[[f64; 3]], turns: &[f64], radius: f64) -> [f64; 3] {
 mod tests {
     use super::*;
 
-    fn train(form: Form, driven: usize, steering: usize) -> Drivetrain {
-        let wheels = |n| vec![Wheel { joint: 0, sign: 1.0 }; n];
+    fn train(form: DriveType, driven: usize, steering: usize) -> Drivetrain {
+        let wheels = |n| vec![WheelJoint { joint: 0, sign: 1.0 }; n];
         Drivetrain { form, driven: wheels(driven), steering: wheels(steering), radius: 0.1, track: 0.4, axle: 0.0 }
     }
 
-    fn comes_back(train: &Drivetrain, twist: [f64; 3]) {
+    fn assert_round_trip(train: &Drivetrain, twist: [f64; 3]) {
         let back = train.motion(&train.speeds(twist), &train.angles(twist));
         for (a, b) in back.iter().zip(twist) {
             assert!((a - b).abs() < 1e-12, "{train:?}: {twist:?} came back as {back:?}");
@@ -255,36 +255,39 @@ mod tests {
     }
 
     #[test]
-    fn a_velocity_comes_back_from_the_wheels_that_it_turns() {
+    fn velocity_round_trips_through_wheel_speeds() {
         for n in [2, 4] {
-            comes_back(&train(Form::Differential, n, 0), [0.5, 0.0, -0.7]);
-            comes_back(&train(Form::Ackermann { wheelbase: 0.6 }, n, 2), [0.5, 0.0, 0.3]);
+            assert_round_trip(&train(DriveType::Differential, n, 0), [0.5, 0.0, -0.7]);
+            assert_round_trip(&train(DriveType::Ackermann { wheelbase: 0.6 }, n, 2), [0.5, 0.0, 0.3]);
         }
-        comes_back(&train(Form::Ackermann { wheelbase: 0.6 }, 1, 1), [-0.5, 0.0, 0.3]);
-        comes_back(&train(Form::Omni(rows(0.4, 0.5, &[])), 4, 0), [0.5, -0.3, 0.7]);
+        assert_round_trip(&train(DriveType::Ackermann { wheelbase: 0.6 }, 1, 1), [-0.5, 0.0, 0.3]);
+        assert_round_trip(&train(DriveType::Omni(omni_coefficients(0.4, 0.5, &[])), 4, 0), [0.5, -0.3, 0.7]);
         let third = std::f64::consts::TAU / 3.0;
-        comes_back(&train(Form::Omni(rows(0.4, 0.0, &[0.1, third, 2.0 * third])), 3, 0), [0.5, -0.3, 0.7]);
+        assert_round_trip(
+            &train(DriveType::Omni(omni_coefficients(0.4, 0.0, &[0.1, third, 2.0 * third])), 3, 0),
+            [0.5, -0.3, 0.7],
+        );
     }
 
     #[test]
     fn whole_turns_are_counted() {
-        let stand = |at: f64| Stand { driven: vec![at], speeds: vec![100.0], steered: vec![] };
+        let stand = |at: f64| WheelState { driven: vec![at], speeds: vec![100.0], steered: vec![] };
         // The joint rotates from 3 rad to 8 rad, but its position wraps around at a whole turn.
         let turns = stand(8.0 - std::f64::consts::TAU).turns_since(&stand(3.0), 0.05);
         assert!((turns[0] - 5.0).abs() < 1e-12, "{turns:?}");
     }
 
     #[test]
-    fn wheels_turn_as_their_places_ask() {
+    fn wheel_speeds_depend_on_wheel_positions() {
         // The outer wheel moves at twice the speed; the inner one does not turn.
-        let speeds = train(Form::Differential, 2, 0).speeds([0.2, 0.0, 1.0]);
+        let speeds = train(DriveType::Differential, 2, 0).speeds([0.2, 0.0, 1.0]);
         assert!((speeds[0]).abs() < 1e-12 && (speeds[1] - 4.0).abs() < 1e-12, "{speeds:?}");
         // When a mecanum robot moves to the left, the front left and rear right wheels turn backwards.
-        let speeds = train(Form::Omni(rows(0.4, 0.5, &[])), 4, 0).speeds([0.0, 1.0, 0.0]);
+        let speeds = train(DriveType::Omni(omni_coefficients(0.4, 0.5, &[])), 4, 0).speeds([0.0, 1.0, 0.0]);
         assert_eq!(speeds, [-10.0, 10.0, 10.0, -10.0]);
         // In a left turn, the steering angle of the left wheel is greater.
-        let angles = train(Form::Ackermann { wheelbase: 0.6 }, 2, 2).angles([1.0, 0.0, 0.5]);
+        let angles = train(DriveType::Ackermann { wheelbase: 0.6 }, 2, 2).angles([1.0, 0.0, 0.5]);
         assert!(angles[0] > angles[1] && angles[1] > 0.0, "{angles:?}");
-        assert_eq!(train(Form::Ackermann { wheelbase: 0.6 }, 2, 2).angles([0.0, 0.0, 0.5]), [0.0, 0.0]);
+        assert_eq!(train(DriveType::Ackermann { wheelbase: 0.6 }, 2, 2).angles([0.0, 0.0, 0.5]), [0.0, 0.0]);
     }
 }

@@ -8,12 +8,12 @@ use std::time::Instant;
 use common::*;
 use tatu_plugin_api::{abi::*, safe::Value};
 
-fn read(_: &Host, frame: &mut tatu_call) -> tatu_status {
+fn read(_: &TestHost, frame: &mut tatu_call) -> tatu_status {
     let x = arg(frame, 0).as_i64().unwrap_or(0);
     ret(frame, num(x as f64 * 0.5));
     TATU_OK
 }
-fn table(_: &Host, frame: &mut tatu_call) -> tatu_status {
+fn table(_: &TestHost, frame: &mut tatu_call) -> tatu_status {
     static POINT: [f64; 3] = [1.0, 2.0, 3.0];
     let mut v = num(0.0);
     v.tag = TATU_F64S;
@@ -21,16 +21,16 @@ fn table(_: &Host, frame: &mut tatu_call) -> tatu_status {
     ret(frame, v);
     TATU_OK
 }
-fn nothing(_: &Host, _: &mut tatu_call) -> tatu_status {
+fn return_nothing(_: &TestHost, _: &mut tatu_call) -> tatu_status {
     TATU_OK
 }
 
 fn main() {
-    let h = Host::new();
+    let h = TestHost::new();
     h.command("read", read);
     h.command("robot.read", read);
     h.command("point", table);
-    h.command("nothing", nothing);
+    h.command("nothing", return_nothing);
     let s = h.load(
         "local n = 2000000
          function empty() for i = 1, n do end end

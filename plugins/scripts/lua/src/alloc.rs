@@ -24,21 +24,21 @@ use region::Region;
 /// Size of a slot, and default memory limit of a script.
 pub(crate) const SLOT_BYTES: usize = 256 << 20;
 /// Number of bytes committed at a time; less than a huge page, so that a small state does not occupy one.
-const COMMIT: usize = 256 << 10;
-const SMALL: usize = 512;
+const COMMIT_BYTES: usize = 256 << 10;
+const MAX_SMALL_BLOCK_BYTES: usize = 512;
 /// Minimum size, in bytes, of blocks of which each byte is charged: filling such a block takes longer than the
 /// instruction that allocates it.
-const LARGE: usize = 4096;
+const MIN_CHARGED_BLOCK_BYTES: usize = 4096;
 /// Number of cache lines at the start of a slot; the first block begins at one of them, chosen by the seed.
-const FIRST_LINES: u64 = 4096;
-const LINE: usize = 64;
-const CLASSES: usize = 32 + 4 * 20;
+const START_LINES: u64 = 4096;
+const CACHE_LINE_BYTES: usize = 64;
+const SIZE_CLASSES: usize = 32 + 4 * 20;
 
 /// A callback and its argument. The callback also receives the block that could not grow, or null for a new block.
-pub(crate) type Listener = (unsafe fn(*const c_void, *const u8), *const c_void);
+pub(crate) type FullCallback = (unsafe fn(*const c_void, *const u8), *const c_void);
 
 /// The memory of a state. It is boxed because Lua stores its address.
-pub(crate) struct Slot {
+pub(crate) struct MemorySlot {
     /// The reserved address space, or `None` if the system's allocator is used.
     region: Option<Region>,
     /// Offset of the first block.
@@ -51,8 +51,8 @@ pub(crate) struct Slot {
     /// Whether the system refused memory before the limit was reached.
     refused: Cell<bool>,
     /// Called when an allocation fails, because it would exceed the memory limit or because the system refuses memory.
-    pub full: Cell<Option<Listener>>,
-    free: [Cell<*mut u8>; CLASSES],
+    pub full: Cell<Option<FullCallback>>,
+    free: [Cell<*mut u8>; SIZE_CLASSES],
     /// Whether the free lists may be unsorted, or there may be free blocks at the end.
     unsorted: Cell<bool>,
 }
@@ -65,9 +65,9 @@ pub(crate) struct Backup {
 }
 
 /// Returns the size class for `bytes`, and the block size of that class. Small classes differ by 16 bytes; above
-/// `SMALL`, there are four classes per power of two.
-fn class(bytes: usize) -> (usize, usize) {
-    if bytes <= SMALL {
+/// `MAX_SMALL_BLOCK_BYTES`, there are four classes per power of two.
+fn size_class(bytes: usize) -> (usize, usize) {
+    if bytes <= MAX_SMALL_BLOCK_BYTES {
         let c = bytes.div_ceil(16).max(1);
         return (c - 1, c * 16);
     }
@@ -80,16 +80,16 @@ fn class(bytes: usize) -> (usize, usize) {
 fn size_of_class(c: usize) -> usize {
     match c.checked_sub(32) {
         None => (c + 1) * 16,
-        Some(c) => (SMALL << (c / 4)) + ((c % 4 + 1) << (c / 4 + 7)),
+        Some(c) => (MAX_SMALL_BLOCK_BYTES << (c / 4)) + ((c % 4 + 1) << (c / 4 + 7)),
     }
 }
 
-impl Slot {
+impl MemorySlot {
     /// Creates a slot whose first block is at an offset derived from `seed`. All slots begin at a multiple of 4 GiB, so
     /// without the offset, corresponding blocks of all states would compete for the same cache sets.
-    pub(crate) fn new(seed: u64) -> Box<Slot> {
-        let first = (seed % FIRST_LINES) as usize * LINE;
-        Box::new(Slot {
+    pub(crate) fn new(seed: u64) -> Box<MemorySlot> {
+        let first = (seed % START_LINES) as usize * CACHE_LINE_BYTES;
+        Box::new(MemorySlot {
             region: Region::new(SLOT_BYTES),
             first,
             top: Cell::new(first),
@@ -98,7 +98,7 @@ impl Slot {
             limit: Cell::new(SLOT_BYTES),
             refused: Cell::new(false),
             full: Cell::new(None),
-            free: [const { Cell::new(null_mut()) }; CLASSES],
+            free: [const { Cell::new(null_mut()) }; SIZE_CLASSES],
             unsorted: Cell::new(false),
         })
     }
@@ -195,7 +195,7 @@ impl Slot {
     /// Allocates a block; returns null if it would exceed the limit or the system refuses it. `force` ignores the
     /// limit. `grown` is the block to be replaced, or null for a new one.
     fn allocate(&self, bytes: usize, force: bool, grown: *const u8) -> *mut u8 {
-        let (c, size) = class(bytes);
+        let (c, size) = size_class(bytes);
         let used = self.used.get() + size;
         if used > self.limit.get() && !force {
             self.report_full(grown);
@@ -204,7 +204,7 @@ impl Slot {
         let block = if !self.is_mapped() {
             // SAFETY: the layout's size is that of a size class, which is never 0.
             Layout::from_size_align(size, 16).map_or(null_mut(), |l| unsafe { alloc(l) })
-        } else if c < CLASSES && !self.free[c].get().is_null() {
+        } else if c < SIZE_CLASSES && !self.free[c].get().is_null() {
             let block = self.free[c].get();
             // SAFETY: `block` is on a free list, so `free_block` or `sort_free_lists` wrote the address of the next
             // block into its first bytes.
@@ -215,7 +215,7 @@ impl Slot {
         };
         if !block.is_null() {
             self.used.set(used);
-            if size >= LARGE {
+            if size >= MIN_CHARGED_BLOCK_BYTES {
                 crate::lua_internals::count_here(size as u64);
             }
         } else if !force {
@@ -242,7 +242,7 @@ impl Slot {
         }
         let committed = self.committed.get();
         if end > committed {
-            let more = (end - committed).next_multiple_of(COMMIT).min(SLOT_BYTES - committed);
+            let more = (end - committed).next_multiple_of(COMMIT_BYTES).min(SLOT_BYTES - committed);
             // SAFETY: `committed` and `more` are multiples of the page size, and their sum is at most SLOT_BYTES, the
             // size of the reserved region.
             if !unsafe { system::commit(self.base().add(committed), more) } {
@@ -258,7 +258,7 @@ impl Slot {
     /// # Safety
     /// `block` must have been allocated with this size, and must not be used any more.
     unsafe fn free_block(&self, block: *mut u8, bytes: usize) {
-        let (c, size) = class(bytes);
+        let (c, size) = size_class(bytes);
         self.used.set(self.used.get() - size);
         if self.is_mapped() {
             let next = self.free[c].get();
@@ -285,7 +285,7 @@ pub(crate) unsafe extern "C" fn lua_alloc(
     old: usize,
     new: usize,
 ) -> *mut c_void {
-    let slot = &*slot.cast::<Slot>();
+    let slot = &*slot.cast::<MemorySlot>();
     let block = block.cast::<u8>();
     if new == 0 {
         if !block.is_null() {
@@ -296,7 +296,7 @@ pub(crate) unsafe extern "C" fn lua_alloc(
     if block.is_null() {
         return slot.allocate(new, false, block).cast();
     }
-    let (from, to) = (class(old), class(new));
+    let (from, to) = (size_class(old), size_class(new));
     if from.0 == to.0 {
         return block.cast();
     }
@@ -319,10 +319,10 @@ pub(crate) unsafe extern "C" fn lua_alloc(
 }
 
 #[cfg(test)]
-impl Slot {
+impl MemorySlot {
     /// Creates a mapped slot; prints a message and returns `None` if the system cannot reserve address space.
-    pub(crate) fn in_test(seed: u64) -> Option<Box<Slot>> {
-        let slot = Slot::new(seed);
+    pub(crate) fn in_test(seed: u64) -> Option<Box<MemorySlot>> {
+        let slot = MemorySlot::new(seed);
         if !slot.is_mapped() {
             println!("skipped: this system cannot reserve address space");
         }

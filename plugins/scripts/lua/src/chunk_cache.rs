@@ -13,13 +13,13 @@ use crate::lua_internals;
 /// Maximum number of entries, greater than the number of preludes. The oldest entry is evicted first.
 const CAPACITY: usize = 16;
 
-struct Chunk {
+struct CachedChunk {
     name: &'static CStr,
     text: Box<[u8]>,
     code: Arc<[u8]>,
 }
 
-static CHUNKS: Mutex<Vec<Chunk>> = Mutex::new(Vec::new());
+static CHUNKS: Mutex<Vec<CachedChunk>> = Mutex::new(Vec::new());
 
 /// Loads source text like `luaL_loadbufferx`: pushes the compiled function or an error message.
 ///
@@ -38,7 +38,7 @@ pub(crate) unsafe fn load(l: *mut lua_State, text: &[u8], name: &'static CStr) -
         if chunks.len() == CAPACITY {
             chunks.remove(0);
         }
-        chunks.push(Chunk { name, text: text.into(), code: code.into() });
+        chunks.push(CachedChunk { name, text: text.into(), code: code.into() });
     }
     status
 }
@@ -69,7 +69,7 @@ mod tests {
     }
 
     #[test]
-    fn a_text_of_before_gives_what_it_gave() {
+    fn cached_chunk_returns_the_same_result() {
         let text = "local n = 40\nlocal function f() n = n + 2 return n end\nreturn f()";
         assert!(cached(text.as_bytes(), c"=chunk").is_none());
         assert_eq!(run(text), "42");
@@ -79,7 +79,7 @@ mod tests {
     }
 
     #[test]
-    fn messages_keep_names_and_lines() {
+    fn cached_chunk_reports_the_same_names_and_lines() {
         let text = "local unset\nreturn unset.field";
         let first = run(text);
         assert_eq!(first, "chunk:2: attempt to index a nil value (local 'unset')");
@@ -87,7 +87,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_compiled_is_not_kept() {
+    fn chunk_with_syntax_error_is_not_cached() {
         let text = "return return";
         assert!(run(text).starts_with("chunk:1:"));
         assert!(cached(text.as_bytes(), c"=chunk").is_none());

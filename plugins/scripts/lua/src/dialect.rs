@@ -25,7 +25,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn versions() {
+    fn dialect_versions_are_compared_and_checked() {
         assert!(version("3.2") < version("4.2"));
         assert!(version("4.10") > version("4.2"));
         assert_eq!(version("modern"), None);

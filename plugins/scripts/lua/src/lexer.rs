@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 /// The kind of a token.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Kind {
+pub(crate) enum TokenKind {
     /// White space, comments, and invalid bytes.
     Space,
     /// A name or a keyword.
@@ -77,25 +77,27 @@ impl<'a> Tokens<'a> {
 }
 
 impl<'a> Iterator for Tokens<'a> {
-    type Item = (Kind, &'a [u8]);
+    type Item = (TokenKind, &'a [u8]);
     fn next(&mut self) -> Option<Self::Item> {
         let rest = &self.text[self.at..];
         let word = |c: &u8| c.is_ascii_alphanumeric() || *c == b'_';
         let line = || rest.iter().take_while(|c| **c != b'\n').count();
         let (kind, len) = match *rest.first()? {
-            c if c.is_ascii_whitespace() => (Kind::Space, rest.iter().take_while(|c| c.is_ascii_whitespace()).count()),
-            b'-' if rest.starts_with(b"--") => (Kind::Space, self.long(self.at + 2).map_or_else(line, |n| n + 2)),
-            b'#' if self.at == 0 => (Kind::Space, line()),
+            c if c.is_ascii_whitespace() => {
+                (TokenKind::Space, rest.iter().take_while(|c| c.is_ascii_whitespace()).count())
+            }
+            b'-' if rest.starts_with(b"--") => (TokenKind::Space, self.long(self.at + 2).map_or_else(line, |n| n + 2)),
+            b'#' if self.at == 0 => (TokenKind::Space, line()),
             c if c.is_ascii_digit() || c == b'.' && rest.get(1).is_some_and(u8::is_ascii_digit) => {
-                (Kind::Number, self.number())
+                (TokenKind::Number, self.number())
             }
-            c if word(&c) => (Kind::Name, rest.iter().take_while(|c| word(c)).count()),
-            c @ (b'"' | b'\'') => (Kind::String, self.quoted(c)),
-            b'[' if self.long(self.at).is_some() => (Kind::LongString, self.long(self.at).unwrap_or(1)),
+            c if word(&c) => (TokenKind::Name, rest.iter().take_while(|c| word(c)).count()),
+            c @ (b'"' | b'\'') => (TokenKind::String, self.quoted(c)),
+            b'[' if self.long(self.at).is_some() => (TokenKind::LongString, self.long(self.at).unwrap_or(1)),
             c if c.is_ascii_graphic() => {
-                (Kind::Operator, OPERATORS.iter().find(|s| rest.starts_with(s)).map_or(1, |s| s.len()))
+                (TokenKind::Operator, OPERATORS.iter().find(|s| rest.starts_with(s)).map_or(1, |s| s.len()))
             }
-            _ => (Kind::Space, 1),
+            _ => (TokenKind::Space, 1),
         };
         self.at += len;
         Some((kind, &rest[..len]))
@@ -107,10 +109,10 @@ impl<'a> Iterator for Tokens<'a> {
 pub(crate) fn words(text: &[u8]) -> Vec<Vec<u8>> {
     let mut out: Vec<Vec<u8>> = Vec::new();
     let (mut path, mut open, mut require) = (Vec::new(), false, false);
-    for (kind, token) in Tokens::new(text).filter(|(kind, _)| *kind != Kind::Space) {
+    for (kind, token) in Tokens::new(text).filter(|(kind, _)| *kind != TokenKind::Space) {
         match (kind, token) {
-            (Kind::Operator, b".") if !path.is_empty() => open = true,
-            (Kind::Name, name) => {
+            (TokenKind::Operator, b".") if !path.is_empty() => open = true,
+            (TokenKind::Name, name) => {
                 if !open {
                     path.clear();
                 } else {
@@ -123,12 +125,12 @@ pub(crate) fn words(text: &[u8]) -> Vec<Vec<u8>> {
                 require = path == b"require";
                 continue;
             }
-            (Kind::String, quoted) if require => {
+            (TokenKind::String, quoted) if require => {
                 out.push(
                     [b"require ", quoted.trim_ascii()].concat().into_iter().filter(|c| !b"\"'".contains(c)).collect(),
                 );
             }
-            (Kind::Operator, sign) => {
+            (TokenKind::Operator, sign) => {
                 path.clear();
                 out.push(sign.to_vec());
             }
@@ -145,7 +147,7 @@ pub(crate) fn words(text: &[u8]) -> Vec<Vec<u8>> {
 /// for other values of the variable, such a script does nothing. Returns `None` if the script has any other form.
 pub(crate) fn branches<'a>(text: &'a [u8], variable: &[u8]) -> Option<Vec<&'a [u8]>> {
     let tokens: Vec<&[u8]> =
-        Tokens::new(text).filter(|(kind, _)| *kind != Kind::Space).map(|(_, token)| token).collect();
+        Tokens::new(text).filter(|(kind, _)| *kind != TokenKind::Space).map(|(_, token)| token).collect();
     let (mut rest, mut all, mut nonempty) = (tokens.as_slice(), Vec::new(), Vec::new());
     while let Some((first, after)) = rest.split_first() {
         rest = after;
@@ -195,14 +197,14 @@ pub(crate) fn to_lua54(text: &[u8]) -> Cow<'_, [u8]> {
     let mut out = Vec::new();
     let mut same = true;
     // Labels occur only in scripts that use the statement `goto`.
-    let labels = Tokens::new(text).any(|t| t == (Kind::Operator, b"::"));
+    let labels = Tokens::new(text).any(|t| t == (TokenKind::Operator, b"::"));
     for (kind, token) in Tokens::new(text) {
         let before = out.len();
         match kind {
-            Kind::Name if token == b"goto" && !labels => out.extend_from_slice(b"goto_"),
-            Kind::String => escapes(token, &mut out),
+            TokenKind::Name if token == b"goto" && !labels => out.extend_from_slice(b"goto_"),
+            TokenKind::String => escapes(token, &mut out),
             // 5.1 read an integer with more digits than a float can represent as a float.
-            Kind::Number if token.len() > 15 && token.iter().all(u8::is_ascii_digit) => {
+            TokenKind::Number if token.len() > 15 && token.iter().all(u8::is_ascii_digit) => {
                 out.extend_from_slice(token);
                 out.extend_from_slice(b".0");
             }
@@ -236,7 +238,7 @@ fn escapes(quoted: &[u8], out: &mut Vec<u8>) {
 }
 
 /// A function whose `end` has not been reached yet, for [`arguments`].
-struct Function {
+struct OpenFunction {
     /// Number of blocks that are open within the function.
     depth: u32,
     /// Start of the body, if the parameters end with `...`.
@@ -250,35 +252,35 @@ fn arguments(text: &[u8]) -> Vec<usize> {
     if !text.windows(3).any(|w| w == b"arg") {
         return Vec::new();
     }
-    let (mut found, mut functions, mut at) = (Vec::new(), Vec::<Function>::new(), 0);
+    let (mut found, mut functions, mut at) = (Vec::new(), Vec::<OpenFunction>::new(), 0);
     // Whether the current position is in a parameter list, and whether this list contains `...`.
     let (mut head, mut dots) = (false, false);
     for (kind, token) in Tokens::new(text) {
         at += token.len();
         match (kind, token) {
-            (Kind::Name, b"function") => (head, dots) = (true, false),
-            (Kind::Operator, b"...") if head => dots = true,
-            (Kind::Operator, b")") if head => {
+            (TokenKind::Name, b"function") => (head, dots) = (true, false),
+            (TokenKind::Operator, b"...") if head => dots = true,
+            (TokenKind::Operator, b")") if head => {
                 head = false;
                 let varargs = dots.then_some(at);
-                functions.push(Function { depth: 1, varargs, uses_arg: false, uses_dots: false });
+                functions.push(OpenFunction { depth: 1, varargs, uses_arg: false, uses_dots: false });
             }
-            (Kind::Operator, b"...") => {
+            (TokenKind::Operator, b"...") => {
                 if let Some(f) = functions.last_mut() {
                     f.uses_dots = true;
                 }
             }
-            (Kind::Name, b"arg") => {
+            (TokenKind::Name, b"arg") => {
                 if let Some(f) = functions.last_mut() {
                     f.uses_arg = true;
                 }
             }
-            (Kind::Name, b"do" | b"if" | b"repeat") => {
+            (TokenKind::Name, b"do" | b"if" | b"repeat") => {
                 if let Some(f) = functions.last_mut() {
                     f.depth += 1;
                 }
             }
-            (Kind::Name, b"end" | b"until") => {
+            (TokenKind::Name, b"end" | b"until") => {
                 if let Some(f) = functions.last_mut() {
                     f.depth -= 1;
                     if f.depth == 0 {
@@ -318,7 +320,7 @@ mod tests {
     }
 
     #[test]
-    fn words_of_a_text() {
+    fn names_keywords_and_operators_are_collected() {
         let text =
             "-- hidden.name\n--[[ also\n hidden ]] a.b.c(x) s = 'not.this' local m = require 'arm'  y = [[nor this]]";
         assert_eq!(
@@ -331,7 +333,7 @@ mod tests {
     }
 
     #[test]
-    fn old_texts_are_made_readable() {
+    fn old_syntax_is_converted_to_lua_5_4() {
         let cases = [
             ("goto = 1 x.goto(goto)", "goto_ = 1 x.goto_(goto_)"),
             ("goto a ::a::", "goto a ::a::"),
@@ -359,7 +361,7 @@ mod tests {
     }
 
     #[test]
-    fn a_row_of_branches_is_told_from_anything_else() {
+    fn only_a_plain_sequence_of_branches_is_detected() {
         let of = |text: &str| {
             let found = branches(text.as_bytes(), b"what")?;
             Some(found.iter().map(|b| String::from_utf8_lossy(b).into_owned()).collect::<Vec<_>>())

@@ -33,31 +33,31 @@ mod values;
 use tatu_plugin_api::{abi::TATU_LOG_ERROR, safe::*};
 
 use run::{callbacks, entry, functions, threads, traits};
-use script::Script;
+use script::LuaScript;
 
 /// The plugin, which has no data; every script is an instance of the language.
 struct Lua;
 
 impl Plugin for Lua {
     fn start(host: &Host) -> Result<Self> {
-        for problem in lua_internals::problems() {
+        for problem in lua_internals::failed_checks() {
             host.log(TATU_LOG_ERROR, problem);
         }
         Ok(Lua)
     }
     fn offer(offer: &mut Offer<Self>) {
-        offer.language_side_by_side::<Script>();
+        offer.language_side_by_side::<LuaScript>();
     }
 }
 
-impl Language for Script {
+impl Language for LuaScript {
     type Plugin = Lua;
     const ID: &'static str = "lua";
     const TEXT: &'static str = "Lua 5.4, and Lua 5.1 for scripts of old dialects.";
     const SUFFIXES: &'static [&'static str] = &[".lua"];
 
     fn create(world: &World<'_>, instance: Instance) -> Result<Self> {
-        Script::new(world, instance)
+        LuaScript::new(world, instance)
     }
     fn load(&self, text: &[u8], chunk: &str, dialect: &str) -> Result<String> {
         load::load(self, text, chunk, dialect)

@@ -5,15 +5,15 @@
 //!
 //! | item | purpose | check | if it fails |
 //! |---|---|---|---|
-//! | `luai_makeseed(L)=0x5EED` | Lua derives its hash seed from addresses and the clock, and `pairs` would visit string keys in a different order in each run | [`problems`], at start | error in the log |
-//! | `STRCACHE_N=1`, `STRCACHE_M=1` | Lua caches C strings by their address, which would decide when a string is collected | [`problems`], at start | error in the log |
+//! | `luai_makeseed(L)=0x5EED` | Lua derives its hash seed from addresses and the clock, and `pairs` would visit string keys in a different order in each run | [`failed_checks`], at start | error in the log |
+//! | `STRCACHE_N=1`, `STRCACHE_M=1` | Lua caches C strings by their address, which would decide when a string is collected | [`failed_checks`], at start | error in the log |
 //! | `lua_math.h` before every file | the results of functions such as `sin` depend on the C library and the processor | a test compares their bits | the test fails |
-//! | `strspn=tatu_lua_strspn` | text of floats in scripts for Lua 5.1, see [`NumberFormat`] | [`problems`], at start | error in the log |
-//! | `lua_gc` with a negative step | collections at fixed numbers of calls, see `gc` | [`problems`], at start | error in the log |
+//! | `strspn=tatu_lua_strspn` | text of floats in scripts for Lua 5.1, see [`NumberFormat`] | [`failed_checks`], at start | error in the log |
+//! | `lua_gc` with a negative step | collections at fixed numbers of calls, see `gc` | [`failed_checks`], at start | error in the log |
 //! | `build/charges.rs`, `lua_charges.h` | loops in C are charged to the budget | the build finds each edited text; [`meter`], in each state | C code is not charged |
 //! | `lua_State.hookcount` | exact instruction counts per call | [`hook_count`], in each state | instructions are counted in thousands |
 //! | `lua_State.stack`, `CallInfo.func` | where a script ran out of memory, even while its stack was growing | a test | no position is reported |
-//! | `Table`, `Node` | snapshots restore keys to their nodes, so that `pairs` continues in the same order | [`knows_tables`], before each snapshot | snapshots are refused, and the run is replayed |
+//! | `ImageTable`, `ImageNode` | snapshots restore keys to their nodes, so that `pairs` continues in the same order | [`knows_tables`], before each snapshot | snapshots are refused, and the run is replayed |
 //! | hashes of strings and floats | main positions of keys in a restored table | all nodes are verified after a restore | the snapshot is refused |
 //! | `Proto` | snapshots refer to functions by their index in a source | a function is looked up by its bytecode | the snapshot is refused |
 //!
@@ -28,7 +28,7 @@ use std::{
 use mlua_sys::*;
 
 /// The hash seed set by `build.rs`.
-const SEED: u32 = 0x5EED;
+const HASH_SEED: u32 = 0x5EED;
 
 /// The struct that `tatu_lua_node` fills; must match `lua_internals.c`.
 #[repr(C)]
@@ -49,7 +49,7 @@ const KEY_DEAD: u8 = 6;
 unsafe extern "C" {
     fn tatu_lua_set_plain_floats(plain: c_int) -> c_int;
     fn tatu_lua_hook_count(l: *mut lua_State) -> *mut c_int;
-    fn tatu_lua_meter(l: *mut lua_State) -> *mut Meter;
+    fn tatu_lua_meter(l: *mut lua_State) -> *mut WorkMeter;
     fn tatu_lua_enter(l: *mut lua_State) -> *mut lua_State;
     fn tatu_lua_count_here(units: u64);
     fn tatu_lua_seed(l: *mut lua_State) -> u32;
@@ -77,7 +77,7 @@ unsafe extern "C-unwind" {
 }
 
 /// Runs all checks; returns the failed ones, each with its consequence.
-pub(crate) fn problems() -> Vec<&'static str> {
+pub(crate) fn failed_checks() -> Vec<&'static str> {
     let mut problems = Vec::new();
     // SAFETY: the state is created here, and checked not to be null; a new state has LUA_MINSTACK free slots. Only a
     // lack of memory could raise an error.
@@ -86,7 +86,7 @@ pub(crate) fn problems() -> Vec<&'static str> {
         if l.is_null() {
             return problems;
         }
-        if tatu_lua_seed(l) != SEED {
+        if tatu_lua_seed(l) != HASH_SEED {
             problems.push("Lua's hash seed is not fixed: the order of `pairs` may differ between runs");
         }
         if tatu_lua_has_small_string_cache(l) == 0 {
@@ -149,44 +149,44 @@ pub(crate) unsafe fn hook_count(l: *mut lua_State) -> *mut c_int {
 /// Counter of a state's work, in units (`lua_charges.h`): the units used, and the limit at which C code raises an
 /// error.
 #[repr(C)]
-pub(crate) struct Meter {
+pub(crate) struct WorkMeter {
     pub used: Cell<u64>,
     pub limit: Cell<u64>,
 }
 
 /// Units per instruction, and units per byte that is examined individually.
-pub(crate) const INSTRUCTION: u64 = 64;
-pub(crate) const BYTE: u64 = 16;
+pub(crate) const UNITS_PER_INSTRUCTION: u64 = 64;
+pub(crate) const UNITS_PER_BYTE: u64 = 16;
 
-/// Returns the meter of a state, or null if Lua was compiled with a memory layout other than that of [`Meter`].
+/// Returns the meter of a state, or null if Lua was compiled with a memory layout other than that of [`WorkMeter`].
 ///
 /// # Safety
 /// `l` must belong to a live state, which outlives the meter.
-pub(crate) unsafe fn meter(l: *mut lua_State) -> *const Meter {
+pub(crate) unsafe fn meter(l: *mut lua_State) -> *const WorkMeter {
     tatu_lua_meter(l)
 }
 
 /// Charges units to the Lua thread that runs in this OS thread, if any.
 pub(crate) fn count_here(units: u64) {
-    // SAFETY: the C function has no effect if no thread is running; a running thread is alive, because `Running` resets
+    // SAFETY: the C function has no effect if no thread is running; a running thread is alive, because `RunningThread` resets
     // it before its state can be closed.
     unsafe { tatu_lua_count_here(units) };
 }
 
 /// Marks `l` as the Lua thread running in this OS thread while the value is alive; C code charges its work to it.
-pub(crate) struct Running(*mut lua_State);
+pub(crate) struct RunningThread(*mut lua_State);
 
-impl Running {
+impl RunningThread {
     /// # Safety
     /// `l` must outlive the returned value.
     pub(crate) unsafe fn begin(l: *mut lua_State) -> Self {
-        Running(tatu_lua_enter(l))
+        RunningThread(tatu_lua_enter(l))
     }
 }
 
-impl Drop for Running {
+impl Drop for RunningThread {
     fn drop(&mut self) {
-        // SAFETY: `self.0` is null, or the thread that was running when this value was created. The `Running` of that
+        // SAFETY: `self.0` is null, or the thread that was running when this value was created. The `RunningThread` of that
         // thread is still alive, so the thread is alive, too.
         unsafe { tatu_lua_enter(self.0) };
     }
@@ -223,7 +223,7 @@ pub(crate) fn hash_float(x: f64) -> u32 {
 
 /// The key of a node.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) enum Key<'a> {
+pub(crate) enum NodeKey<'a> {
     Nil,
     Bool(bool),
     Int(i64),
@@ -264,17 +264,17 @@ impl RawTable {
         tatu_lua_set_limit(self.0, limit, c_int::from(is_hint)) != 0
     }
     /// Returns the key of a node, and whether the node has a value.
-    pub(crate) unsafe fn node<'a>(self, i: usize) -> (Key<'a>, bool) {
+    pub(crate) unsafe fn node<'a>(self, i: usize) -> (NodeKey<'a>, bool) {
         let mut node = RawNode { kind: KEY_NIL, has_value: 0, bits: 0, text: std::ptr::null() };
         tatu_lua_node_at(self.0, i, &mut node);
         let key = match node.kind {
-            KEY_NIL => Key::Nil,
-            KEY_BOOL => Key::Bool(node.bits != 0),
-            KEY_INT => Key::Int(node.bits.cast_signed()),
-            KEY_FLOAT => Key::Float(node.bits),
-            KEY_TEXT => Key::Text(std::slice::from_raw_parts(node.text, node.bits as usize)),
-            KEY_DEAD => Key::Dead,
-            _ => Key::Object,
+            KEY_NIL => NodeKey::Nil,
+            KEY_BOOL => NodeKey::Bool(node.bits != 0),
+            KEY_INT => NodeKey::Int(node.bits.cast_signed()),
+            KEY_FLOAT => NodeKey::Float(node.bits),
+            KEY_TEXT => NodeKey::Text(std::slice::from_raw_parts(node.text, node.bits as usize)),
+            KEY_DEAD => NodeKey::Dead,
+            _ => NodeKey::Object,
         };
         (key, node.has_value != 0)
     }
@@ -306,9 +306,9 @@ pub(crate) unsafe fn knows_tables(l: *mut lua_State) -> bool {
     let right = t.nodes() == 4 && t.limit() == (3, false);
     for i in 0..if right { 4 } else { 0 } {
         match t.node(i) {
-            (Key::Int(1000), true) => found[0] += 1,
-            (Key::Text(b"key"), true) => found[1] += 1,
-            (Key::Nil, false) => found[2] += 1,
+            (NodeKey::Int(1000), true) => found[0] += 1,
+            (NodeKey::Text(b"key"), true) => found[1] += 1,
+            (NodeKey::Nil, false) => found[2] += 1,
             _ => {}
         }
     }
@@ -361,7 +361,7 @@ mod tests {
     use super::*;
 
     /// Order in which `pairs` visits the keys k1..k16 with the seed of `build.rs`.
-    const ORDER: &str = "k1k2k3k4k6k5k8k7k11k9k13k15k14k12k10k16";
+    const EXPECTED_KEY_ORDER: &str = "k1k2k3k4k6k5k8k7k11k9k13k15k14k12k10k16";
 
     /// Returns the result of a chunk in a new state, as text.
     fn run(text: &str) -> String {
@@ -378,15 +378,15 @@ mod tests {
     }
 
     #[test]
-    fn all_is_as_expected() {
-        assert_eq!(problems(), [""; 0]);
+    fn all_checks_of_lua_pass() {
+        assert_eq!(failed_checks(), [""; 0]);
     }
 
     #[test]
-    fn text_keys_have_one_order() {
+    fn string_keys_are_in_the_expected_order() {
         let text =
             "local t, s = {}, '' for i = 1, 16 do t['k' .. i] = i end for k in pairs(t) do s = s .. k end return s";
-        assert_eq!(run(text), ORDER);
+        assert_eq!(run(text), EXPECTED_KEY_ORDER);
     }
 
     #[test]
@@ -404,7 +404,7 @@ mod tests {
     }
 
     #[test]
-    fn float_keys_stand_where_their_hashes_say() {
+    fn float_keys_are_at_their_hash_positions() {
         // SAFETY: the state is created and closed here, and the stack has room for the few values pushed.
         unsafe {
             let l = luaL_newstate();
@@ -414,7 +414,7 @@ mod tests {
                 lua_pushboolean(l, 1);
                 lua_rawset(l, -3);
                 let home = hash_float(x) as usize % 7;
-                assert_eq!(RawTable::of(l, -1).node(home), (Key::Float(x.to_bits()), true), "{x}");
+                assert_eq!(RawTable::of(l, -1).node(home), (NodeKey::Float(x.to_bits()), true), "{x}");
             }
             lua_close(l);
         }

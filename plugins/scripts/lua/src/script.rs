@@ -9,39 +9,41 @@ use mlua_sys::*;
 use tatu_plugin_api::{abi::*, safe::*};
 
 use crate::{
-    alloc::{Slot, lua_alloc},
+    alloc::{MemorySlot, lua_alloc},
     errors,
-    run::{budget, commands::foreign, gc, hidden},
-    state::{State, account::Account, commands::Commands, originals::Originals, slices::Slices},
+    run::{budget, commands::call_foreign, gc, shadowed_commands},
+    state::{
+        ScriptState, account::CallBudget, commands::CommandService, originals::WrappedFunctions, slices::TimeSlices,
+    },
     stdlib,
 };
 
 /// A script: an instance of the language.
-pub(crate) struct Script {
-    state: Box<State>,
+pub(crate) struct LuaScript {
+    state: Box<ScriptState>,
 }
 
-// SAFETY: the Lua state, its memory and its files belong to this script alone, and only the owner of the `Script` uses
+// SAFETY: the Lua state, its memory and its files belong to this script alone, and only the owner of the `LuaScript` uses
 // them, from one thread at a time. Scripts share only immutable data and data behind locks. The world's pointer is only
 // passed to functions of the host, which check the calling thread.
-unsafe impl Send for Script {}
+unsafe impl Send for LuaScript {}
 
-impl Deref for Script {
-    type Target = State;
-    fn deref(&self) -> &State {
+impl Deref for LuaScript {
+    type Target = ScriptState;
+    fn deref(&self) -> &ScriptState {
         &self.state
     }
 }
 
-impl Script {
+impl LuaScript {
     pub(crate) fn new(world: &World<'_>, instance: Instance) -> Result<Self> {
         let host = world.host();
-        let commands = Commands::of(host).ok_or_else(|| {
+        let commands = CommandService::of(host).ok_or_else(|| {
             Fail::unsupported("this host does not provide the command service, so scripts cannot run")
         })?;
-        let slot = Slot::new(instance.seed);
-        static TOLD: std::sync::atomic::AtomicBool = std::sync::atomic::AtomicBool::new(false);
-        if !slot.is_mapped() && cfg!(unix) && !TOLD.swap(true, std::sync::atomic::Ordering::Relaxed) {
+        let slot = MemorySlot::new(instance.seed);
+        static ADDRESS_SPACE_WARNED: std::sync::atomic::AtomicBool = std::sync::atomic::AtomicBool::new(false);
+        if !slot.is_mapped() && cfg!(unix) && !ADDRESS_SPACE_WARNED.swap(true, std::sync::atomic::Ordering::Relaxed) {
             let text = "Lua: the address space is too small for a script, so the order in which `pairs` visits keys \
                         that are tables or functions may differ between runs; raise the limit (`ulimit -v`)";
             world.log(TATU_LOG_WARNING, text.as_bytes());
@@ -52,7 +54,7 @@ impl Script {
         if main.is_null() {
             return Err(Fail::new("there is not enough memory for a new Lua state"));
         }
-        let state = Box::new(State {
+        let state = Box::new(ScriptState {
             main,
             running: Cell::new(main),
             world: world.raw().ptr(),
@@ -64,38 +66,38 @@ impl Script {
             restored: Cell::new(false),
             entries: Cell::new(0),
             depth: Cell::new(0),
-            mark: Cell::new(0),
+            arena_mark: Cell::new(0),
             generation: Cell::new(0),
-            budget: Account::default(),
+            budget: CallBudget::default(),
             token: Cell::new(0),
             waiting: Cell::new((0, std::ptr::null_mut())),
-            borrowed: Cell::new(0),
-            returned: Cell::new(0),
-            kept: Cell::new(0),
+            last_borrowed: Cell::new(0),
+            released: Cell::new(0),
+            last_kept: Cell::new(0),
             numbers: Cell::new(0),
             old: Cell::new(false),
             single: Cell::new(false),
             parallel: Cell::new(false),
-            words: RefCell::default(),
-            slices: Slices::default(),
+            source_words: RefCell::default(),
+            slices: TimeSlices::default(),
             errors: RefCell::default(),
             text: RefCell::default(),
-            texts: RefCell::default(),
+            loaded_sources: RefCell::default(),
             files: RefCell::default(),
             line: RefCell::default(),
             scratch: RefCell::default(),
-            originals: Originals::default(),
-            failed: RefCell::default(),
+            originals: WrappedFunctions::default(),
+            wait_errors: RefCell::default(),
             memory_positions: RefCell::default(),
-            broken: Cell::new(false),
-            foreign,
+            has_panicked: Cell::new(false),
+            foreign: call_foreign,
             slot,
         });
-        // SAFETY: the extra space has the size of a pointer. The boxed `State` does not move and outlives the Lua
+        // SAFETY: the extra space has the size of a pointer. The boxed `ScriptState` does not move and outlives the Lua
         // state; threads created later copy the extra space of the main thread.
-        unsafe { *lua_getextraspace(main).cast::<*const State>() = &raw const *state };
+        unsafe { *lua_getextraspace(main).cast::<*const ScriptState>() = &raw const *state };
         state.slot.full.set(Some((errors::note_memory, (&raw const *state).cast())));
-        let script = Script { state };
+        let script = LuaScript { state };
         // SAFETY: `main` is the main thread of a state that was just created.
         unsafe { gc::open(main) };
         // SAFETY: `protect` calls the closure with the new state's main thread in protected mode.
@@ -105,18 +107,18 @@ impl Script {
         })?;
         // SAFETY: `main` is live and runs nothing.
         unsafe {
-            budget::arm(main);
-            script.budget.locate(main);
+            budget::arm_hook(main);
+            script.budget.locate_counters(main);
         }
-        hidden::tell(&script, world);
+        shadowed_commands::report_shadowed(&script, world);
         Ok(script)
     }
 }
 
-impl Drop for Script {
+impl Drop for LuaScript {
     fn drop(&mut self) {
         self.end_line();
-        // Dropping a mapped slot releases all Lua objects at once. Open files are owned by `State`, not by Lua.
+        // Dropping a mapped slot releases all Lua objects at once. Open files are owned by `ScriptState`, not by Lua.
         if !self.slot.is_mapped() {
             // SAFETY: the host destroys an instance only while none of its calls runs, and no other code closes the
             // state.

@@ -5,32 +5,32 @@ use mlua_sys::*;
 /// Keys in Lua's registry; 1 and 2 are reserved by Lua.
 pub(crate) mod reg {
     /// The compiled source of the script, a function.
-    pub const CHUNK: i64 = 10;
+    pub const SCRIPT_CHUNK: i64 = 10;
     /// Functions passed to the host for the duration of a call: id -> function.
-    pub const BORROWED: i64 = 11;
+    pub const BORROWED_FUNCTIONS: i64 = 11;
     /// Functions kept by the host: id -> function.
-    pub const KEPT: i64 = 12;
+    pub const KEPT_FUNCTIONS: i64 = 12;
     /// Waiting coroutines: token -> coroutine.
-    pub const WAITS: i64 = 13;
+    pub const WAITING_COROUTINES: i64 = 13;
     /// Results of finished waits: token -> packed results.
-    pub const DONE: i64 = 14;
+    pub const WAIT_RESULTS: i64 = 14;
     /// Numbers that `tostring` returns in place of addresses: object -> number.
-    pub const NUMBERS: i64 = 15;
+    pub const OBJECT_NUMBERS: i64 = 15;
     /// Namespace tables: prefix -> table ("" for the globals).
-    pub const SCOPES: i64 = 16;
+    pub const NAMESPACES: i64 = 16;
     /// Metatable of the userdata of files.
-    pub const FILE: i64 = 17;
+    pub const FILE_METATABLE: i64 = 17;
     /// Coroutines created by the plugin: coroutine -> true.
-    pub const THREADS: i64 = 18;
+    pub const PLUGIN_COROUTINES: i64 = 18;
     /// Modules loaded by `require`: name -> value.
-    pub const LOADED: i64 = 19;
+    pub const LOADED_MODULES: i64 = 19;
     /// Objects that existed before the script ran: index -> object.
-    pub const BASELINE: i64 = 20;
+    pub const BASELINE_OBJECTS: i64 = 20;
     /// Objects of a snapshot, while it is restored.
-    pub const BUILT: i64 = 21;
+    pub const RESTORED_OBJECTS: i64 = 21;
     /// Constants of preludes: name -> value.
     pub const CONSTANTS: i64 = 22;
-    /// Names of the globals that a script of the style `Rerun` reads: the callback, and the script's handle.
+    /// Names of the globals that a script of the style `RerunRules` reads: the callback, and the script's handle.
     pub const RERUN_GLOBALS: i64 = 23;
 }
 

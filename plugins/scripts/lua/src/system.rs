@@ -27,12 +27,12 @@ pub(crate) fn reserve_aligned(bytes: usize, align: usize) -> *mut u8 {
     use std::sync::atomic::{AtomicUsize, Ordering};
     /// A range of addresses in which systems with at least 47 address bits place neither programs nor their libraries,
     /// heaps and stacks.
-    const PLACES: std::ops::Range<usize> = 0x1000_0000_0000..0x5000_0000_0000;
-    const TRIES: usize = 32;
-    static NEXT: AtomicUsize = AtomicUsize::new(0);
-    for _ in 0..TRIES {
-        let number = NEXT.fetch_add(1, Ordering::Relaxed) % (PLACES.len() / align);
-        let wish = (PLACES.start + number * align) as *mut u8;
+    const ADDRESS_RANGE: std::ops::Range<usize> = 0x1000_0000_0000..0x5000_0000_0000;
+    const MAX_TRIES: usize = 32;
+    static NEXT_INDEX: AtomicUsize = AtomicUsize::new(0);
+    for _ in 0..MAX_TRIES {
+        let number = NEXT_INDEX.fetch_add(1, Ordering::Relaxed) % (ADDRESS_RANGE.len() / align);
+        let wish = (ADDRESS_RANGE.start + number * align) as *mut u8;
         let at = reserve_near(wish, bytes);
         if at.is_null() || at == wish {
             return at;

@@ -50,7 +50,7 @@ pub(crate) unsafe fn to_text(l: *mut lua_State, idx: i32) {
 /// The stack must have four free slots. May raise a Lua error.
 pub(crate) unsafe fn address(l: *mut lua_State, idx: i32) {
     let s = state::of(l);
-    registry(l, reg::NUMBERS);
+    registry(l, reg::OBJECT_NUMBERS);
     lua_pushvalue(l, idx);
     if lua_rawget(l, -2) != LUA_TNUMBER {
         lua_pop(l, 1);

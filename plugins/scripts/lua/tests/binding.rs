@@ -5,28 +5,28 @@ mod common;
 use common::*;
 use tatu_plugin_api::{abi::*, safe::Value};
 
-fn echo(_: &Host, frame: &mut tatu_call) -> tatu_status {
+fn echo(_: &TestHost, frame: &mut tatu_call) -> tatu_status {
     for i in 0..frame.n_args {
         ret(frame, arg(frame, i).raw());
     }
     TATU_OK
 }
-fn show(h: &Host, frame: &mut tatu_call) -> tatu_status {
+fn show(h: &TestHost, frame: &mut tatu_call) -> tatu_status {
     let all: Vec<_> = (0..frame.n_args).map(|i| format!("{:?}", arg(frame, i).to_value().unwrap())).collect();
     h.calls.borrow_mut().push(all.join(" "));
     TATU_OK
 }
-fn missing(h: &Host, frame: &mut tatu_call) -> tatu_status {
+fn missing(h: &TestHost, frame: &mut tatu_call) -> tatu_status {
     h.fail(frame, TATU_ERR_MISSING, "no object `/x`", "look at the tree")
 }
-fn objects(_: &Host, frame: &mut tatu_call) -> tatu_status {
+fn objects(_: &TestHost, frame: &mut tatu_call) -> tatu_status {
     let mut v = int(0);
     v.tag = TATU_OBJECT;
     v.u.u = (9 << 20) | 42;
     ret(frame, v);
     TATU_OK
 }
-fn callback(h: &Host, frame: &mut tatu_call) -> tatu_status {
+fn callback(h: &TestHost, frame: &mut tatu_call) -> tatu_status {
     let s = h.running();
     let f = arg(frame, 0).as_func().unwrap();
     assert_eq!(f >> 32, 5);
@@ -43,12 +43,12 @@ fn callback(h: &Host, frame: &mut tatu_call) -> tatu_status {
         Err(e) => h.fail(frame, e.code, &e.text, ""),
     }
 }
-fn keep(h: &Host, frame: &mut tatu_call) -> tatu_status {
+fn keep(h: &TestHost, frame: &mut tatu_call) -> tatu_status {
     let s = h.running();
-    h.kept.set(s.keep(arg(frame, 0).as_func().unwrap() as u32));
+    h.last_kept_func.set(s.keep(arg(frame, 0).as_func().unwrap() as u32));
     TATU_OK
 }
-fn recurse(h: &Host, frame: &mut tatu_call) -> tatu_status {
+fn recurse(h: &TestHost, frame: &mut tatu_call) -> tatu_status {
     let s = h.running();
     match s.function("down", &[arg(frame, 0).to_value().unwrap()]) {
         Ok(v) => {
@@ -61,8 +61,8 @@ fn recurse(h: &Host, frame: &mut tatu_call) -> tatu_status {
     }
 }
 
-fn host() -> &'static Host {
-    let h = Host::new();
+fn host() -> &'static TestHost {
+    let h = TestHost::new();
     h.command("echo", echo);
     h.command("show", show);
     h.command("robot.arm.echo", echo);
@@ -78,7 +78,7 @@ fn host() -> &'static Host {
 }
 
 #[test]
-fn names_are_found_when_used() {
+fn names_are_resolved_at_first_use() {
     let h = host();
     let s = h.load(
         "assert(limit == 7 and robot.speed == 1.5 and robot.arm.echo(3) == 3)
@@ -95,7 +95,7 @@ fn names_are_found_when_used() {
 }
 
 #[test]
-fn values_cross_both_ways() {
+fn values_are_passed_in_both_directions() {
     let h = host();
     let s = h.load(
         "function f(...) return echo(...) end
@@ -136,7 +136,7 @@ fn values_cross_both_ways() {
 }
 
 #[test]
-fn callers_take_as_many_results_as_they_ask_for() {
+fn calls_yield_the_requested_number_of_results() {
     let h = host();
     let s = h.load(
         "function few(...) local a = echo(...) local b, c = echo(...) echo(...) return a, b, c end
@@ -156,7 +156,7 @@ fn callers_take_as_many_results_as_they_ask_for() {
 }
 
 #[test]
-fn what_cannot_cross_is_told_with_its_place() {
+fn value_that_cannot_be_passed_is_named_by_its_path() {
     let h = host();
     let s = h.load(
         "function cycle() local t = {a = {1, {}}} t.a[2].b = t\n echo(1, t) end
@@ -179,7 +179,7 @@ fn what_cannot_cross_is_told_with_its_place() {
 }
 
 #[test]
-fn errors_carry_code_place_and_calls() {
+fn errors_have_code_position_and_traceback() {
     let h = host();
     let s = h.load(
         "function command()\n  getMissing(1)\nend
@@ -224,7 +224,7 @@ fn errors_carry_code_place_and_calls() {
 }
 
 #[test]
-fn functions_are_lent_and_kept() {
+fn borrowed_and_retained_functions_are_called() {
     let h = host();
     let s = h.load(
         "function f() return callback(function(a, b) return a + b end, 3, 4) end
@@ -237,7 +237,7 @@ fn functions_are_lent_and_kept() {
     let e = s.function("bad", &[]).unwrap_err();
     assert_eq!((e.code, e.text.as_str()), (TATU_ERR_SCRIPT, "inner"));
     s.function("g", &[]).unwrap();
-    let kept = h.kept.get();
+    let kept = h.last_kept_func.get();
     assert_ne!(kept, 0);
     assert_eq!(s.call_func(kept, &[]).unwrap().1, [Value::Int(1)]);
     assert_eq!(s.call_func(kept, &[]).unwrap().1, [Value::Int(2)]);
@@ -254,7 +254,7 @@ fn functions_are_lent_and_kept() {
 }
 
 #[test]
-fn a_script_is_entered_ten_deep() {
+fn calls_into_a_script_nest_ten_levels_deep() {
     let h = host();
     let s = h.load(
         "function down(n) if n == 0 then return 0 end

@@ -12,36 +12,36 @@ thread_local! {
     static TICKS: Cell<u64> = const { Cell::new(0) };
 }
 
-fn tick(_: &Host, _: &mut tatu_call) -> tatu_status {
+fn tick(_: &TestHost, _: &mut tatu_call) -> tatu_status {
     TICKS.set(TICKS.get() + 1);
     TATU_OK
 }
-fn names(h: &Host, frame: &mut tatu_call) -> tatu_status {
+fn names(h: &TestHost, frame: &mut tatu_call) -> tatu_status {
     for i in 0..frame.n_args {
         h.calls.borrow_mut().push(arg(frame, i).as_str().unwrap().to_string());
     }
     TATU_OK
 }
 
-fn host() -> &'static Host {
-    let h = Host::new();
+fn host() -> &'static TestHost {
+    let h = TestHost::new();
     h.command("tick", tick);
     h.command("names", names);
     h
 }
 
-const PAGE: &str = include_str!("../../../../docs/reference/script-costs.md");
+const COSTS_PAGE: &str = include_str!("../../../../docs/reference/script-costs.md");
 
 /// Returns the functions in the page's table.
 fn rows() -> BTreeSet<String> {
     let first = |line: &'static str| line.strip_prefix("| ").and_then(|l| l.split(" | ").next());
-    let table = PAGE.split("\n## ").find(|part| part.starts_with("Functions\n")).unwrap();
+    let table = COSTS_PAGE.split("\n## ").find(|part| part.starts_with("Functions\n")).unwrap();
     let names = table.lines().filter_map(first).flat_map(|cell| cell.split('`').skip(1).step_by(2));
     names.map(str::to_owned).collect()
 }
 
 #[test]
-fn every_function_has_a_row() {
+fn every_function_is_listed_on_the_costs_page() {
     let mut there = BTreeSet::new();
     for dialect in ["", "3.2"] {
         let h = host();
@@ -84,7 +84,7 @@ fn every_function_has_a_row() {
 const BUDGET: u64 = 4_000_000;
 
 /// Calls that would run forever, or for a very long time.
-const ENDLESS: &[&str] = &[
+const HOSTILE_CALLS: &[&str] = &[
     "table.remove(setmetatable({}, {__len = function() return 1e15 end}), 1)",
     "table.insert(setmetatable({}, {__len = function() return 1e15 end}), 1, 0)",
     "table.concat(setmetatable({}, {__index = function() return '' end}), '', 1, 1e15)",
@@ -147,7 +147,7 @@ const ENDLESS: &[&str] = &[
 #[test]
 fn hostile_calls_end_with_an_error() {
     let h = host();
-    for text in ENDLESS {
+    for text in HOSTILE_CALLS {
         let s = h.script(1);
         s.budget.set((BUDGET, 0));
         s.load(&format!("function init()\n{text}\nend"), "t.lua", "").unwrap();
@@ -164,7 +164,7 @@ fn hostile_calls_end_with_an_error() {
 }
 
 /// Code that creates a large string or table, a call with it, and the maximum number of such calls within the budget.
-const LARGE: &[(&str, &str, u64)] = &[
+const LARGE_CALLS: &[(&str, &str, u64)] = &[
     ("s = ('x'):rep(1e6)", "s:upper()", 17),
     ("s = ('x'):rep(1e6)", "s:lower()", 17),
     ("s = ('x'):rep(1e6)", "s:reverse()", 17),
@@ -224,9 +224,9 @@ const LARGE: &[(&str, &str, u64)] = &[
 ];
 
 #[test]
-fn calls_cost_what_they_do() {
+fn calls_are_charged_for_their_work() {
     let h = host();
-    for (before, call, most) in LARGE {
+    for (before, call, most) in LARGE_CALLS {
         let s = h.script(1);
         s.budget.set((0, 0));
         s.load(&format!("{before}\nfunction f()\nwhile true do tick() {call} end\nend"), "t.lua", "").unwrap();
@@ -242,7 +242,7 @@ fn calls_cost_what_they_do() {
 
 /// A collection terminates for weak tables whose values refer to each other's keys in the worst order.
 #[test]
-fn the_collector_ends() {
+fn collection_of_weak_tables_terminates() {
     let h = host();
     let s = h.load(
         "function f()

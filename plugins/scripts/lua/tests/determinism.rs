@@ -61,7 +61,7 @@ function init()
 end";
 
 fn run() -> Vec<String> {
-    let h = Host::new();
+    let h = TestHost::new();
     h.command("echo", |_, _| 0);
     h.command("robot.echo", |_, _| 0);
     // Earlier work of the process must not affect the output.

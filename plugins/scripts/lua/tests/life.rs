@@ -20,7 +20,7 @@ return {
 }"#;
 
 /// Implements any command: records its name and arguments, and returns values that suit the course's scripts.
-fn any(h: &Host, name: &str, frame: &mut tatu_call) -> tatu_status {
+fn any(h: &TestHost, name: &str, frame: &mut tatu_call) -> tatu_status {
     let args: Vec<_> = (0..frame.n_args)
         .map(|i| match arg(frame, i).to_value().unwrap() {
             Value::Text(t) => String::from_utf8_lossy(&t).into_owned(),
@@ -68,7 +68,7 @@ fn any(h: &Host, name: &str, frame: &mut tatu_call) -> tatu_status {
 macro_rules! commands {
     ($h:ident, $($name:ident)*) => {
         $({
-            fn one(h: &Host, frame: &mut tatu_call) -> tatu_status {
+            fn one(h: &TestHost, frame: &mut tatu_call) -> tatu_status {
                 any(h, stringify!($name), frame)
             }
             $h.command(stringify!($name), one);
@@ -76,7 +76,7 @@ macro_rules! commands {
     };
 }
 
-fn wait(h: &Host, frame: &mut tatu_call) -> tatu_status {
+fn wait(h: &TestHost, frame: &mut tatu_call) -> tatu_status {
     if frame.wait_token == 0 {
         return h.fail(frame, TATU_ERR_UNSUPPORTED, "only threads can wait", "");
     }
@@ -84,8 +84,8 @@ fn wait(h: &Host, frame: &mut tatu_call) -> tatu_status {
     TATU_WAIT
 }
 
-fn host() -> &'static Host {
-    let h = Host::new();
+fn host() -> &'static TestHost {
+    let h = TestHost::new();
     h.preludes.borrow_mut().push((String::new(), PRELUDE.to_owned()));
     h.preludes
         .borrow_mut()
@@ -105,7 +105,7 @@ fn host() -> &'static Host {
     h
 }
 
-fn load(h: &'static Host, text: &str) -> Script {
+fn load(h: &'static TestHost, text: &str) -> TestScript {
     let s = h.script(1);
     s.load(text, "t.lua", "").unwrap();
     s
@@ -133,7 +133,7 @@ fn functions_are_callbacks() {
 }
 
 #[test]
-fn an_old_text_runs_again_for_each_callback() {
+fn old_script_is_run_again_for_each_callback() {
     let h = host();
     let s = h.script(1);
     let text = "local l = (l or 0) + 1  g = (g or 0) + 1
@@ -162,7 +162,7 @@ fn an_old_text_runs_again_for_each_callback() {
 }
 
 #[test]
-fn dialects_have_their_library() {
+fn each_dialect_has_its_library() {
     let h = host();
     let s = h.script(1);
     let old = "function sysCall_init()
@@ -194,7 +194,7 @@ fn dialects_have_their_library() {
 }
 
 #[test]
-fn the_library_is_closed() {
+fn library_has_no_access_to_the_system() {
     let h = host();
     h.time.set(3661.5);
     let dir = std::env::temp_dir().join(format!("tatu-lua-{}", std::process::id()));
@@ -259,7 +259,7 @@ fn the_library_is_closed() {
 
 /// `print` completes a line that `io.write` has begun, and no output is lost, not even before an error.
 #[test]
-fn what_is_written_and_printed_keeps_its_order() {
+fn output_of_write_and_print_is_logged_in_order() {
     let h = host();
     let s = load(
         h,
@@ -279,7 +279,7 @@ fn what_is_written_and_printed_keeps_its_order() {
 }
 
 #[test]
-fn a_thread_waits() {
+fn thread_callback_waits_and_resumes() {
     let h = host();
     let s = load(
         h,
@@ -333,7 +333,7 @@ fn a_thread_waits() {
 }
 
 #[test]
-fn a_coroutine_of_the_script_waits() {
+fn coroutine_of_a_script_waits_and_resumes() {
     let h = host();
     let s = load(
         h,
@@ -355,7 +355,7 @@ fn a_coroutine_of_the_script_waits() {
 }
 
 #[test]
-fn an_old_thread_runs_the_text() {
+fn old_threaded_script_runs_as_a_coroutine() {
     let h = host();
     let s = load(h, "if sim_call_type==sim_childscriptcall_threaded then show('a') wait() show('b') end");
     s.init().unwrap();
@@ -367,7 +367,7 @@ fn an_old_thread_runs_the_text() {
 
 #[test]
 #[cfg_attr(no_shared, ignore = "needs ../shared, data that is not part of the repository")]
-fn the_scripts_of_the_course_run() {
+fn scripts_of_the_course_run() {
     let seeds = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../../shared/seeds/scripts");
     let entries = std::fs::read_dir(seeds).unwrap();
     let dir = std::env::temp_dir().join(format!("tatu-lua-seeds-{}", std::process::id()));

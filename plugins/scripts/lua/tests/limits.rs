@@ -6,7 +6,7 @@ use common::*;
 use tatu_plugin_api::{abi::*, safe::Value};
 
 /// Scripts that contain endless loops.
-const ENDLESS: &[&str] = &[
+const ENDLESS_SCRIPTS: &[&str] = &[
     "while true do end",
     "while true do pcall(function() while true do end end) end",
     "while true do pcall(error) end",
@@ -41,13 +41,13 @@ const ENDLESS: &[&str] = &[
     "error(setmetatable({}, {__tostring = function() while true do end end}))",
 ];
 
-fn echo(_: &Host, frame: &mut tatu_call) -> tatu_status {
+fn echo(_: &TestHost, frame: &mut tatu_call) -> tatu_status {
     for i in 0..frame.n_args {
         ret(frame, arg(frame, i).raw());
     }
     TATU_OK
 }
-fn callback(h: &Host, frame: &mut tatu_call) -> tatu_status {
+fn callback(h: &TestHost, frame: &mut tatu_call) -> tatu_status {
     let s = h.running();
     match s.call_func(arg(frame, 0).as_func().unwrap() as u32, &[]) {
         Ok(_) => TATU_OK,
@@ -55,17 +55,17 @@ fn callback(h: &Host, frame: &mut tatu_call) -> tatu_status {
     }
 }
 
-fn host() -> &'static Host {
-    let h = Host::new();
+fn host() -> &'static TestHost {
+    let h = TestHost::new();
     h.command("echo", echo);
     h.command("callback", callback);
     h
 }
 
 #[test]
-fn endless_loops_end() {
+fn endless_loops_exhaust_the_budget() {
     let h = host();
-    for text in ENDLESS {
+    for text in ENDLESS_SCRIPTS {
         let s = h.script(1);
         s.budget.set((200_000, 0));
         s.load(&format!("function init()\n{text}\nend"), "t.lua", "").unwrap();
@@ -102,7 +102,7 @@ fn budgets_are_per_call() {
 }
 
 #[test]
-fn memory_has_a_limit() {
+fn memory_limit_is_enforced() {
     let h = host();
     let s = h.script(1);
     s.budget.set((0, 4 << 20));
@@ -154,7 +154,7 @@ fn a_stack_that_cannot_grow_is_an_error() {
 }
 
 #[test]
-fn depth_gives_an_error() {
+fn excessive_recursion_is_an_error() {
     let h = host();
     let s = h.load(
         "function lua(n) return 1 + lua(n) end
@@ -178,7 +178,7 @@ fn depth_gives_an_error() {
 }
 
 #[test]
-fn a_thousand_states() {
+fn thousand_states_run_with_separate_random_sequences() {
     let h = host();
     let scripts: Vec<_> = (0..1000)
         .map(|i| {

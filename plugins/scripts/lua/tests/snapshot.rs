@@ -4,17 +4,17 @@
 
 mod common;
 
-use common::{Host, Script, num, ret};
+use common::{TestHost, TestScript, num, ret};
 use proptest::prelude::*;
 use tatu_plugin_api::abi::*;
 
 /// Saves the state of a script; returns the text of the error if it fails.
-fn saved(s: &Script) -> Result<Vec<u8>, String> {
+fn saved(s: &TestScript) -> Result<Vec<u8>, String> {
     s.save().map_err(|e| e.text)
 }
 
 /// Creates a script with the same source and restores the state in `bytes`.
-fn again(host: &'static Host, text: &str, bytes: &[u8]) -> Script {
+fn restored_copy(host: &'static TestHost, text: &str, bytes: &[u8]) -> TestScript {
     let s = host.load(text);
     s.restore(bytes).unwrap_or_else(|e| panic!("{e:?}"));
     s
@@ -22,8 +22,8 @@ fn again(host: &'static Host, text: &str, bytes: &[u8]) -> Script {
 
 /// Compares the results of `look` in a script and in its restored copy, now and after several calls of `go` in both.
 #[track_caller]
-fn same(text: &str) {
-    let host = Host::new();
+fn assert_copy_behaves_alike(text: &str) {
+    let host = TestHost::new();
     host.command("robot.read", |_, frame| {
         ret(frame, num(1.25));
         TATU_OK
@@ -35,7 +35,7 @@ fn same(text: &str) {
     }
     let bytes = saved(&s).unwrap_or_else(|e| panic!("{e}"));
     assert!(saved(&s).unwrap() == bytes, "saving must not change the state");
-    let copy = again(host, text, &bytes);
+    let copy = restored_copy(host, text, &bytes);
     assert!(saved(&copy).unwrap() == bytes, "the saved state of a copy must be identical");
     for i in 0..20 {
         assert_eq!(s.function("look", &[]).unwrap(), copy.function("look", &[]).unwrap(), "round {i}");
@@ -47,14 +47,14 @@ fn same(text: &str) {
 /// Returns the reason that a state cannot be saved.
 #[track_caller]
 fn refusal(text: &str) -> String {
-    let s = Host::new().load(text);
+    let s = TestHost::new().load(text);
     s.init().unwrap();
     saved(&s).expect_err("the state must not be saved")
 }
 
 #[test]
 fn values_of_every_type() {
-    same(
+    assert_copy_behaves_alike(
         "a, b, c, d, e, f = nil, true, 7, 2.0, 'te\\0xt', -0.0
         nan, inf, big = 0/0, math.huge, math.maxinteger
         function look() return tostring(a), b, c, d, e, 1/f, tostring(nan), inf, big, math.type(c), math.type(d) end
@@ -63,8 +63,8 @@ fn values_of_every_type() {
 }
 
 #[test]
-fn tables_that_are_shared_and_go_round() {
-    same(
+fn shared_and_cyclic_tables() {
+    assert_copy_behaves_alike(
         "local inner = {n = 1}
         t = {inner, inner, x = inner}
         t.t = t
@@ -76,7 +76,7 @@ fn tables_that_are_shared_and_go_round() {
 
 #[test]
 fn functions_share_their_variables() {
-    same(
+    assert_copy_behaves_alike(
         "local function counter()
             local n = 0
             return function() n = n + 1 return n end, function() return n end
@@ -96,7 +96,7 @@ fn functions_share_their_variables() {
 
 #[test]
 fn errors_in_restored_functions_still_name_their_lines() {
-    same(
+    assert_copy_behaves_alike(
         "local deep = {f = function()
             local x = nil
             return x.y
@@ -107,8 +107,8 @@ fn errors_in_restored_functions_still_name_their_lines() {
 }
 
 #[test]
-fn the_random_generator_goes_on() {
-    same(
+fn random_sequence_continues_after_restore() {
+    assert_copy_behaves_alike(
         "math.randomseed(99)
         function look() return tostring(math.random) end
         function go() return math.random(), math.random(100) end",
@@ -117,7 +117,7 @@ fn the_random_generator_goes_on() {
 
 #[test]
 fn the_order_of_pairs_is_part_of_the_state() {
-    same(
+    assert_copy_behaves_alike(
         "t, log = {}, {}
         for i = 1, 50 do t['key' .. (i * 7919) % 101] = i end
         for i = 1, 50, 3 do t['key' .. (i * 7919) % 101] = nil end
@@ -141,8 +141,8 @@ fn the_order_of_pairs_is_part_of_the_state() {
 }
 
 #[test]
-fn lengths_of_arrays_with_holes_stay() {
-    same(
+fn lengths_of_arrays_with_holes_are_restored() {
+    assert_copy_behaves_alike(
         "lists = {}
         for i = 1, 30 do
             local t = {}
@@ -158,8 +158,8 @@ fn lengths_of_arrays_with_holes_stay() {
 }
 
 #[test]
-fn a_changed_library_stays_changed() {
-    same(
+fn changed_library_functions_are_restored() {
+    assert_copy_behaves_alike(
         "local format = string.format
         string.shout = function(s) return s:upper() .. '!' end
         string.format = function(...) return '<' .. format(...) .. '>' end
@@ -171,8 +171,8 @@ fn a_changed_library_stays_changed() {
 }
 
 #[test]
-fn commands_and_iterators_stay_what_they_are() {
-    same(
+fn commands_and_iterators_are_restored() {
+    assert_copy_behaves_alike(
         "read = robot.read
         next_word = ('one two three four five six seven eight nine ten eleven twelve'):gmatch('%a+')
         function look() return read == robot.read, read(), robot.nothing end
@@ -181,8 +181,8 @@ fn commands_and_iterators_stay_what_they_are() {
 }
 
 #[test]
-fn loaded_texts_and_their_functions() {
-    same(
+fn functions_of_loaded_sources_are_restored() {
+    assert_copy_behaves_alike(
         "local make = load('local n = ... return function() n = n + 1 return n end', '=made')
         f, g = make(10), make(20)
         function look() return debug.getinfo(f, 'S').source end
@@ -191,8 +191,8 @@ fn loaded_texts_and_their_functions() {
 }
 
 #[test]
-fn shown_numbers_of_objects_stay() {
-    same(
+fn printed_object_numbers_are_restored() {
+    assert_copy_behaves_alike(
         "a, b = {}, {}
         shown = tostring(b)
         function look() return tostring(b), shown end
@@ -201,27 +201,27 @@ fn shown_numbers_of_objects_stay() {
 }
 
 #[test]
-fn old_texts_run_as_a_whole() {
+fn old_scripts_that_rerun_are_restored() {
     let prelude = "local told = ... return {
         functions = 'on_%s',
         rerun = {variable = 'why', values = {init = 0, actuation = 1}},
         dialect = told.has('why') and '3.2' or '4.9'}";
     let text = "if why == 0 then count, list = 0, {} end
         if why == 1 then count = count + 1 list[#list + 1] = count * 1.5 return count, #list, math.random(7.9) end";
-    let host = Host::new();
+    let host = TestHost::new();
     host.preludes.borrow_mut().push((String::new(), prelude.into()));
     let s = host.load(text);
     s.init().unwrap();
     let actuation = s.find(TATU_FIND_CALLBACK, "actuation");
     s.call_id(actuation, &[]).unwrap();
-    let copy = again(host, text, &saved(&s).unwrap());
+    let copy = restored_copy(host, text, &saved(&s).unwrap());
     for _ in 0..10 {
         assert_eq!(s.call_id(actuation, &[]).unwrap(), copy.call_id(actuation, &[]).unwrap());
     }
 }
 
 #[test]
-fn what_cannot_be_captured_is_named() {
+fn variable_that_cannot_be_saved_is_named() {
     let co = "co = coroutine.create(function() coroutine.yield() end) ";
     for (text, reason) in [
         (format!("{co} coroutine.resume(co)"), "variable `co` is a suspended coroutine"),
@@ -239,14 +239,14 @@ fn what_cannot_be_captured_is_named() {
         assert!(got.starts_with(reason), "{text}\n{got}");
     }
     // A finished coroutine can be saved.
-    same(&format!(
+    assert_copy_behaves_alike(&format!(
         "{co} coroutine.resume(co) coroutine.resume(co) function look() return coroutine.status(co) end
         function go() return coroutine.resume(co) end"
     ));
 }
 
 #[test]
-fn writing_does_not_move_what_comes_after() {
+fn saving_does_not_change_later_addresses() {
     // The order of keys that are tables depends on their addresses.
     let text = "local function digest() local t, s = {}, {}
             for i = 1, 40 do t[{i}] = i end
@@ -254,7 +254,7 @@ fn writing_does_not_move_what_comes_after() {
             return table.concat(s, ' ') end
         keep = {}
         function go() keep[#keep + 1] = {digest()} return digest() end";
-    let host = Host::new();
+    let host = TestHost::new();
     let (plain, watched) = (host.load(text), host.load(text));
     plain.init().unwrap();
     watched.init().unwrap();
@@ -267,7 +267,7 @@ fn writing_does_not_move_what_comes_after() {
 #[test]
 fn damaged_bytes_are_refused() {
     let text = "t = {1, 2, x = {y = function() return t end}} function go() return #t end";
-    let host = Host::new();
+    let host = TestHost::new();
     let s = host.load(text);
     s.init().unwrap();
     let bytes = saved(&s).unwrap();
@@ -290,9 +290,9 @@ fn damaged_bytes_are_refused() {
 }
 
 /// An operation on a table: the indices of the table, the key, and the new value.
-type Move = (usize, usize, usize);
+type TableOperation = (usize, usize, usize);
 
-fn statement((table, key, value): &Move) -> String {
+fn statement((table, key, value): &TableOperation) -> String {
     let keys = ["'a'", "'longer'", "'key_%'", "%", "-%", "%.5", "1", "2", "3", "#T + 1", "true", "false", "'x' .. %"];
     let values = ["nil", "%", "'v%'", "tables[% % #tables + 1]", "1.5", "true", "nil"];
     let number = (table * 31 + key * 7 + value) % 50;
@@ -316,7 +316,7 @@ proptest! {
         before in proptest::collection::vec((0usize..5, 0usize..200, 0usize..60), 1..150),
         after in proptest::collection::vec((0usize..5, 0usize..200, 0usize..60), 1..60),
     ) {
-        let moves = |m: &[Move]| m.iter().map(statement).collect::<Vec<_>>().join("\n");
+        let moves = |m: &[TableOperation]| m.iter().map(statement).collect::<Vec<_>>().join("\n");
         let text = format!(
             "tables = {{{{}}, {{}}, {{}}, {{}}, {{}}}}
             local ids = {{}}
@@ -334,10 +334,10 @@ proptest! {
             end
             {}
             function go() {} end", moves(&before), moves(&after));
-        let host = Host::new();
+        let host = TestHost::new();
         let s = host.load(&text);
         s.init().unwrap();
-        let copy = again(host, &text, &saved(&s).unwrap());
+        let copy = restored_copy(host, &text, &saved(&s).unwrap());
         prop_assert_eq!(s.function("look", &[]).unwrap(), copy.function("look", &[]).unwrap());
         s.function("go", &[]).unwrap();
         copy.function("go", &[]).unwrap();

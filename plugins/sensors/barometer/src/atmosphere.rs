@@ -9,54 +9,54 @@
 //! where h = r z / (r + z) is the geopotential altitude at the geometric altitude z, and r is the radius of the Earth.
 
 /// Pressure at sea level, Pa.
-pub const SEA_LEVEL: f64 = 101_325.0;
+pub const SEA_LEVEL_PRESSURE: f64 = 101_325.0;
 /// Temperature at sea level, K.
 const T0: f64 = 288.15;
 /// Decrease of temperature in the lower layer, K/m.
-const LAPSE: f64 = 0.0065;
+const LAPSE_RATE: f64 = 0.0065;
 /// Standard gravity, m/s^2.
 const G0: f64 = 9.806_65;
 /// Specific gas constant of air, J/(kg K): 8.31432 J/(mol K) over 0.0289644 kg/mol.
 const R: f64 = 8.314_32 / 0.028_964_4;
 /// Radius of the Earth in the definition of geopotential altitude, m.
-const RADIUS: f64 = 6_356_766.0;
+const EARTH_RADIUS: f64 = 6_356_766.0;
 /// Geopotential altitude of the tropopause, m.
 const TROPOPAUSE: f64 = 11_000.0;
 /// Temperature at the tropopause, K.
-const T1: f64 = T0 - LAPSE * TROPOPAUSE;
-const EXPONENT: f64 = G0 / (R * LAPSE);
+const T1: f64 = T0 - LAPSE_RATE * TROPOPAUSE;
+const EXPONENT: f64 = G0 / (R * LAPSE_RATE);
 /// Minimum supported altitude, m. It is below any mine and any point on land.
-const LOWEST: f64 = -10_000.0;
+const MIN_ALTITUDE_M: f64 = -10_000.0;
 /// Maximum supported altitude, m.
-const HIGHEST: f64 = 100_000.0;
+const MAX_ALTITUDE_M: f64 = 100_000.0;
 
 /// Returns the ratio of the pressure at the tropopause to that at sea level.
-fn at_tropopause() -> f64 {
+fn tropopause_ratio() -> f64 {
     libm::pow(T1 / T0, EXPONENT)
 }
 
-/// Returns the ratio of the pressure at an altitude, m, to that at sea level. The altitude is clamped to `LOWEST` and
-/// `HIGHEST`; above 20 km, the formula of the layer below is used.
-pub fn share(altitude: f64) -> f64 {
-    let z = altitude.clamp(LOWEST, HIGHEST);
-    let h = RADIUS * z / (RADIUS + z);
+/// Returns the ratio of the pressure at an altitude, m, to that at sea level. The altitude is clamped to `MIN_ALTITUDE_M` and
+/// `MAX_ALTITUDE_M`; above 20 km, the formula of the layer below is used.
+pub fn pressure_ratio(altitude: f64) -> f64 {
+    let z = altitude.clamp(MIN_ALTITUDE_M, MAX_ALTITUDE_M);
+    let h = EARTH_RADIUS * z / (EARTH_RADIUS + z);
     if h < TROPOPAUSE {
-        libm::pow(1.0 - LAPSE * h / T0, EXPONENT)
+        libm::pow(1.0 - LAPSE_RATE * h / T0, EXPONENT)
     } else {
-        at_tropopause() * libm::exp(-G0 * (h - TROPOPAUSE) / (R * T1))
+        tropopause_ratio() * libm::exp(-G0 * (h - TROPOPAUSE) / (R * T1))
     }
 }
 
 /// Returns the altitude, m, at which the ratio of the pressure to that at sea level is `share`.
 pub fn altitude(share: f64) -> f64 {
     let share = share.max(1e-12);
-    let tropopause = at_tropopause();
+    let tropopause = tropopause_ratio();
     let h = if share > tropopause {
-        T0 / LAPSE * (1.0 - libm::pow(share, 1.0 / EXPONENT))
+        T0 / LAPSE_RATE * (1.0 - libm::pow(share, 1.0 / EXPONENT))
     } else {
         TROPOPAUSE - R * T1 / G0 * libm::log(share / tropopause)
     };
-    RADIUS * h / (RADIUS - h)
+    EARTH_RADIUS * h / (EARTH_RADIUS - h)
 }
 
 #[cfg(test)]
@@ -66,24 +66,24 @@ mod tests {
     #[test]
     fn pressures_are_those_of_the_published_table() {
         // Wikipedia, "Barometric formula": 22632.10 Pa at a geopotential altitude of 11 km, 5474.89 Pa at 20 km.
-        let of = |h: f64| SEA_LEVEL * share(RADIUS * h / (RADIUS - h));
+        let of = |h: f64| SEA_LEVEL_PRESSURE * pressure_ratio(EARTH_RADIUS * h / (EARTH_RADIUS - h));
         assert!((of(11_000.0) - 22_632.10).abs() < 0.1, "{}", of(11_000.0));
         assert!((of(20_000.0) - 5_474.89).abs() < 0.1, "{}", of(20_000.0));
-        assert_eq!(of(0.0), SEA_LEVEL);
+        assert_eq!(of(0.0), SEA_LEVEL_PRESSURE);
         assert!((EXPONENT - 5.255_88).abs() < 1e-5);
     }
 
     #[test]
     fn altitude_and_pressure_are_inverse() {
         for z in [-400.0, 0.0, 0.01, 519.0, 8848.0, 11_019.0, 11_020.0, 19_000.0] {
-            assert!((altitude(share(z)) - z).abs() < 1e-6, "{z}: {}", altitude(share(z)));
+            assert!((altitude(pressure_ratio(z)) - z).abs() < 1e-6, "{z}: {}", altitude(pressure_ratio(z)));
         }
     }
 
     #[test]
-    fn everything_is_finite() {
+    fn pressure_and_altitude_are_always_finite() {
         for z in [f64::NEG_INFINITY, -1e9, 1e9, f64::INFINITY] {
-            assert!(share(z).is_finite() && share(z) > 0.0);
+            assert!(pressure_ratio(z).is_finite() && pressure_ratio(z) > 0.0);
         }
         for p in [-1.0, 0.0, f64::MIN_POSITIVE, 3.0] {
             assert!(altitude(p).is_finite(), "{p}");

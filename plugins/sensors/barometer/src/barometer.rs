@@ -7,12 +7,12 @@ use tatu_plugin_api::{
 };
 
 use crate::{
-    atmosphere::{self, SEA_LEVEL},
+    atmosphere::{self, SEA_LEVEL_PRESSURE},
     presets,
 };
 
 /// The plugin, which has no state.
-pub struct Barometers;
+pub struct BarometerPlugin;
 
 /// The configuration of a barometer.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -33,11 +33,11 @@ fields! {
 }
 
 fn altitude(pressure: f64) -> f64 {
-    atmosphere::altitude(pressure / SEA_LEVEL)
+    atmosphere::altitude(pressure / SEA_LEVEL_PRESSURE)
 }
 
 impl Sensor for Barometer {
-    type Plugin = Barometers;
+    type Plugin = BarometerPlugin;
     const ID: &'static str = "barometer";
     const TEXT: &'static str = "Measures the pressure of the standard atmosphere, and the altitude derived from it.";
     const SCHEMAS: &'static [&'static str] = &["pressure/1"];
@@ -50,7 +50,7 @@ impl Sensor for Barometer {
             Param::float("sea_level_pressure")
                 .unit("Pa")
                 .range(50_000.0, 150_000.0)
-                .default(SEA_LEVEL)
+                .default(SEA_LEVEL_PRESSURE)
                 .text("Air pressure at sea level (QNH)."),
         ]
     }
@@ -80,7 +80,7 @@ impl Sensor for Barometer {
         let Some([_, _, z, ..]) = sample.pose() else {
             return Err(Fail::unsupported("this host does not provide the pose of sensors"));
         };
-        let pressure = self.sea_level * atmosphere::share(self.origin + z);
+        let pressure = self.sea_level * atmosphere::pressure_ratio(self.origin + z);
         out.set(Self::PRESSURE, pressure);
         out.set(Self::ALTITUDE, altitude(pressure));
         Ok(())

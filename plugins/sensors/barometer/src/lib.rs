@@ -12,11 +12,11 @@ use tatu_plugin_api::{
     tatu_plugin,
 };
 
-pub use barometer::{Barometer, Barometers};
+pub use barometer::{Barometer, BarometerPlugin};
 
-impl Plugin for Barometers {
+impl Plugin for BarometerPlugin {
     fn start(_: &Host) -> Result<Self> {
-        Ok(Barometers)
+        Ok(BarometerPlugin)
     }
     fn offer(offer: &mut Offer<Self>) {
         offer.sensor::<Barometer>();
@@ -24,7 +24,7 @@ impl Plugin for Barometers {
 }
 
 tatu_plugin! {
-    plugin: Barometers,
+    plugin: BarometerPlugin,
     id: "tatu.sensor.barometer",
     name: "Barometers",
     version: env!("CARGO_PKG_VERSION"),

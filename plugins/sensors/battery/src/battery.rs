@@ -7,12 +7,12 @@ use tatu_plugin_api::{
 };
 
 use crate::{
-    cells::{Cells, Output},
+    cells::{BatteryCells, BatteryOutput},
     presets,
 };
 
 /// The plugin, which has no state.
-pub struct Batteries;
+pub struct BatteryPlugin;
 
 /// The configuration of a battery.
 #[derive(Debug, Clone, PartialEq)]
@@ -27,7 +27,7 @@ pub struct Battery {
 /// The parameters that a script can change during a run.
 #[derive(Debug, Clone, PartialEq)]
 struct Circuit {
-    cells: Cells,
+    cells: BatteryCells,
     /// Number of motors, each of which draws as much power as the motor of the joint.
     motors: f64,
     /// Current of all loads except motors, A.
@@ -45,7 +45,7 @@ fields! {
 }
 
 /// Number of state values: whether a measurement has been made (0 or 1), its time, s, its current, A, and the charge.
-const STATE: usize = 4;
+const STATE_LEN: usize = 4;
 
 impl Circuit {
     fn new(params: &Params<'_>) -> Result<Self> {
@@ -57,7 +57,7 @@ impl Circuit {
         }
         const SECONDS_PER_HOUR: f64 = 3600.0;
         Ok(Circuit {
-            cells: Cells {
+            cells: BatteryCells {
                 capacity: params.f64("capacity_ah")? * SECONDS_PER_HOUR,
                 voltages,
                 resistance: params.f64("resistance_ohm")?,
@@ -71,14 +71,14 @@ impl Circuit {
 
 impl Battery {
     /// Updates the state with the joint's velocity and effort at a time, s, and returns the output and the charge.
-    fn drain(&self, state: &mut [f64], (time, velocity, effort): (f64, f64, f64)) -> (Output, f64) {
+    fn drain(&self, state: &mut [f64], (time, velocity, effort): (f64, f64, f64)) -> (BatteryOutput, f64) {
         let [there, last_time, current, charge] = state else {
-            return (Output { voltage: 0.0, current: 0.0 }, 0.0);
+            return (BatteryOutput { voltage: 0.0, current: 0.0 }, 0.0);
         };
         if *there == 0.0 {
             (*there, *charge) = (1.0, self.charge);
         } else {
-            *charge = self.circuit.cells.drained(*charge, *current, time - *last_time);
+            *charge = self.circuit.cells.charge_after(*charge, *current, time - *last_time);
         }
         let Circuit { cells, motors, idle, efficiency } = &self.circuit;
         let output = cells.deliver(*charge, *idle, motors * (effort * velocity).abs() / efficiency);
@@ -88,13 +88,13 @@ impl Battery {
 }
 
 impl Sensor for Battery {
-    type Plugin = Batteries;
+    type Plugin = BatteryPlugin;
     const ID: &'static str = "battery";
     const TEXT: &'static str = "Measures voltage, current and charge of a battery that a joint's motor drains.";
     const SCHEMAS: &'static [&'static str] = &["battery/1"];
     const INPUTS: u32 = TATU_IN_JOINT;
     const EVERY_PHYSICS_STEP: bool = true;
-    const STATE: usize = STATE;
+    const STATE: usize = STATE_LEN;
     const PRESETS: &'static [Preset] = presets::ALL;
 
     fn params() -> Vec<Param> {
@@ -166,10 +166,10 @@ mod tests {
 
     #[test]
     fn a_motor_drains_the_charge_by_its_power() {
-        let cells = Cells { capacity: 100.0, voltages: vec![10.0], resistance: 0.0 };
+        let cells = BatteryCells { capacity: 100.0, voltages: vec![10.0], resistance: 0.0 };
         let circuit = Circuit { cells, motors: 2.0, idle: 1.0, efficiency: 0.5 };
         let it = Battery { joint: 0, charge: 0.5, circuit };
-        let mut state = [0.0; STATE];
+        let mut state = [0.0; STATE_LEN];
         // Two motors of 5 W with an efficiency of 0.5 draw 20 W, which is 2 A; the idle current is 1 A.
         let (output, charge) = it.drain(&mut state, (3.0, -5.0, 1.0));
         assert_eq!((output.current, output.voltage, charge), (3.0, 10.0, 0.5));

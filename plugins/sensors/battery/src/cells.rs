@@ -3,7 +3,7 @@
 
 /// Cells in series.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Cells {
+pub struct BatteryCells {
     /// Full charge, C.
     pub capacity: f64,
     /// Open-circuit voltages, V, at equally spaced charges, from empty to full; at least one.
@@ -14,14 +14,14 @@ pub struct Cells {
 
 /// The output of a battery.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Output {
+pub struct BatteryOutput {
     /// Voltage between the terminals, V.
     pub voltage: f64,
     /// Current of both loads, A.
     pub current: f64,
 }
 
-impl Cells {
+impl BatteryCells {
     /// Returns the open-circuit voltage at a charge from 0 to 1.
     pub fn open_voltage(&self, charge: f64) -> f64 {
         let Some(last) = self.voltages.len().checked_sub(1) else { return 0.0 };
@@ -34,9 +34,9 @@ impl Cells {
     /// Returns the output at a charge from 0 to 1. The loads draw the constant current `idle`, A, and the power
     /// `power`, W. If the battery cannot deliver the power, it delivers the maximum available power; an empty battery
     /// delivers nothing.
-    pub fn deliver(&self, charge: f64, idle: f64, power: f64) -> Output {
+    pub fn deliver(&self, charge: f64, idle: f64, power: f64) -> BatteryOutput {
         if charge <= 0.0 {
-            return Output { voltage: 0.0, current: 0.0 };
+            return BatteryOutput { voltage: 0.0, current: 0.0 };
         }
         let open = self.open_voltage(charge);
         // The current cannot exceed the short-circuit current, which is unlimited without resistance.
@@ -47,11 +47,11 @@ impl Cells {
         let most = if self.resistance > 0.0 { 0.5 * left / self.resistance } else { f64::INFINITY };
         let drawn = if left + root > 0.0 { (2.0 * power / (left + root)).min(most) } else { 0.0 };
         let current = idle + drawn;
-        Output { voltage: open - self.resistance * current, current }
+        BatteryOutput { voltage: open - self.resistance * current, current }
     }
 
     /// Returns the charge, 0 to 1, after a current, A, has flowed for a time, s.
-    pub fn drained(&self, charge: f64, current: f64, time: f64) -> f64 {
+    pub fn charge_after(&self, charge: f64, current: f64, time: f64) -> f64 {
         (charge - current * time / self.capacity).clamp(0.0, 1.0)
     }
 }
@@ -60,8 +60,8 @@ impl Cells {
 mod tests {
     use super::*;
 
-    fn cells() -> Cells {
-        Cells { capacity: 3600.0, voltages: vec![9.0, 11.1, 12.6], resistance: 0.5 }
+    fn cells() -> BatteryCells {
+        BatteryCells { capacity: 3600.0, voltages: vec![9.0, 11.1, 12.6], resistance: 0.5 }
     }
 
     #[test]
@@ -70,33 +70,33 @@ mod tests {
         for (charge, voltage) in [(0.0, 9.0), (0.25, 10.05), (0.5, 11.1), (0.75, 11.85), (1.0, 12.6), (2.0, 12.6)] {
             assert!((it.open_voltage(charge) - voltage).abs() < 1e-12, "{charge}");
         }
-        assert_eq!(Cells { voltages: vec![6.0], ..cells() }.open_voltage(0.3), 6.0);
+        assert_eq!(BatteryCells { voltages: vec![6.0], ..cells() }.open_voltage(0.3), 6.0);
     }
 
     #[test]
-    fn the_loads_get_what_they_take() {
+    fn loads_receive_the_requested_power() {
         let it = cells();
-        let Output { voltage, current } = it.deliver(1.0, 0.4, 20.0);
+        let BatteryOutput { voltage, current } = it.deliver(1.0, 0.4, 20.0);
         assert!((voltage * (current - 0.4) - 20.0).abs() < 1e-9, "the power");
         assert!((12.6 - 0.5 * current - voltage).abs() < 1e-12, "voltage drop at the resistance");
         assert_eq!(it.deliver(1.0, 0.4, 0.0).current, 0.4);
-        let ideal = Cells { resistance: 0.0, ..cells() };
+        let ideal = BatteryCells { resistance: 0.0, ..cells() };
         assert!((ideal.deliver(1.0, 0.0, 126.0).current - 10.0).abs() < 1e-12);
     }
 
     #[test]
-    fn no_more_than_the_greatest_power_flows() {
+    fn power_is_limited_by_the_internal_resistance() {
         // A source of 12.6 V with 0.5 Ohm delivers at most 12.6^2 / 4 / 0.5 = 79.38 W, at half its voltage.
         let most = cells().deliver(1.0, 0.0, 1e6);
         assert!((most.voltage - 6.3).abs() < 1e-12 && (most.voltage * most.current - 79.38).abs() < 1e-9);
         let shorted = cells().deliver(1.0, 1e6, 1.0);
         assert!(shorted.voltage.abs() < 1e-12 && (shorted.current - 25.2).abs() < 1e-12, "{shorted:?}");
-        assert_eq!(cells().deliver(0.0, 1.0, 1.0), Output { voltage: 0.0, current: 0.0 });
+        assert_eq!(cells().deliver(0.0, 1.0, 1.0), BatteryOutput { voltage: 0.0, current: 0.0 });
     }
 
     #[test]
-    fn charge_falls_by_what_flowed_and_not_below_empty() {
-        assert!((cells().drained(1.0, 1.0, 360.0) - 0.9).abs() < 1e-12);
-        assert_eq!(cells().drained(0.1, 10.0, 3600.0), 0.0);
+    fn charge_decreases_by_the_current_and_stops_at_zero() {
+        assert!((cells().charge_after(1.0, 1.0, 360.0) - 0.9).abs() < 1e-12);
+        assert_eq!(cells().charge_after(0.1, 10.0, 3600.0), 0.0);
     }
 }

@@ -11,11 +11,11 @@ use tatu_plugin_api::{
     tatu_plugin,
 };
 
-pub use battery::{Batteries, Battery};
+pub use battery::{Battery, BatteryPlugin};
 
-impl Plugin for Batteries {
+impl Plugin for BatteryPlugin {
     fn start(_: &Host) -> Result<Self> {
-        Ok(Batteries)
+        Ok(BatteryPlugin)
     }
     fn offer(offer: &mut Offer<Self>) {
         offer.sensor::<Battery>();
@@ -23,7 +23,7 @@ impl Plugin for Batteries {
 }
 
 tatu_plugin! {
-    plugin: Batteries,
+    plugin: BatteryPlugin,
     id: "tatu.sensor.battery",
     name: "Batteries",
     version: env!("CARGO_PKG_VERSION"),

@@ -11,7 +11,7 @@ use tatu_plugin_api::{
 use crate::presets;
 
 /// The plugin, which has no state.
-pub struct Magnetometers;
+pub struct CompassPlugin;
 
 /// The configuration of a magnetometer.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -36,9 +36,9 @@ fields! {
 
 /// Dip, rad, of the field of a dipole along the Earth's axis at 48 degrees of latitude: tan dip = 2 tan latitude
 /// (Wikipedia, "Dipole model of Earth's magnetic field").
-const DIP: f64 = 1.147_774;
+const DEFAULT_DIP: f64 = 1.147_774;
 /// Strength of the dipole's field at the same latitude, T: 31.2 uT sqrt(1 + 3 sin^2 latitude).
-const STRENGTH: f64 = 5.085e-5;
+const DEFAULT_STRENGTH: f64 = 5.085e-5;
 
 impl Compass {
     fn new(declination: f64, inclination: f64, strength: f64, scale: [f64; 3]) -> Result<Self> {
@@ -62,7 +62,7 @@ fn heading([x, y, _]: [f64; 3]) -> f64 {
 }
 
 impl Sensor for Compass {
-    type Plugin = Magnetometers;
+    type Plugin = CompassPlugin;
     const ID: &'static str = "compass";
     const TEXT: &'static str = "Measures the Earth's magnetic field, and the heading derived from it.";
     const SCHEMAS: &'static [&'static str] = &["magnetic_field/1"];
@@ -80,9 +80,13 @@ impl Sensor for Compass {
             Param::float("inclination")
                 .unit("rad")
                 .range(-FRAC_PI_2, FRAC_PI_2)
-                .default(DIP)
+                .default(DEFAULT_DIP)
                 .text("Angle by which the field points below the horizon."),
-            Param::float("strength").unit("T").range(0.0, 1.0).default(STRENGTH).text("Magnitude of the field."),
+            Param::float("strength")
+                .unit("T")
+                .range(0.0, 1.0)
+                .default(DEFAULT_STRENGTH)
+                .text("Magnitude of the field."),
             Param::floats("scale", 3)
                 .default([1.0; 3])
                 .text("Factors of the field along the sensor's axes, for scale errors and soft iron."),
@@ -133,8 +137,8 @@ mod tests {
     #[test]
     fn the_default_field_is_that_of_a_dipole_at_48_degrees() {
         let latitude = 48.0_f64.to_radians();
-        assert!((DIP - (2.0 * latitude.tan()).atan()).abs() < 1e-6);
-        assert!((STRENGTH - 3.12e-5 * (1.0 + 3.0 * latitude.sin().powi(2)).sqrt()).abs() < 1e-8);
+        assert!((DEFAULT_DIP - (2.0 * latitude.tan()).atan()).abs() < 1e-6);
+        assert!((DEFAULT_STRENGTH - 3.12e-5 * (1.0 + 3.0 * latitude.sin().powi(2)).sqrt()).abs() < 1e-8);
     }
 
     #[test]

@@ -12,11 +12,11 @@ use tatu_plugin_api::{
     tatu_plugin,
 };
 
-pub use compass::{Compass, Magnetometers};
+pub use compass::{Compass, CompassPlugin};
 
-impl Plugin for Magnetometers {
+impl Plugin for CompassPlugin {
     fn start(_: &Host) -> Result<Self> {
-        Ok(Magnetometers)
+        Ok(CompassPlugin)
     }
     fn offer(offer: &mut Offer<Self>) {
         offer.sensor::<Compass>();
@@ -24,7 +24,7 @@ impl Plugin for Magnetometers {
 }
 
 tatu_plugin! {
-    plugin: Magnetometers,
+    plugin: CompassPlugin,
     id: "tatu.sensor.compass",
     name: "Compasses",
     version: env!("CARGO_PKG_VERSION"),

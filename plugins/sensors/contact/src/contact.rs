@@ -11,19 +11,19 @@ use tatu_plugin_api::{
 use crate::presets;
 
 /// The plugin, which has no state.
-pub struct Skins;
+pub struct ContactPlugin;
 
 /// The configuration of a contact sensor.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Contact {
+pub struct ContactSensor {
     /// The observed shape; 0: the nearest shape with a body above the sensor.
     shape: tatu_object,
-    settings: Settings,
+    settings: ContactSettings,
 }
 
 /// The parameters that can change during a run.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Settings {
+struct ContactSettings {
     /// Minimum sum of normal forces at which the sensor reports a contact, N.
     threshold: f64,
     /// Direction of the middle of the sector: angle about the sensor's +z, from +x, rad.
@@ -35,7 +35,7 @@ struct Settings {
 }
 
 fields! {
-    Contact {
+    ContactSensor {
         TOUCHING: i32 = Field::new("contact.touching")
             .text("Whether the normal force is at least the threshold: 1 or 0.");
         FORCE: f64 = Field::new("contact.force")
@@ -51,7 +51,7 @@ fields! {
     }
 }
 
-impl Settings {
+impl ContactSettings {
     fn new(params: &Params<'_>) -> Result<Self> {
         let region = if params.get("region")?.is_nil() { None } else { Some(params.array::<6>("region")?) };
         if let Some(r) = region.filter(|r| (0..3).any(|i| r[i].is_nan() || r[i + 3].is_nan() || r[i] > r[i + 3])) {
@@ -60,11 +60,11 @@ impl Settings {
             )));
         }
         let (threshold, direction) = (params.f64("threshold")?, params.f64("direction")?);
-        Ok(Settings { threshold, direction, sector: params.f64("sector")?, region })
+        Ok(ContactSettings { threshold, direction, sector: params.f64("sector")?, region })
     }
 
     /// Returns whether a point, in the sensor's frame, is in the sector and the region.
-    fn feels(&self, at: [f64; 3]) -> bool {
+    fn is_sensitive_at(&self, at: [f64; 3]) -> bool {
         let inside = self.region.is_none_or(|r| (0..3).all(|i| r[i] <= at[i] && at[i] <= r[i + 3]));
         if !inside || self.sector >= TAU {
             return inside;
@@ -74,14 +74,14 @@ impl Settings {
         off.abs() <= 0.5 * self.sector
     }
 
-    fn touches(&self, force: f64) -> bool {
+    fn reaches_threshold(&self, force: f64) -> bool {
         force > 0.0 && force >= self.threshold
     }
 }
 
 /// The load on the shape, in the sensor's frame.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-struct Load {
+struct ContactLoad {
     count: i32,
     normal: f64,
     force: [f64; 3],
@@ -89,14 +89,14 @@ struct Load {
     moment: [f64; 3],
 }
 
-impl Load {
-    fn of(sample: &Sample<'_>, settings: &Settings) -> Self {
-        let mut load = Load::default();
+impl ContactLoad {
+    fn of(sample: &Sample<'_>, settings: &ContactSettings) -> Self {
+        let mut load = ContactLoad::default();
         let Some([x, y, z, ..]) = sample.pose() else { return load };
         for (contact, friction) in sample.contacts().iter().zip(sample.frictions()) {
             let ([px, py, pz], normal) = (contact.point, contact.force);
             let at = sample.to_sensor([px - x, py - y, pz - z]);
-            if normal <= 0.0 || !settings.feels(at) {
+            if normal <= 0.0 || !settings.is_sensitive_at(at) {
                 continue;
             }
             let force = sample.to_sensor([0, 1, 2].map(|i| normal * contact.normal[i] + friction[i]));
@@ -111,8 +111,8 @@ impl Load {
     }
 }
 
-impl Sensor for Contact {
-    type Plugin = Skins;
+impl Sensor for ContactSensor {
+    type Plugin = ContactPlugin;
     const ID: &'static str = "contact";
     const TEXT: &'static str = "Measures the contacts of a shape and their forces, for bumpers and feet.";
     const SCHEMAS: &'static [&'static str] = &["contact/1"];
@@ -158,11 +158,11 @@ impl Sensor for Contact {
         if shape != 0 && world.look(shape)?.kind != TATU_KIND_SHAPE {
             return Err(Fail::argument(format!("`shape`: `{path}` is not a shape")));
         }
-        Ok(Contact { shape, settings: Settings::new(params)? })
+        Ok(ContactSensor { shape, settings: ContactSettings::new(params)? })
     }
 
     fn configure(&mut self, params: &Params<'_>, _: u64) -> Result<Change> {
-        self.settings = Settings::new(params)?;
+        self.settings = ContactSettings::new(params)?;
         Ok(Change::Taken)
     }
 
@@ -174,8 +174,8 @@ impl Sensor for Contact {
         if sample.pose().is_none() {
             return Err(Fail::unsupported("this host does not provide the pose of sensors"));
         }
-        let load = Load::of(sample, &self.settings);
-        out.set(Self::TOUCHING, self.settings.touches(load.normal).into());
+        let load = ContactLoad::of(sample, &self.settings);
+        out.set(Self::TOUCHING, self.settings.reaches_threshold(load.normal).into());
         out.slice(Self::FORCE).copy_from_slice(&load.force);
         out.set(Self::COUNT, load.count);
         out.set(Self::NORMAL_FORCE, load.normal);
@@ -187,7 +187,7 @@ impl Sensor for Contact {
     /// Compares the noisy normal force with the threshold.
     fn finish(&self, _: &Sample<'_>, out: &mut Readout<'_>) -> Result {
         let normal = out.slice(Self::NORMAL_FORCE)[0];
-        out.set(Self::TOUCHING, self.settings.touches(normal).into());
+        out.set(Self::TOUCHING, self.settings.reaches_threshold(normal).into());
         Ok(())
     }
 }
@@ -196,39 +196,39 @@ impl Sensor for Contact {
 mod tests {
     use super::*;
 
-    const EVERYWHERE: Settings = Settings { threshold: 0.0, direction: 0.0, sector: TAU, region: None };
+    const UNRESTRICTED: ContactSettings = ContactSettings { threshold: 0.0, direction: 0.0, sector: TAU, region: None };
 
     #[test]
     fn a_sector_is_centred_on_its_direction_across_half_a_turn() {
-        let quarter = Settings { direction: PI, sector: 0.5 * PI, ..EVERYWHERE };
+        let quarter = ContactSettings { direction: PI, sector: 0.5 * PI, ..UNRESTRICTED };
         let at = |degrees: f64| [degrees.to_radians().cos(), degrees.to_radians().sin(), 3.0];
         for (degrees, felt) in [(180.0, true), (136.0, true), (-136.0, true), (134.0, false), (-134.0, false)] {
-            assert_eq!(quarter.feels(at(degrees)), felt, "{degrees}");
+            assert_eq!(quarter.is_sensitive_at(at(degrees)), felt, "{degrees}");
         }
-        assert!(EVERYWHERE.feels(at(77.0)));
-        assert!(!Settings { sector: 0.0, ..EVERYWHERE }.feels(at(1.0)), "a sector of 0 is a line");
+        assert!(UNRESTRICTED.is_sensitive_at(at(77.0)));
+        assert!(!ContactSettings { sector: 0.0, ..UNRESTRICTED }.is_sensitive_at(at(1.0)), "a sector of 0 is a line");
     }
 
     #[test]
     fn a_region_includes_its_faces() {
-        let region = Settings { region: Some([-0.1, -0.1, 0.0, 0.1, 0.1, 0.0]), ..EVERYWHERE };
-        assert!(region.feels([0.1, -0.1, 0.0]) && region.feels([0.0; 3]));
-        assert!(!region.feels([0.11, 0.0, 0.0]) && !region.feels([0.0, 0.0, 1e-9]));
+        let region = ContactSettings { region: Some([-0.1, -0.1, 0.0, 0.1, 0.1, 0.0]), ..UNRESTRICTED };
+        assert!(region.is_sensitive_at([0.1, -0.1, 0.0]) && region.is_sensitive_at([0.0; 3]));
+        assert!(!region.is_sensitive_at([0.11, 0.0, 0.0]) && !region.is_sensitive_at([0.0, 0.0, 1e-9]));
     }
 
     #[test]
     fn a_switch_closes_at_its_threshold_but_never_without_a_force() {
-        assert!(!EVERYWHERE.touches(0.0) && EVERYWHERE.touches(1e-9));
-        let switch = Settings { threshold: 1.5, ..EVERYWHERE };
-        assert!(!switch.touches(1.49) && switch.touches(1.5));
+        assert!(!UNRESTRICTED.reaches_threshold(0.0) && UNRESTRICTED.reaches_threshold(1e-9));
+        let switch = ContactSettings { threshold: 1.5, ..UNRESTRICTED };
+        assert!(!switch.reaches_threshold(1.49) && switch.reaches_threshold(1.5));
     }
 
     #[test]
     fn readme_names_every_parameter_field_and_preset() {
         let readme = include_str!("../README.md");
-        let all = (Contact::params().iter().map(|p| p.key().to_owned()).collect::<Vec<_>>().into_iter())
-            .chain(Contact::fields().into_iter().map(|f| f.name().to_owned()))
-            .chain(Contact::PRESETS.iter().map(|p| p.id.to_owned()));
+        let all = (ContactSensor::params().iter().map(|p| p.key().to_owned()).collect::<Vec<_>>().into_iter())
+            .chain(ContactSensor::fields().into_iter().map(|f| f.name().to_owned()))
+            .chain(ContactSensor::PRESETS.iter().map(|p| p.id.to_owned()));
         for name in all {
             assert!(readme.contains(&format!("| `{name}`")), "{name}");
         }

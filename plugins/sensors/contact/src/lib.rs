@@ -12,19 +12,19 @@ use tatu_plugin_api::{
     tatu_plugin,
 };
 
-pub use contact::{Contact, Skins};
+pub use contact::{ContactPlugin, ContactSensor};
 
-impl Plugin for Skins {
+impl Plugin for ContactPlugin {
     fn start(_: &Host) -> Result<Self> {
-        Ok(Skins)
+        Ok(ContactPlugin)
     }
     fn offer(offer: &mut Offer<Self>) {
-        offer.sensor::<Contact>();
+        offer.sensor::<ContactSensor>();
     }
 }
 
 tatu_plugin! {
-    plugin: Skins,
+    plugin: ContactPlugin,
     id: "tatu.sensor.contact",
     name: "Contact sensors",
     version: env!("CARGO_PKG_VERSION"),

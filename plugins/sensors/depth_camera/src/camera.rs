@@ -7,20 +7,20 @@ use tatu_plugin_api::{
 };
 
 use crate::{
-    optics::{Draw, Frame},
+    optics::{IdealImage, RandomSource},
     presets,
-    settings::{self, Settings},
+    settings::{self, DepthCameraSettings},
 };
 
 /// The plugin, which has no state.
-pub struct DepthCameras;
+pub struct DepthCameraPlugin;
 
 /// A depth camera with its checked parameters.
 #[derive(Debug, Clone, PartialEq)]
-pub struct DepthCamera(Settings);
+pub struct DepthCamera(DepthCameraSettings);
 
 /// Draws the random numbers of a measurement from its sample.
-impl Draw for Sample<'_> {
+impl RandomSource for Sample<'_> {
     fn uniform(&self, first: u64, out: &mut [f64]) {
         Sample::uniform(self, first, out);
     }
@@ -29,17 +29,17 @@ impl Draw for Sample<'_> {
     }
 }
 
-const IMAGE: [u32; 3] = [TATU_DIM_ROWS, TATU_DIM_COLUMNS, 1];
+const IMAGE_DIMS: [u32; 3] = [TATU_DIM_ROWS, TATU_DIM_COLUMNS, 1];
 
 /// Returns the shape of an image whose number of channels is the instance's own dimension `own` (`tatu_beams.own`).
-const fn channels(own: u32) -> [u32; 3] {
+const fn channel_dims(own: u32) -> [u32; 3] {
     [TATU_DIM_ROWS, TATU_DIM_COLUMNS, TATU_DIM_OWN + own]
 }
 
 fields! {
     DepthCamera {
         DEPTH: f32 = Field::new("depth_image.depth")
-            .dims(IMAGE)
+            .dims(IMAGE_DIMS)
             .unit("m")
             .text("Distance along +z, the lowest row first; infinity: no surface; 0: the measurement failed.");
         LIMITS: f64 = Field::new("depth_image.limits").elements(2).unit("m").text("Depths of the near and far planes.");
@@ -50,22 +50,22 @@ fields! {
         PARALLEL: i32 = Field::new("depth_image.parallel")
             .text("1: the lines of sight are parallel; 0: they start at one point.");
         RGB: u8 = Field::new("color_image.rgb")
-            .dims(channels(0))
+            .dims(channel_dims(0))
             .unit("1")
             .text("Red, green and blue, 0 to 255, the lowest row first.");
         POINTS: f32 = Field::new("depth_image.points")
-            .dims(channels(1))
+            .dims(channel_dims(1))
             .unit("m")
             .text("x y z of each pixel in the sensor's frame; 0 0 0 without a depth. Only with `points`.");
         INCIDENCE: f32 = Field::new("depth_image.incidence")
-            .dims(channels(2))
+            .dims(channel_dims(2))
             .unit("rad")
             .text("Angle between line of sight and normal; pi/2 without a surface. Only with `incidence`.");
     }
 }
 
 impl Sensor for DepthCamera {
-    type Plugin = DepthCameras;
+    type Plugin = DepthCameraPlugin;
     const ID: &'static str = "depth_camera";
     const TEXT: &'static str =
         "Measures images of depth along the optical axis and of colour, like V-REP's vision sensors and the Kinect.";
@@ -82,7 +82,7 @@ impl Sensor for DepthCamera {
     }
 
     fn create(_: &SharedWorld<'_>, _: Instance, params: &Params<'_>) -> Result<Self> {
-        Ok(DepthCamera(Settings::read(params)?))
+        Ok(DepthCamera(DepthCameraSettings::read(params)?))
     }
 
     fn beams(&self) -> Result<Beams> {
@@ -96,8 +96,12 @@ impl Sensor for DepthCamera {
         if s.optics.is_ideal() {
             depth.copy_from_slice(seen);
         } else {
-            let frame =
-                Frame { columns: s.columns as usize, focal: s.focal(), depth: seen, cosine: sample.pixel_cosines() };
+            let frame = IdealImage {
+                columns: s.columns as usize,
+                focal: s.focal(),
+                depth: seen,
+                cosine: sample.pixel_cosines(),
+            };
             s.optics.measure(&frame, sample, depth);
         }
         if s.empty.is_finite() {
@@ -113,19 +117,19 @@ impl Sensor for DepthCamera {
         for (angle, cosine) in out.slice(Self::INCIDENCE).iter_mut().zip(sample.pixel_cosines()) {
             *angle = libm::acosf(cosine.clamp(0.0, 1.0));
         }
-        self.tell_points(out);
+        self.write_points(out);
         Ok(())
     }
 
     /// Computes points from the noisy depths.
     fn finish(&self, _: &Sample<'_>, out: &mut Readout<'_>) -> Result {
-        self.tell_points(out);
+        self.write_points(out);
         Ok(())
     }
 }
 
 impl DepthCamera {
-    fn tell_points(&self, out: &mut Readout<'_>) {
+    fn write_points(&self, out: &mut Readout<'_>) {
         let DepthCamera(s) = self;
         if !s.points {
             return;

@@ -15,11 +15,11 @@ use tatu_plugin_api::{
     tatu_plugin,
 };
 
-pub use camera::{DepthCamera, DepthCameras};
+pub use camera::{DepthCamera, DepthCameraPlugin};
 
-impl Plugin for DepthCameras {
+impl Plugin for DepthCameraPlugin {
     fn start(_: &Host) -> Result<Self> {
-        Ok(DepthCameras)
+        Ok(DepthCameraPlugin)
     }
     fn offer(offer: &mut Offer<Self>) {
         offer.sensor::<DepthCamera>();
@@ -27,7 +27,7 @@ impl Plugin for DepthCameras {
 }
 
 tatu_plugin! {
-    plugin: DepthCameras,
+    plugin: DepthCameraPlugin,
     id: "tatu.sensor.depth_camera",
     name: "Depth cameras",
     version: env!("CARGO_PKG_VERSION"),

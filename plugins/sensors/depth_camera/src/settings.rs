@@ -7,14 +7,14 @@ use tatu_plugin_api::{
     safe::{Beams, Fail, Form, Param, Params, Result},
 };
 
-use crate::optics::{Edges, Optics};
+use crate::optics::{EdgeMode, Optics};
 
 /// Maximum number of pixels along one side, which is also the host's limit.
-const MOST_PIXELS: f64 = 8192.0;
+const MAX_SIDE_PIXELS: f64 = 8192.0;
 
 /// The checked parameters of a camera.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Settings {
+pub struct DepthCameraSettings {
     /// Number of columns.
     pub columns: u32,
     /// Number of rows.
@@ -45,7 +45,7 @@ pub struct Settings {
 
 /// Declares the parameters of the sensor kind.
 pub fn params() -> Vec<Param> {
-    let pixels = |key, n: i64| Param::int(key).range(1.0, MOST_PIXELS).default(n);
+    let pixels = |key, n: i64| Param::int(key).range(1.0, MAX_SIDE_PIXELS).default(n);
     let metres = |key, x: f64| Param::float(key).unit("m").range(0.0, f64::INFINITY).default(x);
     [
         pixels("columns", 640).text("Pixels per row."),
@@ -99,15 +99,15 @@ fn refuse<T>(text: String) -> Result<T> {
     Err(Fail::argument(text))
 }
 
-impl Settings {
+impl DepthCameraSettings {
     /// Reads and checks the parameters.
     pub fn read(p: &Params<'_>) -> Result<Self> {
         let count = |key: &str| -> Result<u32> {
             let n = p.i64(key)?;
             u32::try_from(n)
                 .ok()
-                .filter(|n| *n > 0 && f64::from(*n) <= MOST_PIXELS)
-                .ok_or_else(|| Fail::argument(format!("`{key}` is {n}; expected 1 to {MOST_PIXELS} pixels")))
+                .filter(|n| *n > 0 && f64::from(*n) <= MAX_SIDE_PIXELS)
+                .ok_or_else(|| Fail::argument(format!("`{key}` is {n}; expected 1 to {MAX_SIDE_PIXELS} pixels")))
         };
         let optics = Optics {
             least_cosine: match p.f64("max_incidence")? {
@@ -116,14 +116,14 @@ impl Settings {
             },
             projector: p.f64("projector")?,
             edges: match p.string("edges")?.as_str() {
-                "exact" => Edges::Exact,
-                "lost" => Edges::Lost,
-                "mixed" => Edges::Mixed,
+                "exact" => EdgeMode::Exact,
+                "lost" => EdgeMode::Lost,
+                "mixed" => EdgeMode::Mixed,
                 other => return refuse(format!("`edges` is `{other}`; expected `exact`, `lost` or `mixed`")),
             },
             lateral_sigma: p.f64("lateral_sigma")?,
         };
-        Settings {
+        DepthCameraSettings {
             columns: count("columns")?,
             rows: count("rows")?,
             perspective_angle: p.f64("perspective_angle")?,
@@ -173,16 +173,16 @@ impl Settings {
     }
 
     /// Returns the number of pixels of the longer side.
-    fn longer(&self) -> f64 {
+    fn longer_side(&self) -> f64 {
         f64::from(self.columns.max(self.rows))
     }
 
     /// Returns the focal length in pixels, or the number of pixels per metre for orthographic projection.
     pub fn focal(&self) -> f64 {
         if self.ortho_size > 0.0 {
-            self.longer() / self.ortho_size
+            self.longer_side() / self.ortho_size
         } else {
-            self.longer() / 2.0 / libm::tan(self.perspective_angle / 2.0)
+            self.longer_side() / 2.0 / libm::tan(self.perspective_angle / 2.0)
         }
     }
 
@@ -202,13 +202,14 @@ impl Settings {
             skip_own_model: self.skip_own_model,
             visible: true,
             own: [if self.color { 3 } else { 0 }, if self.points { 3 } else { 0 }, u32::from(self.incidence), 0],
-            without: if self.color { 0 } else { TATU_IN_COLOR } | if self.slant() { 0 } else { TATU_IN_COSINE },
+            without: if self.color { 0 } else { TATU_IN_COLOR }
+                | if self.needs_incidence() { 0 } else { TATU_IN_COSINE },
             ..Beams::default()
         }
     }
 
     /// Returns whether the host must compute angles of incidence.
-    pub fn slant(&self) -> bool {
+    pub fn needs_incidence(&self) -> bool {
         self.incidence || self.optics.least_cosine > 0.0
     }
 
@@ -227,9 +228,9 @@ impl Settings {
 }
 
 #[cfg(test)]
-impl Default for Settings {
+impl Default for DepthCameraSettings {
     fn default() -> Self {
-        Settings {
+        DepthCameraSettings {
             columns: 640,
             rows: 480,
             perspective_angle: 57_f64.to_radians(),
@@ -253,8 +254,8 @@ mod tests {
 
     /// 57 degrees over 640 pixels: f = 320 / tan 28.5 = 589.37, and 44.32 degrees over 480.
     #[test]
-    fn the_default_opens_as_the_original() {
-        let s = Settings::default();
+    fn default_field_of_view_matches_the_original_sensor() {
+        let s = DepthCameraSettings::default();
         assert!((s.focal() - 589.366).abs() < 1e-3, "{}", s.focal());
         let vertical = 2.0 * libm::atan(240.0 / s.focal());
         assert!((vertical.to_degrees() - 44.315).abs() < 1e-2, "{}", vertical.to_degrees());
@@ -263,7 +264,12 @@ mod tests {
 
     #[test]
     fn the_angle_belongs_to_the_longer_side() {
-        let s = Settings { columns: 10, rows: 40, perspective_angle: FRAC_PI_2, ..Settings::default() };
+        let s = DepthCameraSettings {
+            columns: 10,
+            rows: 40,
+            perspective_angle: FRAC_PI_2,
+            ..DepthCameraSettings::default()
+        };
         assert!((s.focal() - 20.0).abs() < 1e-12);
         let Form::Image { horizontal_angle, .. } = s.beams().form else { panic!() };
         assert!(((horizontal_angle / 2.0).tan() - 0.25).abs() < 1e-12);
@@ -273,46 +279,48 @@ mod tests {
     /// 0.1694 and 0.0847 m per metre of depth.
     #[test]
     fn points_follow_from_pixels() {
-        let s = Settings { columns: 641, rows: 481, ..Settings::default() };
+        let s = DepthCameraSettings { columns: 641, rows: 481, ..DepthCameraSettings::default() };
         let [x, y, z] = s.point(s.intrinsics(), 220, 290, 2.0);
         let f = 320.5 / libm::tan(28.5_f64.to_radians());
         assert!(
             (f64::from(x) - 200.0 / f).abs() < 1e-6 && (f64::from(y) - 100.0 / f).abs() < 1e-6 && z == 2.0,
             "{x} {y}"
         );
-        let s = Settings { columns: 3, rows: 3, ortho_size: 0.3, ..Settings::default() };
+        let s = DepthCameraSettings { columns: 3, rows: 3, ortho_size: 0.3, ..DepthCameraSettings::default() };
         let [x, y, _] = s.point(s.intrinsics(), 0, 2, 2.0);
         assert!((x - 0.1).abs() < 1e-6 && (y - 0.1).abs() < 1e-6, "{x} {y}");
     }
 
     #[test]
-    fn what_is_not_wanted_is_not_asked_for() {
-        let plain = Settings::default().beams();
+    fn unneeded_inputs_are_not_requested() {
+        let plain = DepthCameraSettings::default().beams();
         assert_eq!((plain.own, plain.without), ([3, 0, 0, 0], TATU_IN_COSINE));
-        let other = Settings { color: false, points: true, incidence: true, ..Settings::default() }.beams();
+        let other =
+            DepthCameraSettings { color: false, points: true, incidence: true, ..DepthCameraSettings::default() }
+                .beams();
         assert_eq!((other.own, other.without), ([0, 3, 1, 0], TATU_IN_COLOR));
     }
 
     #[test]
     fn parallel_images_have_square_pixels() {
-        let s = Settings { columns: 8, rows: 16, ortho_size: 0.4, ..Settings::default() };
+        let s = DepthCameraSettings { columns: 8, rows: 16, ortho_size: 0.4, ..DepthCameraSettings::default() };
         let Form::Parallel { width, .. } = s.beams().form else { panic!() };
         assert!((width - 0.2).abs() < 1e-12);
     }
 
     #[test]
-    fn what_makes_no_image_is_refused() {
+    fn invalid_settings_are_refused() {
         for (wrong, word) in [
-            (Settings { far: 0.01, ..Settings::default() }, "far"),
-            (Settings { near: -1.0, ..Settings::default() }, "near"),
-            (Settings { perspective_angle: 0.0, ..Settings::default() }, "perspective_angle"),
-            (Settings { perspective_angle: f64::NAN, ..Settings::default() }, "finite"),
-            (Settings { ortho_size: -0.1, ..Settings::default() }, "ortho_size"),
+            (DepthCameraSettings { far: 0.01, ..DepthCameraSettings::default() }, "far"),
+            (DepthCameraSettings { near: -1.0, ..DepthCameraSettings::default() }, "near"),
+            (DepthCameraSettings { perspective_angle: 0.0, ..DepthCameraSettings::default() }, "perspective_angle"),
+            (DepthCameraSettings { perspective_angle: f64::NAN, ..DepthCameraSettings::default() }, "finite"),
+            (DepthCameraSettings { ortho_size: -0.1, ..DepthCameraSettings::default() }, "ortho_size"),
             (
-                Settings {
+                DepthCameraSettings {
                     ortho_size: 1.0,
                     optics: Optics { projector: 0.075, ..Optics::NONE },
-                    ..Settings::default()
+                    ..DepthCameraSettings::default()
                 },
                 "projector",
             ),

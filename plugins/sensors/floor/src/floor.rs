@@ -8,15 +8,15 @@ use tatu_plugin_api::{
     },
 };
 
-use crate::{presets, spots::Spots};
+use crate::{presets, spots::SpotLayout};
 
 /// The plugin, which has no state.
-pub struct Arrays;
+pub struct FloorPlugin;
 
 /// The configuration of a row of reflectance sensors.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Floor {
-    spots: Spots,
+pub struct FloorSensor {
+    spots: SpotLayout,
     /// Maximum distance of detection, m.
     range: f64,
     /// Pairs of distance, m, and value of a white surface, by ascending distance; if empty, the value is always 1.
@@ -29,7 +29,7 @@ const MAX_SPOTS: i64 = 1024;
 const MAX_RAYS: i64 = 256;
 
 fields! {
-    Floor {
+    FloorSensor {
         VALUE: f64 = Field::new("reflectance.value")
             .dims([TATU_DIM_OWN, 1, 1])
             .unit("1")
@@ -50,7 +50,7 @@ fn pairs(params: &Params<'_>, key: &str) -> Result<Vec<[f64; 2]>> {
     Ok(pairs.to_vec())
 }
 
-impl Floor {
+impl FloorSensor {
     fn of(params: &Params<'_>) -> Result<Self> {
         let listed = pairs(params, "spots")?;
         let (count, rays) = (params.i64("count")?, params.i64("rays")?);
@@ -58,7 +58,7 @@ impl Floor {
             return Err(Fail::argument(format!("`spots`: expected at most {MAX_SPOTS} spots, found {}", listed.len())));
         }
         let centres =
-            if listed.is_empty() { Spots::in_a_row(count.max(1) as usize, params.f64("pitch")?) } else { listed };
+            if listed.is_empty() { SpotLayout::in_a_row(count.max(1) as usize, params.f64("pitch")?) } else { listed };
         let response = pairs(params, "response")?;
         let rises = response.windows(2).all(|w| w[0][0] < w[1][0]);
         if !rises || response.iter().any(|[d, v]| *d < 0.0 || *v < 0.0) {
@@ -67,14 +67,18 @@ impl Floor {
                  {response:?}"
             )));
         }
-        let spots =
-            Spots { centres, rays: rays.max(1) as usize, diameter: params.f64("diameter")?, view: params.f64("view")? };
+        let spots = SpotLayout {
+            centres,
+            rays: rays.max(1) as usize,
+            diameter: params.f64("diameter")?,
+            view: params.f64("view")?,
+        };
         let (range, threshold) = (params.f64("range")?, params.f64("threshold")?);
-        Ok(Floor { spots, range, response, threshold, skip_own_model: params.bool("skip_own_model")? })
+        Ok(FloorSensor { spots, range, response, threshold, skip_own_model: params.bool("skip_own_model")? })
     }
 
     /// Returns the value of a white surface at a distance, m.
-    fn white(&self, distance: f64) -> f64 {
+    fn white_value(&self, distance: f64) -> f64 {
         let (Some(first), Some(last)) = (self.response.first(), self.response.last()) else { return 1.0 };
         let after = self.response.partition_point(|[d, _]| *d < distance);
         match (after.checked_sub(1).and_then(|i| self.response.get(i)), self.response.get(after)) {
@@ -89,7 +93,7 @@ impl Floor {
             return 0.0;
         }
         let brightness = color.iter().map(|c| f64::from(*c)).sum::<f64>() / (3.0 * 255.0);
-        self.white(distance) * brightness
+        self.white_value(distance) * brightness
     }
 
     fn detect(&self, out: &mut Readout<'_>) {
@@ -104,8 +108,8 @@ impl Floor {
     }
 }
 
-impl Sensor for Floor {
-    type Plugin = Arrays;
+impl Sensor for FloorSensor {
+    type Plugin = FloorPlugin;
     const ID: &'static str = "floor";
     const TEXT: &'static str = "Measures the reflectance of several spots, for line following and cliff detection.";
     const SCHEMAS: &'static [&'static str] = &["reflectance/1"];
@@ -148,11 +152,11 @@ impl Sensor for Floor {
     }
 
     fn create(_: &SharedWorld<'_>, _: Instance, params: &Params<'_>) -> Result<Self> {
-        Floor::of(params)
+        FloorSensor::of(params)
     }
 
     fn configure(&mut self, params: &Params<'_>, _: u64) -> Result<Change> {
-        let new = Floor::of(params)?;
+        let new = FloorSensor::of(params)?;
         // The number of spots determines the lengths of the fields, which an instance cannot change.
         let same = new.spots.centres.len() == self.spots.centres.len();
         *self = new;
@@ -194,22 +198,22 @@ impl Sensor for Floor {
 mod tests {
     use super::*;
 
-    fn floor(response: Vec<[f64; 2]>) -> Floor {
-        let spots = Spots { centres: vec![[0.0; 2]], rays: 1, diameter: 0.0, view: 0.0 };
-        Floor { spots, range: 0.1, response, threshold: 0.5, skip_own_model: false }
+    fn floor(response: Vec<[f64; 2]>) -> FloorSensor {
+        let spots = SpotLayout { centres: vec![[0.0; 2]], rays: 1, diameter: 0.0, view: 0.0 };
+        FloorSensor { spots, range: 0.1, response, threshold: 0.5, skip_own_model: false }
     }
 
     #[test]
     fn a_response_is_linear_between_its_points_and_constant_beyond() {
         let it = floor(vec![[0.002, 0.8], [0.004, 1.0], [0.016, 0.4]]);
         for (distance, value) in [(0.0, 0.8), (0.002, 0.8), (0.003, 0.9), (0.004, 1.0), (0.01, 0.7), (0.09, 0.4)] {
-            assert!((it.white(distance) - value).abs() < 1e-12, "{distance}: {}", it.white(distance));
+            assert!((it.white_value(distance) - value).abs() < 1e-12, "{distance}: {}", it.white_value(distance));
         }
-        assert_eq!(floor(Vec::new()).white(0.09), 1.0);
+        assert_eq!(floor(Vec::new()).white_value(0.09), 1.0);
     }
 
     #[test]
-    fn brightness_is_the_mean_of_the_channels_and_nothing_is_dark() {
+    fn brightness_is_the_mean_of_the_channels_and_zero_without_a_surface() {
         let it = floor(Vec::new());
         assert_eq!(it.value(0.01, [255; 3]), 1.0);
         assert_eq!(it.value(0.01, [0; 3]), 0.0);
@@ -220,9 +224,9 @@ mod tests {
     #[test]
     fn readme_names_every_parameter_field_and_preset() {
         let readme = include_str!("../README.md");
-        let all = (Floor::params().iter().map(|p| p.key().to_owned()).collect::<Vec<_>>().into_iter())
-            .chain(Floor::fields().into_iter().map(|f| f.name().to_owned()))
-            .chain(Floor::PRESETS.iter().map(|p| p.id.to_owned()));
+        let all = (FloorSensor::params().iter().map(|p| p.key().to_owned()).collect::<Vec<_>>().into_iter())
+            .chain(FloorSensor::fields().into_iter().map(|f| f.name().to_owned()))
+            .chain(FloorSensor::PRESETS.iter().map(|p| p.id.to_owned()));
         for name in all {
             assert!(readme.contains(&format!("| `{name}`")), "{name}");
         }

@@ -13,19 +13,19 @@ use tatu_plugin_api::{
     tatu_plugin,
 };
 
-pub use floor::{Arrays, Floor};
+pub use floor::{FloorPlugin, FloorSensor};
 
-impl Plugin for Arrays {
+impl Plugin for FloorPlugin {
     fn start(_: &Host) -> Result<Self> {
-        Ok(Arrays)
+        Ok(FloorPlugin)
     }
     fn offer(offer: &mut Offer<Self>) {
-        offer.sensor::<Floor>();
+        offer.sensor::<FloorSensor>();
     }
 }
 
 tatu_plugin! {
-    plugin: Arrays,
+    plugin: FloorPlugin,
     id: "tatu.sensor.floor",
     name: "Floor sensors",
     version: env!("CARGO_PKG_VERSION"),

@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 /// Spots of one size, and the rays of each.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Spots {
+pub struct SpotLayout {
     /// Centres in the sensor's xy plane, m.
     pub centres: Vec<[f64; 2]>,
     /// Rays per spot.
@@ -17,9 +17,9 @@ pub struct Spots {
 
 /// Angle between consecutive rays as a fraction of a turn. It follows from the golden ratio, which distributes any
 /// number of rays evenly over a disc.
-const GOLDEN: f64 = 0.381_966_011_250_105_1;
+const GOLDEN_TURN: f64 = 0.381_966_011_250_105_1;
 
-impl Spots {
+impl SpotLayout {
     /// Returns `count` centres along x, in ascending order, `pitch` metres apart and centred on the origin.
     pub fn in_a_row(count: usize, pitch: f64) -> Vec<[f64; 2]> {
         let middle = 0.5 * (count as f64 - 1.0);
@@ -33,7 +33,7 @@ impl Spots {
             .map(|i| {
                 // Each ray represents an equal part of the disc; a single ray is at the centre.
                 let radius = if self.rays == 1 { 0.0 } else { ((i as f64 + 0.5) / self.rays as f64).sqrt() };
-                let (s, c) = libm::sincos(TAU * GOLDEN * i as f64);
+                let (s, c) = libm::sincos(TAU * GOLDEN_TURN * i as f64);
                 [radius * c, radius * s]
             })
             .collect();
@@ -54,7 +54,7 @@ mod tests {
 
     #[test]
     fn a_row_is_centred_on_the_sensor() {
-        let xs = |n, pitch| Spots::in_a_row(n, pitch).into_iter().map(|c| c[0]).collect::<Vec<_>>();
+        let xs = |n, pitch| SpotLayout::in_a_row(n, pitch).into_iter().map(|c| c[0]).collect::<Vec<_>>();
         assert_eq!(xs(3, 0.01), [-0.01, 0.0, 0.01]);
         assert_eq!(xs(2, 1.0), [-0.5, 0.5]);
         assert_eq!(xs(1, 1.0), [0.0]);
@@ -62,13 +62,13 @@ mod tests {
 
     #[test]
     fn a_single_ray_is_the_middle_of_its_spot() {
-        let spots = Spots { centres: vec![[0.1, 0.2]], rays: 1, diameter: 0.01, view: 0.5 };
+        let spots = SpotLayout { centres: vec![[0.1, 0.2]], rays: 1, diameter: 0.01, view: 0.5 };
         assert_eq!(spots.rays(), (vec![[0.1, 0.2, 0.0]], vec![[0.0, 0.0, 1.0]]));
     }
 
     #[test]
     fn rays_cover_their_disc_evenly() {
-        let spots = Spots { centres: vec![[0.0, 0.0]], rays: 400, diameter: 2.0, view: 0.6 };
+        let spots = SpotLayout { centres: vec![[0.0, 0.0]], rays: 400, diameter: 2.0, view: 0.6 };
         let (origins, directions) = spots.rays();
         let within = |r: f64| origins.iter().filter(|o| o[0].hypot(o[1]) < r).count();
         // The fraction of rays within a radius equals that of the area.

@@ -9,7 +9,7 @@ use tatu_plugin_api::{
 use crate::presets;
 
 /// The plugin, which has no state.
-pub struct Transducers;
+pub struct ForceTorquePlugin;
 
 /// The configuration of a force and torque sensor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -32,7 +32,7 @@ fields! {
 }
 
 impl Sensor for ForceTorque {
-    type Plugin = Transducers;
+    type Plugin = ForceTorquePlugin;
     const ID: &'static str = "force_torque";
     const TEXT: &'static str = "Measures force and torque between the two bodies that a force sensor connects.";
     const SCHEMAS: &'static [&'static str] = &["wrench/1"];

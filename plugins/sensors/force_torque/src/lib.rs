@@ -10,11 +10,11 @@ use tatu_plugin_api::{
     tatu_plugin,
 };
 
-pub use force_torque::{ForceTorque, Transducers};
+pub use force_torque::{ForceTorque, ForceTorquePlugin};
 
-impl Plugin for Transducers {
+impl Plugin for ForceTorquePlugin {
     fn start(_: &Host) -> Result<Self> {
-        Ok(Transducers)
+        Ok(ForceTorquePlugin)
     }
     fn offer(offer: &mut Offer<Self>) {
         offer.sensor::<ForceTorque>();
@@ -22,7 +22,7 @@ impl Plugin for Transducers {
 }
 
 tatu_plugin! {
-    plugin: Transducers,
+    plugin: ForceTorquePlugin,
     id: "tatu.sensor.force_torque",
     name: "Force and torque sensors",
     version: env!("CARGO_PKG_VERSION"),

@@ -7,12 +7,12 @@ use tatu_plugin_api::{
 };
 
 use crate::{
-    earth::{Place, Plane},
+    earth::{GeodeticPosition, TangentPlane},
     presets,
 };
 
 /// The plugin, which has no state.
-pub struct Receivers;
+pub struct GpsPlugin;
 
 /// The configuration of a satellite receiver.
 #[derive(Debug, Clone, PartialEq)]
@@ -20,7 +20,7 @@ pub struct Gps {
     /// Position of the antenna in the sensor's frame, m.
     antenna: [f64; 3],
     /// The plane tangent to the Earth that contains the x and y axes of the world.
-    plane: Plane,
+    plane: TangentPlane,
 }
 
 fields! {
@@ -51,19 +51,19 @@ impl Gps {
                 "latitude, longitude and altitude in `scene.origin` must be finite for a satellite receiver",
             ));
         }
-        Ok(Gps { antenna, plane: Plane::at(Place { latitude, longitude, altitude }) })
+        Ok(Gps { antenna, plane: TangentPlane::at(GeodeticPosition { latitude, longitude, altitude }) })
     }
 
     /// Returns the position and velocity of the antenna in the world frame, given the pose and twist of the mount.
     fn fix(&self, pose: [f64; 7], twist: [f64; 6]) -> ([f64; 3], [f64; 3]) {
-        let arm = turned([pose[3], pose[4], pose[5], pose[6]], self.antenna);
+        let arm = rotate([pose[3], pose[4], pose[5], pose[6]], self.antenna);
         let swung = cross([twist[3], twist[4], twist[5]], arm);
         ([0, 1, 2].map(|i| pose[i] + arm[i]), [0, 1, 2].map(|i| twist[i] + swung[i]))
     }
 
     /// Writes the latitude, longitude and altitude of a position in the world frame.
-    fn locate(&self, position: [f64; 3], out: &mut Readout<'_>) {
-        let place = self.plane.place(position);
+    fn write_geodetic(&self, position: [f64; 3], out: &mut Readout<'_>) {
+        let place = self.plane.geodetic_position(position);
         out.set(Self::LATITUDE, place.latitude);
         out.set(Self::LONGITUDE, place.longitude);
         out.set(Self::ALTITUDE, place.altitude);
@@ -75,14 +75,14 @@ fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
 }
 
 /// Rotates a vector by the quaternion x y z w.
-fn turned([x, y, z, w]: [f64; 4], v: [f64; 3]) -> [f64; 3] {
+fn rotate([x, y, z, w]: [f64; 4], v: [f64; 3]) -> [f64; 3] {
     let t = cross([x, y, z], v);
     let u = cross([x, y, z], t);
     [0, 1, 2].map(|i| v[i] + 2.0 * (w * t[i] + u[i]))
 }
 
 impl Sensor for Gps {
-    type Plugin = Receivers;
+    type Plugin = GpsPlugin;
     const ID: &'static str = "gps";
     const TEXT: &'static str = "Measures the position and velocity of an antenna, in the world and on Earth.";
     const SCHEMAS: &'static [&'static str] = &["gps/1"];
@@ -120,7 +120,7 @@ impl Sensor for Gps {
         out.set(Self::VALID, 1);
         out.slice(Self::POSITION).copy_from_slice(&position);
         out.slice(Self::VELOCITY).copy_from_slice(&velocity);
-        self.locate(position, out);
+        self.write_geodetic(position, out);
         Ok(())
     }
 
@@ -135,7 +135,7 @@ impl Sensor for Gps {
         }
         let position = out.slice(Self::POSITION);
         let position = [position[0], position[1], position[2]];
-        self.locate(position, out);
+        self.write_geodetic(position, out);
         Ok(())
     }
 }
@@ -147,7 +147,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn without_an_offset_the_antenna_is_the_mount() {
+    fn antenna_without_offset_is_at_the_mount() {
         let gps = Gps::new([0.0; 3], [0.0; 3]).unwrap();
         let pose = [1.25, -2.5, 0.75, 0.1, 0.2, 0.3, (1.0 - 0.14_f64).sqrt()];
         let twist = [0.5, 0.25, -1.0, 3.0, 2.0, 1.0];
@@ -155,7 +155,7 @@ mod tests {
     }
 
     #[test]
-    fn an_offset_turns_and_swings_with_the_mount() {
+    fn antenna_offset_rotates_with_the_mount() {
         // The mount is rotated by 90 degrees to the left, so its x axis points north (y). Its rotation at 2 rad/s moves
         // the antenna along -x.
         let gps = Gps::new([0.5, 0.0, 0.2], [0.0; 3]).unwrap();
@@ -167,7 +167,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_finite_is_refused() {
+    fn non_finite_parameters_are_refused() {
         assert!(Gps::new([0.0, f64::NAN, 0.0], [0.0; 3]).is_err());
         assert!(Gps::new([0.0; 3], [0.0, 0.0, f64::INFINITY]).is_err());
         assert!(Gps::new([0.0; 3], [FRAC_PI_2, 0.0, 0.0]).is_ok(), "the pole is a valid position");

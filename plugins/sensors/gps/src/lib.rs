@@ -12,11 +12,11 @@ use tatu_plugin_api::{
     tatu_plugin,
 };
 
-pub use gps::{Gps, Receivers};
+pub use gps::{Gps, GpsPlugin};
 
-impl Plugin for Receivers {
+impl Plugin for GpsPlugin {
     fn start(_: &Host) -> Result<Self> {
-        Ok(Receivers)
+        Ok(GpsPlugin)
     }
     fn offer(offer: &mut Offer<Self>) {
         offer.sensor::<Gps>();
@@ -24,7 +24,7 @@ impl Plugin for Receivers {
 }
 
 tatu_plugin! {
-    plugin: Receivers,
+    plugin: GpsPlugin,
     id: "tatu.sensor.gps",
     name: "Satellite receivers",
     version: env!("CARGO_PKG_VERSION"),

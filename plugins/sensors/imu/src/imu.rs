@@ -9,7 +9,7 @@ use tatu_plugin_api::{
 use crate::presets;
 
 /// The plugin, which has no state.
-pub struct Units;
+pub struct ImuPlugin;
 
 /// An inertial measurement unit, which has no parameters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -32,7 +32,7 @@ fields! {
 }
 
 impl Sensor for Imu {
-    type Plugin = Units;
+    type Plugin = ImuPlugin;
     const ID: &'static str = "imu";
     const TEXT: &'static str = "Measures specific force, angular velocity and attitude, after each physics step.";
     const SCHEMAS: &'static [&'static str] = &["imu/1"];

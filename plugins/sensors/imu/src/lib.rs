@@ -10,11 +10,11 @@ use tatu_plugin_api::{
     tatu_plugin,
 };
 
-pub use imu::{Imu, Units};
+pub use imu::{Imu, ImuPlugin};
 
-impl Plugin for Units {
+impl Plugin for ImuPlugin {
     fn start(_: &Host) -> Result<Self> {
-        Ok(Units)
+        Ok(ImuPlugin)
     }
     fn offer(offer: &mut Offer<Self>) {
         offer.sensor::<Imu>();
@@ -22,7 +22,7 @@ impl Plugin for Units {
 }
 
 tatu_plugin! {
-    plugin: Units,
+    plugin: ImuPlugin,
     id: "tatu.sensor.imu",
     name: "Inertial measurement units",
     version: env!("CARGO_PKG_VERSION"),

@@ -8,16 +8,16 @@ use tatu_plugin_api::{
 
 use crate::{
     motion, presets,
-    settings::{Settings, direction, params},
+    settings::{LaserSettings, direction, params},
 };
 
 /// The plugin, which has no state.
-pub struct Lasers;
+pub struct LaserPlugin;
 
 /// A laser scanner.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Laser {
-    settings: Settings,
+pub struct LaserScanner {
+    settings: LaserSettings,
     /// Azimuth and elevation of each beam, rad.
     angles: Vec<(f64, f64)>,
     directions: Vec<[f64; 3]>,
@@ -37,10 +37,10 @@ impl Echo {
     const NONE: Echo = Echo { distance: f64::INFINITY, incidence: 0.0, intensity: 0.0 };
 }
 
-impl Laser {
-    fn new(settings: Settings) -> Self {
+impl LaserScanner {
+    fn new(settings: LaserSettings) -> Self {
         let angles: Vec<_> = settings.angles().collect();
-        Laser { directions: angles.iter().copied().map(direction).collect(), angles, settings }
+        LaserScanner { directions: angles.iter().copied().map(direction).collect(), angles, settings }
     }
 
     /// Returns the measurement of a surface at `distance` with the given unit normal and colour, or [`Echo::NONE`] if
@@ -50,7 +50,7 @@ impl Laser {
     /// proportional to reflectivity, the cosine of the incidence and 1/r². Reflectivity is the mean of red, green and
     /// blue, since scenes have no infrared properties.
     fn echo(&self, direction: [f64; 3], distance: f64, normal: [f64; 3], color: [u8; 3]) -> Echo {
-        if !self.is_told(distance) {
+        if !self.is_reported(distance) {
             return Echo::NONE;
         }
         let cosine = -(0..3).map(|i| direction[i] * normal[i]).sum::<f64>();
@@ -60,12 +60,12 @@ impl Laser {
         Echo { distance, incidence: libm::acos(cosine), intensity: reflectivity * cosine * spread }
     }
 
-    fn is_told(&self, distance: f64) -> bool {
+    fn is_reported(&self, distance: f64) -> bool {
         distance.is_finite() && distance >= self.settings.min_range
     }
 
     /// Replaces infinite distances with the maximum range if `none_as_max` is set.
-    fn tell_nothing(&self, out: &mut Readout<'_>) {
+    fn fill_missing_hits(&self, out: &mut Readout<'_>) {
         if self.settings.none_as_max {
             let range = self.settings.range;
             out.slice(Self::DISTANCE).iter_mut().filter(|d| d.is_infinite()).for_each(|d| *d = range);
@@ -74,7 +74,7 @@ impl Laser {
 }
 
 fields! {
-    Laser {
+    LaserScanner {
         DISTANCE: f64 = Field::new("range_scan.distance")
             .per_beam()
             .unit("m")
@@ -99,8 +99,8 @@ fields! {
     }
 }
 
-impl Sensor for Laser {
-    type Plugin = Lasers;
+impl Sensor for LaserScanner {
+    type Plugin = LaserPlugin;
     const ID: &'static str = "laser";
     const TEXT: &'static str = "Measures distances along a fan of beams in one or more layers, like a laser scanner.";
     const SCHEMAS: &'static [&'static str] = &["range_scan/1"];
@@ -116,7 +116,7 @@ impl Sensor for Laser {
     }
 
     fn create(_: &SharedWorld<'_>, _: Instance, params: &Params<'_>) -> Result<Self> {
-        Ok(Laser::new(Settings::read(params)?))
+        Ok(LaserScanner::new(LaserSettings::read(params)?))
     }
 
     fn beams(&self) -> Result<Beams> {
@@ -136,9 +136,9 @@ impl Sensor for Laser {
         let (Some(pose), Some(twist)) = (sample.pose(), sample.twist()) else {
             return Err(Fail::unsupported("this host does not provide the pose and velocity of sensors"));
         };
-        let motion = motion::Motion::of(pose, twist);
+        let motion = motion::MountMotion::of(pose, twist);
         for (ray, age) in rays.iter_mut().zip(self.settings.ages()) {
-            *ray = motion.earlier(*ray, age);
+            *ray = motion.earlier_ray(*ray, age);
         }
         Ok(())
     }
@@ -157,7 +157,7 @@ impl Sensor for Laser {
         fill(out.slice(Self::ELEVATION), self.angles.iter().map(|a| a.1));
         fill(out.slice(Self::INTENSITY), echoes.iter().map(|e| e.intensity));
         fill(out.slice(Self::INCIDENCE), echoes.iter().map(|e| e.incidence));
-        self.tell_nothing(out);
+        self.fill_missing_hits(out);
         Ok(())
     }
 
@@ -165,14 +165,14 @@ impl Sensor for Laser {
     /// zero incidence.
     fn finish(&self, sample: &Sample<'_>, out: &mut Readout<'_>) -> Result {
         for (i, met) in sample.distances().iter().enumerate() {
-            if self.is_told(*met) && out.slice(Self::DISTANCE)[i] < f64::INFINITY {
+            if self.is_reported(*met) && out.slice(Self::DISTANCE)[i] < f64::INFINITY {
                 continue;
             }
             out.slice(Self::DISTANCE)[i] = f64::INFINITY;
             out.slice(Self::INTENSITY)[i] = 0.0;
             out.slice(Self::INCIDENCE)[i] = 0.0;
         }
-        self.tell_nothing(out);
+        self.fill_missing_hits(out);
         Ok(())
     }
 }

@@ -15,19 +15,19 @@ use tatu_plugin_api::{
     tatu_plugin,
 };
 
-pub use laser::{Laser, Lasers};
+pub use laser::{LaserPlugin, LaserScanner};
 
-impl Plugin for Lasers {
+impl Plugin for LaserPlugin {
     fn start(_: &Host) -> Result<Self> {
-        Ok(Lasers)
+        Ok(LaserPlugin)
     }
     fn offer(offer: &mut Offer<Self>) {
-        offer.sensor::<Laser>();
+        offer.sensor::<LaserScanner>();
     }
 }
 
 tatu_plugin! {
-    plugin: Lasers,
+    plugin: LaserPlugin,
     id: "tatu.sensor.laser",
     name: "Laser scanners",
     version: env!("CARGO_PKG_VERSION"),

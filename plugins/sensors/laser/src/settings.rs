@@ -6,7 +6,7 @@ use tatu_plugin_api::safe::{Fail, Param, Params, Result};
 
 /// The checked parameters of a scanner; lengths in m, angles in rad, times in s.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Settings {
+pub(crate) struct LaserSettings {
     pub start_angle: f64,
     pub end_angle: f64,
     /// Number of beams of each layer.
@@ -82,7 +82,7 @@ pub(crate) fn params() -> Vec<Param> {
     .into()
 }
 
-impl Settings {
+impl LaserSettings {
     pub fn read(p: &Params<'_>) -> Result<Self> {
         let refuse = |text: String| Err(Fail::argument(text));
         let listed = p.get("elevations")?.numbers().unwrap_or_default();
@@ -100,7 +100,7 @@ impl Settings {
                 elevations.len()
             ));
         }
-        let s = Settings {
+        let s = LaserSettings {
             start_angle: p.f64("start_angle")?,
             end_angle: p.f64("end_angle")?,
             beams: beams as usize,

@@ -12,19 +12,19 @@ use tatu_plugin_api::{
     tatu_plugin,
 };
 
-pub use proximity::{Proximities, Proximity};
+pub use proximity::{ProximityPlugin, ProximitySensor};
 
-impl Plugin for Proximities {
+impl Plugin for ProximityPlugin {
     fn start(_: &Host) -> Result<Self> {
-        Ok(Proximities)
+        Ok(ProximityPlugin)
     }
     fn offer(offer: &mut Offer<Self>) {
-        offer.sensor::<Proximity>();
+        offer.sensor::<ProximitySensor>();
     }
 }
 
 tatu_plugin! {
-    plugin: Proximities,
+    plugin: ProximityPlugin,
     id: "tatu.sensor.proximity",
     name: "Proximity sensors",
     version: env!("CARGO_PKG_VERSION"),

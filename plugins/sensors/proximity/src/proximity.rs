@@ -8,32 +8,32 @@ use tatu_plugin_api::{
     safe::{Beams, Field, Instance, Param, Params, Readout, Result, Sample, Sensor, SharedWorld},
 };
 
-use crate::settings::{Settings, params};
+use crate::settings::{ProximitySettings, params};
 
 /// The plugin, which has no state.
-pub struct Proximities;
+pub struct ProximityPlugin;
 
 /// The checked parameters of a sensor.
 #[derive(Debug, Clone, PartialEq)]
 #[repr(C)]
-pub struct Proximity {
+pub struct ProximitySensor {
     // Every measurement uses the first two fields. `repr(C)` keeps them first, so that they share a cache line with
     // what the plugin API stores before the sensor.
     min_range: f64,
     /// Number of beams that must hit a surface for a detection.
-    needed: usize,
+    min_hits: usize,
     beams: Beams,
     /// Full opening angle of the cone of random rays, rad; `None` for all other volumes.
-    wander: Option<f64>,
+    random_cone_angle: Option<f64>,
 }
 
-impl Settings {
-    fn check(self) -> Result<Proximity> {
+impl ProximitySettings {
+    fn check(self) -> Result<ProximitySensor> {
         let beams = self.beams()?;
-        Ok(Proximity {
+        Ok(ProximitySensor {
             min_range: self.min_range,
-            needed: if beams.aimed { self.samples_needed as usize } else { 1 },
-            wander: beams.aimed.then_some(self.angle.min(TAU)),
+            min_hits: if beams.aimed { self.samples_needed as usize } else { 1 },
+            random_cone_angle: beams.aimed.then_some(self.angle.min(TAU)),
             beams,
         })
     }
@@ -50,12 +50,12 @@ struct Echo {
 
 /// Returns the echo to report. If the *nearest* point is closer than `min_range`, there is no echo, as with a real
 /// sonar, which is blinded by objects that are too close.
-fn reported(echo: Option<Echo>, min_range: f64) -> Option<Echo> {
+fn echo_to_report(echo: Option<Echo>, min_range: f64) -> Option<Echo> {
     echo.filter(|e| e.distance.is_finite() && e.distance >= min_range)
 }
 
 /// Returns the nearest echo (the first one of equally near echoes), or `None` if there are fewer than `needed`.
-fn nearest(sample: &Sample<'_>, needed: usize) -> Option<Echo> {
+fn nearest_echo(sample: &Sample<'_>, needed: usize) -> Option<Echo> {
     let met = || sample.distances().iter().enumerate().filter(|(_, d)| d.is_finite());
     let (i, distance) = met().min_by(|a, b| a.1.total_cmp(b.1))?;
     if needed > 1 && met().count() < needed {
@@ -71,7 +71,7 @@ fn nearest(sample: &Sample<'_>, needed: usize) -> Option<Echo> {
 
 /// Maps two numbers from 0 to 1 to a direction in the cone around +z with the full opening `angle`. Uniform numbers
 /// yield directions that are uniformly distributed over the solid angle of the cone.
-fn within(angle: f64, [along, around]: [f64; 2]) -> [f64; 3] {
+fn direction_in_cone(angle: f64, [along, around]: [f64; 2]) -> [f64; 3] {
     let cosine = 1.0 - along * (1.0 - libm::cos(angle / 2.0));
     let sine = (1.0 - cosine * cosine).max(0.0).sqrt();
     let (s, c) = libm::sincos(TAU * around);
@@ -79,7 +79,7 @@ fn within(angle: f64, [along, around]: [f64; 2]) -> [f64; 3] {
 }
 
 fields! {
-    Proximity {
+    ProximitySensor {
         DETECTED: i32 = Field::new("proximity.detected").text("Whether a surface is detected: 1 or 0.");
         DISTANCE: f64 = Field::new("proximity.distance")
             .unit("m")
@@ -96,8 +96,8 @@ fields! {
     }
 }
 
-impl Sensor for Proximity {
-    type Plugin = Proximities;
+impl Sensor for ProximitySensor {
+    type Plugin = ProximityPlugin;
     const ID: &'static str = "proximity";
     const TEXT: &'static str = "Detects the nearest surface along a ray or in a volume, like V-REP's sensors.";
     const SCHEMAS: &'static [&'static str] = &["proximity/1"];
@@ -112,7 +112,7 @@ impl Sensor for Proximity {
     }
 
     fn create(_: &SharedWorld<'_>, _: Instance, params: &Params<'_>) -> Result<Self> {
-        Settings::read(params)?.check()
+        ProximitySettings::read(params)?.check()
     }
 
     fn beams(&self) -> Result<Beams> {
@@ -121,18 +121,18 @@ impl Sensor for Proximity {
 
     /// Chooses new random rays for each measurement.
     fn aim(&self, sample: &Sample<'_>, rays: &mut [[f64; 6]]) -> Result {
-        let Some(angle) = self.wander else { return Ok(()) };
+        let Some(angle) = self.random_cone_angle else { return Ok(()) };
         let mut drawn = vec![0.0; 2 * rays.len()];
         sample.uniform(0, &mut drawn);
         for (ray, two) in rays.iter_mut().zip(drawn.chunks_exact(2)) {
-            ray[3..].copy_from_slice(&within(angle, [two[0], two[1]]));
+            ray[3..].copy_from_slice(&direction_in_cone(angle, [two[0], two[1]]));
         }
         Ok(())
     }
 
     fn measure(&self, sample: &Sample<'_>, out: &mut Readout<'_>) -> Result {
         // The host zeroes the fields, so nothing is written without a detection.
-        if let Some(echo) = reported(nearest(sample, self.needed), self.min_range) {
+        if let Some(echo) = echo_to_report(nearest_echo(sample, self.min_hits), self.min_range) {
             out.set(Self::DETECTED, 1);
             out.set(Self::DISTANCE, echo.distance);
             out.slice(Self::POINT).copy_from_slice(&echo.point);
@@ -157,7 +157,7 @@ impl Sensor for Proximity {
         let distance = out.slice(Self::DISTANCE)[0];
         let point = out.slice(Self::POINT);
         let before = point.iter().map(|x| x * x).sum::<f64>().sqrt();
-        if before > 0.0 && (before - distance).abs() > SAME * before {
+        if before > 0.0 && (before - distance).abs() > NOISE_FREE_TOLERANCE * before {
             point.iter_mut().for_each(|x| *x *= distance / before);
         }
         Ok(())
@@ -166,7 +166,7 @@ impl Sensor for Proximity {
 
 /// Relative tolerance for comparing the reported distance with the norm of the detected point. Equality within this
 /// tolerance means that no noise was added.
-const SAME: f64 = 1e-9;
+const NOISE_FREE_TOLERANCE: f64 = 1e-9;
 
 #[cfg(test)]
 mod tests;

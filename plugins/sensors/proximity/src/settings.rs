@@ -9,7 +9,7 @@ use tatu_plugin_api::{
 
 /// The parameters as written in scenes, before they are checked; lengths in m, angles in rad.
 #[derive(Debug, Clone)]
-pub(crate) struct Settings {
+pub(crate) struct ProximitySettings {
     pub volume: String,
     pub range: f64,
     pub near: f64,
@@ -31,10 +31,10 @@ pub(crate) struct Settings {
     pub skip_own_model: bool,
 }
 
-/// Values of [`Settings::volume`].
+/// Values of [`ProximitySettings::volume`].
 const VOLUMES: &[&str] = &["ray", "cone", "pyramid", "cylinder", "disc", "random_rays"];
 
-/// Values of [`Settings::waves`], and the corresponding bits of [`Beams`].
+/// Values of [`ProximitySettings::waves`], and the corresponding bits of [`Beams`].
 const WAVES: &[(&str, u32)] = &[
     ("any", TATU_WAVES_ALL),
     ("ultrasonic", TATU_WAVES_ULTRASONIC),
@@ -117,9 +117,9 @@ pub(crate) fn params() -> Vec<Param> {
     .into()
 }
 
-impl Settings {
+impl ProximitySettings {
     pub fn read(p: &Params<'_>) -> Result<Self> {
-        Ok(Settings {
+        Ok(ProximitySettings {
             volume: p.string("volume")?,
             range: p.f64("range")?,
             near: p.f64("near")?,

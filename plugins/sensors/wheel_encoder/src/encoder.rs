@@ -11,7 +11,7 @@ use tatu_plugin_api::{
 use crate::presets;
 
 /// The plugin, which has no state.
-pub struct Encoders;
+pub struct WheelEncoderPlugin;
 
 /// The configuration of an encoder.
 #[derive(Debug, Clone, PartialEq)]
@@ -36,7 +36,7 @@ fields! {
 
 /// Number of state values: whether a measurement has been made (0 or 1), its time, s, the joint's position, the
 /// position since the start, and the counts.
-const STATE: usize = 5;
+const STATE_LEN: usize = 5;
 
 impl WheelEncoder {
     /// Returns the counts at a position relative to the start, rounded down.
@@ -46,7 +46,7 @@ impl WheelEncoder {
 
     /// Updates the state with the joint's position and velocity at a time, s. Returns the counts, the counts of the
     /// previous measurement, and the time since then, s.
-    fn turn(&self, state: &mut [f64], (time, position, velocity): (f64, f64, f64)) -> (f64, f64, f64) {
+    fn update_counts(&self, state: &mut [f64], (time, position, velocity): (f64, f64, f64)) -> (f64, f64, f64) {
         let [there, last_time, last_position, total, counted] = state else { return (0.0, 0.0, 0.0) };
         if *there == 0.0 {
             (*there, *last_time, *last_position) = (1.0, 0.0, self.start);
@@ -63,13 +63,13 @@ impl WheelEncoder {
 }
 
 impl Sensor for WheelEncoder {
-    type Plugin = Encoders;
+    type Plugin = WheelEncoderPlugin;
     const ID: &'static str = "wheel_encoder";
     const TEXT: &'static str = "Counts the ticks of a joint, like the incremental encoder of a wheel.";
     const SCHEMAS: &'static [&'static str] = &["encoder/1"];
     const INPUTS: u32 = TATU_IN_JOINT;
     const EVERY_PHYSICS_STEP: bool = true;
-    const STATE: usize = STATE;
+    const STATE: usize = STATE_LEN;
     const PRESETS: &'static [Preset] = presets::ALL;
 
     fn params() -> Vec<Param> {
@@ -130,7 +130,7 @@ impl Sensor for WheelEncoder {
         let Some([position, velocity, _]) = sample.joint() else {
             return Err(Fail::unsupported("this host does not provide the state of joints"));
         };
-        let (counted, before, passed) = self.turn(out.state(), (sample.time(), position, velocity));
+        let (counted, before, passed) = self.update_counts(out.state(), (sample.time(), position, velocity));
         // A 32-bit register wraps around.
         out.set(Self::TICKS, (counted as i64) as i32);
         out.set(Self::POSITION, counted / self.counts);
@@ -146,18 +146,18 @@ mod tests {
     #[test]
     fn whole_turns_between_two_measurements_are_counted() {
         let encoder = WheelEncoder { joint: 0, counts: 100.0 / TAU, start: 0.0 };
-        let mut state = [0.0; STATE];
+        let mut state = [0.0; STATE_LEN];
         let wrapped = |x: f64| x - TAU * ((x + PI) / TAU).floor();
         for i in 1..=20 {
             // At 50 rad/s and 10 Hz, the wheel turns by 0.8 turns between measurements.
             let angle = 5.0 * f64::from(i);
-            let (counted, ..) = encoder.turn(&mut state, (0.1 * f64::from(i), wrapped(angle), 50.0));
+            let (counted, ..) = encoder.update_counts(&mut state, (0.1 * f64::from(i), wrapped(angle), 50.0));
             assert_eq!(counted, (angle * 100.0 / TAU).floor(), "{i}");
         }
         // The wheel turns backwards, and the velocity has an error of 30 %.
         for i in 1..=20 {
             let angle = 100.0 - 5.0 * f64::from(i);
-            let (counted, ..) = encoder.turn(&mut state, (2.0 + 0.1 * f64::from(i), wrapped(angle), -35.0));
+            let (counted, ..) = encoder.update_counts(&mut state, (2.0 + 0.1 * f64::from(i), wrapped(angle), -35.0));
             assert_eq!(counted, (angle * 100.0 / TAU).floor(), "{i}");
         }
     }

@@ -10,11 +10,11 @@ use tatu_plugin_api::{
     tatu_plugin,
 };
 
-pub use encoder::{Encoders, WheelEncoder};
+pub use encoder::{WheelEncoder, WheelEncoderPlugin};
 
-impl Plugin for Encoders {
+impl Plugin for WheelEncoderPlugin {
     fn start(_: &Host) -> Result<Self> {
-        Ok(Encoders)
+        Ok(WheelEncoderPlugin)
     }
     fn offer(offer: &mut Offer<Self>) {
         offer.sensor::<WheelEncoder>();
@@ -22,7 +22,7 @@ impl Plugin for Encoders {
 }
 
 tatu_plugin! {
-    plugin: Encoders,
+    plugin: WheelEncoderPlugin,
     id: "tatu.sensor.wheel_encoder",
     name: "Wheel encoders",
     version: env!("CARGO_PKG_VERSION"),

@@ -7,13 +7,13 @@ use std::{
 };
 
 /// Maximum size of the head of a request, bytes.
-const MOST_HEAD: usize = 16 << 10;
+const MAX_HEAD_BYTES: usize = 16 << 10;
 /// Time within which a client must send the head.
-const HEAD_TIME: Duration = Duration::from_secs(5);
+const HEAD_TIMEOUT: Duration = Duration::from_secs(5);
 
 /// The head of a request.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub struct Request {
+pub struct HttpRequest {
     /// The method, such as "GET".
     pub method: String,
     /// The path, without the query.
@@ -24,18 +24,18 @@ pub struct Request {
     headers: Vec<(String, String)>,
 }
 
-impl Request {
+impl HttpRequest {
     /// Returns the value of the header `name`, which must be in lower case.
     pub fn header(&self, name: &str) -> Option<&str> {
         self.headers.iter().find(|(n, _)| n == name).map(|(_, v)| v.as_str())
     }
     /// Returns the value of the parameter `name` in the query, without percent-decoding.
-    pub fn value(&self, name: &str) -> Option<&str> {
+    pub fn query_value(&self, name: &str) -> Option<&str> {
         self.query.split('&').find_map(|pair| pair.split_once('=').filter(|(n, _)| *n == name)).map(|(_, v)| v)
     }
 
-    /// Reads the head of a request. Fails if the head is too large or does not arrive within `HEAD_TIME`.
-    pub fn read(stream: &mut TcpStream) -> io::Result<Request> {
+    /// Reads the head of a request. Fails if the head is too large or does not arrive within `HEAD_TIMEOUT`.
+    pub fn read(stream: &mut TcpStream) -> io::Result<HttpRequest> {
         let begin = Instant::now();
         stream.set_read_timeout(Some(Duration::from_millis(500)))?;
         let mut bytes = Vec::new();
@@ -50,7 +50,7 @@ impl Request {
             if let Some(request) = Self::parse(&bytes)? {
                 return Ok(request);
             }
-            if bytes.len() > MOST_HEAD || begin.elapsed() > HEAD_TIME {
+            if bytes.len() > MAX_HEAD_BYTES || begin.elapsed() > HEAD_TIMEOUT {
                 return Err(io::Error::new(
                     io::ErrorKind::InvalidData,
                     "the head of the request is longer than 16 KiB, or did not arrive within 5 s",
@@ -60,7 +60,7 @@ impl Request {
     }
 
     /// Parses a head. Returns `None` if it is incomplete.
-    fn parse(bytes: &[u8]) -> io::Result<Option<Request>> {
+    fn parse(bytes: &[u8]) -> io::Result<Option<HttpRequest>> {
         let mut headers = [httparse::EMPTY_HEADER; 64];
         let mut head = httparse::Request::new(&mut headers);
         let wrong = |e: httparse::Error| io::Error::new(io::ErrorKind::InvalidData, e.to_string());
@@ -70,7 +70,7 @@ impl Request {
         let target = head.path.unwrap_or("/");
         let (path, query) = target.split_once('?').unwrap_or((target, ""));
         let text = |v: &[u8]| String::from_utf8_lossy(v).into_owned();
-        Ok(Some(Request {
+        Ok(Some(HttpRequest {
             method: head.method.unwrap_or("").to_owned(),
             path: path.to_owned(),
             query: query.to_owned(),
@@ -80,7 +80,7 @@ impl Request {
 }
 
 /// Writes a response with the given status, such as "200 OK". Its header announces that the connection will be closed.
-pub fn answer(stream: &mut TcpStream, status: &str, headers: &[(&str, &str)], body: &[u8]) -> io::Result<()> {
+pub fn write_response(stream: &mut TcpStream, status: &str, headers: &[(&str, &str)], body: &[u8]) -> io::Result<()> {
     let mut head = format!("HTTP/1.1 {status}\r\nContent-Length: {}\r\nConnection: close\r\n", body.len());
     for (name, value) in headers {
         head += &format!("{name}: {value}\r\n");
@@ -97,10 +97,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn heads_are_read_when_they_are_whole() {
-        assert_eq!(Request::parse(b"GET /a?b=c&token=x HTTP/1.1\r\nHost: h").unwrap(), None);
-        let r = Request::parse(b"GET /a?b=c&token=x HTTP/1.1\r\nHost: h\r\n\r\n").unwrap().unwrap();
-        assert_eq!((r.path.as_str(), r.value("token"), r.header("host")), ("/a", Some("x"), Some("h")));
-        assert!(Request::parse(b"\x00\x01\x02\r\n\r\n").is_err());
+    fn head_is_parsed_only_when_complete() {
+        assert_eq!(HttpRequest::parse(b"GET /a?b=c&token=x HTTP/1.1\r\nHost: h").unwrap(), None);
+        let r = HttpRequest::parse(b"GET /a?b=c&token=x HTTP/1.1\r\nHost: h\r\n\r\n").unwrap().unwrap();
+        assert_eq!((r.path.as_str(), r.query_value("token"), r.header("host")), ("/a", Some("x"), Some("h")));
+        assert!(HttpRequest::parse(b"\x00\x01\x02\r\n\r\n").is_err());
     }
 }

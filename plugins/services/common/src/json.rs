@@ -64,7 +64,7 @@ pub fn read(json: &Json) -> Result<Value> {
         Json::String(s) => Value::text(s),
         Json::Array(a) => array(a)?,
         Json::Object(o) => match o.iter().next().filter(|_| o.len() == 1) {
-            Some((key, inner)) if RESERVED.contains(&key.as_str()) => special(key, inner)?,
+            Some((key, inner)) if RESERVED.contains(&key.as_str()) => reserved_value(key, inner)?,
             _ => Value::Map(o.iter().map(|(k, v)| Ok((Value::text(k), read(v)?))).collect::<Result<_>>()?),
         },
     })
@@ -90,7 +90,7 @@ fn array(items: &[Json]) -> Result<Value> {
 }
 
 /// Converts the content of a JSON object with the reserved key `key`.
-fn special(key: &str, inner: &Json) -> Result<Value> {
+fn reserved_value(key: &str, inner: &Json) -> Result<Value> {
     let wrong = |what: &str| Fail::argument(format!("`{key}`: expected {what}, found {inner}"));
     Ok(match key {
         "bytes" => {
@@ -135,7 +135,7 @@ mod tests {
     }
 
     #[test]
-    fn what_json_lacks_is_an_object_of_one_key() {
+    fn values_without_json_form_round_trip_as_reserved_objects() {
         let all = [
             Value::Bytes(vec![0, 255, 10]),
             Value::Float(f64::INFINITY),
@@ -151,7 +151,7 @@ mod tests {
     }
 
     #[test]
-    fn nonsense_is_an_error() {
+    fn invalid_reserved_objects_are_refused() {
         for text in [r#"{"bytes": "?"}"#, r#"{"bytes": 1}"#, r#"{"number": "x"}"#, r#"{"pairs": [[1]]}"#] {
             assert!(read(&serde_json::from_str(text).unwrap()).is_err(), "{text}");
         }

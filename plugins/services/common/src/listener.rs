@@ -25,42 +25,42 @@ use tungstenite::{
 };
 
 use crate::{
-    http::{Request, answer},
-    outbox::{Message, Outbox},
+    http::{HttpRequest, write_response},
+    outbox::{Outbox, OutgoingMessage},
     port::end_threads,
-    state::State,
-    tokens::{self, Tokens},
+    state::PrivateFolder,
+    tokens::{self, TokenPair},
 };
 
 /// The path at which any client can query a description of the service without a token.
-const ABOUT: &str = "/tatu";
+const ABOUT_PATH: &str = "/tatu";
 
 /// Maximum number of simultaneous connections.
-const MOST_CONNECTIONS: usize = 256;
+const MAX_CONNECTIONS: usize = 256;
 /// Maximum number of queued messages from a client; a client that sends more is disconnected.
-const MOST_WAITING: usize = 10_000;
+const MAX_INBOX_MESSAGES: usize = 10_000;
 /// Read timeout of a connection, after which its thread sends queued messages. Also the pause after a failed `accept`.
-const SLICE: Duration = Duration::from_millis(8);
+const READ_TIMEOUT: Duration = Duration::from_millis(8);
 
 /// Timeout of the connection that a listener makes to itself in order to end its thread.
-const WAKE: Duration = Duration::from_secs(1);
+const WAKE_TIMEOUT: Duration = Duration::from_secs(1);
 /// Size of the read buffer, bytes.
-const READ_AT_ONCE: usize = 4 << 10;
+const READ_BUFFER_BYTES: usize = 4 << 10;
 
 /// The rights of a client.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Rights {
     /// Full rights: the client may control the world.
-    Act,
+    Control,
     /// Read-only rights.
-    Look,
+    View,
 }
 
 /// The response for a path: content type, content, and additional headers.
-pub type Page = (&'static str, Vec<u8>, Vec<(&'static str, String)>);
+pub type FileResponse = (&'static str, Vec<u8>, Vec<(&'static str, String)>);
 
 /// Settings with which a listener is opened.
-pub struct Settings {
+pub struct ListenerSettings {
     /// Id of the service, which any client can query.
     pub service: &'static str,
     /// Port on 127.0.0.1; 0: any free port.
@@ -73,28 +73,28 @@ pub struct Settings {
     /// Allowed origins of pages besides this server, in the form that browsers send, such as `http://localhost:8080`.
     pub origins: Vec<String>,
     /// Maximum size of a message from a client, bytes.
-    pub most_message: usize,
+    pub max_message_bytes: usize,
     /// Returns the file at a path, or `None` if it does not exist.
-    pub files: fn(&str) -> Option<Page>,
+    pub files: fn(&str) -> Option<FileResponse>,
     /// Called after a client has connected, disconnected, or sent a message.
     pub wake: Box<dyn Fn() + Send + Sync>,
     /// Called, on the thread of its connection, with each message of a client that has full rights.
-    pub heard: Box<dyn Fn(&str) + Send + Sync>,
+    pub on_message: Box<dyn Fn(&str) + Send + Sync>,
 }
 
 /// A client that is connected by a WebSocket.
-pub struct Client {
+pub struct WebSocketClient {
     /// Number of the client in order of connection, from 1.
     pub number: u64,
     /// The rights that the token of the client grants; full rights if no token is required.
-    pub role: Rights,
+    pub rights: Rights,
     /// Messages to be sent to the client.
     pub out: Arc<Outbox>,
     inbox: Arc<Mutex<VecDeque<String>>>,
     gone: Arc<AtomicBool>,
 }
 
-impl Client {
+impl WebSocketClient {
     /// Removes and returns the next message from the client, or returns `None` if there is none.
     pub fn next(&self) -> Option<String> {
         lock(&self.inbox).pop_front()
@@ -106,16 +106,16 @@ impl Client {
 }
 
 /// An open port. Dropping it closes the port and all connections.
-pub struct Listener {
+pub struct WebSocketListener {
     /// The address on which the listener accepts connections.
     pub address: SocketAddr,
     /// The token for full rights.
     pub token: String,
     /// The token for read-only rights.
-    pub look_token: String,
+    pub view_token: String,
     /// The error because of which the tokens of a fixed port could not be stored for later runs, if any.
-    pub unkept: Option<io::Error>,
-    new: Arc<Mutex<Vec<Client>>>,
+    pub token_error: Option<io::Error>,
+    new_clients: Arc<Mutex<Vec<WebSocketClient>>>,
     end: Arc<AtomicBool>,
     thread: Option<JoinHandle<()>>,
 }
@@ -125,13 +125,13 @@ fn lock<T>(of: &Mutex<T>) -> MutexGuard<'_, T> {
 }
 
 /// Data shared by all connections of a listener.
-struct Shared {
-    settings: Settings,
+struct ListenerState {
+    settings: ListenerSettings,
     address: SocketAddr,
-    tokens: Tokens,
+    tokens: TokenPair,
     /// Random id that distinguishes this listener from earlier ones on the same port.
     instance: String,
-    new: Arc<Mutex<Vec<Client>>>,
+    new_clients: Arc<Mutex<Vec<WebSocketClient>>>,
     end: Arc<AtomicBool>,
     count: AtomicUsize,
     numbers: AtomicU64,
@@ -139,24 +139,24 @@ struct Shared {
     streams: Mutex<BTreeMap<u64, TcpStream>>,
 }
 
-impl Listener {
+impl WebSocketListener {
     /// Opens a port on 127.0.0.1.
-    pub fn open(settings: Settings) -> io::Result<Listener> {
+    pub fn open(settings: ListenerSettings) -> io::Result<WebSocketListener> {
         let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, settings.port))?;
         let address = listener.local_addr()?;
         // Only the process that has opened a port uses its stored tokens, so they are read after the port is open.
         let (tokens, unkept) = match settings.token && settings.port != 0 {
-            true => tokens::kept(State::of_user(), settings.port)?,
+            true => tokens::load_or_create(PrivateFolder::of_user(), settings.port)?,
             false => (tokens::new()?, None),
         };
         let new = Arc::new(Mutex::new(Vec::new()));
         let end = Arc::new(AtomicBool::new(false));
-        let shared = Arc::new(Shared {
+        let shared = Arc::new(ListenerState {
             settings,
             address,
             tokens: tokens.clone(),
-            instance: tokens::token()?,
-            new: new.clone(),
+            instance: tokens::random_token()?,
+            new_clients: new.clone(),
             end: end.clone(),
             count: AtomicUsize::new(0),
             numbers: AtomicU64::new(1),
@@ -164,20 +164,28 @@ impl Listener {
         });
         let thread = std::thread::Builder::new().name("listener".into()).spawn(move || accept(&listener, &shared))?;
         let [token, look_token] = tokens;
-        Ok(Listener { address, token, look_token, unkept, new, end, thread: Some(thread) })
+        Ok(WebSocketListener {
+            address,
+            token,
+            view_token: look_token,
+            token_error: unkept,
+            new_clients: new,
+            end,
+            thread: Some(thread),
+        })
     }
     /// Returns the clients that have connected since the last call.
-    pub fn take_new(&self) -> Vec<Client> {
-        std::mem::take(&mut *lock(&self.new))
+    pub fn take_new(&self) -> Vec<WebSocketClient> {
+        std::mem::take(&mut *lock(&self.new_clients))
     }
 }
 
-impl Drop for Listener {
+impl Drop for WebSocketListener {
     fn drop(&mut self) {
         self.end.store(true, Ordering::Release);
         // The thread blocks until a client connects. If this connection fails, the thread is left running until the
         // process exits.
-        let woken = TcpStream::connect_timeout(&self.address, WAKE).is_ok();
+        let woken = TcpStream::connect_timeout(&self.address, WAKE_TIMEOUT).is_ok();
         if let Some(thread) = self.thread.take().filter(|_| woken) {
             let _ = thread.join();
         }
@@ -185,12 +193,12 @@ impl Drop for Listener {
 }
 
 /// Accepts connections, each in a new thread, until the listener is dropped.
-fn accept(listener: &TcpListener, shared: &Arc<Shared>) {
+fn accept(listener: &TcpListener, shared: &Arc<ListenerState>) {
     let mut threads: Vec<JoinHandle<()>> = Vec::new();
     while !shared.end.load(Ordering::Acquire) {
         match listener.accept() {
             _ if shared.end.load(Ordering::Acquire) => break,
-            Ok((stream, _)) if shared.count.load(Ordering::Relaxed) < MOST_CONNECTIONS => {
+            Ok((stream, _)) if shared.count.load(Ordering::Relaxed) < MAX_CONNECTIONS => {
                 let own = shared.clone();
                 own.count.fetch_add(1, Ordering::Relaxed);
                 let serve = move || {
@@ -212,7 +220,7 @@ fn accept(listener: &TcpListener, shared: &Arc<Shared>) {
             }
             // The maximum number of connections is reached, so this one is closed.
             Ok(_) => {}
-            Err(_) => std::thread::sleep(SLICE),
+            Err(_) => std::thread::sleep(READ_TIMEOUT),
         }
         threads.retain(|t| !t.is_finished());
     }
@@ -225,25 +233,25 @@ fn accept(listener: &TcpListener, shared: &Arc<Shared>) {
 }
 
 /// Returns whether a `Host`, or the host of an `Origin`, is the address of this listener.
-fn is_here(name: &str, address: SocketAddr) -> bool {
+fn is_own_host(name: &str, address: SocketAddr) -> bool {
     let port = address.port();
     [format!("127.0.0.1:{port}"), format!("localhost:{port}")].iter().any(|here| here == name)
 }
 
 /// Answers a request, or serves the WebSocket that it opens.
-fn serve(mut stream: TcpStream, number: u64, shared: &Arc<Shared>) -> io::Result<()> {
+fn serve(mut stream: TcpStream, number: u64, shared: &Arc<ListenerState>) -> io::Result<()> {
     stream.set_nodelay(true)?;
-    let request = Request::read(&mut stream)?;
+    let request = HttpRequest::read(&mut stream)?;
     let refuse = |stream: &mut TcpStream, status: &str, why: &str| {
-        answer(stream, status, &[("Content-Type", "text/plain; charset=utf-8")], why.as_bytes())
+        write_response(stream, status, &[("Content-Type", "text/plain; charset=utf-8")], why.as_bytes())
     };
-    if !request.header("host").is_some_and(|h| is_here(h, shared.address)) {
+    if !request.header("host").is_some_and(|h| is_own_host(h, shared.address)) {
         return refuse(&mut stream, "421 Misdirected Request", "expected the address of this server in `Host`\n");
     }
     if request.method != "GET" {
         return refuse(&mut stream, "405 Method Not Allowed", "only GET is supported\n");
     }
-    if request.path == ABOUT {
+    if request.path == ABOUT_PATH {
         let about = json!({
             "name": "tatu",
             "service": shared.settings.service,
@@ -251,7 +259,7 @@ fn serve(mut stream: TcpStream, number: u64, shared: &Arc<Shared>) -> io::Result
             "instance": shared.instance,
         });
         let headers = [("Content-Type", "application/json"), ("Cache-Control", "no-store")];
-        return answer(&mut stream, "200 OK", &headers, about.to_string().as_bytes());
+        return write_response(&mut stream, "200 OK", &headers, about.to_string().as_bytes());
     }
     if request.path != shared.settings.path {
         return match (shared.settings.files)(&request.path) {
@@ -263,21 +271,21 @@ fn serve(mut stream: TcpStream, number: u64, shared: &Arc<Shared>) -> io::Result
                     ("Cache-Control", "no-cache"),
                 ];
                 headers.extend(more.iter().map(|(n, v)| (*n, v.as_str())));
-                answer(&mut stream, "200 OK", &headers, &bytes)
+                write_response(&mut stream, "200 OK", &headers, &bytes)
             }
             None => refuse(&mut stream, "404 Not Found", "there is no file at this path\n"),
         };
     }
     if let Some(origin) = request.header("origin") {
-        let here = origin.strip_prefix("http://").is_some_and(|o| is_here(o, shared.address));
+        let here = origin.strip_prefix("http://").is_some_and(|o| is_own_host(o, shared.address));
         if !here && !shared.settings.origins.iter().any(|o| o == origin) {
             return refuse(&mut stream, "403 Forbidden", "pages from this origin may not connect\n");
         }
     }
-    let role = match request.value("token") {
-        _ if !shared.settings.token => Rights::Act,
-        Some(t) if same(t, &shared.tokens[0]) => Rights::Act,
-        Some(t) if same(t, &shared.tokens[1]) => Rights::Look,
+    let role = match request.query_value("token") {
+        _ if !shared.settings.token => Rights::Control,
+        Some(t) if equal_in_constant_time(t, &shared.tokens[0]) => Rights::Control,
+        Some(t) if equal_in_constant_time(t, &shared.tokens[1]) => Rights::View,
         _ => return refuse(&mut stream, "401 Unauthorized", "the token in the address is missing or invalid\n"),
     };
     let Some(key) = request.header("sec-websocket-key") else {
@@ -288,41 +296,41 @@ fn serve(mut stream: TcpStream, number: u64, shared: &Arc<Shared>) -> io::Result
         "HTTP/1.1 101 Switching Protocols\r\nUpgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Accept: {accept}\r\n\r\n"
     );
     io::Write::write_all(&mut stream, head.as_bytes())?;
-    talk(stream, role, number, shared)
+    exchange_messages(stream, role, number, shared)
 }
 
 /// Compares two strings in a time that does not depend on the position of the first difference, so that the time does
 /// not reveal how much of a guessed token is correct.
-fn same(a: &str, b: &str) -> bool {
+fn equal_in_constant_time(a: &str, b: &str) -> bool {
     a.len() == b.len() && a.bytes().zip(b.bytes()).fold(0, |sum, (x, y)| sum | (x ^ y)) == 0
 }
 
 /// Passes messages between a WebSocket and the queues of its client until the WebSocket is closed.
-fn talk(stream: TcpStream, role: Rights, number: u64, shared: &Arc<Shared>) -> io::Result<()> {
-    stream.set_read_timeout(Some(SLICE))?;
+fn exchange_messages(stream: TcpStream, role: Rights, number: u64, shared: &Arc<ListenerState>) -> io::Result<()> {
+    stream.set_read_timeout(Some(READ_TIMEOUT))?;
     stream.set_write_timeout(Some(Duration::from_secs(5)))?;
-    let most = shared.settings.most_message;
+    let most = shared.settings.max_message_bytes;
     // Each read clears the entire buffer, and most reads time out without data, so the buffer is small.
     let config = WebSocketConfig::default()
-        .read_buffer_size(READ_AT_ONCE)
+        .read_buffer_size(READ_BUFFER_BYTES)
         .max_message_size(Some(most))
         .max_frame_size(Some(most));
     let mut socket = WebSocket::from_raw_socket(stream, Role::Server, Some(config));
     let out = Arc::new(Outbox::default());
     let inbox = Arc::new(Mutex::new(VecDeque::new()));
     let gone = Arc::new(AtomicBool::new(false));
-    let client = Client { number, role, out: out.clone(), inbox: inbox.clone(), gone: gone.clone() };
-    lock(&shared.new).push(client);
+    let client = WebSocketClient { number, rights: role, out: out.clone(), inbox: inbox.clone(), gone: gone.clone() };
+    lock(&shared.new_clients).push(client);
     (shared.settings.wake)();
-    while !shared.end.load(Ordering::Acquire) && !out.is_cut() {
+    while !shared.end.load(Ordering::Acquire) && !out.must_disconnect() {
         let mut wrote = false;
         while let Some(message) = if shared.end.load(Ordering::Acquire) { None } else { out.next() } {
             let frame = match message {
-                Message::Text(text) => Frame::text(text),
-                Message::Binary(bytes) => Frame::binary(bytes),
+                OutgoingMessage::Text(text) => Frame::text(text),
+                OutgoingMessage::Binary(bytes) => Frame::binary(bytes),
             };
             if socket.write(frame).is_err() {
-                out.cut();
+                out.disconnect();
                 break;
             }
             wrote = true;
@@ -332,11 +340,11 @@ fn talk(stream: TcpStream, role: Rights, number: u64, shared: &Arc<Shared>) -> i
         }
         match socket.read() {
             Ok(Frame::Text(text)) => {
-                if role == Rights::Act {
-                    (shared.settings.heard)(text.as_str());
+                if role == Rights::Control {
+                    (shared.settings.on_message)(text.as_str());
                 }
                 let mut inbox = lock(&inbox);
-                if inbox.len() >= MOST_WAITING {
+                if inbox.len() >= MAX_INBOX_MESSAGES {
                     break;
                 }
                 inbox.push_back(text.to_string());

@@ -9,52 +9,52 @@ use std::{
 pub use tungstenite::{Bytes, Utf8Bytes};
 
 /// Maximum total size of the messages queued for a client, without the frame, bytes.
-const MOST: usize = 128 << 20;
+const MAX_QUEUED_BYTES: usize = 128 << 20;
 
 /// A message. Clones share its content, because many clients may receive the same message.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Message {
+pub enum OutgoingMessage {
     /// A text message, which contains JSON.
     Text(Utf8Bytes),
     /// A binary message.
     Binary(Bytes),
 }
 
-impl Message {
+impl OutgoingMessage {
     fn len(&self) -> usize {
         match self {
-            Message::Text(t) => t.len(),
-            Message::Binary(b) => b.len(),
+            OutgoingMessage::Text(t) => t.len(),
+            OutgoingMessage::Binary(b) => b.len(),
         }
     }
 }
 
 #[derive(Default)]
-struct State {
-    queue: VecDeque<Message>,
+struct OutboxState {
+    queue: VecDeque<OutgoingMessage>,
     /// Total size of `queue`, bytes.
     bytes: usize,
     /// The newest frame that has not been sent.
-    frame: Option<Message>,
+    frame: Option<OutgoingMessage>,
     /// Whether the client must be disconnected.
-    cut: bool,
+    must_disconnect: bool,
 }
 
 /// The queue of messages to a client.
 #[derive(Default)]
-pub struct Outbox(Mutex<State>);
+pub struct Outbox(Mutex<OutboxState>);
 
 impl Outbox {
-    fn state(&self) -> MutexGuard<'_, State> {
+    fn state(&self) -> MutexGuard<'_, OutboxState> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
     /// Queues a message after all others. If the queue becomes too large, discards the queue and marks the client to be
     /// disconnected instead.
-    pub fn send(&self, message: Message) {
+    pub fn send(&self, message: OutgoingMessage) {
         let mut s = self.state();
         s.bytes += message.len();
-        if s.bytes > MOST {
-            s.cut = true;
+        if s.bytes > MAX_QUEUED_BYTES {
+            s.must_disconnect = true;
             s.queue.clear();
         } else {
             s.queue.push_back(message);
@@ -66,7 +66,7 @@ impl Outbox {
         s.frame.is_none() && s.queue.len() < 64
     }
     /// Returns whether messages other than a frame are queued.
-    pub fn waits(&self) -> bool {
+    pub fn has_queued(&self) -> bool {
         !self.state().queue.is_empty()
     }
     /// Returns the total size of the queued messages without the frame, in bytes.
@@ -74,11 +74,11 @@ impl Outbox {
         self.state().bytes
     }
     /// Sets the frame, which is sent when no other messages are queued. It replaces an older frame that was not sent.
-    pub fn frame(&self, message: Message) {
+    pub fn set_frame(&self, message: OutgoingMessage) {
         self.state().frame = Some(message);
     }
     /// Removes and returns the next message: a queued one, otherwise the frame.
-    pub fn next(&self) -> Option<Message> {
+    pub fn next(&self) -> Option<OutgoingMessage> {
         let mut s = self.state();
         match s.queue.pop_front() {
             Some(message) => {
@@ -89,12 +89,12 @@ impl Outbox {
         }
     }
     /// Marks the client to be disconnected.
-    pub fn cut(&self) {
-        self.state().cut = true;
+    pub fn disconnect(&self) {
+        self.state().must_disconnect = true;
     }
     /// Returns whether the client must be disconnected.
-    pub fn is_cut(&self) -> bool {
-        self.state().cut
+    pub fn must_disconnect(&self) -> bool {
+        self.state().must_disconnect
     }
 }
 
@@ -103,17 +103,17 @@ mod tests {
     use super::*;
 
     #[test]
-    fn frames_come_last_and_who_does_not_read_is_cut_off() {
+    fn frames_are_sent_last_and_slow_client_is_disconnected() {
         let out = Outbox::default();
-        out.frame(Message::Binary(vec![1].into()));
+        out.set_frame(OutgoingMessage::Binary(vec![1].into()));
         assert!(!out.wants_frame());
-        out.send(Message::Text("first".into()));
-        assert_eq!(out.next(), Some(Message::Text("first".into())));
-        assert_eq!(out.next(), Some(Message::Binary(vec![1].into())));
+        out.send(OutgoingMessage::Text("first".into()));
+        assert_eq!(out.next(), Some(OutgoingMessage::Text("first".into())));
+        assert_eq!(out.next(), Some(OutgoingMessage::Binary(vec![1].into())));
         assert!(out.wants_frame() && out.next().is_none());
         for _ in 0..5 {
-            out.send(Message::Binary(vec![0; 30 << 20].into()));
+            out.send(OutgoingMessage::Binary(vec![0; 30 << 20].into()));
         }
-        assert!(out.is_cut() && out.next().is_none());
+        assert!(out.must_disconnect() && out.next().is_none());
     }
 }

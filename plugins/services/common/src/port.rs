@@ -14,37 +14,37 @@ use std::{
 };
 
 /// Pause after a failed `accept`.
-const PAUSE: Duration = Duration::from_millis(50);
+const ACCEPT_RETRY_DELAY: Duration = Duration::from_millis(50);
 /// Timeout of the connection that unblocks the accepting thread.
-const OWN: Duration = Duration::from_secs(5);
+const UNBLOCK_TIMEOUT: Duration = Duration::from_secs(5);
 /// Time within which the threads of connections can write pending answers before the connections are closed.
-const LAST_WORDS: Duration = Duration::from_millis(500);
+const SHUTDOWN_TIMEOUT: Duration = Duration::from_millis(500);
 /// Interval at which ending threads are checked.
-const LOOK: Duration = Duration::from_millis(5);
+const POLL_INTERVAL: Duration = Duration::from_millis(5);
 
 /// An open port. Dropping it closes the port after pending answers have been written.
 pub struct Port {
     /// The address on which the port accepts connections.
     pub address: SocketAddr,
-    open: Arc<Open>,
+    connections: Arc<OpenConnections>,
     thread: Option<JoinHandle<()>>,
 }
 
 /// The open connections of a port.
 #[derive(Default)]
-struct Open {
+struct OpenConnections {
     /// The connections, by number.
     streams: Mutex<BTreeMap<u64, TcpStream>>,
     /// Whether the port is being closed.
-    end: AtomicBool,
+    closing: AtomicBool,
 }
 
-impl Open {
+impl OpenConnections {
     fn streams(&self) -> MutexGuard<'_, BTreeMap<u64, TcpStream>> {
         self.streams.lock().unwrap_or_else(PoisonError::into_inner)
     }
-    fn ends(&self) -> bool {
-        self.end.load(Ordering::Acquire)
+    fn is_closing(&self) -> bool {
+        self.closing.load(Ordering::Acquire)
     }
     /// Ends reading on all connections, which makes their threads return.
     fn stop_reading(&self) {
@@ -72,18 +72,18 @@ impl Port {
     ) -> io::Result<Port> {
         let socket = TcpListener::bind((Ipv4Addr::LOCALHOST, port))?;
         let address = socket.local_addr()?;
-        let open = Arc::new(Open::default());
+        let open = Arc::new(OpenConnections::default());
         let (own, serve) = (open.clone(), Arc::new(serve));
         let thread = thread::Builder::new().name(name.into()).spawn(move || accept(&socket, &own, most, &serve))?;
-        Ok(Port { address, open, thread: Some(thread) })
+        Ok(Port { address, connections: open, thread: Some(thread) })
     }
 }
 
 impl Drop for Port {
     fn drop(&mut self) {
-        self.open.end.store(true, Ordering::Release);
+        self.connections.closing.store(true, Ordering::Release);
         // The thread blocks in `accept`; connecting to the port unblocks it.
-        let _ = TcpStream::connect_timeout(&self.address, OWN);
+        let _ = TcpStream::connect_timeout(&self.address, UNBLOCK_TIMEOUT);
         if let Some(thread) = self.thread.take() {
             let _ = thread.join();
         }
@@ -91,7 +91,7 @@ impl Drop for Port {
 }
 
 /// Accepts connections, each in a new thread, until the port is dropped.
-fn accept<F>(socket: &TcpListener, open: &Arc<Open>, most: usize, serve: &Arc<F>)
+fn accept<F>(socket: &TcpListener, open: &Arc<OpenConnections>, most: usize, serve: &Arc<F>)
 where
     F: Fn(TcpStream, u64) + Send + Sync + 'static,
 {
@@ -99,13 +99,13 @@ where
     let mut number = 0;
     loop {
         let accepted = socket.accept();
-        if open.ends() {
+        if open.is_closing() {
             break;
         }
         threads.retain(|t| !t.is_finished());
         let Ok((stream, _)) = accepted else {
             // The error may be temporary, for example if the process has too many open files.
-            thread::sleep(PAUSE);
+            thread::sleep(ACCEPT_RETRY_DELAY);
             continue;
         };
         let Some(kept) = stream.try_clone().ok().filter(|_| threads.len() < most) else { continue };
@@ -130,8 +130,8 @@ where
 /// calls `close`, which must make them end.
 pub fn end_threads(threads: Vec<JoinHandle<()>>, close: impl FnOnce()) {
     let begun = Instant::now();
-    while begun.elapsed() < LAST_WORDS && threads.iter().any(|t| !t.is_finished()) {
-        thread::sleep(LOOK);
+    while begun.elapsed() < SHUTDOWN_TIMEOUT && threads.iter().any(|t| !t.is_finished()) {
+        thread::sleep(POLL_INTERVAL);
     }
     if threads.iter().any(|t| !t.is_finished()) {
         close();
@@ -152,7 +152,7 @@ mod tests {
 
     /// The port ends although a peer reads nothing of a large answer, and another one sends nothing.
     #[test]
-    fn peers_that_do_not_read_do_not_keep_the_port_open() {
+    fn port_closes_despite_unresponsive_peers() {
         let (tell, told) = channel();
         let tell = Mutex::new(tell);
         let serve = move |mut stream: TcpStream, _| {
@@ -180,8 +180,8 @@ mod tests {
         };
         let port = Port::open(0, "test", 8, serve).unwrap();
         let mut peer = TcpStream::connect(port.address).unwrap();
-        while port.open.streams().is_empty() {
-            thread::sleep(LOOK);
+        while port.connections.streams().is_empty() {
+            thread::sleep(POLL_INTERVAL);
         }
         drop(port);
         let mut text = String::new();

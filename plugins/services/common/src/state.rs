@@ -15,28 +15,28 @@ use std::{
 
 /// The user's folder for private files.
 #[derive(Debug, Clone)]
-pub struct State {
+pub struct PrivateFolder {
     folder: PathBuf,
 }
 
-impl State {
+impl PrivateFolder {
     /// Opens the folder of this user, and creates it if necessary.
-    pub fn of_user() -> io::Result<State> {
+    pub fn of_user() -> io::Result<PrivateFolder> {
         let folder = folder_of(|name| env::var_os(name)).ok_or_else(|| {
             let text = "the folder for private files is not known: set `HOME` or `XDG_STATE_HOME` to an absolute path";
             io::Error::new(io::ErrorKind::NotFound, text)
         })?;
-        State::at(folder)
+        PrivateFolder::at(folder)
     }
 
     /// Opens the folder at a path, and creates it if necessary.
-    pub fn at(folder: PathBuf) -> io::Result<State> {
+    pub fn at(folder: PathBuf) -> io::Result<PrivateFolder> {
         #[cfg_attr(not(unix), expect(unused_mut, reason = "the mode exists only on Unix"))]
         let mut builder = fs::DirBuilder::new();
         #[cfg(unix)]
         std::os::unix::fs::DirBuilderExt::mode(&mut builder, 0o700);
         builder.recursive(true).create(&folder)?;
-        Ok(State { folder })
+        Ok(PrivateFolder { folder })
     }
 
     /// Returns the contents of a file. Returns `None` if the file does not exist, is larger than `most` bytes, or
@@ -123,9 +123,9 @@ mod tests {
     }
 
     #[test]
-    fn files_are_for_their_owner_alone() {
+    fn private_files_are_accessible_to_their_owner_only() {
         let place = tempfile::tempdir().unwrap();
-        let state = State::at(place.path().join("a/tatu")).unwrap();
+        let state = PrivateFolder::at(place.path().join("a/tatu")).unwrap();
         assert_eq!(state.read("x", 10), None);
         state.write("x", b"one").unwrap();
         state.write("x", b"two").unwrap();
@@ -145,7 +145,7 @@ mod tests {
     #[test]
     fn links_are_replaced_and_not_followed() {
         let place = tempfile::tempdir().unwrap();
-        let state = State::at(place.path().join("tatu")).unwrap();
+        let state = PrivateFolder::at(place.path().join("tatu")).unwrap();
         let other = place.path().join("other");
         fs::write(&other, "theirs").unwrap();
         fs::set_permissions(&other, PermissionsExt::from_mode(0o600)).unwrap();

@@ -21,43 +21,43 @@ use tatu_plugin_api::{
 };
 use tatu_services_common::port::{Port, end_threads};
 
-use crate::message::{Ask, Message};
+use crate::message::{JsonlRequest, RequestLine};
 
 /// Maximum number of simultaneous clients; further ones are disconnected.
-const MOST_CLIENTS: usize = 256;
+const MAX_CLIENTS: usize = 256;
 /// Maximum length of a line, bytes.
-pub const LINE_LIMIT: usize = 16 << 20;
+pub const MAX_LINE_BYTES: usize = 16 << 20;
 /// Maximum number of lines per client that are queued for the barrier. While the queue is full, the client's reader
 /// blocks, so that eventually the client blocks, too.
-const QUEUE: usize = 256;
+const MAX_QUEUED_LINES: usize = 256;
 /// Maximum total size of the lines queued for a client, bytes. If more accumulate, the client is disconnected.
-const UNREAD_LIMIT: usize = 64 << 20;
+const MAX_UNREAD_BYTES: usize = 64 << 20;
 /// Time for which sending to a client may block before the client is disconnected.
 const WRITE_TIMEOUT: Duration = Duration::from_secs(2);
 
 /// The port, and the clients that have connected to it recently.
-pub struct Listener {
-    arrivals: Arc<Mutex<Arrivals>>,
-    writers: Arc<Writers>,
+pub struct LineListener {
+    new_clients: Arc<Mutex<NewClients>>,
+    writers: Arc<WriterMap>,
     /// The open port; `None` only while the listener is being dropped.
     port: Option<Port>,
 }
 
 /// Clients that have connected since the last call of `take_new`, in order of connection.
 #[derive(Default)]
-struct Arrivals {
-    clients: Vec<Client>,
+struct NewClients {
+    clients: Vec<LineConnection>,
     /// Whether the listener is being dropped, so that new clients are rejected.
     closed: bool,
 }
 
 /// A connected client. Its reader is a thread of the port.
-pub struct Client {
+pub struct LineConnection {
     /// Number of the client in order of connection, from 1.
     pub number: u64,
     /// The received lines that have not been processed.
-    lines: Receiver<Message>,
-    link: Arc<Link>,
+    lines: Receiver<RequestLine>,
+    link: Arc<ConnectionState>,
     /// Queues lines for the writer; `None` ends it.
     replies: Sender<Option<Vec<u8>>>,
     writer: JoinHandle<()>,
@@ -65,7 +65,7 @@ pub struct Client {
 
 /// State of a client that is shared with its threads.
 #[derive(Default)]
-struct Link {
+struct ConnectionState {
     /// Whether the reader has ended, so that no further lines will be queued.
     ended: AtomicBool,
     /// Whether lines can no longer be sent to the client, because sending has failed or too many lines are queued.
@@ -79,25 +79,25 @@ struct Link {
 /// The writers of all clients, by number of the client. Clients that have sent their last line are among them while
 /// they are owed an answer.
 #[derive(Default)]
-struct Writers(Mutex<BTreeMap<u64, Writer>>);
+struct WriterMap(Mutex<BTreeMap<u64, ConnectionWriter>>);
 
-struct Writer {
-    link: Arc<Link>,
+struct ConnectionWriter {
+    link: Arc<ConnectionState>,
     replies: Sender<Option<Vec<u8>>>,
     stream: Arc<TcpStream>,
 }
 
-impl Writers {
-    fn all(&self) -> MutexGuard<'_, BTreeMap<u64, Writer>> {
+impl WriterMap {
+    fn all(&self) -> MutexGuard<'_, BTreeMap<u64, ConnectionWriter>> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Adds the writer of a new client. If there are too many clients, the first one that has sent its last line is no
     /// longer answered: it may have left, which cannot be distinguished from a client that only waits. Returns `false`
     /// if there are too many clients that may still send lines.
-    fn add(&self, number: u64, writer: Writer) -> bool {
+    fn add(&self, number: u64, writer: ConnectionWriter) -> bool {
         let mut all = self.all();
-        if all.len() >= MOST_CLIENTS {
+        if all.len() >= MAX_CLIENTS {
             let ended = all.iter().find(|(_, w)| w.link.ended.load(Ordering::Acquire)).map(|(number, _)| *number);
             let Some(ended) = ended.and_then(|number| all.remove(&number)) else { return false };
             ended.end();
@@ -107,7 +107,7 @@ impl Writers {
     }
 }
 
-impl Writer {
+impl ConnectionWriter {
     /// Ends the writer, also one that sends to a client that does not read.
     fn end(&self) {
         self.link.silent.store(true, Ordering::Release);
@@ -116,53 +116,57 @@ impl Writer {
     }
 }
 
-impl Listener {
+impl LineListener {
     /// Opens a port on 127.0.0.1; if `port` is 0, any free port. Unless `token` is empty, each client must send it in
     /// its first line.
     pub fn open(port: u16, token: String, session: Session) -> Result<Self> {
-        let arrivals = Arc::<Mutex<Arrivals>>::default();
+        let arrivals = Arc::<Mutex<NewClients>>::default();
         let inside = arrivals.clone();
         let of_clients = session.clone();
-        let writers = Arc::<Writers>::default();
+        let writers = Arc::<WriterMap>::default();
         let of_listener = writers.clone();
-        let serve =
-            move |stream: TcpStream, number: u64| match Client::new(number, stream, of_clients.clone(), &writers) {
-                Ok(None) => {}
-                Ok(Some((client, queue, stream))) => {
-                    let link = client.link.clone();
-                    let mut arrivals = inside.lock().unwrap_or_else(PoisonError::into_inner);
-                    if !arrivals.closed {
-                        arrivals.clients.push(client);
-                        drop(arrivals);
-                        of_clients.wake();
-                        read(&stream, &queue, &link, &of_clients, &token);
-                    } else {
-                        drop(client.leave());
-                    }
+        let serve = move |stream: TcpStream, number: u64| match LineConnection::new(
+            number,
+            stream,
+            of_clients.clone(),
+            &writers,
+        ) {
+            Ok(None) => {}
+            Ok(Some((client, queue, stream))) => {
+                let link = client.link.clone();
+                let mut arrivals = inside.lock().unwrap_or_else(PoisonError::into_inner);
+                if !arrivals.closed {
+                    arrivals.clients.push(client);
+                    drop(arrivals);
+                    of_clients.wake();
+                    read(&stream, &queue, &link, &of_clients, &token);
+                } else {
+                    drop(client.finish_sending());
                 }
-                Err(e) => of_clients.log(TATU_LOG_WARNING, &format!("jsonl: client {number}: {e}")),
-            };
-        let port = Port::open(port, "jsonl", MOST_CLIENTS, serve).map_err(|e| {
+            }
+            Err(e) => of_clients.log(TATU_LOG_WARNING, &format!("jsonl: client {number}: {e}")),
+        };
+        let port = Port::open(port, "jsonl", MAX_CLIENTS, serve).map_err(|e| {
             Fail::new(format!("cannot listen on 127.0.0.1:{port}: {e}"))
                 .help("choose another `port`, or 0 for any free port")
         })?;
         session.log(TATU_LOG_INFO, &format!("jsonl: listening on {}", port.address));
-        Ok(Listener { arrivals, writers: of_listener, port: Some(port) })
+        Ok(LineListener { new_clients: arrivals, writers: of_listener, port: Some(port) })
     }
     /// Closes the connections of clients after waiting, at most half a second, until the queued lines have been sent.
-    pub fn close(&self, clients: impl IntoIterator<Item = Client>, others: Vec<JoinHandle<()>>) {
-        let threads = clients.into_iter().map(Client::leave).chain(others).collect();
-        end_threads(threads, || self.writers.all().values().for_each(Writer::end));
+    pub fn close(&self, clients: impl IntoIterator<Item = LineConnection>, others: Vec<JoinHandle<()>>) {
+        let threads = clients.into_iter().map(LineConnection::finish_sending).chain(others).collect();
+        end_threads(threads, || self.writers.all().values().for_each(ConnectionWriter::end));
     }
     /// Returns the clients that have connected since the last call.
-    pub fn take_new(&self) -> Vec<Client> {
-        std::mem::take(&mut self.arrivals.lock().unwrap_or_else(PoisonError::into_inner).clients)
+    pub fn take_new(&self) -> Vec<LineConnection> {
+        std::mem::take(&mut self.new_clients.lock().unwrap_or_else(PoisonError::into_inner).clients)
     }
 }
 
-impl Drop for Listener {
+impl Drop for LineListener {
     fn drop(&mut self) {
-        self.arrivals.lock().unwrap_or_else(PoisonError::into_inner).closed = true;
+        self.new_clients.lock().unwrap_or_else(PoisonError::into_inner).closed = true;
         // The port waits for the readers, but a reader with a full queue blocks until its client is closed.
         self.close(self.take_new(), Vec::new());
         self.port.take();
@@ -170,19 +174,24 @@ impl Drop for Listener {
 }
 
 /// A new client, the sender of its queue of received lines, and its connection.
-type Begun = (Client, SyncSender<Message>, Arc<TcpStream>);
+type StartedConnection = (LineConnection, SyncSender<RequestLine>, Arc<TcpStream>);
 
-impl Client {
+impl LineConnection {
     /// Starts the writer of a new client. Also returns the sender of its queue of received lines and its connection, for
     /// the reader. Returns `None` if there are too many clients.
-    fn new(number: u64, stream: TcpStream, session: Session, writers: &Arc<Writers>) -> std::io::Result<Option<Begun>> {
+    fn new(
+        number: u64,
+        stream: TcpStream,
+        session: Session,
+        writers: &Arc<WriterMap>,
+    ) -> std::io::Result<Option<StartedConnection>> {
         stream.set_nodelay(true)?;
         stream.set_write_timeout(Some(WRITE_TIMEOUT))?;
-        let (queue, lines) = sync_channel(QUEUE);
+        let (queue, lines) = sync_channel(MAX_QUEUED_LINES);
         let (replies, waiting) = channel();
-        let link = Arc::<Link>::default();
+        let link = Arc::<ConnectionState>::default();
         let stream = Arc::new(stream);
-        let known = Writer { link: link.clone(), replies: replies.clone(), stream: stream.clone() };
+        let known = ConnectionWriter { link: link.clone(), replies: replies.clone(), stream: stream.clone() };
         if !writers.add(number, known) {
             return Ok(None);
         }
@@ -193,19 +202,19 @@ impl Client {
             of_all.all().remove(&number);
         });
         let writer = writer.inspect_err(|_| drop(writers.all().remove(&number)))?;
-        Ok(Some((Client { number, lines, link, replies, writer }, queue, stream)))
+        Ok(Some((LineConnection { number, lines, link, replies, writer }, queue, stream)))
     }
 
     /// Removes and returns the next received line, or returns `None` if there is none.
-    pub fn next_line(&self) -> Option<Message> {
+    pub fn next_line(&self) -> Option<RequestLine> {
         self.lines.try_recv().ok()
     }
     /// Returns whether the client has sent its last line or has disconnected, so that it can no longer hold the world.
-    pub fn ended(&self) -> bool {
-        self.link.ended.load(Ordering::Acquire) || self.broken()
+    pub fn has_ended(&self) -> bool {
+        self.link.ended.load(Ordering::Acquire) || self.is_broken()
     }
     /// Returns whether lines can no longer be sent to the client, because sending has failed or too many are queued.
-    pub fn broken(&self) -> bool {
+    pub fn is_broken(&self) -> bool {
         self.link.broken.load(Ordering::Acquire)
     }
     /// Returns whether the client is no longer answered, because it has sent its last line and others have connected.
@@ -218,12 +227,12 @@ impl Client {
         let mut bytes = line.to_string().into_bytes();
         bytes.push(b'\n');
         let unread = self.link.unread.fetch_add(bytes.len(), Ordering::AcqRel);
-        if unread > UNREAD_LIMIT || self.replies.send(Some(bytes)).is_err() {
+        if unread > MAX_UNREAD_BYTES || self.replies.send(Some(bytes)).is_err() {
             self.link.broken.store(true, Ordering::Release);
         }
     }
     /// Lets the writer send the queued lines and then close the connection. Returns the thread of the writer.
-    pub fn leave(self) -> JoinHandle<()> {
+    pub fn finish_sending(self) -> JoinHandle<()> {
         let _ = self.replies.send(None);
         self.writer
     }
@@ -231,7 +240,7 @@ impl Client {
 
 /// Sends queued lines until the client is closed or sending fails. Then closes both directions of the connection, which
 /// also ends the reader.
-fn write(mut stream: &TcpStream, waiting: &Receiver<Option<Vec<u8>>>, link: &Link, session: &Session) {
+fn write(mut stream: &TcpStream, waiting: &Receiver<Option<Vec<u8>>>, link: &ConnectionState, session: &Session) {
     while let Ok(Some(bytes)) = waiting.recv() {
         if stream.write_all(&bytes).is_err() {
             link.broken.store(true, Ordering::Release);
@@ -246,28 +255,28 @@ fn write(mut stream: &TcpStream, waiting: &Receiver<Option<Vec<u8>>>, link: &Lin
 /// Reads and queues lines until the client closes the connection. A client is rejected if its first line is not a JSON
 /// object. This keeps out web pages, which can make a browser send data to any port, but only after the head of an HTTP
 /// request.
-fn read(stream: &TcpStream, queue: &SyncSender<Message>, link: &Link, session: &Session, token: &str) {
+fn read(stream: &TcpStream, queue: &SyncSender<RequestLine>, link: &ConnectionState, session: &Session, token: &str) {
     let mut first = true;
     let mut stream = BufReader::with_capacity(64 << 10, stream);
     let mut line = Vec::new();
     loop {
         line.clear();
-        let n = (&mut stream).take(LINE_LIMIT as u64 + 1).read_until(b'\n', &mut line);
+        let n = (&mut stream).take(MAX_LINE_BYTES as u64 + 1).read_until(b'\n', &mut line);
         let message = match n {
             Ok(0) | Err(_) => break,
-            Ok(_) if line.len() > LINE_LIMIT && line.last() != Some(&b'\n') => {
+            Ok(_) if line.len() > MAX_LINE_BYTES && line.last() != Some(&b'\n') => {
                 if !skip_line(&mut stream) {
                     break;
                 }
-                let fail = Fail::argument(format!("the line is longer than {LINE_LIMIT} bytes"));
-                Message { no_json: true, ..Message::wrong(fail) }
+                let fail = Fail::argument(format!("the line is longer than {MAX_LINE_BYTES} bytes"));
+                RequestLine { no_json: true, ..RequestLine::invalid(fail) }
             }
             Ok(_) if line.trim_ascii().is_empty() => continue,
-            Ok(_) => Message::parse(line.trim_ascii()),
+            Ok(_) => RequestLine::parse(line.trim_ascii()),
         };
         let refused = std::mem::take(&mut first).then(|| message.refusal(token)).flatten();
         let over = refused.is_some();
-        if !over && matches!(message.ask, Ok(Ask::Request(TATU_REQUEST_STOP | TATU_REQUEST_QUIT))) {
+        if !over && matches!(message.request, Ok(JsonlRequest::Request(TATU_REQUEST_STOP | TATU_REQUEST_QUIT))) {
             session.stop();
         }
         if queue.send(refused.unwrap_or(message)).is_err() || over {

@@ -13,14 +13,14 @@ use tatu_plugin_api::{
     tatu_plugin,
 };
 
-pub use service::{JsonLines, Jsonl};
+pub use service::{JsonLines, JsonlService};
 
 impl Plugin for JsonLines {
     fn start(host: &Host) -> Result<Self> {
         Ok(JsonLines { time: host.prop("scene.time") })
     }
     fn offer(offer: &mut Offer<Self>) {
-        offer.service::<Jsonl>();
+        offer.service::<JsonlService>();
     }
 }
 

@@ -10,7 +10,7 @@ use tatu_services_common::json;
 
 /// A request from a client.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Ask {
+pub enum JsonlRequest {
     /// Calls a command.
     Call { name: String, args: Vec<Value> },
     /// Switches stepping mode, in which each step requires the permission of the client, on or off.
@@ -31,41 +31,48 @@ pub enum Ask {
 
 /// A parsed line.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Message {
+pub struct RequestLine {
     /// The `id` of the line, which the answer repeats; null if it has none.
     pub id: Json,
     /// The request, or the reason why the line is invalid.
-    pub ask: Result<Ask>,
+    pub request: Result<JsonlRequest>,
     /// Whether the line is not a JSON object.
     pub no_json: bool,
 }
 
 /// Maximum number of steps per request.
-const MOST_STEPS: u64 = 1_000_000_000;
+const MAX_STEPS: u64 = 1_000_000_000;
 
 /// Keys of requests. A message must have exactly one of them, and may also have `id` and `args`.
-const ASKS: [&str; 8] = ["call", "stepping", "step", "request", "state", "events", "world", "token"];
+const REQUEST_KEYS: [&str; 8] = ["call", "stepping", "step", "request", "state", "events", "world", "token"];
 
-impl Message {
+impl RequestLine {
     /// Parses a line. If it is invalid, the returned message contains the error.
-    pub fn parse(line: &[u8]) -> Message {
+    pub fn parse(line: &[u8]) -> RequestLine {
         let json: Json = match serde_json::from_slice(line) {
             Ok(json) => json,
             Err(e) => {
-                return Message { no_json: true, ..Message::wrong(Fail::argument(format!("not valid JSON: {e}"))) };
+                return RequestLine {
+                    no_json: true,
+                    ..RequestLine::invalid(Fail::argument(format!("not valid JSON: {e}")))
+                };
             }
         };
-        Message { id: json.get("id").cloned().unwrap_or_default(), ask: ask(&json), no_json: !json.is_object() }
+        RequestLine {
+            id: json.get("id").cloned().unwrap_or_default(),
+            request: parse_request(&json),
+            no_json: !json.is_object(),
+        }
     }
     /// Returns the error for a client with this first line, or `None` if the client is accepted. The first line must be
     /// a JSON object and, unless `token` is empty, present this token.
-    pub fn refusal(&self, token: &str) -> Option<Message> {
-        match &self.ask {
-            Ok(Ask::Token(said)) if said == token => None,
+    pub fn refusal(&self, token: &str) -> Option<RequestLine> {
+        match &self.request {
+            Ok(JsonlRequest::Token(said)) if said == token => None,
             Err(fail) if self.no_json => {
                 let fail =
                     Fail::argument(format!("the first line is invalid ({}), so the connection is closed", fail.text()));
-                Some(Message::wrong(fail.help("send one JSON object per line; this is not a web server")))
+                Some(RequestLine::invalid(fail.help("send one JSON object per line; this is not a web server")))
             }
             _ if token.is_empty() => None,
             // Objects that are not valid requests are refused, too; otherwise, one could be sent in place of the token.
@@ -73,27 +80,31 @@ impl Message {
                 let text = "this service requires a valid token in the first line, so the connection is closed";
                 let help =
                     "send {\"token\": \"...\"} as the first line, with the token that the service was started with";
-                Some(Message { id: self.id.clone(), ask: Err(Fail::argument(text).help(help)), no_json: false })
+                Some(RequestLine { id: self.id.clone(), request: Err(Fail::argument(text).help(help)), no_json: false })
             }
         }
     }
     /// Creates the message for an invalid line whose `id` is not known.
-    pub fn wrong(fail: Fail) -> Message {
-        Message { id: Json::Null, ask: Err(fail), no_json: false }
+    pub fn invalid(fail: Fail) -> RequestLine {
+        RequestLine { id: Json::Null, request: Err(fail), no_json: false }
     }
 }
 
 /// Returns the request in a line.
-fn ask(json: &Json) -> Result<Ask> {
+fn parse_request(json: &Json) -> Result<JsonlRequest> {
     let help =
         "send {\"id\": 1, \"call\": \"name\", \"args\": []}, or one of stepping, step, request, state, events, world";
     let object = json.as_object().ok_or_else(|| Fail::argument("a message must be a JSON object").help(help))?;
-    if let Some(other) = object.keys().find(|k| !ASKS.contains(&k.as_str()) && !["id", "args"].contains(&k.as_str())) {
+    if let Some(other) =
+        object.keys().find(|k| !REQUEST_KEYS.contains(&k.as_str()) && !["id", "args"].contains(&k.as_str()))
+    {
         return Err(Fail::argument(format!("unknown key `{other}`")).help(help));
     }
-    let mut found = ASKS.iter().filter_map(|k| object.get(*k).map(|v| (*k, v)));
+    let mut found = REQUEST_KEYS.iter().filter_map(|k| object.get(*k).map(|v| (*k, v)));
     let (Some((key, value)), None) = (found.next(), found.next()) else {
-        return Err(Fail::argument(format!("a message must have exactly one of {}", ASKS.join(", "))).help(help));
+        return Err(
+            Fail::argument(format!("a message must have exactly one of {}", REQUEST_KEYS.join(", "))).help(help)
+        );
     };
     let wrong = |what: &str| Fail::argument(format!("`{key}`: expected {what}, found {value}"));
     let truth = || value.as_bool().ok_or_else(|| wrong("true or false"));
@@ -105,21 +116,21 @@ fn ask(json: &Json) -> Result<Ask> {
                 Some(Json::Array(args)) => args.iter().map(json::read).collect::<Result<_>>()?,
                 Some(_) => return Err(Fail::argument("`args`: expected an array")),
             };
-            Ask::Call { name, args }
+            JsonlRequest::Call { name, args }
         }
-        "stepping" => Ask::Stepping(truth()?),
-        "events" => Ask::Events(truth()?),
-        "token" => Ask::Token(value.as_str().ok_or_else(|| wrong("a string"))?.to_owned()),
+        "stepping" => JsonlRequest::Stepping(truth()?),
+        "events" => JsonlRequest::Events(truth()?),
+        "token" => JsonlRequest::Token(value.as_str().ok_or_else(|| wrong("a string"))?.to_owned()),
         "state" => {
             truth()?;
-            Ask::State
+            JsonlRequest::State
         }
         "step" => {
-            let count = value.as_u64().filter(|n| (1..=MOST_STEPS).contains(n));
-            Ask::Step(count.ok_or_else(|| wrong("a number of steps from 1 to 1000000000"))?)
+            let count = value.as_u64().filter(|n| (1..=MAX_STEPS).contains(n));
+            JsonlRequest::Step(count.ok_or_else(|| wrong("a number of steps from 1 to 1000000000"))?)
         }
-        "world" => Ask::World(value.as_u64().ok_or_else(|| wrong("the index of a world, from 0"))? as usize),
-        _ => Ask::Request(match value.as_str() {
+        "world" => JsonlRequest::World(value.as_u64().ok_or_else(|| wrong("the index of a world, from 0"))? as usize),
+        _ => JsonlRequest::Request(match value.as_str() {
             Some("stop") => TATU_REQUEST_STOP,
             Some("pause") => TATU_REQUEST_PAUSE,
             Some("start") => TATU_REQUEST_START,
@@ -142,24 +153,24 @@ pub fn error(id: &Json, fail: &Fail) -> Json {
 mod tests {
     use super::*;
 
-    fn asked(line: &str) -> Ask {
-        Message::parse(line.as_bytes()).ask.unwrap()
+    fn asked(line: &str) -> JsonlRequest {
+        RequestLine::parse(line.as_bytes()).request.unwrap()
     }
 
     #[test]
-    fn each_kind_is_understood() {
-        let call = Ask::Call { name: "f".into(), args: vec![Value::Int(1), Value::text("a")] };
+    fn each_request_kind_is_parsed() {
+        let call = JsonlRequest::Call { name: "f".into(), args: vec![Value::Int(1), Value::text("a")] };
         assert_eq!(asked(r#"{"id":1,"call":"f","args":[1,"a"]}"#), call);
-        assert_eq!(asked(r#"{"call":"f"}"#), Ask::Call { name: "f".into(), args: vec![] });
-        assert_eq!(asked(r#"{"id":1,"stepping":true}"#), Ask::Stepping(true));
-        assert_eq!(asked(r#"{"id":1,"step":3}"#), Ask::Step(3));
-        assert_eq!(asked(r#"{"id":1,"request":"pause"}"#), Ask::Request(TATU_REQUEST_PAUSE));
-        assert_eq!(asked(r#"{"id":1,"world":1}"#), Ask::World(1));
+        assert_eq!(asked(r#"{"call":"f"}"#), JsonlRequest::Call { name: "f".into(), args: vec![] });
+        assert_eq!(asked(r#"{"id":1,"stepping":true}"#), JsonlRequest::Stepping(true));
+        assert_eq!(asked(r#"{"id":1,"step":3}"#), JsonlRequest::Step(3));
+        assert_eq!(asked(r#"{"id":1,"request":"pause"}"#), JsonlRequest::Request(TATU_REQUEST_PAUSE));
+        assert_eq!(asked(r#"{"id":1,"world":1}"#), JsonlRequest::World(1));
     }
 
     #[test]
     fn clients_are_refused_unless_the_first_line_is_the_token() {
-        let refused = |line: &str, token| Message::parse(line.as_bytes()).refusal(token).is_some();
+        let refused = |line: &str, token| RequestLine::parse(line.as_bytes()).refusal(token).is_some();
         let others = ["{}", r#"{"id":1}"#, r#"{"call":"f"}"#, r#"{"kall":"f"}"#, r#"{"token":1}"#, r#"{"token":"b"}"#];
         for line in others {
             assert!(refused(line, "a"), "{line}");
@@ -173,7 +184,7 @@ mod tests {
     }
 
     #[test]
-    fn nonsense_is_told_with_its_number() {
+    fn invalid_lines_are_reported_with_their_id() {
         let wrong = [
             r#"{"id":7}"#,
             r#"{"id":7,"call":"f","step":1}"#,
@@ -186,12 +197,12 @@ mod tests {
             r#"{"id":7,"kall":"f"}"#,
         ];
         for line in wrong {
-            let message = Message::parse(line.as_bytes());
-            assert!(message.ask.is_err() && message.id == 7, "{line}");
+            let message = RequestLine::parse(line.as_bytes());
+            assert!(message.request.is_err() && message.id == 7, "{line}");
         }
         for line in ["", "[]", "3", "{", "\u{0}", "{\"id\":1,\"call\":\"f\",\"args\":["] {
-            let message = Message::parse(line.as_bytes());
-            assert!(message.ask.is_err() && message.id == Json::Null, "{line}");
+            let message = RequestLine::parse(line.as_bytes());
+            assert!(message.request.is_err() && message.id == Json::Null, "{line}");
         }
     }
 }

@@ -15,8 +15,8 @@ use tatu_plugin_api::{
 use tatu_services_common::json;
 
 use crate::{
-    clients::{Client, Listener},
-    message::{Ask, Message, error},
+    clients::{LineConnection, LineListener},
+    message::{JsonlRequest, RequestLine, error},
 };
 
 /// The plugin, which offers the service `jsonl`.
@@ -26,11 +26,11 @@ pub struct JsonLines {
 }
 
 /// Maximum number of lines per client that are processed at a barrier, so that a client cannot starve the others.
-const AT_ONCE: usize = 1000;
+const MAX_LINES_PER_BARRIER: usize = 1000;
 
 /// The service `jsonl`.
-pub struct Jsonl {
-    state: RefCell<State>,
+pub struct JsonlService {
+    state: RefCell<JsonlState>,
     session: Session,
     time: Prop,
     /// Number of clients that must have sent a `stepping` message before the first step.
@@ -41,19 +41,19 @@ pub struct Jsonl {
     next_token: Cell<u64>,
 }
 
-struct State {
-    clients: Vec<Guest>,
+struct JsonlState {
+    clients: Vec<LineClient>,
     /// Writing threads of clients that have disconnected.
     threads: Vec<JoinHandle<()>>,
     /// The number of the client and the id of the line for each command that has not returned yet, by token.
-    waits: BTreeMap<u64, (u64, Json)>,
+    pending_commands: BTreeMap<u64, (u64, Json)>,
     /// The open port, which is closed after all clients.
-    listener: Listener,
+    listener: LineListener,
 }
 
 /// A client and its settings.
-struct Guest {
-    client: Client,
+struct LineClient {
+    client: LineConnection,
     /// Whether steps require the permission of the client.
     stepping: bool,
     /// Whether the client has sent a `stepping` message.
@@ -65,12 +65,12 @@ struct Guest {
     /// The pending `step` request of the client: the id of its line, and the step at which it ends.
     until: Option<(Json, u64)>,
     /// A line that was taken from the queue but must be processed later.
-    next: Option<Message>,
+    next: Option<RequestLine>,
     /// Whether all lines of the client have been processed, and the client can send no more.
-    over: bool,
+    finished: bool,
 }
 
-impl Service for Jsonl {
+impl Service for JsonlService {
     type Plugin = JsonLines;
     const ID: &'static str = "jsonl";
     const TEXT: &'static str = "Accepts commands as lines of JSON on a local socket. Clients may control the stepping.";
@@ -92,9 +92,10 @@ impl Service for Jsonl {
     }
 
     fn start(plugin: &JsonLines, _: &Host, session: Session, params: &Params<'_>) -> Result<Self> {
-        let listener = Listener::open(params.i64("port")? as u16, params.string("token")?, session.clone())?;
-        let state = State { clients: Vec::new(), threads: Vec::new(), waits: BTreeMap::new(), listener };
-        Ok(Jsonl {
+        let listener = LineListener::open(params.i64("port")? as u16, params.string("token")?, session.clone())?;
+        let state =
+            JsonlState { clients: Vec::new(), threads: Vec::new(), pending_commands: BTreeMap::new(), listener };
+        Ok(JsonlService {
             state: RefCell::new(state),
             session,
             time: plugin.time,
@@ -106,7 +107,7 @@ impl Service for Jsonl {
 
     fn barrier(&self, turn: &Turn<'_>, step: u64) -> Result<Answer> {
         let state = &mut *self.state()?;
-        let new = state.listener.take_new().into_iter().map(|client| Guest {
+        let new = state.listener.take_new().into_iter().map(|client| LineClient {
             client,
             stepping: false,
             greeted: false,
@@ -114,7 +115,7 @@ impl Service for Jsonl {
             world: 0,
             until: None,
             next: None,
-            over: false,
+            finished: false,
         });
         state.clients.extend(new);
         let (here, worlds) = turn.worlds();
@@ -126,16 +127,19 @@ impl Service for Jsonl {
             // `stepping` and `world` messages do not access a world, so they are processed in the turn of any world.
             while guest.world != here && guest.until.is_none() {
                 guest.next = guest.next.take().or_else(|| guest.client.next_line());
-                match guest.next.take_if(|m| matches!(m.ask, Ok(Ask::Stepping(_) | Ask::World(_)))) {
-                    Some(message) => self.handle(guest, &mut state.waits, message, turn, step, worlds)?,
+                match guest
+                    .next
+                    .take_if(|m| matches!(m.request, Ok(JsonlRequest::Stepping(_) | JsonlRequest::World(_))))
+                {
+                    Some(message) => self.handle(guest, &mut state.pending_commands, message, turn, step, worlds)?,
                     None => break,
                 }
             }
             if guest.world == here {
-                hold |= self.serve(guest, &mut state.waits, turn, step, worlds)?;
+                hold |= self.serve(guest, &mut state.pending_commands, turn, step, worlds)?;
             }
         }
-        state.bury();
+        state.remove_disconnected();
         Ok(if hold || self.greeted.get() < self.wait_for { Answer::Hold } else { Answer::Go })
     }
 
@@ -161,7 +165,7 @@ impl Service for Jsonl {
 
     fn resume(&self, _: &Turn<'_>, token: u64, result: Result<&[ValueRef<'_>]>) {
         let Ok(mut state) = self.state() else { return };
-        let Some((number, id)) = state.waits.remove(&token) else { return };
+        let Some((number, id)) = state.pending_commands.remove(&token) else { return };
         let Some(guest) = state.clients.iter().find(|g| g.client.number == number) else { return };
         let values = result.and_then(|r| r.iter().map(|v| v.to_value()).collect::<Result<Vec<_>>>());
         guest.client.send(&match values {
@@ -171,15 +175,15 @@ impl Service for Jsonl {
     }
 }
 
-impl Jsonl {
-    fn state(&self) -> Result<RefMut<'_, State>> {
+impl JsonlService {
+    fn state(&self) -> Result<RefMut<'_, JsonlState>> {
         self.state.try_borrow_mut().map_err(|_| Fail::with_code(TATU_ERR_BUSY, "the service is in use"))
     }
 
-    /// Processes lines of a client, at most `AT_ONCE`. Returns whether the client holds the world.
+    /// Processes lines of a client, at most `MAX_LINES_PER_BARRIER`. Returns whether the client holds the world.
     fn serve(
         &self,
-        guest: &mut Guest,
+        guest: &mut LineClient,
         waits: &mut BTreeMap<u64, (u64, Json)>,
         turn: &Turn<'_>,
         step: u64,
@@ -187,12 +191,15 @@ impl Jsonl {
     ) -> Result<bool> {
         turn.client(guest.client.number);
         let here = guest.world;
-        for _ in 0..AT_ONCE {
+        for _ in 0..MAX_LINES_PER_BARRIER {
             match &guest.until {
                 // The client waits for its steps, but during a pause, its next line may resume the simulation.
                 Some((_, until)) if step < *until && turn.state() == TATU_PAUSED => {
                     guest.next = guest.next.take().or_else(|| guest.client.next_line());
-                    match guest.next.take_if(|m| matches!(m.ask, Ok(Ask::Request(_) | Ask::State))) {
+                    match guest
+                        .next
+                        .take_if(|m| matches!(m.request, Ok(JsonlRequest::Request(_) | JsonlRequest::State)))
+                    {
                         Some(message) => self.handle(guest, waits, message, turn, step, worlds)?,
                         None => return Ok(false),
                     }
@@ -206,15 +213,15 @@ impl Jsonl {
                 None => {}
             }
             // The flag must be read before the queue, because it is set after the last line has been queued.
-            let ended = guest.client.ended();
+            let ended = guest.client.has_ended();
             let Some(message) = guest.next.take().or_else(|| guest.client.next_line()) else {
-                guest.over = ended;
+                guest.finished = ended;
                 return Ok(guest.stepping && !ended);
             };
             // Steps are counted from the start of a run, so this line and later ones must wait for the start.
-            if matches!(message.ask, Ok(Ask::Step(_))) && turn.state() == TATU_STOPPED {
+            if matches!(message.request, Ok(JsonlRequest::Step(_))) && turn.state() == TATU_STOPPED {
                 guest.next = Some(message);
-                guest.over = ended;
+                guest.finished = ended;
                 return Ok(guest.stepping && !ended);
             }
             self.handle(guest, waits, message, turn, step, worlds)?;
@@ -224,24 +231,24 @@ impl Jsonl {
         }
         // There may be further lines, so another turn is requested immediately.
         self.session.wake();
-        Ok(guest.stepping && !guest.client.ended())
+        Ok(guest.stepping && !guest.client.has_ended())
     }
 
     /// Executes a request, and sends the answer unless it must wait.
     fn handle(
         &self,
-        guest: &mut Guest,
+        guest: &mut LineClient,
         waits: &mut BTreeMap<u64, (u64, Json)>,
-        message: Message,
+        message: RequestLine,
         turn: &Turn<'_>,
         step: u64,
         worlds: usize,
     ) -> Result {
         let id = message.id;
         let done = |result: Json| json!({ "id": id, "result": result });
-        let reply = match message.ask {
+        let reply = match message.request {
             Err(fail) => error(&id, &fail),
-            Ok(Ask::Call { name, args }) => {
+            Ok(JsonlRequest::Call { name, args }) => {
                 let token = self.next_token.get();
                 match turn.call(&name, &args, token) {
                     Ok(Called::Done(values)) => done(values.iter().map(json::write).collect()),
@@ -253,23 +260,23 @@ impl Jsonl {
                     Err(fail) => error(&id, &fail),
                 }
             }
-            Ok(Ask::Token(_)) => done(json!([])),
-            Ok(Ask::Stepping(on)) => {
+            Ok(JsonlRequest::Token(_)) => done(json!([])),
+            Ok(JsonlRequest::Stepping(on)) => {
                 guest.stepping = on;
                 if !std::mem::replace(&mut guest.greeted, true) {
                     self.greeted.set(self.greeted.get() + 1);
                 }
                 done(json!([]))
             }
-            Ok(Ask::Step(n)) => {
+            Ok(JsonlRequest::Step(n)) => {
                 guest.until = Some((id, step.saturating_add(n)));
                 return Ok(());
             }
-            Ok(Ask::Request(what)) => match turn.request(what) {
+            Ok(JsonlRequest::Request(what)) => match turn.request(what) {
                 Ok(()) => done(json!([])),
                 Err(fail) => error(&id, &fail),
             },
-            Ok(Ask::State) => {
+            Ok(JsonlRequest::State) => {
                 let state = match turn.state() {
                     TATU_STOPPED => "stopped",
                     TATU_PAUSED => "paused",
@@ -277,15 +284,15 @@ impl Jsonl {
                 };
                 json!({ "id": id, "state": state, "time": turn.f64(0, self.time)?, "step": step })
             }
-            Ok(Ask::Events(on)) => {
+            Ok(JsonlRequest::Events(on)) => {
                 guest.events = on;
                 done(json!([]))
             }
-            Ok(Ask::World(n)) if n < worlds => {
+            Ok(JsonlRequest::World(n)) if n < worlds => {
                 guest.world = n;
                 done(json!([]))
             }
-            Ok(Ask::World(n)) => error(
+            Ok(JsonlRequest::World(n)) => error(
                 &id,
                 &Fail::argument(format!(
                     "world {n} does not exist: worlds are numbered from 0, and there are {worlds}"
@@ -297,25 +304,25 @@ impl Jsonl {
     }
 }
 
-impl State {
+impl JsonlState {
     /// Removes clients that have disconnected, except those that are still owed answers and can receive them.
-    fn bury(&mut self) {
-        let waits = &self.waits;
-        let is_over = |g: &mut Guest| {
+    fn remove_disconnected(&mut self) {
+        let waits = &self.pending_commands;
+        let is_over = |g: &mut LineClient| {
             let owed = waits.values().any(|(n, _)| *n == g.client.number);
-            g.client.broken() || g.over && (!owed || g.client.is_silent())
+            g.client.is_broken() || g.finished && (!owed || g.client.is_silent())
         };
-        let gone: Vec<Guest> = self.clients.extract_if(.., is_over).collect();
+        let gone: Vec<LineClient> = self.clients.extract_if(.., is_over).collect();
         for g in gone {
             // The commands continue to wait, but nobody receives their results.
-            self.waits.retain(|_, (number, _)| *number != g.client.number);
-            self.threads.push(g.client.leave());
+            self.pending_commands.retain(|_, (number, _)| *number != g.client.number);
+            self.threads.push(g.client.finish_sending());
         }
         self.threads.retain(|t| !t.is_finished());
     }
 }
 
-impl Drop for State {
+impl Drop for JsonlState {
     fn drop(&mut self) {
         let threads = std::mem::take(&mut self.threads);
         self.listener.close(self.clients.drain(..).map(|guest| guest.client), threads);

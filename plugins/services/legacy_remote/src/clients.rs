@@ -5,27 +5,27 @@ use std::{collections::BTreeMap, sync::Arc};
 use tatu_plugin_api::safe::{Fail, Result};
 
 use crate::{
-    connections::Outbox,
-    message::{Command, mode},
+    connections::AnswerQueue,
+    message::{RemoteCommand, mode},
 };
 
 /// Maximum number of streamed commands per client.
-const MOST_STREAMS: usize = 5000;
+const MAX_STREAMS: usize = 5000;
 /// Maximum number of commands per client that are being received in parts.
-const MOST_PARTS: usize = 64;
+const MAX_SPLIT_COMMANDS: usize = 64;
 /// Maximum number of stored errors per client; older ones are discarded.
-const MOST_ERRORS: usize = 50;
+const MAX_ERRORS: usize = 50;
 
 /// The state of a client.
-pub struct Client {
+pub struct LegacyClient {
     /// Answers to be sent to the client.
-    pub out: Arc<Outbox>,
+    pub out: Arc<AnswerQueue>,
     /// The id of the client's newest message with commands.
     pub id: i32,
     /// Received commands that have not been executed, in order of arrival.
-    pub pending: Vec<Command>,
+    pub pending: Vec<RemoteCommand>,
     /// Streamed commands, by number and subject, each with the simulation time in ms at which it is due.
-    pub streams: BTreeMap<(u16, Vec<u8>), (Command, f64)>,
+    pub streams: BTreeMap<(u16, Vec<u8>), (RemoteCommand, f64)>,
     /// The data received so far of commands that are sent in parts, by number and subject.
     parts: BTreeMap<(u16, Vec<u8>), Vec<u8>>,
     /// Whether each step requires the permission of the client.
@@ -36,10 +36,10 @@ pub struct Client {
     pub errors: Vec<String>,
 }
 
-impl Client {
+impl LegacyClient {
     /// Creates the state of a new client.
-    pub fn new(out: Arc<Outbox>) -> Client {
-        Client {
+    pub fn new(out: Arc<AnswerQueue>) -> LegacyClient {
+        LegacyClient {
             out,
             id: 0,
             pending: Vec::new(),
@@ -51,32 +51,32 @@ impl Client {
         }
     }
     /// Returns whether the world must be held before this step until the client permits it.
-    pub fn holds(&self, step: u64) -> bool {
+    pub fn holds_world(&self, step: u64) -> bool {
         self.synchronous && self.until.is_none_or(|until| step >= until)
     }
     /// Stores an error message.
-    pub fn went_wrong(&mut self, text: String) {
+    pub fn add_error(&mut self, text: String) {
         self.errors.push(text);
-        let over = self.errors.len().saturating_sub(MOST_ERRORS);
+        let over = self.errors.len().saturating_sub(MAX_ERRORS);
         self.errors.drain(..over);
     }
     /// Adds a received command, which may be a part of a split command. Returns the complete command, or `None` if
     /// parts are still missing.
-    pub fn whole(&mut self, command: Command) -> Result<Option<Command>> {
+    pub fn join_parts(&mut self, command: RemoteCommand) -> Result<Option<RemoteCommand>> {
         let split = matches!(command.mode(), mode::ONESHOT_SPLIT | mode::STREAMING_SPLIT);
         let (at, full) = command.part;
         if !split || at == 0 && command.data.len() >= full {
             return Ok(Some(command));
         }
-        let key = (command.raw(), command.of.clone());
-        if full > crate::packet::MOST {
+        let key = (command.number(), command.subject.clone());
+        if full > crate::packet::MAX_MESSAGE_BYTES {
             return Err(Fail::argument(format!(
                 "a command sent in parts has {full} bytes: expected at most {}",
-                crate::packet::MOST
+                crate::packet::MAX_MESSAGE_BYTES
             )));
         }
         if at == 0 {
-            if self.parts.len() >= MOST_PARTS {
+            if self.parts.len() >= MAX_SPLIT_COMMANDS {
                 return Err(Fail::argument(
                     "too many commands are being sent in parts at the same time: expected at most 64",
                 ));
@@ -86,7 +86,7 @@ impl Client {
         let data = self.parts.get_mut(&key).filter(|d| d.len() == at);
         let data = data.ok_or_else(|| Fail::argument("received a part of a command without the preceding part"))?;
         data.extend_from_slice(&command.data);
-        if data.len() > crate::packet::MOST {
+        if data.len() > crate::packet::MAX_MESSAGE_BYTES {
             self.parts.remove(&key);
             return Err(Fail::argument("the parts of a command exceed the maximum size of a command, 66 MiB"));
         }
@@ -94,15 +94,15 @@ impl Client {
             return Ok(None);
         }
         let data = self.parts.remove(&key).unwrap_or_default();
-        Ok(Some(Command { data, ..command }))
+        Ok(Some(RemoteCommand { data, ..command }))
     }
-    /// Starts to stream a command, which is due immediately. Fails if the client already has `MOST_STREAMS` streamed
+    /// Starts to stream a command, which is due immediately. Fails if the client already has `MAX_STREAMS` streamed
     /// commands.
-    pub fn stream(&mut self, command: &Command) -> Result {
-        let key = (command.raw(), command.of.clone());
-        if self.streams.len() >= MOST_STREAMS && !self.streams.contains_key(&key) {
+    pub fn start_stream(&mut self, command: &RemoteCommand) -> Result {
+        let key = (command.number(), command.subject.clone());
+        if self.streams.len() >= MAX_STREAMS && !self.streams.contains_key(&key) {
             return Err(Fail::argument(format!(
-                "too many streamed commands: expected at most {MOST_STREAMS} per client"
+                "too many streamed commands: expected at most {MAX_STREAMS} per client"
             )));
         }
         self.streams.insert(key, (command.clone(), f64::NEG_INFINITY));

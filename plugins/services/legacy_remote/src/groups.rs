@@ -3,20 +3,20 @@
 use tatu_plugin_api::safe::{Fail, Result, Turn, Value};
 
 use crate::{
-    ask::ask,
-    values::{Out, bytes, float, floats, int},
+    ask::call_command,
+    values::{LittleEndianWriter, bytes, float, floats, int},
 };
 
 /// The object types that select all objects: in requests from clients, and in commands.
-const ALL: (i64, i64) = (109, -2);
+const ALL_OBJECT_TYPES: (i64, i64) = (109, -2);
 /// Handle that selects the world frame.
-const WORLD: i64 = -1;
+const WORLD_FRAME: i64 = -1;
 /// Handle that selects the frame of the parent.
-const PARENT: i64 = -11;
+const PARENT_FRAME: i64 = -11;
 
 /// The data of all objects, consecutively.
 #[derive(Default)]
-struct Group {
+struct GroupValues {
     ints: Vec<i64>,
     numbers: Vec<f64>,
     texts: Vec<Vec<u8>>,
@@ -24,14 +24,14 @@ struct Group {
 
 /// Returns the data of type `what` of all objects of type `kind`.
 pub fn read(turn: &Turn<'_>, kind: i64, what: i64) -> Result<Vec<u8>> {
-    let kind = if kind == ALL.0 { ALL.1 } else { kind };
-    let found = ask(turn, "sim.getObjectsInTree", &[Value::Int(-12), Value::Int(kind), Value::Int(0)])?;
+    let kind = if kind == ALL_OBJECT_TYPES.0 { ALL_OBJECT_TYPES.1 } else { kind };
+    let found = call_command(turn, "sim.getObjectsInTree", &[Value::Int(-12), Value::Int(kind), Value::Int(0)])?;
     let objects: Vec<i64> = floats(found.first())?.into_iter().map(|x| x as i64).collect();
-    let mut group = Group::default();
+    let mut group = GroupValues::default();
     for &object in &objects {
-        one(turn, object, what, &mut group)?;
+        append_object(turn, object, what, &mut group)?;
     }
-    let mut out = Out::default();
+    let mut out = LittleEndianWriter::default();
     for n in [objects.len(), group.ints.len(), group.numbers.len(), group.texts.len()] {
         out.i32(n as i64);
     }
@@ -46,14 +46,14 @@ pub fn read(turn: &Turn<'_>, kind: i64, what: i64) -> Result<Vec<u8>> {
 }
 
 /// Appends the data of an object.
-fn one(turn: &Turn<'_>, object: i64, what: i64, group: &mut Group) -> Result {
+fn append_object(turn: &Turn<'_>, object: i64, what: i64, group: &mut GroupValues) -> Result {
     let own = Value::Int(object);
-    let get = |name: &str| ask(turn, name, std::slice::from_ref(&own));
+    let get = |name: &str| call_command(turn, name, std::slice::from_ref(&own));
     let of = |name: &str, frame: i64| -> Result<Vec<f64>> {
-        floats(ask(turn, name, &[own.clone(), Value::Int(frame)])?.first())
+        floats(call_command(turn, name, &[own.clone(), Value::Int(frame)])?.first())
     };
     // Poses of data types with odd numbers are relative to the world, and those with even numbers to the parent.
-    let frame = if what % 2 == 1 { WORLD } else { PARENT };
+    let frame = if what % 2 == 1 { WORLD_FRAME } else { PARENT_FRAME };
     match what {
         0 | 20 => group.texts.push(bytes(get("sim.getObjectName")?.first())?.to_vec()),
         1 => group.ints.push(int(get("sim.getObjectType")?.first())?),

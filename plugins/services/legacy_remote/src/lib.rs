@@ -23,14 +23,14 @@ use tatu_plugin_api::{
     tatu_plugin,
 };
 
-pub use service::{LegacyRemote, Remote};
+pub use service::{LegacyRemote, LegacyRemoteService};
 
 impl Plugin for LegacyRemote {
     fn start(_: &Host) -> Result<Self> {
         Ok(LegacyRemote)
     }
     fn offer(offer: &mut Offer<Self>) {
-        offer.service::<Remote>();
+        offer.service::<LegacyRemoteService>();
     }
 }
 

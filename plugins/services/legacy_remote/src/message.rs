@@ -3,14 +3,14 @@
 
 use std::io;
 
-use crate::packet::wrong;
+use crate::packet::invalid_message;
 
 /// Version of the protocol, which is part of the head of each answer.
-const VERSION: u8 = 11;
+const PROTOCOL_VERSION: u8 = 11;
 /// Size of the head of a message, bytes.
-const HEAD: usize = 18;
+const HEAD_BYTES: usize = 18;
 /// Size of the header of a command, bytes.
-const COMMAND: usize = 26;
+const COMMAND_HEADER_BYTES: usize = 26;
 
 /// Modes in which a command is executed.
 pub mod mode {
@@ -30,7 +30,7 @@ pub mod mode {
 
 /// The head of a message from a client.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Head {
+pub struct MessageHead {
     /// The id of the message, which the client chooses.
     pub id: i32,
     /// The time of the client's clock, ms.
@@ -39,11 +39,11 @@ pub struct Head {
 
 /// A command, or a part of one.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Command {
+pub struct RemoteCommand {
     /// The number of the command in the low 16 bits, and the mode in the bits above.
     pub code: u32,
     /// The subject that the command acts on, such as a handle or a name.
-    pub of: Vec<u8>,
+    pub subject: Vec<u8>,
     /// The arguments.
     pub data: Vec<u8>,
     /// Interval between executions of a streamed command, ms.
@@ -52,9 +52,9 @@ pub struct Command {
     pub part: (usize, usize),
 }
 
-impl Command {
+impl RemoteCommand {
     /// Returns the number of the command.
-    pub fn raw(&self) -> u16 {
+    pub fn number(&self) -> u16 {
         self.code as u16
     }
     /// Returns the mode: one of the constants in the module `mode`, if it is valid.
@@ -76,27 +76,29 @@ fn u16_at(bytes: &[u8], at: usize) -> u16 {
 }
 
 /// Parses a message into its head and its commands. Fails if a stated size does not match the message.
-pub fn read(bytes: &[u8]) -> io::Result<(Head, Vec<Command>)> {
-    if bytes.len() < HEAD {
-        return Err(wrong("the message is shorter than its header of 18 bytes"));
+pub fn read(bytes: &[u8]) -> io::Result<(MessageHead, Vec<RemoteCommand>)> {
+    if bytes.len() < HEAD_BYTES {
+        return Err(invalid_message("the message is shorter than its header of 18 bytes"));
     }
-    let head = Head { id: i32_at(bytes, 3), time: i32_at(bytes, 7) };
-    let (mut commands, mut rest) = (Vec::new(), &bytes[HEAD..]);
+    let head = MessageHead { id: i32_at(bytes, 3), time: i32_at(bytes, 7) };
+    let (mut commands, mut rest) = (Vec::new(), &bytes[HEAD_BYTES..]);
     while !rest.is_empty() {
-        if rest.len() < COMMAND {
-            return Err(wrong("a command is shorter than its header of 26 bytes"));
+        if rest.len() < COMMAND_HEADER_BYTES {
+            return Err(invalid_message("a command is shorter than its header of 26 bytes"));
         }
         let (size, full) = (i32_at(rest, 0) as usize, i32_at(rest, 4) as usize);
         let of = usize::from(u16_at(rest, 8));
-        if size < COMMAND + of || size > rest.len() {
-            return Err(wrong("the size of a command is smaller than its header and subject, or exceeds the message"));
+        if size < COMMAND_HEADER_BYTES + of || size > rest.len() {
+            return Err(invalid_message(
+                "the size of a command is smaller than its header and subject, or exceeds the message",
+            ));
         }
-        commands.push(Command {
+        commands.push(RemoteCommand {
             code: i32_at(rest, 14) as u32,
-            of: rest[COMMAND..COMMAND + of].to_vec(),
-            data: rest[COMMAND + of..size].to_vec(),
+            subject: rest[COMMAND_HEADER_BYTES..COMMAND_HEADER_BYTES + of].to_vec(),
+            data: rest[COMMAND_HEADER_BYTES + of..size].to_vec(),
             delay: u16_at(rest, 18),
-            part: (i32_at(rest, 10).max(0) as usize, full.saturating_sub(COMMAND + of)),
+            part: (i32_at(rest, 10).max(0) as usize, full.saturating_sub(COMMAND_HEADER_BYTES + of)),
         });
         rest = &rest[size..];
     }
@@ -105,7 +107,7 @@ pub fn read(bytes: &[u8]) -> io::Result<(Head, Vec<Command>)> {
 
 /// The state of the world, which the head of each answer reports.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct World {
+pub struct WorldStatus {
     /// The time since the start of the service, ms.
     pub time: i32,
     /// The number of the scene that is served.
@@ -116,8 +118,8 @@ pub struct World {
 
 /// Builds the head of an answer, to which answers to commands are appended. `id` is that of the newest message that was
 /// executed, or -1 if the answer has no results.
-pub fn head(id: i32, client_time: i32, world: World) -> Vec<u8> {
-    let mut out = vec![0, 0, VERSION];
+pub fn head(id: i32, client_time: i32, world: WorldStatus) -> Vec<u8> {
+    let mut out = vec![0, 0, PROTOCOL_VERSION];
     out.extend_from_slice(&id.to_le_bytes());
     out.extend_from_slice(&client_time.to_le_bytes());
     out.extend_from_slice(&world.time.to_le_bytes());
@@ -130,7 +132,7 @@ pub fn head(id: i32, client_time: i32, world: World) -> Vec<u8> {
 /// simulation time, ms.
 pub fn answer(code: u32, of: &[u8], data: Option<&[u8]>, time: i32) -> Vec<u8> {
     let (data, status) = data.map_or((&[][..], 1), |d| (d, 0));
-    let size = (COMMAND + of.len() + data.len()) as i32;
+    let size = (COMMAND_HEADER_BYTES + of.len() + data.len()) as i32;
     let mut out = Vec::with_capacity(size as usize);
     out.extend_from_slice(&size.to_le_bytes());
     out.extend_from_slice(&size.to_le_bytes());
@@ -164,12 +166,12 @@ mod tests {
         assert_eq!((head_of.id, commands.len()), (1, 1));
         let c = &commands[0];
         assert_eq!(
-            (c.raw(), c.mode(), c.of.as_slice(), c.data.len()),
+            (c.number(), c.mode(), c.subject.as_slice(), c.data.len()),
             (0x3001, mode::BLOCKING, &b"Pioneer_p3dx\0"[..], 0)
         );
-        let world = World { time: 484, scene: 1, state: 5 };
+        let world = WorldStatus { time: 484, scene: 1, state: 5 };
         let mut out = head(1, head_of.time, world);
-        out.extend(answer(c.code, &c.of, Some(&17_i32.to_le_bytes()), 1234));
+        out.extend(answer(c.code, &c.subject, Some(&17_i32.to_le_bytes()), 1234));
         let expected = bytes(
             "00000b0100000094206903e40100000100052b0000002b0000000d0000000000013001000000d2040000000050696f6e6565725f703364780011000000",
         );
@@ -177,13 +179,13 @@ mod tests {
     }
 
     #[test]
-    fn sizes_that_cannot_be_are_refused() {
+    fn impossible_sizes_are_refused() {
         let good = bytes(
             "00000b03000000 9e206903 00000000 0000 00 1e0000001e0000000400000000000710000000000000000000 0e 00000000",
         );
         assert!(read(&good).is_ok());
         for cut in 0..good.len() {
-            assert!(cut == HEAD || read(&good[..cut]).is_err(), "{cut}");
+            assert!(cut == HEAD_BYTES || read(&good[..cut]).is_err(), "{cut}");
         }
         let mut lie = good;
         lie[18] = 0xFF;

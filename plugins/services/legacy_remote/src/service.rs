@@ -17,67 +17,67 @@ use tatu_services_common::port::Port;
 
 use crate::{
     calls,
-    clients::Client,
-    connections::{Event, Key, Ports},
-    files::Files,
-    message::{self, Command, World, mode},
-    values::Out,
+    clients::LegacyClient,
+    connections::{CommandKey, ConnectionEvent, PortOpener},
+    files::TransferredFiles,
+    message::{self, RemoteCommand, WorldStatus, mode},
+    values::LittleEndianWriter,
 };
 
 /// The plugin, which offers the service `legacy_remote`.
 pub struct LegacyRemote;
 
 /// The default port of V-REP.
-const PORT: i64 = 19997;
+const DEFAULT_PORT: i64 = 19997;
 /// Number of the command that starts synchronous operation.
-const SYNCHRONOUS: u16 = 1;
+const START_SYNCHRONOUS: u16 = 1;
 /// Number of the command that ends synchronous operation.
-const FREE: u16 = 2;
+const END_SYNCHRONOUS: u16 = 2;
 /// Number of the command that permits a step in synchronous operation.
-const TRIGGER: u16 = 3;
+const TRIGGER_STEP: u16 = 3;
 /// Number of the command that returns and clears the client's errors.
-const ERRORS: u16 = 4;
+const FETCH_ERRORS: u16 = 4;
 /// Number of the command that announces the end of the connection.
-const GOODBYE: u16 = 0xA;
+const DISCONNECT: u16 = 0xA;
 /// Number of the command that reads and clears a string signal.
-const GET_AND_CLEAR: u16 = 0x3017;
+const GET_AND_CLEAR_SIGNAL: u16 = 0x3017;
 /// Numbers of the commands that transfer, load and erase files.
-const FILES: std::ops::RangeInclusive<u16> = 0x3002..=0x3006;
+const FILE_COMMANDS: std::ops::RangeInclusive<u16> = 0x3002..=0x3006;
 
 /// The service `legacy_remote`.
-pub struct Remote {
+pub struct LegacyRemoteService {
     session: Session,
-    state: RefCell<State>,
+    state: RefCell<LegacyState>,
 }
 
-struct State {
-    clients: BTreeMap<u64, Client>,
+struct LegacyState {
+    clients: BTreeMap<u64, LegacyClient>,
     /// The start of the service.
-    began: Instant,
-    events: Receiver<Event>,
-    ports: Ports,
+    started: Instant,
+    events: Receiver<ConnectionEvent>,
+    ports: PortOpener,
     /// Ports that scripts have opened. They are closed when the simulation stops.
-    of_scripts: BTreeMap<u16, Port>,
+    script_ports: BTreeMap<u16, Port>,
     listener: Port,
-    files: Files,
+    files: TransferredFiles,
 }
 
 /// Name of the event by which a script opens a port.
-const OPEN: &str = "remote_api.open";
+const OPEN_EVENT: &str = "remote_api.open";
 /// Name of the event by which a script closes a port.
-const CLOSE: &str = "remote_api.close";
+const CLOSE_EVENT: &str = "remote_api.close";
 
-impl Service for Remote {
+impl Service for LegacyRemoteService {
     type Plugin = LegacyRemote;
     const ID: &'static str = "legacy_remote";
     const TEXT: &'static str =
         "The legacy remote API: clients written for V-REP call commands, with or without synchronous operation.";
 
-    const EVENTS: &'static [&'static str] = &["stopped", OPEN, CLOSE];
+    const EVENTS: &'static [&'static str] = &["stopped", OPEN_EVENT, CLOSE_EVENT];
 
     fn params() -> Vec<Param> {
         vec![
-            Param::int("port").range(0.0, 65535.0).default(PORT).text(
+            Param::int("port").range(0.0, 65535.0).default(DEFAULT_PORT).text(
                 "port on 127.0.0.1 to listen on; 0: any free port. Scripts may open further ports with `simRemoteApi.start`",
             ),
         ]
@@ -85,16 +85,23 @@ impl Service for Remote {
 
     fn start(_: &LegacyRemote, _: &Host, session: Session, params: &Params<'_>) -> Result<Self> {
         let port = params.i64("port")? as u16;
-        let (ports, events) = Ports::new(session.clone());
+        let (ports, events) = PortOpener::new(session.clone());
         let listener = ports.open(port).map_err(|e| {
             Fail::new(format!("cannot listen on 127.0.0.1:{port}: {e}"))
                 .help("choose another `port`, or 0 for any free port")
         })?;
         session.log(TATU_LOG_INFO, &format!("legacy_remote: listening on {}", listener.address));
         let (clients, of_scripts) = (BTreeMap::new(), BTreeMap::new());
-        let state =
-            State { clients, began: Instant::now(), events, ports, of_scripts, listener, files: Files::default() };
-        Ok(Remote { session, state: RefCell::new(state) })
+        let state = LegacyState {
+            clients,
+            started: Instant::now(),
+            events,
+            ports,
+            script_ports: of_scripts,
+            listener,
+            files: TransferredFiles::default(),
+        };
+        Ok(LegacyRemoteService { session, state: RefCell::new(state) })
     }
 
     fn barrier(&self, turn: &Turn<'_>, step: u64) -> Result<safe::Answer> {
@@ -103,10 +110,10 @@ impl Service for Remote {
             return Ok(safe::Answer::Go);
         }
         let state = &mut *self.state()?;
-        state.hear(&self.session);
+        state.handle_events(&self.session);
         let time = turn.f64(0, turn.host().prop("scene.time"))? * 1e3;
-        state.ports.tell(World {
-            time: state.began.elapsed().as_millis() as i32,
+        state.ports.set_world_status(WorldStatus {
+            time: state.started.elapsed().as_millis() as i32,
             scene: 1,
             state: match turn.state() {
                 TATU_STOPPED => 0,
@@ -120,7 +127,7 @@ impl Service for Remote {
             client.until = client.until.filter(|until| running && step < *until);
             serve(turn, client, &mut state.files, step, time);
         }
-        let hold = running && state.clients.values().any(|c| c.holds(step));
+        let hold = running && state.clients.values().any(|c| c.holds_world(step));
         Ok(if hold { safe::Answer::Hold } else { safe::Answer::Go })
     }
 
@@ -130,12 +137,14 @@ impl Service for Remote {
         match (name, port) {
             ("stopped", _) => {
                 state.clients.values_mut().for_each(|c| c.until = None);
-                state.of_scripts.clear();
+                state.script_ports.clear();
             }
-            (OPEN, Some(port)) if !state.of_scripts.contains_key(&port) && state.listener.address.port() != port => {
+            (OPEN_EVENT, Some(port))
+                if !state.script_ports.contains_key(&port) && state.listener.address.port() != port =>
+            {
                 match state.ports.open(port) {
                     Ok(listener) => {
-                        state.of_scripts.insert(port, listener);
+                        state.script_ports.insert(port, listener);
                     }
                     Err(e) => {
                         let text =
@@ -144,34 +153,34 @@ impl Service for Remote {
                     }
                 }
             }
-            (CLOSE, Some(port)) => drop(state.of_scripts.remove(&port)),
+            (CLOSE_EVENT, Some(port)) => drop(state.script_ports.remove(&port)),
             _ => {}
         }
     }
 }
 
-impl Remote {
-    fn state(&self) -> Result<RefMut<'_, State>> {
+impl LegacyRemoteService {
+    fn state(&self) -> Result<RefMut<'_, LegacyState>> {
         self.state.try_borrow_mut().map_err(|_| Fail::with_code(TATU_ERR_BUSY, "the service is in use"))
     }
 }
 
-impl State {
+impl LegacyState {
     /// Handles the queued events of connections.
-    fn hear(&mut self, session: &Session) {
+    fn handle_events(&mut self, session: &Session) {
         while let Ok(event) = self.events.try_recv() {
             match event {
-                Event::Come(number, out) => {
-                    self.clients.insert(number, Client::new(out));
+                ConnectionEvent::Connected(number, out) => {
+                    self.clients.insert(number, LegacyClient::new(out));
                 }
-                Event::Commands(number, head, commands, size) => {
+                ConnectionEvent::Commands(number, head, commands, size) => {
                     if let Some(client) = self.clients.get_mut(&number) {
-                        client.out.heard(size);
+                        client.out.mark_processed(size);
                         client.id = head.id;
                         client.pending.extend(commands);
                     }
                 }
-                Event::Gone(number, why) => {
+                ConnectionEvent::Disconnected(number, why) => {
                     self.clients.remove(&number);
                     if let Some(why) = why {
                         let text = format!("legacy_remote: connection {number} was closed: {why}");
@@ -184,26 +193,26 @@ impl State {
 }
 
 /// Executes the new and streamed commands of a client, and queues the answers.
-fn serve(turn: &Turn<'_>, client: &mut Client, files: &mut Files, step: u64, time: f64) {
-    let mut answers: Vec<(Key, Vec<u8>)> = Vec::new();
+fn serve(turn: &Turn<'_>, client: &mut LegacyClient, files: &mut TransferredFiles, step: u64, time: f64) {
+    let mut answers: Vec<(CommandKey, Vec<u8>)> = Vec::new();
     for command in std::mem::take(&mut client.pending) {
-        let (code, of) = (command.code, command.of.clone());
-        let done = client.whole(command).and_then(|whole| match whole {
-            Some(command) => act(turn, client, files, &command, step).map(Some),
+        let (code, of) = (command.code, command.subject.clone());
+        let done = client.join_parts(command).and_then(|whole| match whole {
+            Some(command) => execute_once(turn, client, files, &command, step).map(Some),
             // Parts of an incomplete command are answered, too, because the client waits for each answer before it
             // sends the next part.
             None => Ok(Some(Vec::new())),
         });
         if let Err(fail) = &done {
             let help = fail.help_text().map(|h| format!("; {h}")).unwrap_or_default();
-            client.went_wrong(format!("{:#06x}: {}{help}", code as u16, fail.text()));
+            client.add_error(format!("{:#06x}: {}{help}", code as u16, fail.text()));
         }
         let data = done.ok().flatten();
         answers.push(((code, of.clone()), message::answer(code, &of, data.as_deref(), time as i32)));
     }
     // Streamed commands are not executed again before their last answers have been sent.
     if client.out.is_empty() {
-        let due: Vec<Command> = client
+        let due: Vec<RemoteCommand> = client
             .streams
             .values_mut()
             .filter(|(command, next)| {
@@ -215,58 +224,64 @@ fn serve(turn: &Turn<'_>, client: &mut Client, files: &mut Files, step: u64, tim
             })
             .collect();
         for command in due {
-            let key = (command.code, command.of.clone());
+            let key = (command.code, command.subject.clone());
             if answers.iter().any(|(k, _)| *k == key) {
                 continue;
             }
-            let done = calls::call(turn, files, command.raw(), &command.of, &command.data);
-            let answer = message::answer(command.code, &command.of, done.ok().as_deref(), time as i32);
+            let done = calls::call(turn, files, command.number(), &command.subject, &command.data);
+            let answer = message::answer(command.code, &command.subject, done.ok().as_deref(), time as i32);
             answers.push((key, answer));
         }
     }
     if !answers.is_empty() {
-        client.out.put(client.id, answers);
+        client.out.queue_answers(client.id, answers);
     }
 }
 
 /// Executes a command once and returns the data of the answer. Also starts or ends streaming.
-fn act(turn: &Turn<'_>, client: &mut Client, files: &mut Files, command: &Command, step: u64) -> Result<Vec<u8>> {
-    let key = (command.raw(), command.of.clone());
+fn execute_once(
+    turn: &Turn<'_>,
+    client: &mut LegacyClient,
+    files: &mut TransferredFiles,
+    command: &RemoteCommand,
+    step: u64,
+) -> Result<Vec<u8>> {
+    let key = (command.number(), command.subject.clone());
     match command.mode() {
         mode::DISCONTINUE => {
             client.streams.remove(&key);
             return Ok(Vec::new());
         }
         // Streaming such a command would, for example, load a file in each step.
-        mode::STREAMING | mode::STREAMING_SPLIT if FILES.contains(&command.raw()) => {
+        mode::STREAMING | mode::STREAMING_SPLIT if FILE_COMMANDS.contains(&command.number()) => {
             return Err(Fail::argument(
                 "commands that transfer, load or erase files cannot be streamed: send them once",
             ));
         }
-        mode::STREAMING | mode::STREAMING_SPLIT => client.stream(command)?,
+        mode::STREAMING | mode::STREAMING_SPLIT => client.start_stream(command)?,
         mode::ONESHOT | mode::BLOCKING | mode::ONESHOT_SPLIT => {}
         other => return Err(Fail::argument(format!("the command has the unknown mode {other}"))),
     }
-    match command.raw() {
-        SYNCHRONOUS | FREE => client.synchronous = command.raw() == SYNCHRONOUS,
-        TRIGGER if !client.synchronous || turn.state() != TATU_RUNNING => {
+    match command.number() {
+        START_SYNCHRONOUS | END_SYNCHRONOUS => client.synchronous = command.number() == START_SYNCHRONOUS,
+        TRIGGER_STEP if !client.synchronous || turn.state() != TATU_RUNNING => {
             return Err(Fail::argument(
                 "a step can be triggered only in synchronous operation while the simulation is running",
             ));
         }
-        TRIGGER => client.until = Some(client.until.unwrap_or(step) + 1),
-        ERRORS => {
-            let mut out = Out::default();
+        TRIGGER_STEP => client.until = Some(client.until.unwrap_or(step) + 1),
+        FETCH_ERRORS => {
+            let mut out = LittleEndianWriter::default();
             out.i32(client.errors.len() as i64);
             client.errors.drain(..).for_each(|e| {
                 out.text(e.as_bytes());
             });
             return Ok(out.0);
         }
-        GOODBYE => client.synchronous = false,
+        DISCONNECT => client.synchronous = false,
         raw => {
-            let done = calls::call(turn, files, raw, &command.of, &command.data)?;
-            if raw == GET_AND_CLEAR {
+            let done = calls::call(turn, files, raw, &command.subject, &command.data)?;
+            if raw == GET_AND_CLEAR_SIGNAL {
                 client.streams.remove(&key);
             }
             return Ok(done);

@@ -6,9 +6,9 @@ use tatu_plugin_api::{
 };
 
 /// Decodes little-endian values from the front of a byte slice, which is shortened by each read.
-pub struct In<'a>(pub &'a [u8]);
+pub struct LittleEndianReader<'a>(pub &'a [u8]);
 
-impl<'a> In<'a> {
+impl<'a> LittleEndianReader<'a> {
     /// Reads the next `n` bytes.
     pub fn take(&mut self, n: usize) -> Result<&'a [u8]> {
         if n > self.0.len() {
@@ -69,9 +69,9 @@ impl<'a> In<'a> {
 
 /// A buffer to which little-endian values are appended.
 #[derive(Default)]
-pub struct Out(pub Vec<u8>);
+pub struct LittleEndianWriter(pub Vec<u8>);
 
-impl Out {
+impl LittleEndianWriter {
     /// Appends a 32-bit integer.
     pub fn i32(&mut self, x: i64) -> &mut Self {
         self.0.extend_from_slice(&(x as i32).to_le_bytes());

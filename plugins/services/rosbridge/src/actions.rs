@@ -4,18 +4,18 @@ use serde_json::Value as Json;
 use tatu_plugin_api::safe::{Constant, Fail, IntoResult, Offer, Outcome, Param, Result, Value};
 
 use crate::{
-    Ctx, Ros as Plugin, convert,
-    goals::{self, Stage},
-    node::{Callback, Endpoint, Role, Wait},
-    scripts::{Cmd, add, handle, open_with, time},
-    types::Ros,
+    RosCall, RosPlugin as Plugin, convert,
+    goals::{self, GoalStage},
+    node::{EndpointRole, ScriptCallback, ScriptEndpoint, WaitingThread},
+    scripts::{RosCommand, add_command, handle, open_with, time},
+    types::RosVersion,
 };
 
 /// Simulation time for which sending a goal waits for a server of the action, s.
-const PATIENCE: f64 = 5.0;
+const SERVER_TIMEOUT_S: f64 = 5.0;
 
 /// Returns the beginning of an example: a server and a client of the action `name`, and a goal that has been sent.
-fn begin(name: &str) -> String {
+fn example_start(name: &str) -> String {
     format!(
         "simROS2 = require 'simROS2'\n\
          function take(id, goal) current = id return simROS2.goal_response.accept_and_execute end\n\
@@ -29,45 +29,45 @@ fn begin(name: &str) -> String {
     )
 }
 
-/// Returns an example that consists of the code of [`begin`] and `text`.
+/// Returns an example that consists of the code of [`example_start`] and `text`.
 fn example(name: &str, text: &str) -> String {
-    begin(name) + text
+    example_start(name) + text
 }
 
 /// Opens an action client or server with the callbacks in arguments 2 to 4.
-fn open(c: &mut Ctx<'_>, role: Role) -> Result {
-    let callbacks = (2..5).map(|i| if c.has(i) { Callback::read(c, i) } else { Ok(Callback::default()) });
+fn open(c: &mut RosCall<'_>, role: EndpointRole) -> Result {
+    let callbacks = (2..5).map(|i| if c.has(i) { ScriptCallback::read(c, i) } else { Ok(ScriptCallback::default()) });
     let callbacks = callbacks.collect::<Result<Vec<_>>>()?;
-    open_with(c, role, Ros::Two, callbacks)
+    open_with(c, role, RosVersion::Two, callbacks)
 }
 
 /// Sends a goal. If no server offers the action, a calling thread waits for one, and any other caller receives an
 /// error.
-fn send(c: &mut Ctx<'_>) -> Result<Outcome> {
-    let nobody = |client: &Endpoint, how: &str| {
+fn send_goal(c: &mut RosCall<'_>) -> Result<Outcome> {
+    let nobody = |client: &ScriptEndpoint, how: &str| {
         Fail::missing(format!("no script and no client of `rosbridge` offers the action {}{how}", client.name))
     };
     if c.resumed() != 0 {
         let number = c.resumed();
-        let wait = c.instance().all()?.waits.get(&number).cloned();
+        let wait = c.instance().state()?.waits.get(&number).cloned();
         let Some(wait) = wait else {
             return Err(Fail::new("the waiting call that should send this goal is not known"));
         };
-        let client = c.instance().of(wait.handle, Role::ActionClient);
+        let client = c.instance().endpoint(wait.handle, EndpointRole::ActionClient);
         let late = time(c, "scene.time")? >= wait.until;
         let done = client.and_then(|client| match c.instance().send_goal(c, wait.handle, &client, &wait.json) {
-            Ok(false) if late => Err(nobody(&client, &format!(": waited {PATIENCE} s"))),
+            Ok(false) if late => Err(nobody(&client, &format!(": waited {SERVER_TIMEOUT_S} s"))),
             other => other,
         });
         if matches!(done, Ok(false)) {
             return c.wait_poll(number);
         }
-        c.instance().all()?.waits.remove(&number);
+        c.instance().state()?.waits.remove(&number);
         c.ret(done?);
         return Ok(Outcome::Done);
     }
     let handle = c.i64(0)?;
-    let client = c.instance().of(handle, Role::ActionClient)?;
+    let client = c.instance().endpoint(handle, EndpointRole::ActionClient)?;
     let given = c.arg(1).to_value()?;
     let json = convert::node(&given, &format!("{}Goal", client.kind), client.ros())?.json();
     if c.instance().send_goal(c, handle, &client, &json)? {
@@ -79,49 +79,49 @@ fn send(c: &mut Ctx<'_>) -> Result<Outcome> {
             nobody(&client, ", and this script cannot wait for one").help("send the goal in a thread, or later")
         );
     }
-    let wait = Wait { handle, json, until: time(c, "scene.time")? + PATIENCE };
-    let number = c.instance().wait(wait)?;
+    let wait = WaitingThread { handle, json, until: time(c, "scene.time")? + SERVER_TIMEOUT_S };
+    let number = c.instance().register_wait(wait)?;
     c.wait_poll(number)
 }
 
 /// Waits until a service is offered, at most for the time in argument 1. Returns whether the service is offered.
-fn wait_for_service(c: &mut Ctx<'_>) -> Result<Outcome> {
+fn wait_for_service(c: &mut RosCall<'_>) -> Result<Outcome> {
     let now = time(c, "scene.time")?;
     let (number, wait) = match c.resumed() {
         0 => {
             let seconds = if c.has(1) { c.f64(1)? } else { 0.0 };
-            (0, Wait { handle: c.i64(0)?, json: Json::Null, until: now + seconds })
+            (0, WaitingThread { handle: c.i64(0)?, json: Json::Null, until: now + seconds })
         }
         number => {
-            let wait = c.instance().all()?.waits.get(&number).cloned();
+            let wait = c.instance().state()?.waits.get(&number).cloned();
             (number, wait.ok_or_else(|| Fail::new("the waiting call for this service is not known"))?)
         }
     };
-    let client = c.instance().of(wait.handle, Role::Client)?;
+    let client = c.instance().endpoint(wait.handle, EndpointRole::Client)?;
     let there = c.instance().has_service(&c.world(), &client.name)?;
     if there || now >= wait.until || !c.can_wait() {
-        c.instance().all()?.waits.remove(&number);
+        c.instance().state()?.waits.remove(&number);
         c.ret(there);
         return Ok(Outcome::Done);
     }
-    let number = if number == 0 { c.instance().wait(wait)? } else { number };
+    let number = if number == 0 { c.instance().register_wait(wait)? } else { number };
     c.wait_poll(number)
 }
 
 /// Returns the action server in argument 0, and the id in argument 1 with the goal that it identifies.
-fn of_server(c: &Ctx<'_>) -> Result<(Endpoint, String, goals::Goal)> {
+fn find_server_goal(c: &RosCall<'_>) -> Result<(ScriptEndpoint, String, goals::PendingGoal)> {
     let (handle, id) = (c.i64(0)?, c.text(1)?);
-    let server = c.instance().of(handle, Role::ActionServer)?;
-    let goal = c.instance().goal(handle, &id)?;
+    let server = c.instance().endpoint(handle, EndpointRole::ActionServer)?;
+    let goal = c.instance().server_goal(handle, &id)?;
     Ok((server, id, goal))
 }
 
 /// Sends argument 2 to the sender of a goal: as its result if `ended` is a result code, otherwise as feedback.
-fn report(c: &mut Ctx<'_>, ended: Option<i64>) -> Result {
-    let (server, id, goal) = of_server(c)?;
+fn report(c: &mut RosCall<'_>, ended: Option<i64>) -> Result {
+    let (server, id, goal) = find_server_goal(c)?;
     let refused = match (goal.stage, ended) {
-        (Stage::Deferred, _) => "it was deferred: start it by actionServerExecute first",
-        (Stage::Executing, Some(goals::CANCELED)) => "its sender has not cancelled it: end it as aborted instead",
+        (GoalStage::Deferred, _) => "it was deferred: start it by actionServerExecute first",
+        (GoalStage::Executing, Some(goals::CANCELED)) => "its sender has not cancelled it: end it as aborted instead",
         _ => "",
     };
     if !refused.is_empty() {
@@ -149,12 +149,12 @@ pub(crate) fn offer(offer: &mut Offer<Plugin>) {
         (
             "goal_response",
             named(&[
-                ("reject", goals::REJECT),
-                ("accept_and_execute", goals::EXECUTE),
-                ("accept_and_defer", goals::DEFER),
+                ("reject", goals::REJECT_GOAL),
+                ("accept_and_execute", goals::ACCEPT_AND_EXECUTE),
+                ("accept_and_defer", goals::ACCEPT_AND_DEFER),
             ]),
         ),
-        ("cancel_response", named(&[("reject", goals::GO_ON), ("accept", goals::ACCEPT_CANCEL)])),
+        ("cancel_response", named(&[("reject", goals::REJECT_CANCEL), ("accept", goals::ACCEPT_CANCEL)])),
         ("clock_type", named(&[("ros", 4872), ("system", 4873), ("steady", 4874)])),
         ("qos_history_policy", named(&[("system_default", 12300), ("keep_last", 12301), ("keep_all", 12302)])),
         ("qos_reliability_policy", named(&[("system_default", 12400), ("reliable", 12401), ("best_effort", 12402)])),
@@ -180,10 +180,10 @@ fn callback(name: &str, text: &str) -> Param {
 fn add_action<T: IntoResult + 'static>(
     offer: &mut Offer<Plugin>,
     name: &str,
-    f: impl Fn(&mut Ctx<'_>) -> Result<T> + Send + Sync + 'static,
-    finish: impl Fn(Cmd) -> Cmd,
+    f: impl Fn(&mut RosCall<'_>) -> Result<T> + Send + Sync + 'static,
+    finish: impl Fn(RosCommand) -> RosCommand,
 ) {
-    offer.command(finish(Cmd::new(format!("simROS2.{name}"), f)).subject("actions"));
+    offer.command(finish(RosCommand::new(format!("simROS2.{name}"), f)).subject("actions"));
 }
 
 /// Adds the commands of action clients.
@@ -192,7 +192,7 @@ fn clients(offer: &mut Offer<Plugin>) {
     add_action(
         offer,
         "createActionClient",
-        |c| open(c, Role::ActionClient),
+        |c| open(c, EndpointRole::ActionClient),
         |cmd| {
             cmd.param(Param::string("action"))
                 .param(kind())
@@ -208,7 +208,7 @@ fn clients(offer: &mut Offer<Plugin>) {
                 ))
         },
     );
-    add_action(offer, "sendGoal", send, |cmd| {
+    add_action(offer, "sendGoal", send_goal, |cmd| {
         cmd.param(handle())
             .param(Param::any("goal").optional().text("a table with the fields of the goal"))
             .returns(Param::bool("answered"))
@@ -226,7 +226,7 @@ fn clients(offer: &mut Offer<Plugin>) {
         "cancelLastGoal",
         |c| {
             let handle = c.i64(0)?;
-            c.instance().of(handle, Role::ActionClient)?;
+            c.instance().endpoint(handle, EndpointRole::ActionClient)?;
             let asked = match c.instance().last_goal(handle)? {
                 Some(id) => c.instance().cancel(c, &id)?,
                 None => false,
@@ -251,14 +251,14 @@ fn clients(offer: &mut Offer<Plugin>) {
     add_action(
         offer,
         "shutdownActionClient",
-        |c| c.instance().close(c, c.i64(0)?, Role::ActionClient),
+        |c| c.instance().close(c, c.i64(0)?, EndpointRole::ActionClient),
         |cmd| {
             cmd.param(handle())
                 .text("Shuts down an action client: it gets no more reports about its goals.")
                 .example(example("given_up", "simROS2.shutdownActionClient(client)"))
         },
     );
-    add(
+    add_command(
         offer,
         ["", "waitForService"],
         |c, _| wait_for_service(c),
@@ -283,7 +283,7 @@ fn servers(offer: &mut Offer<Plugin>) {
     add_action(
         offer,
         "createActionServer",
-        |c| open(c, Role::ActionServer),
+        |c| open(c, EndpointRole::ActionServer),
         |cmd| {
             cmd.param(Param::string("action"))
                 .param(Param::string("type").text("example_interfaces/action/Fibonacci"))
@@ -300,9 +300,9 @@ fn servers(offer: &mut Offer<Plugin>) {
         "shutdownActionServer",
         |c| {
             let handle = c.i64(0)?;
-            c.instance().of(handle, Role::ActionServer)?;
+            c.instance().endpoint(handle, EndpointRole::ActionServer)?;
             c.instance().abort_all(c, handle)?;
-            c.instance().close(c, handle, Role::ActionServer)
+            c.instance().close(c, handle, EndpointRole::ActionServer)
         },
         |cmd| {
             cmd.param(handle()).text("Stops offering an action; goals in progress end as aborted.").example(example(
@@ -346,7 +346,7 @@ fn goals_of_servers(offer: &mut Offer<Plugin>) {
                 .to_owned(),
         ),
     ] {
-        let run = move |c: &mut Ctx<'_>| report(c, ended);
+        let run = move |c: &mut RosCall<'_>| report(c, ended);
         add_action(offer, &format!("actionServer{name}"), run, |cmd| {
             let what = if ended.is_some() { "result" } else { "feedback" };
             cmd.param(handle())
@@ -360,18 +360,18 @@ fn goals_of_servers(offer: &mut Offer<Plugin>) {
         offer,
         "actionServerExecute",
         |c| {
-            let (server, id, goal) = of_server(c)?;
-            if goal.stage != Stage::Deferred {
+            let (server, id, goal) = find_server_goal(c)?;
+            if goal.stage != GoalStage::Deferred {
                 let text = format!(
                     "goal '{id}' of {} is already being executed: only a deferred goal can be started",
                     server.name
                 );
                 return Err(Fail::unsupported(text));
             }
-            c.instance().set_stage(&id, Stage::Executing)
+            c.instance().set_stage(&id, GoalStage::Executing)
         },
         |cmd| {
-            let begin = begin("deferred").replace("accept_and_execute", "accept_and_defer");
+            let begin = example_start("deferred").replace("accept_and_execute", "accept_and_defer");
             cmd.param(handle()).param(goal()).text("Starts a goal that was deferred.").example(format!(
                 "{begin}assert(not simROS2.actionServerIsExecuting(server, current))\n\
                  simROS2.actionServerExecute(server, current)\n\
@@ -381,16 +381,20 @@ fn goals_of_servers(offer: &mut Offer<Plugin>) {
     );
     for (name, stage, text) in [
         ("IsActive", None, "Returns whether a goal has no result yet."),
-        ("IsExecuting", Some(Stage::Executing), "Returns whether a goal is active and no cancellation was requested."),
-        ("IsCanceling", Some(Stage::Canceling), "Returns whether a cancellation of the goal was accepted."),
+        (
+            "IsExecuting",
+            Some(GoalStage::Executing),
+            "Returns whether a goal is active and no cancellation was requested.",
+        ),
+        ("IsCanceling", Some(GoalStage::Canceling), "Returns whether a cancellation of the goal was accepted."),
     ] {
-        let run = move |c: &mut Ctx<'_>| {
-            let (_, _, goal) = of_server(c)?;
+        let run = move |c: &mut RosCall<'_>| {
+            let (_, _, goal) = find_server_goal(c)?;
             c.ret(stage.is_none_or(|s| s == goal.stage));
             Ok(())
         };
         add_action(offer, &format!("actionServer{name}"), run, |cmd| {
-            let not = if stage == Some(Stage::Canceling) { "not " } else { "" };
+            let not = if stage == Some(GoalStage::Canceling) { "not " } else { "" };
             cmd.param(handle())
                 .param(goal())
                 .returns(Param::bool("so"))

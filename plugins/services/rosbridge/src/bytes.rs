@@ -4,9 +4,9 @@
 use tatu_plugin_api::safe::{Fail, Offer, Param, Value};
 
 use crate::{
-    Ctx, Ros as Plugin,
-    node::Role,
-    scripts::{Cmd, add, handle, words},
+    RosCall, RosPlugin as Plugin,
+    node::EndpointRole,
+    scripts::{RosCommand, add_command, for_version, handle},
     types,
 };
 
@@ -52,43 +52,43 @@ const CONSTANTS: &[(&str, &[(&str, i64)])] = &[
 
 /// For each role: the names of the commands added here, in `simROS` and in `simROS2`, and calls that open an endpoint
 /// of the role, for the examples.
-const TREAT: &[(Role, [&str; 2], [&str; 2])] = &[
+const BYTES_AS_TEXT_COMMANDS: &[(EndpointRole, [&str; 2], [&str; 2])] = &[
     (
-        Role::Publisher,
+        EndpointRole::Publisher,
         ["publisherTreatUInt8ArrayAsString"; 2],
         ["advertise('/a', 'sensor_msgs/Image')", "createPublisher('/a', 'sensor_msgs/msg/Image')"],
     ),
     (
-        Role::Subscriber,
+        EndpointRole::Subscriber,
         ["subscriberTreatUInt8ArrayAsString", "subscriptionTreatUInt8ArrayAsString"],
         ["subscribe('/a', 'sensor_msgs/Image', 'f')", "createSubscription('/a', 'sensor_msgs/msg/Image', 'f')"],
     ),
     (
-        Role::Client,
+        EndpointRole::Client,
         ["serviceClientTreatUInt8ArrayAsString", "clientTreatUInt8ArrayAsString"],
         ["serviceClient('/a', 'std_srvs/Empty')", "createClient('/a', 'std_srvs/srv/Empty')"],
     ),
     (
-        Role::Server,
+        EndpointRole::Server,
         ["serviceServerTreatUInt8ArrayAsString", "serviceTreatUInt8ArrayAsString"],
         ["advertiseService('/a', 'std_srvs/Empty', 'f')", "createService('/a', 'std_srvs/srv/Empty', 'f')"],
     ),
     (
-        Role::ActionClient,
+        EndpointRole::ActionClient,
         ["", "actionClientTreatUInt8ArrayAsString"],
         ["", "createActionClient('/a', 'example_interfaces/action/Fibonacci')"],
     ),
     (
-        Role::ActionServer,
+        EndpointRole::ActionServer,
         ["", "actionServerTreatUInt8ArrayAsString"],
         ["", "createActionServer('/b', 'example_interfaces/action/Fibonacci')"],
     ),
 ];
 
 pub(crate) fn offer(offer: &mut Offer<Plugin>) {
-    for (role, names, opens) in TREAT {
-        let set = move |c: &mut Ctx<'_>, _| c.instance().bytes_as_text(c.i64(0)?, *role);
-        add(offer, *names, set, |cmd, ros| {
+    for (role, names, opens) in BYTES_AS_TEXT_COMMANDS {
+        let set = move |c: &mut RosCall<'_>, _| c.instance().bytes_as_text(c.i64(0)?, *role);
+        add_command(offer, *names, set, |cmd, ros| {
             let one = format!("simROS.{}(simROS.{})", names[0], opens[0]);
             let two = format!("simROS2.{}(simROS2.{})", names[1], opens[1]);
             cmd.param(handle())
@@ -96,12 +96,12 @@ pub(crate) fn offer(offer: &mut Offer<Plugin>) {
                     "Arrays of bytes are received as strings instead of tables of numbers from now on; published ones \
                      may be either.",
                 )
-                .example(words(ros, &one, &two))
+                .example(for_version(ros, &one, &two))
         });
     }
     offer.command(
-        Cmd::new("simROS2.getInterfaceConstants", |c| {
-            let plain = types::plain(&c.text(0)?);
+        RosCommand::new("simROS2.getInterfaceConstants", |c| {
+            let plain = types::ros1_name(&c.text(0)?);
             if types::fields(&plain).is_none() {
                 return Err(Fail::missing(format!("the message type `{plain}` is not supported")));
             }

@@ -11,7 +11,7 @@ use crate::Props;
 /// Returns the 3 x 3 covariance matrix of a sensor's field with three components, in row-major order. The matrix is
 /// diagonal. Noise that depends on the measured value is evaluated at 0, and errors that grow without bound are
 /// ignored.
-pub fn of(turn: &Turn<'_>, p: &Props, id: tatu_object, field: &str) -> Value {
+pub fn matrix(turn: &Turn<'_>, p: &Props, id: tatu_object, field: &str) -> Value {
     let [x, y, z] = variances(turn, p, id, field);
     Value::Floats(vec![x, 0.0, 0.0, 0.0, y, 0.0, 0.0, 0.0, z])
 }
@@ -24,11 +24,11 @@ pub fn variances(turn: &Turn<'_>, p: &Props, id: tatu_object, field: &str) -> [f
     }
     let rate = turn.f64(id, p.rate).ok().filter(|r| *r > 0.0);
     let rate = rate.or_else(|| turn.f64(0, p.dt).ok().map(|dt| 1.0 / dt)).unwrap_or(0.0);
-    declared(&noise, field, rate)
+    declared_variances(&noise, field, rate)
 }
 
 /// Returns the variances described by a noise declaration for a sensor with the measurement rate `rate`, Hz.
-fn declared(noise: &str, field: &str, rate: f64) -> [f64; 3] {
+fn declared_variances(noise: &str, field: &str, rate: f64) -> [f64; 3] {
     let Ok(all) = noise.parse::<toml_edit::DocumentMut>() else { return [0.0; 3] };
     let Some(own) = all.get(field).and_then(Item::as_table_like) else { return [0.0; 3] };
     let none = Table::new();
@@ -70,7 +70,7 @@ mod tests {
     use super::*;
 
     fn near(noise: &str, wanted: [f64; 3]) {
-        let got = declared(noise, "imu.acceleration", 100.0);
+        let got = declared_variances(noise, "imu.acceleration", 100.0);
         assert!(got.iter().zip(wanted).all(|(a, b)| (a - b).abs() < 1e-12), "{noise}: {got:?}");
     }
 

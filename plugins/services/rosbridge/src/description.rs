@@ -12,8 +12,8 @@ use tatu_plugin_api::{
 
 use crate::{
     Props,
-    poses::{HERE, Pose, seen_from, then},
-    robots::{Robot, Scene, ros_name},
+    poses::{IDENTITY, Pose, compose, relative_pose},
+    robots::{Robot, RobotScene, ros_name},
 };
 
 /// Limit of the effort (N or N m), velocity (m/s or rad/s) and position (m) of joints without such a limit, because
@@ -23,7 +23,7 @@ const NO_LIMIT: f64 = 1e6;
 /// Returns the description of a robot in URDF. The base and all objects below it, except sensors and other robots,
 /// become links with unique names. The link `base_link` is that of `/tf`, and joints have the same names as in
 /// `joint_states`. Meshes are replaced by their bounding boxes, because clients cannot read files of the program.
-pub fn urdf(turn: &Turn<'_>, p: &Props, scene: &Scene, robot: &Robot) -> Result<String> {
+pub fn urdf(turn: &Turn<'_>, p: &Props, scene: &RobotScene, robot: &Robot) -> Result<String> {
     let root = format!("{}base_link", robot.prefix);
     let mut children: BTreeMap<tatu_object, Vec<tatu_object>> = BTreeMap::new();
     for &id in &scene.ids {
@@ -32,19 +32,19 @@ pub fn urdf(turn: &Turn<'_>, p: &Props, scene: &Scene, robot: &Robot) -> Result<
         }
     }
     let names = BTreeSet::from([root.clone()]);
-    let mut out = Writer { turn, p, scene, robot, children, names, text: String::new() };
+    let mut out = UrdfWriter { turn, p, scene, robot, children, names, text: String::new() };
     let _ = writeln!(out.text, "<?xml version=\"1.0\"?>\n<robot name=\"{}\">\n  <link name=\"{root}\"/>", robot.name);
-    let base = seen_from(&robot.link(), &HERE);
+    let base = relative_pose(&robot.base_link_pose(), &IDENTITY);
     out.object(robot.base, &root, &base)?;
     out.text += "</robot>\n";
     Ok(out.text)
 }
 
 /// Writes the description of a robot.
-struct Writer<'a> {
+struct UrdfWriter<'a> {
     turn: &'a Turn<'a>,
     p: &'a Props,
-    scene: &'a Scene,
+    scene: &'a RobotScene,
     robot: &'a Robot,
     /// The children of each object, in the order of the tree.
     children: BTreeMap<tatu_object, Vec<tatu_object>>,
@@ -53,7 +53,7 @@ struct Writer<'a> {
     text: String,
 }
 
-impl Writer<'_> {
+impl UrdfWriter<'_> {
     /// Writes an object at a pose in the frame of a link, and the objects below it.
     fn object(&mut self, id: tatu_object, link: &str, at: &Pose) -> Result {
         match self.turn.look(id)?.kind {
@@ -63,14 +63,14 @@ impl Writer<'_> {
             _ => {}
         }
         let own = self.name(id, "")?;
-        let mount = self.free(format!("{own}_mount"));
+        let mount = self.unique_name(format!("{own}_mount"));
         self.connect(&mount, "fixed", link, &own, at, "");
         self.link(id, &own)?;
-        self.below(id, &own)
+        self.write_children(id, &own)
     }
 
     /// Writes the objects below an object, except those of other robots.
-    fn below(&mut self, id: tatu_object, link: &str) -> Result {
+    fn write_children(&mut self, id: tatu_object, link: &str) -> Result {
         for child in self.children.get(&id).cloned().unwrap_or_default() {
             if !self.scene.robots.iter().any(|r| r.base == child) {
                 self.object(child, link, &self.turn.f64s(child, self.p.pose)?)?;
@@ -104,7 +104,7 @@ impl Writer<'_> {
         };
         self.connect(&name, kind, link, &moved, at, &more);
         let _ = writeln!(self.text, "  <link name=\"{moved}\"/>");
-        self.below(id, &moved)
+        self.write_children(id, &moved)
     }
 
     /// Writes a joint of URDF between two links.
@@ -170,11 +170,11 @@ impl Writer<'_> {
     /// Returns a unique name for a link or joint that represents an object.
     fn name(&mut self, id: tatu_object, end: &str) -> Result<String> {
         let name = ros_name(&self.turn.get(id, self.p.name)?.as_str().unwrap_or_default());
-        Ok(self.free(format!("{}{name}{end}", self.robot.prefix)))
+        Ok(self.unique_name(format!("{}{name}{end}", self.robot.prefix)))
     }
 
     /// Reserves a name, and returns it with a number appended if it is in use.
-    fn free(&mut self, name: String) -> String {
+    fn unique_name(&mut self, name: String) -> String {
         let numbered = (2..).map(|n| format!("{name}_{n}"));
         let found = [name.clone()].into_iter().chain(numbered).find(|n| !self.names.contains(n)).unwrap_or(name);
         self.names.insert(found.clone());
@@ -203,7 +203,7 @@ fn geometry(part: ValueRef<'_>) -> Option<(Pose, String)> {
                 }
             }
             let middle: [f64; 3] = std::array::from_fn(|k| (low[k] + high[k]) / 2.0);
-            at = then(&at, &[middle[0], middle[1], middle[2], 0.0, 0.0, 0.0, 1.0]);
+            at = compose(&at, &[middle[0], middle[1], middle[2], 0.0, 0.0, 0.0, 1.0]);
             (at, sized(std::array::from_fn(|k| high[k] - low[k])))
         }
         (_, Some(size)) => (at, sized(size)),

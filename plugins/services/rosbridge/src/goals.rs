@@ -4,22 +4,22 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value as Json;
 
 /// Name of the event that is published when a script sends a goal to a client.
-pub(crate) const GOAL: &str = "ros.goal";
+pub(crate) const GOAL_EVENT: &str = "ros.goal";
 /// Name of the event that is published when a script requests that a client cancel a goal.
-pub(crate) const CANCEL: &str = "ros.cancel";
+pub(crate) const CANCEL_EVENT: &str = "ros.cancel";
 /// Name of the event that is published when a script reports feedback on a client's goal, or its result.
-pub(crate) const PROGRESS: &str = "ros.progress";
+pub(crate) const PROGRESS_EVENT: &str = "ros.progress";
 
 /// Response to a goal: it is rejected.
-pub(crate) const REJECT: i64 = 12856;
+pub(crate) const REJECT_GOAL: i64 = 12856;
 /// Response to a goal: it is accepted and executed.
-pub(crate) const EXECUTE: i64 = REJECT + 1;
+pub(crate) const ACCEPT_AND_EXECUTE: i64 = REJECT_GOAL + 1;
 /// Response to a goal: it is accepted and will be executed later.
-pub(crate) const DEFER: i64 = REJECT + 2;
+pub(crate) const ACCEPT_AND_DEFER: i64 = REJECT_GOAL + 2;
 /// Response to a request to cancel a goal: it is rejected.
-pub(crate) const GO_ON: i64 = 16099;
+pub(crate) const REJECT_CANCEL: i64 = 16099;
 /// Response to a request to cancel a goal: it is accepted.
-pub(crate) const ACCEPT_CANCEL: i64 = GO_ON + 1;
+pub(crate) const ACCEPT_CANCEL: i64 = REJECT_CANCEL + 1;
 // Result codes of goals, for scripts.
 /// The goal has succeeded.
 pub(crate) const SUCCEEDED: i64 = 8564;
@@ -47,7 +47,7 @@ pub(crate) fn code(status: i64) -> i64 {
 
 /// The sender of a goal.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-pub(crate) enum Asker {
+pub(crate) enum GoalSender {
     /// A script, by the handle of its action client.
     Script(i64),
     /// A client of the service, by the id that the service has assigned to the goal.
@@ -56,7 +56,7 @@ pub(crate) enum Asker {
 
 /// The stage of a goal without a result.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub(crate) enum Stage {
+pub(crate) enum GoalStage {
     /// The goal is accepted and will be executed later.
     Deferred,
     /// The goal is being executed.
@@ -67,19 +67,19 @@ pub(crate) enum Stage {
 
 /// A goal that has no result yet.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-pub(crate) struct Goal {
+pub(crate) struct PendingGoal {
     /// Number of the goal among all goals of the run, from 1.
     pub(crate) number: u64,
     /// The server: the handle of a script's action server, or `None` for a client of the service.
     pub(crate) server: Option<i64>,
-    pub(crate) asker: Asker,
-    pub(crate) stage: Stage,
+    pub(crate) asker: GoalSender,
+    pub(crate) stage: GoalStage,
     /// The goal message.
     pub(crate) json: Json,
 }
 
 /// Returns the id of the goal `number`: 32 hexadecimal digits, like a UUID of ROS, that are the same in each run.
-pub(crate) fn id(number: u64) -> String {
+pub(crate) fn goal_id(number: u64) -> String {
     let mix = |x: u64| {
         let x = x.wrapping_mul(0x9E37_79B9_7F4A_7C15);
         let x = (x ^ (x >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
@@ -93,8 +93,8 @@ mod tests {
     use super::*;
 
     #[test]
-    fn ids_are_32_digits_and_codes_are_those_of_either_side() {
-        let all: std::collections::BTreeSet<String> = (0..1000).map(id).collect();
+    fn goal_ids_have_32_digits_and_result_codes_round_trip() {
+        let all: std::collections::BTreeSet<String> = (0..1000).map(goal_id).collect();
         assert_eq!(all.len(), 1000);
         for id in all {
             assert!(id.len() == 32 && id.chars().all(|c| c.is_ascii_digit() || ('a'..='f').contains(&c)), "{id}");

@@ -3,34 +3,35 @@
 use tatu_plugin_api::safe::{Fail, Offer, Param, Value};
 
 use crate::{
-    Ctx, Ros as Plugin,
-    node::{Callback, Endpoint, Role},
-    scripts::{add, handle, split, time, words},
-    types::Ros,
+    RosCall, RosPlugin as Plugin,
+    node::{EndpointRole, ScriptCallback, ScriptEndpoint},
+    scripts::{add_command, for_version, handle, ros2_time, time},
+    types::RosVersion,
 };
 
 /// Adds the commands for images.
 pub(crate) fn images(offer: &mut Offer<Plugin>) {
-    let image = |c: &mut Ctx<'_>, ros| {
-        let endpoint = Endpoint::new(Role::Publisher, &c.text(0)?, "sensor_msgs/Image", ros, Vec::new())?;
+    let image = |c: &mut RosCall<'_>, ros| {
+        let endpoint = ScriptEndpoint::new(EndpointRole::Publisher, &c.text(0)?, "sensor_msgs/Image", ros, Vec::new())?;
         let made = c.instance().open(&c.world(), c.caller_script(), endpoint)?;
         c.ret(made);
         Ok(())
     };
-    let opened =
-        |ros| words(ros, "simROS.imageTransportAdvertise('/eye')", "simROS2.imageTransportCreatePublisher('/eye')");
-    add(offer, ["imageTransportAdvertise", "imageTransportCreatePublisher"], image, |cmd, ros| {
+    let opened = |ros| {
+        for_version(ros, "simROS.imageTransportAdvertise('/eye')", "simROS2.imageTransportCreatePublisher('/eye')")
+    };
+    add_command(offer, ["imageTransportAdvertise", "imageTransportCreatePublisher"], image, |cmd, ros| {
         cmd.param(Param::string("topic"))
             .param(Param::any("queue").optional())
             .returns(handle())
             .text("Creates a publisher of images.")
             .example(format!("local eye = {}", opened(ros)))
     });
-    add(
+    add_command(
         offer,
         ["imageTransportPublish", "imageTransportPublish"],
         |c, ros| {
-            let endpoint = c.instance().of(c.i64(0)?, Role::Publisher)?;
+            let endpoint = c.instance().endpoint(c.i64(0)?, EndpointRole::Publisher)?;
             let (data, width, height) = (c.bytes(1)?, c.i64(2)?, c.i64(3)?);
             let row = usize::try_from(width).unwrap_or(0) * 3;
             if row == 0 || height < 0 || data.len() != row * height as usize {
@@ -42,8 +43,8 @@ pub(crate) fn images(offer: &mut Offer<Plugin>) {
             // Images of the simulator start with the bottom row, those of ROS with the top row.
             let flipped: Vec<u8> = data.chunks(row).rev().flatten().copied().collect();
             let stamp = match ros {
-                Ros::One => Value::Float(time(c, "scene.time")?),
-                Ros::Two => split(time(c, "scene.time")?),
+                RosVersion::One => Value::Float(time(c, "scene.time")?),
+                RosVersion::Two => ros2_time(time(c, "scene.time")?),
             };
             let frame = if c.has(4) { c.text(4)? } else { String::new() };
             let pair = |key: &str, value: Value| (Value::text(key), value);
@@ -58,7 +59,7 @@ pub(crate) fn images(offer: &mut Offer<Plugin>) {
             c.instance().publish(c, &endpoint, &message)
         },
         |cmd, ros| {
-            let module = words(ros, "simROS", "simROS2");
+            let module = for_version(ros, "simROS", "simROS2");
             cmd.param(handle())
                 .param(Param::string("data").text("red, green, blue of each pixel, the lowest row first"))
                 .param(Param::int("width"))
@@ -68,17 +69,18 @@ pub(crate) fn images(offer: &mut Offer<Plugin>) {
                 .example(format!("{module}.imageTransportPublish({}, string.rep('\\0', 12), 2, 2)", opened(ros)))
         },
     );
-    let listen = |c: &mut Ctx<'_>, ros| {
-        let callback = Callback::read(c, 1)?;
-        let mut endpoint = Endpoint::new(Role::Subscriber, &c.text(0)?, "sensor_msgs/Image", ros, vec![callback])?;
+    let listen = |c: &mut RosCall<'_>, ros| {
+        let callback = ScriptCallback::read(c, 1)?;
+        let mut endpoint =
+            ScriptEndpoint::new(EndpointRole::Subscriber, &c.text(0)?, "sensor_msgs/Image", ros, vec![callback])?;
         endpoint.pixels = true;
         let made = c.instance().open(&c.world(), c.caller_script(), endpoint)?;
         c.ret(made);
         Ok(())
     };
-    add(offer, ["imageTransportSubscribe", "imageTransportCreateSubscription"], listen, |cmd, ros| {
-        let module = words(ros, "simROS", "simROS2");
-        let name = words(ros, "imageTransportSubscribe", "imageTransportCreateSubscription");
+    add_command(offer, ["imageTransportSubscribe", "imageTransportCreateSubscription"], listen, |cmd, ros| {
+        let module = for_version(ros, "simROS", "simROS2");
+        let name = for_version(ros, "imageTransportSubscribe", "imageTransportCreateSubscription");
         cmd.param(Param::string("topic"))
             .param(Param::any("callback").text(
                 "a function of the script or its name, called with data, width and height: red, green, blue of each \
@@ -96,13 +98,18 @@ pub(crate) fn images(offer: &mut Offer<Plugin>) {
             ))
     });
     for (names, role, what, open) in [
-        (["imageTransportShutdownPublisher"; 2], Role::Publisher, "publisher of", opened as fn(Ros) -> String),
+        (
+            ["imageTransportShutdownPublisher"; 2],
+            EndpointRole::Publisher,
+            "publisher of",
+            opened as fn(RosVersion) -> String,
+        ),
         (
             ["imageTransportShutdownSubscriber", "imageTransportShutdownSubscription"],
-            Role::Subscriber,
+            EndpointRole::Subscriber,
             "listener to",
             |ros| {
-                words(
+                for_version(
                     ros,
                     "simROS.imageTransportSubscribe('/eye', 'f')",
                     "simROS2.imageTransportCreateSubscription('/eye', 'f')",
@@ -110,9 +117,9 @@ pub(crate) fn images(offer: &mut Offer<Plugin>) {
             },
         ),
     ] {
-        let close = move |c: &mut Ctx<'_>, _| c.instance().close(c, c.i64(0)?, role);
-        add(offer, names, close, |cmd, ros| {
-            let name = words(ros, &format!("simROS.{}", names[0]), &format!("simROS2.{}", names[1]));
+        let close = move |c: &mut RosCall<'_>, _| c.instance().close(c, c.i64(0)?, role);
+        add_command(offer, names, close, |cmd, ros| {
+            let name = for_version(ros, &format!("simROS.{}", names[0]), &format!("simROS2.{}", names[1]));
             cmd.param(handle()).text(format!("Shuts down a {what} images.")).example(format!("{name}({})", open(ros)))
         });
     }

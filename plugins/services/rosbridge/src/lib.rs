@@ -3,28 +3,24 @@
 //! - `plugin`: the state of the plugin; `types`: definitions of message types; `convert`: converts messages between
 //!   values, JSON and CBOR;
 //! - `robots`: robots and sensors of a scene, and wheel odometry; `poses`: calculations with poses;
-//! - `topics`: topics that the scene provides; `messages`, `felt`: their messages; `covariance`: covariances of
+//! - `topics`: topics that the scene provides; `messages`, `simple_readings`: their messages; `covariance`: covariances of
 //!   readings; `description`: robots as URDF;
 //! - `protocol`: parses requests from clients; `peers`: clients and their subscriptions; `relay`: forwards calls and
 //!   goals between clients and scripts;
-//! - `acts`: executes requests from clients; `rosapi`: introspection; `service`: the service and its work at each
+//! - `requests`: executes requests from clients; `rosapi`: introspection; `service`: the service and its work at each
 //!   barrier;
 //! - `scripts`: `simROS` and `simROS2`, the commands for scripts; `times`, `images`, `pixels`, `bytes`, `params`:
 //!   further commands; `node`: endpoints that scripts have opened;
-//! - `goals`: goals of actions; `actions`: commands for actions; `between`: commands that only the service calls;
-//!   `goals_of_scripts`, `goals_of_clients`: handling of goals on the side of scripts and of the service.
+//! - `goals`: goals of actions; `actions`: commands for actions; `service_commands`: commands that only the service calls;
+//!   `script_goals`, `client_goals`: handling of goals on the side of scripts and of the service.
 
 mod actions;
-mod acts;
-mod between;
 mod bytes;
+mod client_goals;
 mod convert;
 mod covariance;
 mod description;
-mod felt;
 mod goals;
-mod goals_of_clients;
-mod goals_of_scripts;
 mod images;
 mod messages;
 mod node;
@@ -35,10 +31,14 @@ mod plugin;
 mod poses;
 mod protocol;
 mod relay;
+mod requests;
 mod robots;
 mod rosapi;
+mod script_goals;
 mod scripts;
 mod service;
+mod service_commands;
+mod simple_readings;
 mod times;
 mod topics;
 mod types;
@@ -48,18 +48,18 @@ use tatu_plugin_api::{
     tatu_plugin,
 };
 
-pub use plugin::Ros;
-pub(crate) use plugin::{Ctx, Props};
-pub use service::Rosbridge;
+pub use plugin::RosPlugin;
+pub(crate) use plugin::{Props, RosCall};
+pub use service::RosbridgeService;
 
-impl Plugin for Ros {
+impl Plugin for RosPlugin {
     fn start(host: &Host) -> Result<Self> {
-        Ok(Ros { p: Props::new(host) })
+        Ok(RosPlugin { p: Props::new(host) })
     }
 
     fn offer(offer: &mut Offer<Self>) {
         offer.per_world();
-        offer.service::<Rosbridge>();
+        offer.service::<RosbridgeService>();
         offer.subject("ros2", |offer| {
             scripts::offer(offer);
             actions::offer(offer);
@@ -69,29 +69,29 @@ impl Plugin for Ros {
             times::times(offer);
         });
         offer.subject("rosbridge", |offer| {
-            scripts::between(offer);
-            between::offer(offer);
+            scripts::offer_service_commands(offer);
+            service_commands::offer(offer);
         });
     }
 }
 
-impl PerWorld for Ros {
-    type World = node::Node;
+impl PerWorld for RosPlugin {
+    type World = node::RosNode;
 
-    fn world(&self, _: &World<'_>) -> Result<node::Node> {
-        Ok(node::Node::default())
+    fn world(&self, _: &World<'_>) -> Result<node::RosNode> {
+        Ok(node::RosNode::default())
     }
 
     const OUTLIVES_RUNS: bool = true;
-    fn end_run(&self, node: &node::Node, world: &World<'_>) -> Result<()> {
+    fn end_run(&self, node: &node::RosNode, world: &World<'_>) -> Result<()> {
         node.end_run(world)
     }
 
     const STATE_VERSION: u32 = 2;
-    fn save(node: &node::Node) -> Result<Vec<u8>> {
+    fn save(node: &node::RosNode) -> Result<Vec<u8>> {
         node.write()
     }
-    fn load(node: &node::Node, bytes: &[u8], version: u32) -> Result<()> {
+    fn load(node: &node::RosNode, bytes: &[u8], version: u32) -> Result<()> {
         if version != Self::STATE_VERSION {
             let text = format!(
                 "its state was saved in format version {version}, but this program reads only version {}",
@@ -99,14 +99,14 @@ impl PerWorld for Ros {
             );
             return Err(Fail::unsupported(text));
         }
-        *node.all()? =
+        *node.state()? =
             serde_json::from_slice(bytes).map_err(|e| Fail::new(format!("its saved state is damaged: {e}")))?;
         Ok(())
     }
 }
 
 tatu_plugin! {
-    plugin: Ros,
+    plugin: RosPlugin,
     id: "tatu.service.rosbridge",
     name: "rosbridge",
     version: env!("CARGO_PKG_VERSION"),

@@ -8,28 +8,30 @@ use tatu_plugin_api::{
 
 use crate::{
     Props, covariance, description,
-    poses::{AHEAD, HERE, OPTICAL, Pose, flat, pose, seen_from, then, transform, vector},
-    robots::{Axes, Robot, Scene, Sensor},
-    topics::What,
+    poses::{
+        IDENTITY, OPTICAL_AXES, Pose, ROS_AXES, compose, pose, project_to_floor, relative_pose, transform, vector,
+    },
+    robots::{FrameAxes, Robot, RobotScene, SceneSensor},
+    topics::TopicContent,
 };
 
 /// Value of `datatype` in `sensor_msgs/PointField`: 32-bit floats.
 const FLOAT32: i64 = 7;
 /// Value of `radiation_type` in `sensor_msgs/Range`: ultrasound.
-const SOUND: i64 = 0;
+const ULTRASOUND: i64 = 0;
 /// Value of `radiation_type` in `sensor_msgs/Range`: infrared.
-const LIGHT: i64 = 1;
+const INFRARED: i64 = 1;
 /// Value of `position_covariance_type` in `sensor_msgs/NavSatFix`: the diagonal of the covariance is known.
 const DIAGONAL_KNOWN: i64 = 2;
 
 /// The data from which messages are built.
-pub struct Source<'a> {
+pub struct MessageBuilder<'a> {
     /// Access to the world.
     pub turn: &'a Turn<'a>,
     /// Interned property keys.
     pub p: &'a Props,
     /// The robots and sensors of the scene.
-    pub scene: &'a Scene,
+    pub scene: &'a RobotScene,
     /// Simulation time, s.
     pub time: f64,
     /// Length of a step, s.
@@ -41,7 +43,7 @@ fn text(t: &str) -> Value {
     Value::text(t)
 }
 
-impl Source<'_> {
+impl MessageBuilder<'_> {
     /// Returns a `std_msgs/Header`.
     fn header(&self, frame: &str, time: f64) -> Value {
         keys([("stamp", Value::Float(time)), ("frame_id", text(frame))])
@@ -49,47 +51,47 @@ impl Source<'_> {
 
     /// Returns a number that changes whenever a topic has a new message, such as the number of measurements of its
     /// sensor; 0 if the sensor has not measured yet. Returns `None` if the topic has a new message in each step.
-    pub fn sequence(&self, what: What) -> Option<u64> {
+    pub fn sequence(&self, what: TopicContent) -> Option<u64> {
         let of = |i: usize, prop: Prop| {
             let id = self.scene.sensors.get(i)?.id;
             Some(self.turn.reading(id, prop).map_or(0, |r| r.sequence()))
         };
         let p = self.p;
         match what {
-            What::Scan(i) => of(i, p.scan_distance),
-            What::Range(i) => of(i, p.detected),
-            What::Fix(i) => of(i, p.latitude),
-            What::Image(i) => of(i, p.rgb),
-            What::Depth(i) | What::Optics(i) => of(i, p.depth),
-            What::Felt(i, felt) => of(i, felt.field(p)),
+            TopicContent::Scan(i) => of(i, p.scan_distance),
+            TopicContent::Range(i) => of(i, p.detected),
+            TopicContent::Fix(i) => of(i, p.latitude),
+            TopicContent::Image(i) => of(i, p.rgb),
+            TopicContent::Depth(i) | TopicContent::CameraInfo(i) => of(i, p.depth),
+            TopicContent::Simple(i, felt) => of(i, felt.field(p)),
             // These topics are published once a second, for clients that subscribe later.
-            What::StaticFrames | What::Description(_) => Some(self.time as u64 + 1),
-            What::Points(i) => of(i, p.depth).filter(|n| *n > 0).or_else(|| of(i, p.scan_distance)),
+            TopicContent::StaticFrames | TopicContent::Description(_) => Some(self.time as u64 + 1),
+            TopicContent::Points(i) => of(i, p.depth).filter(|n| *n > 0).or_else(|| of(i, p.scan_distance)),
             _ => None,
         }
     }
 
     /// Returns the current message of a topic, or `None` if the topic has no messages.
-    pub fn message(&self, what: What) -> Result<Option<Value>> {
+    pub fn message(&self, what: TopicContent) -> Result<Option<Value>> {
         Ok(match what {
-            What::Clock => Some(keys([("clock", Value::Float(self.time))])),
-            What::Frames => Some(keys([("transforms", Value::List(self.frames()?))])),
-            What::StaticFrames => Some(keys([("transforms", Value::List(self.static_frames()?))])),
-            What::Odometry(i) => self.robot(i, |r| self.odometry(r))?,
-            What::Pose(i) => self.robot(i, |r| self.pose(r))?,
-            What::Joints(i) => self.robot(i, |r| self.joints(r))?,
-            What::Description(i) => self.robot(i, |r| {
+            TopicContent::Clock => Some(keys([("clock", Value::Float(self.time))])),
+            TopicContent::Frames => Some(keys([("transforms", Value::List(self.frames()?))])),
+            TopicContent::StaticFrames => Some(keys([("transforms", Value::List(self.static_frames()?))])),
+            TopicContent::Odometry(i) => self.robot(i, |r| self.odometry(r))?,
+            TopicContent::Pose(i) => self.robot(i, |r| self.pose(r))?,
+            TopicContent::Joints(i) => self.robot(i, |r| self.joints(r))?,
+            TopicContent::Description(i) => self.robot(i, |r| {
                 Ok(keys([("data", Value::text(description::urdf(self.turn, self.p, self.scene, r)?))]))
             })?,
-            What::Command(_) => None,
-            What::Scan(i) => self.sensor(i, |s| self.scan(s))?,
-            What::Range(i) => self.sensor(i, |s| self.range(s))?,
-            What::Fix(i) => self.sensor(i, |s| self.fix(s))?,
-            What::Image(i) => self.sensor(i, |s| self.image(s))?,
-            What::Depth(i) => self.sensor(i, |s| self.depth(s))?,
-            What::Optics(i) => self.sensor(i, |s| self.optics(s))?,
-            What::Points(i) => self.sensor(i, |s| self.points(s))?,
-            What::Felt(i, felt) => {
+            TopicContent::Command(_) => None,
+            TopicContent::Scan(i) => self.sensor(i, |s| self.scan(s))?,
+            TopicContent::Range(i) => self.sensor(i, |s| self.range(s))?,
+            TopicContent::Fix(i) => self.sensor(i, |s| self.fix(s))?,
+            TopicContent::Image(i) => self.sensor(i, |s| self.image(s))?,
+            TopicContent::Depth(i) => self.sensor(i, |s| self.depth(s))?,
+            TopicContent::CameraInfo(i) => self.sensor(i, |s| self.camera_info(s))?,
+            TopicContent::Points(i) => self.sensor(i, |s| self.points(s))?,
+            TopicContent::Simple(i, felt) => {
                 self.sensor(i, |s| felt.message(self.turn, self.p, s.id, |time| self.header(&s.frame, time)))?
             }
         })
@@ -100,7 +102,7 @@ impl Source<'_> {
         self.scene.robots.get(i).map(f).transpose()
     }
     /// Builds a message for the sensor with index `i`.
-    fn sensor(&self, i: usize, f: impl Fn(&Sensor) -> Result<Value>) -> Result<Option<Value>> {
+    fn sensor(&self, i: usize, f: impl Fn(&SceneSensor) -> Result<Value>) -> Result<Option<Value>> {
         self.scene.sensors.get(i).map(f).transpose()
     }
     /// Returns a numeric property, or `None` if the object does not have it.
@@ -110,13 +112,13 @@ impl Source<'_> {
 
     /// Returns the pose of a robot's `base_link` in its odometry frame, computed from the motion of its wheels; `None`
     /// if it has no drivetrain.
-    fn driven(&self, robot: &Robot) -> Option<Pose> {
-        robot.train.as_ref().map(|_| robot.odometry.pose())
+    fn odometry_pose(&self, robot: &Robot) -> Option<Pose> {
+        robot.drivetrain.as_ref().map(|_| robot.odometry.pose())
     }
 
     /// Returns the true pose of a robot's `base_link` in the world frame.
-    fn real(&self, robot: &Robot) -> Result<Pose> {
-        Ok(then(&self.turn.pose(robot.base, 0)?, &robot.link()))
+    fn true_pose(&self, robot: &Robot) -> Result<Pose> {
+        Ok(compose(&self.turn.pose(robot.base, 0)?, &robot.base_link_pose()))
     }
 
     /// Returns a `geometry_msgs/TransformStamped`.
@@ -135,12 +137,12 @@ impl Source<'_> {
         let mut out = Vec::new();
         for robot in &self.scene.robots {
             let (base, odom) = (format!("{}base_link", robot.prefix), format!("{}odom", robot.prefix));
-            let real = self.real(robot)?;
-            match self.driven(robot) {
+            let real = self.true_pose(robot)?;
+            match self.odometry_pose(robot) {
                 Some(driven) => {
-                    let start = then(&flat(&real), &seen_from(&driven, &HERE));
+                    let start = compose(&project_to_floor(&real), &relative_pose(&driven, &IDENTITY));
                     out.push(self.frame("map", &odom, &start));
-                    out.push(self.frame(&odom, &base, &seen_from(&start, &real)));
+                    out.push(self.frame(&odom, &base, &relative_pose(&start, &real)));
                 }
                 None => out.push(self.frame("map", &base, &real)),
             }
@@ -154,29 +156,29 @@ impl Source<'_> {
     /// Returns the frames of sensors that are rigidly attached to their robot or to the world. These frames are in
     /// `/tf` as well, because many clients of rosbridge read only that topic.
     fn static_frames(&self) -> Result<Vec<Value>> {
-        let fixed = |s: &&Sensor| s.fixed;
+        let fixed = |s: &&SceneSensor| s.fixed;
         self.scene.sensors.iter().filter(fixed).map(|s| self.sensor_frame(s)).collect()
     }
 
     /// Returns the frame of a sensor, relative to its robot or to the map.
-    fn sensor_frame(&self, sensor: &Sensor) -> Result<Value> {
+    fn sensor_frame(&self, sensor: &SceneSensor) -> Result<Value> {
         let turn = match sensor.axes {
-            Axes::Optical => &OPTICAL,
-            Axes::Ahead => &AHEAD,
-            Axes::Own => &HERE,
+            FrameAxes::Optical => &OPTICAL_AXES,
+            FrameAxes::Ahead => &ROS_AXES,
+            FrameAxes::Own => &IDENTITY,
         };
         let (parent, at) = match sensor.robot.and_then(|r| self.scene.robots.get(r)) {
             Some(robot) => {
                 let in_base = self.turn.pose(sensor.id, robot.base)?;
-                (format!("{}base_link", robot.prefix), seen_from(&robot.link(), &in_base))
+                (format!("{}base_link", robot.prefix), relative_pose(&robot.base_link_pose(), &in_base))
             }
             None => ("map".to_owned(), self.turn.pose(sensor.id, 0)?),
         };
-        Ok(self.frame(&parent, &sensor.frame, &then(&at, turn)))
+        Ok(self.frame(&parent, &sensor.frame, &compose(&at, turn)))
     }
 
     fn odometry(&self, robot: &Robot) -> Result<Value> {
-        let at = self.driven(robot).unwrap_or(HERE);
+        let at = self.odometry_pose(robot).unwrap_or(IDENTITY);
         let [vx, vy, wz] = robot.odometry.velocity;
         let twist = keys([("linear", vector([vx, vy, 0.0])), ("angular", vector([0.0, 0.0, wz]))]);
         Ok(keys([
@@ -188,7 +190,7 @@ impl Source<'_> {
     }
 
     fn pose(&self, robot: &Robot) -> Result<Value> {
-        Ok(keys([("header", self.header("map", self.time)), ("pose", pose(&self.real(robot)?))]))
+        Ok(keys([("header", self.header("map", self.time)), ("pose", pose(&self.true_pose(robot)?))]))
     }
 
     fn joints(&self, robot: &Robot) -> Result<Value> {
@@ -205,7 +207,7 @@ impl Source<'_> {
         ]))
     }
 
-    fn scan(&self, s: &Sensor) -> Result<Value> {
+    fn scan(&self, s: &SceneSensor) -> Result<Value> {
         let distance = self.turn.reading(s.id, self.p.scan_distance)?;
         let (angle, limits) =
             (self.turn.reading(s.id, self.p.scan_angle)?, self.turn.reading(s.id, self.p.scan_limits)?);
@@ -227,7 +229,7 @@ impl Source<'_> {
         ]))
     }
 
-    fn range(&self, s: &Sensor) -> Result<Value> {
+    fn range(&self, s: &SceneSensor) -> Result<Value> {
         let detected = self.turn.reading(s.id, self.p.detected)?;
         let distance = self.turn.reading(s.id, self.p.distance)?.f64s().first().copied();
         let seen = detected.i32s().first() == Some(&1);
@@ -238,7 +240,7 @@ impl Source<'_> {
         let light = waves.is_ok_and(|w| matches!(w.as_str().as_deref(), Some("infrared" | "laser")));
         Ok(keys([
             ("header", self.header(&s.frame, detected.time())),
-            ("radiation_type", Value::Int(if light { LIGHT } else { SOUND })),
+            ("radiation_type", Value::Int(if light { INFRARED } else { ULTRASOUND })),
             ("field_of_view", Value::Float(of("angle").unwrap_or(0.0))),
             ("min_range", Value::Float(of("min_range").unwrap_or(0.0))),
             ("max_range", Value::Float(of("range").unwrap_or(f64::INFINITY))),
@@ -246,7 +248,7 @@ impl Source<'_> {
         ]))
     }
 
-    fn fix(&self, s: &Sensor) -> Result<Value> {
+    fn fix(&self, s: &SceneSensor) -> Result<Value> {
         let one = |prop| -> Result<f64> { Ok(self.turn.reading(s.id, prop)?.f64s().first().copied().unwrap_or(0.0)) };
         let valid = self.turn.reading(s.id, self.p.fix_valid)?;
         // STATUS_FIX is 0, and STATUS_NO_FIX is -1.
@@ -257,13 +259,13 @@ impl Source<'_> {
             ("latitude", Value::Float(one(self.p.latitude)?.to_degrees())),
             ("longitude", Value::Float(one(self.p.longitude)?.to_degrees())),
             ("altitude", Value::Float(one(self.p.altitude)?)),
-            ("position_covariance", covariance::of(self.turn, self.p, s.id, "gps.position")),
+            ("position_covariance", covariance::matrix(self.turn, self.p, s.id, "gps.position")),
             ("position_covariance_type", Value::Int(DIAGONAL_KNOWN)),
         ]))
     }
 
     /// Returns a `sensor_msgs/Image`; `pixel` is the number of bytes per pixel.
-    fn picture(&self, s: &Sensor, of: &Reading, encoding: &str, pixel: usize, data: Vec<u8>) -> Value {
+    fn picture(&self, s: &SceneSensor, of: &Reading, encoding: &str, pixel: usize, data: Vec<u8>) -> Value {
         let [rows, columns, _] = of.dims();
         keys([
             ("header", self.header(&s.frame, of.time())),
@@ -275,7 +277,7 @@ impl Source<'_> {
         ])
     }
 
-    fn image(&self, s: &Sensor) -> Result<Value> {
+    fn image(&self, s: &SceneSensor) -> Result<Value> {
         let rgb = self.turn.reading(s.id, self.p.rgb)?;
         // ROS images start with the top row, those of the simulator with the bottom row.
         let row = rgb.dims()[1] as usize * 3;
@@ -284,7 +286,7 @@ impl Source<'_> {
         Ok(self.picture(s, &rgb, "rgb8", 3, data))
     }
 
-    fn depth(&self, s: &Sensor) -> Result<Value> {
+    fn depth(&self, s: &SceneSensor) -> Result<Value> {
         let depth = self.turn.reading(s.id, self.p.depth)?;
         let told = |x: &f32| if *x == 0.0 { f32::NAN } else { *x };
         let rows = depth.f32s().chunks((depth.dims()[1] as usize).max(1)).rev();
@@ -293,12 +295,12 @@ impl Source<'_> {
     }
 
     /// Returns fx, fy, cx and cy of a camera, pixels, with rows counted from the bottom.
-    fn intrinsics(&self, s: &Sensor) -> Result<[f64; 4]> {
+    fn intrinsics(&self, s: &SceneSensor) -> Result<[f64; 4]> {
         let all = self.turn.reading(s.id, self.p.intrinsics)?;
         Ok(all.f64s().first_chunk::<4>().copied().unwrap_or([1.0, 1.0, 0.0, 0.0]))
     }
 
-    fn optics(&self, s: &Sensor) -> Result<Value> {
+    fn camera_info(&self, s: &SceneSensor) -> Result<Value> {
         let depth = self.turn.reading(s.id, self.p.depth)?;
         let [rows, columns, _] = depth.dims();
         let [fx, fy, cx, cy] = self.intrinsics(s)?;
@@ -318,8 +320,8 @@ impl Source<'_> {
 
     /// Returns the points of a depth camera in its optical frame, row by row from the top, or those of a scanner with
     /// layers.
-    fn points(&self, s: &Sensor) -> Result<Value> {
-        if s.axes != Axes::Optical {
+    fn points(&self, s: &SceneSensor) -> Result<Value> {
+        if s.axes != FrameAxes::Optical {
             return self.layers(s);
         }
         let depth = self.turn.reading(s.id, self.p.depth)?;
@@ -341,7 +343,7 @@ impl Source<'_> {
 
     /// Returns the points of a scanner with layers, in a single row. The coordinates are NaN for beams that hit
     /// nothing.
-    fn layers(&self, s: &Sensor) -> Result<Value> {
+    fn layers(&self, s: &SceneSensor) -> Result<Value> {
         let distance = self.turn.reading(s.id, self.p.scan_distance)?;
         let angle = self.turn.reading(s.id, self.p.scan_angle)?;
         let elevation = self.turn.reading(s.id, self.p.scan_elevation)?;
@@ -355,7 +357,7 @@ impl Source<'_> {
     }
 
     /// Returns a `sensor_msgs/PointCloud2`; `data` contains x, y and z of each point as 32-bit floats.
-    fn cloud(&self, s: &Sensor, time: f64, [rows, columns]: [u32; 2], data: Vec<u8>) -> Value {
+    fn cloud(&self, s: &SceneSensor, time: f64, [rows, columns]: [u32; 2], data: Vec<u8>) -> Value {
         let field = |(i, name): (i64, &str)| {
             keys([
                 ("name", text(name)),

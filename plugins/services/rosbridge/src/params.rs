@@ -3,19 +3,19 @@
 use tatu_plugin_api::safe::{Offer, Param};
 
 use crate::{
-    Ros as Plugin,
-    scripts::{add, words},
+    RosPlugin as Plugin,
+    scripts::{add_command, for_version},
 };
 
 /// Adds the commands for parameters.
 pub(crate) fn params(offer: &mut Offer<Plugin>) {
     for kind in ["String", "Int", "Double", "Bool"] {
-        add(
+        add_command(
             offer,
             [&format!("getParam{kind}"); 2],
             |c, _| {
                 let name = c.text(0)?;
-                let found = c.instance().all()?.params.get(&name).cloned();
+                let found = c.instance().state()?.params.get(&name).cloned();
                 c.ret(found.is_some());
                 match found {
                     Some(value) => c.ret(tatu_services_common::json::read(&value)?),
@@ -24,7 +24,7 @@ pub(crate) fn params(offer: &mut Offer<Plugin>) {
                 Ok(())
             },
             |cmd, ros| {
-                let module = words(ros, "simROS", "simROS2");
+                let module = for_version(ros, "simROS", "simROS2");
                 cmd.param(Param::string("name"))
                     .param(Param::any("default").optional())
                     .returns(Param::bool("exists"))
@@ -35,17 +35,17 @@ pub(crate) fn params(offer: &mut Offer<Plugin>) {
                     ))
             },
         );
-        add(
+        add_command(
             offer,
             [&format!("setParam{kind}"); 2],
             |c, _| {
                 let value = tatu_services_common::json::write(&c.arg(1).to_value()?);
                 let name = c.text(0)?;
-                c.instance().all()?.params.insert(name, value);
+                c.instance().state()?.params.insert(name, value);
                 Ok(())
             },
             |cmd, ros| {
-                let module = words(ros, "simROS", "simROS2");
+                let module = for_version(ros, "simROS", "simROS2");
                 cmd.param(Param::string("name"))
                     .param(Param::any("value"))
                     .text("Sets a parameter, for scripts of this world.")
@@ -55,33 +55,33 @@ pub(crate) fn params(offer: &mut Offer<Plugin>) {
             },
         );
     }
-    add(
+    add_command(
         offer,
         ["hasParam"; 2],
         |c, _| {
             let name = c.text(0)?;
-            let has = c.instance().all()?.params.contains_key(&name);
+            let has = c.instance().state()?.params.contains_key(&name);
             c.ret(has);
             Ok(())
         },
         |cmd, ros| {
-            let module = words(ros, "simROS", "simROS2");
+            let module = for_version(ros, "simROS", "simROS2");
             cmd.param(Param::string("name"))
                 .returns(Param::bool("exists"))
                 .text("Returns whether a script has set a parameter.")
                 .example(format!("assert(not {module}.hasParam('nowhere'))"))
         },
     );
-    add(
+    add_command(
         offer,
         ["deleteParam"; 2],
         |c, _| {
             let name = c.text(0)?;
-            c.instance().all()?.params.remove(&name);
+            c.instance().state()?.params.remove(&name);
             Ok(())
         },
         |cmd, ros| {
-            let module = words(ros, "simROS", "simROS2");
+            let module = for_version(ros, "simROS", "simROS2");
             cmd.param(Param::string("name"))
                 .text("Removes a parameter.")
                 .example(format!("{module}.deleteParam('nowhere')"))

@@ -73,7 +73,7 @@ mod tests {
     }
 
     #[test]
-    fn rows_are_turned_over_and_colors_put_in_order() {
+    fn image_rows_are_flipped_and_colors_reordered() {
         let rgb = |message: &Value| {
             let [Value::Text(data), _, _] = pixels(message).unwrap() else { unreachable!() };
             data

@@ -64,9 +64,9 @@ props! {
 }
 
 /// A call of one of this plugin's commands.
-pub(crate) type Ctx<'a> = Call<'a, Ros>;
+pub(crate) type RosCall<'a> = Call<'a, RosPlugin>;
 
 /// The plugin, which offers the service `rosbridge` and the commands `simROS` and `simROS2`.
-pub struct Ros {
+pub struct RosPlugin {
     pub(crate) p: Props,
 }

@@ -7,11 +7,11 @@ use tatu_plugin_api::safe::{Value, keys};
 pub type Pose = [f64; 7];
 
 /// The identity pose.
-pub const HERE: Pose = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0];
+pub const IDENTITY: Pose = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0];
 /// The standard ROS frame (x ahead, y left, z up) in the frame of a sensor (+z ahead, +y up, +x left).
-pub const AHEAD: Pose = [0.0, 0.0, 0.0, -0.5, -0.5, -0.5, 0.5];
+pub const ROS_AXES: Pose = [0.0, 0.0, 0.0, -0.5, -0.5, -0.5, 0.5];
 /// The optical frame of ROS (z ahead, x right, y down) in the frame of a sensor.
-pub const OPTICAL: Pose = [0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0];
+pub const OPTICAL_AXES: Pose = [0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0];
 
 /// Returns a pose on the floor from its coordinates, m, and heading, rad.
 pub fn planar(x: f64, y: f64, heading: f64) -> Pose {
@@ -20,7 +20,7 @@ pub fn planar(x: f64, y: f64, heading: f64) -> Pose {
 }
 
 /// Projects a pose onto the floor. The result has the same x, y and heading of the x axis.
-pub fn flat(at: &Pose) -> Pose {
+pub fn project_to_floor(at: &Pose) -> Pose {
     let ahead = isometry(*at).rotation * nalgebra::Vector3::x();
     planar(at[0], at[1], libm::atan2(ahead.y, ahead.x))
 }
@@ -31,19 +31,19 @@ fn isometry([x, y, z, a, b, c, w]: Pose) -> Isometry3<f64> {
 }
 
 /// Converts an isometry to a pose.
-fn numbers(at: &Isometry3<f64>) -> Pose {
+fn from_isometry(at: &Isometry3<f64>) -> Pose {
     let (p, q) = (at.translation.vector, at.rotation.coords);
     [p.x, p.y, p.z, q.x, q.y, q.z, q.w]
 }
 
 /// Composes two poses, where `b` is relative to `a`.
-pub fn then(a: &Pose, b: &Pose) -> Pose {
-    numbers(&(isometry(*a) * isometry(*b)))
+pub fn compose(a: &Pose, b: &Pose) -> Pose {
+    from_isometry(&(isometry(*a) * isometry(*b)))
 }
 
 /// Returns the pose of `b` relative to `a`.
-pub fn seen_from(a: &Pose, b: &Pose) -> Pose {
-    numbers(&isometry(*a).inv_mul(&isometry(*b)))
+pub fn relative_pose(a: &Pose, b: &Pose) -> Pose {
+    from_isometry(&isometry(*a).inv_mul(&isometry(*b)))
 }
 
 /// Returns a `geometry_msgs/Vector3` or `Point`.
@@ -76,28 +76,28 @@ mod tests {
     }
 
     #[test]
-    fn frames_of_sensors_are_turned_to_those_of_ros() {
-        let point = |by: &Pose, [x, y, z]: [f64; 3]| then(by, &[x, y, z, 0.0, 0.0, 0.0, 1.0]);
+    fn sensor_frames_are_rotated_to_ros_axes() {
+        let point = |by: &Pose, [x, y, z]: [f64; 3]| compose(by, &[x, y, z, 0.0, 0.0, 0.0, 1.0]);
         // The ROS axes x (ahead), y (left) and z (up) are the axes z, x and y of the sensor.
-        near(&point(&AHEAD, [1.0, 0.0, 0.0])[..3], &[0.0, 0.0, 1.0]);
-        near(&point(&AHEAD, [0.0, 1.0, 0.0])[..3], &[1.0, 0.0, 0.0]);
-        near(&point(&AHEAD, [0.0, 0.0, 1.0])[..3], &[0.0, 1.0, 0.0]);
+        near(&point(&ROS_AXES, [1.0, 0.0, 0.0])[..3], &[0.0, 0.0, 1.0]);
+        near(&point(&ROS_AXES, [0.0, 1.0, 0.0])[..3], &[1.0, 0.0, 0.0]);
+        near(&point(&ROS_AXES, [0.0, 0.0, 1.0])[..3], &[0.0, 1.0, 0.0]);
         // In the optical frame, x points right and y points down, so both are opposite to those of the sensor.
-        near(&point(&OPTICAL, [1.0, 2.0, 3.0])[..3], &[-1.0, -2.0, 3.0]);
+        near(&point(&OPTICAL_AXES, [1.0, 2.0, 3.0])[..3], &[-1.0, -2.0, 3.0]);
     }
 
     #[test]
-    fn a_pose_is_told_from_another_frame() {
+    fn relative_pose_inverts_composition() {
         let (a, b) = (planar(1.0, 2.0, 0.7), planar(-3.0, 0.5, 2.0));
-        near(&then(&a, &seen_from(&a, &b)), &b);
-        near(&then(&planar(1.0, 0.0, std::f64::consts::FRAC_PI_2), &planar(1.0, 0.0, 0.0))[..2], &[1.0, 1.0]);
+        near(&compose(&a, &relative_pose(&a, &b)), &b);
+        near(&compose(&planar(1.0, 0.0, std::f64::consts::FRAC_PI_2), &planar(1.0, 0.0, 0.0))[..2], &[1.0, 1.0]);
     }
 
     #[test]
-    fn what_is_flat_has_no_height_and_no_tilt() {
+    fn floor_projection_removes_height_and_tilt() {
         let heading = planar(3.0, 4.0, 0.5);
         let tilted =
-            then(&then(&heading, &[0.0, 0.0, 2.0, 0.0, 0.0, 0.0, 1.0]), &[0.0, 0.0, 0.0, 0.2, 0.0, 0.0, 0.9798]);
-        near(&flat(&tilted), &heading);
+            compose(&compose(&heading, &[0.0, 0.0, 2.0, 0.0, 0.0, 0.0, 1.0]), &[0.0, 0.0, 0.0, 0.2, 0.0, 0.0, 0.9798]);
+        near(&project_to_floor(&tilted), &heading);
     }
 }

@@ -7,11 +7,11 @@ use serde_json::{Value as Json, json};
 use tatu_plugin_api::safe::{Fail, Result};
 
 /// Maximum total size of the fragments of a client's incomplete messages, bytes.
-const MOST_FRAGMENTS: usize = 64 << 20;
+const MAX_FRAGMENT_BYTES: usize = 64 << 20;
 
 /// A request from a client.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Ask {
+pub enum BridgeRequest {
     /// Announces that the client will publish a topic.
     Advertise { topic: String, kind: String },
     /// Announces that the client will no longer publish a topic.
@@ -19,7 +19,7 @@ pub enum Ask {
     /// Publishes a message on a topic.
     Publish { topic: String, msg: Json },
     /// Subscribes to a topic; `kind` is the message type, or empty.
-    Subscribe { topic: String, kind: String, wish: Wish },
+    Subscribe { topic: String, kind: String, options: SubscriptionOptions },
     /// Ends the subscription with an id, or all subscriptions of the topic if it has none.
     Unsubscribe { topic: String, id: Option<String> },
     /// Calls a service that a client, a script or this server offers.
@@ -34,8 +34,8 @@ pub enum Ask {
     OfferAction { action: String, kind: String },
     /// Announces that the client no longer offers an action.
     WithdrawAction { action: String },
-    /// Sends a goal. `whole` is the complete message, which is forwarded to the server of the action.
-    Goal { action: String, whole: Json },
+    /// Sends a goal. `message` is the complete message, which is forwarded to the server of the action.
+    Goal { action: String, message: Json },
     /// Requests that a goal be cancelled, by the id that the client has assigned to it.
     Cancel { id: String },
     /// Reports feedback on a goal, or its result if it has a status.
@@ -46,7 +46,7 @@ pub enum Ask {
 
 /// Options of a subscription.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Wish {
+pub struct SubscriptionOptions {
     /// Id of the subscription, by which the client can end it.
     pub id: Option<String>,
     /// Minimum interval between two messages, ms.
@@ -58,7 +58,7 @@ pub struct Wish {
 }
 
 /// Parses a message. Returns its id and the request.
-pub fn read(message: &Json) -> Result<(Option<String>, Ask)> {
+pub fn parse_request(message: &Json) -> Result<(Option<String>, BridgeRequest)> {
     let text = |key: &str| -> Result<String> {
         message
             .get(key)
@@ -78,43 +78,43 @@ pub fn read(message: &Json) -> Result<(Option<String>, Ask)> {
         })
     };
     let ask = match op.as_str() {
-        "advertise" => Ask::Advertise { topic: text("topic")?, kind: text("type")? },
-        "unadvertise" => Ask::Unadvertise { topic: text("topic")? },
-        "publish" => Ask::Publish { topic: text("topic")?, msg: any("msg") },
+        "advertise" => BridgeRequest::Advertise { topic: text("topic")?, kind: text("type")? },
+        "unadvertise" => BridgeRequest::Unadvertise { topic: text("topic")? },
+        "publish" => BridgeRequest::Publish { topic: text("topic")?, msg: any("msg") },
         "subscribe" => {
             let compression = or_empty("compression");
             if compression == "cbor-raw" {
                 return Err(Fail::unsupported("`cbor-raw` is not supported: subscribe with `cbor` or `none`"));
             }
-            let wish = Wish {
+            let wish = SubscriptionOptions {
                 id: id.clone(),
                 throttle_ms: message.get("throttle_rate").and_then(Json::as_f64).unwrap_or(0.0),
                 // Clients that request `png` also accept uncompressed messages.
                 cbor: compression == "cbor",
                 fragment: message.get("fragment_size").and_then(Json::as_u64).unwrap_or(0) as usize,
             };
-            Ask::Subscribe { topic: text("topic")?, kind: or_empty("type"), wish }
+            BridgeRequest::Subscribe { topic: text("topic")?, kind: or_empty("type"), options: wish }
         }
-        "unsubscribe" => Ask::Unsubscribe { topic: text("topic")?, id: id.clone() },
-        "call_service" => Ask::Call { service: text("service")?, args: any("args") },
-        "advertise_service" => Ask::Serve { service: text("service")?, kind: or_empty("type") },
-        "unadvertise_service" => Ask::Unserve { service: text("service")? },
+        "unsubscribe" => BridgeRequest::Unsubscribe { topic: text("topic")?, id: id.clone() },
+        "call_service" => BridgeRequest::Call { service: text("service")?, args: any("args") },
+        "advertise_service" => BridgeRequest::Serve { service: text("service")?, kind: or_empty("type") },
+        "unadvertise_service" => BridgeRequest::Unserve { service: text("service")? },
         "service_response" => {
             let good = message.get("result").and_then(Json::as_bool).unwrap_or(true);
-            Ask::Answer { id: known()?, values: any("values"), good }
+            BridgeRequest::Answer { id: known()?, values: any("values"), good }
         }
-        "advertise_action" => Ask::OfferAction { action: text("action")?, kind: or_empty("type") },
-        "unadvertise_action" => Ask::WithdrawAction { action: text("action")? },
-        "send_action_goal" => Ask::Goal { action: text("action")?, whole: message.clone() },
-        "cancel_action_goal" => Ask::Cancel { id: known()? },
-        "action_feedback" => Ask::Progress { id: known()?, values: any("values"), status: None, good: true },
+        "advertise_action" => BridgeRequest::OfferAction { action: text("action")?, kind: or_empty("type") },
+        "unadvertise_action" => BridgeRequest::WithdrawAction { action: text("action")? },
+        "send_action_goal" => BridgeRequest::Goal { action: text("action")?, message: message.clone() },
+        "cancel_action_goal" => BridgeRequest::Cancel { id: known()? },
+        "action_feedback" => BridgeRequest::Progress { id: known()?, values: any("values"), status: None, good: true },
         "action_result" => {
             let good = message.get("result").and_then(Json::as_bool).unwrap_or(true);
             // If there is no status, `result` determines whether the goal has succeeded (4) or was aborted (6).
             let status = message.get("status").and_then(Json::as_i64).unwrap_or(if good { 4 } else { 6 });
-            Ask::Progress { id: known()?, values: any("values"), status: Some(status.max(0)), good }
+            BridgeRequest::Progress { id: known()?, values: any("values"), status: Some(status.max(0)), good }
         }
-        "set_level" | "status_level" => Ask::Level(text("level")?),
+        "set_level" | "status_level" => BridgeRequest::Level(text("level")?),
         other => return Err(Fail::unsupported(format!("the operation `{other}` is not supported"))),
     };
     Ok((id, ask))
@@ -122,7 +122,7 @@ pub fn read(message: &Json) -> Result<(Option<String>, Ask)> {
 
 /// Splits a message into fragment messages with at most `bytes` bytes of data each. A limit below 4 bytes is raised to
 /// 4, because a character in UTF-8 has up to 4 bytes.
-pub fn fragments(text: &str, bytes: usize, id: &str) -> Vec<String> {
+pub fn split_message(text: &str, bytes: usize, id: &str) -> Vec<String> {
     let mut parts = Vec::new();
     let mut rest = text;
     while !rest.is_empty() {
@@ -143,16 +143,16 @@ pub fn fragments(text: &str, bytes: usize, id: &str) -> Vec<String> {
 
 /// The fragments of incomplete messages from a client.
 #[derive(Default)]
-pub struct Fragments {
+pub struct FragmentBuffer {
     /// The data of fragments by their number, by the id of the message.
     parts: BTreeMap<String, BTreeMap<u64, String>>,
     /// Total size of the data, bytes.
     bytes: usize,
 }
 
-impl Fragments {
+impl FragmentBuffer {
     /// Adds a fragment. Returns the complete message if this was its last missing fragment.
-    pub fn take(&mut self, message: &Json) -> Result<Option<Json>> {
+    pub fn add(&mut self, message: &Json) -> Result<Option<Json>> {
         let id = message.get("id").and_then(Json::as_str).unwrap_or("").to_owned();
         let number = |key: &str| message.get(key).and_then(Json::as_u64);
         let (Some(num), Some(total), Some(data)) =
@@ -162,10 +162,10 @@ impl Fragments {
         };
         let resent = self.parts.get(&id).and_then(|parts| parts.get(&num)).map_or(0, String::len);
         self.bytes = self.bytes.saturating_sub(resent) + data.len();
-        if self.bytes > MOST_FRAGMENTS {
-            *self = Fragments::default();
+        if self.bytes > MAX_FRAGMENT_BYTES {
+            *self = FragmentBuffer::default();
             return Err(Fail::argument(format!(
-                "the fragments of incomplete messages exceed {MOST_FRAGMENTS} bytes, so all of them are dropped"
+                "the fragments of incomplete messages exceed {MAX_FRAGMENT_BYTES} bytes, so all of them are dropped"
             )));
         }
         let parts = self.parts.entry(id.clone()).or_default();
@@ -186,30 +186,30 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_cut_comes_together_again() {
+    fn fragments_are_joined_into_the_message() {
         let whole = json!({ "op": "publish", "topic": "/größe", "msg": { "data": "ä".repeat(50) } });
-        let parts = fragments(&whole.to_string(), 7, "1");
+        let parts = split_message(&whole.to_string(), 7, "1");
         assert!(parts.len() > 10);
-        let mut all = Fragments::default();
+        let mut all = FragmentBuffer::default();
         for (i, part) in parts.iter().enumerate().rev() {
-            let done = all.take(&serde_json::from_str(part).unwrap()).unwrap();
+            let done = all.add(&serde_json::from_str(part).unwrap()).unwrap();
             assert_eq!(done, (i == 0).then(|| whole.clone()));
         }
-        assert!(all.take(&json!({ "op": "fragment", "id": "1" })).is_err());
+        assert!(all.add(&json!({ "op": "fragment", "id": "1" })).is_err());
         // A fragment that is sent again replaces the first one.
         for _ in 0..3 {
-            let half = json!({ "id": "3", "num": 0, "total": 2, "data": "x".repeat(MOST_FRAGMENTS / 2) });
-            assert_eq!(all.take(&half).unwrap(), None);
+            let half = json!({ "id": "3", "num": 0, "total": 2, "data": "x".repeat(MAX_FRAGMENT_BYTES / 2) });
+            assert_eq!(all.add(&half).unwrap(), None);
         }
-        let big = json!({ "id": "2", "num": 0, "total": 2, "data": "x".repeat(MOST_FRAGMENTS + 1) });
-        assert!(all.take(&big).is_err() && all.parts.is_empty());
+        let big = json!({ "id": "2", "num": 0, "total": 2, "data": "x".repeat(MAX_FRAGMENT_BYTES + 1) });
+        assert!(all.add(&big).is_err() && all.parts.is_empty());
     }
 
     #[test]
-    fn what_is_asked_is_read_or_told_why_not() {
-        let asked = |text: &str| read(&serde_json::from_str(text).unwrap());
+    fn requests_are_parsed_or_refused_with_a_reason() {
+        let asked = |text: &str| parse_request(&serde_json::from_str(text).unwrap());
         let (id, ask) = asked(r#"{"op": "subscribe", "id": "a", "topic": "/t", "throttle_rate": 100}"#).unwrap();
-        let Ask::Subscribe { wish, .. } = ask else { unreachable!() };
+        let BridgeRequest::Subscribe { options: wish, .. } = ask else { unreachable!() };
         assert_eq!((id.as_deref(), wish.throttle_ms, wish.cbor), (Some("a"), 100.0, false));
         for (text, told) in [
             (r#"{"topic": "/t"}"#, "`op`"),

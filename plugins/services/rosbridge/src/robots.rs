@@ -6,12 +6,12 @@ use tatu_plugin_api::{
     abi::*,
     safe::{Result, Turn},
 };
-use tatu_robots_drivetrain::{Drivetrain, Stand};
+use tatu_robots_drivetrain::{Drivetrain, WheelState};
 
 use crate::{
     Props,
-    felt::Felt,
     poses::{Pose, planar},
+    simple_readings::SimpleReading,
 };
 
 /// A robot: an object with a drivetrain, or the base of a model with sensors or joints below it.
@@ -23,13 +23,13 @@ pub struct Robot {
     /// Prefix of the robot's frames; empty if it is the only robot.
     pub prefix: String,
     /// The drivetrain, if the robot declares one.
-    pub train: Option<Drivetrain>,
+    pub drivetrain: Option<Drivetrain>,
     /// Joints of the robot and their names, without spherical joints.
     pub joints: Vec<(tatu_object, String)>,
     /// The state of the wheel odometry.
     pub odometry: Odometry,
     /// Simulation time at which the last velocity command expires, s; `None` if the robot need not be stopped.
-    pub until: Option<f64>,
+    pub command_expiry: Option<f64>,
 }
 
 /// The pose of a robot relative to its start, and its velocity, computed from the motion of its wheels. The pose drifts
@@ -41,13 +41,13 @@ pub struct Odometry {
     /// Velocity ahead and to the left, m/s, and angular velocity, rad/s.
     pub velocity: [f64; 3],
     /// The last state of the joints, and its simulation time, s.
-    before: Option<(f64, Stand)>,
+    previous: Option<(f64, WheelState)>,
 }
 
 impl Odometry {
     /// Updates the odometry from the current state of the joints.
-    pub fn take(&mut self, train: &Drivetrain, time: f64, now: Stand) {
-        if let Some((then, before)) = &self.before
+    pub fn update(&mut self, train: &Drivetrain, time: f64, now: WheelState) {
+        if let Some((then, before)) = &self.previous
             && time > *then
         {
             let [dx, dy, turn] = train.motion(&now.turns_since(before, time - then), &now.steered);
@@ -59,7 +59,7 @@ impl Odometry {
             self.place[2] += turn;
             self.velocity = [dx, dy, turn].map(|x| x / (time - then));
         }
-        self.before = Some((time, now));
+        self.previous = Some((time, now));
     }
 
     /// Returns the pose of the middle of the axle relative to its start, on the floor.
@@ -70,24 +70,24 @@ impl Odometry {
 }
 
 /// A sensor of the scene.
-pub struct Sensor {
+pub struct SceneSensor {
     /// The object id of the sensor.
     pub id: tatu_object,
     /// Name of the sensor, unique within its robot.
     pub name: String,
     /// The name of the sensor's frame.
     pub frame: String,
-    /// Index of the sensor's robot in `Scene::robots`, if it belongs to one.
+    /// Index of the sensor's robot in `RobotScene::robots`, if it belongs to one.
     pub robot: Option<usize>,
     /// Whether the sensor is rigidly attached to its robot's base, or to the world.
     pub fixed: bool,
     /// The axes of the published frame.
-    pub axes: Axes,
+    pub axes: FrameAxes,
 }
 
 /// The axes of the frame that is published for a sensor. In the sensor's own frame, +z points ahead and +y points up.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Axes {
+pub enum FrameAxes {
     /// x points ahead, and z up.
     Ahead,
     /// The optical frame of a camera: z points ahead, and y down.
@@ -98,14 +98,14 @@ pub enum Axes {
 
 /// The robots and sensors of a scene.
 #[derive(Default)]
-pub struct Scene {
+pub struct RobotScene {
     /// The ids of all objects when the scene was read. They are compared with the current ones to detect objects that
     /// were added or removed.
     pub ids: Vec<tatu_object>,
     /// The robots, in the order of their base objects in the scene.
     pub robots: Vec<Robot>,
     /// The sensors, including those that do not belong to a robot.
-    pub sensors: Vec<Sensor>,
+    pub sensors: Vec<SceneSensor>,
 }
 
 /// Converts a name to one that is valid in ROS: characters other than ASCII letters and digits become `_`, and `o` is
@@ -121,17 +121,17 @@ pub fn ros_name(name: &str) -> String {
 impl Robot {
     /// Returns the pose of `base_link` in the frame of the base object. Its origin is the middle of the driven axle,
     /// about which the robot rotates, if the robot has a drivetrain.
-    pub fn link(&self) -> Pose {
-        let ahead = self.train.as_ref().map_or(0.0, |train| train.axle);
+    pub fn base_link_pose(&self) -> Pose {
+        let ahead = self.drivetrain.as_ref().map_or(0.0, |train| train.axle);
         [ahead, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0]
     }
 }
 
-impl Scene {
+impl RobotScene {
     /// Finds the robots and sensors among the objects `ids`. Robots that exist in `before` with the same drivetrain
     /// keep their odometry and the expiry time of their velocity command.
-    pub fn read(turn: &Turn<'_>, p: &Props, ids: Vec<tatu_object>, before: Scene) -> Result<Scene> {
-        let mut scene = Scene { ids, ..Default::default() };
+    pub fn read(turn: &Turn<'_>, p: &Props, ids: Vec<tatu_object>, before: RobotScene) -> Result<RobotScene> {
+        let mut scene = RobotScene { ids, ..Default::default() };
         // Names are aliases, or unique names if several joints and sensors of a robot have the same alias.
         let of = |id, prop| -> Result<String> {
             Ok(ros_name(&turn.get(id, prop)?.as_str().map(|s| s.into_owned()).unwrap_or_default()))
@@ -149,10 +149,10 @@ impl Scene {
                 base: id,
                 name: of(id, p.alias)?,
                 prefix: String::new(),
-                train,
+                drivetrain: train,
                 joints: Vec::new(),
                 odometry: Odometry::default(),
-                until: None,
+                command_expiry: None,
             });
         }
         let mut has = vec![false; scene.robots.len()];
@@ -167,16 +167,16 @@ impl Scene {
             }
             if kind == TATU_KIND_SENSOR {
                 let axes = if turn.reading(id, p.depth).is_ok() {
-                    Axes::Optical
-                } else if Felt::ALL.iter().any(|f| turn.reading(id, f.field(p)).is_ok()) {
-                    Axes::Own
+                    FrameAxes::Optical
+                } else if SimpleReading::ALL.iter().any(|f| turn.reading(id, f.field(p)).is_ok()) {
+                    FrameAxes::Own
                 } else {
-                    Axes::Ahead
+                    FrameAxes::Ahead
                 };
                 let name = of(id, p.alias)?;
                 *named.entry((robot, name.clone())).or_default() += 1;
                 let fixed = is_fixed(turn, p, &scene.robots, id)?;
-                scene.sensors.push(Sensor { id, name, frame: String::new(), robot, fixed, axes });
+                scene.sensors.push(SceneSensor { id, name, frame: String::new(), robot, fixed, axes });
             } else if let Some(r) = robot
                 && turn.get(id, p.joint_type)?.as_str().as_deref() != Some("spherical")
             {
@@ -198,7 +198,7 @@ impl Scene {
         let mut places = Vec::new();
         let mut kept = Vec::new();
         for (robot, has) in scene.robots.into_iter().zip(has) {
-            places.push((has || robot.train.is_some()).then_some(kept.len()));
+            places.push((has || robot.drivetrain.is_some()).then_some(kept.len()));
             if places.last().is_some_and(Option::is_some) {
                 kept.push(robot);
             }
@@ -216,8 +216,9 @@ impl Scene {
         let alone = scene.robots.len() == 1;
         for robot in &mut scene.robots {
             robot.prefix = if alone { String::new() } else { format!("{}/", robot.name) };
-            if let Some(known) = before.robots.iter().find(|b| b.base == robot.base && b.train == robot.train) {
-                (robot.odometry, robot.until) = (known.odometry.clone(), known.until);
+            if let Some(known) = before.robots.iter().find(|b| b.base == robot.base && b.drivetrain == robot.drivetrain)
+            {
+                (robot.odometry, robot.command_expiry) = (known.odometry.clone(), known.command_expiry);
             }
         }
         for sensor in &mut scene.sensors {

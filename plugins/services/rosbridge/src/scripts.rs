@@ -4,12 +4,12 @@ use serde_json::Value as Json;
 use tatu_plugin_api::safe::{Command, Event, Fail, IntoResult, Offer, Outcome, Param, Result, Value};
 
 use crate::{
-    Ctx, Ros as Plugin, convert,
-    node::{Callback, ENDPOINT, Endpoint, MESSAGE, REQUEST, Role},
-    types::Ros,
+    RosCall, RosPlugin as Plugin, convert,
+    node::{ENDPOINT_EVENT, EndpointRole, MESSAGE_EVENT, REQUEST_EVENT, ScriptCallback, ScriptEndpoint},
+    types::RosVersion,
 };
 
-pub(crate) type Cmd = Command<Plugin>;
+pub(crate) type RosCommand = Command<Plugin>;
 
 // Names of commands that only the service calls.
 /// Passes a message of a client to the scripts that have subscribed to its topic.
@@ -19,46 +19,51 @@ pub(crate) const SERVE: &str = "rosbridge.serve";
 /// Passes a client's answer to the script that called a service of the client.
 pub(crate) const ANSWER: &str = "rosbridge.answer";
 
-const HANDLE: &str = "the handle that was returned when it was created";
+const HANDLE_TEXT: &str = "the handle that was returned when it was created";
 
 /// Parses argument `i`, which is JSON.
-pub(crate) fn parse(c: &Ctx<'_>, i: usize) -> Result<Json> {
+pub(crate) fn parse(c: &RosCall<'_>, i: usize) -> Result<Json> {
     serde_json::from_slice(c.bytes(i)?).map_err(|e| Fail::argument(format!("argument {}: not valid JSON: {e}", i + 1)))
 }
 
 /// Returns the parameter for the handle of an endpoint.
 pub(crate) fn handle() -> Param {
-    Param::any("handle").text(HANDLE)
+    Param::any("handle").text(HANDLE_TEXT)
 }
 
 /// Opens an endpoint with the name in argument 0, the type in argument 1, and the callback in argument `callback`.
-fn open(c: &mut Ctx<'_>, role: Role, ros: Ros, callback: Option<usize>) -> Result {
-    let callbacks = callback.map(|i| Callback::read(c, i)).transpose()?;
+fn open(c: &mut RosCall<'_>, role: EndpointRole, ros: RosVersion, callback: Option<usize>) -> Result {
+    let callbacks = callback.map(|i| ScriptCallback::read(c, i)).transpose()?;
     open_with(c, role, ros, callbacks.into_iter().collect())
 }
 
 /// Opens an endpoint with the name in argument 0, the type in argument 1, and the given callbacks.
-pub(crate) fn open_with(c: &mut Ctx<'_>, role: Role, ros: Ros, callbacks: Vec<Callback>) -> Result {
-    let endpoint = Endpoint::new(role, &c.text(0)?, &c.text(1)?, ros, callbacks)?;
+pub(crate) fn open_with(
+    c: &mut RosCall<'_>,
+    role: EndpointRole,
+    ros: RosVersion,
+    callbacks: Vec<ScriptCallback>,
+) -> Result {
+    let endpoint = ScriptEndpoint::new(role, &c.text(0)?, &c.text(1)?, ros, callbacks)?;
     let made = c.instance().open(&c.world(), c.caller_script(), endpoint)?;
     c.ret(made);
     Ok(())
 }
 
 /// Returns the response of a service as the result of the command.
-fn response(c: &mut Ctx<'_>, client: &Endpoint, json: &Json) -> Result<Outcome> {
+fn response(c: &mut RosCall<'_>, client: &ScriptEndpoint, json: &Json) -> Result<Outcome> {
     let value = convert::value(json, &format!("{}Response", client.kind), client.ros())?;
-    c.ret(client.given(value));
+    c.ret(client.to_script_form(value));
     Ok(Outcome::Done)
 }
 
 /// Calls a service. A service of a script is executed immediately; the answer of a client can be obtained only if the
 /// calling script can wait.
-fn call(c: &mut Ctx<'_>) -> Result<Outcome> {
+fn call(c: &mut RosCall<'_>) -> Result<Outcome> {
     if c.resumed() != 0 {
         let number = c.resumed();
-        let (handle, answer) = c.instance().take(number)?;
-        let client = c.instance().of(handle, Role::Client)?;
+        let (handle, answer) = c.instance().take_answer(number)?;
+        let client = c.instance().endpoint(handle, EndpointRole::Client)?;
         return match answer {
             Some((text, true)) => response(c, &client, &serde_json::from_str(&text).unwrap_or(Json::Null)),
             Some((text, false)) => {
@@ -69,13 +74,13 @@ fn call(c: &mut Ctx<'_>) -> Result<Outcome> {
         };
     }
     let handle = c.i64(0)?;
-    let client = c.instance().of(handle, Role::Client)?;
+    let client = c.instance().endpoint(handle, EndpointRole::Client)?;
     let given = c.arg(1).to_value()?;
     let request = convert::node(&given, &format!("{}Request", client.kind), client.ros())?.json();
     if let Some(json) = c.instance().serve(c, &client.name, &request)? {
         return response(c, &client, &json);
     }
-    if !c.world().is_wanted(REQUEST) {
+    if !c.world().is_wanted(REQUEST_EVENT) {
         let text = format!(
             "no script offers the service {}: to call services of clients, start the service `rosbridge`",
             client.name
@@ -87,24 +92,24 @@ fn call(c: &mut Ctx<'_>) -> Result<Outcome> {
             format!("no script offers the service {}, and the calling script cannot wait for a client", client.name);
         return Err(Fail::unsupported(text).help("call it in a thread"));
     }
-    let number = c.instance().ask(&c.world(), handle, &client.name, &request)?;
+    let number = c.instance().request_service(&c.world(), handle, &client.name, &request)?;
     c.wait_poll(number)
 }
 
 /// Publishes transforms on `/tf`.
-fn transforms(c: &mut Ctx<'_>, ros: Ros, all: Vec<Value>) -> Result {
-    let endpoint = Endpoint::new(Role::Publisher, "/tf", "tf2_msgs/TFMessage", ros, Vec::new())?;
+fn publish_transforms(c: &mut RosCall<'_>, ros: RosVersion, all: Vec<Value>) -> Result {
+    let endpoint = ScriptEndpoint::new(EndpointRole::Publisher, "/tf", "tf2_msgs/TFMessage", ros, Vec::new())?;
     let message = Value::Map(vec![(Value::text("transforms"), Value::List(all))]);
     c.instance().publish(c, &endpoint, &message)
 }
 
 /// Returns a property of the scene that is a time, s.
-pub(crate) fn time(c: &Ctx<'_>, key: &str) -> Result<f64> {
+pub(crate) fn time(c: &RosCall<'_>, key: &str) -> Result<f64> {
     c.world().f64(0, c.world().host().prop(key))
 }
 
 /// Converts seconds to a table with the fields of a ROS 2 time.
-pub(crate) fn split(seconds: f64) -> Value {
+pub(crate) fn ros2_time(seconds: f64) -> Value {
     let (whole, part) = (seconds.floor(), seconds - seconds.floor());
     // Rounding can yield a whole second.
     let nanoseconds = (part * 1e9).round() as i64;
@@ -116,23 +121,23 @@ pub(crate) fn split(seconds: f64) -> Value {
 
 /// Adds a command to both interfaces, under its name in `simROS` and that in `simROS2`. If a name is empty, the command
 /// is not added to that interface.
-pub(crate) fn add<T: IntoResult + 'static>(
+pub(crate) fn add_command<T: IntoResult + 'static>(
     offer: &mut Offer<Plugin>,
     names: [&str; 2],
-    f: impl Fn(&mut Ctx<'_>, Ros) -> Result<T> + Copy + Send + Sync + 'static,
-    finish: impl Fn(Cmd, Ros) -> Cmd,
+    f: impl Fn(&mut RosCall<'_>, RosVersion) -> Result<T> + Copy + Send + Sync + 'static,
+    finish: impl Fn(RosCommand, RosVersion) -> RosCommand,
 ) {
-    for (module, name, ros) in [("simROS", names[0], Ros::One), ("simROS2", names[1], Ros::Two)] {
+    for (module, name, ros) in [("simROS", names[0], RosVersion::One), ("simROS2", names[1], RosVersion::Two)] {
         if !name.is_empty() {
-            let command = finish(Cmd::new(format!("{module}.{name}"), move |c| f(c, ros)), ros);
-            offer.command(command.subject(words(ros, "ros", "ros2").as_str()));
+            let command = finish(RosCommand::new(format!("{module}.{name}"), move |c| f(c, ros)), ros);
+            offer.command(command.subject(for_version(ros, "ros", "ros2").as_str()));
         }
     }
 }
 
 /// Returns `one` for ROS 1 and `two` for ROS 2.
-pub(crate) fn words(ros: Ros, one: &str, two: &str) -> String {
-    if ros == Ros::One { one.to_owned() } else { two.to_owned() }
+pub(crate) fn for_version(ros: RosVersion, one: &str, two: &str) -> String {
+    if ros == RosVersion::One { one.to_owned() } else { two.to_owned() }
 }
 
 pub(crate) fn offer(offer: &mut Offer<Plugin>) {
@@ -143,12 +148,12 @@ pub(crate) fn offer(offer: &mut Offer<Plugin>) {
 /// Adds the commands for topics.
 fn topics(offer: &mut Offer<Plugin>) {
     let topic = || Param::string("topic");
-    let kind = |ros: Ros| Param::string("type").text(ros.name("geometry_msgs/Twist"));
+    let kind = |ros: RosVersion| Param::string("type").text(ros.name("geometry_msgs/Twist"));
     let rest = |name| Param::any(name).optional().text("ignored: messages are never queued for longer than a step");
-    add(
+    add_command(
         offer,
         ["advertise", "createPublisher"],
-        |c, ros| open(c, Role::Publisher, ros, None),
+        |c, ros| open(c, EndpointRole::Publisher, ros, None),
         |cmd, ros| {
             cmd.param(topic())
             .param(kind(ros))
@@ -158,18 +163,18 @@ fn topics(offer: &mut Offer<Plugin>) {
             .returns(handle())
             .text("Creates a publisher for a topic, for scripts of this world, and for clients if the service \
                    `rosbridge` is started.")
-            .example(words(
+            .example(for_version(
                 ros,
                 "local p = simROS.advertise('/chatter', 'std_msgs/String')\nsimROS.publish(p, {data = 'hello'})",
                 "local p = simROS2.createPublisher('/chatter', 'std_msgs/msg/String')\nsimROS2.publish(p, {data = 'hello'})",
             ))
         },
     );
-    add(
+    add_command(
         offer,
         ["publish", "publish"],
         |c, _| {
-            let endpoint = c.instance().of(c.i64(0)?, Role::Publisher)?;
+            let endpoint = c.instance().endpoint(c.i64(0)?, EndpointRole::Publisher)?;
             let message = c.arg(1).to_value()?;
             c.instance().publish(c, &endpoint, &message)
         },
@@ -180,7 +185,7 @@ fn topics(offer: &mut Offer<Plugin>) {
                         .text("a table with the fields of the type; missing fields have their defaults"),
                 )
                 .text("Publishes a message. Fields that the type does not have are an error.")
-                .example(words(
+                .example(for_version(
                     ros,
                     "local p = simROS.advertise('/go', 'geometry_msgs/Twist')\n\
                      assert(not pcall(simROS.publish, p, {linaer = {x = 1}}))",
@@ -189,10 +194,10 @@ fn topics(offer: &mut Offer<Plugin>) {
                 ))
         },
     );
-    add(
+    add_command(
         offer,
         ["subscribe", "createSubscription"],
-        |c, ros| open(c, Role::Subscriber, ros, Some(2)),
+        |c, ros| open(c, EndpointRole::Subscriber, ros, Some(2)),
         |cmd, ros| {
             cmd.param(topic())
             .param(kind(ros))
@@ -202,7 +207,7 @@ fn topics(offer: &mut Offer<Plugin>) {
             .returns(handle())
             .text("Subscribes to a topic. Messages of clients arrive between two steps, those of scripts immediately.")
             .notes("Times are seconds in `simROS`, tables of sec and nanosec in `simROS2`.")
-            .example(words(
+            .example(for_version(
                 ros,
                 "function heard(m) text = m.data end\nsimROS.subscribe('/chatter', 'std_msgs/String', 'heard')\n\
                  simROS.publish(simROS.advertise('/chatter', 'std_msgs/String'), {data = 'a'})\nassert(text == 'a')",
@@ -214,33 +219,33 @@ fn topics(offer: &mut Offer<Plugin>) {
     for (names, role, one, two) in [
         (
             ["shutdownPublisher", "shutdownPublisher"],
-            Role::Publisher,
+            EndpointRole::Publisher,
             "advertise('/a', 'std_msgs/Empty')",
             "createPublisher('/a', 'std_msgs/msg/Empty')",
         ),
         (
             ["shutdownSubscriber", "shutdownSubscription"],
-            Role::Subscriber,
+            EndpointRole::Subscriber,
             "subscribe('/a', 'std_msgs/Empty', 'f')",
             "createSubscription('/a', 'std_msgs/msg/Empty', 'f')",
         ),
         (
             ["shutdownServiceClient", "shutdownClient"],
-            Role::Client,
+            EndpointRole::Client,
             "serviceClient('/a', 'std_srvs/Empty')",
             "createClient('/a', 'std_srvs/srv/Empty')",
         ),
         (
             ["shutdownServiceServer", "shutdownService"],
-            Role::Server,
+            EndpointRole::Server,
             "advertiseService('/a', 'std_srvs/Empty', 'f')",
             "createService('/a', 'std_srvs/srv/Empty', 'f')",
         ),
     ] {
-        let close = move |c: &mut Ctx<'_>, _| c.instance().close(c, c.i64(0)?, role);
-        add(offer, names, close, |cmd, ros| {
+        let close = move |c: &mut RosCall<'_>, _| c.instance().close(c, c.i64(0)?, role);
+        add_command(offer, names, close, |cmd, ros| {
             let text = format!("Shuts down a {}.", role.name());
-            cmd.param(handle()).text(text).example(words(
+            cmd.param(handle()).text(text).example(for_version(
                 ros,
                 &format!("simROS.{}(simROS.{one})", names[0]),
                 &format!("simROS2.{}(simROS2.{two})", names[1]),
@@ -248,27 +253,31 @@ fn topics(offer: &mut Offer<Plugin>) {
         });
     }
     let one = "{child_frame_id = 'a', header = {frame_id = 'map'}}";
-    add(
+    add_command(
         offer,
         ["sendTransform", "sendTransform"],
-        |c, ros| transforms(c, ros, vec![c.arg(0).to_value()?]),
+        |c, ros| publish_transforms(c, ros, vec![c.arg(0).to_value()?]),
         |cmd, ros| {
             cmd.param(Param::any("transform").text("a table as geometry_msgs/TransformStamped"))
                 .text("Publishes a frame on /tf.")
-                .example(words(ros, &format!("simROS.sendTransform({one})"), &format!("simROS2.sendTransform({one})")))
+                .example(for_version(
+                    ros,
+                    &format!("simROS.sendTransform({one})"),
+                    &format!("simROS2.sendTransform({one})"),
+                ))
         },
     );
-    add(
+    add_command(
         offer,
         ["sendTransforms", "sendTransforms"],
         |c, ros| match c.arg(0).to_value()? {
-            Value::List(all) => transforms(c, ros, all),
+            Value::List(all) => publish_transforms(c, ros, all),
             _ => Err(Fail::argument("argument 1: expected a list of transforms")),
         },
         |cmd, ros| {
             cmd.param(Param::any("transforms").text("a list of tables as geometry_msgs/TransformStamped"))
                 .text("Publishes frames on /tf.")
-                .example(words(
+                .example(for_version(
                     ros,
                     &format!("simROS.sendTransforms({{{one}}})"),
                     &format!("simROS2.sendTransforms({{{one}}})"),
@@ -279,34 +288,34 @@ fn topics(offer: &mut Offer<Plugin>) {
 
 /// Adds the commands for services.
 fn services(offer: &mut Offer<Plugin>) {
-    let kind = |ros| Param::string("type").text(words(ros, "std_srvs/SetBool", "std_srvs/srv/SetBool"));
-    add(
+    let kind = |ros| Param::string("type").text(for_version(ros, "std_srvs/SetBool", "std_srvs/srv/SetBool"));
+    add_command(
         offer,
         ["serviceClient", "createClient"],
-        |c, ros| open(c, Role::Client, ros, None),
+        |c, ros| open(c, EndpointRole::Client, ros, None),
         |cmd, ros| {
             cmd.param(Param::string("service"))
                 .param(kind(ros))
                 .returns(handle())
                 .text("Creates a client for a service.")
-                .example(words(
+                .example(for_version(
                     ros,
                     "local client = simROS.serviceClient('/lamp', 'std_srvs/SetBool')",
                     "local client = simROS2.createClient('/lamp', 'std_srvs/srv/SetBool')",
                 ))
         },
     );
-    add(
+    add_command(
         offer,
         ["advertiseService", "createService"],
-        |c, ros| open(c, Role::Server, ros, Some(2)),
+        |c, ros| open(c, EndpointRole::Server, ros, Some(2)),
         |cmd, ros| {
             cmd.param(Param::string("service"))
             .param(kind(ros))
             .param(Param::any("callback").text("a function of the script or its name: maps a request to a response"))
             .returns(handle())
             .text("Offers a service, to scripts of this world and to clients.")
-            .example(words(
+            .example(for_version(
                 ros,
                 "function lamp(r) return {success = r.data} end\nsimROS.advertiseService('/lamp', 'std_srvs/SetBool', 'lamp')\n\
                  assert(simROS.call(simROS.serviceClient('/lamp', 'std_srvs/SetBool'), {data = true}).success)",
@@ -315,7 +324,7 @@ fn services(offer: &mut Offer<Plugin>) {
             ))
         },
     );
-    add(
+    add_command(
         offer,
         ["call", "call"],
         |c, _| call(c),
@@ -325,7 +334,7 @@ fn services(offer: &mut Offer<Plugin>) {
             .returns(Param::any("response"))
             .text("Calls a service that a script or a client offers.")
             .no_wait("a client offers this service, and only a thread can wait for its answer: call this in a thread")
-            .example(words(
+            .example(for_version(
                 ros,
                 "function add(r) return {sum = r.a + r.b} end\nsimROS.advertiseService('/add', 'example_interfaces/AddTwoInts', 'add')\n\
                  assert(simROS.call(simROS.serviceClient('/add', 'example_interfaces/AddTwoInts'), {a = 2, b = 3}).sum == 5)",
@@ -338,10 +347,10 @@ fn services(offer: &mut Offer<Plugin>) {
 
 /// Adds the commands by which the service passes data to scripts, so that the input log contains it, and the events by
 /// which scripts pass data to the service.
-pub(crate) fn between(offer: &mut Offer<Plugin>) {
+pub(crate) fn offer_service_commands(offer: &mut Offer<Plugin>) {
     let json = || Param::string("json").text("the message, as JSON");
     offer.command(
-        Cmd::new(RECEIVE, |c| {
+        RosCommand::new(RECEIVE, |c| {
             let (topic, json) = (c.text(0)?, parse(c, 1)?);
             c.instance().deliver(c, &topic, &json)
         })
@@ -354,7 +363,7 @@ pub(crate) fn between(offer: &mut Offer<Plugin>) {
         ),
     );
     offer.command(
-        Cmd::new(SERVE, |c| {
+        RosCommand::new(SERVE, |c| {
             let (service, request) = (c.text(0)?, parse(c, 1)?);
             let response = c.instance().serve(c, &service, &request)?;
             let response = response.ok_or_else(|| Fail::missing(format!("there is no service {service}")))?;
@@ -368,7 +377,7 @@ pub(crate) fn between(offer: &mut Offer<Plugin>) {
         .example("assert(not pcall(rosbridge.serve, '/nowhere', '{}'))"),
     );
     offer.command(
-        Cmd::new(ANSWER, |c| c.instance().answered(c.i64(0)? as u64, c.text(1)?, c.arg(2).truthy()))
+        RosCommand::new(ANSWER, |c| c.instance().store_answer(c.i64(0)? as u64, c.text(1)?, c.arg(2).truthy()))
             .param(Param::int("number"))
             .param(json())
             .param(Param::bool("good"))
@@ -377,7 +386,7 @@ pub(crate) fn between(offer: &mut Offer<Plugin>) {
     );
     offer.prelude("lua", "", "return { api = { 'simROS.', 'simROS2.', 'rosbridge.' } }");
     offer.event(
-        Event::new(ENDPOINT)
+        Event::new(ENDPOINT_EVENT)
             .text("A script starts or stops publishing, listening, calling or serving.")
             .field(Param::string("role").text("publisher, subscriber, client, server, action client, action server"))
             .field(Param::string("name").text("of the topic, service or action"))
@@ -385,14 +394,14 @@ pub(crate) fn between(offer: &mut Offer<Plugin>) {
             .field(Param::bool("open").text("true: the endpoint was opened; false: it was closed")),
     );
     offer.event(
-        Event::new(MESSAGE)
+        Event::new(MESSAGE_EVENT)
             .text("A script published a message.")
             .field(Param::string("topic").text("its name"))
             .field(Param::string("type").text("of the message, such as `std_msgs/String`"))
             .field(Param::string("json").text("the message")),
     );
     offer.event(
-        Event::new(REQUEST)
+        Event::new(REQUEST_EVENT)
             .text("A script calls a service that no script offers.")
             .field(Param::int("id").text("of the call, for `rosbridge.answer`"))
             .field(Param::string("service").text("its name"))

@@ -4,15 +4,15 @@ use serde_json::Value as Json;
 use tatu_plugin_api::safe::{Fail, Offer, Param};
 
 use crate::{
-    Ros as Plugin, convert,
-    scripts::{Cmd, split, time},
-    types::{self, Ros},
+    RosPlugin as Plugin, convert,
+    scripts::{RosCommand, ros2_time, time},
+    types::{self, RosVersion},
 };
 
 /// Adds the commands for times, and the one that creates messages.
 pub(crate) fn times(offer: &mut Offer<Plugin>) {
     offer.command(
-        Cmd::new("simROS.getTime", |c| {
+        RosCommand::new("simROS.getTime", |c| {
             let now = time(c, "scene.time")?;
             c.ret(now);
             Ok(())
@@ -33,7 +33,7 @@ pub(crate) fn times(offer: &mut Offer<Plugin>) {
         ),
     ] {
         offer.command(
-            Cmd::new(name, move |c| {
+            RosCommand::new(name, move |c| {
                 let now = match name {
                     "simROS2.getSystemTime" => {
                         let epoch = c.world().get(0, c.world().host().prop("scene.epoch"))?.as_i64().unwrap_or(0);
@@ -41,7 +41,7 @@ pub(crate) fn times(offer: &mut Offer<Plugin>) {
                     }
                     _ => time(c, "scene.time")?,
                 };
-                c.ret(split(now));
+                c.ret(ros2_time(now));
                 Ok(())
             })
             .param(Param::any("clock").optional())
@@ -51,8 +51,8 @@ pub(crate) fn times(offer: &mut Offer<Plugin>) {
         );
     }
     offer.command(
-        Cmd::new("simROS2.timeFromFloat", |c| {
-            let value = split(c.f64(0)?);
+        RosCommand::new("simROS2.timeFromFloat", |c| {
+            let value = ros2_time(c.f64(0)?);
             c.ret(value);
             Ok(())
         })
@@ -62,7 +62,7 @@ pub(crate) fn times(offer: &mut Offer<Plugin>) {
         .example("assert(simROS2.timeFromFloat(1.25).nanosec == 250000000)"),
     );
     offer.command(
-        Cmd::new("simROS2.timeToFloat", |c| {
+        RosCommand::new("simROS2.timeToFloat", |c| {
             let part = |key: &str| c.arg(0).get(key).and_then(|v| v.as_f64()).unwrap_or(0.0);
             c.ret(part("sec") + part("nanosec") * 1e-9);
             Ok(())
@@ -73,12 +73,12 @@ pub(crate) fn times(offer: &mut Offer<Plugin>) {
         .example("assert(simROS2.timeToFloat{sec = 1, nanosec = 250000000} == 1.25)"),
     );
     offer.command(
-        Cmd::new("simROS2.createInterface", |c| {
-            let plain = types::plain(&c.text(0)?);
+        RosCommand::new("simROS2.createInterface", |c| {
+            let plain = types::ros1_name(&c.text(0)?);
             if types::fields(&plain).is_none() {
                 return Err(Fail::missing(format!("the message type `{plain}` is not supported")));
             }
-            c.ret(convert::value(&Json::Null, &plain, Ros::Two)?);
+            c.ret(convert::value(&Json::Null, &plain, RosVersion::Two)?);
             Ok(())
         })
         .param(Param::string("type").text("geometry_msgs/msg/Twist"))
@@ -90,6 +90,8 @@ pub(crate) fn times(offer: &mut Offer<Plugin>) {
         ("simROS2.spinSome", "messages are delivered automatically between two steps"),
         ("simROS2.importInterface", "all supported types are always available"),
     ] {
-        offer.command(Cmd::new(name, |_| Ok(())).param(Param::any("type").optional()).text("Does nothing.").stub(why));
+        offer.command(
+            RosCommand::new(name, |_| Ok(())).param(Param::any("type").optional()).text("Does nothing.").stub(why),
+        );
     }
 }

@@ -5,11 +5,11 @@ use std::collections::BTreeMap;
 
 use tatu_plugin_api::{abi::tatu_object, safe::Turn};
 
-use crate::{Props, felt::Felt, robots::Scene};
+use crate::{Props, robots::RobotScene, simple_readings::SimpleReading};
 
-/// The content of a topic. The numbers in variants are indices in `Scene::robots` or `Scene::sensors`.
+/// The content of a topic. The numbers in variants are indices in `RobotScene::robots` or `RobotScene::sensors`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum What {
+pub enum TopicContent {
     /// The simulation time.
     Clock,
     /// All coordinate frames.
@@ -37,45 +37,45 @@ pub enum What {
     /// The depth image of a camera.
     Depth(usize),
     /// The intrinsics of a camera.
-    Optics(usize),
+    CameraInfo(usize),
     /// The points of a depth camera, or of a scanner with layers.
     Points(usize),
     /// A reading with few components, such as that of an IMU.
-    Felt(usize, Felt),
+    Simple(usize, SimpleReading),
 }
 
 /// A topic that the scene provides.
 #[derive(Debug, Clone)]
-pub struct Topic {
+pub struct SceneTopic {
     /// The content of the topic.
-    pub what: What,
+    pub content: TopicContent,
     /// The type of its messages, by its name in ROS 1.
     pub kind: &'static str,
 }
 
 /// Returns the topics of a scene by name. A topic also has shorter names if these are unambiguous.
-pub fn of(turn: &Turn<'_>, p: &Props, scene: &Scene) -> BTreeMap<String, Topic> {
+pub fn scene_topics(turn: &Turn<'_>, p: &Props, scene: &RobotScene) -> BTreeMap<String, SceneTopic> {
     let mut out = BTreeMap::new();
-    out.insert("/clock".to_owned(), Topic { what: What::Clock, kind: "rosgraph_msgs/Clock" });
-    out.insert("/tf".to_owned(), Topic { what: What::Frames, kind: "tf2_msgs/TFMessage" });
-    out.insert("/tf_static".to_owned(), Topic { what: What::StaticFrames, kind: "tf2_msgs/TFMessage" });
+    out.insert("/clock".to_owned(), SceneTopic { content: TopicContent::Clock, kind: "rosgraph_msgs/Clock" });
+    out.insert("/tf".to_owned(), SceneTopic { content: TopicContent::Frames, kind: "tf2_msgs/TFMessage" });
+    out.insert("/tf_static".to_owned(), SceneTopic { content: TopicContent::StaticFrames, kind: "tf2_msgs/TFMessage" });
     // For each topic: the robot, the name of the sensor, and the last part of the topic's name.
-    let mut all: Vec<(Option<usize>, String, &str, Topic)> = Vec::new();
+    let mut all: Vec<(Option<usize>, String, &str, SceneTopic)> = Vec::new();
     for (i, robot) in scene.robots.iter().enumerate() {
-        let mut add = |last, what, kind| all.push((Some(i), String::new(), last, Topic { what, kind }));
-        add("pose", What::Pose(i), "geometry_msgs/PoseStamped");
-        add("robot_description", What::Description(i), "std_msgs/String");
+        let mut add = |last, what, kind| all.push((Some(i), String::new(), last, SceneTopic { content: what, kind }));
+        add("pose", TopicContent::Pose(i), "geometry_msgs/PoseStamped");
+        add("robot_description", TopicContent::Description(i), "std_msgs/String");
         if !robot.joints.is_empty() {
-            add("joint_states", What::Joints(i), "sensor_msgs/JointState");
+            add("joint_states", TopicContent::Joints(i), "sensor_msgs/JointState");
         }
-        if robot.train.is_some() {
-            add("odom", What::Odometry(i), "nav_msgs/Odometry");
-            add("cmd_vel", What::Command(i), "geometry_msgs/Twist");
+        if robot.drivetrain.is_some() {
+            add("odom", TopicContent::Odometry(i), "nav_msgs/Odometry");
+            add("cmd_vel", TopicContent::Command(i), "geometry_msgs/Twist");
         }
     }
     for (i, sensor) in scene.sensors.iter().enumerate() {
-        for (last, what, kind) in what_of(turn, p, i, sensor.id) {
-            all.push((sensor.robot, sensor.name.clone(), last, Topic { what, kind }));
+        for (last, what, kind) in sensor_topics(turn, p, i, sensor.id) {
+            all.push((sensor.robot, sensor.name.clone(), last, SceneTopic { content: what, kind }));
         }
     }
     let count = |robot: Option<usize>, last: &str, everywhere: bool| {
@@ -97,35 +97,40 @@ pub fn of(turn: &Turn<'_>, p: &Props, scene: &Scene) -> BTreeMap<String, Topic> 
 
 /// Returns the topics of a sensor, which depend on the fields of its readings: the last part of the name, the content,
 /// and the message type.
-fn what_of(turn: &Turn<'_>, p: &Props, i: usize, id: tatu_object) -> Vec<(&'static str, What, &'static str)> {
+fn sensor_topics(
+    turn: &Turn<'_>,
+    p: &Props,
+    i: usize,
+    id: tatu_object,
+) -> Vec<(&'static str, TopicContent, &'static str)> {
     let has = |prop| turn.reading(id, prop).is_ok();
     let mut out = Vec::new();
     if has(p.scan_distance) {
         let layers = turn.reading(id, p.scan_elevation).is_ok_and(|r| r.f64s().iter().any(|e| *e != 0.0));
         match layers {
-            true => out.push(("points", What::Points(i), "sensor_msgs/PointCloud2")),
-            false => out.push(("scan", What::Scan(i), "sensor_msgs/LaserScan")),
+            true => out.push(("points", TopicContent::Points(i), "sensor_msgs/PointCloud2")),
+            false => out.push(("scan", TopicContent::Scan(i), "sensor_msgs/LaserScan")),
         }
     }
     if has(p.detected) {
-        out.push(("range", What::Range(i), "sensor_msgs/Range"));
+        out.push(("range", TopicContent::Range(i), "sensor_msgs/Range"));
     }
     if has(p.latitude) {
-        out.push(("fix", What::Fix(i), "sensor_msgs/NavSatFix"));
+        out.push(("fix", TopicContent::Fix(i), "sensor_msgs/NavSatFix"));
     }
     if has(p.rgb) {
-        out.push(("image", What::Image(i), "sensor_msgs/Image"));
+        out.push(("image", TopicContent::Image(i), "sensor_msgs/Image"));
     }
     if has(p.depth) {
-        out.push(("depth", What::Depth(i), "sensor_msgs/Image"));
-        out.push(("points", What::Points(i), "sensor_msgs/PointCloud2"));
+        out.push(("depth", TopicContent::Depth(i), "sensor_msgs/Image"));
+        out.push(("points", TopicContent::Points(i), "sensor_msgs/PointCloud2"));
     }
     if has(p.intrinsics) {
-        out.push(("camera_info", What::Optics(i), "sensor_msgs/CameraInfo"));
+        out.push(("camera_info", TopicContent::CameraInfo(i), "sensor_msgs/CameraInfo"));
     }
-    for felt in Felt::ALL.into_iter().filter(|f| has(f.field(p))) {
+    for felt in SimpleReading::ALL.into_iter().filter(|f| has(f.field(p))) {
         let (last, kind) = felt.topic();
-        out.push((last, What::Felt(i, felt), kind));
+        out.push((last, TopicContent::Simple(i, felt), kind));
     }
     out
 }

@@ -90,7 +90,7 @@ example_interfaces/FibonacciFeedback: int32[] sequence
 
 /// The type of the elements of a field.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Base {
+pub enum FieldElementType {
     /// A boolean.
     Bool,
     /// An integer. The values are whether it is signed, and its size in bits.
@@ -107,7 +107,7 @@ pub enum Base {
 
 /// The number of elements of a field.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Many {
+pub enum ArrayLength {
     /// A single element.
     One,
     /// An array of any length.
@@ -118,86 +118,87 @@ pub enum Many {
 
 /// A field of a message type.
 #[derive(Debug, Clone)]
-pub struct Field {
+pub struct MessageField {
     /// The name of the field in ROS 1.
     pub name: String,
     /// The type of the elements.
-    pub base: Base,
+    pub element: FieldElementType,
     /// The number of elements.
-    pub many: Many,
+    pub length: ArrayLength,
     /// The type of the elements as it is written in the definition.
-    pub written: String,
+    pub written_type: String,
 }
 
 /// Returns the fields of a type, given its name in ROS 1; `None` if the type is not supported.
-pub fn fields(plain: &str) -> Option<&'static [Field]> {
-    static ALL: OnceLock<BTreeMap<&'static str, Vec<Field>>> = OnceLock::new();
-    let all = ALL.get_or_init(|| TYPES.lines().filter_map(|l| l.split_once(':')).map(|(n, f)| (n, read(f))).collect());
+pub fn fields(plain: &str) -> Option<&'static [MessageField]> {
+    static ALL: OnceLock<BTreeMap<&'static str, Vec<MessageField>>> = OnceLock::new();
+    let all = ALL
+        .get_or_init(|| TYPES.lines().filter_map(|l| l.split_once(':')).map(|(n, f)| (n, parse_fields(f))).collect());
     all.get(plain).map(Vec::as_slice)
 }
 
 /// Parses the fields in a line of `TYPES`.
-fn read(text: &'static str) -> Vec<Field> {
+fn parse_fields(text: &'static str) -> Vec<MessageField> {
     let field = |one: &'static str| {
         let (written, name) = one.trim().split_once(' ')?;
         let (base, many) = match written.trim_end_matches(']').split_once('[') {
-            Some((base, "")) => (base, Many::Any),
-            Some((base, n)) => (base, Many::Exactly(n.parse().unwrap_or(0))),
-            None => (written, Many::One),
+            Some((base, "")) => (base, ArrayLength::Any),
+            Some((base, n)) => (base, ArrayLength::Exactly(n.parse().unwrap_or(0))),
+            None => (written, ArrayLength::One),
         };
         let bits = |kind: &str| base.strip_prefix(kind).and_then(|b| b.parse::<u8>().ok());
         let of = match base {
-            "bool" => Base::Bool,
-            "string" => Base::Text,
-            "time" | "duration" => Base::Time,
-            _ if bits("uint").is_some() => Base::Int(false, bits("uint").unwrap_or(32)),
-            _ if bits("int").is_some() => Base::Int(true, bits("int").unwrap_or(32)),
-            _ if bits("float").is_some() => Base::Float(bits("float").unwrap_or(64)),
-            message => Base::Message(message.to_owned()),
+            "bool" => FieldElementType::Bool,
+            "string" => FieldElementType::Text,
+            "time" | "duration" => FieldElementType::Time,
+            _ if bits("uint").is_some() => FieldElementType::Int(false, bits("uint").unwrap_or(32)),
+            _ if bits("int").is_some() => FieldElementType::Int(true, bits("int").unwrap_or(32)),
+            _ if bits("float").is_some() => FieldElementType::Float(bits("float").unwrap_or(64)),
+            message => FieldElementType::Message(message.to_owned()),
         };
-        Some(Field { name: name.to_owned(), base: of, many, written: base.to_owned() })
+        Some(MessageField { name: name.to_owned(), element: of, length: many, written_type: base.to_owned() })
     };
     text.split(',').filter_map(field).collect()
 }
 
 /// A version of ROS, which determines the names of types and fields and the form of times.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Ros {
+pub enum RosVersion {
     /// ROS 1: times have `secs` and `nsecs`, and headers have a sequence number.
     One,
     /// ROS 2: times have `sec` and `nanosec`.
     Two,
 }
 
-impl Ros {
+impl RosVersion {
     /// Returns the version of ROS in which a type has this name; names in ROS 2 have the form
     /// `geometry_msgs/msg/Twist`.
-    pub fn of(name: &str) -> Option<Ros> {
+    pub fn of(name: &str) -> Option<RosVersion> {
         match name.matches('/').count() {
-            1 => Some(Ros::One),
-            2 => Some(Ros::Two),
+            1 => Some(RosVersion::One),
+            2 => Some(RosVersion::Two),
             _ => None,
         }
     }
     /// Returns the name of a message type in this version, given its name in ROS 1.
     pub fn name(self, plain: &str) -> String {
         match (self, plain.split_once('/')) {
-            (Ros::Two, Some((package, name))) => format!("{package}/msg/{name}"),
+            (RosVersion::Two, Some((package, name))) => format!("{package}/msg/{name}"),
             _ => plain.to_owned(),
         }
     }
     /// Returns the name of a field in this version, or `None` if the field does not exist in it.
     pub fn field(self, plain: &str, name: &str) -> Option<String> {
         match (self, plain, name) {
-            (Ros::Two, "std_msgs/Header", "seq") => None,
-            (Ros::Two, "sensor_msgs/CameraInfo", _) => Some(name.to_ascii_lowercase()),
+            (RosVersion::Two, "std_msgs/Header", "seq") => None,
+            (RosVersion::Two, "sensor_msgs/CameraInfo", _) => Some(name.to_ascii_lowercase()),
             _ => Some(name.to_owned()),
         }
     }
 }
 
 /// Converts the name of a type to its name in ROS 1.
-pub fn plain(name: &str) -> String {
+pub fn ros1_name(name: &str) -> String {
     name.replace("/msg/", "/").replace("/srv/", "/").replace("/action/", "/")
 }
 
@@ -206,17 +207,17 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_type_is_made_of_types_that_are_there() {
+    fn every_nested_message_type_is_defined() {
         for line in TYPES.lines().filter(|l| !l.is_empty()) {
             let name = line.split(':').next().unwrap();
             for field in fields(name).unwrap() {
-                if let Base::Message(inner) = &field.base {
+                if let FieldElementType::Message(inner) = &field.element {
                     assert!(fields(inner).is_some(), "{name}: {inner}");
                 }
             }
         }
-        assert_eq!(fields("sensor_msgs/CameraInfo").unwrap()[5].many, Many::Exactly(9));
-        assert_eq!(plain("geometry_msgs/msg/Twist"), "geometry_msgs/Twist");
-        assert_eq!(Ros::Two.name("geometry_msgs/Twist"), "geometry_msgs/msg/Twist");
+        assert_eq!(fields("sensor_msgs/CameraInfo").unwrap()[5].length, ArrayLength::Exactly(9));
+        assert_eq!(ros1_name("geometry_msgs/msg/Twist"), "geometry_msgs/Twist");
+        assert_eq!(RosVersion::Two.name("geometry_msgs/Twist"), "geometry_msgs/msg/Twist");
     }
 }

@@ -6,12 +6,12 @@ use tatu_plugin_api::safe::{Fail, Result, Turn};
 use crate::cbor;
 
 /// Names of the functions in the namespace `sim` that the service itself provides.
-pub const OWN: &[&str] =
+pub const SERVICE_FUNCTIONS: &[&str] =
     &["sim.setStepping", "sim.step", "sim.switchThread", "sim.yield", "sim.acquireLock", "sim.releaseLock"];
 
 /// Returns the namespace of a module. The part of the module name after `-` is a version: `sim-2` has the namespace
 /// `sim`.
-fn space(name: &str) -> &str {
+fn namespace(name: &str) -> &str {
     name.split('-').next().unwrap_or(name)
 }
 
@@ -22,8 +22,8 @@ fn names(turn: &Turn<'_>) -> Vec<String> {
 
 /// Checks that the namespace of a module exists.
 pub fn require(turn: &Turn<'_>, name: &str) -> Result {
-    let begin = format!("{}.", space(name));
-    if space(name) == "zmqRemoteApi" || names(turn).iter().any(|n| n.starts_with(&begin)) {
+    let begin = format!("{}.", namespace(name));
+    if namespace(name) == "zmqRemoteApi" || names(turn).iter().any(|n| n.starts_with(&begin)) {
         return Ok(());
     }
     Err(Fail::missing(format!("there is no module `{name}`: the name of no command begins with `{begin}`")))
@@ -32,11 +32,11 @@ pub fn require(turn: &Turn<'_>, name: &str) -> Result {
 /// Returns the members of a module: functions, constants, and nested namespaces of these.
 pub fn info(turn: &Turn<'_>, name: &str) -> Result<Cbor> {
     require(turn, name)?;
-    let begin = format!("{}.", space(name));
+    let begin = format!("{}.", namespace(name));
     let mut root = Vec::new();
-    for own in names(turn).iter().map(String::as_str).chain(OWN.iter().copied()) {
+    for own in names(turn).iter().map(String::as_str).chain(SERVICE_FUNCTIONS.iter().copied()) {
         if let Some(rest) = own.strip_prefix(&begin) {
-            put(&mut root, rest, "func", Cbor::Map(Vec::new()));
+            add_member(&mut root, rest, "func", Cbor::Map(Vec::new()));
         }
     }
     for (own, value) in turn.constants()? {
@@ -46,21 +46,21 @@ pub fn info(turn: &Turn<'_>, name: &str) -> Result<Cbor> {
                 Cbor::Map(entries) => {
                     for (key, value) in entries {
                         if let Cbor::Text(key) = key {
-                            put(&mut root, &format!("{rest}.{key}"), "const", value);
+                            add_member(&mut root, &format!("{rest}.{key}"), "const", value);
                         }
                     }
                 }
-                value => put(&mut root, rest, "const", value),
+                value => add_member(&mut root, rest, "const", value),
             }
         }
     }
     Ok(Cbor::Map(root))
 }
 
-type Entries = Vec<(Cbor, Cbor)>;
+type MemberEntries = Vec<(Cbor, Cbor)>;
 
 /// Adds a member with a name such as `a.b`, and the namespaces that contain it. Keeps a member that exists already.
-fn put(entries: &mut Entries, name: &str, kind: &str, value: Cbor) {
+fn add_member(entries: &mut MemberEntries, name: &str, kind: &str, value: Cbor) {
     let (first, rest) = name.split_once('.').map_or((name, None), |(f, r)| (f, Some(r)));
     let at = entries.iter().position(|(k, _)| k.as_text() == Some(first));
     match rest {
@@ -75,7 +75,7 @@ fn put(entries: &mut Entries, name: &str, kind: &str, value: Cbor) {
                 entries.len() - 1
             });
             if let Cbor::Map(inner) = &mut entries[at].1 {
-                put(inner, rest, kind, value);
+                add_member(inner, rest, kind, value);
             }
         }
     }

@@ -8,7 +8,7 @@ use tatu_plugin_api::{
 
 /// A request from a client.
 #[derive(Debug, Default)]
-pub struct Request {
+pub struct RemoteRequest {
     /// The name of the function to call.
     pub func: String,
     /// Arguments of the call.
@@ -18,15 +18,15 @@ pub struct Request {
 }
 
 /// Maximum nesting depth of lists and maps.
-const MOST_DEPTH: usize = 64;
+const MAX_DEPTH: usize = 64;
 
 /// Parses a request. Unknown keys are ignored.
-pub fn read(bytes: &[u8]) -> Result<Request> {
+pub fn read(bytes: &[u8]) -> Result<RemoteRequest> {
     let wrong = |why: &str| Fail::argument(format!("the message is not a request: {why}"));
     let message: Cbor =
-        ciborium::de::from_reader_with_recursion_limit(bytes, MOST_DEPTH).map_err(|e| wrong(&e.to_string()))?;
+        ciborium::de::from_reader_with_recursion_limit(bytes, MAX_DEPTH).map_err(|e| wrong(&e.to_string()))?;
     let Cbor::Map(entries) = message else { return Err(wrong("expected a map")) };
-    let mut request = Request::default();
+    let mut request = RemoteRequest::default();
     for (key, entry) in entries {
         match (key.as_text(), entry) {
             (Some("func"), Cbor::Text(name)) => request.func = name,
@@ -105,7 +105,7 @@ pub fn write(value: Value) -> Cbor {
 }
 
 /// Encodes a message, given its keys and values.
-fn bytes(message: Vec<(&str, Cbor)>) -> Vec<u8> {
+fn encode(message: Vec<(&str, Cbor)>) -> Vec<u8> {
     let message = Cbor::Map(message.into_iter().map(|(k, v)| (Cbor::Text(k.to_owned()), v)).collect());
     let mut out = Vec::new();
     // Writing into memory cannot fail.
@@ -114,26 +114,26 @@ fn bytes(message: Vec<(&str, Cbor)>) -> Vec<u8> {
 }
 
 /// Builds the answer to a successful call. `first` is whether the client uses the first version of the protocol.
-pub fn results(values: Vec<Cbor>, first: bool) -> Vec<u8> {
+pub fn encode_results(values: Vec<Cbor>, first: bool) -> Vec<u8> {
     let mut message = vec![("ret", Cbor::Array(values))];
     if first {
         message.push(("success", Cbor::Bool(true)));
     }
-    bytes(message)
+    encode(message)
 }
 
 /// Builds an answer that calls a function of the client.
-pub fn call(name: &str, args: &[Value]) -> Vec<u8> {
+pub fn encode_call(name: &str, args: &[Value]) -> Vec<u8> {
     let args = args.iter().cloned().map(write).collect();
-    bytes(vec![("func", Cbor::Text(name.to_owned())), ("args", Cbor::Array(args))])
+    encode(vec![("func", Cbor::Text(name.to_owned())), ("args", Cbor::Array(args))])
 }
 
 /// Builds the answer to a failed call. `first` is whether the client uses the first version of the protocol.
-pub fn failed(text: &str, first: bool) -> Vec<u8> {
+pub fn encode_error(text: &str, first: bool) -> Vec<u8> {
     if first {
-        return bytes(vec![("success", Cbor::Bool(false)), ("error", Cbor::Text(text.to_owned()))]);
+        return encode(vec![("success", Cbor::Bool(false)), ("error", Cbor::Text(text.to_owned()))]);
     }
-    bytes(vec![("err", Cbor::Text(text.to_owned()))])
+    encode(vec![("err", Cbor::Text(text.to_owned()))])
 }
 
 #[cfg(test)]
@@ -162,7 +162,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_request_is_told() {
+    fn invalid_requests_are_refused() {
         for bytes in
             [&b""[..], b"\x01", b"\xa0", b"\xa1\x64func\x01", b"\x9f\x9f\x9f", b"\x9b\x7f\xff\xff\xff\xff\xff\xff\xff"]
         {
@@ -173,7 +173,7 @@ mod tests {
 
     #[test]
     fn answers_are_those_of_the_protocol() {
-        assert_eq!(results(vec![Cbor::Integer(42.into())], false), b"\xa1\x63ret\x81\x18\x2a");
-        assert!(failed("no", true).windows(7).any(|w| w == b"success"));
+        assert_eq!(encode_results(vec![Cbor::Integer(42.into())], false), b"\xa1\x63ret\x81\x18\x2a");
+        assert!(encode_error("no", true).windows(7).any(|w| w == b"success"));
     }
 }

@@ -18,14 +18,14 @@ use tatu_plugin_api::{
     tatu_plugin,
 };
 
-pub use service::{Remote, ZmqRemote};
+pub use service::{ZmqRemote, ZmqRemoteService};
 
 impl Plugin for ZmqRemote {
     fn start(_: &Host) -> Result<Self> {
         Ok(ZmqRemote)
     }
     fn offer(offer: &mut Offer<Self>) {
-        offer.service::<Remote>();
+        offer.service::<ZmqRemoteService>();
     }
 }
 

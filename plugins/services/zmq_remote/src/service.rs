@@ -15,37 +15,37 @@ use tatu_plugin_api::{
 
 use crate::{
     catalogue,
-    cbor::{self, Request},
-    clients::Clients,
-    functions::Functions,
-    state::{Done, Pending, Place, State, Waiting, gone},
-    zmtp::{Event, Kind, Listener},
+    cbor::{self, RemoteRequest},
+    clients::ZmqClients,
+    functions::FunctionTable,
+    state::{PendingId, PendingRequest, QueuedRequest, RequestOutcome, ZmqState, disconnected_error},
+    zmtp::{ConnectionEvent, SocketKind, ZmtpListener},
 };
 
 /// The plugin, which offers the service `zmq_remote`.
 pub struct ZmqRemote;
 
 /// Maximum number of requests that are executed at a barrier.
-const AT_ONCE: usize = 2000;
+const MAX_REQUESTS_PER_BARRIER: usize = 2000;
 /// Name of the function in a request by which a client returns the results of a called function of its own.
 const EXECUTED: &str = "_*executed*_";
 /// The port to which clients connect by default.
-const PORT: i64 = 23000;
+const DEFAULT_PORT: i64 = 23000;
 
 /// The service `zmq_remote`.
-pub struct Remote {
+pub struct ZmqRemoteService {
     session: Session,
-    state: RefCell<State>,
+    state: RefCell<ZmqState>,
 }
 
-impl Service for Remote {
+impl Service for ZmqRemoteService {
     type Plugin = ZmqRemote;
     const ID: &'static str = "zmq_remote";
     const TEXT: &'static str =
         "The ZeroMQ remote API: clients written for CoppeliaSim call commands, with or without stepping.";
 
     fn params() -> Vec<Param> {
-        vec![Param::int("port").range(0.0, 65534.0).default(PORT).text(
+        vec![Param::int("port").range(0.0, 65534.0).default(DEFAULT_PORT).text(
             "port on 127.0.0.1 to listen on; 0: any free port. The next port notifies clients that use the first \
                  version of the protocol of steps",
         )]
@@ -67,20 +67,20 @@ impl Service for Remote {
             }
         };
         session.log(TATU_LOG_INFO, &format!("zmq_remote: listening on {address}"));
-        let state = State {
-            clients: Clients::default(),
+        let state = ZmqState {
+            clients: ZmqClients::default(),
             requests: VecDeque::new(),
             running: Vec::new(),
-            talks: 0,
-            waits: BTreeMap::new(),
+            active_calls: 0,
+            pending_commands: BTreeMap::new(),
             next_token: 1,
-            functions: Functions::default(),
-            told: None,
+            functions: FunctionTable::default(),
+            published_step: None,
             events,
             _listener: listener,
             counter,
         };
-        Ok(Remote { session, state: RefCell::new(state) })
+        Ok(ZmqRemoteService { session, state: RefCell::new(state) })
     }
 
     fn barrier(&self, turn: &Turn<'_>, step: u64) -> Result<safe::Answer> {
@@ -90,15 +90,15 @@ impl Service for Remote {
         }
         {
             let state = &mut *self.state()?;
-            if state.told.replace(step) != Some(step)
+            if state.published_step.replace(step) != Some(step)
                 && let Some(counter) = &state.counter
             {
                 counter.publish(&(step as u32).to_le_bytes());
             }
-            state.hear(&self.session);
-            state.stepped(turn, step);
+            state.handle_events(&self.session);
+            state.finish_steps(turn, step);
         }
-        for _ in 0..AT_ONCE {
+        for _ in 0..MAX_REQUESTS_PER_BARRIER {
             let Some(waiting) = self.state()?.requests.pop_front() else { break };
             self.handle(turn, step, waiting)?;
         }
@@ -106,8 +106,8 @@ impl Service for Remote {
         if !state.requests.is_empty() {
             self.session.wake();
         }
-        state.stepped(turn, step);
-        let hold = turn.state() == TATU_RUNNING && state.clients.iter_mut().any(|c| c.holds());
+        state.finish_steps(turn, step);
+        let hold = turn.state() == TATU_RUNNING && state.clients.iter_mut().any(|c| c.holds_simulation());
         Ok(if hold { safe::Answer::Hold } else { safe::Answer::Go })
     }
 
@@ -115,47 +115,62 @@ impl Service for Remote {
         if name == "stopped"
             && let Ok(mut state) = self.state()
         {
-            state.stepped(turn, u64::MAX);
+            state.finish_steps(turn, u64::MAX);
         }
     }
 
     fn resume(&self, _: &Turn<'_>, token: u64, result: Result<&[ValueRef<'_>]>) {
         let Ok(mut state) = self.state() else { return };
-        let Some(pending) = state.waits.remove(&token) else { return };
+        let Some(pending) = state.pending_commands.remove(&token) else { return };
         pending.reply(result.and_then(|all| all.iter().map(|v| Ok(cbor::write(v.to_value()?))).collect()));
     }
 
     fn call_func(&self, turn: &Turn<'_>, local: u32, args: &[ValueRef<'_>]) -> Result<Vec<Value>> {
         let args = args.iter().map(|v| v.to_value()).collect::<Result<Vec<_>>>()?;
-        let function = self.state()?.functions.get(local).cloned().ok_or_else(gone)?;
-        let place = self.state()?.place_of(&function.client);
+        let function = self.state()?.functions.get(local).cloned().ok_or_else(disconnected_error)?;
+        let place = self.state()?.pending_of_client(&function.client);
         match place {
-            Some(place) => self.call_back(turn, place, &function.name, &args),
+            Some(place) => self.call_client_function(turn, place, &function.name, &args),
             None => {
-                self.state()?.functions.put_off(function, args);
+                self.state()?.functions.defer_call(function, args);
                 Ok(Vec::new())
             }
         }
     }
 }
 
-impl Remote {
-    fn state(&self) -> Result<RefMut<'_, State>> {
+impl ZmqRemoteService {
+    fn state(&self) -> Result<RefMut<'_, ZmqState>> {
         self.state.try_borrow_mut().map_err(|_| Fail::with_code(TATU_ERR_BUSY, "the service is in use"))
     }
 
     /// Executes a request. The state is not borrowed while a command runs, because the command may call a client's
     /// function.
-    fn handle(&self, turn: &Turn<'_>, step: u64, waiting: Waiting) -> Result<()> {
-        let Waiting { connection, answer, asked } = waiting;
+    fn handle(&self, turn: &Turn<'_>, step: u64, waiting: QueuedRequest) -> Result<()> {
+        let QueuedRequest { connection, answer, request: asked } = waiting;
         let asked = asked.map(|r| {
             let key = r.uuid.clone().unwrap_or_else(|| format!("connection {connection}"));
-            (Pending { connection, key, answer: answer.clone(), name: r.func.clone(), first: r.uuid.is_none() }, r)
+            (
+                PendingRequest {
+                    connection,
+                    key,
+                    answer: answer.clone(),
+                    name: r.func.clone(),
+                    first_version: r.uuid.is_none(),
+                },
+                r,
+            )
         });
         let (pending, mut request) = match asked {
             Ok(asked) => asked,
             Err(fail) => {
-                let nobody = Pending { connection, key: String::new(), answer, name: String::new(), first: false };
+                let nobody = PendingRequest {
+                    connection,
+                    key: String::new(),
+                    answer,
+                    name: String::new(),
+                    first_version: false,
+                };
                 nobody.reply(Err(fail));
                 return Ok(());
             }
@@ -163,66 +178,73 @@ impl Remote {
         let key = pending.key.clone();
         let (at, later) = {
             let state = &mut *self.state()?;
-            turn.client(state.clients.of(&key, connection).number);
+            turn.client(state.clients.get_or_create(&key, connection).number);
             state.running.push(pending);
-            (state.running.len() - 1, state.functions.take_later(&key))
+            (state.running.len() - 1, state.functions.take_deferred(&key))
         };
         for (name, args) in later {
             // The results of a deferred call are not used, and an error only means that the client has disconnected.
-            let _ = self.call_back(turn, Place::Running(at), &name, &args);
+            let _ = self.call_client_function(turn, PendingId::Running(at), &name, &args);
         }
         let bound = {
             let functions = &mut self.state()?.functions;
             let mut args = request.args.iter_mut().filter(|_| request.uuid.is_some());
             args.try_for_each(|arg| functions.bind(&key, arg, &|number| turn.function(number)))
         };
-        let done = bound.and_then(|()| self.act(turn, step, at, &request)).and_then(|done| match done {
-            Done::Command => self.call(turn, at, &request),
-            done => Ok(done),
-        });
+        let done =
+            bound.and_then(|()| self.execute_own_function(turn, step, at, &request)).and_then(|done| match done {
+                RequestOutcome::Command => self.call_command(turn, at, &request),
+                done => Ok(done),
+            });
         // If functions of the client were called, the answer belongs to the request in which the last of them returned.
         let state = &mut *self.state()?;
         let pending = state.running.pop();
         match (done, pending) {
-            (Ok(Done::Now(values)), Some(pending)) => pending.reply(Ok(values)),
+            (Ok(RequestOutcome::Results(values)), Some(pending)) => pending.reply(Ok(values)),
             (Err(fail), Some(pending)) => pending.reply(Err(fail)),
             _ => {}
         }
         Ok(())
     }
 
-    /// Executes a request for a function that the service itself provides. Returns `Done::Command` for other functions.
-    fn act(&self, turn: &Turn<'_>, step: u64, at: usize, request: &Request) -> Result<Done> {
-        let Request { func, args, .. } = request;
-        let none = || Ok(Done::Now(Vec::new()));
+    /// Executes a request for a function that the service itself provides. Returns `RequestOutcome::Command` for other functions.
+    fn execute_own_function(
+        &self,
+        turn: &Turn<'_>,
+        step: u64,
+        at: usize,
+        request: &RemoteRequest,
+    ) -> Result<RequestOutcome> {
+        let RemoteRequest { func, args, .. } = request;
+        let none = || Ok(RequestOutcome::Results(Vec::new()));
         let text = || match args.first() {
             Some(Value::Text(t)) => Ok(String::from_utf8_lossy(t).into_owned()),
             _ => Err(Fail::argument("argument 1: expected the name of a module")),
         };
         let mut state = self.state()?;
         let state = &mut *state;
-        let pending = state.running.get(at).cloned().ok_or_else(gone)?;
-        let client = state.clients.of(&pending.key, pending.connection);
+        let pending = state.running.get(at).cloned().ok_or_else(disconnected_error)?;
+        let client = state.clients.get_or_create(&pending.key, pending.connection);
         let running = turn.state() == TATU_RUNNING;
         match func.as_str() {
             EXECUTED => none(),
             "_*end*_" => {
-                state.end(&pending.key);
+                state.remove_client(&pending.key);
                 none()
             }
             "zmqRemoteApi.require" => {
                 catalogue::require(turn, &text()?)?;
                 none()
             }
-            "zmqRemoteApi.info" => Ok(Done::Now(vec![catalogue::info(turn, &text()?)?])),
+            "zmqRemoteApi.info" => Ok(RequestOutcome::Results(vec![catalogue::info(turn, &text()?)?])),
             "sim.setStepping" | "setStepping" => {
-                let before = client.level;
+                let before = client.stepping_level;
                 let on = matches!(args.first(), Some(Value::Bool(true)))
                     || matches!(args.first(), Some(Value::Int(i)) if *i != 0);
-                client.level = if on { before + 1 } else { (before - 1).max(0) };
-                Ok(Done::Now(vec![Cbor::Integer(before.into())]))
+                client.stepping_level = if on { before + 1 } else { (before - 1).max(0) };
+                Ok(RequestOutcome::Results(vec![Cbor::Integer(before.into())]))
             }
-            "sim.step" | "sim.switchThread" | "sim.yield" | "step" if running && state.talks > 0 => {
+            "sim.step" | "sim.switchThread" | "sim.yield" | "step" if running && state.active_calls > 0 => {
                 Err(Fail::with_code(
                     TATU_ERR_BUSY,
                     "a callback cannot request a step, because the simulation does not advance before the callback returns",
@@ -230,7 +252,7 @@ impl Remote {
             }
             "sim.step" | "sim.switchThread" | "sim.yield" if running => {
                 client.until.push((step + 1, Some(pending.answer)));
-                Ok(Done::Later)
+                Ok(RequestOutcome::Deferred)
             }
             // In the first version of the protocol, the client is notified of the step through the next port.
             "step" if running => {
@@ -239,19 +261,19 @@ impl Remote {
             }
             "sim.step" | "sim.switchThread" | "sim.yield" | "step" => none(),
             "sim.acquireLock" => {
-                client.holds += 1;
+                client.lock_count += 1;
                 none()
             }
             "sim.releaseLock" => {
-                client.holds = (client.holds - 1).max(0);
+                client.lock_count = (client.lock_count - 1).max(0);
                 none()
             }
-            _ => Ok(Done::Command),
+            _ => Ok(RequestOutcome::Command),
         }
     }
 
     /// Calls the command of the world that a request names.
-    fn call(&self, turn: &Turn<'_>, at: usize, request: &Request) -> Result<Done> {
+    fn call_command(&self, turn: &Turn<'_>, at: usize, request: &RemoteRequest) -> Result<RequestOutcome> {
         let token = {
             let state = &mut *self.state()?;
             // A stop must not be delayed by a client that holds the simulation.
@@ -259,37 +281,43 @@ impl Remote {
                 state.clients.iter_mut().for_each(|c| c.release());
             }
             // While a client's function is being called, commands must not wait, which the token 0 enforces.
-            if state.talks > 0 { 0 } else { state.next_token }
+            if state.active_calls > 0 { 0 } else { state.next_token }
         };
         match turn.call(&request.func, &request.args, token)? {
-            Called::Done(values) => Ok(Done::Now(values.into_iter().map(cbor::write).collect())),
+            Called::Done(values) => Ok(RequestOutcome::Results(values.into_iter().map(cbor::write).collect())),
             Called::Waits => {
                 let state = &mut *self.state()?;
                 state.next_token += 1;
-                let pending = state.running.get(at).cloned().ok_or_else(gone)?;
-                state.waits.insert(token, pending);
-                Ok(Done::Later)
+                let pending = state.running.get(at).cloned().ok_or_else(disconnected_error)?;
+                state.pending_commands.insert(token, pending);
+                Ok(RequestOutcome::Deferred)
             }
         }
     }
 
     /// Calls a function of a client as the answer to the client's request, and executes further requests from the
     /// client until the function returns. Returns the results of the function.
-    fn call_back(&self, turn: &Turn<'_>, place: Place, name: &str, args: &[Value]) -> Result<Vec<Value>> {
-        self.state()?.talks += 1;
-        let results = self.talk(turn, place, name, args);
-        self.state()?.talks -= 1;
+    fn call_client_function(
+        &self,
+        turn: &Turn<'_>,
+        place: PendingId,
+        name: &str,
+        args: &[Value],
+    ) -> Result<Vec<Value>> {
+        self.state()?.active_calls += 1;
+        let results = self.serve_until_return(turn, place, name, args);
+        self.state()?.active_calls -= 1;
         results
     }
 
-    /// Implements `call_back`, except for counting the calls in progress.
-    fn talk(&self, turn: &Turn<'_>, place: Place, name: &str, args: &[Value]) -> Result<Vec<Value>> {
+    /// Implements `call_client_function`, except for counting the calls in progress.
+    fn serve_until_return(&self, turn: &Turn<'_>, place: PendingId, name: &str, args: &[Value]) -> Result<Vec<Value>> {
         let connection = {
             let state = &mut *self.state()?;
-            let pending = state.pending(place).ok_or_else(gone)?;
-            let _ = pending.answer.send(cbor::call(name, args));
+            let pending = state.pending(place).ok_or_else(disconnected_error)?;
+            let _ = pending.answer.send(cbor::encode_call(name, args));
             let connection = pending.connection;
-            turn.client(state.clients.of_connection(connection).ok_or_else(gone)?);
+            turn.client(state.clients.number_of_connection(connection).ok_or_else(disconnected_error)?);
             connection
         };
         loop {
@@ -298,13 +326,13 @@ impl Remote {
                 if turn.is_interrupted() {
                     return Err(Fail::with_code(TATU_ERR_GONE, "the run ended before a function of a client returned"));
                 }
-                state.wait(&self.session);
-                state.clients.of_connection(connection).ok_or_else(gone)?;
+                state.wait_for_event(&self.session);
+                state.clients.number_of_connection(connection).ok_or_else(disconnected_error)?;
                 let at = state.requests.iter().position(|r| r.connection == connection);
                 at.and_then(|at| state.requests.remove(at))
             };
             match next {
-                Some(Waiting { answer, asked: Ok(request), .. }) if request.func == EXECUTED => {
+                Some(QueuedRequest { answer, request: Ok(request), .. }) if request.func == EXECUTED => {
                     if let Some(pending) = self.state()?.pending(place) {
                         pending.answer = answer;
                     }
@@ -318,24 +346,24 @@ impl Remote {
 }
 
 /// A port, and the receiver of the events of its connections.
-type Opened = (Listener, Receiver<Event>);
+type OpenedPort = (ZmtpListener, Receiver<ConnectionEvent>);
 
 /// Maximum number of attempts to find two consecutive free ports.
-const ATTEMPTS: usize = 16;
+const MAX_PORT_ATTEMPTS: usize = 16;
 
 /// Opens the port for requests, and the next port for the step counter, which may fail. If `port` is 0, chooses two
 /// consecutive free ports if possible.
-fn listen(session: &Session, port: u16) -> Result<(Opened, io::Result<Opened>)> {
+fn listen(session: &Session, port: u16) -> Result<(OpenedPort, io::Result<OpenedPort>)> {
     let mut attempt = 1;
     loop {
         let woken = session.clone();
-        let opened = Listener::open(Kind::Reply, port, Box::new(move || woken.wake())).map_err(|e| {
+        let opened = ZmtpListener::open(SocketKind::Reply, port, Box::new(move || woken.wake())).map_err(|e| {
             Fail::new(format!("cannot listen on 127.0.0.1:{port}: {e}"))
                 .help("choose another `port`, or 0 for any free port")
         })?;
         let next = opened.0.address().port().wrapping_add(1);
-        let counter = Listener::open(Kind::Publish, next, Box::new(|| ()));
-        if counter.is_ok() || port != 0 || attempt == ATTEMPTS {
+        let counter = ZmtpListener::open(SocketKind::Publish, next, Box::new(|| ()));
+        if counter.is_ok() || port != 0 || attempt == MAX_PORT_ATTEMPTS {
             return Ok((opened, counter));
         }
         attempt += 1;

@@ -13,159 +13,163 @@ use tatu_plugin_api::{
 };
 
 use crate::{
-    cbor::{self, Request},
-    clients::{Answer, Clients},
-    functions::Functions,
-    zmtp::{Event, Listener},
+    cbor::{self, RemoteRequest},
+    clients::{AnswerSender, ZmqClients},
+    functions::FunctionTable,
+    zmtp::{ConnectionEvent, ZmtpListener},
 };
 
 /// Time to wait for an event of a client before checking whether the run has ended.
-const PATIENCE: Duration = Duration::from_millis(20);
+const EVENT_TIMEOUT: Duration = Duration::from_millis(20);
 
 /// The state of the service.
-pub(crate) struct State {
-    pub clients: Clients,
+pub(crate) struct ZmqState {
+    pub clients: ZmqClients,
     /// Received requests that have not been executed, in order of arrival.
-    pub requests: VecDeque<Waiting>,
+    pub requests: VecDeque<QueuedRequest>,
     /// Requests that are being executed, outermost first. A request is nested if a client sends it while one of its
     /// functions is being called.
-    pub running: Vec<Pending>,
+    pub running: Vec<PendingRequest>,
     /// Number of functions of clients that have been called and have not returned.
-    pub talks: u32,
+    pub active_calls: u32,
     /// Requests for commands that have not returned yet, by token.
-    pub waits: BTreeMap<u64, Pending>,
+    pub pending_commands: BTreeMap<u64, PendingRequest>,
     /// Token for the next command that does not return immediately.
     pub next_token: u64,
-    pub functions: Functions,
+    pub functions: FunctionTable,
     /// The step that was published last, for clients that use the first version of the protocol.
-    pub told: Option<u64>,
-    pub events: Receiver<Event>,
+    pub published_step: Option<u64>,
+    pub events: Receiver<ConnectionEvent>,
     /// Must be declared after the fields with pending requests. Fields are dropped in order, and the threads of
     /// connections end only when the requests have been dropped.
-    pub _listener: Listener,
+    pub _listener: ZmtpListener,
     /// The port that publishes the step, if it could be opened.
-    pub counter: Option<Listener>,
+    pub counter: Option<ZmtpListener>,
 }
 
 /// A received request that has not been executed.
-pub(crate) struct Waiting {
+pub(crate) struct QueuedRequest {
     pub connection: u64,
-    pub answer: Answer,
+    pub answer: AnswerSender,
     /// The request, or the reason why it is invalid.
-    pub asked: Result<Request>,
+    pub request: Result<RemoteRequest>,
 }
 
 /// A request that has been accepted for execution and has not been answered.
 #[derive(Clone)]
-pub(crate) struct Pending {
+pub(crate) struct PendingRequest {
     pub connection: u64,
     /// Key of the client.
     pub key: String,
-    pub answer: Answer,
+    pub answer: AnswerSender,
     /// The name of the called function.
     pub name: String,
     /// Whether the client uses the first version of the protocol.
-    pub first: bool,
+    pub first_version: bool,
 }
 
-impl Pending {
+impl PendingRequest {
     /// Sends the answer. Does nothing if the client has disconnected.
     pub fn reply(&self, result: Result<Vec<Cbor>>) {
         let bytes = match result {
-            Ok(values) => cbor::results(values, self.first),
-            Err(fail) => cbor::failed(&format!("{} (in function '{}')", fail.text(), self.name), self.first),
+            Ok(values) => cbor::encode_results(values, self.first_version),
+            Err(fail) => {
+                cbor::encode_error(&format!("{} (in function '{}')", fail.text(), self.name), self.first_version)
+            }
         };
         let _ = self.answer.send(bytes);
     }
 }
 
-/// Identifies an unanswered request in `State`.
+/// Identifies an unanswered request in `ZmqState`.
 #[derive(Clone, Copy)]
-pub(crate) enum Place {
+pub(crate) enum PendingId {
     /// A request that is being executed, by its index in `running`.
     Running(usize),
-    /// A request for a command that has not returned yet, by its token in `waits`.
-    Waits(u64),
+    /// A request for a command that has not returned yet, by its token in `pending_commands`.
+    Waiting(u64),
 }
 
 /// The outcome of a request.
-pub(crate) enum Done {
+pub(crate) enum RequestOutcome {
     /// The request was executed, with these results.
-    Now(Vec<Cbor>),
+    Results(Vec<Cbor>),
     /// The request is not executed completely, and will be answered later.
-    Later,
+    Deferred,
     /// The request is for a command of the world, which must be called.
     Command,
 }
 
 /// Builds the error for a function of a client that has disconnected.
-pub(crate) fn gone() -> Fail {
+pub(crate) fn disconnected_error() -> Fail {
     Fail::with_code(TATU_ERR_GONE, "the client that provides the function has disconnected")
 }
 
-impl State {
+impl ZmqState {
     /// Handles the queued events of connections.
-    pub fn hear(&mut self, session: &Session) {
+    pub fn handle_events(&mut self, session: &Session) {
         while let Ok(event) = self.events.try_recv() {
-            self.take(session, event);
+            self.handle_event(session, event);
         }
     }
 
-    /// Waits at most `PATIENCE` for an event of a connection, and handles it.
-    pub fn wait(&mut self, session: &Session) {
-        if let Ok(event) = self.events.recv_timeout(PATIENCE) {
-            self.take(session, event);
+    /// Waits at most `EVENT_TIMEOUT` for an event of a connection, and handles it.
+    pub fn wait_for_event(&mut self, session: &Session) {
+        if let Ok(event) = self.events.recv_timeout(EVENT_TIMEOUT) {
+            self.handle_event(session, event);
         }
     }
 
     /// Handles an event of a connection.
-    pub fn take(&mut self, session: &Session, event: Event) {
+    pub fn handle_event(&mut self, session: &Session, event: ConnectionEvent) {
         match event {
-            Event::Request { connection, body, answer } => {
-                self.requests.push_back(Waiting { connection, answer, asked: cbor::read(&body) });
+            ConnectionEvent::Request { connection, body, answer } => {
+                self.requests.push_back(QueuedRequest { connection, answer, request: cbor::read(&body) });
             }
-            Event::Gone(connection) => {
+            ConnectionEvent::Disconnected(connection) => {
                 self.requests.retain(|r| r.connection != connection);
                 // Nobody would receive the answers of commands that have not returned yet.
-                self.waits.retain(|_, pending| pending.connection != connection);
-                for key in self.clients.gone(connection) {
-                    self.functions.gone(&key);
+                self.pending_commands.retain(|_, pending| pending.connection != connection);
+                for key in self.clients.remove_connection(connection) {
+                    self.functions.remove_client(&key);
                 }
             }
-            Event::Refused(text) => session.log(TATU_LOG_WARNING, &format!("zmq_remote: {text}")),
+            ConnectionEvent::Refused(text) => session.log(TATU_LOG_WARNING, &format!("zmq_remote: {text}")),
         }
     }
 
     /// Removes a client that has announced that it will disconnect.
-    pub fn end(&mut self, key: &str) {
-        self.clients.end(key);
-        self.functions.gone(key);
+    pub fn remove_client(&mut self, key: &str) {
+        self.clients.remove(key);
+        self.functions.remove_client(key);
     }
 
     /// Returns the unanswered request by whose answer a function of the client can be called: the innermost one that is
     /// being executed, otherwise the last one whose command has not returned yet.
-    pub fn place_of(&self, client: &str) -> Option<Place> {
-        let running = self.running.iter().rposition(|p| p.key == client).map(Place::Running);
-        running.or_else(|| self.waits.iter().rfind(|(_, p)| p.key == client).map(|(token, _)| Place::Waits(*token)))
+    pub fn pending_of_client(&self, client: &str) -> Option<PendingId> {
+        let running = self.running.iter().rposition(|p| p.key == client).map(PendingId::Running);
+        running.or_else(|| {
+            self.pending_commands.iter().rfind(|(_, p)| p.key == client).map(|(token, _)| PendingId::Waiting(*token))
+        })
     }
 
     /// Returns an unanswered request.
-    pub fn pending(&mut self, place: Place) -> Option<&mut Pending> {
+    pub fn pending(&mut self, place: PendingId) -> Option<&mut PendingRequest> {
         match place {
-            Place::Running(at) => self.running.get_mut(at),
-            Place::Waits(token) => self.waits.get_mut(&token),
+            PendingId::Running(at) => self.running.get_mut(at),
+            PendingId::Waiting(token) => self.pending_commands.get_mut(&token),
         }
     }
 
     /// Removes step requests that have ended by this step, and answers those whose clients wait for an answer. While
     /// the simulation is not running, all step requests end immediately.
-    pub fn stepped(&mut self, turn: &Turn<'_>, step: u64) {
+    pub fn finish_steps(&mut self, turn: &Turn<'_>, step: u64) {
         let stands = turn.state() != TATU_RUNNING;
         for client in self.clients.iter_mut() {
             client.until.retain(|(until, answer)| {
                 let over = stands || *until <= step;
                 if let (true, Some(answer)) = (over, answer) {
-                    let _ = answer.send(cbor::results(Vec::new(), false));
+                    let _ = answer.send(cbor::encode_results(Vec::new(), false));
                 }
                 !over
             });
@@ -173,11 +177,11 @@ impl State {
     }
 }
 
-impl Drop for State {
+impl Drop for ZmqState {
     fn drop(&mut self) {
         // Dropping the requests ends the threads of connections that wait for answers.
         self.requests.clear();
-        self.waits.clear();
-        self.clients = Clients::default();
+        self.pending_commands.clear();
+        self.clients = ZmqClients::default();
     }
 }

@@ -93,7 +93,7 @@ function drawn(id) {
     details.delete(id);
   } };
 }
-/** @type {Map<number, (rows: import("tatu/protocol").Row[]) => void>} */
+/** @type {Map<number, (rows: import("tatu/protocol").PropertyRow[]) => void>} */
 const details = new Map();
 on("details", ({ object, rows }) => details.get(object)?.(rows));
 

@@ -5,7 +5,7 @@ import { get } from "tatu/dom";
 import { on, send } from "tatu/net";
 import { timeOf } from "tatu/parse";
 
-/** @import { Action, RunState } from "tatu/protocol" */
+/** @import { RunAction, RunState } from "tatu/protocol" */
 
 const SPEEDS = [0.125, 0.25, 0.5, 1, 1.5, 2, 3, 4, 6, 8, 10, 15, 20, 40];
 /** @type {RunState} */
@@ -13,7 +13,7 @@ let state = "stopped";
 let speed = 1;
 let dt = 0.05;
 
-/** Sends a `run` request. @param {Action} action */
+/** Sends a `run` request. @param {RunAction} action */
 export function act(action) {
   send({ type: "run", action });
 }

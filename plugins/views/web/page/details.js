@@ -14,9 +14,9 @@ import { toggle } from "tatu/panes";
 import { countOf, plotRow } from "tatu/plot_pane";
 import { rights, scene, selected, watch } from "tatu/store";
 
-/** @import { Row } from "tatu/protocol" */
+/** @import { PropertyRow } from "tatu/protocol" */
 /** @import { Field } from "tatu/fields" */
-/** @typedef {{ element: HTMLElement, signature: string, row: Row, field: Field, name: HTMLElement }} Line */
+/** @typedef {{ element: HTMLElement, signature: string, row: PropertyRow, field: Field, name: HTMLElement }} Line */
 
 /** Interval at which values are updated, ms. */
 const OFTEN = 1000;
@@ -37,7 +37,7 @@ raw.onchange = () => {
   for (const { name, row } of lines.values()) name.textContent = called(row);
 };
 
-/** Returns the displayed name of a property. @param {Row} row */
+/** Returns the displayed name of a property. @param {PropertyRow} row */
 function called(row) {
   return raw.checked ? row.key : nameOf(row.key);
 }
@@ -76,7 +76,7 @@ async function set(id, key, value, merge) {
 /**
  * Returns a string that encodes everything that determines how a field is built. While it does not change, only the
  * value of the field is updated.
- * @param {Row} row
+ * @param {PropertyRow} row
  * @param {boolean} slides
  */
 function signatureOf(row, slides) {
@@ -88,7 +88,7 @@ function signatureOf(row, slides) {
 
 /**
  * Creates the line of a property.
- * @param {Row} row
+ * @param {PropertyRow} row
  * @param {boolean} slides whether the object is a prismatic joint
  * @param {string} signature
  * @returns {Line}

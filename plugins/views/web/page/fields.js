@@ -8,10 +8,10 @@ import { together } from "tatu/edits";
 import { colorOf, formOf, hexOf, partsOf, readNumber, sent, writeNumber } from "tatu/names";
 import { link, shown } from "tatu/values";
 
-/** @import { Row } from "tatu/protocol" */
+/** @import { PropertyRow } from "tatu/protocol" */
 /**
  * A property for which a field is created. `set` sets the property to a value.
- * @typedef {{ row: Row, name: string, unit: { text: string, factor: number }, settable: boolean,
+ * @typedef {{ row: PropertyRow, name: string, unit: { text: string, factor: number }, settable: boolean,
  *   set: (value: unknown, merge?: string) => Promise<unknown> }} Property
  */
 /**

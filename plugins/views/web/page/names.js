@@ -2,7 +2,7 @@
 // Determines how properties are shown: their names, groups, units, values and types of fields, and the labels of edits.
 // This module does not access the DOM, so it can be tested without a browser.
 
-/** @import { Row } from "tatu/protocol" */
+/** @import { PropertyRow } from "tatu/protocol" */
 
 /** Names of the groups in display order. Further groups, such as that of a light, are shown after the first one. */
 export const GROUPS = ["Place", "Shape", "Physics", "Joint", "Sensor", "Drive", "Reading", "Script", "More"];
@@ -164,7 +164,7 @@ export const TYPE = { bool: 1, integer: 2, float: 3, text: 4, floats: 6, integer
 
 /**
  * Returns the type of field that shows a property.
- * @param {Row} row
+ * @param {PropertyRow} row
  * @returns {"check" | "choice" | "color" | "object" | "parts" | "number" | "numbers" | "texts" | "text" | "table"}
  */
 export function formOf({ type, count, key, choices, value }) {

@@ -10,7 +10,7 @@ import { eachEntry, mesh as readMesh } from "tatu/parse";
 import { scene, selection, under, watch } from "tatu/store";
 import { clad } from "tatu/surfaces";
 
-/** @import { Joint, Part, SceneObject } from "tatu/protocol" */
+/** @import { Joint, VisiblePart, SceneObject } from "tatu/protocol" */
 /** @import { Body, ObjectGroup } from "tatu/crowd" */
 
 /** The group that contains the groups of all objects. */
@@ -66,7 +66,7 @@ function material(color) {
 
 /**
  * Creates the mesh of a part.
- * @param {Part} part
+ * @param {VisiblePart} part
  * @returns {Body}
  */
 function body(part) {
@@ -78,7 +78,7 @@ function body(part) {
 
 /**
  * Creates the mesh of a part, without its texture.
- * @param {Part} part
+ * @param {VisiblePart} part
  * @returns {Body}
  */
 function plain(part) {

@@ -12,7 +12,7 @@ import { csv, csvOfPairs, download } from "tatu/table";
 import { want } from "tatu/wants";
 import { unwatch, watchValue } from "tatu/watching";
 
-/** @import { Row } from "tatu/protocol" */
+/** @import { PropertyRow } from "tatu/protocol" */
 /** @import { Curve } from "tatu/plot" */
 /** @import { Series } from "tatu/watching" */
 /**
@@ -34,7 +34,7 @@ let current = null;
 
 /**
  * Returns the number of elements of a property that can be plotted, or 0 if the property cannot be plotted.
- * @param {Row} row
+ * @param {PropertyRow} row
  */
 export function countOf({ value }) {
   if (typeof value === "number" || typeof value === "boolean") return 1;
@@ -44,7 +44,7 @@ export function countOf({ value }) {
 /**
  * Plots a property or a field of readings in the plot that was used last, or in a new one.
  * @param {number} object
- * @param {Row} row
+ * @param {PropertyRow} row
  * @param {boolean} [anew] whether to open a new plot
  */
 export function plotRow(object, row, anew = false) {

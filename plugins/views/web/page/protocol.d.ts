@@ -2,11 +2,6 @@
 // `TATU_BLESS=page cargo test -p tatu-views-web protocol`.
 
 /**
- * The action of a `run` request.
- */
-export type Action = "start" | "pause" | "stop" | "step" | "quit";
-
-/**
  * A dynamic shape, for overlays.
  */
 export type BodyMark = { id: number,
@@ -69,11 +64,16 @@ items: Array<number>, stride: number, };
 /**
  * A request to the program.
  */
-export type FromPage = { "type": "run", action: Action, } | { "type": "speed", speed: number, } | { "type": "key", key: string, } | { "type": "drop", id: number, file: string, part: string, last: boolean,
+export type FromPage = { "type": "run", action: RunAction, } | { "type": "speed", speed: number, } | { "type": "key", key: string, } | { "type": "drop", id: number, file: string, part: string, last: boolean,
 /**
  * The folder for the file: the answer to a `folder` request. Omitted if the file was dropped alone.
  */
-folder?: string, } | { "type": "folder", id: number, name: string, } | { "type": "save_script", id: number, script: number, text: string, version: number, } | { "type": "open", id: number, file: string, } | { "type": "picture", scene: string, png: string, } | { "type": "call", id: number, name: string, args: Array<unknown>, } | { "type": "details", object: number, } | { "type": "script", script: number, } | { "type": "data", object: number, } | { "type": "images", objects: Array<number>, } | { "type": "graphs", objects: Array<number>, } | { "type": "watch", of: number, values: Array<Watched>, } | { "type": "overlays", contacts: boolean, bodies: boolean, } | { "type": "film", id: number, on: boolean, } | { "type": "commands", } | { "type": "files", };
+folder?: string, } | { "type": "folder", id: number, name: string, } | { "type": "save_script", id: number, script: number, text: string, version: number, } | { "type": "open", id: number, file: string, } | { "type": "picture", scene: string, png: string, } | { "type": "call", id: number, name: string, args: Array<unknown>, } | { "type": "details", object: number, } | { "type": "script", script: number, } | { "type": "data", object: number, } | { "type": "images", objects: Array<number>, } | { "type": "graphs", objects: Array<number>, } | { "type": "watch", of: number, values: Array<WatchedValue>, } | { "type": "overlays", contacts: boolean, bodies: boolean, } | { "type": "film", id: number, on: boolean, } | { "type": "commands", } | { "type": "files", };
+
+/**
+ * The section of the gallery: recently opened scenes, those in the working folder, or those of the program.
+ */
+export type GallerySection = "recent" | "own" | "program";
 
 /**
  * The type, lead and limits of a joint.
@@ -93,33 +93,21 @@ lead: number,
 limits?: [number, number], };
 
 /**
- * A visible part of a shape.
+ * A property of an object, or a field of its last reading that has at most 16 elements.
  */
-export type Part = {
+export type PropertyRow = { key: string,
 /**
- * The form: `plane`, `box`, `sphere`, `cylinder`, `capsule` or `mesh`.
+ * The type of the value, one of the constants `TATU_*`; `count` is its number of elements, or 0 for any number.
  */
-form: string,
+type: number, count: number, unit: string, text: string, settable: boolean, choices: Array<string>,
 /**
- * Pose of the part in the frame of its object: position (m) and quaternion (x y z w).
+ * The minimum value, if one is declared.
  */
-pose: [number, number, number, number, number, number, number],
+min?: number,
 /**
- * Red, green and blue components, 0 to 1.
+ * The maximum value, if one is declared.
  */
-color: [number, number, number],
-/**
- * Size of the part along its axes, m; omitted for a mesh.
- */
-size?: Array<number>,
-/**
- * The texture of the part, if it has one.
- */
-texture?: Texture,
-/**
- * The hash of the mesh, which is sent in a separate message; omitted for other forms.
- */
-mesh?: string, };
+max?: number, value: unknown, };
 
 /**
  * The reading of a sensor.
@@ -151,42 +139,21 @@ range?: number, } | { "schema": "gps",
 position: Array<number>, } | { "schema": "fields", fields: { [key in string]: Array<number | null> }, };
 
 /**
- * A property of an object, or a field of its last reading that has at most 16 elements.
+ * A schema of sensor readings that the page can show.
  */
-export type Row = { key: string,
+export type ReadingSchema = "proximity" | "range_scan" | "image" | "gps" | "fields";
+
 /**
- * The type of the value, one of the constants `TATU_*`; `count` is its number of elements, or 0 for any number.
+ * The action of a `run` request.
  */
-type: number, count: number, unit: string, text: string, settable: boolean, choices: Array<string>,
-/**
- * The minimum value, if one is declared.
- */
-min?: number,
-/**
- * The maximum value, if one is declared.
- */
-max?: number, value: unknown, };
+export type RunAction = "start" | "pause" | "stop" | "step" | "quit";
 
 export type RunState = "stopped" | "running" | "paused";
 
 /**
- * The watched values at the end of a step.
- */
-export type Sample = {
-/**
- * Simulation time, s.
- */
-time: number,
-/**
- * The elements of each watched value, in the order of the request; empty if the value cannot be read. Non-finite
- * elements are null.
- */
-values: Array<Array<number | null>>, };
-
-/**
  * A scene that can be opened.
  */
-export type SceneFile = { in: Section,
+export type SceneFile = { in: GallerySection,
 /**
  * The path by which an `open` request opens the scene.
  */
@@ -227,7 +194,7 @@ model: boolean,
 /**
  * The visible parts of a shape.
  */
-parts?: Array<Part>,
+parts?: Array<VisiblePart>,
 /**
  * Whether a shape is respondable, that is, collides with others. Omitted if false.
  */
@@ -239,20 +206,15 @@ sensor?: string,
 /**
  * The schema of a sensor's readings; omitted if the readings have no fields.
  */
-schema?: Schema,
+schema?: ReadingSchema,
 /**
  * The detection volume of a sensor.
  */
-volume?: Volume,
+volume?: SensorVolume,
 /**
  * The poses of a path, seven values each: position (m) and quaternion (x y z w).
  */
 points?: Array<number>, closed?: boolean, scripts?: Array<Script>, };
-
-/**
- * A schema of sensor readings that the page can show.
- */
-export type Schema = "proximity" | "range_scan" | "image" | "gps" | "fields";
 
 /**
  * A script of an object or of the scene.
@@ -264,14 +226,19 @@ export type Script = { id: number, name: string, kind: string, language: string,
 version: number, };
 
 /**
- * The section of the gallery: recently opened scenes, those in the working folder, or those of the program.
+ * The detection volume of a sensor; lengths in m, angles in rad. Infinite values, and values that do not exist for the
+ * kind of sensor, are omitted.
  */
-export type Section = "recent" | "own" | "program";
+export type SensorVolume = {
+/**
+ * The form of the volume: `ray`, `cone`, `pyramid`, `cylinder` or `disc`.
+ */
+volume?: string, range?: number, near?: number, angle?: number, height?: number, radius_near?: number, radius_far?: number, size_near?: [number, number], size_far?: [number, number], };
 
 /**
  * A stream of a graph with its newest samples.
  */
-export type Stream = { name: string, unit: string, color: [number, number, number] | null,
+export type StreamSamples = { name: string, unit: string, color: [number, number, number] | null,
 /**
  * The simulation times of the samples, s. Here and in `values`, non-finite values are null.
  */
@@ -346,23 +313,56 @@ file: string, on_disk: boolean,
 /**
  * Unix time, s, of a copy of unsaved edits that a crashed program has left; null if there is none.
  */
-recovery: number | null, } | { "type": "event", name: string, payload: any, } | { "type": "readings", readings: { [key in number]: Reading | null }, } | { "type": "drawings", drawings: Array<Drawing>, } | { "type": "streams", graph: number, streams: Array<Stream>, } | { "type": "values", of: number, samples: Array<Sample>, } | { "type": "data", object: number, data: { [key in string]: string }, } | { "type": "overlays", contacts: Array<ContactMark>, bodies: Array<BodyMark>, } | { "type": "details", object: number, rows: Array<Row>, } | { "type": "script", script: number, text: string, version: number, } | { "type": "commands", commands: Array<Command>, } | { "type": "files", files: Array<SceneFile>,
+recovery: number | null, } | { "type": "event", name: string, payload: any, } | { "type": "readings", readings: { [key in number]: Reading | null }, } | { "type": "drawings", drawings: Array<Drawing>, } | { "type": "streams", graph: number, streams: Array<StreamSamples>, } | { "type": "values", of: number, samples: Array<WatchSample>, } | { "type": "data", object: number, data: { [key in string]: string }, } | { "type": "overlays", contacts: Array<ContactMark>, bodies: Array<BodyMark>, } | { "type": "details", object: number, rows: Array<PropertyRow>, } | { "type": "script", script: number, text: string, version: number, } | { "type": "commands", commands: Array<Command>, } | { "type": "files", files: Array<SceneFile>,
 /**
  * The name of the working folder.
  */
 folder: string, } | { "type": "result", of: number, results: Array<any>, } | { "type": "error", error: string, help?: string, of?: number, };
 
 /**
- * The detection volume of a sensor; lengths in m, angles in rad. Infinite values, and values that do not exist for the
- * kind of sensor, are omitted.
+ * A visible part of a shape.
  */
-export type Volume = {
+export type VisiblePart = {
 /**
- * The form of the volume: `ray`, `cone`, `pyramid`, `cylinder` or `disc`.
+ * The form: `plane`, `box`, `sphere`, `cylinder`, `capsule` or `mesh`.
  */
-volume?: string, range?: number, near?: number, angle?: number, height?: number, radius_near?: number, radius_far?: number, size_near?: [number, number], size_far?: [number, number], };
+form: string,
+/**
+ * Pose of the part in the frame of its object: position (m) and quaternion (x y z w).
+ */
+pose: [number, number, number, number, number, number, number],
+/**
+ * Red, green and blue components, 0 to 1.
+ */
+color: [number, number, number],
+/**
+ * Size of the part along its axes, m; omitted for a mesh.
+ */
+size?: Array<number>,
+/**
+ * The texture of the part, if it has one.
+ */
+texture?: Texture,
+/**
+ * The hash of the mesh, which is sent in a separate message; omitted for other forms.
+ */
+mesh?: string, };
+
+/**
+ * The watched values at the end of a step.
+ */
+export type WatchSample = {
+/**
+ * Simulation time, s.
+ */
+time: number,
+/**
+ * The elements of each watched value, in the order of the request; empty if the value cannot be read. Non-finite
+ * elements are null.
+ */
+values: Array<Array<number | null>>, };
 
 /**
  * A watched value of an object: a property, or a field of its readings.
  */
-export type Watched = { object: number, key: string, };
+export type WatchedValue = { object: number, key: string, };

@@ -8,7 +8,7 @@ import { groups } from "tatu/objects";
 import { scene, selected, watch } from "tatu/store";
 import { redraw } from "tatu/view";
 
-/** @import { Volume } from "tatu/protocol" */
+/** @import { SensorVolume } from "tatu/protocol" */
 
 const FREE = 0x2a9d5c;
 const SEEN = 0xe0352b;
@@ -37,7 +37,7 @@ function between(near, from, far, to, sides) {
 
 /**
  * Returns the surface of a conical section of a sphere around the sensor. Its radius is the range of the sensor.
- * @param {Volume} volume
+ * @param {SensorVolume} volume
  */
 function cone({ range = 0, near = 0, angle = 0 }) {
   const half = Math.min(angle / 2, Math.PI);
@@ -56,7 +56,7 @@ function half([w, h] = [0, 0]) {
   return [w / 2, h / 2];
 }
 
-/** Returns the surface of a volume, or null if it cannot be drawn. @param {Volume} v */
+/** Returns the surface of a volume, or null if it cannot be drawn. @param {SensorVolume} v */
 function geometry(v) {
   const [range, near] = [v.range ?? 0, v.near ?? 0];
   if (!(range > 0)) return null;

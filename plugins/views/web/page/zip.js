@@ -7,11 +7,11 @@ const END = 0x06054b50;
 /** Signature of a directory entry. */
 const ENTRY = 0x02014b50;
 /** Maximum length of the comment after the end record, bytes. */
-const MOST_COMMENT = 0xffff;
+const MAX_COMMENT_BYTES = 0xffff;
 /** Maximum size of a file, bytes. */
-const MOST = 64 << 20;
+const MAX_FILE_BYTES = 64 << 20;
 /** Maximum total size of all files, bytes. */
-const MOST_TOGETHER = 256 << 20;
+const MAX_TOTAL_BYTES = 256 << 20;
 
 /** @typedef {{ name: string, bytes: Uint8Array<ArrayBuffer> }} Unpacked */
 
@@ -54,13 +54,13 @@ export async function unzip(buffer, wanted = () => true) {
   const damaged = { error: "the zip archive is damaged: expected a list of files at its end" };
   let end = buffer.byteLength - 22;
   while (end >= 0 && view.getUint32(end, true) !== END) {
-    if (buffer.byteLength - end > MOST_COMMENT + 22) throw damaged;
+    if (buffer.byteLength - end > MAX_COMMENT_BYTES + 22) throw damaged;
     end--;
   }
   if (end < 0) throw damaged;
   /** @type {Unpacked[]} */
   const files = [];
-  let left = MOST_TOGETHER;
+  let left = MAX_TOTAL_BYTES;
   try {
     const count = view.getUint16(end + 10, true);
     let at = view.getUint32(end + 16, true);
@@ -74,7 +74,7 @@ export async function unzip(buffer, wanted = () => true) {
       at += 46 + nameLength + extra + comment;
       if (name.endsWith("/") || !wanted(name)) continue;
       if (flags & 1) throw { error: `\`${name}\` in the zip archive is encrypted`, help: "create the archive without a password" };
-      if (size > Math.min(MOST, left)) throw { error: `\`${name}\` in the zip archive is too large: expected at most 64 MiB per file, and 256 MiB for all files` };
+      if (size > Math.min(MAX_FILE_BYTES, left)) throw { error: `\`${name}\` in the zip archive is too large: expected at most 64 MiB per file, and 256 MiB for all files` };
       left -= size;
       const start = local + 30 + view.getUint16(local + 26, true) + view.getUint16(local + 28, true);
       const data = new Uint8Array(buffer, start, packed);

@@ -13,52 +13,52 @@ use tatu_plugin_api::{
     abi::*,
     safe::{Prop, Result, Turn, ValueRef},
 };
-use tatu_services_common::{json, outbox::Message};
+use tatu_services_common::{json, outbox::OutgoingMessage};
 
 use crate::{
     plugin::Props,
     protocol::ToPage,
-    scene::{self, Assets, Whole},
+    scene::{self, AssetMessages, PageScene},
 };
 
 /// Maximum work per call; comparing a simple shape counts as 1. In a scene with 10,000 shapes, a call takes 0.8 ms in a
 /// debug build.
-const MOST_WORK: usize = 300;
+const MAX_WORK_PER_CALL: usize = 300;
 /// Work of comparing a sensor, and of comparing a compound shape.
 const WORK_SENSOR: usize = 2;
 const WORK_COMPOUND: usize = 6;
 
 /// The digests from the last comparison of each object.
 #[derive(Default)]
-pub struct Changes {
-    /// Digests of all objects, in the order of `Whole::ids`; `None` if the object could not be read.
+pub struct ChangeDetector {
+    /// Digests of all objects, in the order of `PageScene::ids`; `None` if the object could not be read.
     digests: Vec<Option<u64>>,
-    /// Index, in `Whole::ids`, of the object to be compared next.
+    /// Index, in `PageScene::ids`, of the object to be compared next.
     next: usize,
     /// Digest of each object's scripts, by the handle of the object; 0: the scene.
     scripts: BTreeMap<u32, u64>,
     /// Digest of the scene's own scripts when the scene was read; `None` if it has none.
-    of_scene: Option<u64>,
+    scene_scripts: Option<u64>,
     /// For each kind of sensor, the properties of the detection volume that it has. Reading others would be slow,
     /// because the error message suggests similar keys.
     volumes: BTreeMap<String, Vec<Prop>>,
 }
 
 /// The result of a comparison.
-pub enum Found {
+pub enum DetectedChange {
     /// None of the compared objects has changed.
-    Nothing,
+    Unchanged,
     /// The changed objects, as messages: first their meshes and images, then the objects.
-    Objects(Vec<Message>),
+    Objects(Vec<OutgoingMessage>),
     /// Scripts of the scene itself have changed, so the scene must be read again.
     Scene,
 }
 
-impl Changes {
+impl ChangeDetector {
     /// Computes all digests for a scene that was just read. The next comparison starts with the first object.
-    pub fn begin(&mut self, turn: &Turn<'_>, p: &Props, whole: &Whole) -> Result {
+    pub fn begin(&mut self, turn: &Turn<'_>, p: &Props, whole: &PageScene) -> Result {
         self.scripts = scripts(turn, p)?;
-        self.of_scene = self.scripts.get(&0).copied();
+        self.scene_scripts = self.scripts.get(&0).copied();
         let digests = whole.ids.iter().map(|id| self.digest(turn, p, *id).map(|d| d.0)).collect();
         self.digests = digests;
         self.next = 0;
@@ -66,20 +66,20 @@ impl Changes {
     }
 
     /// Returns whether the next comparison starts a new round through all objects.
-    pub fn is_round(&self) -> bool {
+    pub fn starts_round(&self) -> bool {
         self.next == 0
     }
 
     /// Compares the next objects of the round, and updates `whole` from those that have changed.
-    pub fn look(&mut self, turn: &Turn<'_>, p: &Props, whole: &mut Whole) -> Result<Found> {
-        if self.is_round() {
+    pub fn compare_next(&mut self, turn: &Turn<'_>, p: &Props, whole: &mut PageScene) -> Result<DetectedChange> {
+        if self.starts_round() {
             self.scripts = scripts(turn, p)?;
-            if self.scripts.get(&0).copied() != self.of_scene {
-                return Ok(Found::Scene);
+            if self.scripts.get(&0).copied() != self.scene_scripts {
+                return Ok(DetectedChange::Scene);
             }
         }
-        let (mut assets, mut objects, mut work) = (Assets::new(), Vec::new(), 0);
-        while self.next < whole.ids.len() && work < MOST_WORK {
+        let (mut assets, mut objects, mut work) = (AssetMessages::new(), Vec::new(), 0);
+        while self.next < whole.ids.len() && work < MAX_WORK_PER_CALL {
             let (i, id) = (self.next, whole.ids[self.next]);
             self.next += 1;
             // Objects removed in the meantime disappear with the next scene message.
@@ -89,7 +89,7 @@ impl Changes {
                 continue;
             }
             let Ok(object) = scene::object(turn, p, id, &mut assets) else { continue };
-            whole.take(id, &object);
+            whole.update_object(id, &object);
             objects.push(object);
             if let Some(known) = self.digests.get_mut(i) {
                 *known = Some(digest);
@@ -99,15 +99,15 @@ impl Changes {
             self.next = 0;
         }
         if objects.is_empty() {
-            return Ok(Found::Nothing);
+            return Ok(DetectedChange::Unchanged);
         }
-        Ok(Found::Objects(assets.into_values().chain([ToPage::Objects { objects }.message()]).collect()))
+        Ok(DetectedChange::Objects(assets.into_values().chain([ToPage::Objects { objects }.message()]).collect()))
     }
 
     /// Returns the digest of an object's displayed data, and the work of computing it; `None` if the object cannot be
     /// read.
     fn digest(&mut self, turn: &Turn<'_>, p: &Props, id: tatu_object) -> Option<(u64, usize)> {
-        let mut all = Digest(DefaultHasher::new());
+        let mut all = PropertyHasher(DefaultHasher::new());
         for prop in [p.alias, p.parent, p.visible, p.layer, p.model_base] {
             all.value(turn, id, prop);
         }
@@ -145,14 +145,14 @@ impl Changes {
 
 /// Returns those properties of the detection volume that sensors of this kind have, tested on the sensor `id`.
 fn volume_keys(turn: &Turn<'_>, id: tatu_object, kind: &str) -> Vec<Prop> {
-    let all = scene::VOLUME.iter().map(|name| turn.host().prop(&format!("{kind}.{name}")));
+    let all = scene::VOLUME_PARAMS.iter().map(|name| turn.host().prop(&format!("{kind}.{name}")));
     all.filter(|prop| turn.get(id, *prop).is_ok()).collect()
 }
 
 /// A hasher for property values.
-struct Digest(DefaultHasher);
+struct PropertyHasher(DefaultHasher);
 
-impl Digest {
+impl PropertyHasher {
     /// Adds the value of a property; a property that cannot be read counts as nil.
     fn value(&mut self, turn: &Turn<'_>, id: tatu_object, prop: Prop) {
         let value = turn.get(id, prop).unwrap_or(ValueRef::NIL);
@@ -171,10 +171,10 @@ impl Digest {
 
 /// Returns a digest of the scripts of each object that has any, by the handle of the object; 0: the scene.
 fn scripts(turn: &Turn<'_>, p: &Props) -> Result<BTreeMap<u32, u64>> {
-    let mut all = BTreeMap::<u32, Digest>::new();
+    let mut all = BTreeMap::<u32, PropertyHasher>::new();
     for script in turn.scripts(0)? {
         let owner = turn.get(script, p.parent).ok().and_then(|v| v.as_object()).unwrap_or(0);
-        let digest = all.entry(tatu_slot(owner)).or_insert_with(|| Digest(DefaultHasher::new()));
+        let digest = all.entry(tatu_slot(owner)).or_insert_with(|| PropertyHasher(DefaultHasher::new()));
         script.hash(&mut digest.0);
         [p.script_name, p.script_kind].iter().for_each(|prop| digest.value(turn, script, *prop));
         turn.script_text(script).unwrap_or_default().hash(&mut digest.0);

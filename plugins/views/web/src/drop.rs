@@ -10,32 +10,32 @@ use tatu_plugin_api::{
 };
 
 /// Name of the folder for dropped files, within the folder in which scripts may open files.
-const FOLDER: &str = "dropped";
+const DROP_FOLDER: &str = "dropped";
 /// Allowed extensions of a single file, and of the files that are dropped together with a scene.
-const ENDINGS: &[&str] = &["toml", "ttt", "ttm", "urdf"];
-const ENDINGS_WITH_SCENE: &[&str] = &[
+const SCENE_EXTENSIONS: &[&str] = &["toml", "ttt", "ttm", "urdf"];
+const SCENE_FOLDER_EXTENSIONS: &[&str] = &[
     "toml", "ttt", "ttm", "urdf", "xacro", "lua", "obj", "mtl", "stl", "ply", "dae", "png", "jpg", "jpeg", "svg",
     "csv", "json", "txt", "md",
 ];
 /// Maximum size of a file, bytes.
-const MOST: usize = 64 << 20;
+const MAX_FILE_BYTES: usize = 64 << 20;
 /// Maximum length of a file or folder name, bytes.
-const LONGEST: usize = 100;
+const MAX_NAME_BYTES: usize = 100;
 /// Maximum number of files, or of folders, with names that differ only in the appended number.
-const MOST_ALIKE: usize = 1000;
+const MAX_NUMBERED_NAMES: usize = 1000;
 /// Maximum number of files in a folder.
-const MOST_FILES: usize = 1000;
+const MAX_FILES: usize = 1000;
 /// Maximum total size of the files in a folder, bytes.
-const MOST_TOGETHER: usize = 256 << 20;
+const MAX_FOLDER_BYTES: usize = 256 << 20;
 /// Maximum number of components of a file's path within its folder, including the name of the file.
-const DEEPEST: usize = 8;
+const MAX_PATH_COMPONENTS: usize = 8;
 
 /// Checks the name of a single file or folder, which must not be a path.
-fn check(name: &str) -> Result {
+fn check_name(name: &str) -> Result {
     let plain = |c: char| c.is_alphanumeric() || " ._-()+".contains(c);
-    if name.is_empty() || name.len() > LONGEST || name.starts_with('.') || !name.chars().all(plain) {
+    if name.is_empty() || name.len() > MAX_NAME_BYTES || name.starts_with('.') || !name.chars().all(plain) {
         return Err(Fail::argument(format!(
-            "`{name}` is not a valid file name: expected 1 to {LONGEST} bytes, only letters, digits, spaces and \
+            "`{name}` is not a valid file name: expected 1 to {MAX_NAME_BYTES} bytes, only letters, digits, spaces and \
              the characters . _ - ( ) +, and no period at the start"
         )));
     }
@@ -43,7 +43,7 @@ fn check(name: &str) -> Result {
 }
 
 /// Checks that the extension of a file name is one of `endings`; case does not matter.
-fn check_ending(name: &str, endings: &[&str]) -> Result {
+fn check_extension(name: &str, endings: &[&str]) -> Result {
     let ending = Path::new(name).extension().and_then(|e| e.to_str()).unwrap_or("").to_lowercase();
     if endings.contains(&ending.as_str()) {
         return Ok(());
@@ -53,7 +53,7 @@ fn check_ending(name: &str, endings: &[&str]) -> Result {
 }
 
 /// A folder for a scene and its files, which are dropped together.
-pub struct Folder {
+pub struct DropFolder {
     /// Path of the folder, relative to the folder in which scripts may open files.
     name: String,
     /// Number of files of which at least a part was received.
@@ -62,19 +62,19 @@ pub struct Folder {
     bytes: usize,
 }
 
-impl Folder {
+impl DropFolder {
     /// Chooses an unused name for the folder, based on `name`, which must not be a path. The folder itself is created
     /// with its first file.
-    pub fn new(turn: &Turn<'_>, name: &str) -> Result<Folder> {
-        check(name)?;
-        for n in 1..=MOST_ALIKE {
-            let name = if n == 1 { format!("{FOLDER}/{name}") } else { format!("{FOLDER}/{name}-{n}") };
+    pub fn new(turn: &Turn<'_>, name: &str) -> Result<DropFolder> {
+        check_name(name)?;
+        for n in 1..=MAX_NUMBERED_NAMES {
+            let name = if n == 1 { format!("{DROP_FOLDER}/{name}") } else { format!("{DROP_FOLDER}/{name}-{n}") };
             let is_there = |path: Vec<u8>| Path::new(&*String::from_utf8_lossy(&path)).symlink_metadata().is_ok();
             if !turn.file(name.as_bytes(), TATU_FILE_READ).is_ok_and(is_there) {
-                return Ok(Folder { name, files: 0, bytes: 0 });
+                return Ok(DropFolder { name, files: 0, bytes: 0 });
             }
         }
-        Err(Fail::new(format!("there are already {MOST_ALIKE} folders named `{name}` in `{FOLDER}`"))
+        Err(Fail::new(format!("there are already {MAX_NUMBERED_NAMES} folders named `{name}` in `{DROP_FOLDER}`"))
             .help("remove some of them"))
     }
 
@@ -84,34 +84,34 @@ impl Folder {
     }
 
     /// Starts to receive a file for the folder; `name` may be a path with subfolders.
-    pub fn file(&mut self, name: &str) -> Result<Dropped> {
+    pub fn file(&mut self, name: &str) -> Result<DroppedFile> {
         let parts: Vec<&str> = name.split('/').collect();
-        if parts.len() > DEEPEST {
+        if parts.len() > MAX_PATH_COMPONENTS {
             return Err(Fail::argument(format!(
-                "`{name}` has too many folders: expected at most {DEEPEST} path components, including the file name"
+                "`{name}` has too many folders: expected at most {MAX_PATH_COMPONENTS} path components, including the file name"
             )));
         }
-        parts.iter().try_for_each(|part| check(part))?;
-        check_ending(name, ENDINGS_WITH_SCENE)?;
+        parts.iter().try_for_each(|part| check_name(part))?;
+        check_extension(name, SCENE_FOLDER_EXTENSIONS)?;
         self.files += 1;
-        if self.files > MOST_FILES {
+        if self.files > MAX_FILES {
             return Err(Fail::argument(format!(
-                "too many files for the folder `{}`: expected at most {MOST_FILES}",
+                "too many files for the folder `{}`: expected at most {MAX_FILES}",
                 self.name
             )));
         }
-        Ok(Dropped { name: name.to_owned(), folder: self.name.clone(), bytes: Vec::new() })
+        Ok(DroppedFile { name: name.to_owned(), folder: self.name.clone(), bytes: Vec::new() })
     }
 
     /// Adds the size of a received file to the total if the file is in this folder. Fails if the total exceeds the
     /// limit.
-    pub fn count(&mut self, file: &Dropped) -> Result {
+    pub fn add_size(&mut self, file: &DroppedFile) -> Result {
         if file.folder == self.name {
             self.bytes += file.bytes.len();
         }
-        if self.bytes > MOST_TOGETHER {
+        if self.bytes > MAX_FOLDER_BYTES {
             return Err(Fail::argument(format!(
-                "the files in `{}` are too large: expected at most {MOST_TOGETHER} bytes in total",
+                "the files in `{}` are too large: expected at most {MAX_FOLDER_BYTES} bytes in total",
                 self.name
             )));
         }
@@ -120,26 +120,29 @@ impl Folder {
 }
 
 /// A file that is being received.
-pub struct Dropped {
+pub struct DroppedFile {
     name: String,
     folder: String,
     bytes: Vec<u8>,
 }
 
-impl Dropped {
+impl DroppedFile {
     /// Starts to receive a single file; `name` must not be a path.
-    pub fn new(name: &str) -> Result<Dropped> {
-        check(name)?;
-        check_ending(name, ENDINGS)?;
-        Ok(Dropped { name: name.to_owned(), folder: FOLDER.to_owned(), bytes: Vec::new() })
+    pub fn new(name: &str) -> Result<DroppedFile> {
+        check_name(name)?;
+        check_extension(name, SCENE_EXTENSIONS)?;
+        Ok(DroppedFile { name: name.to_owned(), folder: DROP_FOLDER.to_owned(), bytes: Vec::new() })
     }
 
     /// Appends a part of the file, which is encoded in base64.
-    pub fn take(&mut self, part: &str) -> Result {
+    pub fn append(&mut self, part: &str) -> Result {
         let bytes =
             STANDARD.decode(part).map_err(|_| Fail::argument("a part of a dropped file is not valid base64"))?;
-        if self.bytes.len() + bytes.len() > MOST {
-            return Err(Fail::argument(format!("`{}` is too large: expected at most {MOST} bytes", self.name)));
+        if self.bytes.len() + bytes.len() > MAX_FILE_BYTES {
+            return Err(Fail::argument(format!(
+                "`{}` is too large: expected at most {MAX_FILE_BYTES} bytes",
+                self.name
+            )));
         }
         self.bytes.extend(bytes);
         Ok(())
@@ -150,7 +153,7 @@ impl Dropped {
     pub fn write(self, turn: &Turn<'_>) -> Result<String> {
         let (stem, ending) = self.name.rsplit_once('.').unwrap_or((&self.name, ""));
         // Files of a scene refer to each other by name, so they must not be renamed.
-        let most = if self.folder == FOLDER { MOST_ALIKE } else { 1 };
+        let most = if self.folder == DROP_FOLDER { MAX_NUMBERED_NAMES } else { 1 };
         for n in 1..=most {
             let name = if n == 1 { self.name.clone() } else { format!("{stem}-{n}.{ending}") };
             let name = format!("{}/{name}", self.folder);
@@ -164,7 +167,7 @@ impl Dropped {
                 Err(e) => Err(Fail::new(format!("`{name}` cannot be written: {e}"))),
             };
         }
-        Err(Fail::new(format!("there are already {MOST_ALIKE} files named `{}` in `{FOLDER}`", self.name)))
+        Err(Fail::new(format!("there are already {MAX_NUMBERED_NAMES} files named `{}` in `{DROP_FOLDER}`", self.name)))
     }
 }
 
@@ -173,38 +176,41 @@ mod tests {
     use super::*;
 
     #[test]
-    fn names_lead_nowhere_else() {
+    fn names_with_folders_are_refused() {
         for bad in
             ["../x.ttt", "/etc/x.ttt", "a\\b.ttt", ".x.ttt", "x.lua", "x", "", "a:b.ttt", "x.ttt\0", &"y".repeat(200)]
         {
-            assert!(Dropped::new(bad).is_err(), "{bad}");
+            assert!(DroppedFile::new(bad).is_err(), "{bad}");
         }
-        assert!(Dropped::new("My scene (2).ttt").is_ok() && Dropped::new("robot.URDF").is_ok());
+        assert!(DroppedFile::new("My scene (2).ttt").is_ok() && DroppedFile::new("robot.URDF").is_ok());
     }
 
     #[test]
     fn files_of_a_scene_stay_below_its_folder() {
-        let mut folder = Folder { name: "dropped/room".to_owned(), files: 0, bytes: 0 };
+        let mut folder = DropFolder { name: "dropped/room".to_owned(), files: 0, bytes: 0 };
         for bad in ["../a.toml", "a/../b.toml", "/a.toml", "a//b.lua", "a/.b.lua", "a\\b.lua", "b.so", "a/b", "b.lua/"]
         {
             assert!(folder.file(bad).is_err(), "{bad}");
         }
-        assert!(folder.file(&format!("{}x.lua", "a/".repeat(DEEPEST))).is_err());
+        assert!(folder.file(&format!("{}x.lua", "a/".repeat(MAX_PATH_COMPONENTS))).is_err());
         let file = folder.file("scripts/drive.lua").unwrap();
         assert_eq!((file.folder.as_str(), file.name.as_str()), ("dropped/room", "scripts/drive.lua"));
-        assert!((1..MOST_FILES).all(|_| folder.file("x.png").is_ok()) && folder.file("x.png").is_err());
-        let large =
-            Dropped { name: String::new(), folder: "dropped/room".to_owned(), bytes: vec![0; MOST_TOGETHER / 2] };
-        assert!(folder.count(&large).is_ok() && folder.count(&large).is_ok() && folder.count(&file).is_ok());
-        let one = Dropped { bytes: vec![0], ..file };
-        assert!(folder.count(&one).is_err());
+        assert!((1..MAX_FILES).all(|_| folder.file("x.png").is_ok()) && folder.file("x.png").is_err());
+        let large = DroppedFile {
+            name: String::new(),
+            folder: "dropped/room".to_owned(),
+            bytes: vec![0; MAX_FOLDER_BYTES / 2],
+        };
+        assert!(folder.add_size(&large).is_ok() && folder.add_size(&large).is_ok() && folder.add_size(&file).is_ok());
+        let one = DroppedFile { bytes: vec![0], ..file };
+        assert!(folder.add_size(&one).is_err());
     }
 
     #[test]
-    fn no_more_is_taken_than_may_come() {
-        let mut file = Dropped::new("x.ttt").unwrap();
+    fn dropped_file_size_is_limited() {
+        let mut file = DroppedFile::new("x.ttt").unwrap();
         let part = STANDARD.encode(vec![0; 3 << 20]);
-        assert!((0..21).all(|_| file.take(&part).is_ok()) && file.take(&part).is_err());
-        assert!(file.take("no base64!").is_err());
+        assert!((0..21).all(|_| file.append(&part).is_ok()) && file.append(&part).is_err());
+        assert!(file.append("no base64!").is_err());
     }
 }

@@ -2,19 +2,19 @@
 
 use base64::{Engine, engine::general_purpose::STANDARD};
 use sha2::{Digest, Sha256};
-use tatu_services_common::listener::Page;
+use tatu_services_common::listener::FileResponse;
 
 include!(concat!(env!("OUT_DIR"), "/files.rs"));
 
 /// Placeholder in `index.html` for the import map.
-const MAP: &str = "<!-- import map -->";
+const IMPORT_MAP_PLACEHOLDER: &str = "<!-- import map -->";
 
 /// Returns the embedded file for the path of a request, or `None` if there is none.
-pub fn page(path: &str) -> Option<Page> {
-    answer(path, WHOLE)
+pub fn embedded_file(path: &str) -> Option<FileResponse> {
+    serve_file(path, HAS_LIBRARIES)
 }
 
-fn answer(path: &str, whole: bool) -> Option<Page> {
+fn serve_file(path: &str, whole: bool) -> Option<FileResponse> {
     let path = if path == "/" { "/page/index.html" } else { path };
     let (_, kind, bytes) = FILES.iter().find(|(name, _, _)| *name == path)?;
     if path != "/page/index.html" {
@@ -22,16 +22,16 @@ fn answer(path: &str, whole: bool) -> Option<Page> {
     }
     let text = if whole {
         let head = format!("<script type=\"importmap\">{IMPORT_MAP}</script>\n{}", preloads());
-        String::from_utf8_lossy(bytes).replace(MAP, &head)
+        String::from_utf8_lossy(bytes).replace(IMPORT_MAP_PLACEHOLDER, &head)
     } else {
-        MISSING.to_owned()
+        MISSING_PAGE.to_owned()
     };
     Some((kind, text.into_bytes(), vec![("Content-Security-Policy", policy())]))
 }
 
 /// Prefixes of modules that are not preloaded: those of films, and those of the script editor, which are loaded when a
 /// script is opened.
-const LATER: &[&str] = &[
+const LAZY_MODULES: &[&str] = &[
     "/page/film",
     "/page/editing.js",
     "/lib/@codemirror",
@@ -42,16 +42,16 @@ const LATER: &[&str] = &[
     "/lib/w3c-keyname",
 ];
 
-/// Returns preload tags for all modules that `LATER` does not exclude. Without the tags, the browser would discover one
+/// Returns preload tags for all modules that `LAZY_MODULES` does not exclude. Without the tags, the browser would discover one
 /// module after another by following imports.
 fn preloads() -> String {
-    let later = |path: &&str| LATER.iter().any(|start| path.starts_with(start));
+    let later = |path: &&str| LAZY_MODULES.iter().any(|start| path.starts_with(start));
     let modules = FILES.iter().map(|(path, _, _)| *path).filter(|path| path.ends_with(".js") && !later(path));
     modules.map(|path| format!("<link rel=\"modulepreload\" href=\"{path}\">\n")).collect()
 }
 
 /// The page of a program that was built without the page's libraries.
-const MISSING: &str = "<!doctype html>\n<html lang=\"en\">\n<meta charset=\"utf-8\">\n<title>Tatu</title>\n\
+const MISSING_PAGE: &str = "<!doctype html>\n<html lang=\"en\">\n<meta charset=\"utf-8\">\n<title>Tatu</title>\n\
     <p id=\"missing\">This program was built without the libraries of its page: install <code>npm</code>, and build the \
     program again.</p>\n</html>\n";
 
@@ -70,8 +70,8 @@ mod tests {
     use super::*;
 
     #[test]
-    fn scripts_come_from_here_alone() {
-        let (kind, text, headers) = page("/").unwrap();
+    fn page_policy_allows_only_own_scripts() {
+        let (kind, text, headers) = embedded_file("/").unwrap();
         assert!(kind.starts_with("text/html"));
         let text = String::from_utf8(text).unwrap();
         let (name, policy) = &headers[0];
@@ -80,16 +80,16 @@ mod tests {
         assert!(!policy.contains("http"), "{policy}");
         // The import map is the only inline script, and its hash is the allowed one.
         assert!(text.matches("<script").count() <= 2);
-        if WHOLE {
+        if HAS_LIBRARIES {
             let map = text.split("importmap\">").nth(1).and_then(|t| t.split("</script>").next()).unwrap();
             assert!(policy.contains(&STANDARD.encode(Sha256::digest(map.as_bytes()))));
         }
-        assert!(page("/page/../Cargo.toml").is_none() && page("/etc/passwd").is_none());
+        assert!(embedded_file("/page/../Cargo.toml").is_none() && embedded_file("/etc/passwd").is_none());
     }
 
     #[test]
-    fn without_its_libraries_the_page_is_a_sentence_that_loads_nothing() {
-        let (_, text, _) = answer("/", false).unwrap();
+    fn page_without_libraries_shows_only_a_message() {
+        let (_, text, _) = serve_file("/", false).unwrap();
         let text = String::from_utf8(text).unwrap();
         assert!(text.contains("install <code>npm</code>, and build the program again"), "{text}");
         assert!(!["<script", "<link", "http", "src="].iter().any(|part| text.contains(part)), "{text}");

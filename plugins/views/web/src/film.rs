@@ -15,26 +15,26 @@ use tatu_plugin_api::{
 use crate::{
     film_page,
     plugin::{Props, WebPage},
-    recorder::{EVENTS, Recorder},
+    recorder::{FilmRecorder, RECORDED_EVENTS},
 };
 
 /// Maximum compressed size of a recording, bytes.
-const MOST: usize = 500 << 20;
+const MAX_RECORDING_BYTES: usize = 500 << 20;
 
 /// The service `film`.
-pub struct Film {
+pub struct FilmService {
     p: Props,
     session: Session,
     /// Path of the page to be written.
     file: PathBuf,
-    recorder: RefCell<Recorder>,
+    recorder: RefCell<FilmRecorder>,
 }
 
-impl Service for Film {
+impl Service for FilmService {
     type Plugin = WebPage;
     const ID: &'static str = "film";
     const TEXT: &'static str = "Records a run and writes it as a page that plays the recording without the program.";
-    const EVENTS: &'static [&'static str] = EVENTS;
+    const EVENTS: &'static [&'static str] = RECORDED_EVENTS;
 
     fn params() -> Vec<Param> {
         vec![Param::string("page").text("path of the page, which is written when the run ends")]
@@ -42,16 +42,16 @@ impl Service for Film {
 
     fn start(plugin: &WebPage, _: &Host, session: Session, params: &Params<'_>) -> Result<Self> {
         let file = PathBuf::from(params.string("page")?);
-        film_page::check()?;
+        film_page::require_libraries()?;
         // Creates the file now, so that an invalid path is reported before the run and not after it.
         let made = File::options().append(true).create(true).open(&file);
         made.map_err(|e| Fail::new(format!("the file `{}` could not be created: {e}", file.display())))?;
-        Ok(Film { p: plugin.p, session, file, recorder: RefCell::new(Recorder::new(MOST)) })
+        Ok(FilmService { p: plugin.p, session, file, recorder: RefCell::new(FilmRecorder::new(MAX_RECORDING_BYTES)) })
     }
 
     fn barrier(&self, turn: &Turn<'_>, step: u64) -> Result<Answer> {
         if turn.state() != TATU_STOPPED {
-            self.recorder()?.look(turn, &self.p, step)?;
+            self.recorder()?.record_step(turn, &self.p, step)?;
         }
         Ok(Answer::Go)
     }
@@ -66,7 +66,7 @@ impl Service for Film {
 }
 
 /// Writes the film if the session ends before the world is stopped.
-impl Drop for Film {
+impl Drop for FilmService {
     fn drop(&mut self) {
         if let Ok(mut recorder) = self.recorder.try_borrow_mut() {
             self.write(&mut recorder);
@@ -74,21 +74,23 @@ impl Drop for Film {
     }
 }
 
-impl Film {
-    fn recorder(&self) -> Result<RefMut<'_, Recorder>> {
+impl FilmService {
+    fn recorder(&self) -> Result<RefMut<'_, FilmRecorder>> {
         self.recorder.try_borrow_mut().map_err(|_| Fail::with_code(TATU_ERR_BUSY, "the film is in use"))
     }
 
     /// Writes the page of the finished recording, if there is one, and logs errors.
-    fn write(&self, recorder: &mut Recorder) {
+    fn write(&self, recorder: &mut FilmRecorder) {
         let Some(recording) = recorder.finish() else { return };
         let file = self.file.display();
-        let done = recording.and_then(|bytes| File::create(&self.file)?.write_all(film_page::page(&bytes).as_bytes()));
+        let done =
+            recording.and_then(|bytes| File::create(&self.file)?.write_all(film_page::build_page(&bytes).as_bytes()));
         match (done, recorder.full_at()) {
             (Err(e), _) => self.session.log(TATU_LOG_ERROR, &format!("the film `{file}` could not be written: {e}")),
             (Ok(()), Some(time)) => {
-                let text =
-                    format!("the film `{file}` ends at {time:.1} s, because a recording is limited to {MOST} bytes");
+                let text = format!(
+                    "the film `{file}` ends at {time:.1} s, because a recording is limited to {MAX_RECORDING_BYTES} bytes"
+                );
                 self.session.log(TATU_LOG_WARNING, &text);
             }
             (Ok(()), None) => {}

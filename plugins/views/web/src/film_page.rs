@@ -5,15 +5,15 @@ use base64::{Engine, engine::general_purpose::STANDARD};
 use serde_json::{Map, json};
 use tatu_plugin_api::safe::{Fail, Result};
 
-use crate::files::{FILES, WHOLE};
+use crate::files::{FILES, HAS_LIBRARIES};
 
 /// Modules that the film shares with the live page.
-const SAME: &[&str] = &[
+const SHARED_MODULES: &[&str] = &[
     "dom", "icons", "calls", "geometry", "parse", "wants", "store", "tree", "output", "light", "plain", "view",
     "looking", "objects", "crowd", "surfaces", "sensing", "volumes", "drawings", "plot",
 ];
 /// Modules that differ from those of the live page: the specifier, and the module that it resolves to.
-const OTHER: &[(&str, &str)] =
+const REPLACED_MODULES: &[(&str, &str)] =
     &[("net", "film_net"), ("film_net", "film_net"), ("editor", "film_script"), ("film", "film")];
 /// The libraries: the specifier by which modules import each of them, and the path of its embedded file.
 const LIBRARIES: &[(&str, &str)] = &[
@@ -22,11 +22,11 @@ const LIBRARIES: &[(&str, &str)] = &[
     ("three/controls", "/lib/three/examples/jsm/controls/OrbitControls.js"),
 ];
 /// The relative import of `three.core` in `three`, and the bare specifier that replaces it.
-const BESIDE: (&str, &str) = ("\"./three.core.min.js\"", "\"three/core\"");
+const CORE_IMPORT: (&str, &str) = ("\"./three.core.min.js\"", "\"three/core\"");
 
 /// Fails if the libraries, which a film needs, are not embedded in this program.
-pub fn check() -> Result {
-    if WHOLE {
+pub fn require_libraries() -> Result {
+    if HAS_LIBRARIES {
         return Ok(());
     }
     Err(Fail::unsupported("films are not available, because this program was built without the libraries of its page")
@@ -40,19 +40,19 @@ fn file(path: &str) -> String {
 }
 
 /// Builds the page of a film from a recording that is compressed with gzip.
-pub fn page(recording: &[u8]) -> String {
+pub fn build_page(recording: &[u8]) -> String {
     let mut imports = Map::new();
     let mut put = |name: String, text: String| {
         imports.insert(name, json!(format!("data:text/javascript;base64,{}", STANDARD.encode(text))));
     };
-    for name in SAME {
+    for name in SHARED_MODULES {
         put(format!("tatu/{name}"), file(&format!("/page/{name}.js")));
     }
-    for (name, own) in OTHER {
+    for (name, own) in REPLACED_MODULES {
         put(format!("tatu/{name}"), file(&format!("/page/{own}.js")));
     }
     for (name, path) in LIBRARIES {
-        put((*name).to_owned(), file(path).replace(BESIDE.0, BESIDE.1));
+        put((*name).to_owned(), file(path).replace(CORE_IMPORT.0, CORE_IMPORT.1));
     }
     file("/page/film.html")
         .replace("/* style */", &file("/page/style.css"))
@@ -68,11 +68,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn nothing_is_fetched() {
-        if !WHOLE {
+    fn film_page_fetches_no_resources() {
+        if !HAS_LIBRARIES {
             return;
         }
-        let page = page(b"x");
+        let page = build_page(b"x");
         let map = page.split("importmap\">").nth(1).and_then(|t| t.split("</script>").next()).unwrap();
         let map: serde_json::Value = serde_json::from_str(map).unwrap();
         for (name, address) in map["imports"].as_object().unwrap() {

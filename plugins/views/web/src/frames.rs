@@ -15,50 +15,50 @@ use tatu_plugin_api::{
     abi::*,
     safe::{Result, Turn},
 };
-use tatu_services_common::outbox::Message;
+use tatu_services_common::outbox::OutgoingMessage;
 
-use crate::{plugin::Props, scene::Whole};
+use crate::{plugin::Props, scene::PageScene};
 
 /// First byte of a frame.
-const FRAME: u8 = 1;
+const FRAME_TAG: u8 = 1;
 /// Number of position units per metre; a unit is 0.1 mm.
-const UNITS: f64 = 1e4;
+const UNITS_PER_METRE: f64 = 1e4;
 
 /// An encoded entry: its key, its data, and the number of data bytes that are used.
-pub type Entry = (u32, [u8; 20], u8);
+pub type FrameEntry = (u32, [u8; 20], u8);
 
 /// The encoded poses and joint positions of all objects.
 #[derive(Default)]
-pub struct Now {
-    entries: Vec<Entry>,
+pub struct EncodedMotion {
+    entries: Vec<FrameEntry>,
 }
 
 /// Writes a quaternion as four i16 in units of 1/32767.
-fn turned(q: &[f64], out: &mut [u8]) {
+fn write_quaternion(q: &[f64], out: &mut [u8]) {
     for (x, place) in q.iter().zip(out.chunks_exact_mut(2)) {
         place.copy_from_slice(&((x * 32767.0).round() as i16).to_le_bytes());
     }
 }
 
-impl Now {
+impl EncodedMotion {
     /// Reads and encodes the current poses and joint positions.
-    pub fn read(turn: &Turn<'_>, p: &Props, whole: &Whole) -> Result<Now> {
+    pub fn read(turn: &Turn<'_>, p: &Props, whole: &PageScene) -> Result<EncodedMotion> {
         let mut entries = Vec::with_capacity(whole.ids.len() + whole.joints.len());
         for &id in &whole.ids {
             // Objects removed in the meantime disappear with the next scene message.
             let Ok(pose) = turn.f64s::<7>(id, p.pose) else { continue };
             let mut bytes = [0; 20];
             for (x, place) in pose[..3].iter().zip(bytes.chunks_exact_mut(4)) {
-                place.copy_from_slice(&((x * UNITS).round() as i32).to_le_bytes());
+                place.copy_from_slice(&((x * UNITS_PER_METRE).round() as i32).to_le_bytes());
             }
-            turned(&pose[3..], &mut bytes[12..]);
+            write_quaternion(&pose[3..], &mut bytes[12..]);
             entries.push((tatu_slot(id), bytes, 20));
         }
         for &(id, spherical) in &whole.joints {
             let mut bytes = [0; 20];
             if spherical {
                 let Ok(q) = turn.f64s::<4>(id, p.joint_rotation) else { continue };
-                turned(&q, &mut bytes);
+                write_quaternion(&q, &mut bytes);
                 entries.push((tatu_slot(id) | 2 << 24, bytes, 8));
             } else {
                 let Ok(x) = turn.f64(id, p.joint_position) else { continue };
@@ -66,12 +66,12 @@ impl Now {
                 entries.push((tatu_slot(id) | 1 << 24, bytes, 4));
             }
         }
-        Ok(Now { entries })
+        Ok(EncodedMotion { entries })
     }
 
     /// Returns a frame with the entries that differ from `known`, which contains the last entries sent to the client,
     /// and updates `known`.
-    pub fn since(&self, known: &mut BTreeMap<u32, [u8; 20]>, step: u64, time: f64) -> Message {
+    pub fn frame_since(&self, known: &mut BTreeMap<u32, [u8; 20]>, step: u64, time: f64) -> OutgoingMessage {
         let mut out = head(step, time);
         let mut count = 0_u32;
         for (key, bytes, len) in &self.entries {
@@ -83,19 +83,19 @@ impl Now {
             }
         }
         out[16..20].copy_from_slice(&count.to_le_bytes());
-        Message::Binary(out.into())
+        OutgoingMessage::Binary(out.into())
     }
 }
 
 /// Returns a frame in full precision with the entries that differ from `known`, and updates `known`. Entries of types
 /// 3, 4 and 5 contain the data of types 0, 1 and 2 as f64, in m and rad.
-pub fn exact(
+pub fn exact_frame(
     turn: &Turn<'_>,
     p: &Props,
-    whole: &Whole,
+    whole: &PageScene,
     known: &mut BTreeMap<u32, Vec<f64>>,
     (step, time): (u64, f64),
-) -> Message {
+) -> OutgoingMessage {
     let mut out = head(step, time);
     let mut count = 0_u32;
     let mut put = |key: u32, numbers: &[f64]| {
@@ -123,12 +123,12 @@ pub fn exact(
         }
     }
     out[16..20].copy_from_slice(&count.to_le_bytes());
-    Message::Binary(out.into())
+    OutgoingMessage::Binary(out.into())
 }
 
 /// Returns the header of a frame. The number of entries in its last four bytes is 0 and must be set later.
 fn head(step: u64, time: f64) -> Vec<u8> {
-    let mut out = vec![FRAME, 1, 0, 0];
+    let mut out = vec![FRAME_TAG, 1, 0, 0];
     out.extend_from_slice(&(step as u32).to_le_bytes());
     out.extend_from_slice(&time.to_le_bytes());
     out.extend_from_slice(&0_u32.to_le_bytes());
@@ -136,7 +136,7 @@ fn head(step: u64, time: f64) -> Vec<u8> {
 }
 
 /// Converts a handle from a client to an object id, which refers to whatever object now has that handle.
-pub fn object(n: u32) -> tatu_object {
+pub fn object_id(n: u32) -> tatu_object {
     tatu_object::from(n) & TATU_SLOT_BITS
 }
 
@@ -145,13 +145,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn only_what_changed_is_sent() {
+    fn only_changed_entries_are_sent() {
         let mut bytes = [0; 20];
         bytes[0] = 7;
-        let now = Now { entries: vec![(5, bytes, 20), (6 | 1 << 24, [0; 20], 4)] };
+        let now = EncodedMotion { entries: vec![(5, bytes, 20), (6 | 1 << 24, [0; 20], 4)] };
         let mut known = BTreeMap::new();
-        let len = |m: Message| if let Message::Binary(b) = m { (b.len(), b[16]) } else { (0, 0) };
-        assert_eq!(len(now.since(&mut known, 1, 0.05)), (20 + 24 + 8, 2));
-        assert_eq!(len(now.since(&mut known, 2, 0.1)), (20, 0));
+        let len = |m: OutgoingMessage| if let OutgoingMessage::Binary(b) = m { (b.len(), b[16]) } else { (0, 0) };
+        assert_eq!(len(now.frame_since(&mut known, 1, 0.05)), (20 + 24 + 8, 2));
+        assert_eq!(len(now.frame_since(&mut known, 2, 0.1)), (20, 0));
     }
 }

@@ -10,42 +10,44 @@ use std::{
 use base64::{Engine, engine::general_purpose::STANDARD};
 use tatu_plugin_api::safe::{folders_beside, open_plain, program_file, read_plain};
 
-use crate::protocol::{SceneFile, Section, ToPage};
+use crate::protocol::{GallerySection, SceneFile, ToPage};
 
 /// Maximum number of scenes in the working folder, and in each folder that is searched.
-const MOST_FILES: usize = 500;
+const MAX_FILES: usize = 500;
 /// Maximum depth of a folder search; 1 is the folder itself.
-const DEPTH: usize = 3;
+const MAX_DEPTH: usize = 3;
 /// Maximum size of a scene file, bytes; the first comment of a larger file is not read.
-const MOST_SCENE: u64 = 256 << 20;
+const MAX_SCENE_BYTES: u64 = 256 << 20;
 /// Number of bytes at the beginning of a scene file that are searched for its first comment.
-const MOST_ABOUT: u64 = 4 << 10;
+const MAX_COMMENT_BYTES: u64 = 4 << 10;
 /// Maximum size of the PNG picture of a scene, bytes.
-pub(crate) const MOST_PICTURE: u64 = 64 << 10;
+pub(crate) const MAX_PICTURE_BYTES: u64 = 64 << 10;
 /// Name of a folder with scenes, in the working folder and beside the program.
-const SCENES: &str = "scenes";
+const SCENES_FOLDER: &str = "scenes";
 /// Name of a folder with models and their demos, in the working folder and beside the program.
-const MODELS: &str = "models";
+const MODELS_FOLDER: &str = "models";
 /// Name of the scene file that demonstrates a model.
-const DEMO: &str = "demo.toml";
+const DEMO_FILE: &str = "demo.toml";
 /// Prefix of the sentence in a scene's first comment that suggests what to try.
-const TRY: &str = "Try:";
+const TRY_PREFIX: &str = "Try:";
 
 /// Returns the list of scenes for the page. `recent` contains the recent scenes, the latest one first, each with an
 /// optional picture that replaces the scene's own picture.
 pub(crate) fn list(recent: &[(PathBuf, Option<Vec<u8>>)]) -> ToPage {
-    let program = program();
+    let program = program_folders();
     let mut out: Vec<SceneFile> = Vec::new();
     for (path, picture) in recent.iter().filter(|(path, _)| is_scene(path)) {
-        out.push(card(Section::Recent, path, &path.to_string_lossy(), picture.as_deref()));
+        out.push(gallery_entry(GallerySection::Recent, path, &path.to_string_lossy(), picture.as_deref()));
     }
     let known: BTreeSet<PathBuf> = program.iter().filter_map(|folder| folder.canonicalize().ok()).collect();
-    for path in own(&known) {
+    for path in working_scenes(&known) {
         let name = path.strip_prefix(".").unwrap_or(&path);
-        out.push(card(Section::Own, name, &name.to_string_lossy(), None));
+        out.push(gallery_entry(GallerySection::Own, name, &name.to_string_lossy(), None));
     }
-    for path in program.iter().flat_map(|folder| below(folder, &BTreeSet::new())).filter(|p| is_of_program(p)) {
-        out.push(card(Section::Program, &path, &path.to_string_lossy(), None));
+    for path in
+        program.iter().flat_map(|folder| find_scenes(folder, &BTreeSet::new())).filter(|p| is_shown_program_scene(p))
+    {
+        out.push(gallery_entry(GallerySection::Program, &path, &path.to_string_lossy(), None));
     }
     let folder = std::env::current_dir().ok();
     let folder = folder.as_deref().and_then(Path::file_name).map(|name| name.to_string_lossy().into_owned());
@@ -56,9 +58,9 @@ pub(crate) fn list(recent: &[(PathBuf, Option<Vec<u8>>)]) -> ToPage {
 /// not read its folder.
 pub(crate) fn comes_with_program(path: &Path) -> bool {
     path.components().all(|part| part != Component::ParentDir)
-        && program().iter().any(|folder| path.starts_with(folder))
+        && program_folders().iter().any(|folder| path.starts_with(folder))
         && is_scene(path)
-        && is_of_program(path)
+        && is_shown_program_scene(path)
 }
 
 /// Returns whether a path is a regular file with the extension of a scene or model.
@@ -67,34 +69,34 @@ pub(crate) fn is_scene(path: &Path) -> bool {
 }
 
 /// Returns whether a file that comes with the program is shown as a scene. Of a model's files, only the demo is shown.
-fn is_of_program(path: &Path) -> bool {
+fn is_shown_program_scene(path: &Path) -> bool {
     let mut above = path.ancestors().skip(2);
-    above.next().and_then(Path::file_name).is_none_or(|name| name != MODELS) || path.ends_with(DEMO)
+    above.next().and_then(Path::file_name).is_none_or(|name| name != MODELS_FOLDER) || path.ends_with(DEMO_FILE)
 }
 
 /// Returns the existing folders of scenes and models that come with the program.
-fn program() -> Vec<PathBuf> {
+fn program_folders() -> Vec<PathBuf> {
     let Some(program) = program_file() else { return Vec::new() };
-    let both = [SCENES, MODELS].iter().flat_map(|name| folders_beside(&program, name));
+    let both = [SCENES_FOLDER, MODELS_FOLDER].iter().flat_map(|name| folders_beside(&program, name));
     both.filter(|folder| folder.is_dir()).collect()
 }
 
 /// Returns the scenes of the working folder and of its subfolders `scenes` and `models`; folders in `known` are
 /// skipped.
-fn own(known: &BTreeSet<PathBuf>) -> Vec<PathBuf> {
-    let here = sorted(Path::new("."));
+fn working_scenes(known: &BTreeSet<PathBuf>) -> Vec<PathBuf> {
+    let here = visible_entries(Path::new("."));
     // `.toml` files in the working folder itself are omitted, because they are often not scenes.
     let mut out: Vec<PathBuf> =
         here.into_iter().filter(|p| is_scene(p) && p.extension().is_some_and(|e| e != "toml")).collect();
-    for name in [SCENES, MODELS] {
-        out.extend(below(&Path::new(".").join(name), known));
+    for name in [SCENES_FOLDER, MODELS_FOLDER] {
+        out.extend(find_scenes(&Path::new(".").join(name), known));
     }
-    out.truncate(MOST_FILES);
+    out.truncate(MAX_FILES);
     out
 }
 
 /// Returns the scenes in a folder and its subfolders; folders in `known` are skipped.
-fn below(folder: &Path, known: &BTreeSet<PathBuf>) -> Vec<PathBuf> {
+fn find_scenes(folder: &Path, known: &BTreeSet<PathBuf>) -> Vec<PathBuf> {
     let mut out = Vec::new();
     let mut open = vec![(folder.to_owned(), 1)];
     while let Some((folder, depth)) = open.pop() {
@@ -102,10 +104,10 @@ fn below(folder: &Path, known: &BTreeSet<PathBuf>) -> Vec<PathBuf> {
         if folder.is_symlink() || folder.canonicalize().is_ok_and(|real| known.contains(&real)) {
             continue;
         }
-        for path in sorted(&folder) {
-            if path.is_dir() && depth < DEPTH {
+        for path in visible_entries(&folder) {
+            if path.is_dir() && depth < MAX_DEPTH {
                 open.push((path, depth + 1));
-            } else if is_scene(&path) && out.len() < MOST_FILES {
+            } else if is_scene(&path) && out.len() < MAX_FILES {
                 out.push(path);
             }
         }
@@ -114,17 +116,17 @@ fn below(folder: &Path, known: &BTreeSet<PathBuf>) -> Vec<PathBuf> {
 }
 
 /// Returns the entries of a folder that are not hidden, sorted by path; empty if the folder cannot be read.
-fn sorted(folder: &Path) -> Vec<PathBuf> {
+fn visible_entries(folder: &Path) -> Vec<PathBuf> {
     let entries = std::fs::read_dir(folder).into_iter().flatten().flatten().map(|e| e.path());
     let is_visible = |p: &PathBuf| p.file_name().is_some_and(|n| !n.to_string_lossy().starts_with('.'));
-    let mut entries: Vec<_> = entries.filter(|p| is_visible(p) && !leads_out(p)).collect();
+    let mut entries: Vec<_> = entries.filter(|p| is_visible(p) && !links_outside(p)).collect();
     entries.sort();
     entries
 }
 
 /// Returns whether a path is a link to a place outside its folder. Scenes are distributed with links, which must not
 /// make the page show other files.
-fn leads_out(path: &Path) -> bool {
+fn links_outside(path: &Path) -> bool {
     let folder =
         || path.parent().map(|p| if p.as_os_str().is_empty() { Path::new(".") } else { p })?.canonicalize().ok();
     path.is_symlink() && !path.canonicalize().is_ok_and(|real| folder().is_some_and(|folder| real.starts_with(folder)))
@@ -132,10 +134,10 @@ fn leads_out(path: &Path) -> bool {
 
 /// Returns the gallery entry of the scene at `path`. The page opens the scene by `file`; `picture` replaces the picture
 /// beside the scene file.
-fn card(section: Section, path: &Path, file: &str, picture: Option<&[u8]>) -> SceneFile {
-    let comment = beginning(path).map(|text| Comment::read(&text)).unwrap_or_default();
+fn gallery_entry(section: GallerySection, path: &Path, file: &str, picture: Option<&[u8]>) -> SceneFile {
+    let comment = read_beginning(path).map(|text| SceneComment::read(&text)).unwrap_or_default();
     let beside = path.with_extension("png");
-    let beside = || if leads_out(&beside) { None } else { read_plain(&beside, MOST_PICTURE).ok() };
+    let beside = || if links_outside(&beside) { None } else { read_plain(&beside, MAX_PICTURE_BYTES).ok() };
     let picture = picture.map(<[u8]>::to_vec).or_else(beside);
     let picture = picture.filter(|bytes| is_png(bytes)).map(|bytes| STANDARD.encode(bytes));
     SceneFile { section, file: file.to_owned(), about: comment.about, to_try: comment.to_try, picture }
@@ -147,9 +149,9 @@ pub(crate) fn is_png(bytes: &[u8]) -> bool {
 }
 
 /// Returns the complete lines at the beginning of a scene file, or `None` if they cannot be read or are not UTF-8.
-fn beginning(scene: &Path) -> Option<String> {
+fn read_beginning(scene: &Path) -> Option<String> {
     let mut bytes = Vec::new();
-    open_plain(scene, MOST_SCENE).ok()?.take(MOST_ABOUT).read_to_end(&mut bytes).ok()?;
+    open_plain(scene, MAX_SCENE_BYTES).ok()?.take(MAX_COMMENT_BYTES).read_to_end(&mut bytes).ok()?;
     // The last line may be cut off.
     let whole = bytes.iter().rposition(|b| *b == b'\n').map_or(bytes.len(), |end| end + 1);
     std::str::from_utf8(&bytes[..whole]).ok().map(str::to_owned)
@@ -157,26 +159,26 @@ fn beginning(scene: &Path) -> Option<String> {
 
 /// The comment at the beginning of a scene file.
 #[derive(Debug, Default, PartialEq)]
-struct Comment {
+struct SceneComment {
     /// The description of the scene: the first paragraph up to `Try:`.
     about: String,
     /// The suggestion of what to try: the text from `Try:` to the end of its paragraph.
     to_try: String,
 }
 
-impl Comment {
+impl SceneComment {
     /// Parses the comment at the beginning of a scene file's text.
-    fn read(text: &str) -> Comment {
+    fn read(text: &str) -> SceneComment {
         let lines: Vec<&str> =
             text.lines().take_while(|l| l.starts_with('#')).map(|l| l.trim_start_matches('#').trim()).collect();
-        let mut out = Comment::default();
+        let mut out = SceneComment::default();
         for (n, paragraph) in lines.split(|l| l.is_empty()).enumerate() {
-            let at = paragraph.iter().position(|l| l.starts_with(TRY)).unwrap_or(paragraph.len());
+            let at = paragraph.iter().position(|l| l.starts_with(TRY_PREFIX)).unwrap_or(paragraph.len());
             if n == 0 {
                 out.about = paragraph[..at].join(" ");
             }
             if at < paragraph.len() && out.to_try.is_empty() {
-                out.to_try = paragraph[at..].join(" ")[TRY.len()..].trim().to_owned();
+                out.to_try = paragraph[at..].join(" ")[TRY_PREFIX.len()..].trim().to_owned();
             }
         }
         out
@@ -199,14 +201,14 @@ mod tests {
         std::os::unix::fs::symlink("../secret.png", folder.join("own.png")).unwrap();
         std::os::unix::fs::symlink("../secret.toml", folder.join("link.toml")).unwrap();
         std::os::unix::fs::symlink("own.toml", folder.join("again.toml")).unwrap();
-        assert_eq!(below(&folder, &BTreeSet::new()), ["again.toml", "own.toml"].map(|name| folder.join(name)));
-        assert_eq!(card(Section::Own, &folder.join("own.toml"), "own.toml", None).picture, None);
+        assert_eq!(find_scenes(&folder, &BTreeSet::new()), ["again.toml", "own.toml"].map(|name| folder.join(name)));
+        assert_eq!(gallery_entry(GallerySection::Own, &folder.join("own.toml"), "own.toml", None).picture, None);
     }
 
     #[test]
-    fn comments_say_what_a_scene_is_and_what_to_try() {
+    fn scene_comments_are_split_into_description_and_suggestion() {
         let read = |text: &str| {
-            let Comment { about, to_try } = Comment::read(text);
+            let SceneComment { about, to_try } = SceneComment::read(text);
             (about, to_try)
         };
         let both = |about: &str, to_try: &str| (about.to_owned(), to_try.to_owned());
@@ -219,14 +221,14 @@ mod tests {
     }
 
     #[test]
-    fn every_scene_of_the_program_says_what_to_try() {
+    fn every_program_scene_has_a_description_and_a_suggestion() {
         let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../..");
         let scenes: Vec<_> =
-            ["scenes", "models"].iter().flat_map(|name| below(&root.join(name), &BTreeSet::new())).collect();
-        let scenes: Vec<_> = scenes.into_iter().filter(|p| is_of_program(p)).collect();
+            ["scenes", "models"].iter().flat_map(|name| find_scenes(&root.join(name), &BTreeSet::new())).collect();
+        let scenes: Vec<_> = scenes.into_iter().filter(|p| is_shown_program_scene(p)).collect();
         assert!(scenes.len() > 15 && !scenes.iter().any(|p| p.ends_with("model.toml")), "{scenes:?}");
         for scene in scenes {
-            let comment = Comment::read(&beginning(&scene).unwrap());
+            let comment = SceneComment::read(&read_beginning(&scene).unwrap());
             assert!(!comment.about.is_empty() && !comment.to_try.is_empty(), "{}: {comment:?}", scene.display());
         }
     }

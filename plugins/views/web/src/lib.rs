@@ -1,20 +1,20 @@
 //! A web page that shows a world and controls it. `docs/reference/web-stream.md` describes the protocol.
 //!
-//! - `service`: the service and its work at each barrier; `show`: messages to clients; `acts`: requests from clients;
+//! - `service`: the service and its work at each barrier; `show`: messages to clients; `requests`: requests from clients;
 //!   `drop`: files dropped on the page;
 //! - `scene`: the complete scene; `frames`: motion of its objects; `changes`: all other changes of objects; `readings`:
 //!   data of sensors, drawings and graphs;
 //! - `protocol`: the types of all text messages;
 //! - `edits`: the state of undo and redo, and backup copies of unsaved edits;
 //! - `gallery`: the scenes that the page offers; `recent`: recently shown scenes, stored for later runs;
-//! - `lists`: lists shared by all clients, and the rate limit of requests; `opened`: passes the address to a browser;
+//! - `lists`: lists shared by all clients, and the rate limit of requests; `browser`: passes the address to a browser;
 //! - `plugin`: the plugin, and interned property keys; `windows`: windows of scripts; `pace`: the speed relative to
 //!   real time; `files`: the embedded files of the page;
 //! - `overlays`: contacts, centres of mass and velocities; `watch`: values that clients request for each step;
 //! - `recorder`: records a run; `film`: the service that writes a recording to a file; `film_page`: the page that plays
 //!   it.
 
-mod acts;
+mod browser;
 mod changes;
 mod drop;
 mod edits;
@@ -24,7 +24,6 @@ mod film_page;
 mod frames;
 mod gallery;
 mod lists;
-mod opened;
 mod overlays;
 mod pace;
 mod plugin;
@@ -32,6 +31,7 @@ mod protocol;
 mod readings;
 mod recent;
 mod recorder;
+mod requests;
 mod scene;
 mod service;
 mod show;
@@ -43,17 +43,17 @@ use tatu_plugin_api::{
     tatu_plugin,
 };
 
-pub use film::Film;
+pub use film::FilmService;
 pub use plugin::WebPage;
-pub use service::Web;
+pub use service::WebService;
 
 impl Plugin for WebPage {
     fn start(host: &Host) -> Result<Self> {
         Ok(WebPage { p: plugin::Props::new(host) })
     }
     fn offer(offer: &mut Offer<Self>) {
-        offer.service::<Web>();
-        offer.service::<Film>();
+        offer.service::<WebService>();
+        offer.service::<FilmService>();
     }
 }
 

@@ -10,23 +10,23 @@ use std::{
 use tatu_plugin_api::safe::Session;
 
 /// Minimum and maximum speed, as multiples of real time.
-pub const SPEEDS: (f64, f64) = (0.125, 40.0);
+pub const SPEED_RANGE: (f64, f64) = (0.125, 40.0);
 /// Maximum delay that is caught up by running faster, in seconds of real time.
-const LATE: f64 = 0.25;
+const MAX_CATCH_UP_S: f64 = 0.25;
 
 /// The speed of the simulation, and a thread that wakes the session when the next step is due.
-pub struct Pace {
+pub struct RealTimePacer {
     /// Speed as a multiple of real time; 0: as fast as possible.
     pub speed: f64,
     /// Reference for the pace: a real time, and the simulation time at that moment, s.
-    from: Option<(Instant, f64)>,
+    reference: Option<(Instant, f64)>,
     /// Sends the thread the time at which it must wake the session; `None` ends the thread.
     alarm: Option<Sender<Instant>>,
     thread: Option<JoinHandle<()>>,
 }
 
-impl Pace {
-    /// Creates a pace and starts its thread.
+impl RealTimePacer {
+    /// Creates a pacer and starts its thread.
     pub fn new(speed: f64, session: Session) -> Self {
         let (alarm, due) = mpsc::channel::<Instant>();
         let ring = move || {
@@ -44,11 +44,11 @@ impl Pace {
             }
         };
         let thread = std::thread::Builder::new().name("pace".into()).spawn(ring).ok();
-        Pace { speed, from: None, alarm: Some(alarm), thread }
+        RealTimePacer { speed, reference: None, alarm: Some(alarm), thread }
     }
     /// Resets the reference time. Must be called after a pause, a start, or a change of the speed.
-    pub fn again(&mut self) {
-        self.from = None;
+    pub fn reset(&mut self) {
+        self.reference = None;
     }
     /// Returns whether the step at this simulation time, s, is due. If it is not, the session is woken later.
     pub fn is_due(&mut self, time: f64) -> bool {
@@ -56,10 +56,10 @@ impl Pace {
             return true;
         }
         let now = Instant::now();
-        let (began, at) = *self.from.get_or_insert((now, time));
+        let (began, at) = *self.reference.get_or_insert((now, time));
         let ahead = (time - at) / self.speed - (now - began).as_secs_f64();
-        if ahead < -LATE {
-            self.from = Some((now, time));
+        if ahead < -MAX_CATCH_UP_S {
+            self.reference = Some((now, time));
         }
         if ahead <= 0.0 {
             return true;
@@ -71,7 +71,7 @@ impl Pace {
     }
 }
 
-impl Drop for Pace {
+impl Drop for RealTimePacer {
     fn drop(&mut self) {
         self.alarm = None;
         if let Some(thread) = self.thread.take() {

@@ -8,55 +8,55 @@ use tatu_plugin_api::{
     abi::*,
     safe::{Result, Turn, ValueRef},
 };
-use tatu_services_common::outbox::Message;
+use tatu_services_common::outbox::OutgoingMessage;
 
 use crate::{
     plugin::Props,
-    protocol::{Joint, Object, Part, Schema, Script, Texture, ToPage, Volume},
+    protocol::{Joint, ReadingSchema, SceneObject, Script, SensorVolume, Texture, ToPage, VisiblePart},
 };
 
 /// First byte of a mesh message.
-const MESH: u8 = 2;
+const MESH_TAG: u8 = 2;
 /// First byte of a message with a texture image.
-const TEXTURE: u8 = 4;
+const TEXTURE_TAG: u8 = 4;
 /// The complete scene when it was last read.
 #[derive(Default)]
-pub struct Whole {
+pub struct PageScene {
     /// The ids of all objects, in the order of the scene tree.
     pub ids: Vec<tatu_object>,
     /// All joints, and whether they are spherical.
     pub joints: Vec<(tatu_object, bool)>,
     /// The sensors whose readings have fields, and the schemas of these readings.
-    pub sensors: Vec<(tatu_object, Schema)>,
+    pub sensors: Vec<(tatu_object, ReadingSchema)>,
     /// The messages for a new client: meshes and texture images, then the scene.
-    pub messages: Vec<Message>,
+    pub messages: Vec<OutgoingMessage>,
 }
 
 /// Returns the schema of a sensor's readings, which is recognized by the fields of the readings; `None` if they have no
 /// fields.
-fn schema(turn: &Turn<'_>, p: &Props, id: tatu_object) -> Option<Schema> {
+fn schema(turn: &Turn<'_>, p: &Props, id: tatu_object) -> Option<ReadingSchema> {
     let fields = [
-        (Schema::Proximity, p.detected),
-        (Schema::RangeScan, p.scan_distance),
-        (Schema::Image, p.rgb),
-        (Schema::Image, p.depth),
-        (Schema::Gps, p.gps),
+        (ReadingSchema::Proximity, p.detected),
+        (ReadingSchema::RangeScan, p.scan_distance),
+        (ReadingSchema::Image, p.rgb),
+        (ReadingSchema::Image, p.depth),
+        (ReadingSchema::Gps, p.gps),
     ];
     let known = fields.into_iter().find(|(_, field)| turn.reading(id, *field).is_ok()).map(|(schema, _)| schema);
-    known.or_else(|| turn.field_of(id, 0).map(|_| Schema::Fields))
+    known.or_else(|| turn.field_of(id, 0).map(|_| ReadingSchema::Fields))
 }
 
 /// Names of the parameters that describe the detection volume of a sensor. Each kind of sensor has only some of them,
 /// or none.
-pub const VOLUME: [&str; 9] =
+pub const VOLUME_PARAMS: [&str; 9] =
     ["volume", "range", "near", "angle", "height", "radius_near", "radius_far", "size_near", "size_far"];
 
 /// Returns the detection volume of the sensor `id` of this kind.
-fn volume(turn: &Turn<'_>, id: tatu_object, kind: &str) -> Volume {
+fn volume(turn: &Turn<'_>, id: tatu_object, kind: &str) -> SensorVolume {
     let get = |name: &str| turn.get(id, turn.host().prop(&format!("{kind}.{name}"))).ok();
     let number = |name: &str| get(name)?.as_f64().filter(|x| x.is_finite());
     let size = |name: &str| get(name)?.array::<2>();
-    Volume {
+    SensorVolume {
         volume: get("volume").and_then(|v| v.as_str()).map(|s| s.into_owned()),
         range: number("range"),
         near: number("near"),
@@ -74,9 +74,9 @@ fn text(v: ValueRef<'_>) -> String {
     v.as_str().map(|s| s.into_owned()).unwrap_or_default()
 }
 
-impl Whole {
+impl PageScene {
     /// Updates `joints` and `sensors` for an object that has changed.
-    pub fn take(&mut self, id: tatu_object, o: &Object) {
+    pub fn update_object(&mut self, id: tatu_object, o: &SceneObject) {
         if let Some(joint) = &o.joint {
             let now = (id, joint.form == "spherical");
             match self.joints.iter_mut().find(|j| j.0 == id) {
@@ -93,12 +93,12 @@ impl Whole {
 }
 
 /// Messages with meshes and texture images, by the hash of the mesh or image.
-pub type Assets = BTreeMap<String, Message>;
+pub type AssetMessages = BTreeMap<String, OutgoingMessage>;
 
 /// Reads the complete scene. `opened` is the number of the scene among those opened so far.
-pub fn read(turn: &Turn<'_>, p: &Props, opened: u32) -> Result<Whole> {
-    let mut whole = Whole { ids: turn.list(0, 0, 0)?, ..Default::default() };
-    let mut assets = Assets::new();
+pub fn read(turn: &Turn<'_>, p: &Props, opened: u32) -> Result<PageScene> {
+    let mut whole = PageScene { ids: turn.list(0, 0, 0)?, ..Default::default() };
+    let mut assets = AssetMessages::new();
     let mut objects = Vec::new();
     for &id in &whole.ids {
         let o = object(turn, p, id, &mut assets)?;
@@ -122,9 +122,9 @@ pub fn read(turn: &Turn<'_>, p: &Props, opened: u32) -> Result<Whole> {
 }
 
 /// Reads an object, and adds its meshes and texture images to `assets`.
-pub fn object(turn: &Turn<'_>, p: &Props, id: tatu_object, assets: &mut Assets) -> Result<Object> {
+pub fn object(turn: &Turn<'_>, p: &Props, id: tatu_object, assets: &mut AssetMessages) -> Result<SceneObject> {
     let kind = text(turn.get(id, p.kind)?);
-    let mut o = Object {
+    let mut o = SceneObject {
         id: tatu_slot(id),
         parent: tatu_slot(turn.get(id, p.parent)?.as_object().unwrap_or(0)),
         alias: text(turn.get(id, p.alias)?),
@@ -160,7 +160,7 @@ pub fn object(turn: &Turn<'_>, p: &Props, id: tatu_object, assets: &mut Assets) 
         "sensor" => {
             let sensor = text(turn.get(id, p.sensor_kind)?);
             o.schema = schema(turn, p, id);
-            o.volume = o.schema.filter(|s| *s != Schema::Fields).map(|_| volume(turn, id, &sensor));
+            o.volume = o.schema.filter(|s| *s != ReadingSchema::Fields).map(|_| volume(turn, id, &sensor));
             o.sensor = Some(sensor);
         }
         "path" => {
@@ -181,25 +181,26 @@ fn scripts_of(turn: &Turn<'_>, p: &Props, all: impl Iterator<Item = tatu_object>
             name: text(turn.get(s, p.script_name)?),
             kind: text(turn.get(s, p.script_kind)?),
             language: text(turn.get(s, p.script_language)?),
-            version: version(&turn.script_text(s)?),
+            version: script_version(&turn.script_text(s)?),
         })
     })
     .collect()
 }
 
 /// Returns the version of a script: the first 32 bits of the SHA-256 hash of its source.
-pub fn version(text: &[u8]) -> u32 {
+pub fn script_version(text: &[u8]) -> u32 {
     Sha256::digest(text).iter().take(4).fold(0, |n, b| n << 8 | u32::from(*b))
 }
 
 /// Returns the visible parts of a shape, and adds their meshes and texture images to `assets`.
-fn parts(turn: &Turn<'_>, id: tatu_object, assets: &mut Assets) -> Result<Vec<Part>> {
+fn parts(turn: &Turn<'_>, id: tatu_object, assets: &mut AssetMessages) -> Result<Vec<VisiblePart>> {
     let mut out = Vec::new();
     while let Some(part) = turn.part(id, out.len() as u32)? {
         let numbers = |key: &str| part.get(key).and_then(|v| v.numbers()).unwrap_or_default();
         let form = part.get("form").map(text).unwrap_or_default();
         let texture = part.get("texture").map(texture);
-        let mut o = Part { pose: numbers("pose"), color: numbers("color"), size: None, texture, mesh: None, form };
+        let mut o =
+            VisiblePart { pose: numbers("pose"), color: numbers("color"), size: None, texture, mesh: None, form };
         if o.form == "mesh" {
             let (sum, message) = mesh(&numbers("points"), &numbers("triangles"), &numbers("coordinates"));
             assets.entry(sum.clone()).or_insert(message);
@@ -236,29 +237,29 @@ fn texture(map: ValueRef<'_>) -> Texture {
 
 /// Returns the message with a texture image: the bytes 4 (texture), 1 (version), 0 and 0, the hash as 16 characters,
 /// the number of columns and the number of rows as u32, and the pixels as RGBA with 4 bytes each, the top row first.
-fn image(hash: &str, map: ValueRef<'_>) -> Message {
+fn image(hash: &str, map: ValueRef<'_>) -> OutgoingMessage {
     let count = |key: &str| map.get(key).and_then(|v| v.as_i64()).unwrap_or(0) as u32;
-    let mut out = vec![TEXTURE, 1, 0, 0];
+    let mut out = vec![TEXTURE_TAG, 1, 0, 0];
     out.extend_from_slice(hash.as_bytes());
     out.extend_from_slice(&count("columns").to_le_bytes());
     out.extend_from_slice(&count("rows").to_le_bytes());
     out.extend_from_slice(map.get("rgba").and_then(|v| v.as_bytes()).unwrap_or_default());
-    Message::Binary(out.into())
+    OutgoingMessage::Binary(out.into())
 }
 
 /// Returns the hash of a mesh and the message with it: the bytes 2 (mesh), 1 (version), 0 and 0, the hash as 16
 /// characters, the numbers of points and of triangles as u32, the coordinates of the points as f32, the point indices
 /// of the triangles as u32, and the texture coordinates of the points as f32, if they have any.
-fn mesh(points: &[f64], triangles: &[f64], coordinates: &[f64]) -> (String, Message) {
+fn mesh(points: &[f64], triangles: &[f64], coordinates: &[f64]) -> (String, OutgoingMessage) {
     let mut body = Vec::with_capacity((points.len() + triangles.len() + coordinates.len()) * 4);
     points.iter().for_each(|x| body.extend_from_slice(&(*x as f32).to_le_bytes()));
     triangles.iter().for_each(|i| body.extend_from_slice(&(*i as u32).to_le_bytes()));
     coordinates.iter().for_each(|x| body.extend_from_slice(&(*x as f32).to_le_bytes()));
     let sum: String = Sha256::digest(&body).iter().take(8).map(|b| format!("{b:02x}")).collect();
-    let mut out = vec![MESH, 1, 0, 0];
+    let mut out = vec![MESH_TAG, 1, 0, 0];
     out.extend_from_slice(sum.as_bytes());
     out.extend_from_slice(&((points.len() / 3) as u32).to_le_bytes());
     out.extend_from_slice(&((triangles.len() / 3) as u32).to_le_bytes());
     out.extend_from_slice(&body);
-    (sum, Message::Binary(out.into()))
+    (sum, OutgoingMessage::Binary(out.into()))
 }

@@ -15,122 +15,122 @@ use tatu_plugin_api::{
 };
 use tatu_services_common::{
     json,
-    listener::{Client, Listener, Rights, Settings},
-    outbox::{Message, Utf8Bytes},
+    listener::{ListenerSettings, Rights, WebSocketClient, WebSocketListener},
+    outbox::{OutgoingMessage, Utf8Bytes},
 };
 
 use crate::{
-    acts,
-    changes::Changes,
-    drop::{Dropped, Folder},
-    edits::{self, Known},
+    browser::BrowserRedirect,
+    changes::ChangeDetector,
+    drop::{DropFolder, DroppedFile},
+    edits::{self, EditTracker},
     files, film_page,
-    lists::{Allowance, Lists},
-    opened::Opened,
-    overlays::Wanted,
-    pace::{Pace, SPEEDS},
+    lists::{ListCache, RequestAllowance},
+    overlays::OverlayRequest,
+    pace::{RealTimePacer, SPEED_RANGE},
     plugin::{Props, WebPage},
-    protocol::{Action, FromPage, ToPage},
+    protocol::{FromPage, RunAction, ToPage},
     readings,
-    recent::Recent,
-    recorder::{EVENTS, Recorder},
-    scene::Whole,
-    watch::Watch,
-    windows::{self, Windows},
+    recent::RecentScenes,
+    recorder::{FilmRecorder, RECORDED_EVENTS},
+    requests,
+    scene::PageScene,
+    watch::ValueWatch,
+    windows::{self, ScriptWindows},
 };
 
 /// Version of the protocol between the page and the program.
-const VERSION: u32 = 3;
+const PROTOCOL_VERSION: u32 = 3;
 /// Maximum size of a message from a client, bytes.
-const MOST_MESSAGE: usize = 4 << 20;
+const MAX_MESSAGE_BYTES: usize = 4 << 20;
 /// Maximum number of messages from a client with control rights that are processed per barrier.
-const AT_ONCE: usize = 500;
+const MAX_REQUESTS_PER_BARRIER: usize = 500;
 /// Maximum number of messages from a client with view rights only that are processed per barrier.
-const LOOKS_AT_ONCE: usize = 20;
+const MAX_VIEWER_REQUESTS_PER_BARRIER: usize = 20;
 /// Maximum compressed size of a client's film, bytes; the film is sent in base64 as a single message.
-const MOST_FILM: usize = 64 << 20;
+const MAX_FILM_BYTES: usize = 64 << 20;
 /// Maximum number of sensors whose images a client may request at the same time, and of graphs.
-const MOST_SHOWN: usize = 8;
+const MAX_REQUESTED_OBJECTS: usize = 8;
 /// Maximum number of output messages that are stored for new clients.
-const MOST_LINES: usize = 500;
+const MAX_OUTPUT_MESSAGES: usize = 500;
 
 /// The service `web`.
-pub struct Web {
+pub struct WebService {
     p: Props,
-    state: RefCell<State>,
+    state: RefCell<WebState>,
 }
 
 /// The state of the service `web`.
-pub(crate) struct State {
+pub(crate) struct WebState {
     /// The connected clients.
-    pub(crate) guests: Vec<Guest>,
-    pub(crate) whole: Whole,
-    pub(crate) changes: Changes,
+    pub(crate) clients: Vec<PageClient>,
+    pub(crate) scene: PageScene,
+    pub(crate) changes: ChangeDetector,
     /// Start time of the last round of comparisons by `changes`; `None` if a round is due.
     pub(crate) last_round: Option<Instant>,
     /// Whether objects have changed since `whole` was read, so its messages must be built again for a new client.
-    pub(crate) is_old: bool,
+    pub(crate) scene_outdated: bool,
     /// Address of the world whose scene was read, which identifies the world.
     pub(crate) world: usize,
     /// Number of scenes opened so far.
-    pub(crate) opened_before: u32,
+    pub(crate) scenes_opened: u32,
     /// The newest messages with output of the simulation, for new clients.
-    pub(crate) lines: Vec<Message>,
-    pub(crate) windows: Windows,
-    pub(crate) pace: Pace,
+    pub(crate) output_messages: Vec<OutgoingMessage>,
+    pub(crate) windows: ScriptWindows,
+    pub(crate) pace: RealTimePacer,
     /// Whether the simulation is held between two steps, as after a single step.
     pub(crate) held: bool,
     /// Number of single steps that remain to be run while the simulation is held.
-    pub(crate) singles: u64,
+    pub(crate) pending_steps: u64,
     pub(crate) last_frame: Instant,
     pub(crate) last_readings: Instant,
     /// The last `state` message, as JSON.
-    pub(crate) told: String,
+    pub(crate) last_state: String,
     /// The last message with drawings, as JSON.
-    pub(crate) drawn: String,
+    pub(crate) last_drawings: String,
     /// Version of the drawings: the number of times that they have changed.
-    pub(crate) drawings: u64,
-    pub(crate) sent: readings::Sent,
-    pub(crate) listener: Listener,
-    pub(crate) lists: Lists,
-    pub(crate) recent: Recent,
-    pub(crate) edits: Known,
+    pub(crate) drawings_version: u64,
+    pub(crate) sent_readings: readings::SentReadings,
+    pub(crate) listener: WebSocketListener,
+    pub(crate) lists: ListCache,
+    pub(crate) recent: RecentScenes,
+    pub(crate) edits: EditTracker,
     /// The file that passes the address to the browser; removed when a client with control rights connects.
-    pub(crate) opened: Option<Opened>,
+    pub(crate) browser_redirect: Option<BrowserRedirect>,
 }
 
 /// The state of a client.
-pub(crate) struct Guest {
-    pub(crate) client: Client,
+pub(crate) struct PageClient {
+    pub(crate) client: WebSocketClient,
     /// The frame entries that were sent to the client last, by key.
-    pub(crate) known: BTreeMap<u32, [u8; 20]>,
+    pub(crate) sent_entries: BTreeMap<u32, [u8; 20]>,
     /// Whether the client has received the current scene.
-    pub(crate) whole: bool,
+    pub(crate) scene_sent: bool,
     /// Handles of the sensors whose images the client has requested.
     pub(crate) images: Vec<u32>,
     /// Handles of the graphs whose streams the client has requested.
     pub(crate) graphs: Vec<u32>,
     /// The values that the client watches.
-    pub(crate) watch: Watch,
+    pub(crate) watch: ValueWatch,
     /// The film that the client is recording.
-    pub(crate) film: Option<Recorder>,
+    pub(crate) film: Option<FilmRecorder>,
     /// The overlays that the client has requested.
-    pub(crate) overlays: Wanted,
-    /// Whether messages to the client were still queued when `show` started to queue new ones.
-    pub(crate) waits: bool,
+    pub(crate) overlays: OverlayRequest,
+    /// Whether messages to the client were still queued when `queue_messages` started to queue new ones.
+    pub(crate) has_backlog: bool,
     /// Whether the client has missed readings that were sent to other clients.
-    pub(crate) missed: bool,
+    pub(crate) missed_readings: bool,
     /// Version of the drawings that the client received last.
-    pub(crate) drawings: u64,
+    pub(crate) drawings_version: u64,
     /// The dropped file that is being received.
-    pub(crate) dropped: Option<Dropped>,
+    pub(crate) incoming_file: Option<DroppedFile>,
     /// The folder that the client created last for dropped files.
-    pub(crate) folder: Option<Folder>,
+    pub(crate) drop_folder: Option<DropFolder>,
     /// The requests that the client may still make; used only for clients with view rights only.
-    pub(crate) allowance: Allowance,
+    pub(crate) allowance: RequestAllowance,
 }
 
-impl Service for Web {
+impl Service for WebService {
     type Plugin = WebPage;
     const ID: &'static str = "web";
     const TEXT: &'static str = "A page in the browser that shows and controls the world.";
@@ -141,41 +141,41 @@ impl Service for Web {
             Param::int("port").range(0.0, 65535.0).default(0).text("port on 127.0.0.1 to listen on; 0: any free port"),
             Param::bool("browser").default(false).text("whether to open the page in a browser"),
             Param::float("speed")
-                .range(0.0, SPEEDS.1)
+                .range(0.0, SPEED_RANGE.1)
                 .default(1.0)
                 .text("initial speed as a multiple of real time; 0: as fast as possible"),
         ]
     }
 
     fn start(plugin: &WebPage, _: &Host, session: Session, params: &Params<'_>) -> Result<Self> {
-        let settings = Settings {
+        let settings = ListenerSettings {
             service: Self::ID,
             port: params.i64("port")? as u16,
             path: "/ws",
             token: true,
             origins: Vec::new(),
-            most_message: MOST_MESSAGE,
-            files: files::page,
+            max_message_bytes: MAX_MESSAGE_BYTES,
+            files: files::embedded_file,
             wake: Box::new({
                 let session = session.clone();
                 move || session.wake()
             }),
-            heard: Box::new({
+            on_message: Box::new({
                 let session = session.clone();
                 move |text| {
-                    if acts::ends_scripts(text) {
+                    if requests::requests_stop(text) {
                         session.stop();
                     }
                 }
             }),
         };
-        let listener = Listener::open(settings).map_err(|e| {
+        let listener = WebSocketListener::open(settings).map_err(|e| {
             let port = params.i64("port").unwrap_or(0);
             Fail::new(format!("cannot listen on 127.0.0.1:{port}: {e}"))
                 .help("end the program that uses the port, or choose another one; 0 selects a free port")
         })?;
         let url = format!("http://{}/?token={}", listener.address, listener.token);
-        if let Some(e) = &listener.unkept {
+        if let Some(e) = &listener.token_error {
             let text = format!(
                 "the page will have a different address in the next run, because its access token cannot be stored: {e}"
             );
@@ -187,7 +187,7 @@ impl Service for Web {
         let _ = writeln!(out, "{url}").and_then(|()| out.flush());
         let mut opened = None;
         if params.bool("browser")? {
-            match Opened::start(&url) {
+            match BrowserRedirect::open_browser(&url) {
                 Ok(file) => opened = Some(file),
                 Err(e) => session.log(
                     TATU_LOG_INFO,
@@ -196,54 +196,54 @@ impl Service for Web {
             }
         }
         let now = Instant::now();
-        let state = State {
-            guests: Vec::new(),
-            whole: Whole::default(),
-            changes: Changes::default(),
+        let state = WebState {
+            clients: Vec::new(),
+            scene: PageScene::default(),
+            changes: ChangeDetector::default(),
             last_round: None,
-            is_old: false,
+            scene_outdated: false,
             world: 0,
-            opened_before: 0,
-            lines: Vec::new(),
-            windows: Windows::default(),
-            pace: Pace::new(params.f64("speed")?, session),
+            scenes_opened: 0,
+            output_messages: Vec::new(),
+            windows: ScriptWindows::default(),
+            pace: RealTimePacer::new(params.f64("speed")?, session),
             held: false,
-            singles: 0,
+            pending_steps: 0,
             last_frame: now,
             last_readings: now,
-            told: String::new(),
-            drawn: String::new(),
-            drawings: 0,
-            sent: readings::Sent::default(),
+            last_state: String::new(),
+            last_drawings: String::new(),
+            drawings_version: 0,
+            sent_readings: readings::SentReadings::default(),
             listener,
-            lists: Lists::default(),
-            recent: Recent::of_user(),
-            edits: Known::default(),
-            opened,
+            lists: ListCache::default(),
+            recent: RecentScenes::of_user(),
+            edits: EditTracker::default(),
+            browser_redirect: opened,
         };
-        Ok(Web { p: plugin.p, state: RefCell::new(state) })
+        Ok(WebService { p: plugin.p, state: RefCell::new(state) })
     }
 
     fn barrier(&self, turn: &Turn<'_>, step: u64) -> Result<Answer> {
         let state = &mut *self.state()?;
         let running = turn.state() == TATU_RUNNING;
-        state.come(turn)?;
-        state.hear(turn, &self.p)?;
-        state.attend(turn);
-        state.edits.keep(turn);
-        state.record(turn, &self.p, step)?;
-        state.show(turn, &self.p, step)?;
+        state.accept_clients(turn)?;
+        state.handle_requests(turn, &self.p)?;
+        state.defer_dialogs(turn);
+        state.edits.write_backup(turn);
+        state.record_step(turn, &self.p, step)?;
+        state.queue_messages(turn, &self.p, step)?;
         // A world that is not running must not be held, because its scripts are still called.
         if !running {
-            state.pace.again();
+            state.pace.reset();
             return Ok(Answer::Go);
         }
         if state.held {
-            if state.singles == 0 {
-                state.pace.again();
+            if state.pending_steps == 0 {
+                state.pace.reset();
                 return Ok(Answer::Hold);
             }
-            state.singles -= 1;
+            state.pending_steps -= 1;
             return Ok(Answer::Go);
         }
         let time = turn.f64(0, self.p.time)?;
@@ -252,126 +252,126 @@ impl Service for Web {
 
     fn event(&self, turn: &Turn<'_>, name: &str, payload: ValueRef<'_>) {
         let Ok(mut state) = self.state() else { return };
-        if EVENTS.contains(&name) {
-            let films = state.guests.iter_mut().filter_map(|g| g.film.as_mut());
+        if RECORDED_EVENTS.contains(&name) {
+            let films = state.clients.iter_mut().filter_map(|g| g.film.as_mut());
             films.for_each(|film| film.event(turn, &self.p, name, payload));
         }
-        if matches!(name, edits::EVENT | "stopped") {
-            state.edits.changed();
+        if matches!(name, edits::EDITED_EVENT | "stopped") {
+            state.edits.mark_edited();
         }
         if name == "stopped" {
-            (state.held, state.singles) = (false, 0);
+            (state.held, state.pending_steps) = (false, 0);
             state.windows.clear();
         }
         if matches!(name, "started" | "resumed") {
-            state.pace.again();
+            state.pace.reset();
         }
         let payload = payload.to_value().map_or(Json::Null, |v| json::write(&v));
-        if name == windows::EVENT {
-            state.windows.hear(&payload);
+        if name == windows::WINDOW_EVENT {
+            state.windows.apply_event(&payload);
         }
         let message = ToPage::Event { name: name.to_owned(), payload }.message();
         if matches!(name, "message" | "console" | "script_error" | "started") {
             if name == "started" {
-                state.lines.clear();
+                state.output_messages.clear();
             }
-            state.lines.push(message.clone());
-            let over = state.lines.len().saturating_sub(MOST_LINES);
-            state.lines.drain(..over);
+            state.output_messages.push(message.clone());
+            let over = state.output_messages.len().saturating_sub(MAX_OUTPUT_MESSAGES);
+            state.output_messages.drain(..over);
         }
-        state.guests.iter().for_each(|g| g.client.out.send(message.clone()));
+        state.clients.iter().for_each(|g| g.client.out.send(message.clone()));
     }
 }
 
-impl Web {
-    fn state(&self) -> Result<RefMut<'_, State>> {
+impl WebService {
+    fn state(&self) -> Result<RefMut<'_, WebState>> {
         self.state.try_borrow_mut().map_err(|_| Fail::with_code(TATU_ERR_BUSY, "the service is in use"))
     }
 }
 
-/// Removes duplicates, and keeps at most `MOST_SHOWN` objects.
-fn few(mut objects: Vec<u32>) -> Vec<u32> {
+/// Removes duplicates, and keeps at most `MAX_REQUESTED_OBJECTS` objects.
+fn dedup_and_truncate(mut objects: Vec<u32>) -> Vec<u32> {
     objects.sort_unstable();
     objects.dedup();
-    objects.truncate(MOST_SHOWN);
+    objects.truncate(MAX_REQUESTED_OBJECTS);
     objects
 }
 
-impl State {
+impl WebState {
     /// Records the current step in the films of clients, and samples the values that clients watch.
-    fn record(&mut self, turn: &Turn<'_>, p: &Props, step: u64) -> Result {
+    fn record_step(&mut self, turn: &Turn<'_>, p: &Props, step: u64) -> Result {
         if turn.state() == TATU_STOPPED {
             return Ok(());
         }
         let time = turn.f64(0, p.time)?;
-        for guest in &mut self.guests {
-            guest.watch.look(turn, time);
+        for guest in &mut self.clients {
+            guest.watch.sample(turn, time);
             if let Some(film) = &mut guest.film {
-                film.look(turn, p, step)?;
+                film.record_step(turn, p, step)?;
             }
         }
         Ok(())
     }
 
     /// Adds clients that have connected and queues their first messages, and removes clients that have disconnected.
-    fn come(&mut self, _: &Turn<'_>) -> Result {
+    fn accept_clients(&mut self, _: &Turn<'_>) -> Result {
         for client in self.listener.take_new() {
-            let acts = client.role == Rights::Act;
+            let acts = client.rights == Rights::Control;
             if acts {
-                self.opened = None;
+                self.browser_redirect = None;
             }
             // The view-only address is sent only to clients with control rights, which may share it.
-            let look = acts.then(|| format!("http://{}/?token={}", self.listener.address, self.listener.look_token));
-            let hello = ToPage::Hello { version: VERSION, acts, look, speed: self.pace.speed };
+            let look = acts.then(|| format!("http://{}/?token={}", self.listener.address, self.listener.view_token));
+            let hello = ToPage::Hello { version: PROTOCOL_VERSION, acts, look, speed: self.pace.speed };
             client.out.send(hello.message());
-            self.lines.iter().cloned().chain(self.windows.messages()).for_each(|m| client.out.send(m));
-            self.told.clear();
-            self.guests.push(Guest {
+            self.output_messages.iter().cloned().chain(self.windows.messages()).for_each(|m| client.out.send(m));
+            self.last_state.clear();
+            self.clients.push(PageClient {
                 client,
-                known: BTreeMap::new(),
-                whole: false,
+                sent_entries: BTreeMap::new(),
+                scene_sent: false,
                 images: Vec::new(),
                 graphs: Vec::new(),
-                watch: Watch::default(),
+                watch: ValueWatch::default(),
                 film: None,
-                overlays: Wanted::default(),
-                waits: false,
-                missed: true,
-                drawings: 0,
-                dropped: None,
-                folder: None,
-                allowance: Allowance::new(),
+                overlays: OverlayRequest::default(),
+                has_backlog: false,
+                missed_readings: true,
+                drawings_version: 0,
+                incoming_file: None,
+                drop_folder: None,
+                allowance: RequestAllowance::new(),
             });
         }
-        self.guests.retain(|g| !g.client.is_gone());
+        self.clients.retain(|g| !g.client.is_gone());
         Ok(())
     }
 
     /// If a client with control rights is connected, makes new dialogs of scripts wait for its answer.
-    fn attend(&mut self, turn: &Turn<'_>) {
-        if !self.guests.iter().any(|g| g.client.role == Rights::Act) {
+    fn defer_dialogs(&mut self, turn: &Turn<'_>) {
+        if !self.clients.iter().any(|g| g.client.rights == Rights::Control) {
             return;
         }
-        for (act, window) in self.windows.asking() {
+        for (act, window) in self.windows.take_new_dialogs() {
             // Fails if the dialog has been closed in the meantime.
-            let _ = acts::call(turn, &act, &[json!(window), json!(0), json!("attend")]);
+            let _ = requests::call_command(turn, &act, &[json!(window), json!(0), json!("attend")]);
         }
     }
 
     /// Executes queued requests of all clients, up to a limit per client, and queues the answers.
-    fn hear(&mut self, turn: &Turn<'_>, p: &Props) -> Result {
-        let mut guests = std::mem::take(&mut self.guests);
+    fn handle_requests(&mut self, turn: &Turn<'_>, p: &Props) -> Result {
+        let mut guests = std::mem::take(&mut self.clients);
         // Clients with control rights are processed first, so that viewers do not delay them.
-        let (acting, looking): (Vec<_>, Vec<_>) = guests.iter_mut().partition(|g| g.client.role == Rights::Act);
+        let (acting, looking): (Vec<_>, Vec<_>) = guests.iter_mut().partition(|g| g.client.rights == Rights::Control);
         for guest in acting.into_iter().chain(looking) {
             turn.client(guest.client.number);
-            let acts = guest.client.role == Rights::Act;
-            for _ in 0..if acts { AT_ONCE } else { LOOKS_AT_ONCE } {
-                if !acts && !guest.allowance.may_ask() {
+            let acts = guest.client.rights == Rights::Control;
+            for _ in 0..if acts { MAX_REQUESTS_PER_BARRIER } else { MAX_VIEWER_REQUESTS_PER_BARRIER } {
+                if !acts && !guest.allowance.may_request() {
                     break;
                 }
                 let Some(line) = guest.client.next() else { break };
-                let asked = match FromPage::read(&line) {
+                let asked = match FromPage::parse(&line) {
                     Ok(asked) => asked,
                     Err(refused) => {
                         guest.allowance.spend(false);
@@ -383,11 +383,11 @@ impl State {
                 let list = self.list(turn, &asked, acts);
                 guest.allowance.spend(list.is_some());
                 if let Some(list) = list {
-                    guest.client.out.send(Message::Text(list));
+                    guest.client.out.send(OutgoingMessage::Text(list));
                     continue;
                 }
                 let of = asked.id();
-                let answer = match self.act(turn, p, guest, asked) {
+                let answer = match self.execute_request(turn, p, guest, asked) {
                     Ok(Some(answer)) => answer,
                     Ok(None) => continue,
                     Err(fail) => {
@@ -397,7 +397,7 @@ impl State {
                 guest.client.out.send(answer.message());
             }
         }
-        self.guests = guests;
+        self.clients = guests;
         Ok(())
     }
 
@@ -412,44 +412,50 @@ impl State {
     }
 
     /// Executes a request, and returns the answer if there is one.
-    fn act(&mut self, turn: &Turn<'_>, p: &Props, guest: &mut Guest, asked: FromPage) -> Result<Option<ToPage>> {
-        let may_act = guest.client.role == Rights::Act;
+    fn execute_request(
+        &mut self,
+        turn: &Turn<'_>,
+        p: &Props,
+        guest: &mut PageClient,
+        asked: FromPage,
+    ) -> Result<Option<ToPage>> {
+        let may_act = guest.client.rights == Rights::Control;
         match asked {
-            FromPage::Details { object } => return acts::details(turn, object).map(Some),
-            FromPage::Script { script } => return acts::script(turn, script).map(Some),
-            FromPage::Data { object } => return acts::data(turn, p, object).map(Some),
-            FromPage::Images { objects } => guest.images = few(objects),
-            FromPage::Graphs { objects } => guest.graphs = few(objects),
-            FromPage::Watch { of, values } => guest.watch = Watch::new(turn, of, &values),
-            FromPage::Overlays { contacts, bodies } => guest.overlays = Wanted { contacts, bodies },
+            FromPage::Details { object } => return requests::details(turn, object).map(Some),
+            FromPage::Script { script } => return requests::script(turn, script).map(Some),
+            FromPage::Data { object } => return requests::data(turn, p, object).map(Some),
+            FromPage::Images { objects } => guest.images = dedup_and_truncate(objects),
+            FromPage::Graphs { objects } => guest.graphs = dedup_and_truncate(objects),
+            FromPage::Watch { of, values } => guest.watch = ValueWatch::new(turn, of, &values),
+            FromPage::Overlays { contacts, bodies } => guest.overlays = OverlayRequest { contacts, bodies },
             FromPage::Commands {} | FromPage::Files {} => {}
             _ if !may_act => {
                 return Err(Fail::unsupported(
                     "this page may only view the world: to control it, open the address that the program printed",
                 ));
             }
-            FromPage::Run { action } => self.request(turn, action)?,
+            FromPage::Run { action } => self.execute_run_action(turn, action)?,
             FromPage::Speed { speed } => {
-                self.pace.speed = if speed <= 0.0 { 0.0 } else { speed.clamp(SPEEDS.0, SPEEDS.1) };
-                self.pace.again();
+                self.pace.speed = if speed <= 0.0 { 0.0 } else { speed.clamp(SPEED_RANGE.0, SPEED_RANGE.1) };
+                self.pace.reset();
             }
             FromPage::Key { key } => {
-                acts::call(turn, "tatu.press", &[json!(key)])?;
+                requests::call_command(turn, "tatu.press", &[json!(key)])?;
             }
             FromPage::Folder { id, name } => {
-                let folder = guest.folder.insert(Folder::new(turn, &name)?);
+                let folder = guest.drop_folder.insert(DropFolder::new(turn, &name)?);
                 return Ok(Some(ToPage::Result { of: id, results: vec![json!(folder.name())] }));
             }
             FromPage::SaveScript { id, script, text, version } => {
                 self.last_round = None;
-                let result = acts::save_script(turn, p, script, &text, version)?;
+                let result = requests::save_script(turn, p, script, &text, version)?;
                 return Ok(Some(ToPage::Result { of: id, results: vec![result] }));
             }
             FromPage::Drop { id, file: name, part, last, folder } => {
-                let mut file = match (guest.dropped.take(), folder) {
+                let mut file = match (guest.incoming_file.take(), folder) {
                     (Some(file), _) => file,
-                    (None, None) => Dropped::new(&name)?,
-                    (None, Some(folder)) => match &mut guest.folder {
+                    (None, None) => DroppedFile::new(&name)?,
+                    (None, Some(folder)) => match &mut guest.drop_folder {
                         Some(own) if own.name() == folder => own.file(&name)?,
                         _ => {
                             return Err(Fail::argument(format!(
@@ -458,23 +464,23 @@ impl State {
                         }
                     },
                 };
-                file.take(&part)?;
+                file.append(&part)?;
                 if last {
-                    if let Some(folder) = &mut guest.folder {
-                        folder.count(&file)?;
+                    if let Some(folder) = &mut guest.drop_folder {
+                        folder.add_size(&file)?;
                     }
                     return Ok(Some(ToPage::Result { of: id, results: vec![json!(file.write(turn)?)] }));
                 }
-                guest.dropped = Some(file);
+                guest.incoming_file = Some(file);
             }
             FromPage::Open { id, file } => {
-                acts::open(turn, &self.recent, &file)?;
+                requests::open_scene(turn, &self.recent, &file)?;
                 return Ok(Some(ToPage::Result { of: id, results: Vec::new() }));
             }
-            FromPage::Picture { scene, png } => acts::picture(&self.recent, &scene, &png)?,
+            FromPage::Picture { scene, png } => requests::store_picture(&self.recent, &scene, &png)?,
             FromPage::Film { id, on: true } => {
-                film_page::check()?;
-                guest.film.get_or_insert_with(|| Recorder::new(MOST_FILM));
+                film_page::require_libraries()?;
+                guest.film.get_or_insert_with(|| FilmRecorder::new(MAX_FILM_BYTES));
                 return Ok(Some(ToPage::Result { of: id, results: Vec::new() }));
             }
             FromPage::Film { id, on: false } => {
@@ -483,43 +489,43 @@ impl State {
                 };
                 let recording = film.finish().transpose();
                 let recording = recording.map_err(|e| Fail::new(format!("the film could not be created: {e}")))?;
-                let page = recording.map(|bytes| STANDARD.encode(film_page::page(&bytes)));
+                let page = recording.map(|bytes| STANDARD.encode(film_page::build_page(&bytes)));
                 return Ok(Some(ToPage::Result { of: id, results: vec![json!(page), json!(film.full_at())] }));
             }
             FromPage::Call { id, name, args } => {
                 self.last_round = None;
-                self.edits.look_again();
-                return Ok(Some(ToPage::Result { of: id, results: acts::call(turn, &name, &args)? }));
+                self.edits.invalidate();
+                return Ok(Some(ToPage::Result { of: id, results: requests::call_command(turn, &name, &args)? }));
             }
         }
         Ok(None)
     }
 
     /// Executes a `run` request.
-    fn request(&mut self, turn: &Turn<'_>, action: Action) -> Result {
-        self.pace.again();
+    fn execute_run_action(&mut self, turn: &Turn<'_>, action: RunAction) -> Result {
+        self.pace.reset();
         match action {
             // A held simulation is not paused, so it need not be resumed.
-            Action::Start if self.held && turn.state() == TATU_RUNNING => {
+            RunAction::Start if self.held && turn.state() == TATU_RUNNING => {
                 self.held = false;
                 Ok(())
             }
-            Action::Step => {
+            RunAction::Step => {
                 // Resuming from a pause already runs one step.
                 let more = u64::from(turn.state() != TATU_PAUSED);
                 if turn.state() != TATU_RUNNING {
-                    turn.request(acts::request(action))?;
+                    turn.request(requests::run_request(action))?;
                 }
-                (self.held, self.singles) = (true, self.singles + more);
+                (self.held, self.pending_steps) = (true, self.pending_steps + more);
                 Ok(())
             }
-            _ => turn.request(acts::request(action)),
+            _ => turn.request(requests::run_request(action)),
         }
     }
 }
 
-impl Drop for State {
+impl Drop for WebState {
     fn drop(&mut self) {
-        self.guests.iter().for_each(|g| g.client.out.cut());
+        self.clients.iter().for_each(|g| g.client.out.disconnect());
     }
 }

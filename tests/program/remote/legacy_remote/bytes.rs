@@ -1,11 +1,11 @@
 //! Tests with messages as raw bytes: those sent by the current library but not by the one in the PyPI package; and
 //! those of images, windows, collisions and distances, which both send.
 
-use super::wire::{Wire, floats, floats_of, int_at, ints, near};
-use crate::{kit::served::Served, kit::*};
+use super::wire::{PacketConnection, floats, floats_of, int_at, ints, near};
+use crate::{kit::served_scene::ServedScene, kit::*};
 
 /// A handle that does not refer to any object.
-const NOBODY: i32 = 999_999;
+const UNKNOWN_HANDLE: i32 = 999_999;
 
 const SCENE: &str = r#"
 [[object]]
@@ -70,21 +70,21 @@ position_m = [0, 9, 1]
 const REGISTERED: &str = r#"{"collections":[],"collisions":[{"name":"Touch","handle":2010000,"of":[7,8],"threshold":0.0,"explicit":false}],"distances":[{"name":"Gap","handle":2020000,"of":[7,8],"threshold":0.0,"explicit":false},{"name":"Asked","handle":2020001,"of":[7,8],"threshold":0.0,"explicit":true}],"ik_groups":[],"windows":[{"name":"Panel","handle":2060000,"object":7,"attributes":1,"cells":[4,2],"buttons":[{"handle":3,"attributes":2,"cells":[1,1,0,0],"labels":["on",""],"slider":-0.5}]}]}"#;
 
 /// Serves the scene.
-fn served() -> (Place, Served) {
+fn served() -> (TestFolder, ServedScene) {
     let place =
-        Place::scene(&format!("dialect = \"3.6\"\ndata = {{ \"\\u0001registered\" = '{REGISTERED}' }}\n{SCENE}"));
-    let served = Served::new("legacy_remote", place.path().join("scene.toml").to_str().unwrap());
+        TestFolder::scene(&format!("dialect = \"3.6\"\ndata = {{ \"\\u0001registered\" = '{REGISTERED}' }}\n{SCENE}"));
+    let served = ServedScene::new("legacy_remote", place.path().join("scene.toml").to_str().unwrap());
     (place, served)
 }
 
 /// Starts a run in synchronous mode.
-fn start(wire: &mut Wire) {
+fn start(wire: &mut PacketConnection) {
     wire.done(0x0001, b"", b"");
     wire.done(0x1007, &ints(&[0]), b"");
 }
 
 /// Triggers one step and waits for its end.
-fn step(wire: &mut Wire) {
+fn step(wire: &mut PacketConnection) {
     wire.done(0x0003, b"", b"");
     wire.good(0x1021, &ints(&[1]), b"");
 }
@@ -92,7 +92,7 @@ fn step(wire: &mut Wire) {
 #[test]
 fn forces_and_turns_of_joints() {
     let (_place, served) = served();
-    let mut wire = Wire::new(&served);
+    let mut wire = PacketConnection::new(&served);
     let (hinge, socket) = (wire.handle("hinge"), wire.handle("socket"));
     for force in [2.5_f32, 0.0, 40.0] {
         wire.done(0x100E, &ints(&[hinge]), &floats(&[force]));
@@ -103,7 +103,7 @@ fn forces_and_turns_of_joints() {
     wire.done(0x100B, &ints(&[socket]), &floats(&turn));
     near(&wire.good(0x100A, &ints(&[socket]), b""), &turn);
     for (raw, data) in [(0x100E, floats(&[1.0])), (0x1038, vec![]), (0x100B, floats(&turn))] {
-        wire.bad(raw, &ints(&[NOBODY]), &data);
+        wire.bad(raw, &ints(&[UNKNOWN_HANDLE]), &data);
     }
     // Too few bytes, and no handle at all.
     wire.bad(0x100E, &ints(&[hinge]), &[0, 0]);
@@ -114,7 +114,7 @@ fn forces_and_turns_of_joints() {
 #[test]
 fn places_and_turns_of_objects() {
     let (_place, served) = served();
-    let mut wire = Wire::new(&served);
+    let mut wire = PacketConnection::new(&served);
     let (ball, block) = (wire.handle("ball"), wire.handle("box"));
     // The quaternion of a rotation by 90 degrees about z. In the frame of the ball, which is rotated in the same way,
     // the orientation is the identity.
@@ -132,12 +132,12 @@ fn places_and_turns_of_objects() {
     near(&wire.good(0x1019, &ints(&[block]), &ints(&[ball])), &[0.0, -1.0, 0.0]);
     near(&wire.good(0x1018, &ints(&[ball]), &ints(&[-1])), &[0.0, 0.0, std::f32::consts::FRAC_PI_2]);
     for to in [-1, ball] {
-        wire.bad(0x1801, &ints(&[NOBODY]), &[ints(&[to]), floats(&quarter)].concat());
-        wire.bad(0x2801, &ints(&[NOBODY, to]), b"");
-        wire.bad(0x1019, &ints(&[NOBODY]), &ints(&[to]));
-        wire.bad(0x1018, &ints(&[NOBODY]), &ints(&[to]));
+        wire.bad(0x1801, &ints(&[UNKNOWN_HANDLE]), &[ints(&[to]), floats(&quarter)].concat());
+        wire.bad(0x2801, &ints(&[UNKNOWN_HANDLE, to]), b"");
+        wire.bad(0x1019, &ints(&[UNKNOWN_HANDLE]), &ints(&[to]));
+        wire.bad(0x1018, &ints(&[UNKNOWN_HANDLE]), &ints(&[to]));
     }
-    wire.bad(0x2801, &ints(&[ball, NOBODY]), b"");
+    wire.bad(0x2801, &ints(&[ball, UNKNOWN_HANDLE]), b"");
     wire.bad(0x2801, &ints(&[ball]), b"");
     wire.bad(0x1801, &ints(&[ball]), &[ints(&[-1]), floats(&quarter[..3])].concat());
 }
@@ -145,7 +145,7 @@ fn places_and_turns_of_objects() {
 #[test]
 fn collisions_and_distances() {
     let (_place, served) = served();
-    let mut wire = Wire::new(&served);
+    let mut wire = PacketConnection::new(&served);
     let (ball, block) = (wire.handle("ball"), wire.handle("box"));
     let (touch, gap) = (int_at(&wire.good(0x300A, b"Touch\0", b""), 0), int_at(&wire.good(0x300B, b"Gap\0", b""), 0));
     let asked = int_at(&wire.good(0x300B, b"Asked\0", b""), 0);
@@ -160,12 +160,12 @@ fn collisions_and_distances() {
     }
     assert!(wire.bad(0x1027, &ints(&[asked]), b"").contains("never handled"));
     for raw in [0x200F, 0x2010] {
-        wire.bad(raw, &ints(&[NOBODY, block]), b"");
-        wire.bad(raw, &ints(&[ball, NOBODY]), b"");
+        wire.bad(raw, &ints(&[UNKNOWN_HANDLE, block]), b"");
+        wire.bad(raw, &ints(&[ball, UNKNOWN_HANDLE]), b"");
         wire.bad(raw, &ints(&[ball]), b"");
     }
     for raw in [0x1026, 0x1027] {
-        wire.bad(raw, &ints(&[NOBODY]), b"");
+        wire.bad(raw, &ints(&[UNKNOWN_HANDLE]), b"");
     }
     for raw in [0x300A, 0x300B] {
         assert!(wire.bad(raw, b"nothing\0", b"").contains("nothing"));
@@ -175,7 +175,7 @@ fn collisions_and_distances() {
 #[test]
 fn a_force_sensor_breaks() {
     let (_place, served) = served();
-    let mut wire = Wire::new(&served);
+    let mut wire = PacketConnection::new(&served);
     let force = wire.handle("force");
     start(&mut wire);
     (0..10).for_each(|_| step(&mut wire));
@@ -187,7 +187,7 @@ fn a_force_sensor_breaks() {
     step(&mut wire);
     assert_eq!(wire.good(0x100F, &ints(&[force]), b"")[0], 3, "expected the bits for measured and broken");
     let ball = wire.handle("ball");
-    for wrong in [NOBODY, ball] {
+    for wrong in [UNKNOWN_HANDLE, ball] {
         wire.bad(0x1010, &ints(&[wrong]), b"");
         wire.bad(0x100F, &ints(&[wrong]), b"");
     }
@@ -196,7 +196,7 @@ fn a_force_sensor_breaks() {
 #[test]
 fn windows_of_buttons() {
     let (_place, served) = served();
-    let mut wire = Wire::new(&served);
+    let mut wire = PacketConnection::new(&served);
     let panel = int_at(&wire.good(0x3007, b"Panel\0", b""), 0);
     let slider = ints(&[panel, 3]);
     assert_eq!(wire.good(0x2001, &slider, b""), ints(&[250]));
@@ -216,11 +216,11 @@ fn windows_of_buttons() {
     assert_eq!(wire.good(0x2003, &ints(&[panel]), b""), ints(&[0, 3, 125, 0]));
     assert_eq!(wire.good(0x2003, &ints(&[panel]), b""), ints(&[0, -1, 0, 0]));
     for raw in [0x2001, 0x2002, 0x2004, 0x2005] {
-        wire.bad(raw, &ints(&[NOBODY, 3]), &ints(&[1]));
+        wire.bad(raw, &ints(&[UNKNOWN_HANDLE, 3]), &ints(&[1]));
         wire.bad(raw, &ints(&[panel, 99]), &ints(&[1]));
     }
-    wire.bad(0x2003, &ints(&[NOBODY]), b"");
-    wire.bad(0x2006, &ints(&[NOBODY, 3]), b"up\0down\0");
+    wire.bad(0x2003, &ints(&[UNKNOWN_HANDLE]), b"");
+    wire.bad(0x2006, &ints(&[UNKNOWN_HANDLE, 3]), b"up\0down\0");
     assert!(wire.bad(0x2006, &slider, b"up\0down").contains("not terminated"));
     assert!(wire.bad(0x3005, b"panel.ttb\0", b"").contains("windows of buttons"));
     wire.done(0x1029, &ints(&[panel]), b"");
@@ -229,9 +229,9 @@ fn windows_of_buttons() {
 }
 
 #[test]
-fn images_are_given_to_a_sensor() {
+fn images_are_written_to_a_sensor() {
     let (_place, served) = served();
-    let mut wire = Wire::new(&served);
+    let mut wire = PacketConnection::new(&served);
     let eye = ints(&[wire.handle("eye")]);
     let size = ints(&[3, 2]);
     let colours: Vec<u8> = (0..18).map(|i| 14 * i).collect();
@@ -246,13 +246,13 @@ fn images_are_given_to_a_sensor() {
     }
     assert_eq!(wire.good(0x1003, &eye, b""), [&size[..], &grey].concat(), "the image must not change");
     for raw in [0x1005, 0x1006] {
-        wire.bad(raw, &ints(&[NOBODY]), &[9; 6]);
+        wire.bad(raw, &ints(&[UNKNOWN_HANDLE]), &[9; 6]);
     }
 }
 
 #[test]
 #[cfg_attr(no_pypi, ignore = "needs python3 with venv and pip, and PyPI")]
-fn the_real_library_gives_images_and_reads_windows() {
+fn the_real_library_writes_images_and_reads_windows() {
     let bindings = super::bindings();
     let (_place, served) = served();
     let program = "
@@ -279,5 +279,5 @@ print('given')
 vrep.simxFinish(client)
 ";
     let told = super::client(&served, bindings, program).output().unwrap();
-    assert!(crate::kit::served::good(&told).contains("given"));
+    assert!(crate::kit::served_scene::good(&told).contains("given"));
 }

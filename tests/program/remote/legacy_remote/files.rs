@@ -2,9 +2,9 @@
 
 use std::fs;
 
-use super::{bindings, client, wire::Wire};
+use super::{bindings, client, wire::PacketConnection};
 use crate::{
-    kit::served::{Served, good},
+    kit::served_scene::{ServedScene, good},
     kit::*,
 };
 
@@ -15,21 +15,21 @@ const ROBOT: &str = "<?xml version=\"1.0\"?>\n<robot name=\"arm\"><link name=\"b
                      <box size=\"0.1 0.1 0.1\"/></geometry></collision></link></robot>\n";
 
 /// A served scene with a folder for files of scripts, and a folder for transferred files.
-struct Side {
-    place: Place,
-    served: Served,
+struct TransferServer {
+    place: TestFolder,
+    served: ServedScene,
 }
 
-impl Side {
-    fn new() -> Side {
-        let place = Place::scene("");
+impl TransferServer {
+    fn new() -> TransferServer {
+        let place = TestFolder::scene("");
         place.write("side/crate.toml", CRATE).write("side/arm.urdf", ROBOT).write("side/note.txt", "a note");
         place.write("files/empty.txt", "");
         place.write("side/next.toml", &CRATE.replace("\"crate\"", "\"of_next_scene\""));
         let scene = place.path().join("scene.toml");
         let files = place.path().join("files");
-        let served = Served::with("legacy_remote", scene.to_str().unwrap(), &["--files", files.to_str().unwrap()]);
-        Side { place, served }
+        let served = ServedScene::with("legacy_remote", scene.to_str().unwrap(), &["--files", files.to_str().unwrap()]);
+        TransferServer { place, served }
     }
     /// Returns the names in the folder for transferred files, sorted.
     fn transferred(&self) -> Vec<String> {
@@ -50,7 +50,7 @@ impl Side {
 #[cfg_attr(no_pypi, ignore = "needs python3 with venv and pip, and PyPI")]
 fn models_and_scenes_of_the_clients_side_are_loaded() {
     let bindings = bindings();
-    let side = Side::new();
+    let side = TransferServer::new();
     let program = r#"
 SIDE = 'FOLDER/side/'
 first = good(vrep.simxLoadModel(client, SIDE + 'crate.toml', 1, WAIT))
@@ -100,10 +100,10 @@ vrep.simxFinish(client)
 }
 
 #[test]
-fn a_transferred_file_replaces_nothing_and_is_erased_alone() {
-    let side = Side::new();
+fn a_transferred_file_replaces_no_other_and_only_it_is_erased() {
+    let side = TransferServer::new();
     side.put("old.txt", "of another run");
-    let mut wire = Wire::new(&side.served);
+    let mut wire = PacketConnection::new(&side.served);
     wire.good(0x3004, b"a.txt\0", b"first");
     assert_eq!(side.get("a.txt"), "first");
     wire.good(0x3004, b"a.txt\0", b"second");
@@ -136,8 +136,8 @@ fn a_transferred_file_replaces_nothing_and_is_erased_alone() {
 
 #[test]
 fn names_that_lead_elsewhere_are_refused() {
-    let side = Side::new();
-    let mut wire = Wire::new(&side.served);
+    let side = TransferServer::new();
+    let mut wire = PacketConnection::new(&side.served);
     let long = format!("{}\0", "y".repeat(101));
     for name in
         ["\0", ".\0", "..\0", "../x.txt\0", "/x.txt\0", "a/b\0", "a\\b\0", "c:b\0", ".hidden\0", "a\nb\0", &long]
@@ -162,11 +162,11 @@ fn names_that_lead_elsewhere_are_refused() {
 #[test]
 fn links_are_not_followed() {
     use std::os::unix::fs::symlink;
-    let (side, away) = (Side::new(), Place::new());
+    let (side, away) = (TransferServer::new(), TestFolder::new());
     away.write("outside.txt", "outside");
     let (folder, outside) = (side.place.path().join("files/transferred"), away.path().join("outside.txt"));
     symlink(away.path(), &folder).unwrap();
-    let mut wire = Wire::new(&side.served);
+    let mut wire = PacketConnection::new(&side.served);
     wire.bad(0x3004, b"in.txt\0", b"text");
     assert!(!away.path().join("in.txt").exists());
     fs::remove_file(&folder).unwrap();
@@ -179,9 +179,9 @@ fn links_are_not_followed() {
 }
 
 #[test]
-fn there_is_room_for_so_many_bytes() {
-    let side = Side::new();
-    let mut wire = Wire::new(&side.served);
+fn the_size_of_the_transfer_folder_is_limited() {
+    let side = TransferServer::new();
+    let mut wire = PacketConnection::new(&side.served);
     let most = 64 << 20;
     let mut bytes = vec![7; most];
     wire.good(0x3004, b"large.bin\0", &bytes);
@@ -204,7 +204,7 @@ fn there_is_room_for_so_many_bytes() {
 #[cfg_attr(no_pypi, ignore = "needs python3 with venv and pip, and PyPI")]
 fn a_transferred_model_is_repeated_from_the_log() {
     let bindings = bindings();
-    let place = Place::scene("");
+    let place = TestFolder::scene("");
     place.write("side/crate.toml", CRATE);
     let program = r#"
 good(vrep.simxSynchronous(client, True))

@@ -8,14 +8,14 @@ use std::{
     time::Duration,
 };
 
-use crate::kit::served::Served;
+use crate::kit::served_scene::ServedScene;
 
 /// Maximum size of a client's packet without its header, bytes.
-const PACKET: usize = 1294;
+const MAX_PACKET_BYTES: usize = 1294;
 const BLOCKING: u32 = 1;
 
 /// A client's connection.
-pub struct Wire {
+pub struct PacketConnection {
     stream: TcpStream,
     /// The number of messages sent so far, which is the id of the last one.
     sent: i32,
@@ -45,12 +45,12 @@ pub fn near(bytes: &[u8], expected: &[f32]) {
     assert!(close && bytes.len() == 4 * expected.len(), "{found:?} instead of {expected:?}");
 }
 
-impl Wire {
+impl PacketConnection {
     /// Connects to a served program.
-    pub fn new(served: &Served) -> Wire {
+    pub fn new(served: &ServedScene) -> PacketConnection {
         let stream = served.connect();
         stream.set_nodelay(true).unwrap();
-        Wire { stream, sent: 0 }
+        PacketConnection { stream, sent: 0 }
     }
 
     /// Sends a message with encoded commands, and returns the answer.
@@ -63,9 +63,9 @@ impl Wire {
         message.extend(ints(&[id, clock]));
         message.extend([0xAB; 7]);
         message.extend(commands);
-        let n = message.len().div_ceil(PACKET);
+        let n = message.len().div_ceil(MAX_PACKET_BYTES);
         let mut bytes = Vec::new();
-        for (i, part) in message.chunks(PACKET).enumerate() {
+        for (i, part) in message.chunks(MAX_PACKET_BYTES).enumerate() {
             for word in [1, part.len() as u16, (n - 1 - i) as u16] {
                 bytes.extend(word.to_le_bytes());
             }

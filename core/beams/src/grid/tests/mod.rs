@@ -11,22 +11,22 @@ use tatu_geometry::Form;
 
 use super::*;
 use crate::Faces;
-use crate::{BeamScene, Target, beams_tests::Dice, simd};
+use crate::{BeamScene, BeamTarget, beams_tests::TestRng, simd};
 
 /// Returns a camera that looks roughly at the centre of the scene.
-fn looking_inward(dice: &mut Dice) -> Isometry3<f64> {
+fn looking_inward(dice: &mut TestRng) -> Isometry3<f64> {
     let (eye, at) = (Point3::from(dice.vector(3.5)), Point3::from(dice.vector(1.0)));
     Isometry3::face_towards(&eye, &at, &dice.vector(1.0))
 }
 
 #[test]
-fn random_scenes_are_seen_as_rays_see_them() {
-    let light = Light::default();
+fn random_images_match_rays() {
+    let light = ImageLighting::default();
     let (mut pixels, mut depth, mut name, mut seen) = (0, 0, 0, 0);
     for round in 0..150 {
-        let mut dice = Dice(round);
+        let mut dice = TestRng(round);
         let count = dice.between(1.0, 12.0) as u64;
-        let mut targets: Vec<Target> = (1..=count)
+        let mut targets: Vec<BeamTarget> = (1..=count)
             .map(|i| {
                 let form = any_form(&mut dice, 1.0);
                 target(i, dice.pose(3.0), form)
@@ -44,7 +44,7 @@ fn random_scenes_are_seen_as_rays_see_them() {
         let image = render(&scene, &cast);
         let beside = compare(&scene, &cast, &image, &format!("round {round}"));
         depth += beside.depth;
-        name += beside.name;
+        name += beside.surface;
         pixels += image.depth.len();
         seen += image.depth.iter().filter(|d| d.is_finite()).count();
     }
@@ -55,10 +55,10 @@ fn random_scenes_are_seen_as_rays_see_them() {
 }
 
 #[test]
-fn cameras_within_forms_see_them_from_within() {
-    let light = Light::default();
+fn images_from_inside_forms_match_rays() {
+    let light = ImageLighting::default();
     for round in 0..80 {
-        let mut dice = Dice(1000 + round);
+        let mut dice = TestRng(1000 + round);
         let (pose, form) = (dice.pose(2.0), any_form(&mut dice, 1.0));
         let scene = scene([target(1, pose, form)]);
         let grid = Grid { near: dice.between(0.001, 0.3), ..any_grid(&mut dice, round % 4 != 0) };
@@ -79,11 +79,11 @@ fn levels() -> Vec<Level> {
 }
 
 #[test]
-fn every_level_and_every_number_of_bands_gives_the_same_bytes() {
-    let light = Light::default();
+fn images_are_identical_for_all_simd_levels_and_bands() {
+    let light = ImageLighting::default();
     for round in 0..30 {
-        let mut dice = Dice(2000 + round);
-        let targets: Vec<Target> = (1..=30)
+        let mut dice = TestRng(2000 + round);
+        let targets: Vec<BeamTarget> = (1..=30)
             .map(|i| {
                 let form = any_form(&mut dice, 0.8);
                 target(i % 20, dice.pose(3.0), form)
@@ -95,7 +95,7 @@ fn every_level_and_every_number_of_bands_gives_the_same_bytes() {
         cast_grid.rows += 80;
         let mut cast = cast_of(&cast_grid, &light, looking_inward(&mut dice));
         if round % 2 == 0 {
-            cast.want = Want::DEPTH;
+            cast.outputs = ImageOutputs::DEPTH;
         }
         let mut first = GridImage::default();
         scene.render_by(&cast, &mut first, Level::baseline(), usize::MAX);
@@ -110,7 +110,7 @@ fn every_level_and_every_number_of_bands_gives_the_same_bytes() {
                 assert!(image.normal == first.normal, "{level:?}, {band}");
             }
         }
-        cast.want = Want::DEPTH;
+        cast.outputs = ImageOutputs::DEPTH;
         scene.render_by(&cast, &mut image, simd::level(), usize::MAX);
         assert!(image.depth == first.depth, "round {round}: depth alone");
         for threads in [1, 2] {
@@ -122,15 +122,15 @@ fn every_level_and_every_number_of_bands_gives_the_same_bytes() {
 }
 
 #[test]
-fn every_number_of_threads_gives_the_same_bytes_of_a_mesh() {
+fn mesh_images_are_identical_for_all_thread_counts() {
     // Images of 1 to 300 rows, which different numbers of threads divide into different bands, and many frames in the
     // same buffers.
-    let light = Light::default();
+    let light = ImageLighting::default();
     let pools: Vec<_> =
         [1, 2, 3, 5].map(|threads| rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap()).into();
     let mut images = vec![GridImage::default(); pools.len()];
     for round in 0..24 {
-        let mut dice = Dice(3000 + round);
+        let mut dice = TestRng(3000 + round);
         let (around, up) = (dice.between(5.0, 200.0) as u32, dice.between(5.0, 150.0) as u32);
         let form = ball(&mut dice, 1.0, around, up, 0.05);
         let others = (2..8).map(|i| target(i, dice.pose(2.0), any_form(&mut dice, 0.8))).collect::<Vec<_>>();
@@ -143,7 +143,7 @@ fn every_number_of_threads_gives_the_same_bytes_of_a_mesh() {
             ..any_grid(&mut dice, round % 3 != 0)
         };
         let mut cast = cast_of(&grid, &light, looking_inward(&mut dice));
-        cast.want = if round % 2 == 0 { Want::DEPTH } else { Want::ALL };
+        cast.outputs = if round % 2 == 0 { ImageOutputs::DEPTH } else { ImageOutputs::ALL };
         let mut first = GridImage::default();
         scene.render_by(&cast, &mut first, simd::level(), usize::MAX);
         for (pool, image) in pools.iter().zip(&mut images) {
@@ -157,10 +157,11 @@ fn every_number_of_threads_gives_the_same_bytes_of_a_mesh() {
 }
 
 #[test]
-fn a_plate_is_as_far_as_it_is() {
+fn wall_depth_equals_its_distance() {
     // The depth of a wall perpendicular to the axis is its distance, regardless of the angle of the ray.
-    let light = Light::default();
-    let grid = Grid { columns: 640, rows: 480, view: View::Perspective { angle: 1.0 }, near: 0.01, far: 3.5 };
+    let light = ImageLighting::default();
+    let grid =
+        Grid { columns: 640, rows: 480, projection: ImageProjection::Perspective { angle: 1.0 }, near: 0.01, far: 3.5 };
     let wall = mesh(
         [(-9.0, -9.0), (9.0, -9.0), (9.0, 9.0), (-9.0, 9.0)].map(|(x, y)| Point3::new(x, y, 0.0)).to_vec(),
         vec![[0, 2, 1], [0, 3, 2]],
@@ -180,15 +181,16 @@ fn a_plate_is_as_far_as_it_is() {
 #[test]
 fn columns_run_to_the_right_and_rows_upward() {
     // x points to the left and y up: a ball at +x is in the first columns, one at +y in the last rows.
-    let light = Light::default();
-    let grid = Grid { columns: 40, rows: 30, view: View::Perspective { angle: 1.0 }, near: 0.1, far: 10.0 };
+    let light = ImageLighting::default();
+    let grid =
+        Grid { columns: 40, rows: 30, projection: ImageProjection::Perspective { angle: 1.0 }, near: 0.1, far: 10.0 };
     let small = Form::Sphere { radius: 0.1 };
     let scene = scene([
         target(1, Isometry3::translation(0.8, 0.0, 2.0), small.clone()),
         target(2, Isometry3::translation(0.0, 0.6, 2.0), small),
     ]);
-    for view in [grid.view, View::Orthographic { width: 2.2 }] {
-        let grid = Grid { view, ..grid };
+    for view in [grid.projection, ImageProjection::Orthographic { width: 2.2 }] {
+        let grid = Grid { projection: view, ..grid };
         let image = render(&scene, &cast_of(&grid, &light, Isometry3::identity()));
         let places = |object: u64| image.object.iter().enumerate().filter(move |(_, o)| **o == object).map(|(i, _)| i);
         assert!(places(1).count() > 0 && places(1).all(|i| i % 40 < 12 && (10..20).contains(&(i / 40))));
@@ -198,8 +200,9 @@ fn columns_run_to_the_right_and_rows_upward() {
 
 #[test]
 fn equal_depths_go_to_the_lowest_tag() {
-    let light = Light::default();
-    let grid = Grid { columns: 33, rows: 21, view: View::Perspective { angle: 1.0 }, near: 0.1, far: 10.0 };
+    let light = ImageLighting::default();
+    let grid =
+        Grid { columns: 33, rows: 21, projection: ImageProjection::Perspective { angle: 1.0 }, near: 0.1, far: 10.0 };
     for form in [Form::Box { half: Vector3::new(0.3, 0.2, 0.2) }, Form::Sphere { radius: 0.3 }, Form::Plane] {
         let turned = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), 2.7);
         let place = Isometry3::from_parts(Translation3::new(0.0, 0.0, 1.0), turned);
@@ -213,8 +216,8 @@ fn equal_depths_go_to_the_lowest_tag() {
 #[test]
 fn a_closed_mesh_has_no_holes() {
     // Seen from afar, up close and from inside: each ray from outside a closed surface meets a front face first.
-    let light = Light::default();
-    let mut dice = Dice(77);
+    let light = ImageLighting::default();
+    let mut dice = TestRng(77);
     for round in 0..40 {
         let (around, up) = (dice.between(20.0, 300.0) as u32, dice.between(10.0, 200.0) as u32);
         let form = ball(&mut dice, 1.0, around, up, 0.002);
@@ -222,7 +225,7 @@ fn a_closed_mesh_has_no_holes() {
         let grid = Grid {
             columns: 200,
             rows: 200,
-            view: View::Perspective { angle: dice.between(0.3, 1.5) },
+            projection: ImageProjection::Perspective { angle: dice.between(0.3, 1.5) },
             near: 0.01,
             far: 100.0,
         };
@@ -244,10 +247,11 @@ fn a_closed_mesh_has_no_holes() {
 }
 
 #[test]
-fn what_is_no_scene_gives_no_image_and_no_panic() {
-    let light = Light::default();
+fn invalid_targets_and_cameras_render_empty_images() {
+    let light = ImageLighting::default();
     let nan = f64::NAN;
-    let grid = Grid { columns: 31, rows: 17, view: View::Perspective { angle: 1.0 }, near: 0.1, far: 10.0 };
+    let grid =
+        Grid { columns: 31, rows: 17, projection: ImageProjection::Perspective { angle: 1.0 }, near: 0.1, far: 10.0 };
     let ahead = Isometry3::translation(0.0, 0.0, 2.0);
     let lost = Isometry3::translation(nan, 0.0, 2.0);
     let p = |x: f64, y: f64, z: f64| Point3::new(x, y, z);
@@ -279,9 +283,9 @@ fn what_is_no_scene_gives_no_image_and_no_panic() {
         Grid { rows: 0, ..grid },
         Grid { near: 5.0, far: 4.0, ..grid },
         Grid { near: nan, far: nan, ..grid },
-        Grid { view: View::Perspective { angle: 0.0 }, ..grid },
-        Grid { view: View::Perspective { angle: 3.2 }, ..grid },
-        Grid { view: View::Orthographic { width: nan }, ..grid },
+        Grid { projection: ImageProjection::Perspective { angle: 0.0 }, ..grid },
+        Grid { projection: ImageProjection::Perspective { angle: 3.2 }, ..grid },
+        Grid { projection: ImageProjection::Orthographic { width: nan }, ..grid },
     ];
     for grid in &grids {
         let image = render(&full, &cast_of(grid, &light, Isometry3::identity()));
@@ -295,40 +299,47 @@ fn what_is_no_scene_gives_no_image_and_no_panic() {
 }
 
 #[test]
-fn ten_thousand_objects() {
-    let light = Light::default();
-    let mut dice = Dice(5);
-    let targets: Vec<Target> = (0..10_000)
+fn image_of_ten_thousand_objects_matches_rays() {
+    let light = ImageLighting::default();
+    let mut dice = TestRng(5);
+    let targets: Vec<BeamTarget> = (0..10_000)
         .map(|i| {
             let form = any_form(&mut dice, 0.1);
             target(i, dice.pose(20.0), form)
         })
         .collect();
     let scene = scene(targets);
-    let grid = Grid { columns: 160, rows: 120, view: View::Perspective { angle: 1.0 }, near: 0.1, far: 100.0 };
+    let grid = Grid {
+        columns: 160,
+        rows: 120,
+        projection: ImageProjection::Perspective { angle: 1.0 },
+        near: 0.1,
+        far: 100.0,
+    };
     let cast = cast_of(&grid, &light, Isometry3::identity());
     let image = render(&scene, &cast);
     let beside = compare(&scene, &cast, &image, "ten thousand");
-    assert!((beside.depth + beside.name) * 100 < image.depth.len(), "{beside:?}");
+    assert!((beside.depth + beside.surface) * 100 < image.depth.len(), "{beside:?}");
 }
 
 #[test]
 fn colours_are_the_sum_of_the_lamps() {
     // A red wall, perpendicular to the axis and 2 m away: at the axis the cosine to the camera is 1, to the sun -sun.z.
-    let grid = Grid { columns: 41, rows: 31, view: View::Perspective { angle: 1.0 }, near: 0.1, far: 10.0 };
+    let grid =
+        Grid { columns: 41, rows: 31, projection: ImageProjection::Perspective { angle: 1.0 }, near: 0.1, far: 10.0 };
     let turned = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI);
     let pose = Isometry3::from_parts(Translation3::new(0.0, 0.0, 2.0), turned);
     let wall = Form::Box { half: Vector3::new(0.5, 0.5, 0.1) };
-    let scene = scene([Target { color: [0.8, 0.1, 0.0], ..target(1, pose, wall) }]);
+    let scene = scene([BeamTarget { color: [0.8, 0.1, 0.0], ..target(1, pose, wall) }]);
     let (ambient, headlight, sun) = (0.2, 0.3, 0.5);
     for (direction, facing) in [([0.6, 0.0, -0.8], 0.8), ([0.0, 0.6, 0.8], 0.0)] {
-        let light = Light { ambient, headlight, sun, sun_direction: direction, sky: [0.0, 0.5, 1.0] };
+        let light = ImageLighting { ambient, headlight, sun, sun_direction: direction, sky: [0.0, 0.5, 1.0] };
         let image = render(&scene, &cast_of(&grid, &light, Isometry3::identity()));
         let sum = ambient + headlight + sun * facing;
         let wanted = [0.8 * sum, 0.1 * sum, 0.0].map(|x: f32| (x * 255.0 + 0.5) as u8);
         let middle = image.color[15 * 41 + 20];
         assert!(middle.iter().zip(wanted).all(|(a, b)| a.abs_diff(b) <= 1), "{middle:?} for {wanted:?}");
-        let ours = color_of(&light, [0.8, 0.1, 0.0], &-Vector3::z(), &-Vector3::z(), 1.0);
+        let ours = shaded_color(&light, [0.8, 0.1, 0.0], &-Vector3::z(), &-Vector3::z(), 1.0);
         assert!(ours.iter().zip(wanted).all(|(a, b)| a.abs_diff(b) <= 1), "{ours:?} for {wanted:?}");
         assert_eq!(image.color[0], [0, 128, 255]);
         assert!(image.cosine[15 * 41 + 20] > 0.999_99 && image.cosine[0] == 0.0);

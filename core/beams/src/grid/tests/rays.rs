@@ -8,14 +8,14 @@ use crate::{Beam, Hit};
 /// Returns the ray of an image position, in columns and rows from the centre of the first pixel, and the depth per
 /// metre of its length.
 pub(super) fn ray(cast: &GridCast<'_>, column: f64, row: f64) -> (Beam, f64) {
-    let Grid { columns, rows, view, near, far } = *cast.grid;
+    let Grid { columns, rows, projection: view, near, far } = *cast.grid;
     let (across, up) = (column + 0.5 - 0.5 * f64::from(columns), row + 0.5 - 0.5 * f64::from(rows));
     let (origin, along) = match view {
-        View::Perspective { angle } => {
+        ImageProjection::Perspective { angle } => {
             let f = 0.5 * f64::from(columns) / (0.5 * angle).tan();
             (Vector3::zeros(), Vector3::new(-across / f, up / f, 1.0))
         }
-        View::Orthographic { width } => {
+        ImageProjection::Orthographic { width } => {
             let size = width / f64::from(columns);
             (Vector3::new(-across * size, up * size, 0.0), Vector3::z())
         }
@@ -45,7 +45,7 @@ pub(super) fn same_depth(a: f64, b: f64) -> bool {
 
 /// Returns whether a depth is visible at most a hundredth of a pixel away: either a ray there has this depth, or two
 /// rays on the same primitive have a greater and a smaller one. The near and far limits may be off by a few millionths.
-pub(super) fn explained(scene: &BeamScene, cast: &GridCast<'_>, column: f64, row: f64, ours: f64) -> bool {
+pub(super) fn is_explained(scene: &BeamScene, cast: &GridCast<'_>, column: f64, row: f64, ours: f64) -> bool {
     let mut seen = vec![expected(scene, cast, column, row)];
     for k in 0..75 {
         let (turn, away) = (f64::from(k) * 0.7, 0.01 * f64::from(1 + k % 3) / 3.0);
@@ -57,9 +57,9 @@ pub(super) fn explained(scene: &BeamScene, cast: &GridCast<'_>, column: f64, row
     }
     let place = |hit: &Hit| (hit.object, hit.primitive);
     // Meshes are rounded to a fraction of a pixel, which changes the depth of steep surfaces.
-    let size = match cast.grid.view {
-        View::Perspective { angle } => 2.0 * ours * (0.5 * angle).tan(),
-        View::Orthographic { width } => width,
+    let size = match cast.grid.projection {
+        ImageProjection::Perspective { angle } => 2.0 * ours * (0.5 * angle).tan(),
+        ImageProjection::Orthographic { width } => width,
     } / f64::from(cast.grid.columns);
     let close = |a: f64, hit: &Hit| (ours - a).abs() < 1e-4 + size / 256.0 / hit.normal.z.abs().max(1e-3);
     seen.iter().any(|(a, one, _)| {
@@ -72,17 +72,17 @@ pub(super) fn explained(scene: &BeamScene, cast: &GridCast<'_>, column: f64, row
 
 /// The number of pixels that differ from the hits of rays, by type of difference.
 #[derive(Debug, Default)]
-pub(super) struct Beside {
+pub(super) struct PixelDifferences {
     /// Pixels with a different depth.
     pub depth: usize,
     /// Pixels with a different surface at the same depth: an edge between two faces.
-    pub name: usize,
+    pub surface: usize,
 }
 
 /// Compares an image with rays. Returns the numbers of pixels that differ, which must be at silhouettes or on steep
 /// surfaces.
-pub(super) fn compare(scene: &BeamScene, cast: &GridCast<'_>, image: &GridImage, what: &str) -> Beside {
-    let mut beside = Beside::default();
+pub(super) fn compare(scene: &BeamScene, cast: &GridCast<'_>, image: &GridImage, what: &str) -> PixelDifferences {
+    let mut beside = PixelDifferences::default();
     for row in 0..cast.grid.rows {
         for column in 0..cast.grid.columns {
             let pixel = (row * cast.grid.columns + column) as usize;
@@ -92,7 +92,7 @@ pub(super) fn compare(scene: &BeamScene, cast: &GridCast<'_>, image: &GridImage,
             if !same_depth(ours, depth) {
                 beside.depth += 1;
                 assert!(
-                    explained(scene, cast, x, y, ours),
+                    is_explained(scene, cast, x, y, ours),
                     "{what}: pixel {column}, {row}: {ours}, a ray sees {depth} of {hit:?}"
                 );
                 continue;
@@ -103,7 +103,7 @@ pub(super) fn compare(scene: &BeamScene, cast: &GridCast<'_>, image: &GridImage,
             }
             if (image.object[pixel], image.primitive[pixel]) != (hit.object, hit.primitive) {
                 // Two surfaces at the same depth, or an edge between two faces.
-                beside.name += 1;
+                beside.surface += 1;
                 continue;
             }
             let normal = cast.world_from_sensor.inverse_transform_vector(&(beam.world_from_beam * hit.normal));

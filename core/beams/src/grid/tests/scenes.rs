@@ -6,14 +6,14 @@ use nalgebra::{Isometry3, Point3, Vector3};
 use tatu_geometry::{Form, Mesh};
 
 use super::*;
+use crate::BeamTarget;
 use crate::Faces;
-use crate::Target;
 
-pub(super) fn target(object: u64, pose: Isometry3<f64>, form: Form) -> Target {
-    Target { object, group: object as u32 % 3, world_from_target: pose, form, color: [0.7; 3], texture: None }
+pub(super) fn target(object: u64, pose: Isometry3<f64>, form: Form) -> BeamTarget {
+    BeamTarget { object, group: object as u32 % 3, world_from_target: pose, form, color: [0.7; 3], texture: None }
 }
 
-pub(super) fn scene(targets: impl IntoIterator<Item = Target>) -> BeamScene {
+pub(super) fn scene(targets: impl IntoIterator<Item = BeamTarget>) -> BeamScene {
     let mut scene = BeamScene::default();
     scene.set(targets);
     scene
@@ -24,7 +24,7 @@ pub(super) fn mesh(vertices: Vec<Point3<f64>>, triangles: Vec<[u32; 3]>) -> Form
 }
 
 /// Returns a closed, bumpy sphere of triangles.
-pub(super) fn ball(dice: &mut Dice, radius: f64, around: u32, up: u32, bumps: f64) -> Form {
+pub(super) fn ball(dice: &mut TestRng, radius: f64, around: u32, up: u32, bumps: f64) -> Form {
     let mut vertices = vec![Point3::new(0.0, 0.0, -radius)];
     for i in 1..up {
         let tilt = std::f64::consts::PI * (f64::from(i) / f64::from(up) - 0.5);
@@ -48,8 +48,8 @@ pub(super) fn ball(dice: &mut Dice, radius: f64, around: u32, up: u32, bumps: f6
     mesh(vertices, triangles)
 }
 
-pub(super) fn any_form(dice: &mut Dice, size: f64) -> Form {
-    let s = |dice: &mut Dice| dice.between(0.05, 1.0) * size;
+pub(super) fn any_form(dice: &mut TestRng, size: f64) -> Form {
+    let s = |dice: &mut TestRng| dice.between(0.05, 1.0) * size;
     match dice.between(0.0, 7.0) as u32 {
         0 => Form::Box { half: Vector3::new(s(dice), s(dice), s(dice)) },
         1 => Form::Sphere { radius: s(dice) },
@@ -69,28 +69,28 @@ pub(super) fn any_form(dice: &mut Dice, size: f64) -> Form {
     }
 }
 
-pub(super) fn any_grid(dice: &mut Dice, perspective: bool) -> Grid {
+pub(super) fn any_grid(dice: &mut TestRng, perspective: bool) -> Grid {
     Grid {
         columns: dice.between(1.0, 90.0) as u32,
         rows: dice.between(1.0, 70.0) as u32,
-        view: if perspective {
-            View::Perspective { angle: dice.between(0.2, 2.4) }
+        projection: if perspective {
+            ImageProjection::Perspective { angle: dice.between(0.2, 2.4) }
         } else {
-            View::Orthographic { width: dice.between(0.5, 8.0) }
+            ImageProjection::Orthographic { width: dice.between(0.5, 8.0) }
         },
         near: dice.between(0.01, 0.4),
         far: dice.between(2.0, 12.0),
     }
 }
 
-pub(super) fn cast_of<'a>(grid: &'a Grid, light: &'a Light, pose: Isometry3<f64>) -> GridCast<'a> {
+pub(super) fn cast_of<'a>(grid: &'a Grid, light: &'a ImageLighting, pose: Isometry3<f64>) -> GridCast<'a> {
     GridCast {
         grid,
         world_from_sensor: pose,
         faces: Faces::BOTH,
         skip_group: None,
         only_object: None,
-        want: Want::ALL,
+        outputs: ImageOutputs::ALL,
         light,
     }
 }

@@ -9,28 +9,28 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 use tatu_plugins::SensorKind;
-use tatu_scene::noise::{FieldNoise, Meant};
+use tatu_scene::noise::{FieldNoise, NamedField};
 
 use super::numbers::{FieldNumbers, FieldNumbersMut, rounded};
-use crate::sense::random::Key;
+use crate::sense::random::RandomKey;
 
 /// Offsets that are added to the field's stream, one for each use of random numbers.
 const SHIFT: u64 = 1;
 const WALK: u64 = 2;
 const WHITE: u64 = 3;
 const UNIFORM: u64 = 4;
-const WHETHER: u64 = 5;
+const OUTLIER_CHOICE: u64 = 5;
 const OUTLIER: u64 = 6;
 const DROPOUT: u64 = 7;
 const RANDOM_WALK: u64 = 8;
 const DENSITY: u64 = 9;
 /// Takes the place of the measurement count in the keys of numbers that are drawn once per run.
-const ONCE: u64 = u64::MAX;
+const RUN_CONSTANT: u64 = u64::MAX;
 
 /// Number of elements processed at once.
-const BLOCK: usize = 256;
+const BLOCK_LEN: usize = 256;
 /// Maximum number of elements per task of the thread pool.
-const TASK: usize = 1 << 14;
+const MAX_TASK_LEN: usize = 1 << 14;
 
 /// The noise of one field of a kind.
 pub(super) struct FieldPlan {
@@ -47,7 +47,7 @@ pub(super) struct FieldPlan {
 }
 
 /// The inputs of the noise of a field in one measurement.
-pub(super) struct Measure<'a> {
+pub(super) struct FieldMeasurement<'a> {
     pub seed: u64,
     pub drawn: u64,
     /// The field on which the polynomial of `sigma` depends, if it is not the field itself.
@@ -61,7 +61,7 @@ pub(super) struct Measure<'a> {
 }
 
 /// The states of the two kinds of walk of a field, one number per component.
-pub(super) struct Walking<'a> {
+pub(super) struct FieldWalks<'a> {
     /// State of the Gauss-Markov process, in standard deviations.
     pub state: &'a mut Vec<f64>,
     /// State of the random walk, in the field's unit.
@@ -71,7 +71,7 @@ pub(super) struct Walking<'a> {
 }
 
 /// A part of the elements of a field.
-struct Part<'a> {
+struct FieldChunk<'a> {
     /// Index of its first element in the field.
     first: usize,
     data: FieldNumbersMut<'a>,
@@ -83,8 +83,9 @@ impl FieldPlan {
     /// Builds the plan for a field. Returns `None` if the kind has no such field, for example because a new version of
     /// its plugin removed it.
     pub fn new(kind: &SensorKind, name: &str, noise: &FieldNoise) -> Option<Self> {
-        let find = |name: &String| tatu_scene::noise::meant(kind, name).ok().map(|m| m.index);
-        let Meant { index, components, nothing, valid: usual, .. } = tatu_scene::noise::meant(kind, name).ok()?;
+        let find = |name: &String| tatu_scene::noise::find_field(kind, name).ok().map(|m| m.index);
+        let NamedField { index, components, nothing, valid: usual, .. } =
+            tatu_scene::noise::find_field(kind, name).ok()?;
         let of = match &noise.of {
             Some(of) => Some(find(of)?).filter(|of| *of != index),
             None => None,
@@ -108,10 +109,10 @@ impl FieldPlan {
 
     /// Computes the stages before white noise, and advances the walks. Returns an offset per component, which applies
     /// to all rows.
-    pub fn bias(&self, seed: u64, drawn: u64, walk: Option<Walking<'_>>) -> Vec<f64> {
+    pub fn bias(&self, seed: u64, drawn: u64, walk: Option<FieldWalks<'_>>) -> Vec<f64> {
         let mut bias = vec![0.0; self.components];
         let noise = &self.noise;
-        let once = Key::new(seed, ONCE, self.stream.wrapping_add(SHIFT));
+        let once = RandomKey::new(seed, RUN_CONSTANT, self.stream.wrapping_add(SHIFT));
         for (c, bias) in bias.iter_mut().enumerate() {
             let uniform = 2.0 * once.uniform(c as u64) - 1.0;
             // The normal number has a different index from the uniform one, so that the two are independent.
@@ -120,7 +121,7 @@ impl FieldPlan {
         }
         let Some(walking) = walk else { return bias };
         if !noise.random_walk.is_empty() {
-            let key = Key::new(seed, drawn, self.stream.wrapping_add(RANDOM_WALK));
+            let key = RandomKey::new(seed, drawn, self.stream.wrapping_add(RANDOM_WALK));
             walking.random.resize(self.components, 0.0);
             let root = walking.passed.max(0.0).sqrt();
             for (c, (s, bias)) in walking.random.iter_mut().zip(&mut bias).enumerate() {
@@ -129,7 +130,7 @@ impl FieldPlan {
             }
         }
         if let Some(w) = &noise.walk {
-            let key = Key::new(seed, drawn, self.stream.wrapping_add(WALK));
+            let key = RandomKey::new(seed, drawn, self.stream.wrapping_add(WALK));
             let (state, x) = (walking.state, walking.passed.max(0.0) / w.tau);
             // The walk starts in its stationary distribution.
             let begins = state.len() != self.components;
@@ -144,62 +145,68 @@ impl FieldPlan {
     }
 
     /// Returns whether the noise includes a walk of either kind.
-    pub fn walks(&self) -> bool {
+    pub fn has_walks(&self) -> bool {
         self.noise.walk.is_some() || !self.noise.random_walk.is_empty()
     }
 
     /// Applies all stages that [`bias`](Self::bias) does not include. `lost` has one entry per element, or is empty if
     /// it is not needed.
-    pub fn apply(&self, data: FieldNumbersMut<'_>, lost: &mut [bool], m: &Measure<'_>, pool: &rayon::ThreadPool) {
+    pub fn apply(
+        &self,
+        data: FieldNumbersMut<'_>,
+        lost: &mut [bool],
+        m: &FieldMeasurement<'_>,
+        pool: &rayon::ThreadPool,
+    ) {
         let n = data.len();
-        if n <= TASK {
-            return self.part(Part { first: 0, data, lost }, m);
+        if n <= MAX_TASK_LEN {
+            return self.apply_chunk(FieldChunk { first: 0, data, lost }, m);
         }
         // The size of a task is a multiple of the block size, because a block consists of whole rows.
-        let task = TASK / self.block() * self.block();
-        let mut parts: Vec<Part<'_>> = Vec::with_capacity(n.div_ceil(task));
+        let task = MAX_TASK_LEN / self.block() * self.block();
+        let mut parts: Vec<FieldChunk<'_>> = Vec::with_capacity(n.div_ceil(task));
         let mut losts = lost.chunks_mut(task);
         for (i, data) in data.parts(task).into_iter().enumerate() {
-            parts.push(Part { first: i * task, data, lost: losts.next().unwrap_or_default() });
+            parts.push(FieldChunk { first: i * task, data, lost: losts.next().unwrap_or_default() });
         }
-        pool.install(|| parts.into_par_iter().for_each(|part| self.part(part, m)));
+        pool.install(|| parts.into_par_iter().for_each(|part| self.apply_chunk(part, m)));
     }
 
     /// Returns the number of elements in a block, which consists of whole rows.
     fn block(&self) -> usize {
-        BLOCK / self.components * self.components
+        BLOCK_LEN / self.components * self.components
     }
 
-    fn key(&self, m: &Measure<'_>, stage: u64) -> Key {
-        Key::new(m.seed, m.drawn, self.stream.wrapping_add(stage))
+    fn key(&self, m: &FieldMeasurement<'_>, stage: u64) -> RandomKey {
+        RandomKey::new(m.seed, m.drawn, self.stream.wrapping_add(stage))
     }
 
-    fn part(&self, part: Part<'_>, m: &Measure<'_>) {
-        let Part { first, mut data, lost } = part;
+    fn apply_chunk(&self, part: FieldChunk<'_>, m: &FieldMeasurement<'_>) {
+        let FieldChunk { first, mut data, lost } = part;
         let (n, block) = (data.len(), self.block());
         for at in (0..n).step_by(block) {
-            self.rows(&mut data, at..(at + block).min(n), first, lost, m);
+            self.apply_block(&mut data, at..(at + block).min(n), first, lost, m);
         }
     }
 
     /// Processes a block of rows of a part whose first element is element `before` of the field.
-    fn rows(
+    fn apply_block(
         &self,
         data: &mut FieldNumbersMut<'_>,
         rows: Range<usize>,
         before: usize,
         lost: &mut [bool],
-        m: &Measure<'_>,
+        m: &FieldMeasurement<'_>,
     ) {
         let noise = &self.noise;
         let (at, n) = (rows.start, rows.len());
         let first = (before + at) as u64;
-        let (mut value, mut there, mut gone) = ([0.0; BLOCK], [true; BLOCK], [false; BLOCK]);
+        let (mut value, mut there, mut gone) = ([0.0; BLOCK_LEN], [true; BLOCK_LEN], [false; BLOCK_LEN]);
         let (value, there, gone) = (&mut value[..n], &mut there[..n], &mut gone[..n]);
-        let (mut drawn, mut x) = ([0.0; BLOCK], [0.0; BLOCK]);
+        let (mut drawn, mut x) = ([0.0; BLOCK_LEN], [0.0; BLOCK_LEN]);
         let (drawn, x) = (&mut drawn[..n], &mut x[..n]);
         data.view().load(at, value);
-        self.find_nothing(value, there, first as usize, m);
+        self.find_invalid(value, there, first as usize, m);
         // The polynomial of sigma is evaluated at the value before anything is added.
         match m.of {
             Some(of) if !noise.sigma.is_empty() => of.load(first as usize, x),
@@ -208,20 +215,20 @@ impl FieldPlan {
         for_components(value, &m.bias, |v, b| if b != 0.0 { v + b } else { v });
         if !noise.sigma.is_empty() {
             self.key(m, WHITE).normals(first, drawn);
-            white(value, x, drawn, &noise.sigma);
+            add_white(value, x, drawn, &noise.sigma);
         }
-        if some(&noise.density) && m.period > 0.0 {
+        if is_any_nonzero(&noise.density) && m.period > 0.0 {
             self.key(m, DENSITY).normals(first, drawn);
             let root = (1.0 / m.period).sqrt();
             drawn.iter_mut().for_each(|d| *d *= root);
             add(value, drawn, &noise.density);
         }
-        if some(&noise.uniform) {
+        if is_any_nonzero(&noise.uniform) {
             symmetric(self.key(m, UNIFORM), first, drawn);
             add(value, drawn, &noise.uniform);
         }
         if let Some(o) = noise.outliers.as_ref().filter(|o| o.probability > 0.0) {
-            let (whether, size) = (self.key(m, WHETHER), self.key(m, OUTLIER));
+            let (whether, size) = (self.key(m, OUTLIER_CHOICE), self.key(m, OUTLIER));
             for (i, v) in value.iter_mut().enumerate() {
                 let index = first + i as u64;
                 if whether.uniform(index) < o.probability {
@@ -236,10 +243,10 @@ impl FieldPlan {
         if let Some([low, high]) = noise.clamp {
             value.iter_mut().for_each(|v| *v = v.clamp(low, high));
         }
-        if some(&noise.step) {
+        if is_any_nonzero(&noise.step) {
             for_components(value, &noise.step, |v, s| if s > 0.0 { rounded(v / s) * s } else { v });
         }
-        if some(&noise.inverse_step) {
+        if is_any_nonzero(&noise.inverse_step) {
             // The inverses of values within half a step of 0 become infinite, and are marked as lost below.
             for_components(value, &noise.inverse_step, |v, s| {
                 if s > 0.0 && v != 0.0 { 1.0 / (rounded(1.0 / (v * s)) * s) } else { v }
@@ -256,7 +263,7 @@ impl FieldPlan {
                 *g |= key.uniform((first + i as u64) / together) < noise.dropout;
             }
         }
-        self.lose(value, there, gone);
+        self.mark_lost(value, there, gone);
         data.store(at, value, there);
         if let Some(lost) = lost.get_mut(rows) {
             lost.copy_from_slice(gone);
@@ -265,7 +272,7 @@ impl FieldPlan {
 
     /// Clears `there` for elements that are invalid according to another field or their own value, which must not be
     /// changed.
-    fn find_nothing(&self, value: &[f64], there: &mut [bool], first: usize, m: &Measure<'_>) {
+    fn find_invalid(&self, value: &[f64], there: &mut [bool], first: usize, m: &FieldMeasurement<'_>) {
         match (&m.valid, &self.nothing) {
             (Some((valid, group)), _) => {
                 there.iter_mut().enumerate().for_each(|(i, t)| *t = !valid.is_zero((first + i) / group));
@@ -283,7 +290,7 @@ impl FieldPlan {
     }
 
     /// Sets lost elements to the value that means "invalid". If that value is a row, the row is lost as a whole.
-    fn lose(&self, value: &mut [f64], there: &mut [bool], gone: &mut [bool]) {
+    fn mark_lost(&self, value: &mut [f64], there: &mut [bool], gone: &mut [bool]) {
         gone.iter_mut().zip(&*there).for_each(|(g, t)| *g &= *t);
         match &self.nothing {
             Some(nothing) => {
@@ -301,7 +308,7 @@ impl FieldPlan {
     }
 }
 
-fn some(size: &[f64]) -> bool {
+fn is_any_nonzero(size: &[f64]) -> bool {
     size.iter().any(|s| *s != 0.0)
 }
 
@@ -314,7 +321,7 @@ fn of_component(size: &[f64], c: usize) -> f64 {
 }
 
 /// Fills `out` with random numbers in [-1, 1).
-fn symmetric(key: Key, first: u64, out: &mut [f64]) {
+fn symmetric(key: RandomKey, first: u64, out: &mut [f64]) {
     (first..).zip(out).for_each(|(i, x)| *x = 2.0 * key.uniform(i) - 1.0);
 }
 
@@ -336,7 +343,7 @@ fn for_components(value: &mut [f64], size: &[f64], f: impl Fn(f64, f64) -> f64) 
 
 /// Adds normal numbers whose standard deviation is a polynomial in `x`. Nothing is added where the polynomial is
 /// negative or not finite.
-fn white(value: &mut [f64], x: &[f64], drawn: &[f64], sigma: &[Vec<f64>]) {
+fn add_white(value: &mut [f64], x: &[f64], drawn: &[f64], sigma: &[Vec<f64>]) {
     let sum = |v: f64, s: f64, d: f64| if s > 0.0 && s < f64::INFINITY { v + s * d } else { v };
     let all = value.iter_mut().zip(x).zip(drawn);
     match sigma {

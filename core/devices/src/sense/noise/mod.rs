@@ -20,32 +20,32 @@ use tatu_scene::noise::FieldNoise;
 pub use tatu_scene::noise::NoiseSpec;
 
 use super::ReadingBuffer;
-use apply::{FieldPlan, Measure, Walking};
+use apply::{FieldMeasurement, FieldPlan, FieldWalks};
 use numbers::{FieldNumbers, FieldNumbersMut};
 use tatu_plugins::SensorKind;
 
 /// The noise of a sensor, with its state.
 #[derive(Default)]
-pub struct Noise {
+pub struct SensorNoise {
     /// The declaration from which the noise was built.
     spec: Option<Arc<NoiseSpec>>,
     plans: Vec<FieldPlan>,
     latency: f64,
-    memory: Memory,
+    state: NoiseState,
 }
 
 /// The state stored between measurements.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-pub struct Memory {
+pub struct NoiseState {
     /// The walks of each field, by name.
-    walks: BTreeMap<String, Walks>,
+    walks: BTreeMap<String, SavedWalks>,
     /// Delayed readings that are not visible yet, oldest first.
     held: VecDeque<HeldReading>,
 }
 
 /// The walks of a field.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-struct Walks {
+struct SavedWalks {
     /// Time of the last measurement, s.
     time: f64,
     /// The state of each component's Gauss-Markov process in standard deviations.
@@ -63,7 +63,7 @@ pub struct HeldReading {
 }
 
 /// A measurement to which noise is applied.
-pub struct Measured<'a> {
+pub struct RawMeasurement<'a> {
     pub kind: &'a SensorKind,
     pub seed: u64,
     pub drawn: u64,
@@ -75,19 +75,19 @@ pub struct Measured<'a> {
     pub spans: &'a [(usize, usize)],
 }
 
-impl Noise {
+impl SensorNoise {
     /// Creates noise with a saved state.
-    pub fn of_memory(memory: Memory) -> Self {
-        Noise { memory, ..Default::default() }
+    pub fn from_state(memory: NoiseState) -> Self {
+        SensorNoise { state: memory, ..Default::default() }
     }
 
     /// Returns the state of the noise, for snapshots.
-    pub fn memory(&self) -> &Memory {
-        &self.memory
+    pub fn state(&self) -> &NoiseState {
+        &self.state
     }
 
     /// Replaces the noise by the scene's current declaration. Walks that are still declared keep their state.
-    pub fn follow(now: &mut Option<Box<Noise>>, spec: Option<&Arc<NoiseSpec>>, kind: &SensorKind) {
+    pub fn update(now: &mut Option<Box<SensorNoise>>, spec: Option<&Arc<NoiseSpec>>, kind: &SensorKind) {
         let same = match (&*now, spec) {
             (None, None) => true,
             (Some(n), Some(spec)) => n.spec.as_ref().is_some_and(|s| Arc::ptr_eq(s, spec)),
@@ -96,25 +96,25 @@ impl Noise {
         if same {
             return;
         }
-        let mut memory = now.take().map(|n| n.memory).unwrap_or_default();
+        let mut memory = now.take().map(|n| n.state).unwrap_or_default();
         let Some(spec) = spec else {
             // Without a declaration there is no latency, so the readings that are still held will be released at the
             // next check.
             if !memory.held.is_empty() {
                 memory.walks.clear();
-                *now = Some(Box::new(Noise { memory, ..Default::default() }));
+                *now = Some(Box::new(SensorNoise { state: memory, ..Default::default() }));
             }
             return;
         };
         let plans: Vec<FieldPlan> =
             spec.fields.iter().filter_map(|(name, noise)| FieldPlan::new(kind, name, noise)).collect();
-        memory.walks.retain(|name, _| plans.iter().any(|p| p.name == *name && p.walks()));
+        memory.walks.retain(|name, _| plans.iter().any(|p| p.name == *name && p.has_walks()));
         let latency = spec.latency.unwrap_or(0.0);
-        *now = Some(Box::new(Noise { spec: Some(spec.clone()), plans, latency, memory }));
+        *now = Some(Box::new(SensorNoise { spec: Some(spec.clone()), plans, latency, state: memory }));
     }
 
     /// Applies the noise to the fields of a measurement.
-    pub fn apply(&mut self, m: Measured<'_>, pool: &rayon::ThreadPool) {
+    pub fn apply(&mut self, m: RawMeasurement<'_>, pool: &rayon::ThreadPool) {
         // Fields that others depend on are copied, so that their measured values remain available until all fields have
         // been processed.
         let noisy = |i: usize| self.plans.iter().any(|p| p.field == i);
@@ -138,16 +138,16 @@ impl Noise {
             let of = plan.of.and_then(other).filter(|(_, k)| *k == n).map(|(of, _)| of);
             let valid = plan.valid.and_then(other).filter(|(_, k)| *k > 0 && n % k == 0);
             let valid = valid.map(|(valid, k)| (valid, (n / k).max(1)));
-            let walking = plan.walks().then(|| {
-                let Walks { time, state, random } = self.memory.walks.entry(plan.name.clone()).or_default();
-                Walking { state, random, passed: m.time - std::mem::replace(time, m.time) }
+            let walking = plan.has_walks().then(|| {
+                let SavedWalks { time, state, random } = self.state.walks.entry(plan.name.clone()).or_default();
+                FieldWalks { state, random, passed: m.time - std::mem::replace(time, m.time) }
             });
             let bias = plan.bias(m.seed, m.drawn, walking);
             let mut lost = vec![false; if valid.is_some() { n } else { 0 }];
             // SAFETY: the pointer is to the field's words in `fields`, which is borrowed exclusively until the end of
             // this function; no other reference to these words exists.
             let data = unsafe { FieldNumbersMut::at(base.wrapping_add(first), m.kind.fields[plan.field].elem, n) };
-            let measure = Measure { seed: m.seed, drawn: m.drawn, of, valid, bias, period: m.period };
+            let measure = FieldMeasurement { seed: m.seed, drawn: m.drawn, of, valid, bias, period: m.period };
             if let Some(data) = data {
                 plan.apply(data, &mut lost, &measure, pool);
             }
@@ -169,33 +169,33 @@ impl Noise {
 
     /// Returns whether readings are delayed, or delayed readings are still held.
     pub fn delays(&self) -> bool {
-        self.latency > 0.0 || !self.memory.held.is_empty()
+        self.latency > 0.0 || !self.state.held.is_empty()
     }
 
     /// Returns the sequence number of the newest reading that is held.
     pub fn newest(&self) -> Option<u64> {
-        self.memory.held.back().map(|r| r.sequence)
+        self.state.held.back().map(|r| r.sequence)
     }
 
     /// Holds back a reading. If the newest held reading has the same time, it is replaced.
     pub fn hold(&mut self, reading: HeldReading) {
-        if self.memory.held.back().is_some_and(|r| r.time == reading.time) {
-            self.memory.held.pop_back();
+        if self.state.held.back().is_some_and(|r| r.time == reading.time) {
+            self.state.held.pop_back();
         }
-        self.memory.held.push_back(reading);
+        self.state.held.push_back(reading);
     }
 
     /// Removes all held readings that are old enough to be visible, and returns the newest of them.
     pub fn release(&mut self, now: f64) -> Option<HeldReading> {
         // Times are sums of steps, so the comparison tolerates rounding errors.
         let old = |r: &HeldReading| r.time + self.latency <= now + 1e-9 * (1.0 + now.abs());
-        let n = self.memory.held.iter().take_while(|r| old(r)).count();
-        self.memory.held.drain(..n).next_back()
+        let n = self.state.held.iter().take_while(|r| old(r)).count();
+        self.state.held.drain(..n).next_back()
     }
 
     /// Drops all held readings.
-    pub fn drop_held(&mut self) {
-        self.memory.held.clear();
+    pub fn discard_held(&mut self) {
+        self.state.held.clear();
     }
 }
 

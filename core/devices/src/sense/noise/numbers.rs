@@ -155,8 +155,8 @@ impl<'a> FieldNumbersMut<'a> {
 /// is too large to hold a fraction. They can be vectorised, and yield the same result on every platform.
 #[inline(always)]
 pub(super) fn rounded(x: f64) -> f64 {
-    const ROOM: f64 = 6_755_399_441_055_744.0; // 1.5 * 2^52
-    let y = (x + ROOM) - ROOM;
+    const ROUNDING_OFFSET: f64 = 6_755_399_441_055_744.0; // 1.5 * 2^52
+    let y = (x + ROUNDING_OFFSET) - ROUNDING_OFFSET;
     // Larger numbers are returned unchanged. From 2^52 on, they have no fraction; below, at most a half.
     if x.abs() < 2_251_799_813_685_248.0 { y } else { x }
 }

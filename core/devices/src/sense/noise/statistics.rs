@@ -2,35 +2,35 @@
 
 use super::{judge::*, tests::*};
 
-const N: usize = 200_000;
+const SAMPLES: usize = 200_000;
 
-/// Returns the errors of `N` elements that all measure `value`.
+/// Returns the errors of `SAMPLES` elements that all measure `value`.
 fn errors(noise: &str, value: f64, seed: u64) -> Vec<f64> {
-    let mut s = Sensor::new(noise, N, seed);
-    s.measure(0.0, |fields| fields.of(MANY).fill(value));
-    s.read(MANY).iter().map(|x| x - value).collect()
+    let mut s = TestSensor::new(noise, SAMPLES, seed);
+    s.measure(0.0, |fields| fields.of(FIELD_MANY).fill(value));
+    s.read(FIELD_MANY).iter().map(|x| x - value).collect()
 }
 
 #[test]
-fn white_noise() {
+fn white_noise_is_normal_and_independent() {
     white(&errors("many.sigma = 0.01", 3.0, 1), 0.01).unwrap();
     // Noise over successive measurements, in double and single precision.
-    let mut s = Sensor::new("one.sigma = 0.5\nsmall.sigma = 0.01", 1, 2);
+    let mut s = TestSensor::new("one.sigma = 0.5\nsmall.sigma = 0.01", 1, 2);
     let (mut x, mut y) = (Vec::new(), Vec::new());
-    for i in 0..N {
-        s.measure(i as f64 * 0.05, |f| (f.of(ONE)[0], f.of32(SMALL)[0]) = (2.0, 2.0));
-        x.push(s.read(ONE)[0] - 2.0);
-        y.push(f64::from(s.read32(SMALL)[0]) - 2.0);
+    for i in 0..SAMPLES {
+        s.measure(i as f64 * 0.05, |f| (f.of(FIELD_ONE)[0], f.of32(FIELD_SMALL)[0]) = (2.0, 2.0));
+        x.push(s.read(FIELD_ONE)[0] - 2.0);
+        y.push(f64::from(s.read32(FIELD_SMALL)[0]) - 2.0);
     }
     white(&x, 0.5).unwrap();
     white(&y, 0.01).unwrap();
     let together = correlation(&x, &y);
-    assert!(together.abs() < 4.0 / (N as f64).sqrt(), "{together}");
+    assert!(together.abs() < 4.0 / (SAMPLES as f64).sqrt(), "{together}");
 }
 
 /// Noise that is not white noise of this sigma must be rejected.
 #[test]
-fn wrong_models_of_white_noise_fail() {
+fn wrong_models_of_white_noise_are_rejected() {
     let fails = |x: &[f64], why: &str| assert!(white(x, 0.01).unwrap_err().starts_with(why), "{:?}", white(x, 0.01));
     fails(&errors("many.sigma = 0.011", 3.0, 1), "standard deviation");
     fails(&errors("many.sigma = 0.0101", 3.0, 1), "standard deviation");
@@ -47,19 +47,19 @@ fn wrong_models_of_white_noise_fail() {
     });
     fails(&correlated.collect::<Vec<_>>(), "correlation");
     // Each number occurs twice.
-    let twice: Vec<f64> = right[..N / 2].iter().flat_map(|x| [*x, *x]).collect();
+    let twice: Vec<f64> = right[..SAMPLES / 2].iter().flat_map(|x| [*x, *x]).collect();
     assert!(white(&twice, 0.01).is_err());
 }
 
 #[test]
-fn uniform_noise() {
+fn uniform_noise_is_uniform_and_independent() {
     even(&errors("many.uniform = 0.1", 3.0, 1), 0.1).unwrap();
     assert!(even(&errors("many.uniform = 0.102", 3.0, 1), 0.1).is_err());
     assert!(even(&errors("many.sigma = 0.0577", 3.0, 1), 0.1).is_err());
 }
 
 #[test]
-fn a_polynomial_in_the_value_or_in_another_field() {
+fn sigma_is_a_polynomial_in_the_value_or_another_field() {
     // 1.5 mm - 0.5 z + 0.3 z^2 is 1.7 mm at 2 m.
     white(&errors("many.sigma = [1.5e-3, -0.5e-3, 0.3e-3]", 2.0, 1), 1.7e-3).unwrap();
     assert!(white(&errors("many.sigma = [1.5e-3, -0.5e-3, 0.3e-3]", 3.0, 1), 1.7e-3).is_err());
@@ -67,13 +67,13 @@ fn a_polynomial_in_the_value_or_in_another_field() {
     // The polynomial depends on a different field, which is twice as large for half of the elements. The noise of that
     // field does not affect it.
     for more in ["", "\nother.sigma = 5"] {
-        let mut s = Sensor::new(&format!("many = {{ sigma = [0, 0.01], of = \"other\" }}{more}"), N, 1);
+        let mut s = TestSensor::new(&format!("many = {{ sigma = [0, 0.01], of = \"other\" }}{more}"), SAMPLES, 1);
         s.measure(0.0, |f| {
-            f.of(MANY).fill(7.0);
-            f.of(OTHER).iter_mut().enumerate().for_each(|(i, x)| *x = 1.0 + (i % 2) as f64);
+            f.of(FIELD_MANY).fill(7.0);
+            f.of(FIELD_OTHER).iter_mut().enumerate().for_each(|(i, x)| *x = 1.0 + (i % 2) as f64);
         });
         let (even, odd): (Vec<_>, Vec<_>) =
-            s.read(MANY).iter().map(|x| x - 7.0).enumerate().partition(|(i, _)| i % 2 == 0);
+            s.read(FIELD_MANY).iter().map(|x| x - 7.0).enumerate().partition(|(i, _)| i % 2 == 0);
         let plain = |v: Vec<(usize, f64)>| v.into_iter().map(|(_, x)| x).collect::<Vec<_>>();
         white(&plain(even), 0.01).unwrap();
         white(&plain(odd), 0.02).unwrap();
@@ -82,10 +82,10 @@ fn a_polynomial_in_the_value_or_in_another_field() {
 
 /// Returns a walk of a million measurements, 0.1 s apart.
 fn walk(sigma: f64, tau: f64) -> Vec<f64> {
-    let mut s = Sensor::new(&format!("one.walk = {{ sigma = {sigma}, tau_s = {tau} }}"), 1, 4);
+    let mut s = TestSensor::new(&format!("one.walk = {{ sigma = {sigma}, tau_s = {tau} }}"), 1, 4);
     let measured = (0..1_000_000).map(|i| {
-        s.measure(f64::from(i) * 0.1, |f| f.of(ONE)[0] = 0.5);
-        s.read(ONE)[0] - 0.5
+        s.measure(f64::from(i) * 0.1, |f| f.of(FIELD_ONE)[0] = 0.5);
+        s.read(FIELD_ONE)[0] - 0.5
     });
     measured.collect()
 }
@@ -116,7 +116,7 @@ fn is_walk(x: &[f64], sigma: f64, tau: f64) -> Result<(), String> {
 }
 
 #[test]
-fn a_bias_walks() {
+fn bias_walk_is_a_gauss_markov_process() {
     let right = walk(2.0, 10.0);
     is_walk(&right, 2.0, 10.0).unwrap();
     // Over a long time, the standard deviation of the walk is its sigma, and values tau apart have the correlation 1/e.
@@ -144,14 +144,14 @@ fn a_bias_walks() {
 
 /// Measurements at different intervals sample the same process, since the walk depends on the elapsed time.
 #[test]
-fn a_walk_knows_time() {
+fn walk_depends_on_the_elapsed_time() {
     for dt in [0.02, 0.5] {
-        let mut s = Sensor::new("one.walk = { sigma = 1, tau_s = 5 }", 1, 4);
+        let mut s = TestSensor::new("one.walk = { sigma = 1, tau_s = 5 }", 1, 4);
         let n = 400_000;
         let x: Vec<f64> = (0..n)
             .map(|i| {
-                s.measure(f64::from(i) * dt, |f| f.of(ONE)[0] = 0.5);
-                s.read(ONE)[0] - 0.5
+                s.measure(f64::from(i) * dt, |f| f.of(FIELD_ONE)[0] = 0.5);
+                s.read(FIELD_ONE)[0] - 0.5
             })
             .collect();
         let lag = (5.0 / dt) as usize;
@@ -165,31 +165,31 @@ fn a_walk_knows_time() {
 fn elements_drop_out_with_their_probability() {
     let lost = |noise: &str| errors(noise, 3.0, 1).iter().filter(|x| x.is_infinite()).count() as f64;
     // The standard deviation of the count is sqrt(n p (1 - p)) = 44.5; the tolerance is 4 of these.
-    let close = 4.0 * (N as f64 * 0.01 * 0.99).sqrt();
+    let close = 4.0 * (SAMPLES as f64 * 0.01 * 0.99).sqrt();
     assert!((lost("many.dropout = 0.01") - 2000.0).abs() < close);
     assert!((lost("many.dropout = 0.011") - 2000.0).abs() > close);
-    assert_eq!((lost("many.dropout = 0"), lost("many.dropout = 1")), (0.0, N as f64));
+    assert_eq!((lost("many.dropout = 0"), lost("many.dropout = 1")), (0.0, SAMPLES as f64));
 }
 
 #[test]
-fn outliers_are_as_rare_and_as_large_as_told() {
+fn outliers_have_their_declared_probability_and_size() {
     let found: Vec<f64> =
         errors("many.outliers = { probability = 0.05, sigma = 1 }", 3.0, 1).into_iter().filter(|x| *x != 0.0).collect();
-    assert!((found.len() as f64 - 10_000.0).abs() < 4.0 * (N as f64 * 0.05 * 0.95).sqrt(), "{}", found.len());
+    assert!((found.len() as f64 - 10_000.0).abs() < 4.0 * (SAMPLES as f64 * 0.05 * 0.95).sqrt(), "{}", found.len());
     white(&found, 1.0).unwrap();
     let found = errors("many.outliers = { probability = 0.05, uniform = 2 }", 3.0, 1);
     even(&found.into_iter().filter(|x| *x != 0.0).collect::<Vec<_>>(), 2.0).unwrap();
 }
 
 #[test]
-fn a_shift_is_drawn_once_a_run() {
+fn shift_is_drawn_once_per_run() {
     let shifts = |noise: &str, component: usize| -> Vec<f64> {
         let of = |seed: u64| {
-            let mut s = Sensor::new(noise, 1, seed);
+            let mut s = TestSensor::new(noise, 1, seed);
             let mut first = None;
             for i in 0..3 {
-                s.measure(f64::from(i), |f| f.of(PLACE).fill(10.0));
-                let x = s.read(PLACE)[component] - 10.0;
+                s.measure(f64::from(i), |f| f.of(FIELD_PLACE).fill(10.0));
+                let x = s.read(FIELD_PLACE)[component] - 10.0;
                 assert_eq!(*first.get_or_insert(x), x);
             }
             first.unwrap_or_default()
@@ -206,12 +206,12 @@ fn a_shift_is_drawn_once_a_run() {
 }
 
 #[test]
-fn rounding_errors_are_even() {
-    let mut s = Sensor::new("many.step = 0.01", N, 1);
+fn rounding_errors_are_uniform() {
+    let mut s = TestSensor::new("many.step = 0.01", SAMPLES, 1);
     // These values are unrelated to the grid.
     let value = |i: usize| 1.0 + (i as f64 * 0.618_033_988_749).fract();
-    s.measure(0.0, |f| f.of(MANY).iter_mut().enumerate().for_each(|(i, x)| *x = value(i)));
-    let read = s.read(MANY);
+    s.measure(0.0, |f| f.of(FIELD_MANY).iter_mut().enumerate().for_each(|(i, x)| *x = value(i)));
+    let read = s.read(FIELD_MANY);
     assert!(read.iter().all(|x| (x / 0.01 - (x / 0.01).round()).abs() < 1e-9));
     let errors: Vec<f64> = read.iter().enumerate().map(|(i, x)| x - value(i)).collect();
     kolmogorov_smirnov(&errors, |x| ((x / 0.005 + 1.0) / 2.0).clamp(0.0, 1.0)).unwrap();
@@ -219,10 +219,10 @@ fn rounding_errors_are_even() {
 
 /// Returns the errors of `n` measurements at 100 Hz, the rate that the tests assume for noise densities.
 fn at_100_hz(noise: &str, n: usize) -> Vec<f64> {
-    let mut s = Sensor::new(noise, 1, 6);
+    let mut s = TestSensor::new(noise, 1, 6);
     let measured = (0..n).map(|i| {
-        s.measure(i as f64 * 0.01, |f| f.of(ONE)[0] = 0.5);
-        s.read(ONE)[0] - 0.5
+        s.measure(i as f64 * 0.01, |f| f.of(FIELD_ONE)[0] = 0.5);
+        s.read(FIELD_ONE)[0] - 0.5
     });
     measured.collect()
 }
@@ -246,25 +246,25 @@ fn follows(x: &[f64], level: f64, slope: f64) -> Result<(), String> {
 /// square root of a second has K sqrt(t / 3).
 #[test]
 fn densities_and_random_walks_have_the_declared_allan_deviations() {
-    const MANY_SAMPLES: usize = 2_000_000;
-    let white = at_100_hz("one.density = 0.02", MANY_SAMPLES);
+    const ALLAN_SAMPLES: usize = 2_000_000;
+    let white = at_100_hz("one.density = 0.02", ALLAN_SAMPLES);
     follows(&white, 0.02, -0.5).unwrap();
     assert!(follows(&white, 0.021, -0.5).is_err(), "density times 1.05");
-    let walk = at_100_hz("one.random_walk = 0.03", MANY_SAMPLES);
+    let walk = at_100_hz("one.random_walk = 0.03", ALLAN_SAMPLES);
     follows(&walk, 0.03 / 3f64.sqrt(), 0.5).unwrap();
     assert!(follows(&walk, 0.034 / 3f64.sqrt(), 0.5).is_err(), "a walk times 1.13");
     assert!(follows(&white, 0.02, 0.5).is_err() && follows(&walk, 0.03 / 3f64.sqrt(), -0.5).is_err());
 }
 
 #[test]
-fn a_walk_begins_at_nothing_and_grows_with_the_root_of_time() {
+fn random_walk_starts_at_zero_and_grows_with_the_root_of_time() {
     let ends: Vec<f64> = (0..2000)
         .map(|seed| {
-            let mut s = Sensor::new("one.random_walk = 0.5", 1, seed);
-            s.measure(0.0, |f| f.of(ONE)[0] = 1.0);
-            assert_eq!(s.read(ONE)[0], 1.0, "no time has passed");
-            s.measure(9.0, |f| f.of(ONE)[0] = 1.0);
-            s.read(ONE)[0] - 1.0
+            let mut s = TestSensor::new("one.random_walk = 0.5", 1, seed);
+            s.measure(0.0, |f| f.of(FIELD_ONE)[0] = 1.0);
+            assert_eq!(s.read(FIELD_ONE)[0], 1.0, "no time has passed");
+            s.measure(9.0, |f| f.of(FIELD_ONE)[0] = 1.0);
+            s.read(FIELD_ONE)[0] - 1.0
         })
         .collect();
     white(&ends, 1.5).unwrap();
@@ -272,9 +272,9 @@ fn a_walk_begins_at_nothing_and_grows_with_the_root_of_time() {
 }
 
 #[test]
-fn a_device_saturates_after_its_noise() {
+fn values_are_clamped_after_noise_and_before_rounding() {
     let values = errors("many = { sigma = 1.0, clamp = [-1.0, 2.0] }", 0.0, 3);
-    let share = |at: f64| values.iter().filter(|x| **x == at).count() as f64 / N as f64;
+    let share = |at: f64| values.iter().filter(|x| **x == at).count() as f64 / SAMPLES as f64;
     // The share of a normal distribution beyond one standard deviation is 0.1587, and beyond two 0.0228.
     assert!((share(-1.0) - 0.1587).abs() < 0.004 && (share(2.0) - 0.0228).abs() < 0.002);
     assert!(values.iter().all(|x| (-1.0..=2.0).contains(x)));

@@ -3,27 +3,27 @@
 use std::sync::{Arc, LazyLock};
 
 use tatu_plugin_api::abi::*;
-use tatu_plugins::FieldInfo;
+use tatu_plugins::FieldSpec;
 
 use super::*;
 
 /// Indices of the fields of the sensor kind used in the tests.
-pub const ONE: usize = 0;
-pub const MANY: usize = 1;
-pub const OTHER: usize = 2;
-pub const SMALL: usize = 3;
-pub const PLACE: usize = 4;
-const SEEN: usize = 5;
-const RAW: usize = 6;
-const ALTITUDE: usize = 7;
-const POSITION: usize = 8;
-const VALID: usize = 9;
+pub const FIELD_ONE: usize = 0;
+pub const FIELD_MANY: usize = 1;
+pub const FIELD_OTHER: usize = 2;
+pub const FIELD_SMALL: usize = 3;
+pub const FIELD_PLACE: usize = 4;
+const FIELD_SEEN: usize = 5;
+const FIELD_RAW: usize = 6;
+const FIELD_ALTITUDE: usize = 7;
+const FIELD_POSITION: usize = 8;
+const FIELD_VALID: usize = 9;
 
 fn kind() -> SensorKind {
-    let field = |name: &str, elem, dims| FieldInfo { name: name.into(), elem, dims, ..FieldInfo::default() };
+    let field = |name: &str, elem, dims| FieldSpec { name: name.into(), elem, dims, ..FieldSpec::default() };
     let marked = |name, dims, nothing: &str| {
         let (valid, nothing) = (Some("fix.valid".into()), Some(nothing.into()));
-        FieldInfo { valid, nothing, ..field(name, TATU_ELEM_F64, dims) }
+        FieldSpec { valid, nothing, ..field(name, TATU_ELEM_F64, dims) }
     };
     let fields = vec![
         field("test.one", TATU_ELEM_F64, [1, 1, 1]),
@@ -58,12 +58,12 @@ fn kind() -> SensorKind {
 }
 
 /// The fields of a measurement, to which tests write.
-pub struct Fields<'a> {
+pub struct TestFields<'a> {
     words: &'a mut [u64],
     spans: &'a [(usize, usize)],
 }
 
-impl Fields<'_> {
+impl TestFields<'_> {
     fn typed<T>(&mut self, field: usize) -> &mut [T] {
         let (first, n) = self.spans[field];
         // SAFETY: `words` is borrowed for as long as the slice, and has room for `n` elements of at most 8 bytes from
@@ -79,9 +79,9 @@ impl Fields<'_> {
 }
 
 /// A sensor without a world, with only its fields and their noise.
-pub struct Sensor {
+pub struct TestSensor {
     kind: SensorKind,
-    noise: Option<Box<Noise>>,
+    noise: Option<Box<SensorNoise>>,
     spec: Option<Arc<NoiseSpec>>,
     words: Vec<u64>,
     spans: Vec<(usize, usize)>,
@@ -97,12 +97,12 @@ fn pool(threads: usize) -> Arc<rayon::ThreadPool> {
     Arc::new(rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap())
 }
 
-impl Sensor {
+impl TestSensor {
     /// Creates a sensor with the given noise and number of beams.
     pub fn new(noise: &str, beams: usize, seed: u64) -> Self {
         let kind = kind();
         let full = noise.replace("one.", "\"test.one\".");
-        let spec = NoiseSpec::parse(&full, Some(&kind)).unwrap_or_else(|w| panic!("{}", w.error)).over(None);
+        let spec = NoiseSpec::parse(&full, Some(&kind)).unwrap_or_else(|w| panic!("{}", w.error)).merge_over(None);
         let mut spans = Vec::new();
         let mut words = 0;
         for f in &kind.fields {
@@ -111,16 +111,16 @@ impl Sensor {
             words += n;
         }
         let pool = POOL.clone();
-        Sensor { kind, noise: None, spec: spec.map(Arc::new), words: vec![0; words], spans, seed, drawn: 0, pool }
+        TestSensor { kind, noise: None, spec: spec.map(Arc::new), words: vec![0; words], spans, seed, drawn: 0, pool }
     }
 
-    pub fn measure(&mut self, time: f64, write: impl FnOnce(&mut Fields<'_>)) {
+    pub fn measure(&mut self, time: f64, write: impl FnOnce(&mut TestFields<'_>)) {
         self.words.fill(0);
-        write(&mut Fields { words: &mut self.words, spans: &self.spans });
-        Noise::follow(&mut self.noise, self.spec.as_ref(), &self.kind);
-        let Sensor { kind, words, spans, seed, drawn, .. } = self;
+        write(&mut TestFields { words: &mut self.words, spans: &self.spans });
+        SensorNoise::update(&mut self.noise, self.spec.as_ref(), &self.kind);
+        let TestSensor { kind, words, spans, seed, drawn, .. } = self;
         if let Some(noise) = &mut self.noise {
-            let m = Measured { kind, seed: *seed, drawn: *drawn, time, period: 0.01, fields: words, spans };
+            let m = RawMeasurement { kind, seed: *seed, drawn: *drawn, time, period: 0.01, fields: words, spans };
             noise.apply(m, &self.pool);
         }
         self.drawn += 1;
@@ -128,11 +128,11 @@ impl Sensor {
 
     fn set(&mut self, noise: &str) {
         let more = NoiseSpec::parse(noise, Some(&self.kind)).unwrap_or_else(|w| panic!("{}", w.error));
-        self.spec = more.over(self.spec.as_deref()).map(Arc::new);
+        self.spec = more.merge_over(self.spec.as_deref()).map(Arc::new);
     }
 
-    fn fields(&mut self) -> Fields<'_> {
-        Fields { words: &mut self.words, spans: &self.spans }
+    fn fields(&mut self) -> TestFields<'_> {
+        TestFields { words: &mut self.words, spans: &self.spans }
     }
     pub fn read(&mut self, field: usize) -> Vec<f64> {
         self.fields().of(field).to_vec()
@@ -156,67 +156,67 @@ fn values(i: usize) -> f64 {
 }
 
 #[test]
-fn zero_noise_is_exact() {
+fn zero_noise_changes_no_bit() {
     let zeros = "many = { sigma = 0, uniform = 0, shift = 0, shift_sigma = 0, walk = { sigma = 0, tau_s = 5 }, step = 0, \
                  inverse_step = 0, dropout = 0, outliers = { probability = 0, sigma = 3 } }\n\
                  small = { sigma = [0, 0, 0], outliers = { probability = 1, sigma = 0 } }";
-    let mut s = Sensor::new(zeros, 1000, 5);
+    let mut s = TestSensor::new(zeros, 1000, 5);
     s.measure(1.0, |f| {
-        f.of(MANY).iter_mut().enumerate().for_each(|(i, x)| *x = values(i));
-        f.of32(SMALL).iter_mut().enumerate().for_each(|(i, x)| *x = values(i) as f32);
+        f.of(FIELD_MANY).iter_mut().enumerate().for_each(|(i, x)| *x = values(i));
+        f.of32(FIELD_SMALL).iter_mut().enumerate().for_each(|(i, x)| *x = values(i) as f32);
     });
-    for (i, x) in s.read(MANY).iter().enumerate() {
+    for (i, x) in s.read(FIELD_MANY).iter().enumerate() {
         assert_eq!(x.to_bits(), values(i).to_bits(), "{i}");
     }
-    for (i, x) in s.read32(SMALL).iter().enumerate() {
+    for (i, x) in s.read32(FIELD_SMALL).iter().enumerate() {
         assert_eq!(x.to_bits(), (values(i) as f32).to_bits(), "{i}");
     }
 }
 
 #[test]
-fn what_means_nothing_stays() {
-    let mut s = Sensor::new("many.sigma = 1\naltitude.sigma = 1\nposition.sigma = 1", 100, 5);
-    s.measure(0.0, |f| f.of(MANY).fill(f64::INFINITY));
-    assert!(s.read(MANY).iter().all(|x| *x == f64::INFINITY));
+fn invalid_values_are_not_changed() {
+    let mut s = TestSensor::new("many.sigma = 1\naltitude.sigma = 1\nposition.sigma = 1", 100, 5);
+    s.measure(0.0, |f| f.of(FIELD_MANY).fill(f64::INFINITY));
+    assert!(s.read(FIELD_MANY).iter().all(|x| *x == f64::INFINITY));
     // The schema specifies which field marks validity, so a position of 0 0 0 is valid if there is a fix.
-    let mut s = Sensor::new("altitude.sigma = 1\nposition.sigma = 1", 1, 5);
+    let mut s = TestSensor::new("altitude.sigma = 1\nposition.sigma = 1", 1, 5);
     for detected in [0, 1] {
-        s.measure(0.0, |f| f.typed::<i32>(VALID)[0] = detected);
-        let stays = (s.read(ALTITUDE) == [0.0], s.read(POSITION) == [0.0; 3]);
+        s.measure(0.0, |f| f.typed::<i32>(FIELD_VALID)[0] = detected);
+        let stays = (s.read(FIELD_ALTITUDE) == [0.0], s.read(FIELD_POSITION) == [0.0; 3]);
         assert_eq!(stays, (detected == 0, detected == 0));
     }
     // Without such a field, only 0 marks an invalid value.
-    let mut s = Sensor::new("raw.sigma = 100\nmany = { sigma = 1, valid = \"seen\" }", 2, 5);
+    let mut s = TestSensor::new("raw.sigma = 100\nmany = { sigma = 1, valid = \"seen\" }", 2, 5);
     s.measure(0.0, |f| {
-        f.typed::<u16>(RAW).copy_from_slice(&[0, 1000]);
-        f.typed::<u8>(SEEN).copy_from_slice(&[0, 1]);
+        f.typed::<u16>(FIELD_RAW).copy_from_slice(&[0, 1000]);
+        f.typed::<u8>(FIELD_SEEN).copy_from_slice(&[0, 1]);
     });
-    let raw = s.fields().typed::<u16>(RAW).to_vec();
+    let raw = s.fields().typed::<u16>(FIELD_RAW).to_vec();
     assert!(raw[0] == 0 && raw[1] != 1000, "{raw:?}");
-    assert!(s.read(MANY)[0] == 0.0 && s.read(MANY)[1] != 0.0);
+    assert!(s.read(FIELD_MANY)[0] == 0.0 && s.read(FIELD_MANY)[1] != 0.0);
 }
 
 #[test]
-fn a_lost_element_is_told_by_value_and_by_field() {
-    let mut s = Sensor::new("many = { dropout = 0.5, valid = \"seen\" }", 1000, 5);
+fn lost_element_is_marked_by_value_and_by_field() {
+    let mut s = TestSensor::new("many = { dropout = 0.5, valid = \"seen\" }", 1000, 5);
     s.measure(0.0, |f| {
-        f.of(MANY).fill(2.0);
-        f.typed::<u8>(SEEN).fill(1);
+        f.of(FIELD_MANY).fill(2.0);
+        f.typed::<u8>(FIELD_SEEN).fill(1);
     });
-    let seen = s.fields().typed::<u8>(SEEN).to_vec();
-    let lost = s.read(MANY).iter().zip(&seen).filter(|(x, s)| (x.is_infinite(), **s) == (true, 0)).count();
-    let kept = s.read(MANY).iter().zip(&seen).filter(|(x, s)| (**x, **s) == (2.0, 1)).count();
+    let seen = s.fields().typed::<u8>(FIELD_SEEN).to_vec();
+    let lost = s.read(FIELD_MANY).iter().zip(&seen).filter(|(x, s)| (x.is_infinite(), **s) == (true, 0)).count();
+    let kept = s.read(FIELD_MANY).iter().zip(&seen).filter(|(x, s)| (**x, **s) == (2.0, 1)).count();
     assert!(lost + kept == 1000 && lost.abs_diff(500) < 70, "{lost} {kept}");
     // The components of a point are lost together. The field that marks a lost point and the point itself are then 0,
     // as the schema requires.
-    let mut s = Sensor::new("position.dropout = 0.5", 1, 5);
+    let mut s = TestSensor::new("position.dropout = 0.5", 1, 5);
     let mut lost = 0;
     for i in 0..1000 {
         s.measure(f64::from(i), |f| {
-            f.of(POSITION).copy_from_slice(&[0.1, 0.2, 0.3]);
-            f.typed::<i32>(VALID)[0] = 1;
+            f.of(FIELD_POSITION).copy_from_slice(&[0.1, 0.2, 0.3]);
+            f.typed::<i32>(FIELD_VALID)[0] = 1;
         });
-        match (s.read(POSITION).as_slice(), s.fields().typed::<i32>(VALID)[0]) {
+        match (s.read(FIELD_POSITION).as_slice(), s.fields().typed::<i32>(FIELD_VALID)[0]) {
             ([0.0, 0.0, 0.0], 0) => lost += 1,
             ([0.1, 0.2, 0.3], 1) => {}
             other => panic!("{other:?}"),
@@ -226,82 +226,86 @@ fn a_lost_element_is_told_by_value_and_by_field() {
 }
 
 #[test]
-fn beyond_the_limits_is_nothing() {
-    let mut s = Sensor::new("many.limits = [0.5, 4]\nposition.limits = [-1, 1]", 5, 5);
+fn values_beyond_the_limits_become_invalid() {
+    let mut s = TestSensor::new("many.limits = [0.5, 4]\nposition.limits = [-1, 1]", 5, 5);
     s.measure(0.0, |f| {
-        f.of(MANY).copy_from_slice(&[0.4, 0.5, 2.0, 4.0, 4.1]);
-        f.of(POSITION).copy_from_slice(&[0.0, 3.0, 0.5]);
-        f.typed::<i32>(VALID)[0] = 1;
+        f.of(FIELD_MANY).copy_from_slice(&[0.4, 0.5, 2.0, 4.0, 4.1]);
+        f.of(FIELD_POSITION).copy_from_slice(&[0.0, 3.0, 0.5]);
+        f.typed::<i32>(FIELD_VALID)[0] = 1;
     });
     let inf = f64::INFINITY;
-    assert_eq!(s.read(MANY), [inf, 0.5, 2.0, 4.0, inf]);
-    assert_eq!(s.read(POSITION), [0.0; 3], "a point is nothing as a whole");
+    assert_eq!(s.read(FIELD_MANY), [inf, 0.5, 2.0, 4.0, inf]);
+    assert_eq!(s.read(FIELD_POSITION), [0.0; 3], "a point is nothing as a whole");
 }
 
 #[test]
-fn values_stand_on_their_grid() {
-    let mut s = Sensor::new("many.step = 0.25\nsmall.inverse_step = 0.125\nraw.sigma = 10", 5, 5);
+fn values_are_rounded_to_their_grid() {
+    let mut s = TestSensor::new("many.step = 0.25\nsmall.inverse_step = 0.125\nraw.sigma = 10", 5, 5);
     s.measure(0.0, |f| {
-        f.of(MANY).copy_from_slice(&[0.1, 0.126, -0.3, 1e17, 7.0]);
-        f.of32(SMALL).copy_from_slice(&[1.0, 0.9, 4.1, 100.0, f32::INFINITY]);
-        f.typed::<u16>(RAW).copy_from_slice(&[0, 1, 500, 65535, 30_000]);
+        f.of(FIELD_MANY).copy_from_slice(&[0.1, 0.126, -0.3, 1e17, 7.0]);
+        f.of32(FIELD_SMALL).copy_from_slice(&[1.0, 0.9, 4.1, 100.0, f32::INFINITY]);
+        f.typed::<u16>(FIELD_RAW).copy_from_slice(&[0, 1, 500, 65535, 30_000]);
     });
-    assert_eq!(s.read(MANY), [0.0, 0.25, -0.25, 1e17, 7.0]);
+    assert_eq!(s.read(FIELD_MANY), [0.0, 0.25, -0.25, 1e17, 7.0]);
     // 1 / 0.9 = 1.11 is closest to 9 / 8; 1 / 100 is closer to 0 than to 1 / 8, so the value 100 cannot be represented.
     let inf = f32::INFINITY;
-    assert_eq!(s.read32(SMALL), [1.0, 8.0 / 9.0, 4.0, inf, inf]);
-    let raw = s.fields().typed::<u16>(RAW).to_vec();
+    assert_eq!(s.read32(FIELD_SMALL), [1.0, 8.0 / 9.0, 4.0, inf, inf]);
+    let raw = s.fields().typed::<u16>(FIELD_RAW).to_vec();
     assert_eq!(raw[0], 0, "0 is nothing");
     assert!(raw[3] > 65_000 && raw[4] != 30_000 && raw[4].abs_diff(30_000) < 60, "{raw:?}");
 }
 
 /// The order of stages: white noise and outliers are rounded to the grid, and limits apply to rounded values.
 #[test]
-fn stages_have_their_order() {
+fn stages_are_applied_in_order() {
     let noise = "many = { sigma = 0.3, shift = 1, outliers = { probability = 0.5, uniform = 9 }, step = 0.5, limits = [-2, 2] }";
-    let mut s = Sensor::new(noise, 1000, 5);
-    s.measure(0.0, |f| f.of(MANY).fill(0.3));
-    for x in s.read(MANY) {
+    let mut s = TestSensor::new(noise, 1000, 5);
+    s.measure(0.0, |f| f.of(FIELD_MANY).fill(0.3));
+    for x in s.read(FIELD_MANY) {
         assert!(x == f64::INFINITY || x.abs() <= 2.0 && (x * 2.0).fract() == 0.0, "{x}");
     }
     // A shift is the same for all elements and is added before rounding.
-    let mut s = Sensor::new("many.shift = 1", 10, 5);
-    s.measure(0.0, |f| f.of(MANY).fill(0.5));
-    let all = s.read(MANY);
+    let mut s = TestSensor::new("many.shift = 1", 10, 5);
+    s.measure(0.0, |f| f.of(FIELD_MANY).fill(0.5));
+    let all = s.read(FIELD_MANY);
     assert!(all[0] != 0.5 && all.iter().all(|x| *x == all[0]), "{all:?}");
 }
 
 #[test]
-fn a_field_has_its_own_numbers() {
+fn each_field_has_its_own_random_numbers() {
     let both = "many.sigma = 1\nother.sigma = 1";
     let read = |noise: &str, seed: u64, field: usize| {
-        let mut s = Sensor::new(noise, 100, seed);
+        let mut s = TestSensor::new(noise, 100, seed);
         s.measure(0.0, |f| {
-            f.of(MANY).fill(1.0);
-            f.of(OTHER).fill(1.0);
+            f.of(FIELD_MANY).fill(1.0);
+            f.of(FIELD_OTHER).fill(1.0);
         });
         s.read(field)
     };
-    assert_eq!(read(both, 1, MANY), read("many.sigma = 1", 1, MANY), "noise of another field changes nothing");
-    assert_ne!(read(both, 1, MANY), read(both, 1, OTHER));
-    assert_ne!(read(both, 1, MANY), read(both, 2, MANY));
+    assert_eq!(
+        read(both, 1, FIELD_MANY),
+        read("many.sigma = 1", 1, FIELD_MANY),
+        "noise of another field changes nothing"
+    );
+    assert_ne!(read(both, 1, FIELD_MANY), read(both, 1, FIELD_OTHER));
+    assert_ne!(read(both, 1, FIELD_MANY), read(both, 2, FIELD_MANY));
     // An additional stage does not change the random numbers of white noise.
-    let with = read("many = { sigma = 1, dropout = 0.5 }", 1, MANY);
-    let without = read("many.sigma = 1", 1, MANY);
+    let with = read("many = { sigma = 1, dropout = 0.5 }", 1, FIELD_MANY);
+    let without = read("many.sigma = 1", 1, FIELD_MANY);
     assert!(with.iter().zip(&without).all(|(a, b)| a == b || a.is_infinite()));
 }
 
 #[test]
-fn threads_change_no_bit() {
+fn noise_does_not_depend_on_the_number_of_threads() {
     let noise =
         "small = { sigma = [0.001, 0, 0.0012], inverse_step = 0.003, dropout = 0.01, shift = 0.01, valid = \"seen\" }";
     let run = |threads: usize| {
-        let mut s = Sensor::new(noise, 307_200, 9);
+        let mut s = TestSensor::new(noise, 307_200, 9);
         s.pool = pool(threads);
         for i in 0..3 {
             s.measure(f64::from(i), |f| {
-                f.of32(SMALL).iter_mut().enumerate().for_each(|(i, x)| *x = 0.5 + (i % 1000) as f32 * 0.003);
-                f.typed::<u8>(SEEN).fill(1);
+                f.of32(FIELD_SMALL).iter_mut().enumerate().for_each(|(i, x)| *x = 0.5 + (i % 1000) as f32 * 0.003);
+                f.typed::<u8>(FIELD_SEEN).fill(1);
             });
         }
         s.words
@@ -311,11 +315,11 @@ fn threads_change_no_bit() {
 }
 
 #[test]
-fn walks_are_kept_over_changes_and_lost_without_them() {
-    let mut s = Sensor::new("many.walk = { sigma = 1, tau_s = 1e6 }", 1, 5);
-    let at = |s: &mut Sensor, time: f64| {
-        s.measure(time, |f| f.of(MANY)[0] = 1.0);
-        s.read(MANY)[0] - 1.0
+fn walks_survive_changes_until_they_are_undeclared() {
+    let mut s = TestSensor::new("many.walk = { sigma = 1, tau_s = 1e6 }", 1, 5);
+    let at = |s: &mut TestSensor, time: f64| {
+        s.measure(time, |f| f.of(FIELD_MANY)[0] = 1.0);
+        s.read(FIELD_MANY)[0] - 1.0
     };
     let first = at(&mut s, 0.0);
     // In 1 s with tau = 10^6 s, the walk moves by 0.0014 of its sigma.
@@ -324,10 +328,10 @@ fn walks_are_kept_over_changes_and_lost_without_them() {
     assert!((at(&mut s, 2.0) - first).abs() < 0.01, "noise of another field was added");
     s.set("many = { walk = { sigma = 2, tau_s = 1e6 } }");
     assert!((at(&mut s, 3.0) - 2.0 * first).abs() < 0.02);
-    // A sensor restored from the saved memory continues with the same values.
-    let memory = s.noise.as_ref().unwrap().memory().clone();
+    // A sensor restored from the saved state continues with the same values.
+    let memory = s.noise.as_ref().unwrap().state().clone();
     let on = at(&mut s, 4.0);
-    (s.noise, s.drawn) = (Some(Box::new(Noise::of_memory(memory))), 4);
+    (s.noise, s.drawn) = (Some(Box::new(SensorNoise::from_state(memory))), 4);
     assert_eq!(at(&mut s, 4.0), on);
     s.set("none");
     assert_eq!(at(&mut s, 5.0), 0.0);
@@ -337,8 +341,8 @@ fn walks_are_kept_over_changes_and_lost_without_them() {
 }
 
 #[test]
-fn readings_are_held_until_they_are_old_enough() {
-    let mut s = Sensor::new("latency_s = 0.12", 1, 5);
+fn readings_are_delayed_by_the_latency() {
+    let mut s = TestSensor::new("latency_s = 0.12", 1, 5);
     s.measure(0.0, |_| {});
     let noise = s.noise.as_mut().unwrap();
     let reading = |time: f64, sequence| HeldReading { time, sequence, fields: ReadingBuffer::default() };
@@ -360,7 +364,7 @@ fn readings_are_held_until_they_are_old_enough() {
 }
 
 #[test]
-fn text_comes_back() {
+fn noise_survives_a_round_trip_through_toml() {
     let text = "latency_s = 0.12\n[many]\nsigma = [0.1, 0.2]\nof = \"other\"\nuniform = 1\nshift = 2\nshift_sigma = 3\n\
                 walk = { sigma = 2.1, tau_s = 1100 }\nstep = 0.001\ninverse_step = 2.85e-3\ndropout = 0.01\n\
                 valid = \"seen\"\noutliers = { probability = 0.001, sigma = 1.0, uniform = 2 }\nlimits = [0, inf]\n\
@@ -382,11 +386,11 @@ fn text_comes_back() {
 }
 
 #[test]
-fn what_is_set_later_wins_by_field() {
+fn later_declaration_replaces_that_of_its_field() {
     let kind = kind();
     let parse = |text: &str| NoiseSpec::parse(text, Some(&kind)).unwrap_or_else(|w| panic!("{}", w.error));
-    let preset = parse("latency_s = 1\nmany = { sigma = 1, step = 2 }\nsmall.sigma = 3").over(None).unwrap();
-    let set = |text: &str| parse(text).over(Some(&preset));
+    let preset = parse("latency_s = 1\nmany = { sigma = 1, step = 2 }\nsmall.sigma = 3").merge_over(None).unwrap();
+    let set = |text: &str| parse(text).merge_over(Some(&preset));
     // A new declaration replaces all settings of its field, and does not affect other fields.
     let changed = set("many.uniform = 4").unwrap();
     assert_eq!(changed.fields["test.many"], FieldNoise { uniform: vec![4.0], ..Default::default() });
@@ -398,11 +402,11 @@ fn what_is_set_later_wins_by_field() {
     assert_eq!(without.fields.keys().collect::<Vec<_>>(), ["test.small"]);
     assert_eq!(set("latency_s = 0").unwrap().latency, None);
     assert!(["", "none"].iter().all(|t| set(t).is_none()));
-    assert_eq!(parse("many = {}").over(None), None);
+    assert_eq!(parse("many = {}").merge_over(None), None);
 }
 
 #[test]
-fn what_is_wrong_is_named() {
+fn invalid_noise_is_refused_with_its_key() {
     let kind = kind();
     for (text, words) in [
         ("many.sgima = 1", "E101 unknown key `sgima` did you mean `sigma`"),
@@ -438,13 +442,13 @@ fn what_is_wrong_is_named() {
         ("many.sigma = ", "not valid TOML"),
     ] {
         let wrong = NoiseSpec::parse(text, Some(&kind)).err().unwrap_or_else(|| panic!("{text} passed"));
-        let told = wrong.in_text(text).to_string();
+        let told = wrong.with_line(text).to_string();
         for word in words.split(' ') {
             assert!(told.contains(word), "{text}: `{told}` lacks {word}");
         }
     }
     // The error message contains the line number.
     let text = "many.sigma = 1\nsmall.sigma = 1\nsmall.step = true";
-    let wrong = NoiseSpec::parse(text, Some(&kind)).unwrap_err().in_text(text);
+    let wrong = NoiseSpec::parse(text, Some(&kind)).unwrap_err().with_line(text);
     assert!(wrong.text.starts_with("line 3 of `noise`"), "{}", wrong.text);
 }

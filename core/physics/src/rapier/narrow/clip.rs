@@ -13,21 +13,21 @@ use rapier3d::{
     },
 };
 
-use super::{face::Polygon, merge};
+use super::{face::FeaturePolygon, merge};
 
 /// Depth by which the closest points must exceed all others to become a contact point themselves, m.
-const DEEPER: f64 = 1e-4;
+const MIN_DEPTH_LEAD: f64 = 1e-4;
 
 /// Maximum depth of a point, relative to that of the deepest, if the normal was corrected for a mesh: the corrected
 /// normal may be far from the direction in which the forms are closest.
-const CORRECTED: f64 = 5.0;
+const MAX_CORRECTED_DEPTH_RATIO: f64 = 5.0;
 
 /// A form with limits of its normals: the triangle of a mesh must not be touched from the side.
-type Limited<'a> = (&'a dyn Shape, Option<&'a dyn NormalConstraints>);
+type LimitedShape<'a> = (&'a dyn Shape, Option<&'a dyn NormalConstraints>);
 
 /// A polygon seen along the normal: its corners in a plane and along the normal.
-struct View<'a> {
-    polygon: &'a Polygon,
+struct PolygonView<'a> {
+    polygon: &'a FeaturePolygon,
     corners: Vec<Vector>,
     flat: Vec<[f64; 2]>,
 }
@@ -35,8 +35,8 @@ struct View<'a> {
 /// Finds the contact points of two convex forms; `manifold.local_n1` is used as a guess of the normal.
 pub(super) fn contacts(
     pos12: &Pose,
-    (a, limits_a): Limited<'_>,
-    (b, limits_b): Limited<'_>,
+    (a, limits_a): LimitedShape<'_>,
+    (b, limits_b): LimitedShape<'_>,
     prediction: f64,
     manifold: &mut ContactManifold,
 ) -> Result<(), Unsupported> {
@@ -73,29 +73,29 @@ pub(super) fn contacts(
     }
     let (near_a, near_b) = (p1, pos12.inverse_transform_point(p2));
     let polygon_of = |shape: &dyn Shape, map: &dyn rapier3d::parry::shape::PolygonalFeatureMap, normal, near| {
-        shape.as_convex_polyhedron().map(|hull| Polygon::of_hull(hull, normal)).unwrap_or_else(|| {
+        shape.as_convex_polyhedron().map(|hull| FeaturePolygon::of_hull(hull, normal)).unwrap_or_else(|| {
             let mut feature = PolygonalFeature::default();
             map.local_support_feature_toward(normal, near, &mut feature);
-            Polygon::new(&feature)
+            FeaturePolygon::new(&feature)
         })
     };
     let polygons = [polygon_of(a, map_a, n1, near_a), polygon_of(b, map_b, n2, near_b)];
     let (x, y) = n1.any_orthonormal_pair();
     let view = |polygon, pose: Option<&Pose>| {
-        let polygon: &Polygon = polygon;
+        let polygon: &FeaturePolygon = polygon;
         let corners: Vec<Vector> = polygon.corners.iter().map(|(p, ..)| pose.map_or(*p, |pose| pose * *p)).collect();
         let flat = corners.iter().map(|p| [p.dot(x), p.dot(y)]).collect();
-        View { polygon, corners, flat }
+        PolygonView { polygon, corners, flat }
     };
     let views = [view(&polygons[0], None), view(&polygons[1], Some(pos12))];
     clip(&views, pos12, n1, manifold);
     let deepest = manifold.points.iter().map(|p| p.dist).fold(f64::INFINITY, f64::min);
-    if n1 == direction && closest < deepest - DEEPER {
+    if n1 == direction && closest < deepest - MIN_DEPTH_LEAD {
         let unknown = PackedFeatureId::UNKNOWN;
         manifold.points.push(TrackedContact::new(near_a, near_b, unknown, unknown, closest));
     }
     if limits_a.is_some() || limits_b.is_some() {
-        manifold.points.retain(|p| closest >= 0.0 || p.dist >= closest * CORRECTED);
+        manifold.points.retain(|p| closest >= 0.0 || p.dist >= closest * MAX_CORRECTED_DEPTH_RATIO);
     }
     merge::reduce(&mut manifold.points, n1);
     for point in &mut manifold.points {
@@ -108,7 +108,7 @@ pub(super) fn contacts(
 }
 
 /// Adds the corners of each polygon that lie within the other, and the crossings of their edges.
-fn clip(views: &[View<'_>; 2], pos12: &Pose, normal: Vector, manifold: &mut ContactManifold) {
+fn clip(views: &[PolygonView<'_>; 2], pos12: &Pose, normal: Vector, manifold: &mut ContactManifold) {
     let [a, b] = views;
     let mut add = |first: Vector, second: Vector, ids: [PackedFeatureId; 2]| {
         let distance = (second - first).dot(normal);
@@ -135,7 +135,7 @@ fn clip(views: &[View<'_>; 2], pos12: &Pose, normal: Vector, manifold: &mut Cont
     }
 }
 
-impl View<'_> {
+impl PolygonView<'_> {
     /// Returns the indices of the ends of each edge.
     fn edges(&self) -> impl Iterator<Item = (usize, usize)> + use<> {
         let count = self.corners.len();

@@ -10,31 +10,31 @@ use rapier3d::{
     },
 };
 
-use super::spread::{MOST, spread};
+use super::spread::{MAX_POINTS, select_spread};
 
 /// Maximum distance of a corner from the plane of its face, relative to the size of the hull. Corners of meshes are
 /// often rounded to 32 bits.
-const FLAT: f64 = 1e-4;
+const FACE_TOLERANCE: f64 = 1e-4;
 
 /// Cosine of the angle up to which two faces are equally suitable, 1.1 degrees: the larger one is chosen, because the
 /// normal of a sliver may be wrong.
-const SIMILAR: f64 = 0.9998;
+const SIMILAR_FACE_COSINE: f64 = 0.9998;
 
 /// Depth by which the lowest point of a hull must exceed the corners of its face to become a contact point, m.
-const LOWER: f64 = 1e-5;
+const MIN_DEPTH_LEAD: f64 = 1e-5;
 
 /// A face, edge or corner of a convex form, in the form's frame.
-pub(super) struct Polygon {
+pub(super) struct FeaturePolygon {
     /// Corners in order, each with its feature and that of the edge to the next corner.
-    pub corners: ArrayVec<(Vector, PackedFeatureId, PackedFeatureId), MOST>,
+    pub corners: ArrayVec<(Vector, PackedFeatureId, PackedFeatureId), MAX_POINTS>,
     pub face: PackedFeatureId,
 }
 
-impl Polygon {
+impl FeaturePolygon {
     /// Converts parry's feature, which has at most four corners.
     pub fn new(feature: &PolygonalFeature) -> Self {
         let corner = |i: usize| (feature.vertices[i], feature.vids[i], feature.eids[i]);
-        Polygon { corners: (0..feature.num_vertices.min(4)).map(corner).collect(), face: feature.fid }
+        FeaturePolygon { corners: (0..feature.num_vertices.min(4)).map(corner).collect(), face: feature.fid }
     }
 
     /// Returns the face of a hull whose normal is closest to a direction, without corners that enclose little of it.
@@ -42,24 +42,27 @@ impl Polygon {
     pub fn of_hull(hull: &ConvexPolyhedron, direction: Vector) -> Self {
         let faces = hull.faces();
         let best = faces.iter().map(|f| f.normal.dot(direction)).fold(f64::NEG_INFINITY, f64::max);
-        let similar = faces.iter().enumerate().filter(|(_, f)| f.normal.dot(direction) >= best - (1.0 - SIMILAR));
+        let similar =
+            faces.iter().enumerate().filter(|(_, f)| f.normal.dot(direction) >= best - (1.0 - SIMILAR_FACE_COSINE));
         let largest = similar.map(|(i, _)| (i, area(hull, i))).reduce(|a, b| if b.1 > a.1 { b } else { a });
         let id = largest.map_or(0, |(i, _)| i);
-        let Some(face) = faces.get(id) else { return Polygon { corners: ArrayVec::new(), face: PackedFeatureId(0) } };
+        let Some(face) = faces.get(id) else {
+            return FeaturePolygon { corners: ArrayVec::new(), face: PackedFeatureId(0) };
+        };
         let points = hull.points();
         let origin = corners(hull, id).next().unwrap_or_default();
         let size = points.iter().map(|p| (*p - origin).length_squared()).fold(0.0, f64::max).sqrt();
         let (x, y) = face.normal.any_orthonormal_pair();
-        let in_plane = |p: &Vector| (*p - origin).dot(face.normal) >= -FLAT * size;
+        let in_plane = |p: &Vector| (*p - origin).dot(face.normal) >= -FACE_TOLERANCE * size;
         let ids: Vec<u32> = (0..).zip(points).filter(|(_, p)| in_plane(p)).map(|(i, _)| i).collect();
         let at = |id: &u32| points[*id as usize] - origin;
         let places: Vec<[f64; 2]> = ids.iter().map(|id| [at(id).dot(x), at(id).dot(y)]).collect();
-        let selected = spread(&places, |_| 0.0);
+        let selected = select_spread(&places, |_| 0.0);
         let corner = |i: &usize| {
             let id = ids[*i];
             (points[id as usize], PackedFeatureId::vertex(id), PackedFeatureId::edge(id))
         };
-        Polygon { corners: selected.iter().map(corner).collect(), face: PackedFeatureId::face(id as u32) }
+        FeaturePolygon { corners: selected.iter().map(corner).collect(), face: PackedFeatureId::face(id as u32) }
     }
 }
 
@@ -106,9 +109,9 @@ pub(super) fn on_plane(
     if low + height > prediction {
         return;
     }
-    let mut polygon = Polygon::of_hull(hull, -up);
+    let mut polygon = FeaturePolygon::of_hull(hull, -up);
     let corners = polygon.corners.iter().map(|(p, ..)| p.dot(up));
-    if corners.fold(f64::INFINITY, f64::min) > low + LOWER {
+    if corners.fold(f64::INFINITY, f64::min) > low + MIN_DEPTH_LEAD {
         // The lowest point replaces the highest corner if there are too many.
         if polygon.corners.is_full() {
             let heights = polygon.corners.iter().map(|(p, ..)| p.dot(up)).enumerate();

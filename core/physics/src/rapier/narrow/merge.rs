@@ -6,32 +6,32 @@ use rapier3d::{
     parry::{query::TrackedContact, shape::PackedFeatureId},
 };
 
-use super::spread::{MOST, spread};
+use super::spread::{MAX_POINTS, select_spread};
 
 /// Number of points of a manifold that rapier solves.
-const SOLVED: usize = 4;
+const SOLVED_POINTS: usize = 4;
 
 /// Distance by which a point may be farther inside a face for each unit of depth by which it is deeper: a point above
 /// another one is not selected, and a slightly tilted face keeps its corners.
-const DEPTH_COUNTS: f64 = 10.0;
+const DEPTH_WEIGHT: f64 = 10.0;
 
 /// Cosine of the angle up to which faces of a mesh count as one, 5 degrees.
-const PARALLEL: f64 = 0.996;
+const PARALLEL_COSINE: f64 = 0.996;
 
 /// Distance between points that count as one, as a fraction of the prediction distance.
-const SAME_PLACE: f64 = 0.25;
+const MERGE_DISTANCE_SHARE: f64 = 0.25;
 
 /// Depth by which the deepest point must exceed the selected ones to replace one of them, m.
-const DEEPER: f64 = 1e-5;
+const MIN_DEPTH_LEAD: f64 = 1e-5;
 
 /// Maximum distance of a point from one of the previous step for a warm start, m.
-const WARM: f64 = 1e-3;
+const MAX_WARM_START_DISTANCE: f64 = 1e-3;
 
-type Point = TrackedContact<ContactData>;
+type ManifoldPoint = TrackedContact<ContactData>;
 
 /// Keeps the points that enclose as much as possible, in counterclockwise order about the normal.
-pub(super) fn reduce(points: &mut Vec<Point>, normal: Vector) {
-    if points.len() <= SOLVED {
+pub(super) fn reduce(points: &mut Vec<ManifoldPoint>, normal: Vector) {
+    if points.len() <= SOLVED_POINTS {
         return;
     }
     let (x, y) = normal.any_orthonormal_pair();
@@ -39,10 +39,10 @@ pub(super) fn reduce(points: &mut Vec<Point>, normal: Vector) {
     let places: Vec<[f64; 2]> = points.iter().map(|p| p.local_p1 - origin).map(|p| [p.dot(x), p.dot(y)]).collect();
     let lowest = (0..points.len()).reduce(|a, b| if points[b].dist < points[a].dist { b } else { a });
     let least = lowest.map_or(0.0, |i| points[i].dist);
-    let mut selected = spread(&places, |i| DEPTH_COUNTS * (points[i].dist - least));
+    let mut selected = select_spread(&places, |i| DEPTH_WEIGHT * (points[i].dist - least));
     let deepest = selected.iter().map(|i| points[*i].dist).fold(f64::INFINITY, f64::min);
-    if let Some(lowest) = lowest.filter(|_| deepest > least + DEEPER) {
-        if selected.len() == MOST {
+    if let Some(lowest) = lowest.filter(|_| deepest > least + MIN_DEPTH_LEAD) {
+        if selected.len() == MAX_POINTS {
             selected.pop();
         }
         selected.push(lowest);
@@ -53,12 +53,12 @@ pub(super) fn reduce(points: &mut Vec<Point>, normal: Vector) {
 /// Joins manifolds with nearly equal normals, in the frames of the pair.
 pub(super) fn join(found: Vec<ContactManifold>, prediction: f64) -> Vec<ContactManifold> {
     let mut joined: Vec<ContactManifold> = Vec::new();
-    let same = SAME_PLACE * prediction;
+    let same = MERGE_DISTANCE_SHARE * prediction;
     for manifold in found.into_iter().filter(|m| !m.points.is_empty()) {
         let [one, two] = [manifold.subshape_pos1().copied(), manifold.subshape_pos2().copied()];
         let n1 = one.map_or(manifold.local_n1, |pose| pose.rotation * manifold.local_n1);
         let n2 = two.map_or(manifold.local_n2, |pose| pose.rotation * manifold.local_n2);
-        let at = joined.iter().position(|m| m.local_n1.dot(n1) >= PARALLEL).unwrap_or_else(|| {
+        let at = joined.iter().position(|m| m.local_n1.dot(n1) >= PARALLEL_COSINE).unwrap_or_else(|| {
             joined.push(ContactManifold::new());
             joined.len() - 1
         });
@@ -69,8 +69,8 @@ pub(super) fn join(found: Vec<ContactManifold>, prediction: f64) -> Vec<ContactM
         for mut point in manifold.points {
             point.local_p1 = one.map_or(point.local_p1, |pose| pose * point.local_p1);
             point.local_p2 = two.map_or(point.local_p2, |pose| pose * point.local_p2);
-            point.fid1 = of_part(point.fid1, manifold.subshape1);
-            point.fid2 = of_part(point.fid2, manifold.subshape2);
+            point.fid1 = part_feature(point.fid1, manifold.subshape1);
+            point.fid2 = part_feature(point.fid2, manifold.subshape2);
             let twin = whole.points.iter_mut().find(|p| p.local_p1.distance_squared(point.local_p1) < same * same);
             match twin {
                 Some(twin) if point.dist < twin.dist => *twin = point,
@@ -87,17 +87,17 @@ pub(super) fn join(found: Vec<ContactManifold>, prediction: f64) -> Vec<ContactM
 
 /// Returns a number for a feature of one part of a shape. The numbers of two features are almost never equal; if they
 /// are, a point starts with the force of another one.
-fn of_part(feature: PackedFeatureId, part: u32) -> PackedFeatureId {
+fn part_feature(feature: PackedFeatureId, part: u32) -> PackedFeatureId {
     PackedFeatureId(feature.0 ^ part.wrapping_mul(0x9e37_79b9))
 }
 
 /// Writes points to manifolds of at most four, each spread over the whole face, with the forces of the previous step.
 /// Manifolds that are no longer needed remain, without points: rapier refers to them by their index.
 pub(super) fn write(found: Vec<ContactManifold>, manifolds: &mut Vec<ContactManifold>) {
-    let old: Vec<Point> = manifolds.iter_mut().flat_map(|m| std::mem::take(&mut m.points)).collect();
+    let old: Vec<ManifoldPoint> = manifolds.iter_mut().flat_map(|m| std::mem::take(&mut m.points)).collect();
     let mut used = 0;
     for face in &found {
-        let count = face.points.len().div_ceil(SOLVED).max(1);
+        let count = face.points.len().div_ceil(SOLVED_POINTS).max(1);
         for part in 0..count {
             if manifolds.len() == used {
                 manifolds.push(ContactManifold::new());
@@ -106,7 +106,7 @@ pub(super) fn write(found: Vec<ContactManifold>, manifolds: &mut Vec<ContactMani
             (manifold.local_n1, manifold.local_n2) = (face.local_n1, face.local_n2);
             manifold.points.extend(face.points.iter().skip(part).step_by(count).copied());
             for point in &mut manifold.points {
-                point.data = data_of(point, &old);
+                point.data = previous_data(point, &old);
             }
             used += 1;
         }
@@ -114,12 +114,12 @@ pub(super) fn write(found: Vec<ContactManifold>, manifolds: &mut Vec<ContactMani
 }
 
 /// Returns the data of a point in the previous step: that of the same features, or else of the same place.
-fn data_of(point: &Point, old: &[Point]) -> ContactData {
-    let same = |p: &&Point| p.fid1 == point.fid1 && p.fid2 == point.fid2;
+fn previous_data(point: &ManifoldPoint, old: &[ManifoldPoint]) -> ContactData {
+    let same = |p: &&ManifoldPoint| p.fid1 == point.fid1 && p.fid2 == point.fid2;
     let known = point.fid1 != PackedFeatureId::UNKNOWN && point.fid2 != PackedFeatureId::UNKNOWN;
-    let place = |p: &&Point| {
-        p.local_p1.distance_squared(point.local_p1) < WARM * WARM
-            && p.local_p2.distance_squared(point.local_p2) < WARM * WARM
+    let place = |p: &&ManifoldPoint| {
+        p.local_p1.distance_squared(point.local_p1) < MAX_WARM_START_DISTANCE * MAX_WARM_START_DISTANCE
+            && p.local_p2.distance_squared(point.local_p2) < MAX_WARM_START_DISTANCE * MAX_WARM_START_DISTANCE
     };
     let found = old.iter().find(|p| known && same(p)).or_else(|| old.iter().find(place));
     found.map_or_else(ContactData::default, |p| p.data)

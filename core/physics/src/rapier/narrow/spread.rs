@@ -3,38 +3,39 @@
 use arrayvec::ArrayVec;
 
 /// Maximum number of points that are selected. A circle keeps 97 % of its radius in every direction.
-pub(super) const MOST: usize = 12;
+pub(super) const MAX_POINTS: usize = 12;
 
 /// Cosine of 30 degrees.
-const COS: f64 = 0.866_025_403_784_438_6;
+const COS_30: f64 = 0.866_025_403_784_438_6;
 
 /// Unit vectors at multiples of 30 degrees.
-const DIRECTIONS: [[f64; 2]; MOST] = [
+const DIRECTIONS: [[f64; 2]; MAX_POINTS] = [
     [1.0, 0.0],
-    [COS, 0.5],
-    [0.5, COS],
+    [COS_30, 0.5],
+    [0.5, COS_30],
     [0.0, 1.0],
-    [-0.5, COS],
-    [-COS, 0.5],
+    [-0.5, COS_30],
+    [-COS_30, 0.5],
     [-1.0, 0.0],
-    [-COS, -0.5],
-    [-0.5, -COS],
+    [-COS_30, -0.5],
+    [-0.5, -COS_30],
     [0.0, -1.0],
-    [0.5, -COS],
-    [COS, -0.5],
+    [0.5, -COS_30],
+    [COS_30, -0.5],
 ];
 
 /// Lead of a point over an earlier one that is decided by rounding, relative to the size of the set.
-const TIE: f64 = 1e-9;
+const TIE_TOLERANCE: f64 = 1e-9;
 
 /// Returns the indices of the points that are farthest along each of twelve directions, in counterclockwise order,
 /// each once. `bias` is subtracted from how far a point is, m; a lower point is thus preferred to one above it.
-pub(super) fn spread(points: &[[f64; 2]], bias: impl Fn(usize) -> f64) -> ArrayVec<usize, MOST> {
+pub(super) fn select_spread(points: &[[f64; 2]], bias: impl Fn(usize) -> f64) -> ArrayVec<usize, MAX_POINTS> {
     let size = points.iter().flatten().fold(0.0f64, |size, x| size.max(x.abs()));
-    let mut selected: ArrayVec<usize, MOST> = ArrayVec::new();
+    let mut selected: ArrayVec<usize, MAX_POINTS> = ArrayVec::new();
     for direction in DIRECTIONS {
         let along = |i: usize| points[i][0] * direction[0] + points[i][1] * direction[1] - bias(i);
-        let farthest = (0..points.len()).reduce(|best, i| if along(i) > along(best) + TIE * size { i } else { best });
+        let farthest =
+            (0..points.len()).reduce(|best, i| if along(i) > along(best) + TIE_TOLERANCE * size { i } else { best });
         if let Some(farthest) = farthest.filter(|i| !selected.contains(i)) {
             selected.push(farthest);
         }
@@ -55,21 +56,21 @@ mod tests {
     fn corners_of_small_polygons_are_all_selected() {
         for corners in 3..=6 {
             for turn in [0.0, 0.1, 0.37, 0.9] {
-                let selected = spread(&polygon(corners, turn), |_| 0.0);
+                let selected = select_spread(&polygon(corners, turn), |_| 0.0);
                 assert_eq!(selected.len(), corners, "{corners} corners turned by {turn}");
             }
         }
         // At most a direction lies between two corners.
-        assert_eq!(spread(&polygon(12, 0.1), |_| 0.0).len(), 12);
+        assert_eq!(select_spread(&polygon(12, 0.1), |_| 0.0).len(), 12);
     }
 
     #[test]
-    fn most_of_a_circle_is_enclosed() {
+    fn selected_points_enclose_most_of_a_circle() {
         let corners = polygon(360, 0.0);
-        let selected = spread(&corners, |_| 0.0);
-        assert_eq!(selected.len(), MOST);
+        let selected = select_spread(&corners, |_| 0.0);
+        assert_eq!(selected.len(), MAX_POINTS);
         for (i, a) in selected.iter().enumerate() {
-            let b = selected[(i + 1) % MOST];
+            let b = selected[(i + 1) % MAX_POINTS];
             let middle = [0, 1].map(|k| 0.5 * (corners[*a][k] + corners[b][k]));
             assert!(middle[0].hypot(middle[1]) > 0.96);
         }
@@ -79,6 +80,6 @@ mod tests {
     fn inner_points_are_not_selected() {
         let mut points = polygon(4, 0.2);
         points.extend([[0.0, 0.0], [0.1, 0.2], [0.4, 0.4]]);
-        assert_eq!(spread(&points, |_| 0.0).as_slice().iter().max(), Some(&3));
+        assert_eq!(select_spread(&points, |_| 0.0).as_slice().iter().max(), Some(&3));
     }
 }

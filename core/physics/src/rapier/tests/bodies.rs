@@ -7,15 +7,15 @@ use nalgebra::{Point3, Vector3};
 use tatu_geometry::Mesh;
 
 use super::*;
-use crate::{Contact, JointDesc, JointForm, JointKind, Passive, Twist};
+use crate::{BodyContact, JointDesc, JointForm, JointKind, PassiveForces, Twist};
 
-const BALL: [f64; 3] = [0.4e-2; 3];
+const BALL_INERTIA: [f64; 3] = [0.4e-2; 3];
 
 /// Semi-implicit Euler with sub-step h: v = g t exactly, and the distance is g t (t + h) / 2.
 #[test]
-fn falls() {
+fn falling_body_matches_the_sub_step_integration() {
     let mut engine = engine(0.01);
-    let ball = engine.add_body(&body(at(0.0, 0.0, 10.0), mass(1.0, BALL), sphere(0.1)));
+    let ball = engine.add_body(&body(at(0.0, 0.0, 10.0), mass(1.0, BALL_INERTIA), sphere(0.1)));
     engine.advance(100);
     let h = 0.01 / 4.0;
     assert!((engine.twist(ball).linear.z + G).abs() < 1e-9);
@@ -25,7 +25,7 @@ fn falls() {
 
 /// v = F t / m and w = M t / I; a push acts in every step of one advance and not in the next.
 #[test]
-fn pushed() {
+fn pushed_body_accelerates_for_one_advance() {
     let mut engine = engine(0.01);
     engine.configure(EngineSettings { gravity: Vector3::zeros(), step: 0.01, ..EngineSettings::default() });
     let ball = engine.add_body(&body(at(0.0, 0.0, 0.0), mass(2.0, [0.1, 0.2, 0.5]), vec![]));
@@ -42,7 +42,7 @@ fn pushed() {
 
 /// The motion of the centre of mass does not depend on where the body's origin is.
 #[test]
-fn spins_about_its_centre_of_mass() {
+fn free_body_spins_about_its_centre_of_mass() {
     let mut engine = engine(0.01);
     engine.configure(EngineSettings { gravity: Vector3::zeros(), step: 0.01, ..EngineSettings::default() });
     let com = Point3::new(0.3, 0.0, 0.0);
@@ -59,7 +59,7 @@ fn spins_about_its_centre_of_mass() {
 /// A physical pendulum of length l has the period T = 2 pi sqrt((I + m l^2) / (m g l)), times 1 + a^2/16 at amplitude
 /// a.
 #[test]
-fn pendulum() {
+fn pendulum_has_its_closed_form_period() {
     let mut engine = engine(0.005);
     let (l, m, i, amplitude) = (1.0, 1.0, 0.01, 0.05f64);
     let base = engine.add_body(&fixed(at(0.0, 0.0, 2.0), vec![]));
@@ -74,7 +74,7 @@ fn pendulum() {
             frame_in_b: at(0.0, 0.0, l) * axis,
             kind: JointKind::Revolute,
             form: JointForm::Impulse,
-            passive: Passive::default(),
+            passive: PassiveForces::default(),
             geared: false,
             limits: None,
             position: 0.0,
@@ -100,7 +100,7 @@ fn pendulum() {
 
 /// On a slope, a box slides with a = g (sin s - mu cos s), where mu is the product of both coefficients, or not at all.
 #[test]
-fn slides() {
+fn box_slides_on_a_slope_by_coulomb_friction() {
     let slope = 30f64.to_radians();
     for (frictions, wanted) in [((0.5, 0.4), G * (slope.sin() - 0.2 * slope.cos())), ((1.0, 0.8), 0.0)] {
         let mut engine = engine(0.005);
@@ -122,12 +122,12 @@ fn slides() {
 
 /// A ball of inertia 2/5 m r^2 rolls down a slope with a = 5/7 g sin s if friction prevents slipping.
 #[test]
-fn rolls() {
+fn ball_rolls_down_a_slope_without_slipping() {
     let slope = 10f64.to_radians();
     let mut engine = engine(0.005);
     let incline = turned(Vector3::zeros(), Vector3::y(), slope);
     engine.add_body(&fixed(incline, part(Form::Plane)));
-    let ball = engine.add_body(&body(incline * at(0.0, 0.0, 0.1), mass(1.0, BALL), sphere(0.1)));
+    let ball = engine.add_body(&body(incline * at(0.0, 0.0, 0.1), mass(1.0, BALL_INERTIA), sphere(0.1)));
     engine.advance(20);
     let v0 = engine.twist(ball).linear.norm();
     engine.advance(200);
@@ -142,7 +142,7 @@ fn rolls() {
 
 /// Every form rests with its lowest point on the floor, and the contact carries its weight.
 #[test]
-fn forms_rest_where_they_end() {
+fn forms_rest_on_their_lowest_point() {
     let corners = |h: f64| {
         let at = |i: u32| Point3::new(h * sign(i, 1), h * sign(i, 2), h * sign(i, 4));
         fn sign(i: u32, bit: u32) -> f64 {
@@ -181,7 +181,7 @@ fn forms_rest_where_they_end() {
         let z = engine.pose(id).translation.z;
         // 240 Hz contacts sink by about g / (2 pi 240)^2, far below a millimetre.
         assert!((z - height).abs() < 1e-3, "{form:?} rests at {z} instead of {height}");
-        let mut contacts: Vec<Contact> = Vec::new();
+        let mut contacts: Vec<BodyContact> = Vec::new();
         engine.contacts(&mut contacts);
         assert!(contacts.iter().all(|c| c.bodies == (ground, id) && (c.normal - Vector3::z()).norm() < 1e-6));
         assert!(contacts.iter().all(|c| c.point.z.abs() < 1e-3), "{contacts:?}");
@@ -192,11 +192,11 @@ fn forms_rest_where_they_end() {
 
 /// The restitution of a pair is the product of both: 1 and 0.5 return half the speed, 0 and 0.5 none of it.
 #[test]
-fn bounces() {
+fn restitution_of_a_pair_is_the_product() {
     for (restitution, returned) in [(1.0, 0.5), (0.0, 0.0)] {
         let mut engine = engine(0.001);
         engine.add_body(&BodyDesc { restitution: 0.5, ..fixed(at(0.0, 0.0, 0.0), part(Form::Plane)) });
-        let start = body(at(0.0, 0.0, 1.1), mass(1.0, BALL), sphere(0.1));
+        let start = body(at(0.0, 0.0, 1.1), mass(1.0, BALL_INERTIA), sphere(0.1));
         let ball = engine.add_body(&BodyDesc { restitution, ..start });
         let mut last = 0.0;
         while engine.twist(ball).linear.z <= last {
@@ -212,11 +212,11 @@ fn bounces() {
 
 /// A kinematic body pushes with the velocity of its motion, spread over the steps of an advance.
 #[test]
-fn kinematic_pushes() {
+fn kinematic_body_pushes_at_the_speed_of_its_motion() {
     let mut engine = engine(0.01);
     floor(&mut engine);
     let half = Vector3::new(0.1, 0.5, 0.1);
-    let pusher = BodyDesc { motion: Motion::Kinematic, ..fixed(at(0.0, 0.0, 0.1), part(Form::Box { half })) };
+    let pusher = BodyDesc { motion: MotionType::Kinematic, ..fixed(at(0.0, 0.0, 0.1), part(Form::Box { half })) };
     let pusher = engine.add_body(&pusher);
     let half = Vector3::repeat(0.1);
     let slider = body(at(0.25, 0.0, 0.1), mass(1.0, [0.0067; 3]), part(Form::Box { half }));
@@ -239,12 +239,12 @@ fn kinematic_pushes() {
 
 /// A sleeping body falls when its support is removed or moved away.
 #[test]
-fn sleepers_wake() {
+fn sleeping_body_falls_when_its_support_is_removed() {
     for moved in [false, true] {
         let mut engine = engine(0.01);
         let half = Vector3::repeat(0.5);
         let table = engine.add_body(&fixed(at(0.0, 0.0, 0.0), part(Form::Box { half })));
-        let ball = engine.add_body(&body(at(0.0, 0.0, 0.6), mass(1.0, BALL), sphere(0.1)));
+        let ball = engine.add_body(&body(at(0.0, 0.0, 0.6), mass(1.0, BALL_INERTIA), sphere(0.1)));
         engine.advance(500);
         assert!((engine.pose(ball).translation.z - 0.6).abs() < 1e-3);
         if moved {
@@ -258,13 +258,13 @@ fn sleepers_wake() {
 }
 
 #[test]
-fn ids_are_not_used_again() {
+fn ids_of_removed_bodies_are_not_reused() {
     let mut engine = engine(0.01);
-    let first = engine.add_body(&body(at(0.0, 0.0, 0.0), mass(1.0, BALL), vec![]));
+    let first = engine.add_body(&body(at(0.0, 0.0, 0.0), mass(1.0, BALL_INERTIA), vec![]));
     engine.remove_body(first);
     engine.remove_body(first);
     engine.remove_body(BodyId(99));
-    let second = engine.add_body(&body(at(0.0, 0.0, 0.0), mass(1.0, BALL), vec![]));
+    let second = engine.add_body(&body(at(0.0, 0.0, 0.0), mass(1.0, BALL_INERTIA), vec![]));
     assert_eq!((first, second), (BodyId(0), BodyId(1)));
     engine.push(first, Vector3::x(), Vector3::x());
     engine.set_pose(first, &at(1.0, 0.0, 0.0));
@@ -274,10 +274,10 @@ fn ids_are_not_used_again() {
 
 /// Equal forms share a shape, and unused shapes are dropped.
 #[test]
-fn equal_forms_are_made_once_and_unused_ones_forgotten() {
+fn equal_forms_share_a_shape_and_unused_shapes_are_dropped() {
     let mut engine = engine(0.01);
     let mut add = |form: Form| {
-        let id = engine.add_body(&body(at(0.0, 0.0, 10.0), mass(1.0, BALL), part(form)));
+        let id = engine.add_body(&body(at(0.0, 0.0, 10.0), mass(1.0, BALL_INERTIA), part(form)));
         let body = &engine.world.bodies[engine.record(id).unwrap().handle];
         let shape = engine.world.colliders[body.colliders()[0]].shared_shape().0.clone();
         // The body is removed again, which leaves only this test and the cache with a reference to the shape.

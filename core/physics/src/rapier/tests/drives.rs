@@ -3,7 +3,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use nalgebra::Vector3;
 
 use super::*;
-use crate::{Drive, JointDesc, JointForm, JointId, JointKind, JointState, Passive};
+use crate::{JointDesc, JointDrive, JointForm, JointId, JointKind, JointState, PassiveForces};
 
 /// Adds a rod of 1 kg and length `2 * reach`, held at its end. The axis is -y, so positive positions lift the rod.
 fn arm(engine: &mut Rapier, reach: f64, limits: Option<(f64, f64)>) -> JointId {
@@ -20,7 +20,7 @@ fn arm(engine: &mut Rapier, reach: f64, limits: Option<(f64, f64)>) -> JointId {
         limits,
         position: 0.0,
         form: JointForm::Reduced,
-        passive: Passive::default(),
+        passive: PassiveForces::default(),
         geared: false,
     };
     engine.add_joint(&desc).unwrap()
@@ -40,7 +40,7 @@ fn lift(engine: &mut Rapier, limits: Option<(f64, f64)>) -> JointId {
         limits,
         position: 0.0,
         form: JointForm::Impulse,
-        passive: Passive::default(),
+        passive: PassiveForces::default(),
         geared: false,
     };
     engine.add_joint(&desc).unwrap()
@@ -48,10 +48,10 @@ fn lift(engine: &mut Rapier, limits: Option<(f64, f64)>) -> JointId {
 
 /// The drive reaches its velocity within 0.1 % against gravity, and reports the force it needs: m g.
 #[test]
-fn velocity() {
+fn velocity_drive_reaches_its_target_against_gravity() {
     let mut engine = engine(0.01);
     let joint = lift(&mut engine, None);
-    engine.drive(joint, Drive::Velocity { target: 0.1, max_force: 100.0, slip: 0.0 });
+    engine.drive(joint, JointDrive::Velocity { target: 0.1, max_force: 100.0, slip: 0.0 });
     engine.advance(100);
     let JointState { position, velocity, effort, .. } = engine.joint_state(joint);
     assert!((velocity / 0.1 - 1.0).abs() < 1e-3, "{velocity}");
@@ -61,10 +61,10 @@ fn velocity() {
 
 /// A motor that is too weak exerts exactly its limit: a = F / m - g.
 #[test]
-fn weak_motor() {
+fn weak_motor_exerts_its_maximum_force() {
     let mut engine = engine(0.01);
     let joint = lift(&mut engine, None);
-    engine.drive(joint, Drive::Velocity { target: 10.0, max_force: 15.0, slip: 0.0 });
+    engine.drive(joint, JointDrive::Velocity { target: 10.0, max_force: 15.0, slip: 0.0 });
     engine.advance(100);
     let JointState { velocity, effort, .. } = engine.joint_state(joint);
     assert!((velocity - (7.5 - G)).abs() < 1e-6, "{velocity}");
@@ -73,22 +73,22 @@ fn weak_motor() {
 
 /// Constant force: v = (F / m - g) t, with equal and opposite forces on the two sides.
 #[test]
-fn force() {
+fn force_drive_accelerates_uniformly() {
     let mut engine = engine(0.01);
     let joint = lift(&mut engine, None);
-    engine.drive(joint, Drive::Force(-6.0));
+    engine.drive(joint, JointDrive::Force(-6.0));
     engine.advance(100);
     let state = engine.joint_state(joint);
     assert!((state.velocity - (-3.0 - G)).abs() < 1e-6);
     assert!((state.effort + 6.0).abs() < 1e-9);
-    engine.drive(joint, Drive::Free);
+    engine.drive(joint, JointDrive::Free);
     engine.advance(1);
     assert_eq!(engine.joint_state(joint).effort, 0.0);
 }
 
 /// The forces on the two bodies are opposite: two free bodies conserve momentum.
 #[test]
-fn force_is_mutual() {
+fn force_drive_conserves_momentum() {
     let mut engine = engine(0.01);
     engine.configure(EngineSettings { gravity: Vector3::zeros(), step: 0.01, ..EngineSettings::default() });
     let bodies = [1.0, 3.0].map(|m| engine.add_body(&body(at(0.0, 0.0, 0.0), mass(m, [0.1 * m; 3]), vec![])));
@@ -100,13 +100,13 @@ fn force_is_mutual() {
         frame_in_b: frame,
         kind: JointKind::Revolute,
         form: JointForm::Impulse,
-        passive: Passive::default(),
+        passive: PassiveForces::default(),
         geared: false,
         limits: None,
         position: 0.0,
     };
     let joint = engine.add_joint(&desc).unwrap();
-    engine.drive(joint, Drive::Force(0.3));
+    engine.drive(joint, JointDrive::Force(0.3));
     engine.advance(100);
     let [a, b] = bodies.map(|id| engine.twist(id).angular.z);
     assert!((a + 0.3 / 0.1).abs() < 1e-6 && (b - 0.3 / 0.3).abs() < 1e-6, "{a} {b}");
@@ -115,10 +115,10 @@ fn force_is_mutual() {
 
 /// The drive moves to its target no faster than the limit and holds it; the effort is m g l cos(angle).
 #[test]
-fn position() {
+fn position_drive_reaches_its_target_within_its_speed() {
     let mut engine = engine(0.01);
     let joint = arm(&mut engine, 0.5, None);
-    engine.drive(joint, Drive::Position { target: 1.0, max_force: 50.0, max_velocity: 0.5, tracking: None });
+    engine.drive(joint, JointDrive::Position { target: 1.0, max_force: 50.0, max_velocity: 0.5, tracking: None });
     let mut fastest = 0.0f64;
     for step in 0..500 {
         engine.advance(1);
@@ -143,12 +143,12 @@ fn position() {
 
 /// Without limits, the drive turns along the shorter path, across pi; with limits, along the path within them.
 #[test]
-fn ways_round() {
+fn position_drive_turns_along_the_shorter_path_within_limits() {
     for (limits, over_pi) in [(None, true), (Some((-3.0, 3.0)), false)] {
         let mut engine = engine(0.01);
         engine.configure(EngineSettings { gravity: Vector3::zeros(), step: 0.01, ..EngineSettings::default() });
         let joint = arm(&mut engine, 0.5, limits);
-        let go = |target| Drive::Position { target, max_force: 50.0, max_velocity: 2.0, tracking: None };
+        let go = |target| JointDrive::Position { target, max_force: 50.0, max_velocity: 2.0, tracking: None };
         engine.drive(joint, go(2.8));
         engine.advance(300);
         assert!((engine.joint_state(joint).position - 2.8).abs() < 1e-3);
@@ -167,7 +167,7 @@ fn ways_round() {
 
 /// A falling arm stops at its limit, and limits carry the weight of what rests against them.
 #[test]
-fn limits() {
+fn joints_stop_at_their_limits() {
     let mut engine = engine(0.01);
     let joint = arm(&mut engine, 0.5, Some((-0.3, 0.5)));
     let slider = lift(&mut engine, Some((-0.2, 0.2)));
@@ -179,7 +179,7 @@ fn limits() {
 
 /// A fixed joint is rigid: a weight held out sideways does not sag.
 #[test]
-fn fixed_joint() {
+fn fixed_joint_does_not_sag() {
     let mut engine = engine(0.01);
     let base = engine.add_body(&fixed(Isometry3::identity(), vec![]));
     let load = engine.add_body(&body(at(0.3, 0.0, 0.0), mass(5.0, [0.05; 3]), vec![]));
@@ -193,11 +193,11 @@ fn fixed_joint() {
         limits: None,
         position: 0.0,
         form: JointForm::Impulse,
-        passive: Passive::default(),
+        passive: PassiveForces::default(),
         geared: false,
     };
     let joint = engine.add_joint(&desc).unwrap();
-    engine.drive(joint, Drive::Force(10.0));
+    engine.drive(joint, JointDrive::Force(10.0));
     engine.advance(300);
     assert!((engine.pose(load).translation.vector - Vector3::x() * 0.3).norm() < 1e-3);
     assert_eq!(engine.joint_state(joint), JointState::default());
@@ -205,19 +205,19 @@ fn fixed_joint() {
 
 /// Drives with NaN or infinite values leave the joint passive.
 #[test]
-fn nonsense() {
+fn drive_with_invalid_values_leaves_the_joint_passive() {
     let mut engine = engine(0.01);
     let joint = arm(&mut engine, 0.5, None);
     for drive in [
-        Drive::Velocity { target: f64::NAN, max_force: 1.0, slip: 0.0 },
-        Drive::Velocity { target: 1.0, max_force: f64::NAN, slip: 0.0 },
-        Drive::Position { target: f64::INFINITY, max_force: 1.0, max_velocity: 1.0, tracking: None },
-        Drive::Force(f64::NAN),
+        JointDrive::Velocity { target: f64::NAN, max_force: 1.0, slip: 0.0 },
+        JointDrive::Velocity { target: 1.0, max_force: f64::NAN, slip: 0.0 },
+        JointDrive::Position { target: f64::INFINITY, max_force: 1.0, max_velocity: 1.0, tracking: None },
+        JointDrive::Force(f64::NAN),
     ] {
         engine.drive(joint, drive);
         engine.advance(5);
     }
-    engine.drive(JointId(77), Drive::Force(1.0));
+    engine.drive(JointId(77), JointDrive::Force(1.0));
     engine.remove_joint(JointId(77));
     assert!(engine.joint_state(joint).velocity < -0.1);
     assert!(engine.quarantined().is_empty());
@@ -228,7 +228,7 @@ fn nonsense() {
         frame_in_b: at(0.0, 0.0, 0.0),
         kind: JointKind::Fixed,
         form: JointForm::Impulse,
-        passive: Passive::default(),
+        passive: PassiveForces::default(),
         geared: false,
         limits: None,
         position: 0.0,

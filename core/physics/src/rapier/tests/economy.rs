@@ -6,7 +6,7 @@ use nalgebra::{Isometry3, Point3, Vector3};
 use tatu_geometry::{Form, Mesh};
 
 use super::{at, body, engine, fixed, floor, mass, part};
-use crate::{Drive, Engine, JointDesc, JointForm, JointKind, Passive};
+use crate::{Engine, JointDesc, JointDrive, JointForm, JointKind, PassiveForces};
 
 /// Returns a hull of points on the rings of a sphere.
 fn ball(rings: u32, radius: f64) -> Form {
@@ -24,7 +24,7 @@ fn ball(rings: u32, radius: f64) -> Form {
 }
 
 #[test]
-fn hulls_of_many_points_are_in_a_box_that_turns_with_them() {
+fn large_hulls_have_a_rotating_bounding_box() {
     for (rings, boxed, least) in [(3, false, 0.07), (16, true, 0.098)] {
         let mut engine = engine(0.005);
         floor(&mut engine);
@@ -42,7 +42,7 @@ fn hulls_of_many_points_are_in_a_box_that_turns_with_them() {
 /// A pendulum that damping brings to rest: sub-steps are halved while it swings, including at the turning points, and
 /// no longer once it hangs still.
 #[test]
-fn parts_are_halved_until_a_swing_ends() {
+fn sub_steps_are_halved_until_a_swing_ends() {
     let mut engine = engine(0.005);
     let post = engine.add_body(&fixed(at(0.0, 0.0, 2.0), Vec::new()));
     let bob = engine.add_body(&body(at(0.0, 0.4, 2.0), mass(1.0, [1e-3; 3]), Vec::new()));
@@ -56,11 +56,11 @@ fn parts_are_halved_until_a_swing_ends() {
         limits: None,
         position: 0.0,
         form: JointForm::Reduced,
-        passive: Passive { damping: 0.15, ..Passive::default() },
+        passive: PassiveForces { damping: 0.15, ..PassiveForces::default() },
         geared: false,
     });
     let joint = joint.unwrap();
-    engine.drive(joint, Drive::Free);
+    engine.drive(joint, JointDrive::Free);
     let (mut halved, mut fastest, mut last_fast) = (Vec::new(), 0.0f64, 0);
     for step in 0..3000 {
         engine.advance(1);

@@ -4,20 +4,20 @@ use nalgebra::{Isometry3, Matrix3, Point3, Translation3, UnitQuaternion, Vector3
 use tatu_geometry::Form;
 
 use super::*;
-use crate::{Drive, JointDesc, JointForm, JointId, JointKind, Passive};
+use crate::{JointDesc, JointDrive, JointForm, JointId, JointKind, PassiveForces};
 
 /// Number of random mechanisms in the usual test and in the long one.
-const COUNT: u64 = 12;
-const LONG_COUNT: u64 = 500;
+const SHORT_RUN_MECHANISMS: u64 = 12;
+const LONG_RUN_MECHANISMS: u64 = 500;
 /// Excess of the energy, relative to the energy turned over, that discretisation may cause.
-const ALLOWED: f64 = 0.01;
+const MAX_ENERGY_EXCESS: f64 = 0.01;
 
 /// An xorshift64* generator of pseudorandom numbers.
-struct Random(u64);
+struct TestRng(u64);
 
-impl Random {
+impl TestRng {
     fn new(seed: u64) -> Self {
-        Random((seed + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1)
+        TestRng((seed + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1)
     }
 
     fn within(&mut self, low: f64, high: f64) -> f64 {
@@ -38,7 +38,7 @@ impl Random {
 }
 
 /// A mechanism of boxes above a floor.
-struct Machine {
+struct RandomMechanism {
     engine: Rapier,
     bodies: Vec<(BodyId, f64, Matrix3<f64>)>,
     joints: Vec<(JointId, bool)>,
@@ -46,7 +46,7 @@ struct Machine {
 
 /// Builds a mechanism of up to 12 boxes with masses of 0.013 to 26 kg, joints of all kinds with and without drives, on
 /// a fixed base or free.
-fn machine(random: &mut Random) -> Machine {
+fn machine(random: &mut TestRng) -> RandomMechanism {
     let mut engine = engine(0.005);
     floor(&mut engine);
     let count = 3 + random.below(10);
@@ -75,11 +75,12 @@ fn machine(random: &mut Random) -> Machine {
         let desc = body(pose, mass, part(Form::Box { half }));
         // Every other box collides with the others of the mechanism.
         let mask = if random.below(2) == 0 { 0xffff } else { 0xff00 };
-        let desc = BodyDesc { respond: Respond { mask, tree: 1 }, friction: random.within(0.0, 1.0), ..desc };
-        let motion = if i == 0 && fixed_base { Motion::Static } else { Motion::Dynamic };
+        let desc =
+            BodyDesc { collision_mask: CollisionMask { mask, tree: 1 }, friction: random.within(0.0, 1.0), ..desc };
+        let motion = if i == 0 && fixed_base { MotionType::Static } else { MotionType::Dynamic };
         let id = engine.add_body(&BodyDesc { motion, ..desc });
         poses.push((id, pose));
-        if motion == Motion::Dynamic {
+        if motion == MotionType::Dynamic {
             bodies.push((id, m, mass.inertia));
         }
         if let Some((above, above_pose)) = parent {
@@ -100,16 +101,16 @@ fn machine(random: &mut Random) -> Machine {
                 limits,
                 position: 0.0,
                 form: JointForm::Tree,
-                passive: Passive::default(),
+                passive: PassiveForces::default(),
                 geared: false,
             });
             joints.push((joint.unwrap(), kind != JointKind::Spherical && random.below(3) > 0));
         }
     }
-    Machine { engine, bodies, joints }
+    RandomMechanism { engine, bodies, joints }
 }
 
-impl Machine {
+impl RandomMechanism {
     fn energy(&self) -> f64 {
         let of = |(id, m, inertia): &(BodyId, f64, Matrix3<f64>)| {
             let (pose, twist) = (self.engine.pose(*id), self.engine.twist(*id));
@@ -121,7 +122,7 @@ impl Machine {
 
     /// Runs for some seconds with drives whose targets jump; returns the greatest excess of the energy over its greatest
     /// value so far plus the work of the drives, relative to the energy that has been turned over.
-    fn run(&mut self, random: &mut Random, seconds: f64) -> f64 {
+    fn run(&mut self, random: &mut TestRng, seconds: f64) -> f64 {
         let mass: f64 = self.bodies.iter().map(|b| b.1).sum();
         let (mut allowed, mut worst) = (self.energy(), 0.0f64);
         let mut turned_over = mass * G;
@@ -132,15 +133,15 @@ impl Machine {
                     if driven {
                         let (target, max_force) = (random.within(-1.5, 1.5), 2000.0);
                         let drive = match random.below(3) {
-                            0 => Drive::Velocity { target: 3.0 * target, max_force, slip: 0.0 },
-                            _ => Drive::Position { target, max_force, max_velocity: 10.0, tracking: None },
+                            0 => JointDrive::Velocity { target: 3.0 * target, max_force, slip: 0.0 },
+                            _ => JointDrive::Position { target, max_force, max_velocity: 10.0, tracking: None },
                         };
                         self.engine.drive(joint, drive);
                     }
                 }
             }
             self.engine.advance(1);
-            let built = self.engine.tables.mechanisms.iter().filter_map(|m| m.built.as_ref());
+            let built = self.engine.state.mechanisms.iter().filter_map(|m| m.built.as_ref());
             let work: f64 = built.map(|b| b.work).sum();
             turned_over += work.abs();
             let energy = self.energy();
@@ -165,10 +166,10 @@ impl Machine {
 fn check(seeds: std::ops::Range<u64>, most: usize) {
     let mut failed = Vec::new();
     for seed in seeds.clone() {
-        let mut random = Random::new(seed);
+        let mut random = TestRng::new(seed);
         let mut machine = machine(&mut random);
         let excess = machine.run(&mut random, 10.0);
-        if excess > ALLOWED || excess.is_nan() {
+        if excess > MAX_ENERGY_EXCESS || excess.is_nan() {
             println!("tree {seed}: {} links, excess {excess:.2e}", machine.bodies.len());
             failed.push(seed);
         }
@@ -178,24 +179,24 @@ fn check(seeds: std::ops::Range<u64>, most: usize) {
 
 #[test]
 fn random_trees_gain_no_energy() {
-    check(0..COUNT, 0);
+    check(0..SHORT_RUN_MECHANISMS, 0);
 }
 
 /// Tree 284 still gains energy: see the limits in `docs/mechanisms.md`.
 #[test]
 #[ignore = "takes about ten minutes: .ci/run --long"]
 fn one_of_500_random_trees_gains_energy() {
-    check(COUNT..LONG_COUNT, 1);
+    check(SHORT_RUN_MECHANISMS..LONG_RUN_MECHANISMS, 1);
 }
 
-impl Machine {
+impl RandomMechanism {
     fn new() -> Self {
         let mut engine = engine(0.005);
         floor(&mut engine);
-        Machine { engine, bodies: Vec::new(), joints: Vec::new() }
+        RandomMechanism { engine, bodies: Vec::new(), joints: Vec::new() }
     }
 
-    fn add(&mut self, at: [f64; 3], half: [f64; 3], m: f64, motion: Motion) -> (BodyId, Isometry3<f64>) {
+    fn add(&mut self, at: [f64; 3], half: [f64; 3], m: f64, motion: MotionType) -> (BodyId, Isometry3<f64>) {
         let pose = Isometry3::translation(at[0], at[1], at[2]);
         let half = Vector3::from(half);
         let inertia = half.map(|x| x * x);
@@ -203,9 +204,9 @@ impl Machine {
         let mass = MassProps { mass: m, com: Point3::origin(), inertia: Matrix3::from_diagonal(&inertia) };
         let desc = body(pose, mass, part(Form::Box { half }));
         // Links of one mechanism do not collide with each other.
-        let respond = Respond { mask: 0xff00, tree: 1 };
-        let id = self.engine.add_body(&BodyDesc { motion, respond, ..desc });
-        if motion == Motion::Dynamic {
+        let respond = CollisionMask { mask: 0xff00, tree: 1 };
+        let id = self.engine.add_body(&BodyDesc { motion, collision_mask: respond, ..desc });
+        if motion == MotionType::Dynamic {
             self.bodies.push((id, m, mass.inertia));
         }
         (id, pose)
@@ -236,7 +237,7 @@ impl Machine {
             limits: Some((-2.8, 2.8)),
             position: 0.0,
             form: JointForm::Tree,
-            passive: Passive::default(),
+            passive: PassiveForces::default(),
             geared: false,
         });
         self.joints.push((joint.unwrap(), driven));
@@ -247,36 +248,37 @@ impl Machine {
 /// with a pad that hits the floor.
 #[test]
 fn arm_with_a_wrist_of_grams_gains_no_energy() {
-    let mut arm = Machine::new();
-    let base = arm.add([0.0, 0.0, 0.35], [0.1, 0.1, 0.1], 30.0, Motion::Static);
+    let mut arm = RandomMechanism::new();
+    let base = arm.add([0.0, 0.0, 0.35], [0.1, 0.1, 0.1], 30.0, MotionType::Static);
     let mut parent = base;
     // Mass, length and axis of each link, as of an ABB IRB 140 with its smallest parts: estimates from its size.
     let links = [(26.0, 0.1, 2), (19.0, 0.36, 1), (13.0, 0.1, 1), (5.0, 0.28, 0), (0.9, 0.065, 1), (0.018, 0.02, 0)];
     let mut x = 0.0;
     for (m, length, axis) in links {
-        let link = arm.add([x + 0.5 * length, 0.0, 0.5], [0.5 * length, 0.04, 0.04], m, Motion::Dynamic);
+        let link = arm.add([x + 0.5 * length, 0.0, 0.5], [0.5 * length, 0.04, 0.04], m, MotionType::Dynamic);
         arm.join(parent, link, [x, 0.0, 0.5], axis, true);
         (parent, x) = (link, x + length);
     }
-    let pad = arm.add([x + 0.01, 0.0, 0.5], [0.01, 0.03, 0.03], 0.05, Motion::Dynamic);
+    let pad = arm.add([x + 0.01, 0.0, 0.5], [0.01, 0.03, 0.03], 0.05, MotionType::Dynamic);
     arm.join(parent, pad, [x, 0.0, 0.5], 1, false);
-    let excess = arm.run(&mut Random::new(7), 10.0);
-    assert!(excess < ALLOWED, "{excess:e}");
+    let excess = arm.run(&mut TestRng::new(7), 10.0);
+    assert!(excess < MAX_ENERGY_EXCESS, "{excess:e}");
 }
 
 /// A humanoid's upper body with 49 joints without friction or drives, whose fingers weigh 1.6 g, that collapses onto
 /// the floor.
 #[test]
 fn fingers_of_grams_on_free_joints_gain_no_energy() {
-    let mut body = Machine::new();
-    let torso = body.add([0.0, 0.0, 0.6], [0.1, 0.15, 0.3], 20.0, Motion::Dynamic);
-    let head = body.add([0.0, 0.0, 1.0], [0.08, 0.08, 0.1], 3.0, Motion::Dynamic);
+    let mut body = RandomMechanism::new();
+    let torso = body.add([0.0, 0.0, 0.6], [0.1, 0.15, 0.3], 20.0, MotionType::Dynamic);
+    let head = body.add([0.0, 0.0, 1.0], [0.08, 0.08, 0.1], 3.0, MotionType::Dynamic);
     body.join(torso, head, [0.0, 0.0, 0.9], 1, false);
     for side in [-1.0, 1.0] {
         let mut parent = torso;
         let mut y = 0.2 * side;
         for (m, length, axis) in [(2.0, 0.25, 0), (1.2, 0.22, 1), (0.4, 0.05, 2), (0.3, 0.08, 0)] {
-            let link = body.add([0.0, y + 0.5 * side * length, 0.85], [0.03, 0.5 * length, 0.02], m, Motion::Dynamic);
+            let link =
+                body.add([0.0, y + 0.5 * side * length, 0.85], [0.03, 0.5 * length, 0.02], m, MotionType::Dynamic);
             body.join(parent, link, [0.0, y, 0.85], axis, false);
             (parent, y) = (link, y + side * length);
         }
@@ -284,13 +286,13 @@ fn fingers_of_grams_on_free_joints_gain_no_energy() {
         for finger in 0..5 {
             let (x, mut y, mut parent) = (0.02 * f64::from(finger) - 0.04, y, palm);
             for _ in 0..4 {
-                let link = body.add([x, y + 0.01 * side, 0.85], [0.006, 0.01, 0.006], 0.0016, Motion::Dynamic);
+                let link = body.add([x, y + 0.01 * side, 0.85], [0.006, 0.01, 0.006], 0.0016, MotionType::Dynamic);
                 body.join(parent, link, [x, y, 0.85], 0, false);
                 (parent, y) = (link, y + 0.02 * side);
             }
         }
     }
     assert_eq!(body.joints.len(), 49);
-    let excess = body.run(&mut Random::new(1), 10.0);
-    assert!(excess < ALLOWED, "{excess:e}");
+    let excess = body.run(&mut TestRng::new(1), 10.0);
+    assert!(excess < MAX_ENERGY_EXCESS, "{excess:e}");
 }

@@ -6,7 +6,7 @@ use nalgebra::{Isometry3, Point3, Vector3};
 use tatu_geometry::{Form, Mesh};
 
 use super::*;
-use crate::{JointDesc, JointForm, JointKind, Passive};
+use crate::{JointDesc, JointForm, JointKind, PassiveForces};
 
 /// Returns a prism with `corners` corners at a radius of 5 cm, 6 cm high, about its middle.
 fn prism(corners: u32) -> Form {
@@ -45,7 +45,7 @@ fn ground() -> Form {
 
 /// Puts a prism on a surface that is inclined by `degrees`; returns how far it moves in some seconds after the first.
 fn displacement(form: &Form, base: &str, degrees: f64, m: f64, centre: f64, tree: bool, seconds: u32) -> f64 {
-    let (mut engine, prism) = stand(form, base, degrees, m, centre, tree);
+    let (mut engine, prism) = place_prism(form, base, degrees, m, centre, tree);
     engine.advance(200);
     let before = engine.pose(prism);
     engine.advance(200 * seconds);
@@ -53,7 +53,7 @@ fn displacement(form: &Form, base: &str, degrees: f64, m: f64, centre: f64, tree
     (after.translation.vector - before.translation.vector).norm() + 0.05 * after.rotation.angle_to(&before.rotation)
 }
 
-fn stand(form: &Form, base: &str, degrees: f64, m: f64, centre: f64, tree: bool) -> (Rapier, BodyId) {
+fn place_prism(form: &Form, base: &str, degrees: f64, m: f64, centre: f64, tree: bool) -> (Rapier, BodyId) {
     let mut engine = engine(0.005);
     let slope = turned(Vector3::zeros(), Vector3::y(), f64::to_radians(degrees));
     let (under, below) = match base {
@@ -79,7 +79,7 @@ fn stand(form: &Form, base: &str, degrees: f64, m: f64, centre: f64, tree: bool)
             limits: None,
             position: 0.0,
             form: JointForm::Tree,
-            passive: Passive::default(),
+            passive: PassiveForces::default(),
             geared: false,
         });
     }
@@ -87,7 +87,7 @@ fn stand(form: &Form, base: &str, degrees: f64, m: f64, centre: f64, tree: bool)
 }
 
 #[test]
-fn prisms_stand_on_all_surfaces() {
+fn prisms_rest_on_all_surfaces() {
     for corners in [3, 4, 5, 6, 7, 8, 12, 24, 64] {
         let form = prism(corners);
         for base in ["plane", "box", "mesh"] {
@@ -109,12 +109,12 @@ fn prisms_stand_on_all_surfaces() {
 
 /// A prism stands while its centre of mass is above its face, whose sides are at 0.966 of the radius.
 #[test]
-fn prism_with_its_centre_near_the_edge_stands() {
+fn prism_topples_only_with_its_centre_beyond_the_edge() {
     for base in ["plane", "box"] {
         for tree in [false, true] {
             let moved = displacement(&prism(12), base, 0.0, 1.0, 0.85 * 0.05, tree, 10);
             assert!(moved < 1e-6, "{base}, tree {tree}: {moved:e}");
-            let (mut engine, body) = stand(&prism(12), base, 0.0, 1.0, 1.2 * 0.05, tree);
+            let (mut engine, body) = place_prism(&prism(12), base, 0.0, 1.0, 1.2 * 0.05, tree);
             engine.advance(400);
             let up = engine.pose(body).rotation * Vector3::z();
             assert!(up.z < 0.5, "{base}, tree {tree}: topples with its centre outside");

@@ -4,20 +4,20 @@ use nalgebra::{Isometry3, Vector3};
 use tatu_geometry::Form;
 
 use super::*;
-use crate::{Drive, JointDesc, JointForm, JointId, JointKind, Passive};
+use crate::{JointDesc, JointDrive, JointForm, JointId, JointKind, PassiveForces};
 
 /// A block on the floor with a wheel and a turret that touch nothing, each on a vertical axis.
-struct Cart {
+struct ParkedCart {
     engine: Rapier,
     block: BodyId,
     wheel: JointId,
     turret: JointId,
 }
 
-const STOP: Drive = Drive::Velocity { target: 0.0, max_force: 10.0, slip: 0.0 };
-const TURN: Drive = Drive::Velocity { target: 1.0, max_force: 10.0, slip: 0.0 };
+const STOP_DRIVE: JointDrive = JointDrive::Velocity { target: 0.0, max_force: 10.0, slip: 0.0 };
+const TURN_DRIVE: JointDrive = JointDrive::Velocity { target: 1.0, max_force: 10.0, slip: 0.0 };
 
-fn cart(form: JointForm) -> Cart {
+fn cart(form: JointForm) -> ParkedCart {
     let mut engine = engine(0.005);
     floor(&mut engine);
     let cube = part(Form::Box { half: Vector3::repeat(0.1) });
@@ -34,18 +34,18 @@ fn cart(form: JointForm) -> Cart {
             limits: None,
             position: 0.0,
             form,
-            passive: Passive::default(),
+            passive: PassiveForces::default(),
             geared: false,
         };
         engine.add_joint(&desc).unwrap()
     };
     let (wheel, turret) = (attached(-0.06), attached(0.06));
-    engine.drive(wheel, STOP);
+    engine.drive(wheel, STOP_DRIVE);
     engine.advance(800);
-    Cart { engine, block, wheel, turret }
+    ParkedCart { engine, block, wheel, turret }
 }
 
-impl Cart {
+impl ParkedCart {
     fn sleeps(&self) -> bool {
         let handle = self.engine.record(self.block).unwrap().handle;
         self.engine.world.bodies[handle].is_sleeping()
@@ -60,11 +60,11 @@ fn parked_mechanism_sleeps_and_wakes_for_any_of_its_drives() {
             assert!(cart.sleeps());
             // The turret had no drive when the mechanism fell asleep.
             let joint = if turret_turns { cart.turret } else { cart.wheel };
-            cart.engine.drive(joint, TURN);
+            cart.engine.drive(joint, TURN_DRIVE);
             cart.engine.advance(400);
             let speed = cart.engine.joint_state(joint).velocity;
             assert!(!cart.sleeps() && (speed - 1.0).abs() < 1e-3, "{speed}");
-            cart.engine.drive(joint, STOP);
+            cart.engine.drive(joint, STOP_DRIVE);
             cart.engine.advance(800);
             assert!(cart.sleeps());
         }
@@ -81,7 +81,11 @@ fn parked_mechanism_wakes_when_it_is_pushed_hit_or_measured() {
     let mut hit = cart(JointForm::Impulse);
     let ball = body(at(-0.3, 0.0, 0.1), mass(2.0, [0.002; 3]), sphere(0.05));
     let velocity = Vector3::new(3.0, 0.0, 0.0);
-    hit.engine.add_body(&BodyDesc { linear_velocity: velocity, respond: Respond { mask: 0xffff, tree: 9 }, ..ball });
+    hit.engine.add_body(&BodyDesc {
+        linear_velocity: velocity,
+        collision_mask: CollisionMask { mask: 0xffff, tree: 9 },
+        ..ball
+    });
     hit.engine.advance(100);
     assert!(hit.engine.pose(hit.block).translation.x > 1e-3);
     let mut measured = cart(JointForm::Impulse);
@@ -91,12 +95,12 @@ fn parked_mechanism_wakes_when_it_is_pushed_hit_or_measured() {
 }
 
 #[test]
-fn parked_mechanism_goes_on_from_a_snapshot() {
-    let Cart { engine: mut one, turret, .. } = cart(JointForm::Impulse);
+fn parked_mechanism_continues_from_a_snapshot() {
+    let ParkedCart { engine: mut one, turret, .. } = cart(JointForm::Impulse);
     let mut two = engine(0.02);
     two.restore(&one.snapshot()).unwrap();
     for engine in [&mut one, &mut two] {
-        engine.drive(turret, TURN);
+        engine.drive(turret, TURN_DRIVE);
         engine.advance(50);
     }
     assert!(one.snapshot() == two.snapshot());

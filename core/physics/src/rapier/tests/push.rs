@@ -1,7 +1,7 @@
 //! Tests of forces that act for a whole advance, and for a single step of it.
 
 use super::*;
-use crate::Push;
+use crate::BodyWrench;
 
 fn ball(engine: &mut Rapier) -> BodyId {
     let mut desc = body(at(0.0, 0.0, 0.0), mass(2.0, [0.1; 3]), sphere(0.1));
@@ -10,7 +10,7 @@ fn ball(engine: &mut Rapier) -> BodyId {
 }
 
 #[test]
-fn pushes_of_a_step_act_in_it_alone_and_leave_the_others_as_they_were() {
+fn push_of_a_step_acts_only_in_that_step() {
     let mut engine = Rapier::new(EngineSettings { gravity: Vector3::zeros(), step: 0.01, ..EngineSettings::default() });
     let ball = ball(&mut engine);
     engine.push(ball, Vector3::new(4.0, 0.0, 0.0), Vector3::zeros());
@@ -22,7 +22,7 @@ fn pushes_of_a_step_act_in_it_alone_and_leave_the_others_as_they_were() {
             if step == 2 {
                 // Two pushes on one body add up.
                 for _ in 0..2 {
-                    out.push(Push {
+                    out.push(BodyWrench {
                         body: ball,
                         force: Vector3::new(0.0, 3.0, 0.0),
                         torque: Vector3::new(0.0, 0.0, 1.0),
@@ -45,14 +45,14 @@ fn pushes_of_a_step_act_in_it_alone_and_leave_the_others_as_they_were() {
 }
 
 #[test]
-fn a_push_in_every_step_has_the_bits_of_one_for_all() {
+fn push_in_every_step_equals_one_push_for_the_advance() {
     let run = |each: bool| {
         let mut engine = engine(0.01);
         let ball = ball(&mut engine);
         let (force, torque) = (Vector3::new(0.3, -0.7, 21.0), Vector3::new(0.01, 0.02, 0.03));
         for _ in 0..20 {
             if each {
-                engine.advance_with(5, Some(&mut |_, _, out| out.push(Push { body: ball, force, torque })));
+                engine.advance_with(5, Some(&mut |_, _, out| out.push(BodyWrench { body: ball, force, torque })));
             } else {
                 engine.push(ball, force, torque);
                 engine.advance(5);
@@ -64,7 +64,7 @@ fn a_push_in_every_step_has_the_bits_of_one_for_all() {
 }
 
 #[test]
-fn the_centre_of_mass_is_told_in_the_world() {
+fn centre_of_mass_is_reported_in_the_world_frame() {
     let mut engine = Rapier::new(EngineSettings { gravity: Vector3::zeros(), step: 0.01, ..EngineSettings::default() });
     let ball = ball(&mut engine);
     engine.set_pose(ball, &turned(Vector3::new(1.0, 2.0, 3.0), Vector3::z(), std::f64::consts::FRAC_PI_2));
@@ -72,10 +72,10 @@ fn the_centre_of_mass_is_told_in_the_world() {
 }
 
 #[test]
-fn a_push_that_is_no_number_freezes_its_body() {
+fn push_with_nan_freezes_its_body() {
     let mut engine = engine(0.01);
     let ball = ball(&mut engine);
     let force = Vector3::new(f64::NAN, 0.0, 0.0);
-    engine.advance_with(1, Some(&mut |_, _, out| out.push(Push { body: ball, force, torque: Vector3::zeros() })));
+    engine.advance_with(1, Some(&mut |_, _, out| out.push(BodyWrench { body: ball, force, torque: Vector3::zeros() })));
     assert_eq!(engine.quarantined(), [ball]);
 }

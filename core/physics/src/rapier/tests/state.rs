@@ -1,7 +1,7 @@
 use nalgebra::Vector3;
 
 use super::{two_wheels::two_wheels, *};
-use crate::{Drive, JointDesc, JointForm, JointKind, Passive, Twist};
+use crate::{JointDesc, JointDrive, JointForm, JointKind, PassiveForces, Twist};
 
 /// Robots among boxes, with every kind of drive and a pending push.
 fn busy() -> Rapier {
@@ -15,7 +15,11 @@ fn busy() -> Rapier {
         let half = Vector3::repeat(0.1);
         let place = at(f64::from(i % 6) + 0.4, f64::from(i % 3) * 0.05 - 0.05, 0.1 + f64::from(i / 6) * 0.22);
         let desc = body(place, mass(0.5, [0.0033; 3]), part(Form::Box { half }));
-        engine.add_body(&BodyDesc { friction: 0.6, respond: Respond { mask: 0xffff, tree: 100 + i }, ..desc });
+        engine.add_body(&BodyDesc {
+            friction: 0.6,
+            collision_mask: CollisionMask { mask: 0xffff, tree: 100 + i },
+            ..desc
+        });
     }
     let base = engine.add_body(&fixed(at(0.0, 3.0, 1.0), vec![]));
     let arm = engine.add_body(&body(at(0.5, 3.0, 1.0), mass(1.0, [0.01; 3]), vec![]));
@@ -26,20 +30,20 @@ fn busy() -> Rapier {
         frame_in_b: turned(Vector3::new(-0.5, 0.0, 0.0), Vector3::x(), 1.5),
         kind: JointKind::Revolute,
         form: JointForm::Impulse,
-        passive: Passive::default(),
+        passive: PassiveForces::default(),
         geared: false,
         limits: Some((-1.0, 1.0)),
         position: 0.0,
     };
     let joint = engine.add_joint(&desc).unwrap();
-    engine.drive(joint, Drive::Position { target: 0.8, max_force: 20.0, max_velocity: 0.4, tracking: None });
+    engine.drive(joint, JointDrive::Position { target: 0.8, max_force: 20.0, max_velocity: 0.4, tracking: None });
     engine.push(arm, Vector3::x(), Vector3::zeros());
     engine
 }
 
 /// After a restore, each step is equal bit for bit, and a snapshot of the restored state equals the original.
 #[test]
-fn goes_on_from_a_snapshot() {
+fn restored_snapshot_continues_bit_for_bit() {
     let mut one = busy();
     one.advance(150);
     one.push(BodyId(1), Vector3::x() * 20.0, Vector3::z());
@@ -62,7 +66,7 @@ fn goes_on_from_a_snapshot() {
 }
 
 #[test]
-fn refuses_foreign_bytes() {
+fn foreign_or_damaged_snapshot_is_refused() {
     let mut engine = busy();
     let good = engine.snapshot();
     assert!(engine.restore(&[]).is_err());
@@ -79,7 +83,7 @@ fn refuses_foreign_bytes() {
 
 /// The number of threads does not affect the bits of the result.
 #[test]
-fn same_bits_on_any_number_of_threads() {
+fn result_does_not_depend_on_the_number_of_threads() {
     let run = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| {
@@ -95,10 +99,10 @@ fn same_bits_on_any_number_of_threads() {
 
 /// A body that receives a NaN or infinite value is frozen at its pose and reported once; other bodies are unaffected.
 #[test]
-fn quarantine() {
+fn body_with_nan_is_frozen_and_reported_once() {
     let nan = Vector3::new(f64::NAN, 0.0, 0.0);
-    type Poison<'a> = &'a dyn Fn(&mut Rapier, BodyId);
-    let poisons: [Poison; 4] = [
+    type InvalidChange<'a> = &'a dyn Fn(&mut Rapier, BodyId);
+    let poisons: [InvalidChange; 4] = [
         &|e, id| e.push(id, nan, Vector3::zeros()),
         &|e, id| e.set_twist(id, &Twist { linear: nan, angular: Vector3::zeros() }),
         &|e, id| e.set_pose(id, &at(f64::INFINITY, 0.0, 0.0)),
@@ -127,7 +131,7 @@ fn quarantine() {
 
 /// A body with invalid values from the start is created, frozen and reported, which keeps ids dense.
 #[test]
-fn quarantine_from_the_start() {
+fn body_created_with_nan_is_frozen_and_reported() {
     let mut engine = engine(0.01);
     let bad = mass(f64::NAN, [0.1; 3]);
     let id = engine.add_body(&body(at(0.0, 0.0, 1.0), bad, sphere(0.1)));

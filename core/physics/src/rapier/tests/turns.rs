@@ -5,11 +5,11 @@ use std::f64::consts::PI;
 use nalgebra::{Isometry3, Vector3};
 
 use super::*;
-use crate::{Drive, JointDesc, JointForm, JointId, JointKind, Passive};
+use crate::{JointDesc, JointDrive, JointForm, JointId, JointKind, PassiveForces};
 
 /// A joint at half a turn remains at that angle if its limits include it, although rapier's angle wraps there.
 #[test]
-fn limits_beyond_half_a_turn_hold() {
+fn joint_stays_within_limits_beyond_half_a_turn() {
     for form in [JointForm::Reduced, JointForm::Impulse] {
         let mut engine = engine(0.005);
         let (low, high) = (47.0_f64.to_radians(), 313.0_f64.to_radians());
@@ -27,7 +27,7 @@ fn limits_beyond_half_a_turn_hold() {
 
 /// Between limits more than a turn apart, positions include whole turns.
 #[test]
-fn turns_between_limits_count() {
+fn positions_between_wide_limits_include_whole_turns() {
     for form in [JointForm::Reduced, JointForm::Impulse] {
         let mut engine = engine(0.005);
         let joint = hinge(&mut engine, form, (-10.0, 13.0), 2.0 * PI + 0.5);
@@ -41,8 +41,8 @@ fn turns_between_limits_count() {
     }
 }
 
-fn towards(target: f64) -> Drive {
-    Drive::Position { target, max_force: 50.0, max_velocity: 5.0, tracking: None }
+fn towards(target: f64) -> JointDrive {
+    JointDrive::Position { target, max_force: 50.0, max_velocity: 5.0, tracking: None }
 }
 
 /// Adds a wheel of 1 kg on a fixed axle along z, at a given position.
@@ -58,7 +58,7 @@ fn hinge(engine: &mut Rapier, form: JointForm, limits: (f64, f64), position: f64
         limits: Some(limits),
         position,
         form,
-        passive: Passive::default(),
+        passive: PassiveForces::default(),
         geared: false,
     };
     engine.add_joint(&desc).unwrap()

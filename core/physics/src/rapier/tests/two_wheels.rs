@@ -6,11 +6,11 @@ use std::f64::consts::FRAC_PI_2;
 use nalgebra::{Isometry3, Vector3};
 
 use super::*;
-use crate::{Drive, JointDesc, JointForm, JointId, JointKind, Passive};
+use crate::{JointDesc, JointDrive, JointForm, JointId, JointKind, PassiveForces};
 
 const WHEEL_RADIUS: f64 = 0.0975;
-const TRACK: f64 = 0.331;
-const HEIGHT: f64 = 0.1388;
+const TRACK_WIDTH: f64 = 0.331;
+const BASE_HEIGHT: f64 = 0.1388;
 
 pub(super) struct TwoWheels {
     pub base: BodyId,
@@ -23,15 +23,15 @@ pub(super) struct TwoWheels {
 /// Adds the robot. `tree` distinguishes robots. Within a tree, neither the base (as in V-REP's model) nor the wheels
 /// collide with anything.
 pub(super) fn two_wheels(engine: &mut Rapier, base_pose: Isometry3<f64>, tree: u32) -> TwoWheels {
-    let respond = |mask| Respond { mask, tree };
+    let respond = |mask| CollisionMask { mask, tree };
     let across = turned(Vector3::zeros(), Vector3::x(), -FRAC_PI_2);
     let base = engine.add_body(&BodyDesc {
-        respond: respond(0xff01),
+        collision_mask: respond(0xff01),
         friction: 0.0,
         ..body(
             base_pose,
             mass(16.0, [1.92, 1.939, 2.09]),
-            vec![Part {
+            vec![SolidPart {
                 pose: at(-0.03, 0.0, 0.03),
                 form: Form::Box { half: Vector3::new(0.2, 0.14, 0.1) },
                 friction: None,
@@ -43,7 +43,7 @@ pub(super) fn two_wheels(engine: &mut Rapier, base_pose: Isometry3<f64>, tree: u
     let link_in_base = at(-0.149, 0.0, -0.0778);
     let wheel_in_link = at(0.0212, 0.0064, -0.0311) * across;
     let mut add = |in_world, m, parts, friction, mask| {
-        engine.add_body(&BodyDesc { friction, respond: respond(mask), ..body(in_world, m, parts) })
+        engine.add_body(&BodyDesc { friction, collision_mask: respond(mask), ..body(in_world, m, parts) })
     };
     let [left_in_base, right_in_base] = [0.1655, -0.1655].map(|y| at(0.0445, y, -0.0413) * across);
     let wheel = || mass(1.5, [0.03, 0.03, 0.06]);
@@ -66,7 +66,7 @@ pub(super) fn two_wheels(engine: &mut Rapier, base_pose: Isometry3<f64>, tree: u
                 frame_in_b: Isometry3::identity(),
                 kind: JointKind::Revolute,
                 form: JointForm::Impulse,
-                passive: Passive::default(),
+                passive: PassiveForces::default(),
                 geared: false,
                 limits: None,
                 position: 0.0,
@@ -85,7 +85,7 @@ pub(super) fn two_wheels(engine: &mut Rapier, base_pose: Isometry3<f64>, tree: u
 impl TwoWheels {
     pub(super) fn drive(&self, engine: &mut Rapier, left: f64, right: f64) {
         for (joint, target) in self.joints.into_iter().zip([left, right]) {
-            engine.drive(joint, Drive::Velocity { target, max_force: 3.0, slip: 0.0 });
+            engine.drive(joint, JointDrive::Velocity { target, max_force: 3.0, slip: 0.0 });
         }
     }
 
@@ -131,7 +131,7 @@ fn run(engine: &mut Rapier, step: f64, seconds: f64, mut each: impl FnMut(&Rapie
 fn settled(step: f64) -> (Rapier, TwoWheels) {
     let mut engine = engine(step);
     floor(&mut engine);
-    let robot = two_wheels(&mut engine, at(0.0, 0.0, HEIGHT), 1);
+    let robot = two_wheels(&mut engine, at(0.0, 0.0, BASE_HEIGHT), 1);
     run(&mut engine, step, 1.0, |_| ());
     (engine, robot)
 }
@@ -139,7 +139,7 @@ fn settled(step: f64) -> (Rapier, TwoWheels) {
 /// At equal wheel speeds, v = w r, straight ahead. The caster swings around first, so distances are measured from then
 /// on.
 #[test]
-fn straight_on() {
+fn equal_wheel_speeds_drive_straight() {
     for step in [0.01, 0.005] {
         for speed in [2.0, -2.0] {
             let (mut engine, robot) = settled(step);
@@ -164,7 +164,7 @@ fn straight_on() {
 
 /// At different wheel speeds, the yaw rate is r (w_right - w_left) / track.
 #[test]
-fn turning() {
+fn unequal_wheel_speeds_yield_the_yaw_rate() {
     for step in [0.01, 0.005] {
         for (left, right) in [(1.0, 2.0), (-1.0, 1.0)] {
             let (mut engine, robot) = settled(step);
@@ -177,14 +177,14 @@ fn turning() {
                 turned += (now - last).rem_euclid(std::f64::consts::TAU);
                 last = now;
             });
-            let wanted = WHEEL_RADIUS * (right - left) / TRACK * 10.0;
+            let wanted = WHEEL_RADIUS * (right - left) / TRACK_WIDTH * 10.0;
             assert!((turned / wanted - 1.0_f64).abs() < 0.015, "step {step}: {turned} instead of {wanted}");
         }
     }
 }
 
 #[test]
-fn stands_still() {
+fn stopped_robot_does_not_drift() {
     for step in [0.01, 0.005] {
         let (mut engine, robot) = settled(step);
         robot.drive(&mut engine, 0.0, 0.0);
@@ -197,17 +197,17 @@ fn stands_still() {
 
 /// After a fall of 0.5 m, the robot stands on its wheels again, and never rises above the height that it fell from.
 #[test]
-fn survives_a_fall() {
+fn fallen_robot_lands_on_its_wheels() {
     for step in [0.01, 0.005] {
         let mut engine = engine(step);
         floor(&mut engine);
-        let robot = two_wheels(&mut engine, at(0.0, 0.0, HEIGHT + 0.5), 1);
+        let robot = two_wheels(&mut engine, at(0.0, 0.0, BASE_HEIGHT + 0.5), 1);
         robot.drive(&mut engine, 0.0, 0.0);
         let mut top = 0.0f64;
         run(&mut engine, step, 4.0, |engine| top = top.max(engine.pose(robot.base).translation.z));
         let end = engine.pose(robot.base);
-        assert!(top <= HEIGHT + 0.5, "rose to {top}");
-        assert!((end.translation.z - HEIGHT).abs() < 1e-3, "step {step}: stands at {}", end.translation.z);
+        assert!(top <= BASE_HEIGHT + 0.5, "rose to {top}");
+        assert!((end.translation.z - BASE_HEIGHT).abs() < 1e-3, "step {step}: stands at {}", end.translation.z);
         assert!(tilt(&end).to_degrees() < 0.5);
         assert!(robot.worst_anchor(&engine) < 1e-3);
         assert!(engine.quarantined().is_empty());
@@ -216,7 +216,7 @@ fn survives_a_fall() {
 
 /// A robot that drives against a wall at 0.2 m/s stops there upright, with slipping wheels or motors at their limit.
 #[test]
-fn hits_a_wall() {
+fn robot_stops_upright_at_a_wall() {
     for step in [0.01, 0.005] {
         let (mut engine, robot) = settled(step);
         let half = Vector3::new(0.05, 2.0, 0.5);

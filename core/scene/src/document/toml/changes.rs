@@ -3,23 +3,23 @@
 use std::collections::BTreeSet;
 
 use tatu_errors::{Error, Result};
-use tatu_plugins::{Model, Slot};
+use tatu_plugins::{AttachmentSlot, Model};
 use toml_edit::{Item, TableLike};
 
 use super::{
-    super::{Builder, Report, overrides, scripts},
-    Reader,
+    super::{BuildReport, DocumentBuilder, overrides, scripts},
+    SceneFileReader,
 };
 
 /// A slot of a model in which another model is mounted.
 #[derive(Clone, Copy)]
-pub(super) struct Mounted<'a> {
+pub(super) struct MountSlot<'a> {
     /// Id of the model that has the slot.
     model: &'a str,
-    slot: &'a Slot,
+    slot: &'a AttachmentSlot,
 }
 
-impl Mounted<'_> {
+impl MountSlot<'_> {
     /// Checks that a model fits the slot.
     pub fn check(&self, model: &Model) -> Result {
         let mount = &self.slot.mount;
@@ -37,61 +37,61 @@ impl Mounted<'_> {
     }
 
     /// Warns if the mass of the objects from index `from` on, which were added to the slot, exceeds its payload.
-    fn weigh(&self, b: &mut Builder<'_>, from: usize) {
+    fn check_payload(&self, b: &mut DocumentBuilder<'_>, from: usize) {
         let payload = self.slot.payload;
         let mass: f64 = b.document.objects[from..].iter().map(|o| b.document.mass(o)).sum();
         if payload > 0.0 && mass > payload {
             let (model, slot) = (self.model, &self.slot.alias);
             let text = format!("the slot `{slot}` of `{model}` carries {mass:.3} kg; its payload is {payload} kg");
-            b.document.reports.push(Report::warning(text));
+            b.document.reports.push(BuildReport::warning(text));
         }
     }
 }
 
-impl Reader<'_> {
+impl SceneFileReader<'_> {
     /// Applies the keys that every model can have: alias, unique name, changed parts, scripts and changed properties.
     /// Returns the base.
-    pub(super) fn finish(
+    pub(super) fn apply_common_keys(
         &mut self,
-        b: &mut Builder<'_>,
+        b: &mut DocumentBuilder<'_>,
         table: &dyn TableLike,
         base: usize,
-        (id, slots): (&str, &[Slot]),
+        (id, slots): (&str, &[AttachmentSlot]),
     ) -> Result<usize> {
         if let Some(item) = table.get("alias") {
             b.rename(base, &self.string(table, "alias", item)?);
         }
         if let Some(item) = table.get("name") {
             let name = self.string(table, "name", item)?;
-            b.group_name(base, &name).map_err(|e| e.at(Some(self.text.value(table, "name"))))?;
+            b.set_group_name(base, &name).map_err(|e| e.at(Some(self.text.value(table, "name"))))?;
         }
-        self.removed(b, table, base)?;
+        self.remove_parts(b, table, base)?;
         if let Some(replace) = self.sub_table(table, "replace")? {
             for (path, item) in replace.iter() {
-                self.replaced(b, (replace, path, item), base)?;
+                self.replace_part(b, (replace, path, item), base)?;
             }
         }
         if let Some(into) = self.sub_table(table, "slots")? {
             for (name, item) in into.iter() {
                 let at = || Some(self.text.key(into, name));
-                let (slot, object) = slot(b, (id, slots), name, base).map_err(|e| e.at(at()))?;
-                let mounted = slot.map(|slot| Mounted { model: id, slot });
+                let (slot, object) = find_slot(b, (id, slots), name, base).map_err(|e| e.at(at()))?;
+                let mounted = slot.map(|slot| MountSlot { model: id, slot });
                 let from = b.document.objects.len();
                 for entry in self.entries(into, name, item)? {
-                    self.part(b, entry, object, mounted)?;
+                    self.add_part(b, entry, object, mounted)?;
                 }
-                mounted.inspect(|m| m.weigh(b, from));
+                mounted.inspect(|m| m.check_payload(b, from));
             }
         }
         scripts::read(&self.text, b, table, base)?;
         if let Some(set) = self.sub_table(table, "set")? {
-            self.overrides(b, set, Some(base))?;
+            self.read_overrides(b, set, Some(base))?;
         }
         Ok(base)
     }
 
     /// Removes the objects that `remove` lists.
-    fn removed(&self, b: &mut Builder<'_>, table: &dyn TableLike, base: usize) -> Result {
+    fn remove_parts(&self, b: &mut DocumentBuilder<'_>, table: &dyn TableLike, base: usize) -> Result {
         let Some(item) = table.get("remove") else { return Ok(()) };
         let at = self.text.value(table, "remove");
         let paths = item.as_array().map(|all| all.iter().map(toml_edit::Value::as_str).collect::<Option<Vec<_>>>());
@@ -101,27 +101,27 @@ impl Reader<'_> {
         };
         let mut tops = BTreeSet::new();
         for path in paths {
-            tops.extend(all_below(b, base, path).map_err(|e| e.at(Some(at.clone())))?);
+            tops.extend(find_all_below(b, base, path).map_err(|e| e.at(Some(at.clone())))?);
         }
         b.document.remove(&tops);
         Ok(())
     }
 
     /// Replaces an object by a model or another object, with the same parent and pose.
-    fn replaced(
+    fn replace_part(
         &mut self,
-        b: &mut Builder<'_>,
+        b: &mut DocumentBuilder<'_>,
         (table, path, item): (&dyn TableLike, &str, &Item),
         base: usize,
     ) -> Result {
-        let old = below(b, base, path).map_err(|e| e.at(Some(self.text.key(table, path))))?;
+        let old = find_below(b, base, path).map_err(|e| e.at(Some(self.text.key(table, path))))?;
         let [entry] = self.entries(table, path, item)?[..] else {
             let error = Error::new("E102", format!("`{path}` is replaced by several parts"));
             return Err(error.expected("one table").at(Some(self.text.key(table, path))));
         };
         let Some(parent) = b.document.objects[old].parent else { return Ok(()) };
-        let pose = b.stand(old);
-        let new = self.part(b, entry, parent, None)?;
+        let pose = b.replacement_pose(old);
+        let new = self.add_part(b, entry, parent, None)?;
         let placed = &mut b.document.objects[new].placement;
         *placed = pose * *placed;
         b.document.remove(&BTreeSet::from([old]));
@@ -129,12 +129,12 @@ impl Reader<'_> {
     }
 
     /// Adds a model or an object below another object. Returns the index of the model's base or of the object.
-    fn part(
+    fn add_part(
         &mut self,
-        b: &mut Builder<'_>,
+        b: &mut DocumentBuilder<'_>,
         entry: &dyn TableLike,
         parent: usize,
-        mounted: Option<Mounted<'_>>,
+        mounted: Option<MountSlot<'_>>,
     ) -> Result<usize> {
         if entry.contains_key("parent") {
             let error = Error::new("E101", "a part of a model cannot have the key `parent`: the model determines it");
@@ -178,8 +178,8 @@ impl Reader<'_> {
 }
 
 /// Returns the object that a path refers to, which must be a descendant of the base of a model.
-fn below(b: &Builder<'_>, base: usize, path: &str) -> Result<usize> {
-    let found = overrides::find(b.document, Some(base), path)?;
+fn find_below(b: &DocumentBuilder<'_>, base: usize, path: &str) -> Result<usize> {
+    let found = overrides::find_object(b.document, Some(base), path)?;
     let mut above = b.document.objects[found].parent;
     while let Some(object) = above.filter(|o| *o != base) {
         above = b.document.objects[object].parent;
@@ -193,12 +193,12 @@ fn below(b: &Builder<'_>, base: usize, path: &str) -> Result<usize> {
 
 /// Returns all descendants of the base of a model that match a path. The last part of the path can contain the
 /// wildcards `*` and `?`.
-fn all_below(b: &Builder<'_>, base: usize, path: &str) -> Result<Vec<usize>> {
+fn find_all_below(b: &DocumentBuilder<'_>, base: usize, path: &str) -> Result<Vec<usize>> {
     let (above, pattern) = path.rsplit_once('/').unwrap_or(("", path));
     if !pattern.contains(['*', '?']) {
-        return Ok(vec![below(b, base, path)?]);
+        return Ok(vec![find_below(b, base, path)?]);
     }
-    let from = if above.is_empty() { base } else { below(b, base, above)? };
+    let from = if above.is_empty() { base } else { find_below(b, base, above)? };
     let found = b.document.names.all_below(from, pattern);
     if found.is_empty() {
         let text = format!("nothing below the base of the model matches `{path}`");
@@ -209,14 +209,14 @@ fn all_below(b: &Builder<'_>, base: usize, path: &str) -> Result<Vec<usize>> {
 
 /// Returns a slot of a model, by name, and the object of the slot. If the model declares no slots, the name can be the
 /// path of any of its objects, and no slot is returned.
-fn slot<'s>(
-    b: &Builder<'_>,
-    (id, slots): (&str, &'s [Slot]),
+fn find_slot<'s>(
+    b: &DocumentBuilder<'_>,
+    (id, slots): (&str, &'s [AttachmentSlot]),
     name: &str,
     base: usize,
-) -> Result<(Option<&'s Slot>, usize)> {
+) -> Result<(Option<&'s AttachmentSlot>, usize)> {
     if slots.is_empty() {
-        return Ok((None, overrides::find(b.document, Some(base), name)?));
+        return Ok((None, overrides::find_object(b.document, Some(base), name)?));
     }
     let names = || slots.iter().map(|s| s.alias.as_str());
     let Some(slot) = slots.iter().find(|s| s.alias == name) else {

@@ -4,14 +4,14 @@ use std::{io::Cursor, path::Path};
 
 use png::{BitDepth, ColorType, Decoder, Encoder, Limits, Transformations};
 use tatu_errors::{Error, Result};
-use tatu_geometry::{Image, MOST_PIXELS};
+use tatu_geometry::{Image, MAX_IMAGE_PIXELS};
 use tatu_plugin_api::safe::Value;
 
-use super::{super::Builder, Reader};
+use super::{super::DocumentBuilder, SceneFileReader};
 
-impl Reader<'_> {
+impl SceneFileReader<'_> {
     /// Replaces the file name of the image in a texture by its number.
-    pub(super) fn with_image(&mut self, b: &mut Builder<'_>, texture: &mut Value) -> Result {
+    pub(super) fn with_image(&mut self, b: &mut DocumentBuilder<'_>, texture: &mut Value) -> Result {
         let Value::Map(entries) = texture else { return Ok(()) };
         for (_, value) in entries.iter_mut().filter(|(key, _)| *key == Value::text("image")) {
             if let Value::Text(name) = value {
@@ -22,7 +22,7 @@ impl Reader<'_> {
     }
 
     /// Returns the number of the image in a file, which the document must be permitted to name.
-    fn image(&mut self, b: &mut Builder<'_>, name: &str) -> Result<i64> {
+    fn image(&mut self, b: &mut DocumentBuilder<'_>, name: &str) -> Result<i64> {
         let folder = self.text.file.parent().unwrap_or(Path::new(""));
         let file = folder.join(name);
         if let Some(number) = self.images.get(&file) {
@@ -32,10 +32,10 @@ impl Reader<'_> {
             Error::new("E105", format!("cannot read the image `{name}`"))
                 .expected(format!("a PNG file {}", file.display()))
         };
-        let bytes = b.named_file(folder, name)?.ok_or_else(lacks)?;
+        let bytes = b.read_named_file(folder, name)?.ok_or_else(lacks)?;
         let (columns, rows, rgba) = decode(&bytes).map_err(|why| {
             Error::new("E120", format!("`{name}` cannot be read as an image: {why}"))
-                .expected(format!("a PNG file of at most {MOST_PIXELS} pixels"))
+                .expected(format!("a PNG file of at most {MAX_IMAGE_PIXELS} pixels"))
         })?;
         let number = b.image(columns, rows, rgba)? as i64;
         self.images.insert(file, number);
@@ -45,11 +45,11 @@ impl Reader<'_> {
 
 /// Decodes a PNG file. Returns the number of columns and rows, and 4 bytes (RGBA) per pixel, top row first.
 fn decode(bytes: &[u8]) -> std::result::Result<(u32, u32, Vec<u8>), String> {
-    let mut decoder = Decoder::new_with_limits(Cursor::new(bytes), Limits { bytes: 8 * MOST_PIXELS });
+    let mut decoder = Decoder::new_with_limits(Cursor::new(bytes), Limits { bytes: 8 * MAX_IMAGE_PIXELS });
     decoder.set_transformations(Transformations::normalize_to_color8() | Transformations::ALPHA);
     let mut reader = decoder.read_info().map_err(|e| e.to_string())?;
     let (columns, rows) = reader.info().size();
-    if u64::from(columns) * u64::from(rows) > MOST_PIXELS as u64 {
+    if u64::from(columns) * u64::from(rows) > MAX_IMAGE_PIXELS as u64 {
         return Err(format!("it has {columns} x {rows} pixels"));
     }
     let mut out = vec![0; reader.output_buffer_size()];
@@ -66,7 +66,7 @@ fn decode(bytes: &[u8]) -> std::result::Result<(u32, u32, Vec<u8>), String> {
 }
 
 /// Encodes an image as a PNG file, without an alpha channel if all pixels are opaque.
-pub fn png(image: &Image) -> Vec<u8> {
+pub fn encode_png(image: &Image) -> Vec<u8> {
     let opaque = image.rgba().chunks_exact(4).all(|p| p[3] == 255);
     let mut out = Vec::new();
     let mut encoder = Encoder::new(&mut out, image.columns(), image.rows());
@@ -88,14 +88,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_was_written_is_read() {
+    fn png_round_trip_preserves_pixels() {
         for opacity in [255, 7] {
             let rgba = [[1, 2, 3, 255], [4, 5, 6, opacity]].concat();
             let image = Image::new(2, 1, rgba.clone()).unwrap();
-            assert_eq!(decode(&png(&image)), Ok((2, 1, rgba)));
+            assert_eq!(decode(&encode_png(&image)), Ok((2, 1, rgba)));
         }
         assert!(decode(b"no image").is_err());
-        let mut huge = png(&Image::new(1, 1, vec![9; 4]).unwrap());
+        let mut huge = encode_png(&Image::new(1, 1, vec![9; 4]).unwrap());
         // These bytes of the header are the numbers of columns and rows. The change makes the image too large and its
         // checksum wrong.
         huge[16..24].copy_from_slice(&[0, 1, 0, 0, 0, 1, 0, 0]);

@@ -8,18 +8,23 @@ use tatu_geometry::{Form, Mesh};
 use tatu_plugin_api::safe::Value;
 
 use super::{
-    super::{Builder, Document, Target, import},
-    Reader,
+    super::{Document, DocumentBuilder, KeyTarget, import},
+    SceneFileReader,
 };
-use crate::{forms::visible_parts, rows::InFiles};
+use crate::{forms::visible_parts, property_table::FileForm};
 
-impl Reader<'_> {
+impl SceneFileReader<'_> {
     /// Replaces the file names of meshes and images in a value by their numbers.
-    pub(super) fn with_files(&mut self, b: &mut Builder<'_>, target: &Target, value: Value) -> Result<Value> {
-        let form = if let Target::Row(row) = target { row.info().in_files } else { InFiles::Plain };
+    pub(super) fn with_files(
+        &mut self,
+        b: &mut DocumentBuilder<'_>,
+        target: &KeyTarget,
+        value: Value,
+    ) -> Result<Value> {
+        let form = if let KeyTarget::Property(row) = target { row.spec().file_form } else { FileForm::Plain };
         match (form, value) {
-            (InFiles::Mesh, Value::Text(name)) => self.mesh(b, &name),
-            (InFiles::Parts, Value::List(mut parts)) => {
+            (FileForm::Mesh, Value::Text(name)) => self.mesh(b, &name),
+            (FileForm::Parts, Value::List(mut parts)) => {
                 let entries = parts.iter_mut().filter_map(|p| if let Value::Map(m) = p { Some(m) } else { None });
                 for (key, value) in entries.flatten() {
                     match value {
@@ -30,7 +35,7 @@ impl Reader<'_> {
                 }
                 Ok(Value::List(parts))
             }
-            (InFiles::Texture, mut texture) => {
+            (FileForm::Texture, mut texture) => {
                 self.with_image(b, &mut texture)?;
                 Ok(texture)
             }
@@ -39,7 +44,7 @@ impl Reader<'_> {
     }
 
     /// Returns the number of the mesh in a file, which the document must be permitted to name.
-    fn mesh(&mut self, b: &mut Builder<'_>, name: &[u8]) -> Result<Value> {
+    fn mesh(&mut self, b: &mut DocumentBuilder<'_>, name: &[u8]) -> Result<Value> {
         let name = String::from_utf8_lossy(name).into_owned();
         let folder = self.text.file.parent().unwrap_or(Path::new(""));
         let file = folder.join(&name);
@@ -50,14 +55,14 @@ impl Reader<'_> {
             Error::new("E105", format!("cannot read the mesh `{name}`"))
                 .expected(format!("a mesh file {}", file.display()))
         };
-        let bytes = b.named_file(folder, &name)?.ok_or_else(lacks)?;
+        let bytes = b.read_named_file(folder, &name)?.ok_or_else(lacks)?;
         let choice = self.registry.importer_of(&file, &bytes, &b.document.settings.providers)?;
         let choice = choice.ok_or_else(|| self.registry.no_importer(Path::new(&name)))?;
         // The file is imported to a separate document, of which only the mesh is used.
         let mut alone = Document { sources: b.document.sources.clone(), ..Default::default() };
-        let mut inner = Builder::new(self.registry, &mut alone, b.reach.clone());
-        (inner.place, inner.texts) = (b.place.clone(), b.texts);
-        let import = import::Import { file: &file, bytes: &bytes, choice, params: &[], whole: false };
+        let mut inner = DocumentBuilder::new(self.registry, &mut alone, b.reach.clone());
+        (inner.place, inner.read_text) = (b.place.clone(), b.read_text);
+        let import = import::ImportRequest { file: &file, bytes: &bytes, choice, params: &[], is_scene: false };
         inner.import(import, None, Isometry3::identity())?;
         let Some(mesh) = only_mesh(&alone) else {
             return Err(Error::new("E120", format!("`{name}` contains {} meshes", alone.meshes.len()))

@@ -31,31 +31,31 @@ use std::{
 };
 
 use nalgebra::Isometry3;
-use tatu_errors::{Error, Place, Result};
+use tatu_errors::{Error, Result, SourceLocation};
 use tatu_plugin_api::safe::Value;
 use tatu_plugins::Registry;
 use toml_edit::{Item, TableLike};
 
 use super::{
-    Builder, Document, Report,
-    change::{Override, ScriptOverride},
-    entry::Entry,
+    BuildReport, Document, DocumentBuilder,
+    change::{PropertyOverride, ScriptOverride},
+    entry::SceneEntry,
     import, keys, overrides,
-    reach::{Allowed, Reach},
+    reach::{AllowedFile, AllowedFolders},
     services::{self, ServiceOverride, UserSettings},
-    sources::Sources,
+    sources::SourceFiles,
 };
 
-pub use patch::{Edited, Patched, patch};
-pub use write::{Written, folder_beside, save, write};
+pub use patch::{EditedScene, PatchResult, patch};
+pub use write::{SceneFiles, folder_beside, save, write};
 
 /// Options of a run that affect the scene.
 #[derive(Debug, Clone, Default)]
-pub struct Options {
+pub struct LoadOptions {
     /// Seed that overrides the file's, if any.
     pub seed: Option<u64>,
     /// `--set`: overrides of properties, in order.
-    pub set: Vec<Override>,
+    pub set: Vec<PropertyOverride>,
     /// `--script`: scripts that replace the scripts of objects.
     pub scripts: Vec<ScriptOverride>,
     /// `--service`: services to add, or whose parameters are overridden.
@@ -68,21 +68,21 @@ pub struct Options {
     /// Whether importers should describe their files; see [`Document::description`].
     pub describe: bool,
     /// The source files; by default, they are read from disk.
-    pub sources: Sources,
-    /// The files that the scene may name; by default, [`Reach::of`] its file.
-    pub reach: Option<Reach>,
+    pub sources: SourceFiles,
+    /// The files that the scene may name; by default, [`AllowedFolders::of`] its file.
+    pub reach: Option<AllowedFolders>,
 }
 
-impl Options {
-    fn reach_of(&self, file: &Path, registry: &Registry) -> Reach {
-        self.reach.clone().unwrap_or_else(|| Reach::of(file, registry))
+impl LoadOptions {
+    fn reach_of(&self, file: &Path, registry: &Registry) -> AllowedFolders {
+        self.reach.clone().unwrap_or_else(|| AllowedFolders::of(file, registry))
     }
 }
 
 /// Returns the plugin folders that `[scene]` lists, without checking the rest of the file.
-pub fn plugin_folders(file: &Path, sources: &Sources) -> Result<Vec<PathBuf>> {
+pub fn plugin_folders(file: &Path, sources: &SourceFiles) -> Result<Vec<PathBuf>> {
     // A file in a different format cannot list plugin folders.
-    let Ok(text) = String::from_utf8(read_bytes(&Allowed::chosen(file), sources)?) else { return Ok(Vec::new()) };
+    let Ok(text) = String::from_utf8(read_bytes(&AllowedFile::chosen(file), sources)?) else { return Ok(Vec::new()) };
     let Ok(doc) = toml_edit::Document::parse(text.as_str()) else { return Ok(Vec::new()) };
     let here = file.parent().unwrap_or(Path::new(""));
     let list = doc.get("scene").and_then(|s| s.get("plugins")).and_then(Item::as_array);
@@ -90,23 +90,24 @@ pub fn plugin_folders(file: &Path, sources: &Sources) -> Result<Vec<PathBuf>> {
 }
 
 /// Loads a scene file as a document.
-pub fn load(file: &Path, registry: &Registry, options: &Options) -> Result<Document> {
+pub fn load(file: &Path, registry: &Registry, options: &LoadOptions) -> Result<Document> {
     // Parameters of models that overrides have set; the models must be built with these values.
     let mut model_params: Arc<[(usize, String, Value)]> = [].into();
     // Each round determines at least one more parameter, and no realistic scene overrides this many.
     for _ in 0..10_000 {
-        let mut document = Reader::read(file, registry, model_params.clone(), options)?;
-        let set = std::mem::take(&mut document.sets);
+        let mut document = SceneFileReader::read(file, registry, model_params.clone(), options)?;
+        let set = std::mem::take(&mut document.overrides);
         if let Some(seed) = options.seed {
             document.settings.seed = seed;
         }
         document.settings.allow.clone_from(&options.allow);
-        let lacks: Vec<&String> = document.asks.iter().filter(|a| !options.allow.contains(a)).collect();
+        let lacks: Vec<&String> =
+            document.requested_permissions.iter().filter(|a| !options.allow.contains(a)).collect();
         let lacks: Vec<String> = lacks.into_iter().map(|a| format!("`--allow {a}`")).collect();
         if !lacks.is_empty() {
             let text =
                 format!("its scripts request access outside the run, which you can permit by {}", lacks.join(" "));
-            document.reports.push(Report::note(text));
+            document.reports.push(BuildReport::note(text));
         }
         let reach = options.reach_of(file, registry);
         let more = match overrides::apply(&mut document, registry, &set, &model_params, &reach)? {
@@ -118,7 +119,7 @@ pub fn load(file: &Path, registry: &Registry, options: &Options) -> Result<Docum
             None => {
                 overrides::replace_scripts(&mut document, registry, &options.scripts, &reach)?;
                 services::apply(&mut document, registry, &options.services)?;
-                services::fill(&mut document, registry, &options.user_settings)?;
+                services::apply_user_settings(&mut document, registry, &options.user_settings)?;
                 document.check()?;
                 return Ok(document);
             }
@@ -129,31 +130,31 @@ pub fn load(file: &Path, registry: &Registry, options: &Options) -> Result<Docum
 
 /// Loads a file that becomes a part of a live scene: a scene file, or a file for an importer. If `file` is the id of a
 /// model, loads a scene that contains only this model. The file must be in `reach`, and may name the files in it.
-pub fn load_part(file: &Path, registry: &Registry, reach: Reach) -> Result<Document> {
+pub fn load_part(file: &Path, registry: &Registry, reach: AllowedFolders) -> Result<Document> {
     let id =
         file.to_str().filter(|id| registry.models.iter().any(|m| m.id == *id) || registry.find_model(id).is_some());
     if let Some(id) = id {
         let name = PathBuf::from(format!("{id}.toml"));
-        let options = Options { reach: Some(reach), ..Options::default() };
-        options.sources.keep(&name, format!("format = 1\n[[model]]\nmodel = {id:?}\n").into_bytes());
+        let options = LoadOptions { reach: Some(reach), ..LoadOptions::default() };
+        options.sources.add_file(&name, format!("format = 1\n[[model]]\nmodel = {id:?}\n").into_bytes());
         return load(&name, registry, &options);
     }
     let allowed = reach.file(file, &file.display().to_string(), false)?;
     if file.extension().is_some_and(|e| e == "toml") {
-        return load(file, registry, &Options { reach: Some(reach), ..Options::default() });
+        return load(file, registry, &LoadOptions { reach: Some(reach), ..LoadOptions::default() });
     }
     let mut document = Document { file: Some(file.to_owned()), ..Default::default() };
     let bytes = read_bytes(&allowed, &document.sources)?;
     let choice = registry.importer_of(file, &bytes, &BTreeMap::new())?.ok_or_else(|| registry.no_importer(file))?;
-    let mut builder = Builder::new(registry, &mut document, reach);
-    builder.texts = Some(add_text);
-    builder.place = Some(Place { file: file.to_owned(), ..Default::default() });
-    let import = import::Import { file, bytes: &bytes, choice, params: &[], whole: false };
+    let mut builder = DocumentBuilder::new(registry, &mut document, reach);
+    builder.read_text = Some(add_text);
+    builder.place = Some(SourceLocation { file: file.to_owned(), ..Default::default() });
+    let import = import::ImportRequest { file, bytes: &bytes, choice, params: &[], is_scene: false };
     builder.import(import, None, Isometry3::identity())?;
     Ok(document)
 }
 
-fn read_bytes(file: &Allowed, sources: &Sources) -> Result<Vec<u8>> {
+fn read_bytes(file: &AllowedFile, sources: &SourceFiles) -> Result<Vec<u8>> {
     sources.read(file).map_err(|e| unreadable(file.path(), &e.to_string()))
 }
 
@@ -162,8 +163,8 @@ fn unreadable(file: &Path, why: &str) -> Error {
         .help("specify the path of a scene file, or the name of a scene that comes with Tatu")
 }
 
-struct Reader<'a> {
-    text: keys::Text<'a>,
+struct SceneFileReader<'a> {
+    text: keys::SourceText<'a>,
     registry: &'a Registry,
     /// Numbers of the meshes that have been read from files, by path.
     meshes: BTreeMap<PathBuf, i64>,
@@ -173,39 +174,44 @@ struct Reader<'a> {
 
 /// Adds the objects that a text in the scene format describes. If the text differs from the contents of its file,
 /// errors refer to whole lines of the file.
-fn add_text(b: &mut Builder<'_>, file: &Path, text: &str, parent: Option<usize>) -> Result {
-    let mut reader = Reader::new(file, text, b.registry);
+fn add_text(b: &mut DocumentBuilder<'_>, file: &Path, text: &str, parent: Option<usize>) -> Result {
+    let mut reader = SceneFileReader::new(file, text, b.registry);
     let place = b.place.clone();
-    let (objects, sets) = (b.document.objects.len(), b.document.sets.len());
-    let read = reader.file(b, parent, false);
+    let (objects, sets) = (b.document.objects.len(), b.document.overrides.len());
+    let read = reader.read_tables(b, parent, false);
     b.place = place;
     // Errors found later are located without this text, whose byte offsets differ from those of the file.
     let added = b.document.objects.iter_mut().skip(objects).filter_map(|o| o.place.as_mut());
-    let set = b.document.sets.iter_mut().skip(sets).filter_map(|o| o.place.as_mut());
+    let set = b.document.overrides.iter_mut().skip(sets).filter_map(|o| o.place.as_mut());
     for place in added.chain(set).filter(|p| p.file == file) {
-        *place = Place::of_line(file.to_owned(), &[], place.line);
+        *place = SourceLocation::of_line(file.to_owned(), &[], place.line);
     }
     read.map_err(|mut e| {
         if let Some(place) = e.place.as_mut().filter(|p| p.file == file) {
             let bytes = b.document.sources.cached(file).unwrap_or_default();
             if *bytes != *text.as_bytes() {
-                **place = Place::of_line(file.to_owned(), &bytes, place.line);
+                **place = SourceLocation::of_line(file.to_owned(), &bytes, place.line);
             }
         }
         e
     })
 }
 
-impl<'a> Reader<'a> {
+impl<'a> SceneFileReader<'a> {
     fn new(file: &'a Path, text: &'a str, registry: &'a Registry) -> Self {
-        Reader { text: keys::Text::new(file, text), registry, meshes: BTreeMap::new(), images: BTreeMap::new() }
+        SceneFileReader {
+            text: keys::SourceText::new(file, text),
+            registry,
+            meshes: BTreeMap::new(),
+            images: BTreeMap::new(),
+        }
     }
 
     fn read(
         file: &Path,
         registry: &'a Registry,
         model_params: Arc<[(usize, String, Value)]>,
-        options: &Options,
+        options: &LoadOptions,
     ) -> Result<Document> {
         let sources = &options.sources;
         let mut document = Document {
@@ -215,15 +221,15 @@ impl<'a> Reader<'a> {
             model_params,
             ..Default::default()
         };
-        let mut builder = Builder::new(registry, &mut document, options.reach_of(file, registry));
-        builder.texts = Some(add_text);
-        let bytes = read_bytes(&Allowed::chosen(file), sources)?;
+        let mut builder = DocumentBuilder::new(registry, &mut document, options.reach_of(file, registry));
+        builder.read_text = Some(add_text);
+        let bytes = read_bytes(&AllowedFile::chosen(file), sources)?;
         let named = file.extension().is_some_and(|e| e == "toml");
         let choice = if named { None } else { registry.importer_of(file, &bytes, &BTreeMap::new())? };
         if let Some(choice) = choice {
             let params: Vec<_> = builder.document.model_params.iter().map(|(_, k, v)| (k.clone(), v.clone())).collect();
-            builder.place = Some(Place { file: file.to_owned(), ..Default::default() });
-            let import = import::Import { file, bytes: &bytes, choice, params: &params, whole: true };
+            builder.place = Some(SourceLocation { file: file.to_owned(), ..Default::default() });
+            let import = import::ImportRequest { file, bytes: &bytes, choice, params: &params, is_scene: true };
             builder.import(import, None, Isometry3::identity())?;
             return Ok(document);
         }
@@ -231,12 +237,12 @@ impl<'a> Reader<'a> {
             true => unreadable(file, "it is not UTF-8 text"),
             false => registry.no_importer(file).help("a scene is a TOML file"),
         })?;
-        let mut reader = Reader::new(file, &text, registry);
+        let mut reader = SceneFileReader::new(file, &text, registry);
         match naming::describes_model(&text) {
-            true => reader.alone(&mut builder)?,
+            true => reader.build_as_scene(&mut builder)?,
             false => {
-                builder.document.chain.push(canonical(file));
-                reader.file(&mut builder, None, true)?;
+                builder.document.open_files.push(canonical(file));
+                reader.read_tables(&mut builder, None, true)?;
             }
         }
         Ok(document)
@@ -244,7 +250,7 @@ impl<'a> Reader<'a> {
 
     /// Reads the current file. Objects without a parent are placed below `parent`. If `top` is set, the file is the
     /// scene itself, and its settings and services apply.
-    fn file(&mut self, b: &mut Builder<'_>, parent: Option<usize>, top: bool) -> Result {
+    fn read_tables(&mut self, b: &mut DocumentBuilder<'_>, parent: Option<usize>, top: bool) -> Result {
         let doc = toml_edit::Document::parse(self.text.text).map_err(|e| {
             let error = Error::new("E100", format!("not a TOML file: {}", e.message()));
             let has = |line: &str| self.text.text.lines().any(|l| l.trim() == line);
@@ -256,13 +262,13 @@ impl<'a> Reader<'a> {
             error.at(Some(self.text.place(e.span())))
         })?;
         let root = doc.as_table();
-        const KNOWN: &[&str] =
+        const KNOWN_KEYS: &[&str] =
             &["format", "scene", "env", "providers", "permissions", "service", "model", "import", "object", "set"];
         for (key, _) in root.iter() {
-            if !KNOWN.contains(&key) {
+            if !KNOWN_KEYS.contains(&key) {
                 return Err(Error::new("E101", format!("unknown key `{key}`"))
-                    .expected(KNOWN.join(", "))
-                    .nearest(key, KNOWN.iter().copied())
+                    .expected(KNOWN_KEYS.join(", "))
+                    .nearest(key, KNOWN_KEYS.iter().copied())
                     .at(Some(self.text.key(root, key))));
             }
         }
@@ -281,12 +287,12 @@ impl<'a> Reader<'a> {
             }
         }
         if let Some(scene) = self.table(root, "scene")? {
-            self.needs(scene)?;
+            self.check_needs(scene)?;
             self.scene(scene, &mut b.document.settings, top)?;
             if let Some(item) = scene.get("data") {
                 let at = |e: Error| e.at(Some(self.text.value(scene, "data")));
                 let data = keys::to_map(item).map_err(at)?;
-                b.setting("data", data, top).map_err(at)?;
+                b.apply_setting("data", data, top).map_err(at)?;
             }
         }
         if let Some(item) = root.get("env").filter(|_| top) {
@@ -307,12 +313,17 @@ impl<'a> Reader<'a> {
             self.permissions(permissions, b.document)?;
         }
         let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
-        for (what, table) in self.in_order(root)? {
+        for (what, table) in self.entries_in_order(root)? {
             b.place = Some(self.text.place(table_span(table)));
             if top {
                 let places = what != "object" || !table.contains_key("kind") && !is_device(table);
                 let count = counts.entry(what).or_default();
-                b.document.entries.push(Entry { what, index: *count, first: b.document.objects.len(), places });
+                b.document.entries.push(SceneEntry {
+                    table: what,
+                    index: *count,
+                    first: b.document.objects.len(),
+                    is_placement: places,
+                });
                 *count += 1;
             }
             match what {
@@ -322,7 +333,7 @@ impl<'a> Reader<'a> {
             };
         }
         if let Some(set) = self.table(root, "set")? {
-            self.overrides(b, set, parent)?;
+            self.read_overrides(b, set, parent)?;
         }
         // Services belong to the scene itself, not to scenes used as models.
         for table in self.list(root, "service")?.into_iter().flatten().filter(|_| top) {
@@ -349,7 +360,7 @@ impl<'a> Reader<'a> {
 
     /// Returns `[[model]]`, `[[import]]` and `[[object]]` tables in file order. An object can thus have a preceding
     /// model as its parent, and vice versa.
-    fn in_order<'t>(&self, root: &'t toml_edit::Table) -> Result<Vec<(&'static str, &'t dyn TableLike)>> {
+    fn entries_in_order<'t>(&self, root: &'t toml_edit::Table) -> Result<Vec<(&'static str, &'t dyn TableLike)>> {
         let mut out: Vec<(usize, &'static str, &dyn TableLike)> = Vec::new();
         for what in ["model", "import", "object"] {
             let list = self.list(root, what)?.into_iter().flatten();

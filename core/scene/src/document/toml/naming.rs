@@ -6,11 +6,11 @@ use tatu_errors::Error;
 use tatu_plugins::{MODEL_FILE, Registry};
 use toml_edit::Item;
 
-use super::super::sources::Sources;
+use super::super::sources::SourceFiles;
 
 /// Returns the key under which the sources of a document store the path of a model's file, by which the model is found
 /// when the document is rebuilt without the disk. It is not the path of an actual file.
-pub(super) fn remembered(id: &str) -> PathBuf {
+pub(super) fn stored_model_key(id: &str) -> PathBuf {
     Path::new("<models>").join(id)
 }
 
@@ -22,9 +22,9 @@ pub(super) fn describes_model(text: &str) -> bool {
 
 /// Returns the file of a model by name: the stored path if the sources are closed, otherwise the file in the model
 /// folders.
-pub(super) fn find(id: &str, registry: &Registry, sources: &Sources) -> Option<PathBuf> {
-    match sources.are_kept() {
-        true => Some(PathBuf::from(String::from_utf8(sources.cached(&remembered(id))?.to_vec()).ok()?)),
+pub(super) fn find_model_file(id: &str, registry: &Registry, sources: &SourceFiles) -> Option<PathBuf> {
+    match sources.are_closed() {
+        true => Some(PathBuf::from(String::from_utf8(sources.cached(&stored_model_key(id))?.to_vec()).ok()?)),
         false => registry.find_model(id).map(|f| f.file),
     }
 }

@@ -5,13 +5,14 @@ use tatu_errors::{Error, Result};
 use tatu_plugins::Registry;
 use toml_edit::TableLike;
 
-use super::Reader;
+use super::SceneFileReader;
 
-const EXPECTED: &str = "a plugin's id, with or without a version: \"org.author.imu\", \"org.author.imu >= 1.2\"";
+const REQUIREMENT_FORM: &str =
+    "a plugin's id, with or without a version: \"org.author.imu\", \"org.author.imu >= 1.2\"";
 
-impl Reader<'_> {
+impl SceneFileReader<'_> {
     /// Checks that all plugins that a scene, or a scene used as a model, requires are loaded in suitable versions.
-    pub(super) fn needs(&self, scene: &dyn TableLike) -> Result {
+    pub(super) fn check_needs(&self, scene: &dyn TableLike) -> Result {
         let Some(item) = scene.get("needs") else { return Ok(()) };
         let place = |item: Option<&toml_edit::Value>| match item.and_then(toml_edit::Value::span) {
             Some(span) => Some(self.text.place(Some(span))),
@@ -19,7 +20,7 @@ impl Reader<'_> {
         };
         let wrong = |at: Option<&toml_edit::Value>| {
             Error::new("E102", "`needs` is not a list of plugins")
-                .expected(format!("a list of {EXPECTED}"))
+                .expected(format!("a list of {REQUIREMENT_FORM}"))
                 .at(place(at))
         };
         for value in item.as_array().ok_or_else(|| wrong(None))? {
@@ -37,8 +38,9 @@ fn check(registry: &Registry, need: &str) -> Result {
         need.split_at(need.find(|c: char| c.is_whitespace() || "<>=~^".contains(c)).unwrap_or(need.len()));
     let version = match wanted.trim() {
         "" => VersionReq::STAR,
-        text => VersionReq::parse(text)
-            .map_err(|e| Error::new("E102", format!("`{need}` is not a valid requirement: {e}")).expected(EXPECTED))?,
+        text => VersionReq::parse(text).map_err(|e| {
+            Error::new("E102", format!("`{need}` is not a valid requirement: {e}")).expected(REQUIREMENT_FORM)
+        })?,
     };
     let Some(plugin) = registry.plugins.iter().find(|p| p.id == id) else {
         let known: Vec<&str> = registry.plugins.iter().map(|p| p.id.as_str()).collect();

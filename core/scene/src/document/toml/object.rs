@@ -6,13 +6,18 @@ use tatu_plugin_api::safe::Value;
 use toml_edit::{Item, TableLike};
 
 use super::{
-    super::{Builder, change::Override, keys, overrides, scripts},
-    Reader, table_span,
+    super::{DocumentBuilder, change::PropertyOverride, keys, overrides, scripts},
+    SceneFileReader, table_span,
 };
-use crate::{from_euler, pose_from_array, rows::Kind};
+use crate::{from_euler, pose_from_array, property_table::ObjectKind};
 
-impl Reader<'_> {
-    pub(super) fn object(&mut self, b: &mut Builder<'_>, table: &dyn TableLike, parent: Option<usize>) -> Result {
+impl SceneFileReader<'_> {
+    pub(super) fn object(
+        &mut self,
+        b: &mut DocumentBuilder<'_>,
+        table: &dyn TableLike,
+        parent: Option<usize>,
+    ) -> Result {
         if !table.contains_key("kind") && (table.contains_key("model") || table.contains_key("file")) {
             return self.model(b, table, parent, None).map(drop);
         }
@@ -23,7 +28,7 @@ impl Reader<'_> {
             (None, Some(kind)) => kind.to_owned(),
             (None, None) => {
                 return Err(Error::new("E104", "an [[object]] has no `kind`")
-                    .expected(format!("kind = one of {}", Kind::names().join(", ")))
+                    .expected(format!("kind = one of {}", ObjectKind::names().join(", ")))
                     .at(Some(self.text.place(table_span(table)))));
             }
         };
@@ -35,8 +40,8 @@ impl Reader<'_> {
         let at = self.text.value(table, if table.contains_key("kind") { "kind" } else { &kind });
         let object = b.object(&kind, parent, &alias).map_err(|e| e.at(Some(at.clone())))?;
         let device = match b.document.objects[object].kind {
-            Kind::Sensor => Some(("sensor", "<kind or schema>")),
-            Kind::Actuator => Some(("actuator", "<kind>")),
+            ObjectKind::Sensor => Some(("sensor", "<kind or schema>")),
+            ObjectKind::Actuator => Some(("actuator", "<kind>")),
             _ => None,
         };
         if let Some((key, wanted)) = device {
@@ -53,12 +58,13 @@ impl Reader<'_> {
             b.device(object, &kind).map_err(|e| e.at(Some(self.text.value(table, key))))?;
         }
         // The type of a joint is read first, because it determines the units of the other keys.
-        if let Some(Item::Value(v)) = table.get("type").filter(|_| b.document.objects[object].kind == Kind::Joint) {
+        if let Some(Item::Value(v)) = table.get("type").filter(|_| b.document.objects[object].kind == ObjectKind::Joint)
+        {
             let value = Value::text(v.as_str().unwrap_or_default());
             b.set(object, "joint.type", value).map_err(|e| e.at(Some(self.text.value(table, "type"))))?;
         }
         // A preset is applied before all other keys of the object, regardless of the order in the file.
-        if let Some(item) = table.get("preset").filter(|_| b.document.objects[object].kind == Kind::Sensor) {
+        if let Some(item) = table.get("preset").filter(|_| b.document.objects[object].kind == ObjectKind::Sensor) {
             let preset = Value::text(self.string(table, "preset", item)?);
             b.set(object, "sensor.preset", preset).map_err(|e| e.at(Some(self.text.value(table, "preset"))))?;
         }
@@ -67,11 +73,11 @@ impl Reader<'_> {
             b.set(object, "object.name", name).map_err(|e| e.at(Some(self.text.value(table, "name"))))?;
         }
         let owner = format!("{} {kind}", if kind == "actuator" { "an" } else { "a" });
-        let declared = b.declared(object);
+        let declared = b.declarations(object);
         for (key, item) in table.iter() {
-            const OTHERS: &[&str] = &["kind", "alias", "name", "parent", "script", "scripts"];
-            let done = key == "preset" && b.document.objects[object].kind == Kind::Sensor;
-            if done || OTHERS.contains(&key) || device.is_some_and(|(d, _)| d == key) {
+            const KEYS_READ_ELSEWHERE: &[&str] = &["kind", "alias", "name", "parent", "script", "scripts"];
+            let done = key == "preset" && b.document.objects[object].kind == ObjectKind::Sensor;
+            if done || KEYS_READ_ELSEWHERE.contains(&key) || device.is_some_and(|(d, _)| d == key) {
                 continue;
             }
             let place = || Some(self.text.value(table, key));
@@ -83,7 +89,7 @@ impl Reader<'_> {
             })?;
             let place = place();
             let value = self.with_files(b, target, value).map_err(|e| e.at(place.clone()))?;
-            b.put(object, declared, target, value).map_err(|e| e.at(place))?;
+            b.set_declared(object, declared, target, value).map_err(|e| e.at(place))?;
         }
         scripts::read(&self.text, b, table, object)
     }
@@ -116,16 +122,26 @@ impl Reader<'_> {
         Ok(pose)
     }
 
-    pub(super) fn parent(&self, b: &Builder<'_>, table: &dyn TableLike, outer: Option<usize>) -> Result<Option<usize>> {
+    pub(super) fn parent(
+        &self,
+        b: &DocumentBuilder<'_>,
+        table: &dyn TableLike,
+        outer: Option<usize>,
+    ) -> Result<Option<usize>> {
         let Some(item) = table.get("parent") else { return Ok(outer) };
         let path = self.string(table, "parent", item)?;
-        overrides::find(b.document, outer, &path).map(Some).map_err(|e| {
+        overrides::find_object(b.document, outer, &path).map(Some).map_err(|e| {
             let e = e.expected("an object that precedes this one in the file");
             e.at(Some(self.text.value(table, "parent")))
         })
     }
 
-    pub(super) fn overrides(&self, b: &mut Builder<'_>, table: &dyn TableLike, from: Option<usize>) -> Result {
+    pub(super) fn read_overrides(
+        &self,
+        b: &mut DocumentBuilder<'_>,
+        table: &dyn TableLike,
+        from: Option<usize>,
+    ) -> Result {
         for (key, item) in table.iter() {
             let place = self.text.key(table, key);
             let Some((path, written)) = key.rsplit_once('.') else {
@@ -133,7 +149,7 @@ impl Reader<'_> {
                     .expected("\"path.property\"")
                     .at(Some(place)));
             };
-            b.document.sets.push(Override {
+            b.document.overrides.push(PropertyOverride {
                 from,
                 path: path.to_owned(),
                 key: written.to_owned(),

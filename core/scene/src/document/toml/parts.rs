@@ -3,16 +3,16 @@
 use std::path::{Path, PathBuf};
 
 use nalgebra::Isometry3;
-use tatu_errors::{Error, Place, Result};
+use tatu_errors::{Error, Result, SourceLocation};
 use tatu_plugin_api::safe::Value;
-use tatu_plugins::{Choice, Declared, Model};
+use tatu_plugins::{ImporterChoice, Model, ParameterSpec};
 use toml_edit::TableLike;
 
 use super::{
-    super::{Builder, import, keys, reach::Reach},
-    Reader, canonical,
-    changes::Mounted,
-    models::Named,
+    super::{DocumentBuilder, import, keys, reach::AllowedFolders},
+    SceneFileReader, canonical,
+    changes::MountSlot,
+    models::ModelSource,
     table_span,
 };
 
@@ -30,19 +30,19 @@ const MODEL_KEYS: &[&str] = common_keys!("model", "file");
 
 /// Maximum nesting depth of scenes. Without limits, a chain of n files that each include the next one twice would
 /// create 2^n scenes.
-const DEEPEST: usize = 16;
+const MAX_SCENE_DEPTH: usize = 16;
 /// Maximum number of models and scenes that are read from files within a scene.
-const MOST_SCENES: usize = 20_000;
+const MAX_INCLUDED_SCENES: usize = 20_000;
 
-impl Reader<'_> {
+impl SceneFileReader<'_> {
     /// Reads a table that places a model. `mounted` is the slot in which the model is mounted, if any. Returns the
     /// index of the model's base.
     pub(super) fn model(
         &mut self,
-        b: &mut Builder<'_>,
+        b: &mut DocumentBuilder<'_>,
         table: &dyn TableLike,
         parent: Option<usize>,
-        mounted: Option<Mounted<'_>>,
+        mounted: Option<MountSlot<'_>>,
     ) -> Result<usize> {
         let key = if table.contains_key("file") { "file" } else { "model" };
         let Some(item) = table.get(key).filter(|_| key == "model" || !table.contains_key("model")) else {
@@ -57,40 +57,40 @@ impl Reader<'_> {
         }
         let placement = self.placement(table)?;
         let parent = self.parent(b, table, parent)?;
-        let (named, reach) = self.named(b, &id).map_err(|e| e.at(at.clone()))?;
+        let (named, reach) = self.resolve_model(b, &id).map_err(|e| e.at(at.clone()))?;
         let model = match &named {
-            Named::Code(index) => &self.registry.models[*index],
-            Named::Text(model) => model,
-            Named::Scene(file) => return self.included(b, table, (&id, file), placement, parent, at),
-            Named::File(file) => return self.imported(b, table, (&id, file, reach), "model", parent),
+            ModelSource::Plugin(index) => &self.registry.models[*index],
+            ModelSource::Text(model) => model,
+            ModelSource::Scene(file) => return self.include_scene(b, table, (&id, file), placement, parent, at),
+            ModelSource::File(file) => return self.place_import(b, table, (&id, file, reach), "model", parent),
         };
         if let Some(mounted) = &mounted {
             mounted.check(model).map_err(|e| e.at(at.clone()))?;
         }
         let params = self.params(b, table, &model.params, ("model", &model.id), MODEL_KEYS)?;
-        let base = self.built(b, (model, reach), &params, parent, placement, at)?;
-        self.finish(b, table, base, (&model.id, &model.slots))
+        let base = self.build_model(b, (model, reach), &params, parent, placement, at)?;
+        self.apply_common_keys(b, table, base, (&model.id, &model.slots))
     }
 
     /// Builds a model, which may name the files in `reach`. For an error in the text of the model, the help includes the location of the table that places
     /// the model.
-    pub(super) fn built(
+    pub(super) fn build_model(
         &self,
-        b: &mut Builder<'_>,
-        (model, reach): (&Model, Reach),
+        b: &mut DocumentBuilder<'_>,
+        (model, reach): (&Model, AllowedFolders),
         params: &[(String, Value)],
         parent: Option<usize>,
         placement: Isometry3<f64>,
-        at: Option<Place>,
+        at: Option<SourceLocation>,
     ) -> Result<usize> {
         let Some(file) = &model.file else {
             return b.model(model, params, parent, placement).map_err(|e| e.at(at));
         };
-        self.enter(b, &model.id, file, at.clone())?;
+        self.enter_model_file(b, &model.id, file, at.clone())?;
         let outer = std::mem::replace(&mut b.reach, reach);
         let built = b.model(model, params, parent, placement);
         b.reach = outer;
-        b.document.chain.pop();
+        b.document.open_files.pop();
         built.map_err(|e| {
             let inside = e.place.as_ref().is_some_and(|p| p.file != self.text.file);
             let from = at.as_ref().filter(|p| inside && p.line > 0);
@@ -107,29 +107,38 @@ impl Reader<'_> {
 
     /// Records that the file of a model is being read. Fails if the file is already being read, which means that the
     /// model contains itself, or if the scene exceeds the limits of nested models.
-    fn enter(&self, b: &mut Builder<'_>, id: &str, file: &Path, at: Option<Place>) -> Result {
+    fn enter_model_file(
+        &self,
+        b: &mut DocumentBuilder<'_>,
+        id: &str,
+        file: &Path,
+        at: Option<SourceLocation>,
+    ) -> Result {
         let full = canonical(file);
-        if b.document.chain.contains(&full) {
-            let chain: Vec<String> = b.document.chain.iter().chain([&full]).map(|p| p.display().to_string()).collect();
+        if b.document.open_files.contains(&full) {
+            let chain: Vec<String> =
+                b.document.open_files.iter().chain([&full]).map(|p| p.display().to_string()).collect();
             return Err(Error::new("E106", format!("the model `{id}` contains itself"))
                 .expected("models without a cycle")
                 .help(format!("the chain is {}", chain.join(" > ")))
                 .at(at));
         }
-        b.document.scenes_within += 1;
-        if b.document.chain.len() >= DEEPEST || b.document.scenes_within > MOST_SCENES {
+        b.document.included_scenes += 1;
+        if b.document.open_files.len() >= MAX_SCENE_DEPTH || b.document.included_scenes > MAX_INCLUDED_SCENES {
             return Err(Error::new("E124", format!("the model `{id}` exceeds the limits of nested scenes"))
-                .expected(format!("scenes nested at most {DEEPEST} deep, and at most {MOST_SCENES} of them"))
+                .expected(format!(
+                    "scenes nested at most {MAX_SCENE_DEPTH} deep, and at most {MAX_INCLUDED_SCENES} of them"
+                ))
                 .at(at));
         }
-        b.document.chain.push(full);
+        b.document.open_files.push(full);
         Ok(())
     }
 
     /// Reads an `[[import]]`: a file in another format, placed like a model.
     pub(super) fn import(
         &mut self,
-        b: &mut Builder<'_>,
+        b: &mut DocumentBuilder<'_>,
         table: &dyn TableLike,
         parent: Option<usize>,
     ) -> Result<usize> {
@@ -142,23 +151,23 @@ impl Reader<'_> {
         let file = self.text.file.parent().unwrap_or(Path::new("")).join(&name);
         let parent = self.parent(b, table, parent)?;
         let reach = b.reach.clone();
-        self.imported(b, table, (&name, &file, reach), "file", parent)
+        self.place_import(b, table, (&name, &file, reach), "file", parent)
     }
 
     /// Places a file in another format, which is in `reach` and may name the files in it. The value of `key` in the table
     /// is the name of the file.
-    fn imported(
+    fn place_import(
         &mut self,
-        b: &mut Builder<'_>,
+        b: &mut DocumentBuilder<'_>,
         table: &dyn TableLike,
-        (name, file, reach): (&str, &PathBuf, Reach),
+        (name, file, reach): (&str, &PathBuf, AllowedFolders),
         key: &str,
         parent: Option<usize>,
     ) -> Result<usize> {
         let at = self.text.value(table, key);
         let placement = self.placement(table)?;
         let outer = std::mem::replace(&mut b.reach, reach);
-        let bytes = import::source(b, file, name);
+        let bytes = import::read_import_file(b, file, name);
         let reach = std::mem::replace(&mut b.reach, outer);
         let bytes = bytes.map_err(|e| e.at(Some(at.clone())))?;
         let providers = &b.document.settings.providers;
@@ -167,7 +176,7 @@ impl Reader<'_> {
                 let id = self.string(table, "importer", item)?;
                 let found = self.registry.importer(&id, providers);
                 let importer = found.map_err(|e| e.at(Some(self.text.value(table, "importer"))))?;
-                Choice { importer, notes: Vec::new() }
+                ImporterChoice { importer, notes: Vec::new() }
             }
             None => {
                 let found = self.registry.importer_of(file, &bytes, providers).map_err(|e| e.at(Some(at.clone())))?;
@@ -177,25 +186,25 @@ impl Reader<'_> {
         let info = &self.registry.importers[choice.importer];
         let own = if key == "file" { IMPORT_KEYS } else { MODEL_KEYS };
         let params = self.params(b, table, &info.params, ("importer", &info.id), own)?;
-        let import = import::Import { file, bytes: &bytes, choice, params: &params, whole: false };
+        let import = import::ImportRequest { file, bytes: &bytes, choice, params: &params, is_scene: false };
         let outer = std::mem::replace(&mut b.reach, reach);
         let base = b.import(import, parent, placement);
         b.reach = outer;
         let base = base.map_err(|e| e.at(Some(at)))?;
-        self.finish(b, table, base, (name, &[]))
+        self.apply_common_keys(b, table, base, (name, &[]))
     }
 
     /// Returns the parameters that a table specifies for a model or importer, followed by those that overrides set for
     /// it.
     pub(super) fn params(
         &self,
-        b: &Builder<'_>,
+        b: &DocumentBuilder<'_>,
         table: &dyn TableLike,
-        declared: &[Declared],
+        declared: &[ParameterSpec],
         (what, id): (&str, &str),
         own: &[&str],
     ) -> Result<Vec<(String, Value)>> {
-        let declared: Vec<(Declared, ())> = declared.iter().map(|p| (p.clone(), ())).collect();
+        let declared: Vec<(ParameterSpec, ())> = declared.iter().map(|p| (p.clone(), ())).collect();
         let mut params = Vec::new();
         for (key, item) in table.iter().filter(|(k, _)| !own.contains(k)) {
             let owner = format!("the {what} `{id}`");
@@ -223,17 +232,17 @@ impl Reader<'_> {
     }
 
     /// Reads a scene file as a model: its objects are placed below a new base.
-    fn included(
+    fn include_scene(
         &mut self,
-        b: &mut Builder<'_>,
+        b: &mut DocumentBuilder<'_>,
         table: &dyn TableLike,
         (id, file): (&str, &PathBuf),
         placement: Isometry3<f64>,
         parent: Option<usize>,
-        at: Option<Place>,
+        at: Option<SourceLocation>,
     ) -> Result<usize> {
-        self.enter(b, id, file, at.clone())?;
-        let allowed = b.allowed(file, id).map_err(|e| e.at(at.clone()))?;
+        self.enter_model_file(b, id, file, at.clone())?;
+        let allowed = b.allow_file(file, id).map_err(|e| e.at(at.clone()))?;
         let text =
             b.document.sources.read_text(&allowed).map_err(|e| super::naming::unreadable(id, file, &e).at(at))?;
         let alias = Path::new(id).file_stem().map_or("model".into(), |s| s.to_string_lossy().into_owned());
@@ -242,15 +251,15 @@ impl Reader<'_> {
         let base = b.object("dummy", parent, &alias)?;
         b.document.objects[base].placement = placement;
         b.set(base, "model_base", Value::Bool(true))?;
-        Reader::new(file, &text, self.registry).file(b, Some(base), false)?;
+        SceneFileReader::new(file, &text, self.registry).read_tables(b, Some(base), false)?;
         b.group = outer;
-        b.document.chain.pop();
+        b.document.open_files.pop();
         if let Some((key, _)) = table.iter().find(|(k, _)| !MODEL_KEYS.contains(k)) {
             return Err(Error::new("E101", format!("unknown key `{key}`: a scene file has no parameters"))
                 .expected(MODEL_KEYS.join(", "))
                 .help("a file with a table [model] can declare parameters")
                 .at(Some(self.text.key(table, key))));
         }
-        self.finish(b, table, base, (id, &[]))
+        self.apply_common_keys(b, table, base, (id, &[]))
     }
 }

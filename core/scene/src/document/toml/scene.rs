@@ -4,24 +4,24 @@ use std::collections::BTreeSet;
 
 use tatu_errors::{Error, Result};
 use tatu_plugin_api::safe::Value;
-use tatu_plugins::Declared;
+use tatu_plugins::ParameterSpec;
 use toml_edit::TableLike;
 
 use super::{
-    super::{Document, Settings, Sources, keys, settings},
-    Reader, naming,
+    super::{Document, SourceFiles, WorldSettings, keys, settings},
+    SceneFileReader, naming,
 };
 
-impl Reader<'_> {
+impl SceneFileReader<'_> {
     /// Checks that a provider offers the role that it is selected for: a schema of readings, an id, or a file suffix of
     /// a language or importer.
-    pub(super) fn check_provider(&self, key: &str, value: &str, sources: &Sources) -> Result {
+    pub(super) fn check_provider(&self, key: &str, value: &str, sources: &SourceFiles) -> Result {
         let plugin = |i: usize| self.registry.plugins[i].id.as_str();
         let sensors = self.registry.sensors.iter().filter(|s| s.id == key || s.schemas.iter().any(|x| x == key));
         let actuators = self.registry.actuators.iter().filter(|a| a.id == key);
         let importers = self.registry.importers.iter().filter(|i| i.id == key || i.suffixes.iter().any(|x| x == key));
         let models = self.registry.models.iter().filter(|m| m.id == key);
-        let found = naming::find(key, self.registry, sources).and_then(|file| self.served_by(&file));
+        let found = naming::find_model_file(key, self.registry, sources).and_then(|file| self.plugin_for(&file));
         let services = self.registry.services.iter().filter(|s| s.id == key);
         let languages = self.registry.languages.iter().filter(|l| l.id == key || l.suffixes.iter().any(|x| x == key));
         let offers: Vec<&str> = sensors
@@ -50,36 +50,38 @@ impl Reader<'_> {
         })
     }
 
-    pub(super) fn scene(&self, table: &dyn TableLike, settings: &mut Settings, top: bool) -> Result {
+    pub(super) fn scene(&self, table: &dyn TableLike, settings: &mut WorldSettings, top: bool) -> Result {
         self.settings(table, "", settings, top)
     }
 
     /// Reads `[permissions]`, which lists the permissions that the scene requests. Only the user who runs it can grant
     /// them.
     pub(super) fn permissions(&self, table: &dyn TableLike, document: &mut Document) -> Result {
-        const KNOWN: &[&str] = &["exec", "native", "net"];
-        const ADDRESSES: &str = "an array of strings of the form \"HOST:PORT\"; `*` stands for any host or any port";
+        const KNOWN_PERMISSIONS: &[&str] = &["exec", "native", "net"];
+        const ADDRESS_FORM: &str = "an array of strings of the form \"HOST:PORT\"; `*` stands for any host or any port";
         for (key, item) in table.iter() {
             let wrong = |expected: &str| {
                 let error = Error::new("E102", format!("invalid value of the permission `{key}`"));
                 Err(error.expected(expected).at(Some(self.text.value(table, key))))
             };
             match (key, item.as_bool(), item.as_array()) {
-                ("exec" | "native", Some(asked), _) => document.asks.extend(asked.then(|| key.to_owned())),
+                ("exec" | "native", Some(asked), _) => {
+                    document.requested_permissions.extend(asked.then(|| key.to_owned()))
+                }
                 ("exec" | "native", ..) => return wrong("true or false"),
                 ("net", _, Some(all)) => {
                     for one in all {
                         let Some(place) = one.as_str().filter(|s| s.contains(':') && !s.contains(',')) else {
-                            return wrong(ADDRESSES);
+                            return wrong(ADDRESS_FORM);
                         };
-                        document.asks.push(format!("net={place}"));
+                        document.requested_permissions.push(format!("net={place}"));
                     }
                 }
-                ("net", ..) => return wrong(ADDRESSES),
+                ("net", ..) => return wrong(ADDRESS_FORM),
                 _ => {
                     return Err(Error::new("E101", format!("unknown permission `{key}`"))
-                        .expected(KNOWN.join(", "))
-                        .nearest(key, KNOWN.iter().copied())
+                        .expected(KNOWN_PERMISSIONS.join(", "))
+                        .nearest(key, KNOWN_PERMISSIONS.iter().copied())
                         .at(Some(self.text.key(table, key))));
                 }
             }
@@ -88,7 +90,7 @@ impl Reader<'_> {
     }
 
     /// Reads a table of settings; `within` is the prefix of its keys. The settings are applied only if `top` is set.
-    fn settings(&self, table: &dyn TableLike, within: &str, settings: &mut Settings, top: bool) -> Result {
+    fn settings(&self, table: &dyn TableLike, within: &str, settings: &mut WorldSettings, top: bool) -> Result {
         let declared = settings::keys();
         for (key, item) in table.iter().filter(|(key, _)| !(within.is_empty() && *key == "data")) {
             if let (Some(inner), "", true) = (item.as_table_like(), within, settings::TABLES.contains(&key)) {
@@ -104,7 +106,7 @@ impl Reader<'_> {
                 .iter()
                 .filter_map(|(d, ())| match within {
                     "" if d.key.contains('.') => None,
-                    _ => Some((Declared { key: d.key.strip_prefix(within)?.to_owned(), ..d.clone() }, ())),
+                    _ => Some((ParameterSpec { key: d.key.strip_prefix(within)?.to_owned(), ..d.clone() }, ())),
                 })
                 .collect();
             let (entry, factor) = keys::find(key, &known, &owner).map_err(|e| e.at(Some(self.text.key(table, key))))?;

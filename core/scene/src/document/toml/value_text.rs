@@ -6,7 +6,7 @@ use tatu_plugin_api::safe::Value;
 use tatu_plugins::units;
 
 use super::keys::PART_KEYS;
-use crate::{drive::KEYS as DRIVE_KEYS, rows::InFiles, texture::KEYS as TEXTURE_KEYS};
+use crate::{drive::KEYS as DRIVE_KEYS, property_table::FileForm, texture::KEYS as TEXTURE_KEYS};
 
 /// Formats a key and its value as a line of a table, such as `limits_deg = [-90.0, 90.0]`. Returns `None` if files
 /// cannot express the value.
@@ -52,27 +52,27 @@ pub fn text(value: &Value, factor: f64) -> Option<String> {
 /// Formats a part of a compound, whose keys include units, or a table with the key `name`, whose keys do not.
 fn table(entries: &[(Value, Value)]) -> Option<String> {
     let named = entries.iter().any(|(k, _)| *k == Value::text("name"));
-    units_of(entries, if named { &[] } else { PART_KEYS })
+    table_with_units(entries, if named { &[] } else { PART_KEYS })
 }
 
 /// Formats a property as a line of a table, in its form in scene files. Returns `None` if files cannot express the value.
-pub fn line_in(form: InFiles, key: &str, unit: Option<&str>, value: &Value) -> Option<String> {
+pub fn line_in_form(form: FileForm, key: &str, unit: Option<&str>, value: &Value) -> Option<String> {
     let text = match (form, value) {
-        (InFiles::Data, _) => free_data(value)?,
-        (InFiles::Drive, Value::Map(entries)) => units_of(entries, DRIVE_KEYS)?,
-        (InFiles::Texture, Value::Map(entries)) => units_of(entries, TEXTURE_KEYS)?,
+        (FileForm::Data, _) => custom_data_text(value)?,
+        (FileForm::Drive, Value::Map(entries)) => table_with_units(entries, DRIVE_KEYS)?,
+        (FileForm::Texture, Value::Map(entries)) => table_with_units(entries, TEXTURE_KEYS)?,
         _ => return line(key, unit, value),
     };
     Some(format!("{key} = {text}"))
 }
 
 /// Formats a table whose keys include units.
-fn units_of(entries: &[(Value, Value)], known: &[(&str, &str)]) -> Option<String> {
+fn table_with_units(entries: &[(Value, Value)], known: &[(&str, &str)]) -> Option<String> {
     let entry = |(k, v): &(Value, Value)| {
         let Value::Text(k) = k else { return None };
         let k = std::str::from_utf8(k).ok()?;
         if k == "texture" {
-            return line_in(InFiles::Texture, k, None, v);
+            return line_in_form(FileForm::Texture, k, None, v);
         }
         line(k, known.iter().find(|(known, _)| *known == k).map(|(_, unit)| *unit), v)
     };
@@ -82,7 +82,7 @@ fn units_of(entries: &[(Value, Value)], known: &[(&str, &str)]) -> Option<String
 
 /// Formats custom data as an inline table, keyed by tag. Returns `None` if the value is not a map, or a tag is not
 /// text.
-pub fn free_data(value: &Value) -> Option<String> {
+pub fn custom_data_text(value: &Value) -> Option<String> {
     let Value::Map(entries) = value else { return None };
     let entry = |(tag, data): &(Value, Value)| match (tag, data) {
         (Value::Text(tag) | Value::Bytes(tag), Value::Text(data) | Value::Bytes(data)) => {
@@ -121,7 +121,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn numbers_are_short_and_come_back() {
+    fn numbers_are_formatted_in_their_shortest_form() {
         assert_eq!(line("a", Some("rad"), &Value::Float(PI / 2.0)).unwrap(), "a_deg = 90.0");
         assert_eq!(line("a", Some("rad"), &Value::Floats(vec![f64::INFINITY, 0.0])).unwrap(), "a_deg = [inf, 0.0]");
         assert_eq!(line("b", Some("m"), &Value::Float(1e-7)).unwrap(), "b_m = 1e-7");
@@ -129,7 +129,7 @@ mod tests {
     }
 
     #[test]
-    fn parts_carry_units_and_data_any_bytes() {
+    fn parts_have_units_and_custom_data_round_trips_any_bytes() {
         let part = Value::Map(vec![(Value::text("size"), Value::Floats(vec![1.0, 2.0, 3.0]))]);
         assert_eq!(
             line("parts", None, &Value::List(vec![part])).unwrap(),
@@ -139,14 +139,14 @@ mod tests {
             (Value::text("\u{1}tag"), Value::text("text")),
             (Value::text("b"), Value::Text(vec![0xFF, 0])),
         ]);
-        let text = free_data(&data).unwrap();
+        let text = custom_data_text(&data).unwrap();
         let read: toml_edit::DocumentMut = format!("data = {text}").parse().unwrap();
         assert_eq!(super::super::keys::to_map(&read["data"]).unwrap(), data);
     }
 
     proptest! {
         #[test]
-        fn every_angle_comes_back(x in -10.0..10.0) {
+        fn every_angle_round_trips(x in -10.0..10.0) {
             let written = line("a", Some("rad"), &Value::Float(x)).unwrap();
             let (key, number) = written.split_once(" = ").unwrap();
             let number: f64 = number.parse().unwrap();

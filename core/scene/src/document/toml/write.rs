@@ -15,19 +15,22 @@ use tatu_plugin_api::safe::Value;
 use tatu_plugins::Registry;
 
 use super::{
-    super::{Builder, Document, NORMAL, ObjectSpec, PRIORITIES, Settings, Target, reach::Reach, settings},
+    super::{
+        Document, DocumentBuilder, KeyTarget, NORMAL_PRIORITY, ObjectSpec, PRIORITIES, WorldSettings,
+        reach::AllowedFolders, settings,
+    },
     images,
-    value_text::{divided, free_data, line, line_in, quoted, text},
+    value_text::{custom_data_text, divided, line, line_in_form, quoted, text},
 };
 use crate::{
     Scene, from_euler,
-    rows::{InFiles, Row},
+    property_table::{FileForm, Property},
     to_euler,
 };
 
 /// A scene file and its separate files.
 #[derive(Debug, Clone, Default)]
-pub struct Written {
+pub struct SceneFiles {
     /// The text of the scene file.
     pub text: String,
     /// The separate files: names relative to the scene file, and contents.
@@ -39,12 +42,12 @@ pub struct Written {
 /// Writes a document. `folder` is the folder of separate files, relative to the scene file.
 ///
 /// Reading the result yields the same scene, with the same bits in every number, except for the properties in
-/// [`Written::left_out`]. The objects of models and imports are written as single objects, with their unique names.
-pub fn write(document: &Document, registry: &Registry, folder: &str) -> Result<Written> {
+/// [`SceneFiles::left_out`]. The objects of models and imports are written as single objects, with their unique names.
+pub fn write(document: &Document, registry: &Registry, folder: &str) -> Result<SceneFiles> {
     // This copy is used only to look up the meaning of keys.
     let mut copy = document.clone();
-    let builder = Builder::new(registry, &mut copy, Reach::nothing());
-    let mut writer = Writer::new(document, registry, folder, BTreeSet::new());
+    let builder = DocumentBuilder::new(registry, &mut copy, AllowedFolders::none());
+    let mut writer = SceneFileWriter::new(document, registry, folder, BTreeSet::new());
     writer.out.text = "format = 1\n".into();
     writer.world();
     writer.services();
@@ -60,29 +63,29 @@ pub fn write(document: &Document, registry: &Registry, folder: &str) -> Result<W
 }
 
 /// Writes single objects of a document.
-pub struct Pieces<'a> {
-    writer: Writer<'a>,
+pub struct ObjectWriter<'a> {
+    writer: SceneFileWriter<'a>,
     /// Used only to look up the meaning of keys.
     copy: Document,
 }
 
-impl<'a> Pieces<'a> {
+impl<'a> ObjectWriter<'a> {
     /// Creates a writer for the objects of a document. `taken` contains the names of existing separate files, in lower
     /// case.
     pub fn new(document: &'a Document, registry: &'a Registry, folder: &'a str, taken: BTreeSet<String>) -> Self {
-        Pieces { writer: Writer::new(document, registry, folder, taken), copy: document.clone() }
+        ObjectWriter { writer: SceneFileWriter::new(document, registry, folder, taken), copy: document.clone() }
     }
     /// Returns the separate files, and the properties that were left out.
-    pub fn finish(self) -> Written {
+    pub fn finish(self) -> SceneFiles {
         self.writer.out
     }
 }
 
 /// Returns the table of an object as text. `parent` is the path of its parent.
-pub fn piece(pieces: &mut Pieces<'_>, index: usize, parent: Option<&str>) -> Result<String> {
-    let Pieces { writer, copy } = pieces;
+pub fn object_text(pieces: &mut ObjectWriter<'_>, index: usize, parent: Option<&str>) -> Result<String> {
+    let ObjectWriter { writer, copy } = pieces;
     let registry = writer.registry;
-    let builder = Builder::new(registry, copy, Reach::nothing());
+    let builder = DocumentBuilder::new(registry, copy, AllowedFolders::none());
     let spec = &writer.document.objects[index];
     writer.object(&builder, index, spec, parent)?;
     Ok(std::mem::take(&mut writer.out.text))
@@ -96,7 +99,7 @@ pub fn folder_beside(scene: &Path) -> String {
 
 /// Writes the separate files and then the scene file, which therefore never refers to a missing file. `whole` writes a
 /// file atomically.
-pub fn save(scene: &Path, written: &Written, whole: &dyn Fn(&Path, &[u8]) -> io::Result<()>) -> Result {
+pub fn save(scene: &Path, written: &SceneFiles, whole: &dyn Fn(&Path, &[u8]) -> io::Result<()>) -> Result {
     let above = scene.parent().unwrap_or(Path::new(""));
     let fail = |path: &Path, e: io::Error| Error::new("E105", format!("cannot write {}: {e}", path.display()));
     for (name, bytes) in &written.files {
@@ -108,13 +111,13 @@ pub fn save(scene: &Path, written: &Written, whole: &dyn Fn(&Path, &[u8]) -> io:
     whole(scene, written.text.as_bytes()).map_err(|e| fail(scene, e))
 }
 
-struct Writer<'a> {
+struct SceneFileWriter<'a> {
     document: &'a Document,
     registry: &'a Registry,
     scene: Scene,
     slots: Vec<u32>,
     folder: &'a str,
-    out: Written,
+    out: SceneFiles,
     /// Names of files in use, in lower case.
     names: BTreeSet<String>,
     /// Files of meshes, by number of the mesh.
@@ -125,15 +128,15 @@ struct Writer<'a> {
     users: BTreeMap<&'a str, usize>,
 }
 
-impl<'a> Writer<'a> {
+impl<'a> SceneFileWriter<'a> {
     fn new(document: &'a Document, registry: &'a Registry, folder: &'a str, names: BTreeSet<String>) -> Self {
         let (scene, slots) = document.instantiate();
         let mut users: BTreeMap<&str, usize> = BTreeMap::new();
         for spec in &document.objects {
             *users.entry(&spec.alias).or_default() += 1;
         }
-        let (out, meshes, images) = (Written::default(), BTreeMap::new(), BTreeMap::new());
-        Writer { document, registry, scene, slots, folder, out, names, meshes, images, users }
+        let (out, meshes, images) = (SceneFiles::default(), BTreeMap::new(), BTreeMap::new());
+        SceneFileWriter { document, registry, scene, slots, folder, out, names, meshes, images, users }
     }
 
     fn put(&mut self, line: &str) {
@@ -144,7 +147,7 @@ impl<'a> Writer<'a> {
     /// Writes `[scene]` and `[providers]`.
     fn world(&mut self) {
         let mut lines = Vec::new();
-        let (ours, usual) = (settings::values(&self.document.settings), settings::values(&Settings::default()));
+        let (ours, usual) = (settings::values(&self.document.settings), settings::values(&WorldSettings::default()));
         for (key, unit, value) in ours {
             if usual.iter().any(|(k, _, v)| *k == key && *v == value) {
                 continue;
@@ -156,7 +159,7 @@ impl<'a> Writer<'a> {
         }
         let notes = crate::notes_value(&self.document.notes);
         if !self.document.notes.is_empty() {
-            match free_data(&notes) {
+            match custom_data_text(&notes) {
                 Some(text) => lines.push(format!("data = {text}")),
                 None => self.out.left_out.push("scene.data".into()),
             }
@@ -189,7 +192,13 @@ impl<'a> Writer<'a> {
     }
 
     /// Writes an object. `parent` is the path of its parent; if `None`, the unique name of the parent is written.
-    fn object(&mut self, builder: &Builder<'_>, index: usize, spec: &ObjectSpec, parent: Option<&str>) -> Result {
+    fn object(
+        &mut self,
+        builder: &DocumentBuilder<'_>,
+        index: usize,
+        spec: &ObjectSpec,
+        parent: Option<&str>,
+    ) -> Result {
         let slot = self.slots[index];
         let own = self.name_of(slot);
         self.put("\n[[object]]");
@@ -209,28 +218,34 @@ impl<'a> Writer<'a> {
             self.put(&format!("{key} = {}", quoted(kind.id)));
         }
         self.pose(slot);
-        let declared = builder.declared(index);
-        for (row, value) in last_of_each(&spec.rows) {
-            let placed =
-                matches!(row, Row::POSITION | Row::QUATERNION | Row::ORIENTATION | Row::POSE | Row::WORLD_POSE);
-            if placed || row == Row::NAME || is_usual(row, value) {
+        let declared = builder.declarations(index);
+        for (row, value) in last_of_each(&spec.properties) {
+            let placed = matches!(
+                row,
+                Property::POSITION
+                    | Property::QUATERNION
+                    | Property::ORIENTATION
+                    | Property::POSE
+                    | Property::WORLD_POSE
+            );
+            if placed || row == Property::NAME || is_omitted_default(row, value) {
                 continue;
             }
-            let info = declared.iter().find(|(_, t)| matches!(t, Target::Row(r) if *r == row));
+            let info = declared.iter().find(|(_, t)| matches!(t, KeyTarget::Property(r) if *r == row));
             let Some((d, _)) = info else { continue };
-            let form = row.info().in_files;
+            let form = row.spec().file_form;
             let value = match form {
-                InFiles::Texture => &self.with_image(value, &spec.alias),
-                InFiles::Mesh | InFiles::Parts => &self.with_files(value, &spec.alias),
+                FileForm::Texture => &self.with_image(value, &spec.alias),
+                FileForm::Mesh | FileForm::Parts => &self.with_files(value, &spec.alias),
                 _ => value,
             };
-            match line_in(form, &d.key, d.unit.as_deref(), value) {
+            match line_in_form(form, &d.key, d.unit.as_deref(), value) {
                 Some(line) => self.put(&line),
                 None => self.out.left_out.push(format!("{own}: {}", d.key)),
             }
         }
         for (key, value) in spec.device.iter().flat_map(|d| last_of_each(&d.params)) {
-            let param = declared.iter().find(|(d, t)| matches!(t, Target::Param(_)) && d.key == key);
+            let param = declared.iter().find(|(d, t)| matches!(t, KeyTarget::Param(_)) && d.key == key);
             let Some((d, _)) = param else { continue };
             match line(&d.key, d.unit.as_deref(), value) {
                 Some(line) => self.put(&line),
@@ -252,7 +267,7 @@ impl<'a> Writer<'a> {
             let value = text(&Value::Floats(place), 1.0).unwrap_or_default();
             self.put(&format!("position_m = {value}"));
         }
-        let line = turned(&local.rotation);
+        let line = orientation_line(&local.rotation);
         if !line.is_empty() {
             self.put(&line);
         }
@@ -297,7 +312,7 @@ impl<'a> Writer<'a> {
         }
         let file = self.file(alias, ".png");
         let image = usize::try_from(number - 1).ok().and_then(|n| self.document.images.get(n));
-        self.out.files.push((file.clone(), image.map_or_else(Vec::new, |i| images::png(i))));
+        self.out.files.push((file.clone(), image.map_or_else(Vec::new, |i| images::encode_png(i))));
         self.images.insert(number, file.clone());
         file
     }
@@ -331,7 +346,7 @@ impl<'a> Writer<'a> {
             if script.kind != "child" {
                 let _ = write!(entry, ", kind = {}", quoted(&script.kind));
             }
-            if script.priority != NORMAL {
+            if script.priority != NORMAL_PRIORITY {
                 let _ = write!(entry, ", priority = {}", quoted(PRIORITIES[usize::from(script.priority)]));
             }
             if script.side_by_side {
@@ -369,15 +384,15 @@ impl<'a> Writer<'a> {
 
 /// Properties that are not written if they have their default.
 #[rustfmt::skip]
-const LEFT_OUT: [Row; 14] = [
-    Row::MODEL_BASE, Row::DYNAMIC, Row::RESPONDABLE, Row::BULLET, Row::CONVEX, Row::VISIBLE, Row::LAYER,
-    Row::RESPONDABLE_MASK, Row::DETECTABLE_MASK, Row::JOINT_POSITION, Row::TARGET_POSITION, Row::TARGET_VELOCITY,
-    Row::MAX_FORCE, Row::JOINT_MODE,
+const OMITTED_IF_DEFAULT: [Property; 14] = [
+    Property::MODEL_BASE, Property::DYNAMIC, Property::RESPONDABLE, Property::BULLET, Property::CONVEX, Property::VISIBLE, Property::LAYER,
+    Property::RESPONDABLE_MASK, Property::DETECTABLE_MASK, Property::JOINT_POSITION, Property::TARGET_POSITION, Property::TARGET_VELOCITY,
+    Property::MAX_FORCE, Property::JOINT_MODE,
 ];
 
 /// Returns whether a value is the default of a property that is then left out.
-fn is_usual(row: Row, value: &Value) -> bool {
-    LEFT_OUT.contains(&row) && *value == row.info().default()
+fn is_omitted_default(row: Property, value: &Value) -> bool {
+    OMITTED_IF_DEFAULT.contains(&row) && *value == row.spec().default()
 }
 
 /// Returns the last value of each key, in the order in which these values were set.
@@ -388,15 +403,15 @@ fn last_of_each<K: PartialEq + Clone, V>(all: &[(K, V)]) -> impl Iterator<Item =
 
 /// Formats an orientation as a line of a table: angles if they reproduce all bits, otherwise a quaternion. The identity
 /// yields an empty string.
-fn turned(q: &UnitQuaternion<f64>) -> String {
-    const DEG: f64 = std::f64::consts::PI / 180.0;
+fn orientation_line(q: &UnitQuaternion<f64>) -> String {
+    const RAD_PER_DEGREE: f64 = std::f64::consts::PI / 180.0;
     // The quaternions 1 and -1 are the same orientation, but differ in their bits.
     if q.coords == UnitQuaternion::identity().coords {
         return String::new();
     }
-    let near = to_euler(q).map(|x| format!("{:.9}", x / DEG).parse::<f64>().unwrap_or(0.0));
-    let short = from_euler(near.map(|d| d * DEG));
-    if short.coords == q.coords && near.iter().all(|d| divided(d * DEG, DEG).is_some()) {
+    let near = to_euler(q).map(|x| format!("{:.9}", x / RAD_PER_DEGREE).parse::<f64>().unwrap_or(0.0));
+    let short = from_euler(near.map(|d| d * RAD_PER_DEGREE));
+    if short.coords == q.coords && near.iter().all(|d| divided(d * RAD_PER_DEGREE, RAD_PER_DEGREE).is_some()) {
         return format!("orientation_deg = {}", text(&Value::Floats(near.to_vec()), 1.0).unwrap_or_default());
     }
     let value = Value::Floats(q.coords.iter().copied().collect());

@@ -15,8 +15,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
 }
 
 /// Builds a command with both of its names; failed calls by the flat name return -1.
-fn command(names: Names, run: fn(&mut Ctx<'_>) -> Result) -> Cmd {
-    both(names, MINUS, run)
+fn command(names: CommandNames, run: fn(&mut Ctx<'_>) -> Result) -> Cmd {
+    both(names, MINUS_ONE, run)
 }
 
 fn samples(offer: &mut Offer<Vrep>) {
@@ -27,7 +27,7 @@ fn samples(offer: &mut Offer<Vrep>) {
                 HANDLE_ALL_EXCEPT_EXPLICIT => c.world().record_graph(0, time)?,
                 _ => graphs(c)?.into_iter().try_for_each(|g| c.world().record_graph(g, time))?,
             }
-            done(c)
+            finish_setter(c)
         })
         .param(flagged("graph").text("a handle, sim.handle_all or sim.handle_all_except_explicit"))
         .param(Param::float("time").unit("s").optional().text("time of the sample; default: simulation time"))
@@ -43,7 +43,7 @@ fn samples(offer: &mut Offer<Vrep>) {
             for graph in graphs(c)? {
                 c.world().put_figure(graph, 0, &[])?;
             }
-            done(c)
+            finish_setter(c)
         })
         .param(flagged("graph").text("a handle, sim.handle_all or sim.handle_all_except_explicit"))
         .returns(Param::int("result").text("1, for scripts from before 4.0"))

@@ -12,7 +12,7 @@ const ITEM_TRANSPARENCY: i64 = 0x80000;
 const PERSISTENT: i64 = 0x100000;
 
 /// The types of drawings, in the order of their numbers, each with the number of points per item.
-const FORMS: [(&str, i64); 13] = [
+const DRAWING_TYPES: [(&str, i64); 13] = [
     ("points", 1),
     ("lines", 2),
     ("triangles", 3),
@@ -30,7 +30,7 @@ const FORMS: [(&str, i64); 13] = [
 ];
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
-    let command = |names: Names, run: fn(&mut Ctx<'_>) -> Result| both(names, MINUS, run);
+    let command = |names: CommandNames, run: fn(&mut Ctx<'_>) -> Result| both(names, MINUS_ONE, run);
     offer.command(
         command(["sim.addDrawingObject", "simAddDrawingObject"], add)
             .param(Param::int("type").text("sim.drawing_..., plus attributes"))
@@ -95,7 +95,7 @@ fn add(c: &mut Ctx<'_>) -> Result {
     let kind = c.i64(0)?;
     let (form, points) = *usize::try_from(kind & 31)
         .ok()
-        .and_then(|i| FORMS.get(i))
+        .and_then(|i| DRAWING_TYPES.get(i))
         .ok_or_else(|| Fail::argument(format!("argument 1: there is no drawing type {}", kind & 31)))?;
     let has = |flag: i64| kind & flag != 0;
     let colors = if has(VERTEX_COLORS) { 3 * points } else { 3 * i64::from(has(ITEM_COLORS)) };
@@ -109,7 +109,7 @@ fn add(c: &mut Ctx<'_>) -> Result {
         ("extra", Value::Int(extra)),
     ];
     if c.i64(3)? >= 0 {
-        all.push(("parent", Value::Object(living(c, 3)?.id)));
+        all.push(("parent", Value::Object(existing_object(c, 3)?.id)));
     }
     if c.has(5) {
         all.push(("color", color(c, 5)?));
@@ -149,7 +149,7 @@ fn particles(offer: &mut Offer<Vrep>) {
             c.ret(id);
             Ok(())
         })
-        .old_name("simAddParticleObject", MINUS)
+        .old_name("simAddParticleObject", MINUS_ONE)
         .param(Param::int("type"))
         .param(Param::float("size").unit("m"))
         .param(Param::any("density").optional().text("ignored: particles have no mass here"))
@@ -173,7 +173,7 @@ fn particles(offer: &mut Offer<Vrep>) {
             c.ret(1_i64);
             Ok(())
         })
-        .old_name("simAddParticleObjectItem", MINUS)
+        .old_name("simAddParticleObjectItem", MINUS_ONE)
         .param(Param::int("particles"))
         .param(Param::any("item").optional().text("position, and velocity, which is ignored; nil: removes all"))
         .returns(Param::int("result").text("1"))
@@ -183,7 +183,7 @@ fn particles(offer: &mut Offer<Vrep>) {
     );
     offer.command(
         Cmd::new("sim.removeParticleObject", remove)
-            .old_name("simRemoveParticleObject", MINUS)
+            .old_name("simRemoveParticleObject", MINUS_ONE)
             .param(Param::int("particles"))
             .returns(Param::int("result").text("1"))
             .text("Removes a container of particles.")

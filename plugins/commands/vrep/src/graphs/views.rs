@@ -4,20 +4,20 @@
 use crate::kit::*;
 
 /// Signal kind under which views are stored; scripts cannot access signals of this kind.
-const VIEWS: u32 = 64;
+const VIEW_SIGNAL_KIND: u32 = 64;
 /// Option of `sim.adjustView` that only queries whether the view exists.
-const ASK: i64 = 256;
+const QUERY_EXISTENCE: i64 = 256;
 /// Option of `sim.adjustView` that queries which object the view shows.
-const SHOWN: i64 = 512;
+const QUERY_OBJECT: i64 = 512;
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
-    let command = |names: Names, run: fn(&mut Ctx<'_>) -> Result| both(names, MINUS, run);
+    let command = |names: CommandNames, run: fn(&mut Ctx<'_>) -> Result| both(names, MINUS_ONE, run);
     offer.command(
         command(["sim.floatingViewAdd", "simFloatingViewAdd"], |c| {
             let world = c.world();
-            let used = |n: i64| world.signal(VIEWS, name(n).as_bytes()).is_ok_and(|v| !v.is_nil());
+            let used = |n: i64| world.signal(VIEW_SIGNAL_KIND, name(n).as_bytes()).is_ok_and(|v| !v.is_nil());
             let view = (1..).find(|n| !used(*n)).unwrap_or(1);
-            put(c, view, -1)?;
+            store_view(c, view, -1)?;
             c.ret(view);
             Ok(())
         })
@@ -30,7 +30,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     );
     offer.command(
         command(["sim.floatingViewRemove", "simFloatingViewRemove"], |c| {
-            let there = c.world().clear_signal(VIEWS, name(c.i64(0)?).as_bytes())? > 0;
+            let there = c.world().clear_signal(VIEW_SIGNAL_KIND, name(c.i64(0)?).as_bytes())? > 0;
             c.ret(i64::from(there));
             Ok(())
         })
@@ -42,14 +42,14 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.command(
         command(["sim.adjustView", "simAdjustView"], |c| {
             let (view, options) = (c.i64(0)?, int_or(c, 2, 0)?);
-            let shown = c.world().signal(VIEWS, name(view).as_bytes())?.as_i64();
-            if options & SHOWN != 0 {
+            let shown = c.world().signal(VIEW_SIGNAL_KIND, name(view).as_bytes())?.as_i64();
+            if options & QUERY_OBJECT != 0 {
                 c.ret(shown.unwrap_or(-1));
-            } else if options & ASK != 0 {
+            } else if options & QUERY_EXISTENCE != 0 {
                 c.ret(if shown.is_some() { 2_i64 } else { 1 });
             } else {
                 if shown.is_some() {
-                    put(c, view, int_or(c, 1, -1)?)?;
+                    store_view(c, view, int_or(c, 1, -1)?)?;
                 }
                 c.ret(1_i64);
             }
@@ -93,9 +93,9 @@ fn name(view: i64) -> String {
     format!("{view}")
 }
 
-fn put(c: &Ctx<'_>, view: i64, shown: i64) -> Result {
+fn store_view(c: &Ctx<'_>, view: i64, shown: i64) -> Result {
     let raw = tatu_value { tag: TATU_I64, reserved: 0, u: tatu_payload { i: shown } };
     // SAFETY: the tag is `TATU_I64`, so the payload is an integer and not a pointer; the value borrows nothing.
     let value = unsafe { ValueRef::new(raw) };
-    c.world().set_signal(VIEWS, name(view).as_bytes(), value)
+    c.world().set_signal(VIEW_SIGNAL_KIND, name(view).as_bytes(), value)
 }

@@ -4,7 +4,7 @@ use crate::kit::{algebra as al, *};
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.command(
-        both(["sim.createJoint", "simCreateJoint"], MINUS, |c| {
+        both(["sim.createJoint", "simCreateJoint"], MINUS_ONE, |c| {
             let (kind, mode) = (c.i64(0)?, c.i64(1)?);
             let (kind, alias) = match kind {
                 10 => ("revolute", "Revolute_joint"),
@@ -35,9 +35,9 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .text("Creates a revolute joint without limits, a prismatic joint from -0.5 to 0.5 m, or a spherical joint."),
     );
     offer.command(
-        both(["sim.createForceSensor", "simCreateForceSensor"], MINUS, |c| {
+        both(["sim.createForceSensor", "simCreateForceSensor"], MINUS_ONE, |c| {
             let options = c.i64(0)?;
-            let (ints, floats) = (given(c, 1), given(c, 2));
+            let (ints, floats) = (numbers_or_empty(c, 1), numbers_or_empty(c, 2));
             let (w, p) = (c.world(), &c.plugin().p);
             let sensor = w.create("force_sensor", 0, "Force_sensor")?;
             let int = |i: usize| ints.get(i).copied().unwrap_or(0.0) as i64;
@@ -68,7 +68,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         ),
     );
     offer.command(
-        both(["sim.readForceSensor", "simReadForceSensor"], MINUS, |c| {
+        both(["sim.readForceSensor", "simReadForceSensor"], MINUS_ONE, |c| {
             let sensor = of_kind(c, 0, TATU_KIND_FORCE_SENSOR)?;
             let (w, p) = (c.world(), &c.plugin().p);
             if w.look(sensor)?.kind != TATU_KIND_FORCE_SENSOR || !bool_of(c, sensor, p.sensed)? {
@@ -91,11 +91,11 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .text("Returns the filtered force and torque that the child of a force sensor exerts on it, in its frame."),
     );
     offer.command(
-        both(["sim.breakForceSensor", "simBreakForceSensor"], MINUS, |c| {
+        both(["sim.breakForceSensor", "simBreakForceSensor"], MINUS_ONE, |c| {
             let sensor = of_kind(c, 0, TATU_KIND_FORCE_SENSOR)?;
             let p = &c.plugin().p;
             c.world().set(sensor, p.broken, &Value::Bool(true))?;
-            done(c)
+            finish_setter(c)
         })
         .param(object("sensor"))
         .text("Breaks a force sensor: its child detaches, but remains its child in the scene tree."),
@@ -105,7 +105,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
 }
 
 /// Returns the numbers in table argument `i`, or an empty vector if the argument is missing.
-fn given(c: &Ctx<'_>, i: usize) -> Vec<f64> {
+fn numbers_or_empty(c: &Ctx<'_>, i: usize) -> Vec<f64> {
     let table = c.arg(i);
     (0..table.len()).map_while(|k| table.number(k)).collect()
 }
@@ -130,7 +130,7 @@ fn dependencies(offer: &mut Offer<Vrep>) {
         .text("Returns the joint that a joint follows."),
     );
     offer.command(
-        both(["sim.setJointDependency", "simSetJointDependency"], MINUS, |c| {
+        both(["sim.setJointDependency", "simSetJointDependency"], MINUS_ONE, |c| {
             let joint = of_kind(c, 0, TATU_KIND_JOINT)?;
             let (w, p) = (c.world(), &c.plugin().p);
             let path = match c.i64(1)? {
@@ -140,7 +140,7 @@ fn dependencies(offer: &mut Offer<Vrep>) {
             w.set(joint, p.joint_follows, &path.as_str().into())?;
             w.set_f64s(joint, p.joint_follow_offset, &[c.f64(2)?])?;
             w.set_f64s(joint, p.joint_follow_factor, &[c.f64(3)?])?;
-            done(c)
+            finish_setter(c)
         })
         .param(object("joint"))
         .param(Param::int("master").text("-1: none"))
@@ -152,12 +152,12 @@ fn dependencies(offer: &mut Offer<Vrep>) {
         ),
     );
     offer.command(
-        both(["sim.setSphericalJointMatrix", "simSetSphericalJointMatrix"], MINUS, |c| {
+        both(["sim.setSphericalJointMatrix", "simSetSphericalJointMatrix"], MINUS_ONE, |c| {
             let joint = of_kind(c, 0, TATU_KIND_JOINT)?;
             let rotation = al::rotation(&al::of_matrix(&numbers(c, 1)?));
             let p = &c.plugin().p;
             c.world().set_f64s(joint, p.joint_rotation, &rotation)?;
-            done(c)
+            finish_setter(c)
         })
         .param(object("joint"))
         .param(table("matrix", "12 numbers"))
@@ -170,7 +170,7 @@ fn dependencies(offer: &mut Offer<Vrep>) {
 fn child_poses(offer: &mut Offer<Vrep>) {
     offer.command(
         Cmd::new("sim.getObjectChildPose", |c| {
-            let o = living(c, 0)?;
+            let o = existing_object(c, 0)?;
             let pose = match o.kind {
                 TATU_KIND_JOINT => {
                     let (w, p) = (c.world(), &c.plugin().p);

@@ -5,13 +5,13 @@ use std::f64::consts::PI;
 use crate::kit::{algebra as al, *};
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
-    let get = |names: Names, prop: fn(&Props) -> Prop, what: &str, text: &str| {
+    let get = |names: CommandNames, prop: fn(&Props) -> Prop, what: &str, text: &str| {
         let unit = match what {
             "velocity" => "rad/s for a revolute joint, m/s for a prismatic one",
             "force" => "N m for a revolute joint, N for a prismatic one",
             _ => "rad for a revolute joint, m for a prismatic one",
         };
-        both_beside(names, NIL, move |c| {
+        both_parallel(names, NIL, move |c| {
             let x = read(c, prop(&c.plugin().p))?;
             c.ret(x);
             Ok(())
@@ -55,7 +55,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .old_name("simJointGetForce", NIL),
     );
     offer.command(
-        both_beside(["sim.getJointTargetForce", "simGetJointTargetForce"], NIL, |c| {
+        both_parallel(["sim.getJointTargetForce", "simGetJointTargetForce"], NIL, |c| {
             let x = read(c, c.plugin().p.joint_max_force)?;
             let pushes = is_pushed(c)?;
             c.ret(if pushes { x } else { x.abs() });
@@ -68,8 +68,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .alias("sim.getJointMaxForce"),
     );
 
-    let set = |names: Names, prop: fn(&Props) -> Prop, what: &str, text: &str| {
-        both_beside(names, MINUS, move |c| {
+    let set = |names: CommandNames, prop: fn(&Props) -> Prop, what: &str, text: &str| {
+        both_parallel(names, MINUS_ONE, move |c| {
             write(c, prop(&c.plugin().p), c.f64(1)?)?;
             c.ret(1_i64);
             Ok(())
@@ -121,7 +121,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                     w.set_f64s(joint, p.joint_target_velocity, &[-v])?;
                 }
             }
-            done(c)
+            finish_setter(c)
         })
         .param(object("joint"))
         .param(Param::float("force").text("N or N m"))
@@ -150,7 +150,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             c.ret(1_i64);
             Ok(())
         })
-        .old_name("simSetJointPosition", MINUS)
+        .old_name("simSetJointPosition", MINUS_ONE)
         .param(object("joint"))
         .param(Param::float("position").text("rad or m; clamped to the joint's limits"))
         .returns(Param::int("done"))
@@ -181,9 +181,9 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             let [low, range] = numbers::<2>(c, 2)?;
             w.set(joint, p.joint_cyclic, &Value::Bool(c.arg(1).truthy()))?;
             w.set_f64s(joint, p.joint_limits, &[low, low + range.max(0.0)])?;
-            done(c)
+            finish_setter(c)
         })
-        .old_name("simSetJointInterval", MINUS)
+        .old_name("simSetJointInterval", MINUS_ONE)
         .param(object("joint"))
         .param(Param::any("cyclic").text("true: the joint has no limits"))
         .param(table("interval", "{lowest, range}"))
@@ -200,7 +200,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             });
             Ok(())
         })
-        .old_name("simGetJointType", MINUS)
+        .old_name("simGetJointType", MINUS_ONE)
         .param(object("joint"))
         .returns(
             Param::int("type").text(
@@ -218,7 +218,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             c.ret(0_i64);
             Ok(())
         })
-        .old_name("simGetJointMode", MINUS)
+        .old_name("simGetJointMode", MINUS_ONE)
         .param(object("joint"))
         .returns(Param::int("mode").text("0: passive or kinematic, 5: force or dynamic"))
         .returns(Param::int("options").text("0"))
@@ -237,9 +237,9 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                 }
             };
             c.world().set(joint, c.plugin().p.joint_mode, &mode.into())?;
-            done(c)
+            finish_setter(c)
         })
-        .old_name("simSetJointMode", MINUS)
+        .old_name("simSetJointMode", MINUS_ONE)
         .param(object("joint"))
         .param(Param::int("mode").text("0: passive or kinematic, 5: force or dynamic"))
         .param(Param::int("options").default(0).optional().text("ignored"))
@@ -273,18 +273,18 @@ fn motion() -> Param {
 }
 
 #[inline]
-fn read(c: &Shared<'_>, prop: Prop) -> Result<f64> {
+fn read(c: &SharedCtx<'_>, prop: Prop) -> Result<f64> {
     let joint = id(c, 0)?;
     c.world().f64(joint, prop).map_err(|e| explain(c, joint, TATU_KIND_JOINT, e))
 }
 
 /// Returns whether a joint is in force mode, the only mode in which the sign of its force matters.
-fn is_pushed(c: &Shared<'_>) -> Result<bool> {
+fn is_pushed(c: &SharedCtx<'_>) -> Result<bool> {
     Ok(text_of(c, id(c, 0)?, c.plugin().p.joint_control)? == "force")
 }
 
 #[inline]
-fn write(c: &Shared<'_>, prop: Prop, x: f64) -> Result {
+fn write(c: &SharedCtx<'_>, prop: Prop, x: f64) -> Result {
     let joint = id(c, 0)?;
     c.world().set_f64s(joint, prop, &[x]).map_err(|e| explain(c, joint, TATU_KIND_JOINT, e))
 }

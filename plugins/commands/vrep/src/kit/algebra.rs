@@ -27,7 +27,7 @@ pub(crate) fn normalized(q: Quaternion) -> Option<Quaternion> {
 }
 
 /// Composes two rotations: `a`, followed by `b` about the rotated axes.
-pub(crate) fn turn(a: Quaternion, b: Quaternion) -> Quaternion {
+pub(crate) fn compose_rotations(a: Quaternion, b: Quaternion) -> Quaternion {
     let ([ax, ay, az, aw], [bx, by, bz, bw]) = (a, b);
     [
         aw * bx + ax * bw + ay * bz - az * by,
@@ -63,7 +63,7 @@ pub(crate) fn rotate(q: Quaternion, v: Vector) -> Vector {
 /// Composes two poses. `b` is relative to the frame `a`; the result is relative to the frame to which `a` is relative.
 pub(crate) fn compose(a: &Pose, b: &Pose) -> Pose {
     let q = rotation(a);
-    pose(add(position(a), rotate(q, position(b))), turn(q, rotation(b)))
+    pose(add(position(a), rotate(q, position(b))), compose_rotations(q, rotation(b)))
 }
 pub(crate) fn inverse(a: &Pose) -> Pose {
     let q = conjugate(rotation(a));
@@ -90,7 +90,7 @@ pub(crate) fn axis_angle(q: Quaternion) -> (Vector, f64) {
 pub(crate) fn from_euler([a, b, g]: Vector) -> Quaternion {
     let half = |x: f64| libm::sincos(x / 2.0);
     let ((sa, ca), (sb, cb), (sg, cg)) = (half(a), half(b), half(g));
-    turn(turn([sa, 0.0, 0.0, ca], [0.0, sb, 0.0, cb]), [0.0, 0.0, sg, cg])
+    compose_rotations(compose_rotations([sa, 0.0, 0.0, ca], [0.0, sb, 0.0, cb]), [0.0, 0.0, sg, cg])
 }
 /// Returns the rows of the rotation matrix.
 fn rows([x, y, z, w]: Quaternion) -> [Vector; 3] {
@@ -115,7 +115,7 @@ pub(crate) fn to_euler(q: Quaternion) -> Vector {
 /// Returns the rotation by yaw about z, then pitch about the new y, then roll about the new x.
 pub(crate) fn from_yaw_pitch_roll([yaw, pitch, roll]: Vector) -> Quaternion {
     let (z, y, x) = (from_euler([0.0, 0.0, yaw]), from_euler([0.0, pitch, 0.0]), from_euler([roll, 0.0, 0.0]));
-    turn(turn(z, y), x)
+    compose_rotations(compose_rotations(z, y), x)
 }
 pub(crate) fn to_yaw_pitch_roll(q: Quaternion) -> Vector {
     let r = rows(q);
@@ -188,9 +188,9 @@ pub(crate) fn interpolate(a: &Pose, b: &Pose, t: f64) -> Pose {
     let (p, q) = (position(a), position(b));
     let at = [0, 1, 2].map(|i| p[i] + (q[i] - p[i]) * t);
     let (from, to) = (rotation(a), rotation(b));
-    let (axis, angle) = axis_angle(turn(conjugate(from), to));
+    let (axis, angle) = axis_angle(compose_rotations(conjugate(from), to));
     let part = about(axis, angle * t).unwrap_or([0.0, 0.0, 0.0, 1.0]);
-    pose(at, turn(from, part))
+    pose(at, compose_rotations(from, part))
 }
 
 #[cfg(test)]
@@ -227,7 +227,7 @@ mod tests {
     }
 
     #[test]
-    fn gimbal_lock_puts_all_into_gamma() {
+    fn gimbal_lock_is_resolved_into_gamma() {
         let q = from_euler([0.4, std::f64::consts::FRAC_PI_2, 0.3]);
         let e = to_euler(q);
         assert_eq!(e[0], 0.0);
@@ -253,7 +253,7 @@ mod tests {
     }
 
     #[test]
-    fn yaw_pitch_roll() {
+    fn yaw_pitch_roll_angles_are_inverted() {
         let angles = [0.5, -0.4, 2.0];
         let q = from_yaw_pitch_roll(angles);
         assert!(near(&to_yaw_pitch_roll(q), &angles));
@@ -261,7 +261,7 @@ mod tests {
     }
 
     #[test]
-    fn halfway() {
+    fn poses_are_interpolated_halfway() {
         let a = IDENTITY;
         let b = pose([2.0, 0.0, 0.0], from_euler([0.0, 0.0, 1.0]));
         let half = interpolate(&a, &b, 0.5);
@@ -270,7 +270,7 @@ mod tests {
     }
 
     #[test]
-    fn half_turns_survive() {
+    fn half_turns_survive_the_matrix_form() {
         for axis in [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]] {
             let q = about(axis, std::f64::consts::PI).unwrap();
             let back = rotation(&of_matrix(&matrix(&pose([0.0; 3], q))));

@@ -7,7 +7,7 @@ use tatu_plugin_api::{
 
 use super::{
     algebra as al,
-    plugin::{Ctx, Shared},
+    plugin::{Ctx, SharedCtx},
 };
 
 pub(crate) const HANDLE_ALL: i64 = -2;
@@ -31,7 +31,7 @@ pub(crate) fn handle(id: tatu_object) -> i64 {
 
 /// Returns the id of the object in argument `i`, without checking that it exists.
 #[inline]
-pub(crate) fn id(c: &Shared<'_>, i: usize) -> Result<tatu_object> {
+pub(crate) fn id(c: &SharedCtx<'_>, i: usize) -> Result<tatu_object> {
     id_of(c.arg(i), i)
 }
 /// Converts a value to the id of an object. The value is an object or a handle, whose flags are ignored; `i` is its
@@ -49,19 +49,19 @@ pub(crate) fn id_of(v: ValueRef<'_>, i: usize) -> Result<tatu_object> {
     Ok(id)
 }
 /// Returns the object in argument `i`, or an error if it does not exist.
-pub(crate) fn living(c: &Shared<'_>, i: usize) -> Result<Object> {
+pub(crate) fn existing_object(c: &SharedCtx<'_>, i: usize) -> Result<Object> {
     let id = id(c, i)?;
     c.world().look(id).map_err(|e| no_object(id, &e))
 }
 /// Returns the object in argument `i`, or an error if it does not exist or is not of the given kind.
-pub(crate) fn of_kind(c: &Shared<'_>, i: usize, kind: i32) -> Result<tatu_object> {
-    let o = living(c, i)?;
+pub(crate) fn of_kind(c: &SharedCtx<'_>, i: usize, kind: i32) -> Result<tatu_object> {
+    let o = existing_object(c, i)?;
     if o.kind == kind || c.world().used_as(o.id, kind_key(kind)) { Ok(o.id) } else { Err(wrong_kind(c, o, kind)) }
 }
 fn no_object(id: tatu_object, why: &Fail) -> Fail {
     Fail::with_code(why.code(), format!("there is no object {}", handle(id)))
 }
-fn wrong_kind(c: &Shared<'_>, o: Object, wanted: i32) -> Fail {
+fn wrong_kind(c: &SharedCtx<'_>, o: Object, wanted: i32) -> Fail {
     Fail::argument(format!(
         "object {} `{}` is {}, not {}",
         o.handle(),
@@ -73,7 +73,7 @@ fn wrong_kind(c: &Shared<'_>, o: Object, wanted: i32) -> Fail {
 /// Returns the error for a failed access to an object: that it does not exist, that it is not of the kind `wanted`, or
 /// otherwise `fail`, the host's error.
 #[cold]
-pub(crate) fn explain(c: &Shared<'_>, id: tatu_object, wanted: i32, fail: Fail) -> Fail {
+pub(crate) fn explain(c: &SharedCtx<'_>, id: tatu_object, wanted: i32, fail: Fail) -> Fail {
     match c.world().look(id) {
         Err(e) => no_object(id, &e),
         Ok(o) if o.kind != wanted => {
@@ -85,7 +85,7 @@ pub(crate) fn explain(c: &Shared<'_>, id: tatu_object, wanted: i32, fail: Fail) 
 }
 /// Like [`explain`], but for commands that accept objects of any kind.
 #[cold]
-pub(crate) fn explain_any(c: &Shared<'_>, id: tatu_object, fail: Fail) -> Fail {
+pub(crate) fn explain_any(c: &SharedCtx<'_>, id: tatu_object, fail: Fail) -> Fail {
     match c.world().look(id) {
         Err(e) => no_object(id, &e),
         Ok(_) => fail,
@@ -125,30 +125,30 @@ fn kind_name(kind: i32) -> &'static str {
     }
 }
 /// Returns the path of an object, for messages.
-pub(crate) fn path(c: &Shared<'_>, id: tatu_object) -> String {
+pub(crate) fn path(c: &SharedCtx<'_>, id: tatu_object) -> String {
     text_of(c, id, c.plugin().p.path).unwrap_or_default()
 }
 /// Returns the value of a string property.
-pub(crate) fn text_of(c: &Shared<'_>, id: tatu_object, prop: Prop) -> Result<String> {
+pub(crate) fn text_of(c: &SharedCtx<'_>, id: tatu_object, prop: Prop) -> Result<String> {
     let v = c.world().get(id, prop).map_err(|e| explain_any(c, id, e))?;
     v.as_str().map(|s| s.into_owned()).ok_or_else(|| Fail::new("the host returned a value that is not a string"))
 }
 /// Returns the value of a boolean property.
-pub(crate) fn bool_of(c: &Shared<'_>, id: tatu_object, prop: Prop) -> Result<bool> {
+pub(crate) fn bool_of(c: &SharedCtx<'_>, id: tatu_object, prop: Prop) -> Result<bool> {
     Ok(c.world().get(id, prop)?.truthy())
 }
 /// Returns the value of an integer property.
-pub(crate) fn int_of(c: &Shared<'_>, id: tatu_object, prop: Prop) -> Result<i64> {
+pub(crate) fn int_of(c: &SharedCtx<'_>, id: tatu_object, prop: Prop) -> Result<i64> {
     c.world().get(id, prop)?.as_i64().ok_or_else(|| Fail::new("the host returned a value that is not an integer"))
 }
 /// Returns the parent of an object, or 0 if it has none.
-pub(crate) fn parent(c: &Shared<'_>, id: tatu_object) -> Result<tatu_object> {
+pub(crate) fn parent(c: &SharedCtx<'_>, id: tatu_object) -> Result<tatu_object> {
     let v = c.world().get(id, c.plugin().p.parent).map_err(|e| explain_any(c, id, e))?;
     Ok(v.as_object().unwrap_or(0))
 }
 
 /// Returns the first `N` numbers of the table in argument `i`, which may be longer.
-pub(crate) fn numbers<const N: usize>(c: &Shared<'_>, i: usize) -> Result<[f64; N]> {
+pub(crate) fn numbers<const N: usize>(c: &SharedCtx<'_>, i: usize) -> Result<[f64; N]> {
     numbers_of(c.arg(i), i)
 }
 /// Like [`numbers`], but for a value; `i` is its argument index for messages.
@@ -178,10 +178,10 @@ pub(crate) fn is_table(v: ValueRef<'_>) -> bool {
     (TATU_F64S..=TATU_MAP).contains(&v.tag())
 }
 /// Packed data that replaces the data of a missing scene. It unpacks to zeros or to an empty table.
-pub(crate) const STAND_IN: &[u8] = &[0; 512];
+pub(crate) const STAND_IN_DATA: &[u8] = &[0; 512];
 
 /// Returns an integer argument, or `otherwise` if it is not given.
-pub(crate) fn int_or(c: &Shared<'_>, i: usize, otherwise: i64) -> Result<i64> {
+pub(crate) fn int_or(c: &SharedCtx<'_>, i: usize, otherwise: i64) -> Result<i64> {
     if c.has(i) { c.i64(i) } else { Ok(otherwise) }
 }
 /// Normalizes a quaternion, or returns an error if it is zero; `i` is its argument index for messages.
@@ -200,7 +200,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn handles() {
+    fn handles_are_the_slots_of_ids() {
         assert_eq!(handle(0), -1);
         assert_eq!(handle(3 << 20 | 17), 17);
     }

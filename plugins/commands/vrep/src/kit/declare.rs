@@ -1,27 +1,27 @@
 //! Helpers that declare commands under both of their names, and common parameters.
 
-pub(crate) use tatu_commands_common::{MINUS, NIL};
+pub(crate) use tatu_commands_common::{MINUS_ONE, NIL};
 use tatu_plugin_api::safe::{IntoResult, Param, Result, Value};
 
-use super::plugin::{Cmd, Ctx, Shared};
+use super::plugin::{Cmd, Ctx, SharedCtx};
 
 /// A command's name in the `sim` table, and its flat name in older scripts. Both are spelled in full, so that a search
 /// for either finds the declaration.
-pub(crate) type Names = [&'static str; 2];
+pub(crate) type CommandNames = [&'static str; 2];
 
 /// Builds a command under both names; `on_error` is the result of a failed call by the flat name.
 pub(crate) fn both<T: IntoResult + 'static>(
-    [name, old]: Names,
+    [name, old]: CommandNames,
     on_error: [Value; 1],
     run: impl Fn(&mut Ctx<'_>) -> Result<T> + Send + Sync + 'static,
 ) -> Cmd {
     Cmd::new(name, run).old_name(old, on_error)
 }
 /// Like [`both`], but for a command that may run in parallel with others.
-pub(crate) fn both_beside<T: IntoResult + 'static>(
-    [name, old]: Names,
+pub(crate) fn both_parallel<T: IntoResult + 'static>(
+    [name, old]: CommandNames,
     on_error: [Value; 1],
-    run: impl Fn(&mut Shared<'_>) -> Result<T> + Send + Sync + 'static,
+    run: impl Fn(&mut SharedCtx<'_>) -> Result<T> + Send + Sync + 'static,
 ) -> Cmd {
     Cmd::side_by_side(name, run).old_name(old, on_error)
 }

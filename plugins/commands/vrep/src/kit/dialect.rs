@@ -2,10 +2,10 @@
 
 use tatu_plugin_api::safe::Result;
 
-use super::plugin::Shared;
+use super::plugin::SharedCtx;
 
 /// Returns the version for which the calling script was written, or the newest version if the script declares none.
-pub(crate) fn version(c: &Shared<'_>) -> (u32, u32) {
+pub(crate) fn version(c: &SharedCtx<'_>) -> (u32, u32) {
     version_of(c.caller_dialect())
 }
 pub(crate) fn version_of(dialect: &[u8]) -> (u32, u32) {
@@ -25,16 +25,16 @@ pub(crate) fn version_of(dialect: &[u8]) -> (u32, u32) {
     }
 }
 /// Returns whether the command was called by a flat name. Valid only for commands whose aliases are all flat.
-pub(crate) fn flat(c: &Shared<'_>) -> bool {
+pub(crate) fn flat(c: &SharedCtx<'_>) -> bool {
     c.alias() > 0
 }
 /// Returns whether the caller expects the behaviour before 4.2. For a caller without a version, this depends on the
 /// name by which it called the command.
-pub(crate) fn old_era(c: &Shared<'_>) -> bool {
+pub(crate) fn old_era(c: &SharedCtx<'_>) -> bool {
     if c.caller_dialect().is_empty() { flat(c) } else { version(c) < (4, 2) }
 }
 /// Finishes a setter: returns 1 to scripts written for versions before 4.2, and no value to newer ones.
-pub(crate) fn done(c: &mut Shared<'_>) -> Result {
+pub(crate) fn finish_setter(c: &mut SharedCtx<'_>) -> Result {
     if old_era(c) {
         c.ret(1_i64);
     }
@@ -46,7 +46,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn dialects() {
+    fn versions_are_parsed() {
         assert_eq!(version_of(b"3.2"), (3, 2));
         assert_eq!(version_of(b"2.6.11"), (2, 6));
         assert_eq!(version_of(b"4.10"), (4, 10));

@@ -94,7 +94,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_damaged_is_refused() {
+    fn damaged_tables_are_refused() {
         for bytes in
             [&b""[..], b"\0", b"\0\x02\0\0\0\0", b"\0\x01\xff\xff\xff\x7f", b"\0\x01\x01\0\0\0\x07", b"\x81", b"\x01"]
         {

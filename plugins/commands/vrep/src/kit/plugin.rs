@@ -13,7 +13,7 @@ pub struct Vrep {
 pub(crate) type Ctx<'a> = Call<'a, Vrep>;
 
 /// A call that may run in parallel with others.
-pub(crate) type Shared<'a> = SharedCall<'a, Vrep>;
+pub(crate) type SharedCtx<'a> = SharedCall<'a, Vrep>;
 
 /// A command of this plugin.
 pub(crate) type Cmd = Command<Vrep>;

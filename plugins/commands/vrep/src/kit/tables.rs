@@ -9,34 +9,34 @@ use tatu_plugin_api::{
 };
 
 use super::{
-    arguments::{STAND_IN, handle},
+    arguments::{STAND_IN_DATA, handle},
     foreign_tables,
 };
 
-const MARK: u8 = 0xF7;
+const FORMAT_MARK: u8 = 0xF7;
 
 /// Size of all values of a call, bytes, which the host limits.
-const MOST_BYTES: usize = 256 << 20;
+const MAX_BYTES: usize = 256 << 20;
 
 /// Checks, before values are created from packed data, that `n` values of `each` bytes do not exceed the limit of the
 /// values of a call.
 pub(crate) fn check_count(n: usize, each: usize) -> Result {
     match n.checked_mul(each) {
-        Some(bytes) if bytes <= MOST_BYTES => Ok(()),
+        Some(bytes) if bytes <= MAX_BYTES => Ok(()),
         _ => Err(Fail::with_code(
             TATU_ERR_SPACE,
-            format!("{n} values exceed the limit of {} MB for the values of a call", MOST_BYTES >> 20),
+            format!("{n} values exceed the limit of {} MB for the values of a call", MAX_BYTES >> 20),
         )
         .help("unpack parts of the data")),
     }
 }
 
 /// Size of a value in a list or map, bytes.
-const EACH: usize = size_of::<tatu_value>();
+const VALUE_BYTES: usize = size_of::<tatu_value>();
 
 /// Packs a value.
 pub(crate) fn pack(v: &Value) -> Result<Vec<u8>> {
-    let mut out = vec![MARK];
+    let mut out = vec![FORMAT_MARK];
     write(v, &mut out)?;
     Ok(out)
 }
@@ -86,18 +86,18 @@ fn write(v: &Value, out: &mut Vec<u8>) -> Result {
 /// Unpacks a value that this plugin or V-REP has packed.
 pub(crate) fn unpack(data: &[u8]) -> Result<Value> {
     let garbage = || Fail::argument("the data is not a packed table");
-    if data == STAND_IN {
+    if data == STAND_IN_DATA {
         return Ok(Value::List(Vec::new()));
     }
-    let Some(mut rest) = data.strip_prefix(&[MARK]) else {
+    let Some(mut rest) = data.strip_prefix(&[FORMAT_MARK]) else {
         // Each byte can be a value.
-        check_count(data.len(), EACH)?;
+        check_count(data.len(), VALUE_BYTES)?;
         return foreign_tables::read(data).ok_or_else(garbage);
     };
-    let (mut count, most) = (0, MOST_BYTES / EACH);
+    let (mut count, most) = (0, MAX_BYTES / VALUE_BYTES);
     let v = read(&mut rest, 0, &mut count);
     if count > most {
-        check_count(count, EACH)?;
+        check_count(count, VALUE_BYTES)?;
     }
     let v = v.ok_or_else(garbage)?;
     if rest.is_empty() { Ok(v) } else { Err(garbage()) }
@@ -112,7 +112,7 @@ fn read(rest: &mut &[u8], depth: usize, read_so_far: &mut usize) -> Option<Value
     }
     let count = |rest: &mut &[u8]| Some(u32::from_le_bytes(take(rest, 4)?.try_into().ok()?) as usize);
     *read_so_far += 1;
-    if depth > tatu_plugin_api::safe::MAX_DEPTH || *read_so_far > MOST_BYTES / EACH {
+    if depth > tatu_plugin_api::safe::MAX_DEPTH || *read_so_far > MAX_BYTES / VALUE_BYTES {
         return None;
     }
     Some(match take(rest, 1)?[0] {
@@ -139,26 +139,26 @@ mod tests {
     use super::*;
 
     #[test]
-    fn values_are_counted_before_they_are_made() {
-        assert!(check_count(MOST_BYTES / 8, 8).is_ok());
-        assert!(check_count(MOST_BYTES / 8 + 1, 8).is_err());
+    fn values_are_counted_before_allocation() {
+        assert!(check_count(MAX_BYTES / 8, 8).is_ok());
+        assert!(check_count(MAX_BYTES / 8 + 1, 8).is_err());
         assert!(check_count(usize::MAX, 8).is_err());
-        let n = MOST_BYTES / EACH + 1;
-        let mut data = vec![MARK, b'l'];
+        let n = MAX_BYTES / VALUE_BYTES + 1;
+        let mut data = vec![FORMAT_MARK, b'l'];
         data.extend((n as u32).to_le_bytes());
         data.resize(data.len() + n, b'n');
         assert_eq!(unpack(&data).unwrap_err().code(), TATU_ERR_SPACE);
     }
 
     #[test]
-    fn what_is_packed_comes_back() {
+    fn packed_values_are_unpacked_unchanged() {
         let v = Value::Map(vec![
             (Value::text("a"), Value::List(vec![Value::Int(1), Value::Float(0.5), Value::Nil, Value::Bool(true)])),
             (Value::Int(7), Value::text("\0x")),
         ]);
         assert_eq!(unpack(&pack(&v).unwrap()).unwrap(), v);
         assert!(unpack(b"garbage").is_err());
-        assert!(unpack(&[MARK, b'l', 255, 255, 255, 255]).is_err());
+        assert!(unpack(&[FORMAT_MARK, b'l', 255, 255, 255, 255]).is_err());
         assert!(pack(&Value::Func(1)).is_err());
     }
 }

@@ -524,14 +524,14 @@ mod tests {
     use std::collections::BTreeMap;
 
     #[test]
-    fn every_item_is_read_once() {
+    fn every_constant_is_read_once() {
         let items = TABLE.lines().filter(|l| !l.starts_with('#')).flat_map(|l| l.split(';')).count();
         let names: BTreeMap<_, _> = all().collect();
         assert_eq!(names.len(), items);
     }
 
     #[test]
-    fn some_values() {
+    fn constants_have_the_values_of_vrep() {
         let names: BTreeMap<_, _> = all().collect();
         for (name, value) in [
             ("handle_self", -4),

@@ -3,7 +3,7 @@
 use crate::kit::*;
 
 /// Script kinds with the words that identify them. The first kind with a matching word is selected.
-const MARKS: &[(&str, &[&str])] = &[
+const KIND_MARKERS: &[(&str, &[&str])] = &[
     // Commands that run the stages of a step, which only main scripts call.
     ("main", &["simHandleSimulationStart", "simHandleDynamics", "simLaunchThreadedChildScripts", "defaultMainScript"]),
     ("main", &["handleSimulationStart", "handleDynamics", "launchThreadedChildScripts", "handleChildScripts"]),
@@ -19,7 +19,7 @@ const MARKS: &[(&str, &[&str])] = &[
 ];
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
-    for (kind, words) in MARKS {
+    for (kind, words) in KIND_MARKERS {
         for word in *words {
             offer.kind_mark("lua", kind, word, 0);
         }

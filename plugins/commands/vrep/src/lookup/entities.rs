@@ -3,17 +3,17 @@
 use super::sets;
 use crate::{
     kit::*,
-    state::{collections::FIRST, state},
+    state::{collections::FIRST_HANDLE, state},
 };
 
 /// Builds the error for a missing collection.
-pub(crate) fn none(which: i64) -> Fail {
+pub(crate) fn missing_collection(which: i64) -> Fail {
     Fail::missing(format!("there is no collection {which}"))
 }
 
 /// Returns the objects of a collection without duplicates, in the order in which they were added.
 pub(crate) fn objects(c: &Ctx<'_>, which: i64) -> Result<Vec<tatu_object>> {
-    let collection = state(c)?.collections.all.get(&which).cloned().ok_or_else(|| none(which))?;
+    let collection = state(c)?.collections.all.get(&which).cloned().ok_or_else(|| missing_collection(which))?;
     let w = c.world();
     let mut out: Vec<tatu_object> = Vec::new();
     for part in &collection.parts {
@@ -38,8 +38,8 @@ pub(crate) fn objects(c: &Ctx<'_>, which: i64) -> Result<Vec<tatu_object>> {
 }
 
 /// Returns whether a number is the handle of a collection.
-pub(crate) fn is_one(c: &Ctx<'_>, which: i64) -> Result<bool> {
-    Ok(which > FIRST && state(c)?.collections.all.contains_key(&which))
+pub(crate) fn is_collection(c: &Ctx<'_>, which: i64) -> Result<bool> {
+    Ok(which > FIRST_HANDLE && state(c)?.collections.all.contains_key(&which))
 }
 
 /// The objects among which a command searches: the whole scene, or a list.
@@ -62,7 +62,7 @@ impl Entity {
 pub(crate) fn entity(c: &Ctx<'_>, i: usize) -> Result<Entity> {
     Ok(match c.i64(i)? {
         HANDLE_ALL => Entity::All,
-        which if is_one(c, which)? => Entity::Objects(objects(c, which)?),
-        _ => Entity::Objects(vec![living(c, i)?.id]),
+        which if is_collection(c, which)? => Entity::Objects(objects(c, which)?),
+        _ => Entity::Objects(vec![existing_object(c, i)?.id]),
     })
 }

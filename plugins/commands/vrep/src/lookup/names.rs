@@ -6,7 +6,7 @@ use crate::{kit::*, state::state};
 
 /// Returns the unique name to which a name refers in a script with the given suffix: with suffix 2, `motor` refers to
 /// `motor#2`. A name that has a suffix is unchanged, and `motor#` refers exactly to `motor`.
-pub(crate) fn adjusted(name: &str, suffix: i64) -> Cow<'_, str> {
+pub(crate) fn adjust_suffix(name: &str, suffix: i64) -> Cow<'_, str> {
     match name.find('#') {
         Some(i) if i + 1 == name.len() => name[..i].into(),
         None if suffix >= 0 => format!("{name}#{suffix}").into(),
@@ -37,25 +37,25 @@ pub(crate) fn find(c: &Ctx<'_>, name: &str) -> Result<tatu_object> {
     if is_path(name) {
         return find_path(c, name, None);
     }
-    let wanted = adjusted(name, suffix(c)?);
+    let wanted = adjust_suffix(name, suffix(c)?);
     c.world()
         .find(0, &wanted)
         .map_err(|e| if e.code() == TATU_ERR_MISSING { missing(c, &wanted, c.plugin().p.name) } else { e })
 }
 
 /// Like [`find`], but creates a missing object in a run without a scene.
-pub(crate) fn find_or_ask(c: &Ctx<'_>, name: &str) -> Result<tatu_object> {
+pub(crate) fn find_or_create(c: &Ctx<'_>, name: &str) -> Result<tatu_object> {
     if is_path(name) {
-        return find_path_or_ask(c, name, None);
+        return find_path_or_create(c, name, None);
     }
     find(c, name).or_else(|e| {
-        let below = |e: Fail| c.world().stand_in(above(c), &adjusted(name, suffix(c)?), "").ok_or(e);
+        let below = |e: Fail| c.world().stand_in(stand_in_parent(c), &adjust_suffix(name, suffix(c)?), "").ok_or(e);
         if e.code() == TATU_ERR_MISSING { below(e) } else { Err(e) }
     })
 }
 
 /// Like [`find_path`], but creates a missing object in a run without a scene.
-pub(crate) fn find_path_or_ask(c: &Ctx<'_>, path: &str, base: Option<tatu_object>) -> Result<tatu_object> {
+pub(crate) fn find_path_or_create(c: &Ctx<'_>, path: &str, base: Option<tatu_object>) -> Result<tatu_object> {
     find_path(c, path, base).or_else(|e| {
         let ask = || {
             let (at, rest) = start(c, path, base).ok()?;
@@ -68,7 +68,7 @@ pub(crate) fn find_path_or_ask(c: &Ctx<'_>, path: &str, base: Option<tatu_object
 
 /// Returns the object below which a missing object with a unique name is created: the base of the caller's model or, if
 /// there is none, the caller's object.
-fn above(c: &Ctx<'_>) -> tatu_object {
+fn stand_in_parent(c: &Ctx<'_>) -> tatu_object {
     let own = c.caller_object();
     match model(c, own) {
         Ok(base) if base != 0 => base,
@@ -91,7 +91,7 @@ pub(crate) fn find_path(c: &Ctx<'_>, path: &str, base: Option<tatu_object>) -> R
     if rest.is_empty() {
         return Ok(at);
     }
-    let (rest, nth) = ordinal(rest);
+    let (rest, nth) = split_ordinal(rest);
     let found = match nth {
         Some(n) => return nth_of_alias(c, at, rest, n),
         None if at == 0 => c.world().find(0, rest),
@@ -105,16 +105,16 @@ pub(crate) fn find_path(c: &Ctx<'_>, path: &str, base: Option<tatu_object>) -> R
 
 /// Returns the object from which a path starts (0 for the scene), and the rest of the path.
 fn start<'p>(c: &Ctx<'_>, path: &'p str, base: Option<tatu_object>) -> Result<(tatu_object, &'p str)> {
-    let (steps, rest) = leading(path);
+    let (steps, rest) = leading_steps(path);
     let mut at = 0;
     if !steps.is_empty() {
         at = match base {
             Some(base) => base,
-            None if version(c) >= (4, 7) && steps[0] != Step::Model => c.caller_script(),
+            None if version(c) >= (4, 7) && steps[0] != RelativeStep::Model => c.caller_script(),
             None => c.caller_object(),
         };
         // For a caller without an object, such as a remote client, the path starts at the scene.
-        if at == 0 && steps == [Step::Here] && !rest.is_empty() {
+        if at == 0 && steps == [RelativeStep::Here] && !rest.is_empty() {
             return Ok((0, rest));
         }
         if at == 0 {
@@ -124,12 +124,12 @@ fn start<'p>(c: &Ctx<'_>, path: &'p str, base: Option<tatu_object>) -> Result<(t
     }
     for (i, step) in steps.iter().enumerate() {
         at = match step {
-            Step::Here => at,
-            Step::Up => parent(c, at)?,
-            Step::Model => model(c, if i == 0 { at } else { parent(c, at)? })?,
+            RelativeStep::Here => at,
+            RelativeStep::Up => parent(c, at)?,
+            RelativeStep::Model => model(c, if i == 0 { at } else { parent(c, at)? })?,
         };
         // If no model contains the caller, `:/x` searches the whole scene.
-        let whole = *step == Step::Model && i + 1 == steps.len() && !rest.is_empty();
+        let whole = *step == RelativeStep::Model && i + 1 == steps.len() && !rest.is_empty();
         if at == 0 && !whole {
             let e = Fail::missing(format!("`{path}` refers to an object above the root of the scene"));
             at = c.world().stand_in(0, "/above", "").ok_or(e)?;
@@ -143,22 +143,22 @@ fn start<'p>(c: &Ctx<'_>, path: &'p str, base: Option<tatu_object>) -> Result<(t
 }
 
 #[derive(Debug, PartialEq, Clone, Copy)]
-enum Step {
+enum RelativeStep {
     Here,
     Up,
     Model,
 }
 
 /// Splits a path into its leading relative steps and the rest, which is empty or starts with "/".
-fn leading(path: &str) -> (Vec<Step>, &str) {
+fn leading_steps(path: &str) -> (Vec<RelativeStep>, &str) {
     let (mut steps, mut rest) = (Vec::new(), path);
     loop {
         let head = rest.split('/').next().unwrap_or_default();
         match head {
-            "." => steps.push(Step::Here),
-            ".." => steps.push(Step::Up),
+            "." => steps.push(RelativeStep::Here),
+            ".." => steps.push(RelativeStep::Up),
             _ if !head.is_empty() && head.bytes().all(|b| b == b':') && steps.is_empty() => {
-                steps.extend(head.bytes().map(|_| Step::Model));
+                steps.extend(head.bytes().map(|_| RelativeStep::Model));
             }
             _ => return (steps, rest),
         }
@@ -173,7 +173,7 @@ fn leading(path: &str) -> (Vec<Step>, &str) {
 }
 
 /// Splits "/a/b{3}" into "/a/b" and 3.
-fn ordinal(path: &str) -> (&str, Option<usize>) {
+fn split_ordinal(path: &str) -> (&str, Option<usize>) {
     path.strip_suffix('}')
         .and_then(|p| p.rsplit_once('{'))
         .and_then(|(p, n)| n.parse().ok().map(|n| (p, Some(n))))
@@ -225,8 +225,8 @@ fn missing(c: &Ctx<'_>, wanted: &str, by: Prop) -> Fail {
 /// Returns up to three names that resemble `wanted`, the most similar first.
 fn nearest(wanted: &str, known: &[String]) -> Vec<String> {
     // The comparison takes time in proportion to the product of the lengths.
-    const LONGEST: usize = 200;
-    if wanted.len() > LONGEST {
+    const MAX_NAME_BYTES: usize = 200;
+    if wanted.len() > MAX_NAME_BYTES {
         return Vec::new();
     }
     let limit = (wanted.len() / 3).max(2);
@@ -260,13 +260,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn suffix_rule() {
-        assert_eq!(adjusted("motor", -1), "motor");
-        assert_eq!(adjusted("motor", 0), "motor#0");
-        assert_eq!(adjusted("motor", 2), "motor#2");
-        assert_eq!(adjusted("motor#5", 2), "motor#5");
-        assert_eq!(adjusted("motor#", 2), "motor");
-        assert_eq!(adjusted("motor#", -1), "motor");
+    fn suffix_of_the_script_is_applied_to_names() {
+        assert_eq!(adjust_suffix("motor", -1), "motor");
+        assert_eq!(adjust_suffix("motor", 0), "motor#0");
+        assert_eq!(adjust_suffix("motor", 2), "motor#2");
+        assert_eq!(adjust_suffix("motor#5", 2), "motor#5");
+        assert_eq!(adjust_suffix("motor#", 2), "motor");
+        assert_eq!(adjust_suffix("motor#", -1), "motor");
     }
 
     #[test]
@@ -278,22 +278,22 @@ mod tests {
     }
 
     #[test]
-    fn paths_begin() {
-        use Step::*;
-        assert_eq!(leading("/a/b"), (vec![], "/a/b"));
-        assert_eq!(leading("."), (vec![Here], ""));
-        assert_eq!(leading("./b"), (vec![Here], "/b"));
-        assert_eq!(leading(".."), (vec![Up], ""));
-        assert_eq!(leading("../"), (vec![Up], ""));
-        assert_eq!(leading("../../b"), (vec![Up, Up], "/b"));
-        assert_eq!(leading(":/b"), (vec![Model], "/b"));
-        assert_eq!(leading("::"), (vec![Model, Model], ""));
-        assert_eq!(ordinal("/a{3}"), ("/a", Some(3)));
-        assert_eq!(ordinal("/a[3]"), ("/a[3]", None));
+    fn paths_are_split_into_steps_and_ordinals() {
+        use RelativeStep::*;
+        assert_eq!(leading_steps("/a/b"), (vec![], "/a/b"));
+        assert_eq!(leading_steps("."), (vec![Here], ""));
+        assert_eq!(leading_steps("./b"), (vec![Here], "/b"));
+        assert_eq!(leading_steps(".."), (vec![Up], ""));
+        assert_eq!(leading_steps("../"), (vec![Up], ""));
+        assert_eq!(leading_steps("../../b"), (vec![Up, Up], "/b"));
+        assert_eq!(leading_steps(":/b"), (vec![Model], "/b"));
+        assert_eq!(leading_steps("::"), (vec![Model, Model], ""));
+        assert_eq!(split_ordinal("/a{3}"), ("/a", Some(3)));
+        assert_eq!(split_ordinal("/a[3]"), ("/a[3]", None));
     }
 
     #[test]
-    fn near_names() {
+    fn similar_names_are_suggested() {
         let known = ["leftMotor", "rightMotor", "box"].map(String::from);
         assert_eq!(nearest("leftMotro", &known), ["`leftMotor`"]);
         assert!(nearest("completelyElse", &known).is_empty());

@@ -18,13 +18,13 @@ pub(crate) fn list(c: &Ctx<'_>, i: usize) -> Result<Vec<tatu_object>> {
 }
 
 /// Returns the objects that `what` selects, relative to the object of argument `i`.
-pub(crate) fn of(c: &Ctx<'_>, what: i64, i: usize) -> Result<Vec<tatu_object>> {
+pub(crate) fn selected_objects(c: &Ctx<'_>, what: i64, i: usize) -> Result<Vec<tatu_object>> {
     let w = c.world();
     Ok(match what {
         HANDLE_ALL => w.list(0, 0, 0)?,
-        -8 => vec![living(c, i)?.id],
-        -6 => w.list(living(c, i)?.id, 0, 0)?,
-        -7 => chain(c, living(c, i)?.id)?,
+        -8 => vec![existing_object(c, i)?.id],
+        -6 => w.list(existing_object(c, i)?.id, 0, 0)?,
+        -7 => chain(c, existing_object(c, i)?.id)?,
         n => {
             return Err(Fail::argument(format!("{n} does not select a set of objects"))
                 .help("use sim.handle_single, sim.handle_all, sim.handle_tree or sim.handle_chain"));

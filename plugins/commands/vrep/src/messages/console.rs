@@ -6,7 +6,7 @@
 use crate::{
     kit::*,
     state::{
-        consoles::{Consoles, Tell},
+        consoles::{Consoles, LineCallback},
         state,
     },
 };
@@ -14,11 +14,11 @@ use crate::{
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.command(
         Cmd::side_by_side("sim.addStatusbarMessage", |c| {
-            say(c, TATU_LOG_STATUS, 0)?;
+            log_argument(c, TATU_LOG_STATUS, 0)?;
             c.ret(1_i64);
             Ok(())
         })
-        .old_name("simAddStatusbarMessage", MINUS)
+        .old_name("simAddStatusbarMessage", MINUS_ONE)
         .param(Param::string("text").optional().text("nil: clears the status bar"))
         .returns(Param::int("done"))
         .text("Writes a line to the status bar.")
@@ -27,7 +27,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.command(
         Cmd::side_by_side("sim.addLog", |c| {
             let level = c.i64(0)? & 0xFFF;
-            say(c, log_level(level), 1)?;
+            log_argument(c, log_level(level), 1)?;
             if level == SCRIPT_ERROR && c.has(1) {
                 return Err(Fail::with_code(TATU_ERR_SCRIPT, c.text(1)?));
             }
@@ -45,7 +45,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             c.ret(console);
             Ok(())
         })
-        .old_name("simAuxiliaryConsoleOpen", MINUS)
+        .old_name("simAuxiliaryConsoleOpen", MINUS_ONE)
         .param(Param::string("title"))
         .param(Param::int("maxLines").default(100).optional().text("ignored"))
         .param(
@@ -72,9 +72,9 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                     None => c.world().log(TATU_LOG_CONSOLE_CLEAR, &title),
                 }
             }
-            change(c, |consoles, tell| consoles.print(console, text, tell))
+            change_consoles(c, |consoles, tell| consoles.print(console, text, tell))
         })
-        .old_name("simAuxiliaryConsolePrint", MINUS)
+        .old_name("simAuxiliaryConsolePrint", MINUS_ONE)
         .param(Param::int("console"))
         .param(Param::string("text").optional().text("nil: clears the console"))
         .returns(Param::int("done").text("1; 0: the console no longer exists"))
@@ -88,7 +88,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             c.ret(i64::from(there));
             Ok(())
         })
-        .old_name("simAuxiliaryConsoleShow", MINUS)
+        .old_name("simAuxiliaryConsoleShow", MINUS_ONE)
         .param(Param::int("console"))
         .param(Param::any("show").default(true).optional().text("ignored: consoles have no window"))
         .returns(Param::int("done").text("1; 0: the console no longer exists"))
@@ -98,9 +98,9 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.command(
         Cmd::new("sim.auxiliaryConsoleClose", |c| {
             let console = c.i64(0)?;
-            change(c, |consoles, tell| consoles.close(console, tell))
+            change_consoles(c, |consoles, tell| consoles.close(console, tell))
         })
-        .old_name("simAuxiliaryConsoleClose", MINUS)
+        .old_name("simAuxiliaryConsoleClose", MINUS_ONE)
         .param(Param::int("console"))
         .returns(Param::int("done").text("1; 0: the console no longer exists"))
         .text("Closes a console; an incomplete line is logged.")
@@ -121,7 +121,7 @@ fn log_level(verbosity: i64) -> u32 {
 }
 
 /// Logs argument `i`, or clears the status bar if the argument is missing.
-fn say(c: &Shared<'_>, level: u32, i: usize) -> Result {
+fn log_argument(c: &SharedCtx<'_>, level: u32, i: usize) -> Result {
     if c.has(i) {
         c.world().log(level, c.bytes(i)?);
     } else {
@@ -132,7 +132,7 @@ fn say(c: &Shared<'_>, level: u32, i: usize) -> Result {
 
 /// Applies `work` to the consoles, and logs the lines that it completes. Returns 1 to the script if the console exists,
 /// otherwise 0.
-fn change(c: &mut Ctx<'_>, work: impl FnOnce(&mut Consoles, Tell<'_>) -> bool) -> Result {
+fn change_consoles(c: &mut Ctx<'_>, work: impl FnOnce(&mut Consoles, LineCallback<'_>) -> bool) -> Result {
     let mut lines = Vec::new();
     let there = work(&mut state(c)?.consoles, &mut |line| lines.push(line.to_vec()));
     for line in lines {

@@ -7,9 +7,9 @@ use crate::{
 };
 
 /// The event that publishes windows to views.
-const EVENT: &str = "ui.window";
+const WINDOW_EVENT: &str = "ui.window";
 /// The command with which views answer dialogs.
-const ANSWER: &str = "tatu.answerDialog";
+const ANSWER_COMMAND: &str = "tatu.answerDialog";
 
 /// Returns the texts and results of the buttons of a dialog style.
 fn buttons(style: i64) -> &'static [(&'static str, i64)] {
@@ -43,10 +43,10 @@ fn show(c: &Ctx<'_>, made: i64, title: &str, text: &str, dialog: &Dialog) -> Res
     }
     let asks = Value::Bool(!answers.is_empty());
     c.world().publish_value(
-        EVENT,
+        WINDOW_EVENT,
         &map([
             ("window", Value::Int(made)),
-            ("act", Value::text(ANSWER)),
+            ("act", Value::text(ANSWER_COMMAND)),
             ("asks", asks),
             ("widgets", Value::List(widgets)),
         ]),
@@ -54,8 +54,9 @@ fn show(c: &Ctx<'_>, made: i64, title: &str, text: &str, dialog: &Dialog) -> Res
 }
 
 fn hide(c: &Ctx<'_>, made: i64) -> Result {
-    let closed = map([("window", Value::Int(made)), ("act", Value::text(ANSWER)), ("closed", Value::Bool(true))]);
-    c.world().publish_value(EVENT, &closed)
+    let closed =
+        map([("window", Value::Int(made)), ("act", Value::text(ANSWER_COMMAND)), ("closed", Value::Bool(true))]);
+    c.world().publish_value(WINDOW_EVENT, &closed)
 }
 
 /// Performs a user's action on a dialog.
@@ -118,7 +119,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         ),
     );
     offer.command(
-        both(["sim.getDialogResult", "simGetDialogResult"], MINUS, |c| {
+        both(["sim.getDialogResult", "simGetDialogResult"], MINUS_ONE, |c| {
             let step = int_of(c, 0, c.plugin().p.step)?;
             let dialog = find(c)?;
             c.ret(match dialog.style {
@@ -145,7 +146,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .text("Returns the content of a dialog's text field."),
     );
     offer.command(
-        both(["sim.endDialog", "simEndDialog"], MINUS, |c| {
+        both(["sim.endDialog", "simEndDialog"], MINUS_ONE, |c| {
             find(c)?;
             let which = c.i64(0)?;
             state(c)?.dialogs.open.remove(&which);
@@ -158,7 +159,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .text("Closes a dialog."),
     );
     offer.command(
-        Cmd::new(ANSWER, answer)
+        Cmd::new(ANSWER_COMMAND, answer)
             .param(Param::int("dialog").text("its number"))
             .param(Param::int("n").text("the index of its widget: 3 for the first button"))
             .param(Param::string("what").choices(&["attend", "click", "change"]))
@@ -173,7 +174,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             ),
     );
     offer.command(
-        both(["sim.msgBox", "simMsgBox"], MINUS, |c| {
+        both(["sim.msgBox", "simMsgBox"], MINUS_ONE, |c| {
             let (buttons, title, text) = (c.i64(1)?, c.text(2)?, c.text(3)?);
             c.world().log(TATU_LOG_INFO, format!("[{title}] {text}").as_bytes());
             c.ret(if matches!(buttons, 1 | 2) { 2_i64 } else { 3 });

@@ -1,7 +1,7 @@
 //! Converts keys, given by character, name or number, to the key codes of V-REP's messages.
 
 /// Names of special keys and their codes.
-const NAMED: &[(&str, i64)] = &[
+const NAMED_KEYS: &[(&str, i64)] = &[
     ("space", 32),
     ("tab", 2000),
     ("enter", 2001),
@@ -17,7 +17,7 @@ const NAMED: &[(&str, i64)] = &[
 ];
 
 /// Keys that have a separate code in combination with Ctrl.
-const WITH_CTRL: &[(&str, i64)] = &[
+const CTRL_KEYS: &[(&str, i64)] = &[
     ("x", 2004),
     ("c", 2005),
     ("v", 2006),
@@ -56,10 +56,10 @@ pub(crate) fn code(key: &str) -> Option<(i64, i64)> {
     };
     let mut chars = name.chars();
     let code = match (chars.next(), chars.next()) {
-        _ if held & CTRL != 0 => find(WITH_CTRL).or_else(|| find(NAMED))?,
+        _ if held & CTRL != 0 => find(CTRL_KEYS).or_else(|| find(NAMED_KEYS))?,
         // The code is the code point of the character that the key produces.
         (Some(c), None) => i64::from(u32::from(c)),
-        _ => find(NAMED).or_else(|| name.parse().ok().filter(|n| *n >= 0))?,
+        _ => find(NAMED_KEYS).or_else(|| name.parse().ok().filter(|n| *n >= 0))?,
     };
     Some((code, held))
 }
@@ -70,7 +70,7 @@ mod tests {
 
     /// Expected codes: tests/facts/script-api.md, section 5.
     #[test]
-    fn keys_have_their_codes() {
+    fn keys_are_converted_to_codes_and_modifiers() {
         for (key, wanted) in [
             ("s", Some((115, 0))),
             ("S", Some((83, 0))),

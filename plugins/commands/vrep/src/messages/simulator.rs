@@ -7,7 +7,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.command(
         Cmd::new("sim.getSimulatorMessage", |c| {
             let script = c.caller_script();
-            pressed(c)?;
+            send_pressed_keys(c)?;
             let message = state(c)?.messages.next(script);
             match message {
                 Some((kind, aux)) => {
@@ -18,7 +18,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             }
             Ok(())
         })
-        .old_name("simGetSimulatorMessage", MINUS)
+        .old_name("simGetSimulatorMessage", MINUS_ONE)
         .returns(Param::int("message").text("sim.message_...; -1 alone: no message is pending"))
         .returns(Param::list("auxiliary").text("4 integers; for a key press: code, and 1 for Ctrl plus 2 for Shift"))
         .text("Removes and returns the oldest pending message of the calling script.")
@@ -40,7 +40,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
 }
 
 /// Converts the keys pressed since the last call to messages.
-fn pressed(c: &Ctx<'_>) -> Result {
+fn send_pressed_keys(c: &Ctx<'_>) -> Result {
     loop {
         let seen = state(c)?.messages.inputs;
         let Some((kind, text)) = c.world().input(seen) else { return Ok(()) };

@@ -2,9 +2,9 @@
 //! finish.
 //!
 //! - `profile`: computes profiles; `profiles`: the profile commands;
-//! - `moves`: the blocking motion commands; `made`: interprets their arguments.
+//! - `moves`: the blocking motion commands; `arguments`: interprets their arguments.
 
-mod made;
+mod arguments;
 mod moves;
 pub(crate) mod profile;
 mod profiles;

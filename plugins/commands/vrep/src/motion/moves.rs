@@ -1,18 +1,18 @@
 //! Motion commands that block the calling thread (`sim.moveToConfig`, `sim.moveToPose` and their older equivalents),
 //! and commands with which a script advances such a motion itself.
 //!
-//! Each motion is a [`Motion`] stored under a number; a step advances its profile, moves its objects, and calls its
+//! Each motion is a [`ActiveMotion`] stored under a number; a step advances its profile, moves its objects, and calls its
 //! callback.
 
 use super::{
-    made::{config, pose, rml_joints, rml_position, to_joints, to_object, to_position},
-    profile::State,
+    arguments::{config, pose, rml_joints, rml_position, to_joints, to_object, to_position},
+    profile::MotionState,
     profiles::NOTES,
 };
 use crate::{
     kit::{algebra as al, *},
     state::{
-        motions::{Answer, Listener, Motion, Mover},
+        motions::{ActiveMotion, MotionCallback, MovedObjects, ResultForm},
         state,
     },
 };
@@ -131,7 +131,7 @@ fn steps(offer: &mut Offer<Vrep>) {
         (
             "sim.moveToConfig",
             ["sim.moveToConfig_init", "sim.moveToConfig_step", "sim.moveToConfig_cleanup"],
-            config as Make,
+            config as MotionBuilder,
         ),
         ("sim.moveToPose", ["sim.moveToPose_init", "sim.moveToPose_step", "sim.moveToPose_cleanup"], pose),
     ] {
@@ -139,7 +139,7 @@ fn steps(offer: &mut Offer<Vrep>) {
         offer.command(
             Cmd::new(begin, move |c| {
                 let motion = make(c)?;
-                let number = keep(c, motion)?;
+                let number = start_motion(c, motion)?;
                 c.ret(Value::Map(vec![(Value::text("motion"), Value::Int(number))]));
                 Ok(())
             })
@@ -165,7 +165,7 @@ fn steps(offer: &mut Offer<Vrep>) {
         offer.command(
             Cmd::new(cleanup, |c| {
                 let number = number_of(c)?;
-                finish(c, number)
+                end_motion(c, number)
             })
             .param(motion())
             .text("Ends a motion."),
@@ -173,14 +173,14 @@ fn steps(offer: &mut Offer<Vrep>) {
     }
 }
 
-type Make = fn(&Ctx<'_>) -> Result<Motion>;
+type MotionBuilder = fn(&Ctx<'_>) -> Result<ActiveMotion>;
 
 fn number_of(c: &Ctx<'_>) -> Result<i64> {
     let number = c.arg(0).get("motion").and_then(|v| v.as_i64());
     number.ok_or_else(|| Fail::argument("argument 1: expected the result of the motion's `_init` function"))
 }
 
-fn keep(c: &Ctx<'_>, motion: Motion) -> Result<i64> {
+fn start_motion(c: &Ctx<'_>, motion: ActiveMotion) -> Result<i64> {
     let mut state = state(c)?;
     state.moved += 1;
     let number = state.moved;
@@ -188,16 +188,16 @@ fn keep(c: &Ctx<'_>, motion: Motion) -> Result<i64> {
     Ok(number)
 }
 
-fn finish(c: &Ctx<'_>, number: i64) -> Result {
+fn end_motion(c: &Ctx<'_>, number: i64) -> Result {
     let motion = state(c)?.motions.remove(&number);
-    if let Some(Motion { listener: Listener::Function(f), .. }) = motion {
+    if let Some(ActiveMotion { listener: MotionCallback::Function(f), .. }) = motion {
         c.drop_func(f);
     }
     Ok(())
 }
 
 /// Starts a motion, and advances it each time the waiting thread resumes.
-fn run(c: &mut Ctx<'_>, make: Make) -> Result<Outcome> {
+fn run(c: &mut Ctx<'_>, make: MotionBuilder) -> Result<Outcome> {
     let number = match c.resumed() {
         0 => {
             if !c.can_wait() {
@@ -206,21 +206,21 @@ fn run(c: &mut Ctx<'_>, make: Make) -> Result<Outcome> {
                 )
                 .help("call it from a threaded script, or from sysCall_thread or a coroutine"));
             }
-            keep(c, make(c)?)?
+            start_motion(c, make(c)?)?
         }
         word => word as i64,
     };
     let (arrived, answer) = match advance(c, number) {
         Ok(done) => done,
         Err(e) => {
-            finish(c, number)?;
+            end_motion(c, number)?;
             return Err(e);
         }
     };
     if !arrived {
         return c.wait_steps(1, number as u64);
     }
-    finish(c, number)?;
+    end_motion(c, number)?;
     match answer {
         Value::List(values) => values.into_iter().for_each(|v| c.ret(v)),
         v => c.ret(v),
@@ -240,36 +240,36 @@ fn advance(c: &mut Ctx<'_>, number: i64) -> Result<(bool, Value)> {
         (motion.clone(), stepped)
     };
     let at = apply(c, &motion.mover, &now)?;
-    let told: Vec<Value> = match &motion.mover {
-        Mover::Pose { .. } => vec![at.clone(), Value::Floats(now[1].clone()), Value::Floats(now[2].clone())],
+    let callback_args: Vec<Value> = match &motion.mover {
+        MovedObjects::Pose { .. } => vec![at.clone(), Value::Floats(now[1].clone()), Value::Floats(now[2].clone())],
         _ => now.iter().map(|v| Value::Floats(v.clone())).collect(),
     };
     let enough = match &motion.listener {
-        Listener::Nobody => false,
+        MotionCallback::Nobody => false,
         listener => {
-            let map = motion.answer == Answer::Map;
-            let mut args = if map { vec![answer(&motion, &now, &at, left)] } else { told };
+            let map = motion.answer == ResultForm::Map;
+            let mut args = if map { vec![motion_result(&motion, &now, &at, left)] } else { callback_args };
             if !map && !motion.data.is_empty() {
                 args.push(tables::unpack(&motion.data)?);
             }
             let results = match listener {
-                Listener::Function(f) => c.call_func(*f, &args)?,
-                Listener::Named(name) => c.world().call_function(c.caller_script(), name, &args)?,
-                Listener::Nobody => Vec::new(),
+                MotionCallback::Function(f) => c.call_func(*f, &args)?,
+                MotionCallback::Named(name) => c.world().call_function(c.caller_script(), name, &args)?,
+                MotionCallback::Nobody => Vec::new(),
             };
             matches!(results.first(), Some(v) if !matches!(v, Value::Nil | Value::Bool(false)))
         }
     };
     arrived |= enough;
-    Ok((arrived, answer(&motion, &now, &at, left)))
+    Ok((arrived, motion_result(&motion, &now, &at, left)))
 }
 
-fn answer(motion: &Motion, now: &State, at: &Value, left: f64) -> Value {
+fn motion_result(motion: &ActiveMotion, now: &MotionState, at: &Value, left: f64) -> Value {
     let [pos, vel, accel] = now.each_ref().map(|v| Value::Floats(v.clone()));
-    let pose = matches!(motion.mover, Mover::Pose { .. });
+    let pose = matches!(motion.mover, MovedObjects::Pose { .. });
     match motion.answer {
-        Answer::Left => Value::List(vec![Value::Float(left)]),
-        Answer::Map => {
+        ResultForm::Left => Value::List(vec![Value::Float(left)]),
+        ResultForm::Map => {
             let mut map = vec![(Value::text(if pose { "pose" } else { "pos" }), at.clone())];
             map.extend([("vel", vel), ("accel", accel)].map(|(k, v)| (Value::text(k), v)));
             map.push((Value::text("timeLeft"), Value::Float(left)));
@@ -280,9 +280,9 @@ fn answer(motion: &Motion, now: &State, at: &Value, left: f64) -> Value {
             }
             Value::Map(map)
         }
-        Answer::List if pose => Value::List(vec![at.clone(), Value::Float(left)]),
-        Answer::List => Value::List(vec![pos, vel, accel, Value::Float(left)]),
-        Answer::Old => {
+        ResultForm::List if pose => Value::List(vec![at.clone(), Value::Float(left)]),
+        ResultForm::List => Value::List(vec![pos, vel, accel, Value::Float(left)]),
+        ResultForm::Old => {
             let mut out = vec![Value::Int(0)];
             match at {
                 Value::Floats(p) if pose && p.len() == 7 => {
@@ -298,19 +298,20 @@ fn answer(motion: &Motion, now: &State, at: &Value, left: f64) -> Value {
 
 /// Moves the objects of a motion to the state `now` of its profile, and returns their position in the form that
 /// callbacks receive.
-fn apply(c: &Ctx<'_>, mover: &Mover, now: &State) -> Result<Value> {
+fn apply(c: &Ctx<'_>, mover: &MovedObjects, now: &MotionState) -> Result<Value> {
     let (w, p) = (c.world(), &c.plugin().p);
     match mover {
-        Mover::Nothing => {}
-        Mover::Joints(joints) => {
+        MovedObjects::Nothing => {}
+        MovedObjects::Joints(joints) => {
             for (joint, x) in joints.iter().zip(&now[0]) {
                 let driven = text_of(c, *joint, p.joint_mode)? == "dynamic";
                 let prop = if driven { p.joint_target_position } else { p.joint_position };
                 w.set_f64s(*joint, prop, &[*x])?;
             }
         }
-        Mover::Pose { object, frame, from, to } => {
-            let angle = al::axis_angle(al::turn(al::rotation(to), al::conjugate(al::rotation(from)))).1.abs();
+        MovedObjects::Pose { object, frame, from, to } => {
+            let angle =
+                al::axis_angle(al::compose_rotations(al::rotation(to), al::conjugate(al::rotation(from)))).1.abs();
             // The four coordinates are x, y, z and the angle rotated so far.
             let [x, y, z, turned] =
                 <[f64; 4]>::try_from(now[0].as_slice()).map_err(|_| Fail::new("a pose has four coordinates"))?;

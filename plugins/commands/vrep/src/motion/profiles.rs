@@ -1,7 +1,7 @@
 //! Commands on motion profiles, which are identified by handles: `sim.ruckigPos`, `sim.ruckigVel`, `sim.ruckigStep`,
 //! `sim.ruckigRemove`, and the older `simRMLPos` family.
 
-use super::profile::Profile;
+use super::profile::MotionProfile;
 use crate::{kit::*, state::state};
 
 /// Differences from V-REP's documented profiles.
@@ -43,9 +43,9 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                 }
             }
             let profile = if position {
-                Profile::to(&start, &velocity, &target, [&part(4, 0)?, &part(4, 1)?, &part(4, 2)?])
+                MotionProfile::to(&start, &velocity, &target, [&part(4, 0)?, &part(4, 1)?, &part(4, 2)?])
             } else {
-                Profile::to_velocity(&start, &velocity, &target, &part(4, 0)?, &part(4, 1)?)
+                MotionProfile::to_velocity(&start, &velocity, &target, &part(4, 0)?, &part(4, 1)?)
             };
             let mut state = state(c)?;
             state.profiles.made += 1;
@@ -56,7 +56,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             Ok(())
         })
         .alias(older)
-        .old_name(flat, MINUS);
+        .old_name(flat, MINUS_ONE);
         offer.command(
             common(command)
                 .param(table("limits", limits))
@@ -71,14 +71,14 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         Cmd::new("sim.ruckigStep", |c| {
             let (which, dt) = (c.i64(0)?, c.f64(1)?.max(0.0));
             let stepped = state(c)?.profiles.all.get_mut(&which).map(|p| p.step(dt));
-            let (arrived, [at, v, a], over) = stepped.ok_or_else(|| none(which))?;
+            let (arrived, [at, v, a], over) = stepped.ok_or_else(|| missing_profile(which))?;
             c.ret(i64::from(arrived));
             c.ret(&[at, v, a].concat()[..]);
             c.ret(over);
             Ok(())
         })
         .alias("sim.rmlStep")
-        .old_name("simRMLStep", MINUS)
+        .old_name("simRMLStep", MINUS_ONE)
         .param(Param::int("profile"))
         .param(Param::float("dt").unit("s"))
         .returns(Param::int("result").text("0: in progress, 1: target reached"))
@@ -90,16 +90,16 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.command(
         Cmd::new("sim.ruckigRemove", |c| {
             let which = c.i64(0)?;
-            state(c)?.profiles.all.remove(&which).ok_or_else(|| none(which))?;
-            done(c)
+            state(c)?.profiles.all.remove(&which).ok_or_else(|| missing_profile(which))?;
+            finish_setter(c)
         })
         .alias("sim.rmlRemove")
-        .old_name("simRMLRemove", MINUS)
+        .old_name("simRMLRemove", MINUS_ONE)
         .param(Param::int("profile"))
         .text("Removes a motion profile."),
     );
 }
 
-fn none(which: i64) -> Fail {
+fn missing_profile(which: i64) -> Fail {
     Fail::missing(format!("there is no motion profile {which}"))
 }

@@ -5,7 +5,7 @@ use crate::{kit::*, lookup::names};
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.command(
         Cmd::new("sim.getObjectHandle", get_handle)
-            .old_name("simGetObjectHandle", MINUS)
+            .old_name("simGetObjectHandle", MINUS_ONE)
             .param(Param::any("name").text(
                 "a unique name, a path, or sim.handle_self; in a script of `robot#2`, `motor` means `motor#2`, and \
                  `motor#` exactly `motor`; with `@silentError` appended, -1 is returned if the object is missing",
@@ -33,7 +33,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             c.ret(found.map_or(-1, handle));
             Ok(())
         })
-        .old_name("simGetObjectHandle_noErrorNoSuffixAdjustment", MINUS)
+        .old_name("simGetObjectHandle_noErrorNoSuffixAdjustment", MINUS_ONE)
         .param(Param::string("name").text("a unique name"))
         .returns(Param::int("handle"))
         .text("Finds an object by its exact unique name; returns -1 if there is none.")
@@ -41,12 +41,12 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     );
     offer.command(
         Cmd::side_by_side("sim.getObjectType", |c| {
-            let o = living(c, 0)?;
+            let o = existing_object(c, 0)?;
             let kind = type_of(c, o);
             c.ret(kind);
             Ok(())
         })
-        .old_name("simGetObjectType", MINUS)
+        .old_name("simGetObjectType", MINUS_ONE)
         .param(object("object"))
         .returns(Param::int("type").text("sim.object_..._type; -1 for objects that V-REP does not have"))
         .text("Returns the type of an object.")
@@ -69,7 +69,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             c.ret(i64::from(there));
             Ok(())
         })
-        .old_name("simIsHandleValid", MINUS)
+        .old_name("simIsHandleValid", MINUS_ONE)
         .param(Param::any("handle"))
         .param(Param::int("type").default(-1).optional().text("ignored: all handles belong to objects"))
         .returns(Param::int("valid").text("1 or 0"))
@@ -78,12 +78,12 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     );
     offer.command(
         Cmd::new("sim.getObjectUid", |c| {
-            let o = living(c, 0)?;
+            let o = existing_object(c, 0)?;
             c.ret(o.id as i64);
             Ok(())
         })
         .alias("sim.getObjectUniqueIdentifier")
-        .old_name("simGetObjectUniqueIdentifier", MINUS)
+        .old_name("simGetObjectUniqueIdentifier", MINUS_ONE)
         .param(object("object"))
         .returns(Param::int("uid"))
         .text("Returns a number that identifies an object uniquely during the whole run.")
@@ -125,12 +125,12 @@ fn get_handle(c: &mut Ctx<'_>) -> Result {
     }
     let silent = !mark.is_empty() || no_error(c);
     let found = if silent && !names::is_path(name) {
-        let name = names::adjusted(name, names::suffix(c)?).into_owned();
+        let name = names::adjust_suffix(name, names::suffix(c)?).into_owned();
         c.world().find(0, &name)
     } else if silent {
         names::find(c, name)
     } else {
-        names::find_or_ask(c, name)
+        names::find_or_create(c, name)
     };
     answer(c, found, silent)
 }
@@ -145,7 +145,7 @@ fn get_object(c: &mut Ctx<'_>) -> Result {
     };
     let index = index.and_then(|v| v.as_i64()).unwrap_or(0);
     let silent = no_error(c);
-    let find = if silent { names::find_path } else { names::find_path_or_ask };
+    let find = if silent { names::find_path } else { names::find_path_or_create };
     let found = if !names::is_path(&path) {
         Err(Fail::missing(format!("`{path}` is not a path"))
             .help("a path begins with `/`, `.` or `:`; to find an object by unique name, use sim.getObjectHandle"))
@@ -170,13 +170,13 @@ fn answer(c: &mut Ctx<'_>, found: Result<tatu_object>, silent: bool) -> Result {
     Ok(())
 }
 
-fn exists(c: &Shared<'_>) -> bool {
+fn exists(c: &SharedCtx<'_>) -> bool {
     let flags = c.arg(0).as_i64().is_some_and(|n| n > HANDLE_BITS);
     !flags && id(c, 0).is_ok_and(|id| c.world().look(id).is_ok())
 }
 
 /// Returns the type number of an object, `sim.object_..._type`.
-pub(crate) fn type_of(c: &Shared<'_>, o: Object) -> i64 {
+pub(crate) fn type_of(c: &SharedCtx<'_>, o: Object) -> i64 {
     match o.kind {
         TATU_KIND_SHAPE => 0,
         TATU_KIND_JOINT => 1,
@@ -185,7 +185,7 @@ pub(crate) fn type_of(c: &Shared<'_>, o: Object) -> i64 {
         TATU_KIND_DUMMY if crate::paths::objects::is_path(c, o.id) && version(c) < (4, 2) => 8,
         TATU_KIND_DUMMY => 4,
         TATU_KIND_SENSOR if c.world().reading(o.id, c.plugin().p.detected).is_ok() => 5,
-        TATU_KIND_SENSOR if crate::vision::sensors::is_one(c, o.id) => 9,
+        TATU_KIND_SENSOR if crate::vision::sensors::is_vision_sensor(c, o.id) => 9,
         TATU_KIND_PATH => 8,
         TATU_KIND_FORCE_SENSOR => 12,
         TATU_KIND_LIGHT => 13,

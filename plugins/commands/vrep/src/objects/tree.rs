@@ -14,7 +14,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             c.ret(handle(up));
             Ok(())
         })
-        .old_name("simGetObjectParent", MINUS)
+        .old_name("simGetObjectParent", MINUS_ONE)
         .param(object("object"))
         .returns(Param::int("parent").text("-1: none"))
         .text("Returns the parent of an object.")
@@ -22,7 +22,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     );
     offer.command(
         Cmd::new("sim.setObjectParent", set_parent)
-            .old_name("simSetObjectParent", MINUS)
+            .old_name("simSetObjectParent", MINUS_ONE)
             .param(flagged("object"))
             .param(Param::int("parent").text("-1: none"))
             .param(Param::any("keepInPlace").default(true).optional().text(
@@ -44,7 +44,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             c.ret(handle(child));
             Ok(())
         })
-        .old_name("simGetObjectChild", MINUS)
+        .old_name("simGetObjectChild", MINUS_ONE)
         .param(Param::int("object").text("a handle, or sim.handle_scene"))
         .param(Param::int("index").text("from 0"))
         .returns(Param::int("child").text("-1: the index is past the last child"))
@@ -63,7 +63,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                 flags |= TATU_LIST_CHILDREN;
             }
             let all = typed(c, base, kind, flags)?;
-            if let (true, Some((_, kind))) = (all.is_empty(), STAND_INS.iter().find(|(n, _)| *n == kind)) {
+            if let (true, Some((_, kind))) = (all.is_empty(), STAND_IN_KINDS.iter().find(|(n, _)| *n == kind)) {
                 c.world().missed_child(base, kind);
             }
             c.ret(all.as_slice());
@@ -87,7 +87,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             c.ret(one);
             Ok(())
         })
-        .old_name("simGetObjects", MINUS)
+        .old_name("simGetObjects", MINUS_ONE)
         .param(Param::int("index").text("from 0"))
         .param(Param::int("type").default(-2).optional().text("sim.object_..._type, or sim.handle_all"))
         .returns(Param::int("object").text("-1: the index is past the last object"))
@@ -100,12 +100,12 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                 let all = c.world().list(0, 0, 0)?;
                 c.world().remove(&all)?;
             } else {
-                let o = living(c, 0)?;
+                let o = existing_object(c, 0)?;
                 c.world().remove(&[o.id])?;
             }
-            done(c)
+            finish_setter(c)
         })
-        .old_name("simRemoveObject", MINUS)
+        .old_name("simRemoveObject", MINUS_ONE)
         .param(flagged("object"))
         .text("Removes an object; its children become children of its parent.")
         .example("sim.removeObject(box)"),
@@ -132,7 +132,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     );
     offer.command(
         Cmd::new("sim.removeModel", |c| {
-            let o = living(c, 0)?;
+            let o = existing_object(c, 0)?;
             if !bool_of(c, o.id, c.plugin().p.model_base)? {
                 return Err(Fail::argument(format!(
                     "object {} `{}` is not the base of a model",
@@ -145,7 +145,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             c.ret(all.len() as i64);
             Ok(())
         })
-        .old_name("simRemoveModel", MINUS)
+        .old_name("simRemoveModel", MINUS_ONE)
         .param(flagged("model"))
         .returns(Param::int("count"))
         .text("Removes a model: its base and all descendants.")
@@ -158,12 +158,12 @@ fn base(c: &Ctx<'_>, i: usize) -> Result<tatu_object> {
     if c.i64(i)? == HANDLE_SCENE {
         return Ok(0);
     }
-    Ok(living(c, i)?.id)
+    Ok(existing_object(c, i)?.id)
 }
 
 /// V-REP types, and the kinds of the substitute objects that a run without a scene creates if a search by type finds no
 /// object.
-const STAND_INS: &[(i64, &str)] = &[(0, "shape"), (1, "joint"), (5, "proximity/1"), (12, "force_sensor")];
+const STAND_IN_KINDS: &[(i64, &str)] = &[(0, "shape"), (1, "joint"), (5, "proximity/1"), (12, "force_sensor")];
 
 /// Returns the objects of a V-REP type at and below `base`.
 fn typed(c: &Ctx<'_>, base: tatu_object, kind: i64, flags: u32) -> Result<Vec<i64>> {
@@ -180,8 +180,8 @@ fn typed(c: &Ctx<'_>, base: tatu_object, kind: i64, flags: u32) -> Result<Vec<i6
 }
 
 fn set_parent(c: &mut Ctx<'_>) -> Result {
-    let (o, p, w) = (living(c, 0)?.id, &c.plugin().p, c.world());
-    let up = if c.i64(1)? == -1 { 0 } else { living(c, 1)?.id };
+    let (o, p, w) = (existing_object(c, 0)?.id, &c.plugin().p, c.world());
+    let up = if c.i64(1)? == -1 { 0 } else { existing_object(c, 1)?.id };
     let keep = !c.has(2) || c.arg(2).truthy();
     if keep {
         let pose = w.pose(o, 0)?;
@@ -192,5 +192,5 @@ fn set_parent(c: &mut Ctx<'_>) -> Result {
         w.set(o, p.parent, &Value::Object(up))?;
         w.set_f64s(o, p.local_pose, &pose)?;
     }
-    done(c)
+    finish_setter(c)
 }

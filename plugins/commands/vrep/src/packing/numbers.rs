@@ -3,7 +3,7 @@
 use crate::kit::*;
 
 /// An element type, and the commands that pack and unpack its values.
-struct Element {
+struct ElementType {
     name: &'static str,
     /// Names of the packing command: current, flat and oldest.
     pack_names: [&'static str; 3],
@@ -11,19 +11,19 @@ struct Element {
     unpack_names: [&'static str; 3],
     size: usize,
     pack: fn(f64, &mut Vec<u8>),
-    unpack: Unpack,
+    unpack: UnpackFunction,
 }
 
 /// Converts the bytes of an element.
 #[derive(Clone, Copy)]
-enum Unpack {
+enum UnpackFunction {
     Float(fn(&[u8]) -> f64),
     Int(fn(&[u8]) -> i64),
 }
 
 macro_rules! element {
     ($name:literal, $pack:expr, $unpack:expr, $t:ty, $narrow:expr, $widen:expr) => {
-        Element {
+        ElementType {
             name: $name,
             pack_names: $pack,
             unpack_names: $unpack,
@@ -38,14 +38,14 @@ macro_rules! element {
 }
 
 /// The element types. Integers outside the range of a type wrap around.
-const ELEMENTS: &[Element] = &[
+const ELEMENTS: &[ElementType] = &[
     element!(
         "Float",
         ["sim.packFloatTable", "simPackFloatTable", "simPackFloats"],
         ["sim.unpackFloatTable", "simUnpackFloatTable", "simUnpackFloats"],
         f32,
         |x| x as f32,
-        Unpack::Float
+        UnpackFunction::Float
     ),
     element!(
         "Double",
@@ -53,7 +53,7 @@ const ELEMENTS: &[Element] = &[
         ["sim.unpackDoubleTable", "simUnpackDoubleTable", "simUnpackDoubles"],
         f64,
         |x| x,
-        Unpack::Float
+        UnpackFunction::Float
     ),
     element!(
         "Int32",
@@ -61,7 +61,7 @@ const ELEMENTS: &[Element] = &[
         ["sim.unpackInt32Table", "simUnpackInt32Table", "simUnpackInts"],
         i32,
         |x| x as i64 as i32,
-        Unpack::Int
+        UnpackFunction::Int
     ),
     element!(
         "UInt32",
@@ -69,7 +69,7 @@ const ELEMENTS: &[Element] = &[
         ["sim.unpackUInt32Table", "simUnpackUInt32Table", "simUnpackUInts"],
         u32,
         |x| x as i64 as u32,
-        Unpack::Int
+        UnpackFunction::Int
     ),
     element!(
         "UInt16",
@@ -77,7 +77,7 @@ const ELEMENTS: &[Element] = &[
         ["sim.unpackUInt16Table", "simUnpackUInt16Table", "simUnpackWords"],
         u16,
         |x| x as i64 as u16,
-        Unpack::Int
+        UnpackFunction::Int
     ),
     element!(
         "UInt8",
@@ -85,7 +85,7 @@ const ELEMENTS: &[Element] = &[
         ["sim.unpackUInt8Table", "simUnpackUInt8Table", "simUnpackBytes"],
         u8,
         |x| x as i64 as u8,
-        Unpack::Int
+        UnpackFunction::Int
     ),
 ];
 
@@ -99,7 +99,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                 if !is_table(v) {
                     return Err(Fail::argument("argument 1: expected a table of numbers"));
                 }
-                let range = part(v.len(), int_or(c, 1, 0)?, int_or(c, 2, 0)?);
+                let range = selected_range(v.len(), int_or(c, 1, 0)?, int_or(c, 2, 0)?);
                 let bytes = pack(e, range.map(|i| v.number(i).unwrap_or(0.0)));
                 if !bytes.is_empty() {
                     c.ret(Value::Bytes(bytes));
@@ -123,7 +123,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                 // In a run without a scene, a missing script parameter is replaced with the string "1", which is not
                 // packed data; it is unpacked to zeros.
                 let stands_in = bytes == b"1" && c.world().makes_stand_ins();
-                let bytes = if stands_in { STAND_IN } else { bytes };
+                let bytes = if stands_in { STAND_IN_DATA } else { bytes };
                 let values = unpack(e, bytes.get(skip..).unwrap_or_default(), start, count)?;
                 c.ret(values);
                 Ok(())
@@ -141,7 +141,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     }
 }
 
-fn described(e: &Element) -> String {
+fn described(e: &ElementType) -> String {
     let what = match e.name {
         "Float" | "Double" => "floats",
         "Int32" => "signed integers",
@@ -151,7 +151,7 @@ fn described(e: &Element) -> String {
 }
 
 /// Returns the range of the selected elements, clamped to `n`.
-fn part(n: usize, start: i64, count: i64) -> std::ops::Range<usize> {
+fn selected_range(n: usize, start: i64, count: i64) -> std::ops::Range<usize> {
     let start = usize::try_from(start).unwrap_or(0).min(n);
     let end = match usize::try_from(count) {
         Ok(count) if count > 0 => (start + count).min(n),
@@ -160,20 +160,20 @@ fn part(n: usize, start: i64, count: i64) -> std::ops::Range<usize> {
     start..end
 }
 
-fn pack(e: &Element, numbers: impl Iterator<Item = f64>) -> Vec<u8> {
+fn pack(e: &ElementType, numbers: impl Iterator<Item = f64>) -> Vec<u8> {
     let mut out = Vec::new();
     numbers.for_each(|x| (e.pack)(x, &mut out));
     out
 }
 
-fn unpack(e: &Element, bytes: &[u8], start: i64, count: i64) -> Result<Value> {
+fn unpack(e: &ElementType, bytes: &[u8], start: i64, count: i64) -> Result<Value> {
     let whole = bytes.len() / e.size;
-    let range = part(whole, start, count);
+    let range = selected_range(whole, start, count);
     tables::check_count(range.len(), 8)?;
     let elements = bytes.chunks_exact(e.size).skip(range.start).take(range.len());
     Ok(match e.unpack {
-        Unpack::Float(f) => Value::Floats(elements.map(f).collect()),
-        Unpack::Int(f) => Value::Ints(elements.map(f).collect()),
+        UnpackFunction::Float(f) => Value::Floats(elements.map(f).collect()),
+        UnpackFunction::Int(f) => Value::Ints(elements.map(f).collect()),
     })
 }
 
@@ -181,7 +181,7 @@ fn unpack(e: &Element, bytes: &[u8], start: i64, count: i64) -> Result<Value> {
 mod tests {
     use super::*;
 
-    fn element(name: &str) -> &'static Element {
+    fn element(name: &str) -> &'static ElementType {
         ELEMENTS.iter().find(|e| e.name == name).unwrap()
     }
 
@@ -198,7 +198,7 @@ mod tests {
     }
 
     #[test]
-    fn integers_wrap() {
+    fn integers_wrap_to_their_size() {
         assert_eq!(pack(element("UInt8"), [256.0, -1.0, 7.9].into_iter()), [0, 255, 7]);
         assert_eq!(pack(element("UInt16"), [258.0].into_iter()), [2, 1]);
         let all = pack(element("UInt32"), [-1.0].into_iter());
@@ -207,10 +207,10 @@ mod tests {
     }
 
     #[test]
-    fn parts() {
-        assert_eq!(part(5, 0, 0), 0..5);
-        assert_eq!(part(5, 2, 2), 2..4);
-        assert_eq!(part(5, 9, 2), 5..5);
-        assert_eq!(part(5, -1, 99), 0..5);
+    fn selected_range_is_clamped() {
+        assert_eq!(selected_range(5, 0, 0), 0..5);
+        assert_eq!(selected_range(5, 2, 2), 2..4);
+        assert_eq!(selected_range(5, 9, 2), 5..5);
+        assert_eq!(selected_range(5, -1, 99), 0..5);
     }
 }

@@ -5,7 +5,7 @@
 
 use crate::{kit::*, simulation::run::state_now};
 
-const APP: i64 = -13;
+const HANDLE_APP: i64 = -13;
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     let names = ["sim.getFloatProperty", "sim.setFloatProperty"];
@@ -26,7 +26,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
 }
 
 /// Types of the values that scripts can store under arbitrary names, in the order in which they are searched.
-const TYPES: [&str; 6] = ["string", "buffer", "int", "float", "bool", "floatarray"];
+const PROPERTY_TYPES: [&str; 6] = ["string", "buffer", "int", "float", "bool", "floatarray"];
 
 /// Adds commands that get and set a property of any type.
 fn of_any_type(offer: &mut Offer<Vrep>) {
@@ -34,12 +34,13 @@ fn of_any_type(offer: &mut Offer<Vrep>) {
     offer.command(
         Cmd::new("sim.getProperty", move |c| {
             let name = c.text(1)?;
-            let own = TYPES.iter().find(|of| kept(&name, of).is_some_and(|_| find(c, &name, of, any).is_ok()));
+            let own =
+                PROPERTY_TYPES.iter().find(|of| storage_of(&name, of).is_some_and(|_| find(c, &name, of, any).is_ok()));
             let found = find(c, &name, own.unwrap_or(&"string"), any);
-            give(c, found)
+            return_property(c, found)
         })
-        .param(target())
-        .param(key())
+        .param(target_param())
+        .param(key_param())
         .param(Param::any("options").optional().text("{noError = true}: nil if the property is missing"))
         .returns(Param::any("value"))
         .text("Returns a property of any type by its name.")
@@ -56,10 +57,10 @@ fn of_any_type(offer: &mut Offer<Vrep>) {
                 Value::Bool(_) => "bool",
                 _ => "floatarray",
             };
-            change(c, of, &value)
+            set_property(c, of, &value)
         })
-        .param(target())
-        .param(key())
+        .param(target_param())
+        .param(key_param())
         .param(Param::any("value"))
         .param(Param::any("options").optional().text("ignored"))
         .text("Sets a property by its name; the old value is restored at the end of the simulation.")
@@ -67,17 +68,17 @@ fn of_any_type(offer: &mut Offer<Vrep>) {
     );
 }
 
-fn target() -> Param {
+fn target_param() -> Param {
     Param::int("target").text("a handle; sim.handle_scene or sim.handle_app: the world itself")
 }
-fn key() -> Param {
+fn key_param() -> Param {
     Param::string("name").text(
         "`<kind>.<key>` (`joint.max_force`, `thruster.thrust`), a name in V-REP, `customData.NAME` or `signal.NAME`",
     )
 }
 
 /// Returns a property to the script, or nil if it is missing and the script has set `noError`.
-fn give(c: &mut Ctx<'_>, found: Result<Value>) -> Result {
+fn return_property(c: &mut Ctx<'_>, found: Result<Value>) -> Result {
     match found {
         Ok(Value::Object(id)) => c.ret(handle(id)),
         Ok(value) => c.ret(value),
@@ -88,11 +89,11 @@ fn give(c: &mut Ctx<'_>, found: Result<Value>) -> Result {
 }
 
 /// Sets the property of argument 0 whose name is argument 1.
-fn change(c: &Ctx<'_>, of: &str, value: &Value) -> Result {
+fn set_property(c: &Ctx<'_>, of: &str, value: &Value) -> Result {
     let name = c.text(1)?;
     let id = target_of(c)?;
-    if let Some(own) = kept(&name, of) {
-        return put(c, id, own, value);
+    if let Some(own) = storage_of(&name, of) {
+        return store(c, id, own, value);
     }
     // Use the first key that the object has. If it has none of them, the error must contain the script's own spelling.
     let keys = candidates(c, id, &name)?;
@@ -113,10 +114,10 @@ fn family(
         Cmd::new(get, move |c| {
             let name = c.text(1)?;
             let found = find(c, &name, of, read);
-            give(c, found)
+            return_property(c, found)
         })
-        .param(target())
-        .param(key())
+        .param(target_param())
+        .param(key_param())
         .param(Param::any("options").optional().text("{noError = true}: nil if the property is missing"))
         .returns(value.clone())
         .text(format!("Returns a property of type {of} by its name."))
@@ -126,10 +127,10 @@ fn family(
         Cmd::new(set, move |c| {
             let value =
                 read(c.arg(2)).ok_or_else(|| Fail::argument(format!("argument 3: expected a value of type {of}")))?;
-            change(c, of, &value)
+            set_property(c, of, &value)
         })
-        .param(target())
-        .param(key())
+        .param(target_param())
+        .param(key_param())
         .param(value)
         .param(Param::any("options").optional().text("ignored"))
         .text(format!("Sets a property of type {of} by its name; its old value is restored at the end of the run."))
@@ -142,59 +143,65 @@ fn no_error(c: &Ctx<'_>) -> bool {
 }
 
 fn target_of(c: &Ctx<'_>) -> Result<tatu_object> {
-    if [HANDLE_SCENE, APP].contains(&c.i64(0)?) { Ok(0) } else { Ok(living(c, 0)?.id) }
+    if [HANDLE_SCENE, HANDLE_APP].contains(&c.i64(0)?) { Ok(0) } else { Ok(existing_object(c, 0)?.id) }
 }
 
 /// Storage of a value that is not a property of the core.
-enum Kept<'a> {
+enum ValueStorage<'a> {
     /// Custom data under this tag.
     Block(&'a str),
     /// Private custom data under this tag: a `customData` value that is not a buffer, or a signal that is a boolean or
     /// a list of numbers.
-    Other(String),
+    PrivateBlock(String),
     /// A signal of this kind and name, which belongs to the world or to an object.
     Signal(u32, &'a str),
 }
 
-fn kept<'a>(name: &'a str, of: &str) -> Option<Kept<'a>> {
+fn storage_of<'a>(name: &'a str, of: &str) -> Option<ValueStorage<'a>> {
     if let Some(tag) = name.strip_prefix("customData.") {
-        return Some(if of == "buffer" { Kept::Block(tag) } else { Kept::Other(format!("property {of} {tag}")) });
+        return Some(if of == "buffer" {
+            ValueStorage::Block(tag)
+        } else {
+            ValueStorage::PrivateBlock(format!("property {of} {tag}"))
+        });
     }
     let signal = name.strip_prefix("signal.")?;
     Some(match of {
-        "int" => Kept::Signal(0, signal),
-        "float" => Kept::Signal(1, signal),
-        "string" | "buffer" => Kept::Signal(2, signal),
-        _ => Kept::Other(format!("signal {of} {signal}")),
+        "int" => ValueStorage::Signal(0, signal),
+        "float" => ValueStorage::Signal(1, signal),
+        "string" | "buffer" => ValueStorage::Signal(2, signal),
+        _ => ValueStorage::PrivateBlock(format!("signal {of} {signal}")),
     })
 }
 
-fn put(c: &Ctx<'_>, id: tatu_object, own: Kept<'_>, value: &Value) -> Result {
+fn store(c: &Ctx<'_>, id: tatu_object, own: ValueStorage<'_>, value: &Value) -> Result {
     match own {
-        Kept::Block(tag) => {
+        ValueStorage::Block(tag) => {
             let data = c.bytes(2)?;
             tags::set(c, id, tag.as_bytes(), (!data.is_empty()).then_some(data))
         }
-        Kept::Signal(kind, name) if id == 0 => c.world().set_signal(kind, name.as_bytes(), c.arg(2)),
-        Kept::Signal(kind, name) => {
+        ValueStorage::Signal(kind, name) if id == 0 => c.world().set_signal(kind, name.as_bytes(), c.arg(2)),
+        ValueStorage::Signal(kind, name) => {
             tags::set_private(c, id, &format!("signal {kind} {name}"), Some(&tables::pack(value)?))
         }
-        Kept::Other(name) => tags::set_private(c, id, &name, Some(&tables::pack(value)?)),
+        ValueStorage::PrivateBlock(name) => tags::set_private(c, id, &name, Some(&tables::pack(value)?)),
     }
 }
 
 fn find(c: &Ctx<'_>, name: &str, of: &str, read: fn(ValueRef<'_>) -> Option<Value>) -> Result<Value> {
     let id = target_of(c)?;
     let missing = || Fail::missing(format!("there is no property `{name}`"));
-    if let Some(own) = kept(name, of) {
+    if let Some(own) = storage_of(name, of) {
         return match own {
-            Kept::Block(tag) => tags::get(c, id, tag.as_bytes())?.map(Value::Bytes).ok_or_else(missing),
-            Kept::Signal(kind, signal) if id == 0 => {
+            ValueStorage::Block(tag) => tags::get(c, id, tag.as_bytes())?.map(Value::Bytes).ok_or_else(missing),
+            ValueStorage::Signal(kind, signal) if id == 0 => {
                 let v = c.world().signal(kind, signal.as_bytes())?;
                 read(v).filter(|_| !v.is_nil()).ok_or_else(missing)
             }
-            Kept::Signal(kind, signal) => packed(c, id, &format!("signal {kind} {signal}"))?.ok_or_else(missing),
-            Kept::Other(key) => packed(c, id, &key)?.ok_or_else(missing),
+            ValueStorage::Signal(kind, signal) => {
+                packed(c, id, &format!("signal {kind} {signal}"))?.ok_or_else(missing)
+            }
+            ValueStorage::PrivateBlock(key) => packed(c, id, &key)?.ok_or_else(missing),
         };
     }
     if let Some(v) = constant(c, name)? {
@@ -227,19 +234,19 @@ fn constant(c: &Ctx<'_>, name: &str) -> Result<Option<Value>> {
         (HANDLE_SCENE, "realtimeSimulation" | "simulation.realtime") => Value::Bool(false),
         (HANDLE_SCENE, "dynamicsEnabled" | "dynamics.enabled") => Value::Bool(true),
         (HANDLE_SCENE, "dynamicsEngine" | "dynamics.engine") => Value::Ints(vec![0, 0]),
-        (APP, "headlessMode") => Value::Int(1),
+        (HANDLE_APP, "headlessMode") => Value::Int(1),
         // The value of `sim.intparam_platform` on Linux.
-        (APP, "platform") => Value::Int(2),
-        (APP, "displayEnabled") => Value::Bool(false),
-        (APP, "processCnt") => Value::Int(1),
-        (APP, "processId") => Value::Int(0),
+        (HANDLE_APP, "platform") => Value::Int(2),
+        (HANDLE_APP, "displayEnabled") => Value::Bool(false),
+        (HANDLE_APP, "processCnt") => Value::Int(1),
+        (HANDLE_APP, "processId") => Value::Int(0),
         _ => return Ok(None),
     }))
 }
 
 /// Pairs of a V-REP property name and the key of a Tatu property to which it can refer, in addition to the keys that
 /// `candidates` derives from the name.
-const RENAMED: &[(&str, &str)] = &[
+const RENAMED_PROPERTIES: &[(&str, &str)] = &[
     ("simulationTime", "scene.time"),
     ("simulation.time", "scene.time"),
     ("timeStep", "scene.dt"),
@@ -260,7 +267,7 @@ const RENAMED: &[(&str, &str)] = &[
 /// Returns the keys to which a name can refer, in the order in which they are tried.
 fn candidates(c: &Ctx<'_>, id: tatu_object, name: &str) -> Result<Vec<String>> {
     let mut keys = vec![name.to_owned()];
-    keys.extend(RENAMED.iter().filter(|(theirs, _)| *theirs == name).map(|(_, ours)| (*ours).to_owned()));
+    keys.extend(RENAMED_PROPERTIES.iter().filter(|(theirs, _)| *theirs == name).map(|(_, ours)| (*ours).to_owned()));
     let mut snake = String::new();
     for ch in name.chars() {
         if ch.is_ascii_uppercase() {

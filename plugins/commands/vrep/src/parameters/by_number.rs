@@ -11,28 +11,28 @@ use crate::{
 };
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
-    family(offer, &INT32, get_int, set_int, Param::int("value"));
-    family(offer, &FLOAT, get_float, set_float, Param::float("value"));
+    family(offer, &INT32_NAMES, get_int, set_int, Param::int("value"));
+    family(offer, &FLOAT_NAMES, get_float, set_float, Param::float("value"));
 }
 
-type Get<T> = fn(&Ctx<'_>, Object, i64) -> Result<Option<T>>;
-type Set<T> = fn(&Ctx<'_>, Object, i64, T) -> Result<bool>;
+type NumberGetter<T> = fn(&Ctx<'_>, Object, i64) -> Result<Option<T>>;
+type NumberSetter<T> = fn(&Ctx<'_>, Object, i64, T) -> Result<bool>;
 
 /// Names of the getter and setter for one type of value: current, previous and flat.
-struct Names {
+struct AccessorNames {
     get: &'static str,
     set: &'static str,
     get_before: (&'static str, &'static [&'static str]),
     set_before: (&'static str, &'static [&'static str]),
 }
 
-const INT32: Names = Names {
+const INT32_NAMES: AccessorNames = AccessorNames {
     get: "sim.getObjectInt32Param",
     set: "sim.setObjectInt32Param",
     get_before: ("sim.getObjectInt32Parameter", &["simGetObjectInt32Parameter", "simGetObjectIntParameter"]),
     set_before: ("sim.setObjectInt32Parameter", &["simSetObjectInt32Parameter", "simSetObjectIntParameter"]),
 };
-const FLOAT: Names = Names {
+const FLOAT_NAMES: AccessorNames = AccessorNames {
     get: "sim.getObjectFloatParam",
     set: "sim.setObjectFloatParam",
     get_before: ("sim.getObjectFloatParameter", &["simGetObjectFloatParameter"]),
@@ -40,20 +40,26 @@ const FLOAT: Names = Names {
 };
 
 /// Adds the commands for one type of value.
-fn family<T: Number>(offer: &mut Offer<Vrep>, names: &'static Names, get: Get<T>, set: Set<T>, value: Param) {
+fn family<T: ParameterValue>(
+    offer: &mut Offer<Vrep>,
+    names: &'static AccessorNames,
+    get: NumberGetter<T>,
+    set: NumberSetter<T>,
+    value: Param,
+) {
     let id = || Param::int("parameter").text("a number from the tables of constants");
     let read = move |c: &Ctx<'_>| -> Result<Option<T>> {
-        let (o, n) = (living(c, 0)?, c.i64(1)?);
+        let (o, n) = (existing_object(c, 0)?, c.i64(1)?);
         get(c, o, n)
     };
     let write = move |c: &Ctx<'_>| -> Result<bool> {
-        let (o, n, value) = (living(c, 0)?, c.i64(1)?, T::read(c, 2)?);
+        let (o, n, value) = (existing_object(c, 0)?, c.i64(1)?, T::read(c, 2)?);
         set(c, o, n, value)
     };
     offer.command(
         Cmd::new(names.get, move |c| {
             if let Some(x) = read(c)? {
-                x.give(c);
+                x.return_value(c);
             }
             Ok(())
         })
@@ -66,14 +72,14 @@ fn family<T: Number>(offer: &mut Offer<Vrep>, names: &'static Names, get: Get<T>
     offer.command(
         Cmd::new(names.set, move |c| {
             if !write(c)? {
-                let (o, n) = (living(c, 0)?, c.i64(1)?);
+                let (o, n) = (existing_object(c, 0)?, c.i64(1)?);
                 return Err(Fail::argument(format!(
                     "object {} `{}` has no settable parameter {n}",
                     o.handle(),
                     path(c, o.id)
                 )));
             }
-            done(c)
+            finish_setter(c)
         })
         .param(object("object"))
         .param(id())
@@ -85,7 +91,7 @@ fn family<T: Number>(offer: &mut Offer<Vrep>, names: &'static Names, get: Get<T>
         match read(c)? {
             Some(x) => {
                 c.ret(1_i64);
-                x.give(c);
+                x.return_value(c);
             }
             None => c.ret(0_i64),
         }
@@ -96,7 +102,7 @@ fn family<T: Number>(offer: &mut Offer<Vrep>, names: &'static Names, get: Get<T>
         c.ret(i64::from(done));
         Ok(())
     });
-    let with_flat = |command: Cmd, flat: &[&str]| flat.iter().fold(command, |c, name| c.old_name(*name, MINUS));
+    let with_flat = |command: Cmd, flat: &[&str]| flat.iter().fold(command, |c, name| c.old_name(*name, MINUS_ONE));
     let getter = with_flat(getter, names.get_before.1);
     let setter = with_flat(setter, names.set_before.1);
     offer.command(
@@ -120,31 +126,31 @@ fn family<T: Number>(offer: &mut Offer<Vrep>, names: &'static Names, get: Get<T>
 }
 
 /// The type of a parameter's value.
-trait Number: Copy + 'static {
+trait ParameterValue: Copy + 'static {
     fn read(c: &Ctx<'_>, i: usize) -> Result<Self>;
-    fn give(self, c: &mut Ctx<'_>);
+    fn return_value(self, c: &mut Ctx<'_>);
 }
-impl Number for i64 {
+impl ParameterValue for i64 {
     fn read(c: &Ctx<'_>, i: usize) -> Result<Self> {
         c.i64(i)
     }
-    fn give(self, c: &mut Ctx<'_>) {
+    fn return_value(self, c: &mut Ctx<'_>) {
         c.ret(self);
     }
 }
-impl Number for f64 {
+impl ParameterValue for f64 {
     fn read(c: &Ctx<'_>, i: usize) -> Result<Self> {
         c.f64(i)
     }
-    fn give(self, c: &mut Ctx<'_>) {
+    fn return_value(self, c: &mut Ctx<'_>) {
         c.ret(self);
     }
 }
 
 /// Number of the parameter that selects which objects a vision sensor detects.
-const TO_RENDER: i64 = 1008;
+const RENDERED_ENTITY: i64 = 1008;
 /// Number of the parameter that selects which objects a proximity sensor detects.
-const TO_DETECT: i64 = 4002;
+const DETECTED_ENTITY: i64 = 4002;
 
 fn get_int(c: &Ctx<'_>, o: Object, n: i64) -> Result<Option<i64>> {
     let (id, p) = (o.id, &c.plugin().p);
@@ -167,7 +173,7 @@ fn get_int(c: &Ctx<'_>, o: Object, n: i64) -> Result<Option<i64>> {
         (TATU_KIND_SHAPE, 3016) => i64::from(text_of(c, id, p.primitive)? == "compound"),
         (TATU_KIND_SHAPE, 3017) => yes(p.convex)?,
         (TATU_KIND_SHAPE, 3019) => int_of(c, id, p.respondable_mask)?,
-        (TATU_KIND_SENSOR, TO_RENDER | TO_DETECT) => targets::get(c, id)?,
+        (TATU_KIND_SENSOR, RENDERED_ENTITY | DETECTED_ENTITY) => targets::get(c, id)?,
         // Whether and how V-REP displays the sensor's volume.
         (TATU_KIND_SENSOR, 4000) => 0,
         (TATU_KIND_SENSOR, 4001) => volume(c, id)?,
@@ -195,7 +201,7 @@ fn set_int(c: &Ctx<'_>, o: Object, n: i64, value: i64) -> Result<bool> {
         (_, 36) => w.set(id, p.visible, &yes)?,
         (TATU_KIND_JOINT, 2000 | 2001 | 2039) => {
             let now = control(c, id)?;
-            let next = controlled(&now, n, value)
+            let next = control_after(&now, n, value)
                 .ok_or_else(|| Fail::unsupported(format!("joint control mode {value} is not supported")))?;
             if next != now {
                 w.set(id, p.joint_control, &next.into())?;
@@ -204,7 +210,7 @@ fn set_int(c: &Ctx<'_>, o: Object, n: i64, value: i64) -> Result<bool> {
         (TATU_KIND_SHAPE, 3003) => w.set(id, p.dynamic, &Value::Bool(value == 0))?,
         (TATU_KIND_SHAPE, 3004) => w.set(id, p.respondable, &yes)?,
         (TATU_KIND_SHAPE, 3019) => w.set(id, p.respondable_mask, &Value::Int(value))?,
-        (TATU_KIND_SENSOR, TO_RENDER | TO_DETECT) => targets::set(c, id, value)?,
+        (TATU_KIND_SENSOR, RENDERED_ENTITY | DETECTED_ENTITY) => targets::set(c, id, value)?,
         (TATU_KIND_SENSOR, _) => return parameters::set_int(c, id, n, value),
         _ => return Ok(false),
     }
@@ -217,7 +223,7 @@ fn control(c: &Ctx<'_>, joint: tatu_object) -> Result<String> {
 
 /// Returns the control mode that results from setting parameter `n`: 2000 switches the motor, 2001 switches position
 /// control, 2039 selects a mode. Returns `None` for an unsupported mode.
-fn controlled(now: &str, n: i64, value: i64) -> Option<&str> {
+fn control_after(now: &str, n: i64, value: i64) -> Option<&str> {
     Some(match (n, value) {
         (2000, 0) => "free",
         (2000, _) if now == "free" => "velocity",
@@ -235,7 +241,7 @@ fn controlled(now: &str, n: i64, value: i64) -> Option<&str> {
 }
 
 /// Size reported for objects without a size, m.
-const DUMMY: f64 = 0.01;
+const DEFAULT_SIZE_M: f64 = 0.01;
 
 fn get_float(c: &Ctx<'_>, o: Object, n: i64) -> Result<Option<f64>> {
     let (id, p, w) = (o.id, &c.plugin().p, c.world());
@@ -252,7 +258,7 @@ fn get_float(c: &Ctx<'_>, o: Object, n: i64) -> Result<Option<f64>> {
             if w.used_as(id, "shape") {
                 return get_float(c, w.look(id)?, n);
             }
-            if n < 18 { -DUMMY / 2.0 } else { DUMMY / 2.0 }
+            if n < 18 { -DEFAULT_SIZE_M / 2.0 } else { DEFAULT_SIZE_M / 2.0 }
         }
         (_, 34) => 1.0,
         (TATU_KIND_JOINT, 2005..=2011) => w.f64s::<7>(id, p.local_pose)?[(n - 2005) as usize],
@@ -320,18 +326,18 @@ fn set_float(c: &Ctx<'_>, o: Object, n: i64, value: f64) -> Result<bool> {
 
 #[cfg(test)]
 mod tests {
-    use super::controlled;
+    use super::control_after;
 
     #[test]
-    fn motors_are_switched() {
-        assert_eq!(controlled("free", 2000, 1), Some("velocity"));
-        assert_eq!(controlled("position", 2000, 1), Some("position"));
-        assert_eq!(controlled("velocity", 2000, 0), Some("free"));
-        assert_eq!(controlled("velocity", 2001, 1), Some("position"));
-        assert_eq!(controlled("position", 2001, 0), Some("velocity"));
-        assert_eq!(controlled("free", 2001, 0), Some("free"));
-        assert_eq!(controlled("free", 2039, 8), Some("position"));
-        assert_eq!(controlled("free", 2039, 12), Some("spring"));
-        assert_eq!(controlled("free", 2039, 7), None);
+    fn motor_parameters_select_the_control_mode() {
+        assert_eq!(control_after("free", 2000, 1), Some("velocity"));
+        assert_eq!(control_after("position", 2000, 1), Some("position"));
+        assert_eq!(control_after("velocity", 2000, 0), Some("free"));
+        assert_eq!(control_after("velocity", 2001, 1), Some("position"));
+        assert_eq!(control_after("position", 2001, 0), Some("velocity"));
+        assert_eq!(control_after("free", 2001, 0), Some("free"));
+        assert_eq!(control_after("free", 2039, 8), Some("position"));
+        assert_eq!(control_after("free", 2039, 12), Some("spring"));
+        assert_eq!(control_after("free", 2039, 7), None);
     }
 }

@@ -12,13 +12,13 @@ use crate::{
 };
 
 /// Tag under which the entity's handle is stored.
-const ENTITY: &str = "entity";
+const ENTITY_TAG: &str = "entity";
 /// The handle that selects all objects.
-const ALL: i64 = -1;
+const ALL_OBJECTS: i64 = -1;
 
 /// Returns the handle of the entity that a sensor detects.
 pub(super) fn get(c: &Ctx<'_>, sensor: tatu_object) -> Result<i64> {
-    Ok(tags::number(c, sensor, ENTITY)?.map_or(ALL, |x| x as i64))
+    Ok(tags::number(c, sensor, ENTITY_TAG)?.map_or(ALL_OBJECTS, |x| x as i64))
 }
 
 /// Sets the entity that a sensor detects.
@@ -26,12 +26,12 @@ pub(super) fn set(c: &Ctx<'_>, sensor: tatu_object, entity: i64) -> Result {
     let (w, p) = (c.world(), &c.plugin().p);
     let objects = w.list(0, 0, 0)?;
     let seen: BTreeSet<tatu_object> = match entity {
-        ALL => objects.iter().copied().collect(),
-        _ if entities::is_one(c, entity)? => entities::objects(c, entity)?.into_iter().collect(),
-        _ => BTreeSet::from([living(c, 2)?.id]),
+        ALL_OBJECTS => objects.iter().copied().collect(),
+        _ if entities::is_collection(c, entity)? => entities::objects(c, entity)?.into_iter().collect(),
+        _ => BTreeSet::from([existing_object(c, 2)?.id]),
     };
     // Objects that are added later are detected if most of the existing ones are.
-    let mut all = 2 * seen.len() > objects.len() || entity == ALL;
+    let mut all = 2 * seen.len() > objects.len() || entity == ALL_OBJECTS;
     let mut lists = differences(c, &objects, &seen, all)?;
     if all && !lists.0.is_empty() {
         // If any object is listed as a target, the core does not detect unlisted objects.
@@ -46,7 +46,7 @@ pub(super) fn set(c: &Ctx<'_>, sensor: tatu_object, entity: i64) -> Result {
     let paths = |all: &[tatu_object]| Value::List(all.iter().map(|o| Value::text(path(c, *o))).collect());
     w.set(sensor, p.sensor_targets, &paths(&targets))?;
     w.set(sensor, p.sensor_ignored, &paths(&ignored))?;
-    tags::set_number(c, sensor, ENTITY, entity as f64)
+    tags::set_number(c, sensor, ENTITY_TAG, entity as f64)
 }
 
 /// Returns the objects that are detected although their parent is not, and those that are not detected although their

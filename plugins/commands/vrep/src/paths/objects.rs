@@ -15,7 +15,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     let path = || flagged("path");
     let along = || Param::float("along").text("0: the beginning, 1: the end");
     offer.command(
-        both(["sim.createPath", "simCreatePath"], MINUS, |c| {
+        both(["sim.createPath", "simCreatePath"], MINUS_ONE, |c| {
             // Since 4.2, a path is a dummy, and the first argument contains the control points, 7 numbers each.
             let modern = is_table(c.arg(0));
             let dummy = c.world().create(if modern { "dummy" } else { "path" }, 0, "Path")?;
@@ -23,13 +23,17 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                 let all = paths::floats(c, 0)?;
                 let points: Vec<Pose> = all.chunks_exact(7).map(|p| std::array::from_fn(|i| p[i])).collect();
                 let closed = c.arg(1).as_i64().unwrap_or(0) & 2 != 0;
-                write(c, dummy, &Path { points, rounding: Vec::new(), closed })?;
+                write(c, dummy, &PathShape { points, rounding: Vec::new(), closed })?;
             } else {
                 let attributes = if c.has(0) { c.i64(0)? } else { 0 };
                 write(
                     c,
                     dummy,
-                    &Path { points: Vec::new(), rounding: Vec::new(), closed: attributes > 0 && attributes & 4 != 0 },
+                    &PathShape {
+                        points: Vec::new(),
+                        rounding: Vec::new(),
+                        closed: attributes > 0 && attributes & 4 != 0,
+                    },
                 )?;
             }
             c.ret(handle(dummy));
@@ -42,8 +46,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .partial(NOTES),
     );
     offer.command(
-        both(["sim.insertPathCtrlPoints", "simInsertPathCtrlPoints"], MINUS, |c| {
-            let (id, options, start, count) = (living(c, 0)?.id, c.i64(1)?, c.i64(2)?, c.i64(3)?);
+        both(["sim.insertPathCtrlPoints", "simInsertPathCtrlPoints"], MINUS_ONE, |c| {
+            let (id, options, start, count) = (existing_object(c, 0)?.id, c.i64(1)?, c.i64(2)?, c.i64(3)?);
             let size = if options & 2 != 0 { 16 } else { 11 };
             let data = paths::floats(c, 4)?;
             let mut path = read(c, id)?;
@@ -69,8 +73,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .partial(NOTES),
     );
     offer.command(
-        both(["sim.cutPathCtrlPoints", "simCutPathCtrlPoints"], MINUS, |c| {
-            let (id, start, count) = (living(c, 0)?.id, c.i64(1)?, c.i64(2)?);
+        both(["sim.cutPathCtrlPoints", "simCutPathCtrlPoints"], MINUS_ONE, |c| {
+            let (id, start, count) = (existing_object(c, 0)?.id, c.i64(1)?, c.i64(2)?);
             let mut path = read(c, id)?;
             if start < 0 {
                 path.points.clear();
@@ -155,10 +159,10 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .text("Returns the position on a path that was last set."),
     );
     offer.command(
-        both(["sim.setPathPosition", "simSetPathPosition"], MINUS, |c| {
+        both(["sim.setPathPosition", "simSetPathPosition"], MINUS_ONE, |c| {
             let (id, x) = (of_path(c)?, c.f64(1)?);
             tags::set_number(c, id, "path position", x)?;
-            done(c)
+            finish_setter(c)
         })
         .param(path())
         .param(Param::float("position").unit("m"))
@@ -184,7 +188,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .partial(NOTES),
     );
     offer.command(
-        both(["sim.followPath", "simFollowPath"], NIL, follow)
+        both(["sim.followPath", "simFollowPath"], NIL, follow_path)
             .param(flagged("object"))
             .param(path())
             .param(Param::int("what").default(3).optional().text("1: position, 2: orientation, 3: both"))
@@ -199,12 +203,12 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
 }
 
 /// Returns whether a dummy was created as a path.
-pub(crate) fn is_path(c: &Shared<'_>, id: tatu_object) -> bool {
+pub(crate) fn is_path(c: &SharedCtx<'_>, id: tatu_object) -> bool {
     tags::private(c, id, "path").is_ok_and(|p| p.is_some())
 }
 
 fn of_path(c: &Ctx<'_>) -> Result<tatu_object> {
-    let o = living(c, 0)?;
+    let o = existing_object(c, 0)?;
     match o.kind {
         TATU_KIND_DUMMY | TATU_KIND_PATH => Ok(o.id),
         _ => Err(Fail::argument(format!("object {} `{}` is not a path", o.handle(), path(c, o.id)))),
@@ -212,7 +216,7 @@ fn of_path(c: &Ctx<'_>) -> Result<tatu_object> {
 }
 
 /// The shape of a path, in the frame of the path object.
-struct Path {
+struct PathShape {
     points: Vec<Pose>,
     /// For each control point, the fractions of half the adjacent segments that are rounded, before and after it, and
     /// the number of positions on the rounding. Empty if corners are not rounded.
@@ -220,7 +224,7 @@ struct Path {
     closed: bool,
 }
 
-impl Path {
+impl PathShape {
     /// Returns the vertices of the polyline that approximates the path.
     fn line(&self) -> Vec<Pose> {
         let n = self.points.len();
@@ -274,23 +278,23 @@ fn is_kind(c: &Ctx<'_>, id: tatu_object) -> bool {
     c.world().look(id).is_ok_and(|o| o.kind == TATU_KIND_PATH)
 }
 
-fn read(c: &Ctx<'_>, id: tatu_object) -> Result<Path> {
+fn read(c: &Ctx<'_>, id: tatu_object) -> Result<PathShape> {
     let p = &c.plugin().p;
     let sevens = |numbers: &[f64]| numbers.chunks_exact(7).map(|p| std::array::from_fn(|i| p[i])).collect();
     if is_kind(c, id) {
         let points = c.world().get(id, p.path_points)?.numbers().unwrap_or_default();
         let rounding = c.world().get(id, p.path_rounding)?.numbers().unwrap_or_default();
         let rounding = rounding.chunks_exact(3).map(|r| [r[0], r[1], r[2]]).collect();
-        return Ok(Path { points: sevens(&points), rounding, closed: bool_of(c, id, p.path_closed)? });
+        return Ok(PathShape { points: sevens(&points), rounding, closed: bool_of(c, id, p.path_closed)? });
     }
     let text = tags::private(c, id, "path")?.unwrap_or_default();
     let text = String::from_utf8_lossy(&text).into_owned();
     let numbers: Vec<f64> = text.split(' ').filter_map(|t| t.parse().ok()).collect();
     let points = sevens(numbers.get(1..).unwrap_or_default());
-    Ok(Path { points, rounding: Vec::new(), closed: numbers.first() == Some(&1.0) })
+    Ok(PathShape { points, rounding: Vec::new(), closed: numbers.first() == Some(&1.0) })
 }
 
-fn write(c: &Ctx<'_>, id: tatu_object, path: &Path) -> Result {
+fn write(c: &Ctx<'_>, id: tatu_object, path: &PathShape) -> Result {
     let p = &c.plugin().p;
     let numbers: Vec<f64> = path.points.iter().flatten().copied().collect();
     if is_kind(c, id) {
@@ -306,7 +310,7 @@ fn write(c: &Ctx<'_>, id: tatu_object, path: &Path) -> Result {
 
 /// Advances an object along a path by one step. The host calls this again in each step until the motion ends; the
 /// number passed to `wait_steps` is the key of the motion in `follows`.
-fn follow(c: &mut Ctx<'_>) -> Result<Outcome> {
+fn follow_path(c: &mut Ctx<'_>) -> Result<Outcome> {
     let (w, dt) = (c.world(), c.world().f64(0, c.plugin().p.dt)?);
     let word = match c.resumed() {
         0 => {
@@ -315,7 +319,7 @@ fn follow(c: &mut Ctx<'_>) -> Result<Outcome> {
                     "the motion takes several steps, but the calling script is not threaded",
                 ));
             }
-            let (object, path) = (living(c, 0)?.id, living(c, 1)?.id);
+            let (object, path) = (existing_object(c, 0)?.id, existing_object(c, 1)?.id);
             let start = if c.has(3) { c.f64(3)? } else { 0.0 };
             let v = if c.has(4) { c.f64(4)? } else { 0.1 };
             let mut state = crate::state::state(c)?;

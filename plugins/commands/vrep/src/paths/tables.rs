@@ -46,7 +46,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.command(
         Cmd::new("sim.getPathInterpolatedConfig", |c| {
             let (path, lengths, t) = (floats(c, 0)?, floats(c, 1)?, c.f64(2)?);
-            let at = between(&path, &lengths, t, &c.arg(4).numbers().unwrap_or_default())?;
+            let at = config_at(&path, &lengths, t, &c.arg(4).numbers().unwrap_or_default())?;
             c.ret(&at[..]);
             Ok(())
         })
@@ -69,7 +69,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             let types = c.arg(4).numbers().unwrap_or_default();
             let mut out = Vec::new();
             for i in 0..n {
-                out.extend(between(&path, &lengths, total * i as f64 / (n - 1) as f64, &types)?);
+                out.extend(config_at(&path, &lengths, total * i as f64 / (n - 1) as f64, &types)?);
             }
             c.ret(&out[..]);
             Ok(())
@@ -111,7 +111,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             let (metric, types) = (c.arg(2).numbers().unwrap_or_default(), c.arg(3).numbers().unwrap_or_default());
             let sum: f64 = (0..a.len())
                 .map(|i| {
-                    let d = if types.get(i) == Some(&1.0) { turned(b[i] - a[i]) } else { b[i] - a[i] };
+                    let d = if types.get(i) == Some(&1.0) { wrap_angle(b[i] - a[i]) } else { b[i] - a[i] };
                     (d * metric.get(i).copied().unwrap_or(1.0)).powi(2)
                 })
                 .sum();
@@ -143,13 +143,13 @@ fn distance(a: &[f64], b: &[f64]) -> f64 {
 }
 
 /// Wraps an angle to -pi..pi.
-fn turned(a: f64) -> f64 {
+fn wrap_angle(a: f64) -> f64 {
     let full = std::f64::consts::TAU;
     a - full * (a / full).round()
 }
 
 /// Returns the configuration at position `t` along a path.
-fn between(path: &[f64], lengths: &[f64], t: f64, types: &[f64]) -> Result<Vec<f64>> {
+fn config_at(path: &[f64], lengths: &[f64], t: f64, types: &[f64]) -> Result<Vec<f64>> {
     let n = path.len().checked_div(lengths.len()).unwrap_or(0);
     if n == 0 || path.len() != n * lengths.len() {
         return Err(Fail::argument(format!(
@@ -165,7 +165,7 @@ fn between(path: &[f64], lengths: &[f64], t: f64, types: &[f64]) -> Result<Vec<f
     let u = if to > from { ((t - from) / (to - from)).clamp(0.0, 1.0) } else { 0.0 };
     let mut out: Vec<f64> = (0..n)
         .map(|k| {
-            let d = if types.get(k) == Some(&1.0) { turned(b[k] - a[k]) } else { b[k] - a[k] };
+            let d = if types.get(k) == Some(&1.0) { wrap_angle(b[k] - a[k]) } else { b[k] - a[k] };
             a[k] + d * u
         })
         .collect();

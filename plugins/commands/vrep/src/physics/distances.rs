@@ -4,7 +4,7 @@ use crate::{
     kit::*,
     lookup::{
         entities::{self, Entity},
-        registered::{answer_handle, by_name},
+        registered::{by_name, return_handle},
     },
     state::state,
 };
@@ -14,7 +14,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     let second = || Param::int("second").text("an object, a collection, or sim.handle_all: all other shapes");
     let notes = "Meshes that are not convex are hollow surfaces: a shape entirely inside does not touch them.";
     offer.command(
-        both(["sim.checkCollision", "simCheckCollision"], MINUS, |c| {
+        both(["sim.checkCollision", "simCheckCollision"], MINUS_ONE, |c| {
             let touching =
                 closest(c, &entities::entity(c, 0)?, &entities::entity(c, 1)?, 1e-9)?.filter(|d| d.length() == 0.0);
             c.ret(i64::from(touching.is_some()));
@@ -66,16 +66,16 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         (["sim.getMechanismHandle", "simGetMechanismHandle"], "simGetMechanismhandle", "mechanism"),
     ] {
         offer.command(
-            both(names, MINUS, move |c| -> Result {
+            both(names, MINUS_ONE, move |c| -> Result {
                 let name = c.text(0)?;
                 let known: Vec<(String, i64)> = match text {
                     "IK group" => state(c)?.registered.ik_groups.iter().map(|g| (g.name.clone(), g.handle)).collect(),
                     _ => Vec::new(),
                 };
                 let found = by_name(c, &name, known.iter().map(|(n, h)| (n.as_str(), *h)))?;
-                answer_handle(c, &name, text, found)
+                return_handle(c, &name, text, found)
             })
-            .old_name(irregular, MINUS)
+            .old_name(irregular, MINUS_ONE)
             .param(Param::string("name"))
             .returns(Param::int("object"))
             .text(format!("Finds the {text} with this name in the scene."))
@@ -85,9 +85,9 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
 }
 
 /// The shortest segment between two entities.
-pub(crate) struct Way(pub(crate) Closest);
+pub(crate) struct ShortestSegment(pub(crate) Closest);
 
-impl Way {
+impl ShortestSegment {
     pub(crate) fn length(&self) -> f64 {
         (0..3).map(|i| (self.0.from[i] - self.0.to[i]).powi(2)).sum::<f64>().sqrt()
     }
@@ -96,7 +96,7 @@ impl Way {
 /// Returns the shortest segment between the shapes of two entities. If `limit`, m, is greater than 0, segments longer
 /// than `limit` are ignored. Returns `None` if there is no such segment: one of the entities has no shapes, the second
 /// one contains the first, or both are the whole scene.
-pub(crate) fn closest(c: &Ctx<'_>, first: &Entity, second: &Entity, limit: f64) -> Result<Option<Way>> {
+pub(crate) fn closest(c: &Ctx<'_>, first: &Entity, second: &Entity, limit: f64) -> Result<Option<ShortestSegment>> {
     let (first, second) = match (first, second) {
         (Entity::Objects(a), Entity::Objects(b)) => (a.as_slice(), b.as_slice()),
         (Entity::Objects(a), Entity::All) | (Entity::All, Entity::Objects(a)) => (a.as_slice(), &[][..]),
@@ -109,5 +109,5 @@ pub(crate) fn closest(c: &Ctx<'_>, first: &Entity, second: &Entity, limit: f64) 
     if !shapes(first) || !second.is_empty() && !shapes(second) {
         return Ok(None);
     }
-    Ok(c.world().closest(first, second, limit)?.map(Way))
+    Ok(c.world().closest(first, second, limit)?.map(ShortestSegment))
 }

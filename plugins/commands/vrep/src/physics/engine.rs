@@ -29,32 +29,32 @@ fn friction_of(material: i64) -> Option<f64> {
 }
 
 /// Bullet's parameter number for the physics step.
-const STEP: i64 = 1;
+const PHYSICS_STEP: i64 = 1;
 
 /// The current, the previous and the flat name of a command.
-type Names = (&'static str, &'static str, &'static str);
+type EngineCommandNames = (&'static str, &'static str, &'static str);
 
-const GET: [(&str, Names); 3] = [
+const GETTERS: [(&str, EngineCommandNames); 3] = [
     ("Bool", ("sim.getEngineBoolParam", "sim.getEngineBoolParameter", "simGetEngineBoolParameter")),
     ("Int32", ("sim.getEngineInt32Param", "sim.getEngineInt32Parameter", "simGetEngineInt32Parameter")),
     ("Float", ("sim.getEngineFloatParam", "sim.getEngineFloatParameter", "simGetEngineFloatParameter")),
 ];
-const SET: [(&str, Names); 3] = [
+const SETTERS: [(&str, EngineCommandNames); 3] = [
     ("Bool", ("sim.setEngineBoolParam", "sim.setEngineBoolParameter", "simSetEngineBoolParameter")),
     ("Int32", ("sim.setEngineInt32Param", "sim.setEngineInt32Parameter", "simSetEngineInt32Parameter")),
     ("Float", ("sim.setEngineFloatParam", "sim.setEngineFloatParameter", "simSetEngineFloatParameter")),
 ];
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
-    GET.iter().for_each(|(kind, names)| get(offer, kind, *names));
-    SET.iter().for_each(|(kind, names)| set(offer, kind, *names));
+    GETTERS.iter().for_each(|(kind, names)| get(offer, kind, *names));
+    SETTERS.iter().for_each(|(kind, names)| set(offer, kind, *names));
     offer.command(
-        both(["sim.setShapeMaterial", "simSetShapeMaterial"], MINUS, |c| {
+        both(["sim.setShapeMaterial", "simSetShapeMaterial"], MINUS_ONE, |c| {
             let shape = of_kind(c, 0, TATU_KIND_SHAPE)?;
             let friction = friction_of(c.i64(1)?)
                 .ok_or_else(|| Fail::unsupported(format!("material {} is not supported", c.i64(1).unwrap_or(0))))?;
             c.world().set(shape, c.plugin().p.friction, &Value::Float(friction))?;
-            done(c)
+            finish_setter(c)
         })
         .param(object("shape"))
         .param(Param::int("material").text("sim.dynmat_..."))
@@ -63,7 +63,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     );
 }
 
-fn get(offer: &mut Offer<Vrep>, kind: &'static str, (name, before, flat): Names) {
+fn get(offer: &mut Offer<Vrep>, kind: &'static str, (name, before, flat): EngineCommandNames) {
     offer.command(
         Cmd::new(name, move |c| {
             let (p, n) = (&c.plugin().p, c.i64(0)?);
@@ -73,7 +73,7 @@ fn get(offer: &mut Offer<Vrep>, kind: &'static str, (name, before, flat): Names)
                     let x = c.world().f64(shape, prop)?;
                     c.ret(x);
                 }
-                ("Float", None) if n == STEP => {
+                ("Float", None) if n == PHYSICS_STEP => {
                     let x = c.world().f64(0, p.physics_dt)?;
                     c.ret(x);
                 }
@@ -84,7 +84,7 @@ fn get(offer: &mut Offer<Vrep>, kind: &'static str, (name, before, flat): Names)
             Ok(())
         })
         .alias(before)
-        .old_name(flat, MINUS)
+        .old_name(flat, MINUS_ONE)
         .param(Param::int("parameter").text("a number from the tables of constants"))
         .param(Param::any("object").optional())
         .returns(Param::any("value"))
@@ -93,7 +93,7 @@ fn get(offer: &mut Offer<Vrep>, kind: &'static str, (name, before, flat): Names)
     );
 }
 
-fn set(offer: &mut Offer<Vrep>, kind: &'static str, (name, before, flat): Names) {
+fn set(offer: &mut Offer<Vrep>, kind: &'static str, (name, before, flat): EngineCommandNames) {
     offer.command(
         Cmd::new(name, move |c| {
             let (p, n) = (&c.plugin().p, c.i64(0)?);
@@ -102,10 +102,10 @@ fn set(offer: &mut Offer<Vrep>, kind: &'static str, (name, before, flat): Names)
                 let most = if n == 6001 { 1.0 } else { f64::INFINITY };
                 c.world().set(shape, prop, &Value::Float(x.clamp(0.0, most)))?;
             }
-            done(c)
+            finish_setter(c)
         })
         .alias(before)
-        .old_name(flat, MINUS)
+        .old_name(flat, MINUS_ONE)
         .param(Param::int("parameter").text("a number from the tables of constants"))
         .param(Param::any("object").optional())
         .param(Param::any("value"))

@@ -5,16 +5,16 @@ use crate::kit::{algebra as al, *};
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.command(
         Cmd::new("sim.addForceAndTorque", |c| {
-            let shape = pushable(c)?;
+            let shape = shape_argument(c)?;
             let three = |i: usize| {
                 if c.has(i) { numbers::<3>(c, i) } else { Ok([0.0; 3]) }
             };
             let (force, torque) = (three(1)?, three(2)?);
-            push(c, shape, &force, &torque)?;
+            apply_force(c, shape, &force, &torque)?;
             c.ret(1_i64);
             Ok(())
         })
-        .old_name("simAddForceAndTorque", MINUS)
+        .old_name("simAddForceAndTorque", MINUS_ONE)
         .param(flagged("shape"))
         .param(table("force", "{x, y, z} N, world frame, at the centre of mass").optional())
         .param(table("torque", "{x, y, z} N m, world frame").optional())
@@ -24,18 +24,18 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     );
     offer.command(
         Cmd::new("sim.addForce", |c| {
-            let shape = pushable(c)?;
+            let shape = shape_argument(c)?;
             let (at, force): ([f64; 3], [f64; 3]) = (numbers(c, 1)?, numbers(c, 2)?);
             let w = c.world();
             let q = al::rotation(&w.pose(shape, 0)?);
             let com = w.f64s::<3>(shape, c.plugin().p.com)?;
             let lever = al::rotate(q, al::sub(at, com));
             let force = al::rotate(q, force);
-            push(c, shape, &force, &al::cross(lever, force))?;
+            apply_force(c, shape, &force, &al::cross(lever, force))?;
             c.ret(1_i64);
             Ok(())
         })
-        .old_name("simAddForce", MINUS)
+        .old_name("simAddForce", MINUS_ONE)
         .param(flagged("shape"))
         .param(table("position", "{x, y, z} m, the point of application in the shape's frame"))
         .param(table("force", "{x, y, z} N, in the shape's frame"))
@@ -63,11 +63,11 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     );
     offer.command(
         Cmd::new("sim.resetDynamicObject", |c| {
-            living(c, 0)?;
+            existing_object(c, 0)?;
             c.ret(1_i64);
             Ok(())
         })
-        .old_name("simResetDynamicObject", MINUS)
+        .old_name("simResetDynamicObject", MINUS_ONE)
         .param(flagged("object"))
         .returns(Param::int("done"))
         .text("Has no effect: physics detects changes of objects automatically.")
@@ -75,7 +75,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     );
     offer.command(
         Cmd::new("sim.isDynamicallyEnabled", |c| {
-            let o = living(c, 0)?;
+            let o = existing_object(c, 0)?;
             let dynamic = c.world().is_dynamic(o.id)?;
             c.ret(dynamic);
             Ok(())
@@ -101,12 +101,12 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
 }
 
 /// Applies a force and a torque to a shape; has no effect if physics does not move the shape.
-fn push(c: &Ctx<'_>, shape: tatu_object, force: &[f64; 3], torque: &[f64; 3]) -> Result {
+fn apply_force(c: &Ctx<'_>, shape: tatu_object, force: &[f64; 3], torque: &[f64; 3]) -> Result {
     if bool_of(c, shape, c.plugin().p.dynamic)? { c.world().push(shape, force, torque) } else { Ok(()) }
 }
 
 /// Returns the shape in argument 0, to which a force will be applied.
-fn pushable(c: &Ctx<'_>) -> Result<tatu_object> {
+fn shape_argument(c: &Ctx<'_>) -> Result<tatu_object> {
     let flags = c.arg(0).as_i64().unwrap_or(0);
     if flags > HANDLE_BITS && flags & 0xC0_0000 != 0 {
         return Err(Fail::unsupported("forces added earlier in a step cannot be removed")
@@ -116,7 +116,7 @@ fn pushable(c: &Ctx<'_>) -> Result<tatu_object> {
 }
 
 fn contact(c: &mut Ctx<'_>) -> Result {
-    let shape = if c.i64(1)? == HANDLE_ALL { 0 } else { living(c, 1)?.id };
+    let shape = if c.i64(1)? == HANDLE_ALL { 0 } else { existing_object(c, 1)?.id };
     let (index, extended) = (c.i64(2)? & HANDLE_BITS, c.i64(2)? & 0x40_0000 != 0);
     if c.i64(2)? < 0 {
         return Ok(());

@@ -12,7 +12,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             c.ret(handle(owner));
             Ok(())
         })
-        .old_name("simGetObjectAssociatedWithScript", MINUS)
+        .old_name("simGetObjectAssociatedWithScript", MINUS_ONE)
         .param(Param::int("script").text("a handle, or sim.handle_self"))
         .returns(Param::int("object").text("-1: none"))
         .text("Returns the object to which a script belongs.")
@@ -31,8 +31,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         ),
     ] {
         offer.command(
-            both(names, MINUS, move |c| {
-                let script = script_of(c, living(c, 0)?.id, kind)?;
+            both(names, MINUS_ONE, move |c| {
+                let script = script_of(c, existing_object(c, 0)?.id, kind)?;
                 c.ret(handle(script));
                 Ok(())
             })
@@ -51,7 +51,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                 (v, _) => {
                     let owner = match v.as_str() {
                         Some(name) => names::find(c, &name)?,
-                        None => living(c, 1)?.id,
+                        None => existing_object(c, 1)?.id,
                     };
                     let kind = kind_of(kind)
                         .ok_or_else(|| Fail::unsupported(format!("script type {kind} is not supported")))?;
@@ -76,12 +76,12 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                 main_script(c)?
             } else {
                 let (kind, name) = text.split_once('@').unwrap_or(("child", &text));
-                script_of(c, names::find_or_ask(c, name)?, kind)?
+                script_of(c, names::find_or_create(c, name)?, kind)?
             };
             c.ret(handle(script));
             Ok(())
         })
-        .old_name("simGetScriptHandle", MINUS)
+        .old_name("simGetScriptHandle", MINUS_ONE)
         .param(Param::string("name").optional().text(
             "name of the object; `customization@name`: its customization script; empty: the main script; \
                        omitted: the caller",
@@ -105,7 +105,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     );
     offer.command(
         Cmd::new("sim.callScriptFunction", call)
-            .old_name("simCallScriptFunction", MINUS)
+            .old_name("simCallScriptFunction", MINUS_ONE)
             .param(Param::string("function").text("its name; old scripts append `@` and the script's object"))
             .param(Param::int("script").text("a handle, sim.handle_self, or a script type if the object is named"))
             .param(Param::any("arguments").rest())
@@ -123,7 +123,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             c.ret(calls.max(0));
             Ok(())
         })
-        .old_name("simGetScriptExecutionCount", MINUS)
+        .old_name("simGetScriptExecutionCount", MINUS_ONE)
         .returns(Param::int("count").text("0 in the first call"))
         .text("Returns the number of previous calls of the calling script.")
         .example("if sim.getScriptExecutionCount() == 0 then end"),
@@ -135,8 +135,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             Ok(())
         })
         .alias("sim.isScriptRunningInThread")
-        .old_name("simIsScriptExecutionThreaded", MINUS)
-        .old_name("simIsScriptRunningInThread", MINUS)
+        .old_name("simIsScriptExecutionThreaded", MINUS_ONE)
+        .old_name("simIsScriptRunningInThread", MINUS_ONE)
         .returns(Param::int("threaded").text("1 or 0"))
         .text("Returns whether the calling script can wait.")
         .example("threaded = sim.isScriptExecutionThreaded() == 1"),
@@ -147,14 +147,14 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             let key = (script, c.bytes(1)?.to_vec());
             let mut found = state(c)?.parameters.get(&key).cloned();
             if found.is_none() {
-                found = given(c, &key)?;
+                found = scene_parameter(c, &key)?;
             }
             // In a run without a scene, "1" replaces the missing parameter.
             if found.is_none() && c.world().stands_in(key.0, &String::from_utf8_lossy(&key.1)) {
                 found = Some(b"1".to_vec());
             }
             if let Some(text) = found {
-                let value = if c.arg(2).truthy() { Value::Text(text) } else { typed(text) };
+                let value = if c.arg(2).truthy() { Value::Text(text) } else { parse_value(text) };
                 c.ret(value);
             }
             Ok(())
@@ -182,7 +182,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             }
             Ok(())
         })
-        .old_name("simSetScriptSimulationParameter", MINUS)
+        .old_name("simSetScriptSimulationParameter", MINUS_ONE)
         .param(Param::int("script").text("a handle, sim.handle_self, _all, or (of the caller's object) _tree, _chain"))
         .param(Param::string("name"))
         .param(Param::string("value"))
@@ -223,7 +223,7 @@ pub(crate) fn kind_of(kind: i64) -> Option<&'static str> {
 }
 
 /// Returns the script of the given type that belongs to the named object.
-pub(crate) fn named(c: &Ctx<'_>, owner: &str, kind: i64) -> Result<tatu_object> {
+pub(crate) fn script_of_named_object(c: &Ctx<'_>, owner: &str, kind: i64) -> Result<tatu_object> {
     let script = match kind_of(kind) {
         Some("main") => main_script(c)?,
         Some(kind) => script_of(c, names::find(c, owner)?, kind)?,
@@ -238,7 +238,7 @@ pub(crate) fn any_script(c: &Ctx<'_>, i: usize) -> Result<tatu_object> {
         HANDLE_MAIN_SCRIPT | 0 => main_script(c)?,
         HANDLE_SELF => return self_or(c, i),
         _ => {
-            let o = living(c, i)?;
+            let o = existing_object(c, i)?;
             if o.kind == TATU_KIND_SCRIPT { o.id } else { script_of(c, o.id, "child")? }
         }
     };
@@ -262,7 +262,7 @@ pub(crate) fn self_or(c: &Ctx<'_>, i: usize) -> Result<tatu_object> {
 
 /// Returns a script parameter that is set by the scene or the model, as custom data of the script's object under a tag
 /// that starts with `parameter.`.
-fn given(c: &Ctx<'_>, (script, name): &(tatu_object, Vec<u8>)) -> Result<Option<Vec<u8>>> {
+fn scene_parameter(c: &Ctx<'_>, (script, name): &(tatu_object, Vec<u8>)) -> Result<Option<Vec<u8>>> {
     // The main script does not belong to an object.
     let owner = parent(c, *script).unwrap_or(0);
     if owner == 0 { Ok(None) } else { tags::get(c, owner, &[b"parameter.", name.as_slice()].concat()) }
@@ -294,7 +294,7 @@ fn with_parameters(c: &Ctx<'_>) -> Result<Vec<tatu_object>> {
 }
 
 /// Converts the text of a parameter to nil, a boolean or a number if it spells one, otherwise to a string.
-fn typed(text: Vec<u8>) -> Value {
+fn parse_value(text: Vec<u8>) -> Value {
     match text.as_slice() {
         b"nil" => Value::Nil,
         b"true" => Value::Bool(true),
@@ -332,11 +332,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn parameters_look_like_what_they_are() {
-        assert_eq!(typed(b"0.5".to_vec()), Value::Float(0.5));
-        assert_eq!(typed(b"true".to_vec()), Value::Bool(true));
-        assert_eq!(typed(b"nil".to_vec()), Value::Nil);
-        assert_eq!(typed(b"left".to_vec()), Value::text("left"));
-        assert_eq!(typed(b"inf".to_vec()), Value::text("inf"));
+    fn parameter_texts_are_converted_to_values() {
+        assert_eq!(parse_value(b"0.5".to_vec()), Value::Float(0.5));
+        assert_eq!(parse_value(b"true".to_vec()), Value::Bool(true));
+        assert_eq!(parse_value(b"nil".to_vec()), Value::Nil);
+        assert_eq!(parse_value(b"left".to_vec()), Value::text("left"));
+        assert_eq!(parse_value(b"inf".to_vec()), Value::text("inf"));
     }
 }

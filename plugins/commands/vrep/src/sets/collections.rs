@@ -2,9 +2,9 @@
 
 use crate::{
     kit::*,
-    lookup::entities::{none, objects},
+    lookup::entities::{missing_collection, objects},
     state::{
-        collections::{Collection, Collections, Part},
+        collections::{Collection, CollectionPart, Collections},
         state,
     },
 };
@@ -12,7 +12,7 @@ use crate::{
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     let collection = || Param::int("collection").text("a handle of a collection");
     offer.command(
-        both(["sim.createCollection", "simCreateCollection"], MINUS, |c| {
+        both(["sim.createCollection", "simCreateCollection"], MINUS_ONE, |c| {
             // Before 4.2, the first argument was the name.
             let name = c.arg(0).as_str().map_or(String::new(), |s| s.into_owned());
             let made = state(c)?.collections.add(name);
@@ -31,13 +31,13 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     ] {
         let command = move |c: &mut Ctx<'_>| {
             let (which, what, options) = (c.i64(0)?, c.i64(at[1])?, int_or(c, 3, 0)?);
-            let object = if what == HANDLE_ALL { 0 } else { living(c, at[0])?.id };
-            let part = Part { what, object, remove: options & 1 != 0, exclude: options & 2 != 0 };
+            let object = if what == HANDLE_ALL { 0 } else { existing_object(c, at[0])?.id };
+            let part = CollectionPart { what, object, remove: options & 1 != 0, exclude: options & 2 != 0 };
             change(c, which, |collection| collection.parts.push(part))?;
-            done(c)
+            finish_setter(c)
         };
         let command = Cmd::new(name, command);
-        let command = old.into_iter().fold(command, |command, old| command.old_name(old, MINUS));
+        let command = old.into_iter().fold(command, |command, old| command.old_name(old, MINUS_ONE));
         let (first, second) = if at[0] == 1 { ("object", "what") } else { ("what", "object") };
         let param = |key: &str| match key {
             "what" => Param::int(key).text("sim.handle_single, _all, _tree or _chain"),
@@ -62,12 +62,12 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             if name == "sim.emptyCollection" {
                 change(c, which, |collection| collection.parts.clear())?;
             } else if state(c)?.collections.all.remove(&which).is_none() {
-                return Err(none(which));
+                return Err(missing_collection(which));
             }
-            done(c)
+            finish_setter(c)
         };
         let command = Cmd::new(name, run);
-        let command = old.into_iter().fold(command, |command, old| command.old_name(old, MINUS));
+        let command = old.into_iter().fold(command, |command, old| command.old_name(old, MINUS_ONE));
         let text = if name == "sim.emptyCollection" { "Empties a collection." } else { "Removes a collection." };
         offer.command(command.param(collection()).text(text));
     }
@@ -82,7 +82,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .text("Lists the objects of a collection."),
     );
     offer.command(
-        both(["sim.getCollectionHandle", "simGetCollectionHandle"], MINUS, |c| {
+        both(["sim.getCollectionHandle", "simGetCollectionHandle"], MINUS_ONE, |c| {
             let name = c.text(0)?;
             let found = state(c)?.collections.all.iter().find(|(_, k)| k.name == name).map(|(h, _)| *h);
             match found {
@@ -103,7 +103,12 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.command(
         both(["sim.getCollectionName", "simGetCollectionName"], NIL, |c| {
             let which = c.i64(0)?;
-            let name = state(c)?.collections.all.get(&which).map(|k| k.name.clone()).ok_or_else(|| none(which))?;
+            let name = state(c)?
+                .collections
+                .all
+                .get(&which)
+                .map(|k| k.name.clone())
+                .ok_or_else(|| missing_collection(which))?;
             c.ret(name.as_str());
             Ok(())
         })
@@ -112,10 +117,10 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .text("Returns the name of a collection."),
     );
     offer.command(
-        both(["sim.setCollectionName", "simSetCollectionName"], MINUS, |c| {
+        both(["sim.setCollectionName", "simSetCollectionName"], MINUS_ONE, |c| {
             let (which, name) = (c.i64(0)?, c.text(1)?);
             change(c, which, |collection| collection.name = name)?;
-            done(c)
+            finish_setter(c)
         })
         .param(collection())
         .param(Param::string("name"))
@@ -128,6 +133,6 @@ fn change(c: &Ctx<'_>, which: i64, change: impl FnOnce(&mut Collection)) -> Resu
 }
 
 fn change_in(all: &mut Collections, which: i64, change: impl FnOnce(&mut Collection)) -> Result {
-    change(all.all.get_mut(&which).ok_or_else(|| none(which))?);
+    change(all.all.get_mut(&which).ok_or_else(|| missing_collection(which))?);
     Ok(())
 }

@@ -36,8 +36,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         (["sim.addObjectToSelection", "simAddObjectToSelection"], true),
         (["sim.removeObjectFromSelection", "simRemoveObjectFromSelection"], false),
     ] {
-        let command = both(names, MINUS, move |c| {
-            let ids = meant(c)?;
+        let command = both(names, MINUS_ONE, move |c| {
+            let ids = objects_of_arguments(c)?;
             let selection = &mut state(c)?.selection;
             selection.retain(|s| !ids.contains(s));
             if add {
@@ -59,8 +59,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         );
     }
     offer.command(
-        both(["sim.isObjectInSelection", "simIsObjectInSelection"], MINUS, |c| {
-            let id = living(c, 0)?.id;
+        both(["sim.isObjectInSelection", "simIsObjectInSelection"], MINUS_ONE, |c| {
+            let id = existing_object(c, 0)?.id;
             let inside = state(c)?.selection.contains(&id);
             c.ret(i64::from(inside));
             Ok(())
@@ -76,7 +76,7 @@ fn selected(c: &Ctx<'_>) -> Result<Vec<i64>> {
     Ok(all.into_iter().filter(|id| c.world().look(*id).is_ok()).map(handle).collect())
 }
 
-fn meant(c: &Ctx<'_>) -> Result<Vec<tatu_object>> {
+fn objects_of_arguments(c: &Ctx<'_>) -> Result<Vec<tatu_object>> {
     if is_table(c.arg(0)) {
         return sets::list(c, 0);
     }
@@ -84,5 +84,5 @@ fn meant(c: &Ctx<'_>) -> Result<Vec<tatu_object>> {
     if c.arg(0).is_nil() {
         return Ok(Vec::new());
     }
-    sets::of(c, c.i64(0)?, 1)
+    sets::selected_objects(c, c.i64(0)?, 1)
 }

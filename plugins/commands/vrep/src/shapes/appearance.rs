@@ -7,7 +7,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     let rgb = || table("rgb", "0 to 1");
     offer.command(
         Cmd::new("sim.getObjectColor", |c| {
-            let o = living(c, 0)?;
+            let o = existing_object(c, 0)?;
             let own = match (o.kind, c.i64(2)?) {
                 (TATU_KIND_SHAPE, 0 | 1) => c.world().f64s::<3>(o.id, c.plugin().p.color)?,
                 _ => [0.0; 3],
@@ -24,7 +24,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     );
     offer.command(
         Cmd::new("sim.setObjectColor", |c| {
-            let (o, rgb) = (living(c, 0)?, numbers::<3>(c, 3)?);
+            let (o, rgb) = (existing_object(c, 0)?, numbers::<3>(c, 3)?);
             let can = o.kind == TATU_KIND_SHAPE;
             if can && matches!(c.i64(2)?, 0 | 1) {
                 c.world().set_f64s(o.id, c.plugin().p.color, &rgb.map(|x| x.clamp(0.0, 1.0)))?;
@@ -103,7 +103,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
 fn texts(offer: &mut Offer<Vrep>) {
     let key = |c: &Ctx<'_>| Ok::<_, Fail>(format!("text {}", c.i64(1)?));
     let get = move |c: &mut Ctx<'_>| -> Result {
-        let id = living(c, 0)?.id;
+        let id = existing_object(c, 0)?.id;
         if let Some(text) = tags::private(c, id, &key(c)?)? {
             c.ret(text.as_slice());
         }
@@ -123,13 +123,13 @@ fn texts(offer: &mut Offer<Vrep>) {
     );
     offer.command(
         Cmd::new("sim.setObjectStringParam", move |c| {
-            let id = living(c, 0)?.id;
+            let id = existing_object(c, 0)?.id;
             tags::set_private(c, id, &key(c)?, Some(c.bytes(2)?))?;
             c.ret(1_i64);
             Ok(())
         })
         .alias("sim.setObjectStringParameter")
-        .old_name("simSetObjectStringParameter", MINUS)
+        .old_name("simSetObjectStringParameter", MINUS_ONE)
         .param(object("object"))
         .param(number())
         .param(Param::string("text"))

@@ -7,13 +7,13 @@ use crate::kit::*;
 const TAG: &str = "light";
 
 /// Default values of a light, in the same order: on, with grey colours.
-const USUAL: [f64; 7] = [1.0, 0.5, 0.5, 0.5, 0.5, 0.5, 0.5];
+const DEFAULT_LIGHT: [f64; 7] = [1.0, 0.5, 0.5, 0.5, 0.5, 0.5, 0.5];
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     let only_kept = "Values are only stored and returned; rendered images use a fixed light.";
     offer.command(
-        both(["sim.getLightParameters", "simGetLightParameters"], MINUS, |c| {
-            let light = light(c, living(c, 0)?.id)?;
+        both(["sim.getLightParameters", "simGetLightParameters"], MINUS_ONE, |c| {
+            let light = light(c, existing_object(c, 0)?.id)?;
             c.ret(light[0] as i64);
             c.ret(&[0.0; 3][..]);
             c.ret(&light[1..4]);
@@ -29,8 +29,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .partial(only_kept),
     );
     offer.command(
-        both(["sim.setLightParameters", "simSetLightParameters"], MINUS, |c| {
-            let id = living(c, 0)?.id;
+        both(["sim.setLightParameters", "simSetLightParameters"], MINUS_ONE, |c| {
+            let id = existing_object(c, 0)?.id;
             let mut light = light(c, id)?;
             if let Some(state) = c.has(1).then(|| c.i64(1)).transpose()?.filter(|s| *s >= 0) {
                 light[0] = state as f64;
@@ -64,7 +64,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
 
 fn light(c: &Ctx<'_>, id: tatu_object) -> Result<[f64; 7]> {
     let kept = tags::private(c, id, TAG)?.and_then(|bytes| String::from_utf8(bytes).ok()).unwrap_or_default();
-    let mut out = USUAL;
+    let mut out = DEFAULT_LIGHT;
     for (place, number) in out.iter_mut().zip(kept.split(' ')) {
         *place = number.parse().unwrap_or(*place);
     }

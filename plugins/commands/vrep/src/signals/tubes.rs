@@ -10,7 +10,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             c.ret(tube.unwrap_or(-1));
             Ok(())
         })
-        .old_name("simTubeOpen", MINUS)
+        .old_name("simTubeOpen", MINUS_ONE)
         .param(Param::int("header").text("any number, which identifies the tube together with the name"))
         .param(Param::string("name"))
         .param(
@@ -31,7 +31,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             c.ret(i64::from(sent));
             Ok(())
         })
-        .old_name("simTubeWrite", MINUS)
+        .old_name("simTubeWrite", MINUS_ONE)
         .param(Param::int("tube"))
         .param(Param::string("data").text("any bytes"))
         .returns(Param::int("sent").text("1; 0: the other end is not open"))
@@ -73,7 +73,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             c.ret(i64::from(was_open));
             Ok(())
         })
-        .old_name("simTubeClose", MINUS)
+        .old_name("simTubeClose", MINUS_ONE)
         .param(Param::int("tube"))
         .returns(Param::int("closed").text("1 or 0"))
         .text("Closes one end of a tube.")

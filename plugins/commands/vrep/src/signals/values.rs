@@ -3,14 +3,14 @@
 use crate::kit::*;
 
 /// Kinds of signals (integer, float, string), numbered as in `sim.getSignalName`.
-pub(crate) const KINDS: [u32; 3] = [0, 1, 2];
+pub(crate) const SIGNAL_KINDS: [u32; 3] = [0, 1, 2];
 
-const INTEGER: u32 = KINDS[0];
+const INTEGER_KIND: u32 = SIGNAL_KINDS[0];
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
-    kind(offer, 0, "integer", &INT32, Param::int("value"));
-    kind(offer, 1, "float", &FLOAT, Param::float("value"));
-    kind(offer, 2, "string", &STRING, Param::string("value").text("any bytes"));
+    kind(offer, 0, "integer", &INT32_NAMES, Param::int("value"));
+    kind(offer, 1, "float", &FLOAT_NAMES, Param::float("value"));
+    kind(offer, 2, "string", &STRING_NAMES, Param::string("value").text("any bytes"));
     offer.command(
         Cmd::new("sim.getSignalName", |c| {
             let (index, kind) = (c.i64(0)?, c.i64(1)?);
@@ -32,49 +32,50 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
 }
 
 /// The names of a command: the current one, the flat one, and an alias that is still accepted.
-type Names = (&'static str, &'static str, Option<&'static str>);
+type SignalCommandNames = (&'static str, &'static str, Option<&'static str>);
 
 /// Names of the commands that set, get and clear an integer signal.
-const INT32: [Names; 3] = [
+const INT32_NAMES: [SignalCommandNames; 3] = [
     ("sim.setInt32Signal", "simSetIntegerSignal", Some("sim.setIntegerSignal")),
     ("sim.getInt32Signal", "simGetIntegerSignal", Some("sim.getIntegerSignal")),
     ("sim.clearInt32Signal", "simClearIntegerSignal", Some("sim.clearIntegerSignal")),
 ];
 /// Names of the commands for float signals, in the same order.
-const FLOAT: [Names; 3] = [
+const FLOAT_NAMES: [SignalCommandNames; 3] = [
     ("sim.setFloatSignal", "simSetFloatSignal", None),
     ("sim.getFloatSignal", "simGetFloatSignal", None),
     ("sim.clearFloatSignal", "simClearFloatSignal", None),
 ];
 /// Names of the commands for string signals, in the same order.
-const STRING: [Names; 3] = [
+const STRING_NAMES: [SignalCommandNames; 3] = [
     ("sim.setStringSignal", "simSetStringSignal", Some("sim.setBufferSignal")),
     ("sim.getStringSignal", "simGetStringSignal", Some("sim.getBufferSignal")),
     ("sim.clearStringSignal", "simClearStringSignal", Some("sim.clearBufferSignal")),
 ];
 
 /// Adds the three commands for a kind of signal; `word` denotes the kind in descriptions.
-fn kind(offer: &mut Offer<Vrep>, kind: u32, word: &str, names: &'static [Names; 3], value: Param) {
+fn kind(offer: &mut Offer<Vrep>, kind: u32, word: &str, names: &'static [SignalCommandNames; 3], value: Param) {
     let [set, get, clear] = names;
-    let named = |(name, flat, other): &Names, on_error: [Value; 1], run: fn(&mut Ctx<'_>, u32) -> Result| {
-        let command = Cmd::new(*name, move |c| run(c, kind)).old_name(*flat, on_error);
-        match other {
-            Some(other) => command.alias(*other),
-            None => command,
-        }
-    };
+    let named =
+        |(name, flat, other): &SignalCommandNames, on_error: [Value; 1], run: fn(&mut Ctx<'_>, u32) -> Result| {
+            let command = Cmd::new(*name, move |c| run(c, kind)).old_name(*flat, on_error);
+            match other {
+                Some(other) => command.alias(*other),
+                None => command,
+            }
+        };
     offer.command(
-        named(set, MINUS, |c, kind| {
-            match INTEGER == kind {
+        named(set, MINUS_ONE, |c, kind| {
+            match INTEGER_KIND == kind {
                 // Fractions are truncated.
-                true => c.world().set_signal(kind, c.bytes(0)?, whole(c.f64(1)?))?,
+                true => c.world().set_signal(kind, c.bytes(0)?, truncate(c.f64(1)?))?,
                 false => c.world().set_signal(kind, c.bytes(0)?, c.arg(1))?,
             }
             c.ret(1_i64);
             Ok(())
         })
         .param(Param::string("name"))
-        .param(if kind == INTEGER { Param::float("value").text("fractions are truncated") } else { value.clone() })
+        .param(if kind == INTEGER_KIND { Param::float("value").text("fractions are truncated") } else { value.clone() })
         .returns(Param::int("done"))
         .text(format!("Sets the {word} signal with this name, for all scripts."))
         .example(format!("{}('state', '3')", set.0)),
@@ -89,7 +90,7 @@ fn kind(offer: &mut Offer<Vrep>, kind: u32, word: &str, names: &'static [Names; 
                 match kind {
                     0 => c.ret(1_i64),
                     1 => c.ret(1.0),
-                    _ => c.ret(STAND_IN),
+                    _ => c.ret(STAND_IN_DATA),
                 }
             }
             Ok(())
@@ -100,7 +101,7 @@ fn kind(offer: &mut Offer<Vrep>, kind: u32, word: &str, names: &'static [Names; 
         .example(format!("v = {}('state')", get.0)),
     );
     offer.command(
-        named(clear, MINUS, |c, kind| {
+        named(clear, MINUS_ONE, |c, kind| {
             let w = c.world();
             let n = match c.has(0).then(|| c.bytes(0)).transpose()? {
                 Some(b"") => 0,
@@ -117,7 +118,7 @@ fn kind(offer: &mut Offer<Vrep>, kind: u32, word: &str, names: &'static [Names; 
     );
 }
 
-fn whole<'a>(x: f64) -> ValueRef<'a> {
+fn truncate<'a>(x: f64) -> ValueRef<'a> {
     // SAFETY: the tag is `TATU_I64`, so the payload is an integer and not a pointer; the value borrows nothing.
     unsafe { ValueRef::new(tatu_value { tag: TATU_I64, reserved: 0, u: tatu_payload { i: x as i64 } }) }
 }

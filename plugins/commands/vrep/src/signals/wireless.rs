@@ -9,12 +9,12 @@ use crate::{
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.command(
-        both(["sim.sendData", "simSendData"], MINUS, |c| {
+        both(["sim.sendData", "simSendData"], MINUS_ONE, |c| {
             let (w, p) = (c.world(), &c.plugin().p);
             let (now, dt) = (w.f64(0, p.time)?, w.f64(0, p.dt)?);
             let message = WirelessMessage {
                 from: c.caller_script(),
-                antenna: antenna(c, 4)?,
+                antenna: antenna_argument(c, 4)?,
                 target: c.i64(0)?,
                 header: c.i64(1)?,
                 name: c.bytes(2)?.to_vec(),
@@ -69,11 +69,11 @@ fn handle_value<'a>(n: i64) -> ValueRef<'a> {
     unsafe { ValueRef::new(tatu_value { tag: TATU_I64, reserved: 0, u: tatu_payload { i: n } }) }
 }
 
-fn antenna(c: &Ctx<'_>, i: usize) -> Result<tatu_object> {
+fn antenna_argument(c: &Ctx<'_>, i: usize) -> Result<tatu_object> {
     if !c.has(i) || matches!(c.i64(i)?, HANDLE_SELF | -9) {
         return Ok(c.caller_object());
     }
-    Ok(living(c, i)?.id)
+    Ok(existing_object(c, i)?.id)
 }
 
 fn receive(c: &mut Ctx<'_>) -> Result {
@@ -81,7 +81,7 @@ fn receive(c: &mut Ctx<'_>) -> Result {
     let now = w.f64(0, c.plugin().p.time)?;
     let (header, index) = (int_or(c, 0, -1)?, int_or(c, 3, -1)?);
     let name = if c.has(1) { Some(c.bytes(1)?) } else { None };
-    let here = antenna(c, 2)?;
+    let here = antenna_argument(c, 2)?;
     let place = |o: tatu_object| if o == 0 { Ok([0.0; 7]) } else { w.pose(o, 0) };
     let at = place(here)?;
     let messages = {

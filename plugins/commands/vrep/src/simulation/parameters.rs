@@ -6,23 +6,23 @@ use crate::{kit::*, state::state};
 
 /// The parameters of one type: the name of the type, the names of the getter and setter, a parameter that the example
 /// uses, and the functions that read and set parameters.
-struct Family {
+struct ParameterFamily {
     name: &'static str,
-    getter: Names,
-    setter: Names,
+    getter: ParameterCommandNames,
+    setter: ParameterCommandNames,
     sample: &'static str,
-    get: Get,
-    set: Option<Set>,
+    get: ParameterGetter,
+    set: Option<ParameterSetter>,
 }
 
 /// The current name of a command, the previous one, and the flat ones.
-type Names = (&'static str, &'static str, &'static [&'static str]);
-type Get = fn(&Ctx<'_>, i64) -> Result<Option<Value>>;
+type ParameterCommandNames = (&'static str, &'static str, &'static [&'static str]);
+type ParameterGetter = fn(&Ctx<'_>, i64) -> Result<Option<Value>>;
 /// A function that sets a parameter, and returns whether the parameter can be set.
-type Set = fn(&Ctx<'_>, i64) -> Result<bool>;
+type ParameterSetter = fn(&Ctx<'_>, i64) -> Result<bool>;
 
-const FAMILIES: [Family; 5] = [
-    Family {
+const FAMILIES: [ParameterFamily; 5] = [
+    ParameterFamily {
         name: "Bool",
         getter: ("sim.getBoolParam", "sim.getBoolParameter", &["simGetBoolParameter", "simGetBooleanParameter"]),
         setter: ("sim.setBoolParam", "sim.setBoolParameter", &["simSetBoolParameter", "simSetBooleanParameter"]),
@@ -30,7 +30,7 @@ const FAMILIES: [Family; 5] = [
         get: get_bool,
         set: None,
     },
-    Family {
+    ParameterFamily {
         name: "Int32",
         getter: ("sim.getInt32Param", "sim.getInt32Parameter", &["simGetInt32Parameter", "simGetIntegerParameter"]),
         setter: ("sim.setInt32Param", "sim.setInt32Parameter", &["simSetInt32Parameter", "simSetIntegerParameter"]),
@@ -38,7 +38,7 @@ const FAMILIES: [Family; 5] = [
         get: get_int,
         set: Some(set_int),
     },
-    Family {
+    ParameterFamily {
         name: "Float",
         getter: ("sim.getFloatParam", "sim.getFloatParameter", &["simGetFloatParameter", "simGetFloatingParameter"]),
         setter: ("sim.setFloatParam", "sim.setFloatParameter", &["simSetFloatParameter", "simSetFloatingParameter"]),
@@ -46,7 +46,7 @@ const FAMILIES: [Family; 5] = [
         get: get_float,
         set: None,
     },
-    Family {
+    ParameterFamily {
         name: "String",
         getter: ("sim.getStringParam", "sim.getStringParameter", &["simGetStringParameter"]),
         setter: ("sim.setStringParam", "sim.setStringParameter", &["simSetStringParameter"]),
@@ -54,7 +54,7 @@ const FAMILIES: [Family; 5] = [
         get: get_string,
         set: None,
     },
-    Family {
+    ParameterFamily {
         name: "Array",
         getter: ("sim.getArrayParam", "sim.getArrayParameter", &["simGetArrayParameter"]),
         setter: ("sim.setArrayParam", "sim.setArrayParameter", &["simSetArrayParameter"]),
@@ -81,8 +81,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     );
 }
 
-fn get_and_set(offer: &mut Offer<Vrep>, family: &'static Family) {
-    let Family { name, sample, getter, setter, .. } = *family;
+fn get_and_set(offer: &mut Offer<Vrep>, family: &'static ParameterFamily) {
+    let ParameterFamily { name, sample, getter, setter, .. } = *family;
     let value = match name {
         "Bool" => Param::any("value").text("true or false"),
         "Int32" => Param::int("value"),
@@ -91,7 +91,7 @@ fn get_and_set(offer: &mut Offer<Vrep>, family: &'static Family) {
         _ => table("value", "numbers"),
     };
     let id = || Param::int("parameter").text("a number from the tables of constants");
-    let named = |(_, before, flat): Names, on_error: [Value; 1], command: Cmd| {
+    let named = |(_, before, flat): ParameterCommandNames, on_error: [Value; 1], command: Cmd| {
         let all = flat.iter().fold(command, |command, name| command.old_name(*name, on_error.clone()));
         all.alias(before)
     };
@@ -116,14 +116,14 @@ fn get_and_set(offer: &mut Offer<Vrep>, family: &'static Family) {
         if !set {
             let is = read(c, family)?;
             if !same(&is, &wanted) {
-                remember(c, family, n, &is, &wanted)?;
+                store_without_effect(c, family, n, &is, &wanted)?;
             }
         }
         c.ret(1_i64);
         Ok(())
     });
     offer.command(
-        named(setter, MINUS, set)
+        named(setter, MINUS_ONE, set)
             .param(id())
             .param(value)
             .returns(Param::int("done"))
@@ -133,8 +133,8 @@ fn get_and_set(offer: &mut Offer<Vrep>, family: &'static Family) {
 }
 
 /// Stores the value of a parameter that has no effect here, so that scripts can read it.
-fn remember(c: &Ctx<'_>, family: &Family, n: i64, is: &Value, wanted: &Value) -> Result {
-    if FIXED.iter().any(|(name, all)| *name == family.name && all.contains(&n)) {
+fn store_without_effect(c: &Ctx<'_>, family: &ParameterFamily, n: i64, is: &Value, wanted: &Value) -> Result {
+    if READ_ONLY_PARAMETERS.iter().any(|(name, all)| *name == family.name && all.contains(&n)) {
         return Err(Fail::unsupported(format!("parameter {n} is read-only")));
     }
     let wanted = match is {
@@ -145,10 +145,10 @@ fn remember(c: &Ctx<'_>, family: &Family, n: i64, is: &Value, wanted: &Value) ->
 }
 
 /// Types of parameters, and the numbers of the read-only parameters of each type.
-const FIXED: &[(&str, &[i64])] =
+const READ_ONLY_PARAMETERS: &[(&str, &[i64])] =
     &[("Bool", &[34]), ("Int32", &[1, 2, 4, 19, 23, 26, 30, 39]), ("Float", &[0]), ("String", &[0, 13, 14, 15])];
 
-fn read(c: &Ctx<'_>, family: &Family) -> Result<Value> {
+fn read(c: &Ctx<'_>, family: &ParameterFamily) -> Result<Value> {
     let n = c.i64(0)?;
     if let Some(kept) = tags::private(c, 0, &format!("{} {n}", family.name))? {
         return tables::unpack(&kept);
@@ -159,7 +159,7 @@ fn read(c: &Ctx<'_>, family: &Family) -> Result<Value> {
 /// Returns whether two values are equal. A boolean is compared with the truth of the other value.
 fn same(is: &Value, wanted: &Value) -> bool {
     match is {
-        Value::Bool(b) => *b == !matches!(wanted, Value::Nil | Value::Bool(false)),
+        Value::Bool(b) => *b != matches!(wanted, Value::Nil | Value::Bool(false)),
         _ => is == wanted,
     }
 }
@@ -270,11 +270,11 @@ fn random(c: &Ctx<'_>) -> Result<f64> {
     let seed = int_of(c, 0, c.plugin().p.seed)? as u64;
     let mut state = state(c)?;
     state.drawn += 1;
-    Ok(mixed(seed, state.drawn))
+    Ok(random_fraction(seed, state.drawn))
 }
 
 /// Returns the `n`-th number of a seed's sequence (SplitMix64), 0 <= x < 1.
-fn mixed(seed: u64, n: u64) -> f64 {
+fn random_fraction(seed: u64, n: u64) -> f64 {
     let mut z = seed.wrapping_add(n.wrapping_mul(0x9E37_79B9_7F4A_7C15));
     z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
     z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
@@ -286,15 +286,15 @@ mod tests {
     use super::*;
 
     #[test]
-    fn random_numbers_are_even_and_repeat() {
-        let mean = (1..=1000).map(|n| mixed(7, n)).sum::<f64>() / 1000.0;
+    fn random_numbers_are_uniform_and_reproducible() {
+        let mean = (1..=1000).map(|n| random_fraction(7, n)).sum::<f64>() / 1000.0;
         assert!((mean - 0.5).abs() < 0.05);
-        assert_eq!(mixed(7, 3), mixed(7, 3));
-        assert_ne!(mixed(7, 3), mixed(8, 3));
+        assert_eq!(random_fraction(7, 3), random_fraction(7, 3));
+        assert_ne!(random_fraction(7, 3), random_fraction(8, 3));
     }
 
     #[test]
-    fn unchanging_ones_may_be_set_to_what_they_are() {
+    fn read_only_parameters_accept_their_own_value() {
         assert!(same(&Value::Bool(false), &Value::Bool(false)));
         assert!(same(&Value::Bool(true), &Value::Int(1)));
         assert!(!same(&Value::Bool(false), &Value::Bool(true)));

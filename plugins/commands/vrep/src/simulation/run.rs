@@ -31,7 +31,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             c.ret(state);
             Ok(())
         })
-        .old_name("simGetSimulationState", MINUS)
+        .old_name("simGetSimulationState", MINUS_ONE)
         .returns(Param::int("state").text("sim.simulation_..."))
         .text(
             "Returns whether the simulation is stopped (0), in its first step (16), running (17), in the last step \
@@ -56,7 +56,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             c.ret(0_i64);
             Ok(())
         })
-        .old_name("simGetRealTimeSimulation", MINUS)
+        .old_name("simGetRealTimeSimulation", MINUS_ONE)
         .returns(Param::int("on").text("0"))
         .text("Returns 0: real-time simulation is hidden from scripts, so that runs are reproducible.")
         .example("on = sim.getRealTimeSimulation()"),
@@ -80,9 +80,9 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         (["sim.quitSimulator", "simQuitSimulator"], TATU_REQUEST_QUIT, "Requests that the program exit."),
     ] {
         offer.command(
-            both(names, MINUS, move |c| {
+            both(names, MINUS_ONE, move |c| {
                 c.world().request(what)?;
-                done(c)
+                finish_setter(c)
             })
             .param(Param::any("unused").optional())
             .text(text)
@@ -120,8 +120,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             c.ret(if since >= 0 { ms - since } else { ms });
             Ok(())
         })
-        .old_name("simGetSystemTimeInMs", MINUS)
-        .old_name("simGetSystemTimeInMilliseconds", MINUS)
+        .old_name("simGetSystemTimeInMs", MINUS_ONE)
+        .old_name("simGetSystemTimeInMilliseconds", MINUS_ONE)
         .param(Param::int("since").default(-1).optional().text("an earlier time; -1 or -2: no such time"))
         .returns(Param::int("time").text("ms"))
         .text("Returns the simulation time in milliseconds instead of a clock's, or the time elapsed since `since`.")
@@ -130,7 +130,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
 }
 
 /// Converts the phase of the world to V-REP's simulation state.
-pub(crate) fn state_now(c: &Shared<'_>) -> Result<i64> {
+pub(crate) fn state_now(c: &SharedCtx<'_>) -> Result<i64> {
     Ok(match int_of(c, 0, c.plugin().p.phase)? as u32 {
         TATU_PHASE_FIRST => 16,
         TATU_PHASE_RUNNING => 17,

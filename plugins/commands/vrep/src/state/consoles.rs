@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 /// Callback that receives complete lines.
-pub(crate) type Tell<'a> = &'a mut dyn FnMut(&[u8]);
+pub(crate) type LineCallback<'a> = &'a mut dyn FnMut(&[u8]);
 
 /// All consoles of a world.
 #[derive(Default, Serialize, Deserialize)]
@@ -21,12 +21,12 @@ struct Console {
 }
 
 /// Maximum length of a line, in bytes; longer lines are split, because some scripts never print a line feed.
-const LONGEST_LINE: usize = 1000;
+const MAX_LINE_BYTES: usize = 1000;
 
 impl Console {
-    fn finish(&mut self, tell: Tell<'_>) {
+    fn log_line(&mut self, log: LineCallback<'_>) {
         let line = std::mem::take(&mut self.line);
-        tell(&[b"[", self.title.as_slice(), b"] ", &line].concat());
+        log(&[b"[", self.title.as_slice(), b"] ", &line].concat());
     }
 }
 
@@ -42,7 +42,7 @@ impl Consoles {
     pub(crate) fn has(&self, console: i64) -> bool {
         self.open.contains_key(&console)
     }
-    pub(crate) fn print(&mut self, console: i64, text: Option<&[u8]>, tell: Tell<'_>) -> bool {
+    pub(crate) fn print(&mut self, console: i64, text: Option<&[u8]>, tell: LineCallback<'_>) -> bool {
         let Some(console) = self.open.get_mut(&console) else {
             return false;
         };
@@ -52,26 +52,26 @@ impl Consoles {
         };
         for b in text {
             match b {
-                b'\n' => console.finish(tell),
+                b'\n' => console.log_line(tell),
                 b'\r' => {}
                 _ => console.line.push(*b),
             }
-            if console.line.len() == LONGEST_LINE {
-                console.finish(tell);
+            if console.line.len() == MAX_LINE_BYTES {
+                console.log_line(tell);
             }
         }
         true
     }
-    pub(crate) fn close(&mut self, console: i64, tell: Tell<'_>) -> bool {
+    pub(crate) fn close(&mut self, console: i64, tell: LineCallback<'_>) -> bool {
         let Some(mut console) = self.open.remove(&console) else {
             return false;
         };
         if !console.line.is_empty() {
-            console.finish(tell);
+            console.log_line(tell);
         }
         true
     }
-    pub(crate) fn close_all(&mut self, tell: Tell<'_>) {
+    pub(crate) fn close_all(&mut self, tell: LineCallback<'_>) {
         while let Some((console, _)) = self.open.first_key_value() {
             self.close(*console, tell);
         }
@@ -83,7 +83,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn lines_are_told_when_finished() {
+    fn lines_are_logged_when_complete() {
         let (mut consoles, mut told) = (Consoles::default(), Vec::new());
         let mut tell = |line: &[u8]| told.push(String::from_utf8_lossy(line).into_owned());
         let a = consoles.open(b"A".to_vec());
@@ -98,7 +98,7 @@ mod tests {
     }
 
     #[test]
-    fn endless_lines_are_cut() {
+    fn long_lines_are_split() {
         let (mut consoles, mut lines) = (Consoles::default(), 0);
         let a = consoles.open(b"A".to_vec());
         let mut tell = |_: &[u8]| lines += 1;

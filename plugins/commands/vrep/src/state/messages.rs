@@ -6,11 +6,11 @@ use serde::{Deserialize, Serialize};
 use tatu_plugin_api::abi::tatu_object;
 
 /// Maximum number of queued messages; the oldest ones are dropped.
-const ROOM: usize = 64;
+const MAX_MESSAGES: usize = 64;
 
 /// The most recent messages, and the number of messages that each script has read.
 #[derive(Default, Clone, PartialEq, Debug, Serialize, Deserialize)]
-pub(crate) struct Messages {
+pub(crate) struct MessageQueue {
     pub(crate) last: VecDeque<(i64, [i64; 4])>,
     pub(crate) sent: u64,
     pub(crate) taken: BTreeMap<tatu_object, u64>,
@@ -18,9 +18,9 @@ pub(crate) struct Messages {
     pub(crate) inputs: u64,
 }
 
-impl Messages {
+impl MessageQueue {
     pub(crate) fn send(&mut self, kind: i64, aux: [i64; 4]) {
-        if self.last.len() == ROOM {
+        if self.last.len() == MAX_MESSAGES {
             self.last.pop_front();
         }
         self.last.push_back((kind, aux));
@@ -41,8 +41,8 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_script_gets_a_copy() {
-        let mut m = Messages::default();
+    fn each_script_receives_its_own_copy_of_a_message() {
+        let mut m = MessageQueue::default();
         assert_eq!(m.next(1), None);
         m.send(6, [115, 0, 0, 0]);
         for script in [1, 2] {
@@ -52,8 +52,8 @@ mod tests {
     }
 
     #[test]
-    fn old_messages_are_dropped() {
-        let mut m = Messages::default();
+    fn oldest_messages_are_dropped() {
+        let mut m = MessageQueue::default();
         for i in 0..100 {
             m.send(6, [i, 0, 0, 0]);
         }

@@ -21,29 +21,29 @@ use serde::{Deserialize, Serialize};
 
 use crate::{
     kit::*,
-    vision::{seen::AllSeen, work::Work},
+    vision::{results::VisionResults, work::WorkingImage},
 };
 
 use self::{
-    collections::Collections, consoles::Consoles, dialogs::Dialogs, messages::Messages, motions::Motion,
-    profiles::Profiles, registered::Registered, tubes::Tubes, wireless::InTransit,
+    collections::Collections, consoles::Consoles, dialogs::Dialogs, messages::MessageQueue, motions::ActiveMotion,
+    profiles::Profiles, registered::Registrations, tubes::Tubes, wireless::PendingWireless,
 };
 
 /// The plugin's state in a world. Commands can call each other, so a borrow must not be held across a call to the host.
-pub struct State(RefCell<Inner>);
+pub struct WorldState(RefCell<WorldStateInner>);
 
 /// The data behind the `RefCell`.
 #[derive(Serialize, Deserialize)]
-pub(crate) struct Inner {
+pub(crate) struct WorldStateInner {
     #[serde(skip)]
     host: Option<Host>,
     step: i64,
     /// Whether the registrations of the scene have been read.
     read: bool,
-    pub(crate) registered: Registered,
+    pub(crate) registered: Registrations,
     pub(crate) consoles: Consoles,
     pub(crate) tubes: Tubes,
-    pub(crate) messages: Messages,
+    pub(crate) messages: MessageQueue,
     /// Suffixes that scripts have set with `setNameSuffix`.
     pub(crate) suffixes: BTreeMap<tatu_object, i64>,
     /// Simulation parameters of scripts, by script and name.
@@ -55,16 +55,16 @@ pub(crate) struct Inner {
     pub(crate) error_report_mode: i64,
     pub(crate) selection: Vec<tatu_object>,
     pub(crate) collections: Collections,
-    pub(crate) wireless: InTransit,
+    pub(crate) wireless: PendingWireless,
     pub(crate) dialogs: Dialogs,
     pub(crate) profiles: Profiles,
     pub(crate) last_error: Vec<u8>,
     /// Results of filters and callbacks, by vision sensor.
-    pub(crate) seen: AllSeen,
+    pub(crate) seen: VisionResults,
     /// Working images, by vision sensor.
-    pub(crate) work: BTreeMap<tatu_object, Work>,
+    pub(crate) work: BTreeMap<tatu_object, WorkingImage>,
     /// Active motions by number.
-    pub(crate) motions: BTreeMap<i64, Motion>,
+    pub(crate) motions: BTreeMap<i64, ActiveMotion>,
     /// Number of motions started so far, including those along paths.
     pub(crate) moved: i64,
     /// Objects that follow a path: object, path, components to apply (1: position, 2: orientation), fraction of the
@@ -72,9 +72,9 @@ pub(crate) struct Inner {
     pub(crate) follows: BTreeMap<i64, (tatu_object, tatu_object, i64, f64, f64)>,
 }
 
-impl State {
+impl WorldState {
     pub(crate) fn new(host: Host) -> Self {
-        State(RefCell::new(Inner::new(Some(host))))
+        WorldState(RefCell::new(WorldStateInner::new(Some(host))))
     }
 
     /// Serializes the state for a snapshot.
@@ -85,7 +85,7 @@ impl State {
 
     /// Restores the state from a snapshot.
     pub(crate) fn load(&self, bytes: &[u8]) -> Result<()> {
-        let mut new: Inner =
+        let mut new: WorldStateInner =
             postcard::from_bytes(bytes).map_err(|e| Fail::new(format!("the saved state is damaged: {e}")))?;
         let mut inner = self.0.try_borrow_mut().map_err(|_| busy())?;
         new.host = inner.host;
@@ -94,16 +94,16 @@ impl State {
     }
 }
 
-impl Inner {
+impl WorldStateInner {
     fn new(host: Option<Host>) -> Self {
-        Inner {
+        WorldStateInner {
             host,
             step: 0,
             read: false,
-            registered: Registered::default(),
+            registered: Registrations::default(),
             consoles: Consoles::default(),
             tubes: Tubes::default(),
-            messages: Messages::default(),
+            messages: MessageQueue::default(),
             suffixes: BTreeMap::new(),
             parameters: BTreeMap::new(),
             waits: BTreeMap::new(),
@@ -111,11 +111,11 @@ impl Inner {
             error_report_mode: 1,
             selection: Vec::new(),
             collections: Collections::default(),
-            wireless: InTransit::default(),
+            wireless: PendingWireless::default(),
             dialogs: Dialogs::default(),
             profiles: Profiles::default(),
             last_error: Vec::new(),
-            seen: AllSeen::new(),
+            seen: VisionResults::new(),
             work: BTreeMap::new(),
             motions: BTreeMap::new(),
             moved: 0,
@@ -125,7 +125,7 @@ impl Inner {
 }
 
 /// Closes the consoles of scripts at the end of a simulation; incomplete lines are logged.
-impl Drop for Inner {
+impl Drop for WorldStateInner {
     fn drop(&mut self) {
         let Some(host) = self.host else { return };
         self.consoles.close_all(&mut |line| {
@@ -140,11 +140,11 @@ fn busy() -> Fail {
 
 /// Borrows the state of the caller's world. The host does not report the start of a simulation, so the state is reset
 /// when the step number is lower than in the last call.
-pub(crate) fn state<'a>(c: &Ctx<'a>) -> Result<RefMut<'a, Inner>> {
+pub(crate) fn state<'a>(c: &Ctx<'a>) -> Result<RefMut<'a, WorldStateInner>> {
     let step = int_of(c, 0, c.plugin().p.step)?;
     let mut inner = c.instance().0.try_borrow_mut().map_err(|_| busy())?;
     if step < inner.step {
-        *inner = Inner::new(inner.host);
+        *inner = WorldStateInner::new(inner.host);
     }
     inner.step = step;
     if inner.read {

@@ -3,11 +3,11 @@
 use serde::{Deserialize, Serialize};
 use tatu_plugin_api::abi::{tatu_func, tatu_object};
 
-use crate::{kit::algebra::Pose, motion::profile::Profile};
+use crate::{kit::algebra::Pose, motion::profile::MotionProfile};
 
 /// The object or joints moved by a motion.
 #[derive(Serialize, Deserialize, Clone)]
-pub(crate) enum Mover {
+pub(crate) enum MovedObjects {
     Joints(Vec<tatu_object>),
     /// An object that moves from one pose to another in a frame. `object` is 0 if only the callback is called, and
     /// `frame` is 0 for the world frame.
@@ -22,7 +22,7 @@ pub(crate) enum Mover {
 
 /// The function that a motion calls after each step.
 #[derive(Serialize, Deserialize, Clone)]
-pub(crate) enum Listener {
+pub(crate) enum MotionCallback {
     Nobody,
     Function(tatu_func),
     Named(String),
@@ -30,7 +30,7 @@ pub(crate) enum Listener {
 
 /// The form in which a command returns its result.
 #[derive(Serialize, Deserialize, Clone, Copy, PartialEq)]
-pub(crate) enum Answer {
+pub(crate) enum ResultForm {
     /// A table with named fields.
     Map,
     /// Separate values, as before 4.7.
@@ -43,11 +43,11 @@ pub(crate) enum Answer {
 
 /// An active motion.
 #[derive(Serialize, Deserialize, Clone)]
-pub(crate) struct Motion {
-    pub(crate) profile: Profile,
-    pub(crate) mover: Mover,
-    pub(crate) listener: Listener,
-    pub(crate) answer: Answer,
+pub(crate) struct ActiveMotion {
+    pub(crate) profile: MotionProfile,
+    pub(crate) mover: MovedObjects,
+    pub(crate) listener: MotionCallback,
+    pub(crate) answer: ResultForm,
     /// The last argument of the callback, packed.
     pub(crate) data: Vec<u8>,
 }

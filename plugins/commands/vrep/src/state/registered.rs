@@ -9,22 +9,22 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use super::{
-    collections::{FromFile, Part},
+    collections::{CollectionPart, FileCollection},
     windows::{Window, Windows},
 };
 use crate::kit::*;
 
 /// Tag of the JSON in the scene's data.
-const TAG: &str = "registered";
+const REGISTRATIONS_TAG: &str = "registered";
 /// Tag of an object's handle in the imported file.
-const HANDLE: &str = "handle";
+const HANDLE_TAG: &str = "handle";
 
 #[derive(Deserialize, Default)]
-struct Text {
+struct RegistrationsText {
     collections: Vec<CollectionText>,
-    collisions: Vec<Pair>,
-    distances: Vec<Pair>,
-    ik_groups: Vec<Named>,
+    collisions: Vec<RegisteredPair>,
+    distances: Vec<RegisteredPair>,
+    ik_groups: Vec<NamedHandle>,
     windows: Windows,
 }
 
@@ -32,11 +32,11 @@ struct Text {
 struct CollectionText {
     name: String,
     handle: i64,
-    items: Vec<Item>,
+    items: Vec<CollectionItemText>,
 }
 
 #[derive(Deserialize)]
-struct Item {
+struct CollectionItemText {
     object: i64,
     kind: u8,
     remove: bool,
@@ -44,14 +44,14 @@ struct Item {
 
 /// A registration that consists of a name and a handle.
 #[derive(Serialize, Deserialize, Clone)]
-pub(crate) struct Named {
+pub(crate) struct NamedHandle {
     pub(crate) name: String,
     pub(crate) handle: i64,
 }
 
 /// A collision or distance object.
 #[derive(Serialize, Deserialize, Clone)]
-pub(crate) struct Pair {
+pub(crate) struct RegisteredPair {
     pub(crate) name: String,
     pub(crate) handle: i64,
     /// The two entities, as handles in the file: a collection, an object, or -1 for all objects.
@@ -63,25 +63,25 @@ pub(crate) struct Pair {
 
 /// The result of the last evaluation of a pair.
 #[derive(Serialize, Deserialize, Clone, Copy)]
-pub(crate) struct Found {
+pub(crate) struct PairResult {
     pub(crate) length: f64,
     pub(crate) pair: [tatu_object; 2],
 }
 
 /// All registrations of a scene.
 #[derive(Serialize, Deserialize, Default)]
-pub(crate) struct Registered {
-    pub(crate) collisions: Vec<Pair>,
-    pub(crate) distances: Vec<Pair>,
-    pub(crate) ik_groups: Vec<Named>,
+pub(crate) struct Registrations {
+    pub(crate) collisions: Vec<RegisteredPair>,
+    pub(crate) distances: Vec<RegisteredPair>,
+    pub(crate) ik_groups: Vec<NamedHandle>,
     pub(crate) windows: Windows,
     /// Objects by their handles in the file.
     objects: BTreeMap<i64, tatu_object>,
     /// Results of the pairs that a script has handled, by the handle of the pair.
-    pub(crate) found: BTreeMap<i64, Option<Found>>,
+    pub(crate) found: BTreeMap<i64, Option<PairResult>>,
 }
 
-impl Registered {
+impl Registrations {
     /// Returns the object with the given handle in the file, or 0 if there is none.
     pub(crate) fn object(&self, handle: i64) -> tatu_object {
         self.objects.get(&handle).copied().unwrap_or(0)
@@ -89,20 +89,20 @@ impl Registered {
 }
 
 /// Reads the registrations of the scene.
-pub(crate) fn read(c: &Ctx<'_>) -> Result<(Registered, Vec<FromFile>)> {
-    let Some(bytes) = tags::private(c, 0, TAG)? else { return Ok(Default::default()) };
-    let text: Text = serde_json::from_slice(&bytes)
-        .map_err(|e| Fail::argument(format!("the scene's data under the tag `{TAG}` is damaged: {e}")))?;
+pub(crate) fn read(c: &Ctx<'_>) -> Result<(Registrations, Vec<FileCollection>)> {
+    let Some(bytes) = tags::private(c, 0, REGISTRATIONS_TAG)? else { return Ok(Default::default()) };
+    let text: RegistrationsText = serde_json::from_slice(&bytes)
+        .map_err(|e| Fail::argument(format!("the scene's data under the tag `{REGISTRATIONS_TAG}` is damaged: {e}")))?;
     let mut objects = BTreeMap::new();
     for id in c.world().list(0, 0, 0)? {
-        if let Some(handle) = tags::number(c, id, HANDLE)? {
+        if let Some(handle) = tags::number(c, id, HANDLE_TAG)? {
             objects.entry(handle as i64).or_insert(id);
         }
     }
-    let Text { collections, collisions, distances, ik_groups, windows } = text;
+    let RegistrationsText { collections, collisions, distances, ik_groups, windows } = text;
     let windows = windows.into_iter().map(Window::of_file).collect();
-    let registered = Registered { collisions, distances, ik_groups, windows, objects, found: BTreeMap::new() };
-    let part = |item: &Item| {
+    let registered = Registrations { collisions, distances, ik_groups, windows, objects, found: BTreeMap::new() };
+    let part = |item: &CollectionItemText| {
         let (what, exclude) = match item.kind {
             1 => (HANDLE_TREE, false),
             2 => (HANDLE_TREE, true),
@@ -111,10 +111,10 @@ pub(crate) fn read(c: &Ctx<'_>) -> Result<(Registered, Vec<FromFile>)> {
             5 => (HANDLE_ALL, false),
             _ => (HANDLE_SELF, false),
         };
-        Part { what, object: registered.object(item.object), remove: item.remove, exclude }
+        CollectionPart { what, object: registered.object(item.object), remove: item.remove, exclude }
     };
     // Skip parts whose object no longer exists; `handle_all` does not refer to an object.
-    let there = |p: &Part| p.object != 0 || p.what == HANDLE_ALL;
+    let there = |p: &CollectionPart| p.object != 0 || p.what == HANDLE_ALL;
     let from_file = |k: &CollectionText| {
         let parts = k.items.iter().map(part).filter(there).collect();
         (k.name.clone(), k.handle, parts)

@@ -15,11 +15,11 @@ pub(crate) struct Tubes {
 struct Tube {
     header: i64,
     name: Vec<u8>,
-    ends: [End; 2],
+    ends: [TubeEnd; 2],
 }
 
 #[derive(Default, Clone, PartialEq, Debug, Serialize, Deserialize)]
-struct End {
+struct TubeEnd {
     /// The handle of this end (0, 2, 4, ...), or `None` while no script has opened it.
     handle: Option<i64>,
     room: usize,
@@ -78,7 +78,7 @@ impl Tubes {
         let Some((tube, end)) = self.find(handle) else {
             return false;
         };
-        tube.ends[end] = End::default();
+        tube.ends[end] = TubeEnd::default();
         self.tubes.retain(|t| t.ends.iter().any(|e| e.handle.is_some()));
         true
     }
@@ -89,7 +89,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn two_ends_and_no_third() {
+    fn tube_connects_exactly_two_scripts() {
         let mut t = Tubes::default();
         let a = t.open(0, b"x".to_vec(), 1).unwrap();
         assert!(!t.write(a, b"lost".to_vec()));

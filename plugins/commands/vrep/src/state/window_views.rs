@@ -1,15 +1,15 @@
 //! Publishes windows of buttons to views, in the event `ui.window`.
 
-use super::windows::{Button, SLIDER_END, Window, bits};
+use super::windows::{MAX_SLIDER_POSITION, Window, WindowButton, bits};
 use crate::kit::*;
 
 /// The event that publishes windows to views.
-const EVENT: &str = "ui.window";
+const WINDOW_EVENT: &str = "ui.window";
 /// The command with which views report user actions.
-pub(crate) const ACT: &str = "tatu.actOnButtons";
+pub(crate) const ACTION_COMMAND: &str = "tatu.actOnButtons";
 /// Words in labels that stand for a symbol, and the character that replaces them. In files, buttons that close a window
 /// are labelled `Check`.
-const SIGNS: &[(&str, &str)] = &[
+const LABEL_SYMBOLS: &[(&str, &str)] = &[
     ("ArrowRight", "\u{2192}"),
     ("ArrowLeft", "\u{2190}"),
     ("ArrowUp", "\u{2191}"),
@@ -32,13 +32,13 @@ fn ints(all: &[i64]) -> Value {
 
 /// Returns the text of a label with its marks applied, and the text colour that they specify: `&&fg900` sets the colour
 /// to red, `&&n` breaks the line, `&&Box` inserts a square.
-fn plain(label: &str) -> (String, Option<String>) {
+fn parse_label(label: &str) -> (String, Option<String>) {
     let mut parts = label.split("&&");
     let mut text = parts.next().unwrap_or("").to_owned();
     let mut color = None;
     for part in parts {
         let digits = part.get(2..5).filter(|d| d.bytes().all(|b| b.is_ascii_digit()));
-        let drawn = SIGNS.iter().find_map(|(word, sign)| Some((sign, part.strip_prefix(word)?)));
+        let drawn = LABEL_SYMBOLS.iter().find_map(|(word, sign)| Some((sign, part.strip_prefix(word)?)));
         if let Some((sign, rest)) = drawn {
             text.push_str(sign);
             text.push_str(rest);
@@ -64,9 +64,9 @@ fn rgb(parts: impl Iterator<Item = f64>) -> String {
 }
 
 /// Returns the type of element by which views represent a button, and the element's values.
-fn widget(w: &Window, b: &Button) -> (&'static str, Value) {
+fn widget(w: &Window, b: &WindowButton) -> (&'static str, Value) {
     let hidden = is_rolled_up(w, b);
-    let (text, color) = plain(b.label());
+    let (text, color) = parse_label(b.label());
     let [columns, rows, column, row] = b.cells;
     let mut values = vec![
         ("cell", ints(&[column, row, columns, rows])),
@@ -87,7 +87,7 @@ fn widget(w: &Window, b: &Button) -> (&'static str, Value) {
         bits::SLIDER => {
             values.extend([
                 ("minimum", Value::Int(0)),
-                ("maximum", Value::Int(SLIDER_END as i64)),
+                ("maximum", Value::Int(MAX_SLIDER_POSITION as i64)),
                 ("value", Value::Int(b.slider as i64)),
             ]);
             if rows > columns { "vslider" } else { "hslider" }
@@ -112,7 +112,7 @@ fn widget(w: &Window, b: &Button) -> (&'static str, Value) {
 }
 
 /// Returns whether a button is hidden because its window is rolled up, which leaves only the first row visible.
-fn is_rolled_up(w: &Window, b: &Button) -> bool {
+fn is_rolled_up(w: &Window, b: &WindowButton) -> bool {
     w.attributes & bits::ROLLED_UP != 0 && b.cells[3] > 0
 }
 
@@ -139,9 +139,9 @@ fn widgets(w: &Window, object: i64) -> Value {
 
 /// Publishes an event about a window.
 pub(crate) fn publish<const N: usize>(c: &Ctx<'_>, window: i64, rest: [(&str, Value); N]) -> Result {
-    let mut all = vec![(Value::text("window"), Value::Int(window)), (Value::text("act"), Value::text(ACT))];
+    let mut all = vec![(Value::text("window"), Value::Int(window)), (Value::text("act"), Value::text(ACTION_COMMAND))];
     all.extend(rest.into_iter().map(|(k, v)| (Value::text(k), v)));
-    c.world().publish_value(EVENT, &Value::Map(all))
+    c.world().publish_value(WINDOW_EVENT, &Value::Map(all))
 }
 
 /// Publishes a whole window, new or changed. `object` is the object to which the window belongs, or 0.
@@ -156,14 +156,14 @@ pub(crate) fn button_values(w: &Window, n: usize) -> Value {
 
 #[cfg(test)]
 mod tests {
-    use super::plain;
+    use super::parse_label;
 
     #[test]
-    fn marks_of_labels_are_drawn() {
-        assert_eq!(plain("X & Y"), ("X & Y".to_owned(), None));
-        assert_eq!(plain("&&fg900&&Box"), ("\u{25a0}".to_owned(), Some("#ff0000".to_owned())));
-        assert_eq!(plain("&&Boxes").0, "\u{25a0}es");
-        assert_eq!(plain("one&&ntwo &&unknown"), ("one\ntwo &&unknown".to_owned(), None));
-        assert_eq!(plain("&&fg0\u{e9}"), ("&&fg0\u{e9}".to_owned(), None));
+    fn marks_in_labels_are_converted() {
+        assert_eq!(parse_label("X & Y"), ("X & Y".to_owned(), None));
+        assert_eq!(parse_label("&&fg900&&Box"), ("\u{25a0}".to_owned(), Some("#ff0000".to_owned())));
+        assert_eq!(parse_label("&&Boxes").0, "\u{25a0}es");
+        assert_eq!(parse_label("one&&ntwo &&unknown"), ("one\ntwo &&unknown".to_owned(), None));
+        assert_eq!(parse_label("&&fg0\u{e9}"), ("&&fg0\u{e9}".to_owned(), None));
     }
 }

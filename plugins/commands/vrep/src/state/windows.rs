@@ -29,11 +29,11 @@ pub(crate) mod bits {
 }
 
 /// Maximum position of a slider.
-pub(crate) const SLIDER_END: f64 = 1000.0;
+pub(crate) const MAX_SLIDER_POSITION: f64 = 1000.0;
 
 /// A button, label, slider or edit field.
 #[derive(Serialize, Deserialize, Clone, Default)]
-pub(crate) struct Button {
+pub(crate) struct WindowButton {
     pub(crate) handle: i64,
     pub(crate) attributes: i64,
     /// Numbers of columns and rows that the button spans, then its first column and row.
@@ -57,7 +57,7 @@ pub(crate) struct Window {
     pub(crate) attributes: i64,
     /// Numbers of columns and rows.
     pub(crate) cells: [i64; 2],
-    pub(crate) buttons: Vec<Button>,
+    pub(crate) buttons: Vec<WindowButton>,
     #[serde(default)]
     pub(crate) position: [i64; 2],
     /// The button that was last operated and its two values, until a script or a client reads them.
@@ -68,7 +68,7 @@ pub(crate) struct Window {
 /// All windows of a world.
 pub(crate) type Windows = Vec<Window>;
 
-impl Button {
+impl WindowButton {
     pub(crate) fn kind(&self) -> i64 {
         self.attributes & bits::KIND
     }
@@ -90,7 +90,7 @@ impl Window {
     /// Converts a window that was read from a file, in which slider positions range from -1 to 1.
     pub(crate) fn of_file(mut self) -> Self {
         for button in &mut self.buttons {
-            button.slider = ((button.slider.clamp(-1.0, 1.0) + 1.0) * SLIDER_END / 2.0).round();
+            button.slider = ((button.slider.clamp(-1.0, 1.0) + 1.0) * MAX_SLIDER_POSITION / 2.0).round();
         }
         self
     }

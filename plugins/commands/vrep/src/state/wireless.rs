@@ -21,6 +21,6 @@ pub(crate) struct WirelessMessage {
 
 /// All messages in transit.
 #[derive(Serialize, Deserialize, Default)]
-pub(crate) struct InTransit {
+pub(crate) struct PendingWireless {
     pub(crate) messages: Vec<WirelessMessage>,
 }

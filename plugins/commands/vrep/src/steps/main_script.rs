@@ -11,7 +11,7 @@
 use crate::{kit::*, lookup::registered::is_stand_in};
 
 /// The call type of the clean-up, which is the same in all dialects.
-const CLEANUP: i64 = 1;
+const CLEANUP_CALL: i64 = 1;
 
 /// Returns the call types of actuation and sensing in the caller's dialect. The numbers must agree with `prelude.lua`.
 fn call_types(c: &Ctx<'_>) -> [i64; 2] {
@@ -31,8 +31,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .alias("sim.handleSimulationScripts")
         .alias("sim.handleEmbeddedScripts")
-        .old_name("simHandleChildScripts", MINUS)
-        .old_name("simHandleChildScript", MINUS)
+        .old_name("simHandleChildScripts", MINUS_ONE)
+        .old_name("simHandleChildScript", MINUS_ONE)
         .param(Param::any("callType").optional().text("sim.syscb_actuation or sim.syscb_sensing"))
         .param(Param::any("arguments").rest())
         .returns(Param::int("count").text("number of scripts that were called"))
@@ -58,15 +58,15 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             c.ret((dt / longest - 1e-9).ceil().max(0.0) as i64);
             Ok(())
         })
-        .old_name("simHandleDynamics", MINUS)
+        .old_name("simHandleDynamics", MINUS_ONE)
         .param(Param::float("dt").unit("s").range(0.0, f64::INFINITY))
         .returns(Param::int("count").text("number of physics steps"))
         .text("In a main script: advances physics. At the end of the step, time advances by the same amount.")
         .example("sim.handleDynamics(sim.getSimulationTimeStep())"),
     );
-    for (names, what, of_objects) in NOTHING {
+    for (names, what, of_objects) in COMMANDS_WITHOUT_EFFECT {
         offer.command(
-            both(*names, MINUS, move |c| {
+            both(*names, MINUS_ONE, move |c| {
                 // Handling a set of objects is not an error, because the set is empty; a single object of these kinds
                 // cannot exist.
                 match c.arg(0).as_i64() {
@@ -85,9 +85,9 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             .stub(*what),
         );
     }
-    for (names, what) in ELSEWHERE {
+    for (names, what) in AUTOMATIC_COMMANDS {
         offer.command(
-            both(*names, MINUS, |c| {
+            both(*names, MINUS_ONE, |c| {
                 c.ret(0_i64);
                 Ok(())
             })
@@ -100,7 +100,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
 }
 
 /// Commands of main scripts whose task is performed in a different part of the step, or automatically.
-const ELSEWHERE: &[(Names, &str)] = &[
+const AUTOMATIC_COMMANDS: &[(CommandNames, &str)] = &[
     (["sim.handleSimulationStart", "simHandleSimulationStart"], "the run is prepared before its first step"),
     (
         ["sim.handleSensingStart", "simHandleSensingStart"],
@@ -124,7 +124,7 @@ const ELSEWHERE: &[(Names, &str)] = &[
 
 /// Commands of default main scripts that have no effect: their names, the reason, and whether the first argument can
 /// identify a single object, of a kind that does not exist in Tatu.
-const NOTHING: &[(Names, &str, bool)] = &[
+const COMMANDS_WITHOUT_EFFECT: &[(CommandNames, &str, bool)] = &[
     (["sim.handleSandboxScript", "simHandleSandboxScript"], "there is no sandbox", false),
     (["sim.handleJoint", "simHandleJoint"], "joints only move in physics", false),
     (["sim.handleJointMotion", "simHandleJointMotion"], "joints only move in physics", false),
@@ -140,7 +140,7 @@ const NOTHING: &[(Names, &str, bool)] = &[
 fn call_scripts(c: &Ctx<'_>) -> Result<i64> {
     let [actuation, sensing] = call_types(c);
     if !is_main(c)? {
-        return call_below(c, actuation, sensing);
+        return call_descendants(c, actuation, sensing);
     }
     // In the oldest form, the first argument selects all scripts, and the call type can be missing.
     let kind = match (c.arg(0).as_i64(), c.arg(1).as_i64()) {
@@ -152,7 +152,7 @@ fn call_scripts(c: &Ctx<'_>) -> Result<i64> {
     let stage = match kind {
         n if n == actuation => TATU_STAGE_ACTUATE,
         n if n == sensing => TATU_STAGE_REACT,
-        CLEANUP => TATU_STAGE_CLEAN,
+        CLEANUP_CALL => TATU_STAGE_CLEAN,
         _ => return Ok(0),
     };
     c.world().run_stage(stage, c.world().f64(0, c.plugin().p.dt)?)?;
@@ -161,7 +161,7 @@ fn call_scripts(c: &Ctx<'_>) -> Result<i64> {
 }
 
 /// Calls the scripts of the descendants of the caller's object, and returns the number of these scripts.
-fn call_below(c: &Ctx<'_>, actuation: i64, sensing: i64) -> Result<i64> {
+fn call_descendants(c: &Ctx<'_>, actuation: i64, sensing: i64) -> Result<i64> {
     let stage_of = |n: i64| match n {
         n if n == actuation => Some(TATU_STAGE_ACTUATE),
         n if n == sensing => Some(TATU_STAGE_REACT),

@@ -1,6 +1,6 @@
 //! Commands that wait. Threaded scripts and coroutines call them to let the simulation advance.
 
-use crate::{kit::*, signals::values::KINDS, state::state};
+use crate::{kit::*, signals::values::SIGNAL_KINDS, state::state};
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.command(
@@ -35,7 +35,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             }
             Ok(Outcome::Done)
         })
-        .old_name("simSwitchThread", MINUS)
+        .old_name("simSwitchThread", MINUS_ONE)
         .returns(Param::int("waited").text("1; 0: the caller cannot wait"))
         .text("Resumes in the next step, if the calling script can wait.")
         .example("sim.switchThread()"),
@@ -72,7 +72,7 @@ fn slices(offer: &mut Offer<Vrep>) {
     };
     offer.command(
         Cmd::new("sim.setThreadSwitchTiming", zero)
-            .old_name("simSetThreadSwitchTiming", MINUS)
+            .old_name("simSetThreadSwitchTiming", MINUS_ONE)
             .param(Param::float("milliseconds").text("0 to 200; 1 ms is 20,000 instructions; initially 2"))
             .returns(Param::int("threaded").text("1; 0: the caller is not a thread"))
             .text("Sets how long a thread may run in a step before it is switched out.")
@@ -80,7 +80,7 @@ fn slices(offer: &mut Offer<Vrep>) {
     );
     offer.command(
         Cmd::new("sim.setThreadAutomaticSwitch", zero)
-            .old_name("simSetThreadAutomaticSwitch", MINUS)
+            .old_name("simSetThreadAutomaticSwitch", MINUS_ONE)
             .param(Param::any("on").text("since 4.2, each `false` must be undone by one `true`"))
             .returns(Param::int("threaded").text("1; 0: the caller is not a thread"))
             .text("Sets whether a thread that does not yield is switched out.")
@@ -116,7 +116,7 @@ fn slices(offer: &mut Offer<Vrep>) {
     }
     offer.command(
         Cmd::new("sim.setThreadIsFree", zero)
-            .old_name("simSetThreadIsFree", MINUS)
+            .old_name("simSetThreadIsFree", MINUS_ONE)
             .param(Param::any("free"))
             .returns(Param::int("result").text("0"))
             .text(
@@ -130,7 +130,7 @@ fn slices(offer: &mut Offer<Vrep>) {
             c.ret(1_i64);
             Ok(())
         })
-        .old_name("simSetThreadResumeLocation", MINUS)
+        .old_name("simSetThreadResumeLocation", MINUS_ONE)
         .param(Param::int("location").text("sim.scriptthreadresume_..."))
         .param(Param::int("order").optional())
         .returns(Param::int("result").text("1"))
@@ -146,14 +146,14 @@ fn slices(offer: &mut Offer<Vrep>) {
             c.ret(id);
             Ok(())
         })
-        .old_name("simGetThreadId", MINUS)
+        .old_name("simGetThreadId", MINUS_ONE)
         .returns(Param::int("id").text("1: the simulation's; 2: a thread"))
         .text("Returns whether the caller is a thread.")
         .example("id = sim.getThreadId()"),
     );
     offer.command(
         Cmd::new("sim.delegateChildScriptExecution", zero)
-            .old_name("simDelegateChildScriptExecution", MINUS)
+            .old_name("simDelegateChildScriptExecution", MINUS_ONE)
             .returns(Param::int("result").text("0"))
             .text(
                 "In V-REP, runs child scripts in the caller's thread. Has no effect here, because each script \
@@ -170,7 +170,7 @@ fn wait_for_signal(c: &mut Ctx<'_>) -> Result<Outcome> {
         0 => c.bytes(0)?.to_vec(),
         word => state(c)?.waits.remove(&word).unwrap_or_default(),
     };
-    for kind in KINDS {
+    for kind in SIGNAL_KINDS {
         let v = c.world().signal(kind, &name)?;
         if !v.is_nil() {
             c.ret(v);

@@ -1,24 +1,24 @@
 //! Callbacks of a sensor's scripts after a measurement: `sysCall_vision` and `sysCall_trigger`.
 
 use super::{
-    handle::{ask, settled, tell},
-    sensors::is_one,
-    view::View,
+    handle::{call_in_scripts, call_scripts, current_result},
+    sensors::is_vision_sensor,
+    view::VisionView,
 };
 use crate::kit::*;
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.command(
         Cmd::new("sim.handleSensorCallbacks", |c| {
-            let o = living(c, 0)?;
-            if is_one(c, o.id) {
-                let view = View::of_object(c, o)?;
+            let o = existing_object(c, 0)?;
+            if is_vision_sensor(c, o.id) {
+                let view = VisionView::of_object(c, o)?;
                 if view.sequence == 0 {
                     // The sensor has no reading that scripts can see yet.
                     return Ok(());
                 }
-                settled(c, &view)?;
-                tell(c, &view).map(|_| ())
+                current_result(c, &view)?;
+                call_scripts(c, &view).map(|_| ())
             } else {
                 detected(c, o.id)
             }
@@ -49,5 +49,5 @@ pub(crate) fn detected(c: &Ctx<'_>, sensor: tatu_object) -> Result {
         .map(|(k, v)| (Value::text(k), v))
         .into(),
     );
-    ask(c, sensor, "sysCall_trigger", &data).map(|_| ())
+    call_in_scripts(c, sensor, "sysCall_trigger", &data).map(|_| ())
 }

@@ -6,18 +6,18 @@
 //! parts can be omitted: `2;35::0:256,1;38`. The default chain is `1;4`, which outputs the unchanged image.
 
 use super::{
-    seen::Seen,
-    view::View,
-    work::{Lens, Work, blobs, coordinates},
+    results::VisionResult,
+    view::VisionView,
+    work::{ImageProjection, WorkingImage, blobs, coordinates},
 };
 use crate::kit::*;
 
 /// The tag under which a chain is stored.
-const TAG: &[u8] = b"vision.filters";
+const FILTERS_TAG: &[u8] = b"vision.filters";
 
 /// A filter: its type (`sim_filtercomponent_...`) and parameters.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub(super) struct Filter {
+pub(super) struct VisionFilter {
     pub kind: i64,
     /// Bits: 1: the filter is enabled. V-REP's bits 2 (its packet is not added to the results) and 4 (it does not
     /// trigger the sensor) are stored, but have no effect.
@@ -28,14 +28,14 @@ pub(super) struct Filter {
 }
 
 /// Bit of a filter's options that enables the filter.
-const ON: i64 = 1;
+const FILTER_ENABLED: i64 = 1;
 
 /// Returns the default chain.
-fn trivial() -> Vec<Filter> {
-    [1, 4].map(|kind| Filter { kind, options: ON, ..Filter::default() }).into()
+fn default_chain() -> Vec<VisionFilter> {
+    [1, 4].map(|kind| VisionFilter { kind, options: FILTER_ENABLED, ..VisionFilter::default() }).into()
 }
 
-fn parse(text: &str) -> Result<Vec<Filter>> {
+fn parse_chain(text: &str) -> Result<Vec<VisionFilter>> {
     fn numbers<T: std::str::FromStr>(part: Option<&str>, whole: &str) -> Result<Vec<T>> {
         let part = part.unwrap_or_default().trim();
         let wrong = || {
@@ -52,13 +52,13 @@ fn parse(text: &str) -> Result<Vec<Filter>> {
             let mut parts = whole.split(':');
             let kind: Vec<i64> = numbers(parts.next(), whole)?;
             let options: Vec<i64> = numbers(parts.next(), whole)?;
-            Ok(Filter {
+            Ok(VisionFilter {
                 kind: *kind.first().ok_or_else(|| {
                     Fail::argument(
                         "`vision.filters`: a filter has no type; expected `type:options:bytes:integers:floats`",
                     )
                 })?,
-                options: options.first().copied().unwrap_or(ON),
+                options: options.first().copied().unwrap_or(FILTER_ENABLED),
                 bytes: numbers(parts.next(), whole)?,
                 ints: numbers(parts.next(), whole)?,
                 floats: numbers(parts.next(), whole)?,
@@ -67,28 +67,29 @@ fn parse(text: &str) -> Result<Vec<Filter>> {
         .collect()
 }
 
-fn print(chain: &[Filter]) -> String {
+fn format_chain(chain: &[VisionFilter]) -> String {
     fn list<T: ToString>(v: &[T]) -> String {
         v.iter().map(T::to_string).collect::<Vec<_>>().join(",")
     }
-    let one = |f: &Filter| format!("{}:{}:{}:{}:{}", f.kind, f.options, list(&f.bytes), list(&f.ints), list(&f.floats));
+    let one =
+        |f: &VisionFilter| format!("{}:{}:{}:{}:{}", f.kind, f.options, list(&f.bytes), list(&f.ints), list(&f.floats));
     chain.iter().map(one).collect::<Vec<_>>().join(";")
 }
 
 /// Returns the chain of a sensor, or `None` if the sensor has the default chain.
-fn chain_of(c: &Ctx<'_>, sensor: tatu_object) -> Result<Option<Vec<Filter>>> {
-    match tags::get(c, sensor, TAG)? {
-        Some(text) => parse(&String::from_utf8_lossy(&text)).map(Some),
+fn chain_of(c: &Ctx<'_>, sensor: tatu_object) -> Result<Option<Vec<VisionFilter>>> {
+    match tags::get(c, sensor, FILTERS_TAG)? {
+        Some(text) => parse_chain(&String::from_utf8_lossy(&text)).map(Some),
         None => Ok(None),
     }
 }
 
 /// Applies the sensor's filter chain to an image.
-pub(super) fn run(c: &Ctx<'_>, view: &View, mut seen: Seen) -> Result<Seen> {
+pub(super) fn run(c: &Ctx<'_>, view: &VisionView, mut seen: VisionResult) -> Result<VisionResult> {
     let Some(chain) = chain_of(c, view.id)? else { return Ok(seen) };
     let (rgb, depth) = (seen.rgb(c, view).into_owned(), seen.depth(c, view).into_owned());
-    let given = Given { rgb: &rgb, depth: &depth, lens: view.lens(c) };
-    let found = apply(&chain, &given, Work::new(view.columns, view.rows))?;
+    let given = FilterInput { rgb: &rgb, depth: &depth, lens: view.lens(c) };
+    let found = apply(&chain, &given, WorkingImage::new(view.columns, view.rows))?;
     seen.rgb = found.rgb.or(seen.rgb);
     seen.depth = found.depth.or(seen.depth);
     seen.trigger |= found.trigger;
@@ -97,31 +98,36 @@ pub(super) fn run(c: &Ctx<'_>, view: &View, mut seen: Seen) -> Result<Seen> {
 }
 
 /// The input of a chain.
-pub(super) struct Given<'a> {
+pub(super) struct FilterInput<'a> {
     pub rgb: &'a [u8],
     pub depth: &'a [f32],
-    pub lens: Lens,
+    pub lens: ImageProjection,
 }
 
 /// The output of a chain.
 #[derive(Debug, Default, PartialEq)]
-pub(super) struct Found {
+pub(super) struct FilterOutput {
     pub rgb: Option<Vec<u8>>,
     pub depth: Option<Vec<f32>>,
     pub trigger: bool,
     pub packets: Vec<Vec<f64>>,
 }
 
-fn apply(chain: &[Filter], given: &Given<'_>, mut work: Work) -> Result<Found> {
-    let mut found = Found::default();
-    for f in chain.iter().filter(|f| f.options & ON != 0) {
+fn apply(chain: &[VisionFilter], given: &FilterInput<'_>, mut work: WorkingImage) -> Result<FilterOutput> {
+    let mut found = FilterOutput::default();
+    for f in chain.iter().filter(|f| f.options & FILTER_ENABLED != 0) {
         step(f, given, &mut work, &mut found)?;
     }
     Ok(found)
 }
 
 /// Applies one filter.
-pub(super) fn step(f: &Filter, given: &Given<'_>, work: &mut Work, found: &mut Found) -> Result {
+pub(super) fn step(
+    f: &VisionFilter,
+    given: &FilterInput<'_>,
+    work: &mut WorkingImage,
+    found: &mut FilterOutput,
+) -> Result {
     let float = |k: usize, otherwise: f64| f.floats.get(k).copied().unwrap_or(otherwise) as f32;
     let three = |k: usize, otherwise: f64| [0, 1, 2].map(|i| float(k + i, otherwise));
     let bit = |n: i64| f.bytes.first().is_some_and(|b| b & n != 0);
@@ -153,11 +159,11 @@ pub(super) fn step(f: &Filter, given: &Given<'_>, work: &mut Work, found: &mut F
             let inside = |c: usize, r: usize| {
                 (c as f64 + 0.5 - columns / 2.0).abs() <= w && (r as f64 + 0.5 - rows / 2.0).abs() <= h
             };
-            work.keep(bit(1), |c, r, _| inside(c, r));
+            work.keep_pixels(bit(1), |c, r, _| inside(c, r));
         }
         23 => {
             let radius = f64::from(float(0, 1.0)) * columns.min(rows) / 2.0;
-            work.keep(bit(1), |c, r, _| {
+            work.keep_pixels(bit(1), |c, r, _| {
                 libm::hypot(c as f64 + 0.5 - columns / 2.0, r as f64 + 0.5 - rows / 2.0) <= radius
             });
         }
@@ -165,7 +171,7 @@ pub(super) fn step(f: &Filter, given: &Given<'_>, work: &mut Work, found: &mut F
         25 => work.intensity_scale(float(0, 0.0), float(1, 1.0), f.ints.first().is_none_or(|n| n & 1 == 0)),
         26 if bit(2) => {
             let (color, tolerance, keep) = (three(0, 0.0), three(3, 0.0), bit(1));
-            work.keep(bit(4), |_, _, p| (0..3).all(|k| (p[k] - color[k]).abs() <= tolerance[k]) == keep);
+            work.keep_pixels(bit(4), |_, _, p| (0..3).all(|k| (p[k] - color[k]).abs() <= tolerance[k]) == keep);
         }
         27 if bit(2) => work.scale_and_offset(three(0, 0.0), three(3, 1.0), three(6, 0.0)),
         26 | 27 => {
@@ -200,7 +206,7 @@ pub(super) fn step(f: &Filter, given: &Given<'_>, work: &mut Work, found: &mut F
             found.packets.push(coordinates(&work.depth(), work.columns, work.rows, &given.lens, count, bit(1)));
         }
         36 => {
-            let share = work.changed(float(0, 0.1));
+            let share = work.mark_changed(float(0, 0.1));
             found.trigger |= share > 0.0;
             found.packets.push(vec![share]);
         }
@@ -225,7 +231,7 @@ fn blob_color(label: u32) -> [f32; 3] {
 }
 
 /// Returns the zero-based index of the filter that argument 1 selects.
-fn filter_at(c: &Ctx<'_>, chain: &[Filter]) -> Result<usize> {
+fn filter_at(c: &Ctx<'_>, chain: &[VisionFilter]) -> Result<usize> {
     let n = c.i64(1)?;
     usize::try_from(n)
         .ok()
@@ -237,9 +243,9 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     let missing = "Filters 15 to 17 (rotate, shift, resize), 32, 33, 37 and 1000 are not available, and 26 and 27 do \
                    not support hue; roundness is the ratio of a spot's sides, which may differ from the original.";
     offer.command(
-        both(["sim.getVisionSensorFilter", "simGetVisionSensorFilter"], MINUS, |c| {
-            let view = View::of(c, 0)?;
-            let chain = chain_of(c, view.id)?.unwrap_or_else(trivial);
+        both(["sim.getVisionSensorFilter", "simGetVisionSensorFilter"], MINUS_ONE, |c| {
+            let view = VisionView::of(c, 0)?;
+            let chain = chain_of(c, view.id)?.unwrap_or_else(default_chain);
             let f = &chain[filter_at(c, &chain)?];
             c.ret(f.kind);
             c.ret(f.options);
@@ -261,9 +267,9 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .partial(missing),
     );
     offer.command(
-        both(["sim.setVisionSensorFilter", "simSetVisionSensorFilter"], MINUS, |c| {
-            let view = View::of(c, 0)?;
-            let mut chain = chain_of(c, view.id)?.unwrap_or_else(trivial);
+        both(["sim.setVisionSensorFilter", "simSetVisionSensorFilter"], MINUS_ONE, |c| {
+            let view = VisionView::of(c, 0)?;
+            let mut chain = chain_of(c, view.id)?.unwrap_or_else(default_chain);
             let i = filter_at(c, &chain)?;
             let whole = |k: usize| c.arg(k).numbers().map(|v| v.iter().map(|x| *x as i64).collect::<Vec<_>>());
             let f = &mut chain[i];
@@ -272,7 +278,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             f.ints = whole(4).unwrap_or_else(|| f.ints.clone());
             f.floats = c.arg(5).numbers().unwrap_or_else(|| f.floats.clone());
             let kind = f.kind;
-            tags::set(c, view.id, TAG, Some(print(&chain).as_bytes()))?;
+            tags::set(c, view.id, FILTERS_TAG, Some(format_chain(&chain).as_bytes()))?;
             c.ret(kind);
             Ok(())
         })
@@ -293,54 +299,62 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
 mod tests {
     use super::*;
 
-    const LENS: Lens = Lens { intrinsics: [1.0, 1.0, 0.5, 0.5], parallel: false, planes: [0.0, 2.0] };
+    const LENS: ImageProjection =
+        ImageProjection { intrinsics: [1.0, 1.0, 0.5, 0.5], parallel: false, planes: [0.0, 2.0] };
 
-    fn found(chain: &str, rgb: &[u8], depth: &[f32]) -> Found {
-        let given = Given { rgb, depth, lens: LENS };
-        apply(&parse(chain).unwrap(), &given, Work::new(2, 2)).unwrap()
+    fn apply_to_image(chain: &str, rgb: &[u8], depth: &[f32]) -> FilterOutput {
+        let given = FilterInput { rgb, depth, lens: LENS };
+        apply(&parse_chain(chain).unwrap(), &given, WorkingImage::new(2, 2)).unwrap()
     }
 
     #[test]
-    fn chains_are_texts() {
-        let chain = parse("2; 35:1:0:256,1 ;28:1:::0.25\n38").unwrap();
+    fn chains_are_parsed_and_formatted() {
+        let chain = parse_chain("2; 35:1:0:256,1 ;28:1:::0.25\n38").unwrap();
         assert_eq!(chain.iter().map(|f| f.kind).collect::<Vec<_>>(), [2, 35, 28, 38]);
         assert_eq!((chain[1].ints.as_slice(), chain[2].floats.as_slice()), ([256, 1].as_slice(), [0.25].as_slice()));
-        assert_eq!(parse(&print(&chain)).unwrap(), chain);
-        assert!(parse("two").is_err() && parse("1:x").is_err());
-        assert!(apply(&parse("37").unwrap(), &Given { rgb: &[], depth: &[], lens: LENS }, Work::new(1, 1)).is_err());
+        assert_eq!(parse_chain(&format_chain(&chain)).unwrap(), chain);
+        assert!(parse_chain("two").is_err() && parse_chain("1:x").is_err());
+        assert!(
+            apply(
+                &parse_chain("37").unwrap(),
+                &FilterInput { rgb: &[], depth: &[], lens: LENS },
+                WorkingImage::new(1, 1)
+            )
+            .is_err()
+        );
     }
 
     #[test]
-    fn buffers_and_outputs() {
+    fn buffers_and_outputs_of_filters() {
         let rgb = [51, 102, 153, 0, 0, 0, 255, 255, 255, 10, 20, 30];
-        assert_eq!(found("1;4", &rgb, &[0.0; 4]).rgb.unwrap(), rgb);
-        assert_eq!(found("1;5;3::::0,0,0;7;4", &rgb, &[0.0; 4]).rgb.unwrap(), rgb);
-        assert_eq!(found("1;5;11;4", &rgb, &[0.0; 4]).rgb.unwrap(), [0; 12]);
+        assert_eq!(apply_to_image("1;4", &rgb, &[0.0; 4]).rgb.unwrap(), rgb);
+        assert_eq!(apply_to_image("1;5;3::::0,0,0;7;4", &rgb, &[0.0; 4]).rgb.unwrap(), rgb);
+        assert_eq!(apply_to_image("1;5;11;4", &rgb, &[0.0; 4]).rgb.unwrap(), [0; 12]);
         // A disabled filter has no effect.
-        assert_eq!(found("1;3:0;4", &rgb, &[0.0; 4]).rgb.unwrap(), rgb);
-        assert_eq!(found("2;38", &rgb, &[0.0, 0.25, 0.5, 1.0]).depth.unwrap(), [0.0, 0.25, 0.5, 1.0]);
-        let flipped = found("2;13;14;38", &rgb, &[0.0, 0.25, 0.5, 1.0]).depth.unwrap();
+        assert_eq!(apply_to_image("1;3:0;4", &rgb, &[0.0; 4]).rgb.unwrap(), rgb);
+        assert_eq!(apply_to_image("2;38", &rgb, &[0.0, 0.25, 0.5, 1.0]).depth.unwrap(), [0.0, 0.25, 0.5, 1.0]);
+        let flipped = apply_to_image("2;13;14;38", &rgb, &[0.0, 0.25, 0.5, 1.0]).depth.unwrap();
         assert_eq!(flipped, [1.0, 0.5, 0.25, 0.0]);
     }
 
     /// Pixels near a colour (26) or in the middle (22) remain; if requested, removed pixels are copied to the buffer.
     #[test]
-    fn colours_and_parts_are_kept() {
+    fn filters_select_colours_and_central_pixels() {
         let rgb = [255, 0, 0, 0, 255, 0, 250, 5, 0, 0, 0, 255];
-        let near_red = found("1;26:1:3::1,0,0,0.1,0.1,0.1;4", &rgb, &[0.0; 4]).rgb.unwrap();
+        let near_red = apply_to_image("1;26:1:3::1,0,0,0.1,0.1,0.1;4", &rgb, &[0.0; 4]).rgb.unwrap();
         assert_eq!(near_red, [255, 0, 0, 0, 0, 0, 250, 5, 0, 0, 0, 0]);
-        let rest = found("1;26:1:7::1,0,0,0.1,0.1,0.1;7;4", &rgb, &[0.0; 4]).rgb.unwrap();
+        let rest = apply_to_image("1;26:1:7::1,0,0,0.1,0.1,0.1;7;4", &rgb, &[0.0; 4]).rgb.unwrap();
         assert_eq!(rest, [0, 0, 0, 0, 255, 0, 0, 0, 0, 0, 0, 255]);
-        assert_eq!(found("1;22::::0.4,0.4;4", &rgb, &[0.0; 4]).rgb.unwrap(), [0; 12]);
-        assert_eq!(found("1;22::::1,1;4", &rgb, &[0.0; 4]).rgb.unwrap(), rgb);
-        let f = found("3;5;1;36::::0.2;4", &[255, 255, 255, 0, 0, 0, 0, 0, 0, 0, 0, 0], &[0.0; 4]);
+        assert_eq!(apply_to_image("1;22::::0.4,0.4;4", &rgb, &[0.0; 4]).rgb.unwrap(), [0; 12]);
+        assert_eq!(apply_to_image("1;22::::1,1;4", &rgb, &[0.0; 4]).rgb.unwrap(), rgb);
+        let f = apply_to_image("3;5;1;36::::0.2;4", &[255, 255, 255, 0, 0, 0, 0, 0, 0, 0, 0, 0], &[0.0; 4]);
         assert_eq!((f.trigger, f.packets), (true, vec![vec![0.25]]));
     }
 
     /// Two of four pixels are brighter than 0.5.
     #[test]
-    fn thresholds() {
-        let f = found("1;28::::0.5;4", &[255, 255, 255, 0, 0, 0, 127, 127, 127, 200, 150, 100], &[0.0; 4]);
+    fn threshold_filter_counts_bright_pixels() {
+        let f = apply_to_image("1;28::::0.5;4", &[255, 255, 255, 0, 0, 0, 127, 127, 127, 200, 150, 100], &[0.0; 4]);
         assert_eq!(f.packets.len(), 1);
         assert_eq!(f.packets[0][0], 0.5);
         assert_eq!(f.rgb.unwrap(), [255, 255, 255, 0, 0, 0, 0, 0, 0, 255, 255, 255]);

@@ -2,51 +2,51 @@
 
 use super::{
     filters,
-    packets::{EMPTY, packet},
+    packets::{EMPTY_PACKET, packet},
     parameters,
-    seen::{Seen, stamp},
-    sensors::{all, is_one},
-    view::{View, packed},
+    results::{VisionResult, stamp},
+    sensors::{all, is_vision_sensor},
+    view::{VisionView, packed},
 };
 use crate::{kit::*, state::state};
 
 /// Returns the results for a sensor's current image. If the filters have not processed this image yet, runs them first.
-pub(super) fn settled(c: &Ctx<'_>, view: &View) -> Result<Seen> {
-    let kept = state(c)?.seen.get(&view.id).filter(|s| s.stamp == stamp(view)).cloned();
-    match kept {
+pub(super) fn current_result(c: &Ctx<'_>, view: &VisionView) -> Result<VisionResult> {
+    let stored = state(c)?.seen.get(&view.id).filter(|s| s.stamp == stamp(view)).cloned();
+    match stored {
         Some(seen) => Ok(seen),
-        None if view.sequence == 0 => Ok(Seen::of(view)),
+        None if view.sequence == 0 => Ok(VisionResult::of(view)),
         None => {
-            let seen = filters::run(c, view, Seen::of(view))?;
-            keep(c, view, seen.clone())?;
+            let seen = filters::run(c, view, VisionResult::of(view))?;
+            store_result(c, view, seen.clone())?;
             Ok(seen)
         }
     }
 }
 
 /// Stores the result for a sensor's current image.
-pub(super) fn keep(c: &Ctx<'_>, view: &View, seen: Seen) -> Result {
-    state(c)?.seen.insert(view.id, Seen { stamp: stamp(view), ..seen });
+pub(super) fn store_result(c: &Ctx<'_>, view: &VisionView, seen: VisionResult) -> Result {
+    state(c)?.seen.insert(view.id, VisionResult { stamp: stamp(view), ..seen });
     Ok(())
 }
 
 /// Runs the filters and script callbacks of a sensor on an image that was just taken or set.
-pub(super) fn look_at(c: &Ctx<'_>, view: &View, seen: Seen) -> Result<Seen> {
+pub(super) fn process_image(c: &Ctx<'_>, view: &VisionView, seen: VisionResult) -> Result<VisionResult> {
     let seen = filters::run(c, view, seen)?;
-    keep(c, view, seen)?;
-    tell(c, view)
+    store_result(c, view, seen)?;
+    call_scripts(c, view)
 }
 
 /// Calls the scripts of a sensor for its current image, and returns their results.
-pub(super) fn tell(c: &Ctx<'_>, view: &View) -> Result<Seen> {
-    let data = parameters::described(c, view)?;
-    for answer in ask(c, view.id, "sysCall_vision", &data)? {
-        let mut seen = settled(c, view)?;
+pub(super) fn call_scripts(c: &Ctx<'_>, view: &VisionView) -> Result<VisionResult> {
+    let data = parameters::callback_data(c, view)?;
+    for answer in call_in_scripts(c, view.id, "sysCall_vision", &data)? {
+        let mut seen = current_result(c, view)?;
         seen.trigger = truth(&answer, "trigger").unwrap_or(seen.trigger);
         seen.packets.extend(packets_of(&answer));
-        keep(c, view, seen)?;
+        store_result(c, view, seen)?;
     }
-    let seen = settled(c, view)?;
+    let seen = current_result(c, view)?;
     if !seen.trigger {
         return Ok(seen);
     }
@@ -59,16 +59,16 @@ pub(super) fn tell(c: &Ctx<'_>, view: &View) -> Result<Seen> {
         (Value::text("handle"), Value::Int(handle(view.id))),
         (Value::text("packedPackets"), Value::List(packets)),
     ]);
-    for answer in ask(c, view.id, "sysCall_trigger", &data)? {
-        let mut seen = settled(c, view)?;
+    for answer in call_in_scripts(c, view.id, "sysCall_trigger", &data)? {
+        let mut seen = current_result(c, view)?;
         seen.trigger = truth(&answer, "trigger").unwrap_or(seen.trigger);
-        keep(c, view, seen)?;
+        store_result(c, view, seen)?;
     }
-    settled(c, view)
+    current_result(c, view)
 }
 
 /// Calls a function in all scripts of an object that define it, and returns the results.
-pub(super) fn ask(c: &Ctx<'_>, owner: tatu_object, function: &str, data: &Value) -> Result<Vec<Value>> {
+pub(super) fn call_in_scripts(c: &Ctx<'_>, owner: tatu_object, function: &str, data: &Value) -> Result<Vec<Value>> {
     let mut out = Vec::new();
     for script in c.world().scripts(owner)? {
         match c.world().call_function(script, function, std::slice::from_ref(data)) {
@@ -104,19 +104,19 @@ fn packets_of(map: &Value) -> Vec<Vec<f64>> {
 }
 
 /// Takes an image with a sensor immediately, of one object or of all objects (`only` = 0).
-pub(super) fn take(c: &Ctx<'_>, id: tatu_object, only: tatu_object) -> Result<(View, Seen)> {
-    if is_one(c, id) {
+pub(super) fn take_image(c: &Ctx<'_>, id: tatu_object, only: tatu_object) -> Result<(VisionView, VisionResult)> {
+    if is_vision_sensor(c, id) {
         c.world().sense_now(id, only)?;
     }
-    let view = View::of_object(c, c.world().look(id)?)?;
-    let seen = if view.blind { Seen::of(&view) } else { look_at(c, &view, Seen::of(&view))? };
+    let view = VisionView::of_object(c, c.world().look(id)?)?;
+    let seen = if view.blind { VisionResult::of(&view) } else { process_image(c, &view, VisionResult::of(&view))? };
     Ok((view, seen))
 }
 
 /// Returns to the script whether something was detected, the standard packet, and the packets of filters and callbacks.
-fn give(c: &mut Ctx<'_>, view: &View, seen: &Seen) {
+fn return_result(c: &mut Ctx<'_>, view: &VisionView, seen: &VisionResult) {
     c.ret(i64::from(seen.trigger));
-    let first = if view.blind { EMPTY } else { packet(&view.rgb(c), &view.depth(c)) };
+    let first = if view.blind { EMPTY_PACKET } else { packet(&view.rgb(c), &view.depth(c)) };
     c.ret(&first[..]);
     for more in &seen.packets {
         c.ret(&more[..]);
@@ -124,10 +124,10 @@ fn give(c: &mut Ctx<'_>, view: &View, seen: &Seen) {
 }
 
 /// Returns the sensors that argument 0 identifies.
-fn meant(c: &Ctx<'_>) -> Result<Vec<tatu_object>> {
+fn sensors_of_argument(c: &Ctx<'_>) -> Result<Vec<tatu_object>> {
     let which = c.i64(0)?;
     if !matches!(which, HANDLE_ALL | HANDLE_ALL_EXCEPT_EXPLICIT) {
-        return Ok(vec![View::of(c, 0)?.id]);
+        return Ok(vec![VisionView::of(c, 0)?.id]);
     }
     let mut found = all(c)?;
     if which == HANDLE_ALL_EXCEPT_EXPLICIT {
@@ -138,10 +138,10 @@ fn meant(c: &Ctx<'_>) -> Result<Vec<tatu_object>> {
 
 fn handle_now(c: &mut Ctx<'_>) -> Result {
     let which = c.i64(0)?;
-    let sensors = meant(c)?;
+    let sensors = sensors_of_argument(c)?;
     if which >= 0 {
-        let (view, seen) = take(c, sensors[0], 0)?;
-        give(c, &view, &seen);
+        let (view, seen) = take_image(c, sensors[0], 0)?;
+        return_result(c, &view, &seen);
         return Ok(());
     }
     let mut count = 0;
@@ -149,17 +149,18 @@ fn handle_now(c: &mut Ctx<'_>) -> Result {
         // These sensors are measured in the sensing stage. Run this stage unless the main script has already run it for
         // its proximity sensors.
         let now = c.world().f64(0, c.plugin().p.time)?;
-        let late = |s: &tatu_object| View::of_object(c, c.world().look(*s)?).map(|v| v.sequence == 0 || v.time < now);
+        let late =
+            |s: &tatu_object| VisionView::of_object(c, c.world().look(*s)?).map(|v| v.sequence == 0 || v.time < now);
         if sensors.iter().map(late).collect::<Result<Vec<bool>>>()?.contains(&true) {
             c.world().run_stage(TATU_STAGE_SENSE, 0.0)?;
         }
         for s in sensors {
-            let view = View::of_object(c, c.world().look(s)?)?;
-            count += i64::from(settled(c, &view)?.trigger);
+            let view = VisionView::of_object(c, c.world().look(s)?)?;
+            count += i64::from(current_result(c, &view)?.trigger);
         }
     } else {
         for s in sensors {
-            count += i64::from(take(c, s, 0)?.1.trigger);
+            count += i64::from(take_image(c, s, 0)?.1.trigger);
         }
     }
     c.ret(count);
@@ -168,10 +169,10 @@ fn handle_now(c: &mut Ctx<'_>) -> Result {
 
 /// Returns the object in argument `i`, or 0 for all objects.
 fn entity(c: &Ctx<'_>, i: usize) -> Result<tatu_object> {
-    if c.i64(i)? == HANDLE_ALL { Ok(0) } else { Ok(living(c, i)?.id) }
+    if c.i64(i)? == HANDLE_ALL { Ok(0) } else { Ok(existing_object(c, i)?.id) }
 }
 
-const LATER: &str = "The result also becomes the sensor's reading; collections are not supported.";
+const READING_NOTES: &str = "The result also becomes the sensor's reading; collections are not supported.";
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     let packets = |command: Cmd| {
@@ -184,14 +185,14 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     };
     offer.command(
         packets(
-            both(["sim.readVisionSensor", "simReadVisionSensor"], MINUS, |c| {
-                let view = View::of(c, 0)?;
+            both(["sim.readVisionSensor", "simReadVisionSensor"], MINUS_ONE, |c| {
+                let view = VisionView::of(c, 0)?;
                 if view.sequence == 0 {
                     c.ret(-1_i64);
                     return Ok(());
                 }
-                let seen = settled(c, &view)?;
-                give(c, &view, &seen);
+                let seen = current_result(c, &view)?;
+                return_result(c, &view, &seen);
                 Ok(())
             })
             .param(flagged("sensor"))
@@ -201,7 +202,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     );
     offer.command(
         packets(
-            both(["sim.handleVisionSensor", "simHandleVisionSensor"], MINUS, handle_now)
+            both(["sim.handleVisionSensor", "simHandleVisionSensor"], MINUS_ONE, handle_now)
                 .param(flagged("sensor").text("a handle, sim.handle_all or sim.handle_all_except_explicit"))
                 .returns(Param::int("count").text("number of sensors that detected something")),
         )
@@ -211,9 +212,9 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         ),
     );
     offer.command(
-        both(["sim.resetVisionSensor", "simResetVisionSensor"], MINUS, |c| {
-            for sensor in meant(c)? {
-                if is_one(c, sensor) {
+        both(["sim.resetVisionSensor", "simResetVisionSensor"], MINUS_ONE, |c| {
+            for sensor in sensors_of_argument(c)? {
+                if is_vision_sensor(c, sensor) {
                     c.world().reset_reading(sensor)?;
                 }
                 state(c)?.seen.remove(&sensor);
@@ -227,10 +228,10 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     );
     offer.command(
         packets(
-            both(["sim.checkVisionSensor", "simCheckVisionSensor"], MINUS, |c| {
-                let (sensor, only) = (View::of(c, 0)?.id, entity(c, 1)?);
-                let (view, seen) = take(c, sensor, only)?;
-                give(c, &view, &seen);
+            both(["sim.checkVisionSensor", "simCheckVisionSensor"], MINUS_ONE, |c| {
+                let (sensor, only) = (VisionView::of(c, 0)?.id, entity(c, 1)?);
+                let (view, seen) = take_image(c, sensor, only)?;
+                return_result(c, &view, &seen);
                 Ok(())
             })
             .param(flagged("sensor"))
@@ -238,12 +239,12 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             .returns(Param::int("result").text("1: something was detected, 0: nothing")),
         )
         .text("Checks whether a vision sensor detects an object.")
-        .partial(LATER),
+        .partial(READING_NOTES),
     );
     offer.command(
         both(["sim.checkVisionSensorEx", "simCheckVisionSensorEx"], NIL, |c| {
-            let (sensor, only) = (View::of(c, 0)?.id, entity(c, 1)?);
-            let (view, seen) = take(c, sensor, only)?;
+            let (sensor, only) = (VisionView::of(c, 0)?.id, entity(c, 1)?);
+            let (view, seen) = take_image(c, sensor, only)?;
             let out: Vec<f64> = if c.arg(2).truthy() {
                 seen.rgb(c, &view).iter().map(|x| f64::from(*x) / 255.0).collect()
             } else {
@@ -257,7 +258,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(Param::any("image").optional().text("true: colours, otherwise depths"))
         .returns(Param::floats("buffer", 0).text("0 to 1"))
         .text("Takes an image of a single object with a vision sensor, and returns the image or the depths.")
-        .partial(LATER),
+        .partial(READING_NOTES),
     );
 }
 
@@ -266,7 +267,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn answers_of_scripts_are_read() {
+    fn results_of_script_callbacks_are_read() {
         let bytes: Vec<u8> = [1.5_f32, -2.0].iter().flat_map(|x| x.to_le_bytes()).collect();
         let map = Value::Map(vec![
             (Value::text("trigger"), Value::Bool(true)),

@@ -1,16 +1,16 @@
 //! Commands that return the images and depths of vision sensors.
 
 use super::{
-    handle::settled,
-    view::{View, packed, pair},
+    handle::current_result,
+    view::{VisionView, packed, pair},
 };
 use crate::kit::*;
 
 /// Flag that scripts add to a handle to request one value per pixel, for images, or packed values, for depths.
-const FLAG: i64 = 0x40_0000;
+const PACKED_FLAG: i64 = 0x40_0000;
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
-    old(offer);
+    old_image_commands(offer);
     modern_ones(offer);
 }
 
@@ -28,14 +28,14 @@ fn with_alpha(pixels: &[u8], each: usize, depth: &[f32], most: f64) -> Vec<u8> {
 /// Returns the bytes and the size of a part of an image, optionally in grey, and with alpha values by depth.
 fn bytes(
     c: &Ctx<'_>,
-    mut view: View,
+    mut view: VisionView,
     at: [i64; 2],
     size: [i64; 2],
     one: bool,
     alpha: Option<f64>,
 ) -> Result<(Vec<u8>, [i64; 2])> {
-    let part = view.part(at, size)?;
-    let image = settled(c, &view)?;
+    let part = view.region(at, size)?;
+    let image = current_result(c, &view)?;
     let rgb = part.of(&image.rgb(c, &view), view.columns, 3);
     let mut out = if one { grey(&rgb) } else { rgb };
     if let Some(most) = alpha {
@@ -46,13 +46,19 @@ fn bytes(
 }
 
 /// Returns the depths of a part of an image, from 0 to 1 or in m, and its size.
-fn depths(c: &Ctx<'_>, mut view: View, at: [i64; 2], size: [i64; 2], metres: bool) -> Result<(Vec<f32>, [i64; 2])> {
-    let part = view.part(at, size)?;
-    let image = settled(c, &view)?;
+fn depths(
+    c: &Ctx<'_>,
+    mut view: VisionView,
+    at: [i64; 2],
+    size: [i64; 2],
+    metres: bool,
+) -> Result<(Vec<f32>, [i64; 2])> {
+    let part = view.region(at, size)?;
+    let image = current_result(c, &view)?;
     let mut out = part.of(&image.depth(c, &view), view.columns, 1);
     if metres {
         // Pixels that could not be measured have the depth 0.
-        let lost = image.depth_as_taken().then(|| view.metres(c)).flatten().map(|z| part.of(&z, view.columns, 1));
+        let lost = image.is_depth_measured().then(|| view.metres(c)).flatten().map(|z| part.of(&z, view.columns, 1));
         for (i, z) in out.iter_mut().enumerate() {
             let none = lost.as_ref().is_some_and(|l| l.get(i) == Some(&0.0));
             *z = if none { 0.0 } else { view.metres_of(*z) };
@@ -62,7 +68,7 @@ fn depths(c: &Ctx<'_>, mut view: View, at: [i64; 2], size: [i64; 2], metres: boo
 }
 
 /// Adds the image commands of versions before 4.4.
-fn old(offer: &mut Offer<Vrep>) {
+fn old_image_commands(offer: &mut Offer<Vrep>) {
     let with_size = |command: Cmd| {
         command
             .param(flagged("sensor"))
@@ -74,11 +80,11 @@ fn old(offer: &mut Offer<Vrep>) {
     let rect = |c: &Ctx<'_>| -> Result<([i64; 2], [i64; 2])> {
         Ok(([int_or(c, 1, 0)?, int_or(c, 2, 0)?], [int_or(c, 3, 0)?, int_or(c, 4, 0)?]))
     };
-    let one = |c: &Ctx<'_>| c.i64(0).map(|h| h & FLAG != 0);
+    let one = |c: &Ctx<'_>| c.i64(0).map(|h| h & PACKED_FLAG != 0);
     offer.command(
         with_size(both(["sim.getVisionSensorImage", "simGetVisionSensorImage"], NIL, move |c| {
             let (at, size) = rect(c)?;
-            let (out, _) = bytes(c, View::of(c, 0)?, at, size, one(c)?, None)?;
+            let (out, _) = bytes(c, VisionView::of(c, 0)?, at, size, one(c)?, None)?;
             match int_or(c, 5, 0)? {
                 0 => c.ret(out.iter().map(|x| f64::from(*x) / 255.0).collect::<Vec<_>>()),
                 _ => c.ret(Value::Bytes(out)),
@@ -96,7 +102,7 @@ fn old(offer: &mut Offer<Vrep>) {
             let (at, size) = rect(c)?;
             let most = if c.has(5) { c.f64(5)? } else { 0.0 };
             let alpha = (most != 0.0).then_some(most);
-            let (out, size) = bytes(c, View::of(c, 0)?, at, size, one(c)?, alpha)?;
+            let (out, size) = bytes(c, VisionView::of(c, 0)?, at, size, one(c)?, alpha)?;
             c.ret(Value::Bytes(out));
             c.ret(size[0]);
             c.ret(size[1]);
@@ -113,8 +119,8 @@ fn old(offer: &mut Offer<Vrep>) {
     offer.command(
         with_size(both(["sim.getVisionSensorDepthBuffer", "simGetVisionSensorDepthBuffer"], NIL, move |c| {
             let (at, size) = rect(c)?;
-            let (out, _) = depths(c, View::of(c, 0)?, at, size, false)?;
-            match c.i64(0)? & FLAG {
+            let (out, _) = depths(c, VisionView::of(c, 0)?, at, size, false)?;
+            match c.i64(0)? & PACKED_FLAG {
                 0 => c.ret(out.iter().map(|x| f64::from(*x)).collect::<Vec<_>>()),
                 _ => c.ret(Value::Bytes(packed(&out))),
             }
@@ -132,7 +138,7 @@ fn old(offer: &mut Offer<Vrep>) {
 }
 
 fn resolution(c: &mut Ctx<'_>) -> Result {
-    let view = View::of(c, 0)?;
+    let view = VisionView::of(c, 0)?;
     c.ret(&[view.columns as i64, view.rows as i64][..]);
     Ok(())
 }
@@ -150,7 +156,7 @@ fn modern_ones(offer: &mut Offer<Vrep>) {
             let options = int_or(c, 1, 0)?;
             let most = if c.has(2) { c.f64(2)? } else { 0.0 };
             let alpha = if most != 0.0 { Some(most) } else { (options & 2 != 0).then_some(1.0) };
-            let (out, size) = bytes(c, View::of(c, 0)?, pair(c, 3), pair(c, 4), options & 1 != 0, alpha)?;
+            let (out, size) = bytes(c, VisionView::of(c, 0)?, pair(c, 3), pair(c, 4), options & 1 != 0, alpha)?;
             c.ret(Value::Bytes(out));
             c.ret(&size[..]);
             Ok(())
@@ -169,7 +175,7 @@ fn modern_ones(offer: &mut Offer<Vrep>) {
     offer.command(
         Cmd::new("sim.getVisionSensorDepth", |c| {
             let options = int_or(c, 1, 0)?;
-            let (out, size) = depths(c, View::of(c, 0)?, pair(c, 2), pair(c, 3), options & 1 != 0)?;
+            let (out, size) = depths(c, VisionView::of(c, 0)?, pair(c, 2), pair(c, 3), options & 1 != 0)?;
             c.ret(Value::Bytes(packed(&out)));
             c.ret(&size[..]);
             Ok(())

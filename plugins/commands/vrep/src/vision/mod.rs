@@ -4,7 +4,7 @@
 //!   planes and units;
 //! - `images`: commands that return images and depths; `packets`: statistics of an image;
 //! - `saving`: image files, and image conversions;
-//! - `handle`: takes images and collects their results (`seen`); `callbacks`: callbacks of the sensor's scripts; `set`:
+//! - `handle`: takes images and collects their results (`results`); `callbacks`: callbacks of the sensor's scripts; `set`:
 //!   images set by scripts;
 //! - `filters`: the chains that sensors had before 4.0, on a working image (`work`);
 //! - `module`: the same filters as separate functions, as in `simVision`;
@@ -21,8 +21,8 @@ mod images;
 mod module;
 mod packets;
 pub(crate) mod parameters;
+pub(crate) mod results;
 mod saving;
-pub(crate) mod seen;
 pub(crate) mod sensors;
 mod set;
 mod spherical;

@@ -3,16 +3,16 @@
 //! Each sensor has a working image and two buffers, which exist until the end of the run.
 
 use super::{
-    filters::{Filter, Found, Given, step},
-    handle::{keep, settled},
-    view::{View, packed},
-    work::Work,
+    filters::{FilterInput, FilterOutput, VisionFilter, step},
+    handle::{current_result, store_result},
+    view::{VisionView, packed},
+    work::WorkingImage,
 };
 use crate::{kit::*, state::state};
 
 /// An argument of a function: its type and name, and where the filter stores it.
 #[derive(Debug, Clone, Copy)]
-enum Arg {
+enum FilterArgument {
     /// A number.
     Float(&'static str),
     /// A table of numbers of the given length; 0: a single number, which is a factor.
@@ -28,15 +28,15 @@ enum Arg {
     /// An argument that has no effect here.
     Ignored(&'static str),
 }
-use Arg::*;
+use FilterArgument::*;
 
 /// A function of the module: its name, the type of its filter, its arguments, whether it reports results, its
 /// description, and an example. The example consists of arguments and a condition on `rgb`, the first three bytes of
 /// the result for a red image.
-struct Function {
+struct FilterFunction {
     name: &'static str,
     kind: i64,
-    args: &'static [Arg],
+    args: &'static [FilterArgument],
     finds: bool,
     text: &'static str,
     example: (&'static str, &'static str),
@@ -45,31 +45,31 @@ struct Function {
 const fn f(
     name: &'static str,
     kind: i64,
-    args: &'static [Arg],
+    args: &'static [FilterArgument],
     text: &'static str,
     example: (&'static str, &'static str),
-) -> Function {
-    Function { name, kind, args, finds: false, text, example }
+) -> FilterFunction {
+    FilterFunction { name, kind, args, finds: false, text, example }
 }
 
 /// Declares a function whose filter reports results.
-const fn finds(
+const fn with_results(
     name: &'static str,
     kind: i64,
-    args: &'static [Arg],
+    args: &'static [FilterArgument],
     text: &'static str,
     example: (&'static str, &'static str),
-) -> Function {
-    Function { name, kind, args, finds: true, text, example }
+) -> FilterFunction {
+    FilterFunction { name, kind, args, finds: true, text, example }
 }
 
 const RED: &str = "rgb == '255,0,0'";
 const BLACK: &str = "rgb == '0,0,0'";
-const MATRIX: [&str; 2] =
+const KERNEL_ARGUMENTS: [&str; 2] =
     [", 1, 1, {0, 0, 0, 0, 1, 0, 0, 0, 0}", ", 1, 1, {0,0,0,0,0, 0,0,0,0,0, 0,0,1,0,0, 0,0,0,0,0, 0,0,0,0,0}"];
-const REMOVE: Arg = Ignored("removeBuffer");
+const REMOVE_BUFFER: FilterArgument = Ignored("removeBuffer");
 
-const FUNCTIONS: &[Function] = &[
+const FUNCTIONS: &[FilterFunction] = &[
     f("simVision.sensorImgToWorkImg", 1, &[], "Loads the sensor's image.", ("", "rgb == '0,255,0'")),
     f(
         "simVision.sensorDepthMapToWorkImg",
@@ -85,11 +85,17 @@ const FUNCTIONS: &[Function] = &[
         "Sets all pixels to one value.",
         (", {0, 1, 0}", "rgb == '0,255,0'"),
     ),
-    f("simVision.workImgToSensorImg", 4, &[REMOVE], "Outputs the working image as the sensor's image.", ("", RED)),
+    f(
+        "simVision.workImgToSensorImg",
+        4,
+        &[REMOVE_BUFFER],
+        "Outputs the working image as the sensor's image.",
+        ("", RED),
+    ),
     f(
         "simVision.workImgToSensorDepthMap",
         38,
-        &[REMOVE],
+        &[REMOVE_BUFFER],
         "Outputs the working image as the sensor's depths.",
         ("", RED),
     ),
@@ -108,14 +114,14 @@ const FUNCTIONS: &[Function] = &[
         18,
         &[Int("passes"), Floats("factor", 0), Floats("matrix", 9)],
         "Replaces each pixel with a weighted sum of its neighbourhood.",
-        (MATRIX[0], RED),
+        (KERNEL_ARGUMENTS[0], RED),
     ),
     f(
         "simVision.matrix5x5OnWorkImg",
         19,
         &[Int("passes"), Floats("factor", 0), Floats("matrix", 25)],
         "Replaces each pixel with a weighted sum of its neighbourhood.",
-        (MATRIX[1], RED),
+        (KERNEL_ARGUMENTS[1], RED),
     ),
     f("simVision.sharpenWorkImg", 20, &[], "Sharpens edges.", ("", RED)),
     f(
@@ -161,7 +167,7 @@ const FUNCTIONS: &[Function] = &[
         "Adds an offset, multiplies by a factor and adds another offset, for each colour component.",
         (", {0, 0, 0}, {0, 1, 1}, {0, 0, 1}, true", "rgb == '0,0,255'"),
     ),
-    finds(
+    with_results(
         "simVision.binaryWorkImg",
         28,
         &[
@@ -184,7 +190,7 @@ const FUNCTIONS: &[Function] = &[
     f("simVision.swapWorkImgWithBuffer1", 29, &[], "Swaps the working image with buffer 1.", ("", BLACK)),
     f("simVision.addWorkImgToBuffer1", 30, &[], "Adds the image to buffer 1.", ("", RED)),
     f("simVision.subtractWorkImgFromBuffer1", 31, &[], "Subtracts the image from buffer 1.", ("", RED)),
-    finds(
+    with_results(
         "simVision.blobDetectionOnWorkImg",
         34,
         &[Float("threshold"), Float("minSize"), Bit("diffColor", 1), Ignored("overlayColor")],
@@ -192,7 +198,7 @@ const FUNCTIONS: &[Function] = &[
          orientation, centre x and y, width and height, relative to the image.",
         (", 0.2, 0.1, false", "trigger and sim.unpackFloatTable(packet)[1] == 1"),
     ),
-    finds(
+    with_results(
         "simVision.coordinatesFromWorkImg",
         35,
         &[Pair("pointCount"), Bit("evenAngles", 1), Ignored("returnColors")],
@@ -201,7 +207,7 @@ const FUNCTIONS: &[Function] = &[
          value contains three bytes per point, from buffer 1.",
         (", {2, 1}", "not trigger and #sim.unpackFloatTable(packet) == 10"),
     ),
-    finds(
+    with_results(
         "simVision.changedPixelsOnWorkImg",
         36,
         &[Float("threshold")],
@@ -212,18 +218,18 @@ const FUNCTIONS: &[Function] = &[
 ];
 
 /// Flag that scripts add to a handle to request points in the world frame.
-const WORLD: i64 = 0x80_0000;
+const WORLD_FRAME_FLAG: i64 = 0x80_0000;
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     // The documentation has one page for functions that transfer images between buffers, and one for the others.
-    let moves = |f: &&Function| {
+    let moves = |f: &&FilterFunction| {
         f.name.contains("Buffer") || f.name.contains("ensor") || f.name == "simVision.uniformImgToWorkImg"
     };
     offer.subject("images", |offer| FUNCTIONS.iter().filter(moves).for_each(|f| offer_one(offer, f)));
     offer.subject("filters", |offer| FUNCTIONS.iter().filter(|f| !moves(f)).for_each(|f| offer_one(offer, f)));
 }
 
-fn offer_one(offer: &mut Offer<Vrep>, function: &'static Function) {
+fn offer_one(offer: &mut Offer<Vrep>, function: &'static FilterFunction) {
     let mut command = Cmd::new(function.name, move |c| run(c, function))
         .param(flagged("sensor"))
         .text(function.text)
@@ -262,7 +268,7 @@ fn offer_one(offer: &mut Offer<Vrep>, function: &'static Function) {
 
 /// Builds an example script that applies a function to a red image and raises an error if the result is not as
 /// expected. Functions that load an image are applied to a green image with depths.
-fn example(f: &Function) -> String {
+fn example(f: &FilterFunction) -> String {
     let ready = match f.kind {
         1 => "sim.setVisionSensorImg(eye, string.char(0, 255, 0):rep(12))",
         2 => "-- An object at 1 m fills the image; planes at 0.01 and 3.5 m: 0.28 of 255.",
@@ -288,18 +294,18 @@ fn example(f: &Function) -> String {
     )
 }
 
-fn run(c: &mut Ctx<'_>, function: &Function) -> Result {
-    let view = View::of(c, 0)?;
+fn run(c: &mut Ctx<'_>, function: &FilterFunction) -> Result {
+    let view = VisionView::of(c, 0)?;
     let filter = filter(c, function)?;
-    let seen = settled(c, &view)?;
+    let seen = current_result(c, &view)?;
     let mut work = state(c)?.work.remove(&view.id).filter(|w| (w.columns, w.rows) == (view.columns, view.rows));
-    let work = work.get_or_insert_with(|| Work::new(view.columns, view.rows));
-    let mut found = Found::default();
+    let work = work.get_or_insert_with(|| WorkingImage::new(view.columns, view.rows));
+    let mut found = FilterOutput::default();
     let done = {
         // Read from the sensor only the data that the filter uses.
         let rgb = if function.kind == 1 { seen.rgb(c, &view) } else { Default::default() };
         let depth = if function.kind == 2 { seen.depth(c, &view) } else { Default::default() };
-        step(&filter, &Given { rgb: &rgb, depth: &depth, lens: view.lens(c) }, work, &mut found)
+        step(&filter, &FilterInput { rgb: &rgb, depth: &depth, lens: view.lens(c) }, work, &mut found)
     };
     let colors = (function.kind == 35 && c.arg(3).truthy()).then(|| colors(work, &filter));
     let work = std::mem::take(work);
@@ -309,11 +315,11 @@ fn run(c: &mut Ctx<'_>, function: &Function) -> Result {
         let mut seen = seen;
         seen.rgb = found.rgb.or(seen.rgb);
         seen.depth = found.depth.or(seen.depth);
-        keep(c, &view, seen)?;
+        store_result(c, &view, seen)?;
     }
     if function.finds {
         let mut packet = found.packets.pop().unwrap_or_default();
-        if function.kind == 35 && c.i64(0)? & WORLD != 0 {
+        if function.kind == 35 && c.i64(0)? & WORLD_FRAME_FLAG != 0 {
             into_world(&mut packet, &c.world().pose(view.id, 0)?);
         }
         c.ret(found.trigger);
@@ -326,8 +332,8 @@ fn run(c: &mut Ctx<'_>, function: &Function) -> Result {
 }
 
 /// Builds the filter for a function, with the values of the call's arguments.
-fn filter(c: &Ctx<'_>, function: &Function) -> Result<Filter> {
-    let mut out = Filter { kind: function.kind, options: 1, bytes: vec![0], ..Filter::default() };
+fn filter(c: &Ctx<'_>, function: &FilterFunction) -> Result<VisionFilter> {
+    let mut out = VisionFilter { kind: function.kind, options: 1, bytes: vec![0], ..VisionFilter::default() };
     let (mut factor, mut whole) = (None, 0);
     for (i, arg) in function.args.iter().enumerate().map(|(i, a)| (i + 1, *a)) {
         match arg {
@@ -358,7 +364,7 @@ fn filter(c: &Ctx<'_>, function: &Function) -> Result<Filter> {
 }
 
 /// Returns the colours of the points of a coordinates filter, three bytes each, from buffer 1.
-fn colors(work: &Work, filter: &Filter) -> Vec<u8> {
+fn colors(work: &WorkingImage, filter: &VisionFilter) -> Vec<u8> {
     let side = |k: usize, n: usize| filter.ints.get(k).map_or(n, |x| (*x).clamp(1, 4096) as usize);
     let (nx, ny) = (side(0, work.columns), side(1, work.rows));
     let mut out = Vec::with_capacity(3 * nx * ny);

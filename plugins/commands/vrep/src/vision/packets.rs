@@ -1,16 +1,17 @@
 //! The standard packet of a vision sensor: statistics of its image.
 
 /// Minimum, maximum and mean of intensity, red, green, blue and depth, all from 0 to 1 (tests/facts/script-api.md, 4).
-pub(crate) type Packet = [f64; 15];
+pub(crate) type VisionPacket = [f64; 15];
 
 /// The packet of an empty image: black, with all depths at the far plane.
-pub(crate) const EMPTY: Packet = [0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0];
+pub(crate) const EMPTY_PACKET: VisionPacket =
+    [0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0];
 
 /// Computes the packet of an image from its bytes (red, green, blue) and its depths from 0 to 1.
-pub(crate) fn packet(rgb: &[u8], depth: &[f32]) -> Packet {
+pub(crate) fn packet(rgb: &[u8], depth: &[f32]) -> VisionPacket {
     let n = depth.len().min(rgb.len() / 3);
     if n == 0 {
-        return EMPTY;
+        return EMPTY_PACKET;
     }
     // Sums of bytes are exact; an intensity is a third of such a sum.
     let (mut least, mut most, mut sum) = ([u32::MAX; 4], [0_u32; 4], [0_u64; 4]);
@@ -23,7 +24,7 @@ pub(crate) fn packet(rgb: &[u8], depth: &[f32]) -> Packet {
         }
     }
     let unit = [765.0, 255.0, 255.0, 255.0];
-    let mut out = EMPTY;
+    let mut out = EMPTY_PACKET;
     for k in 0..4 {
         out[k] = f64::from(least[k]) / unit[k];
         out[5 + k] = f64::from(most[k]) / unit[k];
@@ -43,7 +44,7 @@ mod tests {
     /// Computed by hand: pixels (51, 102, 0) and (255, 0, 153) are (0.2, 0.4, 0) and (1, 0, 0.6); intensities 0.2 and
     /// 1.6 / 3.
     #[test]
-    fn a_packet_is_least_greatest_mean() {
+    fn packet_contains_minimum_maximum_and_mean() {
         let p = packet(&[51, 102, 0, 255, 0, 153], &[0.25, 0.75]);
         let wanted = [
             0.2,
@@ -68,8 +69,8 @@ mod tests {
     }
 
     #[test]
-    fn nothing_is_black_and_far() {
-        assert_eq!(packet(&[], &[]), EMPTY);
-        assert_eq!(packet(&[0; 6], &[1.0; 2]), EMPTY);
+    fn empty_image_is_black_and_far() {
+        assert_eq!(packet(&[], &[]), EMPTY_PACKET);
+        assert_eq!(packet(&[0; 6], &[1.0; 2]), EMPTY_PACKET);
     }
 }

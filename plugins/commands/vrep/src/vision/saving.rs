@@ -14,28 +14,28 @@ use super::view::pair;
 use crate::kit::*;
 
 /// Bit of an image's options that selects four bytes per pixel.
-const ALPHA: i64 = 1;
+const ALPHA_OPTION: i64 = 1;
 /// Maximum number of pixels of an image.
-const MOST: i64 = 1 << 26;
+const MAX_PIXELS: i64 = 1 << 26;
 /// Maximum size of a file that is read, in bytes.
-const MOST_BYTES: u64 = 256 << 20;
+const MAX_FILE_BYTES: u64 = 256 << 20;
 
 /// An image passed by a script: bytes, columns, rows and bytes per pixel.
 #[derive(Debug, Clone, PartialEq)]
-struct Picture {
+struct PixelImage {
     columns: usize,
     rows: usize,
-    each: usize,
+    bytes_per_pixel: usize,
     bytes: Vec<u8>,
 }
 
-impl Picture {
+impl PixelImage {
     /// Reads an image from argument `i`, and its size from the next argument.
     fn of(c: &Ctx<'_>, i: usize, each: usize) -> Result<Self> {
         let (bytes, [columns, rows]) = (c.bytes(i)?, pair(c, i + 1));
-        if columns < 1 || rows < 1 || columns.saturating_mul(rows) > MOST {
+        if columns < 1 || rows < 1 || columns.saturating_mul(rows) > MAX_PIXELS {
             return Err(Fail::argument(format!(
-                "argument {}: expected at least 1 x 1 and at most {MOST} pixels, found {columns} x {rows}",
+                "argument {}: expected at least 1 x 1 and at most {MAX_PIXELS} pixels, found {columns} x {rows}",
                 i + 2
             )));
         }
@@ -48,11 +48,11 @@ impl Picture {
                 bytes.len()
             )));
         }
-        Ok(Picture { columns, rows, each, bytes: bytes.to_vec() })
+        Ok(PixelImage { columns, rows, bytes_per_pixel: each, bytes: bytes.to_vec() })
     }
     fn pixel(&self, column: usize, row: usize) -> &[u8] {
-        let first = (row * self.columns + column) * self.each;
-        &self.bytes[first..first + self.each]
+        let first = (row * self.columns + column) * self.bytes_per_pixel;
+        &self.bytes[first..first + self.bytes_per_pixel]
     }
     fn flipped(&self, x: bool, y: bool) -> Vec<u8> {
         let mut out = Vec::with_capacity(self.bytes.len());
@@ -67,16 +67,16 @@ impl Picture {
     }
     /// Converts the picture to `each` (3 or 4) bytes per pixel; an added alpha channel is opaque.
     fn with(self, each: usize) -> Self {
-        if each == self.each {
+        if each == self.bytes_per_pixel {
             return self;
         }
-        let pixels = self.bytes.chunks(self.each);
+        let pixels = self.bytes.chunks(self.bytes_per_pixel);
         let bytes = pixels.flat_map(|p| [p[0], p[1], p[2], 255].into_iter().take(each)).collect();
-        Picture { each, bytes, ..self }
+        PixelImage { bytes_per_pixel: each, bytes, ..self }
     }
     /// Returns the pixels resampled to a different size: bilinear if `smooth` is set, otherwise nearest neighbour.
     fn scaled(&self, columns: usize, rows: usize, smooth: bool) -> Vec<u8> {
-        let mut out = Vec::with_capacity(columns * rows * self.each);
+        let mut out = Vec::with_capacity(columns * rows * self.bytes_per_pixel);
         let place = |i: usize, n: usize, side: usize| {
             ((i as f64 + 0.5) * side as f64 / n as f64 - 0.5).clamp(0.0, side as f64 - 1.0)
         };
@@ -91,7 +91,7 @@ impl Picture {
                 let (left, low) = (x.floor() as usize, y.floor() as usize);
                 let (right, high) = ((left + 1).min(self.columns - 1), (low + 1).min(self.rows - 1));
                 let (u, v) = (x - left as f64, y - low as f64);
-                for k in 0..self.each {
+                for k in 0..self.bytes_per_pixel {
                     let at = |c, r| f64::from(self.pixel(c, r)[k]);
                     let below = at(left, low) * (1.0 - u) + at(right, low) * u;
                     let above = at(left, high) * (1.0 - u) + at(right, high) * u;
@@ -117,20 +117,20 @@ const FORMATS: [ImageFormat; 5] =
     [ImageFormat::Png, ImageFormat::Jpeg, ImageFormat::Bmp, ImageFormat::Tiff, ImageFormat::Pnm];
 
 /// Default quality of lossy formats, percent.
-const USUAL_QUALITY: u8 = 90;
+const DEFAULT_QUALITY: u8 = 90;
 
 /// Encodes a picture as the content of a file. `quality`, 0 to 100, applies to lossy formats; negative: the default.
-fn encode(picture: Picture, format: ImageFormat, quality: i64) -> Result<Vec<u8>> {
+fn encode(picture: PixelImage, format: ImageFormat, quality: i64) -> Result<Vec<u8>> {
     let has_alpha = matches!(format, ImageFormat::Png | ImageFormat::Tiff);
     let picture = if has_alpha { picture } else { picture.with(3) };
     let output = match format {
         ImageFormat::Jpeg => {
-            ImageOutputFormat::Jpeg(u8::try_from(quality).map_or(USUAL_QUALITY, |quality| quality.clamp(1, 100)))
+            ImageOutputFormat::Jpeg(u8::try_from(quality).map_or(DEFAULT_QUALITY, |quality| quality.clamp(1, 100)))
         }
         ImageFormat::Pnm => ImageOutputFormat::Pnm(PnmSubtype::Pixmap(SampleEncoding::Binary)),
         format => format.into(),
     };
-    let color = if picture.each == 4 { ColorType::Rgba8 } else { ColorType::Rgb8 };
+    let color = if picture.bytes_per_pixel == 4 { ColorType::Rgba8 } else { ColorType::Rgb8 };
     let (columns, rows) = (picture.columns as u32, picture.rows as u32);
     let mut out = Cursor::new(Vec::new());
     image::write_buffer_with_format(&mut out, &picture.flipped(false, true), columns, rows, color, output)
@@ -139,29 +139,29 @@ fn encode(picture: Picture, format: ImageFormat, quality: i64) -> Result<Vec<u8>
 }
 
 /// Decodes a file's content to an image of `each` (3 or 4) bytes per pixel.
-fn decode(bytes: &[u8], each: usize) -> Result<Picture> {
+fn decode(bytes: &[u8], each: usize) -> Result<PixelImage> {
     let unreadable = |e: ImageError| Fail::argument(format!("the image could not be decoded: {e}"));
     let mut reader =
         image::io::Reader::new(Cursor::new(bytes)).with_guessed_format().map_err(|e| unreadable(e.into()))?;
     let mut limits = Limits::default();
-    limits.max_alloc = Some(8 * MOST as u64);
+    limits.max_alloc = Some(8 * MAX_PIXELS as u64);
     reader.limits(limits);
     let image = reader.decode().map_err(unreadable)?;
     let (columns, rows) = (image.width() as usize, image.height() as usize);
     let bytes = if each == 4 { image.into_rgba8().into_raw() } else { image.into_rgb8().into_raw() };
-    let mut out = Picture { columns, rows, each, bytes };
+    let mut out = PixelImage { columns, rows, bytes_per_pixel: each, bytes };
     out.bytes = out.flipped(false, true);
     Ok(out)
 }
 
 fn each_of(options: i64) -> usize {
-    if options & ALPHA != 0 { 4 } else { 3 }
+    if options & ALPHA_OPTION != 0 { 4 } else { 3 }
 }
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.command(
-        both(["sim.saveImage", "simSaveImage"], MINUS, |c| {
-            let picture = Picture::of(c, 0, each_of(int_or(c, 2, 0)?))?;
+        both(["sim.saveImage", "simSaveImage"], MINUS_ONE, |c| {
+            let picture = PixelImage::of(c, 0, each_of(int_or(c, 2, 0)?))?;
             let name = c.text(3)?;
             let content = encode(picture, format_of(&name)?, int_or(c, 4, -1)?)?;
             // For a name that consists only of an extension, return the content instead of writing a file.
@@ -192,7 +192,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             let picture = if given.contains(&0) {
                 decode(given, each)?
             } else {
-                decode(&c.world().read_file(given, MOST_BYTES)?, each)?
+                decode(&c.world().read_file(given, MAX_FILE_BYTES)?, each)?
             };
             c.ret(Value::Bytes(picture.bytes));
             c.ret(&[picture.columns as i64, picture.rows as i64][..]);
@@ -207,11 +207,11 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.command(
         both(["sim.getScaledImage", "simGetScaledImage"], NIL, |c| {
             let options = int_or(c, 3, 0)?;
-            let picture = Picture::of(c, 0, each_of(options))?.with(if options & 2 != 0 { 4 } else { 3 });
+            let picture = PixelImage::of(c, 0, each_of(options))?.with(if options & 2 != 0 { 4 } else { 3 });
             let [w, h] = pair(c, 2);
-            if w < 1 || h < 1 || w.saturating_mul(h) > MOST {
+            if w < 1 || h < 1 || w.saturating_mul(h) > MAX_PIXELS {
                 return Err(Fail::argument(format!(
-                    "argument 3: expected at least 1 x 1 and at most {MOST} pixels, found {w} x {h}"
+                    "argument 3: expected at least 1 x 1 and at most {MAX_PIXELS} pixels, found {w} x {h}"
                 )));
             }
             let (mut w, mut h) = (w as usize, h as usize);
@@ -238,9 +238,9 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .text("Scales an image."),
     );
     offer.command(
-        both(["sim.transformImage", "simTransformImage"], MINUS, |c| {
+        both(["sim.transformImage", "simTransformImage"], MINUS_ONE, |c| {
             let options = int_or(c, 2, 0)?;
-            let picture = Picture::of(c, 0, each_of(options))?;
+            let picture = PixelImage::of(c, 0, each_of(options))?;
             c.ret(1_i64);
             c.ret(Value::Bytes(picture.flipped(options & 2 != 0, options & 4 != 0)));
             Ok(())
@@ -259,13 +259,18 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
 mod tests {
     use super::*;
 
-    fn small() -> Picture {
+    fn small() -> PixelImage {
         // Lower row: red, green; upper row: blue, white.
-        Picture { columns: 2, rows: 2, each: 3, bytes: vec![255, 0, 0, 0, 255, 0, 0, 0, 255, 255, 255, 255] }
+        PixelImage {
+            columns: 2,
+            rows: 2,
+            bytes_per_pixel: 3,
+            bytes: vec![255, 0, 0, 0, 255, 0, 0, 0, 255, 255, 255, 255],
+        }
     }
 
     #[test]
-    fn files_are_upright_and_come_back() {
+    fn saved_images_are_upright_and_restored() {
         let write = |name: &str| encode(small(), format_of(name).unwrap(), -1).unwrap();
         let ppm = write("a.ppm");
         assert_eq!(ppm, [b"P6\n2 2 255\n".as_slice(), &[0, 0, 255, 255, 255, 255, 255, 0, 0, 0, 255, 0]].concat());
@@ -283,7 +288,7 @@ mod tests {
     }
 
     #[test]
-    fn flips_and_scales() {
+    fn images_are_flipped_and_scaled() {
         assert_eq!(small().flipped(true, false)[..3], [0, 255, 0]);
         assert_eq!(small().flipped(false, true)[..3], [0, 0, 255]);
         let twice = small().scaled(4, 2, false);

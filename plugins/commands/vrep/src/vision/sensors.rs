@@ -3,7 +3,7 @@
 use crate::kit::*;
 
 /// Returns whether an object is a vision sensor.
-pub(crate) fn is_one(c: &Shared<'_>, object: tatu_object) -> bool {
+pub(crate) fn is_vision_sensor(c: &SharedCtx<'_>, object: tatu_object) -> bool {
     let p = &c.plugin().p;
     c.world().reading(object, p.depth).is_ok() || c.world().reading(object, p.rgb).is_ok()
 }
@@ -17,7 +17,7 @@ pub(super) fn all(c: &Ctx<'_>) -> Result<Vec<tatu_object>> {
 }
 
 /// Default near and far planes, m, which are those of V-REP's Kinect model.
-pub(crate) const PLANES: [f64; 2] = [0.01, 3.5];
+pub(crate) const DEFAULT_PLANES: [f64; 2] = [0.01, 3.5];
 
 /// Returns the property of the sensor's kind with the given key.
 pub(super) fn prop(c: &Ctx<'_>, sensor: tatu_object, key: &str) -> Result<Prop> {
@@ -32,7 +32,7 @@ pub(super) fn number(c: &Ctx<'_>, sensor: tatu_object, key: &str) -> Option<f64>
 
 /// Returns the distances of the near and the far plane, m.
 pub(super) fn planes(c: &Ctx<'_>, sensor: tatu_object) -> [f64; 2] {
-    let one = |key, i: usize| number(c, sensor, key).unwrap_or(PLANES[i]);
+    let one = |key, i: usize| number(c, sensor, key).unwrap_or(DEFAULT_PLANES[i]);
     [one("near", 0), one("far", 1)]
 }
 

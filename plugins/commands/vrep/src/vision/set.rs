@@ -1,9 +1,9 @@
 //! Commands that set the image of a vision sensor, and create vision sensors.
 
 use super::{
-    handle::{look_at, settled},
-    seen::Seen,
-    view::{View, pair},
+    handle::{current_result, process_image},
+    results::VisionResult,
+    view::{VisionView, pair},
 };
 use crate::kit::*;
 
@@ -13,10 +13,10 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         ["sim.setVisionSensorCharImage", "simSetVisionSensorCharImage"],
     ] {
         offer.command(
-            set_image(both(names, MINUS, |c| {
-                let view = View::of(c, 0)?;
+            set_image(both(names, MINUS_ONE, |c| {
+                let view = VisionView::of(c, 0)?;
                 let rgb = image(c, &view)?;
-                let trigger = put(c, &view, rgb, None)?;
+                let trigger = apply_image(c, &view, rgb, None)?;
                 c.ret(i64::from(trigger));
                 Ok(())
             }))
@@ -26,17 +26,17 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     }
     offer.command(
         set_image(Cmd::new("sim.setVisionSensorImg", |c| {
-            let mut view = View::of(c, 0)?;
+            let mut view = VisionView::of(c, 0)?;
             let options = int_or(c, 2, 0)?;
-            let part = view.part(pair(c, 3), pair(c, 4))?;
+            let part = view.region(pair(c, 3), pair(c, 4))?;
             let given = bytes_to_rgb(c.bytes(1)?, part.columns * part.rows, options & 1 != 0)?;
-            let seen = settled(c, &view)?;
+            let seen = current_result(c, &view)?;
             let mut rgb = seen.rgb(c, &view).into_owned();
             for (y, row) in given.chunks(3 * part.columns).enumerate() {
                 let first = 3 * ((part.y + y) * view.columns + part.x);
                 rgb[first..first + row.len()].copy_from_slice(row);
             }
-            let trigger = put(c, &view, rgb, seen.depth)?;
+            let trigger = apply_image(c, &view, rgb, seen.depth)?;
             c.ret(i64::from(trigger));
             Ok(())
         }))
@@ -47,7 +47,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .text("Replaces the image of a vision sensor; its scripts receive it as the sensor's own image."),
     );
     offer.command(
-        both(["sim.createVisionSensor", "simCreateVisionSensor"], MINUS, |c| {
+        both(["sim.createVisionSensor", "simCreateVisionSensor"], MINUS_ONE, |c| {
             let made = c.world().create("dummy", 0, "visionSensor")?;
             let ints: [f64; 2] = numbers(c, 1)?;
             let floats: [f64; 2] = numbers(c, 2)?;
@@ -77,12 +77,12 @@ fn set_image(command: Cmd) -> Cmd {
 }
 
 /// Sets the image of a sensor, and returns whether something was detected in it.
-pub(super) fn put(c: &Ctx<'_>, view: &View, rgb: Vec<u8>, depth: Option<Vec<f32>>) -> Result<bool> {
-    Ok(look_at(c, view, Seen::given(rgb, depth))?.trigger)
+pub(super) fn apply_image(c: &Ctx<'_>, view: &VisionView, rgb: Vec<u8>, depth: Option<Vec<f32>>) -> Result<bool> {
+    Ok(process_image(c, view, VisionResult::with_image(rgb, depth))?.trigger)
 }
 
 /// Returns the image in argument 1: bytes, or numbers from 0 to 1.
-fn image(c: &Ctx<'_>, view: &View) -> Result<Vec<u8>> {
+fn image(c: &Ctx<'_>, view: &VisionView) -> Result<Vec<u8>> {
     let n = view.pixels();
     match c.arg(1).as_bytes() {
         Some(bytes) => bytes_to_rgb(bytes, n, c.i64(0)? & 0x40_0000 != 0),

@@ -1,24 +1,24 @@
 //! Combines images of six sensors that face all directions into a single image whose columns and rows are angles.
 
-use super::{handle::take, seen::Seen, set::put, view::View, work::Lens};
+use super::{handle::take_image, results::VisionResult, set::apply_image, view::VisionView, work::ImageProjection};
 use crate::kit::*;
 
 /// Minimum horizontal and vertical angle of the image, rad.
-const LEAST: f64 = 0.087;
+const MIN_ANGLE_RAD: f64 = 0.087;
 
 /// Source of a pixel of the panorama: the sensor, the pixel in its image, and the ratio of distance to depth at this
 /// pixel.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Source {
+struct PixelSource {
     sensor: usize,
     pixel: usize,
     slant: f64,
 }
 
 /// A sensor whose image is a source: its axes in the frame of the first sensor, its projection, and its resolution.
-struct Eye {
+struct PanoramaSensor {
     axes: [[f64; 3]; 3],
-    lens: Lens,
+    lens: ImageProjection,
     size: [usize; 2],
 }
 
@@ -46,8 +46,8 @@ fn dot(a: &[f64; 3], b: &[f64; 3]) -> f64 {
 
 /// Finds the source for a direction, which is in the image of the sensor with the closest viewing direction. Among
 /// equally close sensors, the first is selected. Returns `None` if no sensor covers the direction.
-fn source(eyes: &[Eye], direction: &[f64; 3]) -> Option<Source> {
-    let ahead = |eye: &Eye| dot(&eye.axes[2], direction);
+fn source(eyes: &[PanoramaSensor], direction: &[f64; 3]) -> Option<PixelSource> {
+    let ahead = |eye: &PanoramaSensor| dot(&eye.axes[2], direction);
     let mut best = None;
     // Directions outside the view of all sensors have no source; the tolerance covers rounding errors.
     let mut z = 1e-9;
@@ -62,12 +62,12 @@ fn source(eyes: &[Eye], direction: &[f64; 3]) -> Option<Source> {
     // The sensor's x axis points left in its image, y up, towards higher rows.
     let column = nearest(cx - fx * dot(&eye.axes[0], direction) / z, eye.size[0]);
     let row = nearest(cy + fy * dot(&eye.axes[1], direction) / z, eye.size[1]);
-    Some(Source { sensor, pixel: row * eye.size[0] + column, slant: 1.0 / z })
+    Some(PixelSource { sensor, pixel: row * eye.size[0] + column, slant: 1.0 / z })
 }
 
 /// Returns the sources of the pixels of an image whose columns and rows divide the angles `across` and `up` evenly,
 /// from left to right and bottom to top.
-fn sources(eyes: &[Eye], [columns, rows]: [usize; 2], [across, up]: [f64; 2]) -> Vec<Option<Source>> {
+fn sources(eyes: &[PanoramaSensor], [columns, rows]: [usize; 2], [across, up]: [f64; 2]) -> Vec<Option<PixelSource>> {
     let angle = |i: usize, n: usize, whole: f64| if n < 2 { 0.0 } else { whole * (i as f64 / (n - 1) as f64 - 0.5) };
     let mut out = Vec::with_capacity(columns * rows);
     for j in 0..rows {
@@ -81,7 +81,8 @@ fn sources(eyes: &[Eye], [columns, rows]: [usize; 2], [across, up]: [f64; 2]) ->
 }
 
 fn run(c: &mut Ctx<'_>) -> Result {
-    let own = |c: &Ctx<'_>, i: usize| if c.has(i) && c.i64(i)? != -1 { View::of(c, i).map(Some) } else { Ok(None) };
+    let own =
+        |c: &Ctx<'_>, i: usize| if c.has(i) && c.i64(i)? != -1 { VisionView::of(c, i).map(Some) } else { Ok(None) };
     let (color, depth) = (own(c, 0)?, own(c, 4)?);
     let Some(first) = color.or(depth) else {
         return Err(Fail::argument("arguments 1 and 5: at least one of them must be a sensor, but both are -1"));
@@ -101,45 +102,46 @@ fn run(c: &mut Ctx<'_>) -> Result {
         if angle.is_nan() {
             return Err(Fail::argument(format!("argument {}: expected an angle in rad, found NaN", i + 1)));
         }
-        Ok(angle.clamp(LEAST, most))
+        Ok(angle.clamp(MIN_ANGLE_RAD, most))
     });
     let [across, up] = angles;
     let mut views = Vec::new();
     for handle in handles {
         let found = c.world().look((handle as i64 & HANDLE_BITS) as u64);
         let found = found.map_err(|_| Fail::missing(format!("argument 2: there is no object {handle}")))?;
-        views.push(View::of_object(c, found)?);
+        views.push(VisionView::of_object(c, found)?);
     }
     let front = c.world().pose(views[0].id, 0)?;
     let mut eyes = Vec::new();
     for view in &views {
         let axes = axes(&c.world().pose(view.id, 0)?, &front);
-        eyes.push(Eye { axes, lens: view.lens(c), size: [view.columns, view.rows] });
+        eyes.push(PanoramaSensor { axes, lens: view.lens(c), size: [view.columns, view.rows] });
     }
     let sources = sources(&eyes, [first.columns, first.rows], [across?, up?]);
     // Take images only with the sensors that are sources of pixels.
-    let mut taken: Vec<Option<(View, Seen)>> = Vec::new();
+    let mut taken: Vec<Option<(VisionView, VisionResult)>> = Vec::new();
     for (n, view) in views.iter().enumerate() {
         let needed = sources.iter().flatten().any(|s| s.sensor == n);
-        taken.push(if needed { Some(take(c, view.id, 0)?) } else { None });
+        taken.push(if needed { Some(take_image(c, view.id, 0)?) } else { None });
     }
     if let Some(view) = color {
         let images: Vec<_> = taken.iter().map(|t| t.as_ref().map(|(v, seen)| seen.rgb(c, v).into_owned())).collect();
-        let pixel = |s: &Source| images[s.sensor].as_ref().and_then(|rgb| rgb.as_chunks::<3>().0.get(s.pixel).copied());
+        let pixel =
+            |s: &PixelSource| images[s.sensor].as_ref().and_then(|rgb| rgb.as_chunks::<3>().0.get(s.pixel).copied());
         let rgb = sources.iter().flat_map(|s| s.as_ref().and_then(pixel).unwrap_or([0; 3])).collect();
-        put(c, &view, rgb, None)?;
+        apply_image(c, &view, rgb, None)?;
     }
     if let Some(view) = depth {
         let images: Vec<_> = taken.iter().map(|t| t.as_ref().map(|(v, seen)| seen.depth(c, v).into_owned())).collect();
         let [near, far] = views[0].planes;
-        let grey = |s: &Source| {
+        let grey = |s: &PixelSource| {
             let depth = f64::from(*images[s.sensor].as_ref()?.get(s.pixel)?);
             let along = (near + depth * (far - near)) * s.slant;
             let part = if far > near { (along - near) / (far - near) } else { 1.0 };
             Some((part.clamp(0.0, 1.0) * 255.0).round() as u8)
         };
         let rgb = sources.iter().flat_map(|s| [s.as_ref().and_then(grey).unwrap_or(255); 3]).collect();
-        put(c, &view, rgb, None)?;
+        apply_image(c, &view, rgb, None)?;
     }
     c.ret(1_i64);
     Ok(())
@@ -180,15 +182,15 @@ mod tests {
     use super::*;
 
     /// Four columns and rows at 90 degrees: the focal length is half a side.
-    fn eye(pose: [f64; 7]) -> Eye {
-        let lens = Lens { intrinsics: [2.0, 2.0, 1.5, 1.5], parallel: false, planes: [0.1, 10.0] };
-        Eye { axes: axes(&pose, &FRONT), lens, size: [4, 4] }
+    fn eye(pose: [f64; 7]) -> PanoramaSensor {
+        let lens = ImageProjection { intrinsics: [2.0, 2.0, 1.5, 1.5], parallel: false, planes: [0.1, 10.0] };
+        PanoramaSensor { axes: axes(&pose, &FRONT), lens, size: [4, 4] }
     }
     /// A pose rotated by 120 degrees about (1, 1, 1), to check that directions are relative to the front sensor.
     const FRONT: [f64; 7] = [0.0, 0.0, 0.0, 0.5, 0.5, 0.5, 0.5];
 
     /// Returns a frame rotated from the front one by +90 or -90 degrees about one of its axes.
-    fn turned(axis: usize, sign: f64) -> [f64; 7] {
+    fn rotated_frame(axis: usize, sign: f64) -> [f64; 7] {
         let half = std::f64::consts::FRAC_1_SQRT_2;
         let mut q = [0.0, 0.0, 0.0, half];
         q[axis] = sign * half;
@@ -205,9 +207,9 @@ mod tests {
     }
 
     #[test]
-    fn each_direction_comes_from_the_sensor_that_looks_there() {
+    fn direction_is_sampled_from_the_sensor_facing_it() {
         // Left is +x of the front sensor: a positive rotation about y, which is up.
-        let eyes = [eye(FRONT), eye(turned(0, -1.0)), eye(turned(1, 1.0)), eye(turned(1, -1.0))];
+        let eyes = [eye(FRONT), eye(rotated_frame(0, -1.0)), eye(rotated_frame(1, 1.0)), eye(rotated_frame(1, -1.0))];
         let of = |d: [f64; 3]| source(&eyes, &d).map(|s| s.sensor);
         assert_eq!(of([0.0, 0.0, 1.0]), Some(0));
         assert_eq!(of([0.0, 1.0, 0.0]), Some(1));

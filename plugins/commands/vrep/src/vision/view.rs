@@ -1,19 +1,19 @@
 //! The last reading of a vision sensor, converted to its clipping planes and units.
 
 use super::{
-    sensors::{PLANES, angle, is_one, planes},
-    work::Lens,
+    sensors::{DEFAULT_PLANES, angle, is_vision_sensor, planes},
+    work::ImageProjection,
 };
 use crate::kit::*;
 
 /// Default number of columns and rows of a blind sensor's image.
-const SIDE: usize = 32;
+const DEFAULT_BLIND_SIDE: usize = 32;
 /// Maximum number of columns or rows of a blind sensor's image.
-const MOST: i64 = 4096;
+const MAX_BLIND_SIDE: i64 = 4096;
 
 /// The state of a vision sensor at a point in time.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct View {
+pub(crate) struct VisionView {
     pub id: tatu_object,
     pub columns: usize,
     pub rows: usize,
@@ -29,27 +29,27 @@ pub(crate) struct View {
 
 /// A part of an image, in pixels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) struct Part {
+pub(crate) struct ImageRegion {
     pub x: usize,
     pub y: usize,
     pub columns: usize,
     pub rows: usize,
 }
 
-impl View {
+impl VisionView {
     /// Creates the view of the sensor in argument `i`.
     pub fn of(c: &Ctx<'_>, i: usize) -> Result<Self> {
-        let o = living(c, i)?;
+        let o = existing_object(c, i)?;
         Self::of_object(c, o)
     }
 
     pub fn of_object(c: &Ctx<'_>, o: Object) -> Result<Self> {
         let id = o.id;
-        if is_one(c, id) {
+        if is_vision_sensor(c, id) {
             let p = &c.plugin().p;
             let reading = c.world().reading(id, p.depth).or_else(|_| c.world().reading(id, p.rgb))?;
             let [rows, columns, _] = reading.dims();
-            return Ok(View {
+            return Ok(VisionView {
                 id,
                 columns: columns as usize,
                 rows: rows as usize,
@@ -66,23 +66,23 @@ impl View {
         if made.is_none() && !stands_in {
             return Err(Fail::argument(format!("object {} `{}` is not a vision sensor", o.handle(), path(c, id))));
         }
-        let side = |x: Option<f64>| x.map_or(SIDE, |x| x.clamp(1.0, MOST as f64) as usize);
-        Ok(View {
+        let side = |x: Option<f64>| x.map_or(DEFAULT_BLIND_SIDE, |x| x.clamp(1.0, MAX_BLIND_SIDE as f64) as usize);
+        Ok(VisionView {
             id,
             columns: side(made),
             rows: side(tags::number(c, id, "vision.rows")?),
             sequence: 0,
             time: 0.0,
             planes: [
-                tags::number(c, id, "vision.near")?.unwrap_or(PLANES[0]),
-                tags::number(c, id, "vision.far")?.unwrap_or(PLANES[1]),
+                tags::number(c, id, "vision.near")?.unwrap_or(DEFAULT_PLANES[0]),
+                tags::number(c, id, "vision.far")?.unwrap_or(DEFAULT_PLANES[1]),
             ],
             blind: true,
         })
     }
 
     /// Returns the projection of the sensor's image.
-    pub fn lens(&self, c: &Ctx<'_>) -> Lens {
+    pub fn lens(&self, c: &Ctx<'_>) -> ImageProjection {
         let (w, p) = (c.world(), &c.plugin().p);
         let told = w.reading(self.id, p.intrinsics).ok().and_then(|r| r.f64s().first_chunk::<4>().copied());
         let parallel = w.reading(self.id, p.parallel).ok().and_then(|r| r.i32s().first().copied());
@@ -92,7 +92,7 @@ impl View {
             let f = columns.max(rows) / 2.0 / libm::tan(angle(c, self.id) / 2.0);
             [f, f, (columns - 1.0) / 2.0, (rows - 1.0) / 2.0]
         });
-        Lens { intrinsics, parallel: parallel == Some(1), planes: self.planes }
+        ImageProjection { intrinsics, parallel: parallel == Some(1), planes: self.planes }
     }
 
     pub fn pixels(&self) -> usize {
@@ -100,17 +100,17 @@ impl View {
     }
 
     /// Returns the requested part, or the whole image if a side is 0. A blind sensor has as many pixels as requested.
-    pub fn part(&mut self, [x, y]: [i64; 2], [columns, rows]: [i64; 2]) -> Result<Part> {
+    pub fn region(&mut self, [x, y]: [i64; 2], [columns, rows]: [i64; 2]) -> Result<ImageRegion> {
         if columns == 0 || rows == 0 {
-            return Ok(Part { x: 0, y: 0, columns: self.columns, rows: self.rows });
+            return Ok(ImageRegion { x: 0, y: 0, columns: self.columns, rows: self.rows });
         }
         let count = |n: i64| usize::try_from(n).ok();
         if let (Some(x), Some(y), Some(columns), Some(rows)) = (count(x), count(y), count(columns), count(rows)) {
-            if self.blind && x.max(y).max(columns).max(rows) <= MOST as usize {
+            if self.blind && x.max(y).max(columns).max(rows) <= MAX_BLIND_SIDE as usize {
                 (self.columns, self.rows) = (self.columns.max(x + columns), self.rows.max(y + rows));
             }
             if x.saturating_add(columns) <= self.columns && y.saturating_add(rows) <= self.rows {
-                return Ok(Part { x, y, columns, rows });
+                return Ok(ImageRegion { x, y, columns, rows });
             }
         }
         Err(Fail::argument(format!(
@@ -157,7 +157,7 @@ impl View {
     }
 }
 
-impl Part {
+impl ImageRegion {
     /// Returns the pixels of this part of an image with `columns` columns and `each` values per pixel.
     pub fn of<T: Copy>(&self, all: &[T], columns: usize, each: usize) -> Vec<T> {
         let mut out = Vec::with_capacity(self.columns * self.rows * each);
@@ -183,8 +183,8 @@ pub(super) fn packed(floats: &[f32]) -> Vec<u8> {
 mod tests {
     use super::*;
 
-    pub(crate) fn view(columns: usize, rows: usize) -> View {
-        View { id: 1, columns, rows, sequence: 1, time: 0.0, planes: [0.5, 2.5], blind: false }
+    pub(crate) fn view(columns: usize, rows: usize) -> VisionView {
+        VisionView { id: 1, columns, rows, sequence: 1, time: 0.0, planes: [0.5, 2.5], blind: false }
     }
 
     /// metres = near + d (far - near): tests/facts/script-api.md, 4.
@@ -197,14 +197,14 @@ mod tests {
     }
 
     #[test]
-    fn parts_lie_within() {
+    fn regions_are_checked_against_the_image() {
         let mut v = view(4, 3);
         let all: Vec<u8> = (0..12).collect();
-        let part = v.part([1, 1], [2, 2]).unwrap();
+        let part = v.region([1, 1], [2, 2]).unwrap();
         assert_eq!(part.of(&all, 4, 1), [5, 6, 9, 10]);
-        assert_eq!(v.part([3, 3], [0, 2]).unwrap(), Part { x: 0, y: 0, columns: 4, rows: 3 });
+        assert_eq!(v.region([3, 3], [0, 2]).unwrap(), ImageRegion { x: 0, y: 0, columns: 4, rows: 3 });
         for (at, size) in [([3, 0], [2, 1]), ([-1, 0], [1, 1]), ([0, 2], [1, 2]), ([0, 0], [i64::MAX, 1])] {
-            assert!(v.part(at, size).is_err(), "{at:?} {size:?}");
+            assert!(v.region(at, size).is_err(), "{at:?} {size:?}");
         }
     }
 }

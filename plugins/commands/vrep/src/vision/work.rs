@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 /// The projection of an image.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Lens {
+pub(crate) struct ImageProjection {
     /// fx, fy, cx, cy, as in the schema `depth_image/1`.
     pub intrinsics: [f64; 4],
     /// Whether the projection is orthographic.
@@ -15,7 +15,7 @@ pub(crate) struct Lens {
 
 /// A working image and its two buffers.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Work {
+pub(crate) struct WorkingImage {
     pub columns: usize,
     pub rows: usize,
     pub image: Vec<[f32; 3]>,
@@ -28,10 +28,10 @@ pub(super) fn intensity(p: &Pixel) -> f32 {
     (p[0] + p[1] + p[2]) / 3.0
 }
 
-impl Work {
+impl WorkingImage {
     pub fn new(columns: usize, rows: usize) -> Self {
         let black = vec![[0.0; 3]; columns * rows];
-        Work { columns, rows, image: black.clone(), buffers: [black.clone(), black] }
+        WorkingImage { columns, rows, image: black.clone(), buffers: [black.clone(), black] }
     }
 
     pub fn set_rgb(&mut self, rgb: &[u8]) {
@@ -101,7 +101,7 @@ impl Work {
         self.each(|p| [0, 1, 2].map(|k| ((p[k] + before[k]) * scale[k] + after[k]).clamp(0.0, 1.0)));
     }
     /// Blackens the pixels for which `kept` returns false; optionally copies them to the first buffer.
-    pub fn keep(&mut self, removed_to_buffer: bool, kept: impl Fn(usize, usize, &Pixel) -> bool) {
+    pub fn keep_pixels(&mut self, removed_to_buffer: bool, kept: impl Fn(usize, usize, &Pixel) -> bool) {
         if removed_to_buffer {
             self.buffers[0].fill([0.0; 3]);
         }
@@ -117,7 +117,7 @@ impl Work {
     }
     /// Makes those pixels white whose intensity differs from the first buffer by more than a threshold, and all others
     /// black. Returns the fraction of white pixels.
-    pub fn changed(&mut self, threshold: f32) -> f64 {
+    pub fn mark_changed(&mut self, threshold: f32) -> f64 {
         let mut n = 0;
         for (p, b) in self.image.iter_mut().zip(&self.buffers[0]) {
             let changed = (intensity(p) - intensity(b)).abs() > threshold;
@@ -189,7 +189,7 @@ pub(super) fn coordinates(
     depth: &[f32],
     columns: usize,
     rows: usize,
-    lens: &Lens,
+    lens: &ImageProjection,
     count: [usize; 2],
     even_angles: bool,
 ) -> Vec<f64> {
@@ -231,7 +231,7 @@ pub(super) fn coordinates(
 ///
 /// Pixels that touch at a side or corner are connected. Blobs smaller than `least` (a fraction of the image) are
 /// omitted; the others are in the order of their lowest, leftmost pixel.
-pub(super) fn blobs(work: &Work, threshold: f32, least: f64) -> (Vec<f64>, Vec<u32>) {
+pub(super) fn blobs(work: &WorkingImage, threshold: f32, least: f64) -> (Vec<f64>, Vec<u32>) {
     let (w, h, n) = (work.columns, work.rows, work.image.len());
     let on: Vec<bool> = work.image.iter().map(|p| intensity(p) > threshold).collect();
     let mut label = vec![0_u32; n];

@@ -1,7 +1,7 @@
 use super::*;
 
-fn grey(columns: usize, rows: usize, values: &[f32]) -> Work {
-    let mut work = Work::new(columns, rows);
+fn grey(columns: usize, rows: usize, values: &[f32]) -> WorkingImage {
+    let mut work = WorkingImage::new(columns, rows);
     work.set_depth(values);
     work
 }
@@ -9,8 +9,8 @@ fn grey(columns: usize, rows: usize, values: &[f32]) -> Work {
 /// With fx = 2 and two columns about 0, the pixels' rays have x = 0.25 and -0.25 per metre of depth (left is +x), at
 /// 1 m and 3 m.
 #[test]
-fn coordinates_of_pixels() {
-    let lens = Lens { intrinsics: [2.0, 2.0, 0.5, 0.0], parallel: false, planes: [1.0, 5.0] };
+fn coordinates_of_pixels_follow_the_projection() {
+    let lens = ImageProjection { intrinsics: [2.0, 2.0, 0.5, 0.0], parallel: false, planes: [1.0, 5.0] };
     let out = coordinates(&[0.0, 0.5], 2, 1, &lens, [2, 1], false);
     let d = |x: f64, z: f64| (x * x + z * z).sqrt();
     let wanted = [2.0, 1.0, 0.25, 0.0, 1.0, d(0.25, 1.0), -0.75, 0.0, 3.0, d(0.75, 3.0)];
@@ -20,7 +20,7 @@ fn coordinates_of_pixels() {
 /// Four points at even angles within 90 degrees are at 33.75, 11.25, -11.25 and -33.75 degrees.
 #[test]
 fn coordinates_at_even_angles() {
-    let lens = Lens { intrinsics: [8.0, 8.0, 7.5, 0.0], parallel: false, planes: [0.0, 1.0] };
+    let lens = ImageProjection { intrinsics: [8.0, 8.0, 7.5, 0.0], parallel: false, planes: [0.0, 1.0] };
     let out = coordinates(&[1.0; 16], 16, 1, &lens, [4, 1], true);
     for (i, degrees) in [33.75_f64, 11.25, -11.25, -33.75].into_iter().enumerate() {
         assert!((out[2 + 4 * i] - degrees.to_radians().tan()).abs() < 1e-12, "{out:?}");
@@ -47,7 +47,7 @@ fn blobs_are_counted_and_measured() {
 }
 
 #[test]
-fn a_standing_blob_is_turned() {
+fn upright_blob_has_the_angle_of_its_long_side() {
     let mut values = [0.0; 25];
     for i in [2, 7, 12, 17] {
         values[i] = 1.0;
@@ -58,7 +58,7 @@ fn a_standing_blob_is_turned() {
 }
 
 #[test]
-fn edges_stretch_and_kernels() {
+fn edges_normalization_and_kernels() {
     let mut work = grey(4, 1, &[0.2, 0.2, 0.6, 0.6]);
     work.edges(0.3);
     assert_eq!(work.depth(), [0.0, 1.0, 1.0, 0.0]);

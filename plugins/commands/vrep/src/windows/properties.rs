@@ -1,17 +1,17 @@
 //! Commands on the flags, colours and positions of windows of buttons.
 
 use super::{
-    found::{given, of_window},
-    shown::{self, change},
+    by_handle::{with_button_argument, with_window},
+    view_updates::{self, change_button},
 };
 use crate::kit::*;
 
 /// Adds commands on flags of windows and buttons, colours and positions.
 pub(super) fn offer(offer: &mut Offer<Vrep>) {
     offer.command(
-        both(["sim.getUIProperty", "simGetUIProperty"], MINUS, |c| {
+        both(["sim.getUIProperty", "simGetUIProperty"], MINUS_ONE, |c| {
             let which = c.i64(0)?;
-            let bits = of_window(c, which, |w| w.attributes)?;
+            let bits = with_window(c, which, |w| w.attributes)?;
             c.ret(bits);
             Ok(())
         })
@@ -20,11 +20,11 @@ pub(super) fn offer(offer: &mut Offer<Vrep>) {
         .text("Returns the properties of a window."),
     );
     offer.command(
-        both(["sim.setUIProperty", "simSetUIProperty"], MINUS, |c| {
+        both(["sim.setUIProperty", "simSetUIProperty"], MINUS_ONE, |c| {
             let (which, bits) = (c.i64(0)?, c.i64(1)?);
-            of_window(c, which, |w| w.attributes = bits)?;
-            shown::opened(c, which)?;
-            done(c)
+            with_window(c, which, |w| w.attributes = bits)?;
+            view_updates::publish_whole_window(c, which)?;
+            finish_setter(c)
         })
         .param(Param::int("window"))
         .param(Param::int("bits").text("sim.ui_property_..."))
@@ -32,8 +32,8 @@ pub(super) fn offer(offer: &mut Offer<Vrep>) {
         .text("Sets the properties of a window."),
     );
     offer.command(
-        both(["sim.getUIButtonProperty", "simGetUIButtonProperty"], MINUS, |c| {
-            let bits = given(c, |b| b.attributes)?;
+        both(["sim.getUIButtonProperty", "simGetUIButtonProperty"], MINUS_ONE, |c| {
+            let bits = with_button_argument(c, |b| b.attributes)?;
             c.ret(bits);
             Ok(())
         })
@@ -43,9 +43,9 @@ pub(super) fn offer(offer: &mut Offer<Vrep>) {
         .text("Returns the type and appearance of a button."),
     );
     offer.command(
-        both(["sim.setUIButtonProperty", "simSetUIButtonProperty"], MINUS, |c| {
+        both(["sim.setUIButtonProperty", "simSetUIButtonProperty"], MINUS_ONE, |c| {
             let bits = c.i64(2)?;
-            change(c, |b| b.attributes = bits)
+            change_button(c, |b| b.attributes = bits)
         })
         .param(Param::int("window"))
         .param(Param::int("button"))
@@ -54,10 +54,10 @@ pub(super) fn offer(offer: &mut Offer<Vrep>) {
         .text("Sets the type and appearance of a button."),
     );
     offer.command(
-        both(["sim.setUIButtonColor", "simSetUIButtonColor"], MINUS, |c| {
+        both(["sim.setUIButtonColor", "simSetUIButtonColor"], MINUS_ONE, |c| {
             let color = |i: usize| if c.has(i) { numbers::<3>(c, i).map(Some) } else { Ok(None) };
             let colors = [color(2)?, color(3)?, color(4)?];
-            change(c, |b| {
+            change_button(c, |b| {
                 for (old, new) in b.colors.iter_mut().zip(colors) {
                     *old = new.or(*old);
                 }
@@ -74,7 +74,7 @@ pub(super) fn offer(offer: &mut Offer<Vrep>) {
     offer.command(
         both(["sim.getUIPosition", "simGetUIPosition"], NIL, |c| {
             let which = c.i64(0)?;
-            let at = of_window(c, which, |w| w.position)?;
+            let at = with_window(c, which, |w| w.position)?;
             c.ret(&at[..]);
             Ok(())
         })
@@ -83,10 +83,10 @@ pub(super) fn offer(offer: &mut Offer<Vrep>) {
         .text("Returns the position of a window."),
     );
     offer.command(
-        both(["sim.setUIPosition", "simSetUIPosition"], MINUS, |c| {
+        both(["sim.setUIPosition", "simSetUIPosition"], MINUS_ONE, |c| {
             let (which, at) = (c.i64(0)?, numbers::<2>(c, 1)?);
-            of_window(c, which, |w| w.position = at.map(|x| x as i64))?;
-            done(c)
+            with_window(c, which, |w| w.position = at.map(|x| x as i64))?;
+            finish_setter(c)
         })
         .param(Param::int("window"))
         .param(table("position", "{x, y}, pixels"))

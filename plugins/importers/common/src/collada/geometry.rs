@@ -4,19 +4,19 @@ use std::collections::HashMap;
 
 use roxmltree::Node;
 
-use super::tree::{Tree, child, children, numbers};
-use crate::model::{Piece, few};
+use super::tree::{ElementIndex, child, children, numbers};
+use crate::model::{MeshPiece, check_triangle_count};
 
 /// Returns the triangles of a geometry: for each primitive, the symbol of its material and a piece with its triangles.
-pub fn pieces<'a>(tree: &Tree<'a>, geometry: Node<'a, 'a>) -> Result<Vec<(&'a str, Piece)>, String> {
+pub fn pieces<'a>(tree: &ElementIndex<'a>, geometry: Node<'a, 'a>) -> Result<Vec<(&'a str, MeshPiece)>, String> {
     let Some(mesh) = child(geometry, "mesh") else { return Ok(Vec::new()) };
-    let mut out: Vec<(&str, Piece)> = Vec::new();
+    let mut out: Vec<(&str, MeshPiece)> = Vec::new();
     for primitive in mesh.children() {
         let corners = match primitive.tag_name().name() {
-            "triangles" => polygons(primitive, Cut::Threes),
-            "polylist" => polygons(primitive, Cut::Counts),
-            "polygons" | "trifans" => polygons(primitive, Cut::Each),
-            "tristrips" => polygons(primitive, Cut::Strips),
+            "triangles" => polygons(primitive, PolygonLayout::Triangles),
+            "polylist" => polygons(primitive, PolygonLayout::Counts),
+            "polygons" | "trifans" => polygons(primitive, PolygonLayout::Polygons),
+            "tristrips" => polygons(primitive, PolygonLayout::Strips),
             _ => continue,
         };
         let symbol = primitive.attribute("material").unwrap_or_default();
@@ -28,12 +28,12 @@ pub fn pieces<'a>(tree: &Tree<'a>, geometry: Node<'a, 'a>) -> Result<Vec<(&'a st
 
 /// How the indices of a primitive are divided into polygons.
 #[derive(Clone, Copy)]
-enum Cut {
-    Threes,
+enum PolygonLayout {
+    Triangles,
     /// Polygons whose numbers of corners are listed in `<vcount>`.
     Counts,
     /// A polygon per `<p>`.
-    Each,
+    Polygons,
     Strips,
 }
 
@@ -46,7 +46,7 @@ fn stride(primitive: Node<'_, '_>) -> usize {
 
 /// Returns the corners of all triangles, and the list of indices. A corner is the position of its first index in that
 /// list.
-fn polygons(primitive: Node<'_, '_>, cut: Cut) -> Result<(Vec<usize>, Vec<u32>), String> {
+fn polygons(primitive: Node<'_, '_>, cut: PolygonLayout) -> Result<(Vec<usize>, Vec<u32>), String> {
     let stride = stride(primitive);
     let (mut corners, mut indices) = (Vec::new(), Vec::new());
     let lists = primitive.children().filter_map(|n| match n.tag_name().name() {
@@ -65,9 +65,9 @@ fn polygons(primitive: Node<'_, '_>, cut: Cut) -> Result<(Vec<usize>, Vec<u32>),
             corners.extend((2..n).flat_map(|i| [begin, begin + i - 1, begin + i]).map(corner));
         };
         match cut {
-            Cut::Threes => (0..n / 3).for_each(|i| fan(3 * i, 3)),
-            Cut::Each => fan(0, n),
-            Cut::Counts => {
+            PolygonLayout::Triangles => (0..n / 3).for_each(|i| fan(3 * i, 3)),
+            PolygonLayout::Polygons => fan(0, n),
+            PolygonLayout::Counts => {
                 let mut begin = 0;
                 for count in &counts {
                     if *count > n - begin {
@@ -77,26 +77,26 @@ fn polygons(primitive: Node<'_, '_>, cut: Cut) -> Result<(Vec<usize>, Vec<u32>),
                     begin += count;
                 }
             }
-            Cut::Strips => corners.extend((2..n).flat_map(|i| {
+            PolygonLayout::Strips => corners.extend((2..n).flat_map(|i| {
                 let (a, b) = if i % 2 == 0 { (i - 2, i - 1) } else { (i - 1, i - 2) };
                 [a, b, i].map(corner)
             })),
         }
-        few(corners.len() / 3)?;
+        check_triangle_count(corners.len() / 3)?;
     }
     Ok((corners, indices))
 }
 
 /// The numbers of a source, `stride` per element.
-struct Source {
+struct FloatSource {
     numbers: Vec<f64>,
     stride: usize,
     /// Position of the index into this source among the indices of a corner.
     offset: usize,
 }
 
-impl Source {
-    fn read<'a>(tree: &Tree<'a>, input: Node<'a, 'a>, offset: usize) -> Option<Self> {
+impl FloatSource {
+    fn read<'a>(tree: &ElementIndex<'a>, input: Node<'a, 'a>, offset: usize) -> Option<Self> {
         let source = tree.follow(input, "source")?;
         let accessor = child(child(source, "technique_common")?, "accessor")?;
         let array = tree.follow(accessor, "source").or_else(|| child(source, "float_array"))?;
@@ -104,7 +104,7 @@ impl Source {
         let (stride, skipped) = (number("stride", 1).max(1), number("offset", 0));
         let mut numbers: Vec<f64> = numbers(array);
         numbers.drain(..skipped.min(numbers.len()));
-        Some(Source { numbers, stride, offset })
+        Some(FloatSource { numbers, stride, offset })
     }
 
     fn get<const N: usize>(&self, index: u32) -> Option<[f64; N]> {
@@ -114,31 +114,35 @@ impl Source {
 }
 
 /// Returns the first input with the given semantic, of the primitive or of the vertices to which it refers.
-fn input<'a>(tree: &Tree<'a>, primitive: Node<'a, 'a>, semantic: &str) -> Option<Source> {
+fn input<'a>(tree: &ElementIndex<'a>, primitive: Node<'a, 'a>, semantic: &str) -> Option<FloatSource> {
     let is = |n: &Node<'a, 'a>, what: &str| n.attribute("semantic") == Some(what);
     let offset = |n: Node<'_, '_>| n.attribute("offset").and_then(|o| o.parse().ok()).unwrap_or(0);
     // If there are several sets of coordinates, use the set with the lowest number.
     let set = |n: &Node<'a, 'a>| n.attribute("set").and_then(|s| s.parse::<u32>().ok()).unwrap_or(0);
     let own = children(primitive, "input").filter(|n| is(n, semantic)).min_by_key(set);
     if let Some(own) = own {
-        return Source::read(tree, own, offset(own));
+        return FloatSource::read(tree, own, offset(own));
     }
     let vertex = children(primitive, "input").find(|n| is(n, "VERTEX"))?;
     let shared = children(tree.follow(vertex, "source")?, "input").find(|n| is(n, semantic))?;
-    Source::read(tree, shared, offset(vertex))
+    FloatSource::read(tree, shared, offset(vertex))
 }
 
 /// Builds a piece in which corners with equal indices of position and texture coordinates share a point.
-fn piece<'a>(tree: &Tree<'a>, primitive: Node<'a, 'a>, corners: &(Vec<usize>, Vec<u32>)) -> Result<Piece, String> {
+fn piece<'a>(
+    tree: &ElementIndex<'a>,
+    primitive: Node<'a, 'a>,
+    corners: &(Vec<usize>, Vec<u32>),
+) -> Result<MeshPiece, String> {
     let (corners, indices) = corners;
     let lacks = |what: &str| format!("the COLLADA file is damaged: a primitive has no {what}");
     let positions = input(tree, primitive, "POSITION").ok_or_else(|| lacks("positions"))?;
     let coordinates = input(tree, primitive, "TEXCOORD");
-    let mut out = Piece::default();
+    let mut out = MeshPiece::default();
     let mut known: HashMap<(u32, Option<u32>), u32> = HashMap::new();
     let mut whole = Vec::with_capacity(corners.len());
     for corner in corners {
-        let index = |source: &Source| indices.get(corner.checked_add(source.offset)?).copied();
+        let index = |source: &FloatSource| indices.get(corner.checked_add(source.offset)?).copied();
         let position = index(&positions).ok_or_else(|| lacks("index for one of its corners"))?;
         let place = coordinates.as_ref().and_then(index);
         let number = match known.get(&(position, place)) {

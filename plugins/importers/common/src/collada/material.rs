@@ -2,7 +2,7 @@
 
 use roxmltree::Node;
 
-use super::tree::{Tree, child, children, numbers};
+use super::tree::{ElementIndex, child, children, numbers};
 
 /// The supported properties of a material.
 #[derive(Debug, Default)]
@@ -14,7 +14,7 @@ pub struct Material {
 
 impl Material {
     /// Reads the material with the given id; returns the default if it does not exist.
-    pub fn read<'a>(tree: &Tree<'a>, reference: &str) -> Self {
+    pub fn read<'a>(tree: &ElementIndex<'a>, reference: &str) -> Self {
         let effect = || tree.follow(child(tree.get(reference)?, "instance_effect")?, "url");
         let Some(profile) = effect().and_then(|e| child(e, "profile_COMMON")) else { return Material::default() };
         let shader = child(profile, "technique").and_then(|t| {
@@ -32,7 +32,7 @@ impl Material {
 
 /// Resolves the name in a `<texture>` through its sampler and surface to an image file; many files name the image
 /// directly.
-fn image<'a>(tree: &Tree<'a>, profile: Node<'a, 'a>, name: &str) -> Option<String> {
+fn image<'a>(tree: &ElementIndex<'a>, profile: Node<'a, 'a>, name: &str) -> Option<String> {
     let parameter = |sid: &str| children(profile, "newparam").find(|n| n.attribute("sid") == Some(sid));
     let mut image = None;
     if let Some(sampler) = parameter(name).and_then(|p| child(p, "sampler2D")) {

@@ -8,20 +8,20 @@ mod tree;
 
 use roxmltree::{Document, ParsingOptions};
 
-use self::tree::Tree;
-use crate::{model::Read, picture::Files};
+use self::tree::ElementIndex;
+use crate::{model::ImportedModel, picture::FileLoader};
 
 /// Maximum number of nodes of the XML tree, which limits the memory to a few times the size of the file.
-const MOST_NODES: u32 = 4_000_000;
+const MAX_NODES: u32 = 4_000_000;
 
-pub fn read(bytes: &[u8], files: Files<'_>) -> Result<Read, String> {
+pub fn read(bytes: &[u8], files: FileLoader<'_>) -> Result<ImportedModel, String> {
     let wrong = |e: &dyn std::fmt::Display| format!("the COLLADA file is incomplete or damaged: {e}");
     let text = std::str::from_utf8(bytes).map_err(|e| wrong(&e))?;
-    let options = ParsingOptions { nodes_limit: MOST_NODES, ..Default::default() };
+    let options = ParsingOptions { nodes_limit: MAX_NODES, ..Default::default() };
     let document = Document::parse_with_options(text.trim_start_matches('\u{FEFF}'), options).map_err(|e| wrong(&e))?;
     let root = document.root_element();
     if root.tag_name().name() != "COLLADA" {
         return Err(format!("expected a COLLADA file, but the root element is <{}>", root.tag_name().name()));
     }
-    scene::read(&Tree::new(root), files)
+    scene::read(&ElementIndex::new(root), files)
 }

@@ -8,20 +8,20 @@ use roxmltree::{Node, NodeId};
 use super::{
     geometry,
     material::Material,
-    tree::{Tree, child, children, numbers},
+    tree::{ElementIndex, child, children, numbers},
 };
 use crate::{
-    model::{Collected, Model, Piece, Read, place},
-    picture::{Files, Gallery},
+    model::{ImportedModel, MeshModel, MeshPiece, PieceCollector, append_transformed},
+    picture::{FileLoader, ImageCache},
 };
 
 /// Reads the scene of the file or, if the file has no scene, all geometries.
-pub fn read(tree: &Tree<'_>, files: Files<'_>) -> Result<Read, String> {
+pub fn read(tree: &ElementIndex<'_>, files: FileLoader<'_>) -> Result<ImportedModel, String> {
     let asset = child(tree.root, "asset");
     let unit = asset.and_then(|a| child(a, "unit")?.attribute("meter")?.parse::<f64>().ok());
     let unit = unit.filter(|m| m.is_finite() && *m > 0.0).unwrap_or(1.0);
     let up = asset.and_then(|a| child(a, "up_axis")?.text()).map_or("Y_UP", str::trim);
-    let mut walk = Walk { tree, known: HashMap::new(), collected: Collected::new() };
+    let mut walk = SceneWalk { tree, known: HashMap::new(), collected: PieceCollector::new() };
     let begin = Matrix4::new_scaling(unit);
     let shown = child(tree.root, "scene").and_then(|s| tree.follow(child(s, "instance_visual_scene")?, "url"));
     match shown {
@@ -33,25 +33,25 @@ pub fn read(tree: &Tree<'_>, files: Files<'_>) -> Result<Read, String> {
             }
         }
     }
-    let mut gallery = Gallery::new(files);
-    let mut model = Model { pieces: Vec::new(), y_up: up == "Y_UP" };
+    let mut gallery = ImageCache::new(files);
+    let mut model = MeshModel { pieces: Vec::new(), y_up: up == "Y_UP" };
     for (material, mut piece) in walk.collected.pieces {
         let material = Material::read(tree, material);
         piece.color = material.color;
         piece.picture = material.image.and_then(|name| gallery.file(&name));
         model.pieces.push(piece);
     }
-    Ok(Read { model, notes: gallery.notes })
+    Ok(ImportedModel { model, notes: gallery.notes })
 }
 
-struct Walk<'t, 'a> {
-    tree: &'t Tree<'a>,
+struct SceneWalk<'t, 'a> {
+    tree: &'t ElementIndex<'a>,
     /// Pieces of the geometries visited so far, because several nodes may place the same geometry.
-    known: HashMap<NodeId, Vec<(&'a str, Piece)>>,
-    collected: Collected<&'a str>,
+    known: HashMap<NodeId, Vec<(&'a str, MeshPiece)>>,
+    collected: PieceCollector<&'a str>,
 }
 
-impl<'a> Walk<'_, 'a> {
+impl<'a> SceneWalk<'_, 'a> {
     fn node(&mut self, node: Node<'a, 'a>, above: &Matrix4<f64>, depth: usize) -> Result<(), String> {
         self.collected.visit(depth)?;
         let mut here = *above;
@@ -102,7 +102,7 @@ impl<'a> Walk<'_, 'a> {
             let mut bound = materials.into_iter().flat_map(|m| children(m, "instance_material"));
             let bound = bound.find(|m| m.attribute("symbol") == Some(symbol));
             let material = bound.and_then(|m| m.attribute("target")).unwrap_or(symbol);
-            place(self.collected.piece(material, piece.triangles.len())?, piece, at);
+            append_transformed(self.collected.piece(material, piece.triangles.len())?, piece, at);
         }
         Ok(())
     }

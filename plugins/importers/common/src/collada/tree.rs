@@ -5,12 +5,12 @@ use std::collections::HashMap;
 use roxmltree::Node;
 
 /// The elements of a document, by their ids.
-pub struct Tree<'a> {
+pub struct ElementIndex<'a> {
     pub root: Node<'a, 'a>,
     ids: HashMap<&'a str, Node<'a, 'a>>,
 }
 
-impl<'a> Tree<'a> {
+impl<'a> ElementIndex<'a> {
     /// Collects all elements that have an id.
     pub fn new(root: Node<'a, 'a>) -> Self {
         let mut ids = HashMap::new();
@@ -19,7 +19,7 @@ impl<'a> Tree<'a> {
                 ids.entry(id).or_insert(node);
             }
         }
-        Tree { root, ids }
+        ElementIndex { root, ids }
     }
 
     /// Returns the element to which a reference such as `#box` refers.

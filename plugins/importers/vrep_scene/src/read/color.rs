@@ -1,9 +1,9 @@
 //! Colors of meshes and lights.
 
 use super::{
-    cursor::{Cursor, Read},
+    cursor::{Cursor, ReadResult},
     section::{object, tags},
-    unknown::Unknowns,
+    unknown::UnknownElements,
 };
 
 /// The color of a mesh.
@@ -42,7 +42,7 @@ fn merged(ambient: [f64; 3], diffuse: [f64; 3]) -> [f64; 3] {
 }
 
 /// Reads the elements of a color.
-pub fn read(c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read<Color> {
+pub fn read(c: &mut Cursor<'_>, unknown: &mut UnknownElements) -> ReadResult<Color> {
     let mut color = Color::default();
     let tags = tags!(Color {
         "Cl3" => |k, c, _| {

@@ -1,9 +1,9 @@
 //! The common part of all objects of a scene: elements up to `NXT`.
 
 use super::{
-    data::{self, CustomData, Parameter},
-    pose::{IDENTITY, Stored, quaternion_first},
-    section::{Tag, tags},
+    data::{self, CustomData, ScriptParameter},
+    pose::{IDENTITY, StoredPose, quaternion_first},
+    section::{ElementTag, tags},
 };
 
 /// Tag and payload of the first element of every object.
@@ -11,9 +11,9 @@ pub const SIGNATURE: (&str, &[u8]) = ("3do", &[0x39, 0x3A, 0x3B]);
 
 /// The elements that are common to all kinds of objects.
 #[derive(Debug, Clone)]
-pub struct Common {
+pub struct CommonPart {
     /// Pose in the frame of the parent, without the motion of a joint.
-    pub pose: Stored,
+    pub pose: StoredPose,
     /// Handle, by which other objects in the file refer to this object.
     pub id: i32,
     /// Handle of the parent; -1 for a root object.
@@ -43,7 +43,7 @@ pub struct Common {
     /// Custom data by tag, in the formats of all versions.
     pub data: CustomData,
     /// Parameters of the object's scripts; since 4.0.
-    pub parameters: Vec<Parameter>,
+    pub parameters: Vec<ScriptParameter>,
     /// Handles of other objects stored with the object, by tag.
     pub references: Vec<(String, Vec<i32>)>,
     /// Extension string, with options for renderers.
@@ -52,9 +52,9 @@ pub struct Common {
     pub acknowledgement: String,
 }
 
-impl Default for Common {
+impl Default for CommonPart {
     fn default() -> Self {
-        Common {
+        CommonPart {
             pose: IDENTITY,
             id: -1,
             parent: -1,
@@ -79,7 +79,7 @@ impl Default for Common {
 }
 
 /// Elements of the common part.
-pub const TAGS: &[Tag<Common>] = tags!(Common {
+pub const TAGS: &[ElementTag<CommonPart>] = tags!(CommonPart {
     "Cfq" | "_fq" => |o, c, _| Ok(o.pose = quaternion_first(c)?),
     "Ids" => |o, c, _| Ok((o.id, o.parent) = (c.i32()?, c.i32()?)),
     "Ali" => |o, c, _| Ok(o.alias = Some(c.text()?)),
@@ -129,7 +129,7 @@ pub const IGNORED: &[&str] = &[
     "_mr", "Sfb", "_fb", "Orh", "Or2", "Ups", "Uis", "Tdo", "_do", "Avo", "Cv2",
 ];
 
-impl Common {
+impl CommonPart {
     /// Returns the alias: the stored one, or the name up to its suffix.
     pub fn alias(&self) -> String {
         let name = || self.name.as_deref().unwrap_or_default().split('#').next().unwrap_or_default().to_owned();

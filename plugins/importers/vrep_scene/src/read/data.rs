@@ -3,13 +3,13 @@
 use std::collections::BTreeMap;
 
 use super::{
-    cursor::{Cursor, Read},
+    cursor::{Cursor, ReadResult},
     section::{object, tags},
-    unknown::Unknowns,
+    unknown::UnknownElements,
 };
 
 /// Header number of the container of tagged data, in files before 4.3.
-const TAGGED: i32 = 356_248_756;
+const TAGGED_HEADER: i32 = 356_248_756;
 
 /// Custom data of an object or a scene.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -34,7 +34,7 @@ impl CustomData {
 }
 
 /// Reads `Cda` or `CDA`: data since 4.3.
-pub fn tagged(into: &mut CustomData, c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read {
+pub fn tagged(into: &mut CustomData, c: &mut Cursor<'_>, unknown: &mut UnknownElements) -> ReadResult {
     let tags = tags!(CustomData {
         "Cdt" => |d, c, _| {
             let (tag, bytes) = (c.text()?, c.blob()?);
@@ -46,17 +46,17 @@ pub fn tagged(into: &mut CustomData, c: &mut Cursor<'_>, unknown: &mut Unknowns)
 }
 
 /// Reads `Cod` or `CDS`: data before 4.3.
-pub fn numbered(into: &mut CustomData, c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read {
+pub fn numbered(into: &mut CustomData, c: &mut Cursor<'_>, unknown: &mut UnknownElements) -> ReadResult {
     let tags = tags!(CustomData {
         "Dat" => |d, c, _| {
             let header = c.i32()?;
             let n = c.count()?;
-            if header != TAGGED {
+            if header != TAGGED_HEADER {
                 d.numbered.insert(header, c.take(n)?.to_vec());
                 return Ok(());
             }
             let mut records = c.part(n, false)?;
-            while records.left() > 0 {
+            while records.remaining() > 0 {
                 record(d, &mut records)?;
             }
             Ok(())
@@ -66,23 +66,23 @@ pub fn numbered(into: &mut CustomData, c: &mut Cursor<'_>, unknown: &mut Unknown
 }
 
 /// Reads a record: its size, the length of its name including a final zero, the name, the data.
-fn record(into: &mut CustomData, c: &mut Cursor<'_>) -> Read {
+fn record(into: &mut CustomData, c: &mut Cursor<'_>) -> ReadResult {
     let size = c.count()?;
     let Some(rest) = size.checked_sub(4) else {
-        return Err(c.broken(format!("a data record has an invalid size of {size} bytes")));
+        return Err(c.error(format!("a data record has an invalid size of {size} bytes")));
     };
     let mut c = c.part(rest, false)?;
     let n = c.count()?;
     let name = c.take(n)?;
     let name = super::cursor::decode(name.strip_suffix(&[0]).unwrap_or(name));
-    let left = c.left();
+    let left = c.remaining();
     into.old.insert(name, c.take(left)?.to_vec());
     Ok(())
 }
 
 /// A parameter of a script.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Parameter {
+pub struct ScriptParameter {
     /// Name by which scripts access the parameter.
     pub name: String,
     /// Name of the unit, for display only.
@@ -94,12 +94,12 @@ pub struct Parameter {
 }
 
 /// Reads `Lsp` or `Prm`: parameters of a script.
-pub fn parameters(into: &mut Vec<Parameter>, c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read {
-    let tags = tags!(Vec<Parameter> {
+pub fn parameters(into: &mut Vec<ScriptParameter>, c: &mut Cursor<'_>, unknown: &mut UnknownElements) -> ReadResult {
+    let tags = tags!(Vec<ScriptParameter> {
         "Par" => |list, c, _| {
             for _ in 0..c.count()? {
                 let (name, unit, value) = (c.text()?, c.text()?, c.text()?);
-                list.push(Parameter { name, unit, value, properties: c.i32()? });
+                list.push(ScriptParameter { name, unit, value, properties: c.i32()? });
             }
             Ok(())
         },

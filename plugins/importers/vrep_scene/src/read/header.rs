@@ -1,24 +1,24 @@
 //! The header of a file, which is never compressed.
 
-use super::{cursor::Broken, cursor::Cursor, cursor::Read};
+use super::{cursor::Cursor, cursor::ReadError, cursor::ReadResult};
 
 /// The first bytes of every file.
 pub const MAGIC: &[u8; 4] = b"VREP";
 /// The last serialization with a short header.
-const SHORT: i32 = 12;
+const LAST_SHORT_HEADER: i32 = 12;
 /// Offset of the payload, in files with a short header and in all others, in bytes.
-const PAYLOAD: [usize; 2] = [17, 1021];
+const PAYLOAD_OFFSET: [usize; 2] = [17, 1021];
 /// The oldest supported serialization.
-const OLDEST: i32 = 15;
+const MIN_SERIALIZATION: i32 = 15;
 /// The newest supported serialization.
-const NEWEST: i32 = 30;
+const MAX_SERIALIZATION: i32 = 30;
 /// Maximum size of the unpacked data, in bytes.
-pub const MOST_UNPACKED: usize = 1 << 30;
+pub const MAX_UNPACKED: usize = 1 << 30;
 
 /// The content of the header.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Header {
-    /// Version of the file format, from `OLDEST` to `NEWEST`.
+pub struct FileHeader {
+    /// Version of the file format, from `MIN_SERIALIZATION` to `MAX_SERIALIZATION`.
     pub serialization: i32,
     /// The oldest serialization whose readers can read the file.
     pub readable_from: i32,
@@ -36,57 +36,60 @@ pub struct Header {
     pub payload: usize,
 }
 
-impl Header {
+impl FileHeader {
     /// Reads and checks the header.
-    pub fn read(file: &[u8]) -> Read<Header> {
+    pub fn read(file: &[u8]) -> ReadResult<FileHeader> {
         let mut c = Cursor::new(file);
         if c.take(4).ok() != Some(MAGIC) {
-            return Err(Broken::new(0, "expected a file that begins with `VREP`").within("header"));
+            return Err(ReadError::new(0, "expected a file that begins with `VREP`").within("header"));
         }
         Self::fields(&mut c).map_err(|e| e.within("header"))
     }
 
-    fn fields(c: &mut Cursor<'_>) -> Read<Header> {
-        let mut h = Header { serialization: c.i32()?, ..Default::default() };
-        if !(OLDEST..=NEWEST).contains(&h.serialization) {
-            let text = format!("serialization {} is not supported; expected {OLDEST} to {NEWEST}", h.serialization);
-            return Err(Broken::new(4, text));
+    fn fields(c: &mut Cursor<'_>) -> ReadResult<FileHeader> {
+        let mut h = FileHeader { serialization: c.i32()?, ..Default::default() };
+        if !(MIN_SERIALIZATION..=MAX_SERIALIZATION).contains(&h.serialization) {
+            let text = format!(
+                "serialization {} is not supported; expected {MIN_SERIALIZATION} to {MAX_SERIALIZATION}",
+                h.serialization
+            );
+            return Err(ReadError::new(4, text));
         }
         h.readable_from = c.i32()?;
         h.packed = match c.u8()? {
             0 => false,
             1 => true,
             n => {
-                return Err(Broken::new(
+                return Err(ReadError::new(
                     12,
                     format!("packing method {n} is not supported; expected 0 (none) or 1 (Huffman)"),
                 ));
             }
         };
         h.unpacked = c.count()?;
-        h.payload = PAYLOAD[usize::from(h.serialization > SHORT)];
-        if h.serialization > SHORT {
+        h.payload = PAYLOAD_OFFSET[usize::from(h.serialization > LAST_SHORT_HEADER)];
+        if h.serialization > LAST_SHORT_HEADER {
             c.i32()?;
             h.program = c.u16()?.into();
             c.i32()?;
             h.revision = c.u8()?;
             h.file_type = c.u8()?;
         }
-        let rest = c.left().saturating_add(c.at());
+        let rest = c.remaining().saturating_add(c.at());
         if rest < h.payload {
             return Err(
-                c.broken(format!("the file is shorter than its header: expected {} bytes, found {rest}", h.payload))
+                c.error(format!("the file is shorter than its header: expected {} bytes, found {rest}", h.payload))
             );
         }
         // An unpacked byte is encoded in at least one bit, so a larger declared size is invalid.
         let most = if h.packed { (rest - h.payload).saturating_mul(8) } else { rest - h.payload };
-        if h.unpacked > most || h.unpacked > MOST_UNPACKED {
+        if h.unpacked > most || h.unpacked > MAX_UNPACKED {
             let text = format!(
                 "the header declares {} unpacked bytes, but at most {} are possible",
                 h.unpacked,
-                most.min(MOST_UNPACKED)
+                most.min(MAX_UNPACKED)
             );
-            return Err(Broken::new(13, text));
+            return Err(ReadError::new(13, text));
         }
         Ok(h)
     }
@@ -101,25 +104,25 @@ impl Header {
 mod tests {
     use super::*;
 
-    fn file(edit: impl Fn(&mut Vec<u8>)) -> Read<Header> {
+    fn file(edit: impl Fn(&mut Vec<u8>)) -> ReadResult<FileHeader> {
         let mut bytes = vec![0; 1200];
         bytes[..29].copy_from_slice(&[
             0x56, 0x52, 0x45, 0x50, 25, 0, 0, 0, 24, 0, 0, 0, 1, 0x18, 1, 0, 0, 0, 0, 0, 0, 0x28, 0xA0, 1, 0x10, 0, 0,
             0, 2,
         ]);
         edit(&mut bytes);
-        Header::read(&bytes)
+        FileHeader::read(&bytes)
     }
 
     #[test]
-    fn the_worked_example_is_read() {
+    fn header_of_the_worked_example_is_read() {
         let h = file(|_| {}).unwrap();
         assert_eq!((h.serialization, h.unpacked, h.file_type, h.packed), (25, 280, 2, true));
         assert_eq!(h.version(), "4.10.0");
     }
 
     #[test]
-    fn what_cannot_be_is_refused() {
+    fn invalid_header_is_refused() {
         let why = |edit: fn(&mut Vec<u8>)| file(edit).unwrap_err().what;
         assert!(why(|b| b[0] = 0).contains("`VREP`"));
         assert!(why(|b| b[4] = 3).contains("serialization 3"));

@@ -1,18 +1,18 @@
 //! Decoder for a static Huffman code, whose tree precedes the data.
 
-use super::cursor::{Broken, Read};
+use super::cursor::{ReadError, ReadResult};
 
 /// Number of bits that a table lookup decodes.
-const LOOK: u32 = 11;
+const LOOKUP_BITS: u32 = 11;
 /// Maximum number of nodes of a tree: inner nodes and leaves for 256 bytes.
-const MOST_NODES: usize = 511;
+const MAX_NODES: usize = 511;
 
-/// A node: its two branches; a leaf is stored as `LEAF + byte`.
-type Node = [u16; 2];
-const LEAF: u16 = 0x8000;
+/// A node: its two branches; a leaf is stored as `LEAF_FLAG + byte`.
+type HuffmanNode = [u16; 2];
+const LEAF_FLAG: u16 = 0x8000;
 
 /// Reads bits, most significant first.
-struct Bits<'a> {
+struct BitReader<'a> {
     data: &'a [u8],
     /// Index of the byte to load next.
     next: usize,
@@ -22,7 +22,7 @@ struct Bits<'a> {
     count: u32,
 }
 
-impl Bits<'_> {
+impl BitReader<'_> {
     /// Loads whole bytes while there is room; beyond the end, loads zeros, which are not counted.
     fn fill(&mut self) {
         while self.count <= 56 {
@@ -48,19 +48,19 @@ impl Bits<'_> {
 }
 
 /// Reads the tree; returns its inner nodes and its root, which is the index of a node, or a leaf.
-fn tree(bits: &mut Bits<'_>) -> Option<(Vec<Node>, u16)> {
-    let mut nodes: Vec<Node> = Vec::new();
+fn tree(bits: &mut BitReader<'_>) -> Option<(Vec<HuffmanNode>, u16)> {
+    let mut nodes: Vec<HuffmanNode> = Vec::new();
     // The branches to fill, as node and side. The stack is explicit, so that deep trees cannot overflow the call stack.
     let mut open: Vec<(usize, usize)> = Vec::new();
     let mut root = None;
     let mut seen = 0;
     loop {
         seen += 1;
-        if seen > MOST_NODES {
+        if seen > MAX_NODES {
             return None;
         }
         let made = match bits.bits(1)? {
-            1 => LEAF + bits.bits(8)? as u16,
+            1 => LEAF_FLAG + bits.bits(8)? as u16,
             _ => {
                 nodes.push([0; 2]);
                 (nodes.len() - 1) as u16
@@ -70,7 +70,7 @@ fn tree(bits: &mut Bits<'_>) -> Option<(Vec<Node>, u16)> {
             Some((node, side)) => nodes[node][side] = made,
             None => root = Some(made),
         }
-        if made & LEAF == 0 {
+        if made & LEAF_FLAG == 0 {
             open.push((made.into(), 1));
             open.push((made.into(), 0));
         }
@@ -80,14 +80,14 @@ fn tree(bits: &mut Bits<'_>) -> Option<(Vec<Node>, u16)> {
     }
 }
 
-/// Builds the lookup table: for each value of `LOOK` bits, a leaf and the length of its code, or the inner node from
+/// Builds the lookup table: for each value of `LOOKUP_BITS` bits, a leaf and the length of its code, or the inner node from
 /// which to continue.
-fn table(nodes: &[Node], root: u16) -> Vec<(u16, u8)> {
-    (0..1_u32 << LOOK)
+fn table(nodes: &[HuffmanNode], root: u16) -> Vec<(u16, u8)> {
+    (0..1_u32 << LOOKUP_BITS)
         .map(|code| {
             let (mut at, mut used) = (root, 0);
-            while at & LEAF == 0 && used < LOOK {
-                at = nodes[usize::from(at)][(code >> (LOOK - 1 - used) & 1) as usize];
+            while at & LEAF_FLAG == 0 && used < LOOKUP_BITS {
+                at = nodes[usize::from(at)][(code >> (LOOKUP_BITS - 1 - used) & 1) as usize];
                 used += 1;
             }
             (at, used as u8)
@@ -96,28 +96,28 @@ fn table(nodes: &[Node], root: u16) -> Vec<(u16, u8)> {
 }
 
 /// Unpacks exactly `size` bytes. The caller must have checked that the data can contain that many bytes.
-pub fn unpack(packed: &[u8], size: usize) -> Read<Vec<u8>> {
-    let mut bits = Bits { data: packed, next: 0, held: 0, count: 0 };
-    let broken = |at: usize, what: &str| Broken::new(at, what).within("packed data");
+pub fn unpack(packed: &[u8], size: usize) -> ReadResult<Vec<u8>> {
+    let mut bits = BitReader { data: packed, next: 0, held: 0, count: 0 };
+    let broken = |at: usize, what: &str| ReadError::new(at, what).within("packed data");
     let (nodes, root) = tree(&mut bits).ok_or_else(|| broken(0, "the Huffman tree is damaged"))?;
     let mut out = Vec::with_capacity(size);
-    if root & LEAF != 0 {
+    if root & LEAF_FLAG != 0 {
         out.resize(size, root as u8);
         return Ok(out);
     }
     let table = table(&nodes, root);
     while out.len() < size {
         bits.fill();
-        let (mut at, used) = table[(bits.held >> (64 - LOOK)) as usize];
+        let (mut at, used) = table[(bits.held >> (64 - LOOKUP_BITS)) as usize];
         let mut used = u32::from(used);
-        if at & LEAF == 0 {
+        if at & LEAF_FLAG == 0 {
             // Decode the rest of a long code bit by bit. A code has up to 255 bits, so more bits may have to be loaded.
             if bits.count < used {
                 return Err(broken(out.len(), "the packed data ends too early"));
             }
             bits.skip(used);
             used = 0;
-            while at & LEAF == 0 {
+            while at & LEAF_FLAG == 0 {
                 let bit = bits.bits(1).ok_or_else(|| broken(out.len(), "the packed data ends too early"))?;
                 at = nodes[usize::from(at)][bit as usize];
             }
@@ -156,7 +156,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_test_vector_unpacks() {
+    fn huffman_test_vector_is_unpacked() {
         let packed = [0x28, 0xB5, 0x05, 0x4A, 0xAD, 0xC3, 0xC0];
         assert_eq!(unpack(&packed, 6).unwrap(), b"VREPVR");
         assert!(unpack(&packed, 20).unwrap_err().what.contains("too early"));
@@ -166,13 +166,13 @@ mod tests {
     }
 
     #[test]
-    fn what_was_packed_comes_back() {
+    fn packed_data_is_unpacked_unchanged() {
         let data: Vec<u8> = (0..5000_u32).map(|i| (i * i / 7) as u8).collect();
         assert_eq!(unpack(&pack(&data), data.len()).unwrap(), data);
     }
 
     #[test]
-    fn codes_longer_than_the_table_are_walked() {
+    fn codes_longer_than_the_lookup_table_are_decoded() {
         // In this degenerate tree, the code of byte n has n + 1 bits; the longest code has 20 bits.
         let mut bits = String::new();
         for n in 0..20_u8 {

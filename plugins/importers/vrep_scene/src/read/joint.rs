@@ -2,7 +2,7 @@
 
 use super::{
     material::EngineBlock,
-    section::{Tag, tags},
+    section::{ElementTag, tags},
 };
 
 /// Kind of a joint that rotates about its axis.
@@ -91,7 +91,7 @@ impl Default for Joint {
 }
 
 /// Elements of the part that is specific to joints.
-pub const TAGS: &[Tag<Joint>] = tags!(Joint {
+pub const TAGS: &[ElementTag<Joint>] = tags!(Joint {
     "Jtt" => |j, c, _| Ok(j.kind = c.i32()?),
     "Prt" | "_rt" => |j, c, _| Ok(j.position = c.real()?),
     "Pmr" | "_mr" => |j, c, _| Ok(j.limits = c.reals()?),

@@ -1,9 +1,9 @@
 //! Materials: friction and restitution of shapes, per engine.
 
 use super::{
-    cursor::{Cursor, Read},
-    section::{Tag, object, tags},
-    unknown::Unknowns,
+    cursor::{Cursor, ReadResult},
+    section::{ElementTag, object, tags},
+    unknown::UnknownElements,
 };
 
 /// Parameters of an engine: real numbers and integers, as many as the file declares.
@@ -17,10 +17,10 @@ pub struct EngineBlock {
 
 impl EngineBlock {
     /// Reads a block: the counts of reals and integers, then the values.
-    pub fn read(c: &mut Cursor<'_>) -> Read<Self> {
+    pub fn read(c: &mut Cursor<'_>) -> ReadResult<Self> {
         let (reals, ints) = (c.count()?, c.count()?);
         let reals = c.list(reals)?;
-        let ints = (0..ints).map(|_| c.i32()).collect::<Read<_>>()?;
+        let ints = (0..ints).map(|_| c.i32()).collect::<ReadResult<_>>()?;
         Ok(EngineBlock { reals, ints })
     }
     /// Returns the real number at index `i`, if it exists and is finite.
@@ -56,26 +56,26 @@ pub struct Material {
 }
 
 /// Reads Bullet's parameters of versions before 3.4, which have a single friction for both versions of the engine.
-fn old_bullet(m: &mut Material, c: &mut Cursor<'_>) -> Read {
+fn read_old_bullet(m: &mut Material, c: &mut Cursor<'_>) -> ReadResult {
     let [restitution, friction, linear, angular] = c.reals()?;
     m.bullet.reals = vec![restitution, friction, friction, linear, angular];
     Ok(())
 }
 
-fn old_ode(m: &mut Material, c: &mut Cursor<'_>) -> Read {
+fn read_old_ode(m: &mut Material, c: &mut Cursor<'_>) -> ReadResult {
     let contacts = c.i32()?;
     m.ode = EngineBlock { reals: c.list(5)?, ints: vec![contacts] };
     Ok(())
 }
 
 /// Elements of a material.
-pub const TAGS: &[Tag<Material>] = tags!(Material {
+pub const TAGS: &[ElementTag<Material>] = tags!(Material {
     "Ipa" => |m, c, _| Ok(m.id = c.i32()?),
     "Gon" => |m, c, _| Ok(m.name = c.text()?),
-    "Bul" => |m, c, _| old_bullet(m, c),
-    "Bu2" => |m, c, _| old_bullet(m, c),
-    "Ode" => |m, c, _| old_ode(m, c),
-    "Od2" => |m, c, _| old_ode(m, c),
+    "Bul" => |m, c, _| read_old_bullet(m, c),
+    "Bu2" => |m, c, _| read_old_bullet(m, c),
+    "Ode" => |m, c, _| read_old_ode(m, c),
+    "Od2" => |m, c, _| read_old_ode(m, c),
     "Var" => |m, c, _| {
         m.old_bits = c.u8()?;
         m.bullet.ints = vec![i32::from(m.old_bits >> 1 & 1)];
@@ -92,7 +92,7 @@ pub const TAGS: &[Tag<Material>] = tags!(Material {
 pub const IGNORED: &[&str] = &["Bcv", "Vo2", "Vo3", "Cv2", "Uis", "Ups"];
 
 /// Reads the elements of a material.
-pub fn read(c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read<Material> {
+pub fn read(c: &mut Cursor<'_>, unknown: &mut UnknownElements) -> ReadResult<Material> {
     let mut material = Material { id: -1, ..Default::default() };
     object(c, TAGS, IGNORED, &mut material, unknown)?;
     Ok(material)

@@ -6,7 +6,7 @@
 //! - parts of these: [`mesh`], [`legacy_mesh`], [`pool`], [`color`], [`material`], [`texture`], [`volume`], [`pose`],
 //!   [`data`];
 //! - sections other than objects: [`script`], [`settings`], [`registered`];
-//! - [`surface`]: the triangles of a mesh; [`unknown`]: elements that are unknown to the reader; [`made`]: small files
+//! - [`surface`]: the triangles of a mesh; [`unknown`]: elements that are unknown to the reader; [`test_files`]: small files
 //!   for tests.
 
 pub mod color;
@@ -18,7 +18,6 @@ pub mod header;
 pub mod huffman;
 pub mod joint;
 pub mod legacy_mesh;
-pub mod made;
 pub mod material;
 pub mod mesh;
 pub mod others;
@@ -31,6 +30,7 @@ pub mod sensor;
 pub mod settings;
 pub mod shape;
 pub mod surface;
+pub mod test_files;
 pub mod texture;
 pub mod unknown;
 pub mod volume;

@@ -2,10 +2,10 @@
 
 use super::{
     color::{self, Color},
-    cursor::{Cursor, Read},
-    pose::{IDENTITY, Stored, position_first},
-    section::{Tag, object, tags},
-    unknown::Unknowns,
+    cursor::{Cursor, ReadResult},
+    pose::{IDENTITY, StoredPose, position_first},
+    section::{ElementTag, object, tags},
+    unknown::UnknownElements,
 };
 
 /// The specific part of a dummy.
@@ -24,7 +24,7 @@ impl Default for Dummy {
 }
 
 /// Elements of dummies.
-pub const DUMMY: &[Tag<Dummy>] = tags!(Dummy {
+pub const DUMMY: &[ElementTag<Dummy>] = tags!(Dummy {
     "Lli" => |d, c, _| Ok(d.link = c.i32()?),
     "Dl2" => |d, c, _| Ok(d.link_type = c.i32()?),
 });
@@ -37,7 +37,7 @@ pub const DUMMY_IGNORED: &[&str] =
 #[derive(Debug, Clone, Default)]
 pub struct Camera {
     /// Orthographic size, m, and perspective angle, rad.
-    pub sees: [f64; 2],
+    pub size_and_angle: [f64; 2],
     /// Near and far clipping planes, m.
     pub clip: [f64; 2],
     /// Flags. 0x2: perspective projection; before 3.3.
@@ -47,8 +47,8 @@ pub struct Camera {
 }
 
 /// Elements of cameras.
-pub const CAMERA: &[Tag<Camera>] = tags!(Camera {
-    "Cp3" | "_p3" => |k, c, _| Ok(k.sees = c.reals()?),
+pub const CAMERA: &[ElementTag<Camera>] = tags!(Camera {
+    "Cp3" | "_p3" => |k, c, _| Ok(k.size_and_angle = c.reals()?),
     "Ccp" | "_cp" => |k, c, _| Ok(k.clip = c.reals()?),
     "Ca3" => |k, c, _| Ok(k.bits = c.u8()?),
     "Cpm" => |k, c, _| Ok(k.perspective = Some(c.i32()?)),
@@ -72,7 +72,7 @@ pub struct Light {
 }
 
 /// Elements of lights.
-pub const LIGHT: &[Tag<Light>] = tags!(Light {
+pub const LIGHT: &[ElementTag<Light>] = tags!(Light {
     "Cp2" | "_p2" => |l, c, _| Ok(l.kind = c.i32()?),
     "Cp3" | "_p3" => |l, c, _| Ok(l.angle = c.real()?),
     "Cas" => |l, c, _| Ok(l.bits = c.u8()?),
@@ -86,7 +86,7 @@ pub const LIGHT_IGNORED: &[&str] = &["Caf", "_af", "Cl1", "Pfd", "Var", "Cv2"];
 #[derive(Debug, Clone)]
 pub struct PathPoint {
     /// Pose in the frame of the path.
-    pub pose: Stored,
+    pub pose: StoredPose,
     /// Rounded fractions of the segments before and after the point, and the number of points of the arc.
     pub bezier: ([f64; 2], i32),
     /// Velocity, as a fraction of the velocity of the path.
@@ -103,7 +103,7 @@ pub struct Path {
 }
 
 /// Elements of paths.
-pub const PATH: &[Tag<Path>] = tags!(Path {
+pub const PATH: &[ElementTag<Path>] = tags!(Path {
     "Ntp" => |p, c, u| {
         let tags = tags!(Path {
             "Pat" => |p, c, u| {
@@ -119,7 +119,7 @@ pub const PATH: &[Tag<Path>] = tags!(Path {
 /// Known elements that are not used, for the user interface.
 pub const PATH_IGNORED: &[&str] = &["Sec", "_ec", "Sha", "Pss", "Scl", "Var", "Cv2", "_ha", "_ss"];
 
-fn point(c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read<PathPoint> {
+fn point(c: &mut Cursor<'_>, unknown: &mut UnknownElements) -> ReadResult<PathPoint> {
     let mut point = PathPoint { pose: IDENTITY, bezier: ([0.0; 2], 1), velocity: 1.0 };
     let tags = tags!(PathPoint {
         "At2" | "_t2" => |p, c, _| {
@@ -134,7 +134,7 @@ fn point(c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read<PathPoint> {
 
 /// A recorded stream of a graph.
 #[derive(Debug, Clone, Default)]
-pub struct Stream {
+pub struct GraphStream {
     /// Name of the stream, by which scripts can refer to it.
     pub name: String,
     /// Id of the stream, unique within its graph.
@@ -159,7 +159,7 @@ pub struct Graph {
     /// Whether the graph records only on request.
     pub explicit: bool,
     /// Streams, in the order of the file.
-    pub streams: Vec<Stream>,
+    pub streams: Vec<GraphStream>,
 }
 
 impl Default for Graph {
@@ -169,12 +169,12 @@ impl Default for Graph {
 }
 
 /// Elements of graphs.
-pub const GRAPH: &[Tag<Graph>] = tags!(Graph {
+pub const GRAPH: &[ElementTag<Graph>] = tags!(Graph {
     "Gbv" => |g, c, _| Ok(g.buffer = c.i32()?),
     "Gps" => |g, c, _| Ok(g.explicit = c.u8()? & 16 != 0),
     "Ghd" => |g, c, u| {
-        let mut stream = Stream { old: true, ..Default::default() };
-        let tags = tags!(Stream {
+        let mut stream = GraphStream { old: true, ..Default::default() };
+        let tags = tags!(GraphStream {
             "Nme" => |s, c, _| Ok(s.name = c.text()?),
             "Oid" => |s, c, _| Ok(s.id = c.i32()?),
             "Dt2" => |s, c, _| Ok((s.data, s.object) = (c.i32()?, c.i32()?)),
@@ -186,8 +186,8 @@ pub const GRAPH: &[Tag<Graph>] = tags!(Graph {
         Ok(g.streams.push(stream))
     },
     "Dst" => |g, c, u| {
-        let mut stream = Stream::default();
-        let tags = tags!(Stream {
+        let mut stream = GraphStream::default();
+        let tags = tags!(GraphStream {
             "Nme" => |s, c, _| Ok((s.name, s.unit) = (c.text()?, c.text()?)),
             "Oid" => |s, c, _| Ok(s.id = c.i32()?),
             "Col" => |s, c, _| Ok(s.color = c.reals()?),

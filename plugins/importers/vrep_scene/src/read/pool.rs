@@ -1,27 +1,27 @@
 //! Vertex and index arrays shared by shapes, and their encoding.
 
 use super::{
-    cursor::{Cursor, Read, Span},
+    cursor::{ByteSpan, Cursor, ReadResult},
     section::{object, tags},
-    unknown::Unknowns,
+    unknown::UnknownElements,
 };
 
 /// An encoded array of indices.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Indices {
+pub enum IndexArray {
     /// Unpacked indices: 4-byte integers.
-    Plain(Span),
+    Plain(ByteSpan),
     /// Packed differences of one to four bytes each, preceded by their count.
-    Packed(Span),
+    Packed(ByteSpan),
 }
 
 /// The arrays of `VIN`, as spans of the data; they are decoded when a mesh needs them.
 #[derive(Debug, Clone, Default)]
-pub struct Pool {
+pub struct ArrayPool {
     /// Vertex coordinates, 4 bytes each.
-    pub vertices: Vec<Span>,
+    pub vertices: Vec<ByteSpan>,
     /// Vertex indices, three per triangle.
-    pub indices: Vec<Indices>,
+    pub indices: Vec<IndexArray>,
     /// Number of arrays of normals, which are recomputed when needed.
     pub normals: usize,
     /// Number of arrays of visible edges.
@@ -29,11 +29,11 @@ pub struct Pool {
 }
 
 /// Reads the section `VIN`, which contains shared arrays.
-pub fn read(pool: &mut Pool, c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read {
-    let tags = tags!(Pool {
-        "Ver" => |p, c, _| Ok(p.vertices.push(c.rest())),
-        "Ind" => |p, c, _| Ok(p.indices.push(Indices::Plain(c.rest()))),
-        "In2" => |p, c, _| Ok(p.indices.push(Indices::Packed(c.rest()))),
+pub fn read(pool: &mut ArrayPool, c: &mut Cursor<'_>, unknown: &mut UnknownElements) -> ReadResult {
+    let tags = tags!(ArrayPool {
+        "Ver" => |p, c, _| Ok(p.vertices.push(c.take_rest())),
+        "Ind" => |p, c, _| Ok(p.indices.push(IndexArray::Plain(c.take_rest()))),
+        "In2" => |p, c, _| Ok(p.indices.push(IndexArray::Packed(c.take_rest()))),
         "Nor" => |p, _, _| Ok(p.normals += 1),
         "No2" => |p, _, _| Ok(p.normals += 1),
         "Ved" => |p, _, _| Ok(p.edges += 1),
@@ -42,26 +42,26 @@ pub fn read(pool: &mut Pool, c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read
 }
 
 /// Decodes an array of vertex coordinates into points, m.
-pub fn points(data: &[u8], span: Span) -> Vec<[f32; 3]> {
+pub fn points(data: &[u8], span: ByteSpan) -> Vec<[f32; 3]> {
     let number = |b: &[u8]| f32::from_le_bytes([b[0], b[1], b[2], b[3]]);
     span.of(data).chunks_exact(12).map(|p| [number(p), number(&p[4..]), number(&p[8..])]).collect()
 }
 
 /// Decodes vertex indices, three per triangle.
-pub fn corners(data: &[u8], indices: Indices) -> Read<Vec<u32>> {
+pub fn corners(data: &[u8], indices: IndexArray) -> ReadResult<Vec<u32>> {
     match indices {
-        Indices::Plain(span) => {
+        IndexArray::Plain(span) => {
             Ok(span.of(data).chunks_exact(4).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect())
         }
-        Indices::Packed(span) => unpack(data, span),
+        IndexArray::Packed(span) => unpack(data, span),
     }
 }
 
 /// Returns the number of indices without decoding them.
-pub fn count(data: &[u8], indices: Indices) -> usize {
+pub fn count(data: &[u8], indices: IndexArray) -> usize {
     match indices {
-        Indices::Plain(span) => span.len / 4,
-        Indices::Packed(span) => {
+        IndexArray::Plain(span) => span.len / 4,
+        IndexArray::Packed(span) => {
             let told = span.of(data).get(..4).map_or(0, |b| i32::from_le_bytes([b[0], b[1], b[2], b[3]]));
             // Each index occupies at least one byte.
             usize::try_from(told).unwrap_or(0).min(span.len.saturating_sub(4))
@@ -71,10 +71,10 @@ pub fn count(data: &[u8], indices: Indices) -> usize {
 
 /// Decodes packed integers; the two most significant bits of an integer's first byte are the number of bytes that
 /// follow.
-fn unpack(data: &[u8], span: Span) -> Read<Vec<u32>> {
-    const OFFSET: [i64; 4] = [31, 8191, 2_097_151, 536_870_911];
+fn unpack(data: &[u8], span: ByteSpan) -> ReadResult<Vec<u32>> {
+    const OFFSETS: [i64; 4] = [31, 8191, 2_097_151, 536_870_911];
     let bytes = span.of(data);
-    let broken = |at: usize, what: &str| super::cursor::Broken::new(span.at + at, what);
+    let broken = |at: usize, what: &str| super::cursor::ReadError::new(span.at + at, what);
     let head = bytes.get(..4).ok_or_else(|| broken(0, "packed indices must begin with their count in 4 bytes"))?;
     let told = i32::from_le_bytes([head[0], head[1], head[2], head[3]]);
     let n = usize::try_from(told).map_err(|_| broken(0, &format!("expected a length, found {told}")))?;
@@ -88,7 +88,7 @@ fn unpack(data: &[u8], span: Span) -> Read<Vec<u32>> {
         let more = bytes.get(at + 1..at + 1 + extra).ok_or_else(|| broken(at, "packed indices end too early"))?;
         let raw =
             more.iter().enumerate().fold(i64::from(first & 63), |raw, (i, b)| raw + (i64::from(*b) << (6 + 8 * i)));
-        value += raw - OFFSET[extra];
+        value += raw - OFFSETS[extra];
         out.push(u32::try_from(value).map_err(|_| broken(at, &format!("the vertex index {value} is out of range")))?);
         at += 1 + extra;
     }
@@ -100,13 +100,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_test_vector_unpacks() {
+    fn packed_index_test_vector_is_decoded() {
         let data = [7, 0, 0, 0, 0x1F, 0x20, 0x20, 0x1F, 0x65, 0x80, 0x57, 0x7F, 0x8F, 0x9C, 0x80];
-        let whole = Indices::Packed(Span { at: 0, len: data.len() });
+        let whole = IndexArray::Packed(ByteSpan { at: 0, len: data.len() });
         assert_eq!(corners(&data, whole).unwrap(), [0, 1, 2, 2, 40, 0, 10_000]);
         assert_eq!(count(&data, whole), 7);
         for len in 0..data.len() {
-            assert!(corners(&data, Indices::Packed(Span { at: 0, len })).is_err(), "truncated at {len}");
+            assert!(corners(&data, IndexArray::Packed(ByteSpan { at: 0, len })).is_err(), "truncated at {len}");
         }
     }
 }

@@ -4,14 +4,14 @@
 use serde::Serialize;
 
 use super::{
-    cursor::{Cursor, Read},
+    cursor::{Cursor, ReadResult},
     section::{object, tags},
-    unknown::Unknowns,
+    unknown::UnknownElements,
 };
 
 /// An item that is added to, or removed from, a collection.
 #[derive(Debug, Clone, Default, Serialize)]
-pub struct Item {
+pub struct CollectionItem {
     /// Handle of the object to which the item refers.
     pub object: i32,
     /// 0 single object, 1 tree, 2 tree without its base, 3 chain, 4 chain without its tip, 5 all objects.
@@ -28,18 +28,18 @@ pub struct Collection {
     /// Handle of the collection, at least 2,000,000.
     pub handle: i32,
     /// Items, in the order in which they are applied.
-    pub items: Vec<Item>,
+    pub items: Vec<CollectionItem>,
 }
 
 /// Reads the section `GRP`, which contains a collection.
-pub fn collection(c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read<Collection> {
+pub fn collection(c: &mut Cursor<'_>, unknown: &mut UnknownElements) -> ReadResult<Collection> {
     let mut collection = Collection { handle: -1, ..Default::default() };
     let tags = tags!(Collection {
         "Grn" => |k, c, _| Ok(k.name = c.text()?),
         "Gix" => |k, c, _| Ok(k.handle = c.i32()?),
         "Asg" => |k, c, u| {
-            let mut item = Item::default();
-            let tags = tags!(Item {
+            let mut item = CollectionItem::default();
+            let tags = tags!(CollectionItem {
                 "Obj" => |i, c, _| Ok(i.object = c.i32()?),
                 "Gty" => |i, c, _| Ok(i.kind = c.u8()?),
                 "Var" => |i, c, _| Ok(i.remove = c.u8()? & 1 == 0),
@@ -54,7 +54,7 @@ pub fn collection(c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read<Collection
 
 /// A collision or distance object.
 #[derive(Debug, Clone, Default, Serialize)]
-pub struct Pair {
+pub struct EntityPair {
     /// Name of the collision or distance object.
     pub name: String,
     /// Handle of the collision or distance object.
@@ -68,9 +68,9 @@ pub struct Pair {
 }
 
 /// Reads the section `COL`, which contains a collision object.
-pub fn collision(c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read<Pair> {
-    let mut pair = Pair { handle: -1, of: [-1; 2], ..Default::default() };
-    let tags = tags!(Pair {
+pub fn collision(c: &mut Cursor<'_>, unknown: &mut UnknownElements) -> ReadResult<EntityPair> {
+    let mut pair = EntityPair { handle: -1, of: [-1; 2], ..Default::default() };
+    let tags = tags!(EntityPair {
         "Nme" => |p, c, _| Ok(p.name = c.text()?),
         "Inx" => |p, c, _| Ok((p.of, p.handle) = ([c.i32()?, c.i32()?], c.i32()?)),
         "Par" => |p, c, _| Ok(p.explicit = c.u8()? & 8 != 0),
@@ -80,9 +80,9 @@ pub fn collision(c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read<Pair> {
 }
 
 /// Reads the section `DST`, which contains a distance object.
-pub fn distance(c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read<Pair> {
-    let mut read = (Pair { handle: -1, of: [-1; 2], ..Default::default() }, 0.0);
-    let tags = tags!((Pair, f64) {
+pub fn distance(c: &mut Cursor<'_>, unknown: &mut UnknownElements) -> ReadResult<EntityPair> {
+    let mut read = (EntityPair { handle: -1, of: [-1; 2], ..Default::default() }, 0.0);
+    let tags = tags!((EntityPair, f64) {
         "Nme" => |p, c, _| Ok(p.0.name = c.text()?),
         "Inx" => |p, c, _| Ok((p.0.of, p.0.handle) = ([c.i32()?, c.i32()?], c.i32()?)),
         "Trh" | "_rh" => |p, c, _| Ok(p.1 = c.real()?),
@@ -121,7 +121,7 @@ pub struct IkGroup {
 }
 
 /// Reads the section `IKO`, which contains a group for inverse kinematics.
-pub fn ik_group(c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read<IkGroup> {
+pub fn ik_group(c: &mut Cursor<'_>, unknown: &mut UnknownElements) -> ReadResult<IkGroup> {
     let mut group = IkGroup { handle: -1, ..Default::default() };
     let tags = tags!(IkGroup {
         "Oid" => |g, c, _| Ok(g.handle = c.i32()?),
@@ -146,7 +146,7 @@ pub fn ik_group(c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read<IkGroup> {
 
 /// A button, label, slider or edit field of a window.
 #[derive(Debug, Clone, Default, Serialize)]
-pub struct Button {
+pub struct FileButton {
     /// Flags for type and appearance, as defined by V-REP's API.
     pub attributes: i32,
     /// Handle of the button, unique within its window.
@@ -173,11 +173,11 @@ pub struct Window {
     /// Numbers of columns and rows of the grid on which buttons are placed.
     pub cells: [i32; 2],
     /// Buttons of the window.
-    pub buttons: Vec<Button>,
+    pub buttons: Vec<FileButton>,
 }
 
 /// Reads the section `BBK`, which contains a window of buttons.
-pub fn window(c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read<Window> {
+pub fn window(c: &mut Cursor<'_>, unknown: &mut UnknownElements) -> ReadResult<Window> {
     let mut window = Window { handle: -1, object: -1, ..Default::default() };
     let tags = tags!(Window {
         "Bkh" => |w, c, _| Ok(w.handle = c.i32()?),
@@ -194,9 +194,9 @@ pub fn window(c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read<Window> {
     Ok(window)
 }
 
-fn button(c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read<Button> {
-    let mut button = Button::default();
-    let tags = tags!(Button {
+fn button(c: &mut Cursor<'_>, unknown: &mut UnknownElements) -> ReadResult<FileButton> {
+    let mut button = FileButton::default();
+    let tags = tags!(FileButton {
         "Bva" | "_va" => |b, c, _| {
             (b.attributes, b.handle) = (c.i32()?, c.i32()?);
             b.cells = [c.i32()?, c.i32()?, c.i32()?, c.i32()?];

@@ -1,10 +1,10 @@
 //! Scripts: the section `LST`, and `Soo` in script objects. Their sources are deciphered here.
 
 use super::{
-    cursor::{Cursor, Read, decode},
-    data::{self, Parameter},
+    cursor::{Cursor, ReadResult, decode},
+    data::{self, ScriptParameter},
     section::{object, tags},
-    unknown::Unknowns,
+    unknown::UnknownElements,
 };
 
 /// Kind of a main script, which runs the scene.
@@ -16,7 +16,7 @@ pub const CUSTOMIZATION: i32 = 6;
 
 /// A script with its source, and the object to which it belongs.
 #[derive(Debug, Clone)]
-pub struct Script {
+pub struct FileScript {
     /// Id of the script.
     pub id: i32,
     /// Handle of the object to which the script belongs, or -1 for the scene. For a script in a script object, the
@@ -39,12 +39,12 @@ pub struct Script {
     /// Handle of the object of a callback script; 3.0 to 3.6.
     pub called_back: i32,
     /// Parameters of the script; before 4.0.
-    pub parameters: Vec<Parameter>,
+    pub parameters: Vec<ScriptParameter>,
 }
 
-impl Default for Script {
+impl Default for FileScript {
     fn default() -> Self {
-        Script {
+        FileScript {
             id: -1,
             object: -1,
             holder: None,
@@ -61,14 +61,14 @@ impl Default for Script {
 }
 
 /// Reads a script from the section `LST` or the element `Soo`.
-pub fn read(c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read<Script> {
-    let mut script = Script::default();
-    let tags = tags!(Script {
+pub fn read(c: &mut Cursor<'_>, unknown: &mut UnknownElements) -> ReadResult<FileScript> {
+    let mut script = FileScript::default();
+    let tags = tags!(FileScript {
         "Si2" => |s, c, _| Ok((s.id, s.object, s.kind) = (c.i32()?, c.i32()?, c.i32()?)),
         "Va2" => |s, c, _| Ok(s.bits = c.u8()?),
         "Seo" => |s, c, _| Ok(s.order = c.i32()?),
         "Ste" => |s, c, _| {
-            let n = c.left();
+            let n = c.remaining();
             Ok(s.text = decipher(c.take(n)?))
         },
         "Lne" => |s, c, _| Ok(s.language = Some(c.text()?)),
@@ -121,7 +121,7 @@ pub fn encipher(text: &[u8]) -> Vec<u8> {
     b
 }
 
-impl Script {
+impl FileScript {
     /// Returns "lua", "python" or another name, from the file or the first line.
     pub fn language(&self) -> String {
         let first = self.text.split(|b| *b == b'\n').next().unwrap_or_default();
@@ -168,7 +168,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_test_vectors_are_deciphered() {
+    fn cipher_test_vectors_are_deciphered() {
         let cases: [(&[u8], &[u8]); 2] = [
             (&[0x70, 0x1B, 0xA7, 0x56, 0x54, 0xAD, 0x5A, 0xF8, 0x0A], b"print(1)\n"),
             (&[0x2D, 0x83, 0x3C, 0x36, 0x14, 0xC7, 0x0A, 0x22, 0x31], "-- é\nx=1".as_bytes()),
@@ -182,10 +182,10 @@ mod tests {
     }
 
     #[test]
-    fn the_line_of_the_language_is_no_code() {
-        let code = |t: &str| Script { text: t.into(), ..Default::default() }.code();
+    fn language_line_is_removed_from_the_code() {
+        let code = |t: &str| FileScript { text: t.into(), ..Default::default() }.code();
         assert_eq!(code("--lua\r\nx = 1"), "\nx = 1");
         assert_eq!(code("--luau\nx = 1"), "--luau\nx = 1");
-        assert_eq!(Script { text: "  #python\nx".into(), ..Default::default() }.language(), "python");
+        assert_eq!(FileScript { text: "  #python\nx".into(), ..Default::default() }.language(), "python");
     }
 }

@@ -1,17 +1,17 @@
 //! Proximity, vision and force sensors: the specific parts of objects in `SNR`, `RSN` and `FSE`.
 
 use super::{
-    section::{Tag, object, tags},
-    volume::{self, Volume},
+    section::{ElementTag, object, tags},
+    volume::{self, DetectionVolume},
 };
 
 /// The specific part of a proximity sensor.
 #[derive(Debug, Clone)]
-pub struct Proximity {
+pub struct ProximityPart {
     /// 30 pyramid, 31 cylinder, 32 disc, 33 cone, 34 ray.
     pub kind: i32,
     /// The detection volume, in the frame of the sensor.
-    pub volume: Volume,
+    pub volume: DetectionVolume,
     /// Handle of the object or collection that the sensor detects; -1: all objects.
     pub entity: i32,
     /// Bits of the sensor's technology: 0x10 ultrasonic to 0x100 capacitive.
@@ -27,11 +27,11 @@ pub struct Proximity {
     pub random: Option<[i32; 2]>,
 }
 
-impl Default for Proximity {
+impl Default for ProximityPart {
     fn default() -> Self {
-        Proximity {
+        ProximityPart {
             kind: 33,
-            volume: Volume::default(),
+            volume: DetectionVolume::default(),
             entity: -1,
             waves: 0x10,
             angle: 0.0,
@@ -43,7 +43,7 @@ impl Default for Proximity {
 }
 
 /// Elements of proximity sensors.
-pub const PROXIMITY: &[Tag<Proximity>] = tags!(Proximity {
+pub const PROXIMITY: &[ElementTag<ProximityPart>] = tags!(ProximityPart {
     "Snt" => |s, c, _| Ok(s.kind = c.i32()?),
     "Vod" => |s, c, u| Ok(s.volume = volume::read(c, u)?),
     "Sox" => |s, c, _| Ok(s.entity = c.i32()?),
@@ -60,7 +60,7 @@ pub const PROXIMITY_IGNORED: &[&str] =
 
 /// The specific part of a vision sensor.
 #[derive(Debug, Clone)]
-pub struct Vision {
+pub struct VisionPart {
     /// Orthographic size, m; perspective angle, rad; near and far plane, m.
     pub clip: [f64; 4],
     /// Resolution of the image: columns and rows of pixels.
@@ -79,9 +79,9 @@ pub struct Vision {
     pub filters: Vec<i32>,
 }
 
-impl Default for Vision {
+impl Default for VisionPart {
     fn default() -> Self {
-        Vision {
+        VisionPart {
             clip: [0.01, std::f64::consts::FRAC_PI_3, 0.01, 10.0],
             resolution: [32, 32],
             entity: -1,
@@ -96,18 +96,18 @@ impl Default for Vision {
 
 /// A filter of the old image processing: its id, and whether it is enabled.
 #[derive(Default)]
-struct Filter {
+struct ImageFilter {
     kind: i32,
     on: bool,
 }
 
-const FILTER: &[Tag<Filter>] = tags!(Filter {
+const FILTER: &[ElementTag<ImageFilter>] = tags!(ImageFilter {
     "Sft" => |f, c, _| Ok(f.kind = c.i32()?),
     "Sfe" => |f, c, _| Ok(f.on = c.u8()? & 1 != 0),
 });
 
 /// Elements of vision sensors.
-pub const VISION: &[Tag<Vision>] = tags!(Vision {
+pub const VISION: &[ElementTag<VisionPart>] = tags!(VisionPart {
     "Ccp" | "_cp" => |s, c, _| Ok(s.clip = c.reals()?),
     "Res" => |s, c, _| Ok(s.resolution = [c.i32()?, c.i32()?]),
     "Dox" => |s, c, _| Ok(s.entity = c.i32()?),
@@ -117,9 +117,9 @@ pub const VISION: &[Tag<Vision>] = tags!(Vision {
     "Va3" => |s, c, _| Ok(s.bits = c.u8()?),
     "Va2" => |s, c, _| Ok(s.more_bits = c.u8()?),
     "Cfr" => |s, c, u| {
-        let tags = tags!(Vision {
+        let tags = tags!(VisionPart {
             "Sfr" => |s, c, u| {
-                let mut filter = Filter::default();
+                let mut filter = ImageFilter::default();
                 object(c, FILTER, &["Sfv", "Cfn", "Pab", "Pai", "Paf", "Cfp", "_af"], &mut filter, u)?;
                 if filter.on {
                     s.filters.push(filter.kind);
@@ -139,7 +139,7 @@ pub const VISION_IGNORED: &[&str] = &[
 
 /// The specific part of a force sensor.
 #[derive(Debug, Clone, Default)]
-pub struct Force {
+pub struct ForcePart {
     /// Flags of the enabled thresholds. Bit 0: force; bit 1: torque.
     pub bits: u8,
     /// Thresholds above which the sensor breaks, N and N m, and the number of consecutive measurements required.
@@ -151,7 +151,7 @@ pub struct Force {
 }
 
 /// Elements of force sensors.
-pub const FORCE: &[Tag<Force>] = tags!(Force {
+pub const FORCE: &[ElementTag<ForcePart>] = tags!(ForcePart {
     "Vab" => |s, c, _| Ok(s.bits = c.u8()?),
     "Tre" => |s, c, _| Ok(s.threshold = (c.reals()?, c.i32()?)),
     "Tri" | "_ri" => |s, c, _| Ok(s.threshold = (c.reals()?, c.i32()?)),

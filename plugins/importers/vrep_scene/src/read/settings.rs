@@ -1,17 +1,17 @@
 //! Settings of the whole scene: the sections `SIM`, `DYN`, `ENV` and `SET`.
 
 use super::{
-    cursor::{Cursor, Read},
+    cursor::{Cursor, ReadResult},
     material::EngineBlock,
     section::{object, tags},
-    unknown::Unknowns,
+    unknown::UnknownElements,
 };
 
 /// Simulation settings of a scene. Models have no settings.
 #[derive(Debug, Clone, Default)]
-pub struct Settings {
+pub struct SceneSettings {
     /// Whether the file contains any of these sections.
-    pub there: bool,
+    pub is_present: bool,
     step: [Option<f64>; 3],
     step_index: Option<i32>,
     step_micros: Option<u64>,
@@ -39,19 +39,19 @@ pub struct Settings {
     /// Acknowledgement of the scene's author.
     pub acknowledgement: String,
     /// Names of the disabled stages of a step; only in old files.
-    pub off: Vec<&'static str>,
+    pub disabled_stages: Vec<&'static str>,
 }
 
 /// Step lengths to which old files refer by index, s.
-const STEPS: [f64; 5] = [0.2, 0.1, 0.05, 0.025, 0.01];
+const STEP_LENGTHS_S: [f64; 5] = [0.2, 0.1, 0.05, 0.025, 0.01];
 
-impl Settings {
+impl SceneSettings {
     /// Returns the length of a step, s.
     pub fn step(&self) -> Option<f64> {
         let [newest, seconds, oldest] = self.step;
         let by_number = || match self.step_index? {
             5 => self.step_micros.map(|us| us as f64 * 1e-6).or(oldest),
-            n => usize::try_from(n).ok().and_then(|n| STEPS.get(n).copied()),
+            n => usize::try_from(n).ok().and_then(|n| STEP_LENGTHS_S.get(n).copied()),
         };
         newest.or(seconds).or_else(by_number).filter(|s| s.is_finite() && *s > 0.0)
     }
@@ -69,8 +69,8 @@ impl Settings {
 }
 
 /// Reads the section `SIM`: step length and pace of runs.
-pub fn simulation(s: &mut Settings, c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read {
-    let tags = tags!(Settings {
+pub fn simulation(s: &mut SceneSettings, c: &mut Cursor<'_>, unknown: &mut UnknownElements) -> ReadResult {
+    let tags = tags!(SceneSettings {
         "" | "_t3" => |s, c, _| Ok(s.step[0] = Some(c.real()?)),
         "St3" => |s, c, _| Ok(s.step[1] = Some(short(c.single()?))),
         "Sts" => |s, c, _| Ok(s.step[2] = Some(short(c.single()?))),
@@ -81,7 +81,7 @@ pub fn simulation(s: &mut Settings, c: &mut Cursor<'_>, unknown: &mut Unknowns) 
             Ok((s.real_time, s.pause_at_error) = (bits & 1 != 0, bits & 8 != 0))
         },
     });
-    s.there = true;
+    s.is_present = true;
     const IGNORED: &[&str] = &["Spr", "Rt2", "Rtc", "_a3", "Pa3", "Pa2", "Pat", "Cv2", "Ssi", "_t2", "Rts"];
     object(c, tags, IGNORED, s, unknown).map(drop)
 }
@@ -92,15 +92,15 @@ fn short(x: f64) -> f64 {
     if f64::from(x as f32) == x { (x as f32).to_string().parse().unwrap_or(x) } else { x }
 }
 
-fn engine(s: &mut Settings, c: &mut Cursor<'_>) -> Read {
+fn engine(s: &mut SceneSettings, c: &mut Cursor<'_>) -> ReadResult {
     s.engine = Some(c.i32()?);
     s.gravity = Some(c.reals()?.map(short));
     Ok(())
 }
 
 /// Reads the section `DYN`: parameters of physics engines.
-pub fn dynamics(s: &mut Settings, c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read {
-    let tags = tags!(Settings {
+pub fn dynamics(s: &mut SceneSettings, c: &mut Cursor<'_>, unknown: &mut UnknownElements) -> ReadResult {
+    let tags = tags!(SceneSettings {
         "Eng" => |s, c, _| engine(s, c),
         "En2" => |s, c, _| engine(s, c),
         "En3" | "_n3" => |s, c, _| engine(s, c),
@@ -117,12 +117,12 @@ pub fn dynamics(s: &mut Settings, c: &mut Cursor<'_>, unknown: &mut Unknowns) ->
         "Mj1" | "_j1" => |s, c, _| Ok(s.others[2] = block(c)?),
         "Var" => |s, c, _| Ok(s.dynamics_off = c.u8()? & 1 == 0),
     });
-    s.there = true;
+    s.is_present = true;
     object(c, tags, &["Vo1", "Vo2", "Vo3", "Vo4", "_o4", "Vor", "Nwt", "Cv2", "Dcs", "Mj2", "_j2"], s, unknown)
         .map(drop)
 }
 
-fn block(c: &mut Cursor<'_>) -> Read<EngineBlock> {
+fn block(c: &mut Cursor<'_>) -> ReadResult<EngineBlock> {
     let mut block = EngineBlock::read(c)?;
     if let Some(step) = block.reals.first_mut() {
         *step = short(*step);
@@ -131,12 +131,12 @@ fn block(c: &mut Cursor<'_>) -> Read<EngineBlock> {
 }
 
 /// Reads the section `ENV`: visible layers and acknowledgement.
-pub fn environment(s: &mut Settings, c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read {
-    let tags = tags!(Settings {
+pub fn environment(s: &mut SceneSettings, c: &mut Cursor<'_>, unknown: &mut UnknownElements) -> ReadResult {
+    let tags = tags!(SceneSettings {
         "Vil" => |s, c, _| Ok(s.layers = Some(c.u16()?)),
         "Ack" => |s, c, _| Ok(s.acknowledgement = c.text()?),
     });
-    s.there = true;
+    s.is_present = true;
     const IGNORED: &[&str] = &[
         "Clc", "Cld", "Al2", "Alc", "Fbg", "Fd2", "_d2", "Fdn", "_dn", "Var", "Ups", "Uis", "Mt2", "_t2", "Mrs", "_rs",
         "Evc", "Wtc", "Rst", "Job", "Sh2", "Va2", "Va3", "Pof", "Cv2", "Fdt", "Fod",
@@ -145,14 +145,14 @@ pub fn environment(s: &mut Settings, c: &mut Cursor<'_>, unknown: &mut Unknowns)
 }
 
 /// Reads the section `SET`: the stages of a step that are disabled.
-pub fn main(s: &mut Settings, c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read {
-    fn note(s: &mut Settings, off: bool, what: &'static str) {
-        s.off.retain(|w| *w != what);
+pub fn main(s: &mut SceneSettings, c: &mut Cursor<'_>, unknown: &mut UnknownElements) -> ReadResult {
+    fn note(s: &mut SceneSettings, off: bool, what: &'static str) {
+        s.disabled_stages.retain(|w| *w != what);
         if off {
-            s.off.push(what);
+            s.disabled_stages.push(what);
         }
     }
-    let tags = tags!(Settings {
+    let tags = tags!(SceneSettings {
         "Va5" => |s, c, _| Ok(note(s, c.u8()? & 1 == 0, "proximity sensors")),
         "Va2" => |s, c, _| Ok(note(s, c.u8()? & 8 == 0, "inverse kinematics")),
         "Va3" => |s, c, _| {
@@ -165,7 +165,7 @@ pub fn main(s: &mut Settings, c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Rea
             Ok(note(s, bits & 64 != 0, "mills"))
         },
     });
-    s.there = true;
+    s.is_present = true;
     const IGNORED: &[&str] = &[
         "Al2", "Ss2", "Ddi", "Va4", "Dis", "Dcs", "Gvy", "Od2", "Deu", "Bcm", "Crc", "Iwc", "Cv2", "Var", "Alv", "Fbg",
         "Rst",

@@ -1,19 +1,19 @@
 //! Shapes: the specific part of objects in section `SHP`.
 
 use super::{
-    legacy_mesh::{self, Shared},
+    legacy_mesh::{self, SharedArrays},
     material::{self, Material},
-    mesh::{self, Part},
-    section::{Tag, tags},
+    mesh::{self, MeshPart},
+    section::{ElementTag, tags},
 };
 
 /// The specific part of a shape.
 #[derive(Debug, Clone)]
 pub struct Shape {
     /// The root of the shape's mesh tree.
-    pub root: Option<Part>,
+    pub root: Option<MeshPart>,
     /// Shared arrays of serialization 15.
-    pub shared: Option<Shared>,
+    pub shared: Option<SharedArrays>,
     /// Material of the shape; since 3.4.
     pub material: Option<Material>,
     /// Collision mask: the low byte applies within a tree of objects, the high byte between trees.
@@ -44,7 +44,7 @@ impl Default for Shape {
 }
 
 /// Elements of the part that is specific to shapes.
-pub const TAGS: &[Tag<Shape>] = tags!(Shape {
+pub const TAGS: &[ElementTag<Shape>] = tags!(Shape {
     "Ge2" => |s, c, u| Ok(s.root = mesh::read_tree(c, u)?),
     "Geo" => |s, c, u| {
         let (root, shared) = legacy_mesh::read(c, u)?;

@@ -3,17 +3,17 @@
 use nalgebra::{Isometry3, Point3};
 
 use super::{
-    cursor::{Broken, Read},
-    file::File,
-    legacy_mesh::Shared,
-    mesh::{Arrays, Leaf, Part},
-    pool::{self, Indices},
+    cursor::{ReadError, ReadResult},
+    file::VrepFile,
+    legacy_mesh::SharedArrays,
+    mesh::{ArrayLocation, MeshLeaf, MeshPart},
+    pool::{self, IndexArray},
     pose::isometry,
 };
 
 /// Points and triangles of a mesh.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Surface {
+pub struct TriangleSurface {
     /// Points in the frame of the vertices, m.
     pub points: Vec<[f64; 3]>,
     /// Three zero-based point indices per triangle.
@@ -21,32 +21,32 @@ pub struct Surface {
 }
 
 /// A leaf, and its vertex frame in the frame of the shape.
-pub struct Placed<'a> {
+pub struct PlacedLeaf<'a> {
     /// The part that contains the leaf.
-    pub part: &'a Part,
+    pub part: &'a MeshPart,
     /// The leaf, whose vertices `frame` transforms.
-    pub leaf: &'a Leaf,
+    pub leaf: &'a MeshLeaf,
     /// Transform from the vertex frame to the frame of the shape.
     pub frame: Isometry3<f64>,
 }
 
 /// Returns all leaves of a shape, in order.
-pub fn leaves(root: &Part) -> Vec<Placed<'_>> {
+pub fn leaves(root: &MeshPart) -> Vec<PlacedLeaf<'_>> {
     let mut out = Vec::new();
     // The stored frame of the root is ignored.
     walk(root, Isometry3::identity(), &mut out);
     out
 }
 
-fn walk<'a>(part: &'a Part, frame: Isometry3<f64>, out: &mut Vec<Placed<'a>>) {
+fn walk<'a>(part: &'a MeshPart, frame: Isometry3<f64>, out: &mut Vec<PlacedLeaf<'a>>) {
     if let Some(leaf) = &part.leaf {
         let own = match (&part.vertex_frame, leaf.arrays) {
             (Some(vertices), _) => frame * isometry(vertices),
             // Vertices of serialization 15 are already in the shape's frame.
-            (None, Arrays::Range { .. }) => Isometry3::identity(),
+            (None, ArrayLocation::Range { .. }) => Isometry3::identity(),
             (None, _) => isometry(&leaf.old_frame),
         };
-        out.push(Placed { part, leaf, frame: own });
+        out.push(PlacedLeaf { part, leaf, frame: own });
     }
     for child in &part.children {
         let below = child.frame.as_ref().map_or(frame, |f| frame * isometry(f));
@@ -54,37 +54,37 @@ fn walk<'a>(part: &'a Part, frame: Isometry3<f64>, out: &mut Vec<Placed<'a>>) {
     }
 }
 
-impl File {
-    fn arrays(&self, leaf: &Leaf, shared: Option<&Shared>) -> Option<(super::cursor::Span, Indices)> {
+impl VrepFile {
+    fn arrays(&self, leaf: &MeshLeaf, shared: Option<&SharedArrays>) -> Option<(super::cursor::ByteSpan, IndexArray)> {
         let at = |i: i32| usize::try_from(i).ok();
         match leaf.arrays {
-            Arrays::Pool { vertices, indices } => {
+            ArrayLocation::Pool { vertices, indices } => {
                 Some((*self.pool.vertices.get(at(vertices)?)?, *self.pool.indices.get(at(indices)?)?))
             }
-            Arrays::Own { vertices, indices } => Some((vertices, indices?)),
-            Arrays::Range { .. } => shared.and_then(|s| Some((s.vertices, s.indices?))),
+            ArrayLocation::Own { vertices, indices } => Some((vertices, indices?)),
+            ArrayLocation::Range { .. } => shared.and_then(|s| Some((s.vertices, s.indices?))),
         }
     }
 
     /// Returns the number of triangles of a leaf.
-    pub fn count(&self, leaf: &Leaf, shared: Option<&Shared>) -> usize {
+    pub fn count(&self, leaf: &MeshLeaf, shared: Option<&SharedArrays>) -> usize {
         match (leaf.arrays, self.arrays(leaf, shared)) {
-            (Arrays::Range { triangles, .. }, _) => usize::try_from(triangles[1]).unwrap_or(0),
+            (ArrayLocation::Range { triangles, .. }, _) => usize::try_from(triangles[1]).unwrap_or(0),
             (_, Some((_, indices))) => pool::count(&self.data, indices) / 3,
             _ => 0,
         }
     }
 
     /// Returns the triangles of a leaf; indices out of range are an error.
-    pub fn surface(&self, leaf: &Leaf, shared: Option<&Shared>, at: usize) -> Read<Surface> {
-        let broken = |what: String| Broken::new(at, what).within("mesh");
+    pub fn surface(&self, leaf: &MeshLeaf, shared: Option<&SharedArrays>, at: usize) -> ReadResult<TriangleSurface> {
+        let broken = |what: String| ReadError::new(at, what).within("mesh");
         let (vertices, indices) = self
             .arrays(leaf, shared)
             .ok_or_else(|| broken("the file lacks the vertices or indices of a mesh".into()))?;
         let points = pool::points(&self.data, vertices);
         let corners = pool::corners(&self.data, indices)?;
         let mut triangles: Vec<[u32; 3]> = corners.chunks_exact(3).map(|t| [t[0], t[1], t[2]]).collect();
-        if let Arrays::Range { triangles: [first, n], .. } = leaf.arrays {
+        if let ArrayLocation::Range { triangles: [first, n], .. } = leaf.arrays {
             let range = usize::try_from(first).ok().zip(usize::try_from(n).ok());
             let own = range.and_then(|(first, n)| triangles.get(first..first.checked_add(n)?));
             let text = || format!("expected {n} triangles from index {first}, found {} in total", triangles.len());
@@ -104,7 +104,7 @@ impl File {
 }
 
 /// Removes points that no triangle uses: the arrays can contain the points of a whole shape.
-fn compact(points: &[[f32; 3]], mut triangles: Vec<[u32; 3]>) -> Surface {
+fn compact(points: &[[f32; 3]], mut triangles: Vec<[u32; 3]>) -> TriangleSurface {
     let mut places = vec![u32::MAX; points.len()];
     let mut used = Vec::with_capacity(points.len());
     for corner in triangles.iter_mut().flatten() {
@@ -115,10 +115,10 @@ fn compact(points: &[[f32; 3]], mut triangles: Vec<[u32; 3]>) -> Surface {
         }
         *corner = *place;
     }
-    Surface { points: used, triangles }
+    TriangleSurface { points: used, triangles }
 }
 
-impl Surface {
+impl TriangleSurface {
     /// Returns the surface transformed by a pose.
     pub fn moved(mut self, pose: &Isometry3<f64>) -> Self {
         if *pose != Isometry3::identity() {

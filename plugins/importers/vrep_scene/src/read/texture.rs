@@ -1,10 +1,10 @@
 //! Images, and their mapping to meshes.
 
 use super::{
-    cursor::{Cursor, Read, Span},
-    pose::{IDENTITY, Stored, quaternion_first},
+    cursor::{ByteSpan, Cursor, ReadResult},
+    pose::{IDENTITY, StoredPose, quaternion_first},
     section::{object, tags},
-    unknown::Unknowns,
+    unknown::UnknownElements,
 };
 
 /// An image that shapes can use as a texture.
@@ -19,17 +19,17 @@ pub struct Texture {
     /// Whether pixels have 4 bytes instead of 3.
     pub alpha: bool,
     /// Pixel data, row by row.
-    pub pixels: Span,
+    pub pixels: ByteSpan,
 }
 
 /// Reads the section `TEX`, which contains an image.
-pub fn read(c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read<Texture> {
+pub fn read(c: &mut Cursor<'_>, unknown: &mut UnknownElements) -> ReadResult<Texture> {
     let mut texture = Texture { id: -1, ..Default::default() };
     let tags = tags!(Texture {
         "Ipa" => |t, c, _| Ok((t.id, t.size) = (c.i32()?, [c.i32()?, c.i32()?])),
         "Gon" => |t, c, _| Ok(t.name = c.text()?),
         "Bst" => |t, c, _| Ok(t.alpha = c.u8()? & 1 != 0),
-        "Img" => |t, c, _| Ok(t.pixels = c.rest()),
+        "Img" => |t, c, _| Ok(t.pixels = c.take_rest()),
     });
     let at = c.at();
     object(c, tags, &["Cv2", "Ups", "Uis"], &mut texture, unknown)?;
@@ -37,14 +37,14 @@ pub fn read(c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read<Texture> {
     let wanted = w.saturating_mul(h).saturating_mul(if texture.alpha { 4 } else { 3 });
     if texture.pixels.len < wanted {
         let text = format!("expected {w} x {h} pixels in {wanted} bytes, found {} bytes", texture.pixels.len);
-        return Err(super::cursor::Broken::new(at, text));
+        return Err(super::cursor::ReadError::new(at, text));
     }
     Ok(texture)
 }
 
 /// The mapping of an image to a mesh.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Property {
+pub struct TextureMapping {
     /// Id of the image, or handle of the vision sensor that provides it.
     pub texture: i32,
     /// Mapping that computes texture coordinates: 0 plane, 1 cylinder, 2 sphere, 3 box.
@@ -52,7 +52,7 @@ pub struct Property {
     /// Scale along u and v.
     pub scale: [f64; 2],
     /// Frame of the projection in the frame of the shape.
-    pub pose: Stored,
+    pub pose: StoredPose,
     /// Whether colors between pixels are interpolated.
     pub smooth: bool,
     /// Whether the image repeats along u and v.
@@ -62,10 +62,17 @@ pub struct Property {
 }
 
 /// Reads the element `Toj`, which maps an image to a mesh.
-pub fn property(c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read<Property> {
-    let mut property =
-        Property { texture: -1, mode: 0, scale: [1.0; 2], pose: IDENTITY, smooth: true, repeat: [true; 2], apply: 0 };
-    let tags = tags!(Property {
+pub fn property(c: &mut Cursor<'_>, unknown: &mut UnknownElements) -> ReadResult<TextureMapping> {
+    let mut property = TextureMapping {
+        texture: -1,
+        mode: 0,
+        scale: [1.0; 2],
+        pose: IDENTITY,
+        smooth: true,
+        repeat: [true; 2],
+        apply: 0,
+    };
+    let tags = tags!(TextureMapping {
         "Tob" | "_ob" => |p, c, _| Ok((p.texture, p.mode, p.scale) = (c.i32()?, c.i32()?, c.reals()?)),
         "Trc" | "_rc" => |p, c, _| Ok(p.pose = quaternion_first(c)?),
         "Bst" => |p, c, _| Ok(p.apply = i32::from(c.u8()? & 2 != 0)),

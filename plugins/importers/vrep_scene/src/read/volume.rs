@@ -1,14 +1,14 @@
 //! Detection volumes of proximity sensors and mills, along the z axis of their object.
 
 use super::{
-    cursor::{Cursor, Read},
+    cursor::{Cursor, ReadResult},
     section::{object, tags},
-    unknown::Unknowns,
+    unknown::UnknownElements,
 };
 
 /// A detection volume. Fields that `kind` does not use can have any value.
 #[derive(Debug, Clone, Default)]
-pub struct Volume {
+pub struct DetectionVolume {
     /// 0 pyramid, 1 cylinder, 2 disc, 3 cone, 4 ray, 5 random rays.
     pub kind: i32,
     /// Distance from the object to the near end, m.
@@ -33,9 +33,9 @@ pub struct Volume {
 }
 
 /// Reads the element `Vod`, which contains a detection volume.
-pub fn read(c: &mut Cursor<'_>, unknown: &mut Unknowns) -> Read<Volume> {
-    let mut volume = Volume::default();
-    let tags = tags!(Volume {
+pub fn read(c: &mut Cursor<'_>, unknown: &mut UnknownElements) -> ReadResult<DetectionVolume> {
+    let mut volume = DetectionVolume::default();
+    let tags = tags!(DetectionVolume {
         "Snt" => |v, c, _| Ok(v.kind = c.i32()?),
         "Ss3" | "_s3" => |v, c, _| {
             let [offset, range, nx, ny, fx, fy, near, far, angle] = c.reals()?;

@@ -1,12 +1,12 @@
 //! The functions of expressions. `libm` replaces those functions of the standard library whose results can differ
 //! between platforms.
 
-use super::value::Value;
-use crate::wrong::{Result, Wrong};
+use super::value::ExpressionValue;
+use crate::error::{ModelError, Result};
 
-type OfOne = fn(f64) -> f64;
+type UnaryFunction = fn(f64) -> f64;
 /// Functions of one number.
-const ONE: &[(&str, OfOne)] = &[
+const UNARY_FUNCTIONS: &[(&str, UnaryFunction)] = &[
     ("abs", f64::abs),
     ("sqrt", libm::sqrt),
     ("sin", libm::sin),
@@ -33,50 +33,54 @@ pub const FUNCTIONS: &[&str] = &[
 ];
 
 /// Calls a function with evaluated arguments. `if` is handled by the evaluator, which evaluates only the chosen value.
-pub fn call(name: &str, args: &[Value]) -> Result<Value> {
-    let wrong = |wanted: &str| Wrong::new(format!("`{name}` requires {wanted}, found {}", found(args)));
-    if let Some((_, function)) = ONE.iter().find(|(n, _)| *n == name) {
-        let [Value::Number(x)] = args else { return Err(wrong("one number")) };
+pub fn call(name: &str, args: &[ExpressionValue]) -> Result<ExpressionValue> {
+    let wrong =
+        |wanted: &str| ModelError::new(format!("`{name}` requires {wanted}, found {}", describe_arguments(args)));
+    if let Some((_, function)) = UNARY_FUNCTIONS.iter().find(|(n, _)| *n == name) {
+        let [ExpressionValue::Number(x)] = args else { return Err(wrong("one number")) };
         let y = function(*x);
         return match y.is_nan() {
-            true => Err(Wrong::new(format!("`{name}({x})` is not defined"))),
-            false => Ok(Value::Number(y)),
+            true => Err(ModelError::new(format!("`{name}({x})` is not defined"))),
+            false => Ok(ExpressionValue::Number(y)),
         };
     }
     match name {
         "atan2" => match args {
-            [Value::Number(y), Value::Number(x)] => Ok(Value::Number(libm::atan2(*y, *x))),
+            [ExpressionValue::Number(y), ExpressionValue::Number(x)] => {
+                Ok(ExpressionValue::Number(libm::atan2(*y, *x)))
+            }
             _ => Err(wrong("two numbers")),
         },
         "text" => match args {
-            [Value::Number(x)] => Ok(Value::Text(format!("{x}"))),
+            [ExpressionValue::Number(x)] => Ok(ExpressionValue::Text(format!("{x}"))),
             _ => Err(wrong("one number")),
         },
         "len" => match args {
-            [Value::List(all)] => Ok(Value::Number(all.len() as f64)),
+            [ExpressionValue::List(all)] => Ok(ExpressionValue::Number(all.len() as f64)),
             _ => Err(wrong("one list")),
         },
         "flat" => {
-            let inner = |v: &Value| if let Value::List(all) = v { all.clone() } else { vec![v.clone()] };
+            let inner =
+                |v: &ExpressionValue| if let ExpressionValue::List(all) = v { all.clone() } else { vec![v.clone()] };
             match args {
-                [Value::List(all)] => Ok(Value::List(all.iter().flat_map(inner).collect())),
+                [ExpressionValue::List(all)] => Ok(ExpressionValue::List(all.iter().flat_map(inner).collect())),
                 _ => Err(wrong("one list")),
             }
         }
         "min" | "max" => {
-            let args = if let [Value::List(all)] = args { all } else { args };
-            let numbers = args.iter().map(|v| if let Value::Number(x) = v { Some(*x) } else { None });
+            let args = if let [ExpressionValue::List(all)] = args { all } else { args };
+            let numbers = args.iter().map(|v| if let ExpressionValue::Number(x) = v { Some(*x) } else { None });
             let numbers = numbers.collect::<Option<Vec<f64>>>().ok_or_else(|| wrong("numbers"))?;
             let pick = |a: f64, b: f64| if (name == "min") == (b < a) { b } else { a };
-            numbers.into_iter().reduce(pick).map(Value::Number).ok_or_else(|| wrong("at least one number"))
+            numbers.into_iter().reduce(pick).map(ExpressionValue::Number).ok_or_else(|| wrong("at least one number"))
         }
-        _ => Err(Wrong::new(format!("there is no function `{name}`")).known(name, FUNCTIONS.iter().copied())),
+        _ => Err(ModelError::new(format!("there is no function `{name}`")).suggest(name, FUNCTIONS.iter().copied())),
     }
 }
 
-fn found(args: &[Value]) -> String {
+fn describe_arguments(args: &[ExpressionValue]) -> String {
     match args {
         [] => "nothing".to_owned(),
-        args => args.iter().map(Value::describe).collect::<Vec<_>>().join(", "),
+        args => args.iter().map(ExpressionValue::describe).collect::<Vec<_>>().join(", "),
     }
 }

@@ -1,24 +1,24 @@
 //! Arithmetic over parameters: `=height / 2`, `=if(preset == 'wide', 0.4, 0.3)`, `=color[0]`.
 //!
 //! - `value`: values of expressions; `parse`: converts source text to a tree; `eval`: evaluates a tree; `functions`:
-//!   the functions that expressions can call; `room`: limits the size of results.
+//!   the functions that expressions can call; `budget`: limits the size of results.
 
+mod budget;
 mod eval;
 mod functions;
 mod parse;
-mod room;
 mod value;
 
-pub use eval::Names;
+pub use budget::SizeBudget;
+pub use eval::NamedValues;
 pub use functions::RESERVED;
-pub use room::Room;
-pub use value::Value;
+pub use value::ExpressionValue;
 
-use crate::wrong::Result;
+use crate::error::Result;
 
 /// Evaluates an expression. `text` does not include the leading `=`.
-pub fn evaluate(text: &str, names: &Names, room: &Room) -> Result<Value> {
-    eval::evaluated(&parse::parse(text)?, names, room)
+pub fn evaluate(text: &str, names: &NamedValues, room: &SizeBudget) -> Result<ExpressionValue> {
+    eval::evaluate_tree(&parse::parse(text)?, names, room)
 }
 
 #[cfg(test)]

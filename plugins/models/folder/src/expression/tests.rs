@@ -1,19 +1,19 @@
-use super::{Names, Room, Value};
-use crate::wrong::Result;
+use super::{ExpressionValue, NamedValues, SizeBudget};
+use crate::error::Result;
 
-fn evaluate(text: &str, names: &Names) -> Result<Value> {
-    super::evaluate(text, names, &Room::default())
+fn evaluate(text: &str, names: &NamedValues) -> Result<ExpressionValue> {
+    super::evaluate(text, names, &SizeBudget::default())
 }
 
-fn names() -> Names {
-    let vector = |v: &[f64]| Value::List(v.iter().map(|x| Value::Number(*x)).collect());
-    Names::from([
-        ("length".to_owned(), Value::Number(0.4)),
-        ("count".to_owned(), Value::Number(3.0)),
-        ("arm".to_owned(), Value::Bool(true)),
-        ("preset".to_owned(), Value::Text("wide".into())),
+fn names() -> NamedValues {
+    let vector = |v: &[f64]| ExpressionValue::List(v.iter().map(|x| ExpressionValue::Number(*x)).collect());
+    NamedValues::from([
+        ("length".to_owned(), ExpressionValue::Number(0.4)),
+        ("count".to_owned(), ExpressionValue::Number(3.0)),
+        ("arm".to_owned(), ExpressionValue::Bool(true)),
+        ("preset".to_owned(), ExpressionValue::Text("wide".into())),
         ("color".to_owned(), vector(&[0.5, 0.25, 1.0])),
-        ("poses".to_owned(), Value::List(vec![vector(&[1.0, 2.0]), vector(&[3.0, 4.0])])),
+        ("poses".to_owned(), ExpressionValue::List(vec![vector(&[1.0, 2.0]), vector(&[3.0, 4.0])])),
     ])
 }
 
@@ -22,7 +22,7 @@ fn toml(text: &str) -> String {
 }
 
 #[test]
-fn expressions_yield_what_arithmetic_says() {
+fn expressions_follow_arithmetic() {
     for (text, wanted) in [
         ("1 + 2 * 3", "7.0"),
         ("(1 + 2) * 3", "9.0"),
@@ -63,14 +63,14 @@ fn expressions_yield_what_arithmetic_says() {
         ("[for_x for for_x in 1]", "[0.0]"),
     ] {
         let mut names = names();
-        names.insert("order".into(), Value::Number(1.0));
+        names.insert("order".into(), ExpressionValue::Number(1.0));
         assert_eq!(evaluate(text, &names).unwrap().to_toml().unwrap(), wanted, "{text}");
     }
     assert_eq!(toml("0.1"), "0.1");
 }
 
 #[test]
-fn errors_say_what_is_wrong_and_what_to_do() {
+fn errors_state_the_problem_and_a_hint() {
     for (text, wrong, help) in [
         ("1 / (count - 3)", "division by zero: 1 / 0", ""),
         ("lenght * 2", "no parameter or number `lenght`", "did you mean `length`?"),
@@ -114,9 +114,12 @@ fn long_expressions_need_no_deep_stack() {
     // One level of recursion per operator or index would overflow a small stack.
     let small = || {
         let sum = format!("1{}", "+1".repeat(30_000));
-        assert_eq!(evaluate(&sum, &names()).unwrap(), Value::Number(30_001.0));
-        assert_eq!(evaluate(&format!("true{}", " and true".repeat(7000)), &names()).unwrap(), Value::Bool(true));
-        assert_eq!(evaluate(&format!("{}0", "0*".repeat(30_000)), &names()).unwrap(), Value::Number(0.0));
+        assert_eq!(evaluate(&sum, &names()).unwrap(), ExpressionValue::Number(30_001.0));
+        assert_eq!(
+            evaluate(&format!("true{}", " and true".repeat(7000)), &names()).unwrap(),
+            ExpressionValue::Bool(true)
+        );
+        assert_eq!(evaluate(&format!("{}0", "0*".repeat(30_000)), &names()).unwrap(), ExpressionValue::Number(0.0));
         let e = evaluate(&format!("[1]{}", "[0]".repeat(20_000)), &names()).unwrap_err();
         assert!(e.text.contains("cannot index the number 1"), "{}", e.text);
     };
@@ -127,20 +130,20 @@ fn long_expressions_need_no_deep_stack() {
 
 #[test]
 fn values_that_grow_are_refused() {
-    let grow = |first: Value, text: &str| {
-        let (mut names, room) = (Names::from([("a".to_owned(), first)]), Room::default());
+    let grow = |first: ExpressionValue, text: &str| {
+        let (mut names, room) = (NamedValues::from([("a".to_owned(), first)]), SizeBudget::default());
         for _ in 0..100 {
             let value = super::evaluate(text, &names, &room)?;
             names.insert("a".to_owned(), value);
         }
-        Ok::<_, crate::wrong::Wrong>(names)
+        Ok::<_, crate::error::ModelError>(names)
     };
-    for (first, text) in [(Value::Text("x".into()), "a + a"), (Value::Number(1.0), "[a, a]")] {
+    for (first, text) in [(ExpressionValue::Text("x".into()), "a + a"), (ExpressionValue::Number(1.0), "[a, a]")] {
         let e = grow(first, text).unwrap_err();
         assert!(e.text.contains("more than 4194304 numbers and characters"), "{}", e.text);
     }
-    assert!(grow(Value::Number(1.0), "[a]").unwrap_err().text.contains("nested more than 60 levels deep"));
-    let long = Names::from([("t".to_owned(), Value::Text("x".repeat(1 << 20)))]);
+    assert!(grow(ExpressionValue::Number(1.0), "[a]").unwrap_err().text.contains("nested more than 60 levels deep"));
+    let long = NamedValues::from([("t".to_owned(), ExpressionValue::Text("x".repeat(1 << 20)))]);
     assert!(evaluate("[t + 'y' for i in 10000]", &long).unwrap_err().text.contains("4194304"));
     assert!(evaluate("len([t, 'y'])", &long).is_ok());
 }

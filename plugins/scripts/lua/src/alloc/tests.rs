@@ -3,22 +3,22 @@
 use super::*;
 
 #[test]
-fn classes_hold_their_sizes() {
+fn size_classes_fit_their_blocks() {
     let mut last = (0, 16);
     for bytes in 1..200_000 {
-        let (c, size) = class(bytes);
+        let (c, size) = size_class(bytes);
         assert!(size >= bytes && size % 16 == 0 && size <= bytes * 5 / 4 + 16);
         assert_eq!(size, size_of_class(c));
         assert!((c, size) == last || (c == last.0 + 1 && size > last.1));
         last = (c, size);
     }
-    assert!(class(SLOT_BYTES).0 < CLASSES);
+    assert!(size_class(SLOT_BYTES).0 < SIZE_CLASSES);
 }
 
 #[test]
-fn addresses_repeat_and_the_limit_holds() {
+fn addresses_repeat_and_the_limit_is_enforced() {
     let run = || {
-        let slot = Slot::new(7);
+        let slot = MemorySlot::new(7);
         let ud = (&raw const *slot).cast_mut().cast();
         slot.set_limit(1 << 20);
         let mut seen = Vec::new();
@@ -44,8 +44,8 @@ fn addresses_repeat_and_the_limit_holds() {
 }
 
 #[test]
-fn sorted_free_lists_are_left_alone() {
-    let Some(slot) = Slot::in_test(5) else { return };
+fn sorted_free_lists_are_not_sorted_again() {
+    let Some(slot) = MemorySlot::in_test(5) else { return };
     let free = || slot.free.each_ref().map(Cell::get);
     // SAFETY: each block is freed once, with the size it was allocated with, and not used afterwards.
     unsafe {
@@ -78,7 +78,7 @@ fn sorted_free_lists_are_left_alone() {
 
 #[test]
 fn sorting_releases_the_end_and_reuses_low_addresses_first() {
-    let Some(slot) = Slot::in_test(0) else { return };
+    let Some(slot) = MemorySlot::in_test(0) else { return };
     // SAFETY: each block is freed once, with the size it was allocated with, and not used afterwards.
     unsafe {
         let all: Vec<_> = (0..6).map(|_| slot.allocate(100, false, std::ptr::null())).collect();
@@ -87,7 +87,7 @@ fn sorting_releases_the_end_and_reuses_low_addresses_first() {
             slot.free_block(all[i], 100);
         }
         slot.sort_free_lists();
-        assert_eq!(slot.top.get(), end - 2 * class(100).1);
+        assert_eq!(slot.top.get(), end - 2 * size_class(100).1);
         assert_eq!(
             [
                 slot.allocate(100, false, std::ptr::null()),
@@ -96,13 +96,13 @@ fn sorting_releases_the_end_and_reuses_low_addresses_first() {
             ],
             [all[0], all[1], all[4]]
         );
-        assert_eq!(slot.used.get(), 5 * class(100).1);
+        assert_eq!(slot.used.get(), 5 * size_class(100).1);
     }
 }
 
 #[test]
-fn a_backup_brings_content_and_order_back() {
-    let Some(slot) = Slot::in_test(9) else { return };
+fn backup_restores_content_and_free_list_order() {
+    let Some(slot) = MemorySlot::in_test(9) else { return };
     // SAFETY: blocks are written within their size and freed once with it; no state uses the slot during `roll_back`.
     unsafe {
         let all: Vec<_> = (0..50).map(|_| slot.allocate(3000, false, std::ptr::null())).collect();

@@ -13,7 +13,7 @@ fn single(x: f64) -> f64 {
 /// Rounds arguments in place: numbers, and arrays of numbers in the memory of this call.
 ///
 /// # Safety
-/// `first` must point to `n` values converted by `Reader`; they and their arrays must be valid for writes.
+/// `first` must point to `n` values converted by `ValueReader`; they and their arrays must be valid for writes.
 pub(crate) unsafe fn to_single(first: *mut tatu_value, n: usize) {
     for i in 0..n {
         let v = &mut *first.add(i);
@@ -59,7 +59,7 @@ mod tests {
 
     /// tests/facts/script-api.md, 1: before 4.5, a parameter set to 0.1 reads back as 0.10000000149.
     #[test]
-    fn a_tenth_is_not_quite_one() {
+    fn a_tenth_is_rounded_to_32_bits() {
         assert_eq!(format!("{:.14}", single(0.1)), "0.10000000149012");
         assert_eq!(single(16_777_217.0), 16_777_217.0);
         assert!(single(f64::NAN).is_nan());

@@ -6,11 +6,11 @@ use mlua_sys::*;
 use tatu_plugin_api::{abi::*, safe::*};
 
 use super::MAX_DEPTH;
-use crate::{errors, run::functions, stack::bytes, state::State};
+use crate::{errors, run::functions, stack::bytes, state::ScriptState};
 
 /// Memory in which converted tables are allocated.
 #[derive(Clone, Copy)]
-pub(crate) enum Allocator {
+pub(crate) enum ValueAllocator {
     /// The world's arena, for arguments of a command.
     World,
     /// The caller's frame, for results of a call into the script.
@@ -18,10 +18,10 @@ pub(crate) enum Allocator {
 }
 
 /// Converts Lua values to the ABI.
-pub(crate) struct Reader<'a> {
+pub(crate) struct ValueReader<'a> {
     pub l: *mut lua_State,
-    pub s: &'a State,
-    pub allocator: Allocator,
+    pub s: &'a ScriptState,
+    pub allocator: ValueAllocator,
     /// What is converted, for error messages: "argument" or "result".
     pub what: &'static str,
     /// Whether the conversion has allocated memory in the arena.
@@ -29,15 +29,15 @@ pub(crate) struct Reader<'a> {
 }
 
 /// A step of the path to the value that is being converted, innermost first.
-struct Step<'a> {
-    up: Option<&'a Step<'a>>,
+struct ValuePathStep<'a> {
+    up: Option<&'a ValuePathStep<'a>>,
     table: *const c_void,
     depth: u32,
-    key: Key,
+    key: PathKey,
 }
 
 #[derive(Clone, Copy)]
-enum Key {
+enum PathKey {
     Top(u32),
     Int(i64),
     Text(*const u8, usize),
@@ -57,7 +57,7 @@ const fn span(tag: u32, ptr: *const c_void, len: usize) -> tatu_value {
     tatu_value { tag, reserved: 0, u: tatu_payload { s: tatu_span_t { ptr, len: len as u64 } } }
 }
 
-impl Reader<'_> {
+impl ValueReader<'_> {
     /// Converts the value at `idx`, which is argument or result `n` (from 1) of its call, into `*out`. Raises an error
     /// for values that cannot be passed.
     ///
@@ -73,16 +73,16 @@ impl Reader<'_> {
             LUA_TNUMBER => float(lua_tonumberx(l, idx, std::ptr::null_mut())),
             LUA_TNIL | LUA_TNONE => int_value(TATU_NIL, 0),
             LUA_TBOOLEAN => int_value(TATU_BOOL, i64::from(lua_toboolean(l, idx))),
-            LUA_TSTRING if matches!(self.allocator, Allocator::World) => {
+            LUA_TSTRING if matches!(self.allocator, ValueAllocator::World) => {
                 let text = bytes(l, idx);
                 span(TATU_TEXT, text.as_ptr().cast(), text.len())
             }
-            _ => self.nested(idx, &Step { up: None, table: null(), depth: 0, key: Key::Top(n) }),
+            _ => self.nested(idx, &ValuePathStep { up: None, table: null(), depth: 0, key: PathKey::Top(n) }),
         };
     }
 
     #[inline(never)]
-    unsafe fn nested(&mut self, idx: i32, at: &Step<'_>) -> tatu_value {
+    unsafe fn nested(&mut self, idx: i32, at: &ValuePathStep<'_>) -> tatu_value {
         let l = self.l;
         match lua_type(l, idx) {
             LUA_TNUMBER if lua_isinteger(l, idx) != 0 => int_value(TATU_I64, lua_tointeger(l, idx)),
@@ -112,7 +112,7 @@ impl Reader<'_> {
         }
     }
 
-    unsafe fn table(&mut self, idx: i32, at: &Step<'_>) -> tatu_value {
+    unsafe fn table(&mut self, idx: i32, at: &ValuePathStep<'_>) -> tatu_value {
         let l = self.l;
         let here = lua_topointer(l, idx);
         let mut up = Some(at);
@@ -208,20 +208,20 @@ impl Reader<'_> {
         span(if floats { TATU_F64S } else { TATU_I64S }, memory.cast(), n)
     }
 
-    unsafe fn list(&mut self, idx: i32, n: usize, at: &Step<'_>, here: *const c_void) -> tatu_value {
+    unsafe fn list(&mut self, idx: i32, n: usize, at: &ValuePathStep<'_>, here: *const c_void) -> tatu_value {
         let l = self.l;
         let memory = self.allocate::<tatu_value>(n);
         for i in 0..n {
             let key = i as i64 + 1;
             lua_rawgeti(l, idx, key);
             let value = lua_gettop(l);
-            *memory.add(i) = self.nested(value, &step(at, here, Key::Int(key)));
+            *memory.add(i) = self.nested(value, &step(at, here, PathKey::Int(key)));
             lua_pop(l, 1);
         }
         span(TATU_LIST, memory.cast(), n)
     }
 
-    unsafe fn map(&mut self, idx: i32, n: usize, at: &Step<'_>, here: *const c_void) -> tatu_value {
+    unsafe fn map(&mut self, idx: i32, n: usize, at: &ValuePathStep<'_>, here: *const c_void) -> tatu_value {
         let l = self.l;
         let memory = self.allocate::<tatu_pair>(n);
         let (mut i, top) = (0, lua_gettop(l));
@@ -231,13 +231,13 @@ impl Reader<'_> {
             let key = match lua_type(l, value - 1) {
                 LUA_TSTRING => {
                     let text = bytes(l, value - 1);
-                    Key::Text(text.as_ptr(), text.len())
+                    PathKey::Text(text.as_ptr(), text.len())
                 }
-                LUA_TNUMBER if lua_isinteger(l, value - 1) != 0 => Key::Int(lua_tointeger(l, value - 1)),
-                LUA_TNUMBER | LUA_TBOOLEAN => Key::Other,
+                LUA_TNUMBER if lua_isinteger(l, value - 1) != 0 => PathKey::Int(lua_tointeger(l, value - 1)),
+                LUA_TNUMBER | LUA_TBOOLEAN => PathKey::Other,
                 _ => {
                     self.fail(at, "a key of the table", " is not a string, number or boolean");
-                    Key::Other
+                    PathKey::Other
                 }
             };
             let inner = step(at, here, key);
@@ -254,8 +254,8 @@ impl Reader<'_> {
         let bytes = (n * size_of::<T>()).max(8) as u64;
         self.allocated = true;
         let frame_alloc = match self.allocator {
-            Allocator::Frame(frame) => (*frame).api.as_ref().and_then(|a| a.alloc).map(|f| (f, frame)),
-            Allocator::World => None,
+            ValueAllocator::Frame(frame) => (*frame).api.as_ref().and_then(|a| a.alloc).map(|f| (f, frame)),
+            ValueAllocator::World => None,
         };
         let memory = match frame_alloc {
             Some((alloc, frame)) => alloc(frame, bytes),
@@ -272,22 +272,22 @@ impl Reader<'_> {
 
     /// Raises an error; never returns, although the signature of Lua's function does not express this.
     #[cold]
-    unsafe fn fail(&self, at: &Step<'_>, what: &str, text: &str) -> tatu_value {
+    unsafe fn fail(&self, at: &ValuePathStep<'_>, what: &str, text: &str) -> tatu_value {
         errors::raise(self.l, refusal(self.what, at, what, text));
         int_value(TATU_NIL, 0)
     }
 }
 
-fn step<'a>(up: &'a Step<'a>, table: *const c_void, key: Key) -> Step<'a> {
-    Step { up: Some(up), table, depth: up.depth + 1, key }
+fn step<'a>(up: &'a ValuePathStep<'a>, table: *const c_void, key: PathKey) -> ValuePathStep<'a> {
+    ValuePathStep { up: Some(up), table, depth: up.depth + 1, key }
 }
 
 /// Builds the error for a value that cannot be passed: "argument 2, at [3].name: the table contains itself".
-fn refusal(call: &str, at: &Step<'_>, what: &str, text: &str) -> Fail {
+fn refusal(call: &str, at: &ValuePathStep<'_>, what: &str, text: &str) -> Fail {
     let (mut keys, mut top, mut up) = (Vec::new(), 0, Some(at));
     while let Some(s) = up {
         match s.key {
-            Key::Top(n) => top = n,
+            PathKey::Top(n) => top = n,
             key => keys.push(key),
         }
         up = s.up;
@@ -295,8 +295,8 @@ fn refusal(call: &str, at: &Step<'_>, what: &str, text: &str) -> Fail {
     let mut path = String::new();
     for key in keys.into_iter().rev() {
         let _ = match key {
-            Key::Int(i) => write!(path, "[{i}]"),
-            Key::Text(ptr, len) => {
+            PathKey::Int(i) => write!(path, "[{i}]"),
+            PathKey::Text(ptr, len) => {
                 // SAFETY: `ptr` and `len` describe a Lua string, which is a key of a table on the stack that is being
                 // converted, so it is not collected or changed.
                 let name = unsafe { std::slice::from_raw_parts(ptr, len) };
@@ -315,7 +315,7 @@ fn refusal(call: &str, at: &Step<'_>, what: &str, text: &str) -> Fail {
 /// # Safety
 /// The frame must have room for `results_cap` results, and at least `n` values must be on the stack. May raise a Lua
 /// error.
-pub(crate) unsafe fn take_results(l: *mut lua_State, s: &State, frame: *mut tatu_call, n: i32) {
+pub(crate) unsafe fn take_results(l: *mut lua_State, s: &ScriptState, frame: *mut tatu_call, n: i32) {
     let frame = &mut *frame;
     let first = lua_gettop(l) - n + 1;
     if frame.results_cap > 0 && n as u32 > frame.results_cap {
@@ -328,7 +328,7 @@ pub(crate) unsafe fn take_results(l: *mut lua_State, s: &State, frame: *mut tatu
         );
     }
     let n = (n as u32).min(frame.results_cap);
-    let mut reader = Reader { l, s, allocator: Allocator::Frame(frame), what: "result", allocated: false };
+    let mut reader = ValueReader { l, s, allocator: ValueAllocator::Frame(frame), what: "result", allocated: false };
     for i in 0..n {
         reader.read(first + i as i32, i + 1, frame.results.add(i as usize));
     }

@@ -5,7 +5,7 @@ mod from_lua;
 mod to_lua;
 
 pub(crate) use float32::{put_single, to_single};
-pub(crate) use from_lua::{Allocator, Reader, take_results};
+pub(crate) use from_lua::{ValueAllocator, ValueReader, take_results};
 pub(crate) use to_lua::{put, put_args};
 
 /// Nesting limit of lists and maps.

@@ -27,7 +27,7 @@ pub(crate) unsafe fn put(l: *mut lua_State, v: &tatu_value) {
 #[inline(never)]
 unsafe fn put_deep(l: *mut lua_State, v: &tatu_value, depth: u32) {
     /// Pushes an array of numbers as a table.
-    unsafe fn numbers<T: Copy>(l: *mut lua_State, v: &tatu_value, push: unsafe fn(*mut lua_State, T)) {
+    unsafe fn push_numbers<T: Copy>(l: *mut lua_State, v: &tatu_value, push: unsafe fn(*mut lua_State, T)) {
         let (ptr, n) = (v.u.s.ptr.cast::<T>(), v.u.s.len as usize);
         lua_createtable(l, n.min(i32::MAX as usize) as i32, 0);
         for i in 0..n {
@@ -35,10 +35,10 @@ unsafe fn put_deep(l: *mut lua_State, v: &tatu_value, depth: u32) {
             lua_rawseti(l, -2, i as i64 + 1);
         }
     }
-    unsafe fn real<T: Into<f64>>(l: *mut lua_State, x: T) {
+    unsafe fn push_float<T: Into<f64>>(l: *mut lua_State, x: T) {
         lua_pushnumber(l, x.into());
     }
-    unsafe fn whole<T: Into<i64>>(l: *mut lua_State, x: T) {
+    unsafe fn push_integer<T: Into<i64>>(l: *mut lua_State, x: T) {
         lua_pushinteger(l, x.into());
     }
     if depth > MAX_DEPTH {
@@ -51,11 +51,11 @@ unsafe fn put_deep(l: *mut lua_State, v: &tatu_value, depth: u32) {
         TATU_TEXT | TATU_BYTES => {
             lua_pushlstring(l, v.u.s.ptr.cast(), v.u.s.len as usize);
         }
-        TATU_F64S => numbers::<f64>(l, v, real),
-        TATU_F32S => numbers::<f32>(l, v, real),
-        TATU_I64S => numbers::<i64>(l, v, whole),
-        TATU_I32S => numbers::<i32>(l, v, whole),
-        TATU_U8S => numbers::<u8>(l, v, whole),
+        TATU_F64S => push_numbers::<f64>(l, v, push_float),
+        TATU_F32S => push_numbers::<f32>(l, v, push_float),
+        TATU_I64S => push_numbers::<i64>(l, v, push_integer),
+        TATU_I32S => push_numbers::<i32>(l, v, push_integer),
+        TATU_U8S => push_numbers::<u8>(l, v, push_integer),
         TATU_LIST => {
             let (ptr, n) = (v.u.s.ptr.cast::<tatu_value>(), v.u.s.len as usize);
             lua_createtable(l, n.min(i32::MAX as usize) as i32, 0);

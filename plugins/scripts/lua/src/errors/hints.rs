@@ -2,7 +2,7 @@
 
 use mlua_sys::*;
 
-use crate::{stack::bytes, state::State};
+use crate::{stack::bytes, state::ScriptState};
 
 /// Returns a hint for a syntax error.
 pub(crate) fn syntax(message: &str) -> Option<String> {
@@ -82,11 +82,11 @@ pub(crate) fn nearest(name: &str, all: impl Iterator<Item = String>) -> Option<S
         n => 1 + n.max(known.len()) / 4,
     };
     // The comparison takes time in proportion to the product of the lengths.
-    const LONGEST: usize = 200;
-    if name.len() > LONGEST {
+    const MAX_NAME_BYTES: usize = 200;
+    if name.len() > MAX_NAME_BYTES {
         return None;
     }
-    all.filter(|known| known != name && known.len() <= LONGEST)
+    all.filter(|known| known != name && known.len() <= MAX_NAME_BYTES)
         .map(|known| (strsim::damerau_levenshtein(&name.to_lowercase(), &known.to_lowercase()), known))
         .filter(|(d, known)| *d <= most(known))
         .min()
@@ -94,7 +94,7 @@ pub(crate) fn nearest(name: &str, all: impl Iterator<Item = String>) -> Option<S
 }
 
 /// Returns the names of all commands.
-pub(crate) fn commands(s: &State) -> Vec<String> {
+pub(crate) fn commands(s: &ScriptState) -> Vec<String> {
     s.world().commands().into_iter().flat_map(|about| about.names).collect()
 }
 
@@ -122,7 +122,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn mistakes_of_beginners() {
+    fn common_mistakes_get_a_hint() {
         let all = || ["speed", "drive", "print"].iter().map(|s| s.to_string());
         let near = |name: &str| nearest(name, all());
         let cases = [

@@ -3,14 +3,14 @@
 use mlua_sys::*;
 use tatu_plugin_api::safe::*;
 
-use crate::{lua_internals, state::State};
+use crate::{lua_internals, state::ScriptState};
 
 /// Records the position of a script that has run out of memory. A message handler could not do this without memory.
 ///
 /// # Safety
 /// `s` must point to a live state of this plugin.
 pub(crate) unsafe fn note_memory(s: *const std::ffi::c_void, grown: *const u8) {
-    let s = &*s.cast::<State>();
+    let s = &*s.cast::<ScriptState>();
     if let Ok(mut places) = s.memory_positions.try_borrow_mut() {
         lua_internals::with_frames(s.running.get(), grown, || *places = running_at(s));
     }
@@ -18,7 +18,7 @@ pub(crate) unsafe fn note_memory(s: *const std::ffi::c_void, grown: *const u8) {
 
 /// Returns the files and lines of at most 16 running calls, innermost first, without allocating memory in Lua. For
 /// calls in a coroutine of the script, the line is the one that resumed the coroutine.
-unsafe fn running_at(s: &State) -> Vec<(String, u64)> {
+unsafe fn running_at(s: &ScriptState) -> Vec<(String, u64)> {
     let l = s.running.get();
     let mut places = Vec::new();
     if l.is_null() {
@@ -38,7 +38,7 @@ unsafe fn running_at(s: &State) -> Vec<(String, u64)> {
 }
 
 /// Returns the position at which the script has called the command that is running.
-pub(crate) fn place(s: &State) -> Option<Fail> {
+pub(crate) fn place(s: &ScriptState) -> Option<Fail> {
     // SAFETY: `running` is null or a live thread of this state, which is suspended in the command call, so its call
     // information does not change.
     let places = unsafe { running_at(s) };

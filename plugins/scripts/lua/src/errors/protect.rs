@@ -5,20 +5,20 @@ use tatu_plugin_api::{abi::*, safe::*};
 
 use super::report::{from_lua, handler};
 use crate::{
-    lua_internals::{NumberFormat, Running},
-    state::State,
+    lua_internals::{NumberFormat, RunningThread},
+    state::ScriptState,
 };
 
 /// Runs `f` in protected mode on the running thread; converts a Lua error to a `Fail`. `f` must not keep a value with a
 /// destructor alive across Lua functions that can raise errors.
-pub(crate) fn protect(s: &State, f: &mut dyn FnMut(*mut lua_State)) -> Result {
+pub(crate) fn protect(s: &ScriptState, f: &mut dyn FnMut(*mut lua_State)) -> Result {
     let l = s.running.get();
     let mut f = f;
     let _format = NumberFormat::begin(s.old.get());
     // SAFETY: `l` is a live thread of this state, and `s` is borrowed for the whole call. `lua_checkstack` has reserved
     // the slots used, `f` lives until `lua_pcall` returns, and the stack is reset to `top`.
     unsafe {
-        let _running = Running::begin(l);
+        let _running = RunningThread::begin(l);
         let top = lua_gettop(l);
         if lua_checkstack(l, 8) == 0 {
             return Err(Fail::with_code(TATU_ERR_SCRIPT, "stack overflow"));

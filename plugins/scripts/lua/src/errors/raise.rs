@@ -5,7 +5,7 @@ use tatu_plugin_api::safe::*;
 
 use crate::{
     stack::{bytes, push},
-    state::{self, State},
+    state::{self, ScriptState},
 };
 
 /// Raises a failure as a Lua error whose message contains the position of the calling line, the text and the help, and
@@ -16,13 +16,13 @@ use crate::{
 pub(crate) unsafe fn raise(l: *mut lua_State, fail: Fail) -> i32 {
     luaL_checkstack(l, 4, std::ptr::null());
     luaL_where(l, 1);
-    let text = remember(state::of(l), bytes(l, -1), fail);
+    let text = record_raised(state::of(l), bytes(l, -1), fail);
     push(l, text);
     lua_error(l)
 }
 
 /// Records a failure and returns its text for the script. The text is valid until the next failure is recorded.
-fn remember<'a>(s: &'a State, place: &[u8], fail: Fail) -> &'a [u8] {
+fn record_raised<'a>(s: &'a ScriptState, place: &[u8], fail: Fail) -> &'a [u8] {
     let mut text = place.to_vec();
     text.extend_from_slice(fail.text().as_bytes());
     if let Some(help) = fail.help_text() {

@@ -9,7 +9,7 @@ use super::{
 };
 use crate::{
     stack::bytes,
-    state::{self, State, errors::Caught},
+    state::{self, ScriptState, errors::CaughtError},
     values::to_text,
 };
 
@@ -27,7 +27,7 @@ pub(crate) unsafe extern "C-unwind" fn handler(l: *mut lua_State) -> i32 {
 /// # Safety
 /// `l` and `from` must be live threads of `s`, and the error value must be on top of `l`. May raise a Lua error when
 /// memory is short.
-pub(crate) unsafe fn record(l: *mut lua_State, from: *mut lua_State, s: &State) {
+pub(crate) unsafe fn record(l: *mut lua_State, from: *mut lua_State, s: &ScriptState) {
     if lua_checkstack(l, 10) == 0 {
         return;
     }
@@ -37,14 +37,14 @@ pub(crate) unsafe fn record(l: *mut lua_State, from: *mut lua_State, s: &State) 
         lua_replace(l, -2);
     }
     // The traceback is short and must not be charged: with an exhausted budget, it would fail with the same error.
-    let limit = s.budget.release();
+    let limit = s.budget.lift_limit();
     luaL_traceback(l, from, std::ptr::null(), i32::from(from == l));
-    s.budget.confine(limit);
+    s.budget.restore_limit(limit);
     record_error(s, from, bytes(l, -2), bytes(l, -1), from == l);
     lua_pop(l, 2);
 }
 
-unsafe fn record_error(s: &State, from: *mut lua_State, text: &[u8], traceback: &[u8], in_handler: bool) {
+unsafe fn record_error(s: &ScriptState, from: *mut lua_State, text: &[u8], traceback: &[u8], in_handler: bool) {
     let mut places = Vec::new();
     let mut ar = std::mem::zeroed::<lua_Debug>();
     let mut level = i32::from(in_handler);
@@ -57,22 +57,22 @@ unsafe fn record_error(s: &State, from: *mut lua_State, text: &[u8], traceback: 
         }
         level += 1;
     }
-    s.errors.borrow_mut().caught = Some(Caught { text: text.to_vec(), traceback: traceback.to_vec(), places });
+    s.errors.borrow_mut().caught = Some(CaughtError { text: text.to_vec(), traceback: traceback.to_vec(), places });
 }
 
 /// Converts the error that ended a protected call.
 ///
 /// # Safety
 /// The error value must be on top of the stack of `l`.
-pub(crate) unsafe fn from_lua(s: &State, l: *mut lua_State, status: i32) -> Fail {
+pub(crate) unsafe fn from_lua(s: &ScriptState, l: *mut lua_State, status: i32) -> Fail {
     let caught = s.errors.borrow_mut().caught.take();
-    if let Some(fail) = s.budget.refusal() {
+    if let Some(fail) = s.budget.exhausted_error() {
         return with_traceback(fail, caught.as_ref());
     }
     if status == LUA_ERRMEM {
         return no_memory(s);
     }
-    let caught = caught.unwrap_or_else(|| Caught {
+    let caught = caught.unwrap_or_else(|| CaughtError {
         text: match lua_type(l, -1) {
             LUA_TSTRING => bytes(l, -1).to_vec(),
             _ => b"an error object without a message".to_vec(),
@@ -84,12 +84,12 @@ pub(crate) unsafe fn from_lua(s: &State, l: *mut lua_State, status: i32) -> Fail
     describe(s, caught, globals)
 }
 
-fn no_memory(s: &State) -> Fail {
+fn no_memory(s: &ScriptState) -> Fail {
     let places = s.memory_positions.take();
     at_places(memory_fail(s), &places)
 }
 
-fn memory_fail(s: &State) -> Fail {
+fn memory_fail(s: &ScriptState) -> Fail {
     let limit = s.slot.limit();
     if s.slot.take_refused() {
         let text = format!("the system is out of memory; the script uses {} of its {limit} bytes", s.slot.used());
@@ -100,12 +100,12 @@ fn memory_fail(s: &State) -> Fail {
         .help("look for a table that grows in each step")
 }
 
-fn describe(s: &State, mut caught: Caught, globals: Vec<String>) -> Fail {
+fn describe(s: &ScriptState, mut caught: CaughtError, globals: Vec<String>) -> Fail {
     // The script may have appended a traceback to the message: split it off.
-    const TRACE: &[u8] = b"\nstack traceback:\n";
-    if let Some(at) = caught.text.windows(TRACE.len()).position(|w| w == TRACE) {
+    const TRACEBACK_HEADER: &[u8] = b"\nstack traceback:\n";
+    if let Some(at) = caught.text.windows(TRACEBACK_HEADER.len()).position(|w| w == TRACEBACK_HEADER) {
         caught.traceback =
-            join_tracebacks(std::str::from_utf8(&caught.text[at + TRACE.len()..]).ok(), &caught.traceback);
+            join_tracebacks(std::str::from_utf8(&caught.text[at + TRACEBACK_HEADER.len()..]).ok(), &caught.traceback);
         caught.text.truncate(at);
     }
     let errors = s.errors.borrow();
@@ -121,7 +121,7 @@ fn describe(s: &State, mut caught: Caught, globals: Vec<String>) -> Fail {
         }
         return with_traceback(
             located(out, place, &caught),
-            Some(&Caught { traceback: join_tracebacks(fail.traceback_text(), &caught.traceback), ..caught }),
+            Some(&CaughtError { traceback: join_tracebacks(fail.traceback_text(), &caught.traceback), ..caught }),
         );
     }
     let (text, place) = strip_positions(&caught.text, &caught, &chunk);
@@ -129,7 +129,7 @@ fn describe(s: &State, mut caught: Caught, globals: Vec<String>) -> Fail {
         return with_traceback(located(memory_fail(s), place, &caught), Some(&caught));
     }
     let text = String::from_utf8_lossy(text).into_owned();
-    let fail = match s.text.borrow().unknown(&text, &errors.unresolved) {
+    let fail = match s.text.borrow().unknown_command(&text, &errors.unresolved) {
         Some(name) => {
             let advice = || Some(s.text.borrow().rules.advice(name.as_bytes())?.into_owned());
             let near = || Some(format!("did you mean `{}`?", hints::nearest(&name, hints::commands(s).into_iter())?));
@@ -140,7 +140,7 @@ fn describe(s: &State, mut caught: Caught, globals: Vec<String>) -> Fail {
             let help = advice
                 .or_else(near)
                 .unwrap_or_else(|| "`tatu list commands` shows the commands of all plugins".to_owned());
-            Fail::with_code(TATU_ERR_UNKNOWN, unknown(&text, &name)).help(help)
+            Fail::with_code(TATU_ERR_UNKNOWN, unknown_name_message(&text, &name)).help(help)
         }
         None => {
             let near = |name: &str| hints::nearest(name, globals.iter().cloned());
@@ -155,14 +155,14 @@ fn describe(s: &State, mut caught: Caught, globals: Vec<String>) -> Fail {
 }
 
 /// Builds the message about a name that no plugin provides.
-fn unknown(message: &str, name: &str) -> String {
+fn unknown_name_message(message: &str, name: &str) -> String {
     if message.starts_with("attempt to index") {
         return format!("`{name}` does not exist: no plugin provides commands with this name");
     }
     format!("there is no command `{name}`")
 }
 
-fn located(fail: Fail, place: Option<(String, u64)>, caught: &Caught) -> Fail {
+fn located(fail: Fail, place: Option<(String, u64)>, caught: &CaughtError) -> Fail {
     match place.or_else(|| {
         let (_, file, line) = caught.places.first()?;
         Some((String::from_utf8_lossy(file).into_owned(), *line as u64))
@@ -178,7 +178,7 @@ fn join_tracebacks(inner: Option<&str>, outer: &[u8]) -> Vec<u8> {
     all
 }
 
-fn with_traceback(fail: Fail, caught: Option<&Caught>) -> Fail {
+fn with_traceback(fail: Fail, caught: Option<&CaughtError>) -> Fail {
     match caught {
         Some(c) if !c.traceback.is_empty() => {
             let text = String::from_utf8_lossy(&c.traceback).into_owned();
@@ -190,7 +190,7 @@ fn with_traceback(fail: Fail, caught: Option<&Caught>) -> Fail {
 }
 
 /// Strips all leading `file:line: ` of known sources from a message; returns the last of them as the position.
-fn strip_positions<'a>(text: &'a [u8], caught: &Caught, chunk: &str) -> (&'a [u8], Option<(String, u64)>) {
+fn strip_positions<'a>(text: &'a [u8], caught: &CaughtError, chunk: &str) -> (&'a [u8], Option<(String, u64)>) {
     let (mut text, mut place) = (text, None);
     'again: loop {
         let known = caught

@@ -15,21 +15,21 @@ use crate::{
     snapshot,
     stack::{bytes, push, reg, registry},
     state::{
-        State,
-        text::{Rules, Style, Text},
+        ScriptState,
+        text::{CallbackStyle, LoadedSource, PreludeRules},
     },
     stdlib::compat,
 };
 use preludes::run_preludes;
 
 /// Loads a script's source, and returns its dialect.
-pub(crate) fn load(s: &State, text: &[u8], chunk: &str, dialect: &str) -> Result<String> {
-    *s.words.borrow_mut() = lexer::words(text);
-    let mut rules = Rules::default();
+pub(crate) fn load(s: &ScriptState, text: &[u8], chunk: &str, dialect: &str) -> Result<String> {
+    *s.source_words.borrow_mut() = lexer::words(text);
+    let mut rules = PreludeRules::default();
     let dialect = if dialect.is_empty() {
         // The preludes infer the dialect in a first pass. Its errors are ignored, because the second pass reports them
         // again.
-        let mut first = Rules::default();
+        let mut first = PreludeRules::default();
         let before = s.slot.backup();
         let _ = run_preludes(s, None, &mut first);
         if let Some(before) = before {
@@ -46,12 +46,12 @@ pub(crate) fn load(s: &State, text: &[u8], chunk: &str, dialect: &str) -> Result
     compat::open(s, old)?;
     // Garbage of this phase and of the preludes would scatter the script's own objects in memory.
     // SAFETY: `s.main` is the live main thread of this state, and no Lua code runs.
-    unsafe { gc::full(s.main, s) };
+    unsafe { gc::collect_fully(s.main, s) };
     run_preludes(s, Some(&dialect), &mut rules)?;
-    let words = s.words.take();
+    let words = s.source_words.take();
     s.single.set(rules.single);
-    if !rules.switch.is_empty() {
-        s.slices.switch.set(s.commands.number(s.world_ref(), &rules.switch));
+    if !rules.wait_command.is_empty() {
+        s.slices.wait_command.set(s.commands.number(s.world_ref(), &rules.wait_command));
     }
     if rules.functions.is_empty() {
         rules.functions.push((Vec::new(), Vec::new()));
@@ -61,16 +61,16 @@ pub(crate) fn load(s: &State, text: &[u8], chunk: &str, dialect: &str) -> Result
         rerun.drop_empty_branches(text, |word| number(s, word));
     }
     let may_rerun = rules.rerun.as_ref().is_some_and(|r| old || words.binary_search(&r.variable).is_ok());
-    *s.text.borrow_mut() = Text {
+    *s.text.borrow_mut() = LoadedSource {
         chunk: chunk.to_owned(),
         rules: Arc::new(rules),
-        style: Style::NotRun,
-        may_rerun,
-        over: false,
+        style: CallbackStyle::NotRun,
+        can_rerun: may_rerun,
+        is_cleaned_up: false,
         names: Vec::new(),
     };
     // SAFETY: `s.main` is the live main thread of this state, and no Lua code runs.
-    unsafe { gc::full(s.main, s) };
+    unsafe { gc::collect_fully(s.main, s) };
     compile(s, text, chunk)?;
     snapshot::baseline::record(s)?;
     // SAFETY: `s.main` is the live main thread of this state, and no Lua code runs.
@@ -78,7 +78,7 @@ pub(crate) fn load(s: &State, text: &[u8], chunk: &str, dialect: &str) -> Result
     Ok(dialect)
 }
 
-fn compile(s: &State, text: &[u8], chunk: &str) -> Result {
+fn compile(s: &ScriptState, text: &[u8], chunk: &str) -> Result {
     let text = text.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(text);
     // Skip a first line such as "#!/usr/bin/lua", but not its line break, to preserve line numbers.
     let skip = match text.first() {
@@ -95,7 +95,7 @@ fn compile(s: &State, text: &[u8], chunk: &str) -> Result {
     protect(s, &mut |l| unsafe {
         let status = luaL_loadbufferx(l, text.as_ptr().cast(), text.len(), name.as_ptr(), c"t".as_ptr());
         if status == LUA_OK {
-            lua_rawseti(l, LUA_REGISTRYINDEX, reg::CHUNK);
+            lua_rawseti(l, LUA_REGISTRYINDEX, reg::SCRIPT_CHUNK);
         } else {
             message = Some(bytes(l, -1).to_vec());
         }
@@ -120,7 +120,7 @@ fn syntax(message: &[u8], chunk: &str) -> Fail {
 }
 
 /// Returns the integer that a numeral or the name of a constant represents.
-fn number(s: &State, word: &[u8]) -> Option<i64> {
+fn number(s: &ScriptState, word: &[u8]) -> Option<i64> {
     if let Some(n) = std::str::from_utf8(word).ok().and_then(|w| w.parse().ok()) {
         return Some(n);
     }

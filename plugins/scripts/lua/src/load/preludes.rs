@@ -9,14 +9,14 @@ use crate::{
     run::time_slices,
     stack::{bytes, push, read_strings, reg, set},
     state::{
-        self, State, preludes,
-        rerun::Rerun,
-        text::{Rules, Style},
+        self, ScriptState, preludes,
+        rerun::RerunRules,
+        text::{CallbackStyle, PreludeRules},
     },
 };
 
 /// Runs all preludes that are not modules, and collects the rules that they return.
-pub(super) fn run_preludes(s: &State, dialect: Option<&str>, rules: &mut Rules) -> Result {
+pub(super) fn run_preludes(s: &ScriptState, dialect: Option<&str>, rules: &mut PreludeRules) -> Result {
     let kind = kind(s);
     for (_, text) in preludes(s).filter(|(module, _)| module.is_empty()) {
         // SAFETY: `protect` calls the closure with a live thread and catches Lua errors; `text` and `rules` outlive the
@@ -46,7 +46,7 @@ pub(super) fn run_preludes(s: &State, dialect: Option<&str>, rules: &mut Rules) 
 }
 
 /// Reads the rules of a prelude from the table on top of the stack.
-unsafe fn read_rules(l: *mut lua_State, rules: &mut Rules) {
+unsafe fn read_rules(l: *mut lua_State, rules: &mut PreludeRules) {
     unsafe fn field(l: *mut lua_State, name: &std::ffi::CStr) -> bool {
         lua_getfield(l, -1, name.as_ptr()) != LUA_TNIL
     }
@@ -59,14 +59,14 @@ unsafe fn read_rules(l: *mut lua_State, rules: &mut Rules) {
     }
     lua_pop(l, 1);
     if field(l, c"ends") && lua_type(l, -1) == LUA_TNUMBER {
-        rules.ends = Some(lua_tonumber(l, -1));
+        rules.end_result = Some(lua_tonumber(l, -1));
     }
     lua_pop(l, 1);
     if field(l, c"api") && lua_type(l, -1) == LUA_TTABLE {
         read_strings(l, &mut rules.api);
     }
     lua_pop(l, 1);
-    for (name, list) in [(c"exact", &mut rules.exact), (c"lacking", &mut rules.missing_modules)] {
+    for (name, list) in [(c"exact", &mut rules.exact_commands), (c"lacking", &mut rules.missing_modules)] {
         if field(l, name) && lua_type(l, -1) == LUA_TTABLE {
             read_strings(l, list);
         }
@@ -115,16 +115,16 @@ unsafe fn read_rules(l: *mut lua_State, rules: &mut Rules) {
     lua_pop(l, 1);
     if field(l, c"style") {
         rules.style = match bytes(l, -1) {
-            b"thread" => Some(Style::Thread),
-            b"step" => Some(Style::Step),
-            b"rerun" => Some(Style::Rerun),
-            b"functions" => Some(Style::Functions),
+            b"thread" => Some(CallbackStyle::Thread),
+            b"step" => Some(CallbackStyle::Step),
+            b"rerun" => Some(CallbackStyle::Rerun),
+            b"functions" => Some(CallbackStyle::Functions),
             _ => rules.style,
         };
     }
     lua_pop(l, 1);
     if field(l, c"switch") {
-        rules.switch = bytes(l, -1).to_vec();
+        rules.wait_command = bytes(l, -1).to_vec();
     }
     lua_pop(l, 1);
     rules.single |= field(l, c"single") && lua_toboolean(l, -1) != 0;
@@ -135,7 +135,7 @@ unsafe fn read_rules(l: *mut lua_State, rules: &mut Rules) {
     }
     lua_pop(l, 1);
     if field(l, c"rerun") && lua_type(l, -1) == LUA_TTABLE && rules.rerun.is_none() {
-        rules.rerun.insert(Rerun::default()).read_rules(l);
+        rules.rerun.insert(RerunRules::default()).read_rules(l);
     }
     lua_pop(l, 1);
 }
@@ -143,7 +143,7 @@ unsafe fn read_rules(l: *mut lua_State, rules: &mut Rules) {
 /// Implements `has(...)` for preludes: returns whether the script's source contains any of the names or operators.
 unsafe extern "C-unwind" fn has(l: *mut lua_State) -> i32 {
     let found = {
-        let words = state::of(l).words.borrow();
+        let words = state::of(l).source_words.borrow();
         (1..=lua_gettop(l)).any(|i| words.binary_search_by(|w| w.as_slice().cmp(bytes(l, i))).is_ok())
     };
     lua_pushboolean(l, i32::from(found));
@@ -154,7 +154,7 @@ unsafe extern "C-unwind" fn has(l: *mut lua_State) -> i32 {
 /// not less than `from` and is less than `to`; nil if there is no such name.
 unsafe extern "C-unwind" fn between(l: *mut lua_State) -> i32 {
     let word = {
-        let words = state::of(l).words.borrow();
+        let words = state::of(l).source_words.borrow();
         let at = words.partition_point(|w| w.as_slice() < bytes(l, 1));
         words.get(at).filter(|w| w.as_slice() < bytes(l, 2)).map(|w| (w.as_ptr(), w.len()))
     };
@@ -169,7 +169,7 @@ unsafe extern "C-unwind" fn between(l: *mut lua_State) -> i32 {
 }
 
 /// Returns the script's kind, such as "child" or "main".
-fn kind(s: &State) -> Vec<u8> {
+fn kind(s: &ScriptState) -> Vec<u8> {
     let kind = s.world().get(s.instance.owner, s.host.prop("script.kind"));
     kind.ok().and_then(|v| v.as_bytes().map(<[u8]>::to_vec)).unwrap_or_default()
 }

@@ -5,42 +5,42 @@ use mlua_sys::*;
 
 use super::time_slices;
 use crate::{
-    lua_internals::INSTRUCTION,
+    lua_internals::UNITS_PER_INSTRUCTION,
     stack::push,
-    state::{self, State, account::HOOK_INTERVAL},
+    state::{self, ScriptState, account::HOOK_INTERVAL},
 };
 
 /// Instructions charged for a new coroutine, because its hook counts separately.
 const COROUTINE_COST: u64 = 500;
 
 /// Instructions charged per system call, per opened file, and per line of the log.
-pub(crate) const SYSTEM_CALL: u64 = 500;
-pub(crate) const OPENING: u64 = 5000;
-pub(crate) const LINE: u64 = 100;
+pub(crate) const SYSTEM_CALL_COST: u64 = 500;
+pub(crate) const FILE_OPEN_COST: u64 = 5000;
+pub(crate) const LOG_LINE_COST: u64 = 100;
 /// Instructions charged for looking up a name in the host.
-pub(crate) const LOOKUP: u64 = 50;
+pub(crate) const LOOKUP_COST: u64 = 50;
 
 /// Work, in units, after which the script asks whether it must return.
-const POLL: u64 = (1 << 18) * INSTRUCTION;
+const POLL_INTERVAL: u64 = (1 << 18) * UNITS_PER_INSTRUCTION;
 
 /// Charges the instructions that a new coroutine can run before its own hook is called for the first time.
-pub(crate) fn charge_coroutine(s: &State) {
+pub(crate) fn charge_coroutine(s: &ScriptState) {
     let used = &s.budget.meter().used;
-    used.set(used.get() + COROUTINE_COST * INSTRUCTION);
+    used.set(used.get() + COROUTINE_COST * UNITS_PER_INSTRUCTION);
 }
 
 /// Arms the hook of a thread; coroutines that it creates inherit the hook.
 ///
 /// # Safety
 /// `l` must be a thread of a state created by this plugin.
-pub(crate) unsafe fn arm(l: *mut lua_State) {
+pub(crate) unsafe fn arm_hook(l: *mut lua_State) {
     lua_sethook(l, Some(hook), LUA_MASKCOUNT, HOOK_INTERVAL as i32);
 }
 
 /// Returns the number of instructions that remain in the budget.
-pub(crate) fn remaining(s: &State) -> u64 {
+pub(crate) fn remaining(s: &ScriptState) -> u64 {
     let meter = s.budget.meter();
-    meter.limit.get().saturating_sub(meter.used.get()) / INSTRUCTION
+    meter.limit.get().saturating_sub(meter.used.get()) / UNITS_PER_INSTRUCTION
 }
 
 /// Charges the work of a library function that can run for a long time.
@@ -49,7 +49,7 @@ pub(crate) fn remaining(s: &State) -> u64 {
 /// The calling C function must keep no value with a destructor alive, since this raises a Lua error when the budget is
 /// exhausted.
 pub(crate) unsafe fn charge(l: *mut lua_State, instructions: u64) {
-    charge_units(l, instructions.saturating_mul(INSTRUCTION));
+    charge_units(l, instructions.saturating_mul(UNITS_PER_INSTRUCTION));
 }
 
 /// Like [`charge`], in units.
@@ -80,15 +80,17 @@ unsafe extern "C-unwind" fn hook(l: *mut lua_State, _: *mut lua_Debug) {
     let b = &s.budget;
     if !b.exhausted.get() {
         let meter = b.meter();
-        let used = meter.used.get() + HOOK_INTERVAL * INSTRUCTION;
+        let used = meter.used.get() + HOOK_INTERVAL * UNITS_PER_INSTRUCTION;
         meter.used.set(used);
         if used < meter.limit.get() {
-            if used / POLL != (used - HOOK_INTERVAL * INSTRUCTION) / POLL && s.world().must_return() {
+            if used / POLL_INTERVAL != (used - HOOK_INTERVAL * UNITS_PER_INSTRUCTION) / POLL_INTERVAL
+                && s.world().must_return()
+            {
                 *b.reason.borrow_mut() =
                     Some("the script did not return within a second after a stop was requested".to_owned());
                 stop_script(l);
             }
-            return time_slices::count(l, s, HOOK_INTERVAL);
+            return time_slices::count_instructions(l, s, HOOK_INTERVAL);
         }
     }
     stop_script(l);
@@ -108,7 +110,7 @@ unsafe fn stop_script(l: *mut lua_State) -> ! {
     let s = state::of(l);
     let meter = s.budget.meter();
     if !s.budget.exhausted.replace(true) {
-        s.budget.spent.set(meter.limit.get() / INSTRUCTION);
+        s.budget.spent.set(meter.limit.get() / UNITS_PER_INSTRUCTION);
         // Prefer a position in a file over one in code that the script generated.
         let mut ar = std::mem::zeroed::<lua_Debug>();
         let mut level = 0;
@@ -116,7 +118,7 @@ unsafe fn stop_script(l: *mut lua_State) -> ! {
             lua_getinfo(l, c"Sl".as_ptr(), &mut ar);
             let file = ar.currentline > 0 && *ar.source == b'@' as _;
             if file || level == 0 {
-                note(s, &ar);
+                record_position(s, &ar);
             }
             if file {
                 break;
@@ -132,7 +134,7 @@ unsafe fn stop_script(l: *mut lua_State) -> ! {
     lua_error(l);
 }
 
-fn note(s: &State, ar: &lua_Debug) {
+fn record_position(s: &ScriptState, ar: &lua_Debug) {
     // SAFETY: `lua_getinfo` filled `ar` just before, so `source` and `srclen` describe a string that the running
     // function keeps alive.
     let source = unsafe { std::slice::from_raw_parts(ar.source.cast::<u8>(), ar.srclen) };

@@ -18,8 +18,8 @@ use crate::{
     errors::protect,
     stack::{bytes, push, reg, registry},
     state::{
-        State,
-        text::{Rules, Style},
+        ScriptState,
+        text::{CallbackStyle, PreludeRules},
     },
 };
 
@@ -35,31 +35,32 @@ const CLEANUP: &[u8] = b"cleanup";
 const THREAD: &[u8] = b"thread";
 
 /// Returns the callback in which a script of the given style is run for the first time.
-fn first(style: Style) -> &'static [u8] {
+fn first(style: CallbackStyle) -> &'static [u8] {
     match style {
-        Style::Step => ACTUATION,
-        Style::Thread => THREAD,
+        CallbackStyle::Step => ACTUATION,
+        CallbackStyle::Thread => THREAD,
         _ => INIT,
     }
 }
 
 /// Returns the number of a callable, or 0 if the script has no such callable.
-pub(crate) fn find(s: &State, how: u32, name: &[u8]) -> u32 {
+pub(crate) fn find(s: &ScriptState, how: u32, name: &[u8]) -> u32 {
     let (style, rules, over) = {
         let text = s.text.borrow();
-        (text.style, text.rules.clone(), text.over)
+        (text.style, text.rules.clone(), text.is_cleaned_up)
     };
     let mut there = false;
     match how {
         TATU_FIND_CALLBACK if over => {}
         TATU_FIND_CALLBACK if rules.style.is_some_and(|s| first(s) != INIT) => {
-            there = name == rules.style.map_or(INIT, first) && (style == Style::NotRun || style == Style::Step);
+            there = name == rules.style.map_or(INIT, first)
+                && (style == CallbackStyle::NotRun || style == CallbackStyle::Step);
         }
-        TATU_FIND_CALLBACK if name == INIT || name == INFO && style == Style::NotRun => there = true,
+        TATU_FIND_CALLBACK if name == INIT || name == INFO && style == CallbackStyle::NotRun => there = true,
         TATU_FIND_CALLBACK => match style {
-            Style::NotRun | Style::Step | Style::Thread => {}
-            Style::Rerun => there = rules.rerun.as_ref().is_some_and(|r| r.has(name)),
-            Style::Functions => {
+            CallbackStyle::NotRun | CallbackStyle::Step | CallbackStyle::Thread => {}
+            CallbackStyle::Rerun => there = rules.rerun.as_ref().is_some_and(|r| r.has(name)),
+            CallbackStyle::Functions => {
                 // SAFETY: `protect` calls the closure with a live thread and catches Lua errors; `rules` and `name`
                 // outlive the call.
                 let _ = protect(s, &mut |l| unsafe { there = callback(l, &rules, name) });
@@ -86,7 +87,7 @@ pub(crate) fn find(s: &State, how: u32, name: &[u8]) -> u32 {
 ///
 /// # Safety
 /// Must run in protected mode, since it may raise an error.
-pub(crate) unsafe fn callback(l: *mut lua_State, rules: &Rules, name: &[u8]) -> bool {
+pub(crate) unsafe fn callback(l: *mut lua_State, rules: &PreludeRules, name: &[u8]) -> bool {
     luaL_checkstack(l, 8, std::ptr::null());
     let top = lua_gettop(l);
     lua_pushglobaltable(l);
@@ -130,7 +131,13 @@ unsafe fn function(l: *mut lua_State, name: &[u8]) -> bool {
 }
 
 /// Calls the callable with the given number.
-pub(crate) fn call(s: &State, callable: u32, frame: &mut Frame<'_>, budget: Budget, used: &mut u64) -> Result<Flow> {
+pub(crate) fn call(
+    s: &ScriptState,
+    callable: u32,
+    frame: &mut Frame<'_>,
+    budget: Budget,
+    used: &mut u64,
+) -> Result<Flow> {
     let (how, name, style, rules, may_rerun) = {
         let text = s.text.borrow();
         let at = (callable as usize).wrapping_sub(1);
@@ -139,10 +146,10 @@ pub(crate) fn call(s: &State, callable: u32, frame: &mut Frame<'_>, budget: Budg
             .get(at)
             .cloned()
             .ok_or_else(|| Fail::with_code(TATU_ERR_GONE, "the script has no callable with this number"))?;
-        (how, name, text.style, text.rules.clone(), text.may_rerun)
+        (how, name, text.style, text.rules.clone(), text.can_rerun)
     };
     let name: &[u8] = &name;
-    let rules: &Arc<Rules> = &rules;
+    let rules: &Arc<PreludeRules> = &rules;
     let mut missing = false;
     // SAFETY: `enter` calls the closure with a live thread in protected mode. Values with destructors belong to this
     // function, whose frame no Lua error unwinds.
@@ -156,22 +163,22 @@ pub(crate) fn call(s: &State, callable: u32, frame: &mut Frame<'_>, budget: Budg
             return Flow::Done;
         }
         match (style, &rules.rerun) {
-            (Style::NotRun, _) if rules.style.is_some_and(|s| first(s) == name) && name != INIT => {
+            (CallbackStyle::NotRun, _) if rules.style.is_some_and(|s| first(s) == name) && name != INIT => {
                 run_text(l, s, rules, frame)
             }
-            (Style::Step, _) => run_text(l, s, rules, frame),
-            (Style::NotRun, _) => first_run(l, s, rules, may_rerun, name, frame),
-            (Style::Rerun, Some(rerun)) => {
+            (CallbackStyle::Step, _) => run_text(l, s, rules, frame),
+            (CallbackStyle::NotRun, _) => first_run(l, s, rules, may_rerun, name, frame),
+            (CallbackStyle::Rerun, Some(rerun)) => {
                 rerun.set_globals(l, s.instance.owner, rerun.value(name));
-                registry(l, reg::CHUNK);
+                registry(l, reg::SCRIPT_CHUNK);
                 start_or_call(l, s, rules, name, frame)
             }
             _ if callback(l, rules, name) => start_or_call(l, s, rules, name, frame),
             _ => Flow::Done,
         }
     });
-    let begun = s.text.borrow().style != Style::NotRun;
-    if style == Style::NotRun && !begun && result.is_err() && how == TATU_FIND_CALLBACK {
+    let begun = s.text.borrow().style != CallbackStyle::NotRun;
+    if style == CallbackStyle::NotRun && !begun && result.is_err() && how == TATU_FIND_CALLBACK {
         // The script failed in its first run: retain the callbacks that it has defined so far, in particular `cleanup`.
         // SAFETY: `protect` calls the closure with a live thread and catches Lua errors; `rules` outlives the call.
         let _ = protect(s, &mut |l| unsafe {
@@ -179,7 +186,7 @@ pub(crate) fn call(s: &State, callable: u32, frame: &mut Frame<'_>, budget: Budg
         });
     }
     if how == TATU_FIND_CALLBACK && name == CLEANUP {
-        s.text.borrow_mut().over = true;
+        s.text.borrow_mut().is_cleaned_up = true;
     }
     if missing {
         let name = String::from_utf8_lossy(name);
@@ -188,19 +195,25 @@ pub(crate) fn call(s: &State, callable: u32, frame: &mut Frame<'_>, budget: Budg
     result
 }
 
-unsafe fn start_or_call(l: *mut lua_State, s: &State, rules: &Rules, name: &[u8], frame: *mut tatu_call) -> Flow {
+unsafe fn start_or_call(
+    l: *mut lua_State,
+    s: &ScriptState,
+    rules: &PreludeRules,
+    name: &[u8],
+    frame: *mut tatu_call,
+) -> Flow {
     if name == THREAD { threads::start(l, s, frame) } else { call_callback(l, s, rules, name, frame) }
 }
 
 /// Runs a script of the style `Step` or `Thread`.
-unsafe fn run_text(l: *mut lua_State, s: &State, rules: &Rules, frame: *mut tatu_call) -> Flow {
+unsafe fn run_text(l: *mut lua_State, s: &ScriptState, rules: &PreludeRules, frame: *mut tatu_call) -> Flow {
     let style = rules.style.unwrap_or_default();
     s.text.borrow_mut().style = style;
     if let Some(rerun) = &rules.rerun {
-        let value = if style == Style::Thread { rerun.value(THREAD) } else { None };
+        let value = if style == CallbackStyle::Thread { rerun.value(THREAD) } else { None };
         rerun.set_globals(l, s.instance.owner, value);
     }
-    if registry(l, reg::CHUNK) != LUA_TFUNCTION {
+    if registry(l, reg::SCRIPT_CHUNK) != LUA_TFUNCTION {
         return Flow::Done;
     }
     start_or_call(l, s, rules, first(style), frame)
@@ -209,8 +222,8 @@ unsafe fn run_text(l: *mut lua_State, s: &State, rules: &Rules, frame: *mut tatu
 /// Runs the script for the first time, then the callbacks `info` and `init`.
 unsafe fn first_run(
     l: *mut lua_State,
-    s: &State,
-    rules: &Rules,
+    s: &ScriptState,
+    rules: &PreludeRules,
     may_rerun: bool,
     name: &[u8],
     frame: *mut tatu_call,
@@ -219,12 +232,12 @@ unsafe fn first_run(
     if let Some(rerun) = &rules.rerun {
         rerun.set_globals(l, s.instance.owner, rerun.value(name));
     }
-    if registry(l, reg::CHUNK) != LUA_TFUNCTION {
+    if registry(l, reg::SCRIPT_CHUNK) != LUA_TFUNCTION {
         return Flow::Done;
     }
     let n = put_args(l, frame);
     lua_call(l, n, LUA_MULTRET);
-    if decide_style(l, s, rules, may_rerun) == Style::Rerun {
+    if decide_style(l, s, rules, may_rerun) == CallbackStyle::Rerun {
         end_by_number(l, s, base);
         take_results(l, s, frame, lua_gettop(l) - base);
         return Flow::Done;
@@ -245,7 +258,13 @@ unsafe fn first_run(
 }
 
 /// Runs a callback, whose result may request the end of the script.
-unsafe fn call_callback(l: *mut lua_State, s: &State, rules: &Rules, name: &[u8], frame: *mut tatu_call) -> Flow {
+unsafe fn call_callback(
+    l: *mut lua_State,
+    s: &ScriptState,
+    rules: &PreludeRules,
+    name: &[u8],
+    frame: *mut tatu_call,
+) -> Flow {
     let base = lua_gettop(l) - 1;
     let n = put_args(l, frame);
     if n > 0 {
@@ -261,8 +280,8 @@ unsafe fn call_callback(l: *mut lua_State, s: &State, rules: &Rules, name: &[u8]
 }
 
 /// Converts the number by which a callback requests the end of its script to `{cmd = 'cleanup'}`.
-unsafe fn end_by_number(l: *mut lua_State, s: &State, base: i32) {
-    let Some(ends) = s.text.borrow().rules.ends else { return };
+unsafe fn end_by_number(l: *mut lua_State, s: &ScriptState, base: i32) {
+    let Some(ends) = s.text.borrow().rules.end_result else { return };
     if lua_gettop(l) > base && lua_type(l, base + 1) == LUA_TNUMBER && lua_tonumber(l, base + 1) == ends {
         lua_settop(l, base);
         lua_createtable(l, 0, 1);
@@ -272,18 +291,18 @@ unsafe fn end_by_number(l: *mut lua_State, s: &State, base: i32) {
 }
 
 /// Chooses the style after the script has run.
-unsafe fn decide_style(l: *mut lua_State, s: &State, rules: &Rules, may_rerun: bool) -> Style {
+unsafe fn decide_style(l: *mut lua_State, s: &ScriptState, rules: &PreludeRules, may_rerun: bool) -> CallbackStyle {
     let style = match rules.style {
         Some(style) => style,
-        None if may_rerun && !any_callback(l, rules) => Style::Rerun,
-        None => Style::Functions,
+        None if may_rerun && !any_callback(l, rules) => CallbackStyle::Rerun,
+        None => CallbackStyle::Functions,
     };
     s.text.borrow_mut().style = style;
     style
 }
 
 /// Returns whether any global function has the name of a callback.
-unsafe fn any_callback(l: *mut lua_State, rules: &Rules) -> bool {
+unsafe fn any_callback(l: *mut lua_State, rules: &PreludeRules) -> bool {
     luaL_checkstack(l, 6, std::ptr::null());
     let top = lua_gettop(l);
     lua_pushglobaltable(l);

@@ -10,26 +10,26 @@ use tatu_plugin_api::{abi::*, safe::*};
 
 use super::{
     budget,
-    frame::{RESULTS, frame},
+    frame::{MAX_RESULTS, frame},
     functions, waits,
 };
 use crate::{
-    convert::{self, Allocator, Reader},
+    convert::{self, ValueAllocator, ValueReader},
     errors,
-    lua_internals::{BYTE, INSTRUCTION},
+    lua_internals::{UNITS_PER_BYTE, UNITS_PER_INSTRUCTION},
     stack::{bytes, push, reg, registry},
-    state::{self, State},
+    state::{self, ScriptState},
 };
 
 /// Number of arguments that fit on the native stack.
-const ARGS: usize = 16;
+const STACK_ARGS: usize = 16;
 
-/// Flag in a command's upvalue: floats are passed without rounding to 32 bits, even if `State::single` is set.
-const EXACT: i64 = 1 << 40;
+/// Flag in a command's upvalue: floats are passed without rounding to 32 bits, even if `ScriptState::single` is set.
+const EXACT_FLAG: i64 = 1 << 40;
 
 /// The target of a call.
 #[derive(Clone, Copy)]
-pub(crate) enum Target {
+pub(crate) enum CallTarget {
     /// A command: id << 8 | alias.
     Command(u32),
     /// A command whose numbers are rounded to 32-bit floats.
@@ -41,10 +41,10 @@ pub(crate) enum Target {
 /// Lua function of a command; upvalue 1 is id << 8 | alias.
 pub(crate) unsafe extern "C-unwind" fn command(l: *mut lua_State) -> i32 {
     let packed = lua_tointegerx(l, lua_upvalueindex(1), null_mut());
-    if packed < EXACT && state::of(l).single.get() {
-        return run(l, Target::Single(packed as u32));
+    if packed < EXACT_FLAG && state::of(l).single.get() {
+        return run(l, CallTarget::Single(packed as u32));
     }
-    run(l, Target::Command(packed as u32))
+    run(l, CallTarget::Command(packed as u32))
 }
 
 /// Calls a command with the arguments on the stack.
@@ -52,16 +52,16 @@ pub(crate) unsafe extern "C-unwind" fn command(l: *mut lua_State) -> i32 {
 /// # Safety
 /// The caller must be a C function of Lua that keeps no value with a destructor alive.
 #[inline(always)]
-pub(crate) unsafe fn run(l: *mut lua_State, target: Target) -> i32 {
+pub(crate) unsafe fn run(l: *mut lua_State, target: CallTarget) -> i32 {
     let s = state::of(l);
     let n = lua_gettop(l);
-    let mut args = MaybeUninit::<[tatu_value; ARGS]>::uninit();
-    let mut results = MaybeUninit::<[tatu_value; RESULTS]>::uninit();
-    let borrowed_before = s.borrowed.get();
-    let mut reader = Reader { l, s, allocator: Allocator::World, what: "argument", allocated: false };
+    let mut args = MaybeUninit::<[tatu_value; STACK_ARGS]>::uninit();
+    let mut results = MaybeUninit::<[tatu_value; MAX_RESULTS]>::uninit();
+    let borrowed_before = s.last_borrowed.get();
+    let mut reader = ValueReader { l, s, allocator: ValueAllocator::World, what: "argument", allocated: false };
     let mut first = args.as_mut_ptr().cast::<tatu_value>();
-    if n as usize > ARGS {
-        first = many(&mut reader, n as usize);
+    if n as usize > STACK_ARGS {
+        first = allocate_args(&mut reader, n as usize);
     }
     for i in 0..n {
         reader.read(i + 1, i as u32 + 1, first.add(i as usize));
@@ -75,24 +75,24 @@ pub(crate) unsafe fn run(l: *mut lua_State, target: Target) -> i32 {
         frame.wait_token = s.token.get() + 1;
         s.token.set(frame.wait_token);
     }
-    let single = matches!(target, Target::Single(_));
+    let single = matches!(target, CallTarget::Single(_));
     if single {
         convert::to_single(first, n as usize);
     }
     let outer = s.running.replace(l);
     let status = match target {
-        Target::Command(packed) | Target::Single(packed) => {
+        CallTarget::Command(packed) | CallTarget::Single(packed) => {
             frame.command = packed >> 8;
             frame.alias = packed & 0xFF;
             (s.commands.call)(s.world_ref(), &mut frame)
         }
-        Target::Function(func) => (s.commands.call_func)(s.world_ref(), func, &mut frame),
+        CallTarget::Function(func) => (s.commands.call_func)(s.world_ref(), func, &mut frame),
     };
     s.running.set(outer);
     if status != TATU_OK {
-        return other(l, s, status, &frame, borrowed_before);
+        return finish_wait_or_failure(l, s, status, &frame, borrowed_before);
     }
-    let results = std::slice::from_raw_parts(frame.results, frame.n_results.min(RESULTS as u32) as usize);
+    let results = std::slice::from_raw_parts(frame.results, frame.n_results.min(MAX_RESULTS as u32) as usize);
     if results.len() > 8 {
         luaL_checkstack(l, results.len() as i32 + 4, std::ptr::null());
     }
@@ -106,23 +106,23 @@ pub(crate) unsafe fn run(l: *mut lua_State, target: Target) -> i32 {
         }
     }
     if allocated {
-        (s.commands.release)(s.world_ref(), s.mark.get());
+        (s.commands.release)(s.world_ref(), s.arena_mark.get());
     }
-    if s.borrowed.get() != borrowed_before {
+    if s.last_borrowed.get() != borrowed_before {
         functions::release_borrowed_since(l, s, borrowed_before);
     }
     results.len() as i32
 }
 
 /// Lua function that calls a function of another script; upvalue 1 is its id.
-pub(crate) unsafe extern "C-unwind" fn foreign(l: *mut lua_State) -> i32 {
+pub(crate) unsafe extern "C-unwind" fn call_foreign(l: *mut lua_State) -> i32 {
     let func = lua_tointeger(l, lua_upvalueindex(1)) as u64;
-    run(l, Target::Function(func))
+    run(l, CallTarget::Function(func))
 }
 
 /// Returns memory for more arguments than fit on the native stack.
 #[cold]
-unsafe fn many(reader: &mut Reader<'_>, n: usize) -> *mut tatu_value {
+unsafe fn allocate_args(reader: &mut ValueReader<'_>, n: usize) -> *mut tatu_value {
     reader.allocated = true;
     let memory = (reader.s.commands.alloc)(reader.s.world_ref(), (n * size_of::<tatu_value>()) as u64);
     if memory.is_null() {
@@ -140,8 +140,14 @@ unsafe fn many(reader: &mut Reader<'_>, n: usize) -> *mut tatu_value {
 
 /// Completes a call whose command waits or has failed.
 #[cold]
-unsafe fn other(l: *mut lua_State, s: &State, status: tatu_status, frame: &tatu_call, borrowed_before: u32) -> i32 {
-    if s.borrowed.get() != borrowed_before {
+unsafe fn finish_wait_or_failure(
+    l: *mut lua_State,
+    s: &ScriptState,
+    status: tatu_status,
+    frame: &tatu_call,
+    borrowed_before: u32,
+) -> i32 {
+    if s.last_borrowed.get() != borrowed_before {
         luaL_checkstack(l, 4, std::ptr::null());
         functions::release_borrowed_since(l, s, borrowed_before);
     }
@@ -157,7 +163,7 @@ unsafe fn other(l: *mut lua_State, s: &State, status: tatu_status, frame: &tatu_
     errors::raise(l, fail)
 }
 
-fn failure(s: &State, status: tatu_status, frame: &tatu_call) -> Fail {
+fn failure(s: &ScriptState, status: tatu_status, frame: &tatu_call) -> Fail {
     if status >= 0 {
         return Fail::unsupported("this command waits, but the calling code cannot be suspended")
             .help("call it from a thread callback or a coroutine, not inside a sort or a metamethod");
@@ -165,8 +171,8 @@ fn failure(s: &State, status: tatu_status, frame: &tatu_call) -> Fail {
     // SAFETY: `frame.error` belongs to the host, which keeps it valid until its next error; `read` copies it.
     let fail = unsafe { Fail::read(status, frame.error) };
     // SAFETY: the error was copied above, and nothing else refers to the part of the arena that this call allocated
-    // after `mark`.
-    unsafe { (s.commands.release)(s.world_ref(), s.mark.get()) };
+    // after `arena_mark`.
+    unsafe { (s.commands.release)(s.world_ref(), s.arena_mark.get()) };
     fail
 }
 
@@ -177,7 +183,7 @@ pub(crate) unsafe extern "C-unwind" fn index(l: *mut lua_State) -> i32 {
     }
     let s = state::of(l);
     lua_settop(l, 2);
-    budget::charge_units(l, budget::LOOKUP * INSTRUCTION + lua_rawlen(l, 2) as u64 * BYTE);
+    budget::charge_units(l, budget::LOOKUP_COST * UNITS_PER_INSTRUCTION + lua_rawlen(l, 2) as u64 * UNITS_PER_BYTE);
     lua_pushvalue(l, lua_upvalueindex(1));
     lua_pushvalue(l, 2);
     lua_concat(l, 2); // 3: the full name
@@ -196,20 +202,20 @@ pub(crate) unsafe extern "C-unwind" fn index(l: *mut lua_State) -> i32 {
     let mut value = ValueRef::NIL;
     if is_prelude_constant {
     } else if found != 0 {
-        let exact = s.single.get() && s.text.borrow().rules.exact.iter().any(|e| e == bytes(l, 3));
-        lua_pushinteger(l, i64::from(found) | if exact { EXACT } else { 0 });
+        let exact = s.single.get() && s.text.borrow().rules.exact_commands.iter().any(|e| e == bytes(l, 3));
+        lua_pushinteger(l, i64::from(found) | if exact { EXACT_FLAG } else { 0 });
         lua_pushcclosure(l, command, 1);
     } else if (s.commands.constant)(s.world_ref(), bytes(l, 3).into(), Some(&mut value)) == TATU_OK {
         convert::put(l, &value.raw());
     } else {
         if (s.commands.is_name_space)(s.world_ref(), bytes(l, 3).into()) == 0 {
-            unresolved(s, bytes(l, 3));
+            record_unresolved(s, bytes(l, 3));
             return 0;
         }
         lua_pushvalue(l, 3);
         push(l, b".");
         lua_concat(l, 2); // 4: the name as a prefix
-        scope(l, 4);
+        push_namespace(l, 4);
     }
     lua_pushvalue(l, 2);
     lua_pushvalue(l, -2);
@@ -220,7 +226,7 @@ pub(crate) unsafe extern "C-unwind" fn index(l: *mut lua_State) -> i32 {
 /// Maximum number of unresolved names that are stored for error messages.
 const MAX_UNRESOLVED: usize = 32;
 
-fn unresolved(s: &State, name: &[u8]) {
+fn record_unresolved(s: &ScriptState, name: &[u8]) {
     let unresolved = &mut s.errors.borrow_mut().unresolved;
     // More than one name is stored, because names in the arguments of a call are looked up after the function.
     if unresolved.len() == MAX_UNRESOLVED {
@@ -230,8 +236,8 @@ fn unresolved(s: &State, name: &[u8]) {
 }
 
 /// Pushes the namespace table of the prefix at index `prefix`. A prefix always has the same table.
-unsafe fn scope(l: *mut lua_State, prefix: i32) {
-    registry(l, reg::SCOPES);
+unsafe fn push_namespace(l: *mut lua_State, prefix: i32) {
+    registry(l, reg::NAMESPACES);
     lua_pushvalue(l, prefix);
     if lua_rawget(l, -2) == LUA_TTABLE {
         return;
@@ -241,14 +247,14 @@ unsafe fn scope(l: *mut lua_State, prefix: i32) {
     lua_pushvalue(l, prefix);
     lua_pushvalue(l, -2);
     lua_rawset(l, -4);
-    attach(l, prefix);
+    attach_name_cache(l, prefix);
 }
 
 /// Gives the table on top a metatable whose `__index` is a cache of names with the prefix at index `prefix`.
 ///
 /// # Safety
 /// The stack must have six free slots. May raise a Lua error.
-unsafe fn attach(l: *mut lua_State, prefix: i32) {
+unsafe fn attach_name_cache(l: *mut lua_State, prefix: i32) {
     lua_newtable(l); // metatable
     lua_newtable(l); // cache
     lua_newtable(l); // metatable of the cache
@@ -268,10 +274,10 @@ pub(crate) unsafe fn open(l: *mut lua_State) {
     luaL_checkstack(l, 12, std::ptr::null());
     push(l, b"");
     let prefix = lua_gettop(l);
-    registry(l, reg::SCOPES);
+    registry(l, reg::NAMESPACES);
     lua_pushvalue(l, prefix);
     lua_pushglobaltable(l);
-    attach(l, prefix);
+    attach_name_cache(l, prefix);
     lua_rawset(l, -3);
     lua_settop(l, prefix - 1);
 }
@@ -280,27 +286,27 @@ pub(crate) unsafe fn open(l: *mut lua_State) {
 ///
 /// # Safety
 /// May raise a Lua error.
-pub(crate) unsafe fn refresh(l: *mut lua_State, s: &State) {
+pub(crate) unsafe fn refresh(l: *mut lua_State, s: &ScriptState) {
     let now = (s.commands.generation)(s.world_ref());
     if now == s.generation.get() {
         return;
     }
     s.generation.set(now);
     luaL_checkstack(l, 12, std::ptr::null());
-    registry(l, reg::SCOPES);
+    registry(l, reg::NAMESPACES);
     let scopes = lua_gettop(l);
     lua_pushnil(l);
     while lua_next(l, scopes) != 0 {
         if lua_getmetatable(l, -1) != 0 {
             lua_getfield(l, -1, c"__index".as_ptr());
-            forget(l, lua_gettop(l));
+            clear_name_cache(l, lua_gettop(l));
         }
         lua_settop(l, scopes + 1);
     }
     lua_settop(l, scopes - 1);
 }
 
-unsafe fn forget(l: *mut lua_State, cache: i32) {
+unsafe fn clear_name_cache(l: *mut lua_State, cache: i32) {
     if lua_type(l, cache) != LUA_TTABLE {
         return;
     }

@@ -7,23 +7,23 @@ use super::{commands, functions, gc};
 use crate::{
     convert::{put_args, take_results},
     errors::protect,
-    state::{State, account::Outer},
+    state::{ScriptState, account::OuterBudget},
 };
 
 /// The scope of a call from the host; dropping it restores the state, regardless of how the call ends.
-struct Entry<'a> {
-    s: &'a State,
-    outer: Outer,
+struct HostCall<'a> {
+    s: &'a ScriptState,
+    outer: OuterBudget,
     mark: u64,
     done: bool,
 }
 
-impl<'a> Entry<'a> {
-    fn begin(s: &'a State, budget: Budget) -> Self {
+impl<'a> HostCall<'a> {
+    fn begin(s: &'a ScriptState, budget: Budget) -> Self {
         s.depth.set(s.depth.get() + 1);
         s.slot.set_limit(budget.memory);
         let now = (s.commands.mark)(s.world_ref());
-        Entry { s, outer: s.budget.begin(budget.instructions), mark: s.mark.replace(now), done: false }
+        HostCall { s, outer: s.budget.begin(budget.instructions), mark: s.arena_mark.replace(now), done: false }
     }
     fn end(mut self) -> u64 {
         self.done = true;
@@ -31,29 +31,29 @@ impl<'a> Entry<'a> {
     }
 }
 
-impl Drop for Entry<'_> {
+impl Drop for HostCall<'_> {
     fn drop(&mut self) {
-        self.s.mark.set(self.mark);
+        self.s.arena_mark.set(self.mark);
         self.s.depth.set(self.s.depth.get() - 1);
         if !self.done {
             // A panic has unwound through Lua's frames, so the state is no longer consistent.
-            self.s.broken.set(true);
+            self.s.has_panicked.set(true);
         }
     }
 }
 
 /// Runs `body` as a call from the host: sets up the budget, the arena, the name caches and error handling.
 pub(crate) fn enter(
-    s: &State,
+    s: &ScriptState,
     frame: &mut Frame<'_>,
     budget: Budget,
     used: &mut u64,
     body: &mut dyn FnMut(*mut lua_State, *mut tatu_call) -> Flow,
 ) -> Result<Flow> {
-    if let Some(refusal) = s.budget.refusal() {
+    if let Some(refusal) = s.budget.exhausted_error() {
         return Err(refusal);
     }
-    if s.broken.get() {
+    if s.has_panicked.get() {
         return Err(Fail::with_code(TATU_ERR_PANIC, "the script's state was damaged by an earlier panic"));
     }
     let frame: *mut tatu_call = frame.raw();
@@ -62,7 +62,7 @@ pub(crate) fn enter(
         (*frame).n_results = 0;
         s.parallel.set((*frame).flags & TATU_CALL_SIDE_BY_SIDE != 0);
     }
-    let entry = Entry::begin(s, budget);
+    let entry = HostCall::begin(s, budget);
     let mut flow = Flow::Done;
     // SAFETY: `protect` calls the closure with a live thread and catches Lua errors; `frame` is an exclusive borrow
     // that is valid during this call.
@@ -86,7 +86,7 @@ pub(crate) fn enter(
 ///
 /// # Safety
 /// Must run in protected mode, with a function on top of the stack; `frame` must be valid.
-pub(crate) unsafe fn run(l: *mut lua_State, s: &State, frame: *mut tatu_call) -> Flow {
+pub(crate) unsafe fn run(l: *mut lua_State, s: &ScriptState, frame: *mut tatu_call) -> Flow {
     let base = lua_gettop(l) - 1;
     let n = put_args(l, frame);
     lua_call(l, n, LUA_MULTRET);
@@ -96,7 +96,7 @@ pub(crate) unsafe fn run(l: *mut lua_State, s: &State, frame: *mut tatu_call) ->
 
 /// Calls a function of the script by its id.
 pub(crate) fn call_function(
-    s: &State,
+    s: &ScriptState,
     local: u32,
     frame: &mut Frame<'_>,
     budget: Budget,
@@ -106,7 +106,7 @@ pub(crate) fn call_function(
     // SAFETY: `enter` calls the closure with a live thread in protected mode, and the closure keeps no value with a
     // destructor alive.
     enter(s, frame, budget, used, &mut |l, frame| unsafe {
-        functions::look(l, local);
+        functions::push_by_id(l, local);
         if lua_type(l, -1) != LUA_TFUNCTION {
             gone = true;
             return Flow::Done;

@@ -5,21 +5,21 @@ use mlua_sys::*;
 use crate::{
     errors::protect,
     stack::{reg, registry},
-    state::{self, State},
+    state::{self, ScriptState},
 };
 
 /// First id of a kept function; lower ids belong to borrowed functions.
-const KEPT: u32 = 1 << 31;
+const FIRST_KEPT_ID: u32 = 1 << 31;
 
 /// Registers the function at `idx` as borrowed. The returned id is valid until `release_borrowed_since` is called with
 /// a lower id, or until `release_borrowed` is called.
 ///
 /// # Safety
 /// The stack must have two free slots. May raise a Lua error.
-pub(crate) unsafe fn borrow(l: *mut lua_State, s: &State, idx: i32) -> u32 {
-    let id = s.borrowed.get() % (KEPT - 1) + 1;
-    s.borrowed.set(id);
-    registry(l, reg::BORROWED);
+pub(crate) unsafe fn borrow(l: *mut lua_State, s: &ScriptState, idx: i32) -> u32 {
+    let id = s.last_borrowed.get() % (FIRST_KEPT_ID - 1) + 1;
+    s.last_borrowed.set(id);
+    registry(l, reg::BORROWED_FUNCTIONS);
     lua_pushvalue(l, idx);
     lua_rawseti(l, -2, i64::from(id));
     lua_pop(l, 1);
@@ -30,15 +30,15 @@ pub(crate) unsafe fn borrow(l: *mut lua_State, s: &State, idx: i32) -> u32 {
 ///
 /// # Safety
 /// The stack must have two free slots. Does not raise an error, because the entries exist.
-pub(crate) unsafe fn release_borrowed_since(l: *mut lua_State, s: &State, before: u32) {
-    let now = s.borrowed.get();
+pub(crate) unsafe fn release_borrowed_since(l: *mut lua_State, s: &ScriptState, before: u32) {
+    let now = s.last_borrowed.get();
     if now == before {
         return;
     }
-    registry(l, reg::BORROWED);
+    registry(l, reg::BORROWED_FUNCTIONS);
     let mut id = before;
     while id != now {
-        id = id % (KEPT - 1) + 1;
+        id = id % (FIRST_KEPT_ID - 1) + 1;
         lua_pushnil(l);
         lua_rawseti(l, -2, i64::from(id));
     }
@@ -49,11 +49,11 @@ pub(crate) unsafe fn release_borrowed_since(l: *mut lua_State, s: &State, before
 ///
 /// # Safety
 /// May raise a Lua error.
-pub(crate) unsafe fn release_borrowed(l: *mut lua_State, s: &State) {
-    if s.borrowed.get() != s.returned.get() {
-        s.returned.set(s.borrowed.get());
+pub(crate) unsafe fn release_borrowed(l: *mut lua_State, s: &ScriptState) {
+    if s.last_borrowed.get() != s.released.get() {
+        s.released.set(s.last_borrowed.get());
         lua_newtable(l);
-        lua_rawseti(l, LUA_REGISTRYINDEX, reg::BORROWED);
+        lua_rawseti(l, LUA_REGISTRYINDEX, reg::BORROWED_FUNCTIONS);
     }
 }
 
@@ -65,7 +65,7 @@ pub(crate) unsafe fn release_borrowed(l: *mut lua_State, s: &State) {
 pub(crate) unsafe fn put(l: *mut lua_State, func: u64) {
     let s = state::of(l);
     if func >> 32 == s.instance.id {
-        look(l, func as u32);
+        push_by_id(l, func as u32);
     } else {
         lua_pushinteger(l, func as i64);
         lua_pushcclosure(l, s.foreign, 1);
@@ -73,45 +73,45 @@ pub(crate) unsafe fn put(l: *mut lua_State, func: u64) {
 }
 
 /// Pushes the function with the given id, or nil if there is no such function.
-pub(super) unsafe fn look(l: *mut lua_State, local: u32) {
-    registry(l, if local >= KEPT { reg::KEPT } else { reg::BORROWED });
-    lua_rawgeti(l, -1, i64::from(local & !KEPT));
+pub(super) unsafe fn push_by_id(l: *mut lua_State, local: u32) {
+    registry(l, if local >= FIRST_KEPT_ID { reg::KEPT_FUNCTIONS } else { reg::BORROWED_FUNCTIONS });
+    lua_rawgeti(l, -1, i64::from(local & !FIRST_KEPT_ID));
     lua_replace(l, -2);
 }
 
 /// Converts a borrowed function to a kept one, and returns its new id, or 0 if that is not possible.
-pub(crate) fn keep(s: &State, local: u32) -> u32 {
+pub(crate) fn keep(s: &ScriptState, local: u32) -> u32 {
     let mut id = 0;
     // SAFETY: `protect` calls the closure with a live thread and free stack slots, catches Lua errors, and resets the
     // stack.
     let done = protect(s, &mut |l| unsafe {
-        look(l, local);
+        push_by_id(l, local);
         if lua_type(l, -1) != LUA_TFUNCTION {
             return;
         }
-        let next = s.kept.get() + 1;
-        if next >= KEPT {
+        let next = s.last_kept.get() + 1;
+        if next >= FIRST_KEPT_ID {
             return;
         }
-        registry(l, reg::KEPT);
+        registry(l, reg::KEPT_FUNCTIONS);
         lua_insert(l, -2);
         lua_rawseti(l, -2, i64::from(next));
-        s.kept.set(next);
-        id = KEPT | next;
+        s.last_kept.set(next);
+        id = FIRST_KEPT_ID | next;
     });
     if done.is_err() { 0 } else { id }
 }
 
 /// Releases a kept function, so that it can be collected; borrowed functions are ignored.
-pub(crate) fn drop(s: &State, local: u32) {
-    if local < KEPT {
+pub(crate) fn drop(s: &ScriptState, local: u32) {
+    if local < FIRST_KEPT_ID {
         return;
     }
     // SAFETY: `protect` calls the closure with a live thread and free stack slots, catches Lua errors, and resets the
     // stack.
     let _ = protect(s, &mut |l| unsafe {
-        registry(l, reg::KEPT);
+        registry(l, reg::KEPT_FUNCTIONS);
         lua_pushnil(l);
-        lua_rawseti(l, -2, i64::from(local & !KEPT));
+        lua_rawseti(l, -2, i64::from(local & !FIRST_KEPT_ID));
     });
 }

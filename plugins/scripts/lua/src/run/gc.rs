@@ -7,10 +7,10 @@
 
 use mlua_sys::*;
 
-use crate::{lua_internals, state::State};
+use crate::{lua_internals, state::ScriptState};
 
 /// Number of calls from the host between two collections.
-pub(crate) const INTERVAL: u64 = 64;
+pub(crate) const COLLECTION_INTERVAL: u64 = 64;
 /// Garbage in KiB at which Lua's own pacing starts a collection.
 const THRESHOLD_KIB: i32 = 4 << 10;
 
@@ -26,7 +26,7 @@ pub(crate) unsafe fn open(l: *mut lua_State) {
 ///
 /// # Safety
 /// The state must be idle, or run only code of this plugin in protected mode.
-pub(crate) unsafe fn full(l: *mut lua_State, s: &State) {
+pub(crate) unsafe fn collect_fully(l: *mut lua_State, s: &ScriptState) {
     lua_gc(l, LUA_GCCOLLECT);
     s.slot.sort_free_lists();
 }
@@ -43,16 +43,16 @@ pub(crate) unsafe fn restart(l: *mut lua_State) {
 ///
 /// # Safety
 /// Must run in protected mode, in the outermost call.
-pub(crate) unsafe fn count_call(l: *mut lua_State, s: &State) {
+pub(crate) unsafe fn count_call(l: *mut lua_State, s: &ScriptState) {
     s.entries.set(s.entries.get() + 1);
     if is_due(s) {
-        full(l, s);
+        collect_fully(l, s);
         restart(l);
     }
 }
 
 /// Returns whether a collection is due before the running call.
-pub(crate) fn is_due(s: &State) -> bool {
+pub(crate) fn is_due(s: &ScriptState) -> bool {
     // The offset is the seed, which depends only on the name of the script's object, not on other scripts.
-    s.entries.get().wrapping_add(s.instance.seed).is_multiple_of(INTERVAL)
+    s.entries.get().wrapping_add(s.instance.seed).is_multiple_of(COLLECTION_INTERVAL)
 }

@@ -12,17 +12,17 @@ use crate::{
     errors,
     lua_internals::lua_closethread,
     stack::{reg, registry},
-    state::State,
+    state::ScriptState,
 };
 
 /// Starts a coroutine of the plugin with the function on top of the stack.
 ///
 /// # Safety
 /// Must run in protected mode, with a function on top of the stack; `frame` must be valid.
-pub(crate) unsafe fn start(l: *mut lua_State, s: &State, frame: *mut tatu_call) -> Flow {
+pub(crate) unsafe fn start(l: *mut lua_State, s: &ScriptState, frame: *mut tatu_call) -> Flow {
     let function = lua_gettop(l);
     let thread = lua_newthread(l);
-    registry(l, reg::THREADS);
+    registry(l, reg::PLUGIN_COROUTINES);
     lua_pushvalue(l, -2);
     lua_pushboolean(l, 1);
     lua_rawset(l, -3);
@@ -38,7 +38,7 @@ pub(crate) unsafe fn start(l: *mut lua_State, s: &State, frame: *mut tatu_call) 
 
 /// Ends the wait with this token, and resumes the waiting coroutine if it belongs to the plugin.
 pub(crate) fn resume(
-    s: &State,
+    s: &ScriptState,
     token: u64,
     failed: Option<Fail>,
     frame: &mut Frame<'_>,
@@ -50,7 +50,7 @@ pub(crate) fn resume(
     // function or to the state, so a Lua error skips none.
     let flow = enter(s, frame, budget, used, &mut |l, frame| unsafe {
         luaL_checkstack(l, 12, std::ptr::null());
-        registry(l, reg::WAITS);
+        registry(l, reg::WAITING_COROUTINES);
         let waits = lua_gettop(l);
         if lua_rawgeti(l, waits, token as i64) != LUA_TTHREAD {
             gone = true;
@@ -59,17 +59,17 @@ pub(crate) fn resume(
         lua_pushnil(l);
         lua_rawseti(l, waits, token as i64);
         if !time_slices::was_preempted(lua_tothread(l, waits + 1)) {
-            registry(l, reg::DONE);
+            registry(l, reg::WAIT_RESULTS);
             match failed.take() {
                 Some(fail) => {
-                    s.failed.borrow_mut().insert(token, fail);
+                    s.wait_errors.borrow_mut().insert(token, fail);
                     lua_pushboolean(l, 0);
                 }
                 None => pack(l, frame),
             }
             lua_rawseti(l, -2, token as i64);
         }
-        registry(l, reg::THREADS);
+        registry(l, reg::PLUGIN_COROUTINES);
         lua_pushvalue(l, waits + 1);
         let own = lua_rawget(l, -2) != LUA_TNIL;
         let thread = lua_tothread(l, waits + 1);
@@ -98,7 +98,7 @@ unsafe fn pack(l: *mut lua_State, frame: *mut tatu_call) {
 }
 
 /// Runs the plugin's coroutine at index `at` until it ends or waits.
-unsafe fn run_coroutine(l: *mut lua_State, s: &State, at: i32, n: i32, frame: *mut tatu_call) -> Flow {
+unsafe fn run_coroutine(l: *mut lua_State, s: &ScriptState, at: i32, n: i32, frame: *mut tatu_call) -> Flow {
     let thread = lua_tothread(l, at);
     s.waiting.set((0, std::ptr::null_mut()));
     let mut results = 0;
@@ -109,7 +109,7 @@ unsafe fn run_coroutine(l: *mut lua_State, s: &State, at: i32, n: i32, frame: *m
         lua_pop(thread, results);
         return Flow::Waiting;
     }
-    registry(l, reg::THREADS);
+    registry(l, reg::PLUGIN_COROUTINES);
     lua_pushvalue(l, at);
     lua_pushnil(l);
     lua_rawset(l, -3);

@@ -9,10 +9,10 @@ use std::mem::MaybeUninit;
 use mlua_sys::*;
 use tatu_plugin_api::abi::*;
 
-use super::frame::{RESULTS, frame};
+use super::frame::{MAX_RESULTS, frame};
 use crate::{
     stack::{reg, registry},
-    state::{self, State, slices::PER_MS},
+    state::{self, ScriptState, slices::INSTRUCTIONS_PER_MS},
 };
 
 /// Counts instructions for the hook, and preempts the running thread at the end of its slice.
@@ -20,9 +20,9 @@ use crate::{
 /// # Safety
 /// The call must be the last action of the hook, since it may yield.
 #[inline]
-pub(crate) unsafe fn count(l: *mut lua_State, s: &State, instructions: u64) {
+pub(crate) unsafe fn count_instructions(l: *mut lua_State, s: &ScriptState, instructions: u64) {
     let slices = &s.slices;
-    let own = slices.own.get();
+    let own = slices.running_coroutine.get();
     if own.is_null() {
         return;
     }
@@ -37,13 +37,13 @@ pub(crate) unsafe fn count(l: *mut lua_State, s: &State, instructions: u64) {
 
 /// Makes the thread `l` wait for the next step by yielding from the hook.
 #[cold]
-unsafe fn preempt(l: *mut lua_State, s: &State) {
-    let token = wait(l, s, s.slices.switch.get());
+unsafe fn preempt(l: *mut lua_State, s: &ScriptState) {
+    let token = call_wait_command(l, s, s.slices.wait_command.get());
     if token == 0 {
         return;
     }
     luaL_checkstack(l, 4, std::ptr::null());
-    registry(l, reg::WAITS);
+    registry(l, reg::WAITING_COROUTINES);
     lua_pushthread(l);
     lua_rawseti(l, -2, token as i64);
     lua_pop(l, 1);
@@ -70,7 +70,9 @@ pub(crate) unsafe extern "C-unwind" fn slice(l: *mut lua_State) -> i32 {
     let s = state::of(l);
     if lua_type(l, 1) == LUA_TNUMBER {
         let ms = lua_tonumber(l, 1);
-        s.slices.length.set(if ms > 0.0 { (ms.min(1e6) * PER_MS) as u64 } else { 0 }.max(u64::from(ms > 0.0)));
+        s.slices
+            .length
+            .set(if ms > 0.0 { (ms.min(1e6) * INSTRUCTIONS_PER_MS) as u64 } else { 0 }.max(u64::from(ms > 0.0)));
     }
     lua_pushboolean(l, i32::from(s.slices.in_thread()));
     1
@@ -80,11 +82,11 @@ pub(crate) unsafe extern "C-unwind" fn slice(l: *mut lua_State) -> i32 {
 ///
 /// # Safety
 /// `l` must be running and able to yield.
-unsafe fn wait(l: *mut lua_State, s: &State, packed: u32) -> u64 {
+unsafe fn call_wait_command(l: *mut lua_State, s: &ScriptState, packed: u32) -> u64 {
     if packed == 0 {
         return 0;
     }
-    let mut results = MaybeUninit::<[tatu_value; RESULTS]>::uninit();
+    let mut results = MaybeUninit::<[tatu_value; MAX_RESULTS]>::uninit();
     let mut frame = frame(&mut results);
     frame.wait_token = s.token.get() + 1;
     s.token.set(frame.wait_token);

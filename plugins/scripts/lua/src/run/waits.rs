@@ -9,16 +9,16 @@ use tatu_plugin_api::safe::*;
 use crate::{
     errors,
     stack::{reg, registry},
-    state::{self, State},
+    state::{self, ScriptState},
 };
 
 /// Suspends the running coroutine until the host resumes `token`.
 ///
 /// # Safety
 /// The call must be the last action of a C function of Lua, in a thread that can yield.
-pub(crate) unsafe fn suspend(l: *mut lua_State, s: &State, token: u64) -> i32 {
+pub(crate) unsafe fn suspend(l: *mut lua_State, s: &ScriptState, token: u64) -> i32 {
     luaL_checkstack(l, 4, std::ptr::null());
-    registry(l, reg::WAITS);
+    registry(l, reg::WAITING_COROUTINES);
     lua_pushthread(l);
     lua_rawseti(l, -2, token as i64);
     lua_settop(l, 0);
@@ -30,7 +30,7 @@ pub(crate) unsafe fn suspend(l: *mut lua_State, s: &State, token: u64) -> i32 {
 unsafe extern "C-unwind" fn continue_wait(l: *mut lua_State, _: i32, token: lua_KContext) -> i32 {
     let s = state::of(l);
     lua_settop(l, 0);
-    registry(l, reg::DONE);
+    registry(l, reg::WAIT_RESULTS);
     let kind = lua_rawgeti(l, 1, token as i64);
     if kind == LUA_TNIL {
         lua_settop(l, 0);
@@ -51,7 +51,7 @@ unsafe extern "C-unwind" fn continue_wait(l: *mut lua_State, _: i32, token: lua_
     n
 }
 
-unsafe fn failed(l: *mut lua_State, s: &State, token: u64) -> i32 {
-    let fail = s.failed.borrow_mut().remove(&token);
+unsafe fn failed(l: *mut lua_State, s: &ScriptState, token: u64) -> i32 {
+    let fail = s.wait_errors.borrow_mut().remove(&token);
     errors::raise(l, fail.unwrap_or_else(|| Fail::new("the command that waited has failed")))
 }

@@ -10,15 +10,15 @@ use mlua_sys::*;
 use tatu_plugin_api::safe::*;
 
 use super::roots::roots;
-use crate::{errors::protect, stack::reg, state::State};
+use crate::{errors::protect, stack::reg, state::ScriptState};
 
 /// Set of visited addresses. It is never iterated, so a cheap hash is sufficient.
-type Seen = HashSet<usize, BuildHasherDefault<Address>>;
+type VisitedAddresses = HashSet<usize, BuildHasherDefault<AddressHasher>>;
 
 #[derive(Default)]
-struct Address(u64);
+struct AddressHasher(u64);
 
-impl Hasher for Address {
+impl Hasher for AddressHasher {
     fn write(&mut self, bytes: &[u8]) {
         bytes.iter().for_each(|b| self.write_usize(usize::from(*b)));
     }
@@ -31,8 +31,8 @@ impl Hasher for Address {
 }
 
 /// Creates the list. Must be called after the script has been loaded and before it runs.
-pub(crate) fn record(s: &State) -> Result {
-    let mut seen = Seen::with_capacity_and_hasher(512, BuildHasherDefault::default());
+pub(crate) fn record(s: &ScriptState) -> Result {
+    let mut seen = VisitedAddresses::with_capacity_and_hasher(512, BuildHasherDefault::default());
     // SAFETY: `protect` calls the closure with a live thread in protected mode; `seen` belongs to this function, so a
     // Lua error leaks nothing.
     protect(s, &mut |l| unsafe {
@@ -50,12 +50,12 @@ pub(crate) fn record(s: &State) -> Result {
             add_references(l, &mut seen);
             lua_settop(l, 1);
         }
-        lua_rawseti(l, LUA_REGISTRYINDEX, reg::BASELINE);
+        lua_rawseti(l, LUA_REGISTRYINDEX, reg::BASELINE_OBJECTS);
     })
 }
 
 /// Adds the object at `idx` to the list in stack slot 1.
-unsafe fn add(l: *mut lua_State, idx: i32, seen: &mut Seen) {
+unsafe fn add(l: *mut lua_State, idx: i32, seen: &mut VisitedAddresses) {
     if matches!(lua_type(l, idx), LUA_TTABLE | LUA_TFUNCTION | LUA_TUSERDATA)
         && seen.insert(lua_topointer(l, idx) as usize)
     {
@@ -65,7 +65,7 @@ unsafe fn add(l: *mut lua_State, idx: i32, seen: &mut Seen) {
 }
 
 /// Adds the objects to which the object on top of the stack refers.
-unsafe fn add_references(l: *mut lua_State, seen: &mut Seen) {
+unsafe fn add_references(l: *mut lua_State, seen: &mut VisitedAddresses) {
     let top = lua_gettop(l);
     match lua_type(l, top) {
         LUA_TTABLE => {

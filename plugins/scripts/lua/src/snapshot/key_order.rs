@@ -7,22 +7,22 @@
 
 use mlua_sys::*;
 
-use super::image::{Node, Table, Val};
+use super::image::{ImageNode, ImageTable, ImageValue};
 use crate::{
-    lua_internals::{self, Key, RawTable},
+    lua_internals::{self, NodeKey, RawTable},
     stack,
 };
 
 /// Returns the main position of a key in a table of `n` nodes, or `None` if the key is an object, of which a table has
 /// at most one.
-fn place_of(key: Val, n: usize, strings: &[Vec<u8>]) -> Option<usize> {
+fn main_position(key: ImageValue, n: usize, strings: &[Vec<u8>]) -> Option<usize> {
     let modulo = ((n - 1) | 1) as u64;
     Some(match key {
-        Val::Bool(b) => usize::from(b) & (n - 1),
-        Val::Int(i) => (i as u64 % modulo) as usize,
-        Val::Float(bits) => (u64::from(lua_internals::hash_float(f64::from_bits(bits))) % modulo) as usize,
-        Val::Text(t) => lua_internals::hash_text(&strings[t as usize]) as usize & (n - 1),
-        Val::Nil | Val::Object(_) => return None,
+        ImageValue::Bool(b) => usize::from(b) & (n - 1),
+        ImageValue::Int(i) => (i as u64 % modulo) as usize,
+        ImageValue::Float(bits) => (u64::from(lua_internals::hash_float(f64::from_bits(bits))) % modulo) as usize,
+        ImageValue::Text(t) => lua_internals::hash_text(&strings[t as usize]) as usize & (n - 1),
+        ImageValue::Nil | ImageValue::Object(_) => return None,
     })
 }
 
@@ -46,16 +46,16 @@ fn placeholder(place: usize, n: usize, count: &mut u32) -> [u8; 10] {
 pub(super) unsafe fn fill(
     l: *mut lua_State,
     at: i32,
-    table: &Table,
+    table: &ImageTable,
     strings: &[Vec<u8>],
-    push: &mut dyn FnMut(*mut lua_State, Val),
+    push: &mut dyn FnMut(*mut lua_State, ImageValue),
 ) -> bool {
     let t = RawTable::of(l, at);
     if t.array() != table.array.len() || t.nodes() != table.nodes.len() {
         return false;
     }
     for (i, v) in table.array.iter().enumerate() {
-        if *v != Val::Nil {
+        if *v != ImageValue::Nil {
             push(l, *v);
             lua_rawseti(l, at, i as i64 + 1);
         }
@@ -65,12 +65,12 @@ pub(super) unsafe fn fill(
     for at_home in [true, false] {
         for i in (0..n).rev() {
             match table.nodes[i] {
-                Node::Live { key, .. } | Node::Dead { key: Some(key) }
-                    if place_of(key, n, strings).is_none_or(|p| p == i) == at_home =>
+                ImageNode::Live { key, .. } | ImageNode::Dead { key: Some(key) }
+                    if main_position(key, n, strings).is_none_or(|p| p == i) == at_home =>
                 {
                     push(l, key);
                 }
-                Node::Dead { key: None } if at_home => {
+                ImageNode::Dead { key: None } if at_home => {
                     let text = placeholder(i, n, &mut count);
                     lua_pushlstring(l, text.as_ptr().cast(), text.len());
                 }
@@ -81,7 +81,7 @@ pub(super) unsafe fn fill(
         }
     }
     for node in &table.nodes {
-        if let Node::Live { key, value } = node {
+        if let ImageNode::Live { key, value } = node {
             push(l, *key);
             push(l, *value);
             lua_rawset(l, at);
@@ -97,15 +97,15 @@ pub(super) unsafe fn fill(
 pub(super) unsafe fn verify(
     l: *mut lua_State,
     at: i32,
-    table: &Table,
-    push: &mut dyn FnMut(*mut lua_State, Val),
+    table: &ImageTable,
+    push: &mut dyn FnMut(*mut lua_State, ImageValue),
 ) -> bool {
     let t = RawTable::of(l, at);
     if t.array() != table.array.len() || t.nodes() != table.nodes.len() {
         return false;
     }
     for (i, node) in table.nodes.iter().enumerate() {
-        let Node::Dead { key } = node else { continue };
+        let ImageNode::Dead { key } = node else { continue };
         if !clear(l, at, t, i) {
             return false;
         }
@@ -119,11 +119,11 @@ pub(super) unsafe fn verify(
 /// Sets the value of a node to nil.
 unsafe fn clear(l: *mut lua_State, at: i32, t: RawTable, i: usize) -> bool {
     match t.node(i).0 {
-        Key::Bool(b) => lua_pushboolean(l, i32::from(b)),
-        Key::Int(x) => lua_pushinteger(l, x),
-        Key::Float(x) => lua_pushnumber(l, f64::from_bits(x)),
-        Key::Text(x) => stack::push(l, x),
-        Key::Object | Key::Nil | Key::Dead => return false,
+        NodeKey::Bool(b) => lua_pushboolean(l, i32::from(b)),
+        NodeKey::Int(x) => lua_pushinteger(l, x),
+        NodeKey::Float(x) => lua_pushnumber(l, f64::from_bits(x)),
+        NodeKey::Text(x) => stack::push(l, x),
+        NodeKey::Object | NodeKey::Nil | NodeKey::Dead => return false,
     }
     lua_pushnil(l);
     lua_rawset(l, at);
@@ -134,26 +134,26 @@ unsafe fn clear(l: *mut lua_State, at: i32, t: RawTable, i: usize) -> bool {
 unsafe fn is_restored(
     l: *mut lua_State,
     t: RawTable,
-    table: &Table,
+    table: &ImageTable,
     i: usize,
-    push: &mut dyn FnMut(*mut lua_State, Val),
+    push: &mut dyn FnMut(*mut lua_State, ImageValue),
 ) -> bool {
     let found = t.node(i);
     let (key, has_value) = match table.nodes[i] {
-        Node::Free => return found.0 == Key::Nil,
-        Node::Dead { key: None } => return found == (Key::Dead, false),
-        Node::Dead { key: Some(key) } => (key, false),
-        Node::Live { key, .. } => (key, true),
+        ImageNode::Free => return found.0 == NodeKey::Nil,
+        ImageNode::Dead { key: None } => return found == (NodeKey::Dead, false),
+        ImageNode::Dead { key: Some(key) } => (key, false),
+        ImageNode::Live { key, .. } => (key, true),
     };
     push(l, key);
     let same = match found.0 {
-        Key::Bool(b) => key == Val::Bool(b),
-        Key::Int(x) => key == Val::Int(x),
-        Key::Float(x) => key == Val::Float(x),
-        Key::Text(x) => lua_type(l, -1) == LUA_TSTRING && stack::bytes(l, -1) == x,
+        NodeKey::Bool(b) => key == ImageValue::Bool(b),
+        NodeKey::Int(x) => key == ImageValue::Int(x),
+        NodeKey::Float(x) => key == ImageValue::Float(x),
+        NodeKey::Text(x) => lua_type(l, -1) == LUA_TSTRING && stack::bytes(l, -1) == x,
         // `save` accepts an object as a key only if it is the table's only key.
-        Key::Object => matches!(key, Val::Object(_)) && table.nodes.len() == 1,
-        Key::Nil | Key::Dead => false,
+        NodeKey::Object => matches!(key, ImageValue::Object(_)) && table.nodes.len() == 1,
+        NodeKey::Nil | NodeKey::Dead => false,
     };
     lua_pop(l, 1);
     same && found.1 == has_value

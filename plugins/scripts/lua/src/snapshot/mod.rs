@@ -30,19 +30,19 @@ use crate::{
     lua_internals,
     run::gc,
     stack::{reg, registry},
-    state::{State, text::Style},
+    state::{ScriptState, text::CallbackStyle},
 };
-use image::{Image, PluginData};
+use image::{PluginState, SnapshotImage};
 
 /// Version of the snapshot format.
 pub(crate) const VERSION: u32 = 3;
 
 /// Saves the state; an error names the variable that cannot be saved. The script itself is not changed.
-pub(crate) fn save(s: &State) -> Result<Vec<u8>> {
+pub(crate) fn save(s: &ScriptState) -> Result<Vec<u8>> {
     if s.depth.get() != 0 {
         return Err(Fail::with_code(TATU_ERR_BUSY, "the script is running"));
     }
-    if s.broken.get() {
+    if s.has_panicked.get() {
         return Err(Fail::unsupported("the script's state was damaged by a panic"));
     }
     // Saving allocates in the state and may trigger its collector, so the slot is rolled back afterwards.
@@ -73,16 +73,16 @@ pub(crate) fn save(s: &State) -> Result<Vec<u8>> {
 
 /// Restores a saved state. If the script has been loaded but not run, everything is restored, provided that its source
 /// is equivalent; if it has run, only plain data is restored.
-pub(crate) fn restore(s: &State, bytes: &[u8], version: u32) -> Result<()> {
+pub(crate) fn restore(s: &ScriptState, bytes: &[u8], version: u32) -> Result<()> {
     if version != VERSION {
         return Err(Fail::unsupported(format!(
             "the script's state was saved in format version {version}; this plugin reads version {VERSION}"
         )));
     }
-    let image: Image =
+    let image: SnapshotImage =
         postcard::from_bytes(bytes).map_err(|e| Fail::new(format!("the script's saved state is damaged: {e}")))?;
     image.check()?;
-    if s.text.borrow().style != Style::NotRun {
+    if s.text.borrow().style != CallbackStyle::NotRun {
         return transfer(s, image);
     }
     let mut code = 0;
@@ -109,12 +109,12 @@ pub(crate) fn restore(s: &State, bytes: &[u8], version: u32) -> Result<()> {
     done?;
     let image = restorer.finish()?;
     set_plugin_data(s, image.plugin_data);
-    *s.texts.borrow_mut() = image.texts;
+    *s.loaded_sources.borrow_mut() = image.texts;
     Ok(())
 }
 
-fn transfer(s: &State, image: Image) -> Result<()> {
-    let mut transfer = transfer::Transfer::new(image);
+fn transfer(s: &ScriptState, image: SnapshotImage) -> Result<()> {
+    let mut transfer = transfer::GlobalsTransfer::new(image);
     // SAFETY: `protect` calls the closure with a live thread in protected mode; all values with destructors belong to
     // `transfer` and outlive it.
     protect(s, &mut |l| unsafe { transfer.run(l) })?;
@@ -126,40 +126,40 @@ fn transfer(s: &State, image: Image) -> Result<()> {
 /// # Safety
 /// Must run in protected mode, since it may raise an error.
 unsafe fn hash_of_text(l: *mut lua_State) -> u64 {
-    let there = registry(l, reg::CHUNK) == LUA_TFUNCTION;
+    let there = registry(l, reg::SCRIPT_CHUNK) == LUA_TFUNCTION;
     let code = if there { lua_internals::hash_code(l) } else { 0 };
     lua_pop(l, 1);
     code
 }
 
 /// Collects the plugin's own data about the script.
-fn plugin_data(s: &State) -> PluginData {
+fn plugin_data(s: &ScriptState) -> PluginState {
     let text = s.text.borrow();
-    PluginData {
+    PluginState {
         token: s.token.get(),
-        borrowed: s.borrowed.get(),
-        returned: s.returned.get(),
-        kept: s.kept.get(),
+        borrowed: s.last_borrowed.get(),
+        returned: s.released.get(),
+        kept: s.last_kept.get(),
         numbers: s.numbers.get(),
         entries: s.entries.get(),
         generation: s.generation.get(),
         style: match text.style {
-            Style::NotRun => 0,
-            Style::Functions => 1,
-            Style::Rerun => 2,
-            Style::Step => 3,
-            Style::Thread => 4,
+            CallbackStyle::NotRun => 0,
+            CallbackStyle::Functions => 1,
+            CallbackStyle::Rerun => 2,
+            CallbackStyle::Step => 3,
+            CallbackStyle::Thread => 4,
         },
         names: text.names.iter().map(|(how, name)| (*how, name.to_vec())).collect(),
         line: s.line.borrow().clone(),
     }
 }
 
-fn set_plugin_data(s: &State, known: PluginData) {
+fn set_plugin_data(s: &ScriptState, known: PluginState) {
     s.token.set(known.token);
-    s.borrowed.set(known.borrowed);
-    s.returned.set(known.returned);
-    s.kept.set(known.kept);
+    s.last_borrowed.set(known.borrowed);
+    s.released.set(known.returned);
+    s.last_kept.set(known.kept);
     s.numbers.set(known.numbers);
     s.entries.set(known.entries);
     s.restored.set(true);
@@ -167,11 +167,11 @@ fn set_plugin_data(s: &State, known: PluginData) {
     *s.line.borrow_mut() = known.line;
     let mut text = s.text.borrow_mut();
     text.style = match known.style {
-        1 => Style::Functions,
-        2 => Style::Rerun,
-        3 => Style::Step,
-        4 => Style::Thread,
-        _ => Style::NotRun,
+        1 => CallbackStyle::Functions,
+        2 => CallbackStyle::Rerun,
+        3 => CallbackStyle::Step,
+        4 => CallbackStyle::Thread,
+        _ => CallbackStyle::NotRun,
     };
     text.names = known.names.into_iter().map(|(how, name)| (how, name.into())).collect();
 }

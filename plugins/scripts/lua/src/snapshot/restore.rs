@@ -6,48 +6,48 @@ use mlua_sys::*;
 use tatu_plugin_api::safe::*;
 
 use super::{
-    image::{FunctionRef, Image, Kind, Object, Val},
+    image::{FunctionRef, ImageObject, ImageValue, ObjectContent, SnapshotImage},
     key_order,
-    save::{compile, fingerprint, natives},
+    save::{compile, fingerprint, native_functions},
 };
 use crate::{
     lua_internals::{self, RawTable},
     run::budget,
     stack::{self, reg, registry},
-    state::State,
+    state::ScriptState,
 };
 
 /// Stack slots, as in `save`; the table that is being filled is above these.
-const OBJECTS: i32 = 1;
-const BASELINE: i32 = 2;
+const OBJECTS_SLOT: i32 = 1;
+const BASELINE_SLOT: i32 = 2;
 
 /// A restore in progress. It is owned outside Lua, so that a Lua error does not leak memory.
 pub(super) struct Restorer {
-    image: Image,
+    image: SnapshotImage,
     /// The functions of each source, as binary chunks.
     pieces: Vec<Vec<Vec<u8>>>,
     refused: Option<String>,
 }
 
 /// The binary chunk that `lua_load` reads.
-struct Chunk {
+struct BytecodeChunk {
     bytes: *const u8,
     len: usize,
 }
 
 unsafe extern "C-unwind" fn read_chunk(_: *mut lua_State, chunk: *mut c_void, n: *mut usize) -> *const c_char {
-    let chunk = &mut *chunk.cast::<Chunk>();
+    let chunk = &mut *chunk.cast::<BytecodeChunk>();
     *n = std::mem::take(&mut chunk.len);
     chunk.bytes.cast()
 }
 
 impl Restorer {
-    pub(super) fn new(image: Image) -> Self {
+    pub(super) fn new(image: SnapshotImage) -> Self {
         Restorer { image, pieces: Vec::new(), refused: None }
     }
 
     /// Returns the image, or the reason why the state could not be restored.
-    pub(super) fn finish(self) -> Result<Image> {
+    pub(super) fn finish(self) -> Result<SnapshotImage> {
         match self.refused {
             None => Ok(self.image),
             Some(reason) => Err(Fail::unsupported(reason)),
@@ -64,41 +64,41 @@ impl Restorer {
     ///
     /// # Safety
     /// Must run in protected mode; the collector must be stopped, and all objects must have the same color.
-    pub(super) unsafe fn run(&mut self, l: *mut lua_State, s: &State) {
+    pub(super) unsafe fn run(&mut self, l: *mut lua_State, s: &ScriptState) {
         luaL_checkstack(l, 40, std::ptr::null());
         if !lua_internals::knows_tables(l) {
             return self.refuse("this build of Lua has an unknown memory layout of tables");
         }
         lua_createtable(l, self.image.objects.len().min(1 << 24) as i32, 0);
-        if registry(l, reg::BASELINE) != LUA_TTABLE || fingerprint(l, BASELINE) != self.image.baseline {
+        if registry(l, reg::BASELINE_OBJECTS) != LUA_TTABLE || fingerprint(l, BASELINE_SLOT) != self.image.baseline {
             return self.refuse("the state was saved with a different library or different preludes");
         }
         self.prepare(l);
         for id in 0..self.image.objects.len() {
-            if !self.make(l, s, id) {
+            if !self.create_object(l, s, id) {
                 return self.refuse("the objects that existed before the script ran are different");
             }
-            lua_rawseti(l, OBJECTS, id as i64 + 1);
+            lua_rawseti(l, OBJECTS_SLOT, id as i64 + 1);
         }
         // Set metatables while they are empty, so that Lua does not find finalizers in them.
         for id in 0..self.image.objects.len() {
             self.set_meta(l, id);
         }
-        self.join(l);
+        self.join_upvalues(l);
         for id in 0..self.image.objects.len() {
             if !self.fill(l, id) {
                 return self.refuse("a table could not be restored with its original size");
             }
         }
-        registry(l, reg::NUMBERS);
+        registry(l, reg::OBJECT_NUMBERS);
         for (id, number) in &self.image.numbers {
-            lua_rawgeti(l, OBJECTS, i64::from(*id) + 1);
+            lua_rawgeti(l, OBJECTS_SLOT, i64::from(*id) + 1);
             lua_pushinteger(l, *number);
-            lua_rawset(l, BASELINE + 1);
+            lua_rawset(l, BASELINE_SLOT + 1);
         }
         // Store the objects for the second phase, and to protect them from the collector.
-        lua_settop(l, OBJECTS);
-        lua_rawseti(l, LUA_REGISTRYINDEX, reg::BUILT);
+        lua_settop(l, OBJECTS_SLOT);
+        lua_rawseti(l, LUA_REGISTRYINDEX, reg::RESTORED_OBJECTS);
     }
 
     /// Second phase, which does not allocate: removes the values of dead keys and verifies every node.
@@ -110,23 +110,23 @@ impl Restorer {
             return;
         }
         lua_settop(l, 0);
-        registry(l, reg::BUILT);
+        registry(l, reg::RESTORED_OBJECTS);
         for (id, object) in self.image.objects.iter().enumerate() {
-            let Kind::Table(t) = &object.kind else { continue };
-            lua_rawgeti(l, OBJECTS, id as i64 + 1);
-            if !key_order::verify(l, OBJECTS + 1, t, &mut |l, v| push(l, &self.image, v)) {
+            let ObjectContent::Table(t) = &object.kind else { continue };
+            lua_rawgeti(l, OBJECTS_SLOT, id as i64 + 1);
+            if !key_order::verify(l, OBJECTS_SLOT + 1, t, &mut |l, v| push(l, &self.image, v)) {
                 self.refused = Some("the keys of a table could not be restored in their original order".to_owned());
                 break;
             }
-            lua_settop(l, OBJECTS);
+            lua_settop(l, OBJECTS_SLOT);
         }
         lua_pushnil(l);
-        lua_rawseti(l, LUA_REGISTRYINDEX, reg::BUILT);
+        lua_rawseti(l, LUA_REGISTRYINDEX, reg::RESTORED_OBJECTS);
     }
 
     unsafe fn prepare(&mut self, l: *mut lua_State) {
         self.pieces.resize(self.image.texts.len() + 1, Vec::new());
-        if registry(l, reg::CHUNK) == LUA_TFUNCTION {
+        if registry(l, reg::SCRIPT_CHUNK) == LUA_TFUNCTION {
             lua_internals::dump_all(l, &mut self.pieces[0]);
         }
         lua_pop(l, 1);
@@ -139,32 +139,34 @@ impl Restorer {
     }
 
     /// Pushes a new, empty object; returns false if it cannot be created.
-    unsafe fn make(&mut self, l: *mut lua_State, s: &State, id: usize) -> bool {
-        let Object { baseline, kind } = &self.image.objects[id];
+    unsafe fn create_object(&mut self, l: *mut lua_State, s: &ScriptState, id: usize) -> bool {
+        let ImageObject { baseline, kind } = &self.image.objects[id];
         if let Some(k) = baseline {
-            let there = lua_rawgeti(l, BASELINE, i64::from(*k) + 1);
+            let there = lua_rawgeti(l, BASELINE_SLOT, i64::from(*k) + 1);
             return match kind {
-                Kind::Table(_) => there == LUA_TTABLE,
-                Kind::Function { cells, .. } => {
+                ObjectContent::Table(_) => there == LUA_TTABLE,
+                ObjectContent::Function { cells, .. } => {
                     let n = cells.len() as i32;
                     there == LUA_TFUNCTION && lua_iscfunction(l, -1) == 0 && has_upvalues(l, n)
                 }
-                Kind::Native { .. } => there == LUA_TFUNCTION && lua_iscfunction(l, -1) != 0,
-                Kind::Bytes(bytes) => there == LUA_TUSERDATA && put_bytes(l, bytes),
-                Kind::DeadCoroutine => false,
+                ObjectContent::Native { .. } => there == LUA_TFUNCTION && lua_iscfunction(l, -1) != 0,
+                ObjectContent::Bytes(bytes) => there == LUA_TUSERDATA && put_bytes(l, bytes),
+                ObjectContent::DeadCoroutine => false,
             };
         }
         match kind {
-            Kind::Table(t) => lua_createtable(l, t.array.len() as i32, t.nodes.len() as i32),
-            Kind::Function { piece: Some(piece), cells } => return self.make_function(l, *piece, cells.len() as i32),
-            Kind::Native { function: Some(n), upvalues } => {
-                let Some(f) = natives().get(usize::from(*n)).copied() else { return false };
+            ObjectContent::Table(t) => lua_createtable(l, t.array.len() as i32, t.nodes.len() as i32),
+            ObjectContent::Function { piece: Some(piece), cells } => {
+                return self.create_function(l, *piece, cells.len() as i32);
+            }
+            ObjectContent::Native { function: Some(n), upvalues } => {
+                let Some(f) = native_functions().get(usize::from(*n)).copied() else { return false };
                 for _ in upvalues {
                     lua_pushnil(l);
                 }
                 lua_pushcclosure(l, f, upvalues.len() as i32);
             }
-            Kind::DeadCoroutine => {
+            ObjectContent::DeadCoroutine => {
                 budget::charge_coroutine(s);
                 lua_newthread(l);
             }
@@ -174,23 +176,23 @@ impl Restorer {
     }
 
     /// Pushes a function of one of the sources. Its bytecode was produced by the compiler, never read from the image.
-    unsafe fn make_function(&self, l: *mut lua_State, piece: FunctionRef, cells: i32) -> bool {
+    unsafe fn create_function(&self, l: *mut lua_State, piece: FunctionRef, cells: i32) -> bool {
         let text = self.pieces.get(piece.text as usize);
         let Some(code) = text.and_then(|t| t.get(piece.function as usize)) else { return false };
-        let mut chunk = Chunk { bytes: code.as_ptr(), len: code.len() };
+        let mut chunk = BytecodeChunk { bytes: code.as_ptr(), len: code.len() };
         lua_load(l, read_chunk, (&raw mut chunk).cast(), c"=text".as_ptr(), c"b".as_ptr()) == LUA_OK
             && has_upvalues(l, cells)
     }
 
     unsafe fn set_meta(&self, l: *mut lua_State, id: usize) {
-        let Kind::Table(t) = &self.image.objects[id].kind else { return };
+        let ObjectContent::Table(t) = &self.image.objects[id].kind else { return };
         if t.meta.is_none() && self.image.objects[id].baseline.is_none() {
             return;
         }
-        lua_rawgeti(l, OBJECTS, id as i64 + 1);
+        lua_rawgeti(l, OBJECTS_SLOT, id as i64 + 1);
         match t.meta {
             Some(meta) => {
-                lua_rawgeti(l, OBJECTS, i64::from(meta) + 1);
+                lua_rawgeti(l, OBJECTS_SLOT, i64::from(meta) + 1);
             }
             None => lua_pushnil(l),
         }
@@ -199,20 +201,20 @@ impl Restorer {
     }
 
     /// Restores upvalues: the first function that refers to an upvalue owns it, the others share it.
-    unsafe fn join(&mut self, l: *mut lua_State) {
+    unsafe fn join_upvalues(&mut self, l: *mut lua_State) {
         lua_createtable(l, self.image.cells.len().min(1 << 24) as i32, 0);
         let owners = lua_gettop(l);
         for (id, object) in self.image.objects.iter().enumerate() {
-            lua_rawgeti(l, OBJECTS, id as i64 + 1);
+            lua_rawgeti(l, OBJECTS_SLOT, id as i64 + 1);
             let at = lua_gettop(l);
             match &object.kind {
-                Kind::Function { cells, .. } => {
+                ObjectContent::Function { cells, .. } => {
                     for (i, cell) in cells.iter().enumerate() {
                         let n = i as i32 + 1;
                         // `owners` contains the object that owns each upvalue, and the upvalue's index in this object.
                         if lua_rawgeti(l, owners, i64::from(*cell) + 1) == LUA_TNUMBER {
                             let owner = lua_tointeger(l, -1);
-                            lua_rawgeti(l, OBJECTS, owner >> 8);
+                            lua_rawgeti(l, OBJECTS_SLOT, owner >> 8);
                             lua_upvaluejoin(l, at, n, -1, (owner & 0xFF) as i32);
                         } else {
                             lua_pushinteger(l, (id as i64 + 1) << 8 | i64::from(n));
@@ -223,7 +225,7 @@ impl Restorer {
                         lua_settop(l, at);
                     }
                 }
-                Kind::Native { function: Some(_), upvalues } => {
+                ObjectContent::Native { function: Some(_), upvalues } => {
                     for (i, v) in upvalues.iter().enumerate() {
                         push(l, &self.image, *v);
                         lua_setupvalue(l, at, i as i32 + 1);
@@ -233,14 +235,14 @@ impl Restorer {
             }
             lua_settop(l, owners);
         }
-        lua_settop(l, BASELINE);
+        lua_settop(l, BASELINE_SLOT);
     }
 
     /// Fills a table. A table that existed before the script ran retains its identity, but gets the content of a new
     /// table.
     unsafe fn fill(&self, l: *mut lua_State, id: usize) -> bool {
-        let Object { baseline, kind: Kind::Table(t) } = &self.image.objects[id] else { return true };
-        lua_rawgeti(l, OBJECTS, id as i64 + 1);
+        let ImageObject { baseline, kind: ObjectContent::Table(t) } = &self.image.objects[id] else { return true };
+        lua_rawgeti(l, OBJECTS_SLOT, id as i64 + 1);
         let old = lua_gettop(l);
         if baseline.is_some() {
             lua_createtable(l, t.array.len() as i32, t.nodes.len() as i32);
@@ -250,21 +252,21 @@ impl Restorer {
         if baseline.is_some() {
             RawTable::of(l, old).exchange(RawTable::of(l, at));
         }
-        lua_settop(l, BASELINE);
+        lua_settop(l, BASELINE_SLOT);
         done
     }
 }
 
 /// Pushes a value of the image.
-unsafe fn push(l: *mut lua_State, image: &Image, v: Val) {
+unsafe fn push(l: *mut lua_State, image: &SnapshotImage, v: ImageValue) {
     match v {
-        Val::Nil => lua_pushnil(l),
-        Val::Bool(b) => lua_pushboolean(l, i32::from(b)),
-        Val::Int(i) => lua_pushinteger(l, i),
-        Val::Float(bits) => lua_pushnumber(l, f64::from_bits(bits)),
-        Val::Text(n) => stack::push(l, &image.strings[n as usize]),
-        Val::Object(n) => {
-            lua_rawgeti(l, OBJECTS, i64::from(n) + 1);
+        ImageValue::Nil => lua_pushnil(l),
+        ImageValue::Bool(b) => lua_pushboolean(l, i32::from(b)),
+        ImageValue::Int(i) => lua_pushinteger(l, i),
+        ImageValue::Float(bits) => lua_pushnumber(l, f64::from_bits(bits)),
+        ImageValue::Text(n) => stack::push(l, &image.strings[n as usize]),
+        ImageValue::Object(n) => {
+            lua_rawgeti(l, OBJECTS_SLOT, i64::from(n) + 1);
         }
     }
 }

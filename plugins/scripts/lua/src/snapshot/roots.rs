@@ -20,7 +20,8 @@ pub(super) unsafe fn roots(l: *mut lua_State) -> i32 {
 }
 
 /// Registry values that are part of the script's state.
-const ROOT_PLACES: [i64; 5] = [reg::KEPT, reg::SCOPES, reg::LOADED, reg::FILE, reg::CHUNK];
+const ROOT_PLACES: [i64; 5] =
+    [reg::KEPT_FUNCTIONS, reg::NAMESPACES, reg::LOADED_MODULES, reg::FILE_METATABLE, reg::SCRIPT_CHUNK];
 /// Names of the root objects in messages.
 pub(super) const ROOT_NAMES: [&str; 7] = [
     "",

@@ -6,22 +6,22 @@ use mlua_sys::*;
 use tatu_plugin_api::safe::*;
 
 use super::{
-    image::{FunctionRef, Image, Kind, Node, Object, Table, Val},
+    image::{FunctionRef, ImageNode, ImageObject, ImageTable, ImageValue, ObjectContent, SnapshotImage},
     roots::{ROOT_NAMES, roots},
 };
 use crate::{
-    lua_internals::{self, Key, RawTable},
-    run::commands::{command, foreign, index},
+    lua_internals::{self, NodeKey, RawTable},
+    run::commands::{call_foreign, command, index},
     stack::{bytes, reg, registry},
-    state::State,
+    state::ScriptState,
     stdlib::strings::gmatch_next,
 };
 
 /// How an object was reached from another object; used to identify the object in messages.
 #[derive(Clone, Copy)]
-enum Step {
+enum ReferenceStep {
     Root(usize),
-    Key(Val),
+    Key(ImageValue),
     /// The object is the value of the upvalue with this name.
     Variable(u32),
     Metatable,
@@ -31,23 +31,23 @@ enum Step {
 
 /// Stack slots of the list of objects, each at its index plus one, and of the list of objects that existed before the
 /// script ran.
-const OBJECTS: i32 = 1;
-const BASELINE: i32 = 2;
+const OBJECTS_SLOT: i32 = 1;
+const BASELINE_SLOT: i32 = 2;
 
 /// A traversal in progress. It is owned outside Lua, so that a Lua error does not leak memory.
 pub(super) struct Saver {
-    image: Image,
+    image: SnapshotImage,
     ids: HashMap<usize, u32>,
     /// The object and step through which each object was reached.
-    from: Vec<(u32, Step)>,
+    from: Vec<(u32, ReferenceStep)>,
     cells: HashMap<usize, u32>,
     strings: HashMap<Vec<u8>, u32>,
     baseline: HashMap<usize, u32>,
     pieces: HashMap<Vec<u8>, FunctionRef>,
     dump: Vec<u8>,
     /// Buffers for the object that is being described.
-    array: Vec<Val>,
-    nodes: Vec<Node>,
+    array: Vec<ImageValue>,
+    nodes: Vec<ImageNode>,
     list: Vec<u32>,
     /// The reason why the state cannot be saved, if there is one.
     refused: Option<String>,
@@ -56,7 +56,7 @@ pub(super) struct Saver {
 impl Saver {
     pub(super) fn new() -> Self {
         Saver {
-            image: Image::default(),
+            image: SnapshotImage::default(),
             ids: HashMap::new(),
             from: Vec::new(),
             cells: HashMap::new(),
@@ -72,7 +72,7 @@ impl Saver {
     }
 
     /// Returns the image, or the reason why the state cannot be saved.
-    pub(super) fn finish(self) -> Result<Image> {
+    pub(super) fn finish(self) -> Result<SnapshotImage> {
         match self.refused {
             None => Ok(self.image),
             Some(reason) => Err(Fail::unsupported(reason)),
@@ -83,51 +83,51 @@ impl Saver {
     ///
     /// # Safety
     /// Must run in protected mode, with the collector stopped.
-    pub(super) unsafe fn run(&mut self, l: *mut lua_State, s: &State) {
+    pub(super) unsafe fn run(&mut self, l: *mut lua_State, s: &ScriptState) {
         luaL_checkstack(l, 40, std::ptr::null());
         if !lua_internals::knows_tables(l) {
             self.refused = Some("this build of Lua has an unknown memory layout of tables".to_owned());
             return;
         }
         lua_newtable(l);
-        if registry(l, reg::BASELINE) != LUA_TTABLE {
+        if registry(l, reg::BASELINE_OBJECTS) != LUA_TTABLE {
             self.refused = Some("the script's source has not been loaded".to_owned());
             return;
         }
         self.prepare(l, s);
         let n = roots(l) as usize;
         for i in 0..n {
-            lua_pushvalue(l, BASELINE + 1 + i as i32);
-            self.object(l, 0, Step::Root(i));
+            lua_pushvalue(l, BASELINE_SLOT + 1 + i as i32);
+            self.object(l, 0, ReferenceStep::Root(i));
             lua_pop(l, 1);
         }
-        lua_settop(l, BASELINE);
+        lua_settop(l, BASELINE_SLOT);
         let mut id = 0;
         while id < self.from.len() && self.refused.is_none() {
-            lua_rawgeti(l, OBJECTS, id as i64 + 1);
+            lua_rawgeti(l, OBJECTS_SLOT, id as i64 + 1);
             let kind = self.describe(l, id as u32);
-            self.image.objects.push(Object { baseline: self.baseline_index(l, BASELINE + 1), kind });
-            lua_settop(l, BASELINE);
+            self.image.objects.push(ImageObject { baseline: self.baseline_index(l, BASELINE_SLOT + 1), kind });
+            lua_settop(l, BASELINE_SLOT);
             id += 1;
         }
         if self.refused.is_none() {
-            self.rest(l);
+            self.save_unreachable_data(l);
         }
     }
 
     /// Indexes the objects that existed before the script ran, and the functions of all sources.
-    unsafe fn prepare(&mut self, l: *mut lua_State, s: &State) {
-        for k in 0..lua_rawlen(l, BASELINE) {
-            lua_rawgeti(l, BASELINE, k as i64 + 1);
+    unsafe fn prepare(&mut self, l: *mut lua_State, s: &ScriptState) {
+        for k in 0..lua_rawlen(l, BASELINE_SLOT) {
+            lua_rawgeti(l, BASELINE_SLOT, k as i64 + 1);
             self.baseline.insert(lua_topointer(l, -1) as usize, k as u32);
             lua_pop(l, 1);
         }
-        self.image.baseline = fingerprint(l, BASELINE);
-        if registry(l, reg::CHUNK) == LUA_TFUNCTION {
+        self.image.baseline = fingerprint(l, BASELINE_SLOT);
+        if registry(l, reg::SCRIPT_CHUNK) == LUA_TFUNCTION {
             self.index_functions(l, 0);
         }
         lua_pop(l, 1);
-        self.image.texts.clone_from(&s.texts.borrow());
+        self.image.texts.clone_from(&s.loaded_sources.borrow());
         for i in 0..self.image.texts.len() {
             if compile(l, &self.image.texts[i]) {
                 self.index_functions(l, i as u32 + 1);
@@ -151,9 +151,11 @@ impl Saver {
 
     /// Saves the data that is not reachable from objects: the numbers that `tostring` prints in place of addresses.
     /// Refuses the snapshot while a thread function or coroutine is waiting.
-    unsafe fn rest(&mut self, l: *mut lua_State) {
-        let waits =
-            [(reg::THREADS, "its thread function is waiting"), (reg::WAITS, "one of its coroutines is waiting")];
+    unsafe fn save_unreachable_data(&mut self, l: *mut lua_State) {
+        let waits = [
+            (reg::PLUGIN_COROUTINES, "its thread function is waiting"),
+            (reg::WAITING_COROUTINES, "one of its coroutines is waiting"),
+        ];
         for (place, what) in waits {
             if self.refused.is_some() {
                 return;
@@ -163,27 +165,27 @@ impl Saver {
             if lua_next(l, -2) != 0 {
                 self.refused = Some(what.to_owned());
             }
-            lua_settop(l, BASELINE);
+            lua_settop(l, BASELINE_SLOT);
         }
-        registry(l, reg::NUMBERS);
+        registry(l, reg::OBJECT_NUMBERS);
         lua_pushnil(l);
-        while lua_next(l, BASELINE + 1) != 0 {
+        while lua_next(l, BASELINE_SLOT + 1) != 0 {
             if let Some(id) = self.ids.get(&(lua_topointer(l, -2) as usize)) {
                 self.image.numbers.push((*id, lua_tointeger(l, -1)));
             }
             lua_pop(l, 1);
         }
-        lua_settop(l, BASELINE);
+        lua_settop(l, BASELINE_SLOT);
     }
 
     /// Describes the value on top of the stack, which was reached from the object `id` by `step`.
-    unsafe fn value(&mut self, l: *mut lua_State, id: u32, step: Step) -> Val {
+    unsafe fn value(&mut self, l: *mut lua_State, id: u32, step: ReferenceStep) -> ImageValue {
         match lua_type(l, -1) {
-            LUA_TNIL => Val::Nil,
-            LUA_TBOOLEAN => Val::Bool(lua_toboolean(l, -1) != 0),
-            LUA_TNUMBER if lua_isinteger(l, -1) != 0 => Val::Int(lua_tointeger(l, -1)),
-            LUA_TNUMBER => Val::Float(lua_tonumber(l, -1).to_bits()),
-            LUA_TSTRING => Val::Text(self.text(bytes(l, -1))),
+            LUA_TNIL => ImageValue::Nil,
+            LUA_TBOOLEAN => ImageValue::Bool(lua_toboolean(l, -1) != 0),
+            LUA_TNUMBER if lua_isinteger(l, -1) != 0 => ImageValue::Int(lua_tointeger(l, -1)),
+            LUA_TNUMBER => ImageValue::Float(lua_tonumber(l, -1).to_bits()),
+            LUA_TSTRING => ImageValue::Text(self.text(bytes(l, -1))),
             _ => self.object(l, id, step),
         }
     }
@@ -199,24 +201,24 @@ impl Saver {
     }
 
     /// Queues the object on top of the stack for description, and returns a reference to it.
-    unsafe fn object(&mut self, l: *mut lua_State, id: u32, step: Step) -> Val {
+    unsafe fn object(&mut self, l: *mut lua_State, id: u32, step: ReferenceStep) -> ImageValue {
         let pointer = lua_topointer(l, -1) as usize;
         if let Some(known) = self.ids.get(&pointer) {
-            return Val::Object(*known);
+            return ImageValue::Object(*known);
         }
         let number = self.from.len() as u32;
         lua_pushvalue(l, -1);
-        lua_rawseti(l, OBJECTS, i64::from(number) + 1);
+        lua_rawseti(l, OBJECTS_SLOT, i64::from(number) + 1);
         self.ids.insert(pointer, number);
         self.from.push((id, step));
-        Val::Object(number)
+        ImageValue::Object(number)
     }
 
-    fn refuse(&mut self, id: u32, what: &str) -> Kind {
+    fn refuse(&mut self, id: u32, what: &str) -> ObjectContent {
         if self.refused.is_none() {
             self.refused = Some(format!("{} {what}", self.name(id)));
         }
-        Kind::DeadCoroutine
+        ObjectContent::DeadCoroutine
     }
 
     /// Returns the name by which the script refers to an object.
@@ -227,16 +229,20 @@ impl Saver {
             let (from, step) = self.from[at as usize];
             let text = |n: u32| String::from_utf8_lossy(&self.image.strings[n as usize]).into_owned();
             match step {
-                Step::Root(0) => return format!("the table of globals{tail}"),
-                Step::Root(n) => return format!("{}{}{tail}", ROOT_NAMES[n], if tail.is_empty() { "" } else { ": " }),
-                Step::Variable(name) => return format!("local variable `{}{tail}`", text(name)),
-                Step::Key(Val::Text(key)) if from == 0 => return format!("variable `{}{tail}`", text(key)),
-                Step::Key(Val::Text(key)) => tail = format!(".{}{tail}", text(key)),
-                Step::Key(Val::Int(i)) => tail = format!("[{i}]{tail}"),
-                Step::Key(Val::Float(bits)) => tail = format!("[{}]{tail}", f64::from_bits(bits)),
-                Step::Key(_) => tail = format!("[...]{tail}"),
-                Step::Metatable => tail = format!(" (its metatable){tail}"),
-                Step::AsKey => tail = format!(" (a key){tail}"),
+                ReferenceStep::Root(0) => return format!("the table of globals{tail}"),
+                ReferenceStep::Root(n) => {
+                    return format!("{}{}{tail}", ROOT_NAMES[n], if tail.is_empty() { "" } else { ": " });
+                }
+                ReferenceStep::Variable(name) => return format!("local variable `{}{tail}`", text(name)),
+                ReferenceStep::Key(ImageValue::Text(key)) if from == 0 => {
+                    return format!("variable `{}{tail}`", text(key));
+                }
+                ReferenceStep::Key(ImageValue::Text(key)) => tail = format!(".{}{tail}", text(key)),
+                ReferenceStep::Key(ImageValue::Int(i)) => tail = format!("[{i}]{tail}"),
+                ReferenceStep::Key(ImageValue::Float(bits)) => tail = format!("[{}]{tail}", f64::from_bits(bits)),
+                ReferenceStep::Key(_) => tail = format!("[...]{tail}"),
+                ReferenceStep::Metatable => tail = format!(" (its metatable){tail}"),
+                ReferenceStep::AsKey => tail = format!(" (a key){tail}"),
             }
             at = from;
         }
@@ -244,7 +250,7 @@ impl Saver {
     }
 
     /// Describes the object on top of the stack, which is also in slot `BASELINE + 1`.
-    unsafe fn describe(&mut self, l: *mut lua_State, id: u32) -> Kind {
+    unsafe fn describe(&mut self, l: *mut lua_State, id: u32) -> ObjectContent {
         match lua_type(l, -1) {
             LUA_TTABLE => self.table(l, id),
             LUA_TFUNCTION if lua_iscfunction(l, -1) != 0 => self.native(l, id),
@@ -253,10 +259,10 @@ impl Saver {
                 if lua_getmetatable(l, -1) != 0 {
                     // This is one of the library's standard files, which have no state in Lua.
                     lua_pop(l, 1);
-                    return Kind::Bytes(Vec::new());
+                    return ObjectContent::Bytes(Vec::new());
                 }
                 let (ptr, n) = (lua_touserdata(l, -1).cast::<u8>(), lua_rawlen(l, -1));
-                Kind::Bytes(std::slice::from_raw_parts(ptr, n).to_vec())
+                ObjectContent::Bytes(std::slice::from_raw_parts(ptr, n).to_vec())
             }
             LUA_TUSERDATA => self.refuse(id, "is an open file"),
             LUA_TTHREAD => {
@@ -264,38 +270,38 @@ impl Saver {
                 match lua_status(thread) {
                     LUA_YIELD => self.refuse(id, "is a suspended coroutine"),
                     LUA_OK if lua_gettop(thread) > 0 => self.refuse(id, "is a coroutine that has not started yet"),
-                    _ => Kind::DeadCoroutine,
+                    _ => ObjectContent::DeadCoroutine,
                 }
             }
             _ => self.refuse(id, "is of a type that cannot be saved"),
         }
     }
 
-    unsafe fn native(&mut self, l: *mut lua_State, id: u32) -> Kind {
+    unsafe fn native(&mut self, l: *mut lua_State, id: u32) -> ObjectContent {
         let f = lua_tocfunction(l, -1);
         self.array.clear();
         let mut n = 1;
-        while !lua_getupvalue(l, BASELINE + 1, n).is_null() {
+        while !lua_getupvalue(l, BASELINE_SLOT + 1, n).is_null() {
             if lua_type(l, -1) == LUA_TTHREAD {
                 return self.refuse(id, "is a coroutine created by `coroutine.wrap`");
             }
-            let v = self.value(l, id, Step::Key(Val::Nil));
+            let v = self.value(l, id, ReferenceStep::Key(ImageValue::Nil));
             self.array.push(v);
             lua_pop(l, 1);
             n += 1;
         }
         let upvalues = std::mem::take(&mut self.array);
-        if self.baseline_index(l, BASELINE + 1).is_some() {
-            return Kind::Native { function: None, upvalues };
+        if self.baseline_index(l, BASELINE_SLOT + 1).is_some() {
+            return ObjectContent::Native { function: None, upvalues };
         }
-        let known = natives();
+        let known = native_functions();
         match known.iter().position(|k| f.is_some_and(|f| f as usize == *k as usize)) {
-            Some(i) => Kind::Native { function: Some(i as u8), upvalues },
+            Some(i) => ObjectContent::Native { function: Some(i as u8), upvalues },
             None => self.refuse(id, "is a library function that cannot be saved"),
         }
     }
 
-    unsafe fn function(&mut self, l: *mut lua_State, id: u32) -> Kind {
+    unsafe fn function(&mut self, l: *mut lua_State, id: u32) -> ObjectContent {
         let mut piece = None;
         if self.baseline_index(l, -1).is_none() {
             lua_internals::dump(l, &mut self.dump);
@@ -306,19 +312,19 @@ impl Saver {
         }
         self.list.clear();
         for n in 1..=255 {
-            let name = lua_getupvalue(l, BASELINE + 1, n);
+            let name = lua_getupvalue(l, BASELINE_SLOT + 1, n);
             if name.is_null() {
                 break;
             }
-            let cell = lua_upvalueid(l, BASELINE + 1, n) as usize;
+            let cell = lua_upvalueid(l, BASELINE_SLOT + 1, n) as usize;
             let number = match self.cells.get(&cell) {
                 Some(known) => *known,
                 None => {
                     let number = self.image.cells.len() as u32;
                     self.cells.insert(cell, number);
-                    self.image.cells.push(Val::Nil);
+                    self.image.cells.push(ImageValue::Nil);
                     let name = self.text(CStr::from_ptr(name).to_bytes());
-                    let v = self.value(l, id, Step::Variable(name));
+                    let v = self.value(l, id, ReferenceStep::Variable(name));
                     self.image.cells[number as usize] = v;
                     number
                 }
@@ -326,11 +332,11 @@ impl Saver {
             self.list.push(number);
             lua_pop(l, 1);
         }
-        Kind::Function { piece, cells: std::mem::take(&mut self.list) }
+        ObjectContent::Function { piece, cells: std::mem::take(&mut self.list) }
     }
 
-    unsafe fn table(&mut self, l: *mut lua_State, id: u32) -> Kind {
-        let at = BASELINE + 1;
+    unsafe fn table(&mut self, l: *mut lua_State, id: u32) -> ObjectContent {
+        let at = BASELINE_SLOT + 1;
         let t = RawTable::of(l, at);
         let mut meta = None;
         if lua_getmetatable(l, at) != 0 {
@@ -339,7 +345,7 @@ impl Saver {
                 return self.refuse(id, "is a weak table");
             }
             lua_pop(l, 1);
-            if let Val::Object(m) = self.object(l, id, Step::Metatable) {
+            if let ImageValue::Object(m) = self.object(l, id, ReferenceStep::Metatable) {
                 meta = Some(m);
             }
             lua_pop(l, 1);
@@ -347,19 +353,19 @@ impl Saver {
         self.array.clear();
         for i in 1..=t.array() as i64 {
             lua_rawgeti(l, at, i);
-            let v = self.value(l, id, Step::Key(Val::Int(i)));
+            let v = self.value(l, id, ReferenceStep::Key(ImageValue::Int(i)));
             self.array.push(v);
             lua_pop(l, 1);
         }
-        self.places(l, id, t);
+        self.describe_nodes(l, id, t);
         let (limit, is_hint) = t.limit();
         let (array, nodes) = (std::mem::take(&mut self.array), std::mem::take(&mut self.nodes));
-        Kind::Table(Table { array, limit, is_hint, nodes, meta })
+        ObjectContent::Table(ImageTable { array, limit, is_hint, nodes, meta })
     }
 
     /// Describes the hash part: the nodes as stored in memory, with the values from Lua's own traversal, which visits
     /// them in the same order.
-    unsafe fn places(&mut self, l: *mut lua_State, id: u32, t: RawTable) {
+    unsafe fn describe_nodes(&mut self, l: *mut lua_State, id: u32, t: RawTable) {
         let n = t.nodes();
         self.nodes.clear();
         let mut objects = 0;
@@ -367,7 +373,7 @@ impl Saver {
         if n > 0 {
             // Lua's traversal visits the array part first, so continue after the last value of this part.
             for i in (1..=t.array() as i64).rev() {
-                if self.array[i as usize - 1] != Val::Nil {
+                if self.array[i as usize - 1] != ImageValue::Nil {
                     lua_pop(l, 1);
                     lua_pushinteger(l, i);
                     break;
@@ -376,34 +382,34 @@ impl Saver {
         }
         for i in 0..n {
             let node = match t.node(i) {
-                (Key::Nil, _) => Node::Free,
+                (NodeKey::Nil, _) => ImageNode::Free,
                 (key, true) => {
-                    if lua_next(l, BASELINE + 1) == 0 {
+                    if lua_next(l, BASELINE_SLOT + 1) == 0 {
                         self.refuse(id, "is a table that cannot be traversed");
                         return;
                     }
-                    objects += usize::from(key == Key::Object);
+                    objects += usize::from(key == NodeKey::Object);
                     lua_pushvalue(l, -2);
-                    let key = self.value(l, id, Step::AsKey);
+                    let key = self.value(l, id, ReferenceStep::AsKey);
                     lua_pop(l, 1);
-                    let value = self.value(l, id, Step::Key(key));
+                    let value = self.value(l, id, ReferenceStep::Key(key));
                     lua_pop(l, 1);
-                    Node::Live { key, value }
+                    ImageNode::Live { key, value }
                 }
                 (key, false) => {
                     let key = match key {
-                        Key::Bool(b) => Some(Val::Bool(b)),
-                        Key::Int(x) => Some(Val::Int(x)),
-                        Key::Float(x) => Some(Val::Float(x)),
-                        Key::Text(x) => Some(Val::Text(self.text(x))),
+                        NodeKey::Bool(b) => Some(ImageValue::Bool(b)),
+                        NodeKey::Int(x) => Some(ImageValue::Int(x)),
+                        NodeKey::Float(x) => Some(ImageValue::Float(x)),
+                        NodeKey::Text(x) => Some(ImageValue::Text(self.text(x))),
                         _ => None,
                     };
-                    Node::Dead { key }
+                    ImageNode::Dead { key }
                 }
             };
             self.nodes.push(node);
         }
-        lua_settop(l, BASELINE + 1);
+        lua_settop(l, BASELINE_SLOT + 1);
         if objects > 0 && n > 1 {
             self.refuse(id, "has keys that are tables or functions, whose order cannot be restored");
         }
@@ -411,8 +417,8 @@ impl Saver {
 }
 
 /// Returns the C functions that the plugin creates while a script runs.
-pub(super) fn natives() -> [lua_CFunction; 4] {
-    [command, index, foreign, gmatch_next]
+pub(super) fn native_functions() -> [lua_CFunction; 4] {
+    [command, index, call_foreign, gmatch_next]
 }
 
 /// Compiles a source and pushes the function, or an error message; returns whether the source could be compiled.

@@ -7,7 +7,7 @@
 use mlua_sys::*;
 
 use super::{
-    image::{Image, Kind, Node, Object, Val},
+    image::{ImageNode, ImageObject, ImageValue, ObjectContent, SnapshotImage},
     restore::put_bytes,
     save::fingerprint,
 };
@@ -15,26 +15,26 @@ use crate::stack::{self, reg, registry};
 
 /// Stack slots, from the bottom: the created tables, by object index; the objects that existed before the script ran;
 /// the globals.
-const OBJECTS: i32 = 1;
-const BASELINE: i32 = 2;
-const GLOBALS: i32 = 3;
+const OBJECTS_SLOT: i32 = 1;
+const BASELINE_SLOT: i32 = 2;
+const GLOBALS_SLOT: i32 = 3;
 
 /// A transfer in progress. It is owned outside Lua, so that a Lua error does not leak memory.
-pub(super) struct Transfer {
-    image: Image,
+pub(super) struct GlobalsTransfer {
+    image: SnapshotImage,
     /// Whether each object is a table of plain data.
     plain: Vec<bool>,
     pub(super) refused: Option<&'static str>,
 }
 
-impl Transfer {
-    pub(super) fn new(image: Image) -> Self {
-        let plain = plain(&image);
-        Transfer { image, plain, refused: None }
+impl GlobalsTransfer {
+    pub(super) fn new(image: SnapshotImage) -> Self {
+        let plain = plain_tables(&image);
+        GlobalsTransfer { image, plain, refused: None }
     }
 
-    fn is_plain(&self, v: Val) -> bool {
-        if let Val::Object(n) = v { self.plain[n as usize] } else { true }
+    fn is_plain(&self, v: ImageValue) -> bool {
+        if let ImageValue::Object(n) = v { self.plain[n as usize] } else { true }
     }
 
     /// Runs the transfer.
@@ -44,100 +44,100 @@ impl Transfer {
     pub(super) unsafe fn run(&mut self, l: *mut lua_State) {
         luaL_checkstack(l, 20, std::ptr::null());
         lua_createtable(l, 0, 0);
-        if registry(l, reg::BASELINE) != LUA_TTABLE || fingerprint(l, BASELINE) != self.image.baseline {
+        if registry(l, reg::BASELINE_OBJECTS) != LUA_TTABLE || fingerprint(l, BASELINE_SLOT) != self.image.baseline {
             self.refused = Some("the state was saved with a different library or different preludes");
             return;
         }
         lua_pushglobaltable(l);
         for (id, object) in self.image.objects.iter().enumerate() {
             match object {
-                Object { baseline: Some(k), kind: Kind::Bytes(bytes) } => {
-                    if lua_rawgeti(l, BASELINE, i64::from(*k) + 1) == LUA_TUSERDATA {
+                ImageObject { baseline: Some(k), kind: ObjectContent::Bytes(bytes) } => {
+                    if lua_rawgeti(l, BASELINE_SLOT, i64::from(*k) + 1) == LUA_TUSERDATA {
                         put_bytes(l, bytes);
                     }
-                    lua_settop(l, GLOBALS);
+                    lua_settop(l, GLOBALS_SLOT);
                 }
-                Object { kind: Kind::Table(t), .. } if self.plain[id] => {
+                ImageObject { kind: ObjectContent::Table(t), .. } if self.plain[id] => {
                     lua_createtable(l, t.array.len() as i32, t.nodes.len() as i32);
-                    lua_rawseti(l, OBJECTS, id as i64 + 1);
+                    lua_rawseti(l, OBJECTS_SLOT, id as i64 + 1);
                 }
                 _ => {}
             }
         }
         for (id, object) in self.image.objects.iter().enumerate() {
-            let Kind::Table(t) = &object.kind else { continue };
+            let ObjectContent::Table(t) = &object.kind else { continue };
             if self.plain[id] {
-                lua_rawgeti(l, OBJECTS, id as i64 + 1);
+                lua_rawgeti(l, OBJECTS_SLOT, id as i64 + 1);
                 for (i, v) in t.array.iter().enumerate() {
                     self.push(l, *v);
                     lua_rawseti(l, -2, i as i64 + 1);
                 }
                 for node in &t.nodes {
-                    if let Node::Live { key, value } = node {
+                    if let ImageNode::Live { key, value } = node {
                         self.push(l, *key);
                         self.push(l, *value);
                         lua_rawset(l, -3);
                     }
                 }
             } else if let Some(k) = object.baseline {
-                lua_rawgeti(l, BASELINE, i64::from(k) + 1);
-                if lua_rawequal(l, -1, GLOBALS) != 0 {
+                lua_rawgeti(l, BASELINE_SLOT, i64::from(k) + 1);
+                if lua_rawequal(l, -1, GLOBALS_SLOT) != 0 {
                     for node in &t.nodes {
                         self.global(l, node);
                     }
                 }
             }
-            lua_settop(l, GLOBALS);
+            lua_settop(l, GLOBALS_SLOT);
         }
     }
 
     /// Sets a global variable if it is plain data and the new script has not set it to a different type.
-    unsafe fn global(&self, l: *mut lua_State, node: &Node) {
-        let Node::Live { key: key @ Val::Text(_), value } = node else { return };
+    unsafe fn global(&self, l: *mut lua_State, node: &ImageNode) {
+        let ImageNode::Live { key: key @ ImageValue::Text(_), value } = node else { return };
         if !self.is_plain(*value) {
             return;
         }
         self.push(l, *key);
         self.push(l, *value);
         lua_pushvalue(l, -2);
-        let now = lua_rawget(l, GLOBALS);
+        let now = lua_rawget(l, GLOBALS_SLOT);
         let was = lua_type(l, -2);
         lua_pop(l, 1);
         if now == LUA_TNIL || now == was {
-            lua_rawset(l, GLOBALS);
+            lua_rawset(l, GLOBALS_SLOT);
         } else {
             lua_pop(l, 2);
         }
     }
 
-    unsafe fn push(&self, l: *mut lua_State, v: Val) {
+    unsafe fn push(&self, l: *mut lua_State, v: ImageValue) {
         match v {
-            Val::Nil => lua_pushnil(l),
-            Val::Bool(b) => lua_pushboolean(l, i32::from(b)),
-            Val::Int(i) => lua_pushinteger(l, i),
-            Val::Float(bits) => lua_pushnumber(l, f64::from_bits(bits)),
-            Val::Text(n) => stack::push(l, &self.image.strings[n as usize]),
-            Val::Object(n) => {
-                lua_rawgeti(l, OBJECTS, i64::from(n) + 1);
+            ImageValue::Nil => lua_pushnil(l),
+            ImageValue::Bool(b) => lua_pushboolean(l, i32::from(b)),
+            ImageValue::Int(i) => lua_pushinteger(l, i),
+            ImageValue::Float(bits) => lua_pushnumber(l, f64::from_bits(bits)),
+            ImageValue::Text(n) => stack::push(l, &self.image.strings[n as usize]),
+            ImageValue::Object(n) => {
+                lua_rawgeti(l, OBJECTS_SLOT, i64::from(n) + 1);
             }
         }
     }
 }
 
 /// Returns for each object whether it is a table that contains only plain data, at any depth.
-fn plain(image: &Image) -> Vec<bool> {
-    let own = |o: &Object| o.baseline.is_none() && matches!(&o.kind, Kind::Table(t) if t.meta.is_none());
+fn plain_tables(image: &SnapshotImage) -> Vec<bool> {
+    let own = |o: &ImageObject| o.baseline.is_none() && matches!(&o.kind, ObjectContent::Table(t) if t.meta.is_none());
     let mut plain: Vec<bool> = image.objects.iter().map(own).collect();
     // A table is not plain if it refers to an object that is not plain.
     let mut referrers: Vec<Vec<u32>> = vec![Vec::new(); image.objects.len()];
     for (id, object) in image.objects.iter().enumerate() {
-        let Kind::Table(t) = &object.kind else { continue };
+        let ObjectContent::Table(t) = &object.kind else { continue };
         let of_nodes = t.nodes.iter().flat_map(|n| match n {
-            Node::Live { key, value } => [*key, *value],
-            _ => [Val::Nil, Val::Nil],
+            ImageNode::Live { key, value } => [*key, *value],
+            _ => [ImageValue::Nil, ImageValue::Nil],
         });
         for v in t.array.iter().copied().chain(of_nodes) {
-            if let Val::Object(n) = v {
+            if let ImageValue::Object(n) = v {
                 referrers[n as usize].push(id as u32);
             }
         }

@@ -4,7 +4,7 @@ use tatu_plugin_api::{abi::*, safe::*};
 
 /// Functions of the host's command service.
 #[derive(Clone, Copy)]
-pub(crate) struct Commands {
+pub(crate) struct CommandService {
     find: extern "C" fn(WorldRef<'_>, Lent<'_>, Option<&mut u32>) -> u32,
     pub is_name_space: extern "C" fn(WorldRef<'_>, Lent<'_>) -> u32,
     pub call: unsafe extern "C" fn(WorldRef<'_>, *mut tatu_call) -> tatu_status,
@@ -16,11 +16,11 @@ pub(crate) struct Commands {
     pub call_func: unsafe extern "C" fn(WorldRef<'_>, tatu_func, *mut tatu_call) -> tatu_status,
 }
 
-impl Commands {
+impl CommandService {
     /// Returns the functions of the host, or `None` if the host lacks one of them.
-    pub fn of(host: &Host) -> Option<Commands> {
+    pub fn of(host: &Host) -> Option<CommandService> {
         let t = host.commands_table()?;
-        Some(Commands {
+        Some(CommandService {
             find: t.find?,
             is_name_space: t.is_name_space?,
             call: t.call?,

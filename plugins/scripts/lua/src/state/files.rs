@@ -7,17 +7,17 @@ use std::{
 
 use tatu_plugin_api::abi::*;
 
-const BLOCK: usize = 8 << 10;
+const BLOCK_BYTES: usize = 8 << 10;
 /// Maximum number of bytes that a read returns.
-const MOST: usize = crate::alloc::SLOT_BYTES;
+const MAX_READ_BYTES: usize = crate::alloc::SLOT_BYTES;
 
 /// Open files, by the number that Lua userdata stores.
 #[derive(Default)]
-pub(crate) struct Files(Vec<Option<Open>>);
+pub(crate) struct OpenFiles(Vec<Option<OpenFile>>);
 
-impl Files {
+impl OpenFiles {
     /// Adds a file and returns its number.
-    pub(crate) fn add(&mut self, file: Open) -> usize {
+    pub(crate) fn add(&mut self, file: OpenFile) -> usize {
         match self.0.iter().position(Option::is_none) {
             Some(free) => {
                 self.0[free] = Some(file);
@@ -30,7 +30,7 @@ impl Files {
         }
     }
     /// Returns the open file with this number, if any.
-    pub(crate) fn get(&mut self, number: usize) -> Option<&mut Open> {
+    pub(crate) fn get(&mut self, number: usize) -> Option<&mut OpenFile> {
         self.0.get_mut(number)?.as_mut()
     }
     /// Flushes and closes a file.
@@ -43,12 +43,12 @@ impl Files {
 }
 
 /// An open file, with its buffers.
-pub(crate) struct Open {
+pub(crate) struct OpenFile {
     file: File,
     /// Written bytes that have not been flushed yet.
-    unwritten: Vec<u8>,
+    write_buffer: Vec<u8>,
     /// Read buffer, and the number of its bytes that have been consumed.
-    ahead: Vec<u8>,
+    read_buffer: Vec<u8>,
     at: usize,
     /// The result of the last read.
     pub out: Vec<u8>,
@@ -71,33 +71,33 @@ pub(crate) fn mode(mode: &[u8]) -> Option<u32> {
     })
 }
 
-impl Open {
+impl OpenFile {
     pub(crate) fn new(file: File) -> Self {
-        Open { file, unwritten: Vec::new(), ahead: Vec::new(), at: 0, out: Vec::new() }
+        OpenFile { file, write_buffer: Vec::new(), read_buffer: Vec::new(), at: 0, out: Vec::new() }
     }
     pub(crate) fn write(&mut self, bytes: &[u8]) -> io::Result<()> {
-        if self.at < self.ahead.len() {
-            let back = self.ahead.len() - self.at;
+        if self.at < self.read_buffer.len() {
+            let back = self.read_buffer.len() - self.at;
             self.file.seek(SeekFrom::Current(-(back as i64)))?;
         }
-        self.ahead.clear();
+        self.read_buffer.clear();
         self.at = 0;
-        self.unwritten.extend_from_slice(bytes);
-        if self.unwritten.len() >= BLOCK {
+        self.write_buffer.extend_from_slice(bytes);
+        if self.write_buffer.len() >= BLOCK_BYTES {
             self.flush()?;
         }
         Ok(())
     }
     pub(crate) fn flush(&mut self) -> io::Result<()> {
-        let done = self.file.write_all(&self.unwritten);
-        self.unwritten.clear();
+        let done = self.file.write_all(&self.write_buffer);
+        self.write_buffer.clear();
         done
     }
     /// Seeks; returns the new position relative to the start.
     pub(crate) fn seek(&mut self, whence: u8, offset: i64) -> io::Result<u64> {
         self.flush()?;
-        let back = (self.ahead.len() - self.at) as i64;
-        self.ahead.clear();
+        let back = (self.read_buffer.len() - self.at) as i64;
+        self.read_buffer.clear();
         self.at = 0;
         self.file.seek(match whence {
             b's' => SeekFrom::Start(u64::try_from(offset).map_err(|_| io::Error::from(io::ErrorKind::InvalidInput))?),
@@ -107,27 +107,27 @@ impl Open {
     }
     /// Fills the read buffer; returns false at the end of the file.
     fn fill(&mut self) -> io::Result<bool> {
-        if self.out.len() > MOST {
+        if self.out.len() > MAX_READ_BYTES {
             self.out = Vec::new();
             return Err(io::Error::new(io::ErrorKind::OutOfMemory, "the result exceeds the script's memory limit"));
         }
-        if self.at < self.ahead.len() {
+        if self.at < self.read_buffer.len() {
             return Ok(true);
         }
-        if !self.unwritten.is_empty() {
+        if !self.write_buffer.is_empty() {
             self.flush()?;
         }
-        self.ahead.resize(BLOCK, 0);
+        self.read_buffer.resize(BLOCK_BYTES, 0);
         self.at = 0;
-        let n = self.file.read(&mut self.ahead);
-        self.ahead.truncate(*n.as_ref().unwrap_or(&0));
+        let n = self.file.read(&mut self.read_buffer);
+        self.read_buffer.truncate(*n.as_ref().unwrap_or(&0));
         Ok(n? > 0)
     }
     /// Reads a line into `out`; returns false at the end of the file.
     pub(crate) fn read_line(&mut self, keep_end: bool) -> io::Result<bool> {
         self.out.clear();
         while self.fill()? {
-            let rest = &self.ahead[self.at..];
+            let rest = &self.read_buffer[self.at..];
             let end = rest.iter().position(|b| *b == b'\n');
             self.out.extend_from_slice(&rest[..end.unwrap_or(rest.len())]);
             self.at += end.map_or(rest.len(), |e| e + 1);
@@ -145,7 +145,7 @@ impl Open {
         self.out.clear();
         let mut more = self.fill()?;
         while more && self.out.len() < n {
-            let rest = &self.ahead[self.at..];
+            let rest = &self.read_buffer[self.at..];
             let part = rest.len().min(n - self.out.len());
             self.out.extend_from_slice(&rest[..part]);
             self.at += part;
@@ -157,7 +157,7 @@ impl Open {
     pub(crate) fn read_number(&mut self) -> io::Result<bool> {
         self.out.clear();
         while self.fill()? {
-            let byte = self.ahead[self.at];
+            let byte = self.read_buffer[self.at];
             if self.out.is_empty() && byte.is_ascii_whitespace() {
                 self.at += 1;
                 continue;
@@ -172,7 +172,7 @@ impl Open {
     }
 }
 
-impl Drop for Open {
+impl Drop for OpenFile {
     fn drop(&mut self) {
         let _ = self.flush();
     }
@@ -183,7 +183,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn modes() {
+    fn mode_strings_are_converted_to_flags() {
         let update = TATU_FILE_READ | TATU_FILE_WRITE | TATU_FILE_UPDATE;
         for (text, bits) in [
             ("r", TATU_FILE_READ),

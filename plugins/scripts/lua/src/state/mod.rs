@@ -18,17 +18,17 @@ use std::{
 use mlua_sys::*;
 use tatu_plugin_api::{abi::*, safe::*};
 
-use crate::alloc::Slot;
-use account::Account;
-use commands::Commands;
-use errors::Errors;
-use files::Files;
-use originals::Originals;
-use slices::Slices;
-use text::Text;
+use crate::alloc::MemorySlot;
+use account::CallBudget;
+use commands::CommandService;
+use errors::RecentErrors;
+use files::OpenFiles;
+use originals::WrappedFunctions;
+use slices::TimeSlices;
+use text::LoadedSource;
 
 /// State of a script. Its address is stable, because every Lua thread stores it in its extra space.
-pub(crate) struct State {
+pub(crate) struct ScriptState {
     /// The main thread of the Lua state.
     pub main: *mut lua_State,
     /// The running thread, which also runs nested calls.
@@ -36,7 +36,7 @@ pub(crate) struct State {
     pub world: *mut tatu_world,
     pub host: Host,
     pub instance: Instance,
-    pub commands: Commands,
+    pub commands: CommandService,
     pub time: Prop,
     /// The start date of the run.
     pub epoch: Prop,
@@ -47,17 +47,17 @@ pub(crate) struct State {
     /// Nesting depth of calls into the state.
     pub depth: Cell<u32>,
     /// Position in the world's arena at which the running call began.
-    pub mark: Cell<u64>,
+    pub arena_mark: Cell<u64>,
     /// The generation of the host's commands for which the name caches are valid.
     pub generation: Cell<u64>,
-    pub budget: Account,
+    pub budget: CallBudget,
     /// The last token issued, and the token and thread of the last wait.
     pub token: Cell<u64>,
     pub waiting: Cell<(u64, *mut lua_State)>,
     /// The last id of a borrowed function; the last such id that has been released; and the last id of a kept function.
-    pub borrowed: Cell<u32>,
-    pub returned: Cell<u32>,
-    pub kept: Cell<u32>,
+    pub last_borrowed: Cell<u32>,
+    pub released: Cell<u32>,
+    pub last_kept: Cell<u32>,
     /// The last number that was assigned to an object in place of its address.
     pub numbers: Cell<i64>,
     /// Whether the dialect is based on Lua 5.1.
@@ -67,31 +67,31 @@ pub(crate) struct State {
     /// Whether the running call is one of several parallel ones.
     pub parallel: Cell<bool>,
     /// Names and operators in the script's source, while it is loaded.
-    pub words: RefCell<Vec<Vec<u8>>>,
-    pub slices: Slices,
-    pub errors: RefCell<Errors>,
-    pub text: RefCell<Text>,
+    pub source_words: RefCell<Vec<Vec<u8>>>,
+    pub slices: TimeSlices,
+    pub errors: RefCell<RecentErrors>,
+    pub text: RefCell<LoadedSource>,
     /// Sources that the script loaded (chunk name, source), so that a snapshot can refer to their functions.
-    pub texts: RefCell<Vec<(Vec<u8>, Vec<u8>)>>,
-    pub files: RefCell<Files>,
+    pub loaded_sources: RefCell<Vec<(Vec<u8>, Vec<u8>)>>,
+    pub files: RefCell<OpenFiles>,
     /// Incomplete line written with `io.write`.
     pub line: RefCell<Vec<u8>>,
     /// Buffer for text that is passed to Lua.
     pub scratch: RefCell<Vec<u8>>,
     /// Library functions that this plugin wraps.
-    pub originals: Originals,
+    pub originals: WrappedFunctions,
     /// Errors with which waits have ended, by token, until the waiting coroutines receive them.
-    pub failed: RefCell<BTreeMap<u64, Fail>>,
+    pub wait_errors: RefCell<BTreeMap<u64, Fail>>,
     /// Files and lines at which memory last ran out, innermost first.
     pub memory_positions: RefCell<Vec<(String, u64)>>,
     /// Whether a panic has unwound through the state.
-    pub broken: Cell<bool>,
+    pub has_panicked: Cell<bool>,
     /// The Lua function that calls a function of another script; upvalue 1 is the function's id.
     pub foreign: lua_CFunction,
-    pub slot: Box<Slot>,
+    pub slot: Box<MemorySlot>,
 }
 
-impl State {
+impl ScriptState {
     /// Returns the world to which the script belongs.
     pub(crate) fn world(&self) -> World<'_> {
         // SAFETY: the world outlives its scripts, and the host calls a script only on the thread that may use the
@@ -134,15 +134,15 @@ impl State {
 /// # Safety
 /// `l` must be a thread of a state created by this plugin; the reference must not be used after the running call.
 #[inline(always)]
-pub(crate) unsafe fn of<'a>(l: *mut lua_State) -> &'a State {
-    &**lua_getextraspace(l).cast::<*const State>()
+pub(crate) unsafe fn of<'a>(l: *mut lua_State) -> &'a ScriptState {
+    &**lua_getextraspace(l).cast::<*const ScriptState>()
 }
 
 /// Pushes the content of the scratch buffer.
 ///
 /// # Safety
 /// The stack must have one free slot. May raise a Lua error.
-pub(crate) unsafe fn push_scratch(l: *mut lua_State, s: &State) {
+pub(crate) unsafe fn push_scratch(l: *mut lua_State, s: &ScriptState) {
     let (ptr, len) = {
         let scratch = s.scratch.borrow();
         (scratch.as_ptr(), scratch.len())
@@ -151,7 +151,7 @@ pub(crate) unsafe fn push_scratch(l: *mut lua_State, s: &State) {
 }
 
 /// Returns the module names and sources of all preludes.
-pub(crate) fn preludes(s: &State) -> impl Iterator<Item = (&[u8], &[u8])> {
+pub(crate) fn preludes(s: &ScriptState) -> impl Iterator<Item = (&[u8], &[u8])> {
     let next = s.host.commands_table().and_then(|t| t.prelude);
     (0..).map_while(move |index| {
         let (mut module, mut text) = (Lent::EMPTY, Lent::EMPTY);

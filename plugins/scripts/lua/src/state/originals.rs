@@ -6,16 +6,16 @@ use mlua_sys::*;
 
 /// Library functions that this plugin wraps.
 #[derive(Default)]
-pub(crate) struct Originals([Cell<Option<lua_CFunction>>; 4]);
+pub(crate) struct WrappedFunctions([Cell<Option<lua_CFunction>>; 4]);
 
 pub(crate) const FORMAT: usize = 0;
 pub(crate) const LOAD: usize = 1;
 pub(crate) const CREATE: usize = 2;
 pub(crate) const WRAP: usize = 3;
 
-impl Originals {
+impl WrappedFunctions {
     /// Stores a library function at index `which`.
-    pub(crate) fn keep(&self, which: usize, function: Option<lua_CFunction>) {
+    pub(crate) fn store(&self, which: usize, function: Option<lua_CFunction>) {
         self.0[which].set(function);
     }
     /// Tail-calls the library function at index `which`.

@@ -10,7 +10,7 @@ use crate::{
 
 /// Rules for scripts that are run again for each callback.
 #[derive(Default)]
-pub(crate) struct Rerun {
+pub(crate) struct RerunRules {
     /// The global that identifies the callback.
     pub variable: Vec<u8>,
     /// Value of the variable for each callback.
@@ -21,7 +21,7 @@ pub(crate) struct Rerun {
     pub script: Vec<Vec<u8>>,
 }
 
-impl Rerun {
+impl RerunRules {
     /// Reads the rules from the table on top.
     ///
     /// # Safety

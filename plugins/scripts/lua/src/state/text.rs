@@ -2,11 +2,11 @@
 
 use std::{borrow::Cow, collections::VecDeque, sync::Arc};
 
-use super::{field_names::FieldNames, rerun::Rerun};
+use super::{field_names::FieldNames, rerun::RerunRules};
 
 /// How the callbacks of a script are run.
 #[derive(Clone, Copy, PartialEq, Eq, Default)]
-pub(crate) enum Style {
+pub(crate) enum CallbackStyle {
     /// The script has not run yet.
     #[default]
     NotRun,
@@ -22,18 +22,18 @@ pub(crate) enum Style {
 
 /// Rules that preludes declare for scripts.
 #[derive(Default)]
-pub(crate) struct Rules {
+pub(crate) struct PreludeRules {
     /// Pairs of a prefix and a suffix, between which the name of a callback yields that of the script's function.
     pub functions: Vec<(Vec<u8>, Vec<u8>)>,
     /// Further names of callback functions: (callback, function).
     pub aliases: Vec<(Vec<u8>, Vec<u8>)>,
-    pub rerun: Option<Rerun>,
+    pub rerun: Option<RerunRules>,
     /// The number that a callback returns to end its script.
-    pub ends: Option<f64>,
+    pub end_result: Option<f64>,
     /// The style, if the preludes determine it.
-    pub style: Option<Style>,
+    pub style: Option<CallbackStyle>,
     /// Commands whose floats are not rounded.
-    pub exact: Vec<Vec<u8>>,
+    pub exact_commands: Vec<Vec<u8>>,
     /// Known modules that no plugin provides: a name, optionally followed by `: ` and advice.
     pub missing_modules: Vec<Vec<u8>>,
     pub api: Vec<Vec<u8>>,
@@ -43,7 +43,7 @@ pub(crate) struct Rules {
     pub old_dialect: Option<String>,
     pub new_dialect: Option<String>,
     /// The command that waits for the next step.
-    pub switch: Vec<u8>,
+    pub wait_command: Vec<u8>,
     pub single: bool,
     /// An API's names for fields of callback arguments and of callback results.
     pub argument_names: FieldNames,
@@ -52,7 +52,7 @@ pub(crate) struct Rules {
     pub orders: Vec<(String, String)>,
 }
 
-impl Rules {
+impl PreludeRules {
     /// Returns advice about a known module that no plugin provides, or `None` if the module is unknown. "arm-2" and
     /// "arm.tools" belong to the module "arm".
     pub fn advice(&self, module: &[u8]) -> Option<Cow<'_, str>> {
@@ -66,25 +66,25 @@ impl Rules {
 
 /// Properties of the loaded source.
 #[derive(Default)]
-pub(crate) struct Text {
+pub(crate) struct LoadedSource {
     pub chunk: String,
-    pub rules: Arc<Rules>,
-    pub style: Style,
-    /// Whether the script may have the style `Rerun`.
-    pub may_rerun: bool,
+    pub rules: Arc<PreludeRules>,
+    pub style: CallbackStyle,
+    /// Whether the script may have the style `RerunRules`.
+    pub can_rerun: bool,
     /// Whether the clean-up has run, after which no callback is called.
-    pub over: bool,
+    pub is_cleaned_up: bool,
     /// Callables that were looked up: (`TATU_FIND_*`, name).
     pub names: Vec<(u32, Arc<[u8]>)>,
 }
 
-impl Text {
+impl LoadedSource {
     /// Returns the source's name for messages.
     pub(crate) fn name(&self) -> String {
         self.chunk.clone()
     }
     /// Returns the unknown command to which a message refers, if the script called it or indexed an unknown namespace.
-    pub(crate) fn unknown(&self, message: &str, unresolved: &VecDeque<Vec<u8>>) -> Option<String> {
+    pub(crate) fn unknown_command(&self, message: &str, unresolved: &VecDeque<Vec<u8>>) -> Option<String> {
         let call = message.strip_prefix("attempt to call a nil value (");
         let rest = call.or_else(|| message.strip_prefix("attempt to index a nil value ("))?;
         let (what, rest) = rest.split_once(" '")?;

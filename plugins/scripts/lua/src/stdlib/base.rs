@@ -6,7 +6,7 @@ use tatu_plugin_api::abi::*;
 use super::{modules, sort, strings, text};
 use crate::{
     errors,
-    lua_internals::{Key, RawTable},
+    lua_internals::{NodeKey, RawTable},
     run::budget,
     stack::{bytes, push, set},
     state::{
@@ -24,7 +24,7 @@ unsafe fn remove(l: *mut lua_State, name: &std::ffi::CStr) {
 /// Stores the library function `name` of the table on top of the stack, for a replacement that wraps it.
 unsafe fn original(l: *mut lua_State, name: &std::ffi::CStr, which: usize) {
     lua_getfield(l, -1, name.as_ptr());
-    state::of(l).originals.keep(which, lua_tocfunction(l, -1));
+    state::of(l).originals.store(which, lua_tocfunction(l, -1));
     lua_pop(l, 1);
 }
 
@@ -70,7 +70,7 @@ pub(super) unsafe fn base(l: *mut lua_State) {
     set(l, c"xpcall", xpcall);
     remove(l, c"warn");
     lua_getfield(l, -1, c"next".as_ptr());
-    let next = lua_tocfunction(l, -1).unwrap_or(nothing);
+    let next = lua_tocfunction(l, -1).unwrap_or(do_nothing);
     lua_pop(l, 1);
     lua_pushinteger(l, 0);
     lua_pushcclosure(l, next, 1);
@@ -85,7 +85,7 @@ pub(super) unsafe fn base(l: *mut lua_State) {
     lua_pop(l, 1);
 }
 
-pub(super) unsafe fn others(l: *mut lua_State) {
+pub(super) unsafe fn install_other_libraries(l: *mut lua_State) {
     lua_getglobal(l, c"string".as_ptr());
     original(l, c"format", FORMAT);
     set(l, c"format", text::format);
@@ -111,7 +111,7 @@ pub(super) unsafe fn others(l: *mut lua_State) {
     lua_pop(l, 4);
 }
 
-unsafe extern "C-unwind" fn nothing(_: *mut lua_State) -> i32 {
+unsafe extern "C-unwind" fn do_nothing(_: *mut lua_State) -> i32 {
     0
 }
 
@@ -141,7 +141,7 @@ unsafe fn watch_order(l: *mut lua_State, idx: i32) {
         return;
     }
     let t = RawTable::of(l, idx);
-    let objects = (0..t.nodes()).filter(|i| t.node(*i) == (Key::Object, true)).count();
+    let objects = (0..t.nodes()).filter(|i| t.node(*i) == (NodeKey::Object, true)).count();
     if objects > 1 {
         let s = state::of(l);
         s.restored.set(false);
@@ -178,7 +178,7 @@ unsafe extern "C-unwind" fn load(l: *mut lua_State) -> i32 {
     }
     if lua_type(l, 1) == LUA_TSTRING {
         let name = if lua_type(l, 2) == LUA_TSTRING { 2 } else { 1 };
-        modules::remember(state::of(l), bytes(l, name), bytes(l, 1));
+        modules::store_source(state::of(l), bytes(l, name), bytes(l, 1));
     }
     push(l, b"t");
     lua_replace(l, 3);
@@ -219,7 +219,7 @@ unsafe extern "C-unwind" fn setmetatable(l: *mut lua_State) -> i32 {
 }
 
 /// Instructions charged per KiB that the collector traverses.
-const COLLECTED: u64 = 32;
+const COLLECTION_COST_PER_KIB: u64 = 32;
 
 unsafe extern "C-unwind" fn collectgarbage(l: *mut lua_State) -> i32 {
     let what = if lua_type(l, 1) == LUA_TSTRING { bytes(l, 1) } else { b"collect" };
@@ -229,7 +229,7 @@ unsafe extern "C-unwind" fn collectgarbage(l: *mut lua_State) -> i32 {
             lua_pushnumber(l, f64::from(bytes) / 1024.0);
         }
         b"collect" => {
-            budget::charge(l, lua_gc(l, LUA_GCCOUNT) as u64 * COLLECTED);
+            budget::charge(l, lua_gc(l, LUA_GCCOUNT) as u64 * COLLECTION_COST_PER_KIB);
             lua_gc(l, LUA_GCCOLLECT);
             lua_pushinteger(l, 0);
         }

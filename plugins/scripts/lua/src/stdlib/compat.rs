@@ -6,19 +6,19 @@ use tatu_plugin_api::safe::*;
 use crate::{
     chunk_cache,
     errors::{self, protect},
-    state::State,
+    state::ScriptState,
     values::truncate_at,
 };
 
-const TEXT: &[u8] = include_bytes!("compat.lua");
+const COMPAT_SOURCE: &[u8] = include_bytes!("compat.lua");
 
 /// Installs the compatibility functions.
-pub(crate) fn open(s: &State, old: bool) -> Result {
+pub(crate) fn open(s: &ScriptState, old: bool) -> Result {
     // SAFETY: `protect` calls the closure with a live thread in protected mode, and the closure keeps no value with a
     // destructor.
     protect(s, &mut |l| unsafe {
         luaL_checkstack(l, 12, std::ptr::null());
-        if chunk_cache::load(l, TEXT, c"=compat") != LUA_OK {
+        if chunk_cache::load(l, COMPAT_SOURCE, c"=compat") != LUA_OK {
             lua_error(l);
         }
         lua_pushboolean(l, i32::from(old));

@@ -5,12 +5,12 @@ use tatu_plugin_api::abi::*;
 
 use crate::{
     errors,
-    lua_internals::{BYTE, INSTRUCTION},
+    lua_internals::{UNITS_PER_BYTE, UNITS_PER_INSTRUCTION},
     run::budget,
     stack::{bytes, push, reg, registry, set},
     state::{
-        self, State,
-        files::{self, Open},
+        self, ScriptState,
+        files::{self, OpenFile},
         push_scratch,
     },
     values::to_text,
@@ -19,7 +19,7 @@ use crate::{
 /// Values in the userdata of a file: a closed file, the log, and the first open file.
 const CLOSED: usize = 0;
 const CONSOLE: usize = 1;
-const FIRST: usize = 2;
+const FIRST_FILE: usize = 2;
 
 /// Installs the library `io`.
 ///
@@ -42,7 +42,7 @@ pub(crate) unsafe fn open(l: *mut lua_State) {
     lua_setfield(l, -2, c"__index".as_ptr());
     set(l, c"__gc", gc);
     set(l, c"__close", gc);
-    lua_rawseti(l, LUA_REGISTRYINDEX, reg::FILE);
+    lua_rawseti(l, LUA_REGISTRYINDEX, reg::FILE_METATABLE);
 
     lua_createtable(l, 0, 8);
     set(l, c"open", io_open);
@@ -55,7 +55,7 @@ pub(crate) unsafe fn open(l: *mut lua_State) {
         push_file(l, CONSOLE);
         lua_setfield(l, -2, name.as_ptr());
     }
-    registry(l, reg::LOADED);
+    registry(l, reg::LOADED_MODULES);
     lua_pushvalue(l, -2);
     lua_setfield(l, -2, c"io".as_ptr());
     lua_pop(l, 1);
@@ -65,17 +65,17 @@ pub(crate) unsafe fn open(l: *mut lua_State) {
 unsafe fn push_file(l: *mut lua_State, number: usize) {
     let place = lua_newuserdatauv(l, size_of::<usize>(), 0).cast::<usize>();
     *place = number;
-    registry(l, reg::FILE);
+    registry(l, reg::FILE_METATABLE);
     lua_setmetatable(l, -2);
 }
 
 /// Returns the address of the number in the file userdata at `idx`, or null if the value is not a file.
-unsafe fn place(l: *mut lua_State, idx: i32) -> *mut usize {
+unsafe fn number_address(l: *mut lua_State, idx: i32) -> *mut usize {
     let data = lua_touserdata(l, idx).cast::<usize>();
     if data.is_null() || lua_getmetatable(l, idx) == 0 {
         return std::ptr::null_mut();
     }
-    registry(l, reg::FILE);
+    registry(l, reg::FILE_METATABLE);
     let same = lua_rawequal(l, -1, -2) != 0;
     lua_pop(l, 2);
     if same { data } else { std::ptr::null_mut() }
@@ -83,7 +83,7 @@ unsafe fn place(l: *mut lua_State, idx: i32) -> *mut usize {
 
 /// Returns the number of the open file at `idx`. Raises an error if the value is not an open file.
 unsafe fn number(l: *mut lua_State, idx: i32) -> usize {
-    let place = place(l, idx);
+    let place = number_address(l, idx);
     if place.is_null() {
         errors::raise_text(l, "expected a file");
     }
@@ -91,22 +91,22 @@ unsafe fn number(l: *mut lua_State, idx: i32) -> usize {
         errors::raise_text(l, "attempt to use a closed file");
     }
     // The order in which parallel scripts access a file would depend on thread scheduling.
-    if *place >= FIRST && state::of(l).parallel.get() {
+    if *place >= FIRST_FILE && state::of(l).parallel.get() {
         errors::raise_text(l, "files cannot be used in a script that runs in parallel with others");
     }
     *place
 }
 
 /// Opens a file. Returns its number, or an error number with a message in the scratch buffer.
-fn open_file(s: &State, name: &[u8], mode: &[u8]) -> Result<usize, i64> {
+fn open_file(s: &ScriptState, name: &[u8], mode: &[u8]) -> Result<usize, i64> {
     let Some(how) = files::mode(mode) else {
-        say(s, name, "invalid mode");
+        set_scratch_message(s, name, "invalid mode");
         return Err(22);
     };
     match s.world().open_file(name, how) {
-        Ok(file) => Ok(s.files.borrow_mut().add(Open::new(file)) + FIRST),
+        Ok(file) => Ok(s.files.borrow_mut().add(OpenFile::new(file)) + FIRST_FILE),
         Err(fail) => {
-            say(s, name, &fail.to_string());
+            set_scratch_message(s, name, &fail.to_string());
             if fail.code() != TATU_ERR_MISSING {
                 s.log(TATU_LOG_WARNING, &s.scratch.borrow());
             }
@@ -115,7 +115,7 @@ fn open_file(s: &State, name: &[u8], mode: &[u8]) -> Result<usize, i64> {
     }
 }
 
-fn say(s: &State, name: &[u8], text: &str) {
+fn set_scratch_message(s: &ScriptState, name: &[u8], text: &str) {
     let scratch = &mut s.scratch.borrow_mut();
     scratch.clear();
     scratch.extend_from_slice(name);
@@ -124,16 +124,16 @@ fn say(s: &State, name: &[u8], text: &str) {
 }
 
 /// Pushes nil, a message and a number, as Lua does for failed file operations.
-unsafe fn refused(l: *mut lua_State, s: &State, code: i64) -> i32 {
+unsafe fn push_failure(l: *mut lua_State, s: &ScriptState, code: i64) -> i32 {
     lua_pushnil(l);
     push_scratch(l, s);
     lua_pushinteger(l, code);
     3
 }
 
-fn describe_error(s: &State, result: std::io::Result<()>) -> Result<(), i64> {
+fn describe_error(s: &ScriptState, result: std::io::Result<()>) -> Result<(), i64> {
     result.map_err(|error| {
-        say(s, b"file", &error.to_string());
+        set_scratch_message(s, b"file", &error.to_string());
         i64::from(error.raw_os_error().unwrap_or(5))
     })
 }
@@ -145,7 +145,7 @@ unsafe fn text_arg<'a>(l: *mut lua_State, idx: i32) -> &'a [u8] {
 
 unsafe extern "C-unwind" fn io_open(l: *mut lua_State) -> i32 {
     let s = state::of(l);
-    budget::charge(l, budget::OPENING);
+    budget::charge(l, budget::FILE_OPEN_COST);
     let name = text_arg(l, 1);
     let mode = if lua_type(l, 2) <= LUA_TNIL { b"r" } else { text_arg(l, 2) };
     match open_file(s, name, mode) {
@@ -153,13 +153,13 @@ unsafe extern "C-unwind" fn io_open(l: *mut lua_State) -> i32 {
             push_file(l, number);
             1
         }
-        Err(code) => refused(l, s, code),
+        Err(code) => push_failure(l, s, code),
     }
 }
 
 unsafe extern "C-unwind" fn io_lines(l: *mut lua_State) -> i32 {
     let s = state::of(l);
-    budget::charge(l, budget::OPENING);
+    budget::charge(l, budget::FILE_OPEN_COST);
     let name = text_arg(l, 1);
     match open_file(s, name, b"r") {
         Ok(number) => {
@@ -201,9 +201,9 @@ unsafe extern "C-unwind" fn next_line(l: *mut lua_State) -> i32 {
     }
     let n = read(l);
     if lua_type(l, -n) == LUA_TNIL && lua_toboolean(l, lua_upvalueindex(2)) != 0 {
-        let place = place(l, lua_upvalueindex(1));
-        if !place.is_null() && *place >= FIRST {
-            let _ = state::of(l).files.borrow_mut().close(*place - FIRST);
+        let place = number_address(l, lua_upvalueindex(1));
+        if !place.is_null() && *place >= FIRST_FILE {
+            let _ = state::of(l).files.borrow_mut().close(*place - FIRST_FILE);
             *place = CLOSED;
         }
     }
@@ -221,14 +221,14 @@ unsafe extern "C-unwind" fn io_read(l: *mut lua_State) -> i32 {
 }
 
 /// Maximum number of buffered bytes of an incomplete line.
-const LONGEST_LINE: usize = 1 << 20;
+const MAX_LINE_BYTES: usize = 1 << 20;
 
 /// Logs text of `io.write` in complete lines.
-fn to_log(s: &State, bytes: &[u8]) {
+fn to_log(s: &ScriptState, bytes: &[u8]) {
     for part in bytes.split_inclusive(|b| *b == b'\n') {
         let mut line = s.line.borrow_mut();
         line.extend_from_slice(part.strip_suffix(b"\n").unwrap_or(part));
-        if part.ends_with(b"\n") || line.len() > LONGEST_LINE {
+        if part.ends_with(b"\n") || line.len() > MAX_LINE_BYTES {
             let whole = std::mem::take(&mut *line);
             drop(line);
             s.log(TATU_LOG_INFO, &whole);
@@ -251,11 +251,14 @@ unsafe fn write_to(l: *mut lua_State, number: usize, first: i32) -> Result<(), i
         }
         let text = bytes(l, i);
         let lines = if number == CONSOLE { text.iter().filter(|b| **b == b'\n').count() as u64 } else { 0 };
-        budget::charge_units(l, text.len() as u64 * BYTE + lines * budget::LINE * INSTRUCTION);
+        budget::charge_units(
+            l,
+            text.len() as u64 * UNITS_PER_BYTE + lines * budget::LOG_LINE_COST * UNITS_PER_INSTRUCTION,
+        );
         if number == CONSOLE {
             to_log(s, text);
         } else {
-            let done = match s.files.borrow_mut().get(number - FIRST) {
+            let done = match s.files.borrow_mut().get(number - FIRST_FILE) {
                 Some(file) => file.write(text),
                 None => Ok(()),
             };
@@ -281,7 +284,7 @@ unsafe extern "C-unwind" fn write(l: *mut lua_State) -> i32 {
             lua_settop(l, 1);
             1
         }
-        Err(code) => refused(l, state::of(l), code),
+        Err(code) => push_failure(l, state::of(l), code),
     }
 }
 
@@ -306,16 +309,16 @@ unsafe extern "C-unwind" fn read(l: *mut lua_State) -> i32 {
             }
         };
         n += 1;
-        match read_one(s, number - FIRST, kind, count) {
+        match read_one(s, number - FIRST_FILE, kind, count) {
             None => return errors::raise_text(l, "bad argument to 'read' (invalid format)"),
-            Some(Err(code)) => return refused(l, s, code),
+            Some(Err(code)) => return push_failure(l, s, code),
             Some(Ok(false)) => {
                 lua_pushnil(l);
                 break;
             }
             Some(Ok(true)) => {
-                charge_out(l, s, number - FIRST);
-                push_out(l, s, number - FIRST);
+                charge_out(l, s, number - FIRST_FILE);
+                push_out(l, s, number - FIRST_FILE);
                 if kind == b'n' {
                     let text = lua_tolstring(l, -1, std::ptr::null_mut());
                     if lua_stringtonumber(l, text) == 0 {
@@ -330,7 +333,7 @@ unsafe extern "C-unwind" fn read(l: *mut lua_State) -> i32 {
 }
 
 /// Reads a value of one format into the file's result buffer. Returns `None` if the format is unknown.
-fn read_one(s: &State, number: usize, kind: u8, count: usize) -> Option<Result<bool, i64>> {
+fn read_one(s: &ScriptState, number: usize, kind: u8, count: usize) -> Option<Result<bool, i64>> {
     let mut files = s.files.borrow_mut();
     let Some(file) = files.get(number) else {
         return Some(Ok(false));
@@ -344,18 +347,18 @@ fn read_one(s: &State, number: usize, kind: u8, count: usize) -> Option<Result<b
         _ => return None,
     };
     Some(done.map_err(|error| {
-        say(s, b"file", &error.to_string());
+        set_scratch_message(s, b"file", &error.to_string());
         5
     }))
 }
 
 /// Charges the bytes that were read, and a share of the cost of the system call that filled the buffer.
-unsafe fn charge_out(l: *mut lua_State, s: &State, number: usize) {
+unsafe fn charge_out(l: *mut lua_State, s: &ScriptState, number: usize) {
     let bytes = s.files.borrow_mut().get(number).map_or(0, |file| file.out.len()) as u64;
-    budget::charge_units(l, bytes * BYTE / 4 + INSTRUCTION);
+    budget::charge_units(l, bytes * UNITS_PER_BYTE / 4 + UNITS_PER_INSTRUCTION);
 }
 
-unsafe fn push_out(l: *mut lua_State, s: &State, number: usize) {
+unsafe fn push_out(l: *mut lua_State, s: &ScriptState, number: usize) {
     let (ptr, len) = match s.files.borrow_mut().get(number) {
         Some(file) => (file.out.as_ptr(), file.out.len()),
         None => (std::ptr::null(), 0),
@@ -365,26 +368,26 @@ unsafe fn push_out(l: *mut lua_State, s: &State, number: usize) {
 
 unsafe extern "C-unwind" fn close(l: *mut lua_State) -> i32 {
     let s = state::of(l);
-    budget::charge(l, budget::SYSTEM_CALL);
+    budget::charge(l, budget::SYSTEM_CALL_COST);
     let number = number(l, 1);
     let mut done = Ok(());
-    if number >= FIRST {
-        done = s.files.borrow_mut().close(number - FIRST);
-        *place(l, 1) = CLOSED;
+    if number >= FIRST_FILE {
+        done = s.files.borrow_mut().close(number - FIRST_FILE);
+        *number_address(l, 1) = CLOSED;
     }
     match describe_error(s, done) {
         Ok(()) => {
             lua_pushboolean(l, 1);
             1
         }
-        Err(code) => refused(l, s, code),
+        Err(code) => push_failure(l, s, code),
     }
 }
 
 unsafe extern "C-unwind" fn gc(l: *mut lua_State) -> i32 {
-    let place = place(l, 1);
-    if !place.is_null() && *place >= FIRST {
-        let _ = state::of(l).files.borrow_mut().close(*place - FIRST);
+    let place = number_address(l, 1);
+    if !place.is_null() && *place >= FIRST_FILE {
+        let _ = state::of(l).files.borrow_mut().close(*place - FIRST_FILE);
         *place = CLOSED;
     }
     0
@@ -392,15 +395,15 @@ unsafe extern "C-unwind" fn gc(l: *mut lua_State) -> i32 {
 
 unsafe extern "C-unwind" fn flush(l: *mut lua_State) -> i32 {
     let s = state::of(l);
-    budget::charge(l, budget::SYSTEM_CALL);
+    budget::charge(l, budget::SYSTEM_CALL_COST);
     let number = number(l, 1);
-    if number >= FIRST {
-        let done = match s.files.borrow_mut().get(number - FIRST) {
+    if number >= FIRST_FILE {
+        let done = match s.files.borrow_mut().get(number - FIRST_FILE) {
             Some(file) => file.flush(),
             None => Ok(()),
         };
         if let Err(code) = describe_error(s, done) {
-            return refused(l, s, code);
+            return push_failure(l, s, code);
         }
     }
     lua_settop(l, 1);
@@ -409,12 +412,12 @@ unsafe extern "C-unwind" fn flush(l: *mut lua_State) -> i32 {
 
 unsafe extern "C-unwind" fn seek(l: *mut lua_State) -> i32 {
     let s = state::of(l);
-    budget::charge(l, budget::SYSTEM_CALL);
+    budget::charge(l, budget::SYSTEM_CALL_COST);
     let number = number(l, 1);
     let whence = if lua_type(l, 2) <= LUA_TNIL { b'c' } else { text_arg(l, 2).first().copied().unwrap_or(b'c') };
     let offset = luaL_optinteger(l, 3, 0);
     let mut at = 0;
-    let done = match s.files.borrow_mut().get(number.wrapping_sub(FIRST)) {
+    let done = match s.files.borrow_mut().get(number.wrapping_sub(FIRST_FILE)) {
         Some(file) => file.seek(whence, offset).map(|place| at = place),
         None => Ok(()),
     };
@@ -423,7 +426,7 @@ unsafe extern "C-unwind" fn seek(l: *mut lua_State) -> i32 {
             lua_pushinteger(l, at as i64);
             1
         }
-        Err(code) => refused(l, s, code),
+        Err(code) => push_failure(l, s, code),
     }
 }
 
@@ -434,7 +437,7 @@ unsafe extern "C-unwind" fn setvbuf(l: *mut lua_State) -> i32 {
 
 unsafe extern "C-unwind" fn io_type(l: *mut lua_State) -> i32 {
     luaL_checkany(l, 1);
-    let place = place(l, 1);
+    let place = number_address(l, 1);
     if place.is_null() {
         lua_pushnil(l);
     } else if *place == CLOSED {

@@ -28,13 +28,21 @@ use base::add_upvalues;
 /// Must run in protected mode, since it may raise an error.
 pub(crate) unsafe fn open(l: *mut lua_State) {
     luaL_checkstack(l, 20, std::ptr::null());
-    for place in [reg::BORROWED, reg::KEPT, reg::WAITS, reg::DONE, reg::NUMBERS, reg::SCOPES, reg::THREADS, reg::LOADED]
-    {
+    for place in [
+        reg::BORROWED_FUNCTIONS,
+        reg::KEPT_FUNCTIONS,
+        reg::WAITING_COROUTINES,
+        reg::WAIT_RESULTS,
+        reg::OBJECT_NUMBERS,
+        reg::NAMESPACES,
+        reg::PLUGIN_COROUTINES,
+        reg::LOADED_MODULES,
+    ] {
         lua_newtable(l);
         lua_rawseti(l, LUA_REGISTRYINDEX, place);
     }
     // The keys are weak, so that the number of an object does not keep the object alive.
-    registry(l, reg::NUMBERS);
+    registry(l, reg::OBJECT_NUMBERS);
     lua_newtable(l);
     push(l, b"k");
     lua_setfield(l, -2, c"__mode".as_ptr());
@@ -55,11 +63,11 @@ pub(crate) unsafe fn open(l: *mut lua_State) {
     }
     base::debug(l);
     base::base(l);
-    base::others(l);
+    base::install_other_libraries(l);
     for (name, _) in libraries {
         lua_getglobal(l, name.as_ptr());
         add_upvalues(l);
-        registry(l, reg::LOADED);
+        registry(l, reg::LOADED_MODULES);
         lua_pushvalue(l, -2);
         lua_setfield(l, -2, name.as_ptr());
         lua_pop(l, 2);

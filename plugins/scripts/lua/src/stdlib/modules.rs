@@ -5,10 +5,10 @@ use tatu_plugin_api::{abi::*, safe::*};
 
 use crate::{
     errors,
-    lua_internals::BYTE,
+    lua_internals::UNITS_PER_BYTE,
     run::budget,
     stack::{bytes, push, reg, registry, set},
-    state::{self, State, preludes, push_scratch},
+    state::{self, ScriptState, preludes, push_scratch},
 };
 
 /// Installs `require`, `dofile`, `loadfile` and the table `package`.
@@ -21,7 +21,7 @@ pub(crate) unsafe fn open(l: *mut lua_State) {
     set(l, c"dofile", dofile);
     set(l, c"loadfile", loadfile);
     lua_createtable(l, 0, 4);
-    registry(l, reg::LOADED);
+    registry(l, reg::LOADED_MODULES);
     lua_setfield(l, -2, c"loaded".as_ptr());
     lua_newtable(l);
     lua_setfield(l, -2, c"preload".as_ptr());
@@ -34,11 +34,11 @@ pub(crate) unsafe fn open(l: *mut lua_State) {
 }
 
 /// Maximum size of a source file, in bytes.
-const MOST_BYTES: u64 = 16 << 20;
+const MAX_SOURCE_BYTES: u64 = 16 << 20;
 
 /// Reads a file into the scratch buffer; returns false on failure, with the reason in the buffer.
-fn read(s: &State, name: &[u8]) -> bool {
-    let (done, content) = match s.world().read_file(name, MOST_BYTES) {
+fn read(s: &ScriptState, name: &[u8]) -> bool {
+    let (done, content) = match s.world().read_file(name, MAX_SOURCE_BYTES) {
         Ok(content) => (true, content),
         Err(reason) => {
             let name = String::from_utf8_lossy(name);
@@ -51,17 +51,17 @@ fn read(s: &State, name: &[u8]) -> bool {
 
 /// Maximum number, and maximum total size in bytes, of sources that are stored for snapshots. Without limits, a script
 /// that loads a new source in each step would use up the memory.
-const TEXTS: usize = 64;
-const TEXT_BYTES: usize = 1 << 20;
+const MAX_STORED_SOURCES: usize = 64;
+const MAX_STORED_BYTES: usize = 1 << 20;
 
 /// Stores a source that is about to be loaded, so that a snapshot can refer to its functions.
-pub(crate) fn remember(s: &State, name: &[u8], text: &[u8]) {
-    let mut texts = s.texts.borrow_mut();
+pub(crate) fn store_source(s: &ScriptState, name: &[u8], text: &[u8]) {
+    let mut texts = s.loaded_sources.borrow_mut();
     if texts.iter().any(|(n, t)| n == name && t == text) {
         return;
     }
     let bytes: usize = texts.iter().map(|(n, t)| n.len() + t.len()).sum();
-    if texts.len() < TEXTS && bytes + name.len() + text.len() <= TEXT_BYTES {
+    if texts.len() < MAX_STORED_SOURCES && bytes + name.len() + text.len() <= MAX_STORED_BYTES {
         texts.push((name.to_vec(), text.to_vec()));
     }
 }
@@ -69,7 +69,7 @@ pub(crate) fn remember(s: &State, name: &[u8], text: &[u8]) {
 /// Compiles the file whose name is at `idx`. Pushes a function, or nil and the reason for the failure.
 unsafe fn compile(l: *mut lua_State, idx: i32) -> bool {
     let s = state::of(l);
-    budget::charge(l, budget::OPENING);
+    budget::charge(l, budget::FILE_OPEN_COST);
     if !read(s, bytes(l, idx)) {
         lua_pushnil(l);
         push_scratch(l, s);
@@ -88,7 +88,7 @@ unsafe fn compile(l: *mut lua_State, idx: i32) -> bool {
         }
     }
     let name = lua_tolstring(l, -1, std::ptr::null_mut());
-    remember(s, bytes(l, -1), std::slice::from_raw_parts(ptr, len));
+    store_source(s, bytes(l, -1), std::slice::from_raw_parts(ptr, len));
     if luaL_loadbufferx(l, ptr.cast(), len, name, c"t".as_ptr()) != LUA_OK {
         lua_pushnil(l);
         lua_insert(l, -2);
@@ -128,7 +128,7 @@ unsafe extern "C-unwind" fn dofile_done(l: *mut lua_State, _: i32, _: lua_KConte
 unsafe extern "C-unwind" fn require(l: *mut lua_State) -> i32 {
     luaL_checklstring(l, 1, std::ptr::null_mut());
     lua_settop(l, 1);
-    registry(l, reg::LOADED); // 2
+    registry(l, reg::LOADED_MODULES); // 2
     lua_pushvalue(l, 1);
     if lua_rawget(l, 2) != LUA_TNIL {
         return 1;
@@ -159,7 +159,7 @@ unsafe extern "C-unwind" fn require(l: *mut lua_State) -> i32 {
 /// Stores in slot 3 what a module name refers to: the chunk of a plugin's module, a namespace, or the chunk of a file.
 unsafe fn find(l: *mut lua_State) -> bool {
     let s = state::of(l);
-    budget::charge_units(l, lua_rawlen(l, 1) as u64 * BYTE);
+    budget::charge_units(l, lua_rawlen(l, 1) as u64 * UNITS_PER_BYTE);
     // `package.preload` takes precedence.
     lua_getglobal(l, c"package".as_ptr());
     if lua_type(l, 3) == LUA_TTABLE {
@@ -184,7 +184,7 @@ unsafe fn find(l: *mut lua_State) -> bool {
         }
     }
     // The script's own folder takes precedence, because models are distributed with their modules.
-    for folder in [own_folder(s), Vec::new()] {
+    for folder in [script_folder(s), Vec::new()] {
         lua_settop(l, 2);
         push(l, &folder);
         let path = luaL_gsub(l, lua_tolstring(l, 1, std::ptr::null_mut()), c".".as_ptr(), c"/".as_ptr());
@@ -211,7 +211,7 @@ unsafe fn find(l: *mut lua_State) -> bool {
         lua_pushvalue(l, 1);
         lua_concat(l, 2);
         let name = lua_tolstring(l, 3, std::ptr::null_mut());
-        remember(s, bytes(l, 3), text);
+        store_source(s, bytes(l, 3), text);
         if luaL_loadbufferx(l, text.as_ptr().cast(), text.len(), name, c"t".as_ptr()) != LUA_OK {
             lua_error(l);
         }
@@ -222,7 +222,7 @@ unsafe fn find(l: *mut lua_State) -> bool {
 }
 
 /// Returns the folder of the script's file, with a trailing slash, or an empty path if the script is not in a folder.
-fn own_folder(s: &State) -> Vec<u8> {
+fn script_folder(s: &ScriptState) -> Vec<u8> {
     let text = s.text.borrow();
     text.chunk.rfind('/').map_or_else(Vec::new, |end| text.chunk.as_bytes()[..=end].to_vec())
 }
@@ -231,7 +231,7 @@ unsafe fn missing(l: *mut lua_State) -> i32 {
     errors::raise(l, not_found(state::of(l), bytes(l, 1)))
 }
 
-fn not_found(s: &State, name: &[u8]) -> Fail {
+fn not_found(s: &ScriptState, name: &[u8]) -> Fail {
     let text = s.text.borrow();
     let advice = text.rules.advice(name);
     let name = String::from_utf8_lossy(name);

@@ -8,7 +8,7 @@ const MAX_CAPTURES: usize = 32;
 
 /// Reason for a failed match attempt.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Fault {
+pub(crate) enum MatchError {
     /// The pattern is malformed or too complex.
     Pattern(&'static str),
     /// The step limit was reached.
@@ -16,7 +16,7 @@ pub(crate) enum Fault {
 }
 
 #[derive(Clone, Copy)]
-enum Length {
+enum CaptureLength {
     Open,
     Position,
     Bytes(usize),
@@ -24,7 +24,7 @@ enum Length {
 
 /// The value of a capture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Capture {
+pub(crate) enum CaptureValue {
     /// A zero-based position in the subject.
     Position(usize),
     /// A range of the subject.
@@ -35,40 +35,52 @@ pub(crate) enum Capture {
 pub(crate) struct Matcher<'a> {
     src: &'a [u8],
     pat: &'a [u8],
-    captures: [(usize, Length); MAX_CAPTURES],
+    captures: [(usize, CaptureLength); MAX_CAPTURES],
     level: usize,
     depth: u32,
     /// Number of steps so far, in all matches.
     pub steps: u64,
-    most: u64,
+    max_steps: u64,
 }
 
-type Found = Result<Option<usize>, Fault>;
+type MatchResult = Result<Option<usize>, MatchError>;
 
 impl<'a> Matcher<'a> {
     /// Creates a matcher for a pattern without its anchor; `most` is the step limit.
     pub(crate) fn new(src: &'a [u8], pat: &'a [u8], most: u64) -> Self {
-        Matcher { src, pat, captures: [(0, Length::Open); MAX_CAPTURES], level: 0, depth: 0, steps: 0, most }
+        Matcher {
+            src,
+            pat,
+            captures: [(0, CaptureLength::Open); MAX_CAPTURES],
+            level: 0,
+            depth: 0,
+            steps: 0,
+            max_steps: most,
+        }
     }
     /// Returns the end of the match that begins at `s`.
-    pub(crate) fn at(&mut self, s: usize) -> Found {
+    pub(crate) fn match_at(&mut self, s: usize) -> MatchResult {
         (self.level, self.depth) = (0, 0);
-        self.go(s, 0)
+        self.match_nested(s, 0)
     }
     /// Returns the number of captures. If the pattern has no captures and `whole` is set, the whole match is a capture.
     pub(crate) fn count(&self, whole: bool) -> usize {
         if self.level == 0 && whole { 1 } else { self.level }
     }
     /// Returns a capture of the match from `s` to `e`.
-    pub(crate) fn capture(&self, i: usize, s: usize, e: usize) -> Result<Capture, Fault> {
+    pub(crate) fn capture(&self, i: usize, s: usize, e: usize) -> Result<CaptureValue, MatchError> {
         if i >= self.level {
-            return if i == 0 { Ok(Capture::Part(s, e)) } else { Err(Fault::Pattern("invalid capture index")) };
+            return if i == 0 {
+                Ok(CaptureValue::Part(s, e))
+            } else {
+                Err(MatchError::Pattern("invalid capture index"))
+            };
         }
         let (start, length) = self.captures[i];
         match length {
-            Length::Open => Err(Fault::Pattern("unfinished capture")),
-            Length::Position => Ok(Capture::Position(start)),
-            Length::Bytes(n) => Ok(Capture::Part(start, start + n)),
+            CaptureLength::Open => Err(MatchError::Pattern("unfinished capture")),
+            CaptureLength::Position => Ok(CaptureValue::Position(start)),
+            CaptureLength::Bytes(n) => Ok(CaptureValue::Part(start, start + n)),
         }
     }
 
@@ -77,25 +89,25 @@ impl<'a> Matcher<'a> {
         self.pat.get(i).copied().unwrap_or(0)
     }
 
-    fn go(&mut self, s: usize, p: usize) -> Found {
+    fn match_nested(&mut self, s: usize, p: usize) -> MatchResult {
         self.depth += 1;
         if self.depth > MAX_DEPTH {
-            return Err(Fault::Pattern("pattern too complex"));
+            return Err(MatchError::Pattern("pattern too complex"));
         }
         let found = self.run(s, p);
         self.depth -= 1;
         found
     }
 
-    fn run(&mut self, mut s: usize, mut p: usize) -> Found {
+    fn run(&mut self, mut s: usize, mut p: usize) -> MatchResult {
         loop {
             self.step()?;
             if p >= self.pat.len() {
                 return Ok(Some(s));
             }
             match (self.p(p), self.p(p + 1)) {
-                (b'(', b')') => return self.open(s, p + 2, Length::Position),
-                (b'(', _) => return self.open(s, p + 1, Length::Open),
+                (b'(', b')') => return self.open(s, p + 2, CaptureLength::Position),
+                (b'(', _) => return self.open(s, p + 1, CaptureLength::Open),
                 (b')', _) => return self.close(s, p + 1),
                 (b'$', _) if p + 1 == self.pat.len() => {
                     return Ok((s == self.src.len()).then_some(s));
@@ -107,7 +119,7 @@ impl<'a> Matcher<'a> {
                 (b'%', b'f') => {
                     p += 2;
                     if self.p(p) != b'[' {
-                        return Err(Fault::Pattern("missing '[' after '%f' in pattern"));
+                        return Err(MatchError::Pattern("missing '[' after '%f' in pattern"));
                     }
                     let end = self.class_end(p)?;
                     self.class_steps(3 * (end - p))?;
@@ -118,7 +130,7 @@ impl<'a> Matcher<'a> {
                     }
                     p = end;
                 }
-                (b'%', digit @ b'0'..=b'9') => match self.again(s, digit)? {
+                (b'%', digit @ b'0'..=b'9') => match self.match_back_reference(s, digit)? {
                     Some(e) => (s, p) = (e, p + 2),
                     None => return Ok(None),
                 },
@@ -128,14 +140,14 @@ impl<'a> Matcher<'a> {
                     let one = self.single(s, p, end);
                     match self.p(end) {
                         b'?' if one => {
-                            if let Some(e) = self.go(s + 1, end + 1)? {
+                            if let Some(e) = self.match_nested(s + 1, end + 1)? {
                                 return Ok(Some(e));
                             }
                             p = end + 1;
                         }
-                        b'+' if one => return self.most(s + 1, p, end),
-                        b'*' if one => return self.most(s, p, end),
-                        b'-' if one => return self.least(s, p, end),
+                        b'+' if one => return self.match_greedy(s + 1, p, end),
+                        b'*' if one => return self.match_greedy(s, p, end),
+                        b'-' if one => return self.match_lazy(s, p, end),
                         b'?' | b'*' | b'-' => p = end + 1,
                         _ if one => (s, p) = (s + 1, end),
                         _ => return Ok(None),
@@ -145,25 +157,25 @@ impl<'a> Matcher<'a> {
         }
     }
 
-    fn step(&mut self) -> Result<(), Fault> {
+    fn step(&mut self) -> Result<(), MatchError> {
         self.steps_of(1)
     }
 
     /// Counts the steps for matching a byte of the subject against a class that occupies `bytes` bytes of the pattern.
-    fn class_steps(&mut self, bytes: usize) -> Result<(), Fault> {
+    fn class_steps(&mut self, bytes: usize) -> Result<(), MatchError> {
         self.steps_of(bytes as u64 / 4)
     }
 
-    fn steps_of(&mut self, n: u64) -> Result<(), Fault> {
+    fn steps_of(&mut self, n: u64) -> Result<(), MatchError> {
         self.steps += n;
-        if self.steps > self.most {
-            return Err(Fault::Steps);
+        if self.steps > self.max_steps {
+            return Err(MatchError::Steps);
         }
         Ok(())
     }
 
     /// Matches a greedy repetition.
-    fn most(&mut self, s: usize, p: usize, end: usize) -> Found {
+    fn match_greedy(&mut self, s: usize, p: usize, end: usize) -> MatchResult {
         let mut i = 0;
         while self.single(s + i, p, end) {
             self.step()?;
@@ -171,7 +183,7 @@ impl<'a> Matcher<'a> {
             i += 1;
         }
         loop {
-            if let Some(e) = self.go(s + i, end + 1)? {
+            if let Some(e) = self.match_nested(s + i, end + 1)? {
                 return Ok(Some(e));
             }
             if i == 0 {
@@ -182,9 +194,9 @@ impl<'a> Matcher<'a> {
     }
 
     /// Matches a lazy repetition.
-    fn least(&mut self, mut s: usize, p: usize, end: usize) -> Found {
+    fn match_lazy(&mut self, mut s: usize, p: usize, end: usize) -> MatchResult {
         loop {
-            if let Some(e) = self.go(s, end + 1)? {
+            if let Some(e) = self.match_nested(s, end + 1)? {
                 return Ok(Some(e));
             }
             if !self.single(s, p, end) {
@@ -195,48 +207,48 @@ impl<'a> Matcher<'a> {
         }
     }
 
-    fn open(&mut self, s: usize, p: usize, length: Length) -> Found {
+    fn open(&mut self, s: usize, p: usize, length: CaptureLength) -> MatchResult {
         if self.level >= MAX_CAPTURES {
-            return Err(Fault::Pattern("too many captures"));
+            return Err(MatchError::Pattern("too many captures"));
         }
         self.captures[self.level] = (s, length);
         self.level += 1;
-        let found = self.go(s, p)?;
+        let found = self.match_nested(s, p)?;
         if found.is_none() {
             self.level -= 1;
         }
         Ok(found)
     }
 
-    fn close(&mut self, s: usize, p: usize) -> Found {
+    fn close(&mut self, s: usize, p: usize) -> MatchResult {
         let open = (0..self.level)
             .rev()
-            .find(|i| matches!(self.captures[*i].1, Length::Open))
-            .ok_or(Fault::Pattern("invalid pattern capture"))?;
-        self.captures[open].1 = Length::Bytes(s - self.captures[open].0);
-        let found = self.go(s, p)?;
+            .find(|i| matches!(self.captures[*i].1, CaptureLength::Open))
+            .ok_or(MatchError::Pattern("invalid pattern capture"))?;
+        self.captures[open].1 = CaptureLength::Bytes(s - self.captures[open].0);
+        let found = self.match_nested(s, p)?;
         if found.is_none() {
-            self.captures[open].1 = Length::Open;
+            self.captures[open].1 = CaptureLength::Open;
         }
         Ok(found)
     }
 
     /// Matches the text of an earlier capture.
-    fn again(&mut self, s: usize, digit: u8) -> Found {
+    fn match_back_reference(&mut self, s: usize, digit: u8) -> MatchResult {
         let i = usize::from(digit).wrapping_sub(usize::from(b'1'));
         let (start, n) = match self.captures[..self.level].get(i) {
-            Some((start, Length::Bytes(n))) => (*start, *n),
-            Some((_, Length::Position)) => return Ok(None),
-            _ => return Err(Fault::Pattern("invalid capture index in pattern")),
+            Some((start, CaptureLength::Bytes(n))) => (*start, *n),
+            Some((_, CaptureLength::Position)) => return Ok(None),
+            _ => return Err(MatchError::Pattern("invalid capture index in pattern")),
         };
         self.steps_of(n as u64 / 16)?;
         let caught = &self.src[start..start + n];
         Ok(self.src[s..].starts_with(caught).then_some(s + n))
     }
 
-    fn balance(&mut self, s: usize, p: usize) -> Found {
+    fn balance(&mut self, s: usize, p: usize) -> MatchResult {
         if p + 1 >= self.pat.len() {
-            return Err(Fault::Pattern("missing arguments to '%b' in pattern"));
+            return Err(MatchError::Pattern("missing arguments to '%b' in pattern"));
         }
         let (open, close) = (self.p(p), self.p(p + 1));
         if self.src.get(s) != Some(&open) {
@@ -258,10 +270,10 @@ impl<'a> Matcher<'a> {
     }
 
     /// Returns the end of the class that begins at `p`.
-    fn class_end(&self, p: usize) -> Result<usize, Fault> {
+    fn class_end(&self, p: usize) -> Result<usize, MatchError> {
         let n = self.pat.len();
         match self.p(p) {
-            b'%' if p + 1 >= n => Err(Fault::Pattern("malformed pattern (ends with '%')")),
+            b'%' if p + 1 >= n => Err(MatchError::Pattern("malformed pattern (ends with '%')")),
             b'%' => Ok(p + 2),
             b'[' => {
                 let mut i = p + 1;
@@ -270,7 +282,7 @@ impl<'a> Matcher<'a> {
                 }
                 loop {
                     if i >= n {
-                        return Err(Fault::Pattern("malformed pattern (missing ']')"));
+                        return Err(MatchError::Pattern("malformed pattern (missing ']')"));
                     }
                     i += if self.p(i) == b'%' { 2 } else { 1 };
                     if i < n && self.p(i) == b']' {
@@ -352,7 +364,7 @@ mod tests {
     use mlua_sys::*;
 
     /// Returns the result of Lua's own `string.find`: "3 4 a @2", "nil" or "error".
-    fn theirs(l: *mut lua_State, src: &[u8], pat: &[u8]) -> String {
+    fn find_with_lua(l: *mut lua_State, src: &[u8], pat: &[u8]) -> String {
         // SAFETY: the test owns the state, slot 1 holds `string.find`, and `lua_pcall` catches errors.
         unsafe {
             lua_settop(l, 1);
@@ -375,7 +387,7 @@ mod tests {
         }
     }
 
-    fn ours(src: &[u8], pat: &[u8]) -> String {
+    fn find_with_matcher(src: &[u8], pat: &[u8]) -> String {
         if is_plain(pat) {
             let at = (0..=src.len()).find(|i| src[*i..].starts_with(pat));
             return at.map_or("nil".into(), |i| format!("{} {}", i + 1, i + pat.len()));
@@ -383,7 +395,7 @@ mod tests {
         let anchored = pat.strip_prefix(b"^");
         let mut m = Matcher::new(src, anchored.unwrap_or(pat), u64::MAX);
         for s in 0..=src.len() {
-            let e = match m.at(s) {
+            let e = match m.match_at(s) {
                 Err(_) => return "error".into(),
                 Ok(Some(e)) => e,
                 Ok(None) if anchored.is_some() => break,
@@ -393,8 +405,8 @@ mod tests {
             for i in 0..m.count(false) {
                 match m.capture(i, s, e) {
                     Err(_) => return "error".into(),
-                    Ok(Capture::Position(at)) => out.push(format!("@{}", at + 1)),
-                    Ok(Capture::Part(a, b)) => {
+                    Ok(CaptureValue::Position(at)) => out.push(format!("@{}", at + 1)),
+                    Ok(CaptureValue::Part(a, b)) => {
                         out.push(String::from_utf8_lossy(&src[a..b]).into_owned());
                     }
                 }
@@ -405,7 +417,7 @@ mod tests {
     }
 
     #[test]
-    fn agrees_with_lua() {
+    fn matcher_agrees_with_lua() {
         // SAFETY: the state is created here and used by this test only.
         let l = unsafe {
             let l = luaL_newstate();
@@ -427,8 +439,8 @@ mod tests {
                 "%1", "%2", "%b()", "%bab", "%f", "%f[%w]", "[ab]", "[^a]", "[a-b]", "[]]", "(a)", "(.-)", "%)", "%%",
             ];
             let pat: String = (0..next(6)).map(|_| pieces[next(pieces.len())]).collect();
-            let theirs = theirs(l, &src, pat.as_bytes());
-            assert_eq!(ours(&src, pat.as_bytes()), theirs, "{pat:?} on {src:?}");
+            let theirs = find_with_lua(l, &src, pat.as_bytes());
+            assert_eq!(find_with_matcher(&src, pat.as_bytes()), theirs, "{pat:?} on {src:?}");
             matches += u32::from(theirs.starts_with(|c: char| c.is_ascii_digit()));
         }
         assert!(matches > 20_000, "{matches}");
@@ -437,10 +449,10 @@ mod tests {
     }
 
     #[test]
-    fn steps_end() {
+    fn exponential_match_ends_at_the_step_limit() {
         let src = vec![b'a'; 30];
         let pat = format!("{}{}b", "a?".repeat(30), "a".repeat(30));
         let mut m = Matcher::new(&src, pat.as_bytes(), 100_000);
-        assert_eq!(m.at(0), Err(Fault::Steps));
+        assert_eq!(m.match_at(0), Err(MatchError::Steps));
     }
 }

@@ -5,11 +5,11 @@ use mlua_sys::*;
 use crate::{
     chunk_cache,
     stack::{reg, registry, set},
-    state::State,
+    state::ScriptState,
 };
 
 /// Lua code that implements `package.loadlib` and `require` of native libraries with two functions of Lua's `package`.
-const NATIVE: &[u8] = b"
+const NATIVE_LIBRARIES_SOURCE: &[u8] = b"
 local loadlib, searchpath = ...
 package.loadlib, package.searchpath, package.cpath = loadlib, searchpath, './?.so;./?.dll'
 setmetatable(package.preload, {__index = function(_, name)
@@ -21,7 +21,7 @@ end})";
 ///
 /// # Safety
 /// Must run in protected mode, after the library has been opened.
-pub(crate) unsafe fn open(l: *mut lua_State, s: &State) {
+pub(crate) unsafe fn open(l: *mut lua_State, s: &ScriptState) {
     let allows = |what: &str| {
         let all = s.world().get(0, s.host.prop("scene.allow"));
         let all = all.ok().and_then(|v| v.as_str().map(std::borrow::Cow::into_owned)).unwrap_or_default();
@@ -40,7 +40,7 @@ pub(crate) unsafe fn open(l: *mut lua_State, s: &State) {
         lua_call(l, 0, 1);
         lua_insert(l, -2);
         lua_setglobal(l, c"require".as_ptr());
-        if chunk_cache::load(l, NATIVE, c"=native") != LUA_OK {
+        if chunk_cache::load(l, NATIVE_LIBRARIES_SOURCE, c"=native") != LUA_OK {
             lua_error(l);
         }
         for name in [c"loadlib", c"searchpath"] {
@@ -58,7 +58,7 @@ unsafe fn install(l: *mut lua_State, open: lua_CFunction, name: &std::ffi::CStr,
     lua_getfield(l, -1, name.as_ptr());
     let function = lua_tocfunction(l, -1);
     lua_pop(l, 2);
-    registry(l, reg::LOADED);
+    registry(l, reg::LOADED_MODULES);
     lua_getfield(l, -1, ours.as_ptr());
     if let Some(function) = function {
         set(l, name, function);

@@ -4,44 +4,44 @@ use std::mem::MaybeUninit;
 
 use mlua_sys::*;
 
-use super::pattern::{Capture, Fault, Matcher, is_plain};
+use super::pattern::{CaptureValue, MatchError, Matcher, is_plain};
 use crate::{
     errors,
-    lua_internals::BYTE,
+    lua_internals::UNITS_PER_BYTE,
     run::budget,
     stack::{bytes, push},
-    state::{self, State},
+    state::{self, ScriptState},
     values::truncate_at,
 };
 
 /// Number of matcher steps charged as one instruction.
-const STEPS: u64 = 4;
+const STEPS_PER_INSTRUCTION: u64 = 4;
 
 unsafe fn arg<'a>(l: *mut lua_State, idx: i32) -> &'a [u8] {
     luaL_checklstring(l, idx, std::ptr::null_mut());
     bytes(l, idx)
 }
 
-fn matcher<'a>(s: &State, src: &'a [u8], pat: &'a [u8]) -> Matcher<'a> {
-    Matcher::new(src, pat, budget::remaining(s).saturating_mul(STEPS))
+fn matcher<'a>(s: &ScriptState, src: &'a [u8], pat: &'a [u8]) -> Matcher<'a> {
+    Matcher::new(src, pat, budget::remaining(s).saturating_mul(STEPS_PER_INSTRUCTION))
 }
 
 /// Charges the matcher's steps since the last call.
 unsafe fn charge(l: *mut lua_State, m: &mut Matcher<'_>) {
     let steps = std::mem::take(&mut m.steps);
-    budget::charge(l, steps / STEPS);
+    budget::charge(l, steps / STEPS_PER_INSTRUCTION);
 }
 
 /// Returns a result of the matcher, or raises its error.
-unsafe fn check<T>(l: *mut lua_State, m: &mut Matcher<'_>, found: Result<T, Fault>) -> Option<T> {
+unsafe fn check<T>(l: *mut lua_State, m: &mut Matcher<'_>, found: Result<T, MatchError>) -> Option<T> {
     match found {
         Ok(found) => Some(found),
-        Err(Fault::Steps) => {
+        Err(MatchError::Steps) => {
             m.steps = 0;
             budget::charge(l, u64::MAX);
             None
         }
-        Err(Fault::Pattern(text)) => {
+        Err(MatchError::Pattern(text)) => {
             errors::raise_text(l, text);
             None
         }
@@ -63,8 +63,8 @@ unsafe fn start(l: *mut lua_State, len: usize) -> usize {
 unsafe fn push_capture(l: *mut lua_State, m: &mut Matcher<'_>, src: &[u8], i: usize, s: usize, e: usize) {
     let capture = m.capture(i, s, e);
     match check(l, m, capture) {
-        Some(Capture::Position(at)) => lua_pushinteger(l, at as i64 + 1),
-        Some(Capture::Part(from, to)) => push(l, &src[from..to]),
+        Some(CaptureValue::Position(at)) => lua_pushinteger(l, at as i64 + 1),
+        Some(CaptureValue::Part(from, to)) => push(l, &src[from..to]),
         None => {}
     }
 }
@@ -80,7 +80,7 @@ unsafe fn push_captures(l: *mut lua_State, m: &mut Matcher<'_>, src: &[u8], whol
 
 unsafe fn search(l: *mut lua_State, find: bool) -> i32 {
     let (src, pat) = (arg(l, 1), arg(l, 2));
-    budget::charge_units(l, pat.len() as u64 * BYTE);
+    budget::charge_units(l, pat.len() as u64 * UNITS_PER_BYTE);
     let mut at = start(l, src.len());
     if at > src.len() {
         lua_pushnil(l);
@@ -88,11 +88,11 @@ unsafe fn search(l: *mut lua_State, find: bool) -> i32 {
     }
     if find && (lua_toboolean(l, 4) != 0 || is_plain(pat)) {
         let Some(found) = memchr::memmem::find(&src[at..], pat) else {
-            budget::charge_units(l, (src.len() - at) as u64 * BYTE / 4);
+            budget::charge_units(l, (src.len() - at) as u64 * UNITS_PER_BYTE / 4);
             lua_pushnil(l);
             return 1;
         };
-        budget::charge_units(l, found as u64 * BYTE / 4);
+        budget::charge_units(l, found as u64 * UNITS_PER_BYTE / 4);
         lua_pushinteger(l, (at + found) as i64 + 1);
         lua_pushinteger(l, (at + found + pat.len()) as i64);
         return 2;
@@ -100,7 +100,7 @@ unsafe fn search(l: *mut lua_State, find: bool) -> i32 {
     let anchored = pat.strip_prefix(b"^");
     let mut m = matcher(state::of(l), src, anchored.unwrap_or(pat));
     loop {
-        let found = m.at(at);
+        let found = m.match_at(at);
         if let Some(Some(end)) = check(l, &mut m, found) {
             charge(l, &mut m);
             if !find {
@@ -131,7 +131,7 @@ pub(crate) unsafe extern "C-unwind" fn match_(l: *mut lua_State) -> i32 {
 /// before the first match.
 pub(crate) unsafe extern "C-unwind" fn gmatch(l: *mut lua_State) -> i32 {
     let (src, pat) = (arg(l, 1), arg(l, 2));
-    budget::charge_units(l, pat.len() as u64 * BYTE);
+    budget::charge_units(l, pat.len() as u64 * UNITS_PER_BYTE);
     let at = start(l, src.len()).min(src.len() + 1);
     lua_settop(l, 2);
     lua_pushinteger(l, at as i64);
@@ -146,7 +146,7 @@ pub(crate) unsafe extern "C-unwind" fn gmatch_next(l: *mut lua_State) -> i32 {
     let last = lua_tointeger(l, lua_upvalueindex(4));
     let mut m = matcher(state::of(l), src, pat);
     for at in first..=src.len() {
-        let found = m.at(at);
+        let found = m.match_at(at);
         if let Some(Some(end)) = check(l, &mut m, found)
             && end as i64 != last
         {
@@ -169,7 +169,7 @@ pub(crate) unsafe extern "C-unwind" fn gsub(l: *mut lua_State) -> i32 {
     if !matches!(kind, LUA_TNUMBER | LUA_TSTRING | LUA_TFUNCTION | LUA_TTABLE) {
         return errors::raise_text(l, "bad argument #3 to 'gsub' (string, function or table expected)");
     }
-    budget::charge_units(l, pat.len() as u64 * BYTE);
+    budget::charge_units(l, pat.len() as u64 * UNITS_PER_BYTE);
     let most = luaL_optinteger(l, 4, src.len() as i64 + 1);
     let anchored = pat.strip_prefix(b"^");
     let mut m = matcher(state::of(l), src, anchored.unwrap_or(pat));
@@ -178,7 +178,7 @@ pub(crate) unsafe extern "C-unwind" fn gsub(l: *mut lua_State) -> i32 {
     let b = buffer.as_mut_ptr();
     luaL_buffinit(l, b);
     while n < most {
-        let found = m.at(at);
+        let found = m.match_at(at);
         let end = check(l, &mut m, found).flatten();
         if let Some(end) = end
             && last != Some(end)
@@ -248,7 +248,7 @@ unsafe fn replace(
 /// Adds a replacement string to the result, expanding `%1` and similar references.
 unsafe fn expand_template(l: *mut lua_State, b: *mut luaL_Buffer, m: &mut Matcher<'_>, src: &[u8], s: usize, e: usize) {
     let news = bytes(l, 3);
-    budget::charge_units(l, news.len() as u64 * BYTE);
+    budget::charge_units(l, news.len() as u64 * UNITS_PER_BYTE);
     let mut i = 0;
     while i < news.len() {
         let plain = news[i..].iter().take_while(|c| **c != b'%').count();
@@ -263,10 +263,10 @@ unsafe fn expand_template(l: *mut lua_State, b: *mut luaL_Buffer, m: &mut Matche
             b'1'..=b'9' => {
                 let capture = m.capture(usize::from(code - b'1'), s, e);
                 match check(l, m, capture) {
-                    Some(Capture::Part(from, to)) => {
+                    Some(CaptureValue::Part(from, to)) => {
                         luaL_addlstring(b, src[from..].as_ptr().cast(), to - from);
                     }
-                    Some(Capture::Position(at)) => {
+                    Some(CaptureValue::Position(at)) => {
                         lua_pushinteger(l, at as i64 + 1);
                         luaL_addvalue(b);
                     }

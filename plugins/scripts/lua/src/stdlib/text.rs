@@ -3,7 +3,7 @@
 use mlua_sys::*;
 
 use crate::{
-    lua_internals::{BYTE, INSTRUCTION},
+    lua_internals::{UNITS_PER_BYTE, UNITS_PER_INSTRUCTION},
     run::budget,
     stack::{bytes, push},
     state::{self, originals::FORMAT},
@@ -31,7 +31,7 @@ pub(crate) unsafe extern "C-unwind" fn print(l: *mut lua_State) -> i32 {
     } else {
         lua_concat(l, 2 * n - 1);
     }
-    budget::charge_units(l, budget::LINE * INSTRUCTION + lua_rawlen(l, -1) as u64 * BYTE);
+    budget::charge_units(l, budget::LOG_LINE_COST * UNITS_PER_INSTRUCTION + lua_rawlen(l, -1) as u64 * UNITS_PER_BYTE);
     state::of(l).log_line(bytes(l, -1));
     0
 }

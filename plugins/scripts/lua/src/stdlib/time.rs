@@ -9,14 +9,14 @@ use crate::{
     errors,
     run::budget,
     stack::{bytes, push, reg, registry, set},
-    state::{self, State, push_scratch},
+    state::{self, ScriptState, push_scratch},
 };
 
 /// Default start date: the first second of 2015, UTC.
 const EPOCH: i64 = 1_420_070_400;
 
-const DAYS: [&str; 7] = ["Sunday", "Monday", "Tuesday", "Wednesday", "Thursday", "Friday", "Saturday"];
-const MONTHS: [&str; 12] = [
+const DAY_NAMES: [&str; 7] = ["Sunday", "Monday", "Tuesday", "Wednesday", "Thursday", "Friday", "Saturday"];
+const MONTH_NAMES: [&str; 12] = [
     "January",
     "February",
     "March",
@@ -43,14 +43,14 @@ pub(crate) unsafe fn open(l: *mut lua_State) {
     set(l, c"difftime", difftime);
     set(l, c"getenv", getenv);
     set(l, c"setlocale", setlocale);
-    registry(l, reg::LOADED);
+    registry(l, reg::LOADED_MODULES);
     lua_pushvalue(l, -2);
     lua_setfield(l, -2, c"os".as_ptr());
     lua_pop(l, 1);
     lua_setglobal(l, c"os".as_ptr());
 }
 
-fn seconds(s: &State) -> i64 {
+fn seconds(s: &ScriptState) -> i64 {
     let epoch = s.world().get(0, s.epoch).ok().and_then(|v| v.as_i64()).unwrap_or(EPOCH);
     epoch + s.now().floor() as i64
 }
@@ -155,7 +155,7 @@ impl Date {
     }
     /// Appends the result of a `strftime` conversion; returns false if the conversion is unknown.
     fn add(&self, conversion: char, out: &mut String) -> bool {
-        let (day, month) = (DAYS[self.weekday as usize], MONTHS[self.month as usize - 1]);
+        let (day, month) = (DAY_NAMES[self.weekday as usize], MONTH_NAMES[self.month as usize - 1]);
         let _ = match conversion {
             'Y' => write!(out, "{}", self.year),
             'y' => write!(out, "{:02}", self.year.rem_euclid(100)),
@@ -178,16 +178,16 @@ impl Date {
             'n' => writeln!(out),
             't' => write!(out, "\t"),
             '%' => write!(out, "%"),
-            'c' => return self.all("%a %b %e %H:%M:%S %Y", out),
-            'x' | 'D' => return self.all("%m/%d/%y", out),
-            'X' | 'T' => return self.all("%H:%M:%S", out),
-            'F' => return self.all("%Y-%m-%d", out),
-            'R' => return self.all("%H:%M", out),
+            'c' => return self.format_all("%a %b %e %H:%M:%S %Y", out),
+            'x' | 'D' => return self.format_all("%m/%d/%y", out),
+            'X' | 'T' => return self.format_all("%H:%M:%S", out),
+            'F' => return self.format_all("%Y-%m-%d", out),
+            'R' => return self.format_all("%H:%M", out),
             _ => return false,
         };
         true
     }
-    fn all(&self, format: &str, out: &mut String) -> bool {
+    fn format_all(&self, format: &str, out: &mut String) -> bool {
         let mut chars = format.chars();
         while let Some(c) = chars.next() {
             if c != '%' {
@@ -200,15 +200,15 @@ impl Date {
     }
 }
 
-fn format(s: &State, format: &[u8], time: i64) -> bool {
+fn format(s: &ScriptState, format: &[u8], time: i64) -> bool {
     let mut out = String::new();
-    let done = Date::new(time).all(&String::from_utf8_lossy(format), &mut out);
+    let done = Date::new(time).format_all(&String::from_utf8_lossy(format), &mut out);
     *s.scratch.borrow_mut() = out.into_bytes();
     done
 }
 
 unsafe extern "C-unwind" fn date(l: *mut lua_State) -> i32 {
-    const LIMIT: i64 = 1 << 45;
+    const MAX_ABS_TIME: i64 = 1 << 45;
     let s = state::of(l);
     let what = if lua_type(l, 1) <= LUA_TNIL {
         b"%c"
@@ -221,7 +221,7 @@ unsafe extern "C-unwind" fn date(l: *mut lua_State) -> i32 {
     let time = if lua_type(l, 2) <= LUA_TNIL {
         seconds(s)
     } else {
-        luaL_checknumber(l, 2).clamp(-LIMIT as f64, LIMIT as f64) as i64
+        luaL_checknumber(l, 2).clamp(-MAX_ABS_TIME as f64, MAX_ABS_TIME as f64) as i64
     };
     if !what.starts_with(b"*t") {
         if !format(s, what, time) {
@@ -255,9 +255,9 @@ mod tests {
     use super::*;
 
     #[test]
-    fn dates() {
+    fn dates_are_formatted_and_converted() {
         let mut out = String::new();
-        assert!(Date::new(EPOCH + 3661).all("%c|%F %X %j %p", &mut out));
+        assert!(Date::new(EPOCH + 3661).format_all("%c|%F %X %j %p", &mut out));
         assert_eq!(out, "Thu Jan  1 01:01:01 2015|2015-01-01 01:01:01 001 AM");
         for days in (-800_000..800_000).step_by(97) {
             let (y, m, d) = civil_from_days(days);

@@ -14,10 +14,10 @@ use std::{
 
 use tatu_plugin_api::{abi::*, safe::*};
 
-pub type Command = fn(&Host, &mut tatu_call) -> tatu_status;
+pub type HostCommand = fn(&TestHost, &mut tatu_call) -> tatu_status;
 
 #[repr(C)]
-pub struct Error {
+pub struct ScriptError {
     pub raw: tatu_error,
     pub code: i32,
     pub text: String,
@@ -29,9 +29,9 @@ pub struct Error {
 
 /// The world and its services in one object. It is leaked, so that all pointers to it remain valid.
 #[repr(C)]
-pub struct Host {
+pub struct TestHost {
     pub table: tatu_host,
-    pub names: RefCell<Vec<(String, Command)>>,
+    pub names: RefCell<Vec<(String, HostCommand)>>,
     pub constants: RefCell<Vec<(String, tatu_value)>>,
     pub preludes: RefCell<Vec<(String, String)>>,
     pub log: RefCell<Vec<(u32, String)>>,
@@ -39,18 +39,18 @@ pub struct Host {
     pub time: Cell<f64>,
     pub generation: Cell<u64>,
     pub folder: RefCell<String>,
-    pub kept: Cell<u32>,
+    pub last_kept_func: Cell<u32>,
     pub tokens: RefCell<Vec<u64>>,
-    pub script: Cell<*const Script>,
+    pub script: Cell<*const TestScript>,
     arena: RefCell<Vec<Box<[u64]>>>,
     path: RefCell<String>,
-    error: RefCell<Box<Error>>,
+    error: RefCell<Box<ScriptError>>,
     language: Cell<*const tatu_language>,
     plugin: Cell<*mut c_void>,
 }
 
-pub struct Script {
-    pub host: &'static Host,
+pub struct TestScript {
+    pub host: &'static TestHost,
     pub data: *mut c_void,
     pub used: Cell<u64>,
     pub budget: Cell<(u64, u64)>,
@@ -68,16 +68,16 @@ pub fn raw(s: &str) -> tatu_str {
     tatu_str { ptr: s.as_ptr().cast(), len: s.len() as u64 }
 }
 
-unsafe extern "C" fn say(e: *mut tatu_error, code: tatu_status, t: tatu_str) {
-    let e = &mut *e.cast::<Error>();
-    *e = *Error::new();
+unsafe extern "C" fn set_error(e: *mut tatu_error, code: tatu_status, t: tatu_str) {
+    let e = &mut *e.cast::<ScriptError>();
+    *e = *ScriptError::new();
     e.code = code;
     e.text = text(t);
     e.raw.code = code;
     e.raw.text = raw(&e.text);
 }
-unsafe extern "C" fn add(e: *mut tatu_error, part: u32, t: tatu_str, line: u64) {
-    let e = &mut *e.cast::<Error>();
+unsafe extern "C" fn add_error_part(e: *mut tatu_error, part: u32, t: tatu_str, line: u64) {
+    let e = &mut *e.cast::<ScriptError>();
     let t = text(t);
     match part {
         TATU_PART_HELP => {
@@ -97,16 +97,16 @@ unsafe extern "C" fn add(e: *mut tatu_error, part: u32, t: tatu_str, line: u64) 
     }
 }
 
-impl Error {
-    pub fn new() -> Box<Error> {
+impl ScriptError {
+    pub fn new() -> Box<ScriptError> {
         let none = tatu_str { ptr: null(), len: 0 };
-        Box::new(Error {
+        Box::new(ScriptError {
             raw: tatu_error {
                 size: size_of::<tatu_error>() as u32,
                 code: 0,
                 ctx: null_mut(),
-                say: Some(say),
-                add: Some(add),
+                say: Some(set_error),
+                add: Some(add_error_part),
                 text: none,
                 help: none,
                 file: none,
@@ -123,10 +123,10 @@ impl Error {
     }
 }
 
-fn host<'a>(w: WorldRef<'a>) -> &'a Host {
-    // SAFETY: the tests pass their `Host` as the world of every script, and hosts are leaked, so the pointer is valid
+fn host<'a>(w: WorldRef<'a>) -> &'a TestHost {
+    // SAFETY: the tests pass their `TestHost` as the world of every script, and hosts are leaked, so the pointer is valid
     // and of this type.
-    unsafe { &*w.ptr().cast::<Host>() }
+    unsafe { &*w.ptr().cast::<TestHost>() }
 }
 extern "C" fn find(w: WorldRef<'_>, name: Lent<'_>, alias: Option<&mut u32>) -> u32 {
     let (h, name) = (host(w), name.text());
@@ -197,7 +197,7 @@ unsafe extern "C" fn frame_alloc(frame: *mut tatu_call, bytes: u64) -> *mut c_vo
 unsafe extern "C" fn call_func(w: WorldRef<'_>, func: tatu_func, frame: *mut tatu_call) -> tatu_status {
     let s = &*host(w).script.get();
     assert_eq!(func >> 32, s.id);
-    let mut error = Error::new();
+    let mut error = ScriptError::new();
     let (f, mut used) = ((*host(w).language.get()).call_func.unwrap(), 0);
     let status = f(s.data, func as u32, frame, &s.raw_budget(), &mut used, &mut error.raw);
     *host(w).error.borrow_mut() = error;
@@ -249,7 +249,7 @@ unsafe extern "C" fn get_f64(w: WorldRef<'_>, _: tatu_object, p: tatu_prop, out:
     TATU_OK
 }
 unsafe extern "C" fn write(h: *const tatu_host, _: WorldRef<'_>, level: u32, line: Lent<'_>) {
-    let h = &*(*h).ctx.cast::<Host>();
+    let h = &*(*h).ctx.cast::<TestHost>();
     h.log.borrow_mut().push((level, line.text().into_owned()));
 }
 unsafe extern "C" fn last_error(w: WorldRef<'_>) -> *const tatu_error {
@@ -304,19 +304,19 @@ unsafe extern "C" fn service(_: *const tatu_host, id: *const c_char) -> *const c
     }
 }
 
-impl Host {
+impl TestHost {
     /// Returns the script that was called last.
-    pub fn running(&self) -> &Script {
+    pub fn running(&self) -> &TestScript {
         unsafe { &*self.script.get() }
     }
-    pub fn new() -> &'static Host {
+    pub fn new() -> &'static TestHost {
         unsafe {
             let scene = (&raw mut SCENE).cast::<tatu_host_scene>();
             (*scene).size = size_of::<tatu_host_scene>() as u32;
             (*scene).prop = Some(prop);
             (*scene).get_f64 = Some(get_f64);
         }
-        let h: &'static mut Host = Box::leak(Box::new(Host {
+        let h: &'static mut TestHost = Box::leak(Box::new(TestHost {
             table: tatu_host {
                 size: size_of::<tatu_host>() as u32,
                 abi_minor: 1,
@@ -332,20 +332,20 @@ impl Host {
             time: Cell::new(0.0),
             generation: Cell::new(1),
             folder: RefCell::default(),
-            kept: Cell::new(0),
+            last_kept_func: Cell::new(0),
             tokens: RefCell::default(),
             script: Cell::new(null()),
             arena: RefCell::default(),
             path: RefCell::default(),
-            error: RefCell::new(Error::new()),
+            error: RefCell::new(ScriptError::new()),
             language: Cell::new(null()),
             plugin: Cell::new(null_mut()),
         }));
         h.table.ctx = (&raw mut *h).cast();
-        let h: &'static Host = h;
+        let h: &'static TestHost = h;
         let p = &tatu_scripts_lua::tatu_plugin.0;
         let mut me = null_mut();
-        let mut error = Error::new();
+        let mut error = ScriptError::new();
         unsafe {
             assert_eq!(p.init.unwrap()(&h.table, &mut me, &mut error.raw), TATU_OK);
             // The plugin's panic hook sends panics to the log. Remove it, so that failing tests print them.
@@ -356,7 +356,7 @@ impl Host {
         }
         h
     }
-    pub fn command(&self, name: &str, f: Command) {
+    pub fn command(&self, name: &str, f: HostCommand) {
         self.names.borrow_mut().push((name.into(), f));
         self.generation.set(self.generation.get() + 1);
     }
@@ -364,8 +364,8 @@ impl Host {
         self.constants.borrow_mut().push((name.into(), value));
     }
     pub fn refuse(&self, code: tatu_status, t: &str) -> tatu_status {
-        let mut error = Error::new();
-        unsafe { say(&mut error.raw, code, raw(t)) };
+        let mut error = ScriptError::new();
+        unsafe { set_error(&mut error.raw, code, raw(t)) };
         *self.error.borrow_mut() = error;
         code
     }
@@ -374,7 +374,7 @@ impl Host {
         self.refuse(code, t);
         frame.error = &raw mut self.error.borrow_mut().raw;
         if !help.is_empty() {
-            unsafe { add(frame.error, TATU_PART_HELP, raw(help), 0) };
+            unsafe { add_error_part(frame.error, TATU_PART_HELP, raw(help), 0) };
         }
         code
     }
@@ -384,7 +384,7 @@ impl Host {
     pub fn arena_blocks(&self) -> usize {
         self.arena.borrow().len()
     }
-    pub fn script(&'static self, seed: u64) -> Script {
+    pub fn script(&'static self, seed: u64) -> TestScript {
         let life = unsafe { &*(*self.language.get()).life };
         let info = tatu_instance {
             size: size_of::<tatu_instance>() as u32,
@@ -397,13 +397,13 @@ impl Host {
             state: null_mut(),
             session: std::ptr::null_mut(),
         };
-        let (mut data, mut error) = (null_mut(), Error::new());
+        let (mut data, mut error) = (null_mut(), ScriptError::new());
         let status = unsafe { life.create.unwrap()(self.plugin.get(), &info, &mut data, &mut error.raw) };
         assert_eq!(status, TATU_OK, "{}", error.text);
-        Script { host: self, data, used: Cell::new(0), budget: Cell::new((0, 0)), id: 5 }
+        TestScript { host: self, data, used: Cell::new(0), budget: Cell::new((0, 0)), id: 5 }
     }
     /// Creates a script with this source.
-    pub fn load(&'static self, text: &str) -> Script {
+    pub fn load(&'static self, text: &str) -> TestScript {
         let s = self.script(1);
         s.load(text, "test.lua", "").unwrap();
         s
@@ -426,7 +426,7 @@ pub fn arg(frame: &tatu_call, i: u32) -> ValueRef<'static> {
     unsafe { ValueRef::new(*frame.args.add(i as usize)) }
 }
 
-impl Script {
+impl TestScript {
     fn lang(&self) -> &'static tatu_language {
         unsafe { &*self.host.language.get() }
     }
@@ -437,9 +437,9 @@ impl Script {
         let (instructions, memory) = self.budget.get();
         tatu_budget { size: size_of::<tatu_budget>() as u32, reserved: 0, instructions, memory }
     }
-    pub fn load(&self, text_: &str, chunk: &str, dialect: &str) -> Result<String, Box<Error>> {
+    pub fn load(&self, text_: &str, chunk: &str, dialect: &str) -> Result<String, Box<ScriptError>> {
         self.host.script.set(self);
-        let mut error = Error::new();
+        let mut error = ScriptError::new();
         let mut chosen = raw("");
         let status = unsafe {
             self.lang().load.unwrap()(self.data, raw(text_), raw(chunk), raw(dialect), &mut chosen, &mut error.raw)
@@ -453,13 +453,13 @@ impl Script {
         &self,
         args: &[Value],
         f: impl FnOnce(*mut tatu_call, *const tatu_budget, *mut u64, *mut tatu_error) -> tatu_status,
-    ) -> Result<(i32, Vec<Value>), Box<Error>> {
+    ) -> Result<(i32, Vec<Value>), Box<ScriptError>> {
         self.host.script.set(self);
         let before = self.host.arena_blocks() as u64;
         let mut owned = Owned::default();
         let args: Vec<_> = args.iter().map(|a| owned.raw(a)).collect();
         let mut results = [int(0); 32];
-        let mut error = Error::new();
+        let mut error = ScriptError::new();
         let mut frame = tatu_call::empty();
         frame.size = size_of::<tatu_call>() as u32;
         frame.args = args.as_ptr();
@@ -483,30 +483,35 @@ impl Script {
         }
         Ok((status, out))
     }
-    pub fn call_id(&self, id: u32, args: &[Value]) -> Result<(i32, Vec<Value>), Box<Error>> {
+    pub fn call_id(&self, id: u32, args: &[Value]) -> Result<(i32, Vec<Value>), Box<ScriptError>> {
         self.enter(args, |frame, budget, used, error| unsafe {
             self.lang().call.unwrap()(self.data, id, frame, budget, used, error)
         })
     }
-    pub fn callback(&self, name: &str, args: &[Value]) -> Result<(i32, Vec<Value>), Box<Error>> {
+    pub fn callback(&self, name: &str, args: &[Value]) -> Result<(i32, Vec<Value>), Box<ScriptError>> {
         let id = self.find(TATU_FIND_CALLBACK, name);
         assert_ne!(id, 0, "no callback {name}");
         self.call_id(id, args)
     }
-    pub fn init(&self) -> Result<Vec<Value>, Box<Error>> {
+    pub fn init(&self) -> Result<Vec<Value>, Box<ScriptError>> {
         self.callback("init", &[]).map(|r| r.1)
     }
-    pub fn function(&self, name: &str, args: &[Value]) -> Result<Vec<Value>, Box<Error>> {
+    pub fn function(&self, name: &str, args: &[Value]) -> Result<Vec<Value>, Box<ScriptError>> {
         let id = self.find(TATU_FIND_FUNCTION, name);
         assert_ne!(id, 0, "no function {name}");
         self.call_id(id, args).map(|r| r.1)
     }
-    pub fn resume(&self, token: u64, failed: Option<&str>, args: &[Value]) -> Result<(i32, Vec<Value>), Box<Error>> {
+    pub fn resume(
+        &self,
+        token: u64,
+        failed: Option<&str>,
+        args: &[Value],
+    ) -> Result<(i32, Vec<Value>), Box<ScriptError>> {
         self.enter(args, |frame, budget, used, error| unsafe {
             let mut status = TATU_OK;
             if let Some(t) = failed {
                 status = TATU_ERR_MISSING;
-                say((*frame).error, status, raw(t));
+                set_error((*frame).error, status, raw(t));
             }
             self.lang().resume.unwrap()(self.data, token, status, frame, budget, used, error)
         })
@@ -517,18 +522,18 @@ impl Script {
     pub fn drop_func(&self, local: u32) {
         unsafe { self.lang().drop_func.unwrap()(self.data, local) }
     }
-    pub fn call_func(&self, local: u32, args: &[Value]) -> Result<(i32, Vec<Value>), Box<Error>> {
+    pub fn call_func(&self, local: u32, args: &[Value]) -> Result<(i32, Vec<Value>), Box<ScriptError>> {
         self.enter(args, |frame, budget, used, error| unsafe {
             self.lang().call_func.unwrap()(self.data, local, frame, budget, used, error)
         })
     }
     /// Saves the instance.
-    pub fn save(&self) -> Result<Vec<u8>, Box<Error>> {
+    pub fn save(&self) -> Result<Vec<u8>, Box<ScriptError>> {
         unsafe extern "C" fn write(w: *const tatu_writer, bytes: *const c_void, n: u64) {
             let out = &mut *(*w).ctx.cast::<Vec<u8>>();
             out.extend_from_slice(std::slice::from_raw_parts(bytes.cast(), n as usize));
         }
-        let (mut out, mut error) = (Vec::<u8>::new(), Error::new());
+        let (mut out, mut error) = (Vec::<u8>::new(), ScriptError::new());
         let writer = tatu_writer {
             size: size_of::<tatu_writer>() as u32,
             reserved: 0,
@@ -539,29 +544,29 @@ impl Script {
         if status < 0 { Err(error) } else { Ok(out) }
     }
     /// Restores the instance.
-    pub fn restore(&self, bytes: &[u8]) -> Result<(), Box<Error>> {
-        let mut error = Error::new();
+    pub fn restore(&self, bytes: &[u8]) -> Result<(), Box<ScriptError>> {
+        let mut error = ScriptError::new();
         let state = tatu_str { ptr: bytes.as_ptr().cast(), len: bytes.len() as u64 };
         let life = unsafe { &*self.lang().life };
         let status = unsafe { life.load.unwrap()(self.data, state, life.version, &mut error.raw) };
         if status < 0 { Err(error) } else { Ok(()) }
     }
     /// Runs a script as `init` and returns the results of its global function `f`.
-    pub fn eval(&self, body: &str) -> Result<Vec<Value>, Box<Error>> {
+    pub fn eval(&self, body: &str) -> Result<Vec<Value>, Box<ScriptError>> {
         self.load(&format!("function f(...) {body}\nend"), "test.lua", "")?;
         self.init()?;
         self.function("f", &[])
     }
 }
 
-impl Drop for Script {
+impl Drop for TestScript {
     fn drop(&mut self) {
         let life = unsafe { &*self.lang().life };
         unsafe { life.destroy.unwrap()(self.data) };
     }
 }
 
-impl std::fmt::Debug for Error {
+impl std::fmt::Debug for ScriptError {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(f, "{} {}:{}: {} ({})\n{}", self.code, self.file, self.line, self.text, self.help, self.traceback)
     }

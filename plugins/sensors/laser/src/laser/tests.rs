@@ -2,8 +2,8 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use super::*;
 
-fn settings() -> Settings {
-    Settings {
+fn settings() -> LaserSettings {
+    LaserSettings {
         start_angle: -FRAC_PI_2,
         end_angle: FRAC_PI_2,
         beams: 181,
@@ -20,7 +20,7 @@ fn settings() -> Settings {
 
 #[test]
 fn both_ends_are_measured_and_the_first_beam_is_the_rightmost() {
-    let laser = Laser::new(settings());
+    let laser = LaserScanner::new(settings());
     assert_eq!(laser.angles.len(), 181);
     let degrees = |i: usize| laser.angles[i].0.to_degrees();
     for (i, wanted) in [(0, -90.0), (1, -89.0), (90, 0.0), (180, 90.0)] {
@@ -35,7 +35,7 @@ fn both_ends_are_measured_and_the_first_beam_is_the_rightmost() {
 
 #[test]
 fn layers_lie_one_above_the_other() {
-    let laser = Laser::new(Settings { beams: 3, elevations: vec![-0.1, 0.2], ..settings() });
+    let laser = LaserScanner::new(LaserSettings { beams: 3, elevations: vec![-0.1, 0.2], ..settings() });
     assert_eq!(laser.angles.iter().map(|a| a.1).collect::<Vec<_>>(), [-0.1, -0.1, -0.1, 0.2, 0.2, 0.2]);
     assert_eq!(laser.directions[4], [0.0, 0.2_f64.sin(), 0.2_f64.cos()]);
     for d in &laser.directions {
@@ -45,13 +45,13 @@ fn layers_lie_one_above_the_other() {
 
 #[test]
 fn a_single_beam_looks_along_the_first_angle() {
-    let laser = Laser::new(Settings { beams: 1, start_angle: 0.5, end_angle: 0.5, ..settings() });
+    let laser = LaserScanner::new(LaserSettings { beams: 1, start_angle: 0.5, end_angle: 0.5, ..settings() });
     assert_eq!(laser.angles, [(0.5, 0.0)]);
 }
 
 #[test]
 fn the_strength_of_an_echo_follows_the_lidar_equation() {
-    let laser = Laser::new(settings());
+    let laser = LaserScanner::new(settings());
     let ahead = [0.0, 0.0, 1.0];
     let tilted = |a: f64| [0.0, a.sin(), -a.cos()];
     let white = [255; 3];
@@ -65,8 +65,8 @@ fn the_strength_of_an_echo_follows_the_lidar_equation() {
 }
 
 #[test]
-fn what_is_too_near_reads_as_nothing() {
-    let laser = Laser::new(Settings { min_range: 0.06, ..settings() });
+fn surface_below_min_range_is_reported_as_no_hit() {
+    let laser = LaserScanner::new(LaserSettings { min_range: 0.06, ..settings() });
     let echo = |r| laser.echo([0.0, 0.0, 1.0], r, [0.0, 0.0, -1.0], [255; 3]);
     assert_eq!(echo(0.059), Echo::NONE);
     assert_eq!(echo(0.06).distance, 0.06);
@@ -104,9 +104,9 @@ fn presets_have_the_beams_of_their_sheets() {
 fn readme_names_every_parameter_field_and_preset() {
     let readme = include_str!("../../README.md");
     let quoted = |d: &dyn std::fmt::Debug| format!("{d:?}").split('"').nth(1).unwrap().to_owned();
-    let all = (Laser::params().into_iter().map(|p| quoted(&p)).collect::<Vec<_>>().into_iter())
-        .chain(Laser::fields().into_iter().map(|f| quoted(&f)))
-        .chain(Laser::PRESETS.iter().map(|p| p.id.to_owned()));
+    let all = (LaserScanner::params().into_iter().map(|p| quoted(&p)).collect::<Vec<_>>().into_iter())
+        .chain(LaserScanner::fields().into_iter().map(|f| quoted(&f)))
+        .chain(LaserScanner::PRESETS.iter().map(|p| p.id.to_owned()));
     for name in all {
         assert!(readme.contains(&format!("| `{name}`")), "{name}");
     }

@@ -4,8 +4,8 @@ use tatu_plugin_api::{abi::*, safe::Form};
 
 use super::*;
 
-fn cone() -> Settings {
-    Settings {
+fn cone() -> ProximitySettings {
+    ProximitySettings {
         volume: "cone".into(),
         range: 1.0,
         near: 0.0,
@@ -28,8 +28,8 @@ fn cone() -> Settings {
     }
 }
 
-fn of(volume: &str) -> Settings {
-    Settings { volume: volume.into(), ..cone() }
+fn of(volume: &str) -> ProximitySettings {
+    ProximitySettings { volume: volume.into(), ..cone() }
 }
 
 fn at(distance: f64) -> Option<Echo> {
@@ -55,7 +55,7 @@ fn a_cone_has_half_its_opening_angle_to_each_side() {
 
 #[test]
 fn a_cone_may_open_to_the_whole_sphere() {
-    let half = |angle| match (Settings { angle, ..cone() }).check().unwrap().beams.form {
+    let half = |angle| match (ProximitySettings { angle, ..cone() }).check().unwrap().beams.form {
         Form::Cone { half_angle } => half_angle,
         other => panic!("{other:?}"),
     };
@@ -66,48 +66,48 @@ fn a_cone_may_open_to_the_whole_sphere() {
 
 #[test]
 fn a_ray_looks_along_z_whatever_its_angle() {
-    let ray = Settings { volume: "ray".into(), angle: 0.0, ..cone() };
+    let ray = ProximitySettings { volume: "ray".into(), angle: 0.0, ..cone() };
     assert_eq!(ray.check().unwrap().beams.form, Form::Rays(vec![[0.0, 0.0, 1.0]]));
 }
 
 #[test]
-fn a_detection_nearer_than_the_threshold_is_dropped_whole() {
-    assert_eq!(reported(at(0.049), 0.05), None);
-    assert_eq!(reported(at(0.05), 0.05), at(0.05));
-    assert_eq!(reported(at(0.0), 0.0), at(0.0));
+fn detection_below_min_range_is_dropped() {
+    assert_eq!(echo_to_report(at(0.049), 0.05), None);
+    assert_eq!(echo_to_report(at(0.05), 0.05), at(0.05));
+    assert_eq!(echo_to_report(at(0.0), 0.0), at(0.0));
 }
 
 #[test]
-fn nothing_is_reported_when_nothing_is_met() {
-    assert_eq!(reported(None, 0.0), None);
-    assert_eq!(reported(at(f64::INFINITY), 0.0), None);
-    assert_eq!(reported(at(f64::NAN), 0.0), None);
+fn no_echo_is_reported_without_a_hit() {
+    assert_eq!(echo_to_report(None, 0.0), None);
+    assert_eq!(echo_to_report(at(f64::INFINITY), 0.0), None);
+    assert_eq!(echo_to_report(at(f64::NAN), 0.0), None);
 }
 
 #[test]
-fn settings_that_cannot_see_are_refused() {
+fn settings_without_possible_detection_are_refused() {
     let bad = [
-        Settings { range: 0.0, ..cone() },
-        Settings { range: f64::NAN, ..cone() },
-        Settings { range: f64::INFINITY, ..cone() },
-        Settings { near: -0.1, ..cone() },
-        Settings { near: 1.0, ..cone() },
-        Settings { min_range: -0.1, ..cone() },
-        Settings { angle: 0.0, ..cone() },
-        Settings { angle: 7.0, ..cone() },
-        Settings { max_incidence: 0.0, ..cone() },
-        Settings { front_faces: false, back_faces: false, ..cone() },
+        ProximitySettings { range: 0.0, ..cone() },
+        ProximitySettings { range: f64::NAN, ..cone() },
+        ProximitySettings { range: f64::INFINITY, ..cone() },
+        ProximitySettings { near: -0.1, ..cone() },
+        ProximitySettings { near: 1.0, ..cone() },
+        ProximitySettings { min_range: -0.1, ..cone() },
+        ProximitySettings { angle: 0.0, ..cone() },
+        ProximitySettings { angle: 7.0, ..cone() },
+        ProximitySettings { max_incidence: 0.0, ..cone() },
+        ProximitySettings { front_faces: false, back_faces: false, ..cone() },
         of("ball"),
-        Settings { waves: "radio".into(), ..cone() },
-        Settings { size_near: [0.0, 0.1], size_far: [0.0, 0.1], ..of("pyramid") },
-        Settings { size_far: [-0.1, 0.1], ..of("pyramid") },
-        Settings { radius_near: 0.0, radius_far: 0.0, ..of("cylinder") },
-        Settings { radius_near: -0.1, ..of("cylinder") },
-        Settings { height: 0.0, ..of("disc") },
-        Settings { gap: 0.6, angle: 0.6, ..of("disc") },
-        Settings { angle: f64::NAN, ..of("disc") },
-        Settings { samples: 0, ..of("random_rays") },
-        Settings { samples: 5, samples_needed: 6, ..of("random_rays") },
+        ProximitySettings { waves: "radio".into(), ..cone() },
+        ProximitySettings { size_near: [0.0, 0.1], size_far: [0.0, 0.1], ..of("pyramid") },
+        ProximitySettings { size_far: [-0.1, 0.1], ..of("pyramid") },
+        ProximitySettings { radius_near: 0.0, radius_far: 0.0, ..of("cylinder") },
+        ProximitySettings { radius_near: -0.1, ..of("cylinder") },
+        ProximitySettings { height: 0.0, ..of("disc") },
+        ProximitySettings { gap: 0.6, angle: 0.6, ..of("disc") },
+        ProximitySettings { angle: f64::NAN, ..of("disc") },
+        ProximitySettings { samples: 0, ..of("random_rays") },
+        ProximitySettings { samples: 5, samples_needed: 6, ..of("random_rays") },
     ];
     for settings in bad {
         let text = format!("{settings:?}");
@@ -116,7 +116,7 @@ fn settings_that_cannot_see_are_refused() {
 }
 
 #[test]
-fn volumes_cross_the_border_with_their_numbers() {
+fn volume_dimensions_are_passed_to_the_host() {
     let numbers = |volume: &str| match of(volume).check().unwrap().beams.form {
         Form::Volume { form, dims } => (form, dims),
         other => panic!("{other:?}"),
@@ -127,12 +127,15 @@ fn volumes_cross_the_border_with_their_numbers() {
 }
 
 #[test]
-fn switches_cross_the_border_too() {
-    let beams = Settings { occlusion: true, waves: "laser".into(), back_faces: false, ..cone() }.check().unwrap().beams;
+fn flags_and_waves_are_passed_to_the_host() {
+    let beams = ProximitySettings { occlusion: true, waves: "laser".into(), back_faces: false, ..cone() }
+        .check()
+        .unwrap()
+        .beams;
     assert_eq!((beams.occlude, beams.waves, beams.faces), (true, TATU_WAVES_LASER, (true, false)));
     // V-REP's constants sim.objectspecialproperty_detectable_...
     let bits = ["ultrasonic", "infrared", "laser", "inductive", "capacitive"]
-        .map(|w| Settings { waves: w.into(), ..cone() }.check().unwrap().beams.waves);
+        .map(|w| ProximitySettings { waves: w.into(), ..cone() }.check().unwrap().beams.waves);
     assert_eq!(bits, [16, 32, 64, 128, 256]);
 }
 
@@ -140,7 +143,7 @@ fn switches_cross_the_border_too() {
 fn random_rays_lie_in_their_cone_and_fill_it_evenly() {
     let angle = 1.2;
     let grid = |n: usize| (0..n).flat_map(move |i| (0..n).map(move |k| [i, k].map(|x| (x as f64 + 0.5) / n as f64)));
-    let all: Vec<[f64; 3]> = grid(100).map(|two| within(angle, two)).collect();
+    let all: Vec<[f64; 3]> = grid(100).map(|two| direction_in_cone(angle, two)).collect();
     for d in &all {
         assert!((d.iter().map(|x| x * x).sum::<f64>() - 1.0).abs() < 1e-12);
         assert!(d[2] >= (angle / 2.0).cos() - 1e-12);
@@ -153,13 +156,13 @@ fn random_rays_lie_in_their_cone_and_fill_it_evenly() {
 }
 
 #[test]
-fn every_parameter_stands_in_the_readme() {
+fn readme_names_every_parameter_and_field() {
     let readme = include_str!("../../README.md");
     let quoted = |d: &dyn std::fmt::Debug| format!("{d:?}").split('"').nth(1).unwrap().to_owned();
-    for p in Proximity::params() {
+    for p in ProximitySensor::params() {
         assert!(readme.contains(&format!("| `{}`", quoted(&p))), "{p:?}");
     }
-    for f in Proximity::fields() {
+    for f in ProximitySensor::fields() {
         assert!(readme.contains(&quoted(&f)), "{f:?}");
     }
 }

@@ -4,14 +4,14 @@ use serde::Deserialize;
 use serde_json::{Map, Value as Json};
 
 /// A request to the program.
-// The JSON has the variant in the key `type`, but `read` converts it to an externally tagged enum before deserializing,
+// The JSON has the variant in the key `type`, but `parse` converts it to an externally tagged enum before deserializing,
 // because only then can an error name the invalid field.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[cfg_attr(test, derive(ts_rs::TS), ts(tag = "type"))]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub(crate) enum FromPage {
     /// Starts, pauses, stops or steps the simulation, or quits the program.
-    Run { action: Action },
+    Run { action: RunAction },
     /// Sets the speed of the simulation as a multiple of real time; 0: as fast as possible.
     Speed { speed: f64 },
     /// Passes a pressed key to the simulation: a character, or a name such as `up`.
@@ -55,7 +55,7 @@ pub(crate) enum FromPage {
     Graphs { objects: Vec<u32> },
     /// Requests the values of properties and of fields of readings in each step from now on, instead of those requested
     /// before. Messages with the values repeat `of`.
-    Watch { of: u32, values: Vec<Watched> },
+    Watch { of: u32, values: Vec<WatchedValue> },
     /// Requests data for overlays from now on: contacts, and the masses, inertias and velocities of bodies.
     Overlays { contacts: bool, bodies: bool },
     /// If `on` is set, starts to record a film at the next start of the simulation, or immediately during a run.
@@ -72,7 +72,7 @@ pub(crate) enum FromPage {
 #[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 #[serde(deny_unknown_fields)]
-pub(crate) struct Watched {
+pub(crate) struct WatchedValue {
     pub(crate) object: u32,
     pub(crate) key: String,
 }
@@ -81,7 +81,7 @@ pub(crate) struct Watched {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 #[serde(rename_all = "snake_case")]
-pub(crate) enum Action {
+pub(crate) enum RunAction {
     Start,
     Pause,
     Stop,
@@ -91,7 +91,7 @@ pub(crate) enum Action {
 
 /// A request that could not be parsed.
 #[derive(Debug, PartialEq, Eq)]
-pub(crate) struct Refused {
+pub(crate) struct RefusedRequest {
     /// The error message.
     pub(crate) text: String,
     /// The `id` of the request, if it has one.
@@ -112,8 +112,8 @@ impl FromPage {
         }
     }
     /// Parses a request. An error names the invalid field, and contains the `id` of the request if it has one.
-    pub(crate) fn read(text: &str) -> Result<FromPage, Refused> {
-        let refuse = |text: String, of| Err(Refused { text, of });
+    pub(crate) fn parse(text: &str) -> Result<FromPage, RefusedRequest> {
+        let refuse = |text: String, of| Err(RefusedRequest { text, of });
         let mut fields = match serde_json::from_str(text) {
             Ok(Json::Object(fields)) => fields,
             Ok(_) => return refuse("a request is a JSON object with the key `type`".to_owned(), None),
@@ -141,8 +141,8 @@ mod tests {
 
     #[test]
     fn requests_are_read() {
-        let read = |text| FromPage::read(text).unwrap();
-        assert_eq!(read(r#"{"type": "run", "action": "step"}"#), FromPage::Run { action: Action::Step });
+        let read = |text| FromPage::parse(text).unwrap();
+        assert_eq!(read(r#"{"type": "run", "action": "step"}"#), FromPage::Run { action: RunAction::Step });
         assert_eq!(read(r#"{"speed": 2, "type": "speed"}"#), FromPage::Speed { speed: 2.0 });
         assert_eq!(read(r#"{"type": "files"}"#), FromPage::Files {});
         let call = FromPage::Call { id: 3, name: "tatu.get".into(), args: vec![1.into(), "object.pose".into()] };
@@ -150,7 +150,7 @@ mod tests {
     }
 
     #[test]
-    fn errors_name_the_field_and_what_was_expected() {
+    fn errors_name_the_field_and_the_expected_value() {
         for (text, parts, of) in [
             ("no JSON", &["JSON object", "`type`", "line 1"][..], None),
             ("[1]", &["JSON object", "`type`"], None),
@@ -164,7 +164,7 @@ mod tests {
             (r#"{"type": "run", "action": "fly"}"#, &["`action` of", "`fly`", "`start`"], None),
             (r#"{"type": "key", "key": "a", "kee": 1}"#, &["unknown field `kee`", "expected `key`"], None),
         ] {
-            let refused = FromPage::read(text).unwrap_err();
+            let refused = FromPage::parse(text).unwrap_err();
             assert!(parts.iter().all(|p| refused.text.contains(p)), "{text}: {refused:?}");
             assert_eq!(refused.of, of, "{text}");
         }

@@ -4,13 +4,13 @@
 
 mod from_page;
 mod object;
-mod sensed;
+mod sensor_data;
 mod to_page;
 
-pub(crate) use from_page::{Action, FromPage, Watched};
-pub(crate) use object::{Joint, Object, Part, Schema, Script, Texture, Volume};
-pub(crate) use sensed::{BodyMark, ContactMark, Drawing, Reading, Readings, Sample, Stream};
-pub(crate) use to_page::{Command, Edits, Row, RunState, SceneFile, Section, ToPage};
+pub(crate) use from_page::{FromPage, RunAction, WatchedValue};
+pub(crate) use object::{Joint, ReadingSchema, SceneObject, Script, SensorVolume, Texture, VisiblePart};
+pub(crate) use sensor_data::{BodyMark, ContactMark, Drawing, Reading, ReadingMap, StreamSamples, WatchSample};
+pub(crate) use to_page::{Command, EditState, GallerySection, PropertyRow, RunState, SceneFile, ToPage};
 
 #[cfg(test)]
 mod tests {
@@ -21,9 +21,9 @@ mod tests {
     use super::*;
 
     /// Collects the TypeScript declarations of a type and of all types that it refers to, by name.
-    struct Declarations<'a>(&'a Config, BTreeMap<String, String>);
+    struct TypeDeclarations<'a>(&'a Config, BTreeMap<String, String>);
 
-    impl TypeVisitor for Declarations<'_> {
+    impl TypeVisitor for TypeDeclarations<'_> {
         fn visit<T: TS + 'static + ?Sized>(&mut self) {
             // Types from other crates have no output path and are not declared.
             if T::output_path().is_none() || self.1.contains_key(&T::ident(self.0)) {
@@ -37,7 +37,7 @@ mod tests {
 
     fn declarations() -> String {
         let config = Config::new();
-        let mut all = Declarations(&config, BTreeMap::new());
+        let mut all = TypeDeclarations(&config, BTreeMap::new());
         all.visit::<ToPage>();
         all.visit::<FromPage>();
         let head = "// The messages of the page and the program, generated from plugins/views/web/src/protocol/ by\n\

@@ -5,7 +5,7 @@ use serde::Serialize;
 /// An object of the scene.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[cfg_attr(test, derive(ts_rs::TS), ts(optional_fields, rename = "SceneObject"))]
-pub(crate) struct Object {
+pub(crate) struct SceneObject {
     /// The handle of the object.
     pub(crate) id: u32,
     /// The handle of the parent, or 0. Children of a joint are attached to the frame that the joint moves.
@@ -21,7 +21,7 @@ pub(crate) struct Object {
     pub(crate) model: bool,
     /// The visible parts of a shape.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub(crate) parts: Option<Vec<Part>>,
+    pub(crate) parts: Option<Vec<VisiblePart>>,
     /// Whether a shape is respondable, that is, collides with others. Omitted if false.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     #[cfg_attr(test, ts(optional, as = "Option<bool>"))]
@@ -33,10 +33,10 @@ pub(crate) struct Object {
     pub(crate) sensor: Option<String>,
     /// The schema of a sensor's readings; omitted if the readings have no fields.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub(crate) schema: Option<Schema>,
+    pub(crate) schema: Option<ReadingSchema>,
     /// The detection volume of a sensor.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub(crate) volume: Option<Volume>,
+    pub(crate) volume: Option<SensorVolume>,
     /// The poses of a path, seven values each: position (m) and quaternion (x y z w).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) points: Option<Vec<f64>>,
@@ -73,7 +73,7 @@ pub(crate) struct Texture {
 /// A visible part of a shape.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[cfg_attr(test, derive(ts_rs::TS), ts(optional_fields))]
-pub(crate) struct Part {
+pub(crate) struct VisiblePart {
     /// The form: `plane`, `box`, `sphere`, `cylinder`, `capsule` or `mesh`.
     pub(crate) form: String,
     /// Pose of the part in the frame of its object: position (m) and quaternion (x y z w).
@@ -123,7 +123,7 @@ pub(crate) struct Script {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 #[serde(rename_all = "snake_case")]
-pub(crate) enum Schema {
+pub(crate) enum ReadingSchema {
     Proximity,
     RangeScan,
     Image,
@@ -135,7 +135,7 @@ pub(crate) enum Schema {
 /// kind of sensor, are omitted.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
 #[cfg_attr(test, derive(ts_rs::TS), ts(optional_fields))]
-pub(crate) struct Volume {
+pub(crate) struct SensorVolume {
     /// The form of the volume: `ray`, `cone`, `pyramid`, `cylinder` or `disc`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) volume: Option<String>,

@@ -4,11 +4,11 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 use serde_json::Value as Json;
-use tatu_services_common::outbox::Message;
+use tatu_services_common::outbox::OutgoingMessage;
 
 use super::{
-    object::{Object, Script},
-    sensed::{BodyMark, ContactMark, Drawing, Readings, Sample, Stream},
+    object::{SceneObject, Script},
+    sensor_data::{BodyMark, ContactMark, Drawing, ReadingMap, StreamSamples, WatchSample},
 };
 
 /// A message to the page.
@@ -32,21 +32,21 @@ pub(crate) enum ToPage {
         /// Number of the scene among those opened so far. It differs if the same file is opened again.
         opened: u32,
         dt: f64,
-        objects: Vec<Object>,
+        objects: Vec<SceneObject>,
         scripts: Vec<Script>,
         /// Notes from loading the scene, such as the features that an importer does not support.
         notes: Vec<String>,
     },
     /// Objects that have changed in other ways than by moving.
     Objects {
-        objects: Vec<Object>,
+        objects: Vec<SceneObject>,
     },
     State {
         state: RunState,
         speed: f64,
         dt: f64,
         #[serde(flatten)]
-        edits: Edits,
+        edits: EditState,
     },
     Event {
         name: String,
@@ -54,19 +54,19 @@ pub(crate) enum ToPage {
         payload: Json,
     },
     Readings {
-        readings: Readings,
+        readings: ReadingMap,
     },
     Drawings {
         drawings: Vec<Drawing>,
     },
     Streams {
         graph: u32,
-        streams: Vec<Stream>,
+        streams: Vec<StreamSamples>,
     },
     /// The watched values in each step since the last such message.
     Values {
         of: u32,
-        samples: Vec<Sample>,
+        samples: Vec<WatchSample>,
     },
     /// The custom data of an object, or of the scene if `object` is 0: strings by tag. Binary data is omitted.
     Data {
@@ -81,7 +81,7 @@ pub(crate) enum ToPage {
     /// The properties of an object, and the fields of its last reading that have at most 16 elements.
     Details {
         object: u32,
-        rows: Vec<Row>,
+        rows: Vec<PropertyRow>,
     },
     /// The source of a script.
     Script {
@@ -125,7 +125,7 @@ pub(crate) enum RunState {
 /// The state of undo and redo, and of unsaved edits.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
 #[cfg_attr(test, derive(ts_rs::TS))]
-pub(crate) struct Edits {
+pub(crate) struct EditState {
     /// Label of the edit that the next undo reverts; `redo` is that of the edit that the next redo applies.
     pub(crate) undo: Option<String>,
     pub(crate) redo: Option<String>,
@@ -142,7 +142,7 @@ pub(crate) struct Edits {
 /// A property of an object, or a field of its last reading that has at most 16 elements.
 #[derive(Debug, Clone, Serialize)]
 #[cfg_attr(test, derive(ts_rs::TS))]
-pub(crate) struct Row {
+pub(crate) struct PropertyRow {
     pub(crate) key: String,
     /// The type of the value, one of the constants `TATU_*`; `count` is its number of elements, or 0 for any number.
     #[serde(rename = "type")]
@@ -181,7 +181,7 @@ pub(crate) struct Command {
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub(crate) struct SceneFile {
     #[serde(rename = "in")]
-    pub(crate) section: Section,
+    pub(crate) section: GallerySection,
     /// The path by which an `open` request opens the scene.
     pub(crate) file: String,
     /// The first paragraph of the comment at the beginning of the file, up to "Try:".
@@ -197,7 +197,7 @@ pub(crate) struct SceneFile {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 #[serde(rename_all = "snake_case")]
-pub(crate) enum Section {
+pub(crate) enum GallerySection {
     Recent,
     Own,
     Program,
@@ -210,7 +210,7 @@ impl ToPage {
         serde_json::to_string(self).unwrap_or_default()
     }
     /// Returns the message in the form in which it is queued for a client.
-    pub(crate) fn message(&self) -> Message {
-        Message::Text(self.text().into())
+    pub(crate) fn message(&self) -> OutgoingMessage {
+        OutgoingMessage::Text(self.text().into())
     }
 }

@@ -10,38 +10,39 @@ use toml_edit::{ArrayOfTables, DocumentMut, Item, Table};
 use super::{
     super::{
         value_text::quoted,
-        write::{Pieces, piece},
+        write::{ObjectWriter, object_text},
     },
-    diff::Differences,
-    tables::Writer,
+    diff::DifferenceMap,
+    tables::PatchWriter,
 };
 use crate::{
-    document::{Beside, Document, ObjectSpec},
-    rows::Row,
+    document::{Document, ObjectAttachments, ObjectSpec},
+    property_table::Property,
 };
 
 /// Appends tables for the objects that the file does not describe, and moves tables after those of new parents. An
 /// added model is written as a `[[model]]`, without its differences from the original; these, and objects below its
 /// base, are left to the next round.
-pub fn arrange(writer: &mut Writer<'_>, differences: &Differences, registry: &Registry) -> Result {
+pub fn arrange_tables(writer: &mut PatchWriter<'_>, differences: &DifferenceMap, registry: &Registry) -> Result {
     let edited = writer.edited;
-    let order = writer.in_order();
+    let order = writer.slots_in_order();
     let mut moved = BTreeSet::new();
-    if order.iter().all(|s| writer.entries.has(*s)) {
+    if order.iter().all(|s| writer.entries.describes_slot(*s)) {
         if differences.values().any(|d| d.alias || d.parent) {
             order.iter().for_each(|slot| writer.place_under_parent(*slot, differences, &mut moved));
         }
         return Ok(());
     }
     let mut below_model: BTreeSet<u32> = BTreeSet::new();
-    let beside = Beside { device: edited.beside.device, scripts: &|_| Vec::new() };
+    let beside = ObjectAttachments { device: edited.attachments.device, scripts: &|_| Vec::new() };
     let mut flat = Document::of_scene(edited.scene, 0, edited.settings.clone(), &beside);
     flat.objects.iter_mut().for_each(|o| leave_out_defaults(o, registry));
-    let taken = edited.taken.iter().cloned().chain(writer.out.files.iter().map(|(f, _)| f.to_lowercase())).collect();
-    let mut pieces = Pieces::new(&flat, registry, edited.folder, taken);
+    let taken =
+        edited.existing_files.iter().cloned().chain(writer.out.files.iter().map(|(f, _)| f.to_lowercase())).collect();
+    let mut pieces = ObjectWriter::new(&flat, registry, edited.folder, taken);
     // Parents precede their children.
     for &slot in &order {
-        if writer.entries.has(slot) {
+        if writer.entries.describes_slot(slot) {
             writer.place_under_parent(slot, differences, &mut moved);
             continue;
         }
@@ -59,19 +60,20 @@ pub fn arrange(writer: &mut Writer<'_>, differences: &Differences, registry: &Re
             if let Some(path) = parent_path {
                 text += &format!("parent = {}\n", quoted(&path));
             }
-            add(writer, &text);
+            append_table(writer, &text);
             continue;
         }
         let Some(index) = order.iter().position(|s| *s == slot) else { continue };
-        let mut text = piece(&mut pieces, index, parent_path.as_deref())?;
+        let mut text = object_text(&mut pieces, index, parent_path.as_deref())?;
         let alias = edited.scene.get(slot).map_or(String::new(), |o| o.alias().to_owned());
-        let scripts: Vec<String> = (edited.beside.scripts)(slot).iter().map(|s| writer.new_file(s, &alias)).collect();
+        let scripts: Vec<String> =
+            (edited.attachments.scripts)(slot).iter().map(|s| writer.new_file(s, &alias)).collect();
         match scripts.as_slice() {
             [] => {}
             [one] => text += &format!("script = {one}\n"),
             list => text += &format!("scripts = [{}]\n", list.join(", ")),
         }
-        add(writer, &text);
+        append_table(writer, &text);
     }
     let written = pieces.finish();
     writer.out.files.extend(written.files);
@@ -85,16 +87,16 @@ pub fn arrange(writer: &mut Writer<'_>, differences: &Differences, registry: &Re
 /// Drops parameters that have their default values. With a preset, all parameters are kept, because the preset changes
 /// the defaults.
 fn leave_out_defaults(object: &mut ObjectSpec, registry: &Registry) {
-    let preset = object.rows.iter().any(|(row, _)| *row == Row::PRESET);
+    let preset = object.properties.iter().any(|(row, _)| *row == Property::PRESET);
     let is_actuator = object.is_actuator();
     let Some(device) = object.device.as_mut().filter(|_| !preset) else { return };
     let info = registry.device(is_actuator, device.kind);
-    let usual = |key: &str, value: &Value| info.declared().any(|d| d.key == key && d.fallback == *value);
+    let usual = |key: &str, value: &Value| info.all_params().any(|d| d.key == key && d.fallback == *value);
     device.params.retain(|(key, value)| !usual(key, value));
 }
 
 /// Appends a table, given as text in the scene format.
-fn add(writer: &mut Writer<'_>, text: &str) {
+fn append_table(writer: &mut PatchWriter<'_>, text: &str) {
     let position = writer.last_position() + 1;
     let Ok(doc) = text.trim_start().parse::<DocumentMut>() else { return };
     for (name, item) in doc.as_table().iter() {

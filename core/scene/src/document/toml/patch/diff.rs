@@ -4,22 +4,22 @@ use std::collections::BTreeMap;
 
 use tatu_plugin_api::safe::Value;
 
-use super::{edited::Edited, entries::Entries};
+use super::{edited::EditedScene, entries::EntryIndex};
 use crate::{
     Scene,
-    document::{Builder, DeviceSpec, ScriptSpec, live},
+    document::{DeviceSpec, DocumentBuilder, ScriptSpec, live},
     get,
-    rows::Row,
+    property_table::Property,
 };
 
 /// Tolerance for positions (m) and angles (rad), because angles that were written in degrees differ in their last bits.
-const SAME: f64 = 1e-8;
+const POSE_TOLERANCE: f64 = 1e-8;
 
 /// The differences between an object's description in the file and its current state.
 #[derive(Debug, Default)]
-pub struct Difference {
+pub struct ObjectDifference {
     /// Properties with their new values; `None` stands for the default value.
-    pub rows: Vec<(Row, Option<Value>)>,
+    pub properties: Vec<(Property, Option<Value>)>,
     /// Changed parameters and commands of the object's device, with their new values.
     pub params: Vec<(String, Value)>,
     pub position: bool,
@@ -32,41 +32,46 @@ pub struct Difference {
     pub scripts: Option<Vec<ScriptSpec>>,
 }
 
-impl Difference {
-    fn is_none(&self) -> bool {
+impl ObjectDifference {
+    fn is_empty(&self) -> bool {
         let moved = self.position || self.rotation || self.alias || self.name || self.parent;
-        self.rows.is_empty() && self.params.is_empty() && self.scripts.is_none() && !moved
+        self.properties.is_empty() && self.params.is_empty() && self.scripts.is_none() && !moved
     }
 }
 
-impl Difference {
+impl ObjectDifference {
     /// Returns whether only the unique name differs.
-    pub fn is_name(&self) -> bool {
-        self.name && self.what() == "name"
+    pub fn is_name_only(&self) -> bool {
+        self.name && self.differing_keys() == "name"
     }
 
     /// Returns the keys that differ, separated by commas.
-    pub fn what(&self) -> String {
+    pub fn differing_keys(&self) -> String {
         let moved = self.position || self.rotation;
         let flags = [(moved, "pose"), (self.alias, "alias"), (self.name, "name"), (self.parent, "parent")];
         let flags = flags.into_iter().chain([(self.scripts.is_some(), "scripts")]);
-        let keys = self.rows.iter().map(|(row, _)| row.info().key).chain(self.params.iter().map(|(k, _)| k.as_str()));
+        let keys =
+            self.properties.iter().map(|(row, _)| row.spec().key).chain(self.params.iter().map(|(k, _)| k.as_str()));
         flags.filter(|(is, _)| *is).map(|(_, what)| what).chain(keys).collect::<Vec<_>>().join(", ")
     }
 }
 
 /// The differences, by index of the object in the document.
-pub type Differences = BTreeMap<usize, Difference>;
+pub type DifferenceMap = BTreeMap<usize, ObjectDifference>;
 
 /// Compares all objects that the file still describes with their descriptions.
-pub fn all(edited: &Edited<'_>, builder: &Builder<'_>, entries: &Entries) -> Differences {
+pub fn compare_all(edited: &EditedScene<'_>, builder: &DocumentBuilder<'_>, entries: &EntryIndex) -> DifferenceMap {
     let (base, slots) = edited.document.instantiate();
-    let mut assets = live::Assets::by_contents();
+    let mut assets = live::AssetList::by_contents();
     let mut out = BTreeMap::new();
-    for &object in &entries.kept {
-        let pair = Pair { object, then: (&base, slots[object]), now: (edited.scene, edited.slots[object]) };
+    for &object in &entries.described {
+        let pair = ObjectComparison {
+            object,
+            original: (&base, slots[object]),
+            current: (edited.scene, edited.slots[object]),
+        };
         let difference = pair.compare(edited, (builder, entries), &mut assets);
-        if !difference.is_none() {
+        if !difference.is_empty() {
             out.insert(object, difference);
         }
     }
@@ -74,39 +79,49 @@ pub fn all(edited: &Edited<'_>, builder: &Builder<'_>, entries: &Entries) -> Dif
 }
 
 /// An object of the document, with the scene and slot that the document describes, and the current ones.
-struct Pair<'a> {
+struct ObjectComparison<'a> {
     object: usize,
-    then: (&'a Scene, u32),
-    now: (&'a Scene, u32),
+    original: (&'a Scene, u32),
+    current: (&'a Scene, u32),
 }
 
-impl Pair<'_> {
+impl ObjectComparison<'_> {
     fn compare(
         &self,
-        edited: &Edited<'_>,
-        (builder, entries): (&Builder<'_>, &Entries),
-        assets: &mut live::Assets,
-    ) -> Difference {
+        edited: &EditedScene<'_>,
+        (builder, entries): (&DocumentBuilder<'_>, &EntryIndex),
+        assets: &mut live::AssetList,
+    ) -> ObjectDifference {
         let spec = &edited.document.objects[self.object];
-        let ((base, old), (scene, new)) = (self.then, self.now);
-        let device = (edited.beside.device)(new);
+        let ((base, old), (scene, new)) = (self.original, self.current);
+        let device = (edited.attachments.device)(new);
         let (a, b) = (base.local(old), scene.local(new));
-        let mut out = Difference {
-            position: (a.translation.vector - b.translation.vector).norm() > SAME,
-            rotation: a.rotation.angle_to(&b.rotation) > SAME,
+        let mut out = ObjectDifference {
+            position: (a.translation.vector - b.translation.vector).norm() > POSE_TOLERANCE,
+            rotation: a.rotation.angle_to(&b.rotation) > POSE_TOLERANCE,
             alias: scene.get(new).is_some_and(|o| o.alias() != spec.alias)
-                && !(edited.is_foreign)(new, Row::NAME, &scene.get(new).map_or(Value::Nil, |o| Value::text(o.name()))),
-            name: entries.of(self.object).is_some_and(|e| e.first == self.object)
+                && !(edited.is_foreign)(
+                    new,
+                    Property::NAME,
+                    &scene.get(new).map_or(Value::Nil, |o| Value::text(o.name())),
+                ),
+            name: entries.entry_of(self.object).is_some_and(|e| e.first == self.object)
                 && base.get(old).map(crate::Object::name) != scene.get(new).map(crate::Object::name)
-                && !(edited.is_foreign)(new, Row::NAME, &scene.get(new).map_or(Value::Nil, |o| Value::text(o.name()))),
+                && !(edited.is_foreign)(
+                    new,
+                    Property::NAME,
+                    &scene.get(new).map_or(Value::Nil, |o| Value::text(o.name())),
+                ),
             parent: scene.get(new).is_some_and(|o| o.parent != spec.parent.map_or(0, |p| edited.slots[p]))
-                || spec.parent.is_some_and(|p| !entries.kept.contains(&p)),
-            ..Difference::default()
+                || spec.parent.is_some_and(|p| !entries.described.contains(&p)),
+            ..ObjectDifference::default()
         };
-        let then: BTreeMap<Row, Value> = live::rows(base, old, spec.device.as_ref(), assets).into_iter().collect();
-        let now: BTreeMap<Row, Value> = live::rows(scene, new, device.as_ref(), assets).into_iter().collect();
-        let rows: std::collections::BTreeSet<Row> = then.keys().chain(now.keys()).copied().collect();
-        for row in rows.into_iter().filter(|r| !matches!(*r, Row::NAME | Row::POSE)) {
+        let then: BTreeMap<Property, Value> =
+            live::changed_properties(base, old, spec.device.as_ref(), assets).into_iter().collect();
+        let now: BTreeMap<Property, Value> =
+            live::changed_properties(scene, new, device.as_ref(), assets).into_iter().collect();
+        let rows: std::collections::BTreeSet<Property> = then.keys().chain(now.keys()).copied().collect();
+        for row in rows.into_iter().filter(|r| !matches!(*r, Property::NAME | Property::POSE)) {
             let (was, is) = (then.get(&row), now.get(&row));
             if was == is {
                 continue;
@@ -115,12 +130,12 @@ impl Pair<'_> {
             if value.as_ref().is_some_and(|v| (edited.is_foreign)(new, row, v)) {
                 continue;
             }
-            out.rows.push((row, value));
+            out.properties.push((row, value));
         }
         if let (Some(was), Some(is)) = (&spec.device, &device) {
             out.params = params(was, is, builder, self.object);
         }
-        let scripts = (edited.beside.scripts)(new);
+        let scripts = (edited.attachments.scripts)(new);
         if !same_scripts(&spec.scripts, &scripts, &edited.settings.dialect) {
             out.scripts = Some(scripts);
         }
@@ -129,9 +144,9 @@ impl Pair<'_> {
 }
 
 /// Returns the parameters and commands of a device whose values have changed, with their new values.
-fn params(was: &DeviceSpec, is: &DeviceSpec, builder: &Builder<'_>, object: usize) -> Vec<(String, Value)> {
+fn params(was: &DeviceSpec, is: &DeviceSpec, builder: &DocumentBuilder<'_>, object: usize) -> Vec<(String, Value)> {
     let info = builder.registry.device(builder.document.objects[object].is_actuator(), is.kind);
-    let usual = |key: &str| info.declared().find(|d| d.key == key).map(|d| d.fallback.clone());
+    let usual = |key: &str| info.all_params().find(|d| d.key == key).map(|d| d.fallback.clone());
     let before = |key: &str| was.params.iter().rev().find(|(k, _)| k == key).map(|(_, v)| v.clone());
     let differs = |(key, value): &&(String, Value)| before(key).or_else(|| usual(key)).as_ref() != Some(value);
     is.params.iter().filter(differs).cloned().collect()

@@ -6,12 +6,12 @@ use tatu_plugin_api::safe::Value;
 
 use crate::{
     Scene,
-    document::{Beside, Document, Settings},
-    rows::Row,
+    document::{Document, ObjectAttachments, WorldSettings},
+    property_table::Property,
 };
 
 /// An edited scene, with the document that it was created from.
-pub struct Edited<'a> {
+pub struct EditedScene<'a> {
     /// The document as it was read.
     pub document: &'a Document,
     /// The slot in `scene` of each object of the document, or 0 if it was removed.
@@ -19,22 +19,22 @@ pub struct Edited<'a> {
     /// The scene to be written.
     pub scene: &'a Scene,
     /// The devices and scripts of the scene.
-    pub beside: &'a Beside<'a>,
+    pub attachments: &'a ObjectAttachments<'a>,
     /// The current settings of the scene.
-    pub settings: &'a Settings,
+    pub settings: &'a WorldSettings,
     /// Ids of the models that were added, by the slots of their bases.
     pub models: &'a BTreeMap<u32, String>,
     /// Returns whether a property of the object in a slot has this value for a reason other than an edit.
-    pub is_foreign: &'a dyn Fn(u32, Row, &Value) -> bool,
+    pub is_foreign: &'a dyn Fn(u32, Property, &Value) -> bool,
     /// The folder for separate files, relative to the scene file.
     pub folder: &'a str,
     /// Names of existing separate files, relative to the scene file.
-    pub taken: &'a BTreeSet<String>,
+    pub existing_files: &'a BTreeSet<String>,
 }
 
 /// The result of one round of [`patch`](super::patch).
 #[derive(Debug, Clone, Default)]
-pub struct Patched {
+pub struct PatchResult {
     /// The changed text of the scene file.
     pub text: String,
     /// Separate files to write: names relative to the scene file, and contents.

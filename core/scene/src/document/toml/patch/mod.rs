@@ -22,42 +22,48 @@ use tatu_errors::{Error, Result};
 use tatu_plugins::Registry;
 use toml_edit::DocumentMut;
 
-use super::super::{Builder, reach::Reach, settings};
-use crate::rows::Row;
-use diff::Difference;
-pub use edited::{Edited, Patched};
-use entries::Entries;
+use super::super::{DocumentBuilder, reach::AllowedFolders, settings};
+use crate::property_table::Property;
+use diff::ObjectDifference;
+pub use edited::{EditedScene, PatchResult};
+use entries::EntryIndex;
 
 /// Changes the text of a scene file so that it describes an edited scene. The result may need further rounds: read it,
 /// and patch it again until it has no changes.
-pub fn patch(text: &str, edited: &Edited<'_>, registry: &Registry) -> Result<Patched> {
+pub fn patch(text: &str, edited: &EditedScene<'_>, registry: &Registry) -> Result<PatchResult> {
     let mut doc: DocumentMut = text
         .parse()
         .map_err(|e: toml_edit::TomlError| Error::new("E100", format!("not a TOML file: {}", e.message())))?;
     // This copy is used only to look up the meaning of keys.
     let mut copy = edited.document.clone();
-    let builder = Builder::new(registry, &mut copy, Reach::nothing());
-    let entries = Entries::new(edited);
-    let mut out = Patched::default();
-    world(&mut doc, edited, &mut out);
-    let differences = diff::all(edited, &builder, &entries);
-    let named = entries.named(edited);
-    let mut writer =
-        tables::Writer { doc: &mut doc, edited, builder: &builder, entries: &entries, named: &named, out: &mut out };
+    let builder = DocumentBuilder::new(registry, &mut copy, AllowedFolders::none());
+    let entries = EntryIndex::new(edited);
+    let mut out = PatchResult::default();
+    write_settings(&mut doc, edited, &mut out);
+    let differences = diff::compare_all(edited, &builder, &entries);
+    let named = entries.scene_before_set(edited);
+    let mut writer = tables::PatchWriter {
+        doc: &mut doc,
+        edited,
+        builder: &builder,
+        entries: &entries,
+        scene_before_set: &named,
+        out: &mut out,
+    };
     writer.remove_entries();
     writer.clean_set();
     for (object, difference) in &differences {
-        writer.change(*object, difference)?;
+        writer.write_difference(*object, difference)?;
     }
-    added::arrange(&mut writer, &differences, registry)?;
+    added::arrange_tables(&mut writer, &differences, registry)?;
     writer.tidy();
-    out.only_names = out.changes == out.changed.len() && differences.values().all(Difference::is_name);
+    out.only_names = out.changes == out.changed.len() && differences.values().all(ObjectDifference::is_name_only);
     out.text = doc.to_string();
     Ok(out)
 }
 
 /// Writes changed settings and custom data of the world to `[scene]`.
-fn world(doc: &mut DocumentMut, edited: &Edited<'_>, out: &mut Patched) {
+fn write_settings(doc: &mut DocumentMut, edited: &EditedScene<'_>, out: &mut PatchResult) {
     let (now, then) = (settings::values(edited.settings), settings::values(&edited.document.settings));
     for (key, unit, value) in now {
         if then.iter().any(|(k, _, v)| *k == key && *v == value) {
@@ -70,8 +76,8 @@ fn world(doc: &mut DocumentMut, edited: &Edited<'_>, out: &mut Patched) {
         }
     }
     let (scene, notes) = (edited.scene, &edited.document.notes);
-    if scene.notes != *notes && !(edited.is_foreign)(0, Row::WORLD_NOTES, &crate::notes_value(&scene.notes)) {
-        match super::value_text::free_data(&crate::notes_value(&scene.notes)) {
+    if scene.notes != *notes && !(edited.is_foreign)(0, Property::WORLD_NOTES, &crate::notes_value(&scene.notes)) {
+        match super::value_text::custom_data_text(&crate::notes_value(&scene.notes)) {
             Some(text) => {
                 tables::put_text(tables::section(doc, "scene"), "data", &text);
                 out.changes += 1;

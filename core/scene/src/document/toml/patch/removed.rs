@@ -2,26 +2,26 @@
 
 use toml_edit::Item;
 
-use super::tables::Writer;
+use super::tables::PatchWriter;
 use crate::document::overrides;
 
 /// Key that marks a table for removal; no key in a scene file has this name.
-const GONE: &str = "\u{0}";
+const REMOVAL_MARK: &str = "\u{0}";
 
-impl Writer<'_> {
+impl PatchWriter<'_> {
     /// Removes tables whose objects were removed, and lists removed parts of models in `remove`. Objects that
     /// were moved out of a model are also listed there, and written as objects of the scene.
     pub fn remove_entries(&mut self) {
         let entries = self.entries;
-        for entry in entries.list.iter().filter(|e| entries.stays_listed(e) && e.places) {
+        for entry in entries.list.iter().filter(|e| entries.remains(e) && e.is_placement) {
             let objects = &self.edited.document.objects;
-            let gone = |o: usize| entries.of(o) == Some(*entry) && !entries.kept.contains(&o);
+            let gone = |o: usize| entries.entry_of(o) == Some(*entry) && !entries.described.contains(&o);
             let tops: Vec<usize> = (entry.first..objects.len())
-                .take_while(|o| entries.of(*o) == Some(*entry))
-                .filter(|o| gone(*o) && objects[*o].parent.is_none_or(|p| entries.kept.contains(&p)))
+                .take_while(|o| entries.entry_of(*o) == Some(*entry))
+                .filter(|o| gone(*o) && objects[*o].parent.is_none_or(|p| entries.described.contains(&p)))
                 .collect();
             for top in tops {
-                let path = self.below(entry.first, top);
+                let path = self.path_below(entry.first, top);
                 if let Some(table) = self.table(entry) {
                     let list = table.entry("remove").or_insert_with(|| Item::Value(toml_edit::Array::new().into()));
                     if let Some(list) = list.as_array_mut() {
@@ -31,12 +31,12 @@ impl Writer<'_> {
                 self.out.changes += 1;
             }
         }
-        for entry in entries.list.iter().rev().filter(|e| !entries.stays_listed(e)) {
-            if let Some(list) = self.doc.get_mut(entry.what).and_then(Item::as_array_of_tables_mut) {
+        for entry in entries.list.iter().rev().filter(|e| !entries.remains(e)) {
+            if let Some(list) = self.doc.get_mut(entry.table).and_then(Item::as_array_of_tables_mut) {
                 // The table is only marked here, which keeps indices valid until `tidy` is called.
                 if let Some(table) = list.get_mut(entry.index) {
                     table.clear();
-                    table.insert(GONE, toml_edit::value(true));
+                    table.insert(REMOVAL_MARK, toml_edit::value(true));
                 }
             }
             self.out.changes += 1;
@@ -44,7 +44,7 @@ impl Writer<'_> {
     }
 
     /// Returns the path of an object of the document relative to the base of its model.
-    fn below(&self, base: usize, object: usize) -> String {
+    fn path_below(&self, base: usize, object: usize) -> String {
         let document = self.edited.document;
         let objects = &document.objects;
         let alias = |i: usize| document.replaced_aliases.get(&i).unwrap_or(&objects[i].alias);
@@ -76,9 +76,11 @@ impl Writer<'_> {
         for written in keys {
             let Some((path, key)) = written.rsplit_once('.').filter(|(p, _)| *p != "scene") else { continue };
             let found = base.find(0, path).and_then(|slot| slots.iter().position(|s| *s == slot));
-            let Some(object) = found.or_else(|| overrides::find(document, None, path).ok()) else { continue };
-            let now = self.entries.kept.contains(&object).then(|| self.named.path(self.edited.slots[object]));
-            let moved = |now: &str| now != path && self.named.find(0, path) != Some(self.edited.slots[object]);
+            let Some(object) = found.or_else(|| overrides::find_object(document, None, path).ok()) else { continue };
+            let now =
+                self.entries.described.contains(&object).then(|| self.scene_before_set.path(self.edited.slots[object]));
+            let moved =
+                |now: &str| now != path && self.scene_before_set.find(0, path) != Some(self.edited.slots[object]);
             match now {
                 Some(now) if moved(&now) => {
                     let item = set.remove(&written).unwrap_or_default();
@@ -95,7 +97,7 @@ impl Writer<'_> {
     pub fn tidy(&mut self) {
         for what in ["model", "import", "object"] {
             let Some(list) = self.doc.get_mut(what).and_then(Item::as_array_of_tables_mut) else { continue };
-            list.retain(|t| !t.contains_key(GONE));
+            list.retain(|t| !t.contains_key(REMOVAL_MARK));
             if list.is_empty() {
                 self.doc.remove(what);
             }

@@ -2,13 +2,13 @@
 
 use std::path::Path;
 
-use super::{super::value_text::quoted, diff::same_kind, tables::Writer};
-use crate::document::{NORMAL, PRIORITIES, ScriptSpec, entry::Entry};
+use super::{super::value_text::quoted, diff::same_kind, tables::PatchWriter};
+use crate::document::{NORMAL_PRIORITY, PRIORITIES, ScriptSpec, entry::SceneEntry};
 
-impl Writer<'_> {
+impl PatchWriter<'_> {
     /// Writes the scripts of an object: to their existing files if only the source code differs and no other script
     /// uses the files, otherwise to new files.
-    pub fn scripts(&mut self, entry: &Entry, object: usize, scripts: &[ScriptSpec]) {
+    pub fn scripts(&mut self, entry: &SceneEntry, object: usize, scripts: &[ScriptSpec]) {
         let then = &self.edited.document.objects[object].scripts;
         let dialect = &self.edited.settings.dialect;
         let same = then.len() == scripts.len() && then.iter().zip(scripts).all(|(a, b)| same_kind(a, b, dialect));
@@ -29,7 +29,7 @@ impl Writer<'_> {
             [one] => ("script", one.clone()),
             list => ("scripts", format!("[{}]", list.join(", "))),
         };
-        if entry.first == object && !entry.places {
+        if entry.first == object && !entry.is_placement {
             if let Some(table) = self.table(entry) {
                 table.remove("script");
                 table.remove("scripts");
@@ -45,7 +45,7 @@ impl Writer<'_> {
 
     /// Returns the file of a script, relative to the scene file, if this entry refers to the file and no other script
     /// does.
-    fn own_file(&mut self, entry: &Entry, script: &ScriptSpec) -> Option<String> {
+    fn own_file(&mut self, entry: &SceneEntry, script: &ScriptSpec) -> Option<String> {
         let folder = self.edited.document.file.as_ref()?.parent()?.to_owned();
         let file = Path::new(&script.name).strip_prefix(&folder).ok()?.to_str()?.to_owned();
         let plain = Path::new(&file).components().all(|c| matches!(c, std::path::Component::Normal(_)));
@@ -65,7 +65,7 @@ impl Writer<'_> {
         let mut file = format!("{}/{stem}{suffix}", self.edited.folder);
         for n in 2.. {
             let used = |f: &str| self.out.files.iter().any(|(name, _)| name.eq_ignore_ascii_case(f));
-            if !used(&file) && !self.edited.taken.contains(&file.to_lowercase()) {
+            if !used(&file) && !self.edited.existing_files.contains(&file.to_lowercase()) {
                 break;
             }
             file = format!("{}/{stem}_{n}{suffix}", self.edited.folder);
@@ -82,7 +82,7 @@ impl Writer<'_> {
         if script.kind != "child" {
             parts.push(format!("kind = {}", quoted(&script.kind)));
         }
-        if script.priority != NORMAL {
+        if script.priority != NORMAL_PRIORITY {
             parts.push(format!("priority = {}", quoted(PRIORITIES[usize::from(script.priority)])));
         }
         if script.side_by_side {

@@ -9,30 +9,30 @@ use tatu_plugins::units;
 use toml_edit::{DocumentMut, Item, Table, TableLike};
 
 use super::{
-    super::value_text::{line, line_in, quoted, text},
-    diff::{Difference, Differences},
-    edited::{Edited, Patched},
-    entries::Entries,
+    super::value_text::{line, line_in_form, quoted, text},
+    diff::{DifferenceMap, ObjectDifference},
+    edited::{EditedScene, PatchResult},
+    entries::EntryIndex,
 };
 use crate::{
     Scene,
-    document::{Builder, Target, entry::Entry},
-    rows::{InFiles, Row},
+    document::{DocumentBuilder, KeyTarget, entry::SceneEntry},
+    property_table::{FileForm, Property},
     to_euler,
 };
 
 /// Factors by which positions (m) and angles (degrees) are multiplied before they are rounded to integers for writing.
-const DIGITS: (f64, f64) = (1e9, 1e7);
+const ROUNDING_FACTORS: (f64, f64) = (1e9, 1e7);
 
 /// Writes the differences of an edited scene to the tables of its file.
-pub struct Writer<'a> {
+pub struct PatchWriter<'a> {
     pub doc: &'a mut DocumentMut,
-    pub edited: &'a Edited<'a>,
-    pub builder: &'a Builder<'a>,
-    pub entries: &'a Entries,
+    pub edited: &'a EditedScene<'a>,
+    pub builder: &'a DocumentBuilder<'a>,
+    pub entries: &'a EntryIndex,
     /// The scene with the aliases that its objects have before `[set]` is applied.
-    pub named: &'a Scene,
-    pub out: &'a mut Patched,
+    pub scene_before_set: &'a Scene,
+    pub out: &'a mut PatchResult,
 }
 
 /// Returns a table of the file, which is added if it does not exist.
@@ -74,9 +74,9 @@ pub fn put_line(table: &mut dyn TableLike, key: &str, unit: Option<&str>, value:
     put_text(table, written, value)
 }
 
-impl Writer<'_> {
-    pub fn table(&mut self, entry: &Entry) -> Option<&mut Table> {
-        self.doc.get_mut(entry.what)?.as_array_of_tables_mut()?.get_mut(entry.index)
+impl PatchWriter<'_> {
+    pub fn table(&mut self, entry: &SceneEntry) -> Option<&mut Table> {
+        self.doc.get_mut(entry.table)?.as_array_of_tables_mut()?.get_mut(entry.index)
     }
 
     fn slot(&self, object: usize) -> u32 {
@@ -85,16 +85,20 @@ impl Writer<'_> {
 
     /// Returns the path, or the unique name, by which the file refers to an object.
     pub fn path(&self, slot: u32) -> String {
-        let path = self.named.path(slot);
+        let path = self.scene_before_set.path(slot);
         // An index among siblings depends on the objects that have been read so far; a unique name does not.
-        let name = self.named.get(slot).filter(|_| path.contains('[')).map(crate::Object::name);
-        name.filter(|n| self.named.find(0, n) == Some(slot)).unwrap_or(path)
+        let name = self.scene_before_set.get(slot).filter(|_| path.contains('[')).map(crate::Object::name);
+        name.filter(|n| self.scene_before_set.find(0, n) == Some(slot)).unwrap_or(path)
     }
 
     /// Writes the differences of one object.
-    pub fn change(&mut self, object: usize, difference: &Difference) -> Result {
-        let Some(entry) = self.entries.of(object) else { return Ok(()) };
-        self.out.changed.push(format!("{}: {}", self.edited.scene.path(self.slot(object)), difference.what()));
+    pub fn write_difference(&mut self, object: usize, difference: &ObjectDifference) -> Result {
+        let Some(entry) = self.entries.entry_of(object) else { return Ok(()) };
+        self.out.changed.push(format!(
+            "{}: {}",
+            self.edited.scene.path(self.slot(object)),
+            difference.differing_keys()
+        ));
         let own = entry.first == object;
         if difference.alias && own {
             let alias = self.edited.scene.get(self.slot(object)).map_or(String::new(), |o| o.alias().to_owned());
@@ -107,24 +111,24 @@ impl Writer<'_> {
             let name = self.edited.scene.get(self.slot(object)).map_or(String::new(), crate::Object::name);
             self.put(&entry, "name", &quoted(&name), true);
         }
-        match (own, entry.places) {
-            (true, true) => self.place(&entry, object, difference),
-            (true, false) => self.pose(&entry, object, difference),
+        match (own, entry.is_placement) {
+            (true, true) => self.write_placement(&entry, object, difference),
+            (true, false) => self.write_pose(&entry, object, difference),
             _ => self.pose_in_set(object, difference),
         }
         if difference.alias && !own {
             let alias = self.edited.scene.get(self.slot(object)).map_or(String::new(), |o| o.alias().to_owned());
             self.put_set(object, "alias", &quoted(&alias));
         }
-        let direct = own && !entry.places;
-        for (row, value) in &difference.rows {
-            self.row(&entry, object, *row, value.as_ref(), direct);
+        let direct = own && !entry.is_placement;
+        for (row, value) in &difference.properties {
+            self.write_property(&entry, object, *row, value.as_ref(), direct);
         }
         for (key, value) in &difference.params {
-            let declared = self.builder.declared(object);
-            let found = declared.iter().find(|(d, t)| matches!(t, Target::Param(_)) && d.key == *key);
+            let declared = self.builder.declarations(object);
+            let found = declared.iter().find(|(d, t)| matches!(t, KeyTarget::Param(_)) && d.key == *key);
             let unit = found.and_then(|(d, _)| d.unit.clone());
-            self.declared(&entry, object, (key, unit.as_deref()), Some(value), direct);
+            self.write_declared(&entry, object, (key, unit.as_deref()), Some(value), direct);
         }
         if let Some(scripts) = &difference.scripts {
             self.scripts(&entry, object, scripts);
@@ -132,32 +136,39 @@ impl Writer<'_> {
         Ok(())
     }
 
-    fn row(&mut self, entry: &Entry, object: usize, row: Row, value: Option<&Value>, direct: bool) {
-        let declared = self.builder.declared(object);
-        let found = declared.iter().find(|(_, t)| matches!(t, Target::Row(r) if *r == row)).map(|(d, _)| d);
+    fn write_property(
+        &mut self,
+        entry: &SceneEntry,
+        object: usize,
+        row: Property,
+        value: Option<&Value>,
+        direct: bool,
+    ) {
+        let declared = self.builder.declarations(object);
+        let found = declared.iter().find(|(_, t)| matches!(t, KeyTarget::Property(r) if *r == row)).map(|(d, _)| d);
         let problem = |writer: &mut Self| {
             let path = writer.path(writer.slot(object));
-            writer.out.problems.push(format!("`{}` of {path} cannot be changed in the file", row.info().key));
+            writer.out.problems.push(format!("`{}` of {path} cannot be changed in the file", row.spec().key));
         };
         let Some(found) = found else { return problem(self) };
-        match (row.info().in_files, value) {
-            (InFiles::Mesh | InFiles::Parts | InFiles::Texture, _) => problem(self),
-            (form @ (InFiles::Data | InFiles::Drive), Some(value)) => {
-                let line = line_in(form, &found.key, None, value);
+        match (row.spec().file_form, value) {
+            (FileForm::Mesh | FileForm::Parts | FileForm::Texture, _) => problem(self),
+            (form @ (FileForm::Data | FileForm::Drive), Some(value)) => {
+                let line = line_in_form(form, &found.key, None, value);
                 match line.as_deref().and_then(|l| l.split_once(" = ")) {
                     Some((key, text)) if direct => self.put(entry, key, text, true),
                     Some((key, text)) => self.put_set(object, key, text),
                     None => problem(self),
                 }
             }
-            _ => self.declared(entry, object, (&found.key, found.unit.as_deref()), value, direct),
+            _ => self.write_declared(entry, object, (&found.key, found.unit.as_deref()), value, direct),
         }
     }
 
     /// Writes a declared property or parameter: to the object's own table if `direct` is set, otherwise to `[set]`.
-    fn declared(
+    fn write_declared(
         &mut self,
-        entry: &Entry,
+        entry: &SceneEntry,
         object: usize,
         (key, unit): (&str, Option<&str>),
         value: Option<&Value>,
@@ -194,7 +205,7 @@ impl Writer<'_> {
     }
 
     /// Sets a key of an entry. `counts` selects whether the number of changes is incremented.
-    pub fn put(&mut self, entry: &Entry, key: &str, written: &str, counts: bool) {
+    pub fn put(&mut self, entry: &SceneEntry, key: &str, written: &str, counts: bool) {
         if let Some(table) = self.table(entry) {
             put_text(table, key, written);
         }
@@ -209,13 +220,13 @@ impl Writer<'_> {
     }
 
     /// Writes the pose of an object.
-    fn pose(&mut self, entry: &Entry, object: usize, difference: &Difference) {
+    fn write_pose(&mut self, entry: &SceneEntry, object: usize, difference: &ObjectDifference) {
         let local = self.edited.scene.local(self.slot(object));
         self.put_pose(entry, &local, difference);
     }
 
     /// Writes the placement of a model, which is applied before the pose of its base.
-    fn place(&mut self, entry: &Entry, object: usize, difference: &Difference) {
+    fn write_placement(&mut self, entry: &SceneEntry, object: usize, difference: &ObjectDifference) {
         if !(difference.position || difference.rotation) {
             return;
         }
@@ -224,13 +235,13 @@ impl Writer<'_> {
         let own = spec.placement.inverse() * base.local(slots[object]);
         let placed = self.edited.scene.local(self.slot(object)) * own.inverse();
         // A rotation also moves a base that is not at the origin of its model.
-        let both = Difference { position: true, rotation: difference.rotation, ..Difference::default() };
+        let both = ObjectDifference { position: true, rotation: difference.rotation, ..ObjectDifference::default() };
         self.put_pose(entry, &placed, &both);
     }
 
-    fn put_pose(&mut self, entry: &Entry, pose: &Isometry3<f64>, difference: &Difference) {
+    fn put_pose(&mut self, entry: &SceneEntry, pose: &Isometry3<f64>, difference: &ObjectDifference) {
         if difference.position {
-            let place: Vec<f64> = pose.translation.vector.iter().map(|x| rounded(*x, DIGITS.0)).collect();
+            let place: Vec<f64> = pose.translation.vector.iter().map(|x| rounded(*x, ROUNDING_FACTORS.0)).collect();
             let written = text(&Value::Floats(place), 1.0).unwrap_or_default();
             self.put(entry, "position_m", &written, true);
         }
@@ -245,10 +256,10 @@ impl Writer<'_> {
         }
     }
 
-    fn pose_in_set(&mut self, object: usize, difference: &Difference) {
+    fn pose_in_set(&mut self, object: usize, difference: &ObjectDifference) {
         let local = self.edited.scene.local(self.slot(object));
         if difference.position {
-            let place: Vec<f64> = local.translation.vector.iter().map(|x| rounded(*x, DIGITS.0)).collect();
+            let place: Vec<f64> = local.translation.vector.iter().map(|x| rounded(*x, ROUNDING_FACTORS.0)).collect();
             self.put_set(object, "position_m", &text(&Value::Floats(place), 1.0).unwrap_or_default());
         }
         if difference.rotation {
@@ -258,12 +269,12 @@ impl Writer<'_> {
 
     /// Writes the parent of an object that a table describes, if the parent or its path has changed, and moves the
     /// table after that of the parent. `moved` contains the slots of the objects whose tables were moved.
-    pub fn place_under_parent(&mut self, slot: u32, differences: &Differences, moved: &mut BTreeSet<u32>) {
+    pub fn place_under_parent(&mut self, slot: u32, differences: &DifferenceMap, moved: &mut BTreeSet<u32>) {
         let Some(object) = self.entries.object_at(slot) else { return };
-        let Some(entry) = self.entries.of(object).filter(|e| e.first == object) else { return };
+        let Some(entry) = self.entries.entry_of(object).filter(|e| e.first == object) else { return };
         let other = differences.get(&object).is_some_and(|d| d.parent);
         let above = self.edited.scene.get(slot).map_or(0, |o| o.parent);
-        let (named, path) = (self.named, quoted(&self.path(above)));
+        let (named, path) = (self.scene_before_set, quoted(&self.path(above)));
         let Some(table) = self.table(&entry) else { return };
         let written = table.get("parent").and_then(Item::as_str).map(str::to_owned);
         match (above, &written) {
@@ -274,7 +285,7 @@ impl Writer<'_> {
         }
         self.out.changes += 1;
         // The table of an object must follow that of its parent.
-        let is_new = above != 0 && !self.entries.has(above);
+        let is_new = above != 0 && !self.entries.describes_slot(above);
         if is_new || moved.contains(&above) || self.position_of(above) > self.position_of(slot) {
             let last = self.last_position() + 1;
             if let Some(table) = self.table(&entry) {
@@ -286,7 +297,7 @@ impl Writer<'_> {
 
     /// Returns the position of the table that describes an object.
     fn position_of(&mut self, slot: u32) -> isize {
-        let entry = self.entries.object_at(slot).and_then(|o| self.entries.of(o));
+        let entry = self.entries.object_at(slot).and_then(|o| self.entries.entry_of(o));
         entry.and_then(|e| self.table(&e).and_then(|t| t.position())).unwrap_or(0)
     }
 
@@ -298,7 +309,7 @@ impl Writer<'_> {
     }
 
     /// Returns the slots of all objects of the scene, parents before children.
-    pub fn in_order(&self) -> Vec<u32> {
+    pub fn slots_in_order(&self) -> Vec<u32> {
         let scene = self.edited.scene;
         let (mut out, mut ahead) = (Vec::new(), scene.roots().iter().rev().copied().collect::<Vec<u32>>());
         while let Some(slot) = ahead.pop() {
@@ -317,6 +328,6 @@ fn rounded(x: f64, digits: f64) -> f64 {
 
 /// Formats an orientation as Euler angles, degrees.
 fn angles(q: &UnitQuaternion<f64>) -> String {
-    let degrees = to_euler(q).map(|x| rounded(x.to_degrees(), DIGITS.1));
+    let degrees = to_euler(q).map(|x| rounded(x.to_degrees(), ROUNDING_FACTORS.1));
     text(&Value::Floats(degrees.to_vec()), 1.0).unwrap_or_default()
 }

@@ -1,0 +1,72 @@
+//! Friction of contacts that the only joint between two bodies guides, such as those of a drawer on its rails.
+//!
+//! The joint holds the bodies across its axis, so that how much of the load the contact carries is undetermined, and
+//! contacts without response transmit none (`MIN_RESPONSE` in `jacobian`). The friction of a drawer that rests on its rails would
+//! then vanish. Such a contact carries the weight of what the joint carries, divided equally among all contacts that
+//! support it, and its friction acts on the joint like friction of its own.
+
+use super::Island;
+use crate::{
+    contact::{ContactPoint, ContactSide},
+    island_tree::IslandTree,
+    jacobian::{HalfRow, velocities_to_root},
+    vector::{Vec3, dot},
+};
+
+/// Maximum tangent of the angle between the motion that the joint allows and the surface, for contacts with other bodies
+/// and between links of one tree. Contacts that are tilted more transmit forces of their own: these values are the
+/// square roots of those of `MIN_RESPONSE`.
+const MAX_TILT: [f64; 2] = [3e-5, 1e-2];
+/// Maximum distance of a contact that carries weight, m; overlapping bodies that a joint holds are at 0.
+const MAX_SUPPORT_DISTANCE: f64 = 1e-6;
+
+impl Island {
+    /// Adds the friction of guided contacts to that of their joints.
+    pub(super) fn add_guided_friction(&self, members: &mut [IslandTree<'_>], contacts: &[ContactPoint], gravity: Vec3) {
+        let mut supports: Vec<(usize, usize, f64)> = Vec::new();
+        for (contact, point) in contacts.iter().zip(&self.rows.points) {
+            if contact.friction == 0.0 || contact.distance > MAX_SUPPORT_DISTANCE {
+                continue;
+            }
+            let Some((half, d, sign)) = guiding_velocity(members, contact, &point.halves) else { continue };
+            let Some(column) = (half.first..half.end).find(|k| self.rows.columns[*k] == d) else { continue };
+            let [normal, first, second] = self.rows.jacobian(column);
+            let along = (first * first + second * second).sqrt();
+            let linked = contact.sides.iter().all(Option::is_some);
+            if normal.abs() > MAX_TILT[usize::from(linked)] * along {
+                continue;
+            }
+            let (d, IslandTree { tree, solver, .. }) = (d as usize, &members[half.member]);
+            // The joint's own link and those that it carries press on the contact if gravity pulls them towards it.
+            let Some(link) = tree.nodes.iter().position(|node| node.range().contains(&d)) else { continue };
+            let weight = solver.step.mass.mass_below(link) * sign * dot(gravity, point.axes[0]);
+            if weight > 0.0 {
+                supports.push((half.member, d, contact.friction * weight * along));
+            }
+        }
+        for (member, d, friction) in &supports {
+            let count = supports.iter().filter(|s| (s.0, s.1) == (*member, *d)).count();
+            members[*member].solver.step.contact_friction[*d] += friction / count as f64;
+        }
+    }
+}
+
+/// Returns the half of a contact whose bodies can only move by a single velocity relative to each other, with that
+/// velocity, and 1 if it moves the first body or -1 if it moves the second.
+fn guiding_velocity(
+    members: &[IslandTree<'_>],
+    contact: &ContactPoint,
+    halves: &[Option<HalfRow>; 2],
+) -> Option<(HalfRow, u32, f64)> {
+    let mut halves = halves.iter().flatten();
+    // Two links of one tree share a half.
+    let (half, None) = (*halves.next()?, halves.next()) else { return None };
+    let own = |side: Option<ContactSide>| side.map_or(&[][..], |s| velocities_to_root(members[s.member].tree, s.link));
+    let (a, b) = (own(contact.sides[0]), own(contact.sides[1]));
+    let common = a.iter().zip(b).take_while(|(a, b)| a == b).count();
+    match (&a[common..], &b[common..]) {
+        ([d], []) => Some((half, *d, 1.0)),
+        ([], [d]) => Some((half, *d, -1.0)),
+        _ => None,
+    }
+}
