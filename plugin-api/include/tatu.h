@@ -6,7 +6,8 @@
  * and more). The plugin in turn requests *services* from the host (scene, readings, bodies, commands and more). Plugins
  * have no direct access to each other; they interact through commands, readings, properties and schemas.
  *
- * `plugin-api/template/c_command/` is a complete plugin to start from.
+ * `plugin-api/template/c_command/` is a complete plugin to start from. `docs/plugin-authors/scenarios.md` lists, for
+ * fourteen situations, which functions are called, in which order and on which thread.
  *
  * CONVENTIONS
  *   The tag in square brackets before a function states on which threads it may be called.
@@ -47,7 +48,8 @@
  *   create, destroy, configure, save, load, beams, and find, traits, order, place, keep_func, drop_func of a language:
  *                                                      functions without side effects: read, find, list, allocate
  *   all other calls that receive a world:              everything
- *   a plugin's own threads:                            log.write without a world, session.wake, commands.wake
+ *   a plugin's own threads:                            log.write without a world, session.wake, session.stop,
+ *                                                      commands.wake
  *   A world belongs to the thread that created it; its pointer is invalid once the world has ended.
  *
  * RULES

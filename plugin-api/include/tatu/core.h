@@ -352,8 +352,8 @@ typedef struct tatu_life {
   void(TATU_CALL *destroy)(void *data);
   /* [step] Applies changed parameters to a live sensor or actuator. `params` contains the values of all parameters;
    * `changed` has a bit for each of the first 64, in the order of declaration. A sensor's `beams` is called next. If
-   * `configure` fails, the old values are restored, and the caller that set the new ones receives the error. Not called
-   * for parameters with TATU_PARAM_REBUILDS. Null, or TATU_ERR_UNSUPPORTED without a message: the instance is
+   * `configure` fails, the host retains the old values, and the caller that set the new ones receives the error. Not
+   * called for parameters with TATU_PARAM_REBUILDS. Null, or TATU_ERR_UNSUPPORTED without a message: the instance is
    * recreated. */
   tatu_status(TATU_CALL *configure)(void *data, const tatu_value *params, uint32_t n, uint64_t changed, tatu_error *);
   /* [step] Writes the state that is not in the state block. TATU_ERR_UNSUPPORTED: not possible now; the message gives
@@ -362,8 +362,8 @@ typedef struct tatu_life {
   tatu_status(TATU_CALL *save)(void *data, const tatu_writer *, tatu_error *);
   /* [step] Restores what `save` wrote, in an instance that was created with the same parameters.
    * `version` is the writer's. If it equals that of this kind, the state block has already been restored; otherwise
-   * the block is zero. If the function fails, the instance is recreated. When a plugin file is reloaded, the old plugin
-   * saves and the new one loads. */
+   * the block is zero. When a plugin file is reloaded, the old plugin saves and the new one loads.
+   * If the function fails, the instance is recreated. While a snapshot is restored, restoring fails instead. */
   tatu_status(TATU_CALL *load)(void *data, tatu_str bytes, uint32_t version, tatu_error *);
   uint32_t version; /* version of the state block and of the bytes that `save` writes; chosen by the plugin */
   uint32_t reserved;
