@@ -188,8 +188,8 @@ fn refuse_invalid_world(ptr: *mut tatu_world, name: &str) -> tatu_status {
         }
         false => format!(
             "{who} broke the contract: `{name}` was called for a world that does not exist, or from a thread that is \
-             not the world's, and is refused: threads of a plugin may call only log.write and \
-             session.wake, and must leave everything else to a barrier"
+             not the world's, and is refused: threads of a plugin may call only log.write, commands.wake, \
+             session.wake and session.stop, and must leave everything else to a barrier"
         ),
     };
     record_breach(text);
