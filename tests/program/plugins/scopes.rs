@@ -106,7 +106,7 @@ fn threads_of_a_plugin_cannot_access_worlds() {
             &library("tatu_nosy"),
             "`scene.pose` was called for a world that does not exist, or from a thread that is not the world's",
         ]);
-        done.reports(&["log.write and session.wake"]);
+        done.reports(&["log.write, commands.wake, session.wake and session.stop"]);
     }
 }
 
