@@ -235,7 +235,7 @@ end
 
 #[test]
 fn unsupported_modules_raise_an_error_with_help() {
-    for (module, advice) in [("simZMQ", "--service zmq_remote"), ("simSubprocess", "--allow exec")] {
+    for (module, advice) in [("simSubprocess", "--allow exec")] {
         let scene =
             format!("[[object]]\nkind = \"dummy\"\nalias = \"d\"\nscript = {{ text = \"require '{module}'\" }}");
         let done = TestFolder::scene(&scene).run(&["--steps", "1"]);

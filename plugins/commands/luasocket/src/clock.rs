@@ -5,10 +5,10 @@ use std::{
     time::{SystemTime, UNIX_EPOCH},
 };
 
+use tatu_commands_common::permission;
 use tatu_plugin_api::safe::{Command, Offer, Param, Value};
 
 use crate::{
-    permission,
     plugin::LuaSocket,
     recording::{allowed, command, error_values, failure, text},
     sockets::{CallDeadline, addresses},

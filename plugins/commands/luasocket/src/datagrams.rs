@@ -2,10 +2,10 @@
 
 use std::net::SocketAddr;
 
+use tatu_commands_common::permission;
 use tatu_plugin_api::safe::{Offer, Param, Value};
 
 use crate::{
-    permission,
     plugin::LuaSocket,
     recording::{address, address_values, allowed, command, failure, or_wrong, port, socket, timeout},
     sockets::{self, CallDeadline},

@@ -1,13 +1,12 @@
 //! Sockets for scripts: `require 'socket'` provides the interface of LuaSocket.
 //!
-//! - `sockets`: numbered sockets, built on the standard library; `permission`: the addresses that a run may access;
+//! - `sockets`: numbered sockets, built on the standard library;
 //! - `recording`: checks permissions and records the results of network and clock access as inputs of the run;
 //! - `streams`, `datagrams`, `clock`: commands for TCP, UDP, and host names and time; `socket.lua`: LuaSocket's
 //!   objects, built on the commands.
 
 mod clock;
 mod datagrams;
-mod permission;
 mod plugin;
 mod recording;
 mod sockets;

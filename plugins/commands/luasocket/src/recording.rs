@@ -3,6 +3,7 @@
 use std::{cell::RefMut, io, net::SocketAddr};
 
 use serde_json::{Value as Json, json};
+use tatu_commands_common::permission;
 use tatu_plugin_api::{
     abi::*,
     safe::{Call, Command, Fail, Param, Result, Value},
@@ -10,7 +11,6 @@ use tatu_plugin_api::{
 use tatu_services_common::json;
 
 use crate::{
-    permission,
     plugin::LuaSocket,
     sockets::{Sockets, addresses, error_message},
 };

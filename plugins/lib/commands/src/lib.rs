@@ -1,5 +1,7 @@
-//! Helpers shared by the command plugins: commands that do nothing, and the values that failed calls by old names
-//! return.
+//! Helpers shared by the command plugins: commands that do nothing, the values that failed calls by old names return,
+//! and the addresses that a run may access ([`permission`]).
+
+pub mod permission;
 
 use tatu_plugin_api::safe::{Command, Param, Plugin, Value};
 

@@ -4,7 +4,8 @@
 //! - [`listener`]: a local port that serves files and WebSockets; checks tokens and origins, and limits clients;
 //! - [`port`]: a local port with a thread for each connection, for other protocols;
 //! - [`http`]: HTTP requests and responses; [`outbox`]: the queue of messages to a client;
-//! - [`state`]: private files of the user that are kept for later runs; [`tokens`]: the access tokens of a listener.
+//! - [`state`]: private files of the user that are kept for later runs; [`tokens`]: the access tokens of a listener;
+//! - [`zmtp`]: the protocol of ZeroMQ.
 
 pub mod http;
 pub mod json;
@@ -13,3 +14,4 @@ pub mod outbox;
 pub mod port;
 pub mod state;
 pub mod tokens;
+pub mod zmtp;

@@ -264,7 +264,6 @@ return {
         "simMujoco", "simBubble", "simK3", "simCam", "simJoy", "simWS", "simSkel", "simRuckig",
         "simRemoteApi", "simTest", "simPython", "simSurfRec", "simOpenMesh", "simPovRay", "simRRS1", "simStubs",
         "simDynamics", "simExtIK",
-        "simZMQ: let the other program connect as a client (`--service zmq_remote`), or use `require 'socket'` with `--allow net=...`",
         "simSubprocess: start programs by `sim.launchExecutable` with `--allow exec`",
     },
     dialect = version,

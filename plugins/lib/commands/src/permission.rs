@@ -11,6 +11,11 @@ pub fn allows(allowed: &str, host: &str, at: SocketAddr) -> bool {
     })
 }
 
+/// Returns whether access to sockets that are files is allowed: by `net=ipc:*`, or for any host by `net=*:*`.
+pub fn allows_ipc(allowed: &str) -> bool {
+    allowed_addresses(allowed).any(|(h, p)| matches!(h, "*" | "ipc") && p == "*")
+}
+
 /// Returns whether any address is allowed.
 pub fn allows_any(allowed: &str) -> bool {
     allowed_addresses(allowed).next().is_some()
@@ -41,5 +46,7 @@ mod tests {
             assert_eq!(allows(allowed, host, at), expected, "{allowed} {host}");
         }
         assert!(allows_any("exec,net=a:1") && !allows_any("exec"));
+        assert!(allows_ipc("net=a:1,net=ipc:*") && allows_ipc("net=*:*"));
+        assert!(!allows_ipc("net=127.0.0.1:*") && !allows_ipc("net=ipc:1"));
     }
 }

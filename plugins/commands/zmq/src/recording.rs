@@ -1,0 +1,86 @@
+//! Access to the network: its results are recorded as inputs of the run.
+
+use serde_json::{Value as Json, json};
+use tatu_plugin_api::safe::{Fail, Result, Value};
+use tatu_services_common::json;
+
+use crate::{
+    errors::Errno,
+    world::{Ctx, WorldState, state},
+};
+
+/// Kind of this plugin's entries in the input log.
+const KIND: &str = "zmq";
+
+/// The result of access to the network.
+pub enum Found {
+    /// Values.
+    Values(Vec<Value>),
+    /// The call failed.
+    Failed(Errno),
+    /// The call must wait.
+    Waits,
+    /// The run is not allowed to do this: a description, and what to do.
+    Denied(String, String),
+}
+
+impl From<Errno> for Found {
+    fn from(errno: Errno) -> Self {
+        Found::Failed(errno)
+    }
+}
+
+/// Runs `look` and records its result in the input log. In a replay, returns the recorded result instead.
+pub fn observe(
+    c: &Ctx<'_>,
+    name: &str,
+    look: impl FnOnce(&Ctx<'_>, &mut WorldState) -> Result<Found>,
+) -> Result<Found> {
+    let mut failed = None;
+    let found = c.world().observe(KIND, || {
+        let found = state(c).and_then(|mut world| look(c, &mut world));
+        let found = found.unwrap_or_else(|fail| {
+            failed = Some(fail);
+            Found::Failed(Errno::INVALID)
+        });
+        json!([name, write(&found)]).to_string()
+    })?;
+    if let Some(fail) = failed {
+        return Err(fail);
+    }
+    let read = |text: &str| -> Option<Found> {
+        let (then, found): (String, Json) = serde_json::from_str(text).ok()?;
+        (then == name).then(|| read(&found))?
+    };
+    read(&found).ok_or_else(|| {
+        Fail::new(format!(
+            "the recorded run made a different call of simZMQ here: {found}; replay it with the scene it was recorded \
+             with"
+        ))
+    })
+}
+
+fn write(found: &Found) -> Json {
+    match found {
+        Found::Values(values) => values.iter().map(json::write).collect(),
+        Found::Failed(errno) => json!({ "errno": errno.0 }),
+        Found::Waits => Json::Null,
+        Found::Denied(text, help) => json!({ "denied": text, "help": help }),
+    }
+}
+
+fn read(json: &Json) -> Option<Found> {
+    Some(match json {
+        Json::Array(values) => Found::Values(values.iter().map(json::read).collect::<Result<_>>().ok()?),
+        Json::Null => Found::Waits,
+        _ => match json.get("errno") {
+            Some(errno) => Found::Failed(Errno(errno.as_i64()?)),
+            None => Found::Denied(json.get("denied")?.as_str()?.into(), json.get("help")?.as_str()?.into()),
+        },
+    })
+}
+
+/// Returns the error for something that the run is not allowed to do.
+pub fn denial(text: String, help: String) -> Fail {
+    Fail::new(text).help(help)
+}

@@ -1,0 +1,178 @@
+//! The plugin, and the contexts, sockets and messages of a world.
+
+use std::{
+    cell::{RefCell, RefMut},
+    collections::{BTreeMap, BTreeSet},
+};
+
+use serde::{Deserialize, Serialize};
+use tatu_plugin_api::{
+    abi::TATU_ERR_BUSY,
+    safe::{Call, Fail, Prop, Result},
+};
+
+use crate::{
+    errors::Errno,
+    links::{Limits, Socket},
+    transfer::Operation,
+};
+
+/// The plugin, with the property that contains the permissions of a run.
+pub struct Zmq {
+    pub allow: Prop,
+}
+
+pub type Ctx<'a> = Call<'a, Zmq>;
+
+/// Maximum number of open sockets, and of contexts, of a world.
+const MAX_SOCKETS: usize = 64;
+/// Maximum number of messages of a world that scripts have created.
+const MAX_MESSAGES: usize = 1000;
+
+/// A message that a script has created.
+#[derive(Default, Clone)]
+pub struct ScriptMessage {
+    pub data: Vec<u8>,
+    /// Whether further parts follow.
+    pub more: bool,
+}
+
+/// What is saved in a snapshot. Sockets cannot be saved, nor what belongs to them: in a restored world they are closed,
+/// and their handles are not used again.
+#[derive(Default, Serialize, Deserialize)]
+pub struct SavedState {
+    last: u64,
+    pub errno: i64,
+    /// Scripts in which a call that fails raises an error.
+    pub raising: BTreeSet<u64>,
+}
+
+/// The state of a world.
+#[derive(Default)]
+pub struct WorldState {
+    pub saved: SavedState,
+    contexts: BTreeSet<String>,
+    singleton: Option<String>,
+    pub sockets: BTreeMap<String, (String, Socket)>,
+    /// Closed sockets whose messages have not been sent yet, with their contexts.
+    closing: Vec<(String, Socket)>,
+    pub messages: BTreeMap<String, ScriptMessage>,
+    /// Calls that wait, by the number with which they resume.
+    pub waits: BTreeMap<u64, Operation>,
+    limits: Limits,
+}
+
+impl WorldState {
+    /// Returns a number that has not been used in this world.
+    pub fn next_number(&mut self) -> u64 {
+        self.saved.last += 1;
+        self.saved.last
+    }
+    /// Creates a context and returns its handle, which is empty if there are too many.
+    pub fn new_context(&mut self) -> Result<String, Errno> {
+        if self.contexts.len() >= MAX_SOCKETS {
+            return Err(Errno::TOO_MANY);
+        }
+        let handle = format!("context:{}", self.next_number());
+        self.contexts.insert(handle.clone());
+        Ok(handle)
+    }
+    /// Returns the context that all scripts can share.
+    pub fn singleton(&mut self) -> Result<String, Errno> {
+        if let Some(handle) = self.singleton.clone().filter(|h| self.contexts.contains(h)) {
+            return Ok(handle);
+        }
+        let handle = self.new_context()?;
+        self.singleton = Some(handle.clone());
+        Ok(handle)
+    }
+    pub fn check_context(&self, handle: &str) -> Result<(), Errno> {
+        if self.contexts.contains(handle) { Ok(()) } else { Err(Errno::FAULT) }
+    }
+    /// Ends a context: closes its sockets, and waits until their messages have been sent.
+    pub fn end_context(&mut self, handle: &str) -> Result<(), Errno> {
+        if !self.contexts.remove(handle) {
+            return Err(Errno::FAULT);
+        }
+        self.shut_down(handle);
+        self.closing.retain(|(context, _)| context != handle);
+        Ok(())
+    }
+    /// Closes the sockets of a context.
+    pub fn shut_down(&mut self, handle: &str) {
+        let sockets = self.sockets.extract_if(.., |_, (context, _)| context == handle).map(|(_, socket)| socket);
+        let mut sockets = sockets.collect::<Vec<_>>();
+        sockets.iter_mut().for_each(|(_, socket)| socket.close());
+        self.closing.append(&mut sockets);
+    }
+    /// Creates a socket and returns its handle.
+    pub fn new_socket(&mut self, context: &str, kind: i64) -> Result<String, Errno> {
+        self.check_context(context)?;
+        let kind = crate::kinds::Kind::of(kind).ok_or(Errno::INVALID)?;
+        self.closing.retain(|(_, socket)| !socket.is_over());
+        if self.sockets.len() + self.closing.len() >= MAX_SOCKETS {
+            return Err(Errno::TOO_MANY);
+        }
+        let handle = format!("socket:{}", self.next_number());
+        self.sockets.insert(handle.clone(), (context.to_owned(), Socket::new(kind, &self.limits)));
+        Ok(handle)
+    }
+    pub fn socket(&mut self, handle: &str) -> Result<&mut Socket, Errno> {
+        self.sockets.get_mut(handle).map(|(_, socket)| socket).ok_or(Errno::NOT_SOCKET)
+    }
+    pub fn close_socket(&mut self, handle: &str) -> Result<(), Errno> {
+        let (context, mut socket) = self.sockets.remove(handle).ok_or(Errno::NOT_SOCKET)?;
+        socket.close();
+        self.closing.push((context, socket));
+        self.closing.retain(|(_, socket)| !socket.is_over());
+        Ok(())
+    }
+    /// Creates a message and returns its handle.
+    pub fn new_message(&mut self) -> Result<String, Errno> {
+        if self.messages.len() >= MAX_MESSAGES {
+            return Err(Errno::TOO_MANY);
+        }
+        let handle = format!("message:{}", self.next_number());
+        self.messages.insert(handle.clone(), ScriptMessage::default());
+        Ok(handle)
+    }
+    pub fn message(&mut self, handle: &str) -> Result<&mut ScriptMessage, Errno> {
+        self.messages.get_mut(handle).ok_or(Errno::FAULT)
+    }
+}
+
+/// The state of a world. Commands borrow it while they are called.
+#[derive(Default)]
+pub struct Shared(RefCell<WorldState>);
+
+impl Shared {
+    pub fn borrow(&self) -> Result<RefMut<'_, WorldState>> {
+        self.0.try_borrow_mut().map_err(|_| Fail::with_code(TATU_ERR_BUSY, "another command is using the sockets"))
+    }
+}
+
+/// Borrows the state of the world.
+pub fn state<'a>(c: &Ctx<'a>) -> Result<RefMut<'a, WorldState>> {
+    c.instance().borrow()
+}
+
+/// Returns the permissions of the run, separated by commas.
+pub fn allowed(c: &Ctx<'_>) -> Result<String> {
+    Ok(c.world().get(0, c.plugin().allow)?.as_str().unwrap_or_default().into_owned())
+}
+
+/// Stores the error of a call that failed; raises it if the script has requested this.
+pub fn fail(c: &Ctx<'_>, errno: Errno) -> Result {
+    let mut world = state(c)?;
+    world.saved.errno = errno.0;
+    if world.saved.raising.contains(&c.caller_script()) { Err(Fail::new(errno.text())) } else { Ok(()) }
+}
+
+/// Returns 0, or -1 after a failure.
+pub fn status(c: &mut Ctx<'_>, done: Result<(), Errno>) -> Result {
+    if let Err(errno) = done {
+        fail(c, errno)?;
+    }
+    c.ret(if done.is_ok() { 0_i64 } else { -1 });
+    Ok(())
+}
