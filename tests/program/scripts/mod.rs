@@ -27,3 +27,4 @@ mod talk;
 mod threads;
 mod velocities;
 mod windows;
+mod zmq;
