@@ -255,7 +255,7 @@ fn sockets_without_permission_are_refused_with_help() {
     for (call, allow, expected) in [
         ("simZMQ.connect(s, 'tcp://localhost:5555')", "exec", "--allow net=127.0.0.1:5555"),
         ("simZMQ.bind(s, 'tcp://*:5555')", "net=127.0.0.1:1", "--allow net=127.0.0.1:5555"),
-        ("simZMQ.bind(s, 'ipc:///tmp/never')", "net=127.0.0.1:*", "--allow net=ipc:*"),
+        ("simZMQ.bind(s, 'ipc:///run/never')", "net=127.0.0.1:*", "--allow net=ipc:*"),
         ("simZMQ.connect(s, 'tcp://10.0.0.1:5555')", "net=*:*", "is not an address of this machine"),
         ("simZMQ.bind(s, 'tcp://eth0:5555')", "net=*:*", "use tcp://127.0.0.1:PORT"),
     ] {

@@ -115,7 +115,7 @@ mod tests {
             ("tcp://*:5555", true, "tcp://127.0.0.1:5555"),
             ("tcp://0.0.0.0:*", true, "tcp://127.0.0.1:0"),
             ("tcp://localhost:5555", false, "tcp://127.0.0.1:5555"),
-            ("ipc:///tmp/a", false, "ipc:///tmp/a"),
+            ("ipc:///run/a", false, "ipc:///run/a"),
             ("tcp://*:5555", false, "is not an address of this machine"),
             ("tcp://192.168.1.2:5555", false, "use tcp://127.0.0.1:PORT"),
             ("tcp://eth0:5555", true, "is not an address of this machine"),
@@ -138,7 +138,7 @@ mod tests {
             ("tcp://localhost:5555", "", "--allow net=127.0.0.1:5555"),
             ("tcp://localhost:5555", "net=127.0.0.1:5556", "--allow net=127.0.0.1:5555"),
             ("tcp://*:*", "exec", "--allow net=127.0.0.1:*"),
-            ("ipc:///tmp/a", "net=127.0.0.1:*", "--allow net=ipc:*"),
+            ("ipc:///run/a", "net=127.0.0.1:*", "--allow net=ipc:*"),
         ] {
             let Err(Refusal::Denied(_, help)) = open(text, true, allowed) else { panic!("{text} was not denied") };
             assert!(help.contains(expected), "{text}: {help}");

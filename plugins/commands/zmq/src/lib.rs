@@ -3,8 +3,8 @@
 //! - `errors`, `options`, `kinds`: numbers of ZeroMQ; `endpoint`: addresses and permissions;
 //! - `queue`, `routing`: the state of a socket, and which messages go where; `stream`, `links`: connections and their
 //!   threads;
-//! - `world`: the contexts, sockets and messages of a world; `recording`: results of access to the network as inputs of
-//!   the run;
+//! - `operation`: calls that may have to wait; `world`: the contexts, sockets and messages of a world;
+//! - `recording`: results of access to the network, as inputs of the run;
 //! - `transfer`, `sockets`, `messages`: the commands.
 
 mod endpoint;
@@ -12,6 +12,7 @@ mod errors;
 mod kinds;
 mod links;
 mod messages;
+mod operation;
 mod options;
 mod queue;
 mod recording;

@@ -9,6 +9,7 @@ use tatu_plugin_api::safe::{Command, Offer, Outcome, Param, Result, Value};
 
 use crate::{
     errors::Errno,
+    operation::{Operation, What},
     recording::{Found, denial, observe},
     routing::SocketState,
     world::{Ctx, WorldState, Zmq, fail, state},
@@ -27,26 +28,7 @@ const CHECK_INTERVAL: Duration = Duration::from_millis(20);
 /// Interval at which `poll` looks at its sockets.
 const POLL_INTERVAL: Duration = Duration::from_millis(1);
 
-/// A call that may have to wait.
-pub struct Operation {
-    name: &'static str,
-    what: What,
-    /// When the call ends without a result; `None` before the first attempt and without a limit.
-    end: Option<Instant>,
-    begun: bool,
-}
-
-enum What {
-    Receive { socket: String, wait: bool, most: usize, message: Option<String> },
-    Send { socket: String, wait: bool, data: Vec<u8>, more: bool },
-    Poll { sockets: Vec<(String, i64)>, timeout: i64 },
-}
-
 impl Operation {
-    fn new(name: &'static str, what: What) -> Self {
-        Operation { name, what, end: None, begun: false }
-    }
-
     /// Returns the timeout of the call, in ms; negative: no limit.
     fn timeout(&self, world: &mut WorldState) -> Result<i64, Errno> {
         Ok(match &self.what {

@@ -14,7 +14,7 @@ use tatu_plugin_api::{
 use crate::{
     errors::Errno,
     links::{Limits, Socket},
-    transfer::Operation,
+    operation::Operation,
 };
 
 /// The plugin, with the property that contains the permissions of a run.
