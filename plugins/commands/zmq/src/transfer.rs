@@ -35,6 +35,8 @@ impl Operation {
             What::Receive { wait: false, .. } | What::Send { wait: false, .. } => 0,
             What::Receive { socket, .. } => world.socket(socket)?.with(|s| s.options.receive_timeout),
             What::Send { socket, .. } => world.socket(socket)?.with(|s| s.options.send_timeout),
+            // Without sockets, nothing can end the wait.
+            What::Poll { sockets, .. } if sockets.is_empty() => 0,
             What::Poll { timeout, .. } => *timeout,
         })
     }
@@ -244,7 +246,10 @@ pub(crate) fn offer(offer: &mut Offer<Zmq>) {
         .param(Param::int("timeout").unit("ms").default(0_i64).text("negative: no limit"))
         .returns(Param::int("result").text("number of sockets that are ready; -1: failed"))
         .returns(Param::list("revents").optional().text("what can be done with each socket"))
-        .text("Returns which sockets can send or receive, and waits until one of them can.")
+        .text(
+            "Returns which sockets can send or receive, and waits until one of them can. Without sockets, it does not \
+             wait.",
+        )
         .example("assert(simZMQ.poll({}, {}, 0) == 0)"),
     );
     offer.command(
