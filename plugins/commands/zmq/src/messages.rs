@@ -83,7 +83,7 @@ pub(crate) fn offer(offer: &mut Offer<Zmq>) {
     offer.command(
         Command::new("simZMQ.msg_destroy", |c| {
             let message = c.text(0)?;
-            state(c)?.messages.remove(&message);
+            state(c)?.saved.messages.remove(&message);
             Ok(())
         })
         .param(msg("msg"))

@@ -30,33 +30,33 @@ const MAX_SOCKETS: usize = 64;
 const MAX_MESSAGES: usize = 1000;
 
 /// A message that a script has created.
-#[derive(Default, Clone)]
+#[derive(Default, Clone, Serialize, Deserialize)]
 pub struct ScriptMessage {
     pub data: Vec<u8>,
     /// Whether further parts follow.
     pub more: bool,
 }
 
-/// What is saved in a snapshot. Sockets cannot be saved, nor what belongs to them: in a restored world they are closed,
-/// and their handles are not used again.
+/// What is saved in a snapshot. Sockets cannot be saved: in a restored world they are closed, and their handles are not
+/// used again.
 #[derive(Default, Serialize, Deserialize)]
 pub struct SavedState {
     last: u64,
     pub errno: i64,
     /// Scripts in which a call that fails raises an error.
     pub raising: BTreeSet<u64>,
+    contexts: BTreeSet<String>,
+    singleton: Option<String>,
+    pub messages: BTreeMap<String, ScriptMessage>,
 }
 
 /// The state of a world.
 #[derive(Default)]
 pub struct WorldState {
     pub saved: SavedState,
-    contexts: BTreeSet<String>,
-    singleton: Option<String>,
     pub sockets: BTreeMap<String, (String, Socket)>,
     /// Closed sockets whose messages have not been sent yet, with their contexts.
     closing: Vec<(String, Socket)>,
-    pub messages: BTreeMap<String, ScriptMessage>,
     /// Calls that wait, by the number with which they resume.
     pub waits: BTreeMap<u64, Operation>,
     limits: Limits,
@@ -70,28 +70,28 @@ impl WorldState {
     }
     /// Creates a context and returns its handle, which is empty if there are too many.
     pub fn new_context(&mut self) -> Result<String, Errno> {
-        if self.contexts.len() >= MAX_SOCKETS {
+        if self.saved.contexts.len() >= MAX_SOCKETS {
             return Err(Errno::TOO_MANY);
         }
         let handle = format!("context:{}", self.next_number());
-        self.contexts.insert(handle.clone());
+        self.saved.contexts.insert(handle.clone());
         Ok(handle)
     }
     /// Returns the context that all scripts can share.
     pub fn singleton(&mut self) -> Result<String, Errno> {
-        if let Some(handle) = self.singleton.clone().filter(|h| self.contexts.contains(h)) {
+        if let Some(handle) = self.saved.singleton.clone().filter(|h| self.saved.contexts.contains(h)) {
             return Ok(handle);
         }
         let handle = self.new_context()?;
-        self.singleton = Some(handle.clone());
+        self.saved.singleton = Some(handle.clone());
         Ok(handle)
     }
     pub fn check_context(&self, handle: &str) -> Result<(), Errno> {
-        if self.contexts.contains(handle) { Ok(()) } else { Err(Errno::FAULT) }
+        if self.saved.contexts.contains(handle) { Ok(()) } else { Err(Errno::FAULT) }
     }
     /// Ends a context: closes its sockets, and waits until their messages have been sent.
     pub fn end_context(&mut self, handle: &str) -> Result<(), Errno> {
-        if !self.contexts.remove(handle) {
+        if !self.saved.contexts.remove(handle) {
             return Err(Errno::FAULT);
         }
         self.shut_down(handle);
@@ -129,15 +129,15 @@ impl WorldState {
     }
     /// Creates a message and returns its handle.
     pub fn new_message(&mut self) -> Result<String, Errno> {
-        if self.messages.len() >= MAX_MESSAGES {
+        if self.saved.messages.len() >= MAX_MESSAGES {
             return Err(Errno::TOO_MANY);
         }
         let handle = format!("message:{}", self.next_number());
-        self.messages.insert(handle.clone(), ScriptMessage::default());
+        self.saved.messages.insert(handle.clone(), ScriptMessage::default());
         Ok(handle)
     }
     pub fn message(&mut self, handle: &str) -> Result<&mut ScriptMessage, Errno> {
-        self.messages.get_mut(handle).ok_or(Errno::FAULT)
+        self.saved.messages.get_mut(handle).ok_or(Errno::FAULT)
     }
 }
 
