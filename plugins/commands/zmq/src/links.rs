@@ -39,8 +39,8 @@ const CHECK_INTERVAL: Duration = Duration::from_millis(50);
 const FIRST_RECONNECT_DELAY: Duration = Duration::from_millis(2);
 /// Longest pause between attempts to connect, ms.
 const MAX_RECONNECT_MS: u64 = 10_000;
-/// Pause after a failed `accept`, which may be temporary.
-const ACCEPT_RETRY_DELAY: Duration = Duration::from_millis(50);
+/// Interval at which a listener looks for new connections.
+const ACCEPT_INTERVAL: Duration = Duration::from_millis(5);
 
 /// What all sockets of a world share.
 #[derive(Clone, Default)]
@@ -224,13 +224,8 @@ impl Drop for Socket {
 impl Drop for Bound {
     fn drop(&mut self) {
         self.stop.store(true, Ordering::Release);
-        // The thread blocks in `accept`; a connection unblocks it.
-        let _ = Stream::connect(&self.endpoint);
         if let Some(thread) = self.thread.take() {
             let _ = thread.join();
-        }
-        if let Endpoint::Ipc(path) = &self.endpoint {
-            let _ = std::fs::remove_file(path);
         }
     }
 }
@@ -238,12 +233,13 @@ impl Drop for Bound {
 /// Serves each connection to a listener in a thread.
 fn accept(shared: &Arc<Shared>, listener: &Listener, stop: &AtomicBool) {
     loop {
-        let accepted = listener.accept();
         if stop.load(Ordering::Acquire) {
             return;
         }
-        let Ok(stream) = accepted else {
-            thread::sleep(ACCEPT_RETRY_DELAY);
+        // Nothing else than its own connection would end a thread that blocks in `accept`, and that of a file may lead
+        // to another program, which has replaced the file.
+        let Ok(stream) = listener.accept() else {
+            thread::sleep(ACCEPT_INTERVAL);
             continue;
         };
         let Ok(link) = Link::new(&shared.limits) else { continue };

@@ -3,8 +3,11 @@
 use std::{
     io::{self, Read, Write},
     net::{Shutdown, SocketAddr, TcpListener, TcpStream},
-    os::unix::net::{UnixListener, UnixStream},
-    path::Path,
+    os::unix::{
+        fs::{FileTypeExt, MetadataExt},
+        net::{UnixListener, UnixStream},
+    },
+    path::{Path, PathBuf},
     time::Duration,
 };
 
@@ -81,7 +84,8 @@ impl Write for Stream {
 /// An open port or file.
 pub enum Listener {
     Tcp(TcpListener),
-    Ipc(UnixListener),
+    /// With the path of the file and its inode.
+    Ipc(UnixListener, PathBuf, u64),
 }
 
 impl Listener {
@@ -90,31 +94,54 @@ impl Listener {
         Ok(match at {
             Endpoint::Tcp(at) => {
                 let listener = TcpListener::bind(at)?;
+                listener.set_nonblocking(true)?;
                 let at: SocketAddr = listener.local_addr()?;
                 (Listener::Tcp(listener), Endpoint::Tcp(at))
             }
             Endpoint::Ipc(path) => {
                 remove_stale(path);
-                (Listener::Ipc(UnixListener::bind(path)?), at.clone())
+                let listener = UnixListener::bind(path)?;
+                listener.set_nonblocking(true)?;
+                (Listener::Ipc(listener, path.clone(), inode(path).unwrap_or(0)), at.clone())
             }
         })
     }
-    /// Waits for the next connection.
+    /// Accepts a connection; fails if there is none.
     pub fn accept(&self) -> io::Result<Stream> {
         Ok(match self {
             Listener::Tcp(listener) => {
                 let stream = listener.accept()?.0;
+                stream.set_nonblocking(false)?;
                 stream.set_nodelay(true)?;
                 Stream::Tcp(stream)
             }
-            Listener::Ipc(listener) => Stream::Ipc(listener.accept()?.0),
+            Listener::Ipc(listener, ..) => {
+                let stream = listener.accept()?.0;
+                stream.set_nonblocking(false)?;
+                Stream::Ipc(stream)
+            }
         })
     }
 }
 
+impl Drop for Listener {
+    fn drop(&mut self) {
+        // Another program may have replaced the file by its own.
+        if let Listener::Ipc(_, path, number) = self
+            && inode(path) == Some(*number)
+        {
+            let _ = std::fs::remove_file(path);
+        }
+    }
+}
+
+/// Returns the inode of a file.
+fn inode(path: &Path) -> Option<u64> {
+    std::fs::symlink_metadata(path).ok().map(|m| m.ino())
+}
+
 /// Removes the file of a socket on which no program listens any more. Other files are never removed.
 fn remove_stale(path: &Path) {
-    use std::os::unix::fs::FileTypeExt;
     let is_socket = std::fs::symlink_metadata(path).is_ok_and(|m| m.file_type().is_socket());
     let refused = |e: io::Error| e.kind() == io::ErrorKind::ConnectionRefused;
     if is_socket && UnixStream::connect(path).is_err_and(refused) {

@@ -91,3 +91,25 @@ fn number_of_connections_is_limited() {
     drop(push);
     assert_eq!(limits.links.load(Ordering::Acquire), 0);
 }
+
+#[test]
+fn replaced_file_of_a_socket_is_left_alone() {
+    let file = std::env::temp_dir().join(format!("zmq-replaced-{}", std::process::id()));
+    let mut reply = Socket::new(Kind::Reply, &Limits::default());
+    reply.bind(&Endpoint::Ipc(file.clone())).unwrap();
+    // The address of a socket that listens is in use, and so is any other file.
+    assert_eq!(reply.bind(&Endpoint::Ipc(file.clone())), Err(Errno::IN_USE));
+    // Renamed, so that the new file has another inode.
+    let moved = file.with_extension("moved");
+    std::fs::rename(&file, &moved).unwrap();
+    std::fs::write(&file, "another").unwrap();
+    assert_eq!(reply.bind(&Endpoint::Ipc(file.clone())), Err(Errno::IN_USE));
+    drop(reply);
+    assert_eq!(std::fs::read_to_string(&file).unwrap(), "another");
+    std::fs::remove_file(&file).unwrap();
+    // The file of a socket whose program has ended is replaced.
+    let mut reply = Socket::new(Kind::Reply, &Limits::default());
+    reply.bind(&Endpoint::Ipc(moved.clone())).unwrap();
+    drop(reply);
+    assert!(!moved.exists());
+}
