@@ -282,7 +282,7 @@ fn contexts(offer: &mut Offer<Zmq>) {
             let (context, option) = (c.text(0)?, c.i64(1)?);
             let known = state(c)?.check_context(&context);
             let valid = CONTEXT_OPTIONS.iter().any(|(_, n, _)| *n == option);
-            status(c, known.and_then(|()| if valid { Ok(()) } else { Err(Errno::INVALID) }))
+            status(c, known.and(if valid { Ok(()) } else { Err(Errno::INVALID) }))
         })
         .param(context())
         .param(Param::int("option_name"))
