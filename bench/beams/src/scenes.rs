@@ -35,6 +35,7 @@ pub fn target(number: usize, pose: Isometry3<f64>, form: Form) -> BeamTarget {
         world_from_target: pose,
         form,
         color: [0.7; 3],
+        opacity: 1.0,
         texture: None,
     }
 }

@@ -67,6 +67,7 @@ pub fn run(asked: &BenchOptions) -> Value {
                 world_from_target: Isometry3::identity(),
                 form: form.clone(),
                 color: [0.7; 3],
+                opacity: 1.0,
                 texture: None,
             });
         }

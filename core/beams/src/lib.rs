@@ -16,6 +16,7 @@
 //!     world_from_target: Isometry3::translation(0.0, 0.0, 1.0),
 //!     form: Form::Sphere { radius: 0.25 },
 //!     color: [0.7; 3],
+//!     opacity: 1.0,
 //!     texture: None,
 //! }]);
 //! let hit = scene.cast_one(&Beam::cone(Isometry3::identity(), 0.26, 2.0));
@@ -37,6 +38,7 @@ mod convex;
 mod cylinder;
 mod disc;
 mod grid;
+mod layers;
 mod mesh;
 mod planar;
 mod probe;
@@ -53,6 +55,7 @@ pub use aabb::bounds;
 pub use beam::{Beam, Faces, Hit, Volume};
 pub use bundle::{BundleCast, BundleHits, RayBundle};
 pub use grid::{Grid, GridCast, GridImage, ImageLighting, ImageOutputs, ImageProjection, shaded_color};
+pub use layers::{MAX_TRANSLUCENT_LAYERS, SurfaceLayer, composite};
 pub use scene::{BeamScene, BeamTarget};
 
 /// Returns the length of a two-dimensional vector. Unlike the C library's `hypot`, it does not guard against overflow

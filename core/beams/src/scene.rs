@@ -32,6 +32,8 @@ pub struct BeamTarget {
     pub form: Form,
     /// Colour in full light: red, green and blue, each 0 to 1.
     pub color: [f32; 3],
+    /// Opacity in images: 0 is invisible, 1 opaque. Distances do not depend on it.
+    pub opacity: f32,
     /// The texture of the form, in its frame.
     pub texture: Option<Arc<Texture>>,
 }
@@ -51,6 +53,8 @@ const MOVES_PER_TASK: usize = 256;
 #[derive(Debug, Default)]
 pub struct BeamScene {
     pub(super) targets: Vec<BeamTarget>,
+    /// Number of targets with an opacity of less than 1.
+    translucent: usize,
     /// Triangle tree of each target; `None` unless its form is a mesh.
     pub(super) trees: Vec<Option<Arc<MeshTree>>>,
     /// The meshes in use, by address. Keeping a reference to each mesh prevents its address from being reused.
@@ -74,6 +78,7 @@ impl BeamScene {
     pub fn set(&mut self, targets: impl IntoIterator<Item = BeamTarget>) {
         self.targets.clear();
         self.targets.extend(targets);
+        self.translucent = self.targets.iter().filter(|t| t.opacity < 1.0).count();
         let mut before = std::mem::take(&mut self.meshes);
         self.trees.clear();
         for target in &self.targets {
@@ -154,12 +159,20 @@ impl BeamScene {
         aabb.is_valid() != self.top.contains(index as u32)
     }
 
-    /// Sets the colour of a target, given by its index in [`targets`](Self::targets).
+    /// Sets the colour and the opacity of a target, given by its index in [`targets`](Self::targets).
     ///
     /// # Panics
     /// Panics if the index is out of range.
-    pub fn set_color(&mut self, index: usize, color: [f32; 3]) {
-        self.targets[index].color = color;
+    pub fn set_color(&mut self, index: usize, color: [f32; 3], opacity: f32) {
+        let target = &mut self.targets[index];
+        self.translucent += usize::from(opacity < 1.0);
+        self.translucent -= usize::from(target.opacity < 1.0);
+        (target.color, target.opacity) = (color, opacity);
+    }
+
+    /// Returns whether any target is translucent. If none is, colours are those of the nearest surfaces.
+    pub fn has_translucent_targets(&self) -> bool {
+        self.translucent > 0
     }
 
     /// Casts `beams` in rayon's current pool; `hits[i]` receives the result of `beams[i]`.
@@ -219,10 +232,9 @@ impl BeamScene {
     fn cast_probe(&self, beam: &Beam, probe: &Probe, near: Option<&Candidates>, best: &mut Option<(FormHit, u32)>) {
         let mut limit = best.as_ref().map_or(probe.far(), |(found, _)| found.distance.min(probe.far()));
         let mut visit = |index: u32, limit: f64| {
-            let target = &self.targets[index as usize];
-            let wanted =
-                beam.skip_group != Some(target.group) && beam.only_object.is_none_or(|object| object == target.object);
-            if wanted && let Some(found) = self.cast_at(index as usize, probe, limit) {
+            if self.is_considered(beam, index)
+                && let Some(found) = self.cast_at(index as usize, probe, limit)
+            {
                 let rank = |found: &FormHit, index: u32| {
                     (found.distance, self.targets[index as usize].object, found.primitive, index)
                 };
@@ -241,8 +253,14 @@ impl BeamScene {
         }
     }
 
+    /// Returns whether a beam considers a target at all.
+    pub(super) fn is_considered(&self, beam: &Beam, index: u32) -> bool {
+        let target = &self.targets[index as usize];
+        beam.skip_group != Some(target.group) && beam.only_object.is_none_or(|object| object == target.object)
+    }
+
     /// Returns the nearest admissible point of one target, at most `limit` metres away, in the frame of the target.
-    fn cast_at(&self, index: usize, probe: &Probe, limit: f64) -> Option<FormHit> {
+    pub(super) fn cast_at(&self, index: usize, probe: &Probe, limit: f64) -> Option<FormHit> {
         let BeamTarget { world_from_target, form, .. } = &self.targets[index];
         match (&self.trees[index], probe) {
             (Some(tree), probe) => tree.cast(&probe.in_form(world_from_target, limit)),
@@ -253,7 +271,7 @@ impl BeamScene {
     }
 
     /// Converts a point found on a target to the hit that the beam reports.
-    fn hit(&self, beam: &Beam, found: &FormHit, index: usize) -> Hit {
+    pub(super) fn hit(&self, beam: &Beam, found: &FormHit, index: usize) -> Hit {
         let target = &self.targets[index];
         let beam_from_target = beam.world_from_beam.rotation.inverse() * target.world_from_target.rotation;
         let facing = if found.normal.dot(&found.point) > 0.0 { -found.normal } else { found.normal };

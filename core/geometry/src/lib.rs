@@ -28,6 +28,8 @@ pub struct SolidPart {
     pub friction: Option<f64>,
     /// Red, green and blue, each 0 to 1, or `None` to use the object's colour.
     pub color: Option<[f64; 3]>,
+    /// Opacity, from 0 (invisible) to 1, or `None` to use the object's.
+    pub opacity: Option<f64>,
     /// Image on the surface of the part, projected in the part's frame.
     pub texture: Option<Arc<Texture>>,
 }

@@ -56,6 +56,7 @@ mod tests {
             form: Form::Sphere { radius },
             friction: None,
             color: None,
+            opacity: None,
             texture: None,
         }]
     }

@@ -23,9 +23,23 @@ pub struct Picture {
     pub rgb: Vec<u8>,
 }
 
-/// The surface hit by the ray through the centre of a pixel, with its illumination.
-#[derive(Clone, Copy)]
+/// The surfaces hit by the ray through the centre of a pixel.
 struct PixelSample {
+    nearest: SurfaceSample,
+    /// The surfaces that are seen through the nearest one, if it is translucent, from near to far.
+    behind: Vec<SurfaceSample>,
+}
+
+impl PixelSample {
+    /// Returns the nearest surface (0) or one of those behind it.
+    fn layer(&self, number: usize) -> Option<&SurfaceSample> {
+        if number == 0 { Some(&self.nearest) } else { self.behind.get(number - 1) }
+    }
+}
+
+/// A surface hit by a ray, with its illumination.
+#[derive(Clone, Copy)]
+struct SurfaceSample {
     seen: SeenSurface,
     lamp: bool,
     /// Unoccluded share of the sky, estimated from the few rays of this pixel alone.
@@ -60,7 +74,7 @@ fn render_in_bands(stage: &RenderScene, camera: &Camera, height: u32) -> Picture
         let band = |more: u32| first.saturating_sub(more)..(first + height + more).min(rows);
         // Each pixel is compared with its neighbours, and each estimate of the sky uses the block around its pixel.
         let samples = PixelValues::of(columns, band(BLOCK_SIDE_PX), |x, y| view.sample(x, y));
-        let open = PixelValues::of(columns, band(1), |x, y| view.averaged_sky_share(&samples, x, y));
+        let open = PixelValues::of(columns, band(1), |x, y| view.averaged_sky_share(&samples, (x, y), 0));
         let colors = PixelValues::of(columns, band(0), |x, y| view.pixel(&samples, &open, x, y).bytes());
         rgb.extend(colors.values.into_iter().flatten());
     }
@@ -96,13 +110,14 @@ struct PictureView<'a> {
 impl PictureView<'_> {
     fn sample(&self, x: u32, y: u32) -> PixelSample {
         let direction = self.lens.direction(f64::from(x) + 0.5, f64::from(y) + 0.5);
-        let seen = self.stage.nearest_surface(&self.lens.eye, &direction);
-        let open = if is_solid(&seen) {
-            self.sky_share(&seen, (x % BLOCK_SIDE_PX) + BLOCK_SIDE_PX * (y % BLOCK_SIDE_PX))
-        } else {
-            1.0
+        let mut behind = Vec::new();
+        let nearest = self.stage.visible_surfaces(&self.lens.eye, &direction, &mut behind);
+        let turn = (x % BLOCK_SIDE_PX) + BLOCK_SIDE_PX * (y % BLOCK_SIDE_PX);
+        let sample = |seen: SeenSurface| {
+            let sky_share = if is_solid(&seen) { self.sky_share(&seen, turn) } else { 1.0 };
+            SurfaceSample { seen, lamp: self.is_lit(&seen), sky_share }
         };
-        PixelSample { seen, lamp: self.is_lit(&seen), sky_share: open }
+        PixelSample { nearest: sample(nearest), behind: behind.into_iter().map(sample).collect() }
     }
 
     fn is_lit(&self, seen: &SeenSurface) -> bool {
@@ -130,17 +145,18 @@ impl PictureView<'_> {
         free.count() as f64 / f64::from(SKY_RAYS_PER_PIXEL)
     }
 
-    /// Returns the share of the sky over a pixel, averaged over the similar pixels of its block.
-    fn averaged_sky_share(&self, samples: &PixelValues<PixelSample>, x: u32, y: u32) -> f64 {
-        let here = &samples.at(x, y).seen;
-        if !is_solid(here) {
+    /// Returns the share of the sky over a surface of a pixel, the nearest one (0) or one of those behind it, averaged
+    /// over the similar pixels of its block.
+    fn averaged_sky_share(&self, samples: &PixelValues<PixelSample>, (x, y): (u32, u32), layer: usize) -> f64 {
+        let Some(SurfaceSample { seen: here, .. }) = samples.at(x, y).layer(layer).filter(|s| is_solid(&s.seen)) else {
             return 1.0;
-        }
+        };
         let (mut sum, mut count) = (0.0, 0.0_f64);
         for v in y.saturating_sub(1)..(y + 3).min(self.rows) {
             for u in x.saturating_sub(1)..(x + 3).min(self.columns) {
-                let other = samples.at(u, v);
-                if on_same_surface(here, &other.seen) {
+                if let Some(other) = samples.at(u, v).layer(layer)
+                    && on_same_surface(here, &other.seen)
+                {
                     (sum, count) = (sum + other.sky_share, count + 1.0);
                 }
             }
@@ -159,33 +175,62 @@ impl PictureView<'_> {
         let around = (y.saturating_sub(1)..(y + 2).min(self.rows))
             .flat_map(|v| (x.saturating_sub(1)..(x + 2).min(self.columns)).map(move |u| (u, v)));
         let near: Vec<(&PixelSample, f64)> = around.map(|(u, v)| (samples.at(u, v), *open.at(u, v))).collect();
-        let same =
-            |(other, _): &(&PixelSample, f64)| other.lamp == here.lamp && on_same_surface(&here.seen, &other.seen);
+        let same = |(other, _): &(&PixelSample, f64)| {
+            let same = |(a, b): (&SurfaceSample, &SurfaceSample)| a.lamp == b.lamp && on_same_surface(&a.seen, &b.seen);
+            same((&here.nearest, &other.nearest))
+                && here.behind.len() == other.behind.len()
+                && here.behind.iter().zip(&other.behind).all(same)
+        };
         if near.iter().all(same) {
             let at = [f64::from(x) + 0.5, f64::from(y) + 0.5];
-            return self.shade(&here.seen, here.lamp, *open.at(x, y), at, 1.0);
+            let color = self.shade(&here.nearest.seen, here.nearest.lamp, *open.at(x, y), at, 1.0);
+            let behind = here.behind.iter().enumerate().map(|(i, layer)| {
+                let open = self.averaged_sky_share(samples, (x, y), i + 1);
+                (layer.seen, self.shade(&layer.seen, layer.lamp, open, at, 1.0))
+            });
+            return self.seen_through(&here.nearest.seen, color, behind);
         }
-        let mut sum = Vector3::zeros();
+        let (mut sum, mut behind) = (Vector3::zeros(), Vec::new());
         for k in 0..SAMPLES_PER_PIXEL_SIDE * SAMPLES_PER_PIXEL_SIDE {
             let step = |k: u32| (f64::from(k) + 0.5) / f64::from(SAMPLES_PER_PIXEL_SIDE);
             let at = [f64::from(x) + step(k % SAMPLES_PER_PIXEL_SIDE), f64::from(y) + step(k / SAMPLES_PER_PIXEL_SIDE)];
-            let seen = self.stage.nearest_surface(&self.lens.eye, &self.lens.direction(at[0], at[1]));
-            let (mut known, mut count) = (0.0, 0.0);
-            for (_, open) in near.iter().filter(|(other, _)| on_same_surface(&seen, &other.seen)) {
-                (known, count) = (known + open, count + 1.0);
-            }
-            let open = if count > 0.0 {
-                known / count
-            } else if is_solid(&seen) {
-                self.sky_share(&seen, k)
-            } else {
-                1.0
+            let seen = self.stage.visible_surfaces(&self.lens.eye, &self.lens.direction(at[0], at[1]), &mut behind);
+            let shaded = |seen: &SeenSurface, layer: usize| {
+                let (mut known, mut count) = (0.0, 0.0);
+                for (other, open) in &near {
+                    let Some(other) = other.layer(layer).filter(|o| on_same_surface(seen, &o.seen)) else { continue };
+                    let open = if layer == 0 { *open } else { other.sky_share };
+                    (known, count) = (known + open, count + 1.0);
+                }
+                let open = if count > 0.0 {
+                    known / count
+                } else if is_solid(seen) {
+                    self.sky_share(seen, k)
+                } else {
+                    1.0
+                };
+                self.shade(seen, self.is_lit(seen), open, at, 1.0 / f64::from(SAMPLES_PER_PIXEL_SIDE))
             };
+            let layers = behind.iter().enumerate().map(|(i, seen)| (*seen, shaded(seen, i + 1)));
             // Clamping prevents a very bright sample from dominating an edge.
-            let c = self.shade(&seen, self.is_lit(&seen), open, at, 1.0 / f64::from(SAMPLES_PER_PIXEL_SIDE));
+            let c = self.seen_through(&seen, shaded(&seen, 0), layers);
             sum += c.0.map(|v| v.min(1.0));
         }
         LinearColor(sum / f64::from(SAMPLES_PER_PIXEL_SIDE * SAMPLES_PER_PIXEL_SIDE))
+    }
+
+    /// Returns the colour of a surface with those behind it, if it is translucent. The colours are given from near to
+    /// far; the last one is opaque.
+    fn seen_through(
+        &self,
+        nearest: &SeenSurface,
+        color: LinearColor,
+        behind: impl DoubleEndedIterator<Item = (SeenSurface, LinearColor)>,
+    ) -> LinearColor {
+        let over =
+            |behind: LinearColor, seen: &SeenSurface, color: LinearColor| behind.mix(color, self.stage.opacity(seen));
+        let farther = behind.rev().reduce(|(_, behind), (seen, color)| (seen, over(behind, &seen, color)));
+        farther.map_or(color, |(_, behind)| over(behind, nearest, color))
     }
 
     fn shade(&self, seen: &SeenSurface, lamp: bool, open: f64, at: [f64; 2], width: f64) -> LinearColor {
@@ -274,5 +319,36 @@ mod tests {
         let whole = render_in_bands(&stage, &camera, 100);
         assert_eq!(whole.rgb.len(), 48 * 37 * 3);
         assert!(whole == render_in_bands(&stage, &camera, 5) && whole == render_in_bands(&stage, &camera, 1));
+    }
+
+    /// Returns the colour at the centre of a picture of a red pane of an opacity before a white wall.
+    fn pane_before_wall(opacity: f64) -> [u8; 3] {
+        let mut scene = Scene::default();
+        for (y, color, opacity) in [(0.0, [1.0, 0.0, 0.0], opacity), (1.5, [1.0; 3], 1.0)] {
+            let shape = Shape { size: Vector3::new(4.0, 0.02, 4.0), color, opacity, ..Default::default() };
+            scene.add(0, "pane", Isometry3::translation(0.0, y, 2.5), ObjectVariant::Shape(Box::new(shape)));
+        }
+        let camera = Camera {
+            from: Point3::new(0.0, -2.0, 2.5),
+            to: Point3::new(0.0, 0.0, 2.5),
+            fov: 0.5,
+            columns: 17,
+            rows: 17,
+        };
+        let picture = render(&RenderScene::of(&scene, &Figures::default(), &camera, &[], true), &camera);
+        let at = 3 * (8 * 17 + 8);
+        [picture.rgb[at], picture.rgb[at + 1], picture.rgb[at + 2]]
+    }
+
+    #[test]
+    fn translucent_surface_lets_light_through_by_opacity() {
+        let linear = |c: [u8; 3]| LinearColor::of(c.map(|x| f64::from(x) / 255.0));
+        let (pane, wall) = (pane_before_wall(1.0), pane_before_wall(0.0));
+        assert!(pane[1] < 60 && wall[1] > 150, "{pane:?} {wall:?}");
+        for opacity in [0.25, 0.6] {
+            let wanted = linear(wall).mix(linear(pane), opacity).bytes();
+            let seen = pane_before_wall(opacity);
+            assert!(seen.iter().zip(wanted).all(|(a, b)| a.abs_diff(b) <= 1), "{seen:?} for {wanted:?}");
+        }
     }
 }

@@ -11,6 +11,8 @@ use super::{Camera, LineSegment, light::LinearColor, marks};
 /// The surfaces that a picture can show, as targets for rays.
 pub(super) struct RenderScene {
     solids: BeamScene,
+    /// The solids that cast shadows, if these are not all: translucent ones do not.
+    occluders: Option<BeamScene>,
     marks: BeamScene,
     /// Colours of the solids, followed by those of the marks.
     colors: Vec<LinearColor>,
@@ -55,7 +57,8 @@ impl RenderScene {
             for part in visible_parts(shape) {
                 let target = target(targets.len(), scene.world(slot) * part.pose, part.form);
                 let color = part.color.unwrap_or(shape.color);
-                targets.push(BeamTarget { texture: part.texture, color: color.map(|x| x as f32), ..target });
+                let opacity = part.opacity.unwrap_or(shape.opacity) as f32;
+                targets.push(BeamTarget { texture: part.texture, color: color.map(|x| x as f32), opacity, ..target });
                 colors.push(LinearColor::of(color));
             }
         }
@@ -71,40 +74,75 @@ impl RenderScene {
         let floor = (ground && !planes.contains(&true)).then_some(lowest - FLOOR_GAP_M);
         solids.set(targets);
         marks.set(drawn);
-        RenderScene { solids, marks, colors, planes, floor }
+        let occluders = solids.has_translucent_targets().then(|| {
+            let mut opaque = BeamScene::default();
+            opaque.set(solids.targets().iter().filter(|t| t.opacity >= 1.0).cloned());
+            opaque
+        });
+        RenderScene { solids, occluders, marks, colors, planes, floor }
     }
 
     /// Returns the nearest surface along a ray from `eye`.
     pub fn nearest_surface(&self, eye: &Point3<f64>, direction: &Unit<Vector3<f64>>) -> SeenSurface {
-        let ray = ray(eye, direction, 0.0, MAX_VIEW_DISTANCE_M);
-        let (hit, mark) = (self.solids.cast_one(&ray), self.marks.cast_one(&ray));
-        let at = |distance: f64| eye + direction.into_inner() * distance;
-        let seen = |hit: &Hit, what: SurfaceKind| {
-            let normal = ray.world_from_beam.rotation * hit.normal;
-            SeenSurface { kind: what, distance: hit.distance, point: at(hit.distance), normal }
-        };
-        let mut best =
-            SeenSurface { kind: SurfaceKind::Sky, distance: f64::INFINITY, point: *eye, normal: Vector3::zeros() };
-        if hit.is_some() {
-            best = seen(&hit, SurfaceKind::Solid(hit.object as u32, hit.primitive));
+        let sight = EyeRay::new(eye, direction);
+        let hit = self.solids.cast_one(&sight.beam);
+        let best = if hit.is_some() { sight.solid(&hit) } else { sight.sky() };
+        self.nearest_other(&sight, best)
+    }
+
+    /// Returns the nearest surface along a ray from `eye` that is not invisible, and fills `behind` with the surfaces
+    /// that are seen through it, from near to far; the last one is opaque.
+    pub fn visible_surfaces(
+        &self,
+        eye: &Point3<f64>,
+        direction: &Unit<Vector3<f64>>,
+        behind: &mut Vec<SeenSurface>,
+    ) -> SeenSurface {
+        behind.clear();
+        let nearest = self.nearest_surface(eye, direction);
+        if self.opacity(&nearest) >= 1.0 {
+            return nearest;
         }
+        let (sight, mut layers) = (EyeRay::new(eye, direction), Vec::new());
+        self.solids.surfaces_along(&sight.beam, &mut layers);
+        let last = self.nearest_other(&sight, sight.sky());
+        behind.extend(layers.iter().map(|l| sight.solid(&l.hit)).filter(|s| s.distance <= last.distance));
+        if behind.last().is_none_or(|s| self.opacity(s) < 1.0) {
+            behind.push(last);
+        }
+        behind.remove(0)
+    }
+
+    /// Returns the opacity of a surface.
+    pub fn opacity(&self, seen: &SeenSurface) -> f64 {
+        match seen.kind {
+            SurfaceKind::Solid(i, _) => self.solids.targets().get(i as usize).map_or(1.0, |t| f64::from(t.opacity)),
+            _ => 1.0,
+        }
+    }
+
+    /// Returns the floor or a mark, if it is nearer than `best`, otherwise `best`.
+    fn nearest_other(&self, sight: &EyeRay, mut best: SeenSurface) -> SeenSurface {
+        let mark = self.marks.cast_one(&sight.beam);
         if let Some(floor) = self.floor
-            && eye.z > floor
-            && let down = (floor - eye.z) / direction.z
+            && sight.eye.z > floor
+            && let down = (floor - sight.eye.z) / sight.direction.z
             && down > 0.0
             && down < best.distance.min(MAX_VIEW_DISTANCE_M)
         {
-            best = SeenSurface { kind: SurfaceKind::Floor, distance: down, point: at(down), normal: Vector3::z() };
+            let point = sight.at(down);
+            best = SeenSurface { kind: SurfaceKind::Floor, distance: down, point, normal: Vector3::z() };
         }
         if mark.distance < best.distance {
-            best = seen(&mark, SurfaceKind::Mark(mark.object as u32));
+            best = sight.seen(&mark, SurfaceKind::Mark(mark.object as u32));
         }
         best
     }
 
-    /// Returns whether a ray from a point hits a solid within the distance `far`. Marks cast no shadows.
+    /// Returns whether a ray from a point hits a solid within the distance `far`. Marks and translucent solids cast
+    /// no shadows.
     pub fn is_blocked(&self, from: &Point3<f64>, direction: &Unit<Vector3<f64>>, far: f64) -> bool {
-        self.solids.cast_one(&ray(from, direction, 0.0, far)).is_some()
+        self.occluders.as_ref().unwrap_or(&self.solids).cast_one(&ray(from, direction, 0.0, far)).is_some()
     }
 
     /// Returns the unlit colour of a surface.
@@ -138,8 +176,47 @@ impl RenderScene {
     }
 }
 
+/// A ray from the eye.
+struct EyeRay {
+    eye: Point3<f64>,
+    direction: Vector3<f64>,
+    beam: Beam,
+}
+
+impl EyeRay {
+    fn new(eye: &Point3<f64>, direction: &Unit<Vector3<f64>>) -> Self {
+        let beam = ray(eye, direction, 0.0, MAX_VIEW_DISTANCE_M);
+        EyeRay { eye: *eye, direction: direction.into_inner(), beam }
+    }
+
+    fn at(&self, distance: f64) -> Point3<f64> {
+        self.eye + self.direction * distance
+    }
+
+    fn seen(&self, hit: &Hit, kind: SurfaceKind) -> SeenSurface {
+        let normal = self.beam.world_from_beam.rotation * hit.normal;
+        SeenSurface { kind, distance: hit.distance, point: self.at(hit.distance), normal }
+    }
+
+    fn solid(&self, hit: &Hit) -> SeenSurface {
+        self.seen(hit, SurfaceKind::Solid(hit.object as u32, hit.primitive))
+    }
+
+    fn sky(&self) -> SeenSurface {
+        SeenSurface { kind: SurfaceKind::Sky, distance: f64::INFINITY, point: self.eye, normal: Vector3::zeros() }
+    }
+}
+
 fn target(index: usize, pose: Isometry3<f64>, form: Form) -> BeamTarget {
-    BeamTarget { object: index as u64, group: 0, world_from_target: pose, form, color: [0.0; 3], texture: None }
+    BeamTarget {
+        object: index as u64,
+        group: 0,
+        world_from_target: pose,
+        form,
+        color: [0.0; 3],
+        opacity: 1.0,
+        texture: None,
+    }
 }
 
 fn ray(from: &Point3<f64>, direction: &Unit<Vector3<f64>>, near: f64, far: f64) -> Beam {

@@ -68,7 +68,7 @@ pub fn visible_parts(shape: &Shape) -> Vec<SolidPart> {
         let part = |p: &super::ShapePart| {
             let form = form(shape, p.primitive, p.size, (p.mesh.as_ref(), p.convex))?;
             let texture = p.texture.as_ref().or(shape.texture.as_ref()).and_then(|t| t.on(&p.pose));
-            Some(SolidPart { pose: p.pose, form, friction: p.friction, color: p.color, texture })
+            Some(SolidPart { pose: p.pose, form, friction: p.friction, color: p.color, opacity: p.opacity, texture })
         };
         return shape.parts.iter().filter_map(part).collect();
     }
@@ -79,7 +79,7 @@ pub fn visible_parts(shape: &Shape) -> Vec<SolidPart> {
 
 /// Returns a part that consists of the whole shape.
 fn whole_shape_part(form: Form) -> SolidPart {
-    SolidPart { pose: Isometry3::identity(), form, friction: None, color: None, texture: None }
+    SolidPart { pose: Isometry3::identity(), form, friction: None, color: None, opacity: None, texture: None }
 }
 
 /// Returns the parts of a shape that collide.

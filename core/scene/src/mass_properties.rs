@@ -184,6 +184,7 @@ mod tests {
             size: size.into(),
             pose,
             color: None,
+            opacity: None,
             friction: None,
             texture: None,
             mesh_number: 0,

@@ -473,8 +473,8 @@ typedef struct tatu_host_figures {
    * coordinates each, "items" of a drawing with "stride" numbers each. Valid until the current call returns. */
   tatu_status(TATU_CALL *get)(tatu_world *, tatu_object graph, int64_t id, uint32_t numbers, tatu_value *);
   /* [step] Gets the `index`-th visible part of a shape, from 0, as a map: "form" (box, sphere, cylinder, capsule, plane
-   * or mesh), "size" (full extents, m; none for a plane), "pose" (7 numbers, in the shape's frame), "color", and for a
-   * mesh "points" (x y z) and "triangles" (three point indices) in the part's frame. A part with a texture has
+   * or mesh), "size" (full extents, m; none for a plane), "pose" (7 numbers, in the shape's frame), "color", "opacity",
+   * and for a mesh "points" (x y z) and "triangles" (three point indices) in the part's frame. A part with a texture has
    * "texture", a map of "image" (a hash of its pixels) and the keys of the property `shape.texture`, with the pose in
    * the part's frame; if its mapping is "mesh", the part has "coordinates", the position of each point in the image.
    * Valid until the current call returns. TATU_ERR_MISSING, without a message: there is no part with this index. */

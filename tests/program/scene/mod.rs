@@ -12,6 +12,7 @@ mod folder_models;
 mod importers;
 mod large;
 mod models_at_run;
+mod opacity;
 mod ranges;
 mod reach;
 mod removals;

@@ -63,7 +63,7 @@ impl TestRng {
 }
 
 fn target(object: u64, pose: Isometry3<f64>, form: Form) -> BeamTarget {
-    BeamTarget { object, group: 0, world_from_target: pose, form, color: [0.7; 3], texture: None }
+    BeamTarget { object, group: 0, world_from_target: pose, form, color: [0.7; 3], opacity: 1.0, texture: None }
 }
 
 fn cast_on(form: Form, pose: Isometry3<f64>, beam: &Beam) -> Hit {

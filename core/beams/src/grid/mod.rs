@@ -7,9 +7,11 @@
 //! computed from it afterwards, once per pixel.
 //!
 //! Start with [`GridCast`], then read `render`, which renders a frame: `surfaces` prepares the visible surfaces and sorts
-//! them into `bands` of rows, and each band is rasterised by one task (`draw`).
+//! them into `bands` of rows, and each band is rasterised by one task (`draw`). Where the nearest surface is translucent,
+//! `blend` adds the colours of those behind it.
 
 mod bands;
+mod blend;
 mod camera;
 mod clusters;
 mod draw;

@@ -57,7 +57,7 @@ impl BeamScene {
             None => RowBands::new(camera.rows, rayon::current_num_threads()),
         };
         let ready = &PreparedSurfaces::new(self, cast, camera, level, bands);
-        let shader = &Shader::new(cast, camera, self.targets(), &ready.surfaces);
+        let shader = &Shader::new(cast, camera, self, &ready.surfaces);
         let (mut rest, buffers) = image.parts(bands.count());
         let mut tasks = Vec::with_capacity(bands.count());
         for ((band, rows), buffer) in bands.rows().enumerate().zip(buffers) {
@@ -71,6 +71,9 @@ impl BeamScene {
             write_depths(level, camera, &raster, part.depth);
             if ID {
                 shader.shade(&raster, &mut part);
+                if cast.outputs.color && self.has_translucent_targets() {
+                    shader.blend(&raster, part.color);
+                }
             }
         });
     }

@@ -16,7 +16,7 @@ use super::{
     polygon::ViewTransform,
     raster::{NO_SURFACE, Raster},
 };
-use crate::BeamTarget;
+use crate::{BeamScene, BeamTarget};
 
 /// A target and the first of its primitive numbers.
 #[derive(Debug, Clone, Copy)]
@@ -27,9 +27,9 @@ pub(super) struct TargetSurface {
 
 /// Converts surface numbers to the requested outputs.
 pub(super) struct Shader<'a> {
-    cast: &'a GridCast<'a>,
-    camera: &'a GridCamera,
-    targets: &'a [BeamTarget],
+    pub(super) cast: &'a GridCast<'a>,
+    pub(super) camera: &'a GridCamera,
+    pub(super) scene: &'a BeamScene,
     surfaces: &'a [TargetSurface],
     /// Transform of each surface to the view.
     views: Vec<ViewTransform>,
@@ -45,11 +45,11 @@ struct PixelRow {
 }
 
 /// The primitive at the previous pixel, which is cached because most pixels show the same one as their neighbour.
-struct CachedPrimitive<'a> {
+pub(super) struct CachedPrimitive<'a> {
     id: u32,
     /// Index of the surface.
-    at: usize,
-    target: &'a BeamTarget,
+    pub(super) at: usize,
+    pub(super) target: &'a BeamTarget,
     primitive: u32,
     view_from_form: &'a ViewTransform,
     /// Outward normal of a flat primitive, in the view frame.
@@ -60,14 +60,15 @@ impl<'a> Shader<'a> {
     pub fn new(
         cast: &'a GridCast<'a>,
         camera: &'a GridCamera,
-        targets: &'a [BeamTarget],
+        scene: &'a BeamScene,
         surfaces: &'a [TargetSurface],
     ) -> Self {
         let sun = camera.rotation.map(|x| x as f32) * Vector3::from(cast.light.sun_direction);
         let shaded = if cast.outputs.needs_surface_ids() { surfaces } else { &[] };
-        let view =
-            |surface: &TargetSurface| ViewTransform::new(camera, &targets[surface.target as usize].world_from_target);
-        Self { cast, camera, targets, surfaces, views: shaded.iter().map(view).collect(), sun }
+        let view = |surface: &TargetSurface| {
+            ViewTransform::new(camera, &scene.targets()[surface.target as usize].world_from_target)
+        };
+        Self { cast, camera, scene, surfaces, views: shaded.iter().map(view).collect(), sun }
     }
 
     /// Computes the requested outputs of a band.
@@ -163,7 +164,7 @@ impl<'a> Shader<'a> {
     }
 
     /// Returns the primitive with a number; `at` is the index of the surface that it probably belongs to.
-    fn find_primitive(&self, id: u32, at: usize) -> Option<CachedPrimitive<'_>> {
+    pub(super) fn find_primitive(&self, id: u32, at: usize) -> Option<CachedPrimitive<'_>> {
         let starts = |at: usize| self.surfaces.get(at).is_some_and(|surface| surface.first <= id);
         let at = if starts(at) && !starts(at + 1) {
             at
@@ -171,7 +172,7 @@ impl<'a> Shader<'a> {
             self.surfaces.partition_point(|surface| surface.first <= id).checked_sub(1)?
         };
         let (TargetSurface { first, target }, view_from_form) = (self.surfaces.get(at)?, self.views.get(at)?);
-        let target = &self.targets[*target as usize];
+        let target = &self.scene.targets()[*target as usize];
         let primitive = id - first;
         let normal = match &target.form {
             Form::Box { .. } => {

@@ -58,6 +58,8 @@ struct TargetSource {
     pose: Isometry3<f64>,
     /// The part's colour, if it differs from the shape's.
     color: Option<[f64; 3]>,
+    /// The part's opacity, if it differs from the shape's.
+    opacity: Option<f64>,
 }
 
 impl Targets {
@@ -157,13 +159,14 @@ impl TargetSet {
             }
             self.first[slot as usize] = self.places.len() as u32 + 1;
             for part in visible_parts(shape) {
-                self.places.push(TargetSource { slot, pose: part.pose, color: part.color });
+                self.places.push(TargetSource { slot, pose: part.pose, color: part.color, opacity: part.opacity });
                 targets.push(BeamTarget {
                     object: scene.id(slot),
                     group: scene.model_of(slot),
                     world_from_target: scene.world(slot) * part.pose,
                     form: part.form,
                     color: part.color.unwrap_or(shape.color).map(|x| x as f32),
+                    opacity: part.opacity.unwrap_or(shape.opacity) as f32,
                     texture: part.texture,
                 });
             }
@@ -177,8 +180,10 @@ impl TargetSet {
         for (i, place) in self.places.iter().enumerate() {
             let Some(shape) = scene.get(place.slot).and_then(|o| o.shape()) else { continue };
             let color = place.color.unwrap_or(shape.color).map(|x| x as f32);
-            if self.beams.targets()[i].color != color {
-                self.beams.set_color(i, color);
+            let opacity = place.opacity.unwrap_or(shape.opacity) as f32;
+            let target = &self.beams.targets()[i];
+            if (target.color, target.opacity) != (color, opacity) {
+                self.beams.set_color(i, color, opacity);
             }
         }
     }

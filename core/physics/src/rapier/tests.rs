@@ -40,7 +40,7 @@ fn mass(mass: f64, inertia: [f64; 3]) -> MassProps {
 }
 
 fn part(form: Form) -> Vec<SolidPart> {
-    vec![SolidPart { pose: Isometry3::identity(), form, friction: None, color: None, texture: None }]
+    vec![SolidPart { pose: Isometry3::identity(), form, friction: None, color: None, opacity: None, texture: None }]
 }
 
 fn sphere(radius: f64) -> Vec<SolidPart> {

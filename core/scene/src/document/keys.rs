@@ -121,6 +121,7 @@ pub const PART_KEYS: &[(&str, &str)] = &[
     ("orientation", "rad"),
     ("quaternion", ""),
     ("color", ""),
+    ("opacity", ""),
     ("texture", ""),
     ("friction", ""),
     ("mesh", ""),

@@ -175,6 +175,7 @@ fn parts_value(shape: &Shape, assets: &mut AssetList) -> Option<Value> {
             map.push((Value::text("quaternion"), Value::Floats(pose[3..].to_vec())));
         }
         map.extend(p.color.map(|c| (Value::text("color"), Value::Floats(c.to_vec()))));
+        map.extend(p.opacity.map(|x| (Value::text("opacity"), Value::Float(x))));
         map.extend(p.texture.as_ref().and_then(|t| assets.texture(t)).map(|t| (Value::text("texture"), t)));
         map.extend(p.friction.map(|f| (Value::text("friction"), Value::Float(f))));
         if p.convex {

@@ -110,6 +110,7 @@ fn part_of(value: &Value) -> Result<ShapePart, Refusal> {
         size: Vector3::repeat(0.1),
         pose: nalgebra::Isometry3::identity(),
         color: None,
+        opacity: None,
         texture: None,
         friction: None,
         mesh_number: 0,
@@ -144,6 +145,11 @@ fn part_of(value: &Value) -> Result<ShapePart, Refusal> {
                 part.pose.rotation = pose.ok_or_else(wrong)?.rotation;
             }
             b"color" => part.color = Some(three()?),
+            b"opacity" => match v {
+                Value::Float(f) if (0.0..=1.0).contains(f) => part.opacity = Some(*f),
+                Value::Int(i) if (0..=1).contains(i) => part.opacity = Some(*i as f64),
+                _ => return refuse(TATU_ERR_ARGUMENT, "part: `opacity` must be a number from 0 to 1"),
+            },
             b"texture" => part.texture = ShapeTexture::from_value(v)?,
             b"friction" => match v {
                 Value::Float(f) if *f >= 0.0 => part.friction = Some(*f),
@@ -164,7 +170,7 @@ fn part_of(value: &Value) -> Result<ShapePart, Refusal> {
                     TATU_ERR_ARGUMENT,
                     format!(
                         "a part has no key `{key}`; expected primitive, size, position, orientation, quaternion, \
-                         color, texture, friction, mesh, convex"
+                         color, opacity, texture, friction, mesh, convex"
                     ),
                 );
             }

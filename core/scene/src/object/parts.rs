@@ -20,6 +20,8 @@ pub struct ShapePart {
     pub pose: Isometry3<f64>,
     /// Red, green and blue, each 0 to 1, if the colour differs from the shape's.
     pub color: Option<[f64; 3]>,
+    /// Opacity, from 0 (invisible) to 1, if it differs from the shape's.
+    pub opacity: Option<f64>,
     /// Texture, if it differs from the shape's.
     pub texture: Option<ShapeTexture>,
     /// Friction coefficient, if it differs from the shape's.

@@ -35,6 +35,7 @@ pub struct Shape {
     pub convex: bool,
     pub parts: Vec<ShapePart>,
     pub color: [f64; 3],
+    pub opacity: f64,
     pub texture: Option<ShapeTexture>,
     pub mass: Option<f64>,
     pub inertia: Option<[f64; 9]>,
@@ -79,6 +80,7 @@ impl Default for Shape {
             convex: false,
             parts: Vec::new(),
             color: [0.7; 3],
+            opacity: 1.0,
             texture: None,
             mass: None,
             inertia: None,
@@ -166,9 +168,10 @@ properties! { PROPERTIES: Shape, PropertyOwner::Kind(ObjectKind::Shape) =>
     "shape.mesh" mesh from 1.0, Rebuild _: "Number of the shape's mesh, from 1, for the primitive `mesh`.";
     "shape.surface" list, Form { get |s: &Shape| surface_value(s.mesh.as_deref()), set set_surface }: "Points and triangles of the mesh: a list of x y z, a list of three point indices per triangle, from 0, and, for a texture with the mapping `mesh`, a list of two image coordinates per point; setting this property makes the shape a mesh.";
     "shape.convex" bool = false, Form convex: "Whether the mesh is replaced by its convex hull.";
-    "shape.parts" parts = none, Form { set |s: &mut Shape, v| { s.parts = refusal_as_text(parts_of(v))?; Ok(true) } }: "Parts of a compound: primitive, size, position, orientation or quaternion, color, texture, friction; mesh and convex for the primitive `mesh`.";
+    "shape.parts" parts = none, Form { set |s: &mut Shape, v| { s.parts = refusal_as_text(parts_of(v))?; Ok(true) } }: "Parts of a compound: primitive, size, position, orientation or quaternion, color, opacity, texture, friction; mesh and convex for the primitive `mesh`.";
     "shape.texture" texture = none, Rebuild { get |s: &Shape| ShapeTexture::to_value(s.texture.as_ref()), set set_texture }: "Texture: image, mapping (plane, cylinder, sphere, box, mesh), size, position, orientation or quaternion, repeat, smooth, blend (modulate, decal, add); setting an empty table removes it.";
     "shape.color" numbers 3 from 0.0 to 1.0 = [0.7, 0.7, 0.7], Colour color: "Red, green and blue.";
+    "shape.opacity" number from 0.0 to 1.0 = 1.0, Colour opacity: "Share of the light from behind that the surface blocks in pictures and colour images: 0 is invisible, 1 opaque; distances and detection do not depend on it.";
     "shape.mass" number in "kg" above 0.0, Rebuild { set |s: &mut Shape, v| { s.mass = numbers_of(v)?.first().copied(); Ok(true) } }: "Mass; default: 1000 kg/m^3 times the volume; of a mesh that is not closed, the volume of its convex hull.";
     "shape.inertia" numbers in "kg m^2", Rebuild { set set_inertia }: "Inertia about the centre of mass: 3 (xx yy zz) or 9 by rows; default: that of the form at uniform density about this point.";
     "shape.com" numbers 3 in "m", Rebuild { set |s: &mut Shape, v| s.com.insert(Vector3::zeros()).store(v) }: "Centre of mass in the shape's frame; default: that of the form at uniform density.";

@@ -126,6 +126,7 @@ fn nth_part(c: &DisplayContext<'_>, object: tatu_object, index: usize) -> Result
         (Value::text("form"), Value::text(form)),
         (Value::text("pose"), Value::Floats(pose_to_array(&part.pose).to_vec())),
         (Value::text("color"), Value::Floats(part.color.unwrap_or(shape.color).to_vec())),
+        (Value::text("opacity"), Value::Float(part.opacity.unwrap_or(shape.opacity))),
     ];
     if let Some(size) = size {
         entries.push((Value::text("size"), Value::Floats(size.to_vec())));

@@ -64,8 +64,15 @@ fn carry_over_custom_data(then: &mut BTreeMap<Vec<u8>, Vec<u8>>, now: &BTreeMap<
 }
 
 /// Properties that a stop leaves unchanged.
-const RETAINED_PROPERTIES: &[Property] =
-    &[Property::NAME, Property::LAYER, Property::NOTES, Property::COLOR, Property::MASS, Property::INERTIA];
+const RETAINED_PROPERTIES: &[Property] = &[
+    Property::NAME,
+    Property::LAYER,
+    Property::NOTES,
+    Property::COLOR,
+    Property::OPACITY,
+    Property::MASS,
+    Property::INERTIA,
+];
 
 /// Carries the properties that a stop leaves unchanged over to `initial`. Returns the properties that differ, with
 /// their present values.
@@ -86,7 +93,8 @@ fn carry_over_retained(initial: &mut Scene, scene: &Scene) -> Vec<((u64, Propert
             then.layer = now.layer;
             carry_over_custom_data(&mut then.notes, &now.notes);
             if let (ObjectVariant::Shape(then), ObjectVariant::Shape(now)) = (&mut then.data, &now.data) {
-                (then.color, then.mass, then.inertia) = (now.color, now.mass, now.inertia);
+                (then.color, then.opacity) = (now.color, now.opacity);
+                (then.mass, then.inertia) = (now.mass, now.inertia);
             }
         }
     }

@@ -108,6 +108,8 @@ local box = sim.createPureShape(0, 8, {1, 1, 1}, 2)
 sim.setShapeColor(box, nil, sim.colorcomponent_ambient_diffuse, {1, 0, 0})
 local _, rgb = sim.getShapeColor(box, nil, sim.colorcomponent_ambient_diffuse)
 assert(rgb[1] == 1 and rgb[2] == 0)
+sim.setShapeColor(box, nil, sim.colorcomponent_transparency, {0.25})
+assert(select(2, sim.getShapeColor(box, nil, sim.colorcomponent_transparency))[1] == 0.25)
 --- sim.getObjectColor
 local box = sim.createPureShape(0, 8, {1, 1, 1}, 2)
 sim.setObjectColor(box, 0, sim.colorcomponent_ambient_diffuse, {0, 1, 0})

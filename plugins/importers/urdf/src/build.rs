@@ -44,8 +44,8 @@ impl ImportSettings {
     }
 }
 
-/// A geometry, the alias of its object, and its color in the file.
-type NamedSolid = (PlacedSolid, String, Option<[f64; 3]>);
+/// A geometry, the alias of its object, and its color and opacity in the file.
+type NamedSolid = (PlacedSolid, String, Option<[f64; 4]>);
 
 /// State shared by the functions that build a body.
 struct BodyBuilder<'w, 'b> {
@@ -236,12 +236,13 @@ impl<'b> BodyBuilder<'_, 'b> {
         Ok(out)
     }
 
-    /// Returns the visual's own color, or that of the robot's material with the same name.
-    fn color(&self, visual: &LinkShape) -> Option<[f64; 3]> {
+    /// Returns the visual's own color and opacity, or that of the robot's material with the same name.
+    fn color(&self, visual: &LinkShape) -> Option<[f64; 4]> {
         let material = visual.material.as_ref()?;
         let named = || self.robot.materials.iter().find(|m| m.name == material.name).and_then(|m| m.color);
         let color = material.color.or_else(named)?;
-        Some([0, 1, 2].map(|i| color[i].clamp(0.0, 1.0)).map(|x| if x.is_nan() { 0.7 } else { x }))
+        let defaults = [0.7, 0.7, 0.7, 1.0];
+        Some([0, 1, 2, 3].map(|i| if color[i].is_nan() { defaults[i] } else { color[i].clamp(0.0, 1.0) }))
     }
 
     fn set_collision_geometry(&self, body: &LinkGroup, node: Node<'b>, solids: &[NamedSolid]) -> Result {

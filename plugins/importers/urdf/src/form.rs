@@ -103,15 +103,20 @@ impl PlacedSolid {
         ])
     }
 
-    /// Sets up `node` as a shape with this geometry and pose. If `color` is `None`, a mesh has its own materials.
+    /// Sets up `node` as a shape with this geometry and pose. `color` is red, green, blue and opacity; without
+    /// it, a mesh has its own materials.
     pub fn shape<'a>(
         &self,
         builder: &Builder<'a>,
         node: Node<'a>,
-        color: Option<[f64; 3]>,
+        color: Option<[f64; 4]>,
         meshes: &mut MeshCache,
     ) -> Result<Node<'a>> {
-        let node = set_object_pose(node, &self.pose)?.set("shape.color", color.unwrap_or([0.7; 3]))?;
+        let [r, g, b, opacity] = color.unwrap_or([0.7, 0.7, 0.7, 1.0]);
+        let node = set_object_pose(node, &self.pose)?.set("shape.color", [r, g, b])?;
+        if opacity < 1.0 {
+            node.set("shape.opacity", opacity)?;
+        }
         match &self.form {
             SolidForm::Primitive(p, size) => node.set("shape.primitive", *p)?.set("shape.size", *size),
             SolidForm::Mesh(pieces) => meshes.shapes.shape(builder, node, pieces, color.is_none()),

@@ -210,7 +210,15 @@ fn shape<'a>(
     if leaves.iter().any(|l| is_lines(l.leaf)) {
         report.add("without", "a part that is drawn as lines is invisible", o);
     }
-    for leaf in leaves.iter().filter(|l| !is_lines(l.leaf)) {
+    // Scripts set the opacity of a whole shape, so only parts that differ have one of their own.
+    let opacity = |leaf: &MeshLeaf| leaf.color.opacity.unwrap_or(1.0);
+    let visible = || leaves.iter().filter(|l| !is_lines(l.leaf));
+    let common = visible().next().map_or(1.0, |l| opacity(l.leaf));
+    let mixed = visible().any(|l| opacity(l.leaf) != common);
+    if !mixed && common < 1.0 {
+        node.set("shape.opacity", common)?;
+    }
+    for leaf in visible() {
         let surface = file.surface(leaf.leaf, s.shared.as_ref(), o.section.at);
         let surface = surface.map_err(|e| Fail::argument(e.to_string()))?;
         if surface.triangles.is_empty() {
@@ -223,6 +231,7 @@ fn shape<'a>(
         };
         let drawn = |mut part: Vec<(Value, Value)>| {
             part.push((Value::text("color"), color.clone()));
+            part.extend(mixed.then(|| (Value::text("opacity"), Value::Float(opacity(leaf.leaf)))));
             part.extend(texture.clone().map(|t| (Value::text("texture"), t)));
             part
         };

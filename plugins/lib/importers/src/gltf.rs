@@ -1,4 +1,4 @@
-//! glTF 2.0: triangles and their base colours, placed by the nodes of the scene. Skins, morph targets, compressed
+//! glTF 2.0: triangles, their base colours and opacities, placed by the nodes of the scene. Skins, morph targets, compressed
 //! primitives and all other properties of materials are ignored.
 
 use std::rc::Rc;
@@ -7,12 +7,15 @@ use base64::{Engine as _, engine::general_purpose::STANDARD};
 use gltf::{
     Document, Node, Semantic, buffer,
     json::{Root, validation::Checked},
+    material::AlphaMode,
     mesh::Mode,
 };
 use nalgebra::Matrix4;
 
 use crate::{
-    model::{ImportedModel, MeshModel, MeshPiece, PieceCollector, append_transformed, check_triangle_count},
+    model::{
+        ImportedModel, MeshModel, MeshPiece, PieceCollector, append_transformed, check_triangle_count, translucent,
+    },
     picture::{DecodedImage, FileLoader, ImageCache},
 };
 
@@ -38,9 +41,13 @@ pub fn read(bytes: &[u8], files: FileLoader<'_>) -> Result<ImportedModel, String
     let mut model = MeshModel { pieces: Vec::new(), y_up: true };
     for (material, mut piece) in pieces {
         let material = material.and_then(|i| document.materials().nth(i));
-        if let Some(surface) = material.map(|m| m.pbr_metallic_roughness()) {
-            let [r, g, b, _] = surface.base_color_factor();
+        if let Some(material) = material {
+            let surface = material.pbr_metallic_roughness();
+            let [r, g, b, alpha] = surface.base_color_factor();
             piece.color = Some([r, g, b].map(|x| linear_to_srgb(f64::from(x))));
+            if material.alpha_mode() == AlphaMode::Blend {
+                piece.opacity = translucent(f64::from(alpha));
+            }
             let image = surface.base_color_texture().map(|t| t.texture().source().index());
             piece.picture = image.and_then(|i| picture(&document, i, &buffers, &mut gallery, files));
         }

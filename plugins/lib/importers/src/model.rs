@@ -38,6 +38,8 @@ pub struct MeshPiece {
     pub coordinates: Vec<[f32; 2]>,
     /// Red, green and blue of the material, each 0 to 1.
     pub color: Option<[f64; 3]>,
+    /// Opacity of the material, from 0 (invisible) to below 1, if it is translucent.
+    pub opacity: Option<f64>,
     /// The image of the material; if present, `coordinates` is not empty.
     pub picture: Option<Rc<DecodedImage>>,
 }
@@ -49,6 +51,11 @@ pub struct ImportedModel {
     pub model: MeshModel,
     /// Notes on omitted parts, such as missing or damaged images.
     pub notes: Vec<String>,
+}
+
+/// Returns an opacity limited to 0 to 1, or `None` if it is 1, or not a number.
+pub(crate) fn translucent(opacity: f64) -> Option<f64> {
+    (opacity < 1.0).then(|| opacity.max(0.0))
 }
 
 impl ImportedModel {

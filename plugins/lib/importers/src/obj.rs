@@ -5,7 +5,7 @@ use std::{cell::RefCell, io::Cursor};
 use tobj::{LoadError, LoadOptions, Material};
 
 use crate::{
-    model::{ImportedModel, MeshModel, PieceCollector},
+    model::{ImportedModel, MeshModel, PieceCollector, translucent},
     picture::{FileLoader, ImageCache},
 };
 
@@ -42,12 +42,19 @@ pub fn read(bytes: &[u8], files: FileLoader<'_>) -> Result<ImportedModel, String
     for (material, piece) in &mut collected.pieces {
         let Some(material) = material.map(|i| &materials[i]) else { continue };
         piece.color = material.diffuse.map(|c| c.map(|x| f64::from(x).clamp(0.0, 1.0)));
+        piece.opacity = opacity(material);
         piece.picture = image(material).and_then(|name| gallery.file(name));
     }
     let mut notes = notes.into_inner();
     notes.append(&mut gallery.notes);
     let pieces = collected.pieces.into_iter().map(|(_, piece)| piece).collect();
     Ok(ImportedModel { model: MeshModel { pieces, y_up: false }, notes })
+}
+
+/// Returns the opacity of a material: `d`, or 1 minus `Tr`.
+fn opacity(material: &Material) -> Option<f64> {
+    let inverse = || Some(1.0 - material.unknown_param.get("Tr")?.trim().parse::<f64>().ok()?);
+    translucent(material.dissolve.map(f64::from).or_else(inverse)?)
 }
 
 /// Returns the file name of a material's image, which follows the options of `map_Kd`.

@@ -48,6 +48,7 @@ impl ShapeBuilder {
         let mut keys = vec![("mesh", Value::Int(number))];
         if materials {
             keys.extend(piece.color.map(|color| ("color", Value::Floats(color.to_vec()))));
+            keys.extend(piece.opacity.map(|opacity| ("opacity", Value::Float(opacity))));
             keys.extend(self.texture(builder, piece)?.map(|texture| ("texture", texture)));
         }
         Ok(keys)

@@ -133,6 +133,20 @@ fn obj_is_divided_into_one_piece_per_material() {
 }
 
 #[test]
+fn opacity_of_obj_materials_is_d_or_one_minus_tr() {
+    let opacity = |more: &str| {
+        let files = |name: &str| match name {
+            "a.mtl" => Some(format!("newmtl red\nKd 1 0 0\n{more}\n").into_bytes()),
+            _ => None,
+        };
+        read("", OBJ.as_bytes(), &files).unwrap().model.pieces[0].opacity
+    };
+    for (line, wanted) in [("d 0.25", Some(0.25)), ("Tr 0.75", Some(0.25)), ("d 1", None), ("Tr 0", None), ("", None)] {
+        assert_eq!(opacity(line), wanted, "`{line}`");
+    }
+}
+
+#[test]
 fn collada_geometries_are_transformed_by_their_nodes() {
     let [wood, green] = &read_without_notes(DAE.as_bytes()).pieces[..] else { panic!("two materials") };
     assert_eq!((wood.points.len(), wood.triangles.len(), green.triangles.len()), (8, 4, 2));
@@ -163,6 +177,15 @@ fn gltf_meshes_are_transformed_by_their_nodes() {
     assert!(piece.picture.is_some());
     model.turn_y_up_to_z_up();
     assert_eq!(model.pieces[0].points[2], [5.0, 0.0, 2.0], "the y axis of the file becomes the z axis");
+}
+
+/// The alpha of a material counts only if its mode is BLEND.
+#[test]
+fn opacity_of_gltf_materials_is_the_blended_alpha() {
+    let clear = gltf().replace("[0.2158605, 1, 0, 1]", "[0.2158605, 1, 0, 0.25]");
+    assert_eq!(read_without_notes(clear.as_bytes()).pieces[0].opacity, None);
+    let blended = clear.replace("\"materials\": [{", "\"materials\": [{\"alphaMode\": \"BLEND\", ");
+    assert_eq!(read_without_notes(blended.as_bytes()).pieces[0].opacity, Some(0.25));
 }
 
 /// A binary file with the same content is read identically.

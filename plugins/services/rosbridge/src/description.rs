@@ -137,7 +137,8 @@ impl UrdfWriter<'_> {
             if visible {
                 let color = part.get("color").and_then(|v| v.array::<3>()).unwrap_or([0.8; 3]);
                 let [r, g, b] = color;
-                let paint = format!("<material name=\"{name}_{n}\"><color rgba=\"{r} {g} {b} 1\"/></material>");
+                let a = part.get("opacity").and_then(|v| v.as_f64()).unwrap_or(1.0);
+                let paint = format!("<material name=\"{name}_{n}\"><color rgba=\"{r} {g} {b} {a}\"/></material>");
                 let _ = write!(self.text, "    <visual>\n{place}      {paint}\n    </visual>\n");
             }
             if collides {

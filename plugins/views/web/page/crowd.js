@@ -47,7 +47,8 @@ const [product, frustum, sphere] = [new THREE.Matrix4(), new THREE.Frustum(), ne
  * @param {THREE.MeshLambertMaterial} material
  */
 function plain(material) {
-  return lit({ color: material.color, flatShading: true }, true);
+  const { color, transparent, opacity, depthWrite } = material;
+  return lit({ color, transparent, opacity, depthWrite, flatShading: true }, true);
 }
 
 /**

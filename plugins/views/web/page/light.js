@@ -118,6 +118,18 @@ export function lit(parameters, many = false) {
   return material;
 }
 
+/**
+ * Returns the parameters of a material with an opacity. A translucent material does not hide what is drawn after it.
+ * The back of a closed form is omitted, so that the form as a whole has this opacity.
+ * @param {number | undefined} opacity
+ * @param {boolean} closed whether the surface is that of a closed form
+ * @returns {THREE.MeshLambertMaterialParameters}
+ */
+export function seeThrough(opacity = 1, closed = false) {
+  if (opacity >= 1) return { side: THREE.DoubleSide };
+  return { side: closed ? THREE.FrontSide : THREE.DoubleSide, transparent: true, opacity, depthWrite: false };
+}
+
 /** The sky, which is drawn behind all other objects. */
 export const dome = new THREE.Mesh(
   new THREE.BoxGeometry(2, 2, 2),

@@ -34,7 +34,7 @@ export function nameOf(key) {
 }
 
 const PLACE = ["alias", "parent", "position", "orientation", "visible"];
-const SHAPE = ["primitive", "size", "color", "convex", "detectable", "material"];
+const SHAPE = ["primitive", "size", "color", "opacity", "convex", "detectable", "material"];
 /** Keys of properties that are rarely set, and are shown in the group "More". */
 const MORE = [
   "shape.mesh", "shape.respondable_mask", "shape.detectable_mask", "shape.joint_solver", "shape.bullet", "shape.friction_axis",

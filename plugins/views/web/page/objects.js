@@ -4,7 +4,7 @@
 import * as THREE from "three";
 import { MANY, gather, hang, isLarge, scatter } from "tatu/crowd";
 import { get } from "tatu/dom";
-import { endless, lit } from "tatu/light";
+import { endless, lit, seeThrough } from "tatu/light";
 import { on } from "tatu/net";
 import { eachEntry, mesh as readMesh } from "tatu/parse";
 import { scene, selection, under, watch } from "tatu/store";
@@ -22,7 +22,7 @@ export const root = new THREE.Group();
 export const groups = new Map();
 /** The received meshes, by hash. @type {Map<string, THREE.BufferGeometry>} */
 const meshes = new Map();
-/** The materials, by color. @type {Map<string, THREE.MeshLambertMaterial>} */
+/** The materials, by color and opacity. @type {Map<string, THREE.MeshLambertMaterial>} */
 const materials = new Map();
 const UP = new THREE.Vector3(0, 0, 1);
 
@@ -52,13 +52,17 @@ const coarse = new Map([
   [shared.cylinder, new THREE.CylinderGeometry(0.5, 0.5, 1, 10).rotateX(Math.PI / 2)],
 ]);
 
-/** Returns the material of a color, which is shared by parts. @param {[number, number, number]} color */
-function material(color) {
-  const key = color.map((x) => x.toFixed(3)).join();
+/**
+ * Returns the material of a part, which is shared by parts of the same color and opacity.
+ * @param {VisiblePart} part
+ */
+function material({ color, opacity = 1, form }) {
+  const closed = form !== "mesh" && form !== "plane";
+  const key = [...color, opacity].map((x) => x.toFixed(3)).join() + (opacity < 1 && closed);
   let found = materials.get(key);
   if (!found) {
     const linear = new THREE.Color().setRGB(...color, THREE.SRGBColorSpace);
-    found = lit({ color: linear, side: THREE.DoubleSide });
+    found = lit({ color: linear, ...seeThrough(opacity, closed) });
     materials.set(key, found);
   }
   return found;
@@ -71,7 +75,7 @@ function material(color) {
  */
 function body(part) {
   const made = plain(part);
-  const dressed = part.texture && clad(part.texture, part.color, made.geometry, made.scale);
+  const dressed = part.texture && clad(part.texture, part, made.geometry, made.scale);
   if (dressed) [made.geometry, made.material] = [dressed.geometry, dressed.material];
   return made;
 }
@@ -82,12 +86,12 @@ function body(part) {
  * @returns {Body}
  */
 function plain(part) {
-  if (part.form === "mesh") return new THREE.Mesh(meshes.get(part.mesh ?? "") ?? new THREE.BufferGeometry(), material(part.color));
+  if (part.form === "mesh") return new THREE.Mesh(meshes.get(part.mesh ?? "") ?? new THREE.BufferGeometry(), material(part));
   if (part.form === "capsule") {
     const [d = 1, , l = 1] = part.size ?? [];
-    return new THREE.Mesh(new THREE.CapsuleGeometry(d / 2, Math.max(0, l - d), 8, 24).rotateX(Math.PI / 2), material(part.color));
+    return new THREE.Mesh(new THREE.CapsuleGeometry(d / 2, Math.max(0, l - d), 8, 24).rotateX(Math.PI / 2), material(part));
   }
-  const mesh = new THREE.Mesh(shared[part.form] ?? shared.box, material(part.color));
+  const mesh = new THREE.Mesh(shared[part.form] ?? shared.box, material(part));
   if (part.size?.length === 3) mesh.scale.fromArray(part.size);
   return mesh;
 }
@@ -161,7 +165,7 @@ function dress(group, o) {
     const mesh = body(part);
     place(mesh, part.pose);
     mesh.userData.id = o.id;
-    mesh.castShadow = part.form !== "plane";
+    mesh.castShadow = part.form !== "plane" && (part.opacity ?? 1) >= 1;
     mesh.receiveShadow = true;
     group.userData.bodies.push(mesh);
     own(group, mesh);

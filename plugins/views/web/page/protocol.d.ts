@@ -336,6 +336,10 @@ pose: [number, number, number, number, number, number, number],
  */
 color: [number, number, number],
 /**
+ * Opacity, from 0 (invisible) to 1; omitted if 1.
+ */
+opacity?: number,
+/**
  * Size of the part along its axes, m; omitted for a mesh.
  */
 size?: Array<number>,

@@ -2,11 +2,11 @@
 // Projects texture images onto parts as the simulation does, by computing the texture coordinates of each vertex.
 
 import * as THREE from "three";
-import { lit } from "tatu/light";
+import { lit, seeThrough } from "tatu/light";
 import { on } from "tatu/net";
 import { texture as readTexture } from "tatu/parse";
 
-/** @import { Texture } from "tatu/protocol" */
+/** @import { Texture, VisiblePart } from "tatu/protocol" */
 
 /** @type {Map<string, { width: number, height: number, pixels: Uint8Array<ArrayBuffer> }>} */
 const images = new Map();
@@ -19,14 +19,15 @@ on("texture", (view) => {
 });
 
 /**
- * Returns the material for a texture on a surface of a color, or undefined if the image has not arrived. Unless the
+ * Returns the material for a texture on a part, or undefined if the image has not arrived. Unless the
  * blend mode is `modulate`, the image and the color are blended in advance.
  * @param {Texture} texture
- * @param {[number, number, number]} color
+ * @param {VisiblePart} part
  */
-function material(texture, color) {
+function material(texture, { color, opacity = 1, form }) {
   const { image, blend, repeat, smooth } = texture;
-  const key = [image, blend, repeat.join(), smooth, color.map((x) => x.toFixed(3)).join()].join(" ");
+  const closed = form !== "mesh" && form !== "plane";
+  const key = [image, blend, repeat.join(), smooth, [...color, opacity].map((x) => x.toFixed(3)).join(), closed].join(" ");
   const known = materials.get(key);
   const found = images.get(image);
   if (known || !found) return known;
@@ -52,7 +53,7 @@ function material(texture, color) {
   map.needsUpdate = true;
   const base = new THREE.Color(1, 1, 1);
   if (blend === "modulate") base.setRGB(...color, THREE.SRGBColorSpace);
-  const made = lit({ color: base, map, side: THREE.DoubleSide });
+  const made = lit({ color: base, map, ...seeThrough(opacity, closed) });
   materials.set(key, made);
   return made;
 }
@@ -81,12 +82,12 @@ export function placeOf({ mapping, size }, p, n) {
  * Returns the geometry and material of a textured form, or null if the image has not arrived or if the form does not
  * have the required texture coordinates.
  * @param {Texture} texture
- * @param {[number, number, number]} color
+ * @param {VisiblePart} part
  * @param {THREE.BufferGeometry} form
  * @param {THREE.Vector3} scale factor by which the form is scaled when it is drawn
  */
-export function clad(texture, color, form, scale) {
-  const drawn = material(texture, color);
+export function clad(texture, part, form, scale) {
+  const drawn = material(texture, part);
   if (!drawn) return null;
   // A mesh without texture coordinates is drawn without the texture.
   if (texture.mapping === "mesh" && !form.getAttribute("uv")) return null;

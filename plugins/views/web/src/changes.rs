@@ -114,7 +114,9 @@ impl ChangeDetector {
         let mut work = 1;
         match turn.get(id, p.kind).ok()?.as_bytes() {
             Some(b"shape") => {
-                [p.primitive, p.size, p.color, p.respondable].iter().for_each(|prop| all.value(turn, id, *prop));
+                [p.primitive, p.size, p.color, p.opacity, p.respondable]
+                    .iter()
+                    .for_each(|prop| all.value(turn, id, *prop));
                 match turn.get(id, p.primitive).ok()?.as_bytes() {
                     Some(b"mesh") => all.value(turn, id, p.mesh),
                     Some(b"compound") => {

@@ -29,6 +29,7 @@ props! {
     mesh: "shape.mesh",
     parts: "shape.parts",
     color: "shape.color",
+    opacity: "shape.opacity",
     respondable: "shape.respondable",
     dynamic: "shape.dynamic",
     inertia: "shape.inertia",

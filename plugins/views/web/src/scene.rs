@@ -199,8 +199,9 @@ fn parts(turn: &Turn<'_>, id: tatu_object, assets: &mut AssetMessages) -> Result
         let numbers = |key: &str| part.get(key).and_then(|v| v.numbers()).unwrap_or_default();
         let form = part.get("form").map(text).unwrap_or_default();
         let texture = part.get("texture").map(texture);
-        let mut o =
-            VisiblePart { pose: numbers("pose"), color: numbers("color"), size: None, texture, mesh: None, form };
+        let opacity = part.get("opacity").and_then(|v| v.as_f64()).filter(|x| *x < 1.0);
+        let (pose, color) = (numbers("pose"), numbers("color"));
+        let mut o = VisiblePart { pose, color, opacity, size: None, texture, mesh: None, form };
         if o.form == "mesh" {
             let (sum, message) = mesh(&numbers("points"), &numbers("triangles"), &numbers("coordinates"));
             assets.entry(sum.clone()).or_insert(message);

@@ -2,6 +2,7 @@
 
 mod rays;
 mod scenes;
+mod translucent;
 
 use fearless_simd::Level;
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};

@@ -10,7 +10,15 @@ use crate::BeamTarget;
 use crate::Faces;
 
 pub(super) fn target(object: u64, pose: Isometry3<f64>, form: Form) -> BeamTarget {
-    BeamTarget { object, group: object as u32 % 3, world_from_target: pose, form, color: [0.7; 3], texture: None }
+    BeamTarget {
+        object,
+        group: object as u32 % 3,
+        world_from_target: pose,
+        form,
+        color: [0.7; 3],
+        opacity: 1.0,
+        texture: None,
+    }
 }
 
 pub(super) fn scene(targets: impl IntoIterator<Item = BeamTarget>) -> BeamScene {

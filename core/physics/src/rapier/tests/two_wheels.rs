@@ -36,6 +36,7 @@ pub(super) fn two_wheels(engine: &mut Rapier, base_pose: Isometry3<f64>, tree: u
                 form: Form::Box { half: Vector3::new(0.2, 0.14, 0.1) },
                 friction: None,
                 color: None,
+                opacity: None,
                 texture: None,
             }],
         )

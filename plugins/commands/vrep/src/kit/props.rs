@@ -30,6 +30,7 @@ props! {
     convex: "shape.convex",
     inertia: "shape.inertia",
     color: "shape.color",
+    opacity: "shape.opacity",
     mass: "shape.mass",
     com: "shape.com",
     dynamic: "shape.dynamic",

@@ -2,14 +2,24 @@
 
 use crate::kit::*;
 
+/// `sim.colorcomponent_transparency`.
+pub(super) const TRANSPARENCY: i64 = 4;
+
+/// Sets the opacity of a shape to the first number of argument 3; numbers beyond 0 and 1 have the same effect as these.
+pub(super) fn set_opacity(c: &Ctx<'_>, shape: tatu_object) -> Result {
+    let expected = || Fail::argument("argument 4: expected a table with the opacity, from 0 to 1");
+    let given = element(c.arg(3), 0).filter(|x| x.is_finite()).ok_or_else(expected)?;
+    Ok(c.world().set_f64s(shape, c.plugin().p.opacity, &[given.clamp(0.0, 1.0)])?)
+}
+
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     let component = || Param::int("component").text("0: sim.colorcomponent_ambient_diffuse");
-    let rgb = || table("rgb", "0 to 1");
     offer.command(
         Cmd::new("sim.getObjectColor", |c| {
             let o = existing_object(c, 0)?;
             let own = match (o.kind, c.i64(2)?) {
                 (TATU_KIND_SHAPE, 0 | 1) => c.world().f64s::<3>(o.id, c.plugin().p.color)?,
+                (TATU_KIND_SHAPE, TRANSPARENCY) => [c.world().f64(o.id, c.plugin().p.opacity)?, 0.0, 0.0],
                 _ => [0.0; 3],
             };
             c.ret(&own[..]);
@@ -19,14 +29,22 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(Param::int("index").text("ignored: an object has one colour"))
         .param(component())
         .returns(Param::floats("rgb", 3))
-        .text("Returns the colour of an object.")
+        .text("Returns the colour or the opacity of an object.")
         .partial("Shapes have a single colour; all other objects are black."),
     );
     offer.command(
         Cmd::new("sim.setObjectColor", |c| {
-            let (o, rgb) = (existing_object(c, 0)?, numbers::<3>(c, 3)?);
+            let (o, component) = (existing_object(c, 0)?, c.i64(2)?);
             let can = o.kind == TATU_KIND_SHAPE;
-            if can && matches!(c.i64(2)?, 0 | 1) {
+            if component == TRANSPARENCY {
+                if can {
+                    set_opacity(c, o.id)?;
+                }
+                c.ret(can);
+                return Ok(());
+            }
+            let rgb = numbers::<3>(c, 3)?;
+            if can && matches!(component, 0 | 1) {
                 c.world().set_f64s(o.id, c.plugin().p.color, &rgb.map(|x| x.clamp(0.0, 1.0)))?;
             }
             c.ret(can);
@@ -35,9 +53,9 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(object("object"))
         .param(Param::int("index").text("ignored: an object has one colour"))
         .param(component())
-        .param(rgb())
+        .param(table("rgb", "0 to 1; for sim.colorcomponent_transparency, {opacity}"))
         .returns(Param::bool("done"))
-        .text("Sets the colour of an object.")
+        .text("Sets the colour or the opacity of an object.")
         .partial("Shapes have a single colour; other components are ignored."),
     );
     offer.command(
@@ -58,7 +76,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             Ok(())
         })
         .param(Param::int("entity").text("an object or a collection"))
-        .param(rgb())
+        .param(table("rgb", "0 to 1"))
         .param(Param::int("component").default(0).optional().text("ignored"))
         .returns(Param::list("before"))
         .text("Changes the colour of shapes temporarily."),

@@ -1,5 +1,6 @@
 //! Commands that create shapes and dummies, and access the mass, bounding box and colour of shapes.
 
+use super::appearance::{TRANSPARENCY, set_opacity};
 use crate::kit::{algebra as al, *};
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
@@ -118,8 +119,9 @@ fn property_commands(offer: &mut Offer<Vrep>) {
         Cmd::new("sim.getShapeColor", |c| {
             let shape = colored(c)?.ok_or_else(|| Fail::missing("argument 1 does not identify an existing shape"))?;
             let rgb = match component(c.i64(2)?)? {
-                None => c.world().f64s::<3>(shape, c.plugin().p.color)?,
-                Some(tag) => match tags::private(c, shape, &tag)? {
+                ColorComponent::Diffuse => c.world().f64s::<3>(shape, c.plugin().p.color)?,
+                ColorComponent::Opacity => [c.world().f64(shape, c.plugin().p.opacity)?, 0.0, 0.0],
+                ColorComponent::Stored(tag) => match tags::private(c, shape, &tag)? {
                     Some(data) => stored_rgb(&tables::unpack(&data)?),
                     None => [0.0; 3],
                 },
@@ -133,25 +135,27 @@ fn property_commands(offer: &mut Offer<Vrep>) {
         .param(Param::any("colorName").optional().text("ignored: a shape has a single colour"))
         .param(
             Param::int("component")
-                .text("sim.colorcomponent_...; all except ambient and diffuse are stored, but not drawn"),
+                .text("sim.colorcomponent_...; specular, emission and auxiliary are stored, but not drawn"),
         )
         .returns(Param::int("result").text("1"))
-        .returns(Param::floats("rgb", 3).text("0 to 1"))
-        .text("Returns the colour of a shape.")
+        .returns(Param::floats("rgb", 3).text("0 to 1; for sim.colorcomponent_transparency, the first is the opacity"))
+        .text("Returns the colour or the opacity of a shape.")
         .example("result, rgb = sim.getShapeColor(box, nil, 0)"),
     );
     offer.command(
         Cmd::new("sim.setShapeColor", |c| {
             let Some(shape) = colored(c)? else { return finish_setter(c) };
-            let what = component(c.i64(2)?)?;
-            if let Some(tag) = what {
-                // Components such as transparency consist of a single number.
-                let given: Vec<f64> = (0..3).map(|i| element(c.arg(3), i).unwrap_or(0.0)).collect();
-                tags::set_private(c, shape, &tag, Some(&tables::pack(&Value::Floats(given))?))?;
-                return finish_setter(c);
+            match component(c.i64(2)?)? {
+                ColorComponent::Diffuse => {
+                    let rgb: [f64; 3] = numbers(c, 3)?;
+                    c.world().set_f64s(shape, c.plugin().p.color, &rgb)?;
+                }
+                ColorComponent::Opacity => set_opacity(c, shape)?,
+                ColorComponent::Stored(tag) => {
+                    let given: Vec<f64> = (0..3).map(|i| element(c.arg(3), i).unwrap_or(0.0)).collect();
+                    tags::set_private(c, shape, &tag, Some(&tables::pack(&Value::Floats(given))?))?;
+                }
             }
-            let rgb: [f64; 3] = numbers(c, 3)?;
-            c.world().set_f64s(shape, c.plugin().p.color, &rgb)?;
             finish_setter(c)
         })
         .old_name("simSetShapeColor", MINUS_ONE)
@@ -159,10 +163,12 @@ fn property_commands(offer: &mut Offer<Vrep>) {
         .param(Param::any("colorName").optional().text("ignored: a shape has a single colour"))
         .param(
             Param::int("component")
-                .text("sim.colorcomponent_...; all except ambient and diffuse are stored, but not drawn"),
+                .text("sim.colorcomponent_...; specular, emission and auxiliary are stored, but not drawn"),
         )
-        .param(Param::list("rgb").text("0 to 1"))
-        .text("Sets the colour of a shape.")
+        .param(
+            Param::list("rgb").text("0 to 1; for sim.colorcomponent_transparency, {opacity}: 0 is invisible, 1 opaque"),
+        )
+        .text("Sets the colour or the opacity of a shape.")
         .example("sim.setShapeColor(box, nil, 0, {1, 0, 0})"),
     );
 }
@@ -182,12 +188,21 @@ fn colored(c: &Ctx<'_>) -> Result<Option<tatu_object>> {
     if is_shape { Ok(Some(o.id)) } else { Err(Fail::argument(format!("object {id} is not a shape"))) }
 }
 
-/// Returns the tag under which a colour component that is not rendered (specular, emission, transparency, auxiliary) is
-/// stored, or `None` for ambient and diffuse, which are the shape's colour.
-fn component(n: i64) -> Result<Option<String>> {
+/// A component of the colour of a shape.
+enum ColorComponent {
+    /// Ambient and diffuse, which are the shape's colour.
+    Diffuse,
+    /// Transparency, whose value is an opacity in V-REP too.
+    Opacity,
+    /// A component that is not rendered (specular, emission, auxiliary), with the tag under which it is stored.
+    Stored(String),
+}
+
+fn component(n: i64) -> Result<ColorComponent> {
     match n {
-        0 | 1 => Ok(None),
-        2..=5 => Ok(Some(format!("color {n}"))),
+        0 | 1 => Ok(ColorComponent::Diffuse),
+        TRANSPARENCY => Ok(ColorComponent::Opacity),
+        2..=5 => Ok(ColorComponent::Stored(format!("color {n}"))),
         _ => Err(Fail::argument(format!("argument 3: expected a colour component from 0 to 5, found {n}"))),
     }
 }

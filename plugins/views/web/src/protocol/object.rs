@@ -82,6 +82,9 @@ pub(crate) struct VisiblePart {
     /// Red, green and blue components, 0 to 1.
     #[cfg_attr(test, ts(as = "[f64; 3]"))]
     pub(crate) color: Vec<f64>,
+    /// Opacity, from 0 (invisible) to 1; omitted if 1.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) opacity: Option<f64>,
     /// Size of the part along its axes, m; omitted for a mesh.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) size: Option<Vec<f64>>,
