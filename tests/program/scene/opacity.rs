@@ -33,9 +33,10 @@ script = { file = "eye.lua", DIALECT }
 "#;
 
 /// Compares the images for three opacities: with a quarter of red, each channel is a quarter of that of the opaque pane
-/// and three quarters of that of the bare floor. The depth is that of the pane, at 1 m of 0.1 to 5 m.
+/// and three quarters of that of the bare floor. The depth is that of the pane, at 1 m of 0.1 to 5 m. Scripts of the older
+/// dialect run from top to bottom in each step, so `seen` is global.
 const CHECK: &str = r"
-local values, seen = {1, 0, 0.25}, {}
+values, seen = {1, 0, 0.25}, seen or {}
 function check(image, depth)
     seen[#seen + 1] = {image(1), image(2), image(3)}
     assert(math.abs(depth - 0.9 / 4.9) < 1e-5, depth)
