@@ -3,7 +3,7 @@
 use crate::kit::*;
 
 /// A red pane 1 m below a camera that looks down, and a white floor 2 m below it.
-const SCENE: &str = r#"format = 1
+const SCENE: &str = r#"
 [[object]]
 kind = "shape"
 alias = "pane"
@@ -105,9 +105,9 @@ fn converted(name: &str, bytes: &[u8]) -> String {
 
 #[test]
 fn opacities_of_shapes_and_parts_are_converted() {
-    let scene = "format = 1\n[[object]]\nkind = \"shape\"\nalias = \"s\"\nprimitive = \"compound\"\nopacity = 0.5\n\
+    let scene = "[[object]]\nkind = \"shape\"\nalias = \"s\"\nprimitive = \"compound\"\nopacity = 0.5\n\
                  parts = [{ primitive = \"box\", opacity = 0.25 }, { primitive = \"sphere\" }]\n";
-    let text = converted("scene.toml", scene.as_bytes());
+    let text = converted("scene.toml", format!("format = 1\n{scene}").as_bytes());
     assert!(text.contains("opacity = 0.5") && text.contains("opacity = 0.25"), "{text}");
     assert_eq!(text.matches("opacity").count(), 2, "{text}");
     for (from, to) in [("opacity = 0.5", "opacity = 1.5"), ("opacity = 0.25", "opacity = -1")] {

@@ -9,7 +9,7 @@ pub(super) const TRANSPARENCY: i64 = 4;
 pub(super) fn set_opacity(c: &Ctx<'_>, shape: tatu_object) -> Result {
     let expected = || Fail::argument("argument 4: expected a table with the opacity, from 0 to 1");
     let given = element(c.arg(3), 0).filter(|x| x.is_finite()).ok_or_else(expected)?;
-    Ok(c.world().set_f64s(shape, c.plugin().p.opacity, &[given.clamp(0.0, 1.0)])?)
+    c.world().set_f64s(shape, c.plugin().p.opacity, &[given.clamp(0.0, 1.0)])
 }
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
