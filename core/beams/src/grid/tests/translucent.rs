@@ -86,7 +86,8 @@ fn opacity_changes_colours_of_its_pixels_only() {
         let grid = any_grid(&mut dice, round % 3 != 0);
         let cast = cast_of(&grid, &light, looking_inward(&mut dice));
         let opaque = render(&scene(targets.clone()), &cast);
-        let clear = |t: &BeamTarget| BeamTarget { opacity: if t.object % 2 == 0 { 0.4 } else { 1.0 }, ..t.clone() };
+        let clear =
+            |t: &BeamTarget| BeamTarget { opacity: if t.object.is_multiple_of(2) { 0.4 } else { 1.0 }, ..t.clone() };
         let mixed: Vec<BeamTarget> = targets.iter().map(clear).collect();
         let seen = render(&scene(mixed.clone()), &cast);
         assert_eq!(seen.depth, opaque.depth);
