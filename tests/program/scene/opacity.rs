@@ -116,7 +116,7 @@ fn opacities_of_shapes_and_parts_are_converted() {
 }
 
 #[test]
-fn opacity_of_urdf_and_obj_files_is_imported() {
+fn opacity_of_urdf_files_is_imported() {
     let urdf = r#"<robot name="r"><link name="base"><visual><geometry><box size="1 1 1"/></geometry>
         <material name="glass"><color rgba="0.5 0.5 1 0.25"/></material></visual></link></robot>"#;
     let text = converted("glass.urdf", urdf.as_bytes());
