@@ -47,7 +47,7 @@ fn scenes_run() {
 #[test]
 fn demos_run_and_print_each_second() {
     let mut found = 0;
-    for kind in ["sensors", "actuators", "robots", "models", "importers", "services", "views"]
+    for kind in ["sensors", "actuators", "models", "importers", "services", "views"]
         .map(|kind| format!("plugins/{kind}"))
         .into_iter()
         .chain(["models".to_owned()])
