@@ -43,7 +43,7 @@ pub const ERRORS: &[(&str, i64, &str)] = &[
 
 impl Errno {
     pub const ABSENT: Errno = Errno(2);
-    pub const AGAIN: Errno = Errno(11);
+    pub const WOULD_BLOCK: Errno = Errno(11);
     pub const ACCESS: Errno = Errno(13);
     pub const FAULT: Errno = Errno(14);
     pub const INVALID: Errno = Errno(22);
@@ -84,7 +84,7 @@ mod tests {
     #[test]
     fn numbers_equal_those_of_libzmq() {
         assert_eq!((Errno::STATE.0, Errno::TERMINATED.0), (156_384_763, 156_384_765));
-        assert_eq!(Errno::AGAIN.text(), "Resource temporarily unavailable");
+        assert_eq!(Errno::WOULD_BLOCK.text(), "Resource temporarily unavailable");
         assert_eq!(Errno(7777).text(), "Unknown error 7777");
     }
 }

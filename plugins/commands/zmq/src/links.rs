@@ -115,14 +115,14 @@ impl Socket {
         done
     }
 
-    /// Waits until `f` returns a value other than `EAGAIN`, but at most `most`.
+    /// Waits until `f` returns a value other than `WOULD_BLOCK`, but at most `most`.
     pub fn wait<T>(&self, most: Duration, mut f: impl FnMut(&mut SocketState) -> Result<T, Errno>) -> Result<T, Errno> {
         let end = Instant::now() + most;
         let mut state = lock(&self.shared.state);
         loop {
             let done = f(&mut state);
             let left = end.saturating_duration_since(Instant::now());
-            if !matches!(done, Err(Errno::AGAIN)) || left.is_zero() {
+            if !matches!(done, Err(Errno::WOULD_BLOCK)) || left.is_zero() {
                 drop(state);
                 self.shared.changed.notify_all();
                 return done;

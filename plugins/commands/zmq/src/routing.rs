@@ -239,13 +239,13 @@ impl SocketState {
                 let mandatory = self.options.router_mandatory != 0;
                 match self.peers.values_mut().find(|p| p.ready && p.identity == *identity) {
                     Some(peer) if peer.outgoing.has_room(most) => peer.outgoing.push(message.split_off(1)),
-                    Some(_) if mandatory => return Err((Errno::AGAIN, message)),
+                    Some(_) if mandatory => return Err((Errno::WOULD_BLOCK, message)),
                     None if mandatory => return Err((Errno::UNREACHABLE, message)),
                     _ => {}
                 }
             }
             _ => {
-                let Some(number) = self.next_receiver() else { return Err((Errno::AGAIN, message)) };
+                let Some(number) = self.next_receiver() else { return Err((Errno::WOULD_BLOCK, message)) };
                 self.sent_to = number;
                 let request = self.kind == Kind::Request;
                 if let Some(peer) = self.peers.get_mut(&number) {
@@ -288,7 +288,7 @@ impl SocketState {
     /// Returns the next part of a message.
     pub fn receive(&mut self) -> Result<Vec<u8>, Errno> {
         self.prepare()?;
-        let part = self.receiving.pop_front().ok_or(Errno::AGAIN)?;
+        let part = self.receiving.pop_front().ok_or(Errno::WOULD_BLOCK)?;
         self.more = !self.receiving.is_empty();
         if self.kind == Kind::Request && !self.more {
             self.turn = Turn::Begin;
@@ -308,11 +308,11 @@ impl SocketState {
                 _ => None,
             };
             let Some(number) = next(&self.peers, self.received_from, |p| !p.incoming.is_empty()) else {
-                return Err(Errno::AGAIN);
+                return Err(Errno::WOULD_BLOCK);
             };
             self.received_from = number;
-            let Some(peer) = self.peers.get_mut(&number) else { return Err(Errno::AGAIN) };
-            let Some(mut message) = peer.incoming.pop() else { return Err(Errno::AGAIN) };
+            let Some(peer) = self.peers.get_mut(&number) else { return Err(Errno::WOULD_BLOCK) };
+            let Some(mut message) = peer.incoming.pop() else { return Err(Errno::WOULD_BLOCK) };
             match self.kind {
                 Kind::Request if asked == Some(number) && message.first().is_some_and(Vec::is_empty) => {
                     message.remove(0);

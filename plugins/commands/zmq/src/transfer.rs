@@ -58,7 +58,7 @@ impl Operation {
                 }
                 if ready.iter().all(|r| *r == 0) {
                     std::thread::sleep(most.min(POLL_INTERVAL));
-                    return Err(Errno::AGAIN);
+                    return Err(Errno::WOULD_BLOCK);
                 }
                 Ok(vec![Value::Ints(ready)])
             }
@@ -83,10 +83,10 @@ impl Operation {
                 CHECK_INTERVAL
             };
             match self.attempt(world, left.map_or(most, |left| left.min(most))) {
-                Err(Errno::AGAIN) if left == Some(Duration::ZERO) => return Err(Errno::AGAIN),
-                Err(Errno::AGAIN) if suspends => return Ok(Found::Waits),
-                Err(Errno::AGAIN) if c.world().is_interrupted() => return Err(Errno::TERMINATED),
-                Err(Errno::AGAIN) => {}
+                Err(Errno::WOULD_BLOCK) if left == Some(Duration::ZERO) => return Err(Errno::WOULD_BLOCK),
+                Err(Errno::WOULD_BLOCK) if suspends => return Ok(Found::Waits),
+                Err(Errno::WOULD_BLOCK) if c.world().is_interrupted() => return Err(Errno::TERMINATED),
+                Err(Errno::WOULD_BLOCK) => {}
                 Err(errno) => return Err(errno),
                 Ok(values) => return Ok(Found::Values(values)),
             }
@@ -108,7 +108,7 @@ impl Operation {
                 return c.wait_poll(number);
             }
             Found::Values(values) => self.succeed(c, values)?,
-            Found::Failed(Errno::AGAIN) if matches!(self.what, What::Poll { .. }) => self.nothing_ready(c),
+            Found::Failed(Errno::WOULD_BLOCK) if matches!(self.what, What::Poll { .. }) => self.nothing_ready(c),
             Found::Failed(errno) => {
                 fail(c, errno)?;
                 c.ret(-1_i64);

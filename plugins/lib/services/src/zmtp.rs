@@ -19,7 +19,7 @@ pub const FLAG_COMMAND: u8 = 4;
 
 /// What a peer has declared in the handshake.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct PeerInfo {
+pub struct PeerProperties {
     /// The type of its socket, such as `REQ`.
     pub kind: String,
     /// The name by which it wants to be addressed; usually empty.
@@ -35,7 +35,7 @@ pub fn invalid_message(why: &str) -> io::Error {
 /// bytes.
 ///
 /// The declared version is 3.0, in which subscriptions are messages that begin with 1 or 0.
-pub fn greet(stream: &mut (impl Read + Write), kind: &str, identity: &[u8]) -> io::Result<PeerInfo> {
+pub fn greet(stream: &mut (impl Read + Write), kind: &str, identity: &[u8]) -> io::Result<PeerProperties> {
     let mut ours = [0_u8; 64];
     ours[0] = 0xFF;
     ours[8] = 1;
@@ -56,7 +56,7 @@ pub fn greet(stream: &mut (impl Read + Write), kind: &str, identity: &[u8]) -> i
     write_frame(stream, FLAG_COMMAND, &ready)?;
     let (flags, body) = read_frame(stream, u64::from(u16::MAX))?;
     let properties = body.strip_prefix(b"\x05READY").filter(|_| flags & FLAG_COMMAND != 0);
-    Ok(peer_info(properties.ok_or_else(|| invalid_message("expected the READY command as the first frame"))?))
+    Ok(peer_properties(properties.ok_or_else(|| invalid_message("expected the READY command as the first frame"))?))
 }
 
 fn push_property(out: &mut Vec<u8>, name: &str, value: &[u8]) {
@@ -67,17 +67,17 @@ fn push_property(out: &mut Vec<u8>, name: &str, value: &[u8]) {
 }
 
 /// Reads the properties of a READY command. Those after a malformed one are ignored.
-fn peer_info(mut properties: &[u8]) -> PeerInfo {
-    let mut info = PeerInfo { kind: String::new(), identity: Vec::new() };
+fn peer_properties(mut properties: &[u8]) -> PeerProperties {
+    let mut peer = PeerProperties { kind: String::new(), identity: Vec::new() };
     while let Some((name, value, rest)) = next_property(properties) {
         if name.eq_ignore_ascii_case(b"Socket-Type") {
-            info.kind = String::from_utf8_lossy(value).into_owned();
+            peer.kind = String::from_utf8_lossy(value).into_owned();
         } else if name.eq_ignore_ascii_case(b"Identity") {
-            info.identity = value.to_vec();
+            peer.identity = value.to_vec();
         }
         properties = rest;
     }
-    info
+    peer
 }
 
 /// Splits the first property off: its name, its value, and the rest.
@@ -186,7 +186,7 @@ mod tests {
         push_property(&mut bytes, "Identity", b"me");
         push_property(&mut bytes, "socket-type", b"REQ");
         bytes.extend_from_slice(b"\x05abc");
-        assert_eq!(peer_info(&bytes), PeerInfo { kind: "REQ".into(), identity: b"me".to_vec() });
+        assert_eq!(peer_properties(&bytes), PeerProperties { kind: "REQ".into(), identity: b"me".to_vec() });
     }
 
     #[test]

@@ -1,7 +1,7 @@
 use super::*;
 use crate::endpoint::open;
 
-const PATIENCE: Duration = Duration::from_secs(20);
+const TEST_TIMEOUT: Duration = Duration::from_secs(20);
 
 /// Creates a bound socket and one that is connected to it.
 fn pair(bound: Kind, connected: Kind, endpoint: &str) -> (Socket, Socket) {
@@ -17,11 +17,11 @@ fn parsed(endpoint: &str) -> Endpoint {
 }
 
 fn receive(socket: &Socket) -> Result<Vec<u8>, Errno> {
-    socket.wait(PATIENCE, SocketState::receive)
+    socket.wait(TEST_TIMEOUT, SocketState::receive)
 }
 
 fn send(socket: &Socket, text: &[u8], more: bool) {
-    socket.wait(PATIENCE, |state| state.send(text, more)).unwrap();
+    socket.wait(TEST_TIMEOUT, |state| state.send(text, more)).unwrap();
 }
 
 #[test]
@@ -59,7 +59,7 @@ fn queued_messages_are_sent_after_close_and_before_a_listener_exists() {
     let mut pull = Socket::new(Kind::Pull, &limits);
     pull.bind(&endpoint).unwrap();
     // Some messages may be lost with the old connection.
-    let end = Instant::now() + PATIENCE;
+    let end = Instant::now() + TEST_TIMEOUT;
     while pull.with(|state| !state.can_receive()) && Instant::now() < end {
         let _ = push.with(|state| state.send(b"again", false));
         thread::sleep(Duration::from_millis(5));

@@ -24,7 +24,7 @@ fn request_alternates_between_sending_and_receiving() {
     socket.send(b"a", false).unwrap();
     assert_eq!(sent(&mut socket, 1), Some(message(&["", "a"])));
     assert_eq!(socket.send(b"b", false), Err(Errno::STATE));
-    assert_eq!(socket.receive(), Err(Errno::AGAIN));
+    assert_eq!(socket.receive(), Err(Errno::WOULD_BLOCK));
     socket.deposit(1, message(&["no delimiter"]));
     socket.deposit(1, message(&["", "1", "2"]));
     assert_eq!((socket.receive(), socket.more), (Ok(b"1".to_vec()), true));
@@ -73,7 +73,7 @@ fn subscriber_announces_its_topics_and_filters() {
     socket.deposit(1, message(&["b"]));
     socket.deposit(1, message(&["abc"]));
     assert_eq!(socket.receive().unwrap(), b"abc");
-    assert_eq!(socket.receive(), Err(Errno::AGAIN));
+    assert_eq!(socket.receive(), Err(Errno::WOULD_BLOCK));
     // A peer that connects later, or again, gets all topics.
     let late = socket.add_peer();
     assert!(socket.peer_is_ready(late, Vec::new()));
@@ -92,12 +92,12 @@ fn push_serves_peers_in_turn_and_stops_at_full_queues() {
     }
     assert!(!socket.can_send());
     socket.send(b"first", true).unwrap();
-    assert_eq!(socket.send(b"last", false), Err(Errno::AGAIN));
+    assert_eq!(socket.send(b"last", false), Err(Errno::WOULD_BLOCK));
     assert_eq!((sent(&mut socket, 1), sent(&mut socket, 2)), (Some(message(&["1"])), Some(message(&["2"]))));
     socket.send(b"last", false).unwrap();
     assert_eq!(sent(&mut socket, 1), Some(message(&["first", "last"])));
     // Without a peer, nothing can be sent.
-    assert_eq!(self::socket(Kind::Push, 0).send(b"", false), Err(Errno::AGAIN));
+    assert_eq!(self::socket(Kind::Push, 0).send(b"", false), Err(Errno::WOULD_BLOCK));
 }
 
 #[test]
