@@ -9,7 +9,7 @@
 //! use std::{path::Path, sync::Arc};
 //! use tatu_core::{World, document, host_tables, plugins::{Registry, Search}};
 //!
-//! let registry = Arc::new(Registry::load(Search::standard(None, None, &[]), host_tables()));
+//! let registry = Arc::new(Registry::load(SearchPath::standard(None, None, &[]), host_tables()));
 //! let scene = document::load(Path::new("scenes/first/pioneer_avoids_walls.toml"), &registry, &Default::default())?;
 //! let world = World::new(Arc::new(scene), registry)?;
 //! world.start();
