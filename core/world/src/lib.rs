@@ -7,7 +7,7 @@
 //!
 //! ```no_run
 //! use std::{path::Path, sync::Arc};
-//! use tatu_core::{World, document, host_tables, plugins::{Registry, Search}};
+//! use tatu_core::{World, document, host_tables, plugins::{Registry, SearchPath}};
 //!
 //! let registry = Arc::new(Registry::load(SearchPath::standard(None, None, &[]), host_tables()));
 //! let scene = document::load(Path::new("scenes/first/pioneer_avoids_walls.toml"), &registry, &Default::default())?;

@@ -51,7 +51,7 @@ pub struct HotReload {
 
 impl HotReload {
     /// Creates the watcher for a world built from this scene with these options. Its plugins must have been opened as
-    /// [copies](tatu_plugins::Search::copies), because a library must not be overwritten while it is loaded.
+    /// [copies](tatu_plugins::SearchPath::copies), because a library must not be overwritten while it is loaded.
     pub fn new(scene: &Path, options: &LoadOptions, world: &World) -> Self {
         let mut files = FileWatcher::new();
         for plugin in &world.registry().plugins {
