@@ -37,10 +37,10 @@ pub struct JointEfforts {
     pub drive: Vec<f64>,
     /// Forces of dry friction, within their bounds.
     pub friction: Vec<f64>,
-    /// Forces of limits: not negative at a lower limit and not positive at an upper one, unless [`StepReport::met`] is
-    /// false.
+    /// Forces of limits: not negative at a lower limit and not positive at an upper one, unless
+    /// [`StepReport::satisfied`] is false.
     ///
-    /// [`StepReport::met`]: crate::Report::met
+    /// [`StepReport::satisfied`]: crate::StepReport::satisfied
     pub limit: Vec<f64>,
 }
 

@@ -7,7 +7,7 @@ use crate::Faces;
 
 /// A query that casts all rays of a bundle.
 ///
-/// A ray hits the same surfaces as a [`Beam`](crate::Beam) with [`Volume::PixelRay`](crate::Volume::PixelRay) and the same
+/// A ray hits the same surfaces as a [`Beam`](crate::Beam) with [`Volume::Ray`](crate::Volume::Ray) and the same
 /// limits. Up to 100 m, distances differ by less than 1e-4 m, except for rays that pass within that distance of an
 /// edge.
 #[derive(Debug, Clone, Copy)]
