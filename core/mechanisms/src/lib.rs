@@ -18,7 +18,7 @@
 //!
 //! ```
 //! use nalgebra::{Isometry3, Matrix3, Vector3};
-//! use tatu_mechanisms::{Bound, Drive, Drives, Joint, Link, Solver, State, Tree};
+//! use tatu_mechanisms::{DofDrive, ForceBound, Joint, Link, Tree, TreeDrives, TreeSolver, TreeState};
 //!
 //! let arm = Link::new(
 //!     None,
@@ -29,8 +29,9 @@
 //!     Matrix3::identity() * 0.1,
 //! );
 //! let tree = Tree::new(vec![arm])?;
-//! let (mut state, mut solver, mut drives) = (State::new(&tree), Solver::new(&tree), Drives::new(&tree));
-//! drives.drive[0] = Drive::Velocity { target: 0.0, bound: Bound::force(10.0) };
+//! let mut drives = TreeDrives::new(&tree);
+//! let (mut state, mut solver) = (TreeState::new(&tree), TreeSolver::new(&tree));
+//! drives.drive[0] = DofDrive::Velocity { target: 0.0, bound: ForceBound::force(10.0) };
 //! solver.step(&mut state, &tree, &drives, Vector3::new(0.0, 0.0, -9.81), 1.25e-3)?;
 //! assert_eq!(state.q[0], 0.0);
 //! assert!((solver.efforts().drive[0] + 2.0 * 9.81 * 0.3).abs() < 1e-12);
