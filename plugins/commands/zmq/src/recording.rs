@@ -13,7 +13,7 @@ use crate::{
 const KIND: &str = "zmq";
 
 /// The result of access to the network.
-pub enum Found {
+pub enum SocketOutcome {
     /// Values.
     Values(Vec<Value>),
     /// The call failed.
@@ -24,9 +24,9 @@ pub enum Found {
     Denied(String, String),
 }
 
-impl From<Errno> for Found {
+impl From<Errno> for SocketOutcome {
     fn from(errno: Errno) -> Self {
-        Found::Failed(errno)
+        SocketOutcome::Failed(errno)
     }
 }
 
@@ -34,21 +34,21 @@ impl From<Errno> for Found {
 pub fn observe(
     c: &Ctx<'_>,
     name: &str,
-    look: impl FnOnce(&Ctx<'_>, &mut WorldState) -> Result<Found>,
-) -> Result<Found> {
+    look: impl FnOnce(&Ctx<'_>, &mut WorldState) -> Result<SocketOutcome>,
+) -> Result<SocketOutcome> {
     let mut failed = None;
     let found = c.world().observe(KIND, || {
         let found = state(c).and_then(|mut world| look(c, &mut world));
         let found = found.unwrap_or_else(|fail| {
             failed = Some(fail);
-            Found::Failed(Errno::INVALID)
+            SocketOutcome::Failed(Errno::INVALID)
         });
         json!([name, write(&found)]).to_string()
     })?;
     if let Some(fail) = failed {
         return Err(fail);
     }
-    let read = |text: &str| -> Option<Found> {
+    let read = |text: &str| -> Option<SocketOutcome> {
         let (then, found): (String, Json) = serde_json::from_str(text).ok()?;
         (then == name).then(|| read(&found))?
     };
@@ -60,22 +60,22 @@ pub fn observe(
     })
 }
 
-fn write(found: &Found) -> Json {
+fn write(found: &SocketOutcome) -> Json {
     match found {
-        Found::Values(values) => values.iter().map(json::write).collect(),
-        Found::Failed(errno) => json!({ "errno": errno.0 }),
-        Found::Waits => Json::Null,
-        Found::Denied(text, help) => json!({ "denied": text, "help": help }),
+        SocketOutcome::Values(values) => values.iter().map(json::write).collect(),
+        SocketOutcome::Failed(errno) => json!({ "errno": errno.0 }),
+        SocketOutcome::Waits => Json::Null,
+        SocketOutcome::Denied(text, help) => json!({ "denied": text, "help": help }),
     }
 }
 
-fn read(json: &Json) -> Option<Found> {
+fn read(json: &Json) -> Option<SocketOutcome> {
     Some(match json {
-        Json::Array(values) => Found::Values(values.iter().map(json::read).collect::<Result<_>>().ok()?),
-        Json::Null => Found::Waits,
+        Json::Array(values) => SocketOutcome::Values(values.iter().map(json::read).collect::<Result<_>>().ok()?),
+        Json::Null => SocketOutcome::Waits,
         _ => match json.get("errno") {
-            Some(errno) => Found::Failed(Errno(errno.as_i64()?)),
-            None => Found::Denied(json.get("denied")?.as_str()?.into(), json.get("help")?.as_str()?.into()),
+            Some(errno) => SocketOutcome::Failed(Errno(errno.as_i64()?)),
+            None => SocketOutcome::Denied(json.get("denied")?.as_str()?.into(), json.get("help")?.as_str()?.into()),
         },
     })
 }

@@ -7,7 +7,7 @@ use crate::{
     errors::Errno,
     links::Socket,
     options::{self, EVENTS, LAST_ENDPOINT, MAXMSGSIZE, RCVMORE, ROUTING_ID, SUBSCRIBE, TYPE, UNSUBSCRIBE},
-    recording::{Found, denial, observe},
+    recording::{SocketOutcome, denial, observe},
     transfer::{events_of, socket_param},
     world::{Ctx, Zmq, allowed, fail, state, status},
 };
@@ -45,15 +45,15 @@ fn attaching(
             let endpoint = match endpoint::open(&text, bind, &allowed(c)?) {
                 Ok(endpoint) => endpoint,
                 Err(Refusal::Error(errno)) => return Ok(errno.into()),
-                Err(Refusal::Denied(text, help)) => return Ok(Found::Denied(text, help)),
+                Err(Refusal::Denied(text, help)) => return Ok(SocketOutcome::Denied(text, help)),
             };
             let done = world.socket(&socket).and_then(|socket| f(socket, &endpoint));
-            Ok(done.map_or_else(Found::Failed, |()| Found::Values(Vec::new())))
+            Ok(done.map_or_else(SocketOutcome::Failed, |()| SocketOutcome::Values(Vec::new())))
         })?;
         match found {
-            Found::Denied(text, help) => Err(denial(text, help)),
-            Found::Failed(errno) => status(c, Err(errno)),
-            Found::Values(_) | Found::Waits => status(c, Ok(())),
+            SocketOutcome::Denied(text, help) => Err(denial(text, help)),
+            SocketOutcome::Failed(errno) => status(c, Err(errno)),
+            SocketOutcome::Values(_) | SocketOutcome::Waits => status(c, Ok(())),
         }
     };
     Command::new(name, run).param(socket_param()).returns(result())
@@ -88,11 +88,11 @@ fn get_option(c: &mut Ctx<'_>, name: &'static str, bytes: bool) -> Result {
     let (socket, option) = (c.text(0)?, c.i64(1)?);
     let found = observe(c, name, |_, world| {
         let value = world.socket(&socket).and_then(|socket| read_option(socket, option));
-        Ok(value.map_or_else(Found::Failed, |value| Found::Values(vec![value])))
+        Ok(value.map_or_else(SocketOutcome::Failed, |value| SocketOutcome::Values(vec![value])))
     })?;
     let value = match found {
-        Found::Values(values) => values.into_iter().next().ok_or(Errno::INVALID),
-        Found::Failed(errno) => Err(errno),
+        SocketOutcome::Values(values) => values.into_iter().next().ok_or(Errno::INVALID),
+        SocketOutcome::Failed(errno) => Err(errno),
         _ => Err(Errno::INVALID),
     };
     let value = match value {

@@ -10,7 +10,7 @@ use tatu_plugin_api::safe::{Command, Offer, Outcome, Param, Result, Value};
 use crate::{
     errors::Errno,
     operation::{Operation, What},
-    recording::{Found, denial, observe},
+    recording::{SocketOutcome, denial, observe},
     routing::SocketState,
     world::{Ctx, WorldState, Zmq, fail, state},
 };
@@ -66,7 +66,7 @@ impl Operation {
     }
 
     /// Attempts the call until it succeeds, fails, or must wait for the next step.
-    fn look(&mut self, c: &Ctx<'_>, world: &mut WorldState) -> Result<Found, Errno> {
+    fn look(&mut self, c: &Ctx<'_>, world: &mut WorldState) -> Result<SocketOutcome, Errno> {
         let first = !std::mem::replace(&mut self.begun, true);
         if first {
             let timeout = u64::try_from(self.timeout(world)?);
@@ -84,11 +84,11 @@ impl Operation {
             };
             match self.attempt(world, left.map_or(most, |left| left.min(most))) {
                 Err(Errno::WOULD_BLOCK) if left == Some(Duration::ZERO) => return Err(Errno::WOULD_BLOCK),
-                Err(Errno::WOULD_BLOCK) if suspends => return Ok(Found::Waits),
+                Err(Errno::WOULD_BLOCK) if suspends => return Ok(SocketOutcome::Waits),
                 Err(Errno::WOULD_BLOCK) if c.world().is_interrupted() => return Err(Errno::TERMINATED),
                 Err(Errno::WOULD_BLOCK) => {}
                 Err(errno) => return Err(errno),
-                Ok(values) => return Ok(Found::Values(values)),
+                Ok(values) => return Ok(SocketOutcome::Values(values)),
             }
         }
     }
@@ -96,9 +96,9 @@ impl Operation {
     /// Makes the call, or lets it wait for the next step.
     fn run(mut self, c: &mut Ctx<'_>) -> Result<Outcome> {
         let name = self.name;
-        let found = observe(c, name, |c, world| Ok(self.look(c, world).unwrap_or_else(Found::Failed)))?;
+        let found = observe(c, name, |c, world| Ok(self.look(c, world).unwrap_or_else(SocketOutcome::Failed)))?;
         match found {
-            Found::Waits => {
+            SocketOutcome::Waits => {
                 let number = {
                     let mut world = state(c)?;
                     let number = world.next_number();
@@ -107,16 +107,18 @@ impl Operation {
                 };
                 return c.wait_poll(number);
             }
-            Found::Values(values) => self.succeed(c, values)?,
-            Found::Failed(Errno::WOULD_BLOCK) if matches!(self.what, What::Poll { .. }) => self.nothing_ready(c),
-            Found::Failed(errno) => {
+            SocketOutcome::Values(values) => self.succeed(c, values)?,
+            SocketOutcome::Failed(Errno::WOULD_BLOCK) if matches!(self.what, What::Poll { .. }) => {
+                self.nothing_ready(c)
+            }
+            SocketOutcome::Failed(errno) => {
                 fail(c, errno)?;
                 c.ret(-1_i64);
                 if self.has_data() {
                     c.ret(Value::Nil);
                 }
             }
-            Found::Denied(text, help) => return Err(denial(text, help)),
+            SocketOutcome::Denied(text, help) => return Err(denial(text, help)),
         }
         Ok(Outcome::Done)
     }
