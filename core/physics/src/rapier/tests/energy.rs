@@ -120,8 +120,8 @@ impl RandomMechanism {
         self.bodies.iter().map(of).sum()
     }
 
-    /// Runs for some seconds with drives whose targets jump; returns the greatest excess of the energy over its greatest
-    /// value so far plus the work of the drives, relative to the energy that has been turned over.
+    /// Runs for some seconds with drives whose targets jump; returns the greatest excess of the energy over its
+    /// greatest value so far plus the work of the drives, relative to the energy that has been turned over.
     fn run(&mut self, random: &mut TestRng, seconds: f64) -> f64 {
         let mass: f64 = self.bodies.iter().map(|b| b.1).sum();
         let (mut allowed, mut worst) = (self.energy(), 0.0f64);
@@ -149,12 +149,6 @@ impl RandomMechanism {
                 return f64::INFINITY;
             }
             allowed += work.max(0.0);
-            if std::env::var("TRACE").is_ok() && (energy - allowed) / turned_over > worst.max(1e-4) {
-                println!(
-                    "step {step} energy {energy:.4} allowed {allowed:.4} turned {turned_over:.3} excess {:.2e} work {work:.3}",
-                    (energy - allowed) / turned_over
-                );
-            }
             worst = worst.max((energy - allowed) / turned_over);
             allowed = allowed.max(energy);
         }
