@@ -84,8 +84,8 @@ pub struct RunArgs {
     pub scene: Option<PathBuf>,
     #[command(flatten)]
     pub changes: SceneChanges,
-    /// Run the script given by `--script V_REP_POSES` without its scene; objects that it looks up are created as its calls
-    /// need them.
+    /// Run the script given by `--script V_REP_POSES` without its scene; objects that it looks up are created as its
+    /// calls need them.
     #[arg(long, conflicts_with_all = ["scene", "replay", "from", "reload"], requires = "scripts")]
     pub stand_ins: bool,
     /// Kind of the script, instead of the kind inferred from its source: main, child, threaded, customization, add-on

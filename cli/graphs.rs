@@ -45,8 +45,8 @@ fn file_name(name: &str) -> String {
     if name.trim_matches('.').is_empty() { "graph".into() } else { name }
 }
 
-/// Returns the header of a column, with its unit. Spreadsheets would take a text that begins like a formula as one, which
-/// can read other files or run programs; an apostrophe before it makes it a text.
+/// Returns the header of a column, with its unit. Spreadsheets would take a text that begins like a formula as one,
+/// which can read other files or run programs; an apostrophe before it makes it a text.
 fn head(name: &str, unit: &str) -> String {
     let formula = if name.starts_with(['=', '+', '-', '@', '\t', '\r', '\n']) { "'" } else { "" };
     let text = if unit.is_empty() { format!("{formula}{name}") } else { format!("{formula}{name} [{unit}]") };

@@ -66,8 +66,8 @@ fn verdict(lacks: &[String], faults: &[Fault]) -> String {
     }
 }
 
-/// Returns the first sentence of a report, cut to `MAX_REPORT_CHARS` characters. The file name is removed, because the summary
-/// starts with it.
+/// Returns the first sentence of a report, cut to `MAX_REPORT_CHARS` characters. The file name is removed, because the
+/// summary starts with it.
 fn shortened(text: &str) -> String {
     let rest =
         text.split_once(": ").filter(|(file, _)| file.contains('.') && !file.contains(' ')).map_or(text, |(_, r)| r);

@@ -178,8 +178,8 @@ fn missing_in_one(a: &Map<String, Value>, b: &Map<String, Value>, path: &str) ->
     }
 }
 
-/// Returns the first `MAX_FIELDS` fields of an object or reading that differ, with both values. Fields that only the second
-/// trace contains are not listed.
+/// Returns the first `MAX_FIELDS` fields of an object or reading that differ, with both values. Fields that only the
+/// second trace contains are not listed.
 fn differing_fields(a: &Value, b: &Value) -> String {
     let (Some(a), Some(b)) = (a.as_object(), b.as_object()) else { return String::new() };
     let differing = a.iter().filter(|(key, x)| b.get(*key) != Some(x)).take(MAX_FIELDS);

@@ -168,8 +168,8 @@ fn uneven_spheres_are_ellipsoids() {
     }
 }
 
-/// With the inertia (1, 1, 1) kg m^2, the second moments of mass are 1/2 along each axis; a factor of 2 along x makes the
-/// first of them 2.
+/// With the inertia (1, 1, 1) kg m^2, the second moments of mass are 1/2 along each axis; a factor of 2 along x makes
+/// the first of them 2.
 #[test]
 fn stated_matter_is_scaled_with_the_shape() {
     let shape = |stated: &str| {

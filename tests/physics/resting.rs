@@ -2,8 +2,8 @@
 
 use crate::{kit::*, scenes::*};
 
-/// Checks that the four force sensors `NAME0` to `NAME3` below a load of 10 kg read a force, N, along z after 3 s: to 1e-6
-/// of the load as trees, where statics determines it, and to 1e-3 in the other forms.
+/// Checks that the four force sensors `NAME0` to `NAME3` below a load of 10 kg read a force, N, along z after 3 s: to
+/// 1e-6 of the load as trees, where statics determines it, and to 1e-3 in the other forms.
 #[track_caller]
 fn sensors_read(scene: String, name: &str, force: f64) {
     let script = "function sysCall_sensing()
@@ -51,8 +51,8 @@ fn load_cells_below_a_table_carry_equal_shares() {
     sensors_read(scene, "cell", -(10.0 / 4.0 + 0.1) * G);
 }
 
-/// Two fingers of 20 N hold 1 kg by friction 1, which could carry 40 N: at most 17.7 N while it is shaken by 5 cm at 2 Hz.
-/// The faces also carry the torque of an object that is held above its centre.
+/// Two fingers of 20 N hold 1 kg by friction 1, which could carry 40 N: at most 17.7 N while it is shaken by 5 cm at 2
+/// Hz. The faces also carry the torque of an object that is held above its centre.
 #[test]
 fn grip_with_friction_to_spare_does_not_pivot() {
     let finger = |side: f64, alias: &str| {

@@ -95,8 +95,8 @@ fn a_sine_is_followed_within_80_ms() {
     }
 }
 
-/// The integral does not grow while a wall blocks the drive at its limit: when the target returns, so does the joint, at
-/// once, as P alone would.
+/// The integral does not grow while a wall blocks the drive at its limit: when the target returns, so does the joint,
+/// at once, as P alone would.
 #[test]
 fn the_integral_does_not_wind_up_at_the_limit() {
     let run = |i: f64| {

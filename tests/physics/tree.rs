@@ -117,8 +117,8 @@ fn a_surface_may_become_special_in_a_run() {
     near("slows down", speed(end, "/b"), 1.0 - 0.002 / 0.1 * G * 5.0 / 7.0 * (end.time() - 1.0), 0.02);
 }
 
-/// Returns a heavy rail on the floor and a drawer that rests on it, 1 mm deep in it. The drawer slides on a joint that is
-/// tilted by an angle, degrees.
+/// Returns a heavy rail on the floor and a drawer that rests on it, 1 mm deep in it. The drawer slides on a joint that
+/// is tilted by an angle, degrees.
 fn drawer_on_rail(friction: f64, tilt: f64) -> String {
     format!(
         "dt_s = 0.005\n{}\

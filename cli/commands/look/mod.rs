@@ -1,7 +1,7 @@
 //! `tatu look`: renders a picture of a scene, or of a sensor's reading.
 //!
-//! `sensor` chooses the type of picture by the schemas of a reading; `scan`, `frame`, `proximity` and `numbers` draw it;
-//! `canvas` contains drawing primitives; `file` writes PNG files.
+//! `sensor` chooses the type of picture by the schemas of a reading; `scan`, `frame`, `proximity` and `numbers` draw
+//! it; `canvas` contains drawing primitives; `file` writes PNG files.
 
 pub mod canvas;
 pub mod file;

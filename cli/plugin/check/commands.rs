@@ -166,8 +166,8 @@ pub fn ordinary_script(subject: &TestedPlugin) -> String {
     format!("{LUA_HELPERS}\nfunction sysCall_actuation()\n{body}end\n")
 }
 
-/// Returns the script of [`ordinary_script`] with an additional thread, which calls each command with arguments that make
-/// counting or waiting commands wait.
+/// Returns the script of [`ordinary_script`] with an additional thread, which calls each command with arguments that
+/// make counting or waiting commands wait.
 pub fn waiting_script(subject: &TestedPlugin) -> String {
     let mut body = String::new();
     for c in own_commands(subject) {

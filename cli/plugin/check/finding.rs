@@ -29,8 +29,8 @@ pub struct Finding {
     pub text: String,
 }
 
-/// A message from a child process to its parent, sent as a line that starts with [`LINE_PREFIX`]. All other lines are output
-/// of the plugin.
+/// A message from a child process to its parent, sent as a line that starts with [`LINE_PREFIX`]. All other lines are
+/// output of the plugin.
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum ChildMessage {
@@ -70,7 +70,8 @@ pub fn send(line: &ChildMessage) {
     }
 }
 
-/// The file descriptor to which lines for the parent are written: standard output, until `redirect_output` redirects it.
+/// The file descriptor to which lines for the parent are written: standard output, until `redirect_output` redirects
+/// it.
 #[cfg(unix)]
 static CHANNEL: std::sync::atomic::AtomicI32 = std::sync::atomic::AtomicI32::new(1);
 

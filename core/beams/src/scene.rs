@@ -40,8 +40,8 @@ pub struct BeamTarget {
 
 /// Number of beams per task of the thread pool.
 const BEAMS_PER_TASK: usize = 64;
-/// If fewer than one in `PARTIAL_REFIT_RATIO` targets move, only the ancestors of each moved target are refitted; otherwise the whole
-/// tree is.
+/// If fewer than one in `PARTIAL_REFIT_RATIO` targets move, only the ancestors of each moved target are refitted;
+/// otherwise the whole tree is.
 const PARTIAL_REFIT_RATIO: usize = 8;
 /// Number of moved targets per task of the thread pool.
 const MOVES_PER_TASK: usize = 256;

@@ -118,8 +118,8 @@ impl<T> JobQueue<T> {
     /// Posts a job without waiting for it; `None` makes the thread return from [`serve`](Self::serve).
     pub fn post<'a>(&'a self, thread: &Thread, job: Option<&'a mut ThreadJob<'_, T>>) -> PostedJob<'a, T> {
         let turn = self.caller_lock.lock().unwrap_or_else(PoisonError::into_inner);
-        // SAFETY: only the lifetime changes. `PostedJob` borrows the job, and dropping it waits until the thread is done
-        // with the job.
+        // SAFETY: only the lifetime changes. `PostedJob` borrows the job, and dropping it waits until the thread is
+        // done with the job.
         let job =
             job.map(|job| unsafe { std::mem::transmute::<*mut ThreadJob<'_, T>, *mut ThreadJob<'static, T>>(job) });
         // SAFETY: this caller has the turn and the state is `FREE`, so no other thread uses `posted`.

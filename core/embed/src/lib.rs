@@ -2,7 +2,8 @@
 //!
 //! - [`search`]: locates plugins and models; `restart`: starts this program again;
 //! - [`WorldSetup`]: the inputs from which a world is built; [`WorldSlot`]: a world together with these inputs;
-//! - [`WorldHost`]: a world on a separate thread, which any thread may use; [`WorldBatch`]: many worlds on several threads;
+//! - [`WorldHost`]: a world on a separate thread, which any thread may use; [`WorldBatch`]: many worlds on several
+//!   threads;
 //! - `job_queue`: passes jobs to the thread of a host or a batch;
 //! - [`sweep`]: many runs with different parameters and seeds, each of which produces a row of results;
 //! - [`picture`]: renders the view of a camera.

@@ -1,6 +1,7 @@
 //! Errors of documents and plugins before a run, and faults during one.
 //!
-//! - [`Error`]: the reason why an operation on a scene, plugin, snapshot or world failed, with its [`SourceLocation`] in a file;
+//! - [`Error`]: the reason why an operation on a scene, plugin, snapshot or world failed, with its [`SourceLocation`]
+//!   in a file;
 //! - [`Fault`]: an error during a run;
 //! - [`Refusal`]: the reason why a property could not be read or set.
 

@@ -11,8 +11,8 @@ pub struct Mesh {
     pub vertices: Vec<Point3<f64>>,
     /// Three indices into `vertices` per triangle.
     pub triangles: Vec<[u32; 3]>,
-    /// Texture coordinates of each vertex, for `TextureMapping::Mesh`: right and up, each 0 to 1 inside the image. Empty if
-    /// the mesh has no texture coordinates.
+    /// Texture coordinates of each vertex, for `TextureMapping::Mesh`: right and up, each 0 to 1 inside the image.
+    /// Empty if the mesh has no texture coordinates.
     pub coordinates: Vec<[f32; 2]>,
 }
 

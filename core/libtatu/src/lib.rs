@@ -1,8 +1,8 @@
 //! The simulator as a C library. `include/tatu_world.h` declares and documents its functions.
 //!
 //! - `answer`: errors, and the guard around each function; `open`: the table of open worlds;
-//! - `arguments`: conversion of arguments and results; `setup`: the arguments from which a world is built; this module: the
-//!   exported functions.
+//! - `arguments`: conversion of arguments and results; `setup`: the arguments from which a world is built; this module:
+//!   the exported functions.
 
 mod answer;
 mod arguments;

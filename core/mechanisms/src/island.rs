@@ -79,15 +79,15 @@ impl Island {
     /// overlaps are removed by position changes only, which add no momentum.
     ///
     /// Joints and contacts are solved alternately: first all joints exactly, under the current contact forces, and then
-    /// all contacts, with the current compliance of the joints: directly if they rest, otherwise by Gauss-Seidel sweeps.
-    /// One round suffices unless a joint changes between holding and yielding. Complexity: that of the step of each tree,
-    /// plus the depth of each contact per sweep.
+    /// all contacts, with the current compliance of the joints: directly if they rest, otherwise by Gauss-Seidel
+    /// sweeps. One round suffices unless a joint changes between holding and yielding. Complexity: that of the step of
+    /// each tree, plus the depth of each contact per sweep.
     ///
     /// # Errors
     ///
-    /// Fails like [`TreeSolver::step`](crate::TreeSolver::step), with the index of the member. Fails if `carried` of a member
-    /// does not have one entry per velocity, or a contact has an invalid value or refers to a link that does not exist.
-    /// The states of the members are then unchanged.
+    /// Fails like [`TreeSolver::step`](crate::TreeSolver::step), with the index of the member. Fails if `carried` of a
+    /// member does not have one entry per velocity, or a contact has an invalid value or refers to a link that does not
+    /// exist. The states of the members are then unchanged.
     pub fn step(
         &mut self,
         members: &mut [IslandTree<'_>],
@@ -113,8 +113,8 @@ impl Island {
         }
         let mut report = self.resolve(members, contacts, h)?;
         if members.iter().any(|m| m.solver.step.max_velocity_change(&m.state.v) > VELOCITY_TOLERANCE) {
-            // In an impact, velocities jump in the middle of the step: the mean of the forces before and after it, not the
-            // force at the mean velocity, preserves momentum.
+            // In an impact, velocities jump in the middle of the step: the mean of the forces before and after it, not
+            // the force at the mean velocity, preserves momentum.
             let pressed = contacts.iter().zip(&self.impulses);
             let impact = pressed.into_iter().any(|(c, l)| c.impulse == Vector3::zeros() && l[0] > 0.0);
             for m in members.iter_mut() {
@@ -178,8 +178,8 @@ impl Island {
         }
     }
 
-    /// Solves joints and contacts alternately until the solutions no longer affect each other, for at most [`MAX_ROUNDS`]
-    /// rounds.
+    /// Solves joints and contacts alternately until the solutions no longer affect each other, for at most
+    /// [`MAX_ROUNDS`] rounds.
     fn resolve(
         &mut self,
         members: &mut [IslandTree<'_>],

@@ -8,8 +8,8 @@
 
 use crate::motor::{MotorCurve, within};
 
-/// Maximum number of corners of a law. At most 13 are needed: 9 of a motor (see [`MotorCurve::corners`]), 2 of friction, and
-/// 2 of limits.
+/// Maximum number of corners of a law. At most 13 are needed: 9 of a motor (see [`MotorCurve::corners`]), 2 of
+/// friction, and 2 of limits.
 const MAX_CORNERS: usize = 20;
 /// The force of a drive that holds a velocity without a force limit; it is finite so that the corners of its law are.
 pub(crate) const UNLIMITED_FORCE: f64 = 1e300;

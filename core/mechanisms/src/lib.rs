@@ -5,7 +5,8 @@
 //! - [`Dynamics`]: mass matrix, bias forces, inverse and forward dynamics, energy;
 //! - [`TreeDrives`]: drives, springs and forces on the joints; a [`TreeSolver`] advances a state by a step and computes
 //!   [`JointEfforts`];
-//! - [`ContactPoint`]: points at which trees touch each other or other bodies; a [`Island`] advances several trees together.
+//! - [`ContactPoint`]: points at which trees touch each other or other bodies; a [`Island`] advances several trees
+//!   together.
 //!
 //! Units are SI, with angles in rad; vectors are in the world frame unless stated otherwise. Once trees, states and
 //! solvers have been created, only an island allocates memory: when trees or contacts are added, and when contacts push
@@ -13,8 +14,8 @@
 //! processors: the crate adds, multiplies, divides and computes square roots in a fixed order, and uses the sine and
 //! cosine of `libm`. Each file imports only from the files before it in this order: `vector`, `spatial`, `error`,
 //! `link`, `tree`, `state`, `kinematics`, `newton_euler`, `composite`, `factor`, `dynamics`; `drive`, `motor`, `law`,
-//! `pivot`, `step`, `solver`; `contact`, `island_tree`, `jacobian`, `coupling`, `resting`, `island` with its part `excess`.
-//! Equations, sources and limitations are in `docs/mechanisms.md`.
+//! `pivot`, `step`, `solver`; `contact`, `island_tree`, `jacobian`, `coupling`, `resting`, `island` with its part
+//! `excess`. Equations, sources and limitations are in `docs/mechanisms.md`.
 //!
 //! ```
 //! use nalgebra::{Isometry3, Matrix3, Vector3};

@@ -3,8 +3,8 @@
 //! With one piece selected for each law, the problem is linear: velocities on vertical pieces are known, and the others
 //! are found by one linear solve along the tree. A law is violated if its solution is not on the selected piece; the
 //! adjacent piece is then selected. Doing this for all violated laws at once usually takes one to three solves, but may
-//! cycle. If the number of violated laws does not decrease for [`MAX_STALLED_SOLVES`] solves, only the piece of the first of them
-//! is changed per solve, until fewer laws are violated than ever before.
+//! cycle. If the number of violated laws does not decrease for [`MAX_STALLED_SOLVES`] solves, only the piece of the
+//! first of them is changed per solve, until fewer laws are violated than ever before.
 //!
 //! Source: Júdice and Pires, A block principal pivoting algorithm for large-scale strictly monotone linear
 //! complementarity problems, Computers & Operations Research 21, 1994, for laws of two pieces; the paper cites Murty's

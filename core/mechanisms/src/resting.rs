@@ -60,7 +60,8 @@ impl RestingSolver {
     }
 
     /// Finds the impulses under which all contacts rest at the end of a step of duration `h`, s. `start` are the
-    /// impulses that `jacobian` already includes. Contacts that cannot move keep theirs. The tolerance is a velocity, m/s.
+    /// impulses that `jacobian` already includes. Contacts that cannot move keep theirs. The tolerance is a velocity,
+    /// m/s.
     pub fn solve(
         &mut self,
         rows: &ContactJacobian,

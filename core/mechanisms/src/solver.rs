@@ -27,8 +27,8 @@ pub enum IntegrationScheme {
 /// Statistics of a step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct StepReport {
-    /// Number of linear solves: 3 ([`IntegrationScheme::Leapfrog`]: 2) if every guess was correct, or 1 if, in addition, no
-    /// velocity changed.
+    /// Number of linear solves: 3 ([`IntegrationScheme::Leapfrog`]: 2) if every guess was correct, or 1 if, in
+    /// addition, no velocity changed.
     pub solutions: usize,
     /// Whether the laws of all drives, friction and limits were satisfied. If not, the forces of this step are within
     /// their bounds, but a drive may have missed its target, or a joint may have lost momentum at a limit.

@@ -1,10 +1,10 @@
 //! The phases of a step of one tree. A solver runs them for a single tree, an island for trees that touch.
 //!
 //! [`TreeStep::begin`] advances positions by half a step at the old velocities, and computes poses there;
-//! [`TreeStep::set_laws`] sets the laws of joints; [`TreeStep::guess`] computes bias forces; [`TreeStep::solve`] finds the velocities
-//! at the end; [`TreeStep::use_mean_velocities`] and [`TreeStep::use_mean_poses`] refine the equation for the next `solve`;
-//! [`TreeStep::conclude`] computes forces, [`TreeStep::finish`] positions at the end, [`TreeStep::limit`] applies joint limits to
-//! them, and [`TreeStep::commit`] writes the state.
+//! [`TreeStep::set_laws`] sets the laws of joints; [`TreeStep::guess`] computes bias forces; [`TreeStep::solve`] finds
+//! the velocities at the end; [`TreeStep::use_mean_velocities`] and [`TreeStep::use_mean_poses`] refine the equation
+//! for the next `solve`; [`TreeStep::conclude`] computes forces, [`TreeStep::finish`] positions at the end,
+//! [`TreeStep::limit`] applies joint limits to them, and [`TreeStep::commit`] writes the state.
 
 mod energy;
 mod laws;
@@ -204,8 +204,8 @@ impl TreeStep {
         }
     }
 
-    /// Returns what springs and dampers add to the diagonal of the mass matrix in a step of duration `h`, s, if no drive,
-    /// friction or limit acts.
+    /// Returns what springs and dampers add to the diagonal of the mass matrix in a step of duration `h`, s, if no
+    /// drive, friction or limit acts.
     pub fn damping(&self, h: f64) -> Vec<f64> {
         self.passive.iter().map(|(_, slope)| h * slope).collect()
     }

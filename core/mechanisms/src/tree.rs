@@ -94,9 +94,9 @@ pub struct Tree {
 }
 
 impl Tree {
-    /// Returns by how much a velocity of 1 changes the directions and levers of links, compared with a turn at 1 rad/s: 1
-    /// if it is angular, 4 1/m for a prismatic joint, and 0 for the linear velocities of a free link, or if there is no
-    /// velocity with this index.
+    /// Returns by how much a velocity of 1 changes the directions and levers of links, compared with a turn at 1 rad/s:
+    /// 1 if it is angular, 4 1/m for a prismatic joint, and 0 for the linear velocities of a free link, or if there is
+    /// no velocity with this index.
     pub fn turning(&self, velocity: usize) -> f64 {
         self.dofs.get(velocity).map_or(0.0, |dof| dof.turning)
     }

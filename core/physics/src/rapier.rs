@@ -10,12 +10,12 @@
 //! `tuning` defines the parameters of the solver. `state` is the engine's complete state, `records` its data for each
 //! body and joint, `shapes` a cache of shapes. `bodies` creates bodies and colliders, `joints` creates joints, `drives`
 //! updates their drives, `park` lets parked mechanisms sleep, `reduced` implements
-//! joints in reduced coordinates, `gears` couples joints, `load` computes their loads, `collision_filter` decides which bodies
-//! collide, `surface_friction` implements anisotropic and rolling friction, `separation` separates bodies that were created
-//! overlapping, `narrow` finds contacts of hulls and meshes, `contact_refresh` lets cylinders roll, `report` reads contacts,
-//! `velocity` computes velocities, `spin` integrates gyroscopic motion, `mechanisms` solves mechanisms without rapier,
-//! `sleep` decides which bodies can sleep, `turns` counts whole turns, `push` applies forces for a single step, and
-//! `snapshot` saves and restores the state.
+//! joints in reduced coordinates, `gears` couples joints, `load` computes their loads, `collision_filter` decides which
+//! bodies collide, `surface_friction` implements anisotropic and rolling friction, `separation` separates bodies that
+//! were created overlapping, `narrow` finds contacts of hulls and meshes, `contact_refresh` lets cylinders roll,
+//! `report` reads contacts, `velocity` computes velocities, `spin` integrates gyroscopic motion, `mechanisms` solves
+//! mechanisms without rapier, `sleep` decides which bodies can sleep, `turns` counts whole turns, `push` applies forces
+//! for a single step, and `snapshot` saves and restores the state.
 
 mod bodies;
 mod collision_filter;

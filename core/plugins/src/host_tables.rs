@@ -54,8 +54,8 @@ struct PluginHost {
 /// # Safety
 /// `host` must be null or a pointer made by [`HostTables`].
 unsafe fn plugin_host(host: *const tatu_host) -> Option<&'static PluginHost> {
-    // SAFETY: `host` is null or was made by `HostTables`, so its `ctx` points to the `PluginHost` that contains it, which
-    // is never freed.
+    // SAFETY: `host` is null or was made by `HostTables`, so its `ctx` points to the `PluginHost` that contains it,
+    // which is never freed.
     unsafe { host.as_ref()?.ctx.cast::<PluginHost>().as_ref() }
 }
 

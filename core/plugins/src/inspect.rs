@@ -21,8 +21,8 @@ pub trait Inspector: Send + Sync {
     fn failed_without_reason(&self, command: &CommandEntry, status: tatu_status) {
         let _ = (command, status);
     }
-    /// Called after a sensor has filled this table in its `after_beams` function, whose stack frame was directly below the
-    /// table.
+    /// Called after a sensor has filled this table in its `after_beams` function, whose stack frame was directly below
+    /// the table.
     fn after_beams(&self, kind: &SensorKind, beams: &tatu_beams) {
         let _ = (kind, beams);
     }

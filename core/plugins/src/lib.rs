@@ -10,8 +10,8 @@
 //! - [`guard`]: floating-point mode, locale and other state that plugins must not change;
 //! - [`guarded_array`], [`state_block`]: memory that plugins write to;
 //! - [`watchdog`]: records which plugin call is running, and for how long;
-//! - `parameter_spec`: declarations (parameters, commands) as Rust types; `checks`: detects faulty ones; `names`: checks of
-//!   names and their name spaces;
+//! - `parameter_spec`: declarations (parameters, commands) as Rust types; `checks`: detects faulty ones; `names`:
+//!   checks of names and their name spaces;
 //! - [`texts`]: texts of plugins, prepared for display;
 //! - [`schemas`]: the meaning of readings; [`events`]: the host's own events; [`units`]: units in keys;
 //! - [`border`]: texts and error objects of the ABI.

@@ -1,9 +1,9 @@
 //! The watchdog: records which plugin call is running, which allows another thread to detect a call that never returns.
 //!
 //! The running thread records each call with two relaxed stores of one word, one on entry and one on return. A
-//! [watchdog](CallWatches::start_watchdog) reads the words from time to time; if one does not change for longer than the limit, the
-//! watchdog reports the call. Real time can end a run, but never affects what happens in it. Each thread stores the
-//! watch whose call it runs ([`current_watch`]), by which a crash on the thread is attributed to that call.
+//! [watchdog](CallWatches::start_watchdog) reads the words from time to time; if one does not change for longer than
+//! the limit, the watchdog reports the call. Real time can end a run, but never affects what happens in it. Each thread
+//! stores the watch whose call it runs ([`current_watch`]), by which a crash on the thread is attributed to that call.
 
 use std::{
     cell::Cell,
@@ -339,9 +339,9 @@ impl CallWatches {
             *commands = names;
         }
     }
-    /// Starts the watchdog: a thread that calls `stuck` once, if a call has not returned within `limit`. It looks at the
-    /// innermost call and, while a script is running, also at the outermost one, since a script can call commands without
-    /// end.
+    /// Starts the watchdog: a thread that calls `stuck` once, if a call has not returned within `limit`. It looks at
+    /// the innermost call and, while a script is running, also at the outermost one, since a script can call commands
+    /// without end.
     ///
     /// Time for which the whole process is paused (by a debugger, or because the computer sleeps) does not count.
     pub fn start_watchdog(
@@ -352,7 +352,8 @@ impl CallWatches {
         let watches = self.clone();
         let pause = (limit / 20).clamp(Duration::from_millis(1), Duration::from_millis(250));
         let run = move || {
-            // The last record of each watch and the number of its outermost call, and for how long each has not changed.
+            // The last record of each watch and the number of its outermost call, and for how long each has not
+            // changed.
             let mut seen: BTreeMap<*const CallWatch, ([u64; 2], [Duration; 2])> = BTreeMap::new();
             loop {
                 thread::sleep(pause);

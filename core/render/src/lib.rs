@@ -2,7 +2,8 @@
 //!
 //! - [`Camera`]: position, direction, field of view and resolution;
 //! - `framing`: the choice of a camera, which is one of the scene's own or one that shows the visible shapes;
-//! - `render_scene`: the contents of a picture, that is visible forms with their colours, drawings, curves and the floor;
+//! - `render_scene`: the contents of a picture, that is visible forms with their colours, drawings, curves and the
+//!   floor;
 //! - `marks`: drawings and curves of graphs as small solids;
 //! - `light`: the lamp, the sky, the grid on the floor, and the shading of surfaces;
 //! - `render`: the pixels, with shadows and antialiased edges.

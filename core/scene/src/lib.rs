@@ -5,14 +5,14 @@
 //! - `object`: a single object; `tree`: the tree of all objects, in slots with generations; `names`, `name_index`:
 //!   lookup by path and by unique name; `moves`: the shapes that have moved;
 //! - `transforms`: poses by slot, current and at the last barrier; `poses`: reading and setting poses;
-//! - `property`: declarations of properties; [`property_table`]: the table of the core's properties; `properties`: reading and
-//!   setting them;
+//! - `property`: declarations of properties; [`property_table`]: the table of the core's properties; `properties`:
+//!   reading and setting them;
 //! - [`folders`]: folders below which files are opened;
-//! - `forms`: the solids of a shape; `mass_properties`: their mass, centre of mass and inertia at uniform density; `drive`: the
-//!   wheel drive of a robot; `texture`: images on shapes;
+//! - `forms`: the solids of a shape; `mass_properties`: their mass, centre of mass and inertia at uniform density;
+//!   `drive`: the wheel drive of a robot; `texture`: images on shapes;
 //! - `dynamics`: bodies and joints of the engine; `body_rules`: rules for their creation from objects; `mechanisms`:
-//!   the choice of solver for the joints of a mechanism; `loop_closure`: whether loops can be closed; `mechanics`: checks of
-//!   a scene's mechanics; `notices`: warnings that are given once.
+//!   the choice of solver for the joints of a mechanism; `loop_closure`: whether loops can be closed; `mechanics`:
+//!   checks of a scene's mechanics; `notices`: warnings that are given once.
 
 mod body_rules;
 pub mod document;

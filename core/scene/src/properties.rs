@@ -129,7 +129,8 @@ fn set_pose(scene: &mut Scene, slot: u32, row: Property, v: &[f64]) -> Option<Re
     Some(Ok(ChangeEffect::Moved))
 }
 
-/// Sets a property of an object. Returns the effect of the change on the engine and on graphs, which the caller applies.
+/// Sets a property of an object. Returns the effect of the change on the engine and on graphs, which the caller
+/// applies.
 pub fn set(scene: &mut Scene, slot: u32, row: Property, value: &Value) -> Result<ChangeEffect, Refusal> {
     let info = row.spec();
     let Some(o) = scene.get(slot) else { return refuse(TATU_ERR_MISSING, format!("there is no object {slot}")) };

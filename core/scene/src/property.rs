@@ -9,13 +9,13 @@
 //! }
 //! ```
 //!
-//! - the key, and the type: `bool`, `int`, `number`, `text`, `numbers` (with their count, if it is fixed), `list`, `map`,
-//!   `object`, or a type that scene files write in a form of its own (`mesh`, `parts`, `texture`, `data`, `drive`,
-//!   `noise`);
+//! - the key, and the type: `bool`, `int`, `number`, `text`, `numbers` (with their count, if it is fixed), `list`,
+//!   `map`, `object`, or a type that scene files write in a form of its own (`mesh`, `parts`, `texture`, `data`,
+//!   `drive`, `noise`);
 //! - optionally, in this order: `in "unit"`; `of (choices)` for a text; the range, `from` and `to` with their bounds,
 //!   `above` and `below` without them (numbers must always be finite); `= default`, which is `none` for an empty value;
-//! - the [`ChangeEffect`] of a change, and the place of the value: a field, a path of fields in parentheses, closures in
-//!   braces, or `_` if a higher layer reads and sets the property.
+//! - the [`ChangeEffect`] of a change, and the place of the value: a field, a path of fields in parentheses, closures
+//!   in braces, or `_` if a higher layer reads and sets the property.
 
 mod declaration;
 mod stored;

@@ -40,8 +40,8 @@ fn two_robots(head: &str, more: &str) -> TestFolder {
     place
 }
 
-/// A run whose steps a client releases. The program checks files at most ten times a second, and ignores files that have just
-/// been written.
+/// A run whose steps a client releases. The program checks files at most ten times a second, and ignores files that
+/// have just been written.
 struct SteppedRun {
     run: RunningProgram,
     client: TestClient,

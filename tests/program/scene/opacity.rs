@@ -33,8 +33,8 @@ script = { file = "eye.lua", DIALECT }
 "#;
 
 /// Compares the images for three opacities: with a quarter of red, each channel is a quarter of that of the opaque pane
-/// and three quarters of that of the bare floor. The depth is that of the pane, at 1 m of 0.1 to 5 m. Scripts of the older
-/// dialect run from top to bottom in each step, so `seen` is global.
+/// and three quarters of that of the bare floor. The depth is that of the pane, at 1 m of 0.1 to 5 m. Scripts of the
+/// older dialect run from top to bottom in each step, so `seen` is global.
 const CHECK: &str = r"
 values, seen = {1, 0, 0.25}, seen or {}
 function check(image, depth)

@@ -37,8 +37,8 @@ fn files_are_read_as_an_independent_reader_does() {
     assert_eq!(count, 41);
 }
 
-/// Files whose scripts also raise errors in V-REP. Each error that they raise here must contain one of the strings, which
-/// are separated by `|`.
+/// Files whose scripts also raise errors in V-REP. Each error that they raise here must contain one of the strings,
+/// which are separated by `|`.
 const KNOWN_SCRIPT_ERRORS: &[(&str, &str)] = &[
     ("v30003_quadcopter", "simExtQuadcopterReadSensors"),
     ("v30103_3Rob_freeEnvironm", "dlgStyle"),

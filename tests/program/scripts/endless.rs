@@ -1,4 +1,5 @@
-//! Tests that scripts whose commands do not end are ended: by their budget, by the watchdog, and by a stop from outside.
+//! Tests that scripts whose commands do not end are ended: by their budget, by the watchdog, and by a stop from
+//! outside.
 
 use std::process::Command;
 

@@ -7,7 +7,8 @@ use std::{
 
 use crate::kit::*;
 
-/// Plugins as third parties write them, and the crate that they depend on, which are built without the check of layouts.
+/// Plugins as third parties write them, and the crate that they depend on, which are built without the check of
+/// layouts.
 const EXTERNAL_PACKAGES: [&str; 5] =
     ["tatu-plugin-api", "tatu-compass", "tatu-knock", "tatu-tally", "tatu-template-rust-sensor"];
 

@@ -6,9 +6,9 @@
 //! their equations. The index of the visible surface is stored for each pixel, and colours, normals and tags are
 //! computed from it afterwards, once per pixel.
 //!
-//! Start with [`GridCast`], then read `render`, which renders a frame: `surfaces` prepares the visible surfaces and sorts
-//! them into `bands` of rows, and each band is rasterised by one task (`draw`). Where the nearest surface is translucent,
-//! `blend` adds the colours of those behind it.
+//! Start with [`GridCast`], then read `render`, which renders a frame: `surfaces` prepares the visible surfaces and
+//! sorts them into `bands` of rows, and each band is rasterised by one task (`draw`). Where the nearest surface is
+//! translucent, `blend` adds the colours of those behind it.
 
 mod bands;
 mod blend;

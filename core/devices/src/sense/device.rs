@@ -158,8 +158,8 @@ impl SensorDevice {
         !self.explicit && self.is_due_after(time)
     }
 
-    /// Like [`SensorDevice::is_due`], for the physics step that begins at `time`. A sensor that otherwise measures only on
-    /// request can be due as well.
+    /// Like [`SensorDevice::is_due`], for the physics step that begins at `time`. A sensor that otherwise measures only
+    /// on request can be due as well.
     pub(super) fn is_due_after(&mut self, time: f64) -> bool {
         if self.off {
             return false;

@@ -23,7 +23,8 @@ impl Sensing {
         self.rosters = rolls.into_iter().map(Rc::new).collect();
     }
 
-    /// Returns a selection of a single device. Pass it to [`Sensing::reuse_single_sensor`] afterwards, so that its memory is reused.
+    /// Returns a selection of a single device. Pass it to [`Sensing::reuse_single_sensor`] afterwards, so that its
+    /// memory is reused.
     pub fn single_sensor(&mut self, index: usize) -> DueSensors {
         let mut turn = std::mem::take(&mut self.single_sensor);
         turn.clear();

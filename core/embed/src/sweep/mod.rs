@@ -1,5 +1,5 @@
-//! Many runs of one scene that differ in seeds and parameters. Each run is a pure function of its [`SweepJob`] and of the
-//! scene's files and plugins, and produces a [`SweepRow`].
+//! Many runs of one scene that differ in seeds and parameters. Each run is a pure function of its [`SweepJob`] and of
+//! the scene's files and plugins, and produces a [`SweepRow`].
 //!
 //! - `job`: one run and its key; `metric`: values that are computed from a run;
 //! - [`plan`]: the jobs of a sweep file.

@@ -1,9 +1,9 @@
 //! Friction of contacts that the only joint between two bodies guides, such as those of a drawer on its rails.
 //!
 //! The joint holds the bodies across its axis, so that how much of the load the contact carries is undetermined, and
-//! contacts without response transmit none (`MIN_RESPONSE` in `jacobian`). The friction of a drawer that rests on its rails would
-//! then vanish. Such a contact carries the weight of what the joint carries, divided equally among all contacts that
-//! support it, and its friction acts on the joint like friction of its own.
+//! contacts without response transmit none (`MIN_RESPONSE` in `jacobian`). The friction of a drawer that rests on its
+//! rails would then vanish. Such a contact carries the weight of what the joint carries, divided equally among all
+//! contacts that support it, and its friction acts on the joint like friction of its own.
 
 use super::Island;
 use crate::{
@@ -13,9 +13,9 @@ use crate::{
     vector::{Vec3, dot},
 };
 
-/// Maximum tangent of the angle between the motion that the joint allows and the surface, for contacts with other bodies
-/// and between links of one tree. Contacts that are tilted more transmit forces of their own: these values are the
-/// square roots of those of `MIN_RESPONSE`.
+/// Maximum tangent of the angle between the motion that the joint allows and the surface, for contacts with other
+/// bodies and between links of one tree. Contacts that are tilted more transmit forces of their own: these values are
+/// the square roots of those of `MIN_RESPONSE`.
 const MAX_TILT: [f64; 2] = [3e-5, 1e-2];
 /// Maximum distance of a contact that carries weight, m; overlapping bodies that a joint holds are at 0.
 const MAX_SUPPORT_DISTANCE: f64 = 1e-6;

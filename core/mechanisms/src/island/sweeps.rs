@@ -6,8 +6,8 @@ use super::{Island, MAX_SWEEPS, MIN_BOUNCE_SPEED, SWEEP_TOLERANCE};
 use crate::{contact::ContactPoint, vector::dot};
 
 impl Island {
-    /// Sweeps over all contacts until their impulses no longer change, at most [`MAX_SWEEPS`] times; returns the number of
-    /// sweeps, and whether any impulse has changed.
+    /// Sweeps over all contacts until their impulses no longer change, at most [`MAX_SWEEPS`] times; returns the number
+    /// of sweeps, and whether any impulse has changed.
     pub(super) fn sweep(&mut self, contacts: &[ContactPoint], h: f64) -> (usize, bool) {
         for sweep in 1..=MAX_SWEEPS {
             let mut most = 0.0f64;

@@ -68,8 +68,8 @@ impl TreeStep {
         }
     }
 
-    /// Returns the kinetic energy at the end of the step, and the one that the state before it, gravity, drives, springs
-    /// and external forces account for.
+    /// Returns the kinetic energy at the end of the step, and the one that the state before it, gravity, drives,
+    /// springs and external forces account for.
     pub fn balance(&mut self, tree: &Tree, state: &TreeState, gravity: Vec3, h: f64) -> EnergyBalance {
         self.place.copy_from_slice(&state.q);
         self.set_poses(tree);

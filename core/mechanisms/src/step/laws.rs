@@ -20,9 +20,9 @@ const HOLD_SLOPE: f64 = 1e3;
 const MAX_HOLD_FORCE: f64 = 1e9;
 
 impl TreeStep {
-    /// Sets the laws of all velocities. For steps with contacts, `carried` contains the efforts of drives in the previous
-    /// step. The force of a velocity drive then varies about this effort with a finite slope, because a contact with an
-    /// immovable joint would have no solution.
+    /// Sets the laws of all velocities. For steps with contacts, `carried` contains the efforts of drives in the
+    /// previous step. The force of a velocity drive then varies about this effort with a finite slope, because a
+    /// contact with an immovable joint would have no solution.
     pub fn set_laws(&mut self, tree: &Tree, state: &TreeState, drives: &TreeDrives, h: f64, carried: Option<&[f64]>) {
         for d in 0..state.v.len() {
             self.set_law(tree, drives, state, d, h, carried.map(|c| c[d]));

@@ -173,8 +173,9 @@ fn ball_bounces_to_the_square_of_its_restitution_then_rests() {
 }
 
 /// The weight of a block on its four corners is distributed so that the sum of the squares of the forces is least: with
-/// the centre of mass at (x, y) from the middle, the force on a corner at (X, Y) is W (1 / 4 + x X / S + y Y / S), where
-/// S is the sum of X^2. On three corners, statics determines the forces: they are W times the barycentric coordinates.
+/// the centre of mass at (x, y) from the middle, the force on a corner at (X, Y) is W (1 / 4 + x X / S + y Y / S),
+/// where S is the sum of X^2. On three corners, statics determines the forces: they are W times the barycentric
+/// coordinates.
 #[test]
 fn weight_is_distributed_with_the_least_norm() {
     let (mass, size, x, y) = (2.0, 0.2, 0.03, -0.02);

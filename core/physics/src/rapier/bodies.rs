@@ -177,8 +177,8 @@ impl Rapier {
         }
     }
 
-    /// Returns whether one of the body's colliders bounces, or has a friction coefficient that exceeds the maximum for a
-    /// pair: the hook then modifies its contacts.
+    /// Returns whether one of the body's colliders bounces, or has a friction coefficient that exceeds the maximum for
+    /// a pair: the hook then modifies its contacts.
     fn needs_contact_hook(&self, id: BodyId) -> bool {
         let colliders = self.record(id).map(|r| self.world.bodies[r.handle].colliders());
         let mut colliders = colliders.into_iter().flatten().filter_map(|c| self.world.colliders.get(*c));

@@ -84,11 +84,11 @@ pub(super) struct PairFilter<'a> {
 }
 
 impl PairFilter<'_> {
-    /// Returns the coefficient with which rapier gives two bodies the right speed after a bounce. Rapier multiplies it by
-    /// the speed at the beginning of the step, although the bodies are accelerated until they touch, and its velocities
-    /// are those of half a sub-step ago. Without this, a ball that falls from 1 m and keeps half of its speed would lose
-    /// 1, 4 and 8 % of its height in three bounces. `points` are the closest points of the bodies, which are `gap` apart
-    /// along the normal, m.
+    /// Returns the coefficient with which rapier gives two bodies the right speed after a bounce. Rapier multiplies it
+    /// by the speed at the beginning of the step, although the bodies are accelerated until they touch, and its
+    /// velocities are those of half a sub-step ago. Without this, a ball that falls from 1 m and keeps half of its
+    /// speed would lose 1, 4 and 8 % of its height in three bounces. `points` are the closest points of the bodies,
+    /// which are `gap` apart along the normal, m.
     fn restitution(
         &self,
         coefficient: f64,

@@ -1,8 +1,8 @@
-//! Parked mechanisms. A mechanism may sleep, like a single body, while the targets of all its motors are 0 and its joints
-//! are at rest.
+//! Parked mechanisms. A mechanism may sleep, like a single body, while the targets of all its motors are 0 and its
+//! joints are at rest.
 //!
-//! Rapier's solver leaves a small error in each step, which always has the same sign on a slope: a parked robot that could
-//! not sleep would creep at 0.1 to 0.5 mm/s. Trees need no such help, because they are solved exactly.
+//! Rapier's solver leaves a small error in each step, which always has the same sign on a slope: a parked robot that
+//! could not sleep would creep at 0.1 to 0.5 mm/s. Trees need no such help, because they are solved exactly.
 
 use std::collections::BTreeSet;
 

@@ -164,8 +164,8 @@ impl Rapier {
         self.world.integration_parameters.num_solver_iterations = if fast { 2 * usual } else { usual };
     }
 
-    /// Applies the efforts that drives carry over from the last step ([`ReducedJoint::carried`]) as forces. The result must
-    /// be passed to [`Rapier::restore_forces`] after the step.
+    /// Applies the efforts that drives carry over from the last step ([`ReducedJoint::carried`]) as forces. The result
+    /// must be passed to [`Rapier::restore_forces`] after the step.
     pub(super) fn add_carried_effort(&mut self) -> Vec<SavedForces> {
         let mut old = Vec::new();
         for id in &self.state.driven {

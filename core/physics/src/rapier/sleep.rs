@@ -1,4 +1,5 @@
-//! Sleeping. Only bodies that rest on something can sleep, and parked mechanisms (`park`); a body that drifts slowly through space continues to drift.
+//! Sleeping. Only bodies that rest on something can sleep, and parked mechanisms (`park`); a body that drifts slowly
+//! through space continues to drift.
 
 use rapier3d::{
     dynamics::{RigidBody, RigidBodyHandle},
@@ -41,8 +42,8 @@ pub(super) fn set_parked(body: &mut RigidBody, may: bool) {
 }
 
 impl Rapier {
-    /// Applies the setting for sleeping to all bodies without joints, and wakes all bodies. Mechanisms follow when a drive
-    /// comes to rest.
+    /// Applies the setting for sleeping to all bodies without joints, and wakes all bodies. Mechanisms follow when a
+    /// drive comes to rest.
     pub(super) fn set_sleep(&mut self) {
         for record in self.state.bodies.iter().flatten().filter(|r| !r.in_tree) {
             set_may_sleep(&mut self.world.bodies[record.handle], self.state.sleep && record.joints == 0);

@@ -47,7 +47,8 @@ pub type TextReader = fn(&mut DocumentBuilder<'_>, &Path, &str, Option<usize>) -
 const MAX_OBJECTS: usize = 1_000_000;
 
 impl<'a> DocumentBuilder<'a> {
-    /// Creates a builder of a document that may name the files in `reach`, without a location, and which cannot read text.
+    /// Creates a builder of a document that may name the files in `reach`, without a location, and which cannot read
+    /// text.
     pub(super) fn new(registry: &'a Registry, document: &'a mut Document, reach: AllowedFolders) -> Self {
         DocumentBuilder { registry, document, group: 0, place: None, read_text: None, reach }
     }

@@ -41,8 +41,8 @@ pub(super) fn read_import_file(b: &DocumentBuilder<'_>, file: &Path, name: &str)
 }
 
 impl DocumentBuilder<'_> {
-    /// Imports a file; returns the index of the first object, which is the base. The importer can read the files that the
-    /// document may name.
+    /// Imports a file; returns the index of the first object, which is the base. The importer can read the files that
+    /// the document may name.
     pub(super) fn import(
         &mut self,
         import: ImportRequest<'_>,
@@ -69,8 +69,8 @@ impl DocumentBuilder<'_> {
             BuildCall { plugin: info.plugin, call: PluginCall::Import, subject: &format!("the import of {shown}") };
         let done =
             run_build(self, (asked, None), from, (&info.params, import.params), parent, |table, params, error| {
-                // SAFETY: `f` is from a plugin that is never unloaded, and `me` is that plugin's own pointer. The bytes,
-                // the table, the parameters and the error object live until the call has returned.
+                // SAFETY: `f` is from a plugin that is never unloaded, and `me` is that plugin's own pointer. The
+                // bytes, the table, the parameters and the error object live until the call has returned.
                 info.raw.load.map_or(0, |f| unsafe { f(me, border::raw(import.bytes), table, params, error) })
             });
         self.group = outer;

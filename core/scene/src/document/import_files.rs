@@ -20,14 +20,15 @@ pub(super) struct BuildSource {
 }
 
 impl DocumentBuilder<'_> {
-    /// Returns a file that the document names, if it may; see [`AllowedFolders::file`](super::AllowedFolders::file). `name` is the name as
-    /// written in the document.
+    /// Returns a file that the document names, if it may; see [`AllowedFolders::file`](super::AllowedFolders::file).
+    /// `name` is the name as written in the document.
     pub(super) fn allow_file(&self, path: &Path, name: &str) -> Result<AllowedFile> {
         self.reach.file(path, name, self.document.sources.are_closed())
     }
 
-    /// Reads a file that the document names, relative to a folder. Returns `None` if the file does not exist or is not a
-    /// regular file, in which case a plugin can try a different name. A file outside the permitted folders is an error.
+    /// Reads a file that the document names, relative to a folder. Returns `None` if the file does not exist or is not
+    /// a regular file, in which case a plugin can try a different name. A file outside the permitted folders is an
+    /// error.
     pub(super) fn read_named_file(&self, folder: &Path, name: &str) -> Result<Option<Vec<u8>>> {
         let allowed = self.allow_file(&folder.join(name), name)?;
         match self.document.sources.read(&allowed) {

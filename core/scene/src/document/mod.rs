@@ -2,11 +2,12 @@
 //!
 //! - [`Document`]: objects, scripts, settings;
 //! - [`DocumentBuilder`]: builds a document, and checks every property against its declaration;
-//! - `plugin_builder`: the builder interface for plugins, and models; `import`: files in other formats; [`AllowedFolders`]: the
-//!   files that a document may name; `import_files`: reading them; `live`: the document of a running scene;
+//! - `plugin_builder`: the builder interface for plugins, and models; `import`: files in other formats;
+//!   [`AllowedFolders`]: the files that a document may name; `import_files`: reading them; `live`: the document of a
+//!   running scene;
 //! - `names`: paths and unique names; `toml`: scene files; `keys`: their keys, units and values;
-//! - `presets`: named sets of sensor settings; `removal`: removal of parts of models; `replacement_pose`: the pose of an object
-//!   that is replaced;
+//! - `presets`: named sets of sensor settings; `removal`: removal of parts of models; `replacement_pose`: the pose of
+//!   an object that is replaced;
 //! - `entry`: which table describes which objects; `settings`: settings of the world; `scripts`: scripts in scene
 //!   files;
 //! - `services`: services that a scene requests;

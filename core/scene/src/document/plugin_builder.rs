@@ -90,8 +90,8 @@ fn run_model(
     let first = builder.document.objects.len();
     let done =
         run_build(builder, (asked, Some(info)), source, (&info.params, params), parent, |table, params, error| {
-            // SAFETY: `f` is from a plugin that is never unloaded, and `me` is that plugin's own pointer. The table, the
-            // parameters and the error object live until the call has returned.
+            // SAFETY: `f` is from a plugin that is never unloaded, and `me` is that plugin's own pointer. The table,
+            // the parameters and the error object live until the call has returned.
             info.raw.build.map_or(TATU_OK, |f| unsafe { f(me, table, params, error) })
         });
     let plugin = &registry.plugins[info.plugin].id;
@@ -195,8 +195,8 @@ fn with_builder<T>(
     table: Option<&tatu_builder>,
     f: impl FnOnce(&BuildContext, &mut DocumentBuilder<'_>) -> Result<T>,
 ) -> Option<T> {
-    // SAFETY: the header requires the table to be the one passed to the plugin, which `run_build` created; its build lives
-    // until the plugin's call has returned.
+    // SAFETY: the header requires the table to be the one passed to the plugin, which `run_build` created; its build
+    // lives until the plugin's call has returned.
     let build = unsafe { &*table?.ctx.cast::<BuildContext<'_, '_>>() };
     let mut guard = build.builder.try_borrow_mut().ok()?;
     match f(build, &mut guard) {

@@ -15,10 +15,10 @@ use tatu_plugins::Registry;
 
 use crate::folders::{Folder, OpenError, normalize};
 
-/// The folders in and below which the files must be that a document names: its scripts, models, meshes, images, imports,
-/// and the files that those name in turn. They are those in which the scripts of its scene may read, the folders of
-/// models and scenes that come with the program or that the user has installed and, for the files that a model from such
-/// a folder names, the model's own folder.
+/// The folders in and below which the files must be that a document names: its scripts, models, meshes, images,
+/// imports, and the files that those name in turn. They are those in which the scripts of its scene may read, the
+/// folders of models and scenes that come with the program or that the user has installed and, for the files that a
+/// model from such a folder names, the model's own folder.
 ///
 /// A name in a document gives access to a file only by `file`.
 #[derive(Debug, Clone)]
@@ -66,8 +66,8 @@ impl AllowedFolders {
         }
     }
 
-    /// Returns the folders for a model in a folder that the user or the program has chosen. It replaces the folder of the
-    /// model that contains this one.
+    /// Returns the folders for a model in a folder that the user or the program has chosen. It replaces the folder of
+    /// the model that contains this one.
     pub(super) fn with_model_folder(&self, folder: &Path) -> Self {
         AllowedFolders {
             model: Some(Arc::new(Folder::new(normalize(&self.working_folder.join(folder))))),
@@ -79,9 +79,9 @@ impl AllowedFolders {
         self.scene_folders.iter().chain(&self.model).chain(self.shared.iter())
     }
 
-    /// Returns the file with a path if the document may name it; otherwise the error E105, which does not reveal whether
-    /// the file exists. `name` is the name in the document. If `is_stored` is set, the contents of all files are stored,
-    /// and nothing is read from disk.
+    /// Returns the file with a path if the document may name it; otherwise the error E105, which does not reveal
+    /// whether the file exists. `name` is the name in the document. If `is_stored` is set, the contents of all files
+    /// are stored, and nothing is read from disk.
     pub(super) fn file(&self, path: &Path, name: &str, is_stored: bool) -> Result<AllowedFile> {
         let allowed = |how| Ok(AllowedFile { path: path.to_owned(), origin: how });
         if is_stored {

@@ -201,8 +201,8 @@ pub(super) fn keys() -> Vec<(ParameterSpec, ())> {
     key_specs().map(|(key, row)| (ParameterSpec { key: key.to_owned(), flags: 0, ..row.as_parameter() }, ())).collect()
 }
 
-/// Returns the keys of `[scene]` whose values are stored in [`WorldSettings`], with their units and current values. The key
-/// `contact_spring` is included only if it is set.
+/// Returns the keys of `[scene]` whose values are stored in [`WorldSettings`], with their units and current values. The
+/// key `contact_spring` is included only if it is set.
 pub(super) fn values(settings: &WorldSettings) -> Vec<(&'static str, Option<&'static str>, Value)> {
     let value = |row: &PropertySpec| (row.access.get)(settings).filter(|v| *v != Value::Floats(Vec::new()));
     key_specs().filter_map(|(key, row)| Some((key, row.unit, value(row)?))).collect()

@@ -2,8 +2,8 @@
 //! copies its state back.
 //!
 //! - this module: advancing the engine; `state`: the engine, and the mapping;
-//! - `body_sync`: creates bodies and joints from objects; `mass`: their mass and surface; `loops`: loops closed by linked
-//!   dummies; `follow`: joints that follow others; `notices`: warnings about the scene;
+//! - `body_sync`: creates bodies and joints from objects; `mass`: their mass and surface; `loops`: loops closed by
+//!   linked dummies; `follow`: joints that follow others; `notices`: warnings about the scene;
 //! - `targets`: drives of joints, and smooth position targets; `force_sensors`: measurements of force sensors;
 //! - `pose_writeback`: copies the poses of bodies and the states of joints back to the objects.
 

@@ -2,8 +2,8 @@
 //! which consists of several physics steps. If it were applied at once, the joint would jerk and shake the object in a
 //! gripper. Targets are therefore control points of a uniform quadratic B-spline, whose acceleration is the second
 //! difference of the targets. The spline lags by half a scene step, and a single target is reached after two scene
-//! steps. Its rate is added to the speed of the drive, which would otherwise lag behind it by its time constant. Targets
-//! are applied at once if a scene step is a single physics step, or if they are set between physics steps.
+//! steps. Its rate is added to the speed of the drive, which would otherwise lag behind it by its time constant.
+//! Targets are applied at once if a scene step is a single physics step, or if they are set between physics steps.
 
 use tatu_physics::{JointDrive, PositionController, SETTLE_TIME};
 

@@ -346,8 +346,8 @@ fn begin_wait(world: &WorldCell, entry: &CommandEntry, f: &mut tatu_call, caller
 /// Converts the arguments to the declared types and fills in defaults. Reports an error and returns its status if an
 /// argument is invalid.
 ///
-/// `room` is used if there are at most `MAX_INLINE_ARGS` arguments and their conversion does not need memory; otherwise, the
-/// arguments are written to the arena.
+/// `room` is used if there are at most `MAX_INLINE_ARGS` arguments and their conversion does not need memory;
+/// otherwise, the arguments are written to the arena.
 fn check_args(world: &WorldCell, entry: &CommandEntry, f: &mut tatu_call, room: &mut InlineArgs) -> tatu_status {
     // SAFETY: the contract of `call_command` requires the frame's `args` to point to `n_args` values that live during
     // the call.

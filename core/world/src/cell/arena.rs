@@ -168,8 +168,8 @@ mod tests {
         // A block of this size is allocated in a separate chunk.
         let place = a.alloc(MIN_CHUNK_BYTES);
         assert!(a.is_intact_since(mark));
-        // SAFETY: byte `MIN_CHUNK_BYTES` after `place` is the first one of the guard, within the chunk, which lives as long as
-        // the arena.
+        // SAFETY: byte `MIN_CHUNK_BYTES` after `place` is the first one of the guard, within the chunk, which lives as
+        // long as the arena.
         unsafe { place.add(MIN_CHUNK_BYTES).write(0) };
         assert!(!a.is_intact_since(mark));
     }

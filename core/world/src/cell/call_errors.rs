@@ -22,8 +22,8 @@ pub(crate) fn read_error(error: *const tatu_error) -> ErrorContents {
 /// Copies an error object of a call, whose slot the next call reuses.
 pub(crate) fn clone_error(error: *const tatu_error) -> ErrorSlot {
     let mut kept = ErrorSlot::new();
-    // SAFETY: `error` points to an `ErrorSlot` that the host made for this call and that outlives it; `clone_error` is a
-    // separate slot that is alive.
+    // SAFETY: `error` points to an `ErrorSlot` that the host made for this call and that outlives it; `clone_error` is
+    // a separate slot that is alive.
     unsafe { border::copy_error(error, kept.reset()) };
     kept
 }

@@ -1,8 +1,8 @@
 //! The input log: all external inputs of a world while it ran.
 //!
-//! A world is a function of its document and of this log. Each [`InputRecord`] contains the barrier (step), and the position
-//! within it, at which an input happened; [`World::feed`](crate::World::feed) repeats it in a different world with the
-//! same document.
+//! A world is a function of its document and of this log. Each [`InputRecord`] contains the barrier (step), and the
+//! position within it, at which an input happened; [`World::feed`](crate::World::feed) repeats it in a different world
+//! with the same document.
 //!
 //! The log contains the commands that services call, their requests, and inputs of the program, such as key presses. It
 //! does not contain the results of calls, since a replay reproduces them. Changes that a service makes through tables

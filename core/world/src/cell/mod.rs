@@ -2,11 +2,11 @@
 //!
 //! - `world`: the cell, which contains the next four; `model`: the description from which the world was built; `state`:
 //!   the part that a step changes; `devices`: plugin instances; `run`: scripts, calls, services, log lines and faults;
-//! - `plugin_monitor`: state that is monitored while plugins run; `plugin_calls`: calls into plugins; `scope`: the host functions that
-//!   are allowed during each plugin call; `live_worlds`: the worlds of each thread;
+//! - `plugin_monitor`: state that is monitored while plugins run; `plugin_calls`: calls into plugins; `scope`: the host
+//!   functions that are allowed during each plugin call; `live_worlds`: the worlds of each thread;
 //! - `clock`, `phase`: time, steps, and the phases of a run; `pool`: the thread pool;
-//! - `calls`: the call stack, with `arena`, `call_errors` and `result_buffers`; `wait_list`: commands that wait and resume;
-//!   `thread_results`, `thread_result_intake`: results of plugins' threads;
+//! - `calls`: the call stack, with `arena`, `call_errors` and `result_buffers`; `wait_list`: commands that wait and
+//!   resume; `thread_results`, `thread_result_intake`: results of plugins' threads;
 //! - `scripts`: the scripts, with `script_kinds` and `script_order`; `script_counts`: numbers of calls of each script;
 //! - `worker_view`, `script_worker`: a thread's view of the world while it runs scripts in parallel;
 //! - `folders`: the folders in which scripts open files;
@@ -14,8 +14,10 @@
 //! - `connections`, `session`, `wake_flag`: the session and its services; `service`, `service_calls`: a single service;
 //!   `input_log`, `inputs`: external inputs;
 //! - `history`: edits, and the states of the scene between them; `changes`: changes of properties;
-//! - `stores`, `quotas`: limits on what scripts may store in a world; `instance_image`: a plugin instance in a snapshot;
-//! - `swap_cell`: values that a reload replaces; `stand_ins`, `stand_in_use`: objects created because scripts request them.
+//! - `stores`, `quotas`: limits on what scripts may store in a world; `instance_image`: a plugin instance in a
+//!   snapshot;
+//! - `swap_cell`: values that a reload replaces; `stand_ins`, `stand_in_use`: objects created because scripts request
+//!   them.
 
 mod arena;
 pub(crate) mod call_errors;

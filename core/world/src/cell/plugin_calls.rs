@@ -60,8 +60,8 @@ impl WorldCell {
         }
         done
     }
-    /// Like `call_plugin`, but for a function without an error object. In addition, returns the errors that the function
-    /// logged.
+    /// Like `call_plugin`, but for a function without an error object. In addition, returns the errors that the
+    /// function logged.
     pub fn call_plugin_capturing<T>(
         &self,
         plugin: usize,
@@ -71,7 +71,8 @@ impl WorldCell {
     ) -> (T, Vec<String>) {
         guard::capture_errors(|| self.call_plugin_watched(plugin, call, slot, f))
     }
-    /// Like `call_plugin`, but also reports the errors that the function logs (such as a panic) as faults of the plugin.
+    /// Like `call_plugin`, but also reports the errors that the function logs (such as a panic) as faults of the
+    /// plugin.
     pub fn call_plugin_reporting<T>(&self, plugin: usize, call: PluginCall, slot: u32, f: impl FnOnce() -> T) -> T {
         let (done, heard) = self.call_plugin_capturing(plugin, call, slot, f);
         for said in heard {

@@ -13,8 +13,8 @@ pub(crate) struct PluginMonitor {
     pub watch: Arc<CallWatch>,
     /// The process and thread state that plugins must leave unchanged.
     pub process_state: RefCell<ProcessState>,
-    /// Plugins called since the last quick check of `process_state`, as a bit mask; bit 63 represents all plugins from index 63
-    /// on.
+    /// Plugins called since the last quick check of `process_state`, as a bit mask; bit 63 represents all plugins from
+    /// index 63 on.
     pub called: Cell<u64>,
     /// Plugins called since the last full check of `process_state`, as a bit mask like `called`.
     pub called_since_full_check: Cell<u64>,

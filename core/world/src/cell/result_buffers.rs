@@ -48,7 +48,8 @@ impl CallerResultBuffer {
             CallerResultBuffer { results: f.results, cap: f.results_cap, own: if fits { own } else { null_mut() } };
         if fits {
             f.results = own;
-            // SAFETY: `own` points to `MAX_GUARDED_RESULTS + GUARDS_AFTER` values that live during the call, and `cap <= MAX_GUARDED_RESULTS`.
+            // SAFETY: `own` points to `MAX_GUARDED_RESULTS + GUARDS_AFTER` values that live during the call, and `cap
+            // <= MAX_GUARDED_RESULTS`.
             unsafe { own.add(room.cap as usize).write(GUARD_VALUE) };
         }
         room
@@ -63,9 +64,9 @@ impl CallerResultBuffer {
         if self.own.is_null() {
             return true;
         }
-        // SAFETY: `own` points to the first result of a space with `GUARDS_BEFORE` guards before it and `MAX_GUARDED_RESULTS + GUARDS_AFTER` values
-        // after it, which live as long as the world. The caller's array has room for `cap` values, lives during the
-        // call, and does not overlap that space.
+        // SAFETY: `own` points to the first result of a space with `GUARDS_BEFORE` guards before it and
+        // `MAX_GUARDED_RESULTS + GUARDS_AFTER` values after it, which live as long as the world. The caller's array has
+        // room for `cap` values, lives during the call, and does not overlap that space.
         unsafe {
             let whole = is_guard(self.own.sub(1)) && is_guard(self.own.add(self.cap as usize));
             if !whole {

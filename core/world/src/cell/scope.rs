@@ -118,8 +118,8 @@ impl WorldCell {
         }
     }
 
-    /// Like `from_pointer`, but for a host function, which the running call must allow. Otherwise, records a message and returns
-    /// the status as an error.
+    /// Like `from_pointer`, but for a host function, which the running call must allow. Otherwise, records a message
+    /// and returns the status as an error.
     #[inline]
     pub fn admit<'a>(world: WorldRef<'a>, function: HostFunction) -> Result<&'a WorldCell, tatu_status> {
         let Some(cell) = Self::from_pointer(world.ptr()) else {

@@ -48,15 +48,16 @@ impl SessionCell {
             wake.wake();
         }
     }
-    /// Asks that the script that is running returns, so that the services get their turns. Can be called from any thread.
+    /// Asks that the script that is running returns, so that the services get their turns. Can be called from any
+    /// thread.
     ///
     /// # Safety
     /// `session` must be null or point to a session of this host that is alive.
     pub unsafe fn stop(session: *mut tatu_session) {
         let cell = session.cast::<SessionCell>().cast_const();
         if !cell.is_null() {
-            // SAFETY: the caller guarantees that the pointer is to a session that is alive during the call. Only `stop`,
-            // which is `Sync`, is borrowed.
+            // SAFETY: the caller guarantees that the pointer is to a session that is alive during the call. Only
+            // `stop`, which is `Sync`, is borrowed.
             let stop: &AtomicBool = unsafe { &(*cell).stop };
             stop.store(true, Ordering::Relaxed);
         }

@@ -13,8 +13,8 @@ use super::{
     stand_ins::{StandIn, StandIns},
 };
 
-/// Enables stand-ins and the recording of their use. Every object of the document is a stand-in, too. `values` are the names of the values, such as
-/// signals, that this run provides.
+/// Enables stand-ins and the recording of their use. Every object of the document is a stand-in, too. `values` are the
+/// names of the values, such as signals, that this run provides.
 pub(crate) fn begin(world: &WorldCell, values: &[String]) {
     let (scene, origins) = (world.state.scene.borrow(), world.model.origins.borrow());
     let schema = |d: &DeviceSpec| world.model.registry.sensors.get(d.kind).and_then(|k| k.schemas.first().cloned());

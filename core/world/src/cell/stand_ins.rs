@@ -1,10 +1,10 @@
 //! Stand-ins: objects created because scripts look them up, in a run without a scene.
 //!
-//! They are created only if [`World::enable_stand_ins`](crate::run::World::enable_stand_ins) was called. If a script then
-//! looks up an object that does not exist, the object is created as a dummy. A dummy that is used as a different kind
-//! becomes an object of that kind, if the host can change it in a live world. From the list of stand-ins, the caller
-//! can build a document that contains them from the start, because some objects, such as sensors, must exist when the
-//! world is created.
+//! They are created only if [`World::enable_stand_ins`](crate::run::World::enable_stand_ins) was called. If a script
+//! then looks up an object that does not exist, the object is created as a dummy. A dummy that is used as a different
+//! kind becomes an object of that kind, if the host can change it in a live world. From the list of stand-ins, the
+//! caller can build a document that contains them from the start, because some objects, such as sensors, must exist
+//! when the world is created.
 
 use std::{
     cell::{Cell, RefCell},
@@ -44,7 +44,8 @@ impl StandIn {
 }
 
 /// An object that a script requested but can possibly do without, such as a parent, or a child by index. It should be
-/// created only if the script cannot continue without it: see [`World::optional_objects`](crate::run::World::optional_objects).
+/// created only if the script cannot continue without it: see
+/// [`World::optional_objects`](crate::run::World::optional_objects).
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub enum OptionalObject {
     /// The parent of a stand-in.

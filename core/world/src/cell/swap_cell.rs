@@ -37,8 +37,8 @@ impl<T> SwapCell<T> {
 impl<T> Deref for SwapCell<T> {
     type Target = T;
     fn deref(&self) -> &T {
-        // SAFETY: `current` points into an `Arc` in `retained`, which only grows, so the value lives as long as `self`; it is
-        // never modified.
+        // SAFETY: `current` points into an `Arc` in `retained`, which only grows, so the value lives as long as `self`;
+        // it is never modified.
         unsafe { self.current.get().as_ref() }
     }
 }

@@ -19,7 +19,8 @@ const MAX_EVENTS_PER_DELIVERY: usize = 10_000;
 
 /// Delivers all published events to the functions of scripts, in the order in which the events were published and, for
 /// each event, in the order of the subscriptions. Events that handlers publish are delivered last. If there are more
-/// than [`MAX_EVENTS_PER_DELIVERY`] events, the rest are dropped and a fault is reported. No part of the world may be borrowed.
+/// than [`MAX_EVENTS_PER_DELIVERY`] events, the rest are dropped and a fault is reported. No part of the world may be
+/// borrowed.
 pub(crate) fn deliver(world: &WorldCell) {
     let bus = &world.run.connections.bus;
     // If a handler requests a stage, this function is called again. The outer call then delivers the new events.

@@ -21,8 +21,8 @@ use super::answers::map_entry;
 use crate::cell::{Callback, Phase, Script, ScriptKind, Scripts, WorldCell};
 
 impl Scripts {
-    /// Creates the states of scripts that have no state yet, and loads their sources. If `ends_with_run` is set, this applies
-    /// to child scripts and the driver, otherwise to all other scripts.
+    /// Creates the states of scripts that have no state yet, and loads their sources. If `ends_with_run` is set, this
+    /// applies to child scripts and the driver, otherwise to all other scripts.
     pub fn begin(world: &WorldCell, of_run: bool) {
         let (mut i, mut any) = (0, of_run);
         while let Some(script) = Self::nth(world, i) {

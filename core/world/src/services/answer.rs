@@ -6,8 +6,8 @@ use crate::cell::{CallStack, HostFunction, WorldCell};
 
 /// The parts of the world that every host function uses: the message of a refusal, and memory to lend.
 ///
-/// A function that does not call plugins receives a separate context, which consists of an `AnswerContext` and the parts of
-/// the world that it uses; see [`with_context`]. A function that can call a plugin receives the whole world.
+/// A function that does not call plugins receives a separate context, which consists of an `AnswerContext` and the
+/// parts of the world that it uses; see [`with_context`]. A function that can call a plugin receives the whole world.
 #[derive(Clone, Copy)]
 pub(super) struct AnswerContext<'a> {
     pub calls: &'a CallStack,

@@ -160,8 +160,8 @@ fn call_services(world: &WorldCell, session: &SessionCell) -> Option<usize> {
         }
         i += 1;
     }
-    // A client can ask for a stop while an earlier request of it, such as one for steps, is still carried out. Until the
-    // stop has been requested here, scripts must return.
+    // A client can ask for a stop while an earlier request of it, such as one for steps, is still carried out. Until
+    // the stop has been requested here, scripts must return.
     if world.stop_requested() || !world.running() {
         session.stop.store(false, Ordering::Relaxed);
     }

@@ -1,8 +1,8 @@
 //! The input log as a file of JSON lines, which is sufficient for a replay without the files of the scene.
 //!
-//! The first line is the [`InputLogHeader`], with versions, command-line options, and the contents of every file from which the
-//! document was read. It is followed by one line per [`InputRecord`] and a last line with the number of steps. Each line is
-//! written before its record takes effect, so that the log of a killed run is usable.
+//! The first line is the [`InputLogHeader`], with versions, command-line options, and the contents of every file from
+//! which the document was read. It is followed by one line per [`InputRecord`] and a last line with the number of
+//! steps. Each line is written before its record takes effect, so that the log of a killed run is usable.
 //!
 //! Each line ends with a checksum of itself and all previous lines, so lines that are missing, reordered or edited are
 //! detected. The last line contains the hash of the world. A truncated log is not treated as damaged: its complete

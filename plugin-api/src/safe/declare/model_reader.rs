@@ -160,8 +160,8 @@ unsafe extern "C" fn build<R: ModelReader>(
     error: *mut tatu_error,
 ) -> tatu_status {
     guard::run(error, || {
-        // SAFETY: the host passes a builder that is valid during the call. Its `model` is the one that is built; `model_cache`
-        // stored it at the start of a `StoredModel<R>`, because no other table has this function.
+        // SAFETY: the host passes a builder that is valid during the call. Its `model` is the one that is built;
+        // `model_cache` stored it at the start of a `StoredModel<R>`, because no other table has this function.
         let (raw, model) = unsafe { (&*builder, (*builder).model.cast::<StoredModel<R>>().as_ref()) };
         let model = model.ok_or_else(|| Fail::new("the host did not pass the model to build"))?;
         // SAFETY: the host passes one value per declared parameter.

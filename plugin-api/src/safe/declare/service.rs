@@ -119,8 +119,8 @@ impl Session {
         // `session` is live here.
         self.with(|session| unsafe { wake(session) });
     }
-    /// Asks that a script that is running returns, because a client wants to stop the run: a script that does not return
-    /// within a second is ended. The stop itself must be requested in a turn of the service.
+    /// Asks that a script that is running returns, because a client wants to stop the run: a script that does not
+    /// return within a second is ended. The stop itself must be requested in a turn of the service.
     pub fn stop(&self) {
         let Some(stop) = self.host.session.and_then(|s| s.stop) else { return };
         // SAFETY: as in `wake`.
@@ -264,8 +264,8 @@ unsafe fn enter<S: Service>(
     f: impl FnOnce(&S, &Turn<'_>) -> Result<tatu_status>,
 ) -> tatu_status {
     guard::run(error, || {
-        // SAFETY: the caller guarantees that `data` points to a live `ServiceInstance<S>` and that `world` is valid during the
-        // call.
+        // SAFETY: the caller guarantees that `data` points to a live `ServiceInstance<S>` and that `world` is valid
+        // during the call.
         let (ServiceInstance { service, session }, world) = unsafe {
             let data = life::instance_at::<ServiceInstance<S>>(data);
             (data, World::new(world, &data.session.0.host))

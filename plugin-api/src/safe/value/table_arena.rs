@@ -28,8 +28,8 @@ impl TableArena {
     pub(crate) fn store<T: 'static>(&mut self, thing: T) -> &mut T {
         let ptr = Box::into_raw(Box::new(thing));
         self.0.push(ArenaItem(ptr));
-        // SAFETY: `ptr` was just allocated; `ArenaItem` does not dereference it before it is dropped, which the borrow of
-        // `self` prevents.
+        // SAFETY: `ptr` was just allocated; `ArenaItem` does not dereference it before it is dropped, which the borrow
+        // of `self` prevents.
         unsafe { &mut *ptr }
     }
     pub(crate) fn table<T: 'static>(&mut self, table: T) -> *const T {

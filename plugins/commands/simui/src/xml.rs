@@ -13,8 +13,8 @@ const MAX_DEPTH: usize = 64;
 /// Maximum number of elements.
 const MAX_NODES: usize = 5000;
 
-/// Attributes with numeric values. Those in `BOOLEAN_ATTRIBUTES` are booleans. All others are strings, except `checked` and, unless
-/// the element is an `<edit>`, `value`, which are numbers.
+/// Attributes with numeric values. Those in `BOOLEAN_ATTRIBUTES` are booleans. All others are strings, except `checked`
+/// and, unless the element is an `<edit>`, `value`, which are numbers.
 const NUMBER_ATTRIBUTES: &[&str] =
     &["minimum", "maximum", "step", "tick-interval", "max-buffer-size", "auto-repeat-interval", "width", "height"];
 const BOOLEAN_ATTRIBUTES: &[&str] = &[

@@ -275,7 +275,8 @@ fn scale(c: &Ctx<'_>, o: Object, f: [f64; 3]) -> Result {
     Ok(())
 }
 
-/// Returns the inertia of a body, by rows, whose points have been scaled by one factor per axis about its centre of mass.
+/// Returns the inertia of a body, by rows, whose points have been scaled by one factor per axis about its centre of
+/// mass.
 fn scaled_inertia(inertia: &[f64; 9], f: [f64; 3]) -> [f64; 9] {
     let trace = |m: &[f64; 9]| m[0] + m[4] + m[8];
     // The second moments of mass, sum(m x y), are scaled by both factors; the inertia is their trace minus them.

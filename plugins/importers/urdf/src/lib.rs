@@ -1,8 +1,8 @@
 //! Importer for robots in URDF files.
 //!
 //! `xml` parses the file, `read` reads the `robot` in it, `tree` checks how links and joints are connected and merges
-//! links that are fixed to each other into bodies, `mass` combines their masses, `mesh` reads mesh files, `form` converts
-//! geometries, `build` creates the objects.
+//! links that are fixed to each other into bodies, `mass` combines their masses, `mesh` reads mesh files, `form`
+//! converts geometries, `build` creates the objects.
 
 mod build;
 mod form;

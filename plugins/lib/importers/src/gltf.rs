@@ -1,5 +1,5 @@
-//! glTF 2.0: triangles, their base colours and opacities, placed by the nodes of the scene. Skins, morph targets, compressed
-//! primitives and all other properties of materials are ignored.
+//! glTF 2.0: triangles, their base colours and opacities, placed by the nodes of the scene. Skins, morph targets,
+//! compressed primitives and all other properties of materials are ignored.
 
 use std::rc::Rc;
 

@@ -168,8 +168,8 @@ pub(crate) unsafe fn meter(l: *mut lua_State) -> *const WorkMeter {
 
 /// Charges units to the Lua thread that runs in this OS thread, if any.
 pub(crate) fn count_here(units: u64) {
-    // SAFETY: the C function has no effect if no thread is running; a running thread is alive, because `RunningThread` resets
-    // it before its state can be closed.
+    // SAFETY: the C function has no effect if no thread is running; a running thread is alive, because `RunningThread`
+    // resets it before its state can be closed.
     unsafe { tatu_lua_count_here(units) };
 }
 
@@ -186,8 +186,8 @@ impl RunningThread {
 
 impl Drop for RunningThread {
     fn drop(&mut self) {
-        // SAFETY: `self.0` is null, or the thread that was running when this value was created. The `RunningThread` of that
-        // thread is still alive, so the thread is alive, too.
+        // SAFETY: `self.0` is null, or the thread that was running when this value was created. The `RunningThread` of
+        // that thread is still alive, so the thread is alive, too.
         unsafe { tatu_lua_enter(self.0) };
     }
 }

@@ -23,9 +23,9 @@ pub(crate) struct LuaScript {
     state: Box<ScriptState>,
 }
 
-// SAFETY: the Lua state, its memory and its files belong to this script alone, and only the owner of the `LuaScript` uses
-// them, from one thread at a time. Scripts share only immutable data and data behind locks. The world's pointer is only
-// passed to functions of the host, which check the calling thread.
+// SAFETY: the Lua state, its memory and its files belong to this script alone, and only the owner of the `LuaScript`
+// uses them, from one thread at a time. Scripts share only immutable data and data behind locks. The world's pointer is
+// only passed to functions of the host, which check the calling thread.
 unsafe impl Send for LuaScript {}
 
 impl Deref for LuaScript {

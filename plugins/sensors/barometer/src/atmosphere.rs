@@ -35,8 +35,8 @@ fn tropopause_ratio() -> f64 {
     libm::pow(T1 / T0, EXPONENT)
 }
 
-/// Returns the ratio of the pressure at an altitude, m, to that at sea level. The altitude is clamped to `MIN_ALTITUDE_M` and
-/// `MAX_ALTITUDE_M`; above 20 km, the formula of the layer below is used.
+/// Returns the ratio of the pressure at an altitude, m, to that at sea level. The altitude is clamped to
+/// `MIN_ALTITUDE_M` and `MAX_ALTITUDE_M`; above 20 km, the formula of the layer below is used.
 pub fn pressure_ratio(altitude: f64) -> f64 {
     let z = altitude.clamp(MIN_ALTITUDE_M, MAX_ALTITUDE_M);
     let h = EARTH_RADIUS * z / (EARTH_RADIUS + z);

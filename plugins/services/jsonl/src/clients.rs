@@ -177,8 +177,8 @@ impl Drop for LineListener {
 type StartedConnection = (LineConnection, SyncSender<RequestLine>, Arc<TcpStream>);
 
 impl LineConnection {
-    /// Starts the writer of a new client. Also returns the sender of its queue of received lines and its connection, for
-    /// the reader. Returns `None` if there are too many clients.
+    /// Starts the writer of a new client. Also returns the sender of its queue of received lines and its connection,
+    /// for the reader. Returns `None` if there are too many clients.
     fn new(
         number: u64,
         stream: TcpStream,

@@ -1,5 +1,5 @@
-//! Handles goals that clients send or execute, on the side of the service; `exchange_script_goals` handles goals on the side
-//! of scripts.
+//! Handles goals that clients send or execute, on the side of the service; `exchange_script_goals` handles goals on the
+//! side of scripts.
 
 use serde_json::{Value as Json, json};
 use tatu_plugin_api::{

@@ -3,16 +3,16 @@
 //! - `plugin`: the state of the plugin; `types`: definitions of message types; `convert`: converts messages between
 //!   values, JSON and CBOR;
 //! - `robots`: robots and sensors of a scene, and wheel odometry; `poses`: calculations with poses;
-//! - `topics`: topics that the scene provides; `messages`, `simple_readings`: their messages; `covariance`: covariances of
-//!   readings; `description`: robots as URDF;
+//! - `topics`: topics that the scene provides; `messages`, `simple_readings`: their messages; `covariance`: covariances
+//!   of readings; `description`: robots as URDF;
 //! - `protocol`: parses requests from clients; `peers`: clients and their subscriptions; `relay`: forwards calls and
 //!   goals between clients and scripts;
 //! - `requests`: executes requests from clients; `rosapi`: introspection; `service`: the service and its work at each
 //!   barrier;
 //! - `scripts`: `simROS` and `simROS2`, the commands for scripts; `times`, `images`, `pixels`, `bytes`, `params`:
 //!   further commands; `node`: endpoints that scripts have opened;
-//! - `goals`: goals of actions; `actions`: commands for actions; `service_commands`: commands that only the service calls;
-//!   `script_goals`, `client_goals`: handling of goals on the side of scripts and of the service.
+//! - `goals`: goals of actions; `actions`: commands for actions; `service_commands`: commands that only the service
+//!   calls; `script_goals`, `client_goals`: handling of goals on the side of scripts and of the service.
 
 mod actions;
 mod bytes;

@@ -22,7 +22,8 @@ use crate::{
 const MAX_MESSAGES_PER_BARRIER: usize = 1000;
 
 impl BridgeState {
-    /// Executes queued messages of all clients, at most `MAX_MESSAGES_PER_BARRIER` of each, and reports errors to their senders.
+    /// Executes queued messages of all clients, at most `MAX_MESSAGES_PER_BARRIER` of each, and reports errors to their
+    /// senders.
     pub(crate) fn handle_requests(&mut self, turn: &Turn<'_>, p: &Props) {
         let numbers: Vec<u64> = self.peers.keys().copied().collect();
         for number in numbers {

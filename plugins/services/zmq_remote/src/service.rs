@@ -207,7 +207,8 @@ impl ZmqRemoteService {
         Ok(())
     }
 
-    /// Executes a request for a function that the service itself provides. Returns `RequestOutcome::Command` for other functions.
+    /// Executes a request for a function that the service itself provides. Returns `RequestOutcome::Command` for other
+    /// functions.
     fn execute_own_function(
         &self,
         turn: &Turn<'_>,

@@ -42,8 +42,8 @@ const LAZY_MODULES: &[&str] = &[
     "/lib/w3c-keyname",
 ];
 
-/// Returns preload tags for all modules that `LAZY_MODULES` does not exclude. Without the tags, the browser would discover one
-/// module after another by following imports.
+/// Returns preload tags for all modules that `LAZY_MODULES` does not exclude. Without the tags, the browser would
+/// discover one module after another by following imports.
 fn preloads() -> String {
     let later = |path: &&str| LAZY_MODULES.iter().any(|start| path.starts_with(start));
     let modules = FILES.iter().map(|(path, _, _)| *path).filter(|path| path.ends_with(".js") && !later(path));

@@ -1,7 +1,7 @@
 //! A web page that shows a world and controls it. `docs/reference/web-stream.md` describes the protocol.
 //!
-//! - `service`: the service and its work at each barrier; `show`: messages to clients; `requests`: requests from clients;
-//!   `drop`: files dropped on the page;
+//! - `service`: the service and its work at each barrier; `show`: messages to clients; `requests`: requests from
+//!   clients; `drop`: files dropped on the page;
 //! - `scene`: the complete scene; `frames`: motion of its objects; `changes`: all other changes of objects; `readings`:
 //!   data of sensors, drawings and graphs;
 //! - `protocol`: the types of all text messages;

@@ -124,8 +124,8 @@ fn fields(turn: &Turn<'_>, id: tatu_object) -> Option<Reading> {
     (!fields.is_empty()).then_some(Reading::Fields { fields })
 }
 
-/// Returns the elements of a field, or `None` if there are none or more than `MAX_SHORT_ELEMENTS`, or if their type is not f64,
-/// f32 or i32.
+/// Returns the elements of a field, or `None` if there are none or more than `MAX_SHORT_ELEMENTS`, or if their type is
+/// not f64, f32 or i32.
 pub fn short_field(field: &safe::Reading) -> Option<Vec<f64>> {
     let numbers: Vec<f64> = match field.elem() {
         TATU_ELEM_F64 => field.f64s().to_vec(),

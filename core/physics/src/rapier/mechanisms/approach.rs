@@ -24,8 +24,9 @@ use crate::{
 const SLOW_TRAVEL: f64 = 1.5e-3;
 
 impl Rapier {
-    /// Makes rapier detect contacts of fast links and adopted bodies as far ahead as they move in a step. Otherwise, they
-    /// would pass through thin bodies: rapier's continuous collision detection stops only bodies that it moves itself.
+    /// Makes rapier detect contacts of fast links and adopted bodies as far ahead as they move in a step. Otherwise,
+    /// they would pass through thin bodies: rapier's continuous collision detection stops only bodies that it moves
+    /// itself.
     pub(super) fn set_contact_prediction(&mut self) {
         for i in 0..self.state.mechanisms.len() {
             for k in 0..self.state.mechanisms[i].bodies.len() {

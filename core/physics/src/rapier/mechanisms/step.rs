@@ -259,8 +259,8 @@ impl MechanismIsland {
     }
 
     /// Returns the number of parts into which a sub-step of length `h`, s, is divided, so that no joint turns by more
-    /// than [`MAX_TURN`] in a part: forces of gyration are computed from the velocities by few iterations, which diverge
-    /// for light links that spin fast.
+    /// than [`MAX_TURN`] in a part: forces of gyration are computed from the velocities by few iterations, which
+    /// diverge for light links that spin fast.
     fn part_count(&self, h: f64) -> usize {
         let mut most = 0.0f64;
         for built in self.mechanisms.iter().filter_map(|m| m.built.as_ref()) {
@@ -270,8 +270,8 @@ impl MechanismIsland {
         ((h * most / MAX_TURN).ceil() as usize).clamp(1, MAX_PARTS)
     }
 
-    /// Advances the trees by a part `h` of a sub-step, s. If something would turn too far, because an impact has made it
-    /// spin, the part is divided further.
+    /// Advances the trees by a part `h` of a sub-step, s. If something would turn too far, because an impact has made
+    /// it spin, the part is divided further.
     fn advance_part(
         &mut self,
         group: &mut Island,

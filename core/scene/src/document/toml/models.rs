@@ -58,8 +58,8 @@ impl SceneFileReader<'_> {
     }
 
     /// Returns the files that a model found by its name may name. If it was found in a folder that the user or the
-    /// program has chosen, these include those in its own folder. Models beside a scene come with the scene, and may name
-    /// what the scene may.
+    /// program has chosen, these include those in its own folder. Models beside a scene come with the scene, and may
+    /// name what the scene may.
     fn reach_of(&self, b: &DocumentBuilder<'_>, id: &str, file: &Path) -> Result<AllowedFolders> {
         // In a stored document, the path of the model is what the document claims.
         let Some(found) = self.registry.find_model(id).filter(|found| found.file == file) else {

@@ -72,8 +72,8 @@ impl SceneFileReader<'_> {
         self.apply_common_keys(b, table, base, (&model.id, &model.slots))
     }
 
-    /// Builds a model, which may name the files in `reach`. For an error in the text of the model, the help includes the location of the table that places
-    /// the model.
+    /// Builds a model, which may name the files in `reach`. For an error in the text of the model, the help includes
+    /// the location of the table that places the model.
     pub(super) fn build_model(
         &self,
         b: &mut DocumentBuilder<'_>,
@@ -154,8 +154,8 @@ impl SceneFileReader<'_> {
         self.place_import(b, table, (&name, &file, reach), "file", parent)
     }
 
-    /// Places a file in another format, which is in `reach` and may name the files in it. The value of `key` in the table
-    /// is the name of the file.
+    /// Places a file in another format, which is in `reach` and may name the files in it. The value of `key` in the
+    /// table is the name of the file.
     fn place_import(
         &mut self,
         b: &mut DocumentBuilder<'_>,

@@ -55,7 +55,8 @@ fn table(entries: &[(Value, Value)]) -> Option<String> {
     table_with_units(entries, if named { &[] } else { PART_KEYS })
 }
 
-/// Formats a property as a line of a table, in its form in scene files. Returns `None` if files cannot express the value.
+/// Formats a property as a line of a table, in its form in scene files. Returns `None` if files cannot express the
+/// value.
 pub fn line_in_form(form: FileForm, key: &str, unit: Option<&str>, value: &Value) -> Option<String> {
     let text = match (form, value) {
         (FileForm::Data, _) => custom_data_text(value)?,

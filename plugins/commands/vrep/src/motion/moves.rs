@@ -1,8 +1,8 @@
 //! Motion commands that block the calling thread (`sim.moveToConfig`, `sim.moveToPose` and their older equivalents),
 //! and commands with which a script advances such a motion itself.
 //!
-//! Each motion is a [`ActiveMotion`] stored under a number; a step advances its profile, moves its objects, and calls its
-//! callback.
+//! Each motion is a [`ActiveMotion`] stored under a number; a step advances its profile, moves its objects, and calls
+//! its callback.
 
 use super::{
     arguments::{config, pose, rml_joints, rml_position, to_joints, to_object, to_position},

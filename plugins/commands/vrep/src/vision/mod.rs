@@ -4,8 +4,8 @@
 //!   planes and units;
 //! - `images`: commands that return images and depths; `packets`: statistics of an image;
 //! - `saving`: image files, and image conversions;
-//! - `handle`: takes images and collects their results (`results`); `callbacks`: callbacks of the sensor's scripts; `set`:
-//!   images set by scripts;
+//! - `handle`: takes images and collects their results (`results`); `callbacks`: callbacks of the sensor's scripts;
+//!   `set`: images set by scripts;
 //! - `filters`: the chains that sensors had before 4.0, on a working image (`work`);
 //! - `module`: the same filters as separate functions, as in `simVision`;
 //! - `spherical`: combines images of six sensors into a panorama;

@@ -80,8 +80,8 @@ fn tree(bits: &mut BitReader<'_>) -> Option<(Vec<HuffmanNode>, u16)> {
     }
 }
 
-/// Builds the lookup table: for each value of `LOOKUP_BITS` bits, a leaf and the length of its code, or the inner node from
-/// which to continue.
+/// Builds the lookup table: for each value of `LOOKUP_BITS` bits, a leaf and the length of its code, or the inner node
+/// from which to continue.
 fn table(nodes: &[HuffmanNode], root: u16) -> Vec<(u16, u8)> {
     (0..1_u32 << LOOKUP_BITS)
         .map(|code| {

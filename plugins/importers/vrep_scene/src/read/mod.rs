@@ -6,8 +6,8 @@
 //! - parts of these: [`mesh`], [`legacy_mesh`], [`pool`], [`color`], [`material`], [`texture`], [`volume`], [`pose`],
 //!   [`data`];
 //! - sections other than objects: [`script`], [`settings`], [`registered`];
-//! - [`surface`]: the triangles of a mesh; [`unknown`]: elements that are unknown to the reader; [`test_files`]: small files
-//!   for tests.
+//! - [`surface`]: the triangles of a mesh; [`unknown`]: elements that are unknown to the reader; [`test_files`]: small
+//!   files for tests.
 
 pub mod color;
 pub mod common;

@@ -1,8 +1,8 @@
 //! The grammar of files: objects consist of elements and end with `EOO`; an element consists of a tag, a length, and a
 //! payload of this length.
 //!
-//! The elements of an object are listed in a table of [`ElementTag`]s. If a quantity has an older tag, with 4-byte numbers,
-//! and a newer one, with 8-byte numbers, a single row describes both.
+//! The elements of an object are listed in a table of [`ElementTag`]s. If a quantity has an older tag, with 4-byte
+//! numbers, and a newer one, with 8-byte numbers, a single row describes both.
 
 use super::{
     cursor::{ByteSpan, Cursor, ReadResult},

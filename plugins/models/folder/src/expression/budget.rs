@@ -5,8 +5,8 @@ use std::cell::Cell;
 use super::value::ExpressionValue;
 use crate::error::{ModelError, Result};
 
-/// Maximum total size of the values that expressions sharing one [`SizeBudget`] can compute, including intermediate values;
-/// `size` defines the size of a value.
+/// Maximum total size of the values that expressions sharing one [`SizeBudget`] can compute, including intermediate
+/// values; `size` defines the size of a value.
 const MAX_SIZE: usize = 4 << 20;
 /// Maximum nesting depth of lists, slightly less than that of TOML parsers.
 const MAX_LIST_DEPTH: usize = 60;

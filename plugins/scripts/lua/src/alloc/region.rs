@@ -43,8 +43,8 @@ impl Region {
 
 impl Drop for Region {
     fn drop(&mut self) {
-        // SAFETY: `mapped` and `bytes` are those of the reservation. The region belongs to a `MemorySlot`, which is dropped
-        // after the state that uses its blocks has been closed.
+        // SAFETY: `mapped` and `bytes` are those of the reservation. The region belongs to a `MemorySlot`, which is
+        // dropped after the state that uses its blocks has been closed.
         unsafe { system::free(self.mapped, self.bytes) };
     }
 }

@@ -58,7 +58,8 @@ impl Default for CallBudget {
 
 impl CallBudget {
     pub(crate) fn meter(&self) -> &WorkMeter {
-        // SAFETY: the pointer is null, or points into the Lua state, which is closed only when this `ScriptState` is dropped.
+        // SAFETY: the pointer is null, or points into the Lua state, which is closed only when this `ScriptState` is
+        // dropped.
         unsafe { self.meter.get().as_ref() }.unwrap_or(&self.own)
     }
     /// Charges the instructions of the main thread since the last run of the hook, and restarts the countdown. As a

@@ -124,8 +124,8 @@ impl ScriptError {
 }
 
 fn host<'a>(w: WorldRef<'a>) -> &'a TestHost {
-    // SAFETY: the tests pass their `TestHost` as the world of every script, and hosts are leaked, so the pointer is valid
-    // and of this type.
+    // SAFETY: the tests pass their `TestHost` as the world of every script, and hosts are leaked, so the pointer is
+    // valid and of this type.
     unsafe { &*w.ptr().cast::<TestHost>() }
 }
 extern "C" fn find(w: WorldRef<'_>, name: Lent<'_>, alias: Option<&mut u32>) -> u32 {

@@ -4,8 +4,8 @@ use serde::Deserialize;
 use serde_json::{Map, Value as Json};
 
 /// A request to the program.
-// The JSON has the variant in the key `type`, but `parse` converts it to an externally tagged enum before deserializing,
-// because only then can an error name the invalid field.
+// The JSON has the variant in the key `type`, but `parse` converts it to an externally tagged enum before
+// deserializing, because only then can an error name the invalid field.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[cfg_attr(test, derive(ts_rs::TS), ts(tag = "type"))]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
