@@ -4,10 +4,12 @@
     tests/run.py                              all tests
     tests/run.py robots:: page::              tests whose names contain one of these
     tests/run.py --skip page:: --skip robots::
+    tests/run.py --built FILE robots::        runs tests that were built before; FILE: the output of `BUILD`
     tests/run.py --slowest 50                 the slowest tests of earlier runs; runs nothing
 
-Everything is built first, with one set of features. A failed test stops nothing; failed tests are named at the end, with
-their output, and so are ignored ones, with their reasons. Durations are stored in `test-times.json` in the target folder.
+Everything is built first, with one set of features, unless `--built` is given. A failed test stops nothing; failed tests
+are named at the end, with their output, and so are ignored ones, with their reasons. Durations are stored in
+`test-times.json` in the target folder.
 
 The test harness reports only when a test ends. It starts tests in the order in which it lists them, the next one when a
 running one ends, so the beginning of each test follows from the ends of others.
@@ -25,6 +27,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 TARGET = Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target"))
 TIMES = TARGET / "test-times.json"
+BUILD = ["cargo", "build", "--workspace", "--lib", "--bins", "--tests", "--message-format=json-render-diagnostics"]
 # What the harness prints at the end of a test; a program that a test has started may have printed in the same line.
 ENDED = re.compile(r"test (\S+)(?: - should panic)? \.\.\. (ok|FAILED|ignored)(?:, (.*))?$")
 
@@ -36,11 +39,13 @@ def main():
     arguments.add_argument("--binary", default="", help="part of the name of the test binaries to run: `core/beams`")
     arguments.add_argument("--threads", type=int, default=os.cpu_count() or 1, help="tests that run at a time")
     arguments.add_argument("--slowest", type=int, metavar="N", help="print the N slowest tests of earlier runs")
+    arguments.add_argument("--built", type=Path, metavar="FILE",
+                           help=f"build nothing; FILE contains what `{' '.join(BUILD)}` has printed")
     options = arguments.parse_args()
     if options.slowest:
         return slowest(options.slowest)
     done = []
-    for binary in built():
+    for binary in binaries(options.built.read_text() if options.built else build()):
         if options.binary in binary[0]:
             of_binary = run(binary, options)
             remember(of_binary)
@@ -48,23 +53,27 @@ def main():
     return report(done)
 
 
-def built():
-    """Builds all tests, and returns the name, the manifest, the package and the path of each test binary."""
-    command = ["cargo", "build", "--workspace", "--lib", "--bins", "--tests", "--message-format=json-render-diagnostics"]
-    process = subprocess.run(command, cwd=ROOT, stdout=subprocess.PIPE, text=True)
+def build():
+    """Builds all tests, and returns what cargo prints about them."""
+    process = subprocess.run(BUILD, cwd=ROOT, stdout=subprocess.PIPE, text=True)
     if process.returncode != 0:
         sys.exit("the tests cannot be built")
+    return process.stdout
+
+
+def binaries(messages):
+    """Returns the name, the folder and name of the package, and the path of each test binary in messages of cargo."""
     names = subprocess.run(["cargo", "metadata", "--no-deps", "--offline", "--format-version", "1"], cwd=ROOT,
                            stdout=subprocess.PIPE, text=True, check=True).stdout
     names = {package["manifest_path"]: package["name"] for package in json.loads(names)["packages"]}
-    binaries = []
-    for line in process.stdout.splitlines():
+    found = []
+    for line in messages.splitlines():
         message = json.loads(line)
         if message.get("reason") == "compiler-artifact" and message["profile"]["test"] and message["executable"]:
             folder, package = Path(message["manifest_path"]).parent, names[message["manifest_path"]]
-            name = f"{folder.relative_to(ROOT)}:{message['target']['name']}"
-            binaries.append((name, folder, package, message["executable"]))
-    return sorted(binaries)
+            found.append((f"{folder.relative_to(ROOT)}:{message['target']['name']}", folder, package,
+                          message["executable"]))
+    return sorted(found)
 
 
 def run(binary, options):

@@ -141,8 +141,10 @@ fn main() {
     let mut names: Vec<PathBuf> =
         fs::read_dir(&root).expect("cannot list the folder of the page").flatten().map(|e| e.path()).collect();
     names.sort();
-    println!("cargo::rerun-if-changed=page");
     for path in names.into_iter().filter(|p| p.is_file()) {
+        // Not the folder as a whole, since npm installs tools of the page's tests in it. A new file is noticed because an
+        // older one must import it.
+        println!("cargo::rerun-if-changed={}", path.display());
         let (Some(kind), Some(name)) = (kind(&path), path.file_name().and_then(|n| n.to_str())) else { continue };
         if let Some(stem) = name.strip_suffix(".js") {
             imports.insert(format!("tatu/{stem}"), Value::String(format!("/page/{name}")));
