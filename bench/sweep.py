@@ -4,7 +4,7 @@ process per core.
     python bench/sweep.py                  # 10,000 jobs of 1 s of simulation
     python bench/sweep.py --quick          # 1,000 jobs
 
-Requires `tatu_sim` and `ray`. Everything runs in separate namespaces, without a network (python/tests/ray_cluster.py).
+Requires `tatu_sim` and `ray`. Everything runs in separate namespaces, without a network (hosts/python/tests/ray_cluster.py).
 The two sides run alternately for half a second each, so other load on the machine affects both equally.
 Times include opening the scene and Ray's start of its workers, but neither the start of the cluster nor imports.
 """
@@ -20,7 +20,7 @@ import time
 from pathlib import Path
 
 ROOT = Path(__file__).absolute().parents[1]
-sys.path.insert(0, str(ROOT / "python/tests"))
+sys.path.insert(0, str(ROOT / "hosts/python/tests"))
 
 from ray_cluster import ADDRESS, JOIN, Cluster, NotAllowed, run_in_namespaces  # noqa: E402
 

@@ -14,7 +14,7 @@ DATA = {"models": "share/tatu/models", "scenes": "share/tatu/scenes", "addons": 
 HEADERS = "plugin-api/include"
 # The simulator as a library for C.
 LIBRARY = "libtatu.so"
-WORLD_HEADER = "core/libtatu/include/tatu_world.h"
+WORLD_HEADER = "hosts/libtatu/include/tatu_world.h"
 DOCS = ["README.md", "CHANGELOG.md", "LICENSE-APACHE", "LICENSE-MIT"]
 # Files that `tatu generate NAME` prints, by path in the package.
 GENERATED = {

@@ -32,7 +32,7 @@ def main() -> int:
     args.out.mkdir(parents=True, exist_ok=True)
     tools = environment(target / "wheel-tools", TOOLS[:1] if args.local else TOOLS)
     env = {**os.environ, "CARGO_TARGET_DIR": str(target), "PATH": f"{tools}{os.pathsep}{os.environ['PATH']}"}
-    wheel = ["maturin", "build", "--release", "--locked", "--manifest-path", "python/Cargo.toml", "--out", str(args.out)]
+    wheel = ["maturin", "build", "--release", "--locked", "--manifest-path", "hosts/python/Cargo.toml", "--out", str(args.out)]
     if not args.local:
         packages = ["-p", "tatu", "-p", "libtatu"]
         run(["cargo", "zigbuild", "--release", "--locked", "--target", f"{TRIPLE}.{GLIBC}", *packages], env)
@@ -55,7 +55,7 @@ def environment(folder: Path, packages) -> Path:
 
 def notices(env) -> None:
     """Writes third-party notices into the package."""
-    command = [sys.executable, "packages/make.py", "notices", "--also", "tatu-python", "--out", "python/tatu_sim"]
+    command = [sys.executable, "packages/make.py", "notices", "--also", "tatu-python", "--out", "hosts/python/tatu_sim"]
     run(command, env)
 
 

@@ -36,7 +36,7 @@ def main():
     arguments = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     arguments.add_argument("names", nargs="*", help="parts of names of tests to run")
     arguments.add_argument("--skip", action="append", default=[], help="part of names of tests to skip")
-    arguments.add_argument("--binary", default="", help="part of the name of the test binaries to run: `core/beams`")
+    arguments.add_argument("--binary", default="", help="part of the name of the test binaries to run: `engine/beams`")
     arguments.add_argument("--threads", type=int, default=os.cpu_count() or 1, help="tests that run at a time")
     arguments.add_argument("--slowest", type=int, metavar="N", help="print the N slowest tests of earlier runs")
     arguments.add_argument("--built", type=Path, metavar="FILE",

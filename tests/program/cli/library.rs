@@ -13,7 +13,7 @@ fn compiled(place: &TestFolder, source: &str, language: &str) -> PathBuf {
     let (folder, program) = (built(), place.path().join("program"));
     let include = |path: &str| format!("-I{}", root().join(path).display());
     let done = Command::new(compiler(language))
-        .args(["-Wall", "-Wextra", "-Werror", &include("core/libtatu/include"), &include("plugin-api/include")])
+        .args(["-Wall", "-Wextra", "-Werror", &include("hosts/libtatu/include"), &include("plugin-api/include")])
         .arg(source)
         .arg("-o")
         .arg(&program)
@@ -28,7 +28,7 @@ fn compiled(place: &TestFolder, source: &str, language: &str) -> PathBuf {
 #[test]
 fn a_c_program_runs_worlds_with_the_same_bits() {
     let place = TestFolder::new();
-    let source = root().join("core/libtatu/examples/pioneer.c");
+    let source = root().join("hosts/libtatu/examples/pioneer.c");
     let program = compiled(&place, source.to_str().unwrap(), "cc");
     let out = Command::new(program).current_dir(place.path()).output().unwrap();
     let said = String::from_utf8_lossy(&out.stdout).into_owned();

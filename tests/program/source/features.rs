@@ -56,7 +56,7 @@ fn packages_built_alone_share_the_artifacts_of_the_workspace() {
     assert!(
         found.is_empty(),
         "cargo builds these anew for a single package; name their features in the root manifest (direct dependencies) or \
-         in core/features/Cargo.toml:\n{}",
+         in engine/features/Cargo.toml:\n{}",
         found.iter().map(|(text, name)| format!("-p {name}: {text}")).collect::<Vec<_>>().join("\n")
     );
 }

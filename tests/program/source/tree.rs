@@ -28,7 +28,7 @@ pub fn files(folder: &Path) -> Vec<PathBuf> {
         // Files that a build copies into the Python package are not sources.
         let is_gathered =
             ["plugins", "scenes", "models", "addons", "_commands.pyi", "THIRD-PARTY.txt"].contains(&name.as_str());
-        if is_gathered && folder.ends_with("python/tatu_sim") {
+        if is_gathered && folder.ends_with("hosts/python/tatu_sim") {
             continue;
         }
         // `.git` is a file in a linked working tree.
@@ -70,8 +70,8 @@ fn words_are_matched_at_identifier_boundaries() {
 #[test]
 fn the_core_names_no_sensor_robot_language_or_script_function() {
     let mut found = Vec::new();
-    let sources = files(&root().join("core")).into_iter().filter(|f| f.extension().is_some_and(|e| e == "rs"));
-    for file in sources {
+    let all = ["engine", "core"].iter().flat_map(|storey| files(&root().join(storey)));
+    for file in all.filter(|f| f.extension().is_some_and(|e| e == "rs")) {
         for (i, line) in fs::read_to_string(&file).unwrap().lines().enumerate() {
             // The only exception is the path of an example scene in a doc comment.
             let line = if line.trim_start().starts_with("//") { without_scene_paths(line) } else { line.to_owned() };
@@ -192,8 +192,8 @@ fn every_dependency_has_its_reason() {
 /// The files that may read what the user or the program has chosen, past the check of names in documents. A path that
 /// comes from a document must not get there.
 const UNRESTRICTED_READERS: [&str; 7] = [
-    "cli/addons/find.rs",
-    "cli/addons/start.rs",
+    "hosts/cli/addons/find.rs",
+    "hosts/cli/addons/start.rs",
     "core/scene/src/document/overrides.rs",
     "core/scene/src/document/reach.rs",
     "core/scene/src/document/sources.rs",
@@ -204,7 +204,7 @@ const UNRESTRICTED_READERS: [&str; 7] = [
 #[test]
 fn readers_of_documents_use_only_allowed_paths() {
     let mut found = Vec::new();
-    for file in ["cli", "core", "python/src"].iter().flat_map(|folder| files(&root().join(folder))) {
+    for file in ["hosts", "core"].iter().flat_map(|folder| files(&root().join(folder))) {
         let Ok(text) = fs::read_to_string(&file) else { continue };
         if text.contains("AllowedFile::chosen(") || file.ends_with("document/reach.rs") {
             found.push(short(&file));

@@ -1,7 +1,7 @@
 // @ts-check
 // Light, sky and floor, as in the images that `tatu look` renders: a directional lamp, ambient light from the sky and
 // the ground, a weak light at the camera, and haze towards the horizon. The values are those of
-// core/render/src/light.rs.
+// hosts/render/src/light.rs.
 
 import * as THREE from "three";
 

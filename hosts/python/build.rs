@@ -19,8 +19,10 @@ fn main() -> Result {
         return Ok(());
     }
     let own = PathBuf::from(env::var("CARGO_MANIFEST_DIR")?);
-    let root = own.parent().ok_or("the package has no parent folder")?.to_owned();
-    for part in ["core", "plugin-api", "plugins", "cli", "scenes", "models", "addons", "Cargo.lock"] {
+    let root = own.ancestors().nth(2).ok_or("the package is not in a folder of the workspace")?.to_owned();
+    let hosts = ["hosts/cli", "hosts/embed", "hosts/render", "hosts/testhost"];
+    let others = ["engine", "core", "plugin-api", "plugins", "scenes", "models", "addons", "Cargo.lock"];
+    for part in hosts.iter().chain(&others) {
         println!("cargo::rerun-if-changed={}", root.join(part).display());
     }
     let built = match env::var_os("TATU_WHEEL_PLUGINS") {

@@ -38,7 +38,7 @@ pub fn draw(world: &World, reading: &Reading) -> Result<Option<Canvas>, String> 
     let middle = pose * Point3::new(0.0, 0.0, reach * 0.5);
     let ahead = pose.rotation * Vector3::z();
     let flat = Vector3::new(ahead.x, ahead.y, 0.0).try_normalize(1e-6).unwrap_or_else(Vector3::x);
-    let away = reach * 0.75 / (FOV_RAD / 2.0).tan() + reach * 0.25;
+    let away = reach * 0.75 / libm::tan(FOV_RAD / 2.0) + reach * 0.25;
     let beside = flat.cross(&Vector3::z()) * 0.85 - flat * 0.25 + Vector3::z() * 0.45;
     let camera = |from: Vector3<f64>| Camera {
         from: middle + from * away,

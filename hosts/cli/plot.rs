@@ -172,7 +172,7 @@ fn draw_names(area: &PlotArea<'_>, lines: &[PanelLine], left: i32) -> Result<i32
 
 /// Formats the label of a tick with as many digits as the range of the axis requires, and without "-0".
 fn tick(x: f64, range: &Range<f64>) -> String {
-    let digits = (2.0 - (range.end - range.start).max(1e-300).log10().floor()).clamp(0.0, 9.0) as usize;
+    let digits = (2.0 - libm::log10((range.end - range.start).max(1e-300)).floor()).clamp(0.0, 9.0) as usize;
     let text = format!("{x:.digits$}");
     let text = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { text.as_str() };
     if text == "-0" { "0".into() } else { text.to_owned() }

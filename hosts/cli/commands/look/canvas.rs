@@ -76,7 +76,7 @@ impl Canvas {
     pub fn ring(&mut self, middle: CanvasPoint, radius: f64, color: RGBColor) -> DrawResult {
         let point = |i: u32| {
             let angle = f64::from(i) * std::f64::consts::TAU / 180.0;
-            (middle.0 + radius * angle.cos(), middle.1 + radius * angle.sin())
+            (middle.0 + radius * libm::cos(angle), middle.1 + radius * libm::sin(angle))
         };
         self.path(&(0..=180).map(point).collect::<Vec<_>>(), color, 0.5)
     }
@@ -154,13 +154,13 @@ fn to_canvas_pixel(p: &CanvasPoint) -> (i32, i32) {
 
 /// Returns a round number: the smallest value of the form 1, 2 or 5 times a power of ten that is at least `x`.
 pub fn round_step(x: f64) -> f64 {
-    let power = 10f64.powf(x.max(1e-9).log10().floor());
+    let power = libm::exp10(libm::log10(x.max(1e-9)).floor());
     [1.0, 2.0, 5.0].into_iter().map(|f| f * power).find(|s| *s >= x * (1.0 - 1e-9)).unwrap_or(10.0 * power)
 }
 
 /// Formats a number with as many decimals as are needed to distinguish values that are `step` apart.
 pub fn rounded(x: f64, step: f64) -> String {
-    let digits = (-step.log10().floor()).clamp(0.0, 6.0) as usize;
+    let digits = (-libm::log10(step).floor()).clamp(0.0, 6.0) as usize;
     format!("{x:.digits$}")
 }
 

@@ -25,7 +25,7 @@ pub fn draw(reading: &Reading) -> Result<Option<Canvas>, String> {
     // Seen from above, inclined beams appear shorter.
     let rise = reading.floats("range_scan.elevation").unwrap_or(&[]);
     let layered = rise.iter().any(|e| *e != 0.0);
-    let flat = |i: usize, d: f64| d * rise.get(i).map_or(1.0, |e| e.cos());
+    let flat = |i: usize, d: f64| d * rise.get(i).map_or(1.0, |e| libm::cos(*e));
     let beams: Vec<(f64, f64)> =
         angles.iter().copied().zip(distances.iter().enumerate().map(|(i, d)| flat(i, *d))).collect();
     let hit = |d: f64| d.is_finite() && d > 0.0;
@@ -39,7 +39,7 @@ pub fn draw(reading: &Reading) -> Result<Option<Canvas>, String> {
 
     let mut canvas = Canvas::new(PLOT_SIZE, PLOT_SIZE + HEADER_HEIGHT);
     // Coordinates in the picture, m, rightwards and downwards; the plot must contain the sensor and all ends of beams.
-    let place = |(a, d): &(f64, f64)| (-end(*d) * a.sin(), -end(*d) * a.cos());
+    let place = |(a, d): &(f64, f64)| (-end(*d) * libm::sin(*a), -end(*d) * libm::cos(*a));
     let (mut low, mut high) = ((0.0_f64, 0.0_f64), (0.0_f64, 0.0_f64));
     for (x, y) in beams.iter().map(place) {
         low = (low.0.min(x), low.1.min(y));
@@ -52,7 +52,7 @@ pub fn draw(reading: &Reading) -> Result<Option<Canvas>, String> {
         f64::from(HEADER_HEIGHT) + f64::from(PLOT_SIZE) / 2.0 - scale * (low.1 + high.1) / 2.0,
     );
     // A point to the left of the sensor is on the left in the picture.
-    let at = |angle: f64, d: f64| (middle.0 - scale * d * angle.sin(), middle.1 - scale * d * angle.cos());
+    let at = |angle: f64, d: f64| (middle.0 - scale * d * libm::sin(angle), middle.1 - scale * d * libm::cos(angle));
 
     if !layered {
         let mut outline = vec![middle];
@@ -77,7 +77,7 @@ pub fn draw(reading: &Reading) -> Result<Option<Canvas>, String> {
     )?;
     if layered {
         // Higher points are brighter.
-        let high = |i: usize| distances[i] * rise.get(i).map_or(0.0, |e| e.sin());
+        let high = |i: usize| distances[i] * rise.get(i).map_or(0.0, |e| libm::sin(*e));
         let seen = |i: &usize| hit(beams[*i].1);
         let all = (0..beams.len()).filter(seen);
         let (low, top) = all.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, t), i| (l.min(high(i)), t.max(high(i))));

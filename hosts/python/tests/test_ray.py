@@ -10,7 +10,7 @@ import pytest
 sys.path.insert(0, str(Path(__file__).parent))
 from ray_cluster import ADDRESS, JOIN, Cluster, NotAllowed, run_in_namespaces, wait_for  # noqa: E402
 
-SCENE = Path(__file__).parents[2] / "scenes/first/pioneer_avoids_walls.toml"
+SCENE = Path(__file__).parents[3] / "scenes/first/pioneer_avoids_walls.toml"
 JOBS = 300
 
 
