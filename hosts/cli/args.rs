@@ -4,13 +4,10 @@ use std::path::PathBuf;
 
 use clap::{Parser, Subcommand, ValueEnum};
 use tatu_core::{document::LoadOptions, errors::Error};
-
 use tatu_embed::{SceneSource, WorldSetup};
+use tatu_plugin_tools::PluginCommand;
 
-use crate::{
-    plugin::PluginCommand,
-    values::{WorldPoint, angle, permission, point, scene, seconds, shard, size, speed},
-};
+use crate::values::{WorldPoint, angle, permission, point, scene, seconds, shard, size, speed};
 
 /// Tatu, a robot simulator made of a small core and plugins.
 #[derive(Parser)]
@@ -45,7 +42,7 @@ pub enum Command {
     /// Compare two traces: report the first step, and the first object in it, that differ.
     Diff(DiffArgs),
     /// Create a folder to start with: a plugin, an add-on, a scene or a robot.
-    New(crate::new::NewArgs),
+    New(tatu_plugin_tools::new::NewArgs),
     /// Run a scene many times, with seeds and parameters from a file, and write a row for each run.
     Sweep(SweepArgs),
     /// Record which plugins and models are loaded for a scene, with versions and hashes, or compare them.

@@ -19,7 +19,7 @@ pub fn write(world: &World, dir: &Path) -> Vec<Error> {
     };
     let (figures, mut failed) = (world.figures(), Vec::new());
     if figures.graphs.is_empty() {
-        crate::report::note("--graphs writes nothing, because the scene has no object with `kind = \"graph\"`");
+        tatu_terminal::report::note("--graphs writes nothing, because the scene has no object with `kind = \"graph\"`");
         return failed;
     }
     if let Err(e) = fs::create_dir_all(dir) {

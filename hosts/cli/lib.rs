@@ -7,20 +7,17 @@ mod commands;
 #[cfg(all(target_os = "linux", target_env = "gnu"))]
 mod crash;
 mod graphs;
-mod new;
 mod plot;
-mod plugin;
-mod report;
 mod scripts;
 mod state;
-mod table;
 mod trace;
 mod values;
-mod watchdog;
 
 use std::{ffi::OsString, process::ExitCode};
 
 use clap::Parser;
+use tatu_plugin_tools::new;
+use tatu_terminal::report;
 
 pub use commands::generate::python_type;
 
@@ -30,7 +27,7 @@ pub use commands::generate::python_type;
 /// be called at most once per process.
 pub fn main(args: impl IntoIterator<Item = OsString>) -> ExitCode {
     let args = args::CliArgs::parse_from(args);
-    report::install_log_printer();
+    tatu_terminal::report::install_log_printer();
     #[cfg(all(target_os = "linux", target_env = "gnu"))]
     crash::install_handlers();
     let code = report::finish(match args.command {

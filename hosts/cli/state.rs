@@ -12,8 +12,7 @@ use tatu_core::{
     plugins::Registry,
     state::{Snapshot, UnsavedInstance},
 };
-
-use crate::report;
+use tatu_terminal::report;
 
 /// The requested snapshots of a run.
 pub struct SnapshotRequests {

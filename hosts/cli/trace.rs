@@ -10,8 +10,7 @@ use std::{
 use serde_json::{Map, Value as Json, json};
 use tatu_core::{LogLine, World, errors::Error};
 use tatu_plugin_api::{abi::*, safe::Value};
-
-use crate::watchdog::SharedFile;
+use tatu_terminal::watchdog::SharedFile;
 
 /// The trace file, if one is requested.
 pub struct Trace {
@@ -35,7 +34,7 @@ impl Trace {
         for (option, given) in [("--watch", !watch.is_empty()), ("--hashes", hashes)] {
             if given && path.is_none() {
                 let error = Error::new("E114", format!("{option} has no effect without --trace"));
-                crate::report::warning(&error.help("add `--trace FILE`"));
+                tatu_terminal::report::warning(&error.help("add `--trace FILE`"));
             }
         }
         let file = match path {

@@ -12,7 +12,7 @@ use tatu_core::{
 use tatu_plugin_api::safe::{MAX_FILE_BYTES, Value, read_plain};
 
 use super::{AddOn, AddonFlags, CallStyle, StartMode, find, request::AddonRequest};
-use crate::report;
+use tatu_terminal::report;
 
 /// The add-ons of a run, in the order in which they are started.
 #[derive(Default)]

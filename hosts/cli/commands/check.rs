@@ -11,7 +11,9 @@ use tatu_core::{
 use tatu_plugin_api::abi::TATU_REPORT_NOTE;
 
 use super::describe::facts::to_json;
-use crate::{args::CheckArgs, report, watchdog::Watchdog};
+use tatu_terminal::{Watchdog, report};
+
+use crate::args::CheckArgs;
 
 /// Checks a scene; the exit code is 0 if it starts, otherwise 2.
 pub fn check(args: &CheckArgs) -> ExitCode {

@@ -8,8 +8,9 @@ use tatu_core::{
     errors::Error,
     state::write_atomically,
 };
+use tatu_terminal::{Watchdog, report};
 
-use crate::{args::ConvertArgs, report, watchdog::Watchdog};
+use crate::args::ConvertArgs;
 
 /// Converts a scene; the exit code is 0 if it was written, otherwise 2.
 pub fn convert(args: &ConvertArgs) -> ExitCode {

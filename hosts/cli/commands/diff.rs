@@ -11,8 +11,9 @@ use std::{
 use serde_json::{Map, Value};
 use tatu_core::errors::{Error, SourceLocation};
 use tatu_plugin_api::safe::{MAX_FILE_BYTES, open_plain};
+use tatu_terminal::report;
 
-use crate::{args::DiffArgs, report};
+use crate::args::DiffArgs;
 
 /// Maximum number of differing fields that are shown for an object or reading.
 const MAX_FIELDS: usize = 8;

@@ -13,13 +13,11 @@ use tatu_core::{
     plugins::{ActuatorKind, AttachmentSlot, FoundModel, Model, ParameterSpec, Registry, SensorKind},
 };
 use tatu_plugin_api::safe::{MAX_FILE_BYTES, read_plain_text};
+use tatu_terminal::{Watchdog, report, table};
 
 use crate::{
     addons,
     args::{ListArgs, ListedKind},
-    report,
-    table::table,
-    watchdog::Watchdog,
 };
 
 /// Prints the requested list as a table or as JSON.

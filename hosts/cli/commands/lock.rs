@@ -14,9 +14,10 @@ use tatu_core::{
     plugins::{MODEL_FILE, Registry, assets_folder},
 };
 use tatu_plugin_api::safe::{MAX_FILE_BYTES, read_plain};
+use tatu_terminal::{Watchdog, report};
 use toml_edit::{ArrayOfTables, DocumentMut, Item, Table, value};
 
-use crate::{args::LockArgs, report, watchdog::Watchdog};
+use crate::args::LockArgs;
 
 /// A plugin or a file that a scene uses.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -22,12 +22,11 @@ use tatu_plugin_api::{
 use toml_edit::{ArrayOfTables, DocumentMut, Item, Table, value};
 
 use super::list;
+use tatu_terminal::{Watchdog, report, table};
+
 use crate::{
     args,
     card::{self, CardMeasure, grade::Grade, rounded},
-    report,
-    table::table,
-    watchdog::Watchdog,
 };
 
 /// Helper functions for measures, prepended to each script.

@@ -22,8 +22,7 @@ use tatu_core::{
 };
 use tatu_embed::search::{self, SearchFolders, built_plugins, search_folders};
 use tatu_plugin_api::abi::TATU_REPORT_WARNING;
-
-use crate::{report, watchdog::Watchdog};
+use tatu_terminal::{Watchdog, report};
 
 /// Loads all plugins that can be found.
 pub fn registry(

@@ -21,11 +21,11 @@ use tatu_core::{
 use tatu_plugin_api::abi::*;
 
 use super::run::{InputLogFile, write_log};
+use tatu_terminal::{Watchdog, report};
+
 use crate::{
     addons,
     args::{OpenArgs, ServeArgs},
-    report,
-    watchdog::Watchdog,
 };
 
 /// Exit code after a second Ctrl-C, by the convention of shells.
@@ -71,7 +71,7 @@ fn start(args: &ServeArgs, watchdog: &Watchdog) -> Result<ExitCode, Error> {
     let flag = interrupted.clone();
     let _ = ctrlc::set_handler(move || {
         if flag.swap(true, Ordering::Relaxed) {
-            crate::watchdog::leave(INTERRUPTED_EXIT_CODE);
+            tatu_terminal::watchdog::leave(INTERRUPTED_EXIT_CODE);
         }
     });
     session.set_interrupt_flag(interrupted.clone());

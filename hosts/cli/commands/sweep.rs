@@ -21,8 +21,9 @@ use tatu_embed::{
     sweep::{Sweep as Runner, SweepRow, plan::SweepPlan},
 };
 use tatu_plugin_api::safe::{MAX_FILE_BYTES, read_plain_text};
+use tatu_terminal::report;
 
-use crate::{args::SweepArgs, report};
+use crate::args::SweepArgs;
 
 /// If a sweep has more jobs than this, their number is printed before it starts.
 const JOB_COUNT_NOTICE: usize = 10_000;

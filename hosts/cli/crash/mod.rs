@@ -32,12 +32,12 @@ use tatu_core::{
         watchdog::{CallWatch, PluginCall, StuckCall, current_watch},
     },
 };
-
-use self::blame::Crash;
-use crate::{
+use tatu_terminal::{
     report::CRASH_HELP,
     watchdog::{self, leave},
 };
+
+use self::blame::Crash;
 
 /// Handled signals: processor faults and `abort`, followed by signals that end a process silently and that only a
 /// plugin or another process can cause. Ctrl-C and SIGTERM have separate handlers.

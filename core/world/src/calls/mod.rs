@@ -17,12 +17,13 @@ use tatu_plugins::{
     watchdog::PluginCall,
 };
 
-pub(crate) use crate::cell::call_errors::{check_status, clone_error, name_plugin, read_error, set_error};
+pub(crate) use crate::cell::calls::errors::{check_status, clone_error, name_plugin, read_error, set_error};
 use results::check_nested;
 pub(crate) use results::check_results;
 
 use crate::cell::{
-    Caller, CallerResultBuffer, HostFunction, WaitOwner, WaitingCommand, WorldCell, cost::COMMAND_COST, parse_wait,
+    Caller, CallerResultBuffer, HostFunction, WaitOwner, WaitingCommand, WorldCell, calls::cost::COMMAND_COST,
+    parse_wait,
 };
 
 /// Writes values as results. Values beyond the capacity of the frame are dropped. Fails if the arena is full.

@@ -7,8 +7,8 @@ use tatu_plugin_api::abi::*;
 use tatu_plugins::Registry;
 use tatu_scene::document::{Document, WorldSettings};
 
-use super::{
-    history::{EditHistory, Memento},
+use crate::cell::{
+    records::history::{EditHistory, Memento},
     swap_cell::SwapCell,
 };
 

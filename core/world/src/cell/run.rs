@@ -10,9 +10,9 @@ use std::{
 
 use tatu_errors::Fault;
 
-use super::{
-    calls::CallStack, connections::Connections, folders::ScriptFolders, lines::LogBuffer, script_kinds::CallbackMask,
-    scripts::Scripts, stand_ins::StandIns,
+use crate::cell::{
+    calls::stack::CallStack, records::lines::LogBuffer, scripts::folders::ScriptFolders, scripts::kinds::CallbackMask,
+    scripts::list::Scripts, scripts::stand_ins::StandIns, session::connections::Connections,
 };
 
 /// Scripts, calls of commands, services, log lines and faults.

@@ -6,10 +6,10 @@ use nalgebra::Vector3;
 use tatu_physics::EngineSettings;
 use tatu_scene::{Dynamics, Scene};
 
-use super::{
+use crate::cell::{
     clock::Clock,
     phase::Phase,
-    stores::{CustomDataSize, Signals},
+    records::stores::{CustomDataSize, Signals},
 };
 
 /// The part of a world that a step changes and a snapshot contains: objects, engine, time, phase and signals.

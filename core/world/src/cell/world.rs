@@ -13,9 +13,9 @@ use tatu_scene::{
     document::{Document, WorldSettings},
 };
 
-use super::{
-    devices::WorldDevices, live_worlds, model::WorldModel, phase::Phase, plugin_monitor::PluginMonitor,
-    run::WorldRuntime, state::SimulationState, worker_view::WorkerView,
+use crate::cell::{
+    calls::monitor::PluginMonitor, devices::WorldDevices, live_worlds, model::WorldModel, phase::Phase,
+    run::WorldRuntime, scripts::worker_view::WorkerView, state::SimulationState,
 };
 
 /// The interior of a world, at a stable address. Plugins receive a pointer to it, as `tatu_world *`.
@@ -32,7 +32,7 @@ pub(crate) struct WorldCell {
 }
 
 /// A worker of a world. Its cell is boxed, so its address is stable.
-pub(crate) struct ScriptWorker(pub(super) Box<WorldCell>);
+pub(crate) struct ScriptWorker(pub(in crate::cell) Box<WorldCell>);
 
 impl Drop for WorldCell {
     fn drop(&mut self) {

@@ -7,7 +7,7 @@ use tatu_scene::{ObjectKind, Scene};
 
 use super::answer::{busy, fill, on_world, on_world_or_worker, require, slot, with_context};
 use super::solids::BodyContext;
-use crate::cell::{HostFunction, WorldCell, stand_in_use};
+use crate::cell::{HostFunction, WorldCell, scripts::stand_in_use};
 
 pub static TABLE: tatu_host_bodies = tatu_host_bodies {
     size: size_of::<tatu_host_bodies>() as u32,

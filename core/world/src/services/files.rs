@@ -7,7 +7,7 @@ use tatu_plugin_api::abi::*;
 use super::answer::{AnswerContext, lend, require, with_context};
 use tatu_scene::folders::OpenError;
 
-use crate::cell::{Connections, HostFunction, ScriptFolders, WorldCell, cost::FILE_COST};
+use crate::cell::{Connections, HostFunction, ScriptFolders, WorldCell, calls::cost::FILE_COST};
 
 pub static TABLE: tatu_host_files = tatu_host_files {
     size: size_of::<tatu_host_files>() as u32,

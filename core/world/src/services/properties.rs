@@ -14,7 +14,7 @@ use super::{
     answer::{HostResult, busy, slot},
     devices,
 };
-use crate::cell::{WorldCell, WorldModel, stand_in_use};
+use crate::cell::{WorldCell, WorldModel, scripts::stand_in_use};
 
 pub(super) fn refuse_with(world: &WorldCell, r: Refusal) -> tatu_status {
     world.run.calls.refuse(r.0, &r.1)

@@ -15,7 +15,7 @@ use super::{
 };
 use crate::cell::{
     HostFunction, WorldCell,
-    cost::{LOOKUP_COST, OBJECT_COST},
+    calls::cost::{LOOKUP_COST, OBJECT_COST},
 };
 
 /// Returns the number of a kind of object in the plugin ABI.

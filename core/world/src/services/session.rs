@@ -7,7 +7,7 @@ use tatu_plugin_api::abi::*;
 
 use super::answer::{HostResult, fill, lend, on_world, status_to_result, world_only};
 use crate::{
-    cell::{HostFunction, NextScene, Phase, SessionCell, WorldCell, cost},
+    cell::{HostFunction, NextScene, Phase, SessionCell, WorldCell, calls::cost},
     session::functions,
     step::{self, Stage},
 };

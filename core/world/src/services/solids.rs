@@ -8,7 +8,7 @@ use tatu_scene::{Dynamics, ObjectVariant, Scene, collision_parts};
 use super::answer::{AnswerContext, busy, input_slice, require, slot, with_context};
 use crate::cell::{
     HostFunction, WorldCell,
-    cost::{LOOKUP_COST, PAIR_COST},
+    calls::cost::{LOOKUP_COST, PAIR_COST},
 };
 
 /// The parts of the world that are required to read bodies.

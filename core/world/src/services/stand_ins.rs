@@ -3,7 +3,7 @@
 use tatu_plugin_api::abi::*;
 
 use super::answer::world_only;
-use crate::cell::{HostFunction, OptionalObject, WorldCell, stand_in_use};
+use crate::cell::{HostFunction, OptionalObject, WorldCell, scripts::stand_in_use};
 
 pub static TABLE: tatu_host_stand_ins = tatu_host_stand_ins {
     size: size_of::<tatu_host_stand_ins>() as u32,

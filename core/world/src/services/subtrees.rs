@@ -15,7 +15,7 @@ use super::answer::{busy, input_slice, on_world, output_slice, require, slot};
 use crate::{
     cell::{
         HostFunction, ScriptKind, Scripts, WorldCell,
-        cost::{FILE_COST, OBJECT_COST},
+        calls::cost::{FILE_COST, OBJECT_COST},
     },
     instances::create_device,
     state::{

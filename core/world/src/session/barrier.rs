@@ -21,7 +21,7 @@ use tatu_plugins::border::ErrorSlot;
 use super::log;
 use crate::{
     calls::{call_command, clone_error},
-    cell::{Caller, Phase, SessionCell, WaitOwner, WaitingCommand, WorldCell, thread_result_intake},
+    cell::{Caller, Phase, SessionCell, WaitOwner, WaitingCommand, WorldCell, calls::thread_result_intake},
     scripts::ResultBuffer,
     step,
 };

@@ -12,7 +12,7 @@ use super::{
     memento::{capture, restore_state},
     recovery,
 };
-use crate::cell::{WorldCell, history::EditOutcome};
+use crate::cell::{WorldCell, records::history::EditOutcome};
 
 /// The event that reports that the list of edits has changed.
 const EDITED_EVENT: &str = "edited";

@@ -9,7 +9,7 @@ use super::save::script_list;
 use crate::{
     cell::{
         Scripts, WorldCell, WorldModel,
-        history::{Memento, WORLD_UID},
+        records::history::{Memento, WORLD_UID},
     },
     instances::{current_devices, recreate_devices},
 };

@@ -22,7 +22,7 @@ use tatu_scene::{
 use super::memento::capture;
 use crate::cell::{
     WorldCell,
-    history::{Memento, WORLD_UID},
+    records::history::{Memento, WORLD_UID},
 };
 
 /// Maximum number of times that the text is changed and read again. Each nesting level of models that were added

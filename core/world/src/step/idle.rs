@@ -3,7 +3,7 @@
 use tatu_plugin_api::{abi::*, safe::Value};
 
 use super::barrier::barrier;
-use crate::cell::{Callback, Phase, Scripts, WorldCell, thread_result_intake};
+use crate::cell::{Callback, Phase, Scripts, WorldCell, calls::thread_result_intake};
 
 /// Runs a pass while the simulation is stopped.
 pub(crate) fn run_stopped_pass(world: &WorldCell) {

@@ -13,10 +13,9 @@ use tatu_core::{
 use tatu_plugin_api::{abi::*, safe::Value};
 
 use super::{super::list, example};
-use crate::{
-    card::{self, CardMeasure, grade::Grade},
-    report,
-};
+use tatu_terminal::report;
+
+use crate::card::{self, CardMeasure, grade::Grade};
 
 /// Returns a description of each item that has this id.
 pub fn all(r: &Registry, id: &str) -> Vec<Json> {

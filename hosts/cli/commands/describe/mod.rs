@@ -11,8 +11,9 @@ use std::process::ExitCode;
 
 use serde_json::{Value, json};
 use tatu_core::{document::SourceFiles, errors::Error};
+use tatu_terminal::{Watchdog, report, table};
 
-use crate::{args::DescribeArgs, report, table::table, watchdog::Watchdog};
+use crate::args::DescribeArgs;
 
 /// Maximum number of a plugin's commands that are listed with descriptions; if there are more, only names are listed.
 const MAX_DESCRIBED_COMMANDS: usize = 20;

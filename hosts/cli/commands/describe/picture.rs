@@ -9,13 +9,11 @@ use tatu_core::{
     plugins::Registry,
 };
 use tatu_render::Picture;
+use tatu_terminal::report;
 
-use crate::{
-    commands::look::{
-        canvas::{Canvas, HPos, VPos},
-        file,
-    },
-    report,
+use crate::commands::look::{
+    canvas::{Canvas, HPos, VPos},
+    file,
 };
 
 /// Size of the picture of a single model, and of each model in a sheet: columns and rows of pixels.

@@ -10,12 +10,9 @@ use std::process::ExitCode;
 use clap::CommandFactory;
 use clap_complete::Shell;
 use tatu_core::{document::SourceFiles, errors::Error};
+use tatu_terminal::{Watchdog, report};
 
-use crate::{
-    args::{CliArgs, GenerateArgs, GeneratedFile},
-    report,
-    watchdog::Watchdog,
-};
+use crate::args::{CliArgs, GenerateArgs, GeneratedFile};
 
 /// Prints the requested file. The exit code is 0, or 1 if the file could not be generated.
 pub fn generate(args: &GenerateArgs) -> ExitCode {

@@ -16,8 +16,9 @@ use std::process::ExitCode;
 use nalgebra::Point3;
 use tatu_core::{LogLine, World, errors::Error};
 use tatu_render::Camera;
+use tatu_terminal::{Watchdog, report};
 
-use crate::{addons, args::LookArgs, report, watchdog::Watchdog};
+use crate::{addons, args::LookArgs};
 
 /// Renders a picture. The exit code is 0 on success, 1 if an error occurred while the scene ran, and 2 if no picture
 /// was written.

@@ -35,14 +35,14 @@ use tatu_plugin_api::abi::*;
 
 use clock::{RunClock, RunTimes};
 use pace::RunPace;
+use tatu_terminal::{Watchdog, report};
 
 use crate::{
     addons,
     args::RunArgs,
-    graphs, report,
+    graphs,
     state::{self, SnapshotRequests},
     trace::Trace,
-    watchdog::Watchdog,
 };
 
 /// Default length of a run, s of simulation time.
@@ -219,7 +219,7 @@ fn run_world(args: &RunArgs, ready: ReadyRun, watchdog: &Watchdog) -> Result<Exi
     // script or a pipe may block. If the handler cannot be installed, the first Ctrl-C ends the program immediately.
     let _ = ctrlc::set_handler(move || {
         if flag.swap(true, Ordering::Relaxed) {
-            crate::watchdog::leave(INTERRUPTED_EXIT_CODE);
+            tatu_terminal::watchdog::leave(INTERRUPTED_EXIT_CODE);
         }
     });
     world.record_process_state();

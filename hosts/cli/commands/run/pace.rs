@@ -12,7 +12,9 @@ use super::{
     keys::KeyPresses,
     terminal::{Terminal, TerminalKey},
 };
-use crate::{args::RunArgs, report};
+use tatu_terminal::report;
+
+use crate::args::RunArgs;
 
 /// Speeds that `+` and `-` select, as multiples of real time.
 const SPEEDS: [f64; 14] = [0.125, 0.25, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0, 10.0, 15.0, 20.0, 40.0];

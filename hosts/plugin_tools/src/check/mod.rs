@@ -1,0 +1,214 @@
+//! `tatu plugin check`: tests a plugin against the rules of the ABI. Each test runs in a separate process.
+//!
+//! - this file: the arguments, the list of tests, the exit code; `process`: runs one test in a child process;
+//! - `config`: `tatu-check.toml`; `report`: output as text, as JSON, and as GitHub annotations;
+//! - `subject`: the plugin under test in the child; `finding`: findings, and how the child sends them;
+//! - `inspector`: watches calls at the ABI; `stage`: scenes and parameter values for tests;
+//! - one file per group of tests: `declarations`, `commands`, `devices`, `snapshots`, `sources`, `services`, `cost`.
+
+mod commands;
+mod config;
+mod cost;
+mod declarations;
+mod devices;
+mod finding;
+mod inspector;
+mod process;
+mod report;
+mod services;
+mod snapshots;
+mod sources;
+mod stage;
+mod subject;
+
+use std::{
+    path::{Path, PathBuf},
+    process::ExitCode,
+};
+
+use tatu_core::errors::{Error, nearest};
+
+use self::{config::CheckConfig, finding::FindingLevel, report::TestOutcome};
+use tatu_terminal::report as messages;
+
+/// Arguments of `tatu plugin check`.
+#[derive(clap::Args)]
+#[command(after_help = HELP)]
+pub struct PluginCheckArgs {
+    /// The library of a plugin, or a folder that contains it, directly or in `build`.
+    #[arg(default_value = ".")]
+    pub file: PathBuf,
+    /// Run only these tests.
+    #[arg(long, value_name = "TEST", value_delimiter = ',')]
+    pub only: Vec<String>,
+    /// Skip these tests.
+    #[arg(long, value_name = "TEST", value_delimiter = ',')]
+    pub skip: Vec<String>,
+    /// List the tests and exit.
+    #[arg(long)]
+    pub list: bool,
+    /// Print the result as JSON.
+    #[arg(long)]
+    pub json: bool,
+    /// Also write findings as annotations for GitHub workflows [default: if GITHUB_ACTIONS is set].
+    #[arg(long)]
+    pub github: bool,
+    /// Seconds of real time after which a test is killed and reported as failed.
+    #[arg(long, value_name = "S", default_value_t = 120, value_parser = clap::value_parser!(u64).range(1..=86400))]
+    pub timeout: u64,
+    /// Use this file instead of searching for tatu-check.toml.
+    #[arg(long, value_name = "FILE")]
+    pub config: Option<PathBuf>,
+    /// Run this test in this process; used by the program for its child processes.
+    #[arg(long, hide = true)]
+    pub run: Option<String>,
+}
+
+const HELP: &str = "The exit code is 0 if no test has found an error, 1 otherwise, and 2 if there is no such plugin.
+
+A file tatu-check.toml next to the plugin, in its project's folder or in the working folder lists further tests to skip
+and findings to allow, with a reason:
+  skip = [\"cost\"]
+  [[allow]]
+  test = \"repeat\"
+  place = \"command `clock.now`\"
+  reason = \"reads the clock, and records it as an input\"";
+
+/// A test: its name, the property that it tests, and its function in the child process.
+struct CheckTest {
+    name: &'static str,
+    text: &'static str,
+    run: fn(&Path) -> Result<(), Error>,
+}
+
+/// All tests, in the order in which they run.
+const TESTS: &[CheckTest] = &[
+    CheckTest {
+        name: "declarations",
+        text: "the plugin's declarations are complete and consistent",
+        run: declarations::run,
+    },
+    CheckTest { name: "examples", text: "the examples of commands compile and run", run: commands::examples },
+    CheckTest {
+        name: "arguments",
+        text: "commands withstand valid and invalid arguments, placed before guard pages",
+        run: commands::arguments,
+    },
+    CheckTest { name: "repeat", text: "equal runs in two processes produce equal results", run: commands::repeat },
+    CheckTest { name: "worlds", text: "calls in one world do not affect another world", run: commands::worlds },
+    CheckTest {
+        name: "readings",
+        text: "readings are finite, and the same on 1 and 2 threads, bit for bit",
+        run: devices::readings,
+    },
+    CheckTest {
+        name: "actuators",
+        text: "actuators act the same on 1 and 2 threads, bit for bit",
+        run: devices::actuators,
+    },
+    CheckTest {
+        name: "configure",
+        text: "a parameter that is changed during a run has the same effect as one set at the start",
+        run: devices::configure,
+    },
+    CheckTest {
+        name: "snapshots",
+        text: "a run that is saved, killed and restored continues as if it had not been interrupted",
+        run: snapshots::resume,
+    },
+    CheckTest {
+        name: "reload",
+        text: "a plugin that is reloaded during a run continues where it was",
+        run: snapshots::reload,
+    },
+    CheckTest { name: "load", text: "`load` refuses unknown bytes, and survives damaged ones", run: snapshots::load },
+    CheckTest { name: "models", text: "models can be built, and stand on the floor", run: sources::models },
+    CheckTest { name: "importers", text: "malformed files are refused with errors", run: sources::importers },
+    CheckTest {
+        name: "languages",
+        text: "script languages withstand malformed scripts, and own the memory that they return",
+        run: sources::languages,
+    },
+    CheckTest {
+        name: "services",
+        text: "services never block, and their threads do not access worlds",
+        run: services::run,
+    },
+    CheckTest { name: "cost", text: "reports the cost of calls; never fails", run: cost::run },
+];
+
+/// Runs the tests on a plugin.
+pub fn check(args: &PluginCheckArgs) -> ExitCode {
+    if args.list {
+        TESTS.iter().for_each(|t| messages::out!("{:<14}{}", t.name, t.text));
+        return ExitCode::SUCCESS;
+    }
+    let file = &args.file;
+    let ready = process::library(file).and_then(|library| {
+        if let Some(name) = &args.run {
+            return Ok((library, CheckConfig::default(), vec![test(name)?]));
+        }
+        let config = CheckConfig::find(file, args.config.as_deref())?;
+        let chosen = chosen(args, &config)?;
+        Ok((library, config, chosen))
+    });
+    let (library, config, tests) = match ready {
+        Ok(ready) => ready,
+        Err(e) => {
+            messages::error(&e);
+            return ExitCode::from(2);
+        }
+    };
+    if args.run.is_some() {
+        return process::run_in_child(tests[0].run, &library);
+    }
+    let mut outcomes = Vec::new();
+    for test in tests {
+        let mut outcome: TestOutcome = process::run(test.name, test.text, &library, args.timeout);
+        outcome.findings.retain(|f| !config.allows(test.name, f));
+        if !args.json {
+            report::print(&outcome);
+        }
+        outcomes.push(outcome);
+    }
+    if args.json {
+        report::print_json(&library, &outcomes);
+    } else {
+        report::sum_up(&library, &outcomes);
+    }
+    if args.github || std::env::var_os("GITHUB_ACTIONS").is_some() {
+        report::annotate(&library, &outcomes);
+    }
+    let failed = outcomes.iter().any(|o| o.findings.iter().any(|f| f.level == FindingLevel::Error));
+    if failed { ExitCode::FAILURE } else { ExitCode::SUCCESS }
+}
+
+/// Returns the test of this name. Fails with E102 if there is no such test.
+fn test(name: &str) -> Result<&'static CheckTest, Error> {
+    TESTS.iter().find(|t| t.name == name).ok_or_else(|| {
+        let names = TESTS.iter().map(|t| t.name);
+        let error = Error::new("E102", format!("there is no test `{name}`"));
+        match nearest(name, names) {
+            Some(near) => error.help(format!("did you mean `{near}`?")),
+            None => error.help("`tatu plugin check --list` lists the tests"),
+        }
+    })
+}
+
+fn chosen(args: &PluginCheckArgs, config: &CheckConfig) -> Result<Vec<&'static CheckTest>, Error> {
+    for name in args.only.iter().chain(&args.skip).chain(&config.skip) {
+        test(name)?;
+    }
+    for allowed in config.tests() {
+        test(allowed)?;
+    }
+    let wanted = |t: &&CheckTest| {
+        let is_in = |list: &[String]| list.iter().any(|n| n == t.name);
+        (args.only.is_empty() || is_in(&args.only)) && !is_in(&args.skip) && (is_in(&args.only) || !is_in(&config.skip))
+    };
+    let all: Vec<_> = TESTS.iter().filter(wanted).collect();
+    if all.is_empty() {
+        return Err(Error::new("E102", "no test is left to run").help("`tatu plugin check --list` lists all tests"));
+    }
+    Ok(all)
+}

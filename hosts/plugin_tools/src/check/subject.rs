@@ -1,0 +1,154 @@
+//! The plugin under test, loaded in the child process together with the program's own plugins.
+
+use std::{
+    path::{Path, PathBuf},
+    sync::{
+        Arc,
+        atomic::{AtomicU32, Ordering},
+    },
+};
+
+use tatu_core::{
+    World,
+    document::{self, Document, LoadOptions},
+    errors::{Error, Fault, FaultKind},
+    plugins::{CopyFolder, Registry, SearchPath},
+};
+
+use tatu_embed::search::built_plugins;
+use tatu_plugin_api::safe::program_file;
+
+use super::{finding, inspector::CallSpy};
+use tatu_terminal::Watchdog;
+
+/// Base name of the copy that is loaded.
+const COPY_NAME: &str = "tatu_checked";
+/// Prefix of the folders in which worlds open files.
+const FOLDER_PREFIX: &str = "files-of-world-";
+
+/// The plugin under test.
+pub struct TestedPlugin {
+    pub registry: Arc<Registry>,
+    /// The plugin's index in the registry.
+    pub plugin: usize,
+    /// The plugin's id.
+    pub id: String,
+    /// The inspector that watches the plugin's calls.
+    pub spy: Arc<CallSpy>,
+    /// Errors and warnings that were reported when the plugin was loaded.
+    pub refused: Vec<Error>,
+    /// The original library file.
+    pub file: PathBuf,
+    /// Number of worlds created so far.
+    worlds: AtomicU32,
+    /// Temporary folder for the copy of the library and the scenes of the test.
+    folder: tempfile::TempDir,
+}
+
+impl TestedPlugin {
+    /// Loads a copy of a library under another name. Host tables are truncated to the sizes that the plugin declares
+    /// that it needs, so that a call beyond them is detected.
+    pub fn load(file: &Path) -> Result<Self, Error> {
+        let cannot = |e: std::io::Error| Error::new("E105", format!("cannot copy {}: {e}", file.display()));
+        let folder = tempfile::tempdir().map_err(cannot)?;
+        let name = format!("{}{COPY_NAME}{}", std::env::consts::DLL_PREFIX, std::env::consts::DLL_SUFFIX);
+        let copy = folder.path().join(name);
+        std::fs::copy(file, &copy).map_err(cannot)?;
+        finding::report_activity("", finding::LOADING_ACTIVITY);
+        let exe = program_file();
+        let mut search = SearchPath::standard(exe.as_deref(), Some(folder.path().as_os_str()), &built_plugins());
+        // Opening copies of libraries makes reloading possible.
+        search.copies = Some(Arc::new(CopyFolder::new()?));
+        let mut host = tatu_core::host_tables();
+        host.truncate_to_needs();
+        let watchdog = Watchdog::start(0.0, false);
+        let mut registry = Registry::load_watched(search, host, watchdog.watches.clone());
+        // E302 is expected if the plugin under test hides one of the program's own plugins.
+        let mine = |e: &Error| e.code != "E302" && e.text.contains(&copy.display().to_string());
+        let refused: Vec<Error> = registry.refused.iter().filter(|e| mine(e)).cloned().collect();
+        let Some(plugin) = registry.plugins.iter().position(|p| p.path == copy) else {
+            let why = refused.first().cloned();
+            let why = why.map(|e| Error { text: e.text.replace(&copy.display().to_string(), "it"), ..e });
+            return Err(why.unwrap_or_else(|| Error::new("E301", "it is not loaded")));
+        };
+        let id = registry.plugins[plugin].id.clone();
+        let lives = registry.world_lives.iter().find(|(p, _)| *p == plugin);
+        let spy = Arc::new(CallSpy::new(plugin, lives.map_or(0, |(_, life)| life.state_bytes)));
+        registry.inspector = Some(spy.clone());
+        Ok(TestedPlugin {
+            registry: Arc::new(registry),
+            plugin,
+            id,
+            spy,
+            refused,
+            file: file.to_owned(),
+            worlds: AtomicU32::new(0),
+            folder,
+        })
+    }
+
+    /// Loads a document from the text of a scene and the contents of files that the scene names.
+    pub fn document(&self, scene: &str, files: &[(&str, &[u8])]) -> Result<Arc<Document>, Error> {
+        let file = self.folder.path().join("check.toml");
+        let all = files.iter().copied().chain([("check.toml", scene.as_bytes())]);
+        for (name, bytes) in all {
+            let cannot = |e: std::io::Error| Error::new("E105", format!("cannot write the scene of a test: {e}"));
+            std::fs::write(self.folder.path().join(name), bytes).map_err(cannot)?;
+        }
+        document::load(&file, &self.registry, &LoadOptions::default()).map(Arc::new)
+    }
+
+    /// Creates a world from such a document, with a separate folder for files.
+    pub fn world(&self, scene: &str, files: &[(&str, &[u8])], threads: usize) -> Result<World, Error> {
+        let world = World::with_threads(self.document(scene, files)?, self.registry.clone(), threads)?;
+        // Each world gets its own folder, so that files written by one are not visible to another.
+        let number = self.worlds.fetch_add(1, Ordering::Relaxed);
+        let own = self.folder.path().join(format!("{FOLDER_PREFIX}{number}"));
+        std::fs::create_dir_all(&own).map_err(|e| Error::new("E105", format!("cannot create a folder: {e}")))?;
+        world.set_file_folder(&own)?;
+        Ok(world)
+    }
+
+    /// Reports the faults of a world that the plugin under test caused.
+    pub fn report_faults(&self, world: &World) {
+        world
+            .faults()
+            .iter()
+            .filter(|f| self.is_of_plugin(f))
+            .for_each(|f| finding::error(&finding::current_place(), self.readable(&f.message)));
+    }
+
+    /// Replaces the folder names in a line that differ between processes with FOLDER.
+    pub fn without_folders(&self, line: &str) -> String {
+        let here = std::env::current_dir().unwrap_or_default();
+        let line = [self.folder.path(), &here].iter().fold(line.to_owned(), |l, folder| {
+            let folder = folder.display().to_string();
+            if folder.len() > 1 { l.replace(&folder, "FOLDER") } else { l }
+        });
+        let mut parts = line.split(FOLDER_PREFIX);
+        let first = parts.next().unwrap_or_default().to_owned();
+        parts.fold(first, |l, part| l + part.trim_start_matches(|c: char| c.is_ascii_digit()))
+    }
+
+    /// Replaces the name of the loaded copy in a message with the name of the original file.
+    pub fn readable(&self, text: &str) -> String {
+        let file = self.file.display().to_string();
+        let word = |word: &str| match word.contains(COPY_NAME) {
+            true => {
+                let end = word.trim_start_matches(|c: char| c != ')' && c != ',' && c != ':');
+                let begin = if word.starts_with('(') { "(" } else { "" };
+                format!("{begin}{file}{end}")
+            }
+            false => word.to_owned(),
+        };
+        text.split(' ').map(word).collect::<Vec<_>>().join(" ")
+    }
+
+    /// Returns whether a fault is a violation of the rules by this plugin; errors raised by its commands are not.
+    pub fn is_of_plugin(&self, fault: &Fault) -> bool {
+        // A fault without a plugin is attributed to a thread of the plugin under test, because the program's own
+        // plugins are known not to cause such faults.
+        let kind = matches!(fault.kind, FaultKind::Plugin | FaultKind::Stuck | FaultKind::Physics);
+        kind && fault.plugin.as_ref().is_none_or(|id| *id == self.id)
+    }
+}
