@@ -1,0 +1,53 @@
+//! Inverse kinematics: joint positions for which frames reach their targets.
+//!
+//! - [`Linkage`]: frames and joints, each in the frame of its parent, and their positions;
+//! - [`IkTask`]: a frame that shall reach a target, in chosen directions; [`IkGroup`]: tasks that are solved together;
+//! - [`solve`]: iterates from the present positions with the classic methods, for several groups by priority;
+//! - [`find_configuration`]: searches for joint positions within all limits, from several starts, and returns the reason
+//!   if there are none.
+//!
+//! Lengths are in m, angles in rad. A joint moves about or along the z axis of its frame. Results depend only on the
+//! arguments, and are bit-identical on all processors: the crate adds, multiplies, divides and computes square roots in a
+//! fixed order, and uses the trigonometric functions of `libm`. Each file imports only from those before it in this
+//! order: `linkage`, `task`, `matrix`, `jacobian`, `group`, `solver`, `search`. The methods are those of S. R. Buss,
+//! "Introduction to Inverse Kinematics with Jacobian Transpose, Pseudoinverse and Damped Least Squares methods" (2009).
+//!
+//! ```
+//! use nalgebra::{Isometry3, Vector3};
+//! use tatu_kinematics::{Constraints, IkGroup, IkResult, IkTask, JointType, Linkage, solve};
+//!
+//! // An arm with two links of 0.5 and 0.4 m, which turns about z.
+//! let mut arm = Linkage::default();
+//! let shoulder = arm.add_joint(None, Isometry3::identity(), JointType::Revolute);
+//! let elbow = arm.add_joint(Some(shoulder), Isometry3::translation(0.5, 0.0, 0.0), JointType::Revolute);
+//! let tip = arm.add_frame(Some(elbow), Isometry3::translation(0.4, 0.0, 0.0));
+//! let target = arm.add_frame(None, Isometry3::translation(0.3, 0.6, 0.0));
+//! arm.set_position(shoulder, 0.5);
+//! arm.set_position(elbow, 0.5);
+//!
+//! let group = IkGroup {
+//!     tasks: vec![IkTask { constraints: Constraints::X | Constraints::Y, ..IkTask::new(tip, target) }],
+//!     ..IkGroup::default()
+//! };
+//! let outcome = solve(&mut arm, &[&group]);
+//! assert_eq!(outcome.result, IkResult::Success);
+//! let reached = arm.pose(tip).translation.vector - Vector3::new(0.3, 0.6, 0.0);
+//! assert!(reached.norm() < group.tasks[0].precision[0]);
+//! ```
+
+#![cfg_attr(test, allow(clippy::disallowed_methods, reason = "expected values in tests do not affect results"))]
+
+mod group;
+mod jacobian;
+mod linkage;
+mod matrix;
+mod search;
+mod solver;
+mod task;
+
+pub use group::{IkGroup, IkMethod};
+pub use jacobian::{GroupJacobian, JointColumn, group_jacobian};
+pub use linkage::{FrameId, Joint, JointRole, JointType, Linkage};
+pub use search::{SearchSettings, Unreachable, find_configuration, random_configuration};
+pub use solver::{IkOutcome, IkResult, LimitHit, solve};
+pub use task::{Constraints, IkTask, TaskError};

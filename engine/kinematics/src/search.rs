@@ -1,0 +1,332 @@
+//! Searches for joint positions that reach targets within all limits.
+
+use nalgebra::{DMatrix, DVector, UnitQuaternion, Vector3};
+
+use crate::{
+    jacobian::{GroupJacobian, JointColumn, chain},
+    linkage::{FrameId, JointType, Linkage, turned},
+    matrix::{damped_square, factor, solve_factored, transposed_product},
+    solver::precision,
+    task::IkTask,
+};
+
+/// How long a search goes on.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SearchSettings {
+    /// Maximum number of starts from other positions, after that from the present ones. Default 10.
+    pub max_restarts: u32,
+    /// Maximum number of iterations from a start. Default 100.
+    pub max_iterations: u32,
+    /// Seed of the positions to start from. Equal seeds give equal results.
+    pub seed: u64,
+}
+
+impl Default for SearchSettings {
+    fn default() -> Self {
+        SearchSettings { max_restarts: 10, max_iterations: 100, seed: 1 }
+    }
+}
+
+/// Why no positions were found.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Unreachable {
+    /// A target is further from the first joint of its chain than the chain is long.
+    OutOfReach {
+        /// The task, by its index.
+        task: usize,
+        /// By how much it is too far, m.
+        by: f64,
+    },
+    /// The targets can be reached only by positions beyond the limits of joints.
+    Limit {
+        /// The joint that exceeds its limits most.
+        joint: FrameId,
+        /// By how much, rad or m.
+        by: f64,
+    },
+    /// No joint moves the tips in a direction in which they must move.
+    NoMotion,
+    /// The search ended at a distance, m, and an angle, rad, for another reason: the target may lie in a region that the
+    /// chain cannot reach, such as around its base, or the constraints may contradict each other.
+    Distance([f64; 2]),
+}
+
+/// Iterations without enough progress after which a start is given up, and what is enough.
+const MAX_SLOW_ITERATIONS: u32 = 15;
+const PROGRESS: f64 = 0.98;
+/// Largest step of a joint in an iteration, rad or m.
+const MAX_STEP: f64 = 1.0;
+/// Damping grows with the error: its square is `DAMPING_SHARE` times the squared error, plus `MIN_DAMPING`. The values
+/// were chosen by experiments on arms with 6 and 7 joints, of which this search solves more than 99 %.
+const DAMPING_SHARE: f64 = 0.01;
+const MIN_DAMPING: f64 = 1e-8;
+
+/// Moves joints to positions within their limits for which all tasks are within their precisions.
+///
+/// The search starts from the present positions, then from others between the limits, which follow from the seed.
+///
+/// # Errors
+///
+/// Returns the reason if no positions were found; the joints are then at the best positions that were.
+pub fn find_configuration(
+    linkage: &mut Linkage,
+    tasks: &[IkTask],
+    settings: &SearchSettings,
+) -> Result<(), Unreachable> {
+    let mut search = Search::new(linkage, tasks);
+    if search.jacobian.columns.is_empty() && !search.is_reached(linkage, tasks) {
+        return Err(Unreachable::NoMotion);
+    }
+    if let Some((task, by)) = out_of_reach(linkage, tasks) {
+        search.descend(linkage, tasks, settings.max_iterations, true);
+        return Err(Unreachable::OutOfReach { task, by });
+    }
+    let (start, mut random) = (linkage.clone(), Random(settings.seed));
+    let mut best: Option<(f64, Linkage)> = None;
+    for attempt in 0..=settings.max_restarts {
+        if attempt > 0 {
+            *linkage = start.clone();
+            search.scatter(linkage, &mut random);
+        }
+        if search.descend(linkage, tasks, settings.max_iterations, true) {
+            return Ok(());
+        }
+        if best.as_ref().is_none_or(|(least, _)| search.best_error < *least) {
+            best = Some((search.best_error, linkage.clone()));
+        }
+    }
+    let best = best.map_or_else(|| start.clone(), |(_, b)| b);
+    let reason = search.beyond_limits(&start, tasks, settings);
+    *linkage = best;
+    Err(reason.unwrap_or_else(|| Unreachable::Distance(precision(linkage, tasks))))
+}
+
+/// Moves the joints of tasks to positions between their limits, which follow from a seed and a number.
+pub fn random_configuration(linkage: &mut Linkage, tasks: &[IkTask], seed: u64, number: u64) {
+    let search = Search::new(linkage, tasks);
+    search.scatter(linkage, &mut Random(seed ^ number.wrapping_mul(0xd134_2543_de82_ef95)));
+}
+
+/// Returns the first task whose target is further from the first joint of its chain than the chain is long, and by how
+/// much. Only tasks with fully constrained positions and limited translations are considered.
+fn out_of_reach(linkage: &Linkage, tasks: &[IkTask]) -> Option<(usize, f64)> {
+    tasks.iter().enumerate().filter(|(_, t)| t.enabled && t.constraints.0 & 7 == 7).find_map(|(i, task)| {
+        let joints: Vec<FrameId> = chain(linkage, task).collect();
+        let first = *joints.last()?;
+        // The target must not move with the chain.
+        if linkage.above(task.target).any(|id| id == first) {
+            return None;
+        }
+        let mut reach = 0.0;
+        for id in linkage.above(task.tip).take_while(|id| *id != first) {
+            reach += linkage.local_pose(id).translation.vector.norm();
+        }
+        for id in &joints {
+            let joint = linkage.joint(*id)?;
+            let fixed = linkage.mover(*id).is_none();
+            reach += match joint.kind {
+                _ if fixed => linkage.motion(*id).translation.vector.norm(),
+                JointType::Prismatic => joint.limits.map(|[low, high]| low.abs().max(high.abs()))?,
+                JointType::Revolute if joint.lead != 0.0 => {
+                    joint.lead.abs() * joint.limits.map(|[low, high]| low.abs().max(high.abs()))?
+                }
+                _ => 0.0,
+            };
+        }
+        let center = linkage.pose(first).translation.vector;
+        let distance = (linkage.pose(task.target).translation.vector - center).norm();
+        let by = distance - reach;
+        (by > task.precision[0]).then_some((i, by))
+    })
+}
+
+/// The memory of a search.
+struct Search {
+    jacobian: GroupJacobian,
+    square: DMatrix<f64>,
+    y: DVector<f64>,
+    step: DVector<f64>,
+    /// The smallest squared error since the last start, and the positions there, by column.
+    best_error: f64,
+    best: Vec<(f64, UnitQuaternion<f64>)>,
+}
+
+impl Search {
+    fn new(linkage: &Linkage, tasks: &[IkTask]) -> Self {
+        let jacobian = GroupJacobian::new(linkage, tasks);
+        let (rows, columns) = jacobian.matrix.shape();
+        Search {
+            jacobian,
+            square: DMatrix::zeros(rows, rows),
+            y: DVector::zeros(rows),
+            step: DVector::zeros(columns),
+            best_error: f64::INFINITY,
+            best: Vec::new(),
+        }
+    }
+
+    /// Stores the present positions as the best ones, or returns to these.
+    fn store_best(&mut self, linkage: &Linkage) {
+        let joints = self.jacobian.columns.iter().filter_map(|c| linkage.joint(c.joint));
+        self.best.clear();
+        self.best.extend(joints.map(|j| (j.position, j.rotation)));
+    }
+    fn restore_best(&self, linkage: &mut Linkage) {
+        for (column, (position, rotation)) in self.jacobian.columns.iter().zip(&self.best) {
+            if let Some(joint) = linkage.joint_mut(column.joint) {
+                (joint.position, joint.rotation) = (*position, *rotation);
+            }
+        }
+    }
+
+    fn is_reached(&self, linkage: &Linkage, tasks: &[IkTask]) -> bool {
+        tasks.iter().filter(|t| t.enabled).all(|t| t.error(linkage).is_within(t.precision))
+    }
+
+    /// Moves all joints to positions between their limits; those without limits to between -π and π, or -1 m and 1 m.
+    fn scatter(&self, linkage: &mut Linkage, random: &mut Random) {
+        for column in &self.jacobian.columns {
+            let unit = random.next();
+            let Some(joint) = linkage.joint_mut(column.joint) else { continue };
+            let own = match joint.kind {
+                JointType::Prismatic => [-1.0, 1.0],
+                _ => [-std::f64::consts::PI, std::f64::consts::PI],
+            };
+            let [low, high] = joint.limits.unwrap_or(own);
+            let (low, high) = (low.max(joint.position.min(0.0) - 10.0), high.min(joint.position.max(0.0) + 10.0));
+            if joint.kind == JointType::Spherical {
+                let axis = Vector3::new(random.next() - 0.5, random.next() - 0.5, random.next() - 0.5);
+                joint.rotation = turned(axis * (unit * std::f64::consts::PI / axis.norm().max(1e-3)));
+            } else {
+                joint.position = low + (high - low) * unit;
+            }
+        }
+    }
+
+    /// Iterates until the targets are reached, which returns `true`, or until nothing improves. The positions are then
+    /// those with the smallest error.
+    fn descend(&mut self, linkage: &mut Linkage, tasks: &[IkTask], iterations: u32, keeps_limits: bool) -> bool {
+        self.best_error = f64::INFINITY;
+        let (mut slow, mut gate) = (0, f64::INFINITY);
+        for _ in 0..iterations {
+            if self.is_reached(linkage, tasks) {
+                self.best_error = 0.0;
+                return true;
+            }
+            self.jacobian.update(linkage, tasks);
+            let error = self.jacobian.error.norm_squared();
+            if error < self.best_error {
+                self.best_error = error;
+                self.store_best(linkage);
+            }
+            if error < gate * PROGRESS {
+                (gate, slow) = (error, 0);
+            } else {
+                slow += 1;
+                if slow > MAX_SLOW_ITERATIONS {
+                    break;
+                }
+            }
+            if !self.advance(linkage, error, keeps_limits) {
+                break;
+            }
+        }
+        if self.is_reached(linkage, tasks) {
+            self.best_error = 0.0;
+            return true;
+        }
+        self.restore_best(linkage);
+        false
+    }
+
+    /// Moves the joints by one step. Joints that push against a limit are left out. Returns `false` if there is no step.
+    fn advance(&mut self, linkage: &mut Linkage, error: f64, keeps_limits: bool) -> bool {
+        let damping = DAMPING_SHARE * error + MIN_DAMPING;
+        for _ in 0..=self.jacobian.columns.len() {
+            damped_square(&self.jacobian.matrix, damping, &mut self.square);
+            if !factor(&mut self.square) {
+                return false;
+            }
+            self.y.copy_from(&self.jacobian.error);
+            solve_factored(&self.square, &mut self.y);
+            transposed_product(&self.jacobian.matrix, &self.y, &mut self.step);
+            if !keeps_limits || !self.freeze(linkage) {
+                break;
+            }
+        }
+        let largest = self.step.iter().fold(0.0, |a: f64, b| a.max(b.abs()));
+        if !largest.is_finite() {
+            return false;
+        }
+        let scale = if largest > MAX_STEP { MAX_STEP / largest } else { 1.0 };
+        for (i, column) in self.jacobian.columns.iter().enumerate() {
+            let Some(joint) = linkage.joint_mut(column.joint) else { continue };
+            if joint.kind == JointType::Spherical {
+                if column.axis == 0 {
+                    let turn = Vector3::from_fn(|k, _| self.step[i + k] * scale);
+                    joint.rotation = turned(turn) * joint.rotation;
+                }
+                continue;
+            }
+            let wanted = joint.position + scale * self.step[i];
+            let limits = joint.limits.filter(|_| keeps_limits);
+            joint.position = limits.map_or(wanted, |[low, high]| wanted.clamp(low, high));
+        }
+        true
+    }
+
+    /// Leaves out the joints that the step pushes against a limit at which they are. Returns whether there are any.
+    fn freeze(&mut self, linkage: &Linkage) -> bool {
+        let mut any = false;
+        for (i, column) in self.jacobian.columns.iter().enumerate() {
+            let Some(joint) = linkage.joint(column.joint) else { continue };
+            let Some([low, high]) = joint.limits.filter(|_| joint.kind != JointType::Spherical) else { continue };
+            let dq = self.step[i];
+            if (joint.position <= low && dq < 0.0) || (joint.position >= high && dq > 0.0) {
+                self.jacobian.matrix.column_mut(i).fill(0.0);
+                any = true;
+            }
+        }
+        any
+    }
+
+    /// Returns the joint that must exceed its limits if the targets can be reached without limits.
+    fn beyond_limits(&mut self, start: &Linkage, tasks: &[IkTask], settings: &SearchSettings) -> Option<Unreachable> {
+        let mut random = Random(settings.seed);
+        for attempt in 0..=settings.max_restarts {
+            let mut free = start.clone();
+            if attempt > 0 {
+                self.scatter(&mut free, &mut random);
+            }
+            if !self.descend(&mut free, tasks, settings.max_iterations, false) {
+                continue;
+            }
+            let excess = |column: &JointColumn| {
+                let joint = free.joint(column.joint)?;
+                let [low, high] = joint.limits?;
+                let by = f64::max(low - joint.position, joint.position - high);
+                (by > 0.0).then_some((column.joint, by))
+            };
+            let worst = self.jacobian.columns.iter().filter_map(excess);
+            let worst =
+                worst.fold(None, |a: Option<(FrameId, f64)>, b| if a.is_none_or(|a| b.1 > a.1) { Some(b) } else { a });
+            return worst.map(|(joint, by)| Unreachable::Limit { joint, by });
+        }
+        None
+    }
+}
+
+/// The generator SplitMix64 (Steele, Lea and Flood 2014).
+struct Random(u64);
+
+impl Random {
+    /// Returns a number from 0 up to, but not including, 1.
+    fn next(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^= z >> 31;
+        (z >> 11) as f64 / (1u64 << 53) as f64
+    }
+}
