@@ -54,6 +54,8 @@ pub enum Unreachable {
 /// Iterations without enough progress after which a start is given up, and what is enough.
 const MAX_SLOW_ITERATIONS: u32 = 15;
 const PROGRESS: f64 = 0.98;
+/// A full turn, rad.
+const TURN: f64 = 2.0 * std::f64::consts::PI;
 /// Largest step of a joint in an iteration, rad or m.
 const MAX_STEP: f64 = 1.0;
 /// Damping grows with the error: its square is `DAMPING_SHARE` times the squared error, plus `MIN_DAMPING`. The values
@@ -304,7 +306,12 @@ impl Search {
             let excess = |column: &JointColumn| {
                 let joint = free.joint(column.joint)?;
                 let [low, high] = joint.limits?;
-                let by = f64::max(low - joint.position, joint.position - high);
+                let mut position = joint.position;
+                // Of equal positions, the one that is nearest to the middle of the limits.
+                if joint.kind == JointType::Revolute && joint.lead == 0.0 {
+                    position -= TURN * ((position - 0.5 * (low + high)) / TURN).round();
+                }
+                let by = f64::max(low - position, position - high);
                 (by > 0.0).then_some((column.joint, by))
             };
             let worst = self.jacobian.columns.iter().filter_map(excess);

@@ -315,7 +315,7 @@ fn share_found(mut arm: Arm, n: usize) -> f64 {
         let pose = arm.linkage.pose(arm.tip);
         arm.linkage.set_pose(arm.target, &pose);
         arm.set(&middle);
-        if find_configuration(&mut arm.linkage, &[task.clone()], &SearchSettings::default()).is_ok() {
+        if find_configuration(&mut arm.linkage, std::slice::from_ref(&task), &SearchSettings::default()).is_ok() {
             found += 1;
             assert!(task.error(&arm.linkage).is_within(task.precision));
             assert!(arm.q().iter().zip(&limits).all(|(q, [low, high])| (low..=high).contains(&q)));
@@ -336,7 +336,8 @@ fn random_poses_of_arms_are_found() {
 fn reason_of_a_failure_is_returned() {
     let mut arm = Arm::planar(&[0.5, 0.4]);
     let task = arm.task(Constraints::POSITION);
-    let find = |arm: &mut Arm| find_configuration(&mut arm.linkage, &[task.clone()], &SearchSettings::default());
+    let find =
+        |arm: &mut Arm| find_configuration(&mut arm.linkage, std::slice::from_ref(&task), &SearchSettings::default());
     arm.aim(1.2, 0.3);
     match find(&mut arm) {
         Err(Unreachable::OutOfReach { task: 0, by }) => near(&[by], &[0.336932], 1e-6),
