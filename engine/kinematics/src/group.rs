@@ -1,9 +1,11 @@
 //! Tasks that are solved together.
 
+use serde::{Deserialize, Serialize};
+
 use crate::task::IkTask;
 
 /// How an iteration moves the joints (Buss 2009).
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum IkMethod {
     /// J⁺ e. Singular values below 1e-6 of the greatest one count as 0. Steps grow without bound near singular positions.
     #[default]
@@ -15,7 +17,7 @@ pub enum IkMethod {
 }
 
 /// Tasks that are solved together, and how.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct IkGroup {
     /// The tasks.
     pub tasks: Vec<IkTask>,

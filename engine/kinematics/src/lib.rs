@@ -27,6 +27,7 @@
 //!
 //! let group = IkGroup {
 //!     tasks: vec![IkTask { constraints: Constraints::X | Constraints::Y, ..IkTask::new(tip, target) }],
+//!     max_iterations: 20,
 //!     ..IkGroup::default()
 //! };
 //! let outcome = solve(&mut arm, &[&group]);

@@ -1,13 +1,14 @@
 //! Frames and joints, and their poses.
 
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
+use serde::{Deserialize, Serialize};
 
 /// The id of a frame or joint of a [`Linkage`]. Ids are never reused.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub struct FrameId(pub u32);
 
 /// How a joint moves what is attached to it.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum JointType {
     /// Rotation about z; position in rad. `lead` of the joint adds a translation along z.
     Revolute,
@@ -18,7 +19,7 @@ pub enum JointType {
 }
 
 /// What inverse kinematics does with a joint.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum JointRole {
     /// It is moved.
     Moved,
@@ -36,7 +37,7 @@ pub enum JointRole {
 }
 
 /// A joint and its position.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Joint {
     /// How it moves.
     pub kind: JointType,
@@ -78,7 +79,7 @@ impl Joint {
 }
 
 /// A frame, and its joint if it has one.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 struct Frame {
     parent: Option<FrameId>,
     /// Pose relative to the moved frame of the parent, without the motion of its own joint.
@@ -87,7 +88,7 @@ struct Frame {
 }
 
 /// Frames and joints, each attached to an earlier one or to the world. Poses are computed when they are asked for.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Linkage {
     /// `None` for a removed frame.
     frames: Vec<Option<Frame>>,

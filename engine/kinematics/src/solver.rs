@@ -1,6 +1,7 @@
 //! Iterations towards the targets, from the present positions.
 
 use nalgebra::{DMatrix, DVector, Vector3};
+use serde::{Deserialize, Serialize};
 
 use crate::{
     group::{IkGroup, IkMethod},
@@ -27,7 +28,7 @@ pub enum IkResult {
 }
 
 /// A joint at one of its limits.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct LimitHit {
     /// The joint.
     pub joint: FrameId,

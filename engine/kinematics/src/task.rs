@@ -3,11 +3,12 @@
 use std::ops::BitOr;
 
 use nalgebra::{Isometry3, Rotation3, Vector3};
+use serde::{Deserialize, Serialize};
 
 use crate::linkage::{FrameId, Linkage};
 
 /// The directions in which a frame shall agree with its target; the axes are those of the task's base.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct Constraints(pub u32);
 
 impl Constraints {
@@ -53,7 +54,7 @@ impl BitOr for Constraints {
 }
 
 /// A frame that shall reach another one.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct IkTask {
     /// The frame that moves.
     pub tip: FrameId,

@@ -10,6 +10,7 @@ mod eras;
 mod events;
 mod folders;
 mod graphs;
+mod ik;
 mod isolation;
 mod lives;
 mod luasocket;

@@ -17,7 +17,7 @@ fn every_mistake_has_its_kind() {
         ("simOMPL.setup(1)", "unknown_function", "`simOMPL`"),
         ("simFooBar(1)", "unknown_function", "`simFooBar`"),
         ("sim.fooBar(1)", "unknown_function", "`sim.fooBar`"),
-        ("require('simIK')", "unsupported", "`simIK`"),
+        ("require('simOMPL')", "unsupported", "`simOMPL`"),
         ("require 'simOMPL'", "unsupported", "`simOMPL`"),
         ("require 'socket.http'", "unsupported", "`socket.http`"),
         ("sim.getObjectPosition({}, -1)", "bad_argument", "sim.getObjectPosition"),

@@ -138,21 +138,11 @@ const STUBS_WITH_FLAT_NAMES: &[(CommandNames, StubResult, &str)] = &[
         "simulation time is the only clock",
     ),
     (["sim.getLastErrorCode", "simGetLastErrorCode"], Int(0), VREP_ONLY),
-    (["sim.setIkGroupProperties", "simSetIkGroupProperties"], Int(-1), "there is no inverse kinematics"),
-    (["sim.setIkElementProperties", "simSetIkElementProperties"], Int(-1), "there is no inverse kinematics"),
-    (["sim.checkIkGroup", "simCheckIkGroup"], Int(0), "there is no inverse kinematics"),
-    (["sim.computeJacobian", "simComputeJacobian"], Int(-1), "there is no inverse kinematics"),
-    (["sim.getIkGroupMatrix", "simGetIkGroupMatrix"], Nothing, "there is no inverse kinematics"),
-    (["sim.generateIkPath", "simGenerateIkPath"], Nothing, "there is no inverse kinematics"),
-    (["sim.getConfigForTipPose", "simGetConfigForTipPose"], Nothing, "there is no inverse kinematics"),
     (["sim.findMpPath", "simFindMpPath"], Nothing, NO_PATH_PLANNING),
     (["sim.simplifyMpPath", "simSimplifyMpPath"], Nothing, NO_PATH_PLANNING),
     (["sim.getMpConfigTransition", "simGetMpConfigTransition"], Nothing, NO_PATH_PLANNING),
     (["sim.transformBuffer", "simTransformBuffer"], Text(""), IMAGES_UNCHANGED),
     (["sim.combineRgbImages", "simCombineRgbImages"], Text(""), IMAGES_UNCHANGED),
-    (["sim.createIkGroup", "simCreateIkGroup"], Int(-1), "there is no inverse kinematics"),
-    (["sim.createIkElement", "simCreateIkElement"], Int(-1), "there is no inverse kinematics"),
-    (["sim.removeIkGroup", "simRemoveIkGroup"], Int(-1), "there is no inverse kinematics"),
 ];
 
 /// Commands of `sim` without a flat name: the name, the return value, and the reason why there is no effect.
@@ -198,7 +188,6 @@ const STUBS: &[(&str, StubResult, &str)] = &[
     ("sim.setObjectFloatArrayParam", Nothing, VREP_ONLY),
     ("sim.createCustomObject", Int(-1), VREP_ONLY),
     ("sim.getExitRequest", Int(0), VREP_ONLY),
-    ("sim.getAlternateConfigs", Nothing, NO_PATH_PLANNING),
 ];
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {

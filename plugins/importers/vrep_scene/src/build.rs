@@ -46,7 +46,6 @@ pub fn scene(builder: &Builder<'_>, file: &VrepFile) -> Result<Vec<Value>> {
         nodes.insert(o.common.id, node);
     }
     scripts::attach_scripts(builder, file, &nodes, &mut report)?;
-    report.add_count("without", "groups for inverse kinematics are not solved", file.ik_groups.len());
     for (path, unknown) in &file.unknown.all {
         let first = unknown.spans.first().map_or(0, |span| span.at);
         report.add_count(

@@ -12,25 +12,64 @@ use tatu_plugin_api::safe::Value;
 use crate::{
     describe::PRIVATE_PREFIX,
     read::{
-        file::VrepFile,
+        file::{ObjectKind, VrepFile},
         registered::{Collection, EntityPair, IkGroup, Window},
     },
 };
+
+/// Mode of joints that inverse kinematics moves.
+const IK_MODE: i32 = 2;
+/// Flags of a group that is solved in each step: it is enabled, and not only solved on request.
+const ENABLED: u8 = 1;
+const EXPLICIT: u8 = 64;
 
 #[derive(Serialize)]
 struct SceneRegistrations<'a> {
     collections: &'a [Collection],
     collisions: &'a [EntityPair],
     distances: &'a [EntityPair],
-    ik_groups: &'a [IkGroup],
+    ik_groups: Vec<IkGroup>,
+    /// Handles of the joints that inverse kinematics moves.
+    ik_joints: Vec<i32>,
     windows: &'a [Window],
+}
+
+/// Returns the groups for inverse kinematics, with their targets: the dummies that are linked to their tips.
+fn ik_groups(file: &VrepFile) -> Vec<IkGroup> {
+    let target = |tip: i32| {
+        file.objects.iter().filter(|o| o.common.id == tip).find_map(|o| match &o.kind {
+            ObjectKind::Dummy(dummy) => Some(dummy.link),
+            _ => None,
+        })
+    };
+    let mut groups = file.ik_groups.clone();
+    for element in groups.iter_mut().flat_map(|g| &mut g.elements) {
+        element.target = target(element.tip).unwrap_or(-1);
+    }
+    groups
+}
+
+/// Returns the handles of the joints that inverse kinematics moves.
+fn ik_joints(file: &VrepFile) -> Vec<i32> {
+    let is_moved = |kind: &ObjectKind| matches!(kind, ObjectKind::Joint(joint) if joint.mode == IK_MODE);
+    match file.ik_groups.is_empty() {
+        true => Vec::new(),
+        false => file.objects.iter().filter(|o| is_moved(&o.kind)).map(|o| o.common.id).collect(),
+    }
+}
+
+/// Returns whether the default main script must solve groups for inverse kinematics in each step.
+pub fn has_implicit_ik_groups(file: &VrepFile) -> bool {
+    file.ik_groups.iter().any(|g| g.flags & (ENABLED | EXPLICIT) == ENABLED)
 }
 
 /// Returns the handles of all objects to which this data refers.
 pub fn referenced_objects(file: &VrepFile) -> BTreeSet<i32> {
     let items = file.collections.iter().flat_map(|k| &k.items).map(|i| i.object);
     let pairs = file.collisions.iter().chain(&file.distances).flat_map(|p| p.of);
-    let elements = file.ik_groups.iter().flat_map(|g| &g.elements).flat_map(|e| [e.tip, e.base]);
+    let groups = ik_groups(file);
+    let elements = groups.iter().flat_map(|g| &g.elements).flat_map(|e| [e.tip, e.target, e.base, e.axes]);
+    let elements = elements.chain(ik_joints(file));
     items.chain(pairs).chain(elements).chain(file.windows.iter().map(|w| w.object)).filter(|h| *h >= 0).collect()
 }
 
@@ -40,7 +79,8 @@ pub fn tags(file: &VrepFile) -> Vec<(Value, Value)> {
         collections: &file.collections,
         collisions: &file.collisions,
         distances: &file.distances,
-        ik_groups: &file.ik_groups,
+        ik_groups: ik_groups(file),
+        ik_joints: ik_joints(file),
         windows: &file.windows,
     };
     let mut out = Vec::new();

@@ -21,6 +21,9 @@ use crate::{
 const MAIN_SCRIPTS_SINCE: u32 = 30_103;
 /// Bit of a model's overrides that disables its scripts.
 const SCRIPTS_OFF: i32 = 0x200;
+/// Solves the groups for inverse kinematics in each step. The version is one that has both this command and callbacks.
+const IK_SCRIPT: &str = "function sysCall_actuation()\n    sim.handleIkGroup(sim.handle_all_except_explicit)\nend\n";
+const IK_DIALECT: &str = "4.1";
 /// Returns the handle of the object to which a script belongs, or -1 for the scene.
 pub fn target(file: &VrepFile, s: &FileScript) -> i32 {
     match s.holder {
@@ -97,6 +100,13 @@ pub fn attach_scripts(
         let holder = s.holder.and_then(|h| file.objects.iter().find(|o| o.common.id == h));
         let name = holder.or(object).map_or("main script".to_owned(), |o| o.common.alias());
         node.script("lua", &dialect, kind, &name, s.code().as_bytes())?;
+    }
+    let has_main = file.scripts.iter().any(|s| s.kind == script::MAIN && !s.is_default_main());
+    if registrations::has_implicit_ik_groups(file) && (!has_main || version < MAIN_SCRIPTS_SINCE) {
+        // What the default main script does after all other scripts have acted.
+        if let Some(node) = nodes.values().next() {
+            node.script("lua", IK_DIALECT, "customization", "inverse kinematics", IK_SCRIPT.as_bytes())?;
+        }
     }
     scene_data(builder, file)
 }

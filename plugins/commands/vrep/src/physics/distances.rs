@@ -65,22 +65,23 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         (["sim.getIkGroupHandle", "simGetIkGroupHandle"], "simGetIkGrouphandle", "IK group"),
         (["sim.getMechanismHandle", "simGetMechanismHandle"], "simGetMechanismhandle", "mechanism"),
     ] {
-        offer.command(
-            both(names, MINUS_ONE, move |c| -> Result {
-                let name = c.text(0)?;
-                let known: Vec<(String, i64)> = match text {
-                    "IK group" => state(c)?.registered.ik_groups.iter().map(|g| (g.name.clone(), g.handle)).collect(),
-                    _ => Vec::new(),
-                };
-                let found = by_name(c, &name, known.iter().map(|(n, h)| (n.as_str(), *h)))?;
-                return_handle(c, &name, text, found)
-            })
-            .old_name(irregular, MINUS_ONE)
-            .param(Param::string("name"))
-            .returns(Param::int("object"))
-            .text(format!("Finds the {text} with this name in the scene."))
-            .partial(format!("There is no solver for {text}s.")),
-        );
+        let command = both(names, MINUS_ONE, move |c| -> Result {
+            let name = c.text(0)?;
+            let known: Vec<(String, i64)> = match text {
+                "IK group" => state(c)?.registered.ik_groups.iter().map(|g| (g.name.clone(), g.handle)).collect(),
+                _ => Vec::new(),
+            };
+            let found = by_name(c, &name, known.iter().map(|(n, h)| (n.as_str(), *h)))?;
+            return_handle(c, &name, text, found)
+        })
+        .old_name(irregular, MINUS_ONE)
+        .param(Param::string("name"))
+        .returns(Param::int("object"))
+        .text(format!("Finds the {text} with this name in the scene."));
+        offer.command(match text {
+            "IK group" => command,
+            _ => command.partial(format!("There is no solver for {text}s.")),
+        });
     }
 }
 

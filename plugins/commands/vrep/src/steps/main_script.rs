@@ -130,7 +130,6 @@ const COMMANDS_WITHOUT_EFFECT: &[(CommandNames, &str, bool)] = &[
     (["sim.handleJointMotion", "simHandleJointMotion"], "joints only move in physics", false),
     (["sim.handlePath", "simHandlePath"], "there are no paths", true),
     (["sim.handleMechanism", "simHandleMechanism"], "there are no mechanisms", true),
-    (["sim.handleIkGroup", "simHandleIkGroup"], "there are no IK groups", true),
     (["sim.handleMill", "simHandleMill"], "there are no mills", true),
     (["sim.resetMill", "simResetMill"], "there are no mills", true),
     (["sim.resetMilling", "simResetMilling"], "there are no mills", false),

@@ -99,14 +99,40 @@ pub fn distance(c: &mut Cursor<'_>, unknown: &mut UnknownElements) -> ReadResult
 }
 
 /// An element of a group for inverse kinematics.
-#[derive(Debug, Clone, Default, Serialize)]
+#[derive(Debug, Clone, Serialize)]
 pub struct IkElement {
     /// Handle of the dummy at the tip.
     pub tip: i32,
+    /// Handle of the dummy that the tip shall reach, which is linked to it; -1: none.
+    pub target: i32,
     /// Handle of the base; -1: the world.
     pub base: i32,
+    /// Handle of the object whose axes the constraints use; -1: the base.
+    pub axes: i32,
     /// Flags of the constrained coordinates. 1: x; 2: y; 4: z; 8: alpha and beta; 16: gamma.
     pub constraints: i32,
+    /// Accepted distance, m, and angle, rad.
+    pub precision: [f64; 2],
+    /// Weights of position and orientation.
+    pub weights: [f64; 2],
+    /// Whether it counts.
+    pub enabled: bool,
+}
+
+impl Default for IkElement {
+    fn default() -> Self {
+        let precision = [0.0005, 0.1_f64.to_radians()];
+        IkElement {
+            tip: -1,
+            target: -1,
+            base: -1,
+            axes: -1,
+            constraints: 31,
+            precision,
+            weights: [1.0; 2],
+            enabled: true,
+        }
+    }
 }
 
 /// A group for inverse kinematics.
@@ -118,30 +144,51 @@ pub struct IkGroup {
     pub handle: i32,
     /// Elements of the group, in the order of the file.
     pub elements: Vec<IkElement>,
+    /// 0: pseudo-inverse; 1: damped least squares; 2: Jacobian transpose.
+    pub method: i32,
+    /// Maximum number of iterations.
+    pub max_iterations: i32,
+    /// Damping of damped least squares.
+    pub damping: f64,
+    /// Handle of the group on whose result it depends; -1: none.
+    pub after: i32,
+    /// Flags. 1: enabled; 2: joints are restored if the position is not reached; 4: if the orientation is not; 8 and 16:
+    /// it depends on the result of another group; 32: the largest steps of joints apply; 64: solved only on request.
+    pub flags: u8,
 }
 
 /// Reads the section `IKO`, which contains a group for inverse kinematics.
 pub fn ik_group(c: &mut Cursor<'_>, unknown: &mut UnknownElements) -> ReadResult<IkGroup> {
-    let mut group = IkGroup { handle: -1, ..Default::default() };
+    let mut group = IkGroup { handle: -1, max_iterations: 3, damping: 0.1, after: -1, flags: 1, ..Default::default() };
     let tags = tags!(IkGroup {
         "Oid" => |g, c, _| Ok(g.handle = c.i32()?),
         "Nme" => |g, c, _| Ok(g.name = c.text()?),
-        "Ike" => |g, c, u| {
-            let mut element = IkElement { tip: -1, base: -1, ..Default::default() };
-            let tags = tags!(IkElement {
-                "Ik2" => |e, c, _| Ok((e.tip, e.base) = (c.i32()?, c.i32()?)),
-                "Ctr" => |e, c, _| Ok(e.constraints = c.i32()?),
-            });
-            object(c, tags, &["Oid", "Abc", "Pr2", "_r2", "Prc", "Wgt", "_gt", "Var", "Cv2"], &mut element, u)?;
-            Ok(g.elements.push(element))
-        },
+        "Mit" => |g, c, _| Ok(g.max_iterations = c.i32()?),
+        "Dpg" | "_pg" => |g, c, _| Ok(g.damping = c.real()?),
+        "Cmt" => |g, c, _| Ok(g.method = c.i32()?),
+        "Doo" => |g, c, _| Ok(g.after = c.i32()?),
+        "Var" => |g, c, _| Ok(g.flags = c.u8()?),
+        "Ike" => |g, c, u| Ok(g.elements.push(ik_element(c, u)?)),
     });
-    const IGNORED: &[&str] = &[
-        "Mit", "Dpg", "_pg", "Cmt", "Doo", "Var", "Ctr", "Wgt", "_gt", "Uis", "Jts", "_ts", "Avx", "Avt", "_vt", "Va2",
-        "Cv2", "Jlw", "Va3", "Dmp",
-    ];
+    const IGNORED: &[&str] =
+        &["Ctr", "Wgt", "_gt", "Uis", "Jts", "_ts", "Avx", "Avt", "_vt", "Va2", "Cv2", "Jlw", "Va3", "Dmp"];
     object(c, tags, IGNORED, &mut group, unknown)?;
     Ok(group)
+}
+
+fn ik_element(c: &mut Cursor<'_>, unknown: &mut UnknownElements) -> ReadResult<IkElement> {
+    let mut element = IkElement::default();
+    let tags = tags!(IkElement {
+        "Ik2" => |e, c, _| Ok((e.tip, e.base) = (c.i32()?, c.i32()?)),
+        "Abc" => |e, c, _| Ok(e.axes = c.i32()?),
+        // The angle comes first.
+        "Pr2" | "_r2" => |e, c, _| Ok(e.precision = { let [angle, distance] = c.reals()?; [distance, angle] }),
+        "Wgt" | "_gt" => |e, c, _| Ok(e.weights = c.reals()?),
+        "Ctr" => |e, c, _| Ok(e.constraints = c.i32()?),
+        "Var" => |e, c, _| Ok(e.enabled = c.u8()? & 1 != 0),
+    });
+    object(c, tags, &["Oid", "Prc", "Cv2"], &mut element, unknown)?;
+    Ok(element)
 }
 
 /// A button, label, slider or edit field of a window.

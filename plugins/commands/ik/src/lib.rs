@@ -1,0 +1,84 @@
+//! Inverse kinematics for scripts, with the interface of CoppeliaSim's module `simIK`.
+//!
+//! Scripts create an *environment*: frames and joints, copied from the scene or created one by one, and groups of tasks.
+//! Nothing in an environment moves the scene until a script asks for it.
+//!
+//! - `environment`: environments and their parts; `arguments`: reads arguments, and converts poses;
+//! - `environments`, `objects`, `joints`: commands for environments, frames and joints;
+//! - `groups`, `elements`: commands for groups and their elements;
+//! - `handling`: commands that solve groups; `searches`: commands that find configurations and paths; `jacobians`:
+//!   commands that return Jacobians;
+//! - `scene_groups`: groups that belong to a scene of versions before 4.1; `scene_commands`: commands for them;
+//! - `constants`: constants of scripts.
+
+mod arguments;
+mod constants;
+mod elements;
+mod environment;
+mod environments;
+mod groups;
+mod handling;
+mod jacobians;
+mod joints;
+mod objects;
+mod scene_commands;
+mod scene_groups;
+mod searches;
+
+use environment::{Environments, Ik, SavedState};
+use tatu_kinematics_common::SceneProps;
+use tatu_plugin_api::{
+    safe::{Fail, Host, Offer, PerWorld, Plugin, Result, World},
+    tatu_plugin,
+};
+
+impl Plugin for Ik {
+    fn start(host: &Host) -> Result<Self> {
+        Ok(Ik { props: SceneProps::new(host) })
+    }
+
+    fn offer(offer: &mut Offer<Self>) {
+        offer.per_world();
+        offer.subject("ik", |offer| {
+            environments::offer(offer);
+            objects::offer(offer);
+            joints::offer(offer);
+            groups::offer(offer);
+            elements::offer(offer);
+            handling::offer(offer);
+            searches::offer(offer);
+            jacobians::offer(offer);
+        });
+        offer.subject("ik_groups", scene_commands::offer);
+        constants::offer(offer);
+        offer.prelude("lua", "", "return { api = { 'simIK.' } }");
+    }
+}
+
+impl PerWorld for Ik {
+    type World = Environments;
+
+    fn world(&self, _: &World<'_>) -> Result<Environments> {
+        Ok(Environments::default())
+    }
+
+    const STATE_VERSION: u32 = 1;
+    fn save(world: &Environments) -> Result<Vec<u8>> {
+        postcard::to_stdvec(&*world.borrow()?).map_err(|e| Fail::new(format!("the state could not be saved: {e}")))
+    }
+    fn load(world: &Environments, bytes: &[u8], version: u32) -> Result<()> {
+        let saved = postcard::from_bytes::<SavedState>(bytes).ok().filter(|_| version == Self::STATE_VERSION);
+        *world.borrow()? = saved.ok_or_else(|| {
+            Fail::unsupported("the saved state has an unknown format; another version of the plugin may have saved it")
+        })?;
+        Ok(())
+    }
+}
+
+tatu_plugin! {
+    plugin: Ik,
+    id: "tatu.commands.ik",
+    name: "Inverse kinematics of scripts",
+    version: env!("CARGO_PKG_VERSION"),
+    licence: "MIT OR Apache-2.0",
+}

@@ -1,0 +1,257 @@
+//! Groups for inverse kinematics that belong to the scene, as in versions before 4.1: created in its editor, stored in
+//! its file, and solved in each step.
+//!
+//! The importer stores them as JSON with the scene, and the handles of the file with its objects. They are copied to an
+//! environment of their own when a script first uses them.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+use tatu_kinematics::{Constraints, FrameId, IkGroup, IkMethod, IkResult, IkTask, JointRole};
+use tatu_kinematics_common::{SceneCopy, SceneProps};
+use tatu_plugin_api::safe::{Fail, Result, ValueRef, World};
+
+use crate::groups::BUILT_IN_DAMPING;
+
+/// Tags under which the importer stores data with the scene and its objects: a private mark, and a name.
+const REGISTRATIONS_TAG: &[u8] = b"\x01registered";
+const HANDLE_TAG: &[u8] = b"\x01handle";
+
+/// Flags of groups in files.
+const ENABLED: u8 = 1;
+const RESTORES_POSITION: u8 = 2;
+const RESTORES_ORIENTATION: u8 = 4;
+const AFTER_FAILURE: u8 = 8;
+const AFTER_SUCCESS: u8 = 16;
+const RESPECTS_MAX_STEPS: u8 = 32;
+const EXPLICIT: u8 = 64;
+
+/// What the importer has stored, as far as it concerns inverse kinematics.
+#[derive(Deserialize)]
+struct RegistrationsText {
+    #[serde(default)]
+    ik_groups: Vec<GroupText>,
+    #[serde(default)]
+    ik_joints: Vec<i64>,
+}
+#[derive(Deserialize)]
+struct GroupText {
+    handle: i64,
+    elements: Vec<ElementText>,
+    method: i64,
+    max_iterations: u32,
+    damping: f64,
+    after: i64,
+    flags: u8,
+}
+#[derive(Deserialize)]
+struct ElementText {
+    tip: i64,
+    target: i64,
+    base: i64,
+    axes: i64,
+    constraints: u32,
+    precision: [f64; 2],
+    weights: [f64; 2],
+    enabled: bool,
+}
+
+/// A group of the scene.
+#[derive(Serialize, Deserialize, Clone)]
+pub struct SceneGroup {
+    pub handle: i64,
+    pub group: IkGroup,
+    /// Whether it is only solved on request.
+    pub explicit: bool,
+    /// The group on whose result it depends, and which results count.
+    after: Option<(i64, [bool; 2])>,
+    /// The last result, as a number of scripts.
+    pub result: i64,
+}
+
+/// The groups of a scene, in their order.
+#[derive(Serialize, Deserialize, Default, Clone)]
+pub struct SceneGroups {
+    pub copy: SceneCopy,
+    pub groups: Vec<SceneGroup>,
+    /// The Jacobian of each group that `sim.computeJacobian` or a calculation has left, by handle: joints from tip to
+    /// base, each with all its rows.
+    pub matrices: BTreeMap<i64, (Vec<f64>, [i64; 2], f64)>,
+}
+
+/// Returns the data stored under a tag in a map.
+fn tagged<'a>(data: ValueRef<'a>, tag: &[u8]) -> Option<&'a [u8]> {
+    data.map()?.iter().find(|[key, _]| key.as_bytes() == Some(tag)).and_then(|[_, value]| value.as_bytes())
+}
+
+/// Reads the groups of the scene; without any, the result is empty. Elements whose objects were removed are skipped.
+pub fn read(world: &World<'_>, props: &SceneProps) -> Result<SceneGroups> {
+    let Some(bytes) = tagged(world.get(0, props.scene_data)?, REGISTRATIONS_TAG) else {
+        return Ok(SceneGroups::default());
+    };
+    let damaged = |e| Fail::argument(format!("the scene's data on inverse kinematics is damaged: {e}"));
+    let text: RegistrationsText = serde_json::from_slice(bytes).map_err(damaged)?;
+    let mut objects: BTreeMap<i64, i64> = BTreeMap::new();
+    for id in world.list(0, 0, 0)? {
+        let handle = tagged(world.get(id, props.object_data)?, HANDLE_TAG);
+        let handle = handle.and_then(|text| std::str::from_utf8(text).ok()?.parse().ok());
+        if let Some(handle) = handle {
+            objects.entry(handle).or_insert(world.look(id)?.handle());
+        }
+    }
+    let mut all = SceneGroups::default();
+    for group in &text.ik_groups {
+        let tasks = group.elements.iter().filter_map(|e| task(world, props, &mut all.copy, &objects, e).transpose());
+        let tasks = tasks.collect::<Result<Vec<_>>>()?;
+        all.groups.push(scene_group(group, tasks));
+    }
+    let moved: Vec<i64> = text.ik_joints.iter().filter_map(|handle| objects.get(handle).copied()).collect();
+    fix_other_joints(&mut all.copy, &moved);
+    Ok(all)
+}
+
+/// Fixes the joints that are not in the mode for inverse kinematics. Those that follow another joint still follow it.
+fn fix_other_joints(copy: &mut SceneCopy, moved: &[i64]) {
+    for (frame, object) in &copy.objects {
+        if let Some(joint) =
+            copy.linkage.joint_mut(*frame).filter(|j| j.role == JointRole::Moved && !moved.contains(object))
+        {
+            joint.role = JointRole::Fixed;
+        }
+    }
+}
+
+/// Copies the chain of an element; returns `None` if one of its objects no longer exists.
+fn task(
+    world: &World<'_>,
+    props: &SceneProps,
+    copy: &mut SceneCopy,
+    objects: &BTreeMap<i64, i64>,
+    element: &ElementText,
+) -> Result<Option<IkTask>> {
+    let find = |handle: i64| objects.get(&handle).copied();
+    let (Some(tip), Some(target)) = (find(element.tip), find(element.target)) else { return Ok(None) };
+    let base = if element.base < 0 { -1 } else { find(element.base).unwrap_or(-1) };
+    let Ok(tip) = copy.copy_chain(world, props, base, tip) else { return Ok(None) };
+    let target = copy.copy_frame(world, props, target)?;
+    let axes = find(element.axes).map(|object| copy.copy_frame(world, props, object)).transpose()?;
+    let sound = |numbers: [f64; 2], default: [f64; 2]| {
+        if numbers.iter().all(|x| x.is_finite() && *x >= 0.0) { numbers } else { default }
+    };
+    let task = IkTask::new(tip, target);
+    Ok(Some(IkTask {
+        base: if base < 0 { None } else { copy.copy_of(base) },
+        axes,
+        constraints: Constraints(element.constraints & 31),
+        precision: sound(element.precision, task.precision),
+        weights: sound(element.weights, task.weights),
+        enabled: element.enabled,
+        ..task
+    }))
+}
+
+fn scene_group(text: &GroupText, tasks: Vec<IkTask>) -> SceneGroup {
+    let has = |flag: u8| text.flags & flag != 0;
+    let (method, damping) = method(text.method, text.damping);
+    let group = IkGroup {
+        tasks,
+        method,
+        damping,
+        max_iterations: text.max_iterations.min(MAX_ITERATIONS),
+        ignores_max_steps: !has(RESPECTS_MAX_STEPS),
+        restores: [has(RESTORES_POSITION), has(RESTORES_ORIENTATION)],
+        enabled: has(ENABLED),
+        ..IkGroup::default()
+    };
+    let results = [has(AFTER_SUCCESS), has(AFTER_FAILURE)];
+    let after = (text.after >= 0 && results != [false; 2]).then_some((text.after, results));
+    SceneGroup { handle: text.handle, group, explicit: has(EXPLICIT), after, result: 0 }
+}
+
+/// Maximum number of iterations of a group.
+pub const MAX_ITERATIONS: u32 = 10_000;
+
+/// Returns the method with a number of scripts, and its damping.
+pub fn method(number: i64, damping: f64) -> (IkMethod, f64) {
+    match number {
+        1 => (IkMethod::DampedLeastSquares, if damping.is_finite() { damping.abs() } else { 0.1 }),
+        2 => (IkMethod::JacobianTranspose, 0.0),
+        3 => (IkMethod::PseudoInverse, 0.0),
+        _ => (IkMethod::DampedLeastSquares, BUILT_IN_DAMPING),
+    }
+}
+
+impl SceneGroup {
+    /// Returns a group that a script creates, with options of `sim.createIkGroup`.
+    pub fn created(handle: i64, options: i64, (number, iterations, damping): (i64, f64, f64)) -> Self {
+        let has = |flag: i64| options & flag != 0;
+        let (method, damping) = method(number, damping);
+        let group = IkGroup {
+            method,
+            damping,
+            max_iterations: (iterations as u32).min(MAX_ITERATIONS),
+            ignores_max_steps: !has(16),
+            keeps_limits: has(2),
+            restores: [has(4), has(8)],
+            enabled: !has(1),
+            ..IkGroup::default()
+        };
+        SceneGroup { handle, group, explicit: has(32), after: None, result: 0 }
+    }
+}
+
+impl SceneGroups {
+    /// Returns the group with a handle.
+    pub fn group(&mut self, handle: i64) -> Result<&mut SceneGroup> {
+        let found = self.groups.iter_mut().find(|g| g.handle == handle);
+        found.ok_or_else(|| Fail::argument(format!("there is no IK group with handle {handle}")))
+    }
+
+    /// Solves groups, one after the other, and moves their joints in the scene. Returns how many were performed.
+    pub fn handle(&mut self, world: &World<'_>, props: &SceneProps, handles: &[i64]) -> Result<i64> {
+        let targets: Vec<FrameId> = self.groups.iter().flat_map(|g| &g.group.tasks).map(|t| t.target).collect();
+        self.copy.take_from_scene(world, props, &targets)?;
+        let mut performed = 0;
+        for i in (0..self.groups.len()).filter(|i| handles.contains(&self.groups[*i].handle)).collect::<Vec<_>>() {
+            let result = if self.is_due(i) {
+                let group = &self.groups[i].group;
+                tatu_kinematics::solve(&mut self.copy.linkage, &[group]).result
+            } else {
+                IkResult::NotPerformed
+            };
+            self.groups[i].result = match result {
+                IkResult::NotPerformed => 0,
+                IkResult::Success => 1,
+                IkResult::Fail => 2,
+            };
+            performed += i64::from(result != IkResult::NotPerformed);
+        }
+        let tasks: Vec<IkTask> = self
+            .groups
+            .iter()
+            .filter(|g| handles.contains(&g.handle) && g.result != 0)
+            .flat_map(|g| g.group.tasks.clone())
+            .collect();
+        self.copy.give_to_scene(world, props, &self.copy.joints_of(&tasks))?;
+        Ok(performed)
+    }
+
+    /// Returns whether the result of the group on which another one depends lets it be performed.
+    fn is_due(&self, i: usize) -> bool {
+        let Some((after, [on_success, on_failure])) = self.groups[i].after else { return true };
+        match self.groups.iter().find(|g| g.handle == after).map(|g| g.result) {
+            Some(1) => on_success,
+            Some(2) => on_failure,
+            _ => false,
+        }
+    }
+}
+
+/// Returns the copies of objects that are joints, for commands that name joints of the scene.
+pub fn joints(groups: &SceneGroups, objects: &[f64]) -> Result<Vec<FrameId>> {
+    let find = |object: &f64| {
+        let copy = groups.copy.copy_of(*object as i64).filter(|copy| groups.copy.linkage.joint(*copy).is_some());
+        copy.ok_or_else(|| Fail::argument(format!("object {object} is not a joint of an IK group")))
+    };
+    objects.iter().map(find).collect()
+}
