@@ -27,10 +27,10 @@ LUA = os.path.join(HERE, "../scenes/first/avoid_walls.lua")
 FLOOR = 'format = 1\n[[object]]\nkind = "shape"\nalias = "floor"\nprimitive = "plane"\nrespondable = true\n'
 SECONDS = 10
 # Resolves at the first frame of the scene, that is, after the camera was moved to it.
-LOADED = """(async () => { for (;;) { try { const [v, s] = await Promise.all([import('tatu/view'), import('tatu/store')]);
+LOADED = """(async () => { for (;;) { try { const [v, s] = await Promise.all([import('tatu/view/renderer'), import('tatu/scene/store')]);
   if (s.scene.objects.size && v.camera.position.x !== 3 && v.drawn > 1) return performance.now(); } catch {}
   await new Promise((f) => setTimeout(f, 5)); } })()"""
-TURNS = """(async () => { const v = await import('tatu/view'); const THREE = await import('three');
+TURNS = """(async () => { const v = await import('tatu/view/renderer'); const THREE = await import('three');
   const up = new THREE.Vector3(0, 0, 1); const turn = () => { v.camera.position.sub(v.controls.target).applyAxisAngle(up, 0.01)
   .add(v.controls.target); v.controls.update(); v.redraw(); requestAnimationFrame(turn); }; turn();
   await new Promise((f) => setTimeout(f, 3000)); const [n, t] = [v.drawn, performance.now()];

@@ -29,7 +29,7 @@ BROWSER = ["chromium", "--headless=new", "--no-sandbox", "--enable-unsafe-swifts
 
 DRAW = """(async () => {
   const [view, objects, { scene }, net, THREE] = await Promise.all(
-    ["tatu/view", "tatu/objects", "tatu/store", "tatu/net", "three"].map((m) => import(m)));
+    ["tatu/view/renderer", "tatu/view/objects", "tatu/scene/store", "tatu/net/connection", "three"].map((m) => import(m)));
   objects.root.updateMatrixWorld(true);
   const all = [...scene.objects.values()];
   const isFloor = (o) => /floor|ground|terrain/i.test(o.alias) || o.parts.some((p) => p.form === "plane");
@@ -109,7 +109,7 @@ def seen_in_page(program, scene):
     try:
         page = Page(server.stdout.readline().strip())
         for _ in range(60):
-            if page.value("import('tatu/store').then((s) => s.scene.objects.size > 0)"):
+            if page.value("import('tatu/scene/store').then((s) => s.scene.objects.size > 0)"):
                 break
             time.sleep(0.5)
         time.sleep(1)

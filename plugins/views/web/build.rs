@@ -35,6 +35,23 @@ const LIBRARIES: &[(&str, &str)] = &[
 /// Further files in `node_modules`, which libraries import by relative path.
 const BESIDE: &[&str] = &["three/build/three.core.min.js"];
 
+/// Folders of the page that are not embedded.
+const NOT_EMBEDDED: &[&str] = &["node_modules", "tests"];
+
+/// Appends the files in a folder of the page and in its subfolders, each with its name: `prefix` and its path from
+/// that folder, with slashes on every system.
+fn list(folder: &Path, prefix: &str, out: &mut Vec<(String, PathBuf)>) {
+    for entry in fs::read_dir(folder).expect("cannot list a folder of the page").flatten() {
+        let path = entry.path();
+        let Ok(name) = entry.file_name().into_string() else { continue };
+        if path.is_file() {
+            out.push((format!("{prefix}{name}"), path));
+        } else if path.is_dir() && !NOT_EMBEDDED.contains(&name.as_str()) {
+            list(&path, &format!("{prefix}{name}/"), out);
+        }
+    }
+}
+
 /// Returns the content type of a file, or `None` if files with its extension are not embedded.
 fn kind(path: &Path) -> Option<&'static str> {
     Some(match path.extension()?.to_str()? {
@@ -138,18 +155,18 @@ fn main() {
     let out = PathBuf::from(env::var_os("OUT_DIR").expect("cargo sets OUT_DIR"));
     let mut entries: Vec<(String, &'static str, PathBuf)> = Vec::new();
     let mut imports = Map::new();
-    let mut names: Vec<PathBuf> =
-        fs::read_dir(&root).expect("cannot list the folder of the page").flatten().map(|e| e.path()).collect();
-    names.sort();
-    for path in names.into_iter().filter(|p| p.is_file()) {
+    let mut files: Vec<(String, PathBuf)> = Vec::new();
+    list(&root, "", &mut files);
+    files.sort();
+    for (name, path) in files {
         // Not the folder as a whole, since npm installs tools of the page's tests in it. A new file is noticed because an
         // older one must import it.
         println!("cargo::rerun-if-changed={}", path.display());
-        let (Some(kind), Some(name)) = (kind(&path), path.file_name().and_then(|n| n.to_str())) else { continue };
+        let Some(kind) = kind(&path) else { continue };
         if let Some(stem) = name.strip_suffix(".js") {
             imports.insert(format!("tatu/{stem}"), Value::String(format!("/page/{name}")));
         }
-        entries.push((format!("/page/{name}"), kind, path.clone()));
+        entries.push((format!("/page/{name}"), kind, path));
     }
     let modules = libraries(&root, &out);
     if let Some(modules) = &modules {

@@ -200,7 +200,7 @@ fn everything_in_the_palette_can_be_added_and_undone() {
     let mut shown = blocks();
     let failed = shown.ask(
         "(async () => { \
-         const [stock, edits] = await Promise.all(['tatu/stock', 'tatu/edits'].map((m) => import(m))); \
+         const [stock, edits] = await Promise.all(['tatu/edit/palette_items', 'tatu/scene/edits'].map((m) => import(m))); \
          const [[kinds], [models]] = await Promise.all([net.call('tatu.kinds'), net.call('tatu.models')]); \
          const items = [...stock.FIXED, ...stock.devices(kinds), stock.models(models)].flatMap((s) => s.items); \
          const failed = items.length > 30 ? [] : ['there are few entries']; \

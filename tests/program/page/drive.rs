@@ -81,8 +81,9 @@ impl ScenePage {
 
 fn asking(expression: &str) -> String {
     format!(
-        "(async () => {{ const [net, store, objects, view, three] = await Promise.all(['tatu/net', 'tatu/store', \
-         'tatu/objects', 'tatu/view', 'three'].map((m) => import(m))); \
+        "(async () => {{ const modules = ['tatu/net/connection', 'tatu/scene/store', 'tatu/view/objects', \
+         'tatu/view/renderer', 'three']; \
+         const [net, store, objects, view, three] = await Promise.all(modules.map((m) => import(m))); \
          const of = (alias) => [...store.scene.objects.values()].find((o) => o.alias === alias); \
          const get = async (alias, key) => (await net.call('tatu.get', of(alias).id, key))[0]; \
          return await ({expression}); }})()"

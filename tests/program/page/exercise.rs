@@ -17,7 +17,7 @@ const SOLUTION: &str = "function sysCall_actuation()\\n local t = sim.getSimulat
     sim.setObjectPosition(sim.getObject('..'), -1, {math.min(t, 1), 0, 0.1})\\nend\\n";
 
 /// A JavaScript expression for the contents of the last zip file that the page saved, as a map of names to texts.
-const ZIP_CONTENTS_JS: &str = "import('tatu/zip').then(async (z) => { const out = {}; for (const f of await z.unzip(await \
+const ZIP_CONTENTS_JS: &str = "import('tatu/lib/zip').then(async (z) => { const out = {}; for (const f of await z.unzip(await \
     window.saved.at(-1).arrayBuffer())) out[f.name] = new TextDecoder().decode(f.bytes); return out; })";
 
 #[test]
@@ -36,7 +36,7 @@ fn a_teacher_writes_an_exercise_and_a_student_hands_it_in() {
     shown.page.until("document.querySelectorAll('.goals li').length === 3");
     assert_eq!(shown.page.text(".task p"), "Drive the robot to the flag.");
     // The teacher can continue to edit the scene.
-    shown.ask("import('tatu/edits').then((e) => e.edit('Move', [['tatu.set', of('Flag').id, 'object.position', [0.9, 0, 0.1]]]))");
+    shown.ask("import('tatu/scene/edits').then((e) => e.edit('Move', [['tatu.set', of('Flag').id, 'object.position', [0.9, 0, 0.1]]]))");
     shown.page.click_on("#save");
     shown.page.until("document.getElementById('unsaved').hidden");
     let place = TestFolder::new();
@@ -53,7 +53,7 @@ fn a_teacher_writes_an_exercise_and_a_student_hands_it_in() {
     shown.page.until("document.querySelectorAll('.goals li').length === 3");
     shown.page.until("document.body.classList.contains('limited')");
     let refused = shown.ask(
-        "import('tatu/edits').then((e) => e.edit('Move Robot', [['tatu.set', of('Robot').id, 'object.position', \
+        "import('tatu/scene/edits').then((e) => e.edit('Move Robot', [['tatu.set', of('Robot').id, 'object.position', \
          [1, 0, 0.1]]])).then(() => 'done', (e) => e.error)",
     );
     assert!(refused.as_str().unwrap().contains("only scripts"), "{refused}");
@@ -107,12 +107,12 @@ fn a_teacher_writes_an_exercise_and_a_student_hands_it_in() {
 #[test]
 fn the_exercise_to_try_has_the_script_of_the_page() {
     let read = |path: &str| std::fs::read_to_string(root().join(path)).unwrap();
-    assert_eq!(read("scenes/learn/exercise.lua"), read("plugins/views/web/page/exercise.lua"));
+    assert_eq!(read("scenes/learn/exercise.lua"), read("plugins/views/web/page/run/exercise.lua"));
 }
 
 #[test]
 fn a_goal_that_cannot_be_read_is_named() {
-    let script = std::fs::read_to_string(root().join("plugins/views/web/page/exercise.lua")).unwrap();
+    let script = std::fs::read_to_string(root().join("plugins/views/web/page/run/exercise.lua")).unwrap();
     for (goal, wanted) in [
         ("/Robot flies", "cannot be read"),
         ("Far: /Robot within 1 m of /Moon", "no object /Moon"),

@@ -40,7 +40,7 @@ fn a_film_shows_any_time_of_a_run() {
             "(() => {{ const s = document.getElementById('slider'); s.value = {time}; s.oninput(); }})()"
         ));
         let seen = page.js(
-            "Promise.all([import('tatu/objects'), import('tatu/store')]).then(([o, s]) => \
+            "Promise.all([import('tatu/view/objects'), import('tatu/scene/store')]).then(([o, s]) => \
              o.groups.get([...s.scene.objects.values()].find((x) => x.alias === 'Pioneer_p3dx').id).position.toArray())",
         );
         let then = lines.iter().find(|l| (l["time"].as_f64().unwrap_or(0.0) - time).abs() < 1e-6).unwrap();
@@ -69,9 +69,10 @@ fn a_film_shows_colors_as_they_were_at_its_time() {
         page.js(&format!(
             "(() => {{ const s = document.getElementById('slider'); s.value = {time}; s.oninput(); }})()"
         ));
-        let seen = page
-            .js("import('tatu/objects').then((o) => [...o.groups.values()].find((g) => g.userData.bodies.length) \
-             .userData.bodies[0].material.color.getHexString())");
+        let seen = page.js(
+            "import('tatu/view/objects').then((o) => [...o.groups.values()].find((g) => g.userData.bodies.length) \
+             .userData.bodies[0].material.color.getHexString())",
+        );
         assert_eq!(seen, color, "{time}");
     }
     assert!(page.wrong.is_empty(), "{:#?}", page.wrong);

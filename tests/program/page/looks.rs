@@ -45,7 +45,7 @@ fn both(scene: &str, size: [u32; 2]) -> [RgbImage; 2] {
     let [columns, rows] = size;
     // Drawings of sensors are hidden, and the size of the image does not depend on the window.
     let shown = page.js(&format!(
-        "(async () => {{ const v = await import('tatu/view'); const frame = () => new Promise(requestAnimationFrame); \
+        "(async () => {{ const v = await import('tatu/view/renderer'); const frame = () => new Promise(requestAnimationFrame); \
          for (let i = 0; i < 100 && v.camera.position.x === 3; i++) await frame(); \
          document.getElementById('rays').click(); \
          Object.assign(v.host.style, {{ width: '{columns}px', height: '{rows}px' }}); \

@@ -62,7 +62,8 @@ fn picture_of_windows() {
         json!({ "width": 1366, "height": 690, "deviceScaleFactor": 1, "mobile": false }),
     );
     page.until("document.querySelectorAll('#rows .row').length > 20");
-    let open = "Promise.all(['panes', 'camera_pane', 'store'].map((m) => import('tatu/' + m))).then(([p, c, s]) => { \
+    let open = "Promise.all(['windows/open_windows', 'windows/camera_window', 'scene/store'] \
+                .map((m) => import('tatu/' + m))).then(([p, c, s]) => { \
                 const of = (a) => [...s.scene.objects.values()].find((o) => o.alias === a).id; \
                 p.openPane('sensors', {}); p.openPane('camera', c.cameraSpec(of('eye'))); })";
     page.js(open);
@@ -92,6 +93,8 @@ fn picture_of_a_window() {
     page.click("#pause");
     page.click("#fit");
     // The view is shifted so that the window does not hide the robot.
-    page.js("import('tatu/view').then((v) => { v.camera.setViewOffset(100, 100, -26, 0, 100, 100); v.redraw(); })");
+    page.js(
+        "import('tatu/view/renderer').then((v) => { v.camera.setViewOffset(100, 100, -26, 0, 100, 100); v.redraw(); })",
+    );
     std::fs::write(root().join("docs/images/window.png"), small(&page.picture([1180, 620]))).unwrap();
 }

@@ -117,7 +117,7 @@ fn a_page_reconnects_by_itself() {
 
     // A call that was sent but not answered fails.
     succeed(Command::new("kill").args(["-STOP", &first.process.id().to_string()]));
-    page.js("import('tatu/net').then((m) => { m.call('tatu.list').catch((e) => { window.refused = e.error; }); })");
+    page.js("import('tatu/net/connection').then((m) => { m.call('tatu.list').catch((e) => { window.refused = e.error; }); })");
     drop(first);
     page.until("(window.refused ?? '').includes('the connection was lost before the program answered `tatu.list`')");
     let says = |text: &str| {
@@ -126,7 +126,7 @@ fn a_page_reconnects_by_itself() {
         )
     };
     page.until(&says(&format!("No program answers at 127.0.0.1:{port}")));
-    let at_once = "import('tatu/net').then((m) => m.call('tatu.list')).catch((e) => e.error)";
+    let at_once = "import('tatu/net/connection').then((m) => m.call('tatu.list')).catch((e) => e.error)";
     assert_eq!(page.js(at_once), "`tatu.list` was not done: there is no connection to the program");
 
     let other = ForeignServer::new(port);

@@ -104,7 +104,7 @@ fn the_recovery_copy_of_a_killed_program_is_offered() {
     page.until(&format!("({text}).includes('Restore unsaved changes?')"));
     page.js("document.querySelector('dialog.question button[value=Restore]').id = 'restore'");
     page.click_on("#restore");
-    page.until("import('tatu/store').then((s) => [...s.scene.objects.values()].some((o) => o.alias === 'mug'))");
+    page.until("import('tatu/scene/store').then((s) => [...s.scene.objects.values()].some((o) => o.alias === 'mug'))");
     page.until("!document.getElementById('unsaved').hidden");
     assert_eq!(std::fs::read_to_string(shown.folder().join("scenes/cup.toml")).unwrap(), SCENE);
     assert!(page.wrong.is_empty(), "{:#?}", page.wrong);
@@ -191,7 +191,7 @@ fn empty_page() -> (TestFolder, PathBuf, PageServer, BrowserPage) {
 #[cfg_attr(no_browser, ignore = "needs Chromium, and npm at the build")]
 fn a_dropped_folder_is_opened_with_all_its_files() {
     let (place, room, _served, mut page) = empty_page();
-    let lamp = "import('tatu/store').then((s) => [...s.scene.objects.values()].some((o) => o.alias === 'lamp' && o.scripts.length === 1))";
+    let lamp = "import('tatu/scene/store').then((s) => [...s.scene.objects.values()].some((o) => o.alias === 'lamp' && o.scripts.length === 1))";
     let files = |name: &str| {
         let at = |file: &str| place.path().join("work/dropped").join(name).join(file);
         (at("room.toml").is_file(), at("scripts/lamp.lua").is_file(), at("notes.exe").exists())
@@ -203,7 +203,7 @@ fn a_dropped_folder_is_opened_with_all_its_files() {
     page.click("#gallery");
     page.choose_files("#choose-folder", std::slice::from_ref(&room));
     page.until("document.getElementById('output').textContent.includes('files are in dropped/room-2')");
-    page.until("import('tatu/store').then((s) => s.scene.file.includes('room-2'))");
+    page.until("import('tatu/scene/store').then((s) => s.scene.file.includes('room-2'))");
     assert_eq!(files("room-2"), (true, true, false));
     assert!(page.wrong.is_empty(), "{:#?}", page.wrong);
 }
@@ -221,6 +221,6 @@ fn a_folder_is_sent_again_if_the_connection_was_lost() {
            }; }");
     page.drop_files([600.0, 300.0], &[room]);
     page.until("document.getElementById('output').textContent.includes('files are in dropped/room')");
-    page.until("import('tatu/store').then((s) => [...s.scene.objects.values()].some((o) => o.alias === 'lamp'))");
+    page.until("import('tatu/scene/store').then((s) => [...s.scene.objects.values()].some((o) => o.alias === 'lamp'))");
     assert!(page.wrong.is_empty(), "{:#?}", page.wrong);
 }

@@ -30,10 +30,10 @@ fn a_student_drives_and_changes_a_robot() {
     page.click("#stop");
     page.until("document.getElementById('stop').className === 'on'");
     // In another scene, the script is opened and a number is changed, which makes the wheels turn more slowly.
-    page.js(&format!("import('tatu/net').then((m) => m.call('tatu.open', {ROBOT:?}))"));
+    page.js(&format!("import('tatu/net/connection').then((m) => m.call('tatu.open', {ROBOT:?}))"));
     page.until("document.getElementById('name').textContent === 'pioneer_avoids_walls.toml'");
     // Arrow keys drive the selected robot while they are held.
-    page.js("(async () => { const store = await import('tatu/store'); \
+    page.js("(async () => { const store = await import('tatu/scene/store'); \
          store.select([...store.scene.objects.values()].find((o) => o.alias.endsWith('leftWheel')).id); })()");
     let press = |kind: &str| {
         format!(
@@ -41,7 +41,7 @@ fn a_student_drives_and_changes_a_robot() {
              {{ key: 'ArrowUp', bubbles: true, cancelable: true }}))"
         )
     };
-    let speed = "(async () => { const [net, store] = [await import('tatu/net'), await import('tatu/store')]; \
+    let speed = "(async () => { const [net, store] = [await import('tatu/net/connection'), await import('tatu/scene/store')]; \
         const j = [...store.scene.objects.values()].find((o) => o.alias.endsWith('leftMotor')); \
         return (await net.call('tatu.get', j.id, 'joint.target_velocity'))[0]; })()";
     page.until(&format!("{}, {speed}.then((v) => v === 4)", press("keydown")));
@@ -59,7 +59,7 @@ fn a_student_drives_and_changes_a_robot() {
     page.until(&format!("{speed}.then((v) => v <= 1)"));
     // A script has a window. Moving its slider calls the script, which changes a label.
     // The edited script is not saved to the file, and no backup copy remains next to the file.
-    page.js("import('tatu/net').then((m) => m.call('tatu.recover', false).then(() => m.call('tatu.open', 'plugins/commands/simui/demo.toml')))");
+    page.js("import('tatu/net/connection').then((m) => m.call('tatu.recover', false).then(() => m.call('tatu.open', 'plugins/commands/simui/demo.toml')))");
     page.until("document.getElementById('name').textContent === 'demo.toml'");
     page.click("#play");
     page.until("document.querySelector('.window .title')?.textContent.startsWith('Pioneer')");

@@ -32,8 +32,8 @@ fn serve_file(path: &str, whole: bool) -> Option<FileResponse> {
 /// Prefixes of modules that are not preloaded: those of films, and those of the script editor, which are loaded when a
 /// script is opened.
 const LAZY_MODULES: &[&str] = &[
-    "/page/film",
-    "/page/editing.js",
+    "/page/film/",
+    "/page/documents/code_field.js",
     "/lib/@codemirror",
     "/lib/@lezer",
     "/lib/@marijn",

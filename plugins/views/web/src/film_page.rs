@@ -7,14 +7,38 @@ use tatu_plugin_api::safe::{Fail, Result};
 
 use crate::files::{FILES, HAS_LIBRARIES};
 
-/// Modules that the film shares with the live page.
+/// Modules that the film shares with the live page, by their paths in the folder of the page.
 const SHARED_MODULES: &[&str] = &[
-    "dom", "icons", "calls", "geometry", "parse", "wants", "store", "tree", "output", "light", "plain", "view",
-    "looking", "objects", "crowd", "surfaces", "sensing", "volumes", "drawings", "plot",
+    "lib/dom",
+    "lib/icons",
+    "lib/plot",
+    "net/calls",
+    "net/binary_messages",
+    "net/subscriptions",
+    "scene/store",
+    "scene/hierarchy",
+    "scene/messages",
+    "view/light",
+    "view/instancing",
+    "view/textures",
+    "view/objects",
+    "view/software_rendering",
+    "view/renderer",
+    "view/picking",
+    "view/camera_controls",
+    "view/scan_surface",
+    "view/sensor_readings",
+    "view/sensor_volumes",
+    "view/drawings",
+    "panels/tree",
+    "panels/output",
+    "film/player",
+    "film/recording",
+    "film/connection",
 ];
-/// Modules that differ from those of the live page: the specifier, and the module that it resolves to.
+/// Modules of the live page that are replaced in films, and the modules that replace them.
 const REPLACED_MODULES: &[(&str, &str)] =
-    &[("net", "film_net"), ("film_net", "film_net"), ("editor", "film_script"), ("film", "film")];
+    &[("net/connection", "film/connection"), ("documents/script_editor", "film/script_viewer")];
 /// The libraries: the specifier by which modules import each of them, and the path of its embedded file.
 const LIBRARIES: &[(&str, &str)] = &[
     ("three", "/lib/three/build/three.module.min.js"),

@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { Calls, failure, newest, reason } from "../calls.js";
+import { Calls, failure, newest, reason } from "../net/calls.js";
 
 test("answers settle the calls that they name, in any order", async () => {
   const calls = new Calls();

@@ -1,10 +1,11 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import {
-  STILL, about, compose, conjugate, fan, frameOf, fromDegrees, inverse, moved, multiply, positionOf, principal, rotate, rotationOf, screenAxes, shift,
-  snap, spin, toDegrees,
-} from "../geometry.js";
+import { principal } from "../lib/inertia.js";
+import { snap } from "../lib/numbers.js";
+import { STILL, compose, frameOf, inverse, moved, positionOf, rotationOf, shift, spin } from "../lib/poses.js";
+import { about, conjugate, fromDegrees, multiply, rotate, screenAxes, toDegrees } from "../lib/rotations.js";
+import { scanSurface } from "../view/scan_surface.js";
 
 function near(got, wanted, within = 1e-9) {
   assert.equal(got.length, wanted.length);
@@ -61,20 +62,20 @@ test("where two axes coincide, the turn stays the same", () => {
 });
 
 test("a scan in one plane is one fan", () => {
-  const { points, index } = fan({ distance: [1, 2, 3], angle: [-Math.PI / 2, 0, Math.PI / 2], range: 5 });
+  const { points, index } = scanSurface({ distance: [1, 2, 3], angle: [-Math.PI / 2, 0, Math.PI / 2], range: 5 });
   near(points, [0, 0, 0, -1, 0, 0, 0, 0, 2, 3, 0, 0]);
   assert.deepEqual(index, [0, 1, 2, 0, 2, 3]);
 });
 
 test("a beam that meets nothing reaches to the range", () => {
-  near(fan({ distance: [1, null], angle: [0, Math.PI / 2], range: 5 }).points.slice(6), [5, 0, 0]);
-  near(fan({ distance: [1, null], angle: [0, Math.PI / 2] }).points.slice(6), [1, 0, 0]);
-  near(fan({ distance: [null], angle: [0] }).points.slice(3), [0, 0, 10]);
+  near(scanSurface({ distance: [1, null], angle: [0, Math.PI / 2], range: 5 }).points.slice(6), [5, 0, 0]);
+  near(scanSurface({ distance: [1, null], angle: [0, Math.PI / 2] }).points.slice(6), [1, 0, 0]);
+  near(scanSurface({ distance: [null], angle: [0] }).points.slice(3), [0, 0, 10]);
 });
 
 test("layers are raised by their elevation, and not joined", () => {
   const up = Math.PI / 6;
-  const { points, index } = fan({ distance: [2, 2, 2, 2], angle: [-0.1, 0.1, -0.1, 0.1], elevation: [0, 0, up, up], range: 5 });
+  const { points, index } = scanSurface({ distance: [2, 2, 2, 2], angle: [-0.1, 0.1, -0.1, 0.1], elevation: [0, 0, up, up], range: 5 });
   assert.deepEqual(index, [0, 1, 2, 0, 3, 4]);
   near(points.slice(9, 12), [-2 * Math.sin(0.1) * Math.cos(up), 1, 2 * Math.cos(0.1) * Math.cos(up)]);
 });

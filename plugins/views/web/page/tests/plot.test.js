@@ -1,8 +1,8 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { ticks } from "../plot.js";
-import { csv, csvOfPairs } from "../table.js";
+import { ticks } from "../lib/plot.js";
+import { csv, csvOfPairs } from "../lib/csv.js";
 
 test("axes have round numbers, and not too many", () => {
   assert.deepEqual(ticks(0, 10, 5), { all: [0, 2, 4, 6, 8, 10], digits: 0 });

@@ -6,7 +6,7 @@ import { join } from "node:path";
 import { test } from "node:test";
 import { deflateRawSync } from "node:zlib";
 
-import { pack, unzip } from "../zip.js";
+import { pack, unzip } from "../lib/zip.js";
 
 /** Builds a zip archive of files, which are deflated unless `packed` is false. */
 function archive(files) {

@@ -1,0 +1,43 @@
+// @ts-check
+// Resolves a conflict between two versions of a script: the one that was edited here, and the one that another client
+// has saved in the meantime.
+
+import { choose } from "tatu/lib/dialogs";
+import { make } from "tatu/lib/dom";
+
+/**
+ * Creates a labelled text field.
+ * @param {string} name
+ * @param {string} value
+ */
+function pane(name, value) {
+  const label = make("label");
+  const area = make("textarea", { value, spellcheck: false });
+  label.append(make("strong", { textContent: name }), area);
+  return { label, area };
+}
+
+/**
+ * Shows both versions side by side in a dialog, in which they can be edited. Returns a promise of the chosen text, or
+ * of null if neither was chosen. `mine` in the result is whether the text must be saved.
+ * @param {string} script name of the script
+ * @param {string} mine
+ * @param {string} theirs
+ * @returns {Promise<{ mine: boolean, text: string } | null>}
+ */
+export async function resolve(script, mine, theirs) {
+  const [own, other] = [pane("Mine", mine), pane("Theirs", theirs)];
+  own.area.id = "mine";
+  other.area.id = "theirs";
+  const both = make("div", { className: "both" });
+  both.append(own.label, other.label);
+  // The user may merge parts of one text into the other before choosing it.
+  const text = make("p", { textContent: "Another page has saved this script since it was opened here. Copy what you need from one text to the other, then choose." });
+  const chosen = await choose(`${script} was changed twice`, [text, both], ["Keep mine", "Take theirs", "Cancel"], () => {
+    both.closest("dialog")?.classList.add("wide-dialog");
+    own.area.focus();
+  });
+  if (chosen === "Keep mine") return { mine: true, text: own.area.value };
+  if (chosen === "Take theirs" && other.area.value === theirs) return { mine: false, text: theirs };
+  return chosen === "Take theirs" ? { mine: true, text: other.area.value } : null;
+}

@@ -1,0 +1,164 @@
+// @ts-check
+// Moves and rotates the selection by a gizmo with arrows and rings in the view.
+
+import * as THREE from "three";
+import { TransformControls } from "three/gizmo";
+import { get } from "tatu/lib/dom";
+import { compose, frameOf, inverse, positionOf, shift, spin } from "tatu/lib/poses";
+import { reason } from "tatu/net/calls";
+import { on } from "tatu/net/connection";
+import { limited } from "tatu/scene/edits";
+import { line } from "tatu/scene/messages";
+import { rights, selected, watch } from "tatu/scene/store";
+import { groups } from "tatu/view/objects";
+import { camera, controls, redraw, renderer, stage } from "tatu/view/renderer";
+import { Carry, carried } from "tatu/edit/pose_edit";
+import { angleStep, lengthStep, watchSnap } from "tatu/edit/snap_settings";
+
+/** @import { Frame, Pose } from "tatu/lib/poses" */
+/** @import { Quat } from "tatu/lib/rotations" */
+/** @import { Vec3 } from "tatu/lib/vectors" */
+/** @typedef {"translate" | "rotate"} Mode */
+
+/** The mode, or "" for none; the frame that defines the axes; the index of the only free axis, or -1 if all are free. */
+export const how = {
+  mode: /** @type {Mode | ""} */ (""),
+  frame: /** @type {Frame} */ ("world"),
+  only: -1,
+};
+/** Verbs for the labels of edits. */
+export const VERB = { translate: "Move", rotate: "Turn" };
+
+/** @type {(() => void)[]} */
+const watchers = [];
+/**
+ * Calls `f` when `how` or the moved object changes.
+ * @param {() => void} f
+ */
+export function watchHow(f) {
+  watchers.push(f);
+}
+
+/** Changes `how`, and updates the gizmo and the buttons. @param {Partial<typeof how>} change */
+export function setHow(change) {
+  Object.assign(how, change);
+  hold();
+}
+
+/** Returns the object that the gizmo is attached to: the one selected last if a mode is active, otherwise 0. */
+export function pivot() {
+  return how.mode && rights.acts && !limited() && groups.has(selected()) ? selected() : 0;
+}
+
+/** Shows an error in the status line. @param {unknown} thrown */
+export function report(thrown) {
+  line("Status", reason(thrown), "error");
+}
+
+// The gizmo is attached to a handle in the chosen frame, because it does not support the frame of a parent.
+const anchor = new THREE.Group();
+const handle = new THREE.Object3D();
+anchor.add(handle);
+const gizmo = new TransformControls(camera, renderer.domElement);
+gizmo.setSpace("local");
+stage.add(anchor, gizmo.getHelper());
+/** @type {[Mode, HTMLElement][]} */
+const buttons = [["translate", get("move")], ["rotate", get("turn")]];
+
+/**
+ * The current drag, with the initial position of the handle. `carry` is a promise, because the program must be asked
+ * for the exact poses.
+ * @type {{ mode: Mode, start: Vec3, carry: Promise<Carry> } | null}
+ */
+let drag = null;
+
+/** Returns the pose of a three.js object in the world frame. @param {THREE.Object3D} object @returns {Pose} */
+function worldPose(object) {
+  object.updateWorldMatrix(true, false);
+  const [p, q] = [new THREE.Vector3(), new THREE.Quaternion()];
+  object.matrixWorld.decompose(p, q, new THREE.Vector3());
+  return [p.x, p.y, p.z, q.x, q.y, q.z, q.w];
+}
+
+/** Sets the pose of a three.js object in its parent's frame. @param {THREE.Object3D} object @param {Pose} pose */
+function place(object, pose) {
+  object.position.fromArray(pose);
+  object.quaternion.fromArray(pose, 3);
+}
+
+/** Moves the handle to the selected object, except during a drag. */
+function settle() {
+  const group = groups.get(pivot());
+  if (!group || drag) return;
+  const world = worldPose(group);
+  const parent = group.parent ? worldPose(group.parent) : null;
+  const frame = frameOf(how.frame, { world, local: parent ? compose(inverse(parent), world) : world });
+  place(anchor, frame);
+  place(handle, [...positionOf(compose(inverse(frame), world)), 0, 0, 0, 1]);
+}
+
+/** Shows the gizmo and the buttons as `how` requires. */
+function hold() {
+  const { mode, only } = how;
+  if (mode && pivot()) {
+    settle();
+    gizmo.setMode(mode);
+    gizmo.attach(handle);
+    for (const [i, key] of /** @type {const} */ (["showX", "showY", "showZ"]).entries()) gizmo[key] = only < 0 || only === i;
+    gizmo.translationSnap = lengthStep() || null;
+    gizmo.rotationSnap = angleStep() || null;
+  } else gizmo.detach();
+  for (const [m, b] of buttons) b.setAttribute("aria-pressed", String(m === mode));
+  for (const f of watchers) f();
+  redraw();
+}
+
+for (const [m, b] of buttons) b.onclick = () => setHow({ mode: how.mode === m ? "" : m, only: -1 });
+watch("selected", hold);
+watch("scene", hold);
+watchSnap(hold);
+on("hello", hold);
+on("frame", settle);
+gizmo.addEventListener("change", redraw);
+gizmo.addEventListener("dragging-changed", (e) => {
+  controls.enabled = !e.value;
+  if (e.value && how.mode) {
+    const { x, y, z } = handle.position;
+    drag = { mode: how.mode, start: [x, y, z], carry: Carry.take(VERB[how.mode], carried()) };
+    drag.carry.catch(report);
+  } else {
+    drag = null;
+    settle();
+  }
+});
+
+/**
+ * Returns the displacement of the handle along the axes of its frame. If a grid is set, it is the displacement that
+ * moves the object from its exact position to a point of the grid.
+ * @param {Vec3} start initial position of the handle
+ * @param {Vec3} exact initial position of the object
+ * @returns {Vec3}
+ */
+function dragged(start, exact) {
+  const now = handle.position.toArray();
+  const by = (/** @type {0 | 1 | 2} */ i) => {
+    if (Math.abs(now[i] - start[i]) < 1e-9) return 0;
+    return now[i] - (lengthStep() ? exact[i] : start[i]);
+  };
+  return [by(0), by(1), by(2)];
+}
+
+gizmo.addEventListener("objectChange", () => {
+  if (!drag) return;
+  const { mode, start, carry } = drag;
+  const [id, q] = [pivot(), handle.quaternion.clone().normalize()];
+  carry.then((c) => {
+    const of = c.from(id);
+    if (!of) return;
+    const frame = frameOf(how.frame, of);
+    /** @type {Quat} */
+    const turn = [q.x, q.y, q.z, q.w];
+    const exact = positionOf(compose(inverse(frame), of.world));
+    return c.put(mode === "translate" ? shift(frame, dragged(start, exact)) : spin(frame, turn, positionOf(of.world)));
+  }).catch(report);
+});

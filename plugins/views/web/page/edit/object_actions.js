@@ -1,0 +1,120 @@
+// @ts-check
+// Actions on the selection: delete, copy, cut, paste, duplicate, attach, rename.
+
+import { edit, named, together } from "tatu/scene/edits";
+import { isBelow, tops, under } from "tatu/scene/hierarchy";
+import { line, tell } from "tatu/scene/messages";
+import { rights, scene, selectAll, selectWhenThere, selection } from "tatu/scene/store";
+import { groundAt, pointer, worldPosition } from "tatu/view/picking";
+
+/** The copied or cut objects, without the objects below them. */
+let held = { ids: /** @type {number[]} */ ([]), cut: false };
+
+/**
+ * Returns these objects and all objects below them, parents first.
+ * @param {number[]} ids
+ */
+function whole(ids) {
+  return tops(ids).flatMap(under);
+}
+
+/** Removes the selected objects and all objects below them. */
+export async function remove() {
+  const ids = tops(selection());
+  if (!rights.acts || !ids.length) return;
+  try {
+    await edit(`Delete ${named(ids)}`, [["tatu.remove", whole(ids)]]);
+  } catch (thrown) {
+    tell(thrown);
+  }
+}
+
+/** Copies or cuts the selected objects. @param {boolean} cut */
+export function hold(cut) {
+  const ids = tops(selection());
+  if (!ids.length) return;
+  held = { ids, cut };
+  line("Status", `${cut ? "Cut" : "Copied"} ${named(ids)}`);
+}
+
+/**
+ * Copies objects with all objects below them, and selects the copies.
+ * @param {string} word verb for the label of the edit
+ * @param {number[]} ids
+ * @param {number[]} by offset of the copies, m
+ * @param {number} parent of copies of objects with a parent that is not copied; 0: the world
+ */
+async function copy(word, ids, by, parent) {
+  const all = whole(ids);
+  const [[made] = []] = await edit(`${word} ${named(ids)}`, [["tatu.copy", all, parent, by]]);
+  selectWhenThere(ids.map((id) => made[all.indexOf(id)]));
+}
+
+/** Pastes the copied or cut objects at the pointer's position on the ground, or next to the originals. */
+export async function paste() {
+  const ids = tops(held.ids);
+  const [first] = ids;
+  if (!rights.acts || first === undefined) return;
+  const at = pointer() ? groundAt(pointer()) : null;
+  const from = worldPosition(first);
+  const by = at ? [at.x - from.x, at.y - from.y, 0] : [0.3, 0.3, 0];
+  try {
+    if (held.cut) {
+      const merge = together();
+      for (const id of ids) {
+        const { x, y, z } = worldPosition(id);
+        await edit(`Move ${named(ids)}`, [
+          ["tatu.set", id, "object.parent", 0],
+          ["tatu.set", id, "object.position", [x + (by[0] ?? 0), y + (by[1] ?? 0), z]],
+        ], merge);
+      }
+      held = { ids: [], cut: false };
+      selectAll(ids);
+    } else await copy("Paste", ids, by, 0);
+  } catch (thrown) {
+    tell(thrown);
+  }
+}
+
+/** Copies the selected objects to positions next to the originals, with the same parent if all have the same one. */
+export async function duplicate() {
+  const ids = tops(selection());
+  if (!rights.acts || !ids.length) return;
+  const parents = new Set(ids.map((id) => scene.objects.get(id)?.parent ?? 0));
+  try {
+    await copy("Duplicate", ids, [0.3, 0.3, 0], parents.size === 1 ? [...parents][0] ?? 0 : 0);
+  } catch (thrown) {
+    tell(thrown);
+  }
+}
+
+/**
+ * Attaches objects to another object, or to the world, without moving them.
+ * @param {number[]} ids
+ * @param {number} parent 0: the world
+ */
+export async function reparent(ids, parent) {
+  const moved = tops(ids).filter((id) => id !== parent && !isBelow(parent, id) && scene.objects.get(id)?.parent !== parent);
+  if (!rights.acts || !moved.length) return;
+  const where = parent ? scene.objects.get(parent)?.alias ?? "" : "the world";
+  try {
+    await edit(`Attach ${named(moved)} to ${where}`, moved.map((id) => ["tatu.set", id, "object.parent", parent]));
+  } catch (thrown) {
+    tell(thrown);
+  }
+}
+
+/**
+ * Renames an object.
+ * @param {number} id
+ * @param {string} name
+ */
+export async function rename(id, name) {
+  const o = scene.objects.get(id);
+  if (!rights.acts || !o || !name || name === o.alias) return;
+  try {
+    await edit(`Rename ${o.alias} to ${name}`, [["tatu.set", id, "object.alias", name]]);
+  } catch (thrown) {
+    tell(thrown);
+  }
+}

@@ -1,0 +1,157 @@
+// @ts-check
+// Adds objects at a point of the view that the user chooses: a preview follows the pointer, and the object is placed on
+// the surface under the pointer.
+
+import * as THREE from "three";
+import { call } from "tatu/net/connection";
+import { edit, together } from "tatu/scene/edits";
+import { tell } from "tatu/scene/messages";
+import { scene, selectWhenThere } from "tatu/scene/store";
+import { middle, surfaceAt } from "tatu/view/picking";
+import { controls, host, redraw, stage } from "tatu/view/renderer";
+import { lengthStep, snapLength } from "tatu/edit/snap_settings";
+
+/** @import { Item } from "tatu/edit/palette_items" */
+/** @import { Pointer } from "tatu/view/picking" */
+
+/** The item that is being placed. @type {{ item: Item, dragged: boolean } | null} */
+let going = null;
+const look = new THREE.MeshLambertMaterial({ color: 0xffa500, transparent: true, opacity: 0.55 });
+const preview = new THREE.Mesh(/** @type {THREE.BufferGeometry} */ (new THREE.BoxGeometry()), look);
+preview.visible = false;
+stage.add(preview);
+
+/** Returns whether an item is being placed. */
+export function isPlacing() {
+  return going !== null;
+}
+
+/** Returns the geometry of the preview. @param {Item} item */
+function geometry({ form, size: [x, y, z] }) {
+  if (form === "sphere") return new THREE.SphereGeometry(x / 2, 24, 12);
+  if (form === "cylinder") return new THREE.CylinderGeometry(x / 2, x / 2, z, 24).rotateX(Math.PI / 2);
+  if (form === "capsule") return new THREE.CapsuleGeometry(x / 2, z - x, 6, 16).rotateX(Math.PI / 2);
+  return new THREE.BoxGeometry(x, y, z);
+}
+
+/**
+ * Starts to place an item. If `dragged` is set, the mouse button is pressed, and the item is placed when it is
+ * released; otherwise, the item is placed by the next click.
+ * @param {Item} item
+ * @param {boolean} dragged
+ */
+export function begin(item, dragged) {
+  going = { item, dragged };
+  preview.geometry.dispose();
+  preview.geometry = geometry(item);
+  host.classList.add("placing");
+  if (!dragged) host.focus({ preventScroll: true });
+}
+
+function end() {
+  going = null;
+  preview.visible = false;
+  controls.enabled = true;
+  host.classList.remove("placing");
+  redraw();
+}
+
+/**
+ * Returns the position at which an item would be placed, and the object there; null if there is no surface.
+ * @param {Item} item
+ * @param {Pointer} at
+ */
+function spot(item, at) {
+  const found = surfaceAt(at);
+  if (!found) return null;
+  const { x, y, z } = found.point;
+  const point = lengthStep() ? new THREE.Vector3(snapLength(x), snapLength(y), z) : new THREE.Vector3(round(x), round(y), z);
+  // Coordinates are rounded to 0.1 mm, because those of raycasts contain floating-point noise.
+  return { id: found.id, point: point.setZ(round(z + item.lift)) };
+}
+
+/** Rounds a coordinate to 0.1 mm. @param {number} x m */
+function round(x) {
+  return Math.round(x * 1e4) / 1e4;
+}
+
+/**
+ * Returns the object to which an item is attached: the object `id`, or 0 if it is a floor or has no parts.
+ * @param {number} id
+ */
+function carrier(id) {
+  const o = scene.objects.get(id);
+  return o?.parts?.some((p) => p.form !== "plane") ? id : 0;
+}
+
+/**
+ * Adds an item to the scene at the surface under the pointer.
+ * @param {Item} item
+ * @param {Pointer} at
+ */
+async function put(item, at) {
+  const found = spot(item, at);
+  if (!found) return;
+  const { x, y, z } = found.point;
+  const label = `Add ${item.name}`;
+  const merge = together();
+  try {
+    if (item.model) {
+      const [[made] = []] = await edit(label, [["tatu.addModel", item.model]], merge);
+      const [own] = await call("tatu.get", made, "object.position");
+      await edit(label, [["tatu.set", made, "object.position", [x, y, round(own[2] + z)]]], merge);
+      selectWhenThere([made]);
+      return;
+    }
+    const [[made] = []] = await edit(label, [["tatu.add", item.toml, 0, [x, y, z]]], merge);
+    const parent = item.attach ? carrier(found.id) : 0;
+    if (parent) await edit(label, [["tatu.set", made, "object.parent", parent]], merge);
+    selectWhenThere([made]);
+  } catch (thrown) {
+    tell(thrown);
+  }
+}
+
+/**
+ * Places an item at the middle of the view.
+ * @param {Item} item
+ */
+export function putInMiddle(item) {
+  return put(item, middle());
+}
+
+/** Returns whether the pointer is over the view. @param {PointerEvent} e */
+function isInView(e) {
+  return document.elementFromPoint(e.clientX, e.clientY)?.closest("#view") !== null;
+}
+
+addEventListener("pointermove", (e) => {
+  if (!going) return;
+  const found = isInView(e) ? spot(going.item, e) : null;
+  preview.visible = found !== null;
+  if (found) preview.position.copy(found.point);
+  redraw();
+}, true);
+host.addEventListener("pointerdown", (e) => {
+  // The camera must not move during the click that places the item.
+  if (going && e.button === 0) controls.enabled = false;
+}, true);
+addEventListener("pointerup", (e) => {
+  if (!going || e.button !== 0) return;
+  const { item, dragged } = going;
+  const inside = isInView(e);
+  if (!dragged && !inside) return;
+  end();
+  if (inside) put(item, e);
+}, true);
+document.addEventListener("keydown", (e) => {
+  if (!going) return;
+  if (e.key === "Escape") end();
+  else if (e.key === "Enter") {
+    const { item } = going;
+    end();
+    putInMiddle(item);
+  } else return;
+  e.preventDefault();
+  e.stopPropagation();
+}, true);

@@ -1,0 +1,56 @@
+// @ts-check
+// Modal dialogs that ask the user a question.
+
+import { make } from "tatu/lib/dom";
+
+/**
+ * Shows a dialog. Returns a promise of the name of the chosen button, or of "" if the user pressed Escape.
+ * @param {string} title
+ * @param {Node[]} content
+ * @param {string[]} buttons the first one is chosen by Enter
+ * @param {() => void} [shown] called when the dialog is visible
+ * @returns {Promise<string>}
+ */
+export function choose(title, content, buttons, shown) {
+  const dialog = make("dialog", { className: "question" });
+  dialog.setAttribute("aria-label", title);
+  const form = make("form", { method: "dialog" });
+  const row = make("div", { className: "buttons" });
+  row.append(...buttons.map((name) => make("button", { value: name, textContent: name })));
+  form.append(make("h2", { textContent: title }), ...content, row);
+  dialog.append(form);
+  document.body.append(dialog);
+  return new Promise((done) => {
+    dialog.onclose = () => {
+      dialog.remove();
+      done(dialog.returnValue);
+    };
+    dialog.showModal();
+    shown?.();
+  });
+}
+
+/**
+ * Asks a question. Returns a promise of the name of the chosen button, or of "" if the user pressed Escape.
+ * @param {string} title
+ * @param {string} text
+ * @param {string[]} buttons
+ */
+export function ask(title, text, buttons) {
+  return choose(title, [make("p", { textContent: text })], buttons);
+}
+
+/**
+ * Asks for a line of text. Returns a promise of the trimmed text, or of null if it is empty or the dialog was
+ * cancelled.
+ * @param {string} title
+ * @param {string} text
+ * @param {string} value
+ * @param {string} button
+ */
+export async function askText(title, text, value, button) {
+  const field = make("input", { value, className: "wide" });
+  field.setAttribute("aria-label", text);
+  const chosen = await choose(title, [make("p", { textContent: text }), field], [button, "Cancel"], () => field.select());
+  return chosen === button && field.value.trim() ? field.value.trim() : null;
+}

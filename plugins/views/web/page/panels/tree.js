@@ -1,0 +1,186 @@
+// @ts-check
+// The tree of objects. A click selects an object, and clicks with Ctrl or Shift select several; a double click opens
+// the first script of the object.
+
+import { get } from "tatu/lib/dom";
+import { icon } from "tatu/lib/icons";
+import { scene, select, selectAll, selected, selection, watch } from "tatu/scene/store";
+import { openScript } from "tatu/documents/script_editor";
+
+/** @import { SceneObject } from "tatu/protocol" */
+
+const tree = get("tree");
+const search = get("search", HTMLInputElement);
+/** Handles of the collapsed objects. @type {Set<number>} */
+const closed = new Set();
+/** The displayed rows, by the handle of the object. @type {Map<number, HTMLElement>} */
+let items = new Map();
+
+/**
+ * Creates a button with an icon.
+ * @param {string} picture name of the icon
+ * @param {string} title
+ * @param {() => void} f
+ */
+function button(picture, title, f) {
+  const b = document.createElement("button");
+  b.className = "tool";
+  b.append(icon(picture));
+  b.title = title;
+  b.setAttribute("aria-label", title);
+  b.onclick = (e) => { e.stopPropagation(); f(); };
+  return b;
+}
+
+/**
+ * Creates the item of an object, with those of its children.
+ * @param {SceneObject} object
+ * @param {HTMLElement[]} children
+ */
+function item(object, children) {
+  const li = document.createElement("li");
+  li.setAttribute("role", "none");
+  const row = document.createElement("div");
+  row.className = "item";
+  row.setAttribute("role", "treeitem");
+  row.dataset.id = String(object.id);
+  row.id = `object-${object.id}`;
+  const twist = document.createElement("span");
+  twist.className = "twist";
+  twist.textContent = children.length ? (closed.has(object.id) ? "\u25B8" : "\u25BE") : "";
+  twist.onclick = (e) => {
+    e.stopPropagation();
+    if (!closed.delete(object.id)) closed.add(object.id);
+    draw();
+  };
+  if (children.length) row.setAttribute("aria-expanded", String(!closed.has(object.id)));
+  const kind = document.createElement("span");
+  kind.className = "kind";
+  kind.append(icon(object.model ? "model" : object.kind));
+  kind.title = object.sensor ?? object.kind;
+  const name = document.createElement("span");
+  name.className = "alias";
+  name.textContent = object.alias;
+  row.append(twist, kind, name);
+  for (const script of object.scripts ?? []) {
+    row.append(button("script", `Script ${script.name}`, () => openScript(script)));
+  }
+  row.onclick = (e) => click(object.id, e);
+  row.ondblclick = () => { const [script] = object.scripts ?? []; if (script) openScript(script); };
+  items.set(object.id, row);
+  li.append(row);
+  if (children.length && !closed.has(object.id)) {
+    const ul = document.createElement("ul");
+    ul.setAttribute("role", "group");
+    ul.append(...children);
+    li.append(ul);
+  }
+  return li;
+}
+
+/** Returns the handles of the displayed objects, from top to bottom. */
+function shownIds() {
+  return [...tree.querySelectorAll("[data-id]")].map((row) => Number(/** @type {HTMLElement} */ (row).dataset.id));
+}
+
+/**
+ * Selects an object, or several with Ctrl or Shift.
+ * @param {number} id
+ * @param {MouseEvent} e
+ */
+function click(id, e) {
+  if (e.ctrlKey || e.metaKey) select(id, true);
+  else if (e.shiftKey && selected()) {
+    const all = shownIds();
+    const [a, b] = [all.indexOf(selected()), all.indexOf(id)].sort((x, y) => x - y);
+    selectAll([...all.slice(a, (b ?? 0) + 1).filter((other) => other !== id), id]);
+  } else select(id);
+}
+
+/**
+ * Returns the row of an object, or undefined if it is not displayed.
+ * @param {number} id
+ */
+export function rowOf(id) {
+  return items.get(id);
+}
+
+/** Builds the tree again. */
+function draw() {
+  /** @type {Map<number, SceneObject[]>} */
+  const below = new Map();
+  for (const o of scene.objects.values()) {
+    const known = below.get(o.parent);
+    if (known) known.push(o);
+    else below.set(o.parent, [o]);
+  }
+  const wanted = search.value.trim().toLowerCase();
+  items = new Map();
+  /** @returns {HTMLElement | null} */
+  const build = (/** @type {SceneObject} */ o) => {
+    const children = (below.get(o.id) ?? []).map(build).filter((c) => c !== null);
+    const meant = !wanted || o.alias.toLowerCase().includes(wanted) || children.length;
+    return meant ? item(o, children) : null;
+  };
+  const roots = (below.get(0) ?? []).map(build).filter((c) => c !== null);
+  for (const script of scene.scripts) {
+    const li = document.createElement("li");
+    const row = document.createElement("div");
+    row.className = "item";
+    row.append(button("script", script.name, () => openScript(script)), `${script.kind}: ${script.name}`);
+    row.ondblclick = () => openScript(script);
+    li.append(row);
+    roots.unshift(li);
+  }
+  tree.replaceChildren(...roots);
+  mark();
+}
+
+/** Marks the rows of the selected objects. */
+function mark() {
+  const chosen = new Set(selection());
+  for (const [id, row] of items) row.setAttribute("aria-selected", String(chosen.has(id)));
+  // A screen reader announces this row while the tree has the focus.
+  const spoken = items.get(selected());
+  if (spoken) tree.setAttribute("aria-activedescendant", spoken.id);
+  else tree.removeAttribute("aria-activedescendant");
+  items.get(selected())?.scrollIntoView({ block: "nearest" });
+}
+
+tree.addEventListener("keydown", (e) => {
+  if (e.target !== tree) return;
+  const all = shownIds();
+  const at = all.indexOf(selected());
+  if (e.key === "ArrowDown") select(all[Math.min(at + 1, all.length - 1)] ?? 0);
+  else if (e.key === "ArrowUp") select(all[Math.max(at - 1, 0)] ?? 0);
+  else if (e.key === "ArrowLeft") { closed.add(selected()); draw(); }
+  else if (e.key === "ArrowRight") { closed.delete(selected()); draw(); }
+  else if (e.key === "Enter") {
+    const script = scene.objects.get(selected())?.scripts?.[0];
+    if (script) openScript(script);
+  } else return;
+  e.preventDefault();
+});
+search.oninput = draw;
+watch("scene", () => {
+  // In large scenes, models are collapsed at first, because users usually look for the base of a model.
+  if (scene.objects.size > 60 && !tree.childElementCount) {
+    for (const o of scene.objects.values()) if (o.model) closed.add(o.id);
+  }
+  draw();
+});
+watch("objects", () => {
+  // The tree is not rebuilt while an object is being renamed, because that would remove the input field.
+  if (tree.querySelector("input")) return;
+  draw();
+});
+watch("selected", (id) => {
+  let up = scene.objects.get(id)?.parent;
+  let opened = false;
+  while (up) {
+    opened = closed.delete(up) || opened;
+    up = scene.objects.get(up)?.parent;
+  }
+  if (opened) draw();
+  mark();
+});

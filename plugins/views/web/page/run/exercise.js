@@ -1,0 +1,230 @@
+// @ts-check
+// Exercises: a task with goals that a teacher adds to a scene, limits on what students may change, and the file that
+// they hand in.
+
+import { choose } from "tatu/lib/dialogs";
+import { get, make } from "tatu/lib/dom";
+import { download } from "tatu/lib/download";
+import { floating } from "tatu/lib/floating_window";
+import { pack } from "tatu/lib/zip";
+import { call, on, send } from "tatu/net/connection";
+import { edit, known, limit, limited } from "tatu/scene/edits";
+import { line, tell } from "tatu/scene/messages";
+import { rights, scene, watch } from "tatu/scene/store";
+import { gone, isOpen, offer, openPane } from "tatu/windows/open_windows";
+import { filmAlways, lastFilm, nameFor } from "tatu/run/film_recorder";
+
+/** @import { Script } from "tatu/protocol" */
+/** @typedef {{ text: string, state: "open" | "reached" | "failed", time: number }} Goal */
+/** @typedef {{ object: number, task: string, goals: string, change: string }} Exercise */
+
+/** Pattern of the name of the object that contains an exercise. */
+const ALIAS = /^Exercise\d*$/;
+/** Tags of the custom data of that object. */
+const TAGS = /** @type {const} */ ({ task: "exercise.task", goals: "exercise.goals", change: "exercise.change" });
+const MARKS = { open: "\u25CB", reached: "\u2713", failed: "\u2717" };
+
+/** @type {Exercise | null} */
+let exercise = null;
+/** @type {Goal[]} */
+let goals = [];
+/** Whether the limits of this exercise were lifted in order to edit it. */
+let lifted = false;
+/** @type {(() => void) | null} */
+let refresh = null;
+
+/** Returns the goals before a run. The text of each is the part of its line before the last colon, or the whole line. */
+function planned() {
+  const lines = (exercise?.goals ?? "").split(/\r?\n/).map((l) => l.trim()).filter(Boolean);
+  return lines.map((l) => ({ text: l.match(/^(.*):\s/)?.[1] ?? l, state: /** @type {const} */ ("open"), time: -1 }));
+}
+
+function apply() {
+  limit(exercise?.change === "scripts" && !lifted);
+  for (const id of ["add", "move", "turn"]) get(id, HTMLButtonElement).disabled = limited();
+  filmAlways(exercise !== null && exercise.change === "scripts" && !lifted);
+  refresh?.();
+}
+
+function openExercise() {
+  const window = floating({ key: "exercise", title: "Exercise", width: 340, height: 300, closed });
+  const pane = { kind: "exercise", spec: {}, close: window.close };
+  const task = make("div", { className: "task" });
+  const list = make("ul", { className: "goals" });
+  list.setAttribute("aria-label", "Goals");
+  list.setAttribute("aria-live", "polite");
+  const row = make("div", { className: "tools" });
+  const hand = make("button", { type: "button", textContent: "Hand in", title: "Save the scripts, the film of the last run and its goals in one file", onclick: handIn });
+  const change = make("button", { type: "button", textContent: "Edit", title: "Write the task and its goals", onclick: write });
+  const note = make("p", { className: "note" });
+  row.append(hand, change);
+  window.body.append(task, list, note, row);
+  refresh = () => {
+    task.replaceChildren(...(exercise?.task ?? "").split(/\n\s*\n/).map((text) => make("p", { textContent: text.replaceAll("\n", " ") })));
+    list.replaceChildren(...(goals.length ? goals : planned()).map(({ text, state, time }) => {
+      const item = make("li", { className: state });
+      const mark = make("span", { className: "mark", textContent: MARKS[state] });
+      mark.setAttribute("role", "img");
+      mark.setAttribute("aria-label", state);
+      item.append(mark, make("span", { textContent: text }), make("small", { textContent: time >= 0 ? `${time.toFixed(2)} s` : "" }));
+      return item;
+    }));
+    note.textContent = limited() ? "Only scripts can be changed in this exercise." : "";
+    hand.disabled = change.disabled = !rights.acts;
+  };
+  function closed() {
+    refresh = null;
+    gone(pane);
+  }
+  refresh();
+  return pane;
+}
+offer("exercise", openExercise);
+
+/** Opens the exercise of the scene, or the form for a new one. */
+export function showExercise() {
+  if (exercise) openPane("exercise", {});
+  else write();
+}
+
+/**
+ * Returns a string as a literal for a scene file.
+ * @param {string} text
+ */
+const quoted = (text) => JSON.stringify(text).replace(/\u007f/g, "\\u007f");
+
+async function write() {
+  if (limited()) {
+    const sure = await choose("Change the exercise?", [make("p", { textContent: "Everything in the scene can be changed until it is opened again. The file to hand in will record this." })], ["Change it", "Cancel"]);
+    if (sure !== "Change it") return;
+    lifted = true;
+    apply();
+  }
+  const task = make("textarea", { rows: 6, value: exercise?.task ?? "" });
+  const lines = make("textarea", { rows: 5, value: exercise?.goals ?? "", spellcheck: false });
+  const change = make("select");
+  change.add(new Option("scripts only", "scripts"));
+  change.add(new Option("everything", "everything"));
+  change.value = exercise?.change ?? "scripts";
+  const field = (/** @type {string} */ name, /** @type {HTMLElement} */ input) => {
+    const label = make("label", { className: "field" });
+    label.append(make("span", { textContent: name }), input);
+    return label;
+  };
+  const help = make("p", { className: "note", textContent: "Examples: Reach the flag: /Robot within 0.3 m of /Flag before 30 s \u00B7 never /Robot touches /Wall \u00B7 /Robot goes 5 m \u00B7 /Pole object.position.z > 0.8 for 5 s" });
+  const content = [field("Task", task), field("Goals, one in a line", lines), help, field("Students may change", change)];
+  const chosen = await choose("Exercise", content, ["Take into the scene", "Cancel"], () => task.focus());
+  if (chosen !== "Take into the scene") return;
+  const data = { [TAGS.task]: task.value.trim(), [TAGS.goals]: lines.value.trim(), [TAGS.change]: change.value };
+  // The author continues to edit the scene, so the limits apply only when the scene is opened again.
+  lifted = true;
+  try {
+    if (exercise) {
+      // Other custom data of the object is retained.
+      const [before] = await call("tatu.get", exercise.object, "object.data");
+      await edit("Change exercise", [["tatu.set", exercise.object, "object.data", { ...before, ...data }]]);
+    } else {
+      const script = await (await fetch("/page/run/exercise.lua")).text();
+      const entries = Object.entries(data).map(([tag, text]) => `${quoted(tag)} = ${quoted(text)}`).join(", ");
+      const text = `format = 1\n[[object]]\nkind = "dummy"\nalias = "Exercise"\ndata = { ${entries} }\nscript = { text = ${quoted(script)} }\n`;
+      await edit("Add exercise", [["tatu.add", text]]);
+    }
+    // The program does not send a message when custom data has changed.
+    look();
+  } catch (thrown) {
+    tell(thrown);
+  }
+}
+
+/** Requests the exercise of the scene, if there is one. */
+function look() {
+  const carrier = [...scene.objects.values()].find((o) => ALIAS.test(o.alias));
+  if (carrier) send({ type: "data", object: carrier.id });
+  else take(null);
+}
+
+/** @param {Exercise | null} found */
+function take(found) {
+  const before = exercise;
+  exercise = found;
+  if (JSON.stringify(found) !== JSON.stringify(before)) goals = [];
+  apply();
+  if (found && !before && !isOpen("exercise", {})) openPane("exercise", {});
+}
+
+on("data", ({ object, data }) => {
+  const carrier = scene.objects.get(object);
+  if (!carrier || !ALIAS.test(carrier.alias)) return;
+  const [task, lines, change] = [data[TAGS.task] ?? "", data[TAGS.goals] ?? "", data[TAGS.change] ?? ""];
+  take(task || lines ? { object, task, goals: lines, change } : null);
+});
+watch("scene", () => {
+  if (scene.another) {
+    lifted = false;
+    exercise = null;
+    goals = [];
+  }
+  look();
+});
+on("event", ({ name, payload }) => {
+  if (name === "exercise.goals") {
+    goals = Object.values(payload.goals ?? []);
+    refresh?.();
+  } else if (name === "edited") look();
+});
+
+/** Callbacks of pending requests for script sources, by script. @type {Map<number, (text: string) => void>} */
+const texts = new Map();
+on("script", ({ script, text }) => {
+  texts.get(script)?.(text);
+  texts.delete(script);
+});
+
+/**
+ * Requests the source of a script.
+ * @param {Script} script
+ * @returns {Promise<string>}
+ */
+function textOf(script) {
+  return new Promise((done) => {
+    texts.set(script.id, done);
+    send({ type: "script", script: script.id });
+  });
+}
+
+/** Returns all scripts of the scene and of its objects, except that of the exercise. */
+function scripts() {
+  const own = [...scene.objects.values()].filter((o) => o.id !== exercise?.object);
+  return [...scene.scripts, ...own.flatMap((o) => o.scripts ?? [])];
+}
+
+/** Saves a student's work as a zip file with the scripts, and the film and goals of the last run. */
+async function handIn() {
+  const film = known.state === "stopped" ? await lastFilm() : null;
+  if (!film) {
+    line("Status", "There is nothing to hand in yet: run the simulation, and stop it, first", "warning");
+    return;
+  }
+  try {
+    const encoder = new TextEncoder();
+    /** @type {{ name: string, bytes: Uint8Array<ArrayBuffer> }[]} */
+    const files = [];
+    /** @type {{ [file: string]: string }} */
+    const list = {};
+    for (const script of scripts()) {
+      const plain = (script.name || script.kind).replace(/[^\p{L}\p{N}._-]+/gu, "_").replace(/^_+|\.lua$/g, "") || "script";
+      const name = [plain, ...Array.from({ length: 99 }, (_, i) => `${plain}_${i + 2}`)].map((n) => `scripts/${n}.lua`).find((n) => !list[n]) ?? "";
+      list[name] = script.name;
+      files.push({ name, bytes: encoder.encode(await textOf(script)) });
+    }
+    const told = { scene: scene.file.split(/[\\/]/).pop(), when: new Date().toISOString(), changed: lifted ? "everything" : "scripts", goals, scripts: list };
+    files.unshift({ name: "exercise.json", bytes: encoder.encode(`${JSON.stringify(told, null, 2)}\n`) });
+    files.push({ name: "film.html", bytes: new Uint8Array(await film.arrayBuffer()) });
+    download(new Blob([pack(files)], { type: "application/zip" }), nameFor("_handed_in.zip"));
+    line("Status", `${nameFor("_handed_in.zip")}: ${files.length} files`);
+  } catch (thrown) {
+    tell(thrown);
+  }
+}
+
+get("exercise").onclick = showExercise;

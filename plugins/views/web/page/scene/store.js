@@ -1,0 +1,127 @@
+// @ts-check
+// The state of the page: the scene, and the selection.
+
+import { get } from "tatu/lib/dom";
+import { on } from "tatu/net/connection";
+import { want } from "tatu/net/subscriptions";
+
+/** @import { SceneObject, Script } from "tatu/protocol" */
+/**
+ * The scene. `objects` contains its objects by handle; `another` is set if this is not the scene that was shown before.
+ * @typedef {{ file: string, opened: number, another: boolean, dt: number, objects: Map<number, SceneObject>, scripts: Script[] }} Scene
+ */
+
+/**
+ * The scene that the program sent last.
+ * @type {Scene}
+ */
+export const scene = { file: "", opened: -1, another: true, dt: 0.05, objects: new Map(), scripts: [] };
+/** The rights of this page: `acts` is whether it has control rights. */
+export const rights = { acts: true };
+
+/**
+ * The events that can be watched, and their arguments: a new scene; objects that have changed in other ways than by
+ * moving; a change of the selection, with the object that was selected last or 0.
+ * @typedef {{ scene: Scene, objects: SceneObject[], selected: number }} Watched
+ */
+/** @type {{ [K in keyof Watched]: ((value: Watched[K]) => void)[] }} */
+const watchers = { scene: [], objects: [], selected: [] };
+/** Handles of the selected objects, in the order of selection. @type {number[]} */
+let chosen = [];
+
+/**
+ * Calls `f` after each event of a kind.
+ * @template {keyof Watched} K
+ * @param {K} what
+ * @param {(value: Watched[K]) => void} f
+ */
+export function watch(what, f) {
+  watchers[what].push(f);
+}
+
+/** Returns the handle of the object that was selected last; 0: none. */
+export function selected() {
+  return chosen.at(-1) ?? 0;
+}
+
+/** Returns the handles of all selected objects, in the order of selection. */
+export function selection() {
+  return [...chosen];
+}
+
+/**
+ * Selects an object, or nothing if `id` is 0. If `add` is set, the object is added to the selection instead, or removed
+ * from it if it is already selected.
+ * @param {number} id
+ * @param {boolean} [add]
+ */
+export function select(id, add = false) {
+  if (!add) selectAll(id ? [id] : []);
+  else selectAll(chosen.includes(id) ? chosen.filter((other) => other !== id) : [...chosen, id]);
+}
+
+/** Objects that will be selected when the scene contains them. @type {number[]} */
+let wanted = [];
+
+/**
+ * Selects these objects instead of the current ones.
+ * @param {number[]} ids
+ */
+export function selectAll(ids) {
+  wanted = [];
+  const all = [...new Set(ids)];
+  if (all.join() === chosen.join()) return;
+  const before = selected();
+  chosen = all;
+  for (const f of watchers.selected) f(selected());
+  if (selected() !== before) request();
+}
+
+/**
+ * Selects new objects as soon as the scene contains them.
+ * @param {number[]} ids
+ */
+export function selectWhenThere(ids) {
+  wanted = ids;
+  choose();
+}
+
+/** Selects the wanted objects if the scene contains all of them. */
+function choose() {
+  if (wanted.length && wanted.every((id) => scene.objects.has(id))) selectAll(wanted);
+}
+
+/** Requests the images or streams of the object that was selected last. */
+function request() {
+  const id = selected();
+  const o = scene.objects.get(id);
+  want("images", "selected", o?.schema === "image" ? id : 0);
+  want("graphs", "selected", o?.kind === "graph" ? id : 0);
+}
+
+function name() {
+  get("name").textContent = scene.file.split(/[\\/]/).pop() || "no scene";
+}
+
+on("scene", ({ file, opened, dt, objects, scripts }) => {
+  Object.assign(scene, { file, another: file !== scene.file || opened !== scene.opened, opened, dt, scripts, objects: new Map(objects.map((o) => [o.id, o])) });
+  name();
+  for (const f of watchers.scene) f(scene);
+  const left = chosen.filter((id) => scene.objects.has(id));
+  if (left.length < chosen.length) selectAll(left);
+  choose();
+});
+on("objects", ({ objects }) => {
+  const known = objects.filter((o) => scene.objects.has(o.id));
+  for (const o of known) scene.objects.set(o.id, o);
+  for (const f of watchers.objects) f(known);
+});
+// A scene that was saved under another name remains the same scene, so watchers are not called.
+on("state", ({ file }) => {
+  if (file === scene.file) return;
+  scene.file = file;
+  name();
+});
+on("hello", ({ acts }) => {
+  rights.acts = acts;
+});

@@ -1,0 +1,168 @@
+// @ts-check
+// Controls the camera by buttons and keys: fits the scene into the view, selects standard views and parallel
+// projection, and follows objects.
+
+import * as THREE from "three";
+import { get, make } from "tatu/lib/dom";
+import { on } from "tatu/net/connection";
+import { selected, selection, watch } from "tatu/scene/store";
+import { groups } from "tatu/view/objects";
+import { hitAt } from "tatu/view/picking";
+import { camera, controls, fit, host, redraw, renderer } from "tatu/view/renderer";
+
+/** Fits the selected objects into the view, or the scene if none are selected. */
+export function fitSelection() {
+  const all = selection().flatMap((id) => groups.get(id) ?? []);
+  fit(all.length ? all : undefined);
+}
+get("fit").onclick = fitSelection;
+
+/** Names of the standard views and directions towards the camera, by digit key. In "Top", y points up on the screen. */
+const VIEWS = /** @type {const} */ ({
+  1: ["Front", [1, 0, 0]], 2: ["Back", [-1, 0, 0]], 3: ["Left", [0, 1, 0]], 4: ["Right", [0, -1, 0]],
+  5: ["Top", [0, -1e-4, 1]], 6: ["Bottom", [0, -1e-4, -1]], 7: ["Corner", [-0.55, -0.65, 0.5]],
+});
+
+/**
+ * Moves the camera around its target to a direction, at the same distance.
+ * @param {readonly [number, number, number] | readonly number[]} direction
+ */
+function lookAlong(direction) {
+  const far = camera.position.distanceTo(controls.target);
+  const [x = 0, y = 0, z = 1] = direction;
+  camera.position.copy(controls.target).addScaledVector(new THREE.Vector3(x, y, z).normalize(), far);
+  controls.update();
+  redraw();
+}
+
+// Parallel projection is approximated by a distant camera with a narrow field of view.
+/** Field of view with perspective, degrees. */
+const WIDE = 50;
+/** Field of view for parallel projection, degrees. */
+const NARROW = 1.5;
+const flat = get("flat");
+flat.onclick = () => {
+  const is = flat.getAttribute("aria-pressed") !== "true";
+  flat.setAttribute("aria-pressed", String(is));
+  const half = (/** @type {number} */ angle) => Math.tan((angle * Math.PI) / 360);
+  const fov = is ? NARROW : WIDE;
+  const away = camera.position.clone().sub(controls.target).multiplyScalar(half(camera.fov) / half(fov));
+  camera.fov = fov;
+  camera.position.copy(controls.target).add(away);
+  camera.updateProjectionMatrix();
+  controls.update();
+  redraw();
+};
+
+// While the camera follows an object, it keeps its position relative to the object and rotates with its heading.
+const follow = get("follow");
+/**
+ * Position and heading (rad) of the followed object in the last frame.
+ * @type {{ at: THREE.Vector3, heading: number } | null}
+ */
+let last = null;
+/** Handle of the followed object; it does not change when another object is selected. 0: none. */
+let followed = 0;
+/** @param {boolean} is */
+function setFollow(is) {
+  follow.setAttribute("aria-pressed", String(is));
+  followed = is ? selected() : 0;
+  last = null;
+}
+follow.onclick = () => setFollow(follow.getAttribute("aria-pressed") !== "true");
+watch("scene", () => { if (followed && !groups.has(followed)) setFollow(false); });
+
+const ahead = new THREE.Vector3();
+/**
+ * Returns the heading of an object's x axis, rad, or `before` if the axis is nearly vertical.
+ * @param {THREE.Object3D} object
+ * @param {number} before
+ */
+function headingOf(object, before) {
+  ahead.set(1, 0, 0).transformDirection(object.matrixWorld);
+  return Math.hypot(ahead.x, ahead.y) > 0.2 ? Math.atan2(ahead.y, ahead.x) : before;
+}
+
+on("frame", () => {
+  if (follow.getAttribute("aria-pressed") === "true") {
+    followed ||= selected();
+    const group = groups.get(followed);
+    if (group) {
+      group.updateWorldMatrix(true, false);
+      const at = group.getWorldPosition(new THREE.Vector3());
+      const heading = headingOf(group, last?.heading ?? 0);
+      if (last) {
+        const way = at.clone().sub(last.at);
+        const turn = heading - last.heading;
+        const about = new THREE.Vector3(0, 0, 1);
+        for (const point of [camera.position, controls.target]) point.add(way).sub(at).applyAxisAngle(about, turn).add(at);
+        controls.update();
+      }
+      last = { at, heading };
+    }
+  } else last = null;
+});
+
+// A double click moves the point under the pointer to the centre of the view.
+renderer.domElement.addEventListener("dblclick", (e) => {
+  const hit = hitAt(e);
+  if (!hit) return;
+  const way = hit.point.clone().sub(controls.target);
+  controls.target.add(way);
+  camera.position.add(way);
+  controls.update();
+  redraw();
+});
+
+/** Angle by which a key rotates the camera, rad. */
+const STEP = Math.PI / 24;
+/** Distance by which a key moves the camera, as a fraction of the height of the view. */
+const PAN = 0.06;
+/** Factor by which a key changes the distance of the camera from its target. */
+const CLOSER = 1.15;
+/**
+ * Rotates, moves or zooms the camera by a key that is pressed with Alt. Returns false for other keys.
+ * @param {KeyboardEvent} e
+ */
+function byKey(e) {
+  const away = camera.position.clone().sub(controls.target);
+  const sideways = { ArrowLeft: -1, ArrowRight: 1 }[e.key] ?? 0;
+  const upward = { ArrowUp: 1, ArrowDown: -1 }[e.key] ?? 0;
+  const right = new THREE.Vector3().setFromMatrixColumn(camera.matrix, 0);
+  if (sideways || upward) {
+    if (e.shiftKey) {
+      const up = new THREE.Vector3().setFromMatrixColumn(camera.matrix, 1);
+      const reach = PAN * away.length() * Math.tan((camera.fov * Math.PI) / 360) * 2;
+      const way = right.multiplyScalar(sideways * reach).addScaledVector(up, upward * reach);
+      controls.target.add(way);
+    } else {
+      away.applyAxisAngle(new THREE.Vector3(0, 0, 1), sideways * STEP);
+      const tilt = Math.acos(Math.min(1, Math.max(-1, away.z / away.length())));
+      const next = Math.min(Math.PI - 0.02, Math.max(0.02, tilt - upward * STEP));
+      away.applyAxisAngle(new THREE.Vector3(0, 0, 1).cross(away).normalize(), next - tilt);
+    }
+  } else if (e.key === "+" || e.key === "=") away.divideScalar(CLOSER);
+  else if (e.key === "-") away.multiplyScalar(CLOSER);
+  else return false;
+  camera.position.copy(controls.target).add(away);
+  controls.update();
+  redraw();
+  return true;
+}
+
+host.addEventListener("keydown", (e) => {
+  if (!e.altKey || e.ctrlKey || e.metaKey) return;
+  const view = VIEWS[/** @type {keyof typeof VIEWS} */ (Number(e.code.replace("Digit", "")))];
+  if (view) lookAlong(view[1]);
+  else if (!byKey(e)) return;
+  e.preventDefault();
+  e.stopPropagation();
+});
+
+const views = get("views", HTMLSelectElement);
+for (const [key, [name]] of Object.entries(VIEWS)) views.append(make("option", { value: key, textContent: `${name} (Alt+${key})` }));
+views.onchange = () => {
+  const view = VIEWS[/** @type {keyof typeof VIEWS} */ (Number(views.value))];
+  if (view) lookAlong(view[1]);
+  views.value = "";
+};

@@ -1,0 +1,345 @@
+// @ts-check
+// Represents each object of the scene by a group of meshes, and updates its pose.
+
+import * as THREE from "three";
+import { get } from "tatu/lib/dom";
+import { eachEntry, mesh as readMesh } from "tatu/net/binary_messages";
+import { on } from "tatu/net/connection";
+import { under } from "tatu/scene/hierarchy";
+import { scene, selection, watch } from "tatu/scene/store";
+import { MANY, gather, hang, isLarge, scatter } from "tatu/view/instancing";
+import { endless, lit, seeThrough } from "tatu/view/light";
+import { clad } from "tatu/view/textures";
+
+/** @import { Joint, VisiblePart, SceneObject } from "tatu/protocol" */
+/** @import { Body, ObjectGroup } from "tatu/view/instancing" */
+
+/** The group that contains the groups of all objects. */
+export const root = new THREE.Group();
+/**
+ * The groups of all objects, by handle. Children of a joint are attached to `moved` of its group.
+ * @type {Map<number, ObjectGroup>}
+ */
+export const groups = new Map();
+/** The received meshes, by hash. @type {Map<string, THREE.BufferGeometry>} */
+const meshes = new Map();
+/** The materials, by color and opacity. @type {Map<string, THREE.MeshLambertMaterial>} */
+const materials = new Map();
+const UP = new THREE.Vector3(0, 0, 1);
+
+on("mesh", (view) => {
+  const { sum, points, triangles, coordinates } = readMesh(view);
+  if (meshes.has(sum)) return;
+  let geometry = new THREE.BufferGeometry();
+  geometry.setAttribute("position", new THREE.BufferAttribute(points, 3));
+  if (coordinates) geometry.setAttribute("uv", new THREE.BufferAttribute(coordinates, 2));
+  geometry.setIndex(new THREE.BufferAttribute(triangles, 1));
+  // Flat shading shows the actual faces of the mesh.
+  geometry = geometry.toNonIndexed();
+  geometry.computeVertexNormals();
+  meshes.set(sum, geometry);
+});
+
+/** @type {{ [form: string]: THREE.BufferGeometry }} */
+const shared = {
+  box: new THREE.BoxGeometry(1, 1, 1),
+  sphere: new THREE.SphereGeometry(0.5, 32, 16),
+  cylinder: new THREE.CylinderGeometry(0.5, 0.5, 1, 32).rotateX(Math.PI / 2),
+  plane: endless(),
+};
+/** Coarser geometries that replace those of round forms in large scenes, in which each part is small. */
+const coarse = new Map([
+  [shared.sphere, /** @type {THREE.BufferGeometry} */ (new THREE.SphereGeometry(0.5, 10, 6))],
+  [shared.cylinder, new THREE.CylinderGeometry(0.5, 0.5, 1, 10).rotateX(Math.PI / 2)],
+]);
+
+/**
+ * Returns the material of a part, which is shared by parts of the same color and opacity.
+ * @param {VisiblePart} part
+ */
+function material({ color, opacity = 1, form }) {
+  const closed = form !== "mesh" && form !== "plane";
+  const key = [...color, opacity].map((x) => x.toFixed(3)).join() + (opacity < 1 && closed);
+  let found = materials.get(key);
+  if (!found) {
+    const linear = new THREE.Color().setRGB(...color, THREE.SRGBColorSpace);
+    found = lit({ color: linear, ...seeThrough(opacity, closed) });
+    materials.set(key, found);
+  }
+  return found;
+}
+
+/**
+ * Creates the mesh of a part.
+ * @param {VisiblePart} part
+ * @returns {Body}
+ */
+function body(part) {
+  const made = plain(part);
+  const dressed = part.texture && clad(part.texture, part, made.geometry, made.scale);
+  if (dressed) [made.geometry, made.material] = [dressed.geometry, dressed.material];
+  return made;
+}
+
+/**
+ * Creates the mesh of a part, without its texture.
+ * @param {VisiblePart} part
+ * @returns {Body}
+ */
+function plain(part) {
+  if (part.form === "mesh") return new THREE.Mesh(meshes.get(part.mesh ?? "") ?? new THREE.BufferGeometry(), material(part));
+  if (part.form === "capsule") {
+    const [d = 1, , l = 1] = part.size ?? [];
+    return new THREE.Mesh(new THREE.CapsuleGeometry(d / 2, Math.max(0, l - d), 8, 24).rotateX(Math.PI / 2), material(part));
+  }
+  const mesh = new THREE.Mesh(shared[part.form] ?? shared.box, material(part));
+  if (part.size?.length === 3) mesh.scale.fromArray(part.size);
+  return mesh;
+}
+
+/**
+ * Sets the position and quaternion of a three.js object.
+ * @param {THREE.Object3D} thing
+ * @param {number[]} pose
+ */
+function place(thing, pose) {
+  thing.position.fromArray(pose);
+  thing.quaternion.fromArray(pose, 3);
+}
+
+/**
+ * Sets the description of a joint, and creates the group that the joint moves.
+ * @param {ObjectGroup} group
+ * @param {Joint} described
+ */
+function joint(group, described) {
+  group.userData.joint = described;
+  if (group.userData.moved) return;
+  const moved = new THREE.Group();
+  group.add(moved);
+  group.userData.moved = moved;
+}
+
+/**
+ * Draws the line of a path.
+ * @param {ObjectGroup} group
+ * @param {SceneObject} o
+ */
+function path(group, o) {
+  const points = [];
+  const numbers = o.points ?? [];
+  for (let i = 0; i + 6 < numbers.length; i += 7) points.push(new THREE.Vector3().fromArray(numbers, i));
+  const [first] = points;
+  if (points.length < 2 || !first) return;
+  if (o.closed) points.push(first);
+  own(group, new THREE.Line(new THREE.BufferGeometry().setFromPoints(points), new THREE.LineBasicMaterial({ color: 0x3b82f6 })));
+}
+
+const hidden = get("hidden", HTMLInputElement);
+/** Bit mask of the layers that are visible by default: the lower eight, as in V-REP. */
+const SEEN = 0xff;
+
+/**
+ * Shows or hides the parts of all objects according to their visibility, layers, and the check box for hidden layers.
+ */
+function show() {
+  for (const o of scene.objects.values()) {
+    const is = o.visible && (hidden.checked || (o.layer & SEEN) !== 0);
+    for (const mesh of groups.get(o.id)?.userData.bodies ?? []) mesh.visible = is;
+  }
+}
+hidden.onchange = show;
+
+/**
+ * Builds the parts of an object in its group again. Objects attached to the group are not affected.
+ * @param {ObjectGroup} group
+ * @param {SceneObject} o
+ */
+function dress(group, o) {
+  for (const old of group.userData.own) old.removeFromParent();
+  group.userData.own = [];
+  group.userData.bodies = [];
+  place(group, o.pose);
+  if (o.joint) joint(group, o.joint);
+  if (o.kind === "path") path(group, o);
+  for (const part of o.parts ?? []) {
+    const mesh = body(part);
+    place(mesh, part.pose);
+    mesh.userData.id = o.id;
+    mesh.castShadow = part.form !== "plane" && (part.opacity ?? 1) >= 1;
+    mesh.receiveShadow = true;
+    group.userData.bodies.push(mesh);
+    own(group, mesh);
+  }
+}
+
+/**
+ * Adds a three.js object that represents an object of the scene, and is removed when that object is built again.
+ * @param {ObjectGroup} group
+ * @param {THREE.Object3D} thing
+ */
+function own(group, thing) {
+  group.userData.own.push(thing);
+  group.add(thing);
+}
+
+/** @param {number} id */
+function newGroup(id) {
+  const group = /** @type {ObjectGroup} */ (new THREE.Group());
+  group.userData = { id, bodies: [], own: [] };
+  return group;
+}
+
+/**
+ * Returns the group to which the group of an object is attached.
+ * @param {SceneObject} o
+ */
+function above(o) {
+  const found = groups.get(o.parent);
+  return found ? (found.userData.moved ?? found) : root;
+}
+
+/** Attaches the groups of all objects to those of their parents. */
+function attach() {
+  for (const o of scene.objects.values()) {
+    const group = groups.get(o.id);
+    if (group && group.parent !== above(o)) above(o).add(group);
+  }
+}
+
+/** Switches instancing on if the scene is large. */
+function crowdIfLarge() {
+  let parts = 0;
+  for (const group of groups.values()) parts += group.userData.bodies.length;
+  if (parts <= MANY) return;
+  for (const group of groups.values()) {
+    for (const mesh of group.userData.bodies) mesh.geometry = coarse.get(mesh.geometry) ?? mesh.geometry;
+  }
+  gather(root, groups);
+}
+
+watch("scene", () => {
+  scatter(root);
+  root.clear();
+  groups.clear();
+  for (const o of scene.objects.values()) {
+    const group = newGroup(o.id);
+    dress(group, o);
+    groups.set(o.id, group);
+  }
+  attach();
+  show();
+  crowdIfLarge();
+  edge();
+});
+
+watch("objects", (changed) => {
+  // With instancing, bodies are not attached to their groups, so it is switched off during the change.
+  const large = isLarge();
+  if (large) {
+    scatter(root);
+    for (const group of groups.values()) group.add(...group.userData.bodies);
+  }
+  for (const o of changed) {
+    const group = groups.get(o.id);
+    if (group) dress(group, o);
+  }
+  attach();
+  show();
+  if (large) crowdIfLarge();
+  edge();
+});
+
+/**
+ * Sets the position of a joint.
+ * @param {ObjectGroup} group
+ * @param {number} x rad or m
+ */
+function move(group, x) {
+  const { moved, joint: j } = group.userData;
+  if (!moved || !j) return;
+  if (j.type === "prismatic") {
+    moved.position.set(0, 0, x);
+    return;
+  }
+  moved.quaternion.setFromAxisAngle(UP, x);
+  moved.position.set(0, 0, (j.lead * x) / (2 * Math.PI));
+}
+
+on("frame", (view) => {
+  eachEntry(view, (id, what, numbers) => {
+    const group = groups.get(id);
+    if (!group) return;
+    if (what === "pose") {
+      place(group, numbers);
+      group.quaternion.normalize();
+    } else if (what === "position") move(group, numbers[0] ?? 0);
+    else group.userData.moved?.quaternion.fromArray(numbers).normalize();
+  });
+});
+
+/** Returns the bounding box of visible objects, except infinite planes and objects farther than 1 km from the origin. */
+export function bounds() {
+  const box = new THREE.Box3();
+  root.updateMatrixWorld(true);
+  for (const group of groups.values()) {
+    for (const mesh of group.userData.bodies) {
+      if (!mesh.visible || mesh.geometry === shared.plane) continue;
+      mesh.geometry.boundingBox ?? mesh.geometry.computeBoundingBox();
+      mesh.updateMatrix();
+      const matrix = new THREE.Matrix4().multiplyMatrices(group.matrixWorld, mesh.matrix);
+      const own = (mesh.geometry.boundingBox ?? new THREE.Box3()).clone().applyMatrix4(matrix);
+      if (!own.isEmpty() && own.min.length() < 1e3 && own.max.length() < 1e3) box.union(own);
+    }
+  }
+  // If no shape is visible, the box contains the positions of all objects instead.
+  if (box.isEmpty()) for (const group of groups.values()) box.expandByPoint(group.getWorldPosition(new THREE.Vector3()));
+  return box;
+}
+
+/** The outlines of the selected objects. @type {THREE.Group[]} */
+let borders = [];
+/** @type {WeakMap<THREE.BufferGeometry, THREE.EdgesGeometry>} */
+const outlines = new WeakMap();
+const BORDER = new THREE.LineBasicMaterial({ color: 0xffa500 });
+
+/**
+ * Returns the edges of a geometry, which are computed only once.
+ * @param {THREE.BufferGeometry} geometry
+ */
+export function outline(geometry) {
+  const known = outlines.get(geometry);
+  if (known) return known;
+  const edges = new THREE.EdgesGeometry(geometry, 25);
+  outlines.set(geometry, edges);
+  return edges;
+}
+
+/**
+ * Returns the groups to be outlined for an object: its own group, and for a model those of all objects below it.
+ * @param {number} id
+ */
+function bordered(id) {
+  const ids = scene.objects.get(id)?.model ? under(id) : [id];
+  return ids.flatMap((one) => groups.get(one) ?? []);
+}
+
+/** Outlines the selected objects. */
+function edge() {
+  for (const old of borders) old.removeFromParent();
+  borders = selection().flatMap((id) => bordered(id).map((group) => {
+    const border = new THREE.Group();
+    for (const mesh of group.userData.bodies) {
+      if (!mesh.visible) continue;
+      const edges = new THREE.LineSegments(outline(mesh.geometry), BORDER);
+      edges.position.copy(mesh.position);
+      edges.quaternion.copy(mesh.quaternion);
+      edges.scale.copy(mesh.scale);
+      border.add(edges);
+    }
+    if (group.userData.id === id && !group.userData.bodies.length) border.add(new THREE.AxesHelper(0.2));
+    hang(group, border);
+    return border;
+  }));
+}
+watch("selected", edge);

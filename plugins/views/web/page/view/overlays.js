@@ -1,0 +1,252 @@
+// @ts-check
+// Overlays that are drawn over the scene: contacts with their forces, centres of mass, inertias, velocities, colliding
+// shapes, axes and limits of joints, and frames.
+
+import * as THREE from "three";
+import { get, make } from "tatu/lib/dom";
+import { principal } from "tatu/lib/inertia";
+import { on, send } from "tatu/net/connection";
+import { scene, selection, watch } from "tatu/scene/store";
+import { groups, outline } from "tatu/view/objects";
+import { camera, controls, redraw, stage } from "tatu/view/renderer";
+
+/** @import { BodyMark, ContactMark, Joint } from "tatu/protocol" */
+
+const KINDS = /** @type {const} */ ({
+  contacts: "Contacts and forces",
+  masses: "Centres of mass",
+  inertia: "Inertia, as boxes of equal mass",
+  colliders: "Shapes that collide",
+  velocities: "Velocities",
+  joints: "Axes of joints and their limits",
+  frames: "Frames of the selection",
+});
+/** @typedef {keyof typeof KINDS} Kind */
+
+const KEY = "tatu overlays";
+/** The enabled overlays. @type {Set<string>} */
+const wanted = new Set((localStorage.getItem(KEY) ?? "").split(" ").filter((kind) => kind in KINDS));
+const is = (/** @type {Kind} */ kind) => wanted.has(kind);
+
+const all = new THREE.Group();
+all.renderOrder = 2;
+stage.add(all);
+const line = (/** @type {number} */ color) => new THREE.LineBasicMaterial({ color, depthTest: false, transparent: true });
+const FORCE = line(0xe0352b);
+const SPEED = line(0x2b7de0);
+const AXIS = line(0xb35900);
+const INERTIA = line(0x8a3ffc);
+const COLLIDES = line(0x0d8a6a);
+const POINT = new THREE.PointsMaterial({ color: 0xe0352b, size: 6, sizeAttenuation: false, depthTest: false, transparent: true });
+const MASS = new THREE.MeshBasicMaterial({ color: 0xf2c500, depthTest: false, transparent: true, opacity: 0.9 });
+const BALL = new THREE.SphereGeometry(1, 12, 8);
+const BOX = new THREE.EdgesGeometry(new THREE.BoxGeometry(1, 1, 1));
+const UP = new THREE.Vector3(0, 0, 1);
+const asksForBodies = () => is("masses") || is("velocities") || is("inertia");
+
+/** @type {ContactMark[]} */
+let contacts = [];
+/** @type {BodyMark[]} */
+let bodies = [];
+
+/**
+ * Appends an arrow as line segments: a shaft and two strokes at its tip, perpendicular to the view.
+ * @param {THREE.Vector3[]} out
+ * @param {THREE.Vector3} from
+ * @param {THREE.Vector3} way
+ */
+function arrow(out, from, way) {
+  const length = way.length();
+  if (length < 1e-6) return;
+  const to = from.clone().add(way);
+  const side = way.clone().cross(camera.position.clone().sub(from)).setLength(0.12 * length);
+  const back = to.clone().addScaledVector(way, -0.22);
+  out.push(from, to, to, back.clone().add(side), to, back.sub(side));
+}
+
+/**
+ * Draws line segments.
+ * @param {THREE.Vector3[]} ends the two ends of each segment
+ * @param {THREE.LineBasicMaterial} material
+ */
+function segments(ends, material) {
+  if (ends.length) all.add(new THREE.LineSegments(new THREE.BufferGeometry().setFromPoints(ends), material));
+}
+
+/**
+ * Returns the ends of line segments, in the world frame, that show the range of a joint: an arc with spokes at its
+ * ends, or a line with strokes across its ends.
+ * @param {THREE.Object3D} group
+ * @param {Joint} joint
+ * @param {number} size radius of the arc, m
+ */
+function range(group, joint, size) {
+  const [low, high] = joint.limits ?? [0, 0];
+  /** @type {THREE.Vector3[]} */
+  const ends = [];
+  if (joint.type === "prismatic") {
+    const across = new THREE.Vector3(0.4 * size, 0, 0);
+    const [from, to] = [new THREE.Vector3(0, 0, low), new THREE.Vector3(0, 0, high)];
+    ends.push(from, to);
+    for (const end of [from, to]) ends.push(end.clone().add(across), end.clone().sub(across));
+  } else if (joint.type === "revolute") {
+    const n = Math.max(2, Math.ceil((high - low) / 0.15));
+    const at = Array.from({ length: n + 1 }, (_, i) => low + ((high - low) * i) / n).map((a) => new THREE.Vector3(size * Math.cos(a), size * Math.sin(a), 0));
+    for (let i = 0; i < n; i++) ends.push(/** @type {THREE.Vector3} */ (at[i]).clone(), /** @type {THREE.Vector3} */ (at[i + 1]).clone());
+    for (const end of [at[0], at[n]]) if (end) ends.push(new THREE.Vector3(), end.clone());
+  }
+  return ends.map((p) => group.localToWorld(p));
+}
+
+/**
+ * Returns the edges of the box of uniform density with the mass and inertia of a body.
+ * @param {THREE.Object3D} group
+ * @param {THREE.Vector3} center
+ * @param {BodyMark} body
+ */
+function inertiaBox(group, center, body) {
+  const { moments, axes } = principal(body.inertia);
+  const total = moments[0] + moments[1] + moments[2];
+  const size = moments.map((m) => Math.sqrt(Math.max(0, (6 * (total - 2 * m)) / body.mass)));
+  const box = new THREE.LineSegments(BOX, INERTIA);
+  box.userData.shared = true;
+  box.position.copy(center);
+  const [x, y, z] = axes.map((a) => new THREE.Vector3(...a));
+  const turned = new THREE.Quaternion().setFromRotationMatrix(new THREE.Matrix4().makeBasis(x ?? UP, y ?? UP, z ?? UP));
+  box.quaternion.copy(group.getWorldQuaternion(new THREE.Quaternion())).multiply(turned);
+  box.scale.set(size[0] ?? 0, size[1] ?? 0, size[2] ?? 0);
+  return box;
+}
+
+/** Redraws all enabled overlays. Sizes are relative to half the height of the view at the target of the camera. */
+function draw() {
+  for (const child of all.children) {
+    if (!child.userData.shared && (child instanceof THREE.LineSegments || child instanceof THREE.Points)) child.geometry.dispose();
+  }
+  all.clear();
+  const view = camera.position.distanceTo(controls.target) * Math.tan((camera.fov * Math.PI) / 360);
+  if (is("contacts") && contacts.length) {
+    const points = contacts.map((c) => new THREE.Vector3(...c.point));
+    all.add(new THREE.Points(new THREE.BufferGeometry().setFromPoints(points), POINT));
+    // The arrow of the largest force has a length of 0.35 `view`, or less if the force is below 1 N.
+    const most = Math.max(1, ...contacts.map((c) => Math.hypot(...c.force)));
+    /** @type {THREE.Vector3[]} */
+    const ends = [];
+    contacts.forEach((c, i) => { const at = points[i]; if (at) arrow(ends, at, new THREE.Vector3(...c.force).multiplyScalar((0.35 * view) / most)); });
+    segments(ends, FORCE);
+  }
+  /** @type {THREE.Vector3[]} */
+  const speeds = [];
+  for (const b of bodies) {
+    const group = groups.get(b.id);
+    if (!group || !asksForBodies()) continue;
+    const center = group.localToWorld(new THREE.Vector3(...b.com));
+    if (is("inertia") && b.mass > 0) all.add(inertiaBox(group, center, b));
+    if (is("masses") && b.mass > 0) {
+      const ball = new THREE.Mesh(BALL, MASS);
+      ball.position.copy(center);
+      ball.scale.setScalar(Math.min(0.03 * view, 0.012 * Math.cbrt(b.mass) + 0.006 * view));
+      all.add(ball);
+    }
+    // The arrow is as long as the displacement in one second, but at most a quarter of the height of the view.
+    if (is("velocities")) arrow(speeds, center, new THREE.Vector3(...b.velocity).clampLength(0, 0.5 * view));
+  }
+  segments(speeds, SPEED);
+  if (is("joints")) {
+    /** @type {THREE.Vector3[]} */
+    const ends = [];
+    for (const o of scene.objects.values()) {
+      const group = o.kind === "joint" ? groups.get(o.id) : null;
+      if (!group) continue;
+      ends.push(...[-1, 1].map((side) => group.localToWorld(new THREE.Vector3(0, 0, 0.06 * view * side))));
+      if (o.joint?.limits) ends.push(...range(group, o.joint, 0.05 * view));
+    }
+    segments(ends, AXIS);
+  }
+  if (is("colliders")) {
+    for (const o of scene.objects.values()) {
+      const group = o.collides ? groups.get(o.id) : null;
+      if (!group) continue;
+      for (const [i, body] of group.userData.bodies.entries()) {
+        // Infinite planes have no edges.
+        if (o.parts?.[i]?.form === "plane") continue;
+        const edges = new THREE.LineSegments(outline(body.geometry), COLLIDES);
+        edges.userData.shared = true;
+        body.updateMatrix();
+        edges.matrixAutoUpdate = false;
+        edges.matrix.multiplyMatrices(group.matrixWorld, body.matrix);
+        all.add(edges);
+      }
+    }
+  }
+  if (is("frames")) {
+    for (const id of selection()) {
+      const group = groups.get(id);
+      if (!group) continue;
+      const axes = new THREE.AxesHelper(0.15 * view);
+      for (const material of [axes.material].flat()) Object.assign(material, { depthTest: false, transparent: true });
+      group.updateWorldMatrix(true, false);
+      group.matrixWorld.decompose(axes.position, axes.quaternion, axes.scale);
+      axes.scale.set(1, 1, 1);
+      all.add(axes);
+    }
+  }
+  redraw();
+}
+
+/** Requests the data of the enabled overlays, and redraws them. */
+function ask() {
+  send({ type: "overlays", contacts: is("contacts"), bodies: asksForBodies() });
+  if (!is("contacts")) contacts = [];
+  if (!asksForBodies()) bodies = [];
+  draw();
+}
+
+on("overlays", (message) => {
+  ({ contacts, bodies } = message);
+  draw();
+});
+on("hello", () => { if (wanted.size) ask(); });
+on("frame", () => { if (wanted.size && (is("joints") || is("frames") || is("colliders"))) draw(); });
+on("event", ({ name }) => {
+  if (name !== "stopped") return;
+  contacts = [];
+  draw();
+});
+controls.addEventListener("end", () => { if (wanted.size) draw(); });
+for (const news of /** @type {const} */ (["scene", "objects", "selected"])) watch(news, () => { if (wanted.size) draw(); });
+
+// The menu below the button, in which overlays are enabled.
+const button = get("overlays");
+const menu = get("overlay-menu");
+for (const [kind, name] of Object.entries(KINDS)) {
+  const box = make("input", { type: "checkbox", checked: wanted.has(kind) });
+  const label = make("label");
+  label.append(box, ` ${name}`);
+  box.onchange = () => {
+    if (box.checked) wanted.add(kind);
+    else wanted.delete(kind);
+    localStorage.setItem(KEY, [...wanted].join(" "));
+    mark();
+    ask();
+  };
+  menu.append(label);
+}
+function mark() {
+  button.classList.toggle("on", wanted.size > 0);
+}
+/** @param {boolean} open */
+function show(open) {
+  menu.hidden = !open;
+  button.setAttribute("aria-expanded", String(open));
+}
+button.onclick = () => show(menu.hidden === true);
+menu.addEventListener("keydown", (e) => {
+  if (e.key !== "Escape") return;
+  show(false);
+  button.focus();
+});
+addEventListener("pointerdown", (e) => {
+  if (!menu.hidden && e.target instanceof Node && !menu.contains(e.target) && !button.contains(e.target)) show(false);
+}, true);
+mark();

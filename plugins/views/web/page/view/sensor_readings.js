@@ -1,0 +1,139 @@
+// @ts-check
+// Draws readings of sensors: in the view, beams to detected points, fans of scans, and GPS positions; beside the
+// properties, the image of the selected sensor.
+
+import * as THREE from "three";
+import { get } from "tatu/lib/dom";
+import { image as readImage } from "tatu/net/binary_messages";
+import { on } from "tatu/net/connection";
+import { selected, watch } from "tatu/scene/store";
+import { hang, isLarge } from "tatu/view/instancing";
+import { groups } from "tatu/view/objects";
+import { redraw } from "tatu/view/renderer";
+import { scanSurface } from "tatu/view/scan_surface";
+
+/** @import { Reading } from "tatu/protocol" */
+/** @typedef {Extract<Reading, { schema: "proximity" }>} Proximity */
+/** @typedef {Extract<Reading, { schema: "range_scan" }>} Scan */
+/** @typedef {Extract<Reading, { schema: "gps" }>} Place */
+
+const SEEN = new THREE.LineBasicMaterial({ color: 0xe0352b });
+const FREE = new THREE.LineBasicMaterial({ color: 0x2a9d5c, transparent: true, opacity: 0.35 });
+const POINT = new THREE.PointsMaterial({ color: 0xe0352b, size: 6, sizeAttenuation: false });
+const PLACE = new THREE.PointsMaterial({ color: 0x8a3ffc, size: 9, sizeAttenuation: false, depthTest: false });
+const FAN = new THREE.MeshBasicMaterial({ color: 0x2b7de0, transparent: true, opacity: 0.22, side: THREE.DoubleSide, depthWrite: false });
+const rays = get("rays", HTMLInputElement);
+/** The drawing of each sensor, by handle. @type {Map<number, THREE.Group>} */
+const drawn = new Map();
+/** The last reading of each sensor, by handle. @type {Map<number, Reading>} */
+const last = new Map();
+
+/** Removes the drawing of a sensor. @param {number} id */
+function erase(id) {
+  const old = drawn.get(id);
+  old?.removeFromParent();
+  old?.traverse((x) => {
+    if (x instanceof THREE.Mesh || x instanceof THREE.Line || x instanceof THREE.Points) x.geometry.dispose();
+  });
+  drawn.delete(id);
+}
+
+/**
+ * Creates a line through points.
+ * @param {THREE.Vector3[]} points
+ * @param {THREE.LineBasicMaterial} material
+ */
+const lines = (points, material) => new THREE.Line(new THREE.BufferGeometry().setFromPoints(points), material);
+const O = new THREE.Vector3();
+
+/** Creates the beam of a proximity sensor. @param {Proximity} r */
+function proximity(r) {
+  if (!r.detected || !r.point) return [lines([O, new THREE.Vector3(0, 0, 0.15)], FREE)];
+  const at = new THREE.Vector3().fromArray(r.point);
+  return [lines([O, at], SEEN), new THREE.Points(new THREE.BufferGeometry().setFromPoints([at]), POINT)];
+}
+
+/**
+ * Creates a fan of triangles between neighbouring beams of a scan.
+ * @param {Scan} r
+ */
+function scan(r) {
+  const { points, index } = scanSurface(r);
+  const geometry = new THREE.BufferGeometry();
+  geometry.setAttribute("position", new THREE.Float32BufferAttribute(points, 3));
+  geometry.setIndex(index);
+  return [new THREE.Mesh(geometry, FAN)];
+}
+
+/**
+ * Creates a point at the measured position of a GPS receiver, and a line to it from the true position.
+ * @param {THREE.Object3D} group
+ * @param {Place} r
+ */
+function gps(group, r) {
+  const there = group.worldToLocal(new THREE.Vector3().fromArray(r.position));
+  return [lines([O, there], FREE), new THREE.Points(new THREE.BufferGeometry().setFromPoints([there]), PLACE)];
+}
+
+/**
+ * Creates the drawing of a reading.
+ * @param {THREE.Object3D} group
+ * @param {Reading} r
+ */
+function parts(group, r) {
+  switch (r.schema) {
+    case "proximity": return proximity(r);
+    case "range_scan": return scan(r);
+    case "gps": return gps(group, r);
+    case "fields": return [];
+  }
+}
+
+/** Draws the last reading of a sensor. @param {number} id */
+function draw(id) {
+  erase(id);
+  const [group, reading] = [groups.get(id), last.get(id)];
+  // In large scenes, only the reading of the selected sensor is drawn.
+  if (!group || !reading || !rays.checked || (isLarge() && id !== selected())) return;
+  const own = new THREE.Group();
+  own.add(...parts(group, reading));
+  drawn.set(id, own);
+  hang(group, own);
+}
+
+/** Redraws all readings. */
+function drawAll() {
+  for (const id of new Set([...drawn.keys(), ...last.keys()])) draw(id);
+  redraw();
+}
+
+on("readings", ({ readings }) => {
+  for (const [key, reading] of Object.entries(readings)) {
+    const id = Number(key);
+    if (reading) last.set(id, reading);
+    else last.delete(id);
+    draw(id);
+  }
+  redraw();
+});
+// Readings from an earlier scene or from before a reset are no longer valid.
+watch("scene", () => {
+  last.clear();
+  drawAll();
+});
+on("event", ({ name }) => {
+  if (name !== "stopped") return;
+  last.clear();
+  drawAll();
+});
+watch("selected", () => { if (isLarge()) drawAll(); });
+rays.onchange = drawAll;
+
+const canvas = get("eye", HTMLCanvasElement);
+on("image", (view) => {
+  const { id, width, height, pixels } = readImage(view);
+  if (id !== selected() || !width || !height) return;
+  canvas.width = width;
+  canvas.height = height;
+  canvas.getContext("2d")?.putImageData(new ImageData(pixels, width, height), 0, 0);
+});

@@ -1,0 +1,146 @@
+// @ts-check
+// The window that lists all sensors with their current readings.
+
+import { make } from "tatu/lib/dom";
+import { floating } from "tatu/lib/floating_window";
+import { icon } from "tatu/lib/icons";
+import { on } from "tatu/net/connection";
+import { unwatch, watchValue } from "tatu/net/watched_values";
+import { known } from "tatu/scene/edits";
+import { nameOf } from "tatu/scene/property_format";
+import { scene, select, selection, watch } from "tatu/scene/store";
+import { cameraSpec } from "tatu/windows/camera_window";
+import { gone, offer, toggle } from "tatu/windows/open_windows";
+
+/** @import { Reading } from "tatu/protocol" */
+/** @import { Series } from "tatu/net/watched_values" */
+
+/** Maximum number of force sensors whose forces are shown. */
+const MOST_FORCES = 40;
+
+/** Formats a number with up to four significant digits, or a dash. @param {number | null | undefined} x */
+const short = (x) => (typeof x === "number" ? String(+x.toPrecision(4)) : "\u2014");
+
+/**
+ * Formats a reading as short text for the list.
+ * @param {Reading} r
+ */
+export function inWords(r) {
+  switch (r.schema) {
+    case "proximity": return r.detected ? `${short(r.distance)} m` : "nothing";
+    case "gps": return `${r.position.map(short).join(", ")} m`;
+    case "range_scan": {
+      const hits = r.distance.filter((d) => d !== null);
+      return hits.length ? `nearest ${short(Math.min(...hits))} m, ${hits.length} of ${r.distance.length} beams` : "nothing";
+    }
+    case "fields": {
+      const all = Object.entries(r.fields);
+      return all.map(([name, numbers]) => `${all.length > 1 ? `${nameOf(name)} ` : ""}${numbers.map(short).join(", ")}`).join("; ");
+    }
+  }
+}
+
+/** @type {Map<number, Reading>} */
+const last = new Map();
+on("readings", ({ readings }) => {
+  for (const [key, reading] of Object.entries(readings)) {
+    if (reading) last.set(Number(key), reading);
+    else last.delete(Number(key));
+  }
+});
+// Readings from an earlier scene or from before a reset are no longer valid.
+const forget = () => last.clear();
+on("event", ({ name }) => { if (name === "stopped") forget(); });
+watch("scene", () => { if (scene.another) forget(); });
+
+function openSensors() {
+  const window = floating({ key: "sensors", title: "Sensors", width: 340, height: 260, closed });
+  const pane = { kind: "sensors", spec: {}, close: window.close };
+  const table = make("table", { className: "sensors" });
+  const body = make("tbody");
+  table.append(body);
+  window.body.append(table);
+  /** @type {Map<number, HTMLElement>} */
+  const cells = new Map();
+  let due = false;
+  let listed = "";
+  /** The watched forces of force sensors, which do not have readings. @type {Series[]} */
+  let felt = [];
+
+  function list() {
+    const all = [...scene.objects.values()];
+    const forces = all.filter((o) => o.kind === "force_sensor");
+    const sensors = [...all.filter((o) => o.kind === "sensor"), ...forces];
+    const now = JSON.stringify(sensors.map((o) => [o.id, o.alias, o.sensor, o.schema]));
+    if (now === listed) return;
+    listed = now;
+    cells.clear();
+    const before = felt;
+    felt = forces.slice(0, MOST_FORCES).map((o) => watchValue(o.id, "force_sensor.force"));
+    before.forEach(unwatch);
+    body.replaceChildren(...sensors.map((o) => {
+      const row = make("tr");
+      const name = make("button", { type: "button", className: "link", textContent: o.alias, title: o.alias, onclick: () => select(o.id) });
+      const cell = make("td", { className: "value" });
+      const [head, kind] = [make("th"), make("td", { textContent: (o.sensor ?? o.kind).replaceAll("_", " ") })];
+      head.scope = "row";
+      head.append(name);
+      row.append(head, kind, cell);
+      row.dataset.id = String(o.id);
+      if (o.schema === "image") {
+        const eye = make("button", { type: "button", className: "tool", title: "Show its image", onclick: () => toggle("camera", cameraSpec(o.id)) });
+        eye.setAttribute("aria-label", `Show the image of ${o.alias}`);
+        eye.append(icon("camera"));
+        cell.append(eye);
+      } else cells.set(o.id, cell);
+      return row;
+    }));
+    if (!sensors.length) {
+      const row = make("tr");
+      row.append(make("td", { textContent: "This scene has no sensors." }));
+      body.append(row);
+    }
+    window.title.textContent = `Sensors (${sensors.length})`;
+    show();
+    mark();
+  }
+  function show() {
+    due = false;
+    for (const [id, cell] of cells) {
+      const reading = last.get(id);
+      const text = reading ? inWords(reading) : "\u2014";
+      if (cell.textContent !== text) cell.textContent = text;
+    }
+    for (const { object, numbers } of felt) {
+      const force = known.state !== "stopped" ? numbers.at(-1)?.map((x) => x ?? 0) : undefined;
+      const cell = cells.get(object);
+      if (cell) cell.textContent = force?.length ? `${short(Math.hypot(...force))} N` : "\u2014";
+    }
+  }
+  function mark() {
+    const chosen = selection();
+    for (const row of body.rows) row.classList.toggle("on", chosen.includes(Number(row.dataset.id)));
+  }
+  const soon = () => {
+    if (due) return;
+    due = true;
+    requestAnimationFrame(show);
+  };
+  const own = { list, soon, mark };
+  lists.add(own);
+  function closed() {
+    felt.forEach(unwatch);
+    lists.delete(own);
+    gone(pane);
+  }
+  list();
+  return pane;
+}
+/** @type {Set<{ list: () => void, soon: () => void, mark: () => void }>} */
+const lists = new Set();
+offer("sensors", openSensors);
+on("readings", () => { for (const l of lists) l.soon(); });
+on("values", () => { for (const l of lists) l.soon(); });
+on("event", ({ name }) => { if (name === "stopped") for (const l of lists) l.soon(); });
+for (const news of /** @type {const} */ (["scene", "objects"])) watch(news, () => { for (const l of lists) l.list(); });
+watch("selected", () => { for (const l of lists) l.mark(); });
