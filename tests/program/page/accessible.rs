@@ -34,7 +34,7 @@ fn no_panel_breaks_a_rule_of_wcag() {
         shown.page.until("document.querySelectorAll('#rows .row').length > 20");
         check(&mut shown, "properties");
         shown.page.js("document.querySelector('.row[data-key=\"object.position\"] .chart').click()");
-        shown.ask("import('tatu/windows/open_windows').then((p) => p.openPane('sensors', {}))");
+        shown.ask("import('tatu/windows/open_windows').then((p) => p.openWindow('sensors', {}))");
         shown.page.until("document.querySelectorAll('.pane').length === 2");
         check(&mut shown, "windows");
         shown.page.click_on("#windows");

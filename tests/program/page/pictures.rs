@@ -65,7 +65,7 @@ fn picture_of_windows() {
     let open = "Promise.all(['windows/open_windows', 'windows/camera_window', 'scene/store'] \
                 .map((m) => import('tatu/' + m))).then(([p, c, s]) => { \
                 const of = (a) => [...s.scene.objects.values()].find((o) => o.alias === a).id; \
-                p.openPane('sensors', {}); p.openPane('camera', c.cameraSpec(of('eye'))); })";
+                p.openWindow('sensors', {}); p.openWindow('camera', c.cameraSpec(of('eye'))); })";
     page.js(open);
     page.js("document.querySelector('.row[data-key=\"object.position\"] .chart').click()");
     page.click("#play");

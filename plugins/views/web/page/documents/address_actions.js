@@ -6,16 +6,16 @@ import { send } from "tatu/net/connection";
 import { scene, select, watch } from "tatu/scene/store";
 import { openScript } from "tatu/documents/script_editor";
 
-const asked = new URLSearchParams(location.hash.slice(1));
-let done = false;
+const requests = new URLSearchParams(location.hash.slice(1));
+let isDone = false;
 
 watch("scene", () => {
-  if (done || !scene.objects.size) return;
-  done = true;
+  if (isDone || !scene.objects.size) return;
+  isDone = true;
   const all = [...scene.objects.values()];
-  const found = all.find((o) => o.alias === asked.get("select"));
+  const found = all.find((o) => o.alias === requests.get("select"));
   if (found) select(found.id);
   const script = all.find((o) => o.scripts?.length)?.scripts?.[0];
-  if (asked.has("script") && script) openScript(script);
-  if (asked.has("play")) send({ type: "run", action: "start" });
+  if (requests.has("script") && script) openScript(script);
+  if (requests.has("play")) send({ type: "run", action: "start" });
 });

@@ -20,7 +20,7 @@ const colors = HighlightStyle.define([
   { tag: tags.number, color: "light-dark(#9a4a00, #ffb86b)" },
   { tag: tags.standard(tags.variableName), color: "light-dark(#6f42c1, #d2a8ff)" },
 ]);
-const look = EditorView.theme({
+const theme = EditorView.theme({
   "&": { backgroundColor: "var(--panel)", color: "var(--text)", fontSize: "13px" },
   ".cm-gutters": { backgroundColor: "var(--back)", color: "var(--soft)", border: "none" },
   ".cm-activeLine": { backgroundColor: "color-mix(in srgb, var(--mark) 9%, transparent)" },
@@ -39,7 +39,7 @@ export function textField({ parent, text, complete, save, readOnly }) {
       doc: text,
       extensions: [
         lineNumbers(), history(), drawSelection(), highlightActiveLine(), bracketMatching(), indentOnInput(), lintGutter(),
-        StreamLanguage.define(lua), syntaxHighlighting(colors), look, autocompletion({ override: [complete] }),
+        StreamLanguage.define(lua), syntaxHighlighting(colors), theme, autocompletion({ override: [complete] }),
         keymap.of([{ key: "Mod-s", run: () => { save(); return true; } }, ...completionKeymap, ...historyKeymap, ...defaultKeymap, indentWithTab]),
         EditorState.readOnly.of(readOnly), EditorView.contentAttributes.of({ "aria-label": "Script" }),
       ],

@@ -5,23 +5,23 @@
 import { choose } from "tatu/lib/dialogs";
 import { get, make } from "tatu/lib/dom";
 import { unzip } from "tatu/lib/zip";
-import { ask, persistently, upload } from "tatu/net/connection";
+import { ask, upload, withRetries } from "tatu/net/connection";
 import { edit } from "tatu/scene/edits";
-import { line, tell } from "tatu/scene/messages";
+import { reportError, writeLine } from "tatu/scene/messages";
 import { rights, scene } from "tatu/scene/store";
 import { openScene } from "tatu/documents/gallery";
-import { mayLeave } from "tatu/documents/scene_file";
+import { mayClose } from "tatu/documents/scene_file";
 
 /** @typedef {{ name: string, file: File }} Incoming A file; the name includes the folders that contain it. */
 
 /** Extensions of files that are sent together with a scene; other files are ignored. */
-const TAKEN = /\.(toml|ttt|ttm|urdf|xacro|lua|obj|mtl|stl|ply|dae|png|jpe?g|svg|csv|json|txt|md)$/i;
+const ACCEPTED = /\.(toml|ttt|ttm|urdf|xacro|lua|obj|mtl|stl|ply|dae|png|jpe?g|svg|csv|json|txt|md)$/i;
 /** Extensions of files that can be opened as a scene. */
 const SCENE = /\.(toml|ttt|urdf)$/i;
 /** Extensions of files that can be sent on their own. */
-const ALONE = /\.(toml|ttt|ttm|urdf)$/i;
+const STANDALONE = /\.(toml|ttt|ttm|urdf)$/i;
 /** Maximum number of files that are sent together; the program enforces the same limit. */
-const MOST = 1000;
+const MAX_FILES = 1000;
 
 /**
  * Returns all files of a dropped file or folder, except hidden ones.
@@ -29,21 +29,21 @@ const MOST = 1000;
  * @param {string} above path of the folder that contains the entry, ending with a slash
  * @returns {Promise<Incoming[]>}
  */
-async function below(entry, above) {
+async function filesBelow(entry, above) {
   const name = above + entry.name;
   if (entry.isFile) {
-    const file = await new Promise((/** @type {(file: File) => void} */ good, bad) => /** @type {FileSystemFileEntry} */ (entry).file(good, bad));
+    const file = await new Promise((/** @type {(file: File) => void} */ resolve, reject) => /** @type {FileSystemFileEntry} */ (entry).file(resolve, reject));
     return [{ name, file }];
   }
   const reader = /** @type {FileSystemDirectoryEntry} */ (entry).createReader();
   /** @type {Incoming[]} */
   const all = [];
   for (;;) {
-    const some = await new Promise((/** @type {(entries: FileSystemEntry[]) => void} */ good, bad) => reader.readEntries(good, bad));
+    const some = await new Promise((/** @type {(entries: FileSystemEntry[]) => void} */ resolve, reject) => reader.readEntries(resolve, reject));
     // `readEntries` returns the entries of a folder in batches; an empty batch ends them.
     if (!some.length) return all;
-    for (const one of some) if (!one.name.startsWith(".")) all.push(...await below(one, `${name}/`));
-    if (all.length > MOST) throw { error: `\`${entry.name}\` has more than ${MOST} files` };
+    for (const one of some) if (!one.name.startsWith(".")) all.push(...await filesBelow(one, `${name}/`));
+    if (all.length > MAX_FILES) throw { error: `\`${entry.name}\` has more than ${MAX_FILES} files` };
   }
 }
 
@@ -52,10 +52,10 @@ async function below(entry, above) {
  * @param {Incoming[]} files
  * @returns {Promise<Incoming[]>}
  */
-async function unpacked(files) {
+async function unpackZip(files) {
   const [only] = files;
   if (files.length !== 1 || !only || !/\.zip$/i.test(only.name)) return files;
-  const found = await unzip(await only.file.arrayBuffer(), (name) => TAKEN.test(name) && !/(^|\/)[._]/.test(name));
+  const found = await unzip(await only.file.arrayBuffer(), (name) => ACCEPTED.test(name) && !/(^|\/)[._]/.test(name));
   return found.map(({ name, bytes }) => ({ name, file: new File([bytes], name.split("/").pop() ?? name) }));
 }
 
@@ -68,12 +68,12 @@ async function unpacked(files) {
 async function sceneOf(names) {
   const scenes = names.filter((name) => SCENE.test(name) && !/(^|\/)model\.toml$/i.test(name));
   const depth = (/** @type {string} */ name) => name.split("/").length;
-  const least = Math.min(...scenes.map(depth));
-  const outer = scenes.filter((name) => depth(name) === least);
-  const named = outer.filter((name) => /(^|\/)scene\.toml$/i.test(name));
-  if (named.length === 1 || outer.length < 2) return named[0] ?? outer[0] ?? null;
-  const chosen = await choose("Which scene should be opened?", [make("p", { textContent: "There are several scenes." })], [...outer, "Cancel"]);
-  return outer.includes(chosen) ? chosen : null;
+  const topDepth = Math.min(...scenes.map(depth));
+  const topScenes = scenes.filter((name) => depth(name) === topDepth);
+  const defaultScenes = topScenes.filter((name) => /(^|\/)scene\.toml$/i.test(name));
+  if (defaultScenes.length === 1 || topScenes.length < 2) return defaultScenes[0] ?? topScenes[0] ?? null;
+  const chosen = await choose("Which scene should be opened?", [make("p", { textContent: "There are several scenes." })], [...topScenes, "Cancel"]);
+  return topScenes.includes(chosen) ? chosen : null;
 }
 
 /**
@@ -81,30 +81,30 @@ async function sceneOf(names) {
  * @param {Incoming[]} all
  * @param {string} title name of the folder or archive, for messages
  */
-async function takeTogether(all, title) {
-  const files = all.filter(({ name }) => TAKEN.test(name));
-  if (files.length > MOST) throw { error: `${title} has more than ${MOST} files` };
+async function sendTogether(all, title) {
+  const files = all.filter(({ name }) => ACCEPTED.test(name));
+  if (files.length > MAX_FILES) throw { error: `${title} has more than ${MAX_FILES} files` };
   // A top-level folder that contains all files is removed from their paths.
   const parts = files.map(({ name }) => name.split("/"));
-  const first = parts[0]?.[0] ?? "";
-  const inOne = parts.every((p) => p.length > 1 && p[0] === first);
-  const names = parts.map((p) => (inOne ? p.slice(1) : p).join("/"));
-  const wanted = await sceneOf(names);
-  if (wanted === null) throw { error: `${title} cannot be opened: it contains no scene`, help: "names of scene files end with .toml, .ttt or .urdf" };
-  if (!(await mayLeave())) return;
-  const plain = (inOne ? first : title).replace(/\.zip$/i, "").replace(/[^\p{L}\p{N} ._()+-]/gu, "_").replace(/^\.+/, "");
+  const topFolder = parts[0]?.[0] ?? "";
+  const hasTopFolder = parts.every((p) => p.length > 1 && p[0] === topFolder);
+  const names = parts.map((p) => (hasTopFolder ? p.slice(1) : p).join("/"));
+  const chosenScene = await sceneOf(names);
+  if (chosenScene === null) throw { error: `${title} cannot be opened: it contains no scene`, help: "names of scene files end with .toml, .ttt or .urdf" };
+  if (!(await mayClose())) return;
+  const folderName = (hasTopFolder ? topFolder : title).replace(/\.zip$/i, "").replace(/[^\p{L}\p{N} ._()+-]/gu, "_").replace(/^\.+/, "");
   // The program links the folder to the connection, so after a loss, all files are sent again.
-  const [folder, opened] = await persistently(async () => {
-    const [own] = await ask({ type: "folder", name: plain || "scene" }, `the folder ${title}`);
-    let first = "";
+  const [folder, opened] = await withRetries(async () => {
+    const [created] = await ask({ type: "folder", name: folderName || "scene" }, `the folder ${title}`);
+    let scenePath = "";
     for (const [i, { file }] of files.entries()) {
       const name = names[i] ?? "";
-      const made = await upload(file, name, own);
-      if (name === wanted) first = made;
+      const path = await upload(file, name, created);
+      if (name === chosenScene) scenePath = path;
     }
-    return [own, first];
+    return [created, scenePath];
   });
-  line("Status", `${files.length} files are in ${folder}`);
+  writeLine("Status", `${files.length} files are in ${folder}`);
   await openScene(opened, true);
 }
 
@@ -112,36 +112,36 @@ async function takeTogether(all, title) {
  * Sends a single file. Adds it to the open scene if it is a model, otherwise opens it.
  * @param {Incoming} incoming
  */
-async function takeOne({ name, file }) {
+async function sendOne({ name, file }) {
   const isModel = /\.(ttm|urdf)$/i.test(name) && scene.objects.size > 0;
-  if (!isModel && !(await mayLeave())) return;
-  const made = await persistently(() => upload(file));
-  if (isModel) await edit(`Add ${name.replace(/\.\w+$/, "")}`, [["sim.loadModel", made]]);
-  else await openScene(made, true);
+  if (!isModel && !(await mayClose())) return;
+  const path = await withRetries(() => upload(file));
+  if (isModel) await edit(`Add ${name.replace(/\.\w+$/, "")}`, [["sim.loadModel", path]]);
+  else await openScene(path, true);
 }
 
 /** Sends dropped or chosen files. @param {Incoming[]} files */
-async function take(files) {
-  if (!rights.acts || !files.length) return;
+async function sendFiles(files) {
+  if (!rights.canControl || !files.length) return;
   try {
     const [only] = files;
-    const all = await unpacked(files);
-    if (all.length === 1 && all === files && only && ALONE.test(only.name)) await takeOne(only);
-    else await takeTogether(all, files.length === 1 ? only?.name ?? "" : (only?.name.split("/")[0] ?? "files"));
+    const all = await unpackZip(files);
+    if (all.length === 1 && all === files && only && STANDALONE.test(only.name)) await sendOne(only);
+    else await sendTogether(all, files.length === 1 ? only?.name ?? "" : (only?.name.split("/")[0] ?? "files"));
   } catch (thrown) {
-    tell(thrown);
+    reportError(thrown);
   }
 }
 
-document.addEventListener("dragover", (e) => { if (rights.acts) e.preventDefault(); });
+document.addEventListener("dragover", (e) => { if (rights.canControl) e.preventDefault(); });
 document.addEventListener("drop", async (e) => {
   e.preventDefault();
   // The entries can be read only while the event is being handled.
   const entries = [...(e.dataTransfer?.items ?? [])].flatMap((item) => item.webkitGetAsEntry() ?? []);
   try {
-    take((await Promise.all(entries.map((entry) => below(entry, "")))).flat());
+    sendFiles((await Promise.all(entries.map((entry) => filesBelow(entry, "")))).flat());
   } catch (thrown) {
-    tell(thrown);
+    reportError(thrown);
   }
 });
 for (const id of ["choose", "choose-folder"]) {
@@ -150,6 +150,6 @@ for (const id of ["choose", "choose-folder"]) {
     const files = [...(field.files ?? [])].map((file) => ({ name: file.webkitRelativePath || file.name, file }));
     field.value = "";
     get("dialog", HTMLDialogElement).close();
-    take(files.filter(({ name }) => !/(^|\/)\./.test(name)));
+    sendFiles(files.filter(({ name }) => !/(^|\/)\./.test(name)));
   };
 }

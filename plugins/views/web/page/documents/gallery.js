@@ -4,40 +4,40 @@
 import { get, make } from "tatu/lib/dom";
 import { failure } from "tatu/net/calls";
 import { ask, on, send } from "tatu/net/connection";
-import { line } from "tatu/scene/messages";
+import { writeLine } from "tatu/scene/messages";
 import { scene, watch } from "tatu/scene/store";
-import { mayLeave } from "tatu/documents/scene_file";
+import { mayClose } from "tatu/documents/scene_file";
 import { sendPicture } from "tatu/documents/scene_pictures";
 
 /** @import { SceneFile } from "tatu/protocol" */
 
 const dialog = get("dialog", HTMLDialogElement);
 const files = get("files");
-const find = get("find-scene", HTMLInputElement);
+const searchField = get("find-scene", HTMLInputElement);
 
 /** Opens the gallery. */
-export function browse() {
+export function openGallery() {
   // The list includes the picture of the open scene, so the picture is updated first.
   sendPicture();
   send({ type: "files" });
-  find.value = "";
+  searchField.value = "";
   if (!dialog.open) dialog.showModal();
 }
 
 /**
  * Opens a scene after asking about unsaved changes.
  * @param {string} file
- * @param {boolean} [asked] whether the user has already been asked
+ * @param {boolean} [isConfirmed] whether the user has already been asked
  */
-export async function openScene(file, asked = false) {
+export async function openScene(file, isConfirmed = false) {
   sendPicture();
   if (dialog.open) dialog.close();
-  if (!asked && !(await mayLeave())) return;
+  if (!isConfirmed && !(await mayClose())) return;
   try {
     await ask({ type: "open", file }, `opening ${file}`);
   } catch (e) {
     const { error, help } = failure(e);
-    line("Status", help ? `${error} (${help})` : error, "error");
+    writeLine("Status", help ? `${error} (${help})` : error, "error");
   }
 }
 
@@ -47,13 +47,13 @@ export async function openScene(file, asked = false) {
  */
 function title(file) {
   const parts = file.split(/[\\/]/);
-  const last = parts.pop() ?? "";
-  const name = last === "demo.toml" && parts.length ? parts.pop() ?? "" : last.replace(/\.toml$/, "");
+  const fileName = parts.pop() ?? "";
+  const name = fileName === "demo.toml" && parts.length ? parts.pop() ?? "" : fileName.replace(/\.toml$/, "");
   return name.replaceAll("_", " ");
 }
 
 /** Creates the card of a scene. @param {SceneFile} entry */
-function card({ file, about, try: toTry, picture }) {
+function card({ file, about, try: suggestion, picture }) {
   const li = make("li");
   const b = make("button", { className: "scene" });
   b.onclick = () => { openScene(file); };
@@ -61,7 +61,7 @@ function card({ file, about, try: toTry, picture }) {
   if (picture) b.append(Object.assign(new Image(240, 150), { src: `data:image/png;base64,${picture}`, alt: "" }));
   b.append(make("strong", { textContent: title(file) }));
   if (about) b.append(make("small", { textContent: about }));
-  if (toTry) b.append(make("small", { textContent: `Try: ${toTry}`, className: "try" }));
+  if (suggestion) b.append(make("small", { textContent: `Try: ${suggestion}`, className: "try" }));
   li.append(b);
   return li;
 }
@@ -72,14 +72,14 @@ function card({ file, about, try: toTry, picture }) {
  * @param {SceneFile[]} all
  */
 function section(name, all) {
-  const own = make("section");
-  const list = make("ul");
-  list.append(...all.map(card));
-  own.append(make("h3", { textContent: name }), list);
-  return own;
+  const element = make("section");
+  const cardList = make("ul");
+  cardList.append(...all.map(card));
+  element.append(make("h3", { textContent: name }), cardList);
+  return element;
 }
 
-const none = make("p", { id: "no-scene" });
+const emptyText = make("p", { id: "no-scene" });
 
 on("files", ({ files: all, folder }) => {
   /** @type {[SceneFile["in"], string][]} */
@@ -88,32 +88,32 @@ on("files", ({ files: all, folder }) => {
     const cards = all.filter((f) => f.in === key);
     return cards.length ? [section(name, cards)] : [];
   });
-  none.textContent = shown.length ? "No scene matches the search." : "No scenes were found: drop one on the page.";
-  files.replaceChildren(...shown, none);
-  sift();
+  emptyText.textContent = shown.length ? "No scene matches the search." : "No scenes were found: drop one on the page.";
+  files.replaceChildren(...shown, emptyText);
+  filterCards();
 });
 
 /** Hides the cards that do not contain all words of the search text. */
-function sift() {
-  const words = find.value.toLowerCase().split(/\s+/);
-  let any = false;
-  for (const own of files.querySelectorAll("section")) {
-    let some = false;
-    for (const li of own.querySelectorAll("li")) {
+function filterCards() {
+  const words = searchField.value.toLowerCase().split(/\s+/);
+  let isAnyShown = false;
+  for (const element of files.querySelectorAll("section")) {
+    let isSectionShown = false;
+    for (const li of element.querySelectorAll("li")) {
       const name = `${li.textContent} ${li.querySelector("button")?.title}`.toLowerCase();
       li.hidden = !words.every((word) => name.includes(word));
-      some ||= !li.hidden;
+      isSectionShown ||= !li.hidden;
     }
-    own.hidden = !some;
-    any ||= some;
+    element.hidden = !isSectionShown;
+    isAnyShown ||= isSectionShown;
   }
-  none.hidden = any;
+  emptyText.hidden = isAnyShown;
 }
-find.oninput = () => { if (files.childElementCount) sift(); };
-get("gallery").onclick = browse;
+searchField.oninput = () => { if (files.childElementCount) filterCards(); };
+get("gallery").onclick = openGallery;
 
-let first = true;
+let isFirstScene = true;
 watch("scene", () => {
-  if (first && !scene.objects.size) browse();
-  first = false;
+  if (isFirstScene && !scene.objects.size) openGallery();
+  isFirstScene = false;
 });

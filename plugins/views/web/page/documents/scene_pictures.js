@@ -12,13 +12,13 @@ import { drawn, renderer } from "tatu/view/renderer";
  */
 const SIZES = [[240, 150], [160, 100]];
 /** Maximum size of a picture, bytes. */
-const MOST = 64 << 10;
+const MAX_BYTES = 64 << 10;
 /** Delay between the arrival of a scene and its first picture, ms. */
-const FIRST = 3000;
+const FIRST_DELAY = 3000;
 /** Interval of further pictures, ms. */
-const OFTEN = 20000;
+const INTERVAL = 20000;
 /** Number of the image in the view (`drawn`) when the last picture was sent. */
-let sent = 0;
+let sentDrawing = 0;
 
 /**
  * Returns the middle of the view as a PNG in base64.
@@ -36,10 +36,10 @@ function picture([width, height]) {
 /** Sends a picture of the scene, unless the view has not been rendered since the last picture. */
 export function sendPicture() {
   const { width, height } = renderer.domElement;
-  if (!rights.acts || !scene.objects.size || drawn === sent || !width || !height) return;
-  const png = SIZES.map(picture).find((text) => text.length * 0.75 <= MOST);
+  if (!rights.canControl || !scene.objects.size || drawn === sentDrawing || !width || !height) return;
+  const png = SIZES.map(picture).find((text) => text.length * 0.75 <= MAX_BYTES);
   if (!png) return;
-  sent = drawn;
+  sentDrawing = drawn;
   send({ type: "picture", scene: scene.file, png });
 }
 
@@ -47,9 +47,9 @@ let file = "";
 watch("scene", () => {
   if (scene.file === file) return;
   file = scene.file;
-  setTimeout(sendPicture, FIRST);
+  setTimeout(sendPicture, FIRST_DELAY);
 });
-setInterval(() => { if (!document.hidden) sendPicture(); }, OFTEN);
+setInterval(() => { if (!document.hidden) sendPicture(); }, INTERVAL);
 document.addEventListener("visibilitychange", () => { if (document.hidden) sendPicture(); });
 get("save").addEventListener("click", sendPicture);
-on("again", () => { sent = 0; });
+on("again", () => { sentDrawing = 0; });

@@ -10,7 +10,7 @@ import { make } from "tatu/lib/dom";
  * @param {string} name
  * @param {string} value
  */
-function pane(name, value) {
+function textPane(name, value) {
   const label = make("label");
   const area = make("textarea", { value, spellcheck: false });
   label.append(make("strong", { textContent: name }), area);
@@ -25,19 +25,19 @@ function pane(name, value) {
  * @param {string} theirs
  * @returns {Promise<{ mine: boolean, text: string } | null>}
  */
-export async function resolve(script, mine, theirs) {
-  const [own, other] = [pane("Mine", mine), pane("Theirs", theirs)];
-  own.area.id = "mine";
-  other.area.id = "theirs";
-  const both = make("div", { className: "both" });
-  both.append(own.label, other.label);
+export async function resolveConflict(script, mine, theirs) {
+  const [mineField, theirsField] = [textPane("Mine", mine), textPane("Theirs", theirs)];
+  mineField.area.id = "mine";
+  theirsField.area.id = "theirs";
+  const panes = make("div", { className: "both" });
+  panes.append(mineField.label, theirsField.label);
   // The user may merge parts of one text into the other before choosing it.
   const text = make("p", { textContent: "Another page has saved this script since it was opened here. Copy what you need from one text to the other, then choose." });
-  const chosen = await choose(`${script} was changed twice`, [text, both], ["Keep mine", "Take theirs", "Cancel"], () => {
-    both.closest("dialog")?.classList.add("wide-dialog");
-    own.area.focus();
+  const chosen = await choose(`${script} was changed twice`, [text, panes], ["Keep mine", "Take theirs", "Cancel"], () => {
+    panes.closest("dialog")?.classList.add("wide-dialog");
+    mineField.area.focus();
   });
-  if (chosen === "Keep mine") return { mine: true, text: own.area.value };
-  if (chosen === "Take theirs" && other.area.value === theirs) return { mine: false, text: theirs };
-  return chosen === "Take theirs" ? { mine: true, text: other.area.value } : null;
+  if (chosen === "Keep mine") return { mine: true, text: mineField.area.value };
+  if (chosen === "Take theirs" && theirsField.area.value === theirs) return { mine: false, text: theirs };
+  return chosen === "Take theirs" ? { mine: true, text: theirsField.area.value } : null;
 }

@@ -3,9 +3,9 @@
 
 import * as THREE from "three";
 import { get, make } from "tatu/lib/dom";
-import { edit, named } from "tatu/scene/edits";
-import { isBelow, tops } from "tatu/scene/hierarchy";
-import { tell } from "tatu/scene/messages";
+import { describeObjects, edit } from "tatu/scene/edits";
+import { isBelow, topmost } from "tatu/scene/hierarchy";
+import { reportError } from "tatu/scene/messages";
 import { rights, scene, selected, selection, watch } from "tatu/scene/store";
 import { groups, root } from "tatu/view/objects";
 import { host } from "tatu/view/renderer";
@@ -43,16 +43,16 @@ function moveCall(id, by) {
 }
 
 /**
- * Moves each selected object by the vector that `way` returns for its bounding box and index.
+ * Moves each selected object by the vector that `displacement` returns for its bounding box and index.
  * @param {string} word verb for the label of the edit
- * @param {(box: THREE.Box3, i: number) => THREE.Vector3} way
+ * @param {(box: THREE.Box3, i: number) => THREE.Vector3} displacement
  */
-async function shift(word, way) {
+async function moveEach(word, displacement) {
   root.updateMatrixWorld(true);
-  const ids = tops(selection());
-  const moves = ids.map((id, i) => ({ id, by: way(boxOf(id), i) })).filter(({ by }) => by.length() > 1e-9);
+  const ids = topmost(selection());
+  const moves = ids.map((id, i) => ({ id, by: displacement(boxOf(id), i) })).filter(({ by }) => by.length() > 1e-9);
   if (!moves.length) return;
-  await edit(`${word} ${named(ids)}`, moves.map(({ id, by }) => moveCall(id, by))).catch(tell);
+  await edit(`${word} ${describeObjects(ids)}`, moves.map(({ id, by }) => moveCall(id, by))).catch(reportError);
 }
 
 /** Returns a vector of length `x` along an axis. @param {Axis} axis @param {number} x */
@@ -69,26 +69,26 @@ function align(axis, part) {
   root.updateMatrixWorld(true);
   const side = (/** @type {THREE.Box3} */ box) => box.min[axis] + part * (box.max[axis] - box.min[axis]);
   const goal = side(boxOf(selected()));
-  return shift("Align", (box) => along(axis, goal - side(box)));
+  return moveEach("Align", (box) => along(axis, goal - side(box)));
 }
 
 /** Moves each selected object vertically so that its lowest point is at z = 0. */
-function ground() {
-  return shift("Put down", (box) => along("z", -box.min.z));
+function putOnGround() {
+  return moveEach("Put down", (box) => along("z", -box.min.z));
 }
 
 /**
  * Distributes the centres of the selected objects evenly between the two outermost ones.
  * @param {Axis} axis
  */
-function spread(axis) {
+function distribute(axis) {
   root.updateMatrixWorld(true);
   const middle = (/** @type {number} */ id) => boxOf(id).getCenter(new THREE.Vector3())[axis];
-  const order = tops(selection()).map((id) => ({ id, at: middle(id) })).sort((a, b) => a.at - b.at);
+  const order = topmost(selection()).map((id) => ({ id, at: middle(id) })).sort((a, b) => a.at - b.at);
   const [low, high] = [order[0]?.at ?? 0, order.at(-1)?.at ?? 0];
   const places = new Map(order.map(({ id }, i) => [id, low + (i * (high - low)) / Math.max(1, order.length - 1)]));
-  const ids = tops(selection());
-  return shift("Distribute", (box, i) => along(axis, (places.get(ids[i] ?? 0) ?? 0) - box.getCenter(new THREE.Vector3())[axis]));
+  const ids = topmost(selection());
+  return moveEach("Distribute", (box, i) => along(axis, (places.get(ids[i] ?? 0) ?? 0) - box.getCenter(new THREE.Vector3())[axis]));
 }
 
 /** Attaches the second selected object to the first one without moving it. */
@@ -102,7 +102,7 @@ const bar = get("arrange");
 const axis = make("select", { title: "Axis" });
 axis.setAttribute("aria-label", "Axis");
 for (const name of ["x", "y", "z"]) axis.add(new Option(name, name));
-const along3 = () => /** @type {Axis} */ (axis.value);
+const chosenAxis = () => /** @type {Axis} */ (axis.value);
 
 /**
  * Adds a button to the toolbar.
@@ -118,19 +118,19 @@ function button(id, name, title, act) {
 }
 
 bar.append(make("span", { textContent: "Align" }), axis);
-button("align-low", "low", "Align the lower sides along the axis to those of the object selected last", () => align(along3(), 0));
-button("align-middle", "middle", "Align the middles along the axis", () => align(along3(), 0.5));
-button("align-high", "high", "Align the upper sides along the axis", () => align(along3(), 1));
-button("spread", "distribute", "Distribute the centres evenly along the axis", () => spread(along3()));
-button("ground", "to the ground", "Move the lowest point of each object to height 0", ground);
-const assembly = button("assemble", "assemble", "Attach the object selected last to the one selected first without moving it", assemble);
+button("align-low", "low", "Align the lower sides along the axis to those of the object selected last", () => align(chosenAxis(), 0));
+button("align-middle", "middle", "Align the middles along the axis", () => align(chosenAxis(), 0.5));
+button("align-high", "high", "Align the upper sides along the axis", () => align(chosenAxis(), 1));
+button("spread", "distribute", "Distribute the centres evenly along the axis", () => distribute(chosenAxis()));
+button("ground", "to the ground", "Move the lowest point of each object to height 0", putOnGround);
+const assembleButton = button("assemble", "assemble", "Attach the object selected last to the one selected first without moving it", assemble);
 
-function show() {
+function updateToolbar() {
   const many = selection().length;
-  bar.hidden = !rights.acts || many < 2;
-  assembly.disabled = many !== 2 || scene.objects.get(selection()[1] ?? 0)?.parent === selection()[0];
+  bar.hidden = !rights.canControl || many < 2;
+  assembleButton.disabled = many !== 2 || scene.objects.get(selection()[1] ?? 0)?.parent === selection()[0];
 }
-watch("selected", show);
-watch("scene", show);
-watch("objects", show);
+watch("selected", updateToolbar);
+watch("scene", updateToolbar);
+watch("objects", updateToolbar);
 host.append(bar);

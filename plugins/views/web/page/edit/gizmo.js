@@ -4,15 +4,15 @@
 import * as THREE from "three";
 import { TransformControls } from "three/gizmo";
 import { get } from "tatu/lib/dom";
-import { compose, frameOf, inverse, positionOf, shift, spin } from "tatu/lib/poses";
+import { compose, frameOf, inverse, positionOf, rotationAbout, translationAlong } from "tatu/lib/poses";
 import { reason } from "tatu/net/calls";
 import { on } from "tatu/net/connection";
-import { limited } from "tatu/scene/edits";
-import { line } from "tatu/scene/messages";
+import { isScriptsOnly } from "tatu/scene/edits";
+import { writeLine } from "tatu/scene/messages";
 import { rights, selected, watch } from "tatu/scene/store";
 import { groups } from "tatu/view/objects";
 import { camera, controls, redraw, renderer, stage } from "tatu/view/renderer";
-import { Carry, carried } from "tatu/edit/pose_edit";
+import { PoseEdit, movedObjects } from "tatu/edit/pose_edit";
 import { angleStep, lengthStep, watchSnap } from "tatu/edit/snap_settings";
 
 /** @import { Frame, Pose } from "tatu/lib/poses" */
@@ -21,38 +21,38 @@ import { angleStep, lengthStep, watchSnap } from "tatu/edit/snap_settings";
 /** @typedef {"translate" | "rotate"} Mode */
 
 /** The mode, or "" for none; the frame that defines the axes; the index of the only free axis, or -1 if all are free. */
-export const how = {
+export const moveTool = {
   mode: /** @type {Mode | ""} */ (""),
   frame: /** @type {Frame} */ ("world"),
-  only: -1,
+  freeAxis: -1,
 };
 /** Verbs for the labels of edits. */
-export const VERB = { translate: "Move", rotate: "Turn" };
+export const EDIT_VERBS = { translate: "Move", rotate: "Turn" };
 
 /** @type {(() => void)[]} */
 const watchers = [];
 /**
- * Calls `f` when `how` or the moved object changes.
+ * Calls `f` when `moveTool` or the moved object changes.
  * @param {() => void} f
  */
-export function watchHow(f) {
+export function watchMoveTool(f) {
   watchers.push(f);
 }
 
-/** Changes `how`, and updates the gizmo and the buttons. @param {Partial<typeof how>} change */
-export function setHow(change) {
-  Object.assign(how, change);
-  hold();
+/** Changes `moveTool`, and updates the gizmo and the buttons. @param {Partial<typeof moveTool>} change */
+export function setMoveTool(change) {
+  Object.assign(moveTool, change);
+  updateGizmo();
 }
 
 /** Returns the object that the gizmo is attached to: the one selected last if a mode is active, otherwise 0. */
-export function pivot() {
-  return how.mode && rights.acts && !limited() && groups.has(selected()) ? selected() : 0;
+export function gizmoObject() {
+  return moveTool.mode && rights.canControl && !isScriptsOnly() && groups.has(selected()) ? selected() : 0;
 }
 
 /** Shows an error in the status line. @param {unknown} thrown */
-export function report(thrown) {
-  line("Status", reason(thrown), "error");
+export function showError(thrown) {
+  writeLine("Status", reason(thrown), "error");
 }
 
 // The gizmo is attached to a handle in the chosen frame, because it does not support the frame of a parent.
@@ -66,9 +66,9 @@ stage.add(anchor, gizmo.getHelper());
 const buttons = [["translate", get("move")], ["rotate", get("turn")]];
 
 /**
- * The current drag, with the initial position of the handle. `carry` is a promise, because the program must be asked
+ * The current drag, with the initial position of the handle. `edit` is a promise, because the program must be asked
  * for the exact poses.
- * @type {{ mode: Mode, start: Vec3, carry: Promise<Carry> } | null}
+ * @type {{ mode: Mode, start: Vec3, edit: Promise<PoseEdit> } | null}
  */
 let drag = null;
 
@@ -81,30 +81,30 @@ function worldPose(object) {
 }
 
 /** Sets the pose of a three.js object in its parent's frame. @param {THREE.Object3D} object @param {Pose} pose */
-function place(object, pose) {
+function setPose(object, pose) {
   object.position.fromArray(pose);
   object.quaternion.fromArray(pose, 3);
 }
 
 /** Moves the handle to the selected object, except during a drag. */
-function settle() {
-  const group = groups.get(pivot());
+function placeHandle() {
+  const group = groups.get(gizmoObject());
   if (!group || drag) return;
   const world = worldPose(group);
   const parent = group.parent ? worldPose(group.parent) : null;
-  const frame = frameOf(how.frame, { world, local: parent ? compose(inverse(parent), world) : world });
-  place(anchor, frame);
-  place(handle, [...positionOf(compose(inverse(frame), world)), 0, 0, 0, 1]);
+  const frame = frameOf(moveTool.frame, { world, local: parent ? compose(inverse(parent), world) : world });
+  setPose(anchor, frame);
+  setPose(handle, [...positionOf(compose(inverse(frame), world)), 0, 0, 0, 1]);
 }
 
-/** Shows the gizmo and the buttons as `how` requires. */
-function hold() {
-  const { mode, only } = how;
-  if (mode && pivot()) {
-    settle();
+/** Shows the gizmo and the buttons as `moveTool` requires. */
+function updateGizmo() {
+  const { mode, freeAxis } = moveTool;
+  if (mode && gizmoObject()) {
+    placeHandle();
     gizmo.setMode(mode);
     gizmo.attach(handle);
-    for (const [i, key] of /** @type {const} */ (["showX", "showY", "showZ"]).entries()) gizmo[key] = only < 0 || only === i;
+    for (const [i, key] of /** @type {const} */ (["showX", "showY", "showZ"]).entries()) gizmo[key] = freeAxis < 0 || freeAxis === i;
     gizmo.translationSnap = lengthStep() || null;
     gizmo.rotationSnap = angleStep() || null;
   } else gizmo.detach();
@@ -113,22 +113,22 @@ function hold() {
   redraw();
 }
 
-for (const [m, b] of buttons) b.onclick = () => setHow({ mode: how.mode === m ? "" : m, only: -1 });
-watch("selected", hold);
-watch("scene", hold);
-watchSnap(hold);
-on("hello", hold);
-on("frame", settle);
+for (const [m, b] of buttons) b.onclick = () => setMoveTool({ mode: moveTool.mode === m ? "" : m, freeAxis: -1 });
+watch("selected", updateGizmo);
+watch("scene", updateGizmo);
+watchSnap(updateGizmo);
+on("hello", updateGizmo);
+on("frame", placeHandle);
 gizmo.addEventListener("change", redraw);
 gizmo.addEventListener("dragging-changed", (e) => {
   controls.enabled = !e.value;
-  if (e.value && how.mode) {
+  if (e.value && moveTool.mode) {
     const { x, y, z } = handle.position;
-    drag = { mode: how.mode, start: [x, y, z], carry: Carry.take(VERB[how.mode], carried()) };
-    drag.carry.catch(report);
+    drag = { mode: moveTool.mode, start: [x, y, z], edit: PoseEdit.begin(EDIT_VERBS[moveTool.mode], movedObjects()) };
+    drag.edit.catch(showError);
   } else {
     drag = null;
-    settle();
+    placeHandle();
   }
 });
 
@@ -139,7 +139,7 @@ gizmo.addEventListener("dragging-changed", (e) => {
  * @param {Vec3} exact initial position of the object
  * @returns {Vec3}
  */
-function dragged(start, exact) {
+function displacement(start, exact) {
   const now = handle.position.toArray();
   const by = (/** @type {0 | 1 | 2} */ i) => {
     if (Math.abs(now[i] - start[i]) < 1e-9) return 0;
@@ -150,15 +150,15 @@ function dragged(start, exact) {
 
 gizmo.addEventListener("objectChange", () => {
   if (!drag) return;
-  const { mode, start, carry } = drag;
-  const [id, q] = [pivot(), handle.quaternion.clone().normalize()];
-  carry.then((c) => {
-    const of = c.from(id);
-    if (!of) return;
-    const frame = frameOf(how.frame, of);
+  const { mode, start, edit } = drag;
+  const [id, q] = [gizmoObject(), handle.quaternion.clone().normalize()];
+  edit.then((poseEdit) => {
+    const initial = poseEdit.initialPoses(id);
+    if (!initial) return;
+    const frame = frameOf(moveTool.frame, initial);
     /** @type {Quat} */
     const turn = [q.x, q.y, q.z, q.w];
-    const exact = positionOf(compose(inverse(frame), of.world));
-    return c.put(mode === "translate" ? shift(frame, dragged(start, exact)) : spin(frame, turn, positionOf(of.world)));
-  }).catch(report);
+    const exact = positionOf(compose(inverse(frame), initial.world));
+    return poseEdit.apply(mode === "translate" ? translationAlong(frame, displacement(start, exact)) : rotationAbout(frame, turn, positionOf(initial.world)));
+  }).catch(showError);
 });

@@ -1,40 +1,40 @@
 // @ts-check
 // Actions on the selection: delete, copy, cut, paste, duplicate, attach, rename.
 
-import { edit, named, together } from "tatu/scene/edits";
-import { isBelow, tops, under } from "tatu/scene/hierarchy";
-import { line, tell } from "tatu/scene/messages";
-import { rights, scene, selectAll, selectWhenThere, selection } from "tatu/scene/store";
+import { describeObjects, edit, newMergeKey } from "tatu/scene/edits";
+import { isBelow, subtree, topmost } from "tatu/scene/hierarchy";
+import { reportError, writeLine } from "tatu/scene/messages";
+import { rights, scene, selectAll, selectWhenPresent, selection } from "tatu/scene/store";
 import { groundAt, pointer, worldPosition } from "tatu/view/picking";
 
 /** The copied or cut objects, without the objects below them. */
-let held = { ids: /** @type {number[]} */ ([]), cut: false };
+let clipboard = { ids: /** @type {number[]} */ ([]), cut: false };
 
 /**
  * Returns these objects and all objects below them, parents first.
  * @param {number[]} ids
  */
-function whole(ids) {
-  return tops(ids).flatMap(under);
+function subtrees(ids) {
+  return topmost(ids).flatMap(subtree);
 }
 
 /** Removes the selected objects and all objects below them. */
 export async function remove() {
-  const ids = tops(selection());
-  if (!rights.acts || !ids.length) return;
+  const ids = topmost(selection());
+  if (!rights.canControl || !ids.length) return;
   try {
-    await edit(`Delete ${named(ids)}`, [["tatu.remove", whole(ids)]]);
+    await edit(`Delete ${describeObjects(ids)}`, [["tatu.remove", subtrees(ids)]]);
   } catch (thrown) {
-    tell(thrown);
+    reportError(thrown);
   }
 }
 
 /** Copies or cuts the selected objects. @param {boolean} cut */
-export function hold(cut) {
-  const ids = tops(selection());
+export function copyToClipboard(cut) {
+  const ids = topmost(selection());
   if (!ids.length) return;
-  held = { ids, cut };
-  line("Status", `${cut ? "Cut" : "Copied"} ${named(ids)}`);
+  clipboard = { ids, cut };
+  writeLine("Status", `${cut ? "Cut" : "Copied"} ${describeObjects(ids)}`);
 }
 
 /**
@@ -45,46 +45,46 @@ export function hold(cut) {
  * @param {number} parent of copies of objects with a parent that is not copied; 0: the world
  */
 async function copy(word, ids, by, parent) {
-  const all = whole(ids);
-  const [[made] = []] = await edit(`${word} ${named(ids)}`, [["tatu.copy", all, parent, by]]);
-  selectWhenThere(ids.map((id) => made[all.indexOf(id)]));
+  const all = subtrees(ids);
+  const [[copies] = []] = await edit(`${word} ${describeObjects(ids)}`, [["tatu.copy", all, parent, by]]);
+  selectWhenPresent(ids.map((id) => copies[all.indexOf(id)]));
 }
 
 /** Pastes the copied or cut objects at the pointer's position on the ground, or next to the originals. */
 export async function paste() {
-  const ids = tops(held.ids);
+  const ids = topmost(clipboard.ids);
   const [first] = ids;
-  if (!rights.acts || first === undefined) return;
+  if (!rights.canControl || first === undefined) return;
   const at = pointer() ? groundAt(pointer()) : null;
   const from = worldPosition(first);
   const by = at ? [at.x - from.x, at.y - from.y, 0] : [0.3, 0.3, 0];
   try {
-    if (held.cut) {
-      const merge = together();
+    if (clipboard.cut) {
+      const merge = newMergeKey();
       for (const id of ids) {
         const { x, y, z } = worldPosition(id);
-        await edit(`Move ${named(ids)}`, [
+        await edit(`Move ${describeObjects(ids)}`, [
           ["tatu.set", id, "object.parent", 0],
           ["tatu.set", id, "object.position", [x + (by[0] ?? 0), y + (by[1] ?? 0), z]],
         ], merge);
       }
-      held = { ids: [], cut: false };
+      clipboard = { ids: [], cut: false };
       selectAll(ids);
     } else await copy("Paste", ids, by, 0);
   } catch (thrown) {
-    tell(thrown);
+    reportError(thrown);
   }
 }
 
 /** Copies the selected objects to positions next to the originals, with the same parent if all have the same one. */
 export async function duplicate() {
-  const ids = tops(selection());
-  if (!rights.acts || !ids.length) return;
+  const ids = topmost(selection());
+  if (!rights.canControl || !ids.length) return;
   const parents = new Set(ids.map((id) => scene.objects.get(id)?.parent ?? 0));
   try {
     await copy("Duplicate", ids, [0.3, 0.3, 0], parents.size === 1 ? [...parents][0] ?? 0 : 0);
   } catch (thrown) {
-    tell(thrown);
+    reportError(thrown);
   }
 }
 
@@ -94,13 +94,13 @@ export async function duplicate() {
  * @param {number} parent 0: the world
  */
 export async function reparent(ids, parent) {
-  const moved = tops(ids).filter((id) => id !== parent && !isBelow(parent, id) && scene.objects.get(id)?.parent !== parent);
-  if (!rights.acts || !moved.length) return;
-  const where = parent ? scene.objects.get(parent)?.alias ?? "" : "the world";
+  const moved = topmost(ids).filter((id) => id !== parent && !isBelow(parent, id) && scene.objects.get(id)?.parent !== parent);
+  if (!rights.canControl || !moved.length) return;
+  const target = parent ? scene.objects.get(parent)?.alias ?? "" : "the world";
   try {
-    await edit(`Attach ${named(moved)} to ${where}`, moved.map((id) => ["tatu.set", id, "object.parent", parent]));
+    await edit(`Attach ${describeObjects(moved)} to ${target}`, moved.map((id) => ["tatu.set", id, "object.parent", parent]));
   } catch (thrown) {
-    tell(thrown);
+    reportError(thrown);
   }
 }
 
@@ -111,10 +111,10 @@ export async function reparent(ids, parent) {
  */
 export async function rename(id, name) {
   const o = scene.objects.get(id);
-  if (!rights.acts || !o || !name || name === o.alias) return;
+  if (!rights.canControl || !o || !name || name === o.alias) return;
   try {
     await edit(`Rename ${o.alias} to ${name}`, [["tatu.set", id, "object.alias", name]]);
   } catch (thrown) {
-    tell(thrown);
+    reportError(thrown);
   }
 }

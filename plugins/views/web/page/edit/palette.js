@@ -4,10 +4,10 @@
 
 import { get, make } from "tatu/lib/dom";
 import { call, on } from "tatu/net/connection";
-import { tell } from "tatu/scene/messages";
+import { reportError } from "tatu/scene/messages";
 import { rights } from "tatu/scene/store";
 import { FIXED, devices, models } from "tatu/edit/palette_items";
-import { begin, putInMiddle } from "tatu/edit/placement";
+import { beginPlacement, placeInMiddle } from "tatu/edit/placement";
 
 /** @import { Item, Section } from "tatu/edit/palette_items" */
 
@@ -16,62 +16,62 @@ const palette = get("palette");
 const search = get("find-item", HTMLInputElement);
 const list = get("items");
 /** Distance that the pointer must move before a press becomes a drag, pixels. */
-const STILL = 4;
+const CLICK_TOLERANCE = 4;
 let filled = false;
 
 /** Creates the button of an item. @param {Item} item */
-function entry(item) {
+function itemButton(item) {
   const b = make("button", { className: "entry", title: item.text });
   b.dataset.item = item.name;
   b.append(make("strong", { textContent: item.name.replaceAll("_", " ") }), make("small", { textContent: item.text }));
   /** @type {{ x: number, y: number } | null} */
-  let down = null;
+  let press = null;
   b.onpointerdown = (e) => {
-    if (e.button === 0) down = { x: e.clientX, y: e.clientY };
+    if (e.button === 0) press = { x: e.clientX, y: e.clientY };
     // The button must not capture the pointer, so that the view receives its events.
     b.releasePointerCapture(e.pointerId);
   };
   addEventListener("pointermove", (e) => {
-    if (!down || Math.hypot(e.clientX - down.x, e.clientY - down.y) <= STILL) return;
-    down = null;
-    begin(item, true);
+    if (!press || Math.hypot(e.clientX - press.x, e.clientY - press.y) <= CLICK_TOLERANCE) return;
+    press = null;
+    beginPlacement(item, true);
   });
-  addEventListener("pointerup", () => { down = null; });
+  addEventListener("pointerup", () => { press = null; });
   b.onclick = (e) => {
     // A click by the keyboard has no position, so the item is placed at the middle of the view.
-    if (e.detail === 0) putInMiddle(item);
-    else begin(item, false);
+    if (e.detail === 0) placeInMiddle(item);
+    else beginPlacement(item, false);
   };
   return b;
 }
 
 /** Creates a section. @param {Section} section */
-function part({ name, items }) {
-  const own = make("details", { open: name === "Shapes" });
-  own.append(make("summary", { textContent: name }), ...items.map(entry));
-  return own;
+function sectionElement({ name, items }) {
+  const element = make("details", { open: name === "Shapes" });
+  element.append(make("summary", { textContent: name }), ...items.map(itemButton));
+  return element;
 }
 
 /** Requests the kinds of devices and the models, and fills the palette. */
 async function fill() {
   filled = true;
   try {
-    const [[kinds], [known]] = await Promise.all([call("tatu.kinds"), call("tatu.models")]);
+    const [[kinds], [modelList]] = await Promise.all([call("tatu.kinds"), call("tatu.models")]);
     const [shapes, joints, others] = FIXED;
-    const sections = [shapes, joints, ...devices(kinds), others, models(known)].filter((s) => s !== undefined);
-    list.replaceChildren(...sections.map(part));
+    const sections = [shapes, joints, ...devices(kinds), others, models(modelList)].filter((s) => s !== undefined);
+    list.replaceChildren(...sections.map(sectionElement));
   } catch (thrown) {
     filled = false;
-    tell(thrown);
+    reportError(thrown);
   }
 }
 
-/** Shows or hides the palette. @param {boolean} is */
-function show(is) {
-  palette.hidden = !is;
-  button.setAttribute("aria-pressed", String(is));
-  if (is && !filled) fill();
-  if (is) search.focus();
+/** Shows or hides the palette. @param {boolean} isShown */
+function show(isShown) {
+  palette.hidden = !isShown;
+  button.setAttribute("aria-pressed", String(isShown));
+  if (isShown && !filled) fill();
+  if (isShown) search.focus();
 }
 
 button.onclick = () => show(palette.hidden);
@@ -83,17 +83,17 @@ palette.addEventListener("keydown", (e) => {
 });
 search.oninput = () => {
   const words = search.value.toLowerCase().split(/\s+/);
-  for (const own of list.querySelectorAll("details")) {
-    let some = false;
-    for (const b of own.querySelectorAll("button")) {
+  for (const element of list.querySelectorAll("details")) {
+    let isAnyShown = false;
+    for (const b of element.querySelectorAll("button")) {
       const name = `${b.dataset.item} ${b.textContent}`.toLowerCase();
       b.hidden = !words.every((word) => name.includes(word));
-      some ||= !b.hidden;
+      isAnyShown ||= !b.hidden;
     }
-    own.hidden = !some;
-    own.open = search.value ? some : own.firstElementChild?.textContent === "Shapes";
+    element.hidden = !isAnyShown;
+    element.open = search.value ? isAnyShown : element.firstElementChild?.textContent === "Shapes";
   }
 };
 on("hello", ({ acts }) => { button.hidden = !acts; });
 on("again", () => { filled = false; if (!palette.hidden) fill(); });
-if (!rights.acts) button.hidden = true;
+if (!rights.canControl) button.hidden = true;

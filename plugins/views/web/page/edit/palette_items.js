@@ -43,7 +43,7 @@ const SMALL = [0.05, 0.05, 0.05];
  * @param {Partial<Item>} [more]
  * @returns {Item}
  */
-function thing(name, text, keys, more = {}) {
+function otherItem(name, text, keys, more = {}) {
   return { name, text, toml: object(name, keys), form: "sphere", size: SMALL, lift: 0, attach: false, ...more };
 }
 
@@ -63,17 +63,17 @@ export const FIXED = [
   {
     name: "Joints",
     items: [
-      thing("revolute", "Turns about its z axis; attach a shape to it", 'kind = "joint"\ntype = "revolute"', { attach: true }),
-      thing("prismatic", "Slides along its z axis; attach a shape to it", 'kind = "joint"\ntype = "prismatic"\nlimits_m = [-0.5, 0.5]', { attach: true }),
+      otherItem("revolute", "Turns about its z axis; attach a shape to it", 'kind = "joint"\ntype = "revolute"', { attach: true }),
+      otherItem("prismatic", "Slides along its z axis; attach a shape to it", 'kind = "joint"\ntype = "prismatic"\nlimits_m = [-0.5, 0.5]', { attach: true }),
     ],
   },
   {
     name: "Others",
     items: [
-      thing("dummy", "A frame: a point with an orientation", 'kind = "dummy"'),
-      thing("light", "A light for rendered images", 'kind = "light"', { lift: 2 }),
-      thing("camera", "A viewpoint for rendered images", 'kind = "camera"', { lift: 1 }),
-      thing("graph", "Records values over time", 'kind = "graph"'),
+      otherItem("dummy", "A frame: a point with an orientation", 'kind = "dummy"'),
+      otherItem("light", "A light for rendered images", 'kind = "light"', { lift: 2 }),
+      otherItem("camera", "A viewpoint for rendered images", 'kind = "camera"', { lift: 1 }),
+      otherItem("graph", "Records values over time", 'kind = "graph"'),
     ],
   },
 ];
@@ -84,10 +84,10 @@ export const FIXED = [
  * @returns {Section[]}
  */
 export function devices(kinds) {
-  const of = (/** @type {string} */ what) => kinds.filter((k) => k.object === what).map((k) => (
-    thing(k.id, k.text, `kind = "${what}"\n${what} = "${k.id}"`, { attach: true })
+  const itemsOf = (/** @type {string} */ what) => kinds.filter((k) => k.object === what).map((k) => (
+    otherItem(k.id, k.text, `kind = "${what}"\n${what} = "${k.id}"`, { attach: true })
   ));
-  return [{ name: "Sensors", items: of("sensor") }, { name: "Actuators", items: of("actuator") }].filter((s) => s.items.length);
+  return [{ name: "Sensors", items: itemsOf("sensor") }, { name: "Actuators", items: itemsOf("actuator") }].filter((s) => s.items.length);
 }
 
 /**
@@ -96,6 +96,6 @@ export function devices(kinds) {
  * @returns {Section}
  */
 export function models(models) {
-  const items = models.map(({ id, text }) => ({ ...thing(id, text, ""), model: id, form: "box", size: /** @type {[number, number, number]} */ ([0.4, 0.4, 0.01]) }));
+  const items = models.map(({ id, text }) => ({ ...otherItem(id, text, ""), model: id, form: "box", size: /** @type {[number, number, number]} */ ([0.4, 0.4, 0.01]) }));
   return { name: "Models", items };
 }

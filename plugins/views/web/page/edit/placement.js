@@ -4,10 +4,10 @@
 
 import * as THREE from "three";
 import { call } from "tatu/net/connection";
-import { edit, together } from "tatu/scene/edits";
-import { tell } from "tatu/scene/messages";
-import { scene, selectWhenThere } from "tatu/scene/store";
-import { middle, surfaceAt } from "tatu/view/picking";
+import { edit, newMergeKey } from "tatu/scene/edits";
+import { reportError } from "tatu/scene/messages";
+import { scene, selectWhenPresent } from "tatu/scene/store";
+import { surfaceAt, viewCenter } from "tatu/view/picking";
 import { controls, host, redraw, stage } from "tatu/view/renderer";
 import { lengthStep, snapLength } from "tatu/edit/snap_settings";
 
@@ -15,15 +15,15 @@ import { lengthStep, snapLength } from "tatu/edit/snap_settings";
 /** @import { Pointer } from "tatu/view/picking" */
 
 /** The item that is being placed. @type {{ item: Item, dragged: boolean } | null} */
-let going = null;
-const look = new THREE.MeshLambertMaterial({ color: 0xffa500, transparent: true, opacity: 0.55 });
-const preview = new THREE.Mesh(/** @type {THREE.BufferGeometry} */ (new THREE.BoxGeometry()), look);
+let pending = null;
+const previewMaterial = new THREE.MeshLambertMaterial({ color: 0xffa500, transparent: true, opacity: 0.55 });
+const preview = new THREE.Mesh(/** @type {THREE.BufferGeometry} */ (new THREE.BoxGeometry()), previewMaterial);
 preview.visible = false;
 stage.add(preview);
 
 /** Returns whether an item is being placed. */
 export function isPlacing() {
-  return going !== null;
+  return pending !== null;
 }
 
 /** Returns the geometry of the preview. @param {Item} item */
@@ -40,16 +40,16 @@ function geometry({ form, size: [x, y, z] }) {
  * @param {Item} item
  * @param {boolean} dragged
  */
-export function begin(item, dragged) {
-  going = { item, dragged };
+export function beginPlacement(item, dragged) {
+  pending = { item, dragged };
   preview.geometry.dispose();
   preview.geometry = geometry(item);
   host.classList.add("placing");
   if (!dragged) host.focus({ preventScroll: true });
 }
 
-function end() {
-  going = null;
+function endPlacement() {
+  pending = null;
   preview.visible = false;
   controls.enabled = true;
   host.classList.remove("placing");
@@ -61,7 +61,7 @@ function end() {
  * @param {Item} item
  * @param {Pointer} at
  */
-function spot(item, at) {
+function positionOver(item, at) {
   const found = surfaceAt(at);
   if (!found) return null;
   const { x, y, z } = found.point;
@@ -79,7 +79,7 @@ function round(x) {
  * Returns the object to which an item is attached: the object `id`, or 0 if it is a floor or has no parts.
  * @param {number} id
  */
-function carrier(id) {
+function parentFor(id) {
   const o = scene.objects.get(id);
   return o?.parts?.some((p) => p.form !== "plane") ? id : 0;
 }
@@ -89,26 +89,26 @@ function carrier(id) {
  * @param {Item} item
  * @param {Pointer} at
  */
-async function put(item, at) {
-  const found = spot(item, at);
+async function placeItem(item, at) {
+  const found = positionOver(item, at);
   if (!found) return;
   const { x, y, z } = found.point;
   const label = `Add ${item.name}`;
-  const merge = together();
+  const merge = newMergeKey();
   try {
     if (item.model) {
-      const [[made] = []] = await edit(label, [["tatu.addModel", item.model]], merge);
-      const [own] = await call("tatu.get", made, "object.position");
-      await edit(label, [["tatu.set", made, "object.position", [x, y, round(own[2] + z)]]], merge);
-      selectWhenThere([made]);
+      const [[created] = []] = await edit(label, [["tatu.addModel", item.model]], merge);
+      const [position] = await call("tatu.get", created, "object.position");
+      await edit(label, [["tatu.set", created, "object.position", [x, y, round(position[2] + z)]]], merge);
+      selectWhenPresent([created]);
       return;
     }
-    const [[made] = []] = await edit(label, [["tatu.add", item.toml, 0, [x, y, z]]], merge);
-    const parent = item.attach ? carrier(found.id) : 0;
-    if (parent) await edit(label, [["tatu.set", made, "object.parent", parent]], merge);
-    selectWhenThere([made]);
+    const [[created] = []] = await edit(label, [["tatu.add", item.toml, 0, [x, y, z]]], merge);
+    const parent = item.attach ? parentFor(found.id) : 0;
+    if (parent) await edit(label, [["tatu.set", created, "object.parent", parent]], merge);
+    selectWhenPresent([created]);
   } catch (thrown) {
-    tell(thrown);
+    reportError(thrown);
   }
 }
 
@@ -116,8 +116,8 @@ async function put(item, at) {
  * Places an item at the middle of the view.
  * @param {Item} item
  */
-export function putInMiddle(item) {
-  return put(item, middle());
+export function placeInMiddle(item) {
+  return placeItem(item, viewCenter());
 }
 
 /** Returns whether the pointer is over the view. @param {PointerEvent} e */
@@ -126,31 +126,31 @@ function isInView(e) {
 }
 
 addEventListener("pointermove", (e) => {
-  if (!going) return;
-  const found = isInView(e) ? spot(going.item, e) : null;
+  if (!pending) return;
+  const found = isInView(e) ? positionOver(pending.item, e) : null;
   preview.visible = found !== null;
   if (found) preview.position.copy(found.point);
   redraw();
 }, true);
 host.addEventListener("pointerdown", (e) => {
   // The camera must not move during the click that places the item.
-  if (going && e.button === 0) controls.enabled = false;
+  if (pending && e.button === 0) controls.enabled = false;
 }, true);
 addEventListener("pointerup", (e) => {
-  if (!going || e.button !== 0) return;
-  const { item, dragged } = going;
+  if (!pending || e.button !== 0) return;
+  const { item, dragged } = pending;
   const inside = isInView(e);
   if (!dragged && !inside) return;
-  end();
-  if (inside) put(item, e);
+  endPlacement();
+  if (inside) placeItem(item, e);
 }, true);
 document.addEventListener("keydown", (e) => {
-  if (!going) return;
-  if (e.key === "Escape") end();
+  if (!pending) return;
+  if (e.key === "Escape") endPlacement();
   else if (e.key === "Enter") {
-    const { item } = going;
-    end();
-    putInMiddle(item);
+    const { item } = pending;
+    endPlacement();
+    placeInMiddle(item);
   } else return;
   e.preventDefault();
   e.stopPropagation();

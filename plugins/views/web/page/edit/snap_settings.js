@@ -2,17 +2,17 @@
 // The grid and the angle to which objects snap while they are placed, moved and rotated.
 
 import { get } from "tatu/lib/dom";
-import { snap } from "tatu/lib/numbers";
+import { roundToStep } from "tatu/lib/numbers";
 
 const grid = get("snap-length", HTMLSelectElement);
-const turns = get("snap-angle", HTMLSelectElement);
+const angles = get("snap-angle", HTMLSelectElement);
 /** @type {(() => void)[]} */
 const watchers = [];
 
-for (const field of [grid, turns]) {
+for (const field of [grid, angles]) {
   const key = `tatu ${field.id}`;
-  const kept = localStorage.getItem(key);
-  if (kept !== null && [...field.options].some((o) => o.value === kept)) field.value = kept;
+  const stored = localStorage.getItem(key);
+  if (stored !== null && [...field.options].some((o) => o.value === stored)) field.value = stored;
   field.addEventListener("change", () => {
     localStorage.setItem(key, field.value);
     for (const f of watchers) f();
@@ -26,7 +26,7 @@ export function lengthStep() {
 
 /** Returns the step of angles, rad; 0 if angles do not snap. */
 export function angleStep() {
-  return (Number(turns.value) * Math.PI) / 180;
+  return (Number(angles.value) * Math.PI) / 180;
 }
 
 /**
@@ -34,7 +34,7 @@ export function angleStep() {
  * @param {number} x m
  */
 export function snapLength(x) {
-  return snap(x, lengthStep());
+  return roundToStep(x, lengthStep());
 }
 
 /**
@@ -42,7 +42,7 @@ export function snapLength(x) {
  * @param {number} a rad
  */
 export function snapAngle(a) {
-  return snap(a, angleStep());
+  return roundToStep(a, angleStep());
 }
 
 /**

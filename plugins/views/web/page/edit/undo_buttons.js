@@ -2,25 +2,25 @@
 // The buttons that undo and redo edits.
 
 import { get } from "tatu/lib/dom";
-import { known, redo, undo, watchEdits } from "tatu/scene/edits";
-import { line, tell } from "tatu/scene/messages";
+import { editState, redo, undo, watchEdits } from "tatu/scene/edits";
+import { reportError, writeLine } from "tatu/scene/messages";
 import { rights } from "tatu/scene/store";
 
-/** Undoes or redoes an edit. @param {boolean} back whether to undo */
-export async function step(back) {
-  if (!rights.acts || known.state !== "stopped") return;
+/** Undoes or redoes an edit. @param {boolean} isUndo whether to undo */
+export async function undoOrRedo(isUndo) {
+  if (!rights.canControl || editState.state !== "stopped") return;
   try {
-    const label = await (back ? undo() : redo());
-    if (label) line("Status", `${back ? "Undone" : "Done again"}: ${label}`);
+    const label = await (isUndo ? undo() : redo());
+    if (label) writeLine("Status", `${isUndo ? "Undone" : "Done again"}: ${label}`);
   } catch (thrown) {
-    tell(thrown);
+    reportError(thrown);
   }
 }
 
-get("undo").onclick = () => { step(true); };
-get("redo").onclick = () => { step(false); };
+get("undo").onclick = () => { undoOrRedo(true); };
+get("redo").onclick = () => { undoOrRedo(false); };
 
-const RUNS = "not while the simulation runs: a stop takes back what was changed since the start";
+const RUNNING_TEXT = "not while the simulation runs: a stop takes back what was changed since the start";
 
 /**
  * Updates the button for undo or redo.
@@ -29,14 +29,14 @@ const RUNS = "not while the simulation runs: a stop takes back what was changed 
  * @param {string} keys
  * @param {string | null} label of the next edit to be undone or redone
  */
-function show(id, word, keys, label) {
+function updateButton(id, word, keys, label) {
   const b = get(id, HTMLButtonElement);
-  const runs = known.state !== "stopped";
-  b.disabled = !rights.acts || runs || !label;
-  b.title = runs ? `${word}: ${RUNS}` : label ? `${word} ${label} (${keys})` : `Nothing to ${word.toLowerCase()}`;
+  const isRunning = editState.state !== "stopped";
+  b.disabled = !rights.canControl || isRunning || !label;
+  b.title = isRunning ? `${word}: ${RUNNING_TEXT}` : label ? `${word} ${label} (${keys})` : `Nothing to ${word.toLowerCase()}`;
 }
 
-watchEdits(({ undo: back, redo: ahead }) => {
-  show("undo", "Undo", "Ctrl+Z", back);
-  show("redo", "Redo", "Ctrl+Y", ahead);
+watchEdits(({ undo: undoLabel, redo: redoLabel }) => {
+  updateButton("undo", "Undo", "Ctrl+Z", undoLabel);
+  updateButton("redo", "Redo", "Ctrl+Y", redoLabel);
 });

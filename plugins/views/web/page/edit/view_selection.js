@@ -3,7 +3,7 @@
 
 import * as THREE from "three";
 import { get, make } from "tatu/lib/dom";
-import { known } from "tatu/scene/edits";
+import { editState } from "tatu/scene/edits";
 import { modelOf } from "tatu/scene/hierarchy";
 import { rights, scene, select, selectAll, selected, selection } from "tatu/scene/store";
 import { groups } from "tatu/view/objects";
@@ -14,10 +14,10 @@ import { isPlacing } from "tatu/edit/placement";
 const canvas = renderer.domElement;
 const tool = get("select");
 /** Distance that the pointer must move before a click becomes a drag, pixels. */
-const STILL = 4;
+const CLICK_TOLERANCE = 4;
 
 /** Selects the model that contains the selected object, or nothing if there is none. */
-export function selectAbove() {
+export function selectModelAbove() {
   let o = scene.objects.get(selected());
   for (o = o && scene.objects.get(o.parent); o; o = scene.objects.get(o.parent)) {
     if (!o.model) continue;
@@ -28,15 +28,15 @@ export function selectAbove() {
 }
 
 /** @type {{ x: number, y: number, free: boolean } | null} */
-let down = null;
+let press = null;
 canvas.addEventListener("pointerdown", (e) => {
   host.focus({ preventScroll: true });
-  down = e.button === 0 && !isPlacing() ? { x: e.clientX, y: e.clientY, free: true } : null;
+  press = e.button === 0 && !isPlacing() ? { x: e.clientX, y: e.clientY, free: true } : null;
 });
 canvas.addEventListener("pointerup", (e) => {
-  const from = down;
-  down = null;
-  if (!from || Math.hypot(e.clientX - from.x, e.clientY - from.y) > STILL) return;
+  const start = press;
+  press = null;
+  if (!start || Math.hypot(e.clientX - start.x, e.clientY - start.y) > CLICK_TOLERANCE) return;
   const part = hitAt(e)?.id ?? 0;
   const model = modelOf(part);
   if (e.ctrlKey || e.metaKey || e.shiftKey) {
@@ -44,8 +44,8 @@ canvas.addEventListener("pointerup", (e) => {
     return;
   }
   // A second click on a model selects the part.
-  const again = selected() === model || (selected() === part && part !== 0);
-  select(again ? part : model);
+  const isSecondClick = selected() === model || (selected() === part && part !== 0);
+  select(isSecondClick ? part : model);
 });
 
 // A drag selects by a box if the tool is active, or with Shift. During a run, a drag with Shift pushes bodies, so it
@@ -65,7 +65,7 @@ function isGround(e) {
 canvas.addEventListener("pointerdown", (e) => {
   if (e.button !== 0 || isPlacing()) return;
   const byTool = tool.getAttribute("aria-pressed") === "true";
-  const canPush = rights.acts && known.state === "running";
+  const canPush = rights.canControl && editState.state === "running";
   if (!byTool && !(e.shiftKey && (!canPush || isGround(e)))) return;
   box = { x: e.clientX, y: e.clientY, add: e.ctrlKey || e.metaKey };
   controls.enabled = false;
@@ -81,14 +81,14 @@ addEventListener("pointermove", (e) => {
   });
 });
 addEventListener("pointerup", (e) => {
-  const from = box;
-  if (!from) return;
+  const start = box;
+  if (!start) return;
   box = null;
   frame.hidden = true;
   controls.enabled = true;
-  if (Math.hypot(e.clientX - from.x, e.clientY - from.y) <= STILL) return;
-  const found = within(from, { x: e.clientX, y: e.clientY });
-  selectAll(from.add ? [...selection(), ...found] : found);
+  if (Math.hypot(e.clientX - start.x, e.clientY - start.y) <= CLICK_TOLERANCE) return;
+  const found = objectsInBox(start, { x: e.clientX, y: e.clientY });
+  selectAll(start.add ? [...selection(), ...found] : found);
 });
 
 /**
@@ -97,7 +97,7 @@ addEventListener("pointerup", (e) => {
  * @param {{ x: number, y: number }} a
  * @param {{ x: number, y: number }} b
  */
-function within(a, b) {
+function objectsInBox(a, b) {
   const at = canvas.getBoundingClientRect();
   camera.updateMatrixWorld();
   const center = new THREE.Vector3();

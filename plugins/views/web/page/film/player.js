@@ -8,7 +8,7 @@ import { hitAt } from "tatu/view/picking";
 import { renderer } from "tatu/view/renderer";
 import { clear } from "tatu/panels/output";
 import { deliver, deliverMessage } from "tatu/film/connection";
-import { changes, drawings, end, events, last, lastOf, read, readings, scenes, tracks, unpack } from "tatu/film/recording";
+import { changes, drawings, end, events, lastIndex, lastEntry, readRecording, readings, scenes, tracks, unpackRecording } from "tatu/film/recording";
 import "tatu/view/camera_controls";
 import "tatu/view/sensor_readings";
 import "tatu/view/sensor_volumes";
@@ -18,17 +18,17 @@ import "tatu/panels/tree";
 /** @import { Reading } from "tatu/protocol" */
 
 const slider = get("slider", HTMLInputElement);
-const rate = get("rate", HTMLSelectElement);
+const speedSelect = get("rate", HTMLSelectElement);
 
 // A click selects the object under the pointer; a drag rotates the camera instead.
-let down = { x: 0, y: 0 };
-renderer.domElement.addEventListener("pointerdown", (e) => { down = { x: e.clientX, y: e.clientY }; });
+let press = { x: 0, y: 0 };
+renderer.domElement.addEventListener("pointerdown", (e) => { press = { x: e.clientX, y: e.clientY }; });
 renderer.domElement.addEventListener("pointerup", (e) => {
-  if (Math.hypot(e.clientX - down.x, e.clientY - down.y) <= 4) select(hitAt(e)?.id ?? 0);
+  if (Math.hypot(e.clientX - press.x, e.clientY - press.y) <= 4) select(hitAt(e)?.id ?? 0);
 });
 
 /** Tolerance for rounding errors in times, s. */
-const HAIR = 1e-9;
+const TOLERANCE = 1e-9;
 let now = 0;
 let shown = { scene: -1, change: -1, drawing: -1, events: 0 };
 
@@ -37,20 +37,20 @@ let shown = { scene: -1, change: -1, drawing: -1, events: 0 };
  * @param {number} time
  */
 function seek(time) {
-  const t = time + HAIR;
-  const scene = Math.max(0, lastOf(scenes, t));
-  const whole = scenes[scene];
-  const change = lastOf(changes, t);
-  const anew = scene !== shown.scene || change < shown.change;
-  if (whole && anew) deliverMessage(whole.message);
-  if (whole && (anew || change > shown.change)) {
+  const t = time + TOLERANCE;
+  const scene = Math.max(0, lastEntry(scenes, t));
+  const sceneRecord = scenes[scene];
+  const change = lastEntry(changes, t);
+  const isRestart = scene !== shown.scene || change < shown.change;
+  if (sceneRecord && isRestart) deliverMessage(sceneRecord.message);
+  if (sceneRecord && (isRestart || change > shown.change)) {
     // The scene includes all changes before its own time.
-    const since = changes.slice(anew ? 0 : shown.change + 1, change + 1).filter((c) => c.time >= whole.time);
-    const newest = new Map(since.flatMap((c) => c.objects).map((o) => [o.id, o]));
+    const newChanges = changes.slice(isRestart ? 0 : shown.change + 1, change + 1).filter((c) => c.time >= sceneRecord.time);
+    const newest = new Map(newChanges.flatMap((c) => c.objects).map((o) => [o.id, o]));
     if (newest.size) deliverMessage({ type: "objects", objects: [...newest.values()] });
   }
   const poses = [...tracks].flatMap(([key, { times, values }]) => {
-    const numbers = values[last(times.length, t, (i) => times[i])];
+    const numbers = values[lastIndex(times.length, t, (i) => times[i])];
     return numbers ? [{ key, numbers }] : [];
   });
   const view = new DataView(new ArrayBuffer(20 + poses.reduce((n, { numbers }) => n + 4 + 8 * numbers.length, 0)));
@@ -64,12 +64,12 @@ function seek(time) {
   }
   deliver("frame", view);
   /** @type {{ [id: number]: Reading | null }} */
-  const seen = {};
-  for (const [id, all] of readings) seen[id] = all[lastOf(all, t)]?.reading ?? null;
-  deliverMessage({ type: "readings", readings: seen });
-  const drawing = lastOf(drawings, t);
+  const currentReadings = {};
+  for (const [id, all] of readings) currentReadings[id] = all[lastEntry(all, t)]?.reading ?? null;
+  deliverMessage({ type: "readings", readings: currentReadings });
+  const drawing = lastEntry(drawings, t);
   if (drawing !== shown.drawing) deliverMessage(drawings[drawing]?.message ?? { type: "drawings", drawings: [] });
-  const n = lastOf(events, t) + 1;
+  const n = lastEntry(events, t) + 1;
   if (n < shown.events) clear();
   for (const e of events.slice(n < shown.events ? 0 : shown.events, n)) deliverMessage(e.message);
   shown = { scene, change, drawing, events: n };
@@ -86,19 +86,19 @@ function play(on) {
   playing = on ? { clock: performance.now(), from: now } : null;
   get("play").replaceChildren(icon(on ? "pause" : "play"));
   get("play").setAttribute("aria-label", on ? "Pause" : "Play");
-  if (on) requestAnimationFrame(go);
+  if (on) requestAnimationFrame(playFrame);
 }
-/** @param {number} clock */
-function go(clock) {
+/** @param {number} frameTime */
+function playFrame(frameTime) {
   if (!playing) return;
-  const passed = (Math.max(0, clock - playing.clock) / 1000) * Number(rate.value);
-  seek(Math.min(end, playing.from + passed));
+  const elapsed = (Math.max(0, frameTime - playing.clock) / 1000) * Number(speedSelect.value);
+  seek(Math.min(end, playing.from + elapsed));
   if (now >= end) play(false);
-  else requestAnimationFrame(go);
+  else requestAnimationFrame(playFrame);
 }
 
 get("play").onclick = () => play(!playing);
-rate.onchange = () => { if (playing) play(true); };
+speedSelect.onchange = () => { if (playing) play(true); };
 slider.oninput = () => {
   const going = playing !== null;
   if (going) play(false);
@@ -110,7 +110,7 @@ document.addEventListener("keydown", (e) => {
   e.preventDefault();
 });
 
-read(await unpack());
+readRecording(await unpackRecording());
 slider.max = String(end);
 seek(0);
 // The hash of the address sets the initial time: film.html#12.5 starts at 12.5 s.

@@ -27,7 +27,7 @@ export const readings = new Map();
 export let end = 0;
 
 /** Returns a promise of the decompressed recording. */
-export async function unpack() {
+export async function unpackRecording() {
   const packed = Uint8Array.from(atob(get("recording").textContent ?? ""), (c) => c.charCodeAt(0));
   const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip"));
   return new DataView(await new Response(stream).arrayBuffer());
@@ -39,7 +39,7 @@ export async function unpack() {
  * @param {number} from offset of the frame, bytes
  * @param {number} time s
  */
-function frame(view, from, time) {
+function storeFrame(view, from, time) {
   const count = view.getUint32(from + 16, true);
   let at = from + 20;
   for (let i = 0; i < count; i++) {
@@ -58,7 +58,7 @@ function frame(view, from, time) {
  * @param {ToPage} message
  * @param {number} time s
  */
-function text(message, time) {
+function storeMessage(message, time) {
   if (message.type === "scene") scenes.push({ time, message });
   else if (message.type === "objects") changes.push({ time, objects: message.objects });
   else if (message.type === "event") events.push({ time, message });
@@ -73,15 +73,15 @@ function text(message, time) {
 }
 
 /** Reads all records of the recording. @param {DataView<ArrayBuffer>} view */
-export function read(view) {
+export function readRecording(view) {
   for (let at = 0; at + 13 <= view.byteLength;) {
     const length = view.getUint32(at, true);
     const time = view.getFloat64(at + 4, true);
     const from = at + 13;
     at = from + length;
     end = Math.max(end, time);
-    if (view.getUint8(at - length - 1) === 0) text(JSON.parse(new TextDecoder().decode(new Uint8Array(view.buffer, from, length))), time);
-    else if (view.getUint8(from) === 1) frame(view, from, time);
+    if (view.getUint8(at - length - 1) === 0) storeMessage(JSON.parse(new TextDecoder().decode(new Uint8Array(view.buffer, from, length))), time);
+    else if (view.getUint8(from) === 1) storeFrame(view, from, time);
     else deliver(view.getUint8(from) === 4 ? "texture" : "mesh", new DataView(view.buffer.slice(from, at)));
   }
 }
@@ -92,7 +92,7 @@ export function read(view) {
  * @param {number} t
  * @param {(i: number) => number | undefined} time returns the time with an index
  */
-export function last(n, t, time) {
+export function lastIndex(n, t, time) {
   let [low, high] = [0, n];
   while (low < high) {
     const middle = (low + high) >> 1;
@@ -107,4 +107,4 @@ export function last(n, t, time) {
  * @param {{ time: number }[]} all
  * @param {number} t
  */
-export const lastOf = (all, t) => last(all.length, t, (i) => all[i]?.time);
+export const lastEntry = (all, t) => lastIndex(all.length, t, (i) => all[i]?.time);

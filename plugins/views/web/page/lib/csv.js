@@ -29,7 +29,7 @@ export function csv(curves, first) {
  */
 export function csvOfPairs(curves, along) {
   const head = curves.flatMap(({ name, unit }) => [along, unit ? `${name} (${unit})` : name]).map(cell).join(",");
-  const most = Math.max(0, ...curves.map((c) => c.times.length));
-  const rows = Array.from({ length: most }, (_, i) => curves.flatMap((c) => [c.times[i] ?? "", c.values[i] ?? ""]).join(","));
+  const length = Math.max(0, ...curves.map((c) => c.times.length));
+  const rows = Array.from({ length }, (_, i) => curves.flatMap((c) => [c.times[i] ?? "", c.values[i] ?? ""]).join(","));
   return `${[head, ...rows].join("\n")}\n`;
 }

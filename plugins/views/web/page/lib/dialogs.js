@@ -8,10 +8,10 @@ import { make } from "tatu/lib/dom";
  * @param {string} title
  * @param {Node[]} content
  * @param {string[]} buttons the first one is chosen by Enter
- * @param {() => void} [shown] called when the dialog is visible
+ * @param {() => void} [onShown] called when the dialog is visible
  * @returns {Promise<string>}
  */
-export function choose(title, content, buttons, shown) {
+export function choose(title, content, buttons, onShown) {
   const dialog = make("dialog", { className: "question" });
   dialog.setAttribute("aria-label", title);
   const form = make("form", { method: "dialog" });
@@ -20,13 +20,13 @@ export function choose(title, content, buttons, shown) {
   form.append(make("h2", { textContent: title }), ...content, row);
   dialog.append(form);
   document.body.append(dialog);
-  return new Promise((done) => {
+  return new Promise((resolve) => {
     dialog.onclose = () => {
       dialog.remove();
-      done(dialog.returnValue);
+      resolve(dialog.returnValue);
     };
     dialog.showModal();
-    shown?.();
+    onShown?.();
   });
 }
 

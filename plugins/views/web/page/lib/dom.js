@@ -10,8 +10,8 @@
  */
 export function get(id, type) {
   const found = document.getElementById(id);
-  const wanted = type ?? HTMLElement;
-  if (!(found instanceof wanted)) throw new Error(`the page has no ${wanted.name} with the id "${id}"`);
+  const expected = type ?? HTMLElement;
+  if (!(found instanceof expected)) throw new Error(`the page has no ${expected.name} with the id "${id}"`);
   return /** @type {T} */ (/** @type {Element} */ (found));
 }
 
@@ -19,9 +19,9 @@ export function get(id, type) {
  * Creates an element, and sets properties of it.
  * @template {keyof HTMLElementTagNameMap} K
  * @param {K} tag
- * @param {Partial<HTMLElementTagNameMap[K]>} [more]
+ * @param {Partial<HTMLElementTagNameMap[K]>} [properties]
  * @returns {HTMLElementTagNameMap[K]}
  */
-export function make(tag, more = {}) {
-  return Object.assign(document.createElement(tag), more);
+export function make(tag, properties = {}) {
+  return Object.assign(document.createElement(tag), properties);
 }

@@ -6,7 +6,7 @@ import { get, make } from "tatu/lib/dom";
 
 /**
  * A window: its element, its title bar and title, the element for its content, and a function that closes it.
- * @typedef {{ box: HTMLElement, bar: HTMLElement, title: HTMLElement, body: HTMLElement, close: () => void }} Floating
+ * @typedef {{ box: HTMLElement, bar: HTMLElement, title: HTMLElement, body: HTMLElement, close: () => void }} FloatingWindow
  */
 
 const host = get("view");
@@ -14,7 +14,7 @@ const host = get("view");
 const STEP = 16;
 /** Distance between new windows and the edges of the view, pixels. */
 const EDGE = 10;
-let front = 2;
+let topLayer = 2;
 
 /**
  * Moves a window to a position in the view, clamped so that its title bar remains within the view.
@@ -22,7 +22,7 @@ let front = 2;
  * @param {number} x
  * @param {number} y
  */
-function put(box, x, y) {
+function moveTo(box, x, y) {
   box.style.left = `${Math.round(Math.max(0, Math.min(x, host.clientWidth - 60)))}px`;
   box.style.top = `${Math.round(Math.max(0, Math.min(y, host.clientHeight - 30)))}px`;
 }
@@ -32,10 +32,10 @@ function put(box, x, y) {
  * none, returns one with a small offset that depends on the number of windows.
  * @param {HTMLElement} box
  */
-function room(box) {
+function freePosition(box) {
   const [w, h] = [box.offsetWidth, box.offsetHeight];
-  const others = [...host.querySelectorAll(".window")].filter((o) => o instanceof HTMLElement && o !== box && !o.hidden);
-  const covers = (/** @type {number} */ x, /** @type {number} */ y) => others.some((o) => (
+  const otherWindows = [...host.querySelectorAll(".window")].filter((o) => o instanceof HTMLElement && o !== box && !o.hidden);
+  const covers = (/** @type {number} */ x, /** @type {number} */ y) => otherWindows.some((o) => (
     o instanceof HTMLElement && x < o.offsetLeft + o.offsetWidth && o.offsetLeft < x + w && y < o.offsetTop + o.offsetHeight && o.offsetTop < y + h
   ));
   const right = host.clientWidth - w - EDGE;
@@ -44,81 +44,81 @@ function room(box) {
   for (let x = right; x >= EDGE; x -= STEP) {
     for (let y = top; y <= host.clientHeight - h - EDGE; y += STEP) if (!covers(x, y)) return { x, y };
   }
-  return { x: right - 24 * (others.length % 8), y: top + 34 * (others.length % 8) };
+  return { x: right - 24 * (otherWindows.length % 8), y: top + 34 * (otherWindows.length % 8) };
 }
 
 /**
  * Makes a window movable by its title bar. The view behind the window does not receive its keyboard and pointer events.
  * @param {HTMLElement} box
  * @param {HTMLElement} bar the title bar
- * @param {() => void} [moved] called at the end of a drag
+ * @param {() => void} [onMoved] called at the end of a drag
  */
-export function movable(box, bar, moved = () => {}) {
+export function movable(box, bar, onMoved = () => {}) {
   for (const kind of ["keydown", "pointerdown", "pointerup", "wheel", "dblclick"]) box.addEventListener(kind, (e) => e.stopPropagation());
-  box.addEventListener("pointerdown", () => { box.style.zIndex = String(++front); }, true);
+  box.addEventListener("pointerdown", () => { box.style.zIndex = String(++topLayer); }, true);
   bar.onpointerdown = (e) => {
     if (e.target !== bar) return;
     const [x, y] = [e.clientX - box.offsetLeft, e.clientY - box.offsetTop];
     bar.setPointerCapture(e.pointerId);
-    bar.onpointermove = (m) => put(box, m.clientX - x, m.clientY - y);
+    bar.onpointermove = (m) => moveTo(box, m.clientX - x, m.clientY - y);
     bar.onpointerup = bar.onpointercancel = () => {
       bar.onpointermove = null;
-      moved();
+      onMoved();
     };
   };
 }
 
 /** @type {{ [key: string]: [number, number] }} */
-const WAYS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
+const DIRECTIONS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
 
 /**
  * Opens a window. Its position and size are stored in the browser under `key`.
  * @param {{ key: string, title: string, width: number, height?: number, closed: () => void }} what
- * @returns {Floating}
+ * @returns {FloatingWindow}
  */
-export function floating({ key, title: text, width, height, closed }) {
+export function openFloatingWindow({ key, title: text, width, height, closed }) {
   const box = make("section", { className: "window pane" });
   box.setAttribute("aria-label", text);
   const bar = make("div", { className: "title", tabIndex: 0, title: "Drag, or arrow keys: move; with Shift: size; Escape: close" });
   bar.setAttribute("role", "group");
   bar.setAttribute("aria-label", `Window ${text}`);
   const title = make("span", { textContent: text });
-  const shut = make("button", { type: "button", textContent: "\u00D7", title: "Close" });
-  shut.setAttribute("aria-label", `Close ${text}`);
-  bar.append(title, shut);
+  const closeButton = make("button", { type: "button", textContent: "\u00D7", title: "Close" });
+  closeButton.setAttribute("aria-label", `Close ${text}`);
+  bar.append(title, closeButton);
   const body = make("div", { className: "body" });
   box.append(bar, body);
 
-  const store = `tatu window ${key}`;
-  const keep = () => {
-    if (box.offsetWidth) localStorage.setItem(store, [box.offsetLeft, box.offsetTop, box.offsetWidth, box.offsetHeight].join(" "));
+  const storageKey = `tatu window ${key}`;
+  const storePlacement = () => {
+    if (box.offsetWidth) localStorage.setItem(storageKey, [box.offsetLeft, box.offsetTop, box.offsetWidth, box.offsetHeight].join(" "));
   };
-  const [x, y, w, h] = (localStorage.getItem(store) ?? "").split(" ").map(Number);
+  const [x, y, w, h] = (localStorage.getItem(storageKey) ?? "").split(" ").map(Number);
   box.style.width = `${w || width}px`;
   if (h ?? height) box.style.height = `${h ?? height}px`;
-  movable(box, bar, keep);
-  const sized = new ResizeObserver(() => { if (box.isConnected) keep(); });
+  movable(box, bar, storePlacement);
+  const sizeObserver = new ResizeObserver(() => { if (box.isConnected) storePlacement(); });
   bar.addEventListener("keydown", (e) => {
-    const way = WAYS[e.key];
+    const direction = DIRECTIONS[e.key];
     if (e.key === "Escape") close();
-    if (!way || e.target !== bar) return;
+    if (!direction || e.target !== bar) return;
     e.preventDefault();
-    const [dx, dy] = [STEP * way[0], STEP * way[1]];
+    const [dx, dy] = [STEP * direction[0], STEP * direction[1]];
     if (e.shiftKey) Object.assign(box.style, { width: `${box.offsetWidth + dx}px`, height: `${box.offsetHeight + dy}px` });
-    else put(box, box.offsetLeft + dx, box.offsetTop + dy);
-    keep();
+    else moveTo(box, box.offsetLeft + dx, box.offsetTop + dy);
+    storePlacement();
   });
   const close = () => {
-    sized.disconnect();
+    sizeObserver.disconnect();
     box.remove();
     closed();
   };
-  shut.onclick = close;
-  box.style.zIndex = String(++front);
+  closeButton.onclick = close;
+  box.style.zIndex = String(++topLayer);
   host.append(box);
-  const free = w ? null : room(box);
-  put(box, free?.x ?? x ?? 0, free?.y ?? y ?? 0);
-  sized.observe(box);
+  const placement = w ? null : freePosition(box);
+  moveTo(box, placement?.x ?? x ?? 0, placement?.y ?? y ?? 0);
+  sizeObserver.observe(box);
   return { box, bar, title, body, close };
 }
 
@@ -128,6 +128,6 @@ new ResizeObserver(() => {
   for (const box of host.querySelectorAll(".pane")) {
     if (!(box instanceof HTMLElement)) continue;
     const [right, bottom] = [host.clientWidth - box.offsetWidth, host.clientHeight - box.offsetHeight];
-    put(box, Math.max(0, Math.min(box.offsetLeft, right)), Math.max(0, Math.min(box.offsetTop, bottom)));
+    moveTo(box, Math.max(0, Math.min(box.offsetLeft, right)), Math.max(0, Math.min(box.offsetTop, bottom)));
   }
 }).observe(host);

@@ -12,12 +12,12 @@ import { make } from "tatu/lib/dom";
 /** @type {HTMLElement | null} */
 let open = null;
 /** The element that had the focus before the menu was opened. @type {Element | null} */
-let before = null;
+let previousFocus = null;
 
 function close() {
   open?.remove();
   open = null;
-  if (before instanceof HTMLElement) before.focus({ preventScroll: true });
+  if (previousFocus instanceof HTMLElement) previousFocus.focus({ preventScroll: true });
 }
 
 /**
@@ -28,7 +28,7 @@ function close() {
  */
 export function openMenu(x, y, entries) {
   open?.remove();
-  before = document.activeElement;
+  previousFocus = document.activeElement;
   const menu = make("div", { className: "menu" });
   menu.setAttribute("role", "menu");
   for (const { name, keys, act, off } of entries) {

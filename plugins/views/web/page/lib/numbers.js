@@ -6,7 +6,7 @@
  * @param {unknown} x a number, or the JSON representation of a non-finite number
  * @param {number} [factor]
  */
-export function writeNumber(x, factor = 1) {
+export function formatNumber(x, factor = 1) {
   if (typeof x === "object" && x !== null && "number" in x) return String(x.number).replace("inf", "\u221e");
   if (typeof x !== "number") return "";
   const y = x * factor;
@@ -20,7 +20,7 @@ export function writeNumber(x, factor = 1) {
  * @param {number} [factor]
  * @returns {number}
  */
-export function readNumber(text, factor = 1) {
+export function parseNumber(text, factor = 1) {
   const t = text.trim().replace("\u2212", "-");
   if (/^[+-]?(inf|\u221e)$/i.test(t)) return t.startsWith("-") ? -Infinity : Infinity;
   return t === "" ? NaN : Number(/^[^.,]*,[^.,]*$/.test(t) ? t.replace(",", ".") : t) / factor;
@@ -31,7 +31,7 @@ export function readNumber(text, factor = 1) {
  * @param {number} x
  * @param {number} step
  */
-export function snap(x, step) {
+export function roundToStep(x, step) {
   if (!(step > 0)) return x;
   const n = Math.round(x / step) * step;
   // Removes rounding noise of the multiplication: 3 * 0.1 is 0.30000000000000004.

@@ -12,7 +12,7 @@
 /** Default colors of curves, from the palette by Okabe and Ito. */
 const COLORS = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9"];
 /** Minimum distance between grid lines, pixels. */
-const APART = { x: 70, y: 28 };
+const GRID_SPACING = { x: 70, y: 28 };
 
 /**
  * Returns the CSS color of a curve.
@@ -24,20 +24,20 @@ export function colorOf(color, i) {
 }
 
 /**
- * Returns round numbers from `low` to `high`, not more than about `most`, and the number of decimal places that they
+ * Returns round numbers from `low` to `high`, not more than about `count`, and the number of decimal places that they
  * require.
  * @param {number} low
  * @param {number} high
- * @param {number} most
+ * @param {number} count
  */
-export function ticks(low, high, most) {
-  const rough = Math.max((high - low) / Math.max(1, most), Number.MIN_VALUE);
-  const power = 10 ** Math.floor(Math.log10(rough));
-  const step = power * ([1, 2, 5, 10].find((n) => n * power >= rough * (1 - 1e-9)) ?? 10);
+export function ticks(low, high, count) {
+  const roughStep = Math.max((high - low) / Math.max(1, count), Number.MIN_VALUE);
+  const power = 10 ** Math.floor(Math.log10(roughStep));
+  const step = power * ([1, 2, 5, 10].find((n) => n * power >= roughStep * (1 - 1e-9)) ?? 10);
   const digits = Math.max(0, Math.ceil(-Math.log10(step) - 1e-9));
   /** @type {number[]} */
   const all = [];
-  for (let i = Math.ceil(low / step - 1e-9); i * step <= high + 1e-9 * step && all.length <= most + 1; i++) all.push(i * step + 0);
+  for (let i = Math.ceil(low / step - 1e-9); i * step <= high + 1e-9 * step && all.length <= count + 1; i++) all.push(i * step + 0);
   return { all, digits };
 }
 
@@ -57,8 +57,8 @@ function range(curves, key) {
   }
   if (low > high) return null;
   // The range around a constant value is chosen so that the curve is drawn in the middle.
-  const room = high > low ? (key === "values" ? 0.04 * (high - low) : 0) : Math.max(Math.abs(high) * 0.1, 1e-3);
-  return { low: low - room, high: high + room };
+  const margin = high > low ? (key === "values" ? 0.04 * (high - low) : 0) : Math.max(Math.abs(high) * 0.1, 1e-3);
+  return { low: low - margin, high: high + margin };
 }
 
 /**
@@ -87,14 +87,14 @@ export function plot(canvas, curves, unit = "s", legend = true) {
   const [values, times] = [range(curves, "values"), range(curves, "times")];
   if (!values || !times) return;
   c.font = "11px system-ui, sans-serif";
-  const ink = getComputedStyle(canvas).color;
-  const upright = ticks(values.low, values.high, Math.floor((h - 34) / APART.y));
-  const left = 10 + Math.max(...upright.all.map((v) => c.measureText(label(v, upright.digits)).width), 12);
-  const along = ticks(times.low, times.high, Math.floor((w - left) / APART.x));
+  const textColor = getComputedStyle(canvas).color;
+  const valueTicks = ticks(values.low, values.high, Math.floor((h - 34) / GRID_SPACING.y));
+  const left = 10 + Math.max(...valueTicks.all.map((v) => c.measureText(label(v, valueTicks.digits)).width), 12);
+  const timeTicks = ticks(times.low, times.high, Math.floor((w - left) / GRID_SPACING.x));
   const x = (/** @type {number} */ t) => left + ((w - left - 10) * (t - times.low)) / (times.high - times.low);
   const y = (/** @type {number} */ v) => h - 20 - ((h - 30) * (v - values.low)) / (values.high - values.low);
 
-  c.strokeStyle = c.fillStyle = ink;
+  c.strokeStyle = c.fillStyle = textColor;
   c.lineWidth = 1;
   const line = (/** @type {number[]} */ [x0 = 0, y0 = 0, x1 = 0, y1 = 0]) => {
     c.beginPath();
@@ -103,16 +103,16 @@ export function plot(canvas, curves, unit = "s", legend = true) {
     c.stroke();
   };
   c.globalAlpha = 0.15;
-  for (const v of upright.all) line([left, y(v), w - 10, y(v)]);
-  for (const t of along.all) line([x(t), 10, x(t), h - 20]);
+  for (const v of valueTicks.all) line([left, y(v), w - 10, y(v)]);
+  for (const t of timeTicks.all) line([x(t), 10, x(t), h - 20]);
   c.globalAlpha = 0.75;
   c.textBaseline = "middle";
   c.textAlign = "right";
-  for (const v of upright.all) c.fillText(label(v, upright.digits), left - 5, y(v));
+  for (const v of valueTicks.all) c.fillText(label(v, valueTicks.digits), left - 5, y(v));
   c.textAlign = "center";
-  for (const t of along.all.slice(0, -1)) c.fillText(label(t, along.digits), x(t), h - 9);
+  for (const t of timeTicks.all.slice(0, -1)) c.fillText(label(t, timeTicks.digits), x(t), h - 9);
   c.textAlign = "right";
-  c.fillText(`${label(along.all.at(-1) ?? times.high, along.digits)} ${unit}`.trim(), w - 2, h - 9);
+  c.fillText(`${label(timeTicks.all.at(-1) ?? times.high, timeTicks.digits)} ${unit}`.trim(), w - 2, h - 9);
   c.globalAlpha = 1;
 
   c.lineWidth = 1.5;
@@ -120,14 +120,14 @@ export function plot(canvas, curves, unit = "s", legend = true) {
   curves.forEach((s, i) => {
     c.strokeStyle = colorOf(s.color, s.place ?? i);
     c.beginPath();
-    let pen = false;
+    let isPenDown = false;
     s.values.forEach((v, k) => {
       const t = s.times[k];
-      if (v === null || t === null || t === undefined) pen = false;
-      else if (pen) c.lineTo(x(t), y(v));
+      if (v === null || t === null || t === undefined) isPenDown = false;
+      else if (isPenDown) c.lineTo(x(t), y(v));
       else {
         c.moveTo(x(t), y(v));
-        pen = true;
+        isPenDown = true;
       }
     });
     c.stroke();

@@ -9,7 +9,7 @@ import { minus, plus } from "./vectors.js";
 /** @typedef {[number, number, number, number, number, number, number]} Pose position, then quaternion x, y, z, w */
 
 /** The identity pose. @type {Pose} */
-export const STILL = [0, 0, 0, 0, 0, 0, 1];
+export const IDENTITY = [0, 0, 0, 0, 0, 0, 1];
 
 /**
  * Returns the position of a pose.
@@ -59,7 +59,7 @@ export function inverse(pose) {
  * @returns {Pose}
  */
 export function frameOf(frame, { world, local }) {
-  if (frame === "world") return STILL;
+  if (frame === "world") return IDENTITY;
   return frame === "own" ? world : compose(world, inverse(local));
 }
 
@@ -69,7 +69,7 @@ export function frameOf(frame, { world, local }) {
  * @param {Vec3} by displacement in `frame`
  * @returns {Pose}
  */
-export function shift(frame, by) {
+export function translationAlong(frame, by) {
   return [...rotate(rotationOf(frame), by), 0, 0, 0, 1];
 }
 
@@ -80,7 +80,7 @@ export function shift(frame, by) {
  * @param {Vec3} about the point in the world frame
  * @returns {Pose}
  */
-export function spin(frame, by, about) {
+export function rotationAbout(frame, by, about) {
   const q = multiply(multiply(rotationOf(frame), by), conjugate(rotationOf(frame)));
   return [...minus(about, rotate(q, about)), ...q];
 }
@@ -91,7 +91,7 @@ export function spin(frame, by, about) {
  * @param {{ world: Pose, local: Pose }} from the poses before the motion, in the world and in the frame of the parent
  * @returns {Pose}
  */
-export function moved(motion, { world, local }) {
+export function movedPose(motion, { world, local }) {
   const [x, y, z, ...q] = compose(compose(local, inverse(world)), compose(motion, world));
   const length = Math.hypot(...q) || 1;
   // Rounding removes floating-point noise, so that an object placed at 0.6 is exactly at 0.6.

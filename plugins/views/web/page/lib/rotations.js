@@ -21,9 +21,9 @@ export function toDegrees(q) {
   const [x, y, z, w] = [q[0] / length, q[1] / length, q[2] / length, q[3] / length];
   const s = 2 * (x * z + w * y);
   if (Math.abs(s) > 1 - 1e-12) {
-    return tidy([0, s > 0 ? 90 : -90, wrap(2 * Math.atan2(z, w) * DEG)]);
+    return roundAngles([0, s > 0 ? 90 : -90, wrapAngle(2 * Math.atan2(z, w) * DEG)]);
   }
-  return tidy([
+  return roundAngles([
     Math.atan2(2 * (w * x - y * z), 1 - 2 * (x * x + y * y)) * DEG,
     Math.asin(s) * DEG,
     Math.atan2(2 * (w * z - x * y), 1 - 2 * (y * y + z * z)) * DEG,
@@ -43,7 +43,7 @@ export function fromDegrees(degrees) {
 }
 
 /** Wraps an angle to the range (-180, 180]. @param {number} degrees */
-function wrap(degrees) {
+function wrapAngle(degrees) {
   return degrees > 180 ? degrees - 360 : degrees <= -180 ? degrees + 360 : degrees;
 }
 
@@ -52,7 +52,7 @@ function wrap(degrees) {
  * @param {Vec3} angles
  * @returns {Vec3}
  */
-function tidy([x, y, z]) {
+function roundAngles([x, y, z]) {
   const one = (/** @type {number} */ a) => Math.round(a * 1e9) / 1e9 + 0;
   return [one(x), one(y), one(z)];
 }
@@ -92,14 +92,14 @@ export function rotate([x, y, z, w], [a, b, c]) {
  * @param {number} axis 0: x; 1: y; 2: z
  * @param {number} degrees
  */
-export function about(axis, degrees) {
+export function axisRotation(axis, degrees) {
   /** @type {Vec3} */
   const angles = [0, 0, 0];
   angles[axis] = degrees;
   return fromDegrees(angles);
 }
 
-/** @typedef {{ axis: number, sign: number }} Way a direction: the index of an axis, and 1 or -1 along it */
+/** @typedef {{ axis: number, sign: number }} AxisDirection a direction: the index of an axis, and 1 or -1 along it */
 
 /**
  * Returns which of the x and y axes of a frame, and in which direction, is closest to the right on the screen
@@ -107,7 +107,7 @@ export function about(axis, degrees) {
  * @param {Quat} frame the rotation of the frame in the world
  * @param {Vec3} right the direction to the right on the screen
  * @param {Vec3} away a direction that is up on the screen or away from the camera
- * @returns {{ across: Way, ahead: Way }}
+ * @returns {{ across: AxisDirection, ahead: AxisDirection }}
  */
 export function screenAxes(frame, right, away) {
   const [x, y] = [rotate(frame, [1, 0, 0]), rotate(frame, [0, 1, 0])];

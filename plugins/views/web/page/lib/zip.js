@@ -16,11 +16,11 @@ const MAX_TOTAL_BYTES = 256 << 20;
 /** @typedef {{ name: string, bytes: Uint8Array<ArrayBuffer> }} Unpacked */
 
 /**
- * Decompresses deflated data. Throws a failure if the result is larger than `most` bytes.
+ * Decompresses deflated data. Throws a failure if the result is larger than `maxBytes` bytes.
  * @param {Uint8Array<ArrayBuffer>} packed
- * @param {number} most
+ * @param {number} maxBytes
  */
-async function inflate(packed, most) {
+async function inflate(packed, maxBytes) {
   const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("deflate-raw"));
   /** @type {Uint8Array[]} */
   const parts = [];
@@ -31,7 +31,7 @@ async function inflate(packed, most) {
     if (done) break;
     length += value.length;
     // The size stated in the archive cannot be trusted.
-    if (length > most) throw { error: "a file in the zip archive is larger than the size that the archive states" };
+    if (length > maxBytes) throw { error: "a file in the zip archive is larger than the size that the archive states" };
     parts.push(value);
   }
   const bytes = new Uint8Array(length);
@@ -60,7 +60,7 @@ export async function unzip(buffer, wanted = () => true) {
   if (end < 0) throw damaged;
   /** @type {Unpacked[]} */
   const files = [];
-  let left = MAX_TOTAL_BYTES;
+  let remaining = MAX_TOTAL_BYTES;
   try {
     const count = view.getUint16(end + 10, true);
     let at = view.getUint32(end + 16, true);
@@ -74,8 +74,8 @@ export async function unzip(buffer, wanted = () => true) {
       at += 46 + nameLength + extra + comment;
       if (name.endsWith("/") || !wanted(name)) continue;
       if (flags & 1) throw { error: `\`${name}\` in the zip archive is encrypted`, help: "create the archive without a password" };
-      if (size > Math.min(MAX_FILE_BYTES, left)) throw { error: `\`${name}\` in the zip archive is too large: expected at most 64 MiB per file, and 256 MiB for all files` };
-      left -= size;
+      if (size > Math.min(MAX_FILE_BYTES, remaining)) throw { error: `\`${name}\` in the zip archive is too large: expected at most 64 MiB per file, and 256 MiB for all files` };
+      remaining -= size;
       const start = local + 30 + view.getUint16(local + 26, true) + view.getUint16(local + 28, true);
       const data = new Uint8Array(buffer, start, packed);
       if (method === 0) files.push({ name, bytes: data.slice() });

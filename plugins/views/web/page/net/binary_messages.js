@@ -5,7 +5,7 @@
 /** Kinds of binary messages, by their first byte. @type {{ [kind: number]: "frame" | "mesh" | "image" | "texture" | undefined }} */
 export const BINARY = { 1: "frame", 2: "mesh", 3: "image", 4: "texture" };
 /** Size of the header of a frame, bytes. */
-const HEAD = 20;
+const FRAME_HEADER_BYTES = 20;
 
 /**
  * An entry of a frame: the handle of an object, and its pose, joint position or joint rotation.
@@ -15,30 +15,30 @@ const HEAD = 20;
 /**
  * Reads a value in full precision.
  * @param {DataView} view
- * @param {number} at
+ * @param {number} offset
  */
-const float64 = (view, at) => view.getFloat64(at, true);
+const float64 = (view, offset) => view.getFloat64(offset, true);
 /**
  * Reads a component of a quaternion.
  * @param {DataView} view
- * @param {number} at
+ * @param {number} offset
  */
-const turned = (view, at) => view.getInt16(at, true) / 32767;
+const readUnit = (view, offset) => view.getInt16(offset, true) / 32767;
 /**
  * Reads a coordinate, m.
  * @param {DataView} view
- * @param {number} at
+ * @param {number} offset
  */
-const placed = (view, at) => view.getInt32(at, true) / 1e4;
+const readLength = (view, offset) => view.getInt32(offset, true) / 1e4;
 
 /**
  * The types of entries: what they contain, and how each value is read and its size in bytes.
  * @type {{ what: Entry["what"], read: ((view: DataView, at: number) => number)[], size: number[] }[]}
  */
 const ENTRIES = [
-  { what: "pose", read: [placed, placed, placed, turned, turned, turned, turned], size: [4, 4, 4, 2, 2, 2, 2] },
-  { what: "position", read: [(view, at) => view.getFloat32(at, true)], size: [4] },
-  { what: "rotation", read: [turned, turned, turned, turned], size: [2, 2, 2, 2] },
+  { what: "pose", read: [readLength, readLength, readLength, readUnit, readUnit, readUnit, readUnit], size: [4, 4, 4, 2, 2, 2, 2] },
+  { what: "position", read: [(view, offset) => view.getFloat32(offset, true)], size: [4] },
+  { what: "rotation", read: [readUnit, readUnit, readUnit, readUnit], size: [2, 2, 2, 2] },
   // The same three types in full precision, for films.
   { what: "pose", read: Array(7).fill(float64), size: Array(7).fill(8) },
   { what: "position", read: [float64], size: [8] },
@@ -70,16 +70,16 @@ export function timeOf(view) {
 export function eachEntry(view, f) {
   const count = view.getUint32(16, true);
   const numbers = [0, 0, 0, 0, 0, 0, 0];
-  let at = HEAD;
-  for (let i = 0; i < count && at + 4 <= view.byteLength; i++) {
-    const head = view.getUint32(at, true);
+  let offset = FRAME_HEADER_BYTES;
+  for (let i = 0; i < count && offset + 4 <= view.byteLength; i++) {
+    const head = view.getUint32(offset, true);
     const entry = ENTRIES[head >>> 24];
-    at += 4;
-    if (!entry || at + entryLength(head >>> 24) > view.byteLength) return;
+    offset += 4;
+    if (!entry || offset + entryLength(head >>> 24) > view.byteLength) return;
     numbers.length = entry.read.length;
     entry.read.forEach((read, k) => {
-      numbers[k] = read(view, at);
-      at += entry.size[k] ?? 0;
+      numbers[k] = read(view, offset);
+      offset += entry.size[k] ?? 0;
     });
     f(head & 0xffffff, entry.what, numbers);
   }
@@ -89,20 +89,20 @@ export function eachEntry(view, f) {
  * Parses a mesh: its hash, the coordinates of its points, the point indices of its triangles, and the texture
  * coordinates of its points, if it has them.
  * @param {DataView} view
- * @returns {{ sum: string, points: Float32Array, triangles: Uint32Array, coordinates: Float32Array | null }}
+ * @returns {{ hash: string, points: Float32Array, triangles: Uint32Array, coordinates: Float32Array | null }}
  */
-export function mesh(view) {
+export function parseMesh(view) {
   const { buffer, byteOffset } = view;
-  const sum = new TextDecoder().decode(new Uint8Array(buffer, byteOffset + 4, 16));
+  const hash = new TextDecoder().decode(new Uint8Array(buffer, byteOffset + 4, 16));
   const [points, triangles] = [view.getUint32(20, true), view.getUint32(24, true)];
   const from = byteOffset + 28;
   const end = from + 12 * points + 12 * triangles;
-  const more = view.byteLength - (end - byteOffset) >= 8 * points;
+  const hasCoordinates = view.byteLength - (end - byteOffset) >= 8 * points;
   return {
-    sum,
+    hash,
     points: new Float32Array(buffer.slice(from, from + 12 * points)),
     triangles: new Uint32Array(buffer.slice(from + 12 * points, end)),
-    coordinates: more && points > 0 ? new Float32Array(buffer.slice(end, end + 8 * points)) : null,
+    coordinates: hasCoordinates && points > 0 ? new Float32Array(buffer.slice(end, end + 8 * points)) : null,
   };
 }
 
@@ -111,7 +111,7 @@ export function mesh(view) {
  * @param {DataView} view
  * @returns {{ hash: string, width: number, height: number, pixels: Uint8Array<ArrayBuffer> }}
  */
-export function texture(view) {
+export function parseTexture(view) {
   const { buffer, byteOffset } = view;
   const hash = new TextDecoder().decode(new Uint8Array(buffer, byteOffset + 4, 16));
   const [width, height] = [view.getUint32(20, true), view.getUint32(24, true)];
@@ -124,15 +124,15 @@ export function texture(view) {
  * @param {DataView} view
  * @returns {{ id: number, width: number, height: number, pixels: Uint8ClampedArray<ArrayBuffer> }}
  */
-export function image(view) {
+export function parseImage(view) {
   const [id, width, height] = [view.getUint32(4, true), view.getUint32(8, true), view.getUint32(12, true)];
   const pixels = new Uint8ClampedArray(4 * width * height);
   const color = view.getUint8(2) === 0;
   const depth = (/** @type {number} */ i) => view.getFloat32(16 + 4 * i, true);
-  let far = 0;
-  if (!color) for (let i = 0; i < width * height; i++) if (Number.isFinite(depth(i))) far = Math.max(far, depth(i));
+  let maxDepth = 0;
+  if (!color) for (let i = 0; i < width * height; i++) if (Number.isFinite(depth(i))) maxDepth = Math.max(maxDepth, depth(i));
   // Pixels without a hit are black, like those with the largest depth.
-  const light = (/** @type {number} */ i) => (Number.isFinite(depth(i)) ? 255 * (1 - depth(i) / (far || 1)) : 0);
+  const light = (/** @type {number} */ i) => (Number.isFinite(depth(i)) ? 255 * (1 - depth(i) / (maxDepth || 1)) : 0);
   for (let y = 0; y < height; y++) {
     for (let x = 0; x < width; x++) {
       const from = y * width + x;

@@ -24,14 +24,14 @@ export function failure(thrown) {
  */
 export function reason(thrown) {
   const { error, help } = failure(thrown);
-  const said = error.replace(/^((tatu|sim)\.\w+: )+/, "");
-  return help ? `${said}; ${help}` : said;
+  const text = error.replace(/^((tatu|sim)\.\w+: )+/, "");
+  return help ? `${text}; ${help}` : text;
 }
 
 /** The calls that have not been answered yet. */
 export class Calls {
   #last = 0;
-  /** @type {Map<number, { what: string, good: (results: any[]) => void, bad: (failure: Failure) => void }>} */
+  /** @type {Map<number, { what: string, resolve: (results: any[]) => void, reject: (failure: Failure) => void }>} */
   #waiting = new Map();
 
   /**
@@ -41,7 +41,7 @@ export class Calls {
    */
   begin(what) {
     const id = ++this.#last;
-    const results = new Promise((/** @type {(results: any[]) => void} */ good, bad) => this.#waiting.set(id, { what, good, bad }));
+    const results = new Promise((/** @type {(results: any[]) => void} */ resolve, reject) => this.#waiting.set(id, { what, resolve, reject }));
     return { id, results };
   }
 
@@ -54,17 +54,17 @@ export class Calls {
     const waiting = message.of === undefined ? undefined : this.#waiting.get(message.of);
     if (message.of === undefined || !waiting) return false;
     this.#waiting.delete(message.of);
-    if (message.type === "error") waiting.bad(message);
-    else waiting.good(message.results);
+    if (message.type === "error") waiting.reject(message);
+    else waiting.resolve(message.results);
     return true;
   }
 
   /** Rejects all pending calls, because their answers will not arrive over a new connection. */
-  lose() {
+  rejectAll() {
     const all = [...this.#waiting.values()];
     this.#waiting.clear();
-    for (const { what, bad } of all) {
-      bad({ error: `the connection was lost before the program answered ${what}`, help: "check whether it was done, and repeat it if not", lost: true });
+    for (const { what, reject } of all) {
+      reject({ error: `the connection was lost before the program answered ${what}`, help: "check whether it was done, and repeat it if not", lost: true });
     }
   }
 
@@ -81,12 +81,12 @@ export class Calls {
  * @param {(value: T) => Promise<unknown>} deliver
  * @returns {(value: T) => Promise<void>} the promise is settled when no value is left to be sent
  */
-export function newest(deliver) {
+export function sendLatest(deliver) {
   /** @type {{ value: T } | null} */
   let next = null;
   /** @type {Promise<void> | null} */
-  let going = null;
-  const go = async () => {
+  let running = null;
+  const run = async () => {
     try {
       while (next) {
         const { value } = next;
@@ -99,12 +99,12 @@ export function newest(deliver) {
         }
       }
     } finally {
-      going = null;
+      running = null;
     }
   };
   return (value) => {
     next = { value };
-    going ??= go();
-    return going;
+    running ??= run();
+    return running;
   };
 }

@@ -15,7 +15,7 @@ import { Calls, failure } from "tatu/net/calls";
  */
 /**
  * A request with an answer, without its number.
- * @typedef {FromPage extends infer M ? M extends { id: number } ? Omit<M, "id"> : never : never} Asked
+ * @typedef {FromPage extends infer M ? M extends { id: number } ? Omit<M, "id"> : never : never} Request
  */
 
 /** @type {Map<string, ((message: any) => void)[]>} */
@@ -26,7 +26,7 @@ let socket = null;
 let program = "";
 const calls = new Calls();
 /** Called at the next connection. @type {((value: unknown) => void)[]} */
-const waiting = [];
+const connectionWaiters = [];
 
 /**
  * Calls `f` with each message of a kind. The kind of a text message is its `type`; other kinds are "frame", "mesh",
@@ -47,7 +47,7 @@ export function on(kind, f) {
  * @param {K} kind
  * @param {Messages[K]} message
  */
-function tell(kind, message) {
+function dispatch(kind, message) {
   for (const f of handlers.get(kind) ?? []) f(message);
 }
 
@@ -62,15 +62,15 @@ export function send(message) {
 }
 
 /**
- * Sends a request with an answer. Returns a promise of the results, which is rejected with a failure; `what` describes
- * the request in error messages.
- * @param {Asked} message
- * @param {string} what
+ * Sends a request with an answer. Returns a promise of the results, which is rejected with a failure;
+ * `description` describes the request in error messages.
+ * @param {Request} message
+ * @param {string} description
  * @returns {Promise<any[]>}
  */
-export async function ask(message, what) {
-  needConnection(`${what} was not done`, "do it again once the page is connected");
-  const { id, results } = calls.begin(what);
+export async function ask(message, description) {
+  requireConnection(`${description} was not done`, "do it again once the page is connected");
+  const { id, results } = calls.begin(description);
   send(/** @type {FromPage} */ ({ ...message, id }));
   return results;
 }
@@ -80,7 +80,7 @@ export async function ask(message, what) {
  * @param {string} result the consequence, for the error message
  * @param {string} help
  */
-function needConnection(result, help) {
+function requireConnection(result, help) {
   if (socket?.readyState !== WebSocket.OPEN) throw { error: `${result}: there is no connection to the program`, help, lost: true };
 }
 
@@ -96,14 +96,14 @@ export function call(name, ...args) {
 /** Number of times that something is done before a lost connection is reported. */
 const ATTEMPTS = 3;
 /** Time to wait for a connection, ms. */
-const LONGEST_WAIT = 20000;
+const MAX_CONNECTION_WAIT = 20000;
 
 /** Returns a promise that is settled when the page is connected, or when it has waited for too long. */
 function connection() {
-  return new Promise((/** @type {(value: unknown) => void} */ done) => {
-    if (socket?.readyState === WebSocket.OPEN) return done(null);
-    waiting.push(done);
-    setTimeout(done, LONGEST_WAIT);
+  return new Promise((/** @type {(value: unknown) => void} */ resolve) => {
+    if (socket?.readyState === WebSocket.OPEN) return resolve(null);
+    connectionWaiters.push(resolve);
+    setTimeout(resolve, MAX_CONNECTION_WAIT);
   });
 }
 
@@ -111,14 +111,14 @@ function connection() {
  * Does something that needs the connection, and repeats it if the connection is lost meanwhile: while a page that has
  * just been opened loads on a busy computer, the program may close a connection from which nothing is read.
  * @template T
- * @param {() => Promise<T>} act
+ * @param {() => Promise<T>} operation
  * @returns {Promise<T>}
  */
-export async function persistently(act) {
+export async function withRetries(operation) {
   for (let n = 1; ; n++) {
     await connection();
     try {
-      return await act();
+      return await operation();
     } catch (thrown) {
       if (n === ATTEMPTS || !failure(thrown).lost) throw thrown;
     }
@@ -126,7 +126,7 @@ export async function persistently(act) {
 }
 
 /** Size of the parts in which a file is sent, bytes. */
-const PART = 2 << 20;
+const PART_BYTES = 2 << 20;
 
 /**
  * Sends a file in parts. Returns a promise of the path by which commands open the file.
@@ -137,13 +137,13 @@ const PART = 2 << 20;
  */
 export async function upload(file, name = file.name, folder) {
   const bytes = new Uint8Array(await file.arrayBuffer());
-  const what = `the file ${name}`;
-  needConnection(`${what} was not sent`, "drop it again once the page is connected");
-  const { id, results } = calls.begin(what);
-  for (let at = 0; at === 0 || at < bytes.length; at += PART) {
+  const description = `the file ${name}`;
+  requireConnection(`${description} was not sent`, "drop it again once the page is connected");
+  const { id, results } = calls.begin(description);
+  for (let offset = 0; offset === 0 || offset < bytes.length; offset += PART_BYTES) {
     let text = "";
-    for (const b of bytes.subarray(at, at + PART)) text += String.fromCharCode(b);
-    send({ type: "drop", id, file: name, part: btoa(text), last: at + PART >= bytes.length, ...(folder && { folder }) });
+    for (const b of bytes.subarray(offset, offset + PART_BYTES)) text += String.fromCharCode(b);
+    send({ type: "drop", id, file: name, part: btoa(text), last: offset + PART_BYTES >= bytes.length, ...(folder && { folder }) });
   }
   return (await results)[0];
 }
@@ -153,32 +153,32 @@ function receive(event) {
   if (event.data instanceof ArrayBuffer) {
     const view = new DataView(event.data);
     const kind = BINARY[view.getUint8(0)];
-    if (kind) tell(kind, view);
+    if (kind) dispatch(kind, view);
     return;
   }
   /** @type {ToPage} */
   const message = JSON.parse(event.data);
-  if (!calls.answer(message)) tell(message.type, /** @type {any} */ (message));
+  if (!calls.answer(message)) dispatch(message.type, /** @type {any} */ (message));
 }
 
 /** Returns the token. It is moved from the address to the session storage, from which it is read after a reload. */
 function token() {
-  const found = new URLSearchParams(location.search).get("token");
-  if (found) {
-    sessionStorage.setItem("token", found);
+  const given = new URLSearchParams(location.search).get("token");
+  if (given) {
+    sessionStorage.setItem("token", given);
     history.replaceState(null, "", location.pathname);
   }
   return sessionStorage.getItem("token") ?? "";
 }
 
 /** Delays after unsuccessful attempts to connect, ms; the last one is repeated. */
-const WAITS = [100, 200, 400, 800, 1500, 2000];
+const RETRY_DELAYS = [100, 200, 400, 800, 1500, 2000];
 /** Time after which a request to the program is considered unanswered, ms. */
-const PATIENCE = 2000;
+const REQUEST_TIMEOUT = 2000;
 
 /** Requests a path from the program at this address. @param {string} path */
-function get(path) {
-  return fetch(path, { cache: "no-store", signal: AbortSignal.timeout(PATIENCE) });
+function request(path) {
+  return fetch(path, { cache: "no-store", signal: AbortSignal.timeout(REQUEST_TIMEOUT) });
 }
 
 /**
@@ -186,16 +186,16 @@ function get(path) {
  * undefined if no program answers.
  * @returns {Promise<Program | null | undefined>}
  */
-async function whoIsThere() {
+async function describeProgram() {
   let answer;
   try {
-    answer = await get("/tatu");
+    answer = await request("/tatu");
   } catch {
     return undefined;
   }
   try {
-    const told = await answer.json();
-    return told?.name === "tatu" && told.service === "web" ? told : null;
+    const description = await answer.json();
+    return description?.name === "tatu" && description.service === "web" ? description : null;
   } catch {
     return null;
   }
@@ -205,9 +205,9 @@ async function whoIsThere() {
  * Returns a promise of whether the program rejects the token. An ordinary request suffices, because the program checks
  * the token before it expects a WebSocket handshake.
  */
-async function isRefused() {
+async function isTokenRefused() {
   try {
-    return (await get(`/ws?token=${token()}`)).status === 401;
+    return (await request(`/ws?token=${token()}`)).status === 401;
   } catch {
     return false;
   }
@@ -219,48 +219,48 @@ async function isRefused() {
  * @returns {Promise<boolean>}
  */
 function open(instance) {
-  return new Promise((done) => {
-    const own = new WebSocket(`ws://${location.host}/ws?token=${token()}`);
-    own.binaryType = "arraybuffer";
-    own.onmessage = receive;
-    own.onopen = () => {
-      socket = own;
+  return new Promise((resolve) => {
+    const candidate = new WebSocket(`ws://${location.host}/ws?token=${token()}`);
+    candidate.binaryType = "arraybuffer";
+    candidate.onmessage = receive;
+    candidate.onopen = () => {
+      socket = candidate;
       // The program sends its complete state again, so handlers must first discard the state of the last connection.
-      if (program) tell("again", { restarted: program !== instance });
+      if (program) dispatch("again", { restarted: program !== instance });
       program = instance;
-      for (const f of waiting.splice(0)) f(null);
-      done(true);
+      for (const f of connectionWaiters.splice(0)) f(null);
+      resolve(true);
     };
-    own.onclose = () => {
-      if (socket === own) {
+    candidate.onclose = () => {
+      if (socket === candidate) {
         socket = null;
-        calls.lose();
+        calls.rejectAll();
         connect();
       }
-      done(false);
+      resolve(false);
     };
   });
 }
 
 /** Tries to connect once. Returns a promise of whether that succeeded; if not, handlers of "lost" get the reason. */
 async function attempt() {
-  const told = await whoIsThere();
-  if (!told) {
-    tell("lost", told === null ? "other" : "gone");
+  const description = await describeProgram();
+  if (!description) {
+    dispatch("lost", description === null ? "other" : "gone");
     return false;
   }
-  if (await open(told.instance)) {
-    tell("connected", null);
+  if (await open(description.instance)) {
+    dispatch("connected", null);
     return true;
   }
-  tell("lost", (await isRefused()) ? "old" : "gone");
+  dispatch("lost", (await isTokenRefused()) ? "old" : "gone");
   return false;
 }
 
 /** Connects to the program; retries until that succeeds. Called again when the connection is lost. */
 export async function connect() {
   for (let n = 0; !(await attempt()); n++) {
-    const wait = WAITS[Math.min(n, WAITS.length - 1)];
-    await new Promise((later) => setTimeout(later, wait));
+    const wait = RETRY_DELAYS[Math.min(n, RETRY_DELAYS.length - 1)];
+    await new Promise((resolve) => setTimeout(resolve, wait));
   }
 }

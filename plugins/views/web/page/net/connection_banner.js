@@ -5,16 +5,16 @@ import { get } from "tatu/lib/dom";
 import { on } from "tatu/net/connection";
 
 const banner = get("lost");
-const here = location.host;
-const WHY = {
-  gone: `No program answers at ${here}. This page reconnects when Tatu is started again at this address: tatu open --port ${location.port}`,
-  other: `Another program answers at ${here}. Open the address that Tatu prints.`,
+const address = location.host;
+const REASONS = {
+  gone: `No program answers at ${address}. This page reconnects when Tatu is started again at this address: tatu open --port ${location.port}`,
+  other: `Another program answers at ${address}. Open the address that Tatu prints.`,
   old: `The program rejects the token of this page, because this address is old. Open the address that the program prints.`,
 };
 
-on("lost", (why) => {
+on("lost", (reason) => {
   // The text is set only if it changes, because screen readers announce each new text.
-  if (banner.textContent !== WHY[why]) banner.textContent = WHY[why];
+  if (banner.textContent !== REASONS[reason]) banner.textContent = REASONS[reason];
   banner.hidden = false;
 });
 on("connected", () => { banner.hidden = true; });

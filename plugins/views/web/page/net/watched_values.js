@@ -10,21 +10,21 @@ import { on, send } from "tatu/net/connection";
  */
 
 /** Maximum number of stored samples per value. */
-const MOST = 20_000;
+const MAX_SAMPLES = 20_000;
 /** The watched values, by object and key. @type {Map<string, Series>} */
-const all = new Map();
+const watched = new Map();
 /** Number of the last request, and the requested values in the order of the request. */
-let asked = { of: 0, series: /** @type {Series[]} */ ([]) };
-let due = false;
+let lastRequest = { number: 0, series: /** @type {Series[]} */ ([]) };
+let isScheduled = false;
 
 /** Schedules a request for all watched values. Changes within the same task result in a single request. */
-function ask() {
-  if (due) return;
-  due = true;
+function request() {
+  if (isScheduled) return;
+  isScheduled = true;
   queueMicrotask(() => {
-    due = false;
-    asked = { of: asked.of + 1, series: [...all.values()] };
-    send({ type: "watch", of: asked.of, values: asked.series.map(({ object, key }) => ({ object, key })) });
+    isScheduled = false;
+    lastRequest = { number: lastRequest.number + 1, series: [...watched.values()] };
+    send({ type: "watch", of: lastRequest.number, values: lastRequest.series.map(({ object, key }) => ({ object, key })) });
   });
 }
 
@@ -36,39 +36,39 @@ function ask() {
  */
 export function watchValue(object, key) {
   const name = `${object} ${key}`;
-  const known = all.get(name);
-  if (known) {
-    known.users++;
-    return known;
+  const existing = watched.get(name);
+  if (existing) {
+    existing.users++;
+    return existing;
   }
   const series = { object, key, users: 1, times: [], numbers: [] };
-  all.set(name, series);
-  ask();
+  watched.set(name, series);
+  request();
   return series;
 }
 
 /** Stops watching a value, unless it is still used elsewhere. @param {Series} series */
 export function unwatch(series) {
   if (--series.users > 0) return;
-  all.delete(`${series.object} ${series.key}`);
-  ask();
+  watched.delete(`${series.object} ${series.key}`);
+  request();
 }
 
 on("values", ({ of, samples }) => {
   // Samples for an earlier request contain other values.
-  if (of !== asked.of) return;
+  if (of !== lastRequest.number) return;
   for (const { time, values } of samples) {
-    asked.series.forEach((series, i) => {
+    lastRequest.series.forEach((series, i) => {
       series.times.push(time);
       series.numbers.push(values[i] ?? []);
-      if (series.times.length <= MOST) return;
-      series.times.splice(0, MOST / 10);
-      series.numbers.splice(0, MOST / 10);
+      if (series.times.length <= MAX_SAMPLES) return;
+      series.times.splice(0, MAX_SAMPLES / 10);
+      series.numbers.splice(0, MAX_SAMPLES / 10);
     });
   }
 });
 on("event", ({ name }) => {
   if (name !== "started") return;
-  for (const series of all.values()) series.times.length = series.numbers.length = 0;
+  for (const series of watched.values()) series.times.length = series.numbers.length = 0;
 });
-on("hello", () => { if (all.size) ask(); });
+on("hello", () => { if (watched.size) request(); });

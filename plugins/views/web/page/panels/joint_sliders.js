@@ -2,14 +2,14 @@
 // Sliders for the position of the selected joint, or of all joints of the selected model.
 
 import { get, make } from "tatu/lib/dom";
-import { readNumber, writeNumber } from "tatu/lib/numbers";
+import { formatNumber, parseNumber } from "tatu/lib/numbers";
 import { eachEntry } from "tatu/net/binary_messages";
-import { newest, reason } from "tatu/net/calls";
+import { reason, sendLatest } from "tatu/net/calls";
 import { call, on } from "tatu/net/connection";
-import { edit, named, together } from "tatu/scene/edits";
+import { describeObjects, edit, newMergeKey } from "tatu/scene/edits";
 import { unitOf } from "tatu/scene/property_format";
 import { rights, scene, select, selected, watch } from "tatu/scene/store";
-import { typed } from "tatu/panels/property_fields";
+import { textInput } from "tatu/panels/property_fields";
 
 /** @import { SceneObject } from "tatu/protocol" */
 /**
@@ -18,25 +18,25 @@ import { typed } from "tatu/panels/property_fields";
  * otherwise "".
  * @typedef {{ id: number, alias: string, unit: { text: string, factor: number }, range: [number, number], began: number, now: number,
  *   slider: HTMLInputElement, field: { element: HTMLElement, update: (text: string) => void }, live: HTMLElement,
- *   sliding: string }} Slid
+ *   sliding: string }} JointSlider
  */
 
 /** Slider ranges of joints without limits, to each side: half a revolution, rad; 1 m for prismatic joints. */
-const FREE = { turns: Math.PI, slides: 1 };
+const FREE_RANGE = { turns: Math.PI, slides: 1 };
 /** Interval at which velocities and efforts are requested, ms. */
-const OFTEN = 500;
+const REFRESH_INTERVAL = 500;
 
 const panel = make("details", { className: "group-of-rows joints", open: localStorage.getItem("tatu joints") !== "", hidden: true });
 panel.ontoggle = () => localStorage.setItem("tatu joints", panel.open ? "1" : "");
 const list = make("div");
-const why = make("p", { className: "why" });
-why.setAttribute("role", "alert");
+const errorText = make("p", { className: "why" });
+errorText.setAttribute("role", "alert");
 const reset = make("button", { type: "button", textContent: "Reset", title: "Move the joints back to their positions at the time of selection" });
 const summary = make("summary", { textContent: "Joints" });
-panel.append(summary, list, why, reset);
+panel.append(summary, list, errorText, reset);
 get("rows").before(panel);
 
-/** @type {Map<number, Slid>} */
+/** @type {Map<number, JointSlider>} */
 let joints = new Map();
 let isStopped = true;
 
@@ -44,7 +44,7 @@ let isStopped = true;
  * Returns the selected joint, or the joints of the selected model. Spherical joints are omitted.
  * @returns {SceneObject[]}
  */
-function wanted() {
+function selectedJoints() {
   const o = scene.objects.get(selected());
   const moves = (/** @type {SceneObject} */ j) => j.joint !== undefined && j.joint.type !== "spherical";
   if (!o) return [];
@@ -86,84 +86,84 @@ async function callsFor(id, to) {
 
 /**
  * Moves a joint to a position.
- * @param {Slid} j
+ * @param {JointSlider} j
  * @param {number} to rad or m
  * @param {string} [merge]
  */
-async function bring(j, to, merge) {
+async function moveJoint(j, to, merge) {
   await edit(`Move ${j.alias}`, await callsFor(j.id, to), merge);
 }
 
 /** @param {unknown} thrown */
-function refused(thrown) {
-  why.textContent = reason(thrown);
+function showError(thrown) {
+  errorText.textContent = reason(thrown);
 }
 
-/** Shows the current position of a joint, except while its slider is dragged. @param {Slid} j */
+/** Shows the current position of a joint, except while its slider is dragged. @param {JointSlider} j */
 function show(j) {
   if (j.sliding) return;
   j.slider.value = String(j.now * j.unit.factor);
-  j.slider.setAttribute("aria-valuetext", `${writeNumber(j.now, j.unit.factor)} ${j.unit.text}`);
-  j.field.update(writeNumber(Number((j.now * j.unit.factor).toFixed(4))));
+  j.slider.setAttribute("aria-valuetext", `${formatNumber(j.now, j.unit.factor)} ${j.unit.text}`);
+  j.field.update(formatNumber(Number((j.now * j.unit.factor).toFixed(4))));
 }
 
 /**
  * Creates the slider of a joint.
  * @param {SceneObject} o
- * @returns {Promise<Slid>}
+ * @returns {Promise<JointSlider>}
  */
-async function slid(o) {
-  const slides = o.joint?.type === "prismatic";
+async function createSlider(o) {
+  const isPrismatic = o.joint?.type === "prismatic";
   const [limits, cyclic, position] = await Promise.all([read(o.id, "limits"), read(o.id, "cyclic"), read(o.id, "position")]);
-  const unit = unitOf("rad|m", slides);
-  const free = slides ? FREE.slides : FREE.turns;
+  const unit = unitOf("rad|m", isPrismatic);
+  const free = isPrismatic ? FREE_RANGE.slides : FREE_RANGE.turns;
   const bounded = !cyclic && Array.isArray(limits) && limits.every(Number.isFinite) && limits[0] < limits[1];
   /** @type {[number, number]} */
   const range = bounded ? [limits[0], limits[1]] : [-free, free];
   const slider = make("input", {
-    type: "range", min: String(range[0] * unit.factor), max: String(range[1] * unit.factor), step: "any", disabled: !rights.acts,
+    type: "range", min: String(range[0] * unit.factor), max: String(range[1] * unit.factor), step: "any", disabled: !rights.canControl,
   });
   slider.setAttribute("aria-label", `Position of ${o.alias}`);
-  const field = typed(`Position of ${o.alias} in ${slides ? "m" : "degrees"}`, async (text) => {
-    const to = readNumber(text, unit.factor);
+  const field = textInput(`Position of ${o.alias} in ${isPrismatic ? "m" : "degrees"}`, async (text) => {
+    const to = parseNumber(text, unit.factor);
     if (!Number.isFinite(to)) throw { error: `expected a number in ${unit.text}, found "${text}"` };
-    await bring(j, to);
-  }, (text) => { why.textContent = text; });
-  /** @type {Slid} */
+    await moveJoint(j, to);
+  }, (text) => { errorText.textContent = text; });
+  /** @type {JointSlider} */
   const j = { id: o.id, alias: o.alias, unit, range, began: position ?? 0, now: position ?? 0, slider, field, live: make("span", { className: "live" }), sliding: "" };
-  const send = newest((/** @type {{ to: number, merge: string }} */ { to, merge }) => bring(j, to, merge));
+  const send = sendLatest((/** @type {{ to: number, merge: string }} */ { to, merge }) => moveJoint(j, to, merge));
   slider.oninput = () => {
-    j.sliding ||= together();
-    field.update(writeNumber(Number(Number(slider.value).toFixed(4))));
-    send({ to: Number(slider.value) / unit.factor, merge: j.sliding }).then(() => { why.textContent = ""; }, refused);
+    j.sliding ||= newMergeKey();
+    field.update(formatNumber(Number(Number(slider.value).toFixed(4))));
+    send({ to: Number(slider.value) / unit.factor, merge: j.sliding }).then(() => { errorText.textContent = ""; }, showError);
   };
   slider.onchange = () => { j.sliding = ""; };
   return j;
 }
 
 /** The joints with sliders, as a string for comparison. */
-let known = "";
+let shownSignature = "";
 /** Returns the displayed data of joints as a string for comparison. @param {SceneObject[]} all */
-function told(all) {
+function signatureOf(all) {
   return JSON.stringify(all.map((j) => [j.id, j.alias, j.joint]));
 }
 
 /** Number of the last call of `build`; earlier calls that are still waiting for answers are abandoned. */
-let made = 0;
+let buildCount = 0;
 /** Creates the sliders for the selection. */
 async function build() {
-  const own = ++made;
-  const all = wanted();
-  known = told(all);
+  const number = ++buildCount;
+  const all = selectedJoints();
+  shownSignature = signatureOf(all);
   if (!all.length) {
     joints = new Map();
     panel.hidden = true;
     return;
   }
-  const found = await Promise.all(all.map(slid));
-  if (own !== made) return;
+  const found = await Promise.all(all.map(createSlider));
+  if (number !== buildCount) return;
   joints = new Map(found.map((j) => [j.id, j]));
-  why.textContent = "";
+  errorText.textContent = "";
   list.replaceChildren(...found.map((j) => {
     const row = make("div", { className: "joint" });
     const name = make("button", { type: "button", className: "link", textContent: j.alias, title: `Select ${j.alias}` });
@@ -173,34 +173,34 @@ async function build() {
     return row;
   }));
   summary.textContent = found.length === 1 ? "Joint position" : `Joints (${found.length})`;
-  reset.hidden = !rights.acts;
+  reset.hidden = !rights.canControl;
   panel.hidden = false;
-  ask();
+  requestMotion();
 }
 
 reset.onclick = async () => {
   try {
     const calls = await Promise.all([...joints.values()].map((j) => callsFor(j.id, j.began)));
-    await edit(`Reset joints of ${named([selected()])}`, calls.flat());
-    why.textContent = "";
+    await edit(`Reset joints of ${describeObjects([selected()])}`, calls.flat());
+    errorText.textContent = "";
   } catch (thrown) {
-    refused(thrown);
+    showError(thrown);
   }
 };
 
 /** Requests the velocities and efforts of the joints, and shows them. */
-function ask() {
-  if (panel.hidden || !panel.open || document.hidden || !rights.acts) return;
+function requestMotion() {
+  if (panel.hidden || !panel.open || document.hidden || !rights.canControl) return;
   for (const j of joints.values()) {
     Promise.all([read(j.id, "velocity"), read(j.id, "effort")]).then(([velocity, effort]) => {
-      const slides = j.unit.factor === 1;
-      const [v, e] = [unitOf("rad/s|m/s", slides), unitOf("N m|N", slides)];
-      const few = (/** @type {number | null} */ x, /** @type {{ text: string, factor: number }} */ u) => `${Number(((x ?? 0) * u.factor).toFixed(2)) + 0} ${u.text}`;
-      j.live.textContent = `${few(velocity, v)}, ${few(effort, e)}`;
+      const isPrismatic = j.unit.factor === 1;
+      const [v, e] = [unitOf("rad/s|m/s", isPrismatic), unitOf("N m|N", isPrismatic)];
+      const formatShort = (/** @type {number | null} */ x, /** @type {{ text: string, factor: number }} */ u) => `${Number(((x ?? 0) * u.factor).toFixed(2)) + 0} ${u.text}`;
+      j.live.textContent = `${formatShort(velocity, v)}, ${formatShort(effort, e)}`;
     });
   }
 }
-setInterval(ask, OFTEN);
+setInterval(requestMotion, REFRESH_INTERVAL);
 
 on("state", ({ state }) => { isStopped = state === "stopped"; });
 on("frame", (view) => {
@@ -221,8 +221,8 @@ on("details", ({ object, rows }) => {
   if (limits && limits !== now && JSON.parse(limits)[0] === object) build();
   limits = now;
 });
-for (const news of /** @type {const} */ (["scene", "objects"])) {
-  watch(news, () => {
-    if (told(wanted()) !== known) build();
+for (const change of /** @type {const} */ (["scene", "objects"])) {
+  watch(change, () => {
+    if (signatureOf(selectedJoints()) !== shownSignature) build();
   });
 }

@@ -5,54 +5,54 @@ import { get, make } from "tatu/lib/dom";
 import { icon } from "tatu/lib/icons";
 import { on } from "tatu/net/connection";
 import { objectAt } from "tatu/scene/hierarchy";
-import { line, tell, watchLines } from "tatu/scene/messages";
+import { reportError, watchLines, writeLine } from "tatu/scene/messages";
 import { scene, select, watch } from "tatu/scene/store";
 
 /** Maximum number of lines per tab. */
-const MOST = 1000;
+const MAX_LINES = 1000;
 const tabs = get("tabs");
 const output = get("output");
 /** @type {Map<string, HTMLElement[]>} */
-const pages = new Map();
+const linesByTab = new Map();
 let open = "Status";
 const footer = get("footer");
-const more = get("more-output");
-const last = get("last-line");
+const expandButton = get("more-output");
+const statusLine = get("last-line");
 const OPEN = "tatu output";
 
-/** Expands or collapses the output panel. @param {boolean} is */
-function unfold(is) {
-  footer.classList.toggle("open", is);
-  more.setAttribute("aria-expanded", String(is));
-  more.replaceChildren(icon(is ? "down" : "up"));
-  localStorage.setItem(OPEN, is ? "1" : "");
+/** Expands or collapses the output panel. @param {boolean} isExpanded */
+function setExpanded(isExpanded) {
+  footer.classList.toggle("open", isExpanded);
+  expandButton.setAttribute("aria-expanded", String(isExpanded));
+  expandButton.replaceChildren(icon(isExpanded ? "down" : "up"));
+  localStorage.setItem(OPEN, isExpanded ? "1" : "");
   output.scrollTop = output.scrollHeight;
 }
-more.onclick = () => unfold(!footer.classList.contains("open"));
-last.onclick = () => unfold(true);
+expandButton.onclick = () => setExpanded(!footer.classList.contains("open"));
+statusLine.onclick = () => setExpanded(true);
 
 /** Shows the newest line of the open tab in the status line. */
 function lastLine() {
-  const newest = page(open).at(-1);
-  last.textContent = newest?.textContent ?? "";
-  last.className = newest?.className ?? "";
+  const newest = linesOf(open).at(-1);
+  statusLine.textContent = newest?.textContent ?? "";
+  statusLine.className = newest?.className ?? "";
 }
 
 /** Returns the lines of a tab, and creates the tab if necessary. @param {string} name */
-function page(name) {
-  const known = pages.get(name);
-  if (known) return known;
+function linesOf(name) {
+  const existing = linesByTab.get(name);
+  if (existing) return existing;
   /** @type {HTMLElement[]} */
   const lines = [];
-  pages.set(name, lines);
-  const b = make("button", { textContent: name, onclick: () => { show(name); unfold(true); } });
+  linesByTab.set(name, lines);
+  const b = make("button", { textContent: name, onclick: () => { showTab(name); setExpanded(true); } });
   b.setAttribute("role", "tab");
   tabs.append(b);
-  mark();
+  markTab();
   return lines;
 }
 
-function mark() {
+function markTab() {
   for (const b of tabs.children) {
     b.setAttribute("aria-selected", String(b.textContent === open));
     b.classList.toggle("on", b.textContent === open);
@@ -60,18 +60,18 @@ function mark() {
 }
 
 /** Opens a tab. @param {string} name */
-function show(name) {
+function showTab(name) {
   open = name;
-  mark();
-  output.replaceChildren(...page(name));
+  markTab();
+  output.replaceChildren(...linesOf(name));
   output.scrollTop = output.scrollHeight;
   lastLine();
 }
 
 /** Removes the lines of all tabs. */
 export function clear() {
-  for (const name of pages.keys()) pages.set(name, []);
-  show(open);
+  for (const name of linesByTab.keys()) linesByTab.set(name, []);
+  showTab(open);
 }
 
 /**
@@ -96,26 +96,26 @@ function linkObjects(div) {
   if (!parts.some((part) => typeof part !== "string")) return;
   div.replaceChildren(before, ...parts.flatMap((part, i) => (i ? [", ", part] : [part])), ")");
 }
-let noted = "";
+let shownNotes = "";
 // Notes from loading a scene are shown once per scene.
 on("scene", ({ file, notes }) => {
   const key = JSON.stringify([file, notes]);
-  if (key !== noted) for (const note of notes ?? []) line("Status", note, "warning");
-  noted = key;
+  if (key !== shownNotes) for (const note of notes ?? []) writeLine("Status", note, "warning");
+  shownNotes = key;
 });
 // Lines that were written before the scene arrived get their links now.
 watch("scene", () => {
-  for (const lines of pages.values()) lines.forEach(linkObjects);
+  for (const lines of linesByTab.values()) lines.forEach(linkObjects);
   lastLine();
 });
 
 watchLines(({ tab, text, level }) => {
   const div = make("div", { className: level, textContent: text });
   linkObjects(div);
-  const all = page(tab);
+  const all = linesOf(tab);
   all.push(div);
   const bottom = output.scrollTop + output.clientHeight >= output.scrollHeight - 8;
-  if (all.length > MOST) all.shift()?.remove();
+  if (all.length > MAX_LINES) all.shift()?.remove();
   if (tab === open) {
     output.append(div);
     if (bottom) output.scrollTop = output.scrollHeight;
@@ -124,16 +124,16 @@ watchLines(({ tab, text, level }) => {
 });
 
 on("event", ({ name, payload }) => {
-  if (name === "message") line("Status", payload.text, payload.level);
+  if (name === "message") writeLine("Status", payload.text, payload.level);
   else if (name === "console") {
-    if (payload.clear) pages.set(payload.title, []);
-    else line(payload.title, payload.text);
-    if (open === payload.title) show(open);
+    if (payload.clear) linesByTab.set(payload.title, []);
+    else writeLine(payload.title, payload.text);
+    if (open === payload.title) showTab(open);
   }
-  else if (name === "started") line("Status", "simulation started");
-  else if (name === "stopped") line("Status", "simulation stopped: the scene was reset");
+  else if (name === "started") writeLine("Status", "simulation started");
+  else if (name === "stopped") writeLine("Status", "simulation stopped: the scene was reset");
 });
 on("again", clear);
-on("error", tell);
-page("Status");
-unfold(localStorage.getItem(OPEN) === "1");
+on("error", reportError);
+linesOf("Status");
+setExpanded(localStorage.getItem(OPEN) === "1");

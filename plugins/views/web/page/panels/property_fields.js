@@ -3,11 +3,11 @@
 // being typed is never replaced, and updates do not move the focus.
 
 import { make } from "tatu/lib/dom";
-import { readNumber, writeNumber } from "tatu/lib/numbers";
-import { newest, reason } from "tatu/net/calls";
-import { together } from "tatu/scene/edits";
-import { colorOf, formOf, hexOf, partsOf, sent } from "tatu/scene/property_format";
-import { link, shown } from "tatu/panels/property_values";
+import { formatNumber, parseNumber } from "tatu/lib/numbers";
+import { reason, sendLatest } from "tatu/net/calls";
+import { newMergeKey } from "tatu/scene/edits";
+import { colorOf, encodeNumber, formOf, hexOf, partNames } from "tatu/scene/property_format";
+import { formatValue, objectLink } from "tatu/panels/property_values";
 
 /** @import { PropertyRow } from "tatu/protocol" */
 /**
@@ -21,21 +21,21 @@ import { link, shown } from "tatu/panels/property_values";
  */
 
 /**
- * Waits until a property has been set, and marks the element as invalid if the value was refused. Calls `tell` with the
- * reason, or with an empty string if the value was accepted. Returns a promise of whether it was.
+ * Waits until a property has been set, and marks the element as invalid if the value was refused. Calls `showError` with
+ * the reason, or with an empty string if the value was accepted. Returns a promise of whether it was.
  * @param {Promise<unknown>} done
  * @param {HTMLElement} element
- * @param {(why: string) => void} tell
+ * @param {(why: string) => void} showError
  */
-async function attempt(done, element, tell) {
+async function attempt(done, element, showError) {
   try {
     await done;
     element.removeAttribute("aria-invalid");
-    tell("");
+    showError("");
     return true;
   } catch (thrown) {
     element.setAttribute("aria-invalid", "true");
-    tell(reason(thrown));
+    showError(reason(thrown));
     return false;
   }
 }
@@ -44,36 +44,36 @@ async function attempt(done, element, tell) {
  * Creates a text field. Enter, or Ctrl+Enter in a field with several lines, applies the text, and so does moving the
  * focus away; Escape restores the last value.
  * @param {string} label
- * @param {(text: string) => Promise<unknown>} take applies a text
- * @param {(why: string) => void} tell
+ * @param {(text: string) => Promise<unknown>} applyText applies a text
+ * @param {(why: string) => void} showError
  * @param {boolean} [isLong] whether the field has several lines
  */
-export function typed(label, take, tell, isLong = false) {
+export function textInput(label, applyText, showError, isLong = false) {
   const element = isLong ? make("textarea", { rows: 4 }) : make("input", { type: "text", autocomplete: "off" });
   element.spellcheck = false;
   element.setAttribute("aria-label", label);
-  let known = "";
+  let current = "";
   const commit = async () => {
     const text = element.value;
-    if (text === known) return;
-    if (await attempt(take(text), element, tell)) known = text;
+    if (text === current) return;
+    if (await attempt(applyText(text), element, showError)) current = text;
   };
   element.onchange = commit;
   element.onkeydown = (/** @type {KeyboardEvent} */ e) => {
     if (e.key === "Enter" && (!isLong || e.ctrlKey)) commit();
     else if (e.key === "Escape") {
       e.stopPropagation();
-      element.value = known;
+      element.value = current;
       element.removeAttribute("aria-invalid");
-      tell("");
+      showError("");
       element.select();
     } else return;
     e.preventDefault();
   };
   const update = (/** @type {string} */ text) => {
-    const isTyping = document.activeElement === element && element.value !== known;
+    const isTyping = document.activeElement === element && element.value !== current;
     if (!isTyping && !element.hasAttribute("aria-invalid") && element.value !== text) element.value = text;
-    known = text;
+    current = text;
   };
   return { element, update };
 }
@@ -84,7 +84,7 @@ export function typed(label, take, tell, isLong = false) {
  * @param {{ text: string, factor: number }} unit
  */
 function number(text, unit) {
-  const x = readNumber(text, unit.factor);
+  const x = parseNumber(text, unit.factor);
   if (Number.isNaN(x)) throw { error: `expected a number${unit.text ? ` in ${unit.text}` : ""}, found "${text}"` };
   return x;
 }
@@ -94,13 +94,13 @@ function number(text, unit) {
  * sent are skipped.
  * @param {Property["set"]} set
  */
-function sliding(set) {
-  return newest((/** @type {{ value: unknown, merge: string }} */ { value, merge }) => set(value, merge));
+function latestSetter(set) {
+  return sendLatest((/** @type {{ value: unknown, merge: string }} */ { value, merge }) => set(value, merge));
 }
 
-/** @param {Property} p @param {(why: string) => void} tell @returns {Field} */
-function numberField({ row, name, unit, set }, tell) {
-  const { element: input, update } = typed(name, async (text) => set(sent(number(text, unit))), tell);
+/** @param {Property} p @param {(why: string) => void} showError @returns {Field} */
+function numberField({ row, name, unit, set }, showError) {
+  const { element: input, update } = textInput(name, async (text) => set(encodeNumber(number(text, unit))), showError);
   input.inputMode = "decimal";
   const element = make("span", { className: "number" });
   element.append(input);
@@ -108,15 +108,15 @@ function numberField({ row, name, unit, set }, tell) {
   const { min, max } = row;
   // A slider cannot set a mask or a large number precisely.
   const isCoarse = row.type === 2 && Number(max) - Number(min) > 1000;
-  if (min === undefined || max === undefined || isCoarse) return { element, wide: false, update: (v) => update(writeNumber(v, unit.factor)) };
+  if (min === undefined || max === undefined || isCoarse) return { element, wide: false, update: (v) => update(formatNumber(v, unit.factor)) };
   const slider = make("input", { type: "range", min: String(min * unit.factor), max: String(max * unit.factor), step: row.type === 2 ? "1" : "any" });
   slider.setAttribute("aria-label", name);
   let merge = "";
-  const send = sliding(set);
+  const send = latestSetter(set);
   slider.oninput = () => {
-    merge ||= together();
-    update(writeNumber(Number(slider.value)));
-    attempt(send({ value: Number(slider.value) / unit.factor, merge }), slider, tell);
+    merge ||= newMergeKey();
+    update(formatNumber(Number(slider.value)));
+    attempt(send({ value: Number(slider.value) / unit.factor, merge }), slider, showError);
   };
   slider.onchange = () => { merge = ""; };
   element.append(slider);
@@ -124,25 +124,25 @@ function numberField({ row, name, unit, set }, tell) {
     element, wide: false,
     update: (v) => {
       if (merge) return;
-      update(writeNumber(v, unit.factor));
+      update(formatNumber(v, unit.factor));
       slider.value = String(Number(v) * unit.factor);
     },
   };
 }
 
-/** @param {Property} p @param {(why: string) => void} tell @returns {Field} */
-function partsField({ row, name, unit, set }, tell) {
+/** @param {Property} p @param {(why: string) => void} showError @returns {Field} */
+function partsField({ row, name, unit, set }, showError) {
   const element = make("span", { className: "parts" });
   element.setAttribute("role", "group");
   element.setAttribute("aria-label", name);
   let value = /** @type {unknown[]} */ (row.value);
-  const parts = partsOf(row.key, value.length).map((part, i) => {
-    const field = typed(`${name} ${part}`, async (text) => {
+  const parts = partNames(row.key, value.length).map((part, i) => {
+    const field = textInput(`${name} ${part}`, async (text) => {
       const next = [...value];
-      next[i] = sent(number(text, unit));
+      next[i] = encodeNumber(number(text, unit));
       await set(next);
       value = next;
-    }, tell);
+    }, showError);
     field.element.inputMode = "decimal";
     const label = make("label");
     label.append(make("span", { className: "part", textContent: part }), field.element);
@@ -154,65 +154,65 @@ function partsField({ row, name, unit, set }, tell) {
     element, wide: true,
     update: (v) => {
       value = /** @type {unknown[]} */ (v);
-      parts.forEach((part, i) => part.update(writeNumber(value[i], unit.factor)));
+      parts.forEach((part, i) => part.update(formatNumber(value[i], unit.factor)));
     },
   };
 }
 
-/** @param {Property} p @param {(why: string) => void} tell @returns {Field} */
-function numbersField({ name, unit, set }, tell) {
-  const { element, update } = typed(name, async (text) => set(text.trim() ? text.split(",").map((t) => sent(number(t, unit))) : []), tell);
-  return { element, wide: true, update: (v) => update(Array.isArray(v) ? v.map((x) => writeNumber(x, unit.factor)).join(", ") : "") };
+/** @param {Property} p @param {(why: string) => void} showError @returns {Field} */
+function numbersField({ name, unit, set }, showError) {
+  const { element, update } = textInput(name, async (text) => set(text.trim() ? text.split(",").map((t) => encodeNumber(number(t, unit))) : []), showError);
+  return { element, wide: true, update: (v) => update(Array.isArray(v) ? v.map((x) => formatNumber(x, unit.factor)).join(", ") : "") };
 }
 
-/** @param {Property} p @param {(why: string) => void} tell @returns {Field} */
-function textsField({ name, set }, tell) {
-  const { element, update } = typed(name, async (text) => set(text.split(",").map((t) => t.trim()).filter(Boolean)), tell);
+/** @param {Property} p @param {(why: string) => void} showError @returns {Field} */
+function textsField({ name, set }, showError) {
+  const { element, update } = textInput(name, async (text) => set(text.split(",").map((t) => t.trim()).filter(Boolean)), showError);
   element.placeholder = "separated by commas";
   return { element, wide: true, update: (v) => update(Array.isArray(v) ? v.join(", ") : "") };
 }
 
-/** @param {Property} p @param {(why: string) => void} tell @returns {Field} */
-function checkField({ name, set }, tell) {
+/** @param {Property} p @param {(why: string) => void} showError @returns {Field} */
+function checkField({ name, set }, showError) {
   const element = make("input", { type: "checkbox" });
   element.setAttribute("aria-label", name);
-  let known = false;
+  let current = false;
   element.onchange = async () => {
-    const wanted = element.checked;
-    if (await attempt(set(wanted), element, tell)) known = wanted;
-    else element.checked = known;
+    const requested = element.checked;
+    if (await attempt(set(requested), element, showError)) current = requested;
+    else element.checked = current;
   };
-  return { element, wide: false, update: (v) => { element.checked = known = v === true; } };
+  return { element, wide: false, update: (v) => { element.checked = current = v === true; } };
 }
 
-/** @param {Property} p @param {(why: string) => void} tell @returns {Field} */
-function choiceField({ row, name, set }, tell) {
+/** @param {Property} p @param {(why: string) => void} showError @returns {Field} */
+function choiceField({ row, name, set }, showError) {
   const element = make("select");
   element.setAttribute("aria-label", name);
   for (const c of row.choices) element.add(new Option(c.replaceAll("_", " "), c));
-  let known = "";
+  let current = "";
   element.onchange = async () => {
-    const wanted = element.value;
-    if (await attempt(set(wanted), element, tell)) known = wanted;
-    else element.value = known;
+    const requested = element.value;
+    if (await attempt(set(requested), element, showError)) current = requested;
+    else element.value = current;
   };
   element.onkeydown = (e) => {
     if (e.key !== "Escape") return;
     element.removeAttribute("aria-invalid");
-    tell("");
+    showError("");
   };
-  return { element, wide: false, update: (v) => { if (v !== known) element.value = known = String(v ?? ""); } };
+  return { element, wide: false, update: (v) => { if (v !== current) element.value = current = String(v ?? ""); } };
 }
 
-/** @param {Property} p @param {(why: string) => void} tell @returns {Field} */
-function colorField({ name, set }, tell) {
+/** @param {Property} p @param {(why: string) => void} showError @returns {Field} */
+function colorField({ name, set }, showError) {
   const element = make("input", { type: "color" });
   element.setAttribute("aria-label", name);
   let merge = "";
-  const send = sliding(set);
+  const send = latestSetter(set);
   element.oninput = () => {
-    merge ||= together();
-    attempt(send({ value: colorOf(element.value), merge }), element, tell);
+    merge ||= newMergeKey();
+    attempt(send({ value: colorOf(element.value), merge }), element, showError);
   };
   element.onchange = () => { merge = ""; };
   return { element, wide: false, update: (v) => { if (!merge) element.value = hexOf(/** @type {number[]} */ (v)); } };
@@ -222,23 +222,23 @@ function colorField({ name, set }, tell) {
 function fixedField({ row, unit }) {
   const element = make("span", { className: "fixed" });
   const isObject = formOf(row) === "object";
-  let known = "";
+  let current = "";
   return {
     element, wide: formOf(row) === "table" || (Array.isArray(row.value) && row.value.length > 2),
     update: (v) => {
       // The elements of an unchanged value are kept, so that links in it keep the focus.
-      if (JSON.stringify(v) === known) return;
-      known = JSON.stringify(v);
+      if (JSON.stringify(v) === current) return;
+      current = JSON.stringify(v);
       const hasUnit = !isObject && unit.text && (typeof v === "number" || (Array.isArray(v) && v.length > 0));
-      element.replaceChildren(isObject ? link(v) : shown(v, unit.factor), hasUnit ? ` ${unit.text}` : "");
+      element.replaceChildren(isObject ? objectLink(v) : formatValue(v, unit.factor), hasUnit ? ` ${unit.text}` : "");
     },
   };
 }
 
-/** @param {Property} p @param {(why: string) => void} tell @returns {Field} */
-function textField({ row, name, set }, tell) {
+/** @param {Property} p @param {(why: string) => void} showError @returns {Field} */
+function textField({ row, name, set }, showError) {
   const isLong = String(row.value).includes("\n");
-  const { element, update } = typed(name, set, tell, isLong);
+  const { element, update } = textInput(name, set, showError, isLong);
   return { element, wide: isLong, update: (v) => update(v === null ? "" : String(v)) };
 }
 
@@ -250,13 +250,13 @@ const SETTABLE = {
 /**
  * Creates the field of a property.
  * @param {Property} property
- * @param {(why: string) => void} tell shows why a value was refused; called with an empty string if it was accepted
+ * @param {(why: string) => void} showError shows why a value was refused; called with an empty string if it was accepted
  * @returns {Field}
  */
-export function fieldOf(property, tell) {
+export function fieldOf(property, showError) {
   const form = formOf(property.row);
   const make = property.settable && form !== "object" && form !== "table" ? SETTABLE[form] : fixedField;
-  const field = make(property, tell);
+  const field = make(property, showError);
   field.update(property.row.value);
   return field;
 }

@@ -2,14 +2,14 @@
 // Formats read-only values: numbers, lists, tables and links to objects.
 
 import { make } from "tatu/lib/dom";
-import { writeNumber } from "tatu/lib/numbers";
+import { formatNumber } from "tatu/lib/numbers";
 import { scene, select } from "tatu/scene/store";
 
 /**
  * Creates a link that selects an object; "none" if the object does not exist.
  * @param {unknown} id
  */
-export function link(id) {
+export function objectLink(id) {
   const o = scene.objects.get(Number(id));
   if (!o) return make("span", { className: "fixed", textContent: "none" });
   const button = make("button", { type: "button", className: "link", textContent: o.alias, title: `Select ${o.alias}` });
@@ -23,14 +23,14 @@ export function link(id) {
  * @param {number} [factor] by which numbers are multiplied for display
  * @returns {Node}
  */
-export function shown(value, factor = 1) {
+export function formatValue(value, factor = 1) {
   if (value === null || value === undefined) return document.createTextNode("none");
   if (typeof value === "boolean") return document.createTextNode(value ? "yes" : "no");
-  if (typeof value === "number") return document.createTextNode(writeNumber(value, factor));
+  if (typeof value === "number") return document.createTextNode(formatNumber(value, factor));
   if (Array.isArray(value)) return list(value, factor);
   if (typeof value !== "object") return document.createTextNode(String(value));
-  if ("number" in value) return document.createTextNode(writeNumber(value));
-  if ("object" in value && Object.keys(value).length === 1) return link(value.object);
+  if ("number" in value) return document.createTextNode(formatNumber(value));
+  if ("object" in value && Object.keys(value).length === 1) return objectLink(value.object);
   if ("bytes" in value && typeof value.bytes === "string") return document.createTextNode(`${Math.floor(value.bytes.length * 3 / 4)} bytes`);
   if ("pairs" in value && Array.isArray(value.pairs)) return table(value.pairs, factor);
   return table(Object.entries(value), factor);
@@ -44,7 +44,7 @@ export function shown(value, factor = 1) {
 function list(values, factor) {
   if (!values.length) return document.createTextNode("none");
   const all = make("span");
-  values.forEach((v, i) => all.append(...(i ? [", "] : []), shown(v, factor)));
+  values.forEach((v, i) => all.append(...(i ? [", "] : []), formatValue(v, factor)));
   return all;
 }
 
@@ -58,8 +58,8 @@ function table(entries, factor) {
   const all = make("dl");
   for (const [key, value] of entries) {
     const [dt, dd] = [make("dt"), make("dd")];
-    dt.append(shown(key));
-    dd.append(shown(value, factor));
+    dt.append(formatValue(key));
+    dd.append(formatValue(value, factor));
     all.append(dt, dd);
   }
   return all;

@@ -8,7 +8,7 @@ const main = get("middle").parentElement ?? document.body;
 /** Distance by which a key moves a bar, pixels. */
 const STEP = 16;
 /** Minimum width of a panel, and of the view between the panels, pixels. */
-const [LEAST, MIDDLE] = [110, 320];
+const [MIN_WIDTH, MIN_VIEW_WIDTH] = [110, 320];
 
 /**
  * Creates the bar at a side of the view, which sets the width of the panel there.
@@ -28,16 +28,16 @@ function splitter(side, name) {
     const width = panel?.offsetWidth ?? 0;
     bar.style[side] = `${width - 5}px`;
     bar.setAttribute("aria-valuenow", String(width));
-    bar.setAttribute("aria-valuemin", String(LEAST));
-    bar.setAttribute("aria-valuemax", String(most()));
+    bar.setAttribute("aria-valuemin", String(MIN_WIDTH));
+    bar.setAttribute("aria-valuemax", String(maxWidth()));
   }
-  function most() {
+  function maxWidth() {
     const other = main.querySelector(side === "left" ? "aside" : "nav");
-    return Math.max(LEAST, main.clientWidth - MIDDLE - (other instanceof HTMLElement ? other.offsetWidth : 0));
+    return Math.max(MIN_WIDTH, main.clientWidth - MIN_VIEW_WIDTH - (other instanceof HTMLElement ? other.offsetWidth : 0));
   }
   /** Sets the width of the panel. @param {number} width pixels; 0: the default width */
   function set(width) {
-    if (width > 0) main.style.setProperty(`--${side}`, `${Math.round(Math.max(LEAST, Math.min(width, most())))}px`);
+    if (width > 0) main.style.setProperty(`--${side}`, `${Math.round(Math.max(MIN_WIDTH, Math.min(width, maxWidth())))}px`);
     else main.style.removeProperty(`--${side}`);
     if (width > 0) localStorage.setItem(key, String(panel?.offsetWidth));
     else localStorage.removeItem(key);
@@ -55,14 +55,14 @@ function splitter(side, name) {
   };
   bar.ondblclick = () => set(0);
   bar.onkeydown = (e) => {
-    const way = e.key === "ArrowLeft" ? -1 : e.key === "ArrowRight" ? 1 : 0;
-    if (!way) return;
+    const direction = e.key === "ArrowLeft" ? -1 : e.key === "ArrowRight" ? 1 : 0;
+    if (!direction) return;
     e.preventDefault();
-    set((panel?.offsetWidth ?? 0) + STEP * way * (side === "left" ? 1 : -1));
+    set((panel?.offsetWidth ?? 0) + STEP * direction * (side === "left" ? 1 : -1));
   };
   main.append(bar);
-  const kept = Number(localStorage.getItem(key));
-  if (kept > 0) set(kept);
+  const stored = Number(localStorage.getItem(key));
+  if (stored > 0) set(stored);
   new ResizeObserver(show).observe(panel);
   show();
 }

@@ -12,20 +12,20 @@ import { openScript } from "tatu/documents/script_editor";
 const tree = get("tree");
 const search = get("search", HTMLInputElement);
 /** Handles of the collapsed objects. @type {Set<number>} */
-const closed = new Set();
+const collapsed = new Set();
 /** The displayed rows, by the handle of the object. @type {Map<number, HTMLElement>} */
 let items = new Map();
 
 /**
  * Creates a button with an icon.
- * @param {string} picture name of the icon
+ * @param {string} iconName name of the icon
  * @param {string} title
  * @param {() => void} f
  */
-function button(picture, title, f) {
+function button(iconName, title, f) {
   const b = document.createElement("button");
   b.className = "tool";
-  b.append(icon(picture));
+  b.append(icon(iconName));
   b.title = title;
   b.setAttribute("aria-label", title);
   b.onclick = (e) => { e.stopPropagation(); f(); };
@@ -45,15 +45,15 @@ function item(object, children) {
   row.setAttribute("role", "treeitem");
   row.dataset.id = String(object.id);
   row.id = `object-${object.id}`;
-  const twist = document.createElement("span");
-  twist.className = "twist";
-  twist.textContent = children.length ? (closed.has(object.id) ? "\u25B8" : "\u25BE") : "";
-  twist.onclick = (e) => {
+  const arrow = document.createElement("span");
+  arrow.className = "twist";
+  arrow.textContent = children.length ? (collapsed.has(object.id) ? "\u25B8" : "\u25BE") : "";
+  arrow.onclick = (e) => {
     e.stopPropagation();
-    if (!closed.delete(object.id)) closed.add(object.id);
+    if (!collapsed.delete(object.id)) collapsed.add(object.id);
     draw();
   };
-  if (children.length) row.setAttribute("aria-expanded", String(!closed.has(object.id)));
+  if (children.length) row.setAttribute("aria-expanded", String(!collapsed.has(object.id)));
   const kind = document.createElement("span");
   kind.className = "kind";
   kind.append(icon(object.model ? "model" : object.kind));
@@ -61,7 +61,7 @@ function item(object, children) {
   const name = document.createElement("span");
   name.className = "alias";
   name.textContent = object.alias;
-  row.append(twist, kind, name);
+  row.append(arrow, kind, name);
   for (const script of object.scripts ?? []) {
     row.append(button("script", `Script ${script.name}`, () => openScript(script)));
   }
@@ -69,7 +69,7 @@ function item(object, children) {
   row.ondblclick = () => { const [script] = object.scripts ?? []; if (script) openScript(script); };
   items.set(object.id, row);
   li.append(row);
-  if (children.length && !closed.has(object.id)) {
+  if (children.length && !collapsed.has(object.id)) {
     const ul = document.createElement("ul");
     ul.setAttribute("role", "group");
     ul.append(...children);
@@ -108,21 +108,21 @@ export function rowOf(id) {
 /** Builds the tree again. */
 function draw() {
   /** @type {Map<number, SceneObject[]>} */
-  const below = new Map();
+  const childrenOf = new Map();
   for (const o of scene.objects.values()) {
-    const known = below.get(o.parent);
-    if (known) known.push(o);
-    else below.set(o.parent, [o]);
+    const siblings = childrenOf.get(o.parent);
+    if (siblings) siblings.push(o);
+    else childrenOf.set(o.parent, [o]);
   }
-  const wanted = search.value.trim().toLowerCase();
+  const filter = search.value.trim().toLowerCase();
   items = new Map();
   /** @returns {HTMLElement | null} */
   const build = (/** @type {SceneObject} */ o) => {
-    const children = (below.get(o.id) ?? []).map(build).filter((c) => c !== null);
-    const meant = !wanted || o.alias.toLowerCase().includes(wanted) || children.length;
-    return meant ? item(o, children) : null;
+    const children = (childrenOf.get(o.id) ?? []).map(build).filter((c) => c !== null);
+    const isShown = !filter || o.alias.toLowerCase().includes(filter) || children.length;
+    return isShown ? item(o, children) : null;
   };
-  const roots = (below.get(0) ?? []).map(build).filter((c) => c !== null);
+  const roots = (childrenOf.get(0) ?? []).map(build).filter((c) => c !== null);
   for (const script of scene.scripts) {
     const li = document.createElement("li");
     const row = document.createElement("div");
@@ -133,16 +133,16 @@ function draw() {
     roots.unshift(li);
   }
   tree.replaceChildren(...roots);
-  mark();
+  markSelected();
 }
 
 /** Marks the rows of the selected objects. */
-function mark() {
-  const chosen = new Set(selection());
-  for (const [id, row] of items) row.setAttribute("aria-selected", String(chosen.has(id)));
+function markSelected() {
+  const ids = new Set(selection());
+  for (const [id, row] of items) row.setAttribute("aria-selected", String(ids.has(id)));
   // A screen reader announces this row while the tree has the focus.
-  const spoken = items.get(selected());
-  if (spoken) tree.setAttribute("aria-activedescendant", spoken.id);
+  const activeRow = items.get(selected());
+  if (activeRow) tree.setAttribute("aria-activedescendant", activeRow.id);
   else tree.removeAttribute("aria-activedescendant");
   items.get(selected())?.scrollIntoView({ block: "nearest" });
 }
@@ -153,8 +153,8 @@ tree.addEventListener("keydown", (e) => {
   const at = all.indexOf(selected());
   if (e.key === "ArrowDown") select(all[Math.min(at + 1, all.length - 1)] ?? 0);
   else if (e.key === "ArrowUp") select(all[Math.max(at - 1, 0)] ?? 0);
-  else if (e.key === "ArrowLeft") { closed.add(selected()); draw(); }
-  else if (e.key === "ArrowRight") { closed.delete(selected()); draw(); }
+  else if (e.key === "ArrowLeft") { collapsed.add(selected()); draw(); }
+  else if (e.key === "ArrowRight") { collapsed.delete(selected()); draw(); }
   else if (e.key === "Enter") {
     const script = scene.objects.get(selected())?.scripts?.[0];
     if (script) openScript(script);
@@ -165,7 +165,7 @@ search.oninput = draw;
 watch("scene", () => {
   // In large scenes, models are collapsed at first, because users usually look for the base of a model.
   if (scene.objects.size > 60 && !tree.childElementCount) {
-    for (const o of scene.objects.values()) if (o.model) closed.add(o.id);
+    for (const o of scene.objects.values()) if (o.model) collapsed.add(o.id);
   }
   draw();
 });
@@ -178,9 +178,9 @@ watch("selected", (id) => {
   let up = scene.objects.get(id)?.parent;
   let opened = false;
   while (up) {
-    opened = closed.delete(up) || opened;
+    opened = collapsed.delete(up) || opened;
     up = scene.objects.get(up)?.parent;
   }
   if (opened) draw();
-  mark();
+  markSelected();
 });

@@ -5,8 +5,8 @@ import { ask } from "tatu/lib/dialogs";
 import { get, make } from "tatu/lib/dom";
 import { openMenu } from "tatu/lib/menu";
 import { edit } from "tatu/scene/edits";
-import { tops } from "tatu/scene/hierarchy";
-import { tell } from "tatu/scene/messages";
+import { topmost } from "tatu/scene/hierarchy";
+import { reportError } from "tatu/scene/messages";
 import { rights, scene, select, selected, selection } from "tatu/scene/store";
 import { duplicate, remove, rename, reparent } from "tatu/edit/object_actions";
 import { openScript } from "tatu/documents/script_editor";
@@ -14,23 +14,23 @@ import { rowOf } from "tatu/panels/tree";
 
 const tree = get("tree");
 /** Distance that the pointer must move before a press becomes a drag, pixels. */
-const STILL = 4;
+const CLICK_TOLERANCE = 4;
 
 /** Replaces the name of the selected object in its row by a field in which it can be changed. */
 export function renameSelected() {
   const id = selected();
   const name = rowOf(id)?.querySelector(".alias");
   const o = scene.objects.get(id);
-  if (!rights.acts || !name || !o) return;
+  if (!rights.canControl || !name || !o) return;
   const field = make("input", { value: o.alias, className: "alias" });
   field.setAttribute("aria-label", `Name of ${o.alias}`);
-  let over = false;
-  const end = (/** @type {boolean} */ keep) => {
-    if (over) return;
-    over = true;
+  let isDone = false;
+  const end = (/** @type {boolean} */ isAccepted) => {
+    if (isDone) return;
+    isDone = true;
     field.replaceWith(name);
     tree.focus({ preventScroll: true });
-    if (keep) rename(id, field.value.trim());
+    if (isAccepted) rename(id, field.value.trim());
   };
   field.onkeydown = (e) => {
     e.stopPropagation();
@@ -45,10 +45,10 @@ export function renameSelected() {
 
 // An object that is dropped on a row is attached to the object of that row; between two rows, to their parent; and
 // below all rows, to the world.
-/** @type {{ x: number, y: number, ids: number[], going: boolean } | null} */
+/** @type {{ x: number, y: number, ids: number[], isDragging: boolean } | null} */
 let drag = null;
 /** @type {HTMLElement | null} */
-let marked = null;
+let markedRow = null;
 
 /** Returns the row that contains an element, or null. @param {EventTarget | null} target */
 function rowAt(target) {
@@ -61,7 +61,7 @@ function rowAt(target) {
  * the tree.
  * @param {PointerEvent} e
  */
-function goal(e) {
+function dropTarget(e) {
   const under = document.elementFromPoint(e.clientX, e.clientY);
   if (!under?.closest("#tree")) return null;
   const row = rowAt(under);
@@ -75,33 +75,33 @@ function goal(e) {
 
 tree.addEventListener("pointerdown", (e) => {
   const id = Number(rowAt(e.target)?.dataset.id ?? 0);
-  if (!id || e.button !== 0 || !rights.acts || e.target instanceof HTMLButtonElement) return;
-  drag = { x: e.clientX, y: e.clientY, ids: selection().includes(id) ? selection() : [id], going: false };
+  if (!id || e.button !== 0 || !rights.canControl || e.target instanceof HTMLButtonElement) return;
+  drag = { x: e.clientX, y: e.clientY, ids: selection().includes(id) ? selection() : [id], isDragging: false };
 });
-function unmark() {
-  marked?.removeAttribute("data-drop");
-  marked = null;
+function removeMarker() {
+  markedRow?.removeAttribute("data-drop");
+  markedRow = null;
 }
 addEventListener("pointermove", (e) => {
   if (!drag) return;
-  drag.going ||= Math.hypot(e.clientX - drag.x, e.clientY - drag.y) > STILL;
-  unmark();
-  const found = drag.going ? goal(e) : null;
+  drag.isDragging ||= Math.hypot(e.clientX - drag.x, e.clientY - drag.y) > CLICK_TOLERANCE;
+  removeMarker();
+  const found = drag.isDragging ? dropTarget(e) : null;
   if (!found) return;
-  marked = found.row;
-  marked.dataset.drop = found.place;
+  markedRow = found.row;
+  markedRow.dataset.drop = found.place;
 });
 addEventListener("pointerup", (e) => {
-  const was = drag;
+  const ended = drag;
   drag = null;
-  unmark();
-  if (!was?.going) return;
+  removeMarker();
+  if (!ended?.isDragging) return;
   // The browser reports a click after the drag, which must not select the object under the pointer.
   const swallow = (/** @type {Event} */ click) => click.stopPropagation();
   addEventListener("click", swallow, true);
   setTimeout(() => removeEventListener("click", swallow, true));
-  const found = goal(e);
-  if (found) reparent(was.ids, found.parent);
+  const found = dropTarget(e);
+  if (found) reparent(ended.ids, found.parent);
 });
 
 /** Source of a new script. */
@@ -110,7 +110,7 @@ const SCRIPT = "function sysCall_init()\nend\n\nfunction sysCall_actuation()\nen
 /** Adds a script to an object. @param {number} id */
 async function addScript(id) {
   const name = scene.objects.get(id)?.alias ?? "object";
-  await edit(`Add script to ${name}`, [["tatu.addScript", id, SCRIPT]]).catch(tell);
+  await edit(`Add script to ${name}`, [["tatu.addScript", id, SCRIPT]]).catch(reportError);
 }
 
 /** Removes the first script of an object after asking the user. @param {number} id */
@@ -119,7 +119,7 @@ async function removeScript(id) {
   const script = o?.scripts?.[0];
   if (!o || !script) return;
   const chosen = await ask("Remove the script?", `The script ${script.name} will be removed. This can be undone.`, ["Remove", "Cancel"]);
-  if (chosen === "Remove") await edit(`Remove script from ${o.alias}`, [["tatu.remove", [script.id]]]).catch(tell);
+  if (chosen === "Remove") await edit(`Remove script from ${o.alias}`, [["tatu.remove", [script.id]]]).catch(reportError);
 }
 
 /**
@@ -127,20 +127,20 @@ async function removeScript(id) {
  * @param {number} x pixels
  * @param {number} y pixels
  */
-function menu(x, y) {
+function openContextMenu(x, y) {
   const id = selected();
   const o = scene.objects.get(id);
   if (!o) return;
-  const one = selection().length === 1;
+  const isSingle = selection().length === 1;
   const script = o.scripts?.[0];
   openMenu(x, y, [
-    { name: "Rename", keys: "F2", act: renameSelected, off: !one || !rights.acts },
-    { name: "Duplicate", keys: "Ctrl+D", act: duplicate, off: !rights.acts },
-    { name: "Delete", keys: "Delete", act: remove, off: !rights.acts },
-    { name: "Detach", keys: "", act: () => reparent(tops(selection()), 0), off: !rights.acts || !o.parent },
-    { name: "Open script", keys: "Enter", act: () => { if (script) openScript(script); }, off: !one || !script },
-    { name: "Add script", keys: "", act: () => addScript(id), off: !one || !rights.acts },
-    { name: "Remove script", keys: "", act: () => removeScript(id), off: !one || !script || !rights.acts },
+    { name: "Rename", keys: "F2", act: renameSelected, off: !isSingle || !rights.canControl },
+    { name: "Duplicate", keys: "Ctrl+D", act: duplicate, off: !rights.canControl },
+    { name: "Delete", keys: "Delete", act: remove, off: !rights.canControl },
+    { name: "Detach", keys: "", act: () => reparent(topmost(selection()), 0), off: !rights.canControl || !o.parent },
+    { name: "Open script", keys: "Enter", act: () => { if (script) openScript(script); }, off: !isSingle || !script },
+    { name: "Add script", keys: "", act: () => addScript(id), off: !isSingle || !rights.canControl },
+    { name: "Remove script", keys: "", act: () => removeScript(id), off: !isSingle || !script || !rights.canControl },
   ]);
 }
 
@@ -150,6 +150,6 @@ tree.addEventListener("contextmenu", (e) => {
   if (id && !selection().includes(id)) select(id);
   const box = rowOf(selected())?.getBoundingClientRect();
   // If the menu key was pressed, the event has no position, so the menu opens at the row.
-  if (id) menu(e.clientX, e.clientY);
-  else if (box) menu(box.left + 20, box.bottom);
+  if (id) openContextMenu(e.clientX, e.clientY);
+  else if (box) openContextMenu(box.left + 20, box.bottom);
 });

@@ -5,14 +5,14 @@
 import { choose } from "tatu/lib/dialogs";
 import { get, make } from "tatu/lib/dom";
 import { download } from "tatu/lib/download";
-import { floating } from "tatu/lib/floating_window";
+import { openFloatingWindow } from "tatu/lib/floating_window";
 import { pack } from "tatu/lib/zip";
 import { call, on, send } from "tatu/net/connection";
-import { edit, known, limit, limited } from "tatu/scene/edits";
-import { line, tell } from "tatu/scene/messages";
+import { edit, editState, isScriptsOnly, setScriptsOnly } from "tatu/scene/edits";
+import { reportError, writeLine } from "tatu/scene/messages";
 import { rights, scene, watch } from "tatu/scene/store";
-import { gone, isOpen, offer, openPane } from "tatu/windows/open_windows";
-import { filmAlways, lastFilm, nameFor } from "tatu/run/film_recorder";
+import { isWindowOpen, openWindow, registerWindow, windowClosed } from "tatu/windows/open_windows";
+import { fileNameFor, lastFilm, setFilmAlways } from "tatu/run/film_recorder";
 
 /** @import { Script } from "tatu/protocol" */
 /** @typedef {{ text: string, state: "open" | "reached" | "failed", time: number }} Goal */
@@ -29,39 +29,39 @@ let exercise = null;
 /** @type {Goal[]} */
 let goals = [];
 /** Whether the limits of this exercise were lifted in order to edit it. */
-let lifted = false;
+let areLimitsLifted = false;
 /** @type {(() => void) | null} */
 let refresh = null;
 
 /** Returns the goals before a run. The text of each is the part of its line before the last colon, or the whole line. */
-function planned() {
+function plannedGoals() {
   const lines = (exercise?.goals ?? "").split(/\r?\n/).map((l) => l.trim()).filter(Boolean);
   return lines.map((l) => ({ text: l.match(/^(.*):\s/)?.[1] ?? l, state: /** @type {const} */ ("open"), time: -1 }));
 }
 
-function apply() {
-  limit(exercise?.change === "scripts" && !lifted);
-  for (const id of ["add", "move", "turn"]) get(id, HTMLButtonElement).disabled = limited();
-  filmAlways(exercise !== null && exercise.change === "scripts" && !lifted);
+function applyLimits() {
+  setScriptsOnly(exercise?.change === "scripts" && !areLimitsLifted);
+  for (const id of ["add", "move", "turn"]) get(id, HTMLButtonElement).disabled = isScriptsOnly();
+  setFilmAlways(exercise !== null && exercise.change === "scripts" && !areLimitsLifted);
   refresh?.();
 }
 
 function openExercise() {
-  const window = floating({ key: "exercise", title: "Exercise", width: 340, height: 300, closed });
-  const pane = { kind: "exercise", spec: {}, close: window.close };
+  const window = openFloatingWindow({ key: "exercise", title: "Exercise", width: 340, height: 300, closed });
+  const opened = { kind: "exercise", spec: {}, close: window.close };
   const task = make("div", { className: "task" });
   const list = make("ul", { className: "goals" });
   list.setAttribute("aria-label", "Goals");
   list.setAttribute("aria-live", "polite");
   const row = make("div", { className: "tools" });
-  const hand = make("button", { type: "button", textContent: "Hand in", title: "Save the scripts, the film of the last run and its goals in one file", onclick: handIn });
-  const change = make("button", { type: "button", textContent: "Edit", title: "Write the task and its goals", onclick: write });
+  const handInButton = make("button", { type: "button", textContent: "Hand in", title: "Save the scripts, the film of the last run and its goals in one file", onclick: handIn });
+  const changeButton = make("button", { type: "button", textContent: "Edit", title: "Write the task and its goals", onclick: editExercise });
   const note = make("p", { className: "note" });
-  row.append(hand, change);
+  row.append(handInButton, changeButton);
   window.body.append(task, list, note, row);
   refresh = () => {
     task.replaceChildren(...(exercise?.task ?? "").split(/\n\s*\n/).map((text) => make("p", { textContent: text.replaceAll("\n", " ") })));
-    list.replaceChildren(...(goals.length ? goals : planned()).map(({ text, state, time }) => {
+    list.replaceChildren(...(goals.length ? goals : plannedGoals()).map(({ text, state, time }) => {
       const item = make("li", { className: state });
       const mark = make("span", { className: "mark", textContent: MARKS[state] });
       mark.setAttribute("role", "img");
@@ -69,55 +69,55 @@ function openExercise() {
       item.append(mark, make("span", { textContent: text }), make("small", { textContent: time >= 0 ? `${time.toFixed(2)} s` : "" }));
       return item;
     }));
-    note.textContent = limited() ? "Only scripts can be changed in this exercise." : "";
-    hand.disabled = change.disabled = !rights.acts;
+    note.textContent = isScriptsOnly() ? "Only scripts can be changed in this exercise." : "";
+    handInButton.disabled = changeButton.disabled = !rights.canControl;
   };
   function closed() {
     refresh = null;
-    gone(pane);
+    windowClosed(opened);
   }
   refresh();
-  return pane;
+  return opened;
 }
-offer("exercise", openExercise);
+registerWindow("exercise", openExercise);
 
 /** Opens the exercise of the scene, or the form for a new one. */
 export function showExercise() {
-  if (exercise) openPane("exercise", {});
-  else write();
+  if (exercise) openWindow("exercise", {});
+  else editExercise();
 }
 
 /**
  * Returns a string as a literal for a scene file.
  * @param {string} text
  */
-const quoted = (text) => JSON.stringify(text).replace(/\u007f/g, "\\u007f");
+const tomlString = (text) => JSON.stringify(text).replace(/\u007f/g, "\\u007f");
 
-async function write() {
-  if (limited()) {
-    const sure = await choose("Change the exercise?", [make("p", { textContent: "Everything in the scene can be changed until it is opened again. The file to hand in will record this." })], ["Change it", "Cancel"]);
-    if (sure !== "Change it") return;
-    lifted = true;
-    apply();
+async function editExercise() {
+  if (isScriptsOnly()) {
+    const confirmed = await choose("Change the exercise?", [make("p", { textContent: "Everything in the scene can be changed until it is opened again. The file to hand in will record this." })], ["Change it", "Cancel"]);
+    if (confirmed !== "Change it") return;
+    areLimitsLifted = true;
+    applyLimits();
   }
   const task = make("textarea", { rows: 6, value: exercise?.task ?? "" });
   const lines = make("textarea", { rows: 5, value: exercise?.goals ?? "", spellcheck: false });
-  const change = make("select");
-  change.add(new Option("scripts only", "scripts"));
-  change.add(new Option("everything", "everything"));
-  change.value = exercise?.change ?? "scripts";
+  const changeSelect = make("select");
+  changeSelect.add(new Option("scripts only", "scripts"));
+  changeSelect.add(new Option("everything", "everything"));
+  changeSelect.value = exercise?.change ?? "scripts";
   const field = (/** @type {string} */ name, /** @type {HTMLElement} */ input) => {
     const label = make("label", { className: "field" });
     label.append(make("span", { textContent: name }), input);
     return label;
   };
   const help = make("p", { className: "note", textContent: "Examples: Reach the flag: /Robot within 0.3 m of /Flag before 30 s \u00B7 never /Robot touches /Wall \u00B7 /Robot goes 5 m \u00B7 /Pole object.position.z > 0.8 for 5 s" });
-  const content = [field("Task", task), field("Goals, one in a line", lines), help, field("Students may change", change)];
+  const content = [field("Task", task), field("Goals, one in a line", lines), help, field("Students may change", changeSelect)];
   const chosen = await choose("Exercise", content, ["Take into the scene", "Cancel"], () => task.focus());
   if (chosen !== "Take into the scene") return;
-  const data = { [TAGS.task]: task.value.trim(), [TAGS.goals]: lines.value.trim(), [TAGS.change]: change.value };
+  const data = { [TAGS.task]: task.value.trim(), [TAGS.goals]: lines.value.trim(), [TAGS.change]: changeSelect.value };
   // The author continues to edit the scene, so the limits apply only when the scene is opened again.
-  lifted = true;
+  areLimitsLifted = true;
   try {
     if (exercise) {
       // Other custom data of the object is retained.
@@ -125,59 +125,59 @@ async function write() {
       await edit("Change exercise", [["tatu.set", exercise.object, "object.data", { ...before, ...data }]]);
     } else {
       const script = await (await fetch("/page/run/exercise.lua")).text();
-      const entries = Object.entries(data).map(([tag, text]) => `${quoted(tag)} = ${quoted(text)}`).join(", ");
-      const text = `format = 1\n[[object]]\nkind = "dummy"\nalias = "Exercise"\ndata = { ${entries} }\nscript = { text = ${quoted(script)} }\n`;
+      const entries = Object.entries(data).map(([tag, text]) => `${tomlString(tag)} = ${tomlString(text)}`).join(", ");
+      const text = `format = 1\n[[object]]\nkind = "dummy"\nalias = "Exercise"\ndata = { ${entries} }\nscript = { text = ${tomlString(script)} }\n`;
       await edit("Add exercise", [["tatu.add", text]]);
     }
     // The program does not send a message when custom data has changed.
-    look();
+    requestExercise();
   } catch (thrown) {
-    tell(thrown);
+    reportError(thrown);
   }
 }
 
 /** Requests the exercise of the scene, if there is one. */
-function look() {
+function requestExercise() {
   const carrier = [...scene.objects.values()].find((o) => ALIAS.test(o.alias));
   if (carrier) send({ type: "data", object: carrier.id });
-  else take(null);
+  else setExercise(null);
 }
 
 /** @param {Exercise | null} found */
-function take(found) {
+function setExercise(found) {
   const before = exercise;
   exercise = found;
   if (JSON.stringify(found) !== JSON.stringify(before)) goals = [];
-  apply();
-  if (found && !before && !isOpen("exercise", {})) openPane("exercise", {});
+  applyLimits();
+  if (found && !before && !isWindowOpen("exercise", {})) openWindow("exercise", {});
 }
 
 on("data", ({ object, data }) => {
   const carrier = scene.objects.get(object);
   if (!carrier || !ALIAS.test(carrier.alias)) return;
   const [task, lines, change] = [data[TAGS.task] ?? "", data[TAGS.goals] ?? "", data[TAGS.change] ?? ""];
-  take(task || lines ? { object, task, goals: lines, change } : null);
+  setExercise(task || lines ? { object, task, goals: lines, change } : null);
 });
 watch("scene", () => {
-  if (scene.another) {
-    lifted = false;
+  if (scene.isNew) {
+    areLimitsLifted = false;
     exercise = null;
     goals = [];
   }
-  look();
+  requestExercise();
 });
 on("event", ({ name, payload }) => {
   if (name === "exercise.goals") {
     goals = Object.values(payload.goals ?? []);
     refresh?.();
-  } else if (name === "edited") look();
+  } else if (name === "edited") requestExercise();
 });
 
 /** Callbacks of pending requests for script sources, by script. @type {Map<number, (text: string) => void>} */
-const texts = new Map();
+const textRequests = new Map();
 on("script", ({ script, text }) => {
-  texts.get(script)?.(text);
-  texts.delete(script);
+  textRequests.get(script)?.(text);
+  textRequests.delete(script);
 });
 
 /**
@@ -186,8 +186,8 @@ on("script", ({ script, text }) => {
  * @returns {Promise<string>}
  */
 function textOf(script) {
-  return new Promise((done) => {
-    texts.set(script.id, done);
+  return new Promise((resolve) => {
+    textRequests.set(script.id, resolve);
     send({ type: "script", script: script.id });
   });
 }
@@ -200,9 +200,9 @@ function scripts() {
 
 /** Saves a student's work as a zip file with the scripts, and the film and goals of the last run. */
 async function handIn() {
-  const film = known.state === "stopped" ? await lastFilm() : null;
+  const film = editState.state === "stopped" ? await lastFilm() : null;
   if (!film) {
-    line("Status", "There is nothing to hand in yet: run the simulation, and stop it, first", "warning");
+    writeLine("Status", "There is nothing to hand in yet: run the simulation, and stop it, first", "warning");
     return;
   }
   try {
@@ -212,18 +212,18 @@ async function handIn() {
     /** @type {{ [file: string]: string }} */
     const list = {};
     for (const script of scripts()) {
-      const plain = (script.name || script.kind).replace(/[^\p{L}\p{N}._-]+/gu, "_").replace(/^_+|\.lua$/g, "") || "script";
-      const name = [plain, ...Array.from({ length: 99 }, (_, i) => `${plain}_${i + 2}`)].map((n) => `scripts/${n}.lua`).find((n) => !list[n]) ?? "";
+      const baseName = (script.name || script.kind).replace(/[^\p{L}\p{N}._-]+/gu, "_").replace(/^_+|\.lua$/g, "") || "script";
+      const name = [baseName, ...Array.from({ length: 99 }, (_, i) => `${baseName}_${i + 2}`)].map((n) => `scripts/${n}.lua`).find((n) => !list[n]) ?? "";
       list[name] = script.name;
       files.push({ name, bytes: encoder.encode(await textOf(script)) });
     }
-    const told = { scene: scene.file.split(/[\\/]/).pop(), when: new Date().toISOString(), changed: lifted ? "everything" : "scripts", goals, scripts: list };
-    files.unshift({ name: "exercise.json", bytes: encoder.encode(`${JSON.stringify(told, null, 2)}\n`) });
+    const summary = { scene: scene.file.split(/[\\/]/).pop(), when: new Date().toISOString(), changed: areLimitsLifted ? "everything" : "scripts", goals, scripts: list };
+    files.unshift({ name: "exercise.json", bytes: encoder.encode(`${JSON.stringify(summary, null, 2)}\n`) });
     files.push({ name: "film.html", bytes: new Uint8Array(await film.arrayBuffer()) });
-    download(new Blob([pack(files)], { type: "application/zip" }), nameFor("_handed_in.zip"));
-    line("Status", `${nameFor("_handed_in.zip")}: ${files.length} files`);
+    download(new Blob([pack(files)], { type: "application/zip" }), fileNameFor("_handed_in.zip"));
+    writeLine("Status", `${fileNameFor("_handed_in.zip")}: ${files.length} files`);
   } catch (thrown) {
-    tell(thrown);
+    reportError(thrown);
   }
 }
 

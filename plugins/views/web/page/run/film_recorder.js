@@ -5,56 +5,56 @@
 import { get } from "tatu/lib/dom";
 import { download } from "tatu/lib/download";
 import { ask, on } from "tatu/net/connection";
-import { known } from "tatu/scene/edits";
-import { line, tell } from "tatu/scene/messages";
+import { editState } from "tatu/scene/edits";
+import { reportError, writeLine } from "tatu/scene/messages";
 import { rights, scene, watch } from "tatu/scene/store";
 
 const button = get("film", HTMLButtonElement);
 /** Whether the user has requested a film. */
-let filming = false;
+let isRequested = false;
 /** Whether each run is filmed, as exercises require. */
-let always = false;
+let filmsAlways = false;
 /** The film of the last run. @type {Blob | null} */
-let last = null;
+let lastRecorded = null;
 
-function mark() {
-  button.disabled = !rights.acts;
-  button.setAttribute("aria-pressed", String(filming));
-  button.title = filming ? "Recording a film: it is saved when the simulation stops or at a click" : "Record the run as a page that plays it without the program";
+function updateButton() {
+  button.disabled = !rights.canControl;
+  button.setAttribute("aria-pressed", String(isRequested));
+  button.title = isRequested ? "Recording a film: it is saved when the simulation stops or at a click" : "Record the run as a page that plays it without the program";
 }
 
 function begin() {
-  return ask({ type: "film", on: true }, "filming").catch(tell);
+  return ask({ type: "film", on: true }, "filming").catch(reportError);
 }
 
 /** Ends a recording. Returns a promise of the film, or of null if the simulation has not run. */
 async function end() {
   try {
-    const [page, full] = await ask({ type: "film", on: false }, "the film");
-    if (typeof full === "number") line("Status", `The film ends at ${full.toFixed(1)} s, because it became too large`, "warning");
+    const [page, endTime] = await ask({ type: "film", on: false }, "the film");
+    if (typeof endTime === "number") writeLine("Status", `The film ends at ${endTime.toFixed(1)} s, because it became too large`, "warning");
     if (typeof page !== "string") return null;
     return new Blob([Uint8Array.from(atob(page), (c) => c.charCodeAt(0))], { type: "text/html" });
   } catch (thrown) {
-    tell(thrown);
+    reportError(thrown);
     return null;
   }
 }
 
 /** Returns the name of the scene's file without its extension, followed by `ending`. @param {string} ending */
-export function nameFor(ending) {
-  const name = known.file.split(/[\\/]/).pop()?.replace(/\.\w+$/, "") || "scene";
+export function fileNameFor(ending) {
+  const name = editState.file.split(/[\\/]/).pop()?.replace(/\.\w+$/, "") || "scene";
   return `${name}${ending}`;
 }
 
 /**
  * Sets whether each run is filmed from now on. `lastFilm` returns the film of the last run.
- * @param {boolean} is
+ * @param {boolean} isOn
  */
-export function filmAlways(is) {
-  if (always === is || !rights.acts) return;
-  always = is;
-  if (always) begin();
-  else if (!filming) end();
+export function setFilmAlways(isOn) {
+  if (filmsAlways === isOn || !rights.canControl) return;
+  filmsAlways = isOn;
+  if (filmsAlways) begin();
+  else if (!isRequested) end();
 }
 
 /** Settled when the film that ended last has been received. */
@@ -63,41 +63,41 @@ let finishing = Promise.resolve();
 /** Returns a promise of the film that was recorded last in this scene, or of null if there is none. */
 export async function lastFilm() {
   await finishing;
-  return last;
+  return lastRecorded;
 }
 
 /** Ends the recording when the simulation has stopped, and saves the film if the user has requested it. */
 async function finish() {
   const film = await end();
-  if (film) last = film;
-  if (filming) {
-    filming = false;
-    mark();
+  if (film) lastRecorded = film;
+  if (isRequested) {
+    isRequested = false;
+    updateButton();
     if (film) {
-      download(film, nameFor(".html"));
-      line("Status", `The film ${nameFor(".html")} has ${(film.size / 1e6).toFixed(1)} MB; any browser shows it`);
-    } else line("Status", "There is no film, because the simulation has not run", "warning");
+      download(film, fileNameFor(".html"));
+      writeLine("Status", `The film ${fileNameFor(".html")} has ${(film.size / 1e6).toFixed(1)} MB; any browser shows it`);
+    } else writeLine("Status", "There is no film, because the simulation has not run", "warning");
   }
-  if (always) await begin();
+  if (filmsAlways) await begin();
 }
 
 button.onclick = async () => {
-  if (filming && known.state !== "stopped") {
+  if (isRequested && editState.state !== "stopped") {
     finishing = finish();
     return;
   }
-  filming = !filming;
-  mark();
-  if (always) return;
-  if (filming) await begin();
+  isRequested = !isRequested;
+  updateButton();
+  if (filmsAlways) return;
+  if (isRequested) await begin();
   else await end();
 };
-on("event", ({ name }) => { if (name === "stopped" && (filming || always)) finishing = finish(); });
-watch("scene", () => { if (scene.another) last = null; });
+on("event", ({ name }) => { if (name === "stopped" && (isRequested || filmsAlways)) finishing = finish(); });
+watch("scene", () => { if (scene.isNew) lastRecorded = null; });
 // The program ends the recording when the connection is lost.
 on("again", () => {
-  filming = false;
-  mark();
-  if (always) begin();
+  isRequested = false;
+  updateButton();
+  if (filmsAlways) begin();
 });
-on("hello", mark);
+on("hello", updateButton);

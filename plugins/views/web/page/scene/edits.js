@@ -7,42 +7,42 @@ import { scene } from "tatu/scene/store";
 
 /** @import { Messages } from "tatu/net/connection" */
 /** @typedef {[string, ...unknown[]]} Call The name of a command and its arguments. */
-/** @typedef {Omit<Messages["state"], "type" | "speed" | "dt">} Known */
+/** @typedef {Omit<Messages["state"], "type" | "speed" | "dt">} EditState */
 
 /**
  * The state of undo, redo and unsaved edits, as last reported by the program.
- * @type {Known}
+ * @type {EditState}
  */
-export const known = { undo: null, redo: null, unsaved: false, file: "", on_disk: false, recovery: null, state: "stopped" };
-/** @type {((known: Known) => void)[]} */
+export const editState = { undo: null, redo: null, unsaved: false, file: "", on_disk: false, recovery: null, state: "stopped" };
+/** @type {((state: EditState) => void)[]} */
 const watchers = [];
 
 /**
  * Calls `f` whenever the program reports the state of edits.
- * @param {(known: Known) => void} f
+ * @param {(state: EditState) => void} f
  */
 export function watchEdits(f) {
   watchers.push(f);
 }
 
 on("state", ({ undo, redo, unsaved, file, on_disk, recovery, state }) => {
-  Object.assign(known, { undo, redo, unsaved, file, on_disk, recovery, state });
-  for (const f of watchers) f(known);
+  Object.assign(editState, { undo, redo, unsaved, file, on_disk, recovery, state });
+  for (const f of watchers) f(editState);
 });
 
-let limits = false;
+let scriptsOnly = false;
 /**
  * Sets whether users may change only scripts, as in exercises.
- * @param {boolean} scriptsOnly
+ * @param {boolean} on
  */
-export function limit(scriptsOnly) {
-  limits = scriptsOnly;
-  document.body.classList.toggle("limited", limits);
+export function setScriptsOnly(on) {
+  scriptsOnly = on;
+  document.body.classList.toggle("limited", scriptsOnly);
 }
 
 /** Returns whether users may change only scripts. */
-export function limited() {
-  return limits;
+export function isScriptsOnly() {
+  return scriptsOnly;
 }
 
 /**
@@ -54,7 +54,7 @@ export function limited() {
  * @returns {Promise<any[][]>}
  */
 export async function edit(label, calls, merge = "") {
-  if (limits) throw { error: `"${label}" was refused: in this exercise, only scripts may be changed`, help: "open the script of an object by a double click in the tree" };
+  if (scriptsOnly) throw { error: `"${label}" was refused: in this exercise, only scripts may be changed`, help: "open the script of an object by a double click in the tree" };
   const [results] = await call("tatu.edit", label, calls, merge);
   return results;
 }
@@ -73,13 +73,13 @@ export async function redo() {
  * Returns a description of objects for a label: the name of a single object, or the number of objects.
  * @param {number[]} ids
  */
-export function named(ids) {
+export function describeObjects(ids) {
   const [one] = ids;
   return ids.length === 1 && one !== undefined ? scene.objects.get(one)?.alias ?? "object" : `${ids.length} objects`;
 }
 
 let last = 0;
 /** Returns a unique value for `merge`. */
-export function together() {
+export function newMergeKey() {
   return `${Date.now()} ${++last}`;
 }

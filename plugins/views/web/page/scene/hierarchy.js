@@ -4,12 +4,12 @@
 import { scene } from "tatu/scene/store";
 
 /**
- * Returns whether the object `id` is below the object `top` in the tree.
+ * Returns whether the object `id` is below the object `ancestor` in the tree.
  * @param {number} id
- * @param {number} top
+ * @param {number} ancestor
  */
-export function isBelow(id, top) {
-  for (let o = scene.objects.get(id); o; o = scene.objects.get(o.parent)) if (o.parent === top) return true;
+export function isBelow(id, ancestor) {
+  for (let o = scene.objects.get(id); o; o = scene.objects.get(o.parent)) if (o.parent === ancestor) return true;
   return false;
 }
 
@@ -17,16 +17,16 @@ export function isBelow(id, top) {
  * Returns the given objects that exist, without those below another of them.
  * @param {number[]} ids
  */
-export function tops(ids) {
-  const there = ids.filter((id) => scene.objects.has(id));
-  return there.filter((id) => !there.some((other) => isBelow(id, other)));
+export function topmost(ids) {
+  const existing = ids.filter((id) => scene.objects.has(id));
+  return existing.filter((id) => !existing.some((other) => isBelow(id, other)));
 }
 
 /**
  * Returns an object and all objects below it, parents first.
  * @param {number} id
  */
-export function under(id) {
+export function subtree(id) {
   /** @type {Map<number, number[]>} */
   const below = new Map();
   for (const o of scene.objects.values()) below.set(o.parent, [...(below.get(o.parent) ?? []), o.id]);

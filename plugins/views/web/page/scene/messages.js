@@ -22,7 +22,7 @@ export function watchLines(f) {
  * @param {string} text
  * @param {string} [level] "", "warning" or "error"
  */
-export function line(tab, text, level = "") {
+export function writeLine(tab, text, level = "") {
   for (const f of watchers) f({ tab, text, level });
 }
 
@@ -30,7 +30,7 @@ export function line(tab, text, level = "") {
  * Writes an error to the status tab.
  * @param {unknown} thrown
  */
-export function tell(thrown) {
+export function reportError(thrown) {
   const { error, help } = failure(thrown);
-  line("Status", help ? `${error} (${help})` : error, "error");
+  writeLine("Status", help ? `${error} (${help})` : error, "error");
 }

@@ -52,15 +52,15 @@ const MORE = [
 export function groupOf(key, kind) {
   const dot = key.indexOf(".");
   if (dot < 0) return "Reading";
-  const [of, short] = [key.slice(0, dot), key.slice(dot + 1)];
+  const [owner, short] = [key.slice(0, dot), key.slice(dot + 1)];
   if (MORE.includes(key)) return "More";
   if (key === "object.drive") return "Drive";
-  if (of === "object") return PLACE.includes(short) ? "Place" : "More";
-  if (of === "shape") return SHAPE.includes(short) ? "Shape" : "Physics";
-  if (of === "force_sensor") return "Sensor";
-  if (["joint", "sensor", "script"].includes(of)) return title(of);
+  if (owner === "object") return PLACE.includes(short) ? "Place" : "More";
+  if (owner === "shape") return SHAPE.includes(short) ? "Shape" : "Physics";
+  if (owner === "force_sensor") return "Sensor";
+  if (["joint", "sensor", "script"].includes(owner)) return title(owner);
   if (kind === "actuator") return "Drive";
-  return kind === "sensor" ? "Sensor" : title(of);
+  return kind === "sensor" ? "Sensor" : title(owner);
 }
 
 /** @param {string} word */
@@ -88,7 +88,7 @@ export function unitOf(unit, slides = false) {
  * Encodes a number as an argument of a command. Infinite numbers become objects, because JSON cannot represent them.
  * @param {number} x
  */
-export function sent(x) {
+export function encodeNumber(x) {
   if (Number.isFinite(x)) return x;
   return { number: x > 0 ? "inf" : "-inf" };
 }
@@ -99,7 +99,7 @@ export function sent(x) {
  * @param {number} count
  * @returns {string[]}
  */
-export function partsOf(key, count) {
+export function partNames(key, count) {
   if (key === "joint.limits") return ["from", "to"];
   if (key === "joint.gains") return ["P", "I", "D"].slice(0, count);
   if (count === 2 || count === 3) return ["x", "y", "z"].slice(0, count);

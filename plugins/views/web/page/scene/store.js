@@ -3,21 +3,21 @@
 
 import { get } from "tatu/lib/dom";
 import { on } from "tatu/net/connection";
-import { want } from "tatu/net/subscriptions";
+import { subscribe } from "tatu/net/subscriptions";
 
 /** @import { SceneObject, Script } from "tatu/protocol" */
 /**
- * The scene. `objects` contains its objects by handle; `another` is set if this is not the scene that was shown before.
- * @typedef {{ file: string, opened: number, another: boolean, dt: number, objects: Map<number, SceneObject>, scripts: Script[] }} Scene
+ * The scene. `objects` contains its objects by handle; `isNew` is set if this is not the scene that was shown before.
+ * @typedef {{ file: string, opened: number, isNew: boolean, dt: number, objects: Map<number, SceneObject>, scripts: Script[] }} Scene
  */
 
 /**
  * The scene that the program sent last.
  * @type {Scene}
  */
-export const scene = { file: "", opened: -1, another: true, dt: 0.05, objects: new Map(), scripts: [] };
-/** The rights of this page: `acts` is whether it has control rights. */
-export const rights = { acts: true };
+export const scene = { file: "", opened: -1, isNew: true, dt: 0.05, objects: new Map(), scripts: [] };
+/** The rights of this page: `canControl` is whether it has control rights. */
+export const rights = { canControl: true };
 
 /**
  * The events that can be watched, and their arguments: a new scene; objects that have changed in other ways than by
@@ -27,7 +27,7 @@ export const rights = { acts: true };
 /** @type {{ [K in keyof Watched]: ((value: Watched[K]) => void)[] }} */
 const watchers = { scene: [], objects: [], selected: [] };
 /** Handles of the selected objects, in the order of selection. @type {number[]} */
-let chosen = [];
+let selectedIds = [];
 
 /**
  * Calls `f` after each event of a kind.
@@ -41,12 +41,12 @@ export function watch(what, f) {
 
 /** Returns the handle of the object that was selected last; 0: none. */
 export function selected() {
-  return chosen.at(-1) ?? 0;
+  return selectedIds.at(-1) ?? 0;
 }
 
 /** Returns the handles of all selected objects, in the order of selection. */
 export function selection() {
-  return [...chosen];
+  return [...selectedIds];
 }
 
 /**
@@ -57,59 +57,59 @@ export function selection() {
  */
 export function select(id, add = false) {
   if (!add) selectAll(id ? [id] : []);
-  else selectAll(chosen.includes(id) ? chosen.filter((other) => other !== id) : [...chosen, id]);
+  else selectAll(selectedIds.includes(id) ? selectedIds.filter((other) => other !== id) : [...selectedIds, id]);
 }
 
 /** Objects that will be selected when the scene contains them. @type {number[]} */
-let wanted = [];
+let pendingIds = [];
 
 /**
  * Selects these objects instead of the current ones.
  * @param {number[]} ids
  */
 export function selectAll(ids) {
-  wanted = [];
+  pendingIds = [];
   const all = [...new Set(ids)];
-  if (all.join() === chosen.join()) return;
+  if (all.join() === selectedIds.join()) return;
   const before = selected();
-  chosen = all;
+  selectedIds = all;
   for (const f of watchers.selected) f(selected());
-  if (selected() !== before) request();
+  if (selected() !== before) subscribeToSelected();
 }
 
 /**
  * Selects new objects as soon as the scene contains them.
  * @param {number[]} ids
  */
-export function selectWhenThere(ids) {
-  wanted = ids;
-  choose();
+export function selectWhenPresent(ids) {
+  pendingIds = ids;
+  selectPending();
 }
 
 /** Selects the wanted objects if the scene contains all of them. */
-function choose() {
-  if (wanted.length && wanted.every((id) => scene.objects.has(id))) selectAll(wanted);
+function selectPending() {
+  if (pendingIds.length && pendingIds.every((id) => scene.objects.has(id))) selectAll(pendingIds);
 }
 
 /** Requests the images or streams of the object that was selected last. */
-function request() {
+function subscribeToSelected() {
   const id = selected();
   const o = scene.objects.get(id);
-  want("images", "selected", o?.schema === "image" ? id : 0);
-  want("graphs", "selected", o?.kind === "graph" ? id : 0);
+  subscribe("images", "selected", o?.schema === "image" ? id : 0);
+  subscribe("graphs", "selected", o?.kind === "graph" ? id : 0);
 }
 
-function name() {
+function showFileName() {
   get("name").textContent = scene.file.split(/[\\/]/).pop() || "no scene";
 }
 
 on("scene", ({ file, opened, dt, objects, scripts }) => {
-  Object.assign(scene, { file, another: file !== scene.file || opened !== scene.opened, opened, dt, scripts, objects: new Map(objects.map((o) => [o.id, o])) });
-  name();
+  Object.assign(scene, { file, isNew: file !== scene.file || opened !== scene.opened, opened, dt, scripts, objects: new Map(objects.map((o) => [o.id, o])) });
+  showFileName();
   for (const f of watchers.scene) f(scene);
-  const left = chosen.filter((id) => scene.objects.has(id));
-  if (left.length < chosen.length) selectAll(left);
-  choose();
+  const remaining = selectedIds.filter((id) => scene.objects.has(id));
+  if (remaining.length < selectedIds.length) selectAll(remaining);
+  selectPending();
 });
 on("objects", ({ objects }) => {
   const known = objects.filter((o) => scene.objects.has(o.id));
@@ -120,8 +120,8 @@ on("objects", ({ objects }) => {
 on("state", ({ file }) => {
   if (file === scene.file) return;
   scene.file = file;
-  name();
+  showFileName();
 });
 on("hello", ({ acts }) => {
-  rights.acts = acts;
+  rights.canControl = acts;
 });

@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { BINARY, eachEntry, image, mesh, timeOf } from "../net/binary_messages.js";
+import { BINARY, eachEntry, parseImage, parseMesh, timeOf } from "../net/binary_messages.js";
 
 /** Builds a frame. Each entry is a function that writes the entry at an offset and returns the offset of its end. */
 function frame(time, ...entries) {
@@ -71,7 +71,7 @@ test("a mesh with places in an image", () => {
   view.setUint32(20, 3, true);
   view.setUint32(24, 1, true);
   for (let i = 0; i < 6; i++) view.setFloat32(76 + 4 * i, i / 4, true);
-  assert.deepEqual([...(mesh(view).coordinates ?? [])], [0, 0.25, 0.5, 0.75, 1, 1.25]);
+  assert.deepEqual([...(parseMesh(view).coordinates ?? [])], [0, 0.25, 0.5, 0.75, 1, 1.25]);
 });
 
 test("a mesh", () => {
@@ -82,8 +82,8 @@ test("a mesh", () => {
   view.setUint32(24, 1, true);
   for (let i = 0; i < 9; i++) view.setFloat32(28 + 4 * i, i / 2, true);
   [0, 2, 1].forEach((n, i) => view.setUint32(64 + 4 * i, n, true));
-  const read = mesh(view);
-  assert.equal(read.sum, "0123456789abcdef");
+  const read = parseMesh(view);
+  assert.equal(read.hash, "0123456789abcdef");
   assert.deepEqual([...read.points], [0, 0.5, 1, 1.5, 2, 2.5, 3, 3.5, 4]);
   assert.deepEqual([...read.triangles], [0, 2, 1]);
 });
@@ -97,7 +97,7 @@ function picture(depth, write) {
   view.setUint32(8, 1, true);
   view.setUint32(12, 2, true);
   write(view);
-  return image(view);
+  return parseImage(view);
 }
 
 test("a color image: the lowest row comes first, and is shown last", () => {

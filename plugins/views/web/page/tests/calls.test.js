@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { Calls, failure, newest, reason } from "../net/calls.js";
+import { Calls, failure, sendLatest, reason } from "../net/calls.js";
 
 test("answers settle the calls that they name, in any order", async () => {
   const calls = new Calls();
@@ -35,7 +35,7 @@ test("what answers no call is left to others", async () => {
 test("all calls are refused when the connection closes, with what was asked", async () => {
   const calls = new Calls();
   const all = ["`tatu.list`", "opening a.toml"].map((what) => calls.begin(what).results);
-  calls.lose();
+  calls.rejectAll();
   const reasons = (await Promise.allSettled(all)).map((result) => result.status === "rejected" && result.reason);
   assert.ok(reasons.every((reason) => reason.lost), "what was lost may be repeated");
   const errors = reasons.map((reason) => reason.error);
@@ -71,7 +71,7 @@ function slow() {
 
 test("at most one value is on the way, and the last one always arrives", async () => {
   const { sent, deliver, end } = slow();
-  const put = newest(deliver);
+  const put = sendLatest(deliver);
   const done = put(1);
   put(2);
   put(3);
@@ -89,7 +89,7 @@ test("at most one value is on the way, and the last one always arrives", async (
 
 test("the last value is sent though one before it failed", async () => {
   const { sent, deliver, end, fail } = slow();
-  const put = newest(deliver);
+  const put = sendLatest(deliver);
   const done = put(1);
   put(2);
   await fail();

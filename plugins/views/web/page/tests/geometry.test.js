@@ -2,9 +2,9 @@ import assert from "node:assert/strict";
 import { test } from "node:test";
 
 import { principal } from "../lib/inertia.js";
-import { snap } from "../lib/numbers.js";
-import { STILL, compose, frameOf, inverse, moved, positionOf, rotationOf, shift, spin } from "../lib/poses.js";
-import { about, conjugate, fromDegrees, multiply, rotate, screenAxes, toDegrees } from "../lib/rotations.js";
+import { roundToStep } from "../lib/numbers.js";
+import { IDENTITY, compose, frameOf, inverse, movedPose, positionOf, rotationAbout, rotationOf, translationAlong } from "../lib/poses.js";
+import { axisRotation, conjugate, fromDegrees, multiply, rotate, screenAxes, toDegrees } from "../lib/rotations.js";
 import { scanSurface } from "../view/scan_surface.js";
 
 function near(got, wanted, within = 1e-9) {
@@ -18,11 +18,11 @@ function times([x, y, z, w], [a, b, c, d]) {
 }
 
 test("snapping", () => {
-  assert.equal(snap(0.26, 0.1), 0.3);
-  assert.equal(snap(-0.26, 0.1), -0.3);
-  assert.equal(snap(44, 15), 45);
-  assert.equal(snap(0.123, 0), 0.123);
-  assert.ok(Object.is(snap(-0.01, 0.1), 0), "no negative zero");
+  assert.equal(roundToStep(0.26, 0.1), 0.3);
+  assert.equal(roundToStep(-0.26, 0.1), -0.3);
+  assert.equal(roundToStep(44, 15), 45);
+  assert.equal(roundToStep(0.123, 0), 0.123);
+  assert.ok(Object.is(roundToStep(-0.01, 0.1), 0), "no negative zero");
 });
 
 test("turns about one axis", () => {
@@ -40,7 +40,7 @@ test("angles are those of Rx Ry Rz", () => {
     q[axis] = Math.sin(degrees * Math.PI / 360);
     return q;
   };
-  near(fromDegrees([20, -35, 110]), times(times(about(0, 20), about(1, -35)), about(2, 110)));
+  near(fromDegrees([20, -35, 110]), times(times(axisRotation(0, 20), axisRotation(1, -35)), axisRotation(2, 110)));
 });
 
 test("there and back", () => {
@@ -86,37 +86,37 @@ const LOCAL = [0.5, 0, 0.25, ...fromDegrees([0, 0, 30])];
 const OF = { world: compose(PARENT, LOCAL), local: LOCAL };
 
 test("rotations and poses", () => {
-  near(rotate(about(2, 90), [1, 0, 0]), [0, 1, 0]);
-  near(rotate(about(0, 90), [0, 1, 0]), [0, 0, 1]);
+  near(rotate(axisRotation(2, 90), [1, 0, 0]), [0, 1, 0]);
+  near(rotate(axisRotation(0, 90), [0, 1, 0]), [0, 0, 1]);
   const q = fromDegrees([20, -35, 110]);
   near(multiply(q, conjugate(q)), [0, 0, 0, 1]);
-  near(compose(PARENT, inverse(PARENT)), STILL);
-  near(compose([1, 0, 0, ...about(2, 90)], [1, 0, 0, 0, 0, 0, 1]), [1, 1, 0, ...about(2, 90)]);
+  near(compose(PARENT, inverse(PARENT)), IDENTITY);
+  near(compose([1, 0, 0, ...axisRotation(2, 90)], [1, 0, 0, 0, 0, 0, 1]), [1, 1, 0, ...axisRotation(2, 90)]);
 });
 
 test("frames of an object", () => {
-  near(frameOf("world", OF), STILL);
+  near(frameOf("world", OF), IDENTITY);
   near(frameOf("parent", OF), PARENT);
   near(frameOf("own", OF), OF.world);
 });
 
 test("a shift is along the axes of its frame", () => {
   for (const [frame, wanted] of [["world", [0.1, 0, 0]], ["parent", rotate(rotationOf(PARENT), [0.1, 0, 0])]]) {
-    const after = moved(shift(frameOf(frame, OF), [0.1, 0, 0]), OF);
+    const after = movedPose(translationAlong(frameOf(frame, OF), [0.1, 0, 0]), OF);
     near(compose(PARENT, after), [...positionOf(OF.world).map((x, i) => x + wanted[i]), ...rotationOf(OF.world)], 1e-9);
   }
-  near(moved(shift(frameOf("parent", OF), [0.1, 0, 0]), OF), [0.6, 0, 0.25, ...rotationOf(LOCAL)]);
+  near(movedPose(translationAlong(frameOf("parent", OF), [0.1, 0, 0]), OF), [0.6, 0, 0.25, ...rotationOf(LOCAL)]);
 });
 
 test("what is not shifted keeps its digits", () => {
   const of = { world: [0.1, 0.2, 0.3, 0, 0, 0, 1], local: [0.1, 0.2, 0.3, 0, 0, 0, 1] };
-  assert.deepEqual(moved(shift(STILL, [0.5, 0, 0]), of), [0.6, 0.2, 0.3, 0, 0, 0, 1]);
+  assert.deepEqual(movedPose(translationAlong(IDENTITY, [0.5, 0, 0]), of), [0.6, 0.2, 0.3, 0, 0, 0, 1]);
 });
 
 test("a turn about a point", () => {
-  near(moved(spin(STILL, about(2, 90), [1, 0, 0]), { world: [2, 0, 0, 0, 0, 0, 1], local: [2, 0, 0, 0, 0, 0, 1] }), [1, 1, 0, ...about(2, 90)]);
+  near(movedPose(rotationAbout(IDENTITY, axisRotation(2, 90), [1, 0, 0]), { world: [2, 0, 0, 0, 0, 0, 1], local: [2, 0, 0, 0, 0, 0, 1] }), [1, 1, 0, ...axisRotation(2, 90)]);
   // A rotation about the object itself, in the frame of its parent: the position remains, the orientation changes.
-  const after = moved(spin(frameOf("parent", OF), about(2, 15), positionOf(OF.world)), OF);
+  const after = movedPose(rotationAbout(frameOf("parent", OF), axisRotation(2, 15), positionOf(OF.world)), OF);
   near(positionOf(after), positionOf(LOCAL));
   near(toDegrees(rotationOf(after)), [0, 0, 45]);
 });
@@ -126,7 +126,7 @@ test("arrow keys go along the axes nearest to the screen's", () => {
   assert.deepEqual(screenAxes([0, 0, 0, 1], [1, 0, 0], [0, 0.8, 0.6]), { across: { axis: 0, sign: 1 }, ahead: { axis: 1, sign: 1 } });
   assert.deepEqual(screenAxes([0, 0, 0, 1], [0.1, 0.9, 0], [-0.9, 0.1, 0.5]), { across: { axis: 1, sign: 1 }, ahead: { axis: 0, sign: -1 } });
   // A frame that is rotated by 90 degrees.
-  assert.deepEqual(screenAxes(about(2, 90), [1, 0, 0], [0, 1, 0]), { across: { axis: 1, sign: -1 }, ahead: { axis: 0, sign: 1 } });
+  assert.deepEqual(screenAxes(axisRotation(2, 90), [1, 0, 0], [0, 1, 0]), { across: { axis: 1, sign: -1 }, ahead: { axis: 0, sign: 1 } });
 });
 
 test("principal axes turn an inertia into its moments", () => {

@@ -1,8 +1,8 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { readNumber, writeNumber } from "../lib/numbers.js";
-import { colorOf, formOf, groupOf, hexOf, labelOf, nameOf, partsOf, sent, unitOf } from "../scene/property_format.js";
+import { parseNumber, formatNumber } from "../lib/numbers.js";
+import { colorOf, formOf, groupOf, hexOf, labelOf, nameOf, partNames, encodeNumber, unitOf } from "../scene/property_format.js";
 
 test("names in words", () => {
   assert.equal(nameOf("joint.max_force"), "Maximum force");
@@ -24,24 +24,24 @@ test("groups", () => {
 });
 
 test("degrees stand for rad, also in units of joints", () => {
-  assert.equal(writeNumber(Math.PI / 4, unitOf("rad").factor), "45");
+  assert.equal(formatNumber(Math.PI / 4, unitOf("rad").factor), "45");
   assert.equal(unitOf("rad|m").text, "\u00b0");
   assert.deepEqual(unitOf("rad|m", true), { text: "m", factor: 1 });
   assert.equal(unitOf("rad/s|m/s").text, "\u00b0/s");
   assert.equal(unitOf("N m|N", true).text, "N");
   assert.equal(unitOf("kg m^2", true).text, "kg m^2");
-  assert.ok(Math.abs(readNumber("90", unitOf("rad").factor) - Math.PI / 2) < 1e-12);
+  assert.ok(Math.abs(parseNumber("90", unitOf("rad").factor) - Math.PI / 2) < 1e-12);
 });
 
 test("numbers as they are read and typed", () => {
-  assert.equal(writeNumber(0.1 + 0.2), "0.3");
-  assert.equal(writeNumber(-0), "0");
-  assert.equal(writeNumber({ number: "-inf" }), "-\u221e");
-  assert.equal(writeNumber(null), "");
-  assert.equal(readNumber(" 1,5 "), 1.5);
-  assert.equal(readNumber("-\u221e"), -Infinity);
-  for (const text of ["", "1.2.3", "1,2,3", "wide", "2 m"]) assert.ok(Number.isNaN(readNumber(text)), text);
-  assert.deepEqual([sent(2), sent(-Infinity)], [2, { number: "-inf" }]);
+  assert.equal(formatNumber(0.1 + 0.2), "0.3");
+  assert.equal(formatNumber(-0), "0");
+  assert.equal(formatNumber({ number: "-inf" }), "-\u221e");
+  assert.equal(formatNumber(null), "");
+  assert.equal(parseNumber(" 1,5 "), 1.5);
+  assert.equal(parseNumber("-\u221e"), -Infinity);
+  for (const text of ["", "1.2.3", "1,2,3", "wide", "2 m"]) assert.ok(Number.isNaN(parseNumber(text)), text);
+  assert.deepEqual([encodeNumber(2), encodeNumber(-Infinity)], [2, { number: "-inf" }]);
 });
 
 test("labels of edits", () => {
@@ -68,6 +68,6 @@ test("how values are shown", () => {
   assert.equal(formOf(row({ type: 11, value: [{ a: 1 }] })), "table");
   assert.equal(formOf(row({ type: 12, value: { a: 1 } })), "table");
   assert.equal(formOf(row({ type: 14, value: 7 })), "object");
-  assert.deepEqual(partsOf("joint.limits", 2), ["from", "to"]);
-  assert.deepEqual(partsOf("object.position", 3), ["x", "y", "z"]);
+  assert.deepEqual(partNames("joint.limits", 2), ["from", "to"]);
+  assert.deepEqual(partNames("object.position", 3), ["x", "y", "z"]);
 });

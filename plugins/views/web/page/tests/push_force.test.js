@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { LEAST, MOST, between, grown, pull, steadied, turning } from "../run/push_force.js";
+import { INITIAL_BOUND, MAX_BOUND, angleBetween, nextBound, springForce, tiltFactor, uprightTorque } from "../run/push_force.js";
 
 /**
  * Simulates pulling a body along x towards `to`, m. The position and speed that determine the force are 0.1 s old;
@@ -9,12 +9,12 @@ import { LEAST, MOST, between, grown, pull, steadied, turning } from "../run/pus
  */
 function drag({ mass, to, seconds, friction = 0 }) {
   const dt = 0.05;
-  let [x, v, bound, farthest] = [0, 0, LEAST, 0];
+  let [x, v, bound, farthest] = [0, 0, INITIAL_BOUND, 0];
   const seen = [[0, 0], [0, 0]];
   for (let t = 0; t < seconds; t += dt) {
     const [sx, sv] = seen.shift();
-    const force = pull([to - sx, 0, 0], [sv, 0, 0], mass, bound);
-    bound = grown(bound, [to - sx, 0, 0], [sv, 0, 0], dt);
+    const force = springForce([to - sx, 0, 0], [sv, 0, 0], mass, bound);
+    bound = nextBound(bound, [to - sx, 0, 0], [sv, 0, 0], dt);
     const a = force[0] / mass;
     // Friction reduces the speed, at most to zero.
     v += a * dt;
@@ -35,30 +35,30 @@ test("a body comes to the pointer and stays there, whatever its mass", () => {
 });
 
 test("the force is bounded by the mass", () => {
-  const force = pull([100, 0, 100], [0, 0, 0], 2, LEAST);
-  assert.ok(Math.abs(Math.hypot(...force) - 2 * LEAST) < 1e-9);
+  const force = springForce([100, 0, 100], [0, 0, 0], 2, INITIAL_BOUND);
+  assert.ok(Math.abs(Math.hypot(...force) - 2 * INITIAL_BOUND) < 1e-9);
   assert.ok(Math.abs(force[0] - force[2]) < 1e-9);
 });
 
 test("what friction holds is moved after a while, and lifting is possible", () => {
   assert.ok(drag({ mass: 5, to: 2, seconds: 0.3, friction: 9 }).x < 0.01);
   assert.ok(drag({ mass: 5, to: 2, seconds: 4, friction: 9 }).x > 0.3);
-  assert.ok(MOST > 9.81);
+  assert.ok(MAX_BOUND > 9.81);
 });
 
 test("the bound grows for what rests away from the pointer only", () => {
-  assert.ok(drag({ mass: 5, to: 1, seconds: 5 }).bound < LEAST + 2);
-  assert.equal(grown(LEAST, [1, 0, 0], [0.5, 0, 0], 0.1), LEAST);
-  assert.equal(grown(LEAST, [0.01, 0, 0], [0, 0, 0], 0.1), LEAST);
-  assert.equal(grown(MOST, [1, 0, 0], [0, 0, 0], 0.1), MOST);
+  assert.ok(drag({ mass: 5, to: 1, seconds: 5 }).bound < INITIAL_BOUND + 2);
+  assert.equal(nextBound(INITIAL_BOUND, [1, 0, 0], [0.5, 0, 0], 0.1), INITIAL_BOUND);
+  assert.equal(nextBound(INITIAL_BOUND, [0.01, 0, 0], [0, 0, 0], 0.1), INITIAL_BOUND);
+  assert.equal(nextBound(MAX_BOUND, [1, 0, 0], [0, 0, 0], 0.1), MAX_BOUND);
 });
 
 test("a force turns about the vertical only", () => {
-  assert.deepEqual(turning([0.2, 0, 0.5], [0, 10, 3]), [0, 0, 2]);
+  assert.deepEqual(uprightTorque([0.2, 0, 0.5], [0, 10, 3]), [0, 0, 2]);
 });
 
 test("what tilts is pulled less, and not at all before it falls", () => {
-  assert.deepEqual([0, 2, 4, 6, 90].map(steadied), [1, 1, 0.5, 0, 0]);
-  assert.ok(Math.abs(between([0, 0, 1], [0, Math.sin(0.1), Math.cos(0.1)]) - 0.1 * 180 / Math.PI) < 1e-9);
-  assert.equal(between([0, 0, 1], [0, 0, -1]), 180);
+  assert.deepEqual([0, 2, 4, 6, 90].map(tiltFactor), [1, 1, 0.5, 0, 0]);
+  assert.ok(Math.abs(angleBetween([0, 0, 1], [0, Math.sin(0.1), Math.cos(0.1)]) - 0.1 * 180 / Math.PI) < 1e-9);
+  assert.equal(angleBetween([0, 0, 1], [0, 0, -1]), 180);
 });

@@ -37,15 +37,15 @@ function lookAlong(direction) {
 
 // Parallel projection is approximated by a distant camera with a narrow field of view.
 /** Field of view with perspective, degrees. */
-const WIDE = 50;
+const PERSPECTIVE_ANGLE = 50;
 /** Field of view for parallel projection, degrees. */
-const NARROW = 1.5;
-const flat = get("flat");
-flat.onclick = () => {
-  const is = flat.getAttribute("aria-pressed") !== "true";
-  flat.setAttribute("aria-pressed", String(is));
+const PARALLEL_ANGLE = 1.5;
+const parallelButton = get("flat");
+parallelButton.onclick = () => {
+  const isOn = parallelButton.getAttribute("aria-pressed") !== "true";
+  parallelButton.setAttribute("aria-pressed", String(isOn));
   const half = (/** @type {number} */ angle) => Math.tan((angle * Math.PI) / 360);
-  const fov = is ? NARROW : WIDE;
+  const fov = isOn ? PARALLEL_ANGLE : PERSPECTIVE_ANGLE;
   const away = camera.position.clone().sub(controls.target).multiplyScalar(half(camera.fov) / half(fov));
   camera.fov = fov;
   camera.position.copy(controls.target).add(away);
@@ -55,21 +55,21 @@ flat.onclick = () => {
 };
 
 // While the camera follows an object, it keeps its position relative to the object and rotates with its heading.
-const follow = get("follow");
+const followButton = get("follow");
 /**
  * Position and heading (rad) of the followed object in the last frame.
  * @type {{ at: THREE.Vector3, heading: number } | null}
  */
-let last = null;
+let lastPose = null;
 /** Handle of the followed object; it does not change when another object is selected. 0: none. */
 let followed = 0;
-/** @param {boolean} is */
-function setFollow(is) {
-  follow.setAttribute("aria-pressed", String(is));
-  followed = is ? selected() : 0;
-  last = null;
+/** @param {boolean} isOn */
+function setFollow(isOn) {
+  followButton.setAttribute("aria-pressed", String(isOn));
+  followed = isOn ? selected() : 0;
+  lastPose = null;
 }
-follow.onclick = () => setFollow(follow.getAttribute("aria-pressed") !== "true");
+followButton.onclick = () => setFollow(followButton.getAttribute("aria-pressed") !== "true");
 watch("scene", () => { if (followed && !groups.has(followed)) setFollow(false); });
 
 const ahead = new THREE.Vector3();
@@ -84,47 +84,47 @@ function headingOf(object, before) {
 }
 
 on("frame", () => {
-  if (follow.getAttribute("aria-pressed") === "true") {
+  if (followButton.getAttribute("aria-pressed") === "true") {
     followed ||= selected();
     const group = groups.get(followed);
     if (group) {
       group.updateWorldMatrix(true, false);
       const at = group.getWorldPosition(new THREE.Vector3());
-      const heading = headingOf(group, last?.heading ?? 0);
-      if (last) {
-        const way = at.clone().sub(last.at);
-        const turn = heading - last.heading;
-        const about = new THREE.Vector3(0, 0, 1);
-        for (const point of [camera.position, controls.target]) point.add(way).sub(at).applyAxisAngle(about, turn).add(at);
+      const heading = headingOf(group, lastPose?.heading ?? 0);
+      if (lastPose) {
+        const displacement = at.clone().sub(lastPose.at);
+        const turn = heading - lastPose.heading;
+        const vertical = new THREE.Vector3(0, 0, 1);
+        for (const point of [camera.position, controls.target]) point.add(displacement).sub(at).applyAxisAngle(vertical, turn).add(at);
         controls.update();
       }
-      last = { at, heading };
+      lastPose = { at, heading };
     }
-  } else last = null;
+  } else lastPose = null;
 });
 
 // A double click moves the point under the pointer to the centre of the view.
 renderer.domElement.addEventListener("dblclick", (e) => {
   const hit = hitAt(e);
   if (!hit) return;
-  const way = hit.point.clone().sub(controls.target);
-  controls.target.add(way);
-  camera.position.add(way);
+  const displacement = hit.point.clone().sub(controls.target);
+  controls.target.add(displacement);
+  camera.position.add(displacement);
   controls.update();
   redraw();
 });
 
 /** Angle by which a key rotates the camera, rad. */
-const STEP = Math.PI / 24;
+const ROTATION_STEP = Math.PI / 24;
 /** Distance by which a key moves the camera, as a fraction of the height of the view. */
-const PAN = 0.06;
+const PAN_FRACTION = 0.06;
 /** Factor by which a key changes the distance of the camera from its target. */
-const CLOSER = 1.15;
+const ZOOM_FACTOR = 1.15;
 /**
  * Rotates, moves or zooms the camera by a key that is pressed with Alt. Returns false for other keys.
  * @param {KeyboardEvent} e
  */
-function byKey(e) {
+function moveByKey(e) {
   const away = camera.position.clone().sub(controls.target);
   const sideways = { ArrowLeft: -1, ArrowRight: 1 }[e.key] ?? 0;
   const upward = { ArrowUp: 1, ArrowDown: -1 }[e.key] ?? 0;
@@ -132,17 +132,17 @@ function byKey(e) {
   if (sideways || upward) {
     if (e.shiftKey) {
       const up = new THREE.Vector3().setFromMatrixColumn(camera.matrix, 1);
-      const reach = PAN * away.length() * Math.tan((camera.fov * Math.PI) / 360) * 2;
-      const way = right.multiplyScalar(sideways * reach).addScaledVector(up, upward * reach);
-      controls.target.add(way);
+      const reach = PAN_FRACTION * away.length() * Math.tan((camera.fov * Math.PI) / 360) * 2;
+      const displacement = right.multiplyScalar(sideways * reach).addScaledVector(up, upward * reach);
+      controls.target.add(displacement);
     } else {
-      away.applyAxisAngle(new THREE.Vector3(0, 0, 1), sideways * STEP);
+      away.applyAxisAngle(new THREE.Vector3(0, 0, 1), sideways * ROTATION_STEP);
       const tilt = Math.acos(Math.min(1, Math.max(-1, away.z / away.length())));
-      const next = Math.min(Math.PI - 0.02, Math.max(0.02, tilt - upward * STEP));
+      const next = Math.min(Math.PI - 0.02, Math.max(0.02, tilt - upward * ROTATION_STEP));
       away.applyAxisAngle(new THREE.Vector3(0, 0, 1).cross(away).normalize(), next - tilt);
     }
-  } else if (e.key === "+" || e.key === "=") away.divideScalar(CLOSER);
-  else if (e.key === "-") away.multiplyScalar(CLOSER);
+  } else if (e.key === "+" || e.key === "=") away.divideScalar(ZOOM_FACTOR);
+  else if (e.key === "-") away.multiplyScalar(ZOOM_FACTOR);
   else return false;
   camera.position.copy(controls.target).add(away);
   controls.update();
@@ -154,7 +154,7 @@ host.addEventListener("keydown", (e) => {
   if (!e.altKey || e.ctrlKey || e.metaKey) return;
   const view = VIEWS[/** @type {keyof typeof VIEWS} */ (Number(e.code.replace("Digit", "")))];
   if (view) lookAlong(view[1]);
-  else if (!byKey(e)) return;
+  else if (!moveByKey(e)) return;
   e.preventDefault();
   e.stopPropagation();
 });

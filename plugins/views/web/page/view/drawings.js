@@ -6,13 +6,13 @@ import { get } from "tatu/lib/dom";
 import { plot } from "tatu/lib/plot";
 import { on } from "tatu/net/connection";
 import { selected } from "tatu/scene/store";
-import { lit } from "tatu/view/light";
+import { sceneMaterial } from "tatu/view/light";
 import { redraw, stage } from "tatu/view/renderer";
 
 /** @import { Drawing } from "tatu/protocol" */
 
-const all = new THREE.Group();
-stage.add(all);
+const drawingGroup = new THREE.Group();
+stage.add(drawingGroup);
 
 /** Creates the three.js object that represents a drawing object. @param {Drawing} d */
 function drawing(d) {
@@ -40,18 +40,18 @@ function drawing(d) {
     return new THREE.Points(new THREE.BufferGeometry().setFromPoints(points.map((p) => at(p))), material);
   }
   const shape = form.startsWith("cube") ? new THREE.BoxGeometry(1, 1, 1) : new THREE.SphereGeometry(0.5, 12, 8);
-  const mesh = new THREE.InstancedMesh(shape, lit({ color }), points.length);
+  const mesh = new THREE.InstancedMesh(shape, sceneMaterial({ color }), points.length);
   const size = d.size || 0.02;
   points.forEach((p, i) => mesh.setMatrixAt(i, new THREE.Matrix4().makeScale(size, size, size).setPosition(at(p))));
   return mesh;
 }
 
 on("drawings", ({ drawings }) => {
-  all.traverse((x) => {
+  drawingGroup.traverse((x) => {
     if (x instanceof THREE.Mesh || x instanceof THREE.Line || x instanceof THREE.Points) x.geometry.dispose();
   });
-  all.clear();
-  for (const d of drawings) all.add(drawing(d));
+  drawingGroup.clear();
+  for (const d of drawings) drawingGroup.add(drawing(d));
   redraw();
 });
 

@@ -3,7 +3,7 @@
 // be visible are omitted.
 
 import * as THREE from "three";
-import { lit } from "tatu/view/light";
+import { sceneMaterial } from "tatu/view/light";
 
 /** @import { Joint } from "tatu/protocol" */
 
@@ -13,29 +13,29 @@ import { lit } from "tatu/view/light";
  * itself, and `moved` the group that a joint moves.
  * @typedef {THREE.Group & { userData: { id: number, bodies: Body[], own: THREE.Object3D[], joint?: Joint, moved?: THREE.Group } }} ObjectGroup
  */
-/** @typedef {{ group: ObjectGroup, body: Body }} Placed */
-/** @typedef {Placed & { radius: number, center: THREE.Vector3, asBox: THREE.Matrix4 }} Drawn */
-/** @typedef {THREE.InstancedMesh<THREE.BufferGeometry, THREE.MeshLambertMaterial>} Together */
+/** @typedef {{ group: ObjectGroup, body: Body }} PlacedBody */
+/** @typedef {PlacedBody & { radius: number, center: THREE.Vector3, asBox: THREE.Matrix4 }} DrawnPart */
+/** @typedef {THREE.InstancedMesh<THREE.BufferGeometry, THREE.MeshLambertMaterial>} Instances */
 
 /** Number of parts above which a scene is large, so that instancing is used. */
-export const MANY = 1500;
+export const LARGE_SCENE_PARTS = 1500;
 /** Size on the screen, pixels, below which a part is drawn as a box. */
-const BOX = 14;
+const BOX_SIZE = 14;
 /** Size on the screen, pixels, below which a part is not drawn. */
-const NOTHING = 2.5;
+const SMALLEST_SIZE = 2.5;
 
 /**
  * The instanced meshes, and the three.js objects that are attached to groups, such as outlines. Used only while
  * instancing is switched on; the renderer then skips the groups of the objects.
  */
-export const crowd = new THREE.Group();
+export const instancedGroup = new THREE.Group();
 /** @type {{ group: THREE.Object3D, thing: THREE.Object3D }[]} */
-let hanging = [];
+let attachments = [];
 /**
  * The parts by geometry and material, with the instanced meshes that draw them exactly (`near`) and as boxes (`far`).
- * @type {{ parts: Drawn[], near: Together, far: Together }[]}
+ * @type {{ parts: DrawnPart[], near: Instances, far: Instances }[]}
  */
-let kinds = [];
+let batches = [];
 /** A box with 8 vertices instead of 24, which speeds up software rendering. */
 const box = new THREE.BufferGeometry();
 box.setAttribute("position", new THREE.Float32BufferAttribute([0, 1, 2, 3, 4, 5, 6, 7].flatMap((i) => [(i & 1) - 0.5, ((i >> 1) & 1) - 0.5, (i >> 2) - 0.5]), 3));
@@ -46,9 +46,9 @@ const [product, frustum, sphere] = [new THREE.Matrix4(), new THREE.Frustum(), ne
  * Returns a single-sided material of the same color for boxes, because the inside of a box is never visible.
  * @param {THREE.MeshLambertMaterial} material
  */
-function plain(material) {
+function boxMaterial(material) {
   const { color, transparent, opacity, depthWrite } = material;
-  return lit({ color, transparent, opacity, depthWrite, flatShading: true }, true);
+  return sceneMaterial({ color, transparent, opacity, depthWrite, flatShading: true }, true);
 }
 
 /**
@@ -57,11 +57,11 @@ function plain(material) {
  * @param {THREE.MeshLambertMaterial} material
  * @param {number} n
  */
-function instances(geometry, material, n) {
+function addInstances(geometry, material, n) {
   const mesh = new THREE.InstancedMesh(geometry, material, n);
   mesh.frustumCulled = false;
   mesh.userData.ids = [];
-  crowd.add(mesh);
+  instancedGroup.add(mesh);
   return mesh;
 }
 
@@ -70,21 +70,21 @@ function instances(geometry, material, n) {
  * @param {THREE.Object3D} root
  * @param {Map<number, ObjectGroup>} groups
  */
-export function gather(root, groups) {
-  /** @type {Map<string, Placed[]>} */
-  const alike = new Map();
+export function enableInstancing(root, groups) {
+  /** @type {Map<string, PlacedBody[]>} */
+  const placedByKey = new Map();
   for (const group of groups.values()) {
     for (const body of group.userData.bodies) {
       body.updateMatrix();
       body.removeFromParent();
       const key = `${body.geometry.uuid} ${body.material.uuid}`;
-      const known = alike.get(key);
-      if (known) known.push({ group, body });
-      else alike.set(key, [{ group, body }]);
+      const existing = placedByKey.get(key);
+      if (existing) existing.push({ group, body });
+      else placedByKey.set(key, [{ group, body }]);
     }
   }
   root.visible = root.matrixWorldAutoUpdate = false;
-  kinds = [...alike.values()].flatMap((placed) => {
+  batches = [...placedByKey.values()].flatMap((placed) => {
     const [first] = placed;
     if (!first) return [];
     const { geometry, material } = first.body;
@@ -99,54 +99,54 @@ export function gather(root, groups) {
       center: center.clone().applyMatrix4(body.matrix),
       asBox: body.matrix.clone().multiply(new THREE.Matrix4().makeTranslation(center)).scale(size.clone().max(new THREE.Vector3(1e-4, 1e-4, 1e-4))),
     }));
-    return [{ parts, near: instances(geometry, material, parts.length), far: instances(box, plain(material), parts.length) }];
+    return [{ parts, near: addInstances(geometry, material, parts.length), far: addInstances(box, boxMaterial(material), parts.length) }];
   });
 }
 
 /** Returns whether instancing is used. */
 export function isLarge() {
-  return kinds.length > 0;
+  return batches.length > 0;
 }
 
 /**
  * Attaches a three.js object, such as an outline, to the group of an object, with or without instancing.
  * @param {THREE.Object3D} group
- * @param {THREE.Object3D} thing
+ * @param {THREE.Object3D} attached
  */
-export function hang(group, thing) {
+export function attachTo(group, attached) {
   if (!isLarge()) {
-    group.add(thing);
+    group.add(attached);
     return;
   }
-  thing.matrixAutoUpdate = false;
-  crowd.add(thing);
-  hanging.push({ group, thing });
+  attached.matrixAutoUpdate = false;
+  instancedGroup.add(attached);
+  attachments.push({ group, thing: attached });
 }
 
 /**
  * Switches instancing off.
  * @param {THREE.Object3D} root
  */
-export function scatter(root) {
+export function disableInstancing(root) {
   root.visible = root.matrixWorldAutoUpdate = true;
-  for (const { thing } of hanging) thing.removeFromParent();
-  hanging = [];
-  for (const { near, far } of kinds) {
+  for (const { thing } of attachments) thing.removeFromParent();
+  attachments = [];
+  for (const { near, far } of batches) {
     for (const mesh of [near, far]) {
       mesh.removeFromParent();
       mesh.dispose();
     }
     far.material.dispose();
   }
-  kinds = [];
+  batches = [];
 }
 
 /**
  * Appends an instance of the object `id` with the matrix in `product`.
- * @param {Together} mesh
+ * @param {Instances} mesh
  * @param {number} id
  */
-function put(mesh, id) {
+function appendInstance(mesh, id) {
   product.toArray(mesh.instanceMatrix.array, 16 * mesh.count);
   mesh.userData.ids[mesh.count++] = id;
 }
@@ -156,24 +156,24 @@ function put(mesh, id) {
  * @param {THREE.PerspectiveCamera} camera
  * @param {number} height of the image, pixels
  */
-export function place(camera, height) {
-  if (!kinds.length) return;
+export function updateInstances(camera, height) {
+  if (!batches.length) return;
   camera.updateMatrixWorld();
   frustum.setFromProjectionMatrix(product.multiplyMatrices(camera.projectionMatrix, camera.matrixWorldInverse));
   const pixels = height / Math.tan((camera.fov * Math.PI) / 360);
   const eye = camera.position;
-  hanging = hanging.filter(({ thing }) => thing.parent);
-  for (const { group, thing } of hanging) thing.matrix.copy(group.matrixWorld);
-  for (const { parts, near, far } of kinds) {
+  attachments = attachments.filter(({ thing }) => thing.parent);
+  for (const { group, thing } of attachments) thing.matrix.copy(group.matrixWorld);
+  for (const { parts, near, far } of batches) {
     near.count = far.count = 0;
     for (const { group, body, radius, center, asBox } of parts) {
       if (!body.visible) continue;
       sphere.center.copy(center).applyMatrix4(group.matrixWorld);
       sphere.radius = radius;
       const across = (pixels * radius) / Math.max(1e-3, sphere.center.distanceTo(eye));
-      if (across < NOTHING || !frustum.intersectsSphere(sphere)) continue;
-      product.multiplyMatrices(group.matrixWorld, across < BOX ? asBox : body.matrix);
-      put(across < BOX ? far : near, group.userData.id);
+      if (across < SMALLEST_SIZE || !frustum.intersectsSphere(sphere)) continue;
+      product.multiplyMatrices(group.matrixWorld, across < BOX_SIZE ? asBox : body.matrix);
+      appendInstance(across < BOX_SIZE ? far : near, group.userData.id);
     }
     for (const mesh of [near, far]) {
       mesh.instanceMatrix.needsUpdate = true;

@@ -19,20 +19,20 @@ const floorHeight = { value: 0 };
 export const zoom = { value: 1 };
 
 /** Sets the colors of the sky for the current theme. */
-function paint() {
+function updateSky() {
   const [horizon, zenith] = dark.matches ? [[0.035, 0.043, 0.055], [0.01, 0.014, 0.02]] : [[0.8, 0.86, 0.92], [0.3, 0.47, 0.72]];
   sky.tatuHorizon.value.fromArray(horizon ?? []);
   sky.tatuZenith.value.fromArray(zenith ?? []);
 }
-paint();
+updateSky();
 
 /**
  * Calls `f` after the theme has changed between light and dark.
  * @param {() => void} f
  */
-export function onTheme(f) {
+export function onThemeChange(f) {
   dark.addEventListener("change", () => {
-    paint();
+    updateSky();
     f();
   });
 }
@@ -66,7 +66,7 @@ float tatuLines(vec2 p, vec2 reach, float spacing, float width, float strength) 
 
 vec3 tatuLight(vec3 color, vec3 n, vec3 eye, float lamp, float far) {
   float gloss = 0.12;
-  #ifndef TATU_CROWD
+  #ifndef TATU_INSTANCED
   vec2 reach = max(abs(dFdx(vTatuAt.xy)) + abs(dFdy(vTatuAt.xy)), vec2(1e-6));
   if (n.z > 0.999 && (abs(vTatuAt.z) < 1e-3 || abs(vTatuAt.z - tatuFloor) < 1e-4)) {
     gloss = 0.0;
@@ -111,9 +111,9 @@ function compile(shader) {
  * Returns a material for objects of the scene. If `many` is set, as for large scenes, the material omits grid lines.
  * @param {THREE.MeshLambertMaterialParameters} parameters
  */
-export function lit(parameters, many = false) {
+export function sceneMaterial(parameters, many = false) {
   const material = new THREE.MeshLambertMaterial(parameters);
-  if (many) material.defines = { TATU_CROWD: "" };
+  if (many) material.defines = { TATU_INSTANCED: "" };
   material.onBeforeCompile = compile;
   return material;
 }
@@ -125,7 +125,7 @@ export function lit(parameters, many = false) {
  * @param {boolean} closed whether the surface is that of a closed form
  * @returns {THREE.MeshLambertMaterialParameters}
  */
-export function seeThrough(opacity = 1, closed = false) {
+export function opacityParameters(opacity = 1, closed = false) {
   if (opacity >= 1) return { side: THREE.DoubleSide };
   return { side: closed ? THREE.FrontSide : THREE.DoubleSide, transparent: true, opacity, depthWrite: false };
 }
@@ -165,7 +165,7 @@ const REACH = 2048;
  * Creates the geometry of an infinite plane. Its triangles are small near the origin, where objects are, because
  * rounding errors of depths in a large triangle would make thin objects on it flicker.
  */
-export function endless() {
+export function infinitePlane() {
   const side = [0];
   for (let x = 1; x <= REACH; x *= 2) side.push(x, -x);
   side.sort((a, b) => a - b);
@@ -187,7 +187,7 @@ export function endless() {
 }
 
 /** The floor that is drawn if the scene does not have one. */
-export const floor = new THREE.Mesh(endless(), lit({ color: new THREE.Color(0.42, 0.42, 0.42) }));
+export const floor = new THREE.Mesh(infinitePlane(), sceneMaterial({ color: new THREE.Color(0.42, 0.42, 0.42) }));
 floor.receiveShadow = true;
 
 /**
@@ -195,7 +195,7 @@ floor.receiveShadow = true;
  * @param {number} height m
  * @param {boolean} shown
  */
-export function lay(height, shown) {
+export function placeFloor(height, shown) {
   floor.position.z = floorHeight.value = height;
   floor.visible = shown;
 }

@@ -3,13 +3,13 @@
 
 import * as THREE from "three";
 import { get } from "tatu/lib/dom";
-import { eachEntry, mesh as readMesh } from "tatu/net/binary_messages";
+import { eachEntry, parseMesh } from "tatu/net/binary_messages";
 import { on } from "tatu/net/connection";
-import { under } from "tatu/scene/hierarchy";
+import { subtree } from "tatu/scene/hierarchy";
 import { scene, selection, watch } from "tatu/scene/store";
-import { MANY, gather, hang, isLarge, scatter } from "tatu/view/instancing";
-import { endless, lit, seeThrough } from "tatu/view/light";
-import { clad } from "tatu/view/textures";
+import { LARGE_SCENE_PARTS, attachTo, disableInstancing, enableInstancing, isLarge } from "tatu/view/instancing";
+import { infinitePlane, opacityParameters, sceneMaterial } from "tatu/view/light";
+import { applyTexture } from "tatu/view/textures";
 
 /** @import { Joint, VisiblePart, SceneObject } from "tatu/protocol" */
 /** @import { Body, ObjectGroup } from "tatu/view/instancing" */
@@ -28,8 +28,8 @@ const materials = new Map();
 const UP = new THREE.Vector3(0, 0, 1);
 
 on("mesh", (view) => {
-  const { sum, points, triangles, coordinates } = readMesh(view);
-  if (meshes.has(sum)) return;
+  const { hash, points, triangles, coordinates } = parseMesh(view);
+  if (meshes.has(hash)) return;
   let geometry = new THREE.BufferGeometry();
   geometry.setAttribute("position", new THREE.BufferAttribute(points, 3));
   if (coordinates) geometry.setAttribute("uv", new THREE.BufferAttribute(coordinates, 2));
@@ -37,20 +37,20 @@ on("mesh", (view) => {
   // Flat shading shows the actual faces of the mesh.
   geometry = geometry.toNonIndexed();
   geometry.computeVertexNormals();
-  meshes.set(sum, geometry);
+  meshes.set(hash, geometry);
 });
 
 /** @type {{ [form: string]: THREE.BufferGeometry }} */
-const shared = {
+const SHAPES = {
   box: new THREE.BoxGeometry(1, 1, 1),
   sphere: new THREE.SphereGeometry(0.5, 32, 16),
   cylinder: new THREE.CylinderGeometry(0.5, 0.5, 1, 32).rotateX(Math.PI / 2),
-  plane: endless(),
+  plane: infinitePlane(),
 };
 /** Coarser geometries that replace those of round forms in large scenes, in which each part is small. */
 const coarse = new Map([
-  [shared.sphere, /** @type {THREE.BufferGeometry} */ (new THREE.SphereGeometry(0.5, 10, 6))],
-  [shared.cylinder, new THREE.CylinderGeometry(0.5, 0.5, 1, 10).rotateX(Math.PI / 2)],
+  [SHAPES.sphere, /** @type {THREE.BufferGeometry} */ (new THREE.SphereGeometry(0.5, 10, 6))],
+  [SHAPES.cylinder, new THREE.CylinderGeometry(0.5, 0.5, 1, 10).rotateX(Math.PI / 2)],
 ]);
 
 /**
@@ -63,7 +63,7 @@ function material({ color, opacity = 1, form }) {
   let found = materials.get(key);
   if (!found) {
     const linear = new THREE.Color().setRGB(...color, THREE.SRGBColorSpace);
-    found = lit({ color: linear, ...seeThrough(opacity, closed) });
+    found = sceneMaterial({ color: linear, ...opacityParameters(opacity, closed) });
     materials.set(key, found);
   }
   return found;
@@ -74,11 +74,11 @@ function material({ color, opacity = 1, form }) {
  * @param {VisiblePart} part
  * @returns {Body}
  */
-function body(part) {
-  const made = plain(part);
-  const dressed = part.texture && clad(part.texture, part, made.geometry, made.scale);
-  if (dressed) [made.geometry, made.material] = [dressed.geometry, dressed.material];
-  return made;
+function partMesh(part) {
+  const mesh = untexturedMesh(part);
+  const textured = part.texture && applyTexture(part.texture, part, mesh.geometry, mesh.scale);
+  if (textured) [mesh.geometry, mesh.material] = [textured.geometry, textured.material];
+  return mesh;
 }
 
 /**
@@ -86,13 +86,13 @@ function body(part) {
  * @param {VisiblePart} part
  * @returns {Body}
  */
-function plain(part) {
+function untexturedMesh(part) {
   if (part.form === "mesh") return new THREE.Mesh(meshes.get(part.mesh ?? "") ?? new THREE.BufferGeometry(), material(part));
   if (part.form === "capsule") {
     const [d = 1, , l = 1] = part.size ?? [];
     return new THREE.Mesh(new THREE.CapsuleGeometry(d / 2, Math.max(0, l - d), 8, 24).rotateX(Math.PI / 2), material(part));
   }
-  const mesh = new THREE.Mesh(shared[part.form] ?? shared.box, material(part));
+  const mesh = new THREE.Mesh(SHAPES[part.form] ?? SHAPES.box, material(part));
   if (part.size?.length === 3) mesh.scale.fromArray(part.size);
   return mesh;
 }
@@ -110,10 +110,10 @@ function place(thing, pose) {
 /**
  * Sets the description of a joint, and creates the group that the joint moves.
  * @param {ObjectGroup} group
- * @param {Joint} described
+ * @param {Joint} description
  */
-function joint(group, described) {
-  group.userData.joint = described;
+function setJoint(group, description) {
+  group.userData.joint = description;
   if (group.userData.moved) return;
   const moved = new THREE.Group();
   group.add(moved);
@@ -125,51 +125,51 @@ function joint(group, described) {
  * @param {ObjectGroup} group
  * @param {SceneObject} o
  */
-function path(group, o) {
+function addPath(group, o) {
   const points = [];
   const numbers = o.points ?? [];
   for (let i = 0; i + 6 < numbers.length; i += 7) points.push(new THREE.Vector3().fromArray(numbers, i));
   const [first] = points;
   if (points.length < 2 || !first) return;
   if (o.closed) points.push(first);
-  own(group, new THREE.Line(new THREE.BufferGeometry().setFromPoints(points), new THREE.LineBasicMaterial({ color: 0x3b82f6 })));
+  addRepresentation(group, new THREE.Line(new THREE.BufferGeometry().setFromPoints(points), new THREE.LineBasicMaterial({ color: 0x3b82f6 })));
 }
 
-const hidden = get("hidden", HTMLInputElement);
+const hiddenLayers = get("hidden", HTMLInputElement);
 /** Bit mask of the layers that are visible by default: the lower eight, as in V-REP. */
-const SEEN = 0xff;
+const DEFAULT_LAYERS = 0xff;
 
 /**
  * Shows or hides the parts of all objects according to their visibility, layers, and the check box for hidden layers.
  */
-function show() {
+function updateVisibility() {
   for (const o of scene.objects.values()) {
-    const is = o.visible && (hidden.checked || (o.layer & SEEN) !== 0);
-    for (const mesh of groups.get(o.id)?.userData.bodies ?? []) mesh.visible = is;
+    const isVisible = o.visible && (hiddenLayers.checked || (o.layer & DEFAULT_LAYERS) !== 0);
+    for (const mesh of groups.get(o.id)?.userData.bodies ?? []) mesh.visible = isVisible;
   }
 }
-hidden.onchange = show;
+hiddenLayers.onchange = updateVisibility;
 
 /**
  * Builds the parts of an object in its group again. Objects attached to the group are not affected.
  * @param {ObjectGroup} group
  * @param {SceneObject} o
  */
-function dress(group, o) {
+function buildParts(group, o) {
   for (const old of group.userData.own) old.removeFromParent();
   group.userData.own = [];
   group.userData.bodies = [];
   place(group, o.pose);
-  if (o.joint) joint(group, o.joint);
-  if (o.kind === "path") path(group, o);
+  if (o.joint) setJoint(group, o.joint);
+  if (o.kind === "path") addPath(group, o);
   for (const part of o.parts ?? []) {
-    const mesh = body(part);
+    const mesh = partMesh(part);
     place(mesh, part.pose);
     mesh.userData.id = o.id;
     mesh.castShadow = part.form !== "plane" && (part.opacity ?? 1) >= 1;
     mesh.receiveShadow = true;
     group.userData.bodies.push(mesh);
-    own(group, mesh);
+    addRepresentation(group, mesh);
   }
 }
 
@@ -178,7 +178,7 @@ function dress(group, o) {
  * @param {ObjectGroup} group
  * @param {THREE.Object3D} thing
  */
-function own(group, thing) {
+function addRepresentation(group, thing) {
   group.userData.own.push(thing);
   group.add(thing);
 }
@@ -194,7 +194,7 @@ function newGroup(id) {
  * Returns the group to which the group of an object is attached.
  * @param {SceneObject} o
  */
-function above(o) {
+function parentGroup(o) {
   const found = groups.get(o.parent);
   return found ? (found.userData.moved ?? found) : root;
 }
@@ -203,51 +203,51 @@ function above(o) {
 function attach() {
   for (const o of scene.objects.values()) {
     const group = groups.get(o.id);
-    if (group && group.parent !== above(o)) above(o).add(group);
+    if (group && group.parent !== parentGroup(o)) parentGroup(o).add(group);
   }
 }
 
 /** Switches instancing on if the scene is large. */
-function crowdIfLarge() {
+function instanceIfLarge() {
   let parts = 0;
   for (const group of groups.values()) parts += group.userData.bodies.length;
-  if (parts <= MANY) return;
+  if (parts <= LARGE_SCENE_PARTS) return;
   for (const group of groups.values()) {
     for (const mesh of group.userData.bodies) mesh.geometry = coarse.get(mesh.geometry) ?? mesh.geometry;
   }
-  gather(root, groups);
+  enableInstancing(root, groups);
 }
 
 watch("scene", () => {
-  scatter(root);
+  disableInstancing(root);
   root.clear();
   groups.clear();
   for (const o of scene.objects.values()) {
     const group = newGroup(o.id);
-    dress(group, o);
+    buildParts(group, o);
     groups.set(o.id, group);
   }
   attach();
-  show();
-  crowdIfLarge();
-  edge();
+  updateVisibility();
+  instanceIfLarge();
+  outlineSelection();
 });
 
 watch("objects", (changed) => {
   // With instancing, bodies are not attached to their groups, so it is switched off during the change.
   const large = isLarge();
   if (large) {
-    scatter(root);
+    disableInstancing(root);
     for (const group of groups.values()) group.add(...group.userData.bodies);
   }
   for (const o of changed) {
     const group = groups.get(o.id);
-    if (group) dress(group, o);
+    if (group) buildParts(group, o);
   }
   attach();
-  show();
-  if (large) crowdIfLarge();
-  edge();
+  updateVisibility();
+  if (large) instanceIfLarge();
+  outlineSelection();
 });
 
 /**
@@ -255,7 +255,7 @@ watch("objects", (changed) => {
  * @param {ObjectGroup} group
  * @param {number} x rad or m
  */
-function move(group, x) {
+function moveJoint(group, x) {
   const { moved, joint: j } = group.userData;
   if (!moved || !j) return;
   if (j.type === "prismatic") {
@@ -273,7 +273,7 @@ on("frame", (view) => {
     if (what === "pose") {
       place(group, numbers);
       group.quaternion.normalize();
-    } else if (what === "position") move(group, numbers[0] ?? 0);
+    } else if (what === "position") moveJoint(group, numbers[0] ?? 0);
     else group.userData.moved?.quaternion.fromArray(numbers).normalize();
   });
 });
@@ -284,7 +284,7 @@ export function bounds() {
   root.updateMatrixWorld(true);
   for (const group of groups.values()) {
     for (const mesh of group.userData.bodies) {
-      if (!mesh.visible || mesh.geometry === shared.plane) continue;
+      if (!mesh.visible || mesh.geometry === SHAPES.plane) continue;
       mesh.geometry.boundingBox ?? mesh.geometry.computeBoundingBox();
       mesh.updateMatrix();
       const matrix = new THREE.Matrix4().multiplyMatrices(group.matrixWorld, mesh.matrix);
@@ -298,18 +298,18 @@ export function bounds() {
 }
 
 /** The outlines of the selected objects. @type {THREE.Group[]} */
-let borders = [];
+let selectionOutlines = [];
 /** @type {WeakMap<THREE.BufferGeometry, THREE.EdgesGeometry>} */
 const outlines = new WeakMap();
-const BORDER = new THREE.LineBasicMaterial({ color: 0xffa500 });
+const OUTLINE_MATERIAL = new THREE.LineBasicMaterial({ color: 0xffa500 });
 
 /**
  * Returns the edges of a geometry, which are computed only once.
  * @param {THREE.BufferGeometry} geometry
  */
-export function outline(geometry) {
-  const known = outlines.get(geometry);
-  if (known) return known;
+export function edgesOf(geometry) {
+  const existing = outlines.get(geometry);
+  if (existing) return existing;
   const edges = new THREE.EdgesGeometry(geometry, 25);
   outlines.set(geometry, edges);
   return edges;
@@ -319,27 +319,27 @@ export function outline(geometry) {
  * Returns the groups to be outlined for an object: its own group, and for a model those of all objects below it.
  * @param {number} id
  */
-function bordered(id) {
-  const ids = scene.objects.get(id)?.model ? under(id) : [id];
+function outlinedGroups(id) {
+  const ids = scene.objects.get(id)?.model ? subtree(id) : [id];
   return ids.flatMap((one) => groups.get(one) ?? []);
 }
 
 /** Outlines the selected objects. */
-function edge() {
-  for (const old of borders) old.removeFromParent();
-  borders = selection().flatMap((id) => bordered(id).map((group) => {
-    const border = new THREE.Group();
+function outlineSelection() {
+  for (const old of selectionOutlines) old.removeFromParent();
+  selectionOutlines = selection().flatMap((id) => outlinedGroups(id).map((group) => {
+    const outline = new THREE.Group();
     for (const mesh of group.userData.bodies) {
       if (!mesh.visible) continue;
-      const edges = new THREE.LineSegments(outline(mesh.geometry), BORDER);
+      const edges = new THREE.LineSegments(edgesOf(mesh.geometry), OUTLINE_MATERIAL);
       edges.position.copy(mesh.position);
       edges.quaternion.copy(mesh.quaternion);
       edges.scale.copy(mesh.scale);
-      border.add(edges);
+      outline.add(edges);
     }
-    if (group.userData.id === id && !group.userData.bodies.length) border.add(new THREE.AxesHelper(0.2));
-    hang(group, border);
-    return border;
+    if (group.userData.id === id && !group.userData.bodies.length) outline.add(new THREE.AxesHelper(0.2));
+    attachTo(group, outline);
+    return outline;
   }));
 }
-watch("selected", edge);
+watch("selected", outlineSelection);

@@ -7,7 +7,7 @@ import { get, make } from "tatu/lib/dom";
 import { principal } from "tatu/lib/inertia";
 import { on, send } from "tatu/net/connection";
 import { scene, selection, watch } from "tatu/scene/store";
-import { groups, outline } from "tatu/view/objects";
+import { edgesOf, groups } from "tatu/view/objects";
 import { camera, controls, redraw, stage } from "tatu/view/renderer";
 
 /** @import { BodyMark, ContactMark, Joint } from "tatu/protocol" */
@@ -25,12 +25,12 @@ const KINDS = /** @type {const} */ ({
 
 const KEY = "tatu overlays";
 /** The enabled overlays. @type {Set<string>} */
-const wanted = new Set((localStorage.getItem(KEY) ?? "").split(" ").filter((kind) => kind in KINDS));
-const is = (/** @type {Kind} */ kind) => wanted.has(kind);
+const enabled = new Set((localStorage.getItem(KEY) ?? "").split(" ").filter((kind) => kind in KINDS));
+const isEnabled = (/** @type {Kind} */ kind) => enabled.has(kind);
 
-const all = new THREE.Group();
-all.renderOrder = 2;
-stage.add(all);
+const overlayGroup = new THREE.Group();
+overlayGroup.renderOrder = 2;
+stage.add(overlayGroup);
 const line = (/** @type {number} */ color) => new THREE.LineBasicMaterial({ color, depthTest: false, transparent: true });
 const FORCE = line(0xe0352b);
 const SPEED = line(0x2b7de0);
@@ -42,7 +42,7 @@ const MASS = new THREE.MeshBasicMaterial({ color: 0xf2c500, depthTest: false, tr
 const BALL = new THREE.SphereGeometry(1, 12, 8);
 const BOX = new THREE.EdgesGeometry(new THREE.BoxGeometry(1, 1, 1));
 const UP = new THREE.Vector3(0, 0, 1);
-const asksForBodies = () => is("masses") || is("velocities") || is("inertia");
+const needsBodies = () => isEnabled("masses") || isEnabled("velocities") || isEnabled("inertia");
 
 /** @type {ContactMark[]} */
 let contacts = [];
@@ -53,14 +53,14 @@ let bodies = [];
  * Appends an arrow as line segments: a shaft and two strokes at its tip, perpendicular to the view.
  * @param {THREE.Vector3[]} out
  * @param {THREE.Vector3} from
- * @param {THREE.Vector3} way
+ * @param {THREE.Vector3} vector
  */
-function arrow(out, from, way) {
-  const length = way.length();
+function arrow(out, from, vector) {
+  const length = vector.length();
   if (length < 1e-6) return;
-  const to = from.clone().add(way);
-  const side = way.clone().cross(camera.position.clone().sub(from)).setLength(0.12 * length);
-  const back = to.clone().addScaledVector(way, -0.22);
+  const to = from.clone().add(vector);
+  const side = vector.clone().cross(camera.position.clone().sub(from)).setLength(0.12 * length);
+  const back = to.clone().addScaledVector(vector, -0.22);
   out.push(from, to, to, back.clone().add(side), to, back.sub(side));
 }
 
@@ -70,7 +70,7 @@ function arrow(out, from, way) {
  * @param {THREE.LineBasicMaterial} material
  */
 function segments(ends, material) {
-  if (ends.length) all.add(new THREE.LineSegments(new THREE.BufferGeometry().setFromPoints(ends), material));
+  if (ends.length) overlayGroup.add(new THREE.LineSegments(new THREE.BufferGeometry().setFromPoints(ends), material));
 }
 
 /**
@@ -120,39 +120,39 @@ function inertiaBox(group, center, body) {
 
 /** Redraws all enabled overlays. Sizes are relative to half the height of the view at the target of the camera. */
 function draw() {
-  for (const child of all.children) {
+  for (const child of overlayGroup.children) {
     if (!child.userData.shared && (child instanceof THREE.LineSegments || child instanceof THREE.Points)) child.geometry.dispose();
   }
-  all.clear();
+  overlayGroup.clear();
   const view = camera.position.distanceTo(controls.target) * Math.tan((camera.fov * Math.PI) / 360);
-  if (is("contacts") && contacts.length) {
+  if (isEnabled("contacts") && contacts.length) {
     const points = contacts.map((c) => new THREE.Vector3(...c.point));
-    all.add(new THREE.Points(new THREE.BufferGeometry().setFromPoints(points), POINT));
+    overlayGroup.add(new THREE.Points(new THREE.BufferGeometry().setFromPoints(points), POINT));
     // The arrow of the largest force has a length of 0.35 `view`, or less if the force is below 1 N.
-    const most = Math.max(1, ...contacts.map((c) => Math.hypot(...c.force)));
+    const maxForce = Math.max(1, ...contacts.map((c) => Math.hypot(...c.force)));
     /** @type {THREE.Vector3[]} */
     const ends = [];
-    contacts.forEach((c, i) => { const at = points[i]; if (at) arrow(ends, at, new THREE.Vector3(...c.force).multiplyScalar((0.35 * view) / most)); });
+    contacts.forEach((c, i) => { const at = points[i]; if (at) arrow(ends, at, new THREE.Vector3(...c.force).multiplyScalar((0.35 * view) / maxForce)); });
     segments(ends, FORCE);
   }
   /** @type {THREE.Vector3[]} */
   const speeds = [];
   for (const b of bodies) {
     const group = groups.get(b.id);
-    if (!group || !asksForBodies()) continue;
+    if (!group || !needsBodies()) continue;
     const center = group.localToWorld(new THREE.Vector3(...b.com));
-    if (is("inertia") && b.mass > 0) all.add(inertiaBox(group, center, b));
-    if (is("masses") && b.mass > 0) {
+    if (isEnabled("inertia") && b.mass > 0) overlayGroup.add(inertiaBox(group, center, b));
+    if (isEnabled("masses") && b.mass > 0) {
       const ball = new THREE.Mesh(BALL, MASS);
       ball.position.copy(center);
       ball.scale.setScalar(Math.min(0.03 * view, 0.012 * Math.cbrt(b.mass) + 0.006 * view));
-      all.add(ball);
+      overlayGroup.add(ball);
     }
     // The arrow is as long as the displacement in one second, but at most a quarter of the height of the view.
-    if (is("velocities")) arrow(speeds, center, new THREE.Vector3(...b.velocity).clampLength(0, 0.5 * view));
+    if (isEnabled("velocities")) arrow(speeds, center, new THREE.Vector3(...b.velocity).clampLength(0, 0.5 * view));
   }
   segments(speeds, SPEED);
-  if (is("joints")) {
+  if (isEnabled("joints")) {
     /** @type {THREE.Vector3[]} */
     const ends = [];
     for (const o of scene.objects.values()) {
@@ -163,23 +163,23 @@ function draw() {
     }
     segments(ends, AXIS);
   }
-  if (is("colliders")) {
+  if (isEnabled("colliders")) {
     for (const o of scene.objects.values()) {
       const group = o.collides ? groups.get(o.id) : null;
       if (!group) continue;
       for (const [i, body] of group.userData.bodies.entries()) {
         // Infinite planes have no edges.
         if (o.parts?.[i]?.form === "plane") continue;
-        const edges = new THREE.LineSegments(outline(body.geometry), COLLIDES);
+        const edges = new THREE.LineSegments(edgesOf(body.geometry), COLLIDES);
         edges.userData.shared = true;
         body.updateMatrix();
         edges.matrixAutoUpdate = false;
         edges.matrix.multiplyMatrices(group.matrixWorld, body.matrix);
-        all.add(edges);
+        overlayGroup.add(edges);
       }
     }
   }
-  if (is("frames")) {
+  if (isEnabled("frames")) {
     for (const id of selection()) {
       const group = groups.get(id);
       if (!group) continue;
@@ -188,17 +188,17 @@ function draw() {
       group.updateWorldMatrix(true, false);
       group.matrixWorld.decompose(axes.position, axes.quaternion, axes.scale);
       axes.scale.set(1, 1, 1);
-      all.add(axes);
+      overlayGroup.add(axes);
     }
   }
   redraw();
 }
 
 /** Requests the data of the enabled overlays, and redraws them. */
-function ask() {
-  send({ type: "overlays", contacts: is("contacts"), bodies: asksForBodies() });
-  if (!is("contacts")) contacts = [];
-  if (!asksForBodies()) bodies = [];
+function requestData() {
+  send({ type: "overlays", contacts: isEnabled("contacts"), bodies: needsBodies() });
+  if (!isEnabled("contacts")) contacts = [];
+  if (!needsBodies()) bodies = [];
   draw();
 }
 
@@ -206,47 +206,47 @@ on("overlays", (message) => {
   ({ contacts, bodies } = message);
   draw();
 });
-on("hello", () => { if (wanted.size) ask(); });
-on("frame", () => { if (wanted.size && (is("joints") || is("frames") || is("colliders"))) draw(); });
+on("hello", () => { if (enabled.size) requestData(); });
+on("frame", () => { if (enabled.size && (isEnabled("joints") || isEnabled("frames") || isEnabled("colliders"))) draw(); });
 on("event", ({ name }) => {
   if (name !== "stopped") return;
   contacts = [];
   draw();
 });
-controls.addEventListener("end", () => { if (wanted.size) draw(); });
-for (const news of /** @type {const} */ (["scene", "objects", "selected"])) watch(news, () => { if (wanted.size) draw(); });
+controls.addEventListener("end", () => { if (enabled.size) draw(); });
+for (const change of /** @type {const} */ (["scene", "objects", "selected"])) watch(change, () => { if (enabled.size) draw(); });
 
 // The menu below the button, in which overlays are enabled.
 const button = get("overlays");
 const menu = get("overlay-menu");
 for (const [kind, name] of Object.entries(KINDS)) {
-  const box = make("input", { type: "checkbox", checked: wanted.has(kind) });
+  const box = make("input", { type: "checkbox", checked: enabled.has(kind) });
   const label = make("label");
   label.append(box, ` ${name}`);
   box.onchange = () => {
-    if (box.checked) wanted.add(kind);
-    else wanted.delete(kind);
-    localStorage.setItem(KEY, [...wanted].join(" "));
-    mark();
-    ask();
+    if (box.checked) enabled.add(kind);
+    else enabled.delete(kind);
+    localStorage.setItem(KEY, [...enabled].join(" "));
+    updateButton();
+    requestData();
   };
   menu.append(label);
 }
-function mark() {
-  button.classList.toggle("on", wanted.size > 0);
+function updateButton() {
+  button.classList.toggle("on", enabled.size > 0);
 }
 /** @param {boolean} open */
-function show(open) {
+function showMenu(open) {
   menu.hidden = !open;
   button.setAttribute("aria-expanded", String(open));
 }
-button.onclick = () => show(menu.hidden === true);
+button.onclick = () => showMenu(menu.hidden === true);
 menu.addEventListener("keydown", (e) => {
   if (e.key !== "Escape") return;
-  show(false);
+  showMenu(false);
   button.focus();
 });
 addEventListener("pointerdown", (e) => {
-  if (!menu.hidden && e.target instanceof Node && !menu.contains(e.target) && !button.contains(e.target)) show(false);
+  if (!menu.hidden && e.target instanceof Node && !menu.contains(e.target) && !button.contains(e.target)) showMenu(false);
 }, true);
-mark();
+updateButton();

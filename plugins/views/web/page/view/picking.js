@@ -2,24 +2,24 @@
 // Determines which point of the scene is under the pointer.
 
 import * as THREE from "three";
-import { crowd, hitId } from "tatu/view/instancing";
+import { hitId, instancedGroup } from "tatu/view/instancing";
 import { groups, root } from "tatu/view/objects";
 import { camera, host, renderer } from "tatu/view/renderer";
 
 /** @typedef {{ clientX: number, clientY: number }} Pointer */
 
 /** @type {Pointer | null} */
-let last = null;
-host.addEventListener("pointermove", ({ clientX, clientY }) => { last = { clientX, clientY }; });
-host.addEventListener("pointerleave", () => { last = null; });
+let lastPointer = null;
+host.addEventListener("pointermove", ({ clientX, clientY }) => { lastPointer = { clientX, clientY }; });
+host.addEventListener("pointerleave", () => { lastPointer = null; });
 
 /** Returns the position of the pointer while it is over the view, otherwise null. */
 export function pointer() {
-  return last;
+  return lastPointer;
 }
 
 /** Returns the position of the middle of the view. */
-export function middle() {
+export function viewCenter() {
   const box = host.getBoundingClientRect();
   return { clientX: box.left + box.width / 2, clientY: box.top + box.height / 2 };
 }
@@ -41,7 +41,7 @@ export function rayAt(e) {
  * @param {{ clientX: number, clientY: number }} e
  */
 export function hitAt(e) {
-  const hit = rayAt(e).intersectObjects([root, crowd], true).find((h) => h.object instanceof THREE.Mesh && h.object.visible && hitId(h));
+  const hit = rayAt(e).intersectObjects([root, instancedGroup], true).find((h) => h.object instanceof THREE.Mesh && h.object.visible && hitId(h));
   return hit ? { id: hitId(hit), point: hit.point } : null;
 }
 

@@ -6,19 +6,19 @@ import { OrbitControls } from "three/controls";
 import { get } from "tatu/lib/dom";
 import { on } from "tatu/net/connection";
 import { scene, watch } from "tatu/scene/store";
-import { crowd, isLarge, place } from "tatu/view/instancing";
-import { LAMP, dome, floor, lay, onTheme, zoom } from "tatu/view/light";
+import { instancedGroup, isLarge, updateInstances } from "tatu/view/instancing";
+import { LAMP, dome, floor, onThemeChange, placeFloor, zoom } from "tatu/view/light";
 import { bounds, groups, root } from "tatu/view/objects";
-import { drawPlain, isMany, isSoftware } from "tatu/view/software_rendering";
+import { drawSimplified, isLargeForSoftware, isSoftware } from "tatu/view/software_rendering";
 
 THREE.Object3D.DEFAULT_UP.set(0, 0, 1);
 /** @import { ObjectGroup } from "tatu/view/instancing" */
 
 export const host = get("view");
 /** Tangent of half the usual field of view. Parallel projection uses a narrower field of view at a greater distance. */
-const USUAL = Math.tan((50 * Math.PI) / 360);
+const USUAL_TANGENT = Math.tan((50 * Math.PI) / 360);
 /** Width and height of the shadow map, pixels. */
-const SHADOWS = 2048;
+const SHADOW_MAP_SIZE = 2048;
 
 export const stage = new THREE.Scene();
 export const camera = new THREE.PerspectiveCamera(50, 1, 0.02, 2000);
@@ -36,10 +36,10 @@ controls.target.set(0, 0, 0.2);
 
 const sun = new THREE.DirectionalLight(0xffffff, 1);
 sun.castShadow = true;
-sun.shadow.mapSize.set(SHADOWS, SHADOWS);
+sun.shadow.mapSize.set(SHADOW_MAP_SIZE, SHADOW_MAP_SIZE);
 sun.shadow.radius = 1.5;
-stage.add(dome, floor, sun, sun.target, root, crowd);
-onTheme(redraw);
+stage.add(dome, floor, sun, sun.target, root, instancedGroup);
+onThemeChange(redraw);
 
 // Two directions perpendicular to the light. The shadow map is moved along them only by whole pixels; otherwise, the
 // edges of shadows would flicker.
@@ -47,13 +47,13 @@ const across = new THREE.Vector3(0, 1, 0).cross(LAMP).normalize();
 const along = LAMP.clone().cross(across);
 
 /** Fits the shadow map to the part of the scene around the target of the camera. */
-function shade() {
+function fitShadowMap() {
   const reach = Math.min(Math.max(0.9 * zoom.value * camera.position.distanceTo(controls.target), 0.3), 60);
-  const pixel = (2 * reach) / SHADOWS;
+  const pixel = (2 * reach) / SHADOW_MAP_SIZE;
   const center = controls.target.clone();
   for (const axis of [across, along]) {
-    const at = center.dot(axis);
-    center.addScaledVector(axis, Math.round(at / pixel) * pixel - at);
+    const distance = center.dot(axis);
+    center.addScaledVector(axis, Math.round(distance / pixel) * pixel - distance);
   }
   sun.target.position.copy(center);
   sun.position.copy(center).addScaledVector(LAMP, 4 * reach);
@@ -63,7 +63,7 @@ function shade() {
 }
 
 /** Sets the near plane in proportion to the distance of the target. A closer near plane would reduce depth resolution. */
-function clip() {
+function setNearPlane() {
   const near = Math.max(0.005, 0.02 * camera.position.distanceTo(controls.target));
   if (Math.abs(near / camera.near - 1) < 0.1) return;
   Object.assign(camera, { near, far: 2000 / zoom.value });
@@ -71,15 +71,15 @@ function clip() {
 }
 
 /** Functions that are called before each rendering of the view. @type {Set<() => void>} */
-const others = new Set();
+const drawListeners = new Set();
 
 /**
  * Calls `f` before each rendering of the view. Returns a function that ends this.
  * @param {() => void} f
  */
-export function alsoDraw(f) {
-  others.add(f);
-  return () => { others.delete(f); };
+export function beforeDrawing(f) {
+  drawListeners.add(f);
+  return () => { drawListeners.delete(f); };
 }
 
 /**
@@ -88,60 +88,60 @@ export function alsoDraw(f) {
  * @param {THREE.PerspectiveCamera} other
  * @param {HTMLCanvasElement} canvas resized to its displayed size, at most to that of the view
  */
-export function drawFrom(other, canvas) {
+export function drawFromCamera(other, canvas) {
   const whole = renderer.getSize(new THREE.Vector2());
   const [w, h] = [Math.min(canvas.clientWidth, whole.x), Math.min(canvas.clientHeight, whole.y)];
   const ratio = renderer.getPixelRatio();
   const [columns, rows] = [Math.floor(w * ratio), Math.floor(h * ratio)];
   if (canvas.width !== columns || canvas.height !== rows) Object.assign(canvas, { width: columns, height: rows });
-  place(other, rows);
+  updateInstances(other, rows);
   renderer.setScissorTest(true);
   renderer.setViewport(0, 0, w, h);
   renderer.setScissor(0, 0, w, h);
   renderer.render(stage, other);
   renderer.setScissorTest(false);
   renderer.setViewport(0, 0, whole.x, whole.y);
-  const from = renderer.domElement.height - rows;
-  canvas.getContext("2d")?.drawImage(renderer.domElement, 0, from, columns, rows, 0, 0, columns, rows);
+  const sourceRow = renderer.domElement.height - rows;
+  canvas.getContext("2d")?.drawImage(renderer.domElement, 0, sourceRow, columns, rows, 0, 0, columns, rows);
 }
 
-const software = isSoftware(renderer);
+const isSoftwareRendered = isSoftware(renderer);
 /** With software rendering, images of large scenes are simplified if the last image is less than this time old, ms. */
-const REST = 600;
+const REST_TIME = 600;
 /** Number of triangles of the last image, and the time at which it was drawn, ms. */
-let [triangles, last] = [0, -Infinity];
-let rest = 0;
-let due = false;
+let [triangles, lastDrawn] = [0, -Infinity];
+let restTimer = 0;
+let isScheduled = false;
 /** Number of times that the view has been rendered. */
 export let drawn = 0;
 /** Whether a scene has arrived. The view is not rendered before, because compiling the shaders takes 0.5 s. */
-let ready = false;
-watch("scene", () => { ready = true; });
+let hasScene = false;
+watch("scene", () => { hasScene = true; });
 /** Schedules a rendering of the view for the next animation frame. */
 export function redraw() {
-  if (due || !ready) return;
-  due = true;
+  if (isScheduled || !hasScene) return;
+  isScheduled = true;
   requestAnimationFrame(() => {
-    due = false;
+    isScheduled = false;
     root.updateMatrixWorld();
     // Shadows are omitted in large scenes, because they would take too long.
-    const large = isLarge() || (software && isMany(triangles));
-    sun.castShadow = !large;
-    zoom.value = Math.tan((camera.fov * Math.PI) / 360) / USUAL;
-    clip();
-    if (sun.castShadow) shade();
-    for (const f of others) f();
-    place(camera, renderer.domElement.height);
+    const isLargeScene = isLarge() || (isSoftwareRendered && isLargeForSoftware(triangles));
+    sun.castShadow = !isLargeScene;
+    zoom.value = Math.tan((camera.fov * Math.PI) / 360) / USUAL_TANGENT;
+    setNearPlane();
+    if (sun.castShadow) fitShadowMap();
+    for (const f of drawListeners) f();
+    updateInstances(camera, renderer.domElement.height);
     drawn++;
-    clearTimeout(rest);
-    if (software && large && performance.now() - last < REST) {
-      triangles = drawPlain(renderer, stage, camera);
-      rest = setTimeout(redraw, REST);
+    clearTimeout(restTimer);
+    if (isSoftwareRendered && isLargeScene && performance.now() - lastDrawn < REST_TIME) {
+      triangles = drawSimplified(renderer, stage, camera);
+      restTimer = setTimeout(redraw, REST_TIME);
     } else {
       renderer.render(stage, camera);
       ({ triangles } = renderer.info.render);
     }
-    last = performance.now();
+    lastDrawn = performance.now();
   });
 }
 controls.addEventListener("change", redraw);
@@ -157,16 +157,16 @@ new ResizeObserver(() => {
 }).observe(host);
 
 /** Direction from the centre of the scene to the camera for a new scene. */
-const FROM = new THREE.Vector3(-0.55, -0.65, 0.5).normalize();
+const DEFAULT_DIRECTION = new THREE.Vector3(-0.55, -0.65, 0.5).normalize();
 /** Ratio of the size of the visible region to that of the objects. */
 const MARGIN = 1.15;
 
 /**
  * Moves the camera so that the given objects, or all objects except floors, are visible.
  * @param {THREE.Object3D[]} [objects]
- * @param {THREE.Vector3} [from] direction from the objects to the camera
+ * @param {THREE.Vector3} [direction] direction from the objects to the camera
  */
-export function fit(objects, from = FROM) {
+export function fit(objects, direction = DEFAULT_DIRECTION) {
   const box = objects ? new THREE.Box3() : bounds();
   for (const object of objects ?? []) box.expandByObject(object);
   if (box.isEmpty()) return;
@@ -176,7 +176,7 @@ export function fit(objects, from = FROM) {
   const radius = Math.max(objects ? 0.1 : size > 0 ? 0.7 : 2.5, size / 2);
   const upright = (camera.fov * Math.PI) / 360;
   const half = Math.min(upright, Math.atan(Math.tan(upright) * camera.aspect));
-  camera.position.copy(center).addScaledVector(from, (MARGIN * radius) / Math.sin(half));
+  camera.position.copy(center).addScaledVector(direction, (MARGIN * radius) / Math.sin(half));
   controls.target.copy(center);
   controls.update();
   redraw();
@@ -187,7 +187,7 @@ export function fit(objects, from = FROM) {
  * centre of the scene.
  * @param {ObjectGroup} group
  */
-function lookFrom(group) {
+function moveCameraTo(group) {
   root.updateMatrixWorld(true);
   const box = bounds();
   const ahead = new THREE.Vector3(0, 0, 1).transformDirection(group.matrixWorld);
@@ -201,22 +201,22 @@ function lookFrom(group) {
 }
 
 /** Shows a floor below the lowest object if the scene does not have a visible plane. */
-function ground() {
+function updateFloor() {
   const all = [...scene.objects.values()];
-  const has = all.some((o) => o.visible && o.parts?.some((p) => p.form === "plane"));
+  const hasFloor = all.some((o) => o.visible && o.parts?.some((p) => p.form === "plane"));
   const box = bounds();
-  lay((box.isEmpty() ? 0 : Math.min(0, box.min.z)) - 1e-4, !has);
+  placeFloor((box.isEmpty() ? 0 : Math.min(0, box.min.z)) - 1e-4, !hasFloor);
 }
 
 watch("scene", () => {
-  ground();
+  updateFloor();
   // A new scene is shown from its first camera, or completely if it has none. An update of the scene does not move the
   // camera.
-  const own = [...scene.objects.values()].find((o) => o.kind === "camera");
-  if (scene.another) {
+  const sceneCamera = [...scene.objects.values()].find((o) => o.kind === "camera");
+  if (scene.isNew) {
     requestAnimationFrame(() => {
-      const group = groups.get(own?.id ?? 0);
-      if (group) lookFrom(group);
+      const group = groups.get(sceneCamera?.id ?? 0);
+      if (group) moveCameraTo(group);
       else fit();
     });
   }
@@ -224,6 +224,6 @@ watch("scene", () => {
 });
 
 watch("objects", () => {
-  ground();
+  updateFloor();
   redraw();
 });

@@ -11,12 +11,12 @@
 export function scanSurface({ distance, angle, elevation, range }) {
   const longest = distance.reduce((/** @type {number} */ most, d) => Math.max(most, d ?? 0), 0);
   // If the range is unlimited, beams without a hit are drawn as long as the longest one with a hit, or 10 m.
-  const free = range ?? (longest || 10);
+  const missLength = range ?? (longest || 10);
   const points = [0, 0, 0];
   /** @type {number[]} */
   const index = [];
   distance.forEach((d, i) => {
-    const [length, a, e] = [d ?? free, angle[i] ?? 0, elevation?.[i] ?? 0];
+    const [length, a, e] = [d ?? missLength, angle[i] ?? 0, elevation?.[i] ?? 0];
     points.push(Math.sin(a) * Math.cos(e) * length, Math.sin(e) * length, Math.cos(a) * Math.cos(e) * length);
     if (i > 0 && (angle[i] ?? 0) >= (angle[i - 1] ?? 0)) index.push(0, i, i + 1);
   });

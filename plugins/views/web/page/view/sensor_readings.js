@@ -4,10 +4,10 @@
 
 import * as THREE from "three";
 import { get } from "tatu/lib/dom";
-import { image as readImage } from "tatu/net/binary_messages";
+import { parseImage } from "tatu/net/binary_messages";
 import { on } from "tatu/net/connection";
 import { selected, watch } from "tatu/scene/store";
-import { hang, isLarge } from "tatu/view/instancing";
+import { attachTo, isLarge } from "tatu/view/instancing";
 import { groups } from "tatu/view/objects";
 import { redraw } from "tatu/view/renderer";
 import { scanSurface } from "tatu/view/scan_surface";
@@ -17,25 +17,25 @@ import { scanSurface } from "tatu/view/scan_surface";
 /** @typedef {Extract<Reading, { schema: "range_scan" }>} Scan */
 /** @typedef {Extract<Reading, { schema: "gps" }>} Place */
 
-const SEEN = new THREE.LineBasicMaterial({ color: 0xe0352b });
-const FREE = new THREE.LineBasicMaterial({ color: 0x2a9d5c, transparent: true, opacity: 0.35 });
-const POINT = new THREE.PointsMaterial({ color: 0xe0352b, size: 6, sizeAttenuation: false });
-const PLACE = new THREE.PointsMaterial({ color: 0x8a3ffc, size: 9, sizeAttenuation: false, depthTest: false });
-const FAN = new THREE.MeshBasicMaterial({ color: 0x2b7de0, transparent: true, opacity: 0.22, side: THREE.DoubleSide, depthWrite: false });
-const rays = get("rays", HTMLInputElement);
+const HIT_MATERIAL = new THREE.LineBasicMaterial({ color: 0xe0352b });
+const FREE_MATERIAL = new THREE.LineBasicMaterial({ color: 0x2a9d5c, transparent: true, opacity: 0.35 });
+const POINT_MATERIAL = new THREE.PointsMaterial({ color: 0xe0352b, size: 6, sizeAttenuation: false });
+const POSITION_MATERIAL = new THREE.PointsMaterial({ color: 0x8a3ffc, size: 9, sizeAttenuation: false, depthTest: false });
+const SCAN_MATERIAL = new THREE.MeshBasicMaterial({ color: 0x2b7de0, transparent: true, opacity: 0.22, side: THREE.DoubleSide, depthWrite: false });
+const raysBox = get("rays", HTMLInputElement);
 /** The drawing of each sensor, by handle. @type {Map<number, THREE.Group>} */
-const drawn = new Map();
+const drawings = new Map();
 /** The last reading of each sensor, by handle. @type {Map<number, Reading>} */
-const last = new Map();
+const lastReadings = new Map();
 
 /** Removes the drawing of a sensor. @param {number} id */
 function erase(id) {
-  const old = drawn.get(id);
+  const old = drawings.get(id);
   old?.removeFromParent();
   old?.traverse((x) => {
     if (x instanceof THREE.Mesh || x instanceof THREE.Line || x instanceof THREE.Points) x.geometry.dispose();
   });
-  drawn.delete(id);
+  drawings.delete(id);
 }
 
 /**
@@ -44,13 +44,13 @@ function erase(id) {
  * @param {THREE.LineBasicMaterial} material
  */
 const lines = (points, material) => new THREE.Line(new THREE.BufferGeometry().setFromPoints(points), material);
-const O = new THREE.Vector3();
+const ORIGIN = new THREE.Vector3();
 
 /** Creates the beam of a proximity sensor. @param {Proximity} r */
 function proximity(r) {
-  if (!r.detected || !r.point) return [lines([O, new THREE.Vector3(0, 0, 0.15)], FREE)];
+  if (!r.detected || !r.point) return [lines([ORIGIN, new THREE.Vector3(0, 0, 0.15)], FREE_MATERIAL)];
   const at = new THREE.Vector3().fromArray(r.point);
-  return [lines([O, at], SEEN), new THREE.Points(new THREE.BufferGeometry().setFromPoints([at]), POINT)];
+  return [lines([ORIGIN, at], HIT_MATERIAL), new THREE.Points(new THREE.BufferGeometry().setFromPoints([at]), POINT_MATERIAL)];
 }
 
 /**
@@ -62,7 +62,7 @@ function scan(r) {
   const geometry = new THREE.BufferGeometry();
   geometry.setAttribute("position", new THREE.Float32BufferAttribute(points, 3));
   geometry.setIndex(index);
-  return [new THREE.Mesh(geometry, FAN)];
+  return [new THREE.Mesh(geometry, SCAN_MATERIAL)];
 }
 
 /**
@@ -71,8 +71,8 @@ function scan(r) {
  * @param {Place} r
  */
 function gps(group, r) {
-  const there = group.worldToLocal(new THREE.Vector3().fromArray(r.position));
-  return [lines([O, there], FREE), new THREE.Points(new THREE.BufferGeometry().setFromPoints([there]), PLACE)];
+  const position = group.worldToLocal(new THREE.Vector3().fromArray(r.position));
+  return [lines([ORIGIN, position], FREE_MATERIAL), new THREE.Points(new THREE.BufferGeometry().setFromPoints([position]), POSITION_MATERIAL)];
 }
 
 /**
@@ -80,7 +80,7 @@ function gps(group, r) {
  * @param {THREE.Object3D} group
  * @param {Reading} r
  */
-function parts(group, r) {
+function drawingOf(group, r) {
   switch (r.schema) {
     case "proximity": return proximity(r);
     case "range_scan": return scan(r);
@@ -92,46 +92,46 @@ function parts(group, r) {
 /** Draws the last reading of a sensor. @param {number} id */
 function draw(id) {
   erase(id);
-  const [group, reading] = [groups.get(id), last.get(id)];
+  const [group, reading] = [groups.get(id), lastReadings.get(id)];
   // In large scenes, only the reading of the selected sensor is drawn.
-  if (!group || !reading || !rays.checked || (isLarge() && id !== selected())) return;
-  const own = new THREE.Group();
-  own.add(...parts(group, reading));
-  drawn.set(id, own);
-  hang(group, own);
+  if (!group || !reading || !raysBox.checked || (isLarge() && id !== selected())) return;
+  const drawing = new THREE.Group();
+  drawing.add(...drawingOf(group, reading));
+  drawings.set(id, drawing);
+  attachTo(group, drawing);
 }
 
 /** Redraws all readings. */
 function drawAll() {
-  for (const id of new Set([...drawn.keys(), ...last.keys()])) draw(id);
+  for (const id of new Set([...drawings.keys(), ...lastReadings.keys()])) draw(id);
   redraw();
 }
 
 on("readings", ({ readings }) => {
   for (const [key, reading] of Object.entries(readings)) {
     const id = Number(key);
-    if (reading) last.set(id, reading);
-    else last.delete(id);
+    if (reading) lastReadings.set(id, reading);
+    else lastReadings.delete(id);
     draw(id);
   }
   redraw();
 });
 // Readings from an earlier scene or from before a reset are no longer valid.
 watch("scene", () => {
-  last.clear();
+  lastReadings.clear();
   drawAll();
 });
 on("event", ({ name }) => {
   if (name !== "stopped") return;
-  last.clear();
+  lastReadings.clear();
   drawAll();
 });
 watch("selected", () => { if (isLarge()) drawAll(); });
-rays.onchange = drawAll;
+raysBox.onchange = drawAll;
 
 const canvas = get("eye", HTMLCanvasElement);
 on("image", (view) => {
-  const { id, width, height, pixels } = readImage(view);
+  const { id, width, height, pixels } = parseImage(view);
   if (id !== selected() || !width || !height) return;
   canvas.width = width;
   canvas.height = height;

@@ -4,16 +4,16 @@
 import * as THREE from "three";
 import { on } from "tatu/net/connection";
 import { scene, selected, watch } from "tatu/scene/store";
-import { hang } from "tatu/view/instancing";
+import { attachTo } from "tatu/view/instancing";
 import { groups } from "tatu/view/objects";
 import { redraw } from "tatu/view/renderer";
 
 /** @import { SensorVolume } from "tatu/protocol" */
 
-const FREE = 0x2a9d5c;
-const SEEN = 0xe0352b;
-const fill = new THREE.MeshBasicMaterial({ color: FREE, transparent: true, opacity: 0.18, side: THREE.DoubleSide, depthWrite: false });
-const edge = new THREE.LineBasicMaterial({ color: FREE, transparent: true, opacity: 0.6 });
+const FREE_COLOR = 0x2a9d5c;
+const HIT_COLOR = 0xe0352b;
+const fill = new THREE.MeshBasicMaterial({ color: FREE_COLOR, transparent: true, opacity: 0.18, side: THREE.DoubleSide, depthWrite: false });
+const edge = new THREE.LineBasicMaterial({ color: FREE_COLOR, transparent: true, opacity: 0.6 });
 
 /**
  * Returns the lateral surface between two faces perpendicular to the z axis.
@@ -23,7 +23,7 @@ const edge = new THREE.LineBasicMaterial({ color: FREE, transparent: true, opaci
  * @param {number} to z of the far face, m
  * @param {number} sides 4 for rectangular faces; otherwise, faces are approximated ellipses
  */
-function between(near, from, far, to, sides) {
+function lateralSurface(near, from, far, to, sides) {
   const geometry = new THREE.CylinderGeometry(1, 1, 1, sides, 1, true, sides === 4 ? Math.PI / 4 : 0).rotateX(Math.PI / 2);
   const scale = sides === 4 ? Math.SQRT2 : 1;
   const p = geometry.getAttribute("position");
@@ -62,38 +62,38 @@ function geometry(v) {
   if (!(range > 0)) return null;
   switch (v.volume) {
     case "cone": return cone(v);
-    case "pyramid": return between(half(v.size_near), near, half(v.size_far), range, 4);
+    case "pyramid": return lateralSurface(half(v.size_near), near, half(v.size_far), range, 4);
     case "cylinder": {
       const [from, to] = [v.radius_near ?? 0, v.radius_far ?? 0];
-      return between([from, from], near, [to, to], range, 24);
+      return lateralSurface([from, from], near, [to, to], range, 24);
     }
     default: return null;
   }
 }
 
 /** @type {THREE.Group | null} */
-let shown = null;
+let shownVolume = null;
 /** Draws the detection volume of an object, if it is a sensor that has one. @param {number} id */
 function show(id) {
-  shown?.removeFromParent();
-  shown?.traverse((x) => {
+  shownVolume?.removeFromParent();
+  shownVolume?.traverse((x) => {
     if (x instanceof THREE.Mesh || x instanceof THREE.LineSegments) x.geometry.dispose();
   });
-  shown = null;
+  shownVolume = null;
   const group = groups.get(id);
-  const form = group && geometry(scene.objects.get(id)?.volume ?? {});
-  if (!form) return;
-  shown = new THREE.Group();
-  shown.add(new THREE.Mesh(form, fill), new THREE.LineSegments(new THREE.EdgesGeometry(form, 30), edge));
-  hang(group, shown);
+  const surface = group && geometry(scene.objects.get(id)?.volume ?? {});
+  if (!surface) return;
+  shownVolume = new THREE.Group();
+  shownVolume.add(new THREE.Mesh(surface, fill), new THREE.LineSegments(new THREE.EdgesGeometry(surface, 30), edge));
+  attachTo(group, shownVolume);
   redraw();
 }
 watch("selected", show);
 watch("scene", () => show(selected()));
 watch("objects", (changed) => { if (changed.some((o) => o.id === selected())) show(selected()); });
 on("readings", ({ readings }) => {
-  const own = readings[selected()];
-  if (own === undefined || !shown) return;
-  const detected = own?.schema === "proximity" && own.detected;
-  for (const material of [fill, edge]) material.color.setHex(detected ? SEEN : FREE);
+  const reading = readings[selected()];
+  if (reading === undefined || !shownVolume) return;
+  const detected = reading?.schema === "proximity" && reading.detected;
+  for (const material of [fill, edge]) material.color.setHex(detected ? HIT_COLOR : FREE_COLOR);
 });

@@ -4,9 +4,9 @@
 import * as THREE from "three";
 
 /** Number of triangles above which a scene is large for software rendering. */
-const MANY = 30_000;
+const LARGE_SCENE_TRIANGLES = 30_000;
 /** Ratio of the width and height of simplified images to those of the view. */
-const SHARE = 0.6;
+const RESOLUTION_FACTOR = 0.6;
 
 /**
  * Returns whether the browser renders in software, not on a graphics processor.
@@ -14,16 +14,16 @@ const SHARE = 0.6;
  */
 export function isSoftware(renderer) {
   const gl = renderer.getContext();
-  const more = gl.getExtension("WEBGL_debug_renderer_info");
-  const name = String(gl.getParameter(more ? more.UNMASKED_RENDERER_WEBGL : gl.RENDERER));
+  const extension = gl.getExtension("WEBGL_debug_renderer_info");
+  const name = String(gl.getParameter(extension ? extension.UNMASKED_RENDERER_WEBGL : gl.RENDERER));
   return /swiftshader|llvmpipe|softpipe|software|basic render/i.test(name);
 }
 
 const target = new THREE.WebGLRenderTarget(1, 1);
 target.texture.colorSpace = THREE.SRGBColorSpace;
 const stage = new THREE.Scene();
-const whole = new THREE.Mesh(new THREE.PlaneGeometry(2, 2), new THREE.MeshBasicMaterial({ map: target.texture, depthTest: false, depthWrite: false }));
-stage.add(whole);
+const screen = new THREE.Mesh(new THREE.PlaneGeometry(2, 2), new THREE.MeshBasicMaterial({ map: target.texture, depthTest: false, depthWrite: false }));
+stage.add(screen);
 const camera = new THREE.OrthographicCamera(-1, 1, 1, -1, -1, 1);
 
 /**
@@ -32,9 +32,9 @@ const camera = new THREE.OrthographicCamera(-1, 1, 1, -1, -1, 1);
  * @param {THREE.Scene} scene
  * @param {THREE.Camera} from
  */
-export function drawPlain(renderer, scene, from) {
+export function drawSimplified(renderer, scene, from) {
   const { width, height } = renderer.domElement;
-  const [w, h] = [Math.ceil(SHARE * width), Math.ceil(SHARE * height)];
+  const [w, h] = [Math.ceil(RESOLUTION_FACTOR * width), Math.ceil(RESOLUTION_FACTOR * height)];
   if (target.width !== w || target.height !== h) target.setSize(w, h);
   renderer.setRenderTarget(target);
   renderer.render(scene, from);
@@ -45,6 +45,6 @@ export function drawPlain(renderer, scene, from) {
 }
 
 /** Returns whether a scene is large for software rendering. @param {number} triangles of the last image */
-export function isMany(triangles) {
-  return triangles > MANY;
+export function isLargeForSoftware(triangles) {
+  return triangles > LARGE_SCENE_TRIANGLES;
 }

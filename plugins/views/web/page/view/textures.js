@@ -2,9 +2,9 @@
 // Projects texture images onto parts as the simulation does, by computing the texture coordinates of each vertex.
 
 import * as THREE from "three";
-import { texture as readTexture } from "tatu/net/binary_messages";
+import { parseTexture } from "tatu/net/binary_messages";
 import { on } from "tatu/net/connection";
-import { lit, seeThrough } from "tatu/view/light";
+import { opacityParameters, sceneMaterial } from "tatu/view/light";
 
 /** @import { Texture, VisiblePart } from "tatu/protocol" */
 
@@ -14,7 +14,7 @@ const images = new Map();
 const materials = new Map();
 
 on("texture", (view) => {
-  const { hash, ...image } = readTexture(view);
+  const { hash, ...image } = parseTexture(view);
   images.set(hash, image);
 });
 
@@ -28,10 +28,10 @@ function material(texture, { color, opacity = 1, form }) {
   const { image, blend, repeat, smooth } = texture;
   const closed = form !== "mesh" && form !== "plane";
   const key = [image, blend, repeat.join(), smooth, [...color, opacity].map((x) => x.toFixed(3)).join(), closed].join(" ");
-  const known = materials.get(key);
-  const found = images.get(image);
-  if (known || !found) return known;
-  const { width, height, pixels } = found;
+  const existing = materials.get(key);
+  const source = images.get(image);
+  if (existing || !source) return existing;
+  const { width, height, pixels } = source;
   let mixed = pixels;
   if (blend !== "modulate") {
     mixed = new Uint8Array(pixels.length);
@@ -53,9 +53,9 @@ function material(texture, { color, opacity = 1, form }) {
   map.needsUpdate = true;
   const base = new THREE.Color(1, 1, 1);
   if (blend === "modulate") base.setRGB(...color, THREE.SRGBColorSpace);
-  const made = lit({ color: base, map, ...seeThrough(opacity, closed) });
-  materials.set(key, made);
-  return made;
+  const created = sceneMaterial({ color: base, map, ...opacityParameters(opacity, closed) });
+  materials.set(key, created);
+  return created;
 }
 
 /**
@@ -65,7 +65,7 @@ function material(texture, { color, opacity = 1, form }) {
  * @param {THREE.Vector3} n the surface normal at the point
  * @returns {[number, number]}
  */
-export function placeOf({ mapping, size }, p, n) {
+export function textureCoordinates({ mapping, size }, p, n) {
   const turn = 2 * Math.PI;
   let [right, up] = [p.x, p.y];
   if (mapping === "cylinder") [right, up] = [Math.atan2(p.y, p.x) / turn, p.z];
@@ -86,43 +86,43 @@ export function placeOf({ mapping, size }, p, n) {
  * @param {THREE.BufferGeometry} form
  * @param {THREE.Vector3} scale factor by which the form is scaled when it is drawn
  */
-export function clad(texture, part, form, scale) {
-  const drawn = material(texture, part);
-  if (!drawn) return null;
+export function applyTexture(texture, part, form, scale) {
+  const textured = material(texture, part);
+  if (!textured) return null;
   // A mesh without texture coordinates is drawn without the texture.
   if (texture.mapping === "mesh" && !form.getAttribute("uv")) return null;
   const geometry = form.index ? form.toNonIndexed() : form.clone();
   if (texture.mapping === "mesh") {
-    const given = geometry.getAttribute("uv");
+    const meshCoordinates = geometry.getAttribute("uv");
     const [width, height] = texture.size;
-    const own = new Float32Array(2 * given.count);
+    const scaled = new Float32Array(2 * meshCoordinates.count);
     // The vertical coordinate is inverted, because image rows are stored from top to bottom.
-    for (let i = 0; i < given.count; i++) own.set([given.getX(i) / width, 1 - given.getY(i) / height], 2 * i);
-    geometry.setAttribute("uv", new THREE.BufferAttribute(own, 2));
-    return { geometry, material: drawn };
+    for (let i = 0; i < meshCoordinates.count; i++) scaled.set([meshCoordinates.getX(i) / width, 1 - meshCoordinates.getY(i) / height], 2 * i);
+    geometry.setAttribute("uv", new THREE.BufferAttribute(scaled, 2));
+    return { geometry, material: textured };
   }
   const [points, normals] = [geometry.getAttribute("position"), geometry.getAttribute("normal")];
   const { size, pose } = texture;
-  const back = new THREE.Quaternion().fromArray(pose, 3).invert();
+  const inverse = new THREE.Quaternion().fromArray(pose, 3).invert();
   const origin = new THREE.Vector3().fromArray(pose);
   const [a, b, c] = [new THREE.Vector3(), new THREE.Vector3(), new THREE.Vector3()];
   const n = new THREE.Vector3();
-  const places = new Float32Array(2 * points.count);
+  const coordinates = new Float32Array(2 * points.count);
   for (let i = 0; i < points.count; i += 3) {
-    [a, b, c].forEach((p, k) => p.fromBufferAttribute(points, i + k).multiply(scale).sub(origin).applyQuaternion(back));
+    [a, b, c].forEach((p, k) => p.fromBufferAttribute(points, i + k).multiply(scale).sub(origin).applyQuaternion(inverse));
     // The normal of the triangle is used, so that all its corners are projected from the same side of the box.
     n.copy(b).sub(a).cross(c.clone().sub(a));
-    if (n.lengthSq() === 0) n.fromBufferAttribute(normals, i).applyQuaternion(back);
-    const three = [a, b, c].map((p) => placeOf(texture, p, n));
-    const [first = 0] = three[0] ?? [];
-    three.forEach(([right, up], k) => {
+    if (n.lengthSq() === 0) n.fromBufferAttribute(normals, i).applyQuaternion(inverse);
+    const corners = [a, b, c].map((p) => textureCoordinates(texture, p, n));
+    const [first = 0] = corners[0] ?? [];
+    corners.forEach(([right, up], k) => {
       // For a triangle across the seam, all corners are moved to the side of the first one.
-      const whole = texture.mapping === "cylinder" || texture.mapping === "sphere" ? 1 / size[0] : 0;
-      const closed = whole ? right - whole * Math.round((right - first) / whole) : right;
+      const period = texture.mapping === "cylinder" || texture.mapping === "sphere" ? 1 / size[0] : 0;
+      const unwrapped = period ? right - period * Math.round((right - first) / period) : right;
       // The vertical coordinate is inverted, because image rows are stored from top to bottom.
-      places.set([closed, 1 - up], 2 * (i + k));
+      coordinates.set([unwrapped, 1 - up], 2 * (i + k));
     });
   }
-  geometry.setAttribute("uv", new THREE.BufferAttribute(places, 2));
-  return { geometry, material: drawn };
+  geometry.setAttribute("uv", new THREE.BufferAttribute(coordinates, 2));
+  return { geometry, material: textured };
 }

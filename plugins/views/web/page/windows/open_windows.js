@@ -8,16 +8,16 @@ import { scene, watch } from "tatu/scene/store";
 /**
  * A window: its kind, a description of its content, and a function that closes it. In `spec`, objects are identified by
  * paths, because handles change between runs of the program.
- * @typedef {{ kind: string, spec: unknown, close: () => void }} Pane
+ * @typedef {{ kind: string, spec: unknown, close: () => void }} OpenWindow
  */
-/** @typedef {(spec: any) => Pane | null} Opener opens a window, or returns null if its content does not exist */
+/** @typedef {(spec: any) => OpenWindow | null} Opener opens a window, or returns null if its content does not exist */
 
 /** @type {Map<string, { opener: Opener, identity: (spec: any) => string }>} */
 const openers = new Map();
-/** @type {Set<Pane>} */
-const open = new Set();
+/** @type {Set<OpenWindow>} */
+const openWindows = new Set();
 /** Whether windows are being opened or closed automatically, which must not change the list stored for the scene. */
-let quiet = false;
+let isRestoring = false;
 
 /**
  * Registers a kind of window. Only one window with the same `identity` can be open.
@@ -25,7 +25,7 @@ let quiet = false;
  * @param {Opener} opener
  * @param {(spec: any) => string} [identity]
  */
-export function offer(kind, opener, identity = JSON.stringify) {
+export function registerWindow(kind, opener, identity = JSON.stringify) {
   openers.set(kind, { opener, identity });
 }
 
@@ -34,22 +34,22 @@ export function offer(kind, opener, identity = JSON.stringify) {
  * @param {string} kind
  * @param {unknown} spec
  */
-function find(kind, spec) {
+function findOpen(kind, spec) {
   const identity = openers.get(kind)?.identity ?? JSON.stringify;
-  return [...open].find((p) => p.kind === kind && identity(p.spec) === identity(spec));
+  return [...openWindows].find((p) => p.kind === kind && identity(p.spec) === identity(spec));
 }
 
 /** Returns the key under which the windows of this scene are stored. @returns {string} */
-function key() {
+function storageKey() {
   return `tatu panes ${scene.file}`;
 }
 
 /** Stores the windows that are open in this scene. */
-export function remember() {
-  if (quiet || !scene.file) return;
-  const list = [...open].map(({ kind, spec }) => ({ kind, spec }));
-  if (list.length) localStorage.setItem(key(), JSON.stringify(list));
-  else localStorage.removeItem(key());
+export function storeWindows() {
+  if (isRestoring || !scene.file) return;
+  const list = [...openWindows].map(({ kind, spec }) => ({ kind, spec }));
+  if (list.length) localStorage.setItem(storageKey(), JSON.stringify(list));
+  else localStorage.removeItem(storageKey());
 }
 
 /**
@@ -57,12 +57,12 @@ export function remember() {
  * @param {string} kind
  * @param {unknown} spec
  */
-export function openPane(kind, spec) {
-  if (isOpen(kind, spec)) return;
-  const pane = openers.get(kind)?.opener(spec);
-  if (!pane) return;
-  open.add(pane);
-  remember();
+export function openWindow(kind, spec) {
+  if (isWindowOpen(kind, spec)) return;
+  const opened = openers.get(kind)?.opener(spec);
+  if (!opened) return;
+  openWindows.add(opened);
+  storeWindows();
 }
 
 /**
@@ -70,8 +70,8 @@ export function openPane(kind, spec) {
  * @param {string} kind
  * @param {unknown} spec
  */
-export function isOpen(kind, spec) {
-  return find(kind, spec) !== undefined;
+export function isWindowOpen(kind, spec) {
+  return findOpen(kind, spec) !== undefined;
 }
 
 /**
@@ -79,39 +79,39 @@ export function isOpen(kind, spec) {
  * @param {string} kind
  * @param {unknown} spec
  */
-export function toggle(kind, spec) {
-  const known = find(kind, spec);
-  if (known) known.close();
-  else openPane(kind, spec);
+export function toggleWindow(kind, spec) {
+  const existing = findOpen(kind, spec);
+  if (existing) existing.close();
+  else openWindow(kind, spec);
 }
 
 /**
  * Removes a window from the open ones. Each window must call this function when it is closed.
- * @param {Pane} pane
+ * @param {OpenWindow} opened
  */
-export function gone(pane) {
-  open.delete(pane);
-  remember();
+export function windowClosed(opened) {
+  openWindows.delete(opened);
+  storeWindows();
 }
 
 /** Closes all windows, and opens those that are stored for this scene. */
 function restore() {
-  quiet = true;
-  for (const pane of [...open]) pane.close();
+  isRestoring = true;
+  for (const opened of [...openWindows]) opened.close();
   try {
-    const list = JSON.parse(localStorage.getItem(key()) ?? "[]");
-    if (Array.isArray(list)) for (const { kind, spec } of list) openPane(kind, spec);
+    const list = JSON.parse(localStorage.getItem(storageKey()) ?? "[]");
+    if (Array.isArray(list)) for (const { kind, spec } of list) openWindow(kind, spec);
   } catch {
     // Entries stored by a different version of the page are dropped.
-    localStorage.removeItem(key());
+    localStorage.removeItem(storageKey());
   }
-  quiet = false;
+  isRestoring = false;
 }
 
 // A restarted program may use different handles, so windows must be opened again.
-let again = false;
-on("again", ({ restarted }) => { again = restarted; });
+let isRestarted = false;
+on("again", ({ restarted }) => { isRestarted = restarted; });
 watch("scene", () => {
-  if (scene.another || again) restore();
-  again = false;
+  if (scene.isNew || isRestarted) restore();
+  isRestarted = false;
 });

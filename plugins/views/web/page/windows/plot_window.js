@@ -4,15 +4,15 @@
 import { csv, csvOfPairs } from "tatu/lib/csv";
 import { make } from "tatu/lib/dom";
 import { download } from "tatu/lib/download";
-import { floating } from "tatu/lib/floating_window";
+import { openFloatingWindow } from "tatu/lib/floating_window";
 import { colorOf, plot } from "tatu/lib/plot";
 import { on } from "tatu/net/connection";
-import { want } from "tatu/net/subscriptions";
+import { subscribe } from "tatu/net/subscriptions";
 import { unwatch, watchValue } from "tatu/net/watched_values";
 import { objectAt, pathOf } from "tatu/scene/hierarchy";
-import { nameOf, partsOf, unitOf } from "tatu/scene/property_format";
+import { nameOf, partNames, unitOf } from "tatu/scene/property_format";
 import { scene } from "tatu/scene/store";
-import { gone, offer, openPane, remember } from "tatu/windows/open_windows";
+import { openWindow, registerWindow, storeWindows, windowClosed } from "tatu/windows/open_windows";
 
 /** @import { PropertyRow } from "tatu/protocol" */
 /** @import { Curve } from "tatu/lib/plot" */
@@ -20,25 +20,25 @@ import { gone, offer, openPane, remember } from "tatu/windows/open_windows";
 /**
  * The source of a curve: an element of a property or of a field of readings. Values are multiplied by `factor` for
  * display, for example to convert rad to degrees.
- * @typedef {{ object: string, key: string, index: number, name: string, unit: string, factor: number }} Shown
+ * @typedef {{ object: string, key: string, index: number, name: string, unit: string, factor: number }} CurveSource
  */
 /**
  * The description of a plot: `curves` of values, or the path of a graph. `n` identifies plots of values. `along` is the
  * name of the curve that provides the horizontal axis, or "" for the time.
- * @typedef {{ n: number, curves: Shown[], graph: string, along: string }} Spec
+ * @typedef {{ n: number, curves: CurveSource[], graph: string, along: string }} Spec
  */
 
 const TIME = "time";
-/** The open plots. @type {Set<{ redraw: () => void, take: (id: number, streams: Curve[]) => void }>} */
-const drawers = new Set();
+/** The open plots. @type {Set<{ redraw: () => void, receive: (id: number, streams: Curve[]) => void }>} */
+const plots = new Set();
 /** The plot of values that was used last. @type {{ spec: Spec, update: () => void } | null} */
-let current = null;
+let currentPlot = null;
 
 /**
  * Returns the number of elements of a property that can be plotted, or 0 if the property cannot be plotted.
  * @param {PropertyRow} row
  */
-export function countOf({ value }) {
+export function plottableCount({ value }) {
   if (typeof value === "number" || typeof value === "boolean") return 1;
   return Array.isArray(value) && value.length > 0 && value.length <= 16 && value.every((v) => typeof v === "number" || v?.number) ? value.length : 0;
 }
@@ -47,31 +47,31 @@ export function countOf({ value }) {
  * Plots a property or a field of readings in the plot that was used last, or in a new one.
  * @param {number} object
  * @param {PropertyRow} row
- * @param {boolean} [anew] whether to open a new plot
+ * @param {boolean} [inNewWindow] whether to open a new plot
  */
-export function plotRow(object, row, anew = false) {
-  const [path, n] = [pathOf(object), countOf(row)];
+export function plotRow(object, row, inNewWindow = false) {
+  const [path, n] = [pathOf(object), plottableCount(row)];
   const slides = scene.objects.get(object)?.joint?.type === "prismatic";
   const { text: unit, factor } = unitOf(row.unit, slides);
   // If several objects have the same name, curves are named after the path of the object.
   const alias = scene.objects.get(object)?.alias ?? "";
-  const several = [...scene.objects.values()].filter((o) => o.alias === alias).length > 1;
-  const called = several ? path : alias;
-  const parts = partsOf(row.key, n);
+  const isAmbiguous = [...scene.objects.values()].filter((o) => o.alias === alias).length > 1;
+  const owner = isAmbiguous ? path : alias;
+  const labels = partNames(row.key, n);
   const curves = Array.from({ length: n }, (_, index) => {
-    const name = `${called} ${nameOf(row.key).toLowerCase()}${n > 1 ? ` ${parts[index]}` : ""}`;
+    const name = `${owner} ${nameOf(row.key).toLowerCase()}${n > 1 ? ` ${labels[index]}` : ""}`;
     return { object: path, key: row.key, index, name, unit, factor };
   });
-  if (anew || !current) {
+  if (inNewWindow || !currentPlot) {
     const spec = { n: Date.now(), curves, graph: "", along: "" };
-    openPane("plot", spec);
+    openWindow("plot", spec);
     return;
   }
-  const same = (/** @type {Shown} */ a, /** @type {Shown} */ b) => a.object === b.object && a.key === b.key && a.index === b.index;
-  const { spec } = current;
-  spec.curves.push(...curves.filter((c) => !spec.curves.some((known) => same(known, c))));
-  current.update();
-  remember();
+  const isSame = (/** @type {CurveSource} */ a, /** @type {CurveSource} */ b) => a.object === b.object && a.key === b.key && a.index === b.index;
+  const { spec } = currentPlot;
+  spec.curves.push(...curves.filter((c) => !spec.curves.some((known) => isSame(known, c))));
+  currentPlot.update();
+  storeWindows();
 }
 
 /**
@@ -88,7 +88,7 @@ export function graphSpec(id) {
  * @param {Curve} y
  * @returns {Curve}
  */
-function over(x, y) {
+function matchTimes(x, y) {
   const at = new Map(x.times.map((t, i) => [t, x.values[i] ?? null]));
   return { ...y, times: y.times.map((t) => at.get(t) ?? null) };
 }
@@ -99,76 +99,76 @@ function openPlot(spec) {
   if (spec.graph ? !graph : !spec.curves.some((c) => objectAt(c.object))) return null;
   const title = graph ? scene.objects.get(graph)?.alias ?? "Graph" : "Plot";
   const key = `plot ${spec.graph || spec.n}`;
-  const window = floating({ key, title, width: 420, height: 300, closed });
+  const window = openFloatingWindow({ key, title, width: 420, height: 300, closed });
   const pane = { kind: "plot", spec, close: window.close };
-  const tools = make("div", { className: "tools" });
+  const toolbar = make("div", { className: "tools" });
   const along = make("select", { title: "Horizontal axis" });
   along.setAttribute("aria-label", "Horizontal axis");
-  const tool = (/** @type {string} */ name, /** @type {string} */ hint, /** @type {() => void} */ onclick) => {
-    tools.append(make("button", { type: "button", textContent: name, title: hint, onclick }));
+  const addTool = (/** @type {string} */ name, /** @type {string} */ hint, /** @type {() => void} */ onclick) => {
+    toolbar.append(make("button", { type: "button", textContent: name, title: hint, onclick }));
   };
-  tools.append(along);
-  tool("CSV", "Save the values as a table", () => saveTable());
-  tool("PNG", "Save the picture", () => { canvas.toBlob((blob) => { if (blob) download(blob, `${title}.png`); }); });
+  toolbar.append(along);
+  addTool("CSV", "Save the values as a table", () => saveTable());
+  addTool("PNG", "Save the picture", () => { canvas.toBlob((blob) => { if (blob) download(blob, `${title}.png`); }); });
   const canvas = make("canvas");
   canvas.setAttribute("role", "img");
   const legend = make("ul", { className: "legend" });
-  window.body.append(tools, canvas, legend);
+  window.body.append(toolbar, canvas, legend);
 
   /**
    * The watched values, by the curve that shows them; null if the object of the curve does not exist.
-   * @type {Map<Shown, Series | null>}
+   * @type {Map<CurveSource, Series | null>}
    */
   const series = new Map();
   /** @type {Curve[]} */
   let streams = [];
-  let due = false;
+  let isScheduled = false;
 
   /** Returns all curves over time. @returns {Curve[]} */
-  function all() {
+  function allCurves() {
     if (graph) return streams;
     return spec.curves.map(({ name, unit, index, factor }, i) => {
-      const own = series.get(/** @type {Shown} */ (spec.curves[i]));
-      return { name, unit, times: own?.times ?? [], values: own?.numbers.map((n) => (typeof n[index] === "number" ? factor * n[index] : null)) ?? [] };
+      const values = series.get(/** @type {CurveSource} */ (spec.curves[i]));
+      return { name, unit, times: values?.times ?? [], values: values?.numbers.map((n) => (typeof n[index] === "number" ? factor * n[index] : null)) ?? [] };
     });
   }
   /** Returns the curves to be drawn, and the curve that provides the horizontal axis, or null for the time. */
-  function shown() {
-    const curves = all();
+  function shownCurves() {
+    const curves = allCurves();
     const x = curves.find((c) => c.name === spec.along);
-    const kept = curves.map((c, i) => ({ ...c, place: i }));
-    return x ? { curves: kept.filter((c) => c.name !== x.name).map((c) => ({ ...c, ...over(x, c) })), x } : { curves: kept, x: null };
+    const placed = curves.map((c, i) => ({ ...c, place: i }));
+    return x ? { curves: placed.filter((c) => c.name !== x.name).map((c) => ({ ...c, ...matchTimes(x, c) })), x } : { curves: placed, x: null };
   }
   function saveTable() {
-    const { curves, x } = shown();
+    const { curves, x } = shownCurves();
     const text = x ? csvOfPairs(curves, x.unit ? `${x.name} (${x.unit})` : x.name) : csv(curves, "time (s)");
     download(new Blob([text], { type: "text/csv" }), `${title}.csv`);
   }
   function draw() {
-    due = false;
+    isScheduled = false;
     const scale = Math.min(devicePixelRatio, 2);
     const [w, h] = [Math.round(canvas.clientWidth * scale), Math.round(canvas.clientHeight * scale)];
     if (!w || !h) return;
     if (canvas.width !== w || canvas.height !== h) Object.assign(canvas, { width: w, height: h });
-    const { curves, x } = shown();
+    const { curves, x } = shownCurves();
     plot(canvas, curves, x ? x.unit ?? "" : "s", false);
-    all().forEach((c, i) => {
+    allCurves().forEach((c, i) => {
       const value = legend.children[i]?.querySelector("output");
       const last = c.values.findLast((v) => v !== null);
       if (value) value.textContent = last === undefined || last === null ? "" : `${+last.toPrecision(4)} ${c.unit ?? ""}`;
     });
   }
   const redraw = () => {
-    if (due) return;
-    due = true;
+    if (isScheduled) return;
+    isScheduled = true;
     requestAnimationFrame(draw);
   };
-  let listed = "";
+  let listKey = "";
   function list() {
-    const curves = all();
+    const curves = allCurves();
     const now = JSON.stringify(curves.map((c) => [c.name, c.unit, c.color]));
-    if (now === listed) return;
-    listed = now;
+    if (now === listKey) return;
+    listKey = now;
     along.replaceChildren(new Option(TIME, ""), ...curves.map((c) => new Option(c.name, c.name)));
     along.value = curves.some((c) => c.name === spec.along) ? spec.along : "";
     canvas.setAttribute("aria-label", `Plot of ${curves.map((c) => c.name).join(", ") || "nothing yet"}`);
@@ -178,23 +178,23 @@ function openPlot(spec) {
       swatch.style.background = colorOf(c.color, i);
       item.append(swatch, make("span", { textContent: c.name }), make("output"));
       if (graph) return item;
-      const drop = make("button", { type: "button", textContent: "\u00D7", title: "Remove this curve" });
-      drop.setAttribute("aria-label", `Remove ${c.name}`);
-      drop.onclick = () => {
+      const removeButton = make("button", { type: "button", textContent: "\u00D7", title: "Remove this curve" });
+      removeButton.setAttribute("aria-label", `Remove ${c.name}`);
+      removeButton.onclick = () => {
         spec.curves.splice(i, 1);
         if (!spec.curves.length) return window.close();
         update();
-        remember();
+        storeWindows();
       };
-      item.append(drop);
+      item.append(removeButton);
       return item;
     }));
   }
   /** Watches the values of the current curves, and stops watching others. */
   function update() {
-    for (const [curve, own] of series) {
+    for (const [curve, values] of series) {
       if (spec.curves.includes(curve)) continue;
-      if (own) unwatch(own);
+      if (values) unwatch(values);
       series.delete(curve);
     }
     for (const curve of spec.curves) {
@@ -208,37 +208,37 @@ function openPlot(spec) {
   along.onchange = () => {
     spec.along = along.value;
     redraw();
-    remember();
+    storeWindows();
   };
-  const own = { spec, update };
-  const touch = () => { if (!graph) current = own; };
-  window.box.addEventListener("pointerdown", touch, true);
-  const sized = new ResizeObserver(redraw);
-  sized.observe(canvas);
-  const drawer = { redraw, take: (/** @type {number} */ id, /** @type {Curve[]} */ now) => {
+  const plotHandle = { spec, update };
+  const makeCurrent = () => { if (!graph) currentPlot = plotHandle; };
+  window.box.addEventListener("pointerdown", makeCurrent, true);
+  const sizeObserver = new ResizeObserver(redraw);
+  sizeObserver.observe(canvas);
+  const plotListener = { redraw, receive: (/** @type {number} */ id, /** @type {Curve[]} */ now) => {
     if (id !== graph) return;
     streams = now;
     list();
     redraw();
   } };
-  drawers.add(drawer);
-  if (graph) want("graphs", key, graph);
+  plots.add(plotListener);
+  if (graph) subscribe("graphs", key, graph);
   function closed() {
     for (const curve of series.values()) if (curve) unwatch(curve);
-    if (graph) want("graphs", key, 0);
-    drawers.delete(drawer);
-    sized.disconnect();
-    if (current === own) current = null;
-    gone(pane);
+    if (graph) subscribe("graphs", key, 0);
+    plots.delete(plotListener);
+    sizeObserver.disconnect();
+    if (currentPlot === plotHandle) currentPlot = null;
+    windowClosed(pane);
   }
-  touch();
+  makeCurrent();
   update();
   return pane;
 }
-offer("plot", openPlot, (spec) => spec.graph || String(spec.n));
+registerWindow("plot", openPlot, (spec) => spec.graph || String(spec.n));
 
-on("values", () => { for (const d of drawers) d.redraw(); });
-on("event", ({ name }) => { if (name === "started") for (const d of drawers) d.redraw(); });
-matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => { for (const d of drawers) d.redraw(); });
+on("values", () => { for (const p of plots) p.redraw(); });
+on("event", ({ name }) => { if (name === "started") for (const p of plots) p.redraw(); });
+matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => { for (const p of plots) p.redraw(); });
 
-on("streams", ({ graph, streams }) => { for (const d of drawers) d.take(graph, streams); });
+on("streams", ({ graph, streams }) => { for (const p of plots) p.receive(graph, streams); });

@@ -13,10 +13,10 @@ const STYLES = ["color", "background-color", "font-size", "font-weight", "font-s
  * @param {HTMLElement} element
  * @param {unknown} text
  */
-export function restyle(element, text) {
+export function applyStyle(element, text) {
   for (const key of STYLES) element.style.removeProperty(key);
-  for (const one of String(text ?? "").replace(/^[^{]*\{|\}.*$/g, "").split(";")) {
-    const [key, value] = one.split(":").map((x) => x.trim());
+  for (const declaration of String(text ?? "").replace(/^[^{]*\{|\}.*$/g, "").split(";")) {
+    const [key, value] = declaration.split(":").map((x) => x.trim());
     if (key && value && STYLES.includes(key) && !value.includes("url")) element.style.setProperty(key, value);
   }
 }
@@ -34,15 +34,15 @@ function copy(node, to, onLink) {
     if (!(child instanceof Element)) continue;
     if (!TAGS.has(child.tagName)) { if (child.tagName !== "SCRIPT" && child.tagName !== "STYLE") copy(child, to, onLink); continue; }
     const link = child.tagName === "A";
-    const made = document.createElement(link ? "button" : child.tagName === "FONT" ? "span" : child.tagName);
+    const created = document.createElement(link ? "button" : child.tagName === "FONT" ? "span" : child.tagName);
     if (link) {
-      made.className = "link";
-      made.onclick = () => onLink?.(child.getAttribute("href") ?? "");
+      created.className = "link";
+      created.onclick = () => onLink?.(child.getAttribute("href") ?? "");
     }
-    if (child.getAttribute("color")) restyle(made, `color:${child.getAttribute("color")}`);
-    if (child.getAttribute("style")) restyle(made, child.getAttribute("style"));
-    copy(child, made, onLink);
-    to.append(made);
+    if (child.getAttribute("color")) applyStyle(created, `color:${child.getAttribute("color")}`);
+    if (child.getAttribute("style")) applyStyle(created, child.getAttribute("style"));
+    copy(child, created, onLink);
+    to.append(created);
   }
 }
 
@@ -52,9 +52,9 @@ function copy(node, to, onLink) {
  * @param {unknown} text
  * @param {OnLink} [onLink] called when a link is clicked
  */
-export function fill(element, text, onLink) {
+export function setRichText(element, text, onLink) {
   element.replaceChildren();
-  const plain = String(text ?? "");
-  if (!/[<&]/.test(plain)) element.append(plain);
-  else copy(new DOMParser().parseFromString(plain, "text/html").body, element, onLink);
+  const source = String(text ?? "");
+  if (!/[<&]/.test(source)) element.append(source);
+  else copy(new DOMParser().parseFromString(source, "text/html").body, element, onLink);
 }

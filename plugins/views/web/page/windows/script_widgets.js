@@ -3,7 +3,7 @@
 
 import { make } from "tatu/lib/dom";
 import { plot } from "tatu/lib/plot";
-import { fill, restyle } from "tatu/windows/rich_text";
+import { applyStyle, setRichText } from "tatu/windows/rich_text";
 
 /**
  * The state of a widget, which the script sets.
@@ -12,12 +12,12 @@ import { fill, restyle } from "tatu/windows/rich_text";
 /** @typedef {{ element: string, above?: number | null, values: Values }} Widget `above` is the index of its parent */
 /**
  * The widgets of a window, their elements, and the function that reports user actions to the script.
- * @typedef {{ widgets: Widget[], made: HTMLElement[], act_on: (n: number, what: string, value?: unknown) => void }} WidgetWindow
+ * @typedef {{ widgets: Widget[], elements: HTMLElement[], report: (n: number, what: string, value?: unknown) => void }} WidgetWindow
  */
-/** @typedef {(what: string, value?: unknown) => void} Tell reports a user action on a widget to the script */
+/** @typedef {(what: string, value?: unknown) => void} Report reports a user action on a widget to the script */
 /**
  * @template {HTMLElement} E
- * @typedef {{ make: (v: Values, tell: Tell) => E, set: (e: E, v: Values, tell: Tell) => void }} Kind
+ * @typedef {{ make: (v: Values, report: Report) => E, set: (e: E, v: Values, report: Report) => void }} Kind
  */
 
 /**
@@ -25,7 +25,7 @@ import { fill, restyle } from "tatu/windows/rich_text";
  * @param {Values} v
  * @param {string} type "range" or "number"
  */
-function range(v, type) {
+function numberInput(v, type) {
   const input = make("input", { type, min: v.minimum ?? 0, max: v.maximum ?? 100, step: v.step ?? 1, value: v.value ?? 0 });
   if (type === "number" && v.float) input.step = v.step && v.step !== 1 ? v.step : "any";
   return input;
@@ -36,36 +36,36 @@ function range(v, type) {
 const WIDGETS = {
   label: {
     make: () => make("div", { className: "label" }),
-    set: (e, v, tell) => fill(e, v.text, (link) => tell("link", link)),
+    set: (e, v, report) => setRichText(e, v.text, (link) => report("link", link)),
   },
-  "text-browser": { make: () => make("div", { className: "text" }), set: (e, v, tell) => fill(e, v.text, (link) => tell("link", link)) },
+  "text-browser": { make: () => make("div", { className: "text" }), set: (e, v, report) => setRichText(e, v.text, (link) => report("link", link)) },
   button: {
-    make: (v, tell) => v.held ? holdable(tell) : make("button", { onclick: () => tell("click") }),
+    make: (v, report) => v.held ? holdButton(report) : make("button", { onclick: () => report("click") }),
     set: (e, v) => {
       e.textContent = v.text ?? "";
       if (v.checkable) e.setAttribute("aria-pressed", String(v.checked === true));
     },
   },
-  hslider: { make: (v, tell) => slider(v, tell), set: (e, v) => number(e, v) },
-  vslider: { make: (v, tell) => Object.assign(slider(v, tell), { className: "upright" }), set: (e, v) => number(e, v) },
+  hslider: { make: (v, report) => slider(v, report), set: (e, v) => updateNumber(e, v) },
+  vslider: { make: (v, report) => Object.assign(slider(v, report), { className: "upright" }), set: (e, v) => updateNumber(e, v) },
   spinbox: {
-    make: (v, tell) => {
-      const input = range(v, "number");
-      input.onchange = () => tell("change", Number(input.value));
+    make: (v, report) => {
+      const input = numberInput(v, "number");
+      input.onchange = () => report("change", Number(input.value));
       return input;
     },
-    set: (e, v) => number(e, v),
+    set: (e, v) => updateNumber(e, v),
   },
   edit: {
-    make: (v, tell) => {
+    make: (v, report) => {
       const input = make("input", { type: "text" });
-      input.onchange = () => tell("change", input.value);
+      input.onchange = () => report("change", input.value);
       return input;
     },
     set: (e, v) => { if (e !== document.activeElement) e.value = v.value ?? ""; },
   },
-  checkbox: { make: (v, tell) => tick("checkbox", (on) => tell("change", on)), set: ticked },
-  radiobutton: { make: (v, tell) => tick("radio", () => tell("click")), set: ticked },
+  checkbox: { make: (v, report) => checkableLabel("checkbox", (on) => report("change", on)), set: updateCheckable },
+  radiobutton: { make: (v, report) => checkableLabel("radio", () => report("click")), set: updateCheckable },
   progressbar: {
     make: () => make("progress"),
     set: (e, v) => {
@@ -74,9 +74,9 @@ const WIDGETS = {
     },
   },
   combobox: {
-    make: (v, tell) => {
+    make: (v, report) => {
       const list = make("select");
-      list.onchange = () => tell("change", list.selectedIndex);
+      list.onchange = () => report("change", list.selectedIndex);
       return list;
     },
     set: (e, v) => {
@@ -97,13 +97,13 @@ const WIDGETS = {
   },
   tree: {
     make: () => make("ul", { className: "items" }),
-    set: (e, v, tell) => {
+    set: (e, v, report) => {
       /** @type {{ id: number, above?: number, texts: string[], open?: boolean }[]} */
       const rows = v.rows ?? [];
       /** @returns {HTMLElement[]} */
       const below = (/** @type {number} */ id) => rows.filter((r) => (r.above ?? 0) === id).map((r) => {
         const li = make("li");
-        const b = make("button", { textContent: r.texts.join("  "), onclick: () => tell("select", r.id) });
+        const b = make("button", { textContent: r.texts.join("  "), onclick: () => report("select", r.id) });
         b.classList.toggle("on", v.selected === r.id);
         li.append(b);
         const inner = below(r.id);
@@ -117,8 +117,8 @@ const WIDGETS = {
       e.replaceChildren(...below(0));
     },
   },
-  image: { make: () => make("canvas", { width: 1, height: 1 }), set: paint },
-  svg: { make: () => make("img", { alt: "" }), set: draw },
+  image: { make: () => make("canvas", { width: 1, height: 1 }), set: updateImage },
+  svg: { make: () => make("img", { alt: "" }), set: updateSvg },
   plot: {
     make: () => make("canvas", { width: 320, height: 200 }),
     set: (e, v) => {
@@ -136,20 +136,20 @@ const BOXES = new Set(["ui", "group", "tabs", "tab"]);
 
 /**
  * Creates a button that reports presses and releases separately.
- * @param {Tell} tell
+ * @param {Report} report
  */
-function holdable(tell) {
+function holdButton(report) {
   const button = make("button");
   button.onpointerdown = (e) => {
     button.setPointerCapture(e.pointerId);
-    tell("press");
+    report("press");
   };
-  button.onpointerup = button.onpointercancel = () => tell("release");
+  button.onpointerup = button.onpointercancel = () => report("release");
   // A click by the keyboard does not cause pointer events, so it is reported here as a press and a release.
   button.onclick = (e) => {
     if (e.detail !== 0) return;
-    tell("press");
-    tell("release");
+    report("press");
+    report("release");
   };
   return button;
 }
@@ -157,11 +157,11 @@ function holdable(tell) {
 /**
  * Creates a slider.
  * @param {Values} v
- * @param {Tell} tell
+ * @param {Report} report
  */
-function slider(v, tell) {
-  const input = range(v, "range");
-  input.oninput = () => tell("change", Number(input.value));
+function slider(v, report) {
+  const input = numberInput(v, "range");
+  input.oninput = () => report("change", Number(input.value));
   return input;
 }
 
@@ -170,7 +170,7 @@ function slider(v, tell) {
  * @param {HTMLInputElement} e
  * @param {Values} v
  */
-function number(e, v) {
+function updateNumber(e, v) {
   Object.assign(e, { min: v.minimum ?? 0, max: v.maximum ?? 100 });
   if (e !== document.activeElement) e.value = v.value ?? 0;
 }
@@ -178,12 +178,12 @@ function number(e, v) {
 /**
  * Creates a check box or radio button with a label.
  * @param {"checkbox" | "radio"} type
- * @param {(on: boolean) => void} tell
+ * @param {(on: boolean) => void} report
  */
-function tick(type, tell) {
+function checkableLabel(type, report) {
   const label = make("label");
   const input = make("input", { type });
-  input.onchange = () => tell(input.checked);
+  input.onchange = () => report(input.checked);
   label.append(input, make("span"));
   return label;
 }
@@ -193,12 +193,12 @@ function tick(type, tell) {
  * @param {HTMLLabelElement} e
  * @param {Values} v
  */
-function ticked(e, v) {
+function updateCheckable(e, v) {
   const [input, text] = e.children;
   if (!(input instanceof HTMLInputElement && text instanceof HTMLElement)) return;
   input.checked = v.checked > 0;
   input.indeterminate = v.checked === 1 && input.type === "checkbox";
-  fill(text, v.text);
+  setRichText(text, v.text);
 }
 
 /**
@@ -206,7 +206,7 @@ function ticked(e, v) {
  * @param {HTMLCanvasElement} e
  * @param {Values} v
  */
-function paint(e, v) {
+function updateImage(e, v) {
   const [w, h] = [v.columns, v.rows];
   if (!v.pixels?.bytes || !(w > 0 && h > 0)) return;
   const bytes = Uint8Array.from(atob(v.pixels.bytes), (c) => c.charCodeAt(0));
@@ -225,13 +225,13 @@ function paint(e, v) {
  * @param {HTMLImageElement} e
  * @param {Values} v
  */
-function draw(e, v) {
-  const named = "http://www.w3.org/2000/svg";
+function updateSvg(e, v) {
+  const namespace = "http://www.w3.org/2000/svg";
   const text = String(v.data ?? "");
   e.onerror = () => { e.style.display = "none"; };
   e.onload = () => { e.style.display = ""; };
-  const whole = text.includes(named) ? text : text.replace(/<svg\b/, `<svg xmlns="${named}"`);
-  if (text) e.src = `data:image/svg+xml,${encodeURIComponent(whole)}`;
+  const svg = text.includes(namespace) ? text : text.replace(/<svg\b/, `<svg xmlns="${namespace}"`);
+  if (text) e.src = `data:image/svg+xml,${encodeURIComponent(svg)}`;
   else {
     e.removeAttribute("src");
     e.style.display = "none";
@@ -241,20 +241,20 @@ function draw(e, v) {
 /**
  * Adds the tabs to a tab widget, and shows the current page.
  * @param {Values} values
- * @param {HTMLElement} made
- * @param {Tell} tell
+ * @param {HTMLElement} node
+ * @param {Report} report
  */
-function tabs(values, made, tell) {
+function addTabs(values, node, report) {
   const bar = make("div", { className: "tabs" });
   bar.setAttribute("role", "tablist");
-  const pages = children(made);
+  const pages = children(node);
   bar.append(...pages.map((p, i) => {
-    const b = make("button", { textContent: p.dataset.title, onclick: () => { values.current = i; front(made, i); tell("change", i); } });
+    const b = make("button", { textContent: p.dataset.title, onclick: () => { values.current = i; showTab(node, i); report("change", i); } });
     b.setAttribute("role", "tab");
     return b;
   }));
-  made.prepend(bar);
-  front(made, values.current ?? 0);
+  node.prepend(bar);
+  showTab(node, values.current ?? 0);
 }
 
 /** Returns the children of an element that are HTML elements. @param {HTMLElement} e */
@@ -264,11 +264,11 @@ function children(e) {
 
 /**
  * Shows a page of a tab widget.
- * @param {HTMLElement} made
+ * @param {HTMLElement} node
  * @param {number} at index of the page
  */
-function front(made, at) {
-  const [bar, ...pages] = children(made);
+function showTab(node, at) {
+  const [bar, ...pages] = children(node);
   pages.forEach((p, i) => { p.hidden = i !== at; });
   [...(bar?.children ?? [])].forEach((b, i) => { b.setAttribute("aria-selected", String(i === at)); b.classList.toggle("on", i === at); });
 }
@@ -281,33 +281,33 @@ function front(made, at) {
 export function build(window) {
   window.widgets.forEach((widget, n) => {
     const { element, above, values } = widget;
-    /** @type {Tell} */
-    const tell = (what, value) => window.act_on(n, what, value);
+    /** @type {Report} */
+    const report = (what, value) => window.report(n, what, value);
     /** @type {HTMLElement} */
-    let made;
+    let node;
     if (BOXES.has(element)) {
-      made = make("div", { className: `box ${values.layout ?? "vbox"} ${values.flat ? "flat" : element}` });
-      if (element === "tab") made.dataset.title = values.title ?? "";
+      node = make("div", { className: `box ${values.layout ?? "vbox"} ${values.flat ? "flat" : element}` });
+      if (element === "tab") node.dataset.title = values.title ?? "";
     } else {
       const known = WIDGETS[element];
-      made = known ? known.make(values, tell) : make("div", { className: "rare", textContent: `<${element}>` });
-      if (!["checkbox", "radiobutton"].includes(element)) made.setAttribute("aria-label", String(values.text ?? element));
+      node = known ? known.make(values, report) : make("div", { className: "rare", textContent: `<${element}>` });
+      if (!["checkbox", "radiobutton"].includes(element)) node.setAttribute("aria-label", String(values.text ?? element));
     }
-    window.made[n] = made;
-    if (above !== null && above !== undefined) window.made[above]?.append(made);
+    window.elements[n] = node;
+    if (above !== null && above !== undefined) window.elements[above]?.append(node);
   });
   window.widgets.forEach((widget, n) => {
-    const made = window.made[n];
-    if (made && widget.element === "tabs") tabs(widget.values, made, (what, value) => window.act_on(n, what, value));
-    if (["grid", "form"].includes(widget.values.layout)) made?.style.setProperty("--columns", String(columns(window, n)));
+    const node = window.elements[n];
+    if (node && widget.element === "tabs") addTabs(widget.values, node, (what, value) => window.report(n, what, value));
+    if (["grid", "form"].includes(widget.values.layout)) node?.style.setProperty("--columns", String(columns(window, n)));
     if (widget.values.layout === "cells") {
       const [wide, high] = widget.values.cells;
-      made?.style.setProperty("--columns", String(wide));
-      made?.style.setProperty("--rows", String(high));
+      node?.style.setProperty("--columns", String(wide));
+      node?.style.setProperty("--rows", String(high));
     }
     if (n) refresh(window, n);
   });
-  return window.made[0] ?? make("div");
+  return window.elements[0] ?? make("div");
 }
 
 /**
@@ -317,26 +317,26 @@ export function build(window) {
  */
 function columns(window, n) {
   if (window.widgets[n]?.values.layout === "form") return 2;
-  let [most, now] = [1, 0];
+  let [longest, current] = [1, 0];
   for (const w of window.widgets.filter((w) => w.above === n)) {
-    now = w.element === "br" ? 0 : now + 1;
-    most = Math.max(most, now);
+    current = w.element === "br" ? 0 : current + 1;
+    longest = Math.max(longest, current);
   }
-  return most;
+  return longest;
 }
 
 /**
  * Sets the cells that a widget occupies in a layout of cells, its colors and its alignment.
- * @param {HTMLElement} made
+ * @param {HTMLElement} node
  * @param {Values} v
  */
-function span(made, v) {
+function placeInCells(node, v) {
   const [x, y, wide, high] = v.cell;
-  made.style.gridArea = `${y + 1} / ${x + 1} / span ${Math.max(high, 1)} / span ${Math.max(wide, 1)}`;
-  made.style.color = v.color ?? "";
-  made.style.background = v.background ?? "";
-  made.classList.toggle("centered", v.centered === true);
-  made.classList.toggle("clear", v.clear === true);
+  node.style.gridArea = `${y + 1} / ${x + 1} / span ${Math.max(high, 1)} / span ${Math.max(wide, 1)}`;
+  node.style.color = v.color ?? "";
+  node.style.background = v.background ?? "";
+  node.classList.toggle("centered", v.centered === true);
+  node.classList.toggle("clear", v.clear === true);
 }
 
 /**
@@ -345,13 +345,13 @@ function span(made, v) {
  * @param {number} n
  */
 export function refresh(window, n) {
-  const [widget, made] = [window.widgets[n], window.made[n]];
-  if (!widget || !made) return;
+  const [widget, node] = [window.widgets[n], window.elements[n]];
+  if (!widget || !node) return;
   const { element, values } = widget;
-  made.hidden = values.visible === false;
-  made.inert = values.enabled === false;
-  if (element === "tabs" && values.current !== undefined) front(made, values.current);
-  if (values.style) restyle(made, values.style);
-  if (values.cell) span(made, values);
-  WIDGETS[element]?.set(made, values, (what, value) => window.act_on(n, what, value));
+  node.hidden = values.visible === false;
+  node.inert = values.enabled === false;
+  if (element === "tabs" && values.current !== undefined) showTab(node, values.current);
+  if (values.style) applyStyle(node, values.style);
+  if (values.cell) placeInCells(node, values);
+  WIDGETS[element]?.set(node, values, (what, value) => window.report(n, what, value));
 }

@@ -4,7 +4,7 @@
 import { get } from "tatu/lib/dom";
 import { movable } from "tatu/lib/floating_window";
 import { call, on } from "tatu/net/connection";
-import { tell } from "tatu/scene/messages";
+import { reportError } from "tatu/scene/messages";
 import { rights, selection, watch } from "tatu/scene/store";
 import { build, refresh } from "tatu/windows/script_widgets";
 
@@ -16,7 +16,7 @@ import { build, refresh } from "tatu/windows/script_widgets";
 
 const host = get("view");
 /** @type {Map<string, ScriptWindow>} */
-const open = new Map();
+const openWindows = new Map();
 
 /**
  * Reports a user action to the script.
@@ -25,12 +25,12 @@ const open = new Map();
  * @param {string} what the action
  * @param {unknown} [value]
  */
-async function act(window, n, what, value) {
-  if (!rights.acts) return;
+async function reportAction(window, n, what, value) {
+  if (!rights.canControl) return;
   try {
     await call(window.act, window.window, n, what, ...(value === undefined ? [] : [value]));
   } catch (e) {
-    tell(e);
+    reportError(e);
   }
 }
 
@@ -38,12 +38,12 @@ async function act(window, n, what, value) {
  * Updates the title, visibility, size and position of a window from its current values.
  * @param {ScriptWindow} window
  */
-function place({ box, title, widgets }) {
+function updateWindow({ box, title, widgets }) {
   const values = widgets[0]?.values ?? {};
   title.textContent = values.title ?? "";
   // A window that belongs to an object is shown while the object is selected.
   box.hidden = values.visible === false || (Number.isInteger(values.for) && !selection().includes(values.for));
-  box.inert = values.enabled === false || !rights.acts;
+  box.inert = values.enabled === false || !rights.canControl;
   box.setAttribute("aria-label", values.title || "Window of a script");
   if (values.width > 0) box.style.width = `${values.width}px`;
   if (values.height > 0) box.style.height = `${values.height}px`;
@@ -56,39 +56,39 @@ function place({ box, title, widgets }) {
  * @param {string} key
  * @param {any} payload of the event that reports the window
  */
-function show(key, payload) {
-  const before = open.get(key)?.box;
+function showWindow(key, payload) {
+  const previousBox = openWindows.get(key)?.box;
   const box = document.createElement("section");
   box.className = "window";
-  box.style.left = before?.style.left ?? `${16 + 24 * (open.size % 8)}px`;
-  box.style.top = before?.style.top ?? `${16 + 24 * (open.size % 8)}px`;
-  before?.remove();
+  box.style.left = previousBox?.style.left ?? `${16 + 24 * (openWindows.size % 8)}px`;
+  box.style.top = previousBox?.style.top ?? `${16 + 24 * (openWindows.size % 8)}px`;
+  previousBox?.remove();
   const bar = document.createElement("div");
   bar.className = "title";
   const title = document.createElement("span");
   bar.append(title);
   /** @type {ScriptWindow} */
-  const window = { ...payload, box, title, made: [], act_on: (n, what, value) => act(window, n, what, value) };
+  const window = { ...payload, box, title, elements: [], report: (n, what, value) => reportAction(window, n, what, value) };
   if (payload.widgets[0].values.closeable) {
     const close = document.createElement("button");
     close.textContent = "\u00D7";
     close.setAttribute("aria-label", "Close this window");
-    close.onclick = () => act(window, 0, "close");
+    close.onclick = () => reportAction(window, 0, "close");
     bar.append(close);
   }
   box.append(bar, build(window));
   movable(box, bar);
-  open.set(key, window);
-  place(window);
+  openWindows.set(key, window);
+  updateWindow(window);
   host.append(box);
 }
 
 function closeAll() {
-  for (const { box } of open.values()) box.remove();
-  open.clear();
+  for (const { box } of openWindows.values()) box.remove();
+  openWindows.clear();
 }
 
-watch("selected", () => { for (const window of open.values()) place(window); });
+watch("selected", () => { for (const window of openWindows.values()) updateWindow(window); });
 // After a reconnection, the program sends all windows that still exist.
 on("again", closeAll);
 on("event", ({ name, payload }) => {
@@ -96,19 +96,19 @@ on("event", ({ name, payload }) => {
   if (name !== "ui.window") return;
   const key = `${payload.act} ${payload.window}`;
   if (payload.widgets) {
-    show(key, payload);
+    showWindow(key, payload);
     return;
   }
-  const window = open.get(key);
+  const window = openWindows.get(key);
   if (!window) return;
   if (payload.closed) {
     window.box.remove();
-    open.delete(key);
+    openWindows.delete(key);
     return;
   }
   const widget = window.widgets[payload.n];
   if (!widget) return;
   Object.assign(widget.values, payload.set);
-  if (payload.n === 0) place(window);
+  if (payload.n === 0) updateWindow(window);
   else refresh(window, payload.n);
 });

@@ -2,15 +2,15 @@
 // The window that lists all sensors with their current readings.
 
 import { make } from "tatu/lib/dom";
-import { floating } from "tatu/lib/floating_window";
+import { openFloatingWindow } from "tatu/lib/floating_window";
 import { icon } from "tatu/lib/icons";
 import { on } from "tatu/net/connection";
 import { unwatch, watchValue } from "tatu/net/watched_values";
-import { known } from "tatu/scene/edits";
+import { editState } from "tatu/scene/edits";
 import { nameOf } from "tatu/scene/property_format";
 import { scene, select, selection, watch } from "tatu/scene/store";
 import { cameraSpec } from "tatu/windows/camera_window";
-import { gone, offer, toggle } from "tatu/windows/open_windows";
+import { registerWindow, toggleWindow, windowClosed } from "tatu/windows/open_windows";
 
 /** @import { Reading } from "tatu/protocol" */
 /** @import { Series } from "tatu/net/watched_values" */
@@ -19,42 +19,42 @@ import { gone, offer, toggle } from "tatu/windows/open_windows";
 const MOST_FORCES = 40;
 
 /** Formats a number with up to four significant digits, or a dash. @param {number | null | undefined} x */
-const short = (x) => (typeof x === "number" ? String(+x.toPrecision(4)) : "\u2014");
+const formatShort = (x) => (typeof x === "number" ? String(+x.toPrecision(4)) : "\u2014");
 
 /**
  * Formats a reading as short text for the list.
  * @param {Reading} r
  */
-export function inWords(r) {
+export function formatReading(r) {
   switch (r.schema) {
-    case "proximity": return r.detected ? `${short(r.distance)} m` : "nothing";
-    case "gps": return `${r.position.map(short).join(", ")} m`;
+    case "proximity": return r.detected ? `${formatShort(r.distance)} m` : "nothing";
+    case "gps": return `${r.position.map(formatShort).join(", ")} m`;
     case "range_scan": {
       const hits = r.distance.filter((d) => d !== null);
-      return hits.length ? `nearest ${short(Math.min(...hits))} m, ${hits.length} of ${r.distance.length} beams` : "nothing";
+      return hits.length ? `nearest ${formatShort(Math.min(...hits))} m, ${hits.length} of ${r.distance.length} beams` : "nothing";
     }
     case "fields": {
       const all = Object.entries(r.fields);
-      return all.map(([name, numbers]) => `${all.length > 1 ? `${nameOf(name)} ` : ""}${numbers.map(short).join(", ")}`).join("; ");
+      return all.map(([name, numbers]) => `${all.length > 1 ? `${nameOf(name)} ` : ""}${numbers.map(formatShort).join(", ")}`).join("; ");
     }
   }
 }
 
 /** @type {Map<number, Reading>} */
-const last = new Map();
+const lastReadings = new Map();
 on("readings", ({ readings }) => {
   for (const [key, reading] of Object.entries(readings)) {
-    if (reading) last.set(Number(key), reading);
-    else last.delete(Number(key));
+    if (reading) lastReadings.set(Number(key), reading);
+    else lastReadings.delete(Number(key));
   }
 });
 // Readings from an earlier scene or from before a reset are no longer valid.
-const forget = () => last.clear();
-on("event", ({ name }) => { if (name === "stopped") forget(); });
-watch("scene", () => { if (scene.another) forget(); });
+const clearReadings = () => lastReadings.clear();
+on("event", ({ name }) => { if (name === "stopped") clearReadings(); });
+watch("scene", () => { if (scene.isNew) clearReadings(); });
 
 function openSensors() {
-  const window = floating({ key: "sensors", title: "Sensors", width: 340, height: 260, closed });
+  const window = openFloatingWindow({ key: "sensors", title: "Sensors", width: 340, height: 260, closed });
   const pane = { kind: "sensors", spec: {}, close: window.close };
   const table = make("table", { className: "sensors" });
   const body = make("tbody");
@@ -62,22 +62,22 @@ function openSensors() {
   window.body.append(table);
   /** @type {Map<number, HTMLElement>} */
   const cells = new Map();
-  let due = false;
-  let listed = "";
+  let isScheduled = false;
+  let listKey = "";
   /** The watched forces of force sensors, which do not have readings. @type {Series[]} */
-  let felt = [];
+  let forceSeries = [];
 
   function list() {
     const all = [...scene.objects.values()];
     const forces = all.filter((o) => o.kind === "force_sensor");
     const sensors = [...all.filter((o) => o.kind === "sensor"), ...forces];
     const now = JSON.stringify(sensors.map((o) => [o.id, o.alias, o.sensor, o.schema]));
-    if (now === listed) return;
-    listed = now;
+    if (now === listKey) return;
+    listKey = now;
     cells.clear();
-    const before = felt;
-    felt = forces.slice(0, MOST_FORCES).map((o) => watchValue(o.id, "force_sensor.force"));
-    before.forEach(unwatch);
+    const previousSeries = forceSeries;
+    forceSeries = forces.slice(0, MOST_FORCES).map((o) => watchValue(o.id, "force_sensor.force"));
+    previousSeries.forEach(unwatch);
     body.replaceChildren(...sensors.map((o) => {
       const row = make("tr");
       const name = make("button", { type: "button", className: "link", textContent: o.alias, title: o.alias, onclick: () => select(o.id) });
@@ -88,10 +88,10 @@ function openSensors() {
       row.append(head, kind, cell);
       row.dataset.id = String(o.id);
       if (o.schema === "image") {
-        const eye = make("button", { type: "button", className: "tool", title: "Show its image", onclick: () => toggle("camera", cameraSpec(o.id)) });
-        eye.setAttribute("aria-label", `Show the image of ${o.alias}`);
-        eye.append(icon("camera"));
-        cell.append(eye);
+        const imageButton = make("button", { type: "button", className: "tool", title: "Show its image", onclick: () => toggleWindow("camera", cameraSpec(o.id)) });
+        imageButton.setAttribute("aria-label", `Show the image of ${o.alias}`);
+        imageButton.append(icon("camera"));
+        cell.append(imageButton);
       } else cells.set(o.id, cell);
       return row;
     }));
@@ -105,42 +105,42 @@ function openSensors() {
     mark();
   }
   function show() {
-    due = false;
+    isScheduled = false;
     for (const [id, cell] of cells) {
-      const reading = last.get(id);
-      const text = reading ? inWords(reading) : "\u2014";
+      const reading = lastReadings.get(id);
+      const text = reading ? formatReading(reading) : "\u2014";
       if (cell.textContent !== text) cell.textContent = text;
     }
-    for (const { object, numbers } of felt) {
-      const force = known.state !== "stopped" ? numbers.at(-1)?.map((x) => x ?? 0) : undefined;
+    for (const { object, numbers } of forceSeries) {
+      const force = editState.state !== "stopped" ? numbers.at(-1)?.map((x) => x ?? 0) : undefined;
       const cell = cells.get(object);
-      if (cell) cell.textContent = force?.length ? `${short(Math.hypot(...force))} N` : "\u2014";
+      if (cell) cell.textContent = force?.length ? `${formatShort(Math.hypot(...force))} N` : "\u2014";
     }
   }
   function mark() {
     const chosen = selection();
     for (const row of body.rows) row.classList.toggle("on", chosen.includes(Number(row.dataset.id)));
   }
-  const soon = () => {
-    if (due) return;
-    due = true;
+  const scheduleShow = () => {
+    if (isScheduled) return;
+    isScheduled = true;
     requestAnimationFrame(show);
   };
-  const own = { list, soon, mark };
-  lists.add(own);
+  const listHandle = { list, schedule: scheduleShow, mark };
+  lists.add(listHandle);
   function closed() {
-    felt.forEach(unwatch);
-    lists.delete(own);
-    gone(pane);
+    forceSeries.forEach(unwatch);
+    lists.delete(listHandle);
+    windowClosed(pane);
   }
   list();
   return pane;
 }
-/** @type {Set<{ list: () => void, soon: () => void, mark: () => void }>} */
+/** @type {Set<{ list: () => void, schedule: () => void, mark: () => void }>} */
 const lists = new Set();
-offer("sensors", openSensors);
-on("readings", () => { for (const l of lists) l.soon(); });
-on("values", () => { for (const l of lists) l.soon(); });
-on("event", ({ name }) => { if (name === "stopped") for (const l of lists) l.soon(); });
-for (const news of /** @type {const} */ (["scene", "objects"])) watch(news, () => { for (const l of lists) l.list(); });
+registerWindow("sensors", openSensors);
+on("readings", () => { for (const l of lists) l.schedule(); });
+on("values", () => { for (const l of lists) l.schedule(); });
+on("event", ({ name }) => { if (name === "stopped") for (const l of lists) l.schedule(); });
+for (const change of /** @type {const} */ (["scene", "objects"])) watch(change, () => { for (const l of lists) l.list(); });
 watch("selected", () => { for (const l of lists) l.mark(); });
