@@ -1,5 +1,5 @@
 // @ts-check
-// Loads the modules of the page, and connects to the program.
+// Loads the modules of the page, and connects to the program. README.md in the folder above lists the folders and modules.
 
 import { connect } from "tatu/net/connection";
 import "tatu/scene/store";
@@ -25,7 +25,7 @@ import "tatu/edit/undo_buttons";
 import "tatu/panels/tree_actions";
 import "tatu/edit/alignment";
 import "tatu/edit/gizmo";
-import "tatu/edit/nudge_keys";
+import "tatu/edit/move_keys";
 import "tatu/edit/pose_toolbar";
 import "tatu/edit/snap_settings";
 import "tatu/run/push";

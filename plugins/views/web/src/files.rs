@@ -88,6 +88,21 @@ mod tests {
     }
 
     #[test]
+    fn modules_in_folders_are_embedded_without_their_tests() {
+        let (kind, _, _) = embedded_file("/page/net/connection.js").unwrap();
+        assert!(kind.starts_with("text/javascript"), "{kind}");
+        let (kind, _, _) = embedded_file("/page/run/exercise.lua").unwrap();
+        assert!(kind.starts_with("text/plain"), "{kind}");
+        assert!(IMPORT_MAP.contains("\"tatu/net/connection\":\"/page/net/connection.js\""), "{IMPORT_MAP}");
+        assert!(!FILES.iter().any(|(path, _, _)| path.contains("/tests/") || path.contains("/node_modules/")));
+        let preloads = preloads();
+        assert!(preloads.contains("/page/view/renderer.js") && preloads.contains("/page/run/film_recorder.js"));
+        for lazy in LAZY_MODULES.iter().filter(|start| start.starts_with("/page/")) {
+            assert!(FILES.iter().any(|(path, _, _)| path.starts_with(lazy)) && !preloads.contains(lazy), "{lazy}");
+        }
+    }
+
+    #[test]
     fn page_without_libraries_shows_only_a_message() {
         let (_, text, _) = serve_file("/", false).unwrap();
         let text = String::from_utf8(text).unwrap();

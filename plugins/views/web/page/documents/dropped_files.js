@@ -17,7 +17,7 @@ import { mayClose } from "tatu/documents/scene_file";
 /** Extensions of files that are sent together with a scene; other files are ignored. */
 const ACCEPTED = /\.(toml|ttt|ttm|urdf|xacro|lua|obj|mtl|stl|ply|dae|png|jpe?g|svg|csv|json|txt|md)$/i;
 /** Extensions of files that can be opened as a scene. */
-const SCENE = /\.(toml|ttt|urdf)$/i;
+const OPENABLE = /\.(toml|ttt|urdf)$/i;
 /** Extensions of files that can be sent on their own. */
 const STANDALONE = /\.(toml|ttt|ttm|urdf)$/i;
 /** Maximum number of files that are sent together; the program enforces the same limit. */
@@ -39,10 +39,10 @@ async function filesBelow(entry, above) {
   /** @type {Incoming[]} */
   const all = [];
   for (;;) {
-    const some = await new Promise((/** @type {(entries: FileSystemEntry[]) => void} */ resolve, reject) => reader.readEntries(resolve, reject));
+    const batch = await new Promise((/** @type {(entries: FileSystemEntry[]) => void} */ resolve, reject) => reader.readEntries(resolve, reject));
     // `readEntries` returns the entries of a folder in batches; an empty batch ends them.
-    if (!some.length) return all;
-    for (const one of some) if (!one.name.startsWith(".")) all.push(...await filesBelow(one, `${name}/`));
+    if (!batch.length) return all;
+    for (const one of batch) if (!one.name.startsWith(".")) all.push(...await filesBelow(one, `${name}/`));
     if (all.length > MAX_FILES) throw { error: `\`${entry.name}\` has more than ${MAX_FILES} files` };
   }
 }
@@ -66,7 +66,7 @@ async function unpackZip(files) {
  * @param {string[]} names
  */
 async function sceneOf(names) {
-  const scenes = names.filter((name) => SCENE.test(name) && !/(^|\/)model\.toml$/i.test(name));
+  const scenes = names.filter((name) => OPENABLE.test(name) && !/(^|\/)model\.toml$/i.test(name));
   const depth = (/** @type {string} */ name) => name.split("/").length;
   const topDepth = Math.min(...scenes.map(depth));
   const topScenes = scenes.filter((name) => depth(name) === topDepth);

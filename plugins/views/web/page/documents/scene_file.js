@@ -152,8 +152,8 @@ watchEdits(async ({ recovery, file }) => {
   const key = `${file} ${recovery}`;
   if (offeredRecovery === key) return;
   offeredRecovery = key;
-  const when = new Date(recovery * 1000).toLocaleString();
-  const text = make("p", { textContent: `The program ended unexpectedly. There is a copy of unsaved changes to ${displayPath(file)} from ${when}.` });
+  const time = new Date(recovery * 1000).toLocaleString();
+  const text = make("p", { textContent: `The program ended unexpectedly. There is a copy of unsaved changes to ${displayPath(file)} from ${time}.` });
   const chosen = await choose("Restore unsaved changes?", [text], ["Restore", "Discard", "Later"]);
   if (chosen === "Restore" || chosen === "Discard") await call("tatu.recover", chosen === "Restore").catch(reportError);
 });

@@ -134,8 +134,8 @@ watch("scene", () => {
  */
 function markError(text) {
   if (!editorView) return;
-  const place = text.match(/:(\d+):/);
-  const n = place ? Math.min(Number(place[1]), editorView.state.doc.lines) : 1;
+  const match = text.match(/:(\d+):/);
+  const n = match ? Math.min(Number(match[1]), editorView.state.doc.lines) : 1;
   codeFieldModule?.markLine(editorView, Math.max(1, n), text);
 }
 

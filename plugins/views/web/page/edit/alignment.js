@@ -83,19 +83,19 @@ function putOnGround() {
  */
 function distribute(axis) {
   root.updateMatrixWorld(true);
-  const middle = (/** @type {number} */ id) => boxOf(id).getCenter(new THREE.Vector3())[axis];
-  const order = topmost(selection()).map((id) => ({ id, at: middle(id) })).sort((a, b) => a.at - b.at);
-  const [low, high] = [order[0]?.at ?? 0, order.at(-1)?.at ?? 0];
-  const places = new Map(order.map(({ id }, i) => [id, low + (i * (high - low)) / Math.max(1, order.length - 1)]));
+  const centerOf = (/** @type {number} */ id) => boxOf(id).getCenter(new THREE.Vector3())[axis];
+  const sorted = topmost(selection()).map((id) => ({ id, at: centerOf(id) })).sort((a, b) => a.at - b.at);
+  const [low, high] = [sorted[0]?.at ?? 0, sorted.at(-1)?.at ?? 0];
+  const positions = new Map(sorted.map(({ id }, i) => [id, low + (i * (high - low)) / Math.max(1, sorted.length - 1)]));
   const ids = topmost(selection());
-  return moveEach("Distribute", (box, i) => along(axis, (places.get(ids[i] ?? 0) ?? 0) - box.getCenter(new THREE.Vector3())[axis]));
+  return moveEach("Distribute", (box, i) => along(axis, (positions.get(ids[i] ?? 0) ?? 0) - box.getCenter(new THREE.Vector3())[axis]));
 }
 
 /** Attaches the second selected object to the first one without moving it. */
 function assemble() {
-  const [onto, part] = selection();
-  if (onto === undefined || part === undefined || isBelow(onto, part)) return;
-  return reparent([part], onto);
+  const [base, part] = selection();
+  if (base === undefined || part === undefined || isBelow(base, part)) return;
+  return reparent([part], base);
 }
 
 const bar = get("arrange");
@@ -109,10 +109,10 @@ const chosenAxis = () => /** @type {Axis} */ (axis.value);
  * @param {string} id
  * @param {string} name
  * @param {string} title
- * @param {() => unknown} act
+ * @param {() => unknown} action
  */
-function button(id, name, title, act) {
-  const b = make("button", { id, textContent: name, title, onclick: () => { act(); } });
+function button(id, name, title, action) {
+  const b = make("button", { id, textContent: name, title, onclick: () => { action(); } });
   bar.append(b);
   return b;
 }
@@ -126,9 +126,9 @@ button("ground", "to the ground", "Move the lowest point of each object to heigh
 const assembleButton = button("assemble", "assemble", "Attach the object selected last to the one selected first without moving it", assemble);
 
 function updateToolbar() {
-  const many = selection().length;
-  bar.hidden = !rights.canControl || many < 2;
-  assembleButton.disabled = many !== 2 || scene.objects.get(selection()[1] ?? 0)?.parent === selection()[0];
+  const count = selection().length;
+  bar.hidden = !rights.canControl || count < 2;
+  assembleButton.disabled = count !== 2 || scene.objects.get(selection()[1] ?? 0)?.parent === selection()[0];
 }
 watch("selected", updateToolbar);
 watch("scene", updateToolbar);

@@ -140,12 +140,12 @@ gizmo.addEventListener("dragging-changed", (e) => {
  * @returns {Vec3}
  */
 function displacement(start, exact) {
-  const now = handle.position.toArray();
-  const by = (/** @type {0 | 1 | 2} */ i) => {
-    if (Math.abs(now[i] - start[i]) < 1e-9) return 0;
-    return now[i] - (lengthStep() ? exact[i] : start[i]);
+  const current = handle.position.toArray();
+  const component = (/** @type {0 | 1 | 2} */ i) => {
+    if (Math.abs(current[i] - start[i]) < 1e-9) return 0;
+    return current[i] - (lengthStep() ? exact[i] : start[i]);
   };
-  return [by(0), by(1), by(2)];
+  return [component(0), component(1), component(2)];
 }
 
 gizmo.addEventListener("objectChange", () => {

@@ -41,12 +41,12 @@ export function copyToClipboard(cut) {
  * Copies objects with all objects below them, and selects the copies.
  * @param {string} word verb for the label of the edit
  * @param {number[]} ids
- * @param {number[]} by offset of the copies, m
+ * @param {number[]} offset offset of the copies, m
  * @param {number} parent of copies of objects with a parent that is not copied; 0: the world
  */
-async function copy(word, ids, by, parent) {
+async function copy(word, ids, offset, parent) {
   const all = subtrees(ids);
-  const [[copies] = []] = await edit(`${word} ${describeObjects(ids)}`, [["tatu.copy", all, parent, by]]);
+  const [[copies] = []] = await edit(`${word} ${describeObjects(ids)}`, [["tatu.copy", all, parent, offset]]);
   selectWhenPresent(ids.map((id) => copies[all.indexOf(id)]));
 }
 
@@ -57,7 +57,7 @@ export async function paste() {
   if (!rights.canControl || first === undefined) return;
   const at = pointer() ? groundAt(pointer()) : null;
   const from = worldPosition(first);
-  const by = at ? [at.x - from.x, at.y - from.y, 0] : [0.3, 0.3, 0];
+  const offset = at ? [at.x - from.x, at.y - from.y, 0] : [0.3, 0.3, 0];
   try {
     if (clipboard.cut) {
       const merge = newMergeKey();
@@ -65,12 +65,12 @@ export async function paste() {
         const { x, y, z } = worldPosition(id);
         await edit(`Move ${describeObjects(ids)}`, [
           ["tatu.set", id, "object.parent", 0],
-          ["tatu.set", id, "object.position", [x + (by[0] ?? 0), y + (by[1] ?? 0), z]],
+          ["tatu.set", id, "object.position", [x + (offset[0] ?? 0), y + (offset[1] ?? 0), z]],
         ], merge);
       }
       clipboard = { ids: [], cut: false };
       selectAll(ids);
-    } else await copy("Paste", ids, by, 0);
+    } else await copy("Paste", ids, offset, 0);
   } catch (thrown) {
     reportError(thrown);
   }

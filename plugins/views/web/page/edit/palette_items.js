@@ -40,11 +40,11 @@ const SMALL = [0.05, 0.05, 0.05];
  * @param {string} name
  * @param {string} text
  * @param {string} keys
- * @param {Partial<Item>} [more]
+ * @param {Partial<Item>} [overrides]
  * @returns {Item}
  */
-function otherItem(name, text, keys, more = {}) {
-  return { name, text, toml: object(name, keys), form: "sphere", size: SMALL, lift: 0, attach: false, ...more };
+function otherItem(name, text, keys, overrides = {}) {
+  return { name, text, toml: object(name, keys), form: "sphere", size: SMALL, lift: 0, attach: false, ...overrides };
 }
 
 /** @type {Section[]} */
@@ -84,8 +84,8 @@ export const FIXED = [
  * @returns {Section[]}
  */
 export function devices(kinds) {
-  const itemsOf = (/** @type {string} */ what) => kinds.filter((k) => k.object === what).map((k) => (
-    otherItem(k.id, k.text, `kind = "${what}"\n${what} = "${k.id}"`, { attach: true })
+  const itemsOf = (/** @type {string} */ deviceKind) => kinds.filter((k) => k.object === deviceKind).map((k) => (
+    otherItem(k.id, k.text, `kind = "${deviceKind}"\n${deviceKind} = "${k.id}"`, { attach: true })
   ));
   return [{ name: "Sensors", items: itemsOf("sensor") }, { name: "Actuators", items: itemsOf("actuator") }].filter((s) => s.items.length);
 }

@@ -1,6 +1,6 @@
 // @ts-check
-// Moves objects that the user drags, moves by keys or positions by typed numbers: reads their exact poses, and sends new poses
-// to the program.
+// Moves objects that the user drags, moves by keys or positions by typed numbers: reads their exact poses, and sends
+// new poses to the program.
 
 import { movedPose } from "tatu/lib/poses";
 import { sendLatest } from "tatu/net/calls";
@@ -58,11 +58,11 @@ export class PoseEdit {
 
   /**
    * @param {string} verb "Move" or "Turn"
-   * @param {Map<number, ObjectPoses>} places
+   * @param {Map<number, ObjectPoses>} initialPoses
    */
-  constructor(verb, places) {
-    this.#label = `${verb} ${describeObjects([...places.keys()])}`;
-    this.#initialPoses = places;
+  constructor(verb, initialPoses) {
+    this.#label = `${verb} ${describeObjects([...initialPoses.keys()])}`;
+    this.#initialPoses = initialPoses;
     this.#send = sendLatest((/** @type {Map<number, Pose>} */ poses) => {
       return edit(this.#label, [...poses].map(([id, pose]) => ["tatu.set", id, "object.pose", pose]), this.#merge);
     });
@@ -74,8 +74,8 @@ export class PoseEdit {
    * @param {number[]} ids
    */
   static async begin(verb, ids) {
-    const places = await Promise.all(ids.map(posesOf));
-    return new PoseEdit(verb, new Map(ids.map((id, i) => [id, /** @type {ObjectPoses} */ (places[i])])));
+    const initialPoses = await Promise.all(ids.map(posesOf));
+    return new PoseEdit(verb, new Map(ids.map((id, i) => [id, /** @type {ObjectPoses} */ (initialPoses[i])])));
   }
 
   /**
@@ -94,7 +94,7 @@ export class PoseEdit {
   async apply(motion) {
     /** @type {Map<number, Pose>} */
     const poses = new Map();
-    for (const [id, place] of this.#initialPoses) poses.set(id, movedPose(motion, place));
+    for (const [id, initial] of this.#initialPoses) poses.set(id, movedPose(motion, initial));
     this.#poses = poses;
     for (const [id, pose] of poses) {
       pendingPoses.set(id, pose);

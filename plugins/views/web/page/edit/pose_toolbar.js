@@ -6,7 +6,7 @@ import { compose, frameOf, inverse, positionOf, rotationAbout, rotationOf, trans
 import { conjugate, fromDegrees, multiply, toDegrees } from "tatu/lib/rotations";
 import { reason } from "tatu/net/calls";
 import { EDIT_VERBS, gizmoObject, moveTool, setMoveTool, watchMoveTool } from "tatu/edit/gizmo";
-import { keyStep } from "tatu/edit/nudge_keys";
+import { keyStep } from "tatu/edit/move_keys";
 import { PoseEdit, movedObjects, posesOf } from "tatu/edit/pose_edit";
 
 /** @import { Frame } from "tatu/lib/poses" */
@@ -51,11 +51,11 @@ view.append(bar);
 
 /**
  * Returns the coordinates of an object in the chosen frame: its position, m, or its orientation, degrees.
- * @param {ObjectPoses} of
+ * @param {ObjectPoses} poses
  * @returns {Vec3}
  */
-function coordinatesOf(of) {
-  const within = compose(inverse(frameOf(moveTool.frame, of)), of.world);
+function coordinatesOf(poses) {
+  const within = compose(inverse(frameOf(moveTool.frame, poses)), poses.world);
   return moveTool.mode === "rotate" ? toDegrees(rotationOf(within)) : positionOf(within);
 }
 
@@ -73,10 +73,10 @@ function showError(text) {
 async function refresh() {
   const id = gizmoObject();
   if (!id) return;
-  const now = await posesOf(id).then(coordinatesOf).catch(() => null);
-  if (!now || id !== gizmoObject()) return;
+  const coordinates = await posesOf(id).then(coordinatesOf).catch(() => null);
+  if (!coordinates || id !== gizmoObject()) return;
   fields.forEach((f, i) => {
-    const text = format(now[i] ?? 0);
+    const text = format(coordinates[i] ?? 0);
     // The text of a field that is being edited is not replaced.
     if (document.activeElement === f.field && f.field.value !== f.shown) f.shown = text;
     else f.field.value = f.shown = text;
@@ -94,18 +94,18 @@ async function apply(i, value) {
   const poseEdit = await PoseEdit.begin(EDIT_VERBS[mode], movedObjects());
   const initial = poseEdit.initialPoses(id);
   if (!initial) return;
-  const axes = frameOf(frame, initial);
+  const frameAxes = frameOf(frame, initial);
   const numbers = coordinatesOf(initial);
   if (mode === "translate") {
     /** @type {Vec3} */
-    const by = [0, 0, 0];
-    by[i] = value - (numbers[i] ?? 0);
-    await poseEdit.apply(translationAlong(axes, by));
+    const displacement = [0, 0, 0];
+    displacement[i] = value - (numbers[i] ?? 0);
+    await poseEdit.apply(translationAlong(frameAxes, displacement));
     return;
   }
-  const now = rotationOf(compose(inverse(axes), initial.world));
+  const rotation = rotationOf(compose(inverse(frameAxes), initial.world));
   numbers[i] = value;
-  await poseEdit.apply(rotationAbout(axes, multiply(fromDegrees(numbers), conjugate(now)), positionOf(initial.world)));
+  await poseEdit.apply(rotationAbout(frameAxes, multiply(fromDegrees(numbers), conjugate(rotation)), positionOf(initial.world)));
 }
 
 /**

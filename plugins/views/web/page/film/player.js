@@ -100,8 +100,8 @@ function playFrame(frameTime) {
 get("play").onclick = () => play(!playing);
 speedSelect.onchange = () => { if (playing) play(true); };
 slider.oninput = () => {
-  const going = playing !== null;
-  if (going) play(false);
+  const wasPlaying = playing !== null;
+  if (wasPlaying) play(false);
   seek(Number(slider.value));
 };
 document.addEventListener("keydown", (e) => {

@@ -1,5 +1,6 @@
 // @ts-check
-// Formats curves as tables for spreadsheets. This module does not access the DOM, so it can be tested without a browser.
+// Formats curves as tables for spreadsheets. This module does not access the DOM, so it can be tested without a
+// browser.
 
 /** @import { Curve } from "tatu/lib/plot" */
 
@@ -17,9 +18,9 @@ function cell(text) {
 export function csv(curves, first) {
   const columns = curves.map(({ times, values }) => new Map(times.map((t, i) => [t, values[i]])));
   const times = [...new Set(curves.flatMap((c) => c.times))].filter((t) => t !== null).sort((a, b) => a - b);
-  const head = [first, ...curves.map(({ name, unit }) => (unit ? `${name} (${unit})` : name))].map(cell).join(",");
+  const header = [first, ...curves.map(({ name, unit }) => (unit ? `${name} (${unit})` : name))].map(cell).join(",");
   const rows = times.map((t) => [t, ...columns.map((c) => c.get(t) ?? "")].join(","));
-  return `${[head, ...rows].join("\n")}\n`;
+  return `${[header, ...rows].join("\n")}\n`;
 }
 
 /**
@@ -28,8 +29,8 @@ export function csv(curves, first) {
  * @param {string} along the heading of the x values
  */
 export function csvOfPairs(curves, along) {
-  const head = curves.flatMap(({ name, unit }) => [along, unit ? `${name} (${unit})` : name]).map(cell).join(",");
+  const header = curves.flatMap(({ name, unit }) => [along, unit ? `${name} (${unit})` : name]).map(cell).join(",");
   const length = Math.max(0, ...curves.map((c) => c.times.length));
   const rows = Array.from({ length }, (_, i) => curves.flatMap((c) => [c.times[i] ?? "", c.values[i] ?? ""]).join(","));
-  return `${[head, ...rows].join("\n")}\n`;
+  return `${[header, ...rows].join("\n")}\n`;
 }

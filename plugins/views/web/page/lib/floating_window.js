@@ -13,7 +13,7 @@ const host = get("view");
 /** Distance by which a key moves a window, pixels. */
 const STEP = 16;
 /** Distance between new windows and the edges of the view, pixels. */
-const EDGE = 10;
+const MARGIN = 10;
 let topLayer = 2;
 
 /**
@@ -38,11 +38,11 @@ function freePosition(box) {
   const covers = (/** @type {number} */ x, /** @type {number} */ y) => otherWindows.some((o) => (
     o instanceof HTMLElement && x < o.offsetLeft + o.offsetWidth && o.offsetLeft < x + w && y < o.offsetTop + o.offsetHeight && o.offsetTop < y + h
   ));
-  const right = host.clientWidth - w - EDGE;
+  const right = host.clientWidth - w - MARGIN;
   const bar = get("camera");
-  const top = bar.offsetTop + bar.offsetHeight + EDGE;
-  for (let x = right; x >= EDGE; x -= STEP) {
-    for (let y = top; y <= host.clientHeight - h - EDGE; y += STEP) if (!covers(x, y)) return { x, y };
+  const top = bar.offsetTop + bar.offsetHeight + MARGIN;
+  for (let x = right; x >= MARGIN; x -= STEP) {
+    for (let y = top; y <= host.clientHeight - h - MARGIN; y += STEP) if (!covers(x, y)) return { x, y };
   }
   return { x: right - 24 * (otherWindows.length % 8), y: top + 34 * (otherWindows.length % 8) };
 }

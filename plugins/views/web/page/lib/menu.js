@@ -4,9 +4,9 @@
 import { make } from "tatu/lib/dom";
 
 /**
- * An entry of a menu: `keys` is the keyboard shortcut, which is shown at the right; `off` is whether the entry is
- * disabled.
- * @typedef {{ name: string, keys: string, act: () => void, off: boolean }} Entry
+ * An entry of a menu: `keys` is the keyboard shortcut, which is shown at the right; `isDisabled` is whether the entry
+ * is disabled.
+ * @typedef {{ name: string, keys: string, action: () => void, isDisabled: boolean }} Entry
  */
 
 /** @type {HTMLElement | null} */
@@ -31,13 +31,13 @@ export function openMenu(x, y, entries) {
   previousFocus = document.activeElement;
   const menu = make("div", { className: "menu" });
   menu.setAttribute("role", "menu");
-  for (const { name, keys, act, off } of entries) {
-    const b = make("button", { disabled: off });
+  for (const { name, keys, action, isDisabled } of entries) {
+    const b = make("button", { disabled: isDisabled });
     b.setAttribute("role", "menuitem");
     b.append(make("span", { textContent: name }), make("small", { textContent: keys }));
     b.onclick = () => {
       close();
-      act();
+      action();
     };
     menu.append(b);
   }

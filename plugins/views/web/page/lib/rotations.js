@@ -112,7 +112,7 @@ export function axisRotation(axis, degrees) {
 export function screenAxes(frame, right, away) {
   const [x, y] = [rotate(frame, [1, 0, 0]), rotate(frame, [0, 1, 0])];
   const across = Math.abs(dot(x, right)) >= Math.abs(dot(y, right)) ? 0 : 1;
-  const sign = (/** @type {Vec3} */ axis, /** @type {Vec3} */ way) => (dot(axis, way) < 0 ? -1 : 1);
+  const sign = (/** @type {Vec3} */ axis, /** @type {Vec3} */ direction) => (dot(axis, direction) < 0 ? -1 : 1);
   return {
     across: { axis: across, sign: sign(across ? y : x, right) },
     ahead: { axis: 1 - across, sign: sign(across ? x : y, away) },

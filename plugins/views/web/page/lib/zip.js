@@ -46,10 +46,10 @@ async function inflate(packed, maxBytes) {
 /**
  * Returns a promise of the wanted files in an archive, decompressed.
  * @param {ArrayBuffer} buffer
- * @param {(name: string) => boolean} [wanted]
+ * @param {(name: string) => boolean} [accepts]
  * @returns {Promise<Unpacked[]>}
  */
-export async function unzip(buffer, wanted = () => true) {
+export async function unzip(buffer, accepts = () => true) {
   const view = new DataView(buffer);
   const damaged = { error: "the zip archive is damaged: expected a list of files at its end" };
   let end = buffer.byteLength - 22;
@@ -72,7 +72,7 @@ export async function unzip(buffer, wanted = () => true) {
       const name = new TextDecoder().decode(new Uint8Array(buffer, at + 46, nameLength)).replaceAll("\\", "/");
       const local = view.getUint32(at + 42, true);
       at += 46 + nameLength + extra + comment;
-      if (name.endsWith("/") || !wanted(name)) continue;
+      if (name.endsWith("/") || !accepts(name)) continue;
       if (flags & 1) throw { error: `\`${name}\` in the zip archive is encrypted`, help: "create the archive without a password" };
       if (size > Math.min(MAX_FILE_BYTES, remaining)) throw { error: `\`${name}\` in the zip archive is too large: expected at most 64 MiB per file, and 256 MiB for all files` };
       remaining -= size;

@@ -72,16 +72,16 @@ export function eachEntry(view, f) {
   const numbers = [0, 0, 0, 0, 0, 0, 0];
   let offset = FRAME_HEADER_BYTES;
   for (let i = 0; i < count && offset + 4 <= view.byteLength; i++) {
-    const head = view.getUint32(offset, true);
-    const entry = ENTRIES[head >>> 24];
+    const key = view.getUint32(offset, true);
+    const entry = ENTRIES[key >>> 24];
     offset += 4;
-    if (!entry || offset + entryLength(head >>> 24) > view.byteLength) return;
+    if (!entry || offset + entryLength(key >>> 24) > view.byteLength) return;
     numbers.length = entry.read.length;
     entry.read.forEach((read, k) => {
       numbers[k] = read(view, offset);
       offset += entry.size[k] ?? 0;
     });
-    f(head & 0xffffff, entry.what, numbers);
+    f(key & 0xffffff, entry.what, numbers);
   }
 }
 

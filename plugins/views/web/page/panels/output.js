@@ -18,14 +18,14 @@ let open = "Status";
 const footer = get("footer");
 const expandButton = get("more-output");
 const statusLine = get("last-line");
-const OPEN = "tatu output";
+const OPEN_KEY = "tatu output";
 
 /** Expands or collapses the output panel. @param {boolean} isExpanded */
 function setExpanded(isExpanded) {
   footer.classList.toggle("open", isExpanded);
   expandButton.setAttribute("aria-expanded", String(isExpanded));
   expandButton.replaceChildren(icon(isExpanded ? "down" : "up"));
-  localStorage.setItem(OPEN, isExpanded ? "1" : "");
+  localStorage.setItem(OPEN_KEY, isExpanded ? "1" : "");
   output.scrollTop = output.scrollHeight;
 }
 expandButton.onclick = () => setExpanded(!footer.classList.contains("open"));
@@ -136,4 +136,4 @@ on("event", ({ name, payload }) => {
 on("again", clear);
 on("error", reportError);
 linesOf("Status");
-setExpanded(localStorage.getItem(OPEN) === "1");
+setExpanded(localStorage.getItem(OPEN_KEY) === "1");

@@ -21,8 +21,8 @@ import { formatValue, objectLink } from "tatu/panels/property_values";
  */
 
 /**
- * Waits until a property has been set, and marks the element as invalid if the value was refused. Calls `showError` with
- * the reason, or with an empty string if the value was accepted. Returns a promise of whether it was.
+ * Waits until a property has been set, and marks the element as invalid if the value was refused. Calls `showError`
+ * with the reason, or with an empty string if the value was accepted. Returns a promise of whether it was.
  * @param {Promise<unknown>} done
  * @param {HTMLElement} element
  * @param {(why: string) => void} showError

@@ -55,9 +55,9 @@ function groupNamed(name) {
   group.ontoggle = () => localStorage.setItem(key, group.open ? "1" : "");
   group.dataset.group = name;
   groups.set(name, group);
-  const place = (/** @type {string} */ n) => (GROUPS.includes(n) ? GROUPS.indexOf(n) : 0.5);
-  const after = [...rows.children].find((e) => e instanceof HTMLElement && place(e.dataset.group ?? "") > place(name));
-  rows.insertBefore(group, after ?? null);
+  const rank = (/** @type {string} */ n) => (GROUPS.includes(n) ? GROUPS.indexOf(n) : 0.5);
+  const next = [...rows.children].find((e) => e instanceof HTMLElement && rank(e.dataset.group ?? "") > rank(name));
+  rows.insertBefore(group, next ?? null);
   return group;
 }
 

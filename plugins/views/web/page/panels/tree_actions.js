@@ -62,9 +62,9 @@ function rowAt(target) {
  * @param {PointerEvent} e
  */
 function dropTarget(e) {
-  const under = document.elementFromPoint(e.clientX, e.clientY);
-  if (!under?.closest("#tree")) return null;
-  const row = rowAt(under);
+  const element = document.elementFromPoint(e.clientX, e.clientY);
+  if (!element?.closest("#tree")) return null;
+  const row = rowAt(element);
   if (!row) return { parent: 0, row: tree, place: "into" };
   const id = Number(row.dataset.id);
   const box = row.getBoundingClientRect();
@@ -134,13 +134,13 @@ function openContextMenu(x, y) {
   const isSingle = selection().length === 1;
   const script = o.scripts?.[0];
   openMenu(x, y, [
-    { name: "Rename", keys: "F2", act: renameSelected, off: !isSingle || !rights.canControl },
-    { name: "Duplicate", keys: "Ctrl+D", act: duplicate, off: !rights.canControl },
-    { name: "Delete", keys: "Delete", act: remove, off: !rights.canControl },
-    { name: "Detach", keys: "", act: () => reparent(topmost(selection()), 0), off: !rights.canControl || !o.parent },
-    { name: "Open script", keys: "Enter", act: () => { if (script) openScript(script); }, off: !isSingle || !script },
-    { name: "Add script", keys: "", act: () => addScript(id), off: !isSingle || !rights.canControl },
-    { name: "Remove script", keys: "", act: () => removeScript(id), off: !isSingle || !script || !rights.canControl },
+    { name: "Rename", keys: "F2", action: renameSelected, isDisabled: !isSingle || !rights.canControl },
+    { name: "Duplicate", keys: "Ctrl+D", action: duplicate, isDisabled: !rights.canControl },
+    { name: "Delete", keys: "Delete", action: remove, isDisabled: !rights.canControl },
+    { name: "Detach", keys: "", action: () => reparent(topmost(selection()), 0), isDisabled: !rights.canControl || !o.parent },
+    { name: "Open script", keys: "Enter", action: () => { if (script) openScript(script); }, isDisabled: !isSingle || !script },
+    { name: "Add script", keys: "", action: () => addScript(id), isDisabled: !isSingle || !rights.canControl },
+    { name: "Remove script", keys: "", action: () => removeScript(id), isDisabled: !isSingle || !script || !rights.canControl },
   ]);
 }
 

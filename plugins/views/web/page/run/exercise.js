@@ -121,8 +121,8 @@ async function editExercise() {
   try {
     if (exercise) {
       // Other custom data of the object is retained.
-      const [before] = await call("tatu.get", exercise.object, "object.data");
-      await edit("Change exercise", [["tatu.set", exercise.object, "object.data", { ...before, ...data }]]);
+      const [previous] = await call("tatu.get", exercise.object, "object.data");
+      await edit("Change exercise", [["tatu.set", exercise.object, "object.data", { ...previous, ...data }]]);
     } else {
       const script = await (await fetch("/page/run/exercise.lua")).text();
       const entries = Object.entries(data).map(([tag, text]) => `${tomlString(tag)} = ${tomlString(text)}`).join(", ");
@@ -138,23 +138,23 @@ async function editExercise() {
 
 /** Requests the exercise of the scene, if there is one. */
 function requestExercise() {
-  const carrier = [...scene.objects.values()].find((o) => ALIAS.test(o.alias));
-  if (carrier) send({ type: "data", object: carrier.id });
+  const exerciseObject = [...scene.objects.values()].find((o) => ALIAS.test(o.alias));
+  if (exerciseObject) send({ type: "data", object: exerciseObject.id });
   else setExercise(null);
 }
 
 /** @param {Exercise | null} found */
 function setExercise(found) {
-  const before = exercise;
+  const previous = exercise;
   exercise = found;
-  if (JSON.stringify(found) !== JSON.stringify(before)) goals = [];
+  if (JSON.stringify(found) !== JSON.stringify(previous)) goals = [];
   applyLimits();
-  if (found && !before && !isWindowOpen("exercise", {})) openWindow("exercise", {});
+  if (found && !previous && !isWindowOpen("exercise", {})) openWindow("exercise", {});
 }
 
 on("data", ({ object, data }) => {
-  const carrier = scene.objects.get(object);
-  if (!carrier || !ALIAS.test(carrier.alias)) return;
+  const exerciseObject = scene.objects.get(object);
+  if (!exerciseObject || !ALIAS.test(exerciseObject.alias)) return;
   const [task, lines, change] = [data[TAGS.task] ?? "", data[TAGS.goals] ?? "", data[TAGS.change] ?? ""];
   setExercise(task || lines ? { object, task, goals: lines, change } : null);
 });
@@ -194,8 +194,8 @@ function textOf(script) {
 
 /** Returns all scripts of the scene and of its objects, except that of the exercise. */
 function scripts() {
-  const own = [...scene.objects.values()].filter((o) => o.id !== exercise?.object);
-  return [...scene.scripts, ...own.flatMap((o) => o.scripts ?? [])];
+  const objects = [...scene.objects.values()].filter((o) => o.id !== exercise?.object);
+  return [...scene.scripts, ...objects.flatMap((o) => o.scripts ?? [])];
 }
 
 /** Saves a student's work as a zip file with the scripts, and the film and goals of the last run. */

@@ -14,7 +14,9 @@ export const INITIAL_BOUND = 3.5;
 const GROWTH = 6;
 /** Maximum of the bound, N/kg, which is sufficient to lift the body. */
 export const MAX_BOUND = 15;
-/** A body rests if its speed is below `REST_SPEED`, m/s, and its distance from the pointer is above `REST_DISTANCE`, m. */
+/**
+ * A body rests if its speed is below `REST_SPEED`, m/s, and its distance from the pointer is above `REST_DISTANCE`, m.
+ */
 const [REST_SPEED, REST_DISTANCE] = [0.05, 0.02];
 
 /**

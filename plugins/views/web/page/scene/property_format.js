@@ -27,16 +27,16 @@ const WORDS = { max: "maximum", min: "minimum", num: "number of", vel: "velocity
  * @param {string} key
  */
 export function nameOf(key) {
-  const known = NAMES[key];
-  if (known) return known;
+  const special = NAMES[key];
+  if (special) return special;
   const words = key.slice(key.lastIndexOf(".") + 1).split("_").map((part) => WORDS[part] ?? part).join(" ");
   return words.charAt(0).toUpperCase() + words.slice(1);
 }
 
-const PLACE = ["alias", "parent", "position", "orientation", "visible"];
-const SHAPE = ["primitive", "size", "color", "opacity", "convex", "detectable", "material"];
+const PLACE_KEYS = ["alias", "parent", "position", "orientation", "visible"];
+const SHAPE_KEYS = ["primitive", "size", "color", "opacity", "convex", "detectable", "material"];
 /** Keys of properties that are rarely set, and are shown in the group "More". */
-const MORE = [
+const ADVANCED_KEYS = [
   "shape.mesh", "shape.respondable_mask", "shape.detectable_mask", "shape.joint_solver", "shape.bullet", "shape.friction_axis",
   "shape.friction_axis_angle", "shape.axis_friction", "shape.surface_velocity", "shape.initial_velocity", "shape.initial_angular_velocity",
   "shape.linear_damping", "shape.angular_damping", "shape.collide_as", "shape.collide_size", "joint.rotation", "joint.armature", "joint.slip", "joint.lead",
@@ -53,10 +53,10 @@ export function groupOf(key, kind) {
   const dot = key.indexOf(".");
   if (dot < 0) return "Reading";
   const [owner, short] = [key.slice(0, dot), key.slice(dot + 1)];
-  if (MORE.includes(key)) return "More";
+  if (ADVANCED_KEYS.includes(key)) return "More";
   if (key === "object.drive") return "Drive";
-  if (owner === "object") return PLACE.includes(short) ? "Place" : "More";
-  if (owner === "shape") return SHAPE.includes(short) ? "Shape" : "Physics";
+  if (owner === "object") return PLACE_KEYS.includes(short) ? "Place" : "More";
+  if (owner === "shape") return SHAPE_KEYS.includes(short) ? "Shape" : "Physics";
   if (owner === "force_sensor") return "Sensor";
   if (["joint", "sensor", "script"].includes(owner)) return title(owner);
   if (kind === "actuator") return "Drive";

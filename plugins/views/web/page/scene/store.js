@@ -71,10 +71,10 @@ export function selectAll(ids) {
   pendingIds = [];
   const all = [...new Set(ids)];
   if (all.join() === selectedIds.join()) return;
-  const before = selected();
+  const previous = selected();
   selectedIds = all;
   for (const f of watchers.selected) f(selected());
-  if (selected() !== before) subscribeToSelected();
+  if (selected() !== previous) subscribeToSelected();
 }
 
 /**
@@ -112,9 +112,9 @@ on("scene", ({ file, opened, dt, objects, scripts }) => {
   selectPending();
 });
 on("objects", ({ objects }) => {
-  const known = objects.filter((o) => scene.objects.has(o.id));
-  for (const o of known) scene.objects.set(o.id, o);
-  for (const f of watchers.objects) f(known);
+  const existing = objects.filter((o) => scene.objects.has(o.id));
+  for (const o of existing) scene.objects.set(o.id, o);
+  for (const f of watchers.objects) f(existing);
 });
 // A scene that was saved under another name remains the same scene, so watchers are not called.
 on("state", ({ file }) => {

@@ -79,3 +79,11 @@ test("the readme names every module", () => {
     assert.deepEqual(listed, own, `the row of ${folder} in README.md`);
   }
 });
+
+test("names are plain terms", () => {
+  const obscure = /\b(?:const|let|function|class) (told|tell|said|say|who|how|kept|beside|wants?|wanted|felt|clad|going|gone|own|MOST\w*|FEW|MANY|OFTEN|PATIENCE|STILL|AGAIN|ROOM)\b/g;
+  for (const name of names) {
+    const found = [...readFileSync(join(page, `${name}.js`), "utf8").matchAll(obscure)].map(([, word]) => word);
+    assert.deepEqual(found, [], `${name}: name these after what they are; call an upper bound MAX_...`);
+  }
+});

@@ -74,13 +74,13 @@ watch("scene", () => { if (followed && !groups.has(followed)) setFollow(false); 
 
 const ahead = new THREE.Vector3();
 /**
- * Returns the heading of an object's x axis, rad, or `before` if the axis is nearly vertical.
+ * Returns the heading of an object's x axis, rad, or `fallback` if the axis is nearly vertical.
  * @param {THREE.Object3D} object
- * @param {number} before
+ * @param {number} fallback
  */
-function headingOf(object, before) {
+function headingOf(object, fallback) {
   ahead.set(1, 0, 0).transformDirection(object.matrixWorld);
-  return Math.hypot(ahead.x, ahead.y) > 0.2 ? Math.atan2(ahead.y, ahead.x) : before;
+  return Math.hypot(ahead.x, ahead.y) > 0.2 ? Math.atan2(ahead.y, ahead.x) : fallback;
 }
 
 on("frame", () => {

@@ -9,9 +9,9 @@ import { sceneMaterial } from "tatu/view/light";
 
 /** @typedef {THREE.Mesh<THREE.BufferGeometry, THREE.MeshLambertMaterial>} Body */
 /**
- * The group of an object. `bodies` are the meshes of its parts, `own` all three.js objects that represent the object
- * itself, and `moved` the group that a joint moves.
- * @typedef {THREE.Group & { userData: { id: number, bodies: Body[], own: THREE.Object3D[], joint?: Joint, moved?: THREE.Group } }} ObjectGroup
+ * The group of an object. `bodies` are the meshes of its parts, `representation` all three.js objects that represent
+ * the object itself, and `moved` the group that a joint moves.
+ * @typedef {THREE.Group & { userData: { id: number, bodies: Body[], representation: THREE.Object3D[], joint?: Joint, moved?: THREE.Group } }} ObjectGroup
  */
 /** @typedef {{ group: ObjectGroup, body: Body }} PlacedBody */
 /** @typedef {PlacedBody & { radius: number, center: THREE.Vector3, asBox: THREE.Matrix4 }} DrawnPart */
@@ -29,7 +29,7 @@ const SMALLEST_SIZE = 2.5;
  * instancing is switched on; the renderer then skips the groups of the objects.
  */
 export const instancedGroup = new THREE.Group();
-/** @type {{ group: THREE.Object3D, thing: THREE.Object3D }[]} */
+/** @type {{ group: THREE.Object3D, attached: THREE.Object3D }[]} */
 let attachments = [];
 /**
  * The parts by geometry and material, with the instanced meshes that draw them exactly (`near`) and as boxes (`far`).
@@ -120,7 +120,7 @@ export function attachTo(group, attached) {
   }
   attached.matrixAutoUpdate = false;
   instancedGroup.add(attached);
-  attachments.push({ group, thing: attached });
+  attachments.push({ group, attached });
 }
 
 /**
@@ -129,7 +129,7 @@ export function attachTo(group, attached) {
  */
 export function disableInstancing(root) {
   root.visible = root.matrixWorldAutoUpdate = true;
-  for (const { thing } of attachments) thing.removeFromParent();
+  for (const { attached } of attachments) attached.removeFromParent();
   attachments = [];
   for (const { near, far } of batches) {
     for (const mesh of [near, far]) {
@@ -162,8 +162,8 @@ export function updateInstances(camera, height) {
   frustum.setFromProjectionMatrix(product.multiplyMatrices(camera.projectionMatrix, camera.matrixWorldInverse));
   const pixels = height / Math.tan((camera.fov * Math.PI) / 360);
   const eye = camera.position;
-  attachments = attachments.filter(({ thing }) => thing.parent);
-  for (const { group, thing } of attachments) thing.matrix.copy(group.matrixWorld);
+  attachments = attachments.filter(({ attached }) => attached.parent);
+  for (const { group, attached } of attachments) attached.matrix.copy(group.matrixWorld);
   for (const { parts, near, far } of batches) {
     near.count = far.count = 0;
     for (const { group, body, radius, center, asBox } of parts) {

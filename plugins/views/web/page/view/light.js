@@ -48,7 +48,7 @@ vTatuAt = (modelMatrix * tatuAt).xyz;
 /** Returns a vector as a GLSL expression. @param {THREE.Vector3} v */
 const vec3 = (v) => `vec3(${v.toArray().map((x) => x.toFixed(9)).join(", ")})`;
 
-const HEAD = `
+const FRAGMENT_FUNCTIONS = `
 varying vec3 vTatuAt;
 uniform vec3 tatuHorizon;
 uniform float tatuFloor, tatuZoom;
@@ -85,7 +85,7 @@ vec3 tatuLight(vec3 color, vec3 n, vec3 eye, float lamp, float far) {
 }
 `;
 
-const LIT = `
+const FRAGMENT_LIGHT = `
 vec3 tatuTo = cameraPosition - vTatuAt;
 float tatuFar = length(tatuTo);
 vec3 tatuEye = tatuTo / max(tatuFar, 1e-6);
@@ -100,20 +100,21 @@ vec3 outgoingLight = tatuLight(diffuseColor.rgb, tatuNormal, tatuEye, getShadowM
 function compile(shader) {
   Object.assign(shader.uniforms, sky, { tatuFloor: floorHeight, tatuZoom: zoom });
   shader.vertexShader = `varying vec3 vTatuAt;\n${shader.vertexShader}`.replace("#include <project_vertex>", `#include <project_vertex>\n${VERTEX}`);
-  const sum = "vec3 outgoingLight = reflectedLight.directDiffuse + reflectedLight.indirectDiffuse + totalEmissiveRadiance;";
+  const lightSum = "vec3 outgoingLight = reflectedLight.directDiffuse + reflectedLight.indirectDiffuse + totalEmissiveRadiance;";
   shader.fragmentShader = shader.fragmentShader
-    .replace("void main() {", `#include <shadowmask_pars_fragment>\n${HEAD}\nvoid main() {`)
+    .replace("void main() {", `#include <shadowmask_pars_fragment>\n${FRAGMENT_FUNCTIONS}\nvoid main() {`)
     .replace(/#include <lights_(lambert_fragment|fragment_begin|fragment_maps|fragment_end)>/g, "")
-    .replace(sum, LIT);
+    .replace(lightSum, FRAGMENT_LIGHT);
 }
 
 /**
- * Returns a material for objects of the scene. If `many` is set, as for large scenes, the material omits grid lines.
+ * Returns a material for objects of the scene. If `isInstanced` is set, as for large scenes, the material omits grid
+ * lines.
  * @param {THREE.MeshLambertMaterialParameters} parameters
  */
-export function sceneMaterial(parameters, many = false) {
+export function sceneMaterial(parameters, isInstanced = false) {
   const material = new THREE.MeshLambertMaterial(parameters);
-  if (many) material.defines = { TATU_INSTANCED: "" };
+  if (isInstanced) material.defines = { TATU_INSTANCED: "" };
   material.onBeforeCompile = compile;
   return material;
 }

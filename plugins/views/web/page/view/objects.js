@@ -102,7 +102,7 @@ function untexturedMesh(part) {
  * @param {THREE.Object3D} thing
  * @param {number[]} pose
  */
-function place(thing, pose) {
+function setPose(thing, pose) {
   thing.position.fromArray(pose);
   thing.quaternion.fromArray(pose, 3);
 }
@@ -156,15 +156,15 @@ hiddenLayers.onchange = updateVisibility;
  * @param {SceneObject} o
  */
 function buildParts(group, o) {
-  for (const old of group.userData.own) old.removeFromParent();
-  group.userData.own = [];
+  for (const old of group.userData.representation) old.removeFromParent();
+  group.userData.representation = [];
   group.userData.bodies = [];
-  place(group, o.pose);
+  setPose(group, o.pose);
   if (o.joint) setJoint(group, o.joint);
   if (o.kind === "path") addPath(group, o);
   for (const part of o.parts ?? []) {
     const mesh = partMesh(part);
-    place(mesh, part.pose);
+    setPose(mesh, part.pose);
     mesh.userData.id = o.id;
     mesh.castShadow = part.form !== "plane" && (part.opacity ?? 1) >= 1;
     mesh.receiveShadow = true;
@@ -179,14 +179,14 @@ function buildParts(group, o) {
  * @param {THREE.Object3D} thing
  */
 function addRepresentation(group, thing) {
-  group.userData.own.push(thing);
+  group.userData.representation.push(thing);
   group.add(thing);
 }
 
 /** @param {number} id */
 function newGroup(id) {
   const group = /** @type {ObjectGroup} */ (new THREE.Group());
-  group.userData = { id, bodies: [], own: [] };
+  group.userData = { id, bodies: [], representation: [] };
   return group;
 }
 
@@ -271,7 +271,7 @@ on("frame", (view) => {
     const group = groups.get(id);
     if (!group) return;
     if (what === "pose") {
-      place(group, numbers);
+      setPose(group, numbers);
       group.quaternion.normalize();
     } else if (what === "position") moveJoint(group, numbers[0] ?? 0);
     else group.userData.moved?.quaternion.fromArray(numbers).normalize();
@@ -288,8 +288,8 @@ export function bounds() {
       mesh.geometry.boundingBox ?? mesh.geometry.computeBoundingBox();
       mesh.updateMatrix();
       const matrix = new THREE.Matrix4().multiplyMatrices(group.matrixWorld, mesh.matrix);
-      const own = (mesh.geometry.boundingBox ?? new THREE.Box3()).clone().applyMatrix4(matrix);
-      if (!own.isEmpty() && own.min.length() < 1e3 && own.max.length() < 1e3) box.union(own);
+      const partBox = (mesh.geometry.boundingBox ?? new THREE.Box3()).clone().applyMatrix4(matrix);
+      if (!partBox.isEmpty() && partBox.min.length() < 1e3 && partBox.max.length() < 1e3) box.union(partBox);
     }
   }
   // If no shape is visible, the box contains the positions of all objects instead.

@@ -89,8 +89,8 @@ export function beforeDrawing(f) {
  * @param {HTMLCanvasElement} canvas resized to its displayed size, at most to that of the view
  */
 export function drawFromCamera(other, canvas) {
-  const whole = renderer.getSize(new THREE.Vector2());
-  const [w, h] = [Math.min(canvas.clientWidth, whole.x), Math.min(canvas.clientHeight, whole.y)];
+  const viewSize = renderer.getSize(new THREE.Vector2());
+  const [w, h] = [Math.min(canvas.clientWidth, viewSize.x), Math.min(canvas.clientHeight, viewSize.y)];
   const ratio = renderer.getPixelRatio();
   const [columns, rows] = [Math.floor(w * ratio), Math.floor(h * ratio)];
   if (canvas.width !== columns || canvas.height !== rows) Object.assign(canvas, { width: columns, height: rows });
@@ -100,7 +100,7 @@ export function drawFromCamera(other, canvas) {
   renderer.setScissor(0, 0, w, h);
   renderer.render(stage, other);
   renderer.setScissorTest(false);
-  renderer.setViewport(0, 0, whole.x, whole.y);
+  renderer.setViewport(0, 0, viewSize.x, viewSize.y);
   const sourceRow = renderer.domElement.height - rows;
   canvas.getContext("2d")?.drawImage(renderer.domElement, 0, sourceRow, columns, rows, 0, 0, columns, rows);
 }

@@ -36,9 +36,9 @@ function material(texture, { color, opacity = 1, form }) {
   if (blend !== "modulate") {
     mixed = new Uint8Array(pixels.length);
     for (let i = 0; i < pixels.length; i++) {
-      const [base, own] = [255 * (color[i % 4] ?? 1), pixels[i] ?? 0];
+      const [base, texel] = [255 * (color[i % 4] ?? 1), pixels[i] ?? 0];
       const opacity = (pixels[i - (i % 4) + 3] ?? 255) / 255;
-      mixed[i] = i % 4 === 3 ? 255 : blend === "add" ? Math.min(255, base + own) : base + (own - base) * opacity;
+      mixed[i] = i % 4 === 3 ? 255 : blend === "add" ? Math.min(255, base + texel) : base + (texel - base) * opacity;
     }
   }
   const map = new THREE.DataTexture(mixed, width, height);

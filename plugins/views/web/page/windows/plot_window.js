@@ -69,7 +69,7 @@ export function plotRow(object, row, inNewWindow = false) {
   }
   const isSame = (/** @type {CurveSource} */ a, /** @type {CurveSource} */ b) => a.object === b.object && a.key === b.key && a.index === b.index;
   const { spec } = currentPlot;
-  spec.curves.push(...curves.filter((c) => !spec.curves.some((known) => isSame(known, c))));
+  spec.curves.push(...curves.filter((c) => !spec.curves.some((existing) => isSame(existing, c))));
   currentPlot.update();
   storeWindows();
 }

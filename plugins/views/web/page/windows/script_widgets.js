@@ -289,8 +289,8 @@ export function build(window) {
       node = make("div", { className: `box ${values.layout ?? "vbox"} ${values.flat ? "flat" : element}` });
       if (element === "tab") node.dataset.title = values.title ?? "";
     } else {
-      const known = WIDGETS[element];
-      node = known ? known.make(values, report) : make("div", { className: "rare", textContent: `<${element}>` });
+      const widgetKind = WIDGETS[element];
+      node = widgetKind ? widgetKind.make(values, report) : make("div", { className: "rare", textContent: `<${element}>` });
       if (!["checkbox", "radiobutton"].includes(element)) node.setAttribute("aria-label", String(values.text ?? element));
     }
     window.elements[n] = node;

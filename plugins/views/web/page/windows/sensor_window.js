@@ -16,7 +16,7 @@ import { registerWindow, toggleWindow, windowClosed } from "tatu/windows/open_wi
 /** @import { Series } from "tatu/net/watched_values" */
 
 /** Maximum number of force sensors whose forces are shown. */
-const MOST_FORCES = 40;
+const MAX_FORCES = 40;
 
 /** Formats a number with up to four significant digits, or a dash. @param {number | null | undefined} x */
 const formatShort = (x) => (typeof x === "number" ? String(+x.toPrecision(4)) : "\u2014");
@@ -76,16 +76,16 @@ function openSensors() {
     listKey = now;
     cells.clear();
     const previousSeries = forceSeries;
-    forceSeries = forces.slice(0, MOST_FORCES).map((o) => watchValue(o.id, "force_sensor.force"));
+    forceSeries = forces.slice(0, MAX_FORCES).map((o) => watchValue(o.id, "force_sensor.force"));
     previousSeries.forEach(unwatch);
     body.replaceChildren(...sensors.map((o) => {
       const row = make("tr");
       const name = make("button", { type: "button", className: "link", textContent: o.alias, title: o.alias, onclick: () => select(o.id) });
       const cell = make("td", { className: "value" });
-      const [head, kind] = [make("th"), make("td", { textContent: (o.sensor ?? o.kind).replaceAll("_", " ") })];
-      head.scope = "row";
-      head.append(name);
-      row.append(head, kind, cell);
+      const [header, kind] = [make("th"), make("td", { textContent: (o.sensor ?? o.kind).replaceAll("_", " ") })];
+      header.scope = "row";
+      header.append(name);
+      row.append(header, kind, cell);
       row.dataset.id = String(o.id);
       if (o.schema === "image") {
         const imageButton = make("button", { type: "button", className: "tool", title: "Show its image", onclick: () => toggleWindow("camera", cameraSpec(o.id)) });

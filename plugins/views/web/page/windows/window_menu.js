@@ -37,6 +37,6 @@ button.onclick = () => {
   }
   const box = button.getBoundingClientRect();
   openMenu(box.left, box.bottom + 2, entries.map(({ name, kind, spec }) => (
-    { name, keys: isWindowOpen(kind, spec) ? "\u2713" : "", act: () => toggleWindow(kind, spec), off: false }
+    { name, keys: isWindowOpen(kind, spec) ? "\u2713" : "", action: () => toggleWindow(kind, spec), isDisabled: false }
   )));
 };

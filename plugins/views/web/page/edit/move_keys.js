@@ -56,8 +56,8 @@ function directionOf(key, frame) {
 }
 
 /**
- * The combined motion of all key presses until a key is released, which forms a single edit. `identity` identifies the mode,
- * the frame and the objects.
+ * The combined motion of all key presses until a key is released, which forms a single edit. `identity` identifies the
+ * mode, the frame and the objects.
  * @typedef {{ identity: string, by: Vec3, turn: Quat, edit: Promise<PoseEdit> }} KeyMotion
  */
 /** @type {KeyMotion | null} */
