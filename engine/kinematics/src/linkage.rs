@@ -301,7 +301,7 @@ mod tests {
     }
 
     #[test]
-    fn cycle_of_dependencies_moves_nothing() {
+    fn cyclic_dependencies_leave_joints_at_zero() {
         let mut all = Linkage::default();
         let a = all.add_joint(None, Isometry3::identity(), JointType::Revolute);
         let b = all.add_joint(None, Isometry3::identity(), JointType::Revolute);
@@ -311,7 +311,7 @@ mod tests {
     }
 
     #[test]
-    fn children_of_a_removed_frame_keep_their_poses() {
+    fn removing_a_frame_preserves_the_poses_of_its_children() {
         let mut all = Linkage::default();
         let a = all.add_joint(None, Isometry3::translation(1.0, 0.0, 0.0), JointType::Revolute);
         let b = all.add_frame(Some(a), Isometry3::translation(1.0, 0.0, 0.0));

@@ -256,7 +256,7 @@ fn group_without_enabled_tasks_is_not_performed() {
 }
 
 #[test]
-fn limits_are_kept_by_the_other_joints() {
+fn joint_at_its_limit_is_compensated_by_the_others() {
     let mut arm = Arm::planar(&[0.5, 0.4, 0.3]);
     arm.set(&[0.2, 0.3, 0.4]);
     arm.aim(0.3, 0.7);

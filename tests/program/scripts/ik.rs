@@ -25,8 +25,13 @@ alias = \"target\"
 position_m = [0.3, 0.6, 0]
 ";
 
-/// Runs a script in a scene, and checks that it ends with `ok`.
-fn passes(scene: &str, script: &str, steps: &str) {
+/// Runs the body of an initialization in a scene, and checks that it ends with `it is ok`.
+fn passes(scene: &str, body: &str) {
+    ends_well(scene, &format!("function sysCall_init()\n{body}\nend"), "1");
+}
+
+/// Runs a script in a scene, and checks that it prints `it is ok`.
+fn ends_well(scene: &str, script: &str, steps: &str) {
     let scene = format!("{scene}\n{}", watcher("w", script));
     let done = TestFolder::scene(&scene).tatu(&["run", "scene.toml", "--steps", steps]).good();
     assert!(done.out.contains("it is ok"), "{}{}", done.out, done.err);
@@ -73,7 +78,7 @@ fn arm_reaches_its_target_with_the_scene() {
         near(sim.getJointPosition(elbow), 0, 0.02)
         print('it is ok')"
     );
-    passes(PLANAR_ARM, &script, "1");
+    passes(PLANAR_ARM, &script);
 }
 
 #[test]
@@ -94,7 +99,7 @@ fn scripts_of_version_4_2_solve_and_apply() {
         near(simIK.getManipulability(env, group), 0.5 * 0.4 * math.sin(1.470628906), 1e-3)
         print('it is ok')"
     );
-    passes(&format!("dialect = \"4.2\"\n{PLANAR_ARM}"), &script, "1");
+    passes(&format!("dialect = \"4.2\"\n{PLANAR_ARM}"), &script);
 }
 
 #[test]
@@ -125,7 +130,7 @@ fn frames_and_joints_are_created_and_moved() {
         assert(not pcall(simIK.getObjects, copy, 0))
         print('it is ok')"
     );
-    passes("", &script, "1");
+    passes("", &script);
 }
 
 #[test]
@@ -153,7 +158,7 @@ fn configurations_are_found_within_limits() {
         assert(#simIK.getAlternateConfigs(env, joints) == 4)
         print('it is ok')"
     );
-    passes(PLANAR_ARM, &script, "1");
+    passes(PLANAR_ARM, &script);
 }
 
 #[test]
@@ -177,7 +182,7 @@ fn path_of_a_straight_motion_is_generated() {
         assert(#simIK.generatePath(env, group, joints, tip, 11, function(q) return q[1] < -100 end) == 0)
         print('it is ok')"
     );
-    passes(PLANAR_ARM, &script, "1");
+    passes(PLANAR_ARM, &script);
 }
 
 /// The usual script of an arm, of version 4.5 and later, with a real arm whose joints are driven by motors.
@@ -187,7 +192,7 @@ fn dynamic_arm_follows_its_target_in_every_direction() {
 [[object]]
 model = \"ur5\"
 alias = \"arm\"
-params = { controller = false }
+controller = false
 [[object]]
 kind = \"dummy\"
 alias = \"target\"
@@ -227,7 +232,7 @@ function sysCall_sensing()
         print(error < 0.002 and 'it is ok' or 'the tool is off by ' .. error)
     end
 end";
-    passes(scene, script, "60");
+    ends_well(scene, script, "60");
 }
 
 #[test]
@@ -267,7 +272,7 @@ fn hostile_arguments_raise_errors() {
         simIK.setJointDependency(env, joint, joint)
         assert(simIK.getJointPosition(env, joint) == 0)
         print('it is ok')";
-    passes("", script, "1");
+    passes("", script);
 }
 
 #[test]

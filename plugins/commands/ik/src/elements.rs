@@ -3,7 +3,10 @@
 use std::cell::RefMut;
 
 use tatu_kinematics::{Constraints, IkTask};
-use tatu_plugin_api::safe::{Command, Fail, Offer, Param, Result, Value};
+use tatu_plugin_api::{
+    abi::{tatu_object, tatu_slot},
+    safe::{Command, Fail, Offer, Param, Result, Value},
+};
 
 use crate::{
     arguments::{HANDLE_WORLD, frame, frame_or_world, handle_of, handle_or_world},
@@ -82,11 +85,13 @@ fn creation(offer: &mut Offer<Ik>) {
                 let (world, props) = (c.world(), &c.plugin().props);
                 let mut environment = environment(c)?;
                 environment.check_room()?;
-                let tip = environment.copy.copy_chain(&world, props, base, tip)?;
-                let target = if target < 0 { tip } else { environment.copy.copy_frame(&world, props, target)? };
-                let base = if base == HANDLE_WORLD { None } else { environment.copy.copy_of(base) };
+                let id = |handle: i64| world.look(handle as tatu_object).map(|o| o.id);
+                let base = (base != HANDLE_WORLD).then(|| id(base)).transpose()?;
+                let tip = environment.copy.copy_chain(&world, props, base, id(tip)?)?;
+                let target = if target < 0 { tip } else { environment.copy.copy_frame(&world, props, id(target)?)? };
+                let base = base.and_then(|base| environment.copy.copy_of(base));
                 let made = add(c, &mut environment, IkTask { base, constraints, ..IkTask::new(tip, target) })?;
-                let pairs = environment.copy.objects.iter().map(|(copy, object)| (*object, handle_of(*copy)));
+                let pairs = environment.copy.objects.iter().map(|(copy, object)| (i64::from(tatu_slot(*object)), handle_of(*copy)));
                 let map = |pairs: Vec<(i64, i64)>| {
                     Value::Map(pairs.into_iter().map(|(k, v)| (Value::Int(k), Value::Int(v))).collect())
                 };

@@ -30,8 +30,7 @@ pub fn offer(offer: &mut Offer<Ik>) {
         .alias("simIK.createIkEnvironment")
         .param(Param::int("flags").default(0))
         .returns(handle())
-        .text("Creates an empty environment.")
-        .example("local env = simIK.createEnvironment()\nassert(simIK.getObjects(env, 0) == nil)"),
+        .text("Creates an empty environment."),
     );
     offer.command(
         command("eraseEnvironment", erase)

@@ -10,21 +10,8 @@ use crate::{
         FLAG_STOP_AT_LIMIT,
     },
     environment::{Ctx, Ik, NamedGroup, environment},
+    methods::{BUILT_IN_DAMPING, MAX_ITERATIONS, method},
 };
-
-/// Damping of the method "pseudo-inverse", which keeps its steps finite at singular positions. An estimate: the original
-/// has a small one of unknown size; with this one, the steps differ from those without damping by less than 1e-6.
-pub const BUILT_IN_DAMPING: f64 = 1e-4;
-/// The largest damping and number of iterations that a group accepts.
-const MAX_ITERATIONS: i64 = 10_000;
-
-/// The name of a method for scripts, and how it is calculated.
-const METHODS: [(i64, IkMethod); 4] = [
-    (0, IkMethod::DampedLeastSquares),
-    (1, IkMethod::DampedLeastSquares),
-    (2, IkMethod::JacobianTranspose),
-    (3, IkMethod::PseudoInverse),
-];
 
 /// Builds a command whose parameters begin with an environment and a group.
 pub fn group_command(name: &str, run: impl Fn(&mut Ctx<'_>) -> Result + Send + Sync + 'static) -> Command<Ik> {
@@ -39,7 +26,8 @@ pub fn offer(offer: &mut Offer<Ik>) {
                 let mut environment = environment(c)?;
                 environment.check_room()?;
                 let made = environment.next_handle();
-                let group = IkGroup { method: METHODS[0].1, damping: BUILT_IN_DAMPING, ..IkGroup::default() };
+                let group =
+                    IkGroup { method: IkMethod::DampedLeastSquares, damping: BUILT_IN_DAMPING, ..IkGroup::default() };
                 environment.groups.insert(made, NamedGroup { name, group, ..NamedGroup::default() });
                 made
             };
@@ -117,20 +105,19 @@ pub fn offer(offer: &mut Offer<Ik>) {
 fn calculation(offer: &mut Offer<Ik>) {
     offer.command(
         group_command("setGroupCalculation", |c| {
-            let (method, damping, iterations) = (c.i64(2)?, number(c, 3)?, c.i64(4)?);
-            let found = METHODS.iter().find(|(number, _)| *number == method).map(|(_, m)| *m);
-            let found = found.ok_or_else(|| Fail::argument(format!("argument 3: {method} is not a method")))?;
+            let (number_of_method, damping, iterations) = (c.i64(2)?, number(c, 3)?, c.i64(4)?);
+            if !(0..4).contains(&number_of_method) {
+                return Err(Fail::argument(format!("argument 3: {number_of_method} is not a method")));
+            }
             if damping < 0.0 {
                 return Err(Fail::argument(format!("argument 4: {damping} must not be negative")));
             }
-            if !(0..=MAX_ITERATIONS).contains(&iterations) {
-                return Err(Fail::argument(format!("argument 5: {iterations} is not between 0 and {MAX_ITERATIONS}")));
-            }
+            let iterations = u32::try_from(iterations).ok().filter(|n| *n <= MAX_ITERATIONS);
+            let wrong = || Fail::argument(format!("argument 5: expected from 0 to {MAX_ITERATIONS} iterations"));
             let mut environment = environment(c)?;
             let group = &mut environment.group(c.i64(1)?)?.group;
-            group.method = found;
-            group.damping = if method == 0 { BUILT_IN_DAMPING } else { damping };
-            group.max_iterations = iterations as u32;
+            group.max_iterations = iterations.ok_or_else(wrong)?;
+            (group.method, group.damping) = method(number_of_method, damping);
             Ok(())
         })
         .alias("simIK.setIkGroupCalculation")

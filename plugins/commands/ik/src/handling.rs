@@ -116,20 +116,7 @@ pub fn offer(offer: &mut Offer<Ik>) {
     };
     offer.command(
         results(command("handleGroup", handle).alias("simIK.handleIkGroup").param(Param::any("group")))
-            .text("Moves the joints of a group until its tips reach their targets, or its iterations are used up.")
-            .example(
-                "local env = simIK.createEnvironment()\n\
-                 local joint = simIK.createJoint(env, simIK.jointtype_prismatic)\n\
-                 local tip, target = simIK.createDummy(env), simIK.createDummy(env)\n\
-                 simIK.setObjectParent(env, tip, joint)\n\
-                 simIK.setObjectPose(env, target, {0, 0, 0.4, 0, 0, 0, 1})\n\
-                 local group = simIK.createGroup(env)\n\
-                 local element = simIK.addElement(env, group, tip)\n\
-                 simIK.setElementConstraints(env, group, element, simIK.constraint_z)\n\
-                 simIK.setTargetDummy(env, tip, target)\n\
-                 assert(simIK.handleGroup(env, group) == simIK.result_success)\n\
-                 assert(math.abs(simIK.getJointPosition(env, joint) - 0.4) < 1e-3)",
-            ),
+            .text("Moves the joints of a group until its tips reach their targets, or its iterations are used up."),
     );
     offer.command(
         results(command("handleGroups", handle).param(Param::any("groups").text("in order of priority")))

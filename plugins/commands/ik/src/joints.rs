@@ -52,7 +52,7 @@ pub fn offer(offer: &mut Offer<Ik>) {
             Ok(())
         })
         .param(Param::int("joint"))
-        .returns(Param::float("position").unit("rad|m"))
+        .returns(Param::float("position").text("rad or m"))
         .text("Returns the position of a joint."),
     );
     offer.command(
@@ -140,7 +140,7 @@ fn numbers(offer: &mut Offer<Ik>) {
     offer.command(
         getter("getJointScrewLead", |j| j.lead)
             .alias("simIK.getJointScrewPitch")
-            .returns(Param::float("lead").unit("m/rad"))
+            .returns(Param::float("lead").text("m/rad"))
             .text("Returns the distance along its axis that a revolute joint moves per radian."),
     );
     offer.command(
@@ -157,7 +157,7 @@ fn numbers(offer: &mut Offer<Ik>) {
             Ok(())
         })
         .param(Param::int("joint"))
-        .param(Param::float("margin").unit("rad|m"))
+        .param(Param::float("margin").text("rad or m"))
         .text("Sets the distance from a limit within which a group avoids it.")
         .partial("the value is stored, but groups avoid limits only at the limit itself"),
     );
@@ -172,7 +172,7 @@ fn numbers(offer: &mut Offer<Ik>) {
             Ok(())
         })
         .param(Param::int("joint"))
-        .returns(Param::float("margin").unit("rad|m"))
+        .returns(Param::float("margin").text("rad or m"))
         .text("Returns the distance from a limit within which a group avoids it."),
     );
 }

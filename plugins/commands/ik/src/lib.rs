@@ -3,7 +3,7 @@
 //! Scripts create an *environment*: frames and joints, copied from the scene or created one by one, and groups of tasks.
 //! Nothing in an environment moves the scene until a script asks for it.
 //!
-//! - `environment`: environments and their parts; `arguments`: reads arguments, and converts poses;
+//! - `environment`: environments and their parts; `methods`: methods by their numbers; `arguments`: reads arguments, and converts poses;
 //! - `environments`, `objects`, `joints`: commands for environments, frames and joints;
 //! - `groups`, `elements`: commands for groups and their elements;
 //! - `handling`: commands that solve groups; `searches`: commands that find configurations and paths; `jacobians`:
@@ -20,6 +20,7 @@ mod groups;
 mod handling;
 mod jacobians;
 mod joints;
+mod methods;
 mod objects;
 mod scene_commands;
 mod scene_groups;
@@ -28,7 +29,7 @@ mod searches;
 use environment::{Environments, Ik, SavedState};
 use tatu_kinematics_common::SceneProps;
 use tatu_plugin_api::{
-    safe::{Fail, Host, Offer, PerWorld, Plugin, Result, World},
+    safe::{Command, Fail, Host, Offer, PerWorld, Plugin, Result, World},
     tatu_plugin,
 };
 
@@ -50,8 +51,21 @@ impl Plugin for Ik {
             jacobians::offer(offer);
         });
         offer.subject("ik_groups", scene_commands::offer);
+        offer.each_command(add_example);
         constants::offer(offer);
         offer.prelude("lua", "", "return { api = { 'simIK.' } }");
+    }
+}
+
+/// The examples of all commands, each below a line `--- NAME`.
+const EXAMPLES: &str = include_str!("../examples/ik.lua");
+
+/// Adds its example to a command.
+fn add_example(command: Command<Ik>) -> Command<Ik> {
+    let mut examples = EXAMPLES.split("--- ").filter_map(|part| part.split_once('\n'));
+    match examples.find(|(name, _)| *name == command.name()) {
+        Some((_, text)) => command.example(text.trim_end()),
+        None => command,
     }
 }
 

@@ -3,12 +3,16 @@
 use tatu_kinematics::{
     Constraints, IkTask, JointRole, SearchSettings, find_configuration, group_jacobian, random_configuration,
 };
-use tatu_plugin_api::safe::{Command, Fail, Offer, Param, Result, Value};
+use tatu_plugin_api::{
+    abi::tatu_object,
+    safe::{Command, Fail, Offer, Param, Result, Value},
+};
 
 use crate::{
     environment::{Ctx, Ik, scene_groups},
     jacobians::manipulability,
-    scene_groups::{MAX_ITERATIONS, SceneGroup, joints, method},
+    methods::{MAX_ITERATIONS, method},
+    scene_groups::{SceneGroup, joints},
     searches::{alternatives, between},
 };
 
@@ -98,7 +102,7 @@ fn settings(offer: &mut Offer<Ik>) {
                 return Err(Fail::argument("arguments 4 and 5: expected numbers of at least 0"));
             }
             let mut groups = scene_groups(c)?;
-            let copy = groups.copy.copy_of(tip);
+            let copy = groups.copy.copy_of(c.world().look(tip as tatu_object)?.id);
             let group = &mut groups.group(c.i64(0)?)?.group;
             let task = group.tasks.iter_mut().find(|t| Some(t.tip) == copy);
             let task =
@@ -149,24 +153,25 @@ fn creation(offer: &mut Offer<Ik>) {
             let (world, props) = (c.world(), &c.plugin().props);
             let mut groups = scene_groups(c)?;
             groups.group(c.i64(0)?)?;
-            let target = linked_dummy(c, tip as i64)?;
-            let new = groups.copy.objects.keys().copied().collect::<Vec<_>>();
-            let copied = groups.copy.copy_chain(&world, props, base as i64, tip as i64)?;
-            let target = match target {
+            let id = |handle: f64| world.look(handle as i64 as tatu_object).map(|o| o.id);
+            let base = (base >= 0.0).then(|| id(base)).transpose()?;
+            let (tip, axes) = (id(tip)?, (axes >= 0.0).then(|| id(axes)).transpose()?);
+            let known = groups.copy.objects.keys().copied().collect::<Vec<_>>();
+            let copied = groups.copy.copy_chain(&world, props, base, tip)?;
+            let target = match linked_dummy(c, tip)? {
                 Some(target) => groups.copy.copy_frame(&world, props, target)?,
                 None => copied,
             };
-            let axes = if axes < 0.0 { None } else { Some(groups.copy.copy_frame(&world, props, axes as i64)?) };
-            // A joint of a chain that a script creates moves if physics does not.
-            for (frame, object) in groups.copy.objects.clone().iter().filter(|(frame, _)| !new.contains(frame)) {
-                let is_dynamic = c.world().is_dynamic(*object as u64).unwrap_or(false);
-                if let Some(joint) =
-                    groups.copy.linkage.joint_mut(*frame).filter(|j| is_dynamic && j.role == JointRole::Moved)
-                {
+            let axes = axes.map(|axes| groups.copy.copy_frame(&world, props, axes)).transpose()?;
+            // A joint of a chain that a script creates moves if physics does not move it.
+            for (frame, object) in groups.copy.objects.clone().iter().filter(|(frame, _)| !known.contains(frame)) {
+                let is_dynamic = world.is_dynamic(*object).unwrap_or(false);
+                let joint = groups.copy.linkage.joint_mut(*frame).filter(|j| is_dynamic && j.role == JointRole::Moved);
+                if let Some(joint) = joint {
                     joint.role = JointRole::Fixed;
                 }
             }
-            let base = if base < 0.0 { None } else { groups.copy.copy_of(base as i64) };
+            let base = base.and_then(|base| groups.copy.copy_of(base));
             let mut task =
                 IkTask { base, axes, constraints: Constraints(mask as u32 & 31), ..IkTask::new(copied, target) };
             task.enabled = options & 1 == 0;
@@ -196,14 +201,11 @@ fn creation(offer: &mut Offer<Ik>) {
 /// Handles of groups that scripts create are greater than this, as those of V-REP are greater than handles of objects.
 const FIRST_HANDLE: i64 = 2_030_000;
 
-/// Returns the handle of the dummy that is linked to a dummy.
-fn linked_dummy(c: &Ctx<'_>, dummy: i64) -> Result<Option<i64>> {
+/// Returns the dummy that is linked to a dummy.
+fn linked_dummy(c: &Ctx<'_>, dummy: tatu_object) -> Result<Option<tatu_object>> {
     let world = c.world();
-    let path = world.get(dummy as u64, c.plugin().props.dummy_link)?.as_str().unwrap_or_default().into_owned();
-    if path.is_empty() {
-        return Ok(None);
-    }
-    Ok(Some(world.look(world.find(dummy as u64, &path)?)?.handle()))
+    let path = world.get(dummy, c.plugin().props.dummy_link)?.as_str().unwrap_or_default().into_owned();
+    if path.is_empty() { Ok(None) } else { Ok(Some(world.look(world.find(dummy, &path)?)?.id)) }
 }
 
 fn results(offer: &mut Offer<Ik>) {
@@ -270,7 +272,9 @@ fn results(offer: &mut Offer<Ik>) {
                     c.ret([1_i64, 1]);
                 }
                 n => {
-                    return Err(Fail::argument(format!("argument 2: {n}; expected 0 (Jacobian) or 1 (manipulability)")));
+                    return Err(Fail::argument(format!(
+                        "argument 2: {n}; expected 0 (Jacobian) or 1 (manipulability)"
+                    )));
                 }
             }
             Ok(())

@@ -7,11 +7,14 @@
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
-use tatu_kinematics::{Constraints, FrameId, IkGroup, IkMethod, IkResult, IkTask, JointRole};
+use tatu_kinematics::{Constraints, FrameId, IkGroup, IkResult, IkTask, JointRole};
 use tatu_kinematics_common::{SceneCopy, SceneProps};
-use tatu_plugin_api::safe::{Fail, Result, ValueRef, World};
+use tatu_plugin_api::{
+    abi::{tatu_object, tatu_slot},
+    safe::{Fail, Result, ValueRef, World},
+};
 
-use crate::groups::BUILT_IN_DAMPING;
+use crate::methods::{MAX_ITERATIONS, method};
 
 /// Tags under which the importer stores data with the scene and its objects: a private mark, and a name.
 const REGISTRATIONS_TAG: &[u8] = b"\x01registered";
@@ -91,12 +94,12 @@ pub fn read(world: &World<'_>, props: &SceneProps) -> Result<SceneGroups> {
     };
     let damaged = |e| Fail::argument(format!("the scene's data on inverse kinematics is damaged: {e}"));
     let text: RegistrationsText = serde_json::from_slice(bytes).map_err(damaged)?;
-    let mut objects: BTreeMap<i64, i64> = BTreeMap::new();
+    let mut objects: BTreeMap<i64, tatu_object> = BTreeMap::new();
     for id in world.list(0, 0, 0)? {
         let handle = tagged(world.get(id, props.object_data)?, HANDLE_TAG);
         let handle = handle.and_then(|text| std::str::from_utf8(text).ok()?.parse().ok());
         if let Some(handle) = handle {
-            objects.entry(handle).or_insert(world.look(id)?.handle());
+            objects.entry(handle).or_insert(world.look(id)?.id);
         }
     }
     let mut all = SceneGroups::default();
@@ -105,13 +108,13 @@ pub fn read(world: &World<'_>, props: &SceneProps) -> Result<SceneGroups> {
         let tasks = tasks.collect::<Result<Vec<_>>>()?;
         all.groups.push(scene_group(group, tasks));
     }
-    let moved: Vec<i64> = text.ik_joints.iter().filter_map(|handle| objects.get(handle).copied()).collect();
+    let moved: Vec<tatu_object> = text.ik_joints.iter().filter_map(|handle| objects.get(handle).copied()).collect();
     fix_other_joints(&mut all.copy, &moved);
     Ok(all)
 }
 
 /// Fixes the joints that are not in the mode for inverse kinematics. Those that follow another joint still follow it.
-fn fix_other_joints(copy: &mut SceneCopy, moved: &[i64]) {
+fn fix_other_joints(copy: &mut SceneCopy, moved: &[tatu_object]) {
     for (frame, object) in &copy.objects {
         if let Some(joint) =
             copy.linkage.joint_mut(*frame).filter(|j| j.role == JointRole::Moved && !moved.contains(object))
@@ -126,12 +129,12 @@ fn task(
     world: &World<'_>,
     props: &SceneProps,
     copy: &mut SceneCopy,
-    objects: &BTreeMap<i64, i64>,
+    objects: &BTreeMap<i64, tatu_object>,
     element: &ElementText,
 ) -> Result<Option<IkTask>> {
     let find = |handle: i64| objects.get(&handle).copied();
     let (Some(tip), Some(target)) = (find(element.tip), find(element.target)) else { return Ok(None) };
-    let base = if element.base < 0 { -1 } else { find(element.base).unwrap_or(-1) };
+    let base = find(element.base);
     let Ok(tip) = copy.copy_chain(world, props, base, tip) else { return Ok(None) };
     let target = copy.copy_frame(world, props, target)?;
     let axes = find(element.axes).map(|object| copy.copy_frame(world, props, object)).transpose()?;
@@ -140,7 +143,7 @@ fn task(
     };
     let task = IkTask::new(tip, target);
     Ok(Some(IkTask {
-        base: if base < 0 { None } else { copy.copy_of(base) },
+        base: base.and_then(|base| copy.copy_of(base)),
         axes,
         constraints: Constraints(element.constraints & 31),
         precision: sound(element.precision, task.precision),
@@ -166,19 +169,6 @@ fn scene_group(text: &GroupText, tasks: Vec<IkTask>) -> SceneGroup {
     let results = [has(AFTER_SUCCESS), has(AFTER_FAILURE)];
     let after = (text.after >= 0 && results != [false; 2]).then_some((text.after, results));
     SceneGroup { handle: text.handle, group, explicit: has(EXPLICIT), after, result: 0 }
-}
-
-/// Maximum number of iterations of a group.
-pub const MAX_ITERATIONS: u32 = 10_000;
-
-/// Returns the method with a number of scripts, and its damping.
-pub fn method(number: i64, damping: f64) -> (IkMethod, f64) {
-    match number {
-        1 => (IkMethod::DampedLeastSquares, if damping.is_finite() { damping.abs() } else { 0.1 }),
-        2 => (IkMethod::JacobianTranspose, 0.0),
-        3 => (IkMethod::PseudoInverse, 0.0),
-        _ => (IkMethod::DampedLeastSquares, BUILT_IN_DAMPING),
-    }
 }
 
 impl SceneGroup {
@@ -250,7 +240,9 @@ impl SceneGroups {
 /// Returns the copies of objects that are joints, for commands that name joints of the scene.
 pub fn joints(groups: &SceneGroups, objects: &[f64]) -> Result<Vec<FrameId>> {
     let find = |object: &f64| {
-        let copy = groups.copy.copy_of(*object as i64).filter(|copy| groups.copy.linkage.joint(*copy).is_some());
+        let of_handle = |(copy, id): (&FrameId, &tatu_object)| (f64::from(tatu_slot(*id)) == *object).then_some(*copy);
+        let copy = groups.copy.objects.iter().find_map(of_handle);
+        let copy = copy.filter(|copy| groups.copy.linkage.joint(*copy).is_some());
         copy.ok_or_else(|| Fail::argument(format!("object {object} is not a joint of an IK group")))
     };
     objects.iter().map(find).collect()

@@ -19,8 +19,9 @@ const MAX_ATTEMPTS: u64 = 1000;
 const DEFAULT_TIME_S: f64 = 0.5;
 /// Maximum number of configurations that `findConfigs` and `getAlternateConfigs` return.
 const MAX_CONFIGURATIONS: usize = 1000;
-/// Two configurations with all joints nearer than this are the same, rad or m.
-const SAME: f64 = 1e-3;
+/// Two configurations with all joints nearer than this are the same, rad or m: a search ends anywhere within the precision
+/// of the group.
+const SAME: f64 = 0.02;
 /// Maximum number of points of a path.
 const MAX_POINTS: i64 = 10_000;
 const TURN: f64 = 2.0 * std::f64::consts::PI;

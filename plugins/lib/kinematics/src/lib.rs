@@ -13,8 +13,6 @@ use tatu_plugin_api::{
 
 /// A full turn, rad.
 const TURN: f64 = 2.0 * std::f64::consts::PI;
-/// The handle that scripts use for the world.
-const HANDLE_WORLD: i64 = -1;
 
 /// The properties of the scene that copies read and write.
 pub struct SceneProps {
@@ -67,48 +65,54 @@ pub fn pose_of([x, y, z, qx, qy, qz, qw]: [f64; 7]) -> Isometry3<f64> {
     Isometry3::from_parts(Translation3::new(x, y, z), turned.unwrap_or_else(UnitQuaternion::identity))
 }
 
-/// Returns the handle of the parent of an object; `None` for the world.
-fn parent_of(world: &World<'_>, props: &SceneProps, object: i64) -> Result<Option<i64>> {
-    let parent = world.get(object as tatu_object, props.parent)?.as_object().unwrap_or(0);
-    if parent == 0 { Ok(None) } else { Ok(Some(world.look(parent)?.handle())) }
+/// Returns the parent of an object; `None` for the world.
+fn parent_of(world: &World<'_>, props: &SceneProps, object: tatu_object) -> Result<Option<tatu_object>> {
+    let parent = world.get(object, props.parent)?.as_object().unwrap_or(0);
+    if parent == 0 { Ok(None) } else { Ok(Some(world.look(parent)?.id)) }
 }
 
-/// Frames and joints, some of which are copies of objects of the scene. Objects are named by the handles that scripts
-/// use.
+/// Frames and joints, some of which are copies of objects of the scene. Objects are named by their full ids, since handles
+/// of removed objects are used again.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct SceneCopy {
     /// The frames and joints.
     pub linkage: Linkage,
-    /// For each copied frame, the handle of its object.
-    pub objects: BTreeMap<FrameId, i64>,
+    /// For each copied frame, its object.
+    pub objects: BTreeMap<FrameId, tatu_object>,
 }
 
 impl SceneCopy {
     /// Returns the copy of an object.
-    pub fn copy_of(&self, object: i64) -> Option<FrameId> {
+    pub fn copy_of(&self, object: tatu_object) -> Option<FrameId> {
         self.objects.iter().find(|(_, o)| **o == object).map(|(frame, _)| *frame)
     }
 
-    /// Copies the objects from a tip up to a base, or to the world (-1); what has been copied before is used again.
+    /// Copies the objects from a tip up to a base, or to the world; what has been copied before is used again.
     /// Returns the copy of the tip.
     ///
     /// # Errors
     ///
     /// Fails if an object does not exist, or if the base is not above the tip.
-    pub fn copy_chain(&mut self, world: &World<'_>, props: &SceneProps, base: i64, tip: i64) -> Result<FrameId> {
+    pub fn copy_chain(
+        &mut self,
+        world: &World<'_>,
+        props: &SceneProps,
+        base: Option<tatu_object>,
+        tip: tatu_object,
+    ) -> Result<FrameId> {
         let mut chain = vec![tip];
         loop {
             let above = parent_of(world, props, chain[chain.len() - 1])?;
             match above {
-                Some(object) if object != base => chain.push(object),
-                None if base != HANDLE_WORLD => {
-                    return Err(Fail::argument(format!("object {tip} is not attached to the base, object {base}"))
+                Some(object) if Some(object) != base => chain.push(object),
+                None if base.is_some() => {
+                    return Err(Fail::argument("the tip is not attached to the base")
                         .help("pass an object above the tip as base, or -1 for the world"));
                 }
                 _ => break,
             }
         }
-        let mut parent = if base == HANDLE_WORLD { None } else { Some(self.copy_frame(world, props, base)?) };
+        let mut parent = base.map(|base| self.copy_frame(world, props, base)).transpose()?;
         for object in chain.iter().rev() {
             let copy = match self.copy_of(*object) {
                 Some(copy) => copy,
@@ -127,7 +131,7 @@ impl SceneCopy {
     /// # Errors
     ///
     /// Fails if the object does not exist.
-    pub fn copy_frame(&mut self, world: &World<'_>, props: &SceneProps, object: i64) -> Result<FrameId> {
+    pub fn copy_frame(&mut self, world: &World<'_>, props: &SceneProps, object: tatu_object) -> Result<FrameId> {
         if let Some(copy) = self.copy_of(object) {
             return Ok(copy);
         }
@@ -145,10 +149,10 @@ impl SceneCopy {
         &mut self,
         world: &World<'_>,
         props: &SceneProps,
-        object: i64,
+        object: tatu_object,
         parent: Option<FrameId>,
     ) -> Result<FrameId> {
-        let found = world.look(object as tatu_object)?;
+        let found = world.look(object)?;
         let pose = pose_of(world.pose(found.id, 0)?);
         let copy = if found.kind == TATU_KIND_JOINT {
             let kind = match world.get(found.id, props.joint_type)?.as_str().as_deref() {
@@ -174,14 +178,14 @@ impl SceneCopy {
     }
 
     /// Makes the copy of a joint that follows another one depend on the copy of that.
-    fn copy_dependency(&mut self, world: &World<'_>, props: &SceneProps, object: i64) -> Result {
-        let found = world.look(object as tatu_object)?;
+    fn copy_dependency(&mut self, world: &World<'_>, props: &SceneProps, object: tatu_object) -> Result {
+        let found = world.look(object)?;
         let Some(copy) = self.copy_of(object).filter(|_| found.kind == TATU_KIND_JOINT) else { return Ok(()) };
         let path = world.get(found.id, props.joint_follows)?.as_str().unwrap_or_default().into_owned();
         if path.is_empty() {
             return Ok(());
         }
-        let master = world.look(world.find(found.id, &path)?)?.handle();
+        let master = world.look(world.find(found.id, &path)?)?.id;
         let master = self.copy_frame(world, props, master)?;
         let factor = world.f64(found.id, props.joint_follow_factor)?;
         let offset = world.f64(found.id, props.joint_follow_offset)?;
@@ -192,13 +196,13 @@ impl SceneCopy {
     }
 
     /// Takes the position of a joint from the scene.
-    fn copy_position(&mut self, world: &World<'_>, props: &SceneProps, copy: FrameId, object: i64) -> Result {
+    fn copy_position(&mut self, world: &World<'_>, props: &SceneProps, copy: FrameId, object: tatu_object) -> Result {
         let Some(joint) = self.linkage.joint_mut(copy) else { return Ok(()) };
         if joint.kind == JointType::Spherical {
-            let [x, y, z, w] = world.f64s::<4>(object as tatu_object, props.joint_rotation)?;
+            let [x, y, z, w] = world.f64s::<4>(object, props.joint_rotation)?;
             joint.rotation = UnitQuaternion::new_normalize(Quaternion::new(w, x, y, z));
         } else {
-            joint.position = world.f64(object as tatu_object, props.joint_position)?;
+            joint.position = world.f64(object, props.joint_position)?;
         }
         Ok(())
     }
@@ -210,15 +214,15 @@ impl SceneCopy {
     ///
     /// Fails if a property cannot be read.
     pub fn take_from_scene(&mut self, world: &World<'_>, props: &SceneProps, targets: &[FrameId]) -> Result {
-        let exists = |object: i64| world.look(object as tatu_object).is_ok();
-        let copies: Vec<(FrameId, i64)> =
+        let exists = |object: tatu_object| world.look(object).is_ok();
+        let copies: Vec<(FrameId, tatu_object)> =
             self.objects.iter().map(|(f, o)| (*f, *o)).filter(|(_, o)| exists(*o)).collect();
         for (copy, object) in &copies {
             self.copy_position(world, props, *copy, *object)?;
         }
         for (copy, object) in &copies {
             if self.linkage.parent(*copy).is_none() || targets.contains(copy) {
-                let pose = pose_of(world.pose(*object as tatu_object, 0)?);
+                let pose = pose_of(world.pose(*object, 0)?);
                 self.linkage.set_pose(*copy, &pose);
             }
         }
@@ -232,7 +236,7 @@ impl SceneCopy {
     /// Fails if a property cannot be set.
     pub fn give_to_scene(&self, world: &World<'_>, props: &SceneProps, joints: &[FrameId]) -> Result {
         for copy in joints {
-            let Some(object) = self.objects.get(copy).map(|o| *o as tatu_object) else { continue };
+            let Some(object) = self.objects.get(copy).copied().filter(|o| world.look(*o).is_ok()) else { continue };
             let Some(joint) = self.linkage.joint(*copy).filter(|j| j.role != JointRole::Fixed) else { continue };
             let driven = world.get(object, props.joint_mode)?.as_str().as_deref() == Some("dynamic");
             if joint.kind == JointType::Spherical {
