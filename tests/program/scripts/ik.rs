@@ -235,6 +235,79 @@ end";
     ends_well(scene, script, "60");
 }
 
+/// Groups as the importer of V-REP scenes stores them: the second one is solved if the first has failed.
+fn with_groups(flags: [u8; 2]) -> String {
+    let group = |name: &str, handle: i64, method: u8, iterations: u32, damping: f64, after: i64, flags: u8| {
+        format!(
+            r#"{{"name":"{name}","handle":{handle},"method":{method},"max_iterations":{iterations},"damping":{damping},"after":{after},"flags":{flags},"elements":[{{"tip":3,"target":4,"base":-1,"axes":-1,"constraints":3,"precision":[0.0005,0.0017],"weights":[1,1],"enabled":true}}]}}"#
+        )
+    };
+    let groups = [
+        group("Arm", 2_030_000, 0, 20, 0.1, -1, flags[0]),
+        group("Rescue", 2_030_001, 1, 100, 1.0, 2_030_000, flags[1]),
+    ];
+    let mut scene = format!(
+        "[scene]\ndata = {{ \"\\u0001registered\" = '{{\"collections\":[],\"collisions\":[],\"distances\":[],\
+         \"windows\":[],\"ik_joints\":[1,2],\"ik_groups\":[{}]}}' }}\n{PLANAR_ARM}",
+        groups.join(",")
+    );
+    for (handle, alias) in ["shoulder", "elbow", "tip", "target"].iter().enumerate() {
+        let line = format!("alias = \"{alias}\"\n");
+        scene = scene.replace(&line, &format!("{line}data = {{ \"\\u0001handle\" = \"{}\" }}\n", handle + 1));
+    }
+    scene
+}
+
+#[test]
+fn groups_of_old_scenes_are_solved_in_their_order() {
+    // Enabled and restoring the position; enabled and depending on a failure.
+    let scene = with_groups([1 | 2, 1 | 8]);
+    let script = format!(
+        "{BEGIN}
+        local arm, rescue = sim.getIkGroupHandle('Arm'), sim.getIkGroupHandle('Rescue')
+        local elbow = object('/elbow')
+        sim.setJointPosition(elbow, 0.5)
+        assert(sim.handleIkGroup(sim.handle_all_except_explicit) == 1)
+        local p = sim.getObjectPosition(object('/tip'))
+        near(p[1], 0.3, 1e-3) near(p[2], 0.6, 1e-3)
+        -- Out of reach: the first group fails and restores, the second one stretches the arm.
+        sim.setObjectPosition(object('/target'), {{1.2, 0.3, 0}})
+        assert(sim.handleIkGroup(arm) == 2)
+        near(sim.getJointPosition(elbow), 1.470628906, 5e-3)
+        assert(sim.handleIkGroup(sim.handle_all) == 2)
+        near(sim.getJointPosition(elbow), 0, 0.02)
+        -- Nothing moves for a check.
+        sim.setObjectPosition(object('/target'), {{0.3, 0.6, 0}})
+        sim.setJointPosition(elbow, 0.5)
+        local result, q = sim.checkIkGroup(arm, {{object('/shoulder'), elbow}})
+        assert(result == 1 and sim.getJointPosition(elbow) == 0.5)
+        near(q[2], 1.470628906, 5e-3)
+        sim.computeJacobian(arm, 0)
+        local m, size = sim.getIkGroupMatrix(arm, 0)
+        -- Rows are the joints from tip to base, and the matrix is returned column by column.
+        assert(size[1] == 2 and size[2] == 2)
+        near(m[1] * m[4] - m[2] * m[3], -0.5 * 0.4 * math.sin(0.5), 1e-6)
+        local path = sim.generateIkPath(arm, {{object('/shoulder'), elbow}}, 5)
+        assert(#path == 10)
+        near(path[2], 0.5, 1e-6) near(path[10], 1.470628906, 5e-3)
+        print('it is ok')"
+    );
+    passes(&scene, &script);
+}
+
+#[test]
+fn joint_outside_of_the_ik_mode_is_a_link() {
+    let scene = with_groups([1, 0]).replace("\"ik_joints\":[1,2]", "\"ik_joints\":[1]");
+    let script = format!(
+        "{BEGIN}
+        sim.setJointPosition(object('/elbow'), 0.5)
+        local result = sim.handleIkGroup(sim.getIkGroupHandle('Arm'))
+        assert(result == 2 and sim.getJointPosition(object('/elbow')) == 0.5)
+        print('it is ok')"
+    );
+    passes(&scene, &script);
+}
+
 #[test]
 fn hostile_arguments_raise_errors() {
     let script = "

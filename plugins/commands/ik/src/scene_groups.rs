@@ -30,14 +30,14 @@ const RESPECTS_MAX_STEPS: u8 = 32;
 const EXPLICIT: u8 = 64;
 
 /// What the importer has stored, as far as it concerns inverse kinematics.
-#[derive(Deserialize)]
+#[derive(Deserialize, Default)]
+#[serde(default)]
 struct RegistrationsText {
-    #[serde(default)]
     ik_groups: Vec<GroupText>,
-    #[serde(default)]
     ik_joints: Vec<i64>,
 }
 #[derive(Deserialize)]
+#[serde(default)]
 struct GroupText {
     handle: i64,
     elements: Vec<ElementText>,
@@ -48,6 +48,7 @@ struct GroupText {
     flags: u8,
 }
 #[derive(Deserialize)]
+#[serde(default)]
 struct ElementText {
     tip: i64,
     target: i64,
@@ -57,6 +58,35 @@ struct ElementText {
     precision: [f64; 2],
     weights: [f64; 2],
     enabled: bool,
+}
+
+/// Scenes that were converted before groups were solved lack most values; without a target, nothing is solved.
+impl Default for GroupText {
+    fn default() -> Self {
+        GroupText {
+            handle: -1,
+            elements: Vec::new(),
+            method: 0,
+            max_iterations: 3,
+            damping: 0.1,
+            after: -1,
+            flags: ENABLED,
+        }
+    }
+}
+impl Default for ElementText {
+    fn default() -> Self {
+        ElementText {
+            tip: -1,
+            target: -1,
+            base: -1,
+            axes: -1,
+            constraints: 31,
+            precision: [0.0005, 0.1 * std::f64::consts::PI / 180.0],
+            weights: [1.0; 2],
+            enabled: true,
+        }
+    }
 }
 
 /// A group of the scene.
