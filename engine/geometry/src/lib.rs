@@ -1,46 +1,31 @@
-//! Solid forms, shared by physics, beams and the scene.
+//! Solid forms, shared by physics, beams and the scene: how they are described, their volumes and moments, and the images
+//! on their surfaces.
 //!
 //! Lengths are in metres, in the frame of the form. V-REP's conventions apply: z is up, and the axis of a cylinder is
 //! z.
+//!
+//! ```
+//! use nalgebra::Vector3;
+//! use tatu_geometry::Mesh;
+//!
+//! // A faceted ball of diameter 2 m: its volume is somewhat less than 4/3 pi.
+//! let ball = Mesh::ellipsoid(Vector3::repeat(2.0));
+//! assert_eq!(ball.open_edges(), 0);
+//! let moments = ball.moments().expect("a closed mesh");
+//! assert!(moments.measure > 4.0 && moments.measure < 4.19);
+//! assert!(moments.centre.coords.norm() < 1e-9);
+//! ```
 
+mod angle;
 mod form;
 mod moments;
+mod part;
 mod texture;
 
-use std::sync::Arc;
-
-use nalgebra::Isometry3;
-
+pub use angle::wrap_angle;
 pub use form::{Form, Mesh};
 pub use moments::{Moments, steiner};
+pub use part::SolidPart;
 pub use texture::{
     BLEND_NAMES, Image, MAPPING_NAMES, MAX_IMAGE_PIXELS, Texture, TextureBlend, TextureMapping, TextureProjection,
 };
-
-/// A form and its pose in the frame of the object to which it belongs.
-#[derive(Debug, Clone, PartialEq)]
-pub struct SolidPart {
-    /// Transform from the frame of the part to that of the object.
-    pub pose: Isometry3<f64>,
-    /// Form of the part, in its own frame.
-    pub form: Form,
-    /// Friction coefficient, or `None` to use the object's.
-    pub friction: Option<f64>,
-    /// Red, green and blue, each 0 to 1, or `None` to use the object's colour.
-    pub color: Option<[f64; 3]>,
-    /// Opacity, from 0 (invisible) to 1, or `None` to use the object's.
-    pub opacity: Option<f64>,
-    /// Image on the surface of the part, projected in the part's frame.
-    pub texture: Option<Arc<Texture>>,
-}
-
-/// Returns an angle wrapped to (-pi, pi], in radians.
-pub fn wrap_angle(angle: f64) -> f64 {
-    use std::f64::consts::{PI, TAU};
-    let wrapped = angle % TAU;
-    match wrapped {
-        w if w > PI => w - TAU,
-        w if w <= -PI => w + TAU,
-        w => w,
-    }
-}

@@ -4,7 +4,7 @@ use nalgebra::{Isometry3, Point3, Vector3};
 use rapier3d::parry::query::{ClosestPoints, closest_points};
 use tatu_geometry::SolidPart;
 
-use super::convert;
+use crate::convert;
 
 /// Returns the ends of the shortest segment from one solid to the other, in the world frame, or `None` if the solids
 /// are farther apart than `limit`, m. If they overlap, both ends are the origin of an overlapping part of the first
@@ -51,14 +51,7 @@ mod tests {
     use tatu_geometry::Form;
 
     fn ball(radius: f64) -> Vec<SolidPart> {
-        vec![SolidPart {
-            pose: Isometry3::identity(),
-            form: Form::Sphere { radius },
-            friction: None,
-            color: None,
-            opacity: None,
-            texture: None,
-        }]
+        vec![SolidPart::from(Form::Sphere { radius })]
     }
 
     #[test]

@@ -9,13 +9,13 @@ use rapier3d::{
 };
 use tatu_geometry::{Form, Mesh};
 
-use super::MassProps;
+use crate::MassProps;
 
-pub(super) fn vector(v: &Vector3<f64>) -> Vector {
+pub(crate) fn vector(v: &Vector3<f64>) -> Vector {
     Vector::new(v.x, v.y, v.z)
 }
 
-pub(super) fn vector_back(v: Vector) -> Vector3<f64> {
+pub(crate) fn vector_back(v: Vector) -> Vector3<f64> {
     Vector3::new(v.x, v.y, v.z)
 }
 
@@ -24,7 +24,7 @@ pub(crate) fn pose(p: &Isometry3<f64>) -> Pose {
     Pose { translation: vector(&p.translation.vector), rotation: Rotation::from_xyzw(q.x, q.y, q.z, q.w) }
 }
 
-pub(super) fn pose_back(p: &Pose) -> Isometry3<f64> {
+pub(crate) fn pose_back(p: &Pose) -> Isometry3<f64> {
     let q = p.rotation;
     Isometry3::from_parts(
         Translation3::from(vector_back(p.translation)),
@@ -34,11 +34,11 @@ pub(super) fn pose_back(p: &Pose) -> Isometry3<f64> {
 }
 
 /// Converts a rotation without normalising it again.
-pub(super) fn rotation_back(q: &Rotation) -> UnitQuaternion<f64> {
+pub(crate) fn rotation_back(q: &Rotation) -> UnitQuaternion<f64> {
     UnitQuaternion::new_unchecked(Quaternion::new(q.w, q.x, q.y, q.z))
 }
 
-pub(super) fn mass(m: &MassProps) -> MassProperties {
+pub(crate) fn mass(m: &MassProps) -> MassProperties {
     let i: &Matrix3<f64> = &m.inertia;
     // If the inertia is diagonal, it is used as given, which avoids rounding errors of a search for principal axes.
     if Matrix3::from_diagonal(&i.diagonal()) == *i {

@@ -278,8 +278,8 @@ fn equal_forms_share_a_shape_and_unused_shapes_are_dropped() {
     let mut engine = engine(0.01);
     let mut add = |form: Form| {
         let id = engine.add_body(&body(at(0.0, 0.0, 10.0), mass(1.0, BALL_INERTIA), part(form)));
-        let body = &engine.world.bodies[engine.record(id).unwrap().handle];
-        let shape = engine.world.colliders[body.colliders()[0]].shared_shape().0.clone();
+        let body = &engine.state.bodies.world.bodies[engine.state.bodies.record(id).unwrap().handle];
+        let shape = engine.state.bodies.world.colliders[body.colliders()[0]].shared_shape().0.clone();
         // The body is removed again, which leaves only this test and the cache with a reference to the shape.
         engine.remove_body(id);
         (shape, engine.shapes.primitives.len())

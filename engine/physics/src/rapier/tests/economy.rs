@@ -29,9 +29,9 @@ fn large_hulls_have_a_rotating_bounding_box() {
         let mut engine = engine(0.005);
         floor(&mut engine);
         let id = engine.add_body(&body(at(0.0, 0.0, 0.2), mass(1.0, [0.004; 3]), part(ball(rings, 0.1))));
-        let handle = engine.record(id).unwrap().handle;
-        let collider = engine.world.bodies[handle].colliders()[0];
-        assert_eq!(engine.world.colliders[collider].shape().as_compound().is_some(), boxed);
+        let handle = engine.state.bodies.record(id).unwrap().handle;
+        let collider = engine.state.bodies.world.bodies[handle].colliders()[0];
+        assert_eq!(engine.state.bodies.world.colliders[collider].shape().as_compound().is_some(), boxed);
         // The body comes to rest on one of its faces.
         engine.advance(400);
         let height = engine.pose(id).translation.z;
@@ -64,7 +64,7 @@ fn sub_steps_are_halved_until_a_swing_ends() {
     let (mut halved, mut fastest, mut last_fast) = (Vec::new(), 0.0f64, 0);
     for step in 0..3000 {
         engine.advance(1);
-        halved.push(engine.world.integration_parameters.num_solver_iterations == 8);
+        halved.push(engine.state.bodies.world.integration_parameters.num_solver_iterations == 8);
         let speed = engine.joint_state(joint).velocity.abs();
         fastest = fastest.max(speed);
         if speed > 0.2 {

@@ -141,7 +141,7 @@ impl RandomMechanism {
                 }
             }
             self.engine.advance(1);
-            let built = self.engine.state.mechanisms.iter().filter_map(|m| m.built.as_ref());
+            let built = self.engine.state.forms.trees.mechanisms.iter().filter_map(|m| m.built.as_ref());
             let work: f64 = built.map(|b| b.work).sum();
             turned_over += work.abs();
             let energy = self.energy();

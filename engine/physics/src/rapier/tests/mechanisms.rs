@@ -48,7 +48,11 @@ fn pusher() -> Pusher {
 }
 
 fn is_in_tree(engine: &Rapier, body: BodyId) -> bool {
-    engine.record(body).is_some_and(|r| r.in_tree)
+    engine.state.bodies.record(body).is_some_and(|r| r.in_tree)
+}
+
+fn is_solved_as_tree(engine: &Rapier, joint: JointId) -> bool {
+    engine.state.joints.get(joint).unwrap().is_in_tree()
 }
 
 #[test]
@@ -168,10 +172,7 @@ fn loops_and_second_parents_are_not_joined_to_a_tree() {
     let Pusher { mut engine, block, cube, .. } = pusher();
     let held = |engine: &mut Rapier, a, b| {
         let id = engine.add_joint(&slide(a, b)).unwrap();
-        matches!(
-            engine.state.joints[id.0 as usize].as_ref().unwrap().held,
-            crate::rapier::records::JointBackend::Tree(_)
-        )
+        is_solved_as_tree(engine, id)
     };
     assert!(held(&mut engine, block, cube));
     assert!(!held(&mut engine, cube, block));
@@ -191,7 +192,7 @@ fn mechanism_in_a_crowd_is_solved_by_rapier_until_it_withdraws() {
     for i in 1..9u32 {
         cube_at(&mut one, 0.5 + 0.2 * f64::from(i), 0.1, 50 + i);
     }
-    let tied = |engine: &Rapier| engine.state.joints[joint.0 as usize].as_ref().unwrap().tree_joint().is_some();
+    let tied = |engine: &Rapier| is_solved_as_tree(engine, joint);
     one.drive(joint, JointDrive::Velocity { target: 0.2, max_force: 1000.0, slip: 0.0 });
     assert!(tied(&one));
     one.advance(200);
@@ -252,7 +253,7 @@ fn mechanism_touching_a_reduced_one_is_solved_by_rapier() {
             cube_at(&mut engine, 0.3, 0.5, 4);
             engine.configure(EngineSettings { gravity: Vector3::zeros(), step: 0.005, ..EngineSettings::default() });
         }
-        let tied = |engine: &Rapier| engine.state.joints[first.0 as usize].as_ref().unwrap().tree_joint().is_some();
+        let tied = |engine: &Rapier| is_solved_as_tree(engine, first);
         let speed = |engine: &Rapier, body: BodyId| engine.twist(body).linear.x;
         engine.advance(if between { 80 } else { 120 });
         assert!(!tied(&engine) && !is_in_tree(&engine, moving), "{between}");

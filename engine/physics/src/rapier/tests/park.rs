@@ -47,8 +47,8 @@ fn cart(form: JointForm) -> ParkedCart {
 
 impl ParkedCart {
     fn sleeps(&self) -> bool {
-        let handle = self.engine.record(self.block).unwrap().handle;
-        self.engine.world.bodies[handle].is_sleeping()
+        let handle = self.engine.state.bodies.record(self.block).unwrap().handle;
+        self.engine.state.bodies.world.bodies[handle].is_sleeping()
     }
 }
 

@@ -28,10 +28,10 @@ fn separated_pairs_become_ordinary_pairs() {
     floor(&mut engine);
     cubes(&mut engine, 0.1);
     run(&mut engine, 1);
-    assert_eq!(engine.state.partings.len(), 1);
+    assert_eq!(engine.state.contacts.separations.len(), 1);
     run(&mut engine, 400);
-    assert!(engine.state.partings.is_empty());
-    let hooks = engine.world.colliders.iter().map(|(_, c)| c.active_hooks());
+    assert!(engine.state.contacts.separations.is_empty());
+    let hooks = engine.state.bodies.world.colliders.iter().map(|(_, c)| c.active_hooks());
     assert!(hooks.into_iter().all(|h| h.is_empty()));
 }
 
@@ -43,7 +43,7 @@ fn touching_bodies_do_not_count_as_overlapping() {
     engine.add_body(&fixed(at(0.0, 0.0, -0.999), part(Form::Box { half: Vector3::repeat(1.0) })));
     cubes(&mut engine, 0.2);
     run(&mut engine, 1);
-    assert!(engine.state.partings.is_empty());
+    assert!(engine.state.contacts.separations.is_empty());
 }
 
 /// Overlapping bodies that a joint connects are not separated.

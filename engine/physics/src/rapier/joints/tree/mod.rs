@@ -1,0 +1,24 @@
+//! Joints in tree form: mechanisms that are solved as trees of links (`tatu_mechanisms`), outside rapier.
+//!
+//! Rapier detects the contacts of their bodies, which it treats as kinematic; everything else is computed here. `table`
+//! declares [`TreeJoints`], and `records` the data of each mechanism. Before a step, `adopt` takes over the free bodies
+//! that a tree touches or is about to touch (`reach`, `approach`), because a contact must be solved on both sides;
+//! `crowd` leaves mechanisms to rapier while they are in a pile or touch bodies that only rapier can solve; `arrange`
+//! finds the mechanisms that joints form, and `build` builds their trees. In a step, `step` moves the trees in sub-steps,
+//! driven as `drives` says, using the contacts that rapier has detected and `contacts` reads. `solver` adds and removes
+//! joints.
+
+mod adopt;
+mod approach;
+mod arrange;
+mod build;
+mod contacts;
+mod crowd;
+mod drives;
+mod reach;
+mod records;
+mod solver;
+mod step;
+mod table;
+
+pub(crate) use table::TreeJoints;

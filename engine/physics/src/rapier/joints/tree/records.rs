@@ -1,0 +1,92 @@
+//! The engine's records of trees: those stored in snapshots, and those derived from them.
+
+use nalgebra::{Isometry3, Vector3};
+use serde::{Deserialize, Serialize};
+use tatu_mechanisms::{Island, Kinematics, Tree, TreeDrives, TreeSolver, TreeState};
+
+use crate::{BodyId, JointId};
+
+/// A tree of links and its state.
+#[derive(Serialize, Deserialize)]
+pub(crate) struct Mechanism {
+    /// The body that carries the mechanism: a body that is not dynamic, or the first link.
+    pub root: BodyId,
+    /// The joint of each link; `None` means that the link is free.
+    pub joints: Vec<Option<JointId>>,
+    /// For each link: offset in `q`, offset in `v`, and number of velocities.
+    pub offsets: Vec<(usize, usize, usize)>,
+    /// The body of each link.
+    pub bodies: Vec<BodyId>,
+    /// Positions and velocities, in the layout of `tatu_mechanisms`.
+    pub q: Vec<f64>,
+    pub v: Vec<f64>,
+    /// Efforts of the drives in the last sub-step, N m or N.
+    pub carried: Vec<f64>,
+    /// Whether the mechanism is frozen, because a state was not finite or its description is not a valid tree.
+    pub frozen: bool,
+    /// Data derived from the joints and bodies; `None` until it is built.
+    #[serde(skip)]
+    pub built: Option<Box<MechanismSolver>>,
+}
+
+impl Mechanism {
+    /// Returns a mechanism without links.
+    pub fn new(root: BodyId) -> Self {
+        Mechanism {
+            root,
+            joints: Vec::new(),
+            offsets: Vec::new(),
+            bodies: Vec::new(),
+            q: Vec::new(),
+            v: Vec::new(),
+            carried: Vec::new(),
+            frozen: false,
+            built: None,
+        }
+    }
+}
+
+/// The tree of a mechanism, with the buffers needed to step it.
+pub(crate) struct MechanismSolver {
+    pub tree: Tree,
+    pub solver: TreeSolver,
+    pub kinematics: Kinematics,
+    pub drives: TreeDrives,
+    pub state: TreeState,
+    /// Pose of rapier's body in the frame of each link.
+    pub to_body: Vec<Isometry3<f64>>,
+    /// Pose of rapier's body of each link in the world frame, at the beginning of the step.
+    pub poses: Vec<Isometry3<f64>>,
+    /// Origin of each link in the world frame at the beginning of the step, m.
+    pub origins: Vec<Vector3<f64>>,
+    /// Buffers for solving the island whose first mechanism this is.
+    pub island: Island,
+    /// Linear and angular damping of an adopted body, 1/s.
+    pub damping: [f64; 2],
+    /// Efforts of the drives, summed over the sub-steps of the last step, N m or N.
+    pub efforts: Vec<f64>,
+    /// Energy that the drives added in the last step, J, for checks of the balance of energy.
+    pub work: f64,
+}
+
+/// The impulse of a contact of a tree, used to warm start the next step.
+#[derive(Clone, Copy, Serialize, Deserialize)]
+pub(crate) struct WarmStartImpulse {
+    /// Identifies the contact.
+    pub key: ContactKey,
+    /// Impulse on the second body, N s.
+    pub impulse: Vector3<f64>,
+}
+
+/// Identifies a contact from step to step: the indices of both colliders, the touching part of each, the touching
+/// feature of each, and a counter that distinguishes contacts that are otherwise equal.
+pub(crate) type ContactKey = [u32; 7];
+
+/// A mechanism that is in reduced form because it is in a crowd: see [`super::crowd`].
+#[derive(Serialize, Deserialize)]
+pub(crate) struct CrowdedMechanism {
+    pub joints: Vec<JointId>,
+    pub bodies: Vec<BodyId>,
+    /// Time for which the mechanism has touched only few bodies, s.
+    pub calm_s: f64,
+}

@@ -1,0 +1,290 @@
+//! The physics step of all trees.
+
+use nalgebra::Vector3;
+use rapier3d::math::Vector;
+use rayon::prelude::*;
+use tatu_mechanisms::{ContactPoint, DynamicsError, FastTurns, Island, IslandError, IslandTree};
+
+use super::{
+    build::place_bodies, contacts::DetectedContact, drives::set_drives, records::Mechanism, table::TreeJoints,
+};
+use crate::{
+    BodyId, convert,
+    rapier::{
+        bodies::Bodies,
+        joints::{record::JointBackend, table::Joints},
+    },
+};
+
+/// Minimum total number of velocities of all trees for which stepping them on several threads pays off.
+const MIN_PARALLEL_VELOCITIES: usize = 64;
+
+/// Maximum angle by which a joint turns in a part of a sub-step, rad: 160 rad/s at the default settings.
+const MAX_TURN: f64 = 0.2;
+/// Maximum number of parts of a sub-step.
+const MAX_PARTS: usize = 16;
+
+/// Trees that touch each other, with their contacts.
+struct MechanismIsland {
+    /// Indices of the mechanisms, ascending, and the mechanisms themselves.
+    members: Vec<usize>,
+    mechanisms: Vec<Mechanism>,
+    /// Indices of the contacts, and the contacts themselves, whose sides refer to members of this island.
+    contact_indices: Vec<usize>,
+    contacts: Vec<ContactPoint>,
+    /// Impulse of each contact, summed over sub-steps, N s.
+    totals: Vec<Vector3<f64>>,
+    /// Whether the state was no longer finite.
+    diverged: bool,
+}
+
+impl TreeJoints {
+    /// Advances all trees by one physics step, with the contacts that rapier detected at its beginning.
+    pub(super) fn step(&mut self, bodies: &mut Bodies, joints: &mut Joints) {
+        if self.mechanisms.is_empty() {
+            self.touches.clear();
+            self.warm_start.clear();
+            return;
+        }
+        let mut found = self.find_contacts(bodies);
+        for mechanism in &mut self.mechanisms {
+            set_drives(mechanism, joints);
+            set_loads(mechanism, bodies);
+        }
+        let mut islands = self.build_islands(&found);
+        let (gravity, h) = (convert::vector_back(bodies.world.gravity), bodies.usual_substep());
+        let substeps = bodies.substeps.usual;
+        let total: usize = islands.iter().flat_map(|i| &i.mechanisms).map(|m| m.v.len()).sum();
+        let advance = |island: &mut MechanismIsland| island.advance(gravity, h, substeps);
+        if total >= MIN_PARALLEL_VELOCITIES && islands.len() > 1 && rayon::current_num_threads() > 1 {
+            islands.par_iter_mut().for_each(advance);
+        } else {
+            islands.iter_mut().for_each(advance);
+        }
+        let mut lost = Vec::new();
+        for island in islands {
+            for (i, (contact, total)) in
+                island.contact_indices.iter().zip(island.contacts.into_iter().zip(island.totals))
+            {
+                found[*i].contact.impulse = contact.impulse;
+                found[*i].total = total;
+            }
+            for (index, mechanism) in island.members.iter().zip(island.mechanisms) {
+                self.mechanisms[*index] = mechanism;
+                if island.diverged {
+                    lost.push(*index);
+                }
+            }
+        }
+        self.store_contacts(bodies, &found);
+        for mechanism in &mut self.mechanisms {
+            place_bodies(mechanism, bodies);
+            record_efforts(mechanism, joints, substeps);
+        }
+        bodies.forces.step_loads.clear();
+        lost.into_iter().for_each(|i| self.freeze_mechanism(bodies, i));
+    }
+
+    /// Moves the mechanisms out of the table into islands: mechanisms that touch each other.
+    fn build_islands(&mut self, found: &[DetectedContact]) -> Vec<MechanismIsland> {
+        let count = self.mechanisms.len();
+        let mut above: Vec<usize> = (0..count).collect();
+        fn root(above: &mut [usize], mut i: usize) -> usize {
+            while above[i] != i {
+                above[i] = above[above[i]];
+                i = above[i];
+            }
+            i
+        }
+        for f in found {
+            if let [Some(a), Some(b)] = f.contact.sides {
+                let (a, b) = (root(&mut above, a.member), root(&mut above, b.member));
+                above[a.max(b)] = a.min(b);
+            }
+        }
+        let mut islands: Vec<MechanismIsland> = Vec::new();
+        let mut place = vec![(usize::MAX, 0); count];
+        for (i, mechanism) in std::mem::take(&mut self.mechanisms).into_iter().enumerate() {
+            let first = root(&mut above, i);
+            if first == i {
+                place[i].0 = islands.len();
+                islands.push(MechanismIsland::new());
+            }
+            let island = &mut islands[place[first].0];
+            place[i] = (place[first].0, island.members.len());
+            island.members.push(i);
+            island.mechanisms.push(mechanism);
+        }
+        for (i, f) in found.iter().enumerate() {
+            let mut contact = f.contact.clone();
+            let mut island = None;
+            for side in contact.sides.iter_mut().flatten() {
+                island = Some(place[side.member].0);
+                side.member = place[side.member].1;
+            }
+            let Some(island) = island else { continue };
+            islands[island].contact_indices.push(i);
+            islands[island].contacts.push(contact);
+        }
+        // Placeholders, which `step` replaces by the mechanisms in their original order.
+        self.mechanisms = islands.iter().flat_map(|i| &i.members).map(|_| Mechanism::new(BodyId(0))).collect();
+        islands
+    }
+}
+
+/// Converts the forces on the bodies of a mechanism to generalised forces, at the poses at the start of the step.
+fn set_loads(mechanism: &mut Mechanism, bodies: &Bodies) {
+    let Some(built) = &mut mechanism.built else { return };
+    built.drives.force.fill(0.0);
+    for (link, body) in mechanism.bodies.iter().enumerate() {
+        let (force, torque) = bodies.tree_load(*body);
+        if force == Vector::ZERO && torque == Vector::ZERO {
+            continue;
+        }
+        let at = built.poses[link].translation.vector;
+        let (force, torque) = (convert::vector_back(force), convert::vector_back(torque));
+        // This fails only for values that are not finite, which `push` has rejected.
+        let _ = built.kinematics.add_force(&built.tree, link, at, force, torque, &mut built.drives.force);
+    }
+}
+
+/// Records the mean efforts of a mechanism's drives in the step.
+fn record_efforts(mechanism: &Mechanism, joints: &mut Joints, substeps: usize) {
+    let Some(built) = &mechanism.built else { return };
+    for (joint, (_, v, count)) in mechanism.joints.iter().zip(&mechanism.offsets) {
+        if let (Some(joint), 1) = (joint, *count)
+            && let Some(record) = joints.get_mut(*joint)
+            && let JointBackend::Tree(tree) = &mut record.backend
+        {
+            tree.effort = built.efforts[*v] / substeps as f64;
+        }
+    }
+}
+
+impl MechanismIsland {
+    fn new() -> Self {
+        MechanismIsland {
+            members: Vec::new(),
+            mechanisms: Vec::new(),
+            contact_indices: Vec::new(),
+            contacts: Vec::new(),
+            totals: Vec::new(),
+            diverged: false,
+        }
+    }
+
+    /// Advances the trees by `substeps` sub-steps of length `h`, s. If a state would not be finite, all
+    /// mechanisms of the island keep their positions and velocities.
+    fn advance(&mut self, gravity: Vector3<f64>, h: f64, substeps: usize) {
+        self.totals = vec![Vector3::zeros(); self.contacts.len()];
+        for mechanism in &mut self.mechanisms {
+            let Some(built) = &mut mechanism.built else { continue };
+            built.state.q.copy_from_slice(&mechanism.q);
+            built.state.v.copy_from_slice(&mechanism.v);
+            built.efforts.fill(0.0);
+            built.work = 0.0;
+        }
+        let first = self.mechanisms.first_mut().and_then(|m| m.built.as_mut());
+        let mut group = first.map(|built| std::mem::take(&mut built.island)).unwrap_or_default();
+        for _ in 0..substeps {
+            let parts = self.part_count(h);
+            for _ in 0..parts {
+                if self.advance_part(&mut group, gravity, h / parts as f64, h).is_err() {
+                    self.diverged = true;
+                    return;
+                }
+            }
+        }
+        if let Some(built) = self.mechanisms.first_mut().and_then(|m| m.built.as_mut()) {
+            built.island = group;
+        }
+        for Mechanism { q, v, built, .. } in &mut self.mechanisms {
+            let Some(built) = built else { continue };
+            q.copy_from_slice(&built.state.q);
+            v.copy_from_slice(&built.state.v);
+            for (i, v) in v.iter_mut().enumerate().take(6).filter(|_| built.damping != [0.0; 2]) {
+                *v /= 1.0 + h * substeps as f64 * built.damping[usize::from(i >= 3)];
+            }
+        }
+    }
+
+    /// Returns the number of parts into which a sub-step of length `h`, s, is divided, so that no joint turns by more
+    /// than [`MAX_TURN`] in a part: forces of gyration are computed from the velocities by few iterations, which
+    /// diverge for light links that spin fast.
+    fn part_count(&self, h: f64) -> usize {
+        let mut most = 0.0f64;
+        for built in self.mechanisms.iter().filter_map(|m| m.built.as_ref()) {
+            let turns = built.state.v.iter().enumerate().map(|(i, v)| built.tree.turning(i) * v.abs());
+            most = turns.fold(most, f64::max);
+        }
+        ((h * most / MAX_TURN).ceil() as usize).clamp(1, MAX_PARTS)
+    }
+
+    /// Advances the trees by a part `h` of a sub-step, s. If something would turn too far, because an impact has made
+    /// it spin, the part is divided further.
+    fn advance_part(
+        &mut self,
+        group: &mut Island,
+        gravity: Vector3<f64>,
+        h: f64,
+        substep: f64,
+    ) -> Result<(), DynamicsError> {
+        let divisible = h > substep / MAX_PARTS as f64;
+        let fast_turns = if divisible { FastTurns::Fail { max_turn: 1.25 * MAX_TURN } } else { FastTurns::LimitEnergy };
+        match self.step(group, gravity, h, fast_turns) {
+            Err(DynamicsError::TooFast { .. }) => {
+                self.advance_part(group, gravity, 0.5 * h, substep)?;
+                return self.advance_part(group, gravity, 0.5 * h, substep);
+            }
+            other => other?,
+        }
+        for (total, contact) in self.totals.iter_mut().zip(&self.contacts) {
+            *total += contact.impulse;
+        }
+        for mechanism in &mut self.mechanisms {
+            let Some(built) = &mut mechanism.built else { continue };
+            let efforts = built.efforts.iter_mut().zip(&mechanism.carried);
+            efforts.for_each(|(sum, effort)| *sum += effort * (h / substep));
+            built.work += h * built.solver.drive_power();
+        }
+        Ok(())
+    }
+
+    /// Advances the trees by one step of their solver; if this fails, no tree has moved.
+    fn step(
+        &mut self,
+        group: &mut Island,
+        gravity: Vector3<f64>,
+        h: f64,
+        fast_turns: FastTurns,
+    ) -> Result<(), DynamicsError> {
+        let mut members = Vec::with_capacity(self.mechanisms.len());
+        for mechanism in &mut self.mechanisms {
+            let Some(built) = &mut mechanism.built else {
+                // Contacts refer to members by their indices, so none may be left out.
+                if self.contacts.is_empty() { continue } else { return Err(DynamicsError::Diverged) }
+            };
+            built.solver.set_fast_turns(fast_turns);
+            if self.contacts.is_empty() {
+                built.solver.step(&mut built.state, &built.tree, &built.drives, gravity, h)?;
+                mechanism.carried.copy_from_slice(&built.solver.efforts().drive);
+                continue;
+            }
+            members.push(IslandTree {
+                tree: &built.tree,
+                state: &mut built.state,
+                drives: &built.drives,
+                solver: &mut built.solver,
+                carried: &mut mechanism.carried,
+            });
+        }
+        if members.is_empty() {
+            return Ok(());
+        }
+        match group.step(&mut members, &mut self.contacts, gravity, h) {
+            Ok(_) => Ok(()),
+            Err(IslandError::Member { source, .. }) => Err(source),
+            Err(IslandError::Contact { .. }) => Err(DynamicsError::Diverged),
+        }
+    }
+}

@@ -1,0 +1,29 @@
+//! The table of trees.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+use tatu_mechanisms::ContactSide;
+
+use super::records::{CrowdedMechanism, Mechanism, WarmStartImpulse};
+use crate::{BodyId, rapier::contacts::TreeContact};
+
+/// The mechanisms that are solved as trees.
+#[derive(Default, Serialize, Deserialize)]
+pub(crate) struct TreeJoints {
+    /// Mechanisms, including adopted bodies.
+    pub mechanisms: Vec<Mechanism>,
+    /// Mechanism and link of each body of a mechanism that is not frozen; derived from `mechanisms`.
+    #[serde(skip)]
+    pub links: BTreeMap<BodyId, ContactSide>,
+    /// Whether `mechanisms` must be rebuilt.
+    pub changed: bool,
+    /// Free bodies that trees have adopted, with the time for which they have been out of reach of any tree, s.
+    pub adopted: BTreeMap<BodyId, f64>,
+    /// Mechanisms that are in reduced form while they are in a crowd.
+    pub crowded: Vec<CrowdedMechanism>,
+    /// Impulses of contacts in the last step, sorted by key.
+    pub warm_start: Vec<WarmStartImpulse>,
+    /// Forces of contacts in the last step.
+    pub touches: Vec<TreeContact>,
+}
