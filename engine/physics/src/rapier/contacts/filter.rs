@@ -11,6 +11,7 @@ use rapier3d::{
 
 use super::{
     masks::{self, ColliderTag},
+    separation::separation_depths,
     table::{Contacts, MAX_FRICTION, PairSeparations, material_pair},
 };
 use crate::{
@@ -46,7 +47,7 @@ impl<'a> PairFilter<'a> {
             surfaces: &contacts.surfaces,
             materials: &contacts.materials,
             separations: &contacts.separations,
-            max_depths: super::separation::separation_depths(bodies),
+            max_depths: separation_depths(bodies),
             gravity: bodies.world.gravity,
             step: bodies.world.integration_parameters.dt,
             substep: bodies.substep(),

@@ -6,7 +6,6 @@ use rapier3d::{
     math::Vector,
     pipeline::PhysicsWorld,
 };
-
 use serde::{Deserialize, Serialize};
 
 use super::masks::body_of;

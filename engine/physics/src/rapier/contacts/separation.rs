@@ -62,7 +62,7 @@ impl Contacts {
                 let least = if held { MIN_FITTED_DEPTH } else { depths[usize::from(!(a.moved && b.moved))] };
                 if overlap_depth(bodies, a, b) > least {
                     let fit = if held { f64::MAX } else { 0.0 };
-                    found.insert(pair, PairSeparation { fit, held, asked: (f64::MAX, 0.0) });
+                    found.insert(pair, PairSeparation { fit, held, last_check: (f64::MAX, 0.0) });
                 }
             }
         }
@@ -97,13 +97,13 @@ impl Contacts {
                 return false;
             }
             separation.fit = separation.fit.min(depth);
-            separation.asked.1 += step;
-            if separation.asked.1 >= CHECK_INTERVAL_S {
+            separation.last_check.1 += step;
+            if separation.last_check.1 >= CHECK_INTERVAL_S {
                 // A pair that cannot separate keeps its overlap.
-                if separation.asked.0 - depth < 0.1 * SEPARATION_SPEED * separation.asked.1 {
+                if separation.last_check.0 - depth < 0.1 * SEPARATION_SPEED * separation.last_check.1 {
                     separation.fit = depth;
                 }
-                separation.asked = (depth, 0.0);
+                separation.last_check = (depth, 0.0);
             }
             true
         });

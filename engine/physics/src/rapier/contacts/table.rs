@@ -51,7 +51,7 @@ pub(crate) struct PairSeparation {
     /// Whether the two bodies belong to the same mechanism.
     pub held: bool,
     /// Depth when separation was last checked, m, and the time since then, s.
-    pub asked: (f64, f64),
+    pub last_check: (f64, f64),
 }
 
 impl PairSeparation {

@@ -7,7 +7,7 @@ use super::{
     position::near,
     record::{DriveState, JointBackend, JointRecord, JointTurns},
     reduced::ReducedJoints,
-    solver::{JointSolver, NewJoint},
+    solver::{JointFormSolver, NewJoint},
     table::Joints,
     tree::TreeJoints,
 };
@@ -23,7 +23,7 @@ pub(crate) struct JointForms {
 
 impl JointForms {
     /// Returns the solver of a joint.
-    fn solver(&mut self, backend: &JointBackend) -> &mut dyn JointSolver {
+    fn solver(&mut self, backend: &JointBackend) -> &mut dyn JointFormSolver {
         match backend {
             JointBackend::Tree(_) => &mut self.trees,
             JointBackend::Reduced(_) => &mut self.reduced,
@@ -32,7 +32,7 @@ impl JointForms {
     }
 
     /// Returns all solvers, in the order in which they prepare a step and complete it.
-    fn all(&mut self) -> [&mut dyn JointSolver; 3] {
+    fn all(&mut self) -> [&mut dyn JointFormSolver; 3] {
         [&mut self.trees, &mut self.reduced, &mut self.impulse]
     }
 
@@ -42,7 +42,8 @@ impl JointForms {
         let desc = new.desc;
         let crowd = self.trees.crowd_of(desc);
         let reduced = crowd.is_some() || matches!(desc.kind, JointKind::Screw(_));
-        let backend = match if reduced { JointForm::Reduced } else { desc.form } {
+        let form = if reduced { JointForm::Reduced } else { desc.form };
+        let backend = match form {
             JointForm::Reduced => self.reduced.add(bodies, joints, new),
             JointForm::Tree => self.trees.add(bodies, joints, new),
             JointForm::Impulse | JointForm::Loop => None,

@@ -10,7 +10,7 @@ use super::{
     motor::{apply_motor, folded_friction},
     position::free_axis,
     record::{JointBackend, JointRecord},
-    solver::{JointSolver, NewJoint},
+    solver::{JointFormSolver, NewJoint},
     table::Joints,
 };
 use crate::{
@@ -25,7 +25,7 @@ use crate::{
 #[derive(Default, Serialize, Deserialize)]
 pub(crate) struct ImpulseJoints;
 
-impl JointSolver for ImpulseJoints {
+impl JointFormSolver for ImpulseJoints {
     fn add(&mut self, bodies: &mut Bodies, _: &Joints, new: &NewJoint<'_>) -> Option<JointBackend> {
         let (a, b) = (bodies.record(new.desc.a)?.handle, bodies.record(new.desc.b)?.handle);
         let (mass_a, mass_b) = (bodies.world.bodies[a].mass(), bodies.world.bodies[b].mass());

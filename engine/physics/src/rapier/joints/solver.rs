@@ -18,7 +18,10 @@ pub(crate) struct NewJoint<'a> {
 }
 
 /// The solver of the joints of one form. It contains what these joints need in addition to their records.
-pub(crate) trait JointSolver {
+///
+/// The state of a joint is not read here: positions and velocities follow from the bodies in every form, and a joint's
+/// record contains its effort.
+pub(crate) trait JointFormSolver {
     /// Adds a joint and prepares its bodies. Returns `None` and changes nothing if this form cannot contain the joint.
     fn add(&mut self, bodies: &mut Bodies, joints: &Joints, new: &NewJoint<'_>) -> Option<JointBackend>;
 

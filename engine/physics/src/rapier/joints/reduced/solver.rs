@@ -16,7 +16,7 @@ use crate::{
             motor::{apply_motor, folded_friction},
             position::{self, free_axis},
             record::{JointBackend, JointRecord, ReducedJoint},
-            solver::{JointSolver, NewJoint},
+            solver::{JointFormSolver, NewJoint},
             table::Joints,
         },
         motors::motor_only,
@@ -39,7 +39,7 @@ pub(crate) struct ReducedJoints {
     pub screws: bool,
 }
 
-impl JointSolver for ReducedJoints {
+impl JointFormSolver for ReducedJoints {
     fn add(&mut self, bodies: &mut Bodies, joints: &Joints, new: &NewJoint<'_>) -> Option<JointBackend> {
         let joint = self.insert(bodies, joints, new)?;
         bodies.prepare_for_joint(new.desc.a, false);

@@ -22,7 +22,7 @@ use crate::{
         joints::{
             record::{JointBackend, JointRecord, TreeJoint},
             reduced::ReducedJoints,
-            solver::{JointSolver, NewJoint},
+            solver::{JointFormSolver, NewJoint},
             table::Joints,
         },
     },

@@ -7,13 +7,13 @@ use crate::{
         bodies::Bodies,
         joints::{
             record::{JointBackend, JointRecord, TreeJoint},
-            solver::{JointSolver, NewJoint},
+            solver::{JointFormSolver, NewJoint},
             table::Joints,
         },
     },
 };
 
-impl JointSolver for TreeJoints {
+impl JointFormSolver for TreeJoints {
     fn add(&mut self, bodies: &mut Bodies, joints: &Joints, new: &NewJoint<'_>) -> Option<JointBackend> {
         let JointDesc { a, b, .. } = *new.desc;
         if !may_join(bodies, joints, a, b) {
