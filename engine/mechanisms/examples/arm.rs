@@ -31,7 +31,9 @@ fn main() -> Result<(), Box<dyn Error>> {
             let effort = solver.efforts().drive[0];
             let [shoulder, elbow] = [state.q[0], state.q[1]];
             let time = f64::from(step) * h;
-            println!("{time:.1} s  {shoulder:5.2} rad {elbow:5.2} rad {effort:6.2} Nm {:6.3} J", kinetic + potential);
+            // Adding 0 turns -0 into 0.
+            let energy = ((kinetic + potential) * 1e3).round() / 1e3 + 0.0;
+            println!("{time:.1} s  {shoulder:5.2} rad {elbow:5.2} rad {effort:6.2} Nm {energy:6.3} J");
         }
         solver.step(&mut state, &tree, &drives, gravity, h)?;
     }

@@ -1,50 +1,13 @@
 //! Forces that are applied from outside, in all steps of an advance or in a single one.
 
-use std::collections::BTreeMap;
-
 use nalgebra::Vector3;
-use rapier3d::{
-    dynamics::{RigidBody, RigidBodyHandle},
-    math::Vector,
+use rapier3d::math::Vector;
+
+use super::{
+    record::{BodyLoad, SavedForces},
+    table::{Bodies, is_finite},
 };
-use serde::{Deserialize, Serialize};
-
-use super::table::{Bodies, is_finite};
 use crate::{BodyId, BodyWrench, convert};
-
-/// The forces that act on bodies.
-#[derive(Default, Serialize, Deserialize)]
-pub(crate) struct AppliedForces {
-    /// Bodies with forces that are cleared after the next advance.
-    pub pushed: Vec<BodyId>,
-    /// Forces on bodies of trees that act in all steps of an advance.
-    pub loads: BTreeMap<BodyId, BodyLoad>,
-    /// Forces on bodies of trees that act in the next step only.
-    pub step_loads: Vec<(BodyId, BodyLoad)>,
-    /// Forces that rapier's bodies had before those of the current step were added, in the order of these additions.
-    #[serde(skip)]
-    pub saved: Vec<SavedForces>,
-}
-
-/// A force, N, and a torque, N m, on a body of a tree, at its centre of mass.
-#[derive(Clone, Copy, Default, Serialize, Deserialize)]
-pub(crate) struct BodyLoad {
-    pub force: Vector3<f64>,
-    pub torque: Vector3<f64>,
-}
-
-/// The force and torque on a body that act in all steps of the advance.
-pub(crate) struct SavedForces {
-    handle: RigidBodyHandle,
-    force: Vector,
-    torque: Vector,
-}
-
-impl SavedForces {
-    pub fn of(handle: RigidBodyHandle, body: &RigidBody) -> Self {
-        SavedForces { handle, force: body.user_force(), torque: body.user_torque() }
-    }
-}
 
 impl Bodies {
     /// Adds a force and a torque for the next advance.

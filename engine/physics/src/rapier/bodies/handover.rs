@@ -3,7 +3,7 @@
 
 use rapier3d::{dynamics::RigidBodyType, geometry::ActiveCollisionTypes, math::Vector};
 
-use super::{forces::BodyLoad, sleep, table::Bodies};
+use super::{record::BodyLoad, sleep, table::Bodies};
 use crate::{BodyId, MotionType, convert};
 
 /// Flag in the user data of bodies that trees move.

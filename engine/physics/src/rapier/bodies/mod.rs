@@ -1,6 +1,6 @@
 //! Rigid bodies: rapier's world with what it lacks about each body.
 //!
-//! `table` declares [`Bodies`], and `record` the data of each body. `create` adds bodies and prepares them for joints,
+//! `table` declares [`Bodies`], and `record` the data that it contains. `create` adds bodies and prepares them for joints,
 //! `shapes` is a cache of their shapes, `placing` sets and reads poses, `velocity` computes velocities, `forces` applies
 //! forces, `spin` integrates gyroscopic motion, `sleep` decides which bodies can sleep, `handover` passes bodies to trees
 //! and back, and `substeps` chooses the number of sub-steps.
@@ -18,8 +18,7 @@ mod table;
 mod velocity;
 
 pub(crate) use create::is_valid_surface;
-pub(crate) use forces::SavedForces;
 pub(crate) use handover::IN_TREE_FLAG;
-pub(crate) use record::BodyRecord;
+pub(crate) use record::{BodyRecord, SavedForces};
 pub(crate) use shapes::ShapeCache;
 pub(crate) use table::Bodies;

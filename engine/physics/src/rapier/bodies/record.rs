@@ -1,13 +1,15 @@
-//! What the engine records about each body, in addition to rapier's own data.
+//! What the engine records about bodies, in addition to rapier's own data.
 
-use nalgebra::Isometry3;
+use std::collections::BTreeMap;
+
+use nalgebra::{Isometry3, Vector3};
 use rapier3d::{
-    dynamics::RigidBodyHandle,
+    dynamics::{RigidBody, RigidBodyHandle},
     math::{Pose, Rotation, Vector},
 };
 use serde::{Deserialize, Serialize};
 
-use crate::{CollisionMask, MotionType, convert};
+use crate::{BodyId, CollisionMask, MotionType, convert};
 
 /// The engine's data about a body.
 #[derive(Clone, Copy, Serialize, Deserialize)]
@@ -50,4 +52,49 @@ pub(crate) struct PreviousState {
     pub rotation: Rotation,
     pub linear: Vector,
     pub angular: Vector,
+}
+
+/// The forces that act on bodies.
+#[derive(Default, Serialize, Deserialize)]
+pub(crate) struct AppliedForces {
+    /// Bodies with forces that are cleared after the next advance.
+    pub pushed: Vec<BodyId>,
+    /// Forces on bodies of trees that act in all steps of an advance.
+    pub loads: BTreeMap<BodyId, BodyLoad>,
+    /// Forces on bodies of trees that act in the next step only.
+    pub step_loads: Vec<(BodyId, BodyLoad)>,
+    /// Forces that rapier's bodies had before those of the current step were added, in the order of these additions.
+    #[serde(skip)]
+    pub saved: Vec<SavedForces>,
+}
+
+/// A force, N, and a torque, N m, on a body of a tree, at its centre of mass.
+#[derive(Clone, Copy, Default, Serialize, Deserialize)]
+pub(crate) struct BodyLoad {
+    pub force: Vector3<f64>,
+    pub torque: Vector3<f64>,
+}
+
+/// The force and torque on a body that act in all steps of the advance.
+pub(crate) struct SavedForces {
+    pub handle: RigidBodyHandle,
+    pub force: Vector,
+    pub torque: Vector,
+}
+
+impl SavedForces {
+    pub fn of(handle: RigidBodyHandle, body: &RigidBody) -> Self {
+        SavedForces { handle, force: body.user_force(), torque: body.user_torque() }
+    }
+}
+
+/// What determines the number of sub-steps.
+#[derive(Default, Serialize, Deserialize)]
+pub(crate) struct Substeps {
+    /// Number of sub-steps of an ordinary step.
+    pub usual: usize,
+    /// Remaining time for which sub-steps are halved because a mechanism swings fast, s.
+    pub fast_s: f64,
+    /// Time for which all mechanisms have been slow, s.
+    pub calm_s: f64,
 }

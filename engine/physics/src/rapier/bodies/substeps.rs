@@ -1,20 +1,7 @@
 //! The sub-steps of a physics step, and how many there are.
 
-use serde::{Deserialize, Serialize};
-
 use super::table::Bodies;
 use crate::rapier::tuning::{HALVED_SUBSTEPS_TIME_S, MAX_SUBSTEP_MOTION, REST_SPEED_SHARE, REST_TIME_S};
-
-/// What determines the number of sub-steps.
-#[derive(Default, Serialize, Deserialize)]
-pub(crate) struct Substeps {
-    /// Number of sub-steps of an ordinary step.
-    pub usual: usize,
-    /// Remaining time for which sub-steps are halved because a mechanism swings fast, s.
-    pub fast_s: f64,
-    /// Time for which all mechanisms have been slow, s.
-    pub calm_s: f64,
-}
 
 impl Bodies {
     /// Returns the length of rapier's sub-steps, s, over which the impulses that it reports act.

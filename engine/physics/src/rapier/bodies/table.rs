@@ -10,11 +10,7 @@ use rapier3d::{
 };
 use serde::{Deserialize, Serialize};
 
-use super::{
-    forces::AppliedForces,
-    record::{BodyRecord, PreviousState},
-    substeps::Substeps,
-};
+use super::record::{AppliedForces, BodyRecord, PreviousState, Substeps};
 use crate::{
     BodyId, EngineSettings, MotionType, convert,
     rapier::tuning::{CONTACT_SOFTNESS, MAX_CONTACT_FREQUENCY_SHARE, STATIC_CONTACT_SOFTNESS},

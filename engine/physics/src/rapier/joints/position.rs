@@ -16,12 +16,26 @@ use tatu_geometry::wrap_angle;
 use super::record::JointRecord;
 use crate::{JointDesc, JointKind, rapier::bodies::Bodies};
 
+/// Indices of rapier's coordinates along and about the axis of a joint.
+pub(crate) const ALONG_AXIS: usize = 2;
+pub(crate) const ABOUT_AXIS: usize = 5;
+
 /// Returns rapier's axis of the degree of freedom that a drive moves.
 pub(crate) fn free_axis(kind: JointKind) -> Option<JointAxis> {
     match kind {
         JointKind::Revolute | JointKind::Screw(_) => Some(JointAxis::AngZ),
         JointKind::Prismatic => Some(JointAxis::LinZ),
         JointKind::Fixed | JointKind::Spherical => None,
+    }
+}
+
+/// Returns the index of the driven degree of freedom of a joint, and that of its coordinate. The first degree of
+/// freedom of a screw is its translation, and the second one, which is driven, its rotation.
+pub(crate) fn coordinate(kind: JointKind) -> (usize, usize) {
+    match kind {
+        JointKind::Screw(_) => (1, ABOUT_AXIS),
+        JointKind::Prismatic => (0, ALONG_AXIS),
+        _ => (0, ABOUT_AXIS),
     }
 }
 

@@ -7,29 +7,19 @@ use crate::{
     Gear, JointId, JointKind,
     rapier::{
         bodies::Bodies,
-        joints::{record::JointRecord, table::Joints},
+        joints::{
+            position::{ABOUT_AXIS, ALONG_AXIS, coordinate},
+            record::JointRecord,
+            table::Joints,
+        },
     },
 };
-
-/// Indices of rapier's coordinates along and about the axis of a joint.
-const ALONG_AXIS: usize = 2;
-const ABOUT_AXIS: usize = 5;
 
 /// Fraction of a coupling's error that is corrected per step. Rapier would correct all of it in each sub-step, before
 /// contacts and even in the pass without friction. Light geared fingers would then push the object between them back
 /// and forth until it slips through. Fingers of 15 g hold 0.2 kg at fractions from 0.2 to 0.5, and drop it at 0.9 and
 /// at 0.05.
 const CORRECTED_SHARE: f64 = 0.2;
-
-/// Returns the index of the driven degree of freedom of a joint, and that of its coordinate. The first degree of
-/// freedom of a screw is its translation, and the second one, which is driven, its rotation.
-pub(crate) fn coordinate(kind: JointKind) -> (usize, usize) {
-    match kind {
-        JointKind::Screw(_) => (1, ABOUT_AXIS),
-        JointKind::Prismatic => (0, ALONG_AXIS),
-        _ => (0, ABOUT_AXIS),
-    }
-}
 
 impl ReducedJoints {
     /// Replaces all couplings of joints.

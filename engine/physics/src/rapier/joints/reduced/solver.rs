@@ -6,7 +6,7 @@
 use rapier3d::{dynamics::RigidBodyBuilder, math::Pose};
 use serde::{Deserialize, Serialize};
 
-use super::{coordinates, gears};
+use super::coordinates;
 use crate::{
     BodyId, Gear, JointId, JointKind, MotionType,
     rapier::{
@@ -14,7 +14,7 @@ use crate::{
         joints::{
             impulse::build_joint,
             motor::{apply_motor, folded_friction},
-            position::{self, free_axis},
+            position::{self, coordinate, free_axis},
             record::{JointBackend, JointRecord, ReducedJoint},
             solver::{JointFormSolver, NewJoint},
             table::Joints,
@@ -124,7 +124,7 @@ impl ReducedJoints {
             let (first, count) = (link.assembly_id(), link.joint().ndofs());
             let own = match desc.kind {
                 JointKind::Spherical => first..first + count,
-                kind => first + gears::coordinate(kind).0..(first + count).max(first + gears::coordinate(kind).0),
+                kind => first + coordinate(kind).0..(first + count).max(first + coordinate(kind).0),
             };
             for i in own {
                 multibody.damping_mut()[i] = desc.passive.damping.max(0.0);
@@ -155,7 +155,7 @@ impl ReducedJoints {
             }
             let Some((multibody, id)) = bodies.world.multibody_joints.get_mut(reduced.handle) else { continue };
             let mobility = multibody.dof_inverse_inertia(&bodies.world.bodies);
-            let place = gears::coordinate(record.kind).0;
+            let place = coordinate(record.kind).0;
             let Some(row) = multibody.link(id).map(|l| l.assembly_id() + place) else { continue };
             let slow = mobility.get(row).is_some_and(|m| stiffness * m * h * h < SLOW_SPRING_PHASE_SQUARED);
             multibody.damping_mut()[row] = if slow { damping - stiffness * h } else { damping };
@@ -189,7 +189,7 @@ fn fold_friction(bodies: &mut Bodies, record: &mut JointRecord) {
     }
     record.drive.folded = folded;
     let own = record.passive.friction - folded;
-    let place = gears::coordinate(record.kind).0;
+    let place = coordinate(record.kind).0;
     let link = record.reduced().and_then(|r| bodies.world.multibody_joints.get_mut(r.handle));
     if let Some((multibody, id)) = link
         && let Some(row) = multibody.link(id).map(|l| l.assembly_id() + place)

@@ -1,6 +1,6 @@
-//! Scans a room with a laser scanner and prints the distances, seen from above.
+//! Scans a room with rays in a plane and prints the distances.
 //!
-//! Run it with `cargo run -p tatu-beams --example lidar`.
+//! Run it with `cargo run -p tatu-beams --example scan`.
 
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 use tatu_beams::{Beam, BeamScene, BeamTarget, Hit};
