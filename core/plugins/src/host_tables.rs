@@ -10,11 +10,44 @@ use tatu_plugin_api::abi::*;
 
 use crate::{
     drafts, guard_page,
+    tables::Table,
     tickets::{Mailbox, TicketTable},
 };
 
-/// Returns the table of host functions with an id, or null.
-pub type FindTable = fn(&CStr) -> *const c_void;
+/// Returns the table of host functions with an id, or `None` if there is no such table.
+pub type FindTable = fn(&CStr) -> Option<HostTable>;
+
+/// A table of host functions, which begins with its size and is never freed.
+#[derive(Clone, Copy)]
+pub struct HostTable {
+    ptr: *const c_void,
+    size: u32,
+}
+
+impl HostTable {
+    /// Wraps one of the host's tables.
+    pub fn new<T: Table>(table: &'static T) -> Self {
+        HostTable { ptr: std::ptr::from_ref(table).cast(), size: size_of::<T>() as u32 }
+    }
+    /// Returns the pointer for plugins.
+    pub fn ptr(self) -> *const c_void {
+        self.ptr
+    }
+    /// Returns the size of the table, bytes.
+    pub fn size(self) -> u32 {
+        self.size
+    }
+    /// Copies the first bytes of the table and stores their number as its `size`. The copy is never freed.
+    fn truncate(self, bytes: u32, id: &CStr) -> *const c_void {
+        // Rounding down prevents the table from ending within a pointer.
+        let bytes = bytes.min(self.size) & !7;
+        // SAFETY: `bytes` is at most the size of the table, which is never freed or changed.
+        let mut copy = unsafe { std::slice::from_raw_parts(self.ptr.cast::<u8>(), bytes as usize) }.to_vec();
+        copy.splice(..4.min(copy.len()), bytes.to_ne_bytes());
+        let label = format!("the {bytes} bytes of `{}` that `needs` states", id.to_string_lossy());
+        guard_page::leak_before_guard(&copy, &label)
+    }
+}
 
 /// The host tables for plugins, and the interned keys.
 pub struct HostTables {
@@ -41,7 +74,7 @@ pub struct HostHolder {
 
 /// The host object of one plugin. Its address identifies the plugin on any thread. It is never freed, because a thread
 /// of the plugin may hold the pointer until the process ends.
-struct PluginHost {
+pub struct PluginHost {
     raw: tatu_host,
     shared: Weak<SharedTables>,
     holder: HostHolder,
@@ -51,12 +84,28 @@ struct PluginHost {
     assets: Option<CString>,
 }
 
-/// # Safety
-/// `host` must be null or a pointer made by [`HostTables`].
-unsafe fn plugin_host(host: *const tatu_host) -> Option<&'static PluginHost> {
-    // SAFETY: `host` is null or was made by `HostTables`, so its `ctx` points to the `PluginHost` that contains it,
-    // which is never freed.
-    unsafe { host.as_ref()?.ctx.cast::<PluginHost>().as_ref() }
+impl PluginHost {
+    /// Returns the host object of a pointer that a plugin passes back, or `None` for null.
+    ///
+    /// # Safety
+    /// `host` must be null or a pointer made by [`HostTables`].
+    pub unsafe fn at(host: *const tatu_host) -> Option<&'static PluginHost> {
+        // SAFETY: `host` is null or was made by `HostTables`, so its `ctx` points to the `PluginHost` that contains it,
+        // which is never freed.
+        unsafe { host.as_ref()?.ctx.cast::<PluginHost>().as_ref() }
+    }
+    /// Returns the plugin that the pointer was given to.
+    pub fn holder(&self) -> &HostHolder {
+        &self.holder
+    }
+    /// Like [`HostTables::number`]. Returns `None` if the `HostTables` has been dropped.
+    pub fn number(&self, key: &str) -> Option<u32> {
+        Some(self.shared.upgrade()?.number(key))
+    }
+    /// Delivers the result for a ticket. Returns whether the ticket was valid.
+    pub fn deliver(&self, ticket: u64, result: &[u8]) -> bool {
+        self.shared.upgrade().is_some_and(|shared| shared.tickets.deliver(ticket, result))
+    }
 }
 
 /// Keys and their numbers. The first numbers are those of the core's properties, in order.
@@ -131,9 +180,9 @@ impl HostTables {
             &raw const (*new).raw
         }
     }
-    /// Returns the table with an id, or null if there is no such table.
-    pub(crate) fn find(&self, id: &str) -> *const c_void {
-        CString::new(id).map_or(std::ptr::null(), |id| (self.shared.find)(&id))
+    /// Returns the table with an id, or `None` if there is no such table.
+    pub(crate) fn find(&self, id: &str) -> Option<HostTable> {
+        (self.shared.find)(&CString::new(id).ok()?)
     }
     /// Clears the list of requests for unknown tables.
     pub(crate) fn clear_refused(&self) {
@@ -154,36 +203,10 @@ impl HostTables {
     pub fn key(&self, number: u32) -> Option<String> {
         self.shared.keys.lock().ok()?.keys.get(number as usize).cloned()
     }
-    /// Like [`number`](Self::number), for the host pointer of a plugin. Returns `None` if the pointer is null, or if
-    /// its `HostTables` has been dropped.
-    ///
-    /// # Safety
-    /// `host` must be null or a pointer made by [`HostTables`].
-    pub unsafe fn number_at(host: *const tatu_host, key: &str) -> Option<u32> {
-        // SAFETY: the caller guarantees that `host` is null or was made by `HostTables`, which never frees it.
-        Some(unsafe { plugin_host(host) }?.shared.upgrade()?.number(key))
-    }
     /// Issues a ticket for a result that a world waits for under the number `wait`. With the ticket, any thread can
     /// deliver this result, once.
     pub fn ticket(&self, mailbox: &Arc<Mailbox>, wait: u64) -> u64 {
         self.shared.tickets.issue(mailbox, wait)
-    }
-    /// Delivers the result for a ticket, given the host pointer of a plugin. Returns whether the ticket was valid.
-    ///
-    /// # Safety
-    /// As for [`number_at`](Self::number_at).
-    pub unsafe fn deliver_at(host: *const tatu_host, ticket: u64, result: &[u8]) -> bool {
-        // SAFETY: the caller guarantees that `host` is null or was made by `HostTables`, which never frees it.
-        let shared = unsafe { plugin_host(host) }.and_then(|own| own.shared.upgrade());
-        shared.is_some_and(|shared| shared.tickets.deliver(ticket, result))
-    }
-    /// Returns the plugin that a host pointer was given to, or `None` if the pointer is null.
-    ///
-    /// # Safety
-    /// As for [`number_at`](Self::number_at).
-    pub unsafe fn holder_at(host: *const tatu_host) -> Option<&'static HostHolder> {
-        // SAFETY: the caller guarantees that `host` is null or was made by `HostTables`, which never frees it.
-        Some(&unsafe { plugin_host(host) }?.holder)
     }
 }
 
@@ -195,38 +218,19 @@ impl SharedTables {
 
 unsafe extern "C" fn service(host: *const tatu_host, id: *const c_char) -> *const c_void {
     // SAFETY: the header requires `host` to be the pointer that the plugin was given, which is never freed.
-    let Some(own) = (unsafe { plugin_host(host) }).filter(|_| !id.is_null()) else { return std::ptr::null() };
+    let Some(own) = (unsafe { PluginHost::at(host) }).filter(|_| !id.is_null()) else { return std::ptr::null() };
     let Some(shared) = own.shared.upgrade() else { return std::ptr::null() };
     // SAFETY: `id` is not null, and the header requires it to be a NUL-terminated string that is valid during the call.
     let id = unsafe { CStr::from_ptr(id) };
-    let found = (shared.find)(id);
-    if found.is_null() {
+    let Some(found) = (shared.find)(id) else {
         // The limit prevents a plugin that requests tables endlessly from exhausting memory.
         if let Some(mut keys) = shared.keys.lock().ok().filter(|k| k.refused.len() < 64) {
             keys.refused.push(id.to_string_lossy().into_owned());
         }
-    }
+        return std::ptr::null();
+    };
     match own.needs.iter().find(|(need, bytes)| need.as_c_str() == id && *bytes > 0) {
-        // SAFETY: `found` points to one of the host's own tables, which are never freed and begin with their size.
-        Some((_, bytes)) if !found.is_null() => unsafe { truncated_copy(found, *bytes, id) },
-        _ => found,
+        Some((_, bytes)) => found.truncate(*bytes, id),
+        None => found.ptr(),
     }
-}
-
-/// Copies the first bytes of a table and stores their number as its `size`. The copy is never freed.
-///
-/// # Safety
-/// `table` must point to one of the host's own tables, which begin with their size.
-unsafe fn truncated_copy(table: *const c_void, bytes: u32, id: &CStr) -> *const c_void {
-    // SAFETY: the caller guarantees that `table` points to a table that begins with its size.
-    let size = unsafe { *table.cast::<u32>() };
-    // Rounding down prevents the table from ending within a pointer.
-    let bytes = bytes.min(size) & !7;
-    // SAFETY: `bytes` is at most the size of the table, which is never freed.
-    let mut copy = unsafe { std::slice::from_raw_parts(table.cast::<u8>(), bytes as usize) }.to_vec();
-    copy.splice(..4.min(copy.len()), bytes.to_ne_bytes());
-    guard_page::leak_before_guard(
-        &copy,
-        &format!("the {bytes} bytes of `{}` that `needs` states", id.to_string_lossy()),
-    )
 }

@@ -2,6 +2,7 @@
 //!
 //! - `search`: the folders and files that are searched for plugins, the user's own folder last;
 //! - `load`: opens a plugin and copies its tables; `elf`, `drafts`: reasons to reject it;
+//! - `declared`: safe access to what a plugin's tables point to;
 //! - [`Registry`]: everything that the loaded plugins offer, by id;
 //! - `tickets`: delivery of results by plugins' own threads;
 //! - [`HostTables`]: the host's functions, which plugins request by id, and interned keys;
@@ -21,6 +22,7 @@
 
 pub mod border;
 mod checks;
+mod declared;
 mod drafts;
 mod elf;
 pub mod events;
@@ -37,7 +39,7 @@ pub mod schemas;
 mod search;
 mod setup_lock;
 pub mod state_block;
-pub mod tables;
+mod tables;
 pub mod texts;
 pub mod thread_grant;
 mod tickets;
@@ -46,7 +48,7 @@ pub mod watchdog;
 
 pub use checks::parameters as parameter_flaws;
 pub use elf::{LibraryFlaw, check as check_library};
-pub use host_tables::{HostHolder, HostTables};
+pub use host_tables::{FindTable, HostHolder, HostTable, HostTables, PluginHost};
 pub use inspect::Inspector;
 pub use load::assets_folder;
 pub use parameter_spec::{ParameterSpec, check_value, describe_value};

@@ -1,7 +1,7 @@
 //! Loading of a plugin: opens the library and reads its descriptor.
 
 use std::{
-    ffi::{CStr, CString, c_void},
+    ffi::{CString, c_void},
     path::{Path, PathBuf},
     sync::Arc,
 };
@@ -11,12 +11,14 @@ use tatu_errors::{Error, Result};
 use tatu_plugin_api::abi::*;
 
 use super::{
-    SearchPath, drafts,
+    SearchPath,
+    declared::{Declared, Extension},
+    drafts,
     guard::{self, ProcessState},
     tables, texts,
     watchdog::{CallWatch, PluginCall},
 };
-use crate::{HostTables, border::check_status};
+use crate::HostTables;
 
 /// Remarks on plugins that are loaded nevertheless.
 #[derive(Default)]
@@ -41,6 +43,20 @@ fn open_library(file: &Path) -> Result<Library, libloading::Error> {
     unsafe {
         Library::new(file)
     }
+}
+
+/// Reads the descriptor of a plugin's library, if it has one.
+fn descriptor(library: Library) -> Option<Declared<'static, tatu_plugin_t>> {
+    // SAFETY: the contract requires the symbol to be a constant of this type; it belongs to the library, which is never
+    // unloaded.
+    let raw = unsafe {
+        let symbol = library.get::<*const tatu_plugin_t>(b"tatu_plugin\0").ok();
+        let at = symbol.and_then(|s| s.try_as_raw_ptr()).unwrap_or(std::ptr::null_mut()).cast::<tatu_plugin_t>();
+        Declared::at(at.cast_const())
+    };
+    // The library is never unloaded, because pointers into it have no lifetime.
+    std::mem::forget(library);
+    raw
 }
 
 /// Extracts the missing symbol from the loader's message: ".../libtatu_x.so: undefined symbol: twice".
@@ -136,17 +152,7 @@ impl LoadedPlugin {
                 }
             }
         })?;
-        // SAFETY: the contract requires the symbol to be a constant of this type; it belongs to the library, which is
-        // never unloaded.
-        let descriptor: *const tatu_plugin_t =
-            unsafe { library.get::<*const tatu_plugin_t>(b"tatu_plugin\0").map(|s| s.try_as_raw_ptr()) }
-                .ok()
-                .flatten()
-                .map_or(std::ptr::null(), |p| p.cast::<tatu_plugin_t>().cast_const());
-        // The library is never unloaded, because pointers into it have no lifetime.
-        std::mem::forget(library);
-        // SAFETY: the descriptor is null or belongs to the library, which is never unloaded.
-        let raw = unsafe { tables::read(descriptor) }.ok_or_else(|| {
+        let raw = descriptor(library).ok_or_else(|| {
             fail(
                 "it exports no `tatu_plugin`".into(),
                 "a plugin exports a `tatu_plugin_t` of that name; in C++ include tatu.h before defining it",
@@ -163,11 +169,7 @@ impl LoadedPlugin {
         if let Some(lack) = tables::lacking(raw.size, &needed) {
             return Err(fail(format!("its descriptor `tatu_plugin` {lack}"), tables::HELP));
         }
-        // SAFETY: the contract requires the strings of the descriptor to be null or NUL-terminated; they belong to the
-        // library, which is never unloaded. This also applies below.
-        let text = |p| unsafe { tables::text(p) };
-        // SAFETY: `raw.id` is null or NUL-terminated, and belongs to the library, which is never unloaded.
-        let id = unsafe { tables::label(raw.id) }.filter(|s| !s.is_empty()).ok_or_else(|| {
+        let id = raw.id().filter(|s| !s.is_empty()).ok_or_else(|| {
             fail("its id is empty".into(), "give `tatu_plugin.id` a name of your own, such as \"org.example.gripper\"")
         })?;
         if let Some(flaw) = texts::flaw(&id) {
@@ -189,7 +191,8 @@ impl LoadedPlugin {
             watch.enter(PluginCall::Init, usize::MAX, 0);
             // SAFETY: `init` belongs to the library, which is never unloaded; `own` is never freed, and the tables live
             // as long as `_host`. `me` and the error object live until the call has returned.
-            let status = unsafe { check_status(init(own, &mut me, error.raw()), false, error.raw()) };
+            let status = unsafe { init(own, &mut me, error.raw()) };
+            let status = error.check_status(status, false);
             watch.enter(PluginCall::Extension, usize::MAX, 0);
             if status < 0 {
                 let said = error.text();
@@ -211,13 +214,13 @@ impl LoadedPlugin {
         }
         let loaded = LoadedPlugin {
             id,
-            name: text(raw.name).unwrap_or_default(),
-            version: text(raw.version).unwrap_or_default(),
-            licence: text(raw.licence).unwrap_or_default(),
+            name: raw.name().unwrap_or_default(),
+            version: raw.version().unwrap_or_default(),
+            licence: raw.licence().unwrap_or_default(),
             abi: (raw.abi_major, raw.abi_minor),
             path: path.to_owned(),
             me,
-            raw,
+            raw: *raw,
             _host: host.clone(),
             watch: watch.clone(),
         };
@@ -243,17 +246,13 @@ impl LoadedPlugin {
     }
 
     fn check_needs(
-        raw: &tatu_plugin_t,
+        raw: &Declared<'_, tatu_plugin_t>,
         host: &HostTables,
         path: &Path,
         remarks: &mut LoadRemarks,
     ) -> Result<(), UnmetNeed> {
-        // SAFETY: the contract requires `needs` to be null or a null-terminated list of tables; it belongs to the
-        // library, which is never unloaded.
-        for (_, need) in unsafe { tables::list(raw.needs) } {
-            // SAFETY: the contract requires `id` to be null or NUL-terminated; it belongs to the library, which is
-            // never unloaded.
-            let id = unsafe { tables::text(need.id) };
+        for need in raw.needs() {
+            let id = need.id().map(|id| texts::clean(&id.to_string_lossy()).into_owned());
             let Some(unmet) = find_unmet(id.as_deref(), &need, host) else { continue };
             if need.optional == 0 {
                 return Err(unmet);
@@ -273,6 +272,13 @@ impl LoadedPlugin {
         // SAFETY: `theirs` is not null, and the contract requires the extension with this id to be such a table; it
         // belongs to the library, which is never unloaded.
         unsafe { compare_layouts(theirs) }.map(drop)
+    }
+
+    /// Returns the table of one of the plugin's extensions.
+    pub(crate) fn declared<T: Extension>(&self) -> Option<Declared<'_, T>> {
+        // SAFETY: the contract requires the answer for the id of an extension to be null or its table, which is valid
+        // until the plugin is shut down; that requires an exclusive borrow of `self`.
+        unsafe { Declared::at(self.extension(T::ID)) }
     }
 
     /// Returns the table of one of the plugin's extensions, or null.
@@ -298,14 +304,8 @@ fn assets_of(library: &Path) -> Option<CString> {
 }
 
 /// Returns the ids of the tables that a plugin needs, and the number of bytes of each.
-fn needs_of(raw: &tatu_plugin_t) -> Vec<(CString, u32)> {
-    // SAFETY: the contract requires `needs` to be null or a null-terminated list of tables; it belongs to the library,
-    // which is never unloaded.
-    let all = unsafe { tables::list(raw.needs) };
-    // SAFETY: `id` is not null, and the contract requires it to be NUL-terminated; it belongs to the library, which is
-    // never unloaded.
-    let id = |need: &tatu_need| (!need.id.is_null()).then(|| unsafe { CStr::from_ptr(need.id) }.to_owned());
-    all.iter().filter_map(|(_, need)| Some((id(need)?, need.bytes))).collect()
+fn needs_of(raw: &Declared<'_, tatu_plugin_t>) -> Vec<(CString, u32)> {
+    raw.needs().iter().filter_map(|need| Some((need.id()?.to_owned(), need.bytes))).collect()
 }
 
 /// A need that this host does not meet, and why.
@@ -329,13 +329,11 @@ fn find_unmet(id: Option<&str>, need: &tatu_need, host: &HostTables) -> Option<U
         return Some(UnmetNeed { what, why, newer_host: true });
     }
     let id = id?;
-    let table = host.find(id);
-    if table.is_null() {
+    let Some(table) = host.find(id) else {
         let why = drafts::other_draft(id).unwrap_or_else(|| "which this host does not offer".into());
         return Some(UnmetNeed { what: format!("`{id}`"), why, newer_host: false });
-    }
-    // SAFETY: `table` points to one of the host's own tables, which are never freed and begin with their size.
-    let size = unsafe { *table.cast::<u32>() };
+    };
+    let size = table.size();
     (need.bytes > size).then(|| UnmetNeed {
         what: format!("{} bytes of `{id}`", need.bytes),
         why: format!("but this host has {size}: it is older than the plugin"),

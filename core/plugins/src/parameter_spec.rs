@@ -1,11 +1,8 @@
 //! Declarations of parameters as Rust types, and the check of values against them.
 
-use tatu_plugin_api::{
-    abi::*,
-    safe::{Value, ValueRef},
-};
+use tatu_plugin_api::{abi::*, safe::Value};
 
-use super::tables;
+use crate::declared::Declared;
 
 /// Maximum depth of nested tables with declared keys.
 const MAX_KEY_DEPTH: u32 = 4;
@@ -45,18 +42,13 @@ pub struct ParameterSpec {
 
 impl ParameterSpec {
     /// Reads a list of declarations.
-    ///
-    /// # Safety
-    /// `list` must be null or a null-terminated list of valid tables.
-    pub(super) unsafe fn read_list(list: *const *const tatu_param) -> Vec<ParameterSpec> {
-        // SAFETY: the caller guarantees that the list and its tables are valid during this call; they are copied.
-        unsafe { tables::list(list).into_iter().map(|(_, p)| Self::read(&p, 0, &mut 0)).collect() }
+    pub(super) fn read_list(list: &[Declared<'_, tatu_param>]) -> Vec<ParameterSpec> {
+        list.iter().map(|p| Self::read(p, 0, &mut 0)).collect()
     }
     /// Reads the keys of a table, and returns whether some were left out. The depth and the number of keys are limited,
     /// because a declaration can refer to itself.
-    unsafe fn read_keys(list: *const *const tatu_param, depth: u32, read: &mut u32) -> (Vec<ParameterSpec>, bool) {
-        // SAFETY: the caller guarantees that the list is valid during this call.
-        let all = unsafe { tables::list(list) };
+    fn read_keys(table: &Declared<'_, tatu_param>, depth: u32, read: &mut u32) -> (Vec<ParameterSpec>, bool) {
+        let all = table.keys();
         if all.is_empty() {
             return (Vec::new(), false);
         }
@@ -64,37 +56,32 @@ impl ParameterSpec {
         if depth > MAX_KEY_DEPTH || *read > MAX_KEYS {
             return (Vec::new(), true);
         }
-        // SAFETY: the caller guarantees that the tables of the list are valid during this call.
-        let keys: Vec<_> = all.into_iter().map(|(_, p)| unsafe { Self::read(&p, depth, read) }).collect();
+        let keys: Vec<_> = all.iter().map(|p| Self::read(p, depth, read)).collect();
         let cut = keys.iter().any(|k| k.keys_cut);
         (keys, cut)
     }
-    unsafe fn read(raw: &tatu_param, depth: u32, read: &mut u32) -> ParameterSpec {
+    fn read(raw: &Declared<'_, tatu_param>, depth: u32, read: &mut u32) -> ParameterSpec {
         // If both bounds are 0, the plugin has not set them, which means that the value is unbounded.
         let unset = raw.lowest == 0.0 && raw.highest == 0.0;
-        // SAFETY: the contract requires lists, tables and texts of a declaration to be valid as long as the plugin,
-        // which is never unloaded.
-        unsafe {
-            let (keys, keys_cut) = match raw.type_ {
-                TATU_MAP => Self::read_keys(raw.keys, depth + 1, read),
-                _ => (Vec::new(), false),
-            };
-            let fallback = ValueRef::new(raw.fallback).to_value();
-            ParameterSpec {
-                key: tables::label(raw.key).unwrap_or_default(),
-                kind: raw.type_,
-                count: raw.count,
-                flags: raw.flags,
-                unit: tables::text(raw.unit),
-                lowest: if unset { f64::NEG_INFINITY } else { raw.lowest },
-                highest: if unset { f64::INFINITY } else { raw.highest },
-                unreadable_default: fallback.is_err(),
-                fallback: fallback.unwrap_or_default(),
-                choices: tables::pointers(raw.choices).into_iter().filter_map(|c| tables::text(c)).collect(),
-                keys,
-                keys_cut,
-                text: tables::text(raw.text).unwrap_or_default(),
-            }
+        let (keys, keys_cut) = match raw.type_ {
+            TATU_MAP => Self::read_keys(raw, depth + 1, read),
+            _ => (Vec::new(), false),
+        };
+        let fallback = raw.fallback().to_value();
+        ParameterSpec {
+            key: raw.key().unwrap_or_default(),
+            kind: raw.type_,
+            count: raw.count,
+            flags: raw.flags,
+            unit: raw.unit(),
+            lowest: if unset { f64::NEG_INFINITY } else { raw.lowest },
+            highest: if unset { f64::INFINITY } else { raw.highest },
+            unreadable_default: fallback.is_err(),
+            fallback: fallback.unwrap_or_default(),
+            choices: raw.choices(),
+            keys,
+            keys_cut,
+            text: raw.text().unwrap_or_default(),
         }
     }
     /// Returns whether the parameter can be omitted.

@@ -1,10 +1,6 @@
-//! Reading of tables that plugins have filled, with zeros for missing fields.
-
-use std::ffi::{CStr, c_char};
+//! Tables of the ABI, which begin with their size: copies with zeros for missing fields, and required fields.
 
 use tatu_plugin_api::abi::*;
-
-use crate::texts;
 
 /// A table of the ABI, which begins with its size and is valid if all bytes are zero.
 ///
@@ -50,14 +46,28 @@ table!(
     tatu_ext_service,
     tatu_event,
     tatu_ext_event,
-    tatu_beams
+    tatu_beams,
+    tatu_host_scene,
+    tatu_host_stand_ins,
+    tatu_host_readings,
+    tatu_host_bodies,
+    tatu_host_commands,
+    tatu_host_scripts,
+    tatu_host_events,
+    tatu_host_signals,
+    tatu_host_session,
+    tatu_host_stage,
+    tatu_host_log,
+    tatu_host_files,
+    tatu_host_figures,
+    tatu_host_edits
 );
 
 /// Copies a plugin's table into a full-size one, with zeros for fields that the plugin's table does not contain.
 ///
 /// # Safety
 /// `from` must be null or point to a table of as many bytes as its `size` states.
-pub unsafe fn read<T: Table>(from: *const T) -> Option<T> {
+pub(crate) unsafe fn read<T: Table>(from: *const T) -> Option<T> {
     if from.is_null() {
         return None;
     }
@@ -108,61 +118,4 @@ pub fn lacking(size: u32, required: &[RequiredField]) -> Option<String> {
         }
         false => format!("has no `{name}`, which is required"),
     })
-}
-
-/// Copies the tables of a null-terminated list.
-///
-/// # Safety
-/// `list` must be null or a null-terminated array of pointers to tables that are valid for [`read`].
-pub unsafe fn list<T: Table>(list: *const *const T) -> Vec<(*const T, T)> {
-    // SAFETY: the caller guarantees that the list and its tables are valid during this call; the tables are copied.
-    unsafe { pointers(list).into_iter().filter_map(|p| read(p).map(|t| (p, t))).collect() }
-}
-
-/// Returns the pointers of a null-terminated list, but at most 65536, in case the terminator is missing.
-///
-/// # Safety
-/// `list` must be null or a null-terminated array.
-pub unsafe fn pointers<T>(list: *const *const T) -> Vec<*const T> {
-    let mut out = Vec::new();
-    if list.is_null() {
-        return out;
-    }
-    for i in 0..65536 {
-        // SAFETY: no null pointer was found before index `i`, so the element is within the array, which the caller
-        // guarantees to be valid during this call.
-        let p = unsafe { *list.add(i) };
-        if p.is_null() {
-            break;
-        }
-        out.push(p);
-    }
-    out
-}
-
-/// Copies a NUL-terminated string, with control characters escaped for display.
-///
-/// # Safety
-/// `s` must be null or NUL-terminated.
-pub unsafe fn text(s: *const c_char) -> Option<String> {
-    // SAFETY: `s` is not null, and the caller guarantees that it is NUL-terminated and valid during this call.
-    (!s.is_null()).then(|| texts::clean(&unsafe { CStr::from_ptr(s) }.to_string_lossy()).into_owned())
-}
-
-/// Copies a NUL-terminated name in the form of [`texts::label`]; `names` checks whether it is valid.
-///
-/// # Safety
-/// `s` must be null or NUL-terminated.
-pub unsafe fn label(s: *const c_char) -> Option<String> {
-    // SAFETY: `s` is not null, and the caller guarantees that it is NUL-terminated and valid during this call.
-    (!s.is_null()).then(|| texts::label(unsafe { CStr::from_ptr(s) }.to_bytes()))
-}
-
-/// Returns the names of a null-terminated list, in the form that `texts::flaw` expects.
-///
-/// # Safety
-/// As for [`pointers`].
-pub unsafe fn labels(list: *const *const c_char) -> Vec<String> {
-    // SAFETY: the caller guarantees that the list is valid.
-    unsafe { pointers(list).into_iter().filter_map(|s| label(s)).collect() }
 }

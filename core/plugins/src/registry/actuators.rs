@@ -33,69 +33,65 @@ impl Registry {
     }
 
     /// Reads the kinds of actuators that a plugin offers.
-    ///
-    /// # Safety
-    /// The plugin must have been started, and its tables must be valid.
-    pub(super) unsafe fn add_actuators(&mut self, plugin: usize) {
-        // SAFETY: the caller guarantees that the tables are valid; they belong to a library that is never unloaded.
-        unsafe {
-            let Some(ext) = tables::read(self.plugins[plugin].extension::<tatu_ext_actuator>(TATU_ACTUATOR)) else {
-                return;
-            };
-            self.check_extension(plugin, TATU_ACTUATOR, ext.size, &tables::required!(ext, tatu_ext_actuator: kinds));
-            for (_, raw) in tables::list(ext.kinds) {
-                let needed = tables::required!(raw, tatu_actuator: id, apply);
-                let Some(id) = self.checked_id(plugin, "actuator", raw.id, raw.size, &needed) else { continue };
-                let Some(life) = self.life(plugin, &format!("actuator `{id}`"), raw.life) else { continue };
-                let claimed: Vec<usize> = self.actuators.iter().filter(|a| a.id == id).map(|a| a.plugin).collect();
-                if !self.claim_id(plugin, "actuator", &id, &claimed) {
-                    continue;
-                }
-                let (params, commands) = (ParameterSpec::read_list(raw.params), ParameterSpec::read_list(raw.commands));
-                if let Some(why) = actuator_flaw(&id, &raw, &params, &commands) {
-                    self.refuse(plugin, why, "see tatu_actuator in tatu.h");
-                    continue;
-                }
-                let owner = format!("its actuator `{id}`");
-                let Some(fields) = self.fields(plugin, &owner, raw.fields) else { continue };
-                let lacks_shape = fields.iter().find(|f| f.dims.iter().any(|d| *d == 0 || *d >= TATU_DIM_OWN));
-                if let Some(f) = lacks_shape {
-                    let text = format!("the field `{}` of {owner} has a shape that depends on beams", f.name);
-                    self.refuse(plugin, text, "give the number of elements along each axis");
-                    continue;
-                }
-                let schemas = self.schemas(plugin, &owner, raw.schemas);
-                let readings = (!fields.is_empty()).then(|| {
-                    self.sensors.push(SensorKind {
-                        plugin,
-                        id: id.clone(),
-                        text: tables::text(raw.text).unwrap_or_default(),
-                        schemas,
-                        params: Vec::new(),
-                        field_props: fields.iter().map(|f| self.host.number(&f.name)).collect(),
-                        fields,
-                        presets: Vec::new(),
-                        raw: tatu_sensor { fields: raw.fields, ..NO_FUNCTIONS },
-                        life: NO_LIFE,
-                        of_actuator: true,
-                    });
-                    self.sensors.len() - 1
-                });
-                let number = |d: &ParameterSpec| self.host.number(&format!("{id}.{}", d.key));
-                self.actuators.push(ActuatorKind {
-                    plugin,
-                    text: tables::text(raw.text).unwrap_or_default(),
-                    every_substep: raw.flags & TATU_ACTUATOR_EVERY_SUBSTEP != 0,
-                    param_props: params.iter().map(number).collect(),
-                    command_props: commands.iter().map(number).collect(),
-                    params,
-                    commands,
-                    life,
-                    readings,
-                    raw,
-                    id,
-                });
+    pub(super) fn add_actuators(&mut self, plugin: usize) {
+        let loaded = self.plugins[plugin].clone();
+        let Some(ext) = loaded.declared::<tatu_ext_actuator>() else { return };
+        self.check_extension(plugin, TATU_ACTUATOR, ext.size, &tables::required!(ext, tatu_ext_actuator: kinds));
+        for raw in ext.kinds() {
+            let needed = tables::required!(raw, tatu_actuator: id, apply);
+            let Some(id) = self.checked_id(plugin, "actuator", raw.id(), raw.size, &needed) else { continue };
+            let Some(life) = self.life(plugin, &format!("actuator `{id}`"), raw.life()) else { continue };
+            let claimed: Vec<usize> = self.actuators.iter().filter(|a| a.id == id).map(|a| a.plugin).collect();
+            if !self.claim_id(plugin, "actuator", &id, &claimed) {
+                continue;
             }
+            let (params, commands) =
+                (ParameterSpec::read_list(&raw.params()), ParameterSpec::read_list(&raw.commands()));
+            if let Some(why) = actuator_flaw(&id, &raw, &params, &commands) {
+                self.refuse(plugin, why, "see tatu_actuator in tatu.h");
+                continue;
+            }
+            let owner = format!("its actuator `{id}`");
+            let field_tables = raw.fields();
+            let Some(fields) = self.fields(plugin, &owner, &field_tables) else { continue };
+            let lacks_shape = fields.iter().find(|f| f.dims.iter().any(|d| *d == 0 || *d >= TATU_DIM_OWN));
+            if let Some(f) = lacks_shape {
+                let text = format!("the field `{}` of {owner} has a shape that depends on beams", f.name);
+                self.refuse(plugin, text, "give the number of elements along each axis");
+                continue;
+            }
+            let schemas = self.schemas(plugin, &owner, raw.schemas());
+            let readings = (!fields.is_empty()).then(|| {
+                self.sensors.push(SensorKind {
+                    plugin,
+                    id: id.clone(),
+                    text: raw.text().unwrap_or_default(),
+                    schemas,
+                    params: Vec::new(),
+                    field_props: fields.iter().map(|f| self.host.number(&f.name)).collect(),
+                    fields,
+                    field_tables: field_tables.iter().map(|f| **f).collect(),
+                    presets: Vec::new(),
+                    raw: tatu_sensor { fields: raw.fields, ..NO_FUNCTIONS },
+                    life: NO_LIFE,
+                    of_actuator: true,
+                });
+                self.sensors.len() - 1
+            });
+            let number = |d: &ParameterSpec| self.host.number(&format!("{id}.{}", d.key));
+            self.actuators.push(ActuatorKind {
+                plugin,
+                text: raw.text().unwrap_or_default(),
+                every_substep: raw.flags & TATU_ACTUATOR_EVERY_SUBSTEP != 0,
+                param_props: params.iter().map(number).collect(),
+                command_props: commands.iter().map(number).collect(),
+                params,
+                commands,
+                life,
+                readings,
+                raw: *raw,
+                id,
+            });
         }
     }
 }

@@ -15,35 +15,26 @@ use crate::{ParameterSpec, tables, watchdog::PluginCall};
 const HEAD_BYTES: usize = 4096;
 
 impl Registry {
-    pub(super) unsafe fn add_importers(&mut self, plugin: usize) {
-        // SAFETY: the plugin has been started and is never unloaded, and the contract requires its tables to be valid.
-        unsafe {
-            let Some(ext) = tables::read(self.plugins[plugin].extension::<tatu_ext_importer>(TATU_IMPORTER)) else {
-                return;
-            };
-            self.check_extension(
-                plugin,
-                TATU_IMPORTER,
-                ext.size,
-                &tables::required!(ext, tatu_ext_importer: importers),
-            );
-            for (_, raw) in tables::list(ext.importers) {
-                let needed = tables::required!(raw, tatu_importer: id, load);
-                let Some(id) = self.checked_id(plugin, "importer", raw.id, raw.size, &needed) else { continue };
-                let claimed: Vec<usize> = self.importers.iter().filter(|i| i.id == id).map(|i| i.plugin).collect();
-                if !self.claim_id(plugin, "importer", &id, &claimed) {
-                    continue;
-                }
-                let suffixes = self.suffixes(plugin, &format!("importer `{id}`"), raw.suffixes);
-                self.importers.push(Importer {
-                    plugin,
-                    id,
-                    text: tables::text(raw.text).unwrap_or_default(),
-                    suffixes,
-                    params: ParameterSpec::read_list(raw.params),
-                    raw,
-                });
+    pub(super) fn add_importers(&mut self, plugin: usize) {
+        let loaded = self.plugins[plugin].clone();
+        let Some(ext) = loaded.declared::<tatu_ext_importer>() else { return };
+        self.check_extension(plugin, TATU_IMPORTER, ext.size, &tables::required!(ext, tatu_ext_importer: importers));
+        for raw in ext.importers() {
+            let needed = tables::required!(raw, tatu_importer: id, load);
+            let Some(id) = self.checked_id(plugin, "importer", raw.id(), raw.size, &needed) else { continue };
+            let claimed: Vec<usize> = self.importers.iter().filter(|i| i.id == id).map(|i| i.plugin).collect();
+            if !self.claim_id(plugin, "importer", &id, &claimed) {
+                continue;
             }
+            let suffixes = self.suffixes(plugin, &format!("importer `{id}`"), raw.suffixes());
+            self.importers.push(Importer {
+                plugin,
+                id,
+                text: raw.text().unwrap_or_default(),
+                suffixes,
+                params: ParameterSpec::read_list(&raw.params()),
+                raw: *raw,
+            });
         }
     }
 

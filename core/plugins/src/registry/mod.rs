@@ -235,17 +235,14 @@ impl Registry {
     /// Reads the tables of all plugins, in order.
     fn read(&mut self) {
         for i in 0..self.plugins.len() {
-            // SAFETY: the plugins have been started, and the contract requires their tables to be valid.
-            unsafe {
-                self.add_sensors(i);
-                self.add_actuators(i);
-                self.add_models(i);
-                self.add_importers(i);
-                self.add_languages(i);
-                self.add_commands(i);
-                self.add_services(i);
-                self.add_events(i);
-            }
+            self.add_sensors(i);
+            self.add_actuators(i);
+            self.add_models(i);
+            self.add_importers(i);
+            self.add_languages(i);
+            self.add_commands(i);
+            self.add_services(i);
+            self.add_events(i);
         }
         self.check_declarations();
         self.known_errors = self.refused.iter().map(|e| e.text.clone()).collect();

@@ -8,13 +8,14 @@ use std::{
 use tatu_errors::{Error, Result, SourceLocation};
 use tatu_plugin_api::{
     abi::*,
-    safe::{MAX_FILE_BYTES, ValueRef, read_plain_text},
+    safe::{MAX_FILE_BYTES, read_plain_text},
 };
 
 use super::{AttachmentSlot, Model, ModelNumber, Registry};
 use crate::{
     ParameterSpec,
     border::{ErrorSlot, raw},
+    declared::Declared,
     tables,
     watchdog::PluginCall,
 };
@@ -36,50 +37,40 @@ pub struct FoundModel {
 }
 
 /// Reads the declaration of a model from its table.
-///
-/// # Safety
-/// `given` must be a table of a plugin that has been started, and `raw` its copy.
-pub(super) unsafe fn read_declaration(plugin: usize, id: String, given: *const tatu_model, raw: tatu_model) -> Model {
-    // SAFETY: the contract requires texts and lists of a declaration to be valid until shutdown; they are copied.
-    unsafe {
-        let infos: Vec<AttachmentSlot> = tables::list(raw.slot_infos).into_iter().map(|(_, s)| slot(&s)).collect();
-        let slots = tables::labels(raw.slots).into_iter().map(|alias| {
-            let info = infos.iter().find(|s| s.alias == alias).cloned();
-            info.unwrap_or(AttachmentSlot { alias, ..AttachmentSlot::default() })
-        });
-        let text = |t| tables::text(t).unwrap_or_default();
-        let number = |n: &tatu_model_number| ModelNumber {
-            name: tables::label(n.name).unwrap_or_default(),
-            value: ValueRef::new(n.value).to_value().unwrap_or_default(),
-            unit: text(n.unit),
-            source: text(n.source),
-        };
-        Model {
-            plugin,
-            id,
-            text: text(raw.text),
-            params: ParameterSpec::read_list(raw.params),
-            category: tables::label(raw.category).unwrap_or_default(),
-            licence: text(raw.licence),
-            mounts: tables::labels(raw.mounts),
-            slots: slots.collect(),
-            numbers: tables::list(raw.numbers).iter().map(|(_, n)| number(n)).collect(),
-            file: None,
-            given,
-            raw,
-        }
+pub(super) fn read_declaration(plugin: usize, id: String, raw: &Declared<'_, tatu_model>) -> Model {
+    let infos: Vec<AttachmentSlot> = raw.slot_infos().iter().map(slot).collect();
+    let slots = raw.slots().into_iter().map(|alias| {
+        let info = infos.iter().find(|s| s.alias == alias).cloned();
+        info.unwrap_or(AttachmentSlot { alias, ..AttachmentSlot::default() })
+    });
+    let number = |n: &Declared<'_, tatu_model_number>| ModelNumber {
+        name: n.name().unwrap_or_default(),
+        value: n.value().to_value().unwrap_or_default(),
+        unit: n.unit().unwrap_or_default(),
+        source: n.source().unwrap_or_default(),
+    };
+    Model {
+        plugin,
+        id,
+        text: raw.text().unwrap_or_default(),
+        params: ParameterSpec::read_list(&raw.params()),
+        category: raw.category().unwrap_or_default(),
+        licence: raw.licence().unwrap_or_default(),
+        mounts: raw.mounts(),
+        slots: slots.collect(),
+        numbers: raw.numbers().iter().map(number).collect(),
+        file: None,
+        given: raw.given(),
+        raw: **raw,
     }
 }
 
-unsafe fn slot(s: &tatu_model_slot) -> AttachmentSlot {
-    // SAFETY: the caller passes a table of a plugin that has been started, whose texts are valid until shutdown.
-    unsafe {
-        AttachmentSlot {
-            alias: tables::label(s.alias).unwrap_or_default(),
-            mount: tables::label(s.mount).unwrap_or_default(),
-            text: tables::text(s.text).unwrap_or_default(),
-            payload: s.payload,
-        }
+fn slot(s: &Declared<'_, tatu_model_slot>) -> AttachmentSlot {
+    AttachmentSlot {
+        alias: s.alias().unwrap_or_default(),
+        mount: s.mount().unwrap_or_default(),
+        text: s.text().unwrap_or_default(),
+        payload: s.payload,
     }
 }
 
@@ -99,11 +90,11 @@ impl Registry {
     pub fn read_model(&self, name: &str, file: &Path, text: &str) -> Result<Model> {
         for (plugin, read) in self.model_readers.iter().copied() {
             let (mut slot, mut out) = (ErrorSlot::new(), std::ptr::null());
-            let (me, subject) = (self.plugins[plugin].me, format!("the model {}", file.display()));
+            let (loaded, subject) = (&self.plugins[plugin], format!("the model {}", file.display()));
             // SAFETY: `read` is from a plugin that is never unloaded, and `me` is its own pointer. The texts, `out` and
             // the error object live until the call has returned.
             let status = self.call_plugin(plugin, PluginCall::ReadModel, &subject, || unsafe {
-                read(me, raw(name.as_bytes()), raw(text.as_bytes()), &raw mut out, slot.raw())
+                read(loaded.me, raw(name.as_bytes()), raw(text.as_bytes()), &raw mut out, slot.raw())
             })?;
             if status == TATU_ERR_UNSUPPORTED {
                 continue;
@@ -125,8 +116,8 @@ impl Registry {
                     said.line as usize,
                 ))));
             }
-            // SAFETY: the contract requires the model to be null or a valid table until shutdown.
-            let Some(table) = (unsafe { tables::read(out) }) else {
+            // SAFETY: the contract requires the model to be null or a table that is valid until the plugin is shut down.
+            let Some(table) = (unsafe { Declared::at(out) }) else {
                 let text = format!("the model `{name}` cannot be read: its plugin returned no model {who}");
                 return Err(Error::new("E111", text));
             };
@@ -135,8 +126,7 @@ impl Registry {
                 let text = format!("the model `{name}` {lack} {who}");
                 return Err(Error::new("E111", text).help(tables::HELP));
             }
-            // SAFETY: as above; `table` is its copy.
-            let model = unsafe { read_declaration(plugin, name.to_owned(), out, table) };
+            let model = read_declaration(plugin, name.to_owned(), &table);
             return Ok(Model { file: Some(file.to_owned()), ..model });
         }
         let text = format!("no plugin reads the model {}", file.display());

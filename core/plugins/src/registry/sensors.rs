@@ -1,144 +1,126 @@
 //! Kinds of sensors that plugins offer, and the fields of sensors and actuators.
 
-use std::ffi::c_char;
-
 use tatu_plugin_api::abi::*;
 
 use super::{FieldSpec, PresetSpec, Registry, SensorKind};
-use crate::{ParameterSpec, tables, texts};
+use crate::{ParameterSpec, declared::Declared, tables, texts};
 
 /// Maximum number of elements of a field.
 pub const MAX_ELEMENTS: u64 = 1 << 28;
 
 impl Registry {
-    pub(super) unsafe fn add_sensors(&mut self, plugin: usize) {
-        // SAFETY: the plugin has been started and is never unloaded, and the contract requires its tables to be valid.
-        unsafe {
-            let Some(ext) = tables::read(self.plugins[plugin].extension::<tatu_ext_sensor>(TATU_SENSOR)) else {
-                return;
-            };
-            self.check_extension(plugin, TATU_SENSOR, ext.size, &tables::required!(ext, tatu_ext_sensor: kinds));
-            for (_, raw) in tables::list(ext.kinds) {
-                let needed = tables::required!(raw, tatu_sensor: id, measure);
-                let Some(id) = self.checked_id(plugin, "sensor", raw.id, raw.size, &needed) else { continue };
-                let Some(life) = self.life(plugin, &format!("sensor `{id}`"), raw.life) else { continue };
-                let claimed: Vec<usize> =
-                    self.sensor_kinds().filter(|(_, s)| s.id == id).map(|(_, s)| s.plugin).collect();
-                if !self.claim_id(plugin, "sensor", &id, &claimed) {
+    pub(super) fn add_sensors(&mut self, plugin: usize) {
+        let loaded = self.plugins[plugin].clone();
+        let Some(ext) = loaded.declared::<tatu_ext_sensor>() else { return };
+        self.check_extension(plugin, TATU_SENSOR, ext.size, &tables::required!(ext, tatu_ext_sensor: kinds));
+        for raw in ext.kinds() {
+            let needed = tables::required!(raw, tatu_sensor: id, measure);
+            let Some(id) = self.checked_id(plugin, "sensor", raw.id(), raw.size, &needed) else { continue };
+            let Some(life) = self.life(plugin, &format!("sensor `{id}`"), raw.life()) else { continue };
+            let claimed: Vec<usize> = self.sensor_kinds().filter(|(_, s)| s.id == id).map(|(_, s)| s.plugin).collect();
+            if !self.claim_id(plugin, "sensor", &id, &claimed) {
+                continue;
+            }
+            if let Some(flaw) = inputs_flaw(&raw) {
+                self.refuse(plugin, format!("its sensor `{id}` {flaw}"), "see enum tatu_input in tatu/sensor.h");
+                continue;
+            }
+            let tables = raw.fields();
+            let Some(fields) = self.fields(plugin, &format!("its sensor `{id}`"), &tables) else { continue };
+            let schemas = self.schemas(plugin, &format!("its sensor `{id}`"), raw.schemas());
+            let mut presets: Vec<PresetSpec> = Vec::new();
+            for p in raw.presets() {
+                let what = format!("preset of its sensor `{id}`");
+                let needed = tables::required!(p, tatu_preset: id, settings);
+                let Some(preset) = self.checked_id(plugin, &what, p.id(), p.size, &needed) else { continue };
+                if presets.iter().any(|p| p.id == preset) {
+                    let text = format!("its sensor `{id}` has the preset `{preset}` twice; the first one is used");
+                    self.refuse(plugin, text, "give each a different id");
                     continue;
                 }
-                if let Some(flaw) = inputs_flaw(&raw) {
-                    self.refuse(plugin, format!("its sensor `{id}` {flaw}"), "see enum tatu_input in tatu/sensor.h");
-                    continue;
-                }
-                let Some(fields) = self.fields(plugin, &format!("its sensor `{id}`"), raw.fields) else { continue };
-                let schemas = self.schemas(plugin, &format!("its sensor `{id}`"), raw.schemas);
-                let mut presets: Vec<PresetSpec> = Vec::new();
-                for (_, p) in tables::list(raw.presets) {
-                    let what = format!("preset of its sensor `{id}`");
-                    let needed = tables::required!(p, tatu_preset: id, settings);
-                    let Some(preset) = self.checked_id(plugin, &what, p.id, p.size, &needed) else { continue };
-                    if presets.iter().any(|p| p.id == preset) {
-                        let text = format!("its sensor `{id}` has the preset `{preset}` twice; the first one is used");
-                        self.refuse(plugin, text, "give each a different id");
-                        continue;
-                    }
-                    presets.push(PresetSpec {
-                        id: preset,
-                        text: tables::text(p.text).unwrap_or_default(),
-                        settings: tables::text(p.settings).unwrap_or_default(),
-                    });
-                }
-                self.sensors.push(SensorKind {
-                    plugin,
-                    id,
-                    text: tables::text(raw.text).unwrap_or_default(),
-                    schemas,
-                    params: ParameterSpec::read_list(raw.params),
-                    field_props: fields.iter().map(|f| self.host.number(&f.name)).collect(),
-                    fields,
-                    presets,
-                    raw,
-                    life,
-                    of_actuator: false,
+                presets.push(PresetSpec {
+                    id: preset,
+                    text: p.text().unwrap_or_default(),
+                    settings: p.settings().unwrap_or_default(),
                 });
             }
+            self.sensors.push(SensorKind {
+                plugin,
+                id,
+                text: raw.text().unwrap_or_default(),
+                schemas,
+                params: ParameterSpec::read_list(&raw.params()),
+                field_props: fields.iter().map(|f| self.host.number(&f.name)).collect(),
+                fields,
+                field_tables: tables.iter().map(|f| **f).collect(),
+                presets,
+                raw: *raw,
+                life,
+                of_actuator: false,
+            });
         }
     }
 
     /// Reads the fields of a kind; `owner` describes the kind in messages. If a field is faulty, reports it and returns
     /// `None`.
-    ///
-    /// # Safety
-    /// The list must be null or a valid list of a plugin that is never unloaded.
-    pub(super) unsafe fn fields(
+    pub(super) fn fields(
         &mut self,
         plugin: usize,
         owner: &str,
-        list: *const *const tatu_field,
+        tables: &[Declared<'_, tatu_field>],
     ) -> Option<Vec<FieldSpec>> {
-        // SAFETY: the caller guarantees that the list is valid.
-        unsafe {
-            let fields: Vec<FieldSpec> = tables::list(list)
-                .into_iter()
-                .map(|(_, f)| FieldSpec {
-                    name: tables::label(f.name).unwrap_or_default(),
-                    elem: f.elem,
-                    dims: f.dims,
-                    unit: tables::text(f.unit),
-                    text: tables::text(f.text).unwrap_or_default(),
-                    valid: tables::text(f.valid),
-                    nothing: tables::text(f.nothing),
-                })
-                .collect();
-            if let Some(f) = fields.iter().find(|f| !(TATU_ELEM_F64..=TATU_ELEM_OBJECT).contains(&f.elem)) {
-                let text = format!("the field `{}` of {owner} has elements of the unknown type {}", f.name, f.elem);
-                self.refuse(plugin, text, "use one of TATU_ELEM_*");
-                return None;
-            }
-            let twice = fields.iter().enumerate().find(|(i, f)| fields[..*i].iter().any(|other| other.name == f.name));
-            if let Some((_, f)) = twice {
-                let text = format!("{owner} has the field `{}` twice", f.name);
-                self.refuse(plugin, text, "give each field a different name");
-                return None;
-            }
-            let lost = fields.iter().find_map(|f| {
-                let valid = f.valid.as_ref().filter(|v| !fields.iter().any(|other| other.name == **v))?;
-                Some((f, valid))
-            });
-            if let Some((f, valid)) = lost {
-                let text = format!(
-                    "the field `{}` of {owner} refers to `{valid}` as the field that marks valid elements, \
-                     but {owner} has no such field",
-                    f.name
-                );
-                self.refuse(plugin, text, "write the full name of a field from a different schema: `schema.field`");
-                return None;
-            }
-            if let Some((f, (flaw, help))) = fields.iter().find_map(|f| Some((f, field_flaw(f)?))) {
-                self.refuse(plugin, format!("the field `{}` of {owner} {flaw}", f.name), help);
-                return None;
-            }
-            Some(fields)
+        let fields: Vec<FieldSpec> = tables
+            .iter()
+            .map(|f| FieldSpec {
+                name: f.name().unwrap_or_default(),
+                elem: f.elem,
+                dims: f.dims,
+                unit: f.unit(),
+                text: f.text().unwrap_or_default(),
+                valid: f.valid(),
+                nothing: f.nothing(),
+            })
+            .collect();
+        if let Some(f) = fields.iter().find(|f| !(TATU_ELEM_F64..=TATU_ELEM_OBJECT).contains(&f.elem)) {
+            let text = format!("the field `{}` of {owner} has elements of the unknown type {}", f.name, f.elem);
+            self.refuse(plugin, text, "use one of TATU_ELEM_*");
+            return None;
         }
+        let twice = fields.iter().enumerate().find(|(i, f)| fields[..*i].iter().any(|other| other.name == f.name));
+        if let Some((_, f)) = twice {
+            let text = format!("{owner} has the field `{}` twice", f.name);
+            self.refuse(plugin, text, "give each field a different name");
+            return None;
+        }
+        let lost = fields.iter().find_map(|f| {
+            let valid = f.valid.as_ref().filter(|v| !fields.iter().any(|other| other.name == **v))?;
+            Some((f, valid))
+        });
+        if let Some((f, valid)) = lost {
+            let text = format!(
+                "the field `{}` of {owner} refers to `{valid}` as the field that marks valid elements, \
+                 but {owner} has no such field",
+                f.name
+            );
+            self.refuse(plugin, text, "write the full name of a field from a different schema: `schema.field`");
+            return None;
+        }
+        if let Some((f, (flaw, help))) = fields.iter().find_map(|f| Some((f, field_flaw(f)?))) {
+            self.refuse(plugin, format!("the field `{}` of {owner} {flaw}", f.name), help);
+            return None;
+        }
+        Some(fields)
     }
 
     /// Reads the schemas of a kind. Schemas with an invalid name are reported and left out.
-    ///
-    /// # Safety
-    /// The list must be null or a valid list of a plugin that is never unloaded.
-    pub(super) unsafe fn schemas(&mut self, plugin: usize, owner: &str, list: *const *const c_char) -> Vec<String> {
-        // SAFETY: the caller guarantees that the list is valid.
-        unsafe {
-            let (schemas, flawed): (Vec<_>, Vec<_>) =
-                tables::labels(list).into_iter().partition(|s| texts::flaw(s).is_none());
-            for schema in flawed {
-                let flaw = texts::flaw(&schema).unwrap_or_default();
-                let text = format!("{owner} claims the schema `{schema}`, which is not a valid name: it {flaw}");
-                self.refuse(plugin, text, "call it `mine/1`");
-            }
-            schemas
+    pub(super) fn schemas(&mut self, plugin: usize, owner: &str, all: Vec<String>) -> Vec<String> {
+        let (schemas, flawed): (Vec<_>, Vec<_>) = all.into_iter().partition(|s| texts::flaw(s).is_none());
+        for schema in flawed {
+            let flaw = texts::flaw(&schema).unwrap_or_default();
+            let text = format!("{owner} claims the schema `{schema}`, which is not a valid name: it {flaw}");
+            self.refuse(plugin, text, "call it `mine/1`");
         }
+        schemas
     }
 }
 

@@ -9,34 +9,28 @@ use super::{Registry, types::ServiceKind};
 use crate::{ParameterSpec, events::SERVICE_DEFAULTS, tables};
 
 impl Registry {
-    pub(super) unsafe fn add_services(&mut self, plugin: usize) {
-        // SAFETY: the plugin has been started and is never unloaded, and the contract requires its tables to be valid.
-        unsafe {
-            let Some(ext) = tables::read(self.plugins[plugin].extension::<tatu_ext_service>(TATU_SERVICE)) else {
-                return;
-            };
-            self.check_extension(plugin, TATU_SERVICE, ext.size, &tables::required!(ext, tatu_ext_service: services));
-            for (_, raw) in tables::list(ext.services) {
-                let needed = tables::required!(raw, tatu_service: id, life, barrier);
-                let Some(id) = self.checked_id(plugin, "service", raw.id, raw.size, &needed) else { continue };
-                let Some(life) = self.life(plugin, &format!("service `{id}`"), raw.life) else { continue };
-                let claimed: Vec<usize> = self.services.iter().filter(|s| s.id == id).map(|s| s.plugin).collect();
-                if !self.claim_id(plugin, "service", &id, &claimed) {
-                    continue;
-                }
-                let events: Vec<String> =
-                    tables::pointers(raw.events).into_iter().filter_map(|e| tables::text(e)).collect();
-                let default = || SERVICE_DEFAULTS.iter().map(|e| (*e).to_owned()).collect();
-                self.services.push(ServiceKind {
-                    plugin,
-                    id,
-                    text: tables::text(raw.text).unwrap_or_default(),
-                    params: ParameterSpec::read_list(raw.params),
-                    events: if raw.events.is_null() { default() } else { events },
-                    raw,
-                    life,
-                });
+    pub(super) fn add_services(&mut self, plugin: usize) {
+        let loaded = self.plugins[plugin].clone();
+        let Some(ext) = loaded.declared::<tatu_ext_service>() else { return };
+        self.check_extension(plugin, TATU_SERVICE, ext.size, &tables::required!(ext, tatu_ext_service: services));
+        for raw in ext.services() {
+            let needed = tables::required!(raw, tatu_service: id, life, barrier);
+            let Some(id) = self.checked_id(plugin, "service", raw.id(), raw.size, &needed) else { continue };
+            let Some(life) = self.life(plugin, &format!("service `{id}`"), raw.life()) else { continue };
+            let claimed: Vec<usize> = self.services.iter().filter(|s| s.id == id).map(|s| s.plugin).collect();
+            if !self.claim_id(plugin, "service", &id, &claimed) {
+                continue;
             }
+            let default = || SERVICE_DEFAULTS.iter().map(|e| (*e).to_owned()).collect();
+            self.services.push(ServiceKind {
+                plugin,
+                id,
+                text: raw.text().unwrap_or_default(),
+                params: ParameterSpec::read_list(&raw.params()),
+                events: if raw.events.is_null() { default() } else { raw.events() },
+                raw: *raw,
+                life,
+            });
         }
     }
 

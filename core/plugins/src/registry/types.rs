@@ -53,6 +53,8 @@ pub struct SensorKind {
     pub params: Vec<ParameterSpec>,
     /// The fields of a reading.
     pub fields: Vec<FieldSpec>,
+    /// Copies of the tables with which the plugin declares the fields.
+    pub field_tables: Vec<tatu_field>,
     /// Presets, each a named set of settings.
     pub presets: Vec<PresetSpec>,
     /// The interned keys of the fields, in order.

@@ -3,7 +3,7 @@
 use std::ffi::c_void;
 
 use tatu_plugin_api::abi::*;
-use tatu_plugins::{HostTables, MAX_RESULT_BYTES};
+use tatu_plugins::{MAX_RESULT_BYTES, PluginHost};
 
 use super::answer::{
     on_world, on_world_or_worker, require, require_frame, status_to_result, world_only, world_or_worker,
@@ -112,7 +112,7 @@ unsafe extern "C" fn wake(host: *const tatu_host, ticket: u64, result: Lent<'_>)
     }
     // SAFETY: the header requires `host` to be null or the host pointer that the plugin was given, which is never
     // freed.
-    match unsafe { HostTables::deliver_at(host, ticket, result) } {
+    match unsafe { PluginHost::at(host) }.is_some_and(|host| host.deliver(ticket, result)) {
         true => TATU_OK,
         false => TATU_ERR_MISSING,
     }

@@ -6,7 +6,7 @@
 use std::borrow::Cow;
 
 use tatu_plugin_api::abi::*;
-use tatu_plugins::{HostHolder, HostTables, guard, texts::clean, watchdog::PluginCall};
+use tatu_plugins::{HostHolder, PluginHost, guard, texts::clean, watchdog::PluginCall};
 
 use crate::cell::WorldCell;
 
@@ -21,7 +21,7 @@ unsafe extern "C" fn write(host: *const tatu_host, w: WorldRef<'_>, level: u32, 
     let line = line.text();
     // SAFETY: the header requires `host` to be null or the host pointer that the plugin was given, which is never
     // freed.
-    let host = unsafe { HostTables::holder_at(host) };
+    let host = unsafe { PluginHost::at(host) }.map(PluginHost::holder);
     let Some(world) = WorldCell::from_pointer(w.ptr()) else { return log_without_world(host, level, &clean(&line)) };
     match level {
         _ if is_script_output(world) => world.log(level, &line),

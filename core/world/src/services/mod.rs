@@ -27,10 +27,10 @@ mod ui_data;
 
 pub use by_path::Channel;
 
-use std::ffi::{CStr, c_void};
+use std::ffi::CStr;
 
 use tatu_plugin_api::abi::*;
-use tatu_plugins::HostTables;
+use tatu_plugins::{HostTable, HostTables};
 use tatu_scene::property_table::PROPERTIES;
 
 /// Returns the tables that are passed to plugins, as an argument of [`Registry::load`](tatu_plugins::Registry::load).
@@ -38,22 +38,22 @@ pub fn host_tables() -> HostTables {
     HostTables::new(table, PROPERTIES.iter().map(|row| row.key))
 }
 
-fn table(id: &CStr) -> *const c_void {
-    match id {
-        id if id == TATU_HOST_SCENE => (&raw const scene::TABLE).cast(),
-        id if id == TATU_HOST_STAND_INS => (&raw const stand_ins::TABLE).cast(),
-        id if id == TATU_HOST_READINGS => (&raw const readings::TABLE).cast(),
-        id if id == TATU_HOST_BODIES => (&raw const bodies::TABLE).cast(),
-        id if id == TATU_HOST_COMMANDS => (&raw const commands::TABLE).cast(),
-        id if id == TATU_HOST_SCRIPTS => (&raw const scripts::TABLE).cast(),
-        id if id == TATU_HOST_SIGNALS => (&raw const signals::TABLE).cast(),
-        id if id == TATU_HOST_EVENTS => (&raw const events::TABLE).cast(),
-        id if id == TATU_HOST_SESSION => (&raw const session::TABLE).cast(),
-        id if id == TATU_HOST_STAGE => (&raw const session::STAGE_TABLE).cast(),
-        id if id == TATU_HOST_LOG => (&raw const log::TABLE).cast(),
-        id if id == TATU_HOST_FILES => (&raw const files::TABLE).cast(),
-        id if id == TATU_HOST_FIGURES => (&raw const figures::TABLE).cast(),
-        id if id == TATU_HOST_EDITS => (&raw const edits::TABLE).cast(),
-        _ => std::ptr::null(),
-    }
+fn table(id: &CStr) -> Option<HostTable> {
+    Some(match id {
+        id if id == TATU_HOST_SCENE => HostTable::new(&scene::TABLE),
+        id if id == TATU_HOST_STAND_INS => HostTable::new(&stand_ins::TABLE),
+        id if id == TATU_HOST_READINGS => HostTable::new(&readings::TABLE),
+        id if id == TATU_HOST_BODIES => HostTable::new(&bodies::TABLE),
+        id if id == TATU_HOST_COMMANDS => HostTable::new(&commands::TABLE),
+        id if id == TATU_HOST_SCRIPTS => HostTable::new(&scripts::TABLE),
+        id if id == TATU_HOST_SIGNALS => HostTable::new(&signals::TABLE),
+        id if id == TATU_HOST_EVENTS => HostTable::new(&events::TABLE),
+        id if id == TATU_HOST_SESSION => HostTable::new(&session::TABLE),
+        id if id == TATU_HOST_STAGE => HostTable::new(&session::STAGE_TABLE),
+        id if id == TATU_HOST_LOG => HostTable::new(&log::TABLE),
+        id if id == TATU_HOST_FILES => HostTable::new(&files::TABLE),
+        id if id == TATU_HOST_FIGURES => HostTable::new(&figures::TABLE),
+        id if id == TATU_HOST_EDITS => HostTable::new(&edits::TABLE),
+        _ => return None,
+    })
 }

@@ -5,7 +5,6 @@ use std::f64::consts::PI;
 use ::tatu_beams::Faces;
 use tatu_devices::sense::{HitLimits, MeasureOptions};
 use tatu_plugin_api::abi::*;
-use tatu_plugins::tables;
 
 use super::answer::{HostResult, busy, fill, on_world, on_world_or_worker, require, require_array, slot};
 use crate::{
@@ -139,9 +138,7 @@ unsafe extern "C" fn describe(w: WorldRef<'_>, sensor: tatu_object, index: u32, 
         let kind = &world.model.registry.sensors[d.kind];
         // The plugin's own declaration is used, with the size with which the plugin was built, because the plugin may
         // be older than this host.
-        // SAFETY: the list belongs to the plugin, which is never unloaded, and was checked when the plugin was loaded.
-        let declared = unsafe { tables::list(kind.raw.fields) }.into_iter().nth(index as usize);
-        let Some((_, mut told)) = declared else {
+        let Some(mut told) = kind.field_tables.get(index as usize).copied() else {
             let text = format!(
                 "a sensor of kind `{}` has {} fields, but no field with the index {index}",
                 kind.id,

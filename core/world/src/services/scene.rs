@@ -2,7 +2,7 @@
 
 use nalgebra::Isometry3;
 use tatu_plugin_api::abi::*;
-use tatu_plugins::{HostTables, texts::label};
+use tatu_plugins::{PluginHost, texts::label};
 use tatu_scene::{
     ALIAS_RULE, ChangeEffect, ObjectKind, ObjectVariant, Scene, is_alias, pose_from_array, pose_to_array,
 };
@@ -62,7 +62,8 @@ pub static TABLE: tatu_host_scene = tatu_host_scene {
 unsafe extern "C" fn prop(host: *const tatu_host, key: LentCStr<'_>) -> tatu_prop {
     // SAFETY: the header requires `host` to be null or the host pointer that the plugin was given, which is never
     // freed.
-    key.get().and_then(|key| unsafe { HostTables::number_at(host, &key.to_string_lossy()) }).unwrap_or(0)
+    let host = unsafe { PluginHost::at(host) };
+    host.zip(key.get()).and_then(|(host, key)| host.number(&key.to_string_lossy())).unwrap_or(0)
 }
 
 extern "C" fn get<'a>(

@@ -50,6 +50,7 @@ fn kind() -> SensorKind {
         params: Vec::new(),
         field_props: vec![0; fields.len()],
         fields,
+        field_tables: Vec::new(),
         presets: Vec::new(),
         raw,
         life,
