@@ -13,20 +13,17 @@ use std::{ffi::c_char, ptr::null_mut};
 
 use tatu_core::{LogLine, state::Snapshot};
 use tatu_embed::CameraView;
-use tatu_plugin_api::{
-    abi::*,
-    safe::{Value, ValueRef},
-};
+use tatu_plugin_api::abi::*;
 
 use crate::{
     answer::{CallError, guarded, status},
-    arguments::{bytes, text, write_out},
+    arguments::{Out, copied, text, values, write_all, write_out},
     open::{LentPointer, OpaqueWorld, with_world},
     setup::tatu_world_setup,
 };
 
 #[unsafe(no_mangle)]
-unsafe extern "C" fn tatu_world_open(setup: *const tatu_world_setup) -> *mut OpaqueWorld {
+unsafe extern "C" fn tatu_world_open(setup: *const tatu_world_setup<'_>) -> *mut OpaqueWorld {
     // SAFETY: by the contract, null or a struct as large as its `size`, with strings that live through the call.
     guarded(|_| null_mut(), || unsafe { setup::read(setup) }.and_then(open::add))
 }
@@ -42,20 +39,17 @@ extern "C" fn tatu_world_close(world: *mut OpaqueWorld) -> tatu_status {
 }
 
 #[unsafe(no_mangle)]
-unsafe extern "C" fn tatu_world_step(world: *mut OpaqueWorld, n: u64, done: *mut u64) -> tatu_status {
+extern "C" fn tatu_world_step(world: *mut OpaqueWorld, n: u64, done: Out<'_, u64>) -> tatu_status {
     status(|| {
         let stepped = with_world(world, |seat, _| Ok(seat.step(n)?))?;
-        // SAFETY: by the contract, `done` is null or writable.
-        unsafe { write_out(done, stepped.steps) };
+        write_out(done, stepped.steps);
         Ok(())
     })
 }
 
 #[unsafe(no_mangle)]
-unsafe extern "C" fn tatu_world_reset(world: *mut OpaqueWorld, seed: *const u64) -> tatu_status {
-    // SAFETY: by the contract, `seed` is null or points to a number.
-    let seed = unsafe { seed.as_ref() }.copied();
-    status(|| with_world(world, |seat, _| Ok(seat.reset(seed, None)?)))
+extern "C" fn tatu_world_reset(world: *mut OpaqueWorld, seed: Option<&u64>) -> tatu_status {
+    status(|| with_world(world, |seat, _| Ok(seat.reset(seed.copied(), None)?)))
 }
 
 #[unsafe(no_mangle)]
@@ -69,11 +63,10 @@ extern "C" fn tatu_world_dt(world: *mut OpaqueWorld) -> f64 {
 }
 
 #[unsafe(no_mangle)]
-unsafe extern "C" fn tatu_world_hash(world: *mut OpaqueWorld, hash: *mut u64) -> tatu_status {
+extern "C" fn tatu_world_hash(world: *mut OpaqueWorld, hash: Out<'_, u64>) -> tatu_status {
     status(|| {
         let total = with_world(world, |seat, _| Ok(seat.world()?.hash().total))?;
-        // SAFETY: by the contract, `hash` is null or writable.
-        unsafe { write_out(hash, total) };
+        write_out(hash, total);
         Ok(())
     })
 }
@@ -81,15 +74,14 @@ unsafe extern "C" fn tatu_world_hash(world: *mut OpaqueWorld, hash: *mut u64) ->
 #[unsafe(no_mangle)]
 unsafe extern "C" fn tatu_world_read(
     world: *mut OpaqueWorld,
-    path: *const c_char,
-    name: *const c_char,
+    path: LentCStr<'_>,
+    name: LentCStr<'_>,
     out: *mut f64,
     cap: u64,
-    count: *mut u64,
+    count: Out<'_, u64>,
 ) -> tatu_status {
     status(|| {
-        // SAFETY: by the contract, null or strings that live through the call.
-        let (path, name) = unsafe { (text(path, "the path")?, text(name, "the name")?) };
+        let (path, name) = (text(path, "the path")?, text(name, "the name")?);
         let numbers = with_world(world, |seat, _| {
             let world = seat.world()?;
             let channel = world.channel(path, name)?;
@@ -97,13 +89,9 @@ unsafe extern "C" fn tatu_world_read(
             world.read_channel(&channel, &mut numbers)?;
             Ok(numbers)
         })?;
-        let n = numbers.len().min(usize::try_from(cap).unwrap_or(usize::MAX));
-        if !out.is_null() {
-            // SAFETY: by the contract, `out` has room for `cap` numbers; it cannot overlap `numbers`, which is local.
-            unsafe { out.copy_from_nonoverlapping(numbers.as_ptr(), n) };
-        }
-        // SAFETY: by the contract, `count` is null or writable.
-        unsafe { write_out(count, numbers.len() as u64) };
+        // SAFETY: by the contract, `out` is null or has room for `cap` numbers.
+        unsafe { write_all(out, usize::try_from(cap).unwrap_or(usize::MAX), &numbers) };
+        write_out(count, numbers.len() as u64);
         Ok(())
     })
 }
@@ -111,14 +99,13 @@ unsafe extern "C" fn tatu_world_read(
 #[unsafe(no_mangle)]
 unsafe extern "C" fn tatu_world_write(
     world: *mut OpaqueWorld,
-    path: *const c_char,
-    name: *const c_char,
+    path: LentCStr<'_>,
+    name: LentCStr<'_>,
     numbers: *const f64,
     count: u64,
 ) -> tatu_status {
     status(|| {
-        // SAFETY: by the contract, null or strings that live through the call.
-        let (path, name) = unsafe { (text(path, "the path")?, text(name, "the name")?) };
+        let (path, name) = (text(path, "the path")?, text(name, "the name")?);
         let count =
             usize::try_from(count).map_err(|_| CallError::argument(format!("`count` is too large: {count}")))?;
         let numbers: &[f64] = match (numbers.is_null(), count) {
@@ -141,94 +128,73 @@ unsafe extern "C" fn tatu_world_write(
 }
 
 #[unsafe(no_mangle)]
-unsafe extern "C" fn tatu_world_get(
+extern "C" fn tatu_world_get(
     world: *mut OpaqueWorld,
-    path: *const c_char,
-    name: *const c_char,
-    out: *mut tatu_value,
+    path: LentCStr<'_>,
+    name: LentCStr<'_>,
+    out: Out<'_, tatu_value>,
 ) -> tatu_status {
     status(|| {
-        // SAFETY: by the contract, null or strings that live through the call.
-        let (path, name) = unsafe { (text(path, "the path")?, text(name, "the name")?) };
+        let (path, name) = (text(path, "the path")?, text(name, "the name")?);
         let value = with_world(world, |seat, lent| Ok(lent.value(&seat.world()?.get(path, name)?)))?;
-        // SAFETY: by the contract, `out` is null or writable.
-        unsafe { write_out(out, value.0) };
+        write_out(out, value.0);
         Ok(())
     })
 }
 
 #[unsafe(no_mangle)]
-unsafe extern "C" fn tatu_world_set(
+extern "C" fn tatu_world_set(
     world: *mut OpaqueWorld,
-    path: *const c_char,
-    name: *const c_char,
-    value: *const tatu_value,
+    path: LentCStr<'_>,
+    name: LentCStr<'_>,
+    value: Option<&ValueRef<'_>>,
 ) -> tatu_status {
     status(|| {
-        // SAFETY: by the contract, strings that live through the call, and null or one value.
-        let (path, name, value) = unsafe {
-            let value = values(value, u32::from(!value.is_null()), name)?;
-            (text(path, "the path")?, text(name, "the name")?, value)
-        };
-        let value = value.into_iter().next().ok_or_else(|| CallError::argument("the value is null"))?;
+        let (path, name) = (text(path, "the path")?, text(name, "the name")?);
+        let value = value.ok_or_else(|| CallError::argument("the value is null"))?;
+        let value = copied(*value, name)?;
         with_world(world, |seat, _| Ok(seat.world()?.set(path, name, &value)?))
     })
-}
-
-/// Copies values that the caller passes; error messages refer to them as `name`.
-///
-/// # Safety
-/// `values` must point to `n` values, and `name` must be null or a zero-terminated string. Both must live through the
-/// call.
-unsafe fn values(values: *const tatu_value, n: u32, name: *const c_char) -> Result<Vec<Value>, CallError> {
-    // SAFETY: the caller guarantees `n` values and a string that live through the call.
-    let (values, name) = unsafe { (ValueRef::slice(values, n as usize), text(name, "the name")?) };
-    let all: Result<Vec<_>, _> = values.iter().map(|v| v.to_value()).collect();
-    all.map_err(|e| CallError::argument(format!("{name}: {}", e.text())))
 }
 
 #[unsafe(no_mangle)]
 unsafe extern "C" fn tatu_world_call(
     world: *mut OpaqueWorld,
-    name: *const c_char,
+    name: LentCStr<'_>,
     args: *const tatu_value,
     n_args: u32,
     results: *mut tatu_value,
     cap: u32,
-    n_results: *mut u32,
+    n_results: Out<'_, u32>,
 ) -> tatu_status {
     status(|| {
-        // SAFETY: by the contract, a string and `n_args` values that live through the call.
-        let (name, args) = unsafe { (text(name, "the name of the command")?, values(args, n_args, name)?) };
+        let name = text(name, "the name of the command")?;
+        // SAFETY: by the contract, null or `n_args` values that live through the call.
+        let args = unsafe { values(args, n_args, name)? };
         let lent = with_world(world, |seat, lent| {
             let results = seat.world()?.call(name, &args)?;
             Ok(lent.values(&results))
         })?;
-        for (i, value) in lent.0.iter().enumerate().take(if results.is_null() { 0 } else { cap as usize }) {
-            // SAFETY: by the contract, `results` has room for `cap` values.
-            unsafe { results.add(i).write(*value) };
-        }
-        // SAFETY: by the contract, `n_results` is null or writable.
-        unsafe { write_out(n_results, lent.0.len() as u32) };
+        // SAFETY: by the contract, `results` is null or has room for `cap` values.
+        unsafe { write_all(results, cap as usize, &lent.0) };
+        write_out(n_results, lent.0.len() as u32);
         Ok(())
     })
 }
 
 #[unsafe(no_mangle)]
-unsafe extern "C" fn tatu_world_snapshot(world: *mut OpaqueWorld, out: *mut tatu_str) -> tatu_status {
+extern "C" fn tatu_world_snapshot(world: *mut OpaqueWorld, out: Out<'_, tatu_str>) -> tatu_status {
     status(|| {
         let bytes = with_world(world, |seat, lent| Ok(lent.bytes(seat.snapshot()?.to_bytes()?)))?;
-        // SAFETY: by the contract, `out` is null or writable.
-        unsafe { write_out(out, bytes.0) };
+        write_out(out, bytes.0);
         Ok(())
     })
 }
 
 #[unsafe(no_mangle)]
-unsafe extern "C" fn tatu_world_restore(world: *mut OpaqueWorld, snapshot: tatu_str) -> tatu_status {
+extern "C" fn tatu_world_restore(world: *mut OpaqueWorld, snapshot: Lent<'_>) -> tatu_status {
     status(|| {
-        // SAFETY: by the contract, `len` bytes that live through the call.
-        let snapshot = Snapshot::from_bytes(unsafe { bytes(snapshot) })?;
+        let snapshot = Snapshot::from_bytes(snapshot.bytes())?;
         with_world(world, |seat, _| Ok(seat.restore(&snapshot)?))
     })
 }
@@ -236,16 +202,15 @@ unsafe extern "C" fn tatu_world_restore(world: *mut OpaqueWorld, snapshot: tatu_
 #[unsafe(no_mangle)]
 unsafe extern "C" fn tatu_world_render(
     world: *mut OpaqueWorld,
-    camera: *const c_char,
+    camera: LentCStr<'_>,
     columns: u32,
     rows: u32,
     rgb: *mut u8,
 ) -> tatu_status {
     status(|| {
-        let view = match camera.is_null() {
-            true => CameraView::SceneCamera,
-            // SAFETY: by the contract, a string that lives through the call.
-            false => CameraView::Camera(unsafe { text(camera, "the camera") }?.to_owned()),
+        let view = match camera.get() {
+            None => CameraView::SceneCamera,
+            Some(_) => CameraView::Camera(text(camera, "the camera")?.to_owned()),
         };
         if rgb.is_null() {
             return Err(CallError::argument("`rgb` is null; expected a buffer for the picture"));
@@ -253,7 +218,7 @@ unsafe extern "C" fn tatu_world_render(
         let picture =
             with_world(world, |seat, _| Ok(tatu_embed::picture(seat.world()?, &view, [columns, rows], None)?))?;
         // SAFETY: by the contract, `rgb` has room for the picture, which has 3 bytes per pixel.
-        unsafe { rgb.copy_from_nonoverlapping(picture.rgb.as_ptr(), picture.rgb.len()) };
+        unsafe { write_all(rgb, picture.rgb.len(), &picture.rgb) };
         Ok(())
     })
 }

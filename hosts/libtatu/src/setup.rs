@@ -1,28 +1,25 @@
 //! The arguments from which a world is built, as callers pass them.
 
-use std::{ffi::c_char, path::PathBuf};
+use std::path::PathBuf;
 
 use tatu_embed::{SceneSource, WorldSetup, search::scene_file};
-use tatu_plugin_api::abi::tatu_str;
+use tatu_plugin_api::abi::{Lent, LentCStr};
 
-use crate::{
-    answer::CallError,
-    arguments::{bytes, text},
-};
+use crate::{answer::CallError, arguments::text};
 
 /// `tatu_world_setup` of the header.
 #[repr(C)]
 #[allow(non_camel_case_types)]
-pub struct tatu_world_setup {
+pub struct tatu_world_setup<'a> {
     size: u32,
     threads: u32,
-    scene: *const c_char,
-    text: tatu_str,
-    folder: *const c_char,
-    set: *const *const c_char,
-    scripts: *const *const c_char,
-    allow: *const *const c_char,
-    plugins: *const *const c_char,
+    scene: LentCStr<'a>,
+    text: Lent<'a>,
+    folder: LentCStr<'a>,
+    set: *const LentCStr<'a>,
+    scripts: *const LentCStr<'a>,
+    allow: *const LentCStr<'a>,
+    plugins: *const LentCStr<'a>,
     seed: u64,
     has_seed: u32,
     reserved: u32,
@@ -33,52 +30,59 @@ pub struct tatu_world_setup {
 /// # Safety
 /// `setup` must be null, or point to a struct as large as its `size`, with strings and null-terminated arrays that live
 /// through the call.
-pub unsafe fn read(setup: *const tatu_world_setup) -> Result<WorldSetup, CallError> {
-    // SAFETY: the caller guarantees null or a valid struct.
-    let given = unsafe { setup.as_ref() }.filter(|s| s.size as usize >= size_of::<tatu_world_setup>());
+pub unsafe fn read(setup: *const tatu_world_setup<'_>) -> Result<WorldSetup, CallError> {
+    // SAFETY: the caller guarantees null or a struct as large as its `size`, which is read first.
+    let given = unsafe {
+        let size = setup.cast::<u32>().as_ref().map_or(0, |size| *size as usize);
+        (size >= size_of::<tatu_world_setup<'_>>()).then(|| &*setup)
+    };
     let given = given.ok_or_else(|| {
         CallError::argument("the setup is null, or its `size` is smaller than sizeof(tatu_world_setup)")
     })?;
-    // SAFETY: the caller guarantees that strings live through the call and arrays end with null.
-    unsafe {
-        let scene = match (given.scene.is_null(), given.text.len) {
-            (false, 0) => SceneSource::File(scene_file(&PathBuf::from(text(given.scene, "the scene")?))),
-            (true, 1..) => {
-                let folder = match given.folder.is_null() {
-                    true => std::env::current_dir().unwrap_or_default(),
-                    false => PathBuf::from(text(given.folder, "the folder")?),
-                };
-                let text = std::str::from_utf8(bytes(given.text));
-                let text = text.map_err(|_| CallError::argument("the text of the scene is not UTF-8"))?;
-                SceneSource::Text(text.to_owned(), folder)
-            }
-            _ => return Err(CallError::argument("exactly one of `scene` and `text` must be set")),
-        };
-        Ok(WorldSetup {
-            seed: (given.has_seed != 0).then_some(given.seed),
-            set: list(given.set, "a change")?,
-            scripts: list(given.scripts, "a script")?,
-            allow: list(given.allow, "a permission")?,
-            plugins: list(given.plugins, "a plugin")?.into_iter().map(PathBuf::from).collect(),
-            threads: given.threads.max(1) as usize,
-            ..WorldSetup::new(scene)
-        })
-    }
+    let scene = match (given.scene.get(), given.text.bytes()) {
+        (Some(_), b"") => SceneSource::File(scene_file(&PathBuf::from(text(given.scene, "the scene")?))),
+        (None, bytes @ [_, ..]) => {
+            let folder = match given.folder.get() {
+                None => std::env::current_dir().unwrap_or_default(),
+                Some(_) => PathBuf::from(text(given.folder, "the folder")?),
+            };
+            let text = std::str::from_utf8(bytes);
+            let text = text.map_err(|_| CallError::argument("the text of the scene is not UTF-8"))?;
+            SceneSource::Text(text.to_owned(), folder)
+        }
+        _ => return Err(CallError::argument("exactly one of `scene` and `text` must be set")),
+    };
+    // SAFETY: the caller guarantees that the arrays end with null and live through the call.
+    let [set, scripts, allow, plugins] = unsafe {
+        [
+            list(given.set, "a change")?,
+            list(given.scripts, "a script")?,
+            list(given.allow, "a permission")?,
+            list(given.plugins, "a plugin")?,
+        ]
+    };
+    Ok(WorldSetup {
+        seed: (given.has_seed != 0).then_some(given.seed),
+        set,
+        scripts,
+        allow,
+        plugins: plugins.into_iter().map(PathBuf::from).collect(),
+        threads: given.threads.max(1) as usize,
+        ..WorldSetup::new(scene)
+    })
 }
 
 /// Copies a null-terminated array of strings; error messages refer to each of them as `what`.
 ///
 /// # Safety
-/// `list` must be null or a null-terminated array; the array and its strings must live through the call.
-unsafe fn list(list: *const *const c_char, what: &str) -> Result<Vec<String>, CallError> {
+/// `list` must be null or a null-terminated array that lives through the call.
+unsafe fn list(list: *const LentCStr<'_>, what: &str) -> Result<Vec<String>, CallError> {
     let mut all = Vec::new();
     let mut next = list;
-    // SAFETY: the caller guarantees that the array ends with null and its strings live through the call.
-    unsafe {
-        while !next.is_null() && !(*next).is_null() {
-            all.push(text(*next, what)?.to_owned());
-            next = next.add(1);
-        }
+    // SAFETY: the caller guarantees that the array ends with null, so `next` is within it.
+    while let Some(element) = unsafe { next.as_ref() }.filter(|s| s.get().is_some()) {
+        all.push(text(*element, what)?.to_owned());
+        next = next.wrapping_add(1);
     }
     Ok(all)
 }

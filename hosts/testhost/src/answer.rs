@@ -73,15 +73,18 @@ pub extern "C" fn last_error() -> tatu_str {
     })
 }
 
-/// Borrows a C string that a test passes. Fails if it is null or not UTF-8; the message refers to it as `what`.
+/// Borrows a C string that a test passes; returns `None` for null.
 ///
 /// # Safety
 /// `text` must be null, or a zero-terminated string that lives for `'a`.
-pub unsafe fn text<'a>(text: *const c_char, what: &str) -> Result<&'a str, CallError> {
-    if text.is_null() {
-        return Err(CallError::argument(format!("{what} is null")));
-    }
-    // SAFETY: the caller guarantees a zero-terminated string.
-    let text = unsafe { CStr::from_ptr(text) };
+pub unsafe fn string<'a>(text: *const c_char) -> Option<&'a CStr> {
+    // SAFETY: the caller guarantees a zero-terminated string, since it is not null.
+    (!text.is_null()).then(|| unsafe { CStr::from_ptr(text) })
+}
+
+/// Returns the text of a C string that a test passes. Fails if it is null or not UTF-8; the message refers to it as
+/// `what`.
+pub fn text<'a>(text: Option<&'a CStr>, what: &str) -> Result<&'a str, CallError> {
+    let text = text.ok_or_else(|| CallError::argument(format!("{what} is null")))?;
     text.to_str().map_err(|_| CallError::argument(format!("{what} is not UTF-8")))
 }

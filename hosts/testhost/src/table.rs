@@ -1,11 +1,11 @@
 //! The functions of the table in `tatu/test.h`, and the only exported symbol of the library.
 
-use std::{ffi::c_char, path::PathBuf, ptr::null_mut};
+use std::{ffi::c_char, mem::MaybeUninit, path::PathBuf, ptr::null_mut};
 
 use tatu_plugin_api::{abi::*, safe::ValueRef};
 
 use crate::{
-    answer::{self, CallError, guarded, last_error, status},
+    answer::{CallError, guarded, last_error, status, string, text},
     open::{self, TestSetup},
     report, worlds,
 };
@@ -38,25 +38,28 @@ unsafe extern "C" fn open(setup: *const tatu_test_setup) -> *mut tatu_test_world
     guarded(
         |_| null_mut(),
         || {
-            // SAFETY: by the contract, null or a struct as large as its `size`.
-            let given = unsafe { setup.as_ref() }.filter(|s| s.size as usize >= size_of::<tatu_test_setup>());
+            // SAFETY: by the contract, null or a struct as large as its `size`, which is read first.
+            let given = unsafe {
+                let size = setup.cast::<u32>().as_ref().map_or(0, |size| *size as usize);
+                (size >= size_of::<tatu_test_setup>()).then(|| &*setup)
+            };
             let given = given.ok_or_else(|| {
                 CallError::argument("the setup is null, or its `size` is smaller than sizeof(tatu_test_setup)")
             })?;
             // SAFETY: by the contract, strings that live through the call, and a null-terminated array.
-            let setup = unsafe {
-                let mut plugins = Vec::new();
+            let (scene, folder, paths) = unsafe {
+                let mut paths = Vec::new();
                 let mut next = given.plugins;
                 while !next.is_null() && !(*next).is_null() {
-                    plugins.push(PathBuf::from(answer::text(*next, "the path of a plugin")?));
+                    paths.push(string(*next));
                     next = next.add(1);
                 }
-                let folder = match given.folder.is_null() {
-                    true => None,
-                    false => Some(answer::text(given.folder, "the folder")?),
-                };
-                TestSetup { scene: Lent::new(given.scene).bytes(), folder: open::folder(folder), plugins }
+                (Lent::new(given.scene).bytes(), string(given.folder), paths)
             };
+            let folder = folder.map(|folder| text(Some(folder), "the folder")).transpose()?;
+            let plugin = |path| Ok(PathBuf::from(text(path, "the path of a plugin")?));
+            let plugins = paths.into_iter().map(plugin).collect::<Result<_, CallError>>()?;
+            let setup = TestSetup { scene, folder: open::folder(folder), plugins };
             worlds::add(&setup)
         },
     )
@@ -91,26 +94,24 @@ unsafe extern "C" fn field(
     name: *const c_char,
     out: *mut tatu_value,
 ) -> tatu_status {
+    // SAFETY: by the contract, null or strings that live through the call, and null or a place for a value.
+    let (path, name, out) = unsafe { (string(path), string(name), place(out)) };
     status(|| {
         worlds::with(world, |open| {
-            // SAFETY: by the contract, null or strings that live through the call.
-            let (path, name) =
-                unsafe { (answer::text(path, "the path")?, answer::text(name, "the name of the field")?) };
+            let (path, name) = (text(path, "the path")?, text(name, "the name of the field")?);
             let value = report::field(&open.world, path, name)?;
-            // SAFETY: by the contract, `out` is null or writable.
-            unsafe { write_out(out, open.lend(&value)) }
+            write_out(out, open.lend(&value))
         })
     })
 }
 
 unsafe extern "C" fn reading(world: *mut tatu_test_world, path: *const c_char, out: *mut tatu_value) -> tatu_status {
+    // SAFETY: by the contract, null or a string that lives through the call, and null or a place for a value.
+    let (path, out) = unsafe { (string(path), place(out)) };
     status(|| {
         worlds::with(world, |open| {
-            // SAFETY: by the contract, null or a string that lives through the call.
-            let path = unsafe { answer::text(path, "the path")? };
-            let value = report::reading_map(&report::reading(&open.world, path)?);
-            // SAFETY: by the contract, `out` is null or writable.
-            unsafe { write_out(out, open.lend(&value)) }
+            let value = report::reading_map(&report::reading(&open.world, text(path, "the path")?)?);
+            write_out(out, open.lend(&value))
         })
     })
 }
@@ -121,13 +122,13 @@ unsafe extern "C" fn get(
     key: *const c_char,
     out: *mut tatu_value,
 ) -> tatu_status {
+    // SAFETY: by the contract, null or strings that live through the call, and null or a place for a value.
+    let (path, key, out) = unsafe { (string(path), string(key), place(out)) };
     status(|| {
         worlds::with(world, |open| {
-            // SAFETY: by the contract, null or strings that live through the call.
-            let (path, key) = unsafe { (answer::text(path, "the path")?, answer::text(key, "the key")?) };
+            let (path, key) = (text(path, "the path")?, text(key, "the key")?);
             let value = open.world.get(path, key).map_err(|r| CallError(r.0, r.1))?;
-            // SAFETY: by the contract, `out` is null or writable.
-            unsafe { write_out(out, open.lend(&value)) }
+            write_out(out, open.lend(&value))
         })
     })
 }
@@ -138,13 +139,12 @@ unsafe extern "C" fn set(
     key: *const c_char,
     value: *const tatu_value,
 ) -> tatu_status {
+    // SAFETY: by the contract, null or strings that live through the call, and null or one value.
+    let (path, key, values) =
+        unsafe { (string(path), string(key), ValueRef::slice(value, usize::from(!value.is_null()))) };
     status(|| {
         worlds::with(world, |open| {
-            // SAFETY: by the contract, strings that live through the call, and null or one value.
-            let (path, key, values) = unsafe {
-                let values = ValueRef::slice(value, usize::from(!value.is_null()));
-                (answer::text(path, "the path")?, answer::text(key, "the key")?, values)
-            };
+            let (path, key) = (text(path, "the path")?, text(key, "the key")?);
             let value = values.first().ok_or_else(|| CallError::argument("the value is null"))?;
             let value = value.to_value().map_err(|e| CallError::argument(format!("`{key}`: {}", e.text())))?;
             open.world.set(path, key, &value).map_err(|r| CallError(r.0, r.1))
@@ -161,22 +161,27 @@ unsafe extern "C" fn call(
     cap: u32,
     n_results: *mut u32,
 ) -> tatu_status {
+    // SAFETY: by the contract, null or a string and `n_args` values that live through the call, and null or places for
+    // `cap` values and a number.
+    let (name, args, results, n_results) = unsafe {
+        let results = match results.is_null() {
+            true => &mut [],
+            false => std::slice::from_raw_parts_mut(results.cast::<MaybeUninit<tatu_value>>(), cap as usize),
+        };
+        (string(name), ValueRef::slice(args, n_args as usize), results, place(n_results))
+    };
     status(|| {
         worlds::with(world, |open| {
-            // SAFETY: by the contract, a string and `n_args` values that live through the call.
-            let (name, args) =
-                unsafe { (answer::text(name, "the name of the command")?, ValueRef::slice(args, n_args as usize)) };
+            let name = text(name, "the name of the command")?;
             let args: Result<Vec<_>, _> = args.iter().map(|v| v.to_value()).collect();
             let args = args.map_err(|e| CallError::argument(format!("{name}: {}", e.text())))?;
             let values = open.world.call(name, &args)?;
             let values = open.lend_all(&values);
-            for (i, value) in values.iter().enumerate().take(if results.is_null() { 0 } else { cap as usize }) {
-                // SAFETY: by the contract, `results` has room for `cap` values.
-                unsafe { results.add(i).write(*value) };
+            for (place, value) in results.iter_mut().zip(&values) {
+                place.write(*value);
             }
-            // SAFETY: by the contract, `n_results` is null or points to a number.
-            if let Some(n) = unsafe { n_results.as_mut() } {
-                *n = values.len() as u32;
+            if let Some(n) = n_results {
+                n.write(values.len() as u32);
             }
             Ok(())
         })
@@ -198,17 +203,18 @@ unsafe extern "C" fn faults(world: *mut tatu_test_world) -> tatu_str {
     guarded(|_| Lent::EMPTY.raw(), all)
 }
 
-/// Writes a value through a pointer that a test passes. Fails if the pointer is null.
+/// Returns the place for a result that a test passes, which need not be initialised, or `None` for null.
 ///
 /// # Safety
-/// `out` must be null or point to a value.
-unsafe fn write_out(out: *mut tatu_value, value: tatu_value) -> Result<(), CallError> {
-    // SAFETY: the caller guarantees null or a pointer to a value.
-    match unsafe { out.as_mut() } {
-        Some(out) => {
-            *out = value;
-            Ok(())
-        }
-        None => Err(CallError::argument("`out` is null; expected a pointer to a value")),
-    }
+/// `out` must be null or point to memory for a `T` that nothing else uses within `'a`.
+unsafe fn place<'a, T>(out: *mut T) -> Option<&'a mut MaybeUninit<T>> {
+    // SAFETY: the caller guarantees null or memory for a `T`.
+    unsafe { out.cast::<MaybeUninit<T>>().as_mut() }
+}
+
+/// Writes a value to a place that a test passes. Fails if there is none.
+fn write_out(out: Option<&mut MaybeUninit<tatu_value>>, value: tatu_value) -> Result<(), CallError> {
+    let out = out.ok_or_else(|| CallError::argument("`out` is null; expected a pointer to a value"))?;
+    out.write(value);
+    Ok(())
 }

@@ -11,7 +11,7 @@ use std::{
 };
 
 use tatu_core::plugins::{CommandEntry, Inspector, SensorKind, guard_page::GuardedCopy};
-use tatu_plugin_api::abi::*;
+use tatu_plugin_api::{abi::*, safe::ValueRef};
 
 use super::finding;
 
@@ -96,10 +96,9 @@ impl Inspector for CallSpy {
             return run(frame);
         }
         let place = place(command);
-        // SAFETY: `frame` is the host's frame for this call, and the plugin has not been called yet.
-        let (args, n) = unsafe { ((*frame).args, (*frame).n_args) };
-        // SAFETY: the caller's arguments are valid during the call.
-        let given = unsafe { slice(args, n) };
+        // SAFETY: `frame` is the host's frame for this call, whose arguments are valid during the call, and the plugin
+        // has not been called yet.
+        let (args, given) = unsafe { ((*frame).args, ValueRef::slice((*frame).args, (*frame).n_args as usize)) };
         let mut pages = GuardedPages::default();
         if self.guards.load(Relaxed) {
             finding::report_activity(&place, format!("called with ({})", list(given)));
@@ -176,15 +175,6 @@ fn scribble() {
     std::hint::black_box(&mut room);
 }
 
-/// Returns the values of a C array, which is empty if `first` is null.
-///
-/// # Safety
-/// If `first` is not null, it must point to `n` values that stay valid for `'a`.
-unsafe fn slice<'a>(first: *const tatu_value, n: u32) -> &'a [tatu_value] {
-    // SAFETY: the caller guarantees that the values are valid.
-    if first.is_null() || n == 0 { &[] } else { unsafe { std::slice::from_raw_parts(first, n as usize) } }
-}
-
 /// Copies of arguments in memory before guard pages, for the duration of a call.
 #[derive(Default)]
 struct GuardedPages(Vec<GuardedCopy>);
@@ -197,13 +187,13 @@ impl GuardedPages {
         first
     }
 
-    fn arguments(&mut self, command: &CommandEntry, args: &[tatu_value]) -> *const tatu_value {
+    fn arguments(&mut self, command: &CommandEntry, args: &[ValueRef<'_>]) -> *const tatu_value {
         let moved: Vec<tatu_value> = args
             .iter()
             .enumerate()
             .map(|(i, a)| {
                 let key = command.params.get(i).map_or("", |p| p.key.as_str());
-                self.value(a, &format!("its argument {} `{key}`", i + 1), 0)
+                self.value(*a, &format!("its argument {} `{key}`", i + 1), 0)
             })
             .collect();
         self.add_copy(bytes_of(&moved), "the array of its arguments, which does not contain omitted ones").cast()
@@ -211,42 +201,28 @@ impl GuardedPages {
 
     /// Copies a value so that its spans end directly before guard pages. Spans that are empty, or nested more than 32
     /// levels deep, become null pointers.
-    fn value(&mut self, v: &tatu_value, label: &str, depth: u32) -> tatu_value {
-        if !is_span(v.tag) {
-            return *v;
+    fn value(&mut self, v: ValueRef<'_>, label: &str, depth: u32) -> tatu_value {
+        let mut out = v.raw();
+        if !is_span(v.tag()) {
+            return out;
         }
-        // SAFETY: the tag states that the value is a span.
-        let span = unsafe { v.u.s };
-        let n = span.len as usize;
-        let moved = if n == 0 || span.ptr.is_null() || depth > 32 {
+        let ptr = if v.is_empty() || depth > 32 {
             std::ptr::null()
+        } else if let Some(items) = v.list() {
+            let all: Vec<tatu_value> =
+                items.iter().map(|e| self.value(*e, &format!("an element of {label}"), depth + 1)).collect();
+            self.add_copy(bytes_of(&all), label)
+        } else if let Some(pairs) = v.map() {
+            let pair = |[key, value]: &[ValueRef<'_>; 2]| tatu_pair {
+                key: self.value(*key, &format!("a key of {label}"), depth + 1),
+                value: self.value(*value, &format!("an entry of {label}"), depth + 1),
+            };
+            let all: Vec<tatu_pair> = pairs.iter().map(pair).collect();
+            self.add_copy(bytes_of(&all), label)
         } else {
-            // SAFETY: the span has `n` elements of the type that the tag states, which are valid during the call.
-            unsafe {
-                match v.tag {
-                    TATU_LIST => {
-                        let all: Vec<tatu_value> = std::slice::from_raw_parts(span.ptr.cast::<tatu_value>(), n)
-                            .iter()
-                            .map(|e| self.value(e, &format!("an element of {label}"), depth + 1))
-                            .collect();
-                        self.add_copy(bytes_of(&all), label)
-                    }
-                    TATU_MAP => {
-                        let all: Vec<tatu_pair> = std::slice::from_raw_parts(span.ptr.cast::<tatu_pair>(), n)
-                            .iter()
-                            .map(|p| tatu_pair {
-                                key: self.value(&p.key, &format!("a key of {label}"), depth + 1),
-                                value: self.value(&p.value, &format!("an entry of {label}"), depth + 1),
-                            })
-                            .collect();
-                        self.add_copy(bytes_of(&all), label)
-                    }
-                    tag => self.add_copy(std::slice::from_raw_parts(span.ptr.cast::<u8>(), n * width(tag)), label),
-                }
-            }
+            self.add_copy(v.span_bytes(), label)
         };
-        let mut out = *v;
-        out.u.s = tatu_span_t { ptr: moved, len: span.len };
+        out.u.s = tatu_span_t { ptr, len: v.len() as u64 };
         out
     }
 }
@@ -260,40 +236,25 @@ fn is_span(tag: u32) -> bool {
     (TATU_TEXT..=TATU_MAP).contains(&tag)
 }
 
-/// Returns the size of an array element, bytes.
-fn width(tag: u32) -> usize {
-    match tag {
-        TATU_F64S | TATU_I64S => 8,
-        TATU_F32S | TATU_I32S => 4,
-        _ => 1,
-    }
-}
-
 /// Describes arguments for findings.
-fn list(args: &[tatu_value]) -> String {
-    let words: Vec<String> = args.iter().map(shown).collect();
+fn list(args: &[ValueRef<'_>]) -> String {
+    let words: Vec<String> = args.iter().map(|v| shown(*v)).collect();
     words.join(", ")
 }
 
-fn shown(v: &tatu_value) -> String {
-    // SAFETY: the tag states which member is set; texts are valid during the call.
-    unsafe {
-        match v.tag {
-            TATU_NIL => "nil".into(),
-            TATU_BOOL => (v.u.i != 0).to_string(),
-            TATU_I64 => v.u.i.to_string(),
-            TATU_F64 => format!("{:?}", v.u.f),
-            TATU_TEXT | TATU_BYTES if v.u.s.len <= 40 && !v.u.s.ptr.is_null() => {
-                let bytes = std::slice::from_raw_parts(v.u.s.ptr.cast::<u8>(), v.u.s.len as usize);
-                format!("\"{}\"", bytes.escape_ascii())
-            }
-            TATU_TEXT | TATU_BYTES => format!("a text of {} bytes", v.u.s.len),
-            TATU_LIST => format!("a list of {}", v.u.s.len),
-            TATU_MAP => format!("a map of {}", v.u.s.len),
-            TATU_FUNC => "a function".into(),
-            TATU_OBJECT => format!("object {}", tatu_slot(v.u.u)),
-            _ => format!("an array of {}", v.u.s.len),
-        }
+fn shown(v: ValueRef<'_>) -> String {
+    match (v.tag(), v.len()) {
+        (TATU_NIL, _) => "nil".into(),
+        (TATU_BOOL, _) => v.truthy().to_string(),
+        (TATU_I64, _) => v.as_i64().unwrap_or_default().to_string(),
+        (TATU_F64, _) => format!("{:?}", v.as_f64().unwrap_or_default()),
+        (TATU_TEXT | TATU_BYTES, 0..=40) => format!("\"{}\"", v.as_bytes().unwrap_or_default().escape_ascii()),
+        (TATU_TEXT | TATU_BYTES, n) => format!("a text of {n} bytes"),
+        (TATU_LIST, n) => format!("a list of {n}"),
+        (TATU_MAP, n) => format!("a map of {n}"),
+        (TATU_FUNC, _) => "a function".into(),
+        (TATU_OBJECT, _) => format!("object {}", tatu_slot(v.as_object().unwrap_or_default())),
+        (_, n) => format!("an array of {n}"),
     }
 }
 

@@ -271,6 +271,15 @@ impl<'a> ValueRef<'a> {
             _ => 0,
         }
     }
+    /// Returns the bytes of the elements of an array, or of a text or byte string; otherwise an empty slice.
+    pub fn span_bytes(self) -> &'a [u8] {
+        match self.tag() {
+            TATU_TEXT | TATU_BYTES | TATU_U8S => self.span(),
+            TATU_F64S | TATU_I64S => self.span::<[u8; 8]>().as_flattened(),
+            TATU_F32S | TATU_I32S => self.span::<[u8; 4]>().as_flattened(),
+            _ => &[],
+        }
+    }
     /// Returns whether the value has no elements.
     pub fn is_empty(self) -> bool {
         self.len() == 0
