@@ -4,8 +4,6 @@ mod addons;
 mod args;
 mod card;
 mod commands;
-#[cfg(all(target_os = "linux", target_env = "gnu"))]
-mod crash;
 mod graphs;
 mod plot;
 mod scripts;
@@ -29,7 +27,7 @@ pub fn main(args: impl IntoIterator<Item = OsString>) -> ExitCode {
     let args = args::CliArgs::parse_from(args);
     tatu_terminal::report::install_log_printer();
     #[cfg(all(target_os = "linux", target_env = "gnu"))]
-    crash::install_handlers();
+    tatu_terminal::crash::install_handlers();
     let code = report::finish(match args.command {
         args::Command::Run(run) => commands::run::run(&run),
         args::Command::Serve(serve) => commands::serve::serve(&serve),
@@ -51,7 +49,7 @@ pub fn main(args: impl IntoIterator<Item = OsString>) -> ExitCode {
         args::Command::Generate(generate) => commands::generate::generate(&generate),
     });
     #[cfg(all(target_os = "linux", target_env = "gnu"))]
-    let code = crash::limit_exit_time(code);
+    let code = tatu_terminal::crash::limit_exit_time(code);
     code
 }
 
@@ -64,5 +62,5 @@ pub fn number(code: ExitCode) -> u8 {
 /// Installs handlers that report crashes of this process, with the plugin, its function and the object.
 pub fn report_crashes() {
     #[cfg(all(target_os = "linux", target_env = "gnu"))]
-    crash::install_handlers();
+    tatu_terminal::crash::install_handlers();
 }

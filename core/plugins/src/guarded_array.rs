@@ -5,17 +5,13 @@ use std::{
     ops::{Deref, DerefMut},
 };
 
+use bytemuck::Pod;
+
 use crate::state_block::GUARD;
 
 /// Size of a guard, words: large enough to detect that a plugin wrote a wrench where a force was expected, or a few
 /// elements instead of one.
 const GUARD_WORDS: usize = 72;
-
-/// Plain numeric types, for which every bit pattern is valid.
-pub trait PlainNumber: Copy + 'static {}
-impl PlainNumber for f64 {}
-impl PlainNumber for i32 {}
-impl PlainNumber for [f64; 6] {}
 
 /// An array of `T` between two guards. [`GuardedArray::fill`] can move it to other memory.
 #[derive(Debug)]
@@ -32,18 +28,14 @@ impl<T> Default for GuardedArray<T> {
     }
 }
 
-impl<T: PlainNumber> GuardedArray<T> {
+impl<T: Pod> GuardedArray<T> {
     /// Resizes the array to `n` elements of this value, and restores the guards.
     pub fn fill(&mut self, n: usize, value: T) {
         let words = (n * size_of::<T>()).div_ceil(8);
         self.words.clear();
         self.words.resize(words + 2 * GUARD_WORDS, GUARD);
         self.n = n;
-        for i in 0..n {
-            // SAFETY: `i < n`, and the words have room for `n` elements after the guard. The alignment of `T` is at
-            // most 8, and the guard is a multiple of 8 bytes long.
-            unsafe { self.first_mut().add(i).write(value) };
-        }
+        self.deref_mut().fill(value);
     }
 
     /// Returns the pointer to pass to plugins.
@@ -65,25 +57,23 @@ impl<T: PlainNumber> GuardedArray<T> {
     }
 }
 
-impl<T: PlainNumber> Deref for GuardedArray<T> {
+impl<T: Pod> Deref for GuardedArray<T> {
     type Target = [T];
     fn deref(&self) -> &[T] {
         if self.n == 0 {
             return &[];
         }
-        // SAFETY: `fill` made room for `n` elements after the first guard, and every bit pattern is a valid `T`.
-        unsafe { std::slice::from_raw_parts(self.words.as_ptr().add(GUARD_WORDS).cast(), self.n) }
+        &bytemuck::cast_slice(&self.words[GUARD_WORDS..self.words.len() - GUARD_WORDS])[..self.n]
     }
 }
 
-impl<T: PlainNumber> DerefMut for GuardedArray<T> {
+impl<T: Pod> DerefMut for GuardedArray<T> {
     fn deref_mut(&mut self) -> &mut [T] {
         if self.n == 0 {
             return &mut [];
         }
-        // SAFETY: `fill` made room for `n` elements after the first guard, and every bit pattern is a valid `T`; `self`
-        // is borrowed exclusively.
-        unsafe { std::slice::from_raw_parts_mut(self.first_mut(), self.n) }
+        let end = self.words.len() - GUARD_WORDS;
+        &mut bytemuck::cast_slice_mut(&mut self.words[GUARD_WORDS..end])[..self.n]
     }
 }
 

@@ -9,7 +9,8 @@
 //! - [`lock_setup`]: ensures that only one thread at a time starts plugins and creates instances;
 //! - [`thread_grant`]: use of instances on several threads;
 //! - [`guard`]: floating-point mode, locale and other state that plugins must not change;
-//! - [`guarded_array`], [`state_block`]: memory that plugins write to;
+//! - [`guarded_array`], [`state_block`], [`reading_arena`]: memory that plugins write to;
+//! - `beams`: the beams that an instance declares; `random_table`: random numbers for plugins;
 //! - [`watchdog`]: records which plugin call is running, and for how long;
 //! - `parameter_spec`: declarations (parameters, commands) as Rust types; `checks`: detects faulty ones; `names`:
 //!   checks of names and their name spaces;
@@ -20,6 +21,7 @@
 //! Errors in a file reject the whole plugin (`load`), and errors in a table reject the item that the table describes
 //! (`registry`). Errors in the declaration of a parameter are only reported (`checks`).
 
+mod beams;
 pub mod border;
 mod checks;
 mod declared;
@@ -34,6 +36,8 @@ mod inspect;
 mod load;
 mod names;
 mod parameter_spec;
+mod random_table;
+pub mod reading_arena;
 mod registry;
 pub mod schemas;
 mod search;
@@ -46,12 +50,14 @@ mod tickets;
 pub mod units;
 pub mod watchdog;
 
+pub use beams::DeclaredBeams;
 pub use checks::parameters as parameter_flaws;
 pub use elf::{LibraryFlaw, check as check_library};
 pub use host_tables::{FindTable, HostHolder, HostTable, HostTables, PluginHost};
 pub use inspect::Inspector;
 pub use load::assets_folder;
 pub use parameter_spec::{ParameterSpec, check_value, describe_value};
+pub use random_table::{RandomNumbers, RandomTable};
 pub use registry::{
     ActuatorKind, AttachmentSlot, CommandEntry, CommandName, CommandStatus, DeviceKind, FieldSpec, FoundModel,
     Importer, ImporterChoice, MAX_ELEMENTS, MODEL_FILE, Model, ModelNumber, Plugin, Prelude, PresetSpec, Registry,

@@ -1,9 +1,12 @@
-//! What programs print on a terminal.
+//! What programs print on a terminal, also when they end before their time.
 //!
 //! - [`report`]: errors, warnings and notes, with the source lines to which they refer; progress;
+//! - `crash`: reports crashes, and plugins that end the process;
 //! - `table`: tables with columns as wide as their cells;
 //! - [`watchdog`]: ends a run in which a plugin call does not return, after writing its output.
 
+#[cfg(all(target_os = "linux", target_env = "gnu"))]
+pub mod crash;
 pub mod report;
 mod table;
 pub mod watchdog;

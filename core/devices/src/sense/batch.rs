@@ -7,6 +7,7 @@ use tatu_plugins::{
     Registry,
     border::ErrorSlot,
     guard,
+    guarded_array::GuardedArray,
     watchdog::{CallWatch, PluginCall},
 };
 
@@ -65,7 +66,7 @@ pub(super) fn complete(
     who: BatchSensors<'_>,
     calls: CallContext<'_>,
     pool: &rayon::ThreadPool,
-    batch: &tatu_sensor_batch,
+    batch: &mut tatu_sensor_batch,
     error: &mut ErrorSlot,
 ) -> Vec<MeasureFailure> {
     let BatchSensors { kind, devices } = who;
@@ -77,7 +78,7 @@ pub(super) fn complete(
         }
     }
     if devices.iter().any(|i| all[*i].noise.is_some()) {
-        failed.extend(call_kind(PluginCall::Finish, batch, all, who, calls, error));
+        failed.extend(call_kind(PluginCall::Finish, batch, &mut s.status, all, who, calls, error));
         failed.extend(check_status_guards(PluginCall::Finish, s, all, who));
     }
     for (i, shown) in devices.iter().zip(s.shown.drain(..)) {
@@ -109,7 +110,8 @@ pub(super) fn check_status_guards(
 /// negative status, and those whose output breaks the contract.
 pub(super) fn call_kind(
     call: PluginCall,
-    batch: &tatu_sensor_batch,
+    batch: &mut tatu_sensor_batch,
+    statuses: &mut GuardedArray<tatu_status>,
     all: &mut [SensorDevice],
     who: BatchSensors<'_>,
     calls: CallContext<'_>,
@@ -124,10 +126,9 @@ pub(super) fn call_kind(
     let Some(function) = function else { return Vec::new() };
     let me = calls.registry.plugins[kind_info.plugin].me;
     error.reset();
-    // SAFETY: `batch.status` points to the scratch buffer, which has one status per instance.
-    let before = unsafe { std::slice::from_raw_parts(batch.status, batch.n as usize) };
     // Sensors that failed in an earlier call keep their statuses. Such failures are rare.
-    let known = if before.iter().any(|s| *s < 0) { before.to_vec() } else { Vec::new() };
+    let known = if statuses.iter().any(|s| *s < 0) { statuses.to_vec() } else { Vec::new() };
+    batch.status = statuses.first_mut();
     let first = who.devices.first().map_or(0, |i| all[*i].slot);
     let before = calls.watch.enter_batch(call, kind_info.plugin, first, who.devices.len());
     // The check of the floating-point mode covers only the call, since the mode belongs to the thread that measures.
@@ -143,10 +144,8 @@ pub(super) fn call_kind(
         error.set(told, &format!("{} changed {what}: {}", call.text(), guard::RESTORED_HELP));
     }
     let mut failed = Vec::new();
-    for (i, index) in who.devices.iter().enumerate() {
+    for (i, (index, status)) in who.devices.iter().zip(statuses.iter_mut()).enumerate() {
         let d = &mut all[*index];
-        // SAFETY: `i < n`, and `batch.status` has one status per instance; the slice taken before is no longer used.
-        let status = unsafe { &mut *batch.status.add(i) };
         if known.get(i).is_some_and(|s| *s < 0) {
             continue;
         }

@@ -5,14 +5,15 @@ use std::{ffi::c_void, rc::Rc};
 use tatu_plugin_api::{abi::*, safe::Value};
 use tatu_plugins::{
     FieldSpec, MAX_ELEMENTS, SensorKind,
+    reading_arena::{ReadingArena, ReadingBuffer},
     state_block::{GUARD, PAST_STATE, StateBlock},
 };
 
 use super::{
     noise::{self, SensorNoise},
+    numbers::elements,
     plan::BeamPlan,
 };
-use crate::sense::reading_arena::{ReadingArena, ReadingBuffer};
 
 /// A sensor's instance and its last reading.
 ///
@@ -244,29 +245,14 @@ impl SensorDevice {
     /// Returns the contents of a field as a value. Objects are converted to their slots.
     pub fn value(&self, kind: &SensorKind, field: usize) -> Value {
         let (first, n) = self.layout.spans[field];
-        let bytes = self.fields[first..].as_ptr();
-        // SAFETY: the pointer is to the field's first word, where the layout reserves `n` elements of this type; the
-        // borrow of `self` keeps them alive, and every bit pattern is a valid number.
-        unsafe {
-            match kind.fields[field].elem {
-                TATU_ELEM_F64 => Value::Floats(std::slice::from_raw_parts(bytes.cast(), n).to_vec()),
-                TATU_ELEM_F32 => Value::Floats(
-                    std::slice::from_raw_parts(bytes.cast::<f32>(), n).iter().map(|x| f64::from(*x)).collect(),
-                ),
-                TATU_ELEM_I32 => Value::Ints(
-                    std::slice::from_raw_parts(bytes.cast::<i32>(), n).iter().map(|x| i64::from(*x)).collect(),
-                ),
-                TATU_ELEM_U16 => Value::Ints(
-                    std::slice::from_raw_parts(bytes.cast::<u16>(), n).iter().map(|x| i64::from(*x)).collect(),
-                ),
-                TATU_ELEM_OBJECT => Value::Ints(
-                    std::slice::from_raw_parts(bytes.cast::<u64>(), n)
-                        .iter()
-                        .map(|x| i64::from(tatu_slot(*x)))
-                        .collect(),
-                ),
-                _ => Value::Bytes(std::slice::from_raw_parts(bytes.cast::<u8>(), n).to_vec()),
-            }
+        let words = &self.fields[first..];
+        match kind.fields[field].elem {
+            TATU_ELEM_F64 => Value::Floats(elements(words, n).to_vec()),
+            TATU_ELEM_F32 => Value::Floats(elements::<f32>(words, n).iter().map(|x| f64::from(*x)).collect()),
+            TATU_ELEM_I32 => Value::Ints(elements::<i32>(words, n).iter().map(|x| i64::from(*x)).collect()),
+            TATU_ELEM_U16 => Value::Ints(elements::<u16>(words, n).iter().map(|x| i64::from(*x)).collect()),
+            TATU_ELEM_OBJECT => Value::Ints(words[..n].iter().map(|x| i64::from(tatu_slot(*x))).collect()),
+            _ => Value::Bytes(elements(words, n).to_vec()),
         }
     }
 }
@@ -363,15 +349,11 @@ impl FieldLayout {
     pub(crate) fn not_a_number<'k>(&self, fields: &[u64], kind: &'k SensorKind) -> Option<&'k str> {
         let is_bad = |i: usize| {
             let (first, n) = self.spans[i];
-            let at = fields[first..].as_ptr();
-            // SAFETY: the pointer is to the field's first word, where the layout reserves `n` elements of this type;
-            // the borrow of `fields` keeps them alive, and every bit pattern is a valid number.
-            unsafe {
-                match kind.fields[i].elem {
-                    TATU_ELEM_F64 => std::slice::from_raw_parts(at.cast::<f64>(), n).iter().any(|x| x.is_nan()),
-                    TATU_ELEM_F32 => std::slice::from_raw_parts(at.cast::<f32>(), n).iter().any(|x| x.is_nan()),
-                    _ => false,
-                }
+            let words = &fields[first..];
+            match kind.fields[i].elem {
+                TATU_ELEM_F64 => elements::<f64>(words, n).iter().any(|x| x.is_nan()),
+                TATU_ELEM_F32 => elements::<f32>(words, n).iter().any(|x| x.is_nan()),
+                _ => false,
             }
         };
         (0..kind.fields.len()).find(|i| is_bad(*i)).map(|i| kind.fields[i].name.as_str())

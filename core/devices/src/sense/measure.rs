@@ -3,7 +3,7 @@
 
 use tatu_plugin_api::abi::*;
 use tatu_plugins::{
-    Registry,
+    RandomTable, Registry,
     border::ErrorSlot,
     watchdog::{CallWatch, PluginCall},
 };
@@ -13,7 +13,6 @@ use super::{
     Sensing, SensorDevice,
     batch::{BatchSensors, CallContext, MeasureFailure, call_kind, check_status_guards, complete},
     cast::{HitLimits, SensorView},
-    random,
     scratch::{MeasureScratch, MeasureTime},
 };
 
@@ -124,23 +123,24 @@ fn measure_batch(sensing: &mut Sensing, job: &MeasureRequest<'_>, around: &Measu
         d.prepare(s, scene.id(d.slot), moment.time);
     }
     s.status.fill(devices.len(), TATU_OK);
-    let random = random::table(&s.keys);
+    let keys = std::mem::take(&mut s.keys);
+    let random = RandomTable::new(&keys);
     let mut error = s.error.take().unwrap_or_else(ErrorSlot::new);
     let mut failed = Vec::new();
     if s.aims.set_planned_rays(devices.iter().map(|i| &all[*i].layout.plan)) {
         let mut batch = s.batch(devices.len(), kind_info.fields.len(), &moment);
-        batch.random = &random;
-        failed = call_kind(PluginCall::Aim, &batch, all, who, calls, &mut error);
+        batch.random = random.raw();
+        failed = call_kind(PluginCall::Aim, &mut batch, &mut s.status, all, who, calls, &mut error);
         failed.extend(check_status_guards(PluginCall::Aim, s, all, who));
         failed.extend(add_aimed_rays(s, all, job));
     }
     s.casts.run(inputs, targets, scene, |sensor| &all[devices[sensor]].layout.plan, pool);
     let mut batch = s.batch(devices.len(), kind_info.fields.len(), &moment);
-    batch.random = &random;
-    failed.extend(call_kind(PluginCall::Measure, &batch, all, who, calls, &mut error));
+    batch.random = random.raw();
+    failed.extend(call_kind(PluginCall::Measure, &mut batch, &mut s.status, all, who, calls, &mut error));
     failed.extend(check_status_guards(PluginCall::Measure, s, all, who));
-    failed.extend(complete(s, all, who, calls, pool, &batch, &mut error));
-    s.error = Some(error);
+    failed.extend(complete(s, all, who, calls, pool, &mut batch, &mut error));
+    (s.error, s.keys) = (Some(error), keys);
     failed
 }
 

@@ -10,7 +10,7 @@
 //! - `noise`: the noise that a scene declares for the fields of a sensor, applied after each measurement;
 //! - `random`: random numbers that depend only on the seed, the sensor and the measurement count; `normal`: the inverse
 //!   of the normal distribution function;
-//! - `reading_arena`: the memory of readings.
+//! - `numbers`: the words of a field as numbers.
 
 mod aim;
 mod batch;
@@ -21,11 +21,11 @@ mod image;
 mod measure;
 mod noise;
 mod normal;
+mod numbers;
 mod outline;
 mod physics_step;
 mod plan;
 mod random;
-mod reading_arena;
 mod roster;
 mod scratch;
 mod sensing;
@@ -39,8 +39,8 @@ pub use noise::{NoiseState, SensorNoise};
 pub use outline::{OutlineEdge, edges};
 pub use physics_step::{StepContext, StepSensing};
 pub use plan::BeamPlan;
-pub use reading_arena::ReadingBuffer;
 pub use roster::{DueSensors, SensorRoster};
 pub use scratch::MeasureTime;
 pub use sensing::Sensing;
 pub use targets::{TargetFilter, Targets};
+pub use tatu_plugins::reading_arena::ReadingBuffer;

@@ -5,7 +5,7 @@ use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 use tatu_physics::{BodyContact, BodyId, Engine, JointId};
 use tatu_plugin_api::abi::*;
 use tatu_plugins::{
-    Registry,
+    RandomTable, Registry,
     border::ErrorSlot,
     watchdog::{CallWatch, PluginCall},
 };
@@ -14,7 +14,6 @@ use tatu_scene::{Dynamics, ObjectVariant, Scene, pose_to_array};
 use super::{
     Sensing, SensorDevice,
     batch::{BatchSensors, CallContext, MeasureFailure, call_kind, check_status_guards, complete},
-    random,
     scratch::{MeasureScratch, MeasureTime},
 };
 use crate::mount::Mount;
@@ -182,15 +181,16 @@ impl<'a> StepSensing<'a> {
             s.first_contact.push(s.contact.len() as u64);
         }
         s.status.fill(devices.len(), TATU_OK);
-        let random = random::table(&s.keys);
+        let keys = std::mem::take(&mut s.keys);
+        let random = RandomTable::new(&keys);
         let mut error = s.error.take().unwrap_or_else(ErrorSlot::new);
         let mut batch = s.batch(devices.len(), info.fields.len(), &moment);
-        batch.random = &random;
+        batch.random = random.raw();
         let (calls, who) = (CallContext { registry, watch }, BatchSensors { kind, devices: &devices });
-        let mut failed = call_kind(PluginCall::Measure, &batch, all, who, calls, &mut error);
+        let mut failed = call_kind(PluginCall::Measure, &mut batch, &mut s.status, all, who, calls, &mut error);
         failed.extend(check_status_guards(PluginCall::Measure, s, all, who));
-        failed.extend(complete(s, all, who, calls, pool, &batch, &mut error));
-        s.error = Some(error);
+        failed.extend(complete(s, all, who, calls, pool, &mut batch, &mut error));
+        (s.error, s.keys) = (Some(error), keys);
         for f in &failed {
             all.iter_mut().filter(|d| d.slot == f.slot).for_each(|d| d.off = true);
         }

@@ -1,18 +1,11 @@
 //! Plans of beams: the rays, volume or image of a sensor, as its plugin declares them.
 
-use std::{
-    f64::consts::{FRAC_PI_2, PI, TAU},
-    ffi::c_void,
-};
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use ::tatu_beams::{Faces, Grid, ImageProjection, RayBundle, Volume};
 use nalgebra::{UnitQuaternion, Vector3};
 use tatu_plugin_api::abi::*;
-use tatu_plugins::{
-    Inspector, SensorKind,
-    border::{ErrorSlot, check_status},
-    state_block::GUARD,
-};
+use tatu_plugins::DeclaredBeams;
 
 use super::targets::TargetFilter;
 
@@ -103,52 +96,9 @@ impl BeamPlan {
         })
     }
 
-    /// Requests the beams of an instance from its plugin, and checks them.
-    ///
-    /// # Safety
-    /// `data` must point to a live instance of this kind, and no borrow of its world may be active.
-    pub unsafe fn request(
-        data: *mut c_void,
-        kind: &SensorKind,
-        inspector: Option<&dyn Inspector>,
-    ) -> Result<Self, String> {
-        let Some(ask) = kind.raw.beams else { return Ok(Self::NONE) };
-        let raw = tatu_beams {
-            size: size_of::<tatu_beams>() as u32,
-            form: TATU_BEAMS_NONE,
-            count: [0, 0],
-            near_m: 0.0,
-            far_m: f64::INFINITY,
-            dims: [0.0; 6],
-            max_incidence: FRAC_PI_2,
-            directions: std::ptr::null(),
-            flags: 0,
-            reserved: 0,
-            waves: TATU_WAVES_ALL,
-            reserved2: 0,
-            own: [0; 4],
-            without: 0,
-            reserved3: 0,
-            origins: std::ptr::null(),
-            observed: 0,
-        };
-        /// The table for the plugin, between two guards that reveal writes out of bounds.
-        #[repr(C)]
-        struct GuardedBeams([u64; 8], tatu_beams, [u64; 8]);
-        let mut room = GuardedBeams([GUARD; 8], raw, [GUARD; 8]);
-        let mut error = ErrorSlot::new();
-        // SAFETY: the caller guarantees that `data` points to a live instance; `room` and `error` live until the call
-        // has returned. The header declares the function as `[setup]`, so it may be called here.
-        if unsafe { check_status(ask(data, &mut room.1, error.raw()), false, error.raw()) } < 0 {
-            return Err(error.text());
-        }
-        if let Some(inspector) = inspector {
-            inspector.after_beams(kind, &room.1);
-        }
-        let GuardedBeams(before, raw, behind) = room;
-        if before != [GUARD; 8] || behind != [GUARD; 8] {
-            return Err("broke the contract: it wrote outside the table `tatu_beams`".into());
-        }
+    /// Checks the beams that an instance has declared. Without any, the plan is empty.
+    pub fn new(beams: Option<DeclaredBeams>) -> Result<Self, String> {
+        let Some(DeclaredBeams { table: raw, directions, origins }) = beams else { return Ok(Self::NONE) };
         let (volume, directions) = match raw.form {
             TATU_BEAMS_CONE if (0.0..=PI).contains(&raw.dims[0]) => {
                 (Volume::Cone { half_angle: raw.dims[0] }, vec![[0.0, 0.0, 1.0]])
@@ -157,7 +107,7 @@ impl BeamPlan {
                 return Err(format!("the half angle of the cone is {} rad; expected 0 to pi", raw.dims[0]));
             }
             TATU_BEAMS_PYRAMID | TATU_BEAMS_CYLINDER | TATU_BEAMS_DISC => (volume(&raw)?, vec![[0.0, 0.0, 1.0]]),
-            TATU_BEAMS_RAYS => (Volume::Ray, rays(&raw)?),
+            TATU_BEAMS_RAYS => (Volume::Ray, rays(directions)?),
             TATU_BEAMS_NONE | TATU_BEAMS_GRID | TATU_BEAMS_PARALLEL => (Volume::Ray, Vec::new()),
             form => {
                 return Err(format!(
@@ -173,10 +123,9 @@ impl BeamPlan {
         }
         let image = image(&raw)?;
         let aimed = raw.form == TATU_BEAMS_RAYS && raw.flags & TATU_BEAMS_AIMED != 0;
-        let origins = match raw.form == TATU_BEAMS_RAYS && !raw.origins.is_null() {
-            true => origins(&raw)?,
-            false => Vec::new(),
-        };
+        if let Some((i, o)) = origins.iter().enumerate().find(|(_, o)| !o.iter().all(|x| x.is_finite())) {
+            return Err(format!("the origin of ray {i} is {o:?}; expected finite numbers"));
+        }
         // All rays of a bundle have the same origin.
         let alone = aimed || !origins.is_empty();
         let bundle =
@@ -228,30 +177,12 @@ fn volume(raw: &tatu_beams) -> Result<Volume, String> {
     })
 }
 
-fn rays(raw: &tatu_beams) -> Result<Vec<[f64; 3]>, String> {
-    if raw.count[0] > MAX_RAYS {
-        return Err(format!("there are {} rays; expected at most {MAX_RAYS}", raw.count[0]));
-    }
-    if raw.directions.is_null() {
-        return Err("the pointer to the directions of the rays is null".into());
-    }
-    // SAFETY: `directions` is not null, and the contract requires it to point to 3 numbers per ray that stay valid
-    // after the call; `count` was limited to `MAX_RAYS`.
-    let all: &[[f64; 3]] = unsafe { std::slice::from_raw_parts(raw.directions.cast(), raw.count[0] as usize) };
+/// Checks the directions of rays.
+fn rays(all: Vec<[f64; 3]>) -> Result<Vec<[f64; 3]>, String> {
     let unit = |d: &[f64; 3]| (d[0] * d[0] + d[1] * d[1] + d[2] * d[2] - 1.0).abs() < 1e-6;
     match all.iter().position(|d| !unit(d)) {
         Some(i) => Err(format!("the direction of ray {i} is {:?}; expected a unit vector", all[i])),
-        None => Ok(all.to_vec()),
-    }
-}
-
-fn origins(raw: &tatu_beams) -> Result<Vec<[f64; 3]>, String> {
-    // SAFETY: `origins` is not null, and the contract requires it to point to 3 numbers per ray that stay valid after
-    // the call; `count` was limited to `MAX_RAYS` by `rays`.
-    let all: &[[f64; 3]] = unsafe { std::slice::from_raw_parts(raw.origins.cast(), raw.count[0] as usize) };
-    match all.iter().position(|o| !o.iter().all(|x| x.is_finite())) {
-        Some(i) => Err(format!("the origin of ray {i} is {:?}; expected finite numbers", all[i])),
-        None => Ok(all.to_vec()),
+        None => Ok(all),
     }
 }
 
@@ -291,10 +222,6 @@ fn image(raw: &tatu_beams) -> Result<Option<Grid>, String> {
     }
     Ok(Some(Grid { columns, rows, projection: view, near: raw.near_m, far: raw.far_m }))
 }
-
-/// Maximum number of rays of a sensor. A larger count is assumed to be an error, which could cause reads beyond the
-/// plugin's memory.
-const MAX_RAYS: u32 = 1 << 24;
 
 /// Maximum number of pixels along one side of an image.
 const MAX_SIDE_PIXELS: u32 = 8192;

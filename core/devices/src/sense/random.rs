@@ -1,7 +1,7 @@
 //! Counter-based random numbers of sensors. Each is a function of the seed, the measurement count, a stream and an
 //! index, and does not depend on earlier draws.
 
-use tatu_plugin_api::abi::tatu_random;
+use tatu_plugins::RandomNumbers;
 
 use super::normal;
 
@@ -68,45 +68,12 @@ fn finished(x: u64) -> u64 {
     x ^ (x >> 31)
 }
 
-/// Returns the table for a batch whose instances have these keys. The table must not be used after `keys` is dropped.
-pub(super) fn table(keys: &[RandomKey]) -> tatu_random {
-    tatu_random {
-        size: size_of::<tatu_random>() as u32,
-        reserved: keys.len() as u32,
-        ctx: keys.as_ptr().cast_mut().cast(),
-        uniform: Some(uniform),
-        normal: Some(normal),
+impl RandomNumbers for RandomKey {
+    fn uniforms(self, first: u64, out: &mut [f64]) {
+        (0..).zip(out).for_each(|(k, x)| *x = self.uniform(first.wrapping_add(k)));
     }
-}
-
-unsafe extern "C" fn uniform(table: *const tatu_random, i: u32, first: u64, n: u64, out: *mut f64) {
-    // SAFETY: the header requires `table` to be the table of the plugin's batch, whose keys live during the call, and
-    // `out` to be null or to have room for `n` numbers.
-    unsafe {
-        fill(table, i, n, out, |key, out| {
-            (0..n).zip(out).for_each(|(k, x)| *x = key.uniform(first.wrapping_add(k)));
-        });
-    }
-}
-
-unsafe extern "C" fn normal(table: *const tatu_random, i: u32, first: u64, n: u64, out: *mut f64) {
-    // SAFETY: the header requires `table` to be the table of the plugin's batch, whose keys live during the call, and
-    // `out` to be null or to have room for `n` numbers.
-    unsafe { fill(table, i, n, out, |key, out| key.normals(first, out)) }
-}
-
-/// # Safety
-/// `table` must have been created by [`table`] from keys that are alive; `out` must be null or have room for `n`
-/// numbers.
-unsafe fn fill(table: *const tatu_random, i: u32, n: u64, out: *mut f64, numbers: impl Fn(RandomKey, &mut [f64])) {
-    // SAFETY: the caller guarantees that the keys are alive and that `out` is null or has room for `n` numbers; `i` and
-    // `out` are checked before use. The memory at `out` is initialised before a slice of it is created.
-    unsafe {
-        if i < (*table).reserved && n > 0 && !out.is_null() {
-            let key = *(*table).ctx.cast::<RandomKey>().add(i as usize);
-            out.write_bytes(0, n as usize);
-            numbers(key, std::slice::from_raw_parts_mut(out, n as usize));
-        }
+    fn normals(self, first: u64, out: &mut [f64]) {
+        RandomKey::normals(self, first, out);
     }
 }
 
@@ -177,16 +144,17 @@ mod tests {
         key.normals(17, &mut many);
         many.iter().zip(17..).for_each(|(x, i)| assert_eq!(x.to_bits(), key.normal(i).to_bits()));
         let (keys, mut out) = ([RandomKey::new(9, 9, 9), key], [0.0; 10]);
-        let table = table(&keys);
+        let table = tatu_plugins::RandomTable::new(&keys);
+        let table = table.raw();
         // SAFETY: the table and its keys are alive, and `out` has room for 10 numbers.
-        unsafe { table.normal.unwrap()(&table, 1, 20, 10, out.as_mut_ptr()) };
+        unsafe { table.normal.unwrap()(table, 1, 20, 10, out.as_mut_ptr()) };
         assert_eq!(out, many[3..13]);
         // SAFETY: the table and its keys are alive, and `out` has room for 10 numbers.
-        unsafe { table.uniform.unwrap()(&table, 1, 20, 10, out.as_mut_ptr()) };
+        unsafe { table.uniform.unwrap()(table, 1, 20, 10, out.as_mut_ptr()) };
         assert_eq!(out[0], key.uniform(20));
         // For an instance that does not exist, nothing is written.
         // SAFETY: the table and its keys are alive, and `out` has room for 10 numbers.
-        unsafe { table.normal.unwrap()(&table, 2, 20, 10, out.as_mut_ptr()) };
+        unsafe { table.normal.unwrap()(table, 2, 20, 10, out.as_mut_ptr()) };
         assert_eq!(out[0], key.uniform(20));
     }
 }

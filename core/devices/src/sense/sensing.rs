@@ -2,13 +2,12 @@
 
 use std::rc::Rc;
 
-use tatu_plugins::Registry;
+use tatu_plugins::{Registry, reading_arena::ReadingArena};
 use tatu_scene::{ObjectVariant, Scene};
 
 use super::{
     device::{FieldLayout, SensorDevice},
     noise::SensorNoise,
-    reading_arena::ReadingArena,
     roster::{DueSensors, SensorRoster},
     scratch::MeasureScratch,
     targets::Targets,

@@ -23,11 +23,17 @@ impl OsState {
 mod unix {
     use std::{
         fs::File,
-        os::fd::{AsRawFd, FromRawFd, RawFd},
+        os::fd::BorrowedFd,
         sync::{Arc, Mutex, PoisonError},
     };
 
     use libc::c_int;
+    use rustix::{
+        fs::{Stat, fstat, stat},
+        io::{Errno, fcntl_dupfd_cloexec},
+        process::fchdir,
+        stdio,
+    };
 
     /// Signals used by the program, the loader or system libraries.
     const SIGNALS: [(c_int, &str); 15] = [
@@ -47,10 +53,20 @@ mod unix {
         (libc::SIGUSR2, "SIGUSR2"),
         (libc::SIGXFSZ, "SIGXFSZ"),
     ];
-    const OUTPUTS: [(RawFd, &str); 2] = [(1, "standard output"), (2, "standard error")];
+
+    /// An output of the process, and how to replace it by a duplicate of another file.
+    struct Output {
+        name: &'static str,
+        fd: fn() -> BorrowedFd<'static>,
+        replace: fn(&File) -> Result<(), Errno>,
+    }
+    const OUTPUTS: [Output; 2] = [
+        Output { name: "standard output", fd: stdio::stdout, replace: |own| stdio::dup2_stdout(own) },
+        Output { name: "standard error", fd: stdio::stderr, replace: |own| stdio::dup2_stderr(own) },
+    ];
 
     /// Identity of an open file or folder: device and inode.
-    type Identity = Option<(libc::dev_t, libc::ino_t)>;
+    type Identity = Option<(u64, u64)>;
 
     /// A flag that the C library adds to an action when it sets it.
     const SA_RESTORER: c_int = 0x0400_0000;
@@ -86,33 +102,21 @@ mod unix {
         if let Some(kept) = last.as_ref().filter(|kept| kept.ids == ids) {
             return kept.clone();
         }
-        let outputs = OUTPUTS.map(|(fd, _)| copy(fd));
+        let outputs = OUTPUTS.map(|output| fcntl_dupfd_cloexec((output.fd)(), 3).ok().map(File::from));
         let kept = Arc::new(OpenHandles { ids, folder: File::open(".").ok(), outputs });
         *last = Some(kept.clone());
         kept
     }
 
-    /// Duplicates a file descriptor.
-    fn copy(fd: RawFd) -> Option<File> {
-        // SAFETY: `fcntl` accepts any descriptor, and the new one is owned by nothing else.
-        unsafe {
-            let new = libc::fcntl(fd, libc::F_DUPFD_CLOEXEC, 3);
-            (new >= 0).then(|| File::from_raw_fd(new))
-        }
-    }
-
-    fn identity(ask: impl FnOnce(*mut libc::stat) -> c_int) -> Identity {
-        // SAFETY: `stat` is a plain struct of numbers, for which zeros are valid.
-        let mut about: libc::stat = unsafe { std::mem::zeroed() };
-        (ask(&raw mut about) == 0).then_some((about.st_dev, about.st_ino))
+    #[allow(clippy::useless_conversion, reason = "the widths of these numbers depend on the system")]
+    fn identity(about: Result<Stat, Errno>) -> Identity {
+        about.ok().map(|about| (u64::try_from(about.st_dev).unwrap_or(0), u64::from(about.st_ino)))
     }
     fn folder() -> Identity {
-        // SAFETY: the path is a NUL-terminated constant, and `about` points to a `stat` that lives during the call.
-        identity(|about| unsafe { libc::stat(c".".as_ptr(), about) })
+        identity(stat("."))
     }
-    fn output(fd: RawFd) -> Identity {
-        // SAFETY: `about` points to a `stat` that lives during the call; any descriptor is accepted.
-        identity(|about| unsafe { libc::fstat(fd, about) })
+    fn identity_of(output: &Output) -> Identity {
+        identity(fstat((output.fd)()))
     }
 
     fn action(signal: c_int) -> libc::sigaction {
@@ -130,7 +134,7 @@ mod unix {
     impl OsState {
         /// Captures the current state.
         pub fn now() -> Self {
-            let (folder, outputs) = (folder(), OUTPUTS.map(|(fd, _)| output(fd)));
+            let (folder, outputs) = (folder(), OUTPUTS.map(|output| identity_of(&output)));
             OsState {
                 handles: open_handles((folder, outputs)),
                 folder,
@@ -144,19 +148,18 @@ mod unix {
             let mut out = Vec::new();
             if folder() != self.folder {
                 if let Some(home) = &self.handles.folder {
-                    // SAFETY: `home` owns a descriptor of an open folder, which stays open during the call.
-                    unsafe { libc::fchdir(home.as_raw_fd()) };
+                    // If the folder no longer exists, the plugin is reported all the same.
+                    let _ = fchdir(home);
                 }
                 out.push("the working folder of the process".to_owned());
             }
-            for (i, (fd, name)) in OUTPUTS.into_iter().enumerate() {
-                if output(fd) != self.outputs[i] {
+            for (i, output) in OUTPUTS.iter().enumerate() {
+                if identity_of(output) != self.outputs[i] {
                     if let Some(own) = &self.handles.outputs[i] {
-                        // SAFETY: `own` owns an open descriptor, which stays open during the call; `fd` is replaced by
-                        // a duplicate of it.
-                        unsafe { libc::dup2(own.as_raw_fd(), fd) };
+                        // If this fails, the output is reported all the same.
+                        let _ = (output.replace)(own);
                     }
-                    out.push(format!("{name} (closed or exchanged)"));
+                    out.push(format!("{} (closed or exchanged)", output.name));
                 }
             }
             for (i, (signal, name)) in SIGNALS.into_iter().enumerate() {

@@ -65,8 +65,8 @@ pub(crate) fn request_layout(
     let inspector = world.model.registry.inspector.as_deref();
     // SAFETY: `data` points to a live instance of this kind, and the caller holds no borrow of the world.
     let asked =
-        world.call_plugin(kind.plugin, PluginCall::Beams, slot, || unsafe { BeamPlan::request(data, kind, inspector) });
-    let plan = asked.map_err(|text| format!("{text} [{}]", PluginCall::Beams.text()))?;
+        world.call_plugin(kind.plugin, PluginCall::Beams, slot, || unsafe { kind.request_beams(data, inspector) });
+    let plan = asked.and_then(BeamPlan::new).map_err(|text| format!("{text} [{}]", PluginCall::Beams.text()))?;
     let layout = FieldLayout::new(plan, kind)?;
     let like_it = world.devices.sensing.try_borrow().ok().and_then(|s| s.shared_layout(&layout));
     Ok(like_it.unwrap_or_else(|| Rc::new(layout)))

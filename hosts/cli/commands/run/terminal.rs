@@ -66,14 +66,12 @@ impl Drop for Terminal {
 /// Restores the conversion of line feeds, which raw mode disables, so that each output line starts in the first column.
 #[cfg(unix)]
 fn restore_line_endings() {
-    // SAFETY: `settings` is filled by `tcgetattr`, whose result is checked, before it is read; both functions accept
-    // any file descriptor.
-    unsafe {
-        let mut settings = std::mem::zeroed::<libc::termios>();
-        if libc::tcgetattr(libc::STDIN_FILENO, &mut settings) == 0 {
-            settings.c_oflag |= libc::OPOST;
-            libc::tcsetattr(libc::STDIN_FILENO, libc::TCSANOW, &settings);
-        }
+    use rustix::termios::{OptionalActions, OutputModes, tcgetattr, tcsetattr};
+    let input = std::io::stdin();
+    if let Ok(mut settings) = tcgetattr(&input) {
+        settings.output_modes |= OutputModes::OPOST;
+        // If it fails, lines begin in the wrong column.
+        let _ = tcsetattr(&input, OptionalActions::Now, &settings);
     }
 }
 #[cfg(not(unix))]

@@ -11,7 +11,7 @@ use rayon::prelude::*;
 use tatu_plugins::SensorKind;
 use tatu_scene::noise::{FieldNoise, NamedField};
 
-use super::numbers::{FieldNumbers, FieldNumbersMut, rounded};
+use crate::sense::numbers::{FieldNumbers, FieldNumbersMut, rounded};
 use crate::sense::random::RandomKey;
 
 /// Offsets that are added to the field's stream, one for each use of random numbers.

@@ -1,12 +1,11 @@
 //! Noise that the host applies to the fields of a sensor after each measurement.
 //!
-//! - `numbers`: access to the elements of a field of any type; `apply`: the stages of noise, in order;
+//! - `apply`: the stages of noise, in order;
 //! - this module: the state that is stored between measurements, which consists of walks and delayed readings.
 //!
 //! A scene declares noise as a [`NoiseSpec`] of the crate `tatu-scene`.
 
 mod apply;
-mod numbers;
 
 use std::{
     collections::{BTreeMap, VecDeque},
@@ -19,9 +18,11 @@ use serde::{Deserialize, Serialize};
 use tatu_scene::noise::FieldNoise;
 pub use tatu_scene::noise::NoiseSpec;
 
-use super::ReadingBuffer;
+use super::{
+    ReadingBuffer,
+    numbers::{FieldNumbers, FieldNumbersMut},
+};
 use apply::{FieldMeasurement, FieldPlan, FieldWalks};
-use numbers::{FieldNumbers, FieldNumbersMut};
 use tatu_plugins::SensorKind;
 
 /// The noise of a sensor, with its state.
@@ -124,16 +125,21 @@ impl SensorNoise {
             .map(|i| (i, m.fields[m.spans[i].0..].iter().take(m.spans[i].1).copied().collect()))
             .collect();
         let mut cleared: Vec<(usize, usize, Vec<bool>)> = Vec::new();
-        let base = m.fields.as_mut_ptr();
         for plan in &self.plans {
             let (first, n) = m.spans[plan.field];
+            // The words up to the next field belong to this one.
+            let end = m.spans.get(plan.field + 1).map_or(m.fields.len(), |(next, _)| *next);
+            let (before, rest) = m.fields.split_at_mut(first);
+            let (own, after) = rest.split_at_mut(end - first);
             let other = |i: usize| {
-                let (first, n) = m.spans[i];
-                let at = kept.get(&i).map_or(base.wrapping_add(first).cast_const(), |k| k.as_ptr());
-                // SAFETY: `at` points to the field's words in `fields`, or to a copy of them that lives until the end
-                // of this function. Both are aligned and contain `n` elements. This field is not the one being
-                // modified, so nothing writes to it.
-                unsafe { FieldNumbers::at(at, m.kind.fields[i].elem, n) }.map(|numbers| (numbers, n))
+                let (place, n) = m.spans[i];
+                let words = match kept.get(&i) {
+                    Some(kept) => kept.as_slice(),
+                    None if i < plan.field => &before[place..],
+                    // This field is noisy, so its measured values have been copied.
+                    None => &after[place - end..],
+                };
+                FieldNumbers::of(words, m.kind.fields[i].elem, n).map(|numbers| (numbers, n))
             };
             let of = plan.of.and_then(other).filter(|(_, k)| *k == n).map(|(of, _)| of);
             let valid = plan.valid.and_then(other).filter(|(_, k)| *k > 0 && n % k == 0);
@@ -144,9 +150,7 @@ impl SensorNoise {
             });
             let bias = plan.bias(m.seed, m.drawn, walking);
             let mut lost = vec![false; if valid.is_some() { n } else { 0 }];
-            // SAFETY: the pointer is to the field's words in `fields`, which is borrowed exclusively until the end of
-            // this function; no other reference to these words exists.
-            let data = unsafe { FieldNumbersMut::at(base.wrapping_add(first), m.kind.fields[plan.field].elem, n) };
+            let data = FieldNumbersMut::of(own, m.kind.fields[plan.field].elem, n);
             let measure = FieldMeasurement { seed: m.seed, drawn: m.drawn, of, valid, bias, period: m.period };
             if let Some(data) = data {
                 plan.apply(data, &mut lost, &measure, pool);
@@ -157,11 +161,7 @@ impl SensorNoise {
         }
         for (field, group, lost) in cleared {
             let (first, n) = m.spans[field];
-            if let Some(mut valid) =
-                // SAFETY: the pointer is to the field's words in `fields`, which is borrowed exclusively until the end
-                // of this function; no other reference to these words exists.
-                unsafe { FieldNumbersMut::at(base.wrapping_add(first), m.kind.fields[field].elem, n) }
-            {
+            if let Some(mut valid) = FieldNumbersMut::of(&mut m.fields[first..], m.kind.fields[field].elem, n) {
                 lost.iter().enumerate().filter(|(_, l)| **l).for_each(|(i, _)| valid.clear(i / group));
             }
         }

@@ -1,10 +1,11 @@
-//! Access to the elements of a field of any numeric type as `f64`.
+//! The words of a field as its elements, and access to elements of any numeric type as `f64`.
 
+use bytemuck::{Pod, cast_slice, cast_slice_mut};
 use tatu_plugin_api::abi::*;
 
 /// Elements to read.
 #[derive(Clone, Copy)]
-pub(super) enum FieldNumbers<'a> {
+pub enum FieldNumbers<'a> {
     F64(&'a [f64]),
     F32(&'a [f32]),
     I32(&'a [i32]),
@@ -13,7 +14,7 @@ pub(super) enum FieldNumbers<'a> {
 }
 
 /// Elements to modify.
-pub(super) enum FieldNumbersMut<'a> {
+pub enum FieldNumbersMut<'a> {
     F64(&'a mut [f64]),
     F32(&'a mut [f32]),
     I32(&'a mut [i32]),
@@ -21,25 +22,27 @@ pub(super) enum FieldNumbersMut<'a> {
     U8(&'a mut [u8]),
 }
 
+/// Returns the first `n` elements in these words, which may end within a word.
+pub fn elements<T: Pod>(words: &[u64], n: usize) -> &[T] {
+    &cast_slice(&words[..(n * size_of::<T>()).div_ceil(8)])[..n]
+}
+
+/// Like [`elements`], for elements to modify.
+fn elements_mut<T: Pod>(words: &mut [u64], n: usize) -> &mut [T] {
+    &mut cast_slice_mut(&mut words[..(n * size_of::<T>()).div_ceil(8)])[..n]
+}
+
 impl<'a> FieldNumbers<'a> {
-    /// Returns the `n` elements that begin at `at`, or `None` if their type is not a number.
-    ///
-    /// # Safety
-    /// The elements must be valid and aligned, and must not be written to while the result is in use.
-    pub unsafe fn at(at: *const u64, elem: u32, n: usize) -> Option<Self> {
-        use std::slice::from_raw_parts as slice;
-        // SAFETY: the caller guarantees that the elements are valid, aligned and not modified, and every bit pattern is
-        // a valid number.
-        unsafe {
-            Some(match elem {
-                TATU_ELEM_F64 => FieldNumbers::F64(slice(at.cast(), n)),
-                TATU_ELEM_F32 => FieldNumbers::F32(slice(at.cast(), n)),
-                TATU_ELEM_I32 => FieldNumbers::I32(slice(at.cast(), n)),
-                TATU_ELEM_U16 => FieldNumbers::U16(slice(at.cast(), n)),
-                TATU_ELEM_U8 => FieldNumbers::U8(slice(at.cast(), n)),
-                _ => return None,
-            })
-        }
+    /// Returns the `n` elements of a field whose words begin `words`, or `None` if their type is not a number.
+    pub fn of(words: &'a [u64], elem: u32, n: usize) -> Option<Self> {
+        Some(match elem {
+            TATU_ELEM_F64 => FieldNumbers::F64(elements(words, n)),
+            TATU_ELEM_F32 => FieldNumbers::F32(elements(words, n)),
+            TATU_ELEM_I32 => FieldNumbers::I32(elements(words, n)),
+            TATU_ELEM_U16 => FieldNumbers::U16(elements(words, n)),
+            TATU_ELEM_U8 => FieldNumbers::U8(elements(words, n)),
+            _ => return None,
+        })
     }
 
     /// Copies as many elements as `out` has, starting at index `first`.
@@ -69,24 +72,16 @@ impl<'a> FieldNumbers<'a> {
 }
 
 impl<'a> FieldNumbersMut<'a> {
-    /// Like [`FieldNumbers::at`], for elements to modify.
-    ///
-    /// # Safety
-    /// As for [`FieldNumbers::at`]; in addition, no other reference may read the elements while the result is in use.
-    pub unsafe fn at(at: *mut u64, elem: u32, n: usize) -> Option<Self> {
-        use std::slice::from_raw_parts_mut as slice;
-        // SAFETY: the caller guarantees that the elements are valid, aligned and exclusively borrowed, and every bit
-        // pattern is a valid number.
-        unsafe {
-            Some(match elem {
-                TATU_ELEM_F64 => FieldNumbersMut::F64(slice(at.cast(), n)),
-                TATU_ELEM_F32 => FieldNumbersMut::F32(slice(at.cast(), n)),
-                TATU_ELEM_I32 => FieldNumbersMut::I32(slice(at.cast(), n)),
-                TATU_ELEM_U16 => FieldNumbersMut::U16(slice(at.cast(), n)),
-                TATU_ELEM_U8 => FieldNumbersMut::U8(slice(at.cast(), n)),
-                _ => return None,
-            })
-        }
+    /// Like [`FieldNumbers::of`], for elements to modify.
+    pub fn of(words: &'a mut [u64], elem: u32, n: usize) -> Option<Self> {
+        Some(match elem {
+            TATU_ELEM_F64 => FieldNumbersMut::F64(elements_mut(words, n)),
+            TATU_ELEM_F32 => FieldNumbersMut::F32(elements_mut(words, n)),
+            TATU_ELEM_I32 => FieldNumbersMut::I32(elements_mut(words, n)),
+            TATU_ELEM_U16 => FieldNumbersMut::U16(elements_mut(words, n)),
+            TATU_ELEM_U8 => FieldNumbersMut::U8(elements_mut(words, n)),
+            _ => return None,
+        })
     }
 
     pub fn len(&self) -> usize {
@@ -154,7 +149,7 @@ impl<'a> FieldNumbersMut<'a> {
 /// Rounds to the nearest integer, halves to even. An addition and a subtraction suffice, because the intermediate sum
 /// is too large to hold a fraction. They can be vectorised, and yield the same result on every platform.
 #[inline(always)]
-pub(super) fn rounded(x: f64) -> f64 {
+pub fn rounded(x: f64) -> f64 {
     const ROUNDING_OFFSET: f64 = 6_755_399_441_055_744.0; // 1.5 * 2^52
     let y = (x + ROUNDING_OFFSET) - ROUNDING_OFFSET;
     // Larger numbers are returned unchanged. From 2^52 on, they have no fraction; below, at most a half.

@@ -12,7 +12,8 @@
 mod blame;
 
 use std::{
-    io::{self, IsTerminal},
+    io::{self, IsTerminal, PipeReader, Read},
+    os::fd::IntoRawFd,
     process::ExitCode,
     sync::{
         atomic::{
@@ -24,6 +25,11 @@ use std::{
     time::Duration,
 };
 
+use self::blame::Crash;
+use crate::{
+    report::CRASH_HELP,
+    watchdog::{self, leave},
+};
 use libc::{c_int, c_void};
 use tatu_core::{
     errors::{Fault, FaultKind},
@@ -32,12 +38,6 @@ use tatu_core::{
         watchdog::{CallWatch, PluginCall, StuckCall, current_watch},
     },
 };
-use tatu_terminal::{
-    report::CRASH_HELP,
-    watchdog::{self, leave},
-};
-
-use self::blame::Crash;
 
 /// Handled signals: processor faults and `abort`, followed by signals that end a process silently and that only a
 /// plugin or another process can cause. Ctrl-C and SIGTERM have separate handlers.
@@ -102,13 +102,9 @@ fn thread_id() -> c_int {
 
 /// Installs the handlers. If this fails, crashes are not reported, but the program runs normally.
 pub fn install_handlers() {
-    let mut ends = [0; 2];
-    // SAFETY: `ends` has room for the two file descriptors that `pipe2` writes.
-    if unsafe { libc::pipe2(ends.as_mut_ptr(), libc::O_CLOEXEC) } != 0 {
-        return;
-    }
-    let [read, write] = ends;
-    WAKE_PIPE.store(write, Relaxed);
+    let Ok((read, write)) = io::pipe() else { return };
+    // The handler may write at any time, so this end is never closed.
+    WAKE_PIPE.store(write.into_raw_fd(), Relaxed);
     OWN_PROCESS.store(std::process::id().cast_signed(), Relaxed);
     let (ready, waits) = mpsc::channel();
     let run = move || wait_for_crash(read, &ready);
@@ -255,24 +251,20 @@ fn registers(_: &libc::mcontext_t) -> (usize, usize) {
 }
 
 /// Waits for a crash and reports it; runs on the reporting thread.
-fn wait_for_crash(read: c_int, ready: &mpsc::Sender<()>) {
-    // SAFETY: all signals are blocked on this thread, so that signals from outside go to others, and a crash here ends
-    // the process at once. `all` is initialized by `sigfillset`; `byte` has room for the single byte that is read.
+fn wait_for_crash(mut read: PipeReader, ready: &mpsc::Sender<()>) {
+    // All signals are blocked on this thread, so that signals from outside go to others, and a crash here ends the
+    // process at once.
+    // SAFETY: `all` is initialized by `sigfillset`.
     unsafe {
         let mut all: libc::sigset_t = std::mem::zeroed();
         libc::sigfillset(&raw mut all);
         libc::pthread_sigmask(libc::SIG_BLOCK, &raw const all, std::ptr::null_mut());
-        if ready.send(()).is_err() {
-            return;
-        }
-        let mut byte = 0_u8;
-        loop {
-            match libc::read(read, (&raw mut byte).cast(), 1) {
-                1 => break,
-                n if n < 0 && io::Error::last_os_error().kind() == io::ErrorKind::Interrupted => {}
-                _ => return report_closed_pipe(),
-            }
-        }
+    }
+    if ready.send(()).is_err() {
+        return;
+    }
+    if read.read_exact(&mut [0]).is_err() {
+        return report_closed_pipe(read);
     }
     let mut crash = Crash {
         signal: SIGNAL.load(Relaxed),
@@ -309,8 +301,10 @@ fn wait_for_crash(read: c_int, ready: &mpsc::Sender<()>) {
 }
 
 /// Reports that the pipe was closed, which the program itself never does.
-fn report_closed_pipe() {
+fn report_closed_pipe(read: PipeReader) {
     WAKE_PIPE.store(-1, Relaxed);
+    // The number may already belong to another file, which must not be closed.
+    std::mem::forget(read);
     let call = watchdog::current().and_then(|run| run.watches.any_running());
     tatu_core::record_breach(blame::closed_files_message(call.as_ref()));
 }
@@ -340,8 +334,8 @@ fn report_fault(mut fault: Fault, call: Option<&StuckCall>) -> i32 {
 
 /// Writes to standard error without the standard library, whose lock may be held.
 fn write_line(line: &str) {
-    // SAFETY: the pointer and the length are those of `line`.
-    unsafe { libc::write(libc::STDERR_FILENO, line.as_ptr().cast(), line.len()) };
+    // There is nowhere else to report that it fails.
+    let _ = rustix::io::write(rustix::stdio::stderr(), line.as_bytes());
 }
 
 /// Called in the parent process after a fork. A fork during a plugin call is reported as the plugin's fault.
@@ -378,8 +372,7 @@ pub fn limit_exit_time(code: ExitCode) -> ExitCode {
 
 /// Called when the process exits, on the thread that ends it. An exit during a plugin call is the plugin's fault.
 extern "C" fn handle_exit() {
-    // SAFETY: both functions have no preconditions.
-    let (process, thread) = unsafe { (libc::getpid(), thread_id()) };
+    let (process, thread) = (std::process::id().cast_signed(), thread_id());
     if process != OWN_PROCESS.load(Relaxed) {
         return;
     }
