@@ -7,7 +7,7 @@ use tatu_physics::{BodyWrench, Engine};
 use tatu_plugin_api::abi::*;
 use tatu_plugins::{
     Registry,
-    border::{ErrorSlot, check_status},
+    border::ErrorSlot,
     guard,
     state_block::PAST_STATE,
     watchdog::{CallWatch, PluginCall},
@@ -191,10 +191,10 @@ fn apply(
     let before = watch.enter_batch(PluginCall::Apply, info.plugin, devices[seats[0].device].slot, seats.len());
     // SAFETY: `me` and the arrays in `table` live until the call has returned; each array has one entry per actuator of
     // the batch. The instances are alive and used by no other call.
-    let run =
-        || info.raw.apply.map_or(TATU_OK, |f| unsafe { check_status(f(me, &table, error.raw()), false, error.raw()) });
+    let run = || info.raw.apply.map_or(TATU_OK, |f| unsafe { f(me, &table, error.raw()) });
     let (status, moved) = guard::call_and_restore(run);
     watch.leave(before);
+    let status = error.check_status(status, false);
     let beside = s.out_of_bounds_write(seats);
     for (i, (seat, m)) in seats.iter().zip(&motions).enumerate() {
         let d = &mut devices[seat.device];

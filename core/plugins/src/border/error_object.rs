@@ -53,37 +53,37 @@ impl ErrorSlot {
     }
     /// Clears the object and returns a pointer to it.
     pub fn reset(&mut self) -> *mut tatu_error {
-        self.raw.ctx = (&raw mut *self.texts).cast();
-        self.raw.code = TATU_OK;
-        (self.raw.text, self.raw.help, self.raw.file, self.raw.traceback) =
-            (EMPTY_STR, EMPTY_STR, EMPTY_STR, EMPTY_STR);
-        self.raw.line = 0;
+        self.object().clear();
         self.raw()
     }
-    /// Returns a pointer to the object.
+    /// Returns a pointer to the object, for plugins. It is valid until another method that changes the object is called.
     pub fn raw(&mut self) -> *mut tatu_error {
+        self.raw.ctx = (&raw mut *self.texts).cast();
         &raw mut *self.raw
+    }
+    /// Returns access to the object.
+    pub fn object(&mut self) -> ErrorObject<'_> {
+        ErrorObject { raw: &mut self.raw, texts: &mut self.texts }
     }
     /// Stores an error in the object.
     pub fn set(&mut self, status: tatu_status, text: &str) {
-        let error = self.reset();
-        // SAFETY: `error` points to this object, which is alive during the call; `say` copies the text.
-        unsafe { say(error, status, raw(text.as_bytes())) };
+        self.object().set(status, text);
     }
     /// Returns a copy of the object's contents.
     pub fn contents(&self) -> ErrorContents {
-        // SAFETY: `self.raw` and the texts that it points to, in `self.texts`, live as long as `self`.
-        unsafe { ErrorContents::of(&self.raw) }
+        ErrorContents::new(&self.raw, &self.texts)
     }
-    /// Like [`check_status`], for a function to which this object was passed.
+    /// Like [`ErrorObject::check_status`].
     pub fn check_status(&mut self, status: tatu_status, may_wait: bool) -> tatu_status {
-        // SAFETY: `self.raw()` points to this object, which is alive during the call.
-        unsafe { check_status(status, may_wait, self.raw()) }
+        self.object().check_status(status, may_wait)
     }
-    /// Like [`name_plugin`], for this object.
+    /// Like [`ErrorObject::name_plugin`].
     pub fn name_plugin(&mut self, status: tatu_status, plugin: &str, call: PluginCall) {
-        // SAFETY: `self.raw()` points to this object, which is alive during the call.
-        unsafe { name_plugin(status, self.raw(), plugin, call) };
+        self.object().name_plugin(status, plugin, call);
+    }
+    /// Returns the status of the error, or `TATU_OK` if there is none.
+    pub fn code(&self) -> tatu_status {
+        self.raw.code
     }
     /// Returns whether the object contains an error.
     pub fn has_error(&self) -> bool {
@@ -101,6 +101,7 @@ impl ErrorSlot {
 }
 
 /// The contents of an error object, copied. Empty parts are `None`.
+#[derive(Default)]
 pub struct ErrorContents {
     /// The message.
     pub text: Option<String>,
@@ -115,125 +116,147 @@ pub struct ErrorContents {
 }
 
 impl ErrorContents {
-    /// Copies the contents of an error object.
-    ///
-    /// # Safety
-    /// `error` must be an error object of the host, whose texts are alive.
-    pub unsafe fn of(error: &tatu_error) -> Self {
-        // SAFETY: the caller guarantees that the texts that `error` points to are alive during this call; they are
-        // copied.
-        let part = |s| Some(unsafe { crate::border::text(s) }.into_owned()).filter(|s| !s.is_empty());
+    fn new(raw: &tatu_error, texts: &ErrorTexts) -> Self {
+        let part = |shown: tatu_str, text: &[u8]| (shown.len > 0).then(|| String::from_utf8_lossy(text).into_owned());
         ErrorContents {
-            text: part(error.text),
-            help: part(error.help),
-            file: part(error.file),
-            line: error.line,
-            traceback: part(error.traceback),
+            text: part(raw.text, &texts.text),
+            help: part(raw.help, &texts.help),
+            file: part(raw.file, &texts.file),
+            line: raw.line,
+            traceback: part(raw.traceback, &texts.traceback),
         }
     }
 }
 
-/// Checks the status returned by a plugin's function. Returns `TATU_OK`, the errors that this host knows and, if
-/// `may_wait` is set, `TATU_WAIT` unchanged. For any other status, returns `TATU_ERR`; the error object then contains
-/// the plugin's message or, if it gave none, one about the status.
-///
-/// # Safety
-/// `error` must point to a live error object of the host.
-pub unsafe fn check_status(status: tatu_status, may_wait: bool, error: *mut tatu_error) -> tatu_status {
-    if status == TATU_OK || status == TATU_WAIT && may_wait || (TATU_ERR_MEMORY..0).contains(&status) {
-        return status;
+/// Access to an error object of the host.
+pub struct ErrorObject<'a> {
+    raw: &'a mut tatu_error,
+    /// The texts that `raw` points to, unless they are empty.
+    texts: &'a mut ErrorTexts,
+}
+
+impl ErrorObject<'_> {
+    /// Returns access to the object at a pointer, or `None` for null.
+    ///
+    /// # Safety
+    /// `error` must be null, or point to an object of an [`ErrorSlot`] that lives as long as the result and is not
+    /// accessed otherwise in the meantime.
+    pub unsafe fn at(error: *mut tatu_error) -> Option<Self> {
+        // SAFETY: the caller guarantees a live object, whose `ctx` points to the texts of its slot.
+        unsafe {
+            let raw = error.as_mut()?;
+            let texts = raw.ctx.cast::<ErrorTexts>().as_mut()?;
+            Some(ErrorObject { raw, texts })
+        }
     }
-    // SAFETY: the caller guarantees that `error` points to a live object during this call.
-    unsafe {
+
+    /// Returns the status of the error, or `TATU_OK` if there is none.
+    pub fn code(&self) -> tatu_status {
+        self.raw.code
+    }
+    /// Returns a copy of the object's contents.
+    pub fn contents(&self) -> ErrorContents {
+        ErrorContents::new(self.raw, self.texts)
+    }
+
+    fn clear(&mut self) {
+        self.raw.code = TATU_OK;
+        (self.raw.text, self.raw.help, self.raw.file, self.raw.traceback) =
+            (EMPTY_STR, EMPTY_STR, EMPTY_STR, EMPTY_STR);
+        self.raw.line = 0;
+    }
+    /// Stores an error, whose text has been cleaned.
+    fn say(&mut self, code: tatu_status, text: Vec<u8>) {
+        self.clear();
+        self.raw.code = if code < 0 { code } else { TATU_ERR };
+        self.texts.text = text;
+        self.raw.text = raw(&self.texts.text);
+    }
+    /// Adds a part, whose text has been cleaned, to the error.
+    fn add(&mut self, part: u32, text: Vec<u8>, line: u64) {
+        let (place, shown) = match part {
+            TATU_PART_HELP => (&mut self.texts.help, &mut self.raw.help),
+            TATU_PART_FILE => {
+                self.raw.line = line;
+                (&mut self.texts.file, &mut self.raw.file)
+            }
+            TATU_PART_TRACEBACK => (&mut self.texts.traceback, &mut self.raw.traceback),
+            _ => return,
+        };
+        *place = text;
+        *shown = raw(place);
+    }
+
+    /// Stores an error, and returns its status.
+    pub fn set(&mut self, status: tatu_status, text: &str) -> tatu_status {
+        self.say(status, texts::clean_error(text.as_bytes()));
+        status
+    }
+    /// Adds a hint to the error.
+    pub fn add_help(&mut self, help: &str) {
+        self.add(TATU_PART_HELP, texts::clean_error(help.as_bytes()), 0);
+    }
+    /// Copies the contents of another object.
+    pub fn copy_from(&mut self, from: &ErrorObject<'_>) {
+        self.say(from.raw.code, if from.raw.text.len > 0 { from.texts.text.clone() } else { Vec::new() });
+        for (part, shown, text) in [
+            (TATU_PART_HELP, from.raw.help, &from.texts.help),
+            (TATU_PART_FILE, from.raw.file, &from.texts.file),
+            (TATU_PART_TRACEBACK, from.raw.traceback, &from.texts.traceback),
+        ] {
+            if shown.len > 0 {
+                self.add(part, text.clone(), from.raw.line);
+            }
+        }
+    }
+
+    /// Checks the status returned by a plugin's function. Returns `TATU_OK`, the errors that this host knows and, if
+    /// `may_wait` is set, `TATU_WAIT` unchanged. For any other status, returns `TATU_ERR`; the object then contains the
+    /// plugin's message or, if it gave none, one about the status.
+    pub fn check_status(&mut self, status: tatu_status, may_wait: bool) -> tatu_status {
+        if status == TATU_OK || status == TATU_WAIT && may_wait || (TATU_ERR_MEMORY..0).contains(&status) {
+            return status;
+        }
         let text = match status {
             // The status does not matter if there is a message.
-            ..0 if (*error).code != TATU_OK => return TATU_ERR,
+            ..0 if self.raw.code != TATU_OK => return TATU_ERR,
             ..0 => format!("failed with status {status}, which is unknown to this host: the plugin may be newer"),
             _ => format!("broke the contract: it returned the status {status}, which is not defined for this call"),
         };
-        say(error, TATU_ERR, raw(text.as_bytes()));
+        self.set(TATU_ERR, &text)
     }
-    TATU_ERR
-}
 
-/// Adds the plugin and its function to an error, if the error is the plugin's own. An error of a script that the plugin
-/// ran has a position in the script, and is left unchanged.
-///
-/// # Safety
-/// `error` must point to a live error object of the host.
-pub unsafe fn name_plugin(status: tatu_status, error: *mut tatu_error, plugin: &str, call: PluginCall) {
-    // SAFETY: the caller guarantees that `error` and its texts are live.
-    unsafe {
-        let said = crate::border::text((*error).text).into_owned();
-        let placed = (*error).line > 0 || (*error).traceback.len > 0;
+    /// Adds the plugin and its function to the error, if it is the plugin's own. An error of a script that the plugin
+    /// ran has a position in the script, and is left unchanged.
+    pub fn name_plugin(&mut self, status: tatu_status, plugin: &str, call: PluginCall) {
+        let ErrorContents { text, help, .. } = self.contents();
+        let said = text.unwrap_or_default();
+        let placed = self.raw.line > 0 || self.raw.traceback.len > 0;
         let own = ["panicked", "broke the contract"].iter().any(|own| said.starts_with(own));
         if own || status == TATU_ERR && !placed {
             let how = if own { "" } else { "failed: " };
             let said = if said.is_empty() { "no reason was given".into() } else { said };
-            let help = crate::border::text((*error).help).into_owned();
-            say(error, status, raw(format!("plugin `{plugin}` {how}{said} [{}]", call.text()).as_bytes()));
-            if !help.is_empty() {
-                add(error, TATU_PART_HELP, raw(help.as_bytes()), 0);
-            }
-        }
-    }
-}
-
-/// Copies the contents of one error object into another.
-///
-/// # Safety
-/// Both must point to live error objects of the host.
-pub unsafe fn copy(from: *const tatu_error, to: *mut tatu_error) {
-    // SAFETY: the caller guarantees that both are live; `say` and `add` copy the texts.
-    unsafe {
-        say(to, (*from).code, (*from).text);
-        for (part, s) in
-            [(TATU_PART_HELP, (*from).help), (TATU_PART_FILE, (*from).file), (TATU_PART_TRACEBACK, (*from).traceback)]
-        {
-            if s.len > 0 {
-                add(to, part, s, (*from).line);
+            self.set(status, &format!("plugin `{plugin}` {how}{said} [{}]", call.text()));
+            if let Some(help) = help {
+                self.add_help(&help);
             }
         }
     }
 }
 
 unsafe extern "C" fn say(error: *mut tatu_error, code: tatu_status, text: tatu_str) {
-    // SAFETY: the header requires `error` to be the live object that was passed to the plugin; its `ctx` points to its
-    // `ErrorTexts`. `text` must be valid during the call.
-    unsafe {
-        let Some(e) = error.as_mut().filter(|e| !e.ctx.is_null()) else { return };
-        let texts = &mut *e.ctx.cast::<ErrorTexts>();
-        e.code = if code < 0 { code } else { TATU_ERR };
-        // The text can be one of the object's own, so it is copied before the object is overwritten.
-        let new = texts::clean_error(bytes(text));
-        texts.text = new;
-        e.text = raw(&texts.text);
-        (e.help, e.file, e.traceback, e.line) = (EMPTY_STR, EMPTY_STR, EMPTY_STR, 0);
+    // SAFETY: the header requires `error` to be the live object that was passed to the plugin, and `text` to be valid
+    // during the call. The text can be one of the object's own, so it is copied before the object is accessed.
+    let (text, error) = unsafe { (texts::clean_error(bytes(text)), ErrorObject::at(error)) };
+    if let Some(mut error) = error {
+        error.say(code, text);
     }
 }
 
 unsafe extern "C" fn add(error: *mut tatu_error, part: u32, text: tatu_str, line: u64) {
-    // SAFETY: the header requires `error` to be the live object that was passed to the plugin; its `ctx` points to its
-    // `ErrorTexts`.
-    unsafe {
-        let Some(e) = error.as_mut().filter(|e| !e.ctx.is_null()) else { return };
-        let texts = &mut *e.ctx.cast::<ErrorTexts>();
-        let new = texts::clean_error(bytes(text));
-        match part {
-            TATU_PART_HELP => {
-                texts.help = new;
-                e.help = raw(&texts.help);
-            }
-            TATU_PART_FILE => {
-                texts.file = new;
-                e.file = raw(&texts.file);
-                e.line = line;
-            }
-            TATU_PART_TRACEBACK => {
-                texts.traceback = new;
-                e.traceback = raw(&texts.traceback);
-            }
-            _ => {}
-        }
+    // SAFETY: as for `say`.
+    let (text, error) = unsafe { (texts::clean_error(bytes(text)), ErrorObject::at(error)) };
+    if let Some(mut error) = error {
+        error.add(part, text, line);
     }
 }

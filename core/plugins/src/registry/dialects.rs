@@ -4,7 +4,7 @@ use tatu_errors::{Error, Result};
 
 use super::Registry;
 use crate::{
-    border::{ErrorSlot, check_status, raw},
+    border::{ErrorSlot, raw},
     watchdog::PluginCall,
 };
 
@@ -22,8 +22,9 @@ impl Registry {
             let subject = format!("the dialect `{dialect}`");
             // SAFETY: `knows` is from a plugin that is never unloaded, and `me` is that plugin's own pointer. The text
             // and the error object live until the call has returned.
-            let ask = || unsafe { check_status(knows(me, raw(dialect.as_bytes()), slot.raw()), false, slot.raw()) };
+            let ask = || unsafe { knows(me, raw(dialect.as_bytes()), slot.raw()) };
             let status = self.call_plugin(l.plugin, PluginCall::KnowsDialect, &subject, ask)?;
+            let status = slot.check_status(status, false);
             if status >= 0 {
                 return Ok(());
             }

@@ -8,15 +8,14 @@ use tatu_errors::{Error, Result};
 use tatu_plugin_api::abi::*;
 
 use super::{CommandEntry, CommandName, Plugin, Registry};
-use crate::load::LoadRemarks;
+use crate::{border::ErrorObject, load::LoadRemarks};
 
 unsafe extern "C" fn removed_command(frame: *mut tatu_call) -> tatu_status {
     // SAFETY: the host calls this as it calls any command, with a frame that lives during the call and points to its
     // own live error object.
-    unsafe {
-        let text = "the plugin was reloaded, and its new version has no such command";
-        crate::border::fill_error((*frame).error, TATU_ERR_GONE, text)
-    }
+    let error = unsafe { ErrorObject::at((*frame).error) };
+    let text = "the plugin was reloaded, and its new version has no such command";
+    error.map_or(TATU_ERR_GONE, |mut error| error.set(TATU_ERR_GONE, text))
 }
 
 /// Sorts a new list in the order of the old one, with new entries at the end. Fails with an entry of the old list that

@@ -13,12 +13,7 @@ use tatu_plugin_api::{
     abi::*,
     safe::{Owned, Value},
 };
-use tatu_plugins::{
-    Model, ParameterSpec,
-    border::{ErrorSlot, check_status},
-    texts,
-    watchdog::PluginCall,
-};
+use tatu_plugins::{Model, ParameterSpec, border::ErrorSlot, texts, watchdog::PluginCall};
 
 use super::{BuildReport, DocumentBuilder, SCRIPT_KINDS, ScriptSpec, import_files::BuildSource};
 
@@ -176,10 +171,9 @@ pub(super) fn run_build(
         textured_mesh: Some(textured_mesh),
     };
     let mut slot = ErrorSlot::new();
-    // SAFETY: `slot` is the host's own error object, which lives until the call has returned.
-    let answered = registry.call_plugin(asked.plugin, asked.call, asked.subject, || unsafe {
-        check_status(call(&table, raw.as_ptr().cast(), slot.raw()), false, slot.raw())
-    });
+    let answered = registry
+        .call_plugin(asked.plugin, asked.call, asked.subject, || call(&table, raw.as_ptr().cast(), slot.raw()))
+        .map(|status| slot.check_status(status, false));
     let refused = build.error.into_inner();
     match (answered, refused) {
         (Err(e), _) => Err(BuildFailure::ContractBreach(e)),

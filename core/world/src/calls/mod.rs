@@ -11,13 +11,15 @@ use tatu_plugin_api::{
 };
 use tatu_plugins::{
     CommandEntry, CommandName, CommandStatus, ParameterSpec,
-    border::{self, ErrorContents, bytes},
+    border::{ErrorContents, bytes},
     check_value,
     state_block::PAST_STATE,
     watchdog::PluginCall,
 };
 
-pub(crate) use crate::cell::calls::errors::{check_status, clone_error, name_plugin, read_error, set_error};
+pub(crate) use crate::cell::calls::errors::{
+    check_status, clone_error, error_object, name_plugin, read_error, set_error,
+};
 use results::check_nested;
 pub(crate) use results::check_results;
 
@@ -50,23 +52,39 @@ pub(crate) static CALL_API: tatu_call_api = tatu_call_api {
     woken: Some(woken),
 };
 
+/// Returns the frame that a plugin passes to a function of [`CALL_API`], and the world that it belongs to.
+///
+/// # Safety
+/// `call` must be null or point to the frame of a running call that nothing else uses within `'a`, which must end before
+/// the call does.
+unsafe fn running_call<'a>(
+    call: *mut tatu_call,
+    function: HostFunction,
+) -> Result<(&'a mut tatu_call, &'a WorldCell), tatu_status> {
+    // SAFETY: the caller guarantees null or a frame. Its `world` is the world that the call belongs to, which lives
+    // until the call has returned.
+    let (call, world) = unsafe {
+        let call = call.as_mut().ok_or(TATU_ERR_ARGUMENT)?;
+        let world = WorldRef::new(call.world);
+        (call, world)
+    };
+    Ok((call, WorldCell::admit(world, function)?))
+}
+
 unsafe extern "C" fn alloc(call: *mut tatu_call, n: u64) -> *mut c_void {
-    // SAFETY: the contract requires `call` to be null or to point to the frame of a running call, whose `world` is the
-    // world that it belongs to.
-    let world = unsafe { call.as_ref().map(|call| WorldRef::new(call.world)) };
-    let world = world.map(|world| WorldCell::admit(world, HostFunction::read_only("call.alloc")));
-    let Some(Ok(world)) = world else { return std::ptr::null_mut() };
+    // SAFETY: the contract requires `call` to be null or to point to the frame of a running call that nothing else uses
+    // meanwhile.
+    let frame = unsafe { running_call(call, HostFunction::read_only("call.alloc")) };
+    let Ok((_, world)) = frame else { return std::ptr::null_mut() };
     world.run.calls.arena.borrow_mut().alloc(n as usize).cast()
 }
 
 unsafe extern "C" fn wait(call: *mut tatu_call, until: u32, value: f64, name: tatu_str, resume: u64) -> tatu_status {
     // SAFETY: the contract requires `call` to be null or to point to the frame of a running call that nothing else uses
     // meanwhile, and `name` to be valid during this call.
-    let (Some(call), name) = (unsafe { (call.as_mut(), bytes(name)) }) else { return TATU_ERR_ARGUMENT };
-    // SAFETY: `call.world` points to the world that the running call belongs to, which lives until the call has
-    // returned.
-    let world = match WorldCell::admit(unsafe { WorldRef::new(call.world) }, HostFunction::mutating("call.wait")) {
-        Ok(world) => world,
+    let (frame, name) = unsafe { (running_call(call, HostFunction::mutating("call.wait")), bytes(name)) };
+    let (call, world) = match frame {
+        Ok(frame) => frame,
         Err(status) => return status,
     };
     if world.worker.is_some() {
@@ -99,11 +117,10 @@ unsafe extern "C" fn wait(call: *mut tatu_call, until: u32, value: f64, name: ta
 unsafe extern "C" fn ticket(call: *mut tatu_call, out: *mut u64) -> tatu_status {
     // SAFETY: the contract requires `call` to be null or to point to the frame of a running call, and `out` to be null
     // or to point to a number; nothing else uses them meanwhile.
-    let (Some(call), Some(out)) = (unsafe { (call.as_mut(), out.as_mut()) }) else { return TATU_ERR_ARGUMENT };
-    // SAFETY: `call.world` points to the world that the running call belongs to, which lives until the call has
-    // returned.
-    let world = match WorldCell::admit(unsafe { WorldRef::new(call.world) }, HostFunction::mutating("call.ticket")) {
-        Ok(world) => world,
+    let (frame, out) = unsafe { (running_call(call, HostFunction::mutating("call.ticket")), out.as_mut()) };
+    let Some(out) = out else { return TATU_ERR_ARGUMENT };
+    let (call, world) = match frame {
+        Ok(frame) => frame,
         Err(status) => return status,
     };
     if world.worker.is_some() || call.wait_token == 0 {
@@ -128,11 +145,10 @@ unsafe extern "C" fn ticket(call: *mut tatu_call, out: *mut u64) -> tatu_status 
 unsafe extern "C" fn woken(call: *mut tatu_call, out: *mut tatu_str) -> tatu_status {
     // SAFETY: the contract requires `call` to be null or to point to the frame of a running call, and `out` to be null
     // or to point to a string; nothing else uses them meanwhile.
-    let (Some(call), Some(out)) = (unsafe { (call.as_mut(), out.as_mut()) }) else { return TATU_ERR_ARGUMENT };
-    // SAFETY: `call.world` points to the world that the running call belongs to, which lives until the call has
-    // returned.
-    let world = match WorldCell::admit(unsafe { WorldRef::new(call.world) }, HostFunction::read_only("call.woken")) {
-        Ok(world) => world,
+    let (frame, out) = unsafe { (running_call(call, HostFunction::read_only("call.woken")), out.as_mut()) };
+    let Some(out) = out else { return TATU_ERR_ARGUMENT };
+    let (call, world) = match frame {
+        Ok(frame) => frame,
         Err(status) => return status,
     };
     if call.resume == 0 {
@@ -398,8 +414,8 @@ fn convert_inline(p: &ParameterSpec, a: Option<&ValueRef<'_>>, out: &mut tatu_va
         return p.flags & OMITTABLE_FLAGS != 0 && p.fallback == Value::Nil && !has_default_keys(p);
     };
     let raw = a.raw();
-    // SAFETY: every bit pattern is a valid `i64`; the value is used only if the tag is `TATU_I64`.
-    let int = unsafe { raw.u.i };
+    // It is used only if the tag is `TATU_I64`.
+    let int = a.as_i64().unwrap_or(0);
     *out = match (p.kind, a.tag()) {
         _ if is_exact(p, a) => raw,
         // Scripts have a single string type, which is passed as either of these.
@@ -499,23 +515,21 @@ fn convert_args(
 fn report_failure(world: &WorldCell, entry: &CommandEntry, f: &mut tatu_call, status: tatu_status) -> tatu_status {
     let plugin = &world.model.registry.plugins[entry.plugin];
     let name = entry_name(entry, f.alias);
-    // SAFETY: both pointers are to error objects that the host made, and that live until the call has returned.
-    let text = unsafe {
-        if (*f.error).code == TATU_OK {
-            let last = world.run.calls.last_refusal.borrow_mut().raw();
-            if (*last).code == status {
-                border::copy_error(last, f.error);
-            }
+    let said = error_object(f.error).map_or(TATU_OK, |mut error| {
+        let mut last = world.run.calls.last_refusal.borrow_mut();
+        if error.code() == TATU_OK && last.code() == status {
+            error.copy_from(&last.object());
         }
-        match (*f.error).code {
-            TATU_OK => {
-                if let Some(inspector) = &world.model.registry.inspector {
-                    inspector.failed_without_reason(entry, status);
-                }
-                "failed without giving a reason".to_owned()
+        error.code()
+    });
+    let text = match said {
+        TATU_OK => {
+            if let Some(inspector) = &world.model.registry.inspector {
+                inspector.failed_without_reason(entry, status);
             }
-            _ => read_error(f.error).text.unwrap_or_default(),
+            "failed without giving a reason".to_owned()
         }
+        _ => read_error(f.error).text.unwrap_or_default(),
     };
     let ErrorContents { file, line, help, .. } = read_error(f.error);
     let text = match status {
@@ -544,10 +558,8 @@ fn report_failure(world: &WorldCell, entry: &CommandEntry, f: &mut tatu_call, st
         _ => {
             *world.run.calls.blame.borrow_mut() = Some((text.clone(), plugin.id.clone()));
             set_error(f.error, status, &text);
-            if let Some(help) = help {
-                // SAFETY: `f.error` points to the host's own error object of this call, which lives until the call has
-                // returned; `add` copies the text.
-                unsafe { (*f.error).add.map(|add| add(f.error, TATU_PART_HELP, border::raw(help.as_bytes()), 0)) };
+            if let (Some(help), Some(mut error)) = (help, error_object(f.error)) {
+                error.add_help(&help);
             }
             status
         }

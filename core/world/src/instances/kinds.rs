@@ -8,11 +8,7 @@ use tatu_devices::{
 };
 use tatu_errors::{Error, Fault, FaultKind, Result};
 use tatu_plugin_api::{abi::*, safe::Value};
-use tatu_plugins::{
-    border::{ErrorSlot, check_status},
-    state_block::StateBlock,
-    watchdog::PluginCall,
-};
+use tatu_plugins::{border::ErrorSlot, state_block::StateBlock, watchdog::PluginCall};
 
 use super::{NewInstance, create_instance};
 use crate::cell::{CommandInstance, WorldCell};
@@ -115,8 +111,9 @@ impl CommandInstance {
         if let Some(create) = life.create {
             // SAFETY: `create` is from a plugin that is never unloaded. `info`, `data` and `error` live until the call
             // has returned, and the state block lives as long as the instance.
-            let made = || unsafe { check_status(create(p.me, &info, &mut data, error.raw()), false, error.raw()) };
-            if cell.call_plugin(plugin, PluginCall::Create, 0, made) < 0 {
+            let made = || unsafe { create(p.me, &info, &mut data, error.raw()) };
+            let status = cell.call_plugin(plugin, PluginCall::Create, 0, made);
+            if error.check_status(status, false) < 0 {
                 let (why, call) = (error.text(), PluginCall::Create.text());
                 let text = format!("plugin `{}` cannot serve this world: {why} [{call}]", p.id);
                 return Err(Error::new("E403", text));
@@ -133,8 +130,9 @@ impl CommandInstance {
         let mut error = ErrorSlot::new();
         // SAFETY: `self.data` was made by `create` and is alive, `error` lives until the call has returned, and no
         // borrow of the world is active.
-        let ended = || unsafe { check_status(end_run(p.me, self.data, cell.raw(), error.raw()), false, error.raw()) };
-        if cell.call_plugin(plugin, PluginCall::EndRun, 0, ended) >= 0 {
+        let ended = || unsafe { end_run(p.me, self.data, cell.raw(), error.raw()) };
+        let status = cell.call_plugin(plugin, PluginCall::EndRun, 0, ended);
+        if error.check_status(status, false) >= 0 {
             return true;
         }
         let text = format!(

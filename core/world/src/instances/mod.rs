@@ -16,7 +16,7 @@ use tatu_plugin_api::{
 };
 use tatu_plugins::{
     ParameterSpec,
-    border::{ErrorSlot, check_status},
+    border::ErrorSlot,
     state_block::{PAST_STATE, StateBlock},
     watchdog::PluginCall,
 };
@@ -59,8 +59,9 @@ pub(crate) fn create_instance(
         let me = world.model.registry.plugins[plugin].me;
         // SAFETY: `create` is from a plugin that is never unloaded. `info`, the data that it points to, `data` and
         // `error` live until the call has returned.
-        let made = || unsafe { check_status(create(me, &info, &mut data, error.raw()), false, error.raw()) };
-        if world.call_plugin(plugin, PluginCall::Create, slot, made) < 0 {
+        let made = || unsafe { create(me, &info, &mut data, error.raw()) };
+        let status = world.call_plugin(plugin, PluginCall::Create, slot, made);
+        if error.check_status(status, false) < 0 {
             return Err(format!("{} [{}]", error.text(), PluginCall::Create.text()));
         }
         if !state.guards_intact() {
@@ -101,10 +102,9 @@ pub(crate) fn configure(
     let mut error = ErrorSlot::new();
     // SAFETY: `of.data` points to a live instance of the plugin, which is never unloaded; the values and the error
     // object live until the call has returned.
-    let run = || unsafe {
-        check_status(configure(of.data, raw.as_ptr(), raw.len() as u32, 1 << at, error.raw()), false, error.raw())
-    };
+    let run = || unsafe { configure(of.data, raw.as_ptr(), raw.len() as u32, 1 << at, error.raw()) };
     let status = world.call_plugin(of.plugin, PluginCall::Configure, of.slot, run);
+    let status = error.check_status(status, false);
     if status == TATU_ERR_UNSUPPORTED && !error.has_error() {
         return Ok(false);
     }

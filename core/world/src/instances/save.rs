@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use tatu_errors::{Fault, FaultKind};
 use tatu_plugin_api::abi::*;
 use tatu_plugins::{
-    border::{ErrorSlot, check_status, raw},
+    border::{ErrorSlot, raw},
     watchdog::PluginCall,
 };
 
@@ -103,8 +103,9 @@ pub(crate) fn load_instance(
     let mut error = ErrorSlot::new();
     // SAFETY: `of.data` points to a live instance of the plugin, which is never unloaded; the bytes and the error
     // object live until the call has returned.
-    let run = || unsafe { check_status(load(of.data, raw(&saved), version, error.raw()), false, error.raw()) };
-    if world.call_plugin(of.plugin, PluginCall::Restore, of.slot, run) < 0 {
+    let run = || unsafe { load(of.data, raw(&saved), version, error.raw()) };
+    let status = world.call_plugin(of.plugin, PluginCall::Restore, of.slot, run);
+    if error.check_status(status, false) < 0 {
         let plugin = &world.model.registry.plugins[of.plugin].id;
         return Err(format!("{} [{} of `{plugin}`]", error.text(), PluginCall::Restore.text()));
     }

@@ -12,7 +12,7 @@ use tatu_plugin_api::{
 };
 use tatu_plugins::{
     Registry, ServiceKind,
-    border::{ErrorSlot, check_status},
+    border::ErrorSlot,
     events::covers,
     state_block::{PAST_STATE, StateBlock},
     watchdog::PluginCall,
@@ -76,14 +76,12 @@ impl RunningService {
         };
         // SAFETY: `f` is the `create` function of a plugin that is never unloaded. `info`, the data that it points to,
         // `data` and `error` live until the call has returned.
-        let run = || unsafe {
-            let status = kind.life.create.map_or(TATU_OK, |f| f(plugin.me, &info, &mut data, error.raw()));
-            check_status(status, false, error.raw())
-        };
+        let run = || unsafe { kind.life.create.map_or(TATU_OK, |f| f(plugin.me, &info, &mut data, error.raw())) };
         let subject = format!("the service `{}`", kind.id);
-        if registry.call_plugin(kind.plugin, PluginCall::Start, &subject, run).map_err(|e| e.at(spec.place.clone()))?
-            < 0
-        {
+        let status = registry
+            .call_plugin(kind.plugin, PluginCall::Start, &subject, run)
+            .map_err(|e| e.at(spec.place.clone()))?;
+        if error.check_status(status, false) < 0 {
             let why = format!("plugin `{}`: {} [{}]", plugin.id, error.text(), PluginCall::Start.text());
             let text = format!("{subject} cannot be started: {why}");
             return Err(Error::new("E404", text).at(spec.place.clone()));
