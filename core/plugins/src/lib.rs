@@ -10,7 +10,7 @@
 //! - [`thread_grant`]: use of instances on several threads;
 //! - [`guard`]: floating-point mode, locale and other state that plugins must not change;
 //! - [`guarded_array`], [`state_block`], [`reading_arena`]: memory that plugins write to;
-//! - `beams`: the beams that an instance declares; `random_table`: random numbers for plugins;
+//! - `builder`: the table through which plugins build models and import files; `beams`: the beams that an instance declares; `random_table`: random numbers for plugins;
 //! - [`watchdog`]: records which plugin call is running, and for how long;
 //! - `parameter_spec`: declarations (parameters, commands) as Rust types; `checks`: detects faulty ones; `names`:
 //!   checks of names and their name spaces;
@@ -23,6 +23,7 @@
 
 mod beams;
 pub mod border;
+mod builder;
 mod checks;
 mod declared;
 mod drafts;
@@ -51,6 +52,7 @@ pub mod units;
 pub mod watchdog;
 
 pub use beams::DeclaredBeams;
+pub use builder::{BuildFunction, BuildOptions, BuildTarget, BuiltScript};
 pub use checks::parameters as parameter_flaws;
 pub use elf::{LibraryFlaw, check as check_library};
 pub use host_tables::{FindTable, HostHolder, HostTable, HostTables, PluginHost};

@@ -88,11 +88,16 @@ impl Registry {
         Ok(Some(ImporterChoice { importer: first, notes }))
     }
 
+    /// Returns the confidence of an importer that it can read a file which begins with these bytes, without checks of
+    /// the call.
+    pub fn sniff(&self, importer: &Importer, head: &[u8]) -> u32 {
+        importer.sniff(&self.plugins[importer.plugin], head)
+    }
+
     fn confidence(&self, importer: &Importer, file: &Path, head: &[u8]) -> Result<u32> {
         let plugin = &self.plugins[importer.plugin];
         let subject = format!("the import of {}", file.display());
-        let sure =
-            self.call_plugin(importer.plugin, PluginCall::Sniff, &subject, || importer.sniff(plugin.me, head))?;
+        let sure = self.call_plugin(importer.plugin, PluginCall::Sniff, &subject, || importer.sniff(plugin, head))?;
         if sure <= 100 {
             return Ok(sure);
         }

@@ -7,6 +7,7 @@ use std::{
 
 use tatu_plugin_api::{abi::*, safe::Value};
 
+use super::Plugin;
 use crate::ParameterSpec;
 
 /// A field of a sensor kind.
@@ -97,9 +98,9 @@ pub struct Model {
     /// The file that describes the model, if it was read from text.
     pub file: Option<PathBuf>,
     /// The plugin's own table, whose address identifies the model to the plugin.
-    pub given: *const tatu_model,
+    pub(crate) given: *const tatu_model,
     /// Copy of the table that the plugin provides.
-    pub raw: tatu_model,
+    pub(crate) raw: tatu_model,
 }
 
 /// A function that reads a model from text.
@@ -311,7 +312,7 @@ pub struct Importer {
     /// Declared parameters, in order.
     pub params: Vec<ParameterSpec>,
     /// Copy of the table that the plugin provides.
-    pub raw: tatu_importer,
+    pub(crate) raw: tatu_importer,
 }
 
 /// The importer chosen for a file, and notes about the choice.
@@ -331,11 +332,11 @@ impl Importer {
     }
 
     /// Returns the importer's confidence that it can read the file, 0 to 100.
-    pub(super) fn sniff(&self, me: *mut c_void, head: &[u8]) -> u32 {
+    pub(super) fn sniff(&self, plugin: &Plugin, head: &[u8]) -> u32 {
         let head = crate::border::raw(head);
-        // SAFETY: `f` is from a plugin that is never unloaded, and `me` is that plugin's own pointer. The bytes live
+        // SAFETY: `f` is from this plugin, which has not been shut down, and `me` is its own pointer. The bytes live
         // until the call has returned.
-        self.raw.sniff.map_or(0, |f| unsafe { f(me, head) })
+        self.raw.sniff.map_or(0, |f| unsafe { f(plugin.me, head) })
     }
 }
 

@@ -5,11 +5,7 @@ use std::path::{Path, PathBuf};
 use nalgebra::Isometry3;
 use tatu_errors::{Error, Result, SourceLocation};
 use tatu_plugin_api::safe::Value;
-use tatu_plugins::{
-    ImporterChoice,
-    border::{self, ErrorContents},
-    watchdog::PluginCall,
-};
+use tatu_plugins::{BuildFunction, ImporterChoice, border::ErrorContents, watchdog::PluginCall};
 
 use super::{
     BuildReport, DocumentBuilder,
@@ -64,15 +60,9 @@ impl DocumentBuilder<'_> {
         let outer = std::mem::replace(&mut self.group, group);
         self.record_model(&info.params);
         let from = BuildSource { name: Some(shown.clone()), folder: Some(folder), is_scene: import.is_scene };
-        let me = registry.plugins[info.plugin].me;
-        let asked =
-            BuildCall { plugin: info.plugin, call: PluginCall::Import, subject: &format!("the import of {shown}") };
-        let done =
-            run_build(self, (asked, None), from, (&info.params, import.params), parent, |table, params, error| {
-                // SAFETY: `f` is from a plugin that is never unloaded, and `me` is that plugin's own pointer. The
-                // bytes, the table, the parameters and the error object live until the call has returned.
-                info.raw.load.map_or(0, |f| unsafe { f(me, border::raw(import.bytes), table, params, error) })
-            });
+        let (function, subject) = (BuildFunction::Importer(info, import.bytes), format!("the import of {shown}"));
+        let asked = BuildCall { function, call: PluginCall::Import, subject: &subject };
+        let done = run_build(self, asked, from, (&info.params, import.params), parent);
         self.group = outer;
         let who = format!("{} of `{}`", PluginCall::Import.text(), registry.plugins[info.plugin].id);
         done.map_err(|failed| import_error((&info.id, &who), import.file, import.bytes, self.place.as_ref(), failed))?;

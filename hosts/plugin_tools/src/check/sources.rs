@@ -71,13 +71,8 @@ pub fn importers(file: &Path) -> Result<(), Error> {
         let name = format!("part{suffix}");
         let lines = stage::required(&i.params).unwrap_or_default();
         let scene = format!("format = 1\n[[import]]\nfile = \"{name}\"\n{lines}");
-        let me = subject.registry.plugins[subject.plugin].me;
         let mut heads = library_strings(&subject.file);
-        heads.retain(|head| {
-            let text = border::raw(head);
-            // SAFETY: the plugin's function `sniff` may be called in any context; the text is valid during the call.
-            i.raw.sniff.is_some_and(|sniff| unsafe { sniff(me, text) } > 0)
-        });
+        heads.retain(|head| subject.registry.sniff(i, head) > 0);
         for (what, bytes) in malformed(&samples(&subject.file, &i.suffixes), &heads) {
             finding::report_activity(&place, format!("when it reads {what}"));
             if let Ok(world) = subject.world(&scene, &[(&name, &bytes)], 1) {
