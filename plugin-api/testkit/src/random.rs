@@ -1,5 +1,7 @@
 //! Random numbers for sensors without a host.
 
+use std::mem::MaybeUninit;
+
 use tatu_plugin_api::abi::tatu_random;
 
 /// The source of a sensor's random numbers. As in the host, a number depends only on its index, not on earlier
@@ -62,31 +64,20 @@ pub fn table(sources: &[Random]) -> tatu_random {
         size: size_of::<tatu_random>() as u32,
         reserved: 0,
         ctx: sources.as_ptr().cast_mut().cast(),
-        uniform: Some(uniform),
-        normal: Some(normal),
+        uniform: Some(draw::<false>),
+        normal: Some(draw::<true>),
     }
 }
 
-unsafe extern "C" fn uniform(random: *const tatu_random, i: u32, first: u64, n: u64, out: *mut f64) {
-    // SAFETY: the caller guarantees what `fill` requires.
-    unsafe { fill(random, i, first, n, out, Random::uniform) }
-}
-
-unsafe extern "C" fn normal(random: *const tatu_random, i: u32, first: u64, n: u64, out: *mut f64) {
-    // SAFETY: the caller guarantees what `fill` requires.
-    unsafe { fill(random, i, first, n, out, Random::normal) }
-}
-
-/// # Safety
-/// `random` must have been created by [`table`] from sources that are alive and include index `i`; `out` must have room
-/// for `n` numbers.
-unsafe fn fill(random: *const tatu_random, i: u32, first: u64, n: u64, out: *mut f64, get: fn(&Random, u64) -> f64) {
-    // SAFETY: the caller guarantees that the sources are alive and include index `i`, and that `out` has room.
-    unsafe {
-        let source = &*(*random).ctx.cast::<Random>().add(i as usize);
-        for k in 0..n {
-            out.add(k as usize).write(get(source, first + k));
-        }
+unsafe extern "C" fn draw<const NORMAL: bool>(random: *const tatu_random, i: u32, first: u64, n: u64, out: *mut f64) {
+    // SAFETY: the caller passes the table that [`table`] created, from sources that are alive and include index `i`, and
+    // room for `n` numbers, which need not be initialised.
+    let (source, out) = unsafe {
+        let out = std::slice::from_raw_parts_mut(out.cast::<MaybeUninit<f64>>(), n as usize);
+        (&*(*random).ctx.cast::<Random>().add(i as usize), out)
+    };
+    for (index, place) in (first..).zip(out) {
+        place.write(if NORMAL { source.normal(index) } else { source.uniform(index) });
     }
 }
 

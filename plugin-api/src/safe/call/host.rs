@@ -1,7 +1,7 @@
 //! The host and the tables of its services, which are looked up once, when the plugin starts.
 
 use std::{
-    ffi::{CStr, CString, c_void},
+    ffi::{CStr, CString, c_char, c_void},
     path::Path,
 };
 
@@ -43,31 +43,23 @@ impl Host {
     /// `raw` must be null, or point to a host that lives until the plugin's shutdown.
     pub unsafe fn new(raw: *const tatu_host) -> Option<Self> {
         // SAFETY: the caller guarantees that `raw` is null or points to a host that lives until shutdown.
-        let service = unsafe { raw.as_ref() }?.service?;
-        let find = |id: &CStr| {
-            // SAFETY: `service` belongs to the host `raw`, which lives until shutdown, and `id` is NUL-terminated and
-            // outlives the call.
-            unsafe { service(raw, id.as_ptr()) }
-        };
-        // SAFETY: `service` returns null or a table that lives as long as the host and begins with its size.
-        let host = unsafe {
-            Host {
-                raw,
-                scene: table(find(TATU_HOST_SCENE)),
-                stand_ins: table(find(TATU_HOST_STAND_INS)),
-                readings: table(find(TATU_HOST_READINGS)),
-                bodies: table(find(TATU_HOST_BODIES)),
-                commands: table(find(TATU_HOST_COMMANDS)),
-                scripts: table(find(TATU_HOST_SCRIPTS)),
-                signals: table(find(TATU_HOST_SIGNALS)),
-                events: table(find(TATU_HOST_EVENTS)),
-                session: table(find(TATU_HOST_SESSION)),
-                stage: table(find(TATU_HOST_STAGE)),
-                log: table(find(TATU_HOST_LOG)),
-                files: table(find(TATU_HOST_FILES)),
-                figures: table(find(TATU_HOST_FIGURES)),
-                edits: table(find(TATU_HOST_EDITS)),
-            }
+        let tables = Tables { raw, service: unsafe { raw.as_ref() }?.service? };
+        let host = Host {
+            raw,
+            scene: tables.find(),
+            stand_ins: tables.find(),
+            readings: tables.find(),
+            bodies: tables.find(),
+            commands: tables.find(),
+            scripts: tables.find(),
+            signals: tables.find(),
+            events: tables.find(),
+            session: tables.find(),
+            stage: tables.find(),
+            log: tables.find(),
+            files: tables.find(),
+            figures: tables.find(),
+            edits: tables.find(),
         };
         guard::set_panic_hook(host.logger());
         Some(host)
@@ -135,15 +127,57 @@ impl Host {
     }
 }
 
-/// Returns a table of the host as a `T`, unless it is null or smaller than `T`.
+/// A table of host functions.
 ///
 /// # Safety
-/// `table` must be null, or live as long as the host and begin with its size.
-unsafe fn table<T>(table: *const c_void) -> Option<&'static T> {
-    // SAFETY: the caller guarantees that `table` is null or begins with its size; it is used as a `T` only if it is
-    // large enough.
-    unsafe {
-        let size = *table.cast::<u32>().as_ref()?;
-        (size as usize >= size_of::<T>()).then(|| &*table.cast::<T>())
+/// The host must answer [`ID`](Self::ID) with null, or with a table that lives as long as the host, begins with its size
+/// and, if it is large enough, is a table of this type.
+unsafe trait HostTable: 'static {
+    const ID: &'static CStr;
+}
+
+macro_rules! host_tables {
+    ($($table:ty = $id:expr),*) => {
+        $(
+            // SAFETY: the header states this type of table for the id.
+            unsafe impl HostTable for $table {
+                const ID: &'static CStr = $id;
+            }
+        )*
+    };
+}
+host_tables!(
+    tatu_host_scene = TATU_HOST_SCENE,
+    tatu_host_stand_ins = TATU_HOST_STAND_INS,
+    tatu_host_readings = TATU_HOST_READINGS,
+    tatu_host_bodies = TATU_HOST_BODIES,
+    tatu_host_commands = TATU_HOST_COMMANDS,
+    tatu_host_scripts = TATU_HOST_SCRIPTS,
+    tatu_host_signals = TATU_HOST_SIGNALS,
+    tatu_host_events = TATU_HOST_EVENTS,
+    tatu_host_session = TATU_HOST_SESSION,
+    tatu_host_stage = TATU_HOST_STAGE,
+    tatu_host_log = TATU_HOST_LOG,
+    tatu_host_files = TATU_HOST_FILES,
+    tatu_host_figures = TATU_HOST_FIGURES,
+    tatu_host_edits = TATU_HOST_EDITS
+);
+
+/// The function by which a host, which lives until shutdown, answers ids with tables.
+struct Tables {
+    raw: *const tatu_host,
+    service: unsafe extern "C" fn(*const tatu_host, *const c_char) -> *const c_void,
+}
+
+impl Tables {
+    /// Returns a table, unless the host has none or a smaller one.
+    fn find<T: HostTable>(&self) -> Option<&'static T> {
+        // SAFETY: `service` belongs to the host `raw`, which lives until shutdown, and the id is NUL-terminated. The
+        // answer is null or begins with its size, and is a `T` if it is large enough.
+        unsafe {
+            let table = (self.service)(self.raw, T::ID.as_ptr());
+            let size = *table.cast::<u32>().as_ref()?;
+            (size as usize >= size_of::<T>()).then(|| &*table.cast::<T>())
+        }
     }
 }

@@ -4,6 +4,7 @@ pub(crate) mod catalogue;
 pub(crate) mod edits;
 pub(crate) mod figures;
 pub(crate) mod files;
+pub(crate) mod frame;
 pub(crate) mod host;
 pub(crate) mod outgoing;
 pub(crate) mod running;

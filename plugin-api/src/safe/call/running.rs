@@ -1,15 +1,11 @@
 //! A running call of a command: access to its arguments and results, and the functions with which it waits.
 
-use std::{
-    mem::MaybeUninit,
-    ops::{Deref, DerefMut},
-    ptr::null_mut,
-};
+use std::ops::{Deref, DerefMut};
 
 use crate::abi::*;
 use crate::safe::{
     Called, Fail, Host, PerWorld, Plugin, Result, SharedWorld, Value, ValueRef, World,
-    call::{outgoing, shared_world::service},
+    call::{frame::CallFrame, outgoing, shared_world::service},
     declare::plugin::{Call, ExclusiveFn, Outcome, SharedCall, SharedFn, StartedPlugin},
     entry::{
         guard,
@@ -17,7 +13,7 @@ use crate::safe::{
     },
     value::{
         fail::{bytes_of, text_raw},
-        owned::{Room, given, raw_int, raw_span, type_name},
+        owned::{Room, raw_int, raw_span, type_name},
     },
 };
 
@@ -164,23 +160,6 @@ impl Return for [u8] {
     }
 }
 
-/// Allocates memory for the results of a call, aligned to 8 bytes and valid until the results have been read. Returns
-/// null if there is not enough memory.
-pub(crate) fn alloc(call: &mut tatu_call, bytes: usize) -> *mut u8 {
-    // SAFETY: the table `api` lives as long as the call, and `call` is that call's frame.
-    unsafe { call.api.as_ref().and_then(|a| a.alloc).map_or(null_mut(), |f| f(call, bytes as u64).cast()) }
-}
-
-struct CallRoom<'a>(&'a mut tatu_call);
-
-impl Room for CallRoom<'_> {
-    fn words(&mut self, n: usize) -> Option<&mut [MaybeUninit<u64>]> {
-        // SAFETY: `alloc` returns null or a pointer to 8-byte aligned memory of this size, which belongs to this call
-        // alone and lives until its results have been read.
-        unsafe { given(alloc(self.0, 8 * n), n) }
-    }
-}
-
 impl<'a, P: Plugin> SharedCall<'a, P> {
     /// Returns the plugin.
     pub fn plugin(&self) -> &'a P {
@@ -191,8 +170,7 @@ impl<'a, P: Plugin> SharedCall<'a, P> {
         *self.full_world()
     }
     fn full_world(&self) -> World<'a> {
-        // SAFETY: the host passes a world that is valid during the call, and `'a` is the call.
-        unsafe { World::new(self.raw.world, &self.started.host) }
+        World::of(self.raw.world, &self.started.host)
     }
     /// Returns the index of the name by which the command was called; 0 is the first one.
     pub fn alias(&self) -> u32 {
@@ -208,14 +186,12 @@ impl<'a, P: Plugin> SharedCall<'a, P> {
     }
     /// Returns the calling script's dialect, which is empty if there is none.
     pub fn caller_dialect(&self) -> &'a [u8] {
-        // SAFETY: the host keeps the text valid during the call, and `'a` is the call.
-        unsafe { bytes_of(self.raw.caller_dialect) }
+        self.raw.dialect
     }
 
     /// Returns all arguments.
     pub fn args(&self) -> &'a [ValueRef<'a>] {
-        // SAFETY: the host passes `n_args` values, valid during the call, and `'a` is the call.
-        unsafe { ValueRef::slice(self.raw.args, self.raw.n_args as usize) }
+        self.raw.args
     }
     /// Returns argument `i`, or nil if it is missing.
     pub fn arg(&self, i: usize) -> ValueRef<'a> {
@@ -256,15 +232,9 @@ impl<'a, P: Plugin> SharedCall<'a, P> {
     /// Adds a result. If there is no room for it, the call fails when the command returns.
     #[inline]
     pub fn ret(&mut self, value: impl Return) {
-        match value.to_raw(&mut CallRoom(self.raw)) {
-            Some(v) if self.raw.n_results < self.raw.results_cap => {
-                // SAFETY: `results` points to an array of `results_cap` values that lives during the call, and
-                // `n_results` is below that.
-                unsafe { *self.raw.results.add(self.raw.n_results as usize) = v };
-                self.raw.n_results += 1;
-            }
-            _ => self.overflow = true,
-        }
+        let raw = value.to_raw(&mut self.raw);
+        // SAFETY: `to_raw` has stored what the value points to in memory that is valid until the results have been read.
+        self.overflow |= !raw.is_some_and(|raw| unsafe { self.raw.push(raw) });
     }
 }
 
@@ -309,16 +279,13 @@ impl<'a, P: Plugin> Call<'a, P> {
         self.0.raw.resume
     }
     fn wait(&mut self, until: u32, value: f64, name: &str, resume: u64) -> Result<Outcome> {
-        let call = &mut *self.0.raw;
-        // SAFETY: the table `api` lives as long as the call, `call` is its frame, and its error is null or points to a
-        // live object.
-        unsafe {
-            let wait = call.api.as_ref().and_then(|a| a.wait);
-            let wait = wait.ok_or_else(|| Fail::unsupported("this host does not support commands that wait"))?;
-            match wait(call, until, value, text_raw(name), resume) {
-                status if status < 0 => Err(Fail::read(status, call.error)),
-                _ => Ok(Outcome::Waiting),
-            }
+        let call = &mut self.0.raw;
+        let wait = call.api().and_then(|a| a.wait);
+        let wait = wait.ok_or_else(|| Fail::unsupported("this host does not support commands that wait"))?;
+        // SAFETY: the function is that of this call, whose frame is passed to it; the name lives during the call.
+        match unsafe { wait(call.ptr(), until, value, text_raw(name), resume) } {
+            status if status < 0 => Err(call.fail(status)),
+            _ => Ok(Outcome::Waiting),
         }
     }
     /// Waits for `steps` steps. The command must return the outcome at once: `return c.wait_steps(1, resume)`.
@@ -344,16 +311,13 @@ impl<'a, P: Plugin> Call<'a, P> {
     /// the command must wait as well, but not start a thread.
     pub fn ticket(&mut self) -> Result<Option<Ticket>> {
         let host = *self.world().host();
-        let (call, mut number) = (&mut *self.0.raw, 0);
-        // SAFETY: the table `api` lives as long as the call, `call` is its frame, and its error is null or points to a
-        // live object.
-        unsafe {
-            let ticket = call.api.as_ref().filter(|a| a.size as usize >= size_of::<tatu_call_api>());
-            let ticket = ticket.and_then(|a| a.ticket).ok_or_else(no_tickets)?;
-            match ticket(call, &mut number) {
-                status if status < 0 => Err(Fail::read(status, call.error)),
-                _ => Ok((number != 0).then_some(Ticket { host, number })),
-            }
+        let (call, mut number) = (&mut self.0.raw, 0);
+        let ticket = call.api().filter(|a| a.size as usize >= size_of::<tatu_call_api>());
+        let ticket = ticket.and_then(|a| a.ticket).ok_or_else(no_tickets)?;
+        // SAFETY: the function is that of this call, whose frame is passed to it; the number lives during the call.
+        match unsafe { ticket(call.ptr(), &mut number) } {
+            status if status < 0 => Err(call.fail(status)),
+            _ => Ok((number != 0).then_some(Ticket { host, number })),
         }
     }
     /// Waits for the result of the thread that received the ticket of this call; [`Call::woken`] returns it afterwards.
@@ -362,14 +326,14 @@ impl<'a, P: Plugin> Call<'a, P> {
     }
     /// Returns the result that [`Ticket::wake`] delivered, in the call of the command that follows the wait.
     pub fn woken(&mut self) -> Result<&'a [u8]> {
-        let (call, mut result) = (&mut *self.0.raw, tatu_str { ptr: std::ptr::null(), len: 0 });
-        // SAFETY: the table `api` lives as long as the call, `call` is its frame, and its error is null or points to a
-        // live object. The result is valid until the call returns.
+        let (call, mut result) = (&mut self.0.raw, tatu_str { ptr: std::ptr::null(), len: 0 });
+        let woken = call.api().filter(|a| a.size as usize >= size_of::<tatu_call_api>());
+        let woken = woken.and_then(|a| a.woken).ok_or_else(no_tickets)?;
+        // SAFETY: the function is that of this call, whose frame is passed to it. Its result is valid until the call
+        // returns, and `'a` is the call.
         unsafe {
-            let woken = call.api.as_ref().filter(|a| a.size as usize >= size_of::<tatu_call_api>());
-            let woken = woken.and_then(|a| a.woken).ok_or_else(no_tickets)?;
-            match woken(call, &mut result) {
-                status if status < 0 => Err(Fail::read(status, call.error)),
+            match woken(call.ptr(), &mut result) {
+                status if status < 0 => Err(call.fail(status)),
                 _ => Ok(bytes_of(result)),
             }
         }
@@ -425,7 +389,7 @@ unsafe fn run_command<P: Plugin, R>(
     // SAFETY: `raw` points to the frame of a running call. `init` created its `self_`, and its `user` is that of the
     // command's declaration; both live until shutdown.
     let (raw, started, run) =
-        unsafe { (&mut *raw, &*(*raw).self_.cast::<StartedPlugin<P>>(), &*(*raw).user.cast::<R>()) };
+        unsafe { (CallFrame::at(raw), &*(*raw).self_.cast::<StartedPlugin<P>>(), &*(*raw).user.cast::<R>()) };
     guard::run(raw.error, || {
         let mut call = Call(SharedCall { raw, started, overflow: false });
         let outcome = f(run, &mut call)?;

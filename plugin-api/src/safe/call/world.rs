@@ -38,7 +38,10 @@ impl<'a> World<'a> {
     /// `world` was passed.
     pub unsafe fn new(world: *mut tatu_world, host: &'a Host) -> Self {
         // SAFETY: the caller guarantees the same as `WorldRef::new` requires.
-        World(SharedWorld::new(unsafe { WorldRef::new(world) }, host))
+        Self::of(unsafe { WorldRef::new(world) }, host)
+    }
+    pub(crate) fn of(world: WorldRef<'a>, host: &'a Host) -> Self {
+        World(SharedWorld::new(world, host))
     }
 
     /// Returns a placeholder without a world, for tests with [`Host::without_services`]; all its functions fail.

@@ -8,7 +8,7 @@ use std::{
 use crate::abi::*;
 use crate::safe::{
     Fail, Host, Instance, Plugin, Result, ValueRef, World,
-    call::running,
+    call::frame::CallFrame,
     declare::plugin::StartedPlugin,
     entry::{
         guard,
@@ -37,43 +37,36 @@ pub enum Flow {
 
 /// The frame of a call into a script: arguments and results.
 pub struct Frame<'a> {
-    raw: &'a mut tatu_call,
+    raw: CallFrame<'a>,
     host: &'a Host,
 }
 
 impl<'a> Frame<'a> {
     /// Returns the frame in the form of the ABI.
     pub fn raw(&mut self) -> *mut tatu_call {
-        self.raw
+        self.raw.ptr()
     }
     /// Returns the world in which the script runs.
     pub fn world(&self) -> World<'a> {
-        // SAFETY: the frame's world belongs to the host, and lives longer than the call.
-        unsafe { World::new(self.raw.world, self.host) }
+        World::of(self.raw.world, self.host)
     }
     /// Returns the arguments.
     pub fn args(&self) -> &'a [ValueRef<'a>] {
-        // SAFETY: `self.raw.args` points to `n_args` values that are valid during the call, and `'a` is the call.
-        unsafe { ValueRef::slice(self.raw.args, self.raw.n_args as usize) }
+        self.raw.args
     }
     /// Adds a result.
     ///
     /// # Safety
     /// Everything that `value` points to must stay valid until the caller has read it.
     pub unsafe fn push(&mut self, value: tatu_value) -> Result {
-        if self.raw.n_results >= self.raw.results_cap {
-            return Err(Fail::with_code(TATU_ERR_SPACE, "too many results for the buffer"));
-        }
-        // SAFETY: `results` points to an array of `results_cap` values that lives during the call, and `n_results` is
-        // below that.
-        unsafe { *self.raw.results.add(self.raw.n_results as usize) = value };
-        self.raw.n_results += 1;
-        Ok(())
+        let full = || Fail::with_code(TATU_ERR_SPACE, "too many results for the buffer");
+        // SAFETY: the caller guarantees the same.
+        unsafe { self.raw.push(value) }.then_some(()).ok_or_else(full)
     }
     /// Allocates memory that is aligned to 8 bytes and valid until the caller has read the results. Returns null if
     /// there is not enough memory.
     pub fn alloc(&mut self, bytes: usize) -> *mut u8 {
-        running::alloc(self.raw, bytes)
+        self.raw.alloc(bytes)
     }
 }
 
@@ -283,7 +276,7 @@ fn enter<L: Language>(
         // SAFETY: `data` was created by `create` and is live; the host passes a frame, a budget and a counter that are
         // valid during the call.
         let (data, raw, budget, used) =
-            unsafe { (life::instance_at::<ScriptInstance<L>>(data), &mut *frame, &*budget, &mut *used) };
+            unsafe { (life::instance_at::<ScriptInstance<L>>(data), CallFrame::at(frame), &*budget, &mut *used) };
         let budget = Budget { instructions: budget.instructions, memory: budget.memory };
         let flow = f(&data.language, &mut Frame { raw, host: &data.host }, budget, used)?;
         Ok(if flow == Flow::Waiting { TATU_WAIT } else { TATU_OK })
@@ -311,9 +304,8 @@ unsafe extern "C" fn resume<L: Language>(
     error: *mut tatu_error,
 ) -> tatu_status {
     enter(data, frame, budget, used, error, |l: &L, f, b, u| {
-        // SAFETY: the frame's error is null or the host's error of the command that waited, which is live during the
-        // call.
-        let failed = (failed < 0).then(|| unsafe { Fail::read(failed, f.raw.error) });
+        // The frame's error is that of the command that waited.
+        let failed = (failed < 0).then(|| f.raw.fail(failed));
         l.resume(token, failed, f, b, u)
     })
 }

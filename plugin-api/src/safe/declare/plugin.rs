@@ -3,7 +3,7 @@
 use std::{collections::HashSet, ffi::c_void, sync::Mutex};
 
 use crate::abi::*;
-use crate::safe::{Fail, Host, Param, Result, Value, World, value::table_arena::TableArena};
+use crate::safe::{Fail, Host, Param, Result, Value, World, call::frame::CallFrame, value::table_arena::TableArena};
 
 /// A plugin. There is one value per host. A plugin must not have mutable globals; state that belongs to a world is
 /// stored in an instance of [`PerWorld`].
@@ -181,7 +181,7 @@ pub(crate) type SharedFn<P> = Box<dyn Fn(&mut SharedCall<'_, P>) -> Result<Outco
 /// A call of a command that may run in parallel with others. It provides the call's own data, the immutable part of the
 /// plugin and a read-only world; [`Call`] adds what requires exclusive access.
 pub struct SharedCall<'a, P: Plugin> {
-    pub(crate) raw: &'a mut tatu_call,
+    pub(crate) raw: CallFrame<'a>,
     pub(crate) started: &'a StartedPlugin<P>,
     pub(crate) overflow: bool,
 }

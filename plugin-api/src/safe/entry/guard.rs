@@ -13,16 +13,13 @@ use crate::safe::{Fail, Result};
 
 /// Runs `f` and returns its status; an error or panic is written to the host's error object.
 pub(crate) fn run(error: *mut tatu_error, f: impl FnOnce() -> Result<tatu_status>) -> tatu_status {
-    match catch_unwind(AssertUnwindSafe(f)) {
-        Ok(Ok(status)) => status,
-        // SAFETY: the host passes null or an error object that is live during the call.
-        Ok(Err(fail)) => unsafe { fail.write(error) },
-        Err(panic) => {
-            let fail = Fail::with_code(TATU_ERR_PANIC, format!("panicked: {}", panic_text(&*panic)));
-            // SAFETY: the host passes null or an error object that is live during the call.
-            unsafe { fail.write(error) }
-        }
-    }
+    let fail = match catch_unwind(AssertUnwindSafe(f)) {
+        Ok(Ok(status)) => return status,
+        Ok(Err(fail)) => fail,
+        Err(panic) => Fail::with_code(TATU_ERR_PANIC, format!("panicked: {}", panic_text(&*panic))),
+    };
+    // SAFETY: the host passes null or an error object that is live during the call.
+    unsafe { fail.write(error) }
 }
 
 /// Runs `f`, for plugins that fill tables of the ABI themselves; an error or panic is written to the host's error
