@@ -63,10 +63,10 @@ pub struct ProbeRemark {
 /// Runs in the separate process: loads only this file, and prints the result.
 pub fn run(file: &Path, limit: f64) -> ExitCode {
     #[cfg(unix)]
-    // SAFETY: the pointer is that of a temporary structure, which lives until `setrlimit` has returned. A limit of 0
-    // prevents core files.
-    unsafe {
-        libc::setrlimit(libc::RLIMIT_CORE, &libc::rlimit { rlim_cur: 0, rlim_max: 0 });
+    {
+        use rustix::process::{Resource, Rlimit, setrlimit};
+        // A limit of 0 prevents core files. Without it, a crash only takes longer.
+        let _ = setrlimit(Resource::Core, Rlimit { current: Some(0), maximum: Some(0) });
     }
     let watchdog = Watchdog::start(limit, false);
     let mut search = match search_folders(None, &SourceFiles::default(), &[]) {

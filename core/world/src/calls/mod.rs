@@ -159,12 +159,10 @@ unsafe extern "C" fn woken(call: *mut tatu_call, out: *mut tatu_str) -> tatu_sta
         let text = "the result of the thread was lost: a snapshot does not contain threads";
         return set_error(call.error, TATU_ERR_GONE, text);
     };
-    let place = world.run.calls.arena.borrow_mut().alloc(current.len().max(1));
+    let place = world.run.calls.arena.borrow_mut().store(current.as_slice());
     if place.is_null() {
         return set_error(call.error, TATU_ERR_MEMORY, "the world's arena is full");
     }
-    // SAFETY: the arena has just reserved at least this many bytes at `place`, which nothing else uses.
-    unsafe { std::ptr::copy_nonoverlapping(current.as_ptr(), place.cast(), current.len()) };
     *out = tatu_str { ptr: place.cast(), len: current.len() as u64 };
     TATU_OK
 }
@@ -498,13 +496,10 @@ fn convert_args(
         }
     }
     let n = out.len();
-    let room = arena.alloc(n * size_of::<tatu_value>()).cast::<tatu_value>();
+    let room = arena.store(&out);
     if room.is_null() {
         return Err(space());
     }
-    // SAFETY: `room` points to `n` values in the arena, aligned to 16 bytes, which stay allocated until the call has
-    // returned and do not overlap `out`.
-    unsafe { std::ptr::copy_nonoverlapping(out.as_ptr(), room, n) };
     Ok((room, n as u32))
 }
 

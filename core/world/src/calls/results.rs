@@ -11,15 +11,11 @@ pub(crate) fn check_results(f: &mut tatu_call) -> Result<(), String> {
             f.n_results, f.results_cap
         ));
     }
-    for i in 0..f.n_results as usize {
-        // SAFETY: `f.results` points to an array of `results_cap` values that lives during the call, and `i < n_results
-        // <= results_cap`.
-        let v = unsafe { &mut *f.results.add(i) };
+    for (i, v) in results(f).iter_mut().enumerate() {
         if v.tag > TATU_OBJECT {
             return Err(format!("broke the contract: result {} has the unknown type {}", i + 1, v.tag));
         }
-        // SAFETY: for these tags, `s` is the active member of the union.
-        if (TATU_TEXT..=TATU_MAP).contains(&v.tag) && unsafe { v.u.s.ptr.is_null() } {
+        if span(v).is_some_and(|s| s.ptr.is_null()) {
             v.u.s.len = 0;
         }
     }
@@ -28,14 +24,9 @@ pub(crate) fn check_results(f: &mut tatu_call) -> Result<(), String> {
 
 /// Checks the contents of spans, lists and maps in a command's results. They are checked immediately, because it is no
 /// longer known which plugin returned them when they are read.
-pub(super) fn check_nested(f: &tatu_call) -> Result<(), String> {
-    for i in 0..f.n_results as usize {
-        // SAFETY: `f.results` points to an array that lives during the call, and `check_results` has checked that it
-        // has at least `n_results` values.
-        let v = unsafe { &*f.results.add(i) };
-        if (TATU_TEXT..=TATU_MAP).contains(&v.tag)
-            && let Some(flaw) = span_flaw(v, 0)
-        {
+pub(super) fn check_nested(f: &mut tatu_call) -> Result<(), String> {
+    for (i, v) in results(f).iter().enumerate() {
+        if let Some(flaw) = span_flaw(v, 0) {
             return Err(format!("broke the contract: result {} {flaw}", i + 1));
         }
     }
@@ -45,8 +36,25 @@ pub(super) fn check_nested(f: &tatu_call) -> Result<(), String> {
 /// Maximum size of a span, bytes. A world's arena does not have more memory.
 const MAX_SPAN_BYTES: u64 = 256 << 20;
 
-/// Returns a description of the first error in a value that has a span, if there is one.
+/// Returns the results of a call that has just returned.
+fn results(f: &mut tatu_call) -> &mut [tatu_value] {
+    let n = f.n_results.min(f.results_cap) as usize;
+    if n == 0 {
+        return &mut [];
+    }
+    // SAFETY: `f.results` points to an array of `results_cap` values that lives during the call, and `n <= results_cap`.
+    unsafe { std::slice::from_raw_parts_mut(f.results, n) }
+}
+
+/// Returns the span of a value, if it has one.
+fn span(v: &tatu_value) -> Option<tatu_span_t> {
+    // SAFETY: the contract requires `s` to be the active member of the union for these tags.
+    (TATU_TEXT..=TATU_MAP).contains(&v.tag).then(|| unsafe { v.u.s })
+}
+
+/// Returns a description of the first error in the span of a value, if there is one.
 fn span_flaw(v: &tatu_value, depth: usize) -> Option<String> {
+    let tatu_span_t { ptr, len } = span(v)?;
     let each = match v.tag {
         TATU_F64S | TATU_I64S => 8,
         TATU_F32S | TATU_I32S => 4,
@@ -54,8 +62,6 @@ fn span_flaw(v: &tatu_value, depth: usize) -> Option<String> {
         TATU_MAP => 2 * size_of::<tatu_value>() as u64,
         _ => 1,
     };
-    // SAFETY: the caller passes only values for whose tag `s` is the active member of the union.
-    let (ptr, len) = unsafe { (v.u.s.ptr, v.u.s.len) };
     if len.checked_mul(each).is_none_or(|bytes| bytes > MAX_SPAN_BYTES) {
         return Some(format!("has {len} elements, which exceed the limit of {} MB", MAX_SPAN_BYTES >> 20));
     }

@@ -58,6 +58,5 @@ pub(crate) use session::inputs::{
     observe, observed, put_in, record_input, record_remote_call, record_remote_request, restore_inputs,
 };
 pub(crate) use session::service::RunningService;
-pub(crate) use session::session_cell::SessionCell;
-pub(crate) use session::wake_flag::WakeFlag;
+pub(crate) use session::session_cell::{SessionCell, SessionSignals};
 pub(crate) use world::{ScriptWorker, WorldCell};

@@ -12,7 +12,7 @@ use tatu_scene::document::ServiceSpec;
 
 use super::World;
 use crate::{
-    cell::{RunningService, SessionCell, WakeFlag},
+    cell::{RunningService, SessionCell, SessionSignals},
     session, state,
 };
 
@@ -29,12 +29,11 @@ impl Session {
     /// started are stopped again.
     pub fn new(registry: Arc<Registry>, services: &[ServiceSpec]) -> Result<Self> {
         let cell = Rc::new(SessionCell {
-            wake: WakeFlag::default(),
+            signals: SessionSignals::default(),
             registry,
             services: RefCell::default(),
             worlds: RefCell::default(),
             interrupt: RefCell::default(),
-            stop: AtomicBool::default(),
         });
         let session = Session { cell };
         let mut specs: Vec<&ServiceSpec> = services.iter().collect();

@@ -210,16 +210,13 @@ pub(super) unsafe fn fill<T: Copy>(all: &[T], out: *mut T, cap: u32, n: Option<&
 pub(super) fn lend<'a>(answer: impl Into<AnswerContext<'a>>, text: &[u8]) -> Result<Lent<'a>, tatu_status> {
     let answer = answer.into();
     let mut arena = answer.calls.arena.try_borrow_mut().map_err(|_| busy(answer))?;
-    let room = arena.alloc(text.len());
+    let room = arena.store(text);
     if room.is_null() {
         return Err(TATU_ERR_SPACE);
     }
     // SAFETY: `room` points to `text.len()` bytes in the arena, which stay allocated until the plugin's call returns or
     // releases a mark.
-    unsafe {
-        std::ptr::copy_nonoverlapping(text.as_ptr(), room, text.len());
-        Ok(Lent::new(tatu_str { ptr: room.cast(), len: text.len() as u64 }))
-    }
+    Ok(unsafe { Lent::new(tatu_str { ptr: room.cast(), len: text.len() as u64 }) })
 }
 
 /// Copies a value to the world's arena, where it is valid until the plugin's call returns, and writes its ABI form to

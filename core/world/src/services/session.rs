@@ -63,13 +63,17 @@ extern "C" fn request(w: WorldRef<'_>, what: u32) -> tatu_status {
 unsafe extern "C" fn wake(session: *mut tatu_session) {
     // SAFETY: the header requires `session` to be null or the session that the plugin was given, which is alive during
     // the call.
-    unsafe { SessionCell::wake(session) };
+    if let Some(signals) = unsafe { SessionCell::signals(session) } {
+        signals.wake.wake();
+    }
 }
 
 unsafe extern "C" fn stop(session: *mut tatu_session) {
     // SAFETY: the header requires `session` to be null or the session that the plugin was given, which is alive during
     // the call.
-    unsafe { SessionCell::stop(session) };
+    if let Some(signals) = unsafe { SessionCell::signals(session) } {
+        signals.request_stop();
+    }
 }
 
 extern "C" fn must_return(w: WorldRef<'_>) -> u32 {

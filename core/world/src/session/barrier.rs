@@ -103,7 +103,7 @@ fn run_service_turns(world: &WorldCell, session: &SessionCell) {
         if !held && world.state.phase.get() != Phase::Paused {
             continue;
         }
-        session.wake.sleep(INTERRUPT_POLL_INTERVAL);
+        session.signals.wake.sleep(INTERRUPT_POLL_INTERVAL);
     }
 }
 
@@ -143,7 +143,7 @@ pub(crate) fn wait_for_start(world: &WorldCell, session: &SessionCell) -> bool {
             return true;
         }
         log::run_recorded_stopped_pass(world);
-        session.wake.sleep(INTERRUPT_POLL_INTERVAL);
+        session.signals.wake.sleep(INTERRUPT_POLL_INTERVAL);
     }
     false
 }
@@ -163,7 +163,7 @@ fn call_services(world: &WorldCell, session: &SessionCell) -> Option<usize> {
     // A client can ask for a stop while an earlier request of it, such as one for steps, is still carried out. Until
     // the stop has been requested here, scripts must return.
     if world.stop_requested() || !world.running() {
-        session.stop.store(false, Ordering::Relaxed);
+        session.signals.stop.store(false, Ordering::Relaxed);
     }
     held
 }

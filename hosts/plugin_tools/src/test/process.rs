@@ -54,10 +54,10 @@ fn wait(child: &mut Child, limit: Duration) -> Option<ExitStatus> {
 /// Kills a process and its descendants.
 fn kill_group(child: &mut Child) {
     #[cfg(unix)]
-    if let Ok(group) = libc::pid_t::try_from(child.id()) {
-        // SAFETY: `kill` takes only integers; the group is that of a child that has not been waited for, so its id has
-        // not been reused.
-        unsafe { libc::kill(-group, libc::SIGKILL) };
+    {
+        use rustix::process::{Pid, Signal, kill_process_group};
+        // The child has not been waited for, so its id has not been reused.
+        let _ = kill_process_group(Pid::from_child(child), Signal::KILL);
     }
     let _ = child.kill();
     let _ = child.wait();

@@ -61,6 +61,18 @@ impl Arena {
         first.wrapping_add(at).cast()
     }
 
+    /// Copies items into a new block, and returns a pointer to the first one. Returns null if the limit would be
+    /// exceeded.
+    pub fn store<T: Copy>(&mut self, items: &[T]) -> *mut T {
+        const { assert!(align_of::<T>() <= 16) };
+        let room = self.alloc(size_of_val(items)).cast::<T>();
+        if !room.is_null() {
+            // SAFETY: `room` points to a new block that is large enough and aligned, so it does not overlap `items`.
+            unsafe { room.copy_from_nonoverlapping(items.as_ptr(), items.len()) };
+        }
+        room
+    }
+
     /// Returns whether the guards of the blocks allocated since the mark are intact. Blocks in earlier chunks are not
     /// checked, because few calls allocate blocks in more than one chunk.
     pub fn is_intact_since(&self, mark: u64) -> bool {

@@ -20,14 +20,28 @@ pub(crate) type WorldHandle = Cell<*mut tatu_world>;
 
 /// The interior of a session, at a stable address. Plugins receive a pointer to it, as `tatu_session *`.
 pub(crate) struct SessionCell {
-    pub wake: WakeFlag,
+    pub signals: SessionSignals,
     pub registry: Arc<Registry>,
     pub services: RefCell<Vec<Rc<RunningService>>>,
     /// Handles of the living worlds, in the order in which they joined.
     pub worlds: RefCell<Vec<Weak<WorldHandle>>>,
     pub interrupt: RefCell<Arc<AtomicBool>>,
-    /// Whether a service has asked, from one of its threads, that a script which is running returns.
+}
+
+/// What services request of a session from their own threads.
+#[derive(Default)]
+pub(crate) struct SessionSignals {
+    pub wake: WakeFlag,
+    /// Whether a service has asked that a script which is running returns.
     pub stop: AtomicBool,
+}
+
+impl SessionSignals {
+    /// Asks that the script that is running returns, so that the services get their turns.
+    pub fn request_stop(&self) {
+        self.stop.store(true, Ordering::Relaxed);
+        self.wake.wake();
+    }
 }
 
 impl SessionCell {
@@ -35,34 +49,15 @@ impl SessionCell {
     pub fn raw(&self) -> *mut tatu_session {
         (&raw const *self).cast_mut().cast()
     }
-    /// Wakes a session that sleeps at its barrier. Can be called from any thread.
+    /// Returns the signals of the session behind an ABI pointer. Can be called from any thread.
     ///
     /// # Safety
-    /// `session` must be null or point to a session of this host that is alive.
-    pub unsafe fn wake(session: *mut tatu_session) {
+    /// `session` must be null or point to a session of this host that is alive for `'a`.
+    pub unsafe fn signals<'a>(session: *mut tatu_session) -> Option<&'a SessionSignals> {
         let cell = session.cast::<SessionCell>().cast_const();
-        if !cell.is_null() {
-            // SAFETY: the caller guarantees that the pointer is to a session that is alive during the call. Only
-            // `wake`, which is `Sync`, is borrowed.
-            let wake: &WakeFlag = unsafe { &(*cell).wake };
-            wake.wake();
-        }
-    }
-    /// Asks that the script that is running returns, so that the services get their turns. Can be called from any
-    /// thread.
-    ///
-    /// # Safety
-    /// `session` must be null or point to a session of this host that is alive.
-    pub unsafe fn stop(session: *mut tatu_session) {
-        let cell = session.cast::<SessionCell>().cast_const();
-        if !cell.is_null() {
-            // SAFETY: the caller guarantees that the pointer is to a session that is alive during the call. Only
-            // `stop`, which is `Sync`, is borrowed.
-            let stop: &AtomicBool = unsafe { &(*cell).stop };
-            stop.store(true, Ordering::Relaxed);
-        }
-        // SAFETY: the requirements are the same.
-        unsafe { SessionCell::wake(session) };
+        // SAFETY: the caller guarantees that the pointer is to a session that is alive. Only `signals`, which are
+        // `Sync`, are borrowed.
+        (!cell.is_null()).then(|| unsafe { &(*cell).signals })
     }
     /// Returns the session behind an ABI pointer.
     ///
@@ -83,7 +78,7 @@ impl SessionCell {
     }
     /// Returns whether a stop has been requested from outside, which the services have not had the turn to carry out.
     pub fn has_external_stop(&self) -> bool {
-        self.stop.load(Ordering::Relaxed) || self.interrupted()
+        self.signals.stop.load(Ordering::Relaxed) || self.interrupted()
     }
     /// Ends all services, the last one first, and returns the errors.
     pub fn end(&self) -> Vec<Error> {
