@@ -130,27 +130,24 @@ pub(super) unsafe fn output_slice<'a, T>(
 /// Checks that a frame has the full size, and that its arrays are not null unless they are empty.
 #[inline]
 pub(super) fn require_frame<'a>(answer: impl Into<AnswerContext<'a>>, frame: *const tatu_call) -> HostResult {
-    // SAFETY: `frame` is null or points to a frame that is valid during the call and begins with its size; other fields
-    // are read only if the size includes them.
-    let fits = unsafe {
-        !frame.is_null()
-            && (*frame).size as usize >= size_of::<tatu_call>()
-            && ((*frame).n_args == 0 || !(*frame).args.is_null())
-            && ((*frame).results_cap == 0 || !(*frame).results.is_null())
+    // SAFETY: `frame` is null or points to a frame that is valid during the call and begins with its size; a reference
+    // to all fields is made only if the size includes them.
+    let (size, whole) = unsafe {
+        let size = frame.cast::<u32>().as_ref().map(|size| *size as usize);
+        (size, size.is_some_and(|size| size >= size_of::<tatu_call>()).then(|| &*frame))
     };
-    if fits { Ok(()) } else { Err(refuse_frame(answer, frame)) }
+    match whole {
+        Some(f) if (f.n_args == 0 || !f.args.is_null()) && (f.results_cap == 0 || !f.results.is_null()) => Ok(()),
+        _ => Err(refuse_frame(answer, size, whole.is_some())),
+    }
 }
 
 #[cold]
-pub(super) fn refuse_frame<'a>(answer: impl Into<AnswerContext<'a>>, frame: *const tatu_call) -> tatu_status {
-    let text = match frame.is_null() {
-        true => "expected a frame, found null",
-        // SAFETY: `frame` is not null here, and points to a frame that is valid during the call and begins with its
-        // size.
-        false if (unsafe { (*frame).size } as usize) < size_of::<tatu_call>() => {
-            "the size of the frame does not match any version of `tatu_call`"
-        }
-        false => "expected arrays for the arguments and the results, found null",
+fn refuse_frame<'a>(answer: impl Into<AnswerContext<'a>>, size: Option<usize>, whole: bool) -> tatu_status {
+    let text = match (size, whole) {
+        (None, _) => "expected a frame, found null",
+        (_, false) => "the size of the frame does not match any version of `tatu_call`",
+        (_, true) => "expected arrays for the arguments and the results, found null",
     };
     answer.into().calls.refuse(TATU_ERR_ARGUMENT, text)
 }
