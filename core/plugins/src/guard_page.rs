@@ -43,9 +43,22 @@ pub fn leak_before_guard(bytes: &[u8], label: &str) -> *const c_void {
     first
 }
 
+/// Size of a label, in bytes.
+const LABEL_BYTES: usize = 120;
+
+/// The label of a copy, truncated to a fixed size.
+pub struct CopyLabel([u8; LABEL_BYTES]);
+
+impl CopyLabel {
+    /// Returns the label without its padding.
+    pub fn bytes(&self) -> &[u8] {
+        self.0.split(|b| *b == 0).next().unwrap_or_default()
+    }
+}
+
 /// Returns the kind of access that `address` implies, and the label of the copy, or `None` if the address belongs to no
 /// copy. Signal handlers may call this.
-pub fn blame(address: usize) -> Option<(&'static str, &'static [u8])> {
+pub fn blame(address: usize) -> Option<(&'static str, CopyLabel)> {
     #[cfg(unix)]
     return mapped::blame(address);
     #[cfg(not(unix))]
@@ -59,13 +72,16 @@ pub fn blame(address: usize) -> Option<(&'static str, &'static [u8])> {
 mod mapped {
     use std::{
         ptr,
-        sync::atomic::{AtomicPtr, AtomicUsize, Ordering::Acquire, Ordering::Release},
+        sync::atomic::{
+            AtomicU8, AtomicUsize,
+            Ordering::{Acquire, Relaxed, Release},
+        },
     };
+
+    use super::{CopyLabel, LABEL_BYTES};
 
     /// Maximum number of copies that can have a label at the same time; further copies have none.
     const MAX_COPIES: usize = 4096;
-    /// Size of a label, in bytes.
-    const LABEL_BYTES: usize = 120;
 
     /// The data of a copy for signal handlers: the start of its mapping (0 if the slot is free), start and end of its
     /// guard page, and its label.
@@ -73,14 +89,14 @@ mod mapped {
         begin: AtomicUsize,
         guard: AtomicUsize,
         end: AtomicUsize,
-        label: AtomicPtr<[u8; LABEL_BYTES]>,
+        label: [AtomicU8; LABEL_BYTES],
     }
     static SLOTS: [CopySlot; MAX_COPIES] = [const {
         CopySlot {
             begin: AtomicUsize::new(0),
             guard: AtomicUsize::new(0),
             end: AtomicUsize::new(0),
-            label: AtomicPtr::new(ptr::null_mut()),
+            label: [const { AtomicU8::new(0) }; LABEL_BYTES],
         }
     }; MAX_COPIES];
 
@@ -130,36 +146,24 @@ mod mapped {
         let free = |slot: &CopySlot| slot.begin.compare_exchange(0, begin, Release, Acquire).is_ok();
         let index = SLOTS.iter().position(free)?;
         let slot = &SLOTS[index];
-        let mut room = slot.label.load(Acquire);
-        if room.is_null() {
-            // The buffer is never freed: later labels of this slot reuse it, and a signal handler may be reading it.
-            room = Box::into_raw(Box::new([0; LABEL_BYTES]));
-            slot.label.store(room, Release);
-        }
-        let mut bytes = [0; LABEL_BYTES];
-        let n = label.len().min(LABEL_BYTES - 1);
-        bytes[..n].copy_from_slice(&label.as_bytes()[..n]);
-        // SAFETY: `room` points to this slot's own buffer, which is never freed; the slot is not visible to `blame`
-        // until `end` is stored.
-        unsafe { *room = bytes };
+        // The slot is not visible to `blame` until `end` is stored.
+        let bytes = label.bytes().take(LABEL_BYTES - 1).chain(std::iter::repeat(0));
+        slot.label.iter().zip(bytes).for_each(|(place, byte)| place.store(byte, Relaxed));
         slot.guard.store(guard, Release);
         slot.end.store(end, Release);
         Some(index)
     }
 
-    pub fn blame(address: usize) -> Option<(&'static str, &'static [u8])> {
+    pub fn blame(address: usize) -> Option<(&'static str, CopyLabel)> {
         let holds = |s: &&CopySlot| {
             let begin = s.begin.load(Acquire);
             begin != 0 && begin <= address && address < s.end.load(Acquire)
         };
         let slot = SLOTS.iter().find(holds)?;
-        let room = slot.label.load(Acquire);
-        // SAFETY: `room` points to a buffer that is never freed, and its label was written before `end` was stored,
-        // which `holds` has read.
-        let label: &'static [u8; LABEL_BYTES] = unsafe { room.as_ref()? };
-        let n = label.iter().position(|b| *b == 0).unwrap_or(LABEL_BYTES);
+        // The label was written before `end` was stored, which `holds` has read.
+        let label = std::array::from_fn(|i| slot.label[i].load(Relaxed));
         let what = if address < slot.guard.load(Acquire) { "a write to" } else { "an access past the end of" };
-        Some((what, &label[..n]))
+        Some((what, CopyLabel(label)))
     }
 }
 
@@ -171,11 +175,12 @@ mod tests {
     fn faulting_address_is_attributed_to_its_copy() {
         let guarded = GuardedCopy::new(b"abc", "argument `name`");
         let first = guarded.first().addr();
-        assert_eq!(blame(first + 3), Some(("an access past the end of", b"argument `name`".as_slice())));
-        assert_eq!(blame(first), Some(("a write to", b"argument `name`".as_slice())));
+        let said = |address| blame(address).map(|(what, label)| format!("{what} {}", label.bytes().escape_ascii()));
+        assert_eq!(said(first + 3).as_deref(), Some("an access past the end of argument `name`"));
+        assert_eq!(said(first).as_deref(), Some("a write to argument `name`"));
         // SAFETY: `first` points to the three bytes of the copy, which lives until the end of the test.
         assert_eq!(unsafe { std::slice::from_raw_parts(guarded.first(), 3) }, b"abc");
         drop(guarded);
-        assert_eq!(blame(first), None);
+        assert_eq!(said(first), None);
     }
 }

@@ -316,7 +316,7 @@ mod handler {
         unsafe {
             if let Some((what, label)) = guard_page::blame((*info).si_addr().addr()) {
                 let newline: &[u8] = b"\n";
-                for part in [newline, super::GUARD_PREFIX.as_bytes(), what.as_bytes(), b" ", label, newline] {
+                for part in [newline, super::GUARD_PREFIX.as_bytes(), what.as_bytes(), b" ", label.bytes(), newline] {
                     libc::write(super::finding::channel(), part.as_ptr().cast(), part.len());
                 }
             }
