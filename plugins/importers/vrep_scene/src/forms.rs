@@ -1,6 +1,6 @@
 //! Detects meshes that are boxes, spheres or cylinders, so that they roll and collide like exact primitives.
 
-use std::f64::consts::FRAC_PI_2;
+use std::f64::consts::{FRAC_PI_2, PI};
 
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
@@ -45,9 +45,12 @@ pub fn detect_round(surface: &TriangleSurface) -> Option<PlacedPrimitive> {
     let points: Vec<Vector3<f64>> = surface.points.iter().map(|p| Vector3::from(*p) - middle).collect();
     let even = |a: f64, b: f64| (a - b).abs() <= 0.005 * b;
     let place = |turn| Isometry3::from_parts(Translation3::from(middle), turn);
-    let radius = size.x / 2.0;
-    if radius > 0.0 && points.len() >= MIN_CIRCLE_CORNERS * 3 && points.iter().all(|p| even(p.norm(), radius)) {
-        return Some(("sphere", size.into(), place(UnitQuaternion::identity())));
+    // The points of a thin disc or a long rod are all about as far from the centre, too: a sphere is as wide along each
+    // axis, except for what the flat faces between its points take away.
+    let radius = points.iter().map(|p| p.norm()).fold(0.0, f64::max);
+    let equal_sides = size.min() >= 2.0 * radius * libm::cos(PI / MIN_CIRCLE_CORNERS as f64);
+    if equal_sides && points.len() >= MIN_CIRCLE_CORNERS * 3 && points.iter().all(|p| even(p.norm(), radius)) {
+        return Some(("sphere", [2.0 * radius; 3], place(UnitQuaternion::identity())));
     }
     (0..3).find_map(|axis| {
         let (a, b) = ((axis + 1) % 3, (axis + 2) % 3);
@@ -97,6 +100,34 @@ mod tests {
             let along = place * Vector3::z();
             assert!((along[axis].abs() - 1.0).abs() < 1e-12, "axis {axis}: {along}");
         }
+    }
+
+    #[test]
+    fn thin_discs_and_long_rods_become_cylinders() {
+        // All points are within 0.5 % of the largest radius from the centre.
+        let (form, size, _) = detect_round(&prism(32, 0.01, 2)).unwrap();
+        assert_eq!(form, "cylinder");
+        assert!((size[0] - 0.2).abs() < 1e-12 && (size[2] - 0.01).abs() < 1e-12);
+        for axis in 0..3 {
+            assert_eq!(detect_round(&prism(32, 3.0, axis)).unwrap().0, "cylinder", "axis {axis}");
+        }
+    }
+
+    #[test]
+    fn ball_with_many_faces_becomes_a_sphere_of_equal_sizes() {
+        // 18 corners around and 9 rings: the ball is narrower along y than along x.
+        let mut points = vec![[0.0, 0.0, 0.3], [0.0, 0.0, -0.3]];
+        for ring in 1..9 {
+            let up = PI * f64::from(ring) / 9.0;
+            for i in 0..18 {
+                let t = PI * f64::from(i) / 9.0;
+                let r = 0.3 * libm::sin(up);
+                points.push([r * libm::cos(t), r * libm::sin(t), 0.3 * libm::cos(up)]);
+            }
+        }
+        let (form, size, _) = detect_round(&TriangleSurface { points, triangles: vec![[0, 1, 2]] }).unwrap();
+        assert_eq!(form, "sphere");
+        assert!(size.iter().all(|x| (x - 0.6).abs() < 1e-9), "{size:?}");
     }
 
     #[test]
