@@ -4,14 +4,15 @@ use std::cell::Cell;
 
 /// Simulation time and step counters.
 pub(crate) struct Clock {
-    /// Simulation time, s. It equals `step * dt` if every step has run one physics stage of duration `dt`.
+    /// Simulation time, s. It equals `step * dt` if no step has run more than one physics stage, nor one of a different
+    /// duration.
     pub time: Cell<f64>,
     pub step: Cell<u64>,
     /// Number of passes since the world was created, including those while it is stopped. A command that waits for a
     /// number of steps counts passes.
     pub pass: Cell<u64>,
     pub dt: Cell<f64>,
-    /// Number of physics stages in this step that took a whole `dt`.
+    /// Number of physics stages in this step that took a whole `dt`, or 1 for a step without physics.
     full_stages: Cell<u32>,
     /// Total duration of the other physics stages of this step, s.
     partial_s: Cell<f64>,
@@ -43,6 +44,10 @@ impl Clock {
         } else {
             self.partial_s.set(self.partial_s.get() + dt);
         }
+    }
+    /// Returns whether time advances at the end of this step.
+    pub fn has_stages(&self) -> bool {
+        self.elapsed_in_step() > 0.0
     }
     /// Returns the total duration of the physics stages of this step so far, s.
     pub fn elapsed_in_step(&self) -> f64 {
@@ -85,7 +90,7 @@ mod tests {
             assert_eq!(clock.time.get(), f64::from(n) * 0.05);
         }
         clock.advance();
-        assert_eq!((clock.time.get(), clock.step.get()), (500.0, 10_001), "without physics time stands");
+        assert_eq!((clock.time.get(), clock.step.get()), (500.0, 10_001), "without a recorded stage time stands");
         clock.record_stage(0.05);
         clock.record_stage(0.05);
         assert_eq!(clock.elapsed_in_step(), 0.1);

@@ -261,20 +261,22 @@ impl Script {
     }
 
     /// Runs one pass of the driver: first `init`, then its callbacks, which request the stages, and in the last pass
-    /// `cleanup`. If the driver could not be loaded or has exceeded its budget, no stage is run: steps are counted, but
-    /// simulation time does not advance.
-    pub fn drive(self: &Rc<Self>, world: &WorldCell) {
+    /// `cleanup`. Returns whether the driver works: if it could not be loaded or initialised, or has exceeded its budget,
+    /// no stage is run; steps are counted, but simulation time does not advance.
+    pub fn drive(self: &Rc<Self>, world: &WorldCell) -> bool {
         if !self.is_live(world) {
-            return;
+            return false;
         }
         self.ensure_initialised(world);
         self.resume_waits(world);
         self.run_if_begun(world, Callback::Actuation, &[]);
         self.run_if_begun(world, Callback::Sensing, &[]);
+        let works = self.initialised.get() && !self.cleaned.get() && self.is_live(world);
         if world.state.phase.get() == Phase::Last {
             // The driver may request the clean-up of the other scripts itself.
             self.clean_up(world);
         }
+        works
     }
 }
 

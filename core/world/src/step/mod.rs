@@ -13,7 +13,8 @@
 //! script of kind `main`), `step` calls the driver instead, which requests stages in any order (see `stages`).
 //!
 //! Time advances at the end of a pass, by the duration of its physics stages. During the pass, all callbacks read the
-//! time at which it began. If a driver skips physics, time does not advance.
+//! time at which it began. If a driver skips physics, time advances by dt all the same, and the bodies stay where
+//! they are.
 
 mod barrier;
 mod engine_advance;
@@ -43,7 +44,11 @@ pub(crate) fn step(world: &WorldCell) {
         return world.state.clock.skip();
     }
     match Scripts::driver(world) {
-        Some(driver) => driver.drive(world),
+        Some(driver) => {
+            if driver.drive(world) && !world.state.clock.has_stages() {
+                world.state.clock.record_stage(world.state.clock.dt.get());
+            }
+        }
         None => {
             let dt = world.state.clock.dt.get();
             for stage in [Stage::Actuate, Stage::Physics, Stage::Sense, Stage::React] {
