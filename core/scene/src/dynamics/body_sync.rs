@@ -186,7 +186,7 @@ fn clear_load(scene: &mut Scene, slot: u32) {
 fn clear_engine_ids(scene: &mut Scene, slot: u32) {
     match scene.get_mut(slot).map(|o| &mut o.data) {
         Some(ObjectVariant::Shape(s)) => s.body.0 = None,
-        Some(ObjectVariant::Joint(j)) => (j.id, j.course) = (None, None),
+        Some(ObjectVariant::Joint(j)) => (j.id, j.course, j.callback_called) = (None, None, false),
         Some(ObjectVariant::ForceSensor(f)) => f.id = None,
         _ => {}
     }

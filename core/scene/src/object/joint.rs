@@ -78,6 +78,8 @@ pub struct Joint {
     /// The trajectory of the position target between scene steps; `None` if there is no target, or if it is applied at
     /// once.
     pub course: Option<TargetSpline>,
+    /// Whether a script's joint callback has been called since the engine has the joint.
+    pub callback_called: bool,
 }
 
 impl Default for Joint {
@@ -102,6 +104,7 @@ impl Default for Joint {
             passive: PassiveForces::default(),
             smooth_target: true,
             course: None,
+            callback_called: false,
             id: None,
         }
     }

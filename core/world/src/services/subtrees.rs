@@ -217,7 +217,7 @@ fn copy_objects(scene: &mut Scene, from: &[u32]) -> Option<Vec<u32>> {
         let parent = from.iter().position(|s| *s == o.parent).map_or(0, |p| to[p]);
         match &mut data {
             ObjectVariant::Shape(s) => s.body = tatu_scene::ShapeBody(None),
-            ObjectVariant::Joint(j) => j.id = None,
+            ObjectVariant::Joint(j) => (j.id, j.callback_called) = (None, false),
             _ => {}
         }
         to[i] = scene.add(parent, &alias, scene.frame(parent).inverse() * world, data)?;

@@ -70,6 +70,8 @@ const RETAINED_PROPERTIES: &[Property] = &[
     Property::NOTES,
     Property::COLOR,
     Property::OPACITY,
+    Property::PART_COLORS,
+    Property::PART_OPACITIES,
     Property::MASS,
     Property::INERTIA,
 ];
@@ -94,6 +96,9 @@ fn carry_over_retained(initial: &mut Scene, scene: &Scene) -> Vec<((u64, Propert
             carry_over_custom_data(&mut then.notes, &now.notes);
             if let (ObjectVariant::Shape(then), ObjectVariant::Shape(now)) = (&mut then.data, &now.data) {
                 (then.color, then.opacity) = (now.color, now.opacity);
+                for (then, now) in then.parts.iter_mut().zip(&now.parts) {
+                    (then.color, then.opacity) = (now.color, now.opacity);
+                }
                 (then.mass, then.inertia) = (now.mass, now.inertia);
             }
         }
@@ -117,7 +122,7 @@ fn replace_scene(cell: &WorldCell, mut next: Scene) {
     for (slot, _) in scene.clone().slots() {
         match scene.get_mut(slot).map(|o| &mut o.data) {
             Some(ObjectVariant::Shape(s)) => s.body.0 = None,
-            Some(ObjectVariant::Joint(j)) => j.id = None,
+            Some(ObjectVariant::Joint(j)) => (j.id, j.callback_called) = (None, false),
             _ => {}
         }
     }

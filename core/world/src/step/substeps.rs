@@ -14,11 +14,11 @@ use std::collections::BTreeSet;
 
 use tatu_physics::{JointDrive, PairRule};
 use tatu_plugin_api::safe::Value;
-use tatu_scene::{ControlMode, Joint, JointType};
+use tatu_scene::{ControlMode, Joint, JointType, ObjectVariant};
 
 use super::engine_advance::{self, AdvanceResult};
 use crate::{
-    cell::{Callback, Phase, Scripts, WorldCell},
+    cell::{Callback, Scripts, WorldCell},
     scripts::map_entry,
 };
 
@@ -136,15 +136,15 @@ fn drive_joints(world: &WorldCell, part: SubStep) {
 
 /// Builds the argument of a script's joint callback.
 fn joint_payload(world: &WorldCell, slot: u32, part: SubStep) -> Option<Value> {
-    let scene = world.state.scene.borrow();
-    let j = scene.get(slot)?.joint()?;
+    let mut scene = world.state.scene.borrow_mut();
+    let Some(ObjectVariant::Joint(j)) = scene.get_mut(slot).map(|o| &mut o.data) else { return None };
+    let first = !std::mem::replace(&mut j.callback_called, true);
     let (low, high) = j.limits.unwrap_or((f64::NEG_INFINITY, f64::INFINITY));
     let mut way = j.target_position - j.position;
     if j.limits.is_none() && j.kind == JointType::Revolute {
         // Take the shorter way around.
         way = tatu_geometry::wrap_angle(way);
     }
-    let first = part.index == 0 && world.state.phase.get() == Phase::First;
     let mut map = part.entries();
     map.extend([
         // 5 is the value of this field for joints that physics moves.

@@ -236,7 +236,11 @@ return {
     -- The host's names of callback arguments, mapped to those of this API.
     arguments = {
         dyn = { step = "passCnt", steps = "totalPasses", after = "afterStep" },
-        joint = { step = "passCnt", steps = "totalPasses" },
+        -- The names of 4.4 and later, and those of `sysCall_jointCallback`.
+        joint = {
+            step = "passCnt", steps = "totalPasses", dt = { "dt", "dynStepSize" }, pos = { "pos", "currentPos" },
+            error = { "error", "errorValue" }, force = { "force", "maxForce" }, maxVel = { "maxVel", "velUpperLimit" },
+        },
         contact = { shape1 = "handle1", shape2 = "handle2" },
     },
     -- This API's names of callback results, mapped to those of the host.

@@ -1,18 +1,19 @@
 //! Names that an API gives to fields in the maps passed to and returned by callbacks.
 //!
 //! The host uses neutral field names. A prelude declares the corresponding names in its API, for example
-//! `arguments.dyn.step = "passCnt"` and `results.contact.ignoreContact = "ignore"`.
+//! `arguments.dyn.step = "passCnt"` and `results.contact.ignoreContact = "ignore"`. A list of names gives a field several
+//! names at once, for an API whose names changed: `arguments.joint.pos = {"pos", "currentPos"}`.
 
 use mlua_sys::*;
 
-use crate::stack::{bytes, push};
+use crate::stack::{bytes, push, read_strings};
 
 /// Renamed fields: callback, original name, new name.
 #[derive(Default)]
 pub(crate) struct FieldNames(Vec<(Vec<u8>, Vec<u8>, Vec<u8>)>);
 
 impl FieldNames {
-    /// Reads `{callback = {original = "new"}}` from the table on top.
+    /// Reads `{callback = {original = "new", other = {"new", "newer"}}}` from the table on top.
     ///
     /// # Safety
     /// Must run in protected mode, with a table on top.
@@ -24,8 +25,15 @@ impl FieldNames {
                 let callback = bytes(l, -2).to_vec();
                 lua_pushnil(l);
                 while lua_next(l, -2) != 0 {
-                    if lua_type(l, -2) == LUA_TSTRING && lua_type(l, -1) == LUA_TSTRING {
-                        self.0.push((callback.clone(), bytes(l, -2).to_vec(), bytes(l, -1).to_vec()));
+                    if lua_type(l, -2) == LUA_TSTRING {
+                        let original = bytes(l, -2).to_vec();
+                        let mut names = Vec::new();
+                        match lua_type(l, -1) {
+                            LUA_TSTRING => names.push(bytes(l, -1).to_vec()),
+                            LUA_TTABLE => read_strings(l, &mut names),
+                            _ => {}
+                        }
+                        self.0.extend(names.into_iter().map(|name| (callback.clone(), original.clone(), name)));
                     }
                     lua_pop(l, 1);
                 }
@@ -54,19 +62,18 @@ impl FieldNames {
         let copy = lua_gettop(l);
         lua_pushnil(l);
         while lua_next(l, at) != 0 {
-            let after = match lua_type(l, -2) {
-                LUA_TSTRING => {
-                    let name = bytes(l, -2);
-                    self.0.iter().find(|(of, before, _)| of == callback && before == name).map(|(_, _, after)| after)
-                }
-                _ => None,
-            };
-            match after {
-                Some(after) => push(l, after),
-                None => lua_pushvalue(l, -2),
+            let original = if lua_type(l, -2) == LUA_TSTRING { bytes(l, -2) } else { b"" };
+            let mut names = self.0.iter().filter(|(of, before, _)| of == callback && before == original).peekable();
+            if names.peek().is_none() {
+                lua_pushvalue(l, -2);
+                lua_pushvalue(l, -2);
+                lua_rawset(l, copy);
             }
-            lua_pushvalue(l, -2);
-            lua_rawset(l, copy);
+            for (_, _, name) in names {
+                push(l, name);
+                lua_pushvalue(l, -2);
+                lua_rawset(l, copy);
+            }
             lua_pop(l, 1);
         }
         lua_replace(l, at);
