@@ -1,6 +1,6 @@
 //! Tests of graphs and drawings: the recorded values and files equal closed forms of the motion.
 
-use crate::kit::*;
+use crate::{kit::*, scripts::lives::started};
 
 /// Parses a table of `--graphs` into column names and rows; an empty cell is NaN.
 pub fn table(text: &str) -> (Vec<String>, Vec<Vec<f64>>) {
@@ -200,4 +200,37 @@ fn views_are_counted_without_a_window() {
             is(simFloatingViewRemove(view), 0)
             is(simAdjustView(view, -1, 256), 1)
         end");
+}
+
+#[test]
+fn streams_that_a_customization_script_adds_remain_when_runs_start() {
+    let text = "function sysCall_init()
+            graph = sim.getObject('.')
+            own = sim.addGraphStream(graph, 'own', 'm', 0, {1, 0, 0})
+            assert(own == sim.addGraphStream(graph, 'own', 'm', 0, {1, 0, 0}), 'added again')
+            curve = sim.addGraphCurve(graph, 'way', 2, {own, own}, {0, 0}, 'm')
+        end
+        function sysCall_sensing()
+            sim.setGraphStreamValue(graph, own, sim.getSimulationTime())
+            if not once then once = sim.addGraphStream(graph, 'of the run') end
+        end";
+    let scene = format!(
+        "[[object]]\nkind = \"graph\"\nalias = \"G\"\nstreams = [{{ name = \"declared\" }}]\n\
+         script = {{ kind = \"customization\", dialect = \"4.6\", text = '''{text}''' }}\n"
+    );
+    let place = TestFolder::scene(&scene);
+    place.run(&["--steps", "3", "--graphs", "out"]).good();
+    let (heads, rows) = table(&place.read("out/G.csv"));
+    assert_eq!(heads, ["time [s]", "declared", "own [m]", "of the run", "way.x [m]", "way.y [m]"]);
+    let own: Vec<f64> = rows.iter().map(|r| r[2]).collect();
+    assert_eq!(own.len(), 3);
+    assert!(own.iter().enumerate().all(|(i, x)| (x - 0.05 * i as f64).abs() < 1e-9), "{own:?}");
+    // In the next run, the stream that was added during the first one is gone.
+    let (_place, world) = started(&scene);
+    world.step();
+    world.request_stop();
+    while world.step() {}
+    world.start();
+    world.step();
+    assert!(world.faults().is_empty(), "{:?}", world.faults());
 }

@@ -10,7 +10,7 @@ use crate::{
 };
 
 /// Loads a scene and starts its world.
-fn started(scene: &str) -> (TestFolder, World) {
+pub fn started(scene: &str) -> (TestFolder, World) {
     let place = TestFolder::scene(scene);
     let world = world(&place.path().join("scene.toml"), &registry());
     world.start();

@@ -4,7 +4,8 @@
 //! - [`Drawing`]: items in space, attached to an object or to the world.
 //!
 //! Figures have no effect on objects. Graphs are cleared when a run starts and retain their contents when it stops;
-//! drawings are removed when a run stops, unless they are persistent.
+//! streams and curves that a script added during a run are removed when the next one starts. Drawings are removed when
+//! a run stops, unless they are persistent.
 
 mod drawing;
 
@@ -29,20 +30,31 @@ pub struct Figures {
     /// Drawings, by id.
     pub drawings: BTreeMap<i64, Drawing>,
     last_drawing: i64,
+    /// Whether a run is in progress.
+    running: bool,
 }
 
 impl Figures {
-    /// Clears all graphs and recreates them from the scene, when a run starts.
+    /// Clears all graphs and recreates them from the scene, when a run starts, with the streams and curves that scripts
+    /// added before.
     pub fn begin(&mut self, scene: &Scene) {
-        self.graphs.clear();
+        self.running = true;
+        let before = std::mem::take(&mut self.graphs);
         for (slot, o) in scene.slots() {
             if let ObjectVariant::Graph(spec) = &o.data {
-                self.graphs.insert(scene.id(slot), Graph::new(spec, o.name()));
+                let id = scene.id(slot);
+                let graph = match before.get(&id) {
+                    Some(before) => Graph::restarted(spec, o.name(), before),
+                    None => Graph::new(spec, o.name()),
+                };
+                self.graphs.insert(id, graph);
             }
         }
     }
     /// Removes drawings that are not persistent, when a run has stopped.
     pub fn end(&mut self) {
+        self.running = false;
+        self.graphs.values_mut().for_each(|graph| graph.adds_lasting = true);
         self.drawings.retain(|_, d| d.persistent);
     }
     /// Returns the recorded data of an object, which must be a graph.
@@ -50,7 +62,12 @@ impl Figures {
         let slot = tatu_slot(object);
         match scene.get(slot).map(|o| (o, &o.data)) {
             Some((o, ObjectVariant::Graph(spec))) => {
-                Ok(self.graphs.entry(scene.id(slot)).or_insert_with(|| Graph::new(spec, o.name())))
+                let adds_lasting = !self.running;
+                Ok(self.graphs.entry(scene.id(slot)).or_insert_with(|| {
+                    let mut graph = Graph::new(spec, o.name());
+                    graph.adds_lasting = adds_lasting;
+                    graph
+                }))
             }
             _ => Err(Refusal(TATU_ERR_ARGUMENT, format!("object {slot} `{}` is not a graph", scene.path(slot)))),
         }

@@ -25,6 +25,8 @@ pub struct RecordedCurve {
     pub color: [f64; 3],
     /// Points of a static curve, which no longer change; `None` for other curves.
     pub points: Option<Vec<Vec<f64>>>,
+    /// Whether a script added the curve while no run was in progress: it remains when a run starts.
+    pub lasting: bool,
 }
 
 /// The recorded data of a graph object.
@@ -40,6 +42,8 @@ pub struct Graph {
     pub streams: Vec<RecordedStream>,
     /// Curves, in order of creation.
     pub curves: Vec<RecordedCurve>,
+    /// Whether streams and curves that are added now remain when a run starts.
+    pub adds_lasting: bool,
     last: i64,
 }
 
@@ -68,7 +72,30 @@ impl Graph {
     }
     fn blank(spec: &GraphSpec, name: String) -> Self {
         let (streams, curves) = (Vec::new(), Vec::new());
-        Graph { name, buffer: spec.buffer, times: VecDeque::new(), streams, curves, last: 0 }
+        Graph { name, buffer: spec.buffer, times: VecDeque::new(), streams, curves, adds_lasting: false, last: 0 }
+    }
+    /// Creates an empty graph from a description, with those streams and curves of `before` that remain when a run
+    /// starts. They keep their numbers.
+    pub fn restarted(spec: &GraphSpec, name: String, before: &Graph) -> Self {
+        let mut graph = Self::new(spec, name);
+        let known = |graph: &Graph, id: i64, name: &str| id <= graph.last || graph.find(name).is_some();
+        let (declared, mut last) = (graph.last, graph.last);
+        for s in before.streams.iter().filter(|s| s.lasting && s.id > declared) {
+            if !known(&graph, s.id, &s.spec.name) {
+                let mut stream = s.clone();
+                stream.clear();
+                graph.streams.push(stream);
+                last = last.max(s.id);
+            }
+        }
+        for c in before.curves.iter().filter(|c| c.lasting && c.id > declared) {
+            if !known(&graph, c.id, &c.spec.name) {
+                graph.curves.push(c.clone());
+                last = last.max(c.id);
+            }
+        }
+        graph.last = last;
+        graph
     }
     fn next_number(&mut self, name: &str) -> Result<i64, Refusal> {
         if self.streams.len() + self.curves.len() >= MAX_STREAMS_AND_CURVES {
@@ -83,14 +110,22 @@ impl Graph {
         self.last += 1;
         Ok(self.last)
     }
-    /// Adds a stream and returns its number, from 1.
+    /// Adds a stream and returns its number, from 1. A lasting stream with the same name is replaced, so that a script
+    /// that is started again can add its streams again.
     pub fn add_stream(&mut self, spec: StreamSpec) -> Result<i64, Refusal> {
+        if let Some(stream) = self.streams.iter_mut().find(|s| s.lasting && s.spec.name == spec.name) {
+            stream.color = spec.color.unwrap_or(stream.color);
+            stream.spec = spec;
+            return Ok(stream.id);
+        }
         let id = self.next_number(&spec.name)?;
         let color = spec::color(self.streams.len());
-        self.streams.push(RecordedStream::new(id, spec, color, self.times.len()));
+        let mut stream = RecordedStream::new(id, spec, color, self.times.len());
+        stream.lasting = self.adds_lasting;
+        self.streams.push(stream);
         Ok(id)
     }
-    /// Adds a curve and returns its number. The streams that the curve refers to must exist.
+    /// Adds a curve and returns its number, as [`add_stream`](Self::add_stream) does. The streams that the curve refers to must exist.
     pub fn add_curve(&mut self, spec: CurveSpec) -> Result<i64, Refusal> {
         for axis in &spec.axes {
             if let CurveAxis::Stream(name) = axis
@@ -100,9 +135,15 @@ impl Graph {
                 return Err(Refusal(TATU_ERR_ARGUMENT, text));
             }
         }
+        let lasting = self.adds_lasting;
+        if let Some(curve) = self.curves.iter_mut().find(|c| c.lasting && c.spec.name == spec.name) {
+            let color = spec.color.unwrap_or(curve.color);
+            *curve = RecordedCurve { id: curve.id, spec, color, points: None, lasting };
+            return Ok(curve.id);
+        }
         let id = self.next_number(&spec.name)?;
         let color = spec.color.unwrap_or(spec::color(self.curves.len()));
-        self.curves.push(RecordedCurve { id, spec, color, points: None });
+        self.curves.push(RecordedCurve { id, spec, color, points: None, lasting });
         Ok(id)
     }
     /// Adds a static copy of a curve in its current state, and returns the number of the copy. If `name` is empty, the
@@ -119,7 +160,8 @@ impl Graph {
         let id = self.next_number(&name)?;
         let color = spec::color(self.curves.len());
         let spec = CurveSpec { name, ..of.spec };
-        self.curves.push(RecordedCurve { id, spec, color, points: Some(points) });
+        let lasting = self.adds_lasting;
+        self.curves.push(RecordedCurve { id, spec, color, points: Some(points), lasting });
         Ok(id)
     }
     /// Removes a stream or a curve; returns whether it existed. Curves of a removed stream become static.

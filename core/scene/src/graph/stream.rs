@@ -17,6 +17,8 @@ pub struct RecordedStream {
     pub color: [f64; 3],
     /// One value for each time of the graph; NaN if it is missing.
     pub values: VecDeque<f64>,
+    /// Whether a script added the stream while no run was in progress: it remains when a run starts.
+    pub lasting: bool,
     /// The value that a script has set since the last sample, if any.
     pub given: Option<f64>,
     /// Time and untransformed value of the previous sample.
@@ -36,6 +38,7 @@ impl RecordedStream {
             color,
             spec,
             values: std::iter::repeat_n(f64::NAN, recorded).collect(),
+            lasting: false,
             given: None,
             before: None,
             sum: 0.0,
@@ -44,8 +47,8 @@ impl RecordedStream {
     }
     /// Discards all samples.
     pub fn clear(&mut self) {
-        let (spec, color) = (std::mem::take(&mut self.spec), self.color);
-        *self = RecordedStream { color, ..RecordedStream::new(self.id, spec, color, 0) };
+        let (spec, color, lasting) = (std::mem::take(&mut self.spec), self.color, self.lasting);
+        *self = RecordedStream { color, lasting, ..RecordedStream::new(self.id, spec, color, 0) };
     }
     /// Adds a sample; `number` is `None` if the value is missing.
     pub fn add_sample(&mut self, time: f64, number: Option<f64>) {
