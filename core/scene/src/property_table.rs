@@ -93,6 +93,7 @@ named! {
     MODEL_BASE "object.model_base", VISIBLE "object.visible", LAYER "object.layer", NOTES "object.data",
     PRIMITIVE "shape.primitive", SIZE "shape.size", MESH "shape.mesh", SURFACE "shape.surface", CONVEX "shape.convex",
     PARTS "shape.parts", TEXTURE "shape.texture", COLOR "shape.color", OPACITY "shape.opacity",
+    PART_COLORS "shape.part_colors", PART_OPACITIES "shape.part_opacities",
     MASS "shape.mass", INERTIA "shape.inertia",
     COM "shape.com", DYNAMIC "shape.dynamic", RESPONDABLE "shape.respondable",
     RESPONDABLE_MASK "shape.respondable_mask", DETECTABLE_MASK "shape.detectable_mask",

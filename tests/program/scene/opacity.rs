@@ -1,4 +1,5 @@
-//! Tests of translucent shapes: images of vision sensors, commands of both dialects, scene files, imported files.
+//! Tests of translucent shapes and of the colours of their parts: images of vision sensors, commands of both dialects,
+//! scene files, imported files.
 
 use crate::kit::*;
 
@@ -96,7 +97,7 @@ end",
 }
 
 /// Returns the scene that a file is converted to.
-fn converted(name: &str, bytes: &[u8]) -> String {
+pub fn converted(name: &str, bytes: &[u8]) -> String {
     let place = TestFolder::new();
     std::fs::write(place.path().join(name), bytes).unwrap();
     place.tatu(&["convert", name, "converted.toml"]).good();
@@ -126,37 +127,45 @@ fn opacity_of_urdf_files_is_imported() {
 }
 
 /// Appends a tag, the length, and the bytes of an element of a V-REP file.
-fn element(tag: &str, bytes: Vec<u8>) -> Vec<u8> {
+pub fn element(tag: &str, bytes: Vec<u8>) -> Vec<u8> {
     [tag.as_bytes(), &(bytes.len() as i32).to_le_bytes(), &bytes].concat()
 }
 
-fn singles(numbers: &[f32]) -> Vec<u8> {
+pub fn singles(numbers: &[f32]) -> Vec<u8> {
     numbers.iter().flat_map(|x| x.to_le_bytes()).collect()
 }
 
-/// Returns the part of a mesh with a colour: a tetrahedron whose first corner is at `x`.
+/// Returns the part of a mesh that is red: a tetrahedron whose first corner is at `x`.
 fn tetrahedron(x: f32, translucent: bool, factor: f32) -> Vec<u8> {
     let flags = if translucent { 0 } else { 4 };
-    let color = [
-        element("Cl3", singles(&[1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])),
-        element("Trf", singles(&[factor])),
-        element("Var", vec![flags]),
-        b"EOO".to_vec(),
-    ];
+    let color = [element("Trf", singles(&[factor])), element("Var", vec![flags])];
+    painted(x, &[[1.0, 0.0, 0.0], [0.0; 3], [0.0; 3], [0.0; 3]].concat(), color.concat())
+}
+
+/// Returns the same in any colour, whose other elements are `more`.
+fn painted(x: f32, color: &[f32], more: Vec<u8>) -> Vec<u8> {
+    let color = [element("Cl3", singles(color)), more, b"EOO".to_vec()];
     let indices: Vec<u8> = [0, 2, 1, 0, 1, 3, 1, 2, 3, 0, 3, 2_i32].iter().flat_map(|i| i.to_le_bytes()).collect();
     let corners = [x, 0.0, 0.0, x + 1.0, 0.0, 0.0, x, 1.0, 0.0, x, 0.0, 1.0];
     let leaf = [element("Cl0", color.concat()), element("Ver", singles(&corners)), element("Ind", indices)];
     [element("Mas", singles(&[1.0])), b"NXT".to_vec(), leaf.concat(), b"EOO".to_vec()].concat()
 }
 
-/// Returns a V-REP scene with one shape.
-fn ttt(root: Vec<u8>) -> Vec<u8> {
+/// Returns a V-REP scene of 4.1 with the given sections.
+pub fn vrep_file(sections: Vec<u8>) -> Vec<u8> {
     let mut head = vec![0; 1021];
     head[..4].copy_from_slice(b"VREP");
     head[4..8].copy_from_slice(&25_i32.to_le_bytes());
     head[8..12].copy_from_slice(&25_i32.to_le_bytes());
     head[21..23].copy_from_slice(&40_100_u16.to_le_bytes());
     head[28] = 1;
+    let sections = [sections, b"EOF".to_vec()].concat();
+    head[13..17].copy_from_slice(&(sections.len() as i32).to_le_bytes());
+    [head, sections].concat()
+}
+
+/// Returns a V-REP scene with one shape.
+fn ttt(root: Vec<u8>) -> Vec<u8> {
     let common = [
         element("Ids", [1_i32.to_le_bytes(), (-1_i32).to_le_bytes()].concat()),
         element("Nme", [5_i32.to_le_bytes().as_slice(), b"glass"].concat()),
@@ -164,9 +173,7 @@ fn ttt(root: Vec<u8>) -> Vec<u8> {
         b"NXT".to_vec(),
     ];
     let shape = [common.concat(), element("Ge2", [root, b"EOO".to_vec()].concat()), b"EOO".to_vec()].concat();
-    let sections = [element("SHP", shape), b"EOF".to_vec()].concat();
-    head[13..17].copy_from_slice(&(sections.len() as i32).to_le_bytes());
-    [head, sections].concat()
+    vrep_file(element("SHP", shape))
 }
 
 #[test]
@@ -182,4 +189,112 @@ fn translucent_colours_of_vrep_scenes_are_imported() {
     let text = converted("glass.ttt", &ttt(element("Gsg", compound)));
     assert!(text.contains("opacity = 0.25") && text.contains("opacity = 1"), "{text}");
     assert!(!text.contains("\nopacity"), "{text}");
+}
+
+/// Returns a part of a mesh with a named colour.
+fn named(x: f32, rgb: [f32; 3], name: &str) -> Vec<u8> {
+    let name = [(name.len() as i32).to_le_bytes().as_slice(), name.as_bytes()].concat();
+    painted(x, &[rgb, [0.0; 3], [0.0; 3], [0.0; 3]].concat(), [element("Var", vec![4]), element("Cnm", name)].concat())
+}
+
+fn compound(parts: &[Vec<u8>]) -> Vec<u8> {
+    let parts: Vec<u8> = parts.iter().flat_map(|part| element("Geo", part.clone())).collect();
+    element("Gsg", [element("Mas", singles(&[1.0])), parts, b"EOO".to_vec()].concat())
+}
+
+/// Converts a V-REP scene, adds a script, and runs it; returns what it prints.
+fn run_with_script(file: &[u8], script: &str, steps: &str) -> String {
+    let place = TestFolder::new();
+    std::fs::write(place.path().join("glass.ttt"), file).unwrap();
+    place.tatu(&["convert", "glass.ttt", "scene.toml"]).good();
+    let text = format!("{}\n{}", place.read("scene.toml"), watcher("painter", script));
+    place.write("scene.toml", &text);
+    let done = place.tatu(&["run", "scene.toml", "--steps", steps]).good();
+    format!("{}{}", done.out, done.err)
+}
+
+#[test]
+fn one_colour_of_a_vrep_shape_is_that_of_the_shape() {
+    let red = [1.0, 0.0, 0.0];
+    for root in [element("Gst", named(0.0, red, "")), compound(&[named(0.0, red, "A"), named(2.0, red, "B")])] {
+        let text = converted("glass.ttt", &ttt(root.clone()));
+        assert!(text.contains("\ncolor = [1.0, 0.0, 0.0]"), "{text}");
+        assert_eq!(text.matches("color = ").count(), 1, "{text}");
+        let out = run_with_script(
+            &ttt(root),
+            "function sysCall_init()
+                local sim = require 'sim'
+                local shape = sim.getObject('/glass')
+                local r, rgb = sim.getShapeColor(shape, nil, sim.colorcomponent_ambient_diffuse)
+                assert(r == 1 and rgb[1] == 1 and rgb[2] == 0)
+                sim.setShapeColor(shape, nil, sim.colorcomponent_ambient_diffuse, {0, 1, 0})
+                r, rgb = sim.getShapeColor(shape, nil, sim.colorcomponent_ambient_diffuse)
+                assert(rgb[1] == 0 and rgb[2] == 1)
+                print('painted')
+            end",
+            "1",
+        );
+        assert!(out.contains("painted"), "{out}");
+    }
+}
+
+#[test]
+fn parts_of_a_vrep_shape_are_painted_by_the_names_of_their_colours() {
+    let root = compound(&[
+        named(0.0, [1.0, 0.0, 0.0], "BODY"),
+        named(2.0, [0.0, 0.0, 1.0], "LAMP"),
+        named(4.0, [0.0, 0.0, 1.0], "LAMP"),
+    ]);
+    let text = converted("glass.ttt", &ttt(root.clone()));
+    assert!(!text.contains("\ncolor"), "{text}");
+    assert_eq!(text.matches("color = ").count(), 3, "{text}");
+    let out = run_with_script(
+        &ttt(root),
+        "function sysCall_init()
+            local sim = require 'sim'
+            local shape = sim.getObject('/glass')
+            local function is(name, r, g, b)
+                local _, c = sim.getShapeColor(shape, name, 0)
+                assert(c[1] == r and c[2] == g and c[3] == b, name)
+            end
+            is(nil, 1, 0, 0) is('LAMP', 0, 0, 1)
+            sim.setShapeColor(shape, 'LAMP', 0, {1, 1, 0})
+            is('BODY', 1, 0, 0) is('LAMP', 1, 1, 0)
+            sim.setShapeColor(shape, 'LAMP', sim.colorcomponent_transparency, {0.5})
+            local _, o = sim.getShapeColor(shape, 'LAMP', sim.colorcomponent_transparency)
+            assert(o[1] == 0.5)
+            _, o = sim.getShapeColor(shape, 'BODY', sim.colorcomponent_transparency)
+            assert(o[1] == 1)
+            local before = sim.changeEntityColor(shape, {0, 1, 0})
+            is('BODY', 0, 1, 0) is('LAMP', 0, 1, 0)
+            sim.restoreEntityColor(before)
+            is('BODY', 1, 0, 0) is('LAMP', 1, 1, 0)
+            sim.setShapeColor(shape, '@compound', 0, {0, 0, 0})
+            is('BODY', 0, 0, 0) is('LAMP', 0, 0, 0) is(nil, 0, 0, 0)
+            print('painted by name')
+        end",
+        "1",
+    );
+    assert!(out.contains("painted by name"), "{out}");
+}
+
+#[test]
+fn images_show_the_new_colour_of_a_compound_with_coloured_parts() {
+    let pane = "primitive = \"compound\"\nparts = [{ primitive = \"box\", size_m = [4, 4, 0.1], color = [1, 0, 0] }]";
+    let scene = SCENE
+        .replace("size_m = [4, 4, 0.1]", pane)
+        .replacen("color = [1, 0, 0]\n\n", "\n\n", 1)
+        .replace("DIALECT", "dialect = \"4.6\"");
+    let place = TestFolder::scene(&scene);
+    place.write(
+        "eye.lua",
+        "function sysCall_sensing()
+            local pixel = {sim.getVisionSensorImg(sim.getObject('/eye')):byte(1, 3)}
+            print(pixel[1] > 128 and 'red' or pixel[3] > 128 and 'blue' or 'else')
+            sim.setShapeColor(sim.getObject('/pane'), nil, 0, {0, 0, 1})
+        end",
+    );
+    let done = place.tatu(&["run", "scene.toml", "--steps", "2"]).good();
+    let shown = format!("{}{}", done.out, done.err);
+    assert!(shown.contains("red") && shown.contains("blue") && !shown.contains("else"), "{shown}");
 }

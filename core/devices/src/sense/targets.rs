@@ -56,10 +56,6 @@ pub struct TargetSet {
 struct TargetSource {
     slot: u32,
     pose: Isometry3<f64>,
-    /// The part's colour, if it differs from the shape's.
-    color: Option<[f64; 3]>,
-    /// The part's opacity, if it differs from the shape's.
-    opacity: Option<f64>,
 }
 
 impl Targets {
@@ -159,7 +155,7 @@ impl TargetSet {
             }
             self.first[slot as usize] = self.places.len() as u32 + 1;
             for part in visible_parts(shape) {
-                self.places.push(TargetSource { slot, pose: part.pose, color: part.color, opacity: part.opacity });
+                self.places.push(TargetSource { slot, pose: part.pose });
                 targets.push(BeamTarget {
                     object: scene.id(slot),
                     group: scene.model_of(slot),
@@ -177,10 +173,16 @@ impl TargetSet {
     /// Updates the colours of targets from the scene.
     fn update_colors(&mut self, scene: &Scene) {
         self.colored = scene.color_version;
+        // The parts of the last shape, and the index of the first of them.
+        let (mut parts, mut first, mut last) = (Vec::new(), 0, None);
         for (i, place) in self.places.iter().enumerate() {
             let Some(shape) = scene.get(place.slot).and_then(|o| o.shape()) else { continue };
-            let color = place.color.unwrap_or(shape.color).map(|x| x as f32);
-            let opacity = place.opacity.unwrap_or(shape.opacity) as f32;
+            if last != Some(place.slot) {
+                (parts, first, last) = (visible_parts(shape), i, Some(place.slot));
+            }
+            let own = parts.get(i - first);
+            let color = own.and_then(|p| p.color).unwrap_or(shape.color).map(|x| x as f32);
+            let opacity = own.and_then(|p| p.opacity).unwrap_or(shape.opacity) as f32;
             let target = &self.beams.targets()[i];
             if (target.color, target.opacity) != (color, opacity) {
                 self.beams.set_color(i, color, opacity);

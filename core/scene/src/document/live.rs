@@ -118,6 +118,8 @@ pub(super) fn changed_properties(
                 | Property::QUATERNION
                 | Property::ORIENTATION
                 | Property::SURFACE
+                | Property::PART_COLORS
+                | Property::PART_OPACITIES
                 | Property::CYCLIC,
                 _,
             ) => continue,

@@ -147,6 +147,47 @@ fn set_texture(s: &mut Shape, value: &Value) -> Result<bool, String> {
     Ok(true)
 }
 
+/// Returns the numbers of each part, which for a part without any are those of the shape; or no numbers if no part has
+/// any.
+fn part_values<const N: usize>(
+    s: &Shape,
+    own: impl Fn(&super::ShapePart) -> Option<[f64; N]>,
+    of_shape: [f64; N],
+) -> Value {
+    if s.parts.iter().all(|p| own(p).is_none()) {
+        return Value::Floats(Vec::new());
+    }
+    Value::Floats(s.parts.iter().flat_map(|p| own(p).unwrap_or(of_shape)).collect())
+}
+
+/// Sets the colours of all parts, or removes them if the list is empty.
+fn set_part_colors(s: &mut Shape, value: &Value) -> Result<bool, String> {
+    let numbers = numbers_of(value)?;
+    if !numbers.is_empty() && numbers.len() != 3 * s.parts.len() {
+        return Err(format!("expected 3 for each of the {} parts, or none; found {}", s.parts.len(), numbers.len()));
+    }
+    let mut changed = false;
+    for (i, part) in s.parts.iter_mut().enumerate() {
+        let new = numbers.get(i * 3..i * 3 + 3).map(|c| [c[0], c[1], c[2]]);
+        changed |= std::mem::replace(&mut part.color, new) != new;
+    }
+    Ok(changed)
+}
+
+/// Sets the opacities of all parts, or removes them if the list is empty.
+fn set_part_opacities(s: &mut Shape, value: &Value) -> Result<bool, String> {
+    let numbers = numbers_of(value)?;
+    if !numbers.is_empty() && numbers.len() != s.parts.len() {
+        return Err(format!("expected one for each of the {} parts, or none; found {}", s.parts.len(), numbers.len()));
+    }
+    let mut changed = false;
+    for (i, part) in s.parts.iter_mut().enumerate() {
+        let new = numbers.get(i).copied();
+        changed |= std::mem::replace(&mut part.opacity, new) != new;
+    }
+    Ok(changed)
+}
+
 fn set_inertia(s: &mut Shape, value: &Value) -> Result<bool, String> {
     s.inertia = Some(match *numbers_of(value)? {
         [x, y, z] => [x, 0.0, 0.0, 0.0, y, 0.0, 0.0, 0.0, z],
@@ -172,6 +213,8 @@ properties! { PROPERTIES: Shape, PropertyOwner::Kind(ObjectKind::Shape) =>
     "shape.texture" texture = none, Rebuild { get |s: &Shape| ShapeTexture::to_value(s.texture.as_ref()), set set_texture }: "Texture: image, mapping (plane, cylinder, sphere, box, mesh), size, position, orientation or quaternion, repeat, smooth, blend (modulate, decal, add); setting an empty table removes it.";
     "shape.color" numbers 3 from 0.0 to 1.0 = [0.7, 0.7, 0.7], Colour color: "Red, green and blue.";
     "shape.opacity" number from 0.0 to 1.0 = 1.0, Colour opacity: "Share of the light from behind that the surface blocks in pictures and colour images: 0 is invisible, 1 opaque; distances and detection do not depend on it.";
+    "shape.part_colors" numbers from 0.0 to 1.0 = none, Colour { get |s: &Shape| part_values(s, |p| p.color, s.color), set set_part_colors }: "Red, green and blue of each part of a compound; empty if all parts have the colour of the shape, and setting an empty list makes it so.";
+    "shape.part_opacities" numbers from 0.0 to 1.0 = none, Colour { get |s: &Shape| part_values(s, |p| p.opacity.map(|x| [x]), [s.opacity]), set set_part_opacities }: "Opacity of each part of a compound; empty if all parts have that of the shape, and setting an empty list makes it so.";
     "shape.mass" number in "kg" above 0.0, Rebuild { set |s: &mut Shape, v| { s.mass = numbers_of(v)?.first().copied(); Ok(true) } }: "Mass; default: 1000 kg/m^3 times the volume; of a mesh that is not closed, the volume of its convex hull.";
     "shape.inertia" numbers in "kg m^2", Rebuild { set set_inertia }: "Inertia about the centre of mass: 3 (xx yy zz) or 9 by rows; default: that of the form at uniform density about this point.";
     "shape.com" numbers 3 in "m", Rebuild { set |s: &mut Shape, v| s.com.insert(Vector3::zeros()).store(v) }: "Centre of mass in the shape's frame; default: that of the form at uniform density.";

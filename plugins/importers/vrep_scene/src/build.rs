@@ -149,9 +149,9 @@ fn object<'a>(
     if let Some(name) = c.name.as_ref().filter(own_suffix) {
         node.set("object.name", lower_suffix(name, tree.lowest_suffix).as_str())?;
     }
-    node.set("object.data", scripts::data(file, o, meant.contains(&c.id)))?;
+    let mut color_names = Vec::new();
     match &o.kind {
-        ObjectKind::Shape(s) => shape(builder, (file, tree), images, o, s, node, report)?,
+        ObjectKind::Shape(s) => color_names = shape(builder, (file, tree), images, o, s, node, report)?,
         ObjectKind::Joint(j) => dynamics::joint(file, tree, j, o, node, report)?,
         ObjectKind::Proximity(s) => sensors::proximity((file, tree), s, o, node, report)?,
         ObjectKind::Vision(s) => sensors::vision((file, tree), s, o, node, report)?,
@@ -163,6 +163,7 @@ fn object<'a>(
         ObjectKind::Dummy(d) => dynamics::link(tree, d, o, node, report)?,
         _ => report.add("without", format!("a {} is replaced by a dummy", o.kind_name()), o),
     }
+    node.set("object.data", scripts::data((file, tree), o, meant.contains(&c.id), &color_names))?;
     Ok(node)
 }
 
@@ -187,6 +188,7 @@ fn is_number(suffix: &str) -> bool {
 /// Bit of `MeshLeaf::bits` that is set if only the edges of the leaf's triangles are drawn.
 const WIRE_FRAME: u8 = 4;
 
+/// Sets the properties of a shape. Returns the names of the colours of its parts.
 fn shape<'a>(
     builder: &Builder<'a>,
     (file, tree): (&VrepFile, &ObjectTree<'_>),
@@ -195,11 +197,11 @@ fn shape<'a>(
     s: &Shape,
     node: Node<'a>,
     report: &mut ImportReport,
-) -> Result {
+) -> Result<Vec<String>> {
     let overrides = tree.overrides(o);
     let Some(root) = &s.root else {
         report.add("refused", "it has no mesh", o);
-        return node.set("shape.detectable", false).map(drop);
+        return node.set("shape.detectable", false).map(|_| Vec::new());
     };
     let dynamic = s.dynamic && !overrides.not_dynamic();
     let mut parts = Vec::new();
@@ -209,7 +211,7 @@ fn shape<'a>(
     if leaves.iter().any(|l| is_lines(l.leaf)) {
         report.add("without", "a part that is drawn as lines is invisible", o);
     }
-    // Scripts set the opacity of a whole shape, so only parts that differ have one of their own.
+    // Only parts that differ have a colour and an opacity of their own, so that those of the shape are not hidden.
     let opacity = |leaf: &MeshLeaf| leaf.color.opacity.unwrap_or(1.0);
     let visible = || leaves.iter().filter(|l| !is_lines(l.leaf));
     let common = visible().next().map_or(1.0, |l| opacity(l.leaf));
@@ -217,6 +219,12 @@ fn shape<'a>(
     if !mixed && common < 1.0 {
         node.set("shape.opacity", common)?;
     }
+    let color = visible().next().map(|l| l.leaf.color.diffuse);
+    let colorful = visible().any(|l| Some(l.leaf.color.diffuse) != color);
+    if let Some(color) = color.filter(|_| !colorful) {
+        node.set("shape.color", color)?;
+    }
+    let mut names: Vec<String> = Vec::new();
     for leaf in visible() {
         let surface = file.surface(leaf.leaf, s.shared.as_ref(), o.section.at);
         let surface = surface.map_err(|e| Fail::argument(e.to_string()))?;
@@ -229,7 +237,7 @@ fn shape<'a>(
             None => None,
         };
         let drawn = |mut part: Vec<(Value, Value)>| {
-            part.push((Value::text("color"), color.clone()));
+            part.extend(colorful.then(|| (Value::text("color"), color.clone())));
             part.extend(mixed.then(|| (Value::text("opacity"), Value::Float(opacity(leaf.leaf)))));
             part.extend(texture.clone().map(|t| (Value::text("texture"), t)));
             part
@@ -244,6 +252,7 @@ fn shape<'a>(
         };
         if let Some(form) = forms::declared_primitive(leaf.leaf, &surface).or_else(round) {
             parts.push(form_part(form));
+            names.resize(parts.len(), leaf.leaf.color.name.clone());
             continue;
         }
         let rolls = convex && dynamic && s.respondable;
@@ -257,6 +266,7 @@ fn shape<'a>(
         let surface = surface.moved(&leaf.frame);
         let number = builder.mesh(&surface.points, &surface.triangles)?;
         parts.push(drawn(map! { "primitive": "mesh", "mesh": number, "convex": convex }));
+        names.resize(parts.len(), leaf.leaf.color.name.clone());
     }
     if parts.is_empty() {
         report.add("refused", "its mesh has no triangles", o);
@@ -301,7 +311,7 @@ fn shape<'a>(
     if s.velocity.iter().all(|x| x.is_finite()) && s.velocity.iter().any(|x| *x != 0.0) {
         node.set("shape.initial_velocity", [a, b, c])?.set("shape.initial_angular_velocity", [d, e, f])?;
     }
-    Ok(())
+    Ok(names)
 }
 
 /// Returns the centre of mass, m, and the inertia tensor divided by the mass, m^2, along the axes of the shape.

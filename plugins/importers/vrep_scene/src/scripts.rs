@@ -7,6 +7,7 @@ use tatu_plugin_api::safe::{Builder, Node, Result, Value};
 
 use crate::{
     describe::PRIVATE_PREFIX,
+    dynamics::ObjectTree,
     read::{
         data::{CustomData, ScriptParameter},
         file::{FileObject, ObjectKind, VrepFile},
@@ -137,8 +138,9 @@ fn switched_off(file: &VrepFile) -> BTreeMap<i32, ()> {
     if bases.is_empty() { bases } else { file.objects.iter().filter(below).map(|o| (o.common.id, ())).collect() }
 }
 
-/// Returns the data to store with an object: custom data, parameters of its script, and properties that only V-REP has.
-pub fn data(file: &VrepFile, o: &FileObject, meant: bool) -> Value {
+/// Returns the data to store with an object: custom data, parameters of its script, and properties that only V-REP has,
+/// such as the names of the colours of a shape's parts.
+pub fn data((file, tree): (&VrepFile, &ObjectTree<'_>), o: &FileObject, meant: bool, color_names: &[String]) -> Value {
     let c = &o.common;
     let mut out = tagged(&c.data);
     let own: Vec<&ScriptParameter> = file
@@ -154,6 +156,15 @@ pub fn data(file: &VrepFile, o: &FileObject, meant: bool) -> Value {
         foreign
             .map(|s| (Value::text(format!("{PRIVATE_PREFIX}script {}", s.language())), Value::Bytes(s.text.clone()))),
     );
+    if color_names.iter().any(|name| !name.is_empty()) {
+        let lines = color_names.iter().map(|name| name.replace('\n', " ")).collect::<Vec<_>>().join("\n");
+        out.push((Value::text(format!("{PRIVATE_PREFIX}color names")), Value::text(lines)));
+    }
+    for (tag, handles) in &c.references {
+        // Handles are not known yet; relative paths are still right in a copy of the model.
+        let paths = handles.iter().map(|h| tree.path(c.id, *h).unwrap_or_default()).collect::<Vec<_>>().join("\n");
+        out.push((Value::text(format!("{PRIVATE_PREFIX}paths {tag}")), Value::text(paths)));
+    }
     let mut bits = |name: &str, value: i32| {
         out.push((Value::text(format!("{PRIVATE_PREFIX}{name}")), Value::text(value.to_string())))
     };

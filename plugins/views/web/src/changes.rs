@@ -120,6 +120,7 @@ impl ChangeDetector {
                 match turn.get(id, p.primitive).ok()?.as_bytes() {
                     Some(b"mesh") => all.value(turn, id, p.mesh),
                     Some(b"compound") => {
+                        [p.part_colors, p.part_opacities].iter().for_each(|prop| all.value(turn, id, *prop));
                         let parts = turn.get(id, p.parts).and_then(|v| v.to_value()).ok();
                         parts.map(|parts| json::write(&parts).to_string()).hash(&mut all.0);
                         work = WORK_COMPOUND;

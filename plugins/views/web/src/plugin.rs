@@ -30,6 +30,8 @@ props! {
     parts: "shape.parts",
     color: "shape.color",
     opacity: "shape.opacity",
+    part_colors: "shape.part_colors",
+    part_opacities: "shape.part_opacities",
     respondable: "shape.respondable",
     dynamic: "shape.dynamic",
     inertia: "shape.inertia",

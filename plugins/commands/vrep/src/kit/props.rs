@@ -31,6 +31,8 @@ props! {
     inertia: "shape.inertia",
     color: "shape.color",
     opacity: "shape.opacity",
+    part_colors: "shape.part_colors",
+    part_opacities: "shape.part_opacities",
     mass: "shape.mass",
     com: "shape.com",
     dynamic: "shape.dynamic",

@@ -1,15 +1,17 @@
 //! Commands on the colours of objects, the size of shapes, and string parameters of objects.
 
+use super::colors;
 use crate::kit::*;
 
 /// `sim.colorcomponent_transparency`.
 pub(super) const TRANSPARENCY: i64 = 4;
 
-/// Sets the opacity of a shape to the first number of argument 3; numbers beyond 0 and 1 have the same effect as these.
-pub(super) fn set_opacity(c: &Ctx<'_>, shape: tatu_object) -> Result {
+/// Sets the opacity of a shape, or of its parts with a name, to the first number of argument 3; numbers beyond 0 and 1
+/// have the same effect as these.
+pub(super) fn set_opacity(c: &Ctx<'_>, shape: tatu_object, name: Option<&str>) -> Result {
     let expected = || Fail::argument("argument 4: expected a table with the opacity, from 0 to 1");
     let given = element(c.arg(3), 0).filter(|x| x.is_finite()).ok_or_else(expected)?;
-    c.world().set_f64s(shape, c.plugin().p.opacity, &[given.clamp(0.0, 1.0)])
+    colors::opacity(c).set(c, shape, name, [given.clamp(0.0, 1.0)])
 }
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
@@ -18,8 +20,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         Cmd::new("sim.getObjectColor", |c| {
             let o = existing_object(c, 0)?;
             let own = match (o.kind, c.i64(2)?) {
-                (TATU_KIND_SHAPE, 0 | 1) => c.world().f64s::<3>(o.id, c.plugin().p.color)?,
-                (TATU_KIND_SHAPE, TRANSPARENCY) => [c.world().f64(o.id, c.plugin().p.opacity)?, 0.0, 0.0],
+                (TATU_KIND_SHAPE, 0 | 1) => colors::diffuse(c).get(c, o.id, None)?,
+                (TATU_KIND_SHAPE, TRANSPARENCY) => [colors::opacity(c).get(c, o.id, None)?[0], 0.0, 0.0],
                 _ => [0.0; 3],
             };
             c.ret(&own[..]);
@@ -38,14 +40,14 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             let can = o.kind == TATU_KIND_SHAPE;
             if component == TRANSPARENCY {
                 if can {
-                    set_opacity(c, o.id)?;
+                    set_opacity(c, o.id, None)?;
                 }
                 c.ret(can);
                 return Ok(());
             }
             let rgb = numbers::<3>(c, 3)?;
             if can && matches!(component, 0 | 1) {
-                c.world().set_f64s(o.id, c.plugin().p.color, &rgb.map(|x| x.clamp(0.0, 1.0)))?;
+                colors::diffuse(c).set(c, o.id, None, rgb.map(|x| x.clamp(0.0, 1.0)))?;
             }
             c.ret(can);
             Ok(())
@@ -60,17 +62,16 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     );
     offer.command(
         Cmd::new("sim.changeEntityColor", |c| {
-            let (w, p) = (c.world(), &c.plugin().p);
+            let (w, paint) = (c.world(), colors::diffuse(c));
             let rgb = numbers::<3>(c, 1)?.map(|x| x.clamp(0.0, 1.0));
             let mut before = Vec::new();
             for o in crate::lookup::entities::entity(c, 0)?.list(c)? {
                 if w.look(o)?.kind != TATU_KIND_SHAPE {
                     continue;
                 }
-                let old = w.f64s::<3>(o, p.color)?;
-                let entry = [("handle", Value::Int(handle(o))), ("data", Value::Floats(old.to_vec()))];
+                let entry = [("handle", Value::Int(handle(o))), ("data", Value::Floats(paint.all(c, o)?))];
                 before.push(Value::Map(entry.map(|(k, v)| (Value::text(k), v)).to_vec()));
-                w.set_f64s(o, p.color, &rgb)?;
+                paint.set(c, o, None, rgb)?;
             }
             c.ret(Value::List(before));
             Ok(())
@@ -83,11 +84,11 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     );
     offer.command(
         Cmd::new("sim.restoreEntityColor", |c| {
-            let p = &c.plugin().p;
+            let paint = colors::diffuse(c);
             for v in c.arg(0).list().unwrap_or_default() {
                 let id = v.get("handle").and_then(|h| h.as_object()).unwrap_or(0);
-                if let (Ok(o), Some(rgb)) = (c.world().look(id), v.get("data").and_then(|d| d.array::<3>())) {
-                    c.world().set_f64s(o.id, p.color, &rgb)?;
+                if let (Ok(o), Some(all)) = (c.world().look(id), v.get("data").and_then(|d| d.numbers())) {
+                    paint.restore(c, o.id, &all)?;
                 }
             }
             Ok(())

@@ -1,6 +1,9 @@
 //! Commands that create shapes and dummies, and access the mass, bounding box and colour of shapes.
 
-use super::appearance::{TRANSPARENCY, set_opacity};
+use super::{
+    appearance::{TRANSPARENCY, set_opacity},
+    colors,
+};
 use crate::kit::{algebra as al, *};
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
@@ -11,9 +14,10 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                 0 => ("box", "Cuboid"),
                 1 => ("sphere", "Sphere"),
                 2 => ("cylinder", "Cylinder"),
+                3 => ("cone", "Cone"),
                 n => {
                     return Err(Fail::unsupported(format!("there is no pure shape type {n}"))
-                        .help("use 0 (cuboid), 1 (sphere) or 2 (cylinder)"));
+                        .help("use 0 (cuboid), 1 (sphere), 2 (cylinder) or 3 (cone)"));
                 }
             };
             let shape = create_primitive(c, primitive, alias, numbers(c, 2)?)?;
@@ -25,7 +29,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             Ok(())
         })
         .old_name("simCreatePureShape", MINUS_ONE)
-        .param(Param::int("primitive").text("0: cuboid, 1: sphere, 2: cylinder"))
+        .param(Param::int("primitive").text("0: cuboid, 1: sphere, 2: cylinder, 3: cone"))
         .param(Param::int("options").text("8: respondable (collides), 16: static; other bits are ignored"))
         .param(table("sizes", "{x, y, z} full extents, m"))
         .param(Param::float("mass").unit("kg"))
@@ -38,13 +42,18 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         Cmd::new("sim.createPrimitiveShape", |c| {
             let (primitive, alias) = match c.i64(0)? {
                 1 => ("plane", "Plane"),
+                2 => ("disc", "Disc"),
                 3 => ("box", "Cuboid"),
                 4 => ("sphere", "Sphere"),
                 5 => ("cylinder", "Cylinder"),
+                6 => ("cone", "Cone"),
+                7 => ("heightfield", "Heightfield"),
                 8 => ("capsule", "Capsule"),
                 n => {
-                    return Err(Fail::unsupported(format!("there is no primitive shape type {n}"))
-                        .help("use 1 (plane), 3 (cuboid), 4 (spheroid), 5 (cylinder) or 8 (capsule)"));
+                    return Err(Fail::unsupported(format!("there is no primitive shape type {n}")).help(
+                        "use 1 (plane), 2 (disc), 3 (cuboid), 4 (spheroid), 5 (cylinder), 6 (cone), 7 (heightfield) or \
+                         8 (capsule)",
+                    ));
                 }
             };
             let shape = create_primitive(c, primitive, alias, numbers(c, 1)?)?;
@@ -118,9 +127,10 @@ fn property_commands(offer: &mut Offer<Vrep>) {
     offer.command(
         Cmd::new("sim.getShapeColor", |c| {
             let shape = colored(c)?.ok_or_else(|| Fail::missing("argument 1 does not identify an existing shape"))?;
+            let name = c.arg(1).as_str().map(|s| s.into_owned());
             let rgb = match component(c.i64(2)?)? {
-                ColorComponent::Diffuse => c.world().f64s::<3>(shape, c.plugin().p.color)?,
-                ColorComponent::Opacity => [c.world().f64(shape, c.plugin().p.opacity)?, 0.0, 0.0],
+                ColorComponent::Diffuse => colors::diffuse(c).get(c, shape, name.as_deref())?,
+                ColorComponent::Opacity => [colors::opacity(c).get(c, shape, name.as_deref())?[0], 0.0, 0.0],
                 ColorComponent::Stored(tag) => match tags::private(c, shape, &tag)? {
                     Some(data) => stored_rgb(&tables::unpack(&data)?),
                     None => [0.0; 3],
@@ -132,7 +142,9 @@ fn property_commands(offer: &mut Offer<Vrep>) {
         })
         .old_name("simGetShapeColor", MINUS_ONE)
         .param(Param::any("shape").text("a handle; models from before 3.1.4 may put `@backCompatibility1:` before it"))
-        .param(Param::any("colorName").optional().text("ignored: a shape has a single colour"))
+        .param(
+            Param::any("colorName").optional().text("name of a colour of an imported compound; nil: of all its parts"),
+        )
         .param(
             Param::int("component")
                 .text("sim.colorcomponent_...; specular, emission and auxiliary are stored, but not drawn"),
@@ -145,12 +157,13 @@ fn property_commands(offer: &mut Offer<Vrep>) {
     offer.command(
         Cmd::new("sim.setShapeColor", |c| {
             let Some(shape) = colored(c)? else { return finish_setter(c) };
+            let name = c.arg(1).as_str().map(|s| s.into_owned());
             match component(c.i64(2)?)? {
                 ColorComponent::Diffuse => {
                     let rgb: [f64; 3] = numbers(c, 3)?;
-                    c.world().set_f64s(shape, c.plugin().p.color, &rgb)?;
+                    colors::diffuse(c).set(c, shape, name.as_deref(), rgb)?;
                 }
-                ColorComponent::Opacity => set_opacity(c, shape)?,
+                ColorComponent::Opacity => set_opacity(c, shape, name.as_deref())?,
                 ColorComponent::Stored(tag) => {
                     let given: Vec<f64> = (0..3).map(|i| element(c.arg(3), i).unwrap_or(0.0)).collect();
                     tags::set_private(c, shape, &tag, Some(&tables::pack(&Value::Floats(given))?))?;
@@ -160,7 +173,9 @@ fn property_commands(offer: &mut Offer<Vrep>) {
         })
         .old_name("simSetShapeColor", MINUS_ONE)
         .param(Param::any("shape").text("a handle; models from before 3.1.4 may put `@backCompatibility1:` before it"))
-        .param(Param::any("colorName").optional().text("ignored: a shape has a single colour"))
+        .param(
+            Param::any("colorName").optional().text("name of a colour of an imported compound; nil: of all its parts"),
+        )
         .param(
             Param::int("component")
                 .text("sim.colorcomponent_...; specular, emission and auxiliary are stored, but not drawn"),
@@ -219,15 +234,46 @@ fn at_least_min_mass(mass: f64) -> f64 {
 }
 
 fn create_primitive(c: &Ctx<'_>, primitive: &str, alias: &str, size: [f64; 3]) -> Result<tatu_object> {
-    if size.iter().any(|x| *x <= 0.0) && primitive != "plane" {
+    let flat = matches!(primitive, "plane" | "disc" | "heightfield");
+    if size[..if flat { 2 } else { 3 }].iter().any(|x| *x <= 0.0) && primitive != "plane" {
         return Err(Fail::argument("all sizes must be greater than 0"));
     }
     let (w, p) = (c.world(), &c.plugin().p);
     let shape = w.create("shape", 0, alias)?;
-    let made = w.set(shape, p.primitive, &primitive.into()).and_then(|()| w.set_f64s(shape, p.size, &size));
+    let made = match outline(primitive, size) {
+        Some((points, places)) => {
+            let surface = Value::List(vec![Value::Floats(points), Value::Ints(places)]);
+            w.set(shape, p.surface, &surface).and_then(|()| w.set(shape, p.convex, &Value::Bool(!flat)))
+        }
+        None => w.set(shape, p.primitive, &primitive.into()).and_then(|()| w.set_f64s(shape, p.size, &size)),
+    };
     if let Err(e) = made {
         w.remove(&[shape])?;
         return Err(e);
     }
     Ok(shape)
+}
+
+/// Returns the points and triangles of a form that is not a primitive: a cone whose tip points up, or a flat disc or
+/// rectangle. Their frame is at the centre of their bounding box.
+fn outline(form: &str, [x, y, z]: [f64; 3]) -> Option<(Vec<f64>, Vec<i64>)> {
+    const SIDES: i64 = 32;
+    let (x, y, z) = (x / 2.0, y / 2.0, z / 2.0);
+    let ring = |height: f64| {
+        (0..SIDES).flat_map(move |i| {
+            let turn = std::f64::consts::TAU * i as f64 / SIDES as f64;
+            [x * libm::cos(turn), y * libm::sin(turn), height]
+        })
+    };
+    // The triangles between the ring and a point, seen from outside if the point is above.
+    let fan = |to: i64| (0..SIDES).flat_map(move |i| [i, (i + 1) % SIDES, to]);
+    Some(match form {
+        "disc" => (ring(0.0).chain([0.0; 3]).collect(), fan(SIDES).collect()),
+        "cone" => {
+            let below = (0..SIDES).flat_map(|i| [(i + 1) % SIDES, i, SIDES]);
+            (ring(-z).chain([0.0, 0.0, -z, 0.0, 0.0, z]).collect(), fan(SIDES + 1).chain(below).collect())
+        }
+        "heightfield" => (vec![-x, -y, 0.0, x, -y, 0.0, x, y, 0.0, -x, y, 0.0], vec![0, 1, 2, 0, 2, 3]),
+        _ => return None,
+    })
 }

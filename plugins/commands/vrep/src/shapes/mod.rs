@@ -1,6 +1,7 @@
 //! Commands on shapes, dummies and lights: their creation and appearance.
 
 mod appearance;
+mod colors;
 mod creation;
 mod lights;
 
