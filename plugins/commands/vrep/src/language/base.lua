@@ -90,4 +90,8 @@ if script.has("tostring") then
     function table.tostring(t, separator) return write(t, separator or ", ", {}) end
 end
 
+-- Tables of V-REP's own scripts, in which some public scripts store values.
+if script.has("_S") then _S = {} end
+if script.has("__HIDDEN__") then __HIDDEN__ = {} end
+
 return {}

@@ -15,6 +15,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         ("gcode", include_str!("../../modules/gcode.lua")),
         ("sim-1", "return sim"),
         ("sim-2", include_str!("../../modules/sim_2.lua")),
+        ("messagePack", include_str!("../../modules/message_pack.lua")),
         ("org.conman.cbor", include_str!("../../modules/cbor.lua")),
         ("models.model_with", include_str!("../../modules/model_with.lua")),
         ("graph_customization", graph),

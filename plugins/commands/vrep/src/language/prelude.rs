@@ -1,8 +1,9 @@
-//! Registers the two preludes that script languages run for scripts of this API.
+//! Registers the preludes that script languages run for scripts of this API.
 
 use crate::kit::*;
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.prelude("lua", "", include_str!("prelude.lua"));
     offer.prelude("lua", "", include_str!("base.lua"));
+    offer.prelude("lua", "", include_str!("matrix.lua"));
 }
