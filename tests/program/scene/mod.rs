@@ -19,5 +19,6 @@ mod removals;
 mod scene_errors;
 mod textures;
 mod urdf;
+mod vrep_joints;
 mod vrep_registered;
 mod vrep_scene;

@@ -169,7 +169,8 @@ pub fn joint(
         joint::SPHERICAL => "spherical",
         _ => "revolute",
     };
-    let dynamic = j.mode == 5 && !tree.overrides(o).not_dynamic();
+    let hybrid = is_hybrid(j);
+    let dynamic = (j.mode == 5 || hybrid) && !tree.overrides(o).not_dynamic();
     node.set("joint.type", kind)?.set("joint.mode", if dynamic { "dynamic" } else { "kinematic" })?;
     let sound = |x: f64| if x.is_finite() { x } else { 0.0 };
     if j.kind == joint::SPHERICAL {
@@ -187,11 +188,13 @@ pub fn joint(
     if j.pitch != 0.0 && j.pitch.is_finite() && j.kind == joint::REVOLUTE {
         node.set("joint.lead", j.pitch * std::f64::consts::TAU)?;
     }
-    let control = control(j);
+    let control = if hybrid && dynamic { "position" } else { control(j) };
+    // In hybrid operation, the joint's position is copied to its target before each step of physics.
+    let target = if hybrid { j.position } else { j.target_position };
     // `max_force` is not negative, because the reader has transferred its sign to the velocity.
     node.set("joint.position", sound(j.position))?
         .set("joint.target_velocity", sound(j.target_velocity))?
-        .set("joint.target_position", sound(j.target_position))?
+        .set("joint.target_position", sound(target))?
         .set("joint.max_force", sound(j.max_force))?
         .set("joint.control", control)?;
     // V-REP applies targets without smoothing.
@@ -227,6 +230,12 @@ pub fn joint(
         }
     }
     Ok(())
+}
+
+/// Returns whether inverse kinematics sets the joint's position, which its motor then follows in physics.
+fn is_hybrid(j: &Joint) -> bool {
+    const INVERSE_KINEMATICS: i32 = 2;
+    j.mode == INVERSE_KINEMATICS && j.motor & 64 != 0 && j.kind != joint::SPHERICAL
 }
 
 /// Returns the control mode. The newer field takes precedence. In the older fields, position control requires that the
