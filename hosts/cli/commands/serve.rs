@@ -32,7 +32,28 @@ use crate::{
 const INTERRUPTED_EXIT_CODE: i32 = 130;
 /// Name of the scene that is used if none was given.
 const EMPTY_SCENE_FILE: &str = "nothing.toml";
-const EMPTY_SCENE_TEXT: &str = "format = 1\n";
+/// The scene that is used if none was given: clients load models into it, which need a floor and a picture.
+const EMPTY_SCENE_TEXT: &str = "\
+format = 1
+
+[[object]]
+kind = \"shape\"
+alias = \"floor\"
+primitive = \"plane\"
+respondable = true
+detectable = true
+
+[[object]]
+kind = \"light\"
+alias = \"light\"
+position_m = [-2.0, -2.0, 5.0]
+
+[[object]]
+kind = \"camera\"
+alias = \"camera\"
+position_m = [2.0, -2.5, 1.6]
+quaternion = [-0.27701, 0.78968, 0.51656, -0.1812]
+";
 /// Longest wait without checking for input.
 const MAX_WAIT: Duration = Duration::from_millis(20);
 

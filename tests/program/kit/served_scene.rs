@@ -6,7 +6,7 @@ use std::{
     net::TcpStream,
     path::PathBuf,
     process::{Child, Command, Output, Stdio},
-    sync::Mutex,
+    sync::{Arc, Mutex},
     time::{Duration, Instant},
 };
 
@@ -17,6 +17,8 @@ pub struct ServedScene {
     process: Child,
     /// The port on which the service listens.
     pub port: u16,
+    /// What the program has written to standard error since it listens.
+    log: Arc<Mutex<String>>,
 }
 
 impl ServedScene {
@@ -24,11 +26,18 @@ impl ServedScene {
     pub fn new(service: &str, scene: &str) -> ServedScene {
         Self::with(service, scene, &[])
     }
-    /// Serves a scene, with additional command-line arguments.
+    /// Serves a scene, or if the name is empty no scene, with additional command-line arguments. Parameters may follow
+    /// the service: `jsonl:wait_for=1`.
     pub fn with(service: &str, scene: &str, more: &[&str]) -> ServedScene {
+        let (service, parameters) = service.split_once(':').unwrap_or((service, ""));
         let mut process = Command::new(env!("CARGO_BIN_EXE_tatu"))
             .current_dir(root())
-            .args(["serve", scene, "--service", &format!("{service}:port=0")])
+            .arg("serve")
+            .args(Some(scene).filter(|scene| !scene.is_empty()))
+            .args([
+                "--service",
+                &format!("{service}:port=0{}{parameters}", if parameters.is_empty() { "" } else { "," }),
+            ])
             .args(more)
             .env_remove("TATU_PLUGIN_PATH")
             .stdout(Stdio::null())
@@ -43,9 +52,21 @@ impl ServedScene {
                 break port.parse().unwrap();
             }
         };
+        let log = Arc::new(Mutex::new(String::new()));
+        let written = log.clone();
         // Reads the rest of standard error, because the program would block if the pipe were full.
-        std::thread::spawn(move || std::io::copy(&mut err, &mut std::io::sink()));
-        ServedScene { process, port }
+        std::thread::spawn(move || {
+            let mut line = String::new();
+            while err.read_line(&mut line).is_ok_and(|n| n > 0) {
+                written.lock().unwrap().push_str(&line);
+                line.clear();
+            }
+        });
+        ServedScene { process, port, log }
+    }
+    /// Returns what the program has written to standard error since it listens.
+    pub fn logged(&self) -> String {
+        self.log.lock().unwrap().clone()
     }
     /// Sends the program the signal of Ctrl-C, and returns whether it exits within 20 s.
     pub fn interrupt(&mut self) -> bool {

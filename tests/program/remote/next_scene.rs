@@ -101,3 +101,41 @@ fn a_start_right_after_another_scene_is_that_of_the_new_one() {
     client.ask(&json!({ "request": "stop" }));
     assert!(client.reaches_state("stopped"));
 }
+
+#[test]
+fn a_program_without_a_scene_has_a_floor_for_models_of_the_original_s_names() {
+    let place = TestFolder::new();
+    let served = ServedScene::with("jsonl", "", &["--files", &place.path().display().to_string()]);
+    let mut client = ServiceClient::new(&served);
+    for path in ["/floor", "/light", "/camera"] {
+        assert!(client.has(path), "{path}");
+    }
+    let call = |client: &mut ServiceClient, name: &str, args: Value| {
+        client.ask(&json!({ "id": 3, "call": name, "args": args }))
+    };
+    // The folder of models, and a path in it, as clients of the original write them.
+    let folder = call(&mut client, "sim.getStringParam", json!([133]));
+    let folder = folder["result"][0].as_str().unwrap_or_else(|| panic!("{folder}")).to_owned();
+    let robot = call(&mut client, "sim.loadModel", json!([format!("{folder}/robots/mobile/pioneer p3dx.ttm")]));
+    let robot = robot["result"][0].as_i64().unwrap_or_else(|| panic!("{robot}"));
+    let wrong = call(&mut client, "sim.loadModel", json!(["models/robots/mobile/KUKA YouBot.ttm"]));
+    assert!(wrong["error"].to_string().contains("`omni_platform`"), "{wrong}");
+    call(&mut client, "sim.startSimulation", json!([]));
+    let time =
+        |client: &mut ServiceClient| call(client, "sim.getSimulationTime", json!([]))["result"][0].as_f64().unwrap();
+    while time(&mut client) < 1.0 {}
+    let running = call(&mut client, "sim.closeScene", json!([]));
+    assert_eq!(running["result"][0], -1, "{running}");
+    let at = call(&mut client, "sim.getObjectPosition", json!([robot, -1]));
+    let height = at["result"][0][2].as_f64().unwrap_or_else(|| panic!("{at}"));
+    assert!(height > 0.1 && height < 0.2, "it stands on the floor: {at}");
+    call(&mut client, "sim.stopSimulation", json!([]));
+    assert!(client.reaches_state("stopped"));
+    let closed = call(&mut client, "sim.closeScene", json!([]));
+    assert_eq!(closed["result"][0], 1, "{closed}");
+    let gone = (0..400).any(|_| {
+        std::thread::sleep(Duration::from_millis(10));
+        !client.has("/Pioneer_p3dx")
+    });
+    assert!(gone && client.has("/floor"), "{}", served.logged());
+}

@@ -1,6 +1,6 @@
 //! Commands that copy and scale objects, and load and save models and scenes.
 
-use crate::{kit::*, lookup::sets};
+use crate::{kit::*, lookup::sets, model_paths};
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     let devices = "Copies of sensors, actuators and scripts start in their initial state.";
@@ -152,8 +152,21 @@ fn files(offer: &mut Offer<Vrep>) {
                     c.ret(handle(made));
                     return Ok(());
                 }
-                w.file(file.as_bytes(), TATU_FILE_READ)?;
-                return Err(Fail::missing(format!("there is no model file `{file}`")));
+                if let Some(own) = model_paths::same_model(&file)
+                    && is_model(c, own.as_bytes())?
+                {
+                    c.ret(handle(w.load(own.as_bytes(), 0)?));
+                    return Ok(());
+                }
+                let missing = match w.file(file.as_bytes(), TATU_FILE_READ) {
+                    Err(fail) => fail,
+                    Ok(_) => Fail::missing(format!("there is no model file `{file}`")),
+                };
+                return Err(match model_paths::nearest_model(&file) {
+                    Some(own) if file.to_ascii_lowercase().ends_with(".ttm") => missing
+                        .help(format!("the nearest of Tatu's own models is `{own}`; `tatu list models` lists all")),
+                    _ => missing,
+                });
             };
             c.ret(handle(w.load(&path, 0)?));
             Ok(())
@@ -163,7 +176,8 @@ fn files(offer: &mut Offer<Vrep>) {
         .returns(Param::int("model").text("handle of its base"))
         .text(
             "Loads a model: a scene file, a file that an importer reads, such as `.ttm` or `.urdf`, or the id of a \
-             model (`tatu list models`).",
+             model (`tatu list models`). If the file does not exist, the name of a model of V-REP's installation, such \
+             as `models/robots/mobile/pioneer p3dx.ttm`, selects the same model of Tatu.",
         )
         .partial("Loading a model from a buffer is not supported; options have no effect."),
     );
@@ -199,13 +213,18 @@ fn files(offer: &mut Offer<Vrep>) {
     }
     offer.command(
         both(["sim.closeScene", "simCloseScene"], MINUS_ONE, |c| {
-            c.ret(-1_i64);
+            if bool_of(c, 0, c.plugin().p.running)? {
+                c.ret(-1_i64);
+                return Ok(());
+            }
+            c.world().call_command("tatu.newScene", &[])?;
+            c.ret(1_i64);
             Ok(())
         })
         .param(Param::any("arguments").rest())
-        .returns(Param::int("result").text("-1"))
-        .text("Closes a scene; not supported during a run.")
-        .stub("a run has exactly one scene"),
+        .returns(Param::int("result").text("1: closed; -1: not while the simulation runs"))
+        .text("Closes the scene of `tatu serve` or `tatu open`, and opens a new one in its place: `tatu.newScene`.")
+        .example("assert(sim.closeScene() == -1)"),
     );
 }
 

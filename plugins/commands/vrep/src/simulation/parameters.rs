@@ -2,7 +2,11 @@
 //!
 //! Setting a read-only parameter to its current value is not an error.
 
-use crate::{kit::*, state::state};
+use crate::{
+    kit::*,
+    model_paths::{MODEL_FOLDER, SCENE_FOLDER},
+    state::state,
+};
 
 /// The parameters of one type: the name of the type, the names of the getter and setter, a parameter that the example
 /// uses, and the functions that read and set parameters.
@@ -242,6 +246,8 @@ fn get_string(c: &Ctx<'_>, n: i64) -> Result<Option<Value>> {
             let name = parts(&file()?).1;
             name.rsplit_once('.').map_or(name.clone(), |(stem, _)| stem.into())
         }
+        132 => SCENE_FOLDER.to_owned(),
+        133 => MODEL_FOLDER.to_owned(),
         // Paths of the program, its add-ons and temporary files, which do not exist here.
         0 | 1 | 11 | 12 | 16..=40 | 119..=140 => String::new(),
         _ => return Ok(None),

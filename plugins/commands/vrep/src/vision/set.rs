@@ -1,4 +1,4 @@
-//! Commands that set the image of a vision sensor, and create vision sensors.
+//! Commands that set the image of a vision sensor.
 
 use super::{
     handle::{current_result, process_image},
@@ -46,28 +46,6 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .returns(Param::int("result").text("1: something was detected in the image, 0: nothing"))
         .text("Replaces the image of a vision sensor; its scripts receive it as the sensor's own image."),
     );
-    offer.command(
-        both(["sim.createVisionSensor", "simCreateVisionSensor"], MINUS_ONE, |c| {
-            let made = c.world().create("dummy", 0, "visionSensor")?;
-            let ints: [f64; 2] = numbers(c, 1)?;
-            let floats: [f64; 2] = numbers(c, 2)?;
-            let keys = ["vision.columns", "vision.rows", "vision.near", "vision.far"];
-            for (key, x) in keys.into_iter().zip([ints[0], ints[1], floats[0], floats[1]]) {
-                tags::set_number(c, made, key, x)?;
-            }
-            c.ret(handle(made));
-            Ok(())
-        })
-        .param(Param::int("options"))
-        .param(table("integers", "{columns, rows, 0, 0}"))
-        .param(table("floats", "{near, far, angle or size, and eight more}"))
-        .param(Param::any("color").optional())
-        .returns(Param::int("sensor").text("a dummy that represents the sensor"))
-        .text("Creates a vision sensor.")
-        .partial(
-            "Only the scene can create sensors: the new one has the requested resolution and planes, but is blind.",
-        ),
-    );
 }
 
 fn set_image(command: Cmd) -> Cmd {
@@ -97,15 +75,39 @@ fn image(c: &Ctx<'_>, view: &VisionView) -> Result<Vec<u8>> {
     }
 }
 
-/// Converts an image with one or three bytes per pixel to three bytes per pixel.
+/// Converts an image to three bytes per pixel. It has one value per pixel if `grey` is set, otherwise three; the values
+/// are bytes, or packed floats from 0 to 1.
 fn bytes_to_rgb(bytes: &[u8], pixels: usize, grey: bool) -> Result<Vec<u8>> {
     let each = if grey { 1 } else { 3 };
-    if bytes.len() != each * pixels {
-        return Err(Fail::argument(format!(
-            "argument 2: an image of {pixels} pixels requires {} values, found {}",
-            each * pixels,
-            bytes.len()
-        )));
+    let triple = |values: Vec<u8>| match values.len() == pixels {
+        true => values.into_iter().flat_map(|x| [x; 3]).collect(),
+        false => values,
+    };
+    match bytes.len() {
+        n if n == each * pixels => Ok(triple(bytes.to_vec())),
+        n if n == 4 * each * pixels => {
+            let float = |b: &[u8]| f32::from_le_bytes([b[0], b[1], b[2], b[3]]).clamp(0.0, 1.0);
+            Ok(triple(bytes.chunks_exact(4).map(|b| (float(b) * 255.0).round() as u8).collect()))
+        }
+        n => Err(Fail::argument(format!(
+            "argument 2: an image of {pixels} pixels requires {} values, found {n}",
+            each * pixels
+        ))),
     }
-    Ok(if grey { bytes.iter().flat_map(|x| [*x; 3]).collect() } else { bytes.to_vec() })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::bytes_to_rgb;
+
+    #[test]
+    fn images_are_bytes_or_packed_floats_with_one_or_three_values_a_pixel() {
+        let rgb = vec![0, 51, 255, 10, 20, 30];
+        assert_eq!(bytes_to_rgb(&rgb, 2, false).unwrap(), rgb);
+        assert_eq!(bytes_to_rgb(&[7, 9], 2, true).unwrap(), [7, 7, 7, 9, 9, 9]);
+        let packed: Vec<u8> = [0.0_f32, 0.2, 1.0].iter().flat_map(|x| x.to_le_bytes()).collect();
+        assert_eq!(bytes_to_rgb(&packed, 1, false).unwrap(), [0, 51, 255]);
+        assert_eq!(bytes_to_rgb(&packed, 3, true).unwrap(), [0, 0, 0, 51, 51, 51, 255, 255, 255]);
+        assert!(bytes_to_rgb(&[1, 2], 2, false).is_err());
+    }
 }

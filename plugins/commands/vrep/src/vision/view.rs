@@ -6,10 +6,10 @@ use super::{
 };
 use crate::kit::*;
 
-/// Default number of columns and rows of a blind sensor's image.
-const DEFAULT_BLIND_SIDE: usize = 32;
-/// Maximum number of columns or rows of a blind sensor's image.
-const MAX_BLIND_SIDE: i64 = 4096;
+/// Number of columns and rows of a blind sensor's image.
+const BLIND_SIDE: usize = 32;
+/// Maximum number of columns or rows of a part of its image.
+const MAX_BLIND_SIDE: usize = 4096;
 
 /// The state of a vision sensor at a point in time.
 #[derive(Debug, Clone, Copy)]
@@ -59,24 +59,19 @@ impl VisionView {
                 blind: false,
             });
         }
-        let made = tags::number(c, id, "vision.columns")?;
         // In a run without a scene, a dummy or camera can replace a sensor. Shapes, joints and other sensors are
         // rejected, as in V-REP.
         let stands_in = matches!(o.kind, TATU_KIND_DUMMY | TATU_KIND_CAMERA) && c.world().makes_stand_ins();
-        if made.is_none() && !stands_in {
+        if !stands_in {
             return Err(Fail::argument(format!("object {} `{}` is not a vision sensor", o.handle(), path(c, id))));
         }
-        let side = |x: Option<f64>| x.map_or(DEFAULT_BLIND_SIDE, |x| x.clamp(1.0, MAX_BLIND_SIDE as f64) as usize);
         Ok(VisionView {
             id,
-            columns: side(made),
-            rows: side(tags::number(c, id, "vision.rows")?),
+            columns: BLIND_SIDE,
+            rows: BLIND_SIDE,
             sequence: 0,
             time: 0.0,
-            planes: [
-                tags::number(c, id, "vision.near")?.unwrap_or(DEFAULT_PLANES[0]),
-                tags::number(c, id, "vision.far")?.unwrap_or(DEFAULT_PLANES[1]),
-            ],
+            planes: DEFAULT_PLANES,
             blind: true,
         })
     }
@@ -106,7 +101,7 @@ impl VisionView {
         }
         let count = |n: i64| usize::try_from(n).ok();
         if let (Some(x), Some(y), Some(columns), Some(rows)) = (count(x), count(y), count(columns), count(rows)) {
-            if self.blind && x.max(y).max(columns).max(rows) <= MAX_BLIND_SIDE as usize {
+            if self.blind && x.max(y).max(columns).max(rows) <= MAX_BLIND_SIDE {
                 (self.columns, self.rows) = (self.columns.max(x + columns), self.rows.max(y + rows));
             }
             if x.saturating_add(columns) <= self.columns && y.saturating_add(rows) <= self.rows {
