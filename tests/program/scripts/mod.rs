@@ -27,5 +27,6 @@ mod stores;
 mod talk;
 mod threads;
 mod velocities;
+mod versions;
 mod windows;
 mod zmq;

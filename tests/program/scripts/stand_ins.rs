@@ -63,6 +63,30 @@ fn kinds_follow_from_the_calls() {
 }
 
 #[test]
+fn kinds_follow_from_the_numbers_of_parameters() {
+    let done = stand_ins(
+        "function sysCall_init()
+            motor, box = sim.getObjectHandle('motor'), sim.getObjectHandle('box')
+            eye, sonar = sim.getObjectHandle('eye'), sim.getObjectHandle('sonar')
+            graph = sim.getObjectHandle('graph')
+            sim.setObjectInt32Parameter(motor, 2000, 1)
+            sim.setObjectInt32Parameter(box, sim.shapeintparam_respondable, 1)
+            sim.getObjectFloatParameter(eye, sim.visionfloatparam_far_clipping)
+            sim.getObjectInt32Parameter(sonar, sim.proxintparam_volume_type)
+            stream = sim.addGraphStream(graph, 'x', 'm', 0, {1, 0, 0})
+         end
+         function sysCall_sensing() sim.setGraphStreamValue(graph, stream, 1) end",
+        &[],
+    );
+    assert_eq!(kinds(&done), Vec::<Value>::new(), "{done}");
+    for (name, kind) in
+        [("motor", "joint"), ("box", "shape"), ("eye", "sensor"), ("sonar", "sensor"), ("graph", "graph")]
+    {
+        assert_eq!(kind_of(&done, name), kind, "{name}");
+    }
+}
+
+#[test]
 fn old_names_are_made_and_names_asked_in_passing_are_not() {
     let done = stand_ins(
         "if (sim_call_type==sim_childscriptcall_initialization) then
@@ -293,9 +317,9 @@ fn the_kind_is_found_from_the_text_or_given() {
     let main = "function sysCall_actuation() sim.handleDynamics(sim.getSimulationTimeStep()) end";
     assert_eq!(kinds(&stand_ins(main, &[])), Vec::<Value>::new());
     assert_eq!(kinds(&stand_ins(main, &["--as", "child"])), ["unsupported"]);
-    // If a main script does not handle dynamics, time does not advance.
+    // Time advances also if a main script does not handle dynamics.
     let still = "function sysCall_actuation() end";
-    assert_eq!(stand_ins(still, &["--as", "main"])["sim_time_s"], 0.0);
+    assert_eq!(stand_ins(still, &["--as", "main"])["sim_time_s"], 1.0);
     assert_eq!(stand_ins(still, &[])["sim_time_s"], 1.0);
     let module = "local m = {}\nfunction m.twice(x) return 2 * x end\nreturn m";
     assert_eq!(kinds(&stand_ins(module, &[])), Vec::<Value>::new());

@@ -150,6 +150,20 @@ fn explicit(offer: &mut Offer<Vrep>) {
 /// recognised and reported as -1.
 fn references(offer: &mut Offer<Vrep>) {
     let key = |tag: &str| format!("handles {tag}");
+    // Imported files refer to objects by their paths.
+    let imported = |tag: &str| format!("paths {tag}");
+    let listed = move |c: &Ctx<'_>, id: tatu_object, tag: &str| -> Result<Vec<i64>> {
+        let w = c.world();
+        if let Some(kept) = tags::private(c, id, &key(tag))? {
+            let kept = String::from_utf8_lossy(&kept).into_owned();
+            let ids = kept.split(' ').filter_map(|t| t.parse::<u64>().ok());
+            return Ok(ids.map(|o| if o != 0 && w.look(o).is_ok() { handle(o) } else { -1 }).collect());
+        }
+        let Some(kept) = tags::private(c, id, &imported(tag))? else { return Ok(Vec::new()) };
+        let kept = String::from_utf8_lossy(&kept).into_owned();
+        let found = |path: &str| if path.is_empty() { None } else { w.find(id, path).ok() };
+        Ok(kept.split('\n').map(|path| found(path).map_or(-1, handle)).collect())
+    };
     let tag = |c: &Ctx<'_>, i: usize| if c.has(i) { c.text(i) } else { Ok(String::new()) };
     offer.command(
         both(["sim.setReferencedHandles", "simSetReferencedHandles"], MINUS_ONE, move |c| {
@@ -165,6 +179,7 @@ fn references(offer: &mut Offer<Vrep>) {
                 .collect();
             let text = ids.join(" ");
             tags::set_private(c, id, &key(&tag), (!text.is_empty()).then_some(text.as_bytes()))?;
+            tags::set_private(c, id, &imported(&tag), None)?;
             finish_setter(c)
         })
         .param(object("object"))
@@ -175,10 +190,7 @@ fn references(offer: &mut Offer<Vrep>) {
     offer.command(
         both(["sim.getReferencedHandles", "simGetReferencedHandles"], NIL, move |c| {
             let (id, tag) = (existing_object(c, 0)?.id, tag(c, 1)?);
-            let kept = tags::private(c, id, &key(&tag))?.unwrap_or_default();
-            let kept = String::from_utf8_lossy(&kept).into_owned();
-            let ids = kept.split(' ').filter_map(|t| t.parse::<u64>().ok());
-            let out: Vec<i64> = ids.map(|o| if o != 0 && c.world().look(o).is_ok() { handle(o) } else { -1 }).collect();
+            let out = listed(c, id, &tag)?;
             c.ret(&out[..]);
             Ok(())
         })
@@ -190,12 +202,8 @@ fn references(offer: &mut Offer<Vrep>) {
     offer.command(
         Cmd::new("sim.getReferencedHandle", move |c| {
             let (id, tag) = (existing_object(c, 0)?.id, tag(c, 1)?);
-            let kept = tags::private(c, id, &key(&tag))?.unwrap_or_default();
-            let kept = String::from_utf8_lossy(&kept).into_owned();
-            let first = kept.split(' ').next().and_then(|t| t.parse::<u64>().ok()).filter(|o| *o != 0);
-            let there = first.filter(|o| c.world().look(*o).is_ok());
-            let there = there.ok_or_else(|| Fail::missing(format!("no handle is stored under the tag `{tag}`")))?;
-            c.ret(handle(there));
+            let first = listed(c, id, &tag)?.first().copied().filter(|h| *h > 0);
+            c.ret(first.ok_or_else(|| Fail::missing(format!("no handle is stored under the tag `{tag}`")))?);
             Ok(())
         })
         .param(object("object"))
@@ -207,7 +215,8 @@ fn references(offer: &mut Offer<Vrep>) {
         Cmd::new("sim.getReferencedHandlesTags", |c| {
             let id = existing_object(c, 0)?.id;
             let tags = tags::all(c, id)?.into_iter();
-            let tags = tags.filter_map(|(k, _)| k.strip_prefix(b"\x01handles ").map(<[u8]>::to_vec));
+            let prefixes: [&[u8]; 2] = [b"\x01handles ", b"\x01paths "];
+            let tags = tags.filter_map(|(k, _)| prefixes.iter().find_map(|p| k.strip_prefix(*p)).map(<[u8]>::to_vec));
             let tags: Vec<Value> = tags.map(Value::Text).collect();
             c.ret(Value::List(tags));
             Ok(())

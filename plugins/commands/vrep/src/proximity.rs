@@ -2,7 +2,7 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-use crate::kit::*;
+use crate::{kit::*, lookup::entities};
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     let command = |names: CommandNames, run: fn(&mut Ctx<'_>) -> Result| both(names, MINUS_ONE, run);
@@ -37,13 +37,12 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.command(
         answers(command(["sim.checkProximitySensor", "simCheckProximitySensor"], |c| {
             let sensor = id(c, 0)?;
-            let only = if c.i64(1)? == HANDLE_ALL { 0 } else { existing_object(c, 1)?.id };
-            let sight = measure_now(c, sensor, only)?;
+            let sight = nearest_of(c, sensor, 1, |c, only| measure_now(c, sensor, only))?;
             return_detection(c, sight);
             Ok(())
         }))
         .param(object("sensor"))
-        .param(Param::int("entity").text("an object, or sim.handle_all"))
+        .param(Param::int("entity").text("an object, a collection, or sim.handle_all"))
         .text(
             "Checks whether a proximity sensor detects a given object, or any object; the result also becomes the \
              sensor's reading.",
@@ -53,15 +52,17 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.command(
         answers(command(["sim.checkProximitySensorEx", "simCheckProximitySensorEx"], |c| {
             let sensor = id(c, 0)?;
-            let only = if c.i64(1)? == HANDLE_ALL { 0 } else { existing_object(c, 1)?.id };
-            let wanted = search_options(only, c.i64(2)?, c.f64(3)?, c.f64(4)?)?;
-            c.world().look_through(sensor, wanted).map_err(|e| not_proximity(c, sensor, e))?;
-            let sight = last_detection(c, sensor)?;
+            let (mode, threshold, max_angle) = (c.i64(2)?, c.f64(3)?, c.f64(4)?);
+            let sight = nearest_of(c, sensor, 1, |c, only| {
+                let wanted = search_options(only, mode, threshold, max_angle)?;
+                c.world().look_through(sensor, wanted).map_err(|e| not_proximity(c, sensor, e))?;
+                last_detection(c, sensor)
+            })?;
             return_detection(c, sight);
             Ok(())
         }))
         .param(object("sensor"))
-        .param(Param::int("entity").text("an object, or sim.handle_all"))
+        .param(Param::int("entity").text("an object, a collection, or sim.handle_all"))
         .param(Param::int("mode").text(
             "a sum of: 1 front faces, 2 back faces, 4 any point suffices (the nearest is returned), 8 maxAngle \
              applies, 16 occluded points are ignored",
@@ -76,8 +77,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             "Checks whether a proximity sensor detects a given object, or any object, with the given faces, distance \
              and angle; the result also becomes the sensor's reading.",
         )
-        .example("result, distance = sim.checkProximitySensorEx(sonar, ball, 1 + 2, 0.5, 0)")
-        .partial("Collections are not supported."),
+        .example("result, distance = sim.checkProximitySensorEx(sonar, ball, 1 + 2, 0.5, 0)"),
     );
     offer.command(
         command(["sim.resetProximitySensor", "simResetProximitySensor"], |c| {
@@ -182,6 +182,36 @@ fn last_detection(c: &SharedCtx<'_>, sensor: tatu_object) -> Result<DetectionRes
 fn measure_now(c: &Ctx<'_>, sensor: tatu_object, only: tatu_object) -> Result<DetectionResult> {
     c.world().sense_now(sensor, only).map_err(|e| not_proximity(c, sensor, e))?;
     last_detection(c, sensor)
+}
+
+/// Measures the entity in argument `i`: everything, an object, or a collection, whose shapes are measured one by one.
+/// The sensor's reading is then that of the nearest one.
+fn nearest_of(
+    c: &Ctx<'_>,
+    sensor: tatu_object,
+    i: usize,
+    measure: impl Fn(&Ctx<'_>, tatu_object) -> Result<DetectionResult>,
+) -> Result<DetectionResult> {
+    let which = c.i64(i)?;
+    if which == HANDLE_ALL {
+        return measure(c, 0);
+    }
+    if !entities::is_collection(c, which)? {
+        return measure(c, existing_object(c, i)?.id);
+    }
+    let mut nearest: Option<(f64, tatu_object)> = None;
+    for only in entities::objects(c, which)? {
+        if c.world().look(only)?.kind != TATU_KIND_SHAPE {
+            continue;
+        }
+        if let DetectionResult::Detected { distance, .. } = measure(c, only)?
+            && nearest.is_none_or(|(d, _)| distance < d)
+        {
+            nearest = Some((distance, only));
+        }
+    }
+    // Nothing can be detected of the sensor itself.
+    measure(c, nearest.map_or(sensor, |(_, only)| only))
 }
 
 fn handle_now(c: &mut Ctx<'_>) -> Result {

@@ -55,11 +55,9 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             }
             // V-REP reads one item and ignores the remaining numbers. Scripts rely on this when they pass the result of
             // `sim.checkDistance`, which is a segment followed by its length.
-            if let Some(stride) = c.world().figure(0, drawing, false).ok().and_then(stride)
-                && items.len() > stride
-                && !items.len().is_multiple_of(stride)
-            {
-                items.truncate(stride);
+            let figure = c.world().figure(0, drawing, false).ok();
+            if let Some((stride, oriented)) = figure.and_then(|f| Some((stride(f)?, is_oriented(f)))) {
+                items = complete_items(items, stride, oriented);
             }
             let taken = c.world().put_figure(0, drawing, &items)?;
             c.ret(i64::from(items.is_empty() || taken > 0));
@@ -84,6 +82,36 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
 /// Returns the number of values per item of a drawing.
 fn stride(drawing: ValueRef<'_>) -> Option<usize> {
     drawing.get("stride")?.as_f64().map(|x| x as usize).filter(|n| *n > 0)
+}
+
+/// Returns whether the items of a drawing have a normal.
+fn is_oriented(drawing: ValueRef<'_>) -> bool {
+    let form = drawing.get("form").and_then(|f| f.as_str().map(|f| f.into_owned())).unwrap_or_default();
+    form.ends_with("_points") && form != "sphere_points"
+}
+
+/// Converts items to the layout of a drawing with `stride` values per item. Marks have a normal, which scripts leave
+/// out if the marks face the camera, or replace by a quaternion since V-REP 4.2. Of numbers that form no whole items,
+/// only the first item is used.
+fn complete_items(mut items: Vec<f64>, stride: usize, oriented: bool) -> Vec<f64> {
+    let whole = |n: usize| !items.is_empty() && items.len().is_multiple_of(n);
+    if oriented && !whole(stride) {
+        let normal = |rest: &[f64]| match *rest {
+            // The z axis of the quaternion x y z w.
+            [x, y, z, w, ..] => [2.0 * (x * z + w * y), 2.0 * (y * z - w * x), w * w + z * z - x * x - y * y],
+            _ => [0.0, 0.0, 1.0],
+        };
+        for (n, turned) in [(stride + 1, 4), (stride - 3, 0)] {
+            if whole(n) {
+                let item = |i: &[f64]| [&i[..3], &normal(&i[3..3 + turned])[..], &i[3 + turned..]].concat();
+                return items.chunks_exact(n).flat_map(item).collect();
+            }
+        }
+    }
+    if items.len() > stride && !whole(stride) {
+        items.truncate(stride);
+    }
+    items
 }
 
 fn keys_of(form: &str, more: Vec<(&str, Value)>) -> Value {
@@ -189,4 +217,26 @@ fn particles(offer: &mut Offer<Vrep>) {
             .text("Removes a container of particles.")
             .example("sim.removeParticleObject(dust)"),
     );
+}
+
+#[cfg(test)]
+mod tests {
+    use super::complete_items;
+
+    #[test]
+    fn marks_get_a_normal_from_a_quaternion_or_upwards() {
+        // Position, normal, colour, size.
+        let whole = vec![1.0, 2.0, 3.0, 0.0, 0.0, 1.0, 0.9, 0.8, 0.7, 0.05];
+        assert_eq!(complete_items(whole.clone(), 10, true), whole);
+        assert_eq!(complete_items(vec![1.0, 2.0, 3.0, 0.9, 0.8, 0.7, 0.05], 10, true), whole);
+        // A turn of half a circle about x points the normal down.
+        let turned = complete_items(vec![1.0, 2.0, 3.0, 1.0, 0.0, 0.0, 0.0, 0.9, 0.8, 0.7, 0.05], 10, true);
+        assert_eq!(turned, [1.0, 2.0, 3.0, 0.0, 0.0, -1.0, 0.9, 0.8, 0.7, 0.05]);
+    }
+
+    #[test]
+    fn numbers_behind_the_first_item_are_ignored() {
+        assert_eq!(complete_items(vec![0.0; 7], 6, false).len(), 6);
+        assert_eq!(complete_items(vec![0.0; 12], 6, false).len(), 12);
+    }
 }

@@ -49,12 +49,12 @@ fn family<T: ParameterValue>(
 ) {
     let id = || Param::int("parameter").text("a number from the tables of constants");
     let read = move |c: &Ctx<'_>| -> Result<Option<T>> {
-        let (o, n) = (existing_object(c, 0)?, c.i64(1)?);
-        get(c, o, n)
+        let n = c.i64(1)?;
+        get(c, owner(c, n)?, n)
     };
     let write = move |c: &Ctx<'_>| -> Result<bool> {
-        let (o, n, value) = (existing_object(c, 0)?, c.i64(1)?, T::read(c, 2)?);
-        set(c, o, n, value)
+        let (n, value) = (c.i64(1)?, T::read(c, 2)?);
+        set(c, owner(c, n)?, n, value)
     };
     offer.command(
         Cmd::new(names.get, move |c| {
@@ -84,7 +84,7 @@ fn family<T: ParameterValue>(
         .param(object("object"))
         .param(id())
         .param(value.clone())
-        .text("Sets a parameter of an object.")
+        .text("Sets a parameter of an object. Those of the texture, edges and shading of a shape are only stored.")
         .example(format!("{}(box, 3005, 1)", names.set)),
     );
     let getter = Cmd::new(names.get_before.0, move |c| {
@@ -123,6 +123,20 @@ fn family<T: ParameterValue>(
             .text("Sets a parameter of an object, if the object has such a parameter.")
             .example(format!("{}(box, 3005, 1)", names.set_before.0)),
     );
+}
+
+/// Returns the object in argument 0. In a run without a scene, the number of a parameter tells its kind.
+fn owner(c: &Ctx<'_>, n: i64) -> Result<Object> {
+    let o = existing_object(c, 0)?;
+    let (kind, key) = match n {
+        1000..=1999 => (TATU_KIND_SENSOR, "depth_image/1"),
+        2000..=2999 => (TATU_KIND_JOINT, "joint"),
+        3000..=3999 => (TATU_KIND_SHAPE, "shape"),
+        4000..=4999 => (TATU_KIND_SENSOR, "proximity/1"),
+        _ => return Ok(o),
+    };
+    let becomes = o.kind != kind && c.world().used_as(o.id, key);
+    if becomes { c.world().look(o.id) } else { Ok(o) }
 }
 
 /// The type of a parameter's value.
@@ -173,6 +187,8 @@ fn get_int(c: &Ctx<'_>, o: Object, n: i64) -> Result<Option<i64>> {
         (TATU_KIND_SHAPE, 3016) => i64::from(text_of(c, id, p.primitive)? == "compound"),
         (TATU_KIND_SHAPE, 3017) => yes(p.convex)?,
         (TATU_KIND_SHAPE, 3019) => int_of(c, id, p.respondable_mask)?,
+        (TATU_KIND_SHAPE, 3018) => yes(p.convex)?,
+        (TATU_KIND_SHAPE, 3014 | 3015 | 3024 | 3027) => tags::number(c, id, &look_tag(n))?.unwrap_or(0.0) as i64,
         (TATU_KIND_SENSOR, RENDERED_ENTITY | DETECTED_ENTITY) => targets::get(c, id)?,
         // Whether and how V-REP displays the sensor's volume.
         (TATU_KIND_SENSOR, 4000) => 0,
@@ -210,6 +226,7 @@ fn set_int(c: &Ctx<'_>, o: Object, n: i64, value: i64) -> Result<bool> {
         (TATU_KIND_SHAPE, 3003) => w.set(id, p.dynamic, &Value::Bool(value == 0))?,
         (TATU_KIND_SHAPE, 3004) => w.set(id, p.respondable, &yes)?,
         (TATU_KIND_SHAPE, 3019) => w.set(id, p.respondable_mask, &Value::Int(value))?,
+        (TATU_KIND_SHAPE, 3014 | 3015 | 3024 | 3027) => tags::set_number(c, id, &look_tag(n), value as f64)?,
         (TATU_KIND_SENSOR, RENDERED_ENTITY | DETECTED_ENTITY) => targets::set(c, id, value)?,
         (TATU_KIND_SENSOR, _) => return parameters::set_int(c, id, n, value),
         _ => return Ok(false),
@@ -238,6 +255,12 @@ fn control_after(now: &str, n: i64, value: i64) -> Option<&str> {
         (2039, 16) => "callback",
         _ => return None,
     })
+}
+
+/// Returns the tag under which a parameter of a shape's appearance is stored that has no effect: position and scale of
+/// its texture (3006 to 3013), culling, edges and shading.
+fn look_tag(n: i64) -> String {
+    format!("look {n}")
 }
 
 /// Size reported for objects without a size, m.
@@ -271,6 +294,10 @@ fn get_float(c: &Ctx<'_>, o: Object, n: i64) -> Result<Option<f64>> {
         (TATU_KIND_JOINT, 2034) => w.f64(id, p.joint_lead)? / std::f64::consts::TAU,
         (TATU_KIND_JOINT, 2042) => w.f64(id, p.joint_lead)?,
         (TATU_KIND_SHAPE, 3005) => w.f64(id, p.mass)?,
+        (TATU_KIND_SHAPE, 3006..=3013 | 3025 | 3026) => {
+            let usual = if matches!(n, 3012 | 3013) { 1.0 } else { 0.0 };
+            tags::number(c, id, &look_tag(n))?.unwrap_or(usual)
+        }
         (TATU_KIND_SENSOR, _) => return parameters::get_float(c, id, n),
         _ => return Ok(None),
     }))
@@ -293,6 +320,7 @@ fn set_float(c: &Ctx<'_>, o: Object, n: i64, value: f64) -> Result<bool> {
     let (id, p, w) = (o.id, &c.plugin().p, c.world());
     match (o.kind, n) {
         (TATU_KIND_SHAPE, 3005) => w.set_f64s(id, p.mass, &[value.max(1e-7)])?,
+        (TATU_KIND_SHAPE, 3006..=3013 | 3025 | 3026) => tags::set_number(c, id, &look_tag(n), value)?,
         (TATU_KIND_JOINT, 2002..=2004) => {
             let mut g = gains(c, id)?;
             g[(n - 2002) as usize] = value / engine_step(c)?;

@@ -29,6 +29,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             state(c)?.selection = ids;
             Ok(())
         })
+        .alias("sim.setObjectSelection")
         .param(Param::list("objects").text("handles"))
         .text("Selects the given objects and deselects all others."),
     );
