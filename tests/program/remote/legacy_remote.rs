@@ -3,7 +3,7 @@
 
 mod bytes;
 mod files;
-mod wire;
+pub mod wire;
 
 use std::{
     io::{BufRead, BufReader, Read, Write},

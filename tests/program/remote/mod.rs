@@ -8,4 +8,5 @@ mod next_scene;
 pub mod rosbridge;
 mod rosbridge_inertial;
 mod rosbridge_scripts;
+mod silence;
 pub mod zmq_remote;

@@ -117,17 +117,25 @@ pub(super) fn read(
     Ok(ServiceSpec { kind, params, place: Some(place) })
 }
 
-/// Applies the services of a command line: overrides parameters of those that the scene requests, and adds the others.
+/// Applies the services of a command line: overrides parameters of those that the scene requests, and adds the others. A
+/// service that is given again with another value of the same parameter, such as a port, is started once more.
 pub(super) fn apply(document: &mut Document, registry: &Registry, given: &[ServiceOverride]) -> Result {
+    let mut applied: Vec<(usize, Vec<(String, Value)>)> = Vec::new();
     for o in given {
         let kind = registry.service(&o.id, &document.settings.providers)?;
         let params =
             o.params.iter().map(|(key, item)| read_param(registry, kind, key, item)).collect::<Result<Vec<_>>>()?;
         let all = &mut document.services;
-        match all.iter_mut().find(|s| s.kind == kind) {
-            Some(known) => known.params.extend(params),
-            None => all.push(ServiceSpec { kind, params, place: None }),
+        let differs =
+            |before: &[(String, Value)]| params.iter().any(|(k, v)| before.iter().any(|(l, w)| k == l && v != w));
+        let is_other = |i: usize| applied.iter().any(|(at, before)| *at == i && differs(before));
+        let known = (0..all.len()).find(|i| all[*i].kind == kind && !is_other(*i));
+        let at = known.unwrap_or(all.len());
+        if known.is_none() {
+            all.push(ServiceSpec { kind, params: Vec::new(), place: None });
         }
+        all[at].params.extend(params.iter().cloned());
+        applied.push((at, params));
     }
     Ok(())
 }

@@ -12,7 +12,10 @@ use tatu_plugin_api::{
     safe::{Answer, Called, Fail, Host, Param, Params, Prop, Result, Service, Session, Turn, ValueRef},
 };
 
-use tatu_services_common::json;
+use tatu_services_common::{
+    hold_limit::{self, HoldLimit, HoldTimer},
+    json,
+};
 
 use crate::{
     clients::{LineConnection, LineListener},
@@ -39,6 +42,7 @@ pub struct JsonlService {
     greeted: Cell<i64>,
     /// Token for the next command that does not return immediately.
     next_token: Cell<u64>,
+    hold_limit: HoldLimit,
 }
 
 struct JsonlState {
@@ -56,6 +60,8 @@ struct LineClient {
     client: LineConnection,
     /// Whether steps require the permission of the client.
     stepping: bool,
+    /// Measures how long the client has held the world in silence.
+    hold: HoldTimer,
     /// Whether the client has sent a `stepping` message.
     greeted: bool,
     /// Whether the client receives events.
@@ -88,6 +94,7 @@ impl Service for JsonlService {
             Param::string("token")
                 .default("")
                 .text("token that each client must send first, as `{\"token\": \"...\"}`; empty: no token is required"),
+            HoldLimit::param(),
         ]
     }
 
@@ -102,6 +109,7 @@ impl Service for JsonlService {
             wait_for: params.i64("wait_for")?,
             greeted: Cell::new(0),
             next_token: Cell::new(1),
+            hold_limit: HoldLimit::read(params)?,
         })
     }
 
@@ -110,6 +118,7 @@ impl Service for JsonlService {
         let new = state.listener.take_new().into_iter().map(|client| LineClient {
             client,
             stepping: false,
+            hold: HoldTimer::default(),
             greeted: false,
             events: false,
             world: 0,
@@ -136,7 +145,13 @@ impl Service for JsonlService {
                 }
             }
             if guest.world == here {
-                hold |= self.serve(guest, &mut state.pending_commands, turn, step, worlds)?;
+                let holds = self.serve(guest, &mut state.pending_commands, turn, step, worlds)?;
+                let over = guest.hold.is_over(holds && turn.state() == TATU_RUNNING, self.hold_limit);
+                if over {
+                    guest.stepping = false;
+                    hold_limit::report(&self.session, Self::ID, guest.client.number, self.hold_limit);
+                }
+                hold |= holds && !over;
             }
         }
         state.remove_disconnected();
@@ -244,6 +259,7 @@ impl JsonlService {
         step: u64,
         worlds: usize,
     ) -> Result {
+        guest.hold.restart();
         let id = message.id;
         let done = |result: Json| json!({ "id": id, "result": result });
         let reply = match message.request {

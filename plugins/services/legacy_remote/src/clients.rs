@@ -3,6 +3,7 @@
 use std::{collections::BTreeMap, sync::Arc};
 
 use tatu_plugin_api::safe::{Fail, Result};
+use tatu_services_common::hold_limit::HoldTimer;
 
 use crate::{
     connections::AnswerQueue,
@@ -32,8 +33,16 @@ pub struct LegacyClient {
     pub synchronous: bool,
     /// The step until which the client has permitted steps; `None` if it has not permitted any.
     pub until: Option<u64>,
+    /// Whether the client has requested a start that has not taken effect yet.
+    pub starting: bool,
+    /// Number of steps that the client has permitted since it requested the start.
+    pub permitted_early: u64,
     /// Error messages that the client has not fetched, the oldest first.
     pub errors: Vec<String>,
+    /// Error messages that have been logged.
+    logged: Vec<String>,
+    /// Measures how long the client has held the world in silence.
+    pub hold: HoldTimer,
 }
 
 impl LegacyClient {
@@ -47,12 +56,53 @@ impl LegacyClient {
             parts: BTreeMap::new(),
             synchronous: false,
             until: None,
+            starting: false,
+            permitted_early: 0,
             errors: Vec::new(),
+            logged: Vec::new(),
+            hold: HoldTimer::default(),
         }
+    }
+    /// Updates the permission at the barrier before a step. Steps that were permitted between the request of a start and
+    /// the start count from the first one.
+    pub fn update_permission(&mut self, running: bool, step: u64) {
+        self.until = self.until.filter(|until| running && step < *until);
+        if running {
+            self.starting = false;
+            let early = std::mem::take(&mut self.permitted_early);
+            if early > 0 {
+                self.until = Some(self.until.unwrap_or(step) + early);
+            }
+        }
+    }
+    /// Permits another step. Returns whether the client may do so.
+    pub fn permit_step(&mut self, running: bool, step: u64) -> bool {
+        match (running, self.starting) {
+            _ if !self.synchronous => return false,
+            (true, _) => self.until = Some(self.until.unwrap_or(step) + 1),
+            (false, true) => self.permitted_early += 1,
+            (false, false) => return false,
+        }
+        true
+    }
+    /// Withdraws the permission, when the simulation has stopped.
+    pub fn withdraw_permission(&mut self) {
+        (self.until, self.starting, self.permitted_early) = (None, false, 0);
     }
     /// Returns whether the world must be held before this step until the client permits it.
     pub fn holds_world(&self, step: u64) -> bool {
         self.synchronous && self.until.is_none_or(|until| step >= until)
+    }
+    /// Returns whether an error message differs from all that have been logged for the client, of which the newest
+    /// `MAX_ERRORS` are remembered.
+    pub fn is_new_error(&mut self, text: &str) -> bool {
+        if self.logged.iter().any(|t| t == text) {
+            return false;
+        }
+        self.logged.push(text.to_owned());
+        let over = self.logged.len().saturating_sub(MAX_ERRORS);
+        self.logged.drain(..over);
+        true
     }
     /// Stores an error message.
     pub fn add_error(&mut self, text: String) {

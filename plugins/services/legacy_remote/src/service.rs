@@ -13,7 +13,10 @@ use tatu_plugin_api::{
     safe::{self, Fail, Host, Param, Params, Result, Service, Session, Turn, ValueRef},
 };
 
-use tatu_services_common::port::Port;
+use tatu_services_common::{
+    hold_limit::{self, HoldLimit},
+    port::Port,
+};
 
 use crate::{
     calls,
@@ -35,6 +38,9 @@ const START_SYNCHRONOUS: u16 = 1;
 const END_SYNCHRONOUS: u16 = 2;
 /// Number of the command that permits a step in synchronous operation.
 const TRIGGER_STEP: u16 = 3;
+/// Number of the command that starts, pauses or stops the simulation, and its subject for a start.
+const CHANGE_STATE: u16 = 0x1007;
+const START: [u8; 4] = [0; 4];
 /// Number of the command that returns and clears the client's errors.
 const FETCH_ERRORS: u16 = 4;
 /// Number of the command that announces the end of the connection.
@@ -48,6 +54,7 @@ const FILE_COMMANDS: std::ops::RangeInclusive<u16> = 0x3002..=0x3006;
 pub struct LegacyRemoteService {
     session: Session,
     state: RefCell<LegacyState>,
+    hold_limit: HoldLimit,
 }
 
 struct LegacyState {
@@ -80,6 +87,7 @@ impl Service for LegacyRemoteService {
             Param::int("port").range(0.0, 65535.0).default(DEFAULT_PORT).text(
                 "port on 127.0.0.1 to listen on; 0: any free port. Scripts may open further ports with `simRemoteApi.start`",
             ),
+            HoldLimit::param(),
         ]
     }
 
@@ -101,7 +109,7 @@ impl Service for LegacyRemoteService {
             listener,
             files: TransferredFiles::default(),
         };
-        Ok(LegacyRemoteService { session, state: RefCell::new(state) })
+        Ok(LegacyRemoteService { session, state: RefCell::new(state), hold_limit: HoldLimit::read(params)? })
     }
 
     fn barrier(&self, turn: &Turn<'_>, step: u64) -> Result<safe::Answer> {
@@ -124,8 +132,15 @@ impl Service for LegacyRemoteService {
         let running = turn.state() == TATU_RUNNING;
         for (number, client) in &mut state.clients {
             turn.client(*number);
-            client.until = client.until.filter(|until| running && step < *until);
-            serve(turn, client, &mut state.files, step, time);
+            client.update_permission(running, step);
+            if !client.pending.is_empty() {
+                client.hold.restart();
+            }
+            serve((turn, &self.session), client, &mut state.files, step, time);
+            if client.hold.is_over(running && client.holds_world(step), self.hold_limit) {
+                client.synchronous = false;
+                hold_limit::report(&self.session, Self::ID, *number, self.hold_limit);
+            }
         }
         let hold = running && state.clients.values().any(|c| c.holds_world(step));
         Ok(if hold { safe::Answer::Hold } else { safe::Answer::Go })
@@ -136,7 +151,7 @@ impl Service for LegacyRemoteService {
         let port = payload.get("port").and_then(|p| p.as_i64()).and_then(|p| u16::try_from(p).ok());
         match (name, port) {
             ("stopped", _) => {
-                state.clients.values_mut().for_each(|c| c.until = None);
+                state.clients.values_mut().for_each(LegacyClient::withdraw_permission);
                 state.script_ports.clear();
             }
             (OPEN_EVENT, Some(port))
@@ -193,10 +208,16 @@ impl LegacyState {
 }
 
 /// Executes the new and streamed commands of a client, and queues the answers.
-fn serve(turn: &Turn<'_>, client: &mut LegacyClient, files: &mut TransferredFiles, step: u64, time: f64) {
+fn serve(
+    (turn, session): (&Turn<'_>, &Session),
+    client: &mut LegacyClient,
+    files: &mut TransferredFiles,
+    step: u64,
+    time: f64,
+) {
     let mut answers: Vec<(CommandKey, Vec<u8>)> = Vec::new();
     for command in std::mem::take(&mut client.pending) {
-        let (code, of) = (command.code, command.subject.clone());
+        let (code, of, mode) = (command.code, command.subject.clone(), command.mode());
         let done = client.join_parts(command).and_then(|whole| match whole {
             Some(command) => execute_once(turn, client, files, &command, step).map(Some),
             // Parts of an incomplete command are answered, too, because the client waits for each answer before it
@@ -205,7 +226,12 @@ fn serve(turn: &Turn<'_>, client: &mut LegacyClient, files: &mut TransferredFile
         });
         if let Err(fail) = &done {
             let help = fail.help_text().map(|h| format!("; {h}")).unwrap_or_default();
-            client.add_error(format!("{:#06x}: {}{help}", code as u16, fail.text()));
+            let text = format!("{:#06x}: {}{help}", code as u16, fail.text());
+            // The client does not wait for the answer to such a command, so it would not learn of the error.
+            if matches!(mode, mode::ONESHOT | mode::ONESHOT_SPLIT) && client.is_new_error(&text) {
+                session.log(TATU_LOG_WARNING, &format!("legacy_remote: a command of a client failed: {text}"));
+            }
+            client.add_error(text);
         }
         let data = done.ok().flatten();
         answers.push(((code, of.clone()), message::answer(code, &of, data.as_deref(), time as i32)));
@@ -264,12 +290,12 @@ fn execute_once(
     }
     match command.number() {
         START_SYNCHRONOUS | END_SYNCHRONOUS => client.synchronous = command.number() == START_SYNCHRONOUS,
-        TRIGGER_STEP if !client.synchronous || turn.state() != TATU_RUNNING => {
+        TRIGGER_STEP if !client.permit_step(turn.state() == TATU_RUNNING, step) => {
             return Err(Fail::argument(
-                "a step can be triggered only in synchronous operation while the simulation is running",
+                "a step can be triggered only in synchronous operation while the simulation is running or starting",
             ));
         }
-        TRIGGER_STEP => client.until = Some(client.until.unwrap_or(step) + 1),
+        TRIGGER_STEP => {}
         FETCH_ERRORS => {
             let mut out = LittleEndianWriter::default();
             out.i32(client.errors.len() as i64);
@@ -281,6 +307,9 @@ fn execute_once(
         DISCONNECT => client.synchronous = false,
         raw => {
             let done = calls::call(turn, files, raw, &command.subject, &command.data)?;
+            if raw == CHANGE_STATE && command.subject.starts_with(&START) && turn.state() != TATU_RUNNING {
+                client.starting = true;
+            }
             if raw == GET_AND_CLEAR_SIGNAL {
                 client.streams.remove(&key);
             }

@@ -83,13 +83,10 @@ pub fn parse_request(message: &Json) -> Result<(Option<String>, BridgeRequest)> 
         "publish" => BridgeRequest::Publish { topic: text("topic")?, msg: any("msg") },
         "subscribe" => {
             let compression = or_empty("compression");
-            if compression == "cbor-raw" {
-                return Err(Fail::unsupported("`cbor-raw` is not supported: subscribe with `cbor` or `none`"));
-            }
             let wish = SubscriptionOptions {
                 id: id.clone(),
                 throttle_ms: message.get("throttle_rate").and_then(Json::as_f64).unwrap_or(0.0),
-                // Clients that request `png` also accept uncompressed messages.
+                // Clients that request `png` or `cbor-raw` also accept plain messages.
                 cbor: compression == "cbor",
                 fragment: message.get("fragment_size").and_then(Json::as_u64).unwrap_or(0) as usize,
             };
@@ -211,12 +208,13 @@ mod tests {
         let (id, ask) = asked(r#"{"op": "subscribe", "id": "a", "topic": "/t", "throttle_rate": 100}"#).unwrap();
         let BridgeRequest::Subscribe { options: wish, .. } = ask else { unreachable!() };
         assert_eq!((id.as_deref(), wish.throttle_ms, wish.cbor), (Some("a"), 100.0, false));
+        let (_, ask) = asked(r#"{"op": "subscribe", "topic": "/t", "compression": "cbor-raw"}"#).unwrap();
+        assert!(matches!(ask, BridgeRequest::Subscribe { options, .. } if !options.cbor), "plain messages are sent");
         for (text, told) in [
             (r#"{"topic": "/t"}"#, "`op`"),
             (r#"{"op": "dance"}"#, "`dance`"),
             (r#"{"op": "advertise", "topic": "/t"}"#, "`type`"),
             (r#"{"op": "service_response", "service": "/s"}"#, "`id`"),
-            (r#"{"op": "subscribe", "topic": "/t", "compression": "cbor-raw"}"#, "`cbor-raw`"),
         ] {
             assert!(asked(text).unwrap_err().text().contains(told), "{text}");
         }

@@ -5,6 +5,8 @@ use std::{
     sync::mpsc::Sender,
 };
 
+use tatu_services_common::hold_limit::{HoldLimit, HoldTimer};
+
 /// The channel for the answer to a request.
 pub type AnswerSender = Sender<Vec<u8>>;
 
@@ -23,9 +25,20 @@ pub struct ZmqClient {
     /// channel is `None` in the first version of the protocol, in which such requests are answered immediately.
     pub until: Vec<(u64, Option<AnswerSender>)>,
     connections: BTreeSet<u64>,
+    /// Measures how long the client has held the simulation in silence.
+    pub hold: HoldTimer,
 }
 
 impl ZmqClient {
+    /// Returns whether the client has held the simulation in silence for too long; if so, releases it.
+    pub fn release_if_silent(&mut self, running: bool, limit: HoldLimit) -> bool {
+        let holds = running && self.holds_simulation();
+        let over = self.hold.is_over(holds, limit);
+        if over {
+            self.release();
+        }
+        over
+    }
     /// Returns whether the client holds the simulation: by a lock, or because it has enabled stepping and has not
     /// requested a step.
     pub fn holds_simulation(&self) -> bool {

@@ -13,6 +13,8 @@ use tatu_plugin_api::{
     safe::{self, Called, Fail, Host, Param, Params, Result, Service, Session, Turn, Value, ValueRef},
 };
 
+use tatu_services_common::hold_limit::{self, HoldLimit};
+
 use crate::{
     catalogue,
     cbor::{self, RemoteRequest},
@@ -36,6 +38,7 @@ const DEFAULT_PORT: i64 = 23000;
 pub struct ZmqRemoteService {
     session: Session,
     state: RefCell<ZmqState>,
+    hold_limit: HoldLimit,
 }
 
 impl Service for ZmqRemoteService {
@@ -45,10 +48,13 @@ impl Service for ZmqRemoteService {
         "The ZeroMQ remote API: clients written for CoppeliaSim call commands, with or without stepping.";
 
     fn params() -> Vec<Param> {
-        vec![Param::int("port").range(0.0, 65534.0).default(DEFAULT_PORT).text(
-            "port on 127.0.0.1 to listen on; 0: any free port. The next port notifies clients that use the first \
+        vec![
+            Param::int("port").range(0.0, 65534.0).default(DEFAULT_PORT).text(
+                "port on 127.0.0.1 to listen on; 0: any free port. The next port notifies clients that use the first \
                  version of the protocol of steps",
-        )]
+            ),
+            HoldLimit::param(),
+        ]
     }
 
     fn start(_: &ZmqRemote, _: &Host, session: Session, params: &Params<'_>) -> Result<Self> {
@@ -80,7 +86,7 @@ impl Service for ZmqRemoteService {
             _listener: listener,
             counter,
         };
-        Ok(ZmqRemoteService { session, state: RefCell::new(state) })
+        Ok(ZmqRemoteService { session, state: RefCell::new(state), hold_limit: HoldLimit::read(params)? })
     }
 
     fn barrier(&self, turn: &Turn<'_>, step: u64) -> Result<safe::Answer> {
@@ -107,7 +113,13 @@ impl Service for ZmqRemoteService {
             self.session.wake();
         }
         state.finish_steps(turn, step);
-        let hold = turn.state() == TATU_RUNNING && state.clients.iter_mut().any(|c| c.holds_simulation());
+        let running = turn.state() == TATU_RUNNING;
+        for client in state.clients.iter_mut() {
+            if client.release_if_silent(running, self.hold_limit) {
+                hold_limit::report(&self.session, Self::ID, client.number, self.hold_limit);
+            }
+        }
+        let hold = running && state.clients.iter_mut().any(|c| c.holds_simulation());
         Ok(if hold { safe::Answer::Hold } else { safe::Answer::Go })
     }
 
@@ -178,7 +190,9 @@ impl ZmqRemoteService {
         let key = pending.key.clone();
         let (at, later) = {
             let state = &mut *self.state()?;
-            turn.client(state.clients.get_or_create(&key, connection).number);
+            let client = state.clients.get_or_create(&key, connection);
+            client.hold.restart();
+            turn.client(client.number);
             state.running.push(pending);
             (state.running.len() - 1, state.functions.take_deferred(&key))
         };

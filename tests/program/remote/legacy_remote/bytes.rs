@@ -1,7 +1,7 @@
 //! Tests with messages as raw bytes: those sent by the current library but not by the one in the PyPI package; and
 //! those of images, windows, collisions and distances, which both send.
 
-use super::wire::{PacketConnection, floats, floats_of, int_at, ints, near};
+use super::wire::{PacketConnection, floats, floats_of, int_at, ints, near, zero};
 use crate::{kit::served_scene::ServedScene, kit::*};
 
 /// A handle that does not refer to any object.
@@ -280,4 +280,58 @@ vrep.simxFinish(client)
 ";
     let told = super::client(&served, bindings, program).output().unwrap();
     assert!(crate::kit::served_scene::good(&told).contains("given"));
+}
+
+/// A scene whose script counts its steps in a signal.
+const COUNTING: &str = r#"
+[[object]]
+kind = "dummy"
+alias = "counter"
+script = { dialect = "3.6", text = """
+function sysCall_actuation() steps = (steps or 0) + 1 sim.setIntegerSignal('steps', steps) end
+function fails() local nothing = nil return nothing.here end
+""" }
+"#;
+
+#[test]
+fn triggers_in_the_same_breath_as_the_start_permit_the_first_steps() {
+    let place = TestFolder::scene(COUNTING);
+    let served = ServedScene::new("legacy_remote", place.path().join("scene.toml").to_str().unwrap());
+    let mut wire = PacketConnection::new(&served);
+    wire.done(0x0001, b"", b"");
+    // Before a start, a trigger is refused, and does not count.
+    wire.bad(0x0003, b"", b"");
+    assert_eq!(wire.together(&[(0x1007, ints(&[0])), (0x0003, vec![])]), [0, 0]);
+    let begin = std::time::Instant::now();
+    let steps = |wire: &mut PacketConnection| {
+        let states = wire.together(&[(0x3011, zero("steps"))]);
+        if states == [0] { int_at(&wire.good(0x3011, &zero("steps"), b""), 0) } else { 0 }
+    };
+    while steps(&mut wire) < 1 && begin.elapsed().as_secs() < 20 {}
+    std::thread::sleep(std::time::Duration::from_millis(200));
+    assert_eq!(steps(&mut wire), 1, "a trigger permits one step");
+    wire.done(0x0003, b"", b"");
+    while steps(&mut wire) < 2 && begin.elapsed().as_secs() < 20 {}
+    assert_eq!(steps(&mut wire), 2);
+}
+
+#[test]
+fn errors_of_commands_without_an_answer_are_logged_once() {
+    let place = TestFolder::scene(COUNTING);
+    let served = ServedScene::new("legacy_remote", place.path().join("scene.toml").to_str().unwrap());
+    let mut wire = PacketConnection::new(&served);
+    wire.done(0x1007, &ints(&[0]), b"");
+    // The script has run, so that its functions exist.
+    let begin = std::time::Instant::now();
+    while wire.together(&[(0x3011, zero("steps"))]) != [0] && begin.elapsed().as_secs() < 20 {}
+    let of = [ints(&[1]), zero("counter"), zero("fails")].concat();
+    for _ in 0..3 {
+        wire.send(0x3401, &of, &ints(&[0, 0, 0, 0]));
+    }
+    while !served.logged().contains("0x3401") && begin.elapsed().as_secs() < 20 {
+        std::thread::sleep(std::time::Duration::from_millis(20));
+    }
+    std::thread::sleep(std::time::Duration::from_millis(200));
+    let log = served.logged();
+    assert_eq!(log.matches("a command of a client failed: 0x3401").count(), 1, "{log}");
 }

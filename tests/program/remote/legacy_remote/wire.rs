@@ -89,17 +89,27 @@ impl PacketConnection {
         answer
     }
 
-    /// Runs a command in a mode, and returns the status and the data of its answer.
-    fn ask(&mut self, mode: u32, raw: u16, of: &[u8], data: &[u8]) -> (u8, Vec<u8>) {
-        let code = (mode << 16 | u32::from(raw)) as i32;
-        let size = (26 + of.len() + data.len()) as i32;
-        let mut command = ints(&[size, size]);
-        command.extend((of.len() as u16).to_le_bytes());
-        command.extend(ints(&[0, code]));
-        // The delay is 0. The remaining fields are ignored, except for the status.
-        command.extend([0, 0, 0xAB, 0xAB, 0xAB, 0xAB, 0, 0xAB]);
-        command.extend([of, data].concat());
-        let mut answer = self.message(&command);
+    /// Runs commands without data that arrive in one message, and returns the status of each.
+    pub fn together(&mut self, commands: &[(u16, Vec<u8>)]) -> Vec<u8> {
+        let all: Vec<u8> = commands.iter().flat_map(|(raw, of)| encoded(BLOCKING, *raw, of, b"")).collect();
+        let answer = self.answer(&all);
+        let (mut at, mut states) = (18, Vec::new());
+        while at < answer.len() {
+            states.push(answer[at + 24]);
+            at += int_at(&answer, at) as usize;
+        }
+        states
+    }
+
+    /// Sends a command without waiting for an answer to it.
+    pub fn send(&mut self, raw: u16, of: &[u8], data: &[u8]) {
+        const ONESHOT: u32 = 0;
+        self.message(&encoded(ONESHOT, raw, of, data));
+    }
+
+    /// Sends a message with encoded commands, and returns the answer that contains theirs.
+    fn answer(&mut self, commands: &[u8]) -> Vec<u8> {
+        let mut answer = self.message(commands);
         let id = self.sent - 1;
         for _ in 0..30_000 {
             if answer.len() > 18 {
@@ -111,6 +121,13 @@ impl PacketConnection {
             answer = self.message(&[]);
         }
         assert_eq!(int_at(&answer, 3), id, "the answer has another message id");
+        answer
+    }
+
+    /// Runs a command in a mode, and returns the status and the data of its answer.
+    fn ask(&mut self, mode: u32, raw: u16, of: &[u8], data: &[u8]) -> (u8, Vec<u8>) {
+        let code = (mode << 16 | u32::from(raw)) as i32;
+        let answer = self.answer(&encoded(mode, raw, of, data));
         let found = &answer[18..];
         assert_eq!((int_at(found, 0), int_at(found, 4)), (found.len() as i32, found.len() as i32));
         assert_eq!(usize::from(u16::from_le_bytes([found[8], found[9]])), of.len());
@@ -161,6 +178,20 @@ impl PacketConnection {
     }
 }
 
-fn zero(text: &str) -> Vec<u8> {
+/// Encodes a command.
+fn encoded(mode: u32, raw: u16, of: &[u8], data: &[u8]) -> Vec<u8> {
+    let code = (mode << 16 | u32::from(raw)) as i32;
+    let size = (26 + of.len() + data.len()) as i32;
+    let mut command = ints(&[size, size]);
+    command.extend((of.len() as u16).to_le_bytes());
+    command.extend(ints(&[0, code]));
+    // The delay is 0. The remaining fields are ignored, except for the status.
+    command.extend([0, 0, 0xAB, 0xAB, 0xAB, 0xAB, 0, 0xAB]);
+    command.extend([of, data].concat());
+    command
+}
+
+/// Encodes a zero-terminated text.
+pub fn zero(text: &str) -> Vec<u8> {
     [text.as_bytes(), &[0]].concat()
 }
