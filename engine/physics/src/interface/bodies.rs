@@ -54,7 +54,8 @@ pub struct BodyDesc {
     pub angular_velocity: Vector3<f64>,
     /// Collision forms, in the body's frame; may be empty.
     pub parts: Vec<SolidPart>,
-    /// Coulomb friction coefficient. [`EngineSettings::friction_rule`](crate::EngineSettings::friction_rule) combines the coefficients of a pair.
+    /// Coulomb friction coefficient. [`EngineSettings::friction_rule`](crate::EngineSettings::friction_rule) combines
+    /// the coefficients of a pair.
     pub friction: f64,
     /// Coefficient of restitution, from 0 (no bounce) to 1 (a bounce to the same height). The restitution of a pair is
     /// the product of both coefficients, as in Bullet.

@@ -43,7 +43,8 @@ pub struct JointDesc {
     pub form: JointForm,
     /// Passive forces of the joint.
     pub passive: PassiveForces,
-    /// Whether [`Engine::set_gears`](crate::Engine::set_gears) may couple the joint to another one, as follower or leader.
+    /// Whether [`Engine::set_gears`](crate::Engine::set_gears) may couple the joint to another one, as follower or
+    /// leader.
     pub geared: bool,
 }
 

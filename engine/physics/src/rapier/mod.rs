@@ -10,8 +10,8 @@
 //!
 //! `step` shows a physics step on one page. The state has one part for each subject, and the functions of a part are in
 //! its folder: `bodies`, `contacts`, and `joints` with its three forms. `state` declares it as a whole, and saves and
-//! restores it; `assembly` adds, removes and moves what belongs to several parts; `engine` implements the trait. `tuning`
-//! defines the parameters of the solver, and `motors` the motors of rapier's joints.
+//! restores it; `assembly` adds, removes and moves what belongs to several parts; `engine` implements the trait.
+//! `tuning` defines the parameters of the solver, and `motors` the motors of rapier's joints.
 
 mod assembly;
 mod bodies;

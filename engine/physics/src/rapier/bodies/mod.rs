@@ -1,9 +1,9 @@
 //! Rigid bodies: rapier's world with what it lacks about each body.
 //!
-//! `table` declares [`Bodies`], and `record` the data that it contains. `create` adds bodies and prepares them for joints,
-//! `shapes` is a cache of their shapes, `placing` sets and reads poses, `velocity` computes velocities, `forces` applies
-//! forces, `spin` integrates gyroscopic motion, `sleep` decides which bodies can sleep, `handover` passes bodies to trees
-//! and back, and `substeps` chooses the number of sub-steps.
+//! `table` declares [`Bodies`], and `record` the data that it contains. `create` adds bodies and prepares them for
+//! joints, `shapes` is a cache of their shapes, `placing` sets and reads poses, `velocity` computes velocities,
+//! `forces` applies forces, `spin` integrates gyroscopic motion, `sleep` decides which bodies can sleep, `handover`
+//! passes bodies to trees and back, and `substeps` chooses the number of sub-steps.
 
 mod create;
 mod forces;

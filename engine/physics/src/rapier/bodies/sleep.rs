@@ -1,5 +1,5 @@
-//! Sleeping. Only bodies that rest on something can sleep, and parked mechanisms (`joints::park`); a body that drifts slowly
-//! through space continues to drift.
+//! Sleeping. Only bodies that rest on something can sleep, and parked mechanisms (`joints::park`); a body that drifts
+//! slowly through space continues to drift.
 
 use rapier3d::{
     dynamics::{RigidBody, RigidBodyHandle},

@@ -114,8 +114,8 @@ impl Contacts {
     }
 }
 
-/// Returns the depth at which the solver separates bodies at `SEPARATION_SPEED`, m: between two moving bodies, and with a
-/// fixed body.
+/// Returns the depth at which the solver separates bodies at `SEPARATION_SPEED`, m: between two moving bodies, and with
+/// a fixed body.
 pub(crate) fn separation_depths(bodies: &Bodies) -> [f64; 2] {
     let numbers = &bodies.world.integration_parameters;
     [&numbers.contact_softness, &numbers.static_contact_softness]

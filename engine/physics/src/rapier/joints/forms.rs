@@ -36,8 +36,8 @@ impl JointForms {
         [&mut self.trees, &mut self.reduced, &mut self.impulse]
     }
 
-    /// Adds a joint in the form that its description requests, or in impulse form if that one cannot contain it: it then
-    /// closes a loop. Returns `None` if a body is unknown.
+    /// Adds a joint in the form that its description requests, or in impulse form if that one cannot contain it: it
+    /// then closes a loop. Returns `None` if a body is unknown.
     pub fn add(&mut self, bodies: &mut Bodies, joints: &mut Joints, new: &NewJoint<'_>) -> Option<JointId> {
         let desc = new.desc;
         let crowd = self.trees.crowd_of(desc);

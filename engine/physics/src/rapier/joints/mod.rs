@@ -3,8 +3,8 @@
 //! `table` declares [`Joints`], and `record` the data of each joint. `solver` declares what the forms have in common;
 //! `impulse`, `reduced` and `tree` implement it, and `forms` chooses among them. Common to all forms are `position`
 //! (with `turns`, which counts whole turns), `controller` (the velocities that drives command), `drives` (their updates
-//! before a step), `reading` (the states of joints) and `load` (forces in measured joints); `motor` sets rapier's motors,
-//! and `park` lets parked mechanisms sleep.
+//! before a step), `reading` (the states of joints) and `load` (forces in measured joints); `motor` sets rapier's
+//! motors, and `park` lets parked mechanisms sleep.
 
 mod controller;
 mod drives;

@@ -1,5 +1,5 @@
-//! Coordinates of joints in reduced form. Rapier stores positions and velocities of joints, not of bodies. After the pose
-//! or velocity of a body is set from outside, they are recomputed from the bodies before the next step.
+//! Coordinates of joints in reduced form. Rapier stores positions and velocities of joints, not of bodies. After the
+//! pose or velocity of a body is set from outside, they are recomputed from the bodies before the next step.
 
 use rapier3d::{
     dynamics::{GenericJoint, JointAxesMask, Multibody, MultibodyIndex, RigidBodySet},

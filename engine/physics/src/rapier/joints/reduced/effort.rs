@@ -1,6 +1,6 @@
-//! Efforts of drives in reduced form. A drive is a constraint between the two links. Rapier iterates over the constraints
-//! once in each sub-step, so an arm of many joints would sag. The effort of a drive in one step, up to half of its limit,
-//! is therefore applied as a force in the next, and the constraint has to find only the difference.
+//! Efforts of drives in reduced form. A drive is a constraint between the two links. Rapier iterates over the
+//! constraints once in each sub-step, so an arm of many joints would sag. The effort of a drive in one step, up to half
+//! of its limit, is therefore applied as a force in the next, and the constraint has to find only the difference.
 
 use rapier3d::math::Vector;
 
@@ -18,8 +18,8 @@ use crate::{
 const MAX_CARRIED_SHARE: f64 = 0.5;
 
 impl ReducedJoints {
-    /// Applies the efforts that drives carry over from the last step as forces. [`Bodies::restore_forces`] must be called
-    /// after the step.
+    /// Applies the efforts that drives carry over from the last step as forces. [`Bodies::restore_forces`] must be
+    /// called after the step.
     pub fn add_carried_effort(&self, bodies: &mut Bodies, joints: &Joints) {
         for id in &self.driven {
             let Some(record) = joints.get(*id) else { continue };

@@ -1,7 +1,7 @@
 //! Joints in reduced coordinates: rapier's multibodies, which compute only the degrees of freedom of each joint.
 //!
-//! A mechanism on a static body is attached to a separate anchor, a fixed body without shapes, because rapier solves all
-//! joints below one root together, at a cost that grows with the cube of their number.
+//! A mechanism on a static body is attached to a separate anchor, a fixed body without shapes, because rapier solves
+//! all joints below one root together, at a cost that grows with the cube of their number.
 
 use rapier3d::{dynamics::RigidBodyBuilder, math::Pose};
 use serde::{Deserialize, Serialize};
@@ -93,8 +93,8 @@ impl JointFormSolver for ReducedJoints {
 }
 
 impl ReducedJoints {
-    /// Adds a joint without preparing its bodies. Returns `None` if it would close a loop, which rapier does not support
-    /// in this form.
+    /// Adds a joint without preparing its bodies. Returns `None` if it would close a loop, which rapier does not
+    /// support in this form.
     pub fn insert(&mut self, bodies: &mut Bodies, joints: &Joints, new: &NewJoint<'_>) -> Option<ReducedJoint> {
         let desc = new.desc;
         let (a, b) = (*bodies.record(desc.a)?, *bodies.record(desc.b)?);

@@ -1,5 +1,5 @@
-//! The mechanisms that joints form: found when joints or adopted bodies change, and brought in line with bodies that were
-//! moved from outside.
+//! The mechanisms that joints form: found when joints or adopted bodies change, and brought in line with bodies that
+//! were moved from outside.
 
 use std::collections::{BTreeMap, BTreeSet};
 

@@ -4,9 +4,9 @@
 //! declares [`TreeJoints`], and `records` the data of each mechanism. Before a step, `adopt` takes over the free bodies
 //! that a tree touches or is about to touch (`reach`, `approach`), because a contact must be solved on both sides;
 //! `crowd` leaves mechanisms to rapier while they are in a pile or touch bodies that only rapier can solve; `arrange`
-//! finds the mechanisms that joints form, and `build` builds their trees. In a step, `step` moves the trees in sub-steps,
-//! driven as `drives` says, using the contacts that rapier has detected and `contacts` reads. `solver` adds and removes
-//! joints.
+//! finds the mechanisms that joints form, and `build` builds their trees. In a step, `step` moves the trees in
+//! sub-steps, driven as `drives` says, using the contacts that rapier has detected and `contacts` reads. `solver` adds
+//! and removes joints.
 
 mod adopt;
 mod approach;

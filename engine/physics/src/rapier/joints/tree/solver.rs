@@ -45,8 +45,8 @@ impl JointFormSolver for TreeJoints {
     }
 }
 
-/// Returns whether a joint from `a` to `b` can be part of a tree: its child body is dynamic and has no other parent, and
-/// the joint does not close a loop.
+/// Returns whether a joint from `a` to `b` can be part of a tree: its child body is dynamic and has no other parent,
+/// and the joint does not close a loop.
 fn may_join(bodies: &Bodies, joints: &Joints, a: BodyId, b: BodyId) -> bool {
     let above =
         |body: BodyId| joints.iter().filter(|r| r.is_in_tree()).find(|r| r.bodies.1 == body).map(|r| r.bodies.0);
