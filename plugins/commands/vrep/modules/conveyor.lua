@@ -19,7 +19,7 @@ local function default(config)
         length = config.length or 1,
         targetVel = config.targetVel or 0.1,
         accel = config.accel or 0.01,
-        radius = config.radius or 0.1,
+        radius = config.radius or config.rollerRadius or 0.1,
         type = config.type or 1,
     }
 end
@@ -28,7 +28,8 @@ local function children(name, tag)
     local out = {}
     for _, h in ipairs(sim.getObjectsInTree(model(), sim.handle_all, 1)) do
         local own = sim.readCustomDataBlock(h, tag)
-        if sim.getObjectAlias(h) == name or own and #own > 0 then
+        -- Other parts of a conveyor have the same tag with another value.
+        if sim.getObjectAlias(h) == name or own == 'a' then
             out[#out + 1] = h
         end
     end

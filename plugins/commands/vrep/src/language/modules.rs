@@ -26,12 +26,18 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         ("models.path_customization", path),
         ("models.deprecated.path_customization", path),
         ("models.path_customization-2", path),
-        ("models.conveyor_customization-3", conveyor),
-        (
-            "models.efficientConveyor_customization-3",
-            "local conveyor = require 'models.conveyor_customization-3' conveyor.efficient = true return conveyor",
-        ),
     ] {
         offer.prelude("lua", name, text);
+    }
+    // Since the first version, the scripts of conveyors use the same data.
+    let efficient =
+        "local conveyor = require 'models.conveyor_customization-3' conveyor.efficient = true return conveyor";
+    for folder in ["", "models.", "models.deprecated."] {
+        for version in ["", "-2", "-3"] {
+            for (name, text) in [("conveyor", conveyor), ("conveyorSystem", conveyor), ("efficientConveyor", efficient)]
+            {
+                offer.prelude("lua", &format!("{folder}{name}_customization{version}"), text);
+            }
+        }
     }
 }
