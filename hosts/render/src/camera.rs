@@ -52,6 +52,16 @@ impl Camera {
 }
 
 impl CameraAxes {
+    /// Returns whether a point of the world is in the picture, which has this many columns and rows.
+    pub fn shows(&self, point: &Point3<f64>, [columns, rows]: [u32; 2]) -> bool {
+        let to = point - self.eye;
+        let depth = to.dot(&self.ahead);
+        let at = |side: &Vector3<f64>, middle: f64, count: u32| {
+            let pixel = middle + to.dot(side) / depth / side.norm_squared();
+            (0.0..=f64::from(count)).contains(&pixel)
+        };
+        depth > 0.0 && at(&self.across, self.middle[0], columns) && at(&self.down, self.middle[1], rows)
+    }
     /// Returns the direction, in the world frame, of the ray through a position in the picture, given in pixels from
     /// the upper left corner.
     pub fn direction(&self, x: f64, y: f64) -> Unit<Vector3<f64>> {

@@ -47,6 +47,21 @@ fn camera_of_object(scene: &Scene, slot: u32, fov: Option<f64>, [columns, rows]:
     Some(Camera { from, to: from + pose.rotation * Vector3::z(), fov: fov.unwrap_or(own), columns, rows })
 }
 
+/// Returns whether a camera shows at least half of the scene: of the corners and centres of the bounding boxes of visible
+/// shapes, except planes. Surfaces in front of others are not considered.
+pub fn shows_most(world: &World, camera: &Camera) -> bool {
+    let axes = camera.axes();
+    let (mut shown, mut all) = (0, 0);
+    for [low, high] in visible_bounds(world) {
+        let corner = |i: usize| Point3::from(Vector3::from_fn(|k, _| if i >> k & 1 == 0 { low[k] } else { high[k] }));
+        let centre = Point3::from((low + high) / 2.0);
+        let points = (0..8).map(corner).chain([centre]);
+        shown += points.filter(|p| axes.shows(p, [camera.columns, camera.rows])).count();
+        all += 9;
+    }
+    2 * shown >= all
+}
+
 /// Returns a camera that shows all visible shapes except planes.
 pub fn framing_camera(world: &World, fov: f64, size: [u32; 2]) -> Camera {
     let all = visible_bounds(world).into_iter().reduce(merge_bounds);

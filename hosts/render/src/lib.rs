@@ -20,7 +20,7 @@ mod render;
 mod render_scene;
 
 pub use camera::Camera;
-pub use framing::{camera_at, framing_camera, model_camera, scene_camera};
+pub use framing::{camera_at, framing_camera, model_camera, scene_camera, shows_most};
 pub use light::LAMP_DIRECTION;
 pub use marks::LineSegment;
 pub use render::Picture;

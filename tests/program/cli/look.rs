@@ -61,6 +61,23 @@ fn red(picture: &Picture) -> (usize, bool) {
     (red.len(), red.iter().any(edge))
 }
 
+#[test]
+fn a_camera_that_sees_less_than_half_of_the_scene_is_not_used() {
+    let camera = "[[object]]\nkind = \"camera\"\nalias = \"eye\"\nposition_m = [-2.0, 0.0, 0.5]\norientation_deg = [0, 90, 90]\n";
+    let at = |y: f64| cuboid(&format!("box{}", y.abs()), [0.4, 0.4, 0.4], [0.0, y, 0.5], RED);
+    // The boxes at 5 and 6 m to the right are outside of the camera's view.
+    for (boxes, wanted) in
+        [(&[0.0, -5.0, -6.0][..], "less than half"), (&[0.0, 0.5, -5.0], "shows the view of the camera")]
+    {
+        let place = TestFolder::scene(&format!("{}{camera}", boxes.iter().map(|y| at(*y)).collect::<String>()));
+        let done = place.look(&["--size", "160x90"]).good();
+        assert!(done.err.contains(wanted), "{}", done.err);
+        if wanted == "less than half" {
+            assert!(!red(&Picture::open(&place.path().join("out.png"))).1, "all boxes are in the picture");
+        }
+    }
+}
+
 /// Without `--from` the scene's camera is used. If there is none, the view is chosen so that it contains all objects.
 #[test]
 fn a_picture_uses_the_camera_of_the_scene_or_shows_all_objects() {

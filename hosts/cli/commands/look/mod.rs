@@ -73,10 +73,21 @@ fn take_picture(args: &LookArgs, watchdog: &Watchdog) -> Result<bool, Error> {
 /// Default field of view of a camera, degrees.
 const DEFAULT_FOV_DEG: f64 = 50.0;
 
-/// Returns the scene's camera or, if the scene has none, a camera that shows everything.
+/// Returns the scene's camera or, if the scene has none or it sees less than half of the scene, a camera that shows
+/// everything.
 fn own_camera(world: &World, args: &LookArgs) -> Camera {
     let fov = args.fov.map(f64::to_radians);
-    match tatu_render::scene_camera(world, fov, args.size) {
+    let of_scene = tatu_render::scene_camera(world, fov, args.size);
+    if let Some((camera, path)) = &of_scene
+        && !tatu_render::shows_most(world, camera)
+    {
+        report::note(&format!(
+            "the camera {path} sees less than half of the scene, so the picture shows everything; `--from` and `--to` \
+             choose another viewpoint"
+        ));
+        return tatu_render::framing_camera(world, fov.unwrap_or(DEFAULT_FOV_DEG.to_radians()), args.size);
+    }
+    match of_scene {
         Some((camera, path)) => {
             report::note(&format!(
                 "the picture shows the view of the camera {path}; `--from` and `--to` choose another viewpoint"
