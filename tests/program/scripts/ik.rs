@@ -247,7 +247,7 @@ fn with_groups(flags: [u8; 2]) -> String {
         group("Rescue", 2_030_001, 1, 100, 1.0, 2_030_000, flags[1]),
     ];
     let mut scene = format!(
-        "[scene]\ndata = {{ \"\\u0001registered\" = '{{\"collections\":[],\"collisions\":[],\"distances\":[],\
+        "data = {{ \"\\u0001registered\" = '{{\"collections\":[],\"collisions\":[],\"distances\":[],\
          \"windows\":[],\"ik_joints\":[1,2],\"ik_groups\":[{}]}}' }}\n{PLANAR_ARM}",
         groups.join(",")
     );

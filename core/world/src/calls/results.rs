@@ -49,7 +49,7 @@ fn results(f: &mut tatu_call) -> &mut [tatu_value] {
 /// Returns the span of a value, if it has one.
 fn span(v: &tatu_value) -> Option<tatu_span_t> {
     // SAFETY: the contract requires `s` to be the active member of the union for these tags.
-    (TATU_TEXT..=TATU_MAP).contains(&v.tag).then(|| unsafe { v.u.s })
+    if (TATU_TEXT..=TATU_MAP).contains(&v.tag) { Some(unsafe { v.u.s }) } else { None }
 }
 
 /// Returns a description of the first error in the span of a value, if there is one.

@@ -40,12 +40,16 @@ impl Plugin for Ik {
 
     fn offer(offer: &mut Offer<Self>) {
         offer.per_world();
-        offer.subject("ik", |offer| {
+        offer.subject("ik_objects", |offer| {
             environments::offer(offer);
             objects::offer(offer);
-            joints::offer(offer);
+        });
+        offer.subject("ik_joints", joints::offer);
+        offer.subject("ik_tasks", |offer| {
             groups::offer(offer);
             elements::offer(offer);
+        });
+        offer.subject("ik", |offer| {
             handling::offer(offer);
             searches::offer(offer);
             jacobians::offer(offer);
