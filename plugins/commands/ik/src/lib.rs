@@ -62,11 +62,16 @@ impl Plugin for Ik {
 }
 
 /// The examples of all commands, each below a line `--- NAME`.
-const EXAMPLES: &str = include_str!("../examples/ik.lua");
+const EXAMPLES: [&str; 3] = [
+    include_str!("../examples/objects.lua"),
+    include_str!("../examples/groups.lua"),
+    include_str!("../examples/scene_groups.lua"),
+];
 
 /// Adds its example to a command.
 fn add_example(command: Command<Ik>) -> Command<Ik> {
-    let mut examples = EXAMPLES.split("--- ").filter_map(|part| part.split_once('\n'));
+    let parts = EXAMPLES.iter().flat_map(|file| file.split("--- "));
+    let mut examples = parts.filter_map(|part| part.split_once('\n'));
     match examples.find(|(name, _)| *name == command.name()) {
         Some((_, text)) => command.example(text.trim_end()),
         None => command,
