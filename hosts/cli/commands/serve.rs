@@ -32,8 +32,10 @@ use crate::{
 const INTERRUPTED_EXIT_CODE: i32 = 130;
 /// Name of the scene that is used if none was given.
 const EMPTY_SCENE_FILE: &str = "nothing.toml";
-/// The scene that is used if none was given: clients load models into it, which need a floor and a picture.
-const EMPTY_SCENE_TEXT: &str = "\
+/// The scene of `tatu open` if none was given: the page offers scenes instead, among them a new one with a floor.
+const EMPTY_SCENE_TEXT: &str = "format = 1\n";
+/// The scene of `tatu serve` if none was given: clients load models into it, which need a floor and a picture.
+const FLOOR_SCENE_TEXT: &str = "\
 format = 1
 
 [[object]]
@@ -63,13 +65,18 @@ pub fn open(args: OpenArgs) -> ExitCode {
     web += if args.no_browser { ",browser=false" } else { ",browser=true" };
     let mut serve = args.serve;
     serve.services.insert(0, web);
-    self::serve(&serve)
+    serve_or(&serve, EMPTY_SCENE_TEXT)
 }
 
 /// Runs `tatu serve`. The exit code is 0 on success, 1 if an error occurred, and 2 if no scene could be opened.
 pub fn serve(args: &ServeArgs) -> ExitCode {
+    serve_or(args, FLOOR_SCENE_TEXT)
+}
+
+/// Serves the scene of the arguments, or the text of one if none was given.
+fn serve_or(args: &ServeArgs, text: &'static str) -> ExitCode {
     let watchdog = Watchdog::start(args.watchdog, false);
-    match start(args, &watchdog) {
+    match start(args, text, &watchdog) {
         Ok(code) => code,
         Err(e) => {
             report::error(&e);
@@ -78,10 +85,12 @@ pub fn serve(args: &ServeArgs) -> ExitCode {
     }
 }
 
-fn start(args: &ServeArgs, watchdog: &Watchdog) -> Result<ExitCode, Error> {
+fn start(args: &ServeArgs, text: &'static str, watchdog: &Watchdog) -> Result<ExitCode, Error> {
     let options = args.changes.options(&args.services)?;
     let registry = super::registry(args.scene.as_deref(), &options.sources, &args.changes.allow, watchdog)?;
-    let mut document = read(args, args.scene.as_deref(), None, &registry)?;
+    let given = SourceFiles::of(vec![(EMPTY_SCENE_FILE.into(), text.as_bytes().to_vec())]);
+    let first = args.scene.is_none().then_some(given);
+    let mut document = read(args, args.scene.as_deref(), first, &registry)?;
     if document.services.is_empty() {
         return Err(Error::new("E404", "no service was given, so no client could start this scene").help(
             "add a service, such as `tatu serve SCENE --service jsonl`, or use `tatu open`, which serves a page",
