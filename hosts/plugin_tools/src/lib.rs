@@ -1,6 +1,6 @@
 //! The tools of plugin authors: `tatu plugin`, with one file per subcommand, and `tatu new`.
 //!
-//! - [`check`], [`why`], [`install`], [`list`]: the subcommands;
+//! - `check`, `why`, `install`, `list`: the subcommands;
 //! - `answer`: finds the file that a name refers to, and whether it is loaded; `show`: prints that;
 //! - [`new`]: creates folders from templates;
 //! - `examine`: collects everything known about a file; `file`: its type; `elf`: what its library needs and exports;
