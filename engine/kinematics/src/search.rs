@@ -195,6 +195,7 @@ impl Search {
                 _ => [-std::f64::consts::PI, std::f64::consts::PI],
             };
             let [low, high] = joint.limits.unwrap_or(own);
+            // Limits may be infinite.
             let (low, high) = (low.max(joint.position.min(0.0) - 10.0), high.min(joint.position.max(0.0) + 10.0));
             if joint.kind == JointType::Spherical {
                 let axis = Vector3::new(random.next() - 0.5, random.next() - 0.5, random.next() - 0.5);

@@ -53,7 +53,7 @@ pub struct IkOutcome {
 
 /// Moves joints until the tips of all groups are within the precisions of their tasks, or until the iterations of the
 /// group with the most of them are used up. Groups that come first have priority: later ones use only motions that do
-/// not disturb them. A group of a single task is solved to its precision even if it has a single iteration.
+/// not disturb them. Limits, largest steps and restoring are those of the first group.
 ///
 /// Joints stay where the last iteration has moved them, unless the first group restores them. The calculation allocates.
 pub fn solve(linkage: &mut Linkage, groups: &[&IkGroup]) -> IkOutcome {

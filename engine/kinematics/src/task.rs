@@ -105,7 +105,7 @@ impl IkTask {
 /// The distance of a frame from its target, in the directions that count.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TaskError {
-    /// Vector to the target, m, followed by the rotation vector to it, rad; 0 in free directions. The axes are `turned`.
+    /// Vector to the target, m, followed by the rotation vector to it, rad; 0 in free directions, both in `axes`.
     pub along: Vector3<f64>,
     /// See `along`.
     pub about: Vector3<f64>,

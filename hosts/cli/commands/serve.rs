@@ -88,9 +88,7 @@ fn serve_or(args: &ServeArgs, text: &'static str) -> ExitCode {
 fn start(args: &ServeArgs, text: &'static str, watchdog: &Watchdog) -> Result<ExitCode, Error> {
     let options = args.changes.options(&args.services)?;
     let registry = super::registry(args.scene.as_deref(), &options.sources, &args.changes.allow, watchdog)?;
-    let given = SourceFiles::of(vec![(EMPTY_SCENE_FILE.into(), text.as_bytes().to_vec())]);
-    let first = args.scene.is_none().then_some(given);
-    let mut document = read(args, args.scene.as_deref(), first, &registry)?;
+    let mut document = read(args, text, args.scene.as_deref(), None, &registry)?;
     if document.services.is_empty() {
         return Err(Error::new("E404", "no service was given, so no client could start this scene").help(
             "add a service, such as `tatu serve SCENE --service jsonl`, or use `tatu open`, which serves a page",
@@ -128,7 +126,7 @@ fn start(args: &ServeArgs, text: &'static str, watchdog: &Watchdog) -> Result<Ex
         };
         watchdog.world(&world, false);
         watchdog.begin(None);
-        world.set_scene_reader(scene_reader(args, scene.clone(), &registry));
+        world.set_scene_reader(scene_reader(args, text, scene.clone(), &registry));
         world.set_interactive(true);
         session.join(&world);
         if let Some(file) = args.log.as_deref().filter(|_| log.is_none()) {
@@ -158,10 +156,11 @@ fn start(args: &ServeArgs, text: &'static str, watchdog: &Watchdog) -> Result<Ex
     Ok(if good { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
 
-/// Reads a scene, and applies the changes and the services of the command line; services that the scene names are
-/// ignored. Files in `sources` are not read from disk.
+/// Reads a scene, or `text` without one, and applies the changes and the services of the command line; services that the
+/// scene names are ignored. Files in `sources` are not read from disk.
 fn read(
     args: &ServeArgs,
+    text: &str,
     scene: Option<&Path>,
     sources: Option<SourceFiles>,
     registry: &Registry,
@@ -171,7 +170,7 @@ fn read(
     if let Some(sources) = sources {
         options.sources = sources;
     } else if scene.is_none() {
-        options.sources = SourceFiles::of(vec![(nothing.clone(), EMPTY_SCENE_TEXT.as_bytes().to_vec())]);
+        options.sources = SourceFiles::of(vec![(nothing.clone(), text.as_bytes().to_vec())]);
     }
     let document = super::load(scene.unwrap_or(&nothing), &options, registry)?;
     let named = |id: &str| args.services.iter().any(|s| s.split(':').next() == Some(id));
@@ -193,17 +192,18 @@ fn create_world(args: &ServeArgs, document: &Arc<Document>, registry: &Arc<Regis
     Ok(world)
 }
 
-/// Returns a function that reads the scene that a client opens; if its path is empty, `scene`, which is open now, is
-/// read again.
+/// Returns a function that reads the scene that a client opens; if its path is empty, `scene` or `text`, which is open
+/// now, is read again.
 fn scene_reader(
     args: &ServeArgs,
+    text: &'static str,
     scene: Option<PathBuf>,
     registry: &Arc<Registry>,
 ) -> impl Fn(&Path, Option<SourceFiles>) -> Result<Arc<Document>, Error> + 'static {
     let (args, registry) = (args.clone(), registry.clone());
     move |file, sources| {
         let file = if file.as_os_str().is_empty() { scene.as_deref() } else { Some(file) };
-        read(&args, file, sources, &registry)
+        read(&args, text, file, sources, &registry)
     }
 }
 

@@ -7,6 +7,7 @@ use crate::{
     arguments::command,
     constants::{CALC_LIMIT_HIT, CALC_NOT_PERFORMED, CALC_NOT_WITHIN_TOLERANCE, CALC_STEPS_TOO_BIG},
     environment::{Ctx, Environment, Ik, environment},
+    methods::result_number,
 };
 
 /// The handle of all groups.
@@ -59,13 +60,6 @@ fn solve_groups(environment: &mut Environment, handles: &[i64]) -> IkOutcome {
     outcome
 }
 
-fn result_number(result: IkResult) -> i64 {
-    match result {
-        IkResult::NotPerformed => 0,
-        IkResult::Success => 1,
-        IkResult::Fail => 2,
-    }
-}
 fn flags(outcome: &IkOutcome) -> i64 {
     let all = [
         (outcome.result == IkResult::NotPerformed, CALC_NOT_PERFORMED),

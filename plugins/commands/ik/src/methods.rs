@@ -1,6 +1,6 @@
-//! Methods of calculation by their numbers for scripts.
+//! Methods of calculation, and results, by their numbers for scripts.
 
-use tatu_kinematics::IkMethod;
+use tatu_kinematics::{IkMethod, IkResult};
 
 /// Damping of the method "pseudo-inverse", which keeps its steps finite at singular positions. An estimate: the original
 /// has a small one of unknown size; with this one, the steps differ from those without damping by less than 1e-6.
@@ -15,5 +15,14 @@ pub fn method(number: i64, damping: f64) -> (IkMethod, f64) {
         2 => (IkMethod::JacobianTranspose, 0.0),
         3 => (IkMethod::PseudoInverse, 0.0),
         _ => (IkMethod::DampedLeastSquares, BUILT_IN_DAMPING),
+    }
+}
+
+/// Returns the number of a result for scripts.
+pub fn result_number(result: IkResult) -> i64 {
+    match result {
+        IkResult::NotPerformed => 0,
+        IkResult::Success => 1,
+        IkResult::Fail => 2,
     }
 }

@@ -11,7 +11,7 @@ use tatu_plugin_api::{
 use crate::{
     environment::{Ctx, Ik, scene_groups},
     jacobians::manipulability,
-    methods::{MAX_ITERATIONS, method},
+    methods::{MAX_ITERATIONS, method, result_number},
     scene_groups::{SceneGroup, joints},
     searches::{alternatives, between},
 };
@@ -229,11 +229,7 @@ fn results(offer: &mut Offer<Ik>) {
                 let positions: Vec<f64> = joints.iter().map(|j| linkage.position(*j)).collect();
                 (outcome.result, positions)
             };
-            c.ret(match result {
-                tatu_kinematics::IkResult::NotPerformed => 0_i64,
-                tatu_kinematics::IkResult::Success => 1,
-                tatu_kinematics::IkResult::Fail => 2,
-            });
+            c.ret(result_number(result));
             c.ret(positions);
             Ok(())
         })

@@ -14,13 +14,14 @@ use tatu_plugin_api::{
     safe::{Fail, Result, ValueRef, World},
 };
 
-use crate::methods::{MAX_ITERATIONS, method};
+use crate::methods::{MAX_ITERATIONS, method, result_number};
 
 /// Tags under which the importer stores data with the scene and its objects: a private mark, and a name.
 const REGISTRATIONS_TAG: &[u8] = b"\x01registered";
 const HANDLE_TAG: &[u8] = b"\x01handle";
 
-/// Flags of groups in files.
+/// Flags of groups in files. That of the two conditions the lower one means a failure is an estimate: in the files seen,
+/// both are set, without a group on which to depend.
 const ENABLED: u8 = 1;
 const RESTORES_POSITION: u8 = 2;
 const RESTORES_ORIENTATION: u8 = 4;
@@ -239,11 +240,7 @@ impl SceneGroups {
             } else {
                 IkResult::NotPerformed
             };
-            self.groups[i].result = match result {
-                IkResult::NotPerformed => 0,
-                IkResult::Success => 1,
-                IkResult::Fail => 2,
-            };
+            self.groups[i].result = result_number(result);
             performed += i64::from(result != IkResult::NotPerformed);
         }
         let tasks: Vec<IkTask> = self

@@ -218,12 +218,12 @@ fn configurations(offer: &mut Offer<Ik>) {
         .text("Returns configurations of joints for which the tips of a group are at their targets, within all limits: the nearest to the present one first.")
         .notes("The search is random but the same in every run: `maxTime` is converted to a number of attempts."),
     );
-    for (name, others) in [("findConfig", 5), ("getConfigForTipPose", 5)] {
+    for name in ["findConfig", "getConfigForTipPose"] {
         offer.command(
-            group_command(name, move |c| {
+            group_command(name, |c| {
                 let search = Search::new(c)?;
                 let time = if c.has(4) { c.f64(4)? } else { DEFAULT_TIME_S };
-                let check = Check::new(c.arg(others + 1), c.arg(others + 2))?;
+                let check = Check::new(c.arg(6), c.arg(7))?;
                 match find(c, &search, &check, time, 1)?.into_iter().next() {
                     Some(found) => c.ret(found),
                     None => c.ret(Value::Nil),
