@@ -8,6 +8,10 @@
 //! b - W l, starting at 0. Each divides the error by at least 1 + s / e, where s is the least response of W that is not
 //! 0, and adds nothing to directions without response. Which contacts press is found by pivoting, as in `pivot`.
 //!
+//! The least impulses share friction evenly among points that are pressed unevenly, and may then exceed the bound of a
+//! point that carries little. In this case friction is weighted by the inverse square of its bound, as in iteratively
+//! reweighted least squares: with weights D, (W + e D) (l' - l) = b - W l leads to the solution with the least l.D l.
+//!
 //! Source: Rockafellar, Monotone operators and the proximal point algorithm, SIAM Journal on Control and Optimization
 //! 14, 1976, for the iteration.
 
@@ -21,6 +25,10 @@ const MAX_TRIES: usize = 8;
 const REGULARIZATION: f64 = 1e-9;
 /// Maximum number of iterations.
 const MAX_ITERATIONS: usize = 6;
+/// Maximum number of times that friction is weighted by its bounds.
+const MAX_REWEIGHTINGS: usize = 2;
+/// Maximum weight of a row; that of the normals is 1.
+const MAX_WEIGHT: f64 = 1e4;
 /// Tolerance of the friction bound, relative to the bound.
 const FRICTION_TOLERANCE: f64 = 1e-9;
 
@@ -46,6 +54,8 @@ pub(crate) struct RestingSolver {
     /// Velocities to be gained by the impulses, m/s.
     targets: Vec<f64>,
     active: Vec<usize>,
+    /// Weights of the rows in the norm that is minimal.
+    weights: Vec<f64>,
     /// Lower triangle of the factor of the active rows, by rows.
     factor: Vec<f64>,
     step: Vec<f64>,
@@ -77,18 +87,27 @@ impl RestingSolver {
         self.presses.clear();
         let presses = |(i, point): (usize, &usize)| start[*point][0] > 0.0 || self.targets[3 * i] > 0.0;
         self.presses.extend(self.points.iter().enumerate().map(presses));
+        self.weights.clear();
+        self.weights.resize(self.targets.len(), 1.0);
+        let mut reweightings = 0;
         for _ in 0..MAX_TRIES {
             self.select_active_rows(rows, contacts);
             if !self.factorize() || !self.iterate(tolerance) {
                 return RestingOutcome::Fails;
             }
-            if !self.update_pressing(tolerance) {
-                let outcome = self.limit_friction(contacts);
-                self.impulses.clear();
-                self.impulses.extend_from_slice(start);
-                self.points.iter().zip(&self.found).for_each(|(point, found)| self.impulses[*point] = *found);
-                return outcome;
+            if self.update_pressing(tolerance) {
+                continue;
             }
+            if reweightings < MAX_REWEIGHTINGS && self.exceeds_friction(contacts) {
+                self.weigh_friction(contacts);
+                reweightings += 1;
+                continue;
+            }
+            let outcome = self.limit_friction(contacts);
+            self.impulses.clear();
+            self.impulses.extend_from_slice(start);
+            self.points.iter().zip(&self.found).for_each(|(point, found)| self.impulses[*point] = *found);
+            return outcome;
         }
         RestingOutcome::Fails
     }
@@ -135,7 +154,7 @@ impl RestingSolver {
                 row[c] = (responses[self.active[c]] - sum) / other[c];
             }
             let sum: f64 = row[..r].iter().map(|a| a * a).sum();
-            let pivot = responses[self.active[r]] + REGULARIZATION * greatest - sum;
+            let pivot = responses[self.active[r]] + REGULARIZATION * greatest * self.weights[self.active[r]] - sum;
             if pivot.is_nan() || pivot <= 0.0 {
                 return false;
             }
@@ -196,6 +215,25 @@ impl RestingSolver {
             }
         }
         changed
+    }
+
+    /// Returns whether the friction of a contact exceeds its bound.
+    fn exceeds_friction(&self, contacts: &[ContactPoint]) -> bool {
+        let beyond = |(point, l): (&usize, &Vec3)| {
+            let bound = contacts[*point].friction * l[0] * (1.0 + FRICTION_TOLERANCE);
+            l[1] * l[1] + l[2] * l[2] > bound * bound
+        };
+        self.points.iter().zip(&self.found).any(beyond)
+    }
+
+    /// Weights the friction of each contact by the inverse square of its bound, relative to the greatest bound.
+    fn weigh_friction(&mut self, contacts: &[ContactPoint]) {
+        let bound = |(point, l): (&usize, &Vec3)| contacts[*point].friction * l[0];
+        let greatest = self.points.iter().zip(&self.found).map(bound).fold(0.0, f64::max);
+        for (bound, weights) in self.points.iter().zip(&self.found).map(bound).zip(self.weights.chunks_exact_mut(3)) {
+            let weight = (greatest / bound).powi(2).clamp(1.0, MAX_WEIGHT);
+            weights[1..].fill(if weight.is_nan() { MAX_WEIGHT } else { weight });
+        }
     }
 
     /// Limits friction to its bound.

@@ -48,6 +48,25 @@ fn unwrapped(shape: &dyn Shape) -> &dyn Shape {
     }
 }
 
+/// Returns whether one of two shapes is a half-space and the local bounding box of the other one is farther from it than
+/// `prediction`, m. A half-space has no bounding box, so every moving shape is a pair with each half-space in every step.
+/// Other shapes than compounds and meshes, whose boxes are computed in advance, are cheap to test as they are.
+fn is_far_from_plane(pos12: &Pose, a: &dyn Shape, b: &dyn Shape, prediction: f64) -> bool {
+    let (pose, plane, other) = match (a.as_halfspace(), b.as_halfspace()) {
+        (Some(plane), None) => (*pos12, plane, b),
+        (None, Some(plane)) => (pos12.inverse(), plane, a),
+        _ => return false,
+    };
+    let bounds = match (other.as_compound(), other.as_trimesh()) {
+        (Some(compound), _) => *compound.local_aabb(),
+        (_, Some(mesh)) => mesh.local_aabb(),
+        _ => return false,
+    };
+    let up = pose.rotation.inverse() * plane.normal;
+    let centre = bounds.center().dot(up) + pose.translation.dot(plane.normal);
+    centre - bounds.half_extents().dot(up.abs()) > prediction
+}
+
 fn hull(shape: &dyn Shape) -> Option<&ConvexPolyhedron> {
     shape.as_convex_polyhedron()
 }
@@ -62,6 +81,10 @@ impl PersistentQueryDispatcher<ContactManifoldData, ContactData> for ManifoldDis
         manifolds: &mut Vec<ContactManifold>,
         _: &mut Option<ContactManifoldsWorkspace>,
     ) -> Result<(), Unsupported> {
+        if is_far_from_plane(pos12, a, b, prediction) {
+            manifolds.iter_mut().for_each(|m| m.points.clear());
+            return Ok(());
+        }
         let (a, b) = (unwrapped(a), unwrapped(b));
         if a.as_trimesh().is_some() || b.as_trimesh().is_some() {
             let inner = ManifoldDispatcher.chain(DefaultQueryDispatcher);

@@ -35,6 +35,9 @@ pub(super) struct DetectedContact {
     pub place: Vector3<f64>,
     /// Sum of the contact's impulses over the step, N s.
     pub total: Vector3<f64>,
+    /// Speeds at the beginning of the step at which the surfaces approach each other and slide, m/s.
+    pub approach: f64,
+    pub slip: f64,
 }
 
 /// One of the two bodies of a contact.
@@ -68,6 +71,8 @@ impl TreeJoints {
             for collider in bodies.world.bodies[record.handle].colliders() {
                 pairs.extend(bodies.world.narrow_phase.contact_pairs_with(*collider));
             }
+            // Most pairs are of neighbouring links, which do not collide.
+            pairs.retain(|pair| has_points(pair));
             // Rapier's order of pairs depends on earlier steps.
             pairs.sort_by_key(|p| (index(p.collider1), index(p.collider2)));
             for pair in pairs.drain(..) {
@@ -151,7 +156,8 @@ impl TreeJoints {
             return None;
         }
         let dt = bodies.world.integration_parameters.dt;
-        let approach = (a.velocity_at(&first) - b.velocity_at(&second)).dot(&normal);
+        let relative = a.velocity_at(&first) - b.velocity_at(&second);
+        let approach = relative.dot(&normal);
         if (second - first).dot(&normal) > MAX_CONTACT_DISTANCE + 2.0 * dt * approach.max(0.0) {
             return None;
         }
@@ -171,6 +177,8 @@ impl TreeJoints {
         let spring =
             if a.is_fixed || b.is_fixed { &numbers.static_contact_softness } else { &numbers.contact_softness };
         let [c1, c2] = [pair.collider1, pair.collider2].map(index);
+        let slide = convert::vector_back(at.tangent_velocity);
+        let slip = (relative - normal * approach + slide).norm();
         let key = [c1, c2, manifold.subshape1, manifold.subshape2, feature.fid1.0, feature.fid2.0, 0];
         let last = self.warm_start.binary_search_by_key(&key, |k| k.key).ok();
         let contact = ContactPoint {
@@ -179,7 +187,7 @@ impl TreeJoints {
             distance: (second - first).dot(&normal),
             drift: outside(b, &second) - outside(a, &first),
             normal,
-            slide: convert::vector_back(at.tangent_velocity),
+            slide,
             friction: data.friction,
             restitution: data.restitution,
             recovery: spring.erp_inv_dt(bodies.usual_substep()),
@@ -192,6 +200,8 @@ impl TreeJoints {
             bodies: (a.body, b.body),
             place: middle,
             total: Vector3::zeros(),
+            approach,
+            slip,
         })
     }
 
@@ -236,6 +246,11 @@ impl TreeJoints {
             }
         }
     }
+}
+
+fn has_points(pair: &ContactPair) -> bool {
+    let PairContacts::Rigid(rigid) = &pair.contacts else { return false };
+    rigid.solver_manifolds().iter().any(|manifold| !manifold.data.solver_contacts.is_empty())
 }
 
 /// Returns the pose that a body moved by rapier had at the time of collision detection.

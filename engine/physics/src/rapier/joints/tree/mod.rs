@@ -19,6 +19,7 @@ mod reach;
 mod records;
 mod solver;
 mod step;
+mod substeps;
 mod table;
 
 pub(crate) use table::TreeJoints;

@@ -22,6 +22,9 @@ pub(crate) struct Mechanism {
     pub v: Vec<f64>,
     /// Efforts of the drives in the last sub-step, N m or N.
     pub carried: Vec<f64>,
+    /// Time for which the mechanism's island has been calm, up to the time after which this matters, s; see
+    /// [`super::substeps`].
+    pub calm_s: f64,
     /// Whether the mechanism is frozen, because a state was not finite or its description is not a valid tree.
     pub frozen: bool,
     /// Data derived from the joints and bodies; `None` until it is built.
@@ -40,6 +43,7 @@ impl Mechanism {
             q: Vec::new(),
             v: Vec::new(),
             carried: Vec::new(),
+            calm_s: 0.0,
             frozen: false,
             built: None,
         }
@@ -63,7 +67,7 @@ pub(crate) struct MechanismSolver {
     pub island: Island,
     /// Linear and angular damping of an adopted body, 1/s.
     pub damping: [f64; 2],
-    /// Efforts of the drives, summed over the sub-steps of the last step, N m or N.
+    /// Mean efforts of the drives in the last step, N m or N.
     pub efforts: Vec<f64>,
     /// Energy that the drives added in the last step, J, for checks of the balance of energy.
     pub work: f64,

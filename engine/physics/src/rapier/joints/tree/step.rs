@@ -25,15 +25,17 @@ const MAX_TURN: f64 = 0.2;
 const MAX_PARTS: usize = 16;
 
 /// Trees that touch each other, with their contacts.
-struct MechanismIsland {
+pub(super) struct MechanismIsland {
     /// Indices of the mechanisms, ascending, and the mechanisms themselves.
     members: Vec<usize>,
-    mechanisms: Vec<Mechanism>,
+    pub mechanisms: Vec<Mechanism>,
     /// Indices of the contacts, and the contacts themselves, whose sides refer to members of this island.
-    contact_indices: Vec<usize>,
+    pub contact_indices: Vec<usize>,
     contacts: Vec<ContactPoint>,
     /// Impulse of each contact, summed over sub-steps, N s.
     totals: Vec<Vector3<f64>>,
+    /// Number of sub-steps of this physics step.
+    substeps: usize,
     /// Whether the state was no longer finite.
     diverged: bool,
 }
@@ -52,10 +54,12 @@ impl TreeJoints {
             set_loads(mechanism, bodies);
         }
         let mut islands = self.build_islands(&found);
-        let (gravity, h) = (convert::vector_back(bodies.world.gravity), bodies.usual_substep());
-        let substeps = bodies.substeps.usual;
+        let (gravity, dt) = (convert::vector_back(bodies.world.gravity), bodies.world.integration_parameters.dt);
+        for island in &mut islands {
+            island.substeps = island.choose_substeps(&found, dt, bodies.substeps.usual);
+        }
         let total: usize = islands.iter().flat_map(|i| &i.mechanisms).map(|m| m.v.len()).sum();
-        let advance = |island: &mut MechanismIsland| island.advance(gravity, h, substeps);
+        let advance = |island: &mut MechanismIsland| island.advance(gravity, dt);
         if total >= MIN_PARALLEL_VELOCITIES && islands.len() > 1 && rayon::current_num_threads() > 1 {
             islands.par_iter_mut().for_each(advance);
         } else {
@@ -79,7 +83,7 @@ impl TreeJoints {
         self.store_contacts(bodies, &found);
         for mechanism in &mut self.mechanisms {
             place_bodies(mechanism, bodies);
-            record_efforts(mechanism, joints, substeps);
+            record_efforts(mechanism, joints);
         }
         bodies.forces.step_loads.clear();
         lost.into_iter().for_each(|i| self.freeze_mechanism(bodies, i));
@@ -149,14 +153,14 @@ fn set_loads(mechanism: &mut Mechanism, bodies: &Bodies) {
 }
 
 /// Records the mean efforts of a mechanism's drives in the step.
-fn record_efforts(mechanism: &Mechanism, joints: &mut Joints, substeps: usize) {
+fn record_efforts(mechanism: &Mechanism, joints: &mut Joints) {
     let Some(built) = &mechanism.built else { return };
     for (joint, (_, v, count)) in mechanism.joints.iter().zip(&mechanism.offsets) {
         if let (Some(joint), 1) = (joint, *count)
             && let Some(record) = joints.get_mut(*joint)
             && let JointBackend::Tree(tree) = &mut record.backend
         {
-            tree.effort = built.efforts[*v] / substeps as f64;
+            tree.effort = built.efforts[*v];
         }
     }
 }
@@ -169,13 +173,15 @@ impl MechanismIsland {
             contact_indices: Vec::new(),
             contacts: Vec::new(),
             totals: Vec::new(),
+            substeps: 1,
             diverged: false,
         }
     }
 
-    /// Advances the trees by `substeps` sub-steps of length `h`, s. If a state would not be finite, all
-    /// mechanisms of the island keep their positions and velocities.
-    fn advance(&mut self, gravity: Vector3<f64>, h: f64, substeps: usize) {
+    /// Advances the trees by a physics step of length `dt`, s. If a state would not be finite, all mechanisms of the
+    /// island keep their positions and velocities.
+    fn advance(&mut self, gravity: Vector3<f64>, dt: f64) {
+        let h = dt / self.substeps as f64;
         self.totals = vec![Vector3::zeros(); self.contacts.len()];
         for mechanism in &mut self.mechanisms {
             let Some(built) = &mut mechanism.built else { continue };
@@ -186,10 +192,10 @@ impl MechanismIsland {
         }
         let first = self.mechanisms.first_mut().and_then(|m| m.built.as_mut());
         let mut group = first.map(|built| std::mem::take(&mut built.island)).unwrap_or_default();
-        for _ in 0..substeps {
+        for _ in 0..self.substeps {
             let parts = self.part_count(h);
             for _ in 0..parts {
-                if self.advance_part(&mut group, gravity, h / parts as f64, h).is_err() {
+                if self.advance_part(&mut group, gravity, h / parts as f64, [h, dt]).is_err() {
                     self.diverged = true;
                     return;
                 }
@@ -203,7 +209,7 @@ impl MechanismIsland {
             q.copy_from_slice(&built.state.q);
             v.copy_from_slice(&built.state.v);
             for (i, v) in v.iter_mut().enumerate().take(6).filter(|_| built.damping != [0.0; 2]) {
-                *v /= 1.0 + h * substeps as f64 * built.damping[usize::from(i >= 3)];
+                *v /= 1.0 + dt * built.damping[usize::from(i >= 3)];
             }
         }
     }
@@ -220,21 +226,21 @@ impl MechanismIsland {
         ((h * most / MAX_TURN).ceil() as usize).clamp(1, MAX_PARTS)
     }
 
-    /// Advances the trees by a part `h` of a sub-step, s. If something would turn too far, because an impact has made
-    /// it spin, the part is divided further.
+    /// Advances the trees by a part `h` of a sub-step of a physics step, s. If something would turn too far, because an
+    /// impact has made it spin, the part is divided further.
     fn advance_part(
         &mut self,
         group: &mut Island,
         gravity: Vector3<f64>,
         h: f64,
-        substep: f64,
+        [substep, dt]: [f64; 2],
     ) -> Result<(), DynamicsError> {
         let divisible = h > substep / MAX_PARTS as f64;
         let fast_turns = if divisible { FastTurns::Fail { max_turn: 1.25 * MAX_TURN } } else { FastTurns::LimitEnergy };
         match self.step(group, gravity, h, fast_turns) {
             Err(DynamicsError::TooFast { .. }) => {
-                self.advance_part(group, gravity, 0.5 * h, substep)?;
-                return self.advance_part(group, gravity, 0.5 * h, substep);
+                self.advance_part(group, gravity, 0.5 * h, [substep, dt])?;
+                return self.advance_part(group, gravity, 0.5 * h, [substep, dt]);
             }
             other => other?,
         }
@@ -244,7 +250,7 @@ impl MechanismIsland {
         for mechanism in &mut self.mechanisms {
             let Some(built) = &mut mechanism.built else { continue };
             let efforts = built.efforts.iter_mut().zip(&mechanism.carried);
-            efforts.for_each(|(sum, effort)| *sum += effort * (h / substep));
+            efforts.for_each(|(sum, effort)| *sum += effort * (h / dt));
             built.work += h * built.solver.drive_power();
         }
         Ok(())
