@@ -63,6 +63,8 @@ pub struct Island {
     /// For each velocity of each tree, the piece of its law that was selected in the previous round.
     pieces: Vec<LawPiece>,
     velocities: Vec<f64>,
+    /// Velocities of all rows in the sweeps, m/s; empty if the responses of the rows to each other are unknown.
+    row_velocities: Vec<f64>,
     resting: RestingSolver,
     /// For each tree, whether contacts are solved as if its drives yielded.
     yielding: Vec<bool>,
@@ -289,6 +291,7 @@ impl Island {
             contact.restitution > 0.0 && point.approach < -MIN_BOUNCE_SPEED
         };
         if !RestingSolver::is_small_enough(&self.rows) || contacts.iter().zip(&self.rows.points).any(bounces) {
+            self.resting.forget();
             return self.sweep(contacts, h);
         }
         let mut resting = std::mem::take(&mut self.resting);

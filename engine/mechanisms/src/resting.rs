@@ -2,20 +2,26 @@
 //!
 //! Where several distributions of force have the same effect, as under a table with four legs, sweeps end at one that
 //! depends on where they started, often with all of the force on a few points; the torque that friction can carry is
-//! then lost. This solution is the least one: the sum of the squares of all impulses is minimal.
+//! then lost. This solution is the least one: the weighted sum of the squares of all impulses is minimal.
 //!
 //! With the rows W of all contacts that press, W l = b is solved by proximal point iterations: (W + e I) (l' - l) =
 //! b - W l, starting at 0. Each divides the error by at least 1 + s / e, where s is the least response of W that is not
 //! 0, and adds nothing to directions without response. Which contacts press is found by pivoting, as in `pivot`.
 //!
-//! The least impulses share friction evenly among points that are pressed unevenly, and may then exceed the bound of a
-//! point that carries little. In this case friction is weighted by the inverse square of its bound, as in iteratively
-//! reweighted least squares: with weights D, (W + e D) (l' - l) = b - W l leads to the solution with the least l.D l.
+//! Shared evenly, friction would exceed the bound of a point that carries little. It is therefore weighted by the
+//! inverse square of its bound, that of the previous step at first and then, if a bound is exceeded, that of the normal
+//! impulses found, as in iteratively reweighted least squares: with weights D, (W + e D) (l' - l) = b - W l leads to the
+//! solution with the least l.D l.
 //!
 //! Source: Rockafellar, Monotone operators and the proximal point algorithm, SIAM Journal on Control and Optimization
 //! 14, 1976, for the iteration.
 
-use crate::{contact::ContactPoint, coupling::DelassusMatrix, jacobian::ContactJacobian, vector::Vec3};
+use crate::{
+    contact::ContactPoint,
+    coupling::DelassusMatrix,
+    jacobian::ContactJacobian,
+    vector::{Vec3, dot_slices},
+};
 
 /// Maximum number of contacts that are solved directly; the duration grows with the cube of the number.
 const MAX_CONTACTS: usize = 48;
@@ -27,8 +33,8 @@ const REGULARIZATION: f64 = 1e-9;
 const MAX_ITERATIONS: usize = 6;
 /// Maximum number of times that friction is weighted by its bounds.
 const MAX_REWEIGHTINGS: usize = 2;
-/// Maximum weight of a row; that of the normals is 1.
-const MAX_WEIGHT: f64 = 1e4;
+/// Least bound of friction, relative to the greatest, by which the friction of a contact is weighted.
+const MIN_BOUND_SHARE: f64 = 0.01;
 /// Tolerance of the friction bound, relative to the bound.
 const FRICTION_TOLERANCE: f64 = 1e-9;
 
@@ -69,6 +75,22 @@ impl RestingSolver {
         rows.points.iter().filter(|p| p.normal > 0.0).count() <= MAX_CONTACTS
     }
 
+    /// Discards the responses, which those of another factorisation may have replaced.
+    pub fn forget(&mut self) {
+        self.points.clear();
+    }
+
+    /// Returns whether the responses of all rows are known.
+    pub fn covers(&self, rows: &ContactJacobian) -> bool {
+        self.points.len() == rows.points.len()
+    }
+
+    /// Returns the responses of all rows to an impulse along one of them, 1/kg, if [`covers`](Self::covers).
+    #[inline]
+    pub fn responses(&self, row: usize) -> &[f64] {
+        self.coupling.row(row)
+    }
+
     /// Finds the impulses under which all contacts rest at the end of a step of duration `h`, s. `start` are the
     /// impulses that `jacobian` already includes. Contacts that cannot move keep theirs. The tolerance is a velocity,
     /// m/s.
@@ -87,8 +109,9 @@ impl RestingSolver {
         self.presses.clear();
         let presses = |(i, point): (usize, &usize)| start[*point][0] > 0.0 || self.targets[3 * i] > 0.0;
         self.presses.extend(self.points.iter().enumerate().map(presses));
-        self.weights.clear();
-        self.weights.resize(self.targets.len(), 1.0);
+        self.found.clear();
+        self.found.extend(self.points.iter().map(|p| start[*p]));
+        self.weigh_friction(contacts);
         let mut reweightings = 0;
         for _ in 0..MAX_TRIES {
             self.select_active_rows(rows, contacts);
@@ -150,10 +173,10 @@ impl RestingSolver {
             let (above, row) = self.factor.split_at_mut(r * n);
             for c in 0..r {
                 let other = &above[c * n..][..=c];
-                let sum: f64 = row[..c].iter().zip(other).map(|(a, b)| a * b).sum();
+                let sum = dot_slices(&row[..c], other);
                 row[c] = (responses[self.active[c]] - sum) / other[c];
             }
-            let sum: f64 = row[..r].iter().map(|a| a * a).sum();
+            let sum = dot_slices(&row[..r], &row[..r]);
             let pivot = responses[self.active[r]] + REGULARIZATION * greatest * self.weights[self.active[r]] - sum;
             if pivot.is_nan() || pivot <= 0.0 {
                 return false;
@@ -178,7 +201,7 @@ impl RestingSolver {
             }
             for r in 0..n {
                 let row = &self.factor[r * n..][..=r];
-                let sum: f64 = row[..r].iter().zip(&self.step).map(|(a, x)| a * x).sum();
+                let sum = dot_slices(&row[..r], &self.step);
                 self.step[r] = (self.step[r] - sum) / row[r];
             }
             for r in (0..n).rev() {
@@ -197,8 +220,7 @@ impl RestingSolver {
 
     /// Returns by how much the velocity of a row falls short of its target, m/s.
     fn residual(&self, row: usize) -> f64 {
-        let given: f64 = self.coupling.row(row).iter().zip(self.found.iter().flatten()).map(|(w, l)| w * l).sum();
-        self.targets[row] - given
+        self.targets[row] - dot_slices(self.coupling.row(row), self.found.as_flattened())
     }
 
     /// Releases contacts that pull, and adds those that would be penetrated; returns whether any has changed.
@@ -226,13 +248,19 @@ impl RestingSolver {
         self.points.iter().zip(&self.found).any(beyond)
     }
 
-    /// Weights the friction of each contact by the inverse square of its bound, relative to the greatest bound.
+    /// Weights the friction of each contact by the inverse square of its bound under the impulses in `found`, relative
+    /// to the greatest bound.
     fn weigh_friction(&mut self, contacts: &[ContactPoint]) {
+        self.weights.clear();
+        self.weights.resize(self.targets.len(), 1.0);
         let bound = |(point, l): (&usize, &Vec3)| contacts[*point].friction * l[0];
         let greatest = self.points.iter().zip(&self.found).map(bound).fold(0.0, f64::max);
+        if greatest == 0.0 {
+            return;
+        }
         for (bound, weights) in self.points.iter().zip(&self.found).map(bound).zip(self.weights.chunks_exact_mut(3)) {
-            let weight = (greatest / bound).powi(2).clamp(1.0, MAX_WEIGHT);
-            weights[1..].fill(if weight.is_nan() { MAX_WEIGHT } else { weight });
+            let share = (bound / greatest).max(MIN_BOUND_SHARE);
+            weights[1..].fill(1.0 / (share * share));
         }
     }
 
@@ -252,10 +280,11 @@ impl RestingSolver {
     }
 
     /// Returns the greatest change of a row's velocity by a change of the impulses from `start`, m/s.
-    pub fn greatest_change(&self, start: &[Vec3]) -> f64 {
-        let before = || self.points.iter().flat_map(|p| &start[*p]);
-        let changes = || self.found.iter().flatten().zip(before()).map(|(new, old)| new - old);
-        let effect = |row: usize| -> f64 { self.coupling.row(row).iter().zip(changes()).map(|(w, l)| w * l).sum() };
+    pub fn greatest_change(&mut self, start: &[Vec3]) -> f64 {
+        let before = self.points.iter().flat_map(|p| &start[*p]);
+        self.step.clear();
+        self.step.extend(self.found.iter().flatten().zip(before).map(|(new, old)| new - old));
+        let effect = |row: usize| dot_slices(self.coupling.row(row), &self.step);
         (0..self.targets.len()).map(|row| effect(row).abs()).fold(0.0, f64::max)
     }
 }

@@ -40,6 +40,22 @@ pub(crate) fn cross(a: Vec3, b: Vec3) -> Vec3 {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
+/// Returns the sum of the products of two sequences, of which the longer one is cut. It is summed in four interleaved
+/// parts, which processors add side by side.
+#[inline]
+pub(crate) fn dot_slices(a: &[f64], b: &[f64]) -> f64 {
+    let (a, b) = (&a[..a.len().min(b.len())], &b[..a.len().min(b.len())]);
+    let (a, b) = (a.chunks_exact(4), b.chunks_exact(4));
+    let rest: f64 = a.remainder().iter().zip(b.remainder()).map(|(a, b)| a * b).sum();
+    let mut sums = [0.0; 4];
+    for (a, b) in a.zip(b) {
+        for (sum, (a, b)) in sums.iter_mut().zip(a.iter().zip(b)) {
+            *sum += a * b;
+        }
+    }
+    (sums[0] + sums[1]) + (sums[2] + sums[3]) + rest
+}
+
 /// Returns the product of a matrix and a vector.
 #[inline(always)]
 pub(crate) fn turn(m: &Mat3, v: Vec3) -> Vec3 {

@@ -1,4 +1,7 @@
 //! Sweeps over all contacts, each of which solves one contact given the impulses of all others.
+//!
+//! If the responses of all rows to each other are known, because a direct solution was tried first, a sweep updates the
+//! velocities of all rows; otherwise it updates those of the joints, from which it computes the velocity of a row.
 
 use nalgebra::Vector3;
 
@@ -9,6 +12,13 @@ impl Island {
     /// Sweeps over all contacts until their impulses no longer change, at most [`MAX_SWEEPS`] times; returns the number
     /// of sweeps, and whether any impulse has changed.
     pub(super) fn sweep(&mut self, contacts: &[ContactPoint], h: f64) -> (usize, bool) {
+        self.row_velocities.clear();
+        if self.resting.covers(&self.rows) {
+            for point in &self.rows.points {
+                let velocity = |row: usize| point.start[row] + self.rows.velocity_change(point, row);
+                self.row_velocities.extend([0, 1, 2].map(velocity));
+            }
+        }
         for sweep in 1..=MAX_SWEEPS {
             let mut most = 0.0f64;
             for (i, contact) in contacts.iter().enumerate() {
@@ -21,6 +31,26 @@ impl Island {
         (MAX_SWEEPS, true)
     }
 
+    /// Returns the velocity of a row with the impulses so far, m/s.
+    #[inline]
+    fn row_velocity(&self, i: usize, row: usize) -> f64 {
+        let point = &self.rows.points[i];
+        let known = self.row_velocities.get(3 * i + row).copied();
+        known.unwrap_or_else(|| point.start[row] + self.rows.velocity_change(point, row))
+    }
+
+    /// Applies an impulse along a row to the velocities of the sweeps, N s.
+    #[inline]
+    fn push_row(&mut self, i: usize, row: usize, impulse: f64) {
+        if self.row_velocities.is_empty() {
+            self.rows.apply_impulse(i, row, impulse);
+            return;
+        }
+        for (velocity, response) in self.row_velocities.iter_mut().zip(self.resting.responses(3 * i + row)) {
+            *velocity += response * impulse;
+        }
+    }
+
     /// Computes the normal impulse of a contact, given all other impulses; returns the change of its normal velocity,
     /// m/s.
     fn solve_normal(&mut self, i: usize, contact: &ContactPoint, h: f64) -> f64 {
@@ -29,7 +59,7 @@ impl Island {
             return 0.0;
         }
         let old = self.impulses[i][0];
-        let velocity = point.start[0] + self.rows.velocity_change(point, 0);
+        let velocity = self.row_velocity(i, 0);
         let least = point.min_velocity(h);
         let mut new = (old + (least - velocity) / point.normal).max(0.0);
         let fast = contact.impulse == Vector3::zeros() || contact.restitution >= 1.0;
@@ -40,7 +70,7 @@ impl Island {
         self.impulses[i][0] = new;
         let change = (new - old).abs() * point.normal;
         if change > 0.0 {
-            self.rows.apply_impulse(i, 0, new - old);
+            self.push_row(i, 0, new - old);
         }
         change
     }
@@ -60,7 +90,7 @@ impl Island {
             return 0.0;
         }
         let slide = |row: usize| dot(point.axes[row], contact.slide.into());
-        let velocity = |row: usize| point.start[row] + self.rows.velocity_change(point, row) - slide(row);
+        let velocity = |row: usize| self.row_velocity(i, row) - slide(row);
         let (v1, v2) = (velocity(1), velocity(2));
         let determinant = a * c - b * b;
         let mut new = [old1 - (c * v1 - b * v2) / determinant, old2 - (a * v2 - b * v1) / determinant];
@@ -78,8 +108,8 @@ impl Island {
         (self.impulses[i][1], self.impulses[i][2]) = (new[0], new[1]);
         let change = length([new[0] - old1, new[1] - old2]) * (a + c);
         if change > 0.0 {
-            self.rows.apply_impulse(i, 1, new[0] - old1);
-            self.rows.apply_impulse(i, 2, new[1] - old2);
+            self.push_row(i, 1, new[0] - old1);
+            self.push_row(i, 2, new[1] - old2);
         }
         change
     }

@@ -5,8 +5,8 @@
 //! drive      controllers compute the velocities that drives command; parked mechanisms may sleep
 //! push       forces from outside, efforts carried over from the last step, the first half of gyroscopic motion
 //! prepare    what the end of the step is compared with; couplings, separation and friction of this step's contacts
-//! solve      rapier finds contacts and moves its bodies; then trees move theirs
-//! finish     loads of joints, the second half of gyroscopic motion, forces as they were; frozen bodies are found
+//! solve      rapier finds contacts and moves its bodies, unless only trees move; then trees move theirs
+//! finish     loads of joints, the second half of gyroscopic motion, forces as they were
 //! ```
 //!
 //! Scripts and actuators add forces before `push`, when drives are known.
@@ -70,9 +70,12 @@ impl EngineState {
 
     fn solve(&mut self) {
         let EngineState { bodies, contacts, joints, forms } = self;
-        let filter = PairFilter::new(contacts, bodies);
-        bodies.world.step_with_events(&filter, &());
-        contacts.update_separations(bodies);
+        if !forms.trees.detect_alone(bodies, contacts) {
+            let filter = PairFilter::new(contacts, bodies);
+            bodies.world.step_with_events(&filter, &());
+            contacts.update_separations(bodies);
+            bodies.collect_frozen();
+        }
         forms.after_step(bodies, joints);
     }
 
@@ -81,7 +84,6 @@ impl EngineState {
         joints.measure_loads(bodies, &forms.trees.touches);
         bodies.finish_spin();
         bodies.restore_forces();
-        bodies.collect_frozen();
     }
 
     /// Ends an advance of several steps: its forces and motions no longer act.

@@ -18,4 +18,4 @@ mod table;
 
 pub(crate) use filter::PairFilter;
 pub(crate) use report::TreeContact;
-pub(crate) use table::Contacts;
+pub(crate) use table::{Contacts, MAX_FRICTION};

@@ -40,6 +40,19 @@ pub(crate) fn install(world: &mut PhysicsWorld) {
     world.integration_parameters.contact_clustering = false;
 }
 
+/// Finds the contact faces of two shapes; `pos12` is the pose of the second in the frame of the first. Points that are
+/// farther apart than `prediction`, m, may be missing. `manifolds` is cleared.
+pub(crate) fn find(pos12: &Pose, a: &dyn Shape, b: &dyn Shape, prediction: f64, manifolds: &mut Vec<ContactManifold>) {
+    manifolds.clear();
+    let dispatcher = ManifoldDispatcher.chain(DefaultQueryDispatcher);
+    if dispatcher.contact_manifolds(pos12, a, b, prediction, manifolds, &mut None).is_err() {
+        manifolds.clear();
+    }
+    for manifold in manifolds {
+        merge::reduce(&mut manifold.points, manifold.local_n1);
+    }
+}
+
 /// Returns the shape itself, or the hull that `shapes` has wrapped in a compound.
 fn unwrapped(shape: &dyn Shape) -> &dyn Shape {
     match shape.as_compound().map(|compound| compound.shapes()) {
@@ -50,18 +63,13 @@ fn unwrapped(shape: &dyn Shape) -> &dyn Shape {
 
 /// Returns whether one of two shapes is a half-space and the local bounding box of the other one is farther from it than
 /// `prediction`, m. A half-space has no bounding box, so every moving shape is a pair with each half-space in every step.
-/// Other shapes than compounds and meshes, whose boxes are computed in advance, are cheap to test as they are.
 fn is_far_from_plane(pos12: &Pose, a: &dyn Shape, b: &dyn Shape, prediction: f64) -> bool {
     let (pose, plane, other) = match (a.as_halfspace(), b.as_halfspace()) {
         (Some(plane), None) => (*pos12, plane, b),
         (None, Some(plane)) => (pos12.inverse(), plane, a),
         _ => return false,
     };
-    let bounds = match (other.as_compound(), other.as_trimesh()) {
-        (Some(compound), _) => *compound.local_aabb(),
-        (_, Some(mesh)) => mesh.local_aabb(),
-        _ => return false,
-    };
+    let bounds = other.compute_local_aabb();
     let up = pose.rotation.inverse() * plane.normal;
     let centre = bounds.center().dot(up) + pose.translation.dot(plane.normal);
     centre - bounds.half_extents().dot(up.abs()) > prediction

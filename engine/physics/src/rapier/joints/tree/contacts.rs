@@ -3,12 +3,13 @@
 use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
 use rapier3d::{
     dynamics::RigidBody,
-    geometry::{ColliderHandle, ContactManifold, ContactPair, PairContacts},
+    geometry::{ColliderHandle, ContactManifold, ContactPair, PairContacts, SolverContact},
     math::{Pose, Vector},
 };
 use tatu_mechanisms::{ContactPoint, ContactSide};
 
 use super::{
+    detect::DetectedFace,
     records::{ContactKey, WarmStartImpulse},
     table::TreeJoints,
 };
@@ -60,9 +61,41 @@ impl ContactPartner {
     }
 }
 
+/// A contact point, from rapier's narrow phase or from [`super::detect`].
+pub(crate) struct FacePoint {
+    /// The point on each body, in the world frame, m.
+    pub places: [Vector3<f64>; 2],
+    /// Unit vector from the first body to the second.
+    pub normal: Vector3<f64>,
+    /// Tangential velocity of the second surface over the first, m/s.
+    pub slide: Vector3<f64>,
+    pub friction: f64,
+    pub restitution: f64,
+    pub key: ContactKey,
+}
+
 impl TreeJoints {
     /// Returns the contacts of all links, sorted by colliders.
-    pub(super) fn find_contacts(&self, bodies: &Bodies) -> Vec<DetectedContact> {
+    pub(super) fn find_contacts(&mut self, bodies: &Bodies) -> Vec<DetectedContact> {
+        match self.detected.take() {
+            Some(faces) => self.read_detected_faces(bodies, &faces),
+            None => self.read_narrow_phase(bodies),
+        }
+    }
+
+    fn read_detected_faces(&self, bodies: &Bodies, faces: &[DetectedFace]) -> Vec<DetectedContact> {
+        let mut found = Vec::new();
+        for face in faces {
+            let [Some(a), Some(b)] = face.colliders.map(|c| self.contact_partner(bodies, c)) else { continue };
+            let index = found.last().map_or(0, |f: &DetectedContact| f.face + 1);
+            for point in &face.points {
+                self.add_point(bodies, point, [&a, &b], index, &mut found);
+            }
+        }
+        found
+    }
+
+    fn read_narrow_phase(&self, bodies: &Bodies) -> Vec<DetectedContact> {
         let mut found = Vec::new();
         let mut pairs: Vec<&ContactPair> = Vec::new();
         for body in self.links.keys() {
@@ -120,46 +153,34 @@ impl TreeJoints {
         let PairContacts::Rigid(rigid) = &pair.contacts else { return };
         for manifold in rigid.solver_manifolds() {
             let face = found.last().map_or(0, |f: &DetectedContact| f.face + 1);
-            for i in 0..manifold.data.solver_contacts.len() {
-                if let Some(mut new) = self.read_point(bodies, pair, (manifold, i), partners) {
-                    new.face = face;
-                    // Some forms use feature 0 for all points, so equal keys must be distinguished by a counter.
-                    while found.iter().rev().take_while(|f| f.key[..2] == new.key[..2]).any(|f| f.key == new.key) {
-                        new.key[6] += 1;
-                    }
-                    found.push(new);
+            for at in &manifold.data.solver_contacts {
+                if let Some(point) = face_point(pair, manifold, at, partners) {
+                    self.add_point(bodies, &point, partners, face, found);
                 }
             }
         }
     }
 
-    /// Reads the solver contact with index `i` of a manifold.
-    fn read_point(
+    /// Adds a point of the face with the index `face`, unless it is too far away to touch in this step.
+    fn add_point(
         &self,
         bodies: &Bodies,
-        pair: &ContactPair,
-        (manifold, i): (&ContactManifold, usize),
+        point: &FacePoint,
         [a, b]: [&ContactPartner; 2],
-    ) -> Option<DetectedContact> {
-        let (data, at) = (&manifold.data, &manifold.data.solver_contacts[i]);
-        let feature = manifold.points.get((at.contact_id[0] & 0x7fff_ffff) as usize)?;
-        // Rapier stores the anchor of a side in the world frame if the contact can move only the other side.
-        let place = |partner: &ContactPartner, anchor: Vector, own: bool| {
-            let anchor = convert::vector_back(anchor);
-            if own { (partner.pose * Point3::from(anchor)).coords } else { anchor }
-        };
-        let first = place(a, at.anchor1, data.relative_dominance <= 0);
-        let second = place(b, at.anchor2, data.relative_dominance >= 0);
-        let normal = convert::vector_back(data.normal);
+        face: usize,
+        found: &mut Vec<DetectedContact>,
+    ) {
+        let ([first, second], normal) = (point.places, point.normal);
         // Parry has no normal for forms that touch exactly.
         if normal.norm_squared() < 0.5 {
-            return None;
+            return;
         }
         let dt = bodies.world.integration_parameters.dt;
         let relative = a.velocity_at(&first) - b.velocity_at(&second);
         let approach = relative.dot(&normal);
-        if (second - first).dot(&normal) > MAX_CONTACT_DISTANCE + 2.0 * dt * approach.max(0.0) {
-            return None;
+        let distance = (second - first).dot(&normal);
+        if distance > MAX_CONTACT_DISTANCE + 2.0 * dt * approach.max(0.0) {
+            return;
         }
         let middle = (first + second) / 2.0;
         let arms = [a, b].map(|partner| match partner.side {
@@ -176,33 +197,34 @@ impl TreeJoints {
         let numbers = &bodies.world.integration_parameters;
         let spring =
             if a.is_fixed || b.is_fixed { &numbers.static_contact_softness } else { &numbers.contact_softness };
-        let [c1, c2] = [pair.collider1, pair.collider2].map(index);
-        let slide = convert::vector_back(at.tangent_velocity);
-        let slip = (relative - normal * approach + slide).norm();
-        let key = [c1, c2, manifold.subshape1, manifold.subshape2, feature.fid1.0, feature.fid2.0, 0];
+        let mut key = point.key;
+        // Some forms use feature 0 for all points, so equal keys must be distinguished by a counter.
+        while found.iter().rev().take_while(|f| f.key[..2] == key[..2]).any(|f| f.key == key) {
+            key[6] += 1;
+        }
         let last = self.warm_start.binary_search_by_key(&key, |k| k.key).ok();
         let contact = ContactPoint {
             sides: [a.side, b.side],
             arms,
-            distance: (second - first).dot(&normal),
+            distance,
             drift: outside(b, &second) - outside(a, &first),
             normal,
-            slide,
-            friction: data.friction,
-            restitution: data.restitution,
+            slide: point.slide,
+            friction: point.friction,
+            restitution: point.restitution,
             recovery: spring.erp_inv_dt(bodies.usual_substep()),
             impulse: last.map_or_else(Vector3::zeros, |i| self.warm_start[i].impulse),
         };
-        Some(DetectedContact {
+        found.push(DetectedContact {
             contact,
             key,
-            face: 0,
+            face,
             bodies: (a.body, b.body),
             place: middle,
             total: Vector3::zeros(),
             approach,
-            slip,
-        })
+            slip: (relative - normal * approach + point.slide).norm(),
+        });
     }
 
     /// Discards the stored contacts of a body that is about to be removed, because rapier can reuse the indices of its
@@ -248,6 +270,34 @@ impl TreeJoints {
     }
 }
 
+/// Reads a solver contact of rapier.
+fn face_point(
+    pair: &ContactPair,
+    manifold: &ContactManifold,
+    at: &SolverContact,
+    [a, b]: [&ContactPartner; 2],
+) -> Option<FacePoint> {
+    let data = &manifold.data;
+    let feature = manifold.points.get((at.contact_id[0] & 0x7fff_ffff) as usize)?;
+    // Rapier stores the anchor of a side in the world frame if the contact can move only the other side.
+    let place = |partner: &ContactPartner, anchor: Vector, own: bool| {
+        let anchor = convert::vector_back(anchor);
+        if own { (partner.pose * Point3::from(anchor)).coords } else { anchor }
+    };
+    let [c1, c2] = [pair.collider1, pair.collider2].map(index);
+    Some(FacePoint {
+        places: [
+            place(a, at.anchor1, data.relative_dominance <= 0),
+            place(b, at.anchor2, data.relative_dominance >= 0),
+        ],
+        normal: convert::vector_back(data.normal),
+        slide: convert::vector_back(at.tangent_velocity),
+        friction: data.friction,
+        restitution: data.restitution,
+        key: [c1, c2, manifold.subshape1, manifold.subshape2, feature.fid1.0, feature.fid2.0, 0],
+    })
+}
+
 fn has_points(pair: &ContactPair) -> bool {
     let PairContacts::Rigid(rigid) = &pair.contacts else { return false };
     rigid.solver_manifolds().iter().any(|manifold| !manifold.data.solver_contacts.is_empty())
@@ -265,6 +315,6 @@ fn pose_before(bodies: &Bodies, id: BodyId, body: &RigidBody, dt: f64) -> Isomet
 }
 
 /// Returns the index of a collider, which is unique among the colliders that exist at the same time.
-fn index(collider: ColliderHandle) -> u32 {
+pub(super) fn index(collider: ColliderHandle) -> u32 {
     collider.into_raw_parts().0
 }

@@ -5,8 +5,8 @@
 //! that a tree touches or is about to touch (`reach`, `approach`), because a contact must be solved on both sides;
 //! `crowd` leaves mechanisms to rapier while they are in a pile or touch bodies that only rapier can solve; `arrange`
 //! finds the mechanisms that joints form, and `build` builds their trees. In a step, `step` moves the trees in
-//! sub-steps, driven as `drives` says, using the contacts that rapier has detected and `contacts` reads. `solver` adds
-//! and removes joints.
+//! sub-steps (`substeps`), driven as `drives` says, using the contacts that rapier has detected and `contacts` reads. If
+//! only trees move, `detect` finds the contacts, and rapier is not called. `solver` adds and removes joints.
 
 mod adopt;
 mod approach;
@@ -14,6 +14,7 @@ mod arrange;
 mod build;
 mod contacts;
 mod crowd;
+mod detect;
 mod drives;
 mod reach;
 mod records;

@@ -5,7 +5,10 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 use tatu_mechanisms::ContactSide;
 
-use super::records::{CrowdedMechanism, Mechanism, WarmStartImpulse};
+use super::{
+    detect::DetectedFace,
+    records::{CrowdedMechanism, Mechanism, WarmStartImpulse},
+};
 use crate::{BodyId, rapier::contacts::TreeContact};
 
 /// The mechanisms that are solved as trees.
@@ -22,6 +25,9 @@ pub(crate) struct TreeJoints {
     pub adopted: BTreeMap<BodyId, f64>,
     /// Mechanisms that are in reduced form while they are in a crowd.
     pub crowded: Vec<CrowdedMechanism>,
+    /// The contact faces of this step, if they were found here instead of by rapier: see [`super::detect`].
+    #[serde(skip)]
+    pub detected: Option<Vec<DetectedFace>>,
     /// Impulses of contacts in the last step, sorted by key.
     pub warm_start: Vec<WarmStartImpulse>,
     /// Forces of contacts in the last step.

@@ -1,0 +1,182 @@
+//! Collision detection for scenes in which only trees move.
+//!
+//! Rapier's pipeline would do more for links than to find their contacts: it sorts them into islands, prepares its
+//! solver and integrates positions that are then replaced, which costs a standing robot more than its own dynamics. If
+//! no other body moves, and contacts need none of rapier's constraints or hooks, rapier is therefore not called, and
+//! contacts are found here: the boxes of all colliders are swept along one axis, and each pair is tested by `faces`.
+//! Rapier learns of all changes since when it is next called.
+//!
+//! Whether this is possible follows from the state, so it does not depend on how the state was reached.
+
+use rapier3d::{
+    dynamics::{CoefficientCombineRule, RigidBody},
+    geometry::{Aabb, BoundingVolume, Collider, ColliderHandle, ContactManifold, Shape},
+    math::{Pose, Vector},
+};
+
+use super::{
+    contacts::{FacePoint, index},
+    table::TreeJoints,
+};
+use crate::{
+    BodyId, MotionType, convert,
+    rapier::{
+        bodies::Bodies,
+        contacts::{
+            Contacts, MAX_FRICTION, faces,
+            masks::{self, ColliderTag},
+        },
+    },
+};
+
+/// Maximum number of colliders of bodies that do not move. They are swept anew in each step, which costs more than
+/// rapier's tree of boxes if there are many.
+const MAX_STILL_COLLIDERS: usize = 256;
+
+/// A contact face of two colliders.
+pub(crate) struct DetectedFace {
+    /// The colliders, that with the lower index first.
+    pub colliders: [ColliderHandle; 2],
+    pub points: Vec<FacePoint>,
+}
+
+/// A collider in the world frame.
+struct PlacedCollider<'a> {
+    handle: ColliderHandle,
+    tag: ColliderTag,
+    collider: &'a Collider,
+    pose: Pose,
+    /// Bounding box, enlarged by `ahead`.
+    bounds: Aabb,
+    /// Distance up to which contacts are found, m.
+    ahead: f64,
+    /// Whether a tree moves the body.
+    is_link: bool,
+}
+
+impl TreeJoints {
+    /// Finds the contacts of this step if only trees move; returns false if rapier must do so.
+    pub fn detect_alone(&mut self, bodies: &Bodies, contacts: &Contacts) -> bool {
+        self.detected = self.placed_colliders(bodies, contacts).map(|placed| detect(&placed));
+        self.detected.is_some()
+    }
+
+    /// Returns all colliders, or `None` if rapier must find their contacts.
+    fn placed_colliders<'a>(&self, bodies: &'a Bodies, contacts: &Contacts) -> Option<Vec<PlacedCollider<'a>>> {
+        let special = !contacts.pairs.is_empty() || !contacts.surfaces.is_empty() || !contacts.separations.is_empty();
+        if self.mechanisms.is_empty() || !self.crowded.is_empty() || special || !bodies.moving.is_empty() {
+            return None;
+        }
+        let prediction = bodies.world.integration_parameters.prediction_distance();
+        let (mut placed, mut still) = (Vec::new(), 0);
+        for (id, record) in (0..).map(BodyId).zip(&bodies.records) {
+            let Some(record) = record else { continue };
+            let body = bodies.world.bodies.get(record.handle)?;
+            if !body.is_enabled() {
+                continue;
+            }
+            let is_link = self.links.contains_key(&id);
+            if !is_link && !is_still(record.motion, body) {
+                return None;
+            }
+            for handle in body.colliders() {
+                let collider = bodies.world.colliders.get(*handle)?;
+                // Rapier's hook corrects the restitution for the time at which the bodies touch.
+                if !collider.is_enabled() || collider.restitution() > 0.0 {
+                    return None;
+                }
+                still += usize::from(!is_link);
+                let pose = collider.position_wrt_parent().map_or(*body.position(), |own| body.position() * own);
+                let ahead = prediction + body.soft_ccd_prediction();
+                placed.push(PlacedCollider {
+                    handle: *handle,
+                    tag: ColliderTag::unpack(collider.user_data),
+                    collider,
+                    pose,
+                    bounds: collider.shape().compute_aabb(&pose).loosened(ahead),
+                    ahead,
+                    is_link,
+                });
+            }
+        }
+        (still <= MAX_STILL_COLLIDERS).then_some(placed)
+    }
+}
+
+/// Returns whether a body that is not a link does not move.
+fn is_still(motion: MotionType, body: &RigidBody) -> bool {
+    motion != MotionType::Dynamic && body.linvel() == Vector::ZERO && body.angvel() == Vector::ZERO
+}
+
+/// Returns the axis along which the links are spread farthest.
+fn sweep_axis(placed: &[PlacedCollider<'_>]) -> usize {
+    let links = || placed.iter().filter(|p| p.is_link);
+    let low = links().fold(Vector::INFINITY, |low, p| low.min(p.bounds.mins));
+    let high = links().fold(Vector::NEG_INFINITY, |high, p| high.max(p.bounds.maxs));
+    let spread = high - low;
+    (1..3).fold(0, |widest, axis| if spread[axis] > spread[widest] { axis } else { widest })
+}
+
+/// Finds the faces of all pairs of which at least one is a link, sorted by colliders.
+fn detect(placed: &[PlacedCollider<'_>]) -> Vec<DetectedFace> {
+    let axis = sweep_axis(placed);
+    let [low, high] =
+        [|p: &PlacedCollider<'_>, axis| p.bounds.mins[axis], |p: &PlacedCollider<'_>, axis| p.bounds.maxs[axis]];
+    let mut order: Vec<usize> = (0..placed.len()).collect();
+    order.sort_unstable_by(|a, b| low(&placed[*a], axis).total_cmp(&low(&placed[*b], axis)).then(a.cmp(b)));
+    let mut pairs = Vec::new();
+    for (i, a) in order.iter().enumerate() {
+        let first = &placed[*a];
+        let end = high(first, axis);
+        for b in order[i + 1..].iter().take_while(|b| low(&placed[**b], axis) <= end) {
+            let second = &placed[*b];
+            if may_touch(first, second) {
+                pairs.push(if index(first.handle) < index(second.handle) { (*a, *b) } else { (*b, *a) });
+            }
+        }
+    }
+    pairs.sort_unstable_by_key(|(a, b)| (index(placed[*a].handle), index(placed[*b].handle)));
+    let (mut found, mut manifolds) = (Vec::new(), Vec::new());
+    for (a, b) in pairs {
+        let (a, b) = (&placed[a], &placed[b]);
+        faces::find(&a.pose.inv_mul(&b.pose), a.shape(), b.shape(), a.ahead.max(b.ahead), &mut manifolds);
+        let touching = manifolds.iter().filter(|m| !m.points.is_empty());
+        found.extend(touching.map(|m| detected_face(a, b, m)));
+    }
+    found
+}
+
+fn may_touch(a: &PlacedCollider<'_>, b: &PlacedCollider<'_>) -> bool {
+    (a.is_link || b.is_link)
+        && a.tag.body != b.tag.body
+        && masks::masks_collide(a.tag.collision_mask, b.tag.collision_mask)
+        && a.bounds.intersects(&b.bounds)
+}
+
+impl PlacedCollider<'_> {
+    fn shape(&self) -> &dyn Shape {
+        self.collider.shape()
+    }
+}
+
+fn detected_face(a: &PlacedCollider<'_>, b: &PlacedCollider<'_>, manifold: &ContactManifold) -> DetectedFace {
+    let poses = [
+        manifold.subshape_pos1().map_or(a.pose, |part| a.pose * part),
+        manifold.subshape_pos2().map_or(b.pose, |part| b.pose * part),
+    ];
+    let normal = convert::vector_back(poses[0].rotation * manifold.local_n1);
+    let combined = |value: fn(&Collider) -> f64, rule: fn(&Collider) -> CoefficientCombineRule| {
+        let [first, second] = [a.collider, b.collider];
+        CoefficientCombineRule::combine(value(first), value(second), rule(first), rule(second))
+    };
+    let friction = combined(Collider::friction, Collider::friction_combine_rule).min(MAX_FRICTION);
+    let point = |p: &rapier3d::parry::query::TrackedContact<rapier3d::geometry::ContactData>| FacePoint {
+        places: [poses[0] * p.local_p1, poses[1] * p.local_p2].map(convert::vector_back),
+        normal,
+        slide: nalgebra::Vector3::zeros(),
+        friction,
+        restitution: 0.0,
+        key: [index(a.handle), index(b.handle), manifold.subshape1, manifold.subshape2, p.fid1.0, p.fid2.0, 0],
+    };
+    DetectedFace { colliders: [a.handle, b.handle], points: manifold.points.iter().map(point).collect() }
+}
