@@ -92,14 +92,14 @@ def joints(file):
             yield joint.get("name"), *((-math.inf, math.inf) if unlimited else range_of), joint.get("type")
 
 
-def tatu(program, solver, file, robot, expected):
-    """Returns the time of a step, µs, from the difference of two runs, which excludes the time to load the scene."""
+def scene_text(solver, file, robot):
+    """Returns a scene with the robot on a floor, which prints the height of the watched link at its end."""
     # The body of the root link has the name of the robot.
     link = ElementTree.parse(file).getroot().get("name") if robot.floats else robot.watched
     held = "".join(
         f'"{name}.{key}_{"m" if kind == "prismatic" else "rad"}" = {float(position(robot, name, low, high))}\n'
         for name, low, high, kind in joints(file) for key in ("joint_position", "target_position"))
-    scene = f"""format = 1
+    return f"""format = 1
 [scene]
 joint_solver = "{solver}"
 [set]
@@ -121,9 +121,13 @@ alias = "measure"
 [object.script]
 text = "function sysCall_cleanup() print('height', sim.getObjectPosition(sim.getObjectHandle('{link}'), -1)[3]) end"
 """
+
+
+def tatu(program, solver, file, robot, expected):
+    """Returns the time of a step, µs, from the difference of two runs, which excludes the time to load the scene."""
     spent = []
     with tempfile.TemporaryDirectory() as folder:
-        Path(folder, "s.toml").write_text(scene)
+        Path(folder, "s.toml").write_text(scene_text(solver, file, robot))
         for seconds in (SECONDS / 4, SECONDS):
             run = [program, "run", str(Path(folder, "s.toml")), "--json", "--threads", "1", "--seconds", str(seconds)]
             before = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
@@ -134,8 +138,8 @@ text = "function sysCall_cleanup() print('height', sim.getObjectPosition(sim.get
     return (spent[1] - spent[0]) / (SECONDS * 3 / 4 / DT) * 1e6
 
 
-def of_mujoco(file, robot):
-    """Returns the time of a step, µs, and the height of the watched link at the start, m."""
+def model_of(file, robot):
+    """Returns the robot as a model of MuJoCo, the data at its start, and the name of the watched body."""
     text = Path(file).read_text()
     for tag in ("gazebo", "transmission"):
         text = re.sub(rf"<{tag}\b[^>]*/>", "", text)
@@ -175,7 +179,13 @@ def of_mujoco(file, robot):
         name = model.actuator(i).name
         data.ctrl[i] = data.joint(name).qpos[0] = held[name]
     mujoco.mj_forward(model, data)
-    watched = data.body(root if robot.floats else robot.watched)
+    return model, data, root if robot.floats else robot.watched
+
+
+def of_mujoco(file, robot):
+    """Returns the time of a step, µs, and the height of the watched link at the start, m."""
+    model, data, watched = model_of(file, robot)
+    watched = data.body(watched)
     start = float(watched.xpos[2])
     half = round(SECONDS / 2 / DT)
     mujoco.mj_step(model, data, half)

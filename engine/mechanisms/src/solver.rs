@@ -28,12 +28,16 @@ pub enum IntegrationScheme {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct StepReport {
     /// Number of linear solves: 3 ([`IntegrationScheme::Leapfrog`]: 2) if every guess was correct, or 1 if, in
-    /// addition, no velocity changed.
+    /// addition, velocities hardly changed.
     pub solutions: usize,
     /// Whether the laws of all drives, friction and limits were satisfied. If not, the forces of this step are within
     /// their bounds, but a drive may have missed its target, or a joint may have lost momentum at a limit.
     pub satisfied: bool,
 }
+
+/// Change of velocities in a step, m/s or rad/s, below which bias forces and poses are not recomputed: they would change
+/// the velocities by less than a thousandth of it.
+const STEADY_VELOCITY_CHANGE: f64 = 1e-9;
 
 /// Simulates a tree. Owns all memory that a step needs; only [`new`](Self::new) allocates.
 ///
@@ -87,14 +91,14 @@ impl TreeSolver {
         step.set_laws(tree, state, drives, h, None);
         step.guess(tree, &state.v, gravity, h);
         let mut search = step.solve(tree, &state.v, h)?;
-        // If no velocity changes, further iterations would yield the same result.
+        // If velocities hardly change, further iterations would yield the same result.
         step.store_velocities();
-        if step.pivot.ends != state.v {
+        if step.max_velocity_change(&state.v) > STEADY_VELOCITY_CHANGE {
             step.use_mean_velocities(tree, &state.v, gravity);
             search = search.and(step.solve(tree, &state.v, h)?);
         }
         step.store_velocities();
-        if step.pivot.ends != state.v && self.scheme == IntegrationScheme::Midpoint {
+        if step.max_velocity_change(&state.v) > STEADY_VELOCITY_CHANGE && self.scheme == IntegrationScheme::Midpoint {
             step.use_mean_poses(tree, state, gravity, h);
             search = search.and(step.solve(tree, &state.v, h)?);
         }

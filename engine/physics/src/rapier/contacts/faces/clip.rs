@@ -18,6 +18,9 @@ use super::{face::FeaturePolygon, merge};
 /// Depth by which the closest points must exceed all others to become a contact point themselves, m.
 const MIN_DEPTH_LEAD: f64 = 1e-4;
 
+/// Distance of the closest points, m, below which their direction is decided by rounding.
+const MIN_RELIABLE_DISTANCE: f64 = 1e-8;
+
 /// Maximum depth of a point, relative to that of the deepest, if the normal was corrected for a mesh: the corrected
 /// normal may be far from the direction in which the forms are closest.
 const MAX_CORRECTED_DEPTH_RATIO: f64 = 5.0;
@@ -60,8 +63,12 @@ pub(super) fn contacts(
             return Ok(());
         }
     };
-    // Forms that touch exactly have no direction: that of the previous step remains, or else that of their origins.
-    let direction = [Some(direction), guess, pos12.translation.try_normalize()]
+    // Forms that touch exactly have no direction, or one that is decided by rounding: that of the previous step remains,
+    // or else that of their origins.
+    let (found, last) = (Some(direction), guess);
+    let touch = (p2 - p1).length() < MIN_RELIABLE_DISTANCE;
+    let [first, second] = if touch { [last, found] } else { [found, last] };
+    let direction = [first, second, pos12.translation.try_normalize()]
         .into_iter()
         .flatten()
         .find(|d| d.length_squared() > 0.5)

@@ -40,10 +40,23 @@ pub(crate) fn install(world: &mut PhysicsWorld) {
     world.integration_parameters.contact_clustering = false;
 }
 
-/// Finds the contact faces of two shapes; `pos12` is the pose of the second in the frame of the first. Points that are
-/// farther apart than `prediction`, m, may be missing. `manifolds` is cleared.
-pub(crate) fn find(pos12: &Pose, a: &dyn Shape, b: &dyn Shape, prediction: f64, manifolds: &mut Vec<ContactManifold>) {
+/// Finds the contact faces of two shapes; `pos12` is the pose of the second in the frame of the first, and `guess` the
+/// normal in the previous step in the frame of the first. Points that are farther apart than `prediction`, m, may be
+/// missing. `manifolds` is replaced.
+pub(crate) fn find(
+    pos12: &Pose,
+    [a, b]: [&dyn Shape; 2],
+    prediction: f64,
+    guess: Option<Vector>,
+    manifolds: &mut Vec<ContactManifold>,
+) {
     manifolds.clear();
+    let has_parts = |shape| unwrapped(shape).as_composite_shape().is_some();
+    if let Some(normal) = guess.filter(|_| !has_parts(a) && !has_parts(b)) {
+        let mut manifold = ContactManifold::new();
+        manifold.local_n1 = normal;
+        manifolds.push(manifold);
+    }
     let dispatcher = ManifoldDispatcher.chain(DefaultQueryDispatcher);
     if dispatcher.contact_manifolds(pos12, a, b, prediction, manifolds, &mut None).is_err() {
         manifolds.clear();

@@ -9,8 +9,7 @@ use rapier3d::{
 use tatu_mechanisms::{ContactPoint, ContactSide};
 
 use super::{
-    detect::DetectedFace,
-    records::{ContactKey, WarmStartImpulse},
+    records::{ContactKey, DetectedFace, FacePoint, WarmStartImpulse},
     table::TreeJoints,
 };
 use crate::{
@@ -61,19 +60,6 @@ impl ContactPartner {
     }
 }
 
-/// A contact point, from rapier's narrow phase or from [`super::detect`].
-pub(crate) struct FacePoint {
-    /// The point on each body, in the world frame, m.
-    pub places: [Vector3<f64>; 2],
-    /// Unit vector from the first body to the second.
-    pub normal: Vector3<f64>,
-    /// Tangential velocity of the second surface over the first, m/s.
-    pub slide: Vector3<f64>,
-    pub friction: f64,
-    pub restitution: f64,
-    pub key: ContactKey,
-}
-
 impl TreeJoints {
     /// Returns the contacts of all links, sorted by colliders.
     pub(super) fn find_contacts(&mut self, bodies: &Bodies) -> Vec<DetectedContact> {
@@ -107,7 +93,7 @@ impl TreeJoints {
             // Most pairs are of neighbouring links, which do not collide.
             pairs.retain(|pair| has_points(pair));
             // Rapier's order of pairs depends on earlier steps.
-            pairs.sort_by_key(|p| (index(p.collider1), index(p.collider2)));
+            pairs.sort_by_key(|p| (collider_index(p.collider1), collider_index(p.collider2)));
             for pair in pairs.drain(..) {
                 let (Some(a), Some(b)) =
                     (self.contact_partner(bodies, pair.collider1), self.contact_partner(bodies, pair.collider2))
@@ -231,8 +217,9 @@ impl TreeJoints {
     /// colliders.
     pub fn discard_contacts(&mut self, bodies: &Bodies, body: BodyId) {
         let Some(handle) = bodies.record(body).map(|r| r.handle) else { return };
-        let gone: Vec<u32> = bodies.world.bodies[handle].colliders().iter().map(|c| index(*c)).collect();
+        let gone: Vec<u32> = bodies.world.bodies[handle].colliders().iter().map(|c| collider_index(*c)).collect();
         self.warm_start.retain(|k| !gone.contains(&k.key[0]) && !gone.contains(&k.key[1]));
+        self.normals.retain(|n| !n.pair.iter().any(|c| gone.contains(c)));
         self.touches.retain(|t| t.bodies.0 != body && t.bodies.1 != body);
     }
 
@@ -284,7 +271,7 @@ fn face_point(
         let anchor = convert::vector_back(anchor);
         if own { (partner.pose * Point3::from(anchor)).coords } else { anchor }
     };
-    let [c1, c2] = [pair.collider1, pair.collider2].map(index);
+    let [c1, c2] = [pair.collider1, pair.collider2].map(collider_index);
     Some(FacePoint {
         places: [
             place(a, at.anchor1, data.relative_dominance <= 0),
@@ -312,9 +299,4 @@ fn pose_before(bodies: &Bodies, id: BodyId, body: &RigidBody, dt: f64) -> Isomet
     pose.translation.vector -= convert::vector_back(body.linvel()) * dt;
     pose.rotation = UnitQuaternion::new(convert::vector_back(body.angvel()) * -dt) * pose.rotation;
     pose
-}
-
-/// Returns the index of a collider, which is unique among the colliders that exist at the same time.
-pub(super) fn index(collider: ColliderHandle) -> u32 {
-    collider.into_raw_parts().0
 }

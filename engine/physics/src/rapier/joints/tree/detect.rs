@@ -15,7 +15,7 @@ use rapier3d::{
 };
 
 use super::{
-    contacts::{FacePoint, index},
+    records::{DetectedFace, FacePoint, PairNormal, collider_index},
     table::TreeJoints,
 };
 use crate::{
@@ -32,13 +32,6 @@ use crate::{
 /// Maximum number of colliders of bodies that do not move. They are swept anew in each step, which costs more than
 /// rapier's tree of boxes if there are many.
 const MAX_STILL_COLLIDERS: usize = 256;
-
-/// A contact face of two colliders.
-pub(crate) struct DetectedFace {
-    /// The colliders, that with the lower index first.
-    pub colliders: [ColliderHandle; 2],
-    pub points: Vec<FacePoint>,
-}
 
 /// A collider in the world frame.
 struct PlacedCollider<'a> {
@@ -57,14 +50,18 @@ struct PlacedCollider<'a> {
 impl TreeJoints {
     /// Finds the contacts of this step if only trees move; returns false if rapier must do so.
     pub fn detect_alone(&mut self, bodies: &Bodies, contacts: &Contacts) -> bool {
-        self.detected = self.placed_colliders(bodies, contacts).map(|placed| detect(&placed));
+        let last = std::mem::take(&mut self.normals);
+        let placed = self.placed_colliders(bodies, contacts);
+        self.detected = placed.map(|placed| detect(&placed, &last, &mut self.normals));
         self.detected.is_some()
     }
 
     /// Returns all colliders, or `None` if rapier must find their contacts.
     fn placed_colliders<'a>(&self, bodies: &'a Bodies, contacts: &Contacts) -> Option<Vec<PlacedCollider<'a>>> {
         let special = !contacts.pairs.is_empty() || !contacts.surfaces.is_empty() || !contacts.separations.is_empty();
-        if self.mechanisms.is_empty() || !self.crowded.is_empty() || special || !bodies.moving.is_empty() {
+        // Adopted bodies are released when rapier's narrow phase finds that nothing touches them.
+        let free = !self.adopted.is_empty() || !self.crowded.is_empty();
+        if self.mechanisms.is_empty() || free || special || !bodies.moving.is_empty() {
             return None;
         }
         let prediction = bodies.world.integration_parameters.prediction_distance();
@@ -117,8 +114,9 @@ fn sweep_axis(placed: &[PlacedCollider<'_>]) -> usize {
     (1..3).fold(0, |widest, axis| if spread[axis] > spread[widest] { axis } else { widest })
 }
 
-/// Finds the faces of all pairs of which at least one is a link, sorted by colliders.
-fn detect(placed: &[PlacedCollider<'_>]) -> Vec<DetectedFace> {
+/// Finds the faces of all pairs of which at least one is a link, sorted by colliders. Forms that touch exactly keep the
+/// normal that they had in the previous step, `last`; `normals` receives those of this step.
+fn detect(placed: &[PlacedCollider<'_>], last: &[PairNormal], normals: &mut Vec<PairNormal>) -> Vec<DetectedFace> {
     let axis = sweep_axis(placed);
     let [low, high] =
         [|p: &PlacedCollider<'_>, axis| p.bounds.mins[axis], |p: &PlacedCollider<'_>, axis| p.bounds.maxs[axis]];
@@ -131,19 +129,32 @@ fn detect(placed: &[PlacedCollider<'_>]) -> Vec<DetectedFace> {
         for b in order[i + 1..].iter().take_while(|b| low(&placed[**b], axis) <= end) {
             let second = &placed[*b];
             if may_touch(first, second) {
-                pairs.push(if index(first.handle) < index(second.handle) { (*a, *b) } else { (*b, *a) });
+                pairs.push(if collider_index(first.handle) < collider_index(second.handle) {
+                    (*a, *b)
+                } else {
+                    (*b, *a)
+                });
             }
         }
     }
-    pairs.sort_unstable_by_key(|(a, b)| (index(placed[*a].handle), index(placed[*b].handle)));
+    pairs.sort_unstable_by_key(|(a, b)| (collider_index(placed[*a].handle), collider_index(placed[*b].handle)));
     let (mut found, mut manifolds) = (Vec::new(), Vec::new());
     for (a, b) in pairs {
         let (a, b) = (&placed[a], &placed[b]);
-        faces::find(&a.pose.inv_mul(&b.pose), a.shape(), b.shape(), a.ahead.max(b.ahead), &mut manifolds);
+        let pair = [a.handle, b.handle].map(collider_index);
+        let (pos12, guess) = (a.pose.inv_mul(&b.pose), last_normal(last, pair));
+        faces::find(&pos12, [a.shape(), b.shape()], a.ahead.max(b.ahead), guess, &mut manifolds);
+        normals.extend(manifolds.first().map(|m| PairNormal { pair, normal: m.local_n1 }));
         let touching = manifolds.iter().filter(|m| !m.points.is_empty());
         found.extend(touching.map(|m| detected_face(a, b, m)));
     }
     found
+}
+
+/// Returns the normal of a pair of colliders in the previous step.
+fn last_normal(last: &[PairNormal], pair: [u32; 2]) -> Option<Vector> {
+    let known = last.binary_search_by_key(&pair, |known| known.pair).ok()?;
+    Some(last[known].normal)
 }
 
 fn may_touch(a: &PlacedCollider<'_>, b: &PlacedCollider<'_>) -> bool {
@@ -176,7 +187,15 @@ fn detected_face(a: &PlacedCollider<'_>, b: &PlacedCollider<'_>, manifold: &Cont
         slide: nalgebra::Vector3::zeros(),
         friction,
         restitution: 0.0,
-        key: [index(a.handle), index(b.handle), manifold.subshape1, manifold.subshape2, p.fid1.0, p.fid2.0, 0],
+        key: [
+            collider_index(a.handle),
+            collider_index(b.handle),
+            manifold.subshape1,
+            manifold.subshape2,
+            p.fid1.0,
+            p.fid2.0,
+            0,
+        ],
     };
     DetectedFace { colliders: [a.handle, b.handle], points: manifold.points.iter().map(point).collect() }
 }

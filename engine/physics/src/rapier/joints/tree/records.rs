@@ -1,6 +1,7 @@
 //! The engine's records of trees: those stored in snapshots, and those derived from them.
 
 use nalgebra::{Isometry3, Vector3};
+use rapier3d::{geometry::ColliderHandle, math::Vector};
 use serde::{Deserialize, Serialize};
 use tatu_mechanisms::{Island, Kinematics, Tree, TreeDrives, TreeSolver, TreeState};
 
@@ -82,6 +83,15 @@ pub(crate) struct WarmStartImpulse {
     pub impulse: Vector3<f64>,
 }
 
+/// The normal of a pair of colliders that trees have detected, with which the next detection begins.
+#[derive(Clone, Copy, Serialize, Deserialize)]
+pub(crate) struct PairNormal {
+    /// Indices of the colliders, ascending.
+    pub pair: [u32; 2],
+    /// Normal in the frame of the first collider; 0 if unknown.
+    pub normal: Vector,
+}
+
 /// Identifies a contact from step to step: the indices of both colliders, the touching part of each, the touching
 /// feature of each, and a counter that distinguishes contacts that are otherwise equal.
 pub(crate) type ContactKey = [u32; 7];
@@ -93,4 +103,29 @@ pub(crate) struct CrowdedMechanism {
     pub bodies: Vec<BodyId>,
     /// Time for which the mechanism has touched only few bodies, s.
     pub calm_s: f64,
+}
+
+/// A contact point, from rapier's narrow phase or from [`super::detect`].
+pub(crate) struct FacePoint {
+    /// The point on each body, in the world frame, m.
+    pub places: [Vector3<f64>; 2],
+    /// Unit vector from the first body to the second.
+    pub normal: Vector3<f64>,
+    /// Tangential velocity of the second surface over the first, m/s.
+    pub slide: Vector3<f64>,
+    pub friction: f64,
+    pub restitution: f64,
+    pub key: ContactKey,
+}
+
+/// A contact face of two colliders.
+pub(crate) struct DetectedFace {
+    /// The colliders, that with the lower index first.
+    pub colliders: [ColliderHandle; 2],
+    pub points: Vec<FacePoint>,
+}
+
+/// Returns the index of a collider, which is unique among the colliders that exist at the same time.
+pub(super) fn collider_index(collider: ColliderHandle) -> u32 {
+    collider.into_raw_parts().0
 }

@@ -5,10 +5,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 use tatu_mechanisms::ContactSide;
 
-use super::{
-    detect::DetectedFace,
-    records::{CrowdedMechanism, Mechanism, WarmStartImpulse},
-};
+use super::records::{CrowdedMechanism, DetectedFace, Mechanism, PairNormal, WarmStartImpulse};
 use crate::{BodyId, rapier::contacts::TreeContact};
 
 /// The mechanisms that are solved as trees.
@@ -28,6 +25,8 @@ pub(crate) struct TreeJoints {
     /// The contact faces of this step, if they were found here instead of by rapier: see [`super::detect`].
     #[serde(skip)]
     pub detected: Option<Vec<DetectedFace>>,
+    /// Normals of the pairs that were tested in the last step, sorted by pair; empty if rapier tested them.
+    pub normals: Vec<PairNormal>,
     /// Impulses of contacts in the last step, sorted by key.
     pub warm_start: Vec<WarmStartImpulse>,
     /// Forces of contacts in the last step.
