@@ -18,14 +18,16 @@
 
 mod angle;
 mod form;
+mod image;
 mod moments;
 mod part;
 mod texture;
 
 pub use angle::wrap_angle;
 pub use form::{Form, Mesh};
+pub use image::{Image, MAX_IMAGE_PIXELS};
 pub use moments::{Moments, steiner};
 pub use part::SolidPart;
 pub use texture::{
-    BLEND_NAMES, Image, MAPPING_NAMES, MAX_IMAGE_PIXELS, Texture, TextureBlend, TextureMapping, TextureProjection,
+    BLEND_NAMES, MAPPING_NAMES, Texture, TextureBlend, TextureMapping, TextureProjection, TexturedSurface,
 };

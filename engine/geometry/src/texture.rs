@@ -4,64 +4,15 @@ use std::sync::Arc;
 
 use nalgebra::{Isometry3, Point3, Vector3};
 use serde::{Deserialize, Serialize};
-use xxhash_rust::xxh3::xxh3_64_with_seed;
 
-use crate::form::{Form, Mesh};
-
-/// Maximum number of pixels in an image, which occupy 64 MiB at 4 bytes per pixel.
-pub const MAX_IMAGE_PIXELS: usize = 16 << 20;
+use crate::{
+    form::{Form, Mesh},
+    image::Image,
+};
 
 /// Offset added to projected positions in an image, as a fraction of the image's size. It prevents rounding errors from
 /// mixing two pixels on a surface that follows the border between them exactly. Texture coordinates are not offset.
 const PIXEL_BORDER_OFFSET: f64 = 1e-6;
-
-/// An RGBA image, with 8 bits per channel.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Image {
-    columns: u32,
-    rows: u32,
-    rgba: Vec<u8>,
-    hash: u64,
-}
-
-impl Image {
-    /// Creates an image from pixels of 4 bytes, top row first. Returns `None` if it would have no pixels or more than
-    /// [`MAX_IMAGE_PIXELS`], or if the number of bytes does not match.
-    pub fn new(columns: u32, rows: u32, rgba: Vec<u8>) -> Option<Self> {
-        let pixels = (columns as usize).checked_mul(rows as usize)?;
-        let fits = pixels > 0 && pixels <= MAX_IMAGE_PIXELS && rgba.len() == 4 * pixels;
-        let hash = xxh3_64_with_seed(&rgba, columns.into());
-        fits.then_some(Image { columns, rows, rgba, hash })
-    }
-    /// Returns the number of columns.
-    pub fn columns(&self) -> u32 {
-        self.columns
-    }
-    /// Returns the number of rows.
-    pub fn rows(&self) -> u32 {
-        self.rows
-    }
-    /// Returns a hash of the width and the pixels, by which images are distinguished.
-    pub fn hash(&self) -> u64 {
-        self.hash
-    }
-    /// Returns red, green, blue and opacity of all pixels, top row first.
-    pub fn rgba(&self) -> &[u8] {
-        &self.rgba
-    }
-    /// Returns red, green, blue and opacity of a pixel, each 0 to 1. Outside the image, `repeat` selects per axis
-    /// whether the image repeats; otherwise the pixel at the edge is used.
-    fn at(&self, column: f64, row: f64, repeat: [bool; 2]) -> [f32; 4] {
-        let place = |x: f64, count: u32, repeats: bool| {
-            let last = f64::from(count - 1);
-            let x = if repeats { x.rem_euclid(f64::from(count)) } else { x };
-            x.clamp(0.0, last) as usize
-        };
-        let (x, y) = (place(column, self.columns, repeat[0]), place(row, self.rows, repeat[1]));
-        let first = 4 * (y * self.columns as usize + x);
-        [0, 1, 2, 3].map(|i| f32::from(self.rgba[first + i]) / 255.0)
-    }
-}
 
 /// How points of a surface are mapped to an image. All but `Box` and `Mesh` depend on the position of the point alone.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -172,28 +123,23 @@ impl Texture {
         normal: &Vector3<f64>,
         base: [f32; 3],
     ) -> [f32; 3] {
-        let place = match (self.projection.mapping, form) {
-            (TextureMapping::Mesh, Form::Mesh { mesh, .. }) => {
-                mesh.texture_coordinates_at(primitive, point).map(|[right, up]| {
-                    let [width, height] = self.projection.size;
-                    [right / width, up / height]
-                })
-            }
-            (TextureMapping::Mesh, _) => None,
-            _ => Some(self.image_position(point, normal)),
+        self.on(form, primitive).map_or(base, |surface| surface.color(point, || *normal, base))
+    }
+
+    /// Prepares the texture for many points of one primitive of a form. Returns `None` if the surface keeps its colour
+    /// because it lacks texture coordinates.
+    pub fn on(&self, form: &Form, primitive: u32) -> Option<TexturedSurface<'_>> {
+        let triangle = match (self.projection.mapping, form) {
+            (TextureMapping::Mesh, Form::Mesh { mesh, .. }) => Some(TexturedTriangle::new(mesh, primitive)?),
+            (TextureMapping::Mesh, _) => return None,
+            _ => None,
         };
-        let Some(place) = place else { return base };
-        let [r, g, b, opacity] = self.sample(place);
-        let image = [r, g, b];
-        [0, 1, 2].map(|i| match self.projection.blend {
-            TextureBlend::Modulate => base[i] * image[i],
-            TextureBlend::Decal => base[i] + (image[i] - base[i]) * opacity,
-            TextureBlend::Add => (base[i] + image[i]).min(1.0),
-        })
+        Some(TexturedSurface { texture: self, triangle })
     }
 
     /// Returns the position in the image of a point on the surface: right and up, each 0 to 1 inside the image.
-    fn image_position(&self, point: &Point3<f64>, normal: &Vector3<f64>) -> [f64; 2] {
+    #[inline]
+    fn image_position(&self, point: &Point3<f64>, normal: impl FnOnce() -> Vector3<f64>) -> [f64; 2] {
         use std::f64::consts::{PI, TAU};
         let TextureProjection { mapping, size, pose, .. } = &self.projection;
         let p = pose.inverse_transform_point(point);
@@ -204,7 +150,7 @@ impl Texture {
                 [libm::atan2(p.y, p.x) / TAU, libm::atan2(p.z, libm::sqrt(p.x * p.x + p.y * p.y)) / PI]
             }
             TextureMapping::Box => {
-                let n = pose.rotation.inverse_transform_vector(normal);
+                let n = pose.rotation.inverse_transform_vector(&normal());
                 match (n.x.abs(), n.y.abs(), n.z.abs()) {
                     (x, y, z) if z >= x && z >= y => [p.x, p.y],
                     (x, y, _) if y >= x => [p.x, p.z],
@@ -214,43 +160,77 @@ impl Texture {
         };
         [right / size[0] + 0.5 + PIXEL_BORDER_OFFSET, up / size[1] + 0.5 + PIXEL_BORDER_OFFSET]
     }
+}
 
-    fn sample(&self, [right, up]: [f64; 2]) -> [f32; 4] {
-        let (image, TextureProjection { repeat, smooth, .. }) = (&*self.image, &self.projection);
-        let (x, y) = (right * f64::from(image.columns), (1.0 - up) * f64::from(image.rows));
-        if !smooth {
-            return image.at(x.floor(), y.floor(), *repeat);
+/// A texture on one primitive of a form, for the colours of many of its points.
+#[derive(Debug, Clone)]
+pub struct TexturedSurface<'a> {
+    texture: &'a Texture,
+    /// The triangle, if the texture follows the coordinates of a mesh.
+    triangle: Option<TexturedTriangle>,
+}
+
+impl TexturedSurface<'_> {
+    /// Returns the colour at a point whose untextured colour is `base`. The point and the outward normal, which is
+    /// requested only if the mapping depends on it, are in the frame of the form.
+    #[inline]
+    pub fn color(&self, point: &Point3<f64>, normal: impl FnOnce() -> Vector3<f64>, base: [f32; 3]) -> [f32; 3] {
+        let TextureProjection { size, repeat, smooth, blend, .. } = &self.texture.projection;
+        let place = match &self.triangle {
+            Some(triangle) => {
+                let [right, up] = triangle.coordinates_at(point);
+                [right / size[0], up / size[1]]
+            }
+            None => self.texture.image_position(point, normal),
+        };
+        let [r, g, b, opacity] = self.texture.image.sample(place, *repeat, *smooth);
+        let image = [r, g, b];
+        match blend {
+            TextureBlend::Modulate => [0, 1, 2].map(|i| base[i] * image[i]),
+            TextureBlend::Decal => [0, 1, 2].map(|i| base[i] + (image[i] - base[i]) * opacity),
+            TextureBlend::Add => [0, 1, 2].map(|i| (base[i] + image[i]).min(1.0)),
         }
-        let (left, top) = ((x - 0.5).floor(), (y - 0.5).floor());
-        let (a, b) = ((x - 0.5 - left) as f32, (y - 0.5 - top) as f32);
-        let pixel = |dx: f64, dy: f64| image.at(left + dx, top + dy, *repeat);
-        let (p, q, r, s) = (pixel(0.0, 0.0), pixel(1.0, 0.0), pixel(0.0, 1.0), pixel(1.0, 1.0));
-        [0, 1, 2, 3].map(|i| {
-            let (above, below) = (p[i] + (q[i] - p[i]) * a, r[i] + (s[i] - r[i]) * a);
-            above + (below - above) * b
-        })
     }
 }
 
-impl Mesh {
-    /// Returns the texture coordinates at a point of a triangle, interpolated between its corners, or `None` if the
-    /// triangle, or a vertex or texture coordinate of a corner, does not exist.
-    fn texture_coordinates_at(&self, triangle: u32, point: &Point3<f64>) -> Option<[f64; 2]> {
-        let corners = *self.triangles.get(triangle as usize)?;
-        let [a, b, c] = corners.map(|i| self.vertices.get(i as usize));
-        let [p, q, r] = corners.map(|i| self.coordinates.get(i as usize));
+/// A triangle and the texture coordinates of its corners.
+#[derive(Debug, Clone)]
+struct TexturedTriangle {
+    corner: Point3<f64>,
+    /// From the first corner to the second and the third.
+    sides: [Vector3<f64>; 2],
+    normal: Vector3<f64>,
+    /// Square of the length of the normal; 0 if the triangle has no area.
+    size: f64,
+    /// Texture coordinates of the first corner, and from there to those of the second and the third.
+    first: [f64; 2],
+    ways: [[f64; 2]; 2],
+}
+
+impl TexturedTriangle {
+    /// Returns a triangle of a mesh, or `None` if the triangle, or a vertex or texture coordinate of a corner, does not
+    /// exist.
+    fn new(mesh: &Mesh, triangle: u32) -> Option<Self> {
+        let corners = *mesh.triangles.get(triangle as usize)?;
+        let [a, b, c] = corners.map(|i| mesh.vertices.get(i as usize));
+        let [p, q, r] = corners.map(|i| mesh.coordinates.get(i as usize).map(|x| x.map(f64::from)));
         let (a, b, c, p, q, r) = (a?, b?, c?, p?, q?, r?);
-        let (ab, ac, ap) = (b - a, c - a, point - a);
-        let n = ab.cross(&ac);
-        let size = n.norm_squared();
-        let (to_b, to_c) = match size > 0.0 {
-            true => (ap.cross(&ac).dot(&n) / size, ab.cross(&ap).dot(&n) / size),
+        let sides = [b - a, c - a];
+        let normal = sides[0].cross(&sides[1]);
+        let way = |to: [f64; 2]| [to[0] - p[0], to[1] - p[1]];
+        Some(Self { corner: *a, sides, normal, size: normal.norm_squared(), first: p, ways: [way(q), way(r)] })
+    }
+
+    /// Returns the texture coordinates at a point, interpolated between the corners.
+    #[inline]
+    fn coordinates_at(&self, point: &Point3<f64>) -> [f64; 2] {
+        let Self { corner, sides: [ab, ac], normal, size, first, ways: [to_second, to_third] } = self;
+        let ap = point - corner;
+        let (b, c) = match *size > 0.0 {
+            true => (ap.cross(ac).dot(normal) / size, ab.cross(&ap).dot(normal) / size),
             false => (0.0, 0.0),
         };
-        Some([0, 1].map(|i| {
-            let [p, q, r] = [p, q, r].map(|x| f64::from(x[i]));
-            p + (q - p) * to_b + (r - p) * to_c
-        }))
+        [0, 1].map(|i| first[i] + to_second[i] * b + to_third[i] * c)
     }
 }
 
@@ -305,8 +285,6 @@ mod tests {
     fn edge_pixels_extend_without_repetition() {
         let t = squares(TextureProjection { repeat: [false; 2], size: [2.0; 2], ..Default::default() });
         assert_eq!(t.color(BALL, &Point3::new(9.0, 9.0, 0.0), &Vector3::z(), [1.0; 3]), [0.0, 1.0, 0.0]);
-        assert_eq!(Image::new(2, 2, vec![0; 15]), None);
-        assert_eq!(Image::new(0, 2, Vec::new()), None);
     }
 
     #[test]

@@ -70,7 +70,7 @@ impl BeamScene {
             draw(level, ready, band, &mut raster);
             write_depths(level, camera, &raster, part.depth);
             if ID {
-                shader.shade(&raster, &mut part);
+                shader.shade(level, &raster, &mut part);
                 if cast.outputs.color && self.has_translucent_targets() {
                     shader.blend(&raster, part.color);
                 }

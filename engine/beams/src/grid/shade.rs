@@ -5,8 +5,9 @@
 
 use std::ops::Range;
 
+use fearless_simd::Level;
 use nalgebra::Vector3;
-use tatu_geometry::Form;
+use tatu_geometry::{Form, TexturedSurface};
 
 use super::{
     GridCast,
@@ -16,7 +17,7 @@ use super::{
     polygon::ViewTransform,
     raster::{NO_SURFACE, Raster},
 };
-use crate::{BeamScene, BeamTarget};
+use crate::{BeamScene, BeamTarget, simd::dispatch};
 
 /// A target and the first of its primitive numbers.
 #[derive(Debug, Clone, Copy)]
@@ -42,6 +43,22 @@ struct PixelRow {
     normal: [Vec<f32>; 3],
     color: [Vec<f32>; 3],
     visible: Vec<f32>,
+    /// Buffers: the cosines of the normals, or the sums of the lamps; one channel of the picture.
+    cosine: Vec<f32>,
+    bytes: Vec<u8>,
+}
+
+impl PixelRow {
+    fn new(columns: usize) -> Self {
+        let some = || vec![0.0; columns];
+        Self {
+            normal: [some(), some(), some()],
+            color: [some(), some(), some()],
+            visible: some(),
+            cosine: some(),
+            bytes: vec![0; columns],
+        }
+    }
 }
 
 /// The primitive at the previous pixel, which is cached because most pixels show the same one as their neighbour.
@@ -54,6 +71,10 @@ pub(super) struct CachedPrimitive<'a> {
     view_from_form: &'a ViewTransform,
     /// Outward normal of a flat primitive, in the view frame.
     normal: Vector3<f32>,
+    /// Whether the outward normal varies.
+    round: bool,
+    /// The texture, if the primitive has one.
+    texture: Option<TexturedSurface<'a>>,
 }
 
 impl<'a> Shader<'a> {
@@ -72,93 +93,131 @@ impl<'a> Shader<'a> {
     }
 
     /// Computes the requested outputs of a band.
-    pub fn shade<const ID: bool>(&self, raster: &Raster<'_, ID>, part: &mut ImageBand<'_>) {
+    pub fn shade<const ID: bool>(&self, level: Level, raster: &Raster<'_, ID>, part: &mut ImageBand<'_>) {
         let want = self.cast.outputs;
         let columns = raster.columns;
-        let some = || [0; 3].map(|_| vec![0.0; columns]);
-        let mut line = PixelRow { normal: some(), color: some(), visible: vec![0.0; columns] };
+        let mut line = PixelRow::new(columns);
         let mut seen = None;
         for row in raster.first..raster.end {
             let first = (row - raster.first) * columns;
             let ids = &raster.id[(row - raster.first) * raster.stride..][..columns];
-            self.look_up(ids, row, first, part, &mut line, &mut seen);
+            let mut begin = 0;
+            // Neighbouring pixels that show the same primitive are processed together.
+            for run in ids.chunk_by(|a, b| a == b) {
+                let (id, columns) = (run[0], begin..begin + run.len());
+                begin = columns.end;
+                if id != NO_SURFACE && seen.as_ref().is_none_or(|seen: &CachedPrimitive<'_>| seen.id != id) {
+                    seen = self.find_primitive(id, seen.as_ref().map_or(0, |seen| seen.at));
+                }
+                let here = seen.as_ref().filter(|_| id != NO_SURFACE);
+                let pixels = first + columns.start..first + columns.end;
+                if want.object {
+                    part.object[pixels.clone()].fill(here.map_or(0, |seen| seen.target.object));
+                }
+                if want.primitive {
+                    part.primitive[pixels.clone()].fill(here.map_or(0, |seen| seen.primitive));
+                }
+                if want.cosine || want.normal || want.color {
+                    self.look_up(here, row, columns, &part.depth[pixels], &mut line);
+                }
+            }
             if want.cosine || want.normal || want.color {
-                self.shade_row(row, first..first + columns, &line, part);
+                dispatch!(level, _simd => self.shade_row(row, first..first + columns, &mut line, part));
             }
         }
     }
 
-    /// Writes the tags and primitives of a row, and collects the inputs of its shading.
-    fn look_up<'b>(
-        &'b self,
-        ids: &[u32],
+    /// Collects the inputs of the shading of pixels of a row that show the same primitive, or none.
+    fn look_up(
+        &self,
+        seen: Option<&CachedPrimitive<'_>>,
         row: usize,
-        first: usize,
-        part: &mut ImageBand<'_>,
+        columns: Range<usize>,
+        depths: &[f32],
         line: &mut PixelRow,
-        seen: &mut Option<CachedPrimitive<'b>>,
     ) {
-        let want = self.cast.outputs;
-        let bent = want.cosine || want.normal || want.color;
-        for (column, id) in ids.iter().enumerate() {
-            let pixel = first + column;
-            if *id != NO_SURFACE && seen.as_ref().is_none_or(|seen| seen.id != *id) {
-                *seen = self.find_primitive(*id, seen.as_ref().map_or(0, |seen| seen.at));
+        let fill = |channels: &mut [Vec<f32>; 3], values: [f32; 3]| {
+            for (channel, value) in channels.iter_mut().zip(values) {
+                channel[columns.clone()].fill(value);
             }
-            let here = seen.as_ref().filter(|_| *id != NO_SURFACE);
-            if want.object {
-                part.object[pixel] = here.map_or(0, |seen| seen.target.object);
-            }
-            if want.primitive {
-                part.primitive[pixel] = here.map_or(0, |seen| seen.primitive);
-            }
-            if bent {
-                let (normal, color) = here.map_or((Vector3::zeros(), self.cast.light.sky), |seen| {
-                    let depth = part.depth[pixel];
-                    let normal = self.normal(seen, column, row, depth);
-                    (normal, if want.color { self.color(seen, column, row, depth, &normal) } else { [0.0; 3] })
-                });
+        };
+        line.visible[columns.clone()].fill(if seen.is_some() { 1.0 } else { 0.0 });
+        let Some(seen) = seen else {
+            fill(&mut line.normal, [0.0; 3]);
+            fill(&mut line.color, self.cast.light.sky);
+            return;
+        };
+        if seen.round {
+            for (column, depth) in columns.clone().zip(depths) {
+                let normal = self.normal(seen, column, row, *depth);
                 for i in 0..3 {
                     line.normal[i][column] = normal[i];
-                    line.color[i][column] = color[i];
                 }
-                line.visible[column] = if here.is_some() { 1.0 } else { 0.0 };
+            }
+        } else {
+            fill(&mut line.normal, seen.normal.into());
+        }
+        let Some(texture) = &seen.texture else {
+            fill(&mut line.color, seen.target.color);
+            return;
+        };
+        let form_from_view = seen.view_from_form.rotation.transpose();
+        for (column, depth) in columns.zip(depths) {
+            let point = self.local(seen, column, row, *depth).into();
+            let normal =
+                || form_from_view * Vector3::from(line.normal.each_ref().map(|channel| f64::from(channel[column])));
+            let color = texture.color(&point, normal, seen.target.color);
+            for i in 0..3 {
+                line.color[i][column] = color[i];
             }
         }
     }
 
     /// Computes cosines, normals and colours of a row, in branch-free loops that compilers can vectorize.
-    fn shade_row(&self, row: usize, pixels: Range<usize>, line: &PixelRow, part: &mut ImageBand<'_>) {
+    #[inline(always)]
+    fn shade_row(&self, row: usize, pixels: Range<usize>, line: &mut PixelRow, part: &mut ImageBand<'_>) {
         let (want, light) = (self.cast.outputs, self.cast.light);
+        let columns = pixels.len();
         let middle = self.camera.middle();
         let (size, perspective) = ((1.0 / self.camera.scale) as f32, self.camera.perspective);
         let y = if perspective { (row as f64 - middle.1) as f32 * size } else { 0.0 };
         let (middle, size) = (middle.0 as f32, if perspective { size } else { 0.0 });
-        let [nx, ny, nz] = &line.normal;
-        // Cosine of the outward normal; negative where the inside is visible.
-        let cosine = |i: usize| {
-            let x = (i as f32 - middle) * size;
-            -(nx[i] * x + ny[i] * y + nz[i]) / (x * x + y * y + 1.0).sqrt()
-        };
+        let [nx, ny, nz] = line.normal.each_ref().map(|channel| &channel[..columns]);
+        let cosines = &mut line.cosine[..columns];
+        for i in 0..columns {
+            // Cosine of the outward normal; negative where the inside is visible.
+            let x = (i as i32 as f32 - middle) * size;
+            cosines[i] = -(nx[i] * x + ny[i] * y + nz[i]) / (x * x + y * y + 1.0).sqrt();
+        }
         let toward = |cosine: f32| if cosine < 0.0 { -1.0 } else { 1.0 };
         if want.cosine {
-            for (i, out) in part.cosine[pixels.clone()].iter_mut().enumerate() {
-                *out = cosine(i).abs().min(1.0);
+            for (out, cosine) in part.cosine[pixels.clone()].iter_mut().zip(&*cosines) {
+                *out = cosine.abs().min(1.0);
             }
         }
         if want.normal {
             for (i, out) in part.normal[pixels.clone()].iter_mut().enumerate() {
-                let side = toward(cosine(i));
+                let side = toward(cosines[i]);
                 *out = [0.0 - nx[i] * side, ny[i] * side, nz[i] * side];
             }
         }
         if want.color {
-            for (i, out) in part.color[pixels].iter_mut().enumerate() {
-                let cosine = cosine(i);
-                let sun = (nx[i] * self.sun.x + ny[i] * self.sun.y + nz[i] * self.sun.z) * toward(cosine);
-                let sum = if line.visible[i] > 0.0 { brightness(light, cosine.abs(), sun, 1.0) } else { 1.0 };
-                *out =
-                    [to_byte(line.color[0][i] * sum), to_byte(line.color[1][i] * sum), to_byte(line.color[2][i] * sum)];
+            let visible = &line.visible[..columns];
+            let sums = cosines;
+            for i in 0..columns {
+                let sun = (nx[i] * self.sun.x + ny[i] * self.sun.y + nz[i] * self.sun.z) * toward(sums[i]);
+                let sum = brightness(light, sums[i].abs(), sun, 1.0);
+                sums[i] = if visible[i] > 0.0 { sum } else { 1.0 };
+            }
+            let bytes = &mut line.bytes[..columns];
+            let out = &mut part.color[pixels];
+            for (i, channel) in line.color.iter().enumerate() {
+                for ((byte, value), sum) in bytes.iter_mut().zip(channel).zip(&*sums) {
+                    *byte = to_byte(value * sum);
+                }
+                for (out, byte) in out.iter_mut().zip(&*bytes) {
+                    out[i] = *byte;
+                }
             }
         }
     }
@@ -189,7 +248,14 @@ impl<'a> Shader<'a> {
             _ => Vector3::z() * if primitive == 2 { -1.0 } else { 1.0 },
         };
         let normal = (view_from_form.rotation * normal).map(|x| x as f32);
-        Some(CachedPrimitive { id, at, target, primitive, view_from_form, normal })
+        let round = match &target.form {
+            Form::Sphere { .. } | Form::Capsule { .. } => true,
+            Form::Cylinder { .. } => primitive == 0,
+            _ => false,
+        };
+        let texture = target.texture.as_ref().filter(|_| self.cast.outputs.color);
+        let texture = texture.and_then(|texture| texture.on(&target.form, primitive));
+        Some(CachedPrimitive { id, at, target, primitive, view_from_form, normal, round, texture })
     }
 
     /// Returns the surface point at a pixel, in the frame of its form.
@@ -197,21 +263,6 @@ impl<'a> Shader<'a> {
         let (from, along) = self.camera.ray(column as f64, row as f64);
         let point = from + along * f64::from(depth) - seen.view_from_form.translation;
         seen.view_from_form.rotation.transpose() * point
-    }
-
-    /// Returns the colour of the surface at a pixel whose outward normal in the view frame is known.
-    fn color(
-        &self,
-        seen: &CachedPrimitive<'_>,
-        column: usize,
-        row: usize,
-        depth: f32,
-        normal: &Vector3<f32>,
-    ) -> [f32; 3] {
-        let Some(texture) = &seen.target.texture else { return seen.target.color };
-        let normal = seen.view_from_form.rotation.transpose() * normal.map(f64::from);
-        let surface = (&seen.target.form, seen.primitive);
-        texture.color(surface, &self.local(seen, column, row, depth).into(), &normal, seen.target.color)
     }
 
     /// Returns the outward normal at a pixel, in the view frame.
