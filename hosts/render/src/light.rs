@@ -16,6 +16,8 @@ const AMBIENT_ABOVE: [f64; 3] = [0.40, 0.43, 0.48];
 const AMBIENT_BELOW: [f64; 3] = [0.30, 0.29, 0.28];
 /// Light from the camera on a surface that faces it, which gives contrast to surfaces in shadow.
 const CAMERA_LIGHT: f64 = 0.10;
+/// Brightness above which light is compressed, so that white surfaces that face the lamp keep their shading.
+const SHOULDER: f64 = 0.6;
 /// Colours of the sky at the zenith and at the horizon.
 const ZENITH_COLOR: [f64; 3] = [0.30, 0.47, 0.72];
 const HORIZON_COLOR: [f64; 3] = [0.80, 0.86, 0.92];
@@ -36,6 +38,17 @@ impl LinearColor {
     pub fn bytes(self) -> [u8; 3] {
         let screen = |x: f64| (libm::pow(x.clamp(0.0, 1.0), 1.0 / 2.2) * 255.0).round() as u8;
         [screen(self.0.x), screen(self.0.y), screen(self.0.z)]
+    }
+
+    /// Returns the colour with its brightest channel compressed into the range of a picture: below [`SHOULDER`] it is
+    /// unchanged, and above, it approaches 1. The hue is preserved.
+    fn compressed(self) -> Self {
+        let (brightest, room) = (self.0.max(), 1.0 - SHOULDER);
+        if brightest <= SHOULDER {
+            return self;
+        }
+        let below_white = room * libm::exp((SHOULDER - brightest) / room);
+        LinearColor(self.0 * ((1.0 - below_white) / brightest))
     }
 
     pub fn mix(self, other: LinearColor, share: f64) -> LinearColor {
@@ -84,7 +97,7 @@ impl ShadingPoint {
         // Surfaces seen at a grazing angle are slightly brighter, which sets dark objects apart.
         let rim = (1.0 - self.normal.dot(&self.to_eye).clamp(0.0, 1.0)).powi(4) * self.gloss * 0.5 * self.sky_share;
         let color = self.color.0.component_mul(&light) + Vector3::repeat(mirrored) + Vector3::from(AMBIENT_ABOVE) * rim;
-        LinearColor(color)
+        LinearColor(color).compressed()
     }
 }
 
@@ -117,4 +130,28 @@ pub(super) fn grid_darkening(point: &Point3<f64>, reach: [f64; 2]) -> f64 {
         }
     }
     darker
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn lit(color: f64, normal: Vector3<f64>) -> Vector3<f64> {
+        let to_eye = Vector3::new(0.0, -0.6, 0.8);
+        let color = LinearColor(Vector3::repeat(color));
+        ShadingPoint { color, normal, to_eye, lamp: true, sky_share: 1.0, gloss: 0.0 }.shade().0
+    }
+
+    #[test]
+    fn white_surfaces_are_shaded_in_full_light() {
+        let lamp = lamp_direction().into_inner();
+        let [facing, top, side] =
+            [lamp, Vector3::z(), -Vector3::y()].map(|normal| LinearColor(lit(1.0, normal)).bytes());
+        assert!(facing[0] < 255 && facing[0] > top[0] && top[0] > side[0], "{facing:?}, {top:?}, {side:?}");
+    }
+
+    #[test]
+    fn dark_surfaces_are_lit_in_proportion_to_their_colour() {
+        assert!((lit(0.2, Vector3::z()) - 2.0 * lit(0.1, Vector3::z())).norm() < 1e-12);
+    }
 }

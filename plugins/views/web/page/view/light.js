@@ -80,8 +80,12 @@ vec3 tatuLight(vec3 color, vec3 n, vec3 eye, float lamp, float far) {
   light += vec3(0.80, 0.77, 0.71) * max(dot(n, to), 0.0) * lamp;
   float mirrored = gloss * pow(max(dot(n, normalize(to + eye)), 0.0), 40.0) * lamp;
   vec3 rim = above * pow(1.0 - facing, 4.0) * gloss * 0.5;
+  vec3 seen = color * light + mirrored + rim;
+  // Bright light is compressed, so that white surfaces that face the lamp keep their shading.
+  float brightest = max(max(seen.r, seen.g), seen.b);
+  if (brightest > 0.6) seen *= (1.0 - 0.4 * exp((0.6 - brightest) / 0.4)) / brightest;
   float share = tatuZoom * far / (60.0 + 8.0 * tatuZoom * abs(cameraPosition.z));
-  return mix(min(color * light + mirrored + rim, 1.0), tatuHorizon, 1.0 - exp(-share * share));
+  return mix(seen, tatuHorizon, 1.0 - exp(-share * share));
 }
 `;
 
