@@ -88,6 +88,27 @@ fn slow_bodies_do_not_fall_asleep() {
     near("rolls down 0.03 degrees", position(&lines[lines.len() - 1], "/b")[0] / wanted, 1.0, 0.02);
 }
 
+/// A shape that starts asleep stays in the air until something touches it; then it falls like any other.
+#[test]
+fn shapes_that_start_asleep_stay_until_they_are_touched() {
+    let shelf = |z: f64, more: &str| {
+        body("b", "", "box", [0.2, 0.2, 0.1], 1.0, &format!("respondable = true\nposition_m = [0, 0, {z}]\n{more}"))
+    };
+    let alone = watch_run(&(floor(1.0) + &shelf(1.0, "asleep = true")), &["/b"], 2.0);
+    assert_eq!(position(&alone[alone.len() - 1], "/b")[2], 1.0);
+    for sleep in ["", "sleep = false\n"] {
+        let ball = body("a", "", "sphere", [0.1; 3], 1.0, "respondable = true\nposition_m = [0, 0, 2]");
+        let lines =
+            watch_run(&(String::from(sleep) + &floor(1.0) + &shelf(1.0, "asleep = true") + &ball), &["/b"], 2.0);
+        let height = |t: f64| position(lines.iter().find(|l| l.time() > t).unwrap(), "/b")[2];
+        assert_eq!(height(0.3), 1.0, "the ball has not yet arrived");
+        near("at last it lies on the floor", height(1.9), 0.05, 5e-3);
+    }
+    let pushed = shelf(1.0, "asleep = true\ninitial_velocity_m_s = [0, 0, 0.1]");
+    let lines = watch_run(&(floor(1.0) + &pushed), &["/b"], 2.0);
+    near("a shape with a velocity is awake", position(&lines[lines.len() - 1], "/b")[2], 0.05, 5e-3);
+}
+
 #[test]
 fn sleep_can_be_switched_off() {
     let resting = "respondable = true\nposition_m = [0, 0, 0.05]";

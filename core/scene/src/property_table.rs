@@ -97,7 +97,7 @@ named! {
     MASS "shape.mass", INERTIA "shape.inertia",
     COM "shape.com", DYNAMIC "shape.dynamic", RESPONDABLE "shape.respondable",
     RESPONDABLE_MASK "shape.respondable_mask", DETECTABLE_MASK "shape.detectable_mask",
-    JOINT_SOLVER_USED "shape.joint_solver_used", BULLET "shape.bullet", JOINT_TYPE "joint.type",
+    JOINT_SOLVER_USED "shape.joint_solver_used", BULLET "shape.bullet", ASLEEP "shape.asleep", JOINT_TYPE "joint.type",
     JOINT_MODE "joint.mode", JOINT_POSITION "joint.position", TARGET_VELOCITY "joint.target_velocity",
     TARGET_POSITION "joint.target_position", MAX_FORCE "joint.max_force", CYCLIC "joint.cyclic",
     LIMITS "joint.limits", SENSOR_KIND "sensor.kind", PRESET "sensor.preset", NOISE "sensor.noise",

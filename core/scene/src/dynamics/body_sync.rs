@@ -103,6 +103,8 @@ impl Dynamics {
             friction: shape.friction,
             restitution: shape.restitution,
             bullet: shape.bullet,
+            // A moving body that is created again keeps moving.
+            asleep: shape.asleep && twist == Twist::default(),
             damping: shape.damping,
             surface: surface(scene, shape),
             collision_mask: CollisionMask {

@@ -128,6 +128,7 @@ impl Dynamics {
             friction: 0.0,
             restitution: 0.0,
             bullet: false,
+            asleep: false,
             damping: [0.0; 2],
             surface: ContactSurface::default(),
             collision_mask: CollisionMask { mask: 0, tree: top_shape(scene, dummy) },

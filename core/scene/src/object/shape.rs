@@ -52,6 +52,8 @@ pub struct Shape {
     pub joint_solver: JointSolver,
     /// Whether continuous collision detection includes collisions with other moving bodies.
     pub bullet: bool,
+    /// Whether the shape sleeps when its body is created.
+    pub asleep: bool,
     /// Initial velocity of the centre of mass, m/s, and angular velocity, rad/s, in the world frame.
     pub initial_velocity: Vector3<f64>,
     pub initial_angular_velocity: Vector3<f64>,
@@ -94,6 +96,7 @@ impl Default for Shape {
             detectable_mask: u16::MAX,
             joint_solver: JointSolver::Auto,
             bullet: false,
+            asleep: false,
             initial_velocity: Vector3::zeros(),
             initial_angular_velocity: Vector3::zeros(),
             damping: [0.0; 2],
@@ -228,6 +231,7 @@ properties! { PROPERTIES: Shape, PropertyOwner::Kind(ObjectKind::Shape) =>
     "shape.joint_solver_used" text, ReadOnly _: "Solver of the mechanism that the shape belongs to, and the reason, such as `tree: its own joint_solver`; empty if the shape does not belong to a mechanism.";
     "shape.joint_solver" text of (JointSolver::WORDS) = "auto", Rebuild joint_solver: "Solver for the joints of a mechanism, set on its first shape, or on another of its shapes if that sets none: with `tree` and `reduced`, joints cannot come apart; `tree` is several times as fast as `reduced`, and `impulse` is cheaper but softer; mechanisms with loops, gears, screws or special surfaces use `reduced` instead of `tree`; `auto`: impulse for wheeled vehicles, otherwise tree.";
     "shape.bullet" bool = false, Rebuild bullet: "Whether the shape cannot pass through other moving shapes at any speed; no shape passes through shapes that do not move.";
+    "shape.asleep" bool = false, Rebuild asleep: "Whether the shape, if it starts at rest, sleeps: it stays where it is, even in the air, until another shape, a force or a script moves it; shapes with joints do not sleep.";
     "shape.initial_velocity" numbers 3 in "m/s" = [0.0, 0.0, 0.0], Rebuild initial_velocity: "Initial velocity of the centre of mass, in the world frame.";
     "shape.initial_angular_velocity" numbers 3 in "rad/s" = [0.0, 0.0, 0.0], Rebuild initial_angular_velocity: "Initial angular velocity, in the world frame.";
     "shape.surface_velocity" numbers 3 in "m/s" = [0.0, 0.0, 0.0], Surface (surface.velocity): "Velocity of the surface relative to the shape, in the shape's frame, as of a conveyor belt.";

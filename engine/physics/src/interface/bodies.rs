@@ -64,6 +64,8 @@ pub struct BodyDesc {
     pub collision_mask: CollisionMask,
     /// Whether continuous collision detection includes collisions with other moving bodies.
     pub bullet: bool,
+    /// Whether a dynamic body sleeps until something wakes it, even if nothing supports it. A joint wakes it.
+    pub asleep: bool,
     /// Linear and angular damping, 1/s.
     pub damping: [f64; 2],
     /// Further contact properties of the body's surface.
@@ -85,6 +87,7 @@ impl BodyDesc {
             restitution: 0.0,
             collision_mask: CollisionMask { mask: 0xffff, tree: 0 },
             bullet: false,
+            asleep: false,
             damping: [0.0; 2],
             surface: ContactSurface::default(),
         }

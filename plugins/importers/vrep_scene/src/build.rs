@@ -279,6 +279,9 @@ fn shape<'a>(
         .set("shape.respondable_mask", i64::from(s.mask))?
         .set("shape.dynamic", dynamic)?
         .set("shape.detectable", waves != 0 && !overrides.not_detectable())?;
+    if dynamic && s.asleep {
+        node.set("shape.asleep", true)?;
+    }
     if waves != 0 && waves != 0x1F0 {
         node.set("shape.detectable_mask", i64::from(waves))?;
     }

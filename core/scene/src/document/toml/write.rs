@@ -384,8 +384,8 @@ impl<'a> SceneFileWriter<'a> {
 
 /// Properties that are not written if they have their default.
 #[rustfmt::skip]
-const OMITTED_IF_DEFAULT: [Property; 14] = [
-    Property::MODEL_BASE, Property::DYNAMIC, Property::RESPONDABLE, Property::BULLET, Property::CONVEX, Property::VISIBLE, Property::LAYER,
+const OMITTED_IF_DEFAULT: [Property; 15] = [
+    Property::MODEL_BASE, Property::DYNAMIC, Property::RESPONDABLE, Property::BULLET, Property::ASLEEP, Property::CONVEX, Property::VISIBLE, Property::LAYER,
     Property::RESPONDABLE_MASK, Property::DETECTABLE_MASK, Property::JOINT_POSITION, Property::TARGET_POSITION, Property::TARGET_VELOCITY,
     Property::MAX_FORCE, Property::JOINT_MODE,
 ];

@@ -49,6 +49,7 @@ impl Bodies {
                 .linear_damping(desc.damping[0])
                 .angular_damping(desc.damping[1])
                 .ccd_enabled(desc.bullet)
+                .sleeping(desc.asleep)
                 .additional_mass_properties(convert::mass(&mass));
         }
         let handle = self.world.insert_body(builder);

@@ -31,6 +31,7 @@ props! {
     inertia: "shape.inertia",
     color: "shape.color",
     opacity: "shape.opacity",
+    asleep: "shape.asleep",
     part_colors: "shape.part_colors",
     part_opacities: "shape.part_opacities",
     mass: "shape.mass",

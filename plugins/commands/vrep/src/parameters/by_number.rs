@@ -188,6 +188,7 @@ fn get_int(c: &Ctx<'_>, o: Object, n: i64) -> Result<Option<i64>> {
         (TATU_KIND_SHAPE, 3017) => yes(p.convex)?,
         (TATU_KIND_SHAPE, 3019) => int_of(c, id, p.respondable_mask)?,
         (TATU_KIND_SHAPE, 3018) => yes(p.convex)?,
+        (TATU_KIND_SHAPE, 3029) => yes(p.asleep)?,
         (TATU_KIND_SHAPE, 3014 | 3015 | 3024 | 3027) => tags::number(c, id, &look_tag(n))?.unwrap_or(0.0) as i64,
         (TATU_KIND_SENSOR, RENDERED_ENTITY | DETECTED_ENTITY) => targets::get(c, id)?,
         // Whether and how V-REP displays the sensor's volume.
@@ -226,6 +227,7 @@ fn set_int(c: &Ctx<'_>, o: Object, n: i64, value: i64) -> Result<bool> {
         (TATU_KIND_SHAPE, 3003) => w.set(id, p.dynamic, &Value::Bool(value == 0))?,
         (TATU_KIND_SHAPE, 3004) => w.set(id, p.respondable, &yes)?,
         (TATU_KIND_SHAPE, 3019) => w.set(id, p.respondable_mask, &Value::Int(value))?,
+        (TATU_KIND_SHAPE, 3029) => w.set(id, p.asleep, &yes)?,
         (TATU_KIND_SHAPE, 3014 | 3015 | 3024 | 3027) => tags::set_number(c, id, &look_tag(n), value as f64)?,
         (TATU_KIND_SENSOR, RENDERED_ENTITY | DETECTED_ENTITY) => targets::set(c, id, value)?,
         (TATU_KIND_SENSOR, _) => return parameters::set_int(c, id, n, value),
