@@ -35,7 +35,8 @@ typedef struct tatu_service {
   tatu_status(TATU_CALL *barrier)(void *data, tatu_world *, uint64_t step, tatu_error *);
   /* [step] Receives an event; name and payload are valid during the call. Events are delivered at the barrier:
    * "started", "paused", "resumed", "fault" (a map with code and message, and with plugin, object, file and line if
-   * they are known) and, at the end of a run, "stopped". Null: the service receives no events. */
+   * they are known) and, at the end of a run, "stopped". A service that lists it also receives "held" (a map with
+   * text), when a service has held the session for 5 s. Null: the service receives no events. */
   tatu_status(TATU_CALL *event)(void *data, tatu_world *, tatu_str name, const tatu_value *payload, tatu_error *);
   /* [step] Called when a command has finished that this service called with a wait token and that returned TATU_WAIT:
    * its results are in the frame, or `status` is negative and frame->error contains the reason. Null: commands that

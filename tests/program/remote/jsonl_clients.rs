@@ -56,3 +56,20 @@ fn a_stop_of_a_client_ends_a_script_that_does_not_return() {
     assert_eq!(ended.code, Some(1), "{}", ended.err);
     assert!(ended.err.contains("F206") && ended.err.contains("after a stop was requested"), "{}", ended.err);
 }
+
+#[test]
+fn silent_holder_of_the_run_is_reported_to_clients() {
+    let place = TestFolder::scene("");
+    let run = RunningProgram::start(&place, "", &[]);
+    let (mut still, mut watching) = (run.client(), run.client());
+    watching.ask(json!({ "events": true }));
+    still.stepping();
+    still.step(1);
+    // From now on, the first client sends nothing.
+    let told = watching.receive();
+    assert_eq!(told["event"], "held");
+    let text = told["payload"]["text"].as_str().unwrap();
+    assert!(text.contains("the service `jsonl`") && text.contains("has held the run for 5 s"), "{text}");
+    watching.ask(json!({ "request": "stop" }));
+    run.end().good();
+}

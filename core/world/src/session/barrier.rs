@@ -21,7 +21,7 @@ use tatu_plugins::border::ErrorSlot;
 use super::log;
 use crate::{
     calls::{call_command, clone_error},
-    cell::{Caller, Phase, SessionCell, WaitOwner, WaitingCommand, WorldCell, calls::thread_result_intake},
+    cell::{Caller, Phase, SessionCell, WaitOwner, WaitingCommand, WorldCell, calls::thread_result_intake, payload},
     scripts::ResultBuffer,
     step,
 };
@@ -89,7 +89,7 @@ fn run_service_turns(world: &WorldCell, session: &SessionCell) {
         if world.stop_requested() {
             return;
         }
-        report_long_hold(session, by, &mut holder);
+        report_long_hold(world, session, by, &mut holder);
         let held = by.is_some();
         let paused = world.state.phase.get() == Phase::Paused;
         // The service that could have ended the pause may have failed.
@@ -107,23 +107,39 @@ fn run_service_turns(world: &WorldCell, session: &SessionCell) {
     }
 }
 
-/// Reports a service that holds a session for a long time, once per session and service. `holder` contains the index of
-/// the service that has held the session so far, and the time at which it began to do so.
+/// The service that has held a session so far.
+struct SessionHolder {
+    /// Index of the service.
+    service: usize,
+    since: Instant,
+    /// Whether the services have been informed.
+    reported: bool,
+}
+
+/// Reports a service that holds a session for a long time: to the other services, so that their clients learn why
+/// nothing moves, and, once per session and service, in the program's own log, since the world's lines appear only after
+/// the step.
 ///
-/// The message is written to the program's own log, since the world's lines appear only after the step. It is not a
-/// warning, because a service holds a session for as long as a client requires it, for example while a user inspects a
-/// variable. A warning would make correct runs fail under `--strict`.
-fn report_long_hold(session: &SessionCell, by: Option<usize>, holder: &mut Option<(usize, Instant)>) {
+/// The message is not a warning, because a service holds a session for as long as a client requires it, for example
+/// while a user inspects a variable. A warning would make correct runs fail under `--strict`.
+fn report_long_hold(world: &WorldCell, session: &SessionCell, by: Option<usize>, holder: &mut Option<SessionHolder>) {
     let Some(i) = by else { return *holder = None };
-    let since = match *holder {
-        Some((same, since)) if same == i => since,
-        _ => holder.insert((i, Instant::now())).1,
+    let holder = match holder {
+        Some(same) if same.service == i => same,
+        _ => holder.insert(SessionHolder { service: i, since: Instant::now(), reported: false }),
     };
-    let Some(service) = session.nth(i).filter(|_| since.elapsed() >= HOLD_REPORT_DELAY) else { return };
-    if !service.hold_reported.replace(true) {
-        let (who, long) = (service.name(&session.registry), HOLD_REPORT_DELAY.as_secs());
-        tracing::info!("{who} has held the run for {long} s; simulation time does not advance (Ctrl-C ends the run)");
+    if holder.since.elapsed() < HOLD_REPORT_DELAY || std::mem::replace(&mut holder.reported, true) {
+        return;
     }
+    let Some(service) = session.nth(i) else { return };
+    let (who, long) = (service.name(&session.registry), HOLD_REPORT_DELAY.as_secs());
+    let text = format!("{who} has held the run for {long} s; simulation time does not advance");
+    if !service.hold_reported.replace(true) {
+        tracing::info!("{text} (Ctrl-C ends the run)");
+    }
+    let (text, connections) = (Value::text(text), &world.run.connections);
+    connections.publish_to_services("held", || payload([("text", text.clone())]));
+    connections.publish_to_services("message", || payload([("level", Value::text("info")), ("text", text.clone())]));
 }
 
 /// Lets services take turns while the simulation is stopped. Returns `true` when a service requests a start, and

@@ -81,6 +81,8 @@ impl Service for JsonlService {
     const ID: &'static str = "jsonl";
     const TEXT: &'static str = "Accepts commands as lines of JSON on a local socket. Clients may control the stepping.";
 
+    const EVENTS: &'static [&'static str] = &["started", "paused", "resumed", "stopped", "fault", "held"];
+
     fn params() -> Vec<Param> {
         vec![
             Param::int("port")

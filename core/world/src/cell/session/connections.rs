@@ -164,6 +164,14 @@ impl Connections {
             self.bus.push(name, payload);
         }
     }
+    /// Publishes an event that depends on the real time, which scripts must not see: only services receive it.
+    pub fn publish_to_services(&self, name: &str, payload: impl FnOnce() -> Value) {
+        if self.services_subscribe(name)
+            && let Ok(mut events) = self.events.try_borrow_mut()
+        {
+            events.push((name.into(), payload()));
+        }
+    }
     /// Returns whether an event has subscribers.
     pub fn has_subscriber(&self, name: &str) -> bool {
         self.bus.has_subscriber(name) || self.services_subscribe(name)
