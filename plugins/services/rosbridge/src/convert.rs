@@ -346,6 +346,8 @@ mod tests {
         assert_eq!(time(0.999_999_999_9, RosVersion::One), stamp(1, 0, RosVersion::One));
         let info = node(&Value::Nil, "sensor_msgs/CameraInfo", RosVersion::Two).unwrap().json();
         assert!(info.get("k").is_some_and(|k| k.as_array().unwrap().len() == 9) && info.get("K").is_none(), "{info}");
+        let range = |ros| node(&Value::Nil, "sensor_msgs/Range", ros).unwrap().json().get("variance").is_some();
+        assert!(range(RosVersion::Two) && !range(RosVersion::One), "only ROS 2 has the variance of a range");
     }
 
     #[test]

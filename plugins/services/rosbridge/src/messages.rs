@@ -245,6 +245,7 @@ impl MessageBuilder<'_> {
             ("min_range", Value::Float(of("min_range").unwrap_or(0.0))),
             ("max_range", Value::Float(of("range").unwrap_or(f64::INFINITY))),
             ("range", Value::Float(distance.filter(|_| seen).unwrap_or(f64::INFINITY))),
+            ("variance", Value::Float(covariance::variances(self.turn, self.p, s.id, "proximity.distance")[0])),
         ]))
     }
 

@@ -61,7 +61,7 @@ sensor_msgs/CameraInfo: std_msgs/Header header, uint32 height, uint32 width, str
 sensor_msgs/LaserScan: std_msgs/Header header, float32 angle_min, float32 angle_max, float32 angle_increment, float32 time_increment, float32 scan_time, float32 range_min, float32 range_max, float32[] ranges, float32[] intensities
 sensor_msgs/PointField: string name, uint32 offset, uint8 datatype, uint32 count
 sensor_msgs/PointCloud2: std_msgs/Header header, uint32 height, uint32 width, sensor_msgs/PointField[] fields, bool is_bigendian, uint32 point_step, uint32 row_step, uint8[] data, bool is_dense
-sensor_msgs/Range: std_msgs/Header header, uint8 radiation_type, float32 field_of_view, float32 min_range, float32 max_range, float32 range
+sensor_msgs/Range: std_msgs/Header header, uint8 radiation_type, float32 field_of_view, float32 min_range, float32 max_range, float32 range, float32 variance
 sensor_msgs/Imu: std_msgs/Header header, geometry_msgs/Quaternion orientation, float64[9] orientation_covariance, geometry_msgs/Vector3 angular_velocity, float64[9] angular_velocity_covariance, geometry_msgs/Vector3 linear_acceleration, float64[9] linear_acceleration_covariance
 sensor_msgs/MagneticField: std_msgs/Header header, geometry_msgs/Vector3 magnetic_field, float64[9] magnetic_field_covariance
 sensor_msgs/FluidPressure: std_msgs/Header header, float64 fluid_pressure, float64 variance
@@ -191,6 +191,7 @@ impl RosVersion {
     pub fn field(self, plain: &str, name: &str) -> Option<String> {
         match (self, plain, name) {
             (RosVersion::Two, "std_msgs/Header", "seq") => None,
+            (RosVersion::One, "sensor_msgs/Range", "variance") => None,
             (RosVersion::Two, "sensor_msgs/CameraInfo", _) => Some(name.to_ascii_lowercase()),
             _ => Some(name.to_owned()),
         }
