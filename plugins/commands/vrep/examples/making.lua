@@ -59,3 +59,8 @@ assert(sim.getObjectChildPose(j)[3] == 0.25)
 local j = sim.createJoint(sim.joint_prismatic_subtype, sim.jointmode_kinematic, 0)
 sim.setObjectChildPose(j, {0, 0, 0.25, 0, 0, 0, 1})
 assert(sim.getJointPosition(j) == 0.25)
+--- sim.generateTextShape
+local text = sim.generateTextShape('Tatu', {1, 0, 0}, 0.7, true)
+assert(sim.getObjectType(text) == sim.object_shape_type)
+local low, high = sim.getObjectFloatParam(text, 16), sim.getObjectFloatParam(text, 19)
+assert(math.abs(high - low - 0.7) < 1e-9 and sim.getObjectPosition(text)[1] == 0)

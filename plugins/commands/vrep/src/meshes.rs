@@ -248,7 +248,7 @@ fn rotate_inertia(i: &[f64; 9], q: al::Quaternion) -> [f64; 9] {
 }
 
 /// Creates a shape from triangles, with its frame at the centre of its bounding box.
-fn create_from_triangles(c: &Ctx<'_>, mut points: Vec<f64>, places: Vec<f64>) -> Result<tatu_object> {
+pub(crate) fn create_from_triangles(c: &Ctx<'_>, mut points: Vec<f64>, places: Vec<f64>) -> Result<tatu_object> {
     if points.len() < 9 || !points.len().is_multiple_of(3) || places.len() < 3 || !places.len().is_multiple_of(3) {
         return Err(Fail::argument("a mesh requires at least 9 coordinates and 3 indices, both in multiples of 3"));
     }

@@ -179,7 +179,6 @@ const STUBS: &[(&str, StubResult, &str)] = &[
     ("sim.setModuleInfo", Nothing, "V-REP plugins are not supported"),
     ("sim.moduleEntry", Int(-1), NO_WINDOW),
     ("sim.getShapeViz", Empty, NOTHING_DRAWN),
-    ("sim.generateTextShape", Int(-1), NOTHING_DRAWN),
     ("sim.setObjectHierarchyOrder", Nothing, "the order of siblings cannot be changed"),
     ("sim.setExplicitHandlingFlags", Nothing, VREP_ONLY),
     ("sim.relocateShapeFrame", Int(1), "the frame of a shape cannot be changed"),

@@ -4,6 +4,7 @@ mod appearance;
 mod colors;
 mod creation;
 mod lights;
+mod text;
 
 use crate::kit::{Offer, Vrep};
 
@@ -11,4 +12,5 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     creation::offer(offer);
     appearance::offer(offer);
     lights::offer(offer);
+    text::offer(offer);
 }
