@@ -210,6 +210,11 @@ function sysCall_init()
     assert(box:getPosition(d)[3] == 3 and box.worldPose[2] == 2)
     box.customData.n, sim.scene.signal.n = 7, 8
     assert(box.customData.n == 7 and plain.getInt32Signal('n') == 8 and box.customData.m == nil)
+    -- Properties by their types.
+    box:setColorProperty('shape.color', {1, 0, 0.5})
+    assert(box:getColorProperty('shape.color')[3] == 0.5 and #d:getPoseProperty('object.pose') == 7)
+    sim.scene:setIntProperty('signal.k', 4)
+    assert(sim.scene:getIntProperty('signal.k') == 4 and plain.getInt32Signal('k') == 4)
     -- Methods by the names for the kind of object.
     hinge:setTargetVelocity(0.5)
     assert(plain.getJointTargetVelocity(hinge.handle) == 0.5 and hinge.targetVelocity == 0.5)

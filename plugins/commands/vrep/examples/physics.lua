@@ -207,6 +207,8 @@ assert(sim.getObjectInt32Param(box, 99999) == nil)
 local box = sim.createPureShape(0, 16, {1, 1, 1}, 2)
 sim.setObjectInt32Param(box, sim.shapeintparam_respondable, 1)
 assert(sim.getObjectInt32Param(box, sim.shapeintparam_respondable) == 1)
+sim.setObjectInt32Param(box, sim.shapeintparam_sleepmodestart, 1)
+assert(sim.getObjectInt32Param(box, sim.shapeintparam_sleepmodestart) == 1)
 --- sim.getObjectInt32Parameter
 local result, v = sim.getObjectInt32Parameter(sim.createPureShape(0, 16, {1, 1, 1}, 2), sim.shapeintparam_static)
 assert(result == 1 and v == 1)
@@ -277,6 +279,52 @@ assert(sim.unpackTable(sim.readCustomDataBlock(d, 'speed')).vel == 0.1)
 sim.setIntProperty(sim.handle_scene, 'signal.state', 3)
 assert(sim.getInt32Signal('state') == 3 and sim.getIntProperty(sim.handle_scene, 'signal.state') == 3)
 assert(sim.getFloatProperty(sim.handle_scene, 'timeStep') == sim.getSimulationTimeStep())
+--- sim.getLongProperty
+assert(sim.getLongProperty(sim.createDummy(0.01), 'object.layer') == 1)
+--- sim.setLongProperty
+local d = sim.createDummy(0.01)
+sim.setLongProperty(d, 'customData.n', 1 << 40)
+assert(sim.getLongProperty(d, 'customData.n') == 1 << 40)
+--- sim.getIntArrayProperty
+assert(#sim.getIntArrayProperty(sim.createDummy(0.01), 'object.pose') == 7)
+--- sim.setIntArrayProperty
+local d = sim.createDummy(0.01)
+sim.setIntArrayProperty(d, 'customData.list', {1, 2, 3})
+assert(sim.getIntArrayProperty(d, 'customData.list')[3] == 3)
+--- sim.getVector2Property
+local d = sim.createDummy(0.01)
+sim.setVector2Property(d, 'customData.point', {1, 2})
+assert(sim.getVector2Property(d, 'customData.point')[2] == 2)
+--- sim.setVector2Property
+local d = sim.createDummy(0.01)
+sim.setVector2Property(d, 'customData.point', {0.5, -1})
+assert(sim.getFloatArrayProperty(d, 'customData.point')[1] == 0.5)
+--- sim.getVector3Property
+local d = sim.createDummy(0.01)
+sim.setObjectPosition(d, {1, 2, 3})
+assert(sim.getVector3Property(d, 'object.position')[3] == 3)
+--- sim.setVector3Property
+local d = sim.createDummy(0.01)
+sim.setVector3Property(d, 'object.position', {1, 2, 3})
+assert(sim.getObjectPosition(d)[2] == 2)
+--- sim.getColorProperty
+assert(#sim.getColorProperty(sim.createPureShape(0, 16, {1, 1, 1}, 2), 'shape.color') == 3)
+--- sim.setColorProperty
+local box = sim.createPureShape(0, 16, {1, 1, 1}, 2)
+sim.setColorProperty(box, 'shape.color', {1, 0, 0.5})
+assert(sim.getColorProperty(box, 'shape.color')[3] == 0.5)
+--- sim.getQuaternionProperty
+assert(sim.getQuaternionProperty(sim.createDummy(0.01), 'object.quaternion')[4] == 1)
+--- sim.setQuaternionProperty
+local d = sim.createDummy(0.01)
+sim.setQuaternionProperty(d, 'object.quaternion', {1, 0, 0, 0})
+assert(sim.getObjectQuaternion(d)[1] == 1)
+--- sim.getPoseProperty
+assert(sim.getPoseProperty(sim.createDummy(0.01), 'object.pose')[7] == 1)
+--- sim.setPoseProperty
+local d = sim.createDummy(0.01)
+sim.setPoseProperty(d, 'object.pose', {1, 2, 3, 0, 0, 0, 1})
+assert(sim.getObjectPosition(d)[3] == 3)
 --- sim.getFloatArrayProperty
 assert(#sim.getFloatArrayProperty(sim.createDummy(0.01), 'object.pose') == 7)
 --- sim.setFloatArrayProperty

@@ -206,7 +206,13 @@ local function world(handle, own_methods)
     return setmetatable({ handle = handle }, {
         __index = function(self, key)
             return read(self, key, own_methods, function(name)
-                return type(old[name]) == 'function' and old[name] or nil
+                local f = old[name]
+                if type(f) == 'function' and name:match('^[gs]et%w+Property$') then
+                    return function(...)
+                        return f(handle, ...)
+                    end
+                end
+                return type(f) == 'function' and f or nil
             end)
         end,
         __newindex = function(_, key, value)

@@ -8,21 +8,68 @@ use crate::{kit::*, simulation::run::state_now};
 const HANDLE_APP: i64 = -13;
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
+    let float = TypeOfProperty { name: "float", storage: "float" };
     let names = ["sim.getFloatProperty", "sim.setFloatProperty"];
-    family(offer, "float", names, Param::float("value"), "-0.5", |v| v.as_f64().map(Value::Float));
+    family(offer, float, names, Param::float("value"), "-0.5", |v| v.as_f64().map(Value::Float));
+    let int = TypeOfProperty { name: "int", storage: "int" };
     let names = ["sim.getIntProperty", "sim.setIntProperty"];
-    family(offer, "int", names, Param::int("value"), "2", |v| v.as_i64().map(Value::Int));
+    family(offer, int, names, Param::int("value"), "2", |v| v.as_i64().map(Value::Int));
+    let long = TypeOfProperty { name: "long", ..int };
+    let names = ["sim.getLongProperty", "sim.setLongProperty"];
+    family(offer, long, names, Param::int("value"), "2", |v| v.as_i64().map(Value::Int));
+    let bool = TypeOfProperty { name: "bool", storage: "bool" };
     let names = ["sim.getBoolProperty", "sim.setBoolProperty"];
-    family(offer, "bool", names, Param::bool("value"), "true", |v| v.as_bool().map(Value::Bool));
+    family(offer, bool, names, Param::bool("value"), "true", |v| v.as_bool().map(Value::Bool));
+    let string = TypeOfProperty { name: "string", storage: "string" };
     let names = ["sim.getStringProperty", "sim.setStringProperty"];
-    family(offer, "string", names, Param::string("value"), "'text'", |v| v.as_str().map(|s| Value::text(s.as_bytes())));
+    family(offer, string, names, Param::string("value"), "'text'", |v| v.as_str().map(|s| Value::text(s.as_bytes())));
+    let buffer = TypeOfProperty { name: "buffer", storage: "buffer" };
     let names = ["sim.getBufferProperty", "sim.setBufferProperty"];
-    family(offer, "buffer", names, Param::string("value").text("any bytes"), "'bytes'", |v| {
+    family(offer, buffer, names, Param::string("value").text("any bytes"), "'bytes'", |v| {
         v.as_bytes().map(|b| Value::Bytes(b.to_vec()))
     });
-    let names = ["sim.getFloatArrayProperty", "sim.setFloatArrayProperty"];
     of_any_type(offer);
-    family(offer, "floatarray", names, Param::floats("value", 0), "{0, 0, 1}", |v| v.numbers().map(Value::Floats));
+    lists(offer);
+}
+
+/// Adds commands that get and set lists of numbers. Scripts can store a list by one of these types, and read it by
+/// another.
+fn lists(offer: &mut Offer<Vrep>) {
+    let list = |name| TypeOfProperty { name, storage: "floatarray" };
+    let names = ["sim.getFloatArrayProperty", "sim.setFloatArrayProperty"];
+    let any = Param::floats("value", 0);
+    family(offer, list("floatarray"), names, any, "{0, 0, 1}", |v| v.numbers().map(Value::Floats));
+    let whole = Param::floats("value", 0).text("whole numbers");
+    let names = ["sim.getIntArrayProperty", "sim.setIntArrayProperty"];
+    family(offer, list("intarray"), names, whole, "{0, 0, 1}", |v| {
+        v.numbers().map(|all| Value::Ints(all.into_iter().map(|x| x as i64).collect()))
+    });
+    fn of_length<const N: usize>(v: ValueRef<'_>) -> Option<Value> {
+        v.numbers().filter(|all| all.len() == N).map(Value::Floats)
+    }
+    let of_two = Param::floats("value", 2);
+    let names = ["sim.getVector2Property", "sim.setVector2Property"];
+    family(offer, list("vector2"), names, of_two, "{0, 1}", of_length::<2>);
+    let of_three = || Param::floats("value", 3);
+    let names = ["sim.getVector3Property", "sim.setVector3Property"];
+    family(offer, list("vector3"), names, of_three(), "{0, 0, 1}", of_length::<3>);
+    let names = ["sim.getColorProperty", "sim.setColorProperty"];
+    family(offer, list("color"), names, of_three().text("red, green, blue, 0 to 1"), "{0, 0, 1}", of_length::<3>);
+    let of_four = Param::floats("value", 4).text("x y z w");
+    let names = ["sim.getQuaternionProperty", "sim.setQuaternionProperty"];
+    family(offer, list("quaternion"), names, of_four, "{0, 0, 0, 1}", of_length::<4>);
+    let of_seven = Param::floats("value", 7).text("position and quaternion");
+    let names = ["sim.getPoseProperty", "sim.setPoseProperty"];
+    family(offer, list("pose"), names, of_seven, "{0, 0, 1, 0, 0, 0, 1}", of_length::<7>);
+}
+
+/// A type of properties of V-REP.
+#[derive(Clone, Copy)]
+struct TypeOfProperty {
+    /// The name of the type.
+    name: &'static str,
+    /// The type as which custom data and signals are stored, one of [`PROPERTY_TYPES`].
+    storage: &'static str,
 }
 
 /// Types of the values that scripts can store under arbitrary names, in the order in which they are searched.
@@ -34,9 +81,11 @@ fn of_any_type(offer: &mut Offer<Vrep>) {
     offer.command(
         Cmd::new("sim.getProperty", move |c| {
             let name = c.text(1)?;
-            let own =
-                PROPERTY_TYPES.iter().find(|of| storage_of(&name, of).is_some_and(|_| find(c, &name, of, any).is_ok()));
-            let found = find(c, &name, own.unwrap_or(&"string"), any);
+            let own = PROPERTY_TYPES
+                .iter()
+                .find(|of| storage_of(&name, of).is_some_and(|_| find(c, &name, of, any, of).is_ok()));
+            let own = own.copied().unwrap_or("string");
+            let found = find(c, &name, own, any, own);
             return_property(c, found)
         })
         .param(target_param())
@@ -104,7 +153,7 @@ fn set_property(c: &Ctx<'_>, of: &str, value: &Value) -> Result {
 /// Adds commands that get and set properties of one type.
 fn family(
     offer: &mut Offer<Vrep>,
-    of: &'static str,
+    TypeOfProperty { name: of, storage }: TypeOfProperty,
     [get, set]: [&'static str; 2],
     value: Param,
     sample: &str,
@@ -113,7 +162,7 @@ fn family(
     offer.command(
         Cmd::new(get, move |c| {
             let name = c.text(1)?;
-            let found = find(c, &name, of, read);
+            let found = find(c, &name, storage, read, of);
             return_property(c, found)
         })
         .param(target_param())
@@ -127,7 +176,7 @@ fn family(
         Cmd::new(set, move |c| {
             let value =
                 read(c.arg(2)).ok_or_else(|| Fail::argument(format!("argument 3: expected a value of type {of}")))?;
-            set_property(c, of, &value)
+            set_property(c, storage, &value)
         })
         .param(target_param())
         .param(key_param())
@@ -188,10 +237,11 @@ fn store(c: &Ctx<'_>, id: tatu_object, own: ValueStorage<'_>, value: &Value) -> 
     }
 }
 
-fn find(c: &Ctx<'_>, name: &str, of: &str, read: fn(ValueRef<'_>) -> Option<Value>) -> Result<Value> {
+/// Returns a property that scripts store as `storage`, or a property of the core; `of` is the name of the expected type.
+fn find(c: &Ctx<'_>, name: &str, storage: &str, read: fn(ValueRef<'_>) -> Option<Value>, of: &str) -> Result<Value> {
     let id = target_of(c)?;
     let missing = || Fail::missing(format!("there is no property `{name}`"));
-    if let Some(own) = storage_of(name, of) {
+    if let Some(own) = storage_of(name, storage) {
         return match own {
             ValueStorage::Block(tag) => tags::get(c, id, tag.as_bytes())?.map(Value::Bytes).ok_or_else(missing),
             ValueStorage::Signal(kind, signal) if id == 0 => {
