@@ -52,7 +52,7 @@ fn torus(around: u32, across: u32) -> Form {
     for i in 0..=around {
         for j in 0..=across {
             let (u, v) = (f64::from(i) / f64::from(around), f64::from(j) / f64::from(across));
-            let ((a, b), (c, d)) = ((u * std::f64::consts::TAU).sin_cos(), (v * std::f64::consts::TAU).sin_cos());
+            let [(a, b), (c, d)] = [u, v].map(|x| libm::sincos(x * std::f64::consts::TAU));
             mesh.vertices.push(Point3::new((1.0 + 0.4 * d) * b, (1.0 + 0.4 * d) * a, 0.4 * c));
             mesh.coordinates.push([4.0 * u as f32, 2.0 * v as f32]);
             if i < around && j < across {

@@ -167,8 +167,8 @@ impl<'a> Shader<'a> {
             let normal =
                 || form_from_view * Vector3::from(line.normal.each_ref().map(|channel| f64::from(channel[column])));
             let color = texture.color(&point, normal, seen.target.color);
-            for i in 0..3 {
-                line.color[i][column] = color[i];
+            for (channel, value) in line.color.iter_mut().zip(color) {
+                channel[column] = value;
             }
         }
     }

@@ -8,12 +8,13 @@
 //!   `set`: images set by scripts;
 //! - `filters`: the chains that sensors had before 4.0, on a working image (`work`);
 //! - `module`: the same filters as separate functions, as in `simVision`;
-//! - `spherical`: combines images of six sensors into a panorama;
+//! - `spherical`: combines images of six sensors into a panorama; `anaglyph`: those of two into a stereo picture;
 //! - `parameters`: resolution, clipping planes and angles by number.
 //!
 //! Rows are ordered from bottom to top; depths range from 0 at the near plane to 1 at the far plane. The image of a
 //! dummy or camera that replaces a sensor in a run without its scene is black, with all depths at the far plane.
 
+mod anaglyph;
 mod callbacks;
 mod filters;
 mod handle;
@@ -40,4 +41,5 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     set::offer(offer);
     module::offer(offer);
     spherical::offer(offer);
+    anaglyph::offer(offer);
 }
