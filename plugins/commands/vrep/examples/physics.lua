@@ -203,12 +203,16 @@ end
 local box = sim.createPureShape(0, 16, {1, 1, 1}, 2)
 assert(sim.getObjectInt32Param(box, sim.shapeintparam_static) == 1)
 assert(sim.getObjectInt32Param(box, 99999) == nil)
+local script = sim.getScript(sim.handle_self)
+assert(sim.getObjectType(script) == sim.sceneobject_script)
+assert(sim.getObjectInt32Param(script, sim.scriptintparam_handle) == script)
 --- sim.setObjectInt32Param
 local box = sim.createPureShape(0, 16, {1, 1, 1}, 2)
 sim.setObjectInt32Param(box, sim.shapeintparam_respondable, 1)
 assert(sim.getObjectInt32Param(box, sim.shapeintparam_respondable) == 1)
 sim.setObjectInt32Param(box, sim.shapeintparam_sleepmodestart, 1)
 assert(sim.getObjectInt32Param(box, sim.shapeintparam_sleepmodestart) == 1)
+assert(not pcall(sim.setObjectInt32Param, sim.getScript(sim.handle_self), sim.scriptintparam_enabled, 0))
 --- sim.getObjectInt32Parameter
 local result, v = sim.getObjectInt32Parameter(sim.createPureShape(0, 16, {1, 1, 1}, 2), sim.shapeintparam_static)
 assert(result == 1 and v == 1)

@@ -512,7 +512,7 @@ rendermode_oglimg 9; rendermode_codedimg 10
 sceneobject_shape 0; sceneobject_joint 1; sceneobject_graph 2; sceneobject_camera 3; sceneobject_dummy 4
 sceneobject_proximitysensor 5; sceneobject_path 8; sceneobject_visionsensor 9; sceneobject_mill 11
 sceneobject_forcesensor 12; sceneobject_light 13; sceneobject_mirror 14; sceneobject_octree 15
-sceneobject_pointcloud 16; light_omnidirectional 1; light_spot 2; light_directional 3; joint_revolute 10
+sceneobject_pointcloud 16; sceneobject_script 17; light_omnidirectional 1; light_spot 2; light_directional 3; joint_revolute 10
 joint_prismatic 11; joint_spherical 12; shape_simple 20; shape_compound 21; proximitysensor_pyramid 30
 proximitysensor_cylinder 31; proximitysensor_disc 32; proximitysensor_cone 33; proximitysensor_ray 34
 objecttype_sceneobject 109; objecttype_texture 120; simulation_running 17; simulation_lastbeforestop 22

@@ -195,6 +195,28 @@ fn get_int(c: &Ctx<'_>, o: Object, n: i64) -> Result<Option<i64>> {
         (TATU_KIND_SENSOR, 4000) => 0,
         (TATU_KIND_SENSOR, 4001) => volume(c, id)?,
         (TATU_KIND_SENSOR, _) => return parameters::get_int(c, id, n),
+        (TATU_KIND_SCRIPT, _) => return script_parameter(c, id, n),
+        _ => return Ok(None),
+    }))
+}
+
+/// Number of the parameter that switches a script on.
+const SCRIPT_ENABLED: i64 = 10104;
+
+fn script_parameter(c: &Ctx<'_>, script: tatu_object, n: i64) -> Result<Option<i64>> {
+    let p = &c.plugin().p;
+    Ok(Some(match n {
+        10101 => int_of(c, script, p.script_calls)?,
+        10102 => match text_of(c, script, p.script_kind)?.as_str() {
+            "main" => 0,
+            "addon" => 2,
+            "customization" => 6,
+            "sandbox" => 8,
+            _ => 1,
+        },
+        10103 => handle(script),
+        SCRIPT_ENABLED => 1,
+        10105 => handle(parent(c, script)?),
         _ => return Ok(None),
     }))
 }
@@ -231,6 +253,13 @@ fn set_int(c: &Ctx<'_>, o: Object, n: i64, value: i64) -> Result<bool> {
         (TATU_KIND_SHAPE, 3014 | 3015 | 3024 | 3027) => tags::set_number(c, id, &look_tag(n), value as f64)?,
         (TATU_KIND_SENSOR, RENDERED_ENTITY | DETECTED_ENTITY) => targets::set(c, id, value)?,
         (TATU_KIND_SENSOR, _) => return parameters::set_int(c, id, n, value),
+        (TATU_KIND_SCRIPT, SCRIPT_ENABLED) if value != 0 => {}
+        (TATU_KIND_SCRIPT, SCRIPT_ENABLED) => {
+            let text = "a script cannot be switched off by another one";
+            return Err(
+                Fail::unsupported(text).help("remove it with sim.removeObjects, or let it return early by a signal")
+            );
+        }
         _ => return Ok(false),
     }
     Ok(true)
