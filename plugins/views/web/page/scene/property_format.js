@@ -13,6 +13,7 @@ const NAMES = {
   "object.model_base": "Base of a model", "object.drive": "Drive by wheels", "shape.primitive": "Form", "shape.com": "Centre of mass",
   "shape.dynamic": "Moved by forces", "shape.respondable": "Collides", "shape.respondable_mask": "Collision mask",
   "shape.detectable": "Seen by sensors", "shape.detectable_mask": "Detection mask", "shape.convex": "Convex hull", "shape.bullet": "Fast body",
+  "shape.asleep": "Starts asleep",
   "shape.collide_as": "Collides as", "shape.collide_size": "Size for collisions", "joint.mode": "Moved by", "joint.effort": "Torque or force",
   "joint.max_force": "Maximum force", "joint.lead": "Lead of the screw", "joint.slip": "Slip under load", "joint.cyclic": "Turns without limit",
   "sensor.explicit": "Only on request", "sensor.targets": "Sees only", "sensor.ignored": "Does not see", "sensor.measured": "Measurements",
@@ -37,7 +38,7 @@ const PLACE_KEYS = ["alias", "parent", "position", "orientation", "visible"];
 const SHAPE_KEYS = ["primitive", "size", "color", "opacity", "convex", "detectable", "material"];
 /** Keys of properties that are rarely set, and are shown in the group "More". */
 const ADVANCED_KEYS = [
-  "shape.mesh", "shape.respondable_mask", "shape.detectable_mask", "shape.joint_solver", "shape.bullet", "shape.friction_axis",
+  "shape.mesh", "shape.respondable_mask", "shape.detectable_mask", "shape.joint_solver", "shape.bullet", "shape.asleep", "shape.friction_axis",
   "shape.friction_axis_angle", "shape.axis_friction", "shape.surface_velocity", "shape.initial_velocity", "shape.initial_angular_velocity",
   "shape.linear_damping", "shape.angular_damping", "shape.collide_as", "shape.collide_size", "joint.rotation", "joint.armature", "joint.slip", "joint.lead",
   "joint.smooth_target", "joint.no_load_speed", "joint.follows", "joint.follow_factor", "joint.follow_offset", "joint.follow_curve",
