@@ -68,7 +68,8 @@ def main():
                 jobs += [(f"{name}{level}-c-{kind}", "c", kind, env) for kind in KINDS]
                 jobs += [(f"{name}{level}-cpp-{kind}", "cpp", kind, env) for kind in CPP_KINDS]
         if Path("/usr/bin/rustc").exists():
-            env = {"RUSTC": "/usr/bin/rustc", "CARGO_TARGET_DIR": str(folder / "rust"), "CARGO_NET_OFFLINE": "true"}
+            env = {"RUSTC": "/usr/bin/rustc", "CARGO_TARGET_DIR": str(folder / "rust"), "CARGO_NET_OFFLINE": "true",
+                   "CARGO_PROFILE_DEV_DEBUG": "0"}
             jobs += [(f"rustc-web-{kind}", "rust", kind, env) for kind in KINDS]
         else:
             print("skipped: Debian's rustc-web, which is not installed")

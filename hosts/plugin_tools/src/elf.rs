@@ -253,7 +253,7 @@ fn drafts(file: &ParsedFile<'_>) -> BTreeSet<u32> {
     let mut out = BTreeSet::new();
     for segment in file.elf_program_headers().iter().filter(|s| s.p_type(e) == elf::PT_LOAD) {
         let Ok(data) = segment.data(e, file.data()) else { continue };
-        for (i, _) in data.windows(DRAFT_MARK.len()).enumerate().filter(|(_, w)| *w == DRAFT_MARK) {
+        for i in memchr::memmem::find_iter(data, DRAFT_MARK) {
             let is_name = |b: &&u8| b.is_ascii_lowercase() || matches!(b, b'_' | b'.');
             let length = data[..i].iter().rev().take_while(is_name).count();
             let name = &data[i - length..i];

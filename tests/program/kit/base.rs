@@ -14,6 +14,9 @@ use tempfile::TempDir;
 /// A scene entry for a horizontal plane at z = 0 that collides with everything.
 pub const FLOOR: &str = "[[object]]\nkind = \"shape\"\nalias = \"floor\"\nprimitive = \"plane\"\nrespondable = true\n";
 
+/// Makes cargo build a project that is built once without what only later builds and debuggers need.
+pub const SINGLE_BUILD: [(&str, &str); 2] = [("CARGO_INCREMENTAL", "0"), ("CARGO_PROFILE_DEV_DEBUG", "0")];
+
 /// Returns the root folder of the repository.
 pub fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))

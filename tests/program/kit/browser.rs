@@ -1,6 +1,7 @@
 //! Controls a real browser by the part of the Chrome DevTools Protocol that tests of the page need.
 
 use std::{
+    io::{BufRead, BufReader, Read},
     net::TcpStream,
     path::{Path, PathBuf},
     process::{Child, Command, Stdio},
@@ -45,6 +46,24 @@ pub fn wait_for<T>(what: &str, limit: Duration, mut f: impl FnMut() -> Option<T>
     }
 }
 
+/// Returns the body of an HTTP answer with a stated length; the browser keeps the connection open after it.
+fn body_of_answer(stream: TcpStream) -> Option<Vec<u8>> {
+    let mut reader = BufReader::new(stream);
+    let mut length = 0;
+    loop {
+        let mut line = String::new();
+        reader.read_line(&mut line).ok()?;
+        match line.trim_end().split_once(':') {
+            Some((name, value)) if name.eq_ignore_ascii_case("content-length") => length = value.trim().parse().ok()?,
+            None if line.trim_end().is_empty() => break,
+            _ => {}
+        }
+    }
+    let mut body = vec![0; length];
+    reader.read_exact(&mut body).ok()?;
+    Some(body)
+}
+
 impl BrowserPage {
     /// Opens an address.
     pub fn open(browser: &Path, url: &str) -> BrowserPage {
@@ -64,12 +83,8 @@ impl BrowserPage {
             let mut stream = TcpStream::connect(("127.0.0.1", port)).ok()?;
             let request = format!("GET /json HTTP/1.1\r\nHost: 127.0.0.1:{port}\r\nConnection: close\r\n\r\n");
             std::io::Write::write_all(&mut stream, request.as_bytes()).ok()?;
-            // The browser keeps the connection open; its answer arrives quickly.
-            stream.set_read_timeout(Some(Duration::from_millis(500))).ok()?;
-            let mut bytes = Vec::new();
-            let _ = std::io::Read::read_to_end(&mut stream, &mut bytes);
-            let text = String::from_utf8_lossy(&bytes);
-            let all: Value = serde_json::from_str(&text[text.find("\r\n\r\n")? + 4..]).ok()?;
+            stream.set_read_timeout(Some(Duration::from_secs(10))).ok()?;
+            let all: Value = serde_json::from_slice(&body_of_answer(stream)?).ok()?;
             let page = all.as_array()?.iter().find(|t| t["type"] == "page")?.clone();
             Some(page["webSocketDebuggerUrl"].as_str()?.to_owned())
         });

@@ -33,6 +33,7 @@ fn runs(page: &str, before: &str) {
     let path = format!("{folder}:{}", std::env::var("PATH").unwrap());
     let target = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("book");
     let env = [("PATH", path.as_str()), ("CARGO_TARGET_DIR", target.to_str().unwrap()), ("CARGO_NET_OFFLINE", "true")];
+    let env = [&SINGLE_BUILD[..], &env].concat();
     run(Path::new("bash"), place.path(), &["-c", &script], &env).good();
 }
 

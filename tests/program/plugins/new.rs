@@ -10,7 +10,7 @@ fn works(kind: &str, lang: &str) {
     let name = format!("my_{kind}");
     place.tatu(&["new", "plugin", &name, "--lang", lang, "--kind", kind]).good();
     let target = place.path().join("target");
-    let env = [("CARGO_TARGET_DIR", target.to_str().unwrap())];
+    let env = [&SINGLE_BUILD[..], &[("CARGO_TARGET_DIR", target.to_str().unwrap())]].concat();
     let done = run(program(), place.path(), &["plugin", "run", &name], &env).good();
     assert!(!done.err.contains("warning"), "{}", done.err);
     assert!(done.out.contains(&format!("{name} works")), "{}\n{}", done.out, done.err);

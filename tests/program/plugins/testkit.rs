@@ -64,6 +64,7 @@ fn test(place: &TestFolder, folder: &str, args: &[&str]) -> TestReport {
         .env_remove("TATU_TESTHOST")
         .env("CARGO_TARGET_DIR", target)
         .env("CARGO_NET_OFFLINE", "true")
+        .envs(SINGLE_BUILD)
         .output()
         .unwrap();
     let text = |b: &[u8]| String::from_utf8_lossy(b).into_owned();

@@ -5,6 +5,7 @@ use std::{
     net::TcpStream,
     path::PathBuf,
     process::{Command, Output, Stdio},
+    time::Duration,
 };
 
 use serde_json::{Value, json};
@@ -56,8 +57,12 @@ pub fn client(python: &PathBuf, served: &ServedScene, program: &str) -> Output {
     Command::new(python).args(["-c", &program]).output().unwrap()
 }
 
+/// Connects a client. If no message arrives for a minute, reading fails.
 pub fn socket(served: &ServedScene) -> RosbridgeSocket {
-    tungstenite::connect(format!("ws://127.0.0.1:{}/", served.port)).unwrap().0
+    let mut socket = tungstenite::connect(format!("ws://127.0.0.1:{}/", served.port)).unwrap().0;
+    let MaybeTlsStream::Plain(stream) = socket.get_mut() else { unreachable!() };
+    stream.set_read_timeout(Some(Duration::from_secs(60))).unwrap();
+    socket
 }
 
 pub fn send_message(socket: &mut RosbridgeSocket, message: &Value) {
@@ -347,7 +352,7 @@ fn invalid_messages_affect_only_their_sender() {
     frame.extend_from_slice(&(4_u64 << 30).to_be_bytes());
     frame.extend_from_slice(&[0; 8]);
     stream.write_all(&frame).unwrap();
-    wait_for("the liar is closed", std::time::Duration::from_secs(20), || liar.read().is_err().then_some(()));
+    wait_for("the liar is closed", Duration::from_secs(20), || liar.read().is_err().then_some(()));
     let silent: Vec<TcpStream> = (0..200).map(|_| TcpStream::connect(("127.0.0.1", served.port)).unwrap()).collect();
     drop(silent);
     let mut half = socket(&served);

@@ -72,6 +72,8 @@ const ROOM_BOXES: [RoomBox; 6] = [
     ([0.4, 0.4, 0.6], [-1.4, -1.1, 0.3], 0.0),
 ];
 
+const SONAR_RANGE_M: f64 = 1.0;
+
 fn rotate([x, y, z, w]: [f64; 4], v: [f64; 3]) -> [f64; 3] {
     let cross =
         |a: [f64; 3], b: [f64; 3]| [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
@@ -105,19 +107,32 @@ fn ray(block: &RoomBox, from: [f64; 3], along: [f64; 3]) -> Option<(f64, f64)> {
     (enter > 0.0 && enter <= leave).then_some((enter, cosine))
 }
 
+/// Returns the distance from a point to the outline of a box, in the plane.
+fn horizontal_distance((size, at, turn): &RoomBox, from: [f64; 3]) -> f64 {
+    let (s, c) = turn.to_radians().sin_cos();
+    let [x, y] = [from[0] - at[0], from[1] - at[1]];
+    let outside = |along: f64, size: f64| (along.abs() - size / 2.0).max(0.0);
+    f64::hypot(outside(c * x + s * y, size[0]), outside(-s * x + c * y, size[1]))
+}
+
 /// Returns the reading of a sonar at a pose: the distance to the nearest point of any surface in its cone. All surfaces
 /// are vertical, so this point is at the height of the sonar, and a fan of rays in that plane is sufficient.
 fn sonar(at: [f64; 3], q: [f64; 4]) -> Option<f64> {
     let ahead = rotate(q, [0.0, 0.0, 1.0]);
     let heading = ahead[1].atan2(ahead[0]);
     let least = 72f64.to_radians().cos();
+    // What is out of range needs no rays.
+    let near: Vec<&RoomBox> = ROOM_BOXES.iter().filter(|b| horizontal_distance(b, at) <= SONAR_RANGE_M).collect();
+    if near.is_empty() {
+        return None;
+    }
     let mut nearest = f64::INFINITY;
     for i in -2000..=2000 {
         let a = heading + f64::from(i) / 2000.0 * 15f64.to_radians();
-        let seen = ROOM_BOXES.iter().filter_map(|b| ray(b, at, [a.cos(), a.sin(), 0.0]));
+        let seen = near.iter().filter_map(|b| ray(b, at, [a.cos(), a.sin(), 0.0]));
         nearest = seen.filter(|(_, cosine)| *cosine >= least).map(|(d, _)| d).fold(nearest, f64::min);
     }
-    (0.05..=1.0).contains(&nearest).then_some(nearest)
+    (0.05..=SONAR_RANGE_M).contains(&nearest).then_some(nearest)
 }
 
 fn sonar_paths() -> Vec<String> {
