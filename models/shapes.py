@@ -155,6 +155,44 @@ def ball(radius, segments=32):
     return lathe([(max(radius * math.cos(a), radius * 1e-3), radius * math.sin(a)) for a in angles], segments)
 
 
+def revolve(loop, segments=40):
+    """A ring of revolution about z from a closed loop of (radius, z), counter-clockwise with the radius to the right."""
+    n, points, triangles = len(loop), [], []
+    for i in range(segments):
+        t = 2 * math.pi * i / segments
+        points += [(r * math.cos(t), r * math.sin(t), z) for r, z in loop]
+    for i in range(segments):
+        for k in range(n):
+            a, b = i * n + k, i * n + (k + 1) % n
+            c, d = (i + 1) % segments * n + (k + 1) % n, (i + 1) % segments * n + k
+            triangles += [(a, c, b), (a, d, c)]
+    return points, triangles
+
+
+def ring_of(inner, outer, low, high, segments=48):
+    """A ring about z with a square section."""
+    points, triangles = [], []
+    for i in range(segments):
+        c, s = math.cos(2 * math.pi * i / segments), math.sin(2 * math.pi * i / segments)
+        points += [(r * c, r * s, z) for r, z in ((outer, low), (outer, high), (inner, high), (inner, low))]
+    for i in range(segments):
+        for k in range(4):
+            a, b = 4 * i + k, 4 * i + (k + 1) % 4
+            c, d = 4 * ((i + 1) % segments) + k, 4 * ((i + 1) % segments) + (k + 1) % 4
+            triangles += [(a, c, d), (a, d, b)]
+    return points, triangles
+
+
+def disc(radius, low, high, segments=24, x=0.0, y=0.0):
+    """A disc about an axis parallel to z."""
+    return moved(lathe([(radius, low), (radius, high)], segments), x, y)
+
+
+def block(length, width, height, x, y, z, heading=0.0):
+    """A box, turned about z by `heading` degrees."""
+    return moved(turned(box(length, width, height), "z", heading), x, y, z)
+
+
 def write(name, mesh, beside):
     """Writes a mesh as `NAME.ply` beside a script (its `__file__`), rounded to 0.01 mm."""
     points, triangles = mesh

@@ -12,24 +12,10 @@ import shapes
 WHEELBASE, TRACK, R, W = 0.3302, 0.245, 0.05, 0.045
 
 
-def revolve(loop, segments=40):
-    """A ring of revolution about z from a closed loop of (radius, z), counter-clockwise with the radius to the right."""
-    n, points, triangles = len(loop), [], []
-    for i in range(segments):
-        t = 2 * math.pi * i / segments
-        points += [(r * math.cos(t), r * math.sin(t), z) for r, z in loop]
-    for i in range(segments):
-        for k in range(n):
-            a, b = i * n + k, i * n + (k + 1) % n
-            c, d = (i + 1) % segments * n + (k + 1) % n, (i + 1) % segments * n + k
-            triangles += [(a, c, b), (a, d, c)]
-    return points, triangles
-
-
 # Tyre: rounded shoulders and three rows of blocks. The axle is z, the outer face +z.
 loop = [(0.031, -W / 2 + 0.004), (0.036, -W / 2), (0.0440, -W / 2 + 0.001), (0.0475, -W / 2 + 0.006), (0.0480, 0.0),
         (0.0475, W / 2 - 0.006), (0.0440, W / 2 - 0.001), (0.036, W / 2), (0.031, W / 2 - 0.004)]
-tyre = [revolve(loop)]
+tyre = [shapes.revolve(loop)]
 for i in range(20):
     for row in (-1, 0, 1):
         block = shapes.moved(shapes.box(0.0032, 0.0068, 0.010), x=R - 0.0017, z=0.0128 * row)
@@ -39,7 +25,7 @@ for i in range(20):
 shapes.write("tyre", shapes.merge(*tyre), __file__)
 
 # Rim: a barrel, a dished centre, five double spokes, a nut.
-rim = [revolve([(0.0275, -W / 2 + 0.004), (0.0312, -W / 2 + 0.003), (0.0312, W / 2 - 0.003), (0.0330, W / 2 - 0.0015),
+rim = [shapes.revolve([(0.0275, -W / 2 + 0.004), (0.0312, -W / 2 + 0.003), (0.0312, W / 2 - 0.003), (0.0330, W / 2 - 0.0015),
                 (0.0300, W / 2 - 0.001), (0.0275, W / 2 - 0.004)])]
 for i in range(5):
     for side in (-1, 1):

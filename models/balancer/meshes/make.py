@@ -12,20 +12,6 @@ import shapes
 R, W, TRACK = 0.04, 0.02, 0.14
 
 
-def revolve(loop, segments=40):
-    """A ring of revolution about z from a closed loop of (radius, z), counter-clockwise with the radius to the right."""
-    n, points, triangles = len(loop), [], []
-    for i in range(segments):
-        t = 2 * math.pi * i / segments
-        points += [(r * math.cos(t), r * math.sin(t), z) for r, z in loop]
-    for i in range(segments):
-        for k in range(n):
-            a, b = i * n + k, i * n + (k + 1) % n
-            c, d = (i + 1) % segments * n + (k + 1) % n, (i + 1) % segments * n + k
-            triangles += [(a, c, b), (a, d, c)]
-    return points, triangles
-
-
 def lying(mesh):
     """The mesh with its z axis turned to y."""
     return shapes.turned(mesh, "x", -90)
@@ -34,13 +20,13 @@ def lying(mesh):
 # Wheel: a round motorcycle tyre on a rim with six spokes. The axle is z, the outer face +z.
 tyre = [(0.0290, -0.0065), (0.0325, -0.0085), (0.0365, -0.0075), (0.0390, -0.0045), (R, 0.0), (0.0390, 0.0045),
         (0.0365, 0.0075), (0.0325, 0.0085), (0.0290, 0.0065)]
-parts = [revolve(tyre)]
+parts = [shapes.revolve(tyre)]
 for i in range(26):
     for side in (-1, 1):
         block = shapes.turned(shapes.box(0.0016, 0.0036, 0.0040), "y", -22 * side)
         parts.append(shapes.turned(shapes.moved(block, x=R - 0.0013, z=0.0042 * side), "z", (360 / 26) * i + (6.9 if side > 0 else 0)))
 shapes.write("tyre", shapes.merge(*parts), __file__)
-rim = [revolve([(0.0262, -0.0075), (0.0292, -0.0080), (0.0292, 0.0080), (0.0262, 0.0075)])]
+rim = [shapes.revolve([(0.0262, -0.0075), (0.0292, -0.0080), (0.0292, 0.0080), (0.0262, 0.0075)])]
 for i in range(6):
     rim.append(shapes.turned(shapes.moved(shapes.box(0.020, 0.0060, 0.0075), x=0.0175, z=0.0015), "z", 60 * i))
 rim.append(shapes.lathe([(0.0105, -0.0080), (0.0105, 0.0068), (0.0095, 0.0078)], 32))

@@ -22,28 +22,6 @@ def clipped_circle(radius, half, steps=16):
     return [(radius * math.cos(t), radius * math.sin(t)) for t in front + [t + math.pi for t in front]]
 
 
-def ring_of(inner, outer, low, high, segments=48):
-    """A ring about z with a square section."""
-    points, triangles = [], []
-    for i in range(segments):
-        c, s = math.cos(2 * math.pi * i / segments), math.sin(2 * math.pi * i / segments)
-        points += [(r * c, r * s, z) for r, z in ((outer, low), (outer, high), (inner, high), (inner, low))]
-    for i in range(segments):
-        for k in range(4):
-            a, b = 4 * i + k, 4 * i + (k + 1) % 4
-            c, d = 4 * ((i + 1) % segments) + k, 4 * ((i + 1) % segments) + (k + 1) % 4
-            triangles += [(a, c, d), (a, d, b)]
-    return points, triangles
-
-
-def disc(radius, low, high, segments=24, x=0.0, y=0.0):
-    return shapes.moved(shapes.lathe([(radius, low), (radius, high)], segments), x, y)
-
-
-def block(length, width, height, x, y, z, heading=0.0):
-    return shapes.moved(shapes.turned(shapes.box(length, width, height), "z", heading), x, y, z)
-
-
 def body():
     """The clear plastic body: a tub for the battery between the wheels, and two walls up to the board."""
     tub = shapes.extrude(clipped_circle(BODY, HALF), 0.0026, 0.0262)
@@ -58,7 +36,7 @@ def body():
 def battery():
     """The battery in its tray, seen through front and back."""
     cell = shapes.extrude(clipped_circle(0.0353, 0.0115, 8), 0.0085, 0.0210)
-    return shapes.merge(cell, block(0.046, 0.030, 0.010, 0, 0, 0.0245))
+    return shapes.merge(cell, shapes.block(0.046, 0.030, 0.010, 0, 0, 0.0245))
 
 
 def motors():
@@ -73,12 +51,12 @@ def motors():
 
 
 def board():
-    return disc(BODY, 0.0384, 0.0400, 48)
+    return shapes.disc(BODY, 0.0384, 0.0400, 48)
 
 
 def ring():
     """The ring that spreads the light of the LEDs."""
-    return ring_of(0.0305, 0.0362, 0.0400, 0.0432)
+    return shapes.ring_of(0.0305, 0.0362, 0.0400, 0.0432)
 
 
 def upper():
@@ -93,51 +71,51 @@ def black():
     for x, y, heading in SENSORS:
         h = math.radians(heading)
         x, y = x / 1000 - 0.0018 * math.cos(h), y / 1000 - 0.0018 * math.sin(h)
-        parts.append(block(0.0042, 0.0070, 0.0040, x, y, 0.0362, heading))
+        parts.append(shapes.block(0.0042, 0.0070, 0.0040, x, y, 0.0362, heading))
     camera = shapes.turned(shapes.lathe(shapes.rounded_profile(0.0042, 0.024, 0.0352, 0.0008, 2), 32), "y", 90)
     parts.append(shapes.moved(camera, z=0.028))
-    parts.append(block(0.008, 0.012, 0.010, 0.0285, 0, 0.0285))
-    parts.append(disc(0.0075, 0.0496, 0.0512, 36, -0.012, 0.002))
-    parts.append(disc(0.0045, 0.0496, 0.0540, 24, 0.012, 0.014))
-    parts.append(block(0.0055, 0.026, 0.0050, 0.0140, -0.008, 0.0520))
-    parts.append(block(0.020, 0.0055, 0.0050, -0.006, -0.0235, 0.0520))
-    parts.append(block(0.007, 0.007, 0.0012, 0.002, -0.008, 0.0502))
-    parts.append(block(0.009, 0.009, 0.0012, 0.012, 0.0, 0.0406))
+    parts.append(shapes.block(0.008, 0.012, 0.010, 0.0285, 0, 0.0285))
+    parts.append(shapes.disc(0.0075, 0.0496, 0.0512, 36, -0.012, 0.002))
+    parts.append(shapes.disc(0.0045, 0.0496, 0.0540, 24, 0.012, 0.014))
+    parts.append(shapes.block(0.0055, 0.026, 0.0050, 0.0140, -0.008, 0.0520))
+    parts.append(shapes.block(0.020, 0.0055, 0.0050, -0.006, -0.0235, 0.0520))
+    parts.append(shapes.block(0.007, 0.007, 0.0012, 0.002, -0.008, 0.0502))
+    parts.append(shapes.block(0.009, 0.009, 0.0012, 0.012, 0.0, 0.0406))
     return shapes.merge(*parts)
 
 
 def metal():
     """Spacers, pins, the knob of the selector, the frame of the speaker, microphones, a button."""
-    parts = [disc(0.0020, 0.0400, 0.0500, 16, x, y) for x in (-0.020, 0.016) for y in (-0.024, 0.024)]
-    parts.append(disc(0.0030, 0.0540, 0.0550, 6, 0.012, 0.014))
-    parts.append(shapes.moved(ring_of(0.0062, 0.0075, 0.0512, 0.0516, 36), x=-0.012, y=0.002))
-    parts += [disc(0.0026, 0.0496, 0.0514, 20, x, y) for x, y in ((0.004, 0.022), (0.004, -0.016), (-0.022, 0.012))]
-    parts += [block(0.0008, 0.0008, 0.0006, 0.0140, -0.018 + 0.0025 * k, 0.0548) for k in range(9)]
-    parts.append(block(0.005, 0.004, 0.0016, -0.020, -0.012, 0.0504))
+    parts = [shapes.disc(0.0020, 0.0400, 0.0500, 16, x, y) for x in (-0.020, 0.016) for y in (-0.024, 0.024)]
+    parts.append(shapes.disc(0.0030, 0.0540, 0.0550, 6, 0.012, 0.014))
+    parts.append(shapes.moved(shapes.ring_of(0.0062, 0.0075, 0.0512, 0.0516, 36), x=-0.012, y=0.002))
+    parts += [shapes.disc(0.0026, 0.0496, 0.0514, 20, x, y) for x, y in ((0.004, 0.022), (0.004, -0.016), (-0.022, 0.012))]
+    parts += [shapes.block(0.0008, 0.0008, 0.0006, 0.0140, -0.018 + 0.0025 * k, 0.0548) for k in range(9)]
+    parts.append(shapes.block(0.005, 0.004, 0.0016, -0.020, -0.012, 0.0504))
     return shapes.merge(*parts)
 
 
 def lens():
     """The camera's glass."""
-    return shapes.moved(shapes.turned(disc(0.0026, 0.0350, 0.0355, 24), "y", 90), z=0.028)
+    return shapes.moved(shapes.turned(shapes.disc(0.0026, 0.0350, 0.0355, 24), "y", 90), z=0.028)
 
 
 def tyre():
     """The rubber ring."""
-    return ring_of(0.0176, WHEEL, -0.0016, 0.0016, 56)
+    return shapes.ring_of(0.0176, WHEEL, -0.0016, 0.0016, 56)
 
 
 def wheel():
     """A rim with five spokes and a hub; the outside is at both ends, so that it fits left and right."""
-    parts = [ring_of(0.0150, 0.0178, -0.0021, 0.0021, 48), disc(0.0050, -0.0024, 0.0024, 24)]
+    parts = [shapes.ring_of(0.0150, 0.0178, -0.0021, 0.0021, 48), shapes.disc(0.0050, -0.0024, 0.0024, 24)]
     for k in range(5):
-        parts.append(shapes.turned(block(0.0115, 0.0034, 0.0030, 0.0100, 0, 0), "z", 72 * k))
+        parts.append(shapes.turned(shapes.block(0.0115, 0.0034, 0.0030, 0.0100, 0, 0), "z", 72 * k))
     return shapes.merge(*parts)
 
 
 def marks():
     """A disc behind the spokes."""
-    return disc(0.0155, -0.0006, 0.0006, 40)
+    return shapes.disc(0.0155, -0.0006, 0.0006, 40)
 
 
 for make in (body, battery, motors, board, ring, upper, black, metal, lens, tyre, wheel, marks):

@@ -35,28 +35,6 @@ def outline(half, corner=0.005, steps=18):
     return arc + [(side, half)] + back + [(side, -half)]
 
 
-def disc(radius, low, high, segments=24, x=0.0, y=0.0):
-    return shapes.moved(shapes.lathe([(radius, low), (radius, high)], segments), x, y)
-
-
-def block(length, width, height, x, y, z, heading=0.0):
-    return shapes.moved(shapes.turned(shapes.box(length, width, height), "z", heading), x, y, z)
-
-
-def ring_of(inner, outer, low, high, segments=48):
-    """A ring about z with a square section."""
-    points, triangles = [], []
-    for i in range(segments):
-        c, s = math.cos(2 * math.pi * i / segments), math.sin(2 * math.pi * i / segments)
-        points += [(r * c, r * s, z) for r, z in ((outer, low), (outer, high), (inner, high), (inner, low))]
-    for i in range(segments):
-        for k in range(4):
-            a, b = 4 * i + k, 4 * i + (k + 1) % 4
-            c, d = 4 * ((i + 1) % segments) + k, 4 * ((i + 1) % segments) + (k + 1) % 4
-            triangles += [(a, c, d), (a, d, b)]
-    return points, triangles
-
-
 def cover():
     """The top, with rounded edges above and straight ones below."""
     rim = outline(HALF)
@@ -92,26 +70,26 @@ def dark():
     for x, y, heading in PROX:
         h = math.radians(heading)
         x, y = x / 1000 - 0.0016 * math.cos(h), y / 1000 - 0.0016 * math.sin(h)
-        parts.append(block(0.003, 0.0105, 0.0062, x, y, 0.0346, heading))
+        parts.append(shapes.block(0.003, 0.0105, 0.0062, x, y, 0.0346, heading))
     parts.append(shapes.extrude(shapes.inset(outline(HALF), 0.0009), ROOF - 0.0008, ROOF + 0.0004))
-    parts.append(disc(0.0058, TOP - 0.001, TOP + 0.0002, 28))
-    parts.append(block(0.002, 0.009, 0.0045, BACK - 0.0003, 0, 0.0300))
-    parts.append(block(0.002, 0.013, 0.0026, BACK - 0.0003, 0, 0.0222))
-    socket = shapes.turned(disc(0.0026, 0.0300, 0.0309, 20), "y", -90)
+    parts.append(shapes.disc(0.0058, TOP - 0.001, TOP + 0.0002, 28))
+    parts.append(shapes.block(0.002, 0.009, 0.0045, BACK - 0.0003, 0, 0.0300))
+    parts.append(shapes.block(0.002, 0.013, 0.0026, BACK - 0.0003, 0, 0.0222))
+    socket = shapes.turned(shapes.disc(0.0026, 0.0300, 0.0309, 20), "y", -90)
     parts.append(shapes.moved(socket, y=0.013, z=0.0290))
-    parts += [block(0.007, 0.006, 0.0016, 0.0736, y, 0.0092) for y in (0.012, -0.012)]
+    parts += [shapes.block(0.007, 0.006, 0.0016, 0.0736, y, 0.0092) for y in (0.012, -0.012)]
     for x in (-0.020, 0.062):
-        parts += [disc(0.0024, TOP - 0.001, TOP + 0.0002, 16, x, y) for y in (0.032, -0.032)]
+        parts += [shapes.disc(0.0024, TOP - 0.001, TOP + 0.0002, 16, x, y) for y in (0.032, -0.032)]
     return shapes.merge(*parts)
 
 
 def grey():
     """The buttons: a disc and four arrows around it; rings around the hole for the pen and the lamps."""
-    parts = [disc(0.0042, TOP - 0.001, TOP + 0.0008, 28, 0.034, 0)]
+    parts = [shapes.disc(0.0042, TOP - 0.001, TOP + 0.0008, 28, 0.034, 0)]
     for k in range(4):
         arrow = shapes.extrude([(0.0135, 0.0), (0.0068, 0.0052), (0.0068, -0.0052)], TOP - 0.001, TOP + 0.0007)
         parts.append(shapes.moved(shapes.turned(arrow, "z", 90 * k), x=0.034))
-    parts.append(ring_of(0.0058, 0.0074, TOP - 0.001, TOP + 0.0004, 28))
+    parts.append(shapes.ring_of(0.0058, 0.0074, TOP - 0.001, TOP + 0.0004, 28))
     return shapes.merge(*parts)
 
 
@@ -140,21 +118,21 @@ def strips():
 
 
 def tyre():
-    return ring_of(0.0160, WHEEL, -WIDTH / 2 + 0.0010, WIDTH / 2 - 0.0010, 56)
+    return shapes.ring_of(0.0160, WHEEL, -WIDTH / 2 + 0.0010, WIDTH / 2 - 0.0010, 56)
 
 
 def rim():
     """A disc with a collar; identical at both ends, so that it fits left and right."""
     return shapes.merge(shapes.lathe(shapes.rounded_profile(0.0162, -0.0060, 0.0060, 0.0006, 2), 44),
-                        ring_of(0.0140, 0.0163, -0.0070, 0.0070, 44), disc(0.0050, -0.0070, 0.0070, 24))
+                        shapes.ring_of(0.0140, 0.0163, -0.0070, 0.0070, 44), shapes.disc(0.0050, -0.0070, 0.0070, 24))
 
 
 def holes():
     """Six holes around the hub, and one through it."""
-    parts = [disc(0.0024, -0.0072, 0.0072, 12)]
+    parts = [shapes.disc(0.0024, -0.0072, 0.0072, 12)]
     for k in range(6):
         a = math.pi / 3 * k
-        parts.append(disc(0.0022, -0.0062, 0.0062, 14, 0.0095 * math.cos(a), 0.0095 * math.sin(a)))
+        parts.append(shapes.disc(0.0022, -0.0062, 0.0062, 14, 0.0095 * math.cos(a), 0.0095 * math.sin(a)))
     return shapes.merge(*parts)
 
 

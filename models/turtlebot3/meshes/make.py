@@ -27,20 +27,6 @@ def ring(outer, inner, low, high):
     return points, triangles
 
 
-def revolve(loop, segments=40):
-    """A ring of revolution about z from a closed loop of (radius, z), counter-clockwise with the radius to the right."""
-    n, points, triangles = len(loop), [], []
-    for i in range(segments):
-        t = 2 * math.pi * i / segments
-        points += [(r * math.cos(t), r * math.sin(t), z) for r, z in loop]
-    for i in range(segments):
-        for k in range(n):
-            a, b = i * n + k, i * n + (k + 1) % n
-            c, d = (i + 1) % segments * n + (k + 1) % n, (i + 1) % segments * n + k
-            triangles += [(a, c, b), (a, d, c)]
-    return points, triangles
-
-
 def circle(radius, n, turn=0.0):
     return [(radius * math.cos(2 * math.pi * (i + turn) / n), radius * math.sin(2 * math.pi * (i + turn) / n)) for i in range(n)]
 
@@ -87,7 +73,7 @@ shapes.write("plate", shapes.merge(*pieces), __file__)
 R, W = 0.033, 0.018
 loop = [(0.0265, -W / 2 + 0.001), (0.030, -W / 2), (R - 0.0012, -W / 2 + 0.002), (R - 0.0007, 0.0), (R - 0.0012, W / 2 - 0.002),
         (0.030, W / 2), (0.0265, W / 2 - 0.001)]
-tyre = [revolve(loop)]
+tyre = [shapes.revolve(loop)]
 for i in range(30):
     for side in (-1, 1):
         block = shapes.box(0.0016, 0.0030, W / 2 - 0.0028)
@@ -96,7 +82,7 @@ for i in range(30):
         tyre.append(shapes.turned(block, "z", 12 * i + (6 if side > 0 else 0)))
 shapes.write("tyre", shapes.merge(*tyre), __file__)
 
-hub = [revolve([(0.0235, -W / 2 + 0.002), (0.0266, -W / 2 + 0.002), (0.0266, W / 2 - 0.002), (0.0235, W / 2 - 0.002)])]
+hub = [shapes.revolve([(0.0235, -W / 2 + 0.002), (0.0266, -W / 2 + 0.002), (0.0266, W / 2 - 0.002), (0.0235, W / 2 - 0.002)])]
 for i in range(6):
     spoke = shapes.moved(shapes.box(0.016, 0.0075, 0.006), x=0.0165, z=0.0035)
     hub.append(shapes.turned(spoke, "z", 60 * i))

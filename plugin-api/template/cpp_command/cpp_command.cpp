@@ -49,8 +49,11 @@ void map(tatu::call &c) {
   c.give(table);
 }
 
-// examplecpp.refuse(text): fails by throwing.
-void refuse(tatu::call &c) { throw tatu::failure(TATU_ERR_ARGUMENT, c.text(0), "call examplecpp.map instead"); }
+// examplecpp.refuse(text): fails by throwing. An error always has a message, even if the caller passes an empty text.
+void refuse(tatu::call &c) {
+  std::string text = c.text(0);
+  throw tatu::failure(TATU_ERR_ARGUMENT, *text.c_str() ? text : "refused without a reason", "call examplecpp.map instead");
+}
 
 // ---------------------------------------------------------------- (2) Declarations ----------------------------------
 
