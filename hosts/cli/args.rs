@@ -81,14 +81,8 @@ pub struct RunArgs {
     pub scene: Option<PathBuf>,
     #[command(flatten)]
     pub changes: SceneChanges,
-    /// Run the script given by `--script V_REP_POSES` without its scene; objects that it looks up are created as its
-    /// calls need them.
-    #[arg(long, conflicts_with_all = ["scene", "replay", "from", "reload"], requires = "scripts")]
-    pub stand_ins: bool,
-    /// Kind of the script, instead of the kind inferred from its source: main, child, threaded, customization, add-on
-    /// or module.
-    #[arg(long = "as", value_name = "KIND", requires = "stand_ins")]
-    pub kind: Option<ScriptKind>,
+    #[command(flatten)]
+    pub stand_in_script: StandInArgs,
     /// Start a service: `ID`, or `ID:KEY=VALUE,KEY=VALUE`.
     #[arg(long = "service", value_name = "ID")]
     pub services: Vec<String>,
@@ -97,21 +91,70 @@ pub struct RunArgs {
     /// The folder in which scripts open files [default: the working folder].
     #[arg(long, value_name = "DIR")]
     pub files: Option<PathBuf>,
+    #[command(flatten)]
+    pub input_log: InputLogArgs,
+    #[command(flatten)]
+    pub length: LengthArgs,
+    /// Number of threads; the results do not depend on it.
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub threads: u16,
+    #[command(flatten)]
+    pub pace: PaceArgs,
+    #[command(flatten)]
+    pub records: RecordArgs,
+    /// Seconds of real time after which a plugin call that has not returned ends the run; 0: never.
+    #[arg(long, value_name = "S", default_value_t = 60.0, value_parser = seconds)]
+    pub watchdog: f64,
+    /// Add the hash of each object to the trace, so that `tatu diff` can name the one that differs.
+    #[arg(long)]
+    pub hashes: bool,
+    #[command(flatten)]
+    pub snapshots: SnapshotArgs,
+    /// Reload scripts, models and plugins that change during the run at the next step; such a run cannot be replayed.
+    #[arg(long, conflicts_with_all = ["log", "replay", "snapshot_at", "from"])]
+    pub reload: bool,
+    #[command(flatten)]
+    pub ending: EndingArgs,
+}
+
+/// A script that is run without its scene.
+#[derive(clap::Args)]
+pub struct StandInArgs {
+    /// Run the script given by `--script V_REP_POSES` without its scene; objects that it looks up are created as its
+    /// calls need them.
+    #[arg(long, conflicts_with_all = ["scene", "replay", "from", "reload"], requires = "scripts")]
+    pub stand_ins: bool,
+    /// Kind of the script, instead of the kind inferred from its source: main, child, threaded, customization, add-on
+    /// or module.
+    #[arg(long = "as", value_name = "KIND", requires = "stand_ins")]
+    pub kind: Option<ScriptKind>,
+}
+
+/// The record of inputs.
+#[derive(clap::Args)]
+pub struct InputLogArgs {
     /// Record all outside input in a file, with everything needed for a replay.
     #[arg(long, value_name = "FILE")]
     pub log: Option<PathBuf>,
     /// Replay an input log; no scene is needed, and no service is started.
     #[arg(long, value_name = "FILE", conflicts_with_all = ["scene", "seed", "set", "scripts", "services", "addons", "no_addons", "without"])]
     pub replay: Option<PathBuf>,
+}
+
+/// The length of a run.
+#[derive(clap::Args)]
+pub struct LengthArgs {
     /// Seconds of simulation time to run [default: 10; with a service or `--interactive`: until it is stopped].
     #[arg(long, value_name = "S", conflicts_with = "steps", allow_negative_numbers = true, value_parser = seconds)]
     pub seconds: Option<f64>,
     /// Number of steps to run.
     #[arg(long, value_name = "N")]
     pub steps: Option<u64>,
-    /// Number of threads; the results do not depend on it.
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=1024))]
-    pub threads: u16,
+}
+
+/// The pace of a run, and its keys.
+#[derive(clap::Args)]
+pub struct PaceArgs {
     /// Read key presses from a file with lines `TIME KEY`; KEY is a character, a name such as `up`, or the API's code.
     #[arg(long, value_name = "FILE", conflicts_with = "replay")]
     pub keys: Option<PathBuf>,
@@ -125,6 +168,11 @@ pub struct RunArgs {
     /// are passed to scripts.
     #[arg(long, conflicts_with = "replay")]
     pub interactive: bool,
+}
+
+/// What is recorded.
+#[derive(clap::Args)]
+pub struct RecordArgs {
     /// Write one JSON line per step to a file.
     #[arg(long, value_name = "FILE")]
     pub trace: Option<PathBuf>,
@@ -137,21 +185,22 @@ pub struct RunArgs {
     /// Write the run as a film: a page that any browser can play from disk.
     #[arg(long, value_name = "FILE", conflicts_with = "replay")]
     pub html: Option<PathBuf>,
-    /// Seconds of real time after which a plugin call that has not returned ends the run; 0: never.
-    #[arg(long, value_name = "S", default_value_t = 60.0, value_parser = seconds)]
-    pub watchdog: f64,
-    /// Add the hash of each object to the trace, so that `tatu diff` can name the one that differs.
-    #[arg(long)]
-    pub hashes: bool,
+}
+
+/// Snapshots that are written, or continued.
+#[derive(clap::Args)]
+pub struct SnapshotArgs {
     /// Write the state of the run to a file at T seconds of simulation time, and continue; may be given several times.
     #[arg(long, value_names = ["T", "FILE"], num_args = 2, action = clap::ArgAction::Append)]
     pub snapshot_at: Vec<String>,
     /// Continue from a file written by `--snapshot-at` with the same scene; times are still counted from 0.
     #[arg(long, value_name = "FILE", conflicts_with = "addons")]
     pub from: Option<PathBuf>,
-    /// Reload scripts, models and plugins that change during the run at the next step; such a run cannot be replayed.
-    #[arg(long, conflicts_with_all = ["log", "replay", "snapshot_at", "from"])]
-    pub reload: bool,
+}
+
+/// The end of a run.
+#[derive(clap::Args)]
+pub struct EndingArgs {
     /// Save the scene at the end of the run, before scripts clean up, as a scene file with meshes and scripts next to
     /// it.
     #[arg(long, value_name = "FILE")]

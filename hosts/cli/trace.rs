@@ -10,7 +10,7 @@ use std::{
 use serde_json::{Map, Value as Json, json};
 use tatu_core::{LogLine, World, errors::Error};
 use tatu_plugin_api::{abi::*, safe::Value};
-use tatu_terminal::watchdog::SharedFile;
+use tatu_terminal::stuck_run::SharedFile;
 
 /// The trace file, if one is requested.
 pub struct Trace {

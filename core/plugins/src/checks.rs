@@ -86,16 +86,16 @@ impl Registry {
     /// Iterates over the items of plugins that must have a description, as plugin, kind of item, id and description.
     fn described_items(&self) -> impl Iterator<Item = (usize, &str, &str, &str)> {
         macro_rules! all {
-            ($list:ident, $what:literal) => {
-                self.$list.iter().map(|k| (k.plugin, $what, k.id.as_str(), k.text.as_str()))
+            ($($list:ident).+, $what:literal) => {
+                self.$($list).+.iter().map(|k| (k.plugin, $what, k.id.as_str(), k.text.as_str()))
             };
         }
-        let commands = self.commands.iter().map(|c| (c.plugin, "command", c.name(), c.text.as_str()));
+        let commands = self.command_offers.commands.iter().map(|c| (c.plugin, "command", c.name(), c.text.as_str()));
         self.sensor_kinds()
             .map(|(_, k)| (k.plugin, "sensor", k.id.as_str(), k.text.as_str()))
             .chain(all!(actuators, "actuator"))
             .chain(all!(services, "service"))
-            .chain(all!(models, "model"))
+            .chain(all!(model_offers.models, "model"))
             .chain(all!(importers, "importer"))
             .chain(commands)
     }
@@ -118,13 +118,13 @@ impl Registry {
         for s in &self.services {
             add(s.plugin, format!("the service `{}`", s.id), parameters(&s.params, true));
         }
-        for m in &self.models {
+        for m in &self.model_offers.models {
             add(m.plugin, format!("the model `{}`", m.id), parameters(&m.params, true));
         }
         for i in &self.importers {
             add(i.plugin, format!("the importer `{}`", i.id), parameters(&i.params, true));
         }
-        for c in &self.commands {
+        for c in &self.command_offers.commands {
             let name = c.name();
             add(c.plugin, format!("the command `{name}`"), parameters(&c.params, false));
             let values = c.params.iter().chain(&c.returns);
@@ -141,7 +141,8 @@ impl Registry {
         for (plugin, text) in all {
             let p = &self.plugins[plugin];
             let text = format!("plugin `{}` ({}): {text}", p.id, p.path.display());
-            self.refused
+            self.load_report
+                .refused
                 .push(Error::new("E310", text).help("the rest of the plugin works; report this to its authors"));
         }
     }

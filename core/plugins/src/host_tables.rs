@@ -9,7 +9,7 @@ use std::{
 use tatu_plugin_api::abi::*;
 
 use crate::{
-    drafts, guard_page,
+    drafts, guarded_copy,
     tables::Table,
     tickets::{Mailbox, TicketTable},
 };
@@ -45,7 +45,7 @@ impl HostTable {
         let mut copy = unsafe { std::slice::from_raw_parts(self.ptr.cast::<u8>(), bytes as usize) }.to_vec();
         copy.splice(..4.min(copy.len()), bytes.to_ne_bytes());
         let label = format!("the {bytes} bytes of `{}` that `needs` states", id.to_string_lossy());
-        guard_page::leak_before_guard(&copy, &label)
+        guarded_copy::leak_before_guard(&copy, &label)
     }
 }
 

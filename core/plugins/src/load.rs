@@ -14,7 +14,7 @@ use super::{
     SearchPath,
     declared::{Declared, Extension},
     drafts,
-    guard::{self, ProcessState},
+    protected_state::{self, ProcessState},
     tables, texts,
     watchdog::{CallWatch, PluginCall},
 };
@@ -115,12 +115,12 @@ impl LoadedPlugin {
         // The index is out of range, because the plugin has no index yet.
         let outside = watch.enter(PluginCall::Load, usize::MAX, 0);
         let opened = Self::open_watched(path, search, host, watch, remarks);
-        guard::end_if_child();
+        protected_state::end_if_child();
         watch.leave(outside);
         watch.replace_subject("");
         if let Some(what) = home.restore() {
             let text = format!("the plugin {} changes {what} when it is loaded or started", path.display());
-            remarks.warnings.push(Error::new("E321", text).help(guard::RESTORED_HELP));
+            remarks.warnings.push(Error::new("E321", text).help(protected_state::RESTORED_HELP));
         }
         opened
     }
@@ -138,7 +138,7 @@ impl LoadedPlugin {
         let copy = search.copies.as_ref().map(|c| c.copy(path)).transpose();
         let copy = copy.map_err(|e| fail(format!("it cannot be copied: {e}"), "free some space, or set TMPDIR"))?;
         let file = copy.as_deref().unwrap_or(path);
-        super::elf::check(file).map_err(|unfit| fail(unfit.text, unfit.help))?;
+        super::library_file::check(file).map_err(|unfit| fail(unfit.text, unfit.help))?;
         let library = open_library(file).map_err(|e| {
             // The loader's own message is the source of libloading's error.
             let reason = std::error::Error::source(&e).map_or(String::new(), |s| format!(": {s}"));
@@ -226,7 +226,7 @@ impl LoadedPlugin {
         };
         loaded.check_layouts().map_err(|text| fail(text, REBUILD_HELP))?;
         let (others, heard) =
-            guard::capture_errors(|| drafts::other_drafts(|id| !loaded.extension::<u8>(id).is_null()));
+            protected_state::capture_errors(|| drafts::other_drafts(|id| !loaded.extension::<u8>(id).is_null()));
         if let Some(said) = heard.first() {
             return Err(fail(
                 format!("{} of `{}` {said}", PluginCall::Extension.text(), loaded.id),
@@ -352,7 +352,7 @@ impl LoadedPlugin {
         let run = || unsafe { shutdown(self.me) };
         self.watch.replace_subject(&format!("{} ({})", self.id, self.path.display()));
         let before = self.watch.enter(PluginCall::Shutdown, usize::MAX, 0);
-        let ((), heard) = guard::capture_errors(run);
+        let ((), heard) = protected_state::capture_errors(run);
         self.watch.leave(before);
         self.watch.replace_subject("");
         let changed = home.restore().map(|what| format!("changed {what}"));

@@ -18,15 +18,16 @@ impl Registry {
     /// Returns the index of the plugin that owns a command or constant, `usize::MAX` for the command whose names are
     /// being read, or `None` for an unknown name.
     fn owner(&self, name: &str) -> Option<usize> {
-        let command = self.names.get(name).map(|(id, _)| self.commands.get(*id as usize - 1));
+        let command =
+            self.command_offers.names.get(name).map(|(id, _)| self.command_offers.commands.get(*id as usize - 1));
         let command = command.map(|c| c.map_or(usize::MAX, |c| c.plugin));
-        command.or_else(|| self.constants.get(name).map(|c| c.plugin))
+        command.or_else(|| self.scripting.constants.get(name).map(|c| c.plugin))
     }
 
     /// Returns the names of commands, then those of constants, that begin with a prefix.
     fn names_with_prefix<'a>(&'a self, prefix: &'a str) -> impl Iterator<Item = &'a str> {
-        let names = self.names.range(prefix.to_owned()..).map(|(n, _)| n.as_str());
-        let constants = self.constants.range(prefix.to_owned()..).map(|(n, _)| n.as_str());
+        let names = self.command_offers.names.range(prefix.to_owned()..).map(|(n, _)| n.as_str());
+        let constants = self.scripting.constants.range(prefix.to_owned()..).map(|(n, _)| n.as_str());
         let here = move |n: &&str| n.starts_with(prefix);
         names.take_while(here).chain(constants.take_while(here))
     }
@@ -73,7 +74,8 @@ impl Registry {
             return Some(format!("is also the name space of {}, which it would hide", of(other)));
         }
         let mut above = name.match_indices('.').map(|(at, _)| &name[..at]);
-        let other = above.find(|n| self.names.contains_key(*n) || self.constants.contains_key(*n))?;
+        let other =
+            above.find(|n| self.command_offers.names.contains_key(*n) || self.scripting.constants.contains_key(*n))?;
         Some(format!("could not be reached: {} is not a name space", of(other)))
     }
 
@@ -85,7 +87,7 @@ impl Registry {
         }
         let mine = |name: &str| self.owner(name) == Some(plugin);
         let mut found: BTreeMap<&str, (Vec<&str>, usize)> = BTreeMap::new();
-        for name in self.names.keys().chain(self.constants.keys()).filter(|n| mine(n)) {
+        for name in self.command_offers.names.keys().chain(self.scripting.constants.keys()).filter(|n| mine(n)) {
             let Some((space, _)) = name.split_once('.') else { continue };
             if let Some((names, _)) = found.get_mut(space) {
                 names.push(name);
@@ -114,7 +116,7 @@ impl Registry {
                 .help("do nothing if this is intended; otherwise give it a separate name space, such as `mine.name`")
         };
         let told: Vec<Error> = found.into_iter().map(tell).collect();
-        self.refused.extend(told);
+        self.load_report.refused.extend(told);
     }
 }
 

@@ -216,9 +216,9 @@ fn apply_effect(
         Ok(true) => {}
     }
     match info.effect {
-        ChangeEffect::Look => scene.seen_version += 1,
-        ChangeEffect::Colour => scene.color_version += 1,
-        ChangeEffect::Sensors => scene.sensor_version += 1,
+        ChangeEffect::Look => scene.versions.seen += 1,
+        ChangeEffect::Colour => scene.versions.color += 1,
+        ChangeEffect::Sensors => scene.versions.sensor += 1,
         ChangeEffect::Moved => scene.refresh(slot),
         ChangeEffect::Rebuild => scene.touch(slot),
         ChangeEffect::Motion => {
@@ -232,7 +232,7 @@ fn apply_effect(
             scene.touch(slot);
         }
         // The solver of a mechanism depends on whether its surfaces are special.
-        ChangeEffect::Surface if has_special_surface(scene, slot) != was_special => scene.shape_version += 1,
+        ChangeEffect::Surface if has_special_surface(scene, slot) != was_special => scene.versions.shape += 1,
         ChangeEffect::Surface
         | ChangeEffect::Drive
         | ChangeEffect::Graph

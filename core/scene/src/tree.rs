@@ -53,17 +53,8 @@ pub struct Scene {
     /// the tree, until it is rebuilt.
     order: Vec<u32>,
     next_uid: u64,
-    /// Incremented with every change of the tree, or of the data that bodies and beam targets are created from.
-    pub shape_version: u64,
-    /// Incremented when an object becomes visible or hidden.
-    #[serde(skip)]
-    pub seen_version: u64,
-    /// Incremented with every change of a colour.
-    #[serde(skip)]
-    pub color_version: u64,
-    /// Incremented with every change of a sensor's own settings.
-    #[serde(skip)]
-    pub sensor_version: u64,
+    /// Numbers that change with the scene.
+    pub versions: SceneVersions,
     /// Friction and restitution by pairs of materials.
     pub friction_pairs: Vec<FrictionPair>,
     /// The solver of mechanisms whose own solver is [`JointSolver::Auto`].
@@ -80,6 +71,22 @@ pub struct Scene {
     pub(super) walk: Vec<(u32, Isometry3<f64>)>,
 }
 
+/// Counters of changes. What is derived from a scene is computed again when its counter has changed.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct SceneVersions {
+    /// Incremented with every change of the tree, or of the data that bodies and beam targets are created from.
+    pub shape: u64,
+    /// Incremented when an object becomes visible or hidden.
+    #[serde(skip)]
+    pub seen: u64,
+    /// Incremented with every change of a colour.
+    #[serde(skip)]
+    pub color: u64,
+    /// Incremented with every change of a sensor's own settings.
+    #[serde(skip)]
+    pub sensor: u64,
+}
+
 impl Default for Scene {
     fn default() -> Self {
         Scene {
@@ -92,10 +99,7 @@ impl Default for Scene {
             roots: Vec::new(),
             order: Vec::new(),
             next_uid: 1,
-            shape_version: 1,
-            seen_version: 0,
-            color_version: 0,
-            sensor_version: 0,
+            versions: SceneVersions { shape: 1, seen: 0, color: 0, sensor: 0 },
             notes: BTreeMap::new(),
             index: NameIndex::default(),
             moves: MoveLog::default(),
@@ -211,7 +215,7 @@ impl Scene {
 
     /// Marks that the body and the beam targets of an object must be recreated.
     pub fn touch(&mut self, slot: u32) {
-        self.shape_version += 1;
+        self.versions.shape += 1;
         if let Some(o) = self.get_mut(slot) {
             o.version += 1;
         }
@@ -221,7 +225,7 @@ impl Scene {
     pub fn change_kind(&mut self, slot: u32, data: ObjectVariant) -> bool {
         let Some(o) = self.get_mut(slot) else { return false };
         o.data = data;
-        self.sensor_version += 1;
+        self.versions.sensor += 1;
         self.stop_hanging(slot);
         for child in self.children(slot).to_vec() {
             self.stop_hanging(child);
@@ -240,7 +244,7 @@ impl Scene {
     }
 
     fn invalidate_order(&mut self) {
-        self.shape_version += 1;
+        self.versions.shape += 1;
         self.order.clear();
     }
 

@@ -81,7 +81,7 @@ fn may_be_addon(place: &Path, registry: &Registry) -> bool {
 fn language(file: &Path, registry: &Registry) -> Option<usize> {
     let name = file.file_name()?.to_str()?;
     let has = |suffixes: &[String]| suffixes.iter().any(|s| name.len() > s.len() && name.ends_with(s.as_str()));
-    registry.languages.iter().position(|l| has(&l.suffixes))
+    registry.scripting.languages.iter().position(|l| has(&l.suffixes))
 }
 
 /// Reads an add-on from a script file, or from a folder that contains `addon.toml` and a script named `init`.
@@ -96,7 +96,7 @@ pub fn read(place: &Path, registry: &Registry, sources: &SourceFiles) -> Result<
             let text = format!("{}: unknown key `{key}`", file.display());
             return Err(Error::new("E601", text).expected(MANIFEST_KEYS.join(", ")).nearest(key, MANIFEST_KEYS));
         }
-        let suffixes = registry.languages.iter().flat_map(|l| &l.suffixes);
+        let suffixes = registry.scripting.languages.iter().flat_map(|l| &l.suffixes);
         let script = suffixes.map(|s| place.join(format!("init{s}"))).find(|f| f.is_file()).ok_or_else(|| {
             Error::new("E601", format!("the add-on {} has no script", place.display())).expected("a file init.lua")
         })?;
@@ -105,7 +105,8 @@ pub fn read(place: &Path, registry: &Registry, sources: &SourceFiles) -> Result<
         (None, place.to_owned())
     };
     let language = language(&file, registry).ok_or_else(|| {
-        let known: Vec<&str> = registry.languages.iter().flat_map(|l| &l.suffixes).map(String::as_str).collect();
+        let known: Vec<&str> =
+            registry.scripting.languages.iter().flat_map(|l| &l.suffixes).map(String::as_str).collect();
         Error::new("E601", format!("no script language accepts {}", file.display())).expected(known.join(", "))
     })?;
     let text = text_of(&file, sources)?;

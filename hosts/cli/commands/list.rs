@@ -57,12 +57,12 @@ fn plugins(r: &Registry) -> Vec<Value> {
                 kinds.push(kind);
             }
         };
-        add(r.commands.iter().any(|c| c.plugin == i), "command");
+        add(r.command_offers.commands.iter().any(|c| c.plugin == i), "command");
         add(r.sensor_kinds().any(|(_, s)| s.plugin == i), "sensor");
         add(r.actuators.iter().any(|a| a.plugin == i), "actuator");
-        add(r.models.iter().any(|m| m.plugin == i) || r.reads_models(i), "model");
+        add(r.model_offers.models.iter().any(|m| m.plugin == i) || r.reads_models(i), "model");
         add(r.importers.iter().any(|m| m.plugin == i), "importer");
-        add(r.languages.iter().any(|l| l.plugin == i), "script");
+        add(r.scripting.languages.iter().any(|l| l.plugin == i), "script");
         add(r.services.iter().any(|s| s.plugin == i), "service");
         kinds
     };
@@ -101,7 +101,7 @@ fn models(r: &Registry) -> Vec<Value> {
         }
         row
     };
-    let mut rows: Vec<Value> = r.models.iter().map(|m| row(m, None)).collect();
+    let mut rows: Vec<Value> = r.model_offers.models.iter().map(|m| row(m, None)).collect();
     for found in r.found_models() {
         match found.importer.and_then(|i| r.importers.get(i)) {
             Some(importer) => rows.push(json!({
@@ -270,7 +270,8 @@ fn importers(r: &Registry) -> Vec<Value> {
 }
 
 fn commands(r: &Registry) -> Vec<Value> {
-    r.commands
+    r.command_offers
+        .commands
         .iter()
         .map(|c| {
             let names: Vec<_> = c.names.iter().map(|n| n.name.as_str()).collect();

@@ -51,8 +51,8 @@ pub fn registry_of(
     }
     search.copies = copies.map(Arc::new);
     let registry = Registry::load_watched(search, tatu_core::host_tables(), watchdog.watches.clone());
-    registry.refused.iter().for_each(report::warning);
-    registry.notes.iter().for_each(|n| report::note(n));
+    registry.load_report.refused.iter().for_each(report::warning);
+    registry.load_report.notes.iter().for_each(|n| report::note(n));
     warn_missing_plugins(&registry);
     Ok(Arc::new(registry))
 }

@@ -89,17 +89,17 @@ fn start(args: &ServeArgs, text: &'static str, watchdog: &Watchdog) -> Result<Ex
     let options = args.changes.options(&args.services)?;
     let registry = super::registry(args.scene.as_deref(), &options.sources, &args.changes.allow, watchdog)?;
     let mut document = read(args, text, args.scene.as_deref(), None, &registry)?;
-    if document.services.is_empty() {
+    if document.requests.services.is_empty() {
         return Err(Error::new("E404", "no service was given, so no client could start this scene").help(
             "add a service, such as `tatu serve SCENE --service jsonl`, or use `tatu open`, which serves a page",
         ));
     }
-    let session = Session::new(registry.clone(), &document.services)?;
+    let session = Session::new(registry.clone(), &document.requests.services)?;
     let interrupted = Arc::new(AtomicBool::new(false));
     let flag = interrupted.clone();
     let _ = ctrlc::set_handler(move || {
         if flag.swap(true, Ordering::Relaxed) {
-            tatu_terminal::watchdog::leave(INTERRUPTED_EXIT_CODE);
+            tatu_terminal::stuck_run::leave(INTERRUPTED_EXIT_CODE);
         }
     });
     session.set_interrupt_flag(interrupted.clone());
@@ -174,11 +174,11 @@ fn read(
     }
     let document = super::load(scene.unwrap_or(&nothing), &options, registry)?;
     let named = |id: &str| args.services.iter().any(|s| s.split(':').next() == Some(id));
-    if document.services.iter().all(|s| named(&registry.services[s.kind].id)) {
+    if document.requests.services.iter().all(|s| named(&registry.services[s.kind].id)) {
         return Ok(document);
     }
     let mut own = Document::clone(&document);
-    own.services.retain(|s| named(&registry.services[s.kind].id));
+    own.requests.services.retain(|s| named(&registry.services[s.kind].id));
     Ok(Arc::new(own))
 }
 

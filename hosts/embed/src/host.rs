@@ -10,7 +10,7 @@ use std::{
 
 use tatu_core::{
     errors::{Error, Result},
-    plugins::guard,
+    plugins::protected_state,
 };
 
 use crate::{WorldSetup, WorldSlot, WorldTemplate, job_queue::JobQueue};
@@ -130,7 +130,7 @@ pub(crate) fn spawn_world_thread(name: &str, run: impl FnOnce() + Send + 'static
 #[cfg(unix)]
 pub(crate) fn set_plain_locale() {
     // A thread inherits the rounding mode of the thread that starts it.
-    guard::set_default_mode();
+    protected_state::set_default_mode();
     /// Address of the locale, as an integer because raw pointers are not `Sync`. The locale is never freed.
     static PLAIN_LOCALE: OnceLock<usize> = OnceLock::new();
     // SAFETY: the name is a C string, and a null base requests a new locale.

@@ -9,7 +9,7 @@ use tatu_core::{
     document::{self, Document, LoadOptions, PropertyOverride, ScriptOverride, ServiceOverride, SourceFiles},
     errors::{Error, Result},
     host_tables,
-    plugins::{FolderOrigin, Registry, SearchPath, guard::share_process},
+    plugins::{FolderOrigin, Registry, SearchPath, protected_state::share_process},
 };
 
 use crate::search::{self, SearchFolders, search_folders, user_settings};
@@ -121,7 +121,7 @@ impl WorldTemplate {
     pub fn load(setup: &WorldSetup) -> Result<Self> {
         share_process();
         let registry = shared_registry(setup, false)?;
-        let mut warnings: Vec<String> = registry.refused.iter().map(ToString::to_string).collect();
+        let mut warnings: Vec<String> = registry.load_report.refused.iter().map(ToString::to_string).collect();
         let document = match document::load(&setup.file(), &registry, &setup.options()?) {
             Ok(document) => document,
             Err(e) => {

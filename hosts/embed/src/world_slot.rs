@@ -46,7 +46,7 @@ impl WorldSlot {
         if let Some(folder) = &self.setup.files {
             world.set_file_folder(folder)?;
         }
-        let services = &document.services;
+        let services = &document.requests.services;
         let session = match self.setup.services.is_empty() {
             true => None,
             false => Some(Session::new(registry.clone(), services)?),

@@ -79,8 +79,8 @@ pub fn run(file: &Path, limit: f64) -> ExitCode {
     search.only = Some(file.to_owned());
     let registry = Registry::load_watched(search, tatu_core::host_tables(), watchdog.watches.clone());
     let plugin = registry.plugins.first().map(|p| about(p));
-    let (offers, notes) = (offers(&registry), registry.notes.clone());
-    let mut remarks: Vec<ProbeRemark> = registry.refused.iter().map(remark).collect();
+    let (offers, notes) = (offers(&registry), registry.load_report.notes.clone());
+    let mut remarks: Vec<ProbeRemark> = registry.load_report.refused.iter().map(remark).collect();
     remarks.extend(registry.shut_down().iter().map(remark));
     let said = ProbeReport { tatu_probe: 1, plugin, offers, remarks, notes };
     // The output of the plugin may end without a newline.
@@ -99,17 +99,17 @@ fn remark(e: &Error) -> ProbeRemark {
 
 fn offers(r: &Registry) -> Vec<(String, usize)> {
     let all = [
-        ("command", r.commands.len()),
+        ("command", r.command_offers.commands.len()),
         ("sensor", r.sensor_kinds().count()),
         ("actuator", r.actuators.len()),
-        ("model", r.models.len()),
+        ("model", r.model_offers.models.len()),
         ("reader of models", (0..r.plugins.len()).filter(|i| r.reads_models(*i)).count()),
         ("importer", r.importers.len()),
-        ("script language", r.languages.len()),
+        ("script language", r.scripting.languages.len()),
         ("service", r.services.len()),
         ("event", r.events.iter().filter(|e| e.plugin.is_some()).count()),
-        ("constant", r.constants.len()),
-        ("prelude", r.preludes.len()),
+        ("constant", r.scripting.constants.len()),
+        ("prelude", r.scripting.preludes.len()),
     ];
     all.into_iter().filter(|(_, n)| *n > 0).map(|(kind, n)| (kind.to_owned(), n)).collect()
 }

@@ -345,8 +345,8 @@ impl Batch {
 
     /// Returns the table `[env]` of the scene, if there is one.
     fn env<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
-        let text =
-            self.with(py, |inside| inside.batch.with_world(0, |seat| Ok(seat.template().document.env.clone())))?;
+        let text = self
+            .with(py, |inside| inside.batch.with_world(0, |seat| Ok(seat.template().document.requests.env.clone())))?;
         table::env(py, text.as_deref())
     }
 

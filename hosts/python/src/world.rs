@@ -373,7 +373,7 @@ impl World {
             out.set_item("returns", declared(&c.returns)?)?;
             Ok(out)
         };
-        let done = registry.commands.iter().map(one).collect();
+        let done = registry.command_offers.commands.iter().map(one).collect();
         // If the world was closed in the meantime, this drops the last reference to the registry, which ends the
         // plugins in an orderly way.
         self.with(py, |_| {
@@ -385,7 +385,7 @@ impl World {
 
     /// Returns the table `[env]` of the scene, if there is one.
     fn env<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
-        let text = self.with(py, |seat| Ok(seat.template().document.env.clone()))?;
+        let text = self.with(py, |seat| Ok(seat.template().document.requests.env.clone()))?;
         table::env(py, text.as_deref())
     }
 }

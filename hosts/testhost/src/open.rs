@@ -71,7 +71,7 @@ pub fn open(setup: &TestSetup<'_>) -> Result<(World, Arc<Registry>), CallError> 
 /// Fails if one of the plugins in `given` was refused. Other plugins that cannot be loaded do not affect the test.
 fn check_plugins(registry: &Registry, given: &[PathBuf]) -> Result<(), CallError> {
     let is_given = |text: &str| given.iter().any(|p| text.contains(&p.display().to_string()));
-    match registry.refused.iter().find(|e| is_given(&e.text)) {
+    match registry.load_report.refused.iter().find(|e| is_given(&e.text)) {
         Some(e) => Err(CallError::from(e.clone())),
         None => Ok(()),
     }

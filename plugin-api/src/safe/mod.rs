@@ -29,7 +29,7 @@ pub use declare::model_reader::{ModelInfo, ModelNumber, ModelReader, ModelSlot};
 pub use declare::plugin::{Call, Change, Command, Instance, Offer, Outcome, PerWorld, Plugin, SharedCall, Status};
 pub use declare::sensor::{Beams, Form, Preset, Sensor};
 pub use declare::service::{Answer, Service, Session, Turn};
-pub use entry::guard::{guarded, quiet as guarded_quietly};
+pub use entry::panics::{guarded, quiet as guarded_quietly};
 pub use value::fail::{Fail, Result};
 pub use value::field::{Element, Field, TypedField};
 pub use value::install_paths::{folders_beside, program_file};
@@ -45,6 +45,6 @@ pub use crate::abi::ValueRef;
 
 #[doc(hidden)]
 pub mod macro_support {
-    pub use super::entry::guard::set_panic_hook;
+    pub use super::entry::panics::set_panic_hook;
     pub use super::entry::start::{Entry, NEEDS, extension, init, shutdown};
 }

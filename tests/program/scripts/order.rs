@@ -50,7 +50,7 @@ fn object(alias: &str, parent: &str, scripts: &[(&str, &str, String)]) -> String
 
 /// Adds a script that is not in the document to a world.
 fn attach(world: &World, registry: &Registry, kind: &str, name: &str) {
-    let language = registry.languages.iter().position(|l| l.id == "lua").unwrap();
+    let language = registry.scripting.languages.iter().position(|l| l.id == "lua").unwrap();
     let spec = ScriptSpec {
         side_by_side: false,
         language,

@@ -87,7 +87,7 @@ fn signals_of_the_sandbox_stay() {
     let place = TestFolder::scene(&object("A", "", &[("child", child)]));
     let registry = registry();
     let world = world(&place.path().join("scene.toml"), &registry);
-    let language = registry.languages.iter().position(|l| l.id == "lua").unwrap();
+    let language = registry.scripting.languages.iter().position(|l| l.id == "lua").unwrap();
     let text = "function sysCall_actuation() sim.setInt32Signal('sandbox', 2) end
         function sysCall_afterSimulation()
             sim.addStatusbarMessage('> ' .. tostring(sim.getInt32Signal('child') or '-') .. ' ' .. (sim.getInt32Signal('sandbox') or '-'))

@@ -97,7 +97,7 @@ fn session(registry: &Arc<Registry>, more: &str) -> (Session, u16) {
         let port = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
         let service = ServiceOverride::parse(&format!("jsonl:port={port}{more}")).unwrap();
         let options = LoadOptions { services: vec![service], ..Default::default() };
-        let services = document::load(&place.path().join("scene.toml"), registry, &options).unwrap().services;
+        let services = document::load(&place.path().join("scene.toml"), registry, &options).unwrap().requests.services;
         if let Ok(session) = Session::new(registry.clone(), &services) {
             return (session, port);
         }

@@ -8,7 +8,7 @@ use tatu_plugin_api::abi::*;
 use tatu_plugins::{
     Registry,
     border::ErrorSlot,
-    guard,
+    protected_state,
     state_block::PAST_STATE,
     watchdog::{CallWatch, PluginCall},
 };
@@ -192,7 +192,7 @@ fn apply(
     // SAFETY: `me` and the arrays in `table` live until the call has returned; each array has one entry per actuator of
     // the batch. The instances are alive and used by no other call.
     let run = || info.raw.apply.map_or(TATU_OK, |f| unsafe { f(me, &table, error.raw()) });
-    let (status, moved) = guard::call_and_restore(run);
+    let (status, moved) = protected_state::call_and_restore(run);
     watch.leave(before);
     let status = error.check_status(status, false);
     let beside = s.out_of_bounds_write(seats);

@@ -6,8 +6,8 @@ use tatu_plugin_api::abi::*;
 use tatu_plugins::{
     Registry,
     border::ErrorSlot,
-    guard,
     guarded_array::GuardedArray,
+    protected_state,
     watchdog::{CallWatch, PluginCall},
 };
 
@@ -46,9 +46,9 @@ impl SensorDevice {
     pub(super) fn prepare(&mut self, s: &mut MeasureScratch, sensor: tatu_object, time: f64) {
         s.shown.push(self.take_shown());
         let FieldLayout { spans, lengths, .. } = &*self.layout;
-        s.data.push(self.data);
-        s.state.push(self.state.data_ptr());
-        s.sensor.push(sensor);
+        s.instances.data.push(self.data);
+        s.instances.state.push(self.state.data_ptr());
+        s.instances.sensor.push(sensor);
         self.layout.clear(&mut self.fields);
         s.fields.extend(spans.iter().map(|(first, _)| self.fields[*first..].as_mut_ptr().cast::<c_void>()));
         s.lengths.push(lengths.as_ptr());
@@ -134,14 +134,14 @@ pub(super) fn call_kind(
     // The check of the floating-point mode covers only the call, since the mode belongs to the thread that measures.
     // SAFETY: `me` and the arrays in `batch` live until the call has returned; each array has one entry per sensor. The
     // instances are alive and used by no other call.
-    let (told, moved) = guard::call_and_restore(|| unsafe { function(me, batch, error.raw()) });
+    let (told, moved) = protected_state::call_and_restore(|| unsafe { function(me, batch, error.raw()) });
     calls.watch.leave(before);
     let mut told = error.check_status(told, false);
     if let Some(what) = moved
         && told >= 0
     {
         told = TATU_ERR;
-        error.set(told, &format!("{} changed {what}: {}", call.text(), guard::RESTORED_HELP));
+        error.set(told, &format!("{} changed {what}: {}", call.text(), protected_state::RESTORED_HELP));
     }
     let mut failed = Vec::new();
     for (i, (index, status)) in who.devices.iter().zip(statuses.iter_mut()).enumerate() {

@@ -81,8 +81,8 @@ pub struct HitLimits {
 impl HitLimits {
     /// Returns the limits `once` of a single measurement if they are given, otherwise those of the sensor's plan.
     pub fn of(plan: &BeamPlan, once: Option<HitLimits>) -> Self {
-        let BeamPlan { faces, max_incidence, occlude, .. } = *plan;
-        once.unwrap_or(HitLimits { faces, max_incidence, reach: f64::INFINITY, occlude })
+        let BeamPlan { faces, range, occlude, .. } = *plan;
+        once.unwrap_or(HitLimits { faces, max_incidence: range.max_incidence, reach: f64::INFINITY, occlude })
     }
 }
 
@@ -148,7 +148,7 @@ impl BeamCasts {
         let limits = look.limits;
         // The far end of a volume with flat ends is a part of its shape, so it is not moved to `reach`.
         let is_flat = matches!(plan.volume, Volume::Pyramid { .. } | Volume::Cylinder { .. });
-        let far = if is_flat { plan.far } else { plan.far.min(limits.reach) };
+        let far = if is_flat { plan.range.far } else { plan.range.far.min(limits.reach) };
         for (k, frame) in frames.enumerate() {
             if limits.occlude && plan.volume != Volume::Ray {
                 set.occluded.push(set.beams.len() as u32);
@@ -161,7 +161,7 @@ impl BeamCasts {
             set.beams.push(Beam {
                 world_from_beam: look.world_from_sensor * frame,
                 volume: plan.volume,
-                near: plan.near.min(far),
+                near: plan.range.near.min(far),
                 far,
                 max_incidence: limits.max_incidence,
                 faces: limits.faces,
@@ -263,11 +263,11 @@ impl BeamCasts {
             let (begin, end) = (first[sensor] as usize, first[sensor + 1] as usize);
             let skip = begin - at;
             at = end;
-            let far = plan.far.min(look.limits.reach);
+            let far = plan.range.far.min(look.limits.reach);
             let cast = BundleCast {
                 bundle,
                 world_from_sensor: look.world_from_sensor,
-                near: plan.near.min(far),
+                near: plan.range.near.min(far),
                 far,
                 max_incidence: look.limits.max_incidence,
                 faces: look.limits.faces,

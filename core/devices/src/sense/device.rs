@@ -33,8 +33,8 @@ pub struct SensorDevice {
     pub slot: u32,
     /// Whether the sensor is disabled after a fault.
     pub off: bool,
-    /// Whether the sensor measures only on request, as declared in the scene.
-    pub(super) explicit: bool,
+    /// When the sensor measures.
+    pub schedule: SensorSchedule,
     /// Index of its kind in the registry.
     pub kind: usize,
     /// Pointer to the plugin's data of this instance.
@@ -51,14 +51,20 @@ pub struct SensorDevice {
     /// Number of the selection of objects that the sensor can detect, in [`Targets`](super::targets::Targets); 0 for
     /// all objects.
     pub(super) choice: u32,
-    /// Rate declared in the scene, Hz, or 0 if the sensor measures in every step.
-    pub(super) rate: f64,
-    /// Index of the period in which the sensor last measured, if it has a rate.
-    pub period: Option<u64>,
     /// Id of the plugin's instance.
     pub id: u64,
     /// Values of its parameters, in the order of the kind's declaration.
     pub params: Vec<Value>,
+}
+
+/// When a sensor measures.
+pub struct SensorSchedule {
+    /// Whether the sensor measures only on request, as declared in the scene.
+    pub(super) explicit: bool,
+    /// Rate declared in the scene, Hz, or 0 if the sensor measures in every step.
+    pub(super) rate: f64,
+    /// Index of the period in which the sensor last measured, if it has a rate.
+    pub period: Option<u64>,
 }
 
 impl SensorDevice {
@@ -77,15 +83,13 @@ impl SensorDevice {
             time: 0.0,
             slot,
             off: false,
-            explicit: false,
+            schedule: SensorSchedule { explicit: false, rate: 0.0, period: None },
             kind,
             data,
             noise: None,
             seed,
             drawn: 0,
             choice: 0,
-            rate: 0.0,
-            period: None,
             state,
             id,
             params,
@@ -156,7 +160,7 @@ impl SensorDevice {
     /// Returns whether the sensor is due at `time`, s, which is the case at most once per period of its rate. Periods
     /// are counted from time 0, so they do not drift.
     pub fn is_due(&mut self, time: f64) -> bool {
-        !self.explicit && self.is_due_after(time)
+        !self.schedule.explicit && self.is_due_after(time)
     }
 
     /// Like [`SensorDevice::is_due`], for the physics step that begins at `time`. A sensor that otherwise measures only
@@ -165,16 +169,16 @@ impl SensorDevice {
         if self.off {
             return false;
         }
-        if self.rate <= 0.0 || self.rate > MAX_RATE_HZ {
+        if self.schedule.rate <= 0.0 || self.schedule.rate > MAX_RATE_HZ {
             return true;
         }
-        let now = Some(period(self.rate, time));
-        std::mem::replace(&mut self.period, now) != now
+        let now = Some(period(self.schedule.rate, time));
+        std::mem::replace(&mut self.schedule.period, now) != now
     }
 
     /// Returns whether the sensor measures in every step and its readings are visible immediately.
     pub(super) fn is_steady(&self) -> bool {
-        !self.off && !self.explicit && self.rate <= 0.0 && !self.is_delayed()
+        !self.off && !self.schedule.explicit && self.schedule.rate <= 0.0 && !self.is_delayed()
     }
 
     /// Returns whether the sensor's readings become visible later than they are measured.
@@ -196,7 +200,7 @@ impl SensorDevice {
     /// Applies noise to the fields after a measurement. `dt` is the duration of a step, s, which is the sensor's period
     /// if it has no rate.
     pub(super) fn add_noise(&mut self, kind: &SensorKind, dt: f64, pool: &rayon::ThreadPool) {
-        let period = if self.rate > 0.0 { 1.0 / self.rate } else { dt };
+        let period = if self.schedule.rate > 0.0 { 1.0 / self.schedule.rate } else { dt };
         let SensorDevice { noise: Some(noise), fields, layout, seed, drawn, time, .. } = self else { return };
         // `drawn` already includes this measurement.
         let drawn = drawn.wrapping_sub(1);

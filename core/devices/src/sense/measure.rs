@@ -115,10 +115,10 @@ fn measure_batch(sensing: &mut Sensing, job: &MeasureRequest<'_>, around: &Measu
         s.views.push(view);
         s.frames.add(plan, view, targets.filtered_beams(plan.target_filter(choice)), inputs, pool);
         if inputs & TATU_IN_POSE != 0 {
-            s.pose.push(pose_to_array(&world));
+            s.motion.pose.push(pose_to_array(&world));
         }
         if inputs & TATU_IN_TWIST != 0 {
-            s.twist.push(twist(d.slot));
+            s.motion.twist.push(twist(d.slot));
         }
         d.prepare(s, scene.id(d.slot), moment.time);
     }

@@ -19,7 +19,7 @@ const MAX_SHOWN_RANGE: f64 = 20.0;
 
 /// Returns the edges of the beams or image of a plan. The result is empty for a sensor without beams.
 pub fn edges(plan: &BeamPlan) -> Vec<OutlineEdge> {
-    let (near, far) = (plan.near, plan.far.min(MAX_SHOWN_RANGE));
+    let (near, far) = (plan.range.near, plan.range.far.min(MAX_SHOWN_RANGE));
     let mut out = Vec::new();
     let mut edge = |a: Vector3<f64>, b: Vector3<f64>| out.push([a.into(), b.into()]);
     if let Some(image) = plan.image {
@@ -116,9 +116,11 @@ fn pieces(angle: f64) -> impl Iterator<Item = (f64, f64)> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::sense::plan::BeamRange;
 
     fn plan(volume: Volume, near: f64, far: f64) -> BeamPlan {
-        BeamPlan { volume, near, far, directions: vec![[0.0, 0.0, 1.0]], ..BeamPlan::NONE }
+        let range = BeamRange { near, far, ..BeamPlan::NONE.range };
+        BeamPlan { volume, range, directions: vec![[0.0, 0.0, 1.0]], ..BeamPlan::NONE }
     }
     fn bounds(edges: &[OutlineEdge]) -> [[f64; 2]; 3] {
         let along = |i: usize| edges.iter().flatten().map(move |p| p[i]);

@@ -178,7 +178,7 @@ impl<'a> StepSensing<'a> {
             return;
         }
         if info.raw.inputs & TATU_IN_CONTACTS != 0 {
-            s.first_contact.push(s.contact.len() as u64);
+            s.contacts.first_contact.push(s.contacts.contact.len() as u64);
         }
         s.status.fill(devices.len(), TATU_OK);
         let keys = std::mem::take(&mut s.keys);
@@ -259,16 +259,16 @@ impl StepSensor {
         let pose = middle_pose(&before.pose, &now.pose);
         let each = |f: &dyn Fn(f64, f64) -> f64| std::array::from_fn(|i| f(before.twist[i], now.twist[i]));
         if inputs & TATU_IN_POSE != 0 {
-            s.pose.push(pose_to_array(&pose));
+            s.motion.pose.push(pose_to_array(&pose));
         }
         if inputs & TATU_IN_TWIST != 0 {
-            s.twist.push(each(&|a, b| 0.5 * (a + b)));
+            s.motion.twist.push(each(&|a, b| 0.5 * (a + b)));
         }
         if inputs & TATU_IN_ACCELERATION != 0 {
-            s.acceleration.push(each(&|a, b| (b - a) / dt));
+            s.motion.acceleration.push(each(&|a, b| (b - a) / dt));
         }
         if inputs & TATU_IN_JOINT != 0 {
-            s.joint.push(match self.joint {
+            s.motion.joint.push(match self.joint {
                 JointInput::Engine(id) => {
                     let state = engine.joint_state(id);
                     [state.position, state.velocity, state.effort]
@@ -278,7 +278,7 @@ impl StepSensor {
         }
         if inputs & TATU_IN_WRENCH != 0 {
             let load = self.load.as_ref().and_then(|l| Some((engine.wrench(l.joint)?, l)));
-            s.wrench.push(load.map_or([0.0; 6], |(w, l)| {
+            s.contacts.wrench.push(load.map_or([0.0; 6], |(w, l)| {
                 let at = (engine.pose(l.carrier) * l.frame).translation.vector;
                 let torque = w.torque + (at - now.pose.translation.vector).cross(&w.force);
                 let turn = now.pose.rotation.inverse();
@@ -312,19 +312,19 @@ impl StepContacts<'_> {
 
     /// Adds the contacts of a sensor's body to the inputs of its batch.
     fn add(&self, body: Option<BodyId>, s: &mut MeasureScratch) {
-        s.first_contact.push(s.contact.len() as u64);
+        s.contacts.first_contact.push(s.contacts.contact.len() as u64);
         let Some(body) = body else { return };
         let from = self.touching.partition_point(|(b, _)| *b < body);
         for (_, i) in self.touching[from..].iter().take_while(|(b, _)| *b == body) {
             let c = &self.contacts[*i as usize];
             let (other, side) = if c.bodies.1 == body { (c.bodies.0, 1.0) } else { (c.bodies.1, -1.0) };
-            s.contact.push(tatu_contact {
+            s.contacts.contact.push(tatu_contact {
                 shape: [self.shape(other), self.shape(body)],
                 point: c.point.coords.into(),
                 normal: (side * c.normal).into(),
                 force: c.force,
             });
-            s.friction.push((side * c.friction).into());
+            s.contacts.friction.push((side * c.friction).into());
         }
     }
 }

@@ -23,12 +23,8 @@ pub struct BeamPlan {
     pub bundle: PlanBundle,
     /// The sensor's image, if it has one.
     pub image: Option<Grid>,
-    /// Minimum distance of a hit, m.
-    pub near: f64,
-    /// Maximum distance of a hit, m.
-    pub far: f64,
-    /// Largest angle between a ray and the normal of the face that it hits, rad.
-    pub max_incidence: f64,
+    /// The distances and the angle at which a beam hits.
+    pub range: BeamRange,
     /// The sides of faces that can be hit.
     pub faces: Faces,
     /// Whether the sensor's own model is ignored.
@@ -51,6 +47,17 @@ pub struct BeamPlan {
     pub waves: u16,
 }
 
+/// The distances and the angle at which a beam hits.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BeamRange {
+    /// Minimum distance of a hit, m.
+    pub near: f64,
+    /// Maximum distance of a hit, m.
+    pub far: f64,
+    /// Largest angle between a ray and the normal of the face that it hits, rad.
+    pub max_incidence: f64,
+}
+
 impl BeamPlan {
     /// A plan without beams.
     pub const NONE: BeamPlan = BeamPlan {
@@ -59,9 +66,7 @@ impl BeamPlan {
         turns: Vec::new(),
         bundle: PlanBundle::NONE,
         image: None,
-        near: 0.0,
-        far: 0.0,
-        max_incidence: FRAC_PI_2,
+        range: BeamRange { near: 0.0, far: 0.0, max_incidence: FRAC_PI_2 },
         faces: Faces::BOTH,
         skip_model: false,
         own: [0; 4],
@@ -136,9 +141,7 @@ impl BeamPlan {
             turns: directions.iter().map(|d| look_along(*d)).collect(),
             directions,
             image,
-            near: raw.near_m,
-            far: raw.far_m,
-            max_incidence: raw.max_incidence,
+            range: BeamRange { near: raw.near_m, far: raw.far_m, max_incidence: raw.max_incidence },
             faces: Faces { front: raw.flags & TATU_BEAMS_NO_FRONT == 0, back: raw.flags & TATU_BEAMS_NO_BACK == 0 },
             skip_model: raw.flags & TATU_BEAMS_SKIP_MODEL != 0,
             own: raw.own,

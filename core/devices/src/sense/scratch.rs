@@ -34,18 +34,9 @@ pub(super) struct MeasureScratch {
     /// For each sensor, its pose and limits; they are needed for aimed rays, which are added later.
     pub views: Vec<SensorView>,
     pub frames: BatchImages,
-    pub pose: Vec<[f64; 7]>,
-    pub twist: Vec<[f64; 6]>,
-    pub acceleration: Vec<[f64; 6]>,
-    pub joint: Vec<[f64; 3]>,
-    /// For each sensor, the index of its first contact; the last entry is the total number of contacts.
-    pub first_contact: Vec<u64>,
-    pub contact: Vec<tatu_contact>,
-    pub friction: Vec<[f64; 3]>,
-    pub wrench: Vec<[f64; 6]>,
-    pub data: Vec<*mut c_void>,
-    pub state: Vec<*mut c_void>,
-    pub sensor: Vec<tatu_object>,
+    pub motion: MotionColumns,
+    pub contacts: ContactColumns,
+    pub instances: InstanceColumns,
     pub fields: Vec<*mut c_void>,
     pub lengths: Vec<*const u64>,
     pub status: GuardedArray<tatu_status>,
@@ -55,23 +46,50 @@ pub(super) struct MeasureScratch {
     pub error: Option<ErrorSlot>,
 }
 
+/// Motion of the sensors, and of the joints that they observe.
+#[derive(Default)]
+pub(super) struct MotionColumns {
+    pub pose: Vec<[f64; 7]>,
+    pub twist: Vec<[f64; 6]>,
+    pub acceleration: Vec<[f64; 6]>,
+    pub joint: Vec<[f64; 3]>,
+}
+
+/// Contacts and forces on what the sensors observe.
+#[derive(Default)]
+pub(super) struct ContactColumns {
+    /// For each sensor, the index of its first contact; the last entry is the total number of contacts.
+    pub first_contact: Vec<u64>,
+    pub contact: Vec<tatu_contact>,
+    pub friction: Vec<[f64; 3]>,
+    pub wrench: Vec<[f64; 6]>,
+}
+
+/// The plugin's instances, their state blocks, and their objects.
+#[derive(Default)]
+pub(super) struct InstanceColumns {
+    pub data: Vec<*mut c_void>,
+    pub state: Vec<*mut c_void>,
+    pub sensor: Vec<tatu_object>,
+}
+
 impl MeasureScratch {
     pub fn clear(&mut self) {
         self.casts.clear();
         self.aims.clear();
         self.views.clear();
         self.frames.clear();
-        self.pose.clear();
-        self.twist.clear();
-        self.acceleration.clear();
-        self.joint.clear();
-        self.first_contact.clear();
-        self.contact.clear();
-        self.friction.clear();
-        self.wrench.clear();
-        self.data.clear();
-        self.state.clear();
-        self.sensor.clear();
+        self.motion.pose.clear();
+        self.motion.twist.clear();
+        self.motion.acceleration.clear();
+        self.motion.joint.clear();
+        self.contacts.first_contact.clear();
+        self.contacts.contact.clear();
+        self.contacts.friction.clear();
+        self.contacts.wrench.clear();
+        self.instances.data.clear();
+        self.instances.state.clear();
+        self.instances.sensor.clear();
         self.fields.clear();
         self.lengths.clear();
         self.keys.clear();
@@ -89,16 +107,16 @@ impl MeasureScratch {
             reserved: 0,
             time: moment.time,
             step: moment.step,
-            data: some(&self.data),
-            state: some(&self.state),
-            sensor: some(&self.sensor),
+            data: some(&self.instances.data),
+            state: some(&self.instances.state),
+            sensor: some(&self.instances.sensor),
             first_beam: some(&self.casts.first),
             distance: some(&self.casts.distance),
             point: some(&self.casts.point).cast(),
             normal: some(&self.casts.normal).cast(),
             object: some(&self.casts.object),
-            pose: some(&self.pose).cast(),
-            twist: some(&self.twist).cast(),
+            pose: some(&self.motion.pose).cast(),
+            twist: some(&self.motion.twist).cast(),
             fields: some(&self.fields),
             status: self.status.first_mut(),
             color: some(&self.casts.color).cast(),
@@ -113,12 +131,12 @@ impl MeasureScratch {
             lengths: some(&self.lengths),
             dt: moment.dt,
             gravity: moment.gravity,
-            acceleration: some(&self.acceleration).cast(),
-            joint: some(&self.joint).cast(),
-            first_contact: some(&self.first_contact),
-            contact: some(&self.contact),
-            friction: some(&self.friction).cast(),
-            wrench: some(&self.wrench).cast(),
+            acceleration: some(&self.motion.acceleration).cast(),
+            joint: some(&self.motion.joint).cast(),
+            first_contact: some(&self.contacts.first_contact),
+            contact: some(&self.contacts.contact),
+            friction: some(&self.contacts.friction).cast(),
+            wrench: some(&self.contacts.wrench).cast(),
         }
     }
 }

@@ -104,22 +104,22 @@ impl Sensing {
     }
     /// Applies the scene's current settings, such as rates and noise, to all devices.
     pub fn apply_settings(&mut self, scene: &Scene, registry: &Registry) {
-        let settled = self.applied_settings.replace(scene.sensor_version) == Some(scene.sensor_version);
+        let settled = self.applied_settings.replace(scene.versions.sensor) == Some(scene.versions.sensor);
         // Paths may refer to different objects if the tree has changed.
-        if settled && (self.chosen.is_none() || self.chosen == Some(scene.shape_version)) {
+        if settled && (self.chosen.is_none() || self.chosen == Some(scene.versions.shape)) {
             return;
         }
         self.targets.discard_choices();
         self.chosen = None;
         for d in &mut self.devices {
             let Some(ObjectVariant::Sensor(s)) = scene.get(d.slot).map(|o| &o.data) else { continue };
-            (d.explicit, d.rate) = (s.explicit, s.rate);
+            (d.schedule.explicit, d.schedule.rate) = (s.explicit, s.rate);
             d.choice = s.view.as_ref().map_or(0, |view| self.targets.choice(scene, d.slot, view));
             if s.view.is_some() {
-                self.chosen = Some(scene.shape_version);
+                self.chosen = Some(scene.versions.shape);
             }
-            if d.rate <= 0.0 {
-                d.period = None;
+            if d.schedule.rate <= 0.0 {
+                d.schedule.period = None;
             }
             SensorNoise::update(&mut d.noise, s.noise.as_ref(), &registry.sensors[d.kind]);
         }

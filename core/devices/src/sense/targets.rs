@@ -62,9 +62,9 @@ impl Targets {
     /// Updates a set of targets from the scene. If several targets have moved, they are updated on the threads of
     /// `pool`.
     pub fn update(&mut self, scene: &Scene, sees: TargetFilter, pool: &ThreadPool) {
-        if self.selective.0 != scene.shape_version {
+        if self.selective.0 != scene.versions.shape {
             let mut shapes = scene.subtree(0).into_iter().filter_map(|slot| scene.get(slot)?.shape());
-            self.selective = (scene.shape_version, shapes.any(|s| s.detectable_mask != u16::MAX));
+            self.selective = (scene.versions.shape, shapes.any(|s| s.detectable_mask != u16::MAX));
             self.special.retain(|(sees, _)| sees.visible);
         }
         let TargetFilter { visible, waves, choice } = sees;
@@ -134,15 +134,15 @@ impl Targets {
 
 impl TargetSet {
     fn update(&mut self, scene: &Scene, pool: &ThreadPool, wanted: impl Fn(u32, &Object, &Shape) -> bool) {
-        let version = (scene.shape_version, scene.seen_version);
+        let version = (scene.versions.shape, scene.versions.seen);
         if self.built == version {
             self.move_targets(scene, pool);
-            if self.colored != scene.color_version {
+            if self.colored != scene.versions.color {
                 self.update_colors(scene);
             }
             return;
         }
-        (self.built, self.colored) = (version, scene.color_version);
+        (self.built, self.colored) = (version, scene.versions.color);
         scene.moves.since(&mut self.followed);
         self.places.clear();
         self.first.clear();
@@ -172,7 +172,7 @@ impl TargetSet {
 
     /// Updates the colours of targets from the scene.
     fn update_colors(&mut self, scene: &Scene) {
-        self.colored = scene.color_version;
+        self.colored = scene.versions.color;
         // The parts of the last shape, and the index of the first of them.
         let (mut parts, mut first, mut last) = (Vec::new(), 0, None);
         for (i, place) in self.places.iter().enumerate() {

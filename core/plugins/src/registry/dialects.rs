@@ -16,7 +16,7 @@ impl Registry {
             return Ok(());
         }
         let mut said = None;
-        for (i, l) in self.languages.iter().enumerate().filter(|(i, _)| language.is_none_or(|l| l == *i)) {
+        for (i, l) in self.scripting.languages.iter().enumerate().filter(|(i, _)| language.is_none_or(|l| l == *i)) {
             let Some(knows) = l.raw.knows_dialect else { return Ok(()) };
             let (me, mut slot) = (self.plugins[l.plugin].me, ErrorSlot::new());
             let subject = format!("the dialect `{dialect}`");
@@ -38,7 +38,7 @@ impl Registry {
         }
         // Without languages, no dialect can be checked, and no script can run.
         let Some((i, text)) = said else { return Ok(()) };
-        let id = &self.languages[i].id;
+        let id = &self.scripting.languages[i].id;
         Err(Error::new("E122", format!("there is no dialect `{dialect}` of the language `{id}`")).expected(text))
     }
 }

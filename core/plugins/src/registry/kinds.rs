@@ -6,8 +6,8 @@ impl Registry {
     /// Returns the kind that a script appears to be, according to the first mark of its language that matches, or
     /// `None` if no mark matches.
     pub fn kind_of_script(&self, language: usize, text: &[u8]) -> Option<&str> {
-        let language = &self.languages.get(language)?.id;
-        let mark = self.kind_marks.iter().find(|m| m.language == *language && m.matches_script(text))?;
+        let language = &self.scripting.languages.get(language)?.id;
+        let mark = self.scripting.kind_marks.iter().find(|m| m.language == *language && m.matches_script(text))?;
         Some(&mark.kind)
     }
 }

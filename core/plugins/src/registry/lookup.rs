@@ -12,13 +12,13 @@ use super::{Registry, ScriptLanguage, SensorKind};
 impl Registry {
     /// Returns the id of the command with a name, from 1, and the index of the name among those of the command.
     pub fn command(&self, name: &str) -> Option<(u32, u32)> {
-        self.names.get(name).copied()
+        self.command_offers.names.get(name).copied()
     }
     /// Returns whether the name of any command or constant begins with a prefix.
     pub fn has_namespace(&self, prefix: &str) -> bool {
         let from = prefix.to_owned();
-        self.names.range(from.clone()..).next().is_some_and(|(n, _)| n.starts_with(prefix))
-            || self.constants.range(from..).next().is_some_and(|(n, _)| n.starts_with(prefix))
+        self.command_offers.names.range(from.clone()..).next().is_some_and(|(n, _)| n.starts_with(prefix))
+            || self.scripting.constants.range(from..).next().is_some_and(|(n, _)| n.starts_with(prefix))
     }
     /// Chooses among several plugins that offer the same name. A scene's `[providers]` selects one by the plugin's id.
     pub(super) fn choose(
@@ -48,7 +48,7 @@ impl Registry {
     /// Returns the index of a model by id, or `None` if the model in a folder is to be used. `found` is the index of
     /// the plugin that would read the model in the folder, if there is such a folder.
     pub fn model(&self, id: &str, found: Option<usize>, providers: &BTreeMap<String, String>) -> Result<Option<usize>> {
-        let of_id = self.models.iter().enumerate().filter(|(_, m)| m.id == id);
+        let of_id = self.model_offers.models.iter().enumerate().filter(|(_, m)| m.id == id);
         let mut claims: Vec<_> = of_id.map(|(i, m)| (i, m.plugin)).collect();
         claims.extend(found.map(|plugin| (usize::MAX, plugin)));
         match self.choose("model", id, &claims, providers)? {
@@ -56,7 +56,8 @@ impl Registry {
             Some(index) => Ok(Some(index)),
             None => {
                 let found = self.found_models();
-                let known = self.models.iter().map(|m| m.id.as_str()).chain(found.iter().map(|f| f.id.as_str()));
+                let known =
+                    self.model_offers.models.iter().map(|m| m.id.as_str()).chain(found.iter().map(|f| f.id.as_str()));
                 Err(self.unknown("E107", "model", id, &known.collect::<Vec<_>>()))
             }
         }
@@ -101,7 +102,7 @@ impl Registry {
             true => Some(l.id.clone()),
             false => l.suffixes.iter().find(|s| id_or_file.ends_with(s.as_str())).cloned(),
         };
-        let all = || self.languages.iter().enumerate();
+        let all = || self.scripting.languages.iter().enumerate();
         let answering: Vec<(usize, &ScriptLanguage, String)> =
             all().filter_map(|(i, l)| key(l).map(|key| (i, l, key))).collect();
         let wanted = providers.get(id_or_file).or_else(|| answering.iter().find_map(|(_, _, key)| providers.get(key)));
@@ -111,7 +112,7 @@ impl Registry {
         let id = wanted.or(answering.first().map(|(_, l, _)| &l.id)).map_or(id_or_file, String::as_str);
         let claims: Vec<_> = all().filter(|(_, l)| l.id == id).map(|(i, l)| (i, l.plugin)).collect();
         self.choose("script language", id, &claims, providers)?.ok_or_else(|| {
-            let known: Vec<_> = self.languages.iter().map(|l| l.id.as_str()).collect();
+            let known: Vec<_> = self.scripting.languages.iter().map(|l| l.id.as_str()).collect();
             self.unknown("E109", "script language", id_or_file, &known)
         })
     }
@@ -122,7 +123,7 @@ impl Registry {
         let named = |(_, why): &&(PathBuf, String)| why.contains(&format!("`{name}`"));
         let holds = |(file, _): &&(PathBuf, String)| stem(file).contains(name) || name.contains(&stem(file));
         let near = |(file, _): &&(PathBuf, String)| nearest(name, [stem(file).as_str()]).is_some();
-        let mut all = self.rejected_files.iter();
+        let mut all = self.load_report.rejected_files.iter();
         all.clone().find(named).or_else(|| all.clone().find(holds)).or_else(|| all.clone().find(near)).or_else(|| {
             let first = all.next()?;
             all.all(|(file, _)| *file == first.0).then_some(first)

@@ -31,8 +31,8 @@ mod types;
 pub use super::load::LoadedPlugin as Plugin;
 use super::{
     FolderOrigin, SearchPath,
-    guard::{self, ProcessState},
     load::LoadRemarks,
+    protected_state::{self, ProcessState},
     watchdog::{CallWatch, CallWatches, PluginCall},
 };
 use crate::{HostTables, Inspector, setup_lock};
@@ -51,32 +51,67 @@ pub struct Registry {
     pub sensors: Vec<SensorKind>,
     /// Kinds of actuators; documents refer to them by index.
     pub actuators: Vec<ActuatorKind>,
+    /// Models.
+    pub model_offers: ModelOffers,
+    /// Importers, which read files in other formats.
+    pub importers: Vec<Importer>,
+    /// Languages, constants and preludes.
+    pub scripting: ScriptOffers,
+    /// Commands.
+    pub command_offers: CommandOffers,
+    /// Kinds of services, in ascending order of their ids.
+    pub services: Vec<ServiceKind>,
+    /// Declared events: the host's own, followed by those of the plugins, in order of plugins.
+    pub events: Vec<crate::events::EventSpec>,
+    /// Errors and notes from the loading of the plugins.
+    pub load_report: LoadReport,
+    /// The folders in which plugins and models are searched.
+    pub search: SearchPath,
+    /// The watches of calls into the plugins.
+    pub call_watches: RegistryWatches,
+    /// The plugins. Fields are dropped in the order of declaration, so this one follows those that refer to plugins.
+    pub plugins: Vec<Arc<Plugin>>,
+    host: Arc<HostTables>,
+    /// Observes calls into plugins; ordinary runs have none.
+    pub inspector: Option<Arc<dyn Inspector>>,
+    /// Number of the registry's version, which increases when a plugin is reloaded and its commands are replaced.
+    pub generation: u64,
+}
+
+/// The models that plugins offer.
+pub struct ModelOffers {
     /// Models that plugins define in their tables.
     pub models: Vec<Model>,
     /// Functions that read models from text, with the index of the plugin.
     model_readers: Vec<(usize, types::ReadModelFn)>,
     /// Id and description of the models in folders.
     folder_models: OnceLock<Vec<(String, String)>>,
-    /// Importers, which read files in other formats.
-    pub importers: Vec<Importer>,
+}
+
+/// What plugins offer to scripts, beside commands.
+pub struct ScriptOffers {
     /// Script languages; scripts refer to them by index.
     pub languages: Vec<ScriptLanguage>,
-    /// Commands; a command's id is its index plus one.
-    pub commands: Vec<CommandEntry>,
-    /// Command id, and index of the name among those of the command, by name.
-    pub names: BTreeMap<String, (u32, u32)>,
     /// Constants by name.
     pub constants: BTreeMap<String, ScriptConstant>,
     /// Preludes, which are script sources that plugins provide.
     pub preludes: Vec<Prelude>,
     /// Words that identify the kind of a script, in order.
     pub kind_marks: Vec<ScriptKindMark>,
+}
+
+/// The commands that plugins offer.
+pub struct CommandOffers {
+    /// Commands; a command's id is its index plus one.
+    pub commands: Vec<CommandEntry>,
+    /// Command id, and index of the name among those of the command, by name.
+    pub names: BTreeMap<String, (u32, u32)>,
     /// Life functions of command plugins' instances per world, with the index of the plugin.
     pub world_lives: Vec<(usize, tatu_life)>,
-    /// Kinds of services, in ascending order of their ids.
-    pub services: Vec<ServiceKind>,
-    /// Declared events: the host's own, followed by those of the plugins, in order of plugins.
-    pub events: Vec<crate::events::EventSpec>,
+}
+
+/// Errors and notes from loading plugins.
+pub struct LoadReport {
     /// Errors about libraries, or parts of them, that could not be loaded.
     pub refused: Vec<Error>,
     /// Errors found when the tables of all plugins were first read, which are not reported again when one of them is
@@ -87,19 +122,14 @@ pub struct Registry {
     rejected_files: Vec<(PathBuf, String)>,
     /// Notes about loaded plugins.
     pub notes: Vec<String>,
-    /// The folders in which plugins and models are searched.
-    pub search: SearchPath,
+}
+
+/// The watches of calls into plugins.
+pub struct RegistryWatches {
     /// The watch for calls while there is no world, such as loading and building.
     pub setup_watch: Arc<CallWatch>,
     /// The watches of all worlds with these plugins.
     pub watches: CallWatches,
-    /// The plugins. Fields are dropped in the order of declaration, so this one follows those that refer to plugins.
-    pub plugins: Vec<Arc<Plugin>>,
-    host: Arc<HostTables>,
-    /// Observes calls into plugins; ordinary runs have none.
-    pub inspector: Option<Arc<dyn Inspector>>,
-    /// Number of the registry's version, which increases when a plugin is reloaded and its commands are replaced.
-    pub generation: u64,
 }
 
 // SAFETY: the tables do not change after loading. Plugin functions are called only on the threads that the header
@@ -180,8 +210,10 @@ impl Registry {
         // last, which prevents a plugin from taking a name of an earlier one.
         let rank = |p: &Arc<Plugin>| (!search.is_of_program(&p.path), search.is_of_scene(&p.path));
         plugins.sort_by(|a, b| (rank(a), &a.id).cmp(&(rank(b), &b.id)));
-        let mut registry =
-            Registry { refused, rejected_files: closest, notes, ..Self::of(plugins, search, setup, watches, host) };
+        let mut registry = Registry {
+            load_report: LoadReport { refused, rejected_files: closest, notes, known_errors: Vec::new() },
+            ..Self::of(plugins, search, setup, watches, host)
+        };
         registry.read();
         registry.name_commands();
         registry.services.sort_by(|a, b| a.id.cmp(&b.id));
@@ -190,7 +222,9 @@ impl Registry {
 
     /// Passes the names of commands to the watchdog.
     fn name_commands(&self) {
-        self.watches.set_command_names(self.commands.iter().map(|c| c.name().to_owned()).collect());
+        self.call_watches
+            .watches
+            .set_command_names(self.command_offers.commands.iter().map(|c| c.name().to_owned()).collect());
     }
 
     /// Creates a registry with these plugins, without reading their tables.
@@ -205,26 +239,25 @@ impl Registry {
         Registry {
             sensors: Vec::new(),
             actuators: Vec::new(),
-            models: Vec::new(),
-            model_readers: Vec::new(),
-            folder_models: OnceLock::new(),
+            model_offers: ModelOffers { models: Vec::new(), model_readers: Vec::new(), folder_models: OnceLock::new() },
             importers: Vec::new(),
-            languages: Vec::new(),
-            commands: Vec::new(),
-            names: BTreeMap::new(),
-            constants: BTreeMap::new(),
-            preludes: Vec::new(),
-            kind_marks: Vec::new(),
-            world_lives: Vec::new(),
+            scripting: ScriptOffers {
+                languages: Vec::new(),
+                constants: BTreeMap::new(),
+                preludes: Vec::new(),
+                kind_marks: Vec::new(),
+            },
+            command_offers: CommandOffers { commands: Vec::new(), names: BTreeMap::new(), world_lives: Vec::new() },
             services: Vec::new(),
             events: crate::events::host_events(),
-            refused: Vec::new(),
-            known_errors: Vec::new(),
-            rejected_files: Vec::new(),
-            notes: Vec::new(),
+            load_report: LoadReport {
+                refused: Vec::new(),
+                known_errors: Vec::new(),
+                rejected_files: Vec::new(),
+                notes: Vec::new(),
+            },
             search,
-            setup_watch: setup,
-            watches,
+            call_watches: RegistryWatches { setup_watch: setup, watches },
             plugins,
             host,
             inspector: None,
@@ -245,7 +278,7 @@ impl Registry {
             self.add_events(i);
         }
         self.check_declarations();
-        self.known_errors = self.refused.iter().map(|e| e.text.clone()).collect();
+        self.load_report.known_errors = self.load_report.refused.iter().map(|e| e.text.clone()).collect();
     }
 
     /// Shuts all plugins down after all worlds have been dropped, and returns the errors. Dropping the registry does
@@ -272,8 +305,8 @@ impl Registry {
     fn refuse(&mut self, plugin: usize, text: String, help: &str) {
         let p = &self.plugins[plugin];
         let text = format!("plugin `{}` ({}): {text}", p.id, p.path.display());
-        self.rejected_files.push((p.path.clone(), text.clone()));
-        self.refused.push(Error::new("E303", text).help(help));
+        self.load_report.rejected_files.push((p.path.clone(), text.clone()));
+        self.load_report.refused.push(Error::new("E303", text).help(help));
     }
     /// Reports a conflict if `claimed`, the plugins that already offer an item with this id, is not empty. Returns
     /// whether the new item is kept: of two items of the same plugin, only the first one is kept; between items of
@@ -297,18 +330,17 @@ impl Registry {
     /// process is restored, and changing it is an error. `replace_subject` describes what is being built, for messages.
     pub fn call_plugin<T>(&self, plugin: usize, call: PluginCall, subject: &str, f: impl FnOnce() -> T) -> Result<T> {
         let home = ProcessState::now();
-        let outer = self.setup_watch.replace_subject(subject);
-        let before = self.setup_watch.enter(call, plugin, 0);
-        let (done, heard) = guard::capture_errors(f);
-        guard::end_if_child();
-        self.setup_watch.leave(before);
+        let outer = self.call_watches.setup_watch.replace_subject(subject);
+        let before = self.call_watches.setup_watch.enter(call, plugin, 0);
+        let (done, heard) = protected_state::capture_errors(f);
+        protected_state::end_if_child();
+        self.call_watches.setup_watch.leave(before);
         // A model can be built while another one is being built.
-        self.setup_watch.replace_subject(&outer);
+        self.call_watches.setup_watch.replace_subject(&outer);
         let who = || format!("{subject}: plugin `{}`", self.plugins[plugin].id);
         if let Some(what) = home.restore() {
-            return Err(
-                Error::new("E321", format!("{} changes {what} in {}", who(), call.text())).help(guard::RESTORED_HELP)
-            );
+            return Err(Error::new("E321", format!("{} changes {what} in {}", who(), call.text()))
+                .help(protected_state::RESTORED_HELP));
         }
         match heard.first() {
             None => Ok(done),

@@ -77,18 +77,18 @@ fn slot(s: &Declared<'_, tatu_model_slot>) -> AttachmentSlot {
 impl Registry {
     /// Returns whether a plugin reads models from text.
     pub fn reads_models(&self, plugin: usize) -> bool {
-        self.model_readers.iter().any(|(p, _)| *p == plugin)
+        self.model_offers.model_readers.iter().any(|(p, _)| *p == plugin)
     }
 
     /// Returns the index of the first plugin that reads models from text, or `None` if there is none.
     pub fn model_reader(&self) -> Option<usize> {
-        self.model_readers.first().map(|(plugin, _)| *plugin)
+        self.model_offers.model_readers.first().map(|(plugin, _)| *plugin)
     }
 
     /// Reads a model from the text of a file, with the first plugin that supports its format. `name` is the id of the
     /// model. Errors include the line if the plugin reports one.
     pub fn read_model(&self, name: &str, file: &Path, text: &str) -> Result<Model> {
-        for (plugin, read) in self.model_readers.iter().copied() {
+        for (plugin, read) in self.model_offers.model_readers.iter().copied() {
             let (mut slot, mut out) = (ErrorSlot::new(), std::ptr::null());
             let (loaded, subject) = (&self.plugins[plugin], format!("the model {}", file.display()));
             // SAFETY: `read` is from a plugin that is never unloaded, and `me` is its own pointer. The texts, `out` and
@@ -160,10 +160,10 @@ impl Registry {
     /// first, followed by those in folders, which are read when the first of them is requested. Models that cannot be
     /// read are omitted.
     pub fn model_at(&self, index: usize) -> Option<(&str, &str)> {
-        if let Some(model) = self.models.get(index) {
+        if let Some(model) = self.model_offers.models.get(index) {
             return Some((&model.id, &model.text));
         }
-        let found = self.folder_models.get_or_init(|| {
+        let found = self.model_offers.folder_models.get_or_init(|| {
             let described = |f: FoundModel| match f.importer.and_then(|i| self.importers.get(i)) {
                 Some(importer) => Some((f.id, importer.text.clone())),
                 None => {
@@ -172,10 +172,10 @@ impl Registry {
                 }
             };
             // A model that a plugin also offers is already in the list.
-            let new = self.found_models().into_iter().filter(|f| self.models.iter().all(|m| m.id != f.id));
+            let new = self.found_models().into_iter().filter(|f| self.model_offers.models.iter().all(|m| m.id != f.id));
             new.filter_map(described).collect()
         });
-        found.get(index - self.models.len()).map(|(id, text)| (id.as_str(), text.as_str()))
+        found.get(index - self.model_offers.models.len()).map(|(id, text)| (id.as_str(), text.as_str()))
     }
 
     /// Returns the models in all model folders, in ascending order of their names.

@@ -80,18 +80,19 @@ impl Registry {
     pub(super) fn add_models(&mut self, plugin: usize) {
         let loaded = self.plugins[plugin].clone();
         let Some(ext) = loaded.declared::<tatu_ext_model>() else { return };
-        self.model_readers.extend(ext.read.map(|read| (plugin, read)));
+        self.model_offers.model_readers.extend(ext.read.map(|read| (plugin, read)));
         if ext.read.is_none() {
             self.check_extension(plugin, TATU_MODEL, ext.size, &tables::required!(ext, tatu_ext_model: models));
         }
         for raw in ext.models() {
             let needed = tables::required!(raw, tatu_model: id, build);
             let Some(id) = self.checked_id(plugin, "model", raw.id(), raw.size, &needed) else { continue };
-            let claimed: Vec<usize> = self.models.iter().filter(|m| m.id == id).map(|m| m.plugin).collect();
+            let claimed: Vec<usize> =
+                self.model_offers.models.iter().filter(|m| m.id == id).map(|m| m.plugin).collect();
             if !self.claim_id(plugin, "model", &id, &claimed) {
                 continue;
             }
-            self.models.push(super::models::read_declaration(plugin, id, &raw));
+            self.model_offers.models.push(super::models::read_declaration(plugin, id, &raw));
         }
     }
 
@@ -105,12 +106,13 @@ impl Registry {
             );
             let Some(id) = self.checked_id(plugin, "language", raw.id(), raw.size, &needed) else { continue };
             let Some(life) = self.life(plugin, &format!("language `{id}`"), raw.life()) else { continue };
-            let claimed: Vec<usize> = self.languages.iter().filter(|l| l.id == id).map(|l| l.plugin).collect();
+            let claimed: Vec<usize> =
+                self.scripting.languages.iter().filter(|l| l.id == id).map(|l| l.plugin).collect();
             if !self.claim_id(plugin, "language", &id, &claimed) {
                 continue;
             }
             let suffixes = self.suffixes(plugin, &format!("language `{id}`"), raw.suffixes());
-            self.languages.push(ScriptLanguage {
+            self.scripting.languages.push(ScriptLanguage {
                 plugin,
                 id,
                 text: raw.text().unwrap_or_default(),
@@ -135,13 +137,13 @@ impl Registry {
         );
         if let Some(life) = ext.per_world() {
             match self.life(plugin, "instance per world", Some(life)) {
-                Some(life) => self.world_lives.push((plugin, life)),
+                Some(life) => self.command_offers.world_lives.push((plugin, life)),
                 // The commands would be called without their instance.
                 None => return,
             }
         }
         for raw in ext.commands() {
-            let id = self.commands.len() as u32 + 1;
+            let id = self.command_offers.commands.len() as u32 + 1;
             let given = raw.names();
             let first = given.first().and_then(|n| n.name()).unwrap_or_default();
             let needed = tables::required!(raw, tatu_command: names, call);
@@ -165,12 +167,12 @@ impl Registry {
                 let until = n.on_error_until().map(|u| version(u.as_bytes()));
                 match self.command_name_flaw(plugin, &name) {
                     Some((why, help)) => self.refuse(plugin, why, help),
-                    None => _ = self.names.insert(name.clone(), (id, alias as u32)),
+                    None => _ = self.command_offers.names.insert(name.clone(), (id, alias as u32)),
                 }
                 // Unused names are also stored, because the plugin refers to names by their index in its own list.
                 names.push(CommandName { name, on_error, until });
             }
-            self.commands.push(CommandEntry {
+            self.command_offers.commands.push(CommandEntry {
                 plugin,
                 names,
                 params: ParameterSpec::read_list(&raw.params()),
@@ -194,12 +196,12 @@ impl Registry {
             let name = raw.name().unwrap_or_default();
             match self.constant_name_flaw(plugin, &name) {
                 Some((why, help)) => self.refuse(plugin, why, help),
-                None => _ = self.constants.entry(name).or_insert(ScriptConstant { plugin, raw: raw.value }),
+                None => _ = self.scripting.constants.entry(name).or_insert(ScriptConstant { plugin, raw: raw.value }),
             }
         }
         self.report_foreign_names(plugin);
         for raw in ext.preludes() {
-            self.preludes.push(Prelude {
+            self.scripting.preludes.push(Prelude {
                 plugin,
                 language: raw.language().unwrap_or_default(),
                 module: raw.module().unwrap_or_default(),
@@ -207,7 +209,7 @@ impl Registry {
             });
         }
         for raw in ext.kind_marks() {
-            self.kind_marks.push(ScriptKindMark {
+            self.scripting.kind_marks.push(ScriptKindMark {
                 language: raw.language().unwrap_or_default(),
                 kind: raw.kind().unwrap_or_default(),
                 word: raw.word().unwrap_or_default(),

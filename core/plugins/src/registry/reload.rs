@@ -37,7 +37,7 @@ impl Registry {
     pub fn with_reloaded_plugin(&self, plugin: usize) -> Result<Registry> {
         let old = &self.plugins[plugin];
         let mut remarks = LoadRemarks::default();
-        let new = Plugin::open(&old.path, &self.search, &self.host, &self.setup_watch, &mut remarks)?;
+        let new = Plugin::open(&old.path, &self.search, &self.host, &self.call_watches.setup_watch, &mut remarks)?;
         let file = old.path.display();
         if new.id != old.id {
             let text = format!("the plugin {file} has changed its id to `{}`; it was `{}`", new.id, old.id);
@@ -45,12 +45,12 @@ impl Registry {
         }
         let mut plugins = self.plugins.clone();
         plugins[plugin] = Arc::new(new);
-        let (search, watches) = (self.search.clone(), self.watches.clone());
-        let mut registry = Self::of(plugins, search, self.setup_watch.clone(), watches, self.host.clone());
+        let (search, watches) = (self.search.clone(), self.call_watches.watches.clone());
+        let mut registry = Self::of(plugins, search, self.call_watches.setup_watch.clone(), watches, self.host.clone());
         registry.inspector.clone_from(&self.inspector);
         registry.read();
         // A faulty declaration does not prevent the rest of the plugin from working.
-        let new = registry.refused.iter().filter(|e| !self.known_errors.contains(&e.text));
+        let new = registry.load_report.refused.iter().filter(|e| !self.load_report.known_errors.contains(&e.text));
         let (flaws, refused): (Vec<_>, Vec<_>) = new.cloned().partition(|e| e.code == "E310");
         if let Some(why) = refused.into_iter().next() {
             return Err(why);
@@ -63,16 +63,16 @@ impl Registry {
         registry.generation = self.generation + 1;
         registry.name_commands();
         remarks.warnings.extend(flaws);
-        (registry.refused, registry.notes) = (remarks.warnings, remarks.notes);
+        (registry.load_report.refused, registry.load_report.notes) = (remarks.warnings, remarks.notes);
         Ok(registry)
     }
 
     fn reuse_indices(&mut self, old: &Registry) -> Result<(), String> {
         macro_rules! place {
-            ($list:ident, $what:literal, $same:expr) => {
-                let new = std::mem::take(&mut self.$list);
-                self.$list =
-                    in_order(&old.$list, new, $same).map_err(|lost| format!(concat!($what, " `{}`"), lost.id))?;
+            ($($list:ident).+, $what:literal, $same:expr) => {
+                let new = std::mem::take(&mut self.$($list).+);
+                self.$($list).+ =
+                    in_order(&old.$($list).+, new, $same).map_err(|lost| format!(concat!($what, " `{}`"), lost.id))?;
             };
         }
         place!(sensors, "the sensor", |a, b| {
@@ -83,43 +83,44 @@ impl Registry {
             .collect();
         self.actuators.iter_mut().zip(places).for_each(|(a, place)| a.readings = place);
         place!(actuators, "the actuator", |a, b| a.plugin == b.plugin && a.id == b.id);
-        place!(models, "the model", |a, b| a.plugin == b.plugin && a.id == b.id);
+        place!(model_offers.models, "the model", |a, b| a.plugin == b.plugin && a.id == b.id);
         place!(importers, "the importer", |a, b| a.plugin == b.plugin && a.id == b.id);
-        place!(languages, "the language", |a, b| a.plugin == b.plugin && a.id == b.id);
+        place!(scripting.languages, "the language", |a, b| a.plugin == b.plugin && a.id == b.id);
         place!(services, "the service", |a, b| a.plugin == b.plugin && a.id == b.id);
         self.reuse_command_ids(old);
         Ok(())
     }
 
     fn reuse_command_ids(&mut self, old: &Registry) {
-        let mut new: Vec<Option<CommandEntry>> = std::mem::take(&mut self.commands).into_iter().map(Some).collect();
+        let mut new: Vec<Option<CommandEntry>> =
+            std::mem::take(&mut self.command_offers.commands).into_iter().map(Some).collect();
         // The new id of each command, in the order in which the commands were read.
         let mut numbers = vec![0; new.len()];
         let mut gone = Vec::new();
-        for (i, o) in old.commands.iter().enumerate() {
+        for (i, o) in old.command_offers.commands.iter().enumerate() {
             let same = |n: &CommandEntry| n.plugin == o.plugin && n.names[0].name == o.names[0].name;
             match new.iter().position(|n| n.as_ref().is_some_and(same)) {
                 Some(at) => {
                     numbers[at] = i as u32 + 1;
-                    self.commands.extend(new[at].take());
+                    self.command_offers.commands.extend(new[at].take());
                 }
                 None => {
                     gone.push(i);
-                    self.commands.push(tombstone(o));
+                    self.command_offers.commands.push(tombstone(o));
                 }
             }
         }
         for (at, entry) in new.into_iter().enumerate() {
             let Some(entry) = entry else { continue };
-            self.commands.push(entry);
-            numbers[at] = self.commands.len() as u32;
+            self.command_offers.commands.push(entry);
+            numbers[at] = self.command_offers.commands.len() as u32;
         }
-        for (number, _) in self.names.values_mut() {
+        for (number, _) in self.command_offers.names.values_mut() {
             *number = numbers[*number as usize - 1];
         }
         for i in gone {
-            for (alias, n) in self.commands[i].names.iter().enumerate() {
-                self.names.entry(n.name.clone()).or_insert((i as u32 + 1, alias as u32));
+            for (alias, n) in self.command_offers.commands[i].names.iter().enumerate() {
+                self.command_offers.names.entry(n.name.clone()).or_insert((i as u32 + 1, alias as u32));
             }
         }
     }

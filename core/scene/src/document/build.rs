@@ -167,7 +167,7 @@ impl<'a> DocumentBuilder<'a> {
             return Err(Error::new("E102", text).expected("the alias, or the alias with `#` and a number"));
         };
         let group = spec.group;
-        self.document.group_suffixes.insert(group, suffix);
+        self.document.group_numbers.group_suffixes.insert(group, suffix);
         Ok(())
     }
 
@@ -427,8 +427,8 @@ impl<'a> DocumentBuilder<'a> {
 
     /// Records that the next object is the base of a model with these parameters. Models within it have higher numbers.
     pub(super) fn record_model(&mut self, params: &[ParameterSpec]) {
-        let (number, base) = (self.document.next_model, self.document.objects.len());
-        self.document.next_model += 1;
+        let (number, base) = (self.document.reading.next_model, self.document.objects.len());
+        self.document.reading.next_model += 1;
         self.document.models.push(super::ModelInstance { number, base, params: params.to_vec() });
     }
 

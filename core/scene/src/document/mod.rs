@@ -209,39 +209,20 @@ pub struct Document {
     pub images: Vec<Arc<Image>>,
     /// Placed models, in order.
     pub models: Vec<ModelInstance>,
-    /// Number of the next model.
-    next_model: usize,
-    /// Parameters of models, by model number, that override the values in the files.
-    model_params: Arc<[(usize, String, Value)]>,
-    /// Properties that the files set, which are applied when all objects exist.
-    overrides: Vec<PropertyOverride>,
-    /// Files that are being read, outermost first, to detect a model that contains itself.
-    open_files: Vec<PathBuf>,
-    /// Services to start alongside the world.
-    pub services: Vec<ServiceSpec>,
+    /// The progress of reading.
+    pub(crate) reading: ReadProgress,
+    /// Services, permissions and the learning environment.
+    pub requests: RunRequests,
     /// Messages of models and importers about their sources.
     pub reports: Vec<BuildReport>,
-    /// Permissions that the scene requests, in the form of `--allow`; only the user who runs it can grant them.
-    pub requested_permissions: Vec<String>,
-    /// The table `[env]` of the scene file, as TOML: the observations and actions of a learning environment. The core
-    /// stores it without interpreting it.
-    pub env: Option<String>,
     /// An importer's description of its file, a map, if requested by [`LoadOptions::describe`].
     pub description: Option<Value>,
     /// Initial custom data of the world, by tag.
     pub notes: BTreeMap<Vec<u8>, Vec<u8>>,
-    /// Whether importers should describe their files; see [`LoadOptions::describe`].
-    pub(crate) describe: bool,
     /// The tree of aliases, by which objects are found.
     pub(crate) names: names::AliasTree,
-    /// The last group number; see [`ObjectSpec::group`].
-    groups: usize,
-    /// Suffixes of the unique names of groups, where the file specifies them, by group number.
-    group_suffixes: BTreeMap<usize, i32>,
-    /// Number of models and scenes that have been read from files so far.
-    included_scenes: usize,
-    /// Original aliases of the objects whose alias was overridden, by object.
-    pub(crate) replaced_aliases: BTreeMap<usize, String>,
+    /// Numbers of groups.
+    group_numbers: GroupNumbers,
     /// The tables of the scene file that describe objects, in order.
     pub(crate) entries: Vec<entry::SceneEntry>,
     /// The source files of the document.
@@ -251,11 +232,51 @@ pub struct Document {
     pub modules: BTreeSet<(PathBuf, OsString)>,
 }
 
+/// What is needed only while a document is read.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct ReadProgress {
+    /// Number of the next model.
+    next_model: usize,
+    /// Parameters of models, by model number, that override the values in the files.
+    model_params: Arc<[(usize, String, Value)]>,
+    /// Properties that the files set, which are applied when all objects exist.
+    overrides: Vec<PropertyOverride>,
+    /// Files that are being read, outermost first, to detect a model that contains itself.
+    open_files: Vec<PathBuf>,
+    /// Whether importers should describe their files; see [`LoadOptions::describe`].
+    pub(crate) describe: bool,
+    /// Number of models and scenes that have been read from files so far.
+    included_scenes: usize,
+    /// Original aliases of the objects whose alias was overridden, by object.
+    pub(crate) replaced_aliases: BTreeMap<usize, String>,
+}
+
+/// The groups of objects that have a common suffix.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct GroupNumbers {
+    /// The last group number; see [`ObjectSpec::group`].
+    groups: usize,
+    /// Suffixes of the unique names of groups, where the file specifies them, by group number.
+    group_suffixes: BTreeMap<usize, i32>,
+}
+
+/// What a document requests of the program that runs it.
+#[derive(Debug, Clone, Default)]
+pub struct RunRequests {
+    /// Services to start alongside the world.
+    pub services: Vec<ServiceSpec>,
+    /// Permissions that the scene requests, in the form of `--allow`; only the user who runs it can grant them.
+    pub requested_permissions: Vec<String>,
+    /// The table `[env]` of the scene file, as TOML: the observations and actions of a learning environment. The core
+    /// stores it without interpreting it.
+    pub env: Option<String>,
+}
+
 impl Document {
     /// Returns a new group number; see [`ObjectSpec::group`].
     fn new_group(&mut self) -> usize {
-        self.groups += 1;
-        self.groups
+        self.group_numbers.groups += 1;
+        self.group_numbers.groups
     }
 
     /// Lets scripts read the modules beside a script file.
@@ -292,7 +313,7 @@ impl Document {
                 continue;
             }
             let all = || together.iter().map(|i| self.objects[*i].alias.as_str());
-            let told = self.group_suffixes.get(&spec.group).copied();
+            let told = self.group_numbers.group_suffixes.get(&spec.group).copied();
             let is_free = |n: &i32| all().all(|alias| taken.objects_named(alias, *n).next().is_none());
             let suffix = told.filter(is_free).unwrap_or_else(|| taken.free_suffix(all()));
             for i in together {

@@ -114,7 +114,7 @@ pub(super) fn apply(
             .map_err(at)?;
         if matches!(target, KeyTarget::Property(Property::ALIAS)) {
             let alias = builder.document.objects[object].alias.clone();
-            builder.document.replaced_aliases.entry(object).or_insert(alias);
+            builder.document.reading.replaced_aliases.entry(object).or_insert(alias);
         }
         let value = builder.value_of(object, target, &o.item, factor).map_err(|(e, _)| at(e))?;
         builder.set_declared(object, declared, target, value).map_err(at)?;

@@ -142,7 +142,8 @@ pub(super) fn run_build(
     let given: Vec<Value> = declared.iter().map(given).collect();
     let mut owned = Owned::default();
     let raw = owned.values(&given);
-    let options = BuildOptions { max_image_pixels: MAX_IMAGE_PIXELS as u64, describes: builder.document.describe };
+    let options =
+        BuildOptions { max_image_pixels: MAX_IMAGE_PIXELS as u64, describes: builder.document.reading.describe };
     let build = BuildContext {
         first: builder.document.objects.len(),
         builder: RefCell::new(builder),

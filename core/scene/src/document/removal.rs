@@ -19,10 +19,10 @@ impl Document {
         }
         let lost = |o: &PropertyOverride| o.from.is_some_and(|f| gone.contains(&f));
         let mut dropped: BTreeSet<usize> = self.overrides_of(&gone).into_iter().collect();
-        dropped.extend(self.overrides.iter().enumerate().filter(|(_, o)| lost(o)).map(|(i, _)| i));
+        dropped.extend(self.reading.overrides.iter().enumerate().filter(|(_, o)| lost(o)).map(|(i, _)| i));
         if !dropped.is_empty() {
             let mut index = 0;
-            self.overrides.retain(|_| {
+            self.reading.overrides.retain(|_| {
                 index += 1;
                 !dropped.contains(&(index - 1))
             });
@@ -41,7 +41,7 @@ impl Document {
                 *i = *index;
             }
         };
-        self.overrides.iter_mut().filter_map(|o| o.from.as_mut()).for_each(move_to);
+        self.reading.overrides.iter_mut().filter_map(|o| o.from.as_mut()).for_each(move_to);
         self.models.retain(|m| m.base < first || !gone.contains(&m.base));
         self.models.iter_mut().for_each(|m| move_to(&mut m.base));
         let rest = self.objects.split_off(first);
@@ -71,6 +71,6 @@ impl Document {
             let Some(from) = o.from.filter(|f| above.contains(f) || leads_elsewhere(&o.path)) else { return false };
             overrides::find_object(self, Some(from), &o.path).is_ok_and(|object| objects.contains(&object))
         };
-        self.overrides.iter().enumerate().filter(|(_, o)| is_on(o)).map(|(i, _)| i).collect()
+        self.reading.overrides.iter().enumerate().filter(|(_, o)| is_on(o)).map(|(i, _)| i).collect()
     }
 }

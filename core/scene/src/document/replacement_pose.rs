@@ -37,7 +37,7 @@ impl DocumentBuilder<'_> {
         }
         let declared = self.declarations(object);
         let pose = |i: usize| {
-            let o = &self.document.overrides[i];
+            let o = &self.document.reading.overrides[i];
             let ((entry, target), factor) = keys::find(&o.key, &declared, "").ok()?;
             let KeyTarget::Property(row) = target else { return None };
             let value = self.value_of(object, target, &o.item, factor).ok().filter(|_| is_pose(*row))?;

@@ -117,7 +117,9 @@ fn script(
     };
     let id = match &language {
         Some(id) => id,
-        None if inline => only_language(&b.registry.languages).map_err(|e| e.at(Some(place.clone())))?.unwrap_or(&name),
+        None if inline => {
+            only_language(&b.registry.scripting.languages).map_err(|e| e.at(Some(place.clone())))?.unwrap_or(&name)
+        }
         None => &name,
     };
     let index = b.registry.language(id, &b.document.settings.providers).map_err(|e| e.at(Some(place.clone())))?;

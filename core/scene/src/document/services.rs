@@ -79,7 +79,7 @@ impl UserSettings {
 
 /// Sets parameters of services from the user's settings, unless the scene or the command line has set them.
 pub(super) fn apply_user_settings(document: &mut Document, registry: &Registry, settings: &UserSettings) -> Result {
-    for spec in &mut document.services {
+    for spec in &mut document.requests.services {
         let id = &registry.services[spec.kind].id;
         for (key, item, place) in settings.services.get(id).into_iter().flatten() {
             let found = read_param(registry, spec.kind, key, item).map_err(|e| e.at(Some(place.clone())))?;
@@ -125,7 +125,7 @@ pub(super) fn apply(document: &mut Document, registry: &Registry, given: &[Servi
         let kind = registry.service(&o.id, &document.settings.providers)?;
         let params =
             o.params.iter().map(|(key, item)| read_param(registry, kind, key, item)).collect::<Result<Vec<_>>>()?;
-        let all = &mut document.services;
+        let all = &mut document.requests.services;
         let differs =
             |before: &[(String, Value)]| params.iter().any(|(k, v)| before.iter().any(|(l, w)| k == l && v != w));
         let is_other = |i: usize| applied.iter().any(|(at, before)| *at == i && differs(before));

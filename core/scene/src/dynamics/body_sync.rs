@@ -25,14 +25,14 @@ impl Dynamics {
     /// Updates bodies and joints from the scene. Only those that have changed are recreated; the others are unaffected.
     pub fn update_bodies(&mut self, scene: &mut Scene) {
         scene.update_order();
-        if self.built_version == scene.shape_version {
+        if self.built_version == scene.versions.shape {
             return;
         }
-        self.built_version = scene.shape_version;
+        self.built_version = scene.versions.shape;
         self.pose_writeback = WritebackList::default();
-        self.followers = follow::followers(scene);
-        self.geared = follow::geared(scene);
-        let geared: BTreeSet<u32> = self.geared.iter().flat_map(|(a, b)| [*a, *b]).collect();
+        self.couplings.followers = follow::followers(scene);
+        self.couplings.geared = follow::geared(scene);
+        let geared: BTreeSet<u32> = self.couplings.geared.iter().flat_map(|(a, b)| [*a, *b]).collect();
         self.engine.set_materials(&materials(scene));
         let twists: BTreeMap<u32, Twist> = self.bodies.iter().map(|b| (b.slot, self.engine.twist(b.id))).collect();
         let kept = |b: &BodyRecord| {

@@ -63,7 +63,7 @@ impl Dynamics {
         let pairs = links(scene);
         let version = |slot| scene.get(slot).map_or(0, |o| o.version);
         let engine = &mut self.engine;
-        self.loops.retain(|l| {
+        self.couplings.loops.retain(|l| {
             let kept = alive(l.bodies.0)
                 && alive(l.bodies.1)
                 && pairs.contains(&l.dummies)
@@ -83,7 +83,7 @@ impl Dynamics {
     pub(super) fn close_loops(&mut self, scene: &Scene) {
         for (one, other) in links(scene) {
             let carriers = (carrier(scene, one), carrier(scene, other));
-            if self.loops.iter().any(|l| l.dummies == (one, other)) || carriers == (0, 0) {
+            if self.couplings.loops.iter().any(|l| l.dummies == (one, other)) || carriers == (0, 0) {
                 continue;
             }
             let (Some((a, frame_in_a)), Some((b, frame_in_b))) =
@@ -106,7 +106,7 @@ impl Dynamics {
             let versions = [one, other].map(|slot| scene.get(slot).map_or(0, |o| o.version));
             if let Some(id) = self.engine.add_joint(&desc) {
                 let (versions, dummies) = ((versions[0], versions[1]), (one, other));
-                self.loops.push(LoopRecord { id, dummies, versions, bodies: (a, b), carriers });
+                self.couplings.loops.push(LoopRecord { id, dummies, versions, bodies: (a, b), carriers });
             }
         }
     }
@@ -138,7 +138,7 @@ impl Dynamics {
 
     /// Moves the anchors of dummies that were moved by scripts, or that a joint carries.
     pub(super) fn move_anchors(&mut self, scene: &Scene) {
-        for l in &self.loops {
+        for l in &self.couplings.loops {
             for (body, dummy) in l.anchors() {
                 let pose = scene.world(dummy);
                 if is_carried(scene, dummy) || self.engine.pose(body) != pose {

@@ -83,13 +83,13 @@ impl Dynamics {
     /// Passes all changes since the last step to the engine, which then agrees with the scene.
     pub fn prepare(&mut self, scene: &mut Scene) {
         self.update_bodies(scene);
-        follow::update(scene, &self.followers, &mut self.drives);
+        follow::update(scene, &self.couplings.followers, &mut self.drives);
         self.apply_changes(scene);
     }
 
     /// Passes all gears to the engine; cheap if nothing has changed.
     fn apply_gears(&mut self, scene: &Scene) {
-        let gears = self.geared.iter().filter_map(|(slot, leader)| {
+        let gears = self.couplings.geared.iter().filter_map(|(slot, leader)| {
             let joint = scene.get(*slot)?.joint()?;
             let leader = scene.get(*leader)?.joint()?.id?;
             Some(Gear { joint: joint.id?, leader, ratio: joint.follow.factor, offset: joint.follow.offset })
@@ -107,7 +107,7 @@ impl Dynamics {
     /// Advances the engine by `dt` (s) in steps, then copies poses and joint states back to the scene. Returns the
     /// slots of objects whose bodies the engine has quarantined.
     pub fn advance(&mut self, scene: &mut Scene, dt: f64, mut hooks: StepHooks<'_>) -> Vec<u32> {
-        follow::update(scene, &self.followers, &mut self.drives);
+        follow::update(scene, &self.couplings.followers, &mut self.drives);
         self.apply_changes(scene);
         let steps = self.engine_steps(dt);
         if steps > 0 {

@@ -13,10 +13,10 @@ use crate::{
 impl Dynamics {
     /// Copies poses and joint states back. Parents precede their children, so each child's parent frame is up to date.
     pub(super) fn copy_back(&mut self, scene: &mut Scene) {
-        if self.pose_writeback.visited_version != scene.shape_version {
+        if self.pose_writeback.visited_version != scene.versions.shape {
             return self.copy_all(scene);
         }
-        if self.pose_writeback.listed_version != scene.shape_version {
+        if self.pose_writeback.listed_version != scene.versions.shape {
             self.list_writeback(scene);
         }
         for PoseUpdate { slot, parent, from } in &self.pose_writeback.list {
@@ -61,7 +61,7 @@ impl Dynamics {
             scene.store_world_pose(slot, world);
             scene.start_hanging(slot);
         });
-        self.pose_writeback = WritebackList::visited_at(scene.shape_version);
+        self.pose_writeback = WritebackList::visited_at(scene.versions.shape);
     }
 
     fn list_writeback(&mut self, scene: &Scene) {
@@ -83,7 +83,7 @@ impl Dynamics {
                 list.push(PoseUpdate { slot, parent, from });
             }
         }
-        self.pose_writeback.listed_version = scene.shape_version;
+        self.pose_writeback.listed_version = scene.versions.shape;
     }
 }
 

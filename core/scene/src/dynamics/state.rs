@@ -44,8 +44,7 @@ pub struct Dynamics {
     pub(super) kinematic: Vec<(BodyId, u32)>,
     /// Joints, in ascending order of ids.
     pub(super) joints: Vec<JointRecord>,
-    /// Loops closed by linked dummies.
-    pub(super) loops: Vec<LoopRecord>,
+    pub(super) couplings: JointCouplings,
     /// Slots of joints whose drive, and of shapes whose surface, has changed since the last step.
     pub(super) drives: Vec<u32>,
     /// Slots of joints whose position target is still moving.
@@ -58,10 +57,6 @@ pub struct Dynamics {
     pub(super) scripts_between_steps: bool,
     /// The objects whose poses are copied back from the engine.
     pub(super) pose_writeback: WritebackList,
-    /// Joints that follow other joints, with their leaders, as pairs of slots.
-    pub(super) followers: Vec<(u32, u32)>,
-    /// Joints that are geared to other joints, with their leaders, as pairs of slots.
-    pub(super) geared: Vec<(u32, u32)>,
     /// Joints that represent force sensors, with the slots of the sensors.
     pub(super) force_sensors: Vec<(JointId, u32)>,
     pub(super) settings: EngineSettings,
@@ -69,6 +64,16 @@ pub struct Dynamics {
     pub(super) step: f64,
     /// Warnings about the scene; not part of snapshots.
     pub(super) notices: NoticeQueue,
+}
+
+/// Relations between joints other than those of parent and child.
+pub(super) struct JointCouplings {
+    /// Loops closed by linked dummies.
+    pub(super) loops: Vec<LoopRecord>,
+    /// Joints that follow other joints, with their leaders, as pairs of slots.
+    pub(super) followers: Vec<(u32, u32)>,
+    /// Joints that are geared to other joints, with their leaders, as pairs of slots.
+    pub(super) geared: Vec<(u32, u32)>,
 }
 
 /// A loop that is closed in the engine.
@@ -130,7 +135,7 @@ impl Dynamics {
             bodies: Vec::new(),
             kinematic: Vec::new(),
             joints: Vec::new(),
-            loops: Vec::new(),
+            couplings: JointCouplings { loops: Vec::new(), followers: Vec::new(), geared: Vec::new() },
             drives: Vec::new(),
             moving_targets: Vec::new(),
             built_version: 0,
@@ -138,8 +143,6 @@ impl Dynamics {
             pushes: Vec::new(),
             scripts_between_steps: false,
             pose_writeback: WritebackList::default(),
-            followers: Vec::new(),
-            geared: Vec::new(),
             force_sensors: Vec::new(),
             settings,
             step: settings.step,
@@ -160,7 +163,7 @@ impl Dynamics {
             bodies,
             kinematic: _,
             joints,
-            loops,
+            couplings: JointCouplings { loops, followers, geared },
             drives,
             moving_targets: courses,
             built_version: built,
@@ -168,8 +171,6 @@ impl Dynamics {
             pushes,
             scripts_between_steps: _,
             pose_writeback,
-            followers,
-            geared,
             force_sensors: _,
             settings,
             step,
@@ -202,10 +203,11 @@ impl Dynamics {
         let (bodies, (joints, loops), (drives, courses)) = tables;
         (self.bodies, self.joints, self.built_version) = (bodies, joints, built);
         (self.drives, self.moving_targets) = (drives, courses);
-        self.loops = loops;
+        self.couplings.loops = loops;
         (self.pushes, self.scripts_between_steps) = (pushes, false);
         (self.moved, self.pose_writeback) = (moved, WritebackList::visited_at(whole));
-        (self.followers, self.geared, self.settings, self.step) = (followers, geared, settings, step);
+        (self.couplings.followers, self.couplings.geared, self.settings, self.step) =
+            (followers, geared, settings, step);
         self.list_kinematic();
         Ok(())
     }

@@ -189,7 +189,7 @@ impl Dynamics {
     /// given the targets of the leader's, multiplied by the gear ratio. A follower without a motor is driven by a share
     /// of the force of the leader's motor.
     fn share_drives(&mut self, scene: &Scene, part: u32, steps: u32) {
-        for (slot, leader) in &self.geared {
+        for (slot, leader) in &self.couplings.geared {
             let joint = |slot: u32| scene.get(slot).and_then(|o| o.joint());
             let (Some(j), Some(l)) = (joint(*slot), joint(*leader)) else { continue };
             let (Some(id), Some(leader_id), Some(drive)) =
@@ -219,17 +219,17 @@ impl Dynamics {
     fn share_of(&self, scene: &Scene, slot: u32, leader: u32) -> Option<f64> {
         let joint = |slot: u32| scene.get(slot).and_then(|o| o.joint());
         let is_free = |slot: u32| joint(slot).is_some_and(|j| j.control == ControlMode::Free && j.follow.factor != 0.0);
-        let (l, follows) = (joint(leader)?, self.geared.iter().any(|(slot, _)| *slot == leader));
+        let (l, follows) = (joint(leader)?, self.couplings.geared.iter().any(|(slot, _)| *slot == leader));
         let motor = tracks_target(l) || l.control == ControlMode::Force;
         // The speed of a motor with slip depends on its full load, so its force is not shared.
         let yields = l.slip != 0.0 || l.passive.no_load_speed != 0.0;
-        let others = self.geared.iter().filter(|(slot, l)| *l == leader && is_free(*slot)).count();
+        let others = self.couplings.geared.iter().filter(|(slot, l)| *l == leader && is_free(*slot)).count();
         (motor && !yields && !follows && is_free(slot)).then(|| 1.0 / (others + 1) as f64)
     }
 
     /// Adds the shares of motor force that acted on followers to the efforts of their leaders.
     pub(super) fn sum_efforts(&mut self, scene: &mut Scene) {
-        for (slot, leader) in &self.geared {
+        for (slot, leader) in &self.couplings.geared {
             if self.share_of(scene, *slot, *leader).is_none() {
                 continue;
             }

@@ -95,7 +95,7 @@ unsafe extern "C" fn wait(call: *mut tatu_call, until: u32, value: f64, name: ta
         );
     }
     if call.wait_token == 0 {
-        let entry = world.model.registry.commands.get((call.command as usize).wrapping_sub(1));
+        let entry = world.model.registry.command_offers.commands.get((call.command as usize).wrapping_sub(1));
         let text = entry.and_then(|e| e.no_wait.clone()).unwrap_or_else(|| {
             "cannot wait here: call it from a coroutine, or from the script's thread function".into()
         });
@@ -131,7 +131,7 @@ unsafe extern "C" fn ticket(call: *mut tatu_call, out: *mut u64) -> tatu_status 
         );
     }
     let wakes = &world.run.calls.thread_results;
-    *out = match world.run.connections.replay.borrow().is_some() {
+    *out = match world.run.connections.record.replay.borrow().is_some() {
         // No thread may be started, because the log contains the result.
         true => {
             wakes.assign_replayed_number();
@@ -179,7 +179,7 @@ pub(crate) unsafe fn call_command(world: &WorldCell, frame: *mut tatu_call, resu
     let f = unsafe { &mut *frame };
     f.n_results = 0;
     let calls = &world.run.calls;
-    let Some(entry) = world.model.registry.commands.get((f.command as usize).wrapping_sub(1)) else {
+    let Some(entry) = world.model.registry.command_offers.commands.get((f.command as usize).wrapping_sub(1)) else {
         f.error = calls.error_at(calls.depth.get());
         return set_error(f.error, TATU_ERR_UNKNOWN, &format!("there is no command with the id {}", f.command));
     };

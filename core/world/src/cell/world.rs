@@ -55,7 +55,7 @@ impl WorldCell {
             state: SimulationState::new(WorldModel::engine_settings(&settings), settings.dt, scene),
             devices: WorldDevices::default(),
             run: WorldRuntime::new(document.file.as_deref(), pool),
-            monitor: PluginMonitor::new(registry.watches.add_thread()),
+            monitor: PluginMonitor::new(registry.call_watches.watches.add_thread()),
             workers: RefCell::default(),
             worker: None,
             model: WorldModel::new(document, registry, settings, origins),

@@ -116,8 +116,13 @@ impl World {
         if old.settings != new.settings {
             restart.push("settings of the scene were changed".into());
         }
-        if old.services.len() != new.services.len()
-            || old.services.iter().zip(&new.services).any(|(a, b)| (a.kind, &a.params) != (b.kind, &b.params))
+        if old.requests.services.len() != new.requests.services.len()
+            || old
+                .requests
+                .services
+                .iter()
+                .zip(&new.requests.services)
+                .any(|(a, b)| (a.kind, &a.params) != (b.kind, &b.params))
         {
             restart.push("services were changed".into());
         }

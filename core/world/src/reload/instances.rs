@@ -113,8 +113,8 @@ impl World {
         }
         let new = Arc::new(old.with_reloaded_plugin(plugin)?);
         let mut told = ReloadReport::default();
-        told.warnings.extend(new.refused.iter().cloned());
-        told.notes.extend(new.notes.iter().cloned());
+        told.warnings.extend(new.load_report.refused.iter().cloned());
+        told.notes.extend(new.load_report.notes.iter().cloned());
         let name = &new.plugins[plugin];
         let version = format!("{} {}", name.id, name.version);
         let resets = replace_instances(cell, plugin, &old, &new).map_err(|mut e| {
@@ -178,7 +178,9 @@ fn replace_instances(cell: &WorldCell, plugin: usize, old: &Arc<Registry>, new: 
     if let Some(i) = made.instance {
         let data = i.data;
         cell.devices.instances.borrow_mut()[plugin] = Some(i);
-        if let (Some((_, life)), Some(image)) = (new.world_lives.iter().find(|(p, _)| *p == plugin), &instance) {
+        if let (Some((_, life)), Some(image)) =
+            (new.command_offers.world_lives.iter().find(|(p, _)| *p == plugin), &instance)
+        {
             let mut block = |state: &[u64]| {
                 if let Some(Some(i)) = cell.devices.instances.borrow_mut().get_mut(plugin) {
                     i.state.copy_from_slice(state);
@@ -275,7 +277,7 @@ fn save_instances(
         moved(m, &|r| r.actuators[kind].params.clone())
     });
     let (sensors, actuators) = (sensors.collect(), actuators.collect());
-    let life = old.world_lives.iter().find(|(p, _)| *p == plugin).map(|(_, life)| life);
+    let life = old.command_offers.world_lives.iter().find(|(p, _)| *p == plugin).map(|(_, life)| life);
     let instance = life.filter(|_| cell.devices.instances.borrow()[plugin].is_some()).map(|life| {
         let state = cell.devices.instances.borrow()[plugin].as_ref().map(|i| i.state.to_vec()).unwrap_or_default();
         save_instance(cell, &InstanceRef { plugin, slot: 0, data: cell.instance(plugin).0 }, life, &state)
@@ -300,7 +302,7 @@ fn create_instances(
         let lack = declared.iter().zip(&m.params).find(|(d, v)| **v == Value::Nil && !d.optional());
         lack.map(|(d, _)| refused(m, format!("its required parameter `{}` is missing", d.key)))
     };
-    if let Some((_, life)) = cell.model.registry.world_lives.iter().find(|(p, _)| *p == plugin) {
+    if let Some((_, life)) = cell.model.registry.command_offers.world_lives.iter().find(|(p, _)| *p == plugin) {
         match CommandInstance::create(cell, plugin, life, cell.devices.next_replacement_id()) {
             Ok(i) => made.instance = Some(i),
             Err(e) => return Err(Box::new((e, made))),

@@ -45,7 +45,7 @@ impl World {
 
 fn unknown(cell: &WorldCell, name: &str) -> Box<Fault> {
     let mut fault = Fault::new(FaultKind::UnknownFunction, format!("no plugin offers the command `{name}`"));
-    let known = cell.model.registry.commands.iter().map(|c| c.name());
+    let known = cell.model.registry.command_offers.commands.iter().map(|c| c.name());
     fault.help = nearest(name, known).map(|near| format!("did you mean `{near}`?"));
     Box::new(fault)
 }
@@ -63,7 +63,7 @@ fn failed(cell: &WorldCell, status: tatu_status, frame: &tatu_call) -> Box<Fault
     let mut fault = Fault::new(FaultKind::of(status), text);
     (fault.help, fault.file, fault.traceback) = (said.help, said.file, said.traceback);
     fault.line = Some(said.line).filter(|line| *line > 0);
-    let command = cell.model.registry.commands.get((frame.command as usize).wrapping_sub(1));
+    let command = cell.model.registry.command_offers.commands.get((frame.command as usize).wrapping_sub(1));
     fault.plugin = command.map(|c| cell.model.registry.plugins[c.plugin].id.clone());
     Box::new(fault)
 }

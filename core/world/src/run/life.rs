@@ -140,12 +140,12 @@ impl World {
     /// the given path, with the given sources if there are any; an empty path stands for the current scene. If `read`
     /// fails, the error is returned to the service, and this world continues.
     pub fn set_scene_reader(&self, read: impl Fn(&Path, Option<SourceFiles>) -> Result<Arc<Document>> + 'static) {
-        *self.cell.run.connections.scene_reader.borrow_mut() = Some(Rc::new(read));
+        *self.cell.run.connections.scene_change.scene_reader.borrow_mut() = Some(Rc::new(read));
     }
 
     /// Takes the scene that was requested since the last call, if any.
     pub fn next_scene(&self) -> Option<NextScene> {
-        self.cell.run.connections.next_scene.borrow_mut().take()
+        self.cell.run.connections.scene_change.next_scene.borrow_mut().take()
     }
 
     /// Records the current process state, such as signal handlers, as the state that plugins must leave unchanged. Must

@@ -109,7 +109,7 @@ impl World {
     fn create_instances(&self) -> Result {
         let cell = &self.cell;
         cell.devices.instances.borrow_mut().resize_with(cell.model.registry.plugins.len(), || None);
-        for (plugin, life) in &cell.model.registry.world_lives {
+        for (plugin, life) in &cell.model.registry.command_offers.world_lives {
             let made = CommandInstance::create(cell, *plugin, life, cell.devices.next_instance_id())?;
             cell.devices.instances.borrow_mut()[*plugin] = Some(made);
         }
@@ -120,7 +120,7 @@ impl World {
     /// scripts of the run. Instances that cannot do so are recreated.
     fn renew_instances(&self) -> Result {
         let cell = &self.cell;
-        for (plugin, life) in &cell.model.registry.world_lives {
+        for (plugin, life) in &cell.model.registry.command_offers.world_lives {
             let kept = cell.devices.instances.borrow_mut()[*plugin].take();
             let Some(kept) = kept else { continue };
             let renewed = match kept.end_run(cell, *plugin, life) {
@@ -197,11 +197,11 @@ impl World {
 
     /// Returns the log of external inputs since the start.
     pub fn input_log(&self) -> std::cell::Ref<'_, InputLog> {
-        self.cell.run.connections.log.borrow()
+        self.cell.run.connections.record.log.borrow()
     }
     /// Returns the input log mutably, to set whether and where records are stored.
     pub fn input_log_mut(&self) -> std::cell::RefMut<'_, InputLog> {
-        self.cell.run.connections.log.borrow_mut()
+        self.cell.run.connections.record.log.borrow_mut()
     }
     /// Adds an external input at the current barrier, before the next step, and records it in the input log. If `kind`
     /// is "key", it is a key press, and `text` is its character or name. "clock" (time since the start, s) and "epoch"

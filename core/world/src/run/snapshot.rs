@@ -37,7 +37,7 @@ impl World {
         let hash = self.hash().total;
         if hash == snapshot.head.hash {
             // From here on, the run no longer follows the log.
-            cell.run.connections.replay.take();
+            cell.run.connections.record.replay.take();
             return Ok(());
         }
         let text = format!(

@@ -22,7 +22,7 @@ pub(crate) fn map_entry<'v>(map: &'v Value, key: &str) -> Option<&'v Value> {
 
 impl Script {
     pub(super) fn request_exit(&self, ask: ExitRequest) {
-        self.exit_request.set(self.exit_request.get().max(ask));
+        self.progress.exit_request.set(self.progress.exit_request.get().max(ask));
     }
 
     /// Reads the answer of a callback and records its request. Returns the answer if it is a map.
@@ -44,19 +44,19 @@ impl Script {
 
     /// Carries out the script's request, unless a call into the script is still running.
     pub(super) fn carry_out_request(self: &Rc<Self>, world: &WorldCell) {
-        if self.exit_request.get() == ExitRequest::Nothing || self.depth.get() > 0 {
+        if self.progress.exit_request.get() == ExitRequest::Nothing || self.depth.get() > 0 {
             return;
         }
-        let asked = self.exit_request.replace(ExitRequest::Nothing);
+        let asked = self.progress.exit_request.replace(ExitRequest::Nothing);
         self.clean_up(world);
         // Requests made by the clean-up itself are ignored.
-        self.exit_request.set(ExitRequest::Nothing);
+        self.progress.exit_request.set(ExitRequest::Nothing);
         match asked {
             ExitRequest::Nothing => {}
-            ExitRequest::Silence => self.dead.set(true),
+            ExitRequest::Silence => self.progress.dead.set(true),
             ExitRequest::End | ExitRequest::Restart => {
                 self.end(world);
-                self.ended.set(true);
+                self.progress.ended.set(true);
                 if asked == ExitRequest::Restart {
                     self.begin(world);
                 }
@@ -66,7 +66,7 @@ impl Script {
 
     /// Calls the `cleanup` callback of a script that has begun, unless it has already been called.
     pub(super) fn clean_up(self: &Rc<Self>, world: &WorldCell) {
-        if self.initialised.get() && self.is_live(world) && !self.cleaned.replace(true) {
+        if self.progress.initialised.get() && self.is_live(world) && !self.progress.cleaned.replace(true) {
             let number = self.find(world, TATU_FIND_CALLBACK, b"cleanup");
             self.query_callback(world, number, &[]);
         }
@@ -75,7 +75,7 @@ impl Script {
     /// Calls a callback if the script has begun and defines it.
     pub(super) fn run_if_begun(self: &Rc<Self>, world: &WorldCell, callback: Callback, args: &[tatu_value]) {
         let number = self.number(callback);
-        if number != 0 && self.initialised.get() && !self.cleaned.get() && self.is_live(world) {
+        if number != 0 && self.progress.initialised.get() && !self.progress.cleaned.get() && self.is_live(world) {
             self.run_callback(world, number, args);
         }
     }

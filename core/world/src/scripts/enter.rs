@@ -82,10 +82,12 @@ pub(super) fn enter_with_error(
     let mut used = 0;
     let plugin = script.plugin(world);
     script.depth.set(script.depth.get() + 1);
-    let outer =
-        world.monitor.watch.enter_script(ScriptPlace::new(script.raw(&world.model.registry).place, script.data.get()));
-    let status =
-        world.call_plugin(plugin, call, script.slot, || f(script.data.get(), frame, &budget, &mut used, error));
+    let outer = world
+        .monitor
+        .watch
+        .enter_script(ScriptPlace::new(script.raw(&world.model.registry).place, script.instance.data.get()));
+    let status = world
+        .call_plugin(plugin, call, script.slot, || f(script.instance.data.get(), frame, &budget, &mut used, error));
     world.monitor.watch.enter_script(outer);
     script.depth.set(script.depth.get() - 1);
     calls.scripts.set(calls.scripts.get() - 1);
@@ -94,7 +96,7 @@ pub(super) fn enter_with_error(
     let is_of_script =
         matches!(call, PluginCall::CallFunc | PluginCall::ScriptCall) && level.caller.kind == TATU_CALLER_NATIVE;
     drop(level);
-    script.instructions.set(script.instructions.get().saturating_add(used));
+    script.counters.instructions.set(script.counters.instructions.get().saturating_add(used));
     frame.error = error;
     let status = check_status(error, status, true);
     // A function that another script calls costs that script what it costs this one, unless this one is ended.
@@ -183,9 +185,9 @@ pub(crate) fn keep_func(world: &WorldCell, func: tatu_func) -> Option<tatu_func>
     let keep = script.raw(&world.model.registry).keep_func?;
     // SAFETY: `keep` is from a plugin that is never unloaded, and `enter_script.data` points to a live instance
     // (`owner_of_func`).
-    let keep = || unsafe { keep(script.data.get(), local) };
+    let keep = || unsafe { keep(script.instance.data.get(), local) };
     let kept = world.call_plugin_reporting(script.plugin(world), PluginCall::KeepFunc, script.slot, keep);
-    (kept != 0).then_some(script.id.get() << 32 | u64::from(kept))
+    (kept != 0).then_some(script.instance.id.get() << 32 | u64::from(kept))
 }
 
 /// Releases a function reference that [`keep_func`] returned.
@@ -194,7 +196,7 @@ pub(crate) fn drop_func(world: &WorldCell, func: tatu_func) {
     if let Some(drop) = script.raw(&world.model.registry).drop_func {
         // SAFETY: `drop` is from a plugin that is never unloaded, and `enter_script.data` points to a live instance
         // (`owner_of_func`).
-        let drop = || unsafe { drop(script.data.get(), local) };
+        let drop = || unsafe { drop(script.instance.data.get(), local) };
         world.call_plugin_reporting(script.plugin(world), PluginCall::DropFunc, script.slot, drop);
     }
 }

@@ -27,7 +27,10 @@ impl Scripts {
         let (mut i, mut any) = (0, of_run);
         while let Some(script) = Self::nth(world, i) {
             i += 1;
-            if script.kind.ends_with_run() == of_run && script.id.get() == 0 && (of_run || !script.ended.get()) {
+            if script.kind.ends_with_run() == of_run
+                && script.instance.id.get() == 0
+                && (of_run || !script.progress.ended.get())
+            {
                 script.begin(world);
                 any = true;
             }
@@ -96,7 +99,10 @@ impl Scripts {
         if Self::any_has(world, Callback::BeforeStep) {
             for script in &*Self::in_order(world) {
                 let number = script.number(Callback::BeforeStep);
-                if number == 0 || !script.initialised.get() || !script.is_live(world) || script.kind == ScriptKind::Main
+                if number == 0
+                    || !script.progress.initialised.get()
+                    || !script.is_live(world)
+                    || script.kind == ScriptKind::Main
                 {
                     continue;
                 }
@@ -212,7 +218,7 @@ impl Scripts {
 impl Script {
     /// Creates the state of a script that was added while the world runs.
     pub(super) fn begin_if_late(&self, world: &WorldCell) {
-        if self.late.get() && self.id.get() == 0 && !self.ended.get() {
+        if self.progress.late.get() && self.instance.id.get() == 0 && !self.progress.ended.get() {
             self.begin(world);
         }
     }
@@ -228,7 +234,7 @@ impl Script {
 
     /// Calls `init` and starts the thread of a script that has not begun.
     fn ensure_initialised(self: &Rc<Self>, world: &WorldCell) {
-        if !self.initialised.get() && self.is_live(world) {
+        if !self.progress.initialised.get() && self.is_live(world) {
             self.initialise(world);
         }
     }
@@ -253,11 +259,11 @@ impl Script {
     /// Marks the script as called in this turn of a stage; returns `false` if it was called before.
     fn try_begin_turn(&self, world: &WorldCell, stage: u32) -> bool {
         let now = world.run.scripts.borrow().turns[turn_index(stage)].get();
-        self.called_in[turn_index(stage)].replace(now) != now
+        self.counters.called_in[turn_index(stage)].replace(now) != now
     }
     /// Returns whether the script was called in this turn of a stage.
     fn had_turn(&self, world: &WorldCell, stage: u32) -> bool {
-        self.called_in[turn_index(stage)].get() == world.run.scripts.borrow().turns[turn_index(stage)].get()
+        self.counters.called_in[turn_index(stage)].get() == world.run.scripts.borrow().turns[turn_index(stage)].get()
     }
 
     /// Runs one pass of the driver: first `init`, then its callbacks, which request the stages, and in the last pass
@@ -271,7 +277,7 @@ impl Script {
         self.resume_waits(world);
         self.run_if_begun(world, Callback::Actuation, &[]);
         self.run_if_begun(world, Callback::Sensing, &[]);
-        let works = self.initialised.get() && !self.cleaned.get() && self.is_live(world);
+        let works = self.progress.initialised.get() && !self.progress.cleaned.get() && self.is_live(world);
         if world.state.phase.get() == Phase::Last {
             // The driver may request the clean-up of the other scripts itself.
             self.clean_up(world);

@@ -54,8 +54,8 @@ impl Scripts {
         drop(scene);
         let default = world.model.settings.borrow().dialect.clone();
         let script = Rc::new(Script::new(slot, kind, spec, default));
-        script.late.set(world.running());
-        world.run.callback_mask.note_kind(kind, script.late.get());
+        script.progress.late.set(world.running());
+        world.run.callback_mask.note_kind(kind, script.progress.late.get());
         let mut scripts = world.run.scripts.try_borrow_mut().ok()?;
         scripts.list.push(script);
         scripts.sorted_at = 0;
@@ -68,7 +68,9 @@ impl Scripts {
     }
     /// Returns whether a script that is not part of the document could end a pause.
     pub fn any_addon_handles_pause(&self) -> bool {
-        let waits = |s: &Rc<Script>| s.kind >= ScriptKind::Addon && !s.dead.get() && s.number(Callback::Suspended) != 0;
+        let waits = |s: &Rc<Script>| {
+            s.kind >= ScriptKind::Addon && !s.progress.dead.get() && s.number(Callback::Suspended) != 0
+        };
         self.list.iter().any(waits)
     }
     /// Returns whether the caller is a script whose state ends with the run.
@@ -79,7 +81,7 @@ impl Scripts {
     }
     /// Returns whether any script that has begun defines a callback.
     pub fn any_has(world: &WorldCell, callback: Callback) -> bool {
-        let has = |s: &Rc<Script>| s.initialised.get() && !s.dead.get() && s.number(callback) != 0;
+        let has = |s: &Rc<Script>| s.progress.initialised.get() && !s.progress.dead.get() && s.number(callback) != 0;
         world.run.callback_mask.has(callback) && world.run.scripts.try_borrow().is_ok_and(|s| s.list.iter().any(has))
     }
 
@@ -97,12 +99,12 @@ impl Scripts {
         let (Ok(mut scripts), Ok(scene)) = (world.run.scripts.try_borrow_mut(), world.state.scene.try_borrow()) else {
             return Rc::default();
         };
-        if scripts.sorted_at != scene.shape_version {
+        if scripts.sorted_at != scene.versions.shape {
             let mut sorted = scripts.list.clone();
             crate::cell::sort(&mut sorted, &scene, scripts.order);
-            (scripts.sorted, scripts.sorted_at) = (sorted.into(), scene.shape_version);
+            (scripts.sorted, scripts.sorted_at) = (sorted.into(), scene.versions.shape);
         }
-        let is_new = |s: &Rc<Script>| s.late.get() && !s.initialised.get();
+        let is_new = |s: &Rc<Script>| s.progress.late.get() && !s.progress.initialised.get();
         if !world.run.callback_mask.any_late() || !scripts.sorted.iter().any(is_new) {
             return scripts.sorted.clone();
         }
@@ -114,7 +116,7 @@ impl Scripts {
     /// Sets the calling order of the world to that of the first language that defines one.
     fn choose_order(world: &WorldCell) {
         let all = world.run.scripts.borrow().list.clone();
-        let modern = all.iter().any(|s| s.traits.get() & TATU_SCRIPT_MODERN != 0);
+        let modern = all.iter().any(|s| s.instance.traits.get() & TATU_SCRIPT_MODERN != 0);
         let dialect = world.model.settings.borrow().dialect.clone();
         let (mut told, mut asked) = (None, Vec::new());
         for script in all.iter().filter(|s| s.has_loaded()) {
@@ -194,7 +196,7 @@ impl Scripts {
         Self::with_payload(world, payload, |payload| {
             answer = all.iter().find_map(|script| {
                 let number = script.number(callback);
-                if number == 0 || !script.initialised.get() || !script.is_live(world) {
+                if number == 0 || !script.progress.initialised.get() || !script.is_live(world) {
                     return None;
                 }
                 let answer = script.query_callback(world, number, &[payload]);
@@ -221,7 +223,7 @@ impl Scripts {
     /// Calls a callback by name in all scripts that define it, except one.
     pub fn broadcast(world: &WorldCell, name: &[u8], args: &[tatu_value], except: u32) {
         for script in &*Self::in_order(world) {
-            if script.is_live(world) && script.slot != except && script.initialised.get() {
+            if script.is_live(world) && script.slot != except && script.progress.initialised.get() {
                 let id = script.find(world, TATU_FIND_CALLBACK, name);
                 if id != 0 {
                     script.callback_with(world, id, args);
@@ -247,7 +249,11 @@ impl Scripts {
         };
         for script in gone {
             // The object no longer exists, but the script's state does, so that the script can close its files.
-            if script.initialised.get() && !script.dead.get() && !script.cleaned.get() && !script.data.get().is_null() {
+            if script.progress.initialised.get()
+                && !script.progress.dead.get()
+                && !script.progress.cleaned.get()
+                && !script.instance.data.get().is_null()
+            {
                 script.run_callback(world, script.number(Callback::Cleanup), &[]);
             }
             script.end(world);
@@ -296,9 +302,9 @@ impl Script {
         ScriptSummary {
             object: self.owner_path(world),
             kind: self.kind_name.clone(),
-            dialect: self.call_counts.dialect.borrow().clone(),
-            calls: self.call_counts.calls(),
-            instructions: self.instructions.get(),
+            dialect: self.counters.call_counts.dialect.borrow().clone(),
+            calls: self.counters.call_counts.calls(),
+            instructions: self.counters.instructions.get(),
         }
     }
 }

@@ -181,7 +181,7 @@ impl ParallelStage<'_> {
     fn run_script(&self, cell: &WorldCell, worker: &WorkerView, at: usize) {
         let script = &self.order[at];
         let (place, turn) = self.turn;
-        if script.called_in[place].get() == turn {
+        if script.counters.called_in[place].get() == turn {
             return;
         }
         worker.begin_script();
@@ -191,7 +191,7 @@ impl ParallelStage<'_> {
         if !self.is_ready(cell, script) {
             return worker.note(DeferredEffect::Alone(at));
         }
-        script.called_in[place].set(turn);
+        script.counters.called_in[place].set(turn);
         let number = script.number(self.callback);
         if number == 0 || !script.is_live(cell) {
             return;
@@ -205,7 +205,7 @@ impl ParallelStage<'_> {
             worker.note(DeferredEffect::Failed(at, status, Box::new((kept, blame))));
         });
         worker.end_script();
-        if script.exit_request.get() != ExitRequest::Nothing {
+        if script.progress.exit_request.get() != ExitRequest::Nothing {
             worker.note(DeferredEffect::Settle(at));
         }
     }
@@ -215,13 +215,14 @@ impl ParallelStage<'_> {
         // SAFETY: `as_ptr` points to the list of waits, which lives as long as the world and is not modified, since no
         // wait begins or ends while scripts run in parallel. The `RefCell`'s borrow count is bypassed because several
         // threads read at once, and the count is not atomic.
-        let waits = || unsafe { (*self.world.run.calls.waits.as_ptr()).any_of(WaitOwner::Script(script.id.get())) };
+        let waits =
+            || unsafe { (*self.world.run.calls.waits.as_ptr()).any_of(WaitOwner::Script(script.instance.id.get())) };
         script.kind != ScriptKind::Main
-            && script.initialised.get()
-            && !script.cleaned.get()
+            && script.progress.initialised.get()
+            && !script.progress.cleaned.get()
             && script.raw(&cell.model.registry).flags & TATU_LANGUAGE_SIDE_BY_SIDE != 0
             && script.depth.get() == 0
-            && script.exit_request.get() == ExitRequest::Nothing
+            && script.progress.exit_request.get() == ExitRequest::Nothing
             && !(self.waits && waits())
     }
 }

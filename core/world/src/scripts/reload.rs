@@ -45,8 +45,8 @@ impl Scripts {
             *place = new.clone();
         }
         world.run.scripts.borrow_mut().sorted_at = 0;
-        new.calls.set(old.calls.get());
-        new.instructions.set(old.instructions.get());
+        new.counters.calls.set(old.counters.calls.get());
+        new.counters.instructions.set(old.counters.instructions.get());
         match image {
             None => StateTransfer::Fresh,
             Some(Err(why)) => StateTransfer::Reset(why),
@@ -83,9 +83,9 @@ impl Script {
 
     /// Saves the script's state, or returns `None` if the script has no state.
     pub fn save_for_replacement(&self, world: &WorldCell) -> Option<SaveResult> {
-        let lives = self.initialised.get() && !self.dead.get() && !self.data.get().is_null();
+        let lives = self.progress.initialised.get() && !self.progress.dead.get() && !self.instance.data.get().is_null();
         // Event handlers belong to the state that registered them.
-        let listens = world.run.connections.bus.has_subscription_of(self.id.get());
+        let listens = world.run.connections.bus.has_subscription_of(self.instance.id.get());
         let why = || Err("functions that it registered for events are not carried over".to_owned());
         lives.then(|| if listens { why() } else { self.save(world) })
     }
@@ -111,7 +111,7 @@ impl Script {
                 .at(place)
                 .help("correct the file; until then, the old version remains in use"));
         }
-        if self.data.get().is_null() {
+        if self.instance.data.get().is_null() {
             // The script was loaded only to check its source. It begins when this script would have begun.
             new.destroy(world);
         }
@@ -122,12 +122,12 @@ impl Script {
     /// calls `init` and lets the language restore the parts of the state that fit.
     fn restore_state(self: &Rc<Self>, world: &WorldCell, image: &InstanceImage) -> StateTransfer {
         let load = || {
-            let life = &world.model.registry.languages[self.language].life;
-            let of = InstanceRef { plugin: self.plugin(world), slot: self.slot, data: self.data.get() };
+            let life = &world.model.registry.scripting.languages[self.language].life;
+            let of = InstanceRef { plugin: self.plugin(world), slot: self.slot, data: self.instance.data.get() };
             load_instance(world, &of, life, image)
         };
         if load().is_ok() {
-            self.initialised.set(true);
+            self.progress.initialised.set(true);
             self.find_callbacks(world);
             return StateTransfer::Continued;
         }

@@ -18,18 +18,18 @@ use crate::{
 
 impl Script {
     pub(super) fn is_live(&self, world: &WorldCell) -> bool {
-        !self.data.get().is_null()
-            && !self.dead.get()
+        !self.instance.data.get().is_null()
+            && !self.progress.dead.get()
             && world.borrow_part(|w| &w.state.scene).is_some_and(|s| s.get(self.slot).is_some())
     }
 
     /// Returns the index of the plugin of the script's language.
     pub(super) fn plugin(&self, world: &WorldCell) -> usize {
-        world.model.registry.languages[self.language].plugin
+        world.model.registry.scripting.languages[self.language].plugin
     }
 
     pub(super) fn raw<'r>(&self, registry: &'r Registry) -> &'r tatu_language {
-        &registry.languages[self.language].raw
+        &registry.scripting.languages[self.language].raw
     }
 
     /// Creates the script's state and loads its source. If this fails, the error is reported, and the script does not
@@ -43,7 +43,7 @@ impl Script {
     /// Like `begin`, but with a given instance id. If it fails, the script must not be called, and the error is
     /// returned instead of being reported.
     pub(super) fn try_begin(&self, world: &WorldCell, number: u64) -> Result<(), (tatu_status, ErrorSlot)> {
-        let language = &world.model.registry.languages[self.language];
+        let language = &world.model.registry.scripting.languages[self.language];
         let plugin = &world.model.registry.plugins[language.plugin];
         let (owner, key) = {
             let scene = world.state.scene.borrow();
@@ -55,7 +55,7 @@ impl Script {
             (scene.id(self.slot), format!("{}/script{number}", scene.get(at).map_or(String::new(), |o| o.name())))
         };
         let info = world.instance_info_with_id(owner, &key, number);
-        self.id.set(info.id);
+        self.instance.id.set(info.id);
         let (mut data, mut error) = (std::ptr::null_mut(), ErrorSlot::new());
         world.run.calls.caller.set(self.as_caller(world));
         // SAFETY: `create` is from a plugin that is never unloaded. `info`, `data` and `error` live until the call has
@@ -76,14 +76,14 @@ impl Script {
             error.name_plugin(status, &plugin.id, PluginCall::Create);
             return Err((status, error));
         }
-        self.data.set(data);
-        self.initialised.set(false);
-        self.dead.set(false);
-        self.cleaned.set(false);
-        self.ended.set(false);
-        self.exit_request.set(ExitRequest::Nothing);
-        self.callbacks.set([0; CALLBACKS.len()]);
-        self.calls.set(0);
+        self.instance.data.set(data);
+        self.progress.initialised.set(false);
+        self.progress.dead.set(false);
+        self.progress.cleaned.set(false);
+        self.progress.ended.set(false);
+        self.progress.exit_request.set(ExitRequest::Nothing);
+        self.instance.callbacks.set([0; CALLBACKS.len()]);
+        self.counters.calls.set(0);
         let mut chosen = raw(&[]);
         let (text, name, dialect) = (raw(&self.text), raw(self.name.as_bytes()), raw(self.wanted_dialect.as_bytes()));
         let load = || {
@@ -95,7 +95,7 @@ impl Script {
         let status = error.check_status(status, false);
         world.run.calls.caller.set(Caller::HOST);
         if status < 0 {
-            self.dead.set(true);
+            self.progress.dead.set(true);
             error.name_plugin(status, &plugin.id, PluginCall::ScriptLoad);
             return Err((status, error));
         }
@@ -106,7 +106,7 @@ impl Script {
             let what = "returned a dialect in `chosen` that points into its arguments; it must own this string";
             self.report_breach(world, PluginCall::ScriptLoad, what);
         }
-        self.dialect.set(if chosen.ptr.is_null() { raw(&[]) } else { chosen });
+        self.instance.dialect.set(if chosen.ptr.is_null() { raw(&[]) } else { chosen });
         // SAFETY: `data` points to a live instance of the language, whose plugin is never unloaded.
         let traits = || language.raw.traits.map_or(0, |f| unsafe { f(data) });
         let traits = world.call_plugin_reporting(language.plugin, PluginCall::ScriptTraits, self.slot, traits);
@@ -119,21 +119,22 @@ impl Script {
             );
         }
         let traits = if traits & !known == 0 { traits } else { 0 };
-        self.traits.set(traits);
-        self.threaded.set(traits & TATU_SCRIPT_THREADED != 0);
+        self.instance.traits.set(traits);
+        self.instance.threaded.set(traits & TATU_SCRIPT_THREADED != 0);
         // SAFETY: the string is owned by the instance, which was just created and lives until the string has been
         // copied.
-        *self.call_counts.dialect.borrow_mut() = unsafe { tatu_plugins::border::text(self.dialect.get()) }.into_owned();
-        self.call_counts.clear_ids();
+        *self.counters.call_counts.dialect.borrow_mut() =
+            unsafe { tatu_plugins::border::text(self.instance.dialect.get()) }.into_owned();
+        self.counters.call_counts.clear_ids();
         Ok(())
     }
 
     /// Returns the order that the script's language requires in a world with this dialect, if any.
     pub(super) fn order_of(&self, world: &WorldCell, dialect: &str, modern: bool) -> Option<ScriptOrder> {
         let order = self.raw(&world.model.registry).order?;
-        // SAFETY: `self.data` points to a live instance of the language, whose plugin is never unloaded. The string
+        // SAFETY: `self.instance.data` points to a live instance of the language, whose plugin is never unloaded. The string
         // lives until the call has returned.
-        let order = || unsafe { order(self.data.get(), raw(dialect.as_bytes()), modern.into()) };
+        let order = || unsafe { order(self.instance.data.get(), raw(dialect.as_bytes()), modern.into()) };
         match world.call_plugin_reporting(self.plugin(world), PluginCall::ScriptOrder, self.slot, order) {
             0 => None,
             number => ScriptOrder::of(number).or_else(|| {
@@ -149,13 +150,15 @@ impl Script {
 
     /// Adds the script's current position to a fault, while a command that the script has called is running.
     pub fn add_position(&self, world: &WorldCell, fault: &mut Fault) {
-        let Some(place) = self.raw(&world.model.registry).place.filter(|_| !self.data.get().is_null()) else { return };
+        let Some(place) = self.raw(&world.model.registry).place.filter(|_| !self.instance.data.get().is_null()) else {
+            return;
+        };
         let mut error = ErrorSlot::new();
         let raw = error.reset();
-        // SAFETY: `self.data` points to a live instance of the language, as checked above. The error object lives until
+        // SAFETY: `self.instance.data` points to a live instance of the language, as checked above. The error object lives until
         // the call has returned.
         world.call_plugin_reporting(self.plugin(world), PluginCall::ScriptPlace, self.slot, || unsafe {
-            place(self.data.get(), raw)
+            place(self.instance.data.get(), raw)
         });
         let said = error.contents();
         (fault.file, fault.traceback) = (said.file, said.traceback);
@@ -178,7 +181,7 @@ impl Script {
 
     /// Like `initialise`, but calls `then` after `init` if that succeeded.
     pub(super) fn initialise_and(self: &Rc<Self>, world: &WorldCell, then: impl FnOnce()) {
-        self.initialised.set(true);
+        self.progress.initialised.set(true);
         let init = self.find(world, TATU_FIND_CALLBACK, b"init");
         self.callback(world, init);
         if self.is_live(world) {
@@ -194,20 +197,21 @@ impl Script {
     pub(super) fn find_callbacks(&self, world: &WorldCell) {
         let find = |i: usize| self.find(world, TATU_FIND_CALLBACK, CALLBACKS[i].as_bytes());
         let numbers = std::array::from_fn(find);
-        self.callbacks.set(numbers);
+        self.instance.callbacks.set(numbers);
         world.run.callback_mask.note(&numbers);
     }
 
     pub fn find(&self, world: &WorldCell, how: u32, name: &[u8]) -> u32 {
-        if self.data.get().is_null() || self.dead.get() {
+        if self.instance.data.get().is_null() || self.progress.dead.get() {
             return 0;
         }
-        // SAFETY: `self.data` points to a live instance of the language, whose plugin is never unloaded. The name lives
-        // until the call has returned.
-        let find = || self.raw(&world.model.registry).find.map_or(0, |f| unsafe { f(self.data.get(), how, raw(name)) });
+        let (data, find) = (self.instance.data.get(), self.raw(&world.model.registry).find);
+        // SAFETY: `data` points to a live instance of the language, whose plugin is never unloaded. The name lives until
+        // the call has returned.
+        let find = || find.map_or(0, |f| unsafe { f(data, how, raw(name)) });
         let id = world.call_plugin_reporting(self.plugin(world), PluginCall::ScriptFind, self.slot, find);
         if how == TATU_FIND_CALLBACK {
-            self.call_counts.set_id(id, name);
+            self.counters.call_counts.set_id(id, name);
         }
         id
     }
@@ -245,8 +249,8 @@ impl Script {
         failed: impl FnOnce(tatu_status, *mut tatu_error),
     ) -> Option<Value> {
         let call = self.raw(&world.model.registry).call.filter(|_| id != 0)?;
-        self.calls.set(self.calls.get() + 1);
-        self.call_counts.count(id);
+        self.counters.calls.set(self.counters.calls.get() + 1);
+        self.counters.call_counts.count(id);
         let mark = world.run.calls.arena.borrow().mark();
         let mut room = enter::ResultBuffer::new();
         let mut frame = room.frame(args);
@@ -270,7 +274,7 @@ impl Script {
     /// Resumes the commands of this script that have finished waiting: calls them again, and passes their results to
     /// the coroutines.
     pub(super) fn resume_waits(self: &Rc<Self>, world: &WorldCell) {
-        let owner = WaitOwner::Script(self.id.get());
+        let owner = WaitOwner::Script(self.instance.id.get());
         let due = world.run.calls.waits.borrow_mut().take_due(owner, |due| world.is_condition_met(due));
         for wait in due {
             if !self.is_live(world) {
@@ -322,23 +326,23 @@ impl Script {
     }
 
     pub(super) fn end(&self, world: &WorldCell) {
-        if self.data.get().is_null() {
+        if self.instance.data.get().is_null() {
             return;
         }
-        world.run.calls.waits.borrow_mut().remove_of(WaitOwner::Script(self.id.get()));
+        world.run.calls.waits.borrow_mut().remove_of(WaitOwner::Script(self.instance.id.get()));
         self.destroy(world);
     }
 
     /// Destroys the script's instance.
     pub(super) fn destroy(&self, world: &WorldCell) {
-        let data = self.data.replace(std::ptr::null_mut());
+        let data = self.instance.data.replace(std::ptr::null_mut());
         if data.is_null() {
             return;
         }
-        self.initialised.set(false);
-        self.dialect.set(raw(&[]));
-        self.id.set(0);
-        if let Some(destroy) = world.model.registry.languages[self.language].life.destroy {
+        self.progress.initialised.set(false);
+        self.instance.dialect.set(raw(&[]));
+        self.instance.id.set(0);
+        if let Some(destroy) = world.model.registry.scripting.languages[self.language].life.destroy {
             // SAFETY: `data` was created by `create`, from a plugin that is never unloaded. It is destroyed only once,
             // since it has been replaced with null.
             world
@@ -353,10 +357,10 @@ impl Script {
         };
         Caller {
             kind: TATU_CALLER_SCRIPT,
-            instance: self.id.get(),
+            instance: self.instance.id.get(),
             object,
             script,
-            dialect: self.dialect.get(),
+            dialect: self.instance.dialect.get(),
             service: 0,
         }
     }
@@ -366,8 +370,8 @@ impl Script {
     pub(super) fn fail(&self, world: &WorldCell, status: tatu_status, error: *const tatu_error) {
         let fault = self.fault(world, status, error);
         if status == TATU_ERR_BUDGET {
-            self.dead.set(true);
-        } else if self.traits.get() & TATU_SCRIPT_SILENT != 0 || self.kind >= ScriptKind::Addon {
+            self.progress.dead.set(true);
+        } else if self.instance.traits.get() & TATU_SCRIPT_SILENT != 0 || self.kind >= ScriptKind::Addon {
             self.request_exit(ExitRequest::Silence);
         }
         world.report(fault);

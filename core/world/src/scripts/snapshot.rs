@@ -34,7 +34,7 @@ impl Scripts {
             let mut captured = true;
             let instance = script.save(world).unwrap_or_else(|reason| {
                 captured = false;
-                let plugin = world.model.registry.languages[script.language].plugin;
+                let plugin = world.model.registry.scripting.languages[script.language].plugin;
                 let plugin = world.model.registry.plugins[plugin].id.clone();
                 missed.push(UnsavedInstance {
                     object: format!("the script of {}", script.owner_path(world)),
@@ -45,17 +45,17 @@ impl Scripts {
             });
             out.push(ScriptImage {
                 slot: script.slot,
-                id: script.id.get(),
+                id: script.instance.id.get(),
                 // If the snapshot is restored, a script whose state could not be saved starts from scratch.
-                initialised: script.initialised.get() && captured,
-                dead: script.dead.get(),
-                cleaned: script.cleaned.get(),
-                ended: script.ended.get(),
-                callbacks: script.callbacks.get().to_vec(),
-                calls: script.calls.get(),
-                instructions: script.instructions.get(),
+                initialised: script.progress.initialised.get() && captured,
+                dead: script.progress.dead.get(),
+                cleaned: script.progress.cleaned.get(),
+                ended: script.progress.ended.get(),
+                callbacks: script.instance.callbacks.get().to_vec(),
+                calls: script.counters.calls.get(),
+                instructions: script.counters.instructions.get(),
                 instance,
-                told: script.call_counts.calls(),
+                told: script.counters.call_counts.calls(),
             });
         }
         out
@@ -85,31 +85,32 @@ impl Scripts {
                 Error::new("E503", format!("the script of {path} cannot be restored: {why}"))
                     .help("replay the run up to that step, in a new world with the same scene")
             };
-            if script.id.get() != image.id {
+            if script.instance.id.get() != image.id {
                 return Err(refused("it was recreated during the run"));
             }
             if image.initialised && !image.dead {
-                let life = &world.model.registry.languages[script.language].life;
-                let of = InstanceRef { plugin: script.plugin(world), slot: script.slot, data: script.data.get() };
+                let life = &world.model.registry.scripting.languages[script.language].life;
+                let of =
+                    InstanceRef { plugin: script.plugin(world), slot: script.slot, data: script.instance.data.get() };
                 load_instance(world, &of, life, &image.instance).map_err(|e| refused(&e))?;
             }
             if !image.initialised {
                 world.run.calls.waits.borrow_mut().remove_of(WaitOwner::Script(image.id));
             }
-            script.initialised.set(image.initialised);
-            script.dead.set(image.dead);
-            script.cleaned.set(image.cleaned);
-            script.ended.set(image.ended);
+            script.progress.initialised.set(image.initialised);
+            script.progress.dead.set(image.dead);
+            script.progress.cleaned.set(image.cleaned);
+            script.progress.ended.set(image.ended);
             let mut numbers = [0; CALLBACKS.len()];
             numbers.iter_mut().zip(&image.callbacks).for_each(|(n, c)| *n = *c);
-            script.callbacks.set(numbers);
+            script.instance.callbacks.set(numbers);
             world.run.callback_mask.note(&numbers);
             for (id, name) in numbers.into_iter().zip(CALLBACKS) {
-                script.call_counts.set_id(id, name.as_bytes());
+                script.counters.call_counts.set_id(id, name.as_bytes());
             }
-            script.calls.set(image.calls);
-            script.instructions.set(image.instructions);
-            script.call_counts.restore(image.told);
+            script.counters.calls.set(image.calls);
+            script.counters.instructions.set(image.instructions);
+            script.counters.call_counts.restore(image.told);
         }
         Ok(())
     }
@@ -118,14 +119,14 @@ impl Scripts {
 impl Script {
     /// Returns the state that the script's language saves. A script that is not initialised or is dead has no state.
     pub(super) fn save(&self, world: &WorldCell) -> Result<InstanceImage, String> {
-        if !self.initialised.get() || self.dead.get() || self.data.get().is_null() {
+        if !self.progress.initialised.get() || self.progress.dead.get() || self.instance.data.get().is_null() {
             return Ok(InstanceImage::default());
         }
-        let language = &world.model.registry.languages[self.language];
+        let language = &world.model.registry.scripting.languages[self.language];
         if language.life.save.is_none() {
             return Err(format!("the language `{}` cannot save the state of a script", language.id));
         }
-        let of = InstanceRef { plugin: language.plugin, slot: self.slot, data: self.data.get() };
+        let of = InstanceRef { plugin: language.plugin, slot: self.slot, data: self.instance.data.get() };
         save_instance(world, &of, &language.life, &[])
     }
 

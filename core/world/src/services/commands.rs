@@ -53,13 +53,13 @@ extern "C" fn is_name_space(w: WorldRef<'_>, name: Lent<'_>) -> u32 {
 
 extern "C" fn count(w: WorldRef<'_>) -> u32 {
     world_or_worker(w, HostFunction::read_only("commands.count"))
-        .map_or(0, |world| world.model.registry.commands.len() as u32)
+        .map_or(0, |world| world.model.registry.command_offers.commands.len() as u32)
 }
 
 extern "C" fn describe(w: WorldRef<'_>, id: u32) -> *const tatu_command {
     let world = world_or_worker(w, HostFunction::read_only("commands.describe"));
     world
-        .and_then(|world| world.model.registry.commands.get((id as usize).wrapping_sub(1)))
+        .and_then(|world| world.model.registry.command_offers.commands.get((id as usize).wrapping_sub(1)))
         .map_or(std::ptr::null(), |c| &c.raw)
 }
 
@@ -83,7 +83,7 @@ extern "C" fn constant<'a>(w: WorldRef<'a>, name: Lent<'_>, out: Option<&mut Val
     on_world_or_worker(w, HostFunction::read_only("commands.constant"), |world| {
         let out = require(world, "a pointer for the value", out)?;
         let name = name.text();
-        match world.model.registry.constants.get(name.as_ref()) {
+        match world.model.registry.scripting.constants.get(name.as_ref()) {
             Some(c) => {
                 // SAFETY: the value belongs to a plugin of the registry, which is never unloaded.
                 *out = unsafe { ValueRef::new(c.raw) };
@@ -97,7 +97,7 @@ extern "C" fn constant<'a>(w: WorldRef<'a>, name: Lent<'_>, out: Option<&mut Val
 
 extern "C" fn constant_name<'a>(w: WorldRef<'a>, index: u32, out: Option<&mut Lent<'a>>) -> tatu_status {
     on_world_or_worker(w, HostFunction::read_only("commands.constant_name"), |world| {
-        let name = world.model.registry.constants.keys().nth(index as usize).ok_or(TATU_ERR_MISSING)?;
+        let name = world.model.registry.scripting.constants.keys().nth(index as usize).ok_or(TATU_ERR_MISSING)?;
         if let Some(out) = out {
             *out = name.as_str().into();
         }
@@ -129,7 +129,7 @@ extern "C" fn prelude<'a>(
         let module = require(world, "a pointer for the module", module)?;
         let out = require(world, "a pointer for the text", out)?;
         let language = language.text();
-        match world.model.registry.preludes.iter().filter(|p| p.language == language).nth(index as usize) {
+        match world.model.registry.scripting.preludes.iter().filter(|p| p.language == language).nth(index as usize) {
             Some(p) => {
                 *module = p.module.as_str().into();
                 *out = p.text.as_slice().into();

@@ -237,7 +237,7 @@ fn recreate_sensor(
         sensing.invalidate_settings();
         let place = sensing.devices.iter_mut().find(|d| d.slot == slot);
         place.map(|d| {
-            (made.drawn, made.period, made.noise) = (d.drawn, d.period, d.noise.take());
+            (made.drawn, made.schedule.period, made.noise) = (d.drawn, d.schedule.period, d.noise.take());
             made.discard_reading();
             std::mem::replace(d, made)
         })

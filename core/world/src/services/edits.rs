@@ -87,7 +87,7 @@ extern "C" fn save(w: WorldRef<'_>, file: Lent<'_>, flags: u32) -> tatu_status {
             return Err(world.run.calls.refuse(TATU_ERR_UNSUPPORTED, text));
         }
         // A replay recomputes the run and does not write files. The save is still recorded, because it separates edits.
-        if world.run.connections.replay.borrow().is_some() {
+        if world.run.connections.record.replay.borrow().is_some() {
             world.model.history.borrow_mut().note_saved();
             return Ok(());
         }
@@ -102,7 +102,7 @@ extern "C" fn copy(w: WorldRef<'_>, discard: u32) -> tatu_status {
             let text = "only the page, remote clients and the program can discard the copy of unsaved edits";
             return Err(world.run.calls.refuse(TATU_ERR_UNSUPPORTED, text));
         }
-        if world.run.connections.replay.borrow().is_some() {
+        if world.run.connections.record.replay.borrow().is_some() {
             return Ok(());
         }
         match discard {

@@ -6,7 +6,7 @@
 use std::borrow::Cow;
 
 use tatu_plugin_api::abi::*;
-use tatu_plugins::{HostHolder, PluginHost, guard, texts::clean, watchdog::PluginCall};
+use tatu_plugins::{HostHolder, PluginHost, protected_state, texts::clean, watchdog::PluginCall};
 
 use crate::cell::WorldCell;
 
@@ -63,7 +63,7 @@ fn with_plugin_id<'a>(holder: Option<&HostHolder>, world: Option<&WorldCell>, li
 /// Logs a line that does not belong to a world.
 fn log_without_world(holder: Option<&HostHolder>, level: u32, line: &str) {
     // The host reports a captured error itself, with the plugin and the function.
-    if level == TATU_LOG_ERROR && guard::capture_error(line) {
+    if level == TATU_LOG_ERROR && protected_state::capture_error(line) {
         return;
     }
     let line = with_plugin_id(holder, None, line);

@@ -85,14 +85,17 @@ fn read_row(world: &WorldCell, object: tatu_object, prop: tatu_prop) -> Result<V
             let script = world.run.scripts.try_borrow().map_err(|_| busy(world))?.by_slot(slot);
             let Some(s) = script else { return Err(world.run.calls.refuse(TATU_ERR_GONE, "the script has ended")) };
             Ok(match row {
-                Property::SCRIPT_LANGUAGE => Value::text(&world.model.registry.languages[s.language].id),
-                // SAFETY: the string is owned by the script's instance, which is alive until the string has been
-                // copied.
-                Property::SCRIPT_DIALECT => Value::text(unsafe { tatu_plugins::border::bytes(s.dialect.get()) }),
+                Property::SCRIPT_LANGUAGE => Value::text(&world.model.registry.scripting.languages[s.language].id),
+                Property::SCRIPT_DIALECT => {
+                    let dialect = s.instance.dialect.get();
+                    // SAFETY: the string is owned by the script's instance, which is alive until the string has been
+                    // copied.
+                    Value::text(unsafe { tatu_plugins::border::bytes(dialect) })
+                }
                 Property::SCRIPT_KIND => Value::text(&s.kind_name),
                 Property::SCRIPT_NAME => Value::text(&s.name),
-                Property::SCRIPT_INSTRUCTIONS => Value::Int(s.instructions.get() as i64),
-                _ => Value::Int(s.calls.get() as i64),
+                Property::SCRIPT_INSTRUCTIONS => Value::Int(s.counters.instructions.get() as i64),
+                _ => Value::Int(s.counters.calls.get() as i64),
             })
         }
         _ => tatu_scene::get(&scene, slot, row).map_err(|r| refuse_with(world, r)),
@@ -103,8 +106,10 @@ pub(super) fn read_world(world: &WorldCell, row: Property) -> Result<Value, tatu
     let phase = world.state.phase.get();
     Ok(match row {
         Property::TIME => Value::Float(world.state.clock.time.get()),
-        Property::CLOCK_TIME => Value::Float(world.run.connections.clock.get().unwrap_or(world.state.clock.time.get())),
-        Property::EPOCH => Value::Int(world.run.connections.epoch.get()),
+        Property::CLOCK_TIME => {
+            Value::Float(world.run.connections.clocks.clock.get().unwrap_or(world.state.clock.time.get()))
+        }
+        Property::EPOCH => Value::Int(world.run.connections.clocks.epoch.get()),
         Property::DT => Value::Float(world.state.clock.dt.get()),
         Property::STEP => Value::Int(world.state.clock.step.get() as i64),
         Property::SCENE_FILE => {

@@ -50,7 +50,7 @@ extern "C" fn request(w: WorldRef<'_>, what: u32) -> tatu_status {
         crate::cell::record_remote_request(world, what);
         // If a different scene has been requested, the start applies to that scene.
         if what == TATU_REQUEST_START
-            && let Some(next) = &mut *world.run.connections.next_scene.borrow_mut()
+            && let Some(next) = &mut *world.run.connections.scene_change.next_scene.borrow_mut()
         {
             next.starts = true;
             return Ok(());
@@ -212,13 +212,13 @@ extern "C" fn open(w: WorldRef<'_>, file: Lent<'_>) -> tatu_status {
 
 /// Requests that the program open another scene. `sources` contains files that are read in place of those on disk.
 pub(super) fn switch_to(world: &WorldCell, file: PathBuf, sources: Option<SourceFiles>) -> HostResult {
-    let Some(read) = world.run.connections.scene_reader.borrow().clone() else {
+    let Some(read) = world.run.connections.scene_change.scene_reader.borrow().clone() else {
         let text = "this program runs only one scene; `tatu serve` and `tatu open` can switch to a different one";
         return Err(world.run.calls.refuse(TATU_ERR_UNSUPPORTED, text));
     };
     // The error is returned to the caller immediately, and this world continues.
     let document = read(&file, sources).map_err(|e| world.run.calls.refuse(TATU_ERR_ARGUMENT, &one_line(&e)))?;
-    *world.run.connections.next_scene.borrow_mut() = Some(NextScene { file, document, starts: false });
+    *world.run.connections.scene_change.next_scene.borrow_mut() = Some(NextScene { file, document, starts: false });
     if world.running() {
         world.state.requests.set(world.state.requests.get() | 1 << TATU_REQUEST_STOP);
     }

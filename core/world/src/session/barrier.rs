@@ -152,7 +152,7 @@ pub(crate) fn wait_for_start(world: &WorldCell, session: &SessionCell) -> bool {
         if asked & QUIT_BIT != 0 {
             return false;
         }
-        if world.run.connections.next_scene.borrow().is_some() {
+        if world.run.connections.scene_change.next_scene.borrow().is_some() {
             return false;
         }
         if asked & START_BIT != 0 {

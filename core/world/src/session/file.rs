@@ -172,11 +172,11 @@ impl InputLogHeader {
 fn versions(registry: &Registry) -> Vec<PluginVersion> {
     let only_services = |i: usize| {
         registry.services.iter().any(|s| s.plugin == i)
-            && !registry.commands.iter().any(|c| c.plugin == i)
+            && !registry.command_offers.commands.iter().any(|c| c.plugin == i)
             && !registry.sensors.iter().any(|s| s.plugin == i)
             && !registry.actuators.iter().any(|a| a.plugin == i)
-            && !registry.models.iter().any(|m| m.plugin == i)
-            && !registry.languages.iter().any(|l| l.plugin == i)
+            && !registry.model_offers.models.iter().any(|m| m.plugin == i)
+            && !registry.scripting.languages.iter().any(|l| l.plugin == i)
     };
     let used = registry.plugins.iter().enumerate().filter(|(i, _)| !only_services(*i));
     used.map(|(_, p)| PluginVersion { id: p.id.clone(), version: p.version.clone() }).collect()

@@ -31,7 +31,7 @@ pub(crate) fn of_client(service: u32, local: u32) -> tatu_func {
 
 /// Returns whether a client's function can be called, which is the case if its service is running or this is a replay.
 pub(crate) fn is_callable(world: &WorldCell, func: tatu_func) -> bool {
-    world.run.connections.replay.borrow().is_some() || service_of(world, func).is_some()
+    world.run.connections.record.replay.borrow().is_some() || service_of(world, func).is_some()
 }
 
 fn service_of(world: &WorldCell, func: tatu_func) -> Option<std::rc::Rc<cell::RunningService>> {
@@ -57,7 +57,7 @@ pub(crate) unsafe fn call(world: &WorldCell, func: tatu_func, frame: *mut tatu_c
     let deep = world.run.connections.running_functions.replace(world.run.connections.running_functions.get() + 1);
     let kind = format!("function/{deep}");
     let client = world.run.connections.client.get();
-    let status = if world.run.connections.replay.borrow().is_some() {
+    let status = if world.run.connections.record.replay.borrow().is_some() {
         replay_call(world, &kind, f)
     } else {
         call_client(world, &kind, func, f)
@@ -80,7 +80,7 @@ fn call_client(world: &WorldCell, kind: &str, func: tatu_func, f: &mut tatu_call
     } else {
         status
     };
-    if world.run.connections.log.borrow().is_idle() {
+    if world.run.connections.record.log.borrow().is_idle() {
         return status;
     }
     let found = if status < 0 {
@@ -100,7 +100,7 @@ fn call_client(world: &WorldCell, kind: &str, func: tatu_func, f: &mut tatu_call
 /// Repeats the inputs that the client made during the call, and returns the recorded result.
 fn replay_call(world: &WorldCell, kind: &str, f: &mut tatu_call) -> tatu_status {
     let step = world.state.clock.step.get();
-    let place = world.run.connections.replay.borrow().as_ref().and_then(|r| r.find_function_result(step, kind));
+    let place = world.run.connections.record.replay.borrow().as_ref().and_then(|r| r.find_function_result(step, kind));
     let Some(place) = place else {
         let text = "the recorded run made fewer calls to functions of its clients: this run diverges from it";
         return set_error(f.error, TATU_ERR_GONE, text);
@@ -109,6 +109,7 @@ fn replay_call(world: &WorldCell, kind: &str, f: &mut tatu_call) -> tatu_status 
     let found = world
         .run
         .connections
+        .record
         .replay
         .borrow_mut()
         .as_mut()

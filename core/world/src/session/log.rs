@@ -56,14 +56,15 @@ pub(crate) fn run_recorded_paused_pass(world: &WorldCell) {
 
 /// Attaches a log to a world that has not been started.
 pub(crate) fn attach(world: &WorldCell, records: Arc<[InputRecord]>) {
-    *world.run.connections.replay.borrow_mut() = Some(Replay::new(records));
+    *world.run.connections.record.replay.borrow_mut() = Some(Replay::new(records));
 }
 
 /// Repeats the inputs that the attached log contains for this barrier.
 pub(crate) fn repeat_inputs(world: &WorldCell) {
     let step = world.state.clock.step.get();
     loop {
-        let Some(record) = world.run.connections.replay.borrow_mut().as_mut().and_then(|r| r.next_at(step)) else {
+        let Some(record) = world.run.connections.record.replay.borrow_mut().as_mut().and_then(|r| r.next_at(step))
+        else {
             break;
         };
         repeat_input(world, record);
@@ -74,7 +75,8 @@ pub(crate) fn repeat_inputs(world: &WorldCell) {
 pub(crate) fn attach_and_repeat_session(world: &WorldCell, records: Arc<[InputRecord]>) {
     attach(world, records);
     loop {
-        let Some(record) = world.run.connections.replay.borrow_mut().as_mut().and_then(Replay::next_before_start)
+        let Some(record) =
+            world.run.connections.record.replay.borrow_mut().as_mut().and_then(Replay::next_before_start)
         else {
             break;
         };
@@ -86,7 +88,7 @@ pub(crate) fn attach_and_repeat_session(world: &WorldCell, records: Arc<[InputRe
 /// the log covers the whole session.
 pub(crate) fn run_recorded_stopped_pass(world: &WorldCell) {
     let callbacks = [Callback::NonSimulation, Callback::Thread, Callback::Run];
-    if world.run.connections.log.borrow().is_session() && callbacks.iter().any(|c| Scripts::any_has(world, *c)) {
+    if world.run.connections.record.log.borrow().is_session() && callbacks.iter().any(|c| Scripts::any_has(world, *c)) {
         record_input(world, String::new(), ExternalInput::Pass);
     }
     world.state.stopped_pass_done.set(true);
@@ -96,7 +98,8 @@ pub(crate) fn run_recorded_stopped_pass(world: &WorldCell) {
 /// Repeats the remaining inputs before an index of the log.
 pub(crate) fn repeat_inputs_before(world: &WorldCell, place: usize) {
     loop {
-        let Some(record) = world.run.connections.replay.borrow_mut().as_mut().and_then(|r| r.next_before(place)) else {
+        let Some(record) = world.run.connections.record.replay.borrow_mut().as_mut().and_then(|r| r.next_before(place))
+        else {
             break;
         };
         repeat_input(world, record);
@@ -107,7 +110,7 @@ fn repeat_input(world: &WorldCell, record: InputRecord) {
     let Some(level) = world.run.calls.enter() else { return };
     world.run.calls.caller.set(Caller::remote(REPLAY_SERVICE));
     world.run.connections.client.set(record.client);
-    *world.run.connections.replayed_service.borrow_mut() = record.service;
+    *world.run.connections.record.replayed_service.borrow_mut() = record.service;
     match record.input {
         ExternalInput::Request(what) => {
             record_remote_request(world, what);

@@ -114,7 +114,7 @@ fn carry_over_retained(initial: &mut Scene, scene: &Scene) -> Vec<((u64, Propert
 fn replace_scene(cell: &WorldCell, mut next: Scene) {
     let mut scene = cell.state.scene.borrow_mut();
     // The new version causes the engine and the beams to rebuild all data that they derive from the scene.
-    next.shape_version = scene.shape_version + 1;
+    next.versions.shape = scene.versions.shape + 1;
     next.discard_barrier_poses();
     *scene = next;
     *cell.state.dynamics.borrow_mut() = Dynamics::new(WorldModel::engine_settings(&cell.model.settings.borrow()));

@@ -112,7 +112,7 @@ fn sensors(cell: &WorldCell, images: Vec<DeviceImage>) -> Result {
             d.fields.copy_from_slice(&image.fields);
             (d.sequence, d.time, d.drawn, d.off) = (image.sequence, image.time, image.drawn, image.off);
             // The next measurement applies the sensor settings of the scene.
-            (d.period, d.noise) = (image.period, image.noise.map(|m| Box::new(SensorNoise::from_state(m))));
+            (d.schedule.period, d.noise) = (image.period, image.noise.map(|m| Box::new(SensorNoise::from_state(m))));
             sensing.invalidate_settings();
         }
         if !image.instance.missed {
@@ -196,7 +196,13 @@ fn core(cell: &WorldCell, image: CoreImage) -> Result {
 
 fn plugins(cell: &WorldCell, images: Vec<(String, InstanceImage)>) -> Result {
     for (id, image) in images {
-        let found = cell.model.registry.world_lives.iter().find(|(p, _)| cell.model.registry.plugins[*p].id == id);
+        let found = cell
+            .model
+            .registry
+            .command_offers
+            .world_lives
+            .iter()
+            .find(|(p, _)| cell.model.registry.plugins[*p].id == id);
         let (plugin, life) = found.ok_or_else(|| damaged(format!("plugin `{id}` stores no state")))?;
         if let Some(Some(instance)) = cell.devices.instances.borrow_mut().get_mut(*plugin) {
             instance.state.copy_from_slice(&saved_state_block(life, &image));

@@ -18,8 +18,8 @@ pub(crate) fn document_of(cell: &WorldCell, base: u32) -> Document {
     let beside = ObjectAttachments { device: &|slot| device_of(cell, slot), scripts: &|slot| scripts_of(cell, slot) };
     let mut document = Document::of_scene(&cell.state.scene.borrow(), base, settings, &beside);
     if base == 0 {
-        document.services.clone_from(&cell.model.document.services);
-        document.env.clone_from(&cell.model.document.env);
+        document.requests.services.clone_from(&cell.model.document.requests.services);
+        document.requests.env.clone_from(&cell.model.document.requests.env);
     }
     document
 }

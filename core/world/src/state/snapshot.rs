@@ -30,7 +30,7 @@ pub(crate) fn take_snapshot(cell: &WorldCell) -> Result<Snapshot> {
         time: cell.state.clock.time.get(),
         hash: hash_of(cell),
         missed: Vec::new(),
-        log: session::file::to_bytes(cell.run.connections.log.borrow().records()),
+        log: session::file::to_bytes(cell.run.connections.record.log.borrow().records()),
     });
     let mut missed = unsaved_waits(cell);
     snapshot.put("core", &core(cell)?)?;
@@ -136,7 +136,7 @@ fn sensors(cell: &WorldCell, missed: &mut Vec<UnsavedInstance>) -> Vec<DeviceIma
             sequence: d.sequence,
             time: d.time,
             drawn: d.drawn,
-            period: d.period,
+            period: d.schedule.period,
             noise: d.noise.as_ref().map(|n| n.state().clone()),
             off: d.off,
         });
@@ -181,7 +181,7 @@ fn unsaved_waits(cell: &WorldCell) -> Vec<UnsavedInstance> {
     let waits = waits
         .into_iter()
         .filter(|w| matches!(w.owner, WaitOwner::Service(_)) || matches!(w.due, WaitCondition::Wake(_)));
-    let command = |n: u32| cell.model.registry.commands.get((n as usize).wrapping_sub(1));
+    let command = |n: u32| cell.model.registry.command_offers.commands.get((n as usize).wrapping_sub(1));
     waits
         .map(|w| UnsavedInstance {
             object: String::new(),
@@ -197,7 +197,7 @@ fn unsaved_waits(cell: &WorldCell) -> Vec<UnsavedInstance> {
 /// Saves the instances of command plugins, by the id of the plugin.
 fn plugins(cell: &WorldCell, missed: &mut Vec<UnsavedInstance>) -> Vec<(String, InstanceImage)> {
     let mut out = Vec::new();
-    for (plugin, life) in &cell.model.registry.world_lives {
+    for (plugin, life) in &cell.model.registry.command_offers.world_lives {
         let id = cell.model.registry.plugins[*plugin].id.clone();
         let state = cell.devices.instances.borrow()[*plugin].as_ref().map(|i| i.state.to_vec()).unwrap_or_default();
         let of = InstanceRef { plugin: *plugin, slot: 0, data: cell.instance(*plugin).0 };

@@ -137,7 +137,7 @@ pub(super) fn write_separately(cell: &WorldCell, state: &Memento, target: &Path)
     settings.allow.clear();
     let beside = ObjectAttachments { device: &|slot| parts.device(slot), scripts: &|slot| parts.scripts(slot) };
     let mut document = Document::of_scene(&state.scene, 0, settings, &beside);
-    document.services = own_services(cell);
+    document.requests.services = own_services(cell);
     let written = document::write(&document, &cell.model.registry, &folder_beside(target))?;
     let files = written.files.iter().cloned().collect();
     let document = read(cell, target, &written.text, &files)?;
@@ -152,7 +152,7 @@ fn own_services(cell: &WorldCell) -> Vec<ServiceSpec> {
         return Vec::new();
     };
     let options = LoadOptions { sources: document.sources.clone(), ..LoadOptions::default() };
-    document::load(own, &cell.model.registry, &options).map(|d| d.services).unwrap_or_default()
+    document::load(own, &cell.model.registry, &options).map(|d| d.requests.services).unwrap_or_default()
 }
 
 fn same_folder(a: &Path, b: &Path) -> bool {
@@ -177,7 +177,7 @@ fn read(cell: &WorldCell, target: &Path, text: &str, files: &BTreeMap<String, Ve
     let beside = files.iter().map(|(name, bytes)| (folder.join(name), bytes.clone()));
     let all = before.chain(beside).chain([(target.to_owned(), text.as_bytes().to_vec())]);
     let sources = SourceFiles::with_replacements(all, false);
-    let reader = cell.run.connections.scene_reader.borrow().clone();
+    let reader = cell.run.connections.scene_change.scene_reader.borrow().clone();
     match reader {
         Some(reader) => reader(target, Some(sources)),
         None => {

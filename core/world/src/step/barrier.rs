@@ -11,7 +11,7 @@ use crate::{
 /// Ends the scripts and devices of removed objects, adds new objects to the engine, and delivers events.
 pub(crate) fn barrier(world: &WorldCell) {
     world.run.calls.caller.set(Caller::HOST);
-    let version = world.state.scene.try_borrow().map_or(0, |s| s.shape_version);
+    let version = world.state.scene.try_borrow().map_or(0, |s| s.versions.shape);
     // Every removal changes the version of the tree.
     if world.devices.swept_version.replace(version) != version || version == 0 {
         Scripts::end_removed(world);

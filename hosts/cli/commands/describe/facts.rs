@@ -22,17 +22,17 @@ pub fn all(r: &Registry, id: &str) -> Vec<Json> {
     let plugin = |i: usize| r.plugins[i].id.as_str();
     let mut out = Vec::new();
     for (i, p) in r.plugins.iter().enumerate().filter(|(_, p)| p.id == id) {
-        let commands = r.commands.iter().filter(|c| c.plugin == i);
+        let commands = r.command_offers.commands.iter().filter(|c| c.plugin == i);
         let commands = commands.map(|c| json!({ "name": c.names.first().map(|n| &n.name), "text": c.text }));
         out.push(json!({
             "what": "plugin", "id": p.id, "text": p.name, "version": p.version, "licence": p.licence,
             "abi": format!("{}.{}", p.abi.0, p.abi.1), "path": p.path.display().to_string(),
             "sensors": r.sensor_kinds().map(|(_, s)| s).filter(|s| s.plugin == i).map(|s| &s.id).collect::<Vec<_>>(),
-            "models": r.models.iter().filter(|m| m.plugin == i).map(|m| &m.id).collect::<Vec<_>>(),
+            "models": r.model_offers.models.iter().filter(|m| m.plugin == i).map(|m| &m.id).collect::<Vec<_>>(),
             "actuators": r.actuators.iter().filter(|a| a.plugin == i).map(|a| &a.id).collect::<Vec<_>>(),
             "services": r.services.iter().filter(|s| s.plugin == i).map(|s| &s.id).collect::<Vec<_>>(),
             "importers": r.importers.iter().filter(|m| m.plugin == i).map(|m| &m.id).collect::<Vec<_>>(),
-            "languages": r.languages.iter().filter(|l| l.plugin == i).map(|l| &l.id).collect::<Vec<_>>(),
+            "languages": r.scripting.languages.iter().filter(|l| l.plugin == i).map(|l| &l.id).collect::<Vec<_>>(),
             "commands": commands.collect::<Vec<_>>(),
         }));
     }
@@ -58,7 +58,7 @@ pub fn all(r: &Registry, id: &str) -> Vec<Json> {
             "parameters": parameters(&s.params, true), "example": example::service(&s.id, &s.params),
         }));
     }
-    out.extend(r.models.iter().filter(|m| m.id == id).map(|m| model(r, m)));
+    out.extend(r.model_offers.models.iter().filter(|m| m.id == id).map(|m| model(r, m)));
     if let Some(found) = r.find_model(id) {
         out.extend(found_model(r, &found));
     }
@@ -75,7 +75,7 @@ pub fn all(r: &Registry, id: &str) -> Vec<Json> {
             "parameters": parameters(&i.params, true), "example": example::importer(suffix, &i.params),
         }));
     }
-    for l in r.languages.iter().filter(|l| l.id == id) {
+    for l in r.scripting.languages.iter().filter(|l| l.id == id) {
         out.push(json!({
             "what": "script language", "id": l.id, "plugin": plugin(l.plugin), "text": l.text, "suffixes": l.suffixes,
             "example": example::script(&l.id),
@@ -95,7 +95,7 @@ pub fn all(r: &Registry, id: &str) -> Vec<Json> {
         out.push(json!({ "what": "object kind", "id": id, "parameters": parameters(&rows, true) }));
     }
     if let Some((command, _)) = r.command(id) {
-        out.extend(r.commands.get(command as usize - 1).map(|c| self::command(r, c)));
+        out.extend(r.command_offers.commands.get(command as usize - 1).map(|c| self::command(r, c)));
     }
     out
 }
@@ -155,11 +155,11 @@ pub fn names(r: &Registry) -> Vec<String> {
         .chain(r.sensor_kinds().map(|(_, s)| &s.id))
         .chain(r.actuators.iter().map(|a| &a.id))
         .chain(r.services.iter().map(|s| &s.id))
-        .chain(r.models.iter().map(|m| &m.id))
+        .chain(r.model_offers.models.iter().map(|m| &m.id))
         .chain(r.importers.iter().map(|i| &i.id))
-        .chain(r.languages.iter().map(|l| &l.id))
+        .chain(r.scripting.languages.iter().map(|l| &l.id))
         .chain(schemas::all_schemas().iter().map(|s| &s.id))
-        .chain(r.commands.iter().flat_map(|c| c.names.iter().map(|n| &n.name)));
+        .chain(r.command_offers.commands.iter().flat_map(|c| c.names.iter().map(|n| &n.name)));
     let found = r.found_models().into_iter().map(|f| f.id);
     ids.cloned().chain(found).chain(ObjectKind::names().map(str::to_owned)).collect()
 }

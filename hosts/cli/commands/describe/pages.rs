@@ -7,7 +7,7 @@ use tatu_core::plugins::{CommandEntry, CommandStatus, ParameterSpec, Registry};
 /// Groups commands by subject. A command without a subject is listed under the last part of its plugin's id.
 fn pages(r: &Registry) -> BTreeMap<String, Vec<&CommandEntry>> {
     let mut pages: BTreeMap<String, Vec<&CommandEntry>> = BTreeMap::new();
-    for c in &r.commands {
+    for c in &r.command_offers.commands {
         let plugin = &r.plugins[c.plugin].id;
         let subject = match c.subject.as_str() {
             "" => plugin.rsplit('.').next().unwrap_or(plugin).to_owned(),

@@ -26,7 +26,7 @@ const PYTHON_KEYWORDS: &[&str] = &[
 /// Returns the contents of the stub file: a class for each namespace, and a class with these as its attributes.
 pub fn write(registry: &Registry) -> String {
     let mut spaces: BTreeMap<&str, BTreeMap<&str, &CommandEntry>> = BTreeMap::new();
-    for command in &registry.commands {
+    for command in &registry.command_offers.commands {
         for name in &command.names {
             // In Python, commands without a namespace are accessible only through `call`.
             if let Some((space, short)) = name.name.split_once('.').filter(|(s, n)| is_name(s) && is_name(n)) {

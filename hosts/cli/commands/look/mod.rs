@@ -50,7 +50,7 @@ fn take_picture(args: &LookArgs, watchdog: &Watchdog) -> Result<bool, Error> {
     if let Some(path) = &args.sensor {
         sensor::find(&world, path)?;
     }
-    if !document.services.is_empty() {
+    if !document.requests.services.is_empty() {
         report::note("services are not started by `tatu look`");
     }
     run(&world, args, watchdog);

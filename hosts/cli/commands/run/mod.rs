@@ -51,9 +51,9 @@ const DEFAULT_SECONDS: f64 = 10.0;
 /// Runs a scene. The exit code is 0 on success, 1 if an error occurred during the run, and 2 if it could not be
 /// started.
 pub fn run(args: &RunArgs) -> ExitCode {
-    let watchdog = Watchdog::start(args.watchdog, args.json);
+    let watchdog = Watchdog::start(args.watchdog, args.ending.json);
     let run = || start(args, &watchdog).and_then(|ready| run_world(args, ready, &watchdog));
-    let done = match &args.from {
+    let done = match &args.snapshots.from {
         Some(snapshot) => state::catch_panic(snapshot, run),
         None => run(),
     };
@@ -86,14 +86,14 @@ struct ReadyRun {
 }
 
 fn start(args: &RunArgs, watchdog: &Watchdog) -> Result<ReadyRun, Error> {
-    args.save.as_deref().map_or(Ok(()), super::convert::check_name)?;
-    let replay = args.replay.as_deref().map(file::read).transpose()?;
+    args.ending.save.as_deref().map_or(Ok(()), super::convert::check_name)?;
+    let replay = args.input_log.replay.as_deref().map(file::read).transpose()?;
     let mut options = match &replay {
         Some(log) => log.header.options()?,
-        None if args.stand_ins => standins::options(args)?,
+        None if args.stand_in_script.stand_ins => standins::options(args)?,
         None => args.changes.options(&args.services)?,
     };
-    if let Some(file) = &args.html {
+    if let Some(file) = &args.records.html {
         options.services.push(ServiceOverride::with_text("film", "page", &file.to_string_lossy()));
     }
     let copies = args.reload.then(CopyFolder::new).transpose()?;
@@ -102,7 +102,7 @@ fn start(args: &RunArgs, watchdog: &Watchdog) -> Result<ReadyRun, Error> {
     let made;
     let mut values = replay.as_ref().and_then(|log| log.header.stand_ins.clone());
     let scene = match scene {
-        None if args.stand_ins => {
+        None if args.stand_in_script.stand_ins => {
             let learned = standins::run_trials(args, &options, &registry)?;
             (made, options.sources, values) = (learned.scene, learned.sources, Some(learned.values));
             made.as_path()
@@ -113,16 +113,16 @@ fn start(args: &RunArgs, watchdog: &Watchdog) -> Result<ReadyRun, Error> {
         report_log(log, &registry);
     }
     let document = super::load(scene, &options, &registry)?;
-    let snapshots = SnapshotRequests::parse(&args.snapshot_at)?;
+    let snapshots = SnapshotRequests::parse(&args.snapshots.snapshot_at)?;
     let threads = args.threads.into();
-    let world = match &args.from {
+    let world = match &args.snapshots.from {
         Some(file) => state::resume(file, document.clone(), registry.clone(), threads)?,
         None => World::with_threads(document.clone(), registry.clone(), threads)?,
     };
     let addons = match &replay {
         Some(log) => addons::replayed_addons(&log.header.addons, &document, &registry)?,
         // A snapshot contains all of its scripts, so add-ons are not started.
-        None if args.from.is_some() => addons::StartedAddons::default(),
+        None if args.snapshots.from.is_some() => addons::StartedAddons::default(),
         None => addons::choose_addons(&args.addons, &document, &registry)?,
     };
     addons.attach(&world)?;
@@ -133,20 +133,20 @@ fn start(args: &RunArgs, watchdog: &Watchdog) -> Result<ReadyRun, Error> {
         world.enable_stand_ins(values);
     }
     let session = match &replay {
-        None if !document.services.is_empty() => {
-            let session = Session::new(registry.clone(), &document.services)?;
+        None if !document.requests.services.is_empty() => {
+            let session = Session::new(registry.clone(), &document.requests.services)?;
             session.join(&world);
             Some(session)
         }
         _ => None,
     };
-    let log = args.log.as_deref().map(|path| {
+    let log = args.input_log.log.as_deref().map(|path| {
         let header = match &replay {
             Some(log) => log.header.clone(),
             None => {
                 let c = &args.changes;
                 // With stand-ins, the script is among the document's own files already.
-                let scripts = if args.stand_ins { Vec::new() } else { c.scripts.clone() };
+                let scripts = if args.stand_in_script.stand_ins { Vec::new() } else { c.scripts.clone() };
                 let mut header = file::InputLogHeader::new(&document, &registry, c.seed, c.set.clone(), scripts);
                 header.stand_ins = values.clone();
                 header.addons = addons.entries();
@@ -156,17 +156,18 @@ fn start(args: &RunArgs, watchdog: &Watchdog) -> Result<ReadyRun, Error> {
         file::InputLogWriter::create(path, &header)
     });
     let log = log.transpose()?.map(|log| write_log(&world, log));
-    world.input_log_mut().store_records(!args.snapshot_at.is_empty());
+    world.input_log_mut().store_records(!args.snapshots.snapshot_at.is_empty());
     let of_log = replay.as_ref().map(file::RecordedRun::steps);
-    let steps = match (args.steps, args.seconds, of_log) {
+    let steps = match (args.length.steps, args.length.seconds, of_log) {
         (Some(n), _, _) => Some(n),
         (None, Some(s), _) => Some((s / world.dt()).round() as u64),
         (None, None, Some(n)) => Some(n),
-        (None, None, None) if session.is_some() && args.html.is_none() || args.interactive => None,
+        (None, None, None) if session.is_some() && args.records.html.is_none() || args.pace.interactive => None,
         (None, None, None) => Some((DEFAULT_SECONDS / world.dt()).round() as u64),
     };
     let reload = args.reload.then(|| HotReload::new(scene, &options, &world));
-    let one_more_barrier = args.steps.is_none() && args.seconds.is_none() && replay.as_ref().is_some_and(|l| l.begun);
+    let one_more_barrier =
+        args.length.steps.is_none() && args.length.seconds.is_none() && replay.as_ref().is_some_and(|l| l.begun);
     let logged = replay.as_ref().and_then(|log| log.end.zip(log.hash));
     if let Some(log) = replay {
         match log.header.session {
@@ -209,7 +210,7 @@ const INTERRUPTED_EXIT_CODE: i32 = 130;
 fn run_world(args: &RunArgs, ready: ReadyRun, watchdog: &Watchdog) -> Result<ExitCode, Error> {
     let ReadyRun { world, registry, session, log, steps, logged, one_more_barrier, snapshots, mut reload } = ready;
     let mut reloads = 0;
-    let mut trace = Trace::open(args.trace.as_deref(), &args.watch, args.hashes, &world)?;
+    let mut trace = Trace::open(args.records.trace.as_deref(), &args.records.watch, args.hashes, &world)?;
     // Reading keys from a pipe without a writer blocks. The Ctrl-C handler is installed only afterwards, so that Ctrl-C
     // ends the program until then.
     let mut pace = RunPace::new(args, &world)?;
@@ -219,7 +220,7 @@ fn run_world(args: &RunArgs, ready: ReadyRun, watchdog: &Watchdog) -> Result<Exi
     // script or a pipe may block. If the handler cannot be installed, the first Ctrl-C ends the program immediately.
     let _ = ctrlc::set_handler(move || {
         if flag.swap(true, Ordering::Relaxed) {
-            tatu_terminal::watchdog::leave(INTERRUPTED_EXIT_CODE);
+            tatu_terminal::stuck_run::leave(INTERRUPTED_EXIT_CODE);
         }
     });
     world.record_process_state();
@@ -229,10 +230,10 @@ fn run_world(args: &RunArgs, ready: ReadyRun, watchdog: &Watchdog) -> Result<Exi
     world.set_interrupt_flag(interrupted.clone());
     let bar = progress(args, steps);
     let mut clock = RunClock::start();
-    watchdog.world(&world, !args.json);
+    watchdog.world(&world, !args.ending.json);
     watchdog.begin(trace.shared());
     world.start();
-    if args.strict {
+    if args.ending.strict {
         world.take_lines().iter().for_each(|l| print_log_line(args, l));
         check_strict()?;
     }
@@ -275,7 +276,7 @@ fn run_world(args: &RunArgs, ready: ReadyRun, watchdog: &Watchdog) -> Result<Exi
     }
     drop(pace);
     let times = clock.stop();
-    let undrawn = args.graphs.as_deref().map(|dir| graphs::write(&world, dir)).unwrap_or_default();
+    let undrawn = args.records.graphs.as_deref().map(|dir| graphs::write(&world, dir)).unwrap_or_default();
     bar.finish_and_clear();
     unwritten.extend(snapshots.unwritten(&world));
     unwritten.iter().chain(&undrawn).for_each(report::error);
@@ -292,12 +293,12 @@ fn run_world(args: &RunArgs, ready: ReadyRun, watchdog: &Watchdog) -> Result<Exi
         ));
     }
     let objects = summarize_objects(&world, &hash);
-    let saved = args.save.as_deref().map(|file| super::convert::save_world(file, &world));
+    let saved = args.ending.save.as_deref().map(|file| super::convert::save_world(file, &world));
     if let Some(Err(e)) = saved {
         report::report_lost_output(&e);
     }
     let opened = world.files_opened();
-    let stand_ins = args.stand_ins.then(|| standins::summarize(&world));
+    let stand_ins = args.stand_in_script.stand_ins.then(|| standins::summarize(&world));
     // Passes in which scripts are notified of the stop are not counted as steps.
     world.request_stop();
     while world.phase() != Phase::Stopped {
@@ -325,7 +326,7 @@ fn run_world(args: &RunArgs, ready: ReadyRun, watchdog: &Watchdog) -> Result<Exi
     drop(world);
     let good = super::end_plugins(registry)
         && faults.is_empty()
-        && (!args.strict || report::warnings().is_empty())
+        && (!args.ending.strict || report::warnings().is_empty())
         && badly_ended.is_empty()
         && unwritten.is_empty()
         && undrawn.is_empty();
@@ -381,7 +382,7 @@ pub(super) type InputLogFile = Rc<RefCell<Option<file::InputLogWriter>>>;
 /// Creates a progress bar for a run of known length whose output does not use the terminal itself.
 fn progress(args: &RunArgs, steps: Option<u64>) -> ProgressBar {
     match steps {
-        Some(steps) => report::progress(steps, "step", !args.json && !args.interactive),
+        Some(steps) => report::progress(steps, "step", !args.ending.json && !args.pace.interactive),
         None => ProgressBar::hidden(),
     }
 }
@@ -394,7 +395,7 @@ fn print_log_line(args: &RunArgs, line: &tatu_core::LogLine) {
         TATU_LOG_WARNING => report::warn_text(&line.text),
         TATU_LOG_DEBUG => tracing::debug!("{}", line.text),
         TATU_LOG_CLEAR | TATU_LOG_CONSOLE | TATU_LOG_CONSOLE_CLEAR => {}
-        _ if args.json => report::err!("{}", line.text),
+        _ if args.ending.json => report::err!("{}", line.text),
         _ => report::out!("{}", line.text),
     }
 }
@@ -436,7 +437,7 @@ fn print_summary(
 ) {
     let RunResult { steps, time, reloads, ref times, .. } = *ran;
     let (hash, wall) = (format!("{:016x}", hash.total), times.wall.as_secs_f64());
-    if args.json {
+    if args.ending.json {
         let mut out = json!({
             "steps": steps, "sim_time_s": time, "wall_s": wall, "step_wall_s": times.step(), "hash": hash,
             "objects": objects, "errors": faults, "warnings": report::warnings(), "scripts": scripts,

@@ -44,19 +44,19 @@ impl RunPace {
     /// Creates the pace requested on the command line, and takes over the terminal if needed. Fails with E105 if there
     /// is no terminal or the keys cannot be read.
     pub fn new(args: &RunArgs, world: &World) -> Result<Self, Error> {
-        let mut keys = args.keys.as_deref().map(KeyPresses::read).transpose()?.unwrap_or_default();
+        let mut keys = args.pace.keys.as_deref().map(KeyPresses::read).transpose()?.unwrap_or_default();
         // Earlier keys were already received by the run that wrote the snapshot.
-        if args.from.is_some() {
+        if args.snapshots.from.is_some() {
             while keys.due(world.time() - world.dt()).is_some() {}
         }
-        world.set_interactive(args.interactive);
-        let real = args.realtime || args.speed.is_some();
+        world.set_interactive(args.pace.interactive);
+        let real = args.pace.realtime || args.pace.speed.is_some();
         let now = Instant::now();
         Ok(RunPace {
             keys,
-            terminal: args.interactive.then(Terminal::open).transpose()?,
+            terminal: args.pace.interactive.then(Terminal::open).transpose()?,
             pressed: Vec::new(),
-            speed: args.speed.or((real || args.interactive).then_some(1.0)),
+            speed: args.pace.speed.or((real || args.pace.interactive).then_some(1.0)),
             real: real.then_some(now),
             epoch_sent: false,
             is_held: false,

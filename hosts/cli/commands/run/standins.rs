@@ -61,7 +61,7 @@ pub struct TrialResult {
 /// Runs trials until the script requests nothing new.
 pub fn run_trials(args: &RunArgs, options: &LoadOptions, registry: &Arc<Registry>) -> Result<TrialResult, Error> {
     let script = GeneratedScene::read(args, registry)?;
-    let steps = args.steps.unwrap_or(MAX_TRIAL_STEPS).min(MAX_TRIAL_STEPS);
+    let steps = args.length.steps.unwrap_or(MAX_TRIAL_STEPS).min(MAX_TRIAL_STEPS);
     let mut known = SceneNeeds::default();
     let mut tried = script.sources(&known, registry);
     let mut best: Option<(usize, SourceFiles, Vec<String>)> = None;
@@ -74,7 +74,7 @@ pub fn run_trials(args: &RunArgs, options: &LoadOptions, registry: &Arc<Registry
         }
         world.enable_stand_ins(&known.values);
         world.start();
-        let mut keys = args.keys.as_deref().map(KeyPresses::read).transpose()?.unwrap_or_default();
+        let mut keys = args.pace.keys.as_deref().map(KeyPresses::read).transpose()?.unwrap_or_default();
         while world.steps() < steps {
             while let Some(key) = keys.due(world.time()) {
                 world.put_in("key", &key);
@@ -186,7 +186,7 @@ impl GeneratedScene {
             .map_err(|e| Error::new("E105", format!("cannot read the script {}: {e}", file.display())))?;
         let language = registry.language(name, &BTreeMap::new())?;
         let shown = || ScriptKind::from_str(registry.kind_of_script(language, &text)?, false).ok();
-        let kind = args.kind.or_else(shown).unwrap_or(ScriptKind::Child);
+        let kind = args.stand_in_script.kind.or_else(shown).unwrap_or(ScriptKind::Child);
         let scene = file.parent().unwrap_or(Path::new("")).join("stand-ins.toml");
         Ok(GeneratedScene { scene, file, text, kind })
     }

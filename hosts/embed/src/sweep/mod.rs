@@ -16,7 +16,7 @@ use tatu_core::{
     World,
     document::{self, PropertyOverride},
     errors::{Error, Result},
-    plugins::{Registry, guard::share_process},
+    plugins::{Registry, protected_state::share_process},
     session::file::{InputLogHeader, InputLogWriter},
 };
 use tatu_plugin_api::safe::{MAX_FILE_BYTES, read_plain};

@@ -27,7 +27,7 @@ const LINE_PREFIX: &str = "@check ";
 
 /// Returns the commands of the plugin under test.
 fn own_commands(subject: &TestedPlugin) -> impl Iterator<Item = &CommandEntry> {
-    subject.registry.commands.iter().filter(|c| c.plugin == subject.plugin)
+    subject.registry.command_offers.commands.iter().filter(|c| c.plugin == subject.plugin)
 }
 
 /// Runs the test `examples`.

@@ -15,7 +15,7 @@ const RUN_STEPS: usize = 50;
 pub fn run(file: &Path) -> Result<(), Error> {
     let subject = TestedPlugin::load(file)?;
     subject.spy.guards.store(false, Relaxed);
-    for c in subject.registry.commands.iter().filter(|c| c.plugin == subject.plugin).take(200) {
+    for c in subject.registry.command_offers.commands.iter().filter(|c| c.plugin == subject.plugin).take(200) {
         subject.spy.calls.store(0, Relaxed);
         subject.spy.nanoseconds.store(0, Relaxed);
         let script = commands::single_command_script(c, 200);

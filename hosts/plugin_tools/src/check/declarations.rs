@@ -73,7 +73,7 @@ fn parameters(subject: &TestedPlugin) {
         say(format!("actuator `{}`", a.id), "parameter", &a.params);
         say(format!("actuator `{}`", a.id), "command", &a.commands);
     }
-    for m in r.models.iter().filter(|m| mine(m.plugin)) {
+    for m in r.model_offers.models.iter().filter(|m| mine(m.plugin)) {
         say(format!("model `{}`", m.id), "parameter", &m.params);
     }
     for i in r.importers.iter().filter(|i| mine(i.plugin)) {
@@ -94,7 +94,7 @@ fn is_of_schema(name: &str) -> bool {
 
 /// Checks that commands have examples, and that their names have a namespace.
 fn offers(subject: &TestedPlugin) {
-    let mine = subject.registry.commands.iter().filter(|c| c.plugin == subject.plugin);
+    let mine = subject.registry.command_offers.commands.iter().filter(|c| c.plugin == subject.plugin);
     for c in mine {
         let place = super::inspector::place(c);
         let waits = c.no_wait.is_some();

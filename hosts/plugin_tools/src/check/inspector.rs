@@ -10,7 +10,7 @@ use std::{
     time::Instant,
 };
 
-use tatu_core::plugins::{CommandEntry, Inspector, SensorKind, guard_page::GuardedCopy};
+use tatu_core::plugins::{CommandEntry, Inspector, SensorKind, guarded_copy::GuardedCopy};
 use tatu_plugin_api::{abi::*, safe::ValueRef};
 
 use super::finding;
@@ -285,7 +285,7 @@ mod handler {
     use std::sync::OnceLock;
 
     use libc::{c_int, c_void, siginfo_t};
-    use tatu_core::plugins::guard_page;
+    use tatu_core::plugins::guarded_copy;
 
     static PREVIOUS_ACTIONS: OnceLock<[libc::sigaction; 2]> = OnceLock::new();
     const SIGNALS: [c_int; 2] = [libc::SIGSEGV, libc::SIGBUS];
@@ -314,7 +314,7 @@ mod handler {
         // SAFETY: the system passes a valid `info`; `write` is async-signal-safe; the previous handler has the
         // signature that its flags state.
         unsafe {
-            if let Some((what, label)) = guard_page::blame((*info).si_addr().addr()) {
+            if let Some((what, label)) = guarded_copy::blame((*info).si_addr().addr()) {
                 let newline: &[u8] = b"\n";
                 for part in [newline, super::GUARD_PREFIX.as_bytes(), what.as_bytes(), b" ", label.bytes(), newline] {
                     libc::write(super::finding::channel(), part.as_ptr().cast(), part.len());

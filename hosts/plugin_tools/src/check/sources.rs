@@ -17,7 +17,7 @@ const FLOOR_TOLERANCE_M: f64 = 0.003;
 /// Runs the test `models`.
 pub fn models(file: &Path) -> Result<(), Error> {
     let subject = TestedPlugin::load(file)?;
-    for m in subject.registry.models.iter().filter(|m| m.plugin == subject.plugin) {
+    for m in subject.registry.model_offers.models.iter().filter(|m| m.plugin == subject.plugin) {
         let place = format!("model `{}`", m.id);
         let Some(lines) = stage::required(&m.params) else {
             note(&place, "it is not tested: a required parameter cannot be set in a scene");
@@ -150,7 +150,7 @@ fn malformed(samples: &[Vec<u8>], heads: &[Vec<u8>]) -> Vec<(String, Vec<u8>)> {
 /// Runs the test `languages`.
 pub fn languages(file: &Path) -> Result<(), Error> {
     let subject = TestedPlugin::load(file)?;
-    for l in subject.registry.languages.iter().filter(|l| l.plugin == subject.plugin) {
+    for l in subject.registry.scripting.languages.iter().filter(|l| l.plugin == subject.plugin) {
         let place = format!("language `{}`", l.id);
         let Some(suffix) = l.suffixes.first() else { continue };
         let name = format!("check{suffix}");

@@ -65,14 +65,14 @@ impl TestedPlugin {
         let mut registry = Registry::load_watched(search, host, watchdog.watches.clone());
         // E302 is expected if the plugin under test hides one of the program's own plugins.
         let mine = |e: &Error| e.code != "E302" && e.text.contains(&copy.display().to_string());
-        let refused: Vec<Error> = registry.refused.iter().filter(|e| mine(e)).cloned().collect();
+        let refused: Vec<Error> = registry.load_report.refused.iter().filter(|e| mine(e)).cloned().collect();
         let Some(plugin) = registry.plugins.iter().position(|p| p.path == copy) else {
             let why = refused.first().cloned();
             let why = why.map(|e| Error { text: e.text.replace(&copy.display().to_string(), "it"), ..e });
             return Err(why.unwrap_or_else(|| Error::new("E301", "it is not loaded")));
         };
         let id = registry.plugins[plugin].id.clone();
-        let lives = registry.world_lives.iter().find(|(p, _)| *p == plugin);
+        let lives = registry.command_offers.world_lives.iter().find(|(p, _)| *p == plugin);
         let spy = Arc::new(CallSpy::new(plugin, lives.map_or(0, |(_, life)| life.state_bytes)));
         registry.inspector = Some(spy.clone());
         Ok(TestedPlugin {

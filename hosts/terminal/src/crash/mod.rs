@@ -28,13 +28,13 @@ use std::{
 use self::blame::Crash;
 use crate::{
     report::CRASH_HELP,
-    watchdog::{self, leave},
+    stuck_run::{self, leave},
 };
 use libc::{c_int, c_void};
 use tatu_core::{
     errors::{Fault, FaultKind},
     plugins::{
-        guard,
+        protected_state,
         watchdog::{CallWatch, PluginCall, StuckCall, current_watch},
     },
 };
@@ -305,13 +305,13 @@ fn report_closed_pipe(read: PipeReader) {
     WAKE_PIPE.store(-1, Relaxed);
     // The number may already belong to another file, which must not be closed.
     std::mem::forget(read);
-    let call = watchdog::current().and_then(|run| run.watches.any_running());
+    let call = stuck_run::current().and_then(|run| run.watches.any_running());
     tatu_core::record_breach(blame::closed_files_message(call.as_ref()));
 }
 
 /// Returns the call that is running on the thread with this watch.
 fn running(at: *const CallWatch) -> Option<StuckCall> {
-    watchdog::current()?.watches.running(at)
+    stuck_run::current()?.watches.running(at)
 }
 
 /// Reports a fault and returns the exit code. The error line is written first, since the rest, which writes all pending
@@ -325,7 +325,7 @@ fn report_fault(mut fault: Fault, call: Option<&StuckCall>) -> i32 {
     let clear = if io::stderr().is_terminal() { "\r\x1b[K" } else { "" };
     let line = format!("{clear}error[{}]: {}{help}\n", fault.code, fault.message);
     write_line(&line);
-    let code = watchdog::current().map_or(2, |run| run.close(&fault));
+    let code = stuck_run::current().map_or(2, |run| run.close(&fault));
     // Plugins in C may have buffered output.
     // SAFETY: a null pointer is valid and means all output streams of the C library.
     unsafe { libc::fflush(std::ptr::null_mut()) };
@@ -348,7 +348,7 @@ extern "C" fn after_fork_in_parent() {
 /// Called in the child process after a fork. The child has a single thread and no world, and must not return from the
 /// plugin call.
 extern "C" fn after_fork_in_child() {
-    guard::mark_as_child();
+    protected_state::mark_as_child();
 }
 
 /// Ends the program, with a time limit for exit handlers of libraries. Such handlers cannot be cancelled, and no plugin

@@ -6,7 +6,7 @@ use std::{
 };
 
 use crate::abi::*;
-use crate::safe::entry::guard;
+use crate::safe::entry::panics;
 
 /// The key of a property or of a field of a reading, interned by [`Host::prop`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -61,7 +61,7 @@ impl Host {
             figures: tables.find(),
             edits: tables.find(),
         };
-        guard::set_panic_hook(host.logger());
+        panics::set_panic_hook(host.logger());
         Some(host)
     }
 

@@ -8,8 +8,8 @@ use crate::safe::{
     call::{frame::CallFrame, outgoing, shared_world::service},
     declare::plugin::{Call, ExclusiveFn, Outcome, SharedCall, SharedFn, StartedPlugin},
     entry::{
-        guard,
         life::{self, WorldState},
+        panics,
     },
     value::{
         fail::{bytes_of, text_raw},
@@ -390,7 +390,7 @@ unsafe fn run_command<P: Plugin, R>(
     // command's declaration; both live until shutdown.
     let (raw, started, run) =
         unsafe { (CallFrame::at(raw), &*(*raw).self_.cast::<StartedPlugin<P>>(), &*(*raw).user.cast::<R>()) };
-    guard::run(raw.error, || {
+    panics::run(raw.error, || {
         let mut call = Call(SharedCall { raw, started, overflow: false });
         let outcome = f(run, &mut call)?;
         if call.0.overflow {

@@ -7,8 +7,8 @@ use crate::safe::{
     Change, Fail, Instance, Param, Params, Plugin, Result, SharedWorld, ValueRef,
     declare::plugin::StartedPlugin,
     entry::{
-        guard,
         life::{self, InstanceInfo, InstanceLife},
+        panics,
     },
     value::{field::Field, list_cache::cached_list, sample::Readout, table_arena::TableArena},
 };
@@ -221,7 +221,7 @@ unsafe extern "C" fn apply<A: Actuator>(
     batch: *const tatu_actuator_batch,
     error: *mut tatu_error,
 ) -> tatu_status {
-    guard::run(error, || {
+    panics::run(error, || {
         // SAFETY: the host passes null or a batch that is valid during the call, and no other thread uses its
         // instances.
         let batch = unsafe { batch.as_ref() }.ok_or_else(|| Fail::new("the host passed no batch"))?;

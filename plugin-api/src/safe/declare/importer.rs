@@ -5,7 +5,7 @@ use std::{ffi::c_void, sync::Arc};
 use crate::abi::*;
 use crate::safe::{
     Builder, Param, Params, Plugin, Result, ValueRef,
-    entry::guard,
+    entry::panics,
     value::{fail::bytes_of, list_cache::cached_list, table_arena::TableArena},
 };
 
@@ -53,7 +53,7 @@ pub(crate) fn table<I: Importer>(keep: &mut TableArena) -> *const tatu_importer 
 
 unsafe extern "C" fn sniff<I: Importer>(_: *mut c_void, head: tatu_str) -> u32 {
     // SAFETY: `head` points to bytes that the host keeps valid during the call.
-    guard::quiet(|| I::sniff(unsafe { bytes_of(head) }))
+    panics::quiet(|| I::sniff(unsafe { bytes_of(head) }))
 }
 
 unsafe extern "C" fn load<I: Importer>(
@@ -63,7 +63,7 @@ unsafe extern "C" fn load<I: Importer>(
     params: *const tatu_value,
     error: *mut tatu_error,
 ) -> tatu_status {
-    guard::run(error, || {
+    panics::run(error, || {
         let declared = params_of::<I>();
         // SAFETY: the host passes bytes and a builder that are valid during the call, and one value per declared
         // parameter.

@@ -11,8 +11,8 @@ use crate::safe::{
     call::frame::CallFrame,
     declare::plugin::StartedPlugin,
     entry::{
-        guard,
         life::{self, InstanceInfo, InstanceLife},
+        panics,
     },
     value::{fail::bytes_of, table_arena::TableArena},
 };
@@ -173,7 +173,7 @@ impl<L: Language> InstanceLife for ScriptInstance<L> {
 unsafe fn with_script<L: Language, T: Default>(data: *mut c_void, ask: impl FnOnce(&L) -> T) -> T {
     // SAFETY: the caller guarantees that `data` points to a live `ScriptInstance<L>`.
     let script = unsafe { &life::instance_at::<ScriptInstance<L>>(data).language };
-    guard::quiet(|| ask(script))
+    panics::quiet(|| ask(script))
 }
 
 pub(crate) fn table<L: Language>(keep: &mut TableArena, flags: u32) -> *const tatu_language {
@@ -204,7 +204,7 @@ unsafe extern "C" fn knows_dialect<L: Language>(
     dialect: tatu_str,
     error: *mut tatu_error,
 ) -> tatu_status {
-    guard::run(error, || {
+    panics::run(error, || {
         // SAFETY: `dialect` points to text that the host keeps valid during the call.
         let dialect = String::from_utf8_lossy(unsafe { bytes_of(dialect) });
         L::knows_dialect(&dialect)?;
@@ -220,7 +220,7 @@ unsafe extern "C" fn load<L: Language>(
     chosen: *mut tatu_str,
     error: *mut tatu_error,
 ) -> tatu_status {
-    guard::run(error, || {
+    panics::run(error, || {
         // SAFETY: `data` was created by `create` and is live; the host keeps the texts valid during the call.
         let (data, text, chunk, dialect) = unsafe {
             (life::instance_at::<ScriptInstance<L>>(data), bytes_of(text), bytes_of(chunk), bytes_of(dialect))
@@ -272,7 +272,7 @@ fn enter<L: Language>(
     error: *mut tatu_error,
     f: impl FnOnce(&L, &mut Frame<'_>, Budget, &mut u64) -> Result<Flow>,
 ) -> tatu_status {
-    guard::run(error, || {
+    panics::run(error, || {
         // SAFETY: `data` was created by `create` and is live; the host passes a frame, a budget and a counter that are
         // valid during the call.
         let (data, raw, budget, used) =

@@ -8,7 +8,7 @@ use std::{
 use crate::abi::*;
 use crate::safe::{
     Fail, Param, Params, Plugin, Result, Value, ValueRef,
-    entry::guard,
+    entry::panics,
     value::{list_cache::cached_list, owned::Owned, table_arena::TableArena},
 };
 
@@ -228,7 +228,7 @@ unsafe extern "C" fn build<M: Model>(
     params: *const tatu_value,
     error: *mut tatu_error,
 ) -> tatu_status {
-    guard::run(error, || {
+    panics::run(error, || {
         let declared = params_of::<M>();
         // SAFETY: the host passes a builder that is valid during the call, and one value per declared parameter.
         let (raw, values) = unsafe { (&*builder, ValueRef::slice(params, declared.len())) };

@@ -6,7 +6,7 @@ use crate::abi::*;
 use crate::safe::{
     Builder, Fail, Param, Params, Plugin, Result, Value, ValueRef,
     declare::plugin::StartedPlugin,
-    entry::guard,
+    entry::panics,
     value::{fail::bytes_of, table_arena::TableArena},
 };
 
@@ -84,7 +84,7 @@ pub(crate) unsafe extern "C" fn read<R: ModelReader>(
     out: *mut *const tatu_model,
     error: *mut tatu_error,
 ) -> tatu_status {
-    guard::run(error, || {
+    panics::run(error, || {
         // SAFETY: `me` was created by `init` and is live until shutdown; the texts and `out` are valid during the call.
         let (started, name, text, out) =
             unsafe { (&*me.cast::<StartedPlugin<R::Plugin>>(), bytes_of(name), bytes_of(text), out.as_mut()) };
@@ -159,7 +159,7 @@ unsafe extern "C" fn build<R: ModelReader>(
     params: *const tatu_value,
     error: *mut tatu_error,
 ) -> tatu_status {
-    guard::run(error, || {
+    panics::run(error, || {
         // SAFETY: the host passes a builder that is valid during the call. Its `model` is the one that is built;
         // `model_cache` stored it at the start of a `StoredModel<R>`, because no other table has this function.
         let (raw, model) = unsafe { (&*builder, (*builder).model.cast::<StoredModel<R>>().as_ref()) };

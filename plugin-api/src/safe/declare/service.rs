@@ -13,8 +13,8 @@ use crate::safe::{
     call::{outgoing, shared_world::service},
     declare::plugin::StartedPlugin,
     entry::{
-        guard,
         life::{self, InstanceInfo, InstanceLife},
+        panics,
     },
     value::{
         fail::bytes_of,
@@ -263,7 +263,7 @@ unsafe fn enter<S: Service>(
     error: *mut tatu_error,
     f: impl FnOnce(&S, &Turn<'_>) -> Result<tatu_status>,
 ) -> tatu_status {
-    guard::run(error, || {
+    panics::run(error, || {
         // SAFETY: the caller guarantees that `data` points to a live `ServiceInstance<S>` and that `world` is valid
         // during the call.
         let (ServiceInstance { service, session }, world) = unsafe {

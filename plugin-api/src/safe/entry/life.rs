@@ -6,7 +6,7 @@ use crate::abi::*;
 use crate::safe::{
     Change, Fail, Instance, PerWorld, Plugin, Result, ValueRef, World,
     declare::plugin::StartedPlugin,
-    entry::guard::{quiet, run},
+    entry::panics::{quiet, run},
     value::fail::bytes_of,
 };
 

@@ -14,8 +14,8 @@ use crate::safe::{
         sensor::{Form, Sensor},
     },
     entry::{
-        guard,
         life::{self, InstanceInfo, InstanceLife},
+        panics,
     },
     value::{
         field::Field,
@@ -118,7 +118,7 @@ pub(crate) fn table<S: Sensor>(keep: &mut TableArena) -> *const tatu_sensor {
 }
 
 unsafe extern "C" fn beams<S: Sensor>(data: *mut c_void, out: *mut tatu_beams, error: *mut tatu_error) -> tatu_status {
-    guard::run(error, || {
+    panics::run(error, || {
         // SAFETY: `data` was created by `create` and is live; `out` is valid for a write.
         let (data, out) = unsafe { (life::instance_at::<SensorInstance<S>>(data), &mut *out) };
         let beams = data.sensor()?.beams()?;
@@ -232,7 +232,7 @@ unsafe fn for_each_sensor<S: Sensor>(
     error: *mut tatu_error,
     act: impl Fn(&S, &Sample<'_>, &mut Readout<'_>) -> Result,
 ) -> tatu_status {
-    guard::run(error, || {
+    panics::run(error, || {
         // SAFETY: the caller guarantees that `batch` points to a batch that is valid during the call.
         let batch = unsafe { &*batch };
         for i in 0..batch.n as usize {

@@ -6,7 +6,7 @@ use std::{
 };
 
 use crate::abi::*;
-use crate::safe::{Fail, Host, Offer, Plugin, declare::plugin::StartedPlugin, entry::guard};
+use crate::safe::{Fail, Host, Offer, Plugin, declare::plugin::StartedPlugin, entry::panics};
 
 /// A constant table, which points only to constants and can therefore be shared between threads.
 #[doc(hidden)]
@@ -33,7 +33,7 @@ pub unsafe extern "C" fn init<P: Plugin>(
     me: *mut *mut c_void,
     error: *mut tatu_error,
 ) -> tatu_status {
-    guard::run(error, || {
+    panics::run(error, || {
         // SAFETY: the host passes null or its table, which lives until shutdown.
         let host = unsafe { Host::new(host) }.ok_or_else(|| Fail::new("the host passed no tatu_host"))?;
         let plugin = P::start(&host)?;
@@ -48,7 +48,7 @@ pub unsafe extern "C" fn init<P: Plugin>(
 
 #[doc(hidden)]
 pub unsafe extern "C" fn shutdown<P: Plugin>(me: *mut c_void) {
-    guard::quiet(|| {
+    panics::quiet(|| {
         if !me.is_null() {
             // SAFETY: `me` was created by `Box::into_raw` in `init`, and the host calls shutdown only once.
             drop(unsafe { Box::from_raw(me.cast::<StartedPlugin<P>>()) });

@@ -20,10 +20,10 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     );
     offer.command(
         both(["sim.copyPasteSelectedObjects", "simCopyPasteSelectedObjects"], MINUS_ONE, |c| {
-            let ids = crate::state::state(c)?.selection.clone();
+            let ids = crate::state::state(c)?.sets.selection.clone();
             let out = copy(c, &ids, false)?;
             let ids = out.iter().filter_map(|h| c.world().look(*h as u64).ok()).map(|o| o.id).collect();
-            crate::state::state(c)?.selection = ids;
+            crate::state::state(c)?.sets.selection = ids;
             c.ret(1_i64);
             Ok(())
         })

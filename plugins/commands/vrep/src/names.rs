@@ -51,7 +51,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         Cmd::new("sim.setNameSuffix", |c| {
             let suffix = c.i64(0)?.max(-1);
             let script = c.caller_script();
-            state(c)?.suffixes.insert(script, suffix);
+            state(c)?.script_values.suffixes.insert(script, suffix);
             c.ret(1_i64);
             Ok(())
         })

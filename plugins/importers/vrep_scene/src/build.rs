@@ -274,7 +274,7 @@ fn shape<'a>(
         let parts = parts.into_iter().map(Value::Map).collect();
         node.set("shape.primitive", "compound")?.set("shape.parts", Value::List(parts))?;
     }
-    let waves = o.common.special_property.unwrap_or(0x1F0) & 0x1F0;
+    let waves = o.common.flags.special_property.unwrap_or(0x1F0) & 0x1F0;
     node.set("shape.respondable", s.respondable && !overrides.not_respondable())?
         .set("shape.respondable_mask", i64::from(s.mask))?
         .set("shape.dynamic", dynamic)?

@@ -56,7 +56,7 @@ impl<'a> ObjectTree<'a> {
         for o in order.iter().map(|i| &file.objects[*i]) {
             let c = &o.common;
             let above = overrides.get(&c.parent).copied().unwrap_or_default();
-            let own = if c.model_base { c.model_property } else { 0 };
+            let own = if c.model_base { c.flags.model_property } else { 0 };
             overrides.insert(c.id, ModelOverrides(above.0 | own));
             let alias = c.alias().replace('/', "_");
             let n = count.entry((c.parent, alias.clone())).or_default();
@@ -190,12 +190,12 @@ pub fn joint(
     }
     let control = if hybrid && dynamic { "position" } else { control(j) };
     // In hybrid operation, the joint's position is copied to its target before each step of physics.
-    let target = if hybrid { j.position } else { j.target_position };
+    let target = if hybrid { j.position } else { j.drive.target_position };
     // `max_force` is not negative, because the reader has transferred its sign to the velocity.
     node.set("joint.position", sound(j.position))?
-        .set("joint.target_velocity", sound(j.target_velocity))?
+        .set("joint.target_velocity", sound(j.drive.target_velocity))?
         .set("joint.target_position", sound(target))?
-        .set("joint.max_force", sound(j.max_force))?
+        .set("joint.max_force", sound(j.drive.max_force))?
         .set("joint.control", control)?;
     // V-REP applies targets without smoothing.
     node.set("joint.smooth_target", false)?;
@@ -206,14 +206,14 @@ pub fn joint(
     match control {
         "position" => {
             let step = if file.settings.is_present { file.settings.physics_step().max(1e-5) } else { DEFAULT_STEP_S };
-            let [p, i, d] = j.pid.map(sound);
+            let [p, i, d] = j.drive.pid.map(sound);
             // V-REP's gains yield the motion in one physics step; dividing by the length of the step yields a velocity.
             if p > 0.0 || i > 0.0 {
                 node.set("joint.gains", [p / step, i / step, d / step])?;
             }
         }
         "spring" => {
-            let [k, c] = j.spring.map(|x| sound(x).max(0.0));
+            let [k, c] = j.drive.spring.map(|x| sound(x).max(0.0));
             node.set("joint.stiffness", k)?.set("joint.damping", c)?;
         }
         _ => {}
@@ -235,7 +235,7 @@ pub fn joint(
 /// Returns whether inverse kinematics sets the joint's position, which its motor then follows in physics.
 fn is_hybrid(j: &Joint) -> bool {
     const INVERSE_KINEMATICS: i32 = 2;
-    j.mode == INVERSE_KINEMATICS && j.motor & 64 != 0 && j.kind != joint::SPHERICAL
+    j.mode == INVERSE_KINEMATICS && j.drive.motor & 64 != 0 && j.kind != joint::SPHERICAL
 }
 
 /// Returns the control mode. The newer field takes precedence. In the older fields, position control requires that the
@@ -248,9 +248,9 @@ fn control(j: &Joint) -> &'static str {
         Some(12 | 13) => "spring",
         Some(16) => "callback",
         Some(_) => "free",
-        None if j.motor & 16 == 0 => "free",
-        None if j.motor & 32 == 0 => "velocity",
-        None if j.motor & 128 != 0 => "spring",
+        None if j.drive.motor & 16 == 0 => "free",
+        None if j.drive.motor & 32 == 0 => "velocity",
+        None if j.drive.motor & 128 != 0 => "spring",
         None => "position",
     }
 }

@@ -118,7 +118,7 @@ fn switched_off(file: &VrepFile) -> BTreeMap<i32, ()> {
     let bases: BTreeMap<i32, ()> = file
         .objects
         .iter()
-        .filter(|o| o.common.model_base && o.common.model_property & SCRIPTS_OFF != 0)
+        .filter(|o| o.common.model_base && o.common.flags.model_property & SCRIPTS_OFF != 0)
         .map(|o| (o.common.id, ()))
         .collect();
     let below = |o: &&FileObject| {
@@ -176,14 +176,14 @@ pub fn data((file, tree): (&VrepFile, &ObjectTree<'_>), o: &FileObject, meant: b
         ObjectKind::Vision(s) if s.entity != -1 => bits("entity", s.entity),
         _ => {}
     }
-    if c.model_property != 0 {
-        bits("model property", c.model_property);
+    if c.flags.model_property != 0 {
+        bits("model property", c.flags.model_property);
     }
-    if let Some(special) = c.special_property {
+    if let Some(special) = c.flags.special_property {
         bits("special property", special);
     }
-    if c.has_object_property {
-        bits("object property", c.object_property);
+    if c.flags.has_object_property {
+        bits("object property", c.flags.object_property);
     }
     if c.size_factor != 1.0 && c.size_factor.is_finite() {
         out.push((Value::text(format!("{PRIVATE_PREFIX}scale")), Value::text(c.size_factor.to_string())));

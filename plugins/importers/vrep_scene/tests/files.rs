@@ -43,7 +43,7 @@ fn single_and_double_precision_numbers_are_read() {
     let joint = |of: ElementBytes| {
         let f = read(ElementBytes::new().element("JNT", object(1, -1, "j").bytes(&of.0).mark("EOO")));
         match &f.objects[0].kind {
-            ObjectKind::Joint(j) => (j.kind, j.position, j.target_velocity, j.max_force),
+            ObjectKind::Joint(j) => (j.kind, j.position, j.drive.target_velocity, j.drive.max_force),
             _ => panic!("a joint"),
         }
     };

@@ -13,7 +13,9 @@ use crate::{
     errors,
     run::{budget, commands::call_foreign, gc, shadowed_commands},
     state::{
-        ScriptState, account::CallBudget, commands::CommandService, originals::WrappedFunctions, slices::TimeSlices,
+        CallState, ClockProps, FunctionIds, HostBorder, LuaThreads, NumberMode, ScriptFailures, ScriptSources,
+        ScriptState, ScriptStreams, ThreadWaits, account::CallBudget, commands::CommandService,
+        originals::WrappedFunctions, slices::TimeSlices,
     },
     stdlib,
 };
@@ -55,41 +57,42 @@ impl LuaScript {
             return Err(Fail::new("there is not enough memory for a new Lua state"));
         }
         let state = Box::new(ScriptState {
-            main,
-            running: Cell::new(main),
-            world: world.raw().ptr(),
-            host: *host,
-            instance,
-            commands,
-            time: host.prop("scene.clock"),
-            epoch: host.prop("scene.epoch"),
+            threads: LuaThreads { main, running: Cell::new(main) },
+            border: HostBorder { world: world.raw().ptr(), host: *host, instance, commands, generation: Cell::new(0) },
+            clock: ClockProps { time: host.prop("scene.clock"), epoch: host.prop("scene.epoch") },
             restored: Cell::new(false),
-            entries: Cell::new(0),
-            depth: Cell::new(0),
-            arena_mark: Cell::new(0),
-            generation: Cell::new(0),
+            call: CallState {
+                entries: Cell::new(0),
+                depth: Cell::new(0),
+                arena_mark: Cell::new(0),
+                parallel: Cell::new(false),
+            },
             budget: CallBudget::default(),
-            token: Cell::new(0),
-            waiting: Cell::new((0, std::ptr::null_mut())),
-            last_borrowed: Cell::new(0),
-            released: Cell::new(0),
-            last_kept: Cell::new(0),
-            numbers: Cell::new(0),
-            old: Cell::new(false),
-            single: Cell::new(false),
-            parallel: Cell::new(false),
-            source_words: RefCell::default(),
+            waits: ThreadWaits {
+                token: Cell::new(0),
+                waiting: Cell::new((0, std::ptr::null_mut())),
+                wait_errors: RefCell::default(),
+            },
+            functions: FunctionIds {
+                last_borrowed: Cell::new(0),
+                released: Cell::new(0),
+                last_kept: Cell::new(0),
+                numbers: Cell::new(0),
+            },
+            mode: NumberMode { old: Cell::new(false), single: Cell::new(false) },
+            sources: ScriptSources {
+                source_words: RefCell::default(),
+                text: RefCell::default(),
+                loaded_sources: RefCell::default(),
+            },
             slices: TimeSlices::default(),
-            errors: RefCell::default(),
-            text: RefCell::default(),
-            loaded_sources: RefCell::default(),
-            files: RefCell::default(),
-            line: RefCell::default(),
-            scratch: RefCell::default(),
+            failures: ScriptFailures {
+                errors: RefCell::default(),
+                memory_positions: RefCell::default(),
+                has_panicked: Cell::new(false),
+            },
+            streams: ScriptStreams { files: RefCell::default(), line: RefCell::default(), scratch: RefCell::default() },
             originals: WrappedFunctions::default(),
-            wait_errors: RefCell::default(),
-            memory_positions: RefCell::default(),
-            has_panicked: Cell::new(false),
             foreign: call_foreign,
             slot,
         });
@@ -122,7 +125,7 @@ impl Drop for LuaScript {
         if !self.slot.is_mapped() {
             // SAFETY: the host destroys an instance only while none of its calls runs, and no other code closes the
             // state.
-            unsafe { lua_close(self.main) };
+            unsafe { lua_close(self.threads.main) };
         }
     }
 }

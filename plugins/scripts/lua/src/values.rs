@@ -54,8 +54,8 @@ pub(crate) unsafe fn address(l: *mut lua_State, idx: i32) {
     lua_pushvalue(l, idx);
     if lua_rawget(l, -2) != LUA_TNUMBER {
         lua_pop(l, 1);
-        let next = s.numbers.get() + 1;
-        s.numbers.set(next);
+        let next = s.functions.numbers.get() + 1;
+        s.functions.numbers.set(next);
         lua_pushvalue(l, idx);
         lua_pushinteger(l, next);
         lua_rawset(l, -3);

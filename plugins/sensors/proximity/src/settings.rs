@@ -16,11 +16,7 @@ pub(crate) struct ProximitySettings {
     pub min_range: f64,
     pub angle: f64,
     pub gap: f64,
-    pub size_near: [f64; 2],
-    pub size_far: [f64; 2],
-    pub radius_near: f64,
-    pub radius_far: f64,
-    pub height: f64,
+    pub sizes: VolumeSizes,
     pub samples: i64,
     pub samples_needed: i64,
     pub max_incidence: f64,
@@ -29,6 +25,16 @@ pub(crate) struct ProximitySettings {
     pub occlusion: bool,
     pub waves: String,
     pub skip_own_model: bool,
+}
+
+/// The sizes of a pyramid, a cylinder or a disc, m.
+#[derive(Debug, Clone)]
+pub(crate) struct VolumeSizes {
+    pub size_near: [f64; 2],
+    pub size_far: [f64; 2],
+    pub radius_near: f64,
+    pub radius_far: f64,
+    pub height: f64,
 }
 
 /// Values of [`ProximitySettings::volume`].
@@ -126,11 +132,13 @@ impl ProximitySettings {
             min_range: p.f64("min_range")?,
             angle: p.f64("angle")?,
             gap: p.f64("gap")?,
-            size_near: p.array("size_near")?,
-            size_far: p.array("size_far")?,
-            radius_near: p.f64("radius_near")?,
-            radius_far: p.f64("radius_far")?,
-            height: p.f64("height")?,
+            sizes: VolumeSizes {
+                size_near: p.array("size_near")?,
+                size_far: p.array("size_far")?,
+                radius_near: p.f64("radius_near")?,
+                radius_far: p.f64("radius_far")?,
+                height: p.f64("height")?,
+            },
             samples: p.i64("samples")?,
             samples_needed: p.i64("samples_needed")?,
             max_incidence: p.f64("max_incidence")?,
@@ -145,9 +153,10 @@ impl ProximitySettings {
     /// Checks the parameters, and returns the beams.
     pub fn beams(&self) -> Result<Beams> {
         let refuse = |text: String| Err(Fail::argument(text));
-        let lengths = [self.range, self.near, self.min_range, self.radius_near, self.radius_far, self.height];
+        let lengths =
+            [self.range, self.near, self.min_range, self.sizes.radius_near, self.sizes.radius_far, self.sizes.height];
         let numbers = lengths.iter().chain([&self.angle, &self.gap, &self.max_incidence]);
-        if numbers.chain(&self.size_near).chain(&self.size_far).any(|x| !x.is_finite()) {
+        if numbers.chain(&self.sizes.size_near).chain(&self.sizes.size_far).any(|x| !x.is_finite()) {
             return refuse("a proximity sensor's parameters must be finite numbers".into());
         }
         if self.near < 0.0 || self.range <= self.near {
@@ -203,18 +212,18 @@ impl ProximitySettings {
             "ray" => Ok(Form::Rays(vec![ahead])),
             "cone" => Ok(Form::Cone { half_angle: angle / 2.0 }),
             "pyramid" => {
-                let ([x, y], [u, v]) = (self.size_near, self.size_far);
+                let ([x, y], [u, v]) = (self.sizes.size_near, self.sizes.size_far);
                 if [x, y, u, v].iter().any(|s| *s < 0.0) || x.max(u) <= 0.0 || y.max(v) <= 0.0 {
                     return refuse(format!(
                         "`size_near` is {:?} m and `size_far` {:?} m; expected at least 0, and for each axis one size \
                          above 0",
-                        self.size_near, self.size_far
+                        self.sizes.size_near, self.sizes.size_far
                     ));
                 }
                 volume(TATU_BEAMS_PYRAMID, &[x, y, u, v])
             }
             "cylinder" => {
-                let (near, far) = (self.radius_near, self.radius_far);
+                let (near, far) = (self.sizes.radius_near, self.sizes.radius_far);
                 if near < 0.0 || far < 0.0 || near.max(far) <= 0.0 {
                     return refuse(format!(
                         "`radius_near` is {near} m and `radius_far` {far} m; expected at least 0, and one above 0"
@@ -223,14 +232,14 @@ impl ProximitySettings {
                 volume(TATU_BEAMS_CYLINDER, &[near, far])
             }
             "disc" => {
-                if self.height <= 0.0 || self.gap < 0.0 || self.gap >= angle {
+                if self.sizes.height <= 0.0 || self.gap < 0.0 || self.gap >= angle {
                     return refuse(format!(
                         "`height` is {} m, `gap` is {} rad and `angle` is {angle} rad; a disc requires a height above \
                          0, and a gap that is at least 0 and less than `angle`",
-                        self.height, self.gap
+                        self.sizes.height, self.gap
                     ));
                 }
-                volume(TATU_BEAMS_DISC, &[angle, self.height, self.gap])
+                volume(TATU_BEAMS_DISC, &[angle, self.sizes.height, self.gap])
             }
             "random_rays" => {
                 if !(1..=MAX_SAMPLES).contains(&self.samples) || !(1..=self.samples).contains(&self.samples_needed) {

@@ -64,6 +64,25 @@ pub struct WebService {
 pub(crate) struct WebState {
     /// The connected clients.
     pub(crate) clients: Vec<PageClient>,
+    pub(crate) view: SceneView,
+    /// The newest messages with output of the simulation, for new clients.
+    pub(crate) output_messages: Vec<OutgoingMessage>,
+    pub(crate) windows: ScriptWindows,
+    pub(crate) pacing: RunPacing,
+    /// The last `state` message, as JSON.
+    pub(crate) last_state: String,
+    pub(crate) drawings: DrawingRecord,
+    pub(crate) sent_readings: readings::SentReadings,
+    pub(crate) listener: WebSocketListener,
+    pub(crate) lists: ListCache,
+    pub(crate) recent: RecentScenes,
+    pub(crate) edits: EditTracker,
+    /// The file that passes the address to the browser; removed when a client with control rights connects.
+    pub(crate) browser_redirect: Option<BrowserRedirect>,
+}
+
+/// The scene as it was sent to clients.
+pub(crate) struct SceneView {
     pub(crate) scene: PageScene,
     pub(crate) changes: ChangeDetector,
     /// Start time of the last round of comparisons by `changes`; `None` if a round is due.
@@ -74,9 +93,10 @@ pub(crate) struct WebState {
     pub(crate) world: usize,
     /// Number of scenes opened so far.
     pub(crate) scenes_opened: u32,
-    /// The newest messages with output of the simulation, for new clients.
-    pub(crate) output_messages: Vec<OutgoingMessage>,
-    pub(crate) windows: ScriptWindows,
+}
+
+/// The pace of the run, and of the messages.
+pub(crate) struct RunPacing {
     pub(crate) pace: RealTimePacer,
     /// Whether the simulation is held between two steps, as after a single step.
     pub(crate) held: bool,
@@ -84,19 +104,14 @@ pub(crate) struct WebState {
     pub(crate) pending_steps: u64,
     pub(crate) last_frame: Instant,
     pub(crate) last_readings: Instant,
-    /// The last `state` message, as JSON.
-    pub(crate) last_state: String,
+}
+
+/// The drawings that were sent last.
+pub(crate) struct DrawingRecord {
     /// The last message with drawings, as JSON.
     pub(crate) last_drawings: String,
     /// Version of the drawings: the number of times that they have changed.
     pub(crate) drawings_version: u64,
-    pub(crate) sent_readings: readings::SentReadings,
-    pub(crate) listener: WebSocketListener,
-    pub(crate) lists: ListCache,
-    pub(crate) recent: RecentScenes,
-    pub(crate) edits: EditTracker,
-    /// The file that passes the address to the browser; removed when a client with control rights connects.
-    pub(crate) browser_redirect: Option<BrowserRedirect>,
 }
 
 /// The state of a client.
@@ -198,22 +213,25 @@ impl Service for WebService {
         let now = Instant::now();
         let state = WebState {
             clients: Vec::new(),
-            scene: PageScene::default(),
-            changes: ChangeDetector::default(),
-            last_round: None,
-            scene_outdated: false,
-            world: 0,
-            scenes_opened: 0,
+            view: SceneView {
+                scene: PageScene::default(),
+                changes: ChangeDetector::default(),
+                last_round: None,
+                scene_outdated: false,
+                world: 0,
+                scenes_opened: 0,
+            },
             output_messages: Vec::new(),
             windows: ScriptWindows::default(),
-            pace: RealTimePacer::new(params.f64("speed")?, session),
-            held: false,
-            pending_steps: 0,
-            last_frame: now,
-            last_readings: now,
+            pacing: RunPacing {
+                pace: RealTimePacer::new(params.f64("speed")?, session),
+                held: false,
+                pending_steps: 0,
+                last_frame: now,
+                last_readings: now,
+            },
             last_state: String::new(),
-            last_drawings: String::new(),
-            drawings_version: 0,
+            drawings: DrawingRecord { last_drawings: String::new(), drawings_version: 0 },
             sent_readings: readings::SentReadings::default(),
             listener,
             lists: ListCache::default(),
@@ -235,19 +253,19 @@ impl Service for WebService {
         state.queue_messages(turn, &self.p, step)?;
         // A world that is not running must not be held, because its scripts are still called.
         if !running {
-            state.pace.reset();
+            state.pacing.pace.reset();
             return Ok(Answer::Go);
         }
-        if state.held {
-            if state.pending_steps == 0 {
-                state.pace.reset();
+        if state.pacing.held {
+            if state.pacing.pending_steps == 0 {
+                state.pacing.pace.reset();
                 return Ok(Answer::Hold);
             }
-            state.pending_steps -= 1;
+            state.pacing.pending_steps -= 1;
             return Ok(Answer::Go);
         }
         let time = turn.f64(0, self.p.time)?;
-        Ok(if state.pace.is_due(time) { Answer::Go } else { Answer::Hold })
+        Ok(if state.pacing.pace.is_due(time) { Answer::Go } else { Answer::Hold })
     }
 
     fn event(&self, turn: &Turn<'_>, name: &str, payload: ValueRef<'_>) {
@@ -260,11 +278,11 @@ impl Service for WebService {
             state.edits.mark_edited();
         }
         if name == "stopped" {
-            (state.held, state.pending_steps) = (false, 0);
+            (state.pacing.held, state.pacing.pending_steps) = (false, 0);
             state.windows.clear();
         }
         if matches!(name, "started" | "resumed") {
-            state.pace.reset();
+            state.pacing.pace.reset();
         }
         let payload = payload.to_value().map_or(Json::Null, |v| json::write(&v));
         if name == windows::WINDOW_EVENT {
@@ -322,7 +340,7 @@ impl WebState {
             }
             // The view-only address is sent only to clients with control rights, which may share it.
             let look = acts.then(|| format!("http://{}/?token={}", self.listener.address, self.listener.view_token));
-            let hello = ToPage::Hello { version: PROTOCOL_VERSION, acts, look, speed: self.pace.speed };
+            let hello = ToPage::Hello { version: PROTOCOL_VERSION, acts, look, speed: self.pacing.pace.speed };
             client.out.send(hello.message());
             self.output_messages.iter().cloned().chain(self.windows.messages()).for_each(|m| client.out.send(m));
             self.last_state.clear();
@@ -436,8 +454,8 @@ impl WebState {
             }
             FromPage::Run { action } => self.execute_run_action(turn, action)?,
             FromPage::Speed { speed } => {
-                self.pace.speed = if speed <= 0.0 { 0.0 } else { speed.clamp(SPEED_RANGE.0, SPEED_RANGE.1) };
-                self.pace.reset();
+                self.pacing.pace.speed = if speed <= 0.0 { 0.0 } else { speed.clamp(SPEED_RANGE.0, SPEED_RANGE.1) };
+                self.pacing.pace.reset();
             }
             FromPage::Key { key } => {
                 requests::call_command(turn, "tatu.press", &[json!(key)])?;
@@ -447,7 +465,7 @@ impl WebState {
                 return Ok(Some(ToPage::Result { of: id, results: vec![json!(folder.name())] }));
             }
             FromPage::SaveScript { id, script, text, version } => {
-                self.last_round = None;
+                self.view.last_round = None;
                 let result = requests::save_script(turn, p, script, &text, version)?;
                 return Ok(Some(ToPage::Result { of: id, results: vec![result] }));
             }
@@ -493,7 +511,7 @@ impl WebState {
                 return Ok(Some(ToPage::Result { of: id, results: vec![json!(page), json!(film.full_at())] }));
             }
             FromPage::Call { id, name, args } => {
-                self.last_round = None;
+                self.view.last_round = None;
                 self.edits.invalidate();
                 return Ok(Some(ToPage::Result { of: id, results: requests::call_command(turn, &name, &args)? }));
             }
@@ -503,11 +521,11 @@ impl WebState {
 
     /// Executes a `run` request.
     fn execute_run_action(&mut self, turn: &Turn<'_>, action: RunAction) -> Result {
-        self.pace.reset();
+        self.pacing.pace.reset();
         match action {
             // A held simulation is not paused, so it need not be resumed.
-            RunAction::Start if self.held && turn.state() == TATU_RUNNING => {
-                self.held = false;
+            RunAction::Start if self.pacing.held && turn.state() == TATU_RUNNING => {
+                self.pacing.held = false;
                 Ok(())
             }
             RunAction::Step => {
@@ -516,7 +534,7 @@ impl WebState {
                 if turn.state() != TATU_RUNNING {
                     turn.request(requests::run_request(action))?;
                 }
-                (self.held, self.pending_steps) = (true, self.pending_steps + more);
+                (self.pacing.held, self.pacing.pending_steps) = (true, self.pacing.pending_steps + more);
                 Ok(())
             }
             _ => turn.request(requests::run_request(action)),

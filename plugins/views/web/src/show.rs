@@ -35,37 +35,37 @@ impl WebState {
         }
         let now = Instant::now();
         let fresh = self.clients.iter().any(|g| !g.scene_sent);
-        if !fresh && now - self.last_frame < FRAME_INTERVAL {
+        if !fresh && now - self.pacing.last_frame < FRAME_INTERVAL {
             return Ok(());
         }
-        self.last_frame = now;
+        self.pacing.last_frame = now;
         self.clients.iter_mut().for_each(|g| g.has_backlog = g.client.out.has_queued());
         let ids = turn.list(0, 0, 0)?;
-        if self.world != turn.raw().ptr().addr() || self.scene.ids != ids {
+        if self.view.world != turn.raw().ptr().addr() || self.view.scene.ids != ids {
             self.read_scene(turn, p)?;
         } else {
             self.queue_changes(turn, p, now)?;
         }
-        if self.scene_outdated && self.clients.iter().any(|g| !g.scene_sent) {
-            self.scene = scene::read(turn, p, self.scenes_opened)?;
-            self.scene_outdated = false;
+        if self.view.scene_outdated && self.clients.iter().any(|g| !g.scene_sent) {
+            self.view.scene = scene::read(turn, p, self.view.scenes_opened)?;
+            self.view.scene_outdated = false;
         }
         for guest in self.clients.iter_mut().filter(|g| !g.scene_sent) {
-            self.scene.messages.iter().for_each(|m| guest.client.out.send(m.clone()));
+            self.view.scene.messages.iter().for_each(|m| guest.client.out.send(m.clone()));
             guest.sent_entries.clear();
             guest.scene_sent = true;
         }
         self.queue_state(turn, p)?;
         if self.clients.iter().any(|g| g.client.out.wants_frame()) {
-            let (all, time) = (EncodedMotion::read(turn, p, &self.scene)?, turn.f64(0, p.time)?);
+            let (all, time) = (EncodedMotion::read(turn, p, &self.view.scene)?, turn.f64(0, p.time)?);
             for guest in self.clients.iter_mut().filter(|g| g.client.out.wants_frame()) {
                 guest.client.out.set_frame(all.frame_since(&mut guest.sent_entries, step, time));
                 guest.watch.take_message().into_iter().for_each(|m| guest.client.out.send(m.message()));
             }
             self.queue_overlays(turn, p)?;
         }
-        if now - self.last_readings >= READINGS_INTERVAL {
-            self.last_readings = now;
+        if now - self.pacing.last_readings >= READINGS_INTERVAL {
+            self.pacing.last_readings = now;
             self.queue_readings(turn, p)?;
         }
         Ok(())
@@ -73,16 +73,16 @@ impl WebState {
 
     /// Reads the complete scene, which is then sent to all clients again.
     fn read_scene(&mut self, turn: &Turn<'_>, p: &crate::plugin::Props) -> Result {
-        if self.world != turn.raw().ptr().addr() {
-            self.scenes_opened += 1;
+        if self.view.world != turn.raw().ptr().addr() {
+            self.view.scenes_opened += 1;
         }
-        self.scene = scene::read(turn, p, self.scenes_opened)?;
-        self.changes.begin(turn, p, &self.scene)?;
+        self.view.scene = scene::read(turn, p, self.view.scenes_opened)?;
+        self.view.changes.begin(turn, p, &self.view.scene)?;
         self.edits.invalidate();
         if let Some(file) = turn.get(0, p.file)?.as_str() {
             self.recent.add(Path::new(&*file));
         }
-        (self.world, self.scene_outdated) = (turn.raw().ptr().addr(), false);
+        (self.view.world, self.view.scene_outdated) = (turn.raw().ptr().addr(), false);
         self.clients.iter_mut().for_each(|g| g.scene_sent = false);
         self.sent_readings = readings::SentReadings::default();
         Ok(())
@@ -90,17 +90,17 @@ impl WebState {
 
     /// Continues the comparison of objects if it is due, and queues the objects that have changed other than by moving.
     fn queue_changes(&mut self, turn: &Turn<'_>, p: &crate::plugin::Props, now: Instant) -> Result {
-        if self.changes.starts_round() {
-            if self.last_round.is_some_and(|last| now - last < COMPARISON_INTERVAL) {
+        if self.view.changes.starts_round() {
+            if self.view.last_round.is_some_and(|last| now - last < COMPARISON_INTERVAL) {
                 return Ok(());
             }
-            self.last_round = Some(now);
+            self.view.last_round = Some(now);
         }
-        match self.changes.compare_next(turn, p, &mut self.scene)? {
+        match self.view.changes.compare_next(turn, p, &mut self.view.scene)? {
             DetectedChange::Unchanged => {}
             DetectedChange::Scene => self.read_scene(turn, p)?,
             DetectedChange::Objects(messages) => {
-                self.scene_outdated = true;
+                self.view.scene_outdated = true;
                 for guest in self.clients.iter().filter(|g| g.scene_sent) {
                     messages.iter().for_each(|m| guest.client.out.send(m.clone()));
                 }
@@ -114,11 +114,11 @@ impl WebState {
         let state = match turn.state() {
             TATU_STOPPED => RunState::Stopped,
             TATU_PAUSED => RunState::Paused,
-            _ if self.held => RunState::Paused,
+            _ if self.pacing.held => RunState::Paused,
             _ => RunState::Running,
         };
         let edits = self.edits.read(turn);
-        let text = ToPage::State { state, speed: self.pace.speed, dt: turn.f64(0, p.dt)?, edits }.text();
+        let text = ToPage::State { state, speed: self.pacing.pace.speed, dt: turn.f64(0, p.dt)?, edits }.text();
         if text != self.last_state {
             self.clients.iter().for_each(|g| g.client.out.send(OutgoingMessage::Text(text.clone().into())));
             self.last_state = text;
@@ -133,7 +133,7 @@ impl WebState {
         for guest in self.clients.iter().filter(|g| g.overlays.any() && !g.has_backlog) {
             let message = match &made {
                 Some((wanted, message)) if *wanted == guest.overlays => message.clone(),
-                _ => overlays::message(turn, p, &self.scene.ids, guest.overlays)?.message(),
+                _ => overlays::message(turn, p, &self.view.scene.ids, guest.overlays)?.message(),
             };
             guest.client.out.send(message.clone());
             made = Some((guest.overlays, message));
@@ -143,12 +143,12 @@ impl WebState {
 
     /// Queues readings, drawings, images and the streams of graphs.
     fn queue_readings(&mut self, turn: &Turn<'_>, p: &crate::plugin::Props) -> Result {
-        let new = readings::changed_readings(turn, p, &self.scene, &mut self.sent_readings);
+        let new = readings::changed_readings(turn, p, &self.view.scene, &mut self.sent_readings);
         let any = !new.is_empty();
         let readings = ToPage::Readings { readings: new }.message();
         let drawn = readings::drawings(turn)?.text();
-        if drawn != self.last_drawings {
-            (self.last_drawings, self.drawings_version) = (drawn, self.drawings_version + 1);
+        if drawn != self.drawings.last_drawings {
+            (self.drawings.last_drawings, self.drawings.drawings_version) = (drawn, self.drawings.drawings_version + 1);
         }
         for guest in &mut self.clients {
             let out = &guest.client.out;
@@ -159,14 +159,14 @@ impl WebState {
                 continue;
             }
             if guest.missed_readings {
-                out.send(ToPage::Readings { readings: self.sent_readings.all(&self.scene) }.message());
+                out.send(ToPage::Readings { readings: self.sent_readings.all(&self.view.scene) }.message());
                 guest.missed_readings = false;
             } else if any {
                 out.send(readings.clone());
             }
-            if guest.drawings_version != self.drawings_version {
-                out.send(OutgoingMessage::Text(self.last_drawings.clone().into()));
-                guest.drawings_version = self.drawings_version;
+            if guest.drawings_version != self.drawings.drawings_version {
+                out.send(OutgoingMessage::Text(self.drawings.last_drawings.clone().into()));
+                guest.drawings_version = self.drawings.drawings_version;
             }
             guest.images.iter().filter_map(|id| readings::image(turn, p, object_id(*id))).for_each(|m| out.send(m));
             guest

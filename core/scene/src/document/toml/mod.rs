@@ -37,7 +37,7 @@ use tatu_plugins::Registry;
 use toml_edit::{Item, TableLike};
 
 use super::{
-    BuildReport, Document, DocumentBuilder,
+    BuildReport, Document, DocumentBuilder, ReadProgress,
     change::{PropertyOverride, ScriptOverride},
     entry::SceneEntry,
     import, keys, overrides,
@@ -96,13 +96,13 @@ pub fn load(file: &Path, registry: &Registry, options: &LoadOptions) -> Result<D
     // Each round determines at least one more parameter, and no realistic scene overrides this many.
     for _ in 0..10_000 {
         let mut document = SceneFileReader::read(file, registry, model_params.clone(), options)?;
-        let set = std::mem::take(&mut document.overrides);
+        let set = std::mem::take(&mut document.reading.overrides);
         if let Some(seed) = options.seed {
             document.settings.seed = seed;
         }
         document.settings.allow.clone_from(&options.allow);
         let lacks: Vec<&String> =
-            document.requested_permissions.iter().filter(|a| !options.allow.contains(a)).collect();
+            document.requests.requested_permissions.iter().filter(|a| !options.allow.contains(a)).collect();
         let lacks: Vec<String> = lacks.into_iter().map(|a| format!("`--allow {a}`")).collect();
         if !lacks.is_empty() {
             let text =
@@ -131,8 +131,9 @@ pub fn load(file: &Path, registry: &Registry, options: &LoadOptions) -> Result<D
 /// Loads a file that becomes a part of a live scene: a scene file, or a file for an importer. If `file` is the id of a
 /// model, loads a scene that contains only this model. The file must be in `reach`, and may name the files in it.
 pub fn load_part(file: &Path, registry: &Registry, reach: AllowedFolders) -> Result<Document> {
-    let id =
-        file.to_str().filter(|id| registry.models.iter().any(|m| m.id == *id) || registry.find_model(id).is_some());
+    let id = file
+        .to_str()
+        .filter(|id| registry.model_offers.models.iter().any(|m| m.id == *id) || registry.find_model(id).is_some());
     if let Some(id) = id {
         let name = PathBuf::from(format!("{id}.toml"));
         let options = LoadOptions { reach: Some(reach), ..LoadOptions::default() };
@@ -177,12 +178,12 @@ struct SceneFileReader<'a> {
 fn add_text(b: &mut DocumentBuilder<'_>, file: &Path, text: &str, parent: Option<usize>) -> Result {
     let mut reader = SceneFileReader::new(file, text, b.registry);
     let place = b.place.clone();
-    let (objects, sets) = (b.document.objects.len(), b.document.overrides.len());
+    let (objects, sets) = (b.document.objects.len(), b.document.reading.overrides.len());
     let read = reader.read_tables(b, parent, false);
     b.place = place;
     // Errors found later are located without this text, whose byte offsets differ from those of the file.
     let added = b.document.objects.iter_mut().skip(objects).filter_map(|o| o.place.as_mut());
-    let set = b.document.overrides.iter_mut().skip(sets).filter_map(|o| o.place.as_mut());
+    let set = b.document.reading.overrides.iter_mut().skip(sets).filter_map(|o| o.place.as_mut());
     for place in added.chain(set).filter(|p| p.file == file) {
         *place = SourceLocation::of_line(file.to_owned(), &[], place.line);
     }
@@ -217,8 +218,7 @@ impl<'a> SceneFileReader<'a> {
         let mut document = Document {
             file: Some(file.to_owned()),
             sources: sources.clone(),
-            describe: options.describe,
-            model_params,
+            reading: ReadProgress { describe: options.describe, model_params, ..Default::default() },
             ..Default::default()
         };
         let mut builder = DocumentBuilder::new(registry, &mut document, options.reach_of(file, registry));
@@ -227,7 +227,8 @@ impl<'a> SceneFileReader<'a> {
         let named = file.extension().is_some_and(|e| e == "toml");
         let choice = if named { None } else { registry.importer_of(file, &bytes, &BTreeMap::new())? };
         if let Some(choice) = choice {
-            let params: Vec<_> = builder.document.model_params.iter().map(|(_, k, v)| (k.clone(), v.clone())).collect();
+            let params: Vec<_> =
+                builder.document.reading.model_params.iter().map(|(_, k, v)| (k.clone(), v.clone())).collect();
             builder.place = Some(SourceLocation { file: file.to_owned(), ..Default::default() });
             let import = import::ImportRequest { file, bytes: &bytes, choice, params: &params, is_scene: true };
             builder.import(import, None, Isometry3::identity())?;
@@ -241,7 +242,7 @@ impl<'a> SceneFileReader<'a> {
         match naming::describes_model(&text) {
             true => reader.build_as_scene(&mut builder)?,
             false => {
-                builder.document.open_files.push(canonical(file));
+                builder.document.reading.open_files.push(canonical(file));
                 reader.read_tables(&mut builder, None, true)?;
             }
         }
@@ -299,7 +300,7 @@ impl<'a> SceneFileReader<'a> {
             self.table(root, "env")?;
             let mut kept = toml_edit::DocumentMut::new();
             kept.insert("env", item.clone());
-            b.document.env = Some(kept.to_string());
+            b.document.requests.env = Some(kept.to_string());
         }
         if let Some(providers) = self.table(root, "providers")? {
             for (key, item) in providers.iter() {
@@ -339,11 +340,11 @@ impl<'a> SceneFileReader<'a> {
         for table in self.list(root, "service")?.into_iter().flatten().filter(|_| top) {
             let place = self.text.place(table_span(table));
             let spec = services::read(&self.text, self.registry, &b.document.settings.providers, table, place)?;
-            if b.document.services.iter().any(|s| s.kind == spec.kind) {
+            if b.document.requests.services.iter().any(|s| s.kind == spec.kind) {
                 let text = format!("the service `{}` is listed twice", self.registry.services[spec.kind].id);
                 return Err(Error::new("E102", text).expected("each service at most once").at(spec.place));
             }
-            b.document.services.push(spec);
+            b.document.requests.services.push(spec);
         }
         Ok(())
     }

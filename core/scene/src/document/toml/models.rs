@@ -104,7 +104,7 @@ impl SceneFileReader<'_> {
     /// unless they are overridden.
     pub(super) fn build_as_scene(&mut self, b: &mut DocumentBuilder<'_>) -> Result {
         let model = self.read_model(&name_of(self.text.file), self.text.file, self.text.text)?;
-        let changed = b.document.model_params.iter().filter(|(n, _, _)| *n == 0);
+        let changed = b.document.reading.model_params.iter().filter(|(n, _, _)| *n == 0);
         let params: Vec<_> = changed.map(|(_, k, v)| (k.clone(), v.clone())).collect();
         let reach = b.reach.clone();
         self.build_model(b, (&model, reach), &params, None, Isometry3::identity(), None).map(drop)

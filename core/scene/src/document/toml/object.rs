@@ -149,7 +149,7 @@ impl SceneFileReader<'_> {
                     .expected("\"path.property\"")
                     .at(Some(place)));
             };
-            b.document.overrides.push(PropertyOverride {
+            b.document.reading.overrides.push(PropertyOverride {
                 from,
                 path: path.to_owned(),
                 key: written.to_owned(),

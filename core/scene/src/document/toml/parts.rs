@@ -59,7 +59,7 @@ impl SceneFileReader<'_> {
         let parent = self.parent(b, table, parent)?;
         let (named, reach) = self.resolve_model(b, &id).map_err(|e| e.at(at.clone()))?;
         let model = match &named {
-            ModelSource::Plugin(index) => &self.registry.models[*index],
+            ModelSource::Plugin(index) => &self.registry.model_offers.models[*index],
             ModelSource::Text(model) => model,
             ModelSource::Scene(file) => return self.include_scene(b, table, (&id, file), placement, parent, at),
             ModelSource::File(file) => return self.place_import(b, table, (&id, file, reach), "model", parent),
@@ -90,7 +90,7 @@ impl SceneFileReader<'_> {
         let outer = std::mem::replace(&mut b.reach, reach);
         let built = b.model(model, params, parent, placement);
         b.reach = outer;
-        b.document.open_files.pop();
+        b.document.reading.open_files.pop();
         built.map_err(|e| {
             let inside = e.place.as_ref().is_some_and(|p| p.file != self.text.file);
             let from = at.as_ref().filter(|p| inside && p.line > 0);
@@ -115,23 +115,25 @@ impl SceneFileReader<'_> {
         at: Option<SourceLocation>,
     ) -> Result {
         let full = canonical(file);
-        if b.document.open_files.contains(&full) {
+        if b.document.reading.open_files.contains(&full) {
             let chain: Vec<String> =
-                b.document.open_files.iter().chain([&full]).map(|p| p.display().to_string()).collect();
+                b.document.reading.open_files.iter().chain([&full]).map(|p| p.display().to_string()).collect();
             return Err(Error::new("E106", format!("the model `{id}` contains itself"))
                 .expected("models without a cycle")
                 .help(format!("the chain is {}", chain.join(" > ")))
                 .at(at));
         }
-        b.document.included_scenes += 1;
-        if b.document.open_files.len() >= MAX_SCENE_DEPTH || b.document.included_scenes > MAX_INCLUDED_SCENES {
+        b.document.reading.included_scenes += 1;
+        if b.document.reading.open_files.len() >= MAX_SCENE_DEPTH
+            || b.document.reading.included_scenes > MAX_INCLUDED_SCENES
+        {
             return Err(Error::new("E124", format!("the model `{id}` exceeds the limits of nested scenes"))
                 .expected(format!(
                     "scenes nested at most {MAX_SCENE_DEPTH} deep, and at most {MAX_INCLUDED_SCENES} of them"
                 ))
                 .at(at));
         }
-        b.document.open_files.push(full);
+        b.document.reading.open_files.push(full);
         Ok(())
     }
 
@@ -225,8 +227,8 @@ impl SceneFileReader<'_> {
             params.push((entry.0.key.clone(), value));
         }
         // The model of this table is the next one to be built, which determines its number.
-        let number = b.document.next_model;
-        let changed = b.document.model_params.iter().filter(|(n, _, _)| *n == number);
+        let number = b.document.reading.next_model;
+        let changed = b.document.reading.model_params.iter().filter(|(n, _, _)| *n == number);
         params.extend(changed.map(|(_, k, v)| (k.clone(), v.clone())));
         Ok(params)
     }
@@ -253,7 +255,7 @@ impl SceneFileReader<'_> {
         b.set(base, "model_base", Value::Bool(true))?;
         SceneFileReader::new(file, &text, self.registry).read_tables(b, Some(base), false)?;
         b.group = outer;
-        b.document.open_files.pop();
+        b.document.reading.open_files.pop();
         if let Some((key, _)) = table.iter().find(|(k, _)| !MODEL_KEYS.contains(k)) {
             return Err(Error::new("E101", format!("unknown key `{key}`: a scene file has no parameters"))
                 .expected(MODEL_KEYS.join(", "))

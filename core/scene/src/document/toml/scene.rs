@@ -20,10 +20,11 @@ impl SceneFileReader<'_> {
         let sensors = self.registry.sensors.iter().filter(|s| s.id == key || s.schemas.iter().any(|x| x == key));
         let actuators = self.registry.actuators.iter().filter(|a| a.id == key);
         let importers = self.registry.importers.iter().filter(|i| i.id == key || i.suffixes.iter().any(|x| x == key));
-        let models = self.registry.models.iter().filter(|m| m.id == key);
+        let models = self.registry.model_offers.models.iter().filter(|m| m.id == key);
         let found = naming::find_model_file(key, self.registry, sources).and_then(|file| self.plugin_for(&file));
         let services = self.registry.services.iter().filter(|s| s.id == key);
-        let languages = self.registry.languages.iter().filter(|l| l.id == key || l.suffixes.iter().any(|x| x == key));
+        let languages =
+            self.registry.scripting.languages.iter().filter(|l| l.id == key || l.suffixes.iter().any(|x| x == key));
         let offers: Vec<&str> = sensors
             .flat_map(|s| [s.id.as_str(), plugin(s.plugin)])
             .chain(languages.flat_map(|l| [l.id.as_str(), plugin(l.plugin)]))
@@ -38,7 +39,7 @@ impl SceneFileReader<'_> {
         }
         let error = Error::new("E113", format!("`{value}` does not provide `{key}`"));
         let roles: BTreeSet<&str> = (self.registry.sensors.iter().flat_map(|s| &s.schemas))
-            .chain(self.registry.languages.iter().flat_map(|l| l.suffixes.iter().chain([&l.id])))
+            .chain(self.registry.scripting.languages.iter().flat_map(|l| l.suffixes.iter().chain([&l.id])))
             .chain(self.registry.importers.iter().flat_map(|i| &i.suffixes))
             .map(String::as_str)
             .collect();
@@ -66,7 +67,7 @@ impl SceneFileReader<'_> {
             };
             match (key, item.as_bool(), item.as_array()) {
                 ("exec" | "native", Some(asked), _) => {
-                    document.requested_permissions.extend(asked.then(|| key.to_owned()))
+                    document.requests.requested_permissions.extend(asked.then(|| key.to_owned()))
                 }
                 ("exec" | "native", ..) => return wrong("true or false"),
                 ("net", _, Some(all)) => {
@@ -74,7 +75,7 @@ impl SceneFileReader<'_> {
                         let Some(place) = one.as_str().filter(|s| s.contains(':') && !s.contains(',')) else {
                             return wrong(ADDRESS_FORM);
                         };
-                        document.requested_permissions.push(format!("net={place}"));
+                        document.requests.requested_permissions.push(format!("net={place}"));
                     }
                 }
                 ("net", ..) => return wrong(ADDRESS_FORM),

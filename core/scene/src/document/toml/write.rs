@@ -51,7 +51,7 @@ pub fn write(document: &Document, registry: &Registry, folder: &str) -> Result<S
     writer.out.text = "format = 1\n".into();
     writer.world();
     writer.services();
-    if let Some(env) = &document.env {
+    if let Some(env) = &document.requests.env {
         writer.out.text.push('\n');
         writer.out.text += env.trim();
         writer.out.text.push('\n');
@@ -177,7 +177,7 @@ impl<'a> SceneFileWriter<'a> {
     }
 
     fn services(&mut self) {
-        for spec in &self.document.services {
+        for spec in &self.document.requests.services {
             let kind = &self.registry.services[spec.kind];
             self.put("\n[[service]]");
             self.put(&format!("id = {}", quoted(&kind.id)));
@@ -332,7 +332,7 @@ impl<'a> SceneFileWriter<'a> {
     fn scripts(&mut self, spec: &ObjectSpec) -> Result {
         let mut all = Vec::new();
         for script in &spec.scripts {
-            let language = &self.registry.languages[script.language];
+            let language = &self.registry.scripting.languages[script.language];
             let suffix = language.suffixes.first().map_or(".txt", String::as_str);
             let file = self.file(&spec.alias, suffix);
             let mut entry = format!("file = {}", quoted(&file));

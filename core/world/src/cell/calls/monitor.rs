@@ -5,7 +5,7 @@ use std::{
     sync::Arc,
 };
 
-use tatu_plugins::{guard::ProcessState, watchdog::CallWatch};
+use tatu_plugins::{protected_state::ProcessState, watchdog::CallWatch};
 
 /// The running plugin call, and the process and thread state to restore after plugin calls.
 pub(crate) struct PluginMonitor {

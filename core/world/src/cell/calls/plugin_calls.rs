@@ -1,7 +1,7 @@
 //! Calls plugins. Each call is recorded for the watchdog, and the process and thread state is restored afterwards.
 
 use tatu_errors::{Fault, FaultKind};
-use tatu_plugins::{guard, lock_setup, watchdog::PluginCall};
+use tatu_plugins::{lock_setup, protected_state, watchdog::PluginCall};
 
 use crate::cell::WorldCell;
 
@@ -30,14 +30,14 @@ impl WorldCell {
         let before = self.monitor.watch.enter(call, plugin, slot);
         let done = f();
         // If the direction flag remained set, the next memory copy would run backwards.
-        let turned = guard::clear_direction();
-        guard::end_if_child();
+        let turned = protected_state::clear_direction();
+        protected_state::end_if_child();
         self.monitor.watch.leave(before);
         self.monitor.called.set(self.monitor.called.get() | 1 << plugin.min(63));
         if turned {
             self.report_process_change(
                 1 << plugin.min(63),
-                guard::DIRECTION_TEXT,
+                protected_state::DIRECTION_TEXT,
                 call.text(),
                 self.monitor.watch.name_of(slot),
             );
@@ -48,7 +48,7 @@ impl WorldCell {
         let _turn = is_setup(call).then(lock_setup);
         let earlier = self.monitor.called.replace(0);
         let before = self.monitor.watch.enter(call, plugin, slot);
-        let (done, moved) = guard::call_and_restore(f);
+        let (done, moved) = protected_state::call_and_restore(f);
         self.monitor.watch.leave(before);
         let own = 1 << plugin.min(63);
         let within = self.monitor.called.get() | own;
@@ -69,7 +69,7 @@ impl WorldCell {
         slot: u32,
         f: impl FnOnce() -> T,
     ) -> (T, Vec<String>) {
-        guard::capture_errors(|| self.call_plugin_watched(plugin, call, slot, f))
+        protected_state::capture_errors(|| self.call_plugin_watched(plugin, call, slot, f))
     }
     /// Like `call_plugin`, but also reports the errors that the function logs (such as a panic) as faults of the
     /// plugin.
@@ -123,7 +123,7 @@ impl WorldCell {
         let mut fault = Fault::new(FaultKind::Plugin, format!("{who} changed {what} in {place}"));
         fault.plugin = ids.first().filter(|_| ids.len() == 1).map(|id| (*id).to_owned());
         fault.object = object;
-        fault.help = Some(guard::RESTORED_HELP.into());
+        fault.help = Some(protected_state::RESTORED_HELP.into());
         self.report(fault);
     }
 }

@@ -23,7 +23,7 @@ impl WorldCell {
 /// recorded run.
 pub(crate) fn collect_results(world: &WorldCell) {
     let wakes = &world.run.calls.thread_results;
-    let is_replay = world.run.connections.replay.borrow().is_some();
+    let is_replay = world.run.connections.record.replay.borrow().is_some();
     let mut found = Vec::new();
     if is_replay {
         let step = world.state.clock.step.get();
@@ -50,7 +50,7 @@ pub(crate) fn collect_results(world: &WorldCell) {
 }
 
 fn next_replayed(world: &WorldCell, step: u64) -> Option<String> {
-    world.run.connections.replay.borrow_mut().as_mut()?.observed_now(step, RECORD_KIND)
+    world.run.connections.record.replay.borrow_mut().as_mut()?.observed_now(step, RECORD_KIND)
 }
 
 fn text(number: u64, result: &[u8]) -> String {

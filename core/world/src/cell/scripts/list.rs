@@ -27,6 +27,15 @@ pub(crate) struct Script {
     pub name: String,
     pub text: Rc<[u8]>,
     pub wanted_dialect: String,
+    pub instance: LanguageInstance,
+    pub progress: ScriptProgress,
+    pub counters: ScriptCounters,
+    /// Number of running calls into the script.
+    pub depth: Cell<u32>,
+}
+
+/// A script's instance in its language's plugin, and what the language reported.
+pub(crate) struct LanguageInstance {
     /// Instance id, or 0 if there is no instance.
     pub id: Cell<u64>,
     pub data: Cell<*mut c_void>,
@@ -36,6 +45,11 @@ pub(crate) struct Script {
     pub traits: Cell<u32>,
     /// Whether it is a threaded script, as reported by its language.
     pub threaded: Cell<bool>,
+    pub callbacks: Cell<CallbackIds>,
+}
+
+/// The stages of its life that a script has reached.
+pub(crate) struct ScriptProgress {
     pub initialised: Cell<bool>,
     /// Whether it was added while the world was running. Such a script is called after all others until it has begun.
     pub late: Cell<bool>,
@@ -46,13 +60,14 @@ pub(crate) struct Script {
     /// Whether it is no longer called: its source could not be loaded, it exceeded its budget, or it failed and is
     /// silenced.
     pub dead: Cell<bool>,
-    /// The numbers of the actuation and sensing turns in which it was last called.
-    pub called_in: [Cell<u64>; 2],
-    /// Number of running calls into the script.
-    pub depth: Cell<u32>,
     /// The request of the script, which is carried out when no call into the script is running.
     pub exit_request: Cell<ExitRequest>,
-    pub callbacks: Cell<CallbackIds>,
+}
+
+/// How often a script was called, and what it consumed.
+pub(crate) struct ScriptCounters {
+    /// The numbers of the actuation and sensing turns in which it was last called.
+    pub called_in: [Cell<u64>; 2],
     pub calls: Cell<u64>,
     pub instructions: Cell<u64>,
     pub call_counts: CallCounts,
@@ -85,7 +100,7 @@ pub(crate) enum ExitRequest {
 impl Scripts {
     /// Returns the script with an instance id.
     pub fn by_id(&self, id: u64) -> Option<Rc<Script>> {
-        self.list.iter().find(|s| id != 0 && s.id.get() == id).cloned()
+        self.list.iter().find(|s| id != 0 && s.instance.id.get() == id).cloned()
     }
     /// Returns the script of a slot.
     pub fn by_slot(&self, slot: u32) -> Option<Rc<Script>> {
@@ -112,32 +127,38 @@ impl Script {
             } else {
                 spec.dialect.clone()
             },
-            id: Cell::new(0),
-            data: Cell::new(std::ptr::null_mut()),
-            dialect: Cell::new(raw(&[])),
-            traits: Cell::new(0),
-            threaded: Cell::new(false),
-            initialised: Cell::new(false),
-            late: Cell::new(false),
-            cleaned: Cell::new(false),
-            ended: Cell::new(false),
-            dead: Cell::new(false),
-            called_in: Default::default(),
+            instance: LanguageInstance {
+                id: Cell::new(0),
+                data: Cell::new(std::ptr::null_mut()),
+                dialect: Cell::new(raw(&[])),
+                traits: Cell::new(0),
+                threaded: Cell::new(false),
+                callbacks: Cell::new([0; CALLBACKS.len()]),
+            },
+            progress: ScriptProgress {
+                initialised: Cell::new(false),
+                late: Cell::new(false),
+                cleaned: Cell::new(false),
+                ended: Cell::new(false),
+                dead: Cell::new(false),
+                exit_request: Cell::new(ExitRequest::Nothing),
+            },
+            counters: ScriptCounters {
+                called_in: Default::default(),
+                calls: Cell::new(0),
+                instructions: Cell::new(0),
+                call_counts: CallCounts::default(),
+            },
             depth: Cell::new(0),
-            exit_request: Cell::new(ExitRequest::Nothing),
-            callbacks: Cell::new([0; CALLBACKS.len()]),
-            calls: Cell::new(0),
-            instructions: Cell::new(0),
-            call_counts: CallCounts::default(),
         }
     }
 
     pub fn has_loaded(&self) -> bool {
-        !self.data.get().is_null() && !self.dead.get()
+        !self.instance.data.get().is_null() && !self.progress.dead.get()
     }
 
     /// Returns the language's id of a callback, or 0 if the script does not define it.
     pub fn number(&self, callback: Callback) -> u32 {
-        self.callbacks.get()[callback as usize]
+        self.instance.callbacks.get()[callback as usize]
     }
 }

@@ -26,7 +26,7 @@ pub(crate) fn sort(scripts: &mut [Rc<Script>], scene: &Scene, order: ScriptOrder
     let class = |s: &Script| match s.kind {
         // A main script calls the other scripts and is not called itself.
         ScriptKind::Main => 0,
-        ScriptKind::Child if order != ScriptOrder::DeepestFirst && s.threaded.get() => 1,
+        ScriptKind::Child if order != ScriptOrder::DeepestFirst && s.instance.threaded.get() => 1,
         ScriptKind::Child => 2,
         ScriptKind::Customization => 3,
         ScriptKind::Addon => 4,

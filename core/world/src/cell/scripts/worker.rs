@@ -40,7 +40,7 @@ impl ScriptWorker {
         let (registry, document) = (world.model.registry.shared(), world.model.document.shared());
         let mut cell =
             WorldCell::new(document, registry, settings, Default::default(), Vec::new(), world.run.pool.clone());
-        cell.monitor.watch = world.monitor.watch.for_parallel_thread(&world.model.registry.watches);
+        cell.monitor.watch = world.monitor.watch.for_parallel_thread(&world.model.registry.call_watches.watches);
         cell.worker = Some(Box::new(WorkerView::new()));
         let cell = Box::new(cell);
         // Parts of the cell that workers read from the world instead remain borrowed forever, so that host functions
@@ -70,8 +70,8 @@ impl ScriptWorker {
         }
         cell.state.clock.copy_from(&world.state.clock);
         cell.state.phase.set(world.state.phase.get());
-        cell.run.connections.clock.set(world.run.connections.clock.get());
-        cell.run.connections.epoch.set(world.run.connections.epoch.get());
+        cell.run.connections.clocks.clock.set(world.run.connections.clocks.clock.get());
+        cell.run.connections.clocks.epoch.set(world.run.connections.clocks.epoch.get());
         cell.monitor.suspicious.set(world.monitor.suspicious.get());
         let Some(worker) = &cell.worker else { return };
         worker.begin(world.raw());

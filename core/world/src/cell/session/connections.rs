@@ -37,28 +37,45 @@ pub(crate) struct Connections {
     pub bus: EventBus,
     /// Events queued for services until the next barrier.
     events: RefCell<Vec<(Rc<str>, Value)>>,
-    pub log: RefCell<InputLog>,
-    pub replay: RefCell<Option<Replay>>,
+    pub record: InputRecord,
     /// States of services from a snapshot, until the services take them.
     pub saved_services: RefCell<Vec<(String, InstanceImage)>>,
     /// Number of client functions that are currently running; they are nested in each other.
     pub running_functions: Cell<u32>,
-    /// Id of the service whose call is being replayed.
-    pub replayed_service: RefCell<String>,
     /// Inputs since the start that plugins can read, such as key presses, as pairs of kind and text.
     pub inputs: RefCell<Vec<(String, String)>>,
+    pub clocks: RunClocks,
+    /// Files that scripts or plugins have requested to read since the start.
+    pub opened_files: RefCell<BTreeSet<String>>,
+    pub scene_change: SceneChange,
+    /// Set, from any thread, when the program must end the run.
+    pub interrupt: RefCell<Option<Arc<AtomicBool>>>,
+}
+
+/// The clocks that scripts read.
+pub(crate) struct RunClocks {
     /// Time that clocks show, s since the start; if `None`, clocks show simulation time.
     pub clock: Cell<Option<f64>>,
     /// The time of the start, Unix time in s.
     pub epoch: Cell<i64>,
-    /// Files that scripts or plugins have requested to read since the start.
-    pub opened_files: RefCell<BTreeSet<String>>,
+}
+
+/// The inputs that are recorded, or replayed.
+#[derive(Default)]
+pub(crate) struct InputRecord {
+    pub log: RefCell<InputLog>,
+    pub replay: RefCell<Option<Replay>>,
+    /// Id of the service whose call is being replayed.
+    pub replayed_service: RefCell<String>,
+}
+
+/// The change to another scene.
+#[derive(Default)]
+pub(crate) struct SceneChange {
     /// Loads a different scene when one is requested; if `None`, the program runs only this scene.
     pub scene_reader: RefCell<Option<SceneReader>>,
     /// The scene to load next, if one was requested.
     pub next_scene: RefCell<Option<NextScene>>,
-    /// Set, from any thread, when the program must end the run.
-    pub interrupt: RefCell<Option<Arc<AtomicBool>>>,
 }
 
 /// Reads a scene file. An empty path stands for the current scene. Files that the given sources contain are not read
@@ -88,17 +105,17 @@ impl Default for Connections {
             options: RefCell::default(),
             bus: EventBus::default(),
             events: RefCell::default(),
-            log: RefCell::default(),
-            replay: RefCell::default(),
+            record: InputRecord {
+                log: RefCell::default(),
+                replay: RefCell::default(),
+                replayed_service: RefCell::default(),
+            },
             saved_services: RefCell::default(),
             running_functions: Cell::default(),
-            replayed_service: RefCell::default(),
             inputs: RefCell::default(),
-            clock: Cell::default(),
-            epoch: Cell::new(DEFAULT_EPOCH_S),
+            clocks: RunClocks { clock: Cell::default(), epoch: Cell::new(DEFAULT_EPOCH_S) },
             opened_files: RefCell::default(),
-            scene_reader: RefCell::default(),
-            next_scene: RefCell::default(),
+            scene_change: SceneChange { scene_reader: RefCell::default(), next_scene: RefCell::default() },
             interrupt: RefCell::default(),
         }
     }
@@ -108,8 +125,8 @@ impl Connections {
     /// Applies an input: "clock" and "epoch" set the clocks, and all other kinds are stored for plugins.
     pub fn apply_input(&self, kind: &str, text: &str) {
         match kind {
-            "clock" => self.clock.set(text.parse().ok()),
-            "epoch" => self.epoch.set(text.parse().unwrap_or(DEFAULT_EPOCH_S)),
+            "clock" => self.clocks.clock.set(text.parse().ok()),
+            "epoch" => self.clocks.epoch.set(text.parse().unwrap_or(DEFAULT_EPOCH_S)),
             _ => self.inputs.borrow_mut().push((kind.to_owned(), text.to_owned())),
         }
     }
@@ -134,12 +151,12 @@ impl Connections {
     }
     /// Resets the state of the run when the world starts.
     pub fn begin(&self) {
-        self.log.borrow_mut().clear();
+        self.record.log.borrow_mut().clear();
         self.opened_files.borrow_mut().clear();
         self.inputs.borrow_mut().clear();
-        self.clock.set(None);
-        self.epoch.set(DEFAULT_EPOCH_S);
-        if let Some(replay) = &mut *self.replay.borrow_mut() {
+        self.clocks.clock.set(None);
+        self.clocks.epoch.set(DEFAULT_EPOCH_S);
+        if let Some(replay) = &mut *self.record.replay.borrow_mut() {
             replay.rewind();
         }
         self.bus.begin();

@@ -19,7 +19,7 @@ pub(crate) fn record_remote_call(world: &WorldCell, entry: &CommandEntry, f: &mu
     if !can_wait {
         f.wait_token = 0;
     }
-    if world.run.connections.log.borrow().is_idle() {
+    if world.run.connections.record.log.borrow().is_idle() {
         return;
     }
     // SAFETY: the host checked the frame before dispatch: `args` points to `n_args` values that live through the call.
@@ -38,12 +38,12 @@ pub(crate) fn record_remote_request(world: &WorldCell, what: u32) {
 
 pub(crate) fn record_input(world: &WorldCell, service: String, input: ExternalInput) {
     let (step, client) = (world.state.clock.step.get(), world.run.connections.client.get());
-    world.run.connections.log.borrow_mut().push(step, service, client, input);
+    world.run.connections.record.log.borrow_mut().push(step, service, client, input);
 }
 
 fn record(world: &WorldCell, input: ExternalInput) {
     let service = match world.run.calls.caller.get().service {
-        REPLAY_SERVICE => world.run.connections.replayed_service.borrow().clone(),
+        REPLAY_SERVICE => world.run.connections.record.replayed_service.borrow().clone(),
         n => world
             .run
             .connections
@@ -59,21 +59,21 @@ pub(crate) fn put_in(world: &WorldCell, kind: &str, text: &str) {
     world.run.connections.apply_input(kind, text);
     let (kind, text) = (kind.to_owned(), text.to_owned());
     let step = world.state.clock.step.get();
-    world.run.connections.log.borrow_mut().push(step, String::new(), 0, ExternalInput::Event { kind, text });
+    world.run.connections.record.log.borrow_mut().push(step, String::new(), 0, ExternalInput::Event { kind, text });
 }
 
 /// Records data that a plugin read from outside the world.
 pub(crate) fn observe(world: &WorldCell, kind: &str, text: &str) {
     let (kind, text) = (kind.to_owned(), text.to_owned());
     let step = world.state.clock.step.get();
-    world.run.connections.log.borrow_mut().push(step, String::new(), 0, ExternalInput::Observed { kind, text });
+    world.run.connections.record.log.borrow_mut().push(step, String::new(), 0, ExternalInput::Observed { kind, text });
 }
 
 /// Returns the data that a plugin read at this point of the replayed run, if there is any. The outer `None` means that
 /// this run is not a replay.
 pub(crate) fn observed(world: &WorldCell, kind: &str) -> Option<Option<String>> {
     let step = world.state.clock.step.get();
-    let found = world.run.connections.replay.borrow_mut().as_mut().map(|r| r.next_observed(step, kind))?;
+    let found = world.run.connections.record.replay.borrow_mut().as_mut().map(|r| r.next_observed(step, kind))?;
     if let Some(text) = &found {
         observe(world, kind, text);
     }
@@ -87,5 +87,5 @@ pub(crate) fn restore_inputs(world: &WorldCell, records: Vec<InputRecord>) {
             world.run.connections.apply_input(kind, text);
         }
     }
-    world.run.connections.log.borrow_mut().restore(records);
+    world.run.connections.record.log.borrow_mut().restore(records);
 }

@@ -13,7 +13,7 @@ pub(crate) fn missing_collection(which: i64) -> Fail {
 
 /// Returns the objects of a collection without duplicates, in the order in which they were added.
 pub(crate) fn objects(c: &Ctx<'_>, which: i64) -> Result<Vec<tatu_object>> {
-    let collection = state(c)?.collections.all.get(&which).cloned().ok_or_else(|| missing_collection(which))?;
+    let collection = state(c)?.sets.collections.all.get(&which).cloned().ok_or_else(|| missing_collection(which))?;
     let w = c.world();
     let mut out: Vec<tatu_object> = Vec::new();
     for part in &collection.parts {
@@ -39,7 +39,7 @@ pub(crate) fn objects(c: &Ctx<'_>, which: i64) -> Result<Vec<tatu_object>> {
 
 /// Returns whether a number is the handle of a collection.
 pub(crate) fn is_collection(c: &Ctx<'_>, which: i64) -> Result<bool> {
-    Ok(which > FIRST_HANDLE && state(c)?.collections.all.contains_key(&which))
+    Ok(which > FIRST_HANDLE && state(c)?.sets.collections.all.contains_key(&which))
 }
 
 /// The objects among which a command searches: the whole scene, or a list.

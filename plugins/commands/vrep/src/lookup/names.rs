@@ -23,7 +23,7 @@ pub(crate) fn split(name: &str) -> (&str, i64) {
 
 /// Returns the suffix that the calling script has set, by default the suffix of its object's name.
 pub(crate) fn suffix(c: &Ctx<'_>) -> Result<i64> {
-    if let Some(chosen) = state(c)?.suffixes.get(&c.caller_script()) {
+    if let Some(chosen) = state(c)?.script_values.suffixes.get(&c.caller_script()) {
         return Ok(*chosen);
     }
     match c.caller_object() {

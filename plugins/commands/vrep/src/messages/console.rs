@@ -41,7 +41,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.command(
         Cmd::new("sim.auxiliaryConsoleOpen", |c| {
             let title = c.bytes(0)?.to_vec();
-            let console = state(c)?.consoles.open(title);
+            let console = state(c)?.channels.consoles.open(title);
             c.ret(console);
             Ok(())
         })
@@ -66,7 +66,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         Cmd::new("sim.auxiliaryConsolePrint", |c| {
             let console = c.i64(0)?;
             let text = c.has(1).then(|| c.bytes(1)).transpose()?;
-            if let Some(title) = state(c)?.consoles.title(console) {
+            if let Some(title) = state(c)?.channels.consoles.title(console) {
                 match text {
                     Some(text) => c.world().log(TATU_LOG_CONSOLE, &[title.as_slice(), b"\0", text].concat()),
                     None => c.world().log(TATU_LOG_CONSOLE_CLEAR, &title),
@@ -84,7 +84,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.command(
         Cmd::new("sim.auxiliaryConsoleShow", |c| {
             let console = c.i64(0)?;
-            let there = state(c)?.consoles.has(console);
+            let there = state(c)?.channels.consoles.has(console);
             c.ret(i64::from(there));
             Ok(())
         })
@@ -134,7 +134,7 @@ fn log_argument(c: &SharedCtx<'_>, level: u32, i: usize) -> Result {
 /// otherwise 0.
 fn change_consoles(c: &mut Ctx<'_>, work: impl FnOnce(&mut Consoles, LineCallback<'_>) -> bool) -> Result {
     let mut lines = Vec::new();
-    let there = work(&mut state(c)?.consoles, &mut |line| lines.push(line.to_vec()));
+    let there = work(&mut state(c)?.channels.consoles, &mut |line| lines.push(line.to_vec()));
     for line in lines {
         c.world().log(TATU_LOG_INFO, &line);
     }

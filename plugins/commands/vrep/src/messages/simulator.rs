@@ -8,7 +8,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         Cmd::new("sim.getSimulatorMessage", |c| {
             let script = c.caller_script();
             send_pressed_keys(c)?;
-            let message = state(c)?.messages.next(script);
+            let message = state(c)?.channels.messages.next(script);
             match message {
                 Some((kind, aux)) => {
                     c.ret(kind);
@@ -29,7 +29,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             let kind = c.i64(0)?;
             let v = c.arg(1);
             let aux = [0, 1, 2, 3].map(|i| v.number(i).unwrap_or(0.0) as i64);
-            state(c)?.messages.send(kind, aux);
+            state(c)?.channels.messages.send(kind, aux);
             Ok(())
         })
         .param(Param::int("message").text("sim.message_..."))
@@ -42,11 +42,11 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
 /// Converts the keys pressed since the last call to messages.
 fn send_pressed_keys(c: &Ctx<'_>) -> Result {
     loop {
-        let seen = state(c)?.messages.inputs;
+        let seen = state(c)?.channels.messages.inputs;
         let Some((kind, text)) = c.world().input(seen) else { return Ok(()) };
-        state(c)?.messages.inputs = seen + 1;
+        state(c)?.channels.messages.inputs = seen + 1;
         match (kind.as_str(), keys::code(&text)) {
-            ("key", Some((code, modifiers))) => state(c)?.messages.send(KEY_PRESS, [code, modifiers, 0, 0]),
+            ("key", Some((code, modifiers))) => state(c)?.channels.messages.send(KEY_PRESS, [code, modifiers, 0, 0]),
             ("key", None) => {
                 let text = format!("there is no key `{text}`: expected a character, a name such as `up`, or a code");
                 c.world().log(TATU_LOG_WARNING, text.as_bytes());

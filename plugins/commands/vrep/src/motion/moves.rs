@@ -182,14 +182,14 @@ fn number_of(c: &Ctx<'_>) -> Result<i64> {
 
 fn start_motion(c: &Ctx<'_>, motion: ActiveMotion) -> Result<i64> {
     let mut state = state(c)?;
-    state.moved += 1;
-    let number = state.moved;
-    state.motions.insert(number, motion);
+    state.motion.moved += 1;
+    let number = state.motion.moved;
+    state.motion.motions.insert(number, motion);
     Ok(number)
 }
 
 fn end_motion(c: &Ctx<'_>, number: i64) -> Result {
-    let motion = state(c)?.motions.remove(&number);
+    let motion = state(c)?.motion.motions.remove(&number);
     if let Some(ActiveMotion { listener: MotionCallback::Function(f), .. }) = motion {
         c.drop_func(f);
     }
@@ -234,7 +234,7 @@ fn advance(c: &mut Ctx<'_>, number: i64) -> Result<(bool, Value)> {
     let dt = c.world().f64(0, c.plugin().p.dt)?;
     let (motion, (mut arrived, now, left)) = {
         let mut state = state(c)?;
-        let motion = state.motions.get_mut(&number);
+        let motion = state.motion.motions.get_mut(&number);
         let motion = motion.ok_or_else(|| Fail::missing(format!("there is no motion {number}")))?;
         let stepped = motion.profile.step(dt);
         (motion.clone(), stepped)

@@ -323,15 +323,15 @@ fn follow_path(c: &mut Ctx<'_>) -> Result<Outcome> {
             let start = if c.has(3) { c.f64(3)? } else { 0.0 };
             let v = if c.has(4) { c.f64(4)? } else { 0.1 };
             let mut state = crate::state::state(c)?;
-            state.moved += 1;
-            let number = state.moved;
+            state.motion.moved += 1;
+            let number = state.motion.moved;
             let what = int_or(c, 2, 3)?;
-            state.follows.insert(number, (object, path, what, start, v));
+            state.motion.follows.insert(number, (object, path, what, start, v));
             number
         }
         word => word as i64,
     };
-    let found = crate::state::state(c)?.follows.get(&word).copied();
+    let found = crate::state::state(c)?.motion.follows.get(&word).copied();
     let Some((object, path, what, along, v)) = found else {
         return Err(Fail::new("the motion along the path no longer exists"));
     };
@@ -346,8 +346,8 @@ fn follow_path(c: &mut Ctx<'_>) -> Result<Outcome> {
     {
         let mut state = crate::state::state(c)?;
         if arrived {
-            state.follows.remove(&word);
-        } else if let Some(f) = state.follows.get_mut(&word) {
+            state.motion.follows.remove(&word);
+        } else if let Some(f) = state.motion.follows.get_mut(&word) {
             f.3 = next;
         }
     }

@@ -145,7 +145,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         Cmd::new("sim.getScriptSimulationParameter", |c| {
             let script = if c.i64(0)? == HANDLE_MAIN_SCRIPT { main_script(c)? } else { self_or(c, 0)? };
             let key = (script, c.bytes(1)?.to_vec());
-            let mut found = state(c)?.parameters.get(&key).cloned();
+            let mut found = state(c)?.script_values.parameters.get(&key).cloned();
             if found.is_none() {
                 found = scene_parameter(c, &key)?;
             }
@@ -175,7 +175,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             let (name, value) = (c.bytes(1)?.to_vec(), c.bytes(2)?.to_vec());
             let scripts = with_parameters(c)?;
             for script in &scripts {
-                state(c)?.parameters.insert((*script, name.clone()), value.clone());
+                state(c)?.script_values.parameters.insert((*script, name.clone()), value.clone());
             }
             if old_era(c) {
                 c.ret(scripts.len() as i64);

@@ -15,7 +15,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         both(["sim.createCollection", "simCreateCollection"], MINUS_ONE, |c| {
             // Before 4.2, the first argument was the name.
             let name = c.arg(0).as_str().map_or(String::new(), |s| s.into_owned());
-            let made = state(c)?.collections.add(name);
+            let made = state(c)?.sets.collections.add(name);
             c.ret(made);
             Ok(())
         })
@@ -61,7 +61,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             let which = c.i64(0)?;
             if name == "sim.emptyCollection" {
                 change(c, which, |collection| collection.parts.clear())?;
-            } else if state(c)?.collections.all.remove(&which).is_none() {
+            } else if state(c)?.sets.collections.all.remove(&which).is_none() {
                 return Err(missing_collection(which));
             }
             finish_setter(c)
@@ -84,12 +84,12 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.command(
         both(["sim.getCollectionHandle", "simGetCollectionHandle"], MINUS_ONE, |c| {
             let name = c.text(0)?;
-            let found = state(c)?.collections.all.iter().find(|(_, k)| k.name == name).map(|(h, _)| *h);
+            let found = state(c)?.sets.collections.all.iter().find(|(_, k)| k.name == name).map(|(h, _)| *h);
             match found {
                 Some(h) => c.ret(h),
                 // In a run without a scene, an empty collection replaces a missing one.
                 None if c.world().makes_stand_ins() => {
-                    let made = state(c)?.collections.add(name);
+                    let made = state(c)?.sets.collections.add(name);
                     c.ret(made);
                 }
                 None => return Err(Fail::missing(format!("there is no collection `{name}`"))),
@@ -104,6 +104,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         both(["sim.getCollectionName", "simGetCollectionName"], NIL, |c| {
             let which = c.i64(0)?;
             let name = state(c)?
+                .sets
                 .collections
                 .all
                 .get(&which)
@@ -129,7 +130,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
 }
 
 fn change(c: &Ctx<'_>, which: i64, change: impl FnOnce(&mut Collection)) -> Result {
-    change_in(&mut state(c)?.collections, which, change)
+    change_in(&mut state(c)?.sets.collections, which, change)
 }
 
 fn change_in(all: &mut Collections, which: i64, change: impl FnOnce(&mut Collection)) -> Result {

@@ -26,7 +26,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.command(
         Cmd::new("sim.setObjectSel", |c| {
             let ids = sets::list(c, 0)?;
-            state(c)?.selection = ids;
+            state(c)?.sets.selection = ids;
             Ok(())
         })
         .alias("sim.setObjectSelection")
@@ -39,7 +39,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     ] {
         let command = both(names, MINUS_ONE, move |c| {
             let ids = objects_of_arguments(c)?;
-            let selection = &mut state(c)?.selection;
+            let selection = &mut state(c)?.sets.selection;
             selection.retain(|s| !ids.contains(s));
             if add {
                 selection.extend(ids);
@@ -62,7 +62,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.command(
         both(["sim.isObjectInSelection", "simIsObjectInSelection"], MINUS_ONE, |c| {
             let id = existing_object(c, 0)?.id;
-            let inside = state(c)?.selection.contains(&id);
+            let inside = state(c)?.sets.selection.contains(&id);
             c.ret(i64::from(inside));
             Ok(())
         })
@@ -73,7 +73,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
 }
 
 fn selected(c: &Ctx<'_>) -> Result<Vec<i64>> {
-    let all = state(c)?.selection.clone();
+    let all = state(c)?.sets.selection.clone();
     Ok(all.into_iter().filter(|id| c.world().look(*id).is_ok()).map(handle).collect())
 }
 

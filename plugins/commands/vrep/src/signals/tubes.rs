@@ -6,7 +6,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.command(
         Cmd::new("sim.tubeOpen", |c| {
             let (header, name, room) = (c.i64(0)?, c.bytes(1)?.to_vec(), int_or(c, 2, 1)?);
-            let tube = state(c)?.tubes.open(header, name, room);
+            let tube = state(c)?.channels.tubes.open(header, name, room);
             c.ret(tube.unwrap_or(-1));
             Ok(())
         })
@@ -27,7 +27,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.command(
         Cmd::new("sim.tubeWrite", |c| {
             let (tube, data) = (c.i64(0)?, c.bytes(1)?.to_vec());
-            let sent = state(c)?.tubes.write(tube, data);
+            let sent = state(c)?.channels.tubes.write(tube, data);
             c.ret(i64::from(sent));
             Ok(())
         })
@@ -50,7 +50,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.command(
         Cmd::new("sim.tubeStatus", |c| {
             let tube = c.i64(0)?;
-            let status = state(c)?.tubes.status(tube);
+            let status = state(c)?.channels.tubes.status(tube);
             if let Some((connected, here, there)) = status {
                 c.ret(i64::from(connected));
                 c.ret(here as i64);
@@ -69,7 +69,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.command(
         Cmd::new("sim.tubeClose", |c| {
             let tube = c.i64(0)?;
-            let was_open = state(c)?.tubes.close(tube);
+            let was_open = state(c)?.channels.tubes.close(tube);
             c.ret(i64::from(was_open));
             Ok(())
         })
@@ -89,7 +89,7 @@ fn read(c: &mut Ctx<'_>) -> Result<Outcome> {
         word => word as i64 - 1,
     };
     let blocking = c.resumed() != 0 || c.arg(1).truthy();
-    let packet = state(c)?.tubes.read(tube);
+    let packet = state(c)?.channels.tubes.read(tube);
     match packet {
         Some(data) => c.ret(data.as_slice()),
         None if blocking && tube >= 0 && c.can_wait() => return c.wait_poll(tube as u64 + 1),

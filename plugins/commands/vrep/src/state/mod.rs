@@ -41,28 +41,58 @@ pub(crate) struct WorldStateInner {
     /// Whether the registrations of the scene have been read.
     read: bool,
     pub(crate) registered: Registrations,
-    pub(crate) consoles: Consoles,
-    pub(crate) tubes: Tubes,
-    pub(crate) messages: MessageQueue,
-    /// Suffixes that scripts have set with `setNameSuffix`.
-    pub(crate) suffixes: BTreeMap<tatu_object, i64>,
-    /// Simulation parameters of scripts, by script and name.
-    pub(crate) parameters: BTreeMap<(tatu_object, Vec<u8>), Vec<u8>>,
+    pub(crate) channels: ScriptChannels,
+    pub(crate) script_values: ScriptValues,
     /// Names of the signals for which threads wait, by resume word.
     pub(crate) waits: BTreeMap<u64, Vec<u8>>,
     /// Number of random numbers returned so far.
     pub(crate) drawn: u64,
     pub(crate) error_report_mode: i64,
-    pub(crate) selection: Vec<tatu_object>,
-    pub(crate) collections: Collections,
+    pub(crate) sets: ObjectSets,
     pub(crate) wireless: PendingWireless,
     pub(crate) dialogs: Dialogs,
     pub(crate) profiles: Profiles,
     pub(crate) last_error: Vec<u8>,
+    pub(crate) vision: VisionRecord,
+    pub(crate) motion: MotionRecord,
+}
+
+/// Ways by which scripts communicate.
+#[derive(Serialize, Deserialize)]
+pub(crate) struct ScriptChannels {
+    pub(crate) consoles: Consoles,
+    pub(crate) tubes: Tubes,
+    pub(crate) messages: MessageQueue,
+}
+
+/// Values that scripts have set for scripts.
+#[derive(Serialize, Deserialize)]
+pub(crate) struct ScriptValues {
+    /// Suffixes that scripts have set with `setNameSuffix`.
+    pub(crate) suffixes: BTreeMap<tatu_object, i64>,
+    /// Simulation parameters of scripts, by script and name.
+    pub(crate) parameters: BTreeMap<(tatu_object, Vec<u8>), Vec<u8>>,
+}
+
+/// Sets of objects.
+#[derive(Serialize, Deserialize)]
+pub(crate) struct ObjectSets {
+    pub(crate) selection: Vec<tatu_object>,
+    pub(crate) collections: Collections,
+}
+
+/// Results and working images of vision sensors.
+#[derive(Serialize, Deserialize)]
+pub(crate) struct VisionRecord {
     /// Results of filters and callbacks, by vision sensor.
     pub(crate) seen: VisionResults,
     /// Working images, by vision sensor.
     pub(crate) work: BTreeMap<tatu_object, WorkingImage>,
+}
+
+/// Motions in progress, and paths that objects follow.
+#[derive(Serialize, Deserialize)]
+pub(crate) struct MotionRecord {
     /// Active motions by number.
     pub(crate) motions: BTreeMap<i64, ActiveMotion>,
     /// Number of motions started so far, including those along paths.
@@ -101,25 +131,22 @@ impl WorldStateInner {
             step: 0,
             read: false,
             registered: Registrations::default(),
-            consoles: Consoles::default(),
-            tubes: Tubes::default(),
-            messages: MessageQueue::default(),
-            suffixes: BTreeMap::new(),
-            parameters: BTreeMap::new(),
+            channels: ScriptChannels {
+                consoles: Consoles::default(),
+                tubes: Tubes::default(),
+                messages: MessageQueue::default(),
+            },
+            script_values: ScriptValues { suffixes: BTreeMap::new(), parameters: BTreeMap::new() },
             waits: BTreeMap::new(),
             drawn: 0,
             error_report_mode: 1,
-            selection: Vec::new(),
-            collections: Collections::default(),
+            sets: ObjectSets { selection: Vec::new(), collections: Collections::default() },
             wireless: PendingWireless::default(),
             dialogs: Dialogs::default(),
             profiles: Profiles::default(),
             last_error: Vec::new(),
-            seen: VisionResults::new(),
-            work: BTreeMap::new(),
-            motions: BTreeMap::new(),
-            moved: 0,
-            follows: BTreeMap::new(),
+            vision: VisionRecord { seen: VisionResults::new(), work: BTreeMap::new() },
+            motion: MotionRecord { motions: BTreeMap::new(), moved: 0, follows: BTreeMap::new() },
         }
     }
 }
@@ -128,7 +155,7 @@ impl WorldStateInner {
 impl Drop for WorldStateInner {
     fn drop(&mut self) {
         let Some(host) = self.host else { return };
-        self.consoles.close_all(&mut |line| {
+        self.channels.consoles.close_all(&mut |line| {
             host.log(TATU_LOG_INFO, &String::from_utf8_lossy(line));
         });
     }
@@ -158,6 +185,6 @@ pub(crate) fn state<'a>(c: &Ctx<'a>) -> Result<RefMut<'a, WorldStateInner>> {
     }
     let mut inner = c.instance().0.try_borrow_mut().map_err(|_| busy())?;
     inner.registered = registered;
-    collections.into_iter().for_each(|k| inner.collections.insert(k));
+    collections.into_iter().for_each(|k| inner.sets.collections.insert(k));
     Ok(inner)
 }

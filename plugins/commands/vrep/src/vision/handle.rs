@@ -12,7 +12,7 @@ use crate::{kit::*, state::state};
 
 /// Returns the results for a sensor's current image. If the filters have not processed this image yet, runs them first.
 pub(super) fn current_result(c: &Ctx<'_>, view: &VisionView) -> Result<VisionResult> {
-    let stored = state(c)?.seen.get(&view.id).filter(|s| s.stamp == stamp(view)).cloned();
+    let stored = state(c)?.vision.seen.get(&view.id).filter(|s| s.stamp == stamp(view)).cloned();
     match stored {
         Some(seen) => Ok(seen),
         None if view.sequence == 0 => Ok(VisionResult::of(view)),
@@ -26,7 +26,7 @@ pub(super) fn current_result(c: &Ctx<'_>, view: &VisionView) -> Result<VisionRes
 
 /// Stores the result for a sensor's current image.
 pub(super) fn store_result(c: &Ctx<'_>, view: &VisionView, seen: VisionResult) -> Result {
-    state(c)?.seen.insert(view.id, VisionResult { stamp: stamp(view), ..seen });
+    state(c)?.vision.seen.insert(view.id, VisionResult { stamp: stamp(view), ..seen });
     Ok(())
 }
 
@@ -217,7 +217,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                 if is_vision_sensor(c, sensor) {
                     c.world().reset_reading(sensor)?;
                 }
-                state(c)?.seen.remove(&sensor);
+                state(c)?.vision.seen.remove(&sensor);
             }
             c.ret(0_i64);
             Ok(())

@@ -298,7 +298,7 @@ fn run(c: &mut Ctx<'_>, function: &FilterFunction) -> Result {
     let view = VisionView::of(c, 0)?;
     let filter = filter(c, function)?;
     let seen = current_result(c, &view)?;
-    let mut work = state(c)?.work.remove(&view.id).filter(|w| (w.columns, w.rows) == (view.columns, view.rows));
+    let mut work = state(c)?.vision.work.remove(&view.id).filter(|w| (w.columns, w.rows) == (view.columns, view.rows));
     let work = work.get_or_insert_with(|| WorkingImage::new(view.columns, view.rows));
     let mut found = FilterOutput::default();
     let done = {
@@ -309,7 +309,7 @@ fn run(c: &mut Ctx<'_>, function: &FilterFunction) -> Result {
     };
     let colors = (function.kind == 35 && c.arg(3).truthy()).then(|| colors(work, &filter));
     let work = std::mem::take(work);
-    state(c)?.work.insert(view.id, work);
+    state(c)?.vision.work.insert(view.id, work);
     done?;
     if found.rgb.is_some() || found.depth.is_some() {
         let mut seen = seen;

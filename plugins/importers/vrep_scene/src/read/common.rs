@@ -22,16 +22,10 @@ pub struct CommonPart {
     pub alias: Option<String>,
     /// Unique name, with its suffix.
     pub name: Option<String>,
-    /// Bits that affect the user interface and, in files from before 2011, hide the object.
-    pub object_property: i32,
-    /// Whether the file contained `object_property`.
-    pub has_object_property: bool,
+    /// Properties stored as bits.
+    pub flags: PropertyFlags,
     /// Whether the object is the base of a model.
     pub model_base: bool,
-    /// Bits that determine how sensors and commands treat the object.
-    pub special_property: Option<i32>,
-    /// Bits of the properties that a model base overrides for its model.
-    pub model_property: i32,
     /// Layers, one bit per layer.
     pub layer: u16,
     /// Order in which the object's scripts are called; since 4.4.
@@ -52,6 +46,19 @@ pub struct CommonPart {
     pub acknowledgement: String,
 }
 
+/// The properties of an object that are stored as bits.
+#[derive(Debug, Clone)]
+pub struct PropertyFlags {
+    /// Bits that affect the user interface and, in files from before 2011, hide the object.
+    pub object_property: i32,
+    /// Whether the file contained `object_property`.
+    pub has_object_property: bool,
+    /// Bits that determine how sensors and commands treat the object.
+    pub special_property: Option<i32>,
+    /// Bits of the properties that a model base overrides for its model.
+    pub model_property: i32,
+}
+
 impl Default for CommonPart {
     fn default() -> Self {
         CommonPart {
@@ -60,11 +67,13 @@ impl Default for CommonPart {
             parent: -1,
             alias: None,
             name: None,
-            object_property: 0,
-            has_object_property: false,
+            flags: PropertyFlags {
+                object_property: 0,
+                has_object_property: false,
+                special_property: None,
+                model_property: 0,
+            },
             model_base: false,
-            special_property: None,
-            model_property: 0,
             layer: 1,
             script_priority: 0,
             order: None,
@@ -84,12 +93,12 @@ pub const TAGS: &[ElementTag<CommonPart>] = tags!(CommonPart {
     "Ids" => |o, c, _| Ok((o.id, o.parent) = (c.i32()?, c.i32()?)),
     "Ali" => |o, c, _| Ok(o.alias = Some(c.text()?)),
     "Nme" => |o, c, _| Ok(o.name = Some(c.text()?)),
-    "Op2" => |o, c, _| Ok((o.object_property, o.has_object_property) = (c.i32()?, true)),
+    "Op2" => |o, c, _| Ok((o.flags.object_property, o.flags.has_object_property) = (c.i32()?, true)),
     "Var" => |o, c, _| Ok(o.model_base = c.u8()? & 1 != 0),
     "Va2" => |o, c, _| Ok(o.model_base = c.u8()? & 1 != 0),
     "Va3" => |o, c, _| Ok(o.model_base = c.u8()? & 1 != 0),
-    "Omp" => |o, c, _| Ok(o.special_property = Some(c.i32()?)),
-    "Mpo" => |o, c, _| Ok(o.model_property = c.i32()?),
+    "Omp" => |o, c, _| Ok(o.flags.special_property = Some(c.i32()?)),
+    "Mpo" => |o, c, _| Ok(o.flags.model_property = c.i32()?),
     "Lar" => |o, c, _| Ok(o.layer = c.u16()?),
     "Sep" => |o, c, _| Ok(o.script_priority = c.i32()?),
     "Cor" => |o, c, _| Ok(o.order = Some(c.i32()?)),
@@ -140,7 +149,7 @@ impl CommonPart {
     pub fn layers(&self) -> u16 {
         // Program versions from before 2011 store 8 layers, and hide an object by clearing a bit of its object
         // property.
-        let hidden = self.has_object_property && self.object_property & 4 == 0;
+        let hidden = self.flags.has_object_property && self.flags.object_property & 4 == 0;
         if hidden && self.layer < 256 { self.layer << 8 } else { self.layer }
     }
 }

@@ -23,10 +23,8 @@ pub struct Joint {
     pub limits: [f64; 2],
     /// Whether the joint rotates without limits.
     pub cyclic: bool,
-    /// Flags of the motor. Bit 4: on; bit 5: position control; bit 6: hybrid; bit 7: spring.
-    pub motor: u8,
-    /// Whether the motor is locked at a target velocity of zero.
-    pub locked: bool,
+    /// The motor.
+    pub drive: JointDrive,
     /// Whether limits are enforced even if the joint is not dynamic.
     pub enforced: bool,
     /// Pitch of a screw, m/rad.
@@ -37,6 +35,23 @@ pub struct Joint {
     pub mode: i32,
     /// Handle of the joint on which this joint depends, and factor and offset of the dependency.
     pub master: (i32, [f64; 2]),
+    /// Maximum velocity of position control; before 4.4.
+    pub old_max_velocity: Option<f64>,
+    /// Maximum velocity, acceleration and jerk; since 4.3.
+    pub max_motion: Option<[f64; 3]>,
+    /// 0 free, 1 force, 4 velocity, 8 and 9 position, 12 and 13 spring, 16 callback; since 4.3.
+    pub control: Option<i32>,
+    /// Parameters for each engine.
+    pub engines: JointEngines,
+}
+
+/// The motor of a joint, with its targets and gains.
+#[derive(Debug, Clone)]
+pub struct JointDrive {
+    /// Flags of the motor. Bit 4: on; bit 5: position control; bit 6: hybrid; bit 7: spring.
+    pub motor: u8,
+    /// Whether the motor is locked at a target velocity of zero.
+    pub locked: bool,
     /// Target velocity, rad/s or m/s.
     pub target_velocity: f64,
     /// Maximum torque or force, N m or N; not negative.
@@ -47,12 +62,11 @@ pub struct Joint {
     pub pid: [f64; 3],
     /// Stiffness and damping of the spring, N m/rad and N m s/rad, or N/m and N s/m.
     pub spring: [f64; 2],
-    /// Maximum velocity of position control; before 4.4.
-    pub old_max_velocity: Option<f64>,
-    /// Maximum velocity, acceleration and jerk; since 4.3.
-    pub max_motion: Option<[f64; 3]>,
-    /// 0 free, 1 force, 4 velocity, 8 and 9 position, 12 and 13 spring, 16 callback; since 4.3.
-    pub control: Option<i32>,
+}
+
+/// Parameters of a joint for each engine.
+#[derive(Debug, Clone)]
+pub struct JointEngines {
     /// Parameters of the Bullet engine.
     pub bullet: EngineBlock,
     /// Parameters of the ODE engine.
@@ -68,24 +82,28 @@ impl Default for Joint {
             position: 0.0,
             limits: [0.0; 2],
             cyclic: false,
-            motor: 0,
-            locked: false,
+            drive: JointDrive {
+                motor: 0,
+                locked: false,
+                target_velocity: 0.0,
+                max_force: 0.0,
+                target_position: 0.0,
+                pid: [0.1, 0.0, 0.0],
+                spring: [0.0; 2],
+            },
             enforced: false,
             pitch: 0.0,
             rotation: [1.0, 0.0, 0.0, 0.0],
             mode: 0,
             master: (-1, [1.0, 0.0]),
-            target_velocity: 0.0,
-            max_force: 0.0,
-            target_position: 0.0,
-            pid: [0.1, 0.0, 0.0],
-            spring: [0.0; 2],
             old_max_velocity: None,
             max_motion: None,
             control: None,
-            bullet: EngineBlock::default(),
-            ode: EngineBlock::default(),
-            mujoco: EngineBlock::default(),
+            engines: JointEngines {
+                bullet: EngineBlock::default(),
+                ode: EngineBlock::default(),
+                mujoco: EngineBlock::default(),
+            },
         }
     }
 }
@@ -96,12 +114,12 @@ pub const TAGS: &[ElementTag<Joint>] = tags!(Joint {
     "Prt" | "_rt" => |j, c, _| Ok(j.position = c.real()?),
     "Pmr" | "_mr" => |j, c, _| Ok(j.limits = c.reals()?),
     "Va9" => |j, c, _| {
-        j.motor = c.u8()?;
-        Ok(j.cyclic = j.motor & 1 != 0)
+        j.drive.motor = c.u8()?;
+        Ok(j.cyclic = j.drive.motor & 1 != 0)
     },
     "Vaa" => |j, c, _| {
         let bits = c.u8()?;
-        Ok((j.locked, j.enforced) = (bits & 2 != 0, bits & 4 != 0))
+        Ok((j.drive.locked, j.enforced) = (bits & 2 != 0, bits & 4 != 0))
     },
     "Jsp" | "_sp" => |j, c, _| Ok(j.pitch = c.real()?),
     "" | "Sld" => |j, c, _| Ok(j.pitch = c.real()? / std::f64::consts::TAU),
@@ -110,18 +128,18 @@ pub const TAGS: &[ElementTag<Joint>] = tags!(Joint {
     "Jdt" | "_dt" => |j, c, _| Ok(j.master = (c.i32()?, c.reals()?)),
     "Dmp" | "_mp" => |j, c, _| {
         let [velocity, force] = c.reals()?;
-        Ok((j.target_velocity, j.max_force) = (velocity, force.abs()))
+        Ok((j.drive.target_velocity, j.drive.max_force) = (velocity, force.abs()))
     },
-    "Dtp" | "_tp" => |j, c, _| Ok(j.target_position = c.real()?),
-    "Dpc" => |j, c, _| Ok(j.pid = c.reals()?),
-    "Dp2" => |j, c, _| Ok(j.pid = c.reals()?),
-    "Spp" | "_pp" => |j, c, _| Ok(j.spring = c.reals()?),
+    "Dtp" | "_tp" => |j, c, _| Ok(j.drive.target_position = c.real()?),
+    "Dpc" => |j, c, _| Ok(j.drive.pid = c.reals()?),
+    "Dp2" => |j, c, _| Ok(j.drive.pid = c.reals()?),
+    "Spp" | "_pp" => |j, c, _| Ok(j.drive.spring = c.reals()?),
     "Ulv" => |j, c, _| Ok(j.old_max_velocity = Some(c.real()?)),
     "Ruc" | "_uc" => |j, c, _| Ok(j.max_motion = Some(c.reals()?)),
     "Dcm" => |j, c, _| Ok(j.control = Some(c.i32()?)),
-    "BtN" | "_tN" => |j, c, _| Ok(j.bullet = EngineBlock::read(c)?),
-    "OdN" | "_dN" => |j, c, _| Ok(j.ode = EngineBlock::read(c)?),
-    "Mj3" | "_j3" => |j, c, _| Ok(j.mujoco = EngineBlock::read(c)?),
+    "BtN" | "_tN" => |j, c, _| Ok(j.engines.bullet = EngineBlock::read(c)?),
+    "OdN" | "_dN" => |j, c, _| Ok(j.engines.ode = EngineBlock::read(c)?),
+    "Mj3" | "_j3" => |j, c, _| Ok(j.engines.mujoco = EngineBlock::read(c)?),
 });
 
 /// Known elements that are not used: user interface, older engines, and engines that are not supported.

@@ -12,9 +12,7 @@ use super::{
 pub struct SceneSettings {
     /// Whether the file contains any of these sections.
     pub is_present: bool,
-    step: [Option<f64>; 3],
-    step_index: Option<i32>,
-    step_micros: Option<u64>,
+    steps: StepSettings,
     /// Whether a run is paced in real time.
     pub real_time: bool,
     /// Whether a run pauses at the first error of a script.
@@ -25,7 +23,6 @@ pub struct SceneSettings {
     pub engine_version: i32,
     /// Gravitational acceleration in the world frame, m/s^2.
     pub gravity: Option<[f64; 3]>,
-    physics_step: Option<f64>,
     /// Parameters of Bullet; the first one is the physics step.
     pub bullet: EngineBlock,
     /// Parameters of ODE; the first one is the physics step.
@@ -42,15 +39,24 @@ pub struct SceneSettings {
     pub disabled_stages: Vec<&'static str>,
 }
 
+/// Lengths of steps, in the forms of all versions.
+#[derive(Debug, Clone, Default)]
+pub struct StepSettings {
+    step: [Option<f64>; 3],
+    step_index: Option<i32>,
+    step_micros: Option<u64>,
+    physics_step: Option<f64>,
+}
+
 /// Step lengths to which old files refer by index, s.
 const STEP_LENGTHS_S: [f64; 5] = [0.2, 0.1, 0.05, 0.025, 0.01];
 
 impl SceneSettings {
     /// Returns the length of a step, s.
     pub fn step(&self) -> Option<f64> {
-        let [newest, seconds, oldest] = self.step;
-        let by_number = || match self.step_index? {
-            5 => self.step_micros.map(|us| us as f64 * 1e-6).or(oldest),
+        let [newest, seconds, oldest] = self.steps.step;
+        let by_number = || match self.steps.step_index? {
+            5 => self.steps.step_micros.map(|us| us as f64 * 1e-6).or(oldest),
             n => usize::try_from(n).ok().and_then(|n| STEP_LENGTHS_S.get(n).copied()),
         };
         newest.or(seconds).or_else(by_number).filter(|s| s.is_finite() && *s > 0.0)
@@ -63,7 +69,7 @@ impl SceneSettings {
             Some(n @ 2..=4) => &self.others[n as usize - 2],
             _ => &self.bullet,
         };
-        let told = self.physics_step.or_else(|| block.real(0));
+        let told = self.steps.physics_step.or_else(|| block.real(0));
         told.filter(|s| s.is_finite() && *s > 0.0).unwrap_or(0.005)
     }
 }
@@ -71,11 +77,11 @@ impl SceneSettings {
 /// Reads the section `SIM`: step length and pace of runs.
 pub fn simulation(s: &mut SceneSettings, c: &mut Cursor<'_>, unknown: &mut UnknownElements) -> ReadResult {
     let tags = tags!(SceneSettings {
-        "" | "_t3" => |s, c, _| Ok(s.step[0] = Some(c.real()?)),
-        "St3" => |s, c, _| Ok(s.step[1] = Some(short(c.single()?))),
-        "Sts" => |s, c, _| Ok(s.step[2] = Some(short(c.single()?))),
-        "St2" => |s, c, _| Ok(s.step_micros = Some(c.u64()?)),
-        "Spi" => |s, c, _| Ok(s.step_index = Some(c.i32()?)),
+        "" | "_t3" => |s, c, _| Ok(s.steps.step[0] = Some(c.real()?)),
+        "St3" => |s, c, _| Ok(s.steps.step[1] = Some(short(c.single()?))),
+        "Sts" => |s, c, _| Ok(s.steps.step[2] = Some(short(c.single()?))),
+        "St2" => |s, c, _| Ok(s.steps.step_micros = Some(c.u64()?)),
+        "Spi" => |s, c, _| Ok(s.steps.step_index = Some(c.i32()?)),
         "Ss2" => |s, c, _| {
             let bits = c.u8()?;
             Ok((s.real_time, s.pause_at_error) = (bits & 1 != 0, bits & 8 != 0))
@@ -106,7 +112,7 @@ pub fn dynamics(s: &mut SceneSettings, c: &mut Cursor<'_>, unknown: &mut Unknown
         "En3" | "_n3" => |s, c, _| engine(s, c),
         "Ver" => |s, c, _| Ok(s.engine_version = c.i32()?),
         "Stp" | "_tp" => |s, c, _| {
-            Ok(s.physics_step = Some(short(c.real()?)))
+            Ok(s.steps.physics_step = Some(short(c.real()?)))
         },
         "Bul" => |s, c, _| Ok(s.bullet.reals = vec![short(c.single()?), c.single()?]),
         "Ode" => |s, c, _| Ok(s.ode.reals = vec![short(c.single()?), c.single()?]),

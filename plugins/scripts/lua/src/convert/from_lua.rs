@@ -101,7 +101,7 @@ impl ValueReader<'_> {
                 tatu_value {
                     tag: TATU_FUNC,
                     reserved: 0,
-                    u: tatu_payload { u: self.s.instance.id << 32 | u64::from(local) },
+                    u: tatu_payload { u: self.s.border.instance.id << 32 | u64::from(local) },
                 }
             }
             LUA_TTABLE => self.table(idx, at),
@@ -259,7 +259,7 @@ impl ValueReader<'_> {
         };
         let memory = match frame_alloc {
             Some((alloc, frame)) => alloc(frame, bytes),
-            None => (self.s.commands.alloc)(self.s.world_ref(), bytes),
+            None => (self.s.border.commands.alloc)(self.s.world_ref(), bytes),
         };
         if memory.is_null() {
             errors::raise(

@@ -11,15 +11,15 @@ use crate::{lua_internals, state::ScriptState};
 /// `s` must point to a live state of this plugin.
 pub(crate) unsafe fn note_memory(s: *const std::ffi::c_void, grown: *const u8) {
     let s = &*s.cast::<ScriptState>();
-    if let Ok(mut places) = s.memory_positions.try_borrow_mut() {
-        lua_internals::with_frames(s.running.get(), grown, || *places = running_at(s));
+    if let Ok(mut places) = s.failures.memory_positions.try_borrow_mut() {
+        lua_internals::with_frames(s.threads.running.get(), grown, || *places = running_at(s));
     }
 }
 
 /// Returns the files and lines of at most 16 running calls, innermost first, without allocating memory in Lua. For
 /// calls in a coroutine of the script, the line is the one that resumed the coroutine.
 unsafe fn running_at(s: &ScriptState) -> Vec<(String, u64)> {
-    let l = s.running.get();
+    let l = s.threads.running.get();
     let mut places = Vec::new();
     if l.is_null() {
         return places;

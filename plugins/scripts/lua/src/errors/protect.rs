@@ -12,9 +12,9 @@ use crate::{
 /// Runs `f` in protected mode on the running thread; converts a Lua error to a `Fail`. `f` must not keep a value with a
 /// destructor alive across Lua functions that can raise errors.
 pub(crate) fn protect(s: &ScriptState, f: &mut dyn FnMut(*mut lua_State)) -> Result {
-    let l = s.running.get();
+    let l = s.threads.running.get();
     let mut f = f;
-    let _format = NumberFormat::begin(s.old.get());
+    let _format = NumberFormat::begin(s.mode.old.get());
     // SAFETY: `l` is a live thread of this state, and `s` is borrowed for the whole call. `lua_checkstack` has reserved
     // the slots used, `f` lives until `lua_pcall` returns, and the stack is reset to `top`.
     unsafe {

@@ -31,7 +31,7 @@ fn record_raised<'a>(s: &'a ScriptState, place: &[u8], fail: Fail) -> &'a [u8] {
         text.push(b')');
     }
     let (ptr, len) = (text.as_ptr(), text.len());
-    s.errors.borrow_mut().raised = Some((fail, text));
+    s.failures.errors.borrow_mut().raised = Some((fail, text));
     // SAFETY: the text was moved into `s.errors`, which does not move its heap buffer; it stays there until the next
     // failure is recorded, and callers copy it into Lua before that.
     unsafe { std::slice::from_raw_parts(ptr, len) }

@@ -16,7 +16,7 @@ use crate::{
 /// Message handler of every call from the host; records the message, positions and traceback.
 pub(crate) unsafe extern "C-unwind" fn handler(l: *mut lua_State) -> i32 {
     let s = state::of(l);
-    if s.errors.borrow().caught.is_none() {
+    if s.failures.errors.borrow().caught.is_none() {
         record(l, l, s);
     }
     1
@@ -57,7 +57,8 @@ unsafe fn record_error(s: &ScriptState, from: *mut lua_State, text: &[u8], trace
         }
         level += 1;
     }
-    s.errors.borrow_mut().caught = Some(CaughtError { text: text.to_vec(), traceback: traceback.to_vec(), places });
+    s.failures.errors.borrow_mut().caught =
+        Some(CaughtError { text: text.to_vec(), traceback: traceback.to_vec(), places });
 }
 
 /// Converts the error that ended a protected call.
@@ -65,7 +66,7 @@ unsafe fn record_error(s: &ScriptState, from: *mut lua_State, text: &[u8], trace
 /// # Safety
 /// The error value must be on top of the stack of `l`.
 pub(crate) unsafe fn from_lua(s: &ScriptState, l: *mut lua_State, status: i32) -> Fail {
-    let caught = s.errors.borrow_mut().caught.take();
+    let caught = s.failures.errors.borrow_mut().caught.take();
     if let Some(fail) = s.budget.exhausted_error() {
         return with_traceback(fail, caught.as_ref());
     }
@@ -85,7 +86,7 @@ pub(crate) unsafe fn from_lua(s: &ScriptState, l: *mut lua_State, status: i32) -
 }
 
 fn no_memory(s: &ScriptState) -> Fail {
-    let places = s.memory_positions.take();
+    let places = s.failures.memory_positions.take();
     at_places(memory_fail(s), &places)
 }
 
@@ -108,8 +109,8 @@ fn describe(s: &ScriptState, mut caught: CaughtError, globals: Vec<String>) -> F
             join_tracebacks(std::str::from_utf8(&caught.text[at + TRACEBACK_HEADER.len()..]).ok(), &caught.traceback);
         caught.text.truncate(at);
     }
-    let errors = s.errors.borrow();
-    let chunk = s.text.borrow().name();
+    let errors = s.failures.errors.borrow();
+    let chunk = s.sources.text.borrow().name();
     // The failure of a command is reported with its own code and text.
     if let Some((fail, text)) = &errors.raised
         && caught.text.ends_with(text)
@@ -129,9 +130,9 @@ fn describe(s: &ScriptState, mut caught: CaughtError, globals: Vec<String>) -> F
         return with_traceback(located(memory_fail(s), place, &caught), Some(&caught));
     }
     let text = String::from_utf8_lossy(text).into_owned();
-    let fail = match s.text.borrow().unknown_command(&text, &errors.unresolved) {
+    let fail = match s.sources.text.borrow().unknown_command(&text, &errors.unresolved) {
         Some(name) => {
-            let advice = || Some(s.text.borrow().rules.advice(name.as_bytes())?.into_owned());
+            let advice = || Some(s.sources.text.borrow().rules.advice(name.as_bytes())?.into_owned());
             let near = || Some(format!("did you mean `{}`?", hints::nearest(&name, hints::commands(s).into_iter())?));
             // If the module exists, only this name is wrong, so advice about missing modules does not apply.
             let root = format!("{}.", name.split('.').next().unwrap_or_default());

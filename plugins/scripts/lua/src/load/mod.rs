@@ -24,7 +24,7 @@ use preludes::run_preludes;
 
 /// Loads a script's source, and returns its dialect.
 pub(crate) fn load(s: &ScriptState, text: &[u8], chunk: &str, dialect: &str) -> Result<String> {
-    *s.source_words.borrow_mut() = lexer::words(text);
+    *s.sources.source_words.borrow_mut() = lexer::words(text);
     let mut rules = PreludeRules::default();
     let dialect = if dialect.is_empty() {
         // The preludes infer the dialect in a first pass. Its errors are ignored, because the second pass reports them
@@ -42,16 +42,16 @@ pub(crate) fn load(s: &ScriptState, text: &[u8], chunk: &str, dialect: &str) -> 
         dialect.to_owned()
     };
     let old = version(&dialect).is_some_and(|v| v < (4, 2));
-    s.old.set(old);
+    s.mode.old.set(old);
     compat::open(s, old)?;
     // Garbage of this phase and of the preludes would scatter the script's own objects in memory.
     // SAFETY: `s.main` is the live main thread of this state, and no Lua code runs.
-    unsafe { gc::collect_fully(s.main, s) };
+    unsafe { gc::collect_fully(s.threads.main, s) };
     run_preludes(s, Some(&dialect), &mut rules)?;
-    let words = s.source_words.take();
-    s.single.set(rules.single);
+    let words = s.sources.source_words.take();
+    s.mode.single.set(rules.single);
     if !rules.wait_command.is_empty() {
-        s.slices.wait_command.set(s.commands.number(s.world_ref(), &rules.wait_command));
+        s.slices.wait_command.set(s.border.commands.number(s.world_ref(), &rules.wait_command));
     }
     if rules.functions.is_empty() {
         rules.functions.push((Vec::new(), Vec::new()));
@@ -61,7 +61,7 @@ pub(crate) fn load(s: &ScriptState, text: &[u8], chunk: &str, dialect: &str) -> 
         rerun.drop_empty_branches(text, |word| number(s, word));
     }
     let may_rerun = rules.rerun.as_ref().is_some_and(|r| old || words.binary_search(&r.variable).is_ok());
-    *s.text.borrow_mut() = LoadedSource {
+    *s.sources.text.borrow_mut() = LoadedSource {
         chunk: chunk.to_owned(),
         rules: Arc::new(rules),
         style: CallbackStyle::NotRun,
@@ -70,11 +70,11 @@ pub(crate) fn load(s: &ScriptState, text: &[u8], chunk: &str, dialect: &str) -> 
         names: Vec::new(),
     };
     // SAFETY: `s.main` is the live main thread of this state, and no Lua code runs.
-    unsafe { gc::collect_fully(s.main, s) };
+    unsafe { gc::collect_fully(s.threads.main, s) };
     compile(s, text, chunk)?;
     snapshot::baseline::record(s)?;
     // SAFETY: `s.main` is the live main thread of this state, and no Lua code runs.
-    unsafe { gc::restart(s.main) };
+    unsafe { gc::restart(s.threads.main) };
     Ok(dialect)
 }
 
@@ -86,7 +86,7 @@ fn compile(s: &ScriptState, text: &[u8], chunk: &str) -> Result {
         _ => 0,
     };
     let text = &text[skip..];
-    let modern = if s.old.get() { lexer::to_lua54(text) } else { text.into() };
+    let modern = if s.mode.old.get() { lexer::to_lua54(text) } else { text.into() };
     let text: &[u8] = &modern;
     let name = CString::new(format!("@{chunk}").replace('\0', "")).unwrap_or_default();
     let mut message = None;
@@ -136,7 +136,9 @@ fn number(s: &ScriptState, word: &[u8]) -> Option<i64> {
             }
         }
         let mut value = ValueRef::NIL;
-        if (s.commands.constant)(s.world_ref(), word.into(), Some(&mut value)) == TATU_OK && value.tag() == TATU_I64 {
+        if (s.border.commands.constant)(s.world_ref(), word.into(), Some(&mut value)) == TATU_OK
+            && value.tag() == TATU_I64
+        {
             found = value.as_i64();
         }
     })

@@ -143,7 +143,7 @@ unsafe fn read_rules(l: *mut lua_State, rules: &mut PreludeRules) {
 /// Implements `has(...)` for preludes: returns whether the script's source contains any of the names or operators.
 unsafe extern "C-unwind" fn has(l: *mut lua_State) -> i32 {
     let found = {
-        let words = state::of(l).source_words.borrow();
+        let words = state::of(l).sources.source_words.borrow();
         (1..=lua_gettop(l)).any(|i| words.binary_search_by(|w| w.as_slice().cmp(bytes(l, i))).is_ok())
     };
     lua_pushboolean(l, i32::from(found));
@@ -154,7 +154,7 @@ unsafe extern "C-unwind" fn has(l: *mut lua_State) -> i32 {
 /// not less than `from` and is less than `to`; nil if there is no such name.
 unsafe extern "C-unwind" fn between(l: *mut lua_State) -> i32 {
     let word = {
-        let words = state::of(l).source_words.borrow();
+        let words = state::of(l).sources.source_words.borrow();
         let at = words.partition_point(|w| w.as_slice() < bytes(l, 1));
         words.get(at).filter(|w| w.as_slice() < bytes(l, 2)).map(|w| (w.as_ptr(), w.len()))
     };
@@ -170,6 +170,6 @@ unsafe extern "C-unwind" fn between(l: *mut lua_State) -> i32 {
 
 /// Returns the script's kind, such as "child" or "main".
 fn kind(s: &ScriptState) -> Vec<u8> {
-    let kind = s.world().get(s.instance.owner, s.host.prop("script.kind"));
+    let kind = s.world().get(s.border.instance.owner, s.border.host.prop("script.kind"));
     kind.ok().and_then(|v| v.as_bytes().map(<[u8]>::to_vec)).unwrap_or_default()
 }

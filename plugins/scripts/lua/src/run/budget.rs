@@ -128,7 +128,7 @@ unsafe fn stop_script(l: *mut lua_State) -> ! {
     }
     // From now on, the hook raises an error at every instruction, so that no protected call or coroutine continues.
     lua_sethook(l, Some(hook), LUA_MASKCOUNT, 1);
-    lua_sethook(s.main, Some(hook), LUA_MASKCOUNT, 1);
+    lua_sethook(s.threads.main, Some(hook), LUA_MASKCOUNT, 1);
     luaL_checkstack(l, 2, std::ptr::null());
     push(l, b"the script has used up its instructions");
     lua_error(l);

@@ -46,7 +46,7 @@ fn first(style: CallbackStyle) -> &'static [u8] {
 /// Returns the number of a callable, or 0 if the script has no such callable.
 pub(crate) fn find(s: &ScriptState, how: u32, name: &[u8]) -> u32 {
     let (style, rules, over) = {
-        let text = s.text.borrow();
+        let text = s.sources.text.borrow();
         (text.style, text.rules.clone(), text.is_cleaned_up)
     };
     let mut there = false;
@@ -75,7 +75,7 @@ pub(crate) fn find(s: &ScriptState, how: u32, name: &[u8]) -> u32 {
     if !there {
         return 0;
     }
-    let names = &mut s.text.borrow_mut().names;
+    let names = &mut s.sources.text.borrow_mut().names;
     let at = names.iter().position(|n| n.0 == how && *n.1 == *name);
     (at.unwrap_or_else(|| {
         names.push((how, name.into()));
@@ -139,7 +139,7 @@ pub(crate) fn call(
     used: &mut u64,
 ) -> Result<Flow> {
     let (how, name, style, rules, may_rerun) = {
-        let text = s.text.borrow();
+        let text = s.sources.text.borrow();
         let at = (callable as usize).wrapping_sub(1);
         let (how, name) = text
             .names
@@ -169,7 +169,7 @@ pub(crate) fn call(
             (CallbackStyle::Step, _) => run_text(l, s, rules, frame),
             (CallbackStyle::NotRun, _) => first_run(l, s, rules, may_rerun, name, frame),
             (CallbackStyle::Rerun, Some(rerun)) => {
-                rerun.set_globals(l, s.instance.owner, rerun.value(name));
+                rerun.set_globals(l, s.border.instance.owner, rerun.value(name));
                 registry(l, reg::SCRIPT_CHUNK);
                 start_or_call(l, s, rules, name, frame)
             }
@@ -177,7 +177,7 @@ pub(crate) fn call(
             _ => Flow::Done,
         }
     });
-    let begun = s.text.borrow().style != CallbackStyle::NotRun;
+    let begun = s.sources.text.borrow().style != CallbackStyle::NotRun;
     if style == CallbackStyle::NotRun && !begun && result.is_err() && how == TATU_FIND_CALLBACK {
         // The script failed in its first run: retain the callbacks that it has defined so far, in particular `cleanup`.
         // SAFETY: `protect` calls the closure with a live thread and catches Lua errors; `rules` outlives the call.
@@ -186,7 +186,7 @@ pub(crate) fn call(
         });
     }
     if how == TATU_FIND_CALLBACK && name == CLEANUP {
-        s.text.borrow_mut().is_cleaned_up = true;
+        s.sources.text.borrow_mut().is_cleaned_up = true;
     }
     if missing {
         let name = String::from_utf8_lossy(name);
@@ -208,10 +208,10 @@ unsafe fn start_or_call(
 /// Runs a script of the style `Step` or `Thread`.
 unsafe fn run_text(l: *mut lua_State, s: &ScriptState, rules: &PreludeRules, frame: *mut tatu_call) -> Flow {
     let style = rules.style.unwrap_or_default();
-    s.text.borrow_mut().style = style;
+    s.sources.text.borrow_mut().style = style;
     if let Some(rerun) = &rules.rerun {
         let value = if style == CallbackStyle::Thread { rerun.value(THREAD) } else { None };
-        rerun.set_globals(l, s.instance.owner, value);
+        rerun.set_globals(l, s.border.instance.owner, value);
     }
     if registry(l, reg::SCRIPT_CHUNK) != LUA_TFUNCTION {
         return Flow::Done;
@@ -230,7 +230,7 @@ unsafe fn first_run(
 ) -> Flow {
     let base = lua_gettop(l);
     if let Some(rerun) = &rules.rerun {
-        rerun.set_globals(l, s.instance.owner, rerun.value(name));
+        rerun.set_globals(l, s.border.instance.owner, rerun.value(name));
     }
     if registry(l, reg::SCRIPT_CHUNK) != LUA_TFUNCTION {
         return Flow::Done;
@@ -244,7 +244,7 @@ unsafe fn first_run(
     }
     lua_settop(l, base);
     if let Some(rerun) = &rules.rerun {
-        rerun.set_globals(l, s.instance.owner, None);
+        rerun.set_globals(l, s.border.instance.owner, None);
     }
     // Metadata is read between the first run of the script and `init`.
     if name != INFO && callback(l, rules, INFO) {
@@ -281,7 +281,7 @@ unsafe fn call_callback(
 
 /// Converts the number by which a callback requests the end of its script to `{cmd = 'cleanup'}`.
 unsafe fn end_by_number(l: *mut lua_State, s: &ScriptState, base: i32) {
-    let Some(ends) = s.text.borrow().rules.end_result else { return };
+    let Some(ends) = s.sources.text.borrow().rules.end_result else { return };
     if lua_gettop(l) > base && lua_type(l, base + 1) == LUA_TNUMBER && lua_tonumber(l, base + 1) == ends {
         lua_settop(l, base);
         lua_createtable(l, 0, 1);
@@ -297,7 +297,7 @@ unsafe fn decide_style(l: *mut lua_State, s: &ScriptState, rules: &PreludeRules,
         None if may_rerun && !any_callback(l, rules) => CallbackStyle::Rerun,
         None => CallbackStyle::Functions,
     };
-    s.text.borrow_mut().style = style;
+    s.sources.text.borrow_mut().style = style;
     style
 }
 

@@ -41,7 +41,7 @@ pub(crate) enum CallTarget {
 /// Lua function of a command; upvalue 1 is id << 8 | alias.
 pub(crate) unsafe extern "C-unwind" fn command(l: *mut lua_State) -> i32 {
     let packed = lua_tointegerx(l, lua_upvalueindex(1), null_mut());
-    if packed < EXACT_FLAG && state::of(l).single.get() {
+    if packed < EXACT_FLAG && state::of(l).mode.single.get() {
         return run(l, CallTarget::Single(packed as u32));
     }
     run(l, CallTarget::Command(packed as u32))
@@ -57,7 +57,7 @@ pub(crate) unsafe fn run(l: *mut lua_State, target: CallTarget) -> i32 {
     let n = lua_gettop(l);
     let mut args = MaybeUninit::<[tatu_value; STACK_ARGS]>::uninit();
     let mut results = MaybeUninit::<[tatu_value; MAX_RESULTS]>::uninit();
-    let borrowed_before = s.last_borrowed.get();
+    let borrowed_before = s.functions.last_borrowed.get();
     let mut reader = ValueReader { l, s, allocator: ValueAllocator::World, what: "argument", allocated: false };
     let mut first = args.as_mut_ptr().cast::<tatu_value>();
     if n as usize > STACK_ARGS {
@@ -70,25 +70,25 @@ pub(crate) unsafe fn run(l: *mut lua_State, target: CallTarget) -> i32 {
     frame.n_args = n as u32;
     frame.args = first;
     // For modern scripts, commands raise errors even when called by an old name.
-    frame.flags = if s.old.get() { 0 } else { TATU_CALL_RAISE };
-    if l != s.main && lua_isyieldable(l) != 0 {
-        frame.wait_token = s.token.get() + 1;
-        s.token.set(frame.wait_token);
+    frame.flags = if s.mode.old.get() { 0 } else { TATU_CALL_RAISE };
+    if l != s.threads.main && lua_isyieldable(l) != 0 {
+        frame.wait_token = s.waits.token.get() + 1;
+        s.waits.token.set(frame.wait_token);
     }
     let single = matches!(target, CallTarget::Single(_));
     if single {
         convert::to_single(first, n as usize);
     }
-    let outer = s.running.replace(l);
+    let outer = s.threads.running.replace(l);
     let status = match target {
         CallTarget::Command(packed) | CallTarget::Single(packed) => {
             frame.command = packed >> 8;
             frame.alias = packed & 0xFF;
-            (s.commands.call)(s.world_ref(), &mut frame)
+            (s.border.commands.call)(s.world_ref(), &mut frame)
         }
-        CallTarget::Function(func) => (s.commands.call_func)(s.world_ref(), func, &mut frame),
+        CallTarget::Function(func) => (s.border.commands.call_func)(s.world_ref(), func, &mut frame),
     };
-    s.running.set(outer);
+    s.threads.running.set(outer);
     if status != TATU_OK {
         return finish_wait_or_failure(l, s, status, &frame, borrowed_before);
     }
@@ -106,9 +106,9 @@ pub(crate) unsafe fn run(l: *mut lua_State, target: CallTarget) -> i32 {
         }
     }
     if allocated {
-        (s.commands.release)(s.world_ref(), s.arena_mark.get());
+        (s.border.commands.release)(s.world_ref(), s.call.arena_mark.get());
     }
-    if s.last_borrowed.get() != borrowed_before {
+    if s.functions.last_borrowed.get() != borrowed_before {
         functions::release_borrowed_since(l, s, borrowed_before);
     }
     results.len() as i32
@@ -124,7 +124,7 @@ pub(crate) unsafe extern "C-unwind" fn call_foreign(l: *mut lua_State) -> i32 {
 #[cold]
 unsafe fn allocate_args(reader: &mut ValueReader<'_>, n: usize) -> *mut tatu_value {
     reader.allocated = true;
-    let memory = (reader.s.commands.alloc)(reader.s.world_ref(), (n * size_of::<tatu_value>()) as u64);
+    let memory = (reader.s.border.commands.alloc)(reader.s.world_ref(), (n * size_of::<tatu_value>()) as u64);
     if memory.is_null() {
         errors::raise(
             reader.l,
@@ -147,7 +147,7 @@ unsafe fn finish_wait_or_failure(
     frame: &tatu_call,
     borrowed_before: u32,
 ) -> i32 {
-    if s.last_borrowed.get() != borrowed_before {
+    if s.functions.last_borrowed.get() != borrowed_before {
         luaL_checkstack(l, 4, std::ptr::null());
         functions::release_borrowed_since(l, s, borrowed_before);
     }
@@ -172,7 +172,7 @@ fn failure(s: &ScriptState, status: tatu_status, frame: &tatu_call) -> Fail {
     let fail = unsafe { Fail::read(status, frame.error) };
     // SAFETY: the error was copied above, and nothing else refers to the part of the arena that this call allocated
     // after `arena_mark`.
-    unsafe { (s.commands.release)(s.world_ref(), s.arena_mark.get()) };
+    unsafe { (s.border.commands.release)(s.world_ref(), s.call.arena_mark.get()) };
     fail
 }
 
@@ -198,17 +198,18 @@ pub(crate) unsafe extern "C-unwind" fn index(l: *mut lua_State) -> i32 {
         lua_copy(l, 5, 4);
     }
     lua_settop(l, if is_prelude_constant { 4 } else { 3 });
-    let found = if is_prelude_constant { 0 } else { s.commands.number(s.world_ref(), bytes(l, 3)) };
+    let found = if is_prelude_constant { 0 } else { s.border.commands.number(s.world_ref(), bytes(l, 3)) };
     let mut value = ValueRef::NIL;
     if is_prelude_constant {
     } else if found != 0 {
-        let exact = s.single.get() && s.text.borrow().rules.exact_commands.iter().any(|e| e == bytes(l, 3));
+        let exact =
+            s.mode.single.get() && s.sources.text.borrow().rules.exact_commands.iter().any(|e| e == bytes(l, 3));
         lua_pushinteger(l, i64::from(found) | if exact { EXACT_FLAG } else { 0 });
         lua_pushcclosure(l, command, 1);
-    } else if (s.commands.constant)(s.world_ref(), bytes(l, 3).into(), Some(&mut value)) == TATU_OK {
+    } else if (s.border.commands.constant)(s.world_ref(), bytes(l, 3).into(), Some(&mut value)) == TATU_OK {
         convert::put(l, &value.raw());
     } else {
-        if (s.commands.is_name_space)(s.world_ref(), bytes(l, 3).into()) == 0 {
+        if (s.border.commands.is_name_space)(s.world_ref(), bytes(l, 3).into()) == 0 {
             record_unresolved(s, bytes(l, 3));
             return 0;
         }
@@ -227,7 +228,7 @@ pub(crate) unsafe extern "C-unwind" fn index(l: *mut lua_State) -> i32 {
 const MAX_UNRESOLVED: usize = 32;
 
 fn record_unresolved(s: &ScriptState, name: &[u8]) {
-    let unresolved = &mut s.errors.borrow_mut().unresolved;
+    let unresolved = &mut s.failures.errors.borrow_mut().unresolved;
     // More than one name is stored, because names in the arguments of a call are looked up after the function.
     if unresolved.len() == MAX_UNRESOLVED {
         unresolved.pop_front();
@@ -287,11 +288,11 @@ pub(crate) unsafe fn open(l: *mut lua_State) {
 /// # Safety
 /// May raise a Lua error.
 pub(crate) unsafe fn refresh(l: *mut lua_State, s: &ScriptState) {
-    let now = (s.commands.generation)(s.world_ref());
-    if now == s.generation.get() {
+    let now = (s.border.commands.generation)(s.world_ref());
+    if now == s.border.generation.get() {
         return;
     }
-    s.generation.set(now);
+    s.border.generation.set(now);
     luaL_checkstack(l, 12, std::ptr::null());
     registry(l, reg::NAMESPACES);
     let scopes = lua_gettop(l);

@@ -20,10 +20,10 @@ struct HostCall<'a> {
 
 impl<'a> HostCall<'a> {
     fn begin(s: &'a ScriptState, budget: Budget) -> Self {
-        s.depth.set(s.depth.get() + 1);
+        s.call.depth.set(s.call.depth.get() + 1);
         s.slot.set_limit(budget.memory);
-        let now = (s.commands.mark)(s.world_ref());
-        HostCall { s, outer: s.budget.begin(budget.instructions), mark: s.arena_mark.replace(now), done: false }
+        let now = (s.border.commands.mark)(s.world_ref());
+        HostCall { s, outer: s.budget.begin(budget.instructions), mark: s.call.arena_mark.replace(now), done: false }
     }
     fn end(mut self) -> u64 {
         self.done = true;
@@ -33,11 +33,11 @@ impl<'a> HostCall<'a> {
 
 impl Drop for HostCall<'_> {
     fn drop(&mut self) {
-        self.s.arena_mark.set(self.mark);
-        self.s.depth.set(self.s.depth.get() - 1);
+        self.s.call.arena_mark.set(self.mark);
+        self.s.call.depth.set(self.s.call.depth.get() - 1);
         if !self.done {
             // A panic has unwound through Lua's frames, so the state is no longer consistent.
-            self.s.has_panicked.set(true);
+            self.s.failures.has_panicked.set(true);
         }
     }
 }
@@ -53,14 +53,14 @@ pub(crate) fn enter(
     if let Some(refusal) = s.budget.exhausted_error() {
         return Err(refusal);
     }
-    if s.has_panicked.get() {
+    if s.failures.has_panicked.get() {
         return Err(Fail::with_code(TATU_ERR_PANIC, "the script's state was damaged by an earlier panic"));
     }
     let frame: *mut tatu_call = frame.raw();
     // SAFETY: `frame` comes from an exclusive borrow of the host's frame, which is valid during the call.
     unsafe {
         (*frame).n_results = 0;
-        s.parallel.set((*frame).flags & TATU_CALL_SIDE_BY_SIDE != 0);
+        s.call.parallel.set((*frame).flags & TATU_CALL_SIDE_BY_SIDE != 0);
     }
     let entry = HostCall::begin(s, budget);
     let mut flow = Flow::Done;
@@ -68,7 +68,7 @@ pub(crate) fn enter(
     // that is valid during this call.
     let result = protect(s, &mut |l| unsafe {
         commands::refresh(l, s);
-        if s.depth.get() == 1 {
+        if s.call.depth.get() == 1 {
             functions::release_borrowed(l, s);
             gc::count_call(l, s);
         }

@@ -17,8 +17,8 @@ const FIRST_KEPT_ID: u32 = 1 << 31;
 /// # Safety
 /// The stack must have two free slots. May raise a Lua error.
 pub(crate) unsafe fn borrow(l: *mut lua_State, s: &ScriptState, idx: i32) -> u32 {
-    let id = s.last_borrowed.get() % (FIRST_KEPT_ID - 1) + 1;
-    s.last_borrowed.set(id);
+    let id = s.functions.last_borrowed.get() % (FIRST_KEPT_ID - 1) + 1;
+    s.functions.last_borrowed.set(id);
     registry(l, reg::BORROWED_FUNCTIONS);
     lua_pushvalue(l, idx);
     lua_rawseti(l, -2, i64::from(id));
@@ -31,7 +31,7 @@ pub(crate) unsafe fn borrow(l: *mut lua_State, s: &ScriptState, idx: i32) -> u32
 /// # Safety
 /// The stack must have two free slots. Does not raise an error, because the entries exist.
 pub(crate) unsafe fn release_borrowed_since(l: *mut lua_State, s: &ScriptState, before: u32) {
-    let now = s.last_borrowed.get();
+    let now = s.functions.last_borrowed.get();
     if now == before {
         return;
     }
@@ -50,8 +50,8 @@ pub(crate) unsafe fn release_borrowed_since(l: *mut lua_State, s: &ScriptState, 
 /// # Safety
 /// May raise a Lua error.
 pub(crate) unsafe fn release_borrowed(l: *mut lua_State, s: &ScriptState) {
-    if s.last_borrowed.get() != s.released.get() {
-        s.released.set(s.last_borrowed.get());
+    if s.functions.last_borrowed.get() != s.functions.released.get() {
+        s.functions.released.set(s.functions.last_borrowed.get());
         lua_newtable(l);
         lua_rawseti(l, LUA_REGISTRYINDEX, reg::BORROWED_FUNCTIONS);
     }
@@ -64,7 +64,7 @@ pub(crate) unsafe fn release_borrowed(l: *mut lua_State, s: &ScriptState) {
 /// The stack must have two free slots. May raise a Lua error.
 pub(crate) unsafe fn put(l: *mut lua_State, func: u64) {
     let s = state::of(l);
-    if func >> 32 == s.instance.id {
+    if func >> 32 == s.border.instance.id {
         push_by_id(l, func as u32);
     } else {
         lua_pushinteger(l, func as i64);
@@ -89,14 +89,14 @@ pub(crate) fn keep(s: &ScriptState, local: u32) -> u32 {
         if lua_type(l, -1) != LUA_TFUNCTION {
             return;
         }
-        let next = s.last_kept.get() + 1;
+        let next = s.functions.last_kept.get() + 1;
         if next >= FIRST_KEPT_ID {
             return;
         }
         registry(l, reg::KEPT_FUNCTIONS);
         lua_insert(l, -2);
         lua_rawseti(l, -2, i64::from(next));
-        s.last_kept.set(next);
+        s.functions.last_kept.set(next);
         id = FIRST_KEPT_ID | next;
     });
     if done.is_err() { 0 } else { id }

@@ -44,7 +44,7 @@ pub(crate) unsafe fn restart(l: *mut lua_State) {
 /// # Safety
 /// Must run in protected mode, in the outermost call.
 pub(crate) unsafe fn count_call(l: *mut lua_State, s: &ScriptState) {
-    s.entries.set(s.entries.get() + 1);
+    s.call.entries.set(s.call.entries.get() + 1);
     if is_due(s) {
         collect_fully(l, s);
         restart(l);
@@ -54,5 +54,5 @@ pub(crate) unsafe fn count_call(l: *mut lua_State, s: &ScriptState) {
 /// Returns whether a collection is due before the running call.
 pub(crate) fn is_due(s: &ScriptState) -> bool {
     // The offset is the seed, which depends only on the name of the script's object, not on other scripts.
-    s.entries.get().wrapping_add(s.instance.seed).is_multiple_of(COLLECTION_INTERVAL)
+    s.call.entries.get().wrapping_add(s.border.instance.seed).is_multiple_of(COLLECTION_INTERVAL)
 }

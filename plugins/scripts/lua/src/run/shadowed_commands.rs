@@ -24,8 +24,8 @@ static REPORTED_NAMES: Mutex<ReportedNames> =
 /// Checks the names of all commands, once per generation. The script must be new, so that its globals are only those of
 /// Lua.
 pub(crate) fn report_shadowed(script: &ScriptState, world: &World<'_>) {
-    let generation = (script.commands.generation)(script.world_ref());
-    let now = Some((script.host.raw() as usize, generation));
+    let generation = (script.border.commands.generation)(script.world_ref());
+    let now = Some((script.border.host.raw() as usize, generation));
     let mut reported = REPORTED_NAMES.lock().unwrap_or_else(PoisonError::into_inner);
     if reported.checked_generation == now {
         return;
@@ -36,7 +36,7 @@ pub(crate) fn report_shadowed(script: &ScriptState, world: &World<'_>) {
         if !is_global(script, first.as_bytes()) || reported.names.contains(&name) {
             continue;
         }
-        if script.commands.number(script.world_ref(), name.as_bytes()) == 0 {
+        if script.border.commands.number(script.world_ref(), name.as_bytes()) == 0 {
             continue;
         }
         let text = format!(
@@ -54,7 +54,7 @@ fn is_global(script: &ScriptState, name: &[u8]) -> bool {
     if name.len() > 20 {
         return false;
     }
-    let l = script.main;
+    let l = script.threads.main;
     // SAFETY: the state is new, runs nothing, and has free stack slots. Pushing a short string raises an error only if
     // memory is exhausted, which a new state has plenty of.
     unsafe {

@@ -62,7 +62,7 @@ pub(crate) fn resume(
             registry(l, reg::WAIT_RESULTS);
             match failed.take() {
                 Some(fail) => {
-                    s.wait_errors.borrow_mut().insert(token, fail);
+                    s.waits.wait_errors.borrow_mut().insert(token, fail);
                     lua_pushboolean(l, 0);
                 }
                 None => pack(l, frame),
@@ -100,12 +100,12 @@ unsafe fn pack(l: *mut lua_State, frame: *mut tatu_call) {
 /// Runs the plugin's coroutine at index `at` until it ends or waits.
 unsafe fn run_coroutine(l: *mut lua_State, s: &ScriptState, at: i32, n: i32, frame: *mut tatu_call) -> Flow {
     let thread = lua_tothread(l, at);
-    s.waiting.set((0, std::ptr::null_mut()));
+    s.waits.waiting.set((0, std::ptr::null_mut()));
     let mut results = 0;
     let outer = s.slices.enter(thread);
     let status = lua_resume(thread, l, n, &mut results);
     s.slices.leave(outer);
-    if status == LUA_YIELD && s.waiting.get().1 == thread {
+    if status == LUA_YIELD && s.waits.waiting.get().1 == thread {
         lua_pop(thread, results);
         return Flow::Waiting;
     }

@@ -47,7 +47,7 @@ unsafe fn preempt(l: *mut lua_State, s: &ScriptState) {
     lua_pushthread(l);
     lua_rawseti(l, -2, token as i64);
     lua_pop(l, 1);
-    s.waiting.set((token, l));
+    s.waits.waiting.set((token, l));
     lua_yield(l, 0);
 }
 
@@ -88,11 +88,11 @@ unsafe fn call_wait_command(l: *mut lua_State, s: &ScriptState, packed: u32) -> 
     }
     let mut results = MaybeUninit::<[tatu_value; MAX_RESULTS]>::uninit();
     let mut frame = frame(&mut results);
-    frame.wait_token = s.token.get() + 1;
-    s.token.set(frame.wait_token);
+    frame.wait_token = s.waits.token.get() + 1;
+    s.waits.token.set(frame.wait_token);
     (frame.command, frame.alias) = (packed >> 8, packed & 0xFF);
-    let outer = s.running.replace(l);
-    let status = (s.commands.call)(s.world_ref(), &mut frame);
-    s.running.set(outer);
+    let outer = s.threads.running.replace(l);
+    let status = (s.border.commands.call)(s.world_ref(), &mut frame);
+    s.threads.running.set(outer);
     if status == TATU_WAIT { frame.wait_token } else { 0 }
 }

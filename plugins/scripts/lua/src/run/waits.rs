@@ -22,7 +22,7 @@ pub(crate) unsafe fn suspend(l: *mut lua_State, s: &ScriptState, token: u64) -> 
     lua_pushthread(l);
     lua_rawseti(l, -2, token as i64);
     lua_settop(l, 0);
-    s.waiting.set((token, l));
+    s.waits.waiting.set((token, l));
     lua_yieldk(l, 0, token as lua_KContext, Some(continue_wait))
 }
 
@@ -34,7 +34,7 @@ unsafe extern "C-unwind" fn continue_wait(l: *mut lua_State, _: i32, token: lua_
     let kind = lua_rawgeti(l, 1, token as i64);
     if kind == LUA_TNIL {
         lua_settop(l, 0);
-        s.waiting.set((token as u64, l));
+        s.waits.waiting.set((token as u64, l));
         return lua_yieldk(l, 0, token, Some(continue_wait));
     }
     lua_pushnil(l);
@@ -52,6 +52,6 @@ unsafe extern "C-unwind" fn continue_wait(l: *mut lua_State, _: i32, token: lua_
 }
 
 unsafe fn failed(l: *mut lua_State, s: &ScriptState, token: u64) -> i32 {
-    let fail = s.wait_errors.borrow_mut().remove(&token);
+    let fail = s.waits.wait_errors.borrow_mut().remove(&token);
     errors::raise(l, fail.unwrap_or_else(|| Fail::new("the command that waited has failed")))
 }

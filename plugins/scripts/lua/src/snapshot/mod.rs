@@ -39,10 +39,10 @@ pub(crate) const VERSION: u32 = 3;
 
 /// Saves the state; an error names the variable that cannot be saved. The script itself is not changed.
 pub(crate) fn save(s: &ScriptState) -> Result<Vec<u8>> {
-    if s.depth.get() != 0 {
+    if s.call.depth.get() != 0 {
         return Err(Fail::with_code(TATU_ERR_BUSY, "the script is running"));
     }
-    if s.has_panicked.get() {
+    if s.failures.has_panicked.get() {
         return Err(Fail::unsupported("the script's state was damaged by a panic"));
     }
     // Saving allocates in the state and may trigger its collector, so the slot is rolled back afterwards.
@@ -62,7 +62,7 @@ pub(crate) fn save(s: &ScriptState) -> Result<Vec<u8>> {
         unsafe { s.slot.roll_back(backup) };
     } else {
         // SAFETY: `s.main` is live and idle.
-        unsafe { lua_gc(s.main, LUA_GCRESTART) };
+        unsafe { lua_gc(s.threads.main, LUA_GCRESTART) };
     }
     done?;
     let mut image = saver.finish()?;
@@ -82,7 +82,7 @@ pub(crate) fn restore(s: &ScriptState, bytes: &[u8], version: u32) -> Result<()>
     let image: SnapshotImage =
         postcard::from_bytes(bytes).map_err(|e| Fail::new(format!("the script's saved state is damaged: {e}")))?;
     image.check()?;
-    if s.text.borrow().style != CallbackStyle::NotRun {
+    if s.sources.text.borrow().style != CallbackStyle::NotRun {
         return transfer(s, image);
     }
     let mut code = 0;
@@ -109,7 +109,7 @@ pub(crate) fn restore(s: &ScriptState, bytes: &[u8], version: u32) -> Result<()>
     done?;
     let image = restorer.finish()?;
     set_plugin_data(s, image.plugin_data);
-    *s.loaded_sources.borrow_mut() = image.texts;
+    *s.sources.loaded_sources.borrow_mut() = image.texts;
     Ok(())
 }
 
@@ -134,15 +134,15 @@ unsafe fn hash_of_text(l: *mut lua_State) -> u64 {
 
 /// Collects the plugin's own data about the script.
 fn plugin_data(s: &ScriptState) -> PluginState {
-    let text = s.text.borrow();
+    let text = s.sources.text.borrow();
     PluginState {
-        token: s.token.get(),
-        borrowed: s.last_borrowed.get(),
-        returned: s.released.get(),
-        kept: s.last_kept.get(),
-        numbers: s.numbers.get(),
-        entries: s.entries.get(),
-        generation: s.generation.get(),
+        token: s.waits.token.get(),
+        borrowed: s.functions.last_borrowed.get(),
+        returned: s.functions.released.get(),
+        kept: s.functions.last_kept.get(),
+        numbers: s.functions.numbers.get(),
+        entries: s.call.entries.get(),
+        generation: s.border.generation.get(),
         style: match text.style {
             CallbackStyle::NotRun => 0,
             CallbackStyle::Functions => 1,
@@ -151,21 +151,21 @@ fn plugin_data(s: &ScriptState) -> PluginState {
             CallbackStyle::Thread => 4,
         },
         names: text.names.iter().map(|(how, name)| (*how, name.to_vec())).collect(),
-        line: s.line.borrow().clone(),
+        line: s.streams.line.borrow().clone(),
     }
 }
 
 fn set_plugin_data(s: &ScriptState, known: PluginState) {
-    s.token.set(known.token);
-    s.last_borrowed.set(known.borrowed);
-    s.released.set(known.returned);
-    s.last_kept.set(known.kept);
-    s.numbers.set(known.numbers);
-    s.entries.set(known.entries);
+    s.waits.token.set(known.token);
+    s.functions.last_borrowed.set(known.borrowed);
+    s.functions.released.set(known.returned);
+    s.functions.last_kept.set(known.kept);
+    s.functions.numbers.set(known.numbers);
+    s.call.entries.set(known.entries);
     s.restored.set(true);
-    s.generation.set(known.generation);
-    *s.line.borrow_mut() = known.line;
-    let mut text = s.text.borrow_mut();
+    s.border.generation.set(known.generation);
+    *s.streams.line.borrow_mut() = known.line;
+    let mut text = s.sources.text.borrow_mut();
     text.style = match known.style {
         1 => CallbackStyle::Functions,
         2 => CallbackStyle::Rerun,

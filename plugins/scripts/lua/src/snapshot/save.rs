@@ -127,7 +127,7 @@ impl Saver {
             self.index_functions(l, 0);
         }
         lua_pop(l, 1);
-        self.image.texts.clone_from(&s.loaded_sources.borrow());
+        self.image.texts.clone_from(&s.sources.loaded_sources.borrow());
         for i in 0..self.image.texts.len() {
             if compile(l, &self.image.texts[i]) {
                 self.index_functions(l, i as u32 + 1);

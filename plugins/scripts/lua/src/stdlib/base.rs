@@ -106,7 +106,7 @@ pub(super) unsafe fn install_other_libraries(l: *mut lua_State) {
     lua_pushvalue(l, -1);
     lua_pushcclosure(l, randomseed, 1);
     lua_setfield(l, -3, c"randomseed".as_ptr());
-    lua_pushinteger(l, state::of(l).instance.seed as i64);
+    lua_pushinteger(l, state::of(l).border.instance.seed as i64);
     lua_call(l, 1, 0);
     lua_pop(l, 4);
 }
@@ -288,7 +288,7 @@ unsafe extern "C-unwind" fn wrap(l: *mut lua_State) -> i32 {
 /// Implements `math.randomseed`. Without arguments, it uses the script's own seed instead of the clock.
 unsafe extern "C-unwind" fn randomseed(l: *mut lua_State) -> i32 {
     if lua_gettop(l) == 0 {
-        lua_pushinteger(l, state::of(l).instance.seed as i64);
+        lua_pushinteger(l, state::of(l).border.instance.seed as i64);
     }
     // Older versions of Lua truncated fractions.
     for i in 1..=lua_gettop(l) {

@@ -91,7 +91,7 @@ unsafe fn number(l: *mut lua_State, idx: i32) -> usize {
         errors::raise_text(l, "attempt to use a closed file");
     }
     // The order in which parallel scripts access a file would depend on thread scheduling.
-    if *place >= FIRST_FILE && state::of(l).parallel.get() {
+    if *place >= FIRST_FILE && state::of(l).call.parallel.get() {
         errors::raise_text(l, "files cannot be used in a script that runs in parallel with others");
     }
     *place
@@ -104,11 +104,11 @@ fn open_file(s: &ScriptState, name: &[u8], mode: &[u8]) -> Result<usize, i64> {
         return Err(22);
     };
     match s.world().open_file(name, how) {
-        Ok(file) => Ok(s.files.borrow_mut().add(OpenFile::new(file)) + FIRST_FILE),
+        Ok(file) => Ok(s.streams.files.borrow_mut().add(OpenFile::new(file)) + FIRST_FILE),
         Err(fail) => {
             set_scratch_message(s, name, &fail.to_string());
             if fail.code() != TATU_ERR_MISSING {
-                s.log(TATU_LOG_WARNING, &s.scratch.borrow());
+                s.log(TATU_LOG_WARNING, &s.streams.scratch.borrow());
             }
             Err(if fail.code() == TATU_ERR_MISSING { 2 } else { 13 })
         }
@@ -116,7 +116,7 @@ fn open_file(s: &ScriptState, name: &[u8], mode: &[u8]) -> Result<usize, i64> {
 }
 
 fn set_scratch_message(s: &ScriptState, name: &[u8], text: &str) {
-    let scratch = &mut s.scratch.borrow_mut();
+    let scratch = &mut s.streams.scratch.borrow_mut();
     scratch.clear();
     scratch.extend_from_slice(name);
     scratch.extend_from_slice(b": ");
@@ -203,7 +203,7 @@ unsafe extern "C-unwind" fn next_line(l: *mut lua_State) -> i32 {
     if lua_type(l, -n) == LUA_TNIL && lua_toboolean(l, lua_upvalueindex(2)) != 0 {
         let place = number_address(l, lua_upvalueindex(1));
         if !place.is_null() && *place >= FIRST_FILE {
-            let _ = state::of(l).files.borrow_mut().close(*place - FIRST_FILE);
+            let _ = state::of(l).streams.files.borrow_mut().close(*place - FIRST_FILE);
             *place = CLOSED;
         }
     }
@@ -226,7 +226,7 @@ const MAX_LINE_BYTES: usize = 1 << 20;
 /// Logs text of `io.write` in complete lines.
 fn to_log(s: &ScriptState, bytes: &[u8]) {
     for part in bytes.split_inclusive(|b| *b == b'\n') {
-        let mut line = s.line.borrow_mut();
+        let mut line = s.streams.line.borrow_mut();
         line.extend_from_slice(part.strip_suffix(b"\n").unwrap_or(part));
         if part.ends_with(b"\n") || line.len() > MAX_LINE_BYTES {
             let whole = std::mem::take(&mut *line);
@@ -258,7 +258,7 @@ unsafe fn write_to(l: *mut lua_State, number: usize, first: i32) -> Result<(), i
         if number == CONSOLE {
             to_log(s, text);
         } else {
-            let done = match s.files.borrow_mut().get(number - FIRST_FILE) {
+            let done = match s.streams.files.borrow_mut().get(number - FIRST_FILE) {
                 Some(file) => file.write(text),
                 None => Ok(()),
             };
@@ -334,7 +334,7 @@ unsafe extern "C-unwind" fn read(l: *mut lua_State) -> i32 {
 
 /// Reads a value of one format into the file's result buffer. Returns `None` if the format is unknown.
 fn read_one(s: &ScriptState, number: usize, kind: u8, count: usize) -> Option<Result<bool, i64>> {
-    let mut files = s.files.borrow_mut();
+    let mut files = s.streams.files.borrow_mut();
     let Some(file) = files.get(number) else {
         return Some(Ok(false));
     };
@@ -354,12 +354,12 @@ fn read_one(s: &ScriptState, number: usize, kind: u8, count: usize) -> Option<Re
 
 /// Charges the bytes that were read, and a share of the cost of the system call that filled the buffer.
 unsafe fn charge_out(l: *mut lua_State, s: &ScriptState, number: usize) {
-    let bytes = s.files.borrow_mut().get(number).map_or(0, |file| file.out.len()) as u64;
+    let bytes = s.streams.files.borrow_mut().get(number).map_or(0, |file| file.out.len()) as u64;
     budget::charge_units(l, bytes * UNITS_PER_BYTE / 4 + UNITS_PER_INSTRUCTION);
 }
 
 unsafe fn push_out(l: *mut lua_State, s: &ScriptState, number: usize) {
-    let (ptr, len) = match s.files.borrow_mut().get(number) {
+    let (ptr, len) = match s.streams.files.borrow_mut().get(number) {
         Some(file) => (file.out.as_ptr(), file.out.len()),
         None => (std::ptr::null(), 0),
     };
@@ -372,7 +372,7 @@ unsafe extern "C-unwind" fn close(l: *mut lua_State) -> i32 {
     let number = number(l, 1);
     let mut done = Ok(());
     if number >= FIRST_FILE {
-        done = s.files.borrow_mut().close(number - FIRST_FILE);
+        done = s.streams.files.borrow_mut().close(number - FIRST_FILE);
         *number_address(l, 1) = CLOSED;
     }
     match describe_error(s, done) {
@@ -387,7 +387,7 @@ unsafe extern "C-unwind" fn close(l: *mut lua_State) -> i32 {
 unsafe extern "C-unwind" fn gc(l: *mut lua_State) -> i32 {
     let place = number_address(l, 1);
     if !place.is_null() && *place >= FIRST_FILE {
-        let _ = state::of(l).files.borrow_mut().close(*place - FIRST_FILE);
+        let _ = state::of(l).streams.files.borrow_mut().close(*place - FIRST_FILE);
         *place = CLOSED;
     }
     0
@@ -398,7 +398,7 @@ unsafe extern "C-unwind" fn flush(l: *mut lua_State) -> i32 {
     budget::charge(l, budget::SYSTEM_CALL_COST);
     let number = number(l, 1);
     if number >= FIRST_FILE {
-        let done = match s.files.borrow_mut().get(number - FIRST_FILE) {
+        let done = match s.streams.files.borrow_mut().get(number - FIRST_FILE) {
             Some(file) => file.flush(),
             None => Ok(()),
         };
@@ -417,7 +417,7 @@ unsafe extern "C-unwind" fn seek(l: *mut lua_State) -> i32 {
     let whence = if lua_type(l, 2) <= LUA_TNIL { b'c' } else { text_arg(l, 2).first().copied().unwrap_or(b'c') };
     let offset = luaL_optinteger(l, 3, 0);
     let mut at = 0;
-    let done = match s.files.borrow_mut().get(number.wrapping_sub(FIRST_FILE)) {
+    let done = match s.streams.files.borrow_mut().get(number.wrapping_sub(FIRST_FILE)) {
         Some(file) => file.seek(whence, offset).map(|place| at = place),
         None => Ok(()),
     };

@@ -45,7 +45,7 @@ fn read(s: &ScriptState, name: &[u8]) -> bool {
             (false, format!("cannot open {name}: {reason}").into_bytes())
         }
     };
-    *s.scratch.borrow_mut() = content;
+    *s.streams.scratch.borrow_mut() = content;
     done
 }
 
@@ -56,7 +56,7 @@ const MAX_STORED_BYTES: usize = 1 << 20;
 
 /// Stores a source that is about to be loaded, so that a snapshot can refer to its functions.
 pub(crate) fn store_source(s: &ScriptState, name: &[u8], text: &[u8]) {
-    let mut texts = s.loaded_sources.borrow_mut();
+    let mut texts = s.sources.loaded_sources.borrow_mut();
     if texts.iter().any(|(n, t)| n == name && t == text) {
         return;
     }
@@ -79,7 +79,7 @@ unsafe fn compile(l: *mut lua_State, idx: i32) -> bool {
     lua_pushvalue(l, idx);
     lua_concat(l, 2);
     let (mut ptr, mut len) = {
-        let text = s.scratch.borrow();
+        let text = s.streams.scratch.borrow();
         (text.as_ptr(), text.len())
     };
     if len > 0 && *ptr == b'#' {
@@ -174,7 +174,7 @@ unsafe fn find(l: *mut lua_State) -> bool {
         }
     }
     lua_settop(l, 2);
-    if (s.commands.is_name_space)(s.world_ref(), bytes(l, 1).into()) != 0 {
+    if (s.border.commands.is_name_space)(s.world_ref(), bytes(l, 1).into()) != 0 {
         lua_pushglobaltable(l);
         lua_pushvalue(l, 1);
         lua_gettable(l, 3);
@@ -196,7 +196,7 @@ unsafe fn find(l: *mut lua_State) -> bool {
             lua_settop(l, 3);
             return true;
         }
-        if !s.scratch.borrow().starts_with(b"cannot open ") {
+        if !s.streams.scratch.borrow().starts_with(b"cannot open ") {
             lua_error(l); // the file exists, but cannot be compiled
         }
     }
@@ -223,7 +223,7 @@ unsafe fn find(l: *mut lua_State) -> bool {
 
 /// Returns the folder of the script's file, with a trailing slash, or an empty path if the script is not in a folder.
 fn script_folder(s: &ScriptState) -> Vec<u8> {
-    let text = s.text.borrow();
+    let text = s.sources.text.borrow();
     text.chunk.rfind('/').map_or_else(Vec::new, |end| text.chunk.as_bytes()[..=end].to_vec())
 }
 
@@ -232,7 +232,7 @@ unsafe fn missing(l: *mut lua_State) -> i32 {
 }
 
 fn not_found(s: &ScriptState, name: &[u8]) -> Fail {
-    let text = s.text.borrow();
+    let text = s.sources.text.borrow();
     let advice = text.rules.advice(name);
     let name = String::from_utf8_lossy(name);
     if let Some(advice) = advice {

@@ -23,7 +23,7 @@ end})";
 /// Must run in protected mode, after the library has been opened.
 pub(crate) unsafe fn open(l: *mut lua_State, s: &ScriptState) {
     let allows = |what: &str| {
-        let all = s.world().get(0, s.host.prop("scene.allow"));
+        let all = s.world().get(0, s.border.host.prop("scene.allow"));
         let all = all.ok().and_then(|v| v.as_str().map(std::borrow::Cow::into_owned)).unwrap_or_default();
         all.split(',').any(|a| a == what)
     };

@@ -50,7 +50,7 @@ unsafe fn check<T>(l: *mut lua_State, m: &mut Matcher<'_>, found: Result<T, Matc
 
 /// Returns the zero-based start position that argument 3 specifies.
 unsafe fn start(l: *mut lua_State, len: usize) -> usize {
-    if state::of(l).old.get() {
+    if state::of(l).mode.old.get() {
         truncate_at(l, 3);
     }
     match luaL_optinteger(l, 3, 1) {
@@ -273,7 +273,7 @@ unsafe fn expand_template(l: *mut lua_State, b: *mut luaL_Buffer, m: &mut Matche
                     None => {}
                 }
             }
-            _ if code == b'%' || (state::of(l).old.get() && i + 1 < news.len()) => {
+            _ if code == b'%' || (state::of(l).mode.old.get() && i + 1 < news.len()) => {
                 luaL_addlstring(b, news[i + 1..].as_ptr().cast(), 1);
             }
             _ => {

@@ -44,7 +44,7 @@ pub(crate) unsafe extern "C-unwind" fn format(l: *mut lua_State) -> i32 {
         let ptr = luaL_checklstring(l, 1, &mut len);
         std::slice::from_raw_parts(ptr.cast::<u8>(), len)
     };
-    let (top, old) = (lua_gettop(l), s.old.get());
+    let (top, old) = (lua_gettop(l), s.mode.old.get());
     let (mut i, mut arg, mut copy) = (0, 1, std::ptr::null_mut::<u8>());
     luaL_checkstack(l, 10, std::ptr::null());
     while i < format.len() {

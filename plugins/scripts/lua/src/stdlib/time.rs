@@ -51,7 +51,7 @@ pub(crate) unsafe fn open(l: *mut lua_State) {
 }
 
 fn seconds(s: &ScriptState) -> i64 {
-    let epoch = s.world().get(0, s.epoch).ok().and_then(|v| v.as_i64()).unwrap_or(EPOCH);
+    let epoch = s.world().get(0, s.clock.epoch).ok().and_then(|v| v.as_i64()).unwrap_or(EPOCH);
     epoch + s.now().floor() as i64
 }
 
@@ -203,7 +203,7 @@ impl Date {
 fn format(s: &ScriptState, format: &[u8], time: i64) -> bool {
     let mut out = String::new();
     let done = Date::new(time).format_all(&String::from_utf8_lossy(format), &mut out);
-    *s.scratch.borrow_mut() = out.into_bytes();
+    *s.streams.scratch.borrow_mut() = out.into_bytes();
     done
 }
 

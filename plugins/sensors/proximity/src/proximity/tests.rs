@@ -2,6 +2,8 @@ use std::f64::consts::PI;
 
 use tatu_plugin_api::{abi::*, safe::Form};
 
+use crate::settings::VolumeSizes;
+
 use super::*;
 
 fn cone() -> ProximitySettings {
@@ -12,11 +14,13 @@ fn cone() -> ProximitySettings {
         min_range: 0.05,
         angle: PI / 6.0,
         gap: 0.0,
-        size_near: [0.1, 0.2],
-        size_far: [0.3, 0.4],
-        radius_near: 0.1,
-        radius_far: 0.2,
-        height: 0.05,
+        sizes: VolumeSizes {
+            size_near: [0.1, 0.2],
+            size_far: [0.3, 0.4],
+            radius_near: 0.1,
+            radius_far: 0.2,
+            height: 0.05,
+        },
         samples: 20,
         samples_needed: 1,
         max_incidence: PI / 4.0,
@@ -99,11 +103,17 @@ fn settings_without_possible_detection_are_refused() {
         ProximitySettings { front_faces: false, back_faces: false, ..cone() },
         of("ball"),
         ProximitySettings { waves: "radio".into(), ..cone() },
-        ProximitySettings { size_near: [0.0, 0.1], size_far: [0.0, 0.1], ..of("pyramid") },
-        ProximitySettings { size_far: [-0.1, 0.1], ..of("pyramid") },
-        ProximitySettings { radius_near: 0.0, radius_far: 0.0, ..of("cylinder") },
-        ProximitySettings { radius_near: -0.1, ..of("cylinder") },
-        ProximitySettings { height: 0.0, ..of("disc") },
+        ProximitySettings {
+            sizes: VolumeSizes { size_near: [0.0, 0.1], size_far: [0.0, 0.1], ..of("pyramid").sizes },
+            ..of("pyramid")
+        },
+        ProximitySettings { sizes: VolumeSizes { size_far: [-0.1, 0.1], ..of("pyramid").sizes }, ..of("pyramid") },
+        ProximitySettings {
+            sizes: VolumeSizes { radius_near: 0.0, radius_far: 0.0, ..of("cylinder").sizes },
+            ..of("cylinder")
+        },
+        ProximitySettings { sizes: VolumeSizes { radius_near: -0.1, ..of("cylinder").sizes }, ..of("cylinder") },
+        ProximitySettings { sizes: VolumeSizes { height: 0.0, ..of("disc").sizes }, ..of("disc") },
         ProximitySettings { gap: 0.6, angle: 0.6, ..of("disc") },
         ProximitySettings { angle: f64::NAN, ..of("disc") },
         ProximitySettings { samples: 0, ..of("random_rays") },

@@ -78,7 +78,7 @@ impl EntryIndex {
     pub fn scene_before_set(&self, edited: &EditedScene<'_>) -> Scene {
         let mut named = edited.scene.clone();
         for &object in &self.described {
-            let replaced = edited.document.replaced_aliases.get(&object);
+            let replaced = edited.document.reading.replaced_aliases.get(&object);
             let own = self.entry_of(object).is_some_and(|e| e.first == object);
             let (slot, spec) = (edited.slots[object], &edited.document.objects[object]);
             let Some(alias) = replaced.or(Some(&spec.alias).filter(|_| !own)) else { continue };

@@ -47,7 +47,7 @@ impl PatchWriter<'_> {
     fn path_below(&self, base: usize, object: usize) -> String {
         let document = self.edited.document;
         let objects = &document.objects;
-        let alias = |i: usize| document.replaced_aliases.get(&i).unwrap_or(&objects[i].alias);
+        let alias = |i: usize| document.reading.replaced_aliases.get(&i).unwrap_or(&objects[i].alias);
         let (mut parts, mut at) = (Vec::new(), Some(object));
         while let Some(o) = at.filter(|o| *o != base) {
             let alike = |i: &usize| objects[*i].parent == objects[o].parent && alias(*i) == alias(o);
@@ -68,7 +68,7 @@ impl PatchWriter<'_> {
         let document = self.edited.document;
         // Paths in `[set]` contain the aliases that objects have before `[set]` is applied.
         let (mut base, slots) = document.instantiate();
-        for (object, alias) in &document.replaced_aliases {
+        for (object, alias) in &document.reading.replaced_aliases {
             base.set_name(slots[*object], alias, -1);
         }
         let Some(set) = self.doc.get_mut("set").and_then(Item::as_table_like_mut) else { return };

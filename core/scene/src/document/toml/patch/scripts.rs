@@ -58,7 +58,7 @@ impl PatchWriter<'_> {
 
     /// Adds a file with a script; returns the TOML value by which the scene file refers to it.
     pub fn new_file(&mut self, script: &ScriptSpec, alias: &str) -> String {
-        let language = &self.builder.registry.languages[script.language];
+        let language = &self.builder.registry.scripting.languages[script.language];
         let suffix = language.suffixes.first().map_or(".txt", String::as_str);
         let keep = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '-');
         let stem: String = alias.chars().map(|c| if keep(c) { c } else { '_' }).take(60).collect();
