@@ -1,12 +1,17 @@
-//! Tests of the source tree: error codes, features, imports, layers, names, lengths.
+//! Tests of the source tree: error codes, copies, features, imports, layers, names, regressions, structs, lengths.
 
 #[cfg(target_os = "linux")]
 mod codes;
+mod copies;
 #[cfg(target_os = "linux")]
 mod features;
 mod imports;
 mod layers;
 #[cfg(target_os = "linux")]
 mod names;
+#[cfg(target_os = "linux")]
+mod regressions;
+#[cfg(target_os = "linux")]
+mod structs;
 #[cfg(target_os = "linux")]
 mod tree;
