@@ -1,6 +1,7 @@
 //! Tests of the engine against closed-form solutions.
 
 mod bodies;
+mod calm;
 mod collision_filter;
 mod contact_refresh;
 mod drives;

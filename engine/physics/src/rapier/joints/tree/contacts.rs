@@ -9,7 +9,7 @@ use rapier3d::{
 use tatu_mechanisms::{ContactPoint, ContactSide};
 
 use super::{
-    records::{ContactKey, DetectedFace, FacePoint, WarmStartImpulse},
+    records::{ContactKey, DetectedFace, FacePoint, WarmStartImpulse, collider_index},
     table::TreeJoints,
 };
 use crate::{

@@ -69,12 +69,13 @@ impl TreeJoints {
         for (id, record) in (0..).map(BodyId).zip(&bodies.records) {
             let Some(record) = record else { continue };
             let body = bodies.world.bodies.get(record.handle)?;
-            if !body.is_enabled() {
-                continue;
-            }
             let is_link = self.links.contains_key(&id);
+            // Only rapier forgets the contacts of a body that was frozen.
             if !is_link && !is_still(record.motion, body) {
                 return None;
+            }
+            if !body.is_enabled() {
+                continue;
             }
             for handle in body.colliders() {
                 let collider = bodies.world.colliders.get(*handle)?;
