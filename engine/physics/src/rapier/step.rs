@@ -38,6 +38,9 @@ impl EngineState {
     fn arrange(&mut self, done: f64) {
         let EngineState { bodies, contacts, joints, forms } = self;
         bodies.move_kinematic(done);
+        if !contacts.fresh.is_empty() {
+            bodies.place_colliders();
+        }
         forms.trees.update_adoptions(bodies, contacts, joints, &mut forms.reduced);
         forms.before_step(bodies, joints);
     }

@@ -62,6 +62,11 @@ impl Bodies {
         }
     }
 
+    /// Moves the colliders of all bodies that were moved since rapier was last called to these bodies.
+    pub fn place_colliders(&mut self) {
+        self.world.bodies.propagate_modified_body_positions_to_colliders(&mut self.world.colliders);
+    }
+
     /// Returns the pose of a body. That of a kinematic body is the one that was set, even if the engine has not moved
     /// the body there yet.
     pub fn pose(&self, body: BodyId) -> Isometry3<f64> {

@@ -152,3 +152,24 @@ fn snapshots_continue_bit_for_bit_without_rapier() {
         assert!(one.snapshot() == two.snapshot());
     }
 }
+
+/// A box that is created where a tree has come to, while rapier was not called, overlaps it there.
+#[test]
+fn new_body_meets_a_tree_where_it_is() {
+    for (x, deepest) in [(0.0, 0.0), (1.15, 0.05)] {
+        let mut engine = engine(0.005);
+        engine.configure(crate::EngineSettings { gravity: Vector3::zeros(), step: 0.005, ..Default::default() });
+        let low = tower(&mut engine, Isometry3::identity(), 1);
+        engine.set_twist(low, &crate::Twist { linear: Vector3::x(), ..crate::Twist::default() });
+        engine.advance(200);
+        engine.set_twist(low, &crate::Twist::default());
+        assert!(!rapier_has_pairs(&engine) && (engine.pose(low).translation.x - 1.0).abs() < 1e-6);
+        let cube = part(Form::Box { half: Vector3::repeat(0.1) });
+        let desc = body(at(x, 0.0, 0.1), mass(1.0, [1.0 / 150.0; 3]), cube);
+        let collision_mask = CollisionMask { mask: 0xffff, tree: 2 };
+        let cube = engine.add_body(&BodyDesc { collision_mask, ..desc });
+        engine.advance(2);
+        let moved = engine.pose(cube).translation.x - x;
+        assert!(if deepest > 0.0 { moved > 1e-4 && moved < 4e-3 } else { moved == 0.0 }, "{x}: {moved}");
+    }
+}
