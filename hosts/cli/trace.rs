@@ -117,7 +117,8 @@ impl Trace {
     }
 }
 
-/// Returns, by title, the text that was printed on each console since it was last cleared; null if there is no text.
+/// Returns, by title, what these lines print on each console after its last clear; null if it was cleared and stayed
+/// empty.
 fn consoles(lines: &[LogLine]) -> Map<String, Json> {
     let mut all = Map::new();
     for line in lines {

@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use super::{
-    planar::{InteriorResult, NearestPoint, any_perpendicular, interior},
+    planar::{InteriorResult, NearestPoint, any_perpendicular, nearest_interior_point},
     sight::BeamCone,
 };
 
@@ -15,7 +15,7 @@ pub(super) fn disc(
     radius: f64,
 ) -> Option<(f64, Vector3<f64>)> {
     let inside = |p: &Vector3<f64>| (p - centre).norm_squared() <= radius * radius;
-    let mut best = match interior(cone, normal.dot(centre), normal, inside) {
+    let mut best = match nearest_interior_point(cone, normal.dot(centre), normal, inside) {
         InteriorResult::Nothing => return None,
         InteriorResult::Nearest(nearest) => return nearest.distance_and_point(),
         InteriorResult::Maybe(nearest) => nearest,

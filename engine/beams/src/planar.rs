@@ -56,7 +56,7 @@ pub(super) fn polygon<const N: usize>(
     let inside = |p: &Vector3<f64>| {
         (0..N).all(|i| (corners[(i + 1) % N] - corners[i]).cross(&(p - corners[i])).dot(normal) >= 0.0)
     };
-    let mut best = match interior(cone, normal.dot(&corners[0]), normal, inside) {
+    let mut best = match nearest_interior_point(cone, normal.dot(&corners[0]), normal, inside) {
         InteriorResult::Nothing => return None,
         InteriorResult::Nearest(nearest) => return nearest.distance_and_point(),
         InteriorResult::Maybe(nearest) => nearest,
@@ -69,7 +69,7 @@ pub(super) fn polygon<const N: usize>(
 
 /// Returns the nearest admissible point of an infinite plane; `h` is its height above the apex along `normal`.
 pub(super) fn plane(cone: &BeamCone, h: f64, normal: &Vector3<f64>) -> Option<(f64, Vector3<f64>)> {
-    match interior(cone, h, normal, |_| true) {
+    match nearest_interior_point(cone, h, normal, |_| true) {
         InteriorResult::Nothing => None,
         InteriorResult::Nearest(nearest) | InteriorResult::Maybe(nearest) => nearest.distance_and_point(),
     }
@@ -86,7 +86,7 @@ pub(super) enum InteriorResult {
 }
 
 /// Returns the best candidate that is not on the boundary of a flat face.
-pub(super) fn interior(
+pub(super) fn nearest_interior_point(
     cone: &BeamCone,
     h: f64,
     normal: &Vector3<f64>,

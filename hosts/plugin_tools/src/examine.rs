@@ -19,7 +19,7 @@ use super::{
     reason::{RejectReason, list_some},
 };
 
-/// Whether this program can read the libraries of this system without opening them.
+/// Whether this program can parse this system's library files (64-bit little-endian ELF) without loading them.
 pub const CAN_READ_LIBRARIES: bool =
     cfg!(all(target_os = "linux", target_pointer_width = "64", target_endian = "little"));
 

@@ -210,7 +210,7 @@ impl World {
                     return Wrong::new("E110", format!("`{path}` is not a sensor, so it has no readings"));
                 }
                 let e = Wrong::new("E110", format!("there is no sensor `{path}`"));
-                match world.nearest(path) {
+                match world.nearest_sensor(path) {
                     Some(near) => e.help(format!("did you mean `{near}`?")),
                     None => e,
                 }

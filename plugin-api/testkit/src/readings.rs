@@ -31,7 +31,9 @@ impl Readings {
     pub(crate) fn empty(fields: &[Field], beams: &Beams) -> Result<Self> {
         let buffer = |f: &Field| {
             let len = f.shape().iter().map(|d| elements(*d, beams)).product();
-            let each = size(f.elem()).ok_or_else(|| Error::new(format!("`{}` has an undefined type", f.name())))?;
+            let each = size(f.elem()).ok_or_else(|| {
+                Error::new(format!("the field `{}` has the unknown element type {}", f.name(), f.elem()))
+            })?;
             Ok(FieldBuffer { name: f.name(), elem: f.elem(), len, words: vec![0; (len * each).div_ceil(8) as usize] })
         };
         Ok(Readings { fields: fields.iter().map(buffer).collect::<Result<_>>()?, state: Vec::new() })

@@ -109,7 +109,7 @@ fn signals_of_the_sandbox_stay() {
     assert_eq!(status(&world), ["- 2"], "{:?}", world.faults());
 }
 
-// Otherwise, a user who corrects a script, or starts again, would not see that the error is still there.
+// A user who edits a script or restarts the run must see that the error is still there.
 #[test]
 fn an_error_is_reported_once_in_each_run() {
     let script = "function sysCall_actuation() error('mine') end";

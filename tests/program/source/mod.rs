@@ -1,4 +1,5 @@
-//! Tests of the source tree: error codes, copies, features, imports, layers, names, regressions, structs, lengths.
+//! Tests of the source tree: error codes, copies, features, imports, layers, names, paths in documents, regressions,
+//! structs, lengths.
 
 #[cfg(target_os = "linux")]
 mod codes;
@@ -9,6 +10,8 @@ mod imports;
 mod layers;
 #[cfg(target_os = "linux")]
 mod names;
+#[cfg(target_os = "linux")]
+mod paths;
 #[cfg(target_os = "linux")]
 mod regressions;
 #[cfg(target_os = "linux")]

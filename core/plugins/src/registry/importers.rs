@@ -112,7 +112,7 @@ impl Registry {
         let error = Error::new("E121", format!("no importer reads {}", file.display()));
         match known.is_empty() {
             true => error.expected("a plugin that offers an importer; none was found"),
-            false => error.expected(format!("a file of {}", known.join(", "))),
+            false => error.expected(format!("a file that one of these importers reads: {}", known.join(", "))),
         }
     }
 }

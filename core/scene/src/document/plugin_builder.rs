@@ -93,7 +93,7 @@ fn run_model(
         let slot = &slot.alias;
         let text = format!("the model `{}` declares the slot `{slot}`, but builds no object with this alias", info.id);
         return Err(Error::new("E111", format!("{text} [{} of `{plugin}`]", PluginCall::Build.text()))
-            .help("report this to the plugin's authors: build the object, or remove it from `tatu_model.slots`"));
+            .help("report this to the plugin's authors: the model must build an object with this alias, or not declare the slot in `tatu_model.slots`"));
     }
     done.map_err(|failed| match failed {
         BuildFailure::ContractBreach(e) => e,

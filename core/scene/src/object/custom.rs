@@ -11,7 +11,7 @@ use super::{Primitive, parts::ShapePart};
 use crate::{from_euler, pose_from_array, property::refuse, texture::ShapeTexture};
 
 /// Builds a mesh from lists: coordinates of points, indices of points, and optionally texture coordinates.
-pub fn surface(value: &Value) -> Result<Mesh, Refusal> {
+pub fn mesh_from_lists(value: &Value) -> Result<Mesh, Refusal> {
     let Value::List(lists) = value else { return refuse(TATU_ERR_ARGUMENT, "a surface must be a list of lists") };
     let numbers = |v: Option<&Value>| -> Option<Vec<f64>> {
         match v? {

@@ -10,7 +10,7 @@ use tatu_plugin_api::safe::Value;
 
 use super::{
     DerivedGeometry, ObjectKind, Primitive,
-    custom::{parts_of, surface, surface_value},
+    custom::{mesh_from_lists, parts_of, surface_value},
     parts::ShapePart,
     solver::JointSolver,
 };
@@ -133,7 +133,7 @@ impl Shape {
 const COLLIDE_AS: &[&str] = &["same", "box", "sphere", "cylinder", "capsule"];
 
 fn set_surface(s: &mut Shape, value: &Value) -> Result<bool, String> {
-    let mesh = refusal_as_text(surface(value))?;
+    let mesh = refusal_as_text(mesh_from_lists(value))?;
     let (mut low, mut high) = (Vector3::repeat(f64::MAX), Vector3::repeat(f64::MIN));
     mesh.vertices.iter().for_each(|p| (low, high) = (low.inf(&p.coords), high.sup(&p.coords)));
     (s.primitive, s.size, s.mesh) = (Primitive::Mesh, high - low, Some(Arc::new(mesh)));

@@ -62,6 +62,16 @@ impl World {
         sensing.devices.iter().filter(|d| scene.get(d.slot).is_some()).map(|d| scene.path(d.slot)).collect()
     }
 
+    /// Returns the path among those of [`sensors`](Self::sensors) that is most similar to a misspelt path or alias, for
+    /// messages.
+    pub fn nearest_sensor(&self, path: &str) -> Option<String> {
+        let paths = self.sensors();
+        let last = |path: &str| path.rsplit('/').next().unwrap_or_default().to_owned();
+        let aliases: Vec<String> = paths.iter().map(|path| last(path)).collect();
+        let nearest = tatu_errors::nearest(&last(path), aliases.iter().map(String::as_str))?;
+        paths.into_iter().find(|path| last(path) == nearest)
+    }
+
     /// Returns the path of an object, given its slot as stored in fields of readings, or `None` if it does not exist.
     pub fn path_of(&self, slot: i64) -> Option<String> {
         let scene = self.cell().state.scene.borrow();

@@ -48,8 +48,10 @@ impl SweepPlan {
     /// The text is not TOML, contains an unknown key or an invalid value, or describes too many jobs.
     pub fn parse(file: &Path, text: &str) -> Result<Self> {
         let wrong = |text: String| Error::new("E102", format!("{}: {text}", file.display()));
-        let doc: DocumentMut =
-            text.parse().map_err(|e: toml_edit::TomlError| wrong(e.message().to_owned()).expected("a TOML file"))?;
+        let doc: DocumentMut = text.parse().map_err(|e: toml_edit::TomlError| {
+            let before = e.span().and_then(|span| text.get(..span.start)).unwrap_or_default();
+            wrong(format!("line {}: {}", before.matches('\n').count() + 1, e.message())).expected("a TOML file")
+        })?;
         const KNOWN_KEYS: [&str; 6] = ["scene", "seconds", "seeds", "grid", "set", "metrics"];
         if let Some((key, _)) = doc.iter().find(|(k, _)| !KNOWN_KEYS.contains(k)) {
             let error = Error::new("E101", format!("{}: unknown key `{key}`", file.display()));

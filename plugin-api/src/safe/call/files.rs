@@ -4,7 +4,7 @@ use crate::abi::*;
 use crate::safe::{Fail, Result, World, call::shared_world::service, value::plain::read_opened};
 
 impl World<'_> {
-    /// Opens a regular file by the path that a script uses; `mode` is a sum of `TATU_FILE_*`. The file must be in the
+    /// Opens a regular file by the path that a script uses; `mode` is a bitwise OR of `TATU_FILE_*`. The file must be in the
     /// folders that the run allows; links, `..` and a changed working folder cannot bypass this check.
     pub fn open_file(&self, name: &[u8], mode: u32) -> Result<std::fs::File> {
         let mut file = -1;

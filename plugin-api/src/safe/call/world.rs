@@ -33,6 +33,8 @@ impl<'a> Deref for World<'a> {
 }
 
 impl<'a> World<'a> {
+    /// Wraps the world that the host passed to a call of the plugin.
+    ///
     /// # Safety
     /// `world` must be null or a world of `host`, and `'a` must end no later than the call of the plugin to which
     /// `world` was passed.

@@ -72,11 +72,11 @@ pub struct Beams {
     /// Dimensions to which [`TATU_DIM_OWN`] + k refers in the shape of a field; if dimension k is 0, the field is
     /// empty.
     pub own: [u32; 4],
-    /// Inputs of the kind that this instance does not need, a sum of `TATU_IN_*`; they are 0 in its pixels.
+    /// Inputs of the kind that this instance does not need, a bitwise OR of `TATU_IN_*`; they are 0 in its pixels.
     pub without: u32,
     /// Whether the nearest point in a volume is detected only if no surface is between it and the sensor.
     pub occlude: bool,
-    /// Physical kind of the beams: a sum of `TATU_WAVES_*`.
+    /// Physical kind of the beams: a bitwise OR of `TATU_WAVES_*`.
     pub waves: u32,
     /// Whether [`Sensor::aim`] sets the origins and directions of the rays before each cast.
     pub aimed: bool,
@@ -128,7 +128,7 @@ pub trait Sensor: Sized + Send + Sync + 'static {
     const TEXT: &'static str;
     /// The schemas that its fields fill, such as "proximity/1".
     const SCHEMAS: &'static [&'static str];
-    /// Inputs that `measure` requires: a sum of `TATU_IN_*`.
+    /// Inputs that `measure` requires: a bitwise OR of `TATU_IN_*`.
     const INPUTS: u32;
 
     /// Whether it is measured after each physics step, instead of at the end of a step of the world; for sensors of

@@ -14,14 +14,14 @@ use tatu_plugin_api::{abi::tatu_object, safe::*, tatu_plugin};
 struct ThisPlugin;
 
 /// The distance that an object has travelled, m, and its position at the last call, m.
-struct Track {
-    at: [f64; 3],
-    metres: f64,
+struct Odometer {
+    last_position: [f64; 3],
+    distance_m: f64,
 }
 
-/// The state of a world: a track for each object.
+/// The state of a world: an odometer for each object.
 #[derive(Default)]
-struct Tracks(RefCell<BTreeMap<tatu_object, Track>>);
+struct Odometers(RefCell<BTreeMap<tatu_object, Odometer>>);
 
 impl Plugin for ThisPlugin {
     fn start(_: &Host) -> Result<Self> {
@@ -35,11 +35,12 @@ impl Plugin for ThisPlugin {
             Command::<Self>::new("my_plugin.travelled", |c| {
                 let object = c.world().look(c.arg(0).as_object().unwrap_or_default())?.id;
                 let [x, y, z, ..] = c.world().pose(object, 0)?;
-                let mut tracks = c.instance().0.borrow_mut();
-                let track = tracks.entry(object).or_insert(Track { at: [x, y, z], metres: 0.0 });
-                track.metres += (x - track.at[0]).hypot(y - track.at[1]).hypot(z - track.at[2]);
-                track.at = [x, y, z];
-                c.ret(track.metres);
+                let mut odometers = c.instance().0.borrow_mut();
+                let odometer = odometers.entry(object).or_insert(Odometer { last_position: [x, y, z], distance_m: 0.0 });
+                let [x0, y0, z0] = odometer.last_position;
+                odometer.distance_m += (x - x0).hypot(y - y0).hypot(z - z0);
+                odometer.last_position = [x, y, z];
+                c.ret(odometer.distance_m);
                 Ok(())
             })
             .param(Param::object("object").text("The object."))
@@ -66,32 +67,32 @@ assert(math.abs(my_plugin.travelled(box) - 5) < 1e-9)",
 }
 
 impl PerWorld for ThisPlugin {
-    type World = Tracks;
+    type World = Odometers;
 
-    fn world(&self, _: &World<'_>) -> Result<Tracks> {
-        Ok(Tracks::default())
+    fn world(&self, _: &World<'_>) -> Result<Odometers> {
+        Ok(Odometers::default())
     }
 
-    // A snapshot stores for each track the object, the position and the distance: 5 words of 8 bytes.
+    // A snapshot stores for each odometer the object, the position and the distance: 5 words of 8 bytes.
     const STATE_VERSION: u32 = 1;
-    fn save(world: &Tracks) -> Result<Vec<u8>> {
+    fn save(world: &Odometers) -> Result<Vec<u8>> {
         let mut out = Vec::new();
-        for (object, track) in world.0.borrow().iter() {
+        for (object, odometer) in world.0.borrow().iter() {
             out.extend(object.to_le_bytes());
-            [&track.at[..], &[track.metres]].concat().iter().for_each(|x| out.extend(x.to_le_bytes()));
+            [&odometer.last_position[..], &[odometer.distance_m]].concat().iter().for_each(|x| out.extend(x.to_le_bytes()));
         }
         Ok(out)
     }
-    fn load(world: &Tracks, bytes: &[u8], version: u32) -> Result<()> {
+    fn load(world: &Odometers, bytes: &[u8], version: u32) -> Result<()> {
         if version != Self::STATE_VERSION || !bytes.len().is_multiple_of(40) {
             return Err(Fail::unsupported("the snapshot was written by a different version of my_plugin"));
         }
         let words: Vec<[u8; 8]> = bytes.chunks_exact(8).filter_map(|word| word.try_into().ok()).collect();
-        let tracks = words.chunks_exact(5).map(|w| {
+        let odometers = words.chunks_exact(5).map(|w| {
             let number = |k: usize| f64::from_le_bytes(w[k]);
-            (u64::from_le_bytes(w[0]), Track { at: [number(1), number(2), number(3)], metres: number(4) })
+            (u64::from_le_bytes(w[0]), Odometer { last_position: [number(1), number(2), number(3)], distance_m: number(4) })
         });
-        *world.0.borrow_mut() = tracks.collect();
+        *world.0.borrow_mut() = odometers.collect();
         Ok(())
     }
 }

@@ -55,7 +55,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             let (mode, threshold, max_angle) = (c.i64(2)?, c.f64(3)?, c.f64(4)?);
             let sight = nearest_of(c, sensor, 1, |c, only| {
                 let wanted = search_options(only, mode, threshold, max_angle)?;
-                c.world().look_through(sensor, wanted).map_err(|e| not_proximity(c, sensor, e))?;
+                c.world().look_through(sensor, wanted).map_err(|e| explain_proximity_error(c, sensor, e))?;
                 last_detection(c, sensor)
             })?;
             return_detection(c, sight);
@@ -82,7 +82,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.command(
         command(["sim.resetProximitySensor", "simResetProximitySensor"], |c| {
             for sensor in sensors(c)? {
-                c.world().reset_reading(sensor).map_err(|e| not_proximity(c, sensor, e))?;
+                c.world().reset_reading(sensor).map_err(|e| explain_proximity_error(c, sensor, e))?;
             }
             c.ret(1_i64);
             Ok(())
@@ -160,7 +160,7 @@ fn return_detection(c: &mut SharedCtx<'_>, sight: DetectionResult) {
 /// Returns the last reading of a sensor.
 fn last_detection(c: &SharedCtx<'_>, sensor: tatu_object) -> Result<DetectionResult> {
     let (w, p) = (c.world(), &c.plugin().p);
-    let detected = w.reading(sensor, p.detected).map_err(|e| not_proximity(c, sensor, e))?;
+    let detected = w.reading(sensor, p.detected).map_err(|e| explain_proximity_error(c, sensor, e))?;
     if detected.sequence() == 0 {
         return Ok(DetectionResult::NotMeasured);
     }
@@ -180,7 +180,7 @@ fn last_detection(c: &SharedCtx<'_>, sensor: tatu_object) -> Result<DetectionRes
 }
 
 fn measure_now(c: &Ctx<'_>, sensor: tatu_object, only: tatu_object) -> Result<DetectionResult> {
-    c.world().sense_now(sensor, only).map_err(|e| not_proximity(c, sensor, e))?;
+    c.world().sense_now(sensor, only).map_err(|e| explain_proximity_error(c, sensor, e))?;
     last_detection(c, sensor)
 }
 
@@ -256,7 +256,7 @@ fn sensors(c: &Ctx<'_>) -> Result<Vec<tatu_object>> {
 
 /// Returns the error for a sensor that could not be measured or read.
 #[cold]
-fn not_proximity(c: &SharedCtx<'_>, sensor: tatu_object, fail: Fail) -> Fail {
+fn explain_proximity_error(c: &SharedCtx<'_>, sensor: tatu_object, fail: Fail) -> Fail {
     let p = &c.plugin().p;
     c.world().used_as(sensor, "proximity/1");
     match c.world().look(sensor) {

@@ -106,11 +106,11 @@ fn numbers(model: &dyn TableLike, params: &[Param]) -> Result<Vec<(ModelNumber, 
         let value = table.get("value").and_then(Item::as_value).and_then(ExpressionValue::from_toml);
         let value = value.ok_or_else(|| {
             let wrong = ModelError::new(format!("{what} has no value"))
-                .help("value = 0.0975, or an expression: \"=length / 2\"");
+                .help("write a number, `value = 0.0975`, or an expression, `value = \"=length / 2\"`");
             wrong.at(span.clone())
         })?;
         let source = required_string(table, "source", &what)
-            .map_err(|e| e.help("a document and its page, or \"estimate: \" and the reasoning"))?;
+            .map_err(|e| e.help("write `source = \"DOCUMENT, page N\"`, or `\"estimate: REASONING\"`"))?;
         let number = ModelNumber {
             name: name.to_owned(),
             value: value.to_host(),

@@ -320,7 +320,7 @@ pub(crate) const CHARGES: &[(&str, &str, &str)] = &[
         "      strfrmt = getformat(L, strfrmt, form);\n",
         "      tatu_lua_charge(L, TATU_NUMERAL);\n      strfrmt = getformat(L, strfrmt, form);\n",
     ),
-    // `%f` writes up to 418 digits.
+    // `%f` needs the larger buffer: `MAX_ITEMF`, 418 bytes.
     (
         "lstrlib.c",
         "          maxitem = MAX_ITEMF;  /* extra space for '%f' */\n",

@@ -28,7 +28,7 @@ pub enum BridgeRequest {
     Serve { service: String, kind: String },
     /// Announces that the client no longer offers a service.
     Unserve { service: String },
-    /// Answers a call of a service that the client offers.
+    /// Answers a call to a service that the client offers.
     Answer { id: String, values: Json, good: bool },
     /// Offers an action.
     OfferAction { action: String, kind: String },

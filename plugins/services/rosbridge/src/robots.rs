@@ -62,7 +62,7 @@ impl Odometry {
         self.previous = Some((time, now));
     }
 
-    /// Returns the pose of the middle of the axle relative to its start, on the floor.
+    /// Returns the planar odometry pose: that of the axle's midpoint, relative to where it started.
     pub fn pose(&self) -> Pose {
         let [x, y, heading] = self.place;
         planar(x, y, heading)

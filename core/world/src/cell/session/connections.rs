@@ -72,7 +72,8 @@ pub(crate) struct InputRecord {
 /// The change to another scene.
 #[derive(Default)]
 pub(crate) struct SceneChange {
-    /// Loads a different scene when one is requested; if `None`, the program runs only this scene.
+    /// Reads scene files during a run: those that clients open, and the text of this scene when it is read again. If
+    /// `None`, no other scene can be opened.
     pub scene_reader: RefCell<Option<SceneReader>>,
     /// The scene to load next, if one was requested.
     pub next_scene: RefCell<Option<NextScene>>,

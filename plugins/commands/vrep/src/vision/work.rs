@@ -115,8 +115,8 @@ impl WorkingImage {
             }
         }
     }
-    /// Makes those pixels white whose intensity differs from the first buffer by more than a threshold, and all others
-    /// black. Returns the fraction of white pixels.
+    /// Marks changes: pixels whose intensity differs from the first buffer by more than the threshold become white, all
+    /// others black. Returns the fraction of white pixels.
     pub fn mark_changed(&mut self, threshold: f32) -> f64 {
         let mut n = 0;
         for (p, b) in self.image.iter_mut().zip(&self.buffers[0]) {
@@ -137,7 +137,7 @@ impl WorkingImage {
         let (w, h) = (width * self.columns as f64, height * self.rows as f64);
         [spot.len() as f64 / self.image.len() as f64, x, y, angle, w.min(h) / w.max(h).max(1e-9)]
     }
-    /// Makes those pixels white whose intensity exceeds the threshold, and all others black.
+    /// Thresholds the image: pixels brighter than the threshold become white, all others black.
     pub fn binary(&mut self, threshold: f32) {
         self.each(|p| [if intensity(&p) > threshold { 1.0 } else { 0.0 }; 3]);
     }
@@ -165,7 +165,7 @@ impl WorkingImage {
         }
         self.image = out;
     }
-    /// Makes those pixels white whose intensity differs from a neighbour's by more than a threshold, and all others
+    /// Marks edges: pixels whose intensity differs from a neighbour's by more than the threshold become white, all others
     /// black.
     pub fn edges(&mut self, threshold: f32) {
         let mut out = Vec::with_capacity(self.image.len());

@@ -22,9 +22,9 @@ pub struct ArrayPool {
     pub vertices: Vec<ByteSpan>,
     /// Vertex indices, three per triangle.
     pub indices: Vec<IndexArray>,
-    /// Number of arrays of normals, which are recomputed when needed.
+    /// Number of arrays of normals, which are skipped.
     pub normals: usize,
-    /// Number of arrays of visible edges.
+    /// Number of arrays of visible edges, which are skipped.
     pub edges: usize,
 }
 

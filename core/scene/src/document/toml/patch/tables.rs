@@ -35,7 +35,7 @@ pub struct PatchWriter<'a> {
     pub out: &'a mut PatchResult,
 }
 
-/// Returns a table of the file, which is added if it does not exist.
+/// Returns the table `name` of the file. If the key is missing or is not a table, an empty table is put there.
 pub fn section<'d>(doc: &'d mut DocumentMut, name: &str) -> &'d mut dyn TableLike {
     let item = doc.entry(name).or_insert_with(|| Item::Table(Table::new()));
     if item.as_table_like().is_none() {
