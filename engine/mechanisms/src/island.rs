@@ -321,7 +321,7 @@ impl Island {
         speeds.clear();
         speeds.extend(contacts.iter().zip(&self.rows.points).map(|(contact, point): (_, &ContactRows)| {
             let overlap = -(point.distance + 0.5 * h * point.start[0]);
-            (contact.recovery * overlap).clamp(0.0, MAX_RECOVERY_SPEED)
+            (contact.recovery.min(1.0 / h) * overlap).clamp(0.0, MAX_RECOVERY_SPEED)
         }));
         if speeds.iter().any(|s| *s > 0.0) {
             self.solve_separation(&speeds);

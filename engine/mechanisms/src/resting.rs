@@ -5,11 +5,11 @@
 //! then lost. This solution is the least one: the weighted sum of the squares of all impulses is minimal.
 //!
 //! With the rows W of all contacts that press, W l = b is solved by proximal point iterations: (W + e I) (l' - l) =
-//! b - W l, starting at 0. Each divides the error by at least 1 + s / e, where s is the least response of W that is not
-//! 0, and adds nothing to directions without response. Which contacts press is found by pivoting, as in `pivot`.
+//! b - W l, starting at 0. Each divides the error by at least 1 + s / e (with the weights below, e times the greatest),
+//! where s is the least response of W that is not 0, and adds nothing to directions without response. Which contacts press is found by pivoting, as in `pivot`.
 //!
 //! Shared evenly, friction would exceed the bound of a point that carries little. It is therefore weighted by the
-//! inverse square of its bound, that of the previous step at first and then, if a bound is exceeded, that of the normal
+//! inverse square of its bound, that of the impulses so far at first and then, if a bound is exceeded, that of the normal
 //! impulses found, as in iteratively reweighted least squares: with weights D, (W + e D) (l' - l) = b - W l leads to the
 //! solution with the least l.D l.
 //!
@@ -25,7 +25,7 @@ use crate::{
 
 /// Maximum number of contacts that are solved directly; the duration grows with the cube of the number.
 const MAX_CONTACTS: usize = 48;
-/// Maximum number of sets of pressing contacts that are tried.
+/// Maximum number of solutions for different sets of pressing contacts and weights.
 const MAX_TRIES: usize = 8;
 /// The e of the iteration, relative to the greatest response.
 const REGULARIZATION: f64 = 1e-9;
@@ -115,7 +115,7 @@ impl RestingSolver {
         let mut reweightings = 0;
         for _ in 0..MAX_TRIES {
             self.select_active_rows(rows, contacts);
-            if !self.factorize() || !self.iterate(tolerance) {
+            if !self.find_impulses(tolerance) {
                 return RestingOutcome::Fails;
             }
             if self.update_pressing(tolerance) {
@@ -160,6 +160,17 @@ impl RestingSolver {
                 self.active.extend([3 * i + 1, 3 * i + 2]);
             }
         }
+    }
+
+    /// Finds the impulses of the active rows, without weights if the iteration does not converge with them; returns false
+    /// if there are none.
+    fn find_impulses(&mut self, tolerance: f64) -> bool {
+        if self.factorize() && self.iterate(tolerance) {
+            return true;
+        }
+        let weighted = self.weights.iter().any(|weight| *weight != 1.0);
+        self.weights.fill(1.0);
+        weighted && self.factorize() && self.iterate(tolerance)
     }
 
     /// Factorises the active rows; returns false if a pivot is not positive.

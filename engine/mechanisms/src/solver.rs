@@ -91,7 +91,7 @@ impl TreeSolver {
         step.set_laws(tree, state, drives, h, None);
         step.guess(tree, &state.v, gravity, h);
         let mut search = step.solve(tree, &state.v, h)?;
-        // If velocities hardly change, further iterations would yield the same result.
+        // If velocities hardly change, further iterations would yield nearly the same result.
         step.store_velocities();
         if step.max_velocity_change(&state.v) > STEADY_VELOCITY_CHANGE {
             step.use_mean_velocities(tree, &state.v, gravity);

@@ -88,7 +88,8 @@ fn thread_and_coroutine_of_one_scene_exchange_requests() {
          function sysCall_cleanup() simZMQ.close(responder) simZMQ.ctx_term(context) end\n"
     );
     let printed = run_and_replay(&scene(&[&client, &server]), "5000");
-    assert_eq!(printed.matches("answer\t4\t").count(), 10, "{printed}");
+    // How much simulated time passes meanwhile depends on how long the sockets take.
+    assert_eq!(printed.matches("answer\t").count(), 10, "{printed}");
 }
 
 #[test]

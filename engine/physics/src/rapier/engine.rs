@@ -124,7 +124,7 @@ impl Engine for Rapier {
     }
 
     fn contacts(&self, out: &mut Vec<BodyContact>) {
-        report::contacts(&self.state.bodies.world, &self.state.forms.trees.touches, out);
+        report::contacts(&self.state.bodies, &self.state.forms.trees.touches, out);
     }
 
     fn quarantined(&mut self) -> Vec<BodyId> {

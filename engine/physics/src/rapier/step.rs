@@ -38,7 +38,7 @@ impl EngineState {
     fn arrange(&mut self, done: f64) {
         let EngineState { bodies, contacts, joints, forms } = self;
         bodies.move_kinematic(done);
-        if !contacts.fresh.is_empty() {
+        if !contacts.fresh.is_empty() || bodies.backlog.skipped && bodies.any_free() {
             bodies.place_colliders();
         }
         forms.trees.update_adoptions(bodies, contacts, joints, &mut forms.reduced);
@@ -73,11 +73,13 @@ impl EngineState {
 
     fn solve(&mut self) {
         let EngineState { bodies, contacts, joints, forms } = self;
-        if !forms.trees.detect_alone(bodies, contacts) {
+        bodies.backlog.skipped = forms.trees.detect_alone(bodies, contacts);
+        if !bodies.backlog.skipped {
             let filter = PairFilter::new(contacts, bodies);
             bodies.world.step_with_events(&filter, &());
             contacts.update_separations(bodies);
             bodies.collect_frozen();
+            bodies.backlog.removed = false;
         }
         forms.after_step(bodies, joints);
     }

@@ -77,6 +77,7 @@ impl Bodies {
         self.forces.loads.remove(&body);
         self.discard_velocity(body);
         self.moving.remove(&body);
+        self.backlog.removed = true;
     }
 
     /// Prepares a body for a joint. The body remains awake unless its mechanism is parked, because a wheel that creeps

@@ -88,6 +88,15 @@ impl SavedForces {
     }
 }
 
+/// What has happened since rapier was last called, see `joints/tree/detect.rs`.
+#[derive(Default, Serialize, Deserialize)]
+pub(crate) struct Backlog {
+    /// Whether rapier was not called in the last step: the contacts in its narrow phase are then those of an earlier one.
+    pub skipped: bool,
+    /// Whether bodies were removed, whose colliders rapier remembers until it is called.
+    pub removed: bool,
+}
+
 /// What determines the number of sub-steps.
 #[derive(Default, Serialize, Deserialize)]
 pub(crate) struct Substeps {

@@ -10,7 +10,7 @@ use rapier3d::{
 };
 use serde::{Deserialize, Serialize};
 
-use super::record::{AppliedForces, BodyRecord, PreviousState, Substeps};
+use super::record::{AppliedForces, Backlog, BodyRecord, PreviousState, Substeps};
 use crate::{
     BodyId, EngineSettings, MotionType, convert,
     rapier::tuning::{CONTACT_SOFTNESS, MAX_CONTACT_FREQUENCY_SHARE, STATIC_CONTACT_SOFTNESS},
@@ -35,6 +35,8 @@ pub(crate) struct Bodies {
     pub spinning: Vec<RigidBodyHandle>,
     /// Whether bodies at rest can sleep.
     pub sleep: bool,
+    /// What rapier does not know because it was not called.
+    pub backlog: Backlog,
     pub substeps: Substeps,
     pub forces: AppliedForces,
 }
@@ -53,6 +55,7 @@ impl Bodies {
             previous: Vec::new(),
             spinning: Vec::new(),
             sleep: false,
+            backlog: Backlog::default(),
             substeps: Substeps::default(),
             forces: AppliedForces::default(),
         }
@@ -104,6 +107,11 @@ impl Bodies {
 
     pub fn is_dynamic(&self, body: BodyId) -> bool {
         self.dynamic_handle(body).is_some()
+    }
+
+    /// Returns whether there are bodies that rapier moves by forces.
+    pub fn any_free(&self) -> bool {
+        self.records.iter().flatten().any(|r| r.motion == MotionType::Dynamic && !r.in_tree)
     }
 
     /// Returns the pose of rapier's body.

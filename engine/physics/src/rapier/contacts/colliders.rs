@@ -176,12 +176,12 @@ pub(crate) fn enable_contact_hook(bodies: &mut Bodies, id: BodyId) {
     set_hooks(bodies, id, |h| h | ActiveHooks::MODIFY_SOLVER_CONTACTS);
 }
 
-/// Returns whether one of the body's colliders bounces, or has a friction coefficient that exceeds the maximum for a
-/// pair: the hook then modifies its contacts.
+/// Returns whether one of the body's colliders bounces, or has a friction coefficient with which that of a pair, the
+/// product, may exceed its maximum: the hook then modifies its contacts.
 fn needs_contact_hook(bodies: &Bodies, id: BodyId) -> bool {
     let colliders = bodies.record(id).map(|r| bodies.world.bodies[r.handle].colliders());
     let mut colliders = colliders.into_iter().flatten().filter_map(|c| bodies.world.colliders.get(*c));
-    colliders.any(|c| c.friction() > MAX_FRICTION || c.restitution() > 0.0)
+    colliders.any(|c| c.friction() > MAX_FRICTION.sqrt() || c.restitution() > 0.0)
 }
 
 fn set_hooks(bodies: &mut Bodies, id: BodyId, change: impl Fn(ActiveHooks) -> ActiveHooks) {

@@ -9,7 +9,10 @@ use rapier3d::{
 use serde::{Deserialize, Serialize};
 
 use super::masks::body_of;
-use crate::{BodyContact, BodyId, convert, rapier::bodies::IN_TREE_FLAG};
+use crate::{
+    BodyContact, BodyId, convert,
+    rapier::bodies::{Bodies, IN_TREE_FLAG},
+};
 
 /// The effect of one contact face of a tree in the last step.
 #[derive(Clone, Serialize, Deserialize)]
@@ -26,9 +29,11 @@ pub(crate) struct TreeContact {
 }
 
 /// Collects the contacts that rapier solved and those of trees, `touches`, in order of body ids.
-pub(crate) fn contacts(world: &PhysicsWorld, touches: &[TreeContact], out: &mut Vec<BodyContact>) {
+pub(crate) fn contacts(bodies: &Bodies, touches: &[TreeContact], out: &mut Vec<BodyContact>) {
     out.clear();
-    for pair in world.narrow_phase.contact_pairs().filter(|p| is_solved(world, p)) {
+    let world = &bodies.world;
+    let solved = (!bodies.backlog.skipped).then(|| world.narrow_phase.contact_pairs());
+    for pair in solved.into_iter().flatten().filter(|p| is_solved(world, p)) {
         let PairContacts::Rigid(rigid) = &pair.contacts else {
             continue;
         };

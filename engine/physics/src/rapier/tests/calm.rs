@@ -37,7 +37,7 @@ fn contacts(engine: &Rapier) -> Vec<BodyContact> {
     found
 }
 
-/// Returns whether rapier has found pairs of colliders in any step.
+/// Returns whether rapier knows pairs of colliders.
 fn rapier_has_pairs(engine: &Rapier) -> bool {
     engine.state.bodies.world.narrow_phase.contact_pairs().next().is_some()
 }
@@ -47,7 +47,7 @@ fn calm_s(engine: &Rapier) -> f64 {
 }
 
 #[test]
-fn calm_tree_rests_with_one_sub_step_and_takes_four_after_an_impact() {
+fn calm_tree_rests_with_one_sub_step_until_an_impact() {
     let mut engine = engine(0.005);
     floor(&mut engine);
     let low = tower(&mut engine, at(0.0, 0.0, 0.05), 1);

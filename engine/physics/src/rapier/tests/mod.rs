@@ -4,6 +4,7 @@ mod bodies;
 mod calm;
 mod collision_filter;
 mod contact_refresh;
+mod detection;
 mod drives;
 mod economy;
 mod energy;

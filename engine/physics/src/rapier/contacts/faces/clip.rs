@@ -21,6 +21,9 @@ const MIN_DEPTH_LEAD: f64 = 1e-4;
 /// Distance of the closest points, m, below which their direction is decided by rounding.
 const MIN_RELIABLE_DISTANCE: f64 = 1e-8;
 
+/// Depth up to which forms that touch count as separated by a plane, m.
+const MAX_TOUCH_DEPTH: f64 = 1e-6;
+
 /// Maximum depth of a point, relative to that of the deepest, if the normal was corrected for a mesh: the corrected
 /// normal may be far from the direction in which the forms are closest.
 const MAX_CORRECTED_DEPTH_RATIO: f64 = 5.0;
@@ -64,8 +67,12 @@ pub(super) fn contacts(
         }
     };
     // Forms that touch exactly have no direction, or one that is decided by rounding: that of the previous step remains,
-    // or else that of their origins.
-    let (found, last) = (Some(direction), guess);
+    // or else that of their origins. The last normal may be that of an earlier place, which does not separate them.
+    let separates = |normal: &Vector| {
+        let second = pos12 * map_b.local_support_point(pos12.rotation.inverse() * -*normal);
+        (second - map_a.local_support_point(*normal)).dot(*normal) > -MAX_TOUCH_DEPTH
+    };
+    let (found, last) = (Some(direction), guess.filter(separates));
     let touch = (p2 - p1).length() < MIN_RELIABLE_DISTANCE;
     let [first, second] = if touch { [last, found] } else { [found, last] };
     let direction = [first, second, pos12.translation.try_normalize()]

@@ -20,12 +20,14 @@ impl TreeJoints {
     /// before keep their positions and velocities; those of new joints are computed from the bodies.
     pub(super) fn arrange(&mut self, bodies: &mut Bodies, joints: &Joints) {
         if std::mem::take(&mut self.changed) {
-            let mut old = BTreeMap::new();
+            let (mut old, mut calm) = (BTreeMap::new(), BTreeMap::new());
             for mechanism in std::mem::take(&mut self.mechanisms) {
                 store_joint_states(&mechanism, &mut old);
+                calm.insert(mechanism.bodies, mechanism.calm_s);
             }
             for (root, links) in self.mechanism_joints(bodies, joints) {
-                let mechanism = new_mechanism(bodies, joints, root, links, &old);
+                let mut mechanism = new_mechanism(bodies, joints, root, links, &old);
+                mechanism.calm_s = calm.get(&mechanism.bodies).copied().unwrap_or(0.0);
                 self.mechanisms.push(mechanism);
             }
         }
@@ -127,6 +129,7 @@ impl TreeJoints {
             }
             let mechanism = &mut self.mechanisms[i];
             (mechanism.q, mechanism.v) = (q, v);
+            mechanism.calm_s = 0.0;
             place_bodies(mechanism, bodies);
         }
     }

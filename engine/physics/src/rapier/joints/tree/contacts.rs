@@ -1,4 +1,4 @@
-//! Contacts of trees: reading them from rapier's narrow phase, and recording their impulses.
+//! Contacts of trees: reading them from rapier's narrow phase or from `detect`, and recording their impulses.
 
 use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
 use rapier3d::{
@@ -61,7 +61,7 @@ impl ContactPartner {
 }
 
 impl TreeJoints {
-    /// Returns the contacts of all links, sorted by colliders.
+    /// Returns the contacts of all links, in an order that depends only on the bodies and their colliders.
     pub(super) fn find_contacts(&mut self, bodies: &Bodies) -> Vec<DetectedContact> {
         match self.detected.take() {
             Some(faces) => self.read_detected_faces(bodies, &faces),
@@ -219,7 +219,7 @@ impl TreeJoints {
         let Some(handle) = bodies.record(body).map(|r| r.handle) else { return };
         let gone: Vec<u32> = bodies.world.bodies[handle].colliders().iter().map(|c| collider_index(*c)).collect();
         self.warm_start.retain(|k| !gone.contains(&k.key[0]) && !gone.contains(&k.key[1]));
-        self.normals.retain(|n| !n.pair.iter().any(|c| gone.contains(c)));
+        self.last_normals.retain(|n| !n.pair.iter().any(|c| gone.contains(c)));
         self.touches.retain(|t| t.bodies.0 != body && t.bodies.1 != body);
     }
 

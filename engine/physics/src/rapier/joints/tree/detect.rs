@@ -6,7 +6,7 @@
 //! contacts are found here: the boxes of all colliders are swept along one axis, and each pair is tested by `faces`.
 //! Rapier learns of all changes since when it is next called.
 //!
-//! Whether this is possible follows from the state, so it does not depend on how the state was reached.
+//! Whether this is possible follows from the state, so a snapshot continues like the run that it was taken from.
 
 use rapier3d::{
     dynamics::{CoefficientCombineRule, RigidBody},
@@ -50,9 +50,9 @@ struct PlacedCollider<'a> {
 impl TreeJoints {
     /// Finds the contacts of this step if only trees move; returns false if rapier must do so.
     pub fn detect_alone(&mut self, bodies: &Bodies, contacts: &Contacts) -> bool {
-        let last = std::mem::take(&mut self.normals);
+        let last = std::mem::take(&mut self.last_normals);
         let placed = self.placed_colliders(bodies, contacts);
-        self.detected = placed.map(|placed| detect(&placed, &last, &mut self.normals));
+        self.detected = placed.map(|placed| detect(&placed, &last, &mut self.last_normals));
         self.detected.is_some()
     }
 
@@ -60,8 +60,8 @@ impl TreeJoints {
     fn placed_colliders<'a>(&self, bodies: &'a Bodies, contacts: &Contacts) -> Option<Vec<PlacedCollider<'a>>> {
         let special = !contacts.pairs.is_empty() || !contacts.surfaces.is_empty() || !contacts.separations.is_empty();
         // Adopted bodies are released when rapier's narrow phase finds that nothing touches them.
-        let free = !self.adopted.is_empty() || !self.crowded.is_empty();
-        if self.mechanisms.is_empty() || free || special || !bodies.moving.is_empty() {
+        let needs_rapier = !self.adopted.is_empty() || !self.crowded.is_empty() || bodies.backlog.removed;
+        if self.mechanisms.is_empty() || needs_rapier || special || !bodies.moving.is_empty() {
             return None;
         }
         let prediction = bodies.world.integration_parameters.prediction_distance();

@@ -51,9 +51,9 @@ pub(super) fn reached_bodies(
     reach
 }
 
-/// Returns the bodies that have an active contact with a body.
+/// Returns the bodies that have an active contact with a body; none if rapier has not found the contacts of the last step.
 fn touching(bodies: &Bodies, body: BodyId) -> BTreeSet<BodyId> {
-    let Some(record) = bodies.record(body) else { return BTreeSet::new() };
+    let Some(record) = bodies.record(body).filter(|_| !bodies.backlog.skipped) else { return BTreeSet::new() };
     let colliders = bodies.world.bodies[record.handle].colliders();
     let pairs = colliders.iter().flat_map(|c| bodies.world.narrow_phase.contact_pairs_with(*c));
     pairs

@@ -79,7 +79,7 @@ pub(crate) struct MechanismSolver {
 pub(crate) struct WarmStartImpulse {
     /// Identifies the contact.
     pub key: ContactKey,
-    /// Impulse on the second body, N s.
+    /// Impulse on the second body that its force in the last sub-step would give in a physics step, N s.
     pub impulse: Vector3<f64>,
 }
 

@@ -1,4 +1,4 @@
-//! The physics step of all trees.
+//! The physics step of all trees, with the contacts that rapier or `detect` has found.
 
 use nalgebra::Vector3;
 use rapier3d::math::Vector;
@@ -36,12 +36,14 @@ pub(super) struct MechanismIsland {
     totals: Vec<Vector3<f64>>,
     /// Number of sub-steps of this physics step.
     substeps: usize,
+    /// Time over which the forces of the contacts give their impulses, s.
+    impulse_time: f64,
     /// Whether the state was no longer finite.
     diverged: bool,
 }
 
 impl TreeJoints {
-    /// Advances all trees by one physics step, with the contacts that rapier detected at its beginning.
+    /// Advances all trees by one physics step, with the contacts that were found at its beginning.
     pub(super) fn step(&mut self, bodies: &mut Bodies, joints: &mut Joints) {
         if self.mechanisms.is_empty() {
             self.touches.clear();
@@ -174,6 +176,7 @@ impl MechanismIsland {
             contacts: Vec::new(),
             totals: Vec::new(),
             substeps: 1,
+            impulse_time: 0.0,
             diverged: false,
         }
     }
@@ -182,6 +185,7 @@ impl MechanismIsland {
     /// island keep their positions and velocities.
     fn advance(&mut self, gravity: Vector3<f64>, dt: f64) {
         let h = dt / self.substeps as f64;
+        self.impulse_time = dt;
         self.totals = vec![Vector3::zeros(); self.contacts.len()];
         for mechanism in &mut self.mechanisms {
             let Some(built) = &mut mechanism.built else { continue };
@@ -201,6 +205,7 @@ impl MechanismIsland {
                 }
             }
         }
+        self.scale_impulses(dt);
         if let Some(built) = self.mechanisms.first_mut().and_then(|m| m.built.as_mut()) {
             built.island = group;
         }
@@ -212,6 +217,16 @@ impl MechanismIsland {
                 *v /= 1.0 + dt * built.damping[usize::from(i >= 3)];
             }
         }
+    }
+
+    /// Converts the impulses of the contacts to those that their forces give in the time `h`, s. Between physics steps,
+    /// they are those of a whole step, since the next one may have another number of sub-steps.
+    fn scale_impulses(&mut self, h: f64) {
+        let factor = h / self.impulse_time;
+        if factor != 1.0 {
+            self.contacts.iter_mut().for_each(|contact| contact.impulse *= factor);
+        }
+        self.impulse_time = h;
     }
 
     /// Returns the number of parts into which a sub-step of length `h`, s, is divided, so that no joint turns by more
@@ -235,6 +250,7 @@ impl MechanismIsland {
         h: f64,
         [substep, dt]: [f64; 2],
     ) -> Result<(), DynamicsError> {
+        self.scale_impulses(h);
         let divisible = h > substep / MAX_PARTS as f64;
         let fast_turns = if divisible { FastTurns::Fail { max_turn: 1.25 * MAX_TURN } } else { FastTurns::LimitEnergy };
         match self.step(group, gravity, h, fast_turns) {

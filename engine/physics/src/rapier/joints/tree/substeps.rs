@@ -1,9 +1,9 @@
 //! The number of sub-steps of an island of trees, chosen in each physics step from its state alone.
 //!
 //! Sub-steps make fast motion and impacts accurate. An island that moves slowly, and whose contacts neither begin nor
-//! slide, is as accurate with one step: the error of the midpoint rule is of the order of the square of the angle that a
-//! joint turns in a step, and a contact that sticks has the same solution for any duration. `docs/physics.md` gives the
-//! errors.
+//! slide, is nearly as accurate with one step: the error of the midpoint rule is of the order of the square of the phase
+//! that a swing advances in a step, and a contact that sticks has the same force for any duration. `docs/mechanisms.md`
+//! gives the errors.
 
 use super::{contacts::DetectedContact, records::Mechanism, step::MechanismIsland};
 

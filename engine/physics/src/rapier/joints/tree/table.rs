@@ -26,7 +26,7 @@ pub(crate) struct TreeJoints {
     #[serde(skip)]
     pub detected: Option<Vec<DetectedFace>>,
     /// Normals of the pairs that were tested in the last step, sorted by pair; empty if rapier tested them.
-    pub normals: Vec<PairNormal>,
+    pub last_normals: Vec<PairNormal>,
     /// Impulses of contacts in the last step, sorted by key.
     pub warm_start: Vec<WarmStartImpulse>,
     /// Forces of contacts in the last step.
