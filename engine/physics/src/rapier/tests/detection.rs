@@ -111,7 +111,7 @@ fn normal_of_an_earlier_place_is_not_used() {
 
 /// A contact that dry friction keeps from moving has the same force with any number of sub-steps.
 #[test]
-fn held_contact_keeps_its_force_when_sub_steps_change() {
+fn held_contact_has_the_same_force_with_any_number_of_sub_steps() {
     let mut engine = engine(0.005);
     engine.configure(EngineSettings { gravity: Vector3::zeros(), step: 0.005, ..EngineSettings::default() });
     let post = engine.add_body(&fixed(Isometry3::identity(), Vec::new()));
