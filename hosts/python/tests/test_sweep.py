@@ -328,6 +328,10 @@ def test_checks_are_run_by_another_process(scene, tmp_path):
             return future
 
     with Pool(2, mp_context=multiprocessing.get_context("spawn")) as pool:
+        # A worker that starts late, on a busy machine, would leave checks to the other one.
+        up = set()
+        while len(up) < 2:
+            up |= {f.result() for f in [ProcessPoolExecutor.submit(pool, os.getpid) for _ in range(4)]}
         tatu_sim.sweep(jobs(range(30)), scene, executor=pool, check=0.3)
     first = {ran.key: done.worker for done in seen for ran in done.ran}
     second = {ran.key: done.worker for done in seen for ran in done.checked}

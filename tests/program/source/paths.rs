@@ -14,7 +14,8 @@ const EXAMPLES: [&str; 1] = ["tests/scene.rs"];
 
 #[test]
 fn files_that_the_documents_name_exist() {
-    let all: Vec<String> = files(root()).iter().map(|file| short(file).replace('\\', "/")).collect();
+    let short = |file: &Path| file.strip_prefix(root()).unwrap_or(file).to_string_lossy().replace('\\', "/");
+    let all: Vec<String> = files(root()).iter().map(|file| short(file)).collect();
     let named = Regex::new(r"`([\w./-]+/[\w.-]+\.(?:rs|h|lua|py))`").unwrap();
     let is_checked = |page: &&String| {
         let top = ["CONTRIBUTING.md", "ARCHITECTURE.md", "README.md"].contains(&page.as_str());
