@@ -6,7 +6,8 @@
 //!
 //! With the rows W of all contacts that press, W l = b is solved by proximal point iterations: (W + e I) (l' - l) =
 //! b - W l, starting at 0. Each divides the error by at least 1 + s / e (with the weights below, e times the greatest),
-//! where s is the least response of W that is not 0, and adds nothing to directions without response. Which contacts press is found by pivoting, as in `pivot`.
+//! where s is the least response of W that is not 0, and adds nothing to directions without response. Which contacts
+//! press is found by pivoting, as in `pivot`.
 //!
 //! Shared evenly, friction would exceed the bound of a point that carries little. It is therefore weighted by the
 //! inverse square of its bound, that of the impulses so far at first and then, if a bound is exceeded, that of the normal
@@ -33,7 +34,7 @@ const REGULARIZATION: f64 = 1e-9;
 const MAX_ITERATIONS: usize = 6;
 /// Maximum number of times that friction is weighted by its bounds.
 const MAX_REWEIGHTINGS: usize = 2;
-/// Least bound of friction, relative to the greatest, by which the friction of a contact is weighted.
+/// Minimum bound of friction, relative to the greatest, that is used as a weight; 0 would be an infinite weight.
 const MIN_BOUND_SHARE: f64 = 0.01;
 /// Tolerance of the friction bound, relative to the bound.
 const FRICTION_TOLERANCE: f64 = 1e-9;
@@ -75,7 +76,7 @@ impl RestingSolver {
         rows.points.iter().filter(|p| p.normal > 0.0).count() <= MAX_CONTACTS
     }
 
-    /// Discards the responses, which those of another factorisation may have replaced.
+    /// Discards the responses, which may be those of an earlier factorisation.
     pub fn forget(&mut self) {
         self.points.clear();
     }

@@ -3,33 +3,8 @@
 use nalgebra::{Isometry3, Vector3};
 use tatu_geometry::Form;
 
-use super::{G, at, body, engine, fixed, floor, mass, part};
-use crate::{
-    BodyContact, BodyDesc, BodyId, CollisionMask, Engine, JointDesc, JointForm, JointKind, PassiveForces, Rapier,
-};
-
-/// Adds a block of 2 kg that a fixed joint makes a tree with a block of 1 kg on top. Returns the lower block.
-fn tower(engine: &mut Rapier, pose: Isometry3<f64>, tree: u32) -> BodyId {
-    let collision_mask = CollisionMask { mask: 0xff00, tree };
-    let [low, top] = [(0.1, 2.0), (0.3, 1.0)].map(|(z, m)| {
-        let block = part(Form::Box { half: Vector3::repeat(0.1) });
-        let desc = body(pose * at(0.0, 0.0, z), mass(m, [m / 150.0; 3]), block);
-        engine.add_body(&BodyDesc { collision_mask, ..desc })
-    });
-    engine.add_joint(&JointDesc {
-        a: low,
-        b: top,
-        frame_in_a: at(0.0, 0.0, 0.1),
-        frame_in_b: at(0.0, 0.0, -0.1),
-        kind: JointKind::Fixed,
-        limits: None,
-        position: 0.0,
-        form: JointForm::Tree,
-        passive: PassiveForces::default(),
-        geared: false,
-    });
-    low
-}
+use super::{G, at, body, engine, fixed, floor, mass, part, tower};
+use crate::{BodyContact, BodyDesc, BodyId, CollisionMask, Engine, Rapier};
 
 fn contacts(engine: &Rapier) -> Vec<BodyContact> {
     let mut found = Vec::new();

@@ -5,28 +5,13 @@ use std::sync::Arc;
 use nalgebra::{Isometry3, Point3, Vector3};
 use tatu_geometry::{Form, Mesh};
 
-use super::{G, at, body, engine, fixed, floor, mass, part, turned};
+use super::{G, at, body, engine, fixed, floor, mass, part, tower, tree_joint, turned};
 use crate::{
-    BodyDesc, BodyId, CollisionMask, Engine, EngineSettings, JointDesc, JointDrive, JointForm, JointId, JointKind,
-    PassiveForces, Rapier,
+    BodyDesc, BodyId, CollisionMask, Engine, EngineSettings, JointDesc, JointDrive, JointId, JointKind, PassiveForces,
+    Rapier,
 };
 
 const CUBE: Form = Form::Box { half: Vector3::new(0.1, 0.1, 0.1) };
-
-fn joint(a: BodyId, b: BodyId, kind: JointKind, frame_in_a: Isometry3<f64>, frame_in_b: Isometry3<f64>) -> JointDesc {
-    JointDesc {
-        a,
-        b,
-        frame_in_a,
-        frame_in_b,
-        kind,
-        limits: None,
-        position: 0.0,
-        form: JointForm::Tree,
-        passive: PassiveForces::default(),
-        geared: false,
-    }
-}
 
 fn along_x() -> Isometry3<f64> {
     turned(Vector3::zeros(), Vector3::y(), std::f64::consts::FRAC_PI_2)
@@ -53,13 +38,6 @@ fn ghost(engine: &mut Rapier, pose: Isometry3<f64>, m: f64) -> BodyId {
     engine.add_body(&BodyDesc { collision_mask, ..body(pose, mass(m, [1e-3; 3]), Vec::new()) })
 }
 
-/// Adds a tree of two cubes on top of each other.
-fn tower(engine: &mut Rapier, pose: Isometry3<f64>, tree: u32) -> BodyId {
-    let [low, top] = [0.1, 0.3].map(|z| link(engine, pose * at(0.0, 0.0, z), CUBE, tree, 0.7));
-    engine.add_joint(&joint(low, top, JointKind::Fixed, at(0.0, 0.0, 0.1), at(0.0, 0.0, -0.1)));
-    low
-}
-
 /// Adds a body far away, because of which rapier is called.
 fn far_ball(engine: &mut Rapier) -> BodyId {
     engine.add_body(&body(at(50.0, 0.0, 50.0), mass(1.0, [0.001; 3]), part(Form::Sphere { radius: 0.05 })))
@@ -83,9 +61,9 @@ fn normal_of_an_earlier_place_is_not_used() {
     let post = engine.add_body(&fixed(Isometry3::identity(), Vec::new()));
     let carriage = ghost(&mut engine, at(-0.3, 0.0, -0.1), 0.1);
     let block = link(&mut engine, at(-0.3, 0.0, -0.1), hull(), 1, 0.5);
-    let x = joint(post, carriage, JointKind::Prismatic, at(-0.3, 0.0, -0.1) * along_x(), along_x());
+    let x = tree_joint(post, carriage, JointKind::Prismatic, at(-0.3, 0.0, -0.1) * along_x(), along_x());
     let x = engine.add_joint(&x).unwrap();
-    let z = joint(carriage, block, JointKind::Prismatic, Isometry3::identity(), Isometry3::identity());
+    let z = tree_joint(carriage, block, JointKind::Prismatic, Isometry3::identity(), Isometry3::identity());
     let z = engine.add_joint(&z).unwrap();
     let ball = far_ball(&mut engine);
     move_at(&mut engine, z, 0.0, 1000.0);
@@ -118,10 +96,10 @@ fn held_contact_has_the_same_force_with_any_number_of_sub_steps() {
     engine.add_body(&fixed(at(0.2, 0.0, 0.0), part(CUBE)));
     let finger = link(&mut engine, at(-0.02, 0.0, 0.0), CUBE, 1, 0.0);
     let passive = PassiveForces { friction: 50.0, ..PassiveForces::default() };
-    let slide = joint(post, finger, JointKind::Prismatic, along_x(), along_x());
+    let slide = tree_joint(post, finger, JointKind::Prismatic, along_x(), along_x());
     let slide = engine.add_joint(&JointDesc { passive, ..slide }).unwrap();
     let wheel = ghost(&mut engine, at(-0.5, 0.0, 0.0), 1e-3);
-    let wheel = joint(finger, wheel, JointKind::Revolute, at(-0.5, 0.0, 0.0) * along_x(), along_x());
+    let wheel = tree_joint(finger, wheel, JointKind::Revolute, at(-0.5, 0.0, 0.0) * along_x(), along_x());
     let wheel = engine.add_joint(&wheel).unwrap();
     move_at(&mut engine, wheel, 10.0, 100.0);
     move_at(&mut engine, slide, 0.1, 90.0);
@@ -159,7 +137,7 @@ fn friction_of_a_pair_is_limited_with_and_without_rapier() {
         engine.add_body(&BodyDesc { friction: 4.0, ..fixed(at(0.0, 0.0, -0.1), ground) });
         let plate = Form::Box { half: Vector3::new(1.0, 1.0, 0.02) };
         let [low, top] = [0.02, 0.06].map(|z| link(&mut engine, at(0.0, 0.0, z), plate.clone(), 1, 4.0));
-        engine.add_joint(&joint(low, top, JointKind::Fixed, at(0.0, 0.0, 0.02), at(0.0, 0.0, -0.02)));
+        engine.add_joint(&tree_joint(low, top, JointKind::Fixed, at(0.0, 0.0, 0.02), at(0.0, 0.0, -0.02)));
         if ball {
             far_ball(&mut engine);
         }
@@ -200,7 +178,7 @@ fn contacts_that_rapier_found_long_ago_are_not_reported() {
     engine.advance(50);
     assert!((force(&engine) - G).abs() < 0.01);
     let post = engine.add_body(&fixed(Isometry3::identity(), Vec::new()));
-    let lift = joint(post, cube, JointKind::Prismatic, at(0.0, 0.0, 0.1), Isometry3::identity());
+    let lift = tree_joint(post, cube, JointKind::Prismatic, at(0.0, 0.0, 0.1), Isometry3::identity());
     let lift = engine.add_joint(&lift).unwrap();
     move_at(&mut engine, lift, 1.0, 1000.0);
     engine.advance(400);

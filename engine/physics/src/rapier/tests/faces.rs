@@ -6,7 +6,7 @@ use nalgebra::{Isometry3, Point3, Vector3};
 use tatu_geometry::{Form, Mesh};
 
 use super::*;
-use crate::{JointDesc, JointForm, JointKind, PassiveForces};
+use crate::JointKind;
 
 /// Returns a prism with `corners` corners at a radius of 5 cm, 6 cm high, about its middle.
 fn prism(corners: u32) -> Form {
@@ -70,18 +70,7 @@ fn place_prism(form: &Form, base: &str, degrees: f64, m: f64, centre: f64, tree:
         let small = MassProps { mass: 0.1 * m, com: Point3::origin(), inertia: Matrix3::identity() * (1e-4 * m) };
         let top = body(slope * at(0.0, 0.0, 0.0802), small, part(Form::Sphere { radius: 0.01 }));
         let top = engine.add_body(&top);
-        engine.add_joint(&JointDesc {
-            a: prism,
-            b: top,
-            frame_in_a: at(0.0, 0.0, 0.05),
-            frame_in_b: Isometry3::identity(),
-            kind: JointKind::Fixed,
-            limits: None,
-            position: 0.0,
-            form: JointForm::Tree,
-            passive: PassiveForces::default(),
-            geared: false,
-        });
+        engine.add_joint(&tree_joint(prism, top, JointKind::Fixed, at(0.0, 0.0, 0.05), Isometry3::identity()));
     }
     (engine, prism)
 }

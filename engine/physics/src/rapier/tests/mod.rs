@@ -21,7 +21,10 @@ use nalgebra::{Isometry3, Matrix3, Point3, Translation3, UnitQuaternion, Vector3
 use tatu_geometry::{Form, SolidPart};
 
 use super::Rapier;
-use crate::{BodyDesc, BodyId, CollisionMask, Engine, EngineSettings, MassProps, MotionType};
+use crate::{
+    BodyDesc, BodyId, CollisionMask, Engine, EngineSettings, JointDesc, JointForm, JointKind, MassProps, MotionType,
+    PassiveForces,
+};
 
 const G: f64 = 9.81;
 
@@ -60,4 +63,38 @@ fn fixed(pose: Isometry3<f64>, parts: Vec<SolidPart>) -> BodyDesc {
 
 fn floor(engine: &mut Rapier) -> BodyId {
     engine.add_body(&fixed(Isometry3::identity(), part(Form::Plane)))
+}
+
+/// Describes a joint of a tree without limits.
+fn tree_joint(
+    a: BodyId,
+    b: BodyId,
+    kind: JointKind,
+    frame_in_a: Isometry3<f64>,
+    frame_in_b: Isometry3<f64>,
+) -> JointDesc {
+    JointDesc {
+        a,
+        b,
+        frame_in_a,
+        frame_in_b,
+        kind,
+        limits: None,
+        position: 0.0,
+        form: JointForm::Tree,
+        passive: PassiveForces::default(),
+        geared: false,
+    }
+}
+
+/// Adds a block of 2 kg that a fixed joint makes a tree with a block of 1 kg on top. Returns the lower block.
+fn tower(engine: &mut Rapier, pose: Isometry3<f64>, tree: u32) -> BodyId {
+    let collision_mask = CollisionMask { mask: 0xff00, tree };
+    let [low, top] = [(0.1, 2.0), (0.3, 1.0)].map(|(z, m)| {
+        let block = part(Form::Box { half: Vector3::repeat(0.1) });
+        let desc = body(pose * at(0.0, 0.0, z), mass(m, [m / 150.0; 3]), block);
+        engine.add_body(&BodyDesc { collision_mask, ..desc })
+    });
+    engine.add_joint(&tree_joint(low, top, JointKind::Fixed, at(0.0, 0.0, 0.1), at(0.0, 0.0, -0.1)));
+    low
 }

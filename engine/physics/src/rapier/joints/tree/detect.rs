@@ -10,8 +10,9 @@
 
 use rapier3d::{
     dynamics::{CoefficientCombineRule, RigidBody},
-    geometry::{Aabb, BoundingVolume, Collider, ColliderHandle, ContactManifold, Shape},
+    geometry::{Aabb, BoundingVolume, Collider, ColliderHandle, ContactData, ContactManifold},
     math::{Pose, Vector},
+    parry::query::TrackedContact,
 };
 
 use super::{
@@ -36,6 +37,7 @@ const MAX_STILL_COLLIDERS: usize = 256;
 /// A collider in the world frame.
 struct PlacedCollider<'a> {
     handle: ColliderHandle,
+    index: u32,
     tag: ColliderTag,
     collider: &'a Collider,
     pose: Pose,
@@ -88,6 +90,7 @@ impl TreeJoints {
                 let ahead = prediction + body.soft_ccd_prediction();
                 placed.push(PlacedCollider {
                     handle: *handle,
+                    index: collider_index(*handle),
                     tag: ColliderTag::unpack(collider.user_data),
                     collider,
                     pose,
@@ -119,32 +122,21 @@ fn sweep_axis(placed: &[PlacedCollider<'_>]) -> usize {
 /// normal that they had in the previous step, `last`; `normals` receives those of this step.
 fn detect(placed: &[PlacedCollider<'_>], last: &[PairNormal], normals: &mut Vec<PairNormal>) -> Vec<DetectedFace> {
     let axis = sweep_axis(placed);
-    let [low, high] =
-        [|p: &PlacedCollider<'_>, axis| p.bounds.mins[axis], |p: &PlacedCollider<'_>, axis| p.bounds.maxs[axis]];
-    let mut order: Vec<usize> = (0..placed.len()).collect();
-    order.sort_unstable_by(|a, b| low(&placed[*a], axis).total_cmp(&low(&placed[*b], axis)).then(a.cmp(b)));
+    let low = |p: &PlacedCollider<'_>| p.bounds.mins[axis];
+    let mut order: Vec<&PlacedCollider<'_>> = placed.iter().collect();
+    order.sort_unstable_by(|a, b| low(a).total_cmp(&low(b)).then(a.index.cmp(&b.index)));
     let mut pairs = Vec::new();
     for (i, a) in order.iter().enumerate() {
-        let first = &placed[*a];
-        let end = high(first, axis);
-        for b in order[i + 1..].iter().take_while(|b| low(&placed[**b], axis) <= end) {
-            let second = &placed[*b];
-            if may_touch(first, second) {
-                pairs.push(if collider_index(first.handle) < collider_index(second.handle) {
-                    (*a, *b)
-                } else {
-                    (*b, *a)
-                });
-            }
-        }
+        let near = order[i + 1..].iter().take_while(|b| low(b) <= a.bounds.maxs[axis]);
+        let touching = near.filter(|b| may_touch(a, b));
+        pairs.extend(touching.map(|b| if a.index < b.index { [*a, *b] } else { [*b, *a] }));
     }
-    pairs.sort_unstable_by_key(|(a, b)| (collider_index(placed[*a].handle), collider_index(placed[*b].handle)));
+    pairs.sort_unstable_by_key(|pair| pair.map(|p| p.index));
     let (mut found, mut manifolds) = (Vec::new(), Vec::new());
-    for (a, b) in pairs {
-        let (a, b) = (&placed[a], &placed[b]);
-        let pair = [a.handle, b.handle].map(collider_index);
+    for [a, b] in pairs {
+        let pair = [a.index, b.index];
         let (pos12, guess) = (a.pose.inv_mul(&b.pose), last_normal(last, pair));
-        faces::find(&pos12, [a.shape(), b.shape()], a.ahead.max(b.ahead), guess, &mut manifolds);
+        faces::find(&pos12, [a.collider.shape(), b.collider.shape()], a.ahead.max(b.ahead), guess, &mut manifolds);
         normals.extend(manifolds.first().map(|m| PairNormal { pair, normal: m.local_n1 }));
         let touching = manifolds.iter().filter(|m| !m.points.is_empty());
         found.extend(touching.map(|m| detected_face(a, b, m)));
@@ -165,12 +157,6 @@ fn may_touch(a: &PlacedCollider<'_>, b: &PlacedCollider<'_>) -> bool {
         && a.bounds.intersects(&b.bounds)
 }
 
-impl PlacedCollider<'_> {
-    fn shape(&self) -> &dyn Shape {
-        self.collider.shape()
-    }
-}
-
 fn detected_face(a: &PlacedCollider<'_>, b: &PlacedCollider<'_>, manifold: &ContactManifold) -> DetectedFace {
     let poses = [
         manifold.subshape_pos1().map_or(a.pose, |part| a.pose * part),
@@ -182,21 +168,13 @@ fn detected_face(a: &PlacedCollider<'_>, b: &PlacedCollider<'_>, manifold: &Cont
         CoefficientCombineRule::combine(value(first), value(second), rule(first), rule(second))
     };
     let friction = combined(Collider::friction, Collider::friction_combine_rule).min(MAX_FRICTION);
-    let point = |p: &rapier3d::parry::query::TrackedContact<rapier3d::geometry::ContactData>| FacePoint {
+    let point = |p: &TrackedContact<ContactData>| FacePoint {
         places: [poses[0] * p.local_p1, poses[1] * p.local_p2].map(convert::vector_back),
         normal,
         slide: nalgebra::Vector3::zeros(),
         friction,
         restitution: 0.0,
-        key: [
-            collider_index(a.handle),
-            collider_index(b.handle),
-            manifold.subshape1,
-            manifold.subshape2,
-            p.fid1.0,
-            p.fid2.0,
-            0,
-        ],
+        key: [a.index, b.index, manifold.subshape1, manifold.subshape2, p.fid1.0, p.fid2.0, 0],
     };
     DetectedFace { colliders: [a.handle, b.handle], points: manifold.points.iter().map(point).collect() }
 }
