@@ -43,10 +43,18 @@ repeat
     result, state = sim.ruckigStep(p, 0.05)
 until result == 1
 assert(math.abs(state[2] - 0.5) < 1e-9)
+--- sim.rmlPos
+local p = sim.rmlPos(2, 0.001, -1, {0, 0, 0, 0, 0, 0}, {1, 1, 1, 1, 9, 9}, {1, 1}, {1, 2, 0, 0})
+local result, state = sim.rmlStep(p, 0.5)
+assert(result == 0 and math.abs(state[2] - 2 * state[1]) < 1e-9)        -- on a straight line
+--- sim.rmlVel
+local p = sim.rmlVel(1, 0.001, -1, {0, 0, 0}, {1, 100}, {1}, {0.5})
+local result, state = sim.rmlStep(p, 1)
+assert(result == 1 and math.abs(state[2] - 0.5) < 1e-9)
 --- sim.ruckigStep
-local p = sim.ruckigPos(2, 0.001, -1, {0, 0, 0, 0, 0, 0}, {1, 1, 1, 1, 9, 9}, {1, 1}, {1, 2, 0, 0})
-local result, state = sim.ruckigStep(p, 0.5)
-assert(result == 0 and #state == 6 and math.abs(state[2] - 2 * state[1]) < 1e-9)
+local p = sim.ruckigPos(2, 0.001, sim.ruckig_phasesync, {0, 0, 0, 0, 0, 0}, {1, 1, 1, 1, 9, 9}, {1, 1}, {1, 2, 0, 0})
+local result, state, left = sim.ruckigStep(p, 0.5)
+assert(result == 0 and left > 0.5 and #state == 6 and math.abs(state[2] - 2 * state[1]) < 1e-9)
 --- sim.ruckigRemove
 local p = sim.ruckigVel(1, 0.001, -1, {0, 0, 0}, {1, 100}, {1}, {0.5})
 sim.ruckigRemove(p)

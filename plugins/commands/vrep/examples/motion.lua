@@ -50,13 +50,13 @@ assert(not pcall(sim.moveToPose_step, m))
 function sysCall_thread()
     local joint = sim.createJoint(sim.joint_revolute_subtype, sim.jointmode_kinematic, 0)
     local result, at = sim.rmlMoveToJointPositions({joint}, -1, nil, nil, {4}, {90}, {9000}, {0.5})
-    assert(result == 0 and at[1] == 0.5)
+    assert(result == 1 and at[1] == 0.5)
 end
 --- sim.rmlMoveToPosition
 function sysCall_thread()
     local d = sim.createDummy(0.01)
     local result, p = sim.rmlMoveToPosition(d, -1, -1, nil, nil, {9, 9, 9, 9}, {90, 90, 90, 90}, {900, 900, 900, 900}, {0, 0, 1})
-    assert(result == 0 and p[3] == 1)
+    assert(result == 1 and p[3] == 1)
 end
 --- sim.moveToPosition
 function sysCall_thread()
@@ -77,3 +77,7 @@ function sysCall_thread()
     sim.moveToJointPositions({joint}, {0.4}, 4, 90)
     assert(math.abs(sim.getJointPosition(joint) - 0.4) < 1e-6)
 end
+--- sim.generateTimeOptimalTrajectory
+local points, times = sim.generateTimeOptimalTrajectory({0, 0.5, 1}, {0, 0.5, 1}, {-1, 1}, {-2, 2}, 100)
+assert(#points == 100 and points[100] == 1)
+assert(math.abs(times[100] - 1.5) < 1e-3)       -- as a trapezoid of 1 m/s and 2 m/s^2

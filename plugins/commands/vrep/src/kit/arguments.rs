@@ -184,6 +184,10 @@ pub(crate) const STAND_IN_DATA: &[u8] = &[0; 512];
 pub(crate) fn int_or(c: &SharedCtx<'_>, i: usize, otherwise: i64) -> Result<i64> {
     if c.has(i) { c.i64(i) } else { Ok(otherwise) }
 }
+/// Reads a table of numbers of any length.
+pub(crate) fn floats(c: &Ctx<'_>, i: usize) -> Result<Vec<f64>> {
+    c.arg(i).numbers().ok_or_else(|| Fail::argument(format!("argument {}: expected a table of numbers", i + 1)))
+}
 /// Normalizes a quaternion, or returns an error if it is zero; `i` is its argument index for messages.
 pub(crate) fn unit(q: al::Quaternion, i: usize) -> Result<al::Quaternion> {
     al::normalized(q).ok_or_else(|| Fail::argument(format!("argument {}: the quaternion must not be zero", i + 1)))

@@ -1,6 +1,10 @@
 //! Builds motions from the arguments of the motion commands.
 
-use super::profile::MotionProfile;
+use std::f64::consts::PI;
+
+use tatu_trajectories::{State, Synchronization};
+
+use super::profile::{LimitLists, MotionProfile, states, synchronization};
 use crate::{
     kit::{
         algebra::{self as al, Pose},
@@ -48,12 +52,65 @@ fn positions(c: &Ctx<'_>, joints: &[tatu_object]) -> Result<Vec<f64>> {
     joints.iter().map(|j| c.world().f64(*j, c.plugin().p.joint_position)).collect()
 }
 
+/// Returns the target of a cyclic joint that is `direction` from its position: 0 is the shorter way, n and -n are upwards
+/// and downwards with n - 1 additional turns.
+fn cyclic_target(from: f64, to: f64, direction: f64) -> f64 {
+    let turn = 2.0 * PI;
+    let short = (to - from) - turn * ((to - from) / turn).round();
+    let ahead = match direction {
+        d if d > 0.0 && short < 0.0 => short + turn,
+        d if d < 0.0 && short > 0.0 => short - turn,
+        _ => short,
+    };
+    let turns = (direction.abs().floor() - 1.0).max(0.0);
+    from + ahead + turns * turn * direction.signum()
+}
+
+/// Arguments by their keys in the table of 4.7, or by their places before.
+struct Arguments<'a> {
+    table: Option<ValueRef<'a>>,
+    call: &'a Ctx<'a>,
+}
+
+impl<'a> Arguments<'a> {
+    fn new(c: &'a Ctx<'_>) -> Self {
+        let first = c.arg(0);
+        Arguments { table: first.map().is_some().then_some(first), call: c }
+    }
+    fn of(&self, key: &str, place: usize) -> ValueRef<'a> {
+        match self.table {
+            Some(table) => table.get(key).unwrap_or(ValueRef::NIL),
+            None => self.call.arg(place),
+        }
+    }
+    /// Returns an argument that only the table has.
+    fn of_table(&self, key: &str) -> ValueRef<'a> {
+        self.table.and_then(|table| table.get(key)).unwrap_or(ValueRef::NIL)
+    }
+    fn object(&self, key: &str) -> Result<tatu_object> {
+        match self.of_table(key).as_i64() {
+            Some(n) if n > 0 => Ok(self.call.world().look(n as u64 & HANDLE_BITS as u64)?.id),
+            _ => Ok(0),
+        }
+    }
+    /// Since 4.7 motions are on a straight line by default; from 4.3 to 4.6 coordinates arrive together.
+    fn synchronization(&self) -> Synchronization {
+        let default = if self.table.is_some() { Synchronization::Phase } else { Synchronization::Time };
+        synchronization(self.of("flags", 0).as_i64().unwrap_or(-1), default)
+    }
+    fn answer(&self) -> ResultForm {
+        if self.table.is_some() { ResultForm::Map } else { ResultForm::List }
+    }
+    /// Duration of a step of the motion, s; 0: that of the simulation.
+    fn time_step(&self, place: usize) -> f64 {
+        self.of("timeStep", place).as_f64().filter(|dt| dt.is_finite() && *dt > 0.0).unwrap_or(0.0)
+    }
+}
+
 pub(super) fn config(c: &Ctx<'_>) -> Result<ActiveMotion> {
-    let nil = ValueRef::NIL;
-    let params = c.arg(0);
-    let of = |key: &str, i: usize| if params.map().is_some() { params.get(key).unwrap_or(nil) } else { c.arg(i) };
-    let joints = if params.map().is_some() { joints_of(c, of("joints", 0))? } else { Vec::new() };
-    let start = match of("pos", 1).numbers() {
+    let arguments = Arguments::new(c);
+    let joints = if arguments.table.is_some() { joints_of(c, arguments.of_table("joints"))? } else { Vec::new() };
+    let start = match arguments.of("pos", 1).numbers() {
         Some(p) if !p.is_empty() => p,
         _ => positions(c, &joints)?,
     };
@@ -62,50 +119,86 @@ pub(super) fn config(c: &Ctx<'_>) -> Result<ActiveMotion> {
         return Err(Fail::argument("the parameters contain neither joints nor a start position")
             .help("specify `joints` or `pos`"));
     }
-    let target = numbers_or_repeated(of("targetPos", 7), n);
+    let list = |key: &str, place: usize| numbers_or_repeated(arguments.of(key, place), n);
+    let mut target = list("targetPos", 7);
     if target.len() < n {
         return Err(Fail::argument(format!("`targetPos` must have at least {n} numbers, but it has {}", target.len())));
     }
-    let limits = [
-        numbers_or_repeated(of("maxVel", 4), n),
-        numbers_or_repeated(of("maxAccel", 5), n),
-        numbers_or_repeated(of("maxJerk", 6), n),
-    ];
+    let cyclic = arguments.of("cyclicJoints", 11);
+    let is_cyclic = |k: usize| match cyclic.list() {
+        Some(list) => list.get(k).is_some_and(|v| v.truthy()),
+        None => cyclic.number(k).is_some_and(|x| x != 0.0),
+    };
+    for (k, target) in target.iter_mut().enumerate().take(n) {
+        if is_cyclic(k) {
+            *target = cyclic_target(start[k], *target, 0.0);
+        }
+    }
+    let limits = LimitLists {
+        min_velocity: numbers_or_repeated(arguments.of_table("minVel"), n),
+        min_acceleration: numbers_or_repeated(arguments.of_table("minAccel"), n),
+        ..LimitLists::symmetric(list("maxVel", 4), list("maxAccel", 5), list("maxJerk", 6))
+    };
+    let starts = states(n, [&start, &list("vel", 2), &list("accel", 3)]);
+    let targets = states(n, [&target, &list("targetVel", 8), &[]]);
     Ok(ActiveMotion {
-        profile: MotionProfile::to(
-            &start,
-            &numbers_or_repeated(of("vel", 2), n),
-            &target,
-            [&limits[0], &limits[1], &limits[2]],
-        ),
+        profile: MotionProfile::to(&starts, &targets, &limits, arguments.synchronization())?,
         mover: if joints.is_empty() { MovedObjects::Nothing } else { MovedObjects::Joints(joints) },
-        listener: listener(c, of("callback", 9))?,
-        answer: if params.map().is_some() { ResultForm::Map } else { ResultForm::List },
-        data: packed(of("auxData", 10)),
+        listener: listener(c, arguments.of("callback", 9))?,
+        answer: arguments.answer(),
+        data: packed(arguments.of("auxData", 10)),
+        time_step: arguments.time_step(12),
+        has_ended: false,
     })
 }
 
-fn profile_towards(from: Pose, to: Pose, limits: [Vec<f64>; 3]) -> MotionProfile {
-    let angle = al::axis_angle(al::compose_rotations(al::rotation(&to), al::conjugate(al::rotation(&from)))).1.abs();
-    let (start, target) = ([from[0], from[1], from[2], 0.0], [to[0], to[1], to[2], angle]);
-    MotionProfile::to(&start, &[], &target, [&limits[0], &limits[1], &limits[2]])
+/// The way of an object between two poses.
+struct Way {
+    object: tatu_object,
+    frame: tatu_object,
+    from: Pose,
+    to: Pose,
+}
+
+impl Way {
+    fn angle(&self) -> f64 {
+        let turn = al::compose_rotations(al::rotation(&self.to), al::conjugate(al::rotation(&self.from)));
+        al::axis_angle(turn).1.abs()
+    }
+
+    /// Returns a motion of the coordinates x, y, z and angle.
+    fn by_coordinates(
+        self,
+        limits: &LimitLists,
+        synchronization: Synchronization,
+    ) -> Result<(MotionProfile, MovedObjects)> {
+        let rest = |p: &Pose, angle: f64| [p[0], p[1], p[2], angle].map(State::at);
+        let (starts, targets) = (rest(&self.from, 0.0), rest(&self.to, self.angle()));
+        let profile = MotionProfile::to(&starts, &targets, limits, synchronization)?;
+        let Way { object, frame, from, to } = self;
+        Ok((profile, MovedObjects::Pose { object, frame, from, to, length: None }))
+    }
+
+    /// Returns a motion of one coordinate, the length of the way: the root of the sum of the squares of the differences in
+    /// x, y, z and angle, each times its metric.
+    fn by_length(self, metric: [f64; 4], limits: &LimitLists) -> Result<(MotionProfile, MovedObjects)> {
+        let differences = [0, 1, 2].map(|k| self.to[k] - self.from[k]);
+        let angle = self.angle();
+        let squares = differences.iter().chain([&angle]).zip(metric).map(|(d, m)| (d * m) * (d * m));
+        let length = squares.sum::<f64>().sqrt();
+        let profile = MotionProfile::to(&[State::at(0.0)], &[State::at(length)], limits, Synchronization::Time)?;
+        let Way { object, frame, from, to } = self;
+        Ok((profile, MovedObjects::Pose { object, frame, from, to, length: Some(length) }))
+    }
 }
 
 pub(super) fn pose(c: &Ctx<'_>) -> Result<ActiveMotion> {
-    let params = c.arg(0);
-    let map = params.map().is_some();
-    let of = |key: &str, i: usize| if map { params.get(key).unwrap_or(ValueRef::NIL) } else { c.arg(i) };
-    let handle_of = |key: &str| -> Result<tatu_object> {
-        match params.get(key).and_then(|v| v.as_i64()) {
-            Some(n) if n > 0 => Ok(c.world().look(n as u64 & HANDLE_BITS as u64)?.id),
-            _ => Ok(0),
-        }
-    };
-    let (object, frame) = if map { (handle_of("object")?, handle_of("relObject")?) } else { (0, 0) };
+    let arguments = Arguments::new(c);
+    let (object, frame) = (arguments.object("object")?, arguments.object("relObject")?);
     let read = |v: ValueRef<'_>, i: usize| -> Result<Pose> {
         if v.len() >= 12 { Ok(al::of_matrix(&numbers_of(v, i)?)) } else { numbers_of(v, i) }
     };
-    let start = of("pose", 1);
+    let start = arguments.of("pose", 1);
     let from = if is_table(start) {
         read(start, 1)?
     } else if object != 0 {
@@ -114,37 +207,62 @@ pub(super) fn pose(c: &Ctx<'_>) -> Result<ActiveMotion> {
         return Err(Fail::argument("the parameters contain neither an object nor a start pose")
             .help("specify `object` or `pose`"));
     };
-    let to = read(of("targetPose", 5), 5)?;
-    let limits = [
-        numbers_or_repeated(of("maxVel", 2), 4),
-        numbers_or_repeated(of("maxAccel", 3), 4),
-        numbers_or_repeated(of("maxJerk", 4), 4),
-    ];
+    let to = read(arguments.of("targetPose", 5), 5)?;
+    let list = |key: &str, place: usize| numbers_or_repeated(arguments.of(key, place), 4);
+    let limits = LimitLists::symmetric(list("maxVel", 2), list("maxAccel", 3), list("maxJerk", 4));
+    let way = Way { object, frame, from, to };
+    let metric = arguments.of("metric", 8);
+    let (profile, mover) = if is_table(metric) {
+        way.by_length(numbers_of(metric, 8)?, &limits)?
+    } else {
+        way.by_coordinates(&limits, arguments.synchronization())?
+    };
     Ok(ActiveMotion {
-        profile: profile_towards(from, to, limits),
-        mover: MovedObjects::Pose { object, frame, from, to },
-        listener: listener(c, of("callback", 6))?,
-        answer: if map { ResultForm::Map } else { ResultForm::List },
-        data: packed(of("auxData", 7)),
+        profile,
+        mover,
+        listener: listener(c, arguments.of("callback", 6))?,
+        answer: arguments.answer(),
+        data: packed(arguments.of("auxData", 7)),
+        time_step: arguments.time_step(9),
+        has_ended: false,
     })
+}
+
+/// Returns a motion that calls no function.
+fn silent((profile, mover): (MotionProfile, MovedObjects), answer: ResultForm) -> ActiveMotion {
+    ActiveMotion {
+        profile,
+        mover,
+        listener: MotionCallback::Nobody,
+        answer,
+        data: Vec::new(),
+        time_step: 0.0,
+        has_ended: false,
+    }
 }
 
 pub(super) fn rml_joints(c: &Ctx<'_>) -> Result<ActiveMotion> {
     let joints = joints_of(c, c.arg(0))?;
     let (start, n) = (positions(c, &joints)?, joints.len());
-    let limits = [4, 5, 6].map(|i| numbers_or_repeated(c.arg(i), n));
-    Ok(ActiveMotion {
-        profile: MotionProfile::to(
-            &start,
-            &numbers_or_repeated(c.arg(2), n),
-            &numbers_or_repeated(c.arg(7), n),
-            [&limits[0], &limits[1], &limits[2]],
-        ),
-        mover: MovedObjects::Joints(joints),
-        listener: MotionCallback::Nobody,
-        answer: ResultForm::Old,
-        data: Vec::new(),
-    })
+    let list = |i: usize| numbers_or_repeated(c.arg(i), n);
+    let mut target = list(7);
+    if target.len() < n {
+        return Err(Fail::argument(format!(
+            "argument 8: expected {n} positions, one for each joint, but got {}",
+            target.len()
+        )));
+    }
+    for (k, joint) in joints.iter().enumerate() {
+        if bool_of(c, *joint, c.plugin().p.joint_cyclic)? {
+            target[k] = cyclic_target(start[k], target[k], c.arg(9).number(k).unwrap_or(0.0));
+        }
+    }
+    let limits = LimitLists::symmetric(list(4), list(5), list(6));
+    let starts = states(n, [&start, &list(2), &list(3)]);
+    let targets = states(n, [&target, &list(8), &[]]);
+    let flags = c.arg(1).as_i64().unwrap_or(-1);
+    let profile = MotionProfile::to(&starts, &targets, &limits, synchronization(flags, Synchronization::Phase))?;
+    Ok(silent((profile, MovedObjects::Joints(joints)), ResultForm::Old))
 }
 
 fn frame_of(c: &Ctx<'_>, object: tatu_object, i: usize) -> Result<tatu_object> {
@@ -155,28 +273,16 @@ fn frame_of(c: &Ctx<'_>, object: tatu_object, i: usize) -> Result<tatu_object> {
     }
 }
 
-fn move_object(
-    c: &Ctx<'_>,
-    to: impl Fn(Pose) -> Result<Pose>,
-    limits: [Vec<f64>; 3],
-    answer: ResultForm,
-) -> Result<ActiveMotion> {
+/// Returns the way of the first argument's object to a pose.
+fn way(c: &Ctx<'_>, without_frame: bool, to: impl Fn(Pose) -> Result<Pose>) -> Result<Way> {
     let object = existing_object(c, 0)?.id;
-    let frame = if answer == ResultForm::Left && c.arg(1).as_i64().is_none() { 0 } else { frame_of(c, object, 1)? };
+    let frame = if without_frame { 0 } else { frame_of(c, object, 1)? };
     let from = c.world().pose(object, frame)?;
-    let to = to(from)?;
-    let mover = MovedObjects::Pose { object, frame, from, to };
-    Ok(ActiveMotion {
-        profile: profile_towards(from, to, limits),
-        mover,
-        listener: MotionCallback::Nobody,
-        answer,
-        data: Vec::new(),
-    })
+    Ok(Way { object, frame, from, to: to(from)? })
 }
 
 pub(super) fn rml_position(c: &Ctx<'_>) -> Result<ActiveMotion> {
-    let to = |mut at: Pose| {
+    let way = way(c, false, |mut at: Pose| {
         if c.has(8) {
             at[..3].copy_from_slice(&numbers::<3>(c, 8)?);
         }
@@ -184,17 +290,19 @@ pub(super) fn rml_position(c: &Ctx<'_>) -> Result<ActiveMotion> {
             at[3..].copy_from_slice(&unit(numbers(c, 9)?, 9)?);
         }
         Ok(at)
-    };
-    move_object(c, to, [5, 6, 7].map(|i| numbers_or_repeated(c.arg(i), 4)), ResultForm::Old)
+    })?;
+    let [v, a, j] = [5, 6, 7].map(|i| numbers_or_repeated(c.arg(i), 4));
+    let synchronization = synchronization(c.arg(2).as_i64().unwrap_or(-1), Synchronization::Phase);
+    Ok(silent(way.by_coordinates(&LimitLists::symmetric(v, a, j), synchronization)?, ResultForm::Old))
 }
 
 /// Returns limits of velocity and acceleration that are equal for the four coordinates of a pose, and no jerk limit.
-fn equal_limits(v: f64, a: f64) -> [Vec<f64>; 3] {
-    [vec![v; 4], vec![if a > 0.0 { a } else { 0.0 }; 4], Vec::new()]
+fn equal_limits(v: f64, a: f64) -> LimitLists {
+    LimitLists::symmetric(vec![v; 4], vec![if a > 0.0 { a } else { 0.0 }; 4], Vec::new())
 }
 
 pub(super) fn to_position(c: &Ctx<'_>) -> Result<ActiveMotion> {
-    let to = |mut at: Pose| {
+    let way = way(c, c.arg(1).as_i64().is_none(), |mut at: Pose| {
         if c.has(2) {
             at[..3].copy_from_slice(&numbers::<3>(c, 2)?);
         }
@@ -202,9 +310,10 @@ pub(super) fn to_position(c: &Ctx<'_>) -> Result<ActiveMotion> {
             at[3..].copy_from_slice(&al::from_euler(numbers(c, 3)?));
         }
         Ok(at)
-    };
+    })?;
     let accel = if c.has(5) { c.f64(5)? } else { 0.0 };
-    move_object(c, to, equal_limits(c.f64(4)?, accel), ResultForm::Left)
+    let limits = equal_limits(c.f64(4)?, accel);
+    Ok(silent(way.by_coordinates(&limits, Synchronization::Phase)?, ResultForm::Left))
 }
 
 pub(super) fn to_object(c: &Ctx<'_>) -> Result<ActiveMotion> {
@@ -213,28 +322,45 @@ pub(super) fn to_object(c: &Ctx<'_>) -> Result<ActiveMotion> {
     let goal = c.world().pose(target, 0)?;
     let p = if what & 1 != 0 { al::position(&goal) } else { al::position(&from) };
     let q = if what & 2 != 0 { al::rotation(&goal) } else { al::rotation(&from) };
-    let to = al::pose(p, q);
+    let way = Way { object, frame: 0, from, to: al::pose(p, q) };
     // The velocity is a fraction of the motion per second.
     let v = if c.has(4) { c.f64(4)?.abs().max(1e-6) } else { 1.0 };
-    let angle = al::axis_angle(al::compose_rotations(q, al::conjugate(al::rotation(&from)))).1.abs();
-    let way = al::length(al::sub(p, al::position(&from))).max(1e-9);
     let accel = if c.has(5) { c.f64(5)?.max(0.0) } else { 0.0 };
-    let by = |x: f64| vec![way * x, way * x, way * x, angle.max(1e-9) * x];
-    let mover = MovedObjects::Pose { object, frame: 0, from, to };
-    let profile = profile_towards(from, to, [by(v), by(accel), Vec::new()]);
-    Ok(ActiveMotion { profile, mover, listener: MotionCallback::Nobody, answer: ResultForm::Left, data: Vec::new() })
+    let length = al::length(al::sub(p, al::position(&from))).max(1e-9);
+    let angle = way.angle().max(1e-9);
+    let by = |x: f64| vec![length * x, length * x, length * x, angle * x];
+    let limits = LimitLists::symmetric(by(v), by(accel), Vec::new());
+    Ok(silent(way.by_coordinates(&limits, Synchronization::Phase)?, ResultForm::Left))
 }
 
 pub(super) fn to_joints(c: &Ctx<'_>) -> Result<ActiveMotion> {
     let joints = joints_of(c, c.arg(0))?;
     let (start, n) = (positions(c, &joints)?, joints.len());
-    let (v, a) = (numbers_or_repeated(c.arg(2), n), numbers_or_repeated(c.arg(3), n));
-    let profile = MotionProfile::to(&start, &[], &numbers_or_repeated(c.arg(1), n), [&v, &a, &[]]);
-    Ok(ActiveMotion {
-        profile,
-        mover: MovedObjects::Joints(joints),
-        listener: MotionCallback::Nobody,
-        answer: ResultForm::Left,
-        data: Vec::new(),
-    })
+    let list = |i: usize| numbers_or_repeated(c.arg(i), n);
+    let target = list(1);
+    if target.len() < n {
+        return Err(Fail::argument(format!(
+            "argument 2: expected {n} positions, one for each joint, but got {}",
+            target.len()
+        )));
+    }
+    let limits = LimitLists::symmetric(list(2), list(3), Vec::new());
+    let targets = states(n, [&target, &[], &[]]);
+    let profile = MotionProfile::to(&states(n, [&start, &[], &[]]), &targets, &limits, Synchronization::Phase)?;
+    Ok(silent((profile, MovedObjects::Joints(joints)), ResultForm::Left))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn cyclic_joints_take_the_shorter_way_or_the_given_one() {
+        let close = |a: f64, b: f64| assert!((a - b).abs() < 1e-12, "{a} {b}");
+        close(cyclic_target(3.0, -3.0, 0.0), 2.0 * PI - 3.0);
+        close(cyclic_target(0.0, 1.0, 1.0), 1.0);
+        close(cyclic_target(0.0, 1.0, -1.0), 1.0 - 2.0 * PI);
+        close(cyclic_target(0.0, 1.0, 3.0), 1.0 + 4.0 * PI);
+        close(cyclic_target(0.0, 1.0, -2.0), 1.0 - 4.0 * PI);
+    }
 }

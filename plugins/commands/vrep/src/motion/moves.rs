@@ -7,10 +7,12 @@
 use super::{
     arguments::{config, pose, rml_joints, rml_position, to_joints, to_object, to_position},
     profile::MotionState,
-    profiles::NOTES,
 };
 use crate::{
-    kit::{algebra as al, *},
+    kit::{
+        algebra::{self as al, Pose},
+        *,
+    },
     state::{
         motions::{ActiveMotion, MotionCallback, MovedObjects, ResultForm},
         state,
@@ -21,21 +23,19 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     let waits = "the motion takes several steps, and only a thread can wait for them: call this in a thread";
     offer.command(
         Cmd::new("sim.moveToConfig", |c| run(c, config))
-            .param(Param::any("params").text("a table with joints, targetPos, maxVel, maxAccel, maxJerk, pos, vel, callback, auxData"))
-            .param(Param::any("more").rest().text("arguments as in 4.2 to 4.6: flags, pos, vel, accel, maxVel, maxAccel, maxJerk, targetPos, targetVel, callback, auxData"))
-            .returns(Param::any("data").text("the final state: pos, vel, accel, timeLeft"))
-            .text("Moves joints, or whatever a callback controls, to a configuration.")
-            .no_wait(waits)
-            .partial(NOTES),
+            .param(Param::any("params").text("a table with joints or pos, targetPos, maxVel, maxAccel, maxJerk; and flags (default: on a straight line), vel, accel, targetVel, minVel, minAccel, cyclicJoints, callback, auxData, timeStep"))
+            .param(Param::any("more").rest().text("arguments as in 4.2 to 4.6: flags (default: all coordinates arrive together), pos, vel, accel, maxVel, maxAccel, maxJerk, targetPos, targetVel, callback, auxData, cyclicJoints, timeStep"))
+            .returns(Param::any("data").text("the final state: pos, vel, accel, timeLeft; before 4.7 as separate values"))
+            .text("Moves joints, or whatever a callback controls, to a configuration as fast as the limits allow. With a table as argument it returns one step after the target is reached, as since 4.7.")
+            .no_wait(waits),
     );
     offer.command(
         Cmd::new("sim.moveToPose", |c| run(c, pose))
-            .param(Param::any("params").text("a table with object, pose, targetPose, maxVel, maxAccel, maxJerk (4 numbers: x, y, z, angle), relObject, callback, auxData"))
-            .param(Param::any("more").rest().text("arguments as in 4.2 to 4.6: flags, pose, maxVel, maxAccel, maxJerk, targetPose, callback, auxData, metric"))
-            .returns(Param::any("data").text("the final state: pose, timeLeft"))
-            .text("Moves an object, or whatever a callback controls, to a pose.")
-            .no_wait(waits)
-            .partial(NOTES),
+            .param(Param::any("params").text("a table with object or pose, targetPose, maxVel, maxAccel, maxJerk (4 numbers: x, y, z, angle; with metric one number); and relObject, metric, flags, callback, auxData, timeStep"))
+            .param(Param::any("more").rest().text("arguments as in 4.2 to 4.6: flags, pose, maxVel, maxAccel, maxJerk, targetPose, callback, auxData, metric, timeStep"))
+            .returns(Param::any("data").text("the final state: pose, matrix, vel, accel, timeLeft; before 4.7 pose and timeLeft as separate values"))
+            .text("Moves an object, or whatever a callback controls, to a pose as fast as the limits allow. With a table as argument it returns one step after the target is reached, as since 4.7.")
+            .no_wait(waits),
     );
     steps(offer);
     offer.command(
@@ -49,16 +49,17 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             .param(table("maxAccel", "for each joint"))
             .param(table("maxJerk", "for each joint"))
             .param(table("target", "positions"))
-            .param(Param::any("targetVelocity").optional().text("ignored: the motion ends at rest"))
-            .param(Param::any("direction").optional().text("ignored: joints move in the shorter direction"))
-            .returns(Param::int("result").text("0"))
+            .param(Param::any("targetVelocity").optional().text("velocities at the target, by default 0"))
+            .param(Param::any("direction").optional().text(
+                "for each cyclic joint 0: the shorter way; n or -n: upwards or downwards, with n - 1 additional turns",
+            ))
+            .returns(Param::int("result").text("1"))
             .returns(Param::floats("position", 0))
             .returns(Param::floats("velocity", 0))
             .returns(Param::floats("acceleration", 0))
             .returns(Param::float("left").unit("s"))
             .text("Moves joints to positions.")
-            .no_wait(waits)
-            .partial(NOTES),
+            .no_wait(waits),
     );
     offer.command(
         Cmd::new("sim.rmlMoveToPosition", |c| run(c, rml_position))
@@ -74,15 +75,14 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             .param(Param::any("position").optional().text("nil: unchanged"))
             .param(Param::any("quaternion").optional().text("nil: unchanged"))
             .param(Param::any("targetVelocity").optional().text("ignored"))
-            .returns(Param::int("result").text("0"))
+            .returns(Param::int("result").text("1"))
             .returns(Param::floats("position", 3))
             .returns(Param::floats("quaternion", 4))
             .returns(Param::floats("velocity", 4))
             .returns(Param::floats("acceleration", 4))
             .returns(Param::float("left").unit("s"))
             .text("Moves an object to a position and orientation.")
-            .no_wait(waits)
-            .partial(NOTES),
+            .no_wait(waits),
     );
     offer.command(
         both(["sim.moveToPosition", "simMoveToPosition"], NIL, |c| run(c, to_position))
@@ -95,8 +95,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             .param(Param::any("method").optional().text("ignored"))
             .returns(Param::float("left").unit("s"))
             .text("Moves an object to a position and Euler angles.")
-            .no_wait(waits)
-            .partial(NOTES),
+            .no_wait(waits),
     );
     offer.command(
         both(["sim.moveToObject", "simMoveToObject"], NIL, |c| run(c, to_object))
@@ -108,8 +107,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             .param(Param::float("acceleration").default(0.0).optional())
             .returns(Param::float("left").unit("s"))
             .text("Moves an object to the pose of another one.")
-            .no_wait(waits)
-            .partial(NOTES),
+            .no_wait(waits),
     );
     offer.command(
         both(["sim.moveToJointPositions", "simMoveToJointPositions"], NIL, |c| run(c, to_joints))
@@ -120,8 +118,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             .param(Param::any("more").rest().text("ignored"))
             .returns(Param::float("left").unit("s"))
             .text("Moves joints to positions.")
-            .no_wait(waits)
-            .partial(NOTES),
+            .no_wait(waits),
     );
 }
 
@@ -145,22 +142,24 @@ fn steps(offer: &mut Offer<Vrep>) {
             })
             .param(Param::any("params").text(format!("as for {whole}")))
             .returns(motion())
-            .text(format!("Starts the motion of {whole}; the script advances it step by step."))
-            .partial(NOTES),
+            .text(format!("Starts the motion of {whole}; the script advances it step by step.")),
         );
         offer.command(
             Cmd::new(step, |c| {
                 let number = number_of(c)?;
-                let (arrived, answer) = advance(c, number)?;
-                c.ret(i64::from(arrived));
+                let (end, answer) = advance(c, number)?;
+                c.ret(match end {
+                    None => 0_i64,
+                    Some(MotionEnd::Arrived) => 1,
+                    Some(MotionEnd::Callback) => 2,
+                });
                 c.ret(answer);
                 Ok(())
             })
             .param(motion())
-            .returns(Param::int("result").text("0: in progress, 1: target reached"))
+            .returns(Param::int("result").text("0: in progress, 1: target reached, 2: ended by the callback"))
             .returns(Param::any("data"))
-            .text("Advances a motion by one step.")
-            .partial(NOTES),
+            .text("Advances a motion by one step."),
         );
         offer.command(
             Cmd::new(cleanup, |c| {
@@ -210,16 +209,25 @@ fn run(c: &mut Ctx<'_>, make: MotionBuilder) -> Result<Outcome> {
         }
         word => word as i64,
     };
-    let (arrived, answer) = match advance(c, number) {
+    let (end, answer) = match advance(c, number) {
         Ok(done) => done,
         Err(e) => {
             end_motion(c, number)?;
             return Err(e);
         }
     };
-    if !arrived {
+    if end.is_none() {
         return c.wait_steps(1, number as u64);
     }
+    // The form with a table returns in the step after the last one.
+    let mut ended = state(c)?;
+    if let Some(motion) = ended.motion.motions.get_mut(&number).filter(|m| m.answer == ResultForm::Map && !m.has_ended)
+    {
+        motion.has_ended = true;
+        drop(ended);
+        return c.wait_steps(1, number as u64);
+    }
+    drop(ended);
     end_motion(c, number)?;
     match answer {
         Value::List(values) => values.into_iter().for_each(|v| c.ret(v)),
@@ -228,27 +236,39 @@ fn run(c: &mut Ctx<'_>, make: MotionBuilder) -> Result<Outcome> {
     Ok(Outcome::Done)
 }
 
-/// Advances a motion by one step. Returns whether the motion has ended, because it has reached the target or because
-/// its callback ended it, and the result for the script.
-fn advance(c: &mut Ctx<'_>, number: i64) -> Result<(bool, Value)> {
-    let dt = c.world().f64(0, c.plugin().p.dt)?;
-    let (motion, (mut arrived, now, left)) = {
+/// Why a motion has ended.
+enum MotionEnd {
+    Arrived,
+    Callback,
+}
+
+/// Advances a motion by one step. Returns why it has ended, or `None` while it goes on, and the result for the script.
+fn advance(c: &mut Ctx<'_>, number: i64) -> Result<(Option<MotionEnd>, Value)> {
+    let step = c.world().f64(0, c.plugin().p.dt)?;
+    let (motion, arrived) = {
         let mut state = state(c)?;
         let motion = state.motion.motions.get_mut(&number);
         let motion = motion.ok_or_else(|| Fail::missing(format!("there is no motion {number}")))?;
-        let stepped = motion.profile.step(dt);
-        (motion.clone(), stepped)
+        let dt = if motion.time_step > 0.0 { motion.time_step } else { step };
+        let arrived = if motion.has_ended { true } else { motion.profile.advance(dt) };
+        (motion.clone(), arrived)
     };
+    let (now, unused) = (motion.profile.state(), (-motion.profile.left()).max(0.0));
+    let end = arrived.then_some(MotionEnd::Arrived);
+    if motion.has_ended {
+        let at = position(&motion.mover, &now)?;
+        return Ok((end, motion_result(&motion, &now, &at, unused)));
+    }
     let at = apply(c, &motion.mover, &now)?;
     let callback_args: Vec<Value> = match &motion.mover {
         MovedObjects::Pose { .. } => vec![at.clone(), Value::Floats(now[1].clone()), Value::Floats(now[2].clone())],
         _ => now.iter().map(|v| Value::Floats(v.clone())).collect(),
     };
-    let enough = match &motion.listener {
+    let stopped = match &motion.listener {
         MotionCallback::Nobody => false,
         listener => {
             let map = motion.answer == ResultForm::Map;
-            let mut args = if map { vec![motion_result(&motion, &now, &at, left)] } else { callback_args };
+            let mut args = if map { vec![motion_result(&motion, &now, &at, unused)] } else { callback_args };
             if !map && !motion.data.is_empty() {
                 args.push(tables::unpack(&motion.data)?);
             }
@@ -260,8 +280,8 @@ fn advance(c: &mut Ctx<'_>, number: i64) -> Result<(bool, Value)> {
             matches!(results.first(), Some(v) if !matches!(v, Value::Nil | Value::Bool(false)))
         }
     };
-    arrived |= enough;
-    Ok((arrived, motion_result(&motion, &now, &at, left)))
+    let end = if stopped { Some(MotionEnd::Callback) } else { end };
+    Ok((end, motion_result(&motion, &now, &at, unused)))
 }
 
 fn motion_result(motion: &ActiveMotion, now: &MotionState, at: &Value, left: f64) -> Value {
@@ -272,6 +292,11 @@ fn motion_result(motion: &ActiveMotion, now: &MotionState, at: &Value, left: f64
         ResultForm::Map => {
             let mut map = vec![(Value::text(if pose { "pose" } else { "pos" }), at.clone())];
             map.extend([("vel", vel), ("accel", accel)].map(|(k, v)| (Value::text(k), v)));
+            if let (true, Value::Floats(p)) = (pose, at)
+                && let Ok(p) = Pose::try_from(p.as_slice())
+            {
+                map.push((Value::text("matrix"), Value::Floats(al::matrix(&p).to_vec())));
+            }
             map.push((Value::text("timeLeft"), Value::Float(left)));
             if let Ok(data @ (Value::List(_) | Value::Map(_) | Value::Text(_) | Value::Int(_) | Value::Float(_))) =
                 tables::unpack(&motion.data)
@@ -283,7 +308,7 @@ fn motion_result(motion: &ActiveMotion, now: &MotionState, at: &Value, left: f64
         ResultForm::List if pose => Value::List(vec![at.clone(), Value::Float(left)]),
         ResultForm::List => Value::List(vec![pos, vel, accel, Value::Float(left)]),
         ResultForm::Old => {
-            let mut out = vec![Value::Int(0)];
+            let mut out = vec![Value::Int(1)];
             match at {
                 Value::Floats(p) if pose && p.len() == 7 => {
                     out.extend([Value::Floats(p[..3].to_vec()), Value::Floats(p[3..].to_vec())]);
@@ -300,29 +325,43 @@ fn motion_result(motion: &ActiveMotion, now: &MotionState, at: &Value, left: f64
 /// callbacks receive.
 fn apply(c: &Ctx<'_>, mover: &MovedObjects, now: &MotionState) -> Result<Value> {
     let (w, p) = (c.world(), &c.plugin().p);
-    match mover {
-        MovedObjects::Nothing => {}
-        MovedObjects::Joints(joints) => {
+    let at = position(mover, now)?;
+    match (mover, &at) {
+        (MovedObjects::Joints(joints), _) => {
             for (joint, x) in joints.iter().zip(&now[0]) {
                 let driven = text_of(c, *joint, p.joint_mode)? == "dynamic";
                 let prop = if driven { p.joint_target_position } else { p.joint_position };
                 w.set_f64s(*joint, prop, &[*x])?;
             }
         }
-        MovedObjects::Pose { object, frame, from, to } => {
-            let angle =
-                al::axis_angle(al::compose_rotations(al::rotation(to), al::conjugate(al::rotation(from)))).1.abs();
-            // The four coordinates are x, y, z and the angle rotated so far.
-            let [x, y, z, turned] =
-                <[f64; 4]>::try_from(now[0].as_slice()).map_err(|_| Fail::new("a pose has four coordinates"))?;
-            let t = if angle > 1e-12 { (turned / angle).clamp(0.0, 1.0) } else { 1.0 };
-            let q = al::rotation(&al::interpolate(from, to, t));
-            let at = al::pose([x, y, z], q);
-            if *object != 0 {
-                w.set_pose(*object, *frame, &at)?;
-            }
-            return Ok(Value::Floats(at.to_vec()));
+        (MovedObjects::Pose { object, frame, .. }, Value::Floats(pose)) if *object != 0 => {
+            w.set_pose(*object, *frame, &numbers_in(pose)?)?;
         }
+        _ => {}
     }
-    Ok(Value::Floats(now[0].clone()))
+    Ok(at)
 }
+
+fn numbers_in(pose: &[f64]) -> Result<Pose> {
+    Pose::try_from(pose).map_err(|_| Fail::new("a pose has seven numbers"))
+}
+
+/// Returns the position of what a motion moves, in the form that callbacks receive.
+fn position(mover: &MovedObjects, now: &MotionState) -> Result<Value> {
+    let MovedObjects::Pose { from, to, length, .. } = mover else { return Ok(Value::Floats(now[0].clone())) };
+    if let Some(length) = length {
+        let covered = now[0].first().copied().unwrap_or(0.0);
+        let t = if *length > MIN_LENGTH { (covered / length).clamp(0.0, 1.0) } else { 1.0 };
+        return Ok(Value::Floats(al::interpolate(from, to, t).to_vec()));
+    }
+    let angle = al::axis_angle(al::compose_rotations(al::rotation(to), al::conjugate(al::rotation(from)))).1.abs();
+    // The four coordinates are x, y, z and the angle rotated so far.
+    let [x, y, z, turned] =
+        <[f64; 4]>::try_from(now[0].as_slice()).map_err(|_| Fail::new("a pose has four coordinates"))?;
+    let t = if angle > 1e-12 { (turned / angle).clamp(0.0, 1.0) } else { 1.0 };
+    let q = al::rotation(&al::interpolate(from, to, t));
+    Ok(Value::Floats(al::pose([x, y, z], q).to_vec()))
+}
+
+/// A way of this length or less is covered at once.
+const MIN_LENGTH: f64 = 1e-6;

@@ -1,91 +1,80 @@
 //! Commands on motion profiles, which are identified by handles: `sim.ruckigPos`, `sim.ruckigVel`, `sim.ruckigStep`,
 //! `sim.ruckigRemove`, and the older `simRMLPos` family.
 
-use super::profile::MotionProfile;
-use crate::{kit::*, state::state};
+use tatu_trajectories::Synchronization;
 
-/// Differences from V-REP's documented profiles.
-pub(crate) const NOTES: &str = "All coordinates move together in a straight line and arrive at the same time; an \
-                                initial velocity is reduced to 0 first, and the final velocity is always 0.";
+use super::profile::{LimitLists, MotionProfile, states, synchronization};
+use crate::{
+    kit::*,
+    state::{profiles::ScriptProfile, state},
+};
+
+/// Flags: the limits also contain minimum velocities, and minimum accelerations.
+const MIN_VELOCITIES: i64 = 256;
+const MIN_ACCELERATIONS: i64 = 512;
+
+/// Result of a step whose duration is not a multiple of the cycle.
+const NO_MULTIPLE: i64 = -3;
+
+/// Most coordinates of a profile.
+const MAX_COORDINATES: usize = 1000;
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
-    let flags = || Param::int("flags").text("ignored: all coordinates arrive together");
-    let common = |command: Cmd| {
-        command
-            .param(Param::int("count").text("number of coordinates"))
-            .param(Param::float("smallestStep").unit("s").text("ignored"))
-            .param(flags())
-            .param(table("current", "current positions, velocities and accelerations"))
-    };
-    for (name, older, flat, position) in
-        [("sim.ruckigPos", "sim.rmlPos", "simRMLPos", true), ("sim.ruckigVel", "sim.rmlVel", "simRMLVel", false)]
-    {
-        let limits =
-            if position { "maximum velocities, accelerations and jerks" } else { "maximum accelerations and jerks" };
+    for (name, flat, position, default) in [
+        ("sim.ruckigPos", None, true, Synchronization::Time),
+        ("sim.ruckigVel", None, false, Synchronization::Time),
+        ("sim.rmlPos", Some("simRMLPos"), true, Synchronization::Phase),
+        ("sim.rmlVel", Some("simRMLVel"), false, Synchronization::Phase),
+    ] {
+        let limits = if position {
+            "maximum velocities, accelerations and jerks; with sim.ruckig_minvel or sim.ruckig_minaccel, minimum \
+             velocities and accelerations"
+        } else {
+            "maximum accelerations and jerks; with sim.ruckig_minaccel, minimum accelerations"
+        };
         let target = if position { "positions and velocities" } else { "velocities" };
-        let command = Cmd::new(name, move |c| {
-            let n = usize::try_from(c.i64(0)?).ok().filter(|n| (1..=1000).contains(n));
-            let n = n.ok_or_else(|| Fail::argument("argument 1: expected a number of coordinates, 1 to 1000"))?;
-            let part = |i: usize, k: usize| -> Result<Vec<f64>> {
-                (k * n..(k + 1) * n)
-                    .map(|j| c.arg(i).number(j).filter(|x| x.is_finite()).ok_or(j))
-                    .collect::<std::result::Result<_, _>>()
-                    .map_err(|j| {
-                        Fail::argument(format!("argument {}: element {} is not a finite number", i + 1, j + 1))
-                    })
-            };
-            let (start, velocity) = (part(3, 0)?, part(3, 1)?);
-            let mut target = part(6, 0)?;
-            for (i, x) in target.iter_mut().enumerate() {
-                // A coordinate that is not selected must not move.
-                if c.arg(5).number(i) == Some(0.0) {
-                    *x = start[i];
-                }
-            }
-            let profile = if position {
-                MotionProfile::to(&start, &velocity, &target, [&part(4, 0)?, &part(4, 1)?, &part(4, 2)?])
-            } else {
-                MotionProfile::to_velocity(&start, &velocity, &target, &part(4, 0)?, &part(4, 1)?)
-            };
-            let mut state = state(c)?;
-            state.profiles.made += 1;
-            let made = state.profiles.made;
-            state.profiles.all.insert(made, profile);
-            drop(state);
-            c.ret(made);
-            Ok(())
-        })
-        .alias(older)
-        .old_name(flat, MINUS_ONE);
+        let command = Cmd::new(name, move |c| create(c, position, default));
+        let command = flat.into_iter().fold(command, |command, flat| command.old_name(flat, MINUS_ONE));
         offer.command(
-            common(command)
+            command
+                .param(Param::int("count").text("number of coordinates"))
+                .param(Param::float("smallestStep").unit("s").text("steps are multiples of it, usually 0.0001"))
+                .param(Param::int("flags").text(
+                    "sim.ruckig_timesync: all coordinates arrive together; sim.ruckig_phasesync: on a straight line if \
+                     possible; sim.ruckig_nosync; -1: the default",
+                ))
+                .param(table("current", "current positions, velocities and accelerations"))
                 .param(table("limits", limits))
                 .param(Param::any("selection").text("a table that states for each coordinate whether it moves"))
                 .param(table("target", target))
                 .returns(Param::int("profile"))
-                .text(format!("Creates a motion profile to target {target}, within limits."))
-                .partial(NOTES),
+                .text(format!("Creates the fastest motion to target {target} within limits.")),
         );
     }
     offer.command(
         Cmd::new("sim.ruckigStep", |c| {
             let (which, dt) = (c.i64(0)?, c.f64(1)?.max(0.0));
-            let stepped = state(c)?.profiles.all.get_mut(&which).map(|p| p.step(dt));
-            let (arrived, [at, v, a], over) = stepped.ok_or_else(|| missing_profile(which))?;
-            c.ret(i64::from(arrived));
-            c.ret(&[at, v, a].concat()[..]);
-            c.ret(over);
+            let mut state = state(c)?;
+            let ScriptProfile { profile, cycle, velocities } =
+                state.profiles.all.get_mut(&which).ok_or_else(|| missing_profile(which))?;
+            let uneven = (dt / *cycle - (dt / *cycle).round()).abs() > CYCLE_TOLERANCE * dt / *cycle;
+            let arrived = !uneven && profile.advance_in_cycles(dt, *cycle);
+            let now = if *velocities { profile.continued_state() } else { profile.state() };
+            let left = profile.left();
+            drop(state);
+            c.ret(if uneven { NO_MULTIPLE } else { i64::from(arrived) });
+            c.ret(&now.concat()[..]);
+            c.ret(left);
             Ok(())
         })
         .alias("sim.rmlStep")
         .old_name("simRMLStep", MINUS_ONE)
         .param(Param::int("profile"))
         .param(Param::float("dt").unit("s"))
-        .returns(Param::int("result").text("0: in progress, 1: target reached"))
+        .returns(Param::int("result").text("0: in progress, 1: target reached, -3: dt is not a multiple of the cycle"))
         .returns(Param::list("state").text("positions, velocities and accelerations"))
-        .returns(Param::float("left").unit("s").text("the unused part of the step"))
-        .text("Advances a motion profile.")
-        .partial(NOTES),
+        .returns(Param::float("left").unit("s").text("time until the target is reached; negative afterwards"))
+        .text("Advances a motion profile."),
     );
     offer.command(
         Cmd::new("sim.ruckigRemove", |c| {
@@ -100,6 +89,68 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     );
 }
 
+/// Share by which the duration of a step may differ from a multiple of the cycle.
+const CYCLE_TOLERANCE: f64 = 1e-3;
+
+fn create(c: &mut Ctx<'_>, position: bool, default: Synchronization) -> Result<()> {
+    let n = usize::try_from(c.i64(0)?).ok().filter(|n| (1..=MAX_COORDINATES).contains(n));
+    let n = n.ok_or_else(|| {
+        Fail::argument(format!("argument 1: expected a number of coordinates from 1 to {MAX_COORDINATES}"))
+    })?;
+    let cycle = c.f64(1)?;
+    if cycle.is_nan() || cycle <= 0.0 {
+        return Err(Fail::argument(format!("argument 2: the smallest step must be above 0 s, but it is {cycle}"))
+            .help("0.0001 is usual"));
+    }
+    let flags = int_or(c, 2, -1)?;
+    let part = |i: usize, k: usize| -> Result<Vec<f64>> {
+        let number = |j: usize| c.arg(i).number(j).filter(|x| x.is_finite()).ok_or(j);
+        (k * n..(k + 1) * n).map(number).collect::<std::result::Result<_, _>>().map_err(|j| {
+            Fail::argument(format!("argument {}: element {} must be a finite number, but it is not", i + 1, j + 1))
+        })
+    };
+    let mut starts = states(n, [&part(3, 0)?, &part(3, 1)?, &part(3, 2)?]);
+    // Limits of velocity come first, if there are any.
+    let kinds = if position { 3 } else { 2 };
+    let with = |flag: i64| flags > 0 && flags & flag != 0;
+    let mut extra = kinds;
+    let mut minimum = |given: bool| -> Result<Vec<f64>> {
+        extra += usize::from(given);
+        if given { part(4, extra - 1) } else { Ok(Vec::new()) }
+    };
+    let limits = LimitLists {
+        min_velocity: minimum(position && with(MIN_VELOCITIES))?,
+        min_acceleration: minimum(with(MIN_ACCELERATIONS))?,
+        velocity: if position { part(4, 0)? } else { Vec::new() },
+        acceleration: part(4, kinds - 2)?,
+        jerk: part(4, kinds - 1)?,
+    };
+    let selected = |k: usize| c.arg(5).number(k) != Some(0.0);
+    for (k, start) in starts.iter_mut().enumerate() {
+        if !selected(k) {
+            *start = tatu_trajectories::State::at(start.position);
+        }
+    }
+    let synchronization = synchronization(flags, default);
+    let profile = if position {
+        let velocities = if c.arg(6).len() >= 2 * n { part(6, 1)? } else { Vec::new() };
+        let mut targets = states(n, [&part(6, 0)?, &velocities, &[]]);
+        (0..n).filter(|k| !selected(*k)).for_each(|k| targets[k] = starts[k]);
+        MotionProfile::to(&starts, &targets, &limits, synchronization)?
+    } else {
+        let mut velocities = part(6, 0)?;
+        (0..n).filter(|k| !selected(*k)).for_each(|k| velocities[k] = 0.0);
+        MotionProfile::to_velocities(&starts, &velocities, &limits, synchronization)?
+    };
+    let mut state = state(c)?;
+    state.profiles.made += 1;
+    let made = state.profiles.made;
+    state.profiles.all.insert(made, ScriptProfile { profile, cycle, velocities: !position });
+    drop(state);
+    c.ret(made);
+    Ok(())
+}
+
 fn missing_profile(which: i64) -> Fail {
-    Fail::missing(format!("there is no motion profile {which}"))
+    Fail::missing(format!("there is no motion profile {which}")).help("create one with sim.ruckigPos or sim.ruckigVel")
 }

@@ -1,5 +1,6 @@
 //! Commands on paths, which are tables of configurations or, in old scenes, objects.
 
+mod interpolation;
 pub(crate) mod objects;
 mod tables;
 

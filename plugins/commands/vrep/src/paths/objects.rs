@@ -20,7 +20,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             let modern = is_table(c.arg(0));
             let dummy = c.world().create(if modern { "dummy" } else { "path" }, 0, "Path")?;
             if modern {
-                let all = paths::floats(c, 0)?;
+                let all = floats(c, 0)?;
                 let points: Vec<Pose> = all.chunks_exact(7).map(|p| std::array::from_fn(|i| p[i])).collect();
                 let closed = c.arg(1).as_i64().unwrap_or(0) & 2 != 0;
                 write(c, dummy, &PathShape { points, rounding: Vec::new(), closed })?;
@@ -49,7 +49,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         both(["sim.insertPathCtrlPoints", "simInsertPathCtrlPoints"], MINUS_ONE, |c| {
             let (id, options, start, count) = (existing_object(c, 0)?.id, c.i64(1)?, c.i64(2)?, c.i64(3)?);
             let size = if options & 2 != 0 { 16 } else { 11 };
-            let data = paths::floats(c, 4)?;
+            let data = floats(c, 4)?;
             let mut path = read(c, id)?;
             let new: Vec<Pose> = data
                 .chunks_exact(size)

@@ -1,23 +1,31 @@
 //! Commands on paths as plain tables of configurations: lengths, interpolation, the closest point.
 
+use super::interpolation::{Curve, PathTable, wrap_angle};
 use crate::kit::*;
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     let path = || table("path", "concatenated configurations");
     let lengths = || table("lengths", "distance of each configuration along the path, from sim.getPathLengths");
+    let method = || {
+        Param::any("method").optional().text(
+            "a table with type: 'linear' or 'quadraticBezier', strength (0.05 to 1), and forceOpen: true if the first and \
+             the last configuration are equal but the path shall not bend there",
+        )
+    };
     let types =
         || Param::any("types").optional().text("per element, 0: linear, 1: cyclic angle, 2: part of a quaternion");
     offer.command(
         Cmd::new("sim.getPathLengths", |c| {
             let (path, n) = (floats(c, 0)?, dimension(c, 1)?);
+            let dof = Value::Int(n as i64);
             let configs: Vec<&[f64]> = path.chunks_exact(n).collect();
             let way = if c.has(2) { c.arg(2).as_func() } else { None };
             let (mut out, mut sum) = (vec![0.0], 0.0);
             for pair in configs.windows(2) {
                 sum += match way {
                     Some(f) => {
-                        let given =
-                            c.call_func(f, &[Value::Floats(pair[0].to_vec()), Value::Floats(pair[1].to_vec())])?;
+                        let [a, b] = [pair[0], pair[1]].map(|p| Value::Floats(p.to_vec()));
+                        let given = c.call_func(f, &[a, b, dof.clone()])?;
                         match given.first() {
                             Some(Value::Float(x)) => *x,
                             Some(Value::Int(i)) => *i as f64,
@@ -25,8 +33,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                         }
                     }
                     None => {
-                        // Configurations of 7 numbers are poses; their distance is that of their positions.
-                        let k = if n == 7 { 3 } else { n };
+                        let k = n.min(3);
                         distance(&pair[0][..k], &pair[1][..k])
                     }
                 };
@@ -38,7 +45,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         })
         .param(path())
         .param(Param::int("dof").text("number of elements of a configuration"))
-        .param(Param::any("distance").optional().text("a function of two configurations"))
+        .param(Param::any("distance").optional().text("a function of two configurations and their number of elements; by default the distance of their first three elements"))
         .returns(Param::list("lengths"))
         .returns(Param::float("total"))
         .text("Returns the distance along a path of each of its configurations."),
@@ -46,18 +53,18 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.command(
         Cmd::new("sim.getPathInterpolatedConfig", |c| {
             let (path, lengths, t) = (floats(c, 0)?, floats(c, 1)?, c.f64(2)?);
-            let at = config_at(&path, &lengths, t, &c.arg(4).numbers().unwrap_or_default())?;
+            let (curve, types) = (curve(c, 3)?, c.arg(4).numbers().unwrap_or_default());
+            let at = PathTable::new(&path, &lengths, &types)?.at(t, curve);
             c.ret(&at[..]);
             Ok(())
         })
         .param(path())
         .param(lengths())
         .param(Param::float("at").text("distance along the path"))
-        .param(Param::any("method").optional().text("ignored: interpolation is linear"))
+        .param(method())
         .param(types())
         .returns(Param::list("config"))
-        .text("Returns the configuration at a position on a path.")
-        .partial("Interpolation between configurations is always linear, regardless of the method."),
+        .text("Returns the configuration at a position on a path."),
     );
     offer.command(
         Cmd::new("sim.resamplePath", |c| {
@@ -66,10 +73,11 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             let n =
                 n.ok_or_else(|| Fail::argument("argument 3: expected a number of configurations from 2 to 1000000"))?;
             let total = lengths.last().copied().unwrap_or(0.0);
-            let types = c.arg(4).numbers().unwrap_or_default();
+            let (curve, types) = (curve(c, 3)?, c.arg(4).numbers().unwrap_or_default());
+            let table = PathTable::new(&path, &lengths, &types)?;
             let mut out = Vec::new();
             for i in 0..n {
-                out.extend(config_at(&path, &lengths, total * i as f64 / (n - 1) as f64, &types)?);
+                out.extend(table.at(total * i as f64 / (n - 1) as f64, curve));
             }
             c.ret(&out[..]);
             Ok(())
@@ -77,11 +85,10 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         .param(path())
         .param(lengths())
         .param(Param::int("count").text("number of configurations"))
-        .param(Param::any("method").optional().text("ignored: interpolation is linear"))
+        .param(method())
         .param(types())
         .returns(Param::list("path"))
-        .text("Returns a path with the given number of evenly spaced configurations.")
-        .partial("Interpolation between configurations is always linear, regardless of the method."),
+        .text("Returns a path with the given number of evenly spaced configurations."),
     );
     offer.command(
         Cmd::new("sim.getClosestPosOnPath", |c| {
@@ -127,8 +134,22 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     );
 }
 
-pub(crate) fn floats(c: &Ctx<'_>, i: usize) -> Result<Vec<f64>> {
-    c.arg(i).numbers().ok_or_else(|| Fail::argument(format!("argument {}: expected a table of numbers", i + 1)))
+/// Reads how a path runs between its configurations.
+fn curve(c: &Ctx<'_>, i: usize) -> Result<Curve> {
+    let method = c.arg(i);
+    let text = |key: &str| method.get(key).and_then(|v| v.as_str());
+    match text("type").as_deref() {
+        None | Some("linear") => Ok(Curve::Linear),
+        Some("quadraticBezier") => {
+            let strength = method.get("strength").and_then(|v| v.as_f64()).unwrap_or(1.0);
+            let open = method.get("forceOpen").is_some_and(|v| v.truthy());
+            Ok(Curve::Bezier { strength: strength.clamp(0.05, 1.0), open })
+        }
+        Some(other) => Err(Fail::argument(format!(
+            "argument {}: the interpolation method {other:?} is unknown: expected 'linear' or 'quadraticBezier'",
+            i + 1
+        ))),
+    }
 }
 
 fn dimension(c: &Ctx<'_>, i: usize) -> Result<usize> {
@@ -140,45 +161,6 @@ fn dimension(c: &Ctx<'_>, i: usize) -> Result<usize> {
 
 fn distance(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt()
-}
-
-/// Wraps an angle to -pi..pi.
-fn wrap_angle(a: f64) -> f64 {
-    let full = std::f64::consts::TAU;
-    a - full * (a / full).round()
-}
-
-/// Returns the configuration at position `t` along a path.
-fn config_at(path: &[f64], lengths: &[f64], t: f64, types: &[f64]) -> Result<Vec<f64>> {
-    let n = path.len().checked_div(lengths.len()).unwrap_or(0);
-    if n == 0 || path.len() != n * lengths.len() {
-        return Err(Fail::argument(format!(
-            "{} numbers do not form a path of {} configurations",
-            path.len(),
-            lengths.len()
-        )));
-    }
-    let i = lengths.partition_point(|l| *l <= t).clamp(1, lengths.len().max(2) - 1) - 1;
-    let config = |i: usize| &path[i.min(lengths.len() - 1) * n..][..n];
-    let (a, b) = (config(i), config(i + 1));
-    let (from, to) = (lengths[i], lengths.get(i + 1).copied().unwrap_or(lengths[i]));
-    let u = if to > from { ((t - from) / (to - from)).clamp(0.0, 1.0) } else { 0.0 };
-    let mut out: Vec<f64> = (0..n)
-        .map(|k| {
-            let d = if types.get(k) == Some(&1.0) { wrap_angle(b[k] - a[k]) } else { b[k] - a[k] };
-            a[k] + d * u
-        })
-        .collect();
-    // Quaternions are interpolated along the shorter rotation, then normalized.
-    let quaternion = if types.is_empty() && n == 7 { Some(3) } else { types.iter().position(|t| *t == 2.0) };
-    if let Some(q) = quaternion.filter(|q| q + 4 <= n) {
-        let same: f64 = (q..q + 4).map(|k| a[k] * b[k]).sum();
-        let sign = if same < 0.0 { -1.0 } else { 1.0 };
-        (q..q + 4).for_each(|k| out[k] = a[k] * (1.0 - u) + sign * b[k] * u);
-        let l = out[q..q + 4].iter().map(|x| x * x).sum::<f64>().sqrt().max(1e-300);
-        (q..q + 4).for_each(|k| out[k] /= l);
-    }
-    Ok(out)
 }
 
 /// Returns the position on a polyline that is closest to `p`: the index of the preceding point, and the fraction of the

@@ -5,7 +5,7 @@ pub(crate) mod consoles;
 pub(crate) mod dialogs;
 mod messages;
 pub(crate) mod motions;
-mod profiles;
+pub(crate) mod profiles;
 pub(crate) mod registered;
 mod tubes;
 pub(crate) mod window_views;

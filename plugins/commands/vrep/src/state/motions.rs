@@ -10,12 +10,13 @@ use crate::{kit::algebra::Pose, motion::profile::MotionProfile};
 pub(crate) enum MovedObjects {
     Joints(Vec<tatu_object>),
     /// An object that moves from one pose to another in a frame. `object` is 0 if only the callback is called, and
-    /// `frame` is 0 for the world frame.
+    /// `frame` is 0 for the world frame. The coordinates are x, y, z and the angle, or the way covered of a `length`.
     Pose {
         object: tatu_object,
         frame: tatu_object,
         from: Pose,
         to: Pose,
+        length: Option<f64>,
     },
     Nothing,
 }
@@ -50,4 +51,8 @@ pub(crate) struct ActiveMotion {
     pub(crate) answer: ResultForm,
     /// The last argument of the callback, packed.
     pub(crate) data: Vec<u8>,
+    /// Duration of a step, s; 0: that of the simulation.
+    pub(crate) time_step: f64,
+    /// Whether the target has been reached or the callback has ended the motion, and only the thread waits on.
+    pub(crate) has_ended: bool,
 }
