@@ -20,15 +20,15 @@ pub trait BuildTarget {
     fn script(&self, owner: u32, script: BuiltScript<'_>) -> Option<()>;
     /// Makes an object a sensor or an actuator of this kind.
     fn device(&self, object: u32, kind: LentCStr<'_>) -> Option<()>;
-    /// Stores a remark about the build or, if the severity is that of an error, fails.
+    /// Stores a message about the build. If the severity is that of an error, the build fails.
     fn report(&self, severity: u32, object: u32, text: Lent<'_>) -> Option<()>;
     /// Stores the description of the file.
     fn describe(&self, map: Value) -> Option<()>;
-    /// Adds what a text in the scene format describes.
+    /// Adds the objects that a text in the scene format describes.
     fn scene(&self, parent: u32, name: Lent<'_>, text: Lent<'_>) -> Option<()>;
     /// Reads a file in the folder of the build.
     fn file(&self, relative: Lent<'_>) -> Option<Vec<u8>>;
-    /// Fails with this text.
+    /// Makes the build fail with this message.
     fn refuse(&self, text: String);
 }
 
@@ -46,12 +46,12 @@ pub struct BuiltScript<'a> {
     pub source: Lent<'a>,
 }
 
-/// The function that builds.
+/// The plugin function that builds a document or a part of one.
 #[derive(Clone, Copy)]
 pub enum BuildFunction<'a> {
-    /// That of a model.
+    /// The function that builds a model.
     Model(&'a Model),
-    /// That of an importer, with the bytes of the file.
+    /// The function that imports a file, with the contents of the file.
     Importer(&'a Importer, &'a [u8]),
 }
 
@@ -60,7 +60,7 @@ pub enum BuildFunction<'a> {
 pub struct BuildOptions {
     /// Maximum number of pixels of an image.
     pub max_image_pixels: u64,
-    /// Whether a description of the file is wanted.
+    /// Whether the importer should also describe the file.
     pub describes: bool,
 }
 
@@ -73,7 +73,8 @@ struct BuildContext<'a> {
 }
 
 impl Registry {
-    /// Calls a function that builds, with the values of its parameters. The caller observes the call.
+    /// Calls the function of a model or an importer with the values of its parameters. The caller must record the call
+    /// for the watchdog.
     pub fn build(
         &self,
         function: BuildFunction<'_>,
@@ -202,8 +203,8 @@ unsafe extern "C" fn image(t: Option<&tatu_builder>, rgba: *const u8, width: u32
     let pixels = u64::from(width) * u64::from(height);
     if rgba.is_null() || pixels > build.max_image_pixels {
         let most = build.max_image_pixels;
-        let lacks = if rgba.is_null() { "its pointer is null".into() } else { format!("the limit is {most}") };
-        build.target.refuse(format!("an image of {width} x {height} pixels was refused: {lacks}"));
+        let why = if rgba.is_null() { "its pointer is null".into() } else { format!("the limit is {most} pixels") };
+        build.target.refuse(format!("an image of {width} x {height} pixels was refused: {why}"));
         return 0;
     }
     // SAFETY: the pointer is not null, and the header requires 4 bytes per pixel, valid during the call.

@@ -41,12 +41,12 @@ fn split(id: &str) -> Option<(&str, u32)> {
     Some((name, draft.parse().ok()?))
 }
 
-/// Returns a message such as "built for draft 9 of `tatu.sensor`, this host has draft 4" if the id is that of a known
-/// extension or service in a different draft.
+/// Returns a message such as "built for draft 9 of `tatu.sensor`, but this host has draft 4" if the id is that of a
+/// known extension or service in a different draft.
 pub fn other_draft(id: &str) -> Option<String> {
     let (name, draft) = split(id)?;
     let ours = EXTENSIONS.iter().chain(&SERVICES).filter_map(|c| split(c.to_str().ok()?)).find(|(n, _)| *n == name)?.1;
-    (ours != draft).then(|| format!("built for draft {draft} of `{name}`, this host has draft {ours}"))
+    (ours != draft).then(|| format!("built for draft {draft} of `{name}`, but this host has draft {ours}"))
 }
 
 /// Describes the extensions that a plugin offers in drafts other than the host's. `offers` returns whether the plugin
@@ -96,10 +96,10 @@ mod tests {
     #[test]
     fn other_drafts_of_known_ids_are_named() {
         let told = other_draft("tatu.sensor/draft.9").unwrap();
-        assert_eq!(told, "built for draft 9 of `tatu.sensor`, this host has draft 4");
+        assert_eq!(told, "built for draft 9 of `tatu.sensor`, but this host has draft 4");
         assert_eq!(other_draft("tatu.sensor/draft.4"), None);
         assert_eq!(other_draft("tatu.nonsense/draft.9"), None);
         let found = other_drafts(|id| id == c"tatu.command/draft.4" || id == c"tatu.script/draft.0");
-        assert_eq!(found, ["built for draft 0 of `tatu.script`, this host has draft 4"]);
+        assert_eq!(found, ["built for draft 0 of `tatu.script`, but this host has draft 4"]);
     }
 }

@@ -113,7 +113,7 @@ impl PluginHost {
 struct Interner {
     numbers: BTreeMap<String, u32>,
     keys: Vec<String>,
-    /// Ids of tables that were requested but do not exist, since the last call of `clear_refused`.
+    /// Ids of tables that were requested since the last call to `clear_refused` but do not exist.
     refused: Vec<String>,
 }
 

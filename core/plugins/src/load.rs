@@ -136,7 +136,9 @@ impl LoadedPlugin {
             Error::new("E301", format!("cannot load the plugin {}: {text}", path.display())).help(help)
         };
         let copy = search.copies.as_ref().map(|c| c.copy(path)).transpose();
-        let copy = copy.map_err(|e| fail(format!("it cannot be copied: {e}"), "free some space, or set TMPDIR"))?;
+        let copy = copy.map_err(|e| {
+            fail(format!("it cannot be copied: {e}"), "free some disk space, or set TMPDIR to a folder on another disk")
+        })?;
         let file = copy.as_deref().unwrap_or(path);
         super::library_file::check(file).map_err(|unfit| fail(unfit.text, unfit.help))?;
         let library = open_library(file).map_err(|e| {
@@ -160,7 +162,7 @@ impl LoadedPlugin {
         })?;
         if raw.abi_major != TATU_ABI_MAJOR {
             let text = format!(
-                "it was built for ABI {}.{}, this host has {TATU_ABI_MAJOR}.{TATU_ABI_MINOR}",
+                "it was built for ABI {}.{}, but this host has {TATU_ABI_MAJOR}.{TATU_ABI_MINOR}",
                 raw.abi_major, raw.abi_minor
             );
             return Err(fail(text, "rebuild it against this release's plugin-api"));
@@ -235,7 +237,8 @@ impl LoadedPlugin {
         }
         if others.is_empty() && drafts::EXTENSIONS.iter().all(|id| loaded.extension::<u8>(id).is_null()) {
             let text = format!("the plugin {} offers nothing{}", path.display(), drafts::misspelt(file));
-            let help = "`tatu_plugin.extension` answers the ids of the header, TATU_COMMAND and the like, with a table";
+            let help =
+                "`tatu_plugin.extension` must return a table for at least one extension id, such as TATU_COMMAND";
             remarks.warnings.push(Error::new("E324", text).help(help));
         }
         for other in others {

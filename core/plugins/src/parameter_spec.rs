@@ -283,7 +283,7 @@ pub fn describe_value(value: &Value) -> String {
         Value::Bytes(b) => format!("{} bytes", b.len()),
         Value::Floats(f) => format!("{} numbers", f.len()),
         Value::Ints(f) => format!("{} integers", f.len()),
-        Value::List(l) => format!("a list of {}", l.len()),
+        Value::List(l) => format!("a list of {} elements", l.len()),
         Value::Map(m) => format!("a table with {} keys", m.len()),
         Value::Func(_) => "a function".into(),
         Value::Object(o) => format!("object {}", tatu_slot(*o)),

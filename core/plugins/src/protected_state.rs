@@ -267,7 +267,7 @@ pub const MODE_TEXT: &str = "the floating-point mode";
 pub const DIRECTION_TEXT: &str = "the direction flag of the processor";
 const MODE_AND_LOCALE_TEXT: &str = "the floating-point mode and the locale of the process";
 /// The hint in messages about changed state.
-pub const RESTORED_HELP: &str = "it was restored; build the plugin without `-ffast-math`, and without calls of setlocale, fesetround, chdir, \
+pub const RESTORED_HELP: &str = "it was restored; build the plugin without `-ffast-math`, and without calls to setlocale, fesetround, chdir, \
                         sigaction and the like";
 
 #[cfg(unix)]

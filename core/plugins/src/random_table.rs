@@ -1,4 +1,4 @@
-//! Random numbers for the instances of a batch, as plugins draw them.
+//! The table through which plugins draw random numbers for the instances of a batch.
 
 use std::marker::PhantomData;
 

@@ -49,7 +49,7 @@ pub struct SearchPath {
     pub only: Option<PathBuf>,
     /// Folders that are searched for models by name, in order.
     pub models: Vec<PathBuf>,
-    /// Those of `models` whose contents come with the scene, rather than from the user or the program.
+    /// The folders in `models` that come with the scene, rather than with the program or from the user.
     pub models_of_scene: Vec<PathBuf>,
 }
 
@@ -67,12 +67,14 @@ const FOLDER_PREFIX: &str = "tatu-plugins-";
 const LOCK_NAME: &str = "lock";
 
 impl CopyFolder {
-    /// Creates an empty temporary folder, and removes those of processes that were killed: they take 250 MB each.
+    /// Creates an empty temporary folder, and removes those of processes that were killed, each of which can occupy 250
+    /// MB.
     pub fn new() -> Result<Self> {
         remove_abandoned(&std::env::temp_dir());
         let create = || -> std::io::Result<(TempDir, File)> {
             let folder = TempDir::with_prefix(FOLDER_PREFIX)?;
-            // The lock gets its name only when it is locked, so no other process can find it unlocked.
+            // The file is renamed to the name of the lock only after it has been locked, so other processes never find
+            // it unlocked.
             let unlocked = folder.path().join("unlocked");
             let lock = File::create(&unlocked)?;
             lock.lock()?;

@@ -20,7 +20,7 @@ impl Mailbox {
     }
 }
 
-/// The tickets that have been issued and not used.
+/// The tickets that have been issued but not used yet.
 #[derive(Default)]
 pub(crate) struct TicketTable(Mutex<IssuedTickets>);
 

@@ -262,7 +262,7 @@ impl CallWatch {
     }
 }
 
-/// A call that does not return: it is stuck, or the program crashed in it.
+/// A plugin call that does not return, because it is stuck or because the program crashed in it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct StuckCall {
     /// Id of the plugin, or its file while it is being loaded.
@@ -352,8 +352,7 @@ impl CallWatches {
         let watches = self.clone();
         let pause = (limit / 20).clamp(Duration::from_millis(1), Duration::from_millis(250));
         let run = move || {
-            // The last record of each watch and the number of its outermost call, and for how long each has not
-            // changed.
+            // For each watch: its last record, the number of its outermost call, and how long each has been unchanged.
             let mut seen: BTreeMap<*const CallWatch, ([u64; 2], [Duration; 2])> = BTreeMap::new();
             loop {
                 thread::sleep(pause);

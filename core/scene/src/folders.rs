@@ -1,7 +1,7 @@
 //! Folders below which files are opened.
 //!
-//! Each folder is opened once, and files are opened relative to its handle. Neither `..`, nor a link, nor a change of
-//! the working folder therefore gives access to files outside the folder. Only regular files are opened, never folders,
+//! Each folder is opened once, and files are opened relative to its handle. Therefore, neither `..`, nor a link, nor a
+//! change of the working folder gives access to files outside the folder. Only regular files are opened, never folders,
 //! pipes, devices or sockets.
 
 use std::{

@@ -7,8 +7,8 @@ use tatu_geometry::{Form, Mesh, SolidPart};
 
 use super::{Primitive, Shape};
 
-/// Relative difference between the extents of a sphere up to which it is a ball: rounding errors of files that store
-/// sizes in single precision.
+/// Relative difference between the extents of a sphere up to which it is treated as a ball. It allows for rounding
+/// errors in files that store sizes in single precision.
 const BALL_SIZE_TOLERANCE: f64 = 1e-6;
 
 /// Returns whether the extents of a sphere differ, so that it is an ellipsoid.

@@ -75,8 +75,8 @@ fn mass_distribution(shape: &Shape) -> &MassDistribution {
     })
 }
 
-/// Returns the measure of each lump to which its mass is proportional, and their sum: its volume, its area if none has
-/// a volume, and otherwise 1.
+/// Returns a measure for each lump to which its mass is proportional, and the sum of these measures: the volumes or, if
+/// no lump has a volume, the areas or, if none has an area, 1 each.
 fn measures(lumps: &[MassLump]) -> (Vec<f64>, f64) {
     let area = |l: &MassLump| if let LumpForm::Mesh(m) = &l.solid { m.measure } else { 0.0 };
     let ways: [&dyn Fn(&MassLump) -> f64; 3] = [&|l| l.volume, &area, &|_| 1.0];

@@ -32,8 +32,8 @@ struct SolverChoices {
     ties: BTreeMap<u32, (u32, u32)>,
     /// The form in which the joints of each mechanism are solved, with the reason for the choice, by the root shape.
     of_root: BTreeMap<u32, (JointForm, &'static str)>,
-    /// The shapes whose own choice of solver differs from that used for their mechanism, with the shape that made that
-    /// choice.
+    /// The shapes whose `joint_solver` differs from the choice used for their mechanism, each with the shape that made
+    /// this choice.
     unused: Vec<(u32, u32)>,
 }
 
@@ -41,7 +41,7 @@ struct SolverChoices {
 pub(super) struct MechanismSolvers {
     /// The form in which each joint and force sensor is solved, by the shape below it.
     pub forms: BTreeMap<u32, JointForm>,
-    /// The shapes whose own choice of solver is not used, with the shape of the same mechanism whose choice is.
+    /// The shapes whose `joint_solver` has no effect, each with the shape of the same mechanism whose choice applies.
     pub unused: Vec<(u32, u32)>,
 }
 
@@ -91,7 +91,7 @@ fn choose_forms(scene: &Scene) -> SolverChoices {
     }
     let asked = |slot: u32| scene.get(slot).and_then(|o| o.shape()).map(|s| s.joint_solver).unwrap_or_default();
     let roots: BTreeMap<u32, u32> = ties.keys().map(|child| (*child, root_of(&ties, *child).0)).collect();
-    // The choice of the first shape applies, or of the shape with the lowest slot among those below it that made one.
+    // The first shape's choice applies. If it made none, that of the shape with the lowest slot does.
     let mut chosen: BTreeMap<u32, u32> = BTreeMap::new();
     let mut unused = Vec::new();
     for (slot, root) in roots.values().map(|r| (*r, *r)).collect::<BTreeMap<_, _>>().into_iter().chain(roots) {

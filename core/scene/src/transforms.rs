@@ -2,7 +2,7 @@
 //! separate from the other data of objects.
 //!
 //! An object *hangs* if its world pose is not stored but computed on demand from that of its parent. A hundred sensors
-//! on a robot then cost nothing while the robot moves, except for those that measure.
+//! on a moving robot then cost no time, except for those that measure.
 
 use nalgebra::Isometry3;
 use serde::{Deserialize, Serialize};

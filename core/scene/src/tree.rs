@@ -71,7 +71,7 @@ pub struct Scene {
     pub(super) walk: Vec<(u32, Isometry3<f64>)>,
 }
 
-/// Counters of changes. What is derived from a scene is computed again when its counter has changed.
+/// Counters of changes. Data derived from a scene is computed again when the corresponding counter has changed.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct SceneVersions {
     /// Incremented with every change of the tree, or of the data that bodies and beam targets are created from.

@@ -100,7 +100,7 @@ fn the_most_confident_importer_is_used_and_ties_are_reported_once() {
     let place = with_other();
     let tie = imported(&place, "file = \"robot.urdf\"", "").good();
     tie.reports(&[
-        "note: robot.urdf: the importers also, urdf read it; `also` is used",
+        "note: robot.urdf: the importers also, urdf can read the file; `also` is used",
         "robot.urdf: `also_read`: seen by the other one",
     ]);
     assert_eq!(tie.err.matches("read it").count(), 1, "{}", tie.err);
@@ -138,7 +138,7 @@ fn failing_importers_leave_only_an_error_text() {
     place.write("x.bad", "f");
     imported(&place, "file = \"x.bad\"", "").good();
     place.write("x.none", "");
-    imported(&place, "file = \"x.none\"", "").refused(&["E120", "`empty` found nothing in it"]);
+    imported(&place, "file = \"x.none\"", "").refused(&["E120", "the importer `empty` found nothing in it"]);
 }
 
 /// Returns the byte ranges of the attribute values in an XML text.

@@ -148,7 +148,7 @@ mod unix {
             let mut out = Vec::new();
             if folder() != self.folder {
                 if let Some(home) = &self.handles.folder {
-                    // If the folder no longer exists, the plugin is reported all the same.
+                    // This fails if the folder no longer exists. The plugin is reported in any case.
                     let _ = fchdir(home);
                 }
                 out.push("the working folder of the process".to_owned());
@@ -156,7 +156,7 @@ mod unix {
             for (i, output) in OUTPUTS.iter().enumerate() {
                 if identity_of(output) != self.outputs[i] {
                     if let Some(own) = &self.handles.outputs[i] {
-                        // If this fails, the output is reported all the same.
+                        // Even if the output cannot be restored, the change is reported.
                         let _ = (output.replace)(own);
                     }
                     out.push(format!("{} (closed or exchanged)", output.name));

@@ -81,7 +81,11 @@ impl Registry {
         let alike = |(n, _, suffix): &(usize, u32, bool)| (named(*n), *suffix) == (named(first), tied[0].2);
         let ids: Vec<_> = tied.iter().filter(|t| alike(t)).map(|(n, _, _)| self.importers[*n].id.as_str()).collect();
         let tie = (ids.len() > 1).then(|| {
-            format!("the importers {} read it; `{}` is used; set `importer` to use another", ids.join(", "), ids[0])
+            format!(
+                "the importers {} can read the file; `{}` is used; set `importer` to choose another",
+                ids.join(", "),
+                ids[0]
+            )
         });
         // A failed check is only noted, and thus does not prevent the import of unrelated files.
         let notes = failed.into_iter().map(|e| e.text).chain(tie).collect();

@@ -36,7 +36,7 @@ impl Registry {
         let [first, second, ..] = claims else { return Ok(claims.first().map(|c| c.0)) };
         let file = |c: &(usize, usize)| self.plugins[c.1].path.display().to_string();
         let text = format!(
-            "two plugins offer a {what} `{id}`: `{}` ({}) and `{}` ({})",
+            "two plugins offer the {what} `{id}`: `{}` ({}) and `{}` ({})",
             plugin(first),
             file(first),
             plugin(second),
@@ -142,7 +142,7 @@ impl Registry {
         }
         let error = Error::new(code, text);
         if known.is_empty() {
-            return error.expected(format!("a plugin that offers a {what}; none was found in{}", self.search.describe())).help(
+            return error.expected(format!("a plugin that offers {what}s; none was found in{}", self.search.describe())).help(
                 "build the plugins beside the program (`cargo build`), copy the program together with its libraries, or set TATU_PLUGIN_PATH to their folder",
             );
         }

@@ -157,7 +157,7 @@ impl Registry {
         };
         for (folder, _) in missing(FolderOrigin::Scene) {
             let text = format!("the scene lists the plugin folder {}, which does not exist", folder.display());
-            refused.push(Error::new("E311", text).help("paths in `plugins` start from the folder of the scene"));
+            refused.push(Error::new("E311", text).help("paths in `plugins` are relative to the folder of the scene"));
         }
         for (folder, _) in missing(FolderOrigin::Environment) {
             let text = format!("TATU_PLUGIN_PATH contains the folder {}, which does not exist", folder.display());

@@ -129,7 +129,7 @@ impl<'a> DocumentBuilder<'a> {
     /// Sets a property by its key, with or without the prefix of the object's kind. The value is in SI units.
     pub fn set(&mut self, object: usize, key: &str, value: Value) -> Result {
         let Some(spec) = self.document.objects.get(object) else {
-            return Err(Error::new("E110", "there is no such object in this build"));
+            return Err(Error::new("E110", "the object number does not refer to an object of this build"));
         };
         if matches!(key, "object.name" | "name") {
             return self.set_unique_name(object, &value);
@@ -232,7 +232,7 @@ impl<'a> DocumentBuilder<'a> {
         if declared.flags & TATU_PARAM_READ_ONLY != 0 {
             return Err(Error::new("E102", format!("`{}` is read-only", declared.key)));
         }
-        // The same words as for a change in a running world.
+        // The message is the same as for a change in a running world.
         let name = if let KeyTarget::Property(row) = target { row.key() } else { &declared.key };
         let value = keys::check(declared, name, value)?;
         let spec = &mut self.document.objects[object];
@@ -344,7 +344,7 @@ impl<'a> DocumentBuilder<'a> {
     pub fn device(&mut self, object: usize, kind_or_schema: &str) -> Result {
         let providers: &BTreeMap<_, _> = &self.document.settings.providers;
         let Some(spec) = self.document.objects.get_mut(object) else {
-            return Err(Error::new("E110", "there is no such object in this build"));
+            return Err(Error::new("E110", "the object number does not refer to an object of this build"));
         };
         let kind = match spec.kind {
             ObjectKind::Sensor => self.registry.sensor(kind_or_schema, providers)?,
@@ -383,7 +383,7 @@ impl<'a> DocumentBuilder<'a> {
     pub fn image(&mut self, columns: u32, rows: u32, rgba: Vec<u8>) -> Result<usize> {
         let found = rgba.len();
         let Some(image) = Image::new(columns, rows, rgba) else {
-            let text = format!("{columns} x {rows} pixels in {found} bytes cannot be an image");
+            let text = format!("an image of {columns} x {rows} pixels cannot consist of {found} bytes");
             return Err(
                 Error::new("E102", text).expected(format!("4 bytes for each of 1 to {MAX_IMAGE_PIXELS} pixels"))
             );
@@ -421,7 +421,7 @@ impl<'a> DocumentBuilder<'a> {
                 o.scripts.push(script);
                 Ok(())
             }
-            None => Err(Error::new("E110", "there is no such object in this build")),
+            None => Err(Error::new("E110", "the object number does not refer to an object of this build")),
         }
     }
 

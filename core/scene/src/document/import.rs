@@ -66,7 +66,8 @@ impl DocumentBuilder<'_> {
         self.group = outer;
         let who = format!("{} of `{}`", PluginCall::Import.text(), registry.plugins[info.plugin].id);
         done.map_err(|failed| import_error((&info.id, &who), import.file, import.bytes, self.place.as_ref(), failed))?;
-        let nothing = || Error::new("E120", format!("cannot import {shown}: `{}` found nothing in it", info.id));
+        let nothing =
+            || Error::new("E120", format!("cannot import {shown}: the importer `{}` found nothing in it", info.id));
         self.place_model(first, placement).ok_or_else(nothing)
     }
 }

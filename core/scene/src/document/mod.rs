@@ -232,7 +232,7 @@ pub struct Document {
     pub modules: BTreeSet<(PathBuf, OsString)>,
 }
 
-/// What is needed only while a document is read.
+/// Data that is needed only while a document is read.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct ReadProgress {
     /// Number of the next model.
@@ -260,7 +260,7 @@ pub(crate) struct GroupNumbers {
     group_suffixes: BTreeMap<usize, i32>,
 }
 
-/// What a document requests of the program that runs it.
+/// The requests of a document to the program that runs it.
 #[derive(Debug, Clone, Default)]
 pub struct RunRequests {
     /// Services to start alongside the world.

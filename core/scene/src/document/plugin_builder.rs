@@ -66,7 +66,7 @@ impl DocumentBuilder<'_> {
         let built = run_model(self, model, params, parent);
         self.group = outer;
         built?;
-        let nothing = || Error::new("E111", format!("the model `{}` built nothing", model.id));
+        let nothing = || Error::new("E111", format!("the model `{}` built no objects", model.id));
         self.place_model(first, placement).ok_or_else(nothing)
     }
 }

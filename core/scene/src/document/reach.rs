@@ -15,12 +15,12 @@ use tatu_plugins::Registry;
 
 use crate::folders::{Folder, OpenError, normalize};
 
-/// The folders in and below which the files must be that a document names: its scripts, models, meshes, images,
-/// imports, and the files that those name in turn. They are those in which the scripts of its scene may read, the
-/// folders of models and scenes that come with the program or that the user has installed and, for the files that a
-/// model from such a folder names, the model's own folder.
+/// The folders that must contain, at any depth, the files that a document names: its scripts, models, meshes, images
+/// and imports, and the files that these name in turn. These are the folders in which the scripts of the scene may read
+/// files, and the folders of models and scenes that come with the program or that the user has installed. For files
+/// that a model from such a folder names, the model's own folder is included.
 ///
-/// A name in a document gives access to a file only by `file`.
+/// Documents can access the files that they name only through `file`.
 #[derive(Debug, Clone)]
 pub struct AllowedFolders {
     /// The folder that relative paths start from.
@@ -150,7 +150,7 @@ impl AllowedFile {
         let kind = |real: &Path| if real.is_dir() { "it is a folder" } else { "it is not a plain file" };
         match &self.origin {
             FileOrigin::Chosen => read_plain(&self.path, MAX_FILE_BYTES),
-            // The system's reason.
+            // The error of the operating system states why the file cannot be read.
             FileOrigin::Stored => Err(fs::metadata(&self.path).err().unwrap_or_else(gone)),
             FileOrigin::Below(folder, real) => {
                 let found = folder.below(real, &self.path).ok_or_else(gone)?;

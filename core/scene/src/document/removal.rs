@@ -6,9 +6,8 @@ use super::{Document, change::PropertyOverride, overrides};
 
 impl Document {
     /// Removes objects with their descendants. The indices of objects before the first removed one do not change.
-    /// Overrides of removed objects are dropped. The cost is proportional to the number of objects from the first
-    /// removed one on, not to the size of the document, because models that remove parts can be placed thousands of
-    /// times.
+    /// Overrides of removed objects are dropped. The cost is proportional to the number of objects after the first
+    /// removed one, not to the size of the document, because a scene can place thousands of models that remove parts.
     pub(super) fn remove(&mut self, tops: &BTreeSet<usize>) {
         let Some(first) = tops.first().copied() else { return };
         let mut gone: BTreeSet<usize> = BTreeSet::new();

@@ -236,7 +236,11 @@ fn set_pairs(s: &mut WorldSettings, value: &Value) -> Result<bool, String> {
 
 fn set_lacks(s: &mut WorldSettings, value: &Value) -> Result<bool, String> {
     let Value::List(all) = value else { return unexpected(value) };
-    s.lacks = all.iter().map(text_of).collect::<Result<_, _>>().map_err(|found| format!("expected texts, {found}"))?;
+    s.lacks = all
+        .iter()
+        .map(text_of)
+        .collect::<Result<_, _>>()
+        .map_err(|found| format!("expected a list of strings, {found} in it"))?;
     Ok(true)
 }
 

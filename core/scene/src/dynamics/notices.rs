@@ -1,4 +1,4 @@
-//! Warnings about what physics does differently from what a scene seems to ask for: meshes that enclose no volume,
+//! Warnings about scenes that physics probably simulates differently than intended: meshes that enclose no volume,
 //! spheres that are ellipsoids, solvers that are not used, and dynamic shapes below kinematic joints.
 
 use std::collections::BTreeMap;
@@ -13,8 +13,8 @@ use crate::{
 };
 
 impl Dynamics {
-    /// Adds the warnings about all objects of a scene. `unused` contains the shapes whose choice of solver is not used,
-    /// with those whose choice is.
+    /// Adds the warnings about all objects of a scene. `unused` pairs each shape whose `joint_solver` has no effect
+    /// with the shape whose `joint_solver` applies instead.
     pub(super) fn warn(&mut self, scene: &Scene, unused: &[(u32, u32)]) {
         // Equal warnings are merged, so a hundred equal objects cause a single message.
         let mut found: BTreeMap<(NoticeKind, String), Vec<u32>> = BTreeMap::new();
@@ -71,14 +71,14 @@ fn ellipsoid(shape: &Shape) -> Option<(NoticeKind, String)> {
     Some((NoticeKind::Ellipsoid, text))
 }
 
-/// Returns a warning if a shape is dynamic but hangs on a joint that physics does not move, so nothing holds it.
+/// Returns a warning if a shape is dynamic but its parent is a kinematic joint, which does not constrain it.
 fn kinematic_joint(scene: &Scene, slot: u32, shape: &Shape) -> Option<(NoticeKind, String)> {
     let joint = scene.get(slot)?.parent;
     let object = scene.get(joint)?;
     let kinematic = object.joint().is_some_and(|j| !j.dynamic) && scene.get(object.parent)?.shape().is_some();
     (shape.dynamic && kinematic).then(|| {
-        let text = "it is dynamic, but the joint above it is kinematic, which does not hold it: it moves freely; make \
-                    the joint dynamic, or the shape static";
+        let text = "the shape is dynamic, but the joint above it is kinematic and does not hold it, so the shape moves \
+                    freely; make the joint dynamic, or the shape static";
         (NoticeKind::KinematicJoint, text.to_owned())
     })
 }

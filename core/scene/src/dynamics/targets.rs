@@ -20,8 +20,8 @@ struct PositionTarget {
     /// Target position at the end of the physics step, rad or m. It is clamped to the limits, because a target beyond
     /// them would press the joint against the limit permanently and cause jitter.
     position: f64,
-    /// Velocity to add to that which the error asks for, rad/s or m/s, so that a joint on a spline does not lag behind
-    /// it.
+    /// Feed-forward velocity, rad/s or m/s, which is added to the velocity commanded for the position error, so that a
+    /// joint does not lag behind a spline.
     lead: f64,
 }
 
@@ -32,7 +32,7 @@ fn target_of(j: &Joint, part: u32, steps: u32, step: f64) -> PositionTarget {
     let wanted = j.course.map_or(j.target_position, |c| c.target(share));
     let position = wanted.max(low).min(high);
     let rate = j.course.map_or(0.0, |c| c.rate(share)) / (f64::from(steps) * step);
-    // The error asks for the part of the motion that falls within the physics step.
+    // The position error already accounts for the motion within this physics step.
     let lead = if position == wanted { rate * (1.0 - step / SETTLE_TIME).max(0.0) } else { 0.0 };
     PositionTarget { position, lead }
 }

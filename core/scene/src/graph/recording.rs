@@ -131,7 +131,7 @@ impl Graph {
             if let CurveAxis::Stream(name) = axis
                 && !self.streams.iter().any(|s| s.spec.name == *name)
             {
-                let text = format!("the curve `{}` refers to the stream `{name}`, which the graph lacks", spec.name);
+                let text = format!("the curve `{}` refers to the stream `{name}`, which does not exist", spec.name);
                 return Err(Refusal(TATU_ERR_ARGUMENT, text));
             }
         }

@@ -32,7 +32,7 @@ pub fn color(i: usize) -> [f64; 3] {
 
 /// The transformation of a stream's values, before factor, offset and average.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[allow(missing_docs, reason = "named after what they are")]
+#[allow(missing_docs, reason = "the names are self-explanatory")]
 pub enum StreamTransform {
     #[default]
     Raw,

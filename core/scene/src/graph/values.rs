@@ -10,8 +10,8 @@ pub struct CheckedMap<'a> {
 }
 
 impl<'a> CheckedMap<'a> {
-    /// Checks that a value is a map with only known keys. `what` is the name of the map in messages. The error for an
-    /// unknown key suggests the nearest known one.
+    /// Checks that a value is a map with only known keys. `what` names the map in messages, with its article. The error
+    /// for an unknown key suggests the nearest known one.
     pub fn new(what: &'static str, value: &'a Value, known: &[&str]) -> Result<Self, Refusal> {
         let Value::Map(entries) = value else {
             return Err(Refusal(TATU_ERR_ARGUMENT, format!("{what} must be a table with keys {}", known.join(", "))));

@@ -1,4 +1,4 @@
-//! What is computed once from the form of a shape, and kept until its form changes.
+//! Data that is computed once from the form of a shape, and discarded when the form changes.
 
 use std::sync::{Arc, OnceLock};
 

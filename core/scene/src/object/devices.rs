@@ -58,7 +58,7 @@ impl SensorObject {
     ) -> Result<bool, String> {
         let Value::List(all) = value else { return unexpected(value) };
         let path =
-            |v: &Value| text_of(v).map_err(|found| format!("expected a list of paths, each a text, {found} in it"));
+            |v: &Value| text_of(v).map_err(|found| format!("expected a list of paths as strings, {found} in it"));
         let mut view = self.view.as_deref().cloned().unwrap_or_default();
         *list(&mut view) = all.iter().map(path).collect::<Result<_, _>>()?;
         self.view = (view != SensorTargets::default()).then(|| Arc::new(view));

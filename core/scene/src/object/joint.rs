@@ -13,7 +13,7 @@ use crate::property::{numbers_of, properties, text_of, unexpected, words};
 
 /// The degrees of freedom of a joint.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[allow(missing_docs, reason = "named after what they are")]
+#[allow(missing_docs, reason = "the names are self-explanatory")]
 pub enum JointType {
     Revolute,
     Prismatic,
@@ -24,7 +24,7 @@ words! { JointType { Revolute "revolute", Prismatic "prismatic", Spherical "sphe
 
 /// Control modes of a joint's motor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[allow(missing_docs, reason = "named after what they are")]
+#[allow(missing_docs, reason = "the names are self-explanatory")]
 pub enum ControlMode {
     Free,
     Velocity,

@@ -2,7 +2,7 @@
 
 /// The kind of an object.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-#[allow(missing_docs, reason = "`Data` describes each kind")]
+#[allow(missing_docs, reason = "`ObjectVariant` describes each kind")]
 pub enum ObjectKind {
     Shape,
     Joint,

@@ -6,7 +6,7 @@ use crate::property::words;
 
 /// The form of a shape or part.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[allow(missing_docs, reason = "named after what they are")]
+#[allow(missing_docs, reason = "the names are self-explanatory")]
 pub enum Primitive {
     Box,
     Sphere,

@@ -68,7 +68,7 @@ pub struct Shape {
     pub collide_as: Option<Primitive>,
     pub collide_size: Vector3<f64>,
     pub body: ShapeBody,
-    /// What was computed from the form; not stored in snapshots.
+    /// Data computed from the form; not stored in snapshots.
     #[serde(skip)]
     pub derived: DerivedGeometry,
 }
@@ -140,7 +140,7 @@ fn set_surface(s: &mut Shape, value: &Value) -> Result<bool, String> {
     Ok(true)
 }
 
-/// Sets the texture; its image remains if the number of the image does.
+/// Sets the texture. The loaded image is retained if its number does not change.
 fn set_texture(s: &mut Shape, value: &Value) -> Result<bool, String> {
     let image = s.texture.take().map(|old| (old.image_number, old.image));
     s.texture = refusal_as_text(ShapeTexture::from_value(value))?;
@@ -150,8 +150,8 @@ fn set_texture(s: &mut Shape, value: &Value) -> Result<bool, String> {
     Ok(true)
 }
 
-/// Returns the numbers of each part, which for a part without any are those of the shape; or no numbers if no part has
-/// any.
+/// Returns the values of all parts; parts without values of their own have those of the shape. The result is empty if
+/// no part has values of its own.
 fn part_values<const N: usize>(
     s: &Shape,
     own: impl Fn(&super::ShapePart) -> Option<[f64; N]>,
@@ -167,7 +167,8 @@ fn part_values<const N: usize>(
 fn set_part_colors(s: &mut Shape, value: &Value) -> Result<bool, String> {
     let numbers = numbers_of(value)?;
     if !numbers.is_empty() && numbers.len() != 3 * s.parts.len() {
-        return Err(format!("expected 3 for each of the {} parts, or none; found {}", s.parts.len(), numbers.len()));
+        let (parts, found) = (s.parts.len(), numbers.len());
+        return Err(format!("expected 3 numbers for each of the {parts} parts, or none; found {found}"));
     }
     let mut changed = false;
     for (i, part) in s.parts.iter_mut().enumerate() {
@@ -181,7 +182,8 @@ fn set_part_colors(s: &mut Shape, value: &Value) -> Result<bool, String> {
 fn set_part_opacities(s: &mut Shape, value: &Value) -> Result<bool, String> {
     let numbers = numbers_of(value)?;
     if !numbers.is_empty() && numbers.len() != s.parts.len() {
-        return Err(format!("expected one for each of the {} parts, or none; found {}", s.parts.len(), numbers.len()));
+        let (parts, found) = (s.parts.len(), numbers.len());
+        return Err(format!("expected one number for each of the {parts} parts, or none; found {found}"));
     }
     let mut changed = false;
     for (i, part) in s.parts.iter_mut().enumerate() {

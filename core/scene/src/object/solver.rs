@@ -6,7 +6,7 @@ use crate::property::words;
 
 /// The solver for the joints of a mechanism, a property of its first shape.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[allow(missing_docs, reason = "named after what they are")]
+#[allow(missing_docs, reason = "the names are self-explanatory")]
 pub enum JointSolver {
     #[default]
     Auto,

@@ -36,7 +36,7 @@ pub struct Light {
 
 /// The directions in which a light shines.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[allow(missing_docs, reason = "named after what they are")]
+#[allow(missing_docs, reason = "the names are self-explanatory")]
 pub enum LightForm {
     Omni,
     Spot,

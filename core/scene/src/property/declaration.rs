@@ -1,4 +1,4 @@
-//! What one row states about a property.
+//! The declaration of a property, as stated in one row of a table.
 
 use std::any::Any;
 
@@ -17,12 +17,12 @@ pub enum PropertyOwner {
     Kind(ObjectKind),
 }
 
-/// What a change of a property affects.
+/// The effect of a change of a property.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ChangeEffect {
     /// The property is read-only.
     ReadOnly,
-    /// Nothing but the value.
+    /// Only the value changes.
     None,
     /// Pictures show the object or no longer show it.
     Look,
@@ -67,7 +67,7 @@ pub enum FileForm {
 
 /// The default of a property.
 #[derive(Debug, Clone, Copy, PartialEq)]
-#[allow(missing_docs, reason = "named after what they are")]
+#[allow(missing_docs, reason = "the names are self-explanatory")]
 pub enum DefaultValue {
     /// The default is not fixed, or the property cannot be set.
     None,
@@ -101,7 +101,7 @@ pub struct PropertySpec {
     pub range: (f64, f64),
     /// The default.
     pub default_value: DefaultValue,
-    /// What a change affects.
+    /// The effect of a change.
     pub effect: ChangeEffect,
     /// The form in scene files.
     pub file_form: FileForm,
@@ -132,7 +132,7 @@ impl PropertyAccess {
 }
 
 impl PropertySpec {
-    /// The row before the first, which stands for no property.
+    /// The row at index 0, which stands for no property.
     pub(crate) const NONE: PropertySpec = PropertySpec {
         key: "",
         owner: PropertyOwner::World,

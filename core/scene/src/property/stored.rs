@@ -33,7 +33,7 @@ pub(crate) fn refuse<T>(status: tatu_status, text: impl Into<String>) -> Result<
     Err(Refusal(status, text.into()))
 }
 
-/// Returns the text of a refusal as the error.
+/// Converts the error of a result from a refusal to its message.
 pub(crate) fn refusal_as_text<T>(result: Result<T, Refusal>) -> Result<T, String> {
     result.map_err(|refusal| refusal.1)
 }

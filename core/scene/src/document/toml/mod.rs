@@ -106,7 +106,7 @@ pub fn load(file: &Path, registry: &Registry, options: &LoadOptions) -> Result<D
         let lacks: Vec<String> = lacks.into_iter().map(|a| format!("`--allow {a}`")).collect();
         if !lacks.is_empty() {
             let text =
-                format!("its scripts request access outside the run, which you can permit by {}", lacks.join(" "));
+                format!("its scripts request access outside the run, which you can permit with {}", lacks.join(" "));
             document.reports.push(BuildReport::note(text));
         }
         let reach = options.reach_of(file, registry);

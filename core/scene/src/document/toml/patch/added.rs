@@ -21,8 +21,8 @@ use crate::{
 };
 
 /// Appends tables for the objects that the file does not describe, and moves tables after those of new parents. An
-/// added model is written as a `[[model]]`, without its differences from the original; these, and objects below its
-/// base, are left to the next round.
+/// added model is written as a `[[model]]`, without its differences from the original. The next round writes these
+/// differences and the objects below its base.
 pub fn arrange_tables(writer: &mut PatchWriter<'_>, differences: &DifferenceMap, registry: &Registry) -> Result {
     let edited = writer.edited;
     let order = writer.slots_in_order();
