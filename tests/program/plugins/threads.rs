@@ -122,7 +122,7 @@ fn a_ticket_is_used_once_and_a_wait_needs_one() {
     done.reports(&["twice 7", "a wait for a wake requires a ticket"]);
     // A script can wait only in its thread, not in `init`.
     let script = "function sysCall_init() slow.square(2) end";
-    with_slow(script).run(&["--steps", "3"]).reports(&["a caller that cannot wait does not get a ticket"]);
+    with_slow(script).run(&["--steps", "3"]).reports(&["no ticket was issued, because the caller cannot wait"]);
 }
 
 #[test]

@@ -31,8 +31,8 @@ impl RandomKey {
 
     /// Returns the random number with this index, from the standard normal distribution.
     ///
-    /// It is computed by the inverse of the distribution function from a single uniform number, so each index has a
-    /// separate number, which has the same bits on every processor.
+    /// It is computed from a single uniform number by the inverse of the distribution function, so the numbers of
+    /// different indices are independent, and each has the same bits on every processor.
     pub fn normal(self, index: u64) -> f64 {
         normal::quantile(self.between(index))
     }
@@ -45,7 +45,7 @@ impl RandomKey {
 
     /// Returns the random number with this index, uniformly distributed in the open interval (0, 1).
     fn between(self, index: u64) -> f64 {
-        // The largest number of bits would otherwise be rounded to 1, which has no quantile.
+        // The largest 53-bit number would otherwise be rounded to 1, which has no quantile.
         (((self.bits(index) >> 11) as f64 + 0.5) * UNIT).min(1.0 - UNIT)
     }
 

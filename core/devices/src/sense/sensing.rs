@@ -38,12 +38,12 @@ pub struct Sensing {
     pub(super) scratch: MeasureScratch,
 }
 
-/// Maximum size of the readings and images of all sensors, bytes. `estimate`: a thousand depth cameras of 640 x 480
-/// pixels with points fit; larger scenes fit into the memory of few computers.
+/// Maximum size of the readings and images of all sensors, bytes. This is an estimate: it suffices for a thousand depth
+/// cameras of 640 x 480 pixels with points, and few computers have the memory for larger scenes.
 const MAX_BYTES: u64 = 4 << 30;
-/// Size up to which the system is not asked whether it can provide the memory, bytes.
+/// Size up to which it is not checked whether the system can provide the memory, bytes.
 const UNCHECKED_BYTES: u64 = 64 << 20;
-/// Memory that must remain for everything else, bytes. `estimate`: the program with a typical scene.
+/// Memory that must remain available for everything else, bytes; an estimate for the program with a typical scene.
 const RESERVED_BYTES: u64 = 128 << 20;
 
 impl Sensing {
@@ -59,7 +59,7 @@ impl Sensing {
         self.invalidate_settings();
     }
     /// Checks that there is memory for a sensor with a layout. `old` is the present layout of the sensor, if any. All
-    /// images may be rendered at once, so their memory is counted although it is used only meanwhile.
+    /// images may be rendered at once, so their memory is counted although it is used only during rendering.
     pub fn check_memory(&self, layout: &FieldLayout, old: Option<&FieldLayout>) -> Result<(), String> {
         let own = layout.bytes();
         let known = old.map_or(self.bytes, |old| less(self.bytes, old.bytes()));

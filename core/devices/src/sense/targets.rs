@@ -17,7 +17,8 @@ pub struct Targets {
     /// The selections of objects that scenes declare for sensors: for each selection and each slot, whether the object
     /// is detected. Selections are numbered from 1.
     choices: Vec<Vec<bool>>,
-    /// A version of the scene's shapes, and whether any of them is detected by only some kinds of waves.
+    /// The version of the scene's shapes that was last examined, and whether any of them is detected by only some kinds
+    /// of waves.
     selective: (u64, bool),
 }
 

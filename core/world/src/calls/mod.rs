@@ -1,4 +1,4 @@
-//! Calls commands: converts the arguments, fills in the frame, and adds context to errors.
+//! Calls commands: converts their arguments, completes the frame, and adds context to errors.
 
 mod results;
 
@@ -127,7 +127,7 @@ unsafe extern "C" fn ticket(call: *mut tatu_call, out: *mut u64) -> tatu_status 
         return set_error(
             call.error,
             TATU_ERR_BUSY,
-            "a caller that cannot wait does not get a ticket: call `wait` for the reason",
+            "no ticket was issued, because the caller cannot wait; `wait` reports the reason",
         );
     }
     let wakes = &world.run.calls.thread_results;
@@ -161,7 +161,11 @@ unsafe extern "C" fn woken(call: *mut tatu_call, out: *mut tatu_str) -> tatu_sta
     };
     let place = world.run.calls.arena.borrow_mut().store(current.as_slice());
     if place.is_null() {
-        return set_error(call.error, TATU_ERR_MEMORY, "the world's arena is full");
+        return set_error(
+            call.error,
+            TATU_ERR_MEMORY,
+            "there is no memory left for the results of this call: the world's arena is full",
+        );
     }
     *out = tatu_str { ptr: place.cast(), len: current.len() as u64 };
     TATU_OK
@@ -262,17 +266,18 @@ pub(crate) unsafe fn call_command(world: &WorldCell, frame: *mut tatu_call, resu
             &format!("broke the contract: it wrote outside its space for {} results", f.results_cap),
         );
     }
-    // The arguments are before the mark, in the memory of the calling script, which would be blamed otherwise.
+    // The arguments are before the mark, in the memory of the calling script, to which the overrun would be attributed
+    // otherwise.
     let is_past_args = world.worker.is_none()
         && calls.arena.try_borrow().is_ok_and(|arena| arena.is_intact_since(mark))
         && !calls.arena.try_borrow().is_ok_and(|arena| arena.is_intact_since(calls.args_mark.get()));
     if is_past_args {
-        // Later commands are not blamed for it.
+        // The overrun must not be attributed to later commands.
         calls.args_mark.set(mark);
         return reject_results(world, entry, f, "broke the contract: it wrote past the end of an argument");
     }
     if !calls.arena.try_borrow().is_ok_and(|arena| arena.is_intact_since(mark)) {
-        // The results are released as well, so that the caller is not blamed for the damage that this command did.
+        // The results are released as well, so that the overrun is not attributed to the caller.
         if let Ok(mut arena) = calls.arena.try_borrow_mut() {
             arena.release(mark);
         }
@@ -333,7 +338,7 @@ fn reject_results(world: &WorldCell, entry: &CommandEntry, f: &mut tatu_call, te
 fn log_stub_call(world: &WorldCell, entry: &CommandEntry, id: u32, alias: u32) {
     if world.run.calls.stubs.try_borrow_mut().is_ok_and(|mut told| told.insert(id)) {
         let why = if entry.notes.is_empty() { String::new() } else { format!(": {}", entry.notes) };
-        world.log(TATU_LOG_INFO, &format!("{} does nothing here{why}", entry_name(entry, alias)));
+        world.log(TATU_LOG_INFO, &format!("{} is not implemented and has no effect{why}", entry_name(entry, alias)));
     }
 }
 
@@ -460,7 +465,7 @@ fn convert_args(
 ) -> Result<(*const tatu_value, u32), String> {
     let mut out: Vec<tatu_value> = args.iter().map(|a| a.raw()).collect();
     let mut arena = world.run.calls.arena.borrow_mut();
-    let space = || "the arguments do not fit into the world's arena".to_owned();
+    let space = || "the arguments are too large: they do not fit into the world's arena of 256 MB".to_owned();
     for (i, p) in entry.params.iter().enumerate() {
         let given = args.get(i).copied().unwrap_or(ValueRef::NIL);
         let name = || format!("argument {} `{}`", i + 1, p.key);
@@ -478,7 +483,13 @@ fn convert_args(
                 out[i] = p.fallback.to_raw(&mut *arena).ok_or_else(space)?;
             } else if p.flags & OMITTABLE_FLAGS == 0 {
                 return Err(if i >= args.len() {
-                    format!("{}: expected {}, but only {} were given", name(), p.expectation(), args.len())
+                    let s = if args.len() == 1 { "" } else { "s" };
+                    format!(
+                        "{}: expected {}, but the call has only {} argument{s}",
+                        name(),
+                        p.expectation(),
+                        args.len()
+                    )
                 } else {
                     format!("{}: expected {}, found nil", name(), p.expectation())
                 });

@@ -20,7 +20,7 @@ pub(crate) struct SimulationState {
     pub phase: Cell<Phase>,
     /// Requested changes of phase, as bits `1 << TATU_REQUEST_*`, which are carried out at the barrier or after a pass.
     pub requests: Cell<u32>,
-    /// Whether the last pass is done, so that the run must be ended at the next barrier.
+    /// Whether the last pass has ended, after which the run is ended at the next barrier.
     pub last_pass_done: Cell<bool>,
     /// Whether a pass took place while the world was stopped.
     pub stopped_pass_done: Cell<bool>,

@@ -3,7 +3,7 @@
 //! - `deliver`: delivers events, at the times that `docs/reference/events.md` specifies;
 //! - `contacts`: pairs of shapes that begin, continue and cease to touch.
 //!
-//! An event without subscribers is not even created: see `Connections::wants`.
+//! The payload of an event is built only if the event has subscribers; see `Connections::publish`.
 
 mod contacts;
 mod deliver;

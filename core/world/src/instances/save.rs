@@ -54,7 +54,7 @@ pub(crate) fn save_instance(
     let mut image = InstanceImage { state: state.to_vec(), saved: Vec::new(), version: life.version, missed: false };
     let Some(save) = life.save else {
         // If an instance has no data, its state block is its whole state.
-        let why = "its plugin stores data for it, but cannot save the data";
+        let why = "the plugin stores data of this instance, but does not support saving it";
         return if of.data.is_null() { Ok(image) } else { Err(why.to_owned()) };
     };
     let writer = tatu_writer {
@@ -93,7 +93,7 @@ pub(crate) fn load_instance(
         return if image.saved.is_empty() {
             Ok(())
         } else {
-            Err("its plugin can no longer restore a saved state".to_owned())
+            Err("the plugin no longer supports restoring a saved state".to_owned())
         };
     };
     let (mut saved, mut version) = (std::borrow::Cow::Borrowed(&image.saved), image.version);

@@ -10,7 +10,7 @@ use tatu_scene::ObjectVariant;
 use crate::{cell::WorldCell, recording::source::number};
 
 fn busy() -> Refusal {
-    Refusal(TATU_ERR_BUSY, "a graph cannot be recorded from within this call".into())
+    Refusal(TATU_ERR_BUSY, "the running call uses the graphs; record the sample after that call has returned".into())
 }
 
 /// Records a sample in each graph that is not recorded explicitly, at the end of a step. Returns the number of these

@@ -341,7 +341,7 @@ impl World {
                 script.end_replaced(cell);
                 let state = match handed {
                     StateTransfer::Continued => "state kept".to_owned(),
-                    StateTransfer::Fresh => "it begins".to_owned(),
+                    StateTransfer::Fresh => "no previous state".to_owned(),
                     StateTransfer::Reset(why) => format!("state reset: {why}"),
                 };
                 told.applied += 1;

@@ -14,7 +14,8 @@ use xxhash_rust::xxh3::xxh3_64;
 const MIN_CHECK_INTERVAL: Duration = Duration::from_millis(100);
 /// A file that was written more recently than this may still be incomplete.
 const SETTLE_TIME: Duration = Duration::from_millis(50);
-/// An empty file that is more recent than this is probably about to be written by a compiler or an editor.
+/// An empty file that is more recent than this has probably just been created by a compiler or an editor, which will
+/// write to it.
 const EMPTY_SETTLE_TIME: Duration = Duration::from_secs(2);
 
 /// The known state of a file.

@@ -156,8 +156,8 @@ impl World {
         self.cell.run.folders.set_working_folder(folder);
         Ok(())
     }
-    /// Sets the flag that tells, from any thread, that the run must end. A script that is running and does not return
-    /// within a second is then ended.
+    /// Sets the flag with which any thread can request the end of the run. A running script that does not return within
+    /// a second of the request is ended.
     pub fn set_interrupt_flag(&self, flag: Arc<AtomicBool>) {
         *self.cell.run.connections.interrupt.borrow_mut() = Some(flag);
     }
@@ -179,9 +179,9 @@ impl World {
         self.cell.run.stand_ins.list()
     }
 
-    /// Returns objects that scripts requested but can possibly do without, such as the parent of an object or a child
-    /// by index. Each is returned with the index of the object in [`stand_ins`](Self::stand_ins). Scripts usually
-    /// request these objects to find the ends of the tree.
+    /// Returns objects that scripts requested but may not need, such as the parent of an object or a child by index.
+    /// Each is returned with the index of the object in [`stand_ins`](Self::stand_ins). Scripts usually request these
+    /// objects to find the ends of the tree.
     pub fn optional_objects(&self) -> Vec<(usize, OptionalObject)> {
         self.cell.run.stand_ins.optional_objects()
     }

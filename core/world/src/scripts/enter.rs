@@ -99,9 +99,9 @@ pub(super) fn enter_with_error(
     script.counters.instructions.set(script.counters.instructions.get().saturating_add(used));
     frame.error = error;
     let status = check_status(error, status, true);
-    // A function that another script calls costs that script what it costs this one, unless this one is ended.
+    // The cost of a function that another script calls is also charged to that script, unless this script is ended.
     if is_of_script && status != TATU_ERR_BUDGET {
-        // A language that reports more than the budget is not believed.
+        // A count above the budget is invalid, and is ignored.
         let used = if budget.instructions > 0 && used > budget.instructions { 0 } else { used };
         calls.cost.charge(spent.saturating_add(used));
     }

@@ -267,8 +267,8 @@ impl Script {
     }
 
     /// Runs one pass of the driver: first `init`, then its callbacks, which request the stages, and in the last pass
-    /// `cleanup`. Returns whether the driver works: if it could not be loaded or initialised, or has exceeded its budget,
-    /// no stage is run; steps are counted, but simulation time does not advance.
+    /// `cleanup`. Returns whether the driver could run. If it could not be loaded or initialised, or has exceeded its
+    /// budget, no stage is run; steps are counted, but simulation time does not advance.
     pub fn drive(self: &Rc<Self>, world: &WorldCell) -> bool {
         if !self.is_live(world) {
             return false;

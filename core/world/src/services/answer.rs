@@ -161,8 +161,10 @@ pub(super) fn status_to_result(status: tatu_status) -> HostResult {
 pub(super) fn busy<'a>(answer: impl Into<AnswerContext<'a>>) -> tatu_status {
     let answer = answer.into();
     let text = match answer.in_parallel {
-        false => "not possible from within this call",
-        true => "not possible in a script that runs in parallel with others (`side_by_side`)",
+        false => {
+            "the running call uses a part of the world that this function needs; use it after that call has returned"
+        }
+        true => "a script that runs in parallel with others (`side_by_side`) cannot call this function",
     };
     answer.calls.refuse(TATU_ERR_BUSY, text)
 }
@@ -177,7 +179,7 @@ pub(super) fn slot<'a>(
         let n = tatu_slot(object);
         match last {
             Some(name) => {
-                answer.into().calls.refuse(TATU_ERR_GONE, &format!("object {n} (it was `{name}`) has been removed"))
+                answer.into().calls.refuse(TATU_ERR_GONE, &format!("object {n} (formerly `{name}`) has been removed"))
             }
             None if object == 0 => {
                 answer.into().calls.refuse(TATU_ERR_MISSING, "the world itself is not an object of the scene")

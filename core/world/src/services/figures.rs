@@ -98,7 +98,9 @@ extern "C" fn add(
                 }
                 all.draw(drawing)
             }
-            _ => Err(Refusal(TATU_ERR_ARGUMENT, format!("there are no figures of kind {what}"))),
+            _ => {
+                Err(Refusal(TATU_ERR_ARGUMENT, format!("unknown kind of figure {what}; expected one of TATU_FIGURE_*")))
+            }
         })?;
         *out = id;
         Ok(())
@@ -233,7 +235,12 @@ unsafe extern "C" fn list(
                     TATU_FIGURE_STREAM => all.graph(scene, owner)?.streams.iter().map(|s| s.id).collect(),
                     TATU_FIGURE_CURVE => all.graph(scene, owner)?.curves.iter().map(|c| c.id).collect(),
                     TATU_FIGURE_DRAWING => all.drawings.keys().copied().collect(),
-                    _ => return Err(Refusal(TATU_ERR_ARGUMENT, format!("there are no figures of kind {what}"))),
+                    _ => {
+                        return Err(Refusal(
+                            TATU_ERR_ARGUMENT,
+                            format!("unknown kind of figure {what}; expected one of TATU_FIGURE_*"),
+                        ));
+                    }
                 })
             })?;
             fill(&ids, out, cap, n)

@@ -123,9 +123,9 @@ pub(super) fn read_world(world: &WorldCell, row: Property) -> Result<Value, tatu
         Property::PHASE => Value::Int(phase as i64),
         _ => {
             let settings = world.borrow_part(|w| &w.model.settings).ok_or_else(|| busy(world))?;
-            return row
-                .setting(&settings)
-                .ok_or_else(|| world.run.calls.refuse(TATU_ERR_MISSING, "the world has no such property"));
+            return row.setting(&settings).ok_or_else(|| {
+                world.run.calls.refuse(TATU_ERR_MISSING, &format!("the world has no property `{}`", row.key()))
+            });
         }
     })
 }

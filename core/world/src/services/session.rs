@@ -43,9 +43,17 @@ extern "C" fn request(w: WorldRef<'_>, what: u32) -> tatu_status {
             TATU_REQUEST_PAUSE | TATU_REQUEST_START if running => {}
             TATU_REQUEST_START if world.run.connections.session().is_some_and(|s| s.any_service()) => {}
             TATU_REQUEST_PAUSE | TATU_REQUEST_START => {
-                return Err(world.run.calls.refuse(TATU_ERR_UNSUPPORTED, "the simulation is stopped"));
+                return Err(world.run.calls.refuse(
+                    TATU_ERR_UNSUPPORTED,
+                    "the simulation is stopped, so it cannot be paused or resumed; start it first",
+                ));
             }
-            _ => return Err(world.run.calls.refuse(TATU_ERR_ARGUMENT, &format!("unknown request {what}"))),
+            _ => {
+                return Err(world
+                    .run
+                    .calls
+                    .refuse(TATU_ERR_ARGUMENT, &format!("unknown request {what}; expected one of TATU_REQUEST_*")));
+            }
         }
         crate::cell::record_remote_request(world, what);
         // If a different scene has been requested, the start applies to that scene.
@@ -234,7 +242,10 @@ fn run_stage(world: &WorldCell, stage: u32, dt: f64) -> tatu_status {
     world.run.calls.cost.charge(cost::STAGE_COST);
     world.monitor.watch.mark_active();
     let Some(stage) = Stage::of(stage) else {
-        return world.run.calls.refuse(TATU_ERR_ARGUMENT, &format!("unknown stage {stage}"));
+        return world
+            .run
+            .calls
+            .refuse(TATU_ERR_ARGUMENT, &format!("unknown stage {stage}; expected one of TATU_STAGE_*"));
     };
     if !(dt.is_finite() && dt >= 0.0) {
         let text = format!("the duration of a stage must be finite and at least 0 s, not {dt} s");

@@ -27,7 +27,7 @@ fn status_of(is: bool) -> tatu_status {
     if is { TATU_OK } else { TATU_ERR_MISSING }
 }
 
-/// Records a wish for an object that the script requested but can possibly do without.
+/// Records that the script requested an optional object. Always returns the status of a missing object.
 fn note_optional(w: WorldRef<'_>, name: &'static str, object: tatu_object, wish: OptionalObject) -> tatu_status {
     if let Some(world) = recording_world(w, name)
         && let Some(id) = world.state.scene.try_borrow().ok().and_then(|s| Some(s.id(s.resolve(object).ok()?)))

@@ -116,9 +116,9 @@ struct SessionHolder {
     reported: bool,
 }
 
-/// Reports a service that holds a session for a long time: to the other services, so that their clients learn why
-/// nothing moves, and, once per session and service, in the program's own log, since the world's lines appear only after
-/// the step.
+/// Reports a service that holds a session for a long time: to the other services, so that their clients can display the
+/// reason, and, once per session and service, in the program's own log, since the world's lines appear only after the
+/// step.
 ///
 /// The message is not a warning, because a service holds a session for as long as a client requires it, for example
 /// while a user inspects a variable. A warning would make correct runs fail under `--strict`.
@@ -176,8 +176,8 @@ fn call_services(world: &WorldCell, session: &SessionCell) -> Option<usize> {
         }
         i += 1;
     }
-    // A client can ask for a stop while an earlier request of it, such as one for steps, is still carried out. Until
-    // the stop has been requested here, scripts must return.
+    // A client can request a stop while its earlier request, such as one for steps, is still in progress. The signal
+    // that makes scripts return remains set until the stop has taken effect here.
     if world.stop_requested() || !world.running() {
         session.signals.stop.store(false, Ordering::Relaxed);
     }

@@ -133,6 +133,10 @@ fn replay_call(world: &WorldCell, kind: &str, f: &mut tatu_call) -> tatu_status 
 fn write_logged_results(world: &WorldCell, f: &mut tatu_call, values: &[Value]) -> tatu_status {
     match write_results(world, f, values) {
         Ok(()) => TATU_OK,
-        Err(status) => set_error(f.error, status, "the function's results do not fit into the world's arena"),
+        Err(status) => set_error(
+            f.error,
+            status,
+            "the results of the function are too large: they do not fit into the world's arena of 256 MB",
+        ),
     }
 }

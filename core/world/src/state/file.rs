@@ -93,7 +93,7 @@ impl Snapshot {
     /// Reads a snapshot from bytes. Truncated or modified bytes, and snapshots of a different format, are refused.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self> {
         let rest = bytes.strip_prefix(MAGIC).ok_or_else(|| {
-            Error::new("E501", "this is not a snapshot")
+            Error::new("E501", "the file is not a snapshot")
                 .expected("a file that `tatu run SCENE --snapshot-at T FILE` wrote")
         })?;
         let (format, rest) = rest.split_first_chunk::<4>().ok_or_else(|| damaged("it is truncated"))?;
@@ -138,7 +138,7 @@ impl Snapshot {
         if self.head.document != fingerprint(document) {
             return Err(Error::new(
                 "E502",
-                "the snapshot is of a different scene, or of this one before it was changed",
+                "the snapshot belongs to a different scene, or to an earlier version of this scene",
             )
             .expected("the same scene file, scripts, `--seed`, `--set` and `--script` as in the run that wrote it"));
         }
@@ -152,7 +152,7 @@ impl Snapshot {
         let what = match (lost, new) {
             (Some(l), Some(n)) if l.0 == n.0 => format!("plugin {} has been replaced by version {}", show(l), n.1),
             (Some(l), _) => format!("plugin {} is missing", show(l)),
-            (None, Some(n)) => format!("plugin {} was not loaded when it was written", show(n)),
+            (None, Some(n)) => format!("plugin {} was not loaded when the snapshot was written", show(n)),
             (None, None) => "plugins were found in a different order".to_owned(),
         };
         let text = format!("the snapshot was written with different plugins: {what}");

@@ -13,8 +13,7 @@
 //! script of kind `main`), `step` calls the driver instead, which requests stages in any order (see `stages`).
 //!
 //! Time advances at the end of a pass, by the duration of its physics stages. During the pass, all callbacks read the
-//! time at which it began. If a driver skips physics, time advances by dt all the same, and the bodies stay where
-//! they are.
+//! time at which it began. If a driver skips physics, time still advances by dt, and the bodies do not move.
 
 mod barrier;
 mod engine_advance;

@@ -76,8 +76,8 @@ fn warn_of_stray_body(world: &WorldCell, slot: u32, speed: f64, way: f64) {
     let (path, time) =
         (world.state.scene.borrow().path(slot), world.state.clock.time.get() + world.state.clock.elapsed_in_step());
     let text = format!(
-        "{path} moves at {speed:.0} m/s, {way:.0} m from its start, at {time:.2} s: has it fallen through a floor, or \
-         been thrown by overlapping shapes or by an excessive force? Reported once"
+        "{path} moves at {speed:.0} m/s, {way:.0} m from its start, at {time:.2} s; check whether it fell through a \
+         floor, or was thrown by overlapping shapes or an excessive force (reported once)"
     );
     world.log(TATU_LOG_WARNING, &text);
 }

@@ -97,7 +97,7 @@ pub(super) fn switch_off_failed_sensors(world: &WorldCell, failed: Vec<MeasureFa
         let mut sensing = world.devices.sensing.borrow_mut();
         if let Some(d) = sensing.devices.iter_mut().find(|d| d.slot == f.slot) {
             d.off = true;
-            // The previous measurement is not a current reading.
+            // The previous measurement must not be mistaken for a current reading.
             d.discard_reading();
             d.fields.fill(0);
             sensing.invalidate_rosters();

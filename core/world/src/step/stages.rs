@@ -55,7 +55,8 @@ impl Drop for StageGuard<'_> {
 pub(crate) fn run(world: &WorldCell, stage: Stage, dt: f64, who: impl Into<Cow<'static, str>>) -> Result<(), String> {
     let who = who.into();
     {
-        let mut stages = world.run.stages.try_borrow_mut().map_err(|_| "a stage cannot run from within this call")?;
+        let mut stages =
+            world.run.stages.try_borrow_mut().map_err(|_| "a stage cannot run until the running call has returned")?;
         if stages.iter().any(|(s, _)| *s == stage as u32) {
             let mut chain = String::new();
             for (s, asked) in stages.iter() {
@@ -67,7 +68,7 @@ pub(crate) fn run(world: &WorldCell, stage: Stage, dt: f64, who: impl Into<Cow<'
         // A part of the world is borrowed during a `measure` or `apply` call, which must call no host function except
         // the log.
         if world.state.scene.try_borrow_mut().is_err() || world.devices.sensing.try_borrow_mut().is_err() {
-            return Err(format!("the stage `{}` cannot run from within this call", stage.name()));
+            return Err(format!("the stage `{}` cannot run until the running call has returned", stage.name()));
         }
         stages.push((stage as u32, who));
     }

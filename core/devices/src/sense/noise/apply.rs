@@ -24,7 +24,7 @@ const OUTLIER: u64 = 6;
 const DROPOUT: u64 = 7;
 const RANDOM_WALK: u64 = 8;
 const DENSITY: u64 = 9;
-/// Takes the place of the measurement count in the keys of numbers that are drawn once per run.
+/// Value used instead of the measurement count in the keys of random numbers that are drawn once per run.
 const RUN_CONSTANT: u64 = u64::MAX;
 
 /// Number of elements processed at once.

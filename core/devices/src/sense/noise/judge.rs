@@ -62,7 +62,7 @@ pub fn white(x: &[f64], sigma: f64) -> Result<(), String> {
     independent(x)
 }
 
-/// Checks that numbers are distributed uniformly from -a to a.
+/// Checks that numbers are uniformly distributed in [-a, a].
 pub fn even(x: &[f64], a: f64) -> Result<(), String> {
     kolmogorov_smirnov(x, |x| ((x / a + 1.0) / 2.0).clamp(0.0, 1.0))?;
     independent(x)

@@ -1,8 +1,9 @@
-//! What commands cost the script that calls them, in instructions, and when a script must return.
+//! The cost of commands for the script that calls them, in instructions, and the time at which a script must return.
 //!
 //! A command runs outside the script's language, which cannot count its work. The host therefore counts it, by amounts
-//! that depend only on what the command does, never on time. `estimate` for all of them: in a release build, a script
-//! executes about 50 instructions in a microsecond, and the amounts are what the work takes in microseconds times 50.
+//! that depend only on what the command does, never on time. All amounts are estimates: a script in a release build
+//! executes about 50 instructions in a microsecond, so each amount is 50 times the duration of the work in
+//! microseconds.
 
 use std::{
     cell::Cell,
@@ -13,7 +14,7 @@ use std::{
 pub const COMMAND_COST: u64 = 20;
 /// Cost of an object that is created, copied or removed.
 pub const OBJECT_COST: u64 = 100;
-/// Cost of an object that is only looked at.
+/// Cost of an object that is examined during a search.
 pub const LOOKUP_COST: u64 = 5;
 /// Cost of two forms whose distance is computed.
 pub const PAIR_COST: u64 = 200;
@@ -22,7 +23,7 @@ pub const FILE_COST: u64 = 5000;
 /// Cost of a stage that a driver runs.
 pub const STAGE_COST: u64 = 5000;
 
-/// Time that a script has after a stop was requested from outside, such as by Ctrl-C, to return by itself.
+/// Time within which a script must return after a stop was requested from outside, such as by Ctrl-C.
 const STOP_GRACE_PERIOD: Duration = Duration::from_secs(1);
 
 /// The work of the commands that a script calls, in the innermost call into a script that is running.
@@ -31,7 +32,7 @@ pub struct CommandCost {
     spent: Cell<u64>,
     /// Maximum of `spent`; 0 if no script is running or there is no limit.
     limit: Cell<u64>,
-    /// When the running script was first found to be running although a stop was requested.
+    /// Time at which the script was first observed to be still running after a stop had been requested.
     stop_noticed_at: Cell<Option<Instant>>,
 }
 

@@ -1,7 +1,7 @@
 //! Calls into plugins, and the commands that they run.
 //!
 //! - `stack`: the call stack, with `arena`, `errors` and `result_buffers`; `wait_list`: commands that wait and resume;
-//!   `thread_results`, `thread_result_intake`: results of plugins' threads; `cost`: what commands charge;
+//!   `thread_results`, `thread_result_intake`: results of plugins' threads; `cost`: the cost of commands;
 //! - `monitor`: state that is monitored while plugins run; `plugin_calls`: calls into plugins; `scope`: the host
 //!   functions that are allowed during each plugin call.
 

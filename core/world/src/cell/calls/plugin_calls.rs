@@ -110,7 +110,8 @@ impl WorldCell {
     fn report_process_change(&self, suspects: u64, what: &str, place: &str, object: Option<String>) {
         let plugins = &self.model.registry.plugins;
         let mut all: Vec<usize> = (0..plugins.len()).filter(|i| suspects & 1 << (*i).min(63) != 0).collect();
-        // The program's own plugins are tested for such changes, so other plugins are suspected first.
+        // The program's own plugins are tested for such changes, so the change is attributed to other plugins if any
+        // were called.
         if all.iter().any(|i| !self.model.registry.is_of_program(*i)) {
             all.retain(|i| !self.model.registry.is_of_program(*i));
         }

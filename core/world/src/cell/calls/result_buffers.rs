@@ -91,6 +91,8 @@ impl CallerResultBuffer {
     }
 }
 
+/// Returns whether the value at `at` is an intact guard.
+///
 /// # Safety
 /// `at` must point to an initialised value.
 #[inline]

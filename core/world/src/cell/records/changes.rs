@@ -8,7 +8,8 @@ use tatu_scene::{ChangeEffect, Scene, property_table::Property};
 use crate::cell::WorldCell;
 
 fn busy<T>() -> Result<T, Refusal> {
-    Err(Refusal(TATU_ERR_BUSY, "not possible from within this call".into()))
+    let text = "the running call uses the scene; set the property after that call has returned";
+    Err(Refusal(TATU_ERR_BUSY, text.into()))
 }
 
 impl WorldCell {

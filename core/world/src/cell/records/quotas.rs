@@ -13,7 +13,7 @@ impl WorldCell {
             room => room,
         }
     }
-    /// Refuses to store `what` because the limit would be exceeded, and returns the status.
+    /// Records that `what` was not stored because the limit would be exceeded, and returns the status.
     pub fn refuse_over_limit(&self, what: &str) -> tatu_status {
         let text = format!(
             "{what} of the scene would exceed {} MB, the memory limit of its scripts: remove some, or raise \

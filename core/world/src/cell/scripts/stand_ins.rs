@@ -43,9 +43,8 @@ impl StandIn {
     }
 }
 
-/// An object that a script requested but can possibly do without, such as a parent, or a child by index. It should be
-/// created only if the script cannot continue without it: see
-/// [`World::optional_objects`](crate::run::World::optional_objects).
+/// An object that a script requested but may not need, such as a parent, or a child by index. It should be created only
+/// if the script cannot continue without it: see [`World::optional_objects`](crate::run::World::optional_objects).
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub enum OptionalObject {
     /// The parent of a stand-in.
@@ -104,12 +103,12 @@ impl StandIns {
     pub fn missing_values(&self) -> Vec<String> {
         self.missing_values.borrow().iter().cloned().collect()
     }
-    /// Returns the recorded wishes, each with the index of its object in the list.
+    /// Returns the optional objects that scripts requested, each with the index of its stand-in in the list.
     pub fn optional_objects(&self) -> Vec<(usize, OptionalObject)> {
         let (list, wishes) = (self.list.borrow(), self.optional_objects.borrow());
         wishes.iter().filter_map(|(o, w)| Some((list.iter().position(|(id, _)| id == o)?, w.clone()))).collect()
     }
-    /// Records a wish about an object.
+    /// Records that a script requested an optional object of a stand-in.
     pub fn note_optional(&self, object: tatu_object, wish: OptionalObject) {
         self.optional_objects.borrow_mut().insert((object, wish));
     }

@@ -145,7 +145,7 @@ impl Connections {
         self.session.borrow().upgrade()
     }
     /// Returns whether a stop has been requested from outside: by the user at the terminal, or by a client of a service
-    /// that has not had its turn since.
+    /// that has not taken its turn since then.
     pub fn has_external_stop(&self) -> bool {
         self.interrupt.borrow().as_ref().is_some_and(|flag| flag.load(Ordering::Relaxed))
             || self.session().is_some_and(|s| s.has_external_stop())

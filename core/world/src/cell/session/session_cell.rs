@@ -28,16 +28,16 @@ pub(crate) struct SessionCell {
     pub interrupt: RefCell<Arc<AtomicBool>>,
 }
 
-/// What services request of a session from their own threads.
+/// Requests of services to a session, from their own threads.
 #[derive(Default)]
 pub(crate) struct SessionSignals {
     pub wake: WakeFlag,
-    /// Whether a service has asked that a script which is running returns.
+    /// Whether a service has requested that the running script return.
     pub stop: AtomicBool,
 }
 
 impl SessionSignals {
-    /// Asks that the script that is running returns, so that the services get their turns.
+    /// Requests that the running script return, so that the services can take their turns.
     pub fn request_stop(&self) {
         self.stop.store(true, Ordering::Relaxed);
         self.wake.wake();
@@ -76,7 +76,7 @@ impl SessionCell {
     pub fn interrupted(&self) -> bool {
         self.interrupt.borrow().load(Ordering::Relaxed)
     }
-    /// Returns whether a stop has been requested from outside, which the services have not had the turn to carry out.
+    /// Returns whether a stop has been requested from outside that the services have not carried out yet.
     pub fn has_external_stop(&self) -> bool {
         self.signals.stop.load(Ordering::Relaxed) || self.interrupted()
     }
