@@ -1,42 +1,44 @@
-//! Tasks that are solved together.
+//! Groups of tasks that are solved together.
 
 use serde::{Deserialize, Serialize};
 
 use crate::task::IkTask;
 
-/// How an iteration moves the joints (Buss 2009).
+/// The method by which an iteration computes the step of the joints (Buss 2009), for the Jacobian J and the error e.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum IkMethod {
-    /// J⁺ e. Singular values below 1e-6 of the greatest one count as 0. Steps grow without bound near singular positions.
+    /// The step J⁺ e, with the pseudoinverse J⁺. Singular values below 1e-6 of the greatest one are treated as 0. Near
+    /// singular configurations, steps can become very large.
     #[default]
     PseudoInverse,
-    /// J' (J J' + d² I)⁻¹ e with the damping d.
+    /// The step J' (J J' + d² I)⁻¹ e, with the damping d, which limits steps near singular configurations.
     DampedLeastSquares,
-    /// a J' e, with the factor a for which the error becomes smallest.
+    /// The step a J' e, with the factor a that minimises the remaining error of the linearised problem.
     JacobianTranspose,
 }
 
-/// Tasks that are solved together, and how.
+/// A group of tasks that are solved together, with the settings of the solver.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct IkGroup {
     /// The tasks.
     pub tasks: Vec<IkTask>,
     /// The method. Default: [`IkMethod::PseudoInverse`].
     pub method: IkMethod,
-    /// Damping of damped least squares, m or rad.
+    /// Damping of [`IkMethod::DampedLeastSquares`], m or rad; other methods ignore it.
     pub damping: f64,
     /// Maximum number of iterations. Default 3.
     pub max_iterations: u32,
     /// Whether [`Joint::max_step`](crate::Joint::max_step) is ignored. Default `true`.
     pub ignores_max_steps: bool,
-    /// Whether joints keep their limits within each iteration, in which the others make up for them; otherwise, positions
-    /// are clamped after it. Default `false`.
+    /// Whether joints that reach a limit are held there within an iteration, while the other joints compensate for
+    /// them. Otherwise, positions are clamped to their limits after the iteration. Default `false`.
     pub keeps_limits: bool,
-    /// Whether the joints return to their positions if the distance remains too large, and if the angle does.
+    /// Whether the initial positions of the joints are restored if the distance to a target remains too large, and if
+    /// the angle does.
     pub restores: [bool; 2],
     /// Whether the iterations end when a joint reaches a limit.
     pub stops_at_limits: bool,
-    /// Whether the group is solved.
+    /// Whether the group is solved; a disabled group is skipped.
     pub enabled: bool,
 }
 

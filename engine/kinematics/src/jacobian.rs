@@ -7,28 +7,28 @@ use crate::{
     task::{Constraints, IkTask, TaskError},
 };
 
-/// A column of a Jacobian: a degree of freedom that moves.
+/// A column of a Jacobian, which corresponds to a degree of freedom of a joint.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct JointColumn {
     /// The joint.
     pub joint: FrameId,
-    /// 0, or the axis x, y or z of a spherical joint, 0 to 2.
+    /// Index of the axis of a spherical joint: 0, 1 or 2 for x, y or z. It is 0 for all other joints.
     pub axis: usize,
 }
 
 /// The Jacobian of tasks, and their errors.
 #[derive(Debug, Clone, PartialEq)]
 pub struct GroupJacobian {
-    /// The columns, in the order in which the chains have joints from base to tip, task by task.
+    /// The columns: task by task, and for each task from the base of its chain to the tip.
     pub columns: Vec<JointColumn>,
     /// One row per constrained direction of each task, weighted: x, y, z, alpha, beta, gamma.
     pub matrix: DMatrix<f64>,
-    /// What is missing in each direction, m and rad, weighted.
+    /// The error in each row, from tip to target, m or rad, weighted.
     pub error: DVector<f64>,
 }
 
 impl GroupJacobian {
-    /// Returns the Jacobian of tasks for these columns, with room for all rows.
+    /// Allocates the Jacobian of tasks; [`update`](Self::update) computes its values.
     pub(crate) fn new(linkage: &Linkage, tasks: &[IkTask]) -> Self {
         let columns = columns(linkage, tasks);
         let rows = tasks.iter().map(IkTask::rows).sum();
@@ -36,7 +36,7 @@ impl GroupJacobian {
         GroupJacobian { columns, matrix, error }
     }
 
-    /// Computes the Jacobian and the errors at the present positions.
+    /// Computes the Jacobian and the errors at the current joint positions.
     pub(crate) fn update(&mut self, linkage: &Linkage, tasks: &[IkTask]) {
         self.matrix.fill(0.0);
         let mut row = 0;
@@ -101,7 +101,8 @@ impl GroupJacobian {
     }
 }
 
-/// Returns the Jacobian of tasks at the present positions, for callers that solve nothing. Allocates.
+/// Returns the Jacobian of tasks at the current joint positions, for callers that need only the Jacobian. Allocates
+/// memory.
 pub fn group_jacobian(linkage: &Linkage, tasks: &[IkTask]) -> GroupJacobian {
     let mut all = GroupJacobian::new(linkage, tasks);
     all.update(linkage, tasks);

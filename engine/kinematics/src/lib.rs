@@ -1,10 +1,11 @@
 //! Inverse kinematics: joint positions for which frames reach their targets.
 //!
 //! - [`Linkage`]: frames and joints, each in the frame of its parent, and their positions;
-//! - [`IkTask`]: a frame that shall reach a target, in chosen directions; [`IkGroup`]: tasks that are solved together;
-//! - [`solve`]: iterates from the present positions with the classic methods, for several groups by priority;
-//! - [`find_configuration`]: searches for joint positions within all limits, from several starts, and returns the reason
-//!   if there are none.
+//! - [`IkTask`]: a frame that must reach a target, in selected directions; [`IkGroup`]: tasks that are solved together;
+//! - [`solve`]: iterates from the current joint positions with one of three methods, for several groups in order of
+//!   priority;
+//! - [`find_configuration`]: searches for joint positions within all limits, from several initial configurations, and
+//!   returns the reason if none are found.
 //!
 //! Lengths are in m, angles in rad. A joint moves about or along the z axis of its frame. Results depend only on the
 //! arguments, and are bit-identical on all processors: the crate adds, multiplies, divides and computes square roots in a

@@ -7,10 +7,10 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub struct FrameId(pub u32);
 
-/// How a joint moves what is attached to it.
+/// The type of a joint: how it moves the frames that are attached to it.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum JointType {
-    /// Rotation about z; position in rad. `lead` of the joint adds a translation along z.
+    /// Rotation about z; position in rad. [`Joint::lead`] adds a translation along z.
     Revolute,
     /// Translation along z; position in m.
     Prismatic,
@@ -18,20 +18,20 @@ pub enum JointType {
     Spherical,
 }
 
-/// What inverse kinematics does with a joint.
+/// The role of a joint in inverse kinematics.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum JointRole {
-    /// It is moved.
+    /// The solver moves the joint.
     Moved,
-    /// It remains at its position.
+    /// The joint remains at its position.
     Fixed,
-    /// Its position is `factor` times that of another joint, plus `offset`.
+    /// The position of the joint is `factor` times that of another joint, plus `offset`.
     Dependent {
-        /// The joint that it follows.
+        /// The joint that this joint follows.
         master: FrameId,
         /// Ratio of the positions.
         factor: f64,
-        /// Position if the other joint is at 0, rad or m.
+        /// Position of this joint when the other joint is at 0, rad or m.
         offset: f64,
     },
 }
@@ -39,26 +39,26 @@ pub enum JointRole {
 /// A joint and its position.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Joint {
-    /// How it moves.
+    /// The type of the joint.
     pub kind: JointType,
-    /// Position of a revolute or prismatic joint, rad or m. That of a dependent joint is ignored.
+    /// Position of a revolute or prismatic joint, rad or m. It is ignored for a dependent joint.
     pub position: f64,
     /// Rotation of a spherical joint.
     pub rotation: UnitQuaternion<f64>,
     /// Minimum and maximum of the position; `None` for a joint without limits.
     pub limits: Option<[f64; 2]>,
-    /// Share in the motion: a joint with a smaller weight moves less than the others. Default 1.
+    /// Weight of the joint in a step: joints with smaller weights move less than others. Default 1.
     pub weight: f64,
     /// Maximum change of the position in an iteration, rad or m.
     pub max_step: f64,
-    /// Translation of a revolute joint along z, m/rad: that of a screw. Default 0.
+    /// Translation of a revolute joint along z per radian, m/rad, which makes it a screw. Default 0.
     pub lead: f64,
-    /// What inverse kinematics does with it.
+    /// The role of the joint in inverse kinematics.
     pub role: JointRole,
 }
 
 impl Joint {
-    /// Returns a joint at position 0 that is moved, without limits.
+    /// Returns a joint at position 0 that the solver moves, without limits.
     pub fn new(kind: JointType) -> Self {
         Joint {
             kind,
@@ -72,7 +72,7 @@ impl Joint {
         }
     }
 
-    /// Returns the number of its degrees of freedom.
+    /// Returns the number of degrees of freedom of the joint.
     pub fn freedoms(&self) -> usize {
         if self.kind == JointType::Spherical { 3 } else { 1 }
     }
@@ -82,31 +82,32 @@ impl Joint {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 struct Frame {
     parent: Option<FrameId>,
-    /// Pose relative to the moved frame of the parent, without the motion of its own joint.
+    /// Pose relative to the moved frame of the parent, excluding the motion of the frame's own joint.
     pose: Isometry3<f64>,
     joint: Option<Joint>,
 }
 
-/// Frames and joints, each attached to an earlier one or to the world. Poses are computed when they are asked for.
+/// Frames and joints, each attached to an earlier one or to the world. Poses are computed on demand.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Linkage {
     /// `None` for a removed frame.
     frames: Vec<Option<Frame>>,
 }
 
-/// Maximum number of joints that a chain of dependent joints has; more are a cycle.
+/// Maximum length of a chain of dependent joints; a longer chain is treated as a cycle.
 const MAX_DEPENDENCIES: usize = 64;
 
 impl Linkage {
     /// Adds a frame at a pose relative to its parent, or to the world.
     ///
-    /// A parent that does not exist counts as the world.
+    /// If the parent does not exist, the frame is attached to the world.
     pub fn add_frame(&mut self, parent: Option<FrameId>, pose: Isometry3<f64>) -> FrameId {
         self.frames.push(Some(Frame { parent: parent.filter(|p| self.contains(*p)), pose, joint: None }));
         FrameId(self.frames.len() as u32 - 1)
     }
 
-    /// Adds a joint at a pose relative to its parent, or to the world. What is attached to it moves with it.
+    /// Adds a joint at a pose relative to its parent, or to the world. Frames that are attached to the joint move with
+    /// it.
     pub fn add_joint(&mut self, parent: Option<FrameId>, pose: Isometry3<f64>, kind: JointType) -> FrameId {
         let id = self.add_frame(parent, pose);
         if let Some(frame) = self.frame_mut(id) {
@@ -151,8 +152,8 @@ impl Linkage {
         self.frame(id)?.parent
     }
 
-    /// Attaches a frame to another one, or to the world; its pose relative to its parent remains. Returns `false`, and
-    /// changes nothing, if this would create a cycle or the parent does not exist.
+    /// Attaches a frame to another one, or to the world, without changing its pose relative to the parent. Returns
+    /// `false`, and changes nothing, if this would create a cycle or the parent does not exist.
     pub fn set_parent(&mut self, id: FrameId, parent: Option<FrameId>) -> bool {
         if parent.is_some_and(|p| !self.contains(p) || self.above(p).any(|a| a == id)) {
             return false;
@@ -172,12 +173,13 @@ impl Linkage {
     pub fn joint(&self, id: FrameId) -> Option<&Joint> {
         self.frame(id)?.joint.as_ref()
     }
-    /// Returns the joint with this id. Values that are not finite make all results invalid.
+    /// Returns the joint with this id, for changes. All values must be finite; otherwise, poses and solutions are
+    /// invalid.
     pub fn joint_mut(&mut self, id: FrameId) -> Option<&mut Joint> {
         self.frame_mut(id)?.joint.as_mut()
     }
 
-    /// Returns the position of a joint, rad or m, also of a dependent one; 0 for a frame without one.
+    /// Returns the position of a joint, rad or m, including that of a dependent joint; 0 for a frame without a joint.
     pub fn position(&self, id: FrameId) -> f64 {
         self.position_within(id, MAX_DEPENDENCIES)
     }
@@ -198,8 +200,8 @@ impl Linkage {
         }
     }
 
-    /// Returns the joint that moves a joint, and the ratio of their positions: the joint itself and 1, unless it is
-    /// dependent. `None` if nothing moves it.
+    /// Returns the joint that determines the position of a joint, and the ratio of their positions. Unless the joint is
+    /// dependent, these are the joint itself and 1. Returns `None` if the solver moves neither.
     pub(crate) fn mover(&self, id: FrameId) -> Option<(FrameId, f64)> {
         let (mut id, mut ratio) = (id, 1.0);
         for _ in 0..=MAX_DEPENDENCIES {
@@ -230,7 +232,8 @@ impl Linkage {
         }
     }
 
-    /// Returns the pose of a frame in the world, m, without the motion of its own joint. Complexity: its depth.
+    /// Returns the pose of a frame in the world, m, excluding the motion of its own joint. Complexity: the depth of the
+    /// frame.
     pub fn pose(&self, id: FrameId) -> Isometry3<f64> {
         let mut pose = self.frame(id).map_or_else(Isometry3::identity, |f| f.pose);
         let mut at = self.parent(id);
@@ -247,7 +250,8 @@ impl Linkage {
         self.frame(id).map_or_else(Isometry3::identity, |f| f.pose)
     }
 
-    /// Returns the pose to which frames that are attached to a frame refer: its pose, moved by its joint.
+    /// Returns the pose, in the world, to which the poses of attached frames are relative: the pose of the frame,
+    /// displaced by its joint.
     pub fn moved_pose(&self, id: FrameId) -> Isometry3<f64> {
         self.pose(id) * self.motion(id)
     }
@@ -272,7 +276,7 @@ impl Linkage {
     }
 }
 
-/// Returns the rotation by a rotation vector, rad.
+/// Returns the rotation that a rotation vector, rad, describes.
 pub(crate) fn turned(vector: Vector3<f64>) -> UnitQuaternion<f64> {
     let angle = vector.norm();
     if angle < 1e-300 {

@@ -1,4 +1,4 @@
-//! Solutions of small systems of equations.
+//! Factorisation and solution of small linear systems.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -11,7 +11,7 @@ pub fn factor(a: &mut DMatrix<f64>) -> bool {
         for k in 0..j {
             pivot -= a[(j, k)] * a[(j, k)];
         }
-        // Also refuses a value that is not a number.
+        // This condition also rejects a NaN.
         if pivot.is_nan() || pivot <= 0.0 {
             return false;
         }

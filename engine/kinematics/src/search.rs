@@ -10,14 +10,14 @@ use crate::{
     task::IkTask,
 };
 
-/// How long a search goes on.
+/// The limits and the seed of a search.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SearchSettings {
-    /// Maximum number of starts from other positions, after that from the present ones. Default 10.
+    /// Maximum number of restarts from random positions, after the start from the current ones. Default 10.
     pub max_restarts: u32,
-    /// Maximum number of iterations from a start. Default 100.
+    /// Maximum number of iterations per start. Default 100.
     pub max_iterations: u32,
-    /// Seed of the positions to start from. Equal seeds give equal results.
+    /// Seed of the random positions. Equal seeds give equal results.
     pub seed: u64,
 }
 
@@ -27,49 +27,51 @@ impl Default for SearchSettings {
     }
 }
 
-/// Why no positions were found.
+/// The reason why no positions were found.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Unreachable {
-    /// A target is further from the first joint of its chain than the chain is long.
+    /// The distance of a target from the first joint of its chain exceeds the length of the chain.
     OutOfReach {
-        /// The task, by its index.
+        /// Index of the task.
         task: usize,
-        /// By how much it is too far, m.
+        /// Distance by which the target is too far away, m.
         by: f64,
     },
-    /// The targets can be reached only by positions beyond the limits of joints.
+    /// The targets can be reached only if joints exceed their limits.
     Limit {
-        /// The joint that exceeds its limits most.
+        /// The joint that would exceed its limits most.
         joint: FrameId,
-        /// By how much, rad or m.
+        /// Amount by which the joint would exceed its limits, rad or m.
         by: f64,
     },
-    /// No joint moves the tips in a direction in which they must move.
+    /// No joint can move the tips in a direction in which they must move.
     NoMotion,
     /// The search ended at a distance, m, and an angle, rad, for another reason: the target may lie in a region that the
     /// chain cannot reach, such as around its base, or the constraints may contradict each other.
     Distance([f64; 2]),
 }
 
-/// Iterations without enough progress after which a start is given up, and what is enough.
+/// Number of iterations without sufficient progress after which a start is abandoned.
 const MAX_SLOW_ITERATIONS: u32 = 15;
+/// Maximum ratio of the error to the previous best error that is considered sufficient progress.
 const PROGRESS: f64 = 0.98;
 /// A full turn, rad.
 const TURN: f64 = 2.0 * std::f64::consts::PI;
-/// Largest step of a joint in an iteration, rad or m.
+/// Maximum step of a joint in an iteration, rad or m.
 const MAX_STEP: f64 = 1.0;
 /// Damping grows with the error: its square is `DAMPING_SHARE` times the squared error, plus `MIN_DAMPING`. The values
 /// were chosen by experiments on arms with 6 and 7 joints, of which this search solves more than 99 %.
 const DAMPING_SHARE: f64 = 0.01;
 const MIN_DAMPING: f64 = 1e-8;
 
-/// Moves joints to positions within their limits for which all tasks are within their precisions.
+/// Moves joints to positions within their limits at which the errors of all tasks are within their precisions.
 ///
-/// The search starts from the present positions, then from others between the limits, which follow from the seed.
+/// The search starts from the current positions, and then from positions between the limits that are derived from the
+/// seed.
 ///
 /// # Errors
 ///
-/// Returns the reason if no positions were found; the joints are then at the best positions that were.
+/// Returns the reason if no such positions were found. The joints are then at the best positions found.
 pub fn find_configuration(
     linkage: &mut Linkage,
     tasks: &[IkTask],
@@ -103,14 +105,14 @@ pub fn find_configuration(
     Err(reason.unwrap_or_else(|| Unreachable::Distance(precision(linkage, tasks))))
 }
 
-/// Moves the joints of tasks to positions between their limits, which follow from a seed and a number.
+/// Moves the joints of tasks to pseudorandom positions between their limits, derived from a seed and a number.
 pub fn random_configuration(linkage: &mut Linkage, tasks: &[IkTask], seed: u64, number: u64) {
     let search = Search::new(linkage, tasks);
     search.scatter(linkage, &mut Random(seed ^ number.wrapping_mul(0xd134_2543_de82_ef95)));
 }
 
-/// Returns the first task whose target is further from the first joint of its chain than the chain is long, and by how
-/// much. Only tasks with fully constrained positions and limited translations are considered.
+/// Returns the first task whose target is farther from the first joint of its chain than the length of the chain, and
+/// the excess, m. Only tasks with fully constrained positions and limited translations are considered.
 fn out_of_reach(linkage: &Linkage, tasks: &[IkTask]) -> Option<(usize, f64)> {
     tasks.iter().enumerate().filter(|(_, t)| t.enabled && t.constraints.0 & 7 == 7).find_map(|(i, task)| {
         let joints: Vec<FrameId> = chain(linkage, task).collect();
@@ -142,7 +144,7 @@ fn out_of_reach(linkage: &Linkage, tasks: &[IkTask]) -> Option<(usize, f64)> {
     })
 }
 
-/// The memory of a search.
+/// The working memory of a search.
 struct Search {
     jacobian: GroupJacobian,
     square: DMatrix<f64>,
@@ -167,12 +169,14 @@ impl Search {
         }
     }
 
-    /// Stores the present positions as the best ones, or returns to these.
+    /// Stores the current positions as the best ones.
     fn store_best(&mut self, linkage: &Linkage) {
         let joints = self.jacobian.columns.iter().filter_map(|c| linkage.joint(c.joint));
         self.best.clear();
         self.best.extend(joints.map(|j| (j.position, j.rotation)));
     }
+
+    /// Moves the joints back to the best positions.
     fn restore_best(&self, linkage: &mut Linkage) {
         for (column, (position, rotation)) in self.jacobian.columns.iter().zip(&self.best) {
             if let Some(joint) = linkage.joint_mut(column.joint) {
@@ -185,7 +189,8 @@ impl Search {
         tasks.iter().filter(|t| t.enabled).all(|t| t.error(linkage).is_within(t.precision))
     }
 
-    /// Moves all joints to positions between their limits; those without limits to between -π and π, or -1 m and 1 m.
+    /// Moves all joints to random positions between their limits. Joints without limits are moved to positions from -π
+    /// to π, or from -1 m to 1 m.
     fn scatter(&self, linkage: &mut Linkage, random: &mut Random) {
         for column in &self.jacobian.columns {
             let unit = random.next();
@@ -206,8 +211,8 @@ impl Search {
         }
     }
 
-    /// Iterates until the targets are reached, which returns `true`, or until nothing improves. The positions are then
-    /// those with the smallest error.
+    /// Iterates until the targets are reached or the error no longer decreases; returns whether they were reached. The
+    /// joints are then at the positions with the smallest error.
     fn descend(&mut self, linkage: &mut Linkage, tasks: &[IkTask], iterations: u32, keeps_limits: bool) -> bool {
         self.best_error = f64::INFINITY;
         let (mut slow, mut gate) = (0, f64::INFINITY);
@@ -242,7 +247,8 @@ impl Search {
         false
     }
 
-    /// Moves the joints by one step. Joints that push against a limit are left out. Returns `false` if there is no step.
+    /// Moves the joints by one step. Joints that the step would push against a limit are held. Returns `false` if no
+    /// step can be computed.
     fn advance(&mut self, linkage: &mut Linkage, error: f64, keeps_limits: bool) -> bool {
         let damping = DAMPING_SHARE * error + MIN_DAMPING;
         for _ in 0..=self.jacobian.columns.len() {
@@ -278,7 +284,7 @@ impl Search {
         true
     }
 
-    /// Leaves out the joints that the step pushes against a limit at which they are. Returns whether there are any.
+    /// Holds the joints that are at a limit and that the step would push against it. Returns whether there are any.
     fn freeze(&mut self, linkage: &Linkage) -> bool {
         let mut any = false;
         for (i, column) in self.jacobian.columns.iter().enumerate() {
@@ -308,7 +314,8 @@ impl Search {
                 let joint = free.joint(column.joint)?;
                 let [low, high] = joint.limits?;
                 let mut position = joint.position;
-                // Of equal positions, the one that is nearest to the middle of the limits.
+                // Positions that differ by full turns are equivalent; the one nearest to the middle of the limits is
+                // used.
                 if joint.kind == JointType::Revolute && joint.lead == 0.0 {
                     position -= TURN * ((position - 0.5 * (low + high)) / TURN).round();
                 }

@@ -1,4 +1,4 @@
-//! Iterations towards the targets, from the present positions.
+//! Iterations towards the targets, starting from the current joint positions.
 
 use nalgebra::{DMatrix, DVector, Vector3};
 use serde::{Deserialize, Serialize};
@@ -11,7 +11,7 @@ use crate::{
     task::IkTask,
 };
 
-/// Singular values below this share of the greatest one count as 0.
+/// Singular values below this fraction of the greatest one are treated as 0.
 const SINGULAR_SHARE: f64 = 1e-6;
 /// Damping of the inverse that projects onto motions that do not disturb tasks of higher priority.
 const PROJECTION_DAMPING: f64 = 1e-6;
@@ -23,7 +23,7 @@ pub enum IkResult {
     NotPerformed,
     /// All tips are within the precisions of their tasks.
     Success,
-    /// They are not.
+    /// At least one tip is not within the precision of its task.
     Fail,
 }
 
@@ -32,7 +32,7 @@ pub enum IkResult {
 pub struct LimitHit {
     /// The joint.
     pub joint: FrameId,
-    /// By how much the step would have exceeded the limit, rad or m; negative at the minimum.
+    /// Amount by which the step would have exceeded the limit, rad or m; negative at the lower limit.
     pub excess: f64,
 }
 
@@ -41,9 +41,9 @@ pub struct LimitHit {
 pub struct IkOutcome {
     /// Whether the targets were reached.
     pub result: IkResult,
-    /// The largest distance of a tip from its target, m, and the largest angle, rad, in the directions that count.
+    /// The largest distance of a tip from its target, m, and the largest angle, rad, in the constrained directions.
     pub precision: [f64; 2],
-    /// Whether a step was larger than a joint permits, and was shortened.
+    /// Whether a step was shortened because it exceeded the maximum step of a joint.
     pub was_shortened: bool,
     /// The joints that the last iteration left at a limit.
     pub limit_hits: Vec<LimitHit>,
@@ -51,11 +51,12 @@ pub struct IkOutcome {
     pub iterations: u32,
 }
 
-/// Moves joints until the tips of all groups are within the precisions of their tasks, or until the iterations of the
-/// group with the most of them are used up. Groups that come first have priority: later ones use only motions that do
-/// not disturb them. Limits, largest steps and restoring are those of the first group.
+/// Moves joints until the tips of all groups are within the precisions of their tasks, or until the greatest number of
+/// iterations of any group has been reached. Earlier groups have priority: later groups use only motions that do not
+/// affect their tasks. The first group determines how limits and maximum steps are treated, and whether positions are
+/// restored.
 ///
-/// Joints stay where the last iteration has moved them, unless the first group restores them. The calculation allocates.
+/// Joints remain at the positions of the last iteration, unless the first group restores them. Allocates memory.
 pub fn solve(linkage: &mut Linkage, groups: &[&IkGroup]) -> IkOutcome {
     let groups: Vec<&IkGroup> =
         groups.iter().copied().filter(|g| g.enabled && g.tasks.iter().any(|t| t.enabled)).collect();
@@ -149,8 +150,8 @@ fn scale_columns(linkage: &Linkage, jacobian: &mut GroupJacobian) {
     }
 }
 
-/// Returns the step of all columns: dq0 + N0 (dq1 + N1 (dq2 + ...)), where N projects onto motions that leave the tasks
-/// of a group as they are.
+/// Returns the step of all columns: dq0 + N0 (dq1 + N1 (dq2 + ...)), where N projects onto the motions that do not
+/// affect the tasks of a group.
 fn prioritized_step(groups: &[&IkGroup], jacobians: &[GroupJacobian], columns: &[JointColumn]) -> DVector<f64> {
     let mut step = DVector::zeros(columns.len());
     for (i, (group, jacobian)) in groups.iter().zip(jacobians).enumerate().rev() {
@@ -186,7 +187,7 @@ fn group_step(group: &IkGroup, j: &DMatrix<f64>, e: &DVector<f64>) -> DVector<f6
     }
 }
 
-/// Returns J' (J J' + d² I)⁻¹ e, or zeros if there is no such step.
+/// Returns the step J' (J J' + d² I)⁻¹ e, or zeros if the matrix cannot be factorised.
 fn damped_step(j: &DMatrix<f64>, e: &DVector<f64>, damping: f64) -> DVector<f64> {
     let mut square = DMatrix::zeros(j.nrows(), j.nrows());
     damped_square(j, damping * damping, &mut square);
@@ -199,7 +200,8 @@ fn damped_step(j: &DMatrix<f64>, e: &DVector<f64>, damping: f64) -> DVector<f64>
     out
 }
 
-/// Fixes joints that the step would move beyond a limit, and lets the others make up for them, at most once per joint.
+/// Holds joints that the step would move beyond a limit, and recomputes the step of the other joints to compensate, at
+/// most once per joint.
 fn freeze_at_limits(
     linkage: &Linkage,
     groups: &[&IkGroup],
@@ -224,7 +226,7 @@ fn freeze_at_limits(
     }
 }
 
-/// Halves a step until no joint moves more than it permits. Returns whether it was halved.
+/// Halves a step until no joint exceeds its maximum step. Returns whether the step was halved.
 fn shorten(linkage: &Linkage, columns: &[JointColumn], step: &mut DVector<f64>) -> bool {
     let too_big = |step: &DVector<f64>| {
         let max = |c: &JointColumn| linkage.joint(c.joint).map_or(f64::INFINITY, |j| j.max_step);

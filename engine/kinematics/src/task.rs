@@ -1,4 +1,4 @@
-//! A frame that shall reach a target.
+//! Tasks: a frame that must reach a target.
 
 use std::ops::BitOr;
 
@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::linkage::{FrameId, Linkage};
 
-/// The directions in which a frame shall agree with its target; the axes are those of the task's base.
+/// The directions in which a frame must coincide with its target. The axes are those of the task's base.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct Constraints(pub u32);
 
@@ -20,7 +20,7 @@ impl Constraints {
     pub const Z: Self = Constraints(4);
     /// Direction of the z axis: rotations about it remain free.
     pub const ALPHA_BETA: Self = Constraints(8);
-    /// With `ALPHA_BETA`, the whole orientation; alone, nothing.
+    /// Together with `ALPHA_BETA`, the whole orientation; alone, it has no effect.
     pub const GAMMA: Self = Constraints(16);
     /// The whole position.
     pub const POSITION: Self = Constraints(7);
@@ -32,7 +32,7 @@ impl Constraints {
         self.0 & other.0 == other.0
     }
 
-    /// Returns the number of constrained directions, the rows of a Jacobian.
+    /// Returns the number of constrained directions, each of which is a row of the Jacobian.
     pub fn rows(self) -> usize {
         let along = [Self::X, Self::Y, Self::Z].iter().filter(|axis| self.contains(**axis)).count();
         along + self.turned_rows()
@@ -53,30 +53,30 @@ impl BitOr for Constraints {
     }
 }
 
-/// A frame that shall reach another one.
+/// A task: a frame that must reach another frame.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct IkTask {
     /// The frame that moves.
     pub tip: FrameId,
-    /// The frame that it shall reach.
+    /// The frame that the tip must reach.
     pub target: FrameId,
-    /// The frame to which the chain of joints reaches; `None` for the world. A joint as base does not move.
+    /// The frame at which the chain of joints begins; `None` for the world. If the base is a joint, it is not moved.
     pub base: Option<FrameId>,
     /// The frame whose axes the constraints use; `None` for those of the base.
     pub axes: Option<FrameId>,
-    /// The directions in which the frames shall agree.
+    /// The directions in which the two frames must coincide.
     pub constraints: Constraints,
     /// Accepted distance, m, and angle, rad.
     pub precision: [f64; 2],
     /// Weights of position and orientation.
     pub weights: [f64; 2],
-    /// Whether the task counts.
+    /// Whether the task is solved; a disabled task is ignored.
     pub enabled: bool,
 }
 
 impl IkTask {
-    /// Returns a task that constrains position and orientation relative to the world. Precision: 0.5 mm and 0.1 degrees,
-    /// as V-REP has by default.
+    /// Returns a task that constrains position and orientation relative to the world. Its precision is 0.5 mm and 0.1
+    /// degrees, V-REP's defaults.
     pub fn new(tip: FrameId, target: FrameId) -> Self {
         IkTask {
             tip,
@@ -95,21 +95,22 @@ impl IkTask {
         if self.enabled { self.constraints.rows() } else { 0 }
     }
 
-    /// Returns how far the tip is from its target.
+    /// Returns the deviation of the tip from its target, at the current joint positions.
     pub fn error(&self, linkage: &Linkage) -> TaskError {
         let (tip, target) = (linkage.pose(self.tip), linkage.pose(self.target));
         TaskError::between(self, linkage, &tip, &target)
     }
 }
 
-/// The distance of a frame from its target, in the directions that count.
+/// The deviation of a frame from its target, in the constrained directions.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TaskError {
-    /// Vector to the target, m, followed by the rotation vector to it, rad; 0 in free directions, both in `axes`.
+    /// Vector from the tip to the target, m, in the axes of `axes`; 0 in unconstrained directions.
     pub along: Vector3<f64>,
-    /// See `along`.
+    /// Rotation vector from the orientation of the tip to that of the target, rad, in the axes of `axes`; 0 in
+    /// unconstrained directions.
     pub about: Vector3<f64>,
-    /// The axes of the directions in the world: those of position, and those of rotation.
+    /// The axes of `along` and those of `about`, in the world frame.
     pub axes: [Rotation3<f64>; 2],
 }
 
@@ -128,15 +129,15 @@ impl TaskError {
         );
         let (about, axes) = match (has(Constraints::ALPHA_BETA), has(Constraints::GAMMA)) {
             (true, true) => (base.inverse() * rotation_vector(tip, target), base),
-            // The axes of the tip, about whose z axis it may turn: those of the base would lose a direction if the tip
-            // pointed along x or y.
+            // The axes are those of the tip, which may turn about its z axis. With the axes of the base, a direction
+            // would be lost if the tip pointed along x or y.
             (true, false) => {
                 let own = tip.rotation.to_rotation_matrix();
                 let wanted = own.inverse() * (target.rotation * Vector3::z());
                 let sine = libm::hypot(wanted.x, wanted.y);
                 let angle = libm::atan2(sine, wanted.z);
                 let about = match (sine > 0.0, wanted.z > 0.0) {
-                    // z x wanted, with the length of the angle.
+                    // The cross product of z and the wanted direction, scaled to the angle between them.
                     (true, _) => Vector3::new(-wanted.y, wanted.x, 0.0) * (angle / sine),
                     (false, true) => Vector3::zeros(),
                     (false, false) => Vector3::new(std::f64::consts::PI, 0.0, 0.0),
@@ -156,7 +157,7 @@ impl TaskError {
     pub fn angle(&self) -> f64 {
         self.about.norm()
     }
-    /// Returns whether distance and angle are at most those that the task accepts.
+    /// Returns whether the distance, m, and the angle, rad, are at most those in `precision`.
     pub fn is_within(&self, precision: [f64; 2]) -> bool {
         self.distance() <= precision[0] && self.angle() <= precision[1]
     }
@@ -165,7 +166,7 @@ impl TaskError {
 /// Returns the rotation vector, rad, that turns the tip to the orientation of the target, in world axes.
 fn rotation_vector(tip: &Isometry3<f64>, target: &Isometry3<f64>) -> Vector3<f64> {
     let q = (target.rotation * tip.rotation.inverse()).into_inner();
-    // The shorter of the two rotations.
+    // q and -q are the same rotation; this sign selects the shorter way.
     let sign = if q.w < 0.0 { -1.0 } else { 1.0 };
     let (sine, cosine) = (q.imag().norm(), q.w * sign);
     if sine < 1e-300 {

@@ -7,7 +7,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
 use tatu_kinematics::*;
 
-/// A joint of an arm: its frame in that of the joint before it.
+/// An arm: a chain of revolute joints, the frame of its tip, and the target of the tip.
 struct Arm {
     linkage: Linkage,
     joints: Vec<FrameId>,
@@ -26,7 +26,7 @@ impl Arm {
         let target = linkage.add_frame(None, Isometry3::identity());
         Arm { linkage, joints, tip, target }
     }
-    /// Links of these lengths that turn about z.
+    /// Returns an arm whose links have these lengths and rotate about z.
     fn planar(lengths: &[f64]) -> Self {
         let place = |x: f64| Isometry3::translation(x, 0.0, 0.0);
         let frames: Vec<_> = [0.0].iter().chain(&lengths[..lengths.len() - 1]).map(|x| place(*x)).collect();
