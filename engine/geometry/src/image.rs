@@ -74,7 +74,7 @@ impl Image {
     }
 }
 
-/// The values 0 to 1 of the bytes of a channel: a look-up takes less time than a division.
+/// The value, from 0 to 1, of each byte of a channel. Looking it up takes less time than a division.
 static CHANNEL_VALUES: [f32; 256] = {
     let mut values = [0.0; 256];
     let mut byte = 0;
@@ -85,11 +85,11 @@ static CHANNEL_VALUES: [f32; 256] = {
     values
 };
 
-/// Up to this absolute value, products and differences of whole numbers and the sizes of images are exact.
+/// Maximum absolute value up to which products and differences of whole numbers and image sizes are exact.
 const MAX_EXACT: f64 = (1_u64 << 31) as f64;
 
-/// Returns the greatest whole number that is not greater than `x`. Unlike [`f64::floor`], it needs no call of a function
-/// on processors of the oldest supported kind.
+/// Returns the greatest whole number that is not greater than `x`. Unlike [`f64::floor`], it compiles to inline code
+/// even for the oldest supported processors.
 #[inline]
 fn floor(x: f64) -> f64 {
     if x.abs() < MAX_EXACT {

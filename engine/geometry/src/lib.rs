@@ -1,5 +1,5 @@
-//! Solid forms, shared by physics, beams and the scene: how they are described, their volumes and moments, and the
-//! images on their surfaces.
+//! Solid forms, which physics, beams and the scene share: their descriptions, their volumes and moments, and the images
+//! on their surfaces.
 //!
 //! Lengths are in metres, in the frame of the form. V-REP's conventions apply: z is up, and the axis of a cylinder is
 //! z.

@@ -53,8 +53,8 @@ impl MomentSums {
 }
 
 impl Mesh {
-    /// Returns the number of edges that do not separate exactly as many triangles on one side as on the other, after
-    /// points at the same position have been merged. A mesh without such edges encloses a volume.
+    /// Returns the number of open edges, after points at the same position have been merged. An edge is open unless
+    /// equally many triangles traverse it in each direction. A mesh without open edges encloses a volume.
     pub fn open_edges(&self) -> usize {
         let mut known: HashMap<[u64; 3], u32> = HashMap::new();
         // Adding 0 turns -0 into 0, which has other bits.
@@ -85,7 +85,7 @@ impl Mesh {
         for corners in self.corners(reference) {
             sums.add(corners[0].dot(&corners[1].cross(&corners[2])) / 6.0, corners, 4.0);
         }
-        // A flat mesh encloses a volume of rounding errors.
+        // The computed volume of a flat mesh consists of rounding errors only.
         sums.about(reference).filter(|m| m.measure > 1e-12 * size.powi(3))
     }
 

@@ -1,4 +1,4 @@
-//! The responses of the rows of all contacts of an island to each other (the Delassus matrix).
+//! The Delassus matrix of an island: the responses of the rows of all contacts to impulses along each other.
 
 use crate::{
     jacobian::{ContactJacobian, HalfRow},

@@ -126,7 +126,9 @@ pub enum DynamicsError {
         dof: usize,
     },
     /// A link turns too fast for a step of this duration: see [`FastTurns::Fail`](crate::FastTurns::Fail).
-    #[error("degree of freedom {dof} turns by {turn} rad in a step, too much for its forces of gyration; shorten it")]
+    #[error(
+        "degree of freedom {dof} turns by {turn} rad in a step, which gyroscopic forces do not allow; use a shorter step"
+    )]
     TooFast {
         /// Index of the velocity.
         dof: usize,

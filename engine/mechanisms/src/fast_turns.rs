@@ -1,10 +1,10 @@
-//! What a step does about fast turns.
+//! The treatment of fast turns in a step.
 
-/// What a step does if a joint or a free link turns so fast that forces of gyration, which are evaluated at means of
-/// poses and velocities, would add energy.
+/// The treatment of joints and free links that turn so fast that gyroscopic forces, which are evaluated at mean poses
+/// and velocities, would add energy.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum FastTurns {
-    /// Nothing.
+    /// Fast turns are ignored, so the energy may increase.
     #[default]
     Ignore,
     /// Fails with [`DynamicsError::TooFast`](crate::DynamicsError::TooFast), so that the step can be repeated in parts,

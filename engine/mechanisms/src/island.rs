@@ -214,7 +214,7 @@ impl Island {
             let alternates = round > MAX_ROUNDS / 2;
             let before = if alternates { self.impulses.clone() } else { Vec::new() };
             let (count, changed) = self.solve_contacts(contacts, h);
-            // A drive that alternates between holding and yielding has its solution in between.
+            // If a drive alternates between holding and yielding, the solution is between the two.
             for (new, old) in self.impulses.iter_mut().zip(&before) {
                 *new = scale(add(*new, *old), 0.5);
             }
@@ -258,7 +258,7 @@ impl Island {
 
     /// Allows contacts to push joints that are held by friction or a limit: if the bodies of a contact should separate
     /// but no joint can move, the rows of its trees are computed with all joints and drives free, so that an impulse is
-    /// found. The next round decides which joints yield. Returns whether there were any.
+    /// found. The next round decides which joints yield. Returns whether there were any such trees.
     fn free_stuck_trees(&mut self, members: &[IslandTree<'_>], h: f64) -> bool {
         let mut stuck: Vec<usize> = (0..members.len()).filter(|i| self.yielding[*i]).collect();
         for point in &self.rows.points {

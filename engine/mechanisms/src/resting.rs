@@ -9,10 +9,10 @@
 //! where s is the least response of W that is not 0, and adds nothing to directions without response. Which contacts
 //! press is found by pivoting, as in `pivot`.
 //!
-//! Shared evenly, friction would exceed the bound of a point that carries little. It is therefore weighted by the
-//! inverse square of its bound, that of the impulses so far at first and then, if a bound is exceeded, that of the normal
-//! impulses found, as in iteratively reweighted least squares: with weights D, (W + e D) (l' - l) = b - W l leads to the
-//! solution with the least l.D l.
+//! If friction were distributed evenly, it would exceed the bound at points that carry little load. Each friction
+//! impulse is therefore weighted by the inverse square of its bound. The bound is first derived from the impulses so
+//! far and then, if a bound is exceeded, from the normal impulses found, as in iteratively reweighted least squares:
+//! with weights D, (W + e D) (l' - l) = b - W l leads to the solution with the least l.D l.
 //!
 //! Source: Rockafellar, Monotone operators and the proximal point algorithm, SIAM Journal on Control and Optimization
 //! 14, 1976, for the iteration.
@@ -28,7 +28,7 @@ use crate::{
 const MAX_CONTACTS: usize = 48;
 /// Maximum number of solutions for different sets of pressing contacts and weights.
 const MAX_TRIES: usize = 8;
-/// The e of the iteration, relative to the greatest response.
+/// The regularisation e of the iteration, relative to the greatest response.
 const REGULARIZATION: f64 = 1e-9;
 /// Maximum number of iterations.
 const MAX_ITERATIONS: usize = 6;
@@ -39,7 +39,7 @@ const MIN_BOUND_SHARE: f64 = 0.01;
 /// Tolerance of the friction bound, relative to the bound.
 const FRICTION_TOLERANCE: f64 = 1e-9;
 
-/// The result of an attempt.
+/// The result of an attempt to find the impulses.
 pub(crate) enum RestingOutcome {
     /// All contacts rest under the impulses found.
     Rests,
@@ -71,7 +71,7 @@ pub(crate) struct RestingSolver {
 }
 
 impl RestingSolver {
-    /// Returns whether there are few enough contacts that transmit force.
+    /// Returns whether the number of contacts that transmit force is at most `MAX_CONTACTS`.
     pub fn is_small_enough(rows: &ContactJacobian) -> bool {
         rows.points.iter().filter(|p| p.normal > 0.0).count() <= MAX_CONTACTS
     }
@@ -230,7 +230,7 @@ impl RestingSolver {
         self.active.iter().all(|i| self.residual(*i).abs() <= tolerance)
     }
 
-    /// Returns by how much the velocity of a row falls short of its target, m/s.
+    /// Returns the target velocity of a row minus its velocity, m/s.
     fn residual(&self, row: usize) -> f64 {
         self.targets[row] - dot_slices(self.coupling.row(row), self.found.as_flattened())
     }

@@ -59,7 +59,7 @@ impl TreeSolver {
         TreeSolver { scheme, step: TreeStep::new(tree) }
     }
 
-    /// Sets what is done if a joint or a free link turns fast; [`FastTurns::Ignore`] by default.
+    /// Sets the treatment of joints and free links that turn fast; [`FastTurns::Ignore`] by default.
     pub fn set_fast_turns(&mut self, fast_turns: FastTurns) {
         self.step.fast_turns = fast_turns;
     }

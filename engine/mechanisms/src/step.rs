@@ -72,7 +72,7 @@ pub(crate) struct TreeStep {
     pub efforts: JointEfforts,
     /// Mean power of all drives in the step, W.
     pub drive_power: f64,
-    /// What is done if a link turns fast.
+    /// The treatment of links that turn fast.
     pub fast_turns: FastTurns,
     /// Velocities at the end of the step that the previous iteration found.
     previous: Vec<f64>,
@@ -204,8 +204,8 @@ impl TreeStep {
         }
     }
 
-    /// Returns what springs and dampers add to the diagonal of the mass matrix in a step of duration `h`, s, if no
-    /// drive, friction or limit acts.
+    /// Returns the amounts that springs and dampers add to the diagonal of the mass matrix in a step of duration `h`,
+    /// s, if no drive, friction or limit acts.
     pub fn damping(&self, h: f64) -> Vec<f64> {
         self.passive.iter().map(|(_, slope)| h * slope).collect()
     }

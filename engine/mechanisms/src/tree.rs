@@ -57,7 +57,7 @@ impl TreeNode {
     }
 }
 
-/// Length, m, by which a lever changes as much as by a turn of 1 rad: a typical distance of joints.
+/// Change of a lever arm, m, that is considered equivalent to a rotation of 1 rad: a typical distance between joints.
 const LEVER_LENGTH: f64 = 0.25;
 
 /// The parameters of one velocity.
@@ -94,9 +94,9 @@ pub struct Tree {
 }
 
 impl Tree {
-    /// Returns by how much a velocity of 1 changes the directions and levers of links, compared with a turn at 1 rad/s:
-    /// 1 if it is angular, 4 1/m for a prismatic joint, and 0 for the linear velocities of a free link, or if there is
-    /// no velocity with this index.
+    /// Returns the rate at which a velocity of 1 changes the directions and lever arms of links, relative to a rotation
+    /// at 1 rad/s: 1 if it is angular, 4 1/m for a prismatic joint, and 0 for the linear velocities of a free link, or
+    /// if there is no velocity with this index.
     pub fn turning(&self, velocity: usize) -> f64 {
         self.dofs.get(velocity).map_or(0.0, |dof| dof.turning)
     }

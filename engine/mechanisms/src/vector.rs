@@ -40,8 +40,8 @@ pub(crate) fn cross(a: Vec3, b: Vec3) -> Vec3 {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
-/// Returns the sum of the products of two sequences, of which the longer one is cut. It is summed in four interleaved
-/// parts, which processors add side by side.
+/// Returns the dot product of two sequences; excess elements of the longer one are ignored. The sum is computed in four
+/// interleaved parts, which processors can add in parallel.
 #[inline]
 pub(crate) fn dot_slices(a: &[f64], b: &[f64]) -> f64 {
     let (a, b) = (&a[..a.len().min(b.len())], &b[..a.len().min(b.len())]);

@@ -1,5 +1,6 @@
-//! Impulses of contacts that exceed what their laws allow, because the search for them ended early or joints changed
-//! their pieces after it. Left alone, they would throw light links, and each step would begin with those of the last.
+//! Reduction of contact impulses that violate the laws of the contacts. Such impulses occur if the search ends before
+//! it has converged, or if joints change the pieces of their laws afterwards. Without the reduction, they would fling
+//! light links, and each step would start with the impulses of the previous one.
 
 use super::{Island, MAX_ROUNDS, VELOCITY_TOLERANCE};
 use crate::{
@@ -12,13 +13,13 @@ use crate::{
     vector::{Vec3, dot},
 };
 
-/// Energy that impulses may give due to rounding, relative to the effect of all of them.
+/// Energy that impulses may add due to rounding errors, relative to the total effect of the impulses.
 const ENERGY_TOLERANCE: f64 = 1e-9;
 
 impl Island {
-    /// Removes impulses that were found for drives that hold, but have thrown the joints to their limits, because they
-    /// exceed the bounds of the drives; from then on, contacts of these members are solved as if their drives yielded.
-    /// Returns whether there were any.
+    /// Removes impulses that were computed for drives that hold, but exceed the bounds of the drives and have therefore
+    /// moved the joints to their limits. From then on, contacts of these members are solved as if their drives yielded.
+    /// Returns whether there were any such impulses.
     pub(super) fn drop_excess(&mut self, h: f64) -> bool {
         let mut any = false;
         for (point, impulse) in self.rows.points.iter().zip(&mut self.impulses) {
@@ -31,14 +32,15 @@ impl Island {
         any
     }
 
-    /// Returns whether a contact that no joint lets move has an impulse. Its law has not been checked.
+    /// Returns whether there is an impulse at a contact that cannot move, because of the joints. The law of such a
+    /// contact has not been checked.
     pub(super) fn is_stuck(&self) -> bool {
         self.rows.points.iter().zip(&self.impulses).any(|(point, l)| point.normal == 0.0 && l[0] > 0.0)
     }
 
-    /// Reduces impulses that satisfy no law of the contacts until they take energy from the bodies, as all contacts do.
-    /// Otherwise, impulses that were found for a joint at its limit could throw the same joint when it is free, and the
-    /// next step would begin with them. Returns whether all laws of the joints are satisfied.
+    /// Reduces impulses that do not satisfy the laws of the contacts until they dissipate energy, as contacts always
+    /// do. Otherwise, impulses that were computed for a joint at its limit could fling the same joint when it is free,
+    /// and the next step would start with them. Returns whether all laws of the joints are satisfied.
     pub(super) fn dissipate(
         &mut self,
         members: &mut [IslandTree<'_>],
@@ -76,7 +78,7 @@ impl Island {
         }
     }
 
-    /// Returns the fraction of the impulses, at most 1, at which they take energy from the bodies.
+    /// Returns the fraction of the impulses, at most 1, at which they dissipate energy.
     ///
     /// The velocities at the end of a step under the laws of joints and contacts satisfy a variational inequality. As
     /// bodies at rest satisfy all contacts, it implies that the impulses times these velocities are at most 0, except
@@ -99,8 +101,8 @@ impl Island {
         if given <= ENERGY_TOLERANCE * effect { 1.0 } else { (1.0 - given / effect).clamp(0.0, 1.0) }
     }
 
-    /// Slows all members down if [`FastTurns::LimitEnergy`] requires it. Contacts move energy between the members, and
-    /// add only what moving objects and surfaces give.
+    /// Reduces the velocities of all members if [`FastTurns::LimitEnergy`] requires this. Contacts transfer energy
+    /// between members, and add only the energy of moving objects and surfaces.
     pub(super) fn limit_energy(
         &self,
         members: &mut [IslandTree<'_>],

@@ -1,9 +1,9 @@
-//! Friction of contacts that the only joint between two bodies guides, such as those of a drawer on its rails.
+//! Friction of contacts between two bodies that are guided by a joint, such as a drawer on its rails.
 //!
-//! The joint holds the bodies across its axis, so that how much of the load the contact carries is undetermined, and
-//! contacts without response transmit none (`MIN_RESPONSE` in `jacobian`). The friction of a drawer that rests on its
-//! rails would then vanish. Such a contact carries the weight of what the joint carries, divided equally among all
-//! contacts that support it, and its friction acts on the joint like friction of its own.
+//! The joint constrains the bodies across its axis, so the share of the load that the contact carries is undetermined,
+//! and contacts without response transmit no force (`MIN_RESPONSE` in `jacobian`). The friction of a drawer that rests
+//! on its rails would then vanish. Such contacts are therefore assumed to carry the weight on the joint in equal
+//! shares, and their friction acts like dry friction of the joint.
 
 use super::Island;
 use crate::{

@@ -1,4 +1,5 @@
-//! What keeps a step from adding energy: the convergence of forces of gyration, and corrections of positions.
+//! Measures that prevent a step from adding energy: a check that gyroscopic forces have converged, and compensation for
+//! corrections of positions.
 
 use super::TreeStep;
 use crate::{error::DynamicsError, fast_turns::FastTurns, state::TreeState, tree::Tree, vector::Vec3};
@@ -6,13 +7,13 @@ use crate::{error::DynamicsError, fast_turns::FastTurns, state::TreeState, tree:
 /// Corrections of positions by less than this, m or rad, hardly change the inertia; those of a contact at rest are of
 /// the order of 1e-6.
 const SMALL_CORRECTION: f64 = 1e-4;
-/// Turn in a step, rad, above which it is checked whether forces of gyration have converged.
+/// Turn in a step, rad, above which it is checked whether gyroscopic forces have converged.
 const CONSIDERABLE_TURN: f64 = 0.02;
 /// Change of the velocities by the last iteration, relative to the velocities and weighted by inertia, above which a
-/// step is too long. The error that is left is smaller by about the ratio of the last two changes.
+/// step is too long. The remaining error is smaller than this change by about the ratio of the last two changes.
 const CONVERGENCE_TOLERANCE: f64 = 1e-3;
 
-/// The kinetic energy of one or several trees and the greatest that it may be, J.
+/// The kinetic energy of one or several trees, and its upper bound, J.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct EnergyBalance {
     pub energy: f64,
@@ -25,8 +26,8 @@ impl TreeStep {
         self.previous.copy_from_slice(&self.pivot.ends);
     }
 
-    /// Returns an error if fast turns are to fail, links turn considerably, and the energy of the change by the last
-    /// iteration is not small.
+    /// Returns an error if fast turns must fail, links turn considerably, and the energy of the change that the last
+    /// iteration made is not small.
     pub fn check_convergence(&mut self, tree: &Tree, h: f64) -> Result<(), DynamicsError> {
         if !matches!(self.fast_turns, FastTurns::Fail { .. }) {
             return Ok(());
@@ -47,7 +48,7 @@ impl TreeStep {
     }
 
     /// Reduces the velocities if corrections of the positions would otherwise have increased the kinetic energy: at the
-    /// same velocities of its joints, a mechanism has more of it in a pose with more inertia.
+    /// same joint velocities, a mechanism has more kinetic energy in a pose with more inertia.
     pub fn limit_corrected_energy(&mut self, tree: &Tree) {
         let moved = self.q.iter().zip(&self.uncorrected).any(|(q, old)| (q - old).abs() > SMALL_CORRECTION);
         if !moved {
@@ -60,7 +61,7 @@ impl TreeStep {
         self.slow_down(EnergyBalance { energy, allowed });
     }
 
-    /// Reduces the velocities at the end of the step if the kinetic energy exceeds the one allowed.
+    /// Reduces the velocities at the end of the step if the kinetic energy exceeds its upper bound.
     pub fn slow_down(&mut self, EnergyBalance { energy, allowed }: EnergyBalance) {
         if energy > allowed {
             let share = (allowed.max(0.0) / energy).sqrt();
@@ -68,8 +69,8 @@ impl TreeStep {
         }
     }
 
-    /// Returns the kinetic energy at the end of the step, and the one that the state before it, gravity, drives,
-    /// springs and external forces account for.
+    /// Returns the kinetic energy at the end of the step, and its upper bound, for which the state before the step,
+    /// gravity, drives, springs and external forces account.
     pub fn balance(&mut self, tree: &Tree, state: &TreeState, gravity: Vec3, h: f64) -> EnergyBalance {
         self.place.copy_from_slice(&state.q);
         self.set_poses(tree);
