@@ -65,9 +65,9 @@ impl Faces {
 
 /// One query to a [`BeamScene`](super::BeamScene).
 ///
-/// A surface point is admissible, or "counts", if it is in the volume at a distance from `near` to `far`, faces the
-/// origin with a side in `faces`, and its normal is at an angle of at most `max_incidence` from the line of sight. The
-/// result is the nearest admissible point; points that are not admissible do not occlude others.
+/// A surface point is admissible if it is in the volume at a distance from `near` to `far`, faces the origin with a
+/// side in `faces`, and its normal is at an angle of at most `max_incidence` from the line of sight. The result is the
+/// nearest admissible point; points that are not admissible do not occlude others.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Beam {
     /// Pose of the beam's frame in the world. The beam starts at the origin of this frame and points along +z.

@@ -54,8 +54,8 @@ impl BeamScene {
     }
 }
 
-/// Composites colours from near to far: each is a share of the light that the nearer ones let through, its opacity. The
-/// background has an opacity of 1.
+/// Composites colours from near to far. Each colour contributes its opacity as a fraction of the light that the nearer
+/// ones transmit. The background has an opacity of 1.
 pub fn composite(layers: impl IntoIterator<Item = ([f32; 3], f32)>, background: [f32; 3]) -> [f32; 3] {
     let (mut color, mut rest) = ([0.0; 3], 1.0);
     for (own, opacity) in layers.into_iter().chain([(background, 1.0)]) {

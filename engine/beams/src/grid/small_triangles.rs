@@ -125,7 +125,7 @@ fn edge_function<S: Simd>(
     (x1, y1): (FloatLanes<S>, FloatLanes<S>),
 ) -> [[f32; LANES]; 3] {
     let (u, v) = (y0 - y1, x1 - x0);
-    // A pixel exactly on an edge belongs to the area on the right of the edge, or above it.
+    // A pixel exactly on an edge belongs to the area to the right of the edge or, for a horizontal edge, above it.
     let mine = u.simd_gt(0.0) | (u.simd_eq(0.0) & v.simd_gt(0.0));
     let off = mine.select(FloatLanes::splat(simd, 0.0), FloatLanes::splat(simd, 1.0));
     [to_array(u * STEPS_PER_PIXEL), to_array(v * STEPS_PER_PIXEL), to_array(-(u * x0 + v * y0) - off)]

@@ -10,8 +10,8 @@ use crate::simd::{greatest, least};
 
 /// An edge; the area lies where the line is greater than 0.
 ///
-/// A pixel exactly on a line belongs to the area on the right of the line, and on a horizontal line to the area above.
-/// Both areas that share an edge compute the same quotients, so each pixel belongs to exactly one of them.
+/// A pixel exactly on a line belongs to the area to the right of the line or, for a horizontal line, above it. Both
+/// areas that share an edge compute the same quotients, so each pixel belongs to exactly one of them.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct SpanEdge(pub LinearFunction);
 

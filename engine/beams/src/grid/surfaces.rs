@@ -17,7 +17,7 @@ use super::{
 };
 use crate::BeamScene;
 
-/// Number of rows of groups per task; smaller tasks would finish before another thread could take them.
+/// Number of rows of groups per task; smaller tasks would finish before another thread could start them.
 const GROUP_ROWS_PER_TASK: usize = 256;
 /// Number of surfaces prepared per task.
 const SURFACES_PER_TASK: usize = 256;

@@ -1,4 +1,4 @@
-//! Bodies: how they are described, and what is read from them.
+//! Bodies: their descriptions, and the values that are read from them.
 
 use nalgebra::{Isometry3, Matrix3, Point3, Vector3};
 use serde::{Deserialize, Serialize};

@@ -1,4 +1,4 @@
-//! Contacts: the surfaces that touch, the rules for pairs, and what is read from a contact.
+//! Contacts: the properties of surfaces, the rules for pairs, and the values that are read from a contact.
 
 use nalgebra::{Point3, Vector3};
 use serde::{Deserialize, Serialize};

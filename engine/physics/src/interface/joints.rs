@@ -1,4 +1,4 @@
-//! Joints, their drives, and what is read from them.
+//! Joints: their descriptions, their drives, and the values that are read from them.
 
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};

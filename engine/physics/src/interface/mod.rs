@@ -1,5 +1,5 @@
-//! What passes between an engine and its users: only values, in SI units and f64, in the world frame unless stated
-//! otherwise.
+//! The interface between an engine and its users. It consists of plain values in SI units and f64, in the world frame
+//! unless stated otherwise.
 
 mod bodies;
 mod contacts;

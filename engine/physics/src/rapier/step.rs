@@ -4,9 +4,9 @@
 //! arrange    kinematic bodies start to move; trees adopt what they touch, and mechanisms follow changes from outside
 //! drive      controllers compute the velocities that drives command; parked mechanisms may sleep
 //! push       forces from outside, efforts carried over from the last step, the first half of gyroscopic motion
-//! prepare    what the end of the step is compared with; couplings, separation and friction of this step's contacts
+//! prepare    velocities and momenta are recorded; couplings, separation and friction of this step's contacts
 //! solve      rapier finds contacts and moves its bodies, unless only trees move; then trees move theirs
-//! finish     loads of joints, the second half of gyroscopic motion, forces as they were
+//! finish     loads of joints are measured, the second half of gyroscopic motion, forces are restored
 //! ```
 //!
 //! Scripts and actuators add forces before `push`, when drives are known.

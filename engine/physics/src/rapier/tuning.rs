@@ -7,8 +7,8 @@ pub const CONTACT_SOFTNESS: (f64, f64) = (120.0, 5.0);
 /// Stiffness of contacts with fixed bodies, as natural frequency (Hz) and damping ratio.
 pub const STATIC_CONTACT_SOFTNESS: (f64, f64) = (240.0, 5.0);
 
-/// Maximum natural frequency of a contact, as a fraction of the sub-step rate; twice as much with fixed bodies. At
-/// a fraction of 0.3, ten stacked boxes do not move; at 0.6, they rock for ever.
+/// Maximum natural frequency of a contact, as a fraction of the sub-step rate; twice as much with fixed bodies. At a
+/// fraction of 0.3, ten stacked boxes do not move; at 0.6, they rock indefinitely.
 pub const MAX_CONTACT_FREQUENCY_SHARE: f64 = 0.15;
 
 /// Stiffness of joints, as natural frequency (Hz) and damping ratio. With rapier's defaults (1 MHz, 1), a joint

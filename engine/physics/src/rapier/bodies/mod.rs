@@ -1,4 +1,4 @@
-//! Rigid bodies: rapier's world with what it lacks about each body.
+//! Rigid bodies: rapier's world, and the data about each body that rapier does not store.
 //!
 //! `table` declares [`Bodies`], and `record` the data that it contains. `create` adds bodies and prepares them for
 //! joints, `shapes` is a cache of their shapes, `placing` sets and reads poses, `velocity` computes velocities,

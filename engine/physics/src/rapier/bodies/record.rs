@@ -1,4 +1,4 @@
-//! What the engine records about bodies, in addition to rapier's own data.
+//! The engine's records of bodies, in addition to rapier's own data.
 
 use std::collections::BTreeMap;
 
@@ -88,16 +88,17 @@ impl SavedForces {
     }
 }
 
-/// What has happened since rapier was last called, see `joints/tree/detect.rs`.
+/// Changes since rapier was last called; see `joints/tree/detect.rs`.
 #[derive(Default, Serialize, Deserialize)]
 pub(crate) struct Backlog {
-    /// Whether rapier was not called in the last step: the contacts in its narrow phase are then those of an earlier one.
+    /// Whether rapier was not called in the last step, in which case the contacts in its narrow phase are those of an
+    /// earlier step.
     pub skipped: bool,
-    /// Whether bodies were removed, whose colliders rapier remembers until it is called.
+    /// Whether bodies were removed. Rapier retains data about their colliders until it is called.
     pub removed: bool,
 }
 
-/// What determines the number of sub-steps.
+/// The state that determines the number of sub-steps.
 #[derive(Default, Serialize, Deserialize)]
 pub(crate) struct Substeps {
     /// Number of sub-steps of an ordinary step.

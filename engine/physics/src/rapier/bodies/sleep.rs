@@ -10,8 +10,8 @@ use super::table::Bodies;
 use crate::MotionType;
 
 /// Speed, m/s and rad/s, below which a body without joints can sleep. A settled pile of 1000 boxes is 26 times cheaper
-/// while it sleeps. Rapier's default is much higher: with it, a ball on a gentle slope would fall asleep before it
-/// starts to roll.
+/// while it sleeps. Rapier's default is much higher, and would put a ball on a gentle slope to sleep before it starts
+/// to roll.
 const SLEEP_SPEED: f64 = 0.002;
 
 /// Angular speed below which a body of a parked mechanism can sleep, rad/s.
@@ -33,7 +33,8 @@ pub(crate) fn may_sleep(body: &RigidBody) -> bool {
     body.activation().normalized_linear_threshold >= 0.0
 }
 
-/// Sets whether a body of a parked mechanism may sleep. Its wheels creep, and a caster turns while they do.
+/// Sets whether a body of a parked mechanism may sleep. The threshold for rotation is higher, because the wheels of a
+/// parked mechanism creep, which turns a caster.
 pub(crate) fn set_parked(body: &mut RigidBody, may: bool) {
     set_may_sleep(body, may);
     if may {

@@ -1,4 +1,4 @@
-//! The sub-steps of a physics step, and how many there are.
+//! The number and the length of the sub-steps of a physics step.
 
 use super::table::Bodies;
 use crate::rapier::tuning::{HALVED_SUBSTEPS_TIME_S, MAX_SUBSTEP_MOTION, REST_SPEED_SHARE, REST_TIME_S};
@@ -15,10 +15,10 @@ impl Bodies {
         self.world.integration_parameters.dt / self.substeps.usual as f64
     }
 
-    /// Doubles the number of sub-steps while a mechanism swings so fast that it would gain or lose energy: a double
-    /// pendulum that falls from horizontal keeps its energy to 2 % instead of 10 %. The number remains doubled for a
-    /// while or until the mechanism has come to rest, because each change of the sub-step also costs energy: a pendulum
-    /// with changes in each swing would lose 10 % in 100 s.
+    /// Doubles the number of sub-steps while a mechanism swings so fast that it would gain or lose energy: the energy
+    /// of a double pendulum that falls from horizontal then changes by 2 % instead of 10 %. The number remains doubled
+    /// for a while or until the mechanism has come to rest, because each change of the sub-step also costs energy: a
+    /// pendulum with changes in each swing would lose 10 % in 100 s.
     pub fn choose_substeps(&mut self) {
         let (usual, dt) = (self.substeps.usual, self.world.integration_parameters.dt);
         let fastest = MAX_SUBSTEP_MOTION * usual as f64 / dt;

@@ -26,7 +26,7 @@ pub(crate) struct Bodies {
     pub moving: BTreeMap<BodyId, (Pose, Pose)>,
     /// Bodies whose pose, velocity or joints were changed from outside since the last step.
     pub moved: Vec<BodyId>,
-    /// Bodies that have been frozen since the last call of `quarantined`.
+    /// Bodies that have been frozen since the last call to `quarantined`.
     pub frozen: Vec<BodyId>,
     /// Poses and velocities before the last step, by body id.
     pub previous: Vec<Option<PreviousState>>,
@@ -35,7 +35,7 @@ pub(crate) struct Bodies {
     pub spinning: Vec<RigidBodyHandle>,
     /// Whether bodies at rest can sleep.
     pub sleep: bool,
-    /// What rapier does not know because it was not called.
+    /// Changes that rapier has not processed yet, because it was not called.
     pub backlog: Backlog,
     pub substeps: Substeps,
     pub forces: AppliedForces,

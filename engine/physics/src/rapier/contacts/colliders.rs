@@ -1,4 +1,4 @@
-//! Colliders of bodies, and the hooks that they need.
+//! Colliders of bodies, and the hooks that they require.
 
 use rapier3d::{dynamics::CoefficientCombineRule, geometry::ColliderBuilder, pipeline::ActiveHooks};
 
@@ -86,7 +86,7 @@ impl Contacts {
         self.collision_trees.insert(new.tree, tree);
     }
 
-    /// Forgets a body that is about to be removed, and removes its friction constraints.
+    /// Removes a body that is about to be destroyed from the table, with its friction constraints.
     pub fn remove_body(&mut self, bodies: &mut Bodies, body: BodyId) {
         let Some(tree) = bodies.record(body).map(|r| r.respond.tree) else { return };
         self.surfaces.remove(&body);

@@ -1,4 +1,4 @@
-//! Friction that rapier's contacts lack: anisotropic friction, rolling friction and spinning friction.
+//! Types of friction that rapier's contacts do not support: anisotropic, rolling and spinning friction.
 //!
 //! Each pair of bodies with such friction has separate constraints: motors with target velocity 0, limited by the
 //! normal force of the previous step.

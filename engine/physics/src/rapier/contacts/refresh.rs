@@ -15,8 +15,8 @@ use tatu_geometry::{Form, Mesh};
 /// Maximum extent of a small form, m: 1.6 times the distance that bodies can move before rapier updates their contacts.
 const MAX_SMALL_EXTENT: f64 = 0.08;
 
-/// Returns a hook that keeps rapier from reusing contacts over several steps, which it does only for colliders without
-/// hooks. The hook itself is called only for sensor colliders, which this engine does not use.
+/// Returns a hook that prevents rapier from reusing contacts over several steps, because rapier does this only for
+/// colliders without hooks. The hook itself is called only for sensor colliders, which this engine does not use.
 pub(crate) fn required_hooks(form: &Form) -> ActiveHooks {
     let is_small = match form {
         Form::Plane => false,

@@ -1,6 +1,6 @@
 //! Slow separation of bodies that overlap when they are created.
 //!
-//! The engine pushes bodies apart faster the deeper they overlap. If a joint holds them together, the push has no
+//! The deeper bodies overlap, the faster the engine pushes them apart. If a joint holds them together, the push has no
 //! effect and grows in each sub-step; the slightest tilt then turns it into a kick of hundreds of m/s along the free
 //! axes of the joint. The contacts of such pairs are therefore reported to the solver with a smaller depth, until the
 //! two bodies have separated.

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::masks::CollisionTree;
 use crate::{BodyId, ContactSurface, FrictionRule, MaterialPair, PairRule};
 
-/// What decides which bodies collide and how, in addition to rapier's colliders.
+/// The data that determines which bodies collide and how, in addition to rapier's colliders.
 #[derive(Default, Serialize, Deserialize)]
 pub(crate) struct Contacts {
     /// Bodies that can collide, grouped by collision tree.
@@ -61,8 +61,8 @@ impl PairSeparation {
     }
 }
 
-/// Maximum friction of a pair, as in Bullet. A higher one would only add a torque that keeps a wheel of friction 100
-/// from turning on the spot.
+/// Maximum friction of a pair, as in Bullet. Higher values would mainly add a spinning torque, with which a wheel with
+/// a coefficient of 100 could not turn on the spot.
 pub(crate) const MAX_FRICTION: f64 = 10.0;
 
 /// Returns the friction and restitution that are set for two materials, or `None` if none are set.

@@ -36,8 +36,8 @@ impl JointForms {
         [&mut self.trees, &mut self.reduced, &mut self.impulse]
     }
 
-    /// Adds a joint in the form that its description requests, or in impulse form if that one cannot contain it: it
-    /// then closes a loop. Returns `None` if a body is unknown.
+    /// Adds a joint in the form that its description requests. If that form cannot contain the joint, the joint closes
+    /// a loop, and is added in impulse form. Returns `None` if a body is unknown.
     pub fn add(&mut self, bodies: &mut Bodies, joints: &mut Joints, new: &NewJoint<'_>) -> Option<JointId> {
         let desc = new.desc;
         let crowd = self.trees.crowd_of(desc);
@@ -62,7 +62,7 @@ impl JointForms {
             drive: DriveState::free(),
         });
         match (backend, crowd) {
-            // Damping in this form is a motor.
+            // In impulse form, a motor implements damping.
             (JointBackend::Impulse(_), _) if desc.passive.damping > 0.0 => joints.mark_pending(id),
             (JointBackend::Reduced(_), Some(crowd)) => self.trees.grow_crowd(crowd, id, desc.b),
             _ => {}
@@ -89,12 +89,12 @@ impl JointForms {
         joints.pending = pending;
     }
 
-    /// Lets each solver take over, before a step, what was changed from outside.
+    /// Calls each solver before a step, to apply changes that were made from outside.
     pub fn before_step(&mut self, bodies: &mut Bodies, joints: &mut Joints) {
         self.all().into_iter().for_each(|form| form.before_step(bodies, joints));
     }
 
-    /// Lets each solver complete a step, after rapier has moved its own bodies.
+    /// Calls each solver to complete a step, after rapier has moved its own bodies.
     pub fn after_step(&mut self, bodies: &mut Bodies, joints: &mut Joints) {
         self.all().into_iter().for_each(|form| form.after_step(bodies, joints));
     }

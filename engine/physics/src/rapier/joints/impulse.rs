@@ -78,9 +78,9 @@ pub(crate) fn build_joint(new: &NewJoint<'_>) -> GenericJoint {
     joint.contacts_enabled = true;
     if desc.form == JointForm::Impulse {
         joint.softness = SpringCoefficients::new(JOINT_SOFTNESS.0, JOINT_SOFTNESS.1);
-        // Limits on a locked axis add no constraint between bodies that are not in reduced form, but keep the joint off
-        // rapier's SIMD path. Rapier uses that path only for 64 or more joints, and it solves a robot's joints in a
-        // different order, so the motion of a robot would depend on the number of other joints.
+        // Limits on a locked axis add no constraint between bodies that are not in reduced form, but exclude the joint
+        // from rapier's SIMD path. Rapier uses that path only for 64 or more joints, and it solves a robot's joints in
+        // a different order, so the motion of a robot would depend on the number of other joints.
         joint.limit_axes |= JointAxesMask::LIN_X;
         joint.coupled_axes |= JointAxesMask::LIN_X;
     }

@@ -1,6 +1,6 @@
 //! Joints of bodies, in three forms.
 //!
-//! `table` declares [`Joints`], and `record` the data of each joint. `solver` declares what the forms have in common;
+//! `table` declares [`Joints`], and `record` the data of each joint. `solver` declares the interface of all forms;
 //! `impulse`, `reduced` and `tree` implement it, and `forms` chooses among them. Common to all forms are `position`
 //! (with `turns`, which counts whole turns), `controller` (the velocities that drives command), `drives` (their updates
 //! before a step), `reading` (the states of joints) and `load` (forces in measured joints); `motor` sets rapier's

@@ -2,7 +2,7 @@
 //! joints are at rest.
 //!
 //! Rapier's solver leaves a small error in each step, which always has the same sign on a slope: a parked robot that
-//! could not sleep would creep at 0.1 to 0.5 mm/s. Trees need no such help, because they are solved exactly.
+//! could not sleep would creep at 0.1 to 0.5 mm/s. Trees do not creep, because they are solved exactly.
 
 use tatu_geometry::wrap_angle;
 
@@ -24,7 +24,7 @@ impl JointRecord {
         matches!(self.drive.requested, JointDrive::Velocity { target: 0.0, slip: 0.0, .. }) && !self.is_in_tree()
     }
 
-    /// Returns whether the joint does nothing by itself: it has no drive, or one that has stopped it.
+    /// Returns whether the joint does not move by itself, because it has no drive, or its drive has stopped it.
     fn is_calm(&self) -> bool {
         let still = self.drive.is_free() || self.drive.rest.at_rest;
         still && !self.is_in_tree() && !self.geared && self.passive.stiffness <= 0.0

@@ -1,4 +1,4 @@
-//! What the engine records about each joint, in addition to the data of its solver.
+//! The engine's records of joints, in addition to the data of their solvers.
 
 use rapier3d::{
     dynamics::{ImpulseJointHandle, MultibodyJointHandle, RigidBodyHandle},
@@ -36,7 +36,7 @@ pub(crate) struct JointTurns {
     pub near: f64,
 }
 
-/// The drive of a joint, and what it does.
+/// The drive of a joint, and its state.
 #[derive(Clone, Copy, Serialize, Deserialize)]
 pub(crate) struct DriveState {
     /// The drive that was requested.

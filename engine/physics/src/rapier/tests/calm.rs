@@ -1,4 +1,5 @@
-//! Tests of trees that move slowly, or that alone move: their sub-steps, and their contacts, which rapier does not find.
+//! Tests of trees that move slowly, and of scenes in which only trees move: the number of sub-steps, and contacts that
+//! are found without rapier.
 
 use nalgebra::{Isometry3, Vector3};
 use tatu_geometry::Form;
@@ -12,7 +13,7 @@ fn contacts(engine: &Rapier) -> Vec<BodyContact> {
     found
 }
 
-/// Returns whether rapier knows pairs of colliders.
+/// Returns whether rapier's narrow phase contains pairs of colliders.
 fn rapier_has_pairs(engine: &Rapier) -> bool {
     engine.state.bodies.world.narrow_phase.contact_pairs().next().is_some()
 }
@@ -88,7 +89,8 @@ fn rapier_is_called_only_while_something_else_moves() {
     }
 }
 
-/// Trees do not see each other's sub-steps: what one does leaves the bits of another that it does not touch.
+/// The sub-steps of trees are independent: the motion of one tree does not change the bits of another that it does not
+/// touch.
 #[test]
 fn busy_trees_leave_the_bits_of_a_calm_one() {
     let run = |busy: u32| {
@@ -128,7 +130,7 @@ fn snapshots_continue_bit_for_bit_without_rapier() {
     }
 }
 
-/// A box that is created where a tree has come to, while rapier was not called, overlaps it there.
+/// A box that is created where a tree has moved to while rapier was not called overlaps the tree at its new position.
 #[test]
 fn new_body_meets_a_tree_where_it_is() {
     for (x, deepest) in [(0.0, 0.0), (1.15, 0.05)] {

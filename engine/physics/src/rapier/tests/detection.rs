@@ -53,7 +53,7 @@ fn move_at(engine: &mut Rapier, joint: JointId, target: f64, max_force: f64) {
     engine.drive(joint, JointDrive::Velocity { target, max_force, slip: 0.0 });
 }
 
-/// Rapier remembers the normal of forms that touched at the side; meanwhile one has moved onto the other.
+/// Rapier still stores the normal of forms that touched at their sides, although one has since moved onto the other.
 #[test]
 fn normal_of_an_earlier_place_is_not_used() {
     let mut engine = engine(0.005);
@@ -152,7 +152,7 @@ fn friction_of_a_pair_is_limited_with_and_without_rapier() {
     }
 }
 
-/// A robot that is set into the floor is not lifted beyond it, however the contacts are damped.
+/// A robot that is placed in the floor is not lifted above its surface, at any damping of contacts.
 #[test]
 fn overlap_of_a_calm_tree_is_not_overcorrected() {
     for contact_spring in [None, Some([240.0, 1.0]), Some([240.0, 0.3])] {

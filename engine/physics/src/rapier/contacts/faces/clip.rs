@@ -15,20 +15,20 @@ use rapier3d::{
 
 use super::{face::FeaturePolygon, merge};
 
-/// Depth by which the closest points must exceed all others to become a contact point themselves, m.
+/// Depth by which the pair of closest points must exceed all other points to be added as a contact point, m.
 const MIN_DEPTH_LEAD: f64 = 1e-4;
 
-/// Distance of the closest points, m, below which their direction is decided by rounding.
+/// Distance of the closest points, m, below which rounding errors dominate the direction between them.
 const MIN_RELIABLE_DISTANCE: f64 = 1e-8;
 
-/// Depth up to which forms that touch count as separated by a plane, m.
+/// Maximum depth at which touching forms are treated as separated by a plane, m.
 const MAX_TOUCH_DEPTH: f64 = 1e-6;
 
 /// Maximum depth of a point, relative to that of the deepest, if the normal was corrected for a mesh: the corrected
 /// normal may be far from the direction in which the forms are closest.
 const MAX_CORRECTED_DEPTH_RATIO: f64 = 5.0;
 
-/// A form with limits of its normals: the triangle of a mesh must not be touched from the side.
+/// A form, with constraints on its contact normals, which prevent contacts with the triangle of a mesh from the side.
 type LimitedShape<'a> = (&'a dyn Shape, Option<&'a dyn NormalConstraints>);
 
 /// A polygon seen along the normal: its corners in a plane and along the normal.
@@ -66,8 +66,9 @@ pub(super) fn contacts(
             return Ok(());
         }
     };
-    // Forms that touch exactly have no direction, or one that is decided by rounding: that of the previous step remains,
-    // or else that of their origins. The last normal may be that of an earlier place, which does not separate them.
+    // For forms that touch exactly, the direction between the closest points is undefined, or dominated by rounding
+    // errors. The normal of the previous step is then preferred, if it still separates the forms. If no direction is
+    // defined, that between the origins is used.
     let separates = |normal: &Vector| {
         let second = pos12 * map_b.local_support_point(pos12.rotation.inverse() * -*normal);
         (second - map_a.local_support_point(*normal)).dot(*normal) > -MAX_TOUCH_DEPTH

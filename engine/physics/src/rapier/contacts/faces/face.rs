@@ -16,8 +16,8 @@ use super::spread::{MAX_POINTS, select_spread};
 /// often rounded to 32 bits.
 const FACE_TOLERANCE: f64 = 1e-4;
 
-/// Cosine of the angle up to which two faces are equally suitable, 1.1 degrees: the larger one is chosen, because the
-/// normal of a sliver may be wrong.
+/// Cosine of the maximum angle between two faces that are equally suitable, 1.1 degrees. The larger one is chosen,
+/// because the normal of a sliver may be wrong.
 const SIMILAR_FACE_COSINE: f64 = 0.9998;
 
 /// Depth by which the lowest point of a hull must exceed the corners of its face to become a contact point, m.
@@ -38,7 +38,7 @@ impl FeaturePolygon {
     }
 
     /// Returns the face of a hull whose normal is closest to a direction, without corners that enclose little of it.
-    /// Neighbouring faces that lie in the same plane count as one.
+    /// Neighbouring faces in the same plane are treated as one.
     pub fn of_hull(hull: &ConvexPolyhedron, direction: Vector) -> Self {
         let faces = hull.faces();
         let best = faces.iter().map(|f| f.normal.dot(direction)).fold(f64::NEG_INFINITY, f64::max);

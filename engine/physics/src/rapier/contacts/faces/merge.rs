@@ -11,14 +11,14 @@ use super::spread::{MAX_POINTS, select_spread};
 /// Number of points of a manifold that rapier solves.
 const SOLVED_POINTS: usize = 4;
 
-/// Distance by which a point may be farther inside a face for each unit of depth by which it is deeper: a point above
-/// another one is not selected, and a slightly tilted face keeps its corners.
+/// Weight of the depth of a point relative to its position in the face. With this value, a point above another one is
+/// not selected, and a slightly tilted face retains its corners.
 const DEPTH_WEIGHT: f64 = 10.0;
 
-/// Cosine of the angle up to which faces of a mesh count as one, 5 degrees.
+/// Cosine of the maximum angle between faces of a mesh that are treated as one, 5 degrees.
 const PARALLEL_COSINE: f64 = 0.996;
 
-/// Distance between points that count as one, as a fraction of the prediction distance.
+/// Maximum distance between points that are treated as one, as a fraction of the prediction distance.
 const MERGE_DISTANCE_SHARE: f64 = 0.25;
 
 /// Depth by which the deepest point must exceed the selected ones to replace one of them, m.
@@ -29,7 +29,7 @@ const MAX_WARM_START_DISTANCE: f64 = 1e-3;
 
 type ManifoldPoint = TrackedContact<ContactData>;
 
-/// Keeps the points that enclose as much as possible, in counterclockwise order about the normal.
+/// Retains the points that enclose the largest area, in counterclockwise order about the normal.
 pub(super) fn reduce(points: &mut Vec<ManifoldPoint>, normal: Vector) {
     if points.len() <= SOLVED_POINTS {
         return;
@@ -86,7 +86,7 @@ pub(super) fn join(found: Vec<ContactManifold>, prediction: f64) -> Vec<ContactM
 }
 
 /// Returns a number for a feature of one part of a shape. The numbers of two features are almost never equal; if they
-/// are, a point starts with the force of another one.
+/// are, a point is warm started with the impulse of another one.
 fn part_feature(feature: PackedFeatureId, part: u32) -> PackedFeatureId {
     PackedFeatureId(feature.0 ^ part.wrapping_mul(0x9e37_79b9))
 }
@@ -113,7 +113,8 @@ pub(super) fn write(found: Vec<ContactManifold>, manifolds: &mut Vec<ContactMani
     }
 }
 
-/// Returns the data of a point in the previous step: that of the same features, or else of the same place.
+/// Returns the data of a point in the previous step: that of the point with the same features or, if there is none, of
+/// the point at the same position.
 fn previous_data(point: &ManifoldPoint, old: &[ManifoldPoint]) -> ContactData {
     let same = |p: &&ManifoldPoint| p.fid1 == point.fid1 && p.fid2 == point.fid2;
     let known = point.fid1 != PackedFeatureId::UNKNOWN && point.fid2 != PackedFeatureId::UNKNOWN;

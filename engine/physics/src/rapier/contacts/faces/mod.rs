@@ -1,11 +1,11 @@
 //! Contact points of hulls and meshes.
 //!
-//! Parry cuts a face of a hull to its first four corners, so a prism with six sides would fall over. Rapier solves at
-//! most four points of a manifold, and reduces more to four that depend on which is deepest. For a pair with a hull or
-//! a mesh, contact points are therefore found here: `face` finds the face of a hull, `clip` clips two faces, `spread`
-//! selects points that enclose as much of the face as possible, and `merge` writes them to manifolds of four points.
-//! Only rapier's warm start, and the normals of forms that touch exactly, depend on previous steps. Everything else is
-//! left to parry.
+//! Parry truncates the face of a hull to its first four corners, so a prism with six sides would fall over. Rapier
+//! solves at most four points of a manifold, and reduces more to four that depend on which is deepest. For a pair with
+//! a hull or a mesh, contact points are therefore found here: `face` finds the face of a hull, `clip` clips two faces,
+//! `spread` selects points that enclose as much of the face as possible, and `merge` writes them to manifolds of four
+//! points. Only rapier's warm start, and the normals of forms that touch exactly, depend on previous steps. Everything
+//! else is left to parry.
 
 mod clip;
 mod face;

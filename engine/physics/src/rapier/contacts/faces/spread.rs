@@ -2,7 +2,8 @@
 
 use arrayvec::ArrayVec;
 
-/// Maximum number of points that are selected. A circle keeps 97 % of its radius in every direction.
+/// Maximum number of points that are selected. The polygon that they form extends to at least 97 % of the radius of a
+/// circle in every direction.
 pub(super) const MAX_POINTS: usize = 12;
 
 /// Cosine of 30 degrees.
@@ -24,11 +25,12 @@ const DIRECTIONS: [[f64; 2]; MAX_POINTS] = [
     [COS_30, -0.5],
 ];
 
-/// Lead of a point over an earlier one that is decided by rounding, relative to the size of the set.
+/// Lead of a point over an earlier one that is attributed to rounding, relative to the size of the set.
 const TIE_TOLERANCE: f64 = 1e-9;
 
-/// Returns the indices of the points that are farthest along each of twelve directions, in counterclockwise order,
-/// each once. `bias` is subtracted from how far a point is, m; a lower point is thus preferred to one above it.
+/// Returns the indices of the points that are farthest along each of twelve directions, in counterclockwise order, each
+/// once. `bias` is subtracted from the distance of a point along the direction, m, so that a lower point is preferred
+/// to one above it.
 pub(super) fn select_spread(points: &[[f64; 2]], bias: impl Fn(usize) -> f64) -> ArrayVec<usize, MAX_POINTS> {
     let size = points.iter().flatten().fold(0.0f64, |size, x| size.max(x.abs()));
     let mut selected: ArrayVec<usize, MAX_POINTS> = ArrayVec::new();

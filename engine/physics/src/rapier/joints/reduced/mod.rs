@@ -1,5 +1,5 @@
 //! Joints in reduced form, by rapier's multibodies: `solver` adds and removes them, `coordinates` recomputes their
-//! positions and velocities, `effort` applies what their drives exert, and `gears` couples them.
+//! positions and velocities, `effort` applies the efforts of their drives, and `gears` couples them.
 
 mod coordinates;
 mod effort;

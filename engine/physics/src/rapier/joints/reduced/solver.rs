@@ -57,7 +57,7 @@ impl JointFormSolver for ReducedJoints {
         if joint.anchored && !others.into_iter().any(|o| o.parent == joint.parent) {
             bodies.world.remove_body(joint.parent);
         }
-        // The bodies that were attached keep their motion.
+        // The joint coordinates are recomputed from the bodies, so that these retain their motion.
         bodies.moved.extend([record.bodies.0, record.bodies.1]);
     }
 

@@ -1,12 +1,12 @@
 //! Collision detection for scenes in which only trees move.
 //!
-//! Rapier's pipeline would do more for links than to find their contacts: it sorts them into islands, prepares its
-//! solver and integrates positions that are then replaced, which costs a standing robot more than its own dynamics. If
-//! no other body moves, and contacts need none of rapier's constraints or hooks, rapier is therefore not called, and
+//! For links, rapier's pipeline does more than find contacts: it sorts links into islands, prepares its solver, and
+//! integrates positions that are then replaced. For a standing robot, this takes longer than the robot's own dynamics.
+//! If no other body moves, and contacts need none of rapier's constraints or hooks, rapier is therefore not called, and
 //! contacts are found here: the boxes of all colliders are swept along one axis, and each pair is tested by `faces`.
-//! Rapier learns of all changes since when it is next called.
+//! When rapier is next called, it processes all changes since its previous call.
 //!
-//! Whether this is possible follows from the state, so a snapshot continues like the run that it was taken from.
+//! Whether this is possible depends only on the state, so a run restored from a snapshot continues like the original.
 
 use rapier3d::{
     dynamics::{CoefficientCombineRule, RigidBody},
@@ -30,7 +30,7 @@ use crate::{
     },
 };
 
-/// Maximum number of colliders of bodies that do not move. They are swept anew in each step, which costs more than
+/// Maximum number of colliders of bodies that do not move. They are swept again in each step, which takes longer than
 /// rapier's tree of boxes if there are many.
 const MAX_STILL_COLLIDERS: usize = 256;
 
@@ -72,7 +72,7 @@ impl TreeJoints {
             let Some(record) = record else { continue };
             let body = bodies.world.bodies.get(record.handle)?;
             let is_link = self.links.contains_key(&id);
-            // Only rapier forgets the contacts of a body that was frozen.
+            // Only rapier removes the contacts of a body that was frozen.
             if !is_link && !is_still(record.motion, body) {
                 return None;
             }

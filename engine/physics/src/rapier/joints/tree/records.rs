@@ -23,8 +23,7 @@ pub(crate) struct Mechanism {
     pub v: Vec<f64>,
     /// Efforts of the drives in the last sub-step, N m or N.
     pub carried: Vec<f64>,
-    /// Time for which the mechanism's island has been calm, up to the time after which this matters, s; see
-    /// [`super::substeps`].
+    /// Time for which the mechanism's island has been calm, s, up to the delay that [`super::substeps`] defines.
     pub calm_s: f64,
     /// Whether the mechanism is frozen, because a state was not finite or its description is not a valid tree.
     pub frozen: bool,
@@ -70,7 +69,7 @@ pub(crate) struct MechanismSolver {
     pub damping: [f64; 2],
     /// Mean efforts of the drives in the last step, N m or N.
     pub efforts: Vec<f64>,
-    /// Energy that the drives added in the last step, J, for checks of the balance of energy.
+    /// Energy that the drives added in the last step, J, for checks of the energy balance.
     pub work: f64,
 }
 
@@ -79,7 +78,7 @@ pub(crate) struct MechanismSolver {
 pub(crate) struct WarmStartImpulse {
     /// Identifies the contact.
     pub key: ContactKey,
-    /// Impulse on the second body that its force in the last sub-step would give in a physics step, N s.
+    /// Impulse of a whole physics step on the second body, for the contact force in the last sub-step, N s.
     pub impulse: Vector3<f64>,
 }
 

@@ -36,7 +36,7 @@ pub(super) struct MechanismIsland {
     totals: Vec<Vector3<f64>>,
     /// Number of sub-steps of this physics step.
     substeps: usize,
-    /// Time over which the forces of the contacts give their impulses, s.
+    /// Time over which the contact forces are integrated to impulses, s.
     impulse_time: f64,
     /// Whether the state was no longer finite.
     diverged: bool,
@@ -219,8 +219,8 @@ impl MechanismIsland {
         }
     }
 
-    /// Converts the impulses of the contacts to those that their forces give in the time `h`, s. Between physics steps,
-    /// they are those of a whole step, since the next one may have another number of sub-steps.
+    /// Converts the impulses of the contacts to those of the same forces over the time `h`, s. Between physics steps,
+    /// they refer to a whole step, because the next step may have a different number of sub-steps.
     fn scale_impulses(&mut self, h: f64) {
         let factor = h / self.impulse_time;
         if factor != 1.0 {
@@ -230,7 +230,7 @@ impl MechanismIsland {
     }
 
     /// Returns the number of parts into which a sub-step of length `h`, s, is divided, so that no joint turns by more
-    /// than [`MAX_TURN`] in a part: forces of gyration are computed from the velocities by few iterations, which
+    /// than [`MAX_TURN`] in a part: gyroscopic forces are computed from the velocities in a few iterations, which
     /// diverge for light links that spin fast.
     fn part_count(&self, h: f64) -> usize {
         let mut most = 0.0f64;
@@ -241,8 +241,8 @@ impl MechanismIsland {
         ((h * most / MAX_TURN).ceil() as usize).clamp(1, MAX_PARTS)
     }
 
-    /// Advances the trees by a part `h` of a sub-step of a physics step, s. If something would turn too far, because an
-    /// impact has made it spin, the part is divided further.
+    /// Advances the trees by a part `h` of a sub-step of a physics step, s. If a joint would turn too far, because an
+    /// impact has made a link spin, the part is divided further.
     fn advance_part(
         &mut self,
         group: &mut Island,
