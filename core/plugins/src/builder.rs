@@ -6,7 +6,8 @@ use tatu_plugin_api::{abi::*, safe::Value};
 
 use crate::{Importer, Model, Registry, border::ErrorSlot};
 
-/// What the functions of the builder table do. A function returns `None` if it fails, and stores the reason.
+/// The implementation of the functions of the builder table. A function that fails returns `None` and stores the
+/// reason.
 pub trait BuildTarget {
     /// Adds an object; returns its number in the build.
     fn object(&self, kind: LentCStr<'_>, parent: u32, alias: Lent<'_>) -> Option<u32>;
@@ -64,7 +65,7 @@ pub struct BuildOptions {
     pub describes: bool,
 }
 
-/// What the `ctx` of the table points to.
+/// The data to which the `ctx` of the table points.
 struct BuildContext<'a> {
     target: &'a dyn BuildTarget,
     max_image_pixels: u64,

@@ -44,7 +44,8 @@ pub fn parameters(all: &[ParameterSpec], in_files: bool) -> Vec<String> {
             ));
         }
         if p.keys_cut {
-            say("declares keys more than 4 tables deep, or more than 1000 of them: the rest is not checked".into());
+            say("declares more than 1000 keys, or keys more than 4 tables deep; the remaining keys are not checked"
+                .into());
         }
         if p.unreadable_default {
             say("has a default that cannot be read: its type is unknown, or it is nested too deeply".into());

@@ -1,4 +1,4 @@
-//! What plugins declare in tables: copies of the tables, whose texts, lists and values can be read without `unsafe`.
+//! The declarations of plugins: copies of their tables, whose texts, lists and values can be read without `unsafe`.
 //!
 //! The contract requires everything that a declared table points to be valid until the plugin is shut down. The only
 //! tables that are taken on trust are a library's descriptor, those that a plugin's `extension` returns, and models

@@ -190,7 +190,7 @@ impl HostTables {
             k.refused.clear();
         }
     }
-    /// Describes the tables in other drafts that were requested since the last call of `clear_refused`.
+    /// Describes the tables in other drafts that were requested since the last call to `clear_refused`.
     pub(crate) fn refused_drafts(&self) -> Vec<String> {
         let Ok(keys) = self.shared.keys.lock() else { return Vec::new() };
         keys.refused.iter().filter_map(|id| drafts::other_draft(id)).collect()

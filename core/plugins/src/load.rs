@@ -261,7 +261,9 @@ impl LoadedPlugin {
                 return Err(unmet);
             }
             let UnmetNeed { what, why, .. } = unmet;
-            remarks.notes.push(format!("the plugin {} can use {what}, {why}; it runs without it", path.display()));
+            remarks
+                .notes
+                .push(format!("the plugin {} can use {what}, {why}; the plugin runs without it", path.display()));
         }
         Ok(())
     }

@@ -77,7 +77,6 @@ pub fn visible_parts(shape: &Shape) -> Vec<SolidPart> {
     form.map(|form| SolidPart { texture, ..whole_shape_part(form) }).into_iter().collect()
 }
 
-/// Returns a part that consists of the whole shape.
 fn whole_shape_part(form: Form) -> SolidPart {
     SolidPart { pose: Isometry3::identity(), form, friction: None, color: None, opacity: None, texture: None }
 }

@@ -45,7 +45,7 @@ pub(super) struct MechanismSolvers {
     pub unused: Vec<(u32, u32)>,
 }
 
-/// Returns the solvers of all mechanisms.
+/// Chooses the solver of each mechanism of a scene.
 pub(super) fn choose_solvers(scene: &Scene) -> MechanismSolvers {
     let SolverChoices { ties, of_root, unused } = choose_forms(scene);
     let of = |child: u32| of_root.get(&root_of(&ties, child).0).map(|(form, _)| *form).unwrap_or_default();

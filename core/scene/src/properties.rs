@@ -44,7 +44,10 @@ pub fn get(scene: &Scene, slot: u32, row: Property) -> Result<Value, Refusal> {
         return refuse_unowned_property(scene, slot, row);
     }
     let found = computed_value(scene, slot, o, row).or_else(|| (info.access.get)(o.property_store(info.owner)));
-    found.map_or_else(|| refuse(TATU_ERR_UNSUPPORTED, format!("`{}` cannot be read here", info.key)), Ok)
+    found.map_or_else(
+        || refuse(TATU_ERR_UNSUPPORTED, format!("`{}` can be read only from a running world", info.key)),
+        Ok,
+    )
 }
 
 /// Returns a property that is computed from others, or from the tree.

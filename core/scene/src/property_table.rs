@@ -181,7 +181,6 @@ mod tests {
         (scene, slot)
     }
 
-    /// Properties without a fixed default.
     const WITHOUT_FIXED_DEFAULT: &[&str] = &[
         "object.alias",
         "object.name",

@@ -251,7 +251,6 @@ impl RestingSolver {
         changed
     }
 
-    /// Returns whether the friction of a contact exceeds its bound.
     fn exceeds_friction(&self, contacts: &[ContactPoint]) -> bool {
         let beyond = |(point, l): (&usize, &Vec3)| {
             let bound = contacts[*point].friction * l[0] * (1.0 + FRICTION_TOLERANCE);
@@ -276,7 +275,6 @@ impl RestingSolver {
         }
     }
 
-    /// Limits friction to its bound.
     fn limit_friction(&mut self, contacts: &[ContactPoint]) -> RestingOutcome {
         let mut outcome = RestingOutcome::Rests;
         for (point, impulse) in self.points.iter().zip(&mut self.found) {

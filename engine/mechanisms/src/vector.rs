@@ -10,9 +10,7 @@ pub(crate) type Mat3 = [f64; 9];
 /// A unit quaternion: w, x, y, z.
 pub(crate) type Quat = [f64; 4];
 
-/// The zero vector.
 pub(crate) const ZERO: Vec3 = [0.0; 3];
-/// The identity matrix.
 pub(crate) const IDENTITY: Mat3 = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0];
 
 #[inline(always)]

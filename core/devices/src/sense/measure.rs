@@ -94,7 +94,6 @@ fn measure_group(sensing: &mut Sensing, job: &MeasureRequest<'_>, around: &Measu
     failed
 }
 
-/// Measures with the sensors of one batch.
 fn measure_batch(sensing: &mut Sensing, job: &MeasureRequest<'_>, around: &MeasureContext<'_>) -> Vec<MeasureFailure> {
     let MeasureRequest { kind, devices, options, moment, .. } = *job;
     let MeasureContext { scene, registry, twist, pool, watch, .. } = *around;

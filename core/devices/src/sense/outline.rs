@@ -10,7 +10,6 @@ use super::BeamPlan;
 /// The two ends of a line in the sensor's frame, m.
 pub type OutlineEdge = [[f64; 3]; 2];
 
-/// Number of segments of a circle.
 const CIRCLE_SEGMENTS: u32 = 36;
 /// Approximate maximum number of rays shown.
 const MAX_SHOWN_RAYS: usize = 60;

@@ -35,7 +35,7 @@ pub struct StepContext<'a> {
 pub struct StepSensing<'a> {
     sensing: &'a mut Sensing,
     context: StepContext<'a>,
-    /// The sensors of each kind.
+    /// The index of each kind, with its sensors.
     kinds: Vec<(usize, Vec<StepSensor>)>,
     /// Handles of the shapes that bodies represent, in order of bodies; empty if no sensor requires contacts.
     shapes: Vec<(BodyId, tatu_object)>,
@@ -298,7 +298,6 @@ fn middle_pose(a: &Isometry3<f64>, b: &Isometry3<f64>) -> Isometry3<f64> {
     Isometry3::from_parts(place.into(), rotation)
 }
 
-/// The contacts of a physics step.
 struct StepContacts<'a> {
     contacts: &'a [BodyContact],
     touching: &'a [(BodyId, u32)],

@@ -67,7 +67,7 @@ impl Sensing {
         let (own_total, total) = (own[0] + own[1], all[0].saturating_add(all[1]));
         let told = |why: &str| {
             format!(
-                "it needs about {} MB, and all sensors together {} MB, {why}; choose fewer pixels or sensors",
+                "the sensor needs about {} MB, and all sensors together {} MB, {why}; use fewer pixels or sensors",
                 own_total >> 20,
                 total >> 20
             )

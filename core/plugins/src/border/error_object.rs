@@ -210,9 +210,9 @@ impl ErrorObject<'_> {
         }
     }
 
-    /// Checks the status returned by a plugin's function. Returns `TATU_OK`, the errors that this host knows and, if
-    /// `may_wait` is set, `TATU_WAIT` unchanged. For any other status, returns `TATU_ERR`; the object then contains the
-    /// plugin's message or, if it gave none, one about the status.
+    /// Checks the status returned by a plugin's function. Returns `TATU_OK`, the errors that are defined for this host
+    /// and, if `may_wait` is set, `TATU_WAIT` unchanged. For any other status, returns `TATU_ERR`; the object then
+    /// contains the plugin's message or, if it gave none, one about the status.
     pub fn check_status(&mut self, status: tatu_status, may_wait: bool) -> tatu_status {
         if status == TATU_OK || status == TATU_WAIT && may_wait || (TATU_ERR_MEMORY..0).contains(&status) {
             return status;

@@ -74,7 +74,7 @@ pub struct Registry {
     host: Arc<HostTables>,
     /// Observes calls into plugins; ordinary runs have none.
     pub inspector: Option<Arc<dyn Inspector>>,
-    /// Number of the registry's version, which increases when a plugin is reloaded and its commands are replaced.
+    /// Version of the registry, which is incremented when a plugin is reloaded and its commands are replaced.
     pub generation: u64,
 }
 
@@ -88,7 +88,7 @@ pub struct ModelOffers {
     folder_models: OnceLock<Vec<(String, String)>>,
 }
 
-/// What plugins offer to scripts, beside commands.
+/// The offers of plugins to scripts, besides commands.
 pub struct ScriptOffers {
     /// Script languages; scripts refer to them by index.
     pub languages: Vec<ScriptLanguage>,
@@ -161,7 +161,7 @@ impl Registry {
         }
         for (folder, _) in missing(FolderOrigin::Environment) {
             let text = format!("TATU_PLUGIN_PATH contains the folder {}, which does not exist", folder.display());
-            refused.push(Error::new("E311", text).help("it is a list of folders, like PATH"));
+            refused.push(Error::new("E311", text).help("TATU_PLUGIN_PATH is a list of folders, like PATH"));
         }
         for file in search.misnamed() {
             let text = format!("{} is a library, but its name is not a plugin's", file.display());

@@ -57,7 +57,7 @@ impl Registry {
         }
         registry.reuse_indices(self).map_err(|lost| {
             Error::new("E305", format!("the new version of {file} no longer offers {lost}"))
-                .expected("a new version that keeps everything that the old one offered; only commands may be removed")
+                .expected("a new version that offers everything that the old one did; only commands may be removed")
                 .help("restart the run to continue without it")
         })?;
         registry.generation = self.generation + 1;

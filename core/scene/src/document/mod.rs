@@ -209,7 +209,6 @@ pub struct Document {
     pub images: Vec<Arc<Image>>,
     /// Placed models, in order.
     pub models: Vec<ModelInstance>,
-    /// The progress of reading.
     pub(crate) reading: ReadProgress,
     /// Services, permissions and the learning environment.
     pub requests: RunRequests,
@@ -221,7 +220,6 @@ pub struct Document {
     pub notes: BTreeMap<Vec<u8>, Vec<u8>>,
     /// The tree of aliases, by which objects are found.
     pub(crate) names: names::AliasTree,
-    /// Numbers of groups.
     group_numbers: GroupNumbers,
     /// The tables of the scene file that describe objects, in order.
     pub(crate) entries: Vec<entry::SceneEntry>,
@@ -235,7 +233,6 @@ pub struct Document {
 /// Data that is needed only while a document is read.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct ReadProgress {
-    /// Number of the next model.
     next_model: usize,
     /// Parameters of models, by model number, that override the values in the files.
     model_params: Arc<[(usize, String, Value)]>,

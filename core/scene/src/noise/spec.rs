@@ -308,7 +308,6 @@ impl FieldNoise {
         Ok(n)
     }
 
-    /// Returns whether elements can be lost.
     fn can_lose_elements(&self) -> bool {
         self.dropout > 0.0 || self.limits.is_some() || self.inverse_step.iter().any(|s| *s > 0.0)
     }

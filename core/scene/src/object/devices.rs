@@ -45,12 +45,10 @@ impl SensorObject {
         SensorObject { kind, explicit: false, rate: 0.0, preset: Box::default(), noise: None, view: None }
     }
 
-    /// Returns one of the lists of paths.
     fn paths(&self, list: impl Fn(&SensorTargets) -> &Vec<String>) -> Value {
         Value::List(self.view.iter().flat_map(|v| list(v)).map(Value::text).collect())
     }
 
-    /// Sets one of the lists of paths.
     fn set_paths(
         &mut self,
         value: &Value,
@@ -76,7 +74,7 @@ pub struct ActuatorObject {
     pub commands: Vec<f64>,
 }
 
-/// Adds noise to that of the sensor.
+/// Merges a noise declaration, in TOML, into that of the sensor; an empty declaration removes all noise.
 fn set_noise(s: &mut SensorObject, value: &Value) -> Result<bool, String> {
     let text = text_of(value)?;
     let more = NoiseSpec::parse(&text, None).map_err(|w| w.with_line(&text).text)?;

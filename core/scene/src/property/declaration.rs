@@ -28,7 +28,7 @@ pub enum ChangeEffect {
     Look,
     /// The colours in pictures and images.
     Colour,
-    /// The settings that sensors are measured with.
+    /// The settings of sensors, such as rate and noise.
     Sensors,
     /// The drive of a joint.
     Drive,

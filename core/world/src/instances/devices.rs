@@ -9,7 +9,6 @@ use tatu_scene::{ObjectKind, ObjectVariant, document::DeviceSpec};
 use super::params_with_defaults;
 use crate::cell::WorldCell;
 
-/// Creates the devices of the document.
 pub(crate) fn create_devices(cell: &WorldCell, slots: &[u32]) -> Result {
     let document = cell.model.document.shared();
     for (spec, slot) in document.objects.iter().zip(slots) {
@@ -49,7 +48,6 @@ pub(crate) fn recreate_devices(cell: &WorldCell, devices: &[(u32, DeviceSpec)]) 
     }
 }
 
-/// Ends all devices.
 pub(crate) fn end_devices(cell: &WorldCell) {
     let sensors = cell.devices.sensing.borrow_mut().remove_dead(|_| false);
     sensors.into_iter().for_each(|d| end_sensor(cell, d));
@@ -79,7 +77,7 @@ pub(crate) fn create_device(
     let known = |d: &ParameterSpec| object_kind == ObjectKind::Actuator && place.is_none() && info.commands.contains(d);
     if let Some((p, _)) = { all }.find(|(p, v)| **v == Value::Nil && !p.optional() && !known(p)) {
         let key = tatu_plugins::units::key_with_unit(&p.key, p.unit.as_deref());
-        let text = format!("the {what} {path} lacks its parameter `{key}`");
+        let text = format!("the {what} {path} lacks the required parameter `{key}`");
         return Err(Error::new("E104", text).expected(p.expectation()).at(place.cloned()));
     }
     let instance = cell.instance_info(owner, &name);

@@ -177,7 +177,6 @@ impl ParallelStage<'_> {
         run();
     }
 
-    /// Runs one script.
     fn run_script(&self, cell: &WorldCell, worker: &WorkerView, at: usize) {
         let script = &self.order[at];
         let (place, turn) = self.turn;

@@ -141,7 +141,7 @@ impl Script {
                 self.report_breach(
                     world,
                     PluginCall::ScriptOrder,
-                    &format!("returned {number}, which is not an order"),
+                    &format!("returned the unknown order {number}; expected one of TATU_ORDER_*"),
                 );
                 None
             }),
@@ -333,7 +333,6 @@ impl Script {
         self.destroy(world);
     }
 
-    /// Destroys the script's instance.
     pub(super) fn destroy(&self, world: &WorldCell) {
         let data = self.instance.data.replace(std::ptr::null_mut());
         if data.is_null() {

@@ -152,7 +152,6 @@ fn refuse_frame<'a>(answer: impl Into<AnswerContext<'a>>, size: Option<usize>, w
     answer.into().calls.refuse(TATU_ERR_ARGUMENT, text)
 }
 
-/// Converts a status to a result.
 pub(super) fn status_to_result(status: tatu_status) -> HostResult {
     if status == TATU_OK { Ok(()) } else { Err(status) }
 }

@@ -109,7 +109,6 @@ fn run_service_turns(world: &WorldCell, session: &SessionCell) {
 
 /// The service that has held a session so far.
 struct SessionHolder {
-    /// Index of the service.
     service: usize,
     since: Instant,
     /// Whether the services have been informed.

@@ -24,7 +24,6 @@ use tatu_scene::document::{Document, LoadOptions, PropertyOverride, ScriptOverri
 use super::json;
 use crate::cell::{ExternalInput, InputRecord, REQUEST_NAMES};
 
-/// Version of the format.
 const FORMAT_VERSION: u64 = 2;
 
 /// The information that a replay needs in addition to the records.

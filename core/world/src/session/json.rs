@@ -8,7 +8,6 @@ use base64::{Engine, engine::general_purpose::STANDARD};
 use serde_json::{Value as Json, json};
 use tatu_plugin_api::safe::Value;
 
-/// Converts a value to JSON.
 pub(super) fn write(value: &Value) -> Json {
     match value {
         Value::Nil => Json::Null,

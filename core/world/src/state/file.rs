@@ -63,7 +63,6 @@ impl Snapshot {
         self.head.missed.is_empty()
     }
 
-    /// Adds a section.
     pub(super) fn put(&mut self, name: &str, part: &impl Serialize) -> Result {
         let bytes = postcard::to_stdvec(part)
             .map_err(|e| Error::new("E501", format!("the part `{name}` of a snapshot cannot be written: {e}")))?;
@@ -160,7 +159,6 @@ impl Snapshot {
     }
 }
 
-/// Returns the error for a damaged file.
 pub(super) fn damaged(what: impl std::fmt::Display) -> Error {
     Error::new("E501", format!("the snapshot is damaged: {what}"))
         .help("write it again, or copy it again from an intact original")

@@ -34,7 +34,6 @@ const MAX_FOLDER_DEPTH: usize = 8;
 /// Maximum number of copies of a scene that are set aside because they were neither opened nor discarded.
 const MAX_COPIES_SET_ASIDE: usize = 1000;
 
-/// Text of a new scene.
 const NEW_SCENE_TEXT: &str = "\
 format = 1
 

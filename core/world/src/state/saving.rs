@@ -21,7 +21,9 @@ pub(crate) fn save(cell: &WorldCell, file: &Path, over: bool) -> Result {
     let target = match (file.as_os_str().is_empty(), &own) {
         (false, _) => file.to_owned(),
         (true, Some(own)) => own.clone(),
-        (true, None) => return Err(Error::new("E105", "the scene has no file").help("save it under a name")),
+        (true, None) => {
+            return Err(Error::new("E105", "the scene has no file").help("specify a file name when you save it"));
+        }
     };
     if target.extension().is_none_or(|e| e != "toml") {
         let text = format!("{} cannot be written: scenes are saved as `.toml` files", target.display());

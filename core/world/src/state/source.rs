@@ -269,7 +269,6 @@ impl<'a> StateParts<'a> {
         }
         Some(device)
     }
-    /// Returns the scripts of an object.
     fn scripts(&self, slot: u32) -> Vec<ScriptSpec> {
         let all = self.scene.scripts(slot).into_iter().filter_map(|s| self.scripts.get(&s));
         all.map(|spec| (*spec).clone()).collect()

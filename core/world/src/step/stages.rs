@@ -93,19 +93,16 @@ pub(crate) fn run(world: &WorldCell, stage: Stage, dt: f64, who: impl Into<Cow<'
     Ok(())
 }
 
-/// Runs the actuation of scripts.
 fn actuate(world: &WorldCell) {
     Scripts::actuate(world);
     world.restore_process_state("actuation");
 }
 
-/// Cleans up the scripts of the run.
 fn clean(world: &WorldCell) {
     Scripts::clean_up(world);
     world.restore_process_state("clean-up");
 }
 
-/// Runs the sensing of scripts.
 fn react(world: &WorldCell) {
     Scripts::react(world);
     world.restore_process_state("reaction");

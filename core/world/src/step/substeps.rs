@@ -97,7 +97,6 @@ pub(super) fn advance(world: &WorldCell, dt: f64) -> AdvanceResult {
     all
 }
 
-/// Returns the pairs of shapes that touch.
 fn touching_pairs(world: &WorldCell) -> BTreeSet<(u32, u32)> {
     let scene = world.state.scene.borrow();
     world.state.dynamics.borrow().contacts(&scene).map(|(a, b, _)| (a.min(b), a.max(b))).collect()

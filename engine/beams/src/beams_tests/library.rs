@@ -12,9 +12,7 @@ use super::{
     TestRng, mesh, target,
 };
 
-/// Number of rays per scene.
 const RAYS_PER_SCENE: usize = 30_000;
-/// Tolerance of distances, m.
 const DISTANCE_TOLERANCE_M: f64 = 1e-4;
 
 /// Returns targets of all kinds of forms; the mesh is a bumpy ball.

@@ -49,7 +49,7 @@ impl<S: Simd> VectorLanes<S> {
     }
 }
 
-/// Returns the rows of a matrix.
+/// Converts the rows of a matrix to 32 bits.
 pub(super) fn rows(m: &Matrix3<f64>) -> [[f32; 3]; 3] {
     [0, 1, 2].map(|i| [m[(i, 0)] as f32, m[(i, 1)] as f32, m[(i, 2)] as f32])
 }

@@ -52,7 +52,6 @@ impl PartHits {
     }
 }
 
-/// The limits of a cast.
 pub(super) struct CastLimits {
     pub near: f32,
     pub far: f32,

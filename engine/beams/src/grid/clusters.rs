@@ -11,7 +11,6 @@ use tatu_geometry::Mesh;
 use super::raster::LANES;
 use crate::{aabb::Aabb, triangle::Triangle};
 
-/// Number of vectors per group.
 const VECTORS_PER_GROUP: usize = 4;
 
 /// The triangles of a mesh in groups, built once per mesh.

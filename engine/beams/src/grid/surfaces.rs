@@ -28,7 +28,6 @@ pub(super) struct PreparedSurfaces<'a> {
     pub surfaces: Vec<TargetSurface>,
     /// Surfaces other than meshes.
     pub solids: Vec<PreparedSolids>,
-    /// Prepared meshes.
     meshes: Vec<PreparedMesh<'a>>,
     /// Groups of the meshes that may be visible.
     mesh_groups: Vec<VisibleGroups>,

@@ -117,7 +117,7 @@ pub(crate) fn parse(
         TATU_UNTIL_SIGNAL if !name.is_empty() => Ok(WaitCondition::Signal(name.to_vec())),
         TATU_UNTIL_POLL => Ok(WaitCondition::Poll),
         _ => Err(
-            "a wait must end after a number of steps of at least 0, at a finite time, at a signal with a name, at a poll or at a wake",
+            "invalid wait; expected a number of steps of at least 0, a finite time, the name of a signal, a poll or a wake",
         ),
     }
 }

@@ -106,7 +106,7 @@ impl ScriptWorker {
         worker.take()
     }
 
-    /// Takes the vector back, to reuse its allocation.
+    /// Returns the vector of effects to the worker, which clears it and reuses its allocation.
     pub fn reuse(&self, effects: Vec<DeferredEffect>) {
         if let Some(worker) = &self.0.worker {
             worker.reuse(effects);

@@ -70,7 +70,7 @@ impl WorkerView {
     pub fn take(&self) -> (Vec<DeferredEffect>, Vec<(usize, usize)>) {
         (self.effects.take(), self.chunks.take())
     }
-    /// Takes the vector back, to reuse its allocation.
+    /// Returns a vector of effects to the worker, which clears it and reuses its allocation.
     pub fn reuse(&self, mut effects: Vec<DeferredEffect>) {
         effects.clear();
         self.effects.replace(effects);

@@ -51,9 +51,12 @@ impl RunningService {
         let kind = &registry.services[spec.kind];
         let lacking = |p: &&tatu_plugins::ParameterSpec| !p.optional() && !spec.params.iter().any(|(k, _)| *k == p.key);
         if let Some(p) = kind.params.iter().find(lacking) {
-            return Err(Error::new("E104", format!("the service `{}` lacks its parameter `{}`", kind.id, p.key))
-                .expected(p.expectation())
-                .at(spec.place.clone()));
+            return Err(Error::new(
+                "E104",
+                format!("the service `{}` lacks the required parameter `{}`", kind.id, p.key),
+            )
+            .expected(p.expectation())
+            .at(spec.place.clone()));
         }
         let given = kind
             .params

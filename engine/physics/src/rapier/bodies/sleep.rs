@@ -28,7 +28,6 @@ pub(crate) fn set_may_sleep(body: &mut RigidBody, may: bool) {
     activation.time_until_sleep = SLEEP_TIME;
 }
 
-/// Returns whether a body may sleep.
 pub(crate) fn may_sleep(body: &RigidBody) -> bool {
     body.activation().normalized_linear_threshold >= 0.0
 }

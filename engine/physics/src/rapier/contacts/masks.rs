@@ -33,7 +33,6 @@ impl ColliderTag {
     }
 }
 
-/// Returns the body of a collider.
 pub(crate) fn body_of(world: &PhysicsWorld, collider: ColliderHandle) -> Option<BodyId> {
     Some(BodyId(ColliderTag::unpack(world.colliders.get(collider)?.user_data).body))
 }

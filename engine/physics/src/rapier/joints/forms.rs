@@ -22,7 +22,6 @@ pub(crate) struct JointForms {
 }
 
 impl JointForms {
-    /// Returns the solver of a joint.
     fn solver(&mut self, backend: &JointBackend) -> &mut dyn JointFormSolver {
         match backend {
             JointBackend::Tree(_) => &mut self.trees,

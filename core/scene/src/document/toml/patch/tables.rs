@@ -219,7 +219,6 @@ impl PatchWriter<'_> {
         self.out.changes += 1;
     }
 
-    /// Writes the pose of an object.
     fn write_pose(&mut self, entry: &SceneEntry, object: usize, difference: &ObjectDifference) {
         let local = self.edited.scene.local(self.slot(object));
         self.put_pose(entry, &local, difference);

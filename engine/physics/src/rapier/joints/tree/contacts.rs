@@ -50,7 +50,6 @@ struct ContactPartner {
     /// Linear and angular velocity, m/s and rad/s.
     linear: Vector3<f64>,
     angular: Vector3<f64>,
-    /// Whether the body is fixed.
     is_fixed: bool,
 }
 
