@@ -10,8 +10,8 @@ use crate::{
 };
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
-    let entity = |key: &str| Param::int(key).text("an object with its descendants, or a collection");
-    let second = || Param::int("second").text("an object, a collection, or sim.handle_all: all other shapes");
+    let entity = |key: &str| Param::int(key).text("a shape or a collection");
+    let second = || Param::int("second").text("a shape, a collection, or sim.handle_all: all other shapes; the same collection twice: its shapes among each other, without those that a joint or nothing separates");
     let notes = "Meshes that are not convex are hollow surfaces: a shape entirely inside does not touch them.";
     offer.command(
         both(["sim.checkCollision", "simCheckCollision"], MINUS_ONE, |c| {
@@ -95,8 +95,9 @@ impl ShortestSegment {
 }
 
 /// Returns the shortest segment between the shapes of two entities. If `limit`, m, is greater than 0, segments longer
-/// than `limit` are ignored. Returns `None` if there is no such segment: one of the entities has no shapes, the second
-/// one contains the first, or both are the whole scene.
+/// than `limit` are ignored. If both entities have the same objects, the segment is the shortest among their shapes that
+/// are not neighbours. Returns `None` if there is no such segment: one of the entities has no shapes, the second one
+/// contains the first and more, or both are the whole scene.
 pub(crate) fn closest(c: &Ctx<'_>, first: &Entity, second: &Entity, limit: f64) -> Result<Option<ShortestSegment>> {
     let (first, second) = match (first, second) {
         (Entity::Objects(a), Entity::Objects(b)) => (a.as_slice(), b.as_slice()),
@@ -104,11 +105,50 @@ pub(crate) fn closest(c: &Ctx<'_>, first: &Entity, second: &Entity, limit: f64) 
         (Entity::All, Entity::All) => return Ok(None),
     };
     if !second.is_empty() && first.iter().all(|o| second.contains(o)) {
-        return Ok(None);
+        return if first.len() == second.len() { among_each_other(c, first, limit) } else { Ok(None) };
     }
     let shapes = |all: &[tatu_object]| all.iter().any(|o| c.world().look(*o).is_ok_and(|o| o.kind == TATU_KIND_SHAPE));
     if !shapes(first) || !second.is_empty() && !shapes(second) {
         return Ok(None);
     }
     Ok(c.world().closest(first, second, limit)?.map(ShortestSegment))
+}
+
+/// Returns the shortest segment between two of these shapes that are not neighbours in a chain.
+fn among_each_other(c: &Ctx<'_>, objects: &[tatu_object], limit: f64) -> Result<Option<ShortestSegment>> {
+    let is_shape = |o: &tatu_object| c.world().look(*o).is_ok_and(|o| o.kind == TATU_KIND_SHAPE);
+    let shapes: Vec<tatu_object> = objects.iter().copied().filter(is_shape).collect();
+    let carriers = shapes.iter().map(|shape| carrier(c, *shape)).collect::<Result<Vec<_>>>()?;
+    let mut shortest: Option<ShortestSegment> = None;
+    for (i, shape) in shapes.iter().enumerate() {
+        let rest: Vec<tatu_object> = (i + 1..shapes.len())
+            .filter(|j| carriers[*j] != Some(*shape) && carriers[i] != Some(shapes[*j]))
+            .map(|j| shapes[j])
+            .collect();
+        if rest.is_empty() {
+            continue;
+        }
+        let reach = shortest.as_ref().map_or(limit, ShortestSegment::length);
+        if let Some(found) = c.world().closest(&[*shape], &rest, reach)?.map(ShortestSegment)
+            && shortest.as_ref().is_none_or(|known| found.length() < known.length())
+        {
+            shortest = Some(found);
+        }
+        if shortest.as_ref().is_some_and(|s| s.length() == 0.0) {
+            break;
+        }
+    }
+    Ok(shortest)
+}
+
+/// Returns the shape that carries a shape, directly or by joints, dummies and other objects without form.
+fn carrier(c: &Ctx<'_>, shape: tatu_object) -> Result<Option<tatu_object>> {
+    let mut object = parent(c, shape)?;
+    while object != 0 {
+        if c.world().look(object)?.kind == TATU_KIND_SHAPE {
+            return Ok(Some(object));
+        }
+        object = parent(c, object)?;
+    }
+    Ok(None)
 }
