@@ -120,8 +120,8 @@ pub struct RunArgs {
 /// A script that is run without its scene.
 #[derive(clap::Args)]
 pub struct StandInArgs {
-    /// Run the script given by `--script V_REP_POSES` without its scene; objects that it looks up are created as its
-    /// calls need them.
+    /// Run the script given by `--script FILE` without its scene; the objects that it looks up are created, with
+    /// kinds that fit its calls.
     #[arg(long, conflicts_with_all = ["scene", "replay", "from", "reload"], requires = "scripts")]
     pub stand_ins: bool,
     /// Kind of the script, instead of the kind inferred from its source: main, child, threaded, customization, add-on

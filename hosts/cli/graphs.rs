@@ -13,9 +13,9 @@ use crate::plot;
 /// Writes `<graph>.csv` and `<graph>.png` for each graph. Returns the errors; one failure does not prevent the other
 /// files from being written.
 pub fn write(world: &World, dir: &Path) -> Vec<Error> {
-    let told = |path: &Path, why: String| {
+    let failure = |path: &Path, why: String| {
         Error::new("E105", format!("cannot write {}: {why}", path.display()))
-            .help("does the folder exist, and is it writable?")
+            .help("check that the folder exists and is writable")
     };
     let (figures, mut failed) = (world.figures(), Vec::new());
     if figures.graphs.is_empty() {
@@ -23,16 +23,16 @@ pub fn write(world: &World, dir: &Path) -> Vec<Error> {
         return failed;
     }
     if let Err(e) = fs::create_dir_all(dir) {
-        return vec![told(dir, e.to_string())];
+        return vec![failure(dir, e.to_string())];
     }
     for graph in figures.graphs.values() {
         let file = |ending: &str| -> PathBuf { dir.join(format!("{}.{ending}", file_name(&graph.name))) };
         let (csv, png) = (file("csv"), file("png"));
         if let Err(e) = write_atomically(&csv, table(graph).as_bytes()) {
-            failed.push(told(&csv, e.to_string()));
+            failed.push(failure(&csv, e.to_string()));
         }
         if let Err(e) = plot::draw(graph, &png) {
-            failed.push(told(&png, e));
+            failed.push(failure(&png, e));
         }
     }
     failed

@@ -1,4 +1,4 @@
-//! Snapshots of a run: `--snapshot-at T V_REP_POSES` and `--from V_REP_POSES`.
+//! Snapshots of a run: `--snapshot-at T FILE` and `--from FILE`.
 
 use std::{
     path::{Path, PathBuf},

@@ -117,8 +117,8 @@ impl Trace {
     }
 }
 
-/// Returns, by title, what these lines print on each console after its last clear; null if it was cleared and stayed
-/// empty.
+/// Returns the text that these lines print on each console, keyed by the title of the console. If a console is cleared,
+/// only the text after the last clear is returned, or null if there is none.
 fn consoles(lines: &[LogLine]) -> Map<String, Json> {
     let mut all = Map::new();
     for line in lines {

@@ -9,11 +9,11 @@ use std::{
 
 use tatu_core::{
     document::{AllowedFile, SourceFiles},
-    errors::{Error, Result},
+    errors::{Error, Result, SourceLocation},
     plugins::Registry,
 };
 use tatu_plugin_api::safe::program_file;
-use toml_edit::DocumentMut;
+use toml_edit::{DocumentMut, TomlError};
 
 use super::{AddOn, CallStyle, StartMode, declarations, name};
 
@@ -89,16 +89,15 @@ pub fn read(place: &Path, registry: &Registry, sources: &SourceFiles) -> Result<
     let (manifest, file) = if place.is_dir() {
         let file = place.join("addon.toml");
         let text = text_of(&file, sources)?;
-        let manifest = text
-            .parse::<DocumentMut>()
-            .map_err(|e| Error::new("E601", format!("{}: {}", file.display(), e.message())).expected("a TOML file"))?;
+        let manifest = text.parse::<DocumentMut>().map_err(|e| invalid_toml(&file, &text, &e))?;
         if let Some((key, _)) = manifest.iter().find(|(k, _)| !MANIFEST_KEYS.contains(k)) {
             let text = format!("{}: unknown key `{key}`", file.display());
             return Err(Error::new("E601", text).expected(MANIFEST_KEYS.join(", ")).nearest(key, MANIFEST_KEYS));
         }
         let suffixes = registry.scripting.languages.iter().flat_map(|l| &l.suffixes);
         let script = suffixes.map(|s| place.join(format!("init{s}"))).find(|f| f.is_file()).ok_or_else(|| {
-            Error::new("E601", format!("the add-on {} has no script", place.display())).expected("a file init.lua")
+            Error::new("E601", format!("the add-on {} has no script", place.display()))
+                .expected("a file `init.lua` in it")
         })?;
         (Some((file, manifest)), script)
     } else {
@@ -107,17 +106,18 @@ pub fn read(place: &Path, registry: &Registry, sources: &SourceFiles) -> Result<
     let language = language(&file, registry).ok_or_else(|| {
         let known: Vec<&str> =
             registry.scripting.languages.iter().flat_map(|l| &l.suffixes).map(String::as_str).collect();
-        Error::new("E601", format!("no script language accepts {}", file.display())).expected(known.join(", "))
+        Error::new("E601", format!("no script language reads {}", file.display()))
+            .expected(format!("a file with one of the suffixes {}", known.join(", ")))
     })?;
     let text = text_of(&file, sources)?;
     // By default, an add-on is named after its file or folder.
     let stem =
         place.file_stem().filter(|_| place.is_file()).or(place.file_name()).unwrap_or_default().to_string_lossy();
-    let told = name::parse(&stem);
+    let parsed = name::parse(&stem);
     let mut addon = AddOn {
-        name: told.name,
-        style: if told.function { CallStyle::Function } else { declarations::style(&text) },
-        start: told.start,
+        name: parsed.name,
+        style: if parsed.function { CallStyle::Function } else { declarations::style(&text) },
+        start: parsed.start,
         about: declarations::first_comment(&text),
         dialect: String::new(),
         file,
@@ -131,6 +131,14 @@ pub fn read(place: &Path, registry: &Registry, sources: &SourceFiles) -> Result<
         addon.start = StartMode::Automatic;
     }
     Ok(addon)
+}
+
+/// Returns the error for a manifest that is not TOML, with the line at which parsing failed.
+fn invalid_toml(file: &Path, text: &str, e: &TomlError) -> Error {
+    let before = e.span().and_then(|span| text.get(..span.start)).unwrap_or_default();
+    let line = before.matches('\n').count() + 1;
+    let place = SourceLocation::of_line(file.to_owned(), text.as_bytes(), line);
+    Error::new("E601", format!("not a TOML file: {}", e.message())).at(Some(place))
 }
 
 /// Applies the settings of a manifest to an add-on.

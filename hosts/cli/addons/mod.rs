@@ -3,7 +3,7 @@
 //! - [`AddonFlags`]: command-line options;
 //! - `find`: searches folders for add-ons;
 //! - `name`: parses file names; `declarations`: extracts declarations from the source;
-//! - `request`: parses `--addon CONFIG_FILE:KEY=VALUE,...`;
+//! - `request`: parses `--addon NAME:KEY=VALUE,...`;
 //! - `start`: chooses the add-ons that run, and attaches them to a world.
 
 mod declarations;
@@ -20,7 +20,7 @@ pub use start::{StartedAddons, choose_addons, replayed_addons, starts_by_itself}
 /// Command-line options about add-ons.
 #[derive(Clone, clap::Args, Default)]
 pub struct AddonFlags {
-    /// Start an add-on by its name or file, with options: `CONFIG_FILE`, `V_REP_POSES:KEY=VALUE,KEY=VALUE`.
+    /// Start an add-on by its name or file, optionally with options: `NAME`, `FILE:KEY=VALUE,KEY=VALUE`.
     #[arg(long = "addon", value_name = "NAME|FILE")]
     pub addons: Vec<String>,
     /// Start only the add-ons that `--addon` names.

@@ -20,22 +20,22 @@ pub struct ParsedName {
 
 /// Parses the name of a file without its suffix.
 pub fn parse(stem: &str) -> ParsedName {
-    let told = |name: &str, function, start| ParsedName { name: name.to_owned(), function, start };
+    let parsed = |name: &str, function, start| ParsedName { name: name.to_owned(), function, start };
     let after = |prefix: &str| stem.strip_prefix(prefix).filter(|rest| !rest.is_empty());
     for program in ["vrep", "sim"] {
         for (kind, function) in [("Func", true), ("Function", true), ("Script", false)] {
             let by_itself = if function { StartMode::OnRequest } else { StartMode::Automatic };
             if let Some(name) = after(&format!("{program}AddOn{kind}_")) {
-                return told(name, function, by_itself);
+                return parsed(name, function, by_itself);
             }
             if let Some(name) = after(&format!("{program}AddOn{kind}-")) {
-                return told(name, function, StartMode::OnRequest);
+                return parsed(name, function, StartMode::OnRequest);
             }
         }
     }
     match after("simAddOn") {
-        Some(name) => told(name, false, StartMode::ScriptDecides),
-        None => told(stem, false, StartMode::ScriptDecides),
+        Some(name) => parsed(name, false, StartMode::ScriptDecides),
+        None => parsed(stem, false, StartMode::ScriptDecides),
     }
 }
 

@@ -1,4 +1,4 @@
-//! Parses `--addon CONFIG_FILE:KEY=VALUE,KEY=VALUE`.
+//! Parses `--addon NAME:KEY=VALUE,KEY=VALUE`.
 
 use tatu_core::errors::{Error, Result};
 

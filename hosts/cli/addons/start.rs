@@ -81,9 +81,9 @@ fn matches_request(w: &AddonRequest, addon: &AddOn) -> bool {
 
 fn unknown(w: &AddonRequest, found: &[AddOn]) -> Error {
     let known: Vec<&str> = found.iter().map(|a| a.name.as_str()).collect();
-    let list = if known.is_empty() { "no add-on was found".to_owned() } else { known.join(", ") };
+    let list = if known.is_empty() { "none was found".to_owned() } else { known.join(", ") };
     Error::new("E600", format!("there is no add-on `{}`, and no such file", w.name))
-        .expected(format!("one of those that `tatu list addons` shows ({list}), or a file"))
+        .expected(format!("an add-on that `tatu list addons` lists ({list}), or the file of one"))
         .nearest(&w.name, known)
 }
 

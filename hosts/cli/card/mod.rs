@@ -77,7 +77,10 @@ pub fn read(model: &Path) -> Result<Option<Card>, Error> {
 pub fn write(card: &Card, values: &[Option<f64>]) -> Result<(), Error> {
     let fail = |why: String| Error::new("E105", format!("{} cannot be written: {why}", card.file.display()));
     let text = read_plain_text(&card.file, MAX_FILE_BYTES).map_err(|e| fail(e.to_string()))?;
-    let mut doc: DocumentMut = text.parse().map_err(|e: toml_edit::TomlError| fail(e.message().to_owned()))?;
+    let mut doc: DocumentMut = text.parse().map_err(|e: toml_edit::TomlError| {
+        let reader = CardReader { file: &card.file, text: &text };
+        reader.fail("E105", format!("{} cannot be written: {}", card.file.display(), e.message()), e.span())
+    })?;
     let tables = doc.get_mut("measure").and_then(Item::as_array_of_tables_mut);
     for (table, measured) in tables.into_iter().flat_map(|t| t.iter_mut()).zip(values) {
         if let Some(x) = measured {
@@ -99,7 +102,8 @@ struct CardReader<'a> {
 
 impl CardReader<'_> {
     fn card(&self) -> Result<Card, Error> {
-        let doc = Document::parse(self.text).map_err(|e| self.fail("E100", e.message().to_owned(), e.span()))?;
+        let doc = Document::parse(self.text)
+            .map_err(|e| self.fail("E100", format!("not a TOML file: {}", e.message()), e.span()))?;
         self.reject_unknown_keys(doc.as_table(), CARD_KEYS, "a card")?;
         if doc.get("format").and_then(Item::as_integer) != Some(1) {
             let error = self.fail("E102", "`format` is not 1".into(), doc.get("format").and_then(Item::span));
@@ -115,7 +119,11 @@ impl CardReader<'_> {
                 }
             }
             Some((None, span)) => {
-                return Err(self.fail("E102", "`measure` is not written as [[measure]]".into(), span));
+                return Err(self.fail(
+                    "E102",
+                    "`measure` is not an array of tables: write [[measure]] above each measure".into(),
+                    span,
+                ));
             }
         }
         if measures.is_empty() {
@@ -133,7 +141,7 @@ impl CardReader<'_> {
 
     fn measure(&self, table: &Table, params: &Table, scene: &Table) -> Result<CardMeasure, Error> {
         self.reject_unknown_keys(table, MEASURE_KEYS, "a measure")?;
-        let lacks = |key: &str| self.fail("E104", format!("a measure lacks `{key}`"), table.span());
+        let lacks = |key: &str| self.fail("E104", format!("this measure has no `{key}`"), table.span());
         let text = |key: &str| -> Result<String, Error> {
             let item = table.get(key).ok_or_else(|| lacks(key))?;
             let text =

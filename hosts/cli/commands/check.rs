@@ -63,8 +63,8 @@ fn verdict(lacks: &[String], faults: &[Fault]) -> String {
     let all: Vec<String> = lacks.iter().chain(faults).map(|text| shortened(text)).collect();
     match all.as_slice() {
         [] => "runs".to_owned(),
-        [one] => format!("runs without one thing: {one}"),
-        all => format!("runs without {} things: {}", all.len(), all.join("; ")),
+        [one] => format!("runs, but with one problem: {one}"),
+        all => format!("runs, but with {} problems: {}", all.len(), all.join("; ")),
     }
 }
 

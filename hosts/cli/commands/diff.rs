@@ -90,7 +90,7 @@ impl TraceReader {
         };
         if line.len() as u64 >= MAX_FILE_BYTES {
             return wrong(format!(
-                "line {} of {} has more than {} MB",
+                "line {} of {} is longer than {} MB",
                 self.line,
                 self.path.display(),
                 MAX_FILE_BYTES >> 20
@@ -102,7 +102,7 @@ impl TraceReader {
         };
         match serde_json::from_slice::<Value>(&line) {
             Ok(v) if v["step"].is_u64() && v["hash"].is_string() => Ok(Some(v)),
-            Ok(_) => wrong(format!("line {} of {} is not a line of a trace", self.line, self.path.display())),
+            Ok(_) => wrong(format!("line {} of {} has no `step` or no `hash`", self.line, self.path.display())),
             Err(e) => wrong(format!("line {} of {} is not JSON: {e}", self.line, self.path.display())),
         }
     }
@@ -146,8 +146,8 @@ fn first_difference(a: &Value, b: &Value) -> Option<String> {
         let why = "an object that is not watched differs; write both traces with --hashes to identify it";
         return Some(format!("{at}: {why}"));
     }
-    let told = ["statusbar", "console"].into_iter().find(|key| a[*key] != b[*key])?;
-    Some(format!("{at}: the scripts' lines ({told}): {} and {}", a[told], b[told]))
+    let key = ["statusbar", "console"].into_iter().find(|key| a[*key] != b[*key])?;
+    Some(format!("{at}: the output of scripts (`{key}`) differs: {} and {}", a[key], b[key]))
 }
 
 /// Describes the first key that differs, apart from those described separately. `hashes` is ignored if only one trace

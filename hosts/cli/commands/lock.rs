@@ -10,7 +10,7 @@ use std::{
 use sha2::{Digest, Sha256};
 use tatu_core::{
     document::{LoadOptions, SourceFiles},
-    errors::Error,
+    errors::{Error, SourceLocation},
     plugins::{MODEL_FILE, Registry, assets_folder},
 };
 use tatu_plugin_api::safe::{MAX_FILE_BYTES, read_plain};
@@ -133,7 +133,11 @@ impl LockFile {
             let text = format!("{} is not a lock file: {why}", file.display());
             Error::new("E100", text).help("write it again: `tatu lock SCENE`")
         };
-        let document = text.parse::<DocumentMut>().map_err(|e| damaged(e.message().to_owned()))?;
+        let document = text.parse::<DocumentMut>().map_err(|e| {
+            let before = e.span().and_then(|span| text.get(..span.start)).unwrap_or_default();
+            let line = before.matches('\n').count() + 1;
+            damaged(e.message().to_owned()).at(Some(SourceLocation::of_line(file.to_owned(), text.as_bytes(), line)))
+        })?;
         let entries = |key: &str, named: &str| -> Result<Vec<LockEntry>, Error> {
             let tables = match document.get(key) {
                 None => return Ok(Vec::new()),
@@ -193,25 +197,25 @@ impl LockFile {
     }
 }
 
-/// Writes a temporary file and renames it over the old record, so a failure leaves the old record intact. A file that
-/// is not a record is never replaced.
+/// Writes a temporary file and renames it over the old lock file, so that a failure leaves the old one intact. A file
+/// that is not a lock file is never replaced.
 fn replace_lock_file(file: &Path, text: &str) -> Result<(), Error> {
     let taken = |why: String| {
         Error::new("E105", format!("cannot write {}: {why}", file.display()))
-            .help("rename that file, or the scene: the record has the scene's name and ends with `.lock`")
+            .help("rename that file, or the scene: the lock file has the name of the scene with the suffix `.lock`")
     };
     // Links are refused: they would be replaced, or followed to an unrelated file.
     match std::fs::symlink_metadata(file) {
         Err(_) => {}
         Ok(about) if !about.is_file() => {
-            return Err(taken("the existing file of that name is not a regular file".to_owned()));
+            return Err(taken("the existing file with that name is not a regular file".to_owned()));
         }
         Ok(_) => {
             let old = read_plain(file, MAX_FILE_BYTES).map_err(|e| taken(e.to_string()))?;
             LockFile::parse(file, &String::from_utf8_lossy(&old))
                 .ok()
                 .filter(|old| !old.tatu.is_empty())
-                .ok_or_else(|| taken("the existing file of that name was not written by `tatu lock`".to_owned()))?;
+                .ok_or_else(|| taken("the existing file with that name was not written by `tatu lock`".to_owned()))?;
         }
     }
     let fail = |e: std::io::Error| Error::new("E105", format!("cannot write {}: {e}", file.display()));

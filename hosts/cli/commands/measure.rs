@@ -91,9 +91,9 @@ fn model_file(name: &str, registry: &Registry) -> Result<PathBuf, Error> {
     }
     let found = registry.find_model(name).filter(|f| f.importer.is_none());
     found.map(|f| f.file).ok_or_else(|| {
-        Error::new("E130", format!("there is no model `{name}` in a folder"))
+        Error::new("E130", format!("there is no model `{name}` that is stored in a folder"))
             .expected("the id of a model, or a folder with a `model.toml`")
-            .help("`tatu list models` shows the models")
+            .help("`tatu list models` lists all models")
     })
 }
 
@@ -130,13 +130,13 @@ fn measure_one(
     world.end();
     match value {
         Some(x) if x.is_finite() => Ok(x),
-        Some(x) => Err(fail(format!("returned {x}"))),
+        Some(x) => Err(fail(format!("returned {x}, but must return a finite number"))),
         None if world.time() < m.seconds => Err(fail("ended the run before it returned a number".into())),
         None => Err(fail(format!("returned no number within {} s of simulation time", m.seconds))),
     }
 }
 
-/// Returns the code that precedes the script: the helper functions and the call of the measure, on a single line, so
+/// Returns the code that precedes the script: the helper functions and the call to the measure, on a single line, so
 /// that line numbers in errors are those of card.lua.
 fn lua_header(m: &CardMeasure) -> String {
     let shared: Vec<&str> = LUA_HELPERS.lines().map(str::trim).filter(|l| !l.starts_with("--")).collect();

@@ -136,7 +136,7 @@ impl RowOutput {
         let Some(path) = path else { return Ok(RowOutput { file: None, done: Default::default() }) };
         let fail = |e: std::io::Error| {
             let error = Error::new("E105", format!("cannot write {}: {e}", path.display()));
-            error.help("does the folder exist, and is it writable?")
+            error.help("check that the folder exists and is writable")
         };
         if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("parquet")) {
             return Err(Error::new(

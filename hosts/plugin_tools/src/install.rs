@@ -90,7 +90,7 @@ fn refused(what: &Path, reason: &RejectReason) -> Error {
 
 fn unwritten(file: &Path, e: &io::Error) -> Error {
     Error::new("E105", format!("cannot write {}: {e}", file.display()))
-        .help("does the folder exist, and is it writable?")
+        .help("check that the folder exists and is writable")
 }
 
 /// A library to be installed.
@@ -272,8 +272,9 @@ fn staged_copy(file: &Path, folder: &Path) -> Result<TempPath> {
     let fail = |e: io::Error| unwritten(folder, &e);
     let copy = tempfile::Builder::new().prefix(".tatu-").suffix(std::env::consts::DLL_SUFFIX).tempfile_in(folder);
     let mut copy = copy.map_err(fail)?;
-    let mut from = File::open(file)
-        .map_err(|e| Error::new("E105", format!("cannot read {}: {e}", file.display())).help("is it readable?"))?;
+    let mut from = File::open(file).map_err(|e| {
+        Error::new("E105", format!("cannot read {}: {e}", file.display())).help("check that it is readable")
+    })?;
     io::copy(&mut from, copy.as_file_mut()).map_err(fail)?;
     #[cfg(unix)]
     {

@@ -47,7 +47,9 @@ pub fn wrote(result: std::io::Result<()>) {
         && e.kind() != ErrorKind::BrokenPipe
         && !OUTPUT_LOST.swap(true, Ordering::Relaxed)
     {
-        error(&Error::new("E105", format!("cannot write standard output: {e}")).help("is the disk full?"));
+        error(
+            &Error::new("E105", format!("cannot write standard output: {e}")).help("check that the disk is not full"),
+        );
     }
 }
 

@@ -234,11 +234,11 @@ fn fields(kind: &SensorKind) -> Vec<Json> {
         while shape.len() > 1 && shape.last() == Some(&1) {
             shape.pop();
         }
-        let mut told = field(&f.name, f.elem, &shape, f.unit.as_deref(), &f.text, f.nothing.as_deref());
+        let mut entry = field(&f.name, f.elem, &shape, f.unit.as_deref(), &f.text, f.nothing.as_deref());
         if let Some(valid) = &f.valid {
-            told["valid"] = json!(valid);
+            entry["valid"] = json!(valid);
         }
-        told
+        entry
     };
     kind.fields.iter().map(one).collect()
 }

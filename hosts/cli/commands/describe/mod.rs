@@ -53,7 +53,7 @@ pub fn describe(args: &DescribeArgs) -> ExitCode {
         }
         let names = facts::names(&registry);
         report::error(
-            &Error::new("E130", format!("there is no `{id}`"))
+            &Error::new("E130", format!("nothing has the id or name `{id}`"))
                 .expected("a plugin, kind of sensor or actuator, model, importer, script language, service, schema, object kind or command")
                 .help("`tatu list plugins`, `models`, `sensors`, `actuators`, `importers`, `services` and `commands` \
                        show what is available; models in folders are found from the folder that contains `models/`, \
@@ -70,9 +70,9 @@ pub fn describe(args: &DescribeArgs) -> ExitCode {
     }
     if args.json {
         // Several items of different types may share an id.
-        let mut told: Vec<Value> = all.into_iter().map(with_others).collect();
-        let told = if told.len() == 1 { told.remove(0) } else { Value::Array(told) };
-        report::out!("{}", serde_json::to_string_pretty(&told).unwrap_or_default());
+        let mut items: Vec<Value> = all.into_iter().map(with_others).collect();
+        let items = if items.len() == 1 { items.remove(0) } else { Value::Array(items) };
+        report::out!("{}", serde_json::to_string_pretty(&items).unwrap_or_default());
     } else {
         for (i, fact) in all.iter().flatten().enumerate() {
             if i > 0 {

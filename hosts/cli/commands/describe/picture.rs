@@ -1,4 +1,4 @@
-//! `tatu describe MODEL --picture V_REP_POSES`: a model on a floor, or a sheet of several.
+//! `tatu describe MODEL --picture FILE`: renders a model on a floor, or several models on one sheet.
 
 use std::{path::Path, sync::Arc};
 
@@ -41,7 +41,7 @@ pub fn write(registry: &Arc<Registry>, ids: &[String], output: &Path) -> Result<
         sheet.put((x, y), &picture);
         let at = (f64::from(x + CELL_SIZE[0] / 2), f64::from(y + CELL_SIZE[1] + CAPTION_HEIGHT / 2));
         let drawn = sheet.text(at, id, CAPTION_FONT_SIZE, (HPos::Center, VPos::Center));
-        drawn.map_err(|why| Error::new("E105", format!("the name `{id}` cannot be drawn: {why}")))?;
+        drawn.map_err(|why| Error::new("E105", format!("cannot draw the caption `{id}`: {why}")))?;
     }
     file::write(output, &sheet.picture())
 }
@@ -49,8 +49,8 @@ pub fn write(registry: &Arc<Registry>, ids: &[String], output: &Path) -> Result<
 /// Renders a model in a folder.
 fn of_model(registry: &Arc<Registry>, id: &str, size: [u32; 2], ground: bool) -> Result<Picture, Error> {
     let found = registry.find_model(id).ok_or_else(|| {
-        let error = Error::new("E130", format!("there is no model `{id}` in a folder"));
-        error.help("`--picture` draws models in folders: `tatu list models` shows them")
+        let error = Error::new("E130", format!("there is no model `{id}` that is stored in a folder"));
+        error.help("`--picture` renders only models that are stored in folders; `tatu list models` lists all models")
     })?;
     let document = document::load(&found.file, registry, &LoadOptions::default())?;
     let all = std::thread::available_parallelism().map_or(1, usize::from);

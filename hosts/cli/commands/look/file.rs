@@ -9,7 +9,7 @@ use tatu_render::Picture;
 pub fn write(path: &Path, picture: &Picture) -> Result<(), Error> {
     encode(picture).and_then(|bytes| write_atomically(path, &bytes)).map_err(|e| {
         let error = Error::new("E105", format!("cannot write {}: {e}", path.display()));
-        error.help("does the folder exist, and is it writable?")
+        error.help("check that the folder exists and is writable")
     })
 }
 

@@ -70,7 +70,7 @@ pub fn draw(reading: &Reading) -> Result<Option<Canvas>, String> {
     let mut canvas =
         Canvas::new(width.max(heading.ceil() as u32 + 40).max(560), HEADER_HEIGHT + height.max(160) + MARGIN);
     canvas.title(&title(reading))?;
-    let (mut x, mut told) = (MARGIN, Vec::new());
+    let (mut x, mut captions) = (MARGIN, Vec::new());
     if let (Some(image), Value::Floats(numbers)) = (&depth, depth.as_ref().map_or(&Value::Nil, |d| d.value)) {
         let seen = |d: f64| d.is_finite() && d > 0.0;
         let (low, high) = numbers
@@ -117,7 +117,7 @@ pub fn draw(reading: &Reading) -> Result<Option<Canvas>, String> {
                 text += &format!(", {share:.1} % {what}");
             }
         }
-        told.push(text);
+        captions.push(text);
         x += LEGEND_WIDTH + MARGIN;
     }
     if let (Some(image), Some(numbers)) = (&color, color.as_ref().and_then(|c| bytes(c.value))) {
@@ -126,9 +126,9 @@ pub fn draw(reading: &Reading) -> Result<Option<Canvas>, String> {
             [numbers[i], numbers[i + 1], numbers[i + 2]]
         };
         canvas.image((x, HEADER_HEIGHT), [image.columns, image.rows], image.scale(), pixel);
-        told.push(format!("colours {} x {}", image.columns, image.rows));
+        captions.push(format!("colours {} x {}", image.columns, image.rows));
     }
-    canvas.text((20.0, 52.0), &told.join("; "), 15.0, (HPos::Left, VPos::Center))?;
+    canvas.text((20.0, 52.0), &captions.join("; "), 15.0, (HPos::Left, VPos::Center))?;
     Ok(Some(canvas))
 }
 

@@ -51,8 +51,8 @@ pub fn draw(world: &World, reading: &Reading) -> Result<Option<Canvas>, String> 
     canvas.put((0, HEADER_HEIGHT), &picture(world, &camera(Vector3::z()), &lines, true));
     canvas.put((VIEW_SIZE + VIEW_GAP, HEADER_HEIGHT), &picture(world, &camera(beside.normalize()), &lines, true));
     canvas.title(&title(reading))?;
-    let told = match *detected {
-        0 => "nothing is seen".to_owned(),
+    let caption = match *detected {
+        0 => "nothing is detected".to_owned(),
         _ => {
             let what = ints(reading, "proximity.object").and_then(|o| world.path_of(*o.first()?));
             let what = what.map_or(String::new(), |w| format!(", of {w}"));
@@ -61,7 +61,7 @@ pub fn draw(world: &World, reading: &Reading) -> Result<Option<Canvas>, String> 
     };
     canvas.text(
         (20.0, 52.0),
-        &format!("{told}   (left: from above, right: from the side)"),
+        &format!("{caption}   (left: from above, right: from the side)"),
         15.0,
         (HPos::Left, VPos::Center),
     )?;

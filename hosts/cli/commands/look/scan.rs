@@ -61,7 +61,7 @@ pub fn draw(reading: &Reading) -> Result<Option<Canvas>, String> {
         let rays: Vec<[CanvasPoint; 2]> = thinned(&hits).map(|(a, d)| [middle, at(*a, d.min(shown))]).collect();
         canvas.lines(&rays, BEAM_COLOR, 0.5)?;
     }
-    let mut told = String::new();
+    let mut heights = String::new();
     let step = round_step(wide / 6.0);
     let rings = (1..).map(|i| f64::from(i) * step).take_while(|r| *r <= 1.5 * wide);
     for r in rings {
@@ -86,7 +86,7 @@ pub fn draw(reading: &Reading) -> Result<Option<Canvas>, String> {
             canvas.dots(&[at(*a, *d)], 1.5, RGBColor(r, g, b))?;
         }
         if low <= top {
-            told = format!("; height {low:.2} m to {top:.2} m, brighter is higher");
+            heights = format!("; height {low:.2} m to {top:.2} m, brighter is higher");
         }
     } else {
         let points: Vec<CanvasPoint> = hits.iter().filter(|(_, d)| *d <= shown).map(|(a, d)| at(*a, *d)).collect();
@@ -108,7 +108,7 @@ pub fn draw(reading: &Reading) -> Result<Option<Canvas>, String> {
     if let Some(farthest) = farthest {
         line += &format!("; range {farthest} m");
     }
-    canvas.text((20.0, 52.0), &(line + &told), 15.0, (HPos::Left, VPos::Center))?;
+    canvas.text((20.0, 52.0), &(line + &heights), 15.0, (HPos::Left, VPos::Center))?;
     Ok(Some(canvas))
 }
 

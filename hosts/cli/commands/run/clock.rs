@@ -70,8 +70,8 @@ mod tests {
         for nanoseconds in [1_000_000_u64, 2_000_000, 9_000_000] {
             clock.steps.as_mut().unwrap().record(nanoseconds).unwrap();
         }
-        let told = clock.stop().step();
-        let of = |name: &str| told[name].as_f64().unwrap();
+        let steps = clock.stop().step();
+        let of = |name: &str| steps[name].as_f64().unwrap();
         assert!((of("median") - 0.002).abs() < 2e-6 && (of("max") - 0.009).abs() < 9e-6 && of("p99") <= of("max"));
     }
 }

@@ -28,12 +28,12 @@ impl KeyPresses {
     /// Reads a file. Empty lines and lines beginning with `#` are skipped. Fails with E105 if the file cannot be read,
     /// and with E102 if a line is not a time and a key.
     pub fn read(path: &Path) -> Result<Self, Error> {
-        let text =
-            read_text(path).map_err(|e| Error::new("E105", format!("cannot read the keys {}: {e}", path.display())))?;
+        let text = read_text(path)
+            .map_err(|e| Error::new("E105", format!("cannot read the key presses {}: {e}", path.display())))?;
         Self::parse(&text).map_err(|(line, wrong)| {
             let start = text.split_inclusive('\n').take(line - 1).map(str::len).sum();
             let place = SourceLocation { file: path.to_owned(), line, column: 1, span: start..start + wrong.len() };
-            Error::new("E102", format!("`{wrong}` is not a line `TIME KEY`"))
+            Error::new("E102", format!("the line `{wrong}` is not of the form `TIME KEY`"))
                 .expected("a time in seconds and a key: a character, a name such as `up`, or a code")
                 .at(Some(place))
         })
@@ -51,7 +51,7 @@ impl KeyPresses {
             let time: f64 = time.parse().ok().filter(|t: &f64| t.is_finite()).ok_or_else(wrong)?;
             all.push((time, key.trim().to_owned()));
         }
-        // The sort is stable: keys of equal time keep the order of the file.
+        // The sort is stable: keys with equal times remain in the order of the file.
         all.sort_by(|a, b| a.0.total_cmp(&b.0));
         all.reverse();
         Ok(KeyPresses(all))

@@ -252,9 +252,9 @@ fn run_world(args: &RunArgs, ready: ReadyRun, watchdog: &Watchdog) -> Result<Exi
                 None => drop(world.step()),
                 // Reloading happens at the barrier, after services have released the world and before the next step.
                 Some(reload) if world.barrier() => {
-                    let told = reload.apply_changes(&world);
-                    reloads += told.applied;
-                    bar.suspend(|| print_reload(&told));
+                    let reloaded = reload.apply_changes(&world);
+                    reloads += reloaded.applied;
+                    bar.suspend(|| print_reload(&reloaded));
                     world.step_on();
                 }
                 Some(_) => {}
@@ -337,7 +337,7 @@ fn run_world(args: &RunArgs, ready: ReadyRun, watchdog: &Watchdog) -> Result<Exi
 fn check_strict() -> Result<(), Error> {
     match report::warnings().len() {
         0 => Ok(()),
-        n => Err(Error::new("E123", format!("{n} warning(s), and `--strict` allows none"))
+        n => Err(Error::new("E123", format!("there are {n} warning(s), which `--strict` does not allow"))
             .help("resolve the warnings above, or run without `--strict`")),
     }
 }
@@ -401,18 +401,18 @@ fn print_log_line(args: &RunArgs, line: &tatu_core::LogLine) {
 }
 
 /// Reports which changed files were reloaded.
-fn print_reload(told: &ReloadReport) {
-    told.notes.iter().for_each(|n| report::note(n));
-    told.warnings.iter().for_each(report::warning);
+fn print_reload(reloaded: &ReloadReport) {
+    reloaded.notes.iter().for_each(|n| report::note(n));
+    reloaded.warnings.iter().for_each(report::warning);
 }
 
 fn summarize_objects(world: &World, hash: &StateHash) -> Map<String, Value> {
     let bases = world.model_bases();
     let hashes = hash.subtrees(bases.iter().map(|(path, _)| path.as_str()));
-    let told = |((path, p), hash): ((String, [f64; 7]), u64)| {
+    let entry = |((path, p), hash): ((String, [f64; 7]), u64)| {
         (path, json!({"position": p[..3], "quaternion": p[3..], "hash": format!("{hash:016x}")}))
     };
-    bases.into_iter().zip(hashes).map(told).collect()
+    bases.into_iter().zip(hashes).map(entry).collect()
 }
 
 /// The result of a run.

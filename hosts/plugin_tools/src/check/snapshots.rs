@@ -131,9 +131,9 @@ pub fn reload(file: &Path) -> Result<(), Error> {
         }
         if step == 1 {
             finding::report_activity("", "when it is reloaded during a run");
-            let told = second.reload_plugin(subject.plugin)?;
+            let reloaded = second.reload_plugin(subject.plugin)?;
             // The first note only states that the plugin was reloaded.
-            let lost = told.notes.get(1..).unwrap_or_default();
+            let lost = reloaded.notes.get(1..).unwrap_or_default();
             if !lost.is_empty() {
                 lost.iter().for_each(|n| note("", subject.readable(n)));
                 return Ok(());

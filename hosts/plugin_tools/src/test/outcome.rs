@@ -46,8 +46,8 @@ const MAX_LINES: usize = 40;
 
 impl TestResults {
     /// Creates an empty list of results.
-    pub fn new(only: Option<String>, tells: bool) -> Self {
-        TestResults { all: Vec::new(), only, prints: tells }
+    pub fn new(only: Option<String>, prints: bool) -> Self {
+        TestResults { all: Vec::new(), only, prints }
     }
 
     /// Returns whether a test is selected by its name.
