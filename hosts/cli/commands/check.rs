@@ -19,13 +19,13 @@ use crate::args::CheckArgs;
 pub fn check(args: &CheckArgs) -> ExitCode {
     let watchdog = Watchdog::start(args.watchdog, false);
     let options = args.changes.options(&[]).map(|o| LoadOptions { describe: args.json, ..o });
-    let mut lacks = Vec::new();
+    let mut problems = Vec::new();
     let world = super::registry(Some(&args.scene), &SourceFiles::default(), &args.changes.allow, &watchdog).and_then(
         |registry| {
             let document = super::load(&args.scene, &options?, &registry)?;
             let described = args.json.then(|| described(args, &document));
             let warnings = document.reports.iter().filter(|r| r.severity != TATU_REPORT_NOTE);
-            lacks = warnings.map(|r| r.text.clone()).collect();
+            problems = warnings.map(|r| r.text.clone()).collect();
             let world = World::new(document, registry)?;
             // The description is printed only if the world could be created.
             if let Some(mut json) = described {
@@ -43,7 +43,7 @@ pub fn check(args: &CheckArgs) -> ExitCode {
             world.mechanics().iter().for_each(|text| report::warn_text(text));
             world.take_lines().iter().for_each(|l| report::warn_text(&l.text));
             if !args.json {
-                report::out!("{}: {}", args.scene.display(), verdict(&lacks, &world.faults()));
+                report::out!("{}: {}", args.scene.display(), verdict(&problems, &world.faults()));
             }
             ExitCode::SUCCESS
         }
@@ -57,10 +57,10 @@ pub fn check(args: &CheckArgs) -> ExitCode {
     }
 }
 
-/// Returns a one-line summary: whether the scene runs completely, or what it lacks.
-fn verdict(lacks: &[String], faults: &[Fault]) -> String {
+/// Returns a one-line summary: whether the scene runs without problems, or with which.
+fn verdict(problems: &[String], faults: &[Fault]) -> String {
     let faults = faults.iter().map(|f| &f.message);
-    let all: Vec<String> = lacks.iter().chain(faults).map(|text| shortened(text)).collect();
+    let all: Vec<String> = problems.iter().chain(faults).map(|text| shortened(text)).collect();
     match all.as_slice() {
         [] => "runs".to_owned(),
         [one] => format!("runs, but with one problem: {one}"),

@@ -169,7 +169,7 @@ impl<O, F: Fn(usize, &mut WorldSlot, &mut O) -> Result> BatchPart<'_, O, F> {
     }
 }
 
-/// Runs on each thread of a batch: creates the thread's worlds, serves the calls of the batch, then ends the worlds.
+/// Runs on each thread of a batch: creates the thread's worlds, executes the calls to the batch, then ends the worlds.
 fn run_worker(
     setups: Vec<WorldSetup>,
     engine: &WorldTemplate,

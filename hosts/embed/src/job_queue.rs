@@ -61,7 +61,7 @@ type ThreadJob<'a, T> = dyn FnMut(&mut T) + Send + 'a;
 struct QueuedJob<T> {
     /// The job; `None` ends [`JobQueue::serve`].
     job: Option<*mut ThreadJob<'static, T>>,
-    /// The thread that waits for the work.
+    /// The thread that waits until the job is done.
     caller: Thread,
 }
 
@@ -70,11 +70,12 @@ pub struct JobQueue<T> {
     state: AtomicU32,
     /// Written by the caller while `FREE`, read by the thread while `POSTED`.
     posted: UnsafeCell<Option<QueuedJob<T>>>,
-    /// Locked by the caller from posting the work until it is done.
+    /// Held by the caller from the moment when it posts a job until the job is done.
     caller_lock: Mutex<()>,
 }
 
-// SAFETY: `posted` is used by one thread at a time, as its comment states; `state` hands it over. The job is `Send`.
+// SAFETY: `posted` is used by one thread at a time, as its comment states; `state` transfers it between threads. The
+// job is `Send`.
 unsafe impl<T> Send for JobQueue<T> {}
 // SAFETY: as for `Send`; in addition, the mutex `caller_lock` admits only one caller at a time.
 unsafe impl<T> Sync for JobQueue<T> {}
@@ -117,16 +118,16 @@ impl<T> JobQueue<T> {
 
     /// Posts a job without waiting for it; `None` makes the thread return from [`serve`](Self::serve).
     pub fn post<'a>(&'a self, thread: &Thread, job: Option<&'a mut ThreadJob<'_, T>>) -> PostedJob<'a, T> {
-        let turn = self.caller_lock.lock().unwrap_or_else(PoisonError::into_inner);
+        let guard = self.caller_lock.lock().unwrap_or_else(PoisonError::into_inner);
         // SAFETY: only the lifetime changes. `PostedJob` borrows the job, and dropping it waits until the thread is
         // done with the job.
         let job =
             job.map(|job| unsafe { std::mem::transmute::<*mut ThreadJob<'_, T>, *mut ThreadJob<'static, T>>(job) });
-        // SAFETY: this caller has the turn and the state is `FREE`, so no other thread uses `posted`.
+        // SAFETY: this caller holds `caller_lock` and the state is `FREE`, so no other thread uses `posted`.
         unsafe { *self.posted.get() = Some(QueuedJob { job, caller: thread::current() }) };
         self.state.store(POSTED, Release);
         thread.unpark();
-        PostedJob { queue: self, _turn: turn }
+        PostedJob { queue: self, _guard: guard }
     }
 }
 
@@ -134,7 +135,7 @@ impl<T> JobQueue<T> {
 #[must_use]
 pub struct PostedJob<'a, T> {
     queue: &'a JobQueue<T>,
-    _turn: std::sync::MutexGuard<'a, ()>,
+    _guard: std::sync::MutexGuard<'a, ()>,
 }
 
 impl<T> PostedJob<'_, T> {

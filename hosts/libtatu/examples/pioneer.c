@@ -62,7 +62,7 @@ int main(int n_args, char **args) {
 
   if (tatu_world_render(world, 0, 64, 48, picture) < 0) fail("cannot render a picture");
   for (i = 0; i < 64 * 48 * 3; i++) sum += picture[i];
-  printf("the picture is %s\n", sum ? "there" : "black");
+  printf("the picture is %s\n", sum ? "rendered" : "black");
   free(picture);
 
   /* Errors have a status and a message. */

@@ -174,7 +174,7 @@ fn not_found(wanted: &PluginQuery, folders: &[Folder], ids: &[&str]) -> RejectRe
         let (why, help) = match folder.state {
             FolderState::NoFolder => ("is a file", "name the folder of the library, not the library itself".to_owned()),
             FolderState::Missing => {
-                ("is not there", "correct TATU_PLUGIN_PATH: it is a list of folders, like PATH".to_owned())
+                ("does not exist", "correct TATU_PLUGIN_PATH: it is a list of folders, like PATH".to_owned())
             }
             _ => ("cannot be read", format!("make it readable: `chmod a+rx {path}`")),
         };

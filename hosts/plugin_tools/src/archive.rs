@@ -163,7 +163,7 @@ fn tar(data: impl Read, target: &mut UnpackTarget<'_>) -> Result<(), RejectReaso
             EntryType::Char | EntryType::Block => EntryKind::Other("a device"),
             EntryType::Fifo => EntryKind::Other("a pipe"),
             EntryType::GNUSparse => EntryKind::Other("a sparse file"),
-            _ => EntryKind::Other("of an unknown sort"),
+            _ => EntryKind::Other("of an unknown type"),
         };
         let (name, size) = (entry.path_bytes().into_owned(), entry.size());
         target.unpack_entry(&name, sort, size, &mut entry)?;
@@ -183,7 +183,7 @@ fn zip(data: File, target: &mut UnpackTarget<'_>) -> Result<(), RejectReason> {
             0o120_000 => EntryKind::Other("a symbolic link"),
             0o020_000 | 0o060_000 => EntryKind::Other("a device"),
             0o010_000 => EntryKind::Other("a pipe"),
-            _ => EntryKind::Other("of an unknown sort"),
+            _ => EntryKind::Other("of an unknown type"),
         };
         let (name, size) = (entry.name_raw().to_vec(), entry.size());
         target.unpack_entry(&name, sort, size, &mut entry)?;

@@ -50,7 +50,8 @@ pub fn build_project(project: &Project) -> Result<bool> {
     Ok(built)
 }
 
-/// Compiles all sources of the folder in one call of the compiler; the variables CC and CXX select another compiler.
+/// Compiles all sources of the folder by one invocation of the compiler; the variables CC and CXX select another
+/// compiler.
 fn compile(project: &Project) -> Result<bool> {
     let (variable, default, suffixes, standard): (_, _, &[&str], _) = match project.lang {
         Lang::C => ("CC", "cc", &["c"], "-std=c11"),

@@ -92,7 +92,7 @@ fn other_than_file(about: &Metadata) -> Option<&'static str> {
             return Some("a device");
         }
     }
-    (!about.is_file()).then_some("something else")
+    (!about.is_file()).then_some("a special file")
 }
 
 /// The first bytes of formats that are not libraries on any system.

@@ -95,7 +95,7 @@ impl Folder {
     /// search.
     pub fn summary(&self, found: &[&Path]) -> String {
         match &self.state {
-            FolderState::Missing => "not there".into(),
+            FolderState::Missing => "does not exist".into(),
             FolderState::NoFolder => "not a folder".into(),
             FolderState::Unreadable(why) => format!("cannot be read: {why}"),
             FolderState::NotAllowed => "not searched without `--allow plugins`".into(),

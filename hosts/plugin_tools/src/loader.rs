@@ -128,8 +128,8 @@ impl Loader {
         self.program.insert(Rc::new(names)).clone()
     }
 
-    /// Returns the reason why the loader would fail: a missing library, symbol version or symbol. `None` if nothing is
-    /// missing.
+    /// Returns the reason that the loader would fail: a missing library, symbol version or symbol. Returns `None` if
+    /// nothing is missing.
     pub fn missing_parts(
         &mut self,
         file: &Path,

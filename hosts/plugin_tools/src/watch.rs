@@ -49,7 +49,7 @@ pub fn watch(args: &WatchArgs) -> Result<ExitCode> {
             let ended = child.0.try_wait().map_err(|e| Error::new("E612", format!("cannot watch the run: {e}")))?;
             if let Some(status) = ended {
                 let how = if status.success() { "has ended" } else { "has failed" };
-                report::err!("the run {how}: waiting for a change (Ctrl-C ends)");
+                report::err!("the run {how}: waiting for a change (press Ctrl-C to quit)");
                 (running, built) = (None, false);
             }
         }

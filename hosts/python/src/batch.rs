@@ -104,9 +104,8 @@ impl WorldBuffers {
         let same = |a: &[Channel], b: &[Channel]| a.iter().map(|c| &c.shape).eq(b.iter().map(|c| &c.shape));
         if !same(&new, &self.observation_channels) || !same(&new_acted, &self.action_channels) {
             let text = "the observations or actions of the world have different shapes than before";
-            return Err(
-                Wrong::new("E102", text).expected("changes that keep the shapes, or a call of `bind` afterwards")
-            );
+            return Err(Wrong::new("E102", text)
+                .expected("changes that preserve the shapes, or a call to `bind` after the reset"));
         }
         (self.observation_channels, self.action_channels) = (new, new_acted);
         self.observe(seat)

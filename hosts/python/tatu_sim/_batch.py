@@ -6,7 +6,7 @@ from typing import Any, Dict, List, Mapping, Optional, Sequence, Tuple
 import numpy as np
 
 from . import _native
-from ._log import tell
+from ._log import write_line
 from ._settings import settings, whole
 from ._world import PathLike, setup, view
 
@@ -107,12 +107,12 @@ class Batch:
                 raise ValueError(f"expected a mask of shape ({self.n},), one per world; found shape {worlds.shape}")
         n = whole("n", n)
         # Steps are run in chunks, between which Python handles Ctrl-C.
-        running, told = self._native.step(actions, min(n, 64), worlds, self._out)
+        running, logged = self._native.step(actions, min(n, 64), worlds, self._out)
         for done in range(64, n, 64):
             running, more = self._native.step(None, min(n - done, 64), worlds, self._out)
-            told |= more
+            logged |= more
         self.running = np.array(running)
-        if told:
+        if logged:
             self._flush()
         return self._out.copy()
 
@@ -223,7 +223,7 @@ class Batch:
     def _flush(self) -> None:
         for world, level, code, text in self._native.lines():
             if not self.quiet:
-                tell(level, code, text, f"world {world}: ")
+                write_line(level, code, text, f"world {world}: ")
 
 
 def cores() -> int:

@@ -8,7 +8,7 @@ logger = logging.getLogger("tatu_sim")
 _LEVELS = {"error": logging.ERROR, "warning": logging.WARNING, "debug": logging.DEBUG}
 
 
-def tell(level, code, text, prefix=""):
+def write_line(level, code, text, prefix=""):
     """Write a line: output of scripts to `sys.stdout`, warnings and errors to the logger `tatu_sim`."""
     if level == "print":
         # `sys.stdout` is looked up each time, because notebooks and tests replace it.

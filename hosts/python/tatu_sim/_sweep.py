@@ -12,7 +12,7 @@ from typing import Any, Dict, Iterable, List, Mapping, Optional, Tuple, Union
 from . import _native
 from ._sweep_rows import CheckError, Output, PathLike, Row, Rows
 from ._sweep_run import Planned, Run, Serial
-from ._sweep_worker import Bundle, drives, error, opened, told
+from ._sweep_worker import Bundle, drives, error, error_data, opened
 from ._world import setup
 
 __all__ = ["CheckError", "Job", "Rows", "sweep"]
@@ -135,7 +135,7 @@ def plan(bundle: Bundle, texts: Iterable[str], check: float, check_seed: int) ->
         try:
             key = native.key(text)
         except _native.Error as e:
-            raise error(told(e), f"job {number}: ") from None
+            raise error(error_data(e), f"job {number}: ") from None
         keys.append(key)
         if key not in planned:
             planned[key] = Planned(key, text, drawn(key, check, check_seed))

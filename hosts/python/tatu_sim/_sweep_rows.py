@@ -208,7 +208,7 @@ def rows_of(table: Any) -> List[Row]:
     """Convert a PyArrow table to rows."""
     rows: List[Row] = [{} for _ in range(table.num_rows)]
     if not {"key", "seed", "steps", "time", "hash", "faults"} <= set(table.column_names):
-        raise ValueError("it lacks some of the columns key, seed, steps, time, hash and faults")
+        raise ValueError("the columns key, seed, steps, time, hash and faults are required, but some are missing")
     for field in table.schema:
         part, dot, name = field.name.partition(".")
         is_json = (field.metadata or {}).get(b"json") == b"true"

@@ -104,7 +104,7 @@ def run(bundle: Bundle, work: Work) -> Done:
     try:
         sweep = opened(bundle)
     except _native.Error as e:
-        return Done(worker, refused=told(e))
+        return Done(worker, refused=error_data(e))
     ran = []
     for key, job in work.jobs:
         record = None if work.record is None else str(Path(work.record) / f"{key}.log")
@@ -121,19 +121,19 @@ def _one(sweep: Any, key: str, job: str, record: Optional[str]) -> Ran:
     try:
         row, error = sweep.run(job, record), None
     except _native.Error as e:
-        row, error = None, told(e)
+        row, error = None, error_data(e)
     return Ran(key, row, error, time.perf_counter() - begin)
 
 
-def told(e: BaseException) -> Dict[str, Any]:
+def error_data(e: BaseException) -> Dict[str, Any]:
     """Convert an error to data that any executor can transfer."""
     names = ("code", "text", "help", "file", "line")
     return {"message": str(e), **{name: getattr(e, name, None) for name in names}}
 
 
-def error(told: Dict[str, Any], prefix: str = "", kind: type = _native.Error) -> BaseException:
-    """Convert the result of `told` back to an error."""
-    e = kind(prefix + told["message"])
+def error(data: Dict[str, Any], prefix: str = "", kind: type = _native.Error) -> BaseException:
+    """Convert the result of `error_data` back to an error."""
+    e = kind(prefix + data["message"])
     for name in ("code", "text", "help", "file", "line"):
-        setattr(e, name, told.get(name))
+        setattr(e, name, data.get(name))
     return e

@@ -12,7 +12,7 @@ import numpy as np
 
 from . import _native
 from ._commands import Namespaces, commands_of
-from ._log import logger, tell
+from ._log import logger, write_line
 from ._settings import settings, whole
 
 PathLike = Union[str, "os.PathLike[str]"]
@@ -183,7 +183,7 @@ class World(Namespaces):
 
     def _flush(self) -> None:
         for line in self._native.lines():
-            tell(*line)
+            write_line(*line)
 
     # ------------------------------------------------------------------------------------------------------ the run
 
@@ -211,15 +211,15 @@ class World(Namespaces):
         if self._views:
             self._update()
         if lines:
-            self._told(lines)
+            self._report(lines)
         return done
 
     #: Whether the world is still running, i.e. has not been stopped.
     running: bool = True
 
-    def _told(self, lines) -> None:
+    def _report(self, lines) -> None:
         for line in lines:
-            tell(*line)
+            write_line(*line)
         if self._strict:
             for level, code, text in lines:
                 if level == "error":

@@ -1,4 +1,4 @@
-//! What programs print on a terminal, also when they end before their time.
+//! What programs print on a terminal, also when they end early.
 //!
 //! - [`report`]: errors, warnings and notes, with the source lines to which they refer; progress;
 //! - `crash`: reports crashes, and plugins that end the process;

@@ -34,7 +34,7 @@ const SCENE_FILE: &str = "scene-of-the-test.toml";
 static CALL_WATCHES: OnceLock<CallWatches> = OnceLock::new();
 
 /// Sets the records of calls into plugins that all later worlds use, so that the program can report the call in which
-/// it crashed. Only the first call of this function has an effect.
+/// it crashed. Only the first call to this function has an effect.
 pub fn set_call_watches(watches: CallWatches) {
     let _ = CALL_WATCHES.set(watches);
 }

@@ -33,7 +33,7 @@ pub struct OpenWorld {
     text: RefCell<String>,
     /// Number of occurrences of each fault that have been reported to the test.
     reported: RefCell<Vec<u64>>,
-    /// Whether a call of the test is running in the world.
+    /// Whether a call by the test is running in the world.
     busy: Cell<bool>,
 }
 
@@ -60,7 +60,7 @@ pub fn add(setup: &TestSetup<'_>) -> Result<*mut tatu_test_world, CallError> {
     Ok(std::ptr::without_provenance_mut(handle))
 }
 
-/// Calls `f` with the world of a handle. Fails if a call of the test is already running in the world.
+/// Calls `f` with the world of a handle. Fails if a call by the test is already running in the world.
 pub fn with<T>(
     handle: *mut tatu_test_world,
     f: impl FnOnce(&OpenWorld) -> Result<T, CallError>,
@@ -69,7 +69,7 @@ pub fn with<T>(
     if open.busy.replace(true) {
         return Err(CallError(
             TATU_ERR_BUSY,
-            "the world is busy with another call of the test, or an earlier call panicked".into(),
+            "the world is busy with another call from the test, or an earlier call panicked".into(),
         ));
     }
     let done = f(&open);

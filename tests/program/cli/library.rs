@@ -45,7 +45,7 @@ fn a_c_program_runs_worlds_with_the_same_bits() {
         "7 numbers",
         "1 result",
         "the copy agrees, the restored one agrees",
-        "the picture is there",
+        "the picture is rendered",
         "there is no object `/Nobody`",
         "has been closed",
     ] {

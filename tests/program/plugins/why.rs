@@ -73,12 +73,12 @@ fn a_loaded_plugin_is_found_by_name_id_and_file() {
         lines[..2],
         ["x is searched for in these folders, in this order:", "  1. mine (TATU_PLUGIN_PATH): libtatu_x.so"]
     );
-    assert!(lines[2].ends_with("debug/plugins (next to the program): not there"), "{out}");
+    assert!(lines[2].ends_with("debug/plugins (next to the program): does not exist"), "{out}");
     assert!(
         lines[3].contains("deps (built with the program): ") && lines[3].ends_with(" plugins with different names"),
         "{out}"
     );
-    assert!(lines[5].ends_with(".data/tatu/plugins (your own, for `tatu plugin install`): not there"), "{out}");
+    assert!(lines[5].ends_with(".data/tatu/plugins (your own, for `tatu plugin install`): does not exist"), "{out}");
     for line in ["  id         org.test.x 1", "  offers     1 command"] {
         assert!(lines.contains(&line), "{line}:\n{out}");
     }
@@ -166,7 +166,7 @@ fn all_files_are_listed_in_search_order() {
     fs::write(place.path().join("mine/libd.so"), good_bytes()).unwrap();
     let env = [("TATU_PLUGIN_PATH", "mine:nowhere")];
     let done = run(program(), place.path(), &["plugin", "list", "--json"], &env).good();
-    done.reports(&["note: nowhere (TATU_PLUGIN_PATH): not there"]);
+    done.reports(&["note: nowhere (TATU_PLUGIN_PATH): does not exist"]);
     let rows = done.json();
     let rows = rows.as_array().unwrap();
     let row =

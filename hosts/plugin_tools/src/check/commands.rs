@@ -16,7 +16,7 @@ use super::{
     subject::TestedPlugin,
 };
 
-/// Maximum number of calls of one command in the test `arguments`.
+/// Maximum number of calls to one command in the test `arguments`.
 const MAX_CALLS: usize = 160;
 /// Real time between two runs that are compared. It exceeds one second, the resolution of some clocks.
 const RUN_INTERVAL: Duration = Duration::from_millis(1100);
@@ -192,7 +192,7 @@ pub fn single_command_script(c: &CommandEntry, times: usize) -> String {
     format!("{LUA_HELPERS}\nlocal f = find({name})\nfor _ = 1, f and {times} or 0 do {call} end\n")
 }
 
-/// Returns calls of a command as lines of Lua, with valid arguments, with arguments omitted or added, and with each
+/// Returns calls to a command as lines of Lua, with valid arguments, with arguments omitted or added, and with each
 /// argument replaced by other values.
 fn calls(c: &CommandEntry) -> Vec<String> {
     let name = quoted(c.name().as_bytes());

@@ -44,14 +44,19 @@ impl CheckConfig {
     fn read(file: &Path) -> Result<Self, Error> {
         let fail = |why: String| Error::new("E101", format!("{}: {why}", file.display()));
         let text = read_plain_text(file, MAX_FILE_BYTES).map_err(|e| fail(format!("cannot be read: {e}")))?;
-        let doc = Document::parse(text.as_str()).map_err(|e| fail(format!("is not valid TOML: {}", e.message())))?;
+        let doc = Document::parse(text.as_str()).map_err(|e| {
+            let before = e.span().and_then(|span| text.get(..span.start)).unwrap_or_default();
+            fail(format!("line {}: not valid TOML: {}", before.matches('\n').count() + 1, e.message()))
+        })?;
         let mut config = CheckConfig::default();
         for (key, item) in doc.iter() {
             match key {
                 "skip" => config.skip = names(item).ok_or_else(|| fail("`skip` is not a list of tests".into()))?,
                 "allow" => {
                     let all = item.as_array_of_tables();
-                    let all = all.ok_or_else(|| fail("`allow` is not written as [[allow]]".into()))?;
+                    let all = all.ok_or_else(|| {
+                        fail("`allow` is not an array of tables: write [[allow]] above each entry".into())
+                    })?;
                     for table in all {
                         let known = ["test", "place", "text", "reason"];
                         if let Some((key, _)) =
@@ -76,7 +81,7 @@ impl CheckConfig {
                 other => {
                     let error = fail(format!("unknown key `{other}`"));
                     return Err(error.help(
-                        "use `skip`, a list of tests, or [[allow]] with `test`, `place` or `text`, and `reason`",
+                        "the keys are `skip`, a list of tests, and [[allow]] with `test`, `reason`, and `place` or `text`",
                     ));
                 }
             }

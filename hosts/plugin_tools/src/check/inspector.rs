@@ -1,4 +1,4 @@
-//! Observes the calls of the plugin under test: places arguments directly before guard pages, and checks results
+//! Observes the calls to the plugin under test: places arguments directly before guard pages, and checks results
 //! against the rules of the ABI.
 
 use std::{
@@ -31,7 +31,7 @@ pub struct CallSpy {
     pub damage: Mutex<StateDamage>,
     /// Whether `load` was called with saved bytes that are not empty.
     pub loaded: AtomicBool,
-    /// Number of calls of commands, and their total duration, ns.
+    /// Number of calls to commands, and their total duration, ns.
     pub calls: AtomicU64,
     pub nanoseconds: AtomicU64,
 }

@@ -188,7 +188,8 @@ impl ChildResult {
             let text = match &self.status {
                 _ if good => return None,
                 Some(status) if !self.timed_out => format!("{}, when the process ends", self.ended(*status)),
-                _ => "it keeps the process from ending: a thread, a destructor or an exit handler".to_owned(),
+                _ => "it prevents the process from ending: a thread, a destructor or an exit handler does not return"
+                    .to_owned(),
             };
             return Some(Finding { level: FindingLevel::Error, place: String::new(), text });
         }

@@ -135,7 +135,7 @@ pub fn install_handlers() {
         libc::signal(libc::SIGXFSZ, libc::SIG_IGN);
         libc::atexit(handle_exit);
         libc::pthread_atfork(None, Some(after_fork_in_parent), Some(after_fork_in_child));
-        // The first call of `backtrace` loads a library, which is not allowed in a signal handler.
+        // The first call to `backtrace` loads a library, which is not allowed in a signal handler.
         let mut one = [std::ptr::null_mut(); 1];
         backtrace(one.as_mut_ptr(), 1);
     }
