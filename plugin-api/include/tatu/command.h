@@ -96,7 +96,7 @@ typedef struct tatu_call_api {
 
 enum tatu_caller { TATU_CALLER_HOST = 0, TATU_CALLER_SCRIPT = 1, TATU_CALLER_NATIVE = 2, TATU_CALLER_REMOTE = 3 };
 
-/* One call of a command, a script's callback or a script's function. The caller owns it and its arrays. */
+/* One call to a command, a script's callback or a script's function. The caller owns it and its arrays. */
 struct tatu_call {
   uint32_t size;
   uint32_t command;       /* id of the command; 0: not a command */

@@ -9,7 +9,7 @@
 extern "C" {
 #endif
 
-/* Every function that takes a world is [step], and may be called from within any [step] call of that world. On failure
+/* Every function that takes a world is [step], and may be called from within any [step] call for that world. On failure
  * it returns a negative status; log.last_error(world) contains the message until the next failure. */
 
 /* ---------------------------------------------------------------- Scene ----------------------------------------- */
@@ -367,17 +367,17 @@ typedef struct tatu_host_session {
   /* [step] Returns nonzero once the run must end. While waiting for something external, poll this every 50 ms and give
    * up once it is nonzero; the host does not treat a call that polls as one that never returns. */
   uint32_t(TATU_CALL *interrupted)(tatu_world *);
-  /* [step] Within a call of a service, creates a reference to a function of a client, to be passed to commands
+  /* [step] Within a call to a service, creates a reference to a function of a client, to be passed to commands
    * (TATU_FUNC). It can be retained like a function of a script. When it is called, the host calls
    * tatu_service.call_func with `local`, a number that the service chooses. */
   tatu_status(TATU_CALL *function)(tatu_world *, uint32_t local, tatu_func *func);
-  /* [any] Asks that a script which is running returns, because a client wants to stop the run: a script that does not
-   * return within a second is ended. The request for the stop itself follows in the service's turn. Beyond `size`:
-   * a script is ended only by its budget. */
+  /* [any] Asks the running script to return, because a client wants to stop the run. A script that does not return
+   * within a second is ended. The request for the stop itself follows in the service's turn. Beyond `size`: a script is
+   * ended only by its budget. */
   void(TATU_CALL *stop)(tatu_session *);
   /* [step] For script languages: returns nonzero once the running script must return, because it has not done so within
    * a second after a stop was requested from outside. Ask at least every few milliseconds, and then end the call with
-   * TATU_ERR_BUDGET. Beyond `size`: scripts never must. */
+   * TATU_ERR_BUDGET. Beyond `size`: no script must return early. */
   uint32_t(TATU_CALL *must_return)(tatu_world *);
 } tatu_host_session;
 

@@ -84,7 +84,7 @@ template <typename Body> tatu_status guard(tatu_error *error, Body body) noexcep
 
 class plugin;
 
-// A call of a command. Arguments have their declared types; missing arguments are 0 or empty.
+// A call to a command. Arguments have their declared types; missing arguments are 0 or empty.
 class call {
   tatu_call &c;
 
@@ -149,7 +149,7 @@ public:
     tatu_value results[16];
     tatu_call frame = frame_of(args, results);
     frame.command = host().commands->find(c.world, tatu_text(name), &frame.alias);
-    if (!frame.command) throw failure(TATU_ERR_UNKNOWN, std::string("no plugin offers the command ") + name);
+    if (!frame.command) throw failure(TATU_ERR_UNKNOWN, std::string("no plugin offers the command `") + name + "`");
     tatu_status done = host().commands->call(c.world, &frame);
     check(done, frame.error); // separate statement: the call above sets frame.error
     return frame.n_results ? results[0] : tatu_nil();

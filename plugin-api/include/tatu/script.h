@@ -10,7 +10,7 @@ extern "C" {
 
 #define TATU_SCRIPT "tatu.script/draft.4"
 
-/* Limits for one call of a script. 0: no limit. */
+/* Limits for one call to a script. 0: no limit. */
 typedef struct tatu_budget {
   uint32_t size;
   uint32_t reserved;

@@ -14,8 +14,8 @@ enum tatu_hold { TATU_GO = 0, TATU_HOLD = 1 };
 
 /* A component that runs beside worlds: a remote API, a bridge, a viewer, a recorder. It is created once per session,
  * and outlives the worlds of the session. It may block only in its own threads, and these may call only session.wake,
- * session.stop, commands.wake and log.write. Its calls of commands.call and session.request are recorded in the input
- * log, from which a run can be replayed; calls of other functions are not. Numeric arrays in arguments are recorded as
+ * session.stop, commands.wake and log.write. Its calls to commands.call and session.request are recorded in the input
+ * log, from which a run can be replayed; calls to other functions are not. Numeric arrays in arguments are recorded as
  * f64 or i64. If `barrier`, `event` or `resume` returns a negative status, the error is reported once and the service is
  * switched off. */
 typedef struct tatu_service {

@@ -72,9 +72,9 @@ typedef struct tatu_test_host {
    * full number of results. */
   tatu_status(TATU_CALL *call)(tatu_test_world *, const char *name, const tatu_value *args, uint32_t n_args,
                                tatu_value *results, uint32_t cap, uint32_t *n_results);
-  /* Returns the messages logged since the previous call of `lines`, one per line: "warning: ...". */
+  /* Returns the messages logged since the previous call to `lines`, one per line: "warning: ...". */
   tatu_str(TATU_CALL *lines)(tatu_test_world *);
-  /* Returns the faults since the previous call of `faults`, one per line: "[F207] ...". Empty: there were none. */
+  /* Returns the faults since the previous call to `faults`, one per line: "[F207] ...". Empty: there were none. */
   tatu_str(TATU_CALL *faults)(tatu_test_world *);
   /* Returns the message of the last call on this thread that failed. */
   tatu_str(TATU_CALL *last_error)(void);

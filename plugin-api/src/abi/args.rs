@@ -20,8 +20,10 @@ use super::frozen::*;
 pub struct WorldRef<'a>(*mut tatu_world, PhantomData<&'a ()>);
 
 impl WorldRef<'_> {
+    /// Wraps the pointer that the host passed in a call to the plugin.
+    ///
     /// # Safety
-    /// `'a` must end no later than the call of the plugin to which `world` was passed.
+    /// `'a` must end no later than the call in which `world` was passed.
     pub unsafe fn new(world: *mut tatu_world) -> Self {
         WorldRef(world, PhantomData)
     }
@@ -40,6 +42,8 @@ impl<'a> Lent<'a> {
     /// The empty text.
     pub const EMPTY: Lent<'static> = Lent(tatu_str { ptr: core::ptr::null(), len: 0 }, PhantomData);
 
+    /// Wraps a text or bytes of the ABI.
+    ///
     /// # Safety
     /// `raw` must be empty, or point to the number of bytes that it states, which live for `'a`.
     pub unsafe fn new(raw: tatu_str) -> Self {

@@ -184,7 +184,7 @@ static const tatu_command *const commands[] = {
   COMMAND(push_when_near, "pushWhenNear",
     TATU_PARAMS(TATU_PARAM(TATU_OBJECT, "sensor", NULL, "A proximity sensor."),
                 TATU_PARAM(TATU_OBJECT, "body", NULL, "A dynamic shape."),
-                TATU_PARAM(TATU_F64, "distance", "m", "How near is near.", TATU_AT_LEAST(0)), FORCE),
+                TATU_PARAM(TATU_F64, "distance", "m", "Maximum distance at which the body is pushed.", TATU_AT_LEAST(0)), FORCE),
     TATU_PARAMS(TATU_PARAM(TATU_I64, "pushed", NULL, "1 or 0."),
                 TATU_PARAM(TATU_F64, "measured", "m", "Measured distance; absent if nothing is detected.")),
     "Pushes a body if a proximity sensor detects something near.",

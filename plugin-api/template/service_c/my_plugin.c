@@ -87,7 +87,7 @@ static void TATU_CALL destroy(void *data) {
   tatu_delete(it);
 }
 
-// Runs between two steps, and must never block. Its calls of commands are recorded in the input log, so that a run can
+// Runs between two steps, and must never block. Its calls to commands are recorded in the input log, so that a run can
 // be replayed without the service.
 static tatu_status TATU_CALL barrier(void *data, tatu_world *world, uint64_t step, tatu_error *error) {
   service *it = data;

@@ -26,6 +26,8 @@ macro_rules! host {
 }
 
 impl World {
+    /// Wraps a world that the host has opened.
+    ///
     /// # Safety
     /// `raw` must be a world that `table` has opened on this thread, and that nothing else uses.
     pub(crate) unsafe fn new(table: &'static tatu_test_host, raw: *mut tatu_test_world) -> Self {

@@ -23,8 +23,10 @@ impl InstanceData {
         // SAFETY: the plan belongs to the plugin, which outlives its instances.
         unsafe { &*self.plan }
     }
+    /// Returns the instance to which `data` points.
+    ///
     /// # Safety
-    /// `data` was made by `create` and has not been destroyed.
+    /// `data` must have been created by `create` and not destroyed since.
     pub unsafe fn of<'a>(data: *mut c_void) -> &'a InstanceData {
         // SAFETY: the caller guarantees that `data` points to a live `InstanceData`.
         unsafe { &*data.cast::<InstanceData>() }

@@ -47,6 +47,8 @@ impl World<'_> {
     }
 }
 
+/// Returns a text of a declaration, or an empty string for null.
+///
 /// # Safety
 /// `p` must be null, or a NUL-terminated text that is valid during the call.
 unsafe fn text(p: *const c_char) -> String {
@@ -54,6 +56,8 @@ unsafe fn text(p: *const c_char) -> String {
     if p.is_null() { String::new() } else { unsafe { CStr::from_ptr(p) }.to_string_lossy().into_owned() }
 }
 
+/// Returns a null-terminated list of pointers as a slice, which is empty for null.
+///
 /// # Safety
 /// `first` must be null, or a list that ends with a null pointer and lives for `'a`.
 unsafe fn list<'a, T>(first: *const *const T) -> &'a [*const T] {

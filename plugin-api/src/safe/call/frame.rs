@@ -30,9 +30,11 @@ impl Deref for CallFrame<'_> {
 }
 
 impl<'a> CallFrame<'a> {
+    /// Wraps the frame that the host passed to a command or script.
+    ///
     /// # Safety
-    /// `raw` must point to the frame of a call that the host makes, which lasts at least for `'a`; nothing else may use
-    /// the frame within `'a`, except the functions to which it is passed.
+    /// `raw` must point to the frame of a call by the host that lasts at least for `'a`; nothing else may use the frame
+    /// within `'a`, except the functions to which it is passed.
     pub unsafe fn at(raw: *mut tatu_call) -> Self {
         // SAFETY: the caller guarantees a frame of the host, which keeps the world, the arguments and the dialect valid
         // during the call.

@@ -39,6 +39,8 @@ unsafe impl Send for Host {}
 unsafe impl Sync for Host {}
 
 impl Host {
+    /// Looks up the tables of all services. Returns `None` if `raw` is null or the host has no function for this.
+    ///
     /// # Safety
     /// `raw` must be null, or point to a host that lives until the plugin's shutdown.
     pub unsafe fn new(raw: *const tatu_host) -> Option<Self> {

@@ -1,4 +1,4 @@
-//! The interfaces that a plugin uses: the host, worlds, and running calls of commands.
+//! The interfaces that a plugin uses: the host, worlds, and running calls to commands.
 
 pub(crate) mod catalogue;
 pub(crate) mod edits;

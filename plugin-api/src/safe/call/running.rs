@@ -1,4 +1,4 @@
-//! A running call of a command: access to its arguments and results, and the functions with which it waits.
+//! A running call to a command: access to its arguments and results, and the functions with which it waits.
 
 use std::ops::{Deref, DerefMut};
 
@@ -272,7 +272,7 @@ impl<'a, P: Plugin> Call<'a, P> {
         self.0.raw.wait_token != 0
     }
     /// Returns the number `resume` that was passed to the `wait_*` function before the command was suspended, or 0 in
-    /// the first call of the command. After a wait, the arguments are no longer available, so store the data that you
+    /// the first call to the command. After a wait, the arguments are no longer available, so store the data that you
     /// need in the instance, under that number. If the script ends during the wait, the command is not called again, so
     /// discard stale entries.
     pub fn resumed(&self) -> u64 {
@@ -324,7 +324,7 @@ impl<'a, P: Plugin> Call<'a, P> {
     pub fn wait_wake(&mut self, resume: u64) -> Result<Outcome> {
         self.wait(TATU_UNTIL_WAKE, 0.0, "", resume)
     }
-    /// Returns the result that [`Ticket::wake`] delivered, in the call of the command that follows the wait.
+    /// Returns the result that [`Ticket::wake`] delivered, in the call to the command that follows the wait.
     pub fn woken(&mut self) -> Result<&'a [u8]> {
         let (call, mut result) = (&mut self.0.raw, tatu_str { ptr: std::ptr::null(), len: 0 });
         let woken = call.api().filter(|a| a.size as usize >= size_of::<tatu_call_api>());
@@ -363,13 +363,17 @@ impl<'a, P: Plugin> Call<'a, P> {
     }
 }
 
+/// Runs a command with exclusive access to the world; the `call` of its declaration.
+///
 /// # Safety
-/// `user` must point to a [`ExclusiveFn`] of the plugin, and `raw` to the frame of a running call.
+/// `user` must point to an [`ExclusiveFn`] of the plugin, and `raw` to the frame of a running call.
 pub(crate) unsafe extern "C" fn call_exclusive<P: Plugin>(raw: *mut tatu_call) -> tatu_status {
-    // SAFETY: the caller guarantees that `user` points to a `ExclusiveFn<P>` and `raw` to the frame of a running call.
+    // SAFETY: the caller guarantees that `user` points to an `ExclusiveFn<P>` and `raw` to the frame of a running call.
     unsafe { run_command(raw, |run: &ExclusiveFn<P>, call| run(call)) }
 }
 
+/// Runs a command that may run in parallel with others; the `call` of its declaration.
+///
 /// # Safety
 /// `user` must point to a [`SharedFn`] of the plugin, and `raw` to the frame of a running call.
 pub(crate) unsafe extern "C" fn call_shared<P: Plugin>(raw: *mut tatu_call) -> tatu_status {

@@ -33,11 +33,11 @@ impl<'a> Deref for World<'a> {
 }
 
 impl<'a> World<'a> {
-    /// Wraps the world that the host passed to a call of the plugin.
+    /// Wraps the world that the host passed in a call to the plugin.
     ///
     /// # Safety
-    /// `world` must be null or a world of `host`, and `'a` must end no later than the call of the plugin to which
-    /// `world` was passed.
+    /// `world` must be null or a world of `host`, and `'a` must end no later than the call in which `world` was
+    /// passed.
     pub unsafe fn new(world: *mut tatu_world, host: &'a Host) -> Self {
         // SAFETY: the caller guarantees the same as `WorldRef::new` requires.
         Self::of(unsafe { WorldRef::new(world) }, host)

@@ -98,7 +98,7 @@ pub trait Actuator: Sized + Send + Sync + 'static {
     const TEXT: &'static str;
     /// Whether `apply` is called before each physics step, instead of once per step of the world.
     const EVERY_SUBSTEP: bool = false;
-    /// Number of values in [`Output::state`], which persist between calls of an instance. The host stores them, so they
+    /// Number of values in [`Output::state`], which persist between calls to an instance. The host stores them, so they
     /// are part of snapshots and survive a reload.
     const STATE: usize = 0;
     /// Version of these values and of the data that [`Actuator::save`] writes; increase it when their meaning changes.

@@ -17,7 +17,7 @@ use crate::safe::{
     value::{fail::bytes_of, table_arena::TableArena},
 };
 
-/// Limits for one call of a script; 0 means no limit.
+/// Limits for one call to a script; 0 means no limit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Budget {
     /// Maximum number of instructions of the language's virtual machine.
@@ -166,7 +166,7 @@ impl<L: Language> InstanceLife for ScriptInstance<L> {
     }
 }
 
-/// Calls a function of the script for a call of the host that cannot return an error.
+/// Calls a function of the script on behalf of a host function that cannot return an error.
 ///
 /// # Safety
 /// `data` must have been created by `create` for this language, and be alive.
@@ -230,7 +230,7 @@ unsafe extern "C" fn load<L: Language>(
         let len = result.as_bytes().len() as u64;
         let mut kept = data.dialect.lock().map_err(|_| Fail::new("an earlier load of this script panicked"))?;
         *kept = result;
-        // SAFETY: `chosen` is valid for a write. The text is stored in `data` until the next call of `load` or the end
+        // SAFETY: `chosen` is valid for a write. The text is stored in `data` until the next call to `load` or the end
         // of the instance.
         unsafe { *chosen = tatu_str { ptr: kept.as_ptr().cast::<c_char>(), len } };
         Ok(TATU_OK)

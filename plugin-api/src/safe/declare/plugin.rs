@@ -178,7 +178,7 @@ pub(crate) type ExclusiveFn<P> = Box<dyn Fn(&mut Call<'_, P>) -> Result<Outcome>
 /// The function of a command that may run in parallel with others.
 pub(crate) type SharedFn<P> = Box<dyn Fn(&mut SharedCall<'_, P>) -> Result<Outcome> + Send + Sync>;
 
-/// A call of a command that may run in parallel with others. It provides the call's own data, the immutable part of the
+/// A call to a command that may run in parallel with others. It provides the call's own data, the immutable part of the
 /// plugin and a read-only world; [`Call`] adds what requires exclusive access.
 pub struct SharedCall<'a, P: Plugin> {
     pub(crate) raw: CallFrame<'a>,
@@ -186,5 +186,5 @@ pub struct SharedCall<'a, P: Plugin> {
     pub(crate) overflow: bool,
 }
 
-/// A call of a command with exclusive access to the world.
+/// A call to a command with exclusive access to the world.
 pub struct Call<'a, P: Plugin>(pub(crate) SharedCall<'a, P>);

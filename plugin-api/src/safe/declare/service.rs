@@ -119,8 +119,8 @@ impl Session {
         // `session` is live here.
         self.with(|session| unsafe { wake(session) });
     }
-    /// Asks that a script that is running returns, because a client wants to stop the run: a script that does not
-    /// return within a second is ended. The stop itself must be requested in a turn of the service.
+    /// Asks the running script to return, because a client wants to stop the run. A script that does not return within
+    /// a second is ended. The stop itself must be requested in a turn of the service.
     pub fn stop(&self) {
         let Some(stop) = self.host.session.and_then(|s| s.stop) else { return };
         // SAFETY: as in `wake`.
@@ -253,7 +253,7 @@ pub(crate) fn table<S: Service>(keep: &mut TableArena) -> *const tatu_service {
     keep.table(raw)
 }
 
-/// Runs a call of the host that passes a world.
+/// Runs a call by the host that passes a world.
 ///
 /// # Safety
 /// `data` must have been created by `start` and be alive; `world` must belong to the session, on the session's thread.

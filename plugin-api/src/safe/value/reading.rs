@@ -21,6 +21,8 @@ enum WordBuffer {
 }
 
 impl Reading {
+    /// Copies a field of a reading.
+    ///
     /// # Safety
     /// The host must have filled `view`, and the sensor must not have been measured or removed since.
     pub(crate) unsafe fn of(view: &tatu_field_view) -> Self {

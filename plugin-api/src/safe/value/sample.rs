@@ -115,6 +115,8 @@ impl<'a> Sample<'a> {
         // SAFETY: after the cast, the rays are only read, so no mutable reference to them exists.
         if self.cast { unsafe { self.rays_to_aim() } } else { &[] }
     }
+    /// Returns the rays of this instance, for [`Sensor::aim`](crate::safe::Sensor::aim) to change.
+    ///
     /// # Safety
     /// No other reference to the rays may exist while the returned slice is used.
     pub(crate) unsafe fn rays_to_aim(&self) -> &'a mut [[f64; 6]] {

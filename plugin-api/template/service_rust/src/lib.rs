@@ -72,7 +72,7 @@ impl Service for Ticks {
         Ok(Ticks { wait_for, ticks: Cell::new(0), queue, alive: Some(alive), thread: Some(thread) })
     }
 
-    /// Runs between two steps, and must never block. Its calls of commands are recorded in the input log, so that a run
+    /// Runs between two steps, and must never block. Its calls to commands are recorded in the input log, so that a run
     /// can be replayed without the service.
     fn barrier(&self, turn: &Turn<'_>, _: u64) -> Result<Answer> {
         for tick in self.queue.try_iter() {
