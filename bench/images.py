@@ -46,7 +46,7 @@ def depth(embree, passes, with_mujoco, seconds, mesh):
         row(what + ", Embree's packets", rate(mine), rate(packets), "1.2, then 2" if mesh else "3", "frames/s")
     row(what + ", MuJoCo's OpenGL", rate(mine), rate(theirs), "2.5" if mesh else "more than 1", "frames/s")
     if not theirs:
-        print("    no row of MuJoCo's images: %s" % why)
+        print("    MuJoCo's images are not measured: %s" % why)
     agree("mean depth, m", "mean_depth_frame0", [mine[0]] + packets[:1] + theirs[:1])
 
 

@@ -122,7 +122,7 @@ def mjbatch_rate(worlds, count, sonars):
 
 
 class Robot:
-    """An environment that is created in each process. A call of `step` runs a number of steps of 10 ms."""
+    """An environment that is created in each process. A call to `step` runs several steps of 10 ms."""
 
     def __new__(cls, steps):
         import gymnasium

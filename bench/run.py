@@ -211,7 +211,7 @@ def scan_call(folder, passes):
         found.append((walls[0] / SCANS * 1e3, walls[1] / SCANS * 1e3))
     scan, empty = (statistics.median(x) for x in zip(*found))
     row("685 steps of joint and ray, a call", scan, None, "1 ms", "ms")
-    print("    the empty loop of it takes %.3f ms; V-REP takes 94 ms for the same: %.0f times as long" % (empty, 94.0 / scan))
+    print("    its empty loop takes %.3f ms; V-REP takes 94 ms for the whole call, %.0f times as long" % (empty, 94.0 / scan))
 
 
 def startup(scenes, passes, peer):
@@ -222,7 +222,7 @@ def startup(scenes, passes, peer):
         out = cpu_of([sys.executable, "startup.py", "--peer", "mujoco", "--repeat", str(passes)], cwd=PEERS)[1]
         theirs = json.loads(out)["ready_ms"]
     row("start to first step", statistics.median(r[3] for r in runs) * 1e3, theirs, "50 ms", "ms")
-    row("memory of it", max(r[2] for r in runs), None, "50 MB", "MB")
+    row("its peak memory", max(r[2] for r in runs), None, "50 MB", "MB")
 
 
 def paths(trace, robots):
@@ -260,11 +260,11 @@ def main():
     args = ap.parse_args()
     peer = has_mujoco()
     if not peer:
-        print("the peer is not there (pip install -r bench/peers/requirements.txt): only our own figures\n")
+        print("MuJoCo is not installed (pip install -r bench/peers/requirements.txt): only Tatu's figures are printed\n")
     passes, rows = (1 if args.quick else 3), re.split("[, ]+", args.rows)
     alone = {"lidar", "sonars", "depth", "depth_mesh", "depth_threads"}
     if not os.path.exists(TATU) and not set(rows) <= alone:
-        sys.exit("no %s: run `cargo build --release`" % os.path.relpath(TATU, ROOT))
+        sys.exit("there is no %s: run `cargo build --release`" % os.path.relpath(TATU, ROOT))
     with tempfile.TemporaryDirectory() as folder:
         scenes, embree = Scenes(folder), sensors.Embree(folder)
         seconds = 1 if args.quick else 2
@@ -287,7 +287,7 @@ def main():
         }
         for name in rows:
             if name not in table:
-                sys.exit("there is no row `%s`: %s" % (name, ", ".join(table)))
+                sys.exit("there is no row `%s`; expected one of %s" % (name, ", ".join(table)))
             table[name]()
 
 

@@ -13,7 +13,7 @@ PROGRAM = os.path.join(RELEASE, "bench-beams")
 
 def program():
     if not os.path.exists(PROGRAM):
-        sys.exit("no %s: run `cargo build --release -p bench-beams`" % PROGRAM)
+        sys.exit("there is no %s: run `cargo build --release -p bench-beams`" % PROGRAM)
     return PROGRAM
 
 
@@ -54,12 +54,12 @@ class Embree:
     def build(self):
         program = os.path.join(self.folder, "embree_limit")
         if not shutil.which("g++"):
-            print("    no row of Embree's packets: there is no g++")
+            print("    Embree's packets are not measured: g++ is not installed")
             return ""
         command = ["g++", "-O3", "-march=native", "embree_limit.cpp", "-lembree3", "-o", program]
         done = subprocess.run(command, cwd=PEERS, capture_output=True, text=True)
         if done.returncode != 0:
-            print("    no row of Embree's packets: they do not build here (apt-get install libembree-dev)")
+            print("    Embree's packets are not measured: embree_limit.cpp does not compile (apt-get install libembree-dev)")
             return ""
         return program
 

@@ -4,7 +4,7 @@
     pip install mujoco numpy && pip install --no-deps example-robot-data
     python3 bench/physics/count.py [--program target/release/tatu] [ROBOT ...]
 
-Unlike times, counts do not depend on what else the machine does: two runs differ by less than 1 %. Both programs run
+Unlike times, counts do not depend on the load of the machine: two runs differ by less than 1 %. Both programs run
 under callgrind twice, and the difference of the two runs excludes the time to load. MuJoCo is called from a C program,
 which is compiled for this. What is counted lies between the second and third second of the robot's time.
 """

@@ -6,8 +6,8 @@ or hold a pose.
 
 Every PROGRAM is run with both solvers (`reduced`, and `auto`, which chooses trees), alternately with MuJoCo and three
 times. The minimum time of each is used. Joints start at a pose and hold it, in MuJoCo by a spring with `kp` = 10 times the
-torque limit and `kv` equal to the limit. A robot whose watched link is not at its height at the end, within 5 cm, did
-something else than it should, such as falling over; this is an error, and its time means nothing.
+torque limit and `kv` equal to the limit. If the height of the watched link has changed by more than 5 cm at the end, the
+robot has not held its pose, for example because it fell; this is an error, since its time would be meaningless.
 """
 
 import math
@@ -83,7 +83,7 @@ def share():
 
 
 def joints(file):
-    """Yields the names and limits of the joints of a URDF file that move by themselves."""
+    """Yields name, limits and type of each joint of a URDF file that is neither fixed nor a mimic of another."""
     for joint in ElementTree.parse(file).getroot().iter("joint"):
         if joint.get("type") in ("revolute", "continuous", "prismatic") and joint.find("mimic") is None:
             limit = joint.find("limit")

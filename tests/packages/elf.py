@@ -79,10 +79,10 @@ def run(arguments):
             highest = max(highest, elf_versions.highest_glibc([elf]))
             for (_, version), symbols in sorted(elf.versions.items()):
                 if (elf_versions.glibc(version) or (0,)) > args.glibc:
-                    wrong += [f"{name}: {version}: {symbol}" for symbol in symbols or ["(the file as a whole)"]]
+                    wrong += [f"{name}: {version}: {symbol}" for symbol in symbols or ["(no particular symbol)"]]
     limit = ".".join(map(str, args.glibc))
     if count == 0:
-        wrong.append("there is no ELF file in what was named")
+        wrong.append("the given paths contain no ELF file")
     for line in wrong:
         print(f"FAIL  {line}")
     if not wrong:

@@ -32,7 +32,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("wheel", type=Path)
     parser.add_argument("--python", action="append", default=[], help="an interpreter; by default this one")
-    parser.add_argument("--hash", help="of the robot after 5 s, which other packages gave")
+    parser.add_argument("--hash", help="expected hash of the run of 5 s, as other packages compute it")
     parser.add_argument("--any-glibc", action="store_true", help="a wheel for this machine only")
     args = parser.parse_args()
     wheel = args.wheel.resolve()
@@ -47,7 +47,7 @@ def main():
             hashes.add(tried(Path(folder) / str(number), python, wheel))
     check(len(hashes) == 1, f"one hash with each Python: {', '.join(sorted(hashes))}")
     if args.hash:
-        check(hashes == {args.hash}, f"the hash of other packages, {args.hash}")
+        check(hashes == {args.hash}, f"the hash is that of other packages, {args.hash}")
 
 
 def audit(folder, wheel):
@@ -56,7 +56,7 @@ def audit(folder, wheel):
     bin = folder / "audit/bin"
     run([str(bin / "pip"), "install", "-q", "abi3audit"])
     out = run([str(bin / "abi3audit"), "--strict", "--summary", str(wheel)])
-    print(out.strip().splitlines()[-1] if out.strip() else "abi3audit: nothing to say")
+    print(out.strip().splitlines()[-1] if out.strip() else "abi3audit: no output")
 
 
 def tried(folder, python, wheel):

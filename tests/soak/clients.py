@@ -201,9 +201,9 @@ def main():
         try:
             answers()
         except OSError as e:
-            wrong = f"it no longer answers: {e}"
+            wrong = f"the program no longer answers: {e}"
         if served.poll() is not None:
-            wrong = f"it ended with {served.returncode}"
+            wrong = f"the program ended with exit code {served.returncode}"
         elif after_quarter is None and time.time() - begin > args.minutes * 15:
             after_quarter = memory_mb(served.pid)
     end = memory_mb(served.pid) if served.poll() is None else 0
@@ -212,10 +212,10 @@ def main():
     served.kill()
     text = open(told.name).read()
     if "panicked" in text:
-        wrong = "it panicked"
+        wrong = "the program panicked"
     elif not wrong and end > after_quarter + GROWTH_MB:
-        wrong = "it grew"
-    print(f"{(time.time() - begin) / 60:.1f} min, {killed} clients killed, {number} in all; memory {after_quarter or 0:.0f} MiB after a quarter, {end:.0f} MiB in the end")
+        wrong = f"the memory grew by more than {GROWTH_MB} MiB"
+    print(f"{(time.time() - begin) / 60:.1f} min, {killed} clients killed, {number} in total; memory {after_quarter or 0:.0f} MiB after a quarter of the time, {end:.0f} MiB at the end")
     if wrong:
         print(f"{wrong}; see {told.name}")
         sys.exit(1)

@@ -71,7 +71,7 @@ impl Sensor for AimingSensor {
         Vec::new()
     }
     fn fields() -> Vec<Field> {
-        vec![Field::i32("misbehaves_safely_aim.rays").text("How many rays it saw.")]
+        vec![Field::i32("misbehaves_safely_aim.rays").text("Number of rays that `measure` can read.")]
     }
     fn create(_: &SharedWorld<'_>, _: Instance, _: &Params<'_>) -> Result<Self> {
         Ok(AimingSensor)
@@ -84,7 +84,7 @@ impl Sensor for AimingSensor {
         rays[0][5] = 1.0;
         match (rays.len(), seen.len()) {
             (3, 0) => Ok(()),
-            (n, seen) => Err(Fail::new(format!("{n} rays to aim, and {seen} to look at"))),
+            (n, seen) => Err(Fail::new(format!("{n} rays can be aimed, but {seen} can be read; expected 3 and 0"))),
         }
     }
     fn measure(&self, sample: &Sample<'_>, out: &mut Readout<'_>) -> Result {
@@ -138,7 +138,7 @@ impl Model for GrowingModel {
     fn build(builder: &Builder<'_>, params: &Params<'_>) -> Result {
         params.f64("size0")?;
         if params.get("size1").is_ok() {
-            return Err(Fail::new("it has what it did not declare"));
+            return Err(Fail::new("the model has the parameter `size1`, which its first declaration does not contain"));
         }
         builder.object("dummy", None, "built").map(drop)
     }

@@ -37,7 +37,7 @@ impl Plugin for MisbehavesPlugin {
                 Ok(())
             })
             .param(Param::int("sensor"))
-            .text("Gives what a reading said that it held while the sensor measured again and was removed."),
+            .text("Returns a value of a reading that was taken before its sensor measured again and was removed."),
         );
         offer.command(
             Command::side_by_side("misbehaves_safely.set", |c| {
@@ -45,7 +45,7 @@ impl Plugin for MisbehavesPlugin {
                 world.set(object, world.host().prop("object.alias"), &Value::text("other"))
             })
             .param(Param::int("object"))
-            .text("Renames an object, on whatever thread."),
+            .text("Renames an object; may be called on any thread."),
         );
     }
 }

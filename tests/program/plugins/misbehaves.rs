@@ -194,14 +194,14 @@ impl FaultBench {
         let wanted = [
             ("the function was never reached", resumed.err.contains(&format!("misbehaving in {function}")) || saves),
             (
-                "it is not told when it is written",
+                "the reason is not reported when the snapshot is written",
                 saved.as_ref().is_none_or(|s| s.code == 0 && reason(s, "note: state")),
             ),
-            ("it is not told when it is read", reason(&resumed, "note: restored by replay")),
+            ("the reason is not reported when the snapshot is read", reason(&resumed, "note: restored by replay")),
             ("a panic was not caught", !resumed.err.contains("panicked at")),
             ("the exit code is wrong", resumed.code == 0),
             (
-                "the robot beside it computes something else",
+                "the other robot has a different hash",
                 resumed.code == 0 && resumed.json()["objects"]["/Pioneer_p3dx"]["hash"] == self.robot,
             ),
         ];
@@ -242,14 +242,14 @@ impl FaultBench {
             // Before a run, the error is reported twice: as the reason, and for what is missing because of it. `place`
             // is only called for another error, which is also reported.
             (
-                "it is not told once",
+                "the error is not reported exactly once",
                 if done.code == 1 {
                     errors == 1 + usize::from(call == "tatu_language.place" && how != "hang")
                 } else {
                     (1..=2).contains(&errors)
                 },
             ),
-            ("the robot beside it computes something else", !began || robot() == self.robot),
+            ("the other robot has a different hash", !began || robot() == self.robot),
         ];
         let wrong = wanted.iter().filter(|(_, is)| !is);
         wrong.map(|(what, _)| format!("{asked}: {what} (exit {})\n{}", done.code, done.err)).collect()
