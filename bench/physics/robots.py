@@ -6,8 +6,8 @@ or hold a pose.
 
 Every PROGRAM is run with both solvers (`reduced`, and `auto`, which chooses trees), alternately with MuJoCo and three
 times. The minimum time of each is used. Joints start at a pose and hold it, in MuJoCo by a spring with `kp` = 10 times the
-torque limit and `kv` equal to the limit. If the height of the watched link has changed by more than 5 cm at the end, the
-robot has not held its pose, for example because it fell; this is an error, since its time would be meaningless.
+torque limit and `kv` equal to the limit. If the height of the watched link has changed by more than 5 cm at the end,
+the robot has not held its pose, for example because it fell; this is an error, since its time would be meaningless.
 """
 
 import math

@@ -122,8 +122,8 @@ fn run_warnings(scene: &str) -> String {
     scene_of(scene).run(&["--seconds", "1"]).good().err
 }
 
-/// A mechanism has one solver: that of its first shape, or of the only other shape that asks for one. What is not used
-/// is named, by `check` and `run`.
+/// A mechanism has one solver: that of its first shape, or of the only other shape that specifies one. `check` and
+/// `run` report a `joint_solver` that is not used.
 #[test]
 fn a_solver_that_is_not_used_is_named() {
     let used = |scene: &str| {

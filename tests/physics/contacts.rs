@@ -102,7 +102,7 @@ fn shapes_that_start_asleep_stay_until_they_are_touched() {
             watch_run(&(String::from(sleep) + &floor(1.0) + &shelf(1.0, "asleep = true") + &ball), &["/b"], 2.0);
         let height = |t: f64| position(lines.iter().find(|l| l.time() > t).unwrap(), "/b")[2];
         assert_eq!(height(0.3), 1.0, "the ball has not yet arrived");
-        near("at last it lies on the floor", height(1.9), 0.05, 5e-3);
+        near("final height on the floor", height(1.9), 0.05, 5e-3);
     }
     let pushed = shelf(1.0, "asleep = true\ninitial_velocity_m_s = [0, 0, 0.1]");
     let lines = watch_run(&(floor(1.0) + &pushed), &["/b"], 2.0);

@@ -55,7 +55,7 @@ fn force(n: f64) -> String {
 #[test]
 fn grips_with_both_fingers() {
     for (mass, n) in [(0.1, 20.0), (1.0, 200.0)] {
-        near("creep of both pressing", creep(mass, &force(n), &force(-n), 20.0), 0.0, 5e-4);
+        near("creep with two pressing fingers", creep(mass, &force(n), &force(-n), 20.0), 0.0, 5e-4);
     }
 }
 
@@ -63,7 +63,7 @@ fn grips_with_both_fingers() {
 fn grips_with_one_finger_held() {
     for (mass, n) in [(0.1, 20.0), (1.0, 200.0)] {
         let held = "control = \"position\"\ntarget_position_m = 0.04\nmax_force_n = 1000.0";
-        near("creep of one held", creep(mass, held, &force(-n), 60.0), 0.0, 5e-4);
+        near("creep with one finger held in position", creep(mass, held, &force(-n), 60.0), 0.0, 5e-4);
     }
 }
 

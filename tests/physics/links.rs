@@ -1,5 +1,5 @@
 //! Tests of linked dummies between a mechanism or a free body and the world, and of joints and force sensors whose
-//! child was taken off.
+//! child was detached.
 
 use crate::{kit::*, scenes::*};
 
@@ -56,7 +56,7 @@ fn a_link_to_the_world_follows_its_dummy() {
     near("end", distance(position(&lines[lines.len() - 1], "/box"), [0.2, 0.0, 1.0]), 0.0, 2e-3);
 }
 
-/// A joint and a force sensor carry the weight of their child, and no load once it was taken off.
+/// A joint and a force sensor carry the weight of their child, and no load after it was detached.
 #[test]
 fn an_unloaded_joint_or_force_sensor_measures_zero() {
     let scene = base([0.0, 0.0, 1.0])

@@ -84,7 +84,7 @@ fn dry_friction() {
 #[test]
 fn armature() {
     let way = slide("control = \"force\"\nmax_force_n = 1.0\narmature_kg = 3.0", 2.0).1[199];
-    near("way in 2 s", way, 0.5, 0.005);
+    near("distance in 2 s", way, 0.5, 0.005);
 }
 
 /// Under the force F with the damping c, the final velocity is F / c.

@@ -149,7 +149,7 @@ fn a_force_sensor_weighs() {
     let load = body("load", "", "box", [0.05; 3], 1.0, "position_m = [0.15, 0.0, 1.08]\nrespondable = true");
     let end = readings(&(scene.clone() + &load), 3.0).pop().unwrap();
     near("with a load", end[3], -3.0 * G, 0.01);
-    near("its lever", end[5], G * (2.0 * 0.1 + 0.15), 0.02);
+    near("torque of the load", end[5], G * (2.0 * 0.1 + 0.15), 0.02);
     // A pendulum hangs below the sensor, at rest or swinging: then the force at the lowest point is m g + m v^2 / r.
     let hung = |q: f64| {
         let at = placed([0.5 * q.sin(), 0.0, 1.0 - 0.5 * q.cos()], [1.0, 0.0, 0.0], 0.0);

@@ -52,7 +52,7 @@ fn load_cells_below_a_table_carry_equal_shares() {
 }
 
 /// Two fingers of 20 N hold 1 kg by friction 1, which could carry 40 N: at most 17.7 N while it is shaken by 5 cm at 2
-/// Hz. The faces also carry the torque of an object that is held above its centre.
+/// Hz. The faces also resist the torque of an object that is held above its centre of mass.
 #[test]
 fn grip_with_friction_to_spare_does_not_pivot() {
     let finger = |side: f64, alias: &str| {

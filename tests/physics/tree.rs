@@ -36,8 +36,13 @@ fn a_joint_reports_the_load_of_the_body_it_pushes() {
     near("free", of_joint(at(0.3), "/base/slide", "effort"), 0.0, 1e-9);
     near("pushing", of_joint(at(1.8), "/base/slide", "effort"), 0.5 * 3.0 * G, 1e-3);
     near("pushed", position(at(2.0), "/box")[0], 0.2 + 0.15, 1e-3);
-    near("left behind", position(at(4.0), "/box")[0], position(at(2.2), "/box")[0], 1e-5);
-    near("free again", of_joint(at(3.0), "/base/slide", "effort"), 0.0, 1e-9);
+    near(
+        "position of the box after the block has retracted",
+        position(at(4.0), "/box")[0],
+        position(at(2.2), "/box")[0],
+        1e-5,
+    );
+    near("effort without contact", of_joint(at(3.0), "/base/slide", "effort"), 0.0, 1e-9);
 }
 
 #[test]
@@ -113,8 +118,8 @@ fn a_surface_may_become_special_in_a_run() {
     let lines = watch_run(&scene, &["/b"], 3.0);
     let before = lines.iter().find(|l| l.time() >= 1.0 - 1e-9).unwrap();
     let end = &lines[lines.len() - 1];
-    near("rolls on", speed(before, "/b"), 1.0, 0.01);
-    near("slows down", speed(end, "/b"), 1.0 - 0.002 / 0.1 * G * 5.0 / 7.0 * (end.time() - 1.0), 0.02);
+    near("speed without rolling friction", speed(before, "/b"), 1.0, 0.01);
+    near("speed with rolling friction", speed(end, "/b"), 1.0 - 0.002 / 0.1 * G * 5.0 / 7.0 * (end.time() - 1.0), 0.02);
 }
 
 /// Returns a heavy rail on the floor and a drawer that rests on it, 1 mm deep in it. The drawer slides on a joint that

@@ -24,7 +24,7 @@ fn straight_on() {
     let (a, b) = (at(5.0), at(20.0));
     let way = position(&lines[b], ROBOT)[0] - position(&lines[a], ROBOT)[0];
     near("speed", way / (lines[b].time() - lines[a].time()) / (3.0 * RADIUS), 1.0, 2e-4);
-    near("aside after 6 s", position(&lines[at(6.0)], ROBOT)[1], 0.0, 5e-3);
+    near("lateral deviation after 6 s", position(&lines[at(6.0)], ROBOT)[1], 0.0, 5e-3);
     let rolls = lines[a..=b].iter().map(|l| l.object::<3>(ROBOT, "angular_velocity")[0].powi(2)).sum::<f64>();
     near("roll, rms", (rolls / (b - a + 1) as f64).sqrt(), 0.0, 1e-3);
 }

@@ -28,7 +28,7 @@ impl OutputSnapshot {
         OutputSnapshot { test, texts: String::new() }
     }
 
-    /// Adds the output of a run in `place`, under a line that says what was tried. The path of the folder is replaced
+    /// Adds the output of a run in `place`, under a heading that names the case. The path of the folder is replaced
     /// by `FOLDER`, because it is different in each run.
     pub fn add(&mut self, tried: &str, place: &TestFolder, text: &str) {
         assert!(!text.contains("panicked"), "a panic:\n{text}");
@@ -46,7 +46,7 @@ impl OutputSnapshot {
         assert_eq!(done.code, 2, "{args:?}\n{}\n{}", done.err, done.out);
         // `check` prints one line on standard output, the verdict that the scene cannot run.
         let verdict = args[0] == "check" && done.out.contains(": cannot run: ") && done.out.lines().count() == 1;
-        assert!(done.out.is_empty() || verdict, "something started: {}", done.out);
+        assert!(done.out.is_empty() || verdict, "a run has started: {}", done.out);
         self.add(&args.join(" "), place, &done.err);
     }
 
@@ -64,7 +64,7 @@ impl OutputSnapshot {
         assert_eq!((run.code, check.code), (2, 2), "{}\n{}", run.err, run.out);
         assert_eq!(run.err, check.err);
         run.reports(&[&format!("scene.toml:{}:", line + 1)]);
-        assert!(run.out.is_empty(), "something started: {}", run.out);
+        assert!(run.out.is_empty(), "a run has started: {}", run.out);
         self.add(scene.lines().nth(line).unwrap(), place, &run.err);
     }
 }

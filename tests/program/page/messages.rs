@@ -67,7 +67,8 @@ fn a_scene_is_opened_started_changed_and_reset() {
     wait_for("it is reset", Duration::from_secs(30), || ((place(&mut socket) - begin).abs() < 1e-9).then_some(()));
 }
 
-/// A script that spins, in its own instructions or by commands, would keep the page from being answered for ever.
+/// While a script loops endlessly, with or without calls to commands, the page receives no answers until it requests a
+/// stop.
 #[test]
 fn a_stop_in_the_page_ends_a_script_that_does_not_return() {
     for body in ["while true do end", "while true do sim.getSimulationTime() end"] {
@@ -83,7 +84,7 @@ fn a_stop_in_the_page_ends_a_script_that_does_not_return() {
         run("start");
         wait_for("the script spins", Duration::from_secs(30), || place.path().join("spins").exists().then_some(()));
         run("stop");
-        // The page is answered again.
+        // After the stop, the page receives answers again.
         let answer = call(&mut socket, "tatu.get", json!([0, "scene.phase"]));
         assert_eq!(answer["error"], Value::Null, "{answer}");
     }

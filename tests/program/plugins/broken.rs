@@ -39,7 +39,7 @@ fn files_that_are_no_library_are_reported_by_type() {
     said.of_bytes("for macOS", b"\xcf\xfa\xed\xfe\x07\0\0\x01\x03\0\0\0");
     said.of_bytes("zipped", b"PK\x03\x04\x14\0\0\0");
     said.of_bytes("gzipped", b"\x1f\x8b\x08\0\0\0\0\0");
-    said.of_bytes("anything", b"\x01\x02\x03\x04");
+    said.of_bytes("random bytes", b"\x01\x02\x03\x04");
     let whole = good_bytes();
     said.of_bytes("the first half", &whole[..whole.len() / 2]);
     said.of_bytes("all but the last byte", &whole[..whole.len() - 1]);
@@ -70,7 +70,7 @@ fn libraries_for_other_processors_are_reported() {
     said.of_bytes("32 bit of this processor", &changed(&[(4, 1)]));
     said.of_bytes("aarch64", &changed(&[(18, 183)]));
     said.of_bytes("big-endian", &changed(&[(5, 2)]));
-    said.of_bytes("unheard of", &changed(&[(18, 250), (19, 250)]));
+    said.of_bytes("an unknown processor", &changed(&[(18, 250), (19, 250)]));
 }
 
 #[test]
@@ -182,10 +182,10 @@ fn unreadable_files_are_reported() {
 #[test]
 fn a_library_without_the_entry_is_reported_with_its_symbols() {
     let mut said = said!();
-    said.of_source("nothing", "static int a(void) { return 1; }\n", &[]);
+    said.of_source("no symbols", "static int a(void) { return 1; }\n", &[]);
     let other = "TATU_EXPORT int go(void);\nTATU_EXPORT int go(void) { return 1; }\nTATU_EXPORT int stop;\n";
-    said.of_source("something else", &format!("#include \"tatu.h\"\n{other}"), &[]);
-    said.of_source("nearly", &declared("TATU_EXPORT const tatu_plugin_t tatu_plugins"), &[]);
+    said.of_source("other symbols", &format!("#include \"tatu.h\"\n{other}"), &[]);
+    said.of_source("a misspelt symbol", &declared("TATU_EXPORT const tatu_plugin_t tatu_plugins"), &[]);
     said.of_source("hidden", "const int tatu_plugin = 1;\n", &[]);
     said.of_source("static", "__attribute__((used)) static const int tatu_plugin = 1;\n", &[]);
     let function = "TATU_EXPORT void tatu_plugin(void);\nTATU_EXPORT void tatu_plugin(void) {}\n";
@@ -195,7 +195,7 @@ fn a_library_without_the_entry_is_reported_with_its_symbols() {
         &[],
     );
     let used = "extern const int tatu_plugin;\n__attribute__((visibility(\"default\"))) const int *x(void);\nconst int *x(void) { return &tatu_plugin; }\n";
-    said.of_source("used only", used, &[]);
+    said.of_source("used but not defined", used, &[]);
     let foreign = "__attribute__((visibility(\"default\"))) int simInit(void);\nint simInit(void) { return 1; }\n";
     said.of_source("of CoppeliaSim", foreign, &[]);
 }
@@ -243,7 +243,7 @@ fn missing_libraries_are_reported_with_their_dependents() {
     };
     let place = folder();
     made(&place, &[]);
-    said.because("it lies beside it", &place, &["x"]);
+    said.because("in the folder of the plugin", &place, &["x"]);
     // The library is found with the right linker option, and by LD_LIBRARY_PATH.
     let args = ["plugin", "why", "x"];
     run(program(), place.path(), &args, &[("TATU_PLUGIN_PATH", "mine"), ("LD_LIBRARY_PATH", "mine")]).good();
@@ -254,7 +254,7 @@ fn missing_libraries_are_reported_with_their_dependents() {
         assert!(done.out.contains("libhelper_of_mine.so ("), "{}", done.out);
     }
     fs::remove_file(place.path().join("mine/libhelper_of_mine.so")).unwrap();
-    said.because("it is nowhere", &place, &["x"]);
+    said.because("not installed", &place, &["x"]);
     // The loader cannot open the plugin, because this library is missing.
     let done = run(program(), place.path(), &["list", "plugins"], &[("TATU_PLUGIN_PATH", "mine")]).good();
     done.reports(&["E301", "libhelper_of_mine.so"]);
@@ -270,7 +270,7 @@ fn missing_libraries_are_reported_with_their_dependents() {
     let source = format!("int helper(void);\n{}", source.text());
     let links = ["-L.", "-lhelper", "-Wl,-rpath,$ORIGIN", "-Wl,--allow-shlib-undefined"];
     compile_with(&place, "x", &source, &links);
-    said.because("one behind another", &place, &["x"]);
+    said.because("an indirect dependency", &place, &["x"]);
 }
 
 #[test]
@@ -331,7 +331,7 @@ fn descriptors_for_other_hosts_are_reported() {
         &[],
     );
     // The following libraries can be opened.
-    said.of_source("cut off", &source(&|s| s.size = "offsetof(tatu_plugin_t, extension)".into()), &[]);
+    said.of_source("a truncated descriptor", &source(&|s| s.size = "offsetof(tatu_plugin_t, extension)".into()), &[]);
     said.of_source("no id", &source(&|s| s.id = "NULL".into()), &[]);
     said.of_source("an id with a space", &source(&|s| s.id = "\"my plugin\"".into()), &[]);
     let draft = |s: &mut PluginSource| s.extension = s.extension.replace("TATU_COMMAND", "\"tatu.command/draft.1\"");
@@ -346,7 +346,7 @@ fn descriptors_for_other_hosts_are_reported() {
 static const tatu_need *const all_needs[] = {&a_need, NULL};\n";
         s.needs = "all_needs".into();
     };
-    said.of_source("a service that nobody has", &source(&needs), &[]);
+    said.of_source("an unknown service", &source(&needs), &[]);
 }
 
 #[test]
@@ -366,7 +366,7 @@ fn crashes_during_a_load_are_reported_and_contained() {
     }
     for (tried, body) in [
         ("init never returns", "for (;;) usleep(1000);"),
-        ("init counts for ever", "for (volatile int i = 0;; i++) {}"),
+        ("init loops endlessly", "for (volatile int i = 0;; i++) {}"),
     ] {
         let place = folder();
         compile(&place, "x", &init(body).replace("-std=c11", ""));

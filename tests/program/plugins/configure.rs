@@ -16,7 +16,7 @@ NUMBER(rays, "How many rays it has.", 0);
 NUMBER(mass, "Cannot change while it lives.", TATU_PARAM_REBUILDS);
 static const tatu_param *const params[] = {&range, &rays, &mass, NULL};
 
-/* An instance: its parameters, the number of calls of `configure`, and the bit mask of the last changed parameters. */
+/* An instance: its parameters, the number of calls to `configure`, and the bit mask of the last changed parameters. */
 typedef struct gauge { double params[3], configured, changed; } gauge;
 static tatu_status create(void *self, const tatu_instance *info, void **data, tatu_error *error) {
   gauge *g = calloc(1, sizeof *g);
@@ -120,7 +120,7 @@ fn with(scene: &str) -> TestFolder {
 }
 
 /// Runs lines of Lua in the first and the second step. Returns the reading of the gauge after each of three steps: the
-/// number of calls of `configure`, the bit mask of the last change, and the number of rays that hit.
+/// number of calls to `configure`, the bit mask of the last change, and the number of rays that hit.
 fn gauge_readings(kind: &str, first: &str, second: &str) -> Vec<[f64; 3]> {
     let script = format!(
         "local n = 0

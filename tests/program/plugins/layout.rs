@@ -86,7 +86,7 @@ fn broken(old: &LayoutRecord, new: &LayoutRecord) -> Vec<String> {
         }
         for (field, at, _) in is.fields.iter().skip(was.fields.len()) {
             if *at < was.size {
-                out.push(format!("{name}.{field} is new and lies inside what older ones knew"));
+                out.push(format!("{name}.{field} is new, but is within the size of older revisions"));
             }
         }
     }

@@ -39,7 +39,7 @@ fn place(eyes: usize, eye: &str, script: &str) -> TestFolder {
     place
 }
 
-/// Checks that the run continues, that each call of a function is refused and reported with the plugin function `call`
+/// Checks that the run continues, that each call to a function is refused and reported with the plugin function `call`
 /// that made it, and that no call took effect.
 fn refused(done: &RunOutput, call: &str, functions: &[&str]) {
     assert!(!done.err.contains("TRESPASSED"), "{}", done.err);

@@ -107,8 +107,8 @@ fn misspelt_plugin_names_get_the_nearest_one() {
     said.because("an id with an error", &place, &["org.test.helo"]);
     said.because("a path with an error", &place, &["mine/libtatu_helo.so"]);
     said.because("a path without lib", &place, &["mine/hello.so"]);
-    said.because("a folder that is not there", &place, &["theirs/libtatu_hello.so"]);
-    said.because("nothing like it", &place, &["unheard_of_elsewhere"]);
+    said.because("a missing folder", &place, &["theirs/libtatu_hello.so"]);
+    said.because("no similar name", &place, &["unheard_of_elsewhere"]);
 }
 
 #[test]
@@ -126,12 +126,12 @@ fn folders_that_are_not_searched_are_reported() {
         assert_eq!(done.code, 1, "{}\n{}", done.out, done.err);
         said.add(tried, &place, done.out.rsplit_once("\n\n").unwrap().1);
     };
-    because("a folder that is not there", "nowhere", &["hello"]);
-    because("a file in the place of a folder", "mine/libtatu_hello.so", &["hello"]);
+    because("a missing folder", "nowhere", &["hello"]);
+    because("a file instead of a folder", "mine/libtatu_hello.so", &["hello"]);
     because("another folder", "", &["mine/libtatu_hello.so"]);
-    because("a folder above", ".", &["hello"]);
+    because("a parent folder", ".", &["hello"]);
     place.write("scene.toml", "format = 1\n[scene]\nplugins = [\"mine\"]\n");
-    because("a scene without leave", "", &["hello", "--scene", "scene.toml"]);
+    because("a scene without permission", "", &["hello", "--scene", "scene.toml"]);
     fs::create_dir(place.path().join("build")).unwrap();
     fs::copy(file(&place, "hello"), place.path().join("build/libtatu_hello.so")).unwrap();
     because("the folder `build`", "", &["hello"]);
@@ -147,7 +147,7 @@ fn the_plugin_that_hides_another_is_reported() {
     let place = folder();
     compile(&place, "first", &PluginSource::new("twin").text());
     compile(&place, "second", &PluginSource::new("twin").text());
-    said.because("the second of an id", &place, &["second"]);
+    said.because("the second plugin with an id", &place, &["second"]);
     ask(&place, &["first"]).good();
     // If several plugins have the same id, it refers to the one that is loaded.
     let done = ask(&place, &["org.test.twin"]).good();

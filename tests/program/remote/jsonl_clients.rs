@@ -21,7 +21,7 @@ fn clients_that_left_with_a_waiting_command_do_not_block_others() {
     first.step(1);
     let mut last = run.client();
     assert!(last.ask(json!({ "state": true }))["step"].is_u64());
-    // A client that only ended its own direction of the connection is answered.
+    // A client that has shut down only its sending direction of the connection still receives its answer.
     let mut half = run.client();
     half.send(json!({ "call": "sim.wait", "args": [0.1] }));
     half.end_sending();

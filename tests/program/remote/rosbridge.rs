@@ -131,7 +131,7 @@ until('it stops', lambda: last['/odom']['twist']['twist']['linear']['x'] < 0.01)
 time.sleep(0.3)
 driven = last['/odom']['pose']['pose']['position']['x']
 gone = last['/pose']['pose']['position']['x'] - begin
-# 1.5 s and half a second of patience; a wheel's slip is what odometry has wrong.
+# 1.5 s, and at most 0.5 s until the robot stops without commands; odometry is wrong only by the slip of the wheels.
 assert 0.3 < gone < 0.9, gone
 assert abs(driven - gone) < 0.02, (driven, gone)
 names = last['/joint_states']['name']

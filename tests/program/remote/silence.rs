@@ -1,4 +1,5 @@
-//! Tests of clients that take the steps of a simulation and then stand still: after a time, it continues without them.
+//! Tests of clients that control the steps of a simulation and then send nothing: after a time limit, the simulation
+//! continues without them.
 
 use std::{
     io::{BufRead, BufReader, Write},

@@ -26,7 +26,8 @@ fn steps_have_bounds() {
     place.run(&both).refused(&["a step of 50 s would have 500000 physics steps of 0.0001 s", "at most 100000"]);
 }
 
-/// The readings and images of all sensors have a bound, also those of copies and of changed parameters.
+/// The memory for readings and images of all sensors together is limited, including copies of sensors and changed
+/// parameters.
 #[test]
 fn sensors_have_a_bound_of_memory_together() {
     let camera = "[[object]]\nkind = \"sensor\"\nsensor = \"depth_camera\"\nalias = \"cam\"\n";
@@ -49,12 +50,12 @@ fn sensors_have_a_bound_of_memory_together() {
         end"
         )
     );
-    // The memory that is there may be less than the limit.
+    // The machine may have less free memory than the limit.
     let done = TestFolder::scene(&scene).run(&["--steps", "1", "--set", "/cam.explicit=true"]);
     done.reports(&["told\ttrue", "choose fewer pixels or sensors"]);
 }
 
-/// Values are counted before they are made.
+/// The number of values is checked before memory for them is allocated.
 #[test]
 fn values_of_a_call_have_a_bound() {
     let script = "function sysCall_init()

@@ -141,7 +141,8 @@ fn links_pipes_and_devices_are_refused_in_every_name() {
     check(&place, "[[import]]\nfile = \"pipe.toml\"\n", &[]).refused(&["E105", "pipe.toml", "not a plain file"]);
 }
 
-/// A script writes a document and loads it: the document may name what the script may read, and opens no folder for it.
+/// A script writes a document and loads it. The document may refer only to files that the script may read, and does not
+/// give the script access to further folders.
 #[test]
 fn documents_that_a_script_writes_are_confined_like_the_script() {
     let place = home();

@@ -95,7 +95,7 @@ fn links_beside_a_saved_scene_are_not_followed() {
     assert!(place.path().join("scene/whole.toml").is_file());
 }
 
-/// A script that replaced the scene's own file would keep the user of the page from saving.
+/// If a script replaced the scene's own file, the user of the page could no longer save the scene.
 #[test]
 fn scripts_do_not_save_to_the_scenes_own_file() {
     let script = "function sysCall_init()

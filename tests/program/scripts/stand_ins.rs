@@ -180,7 +180,7 @@ fn missing_signals_and_custom_data_are_substituted() {
         "print(string.format('%.1f %d', angle, count), #sim.unpackFloatTable(data) > 3, #sim.unpackTable(data)) end";
     let done = stand_ins(&format!("{asks} {uses}"), &[]);
     assert_eq!(kinds(&done), Vec::<Value>::new(), "{done}");
-    // A stand-in value that only leads to a call of an unknown function is worse than no value.
+    // A stand-in value that only leads to a call to an unknown function is worse than no value.
     let worse = "local x = count + 1 sim.noSuchFunction() end";
     assert_eq!(kinds(&stand_ins(&format!("{asks} {worse}"), &[])), ["runtime"]);
 }

@@ -25,7 +25,7 @@ fn codes(folders: &[&str], extension: &str, pattern: &str) -> BTreeMap<String, V
 #[test]
 fn every_error_code_is_described_on_one_page() {
     let raised = codes(&["engine", "core", "hosts", "plugins", "plugin-api/src"], "rs", r#""([EF][0-9]{3})""#);
-    // Codes stand in headings, or in bold at the beginning of a paragraph.
+    // Codes are in headings, or in bold at the beginning of a paragraph.
     let described = codes(&["docs"], "md", r"(?m)^(?:#+ |\*\*)([EF][0-9]{3}): ");
     let missing: Vec<_> = raised.iter().filter(|(code, _)| !described.contains_key(*code)).collect();
     assert!(missing.is_empty(), "describe these codes in docs/reference/errors.md: {missing:#?}");

@@ -1,10 +1,10 @@
-//! Tests of what has to exist twice: both copies are the same.
+//! Tests of text that must exist in two places: both copies must be equal.
 
 use std::fs;
 
 use crate::kit::*;
 
-/// The last line of the constants of a controller; what follows does not depend on the robot.
+/// The last line of the constants of a controller. The code after it does not depend on the robot.
 const LAST_CONSTANT: &str = "local RATE_DAMPING = ";
 
 /// A model is a folder that can be copied alone (docs/decisions/0040), so each flying robot has its own controller.

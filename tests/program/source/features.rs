@@ -1,4 +1,5 @@
-//! Tests of the manifests: a package that is built alone uses the builds of shared crates that the workspace has made.
+//! Tests of the manifests: if a package is built alone, cargo reuses the shared crates that were built for the whole
+//! workspace.
 
 use std::{
     collections::{BTreeMap, BTreeSet},
@@ -29,8 +30,9 @@ fn built(selection: &[&str]) -> BuildFeatures {
     all
 }
 
-/// Returns what cargo builds anew for a single package, with the name of the package. `edges` selects the dependencies.
-fn anew(names: &[String], edges_of_all: &str, edges: &str) -> BTreeMap<String, String> {
+/// Returns the crates that cargo rebuilds for a single package, each with the name of that package. `edges` selects the
+/// dependencies.
+fn rebuilt(names: &[String], edges_of_all: &str, edges: &str) -> BTreeMap<String, String> {
     let whole = built(&["--workspace", "--edges", edges_of_all]);
     let mut found = BTreeMap::new();
     for name in names {
@@ -50,12 +52,12 @@ fn packages_built_alone_share_the_artifacts_of_the_workspace() {
     let names =
         members.keys().filter_map(|package| package.split(' ').next()).filter(|name| !EXTERNAL_PACKAGES.contains(name));
     let names: Vec<String> = names.map(str::to_owned).collect();
-    // Libraries alone, since macros may use the same crate with other features; then everything.
-    let mut found = anew(&names, "normal,dev,no-proc-macro", "normal,no-proc-macro");
-    found.extend(anew(&names, "normal,build,dev", "normal,build"));
+    // Libraries are checked separately, because macros may use the same crate with other features.
+    let mut found = rebuilt(&names, "normal,dev,no-proc-macro", "normal,no-proc-macro");
+    found.extend(rebuilt(&names, "normal,build,dev", "normal,build"));
     assert!(
         found.is_empty(),
-        "cargo builds these anew for a single package; name their features in the root manifest (direct dependencies) or \
+        "cargo rebuilds these crates for a single package; name their features in the root manifest (direct dependencies) or \
          in engine/features/Cargo.toml:\n{}",
         found.iter().map(|(text, name)| format!("-p {name}: {text}")).collect::<Vec<_>>().join("\n")
     );

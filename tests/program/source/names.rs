@@ -1,7 +1,7 @@
-//! Tests of names: types are nouns, bounds are called `MAX_...`, and tests say subject and outcome.
+//! Tests of names: types are nouns, bounds are called `MAX_...`, and names of tests state subject and outcome.
 //!
-//! A reader who knows robotics and Rust guesses such names, and finds them with grep. The numbers that are allowed are
-//! those of well-kept code bases: see `docs/decisions/0061-names-of-the-field.md`.
+//! A reader who is familiar with robotics and Rust can guess such names and find them with grep. The allowed numbers
+//! are those of well-maintained code bases: see `docs/decisions/0061-names-of-the-field.md`.
 
 use std::{collections::BTreeMap, fs};
 
@@ -10,7 +10,7 @@ use regex::Regex;
 use super::tree::files;
 use crate::kit::*;
 
-/// Participles, pronouns, prepositions and adjectives that say nothing as the only word of a type.
+/// Participles, pronouns, prepositions and adjectives that are meaningless as the only word of a type name.
 #[rustfmt::skip]
 const BARE_WORDS: [&str; 108] = [
     "After", "Again", "All", "Around", "Ask", "Asked", "Away", "Bad", "Before", "Beside", "Best", "Between", "Broken",
@@ -23,9 +23,9 @@ const BARE_WORDS: [&str; 108] = [
     "Pending", "Placed", "Posted", "Queued", "Ran", "Read", "Ready", "Recent", "Refused", "Said", "Sealed", "Seen",
     "Sent", "Shared", "Shown", "Stored", "Stuck", "Taken", "Told", "Touched", "Under", "Want", "Who",
 ];
-/// Suffixes that say nothing about a type.
+/// Suffixes that add no meaning to the name of a type.
 const VAGUE_SUFFIXES: [&str; 6] = ["Data", "Info", "Manager", "Helper", "Util", "Utils"];
-/// Types with such a suffix that stay: names of authors' interface, of libc, and of V-REP's "custom data".
+/// Exceptions: names in the interface for plugin authors, in libc, and V-REP's term "custom data".
 const SUFFIXES_ALLOWED: [&str; 4] = ["InstanceInfo", "ModelInfo", "DlInfo", "CustomData"];
 /// Words that make the name of a test obscure.
 const OBSCURE_TEST_WORDS: &str = "(^|_)(told|tells?|whom?|nobody|nothing|stands?|stood|comes?|came|keeps?|kept|hears?|\
@@ -90,5 +90,5 @@ fn tests_say_subject_and_outcome() {
         let names = test.captures_iter(&text).map(|c| c[1].to_owned());
         found.extend(names.filter(|n| obscure.is_match(n)).map(|n| format!("{n} in {file}")));
     }
-    assert!(found.is_empty(), "name what is tested and what results: {found:#?}");
+    assert!(found.is_empty(), "state subject and outcome in the names of these tests: {found:#?}");
 }

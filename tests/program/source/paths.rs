@@ -7,7 +7,7 @@ use regex::Regex;
 use super::tree::files;
 use crate::kit::*;
 
-/// Decisions and release notes say what was at their time, and the pages of commands are generated.
+/// Decisions and release notes describe the state at the time of writing, and the pages of commands are generated.
 const HISTORY: [&str; 3] = ["docs/decisions/", "docs/releases/", "docs/reference/commands"];
 /// Files of the examples in the guides.
 const EXAMPLES: [&str; 1] = ["tests/scene.rs"];

@@ -15,7 +15,7 @@ const LARGE_STRUCTS: [(&str, &str); 7] = [
     ("Shape", "core/scene/src/object/shape.rs"),
     ("Joint", "core/scene/src/object/joint.rs"),
     ("WorldSettings", "core/scene/src/document/settings.rs"),
-    // One field for each column of a batch, as in the table of the ABI; authors of tests fill in the former.
+    // One field for each column of a batch, as in the table of the ABI. Authors of tests fill in `Inputs`.
     ("Inputs", "plugin-api/testkit/src/inputs.rs"),
     ("BatchArrays", "plugin-api/testkit/src/measuring.rs"),
     // A message, whose type in TypeScript is derived from the struct.
