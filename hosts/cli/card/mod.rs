@@ -165,7 +165,8 @@ impl CardReader<'_> {
             && name.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_');
         if !is_name {
             let span = table.get("name").and_then(Item::span);
-            return Err(self.fail("E102", format!("`name`: `{name}` is not a valid function name"), span));
+            let error = self.fail("E102", format!("`name`: `{name}` is not a valid function name"), span);
+            return Err(error.expected("letters, digits and `_`, not beginning with a digit"));
         }
         let expected = number("expected")?.ok_or_else(|| lacks("expected"))?;
         let relative = number("tolerance")?.unwrap_or(DEFAULT_TOLERANCE) * expected.abs();

@@ -36,12 +36,12 @@ impl Project {
         let place = |line| SourceLocation { file: file.clone(), line, ..SourceLocation::default() };
         let wrong = |text: String| Error::new("E611", text).at(Some(place(0)));
         let settings: toml_edit::DocumentMut = text.parse().map_err(|e: toml_edit::TomlError| {
-            let line = e.span().map_or(0, |s| text[..s.start].lines().count().max(1));
+            let line = e.span().map_or(0, |s| text[..s.start].matches('\n').count() + 1);
             Error::new("E611", format!("{SETTINGS_FILE} cannot be read: {}", e.message())).at(Some(place(line)))
         })?;
         let get = |key: &str| {
             let value = settings.get(key).and_then(toml_edit::Item::as_str).map(str::to_owned);
-            value.ok_or_else(|| wrong(format!("{SETTINGS_FILE} has no string `{key}`")))
+            value.ok_or_else(|| wrong(format!("{SETTINGS_FILE} has no key `{key}`, or its value is not a string")))
         };
         let (name, lang) = (get("name")?, get("lang")?);
         // The name becomes part of file names.

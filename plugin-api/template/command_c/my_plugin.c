@@ -36,7 +36,7 @@ static tatu_status TATU_CALL travelled(tatu_call *call) {
   if (status < 0) return status;
   track *it = find(call->state, object);
   if (!it)
-    return tatu_call_fail_help(call, TATU_ERR_SPACE, "it can track only 64 objects", "call my_plugin.reset() first");
+    return tatu_call_fail_help(call, TATU_ERR_SPACE, "my_plugin can track only 64 objects", "call my_plugin.reset() first");
   if (it->object) it->metres += hypot(hypot(pose[0] - it->at[0], pose[1] - it->at[1]), pose[2] - it->at[2]);
   it->object = object;
   for (int i = 0; i < 3; i++) it->at[i] = pose[i];

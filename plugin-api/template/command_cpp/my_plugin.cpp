@@ -31,7 +31,7 @@ void travelled(tatu::call &c) {
   auto it = std::find_if(std::begin(tracks), std::end(tracks),
                          [&](const state::track &t) { return t.object == object || !t.object; });
   if (it == std::end(tracks))
-    throw tatu::failure(TATU_ERR_SPACE, "it can track only 64 objects", "call my_plugin.reset() first");
+    throw tatu::failure(TATU_ERR_SPACE, "my_plugin can track only 64 objects", "call my_plugin.reset() first");
   if (it->object) it->metres += std::hypot(pose[0] - it->at[0], pose[1] - it->at[1], pose[2] - it->at[2]);
   it->object = object;
   std::copy_n(pose, 3, it->at);

@@ -81,7 +81,7 @@ impl<S: Sensor> SensorBench<S> {
     /// Fails if an input does not fit its declaration, or the sensor fails.
     pub fn measure(&mut self, inputs: Inputs) -> Result<Readings> {
         let all = batch(&mut [self], vec![inputs])?;
-        all.into_iter().next().ok_or_else(|| crate::Error::new("nothing was measured"))
+        all.into_iter().next().ok_or_else(|| crate::Error::new("the sensor returned no reading"))
     }
 }
 

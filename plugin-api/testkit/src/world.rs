@@ -21,7 +21,10 @@ pub struct World {
 /// Evaluates to a function of the host's table or, if the host lacks it, returns an error from the enclosing function.
 macro_rules! host {
     ($world:ident . $function:ident) => {
-        $world.table.$function.ok_or_else(|| Error::new(concat!("this host has no ", stringify!($function))))?
+        $world
+            .table
+            .$function
+            .ok_or_else(|| Error::new(concat!("this host has no function `", stringify!($function), "`")))?
     };
 }
 

@@ -260,8 +260,8 @@ fn with_groups(flags: [u8; 2]) -> String {
 
 #[test]
 fn groups_of_old_scenes_are_solved_in_their_order() {
-    // Flags of the groups: 1 enables a group, 2 restores the joint positions if the tip misses its target, and 8 solves the
-    // group only if the one before it has failed.
+    // Flags of the groups: 1 enables a group, 2 restores the joint positions if the tip misses its target, and 8 solves
+    // the group only if the one before it has failed.
     let scene = with_groups([1 | 2, 1 | 8]);
     let script = format!(
         "{BEGIN}

@@ -1,4 +1,5 @@
-//! Tests of commands, callbacks and globals whose form depends on the version of V-REP, or that only some versions have.
+//! Tests of commands, callbacks and globals whose form depends on the version of V-REP, or that only some versions
+//! have.
 
 use crate::{
     kit::*,

@@ -121,7 +121,10 @@ fn judge(kind: &SensorKind, reading: &Reading) {
                 error(&place, format!("`{}` is not a number (NaN)", info.name));
             } else if x.is_infinite() && says.is_some_and(|v| v != 0.0) {
                 let which = valid_of(info).unwrap_or_default();
-                error(&place, format!("`{}` is infinite where `{which}` is 1: nothing was measured there", info.name));
+                error(
+                    &place,
+                    format!("`{}` is infinite, although `{which}` is 1 and states that it was measured", info.name),
+                );
             } else if x.is_infinite() && says.is_none() && !nothing.contains("inf") {
                 error(
                     &place,

@@ -208,7 +208,8 @@ fn chosen(args: &PluginCheckArgs, config: &CheckConfig) -> Result<Vec<&'static C
     };
     let all: Vec<_> = TESTS.iter().filter(wanted).collect();
     if all.is_empty() {
-        return Err(Error::new("E102", "no test is left to run").help("`tatu plugin check --list` lists all tests"));
+        return Err(Error::new("E102", "all tests are excluded by `--only`, `--skip` or the configuration file")
+            .help("`tatu plugin check --list` lists all tests"));
     }
     Ok(all)
 }

@@ -31,7 +31,10 @@ impl Ticket {
         // SAFETY: the host lives until the plugin's shutdown, and the header permits this call on any thread.
         match unsafe { wake(self.host.raw(), self.number, result.into()) } {
             TATU_OK => Ok(()),
-            status => Err(Fail::with_code(status, "the result was not delivered")),
+            status => Err(Fail::with_code(
+                status,
+                "the host rejected the result: the ticket is unknown or has already been used",
+            )),
         }
     }
 }

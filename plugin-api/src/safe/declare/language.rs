@@ -59,7 +59,7 @@ impl<'a> Frame<'a> {
     /// # Safety
     /// Everything that `value` points to must stay valid until the caller has read it.
     pub unsafe fn push(&mut self, value: tatu_value) -> Result {
-        let full = || Fail::with_code(TATU_ERR_SPACE, "too many results for the buffer");
+        let full = || Fail::with_code(TATU_ERR_SPACE, "the caller's buffer is too small for the results");
         // SAFETY: the caller guarantees the same.
         unsafe { self.raw.push(value) }.then_some(()).ok_or_else(full)
     }

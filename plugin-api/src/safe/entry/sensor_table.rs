@@ -168,7 +168,8 @@ unsafe extern "C" fn beams<S: Sensor>(data: *mut c_void, out: *mut tatu_beams, e
             }
             Form::Rays(directions) => {
                 out.form = TATU_BEAMS_RAYS;
-                out.count = [u32::try_from(directions.len()).map_err(|_| Fail::new("too many rays"))?, 1];
+                let too_many = |_| Fail::new("a sensor can have at most 4294967295 rays");
+                out.count = [u32::try_from(directions.len()).map_err(too_many)?, 1];
                 if !beams.origins.is_empty() && beams.origins.len() != directions.len() {
                     let (origins, rays) = (beams.origins.len(), directions.len());
                     return Err(Fail::new(format!(
