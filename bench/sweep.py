@@ -112,7 +112,7 @@ class Side:
             if select.select([stdout], [], [], max(0.0, begin + seconds - time.monotonic()))[0]:
                 line = stdout.readline()
                 assert line, "a program failed"
-                # Ray prints additional lines.
+                # All other lines are output of Ray.
                 if line.startswith(ANSWER):
                     self.answers.append(line.split()[1:])
                     waiting.pop(stdout)

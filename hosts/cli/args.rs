@@ -26,7 +26,7 @@ pub enum Command {
     Serve(ServeArgs),
     /// Open a scene in the browser: view it, control it, change its scripts.
     Open(OpenArgs),
-    /// Check whether a scene can run, and report what it lacks.
+    /// Check whether a scene can run, and report its problems.
     Check(CheckArgs),
     /// Convert a scene of any format to a scene file, with its meshes and scripts in files next to it.
     Convert(ConvertArgs),
@@ -35,7 +35,7 @@ pub enum Command {
     /// Describe a plugin, kind of sensor or actuator, model, importer, script language, service, schema, object kind or
     /// command.
     Describe(DescribeArgs),
-    /// Measure what a model does, and compare it with its data sheet.
+    /// Measure the behaviour of a model, and compare it with its data sheet.
     Measure(MeasureArgs),
     /// Render a picture of a scene, or of what one of its sensors measures; no display is needed.
     Look(LookArgs),

@@ -94,7 +94,7 @@ fn from_python_at(value: &Bound<'_, PyAny>, depth: usize) -> PyResult<Value> {
         }
         return Ok(numbers(&items).unwrap_or(Value::List(items)));
     }
-    // NumPy scalars.
+    // NumPy scalars are not instances of `int` and `float`, but can be converted.
     if let Ok(i) = value.extract::<i64>() {
         return Ok(Value::Int(i));
     }

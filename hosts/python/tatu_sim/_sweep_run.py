@@ -123,7 +123,7 @@ class Run:
         finally:
             self.line.end(self.rows)
 
-    # ------------------------------------------------------------------------------------------------- giving out work
+    # ----------------------------------------------------------------------------------------------- submitting chunks
 
     def give(self) -> bool:
         """Submit chunks until each worker runs one and has another one queued. Return whether any chunk is pending."""
@@ -170,7 +170,7 @@ class Run:
         self.pending[future] = chunk
         future.add_done_callback(self.finished.put)
 
-    # ------------------------------------------------------------------------------------------------------ taking rows
+    # -------------------------------------------------------------------------------------------------- collecting rows
 
     def take(self, future: "Future[Done]") -> None:
         chunk = self.pending.pop(future)

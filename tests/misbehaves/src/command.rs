@@ -32,9 +32,9 @@ unsafe extern "C" fn call(call: *mut tatu_call) -> tatu_status {
             let sort = if c.n_args > 0 { (*c.args).u.i } else { 0 };
             let done = plan.act("tatu_command.call", || {
                 match sort {
-                    // More results than fit.
+                    // States more results than the array of the caller can hold.
                     1 => results(c, &[], c.results_cap + 1_000_000),
-                    // An unknown type.
+                    // A value of an unknown type.
                     2 => results(c, &[null_value(99, 1 << 60)], 1),
                     // Strings and arrays at a null pointer, which must be read as empty, and an unknown status.
                     3 => {
@@ -71,7 +71,7 @@ unsafe extern "C" fn wait(call: *mut tatu_call) -> tatu_status {
     }
 }
 
-/// `misbehaves.use(f)`: keeps the function, calls it, and releases it.
+/// `misbehaves.use(f)`: retains the function, calls it, and releases it.
 unsafe extern "C" fn use_function(call: *mut tatu_call) -> tatu_status {
     // SAFETY: the host passes a frame that is valid during the call, and `self_` is the plan made by `init`.
     unsafe {
@@ -81,7 +81,7 @@ unsafe extern "C" fn use_function(call: *mut tatu_call) -> tatu_status {
             let (mut kept, world) = (0, WorldRef::new(c.world));
             let retain = commands.retain.ok_or_else(|| Fail::new("no retain"))?;
             if retain(world, (*c.args).u.u, Some(&mut kept)) < 0 {
-                // The language has refused to keep the function, and reports the error itself.
+                // The language has refused to retain the function, and reports the error itself.
                 return Ok(TATU_OK);
             }
             let mut room = [null_value(TATU_NIL, 0); 16];

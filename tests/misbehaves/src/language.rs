@@ -18,7 +18,7 @@ use crate::{
 
 const ACTUATION: u32 = 1;
 const THREAD: u32 = 2;
-/// The id of the language's only function, both while it is borrowed and while it is kept.
+/// The id of the language's only function, whether it is borrowed or retained.
 const FUNCTION: u32 = 5;
 
 /// Calls a command by name, with a function as argument.

@@ -172,7 +172,7 @@ fn each_step_has_a_line_in_the_trace() {
         assert!((0.4..0.6).contains(&line.sensor(sonar, "proximity.distance")));
         assert_eq!(line.status().contains(&"hello"), i == 0);
     }
-    // Old names are accepted too.
+    // Objects can also be given by their names of older versions.
     let lines = place.trace(&["Pioneer_p3dx_leftMotor"], &["--steps", "1"]);
     lines[0].object::<3>(MOTOR, "position");
 }

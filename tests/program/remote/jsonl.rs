@@ -265,7 +265,7 @@ fn commands_are_executed_between_the_steps_that_were_asked_for() {
     let mut client = run.client();
     client.stepping();
     let d = client.handle("/d");
-    // All messages are sent at once: the service must keep their order, and stop at each step.
+    // All messages are sent together. The service must process them in order, and pause after each requested step.
     for i in 0..20 {
         client.send(json!({ "call": "sim.setObjectPosition", "args": [d, -1, [i, 0, 0]] }));
         client.send(json!({ "step": 2 }));
@@ -274,7 +274,7 @@ fn commands_are_executed_between_the_steps_that_were_asked_for() {
         assert_eq!(client.receive()["result"], json!([]));
         let stepped = client.receive();
         assert_eq!(stepped["step"], 2 * (i + 1));
-        // Steps of 0.05 s.
+        // Each request has run two steps of 0.05 s.
         assert!((stepped["time"].as_f64().unwrap() - 0.1 * (i + 1) as f64).abs() < 1e-12, "{stepped}");
     }
     client.ask(json!({ "request": "quit" }));

@@ -227,7 +227,7 @@ fn the_console_shows_the_pose_of_the_trace() {
         let alpha = f64::atan2(-2.0 * (y * z - w * x), 1.0 - 2.0 * (x * x + y * y));
         let beta = f64::asin(2.0 * (x * z + w * y));
         let gamma = f64::atan2(-2.0 * (x * y - w * z), 1.0 - 2.0 * (y * y + z * z));
-        // The script divides by 3.1415936.
+        // The script contains this incorrect value of pi.
         let want = [p[0], p[1], p[2], alpha, beta, gamma, gamma * 180.0 / 3.1415936];
         for (i, (a, b)) in numbers.iter().zip(want).enumerate() {
             // The tolerance allows for four printed digits, and for single-precision floats in the old API.

@@ -119,7 +119,7 @@ const ERA_EXAMPLES: &[(&str, &str)] = &[
     ("function sysCall_thread() sim.setStepping(true) end", "C"),
     ("function sysCall_actuation() sim.addLog(1, 'x') end", "C"),
     ("x = 7 // 2", "C"),
-    // No indication.
+    // Nothing indicates a version.
     ("x = 1", "C"),
 ];
 

@@ -277,7 +277,7 @@ fn groups_of_old_scenes_are_solved_in_their_order() {
         near(sim.getJointPosition(elbow), 1.470628906, 5e-3)
         assert(sim.handleIkGroup(sim.handle_all) == 2)
         near(sim.getJointPosition(elbow), 0, 0.02)
-        -- Nothing moves for a check.
+        -- A check does not move any joint.
         sim.setObjectPosition(object('/target'), {{0.3, 0.6, 0}})
         sim.setJointPosition(elbow, 0.5)
         local result, q = sim.checkIkGroup(arm, {{object('/shoulder'), elbow}})

@@ -210,7 +210,7 @@ function sysCall_init()
     assert(box:getPosition(d)[3] == 3 and box.worldPose[2] == 2)
     box.customData.n, sim.scene.signal.n = 7, 8
     assert(box.customData.n == 7 and plain.getInt32Signal('n') == 8 and box.customData.m == nil)
-    -- Properties by their types.
+    -- Methods read and set properties of a given type.
     box:setColorProperty('shape.color', {1, 0, 0.5})
     assert(box:getColorProperty('shape.color')[3] == 0.5 and #d:getPoseProperty('object.pose') == 7)
     sim.scene:setIntProperty('signal.k', 4)
@@ -222,7 +222,7 @@ function sysCall_init()
     assert(box.parent == d)
     box.parent = nil
     assert(box.parent == nil)
-    -- Functions accept objects.
+    -- Functions of `sim` accept objects in place of handles.
     assert(sim.getObjectAlias(box) == 'cube' and sim.Object(box.handle) == box)
     assert(sim.scene.simulationTime == 0 and sim.app.platform == 2 and sim.version == 2)
     assert(#sim.scene:getObjects() >= 3)

@@ -28,7 +28,7 @@ fn depths(scene: &str) -> (Vec<f64>, TraceLine) {
     let mut lines = TestFolder::scene(scene).trace(&["/eye"], &["--steps", "1"]);
     let line = lines.remove(0);
     let all = line.0["readings"]["/eye"]["depth_image.depth"].as_array().unwrap();
-    // JSON has no infinity.
+    // JSON cannot represent infinity, so the trace contains null instead.
     (all.iter().map(|z| z.as_f64().unwrap_or(f64::INFINITY)).collect(), line)
 }
 

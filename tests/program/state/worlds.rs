@@ -106,7 +106,7 @@ fn session(registry: &Arc<Registry>, more: &str) -> (Session, u16) {
 }
 
 /// Runs steps until a stop is requested.
-fn until_asked(world: &World) {
+fn run_until_stop_request(world: &World) {
     while !world.stop_requested() && world.step() {}
 }
 
@@ -138,18 +138,18 @@ fn a_service_outlives_a_world() {
     let first = World::new(document(&place, "scene.toml", &registry), registry.clone()).unwrap();
     session.join(&first);
     first.start();
-    until_asked(&first);
+    run_until_stop_request(&first);
     assert_eq!(first.steps(), 5);
     first.stop();
     assert!(session.wait_for_start(&first), "no service requested a start");
     first.start();
-    until_asked(&first);
+    run_until_stop_request(&first);
     assert_eq!(first.steps(), 2);
     drop(first);
     let second = World::new(document(&place, "second.toml", &registry), registry.clone()).unwrap();
     session.join(&second);
     second.start();
-    until_asked(&second);
+    run_until_stop_request(&second);
     assert_eq!(client.join().unwrap(), 3);
     assert_eq!(second.steps(), 3);
 }
