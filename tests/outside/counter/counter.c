@@ -80,7 +80,7 @@ static tatu_status TATU_CALL barrier(void *data, tatu_world *world, uint64_t ste
   if (it->of->session->state(world) != TATU_RUNNING) return TATU_GO;
   if (it->counted->steps >= it->most) {
     tatu_status status = tatu_fail(error, TATU_ERR, "the count has reached the limit `most`");
-    error->add(error, TATU_PART_HELP, tatu_text("give the service a greater `most`"), 0);
+    error->add(error, TATU_PART_HELP, tatu_text("set a greater `most` for the service"), 0);
     return status; // the host reports the service and switches it off; the run continues
   }
   it->counted->steps++;
@@ -120,8 +120,8 @@ static tatu_status TATU_CALL last(void *data, tatu_world *world, tatu_error *err
 #define WHOLE(k, low, high, value, t) PARAM(.type = TATU_I64, .key = k, .lowest = low, .highest = high, \
                                             .fallback = {.tag = TATU_I64, .u.i = value}, .text = t)
 static const tatu_param *const params[] = {
-  WHOLE("round", 1, 1e6, 10, "Steps from event to event."),
-  WHOLE("most", 0, 1e12, 1000000, "Fails when it has counted so many."), NULL};
+  WHOLE("round", 1, 1e6, 10, "Number of steps between two events."),
+  WHOLE("most", 0, 1e12, 1000000, "Count at which the service fails."), NULL};
 static const char *const told[] = {"started", NULL};
 static const tatu_service kind = {.size = sizeof(tatu_service), .id = "counter", .params = params, .life = &life,
   .text = "Counts steps, and shows the count as the signal `ticks`.", .barrier = barrier, .event = event, .events = told,
@@ -132,7 +132,7 @@ static const tatu_ext_service offer = {.size = sizeof(tatu_ext_service), .servic
 static const tatu_param *const event_fields[] = {PARAM(.type = TATU_I64, .key = "steps", .text = "Counted."),
                                                  PARAM(.type = TATU_I64, .key = "commands", .text = "Made."), NULL};
 static const tatu_event round_event = {.size = sizeof(tatu_event), .name = "counter.round", .fields = event_fields,
-  .text = "So many steps more were counted as the service's `round` says."};
+  .text = "Published whenever `round` further steps have been counted."};
 static const tatu_event *const events[] = {&round_event, NULL};
 static const tatu_ext_event events_offer = {.size = sizeof(tatu_ext_event), .events = events};
 

@@ -55,7 +55,7 @@ static tatu_status TATU_CALL arrive(tatu_call *call) {
     *way = begun;
   } else {
     way = &kept->journeys[call->resume % SLOTS];
-    if (way->number != call->resume) return tatu_call_fail(call, TATU_ERR_GONE, "more than 64 journeys are waited for");
+    if (way->number != call->resume) return tatu_call_fail(call, TATU_ERR_GONE, "more than 64 calls wait for an arrival");
   }
   double at[7];
   tatu_status status = host->scene->pose(call->world, way->who, 0, at);
@@ -68,14 +68,14 @@ static tatu_status TATU_CALL arrive(tatu_call *call) {
 static const tatu_command each_command = {
   .size = sizeof(tatu_command), .names = TATU_NAME("fleet.each"), .call = each, .subject = "fleets",
   .params = TATU_PARAMS(TATU_PARAM(TATU_LIST, "handles", NULL, "Handles of objects."),
-                        TATU_PARAM(TATU_FUNC, "function", NULL, "Gets a handle and {index, count}.")),
-  .returns = TATU_PARAMS(TATU_PARAM(TATU_LIST, "answers", NULL, "What it returned; false for nothing.")),
+                        TATU_PARAM(TATU_FUNC, "function", NULL, "Called with a handle and {index, count}.")),
+  .returns = TATU_PARAMS(TATU_PARAM(TATU_LIST, "answers", NULL, "Results of the function; false for none.")),
   .text = "Calls a function for each of many objects.", .example = "assert(#fleet.each({}, print) == 0)"};
 static const tatu_command arrive_command = {
   .size = sizeof(tatu_command), .names = TATU_NAME("fleet.arrive"), .call = arrive, .subject = "fleets",
-  .params = TATU_PARAMS(TATU_PARAM(TATU_OBJECT, "object", NULL, "Who is waited for."),
+  .params = TATU_PARAMS(TATU_PARAM(TATU_OBJECT, "object", NULL, "The object that must arrive."),
                         TATU_PARAM(TATU_F64S, "goal", "m", "x and y in the world.", .count = 2),
-                        TATU_PARAM(TATU_F64, "tolerance", "m", "How near is near.", TATU_AT_LEAST(0))),
+                        TATU_PARAM(TATU_F64, "tolerance", "m", "Maximum distance from the point.", TATU_AT_LEAST(0))),
   .returns = TATU_PARAMS(TATU_PARAM(TATU_F64, "time", "s", "Simulation time of the arrival.")),
   .text = "Waits until an object is near a point.", .no_wait = "call fleet.arrive in sysCall_thread",
   .example = "time = fleet.arrive(sim.getObject('/robot'), {1, 2}, 0.1)"};

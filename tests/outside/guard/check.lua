@@ -17,7 +17,7 @@ function sysCall_init()
     fails('more text after', guard.number, '5 apples')
     local squares = guard.map({1, 2, 3}, function(x) return x * x end)
     assert(#squares == 3 and squares[3] == 9)
-    fails('gave no number', guard.map, {1}, function() end)
+    fails('did not return a number', guard.map, {1}, function() end)
     fails('no luck', guard.map, {1}, function() error('no luck') end)
     assert(guard.at({7}, 1) == 7)
 end

@@ -39,7 +39,7 @@ template <typename Body> tatu_status border(tatu_error *error, Body body) noexce
   } catch (const std::exception &e) {
     return tatu_fail(error, TATU_ERR, e.what());
   } catch (...) {
-    return tatu_fail(error, TATU_ERR_PANIC, "threw something that is no exception");
+    return tatu_fail(error, TATU_ERR_PANIC, "the command threw an object that is not a std::exception");
   }
 }
 template <void (*Command)(tatu_call &)> tatu_status TATU_CALL guarded(tatu_call *call) {
@@ -84,7 +84,7 @@ void map(tatu_call &call) {
     tatu_status status = static_cast<const plugin *>(call.self)->commands->call_func(call.world, tatu_arg_func(&call, 1), &frame);
     if (status < 0) throw failure(status, std::string(frame.error->text.ptr, frame.error->text.len));
     if (!frame.n_results || (results[0].tag != TATU_F64 && results[0].tag != TATU_I64))
-      throw failure(TATU_ERR_ARGUMENT, "the function gave no number");
+      throw failure(TATU_ERR_ARGUMENT, "the function did not return a number");
     x = tatu_to_float(results[0]);
   }
   void *kept = tatu_keep(&call, table.data(), table.size() * sizeof(double));
@@ -113,14 +113,14 @@ constexpr tatu_command command(tatu_status(TATU_CALL *call)(tatu_call *), const 
 constexpr tatu_param p_table = param(TATU_F64S, "table", "Numbers.");
 constexpr tatu_param p_index = param(TATU_I64, "index", "From 1.");
 constexpr tatu_param p_text = param(TATU_TEXT, "text", "A number as text.");
-constexpr tatu_param p_func = param(TATU_FUNC, "function", "Takes a number and gives one.");
+constexpr tatu_param p_func = param(TATU_FUNC, "function", "Called with a number; must return a number.");
 constexpr const tatu_param *at_params[] = {&p_table, &p_index, nullptr};
 constexpr const tatu_param *number_params[] = {&p_text, nullptr};
 constexpr const tatu_param *map_params[] = {&p_table, &p_func, nullptr};
 constexpr tatu_name at_name = name("guard.at"), number_name = name("guard.number"), map_name = name("guard.map");
 constexpr const tatu_name *at_names[] = {&at_name, nullptr}, *number_names[] = {&number_name, nullptr},
                           *map_names[] = {&map_name, nullptr};
-constexpr tatu_command at_command = command(guarded<at>, at_names, at_params, "Gives an element, or an error.",
+constexpr tatu_command at_command = command(guarded<at>, at_names, at_params, "Returns an element of a table, or fails.",
                                             "assert(guard.at({5, 6}, 2) == 6)");
 constexpr tatu_command number_command = command(guarded<number>, number_names, number_params, "Reads a number.",
                                                 "assert(guard.number('1.5') == 1.5)");

@@ -38,7 +38,7 @@ static tatu_status TATU_CALL configure(void *data, const tatu_value *params, uin
                                        tatu_error *error) {
   (void)n, (void)changed;
   if (params[0].u.f > 5 && fabs(params[1].u.f) > 0.5)
-    return tatu_fail(error, TATU_ERR_ARGUMENT, "with a range above 5 m the tilt is at most 0.5 rad");
+    return tatu_fail(error, TATU_ERR_ARGUMENT, "the tilt must be at most 0.5 rad if the range is above 5 m");
   take(data, params);
   return TATU_OK;
 }
@@ -65,18 +65,18 @@ static tatu_status TATU_CALL measure(void *self, const tatu_sensor_batch *batch,
 }
 
 static const tatu_sensor kind = {
-  .size = sizeof(tatu_sensor), .id = "lamp", .text = "Tells how strongly the light of its lamp comes back.",
+  .size = sizeof(tatu_sensor), .id = "lamp", .text = "Measures how much of the light of its lamp is reflected.",
   .inputs = TATU_IN_DISTANCE, .schemas = TATU_TEXTS("lamp/1"), .beams = beams, .measure = measure,
   .params = TATU_PARAMS(
-    TATU_PARAM(TATU_F64, "range", "m", "How far its light comes back from.", TATU_RANGE(0.1, 20), TATU_DEFAULT_F64(2)),
+    TATU_PARAM(TATU_F64, "range", "m", "Maximum range of its light.", TATU_RANGE(0.1, 20), TATU_DEFAULT_F64(2)),
     TATU_PARAM(TATU_F64, "tilt", "rad", "Turns the ray from +z to +y.", TATU_RANGE(-1, 1), TATU_DEFAULT_F64(0))),
   .fields = TATU_FIELDS(
-    TATU_FIELD(TATU_ELEM_F64, "lamp.level", "1", "How much light comes back.", .valid = "lamp.seen", .nothing = "0"),
-    TATU_FIELD(TATU_ELEM_I32, "lamp.seen", NULL, "Whether any comes back.", .nothing = "0")),
+    TATU_FIELD(TATU_ELEM_F64, "lamp.level", "1", "Reflected light, 0 to 1.", .valid = "lamp.seen", .nothing = "0"),
+    TATU_FIELD(TATU_ELEM_I32, "lamp.seen", NULL, "Whether light is reflected: 1 or 0.", .nothing = "0")),
   .life = TATU_TABLE(tatu_life, .create = create, .destroy = tatu_delete, .configure = configure,
                      .save = tatu_save_nothing, .load = tatu_load_nothing, .version = 1),
   .presets = TATU_LIST_OF(tatu_preset,
-    TATU_TABLE(tatu_preset, .id = "cheap", .text = "A cheap one; numbers invented.",
+    TATU_TABLE(tatu_preset, .id = "cheap", .text = "A low-cost lamp; the values are examples.",
                .settings = "range_m = 4.0\nrate_hz = 20\n\n[noise.level]\nsigma = 0.01\ndropout = 0.2\n"))};
 
 TATU_PLUGIN(TATU_SENSORS(&kind), .id = "org.outside.lamp", .name = "Lamp", .version = "1.0.0", .licence = "MIT");

@@ -39,7 +39,7 @@ impl Sensor for Compass {
     type Plugin = CompassPlugin;
 
     const ID: &'static str = "needle";
-    const TEXT: &'static str = "Tells where its x axis points in the world's x-y plane.";
+    const TEXT: &'static str = "Measures the heading of its x axis in the world's x-y plane.";
     const SCHEMAS: &'static [&'static str] = &["compass/1"];
     const INPUTS: u32 = TATU_IN_POSE;
     const PRESETS: &'static [Preset] = &[Preset {
@@ -56,7 +56,7 @@ impl Sensor for Compass {
                 .range(0.0, PI / 2.0)
                 .default(0.05)
                 .rebuilds()
-                .text("Nearer to the vertical than this its x axis has no heading."),
+                .text("Angle between the x axis and the vertical, below which there is no heading."),
         ]
     }
 
@@ -78,7 +78,7 @@ impl Sensor for Compass {
     }
 
     fn measure(&self, sample: &Sample<'_>, out: &mut Readout<'_>) -> Result {
-        let pose = sample.pose().ok_or_else(|| Fail::new("the host gave no pose"))?;
+        let pose = sample.pose().ok_or_else(|| Fail::new("the host passed no pose"))?;
         if let Some(heading) = heading(&pose, self.least) {
             out.set(Self::VALID, 1);
             out.set(Self::HEADING, wrapped(heading + self.offset));
@@ -107,7 +107,7 @@ impl Sensor for Turns {
     type Plugin = CompassPlugin;
 
     const ID: &'static str = "turn_counter";
-    const TEXT: &'static str = "Counts how often its x axis has gone round in the world's x-y plane.";
+    const TEXT: &'static str = "Counts the turns of its x axis in the world's x-y plane.";
     const SCHEMAS: &'static [&'static str] = &["turns/1"];
     const INPUTS: u32 = TATU_IN_POSE;
     const STATE: usize = 3;
@@ -125,7 +125,7 @@ impl Sensor for Turns {
         Ok(Beams::default())
     }
     fn measure(&self, sample: &Sample<'_>, out: &mut Readout<'_>) -> Result {
-        let pose = sample.pose().ok_or_else(|| Fail::new("the host gave no pose"))?;
+        let pose = sample.pose().ok_or_else(|| Fail::new("the host passed no pose"))?;
         let kept = out.state();
         if let Some(heading) = heading(&pose, 0.05) {
             if kept[BEGUN] != 0.0 {

@@ -35,7 +35,7 @@ impl Plugin for Tally {
 
     fn offer(offer: &mut Offer<Self>) {
         offer.per_world();
-        let name = || Param::string("name").text("of the count");
+        let name = || Param::string("name").text("name of the counter");
         offer.command(
             Command::<Self>::new("tally.add", |c| {
                 let (name, n) = (c.bytes(0)?, c.i64(1)?);
@@ -46,9 +46,9 @@ impl Plugin for Tally {
                 Ok(())
             })
             .param(name())
-            .param(Param::int("n").default(1).text("what is added"))
-            .returns(Param::int("count").text("after that"))
-            .text("Adds to a count, which begins with 0.")
+            .param(Param::int("n").default(1).text("number that is added"))
+            .returns(Param::int("count").text("new value of the counter"))
+            .text("Adds to a counter, which is initially 0.")
             .example("assert(tally.add('example', 2) == 2 and tally.add('example') == 3)"),
         );
         offer.command(
@@ -62,9 +62,9 @@ impl Plugin for Tally {
                 c.ret(counts.len() as i64);
                 Ok(())
             })
-            .param(Param::func("f").text("called with name and count, in order of names"))
-            .returns(Param::int("n").text("how many counts there are"))
-            .text("Calls a function for each count.")
+            .param(Param::func("f").text("called with the name and value of each counter, in the order of names"))
+            .returns(Param::int("n").text("number of counters"))
+            .text("Calls a function for each counter.")
             .example("tally.add('example')\ntally.each(function(name, count) assert(count >= 1) end)"),
         );
         offer.command(
@@ -84,8 +84,9 @@ impl Plugin for Tally {
                     }
                     word => {
                         let mut waits = kept.waits.borrow_mut();
-                        let (name, n) =
-                            waits.get(&word).ok_or_else(|| Fail::new(format!("nobody waits under {word}")))?;
+                        let (name, n) = waits
+                            .get(&word)
+                            .ok_or_else(|| Fail::new(format!("no call waits with the number {word}")))?;
                         if kept.of(name) >= *n {
                             waits.remove(&word);
                             c.ret(c.world().f64(0, c.plugin().time)?);
@@ -101,10 +102,10 @@ impl Plugin for Tally {
                 outcome
             })
             .param(name())
-            .param(Param::int("n").text("how far it must be"))
-            .returns(Param::float("time").unit("s").text("simulation time when it had got there"))
-            .text("Waits until a count has reached a number.")
-            .no_wait("call it in sysCall_thread, or ask tally.each"),
+            .param(Param::int("n").text("value that the counter must reach"))
+            .returns(Param::float("time").unit("s").text("simulation time at which the counter reached the value"))
+            .text("Waits until a counter has reached a value.")
+            .no_wait("call it in sysCall_thread, or read the counter with tally.each"),
         );
         offer.command(
             Command::<Self>::side_by_side("tally.digits", |c| {
@@ -114,10 +115,10 @@ impl Plugin for Tally {
                 c.ret(digits);
                 Ok(())
             })
-            .param(Param::int("x").text("a whole number"))
-            .returns(Param::int("n").text("how many digits it has"))
-            .returns(Param::list("digits").text("the first one first"))
-            .text("Gives the decimal digits of a number.")
+            .param(Param::int("x").text("an integer"))
+            .returns(Param::int("n").text("number of digits"))
+            .returns(Param::list("digits").text("digits, most significant first"))
+            .text("Returns the decimal digits of a number.")
             .example("local n, digits = tally.digits(-407)\nassert(n == 3 and digits[1] == 4 and digits[3] == 7)"),
         );
     }
@@ -156,7 +157,7 @@ impl PerWorld for Tally {
     }
     fn load(world: &Counts, bytes: &[u8], version: u32) -> Result<()> {
         if version != Self::STATE_VERSION {
-            return Err(Fail::unsupported(format!("counts of version {version} are not known")));
+            return Err(Fail::unsupported(format!("counters saved in version {version} are not supported")));
         }
         let mut from = Bytes(bytes);
         let mut counts = BTreeMap::new();
@@ -179,7 +180,7 @@ struct Bytes<'a>(&'a [u8]);
 
 impl<'a> Bytes<'a> {
     fn take(&mut self, n: usize) -> Result<&'a [u8]> {
-        let (taken, rest) = self.0.split_at_checked(n).ok_or_else(|| Fail::new("the saved counts end too early"))?;
+        let (taken, rest) = self.0.split_at_checked(n).ok_or_else(|| Fail::new("the saved counters are truncated"))?;
         self.0 = rest;
         Ok(taken)
     }
