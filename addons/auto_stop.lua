@@ -2,8 +2,8 @@
 -- Options: time=0        simulation time at which to stop, s; 0: never
 --          object=       object to which the other conditions apply; default: the first model base
 --          way=0         stop when the object has travelled this distance, m; 0: never
---          region=       x1,y1,x2,y2 in m: stop when the object is inside of this region
---          outside=false true: stop when the object is outside of the region
+--          region=       x1,y1,x2,y2 in m: stop when the object is inside this region
+--          outside=false true: stop when the object is outside the region
 --          still=0       stop when the object has moved by at most 1 cm during this time, s; 0: never
 --          hit=false     true: stop when the object or a descendant of it touches anything but a plane
 --

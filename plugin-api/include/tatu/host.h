@@ -372,12 +372,12 @@ typedef struct tatu_host_session {
    * tatu_service.call_func with `local`, a number that the service chooses. */
   tatu_status(TATU_CALL *function)(tatu_world *, uint32_t local, tatu_func *func);
   /* [any] Asks the running script to return, because a client wants to stop the run. A script that does not return
-   * within a second is ended. The request for the stop itself follows in the service's turn. Beyond `size`: a script is
-   * ended only by its budget. */
+   * within a second is ended. The request for the stop itself follows in the service's turn. Absent in older hosts, in
+   * which a script is ended only by its budget. */
   void(TATU_CALL *stop)(tatu_session *);
   /* [step] For script languages: returns nonzero once the running script must return, because it has not done so within
    * a second after a stop was requested from outside. Ask at least every few milliseconds, and then end the call with
-   * TATU_ERR_BUDGET. Beyond `size`: no script must return early. */
+   * TATU_ERR_BUDGET. Absent in older hosts, in which no script must return early. */
   uint32_t(TATU_CALL *must_return)(tatu_world *);
 } tatu_host_session;
 

@@ -108,7 +108,7 @@ fn a_log_that_was_edited_is_found() {
     for (order, line) in [([0, 1, 3, 4, 5, 5], 3), ([0, 2, 1, 3, 4, 5], 2), ([0, 1, 1, 2, 3, 4], 3)] {
         replay(&order.map(|i| lines[i])).refused(&["error[E116]", &format!("bad.log:{line}:"), "damaged"]);
     }
-    // A digit is changed, in each line.
+    // A digit is changed in each line in turn.
     for (i, line) in lines.iter().enumerate() {
         for at in (0..line.len()).filter(|at| line.as_bytes()[*at].is_ascii_digit()).step_by(7) {
             let mut changed = line.as_bytes().to_vec();

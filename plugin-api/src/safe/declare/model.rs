@@ -56,7 +56,8 @@ impl<'a> Builder<'a> {
     pub fn raw(&self) -> &'a tatu_builder {
         self.raw
     }
-    /// Adds an object of a kind, such as "shape", "joint", "dummy", "sensor" or "force_sensor".
+    /// Adds an object of a kind, such as "shape", "joint", "dummy", "sensor" or "force_sensor", below `parent`, or at the
+    /// top level of the build if that is `None`.
     pub fn object(&self, kind: &str, parent: Option<Node<'a>>, alias: &str) -> Result<Node<'a>> {
         let text = CString::new(kind).unwrap_or_default();
         let parent = parent.map_or(0, |p| p.id);
