@@ -96,7 +96,7 @@ function sysCall_sensing()
         local inside = at[1] >= math.min(region[1], region[3]) and at[1] <= math.max(region[1], region[3])
             and at[2] >= math.min(region[2], region[4]) and at[2] <= math.max(region[2], region[4])
         if inside ~= options.outside then
-            stop(options.outside and 'the object is outside of the region' or 'the object is in the region')
+            stop(options.outside and 'the object is outside the region' or 'the object is in the region')
         end
     end
     if distance(at, place) > 0.01 then

@@ -86,7 +86,8 @@ function sysCall_beforeSimulation()
     local base
     wheels, base = search()
     if not wheels then
-        error('key_teleop: found no two driven wheels; select joints: left=/Robot/leftMotor,right=/Robot/rightMotor')
+        error('key_teleop: no robot with two driven wheels was found; select the joints with the options '
+            .. 'left=/Robot/leftMotor,right=/Robot/rightMotor')
     end
     forward, turning = nil, 0
     sim.addLog(sim.verbosity_scriptinfos, 'key_teleop: drives ' .. tatu.get(base, 'object.path'))

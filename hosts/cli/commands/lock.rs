@@ -151,7 +151,7 @@ impl LockFile {
                 Some(LockEntry { name, version: text(t, "version"), hash })
             };
             let all: Option<Vec<_>> = tables.iter().map(entry).collect();
-            all.ok_or_else(|| damaged(format!("a `{key}` lacks `{named}` or `sha256`")))
+            all.ok_or_else(|| damaged(format!("an entry of `{key}` has no `{named}` or no `sha256`")))
         };
         Ok(LockFile {
             tatu: document.get("tatu").and_then(Item::as_str).unwrap_or_default().to_owned(),
