@@ -31,7 +31,7 @@ pub struct AddonFlags {
     pub without: Vec<String>,
 }
 
-/// How a script is called.
+/// How the script of an add-on is called.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum CallStyle {
     /// The script has a function for each callback.

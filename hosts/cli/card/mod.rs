@@ -21,7 +21,7 @@ const CARD_KEYS: &[&str] = &["format", "not_shown", "params", "scene", "measure"
 const MEASURE_KEYS: &[&str] =
     &["name", "text", "unit", "expected", "source", "tolerance", "within", "params", "scene", "seconds", "measured"];
 
-/// The contents of a card.
+/// The contents of a model's `card.toml`.
 pub struct Card {
     pub file: PathBuf,
     /// Properties of the device that the model does not simulate.

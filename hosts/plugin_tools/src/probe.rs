@@ -31,7 +31,7 @@ pub fn limit(text: &str) -> Result<f64, String> {
     found.ok_or_else(|| "expected a number of seconds, from 0 to 1000000".into())
 }
 
-/// The output of the process.
+/// What the process that opened a library reports, as a line of JSON.
 #[derive(Debug, Serialize, Deserialize)]
 pub struct ProbeReport {
     tatu_probe: u32,

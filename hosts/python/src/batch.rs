@@ -302,7 +302,7 @@ impl Batch {
         Ok(PyBytes::new(py, &bytes))
     }
 
-    /// Restores worlds from a snapshot.
+    /// Restores each of the given worlds from the same snapshot.
     fn restore(&self, py: Python<'_>, worlds: Vec<usize>, bytes: &[u8]) -> PyResult<()> {
         let snapshot = Snapshot::from_bytes(bytes).map_err(|e| error::to_exception(&e))?;
         self.with(py, |inside| {

@@ -321,7 +321,7 @@ impl World {
         self.with(py, |seat| Ok(seat.template().warnings.clone()))
     }
 
-    /// Returns the faults so far.
+    /// Returns the distinct errors that the run has reported so far, each with its number of occurrences.
     fn faults<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyDict>>> {
         let faults = self.with(py, |seat| Ok(seat.world()?.faults()))?;
         let one = |f: tatu_core::errors::Fault| {

@@ -191,7 +191,7 @@ impl tracing::Subscriber for LogPrinter {
     fn exit(&self, _: &tracing::span::Id) {}
 }
 
-/// The message of an event.
+/// Extracts the message of a log event.
 struct MessageVisitor(String);
 
 impl tracing::field::Visit for MessageVisitor {

@@ -41,7 +41,7 @@ struct RunRecord {
     prints: bool,
 }
 
-/// The watchdog of a run.
+/// Ends a run in which a plugin call does not return within the time limit.
 #[derive(Clone, Default)]
 pub struct Watchdog {
     /// The registry's record of running plugin calls.

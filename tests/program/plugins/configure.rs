@@ -1,5 +1,5 @@
-//! Tests of parameters that change during a run: an instance in C receives the new values, and is created anew only if
-//! it requests that.
+//! Tests of parameters that change during a run: an instance in C receives the new values, and is recreated only if it
+//! requests that.
 
 use std::{fs, process::Command};
 
@@ -146,10 +146,10 @@ fn a_sensor_is_handed_new_values_and_asked_for_its_beams() {
     // The gauge detects the wall when its range is long enough. The second ray adds an element to its fields.
     let told_now = gauge_readings("gauge", &set("range", 3), &set("rays", 2));
     assert_eq!(told_now, [[0.0, 0.0, 0.0], [1.0, 1.0, 1.0], [2.0, 2.0, 2.0]]);
-    // A change of a parameter that is declared to rebuild creates the sensor anew, with the values that were set.
+    // A change of a parameter that is declared to rebuild recreates the sensor, with the values that were set.
     let told_now = gauge_readings("gauge", &set("range", 3), &set("mass", 2));
     assert_eq!(told_now[1..], [[1.0, 1.0, 1.0], [0.0, 0.0, 1.0]]);
-    // A sensor whose kind has no `configure` is created anew.
+    // A sensor whose kind has no `configure` is recreated.
     let told_now = gauge_readings("stiff", "sim.setFloatProperty(gauge, 'stiff.range', 3)", "");
     assert_eq!(told_now[1..], [[0.0, 0.0, 1.0], [0.0, 0.0, 1.0]]);
 }
@@ -177,7 +177,7 @@ fn a_refused_value_stays_as_it_was() {
         refused('`gauge.range` of /gauge: plugin `org.test.live`: sees 5 m at most [tatu_life.configure]', 'gauge.range', 6)";
     let told_now = gauge_readings("gauge", &format!("{first} {kept}"), kept);
     assert_eq!(told_now[1..], [[1.0, 1.0, 1.0]; 2]);
-    // `configure` accepts the change, but `beams` then fails, so the sensor is created anew with the old values.
+    // `configure` accepts the change, but `beams` then fails, so the sensor is recreated with the old values.
     let second = format!("refused('has two rays at most [tatu_sensor.beams]', 'gauge.rays', 3) {kept}");
     let told_now = gauge_readings("gauge", first, &second);
     assert_eq!(told_now[1..], [[1.0, 1.0, 1.0], [0.0, 0.0, 1.0]]);

@@ -6,7 +6,7 @@ use tatu_core::{World, document, plugins::Registry};
 
 use crate::arena;
 
-/// The results of a run.
+/// The measurements of one run in the arena.
 pub struct AvoidanceRun {
     /// Shortest path of the base in any full minute, m.
     pub least_path_m: f64,

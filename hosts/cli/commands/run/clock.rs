@@ -10,7 +10,7 @@ const MAX_STEP_NS: u64 = 3_600_000_000_000;
 /// Significant decimal digits of recorded durations.
 const SIGNIFICANT_DIGITS: u8 = 3;
 
-/// The clock of a run.
+/// Measures the real time of a run and of each of its steps.
 pub struct RunClock {
     began: Instant,
     /// Histogram of step durations, ns; `None` if there is not enough memory.
@@ -38,7 +38,7 @@ impl RunClock {
     }
 }
 
-/// Durations of a run.
+/// The real times that a [`RunClock`] has measured.
 pub struct RunTimes {
     pub wall: Duration,
     steps: Option<Histogram<u64>>,

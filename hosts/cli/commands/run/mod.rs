@@ -415,7 +415,7 @@ fn summarize_objects(world: &World, hash: &StateHash) -> Map<String, Value> {
     bases.into_iter().zip(hashes).map(entry).collect()
 }
 
-/// The result of a run.
+/// What the summary of a run reports.
 struct RunResult {
     steps: u64,
     /// Simulation time, s.

@@ -21,7 +21,7 @@ const SPEEDS: [f64; 14] = [0.125, 0.25, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0, 
 /// Longest wait without checking for input.
 const MAX_WAIT: Duration = Duration::from_millis(20);
 
-/// The pace of a run.
+/// Delays the steps of a run to a multiple of real time, and handles the keys that pause it or change its speed.
 pub struct RunPace {
     keys: KeyPresses,
     terminal: Option<Terminal>,

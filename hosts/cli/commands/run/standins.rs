@@ -48,7 +48,7 @@ pub fn options(args: &RunArgs) -> Result<LoadOptions, Error> {
     })
 }
 
-/// The result of the trials.
+/// The scene of stand-ins that the trials have determined.
 pub struct TrialResult {
     /// The path of the scene, which exists only in `sources`.
     pub scene: PathBuf,

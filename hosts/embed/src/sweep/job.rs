@@ -12,7 +12,7 @@ use super::Metric;
 /// Longest simulation time of a job, s: about ten years.
 const MAX_SECONDS: f64 = 3.2e8;
 
-/// One run of a scene.
+/// One run of the scene of a sweep.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SweepJob {

@@ -43,7 +43,7 @@ impl<'a> World<'a> {
     pub fn copy_edits(&self) -> Result {
         self.check(service!(self.edits.copy)(self.raw(), 0))
     }
-    /// Removes the recovery copy.
+    /// Removes the recovery copy that [`World::copy_edits`] wrote.
     pub fn discard_copy(&self) -> Result {
         self.check(service!(self.edits.copy)(self.raw(), 1))
     }

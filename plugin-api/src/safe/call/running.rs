@@ -291,20 +291,20 @@ impl<'a, P: Plugin> Call<'a, P> {
             _ => Ok(Outcome::Waiting),
         }
     }
-    /// Waits for `steps` steps. The command must return the outcome at once: `return c.wait_steps(1, resume)`.
+    /// Waits for `steps` steps; then the command is called again, and [`Call::resumed`] returns `resume`, which must not
+    /// be 0. The command must return the outcome at once: `return c.wait_steps(1, resume)`.
     pub fn wait_steps(&mut self, steps: u32, resume: u64) -> Result<Outcome> {
         self.wait(TATU_UNTIL_STEPS, f64::from(steps), "", resume)
     }
-    /// Waits until a simulation time, s.
+    /// Waits until the simulation time is `time`, s; otherwise as [`Call::wait_steps`].
     pub fn wait_until(&mut self, time: f64, resume: u64) -> Result<Outcome> {
         self.wait(TATU_UNTIL_TIME, time, "", resume)
     }
-    /// Waits until a signal exists.
+    /// Waits until a signal with this name exists; otherwise as [`Call::wait_steps`].
     pub fn wait_signal(&mut self, name: &str, resume: u64) -> Result<Outcome> {
         self.wait(TATU_UNTIL_SIGNAL, 0.0, name, resume)
     }
-    /// Waits until the next step, to check a condition in each step. As for all `wait_*` functions, `resume` must not
-    /// be 0.
+    /// Waits until the next step, to check a condition in each step; otherwise as [`Call::wait_steps`].
     pub fn wait_poll(&mut self, resume: u64) -> Result<Outcome> {
         self.wait(TATU_UNTIL_POLL, 0.0, "", resume)
     }
@@ -350,7 +350,7 @@ impl<'a, P: Plugin> Call<'a, P> {
             status => Err(Fail::with_code(status, "the function cannot be retained")),
         }
     }
-    /// Releases a retained function.
+    /// Releases a function that [`Call::keep_func`] has retained.
     pub fn drop_func(&self, func: tatu_func) {
         if let Some(drop) = self.world().host().commands.and_then(|t| t.drop) {
             drop(self.world().raw(), func);

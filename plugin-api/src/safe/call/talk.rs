@@ -106,7 +106,7 @@ impl<'a> World<'a> {
         }
         done.map(|()| id)
     }
-    /// Ends a subscription.
+    /// Ends a subscription, by the id that [`World::subscribe`] returned.
     pub fn unsubscribe(&self, id: u64) -> Result {
         self.check(service!(self.events.unsubscribe)(self.raw(), id))
     }

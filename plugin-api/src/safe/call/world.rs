@@ -134,7 +134,7 @@ impl<'a> World<'a> {
         let kind = self.get(script, self.host().prop("script.kind"));
         script != 0 && kind.is_ok_and(|k| k.as_str().is_some_and(|k| !matches!(&*k, "main" | "child")))
     }
-    /// Discards a sensor's reading.
+    /// Discards a sensor's reading, so that the sensor has none until its next measurement.
     pub fn reset_reading(&self, sensor: tatu_object) -> Result {
         self.check(service!(self.readings.reset)(self.raw(), sensor))
     }

@@ -132,7 +132,7 @@ pub trait Language: Sized + 'static {
     /// Retains a function whose id is valid only during the current call. Returns its permanent id, or 0 if the
     /// function no longer exists.
     fn keep_func(&self, local: u32) -> u32;
-    /// Releases a retained function.
+    /// Releases a function by the id that `keep_func` returned.
     fn drop_func(&self, local: u32);
     /// Calls a function by its id, which is valid only during the current call or was returned by `keep_func`.
     fn call_func(&self, local: u32, frame: &mut Frame<'_>, budget: Budget, used: &mut u64) -> Result<Flow>;

@@ -50,7 +50,7 @@ pub struct ModelSlot {
     pub alias: String,
     /// Name of the mount that fits, such as "iso9409-50-4-m6"; if empty, every mount fits.
     pub mount: String,
-    /// Position of the slot, one sentence.
+    /// One sentence that describes where the slot is.
     pub text: String,
     /// Attached mass, kg, above which the host warns; 0 if it is not stated.
     pub payload: f64,

@@ -52,7 +52,7 @@ pub enum Form {
     },
 }
 
-/// The beams of a sensor.
+/// The beams of a sensor: their form, their range, and what they detect.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Beams {
     /// Form of the beams.
@@ -107,7 +107,7 @@ impl Default for Beams {
     }
 }
 
-/// A preset of a sensor.
+/// Named settings of a kind of sensor, such as those of a device that can be bought.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Preset {
     /// Id of the preset, such as "hokuyo_urg_04lx".

@@ -8,7 +8,7 @@ use crate::safe::{Fail, Result, ValueRef};
 /// Maximum depth of nested lists and maps.
 pub const MAX_DEPTH: usize = 32;
 
-/// An owned value.
+/// A value that owns its data, unlike [`ValueRef`].
 #[derive(Debug, Clone, PartialEq, Default)]
 pub enum Value {
     /// No value.

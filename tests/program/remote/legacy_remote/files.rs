@@ -121,7 +121,7 @@ fn a_transferred_file_replaces_no_other_and_only_it_is_erased() {
         wire.bad(0x3006, name.as_bytes(), b"");
     }
     assert!(side.place.path().join("files/empty.txt").is_file() && side.get("old.txt") == "of another run");
-    // A file that could not be loaded is also kept, because a replay must fail in the same way.
+    // A file that could not be loaded is also logged, because a replay must fail in the same way.
     wire.good(0x3004, b"bad.toml\0", b"no scene");
     let why = wire.bad(0x3003, b"bad.toml\0", b"");
     assert!(why.contains("bad.toml"), "{why}");
