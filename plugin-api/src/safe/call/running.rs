@@ -291,8 +291,8 @@ impl<'a, P: Plugin> Call<'a, P> {
             _ => Ok(Outcome::Waiting),
         }
     }
-    /// Waits for `steps` steps; then the command is called again, and [`Call::resumed`] returns `resume`, which must not
-    /// be 0. The command must return the outcome at once: `return c.wait_steps(1, resume)`.
+    /// Waits for `steps` steps; then the command is called again, and [`Call::resumed`] returns `resume`, which must
+    /// not be 0. The command must return the outcome at once: `return c.wait_steps(1, resume)`.
     pub fn wait_steps(&mut self, steps: u32, resume: u64) -> Result<Outcome> {
         self.wait(TATU_UNTIL_STEPS, f64::from(steps), "", resume)
     }
