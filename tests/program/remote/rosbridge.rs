@@ -473,3 +473,83 @@ until('its scripts have ended', lambda: '/double' not in ros.get_services())
 "#,
     ));
 }
+
+/// A model with two joints that are moved by their positions, and one whose motor controls its velocity.
+const ARM: &str = r#"
+format = 1
+
+[[object]]
+kind = "dummy"
+alias = "arm"
+model_base = true
+
+[[object]]
+kind = "joint"
+alias = "shoulder"
+parent = "/arm"
+type = "revolute"
+mode = "kinematic"
+
+[[object]]
+kind = "joint"
+alias = "elbow"
+parent = "/arm/shoulder"
+type = "revolute"
+mode = "kinematic"
+
+[[object]]
+kind = "joint"
+alias = "wheel"
+parent = "/arm"
+type = "revolute"
+control = "velocity"
+"#;
+
+#[test]
+#[cfg_attr(no_pypi, ignore = "needs python3 with venv and pip, and PyPI")]
+fn joints_follow_a_trajectory_of_the_real_client() {
+    let python = python();
+    let place = TestFolder::new();
+    place.write("arm.toml", ARM);
+    let scene = place.path().join("arm.toml");
+    let served = ServedScene::with("rosbridge", scene.to_str().unwrap(), &["--realtime"]);
+    let out = good(&client(
+        &python,
+        &served,
+        r#"
+seen = []
+def store(m):
+    last['/joint_states'] = m
+    seen.append((m['header']['stamp']['secs'] + m['header']['stamp']['nsecs'] * 1e-9, *m['position']))
+roslibpy.Topic(ros, '/joint_states', 'sensor_msgs/JointState').subscribe(store)
+assert call('/simulation/start')['success']
+until('the joints are known', lambda: '/joint_states' in last)
+assert last['/joint_states']['name'] == ['shoulder', 'wheel', 'elbow'], last
+topic = roslibpy.Topic(ros, '/joint_trajectory', 'trajectory_msgs/JointTrajectory')
+def point(t, *positions):
+    return {'positions': positions, 'velocities': [0, 0], 'time_from_start': {'secs': int(t), 'nsecs': int(t % 1 * 1e9)}}
+topic.publish(roslibpy.Message({'joint_names': ['elbow', 'shoulder'], 'points': [point(1, 1.0, -0.5), point(2.5, 0.2, 0.3)]}))
+until('the end', lambda: abs(last['/joint_states']['position'][2] - 0.2) < 1e-9)
+assert abs(last['/joint_states']['position'][0] - 0.3) < 1e-9
+elbow = max(seen, key=lambda s: s[3])
+assert abs(elbow[3] - 1) < 1e-3, elbow
+# Cubic polynomials between rests: half of the way in half of the time.
+middle = min(seen, key=lambda s: abs(s[0] - (elbow[0] + 0.75)))
+assert abs(middle[3] - 0.6) < 0.05, (elbow, middle)
+print('followed')
+"#,
+    ));
+    assert!(out.contains("followed"), "{out}");
+    let mut socket = socket(&served);
+    for (joints, expected) in [
+        (json!(["wheel"]), "the joint `wheel` has the control mode `velocity`"),
+        (json!(["nose"]), "arm has no joint `nose`: expected one of shoulder, wheel, elbow"),
+        (json!([]), "point 0 of the trajectory has 1 positions for 0 joints"),
+    ] {
+        let msg =
+            json!({ "joint_names": joints, "points": [{ "positions": [1.0], "time_from_start": { "secs": 1 } }] });
+        send_message(&mut socket, &json!({ "op": "publish", "topic": "/joint_trajectory", "msg": msg }));
+        let answer = receive_message(&mut socket);
+        assert!(answer["msg"].as_str().unwrap().contains(expected), "{answer}");
+    }
+}

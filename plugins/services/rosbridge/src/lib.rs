@@ -9,6 +9,7 @@
 //!   goals between clients and scripts;
 //! - `requests`: executes requests from clients; `rosapi`: introspection; `service`: the service and its work at each
 //!   barrier;
+//! - `joint_trajectories`: joints that follow trajectories of clients;
 //! - `scripts`: `simROS` and `simROS2`, the commands for scripts; `times`, `images`, `pixels`, `bytes`, `params`:
 //!   further commands; `node`: endpoints that scripts have opened;
 //! - `goals`: goals of actions; `actions`: commands for actions; `service_commands`: commands that only the service
@@ -22,6 +23,7 @@ mod covariance;
 mod description;
 mod goals;
 mod images;
+mod joint_trajectories;
 mod messages;
 mod node;
 mod params;

@@ -83,7 +83,7 @@ impl MessageBuilder<'_> {
             TopicContent::Description(i) => self.robot(i, |r| {
                 Ok(keys([("data", Value::text(description::urdf(self.turn, self.p, self.scene, r)?))]))
             })?,
-            TopicContent::Command(_) => None,
+            TopicContent::Command(_) | TopicContent::JointTrajectory(_) => None,
             TopicContent::Scan(i) => self.sensor(i, |s| self.scan(s))?,
             TopicContent::Range(i) => self.sensor(i, |s| self.range(s))?,
             TopicContent::Fix(i) => self.sensor(i, |s| self.fix(s))?,

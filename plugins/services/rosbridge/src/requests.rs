@@ -114,8 +114,8 @@ impl BridgeState {
         own.or_else(|| self.relay.script_topics.get(topic).or_else(|| self.relay.topics.get(topic)).cloned())
     }
 
-    /// Executes a message published by a client: drives a robot if it is a velocity command, otherwise forwards it to
-    /// the clients and scripts that have subscribed to the topic.
+    /// Executes a message published by a client: drives a robot if it is a velocity command or a joint trajectory,
+    /// otherwise forwards it to the clients and scripts that have subscribed to the topic.
     fn publish_for_client(&mut self, turn: &Turn<'_>, topic: &str, msg: &Json) -> Result {
         let plain = self.topic_type(topic).unwrap_or_default();
         let value = convert::value(msg, &plain, RosVersion::One)?;
@@ -123,6 +123,10 @@ impl BridgeState {
             let number =
                 |of: &str, key: &str| msg.get(of).and_then(|v| v.get(key)).and_then(Json::as_f64).unwrap_or(0.0);
             return self.drive(turn, *robot, [number("linear", "x"), number("linear", "y"), number("angular", "z")]);
+        }
+        if let Some(SceneTopic { content: TopicContent::JointTrajectory(robot), .. }) = self.topics.get(topic) {
+            let Some(robot) = self.scene.robots.get(*robot) else { return Ok(()) };
+            return self.joint_motions.follow(turn, robot, self.time.unwrap_or(0.0), msg);
         }
         if let Some(known) = self.topics.get(topic) {
             return Err(Fail::unsupported(format!(
@@ -221,7 +225,7 @@ impl BridgeState {
         }
         let mut kinds: BTreeMap<String, String> =
             self.topics.iter().map(|(name, t)| (name.clone(), t.kind.to_owned())).collect();
-        let listens = |t: &SceneTopic| matches!(t.content, TopicContent::Command(_));
+        let listens = |t: &SceneTopic| matches!(t.content, TopicContent::Command(_) | TopicContent::JointTrajectory(_));
         let names =
             |taken: bool| self.topics.iter().filter(|(_, t)| listens(t) == taken).map(|(n, _)| n.clone()).collect();
         let (publishes, listened): (Vec<String>, Vec<String>) = (names(false), names(true));

@@ -19,6 +19,7 @@ use crate::{
     convert::{self, MessageNode},
     description,
     goals::{CANCEL_EVENT, GOAL_EVENT, PROGRESS_EVENT},
+    joint_trajectories::JointMotions,
     messages::MessageBuilder,
     node::{ClientOffers, ENDPOINT_EVENT, MESSAGE_EVENT, REQUEST_EVENT},
     peers::{BridgeClient, EncodedMessage},
@@ -51,6 +52,7 @@ pub(crate) struct BridgeState {
     /// Names of the current parameters that contain robot descriptions.
     description_params: Vec<String>,
     pub(crate) scene: RobotScene,
+    pub(crate) joint_motions: JointMotions,
     /// Topics that the scene provides, by name.
     pub(crate) topics: BTreeMap<String, SceneTopic>,
     /// The result of `MessageBuilder::sequence` when a topic was last published, by topic.
@@ -140,6 +142,7 @@ impl Service for RosbridgeService {
             params: BTreeMap::from([(SIM_TIME_PARAM.to_owned(), "true".to_owned())]),
             description_params: Vec::new(),
             scene: RobotScene::default(),
+            joint_motions: JointMotions::default(),
             topics: BTreeMap::new(),
             published: BTreeMap::new(),
             script_subscriptions: BTreeSet::new(),
@@ -204,6 +207,7 @@ impl Service for RosbridgeService {
                 state.published.clear();
                 state.time = None;
                 state.sent_offers.take_if(|known| *known != ClientOffers::default());
+                state.joint_motions.clear();
                 if name == "stopped" {
                     state.script_subscriptions.clear();
                     state.script_goals = ScriptGoals::default();
@@ -298,10 +302,11 @@ impl BridgeState {
             // Errors are ignored, because a robot that can no longer be driven need not be stopped.
             let _ = self.drive(turn, robot, [0.0; 3]);
         }
+        let dt = turn.f64(0, p.dt)?;
+        self.joint_motions.advance(turn, time, dt);
         let now = Instant::now();
         let wanted: BTreeSet<&str> = self.peers.values().flat_map(|peer| peer.due_topics(now)).collect();
         let wanted: Vec<String> = wanted.into_iter().map(str::to_owned).collect();
-        let dt = turn.f64(0, p.dt)?;
         for name in wanted {
             let Some(topic) = self.topics.get(&name).cloned() else { continue };
             let value = {

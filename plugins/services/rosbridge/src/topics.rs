@@ -26,6 +26,8 @@ pub enum TopicContent {
     Description(usize),
     /// The velocity commands for a robot, which clients publish.
     Command(usize),
+    /// Trajectories for the joints of a robot, which clients publish.
+    JointTrajectory(usize),
     /// A planar scan of distances.
     Scan(usize),
     /// The distance measured by a proximity sensor.
@@ -67,6 +69,7 @@ pub fn scene_topics(turn: &Turn<'_>, p: &Props, scene: &RobotScene) -> BTreeMap<
         add("robot_description", TopicContent::Description(i), "std_msgs/String");
         if !robot.joints.is_empty() {
             add("joint_states", TopicContent::Joints(i), "sensor_msgs/JointState");
+            add("joint_trajectory", TopicContent::JointTrajectory(i), "trajectory_msgs/JointTrajectory");
         }
         if robot.drivetrain.is_some() {
             add("odom", TopicContent::Odometry(i), "nav_msgs/Odometry");
