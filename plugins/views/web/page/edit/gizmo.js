@@ -1,5 +1,5 @@
 // @ts-check
-// Moves and rotates the selection by a gizmo with arrows and rings in the view.
+// Moves and rotates the selection by a gizmo with arrows and rings in the view, directly or by the joints above it.
 
 import * as THREE from "three";
 import { TransformControls } from "three/gizmo";
@@ -12,6 +12,7 @@ import { writeLine } from "tatu/scene/messages";
 import { rights, selected, watch } from "tatu/scene/store";
 import { groups } from "tatu/view/objects";
 import { camera, controls, redraw, renderer, stage } from "tatu/view/renderer";
+import { GuideEdit } from "tatu/edit/guide_edit";
 import { PoseEdit, movedObjects } from "tatu/edit/pose_edit";
 import { angleStep, lengthStep, watchSnap } from "tatu/edit/snap_settings";
 
@@ -20,11 +21,15 @@ import { angleStep, lengthStep, watchSnap } from "tatu/edit/snap_settings";
 /** @import { Vec3 } from "tatu/lib/vectors" */
 /** @typedef {"translate" | "rotate"} Mode */
 
-/** The mode, or "" for none; the frame that defines the axes; the index of the only free axis, or -1 if all are free. */
+/**
+ * The mode, or "" for none; the frame that defines the axes; the index of the only free axis, or -1 if all are free;
+ * whether the joints above the object move it.
+ */
 export const moveTool = {
   mode: /** @type {Mode | ""} */ (""),
   frame: /** @type {Frame} */ ("world"),
   freeAxis: -1,
+  guides: false,
 };
 /** Verbs for the labels of edits. */
 export const EDIT_VERBS = { translate: "Move", rotate: "Turn" };
@@ -50,9 +55,21 @@ export function gizmoObject() {
   return moveTool.mode && rights.canControl && !isScriptsOnly() && groups.has(selected()) ? selected() : 0;
 }
 
+/**
+ * Starts to move the selection, or to guide the object selected last by its joints.
+ * @param {Mode} mode
+ * @returns {Promise<PoseEdit | GuideEdit>}
+ */
+export function beginEdit(mode) {
+  return moveTool.guides ? GuideEdit.begin(gizmoObject()) : PoseEdit.begin(EDIT_VERBS[mode], movedObjects());
+}
+
+/** The error that was shown last; a drag that goes on failing for the same reason shows it once. */
+let shownError = "";
 /** Shows an error in the status line. @param {unknown} thrown */
 export function showError(thrown) {
-  writeLine("Status", reason(thrown), "error");
+  if (reason(thrown) !== shownError) writeLine("Status", reason(thrown), "error");
+  shownError = reason(thrown);
 }
 
 // The gizmo is attached to a handle in the chosen frame, because it does not support the frame of a parent.
@@ -65,10 +82,12 @@ stage.add(anchor, gizmo.getHelper());
 /** @type {[Mode, HTMLElement][]} */
 const buttons = [["translate", get("move")], ["rotate", get("turn")]];
 
+const guide = get("guide");
+
 /**
  * The current drag, with the initial position of the handle. `edit` is a promise, because the program must be asked
  * for the exact poses.
- * @type {{ mode: Mode, start: Vec3, edit: Promise<PoseEdit> } | null}
+ * @type {{ mode: Mode, start: Vec3, edit: Promise<PoseEdit | GuideEdit> } | null}
  */
 let drag = null;
 
@@ -109,11 +128,14 @@ function updateGizmo() {
     gizmo.rotationSnap = angleStep() || null;
   } else gizmo.detach();
   for (const [m, b] of buttons) b.setAttribute("aria-pressed", String(m === mode));
+  guide.setAttribute("aria-pressed", String(moveTool.guides));
   for (const f of watchers) f();
   redraw();
 }
 
 for (const [m, b] of buttons) b.onclick = () => setMoveTool({ mode: moveTool.mode === m ? "" : m, freeAxis: -1 });
+// Guiding is of use only with arrows or rings.
+guide.onclick = () => setMoveTool({ guides: !moveTool.guides, mode: moveTool.mode || "translate" });
 watch("selected", updateGizmo);
 watch("scene", updateGizmo);
 watchSnap(updateGizmo);
@@ -122,9 +144,10 @@ on("frame", placeHandle);
 gizmo.addEventListener("change", redraw);
 gizmo.addEventListener("dragging-changed", (e) => {
   controls.enabled = !e.value;
+  shownError = "";
   if (e.value && moveTool.mode) {
     const { x, y, z } = handle.position;
-    drag = { mode: moveTool.mode, start: [x, y, z], edit: PoseEdit.begin(EDIT_VERBS[moveTool.mode], movedObjects()) };
+    drag = { mode: moveTool.mode, start: [x, y, z], edit: beginEdit(moveTool.mode) };
     drag.edit.catch(showError);
   } else {
     drag = null;
@@ -160,5 +183,5 @@ gizmo.addEventListener("objectChange", () => {
     const turn = [q.x, q.y, q.z, q.w];
     const exact = positionOf(compose(inverse(frame), initial.world));
     return poseEdit.apply(mode === "translate" ? translationAlong(frame, displacement(start, exact)) : rotationAbout(frame, turn, positionOf(initial.world)));
-  }).catch(showError);
+  }).then(() => { shownError = ""; }, showError);
 });

@@ -7,10 +7,12 @@ import { frameOf, positionOf, rotationAbout, rotationOf, translationAlong } from
 import { axisRotation, multiply, screenAxes } from "tatu/lib/rotations";
 import { rights, selected } from "tatu/scene/store";
 import { camera } from "tatu/view/renderer";
-import { EDIT_VERBS, gizmoObject, moveTool, setMoveTool, showError } from "tatu/edit/gizmo";
-import { PoseEdit, movedObjects } from "tatu/edit/pose_edit";
+import { beginEdit, gizmoObject, moveTool, setMoveTool, showError } from "tatu/edit/gizmo";
+import { movedObjects } from "tatu/edit/pose_edit";
 import { angleStep, lengthStep } from "tatu/edit/snap_settings";
 
+/** @import { GuideEdit } from "tatu/edit/guide_edit" */
+/** @import { PoseEdit } from "tatu/edit/pose_edit" */
 /** @import { Quat, AxisDirection } from "tatu/lib/rotations" */
 /** @import { Vec3 } from "tatu/lib/vectors" */
 
@@ -58,7 +60,7 @@ function directionOf(key, frame) {
 /**
  * The combined motion of all key presses until a key is released, which forms a single edit. `identity` identifies the
  * mode, the frame and the objects.
- * @typedef {{ identity: string, by: Vec3, turn: Quat, edit: Promise<PoseEdit> }} KeyMotion
+ * @typedef {{ identity: string, by: Vec3, turn: Quat, edit: Promise<PoseEdit | GuideEdit> }} KeyMotion
  */
 /** @type {KeyMotion | null} */
 let keyMotion = null;
@@ -75,8 +77,8 @@ function moveByKey(key, fine) {
   const id = gizmoObject();
   if (!mode) return;
   const ids = movedObjects();
-  const identity = [mode, frameName, ...ids].join();
-  if (keyMotion?.identity !== identity) keyMotion = { identity, by: [0, 0, 0], turn: [0, 0, 0, 1], edit: lastMotion.then(() => PoseEdit.begin(EDIT_VERBS[mode], ids)) };
+  const identity = [mode, frameName, moveTool.guides, ...ids].join();
+  if (keyMotion?.identity !== identity) keyMotion = { identity, by: [0, 0, 0], turn: [0, 0, 0, 1], edit: lastMotion.then(() => beginEdit(mode)) };
   const motion = keyMotion;
   lastMotion = motion.edit.then((poseEdit) => {
     const initial = poseEdit.initialPoses(id);

@@ -5,9 +5,9 @@ import { get, make } from "tatu/lib/dom";
 import { compose, frameOf, inverse, positionOf, rotationAbout, rotationOf, translationAlong } from "tatu/lib/poses";
 import { conjugate, fromDegrees, multiply, toDegrees } from "tatu/lib/rotations";
 import { reason } from "tatu/net/calls";
-import { EDIT_VERBS, gizmoObject, moveTool, setMoveTool, watchMoveTool } from "tatu/edit/gizmo";
+import { EDIT_VERBS, beginEdit, gizmoObject, moveTool, setMoveTool, watchMoveTool } from "tatu/edit/gizmo";
 import { keyStep } from "tatu/edit/move_keys";
-import { PoseEdit, movedObjects, posesOf } from "tatu/edit/pose_edit";
+import { posesOf } from "tatu/edit/pose_edit";
 
 /** @import { Frame } from "tatu/lib/poses" */
 /** @import { Vec3 } from "tatu/lib/vectors" */
@@ -91,7 +91,7 @@ async function refresh() {
 async function apply(i, value) {
   const [id, { mode, frame }] = [gizmoObject(), { ...moveTool }];
   if (!id || !mode) return;
-  const poseEdit = await PoseEdit.begin(EDIT_VERBS[mode], movedObjects());
+  const poseEdit = await beginEdit(mode);
   const initial = poseEdit.initialPoses(id);
   if (!initial) return;
   const frameAxes = frameOf(frame, initial);
@@ -158,7 +158,7 @@ for (const kind of ["keydown", "pointerdown", "pointerup", "wheel"]) bar.addEven
 
 watchMoveTool(() => {
   bar.hidden = !gizmoObject();
-  verbLabel.textContent = moveTool.mode ? EDIT_VERBS[moveTool.mode] + (moveTool.frame === "own" ? " by" : " to") : "";
+  verbLabel.textContent = moveTool.mode ? (moveTool.guides ? "Guide" : EDIT_VERBS[moveTool.mode]) + (moveTool.frame === "own" ? " by" : " to") : "";
   unit.textContent = moveTool.mode === "rotate" ? "\u00b0" : "m";
   frameSelect.value = moveTool.frame;
   fields.forEach(({ only }, i) => only.setAttribute("aria-pressed", String(moveTool.freeAxis === i)));

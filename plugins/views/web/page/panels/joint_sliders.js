@@ -5,10 +5,11 @@ import { get, make } from "tatu/lib/dom";
 import { formatNumber, parseNumber } from "tatu/lib/numbers";
 import { eachEntry } from "tatu/net/binary_messages";
 import { reason, sendLatest } from "tatu/net/calls";
-import { call, on } from "tatu/net/connection";
+import { on } from "tatu/net/connection";
 import { describeObjects, edit, newMergeKey } from "tatu/scene/edits";
 import { unitOf } from "tatu/scene/property_format";
 import { rights, scene, select, selected, watch } from "tatu/scene/store";
+import { callsToMoveJoint, readJoint } from "tatu/edit/joint_moves";
 import { textInput } from "tatu/panels/property_fields";
 
 /** @import { SceneObject } from "tatu/protocol" */
@@ -38,7 +39,6 @@ get("rows").before(panel);
 
 /** @type {Map<number, JointSlider>} */
 let joints = new Map();
-let isStopped = true;
 
 /**
  * Returns the selected joint, or the joints of the selected model. Spherical joints are omitted.
@@ -58,40 +58,13 @@ function selectedJoints() {
 }
 
 /**
- * Returns a promise of a joint property, or of null if the property cannot be read.
- * @param {number} id
- * @param {string} key
- */
-async function read(id, key) {
-  return call("tatu.get", id, `joint.${key}`).then(([value]) => value, () => null);
-}
-
-/**
- * Returns the command calls that move a joint to a position. For a joint under position control, they set the target;
- * if the simulation is stopped, they set the position as well, so that the joint does not move when the simulation
- * starts.
- * @param {number} id
- * @param {number} to
- * @returns {Promise<[string, ...unknown[]][]>}
- */
-async function callsFor(id, to) {
-  const [mode, control] = await Promise.all([read(id, "mode"), read(id, "control")]);
-  const isDriven = mode === "dynamic" && control === "position";
-  /** @type {[string, ...unknown[]][]} */
-  const calls = [];
-  if (!isDriven || isStopped) calls.push(["tatu.set", id, "joint.position", to]);
-  if (isDriven) calls.push(["tatu.set", id, "joint.target_position", to]);
-  return calls;
-}
-
-/**
  * Moves a joint to a position.
  * @param {JointSlider} j
  * @param {number} to rad or m
  * @param {string} [merge]
  */
 async function moveJoint(j, to, merge) {
-  await edit(`Move ${j.alias}`, await callsFor(j.id, to), merge);
+  await edit(`Move ${j.alias}`, await callsToMoveJoint(j.id, to), merge);
 }
 
 /** @param {unknown} thrown */
@@ -114,7 +87,7 @@ function show(j) {
  */
 async function createSlider(o) {
   const isPrismatic = o.joint?.type === "prismatic";
-  const [limits, cyclic, position] = await Promise.all([read(o.id, "limits"), read(o.id, "cyclic"), read(o.id, "position")]);
+  const [limits, cyclic, position] = await Promise.all([readJoint(o.id, "limits"), readJoint(o.id, "cyclic"), readJoint(o.id, "position")]);
   const unit = unitOf("rad|m", isPrismatic);
   const free = isPrismatic ? FREE_RANGE.slides : FREE_RANGE.turns;
   const bounded = !cyclic && Array.isArray(limits) && limits.every(Number.isFinite) && limits[0] < limits[1];
@@ -180,7 +153,7 @@ async function build() {
 
 reset.onclick = async () => {
   try {
-    const calls = await Promise.all([...joints.values()].map((j) => callsFor(j.id, j.began)));
+    const calls = await Promise.all([...joints.values()].map((j) => callsToMoveJoint(j.id, j.began)));
     await edit(`Reset joints of ${describeObjects([selected()])}`, calls.flat());
     errorText.textContent = "";
   } catch (thrown) {
@@ -192,7 +165,7 @@ reset.onclick = async () => {
 function requestMotion() {
   if (panel.hidden || !panel.open || document.hidden || !rights.canControl) return;
   for (const j of joints.values()) {
-    Promise.all([read(j.id, "velocity"), read(j.id, "effort")]).then(([velocity, effort]) => {
+    Promise.all([readJoint(j.id, "velocity"), readJoint(j.id, "effort")]).then(([velocity, effort]) => {
       const isPrismatic = j.unit.factor === 1;
       const [v, e] = [unitOf("rad/s|m/s", isPrismatic), unitOf("N m|N", isPrismatic)];
       const formatShort = (/** @type {number | null} */ x, /** @type {{ text: string, factor: number }} */ u) => `${Number(((x ?? 0) * u.factor).toFixed(2)) + 0} ${u.text}`;
@@ -202,7 +175,6 @@ function requestMotion() {
 }
 setInterval(requestMotion, REFRESH_INTERVAL);
 
-on("state", ({ state }) => { isStopped = state === "stopped"; });
 on("frame", (view) => {
   if (!joints.size) return;
   eachEntry(view, (id, what, numbers) => {
