@@ -1,4 +1,4 @@
-//! Reads arguments, and converts poses.
+//! Reads the arguments of commands, and converts poses to and from lists of numbers.
 
 use nalgebra::{Isometry3, Matrix3, Quaternion, Rotation3, Translation3, UnitQuaternion, Vector3};
 use tatu_kinematics::{FrameId, Joint};
@@ -6,9 +6,9 @@ use tatu_plugin_api::safe::{Command, Fail, Param, Result, ValueRef};
 
 use crate::environment::{Ctx, Environment, Ik};
 
-/// The handle of the world.
+/// Handle that stands for the world frame.
 pub const HANDLE_WORLD: i64 = -1;
-/// The handle of the parent of an object.
+/// Handle that stands for the parent of an object.
 pub const HANDLE_PARENT: i64 = -11;
 
 /// Builds a command whose first parameter is an environment.
@@ -16,11 +16,11 @@ pub fn command(name: &str, run: impl Fn(&mut Ctx<'_>) -> Result + Send + Sync + 
     Command::new(format!("simIK.{name}"), run).param(Param::int("environment"))
 }
 
-/// Returns a handle for a frame.
+/// Returns the handle by which scripts refer to a frame.
 pub fn handle_of(frame: FrameId) -> i64 {
     i64::from(frame.0) + 1
 }
-/// Returns the handle of a frame, or that of the world.
+/// Returns the handle of a frame, or [`HANDLE_WORLD`] for `None`.
 pub fn handle_or_world(frame: Option<FrameId>) -> i64 {
     frame.map_or(HANDLE_WORLD, handle_of)
 }
@@ -29,7 +29,7 @@ fn no_object(i: usize, handle: i64) -> Fail {
     Fail::argument(format!("argument {}: there is no object with handle {handle} in this environment", i + 1))
 }
 
-/// Reads a frame.
+/// Returns the frame whose handle is argument `i`.
 pub fn frame(c: &Ctx<'_>, environment: &Environment, i: usize) -> Result<FrameId> {
     let handle = c.i64(i)?;
     found(environment, handle).ok_or_else(|| no_object(i, handle))
@@ -38,14 +38,15 @@ fn found(environment: &Environment, handle: i64) -> Option<FrameId> {
     let id = FrameId(u32::try_from(handle.checked_sub(1)?).ok()?);
     environment.copy.linkage.contains(id).then_some(id)
 }
-/// Reads a frame, or `None` for a missing argument or the world.
+/// Returns the frame whose handle is argument `i`, or `None` if the argument is missing or denotes the world.
 pub fn frame_or_world(c: &Ctx<'_>, environment: &Environment, i: usize) -> Result<Option<FrameId>> {
     match c.has(i).then(|| c.i64(i)).transpose()? {
         None | Some(HANDLE_WORLD) => Ok(None),
         Some(_) => frame(c, environment, i).map(Some),
     }
 }
-/// Reads the frame relative to which a pose is given: a handle, the world, or the parent of `of`.
+/// Returns the frame, given by argument `i`, to which a pose of `of` is relative: a frame, the parent of `of`, or
+/// `None` for the world.
 pub fn reference(c: &Ctx<'_>, environment: &Environment, i: usize, of: FrameId) -> Result<Option<FrameId>> {
     match c.has(i).then(|| c.i64(i)).transpose()? {
         Some(HANDLE_PARENT) => Ok(environment.copy.linkage.parent(of)),
@@ -53,16 +54,16 @@ pub fn reference(c: &Ctx<'_>, environment: &Environment, i: usize, of: FrameId) 
     }
 }
 
-/// Reads a joint.
+/// Returns the joint whose handle is argument `i`.
 pub fn joint<'e>(c: &Ctx<'_>, environment: &'e mut Environment, i: usize) -> Result<(FrameId, &'e mut Joint)> {
     let id = frame(c, environment, i)?;
     let wrong = || Fail::argument(format!("argument {}: object {} is not a joint", i + 1, handle_of(id)));
     Ok((id, environment.copy.linkage.joint_mut(id).ok_or_else(wrong)?))
 }
 
-/// Reads a list of joints.
+/// Returns the joints whose handles are listed in argument `i`.
 pub fn joints(c: &Ctx<'_>, environment: &Environment, i: usize) -> Result<Vec<FrameId>> {
-    let wrong = || Fail::argument(format!("argument {}: expected a table of handles of joints", i + 1));
+    let wrong = || Fail::argument(format!("argument {}: expected a table with the handles of joints", i + 1));
     let handles = c.arg(i).numbers().ok_or_else(wrong)?;
     let joint = |handle: f64| {
         let id = found(environment, handle as i64).ok_or_else(|| no_object(i, handle as i64))?;
@@ -72,15 +73,20 @@ pub fn joints(c: &Ctx<'_>, environment: &Environment, i: usize) -> Result<Vec<Fr
     handles.into_iter().map(joint).collect()
 }
 
-/// Reads a finite number.
+/// Returns argument `i`, which must be a finite number.
 pub fn number(c: &Ctx<'_>, i: usize) -> Result<f64> {
     let x = c.f64(i)?;
-    if x.is_finite() { Ok(x) } else { Err(Fail::argument(format!("argument {}: {x} is not a finite number", i + 1))) }
+    if x.is_finite() {
+        Ok(x)
+    } else {
+        Err(Fail::argument(format!("argument {}: expected a finite number, found {x}", i + 1)))
+    }
 }
 
-/// Reads an orientation: a quaternion x y z w, or the angles alpha, beta and gamma.
+/// Returns the orientation in argument `i`: a quaternion x y z w, or the angles alpha, beta and gamma, rad.
 pub fn orientation(value: ValueRef<'_>, i: usize) -> Result<UnitQuaternion<f64>> {
-    let wrong = || Fail::argument(format!("argument {}: expected a quaternion, or three angles", i + 1));
+    let wrong =
+        || Fail::argument(format!("argument {}: expected a quaternion (x, y, z, w) or three angles in rad", i + 1));
     let numbers = value.numbers().filter(|n| n.iter().all(|x| x.is_finite())).ok_or_else(wrong)?;
     match numbers[..] {
         [x, y, z, w] => quaternion(x, y, z, w).ok_or_else(wrong),
@@ -98,9 +104,10 @@ fn quaternion(x: f64, y: f64, z: f64, w: f64) -> Option<UnitQuaternion<f64>> {
     UnitQuaternion::try_new(Quaternion::new(w, x, y, z), 1e-9)
 }
 
-/// Reads a pose: 7 numbers, or a matrix of 12 numbers.
+/// Returns the pose in argument `i`: position (m) and quaternion x y z w, or the 12 numbers of a matrix, row by row.
 pub fn pose(c: &Ctx<'_>, i: usize) -> Result<Isometry3<f64>> {
-    let wrong = || Fail::argument(format!("argument {}: expected a pose, or a matrix of 12 numbers", i + 1));
+    let wrong =
+        || Fail::argument(format!("argument {}: expected a pose of 7 numbers or a matrix of 12 numbers", i + 1));
     let numbers = c.arg(i).numbers().filter(|n| n.iter().all(|x| x.is_finite())).ok_or_else(wrong)?;
     match numbers[..] {
         [x, y, z, qx, qy, qz, qw] => {
@@ -114,7 +121,7 @@ pub fn pose(c: &Ctx<'_>, i: usize) -> Result<Isometry3<f64>> {
     }
 }
 
-/// Returns a pose as position and quaternion x y z w.
+/// Returns a pose as its position, m, followed by its quaternion x y z w.
 pub fn pose_numbers(pose: &Isometry3<f64>) -> [f64; 7] {
     let (p, q) = (pose.translation.vector, pose.rotation.coords);
     [p.x, p.y, p.z, q.x, q.y, q.z, q.w]

@@ -1,5 +1,5 @@
-//! Constants of scripts. The numbers of constraints, results and methods are those of V-REP; the others are not
-//! published, and only distinct from each other.
+//! Constants of scripts. The values of constraints, results and methods are those of V-REP. V-REP does not publish the
+//! other values, which are therefore chosen freely, but distinct from each other.
 
 use tatu_plugin_api::safe::{Constant, Offer, Value};
 
@@ -8,7 +8,7 @@ use crate::{
     environment::Ik,
 };
 
-/// Marks a handle as that of the tip of an element.
+/// Flag that marks a handle as that of a tip, which identifies an element by its tip.
 pub const TIP_FLAG: i64 = 0x0100_0000;
 
 pub const FLAG_ENABLED: i64 = 1;

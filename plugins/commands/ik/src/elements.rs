@@ -1,4 +1,4 @@
-//! Commands for the elements of groups: a tip that shall reach a target.
+//! Commands for the elements of groups. An element is a tip that must reach a target.
 
 use std::cell::RefMut;
 
@@ -15,7 +15,8 @@ use crate::{
     groups::group_command,
 };
 
-/// Reads the task of the element in argument 3, which can also name its tip.
+/// Returns the task of the element that argument 3 identifies: by its own handle, or by the handle of its tip plus
+/// [`TIP_FLAG`].
 fn task<'a>(c: &Ctx<'a>) -> Result<RefMut<'a, IkTask>> {
     let (group, element) = (c.i64(1)?, c.i64(2)?);
     let mut environment = environment(c)?;
@@ -35,7 +36,7 @@ fn element_command(name: &str, run: impl Fn(&mut Ctx<'_>) -> Result + Send + Syn
     group_command(name, run).param(Param::int("element"))
 }
 
-/// Adds an element for a tip that is its own target until that is set.
+/// Adds an element to the group in argument 2, and returns its handle.
 fn add(c: &Ctx<'_>, environment: &mut Environment, task: IkTask) -> Result<i64> {
     environment.check_room()?;
     let handle = environment.next_handle();
@@ -50,7 +51,7 @@ fn constraints(c: &Ctx<'_>, i: usize) -> Result<Constraints> {
     if (0..32).contains(&mask) {
         return Ok(Constraints(mask as u32));
     }
-    Err(Fail::argument(format!("argument {}: {mask} is not a sum of constraints, 0 to 31", i + 1)))
+    Err(Fail::argument(format!("argument {}: expected a sum of constraints from 0 to 31, found {mask}", i + 1)))
 }
 
 pub fn offer(offer: &mut Offer<Ik>) {
@@ -75,7 +76,7 @@ fn creation(offer: &mut Offer<Ik>) {
         .alias("simIK.addIkElement")
         .param(Param::int("tip"))
         .returns(Param::int("element"))
-        .text("Adds an element for a tip: the whole pose, relative to the world."),
+        .text("Adds an element for a tip. By default, its base is the world, and the whole pose is constrained."),
     );
     offer.command(
         group_command("addElementFromScene", |c| {
@@ -112,7 +113,7 @@ fn creation(offer: &mut Offer<Ik>) {
         .returns(Param::int("element"))
         .returns(Param::map("copies").text("for each object of the scene, the handle of its copy"))
         .returns(Param::map("objects").text("for each copy, the handle of its object in the scene"))
-        .text("Copies the chain of joints from a base to a tip of the scene, and adds an element for them. All of these joints move."),
+        .text("Copies the kinematic chain from a base to a tip of the scene, and adds an element for it. All joints of the chain move."),
     );
 }
 
@@ -130,7 +131,7 @@ fn targets(offer: &mut Offer<Ik>) {
         .alias("simIK.setLinkedDummy")
         .param(Param::int("tip"))
         .param(Param::int("target").text("-1: none"))
-        .text("Sets the target of all elements that have a tip."),
+        .text("Sets the target of all elements with the given tip."),
     );
     offer.command(
         crate::arguments::command("getTargetDummy", |c| {
@@ -182,13 +183,17 @@ fn targets(offer: &mut Offer<Ik>) {
     );
 }
 
-/// Commands that set and return two numbers of an element.
+/// Adds a getter and a setter for a pair of numbers of an element, one for its position and one for its orientation.
 fn pair(offer: &mut Offer<Ik>, name: &str, text: &str, get: fn(&mut IkTask) -> &mut [f64; 2]) {
     let set = move |c: &mut Ctx<'_>| {
         let numbers = c.arg(3).numbers().filter(|n| matches!(n.len(), 2 | 3) && n.iter().all(|x| *x >= 0.0));
-        let wrong = || Fail::argument("argument 4: expected two numbers of at least 0, for position and orientation");
+        let wrong = || {
+            Fail::argument(
+                "argument 4: expected two numbers of at least 0, one for the position and one for the orientation",
+            )
+        };
         let numbers = numbers.ok_or_else(wrong)?;
-        // The third weight, since 4.5, counts for both.
+        // Since 4.5, a third number multiplies both.
         let overall = numbers.get(2).copied().unwrap_or(1.0);
         *get(&mut *task(c)?) = [numbers[0] * overall, numbers[1] * overall];
         Ok(())
@@ -223,7 +228,7 @@ fn settings(offer: &mut Offer<Ik>) {
         })
         .alias("simIK.setIkElementConstraints")
         .param(Param::int("constraints").text("a sum of constants, such as `simIK.constraint_pose`"))
-        .text("Sets the directions in which the tip shall agree with its target."),
+        .text("Sets the degrees of freedom in which the tip must match its target."),
     );
     offer.command(
         element_command("getElementConstraints", |c| {
@@ -233,7 +238,7 @@ fn settings(offer: &mut Offer<Ik>) {
         })
         .alias("simIK.getIkElementConstraints")
         .returns(Param::int("constraints"))
-        .text("Returns the directions in which the tip shall agree with its target."),
+        .text("Returns the degrees of freedom in which the tip must match its target."),
     );
     offer.command(
         element_command("setElementFlags", |c| {
@@ -243,7 +248,7 @@ fn settings(offer: &mut Offer<Ik>) {
         })
         .alias("simIK.setIkElementFlags")
         .param(Param::int("flags").text("1: enabled"))
-        .text("Sets whether an element counts."),
+        .text("Enables or disables an element."),
     );
     offer.command(
         element_command("getElementFlags", |c| {
@@ -253,6 +258,6 @@ fn settings(offer: &mut Offer<Ik>) {
         })
         .alias("simIK.getIkElementFlags")
         .returns(Param::int("flags"))
-        .text("Returns 1 if an element counts, or 0."),
+        .text("Returns 1 if an element is enabled, otherwise 0."),
     );
 }

@@ -1,4 +1,4 @@
-//! Environments and their parts.
+//! Environments, which contain frames, joints and groups, and the state of a world.
 
 use std::{
     cell::{RefCell, RefMut},
@@ -20,21 +20,23 @@ pub struct Ik {
     pub props: SceneProps,
 }
 
-/// Returns the groups of the scene, with the rest of the state.
+/// Borrows the groups of the scene, which are read from the scene on first use.
 pub fn scene_groups<'a>(c: &Ctx<'a>) -> Result<RefMut<'a, SceneGroups>> {
     let mut state = c.instance().borrow()?;
     if state.scene.is_none() {
         state.scene = Some(crate::scene_groups::read(&c.world(), &c.plugin().props)?);
     }
-    RefMut::filter_map(state, |s| s.scene.as_mut()).map_err(|_| Fail::new("the groups of the scene were not read"))
+    RefMut::filter_map(state, |s| s.scene.as_mut())
+        .map_err(|_| Fail::new("the inverse kinematics groups of the scene could not be read"))
 }
 
 /// A call of one of this plugin's commands.
 pub type Ctx<'a> = Call<'a, Ik>;
 
-/// Maximum number of environments of a world, and of frames, groups and elements of an environment. Scripts that create
-/// an environment in each step and never erase it reach the first.
+/// Maximum number of environments of a world. Scripts that create an environment in each step and never erase it reach
+/// this limit.
 const MAX_ENVIRONMENTS: usize = 1000;
+/// Maximum number of frames, groups and elements of an environment, in total.
 const MAX_PARTS: usize = 10_000;
 
 /// A group, and the handles of its elements.
@@ -44,19 +46,21 @@ pub struct NamedGroup {
     pub group: IkGroup,
     /// The handle of each task.
     pub elements: Vec<i64>,
-    /// The frames of the last calculation's joints at a limit.
+    /// The joints that the last calculation left at a limit.
     pub limit_hits: Vec<LimitHit>,
-    /// The Jacobian that `simIK.computeJacobian` of version 4.2 has computed, and the manipulability.
+    /// The result of `simIK.computeJacobian` as called up to version 4.4: the elements of the Jacobian row by row, its
+    /// numbers of rows and columns, and the manipulability.
     pub jacobian: Option<(Vec<f64>, [usize; 2], f64)>,
 }
 
-/// An environment.
+/// An environment: frames and joints that are independent of the scene, and groups that move them.
 #[derive(Default, Clone, Serialize, Deserialize)]
 pub struct Environment {
     pub copy: SceneCopy,
     pub names: BTreeMap<FrameId, String>,
     pub groups: BTreeMap<i64, NamedGroup>,
-    /// Distance from a limit within which a group avoids it, rad or m; stored for scripts that read it.
+    /// For each joint, the distance from its limits within which a group avoids them, rad or m. Scripts can read these
+    /// values; they have no other effect.
     pub margins: BTreeMap<FrameId, f64>,
     last: i64,
 }
@@ -67,13 +71,16 @@ impl Environment {
         self.last += 1;
         self.last
     }
-    /// Checks that another frame, group or element may be created.
+    /// Returns an error if the environment already contains the maximum number of frames, groups and elements.
     pub fn check_room(&self) -> Result {
         let parts = self.copy.linkage.ids().count() + self.groups.values().map(|g| 1 + g.elements.len()).sum::<usize>();
         if parts < MAX_PARTS {
             return Ok(());
         }
-        Err(Fail::with_code(TATU_ERR_SPACE, format!("an environment can have at most {MAX_PARTS} objects and groups")))
+        Err(Fail::with_code(
+            TATU_ERR_SPACE,
+            format!("an environment can contain at most {MAX_PARTS} objects, groups and elements"),
+        ))
     }
     /// Returns the group with this handle.
     pub fn group(&mut self, handle: i64) -> Result<&mut NamedGroup> {
@@ -86,9 +93,9 @@ impl Environment {
 pub struct SavedState {
     pub environments: BTreeMap<i64, Environment>,
     last: i64,
-    /// The groups of the scene, once a script has used one.
+    /// The groups of the scene; `None` until a script uses one of them.
     pub scene: Option<SceneGroups>,
-    /// Number of searches so far, which selects the random numbers of the next one.
+    /// Number of searches so far, which is also the seed of the last one.
     pub searches: u64,
 }
 
@@ -110,7 +117,8 @@ impl SavedState {
     }
 }
 
-/// The environments of a world. Commands borrow them while they do not call scripts.
+/// The state of a world. A command must not borrow it while it calls a function of a script, which may call another
+/// command.
 #[derive(Default)]
 pub struct Environments(RefCell<SavedState>);
 
@@ -120,7 +128,7 @@ impl Environments {
     }
 }
 
-/// Borrows the environment that argument 1 names.
+/// Borrows the environment whose handle is argument 1.
 pub fn environment<'a>(c: &Ctx<'a>) -> Result<RefMut<'a, Environment>> {
     let handle = c.i64(0)?;
     let mut state = c.instance().borrow()?;

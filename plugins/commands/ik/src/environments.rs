@@ -1,4 +1,4 @@
-//! Commands for environments.
+//! Commands that create, copy and erase environments.
 
 use tatu_plugin_api::safe::{Command, Offer, Param, Result, Value};
 
@@ -11,7 +11,7 @@ fn handle() -> Param {
     Param::int("handle")
 }
 
-/// Erases the environment that argument 1 names.
+/// Erases the environment whose handle is argument 1.
 fn erase(c: &mut Ctx<'_>) -> Result {
     let handle = c.i64(0)?;
     let mut state = c.instance().borrow()?;

@@ -1,4 +1,4 @@
-//! Commands for groups.
+//! Commands that create groups, and set and return their properties.
 
 use tatu_kinematics::{IkGroup, IkMethod};
 use tatu_plugin_api::safe::{Command, Fail, Offer, Param, Result};
@@ -49,7 +49,7 @@ pub fn offer(offer: &mut Offer<Ik>) {
         .alias("simIK.getIkGroupHandle")
         .param(Param::string("name"))
         .returns(Param::int("group"))
-        .text("Returns the group with a name."),
+        .text("Returns the group with the given name."),
     );
     offer.command(
         command("doesGroupExist", |c| {
@@ -107,13 +107,15 @@ fn calculation(offer: &mut Offer<Ik>) {
         group_command("setGroupCalculation", |c| {
             let (number_of_method, damping, iterations) = (c.i64(2)?, number(c, 3)?, c.i64(4)?);
             if !(0..4).contains(&number_of_method) {
-                return Err(Fail::argument(format!("argument 3: {number_of_method} is not a method")));
+                return Err(Fail::argument(format!(
+                    "argument 3: expected a method such as `simIK.method_pseudo_inverse`, found {number_of_method}"
+                )));
             }
             if damping < 0.0 {
-                return Err(Fail::argument(format!("argument 4: {damping} must not be negative")));
+                return Err(Fail::argument(format!("argument 4: expected a damping of at least 0, found {damping}")));
             }
             let iterations = u32::try_from(iterations).ok().filter(|n| *n <= MAX_ITERATIONS);
-            let wrong = || Fail::argument(format!("argument 5: expected from 0 to {MAX_ITERATIONS} iterations"));
+            let wrong = || Fail::argument(format!("argument 5: expected 0 to {MAX_ITERATIONS} iterations"));
             let mut environment = environment(c)?;
             let group = &mut environment.group(c.i64(1)?)?.group;
             group.max_iterations = iterations.ok_or_else(wrong)?;
@@ -124,7 +126,7 @@ fn calculation(offer: &mut Offer<Ik>) {
         .param(Param::int("method").text("a constant, such as `simIK.method_damped_least_squares`"))
         .param(Param::float("damping"))
         .param(Param::int("iterations"))
-        .text("Sets how a group is calculated; the damping counts only for damped least squares."),
+        .text("Sets the solver method of a group; only damped least squares uses the damping."),
     );
     offer.command(
         group_command("getGroupCalculation", |c| {
@@ -149,7 +151,7 @@ fn calculation(offer: &mut Offer<Ik>) {
         .returns(Param::int("method"))
         .returns(Param::float("damping"))
         .returns(Param::int("iterations"))
-        .text("Returns how a group is calculated."),
+        .text("Returns the solver method of a group, its damping, and its maximum number of iterations."),
     );
 }
 

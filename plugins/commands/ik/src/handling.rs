@@ -1,4 +1,4 @@
-//! Commands that solve groups, and move joints between environment and scene.
+//! Commands that solve groups, and copy joint positions between an environment and the scene.
 
 use tatu_kinematics::{FrameId, IkGroup, IkOutcome, IkResult, solve};
 use tatu_plugin_api::safe::{Fail, Offer, Param, Result, Value};
@@ -10,10 +10,10 @@ use crate::{
     methods::result_number,
 };
 
-/// The handle of all groups.
+/// Handle that stands for all groups.
 const HANDLE_ALL: i64 = -2;
 
-/// Reads the groups in argument 2: a handle, a table of handles, or all.
+/// Returns the handles of the groups in argument 2: a handle, a table of handles, or [`HANDLE_ALL`].
 fn groups(c: &Ctx<'_>, environment: &mut Environment) -> Result<Vec<i64>> {
     let handles: Vec<i64> = match c.arg(1).as_i64() {
         Some(HANDLE_ALL) => environment.groups.keys().copied().collect(),
@@ -35,19 +35,19 @@ fn joints_of(environment: &Environment, groups: &[i64]) -> Vec<FrameId> {
     environment.copy.joints_of(&tasks.collect::<Vec<_>>())
 }
 
-/// Takes positions from the scene.
+/// Copies joint positions, and the poses of bases and targets, from the scene to the environment.
 fn take(c: &Ctx<'_>, environment: &mut Environment) -> Result {
     let tasks = environment.groups.values().flat_map(|g| &g.group.tasks);
     let targets: Vec<FrameId> = tasks.map(|t| t.target).collect();
     environment.copy.take_from_scene(&c.world(), &c.plugin().props, &targets)
 }
 
-/// Moves the joints of groups in the scene.
+/// Moves the joints of groups in the scene to their positions in the environment.
 fn give(c: &Ctx<'_>, environment: &Environment, groups: &[i64]) -> Result {
     environment.copy.give_to_scene(&c.world(), &c.plugin().props, &joints_of(environment, groups))
 }
 
-/// Solves groups, in order of priority, and stores what the last calculation found.
+/// Solves groups in order of priority, and stores the joints that reached a limit.
 fn solve_groups(environment: &mut Environment, handles: &[i64]) -> IkOutcome {
     let groups: Vec<IkGroup> =
         handles.iter().filter_map(|handle| environment.groups.get(handle)).map(|g| g.group.clone()).collect();
@@ -70,12 +70,13 @@ fn flags(outcome: &IkOutcome) -> i64 {
     all.iter().filter(|(is_set, _)| *is_set).map(|(_, flag)| flag).sum()
 }
 
-/// Solves groups, with the scene if the options say so.
+/// Solves the groups in argument 2. With the option `syncWorlds`, positions are copied from the scene before, and to
+/// the scene afterwards.
 fn handle(c: &mut Ctx<'_>) -> Result {
     let options = c.arg(2);
     let has = |key: &str| options.get(key).is_some_and(|v| v.truthy());
     if has("callback") {
-        return Err(Fail::unsupported("`callback` of simIK.handleGroups is not available")
+        return Err(Fail::unsupported("simIK.handleGroups does not support the option `callback`")
             .help("compute the step from `simIK.computeGroupJacobian`"));
     }
     let outcome = {
@@ -110,7 +111,7 @@ pub fn offer(offer: &mut Offer<Ik>) {
     };
     offer.command(
         results(command("handleGroup", handle).alias("simIK.handleIkGroup").param(Param::any("group")))
-            .text("Moves the joints of a group until its tips reach their targets, or its iterations are used up."),
+            .text("Moves the joints of a group until its tips reach their targets or the maximum number of iterations is reached."),
     );
     offer.command(
         results(command("handleGroups", handle).param(Param::any("groups").text("in order of priority")))
@@ -126,7 +127,7 @@ pub fn offer(offer: &mut Offer<Ik>) {
         })
         .alias("simIK.applySceneToIkEnvironment")
         .param(Param::any("groups").optional())
-        .text("Takes the positions of joints, and the poses of bases and targets, from the scene."),
+        .text("Copies the positions of joints, and the poses of bases and targets, from the scene."),
     );
     offer.command(
         command("syncToSim", |c| {
@@ -157,6 +158,6 @@ pub fn offer(offer: &mut Offer<Ik>) {
         .param(Param::any("group"))
         .param(Param::bool("only_after_success").default(false))
         .returns(Param::int("result"))
-        .text("Takes positions from the scene, solves a group, and moves the joints of the scene."),
+        .text("Copies positions from the scene, solves a group, and moves the joints of the scene."),
     );
 }

@@ -30,7 +30,7 @@ fn of_group(c: &Ctx<'_>) -> Result<GroupJacobian> {
     Ok(group_jacobian(&environment.copy.linkage, &tasks))
 }
 
-/// Stores the Jacobian of a group for `getJacobian` and `getManipulability`.
+/// Stores the Jacobian of a group, which `getJacobian` and `getManipulability` return later.
 fn store(c: &mut Ctx<'_>) -> Result {
     let found = of_group(c)?;
     let stored = (rows(&found), [found.matrix.nrows(), found.matrix.ncols()], manipulability(&found));
@@ -40,14 +40,14 @@ fn store(c: &mut Ctx<'_>) -> Result {
     Ok(())
 }
 
-/// Returns the Jacobian of a chain: base, last joint, constraints, pose of the tip, and optionally of the target, and the
-/// object whose axes are used.
+/// Returns the Jacobian of a chain to the script. Arguments 2 to 7 are the base, the last joint, the constraints, the
+/// pose of the tip, and optionally the pose of the target and the object whose axes are used.
 fn of_chain(c: &mut Ctx<'_>) -> Result {
     let found = {
         let mut environment = environment(c)?.clone();
         let (base, last) = (frame_or_world(c, &environment, 1)?, frame(c, &environment, 2)?);
         let mask = u32::try_from(c.i64(3)?).ok().filter(|m| *m < 32);
-        let mask = mask.ok_or_else(|| Fail::argument("argument 4: expected a sum of constraints, 0 to 31"))?;
+        let mask = mask.ok_or_else(|| Fail::argument("argument 4: expected a sum of constraints from 0 to 31"))?;
         let at = pose(c, 4)?;
         let tip = environment.copy.linkage.add_frame(Some(last), nalgebra::Isometry3::identity());
         environment.copy.linkage.set_pose(tip, &at);
@@ -76,11 +76,11 @@ pub fn offer(offer: &mut Offer<Ik>) {
             Ok(())
         })
         .returns(Param::floats("jacobian", 0).text("row by row: x, y, z, alpha, beta, gamma, as far as constrained"))
-        .returns(Param::floats("error", 0).text("what is missing in each direction, m and rad"))
+        .returns(Param::floats("error", 0).text("remaining error of each constrained coordinate, m or rad"))
         .text("Returns the Jacobian of a group, with a column per degree of freedom, from base to tip."),
     );
     let compute: Command<Ik> = command("computeJacobian", |c| {
-        // Until version 4.4, the Jacobian was that of a group, and was stored.
+        // Up to version 4.4, the command stored the Jacobian of a group instead of returning that of a chain.
         if c.has(3) { of_chain(c) } else { store(c) }
     });
     offer.command(
@@ -117,6 +117,6 @@ pub fn offer(offer: &mut Offer<Ik>) {
             Ok(())
         })
         .returns(Param::float("manipulability"))
-        .text("Returns the manipulability of the stored Jacobian J: the root of the determinant of J J'."),
+        .text("Returns the manipulability of the stored Jacobian J: the square root of the determinant of J J'."),
     );
 }

@@ -1,4 +1,4 @@
-//! Commands for joints.
+//! Commands that set and return properties of joints.
 
 use nalgebra::UnitQuaternion;
 use tatu_kinematics::{Joint, JointRole, JointType};
@@ -10,7 +10,7 @@ use crate::{
     environment::{Ctx, Ik, environment},
 };
 
-/// A command that returns a number of a joint.
+/// Builds a command that returns a numeric property of a joint.
 fn getter(name: &str, get: fn(&Joint) -> f64) -> Command<Ik> {
     command(name, move |c| {
         let found = get(joint(c, &mut *environment(c)?, 1)?.1);
@@ -19,7 +19,7 @@ fn getter(name: &str, get: fn(&Joint) -> f64) -> Command<Ik> {
     })
     .param(Param::int("joint"))
 }
-/// A command that sets a number of a joint; `check` returns what is wrong with it.
+/// Builds a command that sets a numeric property of a joint. `check` returns the reason for which a value is invalid.
 fn setter(name: &str, key: &str, set: fn(&mut Joint, f64), check: fn(f64) -> Option<&'static str>) -> Command<Ik> {
     let run = move |c: &mut Ctx<'_>| {
         let x = number(c, 2)?;
@@ -61,7 +61,7 @@ pub fn offer(offer: &mut Offer<Ik>) {
                 MODE_PASSIVE => JointRole::Fixed,
                 MODE_IK => JointRole::Moved,
                 n => {
-                    let text = format!("argument 3: {n} is not a mode of joints, such as `simIK.jointmode_ik`");
+                    let text = format!("argument 3: expected a joint mode such as `simIK.jointmode_ik`, found {n}");
                     return Err(Fail::argument(text));
                 }
             };
@@ -121,12 +121,12 @@ fn numbers(offer: &mut Offer<Ik>) {
         getter("getJointWeight", |j| j.weight)
             .alias("simIK.getJointIkWeight")
             .returns(Param::float("weight"))
-            .text("Returns how much a joint moves compared with others."),
+            .text("Returns the weight of a joint, which determines how much it moves relative to other joints."),
     );
     offer.command(
         setter("setJointWeight", "weight", |j, x| j.weight = x, positive)
             .alias("simIK.setJointIkWeight")
-            .text("Sets how much a joint moves compared with others."),
+            .text("Sets the weight of a joint, which determines how much it moves relative to other joints."),
     );
     offer.command(
         getter("getJointMaxStepSize", |j| if j.max_step.is_finite() { j.max_step } else { 0.0 })
@@ -188,8 +188,8 @@ fn limits(offer: &mut Offer<Ik>) {
         })
         .param(Param::int("joint"))
         .returns(Param::bool("cyclic"))
-        .returns(Param::floats("interval", 2).text("lowest position and range"))
-        .text("Returns whether a joint is without limits, and its limits."),
+        .returns(Param::floats("interval", 2).text("minimum position, and range above it"))
+        .text("Returns whether a joint is cyclic (without limits), and its minimum position and range."),
     );
     offer.command(
         command("setJointInterval", |c| {
@@ -198,7 +198,9 @@ fn limits(offer: &mut Offer<Ik>) {
                 true => {
                     let [low, range] = c.array::<2>(3)?;
                     if !low.is_finite() || !range.is_finite() || range < 0.0 {
-                        return Err(Fail::argument("argument 4: expected a lowest position and a range of at least 0"));
+                        return Err(Fail::argument(
+                            "argument 4: expected two finite numbers, the minimum position and a range of at least 0",
+                        ));
                     }
                     Some([low, low + range])
                 }
@@ -209,8 +211,8 @@ fn limits(offer: &mut Offer<Ik>) {
         })
         .param(Param::int("joint"))
         .param(Param::bool("cyclic"))
-        .param(Param::floats("interval", 2).optional().text("lowest position and range"))
-        .text("Sets whether a joint is without limits, and its limits."),
+        .param(Param::floats("interval", 2).optional().text("minimum position, and range above it"))
+        .text("Sets whether a joint is cyclic (without limits), and its minimum position and range."),
     );
     offer.command(
         command("setJointDependency", |c| {
@@ -222,8 +224,8 @@ fn limits(offer: &mut Offer<Ik>) {
                 let master = joint(c, &mut environment, 2)?.0;
                 let or = |i: usize, default: f64| if c.has(i) { number(c, i) } else { Ok(default) };
                 if c.arg(5).as_func().is_some() {
-                    return Err(Fail::unsupported("dependencies by a callback are not available")
-                        .help("pass an offset and a factor"));
+                    return Err(Fail::unsupported("a dependency defined by a callback is not supported")
+                        .help("define a linear dependency by an offset and a factor"));
                 }
                 JointRole::Dependent { master, offset: or(3, 0.0)?, factor: or(4, 1.0)? }
             };
@@ -237,7 +239,7 @@ fn limits(offer: &mut Offer<Ik>) {
         .param(Param::float("offset").default(0.0))
         .param(Param::float("factor").default(1.0))
         .param(Param::any("callback").optional())
-        .text("Makes the position of a joint that of another one, times a factor, plus an offset."),
+        .text("Couples a joint to another joint: its position becomes that of the other joint, multiplied by a factor, plus an offset."),
     );
     offer.command(
         command("getJointDependency", |c| {
@@ -255,6 +257,6 @@ fn limits(offer: &mut Offer<Ik>) {
         .returns(Param::int("master"))
         .returns(Param::float("offset"))
         .returns(Param::float("factor"))
-        .text("Returns the joint on which a joint depends, or -1, with offset and factor."),
+        .text("Returns the joint on which a joint depends (-1: none), the offset and the factor."),
     );
 }

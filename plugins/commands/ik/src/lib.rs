@@ -1,15 +1,16 @@
 //! Inverse kinematics for scripts, with the interface of CoppeliaSim's module `simIK`.
 //!
-//! Scripts create an *environment*: frames and joints, copied from the scene or created one by one, and groups of tasks.
-//! Nothing in an environment moves the scene until a script asks for it.
+//! Scripts create an *environment*: frames and joints, which are copied from the scene or created one by one, and
+//! groups of tasks. The scene moves only when a script requests this.
 //!
-//! - `environment`: environments and their parts; `methods`: methods by their numbers; `arguments`: reads arguments, and converts poses;
+//! - `environment`: environments and their parts; `methods`: methods and results by number; `arguments`: reads
+//!   arguments, and converts poses;
 //! - `environments`, `objects`, `joints`: commands for environments, frames and joints;
 //! - `groups`, `elements`: commands for groups and their elements;
 //! - `handling`: commands that solve groups; `searches`: commands that find configurations and paths; `jacobians`:
 //!   commands that return Jacobians;
-//! - `scene_groups`: groups that belong to a scene of versions before 4.1; `scene_commands`: commands for them;
-//! - `constants`: constants of scripts.
+//! - `scene_groups`: groups that are part of a scene, as before version 4.1; `scene_commands`: commands for them;
+//! - `constants`: constants for scripts.
 
 mod arguments;
 mod constants;
@@ -68,7 +69,7 @@ const EXAMPLES: [&str; 3] = [
     include_str!("../examples/scene_groups.lua"),
 ];
 
-/// Adds its example to a command.
+/// Adds the example in [`EXAMPLES`] to a command.
 fn add_example(command: Command<Ik>) -> Command<Ik> {
     let parts = EXAMPLES.iter().flat_map(|file| file.split("--- "));
     let mut examples = parts.filter_map(|part| part.split_once('\n'));

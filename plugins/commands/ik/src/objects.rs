@@ -17,7 +17,7 @@ fn object() -> Param {
     Param::int("object")
 }
 
-/// Names a new frame, if the arguments from `first` on contain a name.
+/// Sets the name of a new frame to the first non-empty string among the arguments from index `first`, if there is one.
 fn name_frame(c: &Ctx<'_>, environment: &mut Environment, id: FrameId, first: usize) {
     let name = (first..c.args().len()).find_map(|i| c.arg(i).as_str());
     if let Some(name) = name.filter(|n| !n.is_empty()) {
@@ -30,7 +30,7 @@ fn joint_type(number: i64) -> Result<JointType> {
         JOINT_REVOLUTE => Ok(JointType::Revolute),
         JOINT_PRISMATIC => Ok(JointType::Prismatic),
         JOINT_SPHERICAL => Ok(JointType::Spherical),
-        _ => Err(Fail::argument(format!("{number} is not a type of joint, such as `simIK.jointtype_revolute`"))),
+        _ => Err(Fail::argument(format!("expected a joint type such as `simIK.jointtype_revolute`, found {number}"))),
     }
 }
 fn type_number(kind: JointType) -> i64 {
@@ -41,7 +41,8 @@ fn type_number(kind: JointType) -> i64 {
     }
 }
 
-/// The argument with a pose, and that with the frame to which it is relative. Until version 4.5, the frame came first.
+/// Returns the indices of the arguments that contain a pose and the frame to which it is relative. Up to version 4.5,
+/// the frame preceded the pose.
 fn pose_and_reference(c: &Ctx<'_>) -> (usize, usize) {
     if c.arg(2).numbers().is_some_and(|n| n.len() > 1) { (2, 3) } else { (3, 2) }
 }
@@ -55,7 +56,7 @@ fn set_relative_pose(environment: &mut Environment, id: FrameId, relative: Optio
     environment.copy.linkage.set_pose(id, &world);
 }
 
-/// A command that returns a pose in some form.
+/// Builds a command that returns the pose of an object; `ret` converts the pose to return values.
 fn getter(name: &str, ret: fn(&mut Ctx<'_>, &Isometry3<f64>), returns: Vec<Param>) -> Command<Ik> {
     let run = move |c: &mut Ctx<'_>| {
         let found = {
@@ -70,7 +71,7 @@ fn getter(name: &str, ret: fn(&mut Ctx<'_>, &Isometry3<f64>), returns: Vec<Param
     returns.into_iter().fold(command, Command::returns)
 }
 
-/// A command that takes a pose, or a matrix.
+/// Builds a command that sets the pose of an object, given as 7 numbers or as a matrix.
 fn setter(name: &str) -> Command<Ik> {
     command(name, |c| {
         let mut environment = environment(c)?;
@@ -111,7 +112,7 @@ fn creation(offer: &mut Offer<Ik>) {
     );
     offer.command(
         command("createJoint", |c| {
-            // Scripts pass the type before or after a name.
+            // The type may precede or follow the name.
             let number = (1..c.args().len()).find_map(|i| c.arg(i).as_i64().filter(|_| c.arg(i).as_str().is_none()));
             let kind = joint_type(number.unwrap_or(JOINT_REVOLUTE))?;
             let made = {
@@ -147,7 +148,7 @@ fn creation(offer: &mut Offer<Ik>) {
             Ok(())
         })
         .param(object())
-        .text("Removes an object, with the elements that use it. Objects attached to it keep their places."),
+        .text("Removes an object and the elements that use it. Its children keep their poses in the world."),
     );
     offer.command(
         command("setObjectParent", |c| {
@@ -156,7 +157,9 @@ fn creation(offer: &mut Offer<Ik>) {
             let parent = frame_or_world(c, &environment, 2)?;
             let pose = environment.copy.linkage.pose(id);
             if !environment.copy.linkage.set_parent(id, parent) {
-                return Err(Fail::argument("argument 3: the new parent is attached to the object"));
+                return Err(Fail::argument(
+                    "argument 3: the new parent is the object itself or one of its descendants",
+                ));
             }
             if !c.has(3) || c.arg(3).truthy() {
                 environment.copy.linkage.set_pose(id, &pose);
@@ -166,7 +169,7 @@ fn creation(offer: &mut Offer<Ik>) {
         .param(object())
         .param(Param::int("parent").text("an object, or -1 for the world"))
         .param(Param::bool("keep_in_place").default(true))
-        .text("Attaches an object to another one: if that is a joint, it moves with it."),
+        .text("Attaches an object to another object. A child of a joint moves with the joint."),
     );
     offer.command(
         command("getObjectParent", |c| {
@@ -207,7 +210,7 @@ fn listing(offer: &mut Offer<Ik>) {
         .returns(Param::string("name").optional())
         .returns(Param::bool("is_joint").optional())
         .returns(Param::int("joint_type").optional())
-        .text("Returns the object with an index; nothing if there is none."),
+        .text("Returns an object by its index; no value past the last object."),
     );
     offer.command(
         command("getObjectHandle", |c| {
@@ -220,7 +223,7 @@ fn listing(offer: &mut Offer<Ik>) {
         })
         .param(Param::string("name"))
         .returns(object())
-        .text("Returns the object with a name."),
+        .text("Returns the object with the given name."),
     );
     offer.command(
         command("doesObjectExist", |c| {

@@ -16,17 +16,17 @@ use crate::{
     searches::{alternatives, between},
 };
 
-/// Return values of failed calls by old names.
+/// Return value of a failed call by an old name.
 const MINUS_ONE: [Value; 1] = [Value::Int(-1)];
 const NIL: [Value; 1] = [Value::Nil];
-/// Handles of all groups, and of all that are solved in each step.
+/// Handle that stands for all groups.
 const HANDLE_ALL: i64 = -2;
 const HANDLE_ALL_EXCEPT_EXPLICIT: i64 = -3;
 
-/// Handles of groups that do not exist, which lookups return in runs without a scene.
+/// Handles that lookups return in runs without a scene, in place of groups that do not exist.
 const STAND_INS: std::ops::RangeInclusive<i64> = 0x8_0000..=0x8_FFFF;
 
-/// Builds a command under both its names, whose first parameter is a group.
+/// Builds a command whose first parameter is a group, under its current and its old name.
 fn group_command(
     name: &str,
     on_error: [Value; 1],
@@ -38,14 +38,14 @@ fn group_command(
     Command::new(format!("sim.{name}"), run).old_name(format!("sim{old}"), on_error).param(Param::int("group"))
 }
 
-/// Copies the positions of the scene, and those of bases and targets.
+/// Copies joint positions, and the poses of bases and targets, from the scene.
 fn refresh(c: &Ctx<'_>) -> Result {
     let mut groups = scene_groups(c)?;
     let targets: Vec<_> = groups.groups.iter().flat_map(|g| &g.group.tasks).map(|t| t.target).collect();
     groups.copy.take_from_scene(&c.world(), &c.plugin().props, &targets)
 }
 
-/// Solves a group or several of them, and moves the scene.
+/// Solves one or several groups, and moves their joints in the scene.
 fn handle(c: &mut Ctx<'_>) -> Result {
     let wanted = c.i64(0)?;
     if STAND_INS.contains(&wanted) && c.world().makes_stand_ins() {
@@ -87,7 +87,7 @@ fn settings(offer: &mut Offer<Ik>) {
         group_command("setIkGroupProperties", MINUS_ONE, |c| {
             let (number, iterations, damping) = (c.i64(1)?, c.i64(2)?, c.f64(3)?);
             let iterations = u32::try_from(iterations).ok().filter(|n| *n <= MAX_ITERATIONS);
-            let wrong = || Fail::argument(format!("argument 3: expected from 0 to {MAX_ITERATIONS} iterations"));
+            let wrong = || Fail::argument(format!("argument 3: expected 0 to {MAX_ITERATIONS} iterations"));
             let mut groups = scene_groups(c)?;
             let group = &mut groups.group(c.i64(0)?)?.group;
             group.max_iterations = iterations.ok_or_else(wrong)?;
@@ -97,7 +97,7 @@ fn settings(offer: &mut Offer<Ik>) {
         .param(Param::int("method").text("0: pseudo-inverse, 1: damped least squares, 2: Jacobian transpose"))
         .param(Param::int("iterations"))
         .param(Param::float("damping"))
-        .text("Sets how a group is calculated.")
+        .text("Sets the solver method of a group, its maximum number of iterations, and its damping.")
         .notes("The iterations come before the damping, unlike in `simIK.setGroupCalculation`."),
     );
     offer.command(
@@ -106,7 +106,7 @@ fn settings(offer: &mut Offer<Ik>) {
             let pair = |i: usize| c.has(i).then(|| c.array::<2>(i)).transpose();
             let (precision, weights) = (pair(3)?, pair(4)?);
             if [precision, weights].iter().flatten().flatten().any(|x| !x.is_finite() || *x < 0.0) {
-                return Err(Fail::argument("arguments 4 and 5: expected numbers of at least 0"));
+                return Err(Fail::argument("arguments 4 and 5: expected two finite numbers of at least 0 each"));
             }
             let mut groups = scene_groups(c)?;
             let copy = groups.copy.copy_of(c.world().look(tip as tatu_object)?.id);
@@ -170,7 +170,7 @@ fn creation(offer: &mut Offer<Ik>) {
                 None => copied,
             };
             let axes = axes.map(|axes| groups.copy.copy_frame(&world, props, axes)).transpose()?;
-            // A joint of a chain that a script creates moves if physics does not move it.
+            // Inverse kinematics moves the new joints that physics does not move.
             for (frame, object) in groups.copy.objects.clone().iter().filter(|(frame, _)| !known.contains(frame)) {
                 let is_dynamic = world.is_dynamic(*object).unwrap_or(false);
                 let joint = groups.copy.linkage.joint_mut(*frame).filter(|j| is_dynamic && j.role == JointRole::Moved);
@@ -205,10 +205,11 @@ fn creation(offer: &mut Offer<Ik>) {
     );
 }
 
-/// Handles of groups that scripts create are greater than this, as those of V-REP are greater than handles of objects.
+/// Lower bound of the handles of groups that scripts create. Like V-REP's, these handles are greater than any object
+/// handle.
 const FIRST_HANDLE: i64 = 2_030_000;
 
-/// Returns the dummy that is linked to a dummy.
+/// Returns the dummy to which a dummy is linked, if any.
 fn linked_dummy(c: &Ctx<'_>, dummy: tatu_object) -> Result<Option<tatu_object>> {
     let world = c.world();
     let path = world.get(dummy, c.plugin().props.dummy_link)?.as_str().unwrap_or_default().into_owned();
@@ -218,7 +219,10 @@ fn linked_dummy(c: &Ctx<'_>, dummy: tatu_object) -> Result<Option<tatu_object>> 
 fn results(offer: &mut Offer<Ik>) {
     offer.command(
         group_command("checkIkGroup", MINUS_ONE, |c| {
-            let names = c.arg(1).numbers().ok_or_else(|| Fail::argument("argument 2: expected a table of joints"))?;
+            let names = c
+                .arg(1)
+                .numbers()
+                .ok_or_else(|| Fail::argument("argument 2: expected a table with the handles of joints"))?;
             refresh(c)?;
             let (result, positions) = {
                 let mut groups = scene_groups(c)?;
@@ -276,7 +280,7 @@ fn results(offer: &mut Offer<Ik>) {
                 }
                 n => {
                     return Err(Fail::argument(format!(
-                        "argument 2: {n}; expected 0 (Jacobian) or 1 (manipulability)"
+                        "argument 2: expected 0 (Jacobian) or 1 (manipulability), found {n}"
                     )));
                 }
             }
@@ -293,7 +297,10 @@ fn searches(offer: &mut Offer<Ik>) {
     offer.command(
         group_command("getConfigForTipPose", NIL, |c| {
             refuse_pairs(c, 5)?;
-            let names = c.arg(1).numbers().ok_or_else(|| Fail::argument("argument 2: expected a table of joints"))?;
+            let names = c
+                .arg(1)
+                .numbers()
+                .ok_or_else(|| Fail::argument("argument 2: expected a table with the handles of joints"))?;
             let number = {
                 let mut state = c.instance().borrow()?;
                 state.searches += 1;
@@ -333,10 +340,13 @@ fn searches(offer: &mut Offer<Ik>) {
     offer.command(
         group_command("generateIkPath", NIL, |c| {
             refuse_pairs(c, 3)?;
-            let names = c.arg(1).numbers().ok_or_else(|| Fail::argument("argument 2: expected a table of joints"))?;
+            let names = c
+                .arg(1)
+                .numbers()
+                .ok_or_else(|| Fail::argument("argument 2: expected a table with the handles of joints"))?;
             let points = c.i64(2)?;
             if !(2..=MAX_POINTS).contains(&points) {
-                return Err(Fail::argument(format!("argument 3: {points} points; expected from 2 to {MAX_POINTS}")));
+                return Err(Fail::argument(format!("argument 3: expected 2 to {MAX_POINTS} points, found {points}")));
             }
             refresh(c)?;
             let path = {
@@ -367,7 +377,7 @@ fn searches(offer: &mut Offer<Ik>) {
         .param(Param::any("pairs").optional())
         .param(Param::any("options").optional())
         .returns(Param::floats("path", 0).optional().text("the positions of all joints, point by point"))
-        .text("Returns the configurations of a straight motion of the tips from their places to their targets, or nil.")
+        .text("Returns the configurations of a straight motion of the tips from their current poses to their targets, or nil.")
         .partial("pairs of objects that must not collide are refused"),
     );
     offer.command(
@@ -392,16 +402,21 @@ fn searches(offer: &mut Offer<Ik>) {
     );
 }
 
-/// Attempts per millisecond of the time that a script allows.
+/// Number of attempts per millisecond of the time that a script allows. A search counts attempts instead of measuring
+/// time, so that its results are the same in every run.
 const ATTEMPTS_PER_MS: f64 = 0.5;
 const MAX_ATTEMPTS: u64 = 1000;
 const MAX_POINTS: i64 = 10_000;
 
-/// Refuses pairs of objects that must not collide, since a result that ignores them would be wrong.
+/// Returns an error if argument `i` lists pairs of objects that must not collide: collisions are not checked, and a
+/// configuration in which they collide would be wrong.
 fn refuse_pairs(c: &Ctx<'_>, i: usize) -> Result {
     match c.arg(i).is_empty() || c.arg(i).is_nil() {
         true => Ok(()),
-        false => Err(Fail::unsupported(format!("argument {}: pairs of objects are not checked for collisions", i + 1))
-            .help("pass nil, and check the configurations with sim.checkCollision")),
+        false => Err(Fail::unsupported(format!(
+            "argument {}: checking pairs of objects for collisions is not supported",
+            i + 1
+        ))
+        .help("pass nil, and check the configurations with sim.checkCollision")),
     }
 }

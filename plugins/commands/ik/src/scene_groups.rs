@@ -1,8 +1,8 @@
-//! Groups for inverse kinematics that belong to the scene, as in versions before 4.1: created in its editor, stored in
-//! its file, and solved in each step.
+//! Inverse kinematics groups of the scene. Before version 4.1, users created such groups in V-REP's editor; they are
+//! stored in the scene file and solved in each step.
 //!
-//! The importer stores them as JSON with the scene, and the handles of the file with its objects. They are copied to an
-//! environment of their own when a script first uses them.
+//! The importer stores the groups as JSON in the scene's custom data, and each object's handle in the file in that
+//! object's custom data. When a script first uses a group, all groups are copied to a separate environment.
 
 use std::collections::BTreeMap;
 
@@ -16,12 +16,13 @@ use tatu_plugin_api::{
 
 use crate::methods::{MAX_ITERATIONS, method, result_number};
 
-/// Tags under which the importer stores data with the scene and its objects: a private mark, and a name.
+/// Tags of the custom data that the importer stores with the scene and with its objects: a byte that marks the tag as
+/// private, and a name.
 const REGISTRATIONS_TAG: &[u8] = b"\x01registered";
 const HANDLE_TAG: &[u8] = b"\x01handle";
 
-/// Flags of groups in files. That of the two conditions the lower one means a failure is an estimate: in the files seen,
-/// both are set, without a group on which to depend.
+/// Flags of groups in files. The meanings of `AFTER_FAILURE` and `AFTER_SUCCESS` are an assumption: in all examined
+/// files, both flags are set and the group depends on no other.
 const ENABLED: u8 = 1;
 const RESTORES_POSITION: u8 = 2;
 const RESTORES_ORIENTATION: u8 = 4;
@@ -30,7 +31,7 @@ const AFTER_SUCCESS: u8 = 16;
 const RESPECTS_MAX_STEPS: u8 = 32;
 const EXPLICIT: u8 = 64;
 
-/// What the importer has stored, as far as it concerns inverse kinematics.
+/// The part of the stored JSON that concerns inverse kinematics.
 #[derive(Deserialize, Default)]
 #[serde(default)]
 struct RegistrationsText {
@@ -61,7 +62,8 @@ struct ElementText {
     enabled: bool,
 }
 
-/// Scenes that were converted before groups were solved lack most values; without a target, nothing is solved.
+/// Defaults for scenes that were converted by a version of the importer that did not store these values. Without a
+/// target, a group is not solved.
 impl Default for GroupText {
     fn default() -> Self {
         GroupText {
@@ -95,21 +97,22 @@ impl Default for ElementText {
 pub struct SceneGroup {
     pub handle: i64,
     pub group: IkGroup,
-    /// Whether it is only solved on request.
+    /// Whether the group is solved only at the request of a script.
     pub explicit: bool,
-    /// The group on whose result it depends, and which results count.
+    /// The group on whose result this group depends, and whether this group is solved after its success and after its
+    /// failure.
     after: Option<(i64, [bool; 2])>,
-    /// The last result, as a number of scripts.
+    /// The last result, as the number that represents it in scripts.
     pub result: i64,
 }
 
-/// The groups of a scene, in their order.
+/// The groups of a scene, in the order of the file.
 #[derive(Serialize, Deserialize, Default, Clone)]
 pub struct SceneGroups {
     pub copy: SceneCopy,
     pub groups: Vec<SceneGroup>,
-    /// The Jacobian of each group that `sim.computeJacobian` or a calculation has left, by handle: joints from tip to
-    /// base, each with all its rows.
+    /// The last Jacobian of each group, by the handle of the group: its elements, which are listed joint by joint from
+    /// tip to base, its numbers of rows and columns, and the manipulability.
     pub matrices: BTreeMap<i64, (Vec<f64>, [i64; 2], f64)>,
 }
 
@@ -118,12 +121,12 @@ fn tagged<'a>(data: ValueRef<'a>, tag: &[u8]) -> Option<&'a [u8]> {
     data.map()?.iter().find(|[key, _]| key.as_bytes() == Some(tag)).and_then(|[_, value]| value.as_bytes())
 }
 
-/// Reads the groups of the scene; without any, the result is empty. Elements whose objects were removed are skipped.
+/// Reads the groups of the scene. Elements whose objects were removed are skipped.
 pub fn read(world: &World<'_>, props: &SceneProps) -> Result<SceneGroups> {
     let Some(bytes) = tagged(world.get(0, props.scene_data)?, REGISTRATIONS_TAG) else {
         return Ok(SceneGroups::default());
     };
-    let damaged = |e| Fail::argument(format!("the scene's data on inverse kinematics is damaged: {e}"));
+    let damaged = |e| Fail::argument(format!("the inverse kinematics groups stored in the scene are damaged: {e}"));
     let text: RegistrationsText = serde_json::from_slice(bytes).map_err(damaged)?;
     let mut objects: BTreeMap<i64, tatu_object> = BTreeMap::new();
     for id in world.list(0, 0, 0)? {
@@ -144,7 +147,7 @@ pub fn read(world: &World<'_>, props: &SceneProps) -> Result<SceneGroups> {
     Ok(all)
 }
 
-/// Fixes the joints that are not in the mode for inverse kinematics. Those that follow another joint still follow it.
+/// Fixes the joints that inverse kinematics does not move. Joints that depend on another joint continue to follow it.
 fn fix_other_joints(copy: &mut SceneCopy, moved: &[tatu_object]) {
     for (frame, object) in &copy.objects {
         if let Some(joint) =
@@ -203,7 +206,7 @@ fn scene_group(text: &GroupText, tasks: Vec<IkTask>) -> SceneGroup {
 }
 
 impl SceneGroup {
-    /// Returns a group that a script creates, with options of `sim.createIkGroup`.
+    /// Creates a group for a script; `options` are those of `sim.createIkGroup`.
     pub fn created(handle: i64, options: i64, (number, iterations, damping): (i64, f64, f64)) -> Self {
         let has = |flag: i64| options & flag != 0;
         let (method, damping) = method(number, damping);
@@ -225,10 +228,10 @@ impl SceneGroups {
     /// Returns the group with a handle.
     pub fn group(&mut self, handle: i64) -> Result<&mut SceneGroup> {
         let found = self.groups.iter_mut().find(|g| g.handle == handle);
-        found.ok_or_else(|| Fail::argument(format!("there is no IK group with handle {handle}")))
+        found.ok_or_else(|| Fail::argument(format!("there is no inverse kinematics group with handle {handle}")))
     }
 
-    /// Solves groups, one after the other, and moves their joints in the scene. Returns how many were performed.
+    /// Solves groups one after the other, and moves their joints in the scene. Returns the number of groups solved.
     pub fn handle(&mut self, world: &World<'_>, props: &SceneProps, handles: &[i64]) -> Result<i64> {
         let targets: Vec<FrameId> = self.groups.iter().flat_map(|g| &g.group.tasks).map(|t| t.target).collect();
         self.copy.take_from_scene(world, props, &targets)?;
@@ -253,7 +256,7 @@ impl SceneGroups {
         Ok(performed)
     }
 
-    /// Returns whether the result of the group on which another one depends lets it be performed.
+    /// Returns whether group `i` must be solved, given the result of the group on which it depends.
     fn is_due(&self, i: usize) -> bool {
         let Some((after, [on_success, on_failure])) = self.groups[i].after else { return true };
         match self.groups.iter().find(|g| g.handle == after).map(|g| g.result) {
@@ -264,13 +267,13 @@ impl SceneGroups {
     }
 }
 
-/// Returns the copies of objects that are joints, for commands that name joints of the scene.
+/// Returns the copies of the joints whose handles in the scene are `objects`.
 pub fn joints(groups: &SceneGroups, objects: &[f64]) -> Result<Vec<FrameId>> {
     let find = |object: &f64| {
         let of_handle = |(copy, id): (&FrameId, &tatu_object)| (f64::from(tatu_slot(*id)) == *object).then_some(*copy);
         let copy = groups.copy.objects.iter().find_map(of_handle);
         let copy = copy.filter(|copy| groups.copy.linkage.joint(*copy).is_some());
-        copy.ok_or_else(|| Fail::argument(format!("object {object} is not a joint of an IK group")))
+        copy.ok_or_else(|| Fail::argument(format!("object {object} is not a joint of an inverse kinematics group")))
     };
     objects.iter().map(find).collect()
 }

@@ -1,4 +1,4 @@
-//! Commands that find configurations and paths. They change nothing in the environment or the scene.
+//! Commands that search for configurations and paths. They change neither the environment nor the scene.
 
 use nalgebra::Isometry3;
 use tatu_kinematics::{FrameId, IkTask, JointType, Linkage, SearchSettings, find_configuration, random_configuration};
@@ -10,28 +10,28 @@ use crate::{
     groups::group_command,
 };
 
-/// Attempts per second of the time that a script allows: work is counted instead of time, so that results are the same
-/// in every run.
+/// Number of attempts per second of the time that a script allows. A search counts attempts instead of measuring time,
+/// so that its results are the same in every run.
 const ATTEMPTS_PER_S: f64 = 200.0;
 const MIN_ATTEMPTS: u64 = 10;
 const MAX_ATTEMPTS: u64 = 1000;
-/// Default of the time, s.
+/// Time that a search may take if the script does not specify it, s.
 const DEFAULT_TIME_S: f64 = 0.5;
 /// Maximum number of configurations that `findConfigs` and `getAlternateConfigs` return.
 const MAX_CONFIGURATIONS: usize = 1000;
-/// Two configurations with all joints nearer than this are the same, rad or m: a search ends anywhere within the precision
-/// of the group.
+/// Two configurations are treated as equal if no joint position differs by more than this, rad or m, because a search
+/// ends anywhere within the precision of the group.
 const SAME: f64 = 0.02;
 /// Maximum number of points of a path.
 const MAX_POINTS: i64 = 10_000;
 const TURN: f64 = 2.0 * std::f64::consts::PI;
 
-/// What a search uses.
+/// A search: a copy of the kinematic chain, the tasks to be solved, and the joints whose positions are returned.
 struct Search {
     linkage: Linkage,
     tasks: Vec<IkTask>,
     joints: Vec<FrameId>,
-    /// The first number of the sequence of this search.
+    /// Seed of the random numbers of this search.
     seed: u64,
 }
 
@@ -45,7 +45,7 @@ impl Search {
             Search { linkage: environment.copy.linkage.clone(), tasks, joints, seed: 0 }
         };
         if found.tasks.iter().all(|t| !t.enabled) {
-            return Err(Fail::argument("argument 2: the group has no enabled element"));
+            return Err(Fail::argument("argument 2: expected a group with at least one enabled element"));
         }
         let mut state = c.instance().borrow()?;
         state.searches += 1;
@@ -55,7 +55,8 @@ impl Search {
     fn configuration(&self, linkage: &Linkage) -> Vec<f64> {
         self.joints.iter().map(|j| linkage.position(*j)).collect()
     }
-    /// Returns the configuration that attempt `n` finds: attempt 0 starts from the present one.
+    /// Returns the configuration that attempt `n` finds. Attempt 0 starts from the present configuration, all others
+    /// from random ones.
     fn attempt(&self, n: u64) -> Option<Vec<f64>> {
         let mut linkage = self.linkage.clone();
         if n > 0 {
@@ -66,7 +67,7 @@ impl Search {
     }
 }
 
-/// A function of the script that accepts or refuses a configuration, and its second argument.
+/// A function of the script that accepts or rejects configurations, and the value passed to it as the second argument.
 struct Check {
     function: CheckFunction,
     data: Value,
@@ -107,8 +108,8 @@ fn attempts(time: f64) -> u64 {
     if time.is_finite() { ((time * ATTEMPTS_PER_S) as u64).clamp(MIN_ATTEMPTS, MAX_ATTEMPTS) } else { MIN_ATTEMPTS }
 }
 
-/// Returns the configurations that a search finds and the script accepts, in the order in which they are found, and at
-/// most `count`.
+/// Returns at most `count` configurations that a search finds and the script accepts, in the order in which they are
+/// found.
 fn find(c: &mut Ctx<'_>, search: &Search, check: &Check, time: f64, count: usize) -> Result<Vec<Vec<f64>>> {
     let mut found: Vec<Vec<f64>> = Vec::new();
     for n in 0..attempts(time) {
@@ -124,7 +125,7 @@ fn find(c: &mut Ctx<'_>, search: &Search, check: &Check, time: f64, count: usize
     Ok(found)
 }
 
-/// Returns the configurations of joints that are equal to one except for full turns, within their limits.
+/// Returns the configurations within the joint limits that differ from `start` only by full turns of joints.
 pub fn alternatives(search: &Linkage, joints: &[FrameId], start: &[f64], low: &[f64], ranges: &[f64]) -> Vec<Vec<f64>> {
     let mut all: Vec<Vec<f64>> = vec![Vec::new()];
     for (i, (id, position)) in joints.iter().zip(start).enumerate() {
@@ -159,13 +160,13 @@ pub fn offer(offer: &mut Offer<Ik>) {
             .param(Param::floats("joints", 0))
             .param(Param::int("tip"))
             .param(Param::int("points").text("at least 2"))
-            .param(Param::any("callback").optional().text("accepts or refuses a configuration"))
+            .param(Param::any("callback").optional().text("returns whether a configuration is accepted"))
             .param(Param::any("data").optional())
             .returns(
                 Param::floats("path", 0).text("the positions of all joints, point by point; empty after a failure"),
             )
-            .text("Returns the configurations of a straight motion of the tip from its place to its target.")
-            .notes("A failure is that a point cannot be reached within the limits, or that the callback refuses it."),
+            .text("Returns the configurations of a straight motion of the tip from its current pose to its target.")
+            .notes("The command fails if a point cannot be reached within the limits, or if the callback rejects it."),
     );
     offer.command(
         crate::arguments::command("getAlternateConfigs", |c| {
@@ -182,7 +183,7 @@ pub fn offer(offer: &mut Offer<Ik>) {
         .param(Param::floats("joints", 0))
         .param(Param::floats("low", 0).optional())
         .param(Param::floats("ranges", 0).optional().text("0: the joint's limits; negative: about the present position"))
-        .returns(Param::floats("configurations", 0).text("one after the other, the present one among them"))
+        .returns(Param::floats("configurations", 0).text("one after the other, including the current one"))
         .text("Returns the configurations that equal the present one except for full turns of joints, within their limits."),
     );
 }
@@ -234,7 +235,7 @@ fn configurations(offer: &mut Offer<Ik>) {
             .param(Param::float("threshold").default(0.1))
             .param(Param::float("time").default(DEFAULT_TIME_S))
             .param(Param::floats("metric", 0).optional())
-            .param(Param::any("callback").optional().text("accepts or refuses a configuration"))
+            .param(Param::any("callback").optional().text("returns whether a configuration is accepted"))
             .param(Param::any("data").optional())
             .param(Param::any("others").rest())
             .returns(Param::floats("configuration", 0).optional())
@@ -248,14 +249,15 @@ fn generate_path(c: &mut Ctx<'_>) -> Result {
     let search = Search::new(c)?;
     let points = c.i64(4)?;
     if !(2..=MAX_POINTS).contains(&points) {
-        return Err(Fail::argument(format!("argument 5: {points} points; expected from 2 to {MAX_POINTS}")));
+        return Err(Fail::argument(format!("argument 5: expected 2 to {MAX_POINTS} points, found {points}")));
     }
     let tip = frame(c, &*environment(c)?, 3)?;
     let check = Check::new(c.arg(5), c.arg(6))?;
     let mut linkage = search.linkage.clone();
     let task = search.tasks.iter().find(|t| t.tip == tip);
-    let target =
-        task.map(|t| t.target).ok_or_else(|| Fail::argument("argument 4: no element of the group has this tip"))?;
+    let target = task
+        .map(|t| t.target)
+        .ok_or_else(|| Fail::argument("argument 4: expected the tip of an element of the group"))?;
     let (from, to) = (linkage.pose(tip), linkage.pose(target));
     let settings = SearchSettings { max_restarts: 0, ..SearchSettings::default() };
     let mut path = Vec::new();
@@ -274,7 +276,7 @@ fn generate_path(c: &mut Ctx<'_>) -> Result {
     Ok(())
 }
 
-/// Returns the pose at a share of a straight motion between two poses.
+/// Returns the pose at a fraction `t`, 0 to 1, of a straight motion between two poses.
 pub fn between(from: &Isometry3<f64>, to: &Isometry3<f64>, t: f64) -> Isometry3<f64> {
     let place = from.translation.vector.lerp(&to.translation.vector, t);
     let turned =

@@ -1,5 +1,5 @@
-//! Copies kinematic chains between a scene and inverse kinematics, for command plugins: [`SceneCopy`] contains frames and
-//! joints of the scene, which inverse kinematics moves, and knows their objects.
+//! Copies kinematic chains of a scene for inverse kinematics, for use by command plugins. A [`SceneCopy`] contains
+//! copies of frames and joints, which inverse kinematics moves, and maps them to the objects of the scene.
 
 use std::collections::BTreeMap;
 
@@ -14,7 +14,7 @@ use tatu_plugin_api::{
 /// A full turn, rad.
 const TURN: f64 = 2.0 * std::f64::consts::PI;
 
-/// The properties of the scene that copies read and write.
+/// Interned keys of the properties that copies read and write.
 pub struct SceneProps {
     /// Custom data of the scene.
     pub scene_data: Prop,
@@ -37,7 +37,7 @@ pub struct SceneProps {
 }
 
 impl SceneProps {
-    /// Looks up the properties.
+    /// Interns the keys.
     pub fn new(host: &Host) -> Self {
         SceneProps {
             scene_data: host.prop("scene.data"),
@@ -59,7 +59,7 @@ impl SceneProps {
     }
 }
 
-/// Returns the pose that a position and a quaternion x y z w describe.
+/// Converts a position, m, and a quaternion x y z w to a pose.
 pub fn pose_of([x, y, z, qx, qy, qz, qw]: [f64; 7]) -> Isometry3<f64> {
     let turned = UnitQuaternion::try_new(Quaternion::new(qw, qx, qy, qz), 1e-9);
     Isometry3::from_parts(Translation3::new(x, y, z), turned.unwrap_or_else(UnitQuaternion::identity))
@@ -71,24 +71,24 @@ fn parent_of(world: &World<'_>, props: &SceneProps, object: tatu_object) -> Resu
     if parent == 0 { Ok(None) } else { Ok(Some(world.look(parent)?.id)) }
 }
 
-/// Frames and joints, some of which are copies of objects of the scene. Objects are named by their full ids, since handles
-/// of removed objects are used again.
+/// Frames and joints, some of which are copies of objects of the scene. Objects are identified by their full ids,
+/// because handles of removed objects are reused.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct SceneCopy {
     /// The frames and joints.
     pub linkage: Linkage,
-    /// For each copied frame, its object.
+    /// For each copied frame, the id of the object in the scene.
     pub objects: BTreeMap<FrameId, tatu_object>,
 }
 
 impl SceneCopy {
-    /// Returns the copy of an object.
+    /// Returns the copy of an object, or `None` if the object was not copied.
     pub fn copy_of(&self, object: tatu_object) -> Option<FrameId> {
         self.objects.iter().find(|(_, o)| **o == object).map(|(frame, _)| *frame)
     }
 
-    /// Copies the objects from a tip up to a base, or to the world; what has been copied before is used again.
-    /// Returns the copy of the tip.
+    /// Copies the chain of objects from a tip up to a base, or up to the world if `base` is `None`, and returns the
+    /// copy of the tip. Existing copies are reused.
     ///
     /// # Errors
     ///
@@ -106,8 +106,8 @@ impl SceneCopy {
             match above {
                 Some(object) if Some(object) != base => chain.push(object),
                 None if base.is_some() => {
-                    return Err(Fail::argument("the tip is not attached to the base")
-                        .help("pass an object above the tip as base, or -1 for the world"));
+                    return Err(Fail::argument("the base is not an ancestor of the tip")
+                        .help("pass an ancestor of the tip as the base, or -1 for the world"));
                 }
                 _ => break,
             }
@@ -123,10 +123,10 @@ impl SceneCopy {
         for object in &chain {
             self.copy_dependency(world, props, *object)?;
         }
-        parent.ok_or_else(|| Fail::argument("the chain is empty"))
+        parent.ok_or_else(|| Fail::argument("the chain from the base to the tip contains no object"))
     }
 
-    /// Copies a single object as a frame of its own, attached to the copy of the next object above it that has one.
+    /// Copies a single object as a frame, and attaches it to the copy of its nearest copied ancestor.
     ///
     /// # Errors
     ///
@@ -177,7 +177,7 @@ impl SceneCopy {
         Ok(copy)
     }
 
-    /// Makes the copy of a joint that follows another one depend on the copy of that.
+    /// If a joint follows another joint in the scene, makes its copy follow the copy of that joint.
     fn copy_dependency(&mut self, world: &World<'_>, props: &SceneProps, object: tatu_object) -> Result {
         let found = world.look(object)?;
         let Some(copy) = self.copy_of(object).filter(|_| found.kind == TATU_KIND_JOINT) else { return Ok(()) };
@@ -195,7 +195,7 @@ impl SceneCopy {
         Ok(())
     }
 
-    /// Takes the position of a joint from the scene.
+    /// Sets the position of a copied joint to that of the joint in the scene.
     fn copy_position(&mut self, world: &World<'_>, props: &SceneProps, copy: FrameId, object: tatu_object) -> Result {
         let Some(joint) = self.linkage.joint_mut(copy) else { return Ok(()) };
         if joint.kind == JointType::Spherical {
@@ -207,8 +207,8 @@ impl SceneCopy {
         Ok(())
     }
 
-    /// Takes the positions of joints, and the poses of bases and of targets, from the scene. Objects that were removed
-    /// from the scene are skipped.
+    /// Copies the positions of all joints, and the poses of bases and targets, from the scene. Objects that were
+    /// removed from the scene are skipped.
     ///
     /// # Errors
     ///
@@ -229,7 +229,8 @@ impl SceneCopy {
         Ok(())
     }
 
-    /// Moves joints of the scene to the positions of their copies: dynamic ones by their target positions.
+    /// Moves joints of the scene to the positions of their copies. For dynamic joints, sets the target position
+    /// instead.
     ///
     /// # Errors
     ///
