@@ -1,4 +1,4 @@
-//! Endpoints: addresses of TCP ports and of sockets that are files, on this machine only.
+//! Endpoints: TCP ports and Unix domain sockets, on this machine only.
 
 use std::{
     net::{Ipv4Addr, SocketAddr},
@@ -12,9 +12,9 @@ use crate::errors::Errno;
 /// The address of a socket.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Endpoint {
-    /// A port, on a loopback address.
+    /// A TCP port on a loopback address.
     Tcp(SocketAddr),
-    /// A file.
+    /// A Unix domain socket, by the path of its file.
     Ipc(PathBuf),
 }
 
@@ -23,7 +23,7 @@ pub enum Endpoint {
 pub enum Refusal {
     /// The call returns -1, with this error number.
     Error(Errno),
-    /// The run is not allowed to use it: a description, and what to do.
+    /// The run is not permitted to use the endpoint. The values are the error message and advice.
     Denied(String, String),
 }
 
@@ -35,8 +35,8 @@ impl From<Errno> for Refusal {
 
 const LOCAL_ONLY: &str = "use tcp://127.0.0.1:PORT or ipc://FILE; a program on another machine can be reached through a tunnel, such as that of ssh -L";
 
-/// Reads an endpoint and checks the permissions of the run. `bind`: a socket is to be bound to it, so that `*` stands
-/// for this machine, or any port.
+/// Parses an endpoint, and checks that `allowed`, the permissions of the run, include it. If `bind` is set, a socket
+/// will be bound to the endpoint; `*` then stands for this machine as the host, and for any free port as the port.
 pub fn open(text: &str, bind: bool, allowed: &str) -> Result<Endpoint, Refusal> {
     let (protocol, address) = text.split_once("://").ok_or(Errno::INVALID)?;
     match protocol {
@@ -59,7 +59,7 @@ fn tcp(text: &str, address: &str, bind: bool, allowed: &str) -> Result<Endpoint,
     if host.is_empty() || host.contains(['/', ';']) {
         return Err(Errno::INVALID.into());
     }
-    // A bound socket of scripts for CoppeliaSim usually has `*`, although its peers are on the same machine.
+    // Scripts for CoppeliaSim usually bind sockets to `*`, although their peers are on the same machine.
     let ip = match host {
         "*" | "0.0.0.0" if bind => Some(Ipv4Addr::LOCALHOST),
         "localhost" => Some(Ipv4Addr::LOCALHOST),
@@ -67,13 +67,13 @@ fn tcp(text: &str, address: &str, bind: bool, allowed: &str) -> Result<Endpoint,
     };
     let Some(ip) = ip else {
         return Err(Refusal::Denied(
-            format!("`{text}` is not an address of this machine; simZMQ has only local sockets"),
+            format!("`{text}` is not an address of this machine; simZMQ supports only local sockets"),
             LOCAL_ONLY.into(),
         ));
     };
     let at = SocketAddr::from((ip, port));
     let host = if host == "*" || host == "0.0.0.0" { "127.0.0.1" } else { host };
-    // Any permission for a port suffices if the port is free to choose.
+    // If any free port may be chosen, a permission for any port suffices.
     let granted = if port == 0 { permission::allows_any(allowed) } else { permission::allows(allowed, host, at) };
     if granted {
         return Ok(Endpoint::Tcp(at));

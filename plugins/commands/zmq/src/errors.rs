@@ -1,4 +1,4 @@
-//! Error numbers, which are those of ZeroMQ on Linux, and their texts.
+//! Error numbers and messages, as ZeroMQ defines them on Linux.
 
 use std::io::{self, ErrorKind};
 
@@ -6,10 +6,10 @@ use std::io::{self, ErrorKind};
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Errno(pub i64);
 
-/// First number of the errors that only ZeroMQ defines.
+/// Base of the numbers of errors that ZeroMQ defines itself.
 const OWN: i64 = 156_384_712;
 
-/// Name, number and text of each error.
+/// Name, number and message of each error.
 pub const ERRORS: &[(&str, i64, &str)] = &[
     ("ENOENT", 2, "No such file or directory"),
     ("EAGAIN", 11, "Resource temporarily unavailable"),
@@ -57,7 +57,7 @@ impl Errno {
     pub const STATE: Errno = Errno(OWN + 51);
     pub const TERMINATED: Errno = Errno(OWN + 53);
 
-    /// Returns the text of the error.
+    /// Returns the message for the error number.
     pub fn text(self) -> String {
         let known = ERRORS.iter().find(|(_, number, _)| *number == self.0);
         known.map_or_else(|| format!("Unknown error {}", self.0), |(_, _, text)| (*text).to_owned())
@@ -80,7 +80,7 @@ impl From<io::Error> for Errno {
 mod tests {
     use super::*;
 
-    /// The values that pyzmq 27.3 with libzmq 4.3.5 prints for `zmq.EFSM` and `zmq.ETERM`.
+    /// Expected numbers: `zmq.EFSM` and `zmq.ETERM` as printed by pyzmq 27.3 with libzmq 4.3.5.
     #[test]
     fn numbers_equal_those_of_libzmq() {
         assert_eq!((Errno::STATE.0, Errno::TERMINATED.0), (156_384_763, 156_384_765));

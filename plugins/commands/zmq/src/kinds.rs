@@ -1,19 +1,20 @@
-//! Types of sockets, and which of them can be connected.
+//! Types of sockets, and which types can be connected to each other.
 
 /// The type of a socket.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
-    /// Sends to all subscribers.
+    /// Sends each message to all subscribers of its topic.
     Publish,
-    /// Receives from publishers what it has subscribed to.
+    /// Receives from publishers the messages to whose topics it has subscribed.
     Subscribe,
-    /// Sends a request, then receives the answer.
+    /// Alternately sends a request and receives its answer.
     Request,
-    /// Receives a request, then answers it.
+    /// Alternately receives a request and sends its answer.
     Reply,
-    /// Sends to its peers in turn, and receives from all.
+    /// Sends to its peers in turn, and receives from all of them.
     Dealer,
-    /// Receives from all peers, with their identities, and sends to the one with a given identity.
+    /// Receives messages from all peers together with the sender's identity, and sends each message to the peer with a
+    /// given identity.
     Router,
     /// Receives from all peers.
     Pull,
@@ -21,7 +22,7 @@ pub enum Kind {
     Push,
 }
 
-/// The types with their names and numbers.
+/// The types, with their names in the protocol and their numbers in scripts.
 pub const KINDS: &[(Kind, &str, i64)] = &[
     (Kind::Publish, "PUB", 1),
     (Kind::Subscribe, "SUB", 2),
@@ -34,15 +35,15 @@ pub const KINDS: &[(Kind, &str, i64)] = &[
 ];
 
 impl Kind {
-    /// Returns the type with a number.
+    /// Returns the type with this number, or `None` if there is none.
     pub fn of(number: i64) -> Option<Kind> {
         KINDS.iter().find(|(_, _, n)| *n == number).map(|(kind, ..)| *kind)
     }
-    /// Returns the name in the protocol, and the number.
+    /// Returns the name in the protocol, and the number in scripts.
     pub fn names(self) -> (&'static str, i64) {
         KINDS.iter().find(|(kind, ..)| *kind == self).map_or(("", -1), |(_, name, number)| (name, *number))
     }
-    /// Returns whether a peer may have a socket with this name.
+    /// Returns whether a socket of this type can be connected to one whose type has the name `peer`.
     pub fn accepts(self, peer: &str) -> bool {
         let peers: &[&str] = match self {
             Kind::Publish => &["SUB", "XSUB"],
@@ -56,11 +57,11 @@ impl Kind {
         };
         peers.contains(&peer)
     }
-    /// Returns whether the socket sends messages.
+    /// Returns whether sockets of this type can send messages.
     pub fn sends(self) -> bool {
         !matches!(self, Kind::Subscribe | Kind::Pull)
     }
-    /// Returns whether the socket receives messages.
+    /// Returns whether sockets of this type can receive messages.
     pub fn receives(self) -> bool {
         !matches!(self, Kind::Publish | Kind::Push)
     }

@@ -1,10 +1,10 @@
 //! ZeroMQ sockets for scripts, with the interface of CoppeliaSim's module `simZMQ`.
 //!
-//! - `errors`, `options`, `kinds`: numbers of ZeroMQ; `endpoint`: addresses and permissions;
-//! - `queue`, `routing`: the state of a socket, and which messages go where; `stream`, `links`: connections and their
-//!   threads;
-//! - `operation`: calls that may have to wait; `world`: the contexts, sockets and messages of a world;
-//! - `recording`: results of access to the network, as inputs of the run;
+//! - `errors`, `options`, `kinds`: errors, options and socket types of ZeroMQ; `endpoint`: addresses and permissions;
+//! - `queue`, `routing`: the state of a socket, and the routing of its messages; `stream`, `links`: connections and
+//!   their threads;
+//! - `operation`: calls that may wait; `world`: the contexts, sockets and messages of a world;
+//! - `recording`: records the results of network access as inputs of the run;
 //! - `transfer`, `sockets`, `messages`: the commands.
 
 mod endpoint;

@@ -1,8 +1,8 @@
-//! A socket with the threads that serve its connections: one per listener, and two per connection, one that writes and
-//! one that reads.
+//! Sockets and the threads that serve their connections: one thread per listener, and two per connection, of which one
+//! reads and one writes.
 //!
-//! Threads only move messages between the network and the queues of [`SocketState`]. What a script receives is decided
-//! when it calls a command.
+//! The threads only transfer messages between the network and the queues of [`SocketState`]. Which message a script
+//! receives is determined when the script calls a command.
 
 use std::{
     collections::BTreeMap,
@@ -30,26 +30,26 @@ use crate::{
 const MAX_LINKS: usize = 256;
 /// Time within which a peer must complete the handshake.
 const HANDSHAKE_TIMEOUT: Duration = Duration::from_secs(5);
-/// Longest time for which a closed socket still sends what is queued, whatever its option `LINGER`.
+/// Maximum time for which a closed socket continues to send queued messages, regardless of its option `LINGER`.
 const MAX_LINGER: Duration = Duration::from_millis(500);
 /// Interval at which threads check whether their socket has been closed.
 const CHECK_INTERVAL: Duration = Duration::from_millis(50);
-/// Pause before the first attempt to connect again, which doubles up to the option `RECONNECT_IVL`. It is short because
-/// scripts of one scene often connect before their peer has bound its socket.
+/// Delay before the first attempt to reconnect. It doubles with each attempt, up to the option `RECONNECT_IVL`. It is
+/// short because scripts of a scene often connect before their peer has bound its socket.
 const FIRST_RECONNECT_DELAY: Duration = Duration::from_millis(2);
-/// Longest pause between attempts to connect, ms.
+/// Maximum delay between attempts to reconnect, ms.
 const MAX_RECONNECT_MS: u64 = 10_000;
-/// Interval at which a listener looks for new connections.
+/// Interval at which a listener checks for new connections.
 const ACCEPT_INTERVAL: Duration = Duration::from_millis(5);
 
-/// What all sockets of a world share.
+/// Counters that all sockets of a world share, and that limit their memory and their number of connections.
 #[derive(Clone, Default)]
 pub struct Limits {
     pub queued: QueuedBytes,
     links: Arc<AtomicUsize>,
 }
 
-/// One of at most `MAX_LINKS` connections and listeners.
+/// Counts a connection or listener against `MAX_LINKS` while the value is alive.
 struct Link(Arc<AtomicUsize>);
 
 impl Link {
@@ -65,11 +65,11 @@ impl Drop for Link {
     }
 }
 
-/// The part of a socket that its threads use.
+/// The part of a socket that is shared with its threads.
 struct Shared {
     state: Mutex<SocketState>,
     changed: Condvar,
-    /// Open connections, so that they can be closed.
+    /// The open connections, which are closed with the socket.
     streams: Mutex<BTreeMap<u64, Stream>>,
     last_stream: AtomicUsize,
     threads: Mutex<Vec<JoinHandle<()>>>,
@@ -80,18 +80,18 @@ fn lock<T>(of: &Mutex<T>) -> MutexGuard<'_, T> {
     of.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// A bound endpoint.
+/// An endpoint to which the socket is bound, and the thread that accepts its connections.
 struct Bound {
     endpoint: Endpoint,
     stop: Arc<AtomicBool>,
     thread: Option<JoinHandle<()>>,
 }
 
-/// A socket. Dropping it closes it.
+/// A socket. Dropping it closes the socket, and waits for queued messages until the linger time is over.
 pub struct Socket {
     shared: Arc<Shared>,
     bound: Vec<Bound>,
-    /// The peers that the socket connects to.
+    /// The endpoints to which the socket connects, each with the number of its peer.
     connected: Vec<(Endpoint, u64)>,
 }
 
@@ -108,14 +108,14 @@ impl Socket {
         Socket { shared: Arc::new(shared), bound: Vec::new(), connected: Vec::new() }
     }
 
-    /// Calls `f` with the state of the socket, and then wakes its threads.
+    /// Calls `f` with the state of the socket, and then wakes the threads of the socket.
     pub fn with<T>(&self, f: impl FnOnce(&mut SocketState) -> T) -> T {
         let done = f(&mut lock(&self.shared.state));
         self.shared.changed.notify_all();
         done
     }
 
-    /// Waits until `f` returns a value other than `WOULD_BLOCK`, but at most `most`.
+    /// Calls `f` repeatedly until it returns a result other than `WOULD_BLOCK`, but at most for the time `most`.
     pub fn wait<T>(&self, most: Duration, mut f: impl FnMut(&mut SocketState) -> Result<T, Errno>) -> Result<T, Errno> {
         let end = Instant::now() + most;
         let mut state = lock(&self.shared.state);
@@ -131,7 +131,7 @@ impl Socket {
         }
     }
 
-    /// Listens on an endpoint.
+    /// Binds the socket to an endpoint, and starts to accept connections.
     pub fn bind(&mut self, at: &Endpoint) -> Result<(), Errno> {
         let link = Link::new(&self.shared.limits)?;
         let (listener, endpoint) = Listener::open(at)?;
@@ -146,14 +146,14 @@ impl Socket {
         Ok(())
     }
 
-    /// Stops listening. Existing connections remain.
+    /// Stops listening on an endpoint. Existing connections remain open.
     pub fn unbind(&mut self, endpoint: &Endpoint) -> Result<(), Errno> {
         let at = self.bound.iter().position(|b| b.endpoint == *endpoint).ok_or(Errno::ABSENT)?;
         self.bound.remove(at);
         Ok(())
     }
 
-    /// Connects to an endpoint, now or whenever it becomes available.
+    /// Starts to connect to an endpoint, which need not be available yet.
     pub fn connect(&mut self, to: &Endpoint) -> Result<(), Errno> {
         let link = Link::new(&self.shared.limits)?;
         let number = self.with(SocketState::add_peer);
@@ -174,7 +174,7 @@ impl Socket {
         Ok(())
     }
 
-    /// Ends the connection to an endpoint when what is queued for it has been sent.
+    /// Ends the connection to an endpoint after all messages queued for it have been sent.
     pub fn disconnect(&mut self, endpoint: &Endpoint) -> Result<(), Errno> {
         let at = self.connected.iter().position(|(e, _)| e == endpoint).ok_or(Errno::ABSENT)?;
         let (_, number) = self.connected.remove(at);
@@ -186,8 +186,8 @@ impl Socket {
         Ok(())
     }
 
-    /// Closes the socket without waiting: stops listening, and lets queued messages be sent for the time set by the
-    /// option `LINGER`, at most `MAX_LINGER`.
+    /// Closes the socket without waiting: stops listening, but continues to send queued messages for the time set by
+    /// the option `LINGER`, at most `MAX_LINGER`.
     pub fn close(&mut self) {
         self.bound.clear();
         self.with(|state| {
@@ -230,14 +230,14 @@ impl Drop for Bound {
     }
 }
 
-/// Serves each connection to a listener in a thread.
+/// Accepts the connections of a listener until `stop` is set, and serves each of them in a new thread.
 fn accept(shared: &Arc<Shared>, listener: &Listener, stop: &AtomicBool) {
     loop {
         if stop.load(Ordering::Acquire) {
             return;
         }
-        // Nothing else than its own connection would end a thread that blocks in `accept`, and that of a file may lead
-        // to another program, which has replaced the file.
+        // The listener is non-blocking. A thread that blocks in `accept` could be ended only by a connection of this
+        // process, which might reach another program if that program has replaced the file of the socket.
         let Ok(stream) = listener.accept() else {
             thread::sleep(ACCEPT_INTERVAL);
             continue;
@@ -245,7 +245,7 @@ fn accept(shared: &Arc<Shared>, listener: &Listener, stop: &AtomicBool) {
         let Ok(link) = Link::new(&shared.limits) else { continue };
         let own = shared.clone();
         let run = move || {
-            // An error ends only this connection.
+            // An error ends this connection only.
             let _ = converse(&own, None, stream);
             drop(link);
         };
@@ -257,7 +257,7 @@ fn accept(shared: &Arc<Shared>, listener: &Listener, stop: &AtomicBool) {
     }
 }
 
-/// Connects to an endpoint, again whenever the connection ends, until the socket is closed or disconnected.
+/// Connects to an endpoint, and reconnects whenever the connection ends, until the socket is closed or disconnected.
 fn reconnect(shared: &Shared, number: u64, endpoint: &Endpoint) {
     let mut delay = FIRST_RECONNECT_DELAY;
     loop {
@@ -281,7 +281,8 @@ fn reconnect(shared: &Shared, number: u64, endpoint: &Endpoint) {
     }
 }
 
-/// Returns whether the connection to a peer must end: all has been sent, or may no longer be sent.
+/// Returns whether the connection to a peer must end: the socket is closed or disconnected, and all messages have been
+/// sent or the linger time is over.
 fn is_over(state: &SocketState, number: u64) -> bool {
     let Some(peer) = state.peers.get(&number) else { return true };
     match state.closed {
@@ -290,7 +291,7 @@ fn is_over(state: &SocketState, number: u64) -> bool {
     }
 }
 
-/// Registers a connection while it is open.
+/// Removes a connection from the list of open connections when the value is dropped.
 struct OpenStream<'a>(&'a Shared, u64);
 
 impl Drop for OpenStream<'_> {
@@ -299,8 +300,8 @@ impl Drop for OpenStream<'_> {
     }
 }
 
-/// Exchanges messages with a peer until the connection ends. `number`: the peer, or `None` for an accepted connection,
-/// which becomes a peer after the handshake.
+/// Exchanges messages with a peer until the connection ends. `number` is the number of the peer, or `None` for an
+/// accepted connection, which becomes a peer after the handshake.
 fn converse(shared: &Shared, number: Option<u64>, mut stream: Stream) -> io::Result<()> {
     let id = shared.last_stream.fetch_add(1, Ordering::AcqRel) as u64;
     lock(&shared.streams).insert(id, stream.try_clone()?);
@@ -313,7 +314,7 @@ fn converse(shared: &Shared, number: Option<u64>, mut stream: Stream) -> io::Res
     let peer = zmtp::greet(&mut stream, kind.names().0, &identity)?;
     stream.set_timeout(None)?;
     if !kind.accepts(&peer.kind) {
-        return Err(zmtp::invalid_message("the peer has a socket of an incompatible type"));
+        return Err(zmtp::invalid_message("the type of the peer's socket is incompatible with that of this socket"));
     }
     let accepted = number.is_none();
     let number = {
@@ -323,7 +324,7 @@ fn converse(shared: &Shared, number: Option<u64>, mut stream: Stream) -> io::Res
             if accepted {
                 state.peers.remove(&number);
             }
-            return Err(zmtp::invalid_message("the identity of the peer is in use"));
+            return Err(zmtp::invalid_message("another peer already has the identity of this peer"));
         }
         number
     };
@@ -333,7 +334,8 @@ fn converse(shared: &Shared, number: Option<u64>, mut stream: Stream) -> io::Res
     let done = thread::scope(|scope| {
         let read = move || {
             let _ = read_messages(shared, number, &mut input, broken, pongs);
-            // The lock makes the thread that writes notice the change before it waits.
+            // The lock ensures that the writing thread cannot read the flag before it is set and then miss the
+            // notification.
             let _state = lock(&shared.state);
             broken.store(true, Ordering::Release);
             shared.changed.notify_all();
@@ -351,7 +353,7 @@ fn converse(shared: &Shared, number: Option<u64>, mut stream: Stream) -> io::Res
     done
 }
 
-/// Removes a peer whose connection was accepted and has ended, when the messages that it sent have been received.
+/// Removes a peer whose accepted connection has ended, after the script has received all its messages.
 fn remove_accepted(shared: &Shared, number: u64) {
     let mut state = lock(&shared.state);
     state.peer_is_lost(number);
@@ -408,7 +410,7 @@ fn write_messages(
 }
 
 /// Reads messages into the queue until the connection ends. While the queue is full, nothing is read, so that the peer
-/// cannot send either.
+/// must stop sending.
 fn read_messages(
     shared: &Shared,
     number: u64,
@@ -428,7 +430,7 @@ fn read_messages(
             usize::try_from(state.options.max_message).unwrap_or(MAX_MESSAGE_BYTES).min(MAX_MESSAGE_BYTES)
         };
         let Some(message) = read_message(stream, most, |pong| {
-            // A peer that sends nothing but PING is answered, but cannot fill the memory.
+            // The number of pending answers is limited, so that a peer cannot exhaust the memory with PING commands.
             let mut pongs = lock(pongs);
             if pongs.len() < MAX_PARTS {
                 pongs.push(pong);
@@ -443,7 +445,7 @@ fn read_messages(
     }
 }
 
-/// Reads the parts of the next message, of at most `most` bytes together. Returns `None` after a command.
+/// Reads the parts of the next message, at most `most` bytes in total. Returns `None` if it was a command.
 fn read_message(stream: &mut Stream, most: usize, mut answer: impl FnMut(Vec<u8>)) -> io::Result<Option<Message>> {
     let (mut message, mut size) = (Message::new(), 0);
     loop {
@@ -461,7 +463,7 @@ fn read_message(stream: &mut Stream, most: usize, mut answer: impl FnMut(Vec<u8>
             return Ok(Some(message));
         }
         if message.len() >= MAX_PARTS {
-            return Err(zmtp::invalid_message("a message has too many parts"));
+            return Err(zmtp::invalid_message(&format!("a message has more than {MAX_PARTS} parts")));
         }
     }
 }

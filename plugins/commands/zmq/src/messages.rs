@@ -1,4 +1,4 @@
-//! Commands for messages as objects, and those for errors, versions and constants.
+//! Commands for message objects, errors, versions and capabilities; and the constants.
 
 use tatu_plugin_api::safe::{Command, Constant, Offer, Param, Value};
 
@@ -11,7 +11,7 @@ use crate::{
     world::{ScriptMessage, Zmq, fail, state, status},
 };
 
-/// The version of libzmq whose behaviour this follows.
+/// The version of libzmq whose behaviour the commands reproduce.
 const VERSION: [i64; 3] = [4, 3, 5];
 
 fn msg(key: &str) -> Param {
@@ -22,7 +22,7 @@ fn result() -> Param {
     Param::int("result").text("0; -1: failed")
 }
 
-/// Builds a command that changes a message.
+/// Builds a command that modifies a message and returns 0, or -1 after a failure.
 fn change(
     name: &'static str,
     f: impl Fn(&mut ScriptMessage, i64) -> Result<(), Errno> + Send + Sync + 'static,
@@ -52,7 +52,7 @@ fn transfer(name: &'static str, moves: bool) -> Command<Zmq> {
     .returns(result())
 }
 
-/// Builds a command that returns a number of a message.
+/// Builds a command that returns a numeric property of a message.
 fn number(name: &'static str, f: impl Fn(&ScriptMessage) -> i64 + Send + Sync + 'static) -> Command<Zmq> {
     Command::new(name, move |c| {
         let message = c.text(0)?;
@@ -162,7 +162,7 @@ fn properties(offer: &mut Offer<Zmq>) {
         Command::new("simZMQ.msg_get", |c| {
             let (message, property) = (c.text(0)?, c.i64(1)?);
             let found = state(c)?.message(&message).map(|m| m.more);
-            // Only `MORE` can be read.
+            // `MORE` (1) is the only supported property.
             let found = found.and_then(|more| if property == 1 { Ok(i64::from(more)) } else { Err(Errno::INVALID) });
             if let Err(errno) = found {
                 fail(c, errno)?;

@@ -1,25 +1,27 @@
-//! Calls that may have to wait.
+//! Calls of commands that may wait for the network.
 
 use std::time::Instant;
 
-/// A call that may have to wait.
+/// A call of a command that may wait for the network.
 pub struct Operation {
     /// The name of the command.
     pub name: &'static str,
     pub what: What,
-    /// When the call ends without a result; `None` before the first attempt and without a limit.
+    /// Time at which the call fails if it still has no result; `None` before the first attempt, or if there is no
+    /// limit.
     pub end: Option<Instant>,
     /// Whether the call has been attempted.
     pub begun: bool,
 }
 
-/// What a call does.
+/// The action of a call.
 pub enum What {
-    /// Receives a part of a message, which is stored in the message `message` or returned up to the size `most`.
+    /// Receives a part of a message. The part is stored in the message object `message`; without one, its first `most`
+    /// bytes are returned.
     Receive { socket: String, wait: bool, most: usize, message: Option<String> },
     /// Sends a part of a message.
     Send { socket: String, wait: bool, data: Vec<u8>, more: bool },
-    /// Finds out which sockets are ready for the given events; the timeout is in ms.
+    /// Determines which sockets are ready for the given events; the timeout is in ms.
     Poll { sockets: Vec<(String, i64)>, timeout: i64 },
 }
 

@@ -22,7 +22,7 @@ const IMMEDIATE: i64 = 39;
 const REQ_RELAXED: i64 = 53;
 const CONFLATE: i64 = 54;
 
-/// The constants of all options. Those for security are absent.
+/// Names and numbers of all options, except those for security, which is not supported.
 pub const NAMES: &[(&str, i64)] = &[
     ("AFFINITY", 4),
     ("ROUTING_ID", ROUTING_ID),
@@ -76,7 +76,7 @@ pub const NAMES: &[(&str, i64)] = &[
 /// Options that are accepted and have no effect, because all peers are on this machine.
 const IGNORED: &[i64] = &[4, 8, 9, 11, 12, 19, 21, 25, 34, 35, 36, 37, 57, 66, 75, 76, 77, 79];
 
-/// Largest number of messages that a queue may hold, which is also used for 0, no limit.
+/// Maximum length of a queue, in messages. It also applies if a script sets no limit (0).
 const MAX_QUEUE: i64 = 10_000;
 
 /// The options of a socket. Times are in ms; a negative timeout means no limit.
@@ -117,11 +117,11 @@ impl Default for Options {
 }
 
 impl Options {
-    /// Returns the greatest number of messages in the queue to a peer.
+    /// Returns the maximum number of messages in the queue of outgoing messages to a peer.
     pub fn send_limit(&self) -> usize {
         Self::limit(self.send_queue)
     }
-    /// Returns the greatest number of messages in the queue from a peer.
+    /// Returns the maximum number of messages in the queue of incoming messages from a peer.
     pub fn receive_limit(&self) -> usize {
         Self::limit(self.receive_queue)
     }
@@ -144,14 +144,14 @@ impl Options {
             _ => return None,
         })
     }
-    /// Returns the value of an option that is a number.
+    /// Returns the value of a numeric option.
     pub fn get(&mut self, option: i64) -> Result<i64, Errno> {
         self.number(option).map(|value| *value).ok_or(Errno::INVALID)
     }
-    /// Sets an option from its bytes; numbers have four or eight, the lowest first.
+    /// Sets an option. A number is passed as four or eight bytes in little-endian order.
     pub fn set(&mut self, option: i64, value: &[u8]) -> Result<(), Errno> {
         if option == ROUTING_ID {
-            // Identities that begin with zero are reserved for those that a router creates.
+            // Identities that begin with a zero byte are reserved for those that a router assigns.
             if value.is_empty() || value.len() > 255 || value[0] == 0 {
                 return Err(Errno::INVALID);
             }

@@ -1,4 +1,4 @@
-//! Queues of messages. All queues of a world share a limit for the memory that they use.
+//! Queues of messages. All queues of a world share a limit on the memory that they use.
 
 use std::{
     collections::VecDeque,
@@ -13,17 +13,17 @@ pub type Message = Vec<Vec<u8>>;
 
 /// Maximum total size of all queued messages of a world, bytes.
 const MAX_QUEUED_BYTES: usize = 256 << 20;
-/// Memory of a part besides its bytes.
+/// Memory that a part occupies in addition to its data, bytes; an estimate.
 const PART_BYTES: usize = 64;
 
-/// The size of all queued messages of a world.
+/// Total size of all queued messages of a world, bytes.
 pub type QueuedBytes = Arc<AtomicUsize>;
 
 fn size(message: &Message) -> usize {
     message.iter().map(|part| part.len() + PART_BYTES).sum()
 }
 
-/// A queue of messages.
+/// A queue of messages, whose size counts towards the total of its world.
 pub struct Queue {
     messages: VecDeque<Message>,
     total: QueuedBytes,
@@ -34,7 +34,8 @@ impl Queue {
     pub fn new(total: &QueuedBytes) -> Self {
         Queue { messages: VecDeque::new(), total: total.clone() }
     }
-    /// Returns whether the queue holds fewer than `most` messages, and all queues together are not too large.
+    /// Returns whether the queue contains fewer than `most` messages and the total size of all queues is below its
+    /// limit.
     pub fn has_room(&self, most: usize) -> bool {
         self.messages.len() < most && self.total.load(Ordering::Acquire) < MAX_QUEUED_BYTES
     }
@@ -43,7 +44,7 @@ impl Queue {
         self.total.fetch_add(size(&message), Ordering::AcqRel);
         self.messages.push_back(message);
     }
-    /// Removes the first message.
+    /// Removes and returns the oldest message, or returns `None` if the queue is empty.
     pub fn pop(&mut self) -> Option<Message> {
         let message = self.messages.pop_front()?;
         self.total.fetch_sub(size(&message), Ordering::AcqRel);
@@ -53,7 +54,7 @@ impl Queue {
     pub fn clear(&mut self) {
         while self.pop().is_some() {}
     }
-    /// Returns whether there is no message.
+    /// Returns whether the queue is empty.
     pub fn is_empty(&self) -> bool {
         self.messages.is_empty()
     }

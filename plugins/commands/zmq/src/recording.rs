@@ -1,4 +1,4 @@
-//! Access to the network: its results are recorded as inputs of the run.
+//! Records the results of network access as inputs of the run.
 
 use serde_json::{Value as Json, json};
 use tatu_plugin_api::safe::{Fail, Result, Value};
@@ -12,15 +12,15 @@ use crate::{
 /// Kind of this plugin's entries in the input log.
 const KIND: &str = "zmq";
 
-/// The result of access to the network.
+/// The outcome of a network access.
 pub enum SocketOutcome {
-    /// Values.
+    /// The call succeeded with these return values.
     Values(Vec<Value>),
     /// The call failed.
     Failed(Errno),
-    /// The call must wait.
+    /// The call has no result yet and must be repeated in a later step.
     Waits,
-    /// The run is not allowed to do this: a description, and what to do.
+    /// The run is not permitted to make this access. The values are the error message and advice.
     Denied(String, String),
 }
 
@@ -80,7 +80,7 @@ fn read(json: &Json) -> Option<SocketOutcome> {
     })
 }
 
-/// Returns the error for something that the run is not allowed to do.
+/// Builds the error for an access that the run is not permitted to make.
 pub fn denial(text: String, help: String) -> Fail {
     Fail::new(text).help(help)
 }

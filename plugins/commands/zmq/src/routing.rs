@@ -1,4 +1,5 @@
-//! The state of a socket: its peers, and to and from which of them messages go, by the type of the socket.
+//! The state of a socket: its peers, and the routing of messages to and from them, which depends on the type of the
+//! socket.
 
 use std::{
     collections::{BTreeMap, VecDeque},
@@ -16,29 +17,31 @@ use crate::{
 pub const MAX_PARTS: usize = 1024;
 /// Maximum size of a message that is sent or received, bytes.
 pub const MAX_MESSAGE_BYTES: usize = tatu_services_common::zmtp::MAX_MESSAGE_BYTES as usize;
-/// Maximum number of subscriptions of a socket, and of a peer.
+/// Maximum number of subscriptions of a socket, and of each of its peers.
 const MAX_TOPICS: usize = 10_000;
 
-/// A connection, or an endpoint to which the socket is connected whether or not it has been reached.
+/// The other end of an accepted connection, or an endpoint to which the socket connects, whether or not the connection
+/// is established.
 pub struct Peer {
     /// Whether the handshake is complete.
     pub ready: bool,
-    /// Whether the peer is to be removed when its outgoing messages have been sent.
+    /// Whether the peer will be removed when its outgoing messages have been sent.
     pub leaving: bool,
     pub identity: Vec<u8>,
     pub incoming: Queue,
     pub outgoing: Queue,
-    /// What the peer has subscribed to.
+    /// The topics to which the peer has subscribed.
     topics: Vec<Vec<u8>>,
 }
 
-/// Whose turn it is in a dialogue of requests and answers.
+/// The state of the alternation of requests and answers on a request or reply socket.
 enum Turn {
-    /// A request may be sent or received.
+    /// The next message is a request.
     Begin,
-    /// A request was sent to this peer.
+    /// A request was sent to the peer with this number, which must answer it.
     Asked(u64),
-    /// A request of this peer was received; with the parts to be sent before the answer.
+    /// A request was received from the peer with this number. The answer must be preceded by these parts, which contain
+    /// the route to the requester.
     Answer(u64, Message),
 }
 
@@ -47,21 +50,21 @@ pub struct SocketState {
     pub kind: Kind,
     pub options: Options,
     pub peers: BTreeMap<u64, Peer>,
-    /// Set when the socket has been closed: until then, what was sent may still be transferred.
+    /// If the socket has been closed, the time until which queued messages are still sent.
     pub closed: Option<Instant>,
-    /// Endpoint that was bound last.
+    /// The endpoint to which the socket was bound last.
     pub last_endpoint: String,
     queued: QueuedBytes,
     last_peer: u64,
     turn: Turn,
-    /// The peers that were served last.
+    /// Number of the peer to which the last message was sent; `received_from` is that from which one was received.
     sent_to: u64,
     received_from: u64,
-    /// Parts of a message that is not complete.
+    /// The parts of an outgoing message that is not complete yet.
     sending: Message,
-    /// Parts of a message that have not been returned.
+    /// The parts of the current incoming message that have not been returned to the script yet.
     receiving: VecDeque<Vec<u8>>,
-    /// Whether further parts follow the part that was returned last.
+    /// Whether the part that was returned last is followed by further parts of the same message.
     pub more: bool,
     topics: Vec<Vec<u8>>,
 }
@@ -87,7 +90,7 @@ impl SocketState {
         }
     }
 
-    /// Adds a peer, and returns its number.
+    /// Adds a peer that is not ready yet, and returns its number.
     pub fn add_peer(&mut self) -> u64 {
         self.last_peer += 1;
         let peer = Peer {
@@ -111,7 +114,7 @@ impl SocketState {
         let topics = self.topics.iter().map(|topic| subscription(1, topic)).collect::<Vec<_>>();
         let Some(peer) = self.peers.get_mut(&number) else { return false };
         peer.ready = true;
-        // An identity that a router creates begins with zero.
+        // Identities that a router assigns begin with a zero byte.
         peer.identity =
             if identity.is_empty() { [&[0][..], &(number as u32).to_be_bytes()].concat() } else { identity };
         if self.kind == Kind::Subscribe {
@@ -121,7 +124,7 @@ impl SocketState {
         true
     }
 
-    /// Marks a peer whose connection has ended.
+    /// Marks a peer as not ready, because its connection has ended.
     pub fn peer_is_lost(&mut self, number: u64) {
         if let Some(peer) = self.peers.get_mut(&number) {
             peer.ready = false;
@@ -194,7 +197,7 @@ impl SocketState {
         }
         let message = std::mem::take(&mut self.sending);
         self.route(message).map_err(|(errno, mut message)| {
-            // The script can send the last part again.
+            // The part is discarded, so that the script can send it again.
             message.pop();
             self.sending = message;
             errno
@@ -211,7 +214,8 @@ impl SocketState {
         }
     }
 
-    /// Queues a message for the peers that are to receive it. If it cannot be queued, returns it.
+    /// Queues a message for the peers that must receive it. Returns the message together with the error if it cannot be
+    /// queued.
     fn route(&mut self, mut message: Message) -> Result<(), (Errno, Message)> {
         let most = self.options.send_limit();
         match self.kind {
@@ -266,7 +270,7 @@ impl SocketState {
         Ok(())
     }
 
-    /// Returns the next peer, in turn, to which a message can be sent.
+    /// Returns the next peer in turn to which a message can be sent, or `None` if there is none.
     fn next_receiver(&self) -> Option<u64> {
         let (most, immediate, conflate) =
             (self.options.send_limit(), self.options.immediate != 0, self.options.conflate != 0);
@@ -285,7 +289,7 @@ impl SocketState {
         self.prepare().is_ok()
     }
 
-    /// Returns the next part of a message.
+    /// Returns the next part of an incoming message.
     pub fn receive(&mut self) -> Result<Vec<u8>, Errno> {
         self.prepare()?;
         let part = self.receiving.pop_front().ok_or(Errno::WOULD_BLOCK)?;
@@ -296,7 +300,7 @@ impl SocketState {
         Ok(part)
     }
 
-    /// Takes the next message from the queues, unless parts of one are left.
+    /// Moves the next message from the queues to `receiving`, unless that still contains parts of a message.
     fn prepare(&mut self) -> Result<(), Errno> {
         if !self.kind.receives() {
             return Err(Errno::UNSUPPORTED);
@@ -317,7 +321,7 @@ impl SocketState {
                 Kind::Request if asked == Some(number) && message.first().is_some_and(Vec::is_empty) => {
                     message.remove(0);
                 }
-                // An answer that comes late, or without the empty part, is dropped.
+                // An answer to an earlier request, or without the empty delimiter part, is dropped.
                 Kind::Request => continue,
                 Kind::Reply => {
                     let Some(end) = message.iter().position(Vec::is_empty) else { continue };
@@ -337,7 +341,7 @@ impl SocketState {
     }
 }
 
-/// Returns the first peer after `last`, in a circle, that satisfies `fits`.
+/// Returns the first peer that satisfies `fits`, starting after `last` and wrapping around.
 fn next(peers: &BTreeMap<u64, Peer>, last: u64, fits: impl Fn(&Peer) -> bool) -> Option<u64> {
     let rest = peers.range(last + 1..).chain(peers.range(..=last));
     rest.into_iter().find(|(_, peer)| fits(peer)).map(|(number, _)| *number)
@@ -352,7 +356,7 @@ fn subscription(flag: u8, topic: &[u8]) -> Message {
     vec![[&[flag][..], topic].concat()]
 }
 
-/// Removes the first topic that is equal to `topic`.
+/// Removes one occurrence of a topic.
 fn remove(topics: &mut Vec<Vec<u8>>, topic: &[u8]) {
     if let Some(at) = topics.iter().position(|t| t == topic) {
         topics.remove(at);

@@ -24,7 +24,7 @@ fn option() -> Param {
     Param::int("option_name").text("a constant, such as `simZMQ.RCVTIMEO`")
 }
 
-/// Returns a handle, or an empty text after a failure.
+/// Returns a handle to the script, or an empty string after a failure.
 fn handle(c: &mut Ctx<'_>, found: Result<String, Errno>) -> Result {
     if let Err(errno) = found {
         fail(c, errno)?;
@@ -33,7 +33,7 @@ fn handle(c: &mut Ctx<'_>, found: Result<String, Errno>) -> Result {
     Ok(())
 }
 
-/// Builds a command that changes the endpoints of a socket.
+/// Builds a command that binds, unbinds, connects or disconnects a socket.
 fn attaching(
     name: &'static str,
     bind: bool,
@@ -59,7 +59,7 @@ fn attaching(
     Command::new(name, run).param(socket_param()).returns(result())
 }
 
-/// Returns the bytes of the value of an option: a text, or a number.
+/// Returns the value of an option in argument `i` as bytes. A number is encoded as in ZeroMQ.
 fn option_bytes(c: &Ctx<'_>, i: usize) -> Result<Vec<u8>> {
     let value = c.arg(i);
     if let Some(bytes) = value.as_bytes() {
@@ -70,7 +70,7 @@ fn option_bytes(c: &Ctx<'_>, i: usize) -> Result<Vec<u8>> {
     })
 }
 
-/// Reads an option.
+/// Returns the value of an option for the script.
 fn read_option(socket: &Socket, option: i64) -> Result<Value, Errno> {
     socket.with(|state| {
         Ok(match option {
@@ -294,11 +294,11 @@ fn contexts(offer: &mut Offer<Zmq>) {
     );
 }
 
-/// Options of contexts: names, numbers and values.
+/// Names, numbers and values of the options of contexts.
 pub(crate) const CONTEXT_OPTIONS: &[(&str, i64, i64)] =
     &[("IO_THREADS", 1, 1), ("MAX_SOCKETS", 2, 64), ("SOCKET_LIMIT", 3, 64), ("MAX_MSGSZ", 5, 64 << 20)];
 
-/// Returns the constants of options.
+/// Returns the names and numbers of all options.
 pub(crate) fn option_constants() -> impl Iterator<Item = (&'static str, i64)> {
     options::NAMES.iter().copied().chain(CONTEXT_OPTIONS.iter().map(|(name, number, _)| (*name, *number)))
 }

@@ -1,4 +1,4 @@
-//! Connections and listeners, by TCP or by a file.
+//! Connections and listeners on TCP ports and Unix domain sockets.
 
 use std::{
     io::{self, Read, Write},
@@ -13,10 +13,10 @@ use std::{
 
 use crate::endpoint::Endpoint;
 
-/// Longest time in which a connection is established. All peers are on this machine.
+/// Timeout of a connection attempt. It is short because all peers are on this machine.
 const CONNECT_TIMEOUT: Duration = Duration::from_secs(1);
 
-/// A connection.
+/// A connection to a peer.
 pub enum Stream {
     Tcp(TcpStream),
     Ipc(UnixStream),
@@ -28,7 +28,7 @@ impl Stream {
         Ok(match to {
             Endpoint::Tcp(at) => {
                 let stream = TcpStream::connect_timeout(at, CONNECT_TIMEOUT)?;
-                // The system may connect a port to itself if nothing listens on it.
+                // If nothing listens on a port, the system may connect the socket to itself.
                 if stream.local_addr()? == stream.peer_addr()? {
                     return Err(io::ErrorKind::ConnectionRefused.into());
                 }
@@ -44,7 +44,7 @@ impl Stream {
             Stream::Ipc(stream) => Stream::Ipc(stream.try_clone()?),
         })
     }
-    /// Closes the connection, which ends reading and writing in other threads.
+    /// Closes the connection, which ends pending reads and writes of other threads.
     pub fn close(&self) {
         let _ = match self {
             Stream::Tcp(stream) => stream.shutdown(Shutdown::Both),
@@ -81,15 +81,15 @@ impl Write for Stream {
     }
 }
 
-/// An open port or file.
+/// A listener on a TCP port or Unix domain socket.
 pub enum Listener {
     Tcp(TcpListener),
-    /// With the path of the file and its inode.
+    /// The listener, the path of the socket's file, and the inode of that file.
     Ipc(UnixListener, PathBuf, u64),
 }
 
 impl Listener {
-    /// Opens an endpoint. Returns the listener, and the endpoint with the number of its port.
+    /// Starts to listen on an endpoint. Returns the listener, and the endpoint with the actual port.
     pub fn open(at: &Endpoint) -> io::Result<(Listener, Endpoint)> {
         Ok(match at {
             Endpoint::Tcp(at) => {
@@ -106,7 +106,7 @@ impl Listener {
             }
         })
     }
-    /// Accepts a connection; fails if there is none.
+    /// Accepts a pending connection. Fails if there is none.
     pub fn accept(&self) -> io::Result<Stream> {
         Ok(match self {
             Listener::Tcp(listener) => {
@@ -126,7 +126,7 @@ impl Listener {
 
 impl Drop for Listener {
     fn drop(&mut self) {
-        // Another program may have replaced the file by its own.
+        // The file is removed only if it is still the same, because another program may have replaced it.
         if let Listener::Ipc(_, path, number) = self
             && inode(path) == Some(*number)
         {
@@ -135,12 +135,12 @@ impl Drop for Listener {
     }
 }
 
-/// Returns the inode of a file.
+/// Returns the inode of a file, which identifies it.
 fn inode(path: &Path) -> Option<u64> {
     std::fs::symlink_metadata(path).ok().map(|m| m.ino())
 }
 
-/// Removes the file of a socket on which no program listens any more. Other files are never removed.
+/// Removes the file at a path if it is a socket on which no program listens. Other files are never removed.
 fn remove_stale(path: &Path) {
     let is_socket = std::fs::symlink_metadata(path).is_ok_and(|m| m.file_type().is_socket());
     let refused = |e: io::Error| e.kind() == io::ErrorKind::ConnectionRefused;

@@ -1,7 +1,7 @@
 //! Commands that send and receive, and `poll`.
 //!
-//! A call that waits in a thread or coroutine suspends only this caller: it is repeated in each step. In a callback it
-//! blocks the run.
+//! A call that must wait suspends only its caller if that is a thread or coroutine, and is repeated in each step. In a
+//! callback, it blocks the run.
 
 use std::time::{Duration, Instant};
 
@@ -20,12 +20,12 @@ pub const SNDMORE: i64 = 2;
 pub const POLLIN: i64 = 1;
 pub const POLLOUT: i64 = 2;
 
-/// Time for which a call of a thread blocks before it waits for the next step: within it, a program on this machine
-/// that is ready usually answers.
+/// Time for which a call from a thread blocks before it waits for the next step. A program on this machine usually
+/// answers within this time.
 const GRACE: Duration = Duration::from_millis(1);
 /// Maximum time for which a call blocks before it checks whether the run is about to end.
 const CHECK_INTERVAL: Duration = Duration::from_millis(20);
-/// Interval at which `poll` looks at its sockets.
+/// Interval at which `poll` checks its sockets.
 const POLL_INTERVAL: Duration = Duration::from_millis(1);
 
 impl Operation {
@@ -35,13 +35,13 @@ impl Operation {
             What::Receive { wait: false, .. } | What::Send { wait: false, .. } => 0,
             What::Receive { socket, .. } => world.socket(socket)?.with(|s| s.options.receive_timeout),
             What::Send { socket, .. } => world.socket(socket)?.with(|s| s.options.send_timeout),
-            // Without sockets, nothing can end the wait.
+            // Without sockets, no event can end the wait.
             What::Poll { sockets, .. } if sockets.is_empty() => 0,
             What::Poll { timeout, .. } => *timeout,
         })
     }
 
-    /// Attempts the call; blocks for at most `most`.
+    /// Attempts the call, and blocks for at most `most`.
     fn attempt(&self, world: &mut WorldState, most: Duration) -> Result<Vec<Value>, Errno> {
         match &self.what {
             What::Receive { socket, .. } => world.socket(socket)?.wait(most, |state: &mut SocketState| {
@@ -93,7 +93,7 @@ impl Operation {
         }
     }
 
-    /// Makes the call, or lets it wait for the next step.
+    /// Executes the call. If it has no result yet, suspends the caller until the next step.
     fn run(mut self, c: &mut Ctx<'_>) -> Result<Outcome> {
         let name = self.name;
         let found = observe(c, name, |c, world| Ok(self.look(c, world).unwrap_or_else(SocketOutcome::Failed)))?;
@@ -123,7 +123,7 @@ impl Operation {
         Ok(Outcome::Done)
     }
 
-    /// Returns whether the command returns something besides a number.
+    /// Returns whether the command returns data in addition to its numeric result.
     fn has_data(&self) -> bool {
         matches!(self.what, What::Receive { message: None, .. } | What::Poll { .. })
     }
@@ -173,12 +173,12 @@ fn ints(value: &Value) -> Option<Vec<i64>> {
     }
 }
 
-/// Returns what can be done with a socket.
+/// Returns the events for which a socket is ready, as a sum of `POLLIN` and `POLLOUT`.
 pub fn events_of(state: &mut SocketState) -> i64 {
     i64::from(state.can_receive()) * POLLIN + i64::from(state.can_send()) * POLLOUT
 }
 
-/// Builds a command that may wait.
+/// Builds a command that may wait for the network.
 fn waiting(name: &'static str, what: impl Fn(&Ctx<'_>) -> Result<What> + Send + Sync + 'static) -> Command<Zmq> {
     Command::new(name, move |c| {
         if c.resumed() != 0 {
@@ -192,7 +192,7 @@ fn flags(c: &Ctx<'_>, i: usize) -> i64 {
     c.arg(i).as_i64().unwrap_or(0)
 }
 
-/// Builds the call that receives with the arguments `socket` and `flag`.
+/// Builds a receiving call. `socket` and `flag` are the indices of the arguments with the socket and the flags.
 fn receive(c: &Ctx<'_>, socket: usize, flag: usize, most: usize, message: Option<String>) -> Result<What> {
     Ok(What::Receive { socket: c.text(socket)?, wait: flags(c, flag) & DONTWAIT == 0, most, message })
 }
@@ -304,12 +304,12 @@ fn failed(c: &mut Ctx<'_>, errno: Errno) -> Result<Outcome> {
     Ok(Outcome::Done)
 }
 
-/// Continues a call that has waited.
+/// Repeats a call that was waiting for the next step.
 fn resume(c: &mut Ctx<'_>) -> Result<Outcome> {
     let operation = state(c)?.waits.remove(&c.resumed());
     match operation {
         Some(operation) => operation.run(c),
-        // The world was restored from a snapshot, in which sockets cannot be saved.
+        // The call is unknown because the world was restored from a snapshot, which does not contain sockets.
         None => failed(c, Errno::NOT_SOCKET),
     }
 }

@@ -24,7 +24,7 @@ pub struct Zmq {
 
 pub type Ctx<'a> = Call<'a, Zmq>;
 
-/// Maximum number of open sockets, and of contexts, of a world.
+/// Maximum number of open sockets of a world, and of contexts.
 const MAX_SOCKETS: usize = 64;
 /// Maximum number of messages of a world that scripts have created.
 const MAX_MESSAGES: usize = 1000;
@@ -37,13 +37,13 @@ pub struct ScriptMessage {
     pub more: bool,
 }
 
-/// What is saved in a snapshot. Sockets cannot be saved: in a restored world they are closed, and their handles are not
-/// used again.
+/// The part of the state that is saved in a snapshot. Sockets cannot be saved: in a restored world, they are closed,
+/// and their handles are not reused.
 #[derive(Default, Serialize, Deserialize)]
 pub struct SavedState {
     last: u64,
     pub errno: i64,
-    /// Scripts in which a call that fails raises an error.
+    /// The scripts in which failed calls raise errors.
     pub raising: BTreeSet<u64>,
     contexts: BTreeSet<String>,
     singleton: Option<String>,
@@ -55,9 +55,9 @@ pub struct SavedState {
 pub struct WorldState {
     pub saved: SavedState,
     pub sockets: BTreeMap<String, (String, Socket)>,
-    /// Closed sockets whose messages have not been sent yet, with their contexts.
+    /// Closed sockets that are still sending queued messages, each with its context.
     closing: Vec<(String, Socket)>,
-    /// Calls that wait, by the number with which they resume.
+    /// Calls that wait for the next step, by the number with which they resume.
     pub waits: BTreeMap<u64, Operation>,
     limits: Limits,
 }
@@ -68,7 +68,7 @@ impl WorldState {
         self.saved.last += 1;
         self.saved.last
     }
-    /// Creates a context and returns its handle, which is empty if there are too many.
+    /// Creates a context and returns its handle. Fails if there are too many contexts.
     pub fn new_context(&mut self) -> Result<String, Errno> {
         if self.saved.contexts.len() >= MAX_SOCKETS {
             return Err(Errno::TOO_MANY);
@@ -77,7 +77,7 @@ impl WorldState {
         self.saved.contexts.insert(handle.clone());
         Ok(handle)
     }
-    /// Returns the context that all scripts can share.
+    /// Returns the handle of the context that all scripts share, and creates this context if necessary.
     pub fn singleton(&mut self) -> Result<String, Errno> {
         if let Some(handle) = self.saved.singleton.clone().filter(|h| self.saved.contexts.contains(h)) {
             return Ok(handle);
@@ -161,14 +161,14 @@ pub fn allowed(c: &Ctx<'_>) -> Result<String> {
     Ok(c.world().get(0, c.plugin().allow)?.as_str().unwrap_or_default().into_owned())
 }
 
-/// Stores the error of a call that failed; raises it if the script has requested this.
+/// Stores the error of a failed call. Raises it if the script has requested this.
 pub fn fail(c: &Ctx<'_>, errno: Errno) -> Result {
     let mut world = state(c)?;
     world.saved.errno = errno.0;
     if world.saved.raising.contains(&c.caller_script()) { Err(Fail::new(errno.text())) } else { Ok(()) }
 }
 
-/// Returns 0, or -1 after a failure.
+/// Returns 0 to the script, or -1 after a failure.
 pub fn status(c: &mut Ctx<'_>, done: Result<(), Errno>) -> Result {
     if let Err(errno) = done {
         fail(c, errno)?;

@@ -1,7 +1,7 @@
-//! Builds the robot in the scene as chains of shape, joint, shape and so on.
+//! Builds the robot in the scene as a tree in which shapes and joints alternate.
 //!
-//! The shape of a body has the collision geometry and the mass. Visuals are its child shapes. The collision
-//! geometry of a body is visible only if the body has no visuals.
+//! The shape of a body has its collision geometry and mass, and its visuals are child shapes. The collision geometry is
+//! visible only if the body has no visuals.
 
 use nalgebra::{Isometry3, Vector3};
 use tatu_importers_common::merge_pieces;
@@ -21,7 +21,7 @@ use crate::{
 /// at joints.
 const COLLISION_MASK: i64 = 0xFF00;
 
-/// Settings from the importer's parameters.
+/// The settings that the parameters of the importer specify.
 pub struct ImportSettings {
     fixed_base: bool,
     package_root: String,
@@ -47,7 +47,7 @@ impl ImportSettings {
 /// A geometry, the alias of its object, and its color and opacity in the file.
 type NamedSolid = (PlacedSolid, String, Option<[f64; 4]>);
 
-/// State shared by the functions that build a body.
+/// The data that the functions that build a body share.
 struct BodyBuilder<'w, 'b> {
     builder: &'w Builder<'b>,
     robot: &'w Robot,
@@ -80,7 +80,7 @@ pub fn robot(builder: &Builder<'_>, robot: &Robot, tree: &BodyTree, settings: &I
     Ok(())
 }
 
-/// Adds a line number to an error that has none.
+/// Adds the line number to an error without a position.
 fn with_line(e: Fail, line: u64) -> Fail {
     if e.place().is_some() { e } else { e.at("", line) }
 }
@@ -106,7 +106,7 @@ fn joint<'a>(
     let (limit, line) = (&joint.limit, joint.line);
     let what = format!("limit of the joint `{}`", joint.name);
     if [limit.lower, limit.upper, limit.effort, limit.velocity].iter().any(|x| x.is_nan()) {
-        return Err(Fail::argument(format!("{what}: a value is NaN")).at("", line));
+        return Err(Fail::argument(format!("{what}: expected numbers, found NaN")).at("", line));
     }
     let slides = joint.kind == UrdfJointKind::Prismatic;
     let node = builder.object("joint", Some(parent), &alias(&joint.name))?;
@@ -119,7 +119,11 @@ fn joint<'a>(
             return Err(Fail::argument(text).help("`lower` must not be greater than `upper`").at("", line));
         }
         if limit.lower == limit.upper {
-            builder.report(TATU_REPORT_WARNING, Some(node), "its lower and upper limits are equal, so it cannot move");
+            builder.report(
+                TATU_REPORT_WARNING,
+                Some(node),
+                "the lower and the upper limit of the joint are equal, so it cannot move",
+            );
         }
         node.set("joint.limits", [limit.lower.max(-1e6), limit.upper.min(1e6)])?;
     }
@@ -150,11 +154,11 @@ fn is_geared(robot: &Robot, joint: usize) -> bool {
     robot.joints[joint].mimic.is_some() || robot.joints.iter().any(mimics)
 }
 
-/// Mass, in kg, below which a link whose joint is coupled to another joint gets an armature.
+/// Mass below which a link whose joint is coupled to another joint gets an armature, kg.
 const LIGHT_LINK_KG: f64 = 0.1;
-/// Mass at the end of such a link, in kg, to which the armature is equivalent. It represents the rotor, which URDF
-/// files do not describe. Without it, coupled fingers of 15 g cannot hold 0.2 kg at every closing speed; with it, they
-/// can hold 0.5 kg.
+/// Point mass at the end of such a link to which the armature is equivalent, kg. It represents the rotor of the motor,
+/// which URDF files do not describe. Without it, coupled fingers of 15 g cannot hold 0.2 kg at every closing speed;
+/// with it, they can hold 0.5 kg.
 const ROTOR_MASS_KG: f64 = 0.05;
 
 fn add_armature(builder: &Builder<'_>, node: Node<'_>, joint: &Joint, body: &LinkGroup, mass: &Mass) -> Result {
@@ -171,7 +175,7 @@ fn add_armature(builder: &Builder<'_>, node: Node<'_>, joint: &Joint, body: &Lin
     node.set("joint.armature", armature)?;
     let text = format!(
         "the joint is coupled, and its link weighs only {:.0} g: an armature of {armature:.2e} {unit} is assumed, so \
-         that grips are stable; set `armature_kg` or `armature_kg_m2` to the value of its motor",
+         that grasps are stable; set `armature_kg` or `armature_kg_m2` to the value of its motor",
         mass.mass * 1e3
     );
     builder.report(TATU_REPORT_NOTE, Some(node), &text);
@@ -293,7 +297,8 @@ impl<'b> BodyBuilder<'_, 'b> {
             // Physics cannot move a body without mass. A hundredth of the robot's mass has little effect, and is large
             // enough for the solver.
             let m = (total * 0.01).max(0.001);
-            let text = format!("the link can move but has no mass: {m:.3} kg is assumed; add an <inertial>");
+            let text =
+                format!("the link can move but has no mass: {m:.3} kg is assumed; add an <inertial> with its mass");
             self.builder.report(TATU_REPORT_WARNING, Some(node), &text);
             let i = 0.4 * m * 0.05 * 0.05;
             node.set("shape.mass", m)?.set("shape.inertia", [i; 3])?;
@@ -305,7 +310,7 @@ impl<'b> BodyBuilder<'_, 'b> {
             let i = mass.inertia.transpose();
             node.set("shape.inertia", Value::Floats(i.as_slice().to_vec()))?;
         } else {
-            let text = "its inertia is physically impossible; that of its geometry with uniform density is used";
+            let text = "the inertia of the link is physically impossible; that of its geometry is used instead";
             self.builder.report(TATU_REPORT_WARNING, Some(node), text);
         }
         Ok(())
@@ -326,6 +331,6 @@ fn report_unsupported(builder: &Builder<'_>, robot: &Robot, tree: &BodyTree) {
     }
     if !robot.others.is_empty() {
         let list: Vec<_> = robot.others.iter().map(|(n, c)| format!("{c} x <{n}>")).collect();
-        warn(format!("ignored: {}", list.join(", ")));
+        warn(format!("elements that are not supported are ignored: {}", list.join(", ")));
     }
 }

@@ -24,7 +24,7 @@ pub enum SolidForm {
     Mesh(Rc<[MeshPiece]>),
 }
 
-/// A mesh, or the reason that it could not be read.
+/// A mesh, or the reason for which it could not be read.
 type MeshResult = Result<Rc<[MeshPiece]>, String>;
 
 /// Meshes by name and scale, so that each file is read once.
@@ -124,14 +124,14 @@ impl PlacedSolid {
     }
 }
 
-/// Sets the pose of an object.
+/// Sets the pose of an object relative to its parent.
 pub fn set_object_pose<'a>(node: Node<'a>, pose: &Isometry3<f64>) -> Result<Node<'a>> {
     let q = pose.rotation.coords;
     node.set("object.position", <[f64; 3]>::from(pose.translation.vector))?
         .set("object.quaternion", [q.x, q.y, q.z, q.w])
 }
 
-/// Returns Euler angles about x, then the new y, then the new z, the convention for parts of compounds.
+/// Returns the Euler angles of a pose about x, then the new y, then the new z, rad, as parts of compounds require.
 fn euler(pose: &Isometry3<f64>) -> [f64; 3] {
     let r: Rotation3<f64> = pose.rotation.to_rotation_matrix();
     let b = libm::asin(r[(0, 2)].clamp(-1.0, 1.0));

@@ -65,7 +65,7 @@ impl Importer for Urdf {
 
     fn sniff(head: &[u8]) -> u32 {
         let text = String::from_utf8_lossy(head);
-        // SDF and other formats also contain robots, but not as the root element.
+        // Other formats, such as SDF, also contain <robot>, but not as the root element.
         let mut rest = text.trim_start_matches('\u{feff}').trim_start();
         while let Some(end) = [("<?", "?>"), ("<!--", "-->")].iter().find_map(|(open, close)| {
             rest.starts_with(open).then(|| rest.find(close).map_or(rest.len(), |i| i + close.len()))
@@ -82,7 +82,7 @@ impl Importer for Urdf {
         }
         let text = std::str::from_utf8(bytes).map_err(|e| {
             let line = bytes[..e.valid_up_to()].iter().filter(|b| **b == b'\n').count() + 1;
-            Fail::argument("the file is not UTF-8 text").at("", line as u64)
+            Fail::argument("the file is not valid UTF-8 text").at("", line as u64)
         })?;
         let robot = read::robot(text)?;
         let tree = tree::BodyTree::new(&robot)?;

@@ -17,7 +17,7 @@ pub struct Mass {
 }
 
 impl Mass {
-    /// A mass of zero.
+    /// The mass properties of a body without mass.
     pub const ZERO: Mass = Mass {
         mass: 0.0,
         com: Vector3::new(0.0, 0.0, 0.0),

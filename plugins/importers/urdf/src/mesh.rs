@@ -3,7 +3,7 @@
 use tatu_importers_common::{ImportedModel, SUFFIXES, read};
 use tatu_plugin_api::safe::Builder;
 
-/// Reads the mesh file to which a name in a URDF file refers, through the builder. The error is one sentence.
+/// Finds and reads the mesh file to which a name in a URDF file refers. The error is a single sentence.
 pub fn find(builder: &Builder<'_>, name: &str, package_root: &str) -> Result<ImportedModel, String> {
     let lower = name.to_lowercase();
     if !SUFFIXES.iter().any(|s| lower.ends_with(s)) {
@@ -18,7 +18,7 @@ pub fn find(builder: &Builder<'_>, name: &str, package_root: &str) -> Result<Imp
     read(found, bytes, &|name: &str| builder.file(&resolve_relative(folder, name)).map(<[u8]>::to_vec))
 }
 
-/// Returns the path of a file whose name is relative to a folder; `..` is resolved as far as possible.
+/// Returns the path of a file whose name is relative to a folder. Components `..` are resolved as far as possible.
 fn resolve_relative(folder: &str, name: &str) -> String {
     let mut path: Vec<&str> = folder.split('/').filter(|p| !p.is_empty()).collect();
     for part in name.split('/') {
@@ -31,7 +31,8 @@ fn resolve_relative(folder: &str, name: &str) -> String {
     path.join("/")
 }
 
-/// Returns the paths that a name may refer to, relative to the file's folder.
+/// Returns the paths to which a name may refer, relative to the folder of the URDF file, in the order in which they are
+/// tried.
 fn candidate_paths(name: &str, package_root: &str) -> Vec<String> {
     let Some(path) = name.strip_prefix("package://") else {
         return vec![name.strip_prefix("file://").unwrap_or(name).to_owned()];

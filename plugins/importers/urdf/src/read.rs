@@ -1,4 +1,4 @@
-//! Reads a robot from XML.
+//! Reads the robot in the XML of a URDF file.
 
 use tatu_plugin_api::safe::{Fail, Result};
 
@@ -13,20 +13,21 @@ use crate::{
 /// Maximum number of links and joints in total.
 const MAX_PARTS: usize = 20_000;
 
-/// Version of the format: the attribute `version` of `<robot>`. A later version interprets some elements differently.
+/// Version of the format, from the attribute `version` of `<robot>`: major and minor number. Later versions interpret
+/// some elements differently.
 type UrdfVersion = (u32, u32);
-/// The version that adds `quat_xyzw`.
+/// The first version with the attribute `quat_xyzw`.
 const QUATERNIONS_SINCE: UrdfVersion = (1, 1);
-/// The version in which a limit that is not given is infinite.
+/// The first version in which omitted limits are infinite instead of 0.
 const INFINITE_LIMITS_SINCE: UrdfVersion = (1, 2);
 
-/// Reads a file. Errors have the line, and in their text the column.
+/// Reads the text of a URDF file. Errors contain the line, and the column in their message.
 pub fn robot(text: &str) -> Result<Robot> {
     let lines = LineIndex::new(text);
     let document = parse(&lines)?;
     let root = XmlElement::root(&document, &lines);
     if root.name() != "robot" {
-        return Err(Fail::argument(format!("the root element is {root}, but <robot> is expected"))
+        return Err(Fail::argument(format!("the root element is {root}; expected <robot>"))
             .help("a URDF file contains exactly one <robot>")
             .at("", root.line()));
     }
@@ -52,14 +53,14 @@ pub fn robot(text: &str) -> Result<Robot> {
     Ok(robot)
 }
 
-/// Names the link or joint in an error.
+/// Adds the name of the link or joint that could not be read to an error.
 fn with_context(e: Fail, what: &str, tag: XmlElement<'_, '_>) -> Fail {
     let line = e.place().map_or(tag.line(), |(_, line)| line);
     let name = tag.text("name").map(|n| format!(" `{n}`")).unwrap_or_default();
     Fail::argument(format!("the {what}{name} cannot be read: {}", e.text())).at("", line)
 }
 
-/// Reads `MAJOR.MINOR`. Like a missing version, an invalid one means 1.0.
+/// Parses a version of the form `MAJOR.MINOR`. A missing or invalid version is treated as 1.0.
 fn version(text: Option<&str>) -> UrdfVersion {
     let numbers = |text: &str| {
         let (major, minor) = text.trim().split_once('.')?;
@@ -90,7 +91,8 @@ fn inertial(tag: XmlElement<'_, '_>, version: UrdfVersion) -> Result<Inertial> {
     Ok(Inertial { origin: origin(tag, version)?, mass: tag.required_child("mass")?.required_number("value")?, inertia })
 }
 
-/// Reads the child `<origin>`; without one, or without its attributes, a pose is zero.
+/// Reads the child `<origin>`. The pose is the identity if the child is missing, as is each part whose attribute is
+/// missing.
 fn origin(tag: XmlElement<'_, '_>, version: UrdfVersion) -> Result<UrdfPose> {
     let Some(tag) = tag.child("origin")? else { return Ok(UrdfPose::default()) };
     let mut pose =
@@ -106,12 +108,12 @@ fn origin(tag: XmlElement<'_, '_>, version: UrdfVersion) -> Result<UrdfPose> {
     Ok(pose)
 }
 
-/// Returns roll, pitch and yaw of a quaternion x, y, z, w of any length.
+/// Returns roll, pitch and yaw, rad, of a quaternion x, y, z, w, which need not be normalized.
 fn angles(quaternion: [f64; 4]) -> [f64; 3] {
     let length = libm::sqrt(quaternion.iter().map(|q| q * q).sum());
     let [x, y, z, w] = if length > 0.0 { quaternion.map(|q| q / length) } else { [0.0, 0.0, 0.0, 1.0] };
     let pitch = 2.0 * (w * y - x * z);
-    // Near a pitch of a quarter turn, roll and yaw turn about the same axis, and all of it is attributed to the yaw.
+    // Gimbal lock: at a pitch of 90 degrees, roll and yaw have the same axis, so the whole rotation is assigned to yaw.
     if pitch.abs() >= 0.99999 {
         let sign = pitch.signum();
         return [0.0, sign * std::f64::consts::FRAC_PI_2, 2.0 * libm::atan2(-sign * x, sign * y)];
@@ -123,7 +125,7 @@ fn angles(quaternion: [f64; 4]) -> [f64; 3] {
     ]
 }
 
-/// Reads a visual or a collision.
+/// Reads a `<visual>` or `<collision>`.
 fn part(tag: XmlElement<'_, '_>, version: UrdfVersion) -> Result<LinkShape> {
     let material = match tag.name() {
         "visual" => tag.child("material")?.map(material).transpose()?,
@@ -179,7 +181,7 @@ fn joint(tag: XmlElement<'_, '_>, version: UrdfVersion) -> Result<Joint> {
         ("safety_controller", &["k_velocity"][..], &["soft_lower_limit", "soft_upper_limit", "k_position"][..]),
         ("calibration", &[], &["rising", "falling"]),
     ] {
-        // These are not used, but if they cannot be read, the file is damaged.
+        // These elements are not used, but they are read in order to detect damaged files.
         if let Some(unused) = tag.child(name)? {
             required.iter().try_for_each(|a| unused.required_number(a).map(drop))?;
             optional.iter().try_for_each(|a| unused.number(a).map(drop))?;
@@ -227,7 +229,7 @@ fn limit(tag: XmlElement<'_, '_>, version: UrdfVersion) -> Result<JointLimit> {
     }
     for name in ["effort", "velocity", "acceleration", "deceleration", "jerk"] {
         if number(name)?.is_some_and(|x| x < 0.0) {
-            return Err(tag.invalid(name, "a number that is not negative"));
+            return Err(tag.invalid(name, "a number of at least 0"));
         }
     }
     Ok(JointLimit {

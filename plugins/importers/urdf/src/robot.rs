@@ -1,4 +1,4 @@
-//! A robot as its file describes it: numbers are read but not yet checked, and names are not yet resolved.
+//! The content of a URDF file. Numbers have been parsed but not checked, and names have not been resolved.
 
 use std::collections::BTreeMap;
 
@@ -13,7 +13,7 @@ pub struct Robot {
     pub joints: Vec<Joint>,
     /// Materials to which visuals refer by name.
     pub materials: Vec<Material>,
-    /// Other children of `<robot>`, which are ignored, and their numbers of occurrences.
+    /// The names of all other children of `<robot>`, which are ignored, and their numbers of occurrences.
     pub others: BTreeMap<String, usize>,
 }
 
@@ -62,7 +62,7 @@ pub enum Geometry {
     Mesh { filename: String, scale: Option<[f64; 3]> },
 }
 
-/// A material; without a colour, it refers to a material of the robot.
+/// A material. Without a colour, it refers to the robot's material with the same name.
 #[derive(Debug, Clone)]
 pub struct Material {
     pub name: String,
@@ -78,7 +78,7 @@ pub struct Joint {
     pub name: String,
     pub kind: UrdfJointKind,
     pub origin: UrdfPose,
-    /// Names of the links that it connects.
+    /// Names of the links that the joint connects.
     pub parent: String,
     pub child: String,
     pub axis: [f64; 3],
@@ -94,11 +94,12 @@ pub enum UrdfJointKind {
     Continuous,
     Prismatic,
     Fixed,
-    /// Types that are not supported, by their names.
+    /// A type that is not supported, with its name in the file.
     Other(&'static str),
 }
 
-/// Limits of a joint in rad or m, its effort in N m or N, its speed in rad/s or m/s; zero if the file has none.
+/// Limits of a joint: positions in rad or m, effort in N m or N, velocity in rad/s or m/s. All are zero if the file has
+/// none.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct JointLimit {
     pub lower: f64,
@@ -107,14 +108,14 @@ pub struct JointLimit {
     pub velocity: f64,
 }
 
-/// Friction of a joint: proportional to its speed, and independent of it.
+/// Friction of a joint: viscous damping, in N m s/rad or N s/m, and Coulomb friction, in N m or N.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct JointDynamics {
     pub damping: f64,
     pub friction: f64,
 }
 
-/// The joint that a joint follows.
+/// The coupling of a joint to another joint, which it follows.
 #[derive(Debug, Clone)]
 pub struct Mimic {
     pub joint: String,

@@ -10,9 +10,9 @@ use crate::robot::{Joint, Robot, UrdfJointKind, UrdfPose};
 /// Maximum number of joints from the root to a leaf.
 const MAX_DEPTH: usize = 256;
 
-/// Links that are fixed to each other.
+/// Links that are fixed to each other and form one body.
 pub struct LinkGroup {
-    /// The index of each link, and its pose in the frame of the first link, which is the body's frame.
+    /// The index of each link, and its pose in the frame of the body, which is that of the first link.
     pub links: Vec<(usize, Isometry3<f64>)>,
     /// Indices of the joint above this body and of the body above that joint, and the joint's frame in the frame of the
     /// latter body. The joint's axis is the z axis of its frame. `None` for the root.
@@ -29,7 +29,7 @@ pub struct BodyTree {
     pub stiffened: Vec<usize>,
 }
 
-/// Checks that numbers are finite, with absolute values of at most 1e12.
+/// Returns an error unless all numbers are finite and have absolute values of at most 1e12.
 pub fn check_finite(numbers: &[f64], what: &str, line: u64) -> Result {
     match numbers.iter().find(|x| !x.is_finite() || x.abs() > 1e12) {
         Some(x) => {
@@ -69,12 +69,15 @@ impl BodyTree {
         for (i, link) in robot.links.iter().enumerate() {
             let line = link.line;
             if link.name.is_empty() {
-                return Err(Fail::argument("a link has no name").at("", line));
+                return Err(Fail::argument("a link has no name: expected a nonempty attribute `name`").at("", line));
             }
             if let Some(first) = by_name.insert(&link.name, i) {
                 let first = robot.links[first].line;
-                return Err(Fail::argument(format!("two links are named `{}`, the first in line {first}", link.name))
-                    .at("", line));
+                return Err(Fail::argument(format!(
+                    "two links are named `{}`; the first is in line {first}",
+                    link.name
+                ))
+                .at("", line));
             }
         }
         let mut names: BTreeMap<&str, usize> = BTreeMap::new();
@@ -84,9 +87,11 @@ impl BodyTree {
         for (i, joint) in robot.joints.iter().enumerate() {
             let line = joint.line;
             if names.insert(&joint.name, i).is_some() || joint.name.is_empty() {
-                return Err(
-                    Fail::argument(format!("the joint name `{}` is empty or not unique", joint.name)).at("", line)
-                );
+                return Err(Fail::argument(format!(
+                    "the joint name `{}` is empty, or another joint has the same name",
+                    joint.name
+                ))
+                .at("", line));
             }
             let find = |name: &str, role: &str| {
                 by_name.get(name).copied().ok_or_else(|| {
@@ -99,9 +104,11 @@ impl BodyTree {
             };
             let (parent, child) = (find(&joint.parent, "parent")?, find(&joint.child, "child")?);
             if parent == child {
-                return Err(
-                    Fail::argument(format!("the joint `{}` connects a link to itself", joint.name)).at("", line)
-                );
+                return Err(Fail::argument(format!(
+                    "the joint `{}` connects a link to itself: its parent and its child are the same",
+                    joint.name
+                ))
+                .at("", line));
             }
             if let Some(other) = above[child].replace(i) {
                 let other = &robot.joints[other].name;
@@ -133,7 +140,7 @@ impl BodyTree {
             below: Isometry3::identity(),
         });
         let mut seen = 1;
-        // Queue of links: the link, its body, its frame in that body, the number of joints above it.
+        // The queue of links to be visited: each link, its body, its pose in that body, and its depth in joints.
         let mut open = std::collections::VecDeque::from([(root, 0, Isometry3::identity(), 0)]);
         while let Some((link, body, frame, depth)) = open.pop_front() {
             for (j, child) in &below[link] {
@@ -141,7 +148,10 @@ impl BodyTree {
                 let line = joint.line;
                 seen += 1;
                 if depth >= MAX_DEPTH {
-                    return Err(Fail::argument(format!("the chain of joints is longer than {MAX_DEPTH}")).at("", line));
+                    return Err(Fail::argument(format!(
+                        "the chain of joints from the root is longer than {MAX_DEPTH} joints"
+                    ))
+                    .at("", line));
                 }
                 let origin = frame * pose(&joint.origin, &format!("origin of the joint `{}`", joint.name), line)?;
                 let moves = matches!(
@@ -176,7 +186,7 @@ impl BodyTree {
         Ok(tree)
     }
 
-    /// Returns whether a joint's child is part of a body.
+    /// Returns whether the child link of a joint is part of a body in this tree.
     fn is_child_in(&self, robot: &Robot, joint: usize) -> bool {
         let child = &robot.joints[joint].child;
         self.bodies.iter().flat_map(|b| &b.links).any(|(l, _)| robot.links[*l].name == *child)

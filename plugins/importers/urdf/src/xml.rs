@@ -1,11 +1,11 @@
-//! Elements of an XML file and their attributes, with errors that say in which line and column they are.
+//! Access to the elements of an XML file and their attributes. Errors contain the line and column.
 
 use roxmltree::{Document, Error, Node, ParsingOptions};
 use tatu_plugin_api::safe::{Fail, Result};
 
 /// Maximum nesting depth of elements; real files have a depth of 6.
 const MAX_DEPTH: usize = 64;
-/// Maximum number of nodes of the XML tree, which limits the memory to some hundreds of megabytes.
+/// Maximum number of nodes of the XML tree. It limits the memory that a file can occupy to a few hundred megabytes.
 const MAX_NODES: u32 = 2_000_000;
 
 /// A text and the offsets at which its lines begin.
@@ -15,7 +15,7 @@ pub struct LineIndex<'t> {
 }
 
 impl<'t> LineIndex<'t> {
-    /// Finds the lines of a text.
+    /// Creates the index of a text.
     pub fn new(text: &'t str) -> Self {
         LineIndex { text, starts: std::iter::once(0).chain(text.match_indices('\n').map(|(i, _)| i + 1)).collect() }
     }
@@ -31,7 +31,7 @@ impl<'t> LineIndex<'t> {
     }
 }
 
-/// Parses a file. Text that is not XML, or that is nested too deeply, is an error.
+/// Parses a file. Fails if the text is not well-formed XML or is nested too deeply.
 pub fn parse<'t>(lines: &LineIndex<'t>) -> Result<Document<'t>> {
     let options = ParsingOptions { nodes_limit: MAX_NODES, ..Default::default() };
     let document = Document::parse_with_options(lines.text, options).map_err(|e| {
@@ -43,15 +43,16 @@ pub fn parse<'t>(lines: &LineIndex<'t>) -> Result<Document<'t>> {
             }
             Error::UnknownNamespace(prefix, _) if prefix == "xacro" => xacro(line),
             Error::NodesLimitReached => Fail::argument(format!("the file has more than {MAX_NODES} XML nodes")),
-            // These have no position of their own.
+            // The parser does not report a position for these errors.
             Error::UnclosedRootNode | Error::NoRootNode | Error::UnexpectedEndOfStream => {
-                Fail::argument(format!("not well-formed XML, or only a part of it: {}", error_text(&e)))
+                Fail::argument(format!("the file is not well-formed XML, or it is incomplete: {}", error_text(&e)))
                     .at("", lines.last_line())
             }
-            e => Fail::argument(format!("not well-formed XML: {} (column {column})", error_text(&e))).at("", line),
+            e => Fail::argument(format!("the file is not well-formed XML: {} (column {column})", error_text(&e)))
+                .at("", line),
         }
     })?;
-    // The elements above the current one.
+    // The ancestors of the current element, and the element itself.
     let mut above = Vec::new();
     for node in document.descendants().filter(Node::is_element) {
         let parent = node.parent_element().map(|p| p.id());
@@ -61,7 +62,7 @@ pub fn parse<'t>(lines: &LineIndex<'t>) -> Result<Document<'t>> {
         above.push(node.id());
         let tag = XmlElement { node, lines };
         if above.len() > MAX_DEPTH {
-            return Err(tag.fail(format!("elements are nested more than {MAX_DEPTH} levels deep")));
+            return Err(tag.fail(format!("the file nests elements more than {MAX_DEPTH} levels deep")));
         }
         if node.tag_name().namespace().is_some_and(|n| n.contains("xacro")) || tag.name() == "macro" {
             return Err(xacro(tag.line()));
@@ -70,7 +71,7 @@ pub fn parse<'t>(lines: &LineIndex<'t>) -> Result<Document<'t>> {
     Ok(document)
 }
 
-/// Returns what an error of the parser says, without the position, which is reported separately.
+/// Returns the message of a parser error without the position, which is reported separately.
 fn error_text(e: &Error) -> String {
     let text = e.to_string();
     text.strip_suffix(&format!(" at {}", e.pos())).unwrap_or(&text).to_owned()
@@ -78,7 +79,7 @@ fn error_text(e: &Error) -> String {
 
 fn xacro(line: u64) -> Fail {
     Fail::unsupported("this is a xacro file, not a URDF file")
-        .help("run `xacro robot.urdf.xacro > robot.urdf` first")
+        .help("convert it first: `xacro robot.urdf.xacro > robot.urdf`")
         .at("", line)
 }
 
@@ -94,7 +95,7 @@ impl<'a, 't> XmlElement<'a, 't> {
     pub fn root(document: &'a Document<'t>, lines: &'a LineIndex<'t>) -> Self {
         XmlElement { node: document.root_element(), lines }
     }
-    /// Returns the name without its prefix.
+    /// Returns the name of the element without its namespace prefix.
     pub fn name(&self) -> &'a str {
         self.node.tag_name().name()
     }
@@ -102,11 +103,11 @@ impl<'a, 't> XmlElement<'a, 't> {
     pub fn line(&self) -> u64 {
         self.lines.position_of(self.node.range().start).0
     }
-    /// Returns the elements directly below this one.
+    /// Returns the child elements.
     pub fn children(self) -> impl Iterator<Item = XmlElement<'a, 't>> {
         self.node.children().filter(Node::is_element).map(move |node| XmlElement { node, lines: self.lines })
     }
-    /// Returns the only child of this name. More than one is an error.
+    /// Returns the child element with this name, or `None` if there is none. Fails if there are several.
     pub fn child(self, name: &str) -> Result<Option<XmlElement<'a, 't>>> {
         let mut found = self.children().filter(|c| c.name() == name);
         match (found.next(), found.next()) {
@@ -114,12 +115,12 @@ impl<'a, 't> XmlElement<'a, 't> {
             (first, None) => Ok(first),
         }
     }
-    /// Returns the only child of this name, which must exist.
+    /// Returns the child element with this name. Fails unless there is exactly one.
     pub fn required_child(self, name: &str) -> Result<XmlElement<'a, 't>> {
         self.child(name)?.ok_or_else(|| self.fail(format!("{self} has no <{name}>")))
     }
 
-    /// Returns an error at the start tag.
+    /// Builds an error whose position is that of the start tag.
     pub fn fail(&self, text: String) -> Fail {
         self.fail_at(self.node.range().start, text)
     }
@@ -127,7 +128,7 @@ impl<'a, 't> XmlElement<'a, 't> {
         let (line, column) = self.lines.position_of(byte);
         Fail::argument(format!("{text} (column {column})")).at("", line)
     }
-    /// Returns an error at an attribute that has an invalid value.
+    /// Builds the error for an attribute that is missing or has an invalid value.
     pub fn invalid(&self, attribute: &str, expected: &str) -> Fail {
         match self.node.attribute_node(attribute) {
             Some(a) => {
@@ -138,30 +139,31 @@ impl<'a, 't> XmlElement<'a, 't> {
         }
     }
 
-    /// Returns the text of an attribute.
+    /// Returns the text of an attribute, or `None` if it is missing.
     pub fn text(&self, attribute: &str) -> Option<&'a str> {
         self.node.attributes().find(|a| a.name() == attribute).map(|a| a.value())
     }
-    /// Returns the text of an attribute that must exist.
+    /// Returns the text of an attribute. Fails if it is missing.
     pub fn required(&self, attribute: &str) -> Result<String> {
         self.text(attribute).map(str::to_owned).ok_or_else(|| self.fail(format!("{self} has no `{attribute}`")))
     }
-    /// Returns the number in an attribute.
+    /// Returns the number in an attribute, or `None` if the attribute is missing.
     pub fn number(&self, attribute: &str) -> Result<Option<f64>> {
         let Some(text) = self.text(attribute) else { return Ok(None) };
         text.trim().parse().map(Some).map_err(|_| self.invalid(attribute, "a number"))
     }
-    /// Returns the number in an attribute that must exist.
+    /// Returns the number in an attribute. Fails if the attribute is missing.
     pub fn required_number(&self, attribute: &str) -> Result<f64> {
         self.number(attribute)?.ok_or_else(|| self.invalid(attribute, "a number"))
     }
-    /// Returns the numbers in an attribute. Words that are not numbers are ignored, but the count must be right.
+    /// Returns the `N` numbers in an attribute, or `None` if the attribute is missing. Words that are not numbers are
+    /// ignored. Fails if there are not exactly `N` numbers.
     pub fn numbers<const N: usize>(&self, attribute: &str) -> Result<Option<[f64; N]>> {
         let Some(text) = self.text(attribute) else { return Ok(None) };
         let numbers: Vec<f64> = text.split_whitespace().filter_map(|word| word.parse().ok()).collect();
         numbers.try_into().map(Some).map_err(|_| self.invalid(attribute, &format!("{N} numbers")))
     }
-    /// Returns the numbers in an attribute that must exist.
+    /// Returns the `N` numbers in an attribute. Fails if the attribute is missing or does not contain `N` numbers.
     pub fn required_numbers<const N: usize>(&self, attribute: &str) -> Result<[f64; N]> {
         self.numbers(attribute)?.ok_or_else(|| self.invalid(attribute, &format!("{N} numbers")))
     }

@@ -1,5 +1,5 @@
-//! How long a client that takes the steps of the simulation may stand still, as in a debugger or on a sleeping
-//! computer, before the simulation continues without waiting for it.
+//! Limits the time for which a client that controls the stepping may hold the simulation without sending a message, for
+//! example because it was stopped in a debugger. After this time, the simulation continues without the client.
 
 use std::time::{Duration, Instant};
 
@@ -8,12 +8,12 @@ use tatu_plugin_api::{
     safe::{Param, Params, Result, Session},
 };
 
-/// Name of the parameter.
+/// Name of the service parameter that sets the limit.
 const KEY: &str = "hold_timeout";
-/// Default time, s, which is that of V-REP.
+/// Default limit, s; the same as in V-REP.
 const DEFAULT_S: f64 = 600.0;
 
-/// The time that the user has set.
+/// The limit that the user has set; `None` if there is no limit.
 #[derive(Debug, Clone, Copy)]
 pub struct HoldLimit(Option<Duration>);
 
@@ -21,7 +21,7 @@ impl HoldLimit {
     /// Returns the declaration of the parameter.
     pub fn param() -> Param {
         Param::float(KEY).unit("s").range(0.0, 1e6).default(DEFAULT_S).text(
-            "time without a message after which a client that takes the steps no longer holds the simulation; 0: never",
+            "time without a message after which a client that controls the stepping loses this control; 0: unlimited",
         )
     }
     /// Reads the parameter.
@@ -38,11 +38,12 @@ pub struct HoldTimer {
 }
 
 impl HoldTimer {
-    /// Restarts the time, when the client has sent a message.
+    /// Restarts the timer, because the client has sent a message.
     pub fn restart(&mut self) {
         self.since = None;
     }
-    /// Returns whether the client has held the simulation for too long. `holds` tells whether it holds it now.
+    /// Returns whether the client has held the simulation for longer than the limit. `holds` is whether it holds the
+    /// simulation now; if not, the timer is reset.
     pub fn is_over(&mut self, holds: bool, limit: HoldLimit) -> bool {
         let Some(limit) = limit.0.filter(|_| holds) else {
             self.since = None;
@@ -52,14 +53,14 @@ impl HoldTimer {
     }
 }
 
-/// Tells the user that the simulation continues without a client.
+/// Logs a warning that the simulation continues without waiting for a client.
 pub fn report(session: &Session, service: &str, client: u64, limit: HoldLimit) {
     let seconds = limit.0.unwrap_or_default().as_secs_f64();
     session.log(
         TATU_LOG_WARNING,
         &format!(
-            "{service}: client {client} held the simulation for {seconds} s without a message; it no longer takes the \
-             steps (parameter `{KEY}_s` of the service)"
+            "{service}: client {client} held the simulation for {seconds} s without sending a message, so it no longer \
+             controls the stepping; the parameter `{KEY}_s` of the service sets this limit"
         ),
     );
 }

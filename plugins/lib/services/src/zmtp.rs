@@ -1,7 +1,7 @@
-//! ZMTP 3 without security (<https://rfc.zeromq.org/spec/23>): the handshake, and frames.
+//! ZMTP 3 (<https://rfc.zeromq.org/spec/23>) with the security mechanism NULL: the handshake, and frames.
 //!
-//! Shared by the service that answers ZeroMQ clients and the plugin whose sockets scripts use. Declared sizes are not
-//! trusted: memory is allocated only as bytes arrive.
+//! This module is shared by the service that answers ZeroMQ clients and the plugin that provides ZeroMQ sockets to
+//! scripts. Declared sizes are not trusted: memory is allocated only as bytes arrive.
 
 use std::io::{self, Read, Write};
 
@@ -17,12 +17,12 @@ const FLAG_LONG: u8 = 2;
 /// Flag of a frame: it is a command of the protocol.
 pub const FLAG_COMMAND: u8 = 4;
 
-/// What a peer has declared in the handshake.
+/// The properties that a peer has declared in the handshake.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct PeerProperties {
     /// The type of its socket, such as `REQ`.
     pub kind: String,
-    /// The name by which it wants to be addressed; usually empty.
+    /// The identity by which other sockets can address the peer; usually empty.
     pub identity: Vec<u8>,
 }
 
@@ -31,10 +31,11 @@ pub fn invalid_message(why: &str) -> io::Error {
     io::Error::new(io::ErrorKind::InvalidData, why.to_owned())
 }
 
-/// Exchanges greetings and READY commands, which declare the type of the own socket and its identity, of at most 255
-/// bytes.
+/// Exchanges greetings and READY commands, which declare the socket type `kind` and an identity of at most 255 bytes.
+/// Returns the properties of the peer.
 ///
-/// The declared version is 3.0, in which subscriptions are messages that begin with 1 or 0.
+/// The greeting declares version 3.0, in which subscriptions are messages whose first byte is 1 (subscribe) or 0
+/// (cancel).
 pub fn greet(stream: &mut (impl Read + Write), kind: &str, identity: &[u8]) -> io::Result<PeerProperties> {
     let mut ours = [0_u8; 64];
     ours[0] = 0xFF;
@@ -46,7 +47,7 @@ pub fn greet(stream: &mut (impl Read + Write), kind: &str, identity: &[u8]) -> i
     let mut theirs = [0_u8; 64];
     stream.read_exact(&mut theirs)?;
     if theirs[0] != 0xFF || theirs[9] & 1 == 0 || theirs[10] < 3 || theirs[12..32] != ours[12..32] {
-        return Err(invalid_message("expected a greeting of ZMTP 3 without security"));
+        return Err(invalid_message("expected a greeting of ZMTP 3 with the security mechanism NULL"));
     }
     let mut ready = b"\x05READY".to_vec();
     push_property(&mut ready, "Socket-Type", kind.as_bytes());
@@ -80,7 +81,7 @@ fn peer_properties(mut properties: &[u8]) -> PeerProperties {
     peer
 }
 
-/// Splits the first property off: its name, its value, and the rest.
+/// Splits off the first property. Returns its name, its value, and the remaining bytes.
 fn next_property(bytes: &[u8]) -> Option<(&[u8], &[u8], &[u8])> {
     let (len, rest) = bytes.split_first()?;
     let (name, rest) = rest.split_at_checked(usize::from(*len))?;
@@ -89,7 +90,7 @@ fn next_property(bytes: &[u8]) -> Option<(&[u8], &[u8], &[u8])> {
     Some((name, value, rest))
 }
 
-/// Appends a frame's header: its flags, and its size.
+/// Appends the header of a frame, which contains its flags and its size.
 pub fn push_header(out: &mut Vec<u8>, flags: u8, len: usize) {
     match u8::try_from(len) {
         Ok(len) => out.extend_from_slice(&[flags, len]),
@@ -100,14 +101,14 @@ pub fn push_header(out: &mut Vec<u8>, flags: u8, len: usize) {
     }
 }
 
-/// Writes a frame. A small one is written together with its header; a large one, such as an image, is not copied.
+/// Writes a frame. A small body is written together with its header; a large one, such as an image, is not copied.
 pub fn write_frame(stream: &mut impl Write, flags: u8, body: &[u8]) -> io::Result<()> {
     let mut bytes = Vec::new();
     push_header(&mut bytes, flags, body.len());
     write_after(stream, bytes, body)
 }
 
-/// Writes the headers in `bytes`, and then a body.
+/// Writes the headers in `bytes`, followed by a body.
 pub fn write_after(stream: &mut impl Write, mut bytes: Vec<u8>, body: &[u8]) -> io::Result<()> {
     if body.len() <= SMALL_MESSAGE_BYTES {
         bytes.extend_from_slice(body);
@@ -117,7 +118,7 @@ pub fn write_after(stream: &mut impl Write, mut bytes: Vec<u8>, body: &[u8]) -> 
     stream.write_all(body)
 }
 
-/// Reads a frame of at most `most` bytes: its flags, and its body.
+/// Reads a frame with a body of at most `most` bytes. Returns its flags and its body.
 pub fn read_frame(stream: &mut impl Read, most: u64) -> io::Result<(u8, Vec<u8>)> {
     let mut head = [0_u8; 1];
     stream.read_exact(&mut head)?;
@@ -134,7 +135,7 @@ pub fn read_frame(stream: &mut impl Read, most: u64) -> io::Result<(u8, Vec<u8>)
         u64::from(head[0])
     };
     if len > most {
-        return Err(invalid_message(&format!("a frame claims to have {len} bytes: expected at most {most}")));
+        return Err(invalid_message(&format!("a frame declares a size of {len} bytes: expected at most {most}")));
     }
     let mut body = Vec::new();
     if stream.take(len).read_to_end(&mut body)? as u64 != len {
@@ -145,10 +146,11 @@ pub fn read_frame(stream: &mut impl Read, most: u64) -> io::Result<(u8, Vec<u8>)
 
 /// Returns the body of the PONG command that answers a command, or `None` if the command is not a PING.
 pub fn pong(command: &[u8]) -> io::Result<Option<Vec<u8>>> {
-    // The name, with its length, is followed by the time to live, two bytes, and a context, which is returned.
+    // The length and name of the command are followed by a time to live of two bytes, and by a context, which must be
+    // returned.
     let Some(context) = command.strip_prefix(b"\x04PING").and_then(|rest| rest.get(2..)) else { return Ok(None) };
     if context.len() > 16 {
-        return Err(invalid_message("a PING is too long"));
+        return Err(invalid_message("the context of a PING command is too long: expected at most 16 bytes"));
     }
     Ok(Some([b"\x04PONG", context].concat()))
 }

@@ -3,7 +3,7 @@ use crate::endpoint::open;
 
 const TEST_TIMEOUT: Duration = Duration::from_secs(20);
 
-/// Creates a bound socket and one that is connected to it.
+/// Creates two sockets, of which the first is bound to an endpoint and the second is connected to it.
 fn pair(bound: Kind, connected: Kind, endpoint: &str) -> (Socket, Socket) {
     let limits = Limits::default();
     let (mut a, mut b) = (Socket::new(bound, &limits), Socket::new(connected, &limits));
@@ -52,7 +52,7 @@ fn queued_messages_are_sent_after_close_and_before_a_listener_exists() {
     send(&push, b"last words", false);
     drop(push);
     assert_eq!(receive(&pull).unwrap(), b"last words");
-    // The peer connects again to a socket that takes the place of another.
+    // The peer reconnects to a new socket that is bound to the same endpoint.
     let mut push = Socket::new(Kind::Push, &limits);
     push.connect(&endpoint).unwrap();
     drop(pull);
@@ -97,9 +97,9 @@ fn replaced_file_of_a_socket_is_left_alone() {
     let file = std::env::temp_dir().join(format!("zmq-replaced-{}", std::process::id()));
     let mut reply = Socket::new(Kind::Reply, &Limits::default());
     reply.bind(&Endpoint::Ipc(file.clone())).unwrap();
-    // The address of a socket that listens is in use, and so is any other file.
+    // A file is reported as in use if a socket listens on it, or if it is not a socket at all.
     assert_eq!(reply.bind(&Endpoint::Ipc(file.clone())), Err(Errno::IN_USE));
-    // Renamed, so that the new file has another inode.
+    // The old file is renamed instead of removed, so that the new file gets a different inode.
     let moved = file.with_extension("moved");
     std::fs::rename(&file, &moved).unwrap();
     std::fs::write(&file, "another").unwrap();
@@ -107,7 +107,7 @@ fn replaced_file_of_a_socket_is_left_alone() {
     drop(reply);
     assert_eq!(std::fs::read_to_string(&file).unwrap(), "another");
     std::fs::remove_file(&file).unwrap();
-    // The file of a socket whose program has ended is replaced.
+    // A file that was left by a program that has ended is replaced.
     let mut reply = Socket::new(Kind::Reply, &Limits::default());
     reply.bind(&Endpoint::Ipc(moved.clone())).unwrap();
     drop(reply);

@@ -74,7 +74,7 @@ fn subscriber_announces_its_topics_and_filters() {
     socket.deposit(1, message(&["abc"]));
     assert_eq!(socket.receive().unwrap(), b"abc");
     assert_eq!(socket.receive(), Err(Errno::WOULD_BLOCK));
-    // A peer that connects later, or again, gets all topics.
+    // A peer that connects later, or reconnects, receives all subscriptions.
     let late = socket.add_peer();
     assert!(socket.peer_is_ready(late, Vec::new()));
     assert_eq!(sent(&mut socket, late), Some(message(&["\x01a"])));
