@@ -203,7 +203,7 @@ fn errors(offer: &mut Offer<Zmq>) {
         })
         .param(Param::int("errnum"))
         .returns(Param::string("message"))
-        .text("Returns the text of an error.")
+        .text("Returns the message for an error number.")
         .example("assert(simZMQ.strerror(simZMQ.ETERM) == 'Context was terminated')"),
     );
     offer.command(
@@ -218,7 +218,7 @@ fn errors(offer: &mut Offer<Zmq>) {
             Ok(())
         })
         .param(Param::any("enable"))
-        .text("Sets whether calls of this script that fail raise an error. By default they return -1.")
+        .text("Sets whether failed calls of this script raise errors. By default, they return -1.")
         .example("simZMQ.__raiseErrors(true)\nassert(not pcall(simZMQ.close, 'none'))\nsimZMQ.__raiseErrors(false)"),
     );
     offer.command(
@@ -229,7 +229,7 @@ fn errors(offer: &mut Offer<Zmq>) {
         .returns(Param::int("major"))
         .returns(Param::int("minor"))
         .returns(Param::int("patch"))
-        .text("Returns the version of libzmq whose behaviour this follows.")
+        .text("Returns the version of libzmq whose behaviour the module reproduces.")
         .example("assert(simZMQ.version() == 4)"),
     );
     offer.command(
@@ -240,7 +240,7 @@ fn errors(offer: &mut Offer<Zmq>) {
         })
         .param(Param::string("capability"))
         .returns(Param::int("result").text("1: provided"))
-        .text("Returns whether a capability is provided: only `ipc` is.")
+        .text("Returns whether a capability is supported; only `ipc` is.")
         .example("assert(simZMQ.has('ipc') == 1 and simZMQ.has('curve') == 0)"),
     );
     for (name, text) in [

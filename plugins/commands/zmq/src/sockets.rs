@@ -134,7 +134,7 @@ pub(crate) fn offer(offer: &mut Offer<Zmq>) {
         })
         .param(socket_param())
         .returns(result())
-        .text("Closes a socket. What it has sent is still transferred, for at most half a second.")
+        .text("Closes a socket. Messages that it has sent are still transferred, for at most half a second.")
         .example("assert(simZMQ.close('none') == -1)"),
     );
     const LOCAL: &str = "`tcp://127.0.0.1:PORT` or `ipc://FILE`";
@@ -143,28 +143,28 @@ pub(crate) fn offer(offer: &mut Offer<Zmq>) {
             .param(Param::string("endpoint").text(
                 "`tcp://127.0.0.1:PORT` or `ipc://FILE`; `*` as the host means 127.0.0.1, as the port any free one",
             ))
-            .text("Listens for peers. Raises an error if the run is not allowed to use this address.")
+            .text("Binds a socket to an endpoint, to which peers can connect. Raises an error if the run is not permitted to use this address.")
             .example("assert(not pcall(simZMQ.bind, 'none', 'tcp://*:5555'))"),
     );
     offer.command(
         attaching("simZMQ.connect", false, Socket::connect)
             .param(Param::string("endpoint").text(LOCAL))
             .text(
-                "Connects to a peer, as soon as it exists and again whenever the connection ends. Raises an error if \
-                 the run is not allowed to use this address.",
+                "Connects to a peer as soon as it is available, and reconnects whenever the connection ends. Raises \
+                 an error if the run is not permitted to use this address.",
             )
             .example("assert(not pcall(simZMQ.connect, 'none', 'tcp://localhost:5555'))"),
     );
     offer.command(
         attaching("simZMQ.unbind", true, Socket::unbind)
             .param(Param::string("endpoint"))
-            .text("Stops listening. Existing connections remain.")
+            .text("Stops listening on an endpoint. Existing connections remain open.")
             .example("assert(not pcall(simZMQ.unbind, 'none', 'tcp://*:5555'))"),
     );
     offer.command(
         attaching("simZMQ.disconnect", false, Socket::disconnect)
             .param(Param::string("endpoint"))
-            .text("Ends a connection when what was sent has been transferred.")
+            .text("Ends the connection to an endpoint when all messages that were sent have been transferred.")
             .example("assert(not pcall(simZMQ.disconnect, 'none', 'tcp://localhost:5555'))"),
     );
     options(offer);
@@ -185,9 +185,9 @@ fn options(offer: &mut Offer<Zmq>) {
         })
         .param(socket_param())
         .param(option())
-        .param(Param::any("option_value").text("bytes; numbers as `sim.packInt32Table{n}`, or as they are"))
+        .param(Param::any("option_value").text("bytes, such as `sim.packInt32Table{n}`, or a number"))
         .returns(result())
-        .text("Sets an option. Options that matter only between machines have no effect.")
+        .text("Sets an option of a socket. Options that affect only connections between machines have no effect.")
         .example("assert(simZMQ.setsockopt('none', simZMQ.SUBSCRIBE, '') == -1)"),
     );
     offer.command(
@@ -196,8 +196,8 @@ fn options(offer: &mut Offer<Zmq>) {
             .param(option())
             .param(Param::int("option_len").unit("B").optional().text("ignored"))
             .returns(result())
-            .returns(Param::string("value").text("numbers have four bytes, and MAXMSGSIZE eight"))
-            .text("Returns an option, as bytes.")
+            .returns(Param::string("value").text("a number has four bytes, and MAXMSGSIZE has eight"))
+            .text("Returns the value of an option as bytes.")
             .example("assert(simZMQ.getsockopt('none', simZMQ.LAST_ENDPOINT, 256) == -1)"),
     );
     offer.command(
@@ -206,7 +206,7 @@ fn options(offer: &mut Offer<Zmq>) {
             .param(option())
             .returns(result())
             .returns(Param::int("value"))
-            .text("Returns an option that is a number.")
+            .text("Returns the value of a numeric option.")
             .example("assert(simZMQ.getsockopt_int('none', simZMQ.RCVMORE) == -1)"),
     );
 }
@@ -227,7 +227,7 @@ fn contexts(offer: &mut Offer<Zmq>) {
             handle(c, found)
         })
         .returns(Param::string("context").text("its handle"))
-        .text("Returns a context that all scripts share.")
+        .text("Returns the context that all scripts share.")
         .example("assert(simZMQ.ctx_singleton() == simZMQ.ctx_singleton())"),
     );
     offer.command(
@@ -239,8 +239,8 @@ fn contexts(offer: &mut Offer<Zmq>) {
         .param(context())
         .returns(result())
         .text(
-            "Ends a context: closes its sockets, and waits until what they have sent has been transferred, at most \
-             half a second.",
+            "Ends a context: closes its sockets, and waits until their messages have been transferred, at most half a \
+             second.",
         )
         .example("assert(simZMQ.ctx_term('none') == -1)"),
     );
@@ -288,7 +288,7 @@ fn contexts(offer: &mut Offer<Zmq>) {
         .param(Param::int("option_name"))
         .param(Param::int("option_value").text("ignored"))
         .returns(result())
-        .partial("has no effect: each connection has threads of its own")
+        .partial("The value has no effect, because each connection has its own threads.")
         .text("Sets an option of a context.")
         .example("assert(simZMQ.ctx_set(simZMQ.ctx_new(), simZMQ.IO_THREADS, 2) == 0)"),
     );

@@ -230,8 +230,8 @@ pub(crate) fn offer(offer: &mut Offer<Zmq>) {
         .returns(Param::int("result").unit("B").text("size of the data; -1: failed"))
         .returns(Param::string("data").optional())
         .text(
-            "Receives a part of a message. A thread or coroutine waits alone; in a callback, the whole run waits until \
-             a message arrives.",
+            "Receives a part of a message, and waits until one arrives: in a thread or coroutine, only the caller \
+             waits; in a callback, the whole run.",
         )
         .example("local rc, data = simZMQ.recv('none', simZMQ.DONTWAIT)\nassert(rc == -1 and data == nil)"),
     );
@@ -247,10 +247,10 @@ pub(crate) fn offer(offer: &mut Offer<Zmq>) {
         .param(Param::list("events").text("for each socket `POLLIN`, `POLLOUT` or both"))
         .param(Param::int("timeout").unit("ms").default(0_i64).text("negative: no limit"))
         .returns(Param::int("result").text("number of sockets that are ready; -1: failed"))
-        .returns(Param::list("revents").optional().text("what can be done with each socket"))
+        .returns(Param::list("revents").optional().text("the events for which each socket is ready"))
         .text(
-            "Returns which sockets can send or receive, and waits until one of them can. Without sockets, it does not \
-             wait.",
+            "Waits until at least one socket is ready, and returns for which events each socket is ready. Returns \
+             immediately if there are no sockets.",
         )
         .example("assert(simZMQ.poll({}, {}, 0) == 0)"),
     );
@@ -273,7 +273,7 @@ pub(crate) fn offer(offer: &mut Offer<Zmq>) {
         .param(socket_param())
         .param(flags_param("as for `simZMQ.send`"))
         .returns(Param::int("result").unit("B").text("size of the data; -1: failed"))
-        .text("Sends the data of a message as a part.")
+        .text("Sends the data of a message object as a part of a message.")
         .example("assert(simZMQ.msg_send('none', 'none', 0) == -1)"),
     );
     offer.command(
@@ -293,7 +293,7 @@ pub(crate) fn offer(offer: &mut Offer<Zmq>) {
         .param(socket_param())
         .param(flags_param("as for `simZMQ.recv`"))
         .returns(Param::int("result").unit("B").text("size of the data; -1: failed"))
-        .text("Receives a part into a message, which `simZMQ.msg_data` returns.")
+        .text("Receives a part of a message into a message object, whose data `simZMQ.msg_data` returns.")
         .example("assert(simZMQ.msg_recv('none', 'none', simZMQ.DONTWAIT) == -1)"),
     );
 }
