@@ -50,7 +50,7 @@ pub fn scene(builder: &Builder<'_>, file: &VrepFile) -> Result<Vec<Value>> {
         let first = unknown.spans.first().map_or(0, |span| span.at);
         report.add_count(
             "not understood",
-            format!("section {path}, first at byte {first}: stored with the scene"),
+            format!("section {path}, first at byte {first}; its data is stored with the scene unchanged"),
             unknown.count,
         );
     }
@@ -64,7 +64,7 @@ pub fn scene(builder: &Builder<'_>, file: &VrepFile) -> Result<Vec<Value>> {
     Ok(report.0.iter().flat_map(each).collect())
 }
 
-/// Logs the report: one line for each reason, with its objects.
+/// Logs the report, with one line per reason that lists the affected objects.
 fn log_report(builder: &Builder<'_>, report: &ImportReport) {
     for ((what, why), of) in &report.0 {
         let names: Vec<&str> = of.iter().take(8).map(|(_, alias)| alias.as_str()).collect();
@@ -77,6 +77,8 @@ fn log_report(builder: &Builder<'_>, report: &ImportReport) {
         let objects = format!("{}{more}", names.join(", "));
         let text = match *what {
             "without" => format!("not supported: {objects}: {why}"),
+            "refused" => format!("not imported: {objects}: {why}"),
+            "kept" | "replaced" => format!("{objects}: {why}"),
             _ => format!("{what}: {objects}: {why}"),
         };
         builder.report(severity, None, &text);
@@ -161,7 +163,7 @@ fn object<'a>(
         ObjectKind::Light(l) => views::light(l, node)?,
         ObjectKind::Path(p) => views::path(p, node)?,
         ObjectKind::Dummy(d) => dynamics::link(tree, d, o, node, report)?,
-        _ => report.add("without", format!("a {} is replaced by a dummy", o.kind_name()), o),
+        _ => report.add("without", format!("an object of the kind {} is replaced by a dummy", o.kind_name()), o),
     }
     node.set("object.data", scripts::data((file, tree), o, meant.contains(&c.id), &color_names))?;
     Ok(node)
@@ -200,18 +202,20 @@ fn shape<'a>(
 ) -> Result<Vec<String>> {
     let overrides = tree.overrides(o);
     let Some(root) = &s.root else {
-        report.add("refused", "it has no mesh", o);
+        report.add("refused", "the shape has no mesh", o);
         return node.set("shape.detectable", false).map(|_| Vec::new());
     };
     let dynamic = s.dynamic && !overrides.not_dynamic();
     let mut parts = Vec::new();
     let leaves = leaves(root);
-    // Lines that are drawn on a surface coincide with it. If they were drawn as a surface, they would flicker.
+    // A part that is drawn as lines usually coincides with another surface. If its triangles were drawn, both surfaces
+    // would flicker.
     let is_lines = |leaf: &MeshLeaf| leaf.bits & WIRE_FRAME != 0 && !s.respondable && leaves.len() > 1;
     if leaves.iter().any(|l| is_lines(l.leaf)) {
-        report.add("without", "a part that is drawn as lines is invisible", o);
+        report.add("without", "a part of the shape is drawn as lines in the original, and is invisible here", o);
     }
-    // Only parts that differ have a colour and an opacity of their own, so that those of the shape are not hidden.
+    // The colour and opacity of a part are set only if they differ from those of the shape, because otherwise they
+    // would override later changes of the shape's.
     let opacity = |leaf: &MeshLeaf| leaf.color.opacity.unwrap_or(1.0);
     let visible = || leaves.iter().filter(|l| !is_lines(l.leaf));
     let common = visible().next().map_or(1.0, |l| opacity(l.leaf));
@@ -269,7 +273,7 @@ fn shape<'a>(
         names.resize(parts.len(), leaf.leaf.color.name.clone());
     }
     if parts.is_empty() {
-        report.add("refused", "its mesh has no triangles", o);
+        report.add("refused", "the mesh of the shape has no triangles", o);
     } else {
         let parts = parts.into_iter().map(Value::Map).collect();
         node.set("shape.primitive", "compound")?.set("shape.parts", Value::List(parts))?;
@@ -288,7 +292,7 @@ fn shape<'a>(
     // A shape that consists only of lines would coincide with another surface if it were drawn as a surface.
     let lines_only = !s.respondable && leaves.iter().all(|l| l.leaf.bits & WIRE_FRAME != 0);
     if lines_only {
-        report.add("without", "a shape that is drawn as lines is invisible", o);
+        report.add("without", "the shape is drawn as lines in the original, and is invisible here", o);
     }
     if overrides.not_visible() || lines_only {
         node.set("object.visible", false)?;
@@ -308,7 +312,11 @@ fn shape<'a>(
     if own.iter().all(|x| x.is_finite()) && own.symmetric_eigenvalues().min() > 0.0 {
         node.set("shape.inertia", Value::Floats(own.as_slice().to_vec()))?;
     } else if dynamic {
-        report.add("replaced", "its inertia is physically impossible; that of its shape is used", o);
+        report.add(
+            "replaced",
+            "the inertia is physically impossible; the inertia of the geometry with uniform density is used instead",
+            o,
+        );
     }
     let [a, b, c, d, e, f] = s.velocity;
     if s.velocity.iter().all(|x| x.is_finite()) && s.velocity.iter().any(|x| *x != 0.0) {

@@ -207,7 +207,8 @@ pub fn joint(
         "position" => {
             let step = if file.settings.is_present { file.settings.physics_step().max(1e-5) } else { DEFAULT_STEP_S };
             let [p, i, d] = j.drive.pid.map(sound);
-            // V-REP's gains yield the motion in one physics step; dividing by the length of the step yields a velocity.
+            // V-REP's gains determine the motion per physics step; division by the length of the step yields a
+            // velocity.
             if p > 0.0 || i > 0.0 {
                 node.set("joint.gains", [p / step, i / step, d / step])?;
             }
@@ -226,7 +227,11 @@ pub fn joint(
                     .set("joint.follow_factor", factor)?
                     .set("joint.follow_offset", offset)?;
             }
-            None => report.add("without", "it depends on a joint that is not in the file", o),
+            None => report.add(
+                "without",
+                "the joint on which the object depends is not in the file, so the dependency is ignored",
+                o,
+            ),
         }
     }
     Ok(())
@@ -270,7 +275,11 @@ pub fn link(tree: &ObjectTree<'_>, d: &Dummy, o: &FileObject, node: Node<'_>, re
             None => Ok(()),
         },
         None => {
-            report.add("without", "it is linked to a dummy that is not in the file", o);
+            report.add(
+                "without",
+                "the dummy to which the object is linked is not in the file, so the link is ignored",
+                o,
+            );
             Ok(())
         }
     }

@@ -36,8 +36,9 @@ pub fn declared_primitive(leaf: &MeshLeaf, surface: &TriangleSurface) -> Option<
 /// Minimum number of corners of a polygon that is treated as a circle.
 pub const MIN_CIRCLE_CORNERS: usize = 12;
 
-/// Detects a convex mesh whose points are on two circles, or all at the same distance from the centre: a wheel or
-/// sphere modelled with flat faces, which would roll unevenly. Only the axes of the mesh's frame are considered.
+/// Detects wheels and spheres that are modelled with flat faces and would therefore roll unevenly: convex meshes whose
+/// points are all on two circles, or all at the same distance from the centre. Only cylinders along an axis of the
+/// mesh's frame are detected.
 pub fn detect_round(surface: &TriangleSurface) -> Option<PlacedPrimitive> {
     let (low, high) = surface.bounds()?;
     let middle = Vector3::from_fn(|i, _| (low[i] + high[i]) / 2.0);
@@ -45,8 +46,8 @@ pub fn detect_round(surface: &TriangleSurface) -> Option<PlacedPrimitive> {
     let points: Vec<Vector3<f64>> = surface.points.iter().map(|p| Vector3::from(*p) - middle).collect();
     let even = |a: f64, b: f64| (a - b).abs() <= 0.005 * b;
     let place = |turn| Isometry3::from_parts(Translation3::from(middle), turn);
-    // The points of a thin disc or a long rod are all about as far from the centre, too: a sphere is as wide along each
-    // axis, except for what the flat faces between its points take away.
+    // The points of a thin disc or a long rod are also at nearly equal distances from the centre. Only a sphere has the
+    // same width along each axis, up to the error of its flat faces.
     let radius = points.iter().map(|p| p.norm()).fold(0.0, f64::max);
     let equal_sides = size.min() >= 2.0 * radius * libm::cos(PI / MIN_CIRCLE_CORNERS as f64);
     if equal_sides && points.len() >= MIN_CIRCLE_CORNERS * 3 && points.iter().all(|p| even(p.norm(), radius)) {

@@ -25,7 +25,11 @@ pub fn graph(g: &Graph, o: &FileObject, node: Node<'_>, report: &mut ImportRepor
         })
         .collect();
     if g.streams.iter().any(|s| s.old && s.object >= 0) {
-        report.add("without", "its streams, which the original fills automatically, are filled only by scripts", o);
+        report.add(
+            "without",
+            "the streams of the graph, which the original fills automatically, are filled only by scripts",
+            o,
+        );
     }
     node.set("graph.explicit", g.explicit)?
         .set("graph.buffer", i64::from(g.buffer.clamp(1, 1_000_000)))?

@@ -19,7 +19,7 @@ use crate::{
 
 /// Mode of joints that inverse kinematics moves.
 const IK_MODE: i32 = 2;
-/// Flags of a group that is solved in each step: it is enabled, and not only solved on request.
+/// Flags that determine whether a group is solved in each step: it must be enabled, and not solved only on request.
 const ENABLED: u8 = 1;
 const EXPLICIT: u8 = 64;
 
@@ -34,7 +34,7 @@ struct SceneRegistrations<'a> {
     windows: &'a [Window],
 }
 
-/// Returns the groups for inverse kinematics, with their targets: the dummies that are linked to their tips.
+/// Returns the inverse kinematics groups. The target of each element is set to the dummy that is linked to its tip.
 fn ik_groups(file: &VrepFile) -> Vec<IkGroup> {
     let target = |tip: i32| {
         file.objects.iter().filter(|o| o.common.id == tip).find_map(|o| match &o.kind {

@@ -22,7 +22,8 @@ use crate::{
 const MAIN_SCRIPTS_SINCE: u32 = 30_103;
 /// Bit of a model's overrides that disables its scripts.
 const SCRIPTS_OFF: i32 = 0x200;
-/// Solves the groups for inverse kinematics in each step. The version is one that has both this command and callbacks.
+/// Script that solves the inverse kinematics groups in each step. `IK_DIALECT` is a version with both this command and
+/// callbacks.
 const IK_SCRIPT: &str = "function sysCall_actuation()\n    sim.handleIkGroup(sim.handle_all_except_explicit)\nend\n";
 const IK_DIALECT: &str = "4.1";
 /// Returns the handle of the object to which a script belongs, or -1 for the scene.
@@ -56,7 +57,7 @@ pub fn attach_scripts(
                 false if version < MAIN_SCRIPTS_SINCE => {
                     left(
                         "replaced",
-                        "the main script is that of an older version; the default main script is run instead",
+                        "the main script was written for a version before 3.1.3; the default main script runs instead",
                     );
                     continue;
                 }
@@ -69,16 +70,16 @@ pub fn attach_scripts(
             script::CHILD => "child",
             script::CUSTOMIZATION => "customization",
             other => {
-                left("without", &format!("a script has the obsolete kind {other}"));
+                left("without", &format!("a script of the obsolete kind {other} is not run"));
                 continue;
             }
         };
         if s.is_off() {
-            left("kept", "a script is disabled");
+            left("kept", "a disabled script is not run");
             continue;
         }
         if off.contains_key(&target) {
-            left("kept", "a script belongs to a model whose scripts are disabled");
+            left("kept", "a script is not run, because the scripts of its model are disabled");
             continue;
         }
         let language = s.language();
@@ -87,8 +88,9 @@ pub fn attach_scripts(
             left(
                 "without a script",
                 &format!(
-                    "it is in {language}, but only scripts in Lua are run; its source is stored. A remote client can \
-                     take over its function through the service `zmq_remote`: see docs/guide/remote-clients.md"
+                    "the script is written in {language}, but only scripts in Lua are run; its source is stored with \
+                     the scene. A remote client can replace it through the service `zmq_remote`: see \
+                     docs/guide/remote-clients.md"
                 ),
             );
             continue;
@@ -104,7 +106,7 @@ pub fn attach_scripts(
     }
     let has_main = file.scripts.iter().any(|s| s.kind == script::MAIN && !s.is_default_main());
     if registrations::has_implicit_ik_groups(file) && (!has_main || version < MAIN_SCRIPTS_SINCE) {
-        // What the default main script does after all other scripts have acted.
+        // In V-REP, the default main script solves the groups after all other scripts have acted.
         if let Some(node) = nodes.values().next() {
             node.script("lua", IK_DIALECT, "customization", "inverse kinematics", IK_SCRIPT.as_bytes())?;
         }
@@ -161,7 +163,7 @@ pub fn data((file, tree): (&VrepFile, &ObjectTree<'_>), o: &FileObject, meant: b
         out.push((Value::text(format!("{PRIVATE_PREFIX}color names")), Value::text(lines)));
     }
     for (tag, handles) in &c.references {
-        // Handles are not known yet; relative paths are still right in a copy of the model.
+        // Handles are not known yet. Relative paths also remain valid in a copy of the model.
         let paths = handles.iter().map(|h| tree.path(c.id, *h).unwrap_or_default()).collect::<Vec<_>>().join("\n");
         out.push((Value::text(format!("{PRIVATE_PREFIX}paths {tag}")), Value::text(paths)));
     }

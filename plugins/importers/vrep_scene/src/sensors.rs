@@ -61,7 +61,11 @@ pub fn proximity(
         "cone" => {
             node.set("angle", angle)?;
             if clamp_finite(v.inside, 0.0, 1.0) > 0.0 {
-                report.add("without", "the gap inside its cone is detected, too", o);
+                report.add(
+                    "without",
+                    "the sensor has a cone with a gap inside; here, it also detects objects in the gap",
+                    o,
+                );
             }
         }
         "random_rays" => {
@@ -78,7 +82,9 @@ pub fn proximity(
     let (front, back) = (s.bits & 0x10 == 0, s.bits & 0x20 == 0);
     match front || back {
         true => node.set("front_faces", front)?.set("back_faces", back).map(drop)?,
-        false => report.add("replaced", "it would detect neither side of faces; here, it detects both", o),
+        false => {
+            report.add("replaced", "the sensor detects neither side of faces in the original; here, it detects both", o)
+        }
     }
     let waves = match s.waves {
         0x10 => "ultrasonic",
@@ -138,10 +144,10 @@ pub fn vision(
     };
     targets::declare_targets(of, s.entity, o, node, report)?;
     if s.filters.iter().any(|f| !matches!(f, 1 | 4)) {
-        report.add("without", "the filters of its image are ignored", o);
+        report.add("without", "the filters of the sensor are ignored", o);
     }
     if matches!(s.mode, 2) {
-        report.add("replaced", "it would give each object a unique colour; here, it renders the object's own", o);
+        report.add("replaced", "the sensor renders each object in a unique colour in the original; here, it renders the object's own colours", o);
     }
     Ok(())
 }
@@ -160,7 +166,11 @@ pub fn force(f: &ForcePart, o: &FileObject, node: Node<'_>, report: &mut ImportR
     }
     if f.bits & 3 != 0 {
         node.set("force_sensor.break_count", i64::from(count.max(1)))?;
-        report.add("kept", "it breaks above its thresholds; in the original, its scripts decide this", o);
+        report.add(
+            "kept",
+            "the sensor breaks above its thresholds; in the original, its scripts decide whether it breaks",
+            o,
+        );
     }
     Ok(())
 }

@@ -37,7 +37,11 @@ pub fn declare_targets(
         ),
         None if known.contains(&entity) => (BTreeSet::from([entity]), false),
         None => {
-            report.add("replaced", "it would detect an entity that is not in the file; it detects all objects", o);
+            report.add(
+                "replaced",
+                "the entity that the sensor detects is not in the file, so it detects all objects",
+                o,
+            );
             return Ok(());
         }
     };

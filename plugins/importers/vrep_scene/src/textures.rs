@@ -37,12 +37,16 @@ impl ImportedImages {
         report: &mut ImportReport,
     ) -> Result<Option<Value>> {
         let Some(image) = file.textures.iter().find(|t| t.id == property.texture) else {
-            report.add("without", "an image of a vision sensor on it is ignored", o);
+            report.add("without", "the image of a vision sensor on the shape is ignored", o);
             return Ok(None);
         };
         let mapping = usize::try_from(property.mode).ok().and_then(|m| MAPPINGS.get(m));
         let Some(mapping) = mapping.filter(|_| property.scale.iter().all(|x| x.is_finite() && *x > 0.0)) else {
-            report.add("without", format!("an image on it has the unknown mapping {}", property.mode), o);
+            report.add(
+                "without",
+                format!("an image on the shape is ignored, because its mapping {} is unknown", property.mode),
+                o,
+            );
             return Ok(None);
         };
         let number = match self.0.get(&image.id) {

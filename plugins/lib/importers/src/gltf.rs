@@ -78,7 +78,7 @@ fn chunks(bytes: &[u8]) -> Result<(&[u8], Option<Vec<u8>>), String> {
     while let Some((head, after)) = rest.split_first_chunk::<8>() {
         let [a, b, c, d, kind @ ..] = *head;
         let length = u32::from_le_bytes([a, b, c, d]) as usize;
-        let body = after.get(..length).ok_or("the file ends within a chunk")?;
+        let body = after.get(..length).ok_or("the file is truncated: it ends within a chunk")?;
         match &kind {
             b"JSON" if text.is_none() => text = Some(body),
             b"BIN\0" if blob.is_none() => blob = Some(body.to_vec()),
@@ -166,7 +166,7 @@ impl NodeWalk<'_> {
         };
         check_triangle_count(triangles.len())?;
         if triangles.iter().flatten().any(|i| *i as usize >= points.len()) {
-            return Err("a face refers to a point that does not exist".into());
+            return Err("the file is damaged: a face refers to a point that does not exist".into());
         }
         // The origin of texture coordinates is the top of the image in glTF, but the bottom in scenes.
         let coordinates = reader.read_tex_coords(0).map(|t| t.into_f32().map(|[x, y]| [x, 1.0 - y]).collect());

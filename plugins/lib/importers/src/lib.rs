@@ -46,10 +46,10 @@ pub fn read(name: &str, bytes: &[u8], files: FileLoader<'_>) -> Result<ImportedM
     for piece in &mut read.model.pieces {
         let n = piece.points.len();
         if piece.triangles.iter().flatten().any(|i| *i as usize >= n) {
-            return Err("a face refers to a point that does not exist".into());
+            return Err("the file is damaged: a face refers to a point that does not exist".into());
         }
         if piece.points.iter().flatten().any(|x| !x.is_finite()) {
-            return Err("a point has a coordinate that is not finite".into());
+            return Err("the file is damaged: a coordinate of a point is not finite".into());
         }
         let whole = piece.coordinates.len() == n && piece.coordinates.iter().flatten().all(|x| x.is_finite());
         if !whole {

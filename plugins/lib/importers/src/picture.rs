@@ -28,11 +28,11 @@ impl DecodedImage {
         let open = || Reader::new(Cursor::new(bytes)).with_guessed_format().map_err(|e| e.to_string());
         let mut reader = open()?;
         if reader.format().is_none() {
-            return Err("its format is not supported; expected PNG, JPEG, BMP, TIFF or PNM".into());
+            return Err("the image format is not supported; expected PNG, JPEG, BMP, TIFF or PNM".into());
         }
         let (columns, rows) = open()?.into_dimensions().map_err(|e| e.to_string())?;
         if columns == 0 || rows == 0 || u64::from(columns) * u64::from(rows) > MAX_PIXELS {
-            return Err(format!("it has {columns} x {rows} pixels; expected from 1 to {MAX_PIXELS} pixels in total"));
+            return Err(format!("the image has {columns} x {rows} pixels; expected 1 to {MAX_PIXELS} pixels in total"));
         }
         let mut limits = Limits::default();
         limits.max_alloc = Some(8 * MAX_PIXELS);
@@ -62,7 +62,7 @@ impl<'a> ImageCache<'a> {
         if let Some(known) = self.known.get(&name) {
             return known.clone();
         }
-        let bytes = (self.files)(&name).ok_or_else(|| "there is no such file".to_owned());
+        let bytes = (self.files)(&name).ok_or_else(|| "the file does not exist".to_owned());
         self.insert(name, bytes.and_then(|b| DecodedImage::decode(&b)))
     }
 
@@ -71,7 +71,7 @@ impl<'a> ImageCache<'a> {
         if let Some(known) = self.known.get(&name) {
             return known.clone();
         }
-        let bytes = bytes.ok_or_else(|| "its bytes are missing".to_owned());
+        let bytes = bytes.ok_or_else(|| "the data of the image is missing from the file".to_owned());
         self.insert(name, bytes.and_then(DecodedImage::decode))
     }
 

@@ -119,7 +119,7 @@ fn read_object<T: Default>(
 ) -> ReadResult {
     let section = ByteSpan { at: c.at(), len: c.remaining() };
     if f.objects.len() >= MAX_OBJECTS {
-        return Err(c.error(format!("more than {MAX_OBJECTS} objects")));
+        return Err(c.error(format!("the file has more than {MAX_OBJECTS} objects")));
     }
     let mut common = CommonPart::default();
     let end = object(c, common::TAGS, common::IGNORED, &mut common, u)?;
@@ -135,7 +135,7 @@ fn read_object<T: Default>(
 fn read_other_object(f: &mut VrepFile, c: &mut Cursor<'_>, u: &mut UnknownElements, word: &'static str) -> ReadResult {
     let section = ByteSpan { at: c.at(), len: c.remaining() };
     if f.objects.len() >= MAX_OBJECTS {
-        return Err(c.error(format!("more than {MAX_OBJECTS} objects")));
+        return Err(c.error(format!("the file has more than {MAX_OBJECTS} objects")));
     }
     let mut common = CommonPart::default();
     object(c, common::TAGS, common::IGNORED, &mut common, u)?;

@@ -41,7 +41,7 @@ impl FileHeader {
     pub fn read(file: &[u8]) -> ReadResult<FileHeader> {
         let mut c = Cursor::new(file);
         if c.take(4).ok() != Some(MAGIC) {
-            return Err(ReadError::new(0, "expected a file that begins with `VREP`").within("header"));
+            return Err(ReadError::new(0, "expected a V-REP scene or model, which begins with `VREP`").within("header"));
         }
         Self::fields(&mut c).map_err(|e| e.within("header"))
     }
@@ -78,7 +78,7 @@ impl FileHeader {
         let rest = c.remaining().saturating_add(c.at());
         if rest < h.payload {
             return Err(
-                c.error(format!("the file is shorter than its header: expected {} bytes, found {rest}", h.payload))
+                c.error(format!("the file is truncated: its header declares {} bytes, found {rest}", h.payload))
             );
         }
         // An unpacked byte is encoded in at least one bit, so a larger declared size is invalid.

@@ -113,17 +113,19 @@ pub fn unpack(packed: &[u8], size: usize) -> ReadResult<Vec<u8>> {
         if at & LEAF_FLAG == 0 {
             // Decode the rest of a long code bit by bit. A code has up to 255 bits, so more bits may have to be loaded.
             if bits.count < used {
-                return Err(broken(out.len(), "the packed data ends too early"));
+                return Err(broken(out.len(), "the packed data ends before all bytes are unpacked"));
             }
             bits.skip(used);
             used = 0;
             while at & LEAF_FLAG == 0 {
-                let bit = bits.bits(1).ok_or_else(|| broken(out.len(), "the packed data ends too early"))?;
+                let bit = bits
+                    .bits(1)
+                    .ok_or_else(|| broken(out.len(), "the packed data ends before all bytes are unpacked"))?;
                 at = nodes[usize::from(at)][bit as usize];
             }
         }
         if bits.count < used {
-            return Err(broken(out.len(), "the packed data ends too early"));
+            return Err(broken(out.len(), "the packed data ends before all bytes are unpacked"));
         }
         bits.skip(used);
         out.push(at as u8);

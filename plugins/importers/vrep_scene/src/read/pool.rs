@@ -69,13 +69,14 @@ pub fn count(data: &[u8], indices: IndexArray) -> usize {
     }
 }
 
-/// Decodes packed integers; the two most significant bits of an integer's first byte are the number of bytes that
-/// follow.
+/// Decodes packed integers. The two most significant bits of the first byte of an integer are the number of bytes that
+/// follow it.
 fn unpack(data: &[u8], span: ByteSpan) -> ReadResult<Vec<u32>> {
     const OFFSETS: [i64; 4] = [31, 8191, 2_097_151, 536_870_911];
     let bytes = span.of(data);
     let broken = |at: usize, what: &str| super::cursor::ReadError::new(span.at + at, what);
-    let head = bytes.get(..4).ok_or_else(|| broken(0, "packed indices must begin with their count in 4 bytes"))?;
+    let head =
+        bytes.get(..4).ok_or_else(|| broken(0, "expected packed indices, which begin with their count in 4 bytes"))?;
     let told = i32::from_le_bytes([head[0], head[1], head[2], head[3]]);
     let n = usize::try_from(told).map_err(|_| broken(0, &format!("expected a length, found {told}")))?;
     if n > bytes.len() - 4 {
@@ -83,9 +84,12 @@ fn unpack(data: &[u8], span: ByteSpan) -> ReadResult<Vec<u32>> {
     }
     let (mut out, mut at, mut value) = (Vec::with_capacity(n), 4, 0_i64);
     for _ in 0..n {
-        let first = *bytes.get(at).ok_or_else(|| broken(at, "packed indices end too early"))?;
+        let first =
+            *bytes.get(at).ok_or_else(|| broken(at, "the packed indices end before all of them are unpacked"))?;
         let extra = usize::from(first >> 6);
-        let more = bytes.get(at + 1..at + 1 + extra).ok_or_else(|| broken(at, "packed indices end too early"))?;
+        let more = bytes
+            .get(at + 1..at + 1 + extra)
+            .ok_or_else(|| broken(at, "the packed indices end before all of them are unpacked"))?;
         let raw =
             more.iter().enumerate().fold(i64::from(first & 63), |raw, (i, b)| raw + (i64::from(*b) << (6 + 8 * i)));
         value += raw - OFFSETS[extra];

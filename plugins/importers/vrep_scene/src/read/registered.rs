@@ -98,12 +98,12 @@ pub fn distance(c: &mut Cursor<'_>, unknown: &mut UnknownElements) -> ReadResult
     Ok(pair)
 }
 
-/// An element of a group for inverse kinematics.
+/// An element of an inverse kinematics group: a tip that must reach a target.
 #[derive(Debug, Clone, Serialize)]
 pub struct IkElement {
     /// Handle of the dummy at the tip.
     pub tip: i32,
-    /// Handle of the dummy that the tip shall reach, which is linked to it; -1: none.
+    /// Handle of the target, which is the dummy that is linked to the tip; -1: none.
     pub target: i32,
     /// Handle of the base; -1: the world.
     pub base: i32,
@@ -115,7 +115,7 @@ pub struct IkElement {
     pub precision: [f64; 2],
     /// Weights of position and orientation.
     pub weights: [f64; 2],
-    /// Whether it counts.
+    /// Whether the element is enabled.
     pub enabled: bool,
 }
 
@@ -135,7 +135,7 @@ impl Default for IkElement {
     }
 }
 
-/// A group for inverse kinematics.
+/// An inverse kinematics group.
 #[derive(Debug, Clone, Default, Serialize)]
 pub struct IkGroup {
     /// Name of the group.
@@ -150,10 +150,11 @@ pub struct IkGroup {
     pub max_iterations: i32,
     /// Damping of damped least squares.
     pub damping: f64,
-    /// Handle of the group on whose result it depends; -1: none.
+    /// Handle of the group on whose result this group depends; -1: none.
     pub after: i32,
-    /// Flags. 1: enabled; 2: joints are restored if the position is not reached; 4: if the orientation is not; 8 and 16:
-    /// it depends on the result of another group; 32: the largest steps of joints apply; 64: solved only on request.
+    /// Flags. 1: enabled; 2: joints are restored if the position is not reached; 4: if the orientation is not; 8 and
+    /// 16: solved depending on the result of another group; 32: the step of each joint is limited; 64: solved only on
+    /// request.
     pub flags: u8,
 }
 
@@ -181,7 +182,7 @@ fn ik_element(c: &mut Cursor<'_>, unknown: &mut UnknownElements) -> ReadResult<I
     let tags = tags!(IkElement {
         "Ik2" => |e, c, _| Ok((e.tip, e.base) = (c.i32()?, c.i32()?)),
         "Abc" => |e, c, _| Ok(e.axes = c.i32()?),
-        // The angle comes first.
+        // The file stores the angle before the distance.
         "Pr2" | "_r2" => |e, c, _| Ok(e.precision = { let [angle, distance] = c.reals()?; [distance, angle] }),
         "Wgt" | "_gt" => |e, c, _| Ok(e.weights = c.reals()?),
         "Ctr" => |e, c, _| Ok(e.constraints = c.i32()?),

@@ -16,7 +16,7 @@ pub type ElementReader<T> = fn(&mut T, &mut Cursor<'_>, &mut UnknownElements) ->
 pub struct ElementTag<T> {
     /// Tag of the form with 4-byte numbers, or without numbers; may be empty.
     pub single: &'static str,
-    /// ElementTag of the form with 8-byte numbers; may be empty.
+    /// Tag of the form with 8-byte numbers; may be empty.
     pub double: &'static str,
     /// Function that reads the element's payload.
     pub read: ElementReader<T>,

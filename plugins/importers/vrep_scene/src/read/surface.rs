@@ -78,9 +78,8 @@ impl VrepFile {
     /// Returns the triangles of a leaf; indices out of range are an error.
     pub fn surface(&self, leaf: &MeshLeaf, shared: Option<&SharedArrays>, at: usize) -> ReadResult<TriangleSurface> {
         let broken = |what: String| ReadError::new(at, what).within("mesh");
-        let (vertices, indices) = self
-            .arrays(leaf, shared)
-            .ok_or_else(|| broken("the file lacks the vertices or indices of a mesh".into()))?;
+        let (vertices, indices) =
+            self.arrays(leaf, shared).ok_or_else(|| broken("the vertices or indices of a mesh are missing".into()))?;
         let points = pool::points(&self.data, vertices);
         let corners = pool::corners(&self.data, indices)?;
         let mut triangles: Vec<[u32; 3]> = corners.chunks_exact(3).map(|t| [t[0], t[1], t[2]]).collect();

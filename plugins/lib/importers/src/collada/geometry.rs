@@ -51,7 +51,7 @@ fn polygons(primitive: Node<'_, '_>, cut: PolygonLayout) -> Result<(Vec<usize>, 
     let (mut corners, mut indices) = (Vec::new(), Vec::new());
     let lists = primitive.children().filter_map(|n| match n.tag_name().name() {
         "p" => Some(n),
-        // A polygon with holes. The holes are ignored.
+        // `<ph>` is a polygon with holes, which are ignored.
         "ph" => child(n, "p"),
         _ => None,
     });
@@ -71,7 +71,9 @@ fn polygons(primitive: Node<'_, '_>, cut: PolygonLayout) -> Result<(Vec<usize>, 
                 let mut begin = 0;
                 for count in &counts {
                     if *count > n - begin {
-                        return Err("the COLLADA file is damaged: its polygons have more corners than indices".into());
+                        return Err(
+                            "the COLLADA file is damaged: its polygons have more corners than there are indices".into(),
+                        );
                     }
                     fan(begin, *count);
                     begin += count;
