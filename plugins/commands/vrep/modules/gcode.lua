@@ -92,7 +92,7 @@ end
 local function arc(self, line, to, words, clockwise)
     local from = copy(self.at)
     if math.abs(to[3] - from[3]) > NOTHING then
-        error('line ' .. line .. ': an arc must not change Z; only arcs in a plane of constant Z are supported', 0)
+        error('line ' .. line .. ': the arc changes Z; only arcs in a plane of constant Z are supported', 0)
     end
     local x, y
     if words.R then

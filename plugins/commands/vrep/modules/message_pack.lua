@@ -1,4 +1,4 @@
--- MessagePack: converts values to bytes and back (https://msgpack.org).
+-- Encodes values as MessagePack (https://msgpack.org), and decodes them.
 local module = {}
 
 local strings, arrays, integers, numbers = "string_compat", "without_hole", "unsigned", "double"
@@ -9,12 +9,13 @@ local function choice(names, name, set)
     end
     error("expected one of " .. table.concat(names, ", ") .. ", found " .. tostring(name), 3)
 end
--- How strings are written: without `str 8` and `bin` ("string_compat"), as text ("string") or as bytes ("binary").
+-- Sets how strings are encoded: as text without the type `str 8` ("string_compat"), as text ("string") or as binary
+-- data ("binary").
 function module.set_string(name)
     choice({ "string_compat", "string", "binary" }, name, function(n) strings = n end)
 end
--- Which tables are arrays: those without gaps, those with gaps too, or every table with an element 1 ("always_as_map"
--- makes none).
+-- Sets which tables are encoded as arrays: those with the keys 1 to n ("without_hole"), all tables whose keys are
+-- positive integers ("with_hole"), or none ("always_as_map").
 function module.set_array(name)
     choice({ "without_hole", "with_hole", "always_as_map" }, name, function(n) arrays = n end)
 end
@@ -25,13 +26,14 @@ function module.set_number(name)
     choice({ "integer", "float", "double" }, name, function(n) numbers = n end)
 end
 
--- Returns the head for `n` items: in one byte below `few`, otherwise after one of the given bytes, 0 for no such form.
+-- Returns the header for `n` items. Below `few`, it is the byte `base` + `n`; otherwise, it is the byte `one`, `two` or
+-- `four` followed by `n` in as many bytes. If `one` is 0, that type does not exist.
 local function head(n, base, few, one, two, four)
     if n < few then return string.char(base + n) end
     if one ~= 0 and n <= 0xFF then return string.pack(">BB", one, n) end
     if n <= 0xFFFF then return string.pack(">BI2", two, n) end
     if n <= 0xFFFFFFFF then return string.pack(">BI4", four, n) end
-    error("a value of " .. n .. " bytes or elements is too long", 0)
+    error("cannot encode a value of " .. n .. " bytes or elements: expected fewer than 2^32", 0)
 end
 
 local function integer(n)
@@ -64,7 +66,7 @@ local function text(s)
     return head(#s, 0xA0, 0x20, strings == "string" and 0xD9 or 0, 0xDA, 0xDB) .. s
 end
 
--- Returns the length of a table that is an array, or nil.
+-- Returns the number of elements of a table that is encoded as an array, or nil for any other table.
 local function length(t)
     if arrays == "always_as_map" then return nil end
     local count, last = 0, 0
@@ -81,7 +83,7 @@ local encode
 local function map(t, inside)
     local keys, rank = {}, { boolean = 1, number = 2, string = 3, table = 4 }
     for k in pairs(t) do keys[#keys + 1] = k end
-    -- In a stable order, so that runs are repeatable.
+    -- Keys are sorted, so that the same table always yields the same bytes.
     table.sort(keys, function(a, b)
         local x, y = rank[type(a)] or 5, rank[type(b)] or 5
         if x ~= y then return x < y end
@@ -102,8 +104,8 @@ function encode(value, inside)
     if kind == "boolean" then return value and "\xC3" or "\xC2" end
     if kind == "number" then return number(value) end
     if kind == "string" then return text(value) end
-    if kind ~= "table" then error("a " .. kind .. " has no MessagePack form", 0) end
-    if inside[value] then error("a table that contains itself has no MessagePack form", 0) end
+    if kind ~= "table" then error("cannot encode a " .. kind .. " as MessagePack", 0) end
+    if inside[value] then error("cannot encode a table that contains itself as MessagePack", 0) end
     inside[value] = true
     local out
     local n = length(value)
@@ -118,7 +120,7 @@ function encode(value, inside)
     return out
 end
 
--- Returns the bytes of a value.
+-- Returns a value encoded as a string of bytes.
 function module.pack(value)
     return encode(value, {})
 end
@@ -129,11 +131,11 @@ local decode
 
 local function read(s, at, format)
     local size = string.packsize(format)
-    if at + size - 1 > #s then error("the bytes end within a value", 0) end
+    if at + size - 1 > #s then error("the data is truncated: it ends within a value", 0) end
     return string.unpack(format, s, at)
 end
 local function bytes(s, at, n)
-    if at + n - 1 > #s then error("the bytes end within a string", 0) end
+    if at + n - 1 > #s then error("the data is truncated: it ends within a string", 0) end
     return s:sub(at, at + n - 1), at + n
 end
 local function list(s, at, n, depth)
@@ -152,12 +154,12 @@ local function dictionary(s, at, n, depth)
     return out, at
 end
 
--- The forms after which a number follows: its format.
+-- Formats of the numbers that follow the type bytes for numbers.
 local NUMBERS = {
     [0xCA] = ">f", [0xCB] = ">d", [0xCC] = ">B", [0xCD] = ">I2", [0xCE] = ">I4", [0xCF] = ">i8", [0xD0] = ">b",
     [0xD1] = ">i2", [0xD2] = ">i4", [0xD3] = ">i8",
 }
--- The forms after which a count follows: its format, and what is counted.
+-- By type byte: the format of the count that follows the byte, and the function that reads the counted items.
 local COUNTED = {
     [0xC4] = { ">B", bytes }, [0xC5] = { ">I2", bytes }, [0xC6] = { ">I4", bytes },
     [0xD9] = { ">B", bytes }, [0xDA] = { ">I2", bytes }, [0xDB] = { ">I4", bytes },
@@ -165,7 +167,7 @@ local COUNTED = {
 }
 
 function decode(s, at, depth)
-    if depth > DEEPEST then error("more than " .. DEEPEST .. " values inside each other", 0) end
+    if depth > DEEPEST then error("the data is nested more than " .. DEEPEST .. " levels deep", 0) end
     local form
     form, at = read(s, at, "B")
     if form <= 0x7F then return form, at end
@@ -181,18 +183,18 @@ function decode(s, at, depth)
         n, at = read(s, at, COUNTED[form][1])
         return COUNTED[form][2](s, at, n, depth)
     end
-    error(string.format("the byte 0x%02X starts no known value", form), 0)
+    error(string.format("the byte 0x%02X is not a type of MessagePack", form), 0)
 end
 
--- Returns the value of bytes that contain exactly one.
+-- Decodes a string that contains exactly one value.
 function module.unpack(s)
     if type(s) ~= "string" then error("expected a string, found a " .. type(s), 2) end
     local value, at = decode(s, 1, 0)
-    if at <= #s then error(#s - at + 1 .. " bytes follow the value", 0) end
+    if at <= #s then error("expected a single value, but " .. #s - at + 1 .. " bytes follow it", 0) end
     return value
 end
 
--- Iterates over the values in a string; each comes with the position after it.
+-- Iterates over the values in a string. Yields the position after each value, and the value.
 function module.unpacker(s)
     local at = 1
     return function()

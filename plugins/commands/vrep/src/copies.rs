@@ -283,7 +283,7 @@ fn scale(c: &Ctx<'_>, o: Object, f: [f64; 3]) -> Result {
         w.set_f64s(o.id, p.size, &[size[0] * f[0], size[1] * f[1], size[2] * f[2]])?;
     }
     w.set_f64s(o.id, p.mass, &[mass])?;
-    // Values that the shape does not state follow its form; the others have not changed.
+    // Values that were not set explicitly are derived from the form, so they have changed with it.
     let (new_com, new_inertia) = matter()?;
     if new_com == com && com != [0.0; 3] {
         w.set_f64s(o.id, p.com, &[com[0] * f[0], com[1] * f[1], com[2] * f[2]])?;

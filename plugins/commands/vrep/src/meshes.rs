@@ -33,10 +33,13 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             let (nx, ny, width) = (c.i64(2)?, c.i64(3)?, c.f64(4)?);
             let heights = c.arg(5).numbers().unwrap_or_default();
             let (Ok(nx), Ok(ny)) = (usize::try_from(nx), usize::try_from(ny)) else {
-                return Err(Fail::argument("the grid must not have a negative number of points"));
+                return Err(Fail::argument("expected numbers of points that are not negative"));
             };
             if nx < 2 || ny < 2 || nx.saturating_mul(ny) != heights.len() {
-                let text = format!("{} heights do not form a grid of {nx} by {ny}, at least 2 by 2", heights.len());
+                let text = format!(
+                    "expected at least 2 x 2 points with one height each, found {} heights for {nx} x {ny} points",
+                    heights.len()
+                );
                 return Err(Fail::argument(text));
             }
             let d = width / (nx - 1) as f64;
@@ -250,7 +253,7 @@ fn rotate_inertia(i: &[f64; 9], q: al::Quaternion) -> [f64; 9] {
 /// Creates a shape from triangles, with its frame at the centre of its bounding box.
 pub(crate) fn create_from_triangles(c: &Ctx<'_>, mut points: Vec<f64>, places: Vec<f64>) -> Result<tatu_object> {
     if points.len() < 9 || !points.len().is_multiple_of(3) || places.len() < 3 || !places.len().is_multiple_of(3) {
-        return Err(Fail::argument("a mesh requires at least 9 coordinates and 3 indices, both in multiples of 3"));
+        return Err(Fail::argument("expected at least 9 coordinates and 3 indices, and multiples of 3 of both"));
     }
     let mut middle = [0.0; 3];
     for (k, m) in middle.iter_mut().enumerate() {

@@ -1,12 +1,11 @@
-//! The models of V-REP's installation, by the paths under which scripts load them, and the models that replace them
-//! here.
+//! Maps the paths under which scripts load models of V-REP's installation to the models that replace them in Tatu.
 
-/// Folder that `sim.stringparam_modeldefaultdir` names.
+/// Value of `sim.stringparam_modeldefaultdir`: the folder of models.
 pub(crate) const MODEL_FOLDER: &str = "models";
-/// Folder that `sim.stringparam_scenedefaultdir` names.
+/// Value of `sim.stringparam_scenedefaultdir`: the folder of scenes.
 pub(crate) const SCENE_FOLDER: &str = "scenes";
 
-/// Names of V-REP's models, in lower case and without spaces and signs, with the model that is the same here.
+/// File names of V-REP's models, reduced to lower-case letters and digits, and the equivalent models of Tatu.
 const SAME: &[(&str, &str)] = &[
     ("pioneerp3dx", "pioneer_p3dx"),
     ("quadcopter", "quadrotor"),
@@ -38,7 +37,7 @@ const SAME: &[(&str, &str)] = &[
     ("customizabletable", "table"),
 ];
 
-/// Words of paths, with the model that is nearest, the first that occurs.
+/// Words that occur in paths of V-REP's models, and the models of Tatu that are most similar.
 const NEAREST: &[(&str, &str)] = &[
     ("youbot", "omni_platform"),
     ("turtlebot", "turtlebot3"),
@@ -85,20 +84,21 @@ const NEAREST: &[(&str, &str)] = &[
     ("mobile", "pioneer_p3dx"),
 ];
 
-/// Returns the file name of a path without its suffix.
+/// Returns the file name of a path without its extension.
 fn stem(path: &str) -> &str {
     let name = path.rsplit(['/', '\\']).next().unwrap_or_default();
     name.rsplit_once('.').map_or(name, |(stem, _)| stem)
 }
 
-/// Returns the model that is the same as a model of V-REP, if there is one.
+/// Returns the model that is equivalent to the model of V-REP at a path, or `None` if there is none.
 pub(crate) fn same_model(path: &str) -> Option<&'static str> {
     let name: String = stem(path).chars().filter(char::is_ascii_alphanumeric).collect();
     let name = name.to_ascii_lowercase();
     SAME.iter().find(|(theirs, _)| *theirs == name).map(|(_, own)| *own)
 }
 
-/// Returns the model that is nearest to a model of V-REP, by the words of its path, from the last to the first.
+/// Returns the model that is most similar to the model of V-REP at a path, or `None` if no word of the path is known.
+/// The last known word determines the result, because it is the most specific one.
 pub(crate) fn nearest_model(path: &str) -> Option<&'static str> {
     let path = path.to_ascii_lowercase();
     let words: Vec<&str> = path.split(|c: char| !c.is_ascii_alphanumeric()).filter(|w| !w.is_empty()).collect();

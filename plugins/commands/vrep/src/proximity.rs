@@ -185,7 +185,7 @@ fn measure_now(c: &Ctx<'_>, sensor: tatu_object, only: tatu_object) -> Result<De
 }
 
 /// Measures the entity in argument `i`: everything, an object, or a collection, whose shapes are measured one by one.
-/// The sensor's reading is then that of the nearest one.
+/// The sensor's reading is then that of the nearest shape.
 fn nearest_of(
     c: &Ctx<'_>,
     sensor: tatu_object,

@@ -12,7 +12,9 @@ const CLOSE_EVENT: &str = "remote_api.close";
 fn publish_port_event(c: &Ctx<'_>, event: &str) -> Result {
     let port = c.i64(0)?;
     if !(1..=65535).contains(&port) {
-        return Err(Fail::unsupported(format!("port {port}: expected 1 to 65535; shared memory is not supported")));
+        return Err(Fail::unsupported(format!(
+            "argument 1: expected a port from 1 to 65535, found {port}; shared memory is not supported"
+        )));
     }
     c.world().publish_value(event, &Value::Map(vec![(Value::text("port"), Value::Int(port))]))
 }

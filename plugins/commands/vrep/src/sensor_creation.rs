@@ -1,5 +1,5 @@
-//! Commands that create sensors while a scene is loaded: proximity sensors and vision sensors with all their
-//! parameters. They are described as in a scene file.
+//! Commands that create proximity and vision sensors with all their parameters. Each command describes the sensor in
+//! the scene format, and adds the objects in this description to the scene.
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
@@ -63,19 +63,20 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     );
 }
 
-/// Returns the numbers of a table argument; an empty list if it is no table.
+/// Returns the numbers of a table argument, or an empty list if the argument is not a table.
 fn listed(c: &Ctx<'_>, i: usize) -> Vec<f64> {
     c.arg(i).numbers().unwrap_or_default()
 }
 
-/// Returns the description of a sensor, whose other keys are `keys`.
+/// Returns the description of a sensor in the scene format. `keys` contains the keys that only sensors of its kind
+/// have.
 fn described(sensor: &str, alias: &str, explicit: bool, keys: &[(&str, String)]) -> String {
     let head = format!("format = 1\n[[object]]\nkind = \"sensor\"\nsensor = \"{sensor}\"\nalias = \"{alias}\"\n");
     let keys = keys.iter().map(|(key, value)| format!("{key} = {value}\n"));
     keys.fold(format!("{head}explicit = {explicit}\n"), |text, line| text + &line)
 }
 
-/// Writes a number as in a scene file.
+/// Formats a number for the scene format.
 fn float(x: f64) -> String {
     format!("{x:?}")
 }
@@ -86,7 +87,7 @@ fn quoted(text: &str) -> String {
     format!("\"{text}\"")
 }
 
-/// Returns the description of a proximity sensor.
+/// Returns the description of a proximity sensor in the scene format.
 fn proximity(kind: i64, waves: i64, options: i64, ints: &[f64], floats: &[f64]) -> Result<String> {
     const TYPES: [(i64, &str); 5] = [(30, "pyramid"), (31, "cylinder"), (32, "disc"), (33, "cone"), (34, "ray")];
     let has = |bit: i64| options & bit != 0;
@@ -95,13 +96,13 @@ fn proximity(kind: i64, waves: i64, options: i64, ints: &[f64], floats: &[f64]) 
         Some((33, _)) if has(512) => "random_rays",
         Some((_, name)) => name,
         None => {
-            return Err(Fail::argument(format!("argument 1: there is no type {kind} of proximity sensors"))
+            return Err(Fail::argument(format!("argument 1: there is no proximity sensor type {kind}"))
                 .help("use 30 (pyramid), 31 (cylinder), 32 (disc), 33 (cone) or 34 (ray)"));
         }
     };
     let (offset, range) = (at(0).max(0.0), at(1));
     if range <= 0.0 {
-        return Err(Fail::argument(format!("argument 5: the range is {range} m: expected more than 0")));
+        return Err(Fail::argument(format!("argument 5: expected a range of more than 0 m, found {range} m")));
     }
     let positive = |i: usize| at(i).max(1e-6);
     let angle = at(9).clamp(1e-4, TAU);
@@ -153,7 +154,7 @@ fn proximity(kind: i64, waves: i64, options: i64, ints: &[f64], floats: &[f64]) 
     Ok(described("proximity", "proximitySensor", has(1), &keys))
 }
 
-/// Returns the description of a vision sensor.
+/// Returns the description of a vision sensor in the scene format.
 fn vision(options: i64, ints: &[f64], floats: &[f64]) -> Result<String> {
     let has = |bit: i64| options & bit != 0;
     let at = |i: usize| floats.get(i).copied().filter(|x| x.is_finite()).unwrap_or(0.0);
@@ -164,7 +165,7 @@ fn vision(options: i64, ints: &[f64], floats: &[f64]) -> Result<String> {
     let (near, far) = (at(0), at(1));
     if near <= 0.0 || far <= near {
         return Err(Fail::argument(format!(
-            "argument 3: the planes are at {near} m and {far} m: expected a positive number, and one above it"
+            "argument 3: the near plane is at {near} m and the far plane at {far} m; expected 0 < near < far"
         )));
     }
     let mut keys = vec![

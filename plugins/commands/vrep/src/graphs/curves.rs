@@ -54,7 +54,7 @@ fn samples(offer: &mut Offer<Vrep>) {
         command(["sim.setGraphUserData", "simSetGraphUserData"], |c| {
             let (graph, name) = (of_kind(c, 0, TATU_KIND_GRAPH)?, c.text(1)?);
             if !bool_of(c, 0, c.plugin().p.running)? {
-                return Err(Fail::unsupported("user data is accepted only while the simulation runs"));
+                return Err(Fail::unsupported("values of user streams can be set only while the simulation runs"));
             }
             let stream = match find(c, graph, TATU_FIGURE_STREAM, &name)? {
                 Some(stream) => stream,
@@ -275,7 +275,7 @@ pub(crate) fn color(c: &Ctx<'_>, i: usize) -> Result<Value> {
 fn add_curve(c: &mut Ctx<'_>) -> Result {
     let (graph, dims) = (of_kind(c, 0, TATU_KIND_GRAPH)?, c.i64(2)?);
     if !(2..=3).contains(&dims) {
-        return Err(Fail::argument("argument 3: a curve must have 2 or 3 dimensions"));
+        return Err(Fail::argument("argument 3: expected 2 or 3 dimensions"));
     }
     let (streams, defaults) = (c.arg(3), c.arg(4));
     let mut all = vec![("name", Value::text(c.text(1)?)), ("unit", Value::text(text_or(c, 5)?))];

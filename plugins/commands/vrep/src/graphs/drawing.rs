@@ -51,7 +51,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             let drawing = c.i64(0)? & HANDLE_BITS;
             let mut items = if c.has(1) { c.arg(1).numbers().unwrap_or_default() } else { Vec::new() };
             if c.has(1) && items.is_empty() {
-                return Err(Fail::argument("argument 2: expected a table of numbers, or nil"));
+                return Err(Fail::argument("argument 2: expected a table of numbers or nil"));
             }
             // V-REP reads one item and ignores the remaining numbers. Scripts rely on this when they pass the result of
             // `sim.checkDistance`, which is a segment followed by its length.
@@ -91,8 +91,8 @@ fn is_oriented(drawing: ValueRef<'_>) -> bool {
 }
 
 /// Converts items to the layout of a drawing with `stride` values per item. Marks have a normal, which scripts leave
-/// out if the marks face the camera, or replace by a quaternion since V-REP 4.2. Of numbers that form no whole items,
-/// only the first item is used.
+/// out if the marks face the camera, or replace by a quaternion since V-REP 4.2. If the numbers do not form whole
+/// items, only the first item is used.
 fn complete_items(mut items: Vec<f64>, stride: usize, oriented: bool) -> Vec<f64> {
     let whole = |n: usize| !items.is_empty() && items.len().is_multiple_of(n);
     if oriented && !whole(stride) {

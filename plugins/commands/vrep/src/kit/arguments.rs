@@ -190,7 +190,7 @@ pub(crate) fn floats(c: &Ctx<'_>, i: usize) -> Result<Vec<f64>> {
 }
 /// Normalizes a quaternion, or returns an error if it is zero; `i` is its argument index for messages.
 pub(crate) fn unit(q: al::Quaternion, i: usize) -> Result<al::Quaternion> {
-    al::normalized(q).ok_or_else(|| Fail::argument(format!("argument {}: the quaternion must not be zero", i + 1)))
+    al::normalized(q).ok_or_else(|| Fail::argument(format!("argument {}: expected a nonzero quaternion", i + 1)))
 }
 
 /// Returns whether the caller is a main script.

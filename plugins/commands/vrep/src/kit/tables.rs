@@ -15,7 +15,7 @@ use super::{
 
 const FORMAT_MARK: u8 = 0xF7;
 
-/// Size of all values of a call, bytes, which the host limits.
+/// Maximum total size of the values of a call, bytes; the limit of the host.
 const MAX_BYTES: usize = 256 << 20;
 
 /// Checks, before values are created from packed data, that `n` values of `each` bytes do not exceed the limit of the
@@ -27,7 +27,7 @@ pub(crate) fn check_count(n: usize, each: usize) -> Result {
             TATU_ERR_SPACE,
             format!("{n} values exceed the limit of {} MB for the values of a call", MAX_BYTES >> 20),
         )
-        .help("unpack parts of the data")),
+        .help("unpack the data in several parts")),
     }
 }
 
@@ -85,12 +85,12 @@ fn write(v: &Value, out: &mut Vec<u8>) -> Result {
 
 /// Unpacks a value that this plugin or V-REP has packed.
 pub(crate) fn unpack(data: &[u8]) -> Result<Value> {
-    let garbage = || Fail::argument("the data is not a packed table");
+    let garbage = || Fail::argument("the data is not a packed table, or it is damaged");
     if data == STAND_IN_DATA {
         return Ok(Value::List(Vec::new()));
     }
     let Some(mut rest) = data.strip_prefix(&[FORMAT_MARK]) else {
-        // Each byte can be a value.
+        // In the formats of V-REP, a value can occupy a single byte.
         check_count(data.len(), VALUE_BYTES)?;
         return foreign_tables::read(data).ok_or_else(garbage);
     };
@@ -103,7 +103,8 @@ pub(crate) fn unpack(data: &[u8]) -> Result<Value> {
     if rest.is_empty() { Ok(v) } else { Err(garbage()) }
 }
 
-/// Reads a value, and adds the number of values to `read_so_far`. Ends with `None` after more than a call can pass.
+/// Reads a value, and adds the number of values in it to `read_so_far`. Returns `None` if the data is invalid, or if it
+/// contains more values than a call can pass.
 fn read(rest: &mut &[u8], depth: usize, read_so_far: &mut usize) -> Option<Value> {
     fn take<'a>(rest: &mut &'a [u8], n: usize) -> Option<&'a [u8]> {
         let (head, tail) = rest.split_at_checked(n)?;

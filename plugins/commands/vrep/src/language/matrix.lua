@@ -1,6 +1,6 @@
 -- The globals `Matrix`, `Matrix3x3`, `Matrix4x4`, `Vector`, `Vector3`, `Vector4` and `Vector7`, which V-REP 4.1 to 4.10
--- provides to every script. Elements are stored row by row; indices start at 1; vectors are columns. Only scripts that
--- use one of the names get them.
+-- provides to every script. Elements are stored row by row; indices start at 1; vectors are columns. The globals are
+-- defined only for scripts that use one of these names.
 local script = ...
 local major, minor = (script.dialect or "0"):match("^(%d+)%.?(%d*)")
 if (tonumber(major) or 0) * 100 + (tonumber(minor) or 0) < 401
@@ -29,7 +29,8 @@ local function filled(rows, cols, f)
     if math.type(cols) ~= "integer" and math.tointeger(cols) then cols = math.tointeger(cols) end
     if math.type(rows) ~= "integer" or math.type(cols) ~= "integer" or rows < 0 or cols < 0 or rows * cols > MOST then
         local size = tostring(rows) .. " x " .. tostring(cols)
-        error("a matrix must have whole numbers of rows and columns, and at most " .. MOST .. " elements, not " .. size, 3)
+        local limit = "with at most " .. MOST .. " elements in total"
+        error("expected whole numbers of rows and columns " .. limit .. ", found " .. size, 3)
     end
     local data, n = {}, 0
     for i = 1, rows do
@@ -47,7 +48,7 @@ local function made(rows, cols, data)
     if is_matrix(data) then data = data:data() end
     if data ~= nil and (type(data) ~= "table" or #data ~= rows * cols) then
         local found = type(data) == "table" and #data .. " elements" or "a " .. type(data)
-        error(string.format("a %d x %d matrix needs %d elements, found %s", rows, cols, rows * cols, found), 3)
+        error(string.format("a %d x %d matrix requires %d elements, found %s", rows, cols, rows * cols, found), 3)
     end
     return filled(rows, cols, function(i, j) return data and data[(i - 1) * cols + j] or 0 end)
 end
@@ -153,7 +154,9 @@ function Matrix:horzcat(...)
     local out = self
     for _, m in ipairs { ... } do
         local left = out
-        if m._rows ~= left._rows then error("horzcat of a " .. size(left) .. " and a " .. size(m) .. " matrix", 2) end
+        if m._rows ~= left._rows then
+            error("horzcat requires equal numbers of rows, found " .. size(left) .. " and " .. size(m), 2)
+        end
         out = filled(left._rows, left._cols + m._cols, function(i, j)
             return j <= left._cols and at(left, i, j) or at(m, i, j - left._cols)
         end)
@@ -164,7 +167,9 @@ function Matrix:vertcat(...)
     local out = self
     for _, m in ipairs { ... } do
         local top = out
-        if m._cols ~= top._cols then error("vertcat of a " .. size(top) .. " and a " .. size(m) .. " matrix", 2) end
+        if m._cols ~= top._cols then
+            error("vertcat requires equal numbers of columns, found " .. size(top) .. " and " .. size(m), 2)
+        end
         out = filled(top._rows + m._rows, top._cols, function(i, j)
             return i <= top._rows and at(top, i, j) or at(m, i - top._rows, j)
         end)
@@ -185,9 +190,9 @@ local function pairwise(a, b, f, name)
     elseif type(b) == "number" then
         return a:applyfunc(function(x) return f(x, b) end)
     elseif not (is_matrix(a) and is_matrix(b)) then
-        error(name .. " of a matrix and a " .. type(is_matrix(a) and b or a), 3)
+        error(name .. " requires two matrices or a matrix and a number, found a " .. type(is_matrix(a) and b or a), 3)
     elseif a._rows ~= b._rows or a._cols ~= b._cols then
-        error(string.format("%s of a %s and a %s matrix: expected the same size", name, size(a), size(b)), 3)
+        error(string.format("%s requires matrices of equal size, found %s and %s", name, size(a), size(b)), 3)
     end
     return filled(a._rows, a._cols, function(i, j) return f(at(a, i, j), at(b, i, j)) end)
 end
@@ -294,13 +299,16 @@ end
 Matrix.max = extremum(function(x, y) return x > y end, -math.huge)
 Matrix.min = extremum(function(x, y) return x < y end, math.huge)
 
--- Multiplies matrices; a list of numbers counts as a column.
+-- Multiplies matrices; a list of numbers is treated as a column.
 function Matrix.mul(a, b)
     if type(a) == "number" or type(b) == "number" then return Matrix.times(a, b) end
     if is_matrix(a) and type(b) == "table" and not is_matrix(b) then b = made(#b, 1, b) end
-    if not (is_matrix(a) and is_matrix(b)) then error("product of a matrix and a " .. type(is_matrix(a) and b or a), 2) end
+    if not (is_matrix(a) and is_matrix(b)) then
+        error("a matrix cannot be multiplied by a " .. type(is_matrix(a) and b or a), 2)
+    end
     if a._cols ~= b._rows then
-        error(string.format("product of a %s and a %s matrix: the sizes do not match", size(a), size(b)), 2)
+        local text = "a %s matrix cannot be multiplied by a %s matrix: the second must have %d rows"
+        error(string.format(text, size(a), size(b), a._cols), 2)
     end
     return filled(a._rows, b._cols, function(i, j)
         local sum = 0
@@ -338,8 +346,8 @@ function Matrix:trace()
     return sum
 end
 
--- Eliminates below, and with `jordan` also above, the pivots. Returns the result, and the determinant of the left
--- square part.
+-- Gaussian elimination below the pivots and, if `jordan` is set, also above them. Returns the result, and the
+-- determinant of the left square part.
 local function eliminated(m, jordan)
     local rows, cols, det = {}, m._cols, 1
     for i = 1, m._rows do rows[i] = m:row(i):data() end
@@ -368,7 +376,7 @@ local function eliminated(m, jordan)
     return filled(m._rows, cols, function(i, j) return rows[i][j] end), det
 end
 local function square(m, what)
-    if m._rows ~= m._cols then error("only a square matrix has " .. what .. ", not one of " .. size(m), 3) end
+    if m._rows ~= m._cols then error("only a square matrix has " .. what .. ", found " .. size(m), 3) end
 end
 function Matrix:gauss(jordan) return (eliminated(self, jordan)) end
 function Matrix:det()
@@ -380,11 +388,11 @@ function Matrix:inv()
     square(self, "an inverse")
     local n = self._rows
     local both, det = eliminated(self:horzcat(Matrix:eye(n)), true)
-    if det == 0 then error("the matrix is singular", 2) end
+    if det == 0 then error("the matrix is singular, so it has no inverse", 2) end
     return both:slice(1, n + 1, n, 2 * n)
 end
 
--- Homogeneous coordinates.
+-- Converts points to and from homogeneous coordinates.
 function Matrix:hom() return self._rows == 3 and self:vertcat(Matrix:ones(1, self._cols)) or self end
 function Matrix:nonhom()
     return filled(3, self._cols, function(i, j) return at(self, i, j) / at(self, 4, j) end)
@@ -401,7 +409,7 @@ end
 function Matrix:eye(n) return filled(n, n, function(i, j) return i == j and 1 or 0 end) end
 function Matrix:ones(rows, cols) return filled(rows, cols or rows, function() return 1 end) end
 function Matrix:zeros(rows, cols) return filled(rows, cols or rows, function() return 0 end) end
--- With a list of numbers, or a vector: a diagonal matrix; of a matrix: its diagonal.
+-- Returns the diagonal matrix with the given elements, or without an argument, the diagonal of the matrix.
 function Matrix:diag(e)
     if e == nil then
         return filled(math.min(self._rows, self._cols), 1, function(i) return at(self, i, i) end)

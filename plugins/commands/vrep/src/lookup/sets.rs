@@ -26,7 +26,7 @@ pub(crate) fn selected_objects(c: &Ctx<'_>, what: i64, i: usize) -> Result<Vec<t
         -6 => w.list(existing_object(c, i)?.id, 0, 0)?,
         -7 => chain(c, existing_object(c, i)?.id)?,
         n => {
-            return Err(Fail::argument(format!("{n} does not select a set of objects"))
+            return Err(Fail::argument(format!("{n} is not a valid selection of objects"))
                 .help("use sim.handle_single, sim.handle_all, sim.handle_tree or sim.handle_chain"));
         }
     })

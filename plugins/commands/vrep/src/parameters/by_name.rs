@@ -63,12 +63,12 @@ fn lists(offer: &mut Offer<Vrep>) {
     family(offer, list("pose"), names, of_seven, "{0, 0, 1, 0, 0, 0, 1}", of_length::<7>);
 }
 
-/// A type of properties of V-REP.
+/// A type of V-REP's properties, with the commands that get and set such properties.
 #[derive(Clone, Copy)]
 struct TypeOfProperty {
     /// The name of the type.
     name: &'static str,
-    /// The type as which custom data and signals are stored, one of [`PROPERTY_TYPES`].
+    /// The type under which custom data and signals are stored, one of [`PROPERTY_TYPES`].
     storage: &'static str,
 }
 
@@ -237,7 +237,8 @@ fn store(c: &Ctx<'_>, id: tatu_object, own: ValueStorage<'_>, value: &Value) -> 
     }
 }
 
-/// Returns a property that scripts store as `storage`, or a property of the core; `of` is the name of the expected type.
+/// Returns a property that scripts store as `storage`, or a property of the core. `of` is the name of the expected
+/// type.
 fn find(c: &Ctx<'_>, name: &str, storage: &str, read: fn(ValueRef<'_>) -> Option<Value>, of: &str) -> Result<Value> {
     let id = target_of(c)?;
     let missing = || Fail::missing(format!("there is no property `{name}`"));

@@ -125,7 +125,8 @@ fn family<T: ParameterValue>(
     );
 }
 
-/// Returns the object in argument 0. In a run without a scene, the number of a parameter tells its kind.
+/// Returns the object in argument 0. In a run without a scene, the kind of a missing object is inferred from the number
+/// of the parameter.
 fn owner(c: &Ctx<'_>, n: i64) -> Result<Object> {
     let o = existing_object(c, 0)?;
     let (kind, key) = match n {

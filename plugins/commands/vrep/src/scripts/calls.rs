@@ -243,7 +243,7 @@ pub(crate) fn any_script(c: &Ctx<'_>, i: usize) -> Result<tatu_object> {
         }
     };
     if found == 0 {
-        Err(Fail::missing("expected the handle of a script, or of an object that has a script"))
+        Err(Fail::missing("expected the handle of a script or of an object with a script"))
     } else {
         Ok(found)
     }
@@ -317,7 +317,7 @@ fn call(c: &mut Ctx<'_>) -> Result {
         _ => self_or(c, 1)?,
     };
     if script == 0 {
-        return Err(Fail::missing(format!("`{text}` does not name an existing script")));
+        return Err(Fail::missing(format!("there is no script `{text}`")));
     }
     let args = c.args().get(2..).unwrap_or_default();
     let args: Vec<Value> = args.iter().map(|v| v.to_value()).collect::<Result<_>>()?;

@@ -130,7 +130,7 @@ fn target_of(c: &Ctx<'_>, text: &str, i: usize) -> Result<(String, tatu_object)>
     match text.rsplit_once('@') {
         Some((head, owner)) if by_type => Ok((head.into(), scripts::script_of_named_object(c, owner, c.i64(i)?)?)),
         _ if !c.has(i) => match c.caller_script() {
-            0 => Err(Fail::missing("the caller is not a script: pass the handle of a script")),
+            0 => Err(Fail::missing("the caller is not a script, so the handle of a script must be passed")),
             script => Ok((text.into(), script)),
         },
         _ => Ok((text.into(), scripts::any_script(c, i)?)),

@@ -6,8 +6,8 @@ use crate::kit::*;
 /// `sim.colorcomponent_transparency`.
 pub(super) const TRANSPARENCY: i64 = 4;
 
-/// Sets the opacity of a shape, or of its parts with a name, to the first number of argument 3; numbers beyond 0 and 1
-/// have the same effect as these.
+/// Sets the opacity of a shape, or of its parts with the given name, to the first number of argument 3, clamped to
+/// 0..1.
 pub(super) fn set_opacity(c: &Ctx<'_>, shape: tatu_object, name: Option<&str>) -> Result {
     let expected = || Fail::argument("argument 4: expected a table with the opacity, from 0 to 1");
     let given = element(c.arg(3), 0).filter(|x| x.is_finite()).ok_or_else(expected)?;

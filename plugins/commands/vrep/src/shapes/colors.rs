@@ -1,14 +1,14 @@
-//! Colours and opacities of shapes, and of the parts of compounds, which V-REP gives names.
+//! Colours and opacities of shapes and of the parts of compounds. Scripts address parts by the names of their colours.
 
 use crate::kit::*;
 
-/// Tag under which the importer stores the names of the colours of a compound's parts, one a line.
+/// Tag under which the importer stores the names of the colours of a compound's parts, one per line.
 const NAMES_TAG: &str = "color names";
 
 /// Name by which scripts address all parts of a compound.
 const ALL_PARTS: &str = "@compound";
 
-/// A property of a shape with the corresponding one of its parts.
+/// A property of a shape, and the corresponding property of its parts.
 pub(super) struct PartProperty<const N: usize> {
     whole: Prop,
     parts: Prop,
@@ -25,7 +25,7 @@ pub(super) fn opacity(c: &SharedCtx<'_>) -> PartProperty<1> {
 }
 
 impl<const N: usize> PartProperty<N> {
-    /// Returns the value of the first part with a name, or without a name, of the first part.
+    /// Returns the value of the first part with the given name, or of the first part if no name is given.
     pub(super) fn get(&self, c: &SharedCtx<'_>, shape: tatu_object, name: Option<&str>) -> Result<[f64; N]> {
         let first = parts_named(c, shape, name)?.and_then(|(chosen, _)| chosen.first().copied()).unwrap_or(0);
         let own = self.of_parts(c, shape)?;
@@ -35,7 +35,7 @@ impl<const N: usize> PartProperty<N> {
         }
     }
 
-    /// Sets the value of all parts, or only of those with a name.
+    /// Sets the value of the parts with the given name, or of the whole shape if no name is given.
     pub(super) fn set(&self, c: &Ctx<'_>, shape: tatu_object, name: Option<&str>, value: [f64; N]) -> Result {
         let (w, mut own) = (c.world(), self.of_parts(c, shape)?);
         match parts_named(c, shape, name)? {
@@ -72,8 +72,8 @@ impl<const N: usize> PartProperty<N> {
     }
 }
 
-/// Returns the indices of the parts with a name, and the number of all parts; `None` for the whole shape: without a
-/// name, and if the shape has no names.
+/// Returns the indices of the parts with the given name, and the number of all parts. Returns `None`, which denotes the
+/// whole shape, if no name is given or the parts of the shape have no names.
 fn parts_named(c: &SharedCtx<'_>, shape: tatu_object, name: Option<&str>) -> Result<Option<(Vec<usize>, usize)>> {
     let Some(name) = name.filter(|n| !n.is_empty() && *n != ALL_PARTS) else { return Ok(None) };
     let Some(names) = tags::private(c, shape, NAMES_TAG)? else { return Ok(None) };

@@ -126,7 +126,8 @@ fn property_commands(offer: &mut Offer<Vrep>) {
     );
     offer.command(
         Cmd::new("sim.getShapeColor", |c| {
-            let shape = colored(c)?.ok_or_else(|| Fail::missing("argument 1 does not identify an existing shape"))?;
+            let shape =
+                colored(c)?.ok_or_else(|| Fail::missing("argument 1: expected the handle of an existing shape"))?;
             let name = c.arg(1).as_str().map(|s| s.into_owned());
             let rgb = match component(c.i64(2)?)? {
                 ColorComponent::Diffuse => colors::diffuse(c).get(c, shape, name.as_deref())?,
@@ -265,7 +266,7 @@ fn outline(form: &str, [x, y, z]: [f64; 3]) -> Option<(Vec<f64>, Vec<i64>)> {
             [x * libm::cos(turn), y * libm::sin(turn), height]
         })
     };
-    // The triangles between the ring and a point, seen from outside if the point is above.
+    // Triangles between the ring and an apex. They face outwards if the apex is above the ring.
     let fan = |to: i64| (0..SIDES).flat_map(move |i| [i, (i + 1) % SIDES, to]);
     Some(match form {
         "disc" => (ring(0.0).chain([0.0; 3]).collect(), fan(SIDES).collect()),

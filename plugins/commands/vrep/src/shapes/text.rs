@@ -5,7 +5,8 @@ use crate::{
     meshes::create_from_triangles,
 };
 
-/// Rows of dots of the characters from the space to the tilde, from top to bottom. The leftmost of five dots is bit 4.
+/// Bitmaps of the characters from the space to the tilde: seven rows from top to bottom, each with five columns, of
+/// which bit 4 is the leftmost.
 #[rustfmt::skip]
 const LETTERS: [[u8; 7]; 95] = [
     [0, 0, 0, 0, 0, 0, 0], [4, 4, 4, 4, 4, 0, 4], [10, 10, 10, 0, 0, 0, 0], [10, 10, 31, 10, 31, 10, 10],
@@ -34,8 +35,9 @@ const LETTERS: [[u8; 7]; 95] = [
     [4, 4, 4, 4, 4, 4, 4], [8, 4, 4, 2, 4, 4, 8], [0, 0, 8, 21, 2, 0, 0],
 ];
 
-/// Rows of a letter, and columns from one letter to the next.
+/// Height of a letter, in rows of dots.
 const ROWS: usize = 7;
+/// Distance from one letter to the next, in columns of dots.
 const STEP: usize = 6;
 
 /// Maximum number of characters of a text.
@@ -51,7 +53,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             };
             let height = if c.has(2) { c.f64(2)? } else { 0.1 };
             if !(height > 0.0 && height.is_finite()) {
-                return Err(Fail::argument(format!("the height is {height} m; expected more than 0")));
+                return Err(Fail::argument(format!("the height of the text is {height} m; expected more than 0")));
             }
             let (points, places) = triangles(&text, height)?;
             let shape = create_from_triangles(c, points, places)?;
@@ -76,8 +78,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     );
 }
 
-/// Returns the points and triangles of a text: a bar for each run of dots in a row. Other characters than those of
-/// ASCII look like a question mark.
+/// Returns the points and triangles of a text, in which each run of adjacent dots in a row becomes a bar. Characters
+/// without a bitmap are replaced by a question mark.
 fn triangles(text: &str, height: f64) -> Result<(Vec<f64>, Vec<f64>)> {
     let dot = height / ROWS as f64;
     let (mut points, mut places) = (Vec::new(), Vec::new());

@@ -160,7 +160,7 @@ fn read(c: &Ctx<'_>, family: &ParameterFamily) -> Result<Value> {
     (family.get)(c, n)?.ok_or_else(|| Fail::unsupported(format!("there is no parameter {n} of type {}", family.name)))
 }
 
-/// Returns whether two values are equal. A boolean is compared with the truth of the other value.
+/// Returns whether two values are equal. A boolean is compared with the truth value of the other value.
 fn same(is: &Value, wanted: &Value) -> bool {
     match is {
         Value::Bool(b) => *b != matches!(wanted, Value::Nil | Value::Bool(false)),

@@ -57,7 +57,7 @@ pub(crate) struct WorldStateInner {
     pub(crate) motion: MotionRecord,
 }
 
-/// Ways by which scripts communicate.
+/// State of the communication between scripts.
 #[derive(Serialize, Deserialize)]
 pub(crate) struct ScriptChannels {
     pub(crate) consoles: Consoles,
@@ -65,7 +65,7 @@ pub(crate) struct ScriptChannels {
     pub(crate) messages: MessageQueue,
 }
 
-/// Values that scripts have set for scripts.
+/// Settings of scripts, which scripts have made for themselves or for others.
 #[derive(Serialize, Deserialize)]
 pub(crate) struct ScriptValues {
     /// Suffixes that scripts have set with `setNameSuffix`.
@@ -162,7 +162,7 @@ impl Drop for WorldStateInner {
 }
 
 fn busy() -> Fail {
-    Fail::with_code(TATU_ERR_BUSY, "the state of the commands is in use by an outer call")
+    Fail::with_code(TATU_ERR_BUSY, "another command is using the state of the V-REP commands")
 }
 
 /// Borrows the state of the caller's world. The host does not report the start of a simulation, so the state is reset

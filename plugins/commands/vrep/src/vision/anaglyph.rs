@@ -1,16 +1,16 @@
-//! Combines the images of two sensors, one for each eye, into an image for glasses with two colours.
+//! Combines the images of two sensors, one for each eye, into an anaglyph for glasses with filters of two colours.
 
 use super::{handle::take_image, set::apply_image, view::VisionView};
 use crate::kit::*;
 
-/// Colours of the left and the right image, if the script gives none: red and cyan.
+/// Default colours of the left and the right image: red and cyan.
 const USUAL_COLORS: [f64; 6] = [1.0, 0.0, 0.0, 0.0, 1.0, 1.0];
 
-/// Returns the sum of two pixels, each as grey in the colour of its side.
+/// Returns the sum of two pixels, each converted to grey and multiplied by the colour of its side.
 fn mixed([left, right]: [[u8; 3]; 2], colors: &[f64; 6]) -> [u8; 3] {
     let grey = |pixel: [u8; 3]| pixel.map(f64::from).iter().sum::<f64>() / 3.0;
     let (left, right) = (grey(left), grey(right));
-    // Out of range, the conversion yields the nearest byte.
+    // The conversion saturates: values out of range yield 0 or 255.
     [0, 1, 2].map(|i| (left * colors[i] + right * colors[3 + i]).round() as u8)
 }
 
@@ -25,7 +25,7 @@ fn run(c: &mut Ctx<'_>) -> Result {
         let (view, seen) = take_image(c, found.id, 0)?;
         if (view.columns, view.rows) != (passive.columns, passive.rows) {
             let text = format!(
-                "the sensor `{}` has {} x {} pixels, the sensor for the picture {} x {}: expected equal sizes",
+                "the sensor `{}` has {} x {} pixels, but the sensor for the picture has {} x {}: expected equal sizes",
                 path(c, found.id),
                 view.columns,
                 view.rows,

@@ -42,7 +42,7 @@ impl PixelImage {
         let (columns, rows) = (columns as usize, rows as usize);
         if bytes.len() != columns * rows * each {
             return Err(Fail::argument(format!(
-                "argument {}: an image of {columns} x {rows} pixels requires {} bytes, found {}",
+                "argument {}: expected {columns} x {rows} pixels with {} bytes in total, found {} bytes",
                 i + 1,
                 columns * rows * each,
                 bytes.len()

@@ -91,7 +91,7 @@ fn run(c: &mut Ctx<'_>) -> Result {
         && (a.columns, a.rows) != (b.columns, b.rows)
     {
         let text = format!(
-            "the sensor for colours has {} x {} pixels, the sensor for depths {} x {}: expected equal sizes",
+            "the sensor for colours has {} x {} pixels, but the sensor for depths has {} x {}: expected equal sizes",
             a.columns, a.rows, b.columns, b.rows
         );
         return Err(Fail::argument(text));
