@@ -16,7 +16,7 @@ pub struct Hull {
     pub volume: f64,
 }
 
-/// The submerged part of a hull.
+/// The size of the submerged part of a hull, and the point at which its buoyancy acts.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct SubmergedPart {
     /// Submerged fraction of the volume, 0 to 1.

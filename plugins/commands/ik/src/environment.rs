@@ -82,13 +82,13 @@ impl Environment {
             format!("an environment can contain at most {MAX_PARTS} objects, groups and elements"),
         ))
     }
-    /// Returns the group with this handle.
+    /// Returns the group with this handle. Fails if there is none.
     pub fn group(&mut self, handle: i64) -> Result<&mut NamedGroup> {
         self.groups.get_mut(&handle).ok_or_else(|| Fail::argument(format!("there is no group with handle {handle}")))
     }
 }
 
-/// The state of a world.
+/// The environments of a world and the groups of its scene, as saved in snapshots.
 #[derive(Default, Serialize, Deserialize)]
 pub struct SavedState {
     pub environments: BTreeMap<i64, Environment>,
@@ -100,7 +100,7 @@ pub struct SavedState {
 }
 
 impl SavedState {
-    /// Adds an environment, and returns its handle.
+    /// Adds an environment, and returns its handle. Fails if there are too many.
     pub fn add(&mut self, environment: Environment) -> Result<i64> {
         if self.environments.len() >= MAX_ENVIRONMENTS {
             let text = format!("a world can have at most {MAX_ENVIRONMENTS} environments");
@@ -110,7 +110,7 @@ impl SavedState {
         self.environments.insert(self.last, environment);
         Ok(self.last)
     }
-    /// Returns the environment with this handle.
+    /// Returns the environment with this handle. Fails if there is none.
     pub fn environment(&mut self, handle: i64) -> Result<&mut Environment> {
         let found = self.environments.get_mut(&handle);
         found.ok_or_else(|| Fail::argument(format!("there is no environment with handle {handle}")))

@@ -92,7 +92,7 @@ impl Default for ElementText {
     }
 }
 
-/// A group of the scene.
+/// A group of the scene, and the conditions under which it is solved.
 #[derive(Serialize, Deserialize, Clone)]
 pub struct SceneGroup {
     pub handle: i64,
@@ -225,7 +225,7 @@ impl SceneGroup {
 }
 
 impl SceneGroups {
-    /// Returns the group with a handle.
+    /// Returns the group with this handle. Fails if there is none.
     pub fn group(&mut self, handle: i64) -> Result<&mut SceneGroup> {
         let found = self.groups.iter_mut().find(|g| g.handle == handle);
         found.ok_or_else(|| Fail::argument(format!("there is no inverse kinematics group with handle {handle}")))

@@ -13,7 +13,7 @@ pub struct LuaSocket {
     pub(crate) epoch: Prop,
 }
 
-/// The sockets of one world.
+/// The state of a world: its open sockets, and whether a denial has been reported.
 #[derive(Default)]
 pub struct WorldSockets {
     pub(crate) sockets: RefCell<Sockets>,

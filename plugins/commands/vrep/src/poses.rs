@@ -143,7 +143,7 @@ pub(crate) fn frame_velocity(c: &SharedCtx<'_>, id: tatu_object) -> Result<[f64;
 const WXYZ_FLAG: i64 = 0x100_0000;
 const JOINT_BASE_FLAG: i64 = 0x40_0000;
 
-/// The reference frame of a pose.
+/// The frame relative to which a pose is read or set.
 enum ReferenceFrame {
     /// The frame of an object (0 is the world); for a joint, its moving frame.
     Of(tatu_object),

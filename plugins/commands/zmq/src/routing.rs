@@ -45,7 +45,8 @@ enum Turn {
     Answer(u64, Message),
 }
 
-/// The state of a socket.
+/// The state of a socket: its options, its peers with their queues, and messages of which a script has sent or received
+/// only some parts.
 pub struct SocketState {
     pub kind: Kind,
     pub options: Options,

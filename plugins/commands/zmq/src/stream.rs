@@ -23,7 +23,7 @@ pub enum Stream {
 }
 
 impl Stream {
-    /// Connects to an endpoint.
+    /// Connects to an endpoint. Fails if no program listens on it.
     pub fn connect(to: &Endpoint) -> io::Result<Stream> {
         Ok(match to {
             Endpoint::Tcp(at) => {

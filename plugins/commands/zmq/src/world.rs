@@ -50,7 +50,7 @@ pub struct SavedState {
     pub messages: BTreeMap<String, ScriptMessage>,
 }
 
-/// The state of a world.
+/// The open sockets of a world, its calls that wait, and the state that is saved in snapshots.
 #[derive(Default)]
 pub struct WorldState {
     pub saved: SavedState,

@@ -17,7 +17,7 @@ pub struct Robot {
     pub others: BTreeMap<String, usize>,
 }
 
-/// A link.
+/// A link: a rigid body with its mass and its geometries.
 #[derive(Debug, Clone)]
 pub struct Link {
     /// Line of the start tag, counted from 1.
@@ -70,7 +70,7 @@ pub struct Material {
     pub color: Option<[f64; 4]>,
 }
 
-/// A joint.
+/// A joint, which connects a child link to a parent link.
 #[derive(Debug, Clone)]
 pub struct Joint {
     /// Line of the start tag, counted from 1.

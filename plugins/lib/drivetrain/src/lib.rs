@@ -21,7 +21,7 @@ struct WheelJoint {
     sign: f64,
 }
 
-/// The type of drive.
+/// The type of a drive, which determines how the motion of its joints is related to the motion of the robot.
 #[derive(Debug, Clone, PartialEq)]
 enum DriveType {
     Differential,

@@ -24,7 +24,7 @@ impl HoldLimit {
             "time without a message after which a client that controls the stepping loses this control; 0: unlimited",
         )
     }
-    /// Reads the parameter.
+    /// Reads the limit from the parameters of the service.
     pub fn read(params: &Params<'_>) -> Result<Self> {
         let seconds = params.f64(KEY)?;
         Ok(HoldLimit((seconds > 0.0).then(|| Duration::from_secs_f64(seconds))))

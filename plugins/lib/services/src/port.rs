@@ -30,7 +30,7 @@ pub struct Port {
     thread: Option<JoinHandle<()>>,
 }
 
-/// The open connections of a port.
+/// The open connections of a port, which are shared with its threads.
 #[derive(Default)]
 struct OpenConnections {
     /// The connections, by number.

@@ -15,7 +15,7 @@ use crate::{
     },
 };
 
-/// A parsed model.
+/// A parsed `model.toml`: its text, its tables and entries, and the parameters and constants that it declares.
 pub struct ParsedModel {
     /// The contents of `model.toml`.
     pub text: String,
@@ -92,7 +92,7 @@ fn deepest_bracket(text: &str) -> Option<Range<usize>> {
     most.1
 }
 
-/// Reads `[model.numbers]`.
+/// Reads the constants in `[model.numbers]`, whose names must differ from those of the parameters.
 fn numbers(model: &dyn TableLike, params: &[Param]) -> Result<Vec<(ModelNumber, ExpressionValue, Range<usize>)>> {
     let mut out = Vec::new();
     for (name, table, place) in named_tables(sub_table(model, "numbers")?, "a number")? {

@@ -12,7 +12,7 @@ pub struct BatteryCells {
     pub resistance: f64,
 }
 
-/// The output of a battery.
+/// The voltage and current of a battery at one instant.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BatteryOutput {
     /// Voltage between the terminals, V.

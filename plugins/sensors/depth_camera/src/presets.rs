@@ -17,7 +17,7 @@ macro_rules! kinect_v1 {
     };
 }
 
-/// All presets.
+/// The presets of the sensor kind.
 pub const ALL: &[Preset] = &[
     Preset {
         id: "vrep_kinect",

@@ -14,7 +14,7 @@ use crate::{
 /// The plugin, which has no state.
 pub struct LaserPlugin;
 
-/// A laser scanner.
+/// A laser scanner: its settings, and the directions of its beams.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LaserScanner {
     settings: LaserSettings,

@@ -31,7 +31,7 @@ pub struct JsonLines {
 /// Maximum number of lines per client that are processed at a barrier, so that a client cannot starve the others.
 const MAX_LINES_PER_BARRIER: usize = 1000;
 
-/// The service `jsonl`.
+/// The service `jsonl`, which executes commands that clients send as lines of JSON.
 pub struct JsonlService {
     state: RefCell<JsonlState>,
     session: Session,

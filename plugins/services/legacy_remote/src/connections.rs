@@ -117,7 +117,7 @@ impl PortOpener {
     pub fn set_world_status(&self, world: WorldStatus) {
         *lock(&self.0.world) = world;
     }
-    /// Opens a port on 127.0.0.1.
+    /// Opens a port on 127.0.0.1; if `port` is 0, any free port. Each connection is served by a separate thread.
     pub fn open(&self, port: u16) -> io::Result<Port> {
         let shared = self.0.clone();
         let serve = move |stream: TcpStream, _| {

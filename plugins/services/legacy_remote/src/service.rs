@@ -50,7 +50,7 @@ const GET_AND_CLEAR_SIGNAL: u16 = 0x3017;
 /// Numbers of the commands that transfer, load and erase files.
 const FILE_COMMANDS: std::ops::RangeInclusive<u16> = 0x3002..=0x3006;
 
-/// The service `legacy_remote`.
+/// The service `legacy_remote`, which executes commands of clients of V-REP's legacy remote API.
 pub struct LegacyRemoteService {
     session: Session,
     state: RefCell<LegacyState>,
@@ -59,7 +59,7 @@ pub struct LegacyRemoteService {
 
 struct LegacyState {
     clients: BTreeMap<u64, LegacyClient>,
-    /// The start of the service.
+    /// The time at which the service was started. Answers contain the time since then.
     started: Instant,
     events: Receiver<ConnectionEvent>,
     ports: PortOpener,

@@ -38,7 +38,6 @@ pub struct MessageBuilder<'a> {
     pub dt: f64,
 }
 
-/// Returns a string value.
 fn text(t: &str) -> Value {
     Value::text(t)
 }

@@ -38,7 +38,7 @@ const DESCRIPTION_PARAM: &str = "robot_description";
 /// Maximum size of a message from a client, bytes.
 const MAX_MESSAGE_BYTES: usize = 64 << 20;
 
-/// The service `rosbridge`.
+/// The service `rosbridge`, which connects ROS clients to the sensors, robots and scripts of a world.
 pub struct RosbridgeService {
     p: Props,
     state: RefCell<BridgeState>,

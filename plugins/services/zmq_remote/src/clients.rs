@@ -50,7 +50,7 @@ impl ZmqClient {
     }
 }
 
-/// All clients.
+/// The connected clients of the service.
 #[derive(Default)]
 pub struct ZmqClients {
     /// The clients, by key: the id that a client sends, or a name derived from its connection.

@@ -34,7 +34,7 @@ const EXECUTED: &str = "_*executed*_";
 /// The port to which clients connect by default.
 const DEFAULT_PORT: i64 = 23000;
 
-/// The service `zmq_remote`.
+/// The service `zmq_remote`, which executes requests of clients of CoppeliaSim's ZeroMQ remote API.
 pub struct ZmqRemoteService {
     session: Session,
     state: RefCell<ZmqState>,
@@ -360,7 +360,7 @@ impl ZmqRemoteService {
     }
 }
 
-/// A port, and the receiver of the events of its connections.
+/// An open port, and the channel on which its connections report events.
 type OpenedPort = (ZmtpListener, Receiver<ConnectionEvent>);
 
 /// Maximum number of attempts to find two consecutive free ports.

@@ -120,7 +120,8 @@ impl ZmqState {
         }
     }
 
-    /// Handles an event of a connection.
+    /// Handles an event of a connection: queues a request, removes what belongs to a closed connection, or logs an
+    /// error.
     pub fn handle_event(&mut self, session: &Session, event: ConnectionEvent) {
         match event {
             ConnectionEvent::Request { connection, body, answer } => {

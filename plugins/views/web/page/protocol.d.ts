@@ -110,7 +110,7 @@ min?: number,
 max?: number, value: unknown, };
 
 /**
- * The reading of a sensor.
+ * The last reading of a sensor. The variant depends on the schema of the reading.
  */
 export type Reading = { "schema": "proximity", detected: boolean, distance?: number,
 /**
@@ -172,7 +172,7 @@ try: string,
 picture: string | null, };
 
 /**
- * An object of the scene.
+ * An object of the scene, as the page shows it.
  */
 export type SceneObject = {
 /**

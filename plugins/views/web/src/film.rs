@@ -21,7 +21,7 @@ use crate::{
 /// Maximum compressed size of a recording, bytes.
 const MAX_RECORDING_BYTES: usize = 500 << 20;
 
-/// The service `film`.
+/// The service `film`, which records a run and writes the page of the film when the run ends.
 pub struct FilmService {
     p: Props,
     session: Session,

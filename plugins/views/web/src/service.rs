@@ -54,13 +54,13 @@ const MAX_REQUESTED_OBJECTS: usize = 8;
 /// Maximum number of output messages that are stored for new clients.
 const MAX_OUTPUT_MESSAGES: usize = 500;
 
-/// The service `web`.
+/// The service `web`, which serves the page and exchanges messages with it.
 pub struct WebService {
     p: Props,
     state: RefCell<WebState>,
 }
 
-/// The state of the service `web`.
+/// The state of the service `web`, which changes at each barrier.
 pub(crate) struct WebState {
     /// The connected clients.
     pub(crate) clients: Vec<PageClient>,

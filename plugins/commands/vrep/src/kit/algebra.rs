@@ -52,7 +52,7 @@ pub(crate) fn length(a: Vector) -> f64 {
     (a[0] * a[0] + a[1] * a[1] + a[2] * a[2]).sqrt()
 }
 
-/// Rotates a vector.
+/// Rotates the vector `v` by the unit quaternion `q`.
 pub(crate) fn rotate(q: Quaternion, v: Vector) -> Vector {
     let u = [q[0], q[1], q[2]];
     let t = cross(u, v).map(|x| 2.0 * x);

@@ -34,7 +34,7 @@ pub(crate) fn check_count(n: usize, each: usize) -> Result {
 /// Size of a value in a list or map, bytes.
 const VALUE_BYTES: usize = size_of::<tatu_value>();
 
-/// Packs a value.
+/// Packs a value in this plugin's format. Fails if the value is or contains a function.
 pub(crate) fn pack(v: &Value) -> Result<Vec<u8>> {
     let mut out = vec![FORMAT_MARK];
     write(v, &mut out)?;

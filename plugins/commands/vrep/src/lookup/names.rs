@@ -76,7 +76,7 @@ fn stand_in_parent(c: &Ctx<'_>) -> tatu_object {
     }
 }
 
-/// Returns whether a name is a path.
+/// Returns whether a name is a path, as opposed to a unique name, which cannot begin with `/`, `.` or `:`.
 pub(crate) fn is_path(name: &str) -> bool {
     name.starts_with(['/', '.', ':'])
 }

@@ -74,7 +74,7 @@ pub(crate) struct ScriptValues {
     pub(crate) parameters: BTreeMap<(tatu_object, Vec<u8>), Vec<u8>>,
 }
 
-/// Sets of objects.
+/// The selection and the collections.
 #[derive(Serialize, Deserialize)]
 pub(crate) struct ObjectSets {
     pub(crate) selection: Vec<tatu_object>,

@@ -42,7 +42,8 @@ pub(crate) enum ResultForm {
     Left,
 }
 
-/// An active motion.
+/// An active motion: its profile, the objects that it moves, the callback that it calls after each step, and the form
+/// in which its command returns the result.
 #[derive(Serialize, Deserialize, Clone)]
 pub(crate) struct ActiveMotion {
     pub(crate) profile: MotionProfile,

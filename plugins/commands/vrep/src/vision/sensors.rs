@@ -2,7 +2,7 @@
 
 use crate::kit::*;
 
-/// Returns whether an object is a vision sensor.
+/// Returns whether an object is a vision sensor: a sensor whose readings contain depths or colours.
 pub(crate) fn is_vision_sensor(c: &SharedCtx<'_>, object: tatu_object) -> bool {
     let p = &c.plugin().p;
     c.world().reading(object, p.depth).is_ok() || c.world().reading(object, p.rgb).is_ok()

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-/// The projection of an image.
+/// The projection of an image: the intrinsics of the camera and its clipping planes.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(crate) struct ImageProjection {
     /// fx, fy, cx, cy, as in the schema `depth_image/1`.
@@ -165,8 +165,8 @@ impl WorkingImage {
         }
         self.image = out;
     }
-    /// Marks edges: pixels whose intensity differs from a neighbour's by more than the threshold become white, all others
-    /// black.
+    /// Marks edges: pixels whose intensity differs from that of a neighbour by more than the threshold become white,
+    /// all others black.
     pub fn edges(&mut self, threshold: f32) {
         let mut out = Vec::with_capacity(self.image.len());
         for r in 0..self.rows as isize {

@@ -80,7 +80,7 @@ fn record(into: &mut CustomData, c: &mut Cursor<'_>) -> ReadResult {
     Ok(())
 }
 
-/// A parameter of a script.
+/// A parameter of a script, which users can edit in V-REP.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct ScriptParameter {
     /// Name by which scripts access the parameter.

@@ -33,7 +33,7 @@ impl<'a> EvaluationScope<'a> {
     }
 }
 
-/// Evaluates an expression.
+/// Evaluates an expression. Fails if a name is unknown, a value has the wrong type, or a limit is exceeded.
 pub fn evaluate_tree(tree: &ExpressionTree, names: &NamedValues, room: &SizeBudget) -> Result<ExpressionValue> {
     eval(tree, &EvaluationScope { names, inner: None, values_left: &Cell::new(MAX_LOOP_VALUES), budget: room })
 }

@@ -40,7 +40,7 @@ pub enum ExpressionTree {
     Chain(Box<ExpressionTree>, Vec<(&'static str, ExpressionTree)>),
 }
 
-/// Parses an expression.
+/// Parses an expression. Fails if it is malformed, too long, or nested too deeply.
 pub fn parse(text: &str) -> Result<ExpressionTree> {
     if text.len() > MAX_EXPRESSION_BYTES {
         return Err(ModelError::new(format!(

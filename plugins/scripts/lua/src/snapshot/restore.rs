@@ -257,7 +257,7 @@ impl Restorer {
     }
 }
 
-/// Pushes a value of the image.
+/// Pushes the Lua value that a value of the image represents.
 unsafe fn push(l: *mut lua_State, image: &SnapshotImage, v: ImageValue) {
     match v {
         ImageValue::Nil => lua_pushnil(l),

@@ -58,7 +58,7 @@ pub(crate) struct LuaThreads {
     pub running: Cell<*mut lua_State>,
 }
 
-/// The script's side of the border to the host.
+/// The interface to the host: the world, the plugin's instance, and the host's functions.
 pub(crate) struct HostBorder {
     pub world: *mut tatu_world,
     pub host: Host,
@@ -87,7 +87,7 @@ pub(crate) struct CallState {
     pub parallel: Cell<bool>,
 }
 
-/// Waits of threads.
+/// State of the threads that wait in commands.
 pub(crate) struct ThreadWaits {
     /// The last token issued, and the token and thread of the last wait.
     pub token: Cell<u64>,
@@ -106,7 +106,7 @@ pub(crate) struct FunctionIds {
     pub numbers: Cell<i64>,
 }
 
-/// What the dialect determines.
+/// How numbers are treated, which depends on the dialect.
 pub(crate) struct NumberMode {
     /// Whether the dialect is based on Lua 5.1.
     pub old: Cell<bool>,
@@ -114,7 +114,7 @@ pub(crate) struct NumberMode {
     pub single: Cell<bool>,
 }
 
-/// Sources of the script.
+/// The source of the script, and the sources that the script itself has loaded.
 pub(crate) struct ScriptSources {
     /// Names and operators in the script's source, while it is loaded.
     pub source_words: RefCell<Vec<Vec<u8>>>,

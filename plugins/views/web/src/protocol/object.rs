@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-/// An object of the scene.
+/// An object of the scene, as the page shows it.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[cfg_attr(test, derive(ts_rs::TS), ts(optional_fields, rename = "SceneObject"))]
 pub(crate) struct SceneObject {

@@ -7,7 +7,7 @@ use serde::Serialize;
 /// New readings by the handle of the sensor; `None` if the sensor has not measured since the last reset.
 pub(crate) type ReadingMap = BTreeMap<u32, Option<Reading>>;
 
-/// The reading of a sensor.
+/// The last reading of a sensor. The variant depends on the schema of the reading.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[cfg_attr(test, derive(ts_rs::TS), ts(optional_fields))]
 #[serde(tag = "schema", rename_all = "snake_case")]
