@@ -41,7 +41,7 @@ fn only_local_clients_with_the_token_are_admitted() {
     let _ = large.send(Message::text("x".repeat(8 << 20)));
     let mut socket = served.socket();
     socket.send(Message::text("no JSON")).unwrap();
-    assert!(next(&mut socket, "error")["error"].as_str().unwrap().contains("a request is a JSON object"));
+    assert!(next(&mut socket, "error")["error"].as_str().unwrap().contains("expected a JSON object"));
 }
 
 #[test]

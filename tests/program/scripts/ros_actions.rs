@@ -28,7 +28,7 @@ function sysCall_actuation()
     end
     if not simROS2.actionServerIsExecuting(server, item.id) then
         local ok, why = pcall(simROS2.actionServerPublishFeedback, server, item.id, {})
-        sim.addStatusbarMessage('> deferred: ' .. tostring(why):match('it was deferred'))
+        sim.addStatusbarMessage('> deferred: ' .. tostring(why):match('the goal was deferred'))
         simROS2.actionServerExecute(server, item.id)
     end
     local s = item.sequence
@@ -94,7 +94,7 @@ fn a_goal_may_be_rejected_deferred_and_cancelled() {
     );
     assert_eq!(
         run("[2] = function() simROS2.sendGoal(client, {order = 0}) end", 4),
-        ["answer 32 true", "deferred: it was deferred", "succeeded 0,1"]
+        ["answer 32 true", "deferred: the goal was deferred", "succeeded 0,1"]
     );
     let plan = "[2] = function() simROS2.sendGoal(client, {order = 9}) end,
         [4] = function() assert(simROS2.cancelLastGoal(client)) end,

@@ -20,7 +20,7 @@ fn check_square(m: &Matrix) -> AlgebraResult<()> {
 /// Solves a x = b, in the least-squares sense if `a` has more rows than columns.
 pub fn solve(a: &Matrix, b: &Matrix) -> AlgebraResult<Matrix> {
     if a.nrows() != b.nrows() {
-        return Err(format!("{} equations have {} right-hand sides: expected one for each", a.nrows(), b.nrows()));
+        return Err(format!("{} equations require as many right-hand sides, found {}", a.nrows(), b.nrows()));
     }
     if a.nrows() < a.ncols() {
         let [rows, columns] = [a.nrows(), a.ncols()];

@@ -23,7 +23,7 @@ fn edit_curves(c: &mut Ctx<'_>, f: impl FnOnce(&Ctx<'_>, &mut Vec<Json>, usize) 
     let (window, n) = widget(c)?;
     let mut held = match get(c, (window, n), "curves")? {
         Json::Array(held) => held,
-        _ => return Err(Fail::argument("the widget is not a plot")),
+        _ => return Err(Fail::argument("argument 2: expected the id of a plot")),
     };
     let buffer =
         get(c, (window, n), "max-buffer-size")?.as_f64().map_or(DEFAULT_POINTS, |x| x as usize).min(MAX_POINTS);

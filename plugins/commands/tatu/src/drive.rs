@@ -14,7 +14,7 @@ pub(crate) fn offer(offer: &mut Offer<Tatu>) {
             let twist = [c.f64(1)?, c.f64(2)?, c.f64(3)?];
             let train = Drivetrain::of(&world, &p, base)?.ok_or_else(|| {
                 Fail::missing("the object has no drive")
-                    .help("set its property `object.drive`, which declares the wheels that move it")
+                    .help("set the property `object.drive` of the object, which declares the wheels that move it")
             })?;
             train.drive(&world, &p, twist)
         })

@@ -54,7 +54,7 @@ impl RequestLine {
             Err(e) => {
                 return RequestLine {
                     no_json: true,
-                    ..RequestLine::invalid(Fail::argument(format!("not valid JSON: {e}")))
+                    ..RequestLine::invalid(Fail::argument(format!("the line is not valid JSON: {e}")))
                 };
             }
         };

@@ -179,7 +179,7 @@ fn call_with_number(turn: &Turn<'_>, raw: u16, which: i64, data: &mut LittleEndi
             let distance = v.get(1).filter(|_| int(v.first()).is_ok_and(|found| found != 0));
             let none = || {
                 Fail::missing(format!(
-                    "the distance object {which} has no distance: nothing is in range, or it was never handled"
+                    "the distance object {which} has no result: no objects are in range, or it was never handled"
                 ))
             };
             number(vec![distance.cloned().ok_or_else(none)?])

@@ -281,7 +281,8 @@ fn execute_once(
         // Streaming such a command would, for example, load a file in each step.
         mode::STREAMING | mode::STREAMING_SPLIT if FILE_COMMANDS.contains(&command.number()) => {
             return Err(Fail::argument(
-                "commands that transfer, load or erase files cannot be streamed: send them once",
+                "commands that transfer, load or erase files cannot be streamed; use a mode that executes the command \
+                 once",
             ));
         }
         mode::STREAMING | mode::STREAMING_SPLIT => client.start_stream(command)?,

@@ -12,7 +12,7 @@ impl<'a> LittleEndianReader<'a> {
     /// Reads the next `n` bytes.
     pub fn take(&mut self, n: usize) -> Result<&'a [u8]> {
         if n > self.0.len() {
-            return Err(Fail::argument("the command has too little data for its arguments"));
+            return Err(Fail::argument("the data of the command is shorter than its arguments require"));
         }
         let (now, rest) = self.0.split_at(n);
         self.0 = rest;

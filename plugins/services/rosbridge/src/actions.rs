@@ -51,7 +51,7 @@ fn send_goal(c: &mut RosCall<'_>) -> Result<Outcome> {
         let number = c.resumed();
         let wait = c.instance().state()?.waits.get(&number).cloned();
         let Some(wait) = wait else {
-            return Err(Fail::new("the waiting call that should send this goal is not known"));
+            return Err(Fail::new("the goal cannot be sent, because the record of the waiting call was lost"));
         };
         let client = c.instance().endpoint(wait.handle, EndpointRole::ActionClient);
         let late = time(c, "scene.time")? >= wait.until;
@@ -76,7 +76,7 @@ fn send_goal(c: &mut RosCall<'_>) -> Result<Outcome> {
     }
     if !c.can_wait() {
         return Err(
-            nobody(&client, ", and this script cannot wait for one").help("send the goal in a thread, or later")
+            nobody(&client, ", and the calling script cannot wait for one").help("send the goal in a thread, or later")
         );
     }
     let wait = WaitingThread { handle, json, until: time(c, "scene.time")? + SERVER_TIMEOUT_S };
@@ -94,7 +94,14 @@ fn wait_for_service(c: &mut RosCall<'_>) -> Result<Outcome> {
         }
         number => {
             let wait = c.instance().state()?.waits.get(&number).cloned();
-            (number, wait.ok_or_else(|| Fail::new("the waiting call for this service is not known"))?)
+            (
+                number,
+                wait.ok_or_else(|| {
+                    Fail::new(
+                        "the wait for the service cannot continue, because the record of the waiting call was lost",
+                    )
+                })?,
+            )
         }
     };
     let client = c.instance().endpoint(wait.handle, EndpointRole::Client)?;
@@ -120,8 +127,12 @@ fn find_server_goal(c: &RosCall<'_>) -> Result<(ScriptEndpoint, String, goals::P
 fn report(c: &mut RosCall<'_>, ended: Option<i64>) -> Result {
     let (server, id, goal) = find_server_goal(c)?;
     let refused = match (goal.stage, ended) {
-        (GoalStage::Deferred, _) => "it was deferred: start it by actionServerExecute first",
-        (GoalStage::Executing, Some(goals::CANCELED)) => "its sender has not cancelled it: end it as aborted instead",
+        (GoalStage::Deferred, _) => {
+            "the goal was deferred, so it must be started with simROS2.actionServerExecute first"
+        }
+        (GoalStage::Executing, Some(goals::CANCELED)) => {
+            "the sender has not requested a cancellation; end the goal as aborted instead"
+        }
         _ => "",
     };
     if !refused.is_empty() {
@@ -363,7 +374,7 @@ fn goals_of_servers(offer: &mut Offer<Plugin>) {
             let (server, id, goal) = find_server_goal(c)?;
             if goal.stage != GoalStage::Deferred {
                 let text = format!(
-                    "goal '{id}' of {} is already being executed: only a deferred goal can be started",
+                    "goal '{id}' of {} is already being executed; only a deferred goal can be started",
                     server.name
                 );
                 return Err(Fail::unsupported(text));

@@ -96,13 +96,13 @@ impl PerWorld for RosPlugin {
     fn load(node: &node::RosNode, bytes: &[u8], version: u32) -> Result<()> {
         if version != Self::STATE_VERSION {
             let text = format!(
-                "its state was saved in format version {version}, but this program reads only version {}",
+                "the ROS state was saved in format version {version}, but this plugin reads only version {}",
                 Self::STATE_VERSION
             );
             return Err(Fail::unsupported(text));
         }
         *node.state()? =
-            serde_json::from_slice(bytes).map_err(|e| Fail::new(format!("its saved state is damaged: {e}")))?;
+            serde_json::from_slice(bytes).map_err(|e| Fail::new(format!("the saved ROS state is damaged: {e}")))?;
         Ok(())
     }
 }

@@ -44,8 +44,8 @@ pub(crate) fn pixels(message: &Value) -> Result<[Value; 3]> {
     let needed = if height == 0 { 0 } else { step.saturating_mul(height - 1).saturating_add(row) };
     if step < row || data.len() < needed || width == 0 && height > 0 {
         return Err(Fail::argument(format!(
-            "invalid image of {width} x {height} pixels in {encoding} with {step} bytes a row: expected at least {needed} bytes, \
-             found {} bytes",
+            "invalid image of {width} x {height} pixels in {encoding} with {step} bytes per row: expected at least \
+             {needed} bytes, found {} bytes",
             data.len()
         )));
     }
@@ -87,7 +87,7 @@ mod tests {
         for (wrong, told) in [
             (image("32FC1", [1, 1], 4, &[0; 4]), "32FC1"),
             (image("rgb8", [2, 2], 6, &[0; 11]), "11 bytes"),
-            (image("rgb8", [2, 1], 3, &[0; 6]), "3 bytes a row"),
+            (image("rgb8", [2, 1], 3, &[0; 6]), "3 bytes per row"),
             (image("rgb8", [i64::MAX, i64::MAX], 0, &[]), "0 bytes"),
         ] {
             assert!(pixels(&wrong).unwrap_err().text().contains(told), "{wrong:?}");

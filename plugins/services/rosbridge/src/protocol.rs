@@ -73,7 +73,7 @@ pub fn parse_request(message: &Json) -> Result<(Option<String>, BridgeRequest)> 
     let known = || {
         id.clone().ok_or_else(|| {
             Fail::argument(format!(
-                "a message with the operation `{op}` requires the `id` of the message that it answers"
+                "a message with the operation `{op}` must contain the `id` of the message to which it refers"
             ))
         })
     };
@@ -155,7 +155,9 @@ impl FragmentBuffer {
         let (Some(num), Some(total), Some(data)) =
             (number("num"), number("total"), message.get("data").and_then(Json::as_str))
         else {
-            return Err(Fail::argument("a fragment must have `num`, `total` and `data`"));
+            return Err(Fail::argument(
+                "a fragment must have the keys `num` and `total` with integers, and `data` with a string",
+            ));
         };
         let resent = self.parts.get(&id).and_then(|parts| parts.get(&num)).map_or(0, String::len);
         self.bytes = self.bytes.saturating_sub(resent) + data.len();

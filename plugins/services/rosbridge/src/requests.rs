@@ -31,8 +31,9 @@ impl BridgeState {
             for _ in 0..MAX_MESSAGES_PER_BARRIER {
                 let Some(text) = self.peers.get(&number).and_then(|peer| peer.client.next()) else { break };
                 let parsed = serde_json::from_str::<Json>(&text);
-                let done =
-                    parsed.map_err(|e| (None, Fail::argument(format!("not valid JSON: {e}")))).and_then(|message| {
+                let done = parsed
+                    .map_err(|e| (None, Fail::argument(format!("the message is not valid JSON: {e}"))))
+                    .and_then(|message| {
                         let id = message.get("id").and_then(Json::as_str).map(str::to_owned);
                         self.execute_request(turn, p, number, message).map_err(|fail| (id, fail))
                     });
@@ -253,7 +254,8 @@ fn call_script_service(turn: &Turn<'_>, service: &str, args: &Json) -> Result<Js
     let done = turn.call(scripts::SERVE, &[Value::text(service), Value::text(args.to_string())], 0)?;
     let safe::Called::Done(values) = done else {
         return Err(Fail::unsupported(format!(
-            "the script function of the service `{service}` waits for the simulation, which is not permitted in a service call"
+            "the script function of the service `{service}` waits for the simulation, which is not possible in a call \
+             from a client"
         )));
     };
     let Some(Value::Text(text)) = values.first() else { return Ok(Json::Null) };

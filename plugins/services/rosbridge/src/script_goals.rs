@@ -36,7 +36,9 @@ impl RosNode {
     pub(crate) fn server_goal(&self, server: i64, id: &str) -> Result<PendingGoal> {
         let found = self.state()?.goals.get(id).filter(|g| g.server == Some(server)).cloned();
         found.ok_or_else(|| {
-            Fail::missing(format!("action server {server} has no goal '{id}': it was never accepted, or it has ended"))
+            Fail::missing(format!(
+                "action server {server} has no goal '{id}': the goal was never accepted, or it has ended"
+            ))
         })
     }
     /// Sets the stage of a goal, if it still exists.

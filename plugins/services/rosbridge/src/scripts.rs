@@ -82,7 +82,7 @@ fn call(c: &mut RosCall<'_>) -> Result<Outcome> {
     }
     if !c.world().is_wanted(REQUEST_EVENT) {
         let text = format!(
-            "no script offers the service {}: to call services of clients, start the service `rosbridge`",
+            "no script offers the service {}; to call services of clients, run the scene with the service `rosbridge`",
             client.name
         );
         return Err(Fail::missing(text));
@@ -90,7 +90,7 @@ fn call(c: &mut RosCall<'_>) -> Result<Outcome> {
     if !c.can_wait() {
         let text =
             format!("no script offers the service {}, and the calling script cannot wait for a client", client.name);
-        return Err(Fail::unsupported(text).help("call it in a thread"));
+        return Err(Fail::unsupported(text).help("call the service in a thread"));
     }
     let number = c.instance().request_service(&c.world(), handle, &client.name, &request)?;
     c.wait_poll(number)

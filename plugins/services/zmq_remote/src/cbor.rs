@@ -22,7 +22,7 @@ const MAX_DEPTH: usize = 64;
 
 /// Parses a request. Unknown keys are ignored.
 pub fn read(bytes: &[u8]) -> Result<RemoteRequest> {
-    let wrong = |why: &str| Fail::argument(format!("the message is not a request: {why}"));
+    let wrong = |why: &str| Fail::argument(format!("the message is not a valid request: {why}"));
     let message: Cbor =
         ciborium::de::from_reader_with_recursion_limit(bytes, MAX_DEPTH).map_err(|e| wrong(&e.to_string()))?;
     let Cbor::Map(entries) = message else { return Err(wrong("expected a map")) };

@@ -116,7 +116,8 @@ pub(crate) fn call_function(
     if gone {
         return Err(Fail::with_code(
             TATU_ERR_GONE,
-            "the function was passed only for the duration of a call, which has ended",
+            "the function can no longer be called, because it was passed only for the duration of a call that has \
+             ended",
         ));
     }
     Ok(Flow::Done)

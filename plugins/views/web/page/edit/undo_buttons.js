@@ -20,7 +20,7 @@ export async function undoOrRedo(isUndo) {
 get("undo").onclick = () => { undoOrRedo(true); };
 get("redo").onclick = () => { undoOrRedo(false); };
 
-const RUNNING_TEXT = "not while the simulation runs: a stop takes back what was changed since the start";
+const RUNNING_TEXT = "not while the simulation runs; stopping it undoes all changes since the start";
 
 /**
  * Updates the button for undo or redo.

@@ -116,8 +116,8 @@ impl FromPage {
         let refuse = |text: String, of| Err(RefusedRequest { text, of });
         let mut fields = match serde_json::from_str(text) {
             Ok(Json::Object(fields)) => fields,
-            Ok(_) => return refuse("a request is a JSON object with the key `type`".to_owned(), None),
-            Err(e) => return refuse(format!("a request is a JSON object with the key `type`: {e}"), None),
+            Ok(_) => return refuse("expected a JSON object with the key `type`".to_owned(), None),
+            Err(e) => return refuse(format!("expected a JSON object with the key `type`: {e}"), None),
         };
         let of = fields.get("id").and_then(Json::as_u64).and_then(|n| n.try_into().ok());
         let kind = match fields.remove("type") {
