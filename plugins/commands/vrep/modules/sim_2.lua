@@ -61,7 +61,7 @@ local KINDS = {
     [old.object_forcesensor_type] = 'ForceSensor',
 }
 
--- Returns the function of `sim` that a method name stands for, or nil if there is none. The caller must pass the handle
+-- Returns the function of `sim` to which a method name refers, or nil if there is none. The caller must pass the handle
 -- as the first argument. Names are completed by the type of the object: `getPosition` is getObjectPosition,
 -- `setTargetVelocity` of a joint is setJointTargetVelocity, `read` of a sensor is readProximitySensor.
 local function method(name, handle)

@@ -179,7 +179,7 @@ fn gltf_meshes_are_transformed_by_their_nodes() {
     assert_eq!(model.pieces[0].points[2], [5.0, 0.0, 2.0], "the y axis of the file becomes the z axis");
 }
 
-/// The alpha of a material counts only if its mode is BLEND.
+/// The alpha of a material has an effect only if its mode is BLEND.
 #[test]
 fn opacity_of_gltf_materials_is_the_blended_alpha() {
     let clear = gltf().replace("[0.2158605, 1, 0, 1]", "[0.2158605, 1, 0, 0.25]");

@@ -1,4 +1,4 @@
-//! Private files of the user that services keep for later runs. They are in `$XDG_STATE_HOME/tatu`, by default
+//! Private files of the user that services store for later runs. They are in `$XDG_STATE_HOME/tatu`, by default
 //! `~/.local/state/tatu`, or `%LOCALAPPDATA%\tatu` on Windows.
 //!
 //! Files that are links are not read. On Unix, the folder and its files are created such that only the user can access

@@ -76,8 +76,8 @@ struct ConnectionState {
     unread: AtomicUsize,
 }
 
-/// The writers of all clients, by number of the client. Clients that have sent their last line are among them while
-/// they are owed an answer.
+/// The writers of all clients, by number of the client. A client that has sent its last line remains in the list until
+/// all its answers have been sent.
 #[derive(Default)]
 struct WriterMap(Mutex<BTreeMap<u64, ConnectionWriter>>);
 
@@ -108,7 +108,7 @@ impl WriterMap {
 }
 
 impl ConnectionWriter {
-    /// Ends the writer, also one that sends to a client that does not read.
+    /// Ends the writer, even if it is blocked because its client does not read.
     fn end(&self) {
         self.link.silent.store(true, Ordering::Release);
         let _ = self.stream.shutdown(Shutdown::Both);

@@ -323,7 +323,7 @@ impl JsonlService {
 }
 
 impl JsonlState {
-    /// Removes clients that have disconnected, except those that are still owed answers and can receive them.
+    /// Removes clients that have disconnected, except those that can still receive answers that are pending.
     fn remove_disconnected(&mut self) {
         let waits = &self.pending_commands;
         let is_over = |g: &mut LineClient| {
@@ -332,7 +332,7 @@ impl JsonlState {
         };
         let gone: Vec<LineClient> = self.clients.extract_if(.., is_over).collect();
         for g in gone {
-            // The commands continue to wait, but nobody receives their results.
+            // The commands continue to wait, but their results are discarded.
             self.pending_commands.retain(|_, (number, _)| *number != g.client.number);
             self.threads.push(g.client.finish_sending());
         }

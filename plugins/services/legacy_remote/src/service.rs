@@ -227,7 +227,8 @@ fn serve(
         if let Err(fail) = &done {
             let help = fail.help_text().map(|h| format!("; {h}")).unwrap_or_default();
             let text = format!("{:#06x}: {}{help}", code as u16, fail.text());
-            // The client does not wait for the answer to such a command, so it would not learn of the error.
+            // The client does not wait for the answer to such a command, so the error would go unnoticed unless it is
+            // logged.
             if matches!(mode, mode::ONESHOT | mode::ONESHOT_SPLIT) && client.is_new_error(&text) {
                 session.log(TATU_LOG_WARNING, &format!("legacy_remote: a command of a client failed: {text}"));
             }

@@ -129,7 +129,7 @@ impl ZmqState {
             }
             ConnectionEvent::Disconnected(connection) => {
                 self.requests.retain(|r| r.connection != connection);
-                // Nobody would receive the answers of commands that have not returned yet.
+                // The answers of commands that have not returned yet can no longer be delivered.
                 self.pending_commands.retain(|_, pending| pending.connection != connection);
                 for key in self.clients.remove_connection(connection) {
                     self.functions.remove_client(&key);

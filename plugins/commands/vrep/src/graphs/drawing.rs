@@ -229,7 +229,7 @@ mod tests {
         let whole = vec![1.0, 2.0, 3.0, 0.0, 0.0, 1.0, 0.9, 0.8, 0.7, 0.05];
         assert_eq!(complete_items(whole.clone(), 10, true), whole);
         assert_eq!(complete_items(vec![1.0, 2.0, 3.0, 0.9, 0.8, 0.7, 0.05], 10, true), whole);
-        // A turn of half a circle about x points the normal down.
+        // A rotation by 180 degrees about x points the normal down.
         let turned = complete_items(vec![1.0, 2.0, 3.0, 1.0, 0.0, 0.0, 0.0, 0.9, 0.8, 0.7, 0.05], 10, true);
         assert_eq!(turned, [1.0, 2.0, 3.0, 0.0, 0.0, -1.0, 0.9, 0.8, 0.7, 0.05]);
     }

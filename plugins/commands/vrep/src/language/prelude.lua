@@ -80,8 +80,8 @@ local function style()
     end
 end
 
--- Values of the global `sim_call_type`, from which a script without callbacks learns why it is run. They depend on the
--- era and, up to 3.4, on the kind of script.
+-- Values of the global `sim_call_type`, by which a script without callbacks determines why it is run. They depend on
+-- the era and, up to 3.4, on the kind of script.
 local common = {
     B = {
         init = 0, cleanup = 1, nonSimulation = 2, beforeSimulation = 3, afterSimulation = 4, actuation = 5, sensing = 6,

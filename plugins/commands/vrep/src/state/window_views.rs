@@ -7,8 +7,8 @@ use crate::kit::*;
 const WINDOW_EVENT: &str = "ui.window";
 /// The command with which views report user actions.
 pub(crate) const ACTION_COMMAND: &str = "tatu.actOnButtons";
-/// Words in labels that stand for a symbol, and the character that replaces them. In files, buttons that close a window
-/// are labelled `Check`.
+/// Words in labels that represent a symbol, and the character that replaces each of them. In files, buttons that close
+/// a window are labelled `Check`.
 const LABEL_SYMBOLS: &[(&str, &str)] = &[
     ("ArrowRight", "\u{2192}"),
     ("ArrowLeft", "\u{2190}"),

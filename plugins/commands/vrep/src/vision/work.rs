@@ -100,7 +100,7 @@ impl WorkingImage {
     pub fn scale_and_offset(&mut self, before: Pixel, scale: Pixel, after: Pixel) {
         self.each(|p| [0, 1, 2].map(|k| ((p[k] + before[k]) * scale[k] + after[k]).clamp(0.0, 1.0)));
     }
-    /// Blackens the pixels for which `kept` returns false; optionally copies them to the first buffer.
+    /// Blackens the pixels for which `kept` returns false. If requested, copies these pixels to the first buffer.
     pub fn keep_pixels(&mut self, removed_to_buffer: bool, kept: impl Fn(usize, usize, &Pixel) -> bool) {
         if removed_to_buffer {
             self.buffers[0].fill([0.0; 3]);

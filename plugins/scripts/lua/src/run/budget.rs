@@ -20,7 +20,7 @@ pub(crate) const LOG_LINE_COST: u64 = 100;
 /// Instructions charged for looking up a name in the host.
 pub(crate) const LOOKUP_COST: u64 = 50;
 
-/// Work, in units, after which the script asks whether it must return.
+/// Interval, in units of work, at which the host is asked whether the script must return.
 const POLL_INTERVAL: u64 = (1 << 18) * UNITS_PER_INSTRUCTION;
 
 /// Charges the instructions that a new coroutine can run before its own hook is called for the first time.
