@@ -8,7 +8,7 @@ use crate::node::WidgetNode;
 
 /// Maximum length of a description, in bytes.
 const MAX_BYTES: usize = 1 << 20;
-/// Maximum nesting depth.
+/// Maximum nesting depth of the elements of a window.
 const MAX_DEPTH: usize = 64;
 /// Maximum number of elements.
 const MAX_NODES: usize = 5000;

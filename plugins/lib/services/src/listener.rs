@@ -52,7 +52,7 @@ const READ_BUFFER_BYTES: usize = 4 << 10;
 pub enum Rights {
     /// Full rights: the client may control the world.
     Control,
-    /// Read-only rights.
+    /// Read-only rights: the client may view the world, but not control it.
     View,
 }
 

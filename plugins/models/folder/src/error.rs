@@ -23,7 +23,7 @@ impl ModelError {
     pub fn new(text: impl Into<String>) -> Self {
         ModelError { text: text.into(), help: None, span: None }
     }
-    /// Adds a hint.
+    /// Adds a hint on how to correct the error.
     pub fn help(mut self, text: impl Into<String>) -> Self {
         self.help = Some(text.into());
         self

@@ -19,7 +19,7 @@ use crate::{
 pub struct ParsedModel {
     /// The contents of `model.toml`.
     pub text: String,
-    /// The parsed contents.
+    /// The contents of `model.toml` as a document, which keeps the ranges of its items.
     pub doc: Document<String>,
     /// The tables of the file with their ranges, in the order of the file.
     pub sections: Vec<TextSection>,

@@ -1,7 +1,7 @@
 //! The circuit of a battery: a source whose voltage depends on its charge, in series with a resistance and two parallel
 //! loads, one of constant current and one of given power.
 
-/// Cells in series.
+/// The cells of a battery, connected in series.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BatteryCells {
     /// Full charge, C.

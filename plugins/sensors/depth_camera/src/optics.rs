@@ -13,7 +13,7 @@ pub enum EdgeMode {
     Mixed,
 }
 
-/// Limitations of a camera.
+/// How a camera differs from an ideal one.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Optics {
     /// Minimum cosine of the angle between line of sight and normal of a surface that can be measured.
@@ -56,7 +56,7 @@ const DISCONTINUITY_RATIO: f32 = 0.03;
 const SHADOW_DISPARITY_PX: f64 = 1.0;
 
 impl Optics {
-    /// No limitations.
+    /// An ideal camera.
     pub const NONE: Optics = Optics { least_cosine: 0.0, projector: 0.0, edges: EdgeMode::Exact, lateral_sigma: 0.0 };
 
     /// Returns whether measured depths equal the ideal ones.

@@ -37,7 +37,7 @@ pub(crate) struct VolumeSizes {
     pub height: f64,
 }
 
-/// Values of [`ProximitySettings::volume`].
+/// The shapes of the detection volume that [`ProximitySettings::volume`] can name.
 const VOLUMES: &[&str] = &["ray", "cone", "pyramid", "cylinder", "disc", "random_rays"];
 
 /// Values of [`ProximitySettings::waves`], and the corresponding bits of [`Beams`].

@@ -25,11 +25,11 @@ pub enum JsonlRequest {
     Events(bool),
     /// Selects the world for later requests, by its index from 0.
     World(usize),
-    /// Presents the token.
+    /// Presents the token that the service requires for access.
     Token(String),
 }
 
-/// A parsed line.
+/// A line that a client has sent, after parsing.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RequestLine {
     /// The `id` of the line, which the answer repeats; null if it has none.

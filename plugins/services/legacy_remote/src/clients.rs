@@ -104,7 +104,7 @@ impl LegacyClient {
         self.logged.drain(..over);
         true
     }
-    /// Stores an error message.
+    /// Stores an error message for the client. If there are too many, the oldest one is discarded.
     pub fn add_error(&mut self, text: String) {
         self.errors.push(text);
         let over = self.errors.len().saturating_sub(MAX_ERRORS);

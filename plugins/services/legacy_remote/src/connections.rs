@@ -31,7 +31,7 @@ const ANSWER_TIMEOUT: Duration = Duration::from_millis(20);
 /// connected.
 const WRITE_TIMEOUT: Duration = Duration::from_secs(5);
 
-/// Events reported by connections.
+/// Events that the threads of connections report to the service.
 pub enum ConnectionEvent {
     /// The client with this number has connected.
     Connected(u64, Arc<AnswerQueue>),

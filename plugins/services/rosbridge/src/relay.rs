@@ -82,7 +82,7 @@ pub struct Relay {
 /// The number that represents all scripts as caller or server. Clients have numbers from 1.
 pub const SCRIPTS: u64 = 0;
 
-/// All clients, by number.
+/// The connected clients, by their number.
 pub type ClientMap = BTreeMap<u64, BridgeClient>;
 
 /// Builds the answer to a service call.

@@ -19,13 +19,13 @@ const DISCHARGING: i64 = 2;
 pub enum SimpleReading {
     /// Acceleration, angular velocity and orientation.
     Motion,
-    /// Magnetic field.
+    /// The magnetic field.
     Field,
-    /// Force and torque.
+    /// A force and a torque.
     Load,
     /// The state of a battery.
     Battery,
-    /// Air pressure.
+    /// The air pressure.
     Pressure,
 }
 

@@ -34,15 +34,15 @@ const GREETING_TIMEOUT: Duration = Duration::from_secs(5);
 /// Interval at which a thread that waits for an answer checks whether its peer is still connected.
 const POLL_INTERVAL: Duration = Duration::from_millis(50);
 
-/// Events reported by connections.
+/// Events that the threads of connections report to the service.
 pub enum ConnectionEvent {
     /// A peer has sent a request. The answer must be sent to `answer`.
     Request {
         /// The number of the connection.
         connection: u64,
-        /// The request.
+        /// The content of the request.
         body: Vec<u8>,
-        /// Receives the answer.
+        /// Channel to the thread that sends the answer to the peer.
         answer: Sender<Vec<u8>>,
     },
     /// The connection with this number has ended.

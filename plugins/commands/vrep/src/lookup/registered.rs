@@ -4,7 +4,7 @@
 use super::names;
 use crate::kit::*;
 
-/// First substitute handle.
+/// The lowest handle that stands for a missing entity in a run without a scene.
 const FIRST_STAND_IN: i64 = 0x8_0000;
 
 /// Returns whether a number is the substitute handle of a missing entity.

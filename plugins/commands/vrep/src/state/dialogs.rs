@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-/// An open dialog.
+/// A dialog that a script has opened.
 #[derive(Serialize, Deserialize, Clone)]
 pub(crate) struct Dialog {
     pub(crate) style: i64,

@@ -19,7 +19,7 @@ pub(crate) struct WirelessMessage {
     pub(crate) read: BTreeSet<tatu_object>,
 }
 
-/// All messages in transit.
+/// The wireless messages of a world, until they expire.
 #[derive(Serialize, Deserialize, Default)]
 pub(crate) struct PendingWireless {
     pub(crate) messages: Vec<WirelessMessage>,

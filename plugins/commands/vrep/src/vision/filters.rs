@@ -121,7 +121,7 @@ fn apply(chain: &[VisionFilter], given: &FilterInput<'_>, mut work: WorkingImage
     Ok(found)
 }
 
-/// Applies one filter.
+/// Applies one filter to the working image, and stores what it outputs in `found`.
 pub(super) fn step(
     f: &VisionFilter,
     given: &FilterInput<'_>,

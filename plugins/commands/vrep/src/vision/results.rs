@@ -22,7 +22,7 @@ pub(crate) struct VisionResult {
     pub packets: Vec<Vec<f64>>,
 }
 
-/// Results by sensor.
+/// The results of the sensors of a world, by the sensor's handle.
 pub(crate) type VisionResults = BTreeMap<tatu_object, VisionResult>;
 
 impl VisionResult {

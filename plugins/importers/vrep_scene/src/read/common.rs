@@ -87,7 +87,7 @@ impl Default for CommonPart {
     }
 }
 
-/// Elements of the common part.
+/// Tags of the elements in the common part.
 pub const TAGS: &[ElementTag<CommonPart>] = tags!(CommonPart {
     "Cfq" | "_fq" => |o, c, _| Ok(o.pose = quaternion_first(c)?),
     "Ids" => |o, c, _| Ok((o.id, o.parent) = (c.i32()?, c.i32()?)),

@@ -23,7 +23,7 @@ pub struct Joint {
     pub limits: [f64; 2],
     /// Whether the joint rotates without limits.
     pub cyclic: bool,
-    /// The motor.
+    /// The motor, with its targets and gains.
     pub drive: JointDrive,
     /// Whether limits are enforced even if the joint is not dynamic.
     pub enforced: bool,
@@ -41,7 +41,7 @@ pub struct Joint {
     pub max_motion: Option<[f64; 3]>,
     /// 0 free, 1 force, 4 velocity, 8 and 9 position, 12 and 13 spring, 16 callback; since 4.3.
     pub control: Option<i32>,
-    /// Parameters for each engine.
+    /// The parameters of the joint for each physics engine.
     pub engines: JointEngines,
 }
 
@@ -108,7 +108,7 @@ impl Default for Joint {
     }
 }
 
-/// Elements of the part that is specific to joints.
+/// Tags of the elements in the part that is specific to joints.
 pub const TAGS: &[ElementTag<Joint>] = tags!(Joint {
     "Jtt" => |j, c, _| Ok(j.kind = c.i32()?),
     "Prt" | "_rt" => |j, c, _| Ok(j.position = c.real()?),

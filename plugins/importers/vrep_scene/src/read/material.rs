@@ -68,7 +68,7 @@ fn read_old_ode(m: &mut Material, c: &mut Cursor<'_>) -> ReadResult {
     Ok(())
 }
 
-/// Elements of a material.
+/// Tags of the elements of a material.
 pub const TAGS: &[ElementTag<Material>] = tags!(Material {
     "Ipa" => |m, c, _| Ok(m.id = c.i32()?),
     "Gon" => |m, c, _| Ok(m.name = c.text()?),

@@ -23,7 +23,7 @@ impl Default for Dummy {
     }
 }
 
-/// Elements of dummies.
+/// Tags of the elements of dummies.
 pub const DUMMY: &[ElementTag<Dummy>] = tags!(Dummy {
     "Lli" => |d, c, _| Ok(d.link = c.i32()?),
     "Dl2" => |d, c, _| Ok(d.link_type = c.i32()?),
@@ -46,7 +46,7 @@ pub struct Camera {
     pub perspective: Option<i32>,
 }
 
-/// Elements of cameras.
+/// Tags of the elements of cameras.
 pub const CAMERA: &[ElementTag<Camera>] = tags!(Camera {
     "Cp3" | "_p3" => |k, c, _| Ok(k.size_and_angle = c.reals()?),
     "Ccp" | "_cp" => |k, c, _| Ok(k.clip = c.reals()?),
@@ -71,7 +71,7 @@ pub struct Light {
     pub color: Option<Color>,
 }
 
-/// Elements of lights.
+/// Tags of the elements of lights.
 pub const LIGHT: &[ElementTag<Light>] = tags!(Light {
     "Cp2" | "_p2" => |l, c, _| Ok(l.kind = c.i32()?),
     "Cp3" | "_p3" => |l, c, _| Ok(l.angle = c.real()?),
@@ -102,7 +102,7 @@ pub struct Path {
     pub points: Vec<PathPoint>,
 }
 
-/// Elements of paths.
+/// Tags of the elements of paths.
 pub const PATH: &[ElementTag<Path>] = tags!(Path {
     "Ntp" => |p, c, u| {
         let tags = tags!(Path {
@@ -168,7 +168,7 @@ impl Default for Graph {
     }
 }
 
-/// Elements of graphs.
+/// Tags of the elements of graphs.
 pub const GRAPH: &[ElementTag<Graph>] = tags!(Graph {
     "Gbv" => |g, c, _| Ok(g.buffer = c.i32()?),
     "Gps" => |g, c, _| Ok(g.explicit = c.u8()? & 16 != 0),

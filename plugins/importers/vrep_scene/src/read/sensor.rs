@@ -42,7 +42,7 @@ impl Default for ProximityPart {
     }
 }
 
-/// Elements of proximity sensors.
+/// Tags of the elements of proximity sensors.
 pub const PROXIMITY: &[ElementTag<ProximityPart>] = tags!(ProximityPart {
     "Snt" => |s, c, _| Ok(s.kind = c.i32()?),
     "Vod" => |s, c, u| Ok(s.volume = volume::read(c, u)?),
@@ -106,7 +106,7 @@ const FILTER: &[ElementTag<ImageFilter>] = tags!(ImageFilter {
     "Sfe" => |f, c, _| Ok(f.on = c.u8()? & 1 != 0),
 });
 
-/// Elements of vision sensors.
+/// Tags of the elements of vision sensors.
 pub const VISION: &[ElementTag<VisionPart>] = tags!(VisionPart {
     "Ccp" | "_cp" => |s, c, _| Ok(s.clip = c.reals()?),
     "Res" => |s, c, _| Ok(s.resolution = [c.i32()?, c.i32()?]),
@@ -150,7 +150,7 @@ pub struct ForcePart {
     pub filter: i32,
 }
 
-/// Elements of force sensors.
+/// Tags of the elements of force sensors.
 pub const FORCE: &[ElementTag<ForcePart>] = tags!(ForcePart {
     "Vab" => |s, c, _| Ok(s.bits = c.u8()?),
     "Tre" => |s, c, _| Ok(s.threshold = (c.reals()?, c.i32()?)),

@@ -43,7 +43,7 @@ impl Default for Shape {
     }
 }
 
-/// Elements of the part that is specific to shapes.
+/// Tags of the elements in the part that is specific to shapes.
 pub const TAGS: &[ElementTag<Shape>] = tags!(Shape {
     "Ge2" => |s, c, u| Ok(s.root = mesh::read_tree(c, u)?),
     "Geo" => |s, c, u| {

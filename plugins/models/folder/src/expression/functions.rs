@@ -5,7 +5,7 @@ use super::value::ExpressionValue;
 use crate::error::{ModelError, Result};
 
 type UnaryFunction = fn(f64) -> f64;
-/// Functions of one number.
+/// The functions of one number, by name.
 const UNARY_FUNCTIONS: &[(&str, UnaryFunction)] = &[
     ("abs", f64::abs),
     ("sqrt", libm::sqrt),

@@ -16,7 +16,7 @@
 use super::functions::RESERVED;
 use crate::error::{ModelError, Result};
 
-/// Maximum nesting depth.
+/// Maximum nesting depth of an expression.
 const MAX_DEPTH: usize = 60;
 /// Maximum length of an expression, bytes.
 const MAX_EXPRESSION_BYTES: usize = 64 << 10;

@@ -174,7 +174,7 @@ impl<'a> Matcher<'a> {
         Ok(())
     }
 
-    /// Matches a greedy repetition.
+    /// Matches a repetition by `*` or `+`, which takes as many characters as possible.
     fn match_greedy(&mut self, s: usize, p: usize, end: usize) -> MatchResult {
         let mut i = 0;
         while self.single(s + i, p, end) {
@@ -193,7 +193,7 @@ impl<'a> Matcher<'a> {
         }
     }
 
-    /// Matches a lazy repetition.
+    /// Matches a repetition by `-`, which takes as few characters as possible.
     fn match_lazy(&mut self, mut s: usize, p: usize, end: usize) -> MatchResult {
         loop {
             if let Some(e) = self.match_nested(s, end + 1)? {
