@@ -117,7 +117,7 @@ fn missing_clients_and_wrong_goals_raise_errors() {
     end"#;
     let heard = run(plan, 3);
     for (line, told) in heard.iter().zip([
-        "offers the action /nobody, and this script cannot wait for one",
+        "offers the action /nobody, and the calling script cannot wait for one",
         "has no field \"ordre\"",
         "there is no action client with the handle 1000",
         "there is no action server",
