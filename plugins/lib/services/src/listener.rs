@@ -109,9 +109,9 @@ impl WebSocketClient {
 pub struct WebSocketListener {
     /// The address on which the listener accepts connections.
     pub address: SocketAddr,
-    /// The token for full rights.
+    /// The token that gives a client full rights.
     pub token: String,
-    /// The token for read-only rights.
+    /// The token that gives a client read-only rights.
     pub view_token: String,
     /// The error because of which the tokens of a fixed port could not be stored for later runs, if any.
     pub token_error: Option<io::Error>,

@@ -71,7 +71,7 @@ fn text(values: Vec<Value>) -> Result<Vec<u8>> {
     Ok(std::mem::take(LittleEndianWriter::default().text(bytes(values.first())?)).0)
 }
 
-/// Executes commands without a subject.
+/// Executes a command that has no subject, by its number.
 fn call_without_subject(turn: &Turn<'_>, raw: u16, data: &mut LittleEndianReader<'_>) -> Result<Vec<u8>> {
     match raw {
         0x0005 => call_command(turn, "sim.closeScene", &[]).and_then(empty_answer),

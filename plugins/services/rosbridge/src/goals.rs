@@ -45,7 +45,7 @@ pub(crate) fn code(status: i64) -> i64 {
     [SUCCEEDED, ABORTED, CANCELED].into_iter().find(|c| self::status(*c) == status).unwrap_or(UNKNOWN)
 }
 
-/// The sender of a goal.
+/// Who has sent a goal, and receives its feedback and result.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(crate) enum GoalSender {
     /// A script, by the handle of its action client.

@@ -49,7 +49,7 @@ impl ScriptCallback {
     }
 }
 
-/// The role of an endpoint.
+/// The part that an endpoint of a script has in a topic, a service or an action.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) enum EndpointRole {
     Publisher,

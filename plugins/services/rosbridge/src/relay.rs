@@ -7,15 +7,15 @@ use serde_json::{Value as Json, json};
 
 use crate::{peers::BridgeClient, types::RosVersion};
 
-/// A pending call or goal.
+/// A call or goal that was sent to its server, and whose result has not arrived.
 struct RelayedRequest {
     /// Number of the client that sent the call or goal, or `SCRIPTS`.
     sender: u64,
-    /// The id that the sender has assigned to it.
+    /// The id that the sender has assigned to the call or goal.
     id: Option<String>,
     /// Name of the service or action.
     target: String,
-    /// Number of the client that executes it, or `SCRIPTS`.
+    /// Number of the client that executes the call or goal, or `SCRIPTS`.
     server: u64,
     /// Whether the sender has requested feedback on the goal; false for calls.
     feedback: bool,
@@ -75,7 +75,7 @@ pub struct Relay {
     calls: BTreeMap<String, RelayedRequest>,
     /// Pending goals, by the id that the relay has assigned.
     goals: BTreeMap<String, RelayedRequest>,
-    /// Number of assigned ids.
+    /// Number of ids that the relay has assigned, from which it builds the next one.
     count: u64,
 }
 

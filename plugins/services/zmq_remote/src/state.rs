@@ -22,7 +22,7 @@ use crate::{
 /// Time to wait for an event of a client before checking whether the run has ended.
 const EVENT_TIMEOUT: Duration = Duration::from_millis(20);
 
-/// The state of the service.
+/// The clients of the service, their requests, and its ports.
 pub(crate) struct ZmqState {
     pub clients: ZmqClients,
     /// Received requests that have not been executed, in order of arrival.
@@ -90,7 +90,7 @@ pub(crate) enum PendingId {
     Waiting(u64),
 }
 
-/// The outcome of a request.
+/// What remains to be done for a request after its execution has started.
 pub(crate) enum RequestOutcome {
     /// The request was executed, with these results.
     Results(Vec<Cbor>),

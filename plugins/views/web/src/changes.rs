@@ -44,7 +44,7 @@ pub struct ChangeDetector {
     volumes: BTreeMap<String, Vec<Prop>>,
 }
 
-/// The result of a comparison.
+/// What has changed in a scene since the last comparison.
 pub enum DetectedChange {
     /// None of the compared objects has changed.
     Unchanged,
@@ -152,7 +152,7 @@ fn volume_keys(turn: &Turn<'_>, id: tatu_object, kind: &str) -> Vec<Prop> {
     all.filter(|prop| turn.get(id, *prop).is_ok()).collect()
 }
 
-/// A hasher for property values.
+/// A hasher for property values, whose digests reveal changes.
 struct PropertyHasher(DefaultHasher);
 
 impl PropertyHasher {

@@ -29,7 +29,7 @@ pub(crate) struct EditTracker {
     read_at: Option<Instant>,
     /// Whether the scene was edited since the last copy.
     copy_due: bool,
-    /// Time of the last copy.
+    /// Time of the last attempt to write a copy.
     last_copy: Option<Instant>,
     /// Whether a failure to write a copy has been reported; later failures are not.
     failure_reported: bool,

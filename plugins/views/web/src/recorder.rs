@@ -35,7 +35,7 @@ pub struct FilmRecorder {
     changes: ChangeDetector,
     /// The frame entries that were recorded last, by key.
     last_entries: BTreeMap<u32, Vec<f64>>,
-    /// The last recorded readings.
+    /// The readings that were recorded last.
     sent: SentReadings,
     /// The last recorded drawings, as a JSON message.
     last_drawings: String,

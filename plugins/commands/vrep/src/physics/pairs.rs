@@ -17,7 +17,7 @@ use crate::{
 
 const NOTES: &str = "Objects without explicit handling are evaluated when they are read, not in the sensing stage.";
 
-/// The two types of pairs.
+/// What a registered pair of entities computes.
 #[derive(Clone, Copy)]
 enum PairKind {
     Collision,

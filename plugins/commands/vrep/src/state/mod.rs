@@ -32,7 +32,7 @@ use self::{
 /// The plugin's state in a world. Commands can call each other, so a borrow must not be held across a call to the host.
 pub struct WorldState(RefCell<WorldStateInner>);
 
-/// The data behind the `RefCell`.
+/// The data of [`WorldState`], which snapshots contain.
 #[derive(Serialize, Deserialize)]
 pub(crate) struct WorldStateInner {
     #[serde(skip)]
@@ -93,7 +93,7 @@ pub(crate) struct VisionRecord {
 /// Motions in progress, and paths that objects follow.
 #[derive(Serialize, Deserialize)]
 pub(crate) struct MotionRecord {
-    /// Active motions by number.
+    /// The motions in progress, by their number.
     pub(crate) motions: BTreeMap<i64, ActiveMotion>,
     /// Number of motions started so far, including those along paths.
     pub(crate) moved: i64,

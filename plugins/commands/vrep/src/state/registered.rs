@@ -49,7 +49,7 @@ pub(crate) struct NamedHandle {
     pub(crate) handle: i64,
 }
 
-/// A collision or distance object.
+/// A collision or distance object: a named pair of entities whose collision or distance scripts read.
 #[derive(Serialize, Deserialize, Clone)]
 pub(crate) struct RegisteredPair {
     pub(crate) name: String,

@@ -97,14 +97,14 @@ pub(super) fn run(c: &Ctx<'_>, view: &VisionView, mut seen: VisionResult) -> Res
     Ok(seen)
 }
 
-/// The input of a chain.
+/// The image that a chain filters, and how the sensor projects it.
 pub(super) struct FilterInput<'a> {
     pub rgb: &'a [u8],
     pub depth: &'a [f32],
     pub lens: ImageProjection,
 }
 
-/// The output of a chain.
+/// What a chain outputs: the filtered image and depths, if any, and results of its filters.
 #[derive(Debug, Default, PartialEq)]
 pub(super) struct FilterOutput {
     pub rgb: Option<Vec<u8>>,

@@ -52,7 +52,7 @@ pub fn collection(c: &mut Cursor<'_>, unknown: &mut UnknownElements) -> ReadResu
     Ok(collection)
 }
 
-/// A collision or distance object.
+/// A collision or distance object: a named pair of entities whose collision or distance scripts read.
 #[derive(Debug, Clone, Default, Serialize)]
 pub struct EntityPair {
     /// Name of the collision or distance object.
