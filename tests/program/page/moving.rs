@@ -170,3 +170,33 @@ fn a_push_moves_a_robot_and_does_not_tip_it() {
     shown.page.mouse("mouseReleased", to, 1, true);
     shown.end();
 }
+
+/// An arm with links of 0.5 and 0.4 m, bent at the elbow, and a hand at its end.
+const ARM: &str = "[[object]]\nkind = \"joint\"\nalias = \"shoulder\"\ntype = \"revolute\"\nmode = \"kinematic\"\n\
+                   position_m = [0.0, 0.0, 0.3]\n[[object]]\nkind = \"joint\"\nalias = \"elbow\"\nparent = \"shoulder\"\n\
+                   type = \"revolute\"\nmode = \"kinematic\"\nposition_m = [0.5, 0.0, 0.0]\nposition_deg = 60.0\n\
+                   [[object]]\nkind = \"shape\"\nalias = \"hand\"\nparent = \"elbow\"\nsize_m = [0.1, 0.1, 0.1]\n\
+                   position_m = [0.4, 0.0, 0.0]\n";
+
+#[test]
+#[cfg_attr(no_browser, ignore = "needs Chromium, and npm at the build")]
+fn arm_follows_its_hand_as_far_as_it_reaches() {
+    let mut shown = ScenePage::selecting(&format!("{FLOOR}{ARM}"), "hand");
+    shown.page.click_on("#guide");
+    shown.page.until("document.querySelector('.typed strong').textContent === 'Guide to'");
+    // 0.5 + 0.4 cos 60 degrees, 0.4 sin 60 degrees.
+    shown.page.until("document.querySelector('.typed input').value === '0.7'");
+    shown.type_number(1, "0.3");
+    shown.until(
+        "get('hand', 'object.world_pose').then((p) => Math.abs(p[0] - 0.3) < 1e-5 && Math.abs(p[1] - 0.34641) < 1e-5)",
+    );
+    assert_eq!(shown.ask("get('elbow', 'joint.position').then((x) => x > 0 && x < Math.PI)"), true);
+    // The arm goes as near as it can, and says why not farther.
+    shown.type_number(1, "2");
+    shown.page.until("document.querySelector('.typed .why').textContent.includes('out of reach')");
+    shown.until("get('hand', 'object.world_pose').then((p) => Math.abs(Math.hypot(p[0], p[1]) - 0.9) < 1e-3)");
+    shown.undo();
+    shown.undo();
+    shown.until_near("elbow", "joint.position", &[60_f64.to_radians()]);
+    shown.end();
+}

@@ -147,7 +147,9 @@ impl Registry {
             );
         }
         let error = match known.len() > MAX_LISTED_NAMES {
-            true => error.expected(format!("the id of a {what}, as `tatu list models|sensors|actuators|importers|plugins` shows them")),
+            true => error.expected(format!(
+                "the id of a {what}, as `tatu list models|sensors|actuators|importers|plugins` shows them"
+            )),
             false => error.expected(format!("one of {}", known.join(", "))),
         };
         match nearest(name, known.iter().copied()) {

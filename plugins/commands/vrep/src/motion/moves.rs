@@ -356,8 +356,8 @@ fn position(mover: &MovedObjects, now: &MotionState) -> Result<Value> {
     }
     let angle = al::axis_angle(al::compose_rotations(al::rotation(to), al::conjugate(al::rotation(from)))).1.abs();
     // The four coordinates are x, y, z and the angle rotated so far.
-    let [x, y, z, turned] =
-        <[f64; 4]>::try_from(now[0].as_slice()).map_err(|_| Fail::new("a motion to a pose must have four coordinates"))?;
+    let [x, y, z, turned] = <[f64; 4]>::try_from(now[0].as_slice())
+        .map_err(|_| Fail::new("a motion to a pose must have four coordinates"))?;
     let t = if angle > 1e-12 { (turned / angle).clamp(0.0, 1.0) } else { 1.0 };
     let q = al::rotation(&al::interpolate(from, to, t));
     Ok(Value::Floats(al::pose([x, y, z], q).to_vec()))

@@ -11,7 +11,9 @@ use crate::{
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     let entity = |key: &str| Param::int(key).text("a shape or a collection");
-    let second = || Param::int("second").text("a shape, a collection, or sim.handle_all: all other shapes; the same collection twice: its shapes among each other, without those that a joint or nothing separates");
+    let second = || {
+        Param::int("second").text("a shape, a collection, or sim.handle_all: all other shapes; the same collection twice: its shapes among each other, without those that a joint or nothing separates")
+    };
     let notes = "Meshes that are not convex are hollow surfaces: a shape entirely inside does not touch them.";
     offer.command(
         both(["sim.checkCollision", "simCheckCollision"], MINUS_ONE, |c| {
