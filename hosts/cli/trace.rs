@@ -101,8 +101,9 @@ impl Trace {
         let Some((file, path)) = &mut self.file else { return Ok(()) };
         let written = writeln!(file.lock().unwrap_or_else(PoisonError::into_inner), "{line}");
         if let Err(e) = written {
-            let error = Error::new("E105", format!("the trace {} cannot be continued: {e}", path.display()));
-            // The run continues without a trace; the error is reported once.
+            let what = format!("cannot write the trace {}: {e}; the run continues without it", path.display());
+            let error = Error::new("E105", what);
+            // The error is reported once.
             self.file = None;
             return Err(error);
         }

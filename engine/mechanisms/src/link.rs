@@ -142,9 +142,9 @@ fn check_signs(inertia: &Matrix3<f64>) -> Result<(), &'static str> {
     if negative { Err("a moment is negative") } else { Ok(()) }
 }
 
-/// Checks that an inertia is symmetric, and that some distribution of the mass has this inertia about its centre: the
-/// integral of r r' over the mass, which is half of the trace (times the identity) minus the inertia, must have no
-/// negative eigenvalue.
+/// Checks that an inertia is symmetric and physically possible: no principal moment is negative or exceeds the sum of
+/// the other two (the triangle inequality). Equivalently, the second moment of the mass, `tr(I) / 2 - I`, is positive
+/// semidefinite, which is tested by its principal minors.
 ///
 /// The tolerance of 1e-9 of the trace allows for values that were rounded in a file.
 fn check_inertia(inertia: &Matrix3<f64>, mass: f64) -> Result<(), &'static str> {

@@ -8,7 +8,7 @@ pub struct Spline {
     /// Parameter of each point.
     parameters: Vec<f64>,
     /// Number of coordinates.
-    count: usize,
+    dimension: usize,
     /// Coordinates of each point, and second derivatives there.
     values: Vec<f64>,
     curvatures: Vec<f64>,
@@ -26,30 +26,30 @@ pub struct SplinePoint {
 }
 
 impl Spline {
-    /// Returns the spline through points of `count` coordinates each, one after another in `values`. Returns `None` if
+    /// Returns the spline through points of `dimension` coordinates each, one after another in `values`. Returns `None` if
     /// there are fewer than two points, if their number differs from that of the parameters, if a number is not finite,
     /// or if the parameters do not ascend.
-    pub fn new(parameters: &[f64], count: usize, values: &[f64]) -> Option<Spline> {
+    pub fn new(parameters: &[f64], dimension: usize, values: &[f64]) -> Option<Spline> {
         let n = parameters.len();
         let ascending = parameters.windows(2).all(|w| w[0] < w[1]);
         let finite = parameters.iter().chain(values).all(|x| x.is_finite());
-        if n < 2 || count == 0 || values.len() != n * count || !ascending || !finite {
+        if n < 2 || dimension == 0 || values.len() != n * dimension || !ascending || !finite {
             return None;
         }
         let steps: Vec<f64> = parameters.windows(2).map(|w| w[1] - w[0]).collect();
-        let mut curvatures = vec![0.0; n * count];
-        for c in 0..count {
-            let slope = |k: usize| (values[(k + 1) * count + c] - values[k * count + c]) / steps[k];
+        let mut curvatures = vec![0.0; n * dimension];
+        for c in 0..dimension {
+            let slope = |k: usize| (values[(k + 1) * dimension + c] - values[k * dimension + c]) / steps[k];
             for (k, curvature) in second_derivatives(&steps, slope).into_iter().enumerate() {
-                curvatures[k * count + c] = curvature;
+                curvatures[k * dimension + c] = curvature;
             }
         }
-        Some(Spline { parameters: parameters.to_vec(), count, values: values.to_vec(), curvatures })
+        Some(Spline { parameters: parameters.to_vec(), dimension, values: values.to_vec(), curvatures })
     }
 
     /// Returns the number of coordinates.
-    pub fn count(&self) -> usize {
-        self.count
+    pub fn dimension(&self) -> usize {
+        self.dimension
     }
 
     /// Returns the least and the greatest parameter.
@@ -65,9 +65,9 @@ impl Spline {
         let h = self.parameters[k + 1] - self.parameters[k];
         let (b, a) = ((s - self.parameters[k]) / h, (self.parameters[k + 1] - s) / h);
         let mut point = SplinePoint::default();
-        for c in 0..self.count {
-            let [y0, y1] = [k, k + 1].map(|k| self.values[k * self.count + c]);
-            let [m0, m1] = [k, k + 1].map(|k| self.curvatures[k * self.count + c]);
+        for c in 0..self.dimension {
+            let [y0, y1] = [k, k + 1].map(|k| self.values[k * self.dimension + c]);
+            let [m0, m1] = [k, k + 1].map(|k| self.curvatures[k * self.dimension + c]);
             point.position.push(a * y0 + b * y1 + ((a * a * a - a) * m0 + (b * b * b - b) * m1) * h * h / 6.0);
             point.first.push((y1 - y0) / h + ((1.0 - 3.0 * a * a) * m0 + (3.0 * b * b - 1.0) * m1) * h / 6.0);
             point.second.push(a * m0 + b * m1);

@@ -53,7 +53,7 @@ impl PathTiming {
                 return Err(MotionError::Acceleration(axis.acceleration));
             }
         }
-        if bounds.len() != path.count() {
+        if bounds.len() != path.dimension() {
             return Err(MotionError::State);
         }
         let parts = parts.max(2);

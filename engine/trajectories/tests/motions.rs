@@ -140,7 +140,7 @@ impl Random {
 }
 
 #[test]
-fn random_motions_keep_limits_and_arrive() {
+fn random_motions_stay_within_limits_and_arrive() {
     let mut random = Random(7);
     for k in 0..20_000 {
         let limits = Limits {
@@ -246,7 +246,7 @@ fn spline_reproduces_cubic_curves() {
 }
 
 #[test]
-fn straight_paths_take_the_time_of_a_trapezoid() {
+fn straight_paths_last_as_long_as_a_trapezoid() {
     let bounds = AxisBounds { velocity: [-1.0, 1.0], acceleration: [-2.0, 2.0] };
     for (length, expected) in [(1.0, 1.5), (0.25, 0.5_f64.sqrt())] {
         let line = Spline::new(&[0.0, length / 2.0, length], 1, &[0.0, length / 2.0, length]).unwrap();
@@ -257,7 +257,7 @@ fn straight_paths_take_the_time_of_a_trapezoid() {
 }
 
 #[test]
-fn curved_paths_keep_their_limits() {
+fn curved_paths_stay_within_limits() {
     let points: Vec<f64> = vec![0.0, 0.0, 1.0, 0.2, 1.0, 1.0, 0.3, 1.4, 0.0, 2.0];
     let path = Spline::new(&[0.0, 1.0, 2.0, 3.0, 4.0], 2, &points).unwrap();
     let bounds = [AxisBounds { velocity: [-1.0, 0.8], acceleration: [-2.0, 1.5] }; 2];

@@ -244,7 +244,7 @@ fn actuators(r: &Registry) -> Vec<Value> {
         .iter()
         .map(|a| {
             json!({
-                "id": a.id, "plugin": r.plugins[a.plugin].id, "text": a.text, "every_substep": a.every_substep,
+                "id": a.id, "plugin": r.plugins[a.plugin].id, "text": a.text, "every_substep": a.every_physics_step,
                 "parameters": params(&a.params), "commands": params(&a.commands),
                 "schemas": readings(a).map(|s| &s.schemas), "fields": readings(a).map(fields),
             })

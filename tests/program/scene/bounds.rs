@@ -33,7 +33,7 @@ fn sensors_have_a_bound_of_memory_together() {
     let camera = "[[object]]\nkind = \"sensor\"\nsensor = \"depth_camera\"\nalias = \"cam\"\n";
     let place = TestFolder::scene(&format!("{camera}columns = 8192\nrows = 8192\npoints = true\nincidence = true\n"));
     // 67 million pixels with 48 bytes each while they are rendered, and readings of at least 4 bytes a pixel.
-    place.run(&["--steps", "1"]).refused(&["E402", "/cam", "the limit is 4096 MB", "choose fewer pixels or sensors"]);
+    place.run(&["--steps", "1"]).refused(&["E402", "/cam", "the limit is 4096 MB", "use fewer pixels or sensors"]);
     // 5,000 images of 640 x 480 pixels would need 74 GB while they are rendered.
     let scene = format!(
         "{camera}columns = 640\nrows = 480\n{}",
@@ -52,7 +52,7 @@ fn sensors_have_a_bound_of_memory_together() {
     );
     // The machine may have less free memory than the limit.
     let done = TestFolder::scene(&scene).run(&["--steps", "1", "--set", "/cam.explicit=true"]);
-    done.reports(&["told\ttrue", "choose fewer pixels or sensors"]);
+    done.reports(&["told\ttrue", "use fewer pixels or sensors"]);
 }
 
 /// The number of values is checked before memory for them is allocated.

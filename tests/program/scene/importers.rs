@@ -103,7 +103,7 @@ fn the_most_confident_importer_is_used_and_ties_are_reported_once() {
         "note: robot.urdf: the importers also, urdf can read the file; `also` is used",
         "robot.urdf: `also_read`: seen by the other one",
     ]);
-    assert_eq!(tie.err.matches("read it").count(), 1, "{}", tie.err);
+    assert_eq!(tie.err.matches("can read the file").count(), 1, "{}", tie.err);
     for (keys, providers) in [
         ("file = \"robot.urdf\"\nimporter = \"urdf\"", ""),
         ("file = \"robot.urdf\"", "\".urdf\" = \"urdf\""),

@@ -57,17 +57,17 @@ struct ActuatorBatch {
     actuators: Vec<BatchActuator>,
 }
 
-/// Returns a batch for each kind whose `every_substep` has the given value and that has enabled actuators, in the order
+/// Returns a batch for each kind whose `every_physics_step` has the given value and that has enabled actuators, in the order
 /// of kinds. The actuators of a batch are in the order of their creation.
 fn batches(
     actuators: &Actuators,
     dynamics: &Dynamics,
     around: &ActuatorContext<'_>,
-    every_substep: bool,
+    every_physics_step: bool,
 ) -> Vec<ActuatorBatch> {
     let mut out = Vec::new();
     for (kind, info) in around.registry.actuators.iter().enumerate() {
-        if info.every_substep != every_substep {
+        if info.every_physics_step != every_physics_step {
             continue;
         }
         let seat = |(device, d): (usize, &Actuator)| {
@@ -104,7 +104,7 @@ pub fn apply_per_advance(
 }
 
 /// The kinds of actuators that are called before each engine step, during one advance.
-pub struct SubstepActuators<'a> {
+pub struct PhysicsStepActuators<'a> {
     actuators: &'a mut Actuators,
     registry: &'a Registry,
     watch: &'a CallWatch,
@@ -115,7 +115,7 @@ pub struct SubstepActuators<'a> {
     pub failed: Vec<ApplyFailure>,
 }
 
-impl<'a> SubstepActuators<'a> {
+impl<'a> PhysicsStepActuators<'a> {
     /// Collects the actuators that are called before each engine step; returns `None` if there are none, so that the
     /// engine needs no callback.
     pub fn new(
@@ -130,7 +130,7 @@ impl<'a> SubstepActuators<'a> {
             return None;
         }
         let dt = dt / f64::from(dynamics.engine_steps(dt).max(1));
-        Some(SubstepActuators { actuators, registry, watch, batches, time: around.time, dt, failed: Vec::new() })
+        Some(PhysicsStepActuators { actuators, registry, watch, batches, time: around.time, dt, failed: Vec::new() })
     }
 
     /// Adds the forces and torques of the actuators for one engine step to `out`.

@@ -17,7 +17,7 @@ use tatu_plugins::state_block::StateBlock;
 
 use crate::sense::{FieldLayout, ReadingBuffer, Sensing};
 
-pub use apply::{ActuatorContext, ApplyFailure, SubstepActuators, apply_per_advance};
+pub use apply::{ActuatorContext, ApplyFailure, PhysicsStepActuators, apply_per_advance};
 
 /// The instance of an actuator.
 pub struct Actuator {

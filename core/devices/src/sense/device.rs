@@ -375,7 +375,7 @@ impl FieldLayout {
     }
 
     /// Returns the sizes of the memory that a sensor needs, bytes: for its reading, and while its image is rendered.
-    pub(super) fn bytes(&self) -> [u64; 2] {
+    pub(super) fn memory_bytes(&self) -> [u64; 2] {
         [8 * self.words as u64, self.plan.image_bytes()]
     }
 

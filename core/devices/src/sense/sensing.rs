@@ -53,7 +53,7 @@ impl Sensing {
         self.insert(device);
     }
     fn insert(&mut self, device: SensorDevice) {
-        self.bytes = sum(self.bytes, device.layout.bytes());
+        self.bytes = sum(self.bytes, device.layout.memory_bytes());
         self.index_device(&device, self.devices.len());
         self.devices.push(device);
         self.invalidate_settings();
@@ -61,8 +61,8 @@ impl Sensing {
     /// Checks that there is memory for a sensor with a layout. `old` is the present layout of the sensor, if any. All
     /// images may be rendered at once, so their memory is counted although it is used only during rendering.
     pub fn check_memory(&self, layout: &FieldLayout, old: Option<&FieldLayout>) -> Result<(), String> {
-        let own = layout.bytes();
-        let known = old.map_or(self.bytes, |old| less(self.bytes, old.bytes()));
+        let own = layout.memory_bytes();
+        let known = old.map_or(self.bytes, |old| less(self.bytes, old.memory_bytes()));
         let all = sum(known, own);
         let (own_total, total) = (own[0] + own[1], all[0].saturating_add(all[1]));
         let told = |why: &str| {
@@ -86,7 +86,7 @@ impl Sensing {
     /// Changes the layout of the device with this slot and id. Returns the device, or `None` if it does not exist.
     pub fn set_layout(&mut self, slot: u32, id: u64, layout: Rc<FieldLayout>) -> Option<&mut SensorDevice> {
         let device = self.devices.iter_mut().find(|d| d.slot == slot && d.id == id)?;
-        self.bytes = sum(less(self.bytes, device.layout.bytes()), layout.bytes());
+        self.bytes = sum(less(self.bytes, device.layout.memory_bytes()), layout.memory_bytes());
         device.set_layout(layout);
         Some(device)
     }

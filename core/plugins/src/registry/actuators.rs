@@ -82,7 +82,7 @@ impl Registry {
             self.actuators.push(ActuatorKind {
                 plugin,
                 text: raw.text().unwrap_or_default(),
-                every_substep: raw.flags & TATU_ACTUATOR_EVERY_SUBSTEP != 0,
+                every_physics_step: raw.flags & TATU_ACTUATOR_EVERY_SUBSTEP != 0,
                 param_props: params.iter().map(number).collect(),
                 command_props: commands.iter().map(number).collect(),
                 params,

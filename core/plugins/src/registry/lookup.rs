@@ -147,9 +147,7 @@ impl Registry {
             );
         }
         let error = match known.len() > MAX_LISTED_NAMES {
-            true => error.expected(format!(
-                "the id of a {what}, as `tatu list models|sensors|actuators|importers|plugins` shows them"
-            )),
+            true => error.expected(format!("the id of a {what}: `tatu list {}` shows them", listing(what))),
             false => error.expected(format!("one of {}", known.join(", "))),
         };
         match nearest(name, known.iter().copied()) {
@@ -167,4 +165,16 @@ fn stem(path: &std::path::Path) -> String {
     let stem = path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
     let stem = stem.strip_prefix(std::env::consts::DLL_PREFIX).unwrap_or(&stem);
     stem.strip_prefix("tatu_").unwrap_or(stem).to_owned()
+}
+
+/// Returns the word by which `tatu list` shows what there is of a kind.
+fn listing(what: &str) -> &'static str {
+    match what {
+        "model" => "models",
+        "sensor kind" => "sensors",
+        "actuator kind" => "actuators",
+        "service" => "services",
+        "importer" => "importers",
+        _ => "plugins",
+    }
 }

@@ -266,7 +266,7 @@ pub struct ActuatorKind {
     /// Declared commands, each a single number, in the order of the command buffer.
     pub commands: Vec<ParameterSpec>,
     /// Whether actuators are called before each physics step, instead of once per advance.
-    pub every_substep: bool,
+    pub every_physics_step: bool,
     /// The interned keys `<kind>.<parameter>`.
     pub param_props: Vec<u32>,
     /// The interned keys `<kind>.<command>`.

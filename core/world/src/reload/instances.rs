@@ -107,7 +107,7 @@ impl World {
         let cell: &WorldCell = self.cell();
         let old = cell.model.registry.shared();
         let file = old.plugins[plugin].path.display().to_string();
-        if let Some(id) = cell.run.connections.session().and_then(|s| s.service_of(plugin)) {
+        if let Some(id) = cell.run.connections.session().and_then(|s| s.service_id_of(plugin)) {
             let text = format!("the plugin {file} cannot be replaced while its service `{id}` runs");
             return Err(Error::new("E305", text).help("restart the run to use the new version"));
         }

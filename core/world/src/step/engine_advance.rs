@@ -22,8 +22,8 @@ pub(super) struct AdvanceResult {
 }
 
 /// The devices that are called between two engine steps.
-struct SubStepDevices<'a> {
-    actuators: Option<actuators::SubstepActuators<'a>>,
+struct PhysicsStepDevices<'a> {
+    actuators: Option<actuators::PhysicsStepActuators<'a>>,
     sensors: Option<StepSensing<'a>>,
 }
 
@@ -64,15 +64,15 @@ pub(super) fn advance(world: &WorldCell, dt: f64, part: Option<u32>) -> AdvanceR
     let gravity = dynamics.settings().gravity.into();
     let moment = MeasureTime { time, step: world.state.clock.step.get(), dt: physics_dt, gravity };
     let around = StepContext { registry, watch, pool: world.run.pool(), moment };
-    let mut between = SubStepDevices {
-        actuators: actuators::SubstepActuators::new(actuators, (registry, watch), dynamics, &acts, dt),
+    let mut between = PhysicsStepDevices {
+        actuators: actuators::PhysicsStepActuators::new(actuators, (registry, watch), dynamics, &acts, dt),
         sensors: StepSensing::new(&mut sensing, scene_now, dynamics, around, twist),
     };
     // SAFETY: the header declares `apply` and `measure` as `[parallel]`, so they may run on another thread; this thread
     // waits until the pool's thread is done, so nothing is shared.
     let mut granted = unsafe { ThreadGrant::new(&mut between) };
     let lost = world.run.install(|| {
-        let SubStepDevices { actuators, sensors } = &mut **granted.get();
+        let PhysicsStepDevices { actuators, sensors } = &mut **granted.get();
         let mut push = actuators.as_mut().map(|a| {
             move |engine: &dyn Engine, step: u32, out: &mut Vec<BodyWrench>| a.apply_before_step(engine, step, out)
         });

@@ -19,9 +19,9 @@ mod barrier;
 mod engine_advance;
 mod idle;
 mod physics;
+mod physics_steps;
 mod sensors;
 mod stages;
-mod substeps;
 
 pub(crate) use barrier::barrier;
 pub(crate) use idle::{end_pause, run_paused_pass, run_stopped_pass};

@@ -7,14 +7,14 @@ use tatu_errors::{Fault, FaultKind};
 use tatu_plugin_api::abi::*;
 use tatu_plugins::watchdog::PluginCall;
 
-use super::{engine_advance, sensors::switch_off_failed_sensors, substeps};
+use super::{engine_advance, physics_steps, sensors::switch_off_failed_sensors};
 use crate::cell::{WorldCell, instance_fault};
 
-/// Applies the forces of actuators and advances the engine, one sub-step at a time if scripts have callbacks in
+/// Applies the forces of actuators and advances the engine, one physics step at a time if scripts have callbacks in
 /// between.
 pub(super) fn physics(world: &WorldCell, dt: f64) {
-    let done = match dt > 0.0 && substeps::any_callback(world) {
-        true => substeps::advance(world, dt),
+    let done = match dt > 0.0 && physics_steps::any_callback(world) {
+        true => physics_steps::advance(world, dt),
         false => engine_advance::advance(world, dt, None),
     };
     world.state.clock.record_stage(dt);

@@ -47,7 +47,7 @@ pub fn all(r: &Registry, id: &str) -> Vec<Json> {
         let both: Vec<ParameterSpec> = a.params.iter().chain(&a.commands).cloned().collect();
         out.push(json!({
             "what": "actuator kind", "id": a.id, "plugin": plugin(a.plugin), "text": a.text,
-            "every_substep": a.every_substep, "parameters": parameters(&a.params, true),
+            "every_substep": a.every_physics_step, "parameters": parameters(&a.params, true),
             "controls": parameters(&a.commands, true), "example": example::actuator(&a.id, &both),
             "schemas": a.readings.map(|i| &r.sensors[i].schemas), "fields": a.readings.map(|i| fields(&r.sensors[i])),
         }));

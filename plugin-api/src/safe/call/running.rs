@@ -42,6 +42,7 @@ impl Ticket {
 #[cold]
 fn no_tickets() -> Fail {
     Fail::unsupported("this host does not support commands that wait for a thread")
+        .help("update the program that loads this plugin")
 }
 
 /// The return type of a command's function: `()`, or an [`Outcome`] if it may wait.
@@ -284,7 +285,10 @@ impl<'a, P: Plugin> Call<'a, P> {
     fn wait(&mut self, until: u32, value: f64, name: &str, resume: u64) -> Result<Outcome> {
         let call = &mut self.0.raw;
         let wait = call.api().and_then(|a| a.wait);
-        let wait = wait.ok_or_else(|| Fail::unsupported("this host does not support commands that wait"))?;
+        let wait = wait.ok_or_else(|| {
+            Fail::unsupported("this host does not support commands that wait")
+                .help("update the program that loads this plugin")
+        })?;
         // SAFETY: the function is that of this call, whose frame is passed to it; the name lives during the call.
         match unsafe { wait(call.ptr(), until, value, text_raw(name), resume) } {
             status if status < 0 => Err(call.fail(status)),

@@ -263,7 +263,7 @@ pub(crate) fn offer(offer: &mut Offer<Zmq>) {
             let data = state(c)?.message(&message).map(|m| m.data.clone());
             let data = match data {
                 Ok(data) => data,
-                Err(errno) => return failed(c, errno),
+                Err(errno) => return return_failure(c, errno),
             };
             let flags = flags(c, 2);
             let (wait, more) = (flags & DONTWAIT == 0, flags & SNDMORE != 0);
@@ -284,7 +284,7 @@ pub(crate) fn offer(offer: &mut Offer<Zmq>) {
             let message = c.text(0)?;
             let known = state(c)?.message(&message).map(drop);
             if let Err(errno) = known {
-                return failed(c, errno);
+                return return_failure(c, errno);
             }
             let what = receive(c, 1, 2, usize::MAX, Some(message))?;
             Operation::new("simZMQ.msg_recv", what).run(c)
@@ -298,7 +298,8 @@ pub(crate) fn offer(offer: &mut Offer<Zmq>) {
     );
 }
 
-fn failed(c: &mut Ctx<'_>, errno: Errno) -> Result<Outcome> {
+/// Stores the error for `simZMQ.errnum`, and returns -1 to the script.
+fn return_failure(c: &mut Ctx<'_>, errno: Errno) -> Result<Outcome> {
     fail(c, errno)?;
     c.ret(-1_i64);
     Ok(Outcome::Done)
@@ -310,6 +311,6 @@ fn resume(c: &mut Ctx<'_>) -> Result<Outcome> {
     match operation {
         Some(operation) => operation.run(c),
         // The call is unknown because the world was restored from a snapshot, which does not contain sockets.
-        None => failed(c, Errno::NOT_SOCKET),
+        None => return_failure(c, Errno::NOT_SOCKET),
     }
 }

@@ -1,8 +1,8 @@
-//! Builds images on shapes.
+//! Imports the textures of shapes.
 //!
-//! The origin of a projection is assumed to be the centre of the image, because emblems are then centred on their
-//! parts. The examined files contain only planes and boxes; that sizes around cylinders and spheres are fractions of a
-//! turn is an assumption.
+//! Two facts are inferred. The origin of a projection is the centre of the image, since this centres logos on their
+//! parts. For cylindrical and spherical mappings, sizes around the axis are fractions of a turn; this is untested,
+//! because the examined files map textures only to planes and boxes.
 
 use std::collections::BTreeMap;
 

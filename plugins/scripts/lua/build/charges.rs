@@ -254,8 +254,9 @@ pub(crate) const CHARGES: &[(&str, &str, &str)] = &[
         "      setbtvalue(&v);  /* boolean 'true' to be the value of all indices */\n",
         "      setbtvalue(&v);  /* boolean 'true' to be the value of all indices */\n      tatu_lua_count(L, (unsigned)p->sizelineinfo * TATU_INSTRUCTION);\n",
     ),
-    // The collector cannot be interrupted during a collection. Weak tables whose values refer to each other's keys in
-    // an unfavourable order would take many passes; after 64 passes they are treated as strong.
+    // `convergeephemerons` runs in the collector's atomic phase, which cannot be interrupted. It visits all ephemeron
+    // tables (with weak keys) until nothing changes, which takes many passes if their entries refer to each other in an
+    // unfavourable order. After 64 passes, the tables are treated as strong.
     ("lgc.c", "  int changed;\n  int dir = 0;\n", "  int changed;\n  int dir = 0;\n  int tatu_passes = 0;\n"),
     (
         "lgc.c",

@@ -95,7 +95,7 @@ impl SessionCell {
         services.iter().any(|s| !s.off.get() && s.subscribes_to(&self.registry, name))
     }
     /// Returns the id of a plugin's running service.
-    pub fn service_of(&self, plugin: usize) -> Option<String> {
+    pub fn service_id_of(&self, plugin: usize) -> Option<String> {
         let kind = |s: &Rc<RunningService>| &self.registry.services[s.kind];
         self.services.borrow().iter().map(kind).find(|k| k.plugin == plugin).map(|k| k.id.clone())
     }

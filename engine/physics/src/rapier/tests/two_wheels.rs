@@ -91,7 +91,7 @@ impl TwoWheels {
     }
 
     /// Returns the largest distance between the two sides of a joint, m.
-    fn worst_anchor(&self, engine: &Rapier) -> f64 {
+    fn largest_joint_gap(&self, engine: &Rapier) -> f64 {
         let [left, right] = self.wheels;
         let base = engine.pose(self.base);
         let anchor = |b, in_base: [f64; 3]| {
@@ -150,7 +150,7 @@ fn equal_wheel_speeds_drive_straight() {
             let (mut lean, mut gap) = (0.0f64, 0.0f64);
             run(&mut engine, step, 20.5, |engine| {
                 lean = lean.max(tilt(&engine.pose(robot.base)));
-                gap = gap.max(robot.worst_anchor(engine));
+                gap = gap.max(robot.largest_joint_gap(engine));
             });
             let way = (start.inverse() * engine.pose(robot.base)).translation.vector;
             let wanted = speed * WHEEL_RADIUS * 20.5;
@@ -210,7 +210,7 @@ fn fallen_robot_lands_on_its_wheels() {
         assert!(top <= BASE_HEIGHT + 0.5, "rose to {top}");
         assert!((end.translation.z - BASE_HEIGHT).abs() < 1e-3, "step {step}: stands at {}", end.translation.z);
         assert!(tilt(&end).to_degrees() < 0.5);
-        assert!(robot.worst_anchor(&engine) < 1e-3);
+        assert!(robot.largest_joint_gap(&engine) < 1e-3);
         assert!(engine.quarantined().is_empty());
     }
 }

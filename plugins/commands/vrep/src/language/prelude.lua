@@ -116,7 +116,8 @@ if kind == "addon" then
     end
 end
 if kind == "main" then
-    -- Old main scripts have one section for the whole step, which calls the other scripts twice.
+    -- Old main scripts have no sections for sensing or threads: a single section (`regular`) runs the whole step, and
+    -- itself calls the other scripts twice.
     reasons.sensing, reasons.thread = nil, nil
 end
 

@@ -355,7 +355,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn cyclic_joints_take_the_shorter_way_or_the_given_one() {
+    fn cyclic_joints_turn_the_shorter_way_or_the_given_one() {
         let close = |a: f64, b: f64| assert!((a - b).abs() < 1e-12, "{a} {b}");
         close(cyclic_target(3.0, -3.0, 0.0), 2.0 * PI - 3.0);
         close(cyclic_target(0.0, 1.0, 1.0), 1.0);

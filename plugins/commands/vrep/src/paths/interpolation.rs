@@ -145,7 +145,7 @@ mod tests {
     }
 
     #[test]
-    fn angles_and_quaternions_take_the_shorter_way() {
+    fn angles_and_quaternions_turn_the_shorter_way() {
         let table = PathTable::new(&[3.0, -3.0], &[0.0, 1.0], &[1.0]).unwrap();
         assert!((table.at(0.5, Curve::Linear)[0].abs() - std::f64::consts::PI).abs() < 1e-9);
         let s = std::f64::consts::FRAC_1_SQRT_2;

@@ -17,9 +17,9 @@ fn coordinates_of_pixels_follow_the_projection() {
     assert!(out.iter().zip(wanted).all(|(a, b)| (a - b).abs() < 1e-12) && out.len() == wanted.len(), "{out:?}");
 }
 
-/// Four points at even angles within 90 degrees are at 33.75, 11.25, -11.25 and -33.75 degrees.
+/// Four points that are evenly spaced in angle within 90 degrees are at 33.75, 11.25, -11.25 and -33.75 degrees.
 #[test]
-fn coordinates_at_even_angles() {
+fn points_are_evenly_spaced_in_angle() {
     let lens = ImageProjection { intrinsics: [8.0, 8.0, 7.5, 0.0], parallel: false, planes: [0.0, 1.0] };
     let out = coordinates(&[1.0; 16], 16, 1, &lens, [4, 1], true);
     for (i, degrees) in [33.75_f64, 11.25, -11.25, -33.75].into_iter().enumerate() {

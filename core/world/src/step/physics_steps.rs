@@ -29,7 +29,7 @@ pub(super) fn any_callback(world: &WorldCell) -> bool {
 
 /// One of the engine's steps that make up an advance.
 #[derive(Clone, Copy)]
-struct SubStep {
+struct PhysicsStep {
     /// Index of the engine step, from 0.
     index: u32,
     /// Number of engine steps in the advance.
@@ -38,7 +38,7 @@ struct SubStep {
     total_dt: f64,
 }
 
-impl SubStep {
+impl PhysicsStep {
     fn dt(self) -> f64 {
         self.total_dt / f64::from(self.count)
     }
@@ -75,7 +75,7 @@ pub(super) fn advance(world: &WorldCell, dt: f64) -> AdvanceResult {
     };
     let mut touching = touching_pairs(world);
     for n in 0..count {
-        let part = SubStep { index: n, count, total_dt: dt };
+        let part = PhysicsStep { index: n, count, total_dt: dt };
         call_dyn_callbacks(world, part, false);
         drive_joints(world, part);
         let AdvanceResult { lost, actuators, sensors } = engine_advance::advance(world, dt, Some(n));
@@ -102,14 +102,14 @@ fn touching_pairs(world: &WorldCell) -> BTreeSet<(u32, u32)> {
     world.state.dynamics.borrow().contacts(&scene).map(|(a, b, _)| (a.min(b), a.max(b))).collect()
 }
 
-fn call_dyn_callbacks(world: &WorldCell, part: SubStep, after: bool) {
+fn call_dyn_callbacks(world: &WorldCell, part: PhysicsStep, after: bool) {
     let mut map = part.entries();
     map.push(key_value("after", Value::Bool(after)));
     Scripts::call_with_payload(world, Callback::Dyn, &Value::Map(map));
 }
 
 /// Calls the joint callback for all joints that scripts control, and sets their drives according to the answers.
-fn drive_joints(world: &WorldCell, part: SubStep) {
+fn drive_joints(world: &WorldCell, part: PhysicsStep) {
     let joints: Vec<u32> = {
         let scene = world.state.scene.borrow();
         let controlled = |j: &Joint| j.control == ControlMode::Callback && j.id.is_some();
@@ -134,7 +134,7 @@ fn drive_joints(world: &WorldCell, part: SubStep) {
 }
 
 /// Builds the argument of a script's joint callback.
-fn joint_payload(world: &WorldCell, slot: u32, part: SubStep) -> Option<Value> {
+fn joint_payload(world: &WorldCell, slot: u32, part: PhysicsStep) -> Option<Value> {
     let mut scene = world.state.scene.borrow_mut();
     let Some(ObjectVariant::Joint(j)) = scene.get_mut(slot).map(|o| &mut o.data) else { return None };
     let first = !std::mem::replace(&mut j.callback_called, true);
