@@ -6,6 +6,7 @@ use crate::{
     jacobian::{GroupJacobian, JointColumn, chain},
     linkage::{FrameId, JointType, Linkage, turned},
     matrix::{damped_square, factor, solve_factored, transposed_product},
+    random::Random,
     solver::precision,
     task::IkTask,
 };
@@ -328,20 +329,5 @@ impl Search {
             return worst.map(|(joint, by)| Unreachable::Limit { joint, by });
         }
         None
-    }
-}
-
-/// The generator SplitMix64 (Steele, Lea and Flood 2014).
-struct Random(u64);
-
-impl Random {
-    /// Returns a number from 0 up to, but not including, 1.
-    fn next(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^= z >> 31;
-        (z >> 11) as f64 / (1u64 << 53) as f64
     }
 }
