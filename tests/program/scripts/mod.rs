@@ -12,6 +12,7 @@ mod folders;
 mod graphs;
 mod ik;
 mod isolation;
+mod kin;
 mod lives;
 mod luasocket;
 mod modules;

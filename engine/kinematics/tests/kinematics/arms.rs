@@ -86,7 +86,7 @@ impl Arm {
         }
         arm
     }
-    /// The KUKA LBR iiwa 14, by its Denavit-Hartenberg table and the limits of its data sheet.
+    /// The LBR iiwa 14 with seven joints, by its Denavit-Hartenberg table and the limits of its data sheet.
     pub fn iiwa() -> Self {
         let frame = |d: f64, alpha: f64| {
             let turn = UnitQuaternion::from_euler_angles(alpha, 0.0, 0.0);

@@ -93,7 +93,7 @@ fn direction_in_which_a_straight_arm_cannot_move_is_returned() {
 }
 
 #[test]
-fn orientation_that_no_joint_gives_is_refused_by_its_angle() {
+fn impossible_orientation_is_refused_with_its_angle() {
     let mut arm = Arm::planar(&[0.5, 0.4]);
     arm.set(&[0.3, 0.8]);
     let tilt = UnitQuaternion::from_euler_angles(0.3, 0.0, 0.0);
@@ -147,7 +147,7 @@ fn solution_that_collides_is_replaced_by_another_or_refused() {
 }
 
 #[test]
-fn free_joints_take_the_posture() {
+fn joints_that_the_goal_leaves_free_take_the_posture() {
     let arm = Arm::planar(&[0.5, 0.4, 0.3]);
     let mut solver = ReachSolver::new(&arm.linkage, &[arm.tip]).unwrap();
     let goal = Goal::position(Vector3::new(0.6, 0.5, 0.0));
