@@ -21,8 +21,7 @@ pub const LIMITS: [[f64; 2]; 7] = [
     [-2.8973, 2.8973],
 ];
 /// The ready pose, rad.
-pub const READY: [f64; 7] =
-    [0.0, -FRAC_PI_4, 0.0, -3.0 * FRAC_PI_4, 0.0, FRAC_PI_2, FRAC_PI_4];
+pub const READY: [f64; 7] = [0.0, -FRAC_PI_4, 0.0, -3.0 * FRAC_PI_4, 0.0, FRAC_PI_2, FRAC_PI_4];
 /// Poses of the joints in their parents: the position, m, and the angle about x, rad.
 const JOINTS: [([f64; 3], f64); 7] = [
     ([0.0, 0.0, 0.333], 0.0),
@@ -101,9 +100,8 @@ pub fn bodies() -> Vec<Body> {
 }
 
 /// Pairs of links that may not touch: those that are not neighbours and do not overlap by construction.
-pub const SELF_PAIRS: [[usize; 2]; 13] = [
-    [0, 5], [0, 6], [0, 7], [0, 8], [1, 5], [1, 6], [1, 7], [1, 8], [2, 5], [2, 7], [2, 8], [3, 7], [3, 8],
-];
+pub const SELF_PAIRS: [[usize; 2]; 13] =
+    [[0, 5], [0, 6], [0, 7], [0, 8], [1, 5], [1, 6], [1, 7], [1, 8], [2, 5], [2, 7], [2, 8], [3, 7], [3, 8]];
 
 /// Returns the arm for inverse kinematics: its joints, the point between its fingers, and a target.
 pub fn linkage() -> (Linkage, [FrameId; 7], FrameId, FrameId) {

@@ -122,7 +122,8 @@ impl<C: Confirm> BodyChecker<C> {
             let Some(frame) = body.frame.filter(|f| *f < frames.len()) else { continue };
             let spheres = of_body(body, cache);
             let unbounded = body.forms.iter().any(|(_, form)| matches!(form, Form::Plane));
-            let Some(bound) = around(&spheres).or(unbounded.then_some(Sphere { center: Point3::origin(), radius: 1e9 }))
+            let Some(bound) =
+                around(&spheres).or(unbounded.then_some(Sphere { center: Point3::origin(), radius: 1e9 }))
             else {
                 continue;
             };
@@ -145,7 +146,8 @@ impl<C: Confirm> BodyChecker<C> {
                     }
                     let obstacles = still[stays].get_or_insert_with(|| {
                         let forms = bodies[stays].forms.iter();
-                        let obstacle = |(pose, form): &(_, _)| Obstacle::new(form, pose, &cache.cover(form, 4 * SPHERES));
+                        let obstacle =
+                            |(pose, form): &(_, _)| Obstacle::new(form, pose, &cache.cover(form, 4 * SPHERES));
                         forms.filter_map(obstacle).map(Arc::new).collect()
                     });
                     let own = obstacles.iter().map(|o| (stays, o.clone()));
@@ -221,7 +223,13 @@ impl<C: Confirm> BodyChecker<C> {
                 let count = self.moving.len();
                 for i in 0..count {
                     // The suspect first, then the others in order.
-                    let i = if i == 0 { self.suspect } else if i <= self.suspect { i - 1 } else { i };
+                    let i = if i == 0 {
+                        self.suspect
+                    } else if i <= self.suspect {
+                        i - 1
+                    } else {
+                        i
+                    };
                     let hit = self.hit_obstacle(i).or_else(|| self.hit_other(i));
                     if hit.is_some() {
                         self.suspect = i;

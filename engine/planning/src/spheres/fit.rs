@@ -166,7 +166,11 @@ impl Piece {
         let side = |sign: f64| {
             let clipped = self.polygons.iter().map(|p| clip(p, axis, middle, sign)).filter(|p| !p.is_empty()).collect();
             let (mut low, mut high) = (self.low, self.high);
-            if sign > 0.0 { low[axis] = middle } else { high[axis] = middle };
+            if sign > 0.0 {
+                low[axis] = middle
+            } else {
+                high[axis] = middle
+            };
             Piece::within(clipped, low, high, mesh, solid)
         };
         [side(-1.0), side(1.0)].into_iter().flatten().collect()
@@ -201,7 +205,8 @@ fn is_inside(mesh: &Mesh, p: &Point3<f64>) -> bool {
 /// Returns a small sphere around points (M. Badoiu and K. Clarkson, "Smaller core-sets for balls", 2003).
 fn enclosing(points: &[Point3<f64>]) -> Option<Sphere> {
     let first = points.first()?;
-    let (low, high) = points.iter().fold((first.coords, first.coords), |(l, h), p| (l.inf(&p.coords), h.sup(&p.coords)));
+    let (low, high) =
+        points.iter().fold((first.coords, first.coords), |(l, h), p| (l.inf(&p.coords), h.sup(&p.coords)));
     let mut center = Point3::from(0.5 * (low + high));
     let farthest = |center: &Point3<f64>| {
         let squares = points.iter().map(|p| (p - center).norm_squared());
@@ -386,7 +391,7 @@ mod tests {
     }
 
     #[test]
-    fn broken_meshes_have_spheres_only_for_what_is_sound() {
+    fn broken_meshes_have_spheres_only_where_they_are_sound() {
         let broken = Mesh {
             vertices: vec![Point3::origin(), Point3::new(f64::NAN, 0.0, 0.0)],
             triangles: vec![[0, 1, 7], [0, 0, 0]],

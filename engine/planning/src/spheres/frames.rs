@@ -132,12 +132,14 @@ impl FrameTree {
                     slide(&mut pose, &lengths, 1.0);
                 }
                 FrameMotion::Place { first, count } => {
-                    let place = std::array::from_fn(|i| if i < count { columns[first + i] } else { [local[9 + i]; LANES] });
+                    let place =
+                        std::array::from_fn(|i| if i < count { columns[first + i] } else { [local[9 + i]; LANES] });
                     pose.translation = placed(&parent, &place);
                 }
                 FrameMotion::Pose { first } => {
                     pose.translation = placed(&parent, &[columns[first], columns[first + 1], columns[first + 2]]);
-                    let own = rotations(&[columns[first + 3], columns[first + 4], columns[first + 5], columns[first + 6]]);
+                    let own =
+                        rotations(&[columns[first + 3], columns[first + 4], columns[first + 5], columns[first + 6]]);
                     for row in 0..3 {
                         for column in 0..3 {
                             for l in 0..LANES {

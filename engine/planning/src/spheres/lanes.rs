@@ -43,14 +43,14 @@ pub(super) fn sines_and_cosines(angles: &Lane) -> (Lane, Lane) {
         // π/2 in two parts, of which the first has few bits, so that the product is exact.
         let x = (angles[l] - quarters * 1.5707963109016418) - quarters * 1.5893254773528196e-08;
         let s = x * x;
-        let sine = x
-            + x * s
-                * (-1.0 / 6.0
-                    + s * (1.0 / 120.0
-                        + s * (-1.0 / 5040.0
-                            + s * (1.0 / 362_880.0
-                                + s * (-1.0 / 39_916_800.0
-                                    + s * (1.0 / 6_227_020_800.0 + s * (-1.0 / 1_307_674_368_000.0)))))));
+        let sine = x + x
+            * s
+            * (-1.0 / 6.0
+                + s * (1.0 / 120.0
+                    + s * (-1.0 / 5040.0
+                        + s * (1.0 / 362_880.0
+                            + s * (-1.0 / 39_916_800.0
+                                + s * (1.0 / 6_227_020_800.0 + s * (-1.0 / 1_307_674_368_000.0)))))));
         let cosine = 1.0
             + s * (-0.5
                 + s * (1.0 / 24.0
@@ -81,10 +81,7 @@ pub(super) struct LanePose {
 impl LanePose {
     pub const IDENTITY: LanePose = {
         let (one, zero) = ([1.0; LANES], [0.0; LANES]);
-        LanePose {
-            rotation: [one, zero, zero, zero, one, zero, zero, zero, one],
-            translation: [zero, zero, zero],
-        }
+        LanePose { rotation: [one, zero, zero, zero, one, zero, zero, zero, one], translation: [zero, zero, zero] }
     };
 
     /// Returns points of the frame in the world.

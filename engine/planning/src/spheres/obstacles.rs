@@ -13,15 +13,34 @@ use super::{
 pub(super) enum Obstacle {
     Sphere(Sphere),
     /// A box, whose axes are the rows.
-    Box { axes: [[f64; 3]; 3], center: [f64; 3], half: [f64; 3] },
+    Box {
+        axes: [[f64; 3]; 3],
+        center: [f64; 3],
+        half: [f64; 3],
+    },
     /// A cylinder along the last of the axes.
-    Cylinder { axes: [[f64; 3]; 3], center: [f64; 3], radius: f64, half_length: f64 },
+    Cylinder {
+        axes: [[f64; 3]; 3],
+        center: [f64; 3],
+        radius: f64,
+        half_length: f64,
+    },
     /// The points that are nearer to a segment than a radius.
-    Capsule { from: [f64; 3], along: [f64; 3], radius: f64 },
+    Capsule {
+        from: [f64; 3],
+        along: [f64; 3],
+        radius: f64,
+    },
     /// Points below a plane.
-    Plane { normal: [f64; 3], height: f64 },
+    Plane {
+        normal: [f64; 3],
+        height: f64,
+    },
     /// Spheres within a box.
-    Spheres { bound: Box<Obstacle>, spheres: Vec<Sphere> },
+    Spheres {
+        bound: Box<Obstacle>,
+        spheres: Vec<Sphere>,
+    },
 }
 
 /// Which of eight states are meant.
@@ -107,7 +126,8 @@ impl Obstacle {
                 }
             }
             Obstacle::Cylinder { axes, center, radius: own, half_length } => {
-                let [x, y, z] = [component(&axes[0], center, p), component(&axes[1], center, p), component(&axes[2], center, p)];
+                let [x, y, z] =
+                    [component(&axes[0], center, p), component(&axes[1], center, p), component(&axes[2], center, p)];
                 for l in 0..LANES {
                     let beside = larger((x[l] * x[l] + y[l] * y[l]).sqrt() - own, 0.0);
                     let beyond = larger(z[l].abs() - half_length, 0.0);
