@@ -367,3 +367,40 @@ end";
     let done = place.tatu(&["run", "scene.toml", "--from", "snapshot", "--steps", "1"]).good();
     assert!(done.out.contains("position 3"), "{}{}", done.out, done.err);
 }
+
+#[test]
+fn modes_and_explicit_handling_decide_what_old_groups_move() {
+    let script = format!(
+        "{BEGIN}
+        local shoulder, elbow, tip = object('/shoulder'), object('/elbow'), object('/tip')
+        sim.setLinkDummy(tip, object('/target'))
+        local group = simCreateIkGroup(0, {{1, 50}}, {{0.1}})
+        simCreateIkElement(group, 0, {{tip, -1, -1, 3}})
+        simSetJointMode(elbow, sim.jointmode_ik, 0)
+        assert(sim.getJointMode(elbow) == sim.jointmode_ik)
+        -- A passive joint does not move, and so the target is not reached.
+        simSetJointMode(shoulder, sim.jointmode_passive, 0)
+        sim.setJointPosition(elbow, 0.5)
+        assert(simHandleIkGroup(group) == 2)
+        assert(sim.getJointPosition(shoulder) == 0)
+        simSetJointMode(shoulder, sim.jointmode_ik, 0)
+        assert(simHandleIkGroup(group) == 1)
+        near(sim.getObjectPosition(tip)[2], 0.6, 1e-3)
+        -- An explicit group is solved only on request.
+        assert(simHandleIkGroup(sim.handle_all_except_explicit) == 1)
+        simSetExplicitHandling(group, 1)
+        assert(simGetExplicitHandling(group) == 1)
+        assert(simHandleIkGroup(sim.handle_all_except_explicit) == 0 and simHandleIkGroup(group) == 1)
+        simSetExplicitHandling(group, 0)
+        assert(simHandleIkGroup(sim.handle_all_except_explicit) == 1)
+        -- A hybrid joint stays where it is, and its motor drives it to what is found.
+        local position = sim.getJointPosition(elbow)
+        sim.setJointMode(elbow, sim.jointmode_ik, 1)
+        local mode, options = sim.getJointMode(elbow)
+        assert(mode == sim.jointmode_ik and options == 1)
+        assert(sim.getJointPosition(elbow) == position and sim.getJointTargetPosition(elbow) == position)
+        assert(not pcall(sim.setJointMode, elbow, 9, 0))
+        print('it is ok')"
+    );
+    passes(PLANAR_ARM, &script);
+}

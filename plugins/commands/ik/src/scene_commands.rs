@@ -56,7 +56,7 @@ fn handle(c: &mut Ctx<'_>) -> Result {
         let mut groups = scene_groups(c)?;
         let handles: Vec<i64> = match wanted {
             HANDLE_ALL => groups.groups.iter().map(|g| g.handle).collect(),
-            HANDLE_ALL_EXCEPT_EXPLICIT => groups.groups.iter().filter(|g| !g.explicit).map(|g| g.handle).collect(),
+            HANDLE_ALL_EXCEPT_EXPLICIT => groups.automatic(&c.world(), &c.plugin().props)?,
             handle => vec![groups.group(handle)?.handle],
         };
         let performed = groups.handle(&c.world(), &c.plugin().props, &handles)?;

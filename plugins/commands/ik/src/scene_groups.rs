@@ -21,6 +21,13 @@ use crate::methods::{MAX_ITERATIONS, method, result_number};
 const REGISTRATIONS_TAG: &[u8] = b"\x01registered";
 const HANDLE_TAG: &[u8] = b"\x01handle";
 
+/// Tag of the mode of a joint that a script has set, and first part of the tag by which a script decides whether a group
+/// is solved only on request.
+const JOINT_MODE_TAG: &[u8] = b"\x01joint mode";
+const EXPLICIT_TAG: &[u8] = b"\x01explicit group ";
+/// The joint mode of inverse kinematics.
+const MODE_IK: f64 = 2.0;
+
 /// Flags of groups in files. The meanings of `AFTER_FAILURE` and `AFTER_SUCCESS` are an assumption: in all examined
 /// files, both flags are set and the group depends on no other.
 const ENABLED: u8 = 1;
@@ -158,6 +165,11 @@ fn fix_other_joints(copy: &mut SceneCopy, moved: &[tatu_object]) {
     }
 }
 
+/// Returns the number stored under a tag, as text.
+fn tagged_number(data: ValueRef<'_>, tag: &[u8]) -> Option<f64> {
+    std::str::from_utf8(tagged(data, tag)?).ok()?.parse().ok()
+}
+
 /// Copies the chain of an element; returns `None` if one of its objects no longer exists.
 fn task(
     world: &World<'_>,
@@ -235,6 +247,7 @@ impl SceneGroups {
     pub fn handle(&mut self, world: &World<'_>, props: &SceneProps, handles: &[i64]) -> Result<i64> {
         let targets: Vec<FrameId> = self.groups.iter().flat_map(|g| &g.group.tasks).map(|t| t.target).collect();
         self.copy.take_from_scene(world, props, &targets)?;
+        self.take_joint_modes(world, props);
         let mut performed = 0;
         for i in (0..self.groups.len()).filter(|i| handles.contains(&self.groups[*i].handle)).collect::<Vec<_>>() {
             let result = if self.is_due(i) {
@@ -254,6 +267,29 @@ impl SceneGroups {
             .collect();
         self.copy.give_to_scene(world, props, &self.copy.joints_of(&tasks))?;
         Ok(performed)
+    }
+
+    /// Applies the joint modes that scripts have set since the file was read.
+    fn take_joint_modes(&mut self, world: &World<'_>, props: &SceneProps) {
+        for (frame, object) in &self.copy.objects {
+            let Some(joint) = self.copy.linkage.joint_mut(*frame) else { continue };
+            let is_free = matches!(joint.role, JointRole::Moved | JointRole::Fixed);
+            // A joint that no longer exists keeps its role.
+            let mode = world.get(*object, props.object_data).ok().and_then(|data| tagged_number(data, JOINT_MODE_TAG));
+            if let Some(mode) = mode.filter(|_| is_free) {
+                joint.role = if mode == MODE_IK { JointRole::Moved } else { JointRole::Fixed };
+            }
+        }
+    }
+
+    /// Returns the handles of the groups that are solved without a request.
+    pub fn automatic(&self, world: &World<'_>, props: &SceneProps) -> Result<Vec<i64>> {
+        let data = world.get(0, props.scene_data)?;
+        let is_explicit = |group: &&SceneGroup| {
+            let tag = [EXPLICIT_TAG, group.handle.to_string().as_bytes()].concat();
+            tagged_number(data, &tag).map_or(group.explicit, |x| x != 0.0)
+        };
+        Ok(self.groups.iter().filter(|group| !is_explicit(group)).map(|group| group.handle).collect())
     }
 
     /// Returns whether group `i` must be solved, given the result of the group on which it depends.

@@ -1,7 +1,16 @@
 //! Commands on the bit masks of objects (object, model and special properties, explicit handling), and on references to
 //! other objects that are stored with an object.
 
-use crate::{kit::*, lookup::registered::is_stand_in};
+use crate::{kit::*, lookup::registered::is_stand_in, state::state};
+
+/// Handles of groups for inverse kinematics that scripts have created.
+const SCRIPT_IK_GROUPS: std::ops::Range<i64> = 2_030_000..2_040_000;
+
+/// Returns whether a number is the handle of a group for inverse kinematics.
+fn is_ik_group(c: &Ctx<'_>, which: i64) -> Result<bool> {
+    let of_file = state(c)?.registered.ik_groups.iter().any(|group| group.handle == which);
+    Ok(of_file || SCRIPT_IK_GROUPS.contains(&which))
+}
 
 /// Default object property: selectable.
 const DEFAULT_OBJECT_PROPERTY: i64 = 32;
@@ -116,6 +125,12 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
 fn explicit(offer: &mut Offer<Vrep>) {
     offer.command(
         both(["sim.getExplicitHandling", "simGetExplicitHandling"], MINUS_ONE, |c| {
+            let which = id(c, 0)? as i64;
+            if is_ik_group(c, which)? {
+                let on = tags::number(c, 0, &format!("explicit group {which}"))?;
+                c.ret(i64::from(on.unwrap_or(0.0) != 0.0));
+                return Ok(());
+            }
             let o = existing_object(c, 0)?;
             let on = match o.kind {
                 TATU_KIND_SENSOR => bool_of(c, o.id, c.plugin().p.sensor_explicit)?,
@@ -130,7 +145,12 @@ fn explicit(offer: &mut Offer<Vrep>) {
     );
     offer.command(
         both(["sim.setExplicitHandling", "simSetExplicitHandling"], MINUS_ONE, |c| {
-            if is_stand_in(c, id(c, 0)? as i64) {
+            let which = id(c, 0)? as i64;
+            if is_stand_in(c, which) {
+                return finish_setter(c);
+            }
+            if is_ik_group(c, which)? {
+                tags::set_number(c, 0, &format!("explicit group {which}"), f64::from(u8::from(c.i64(1)? & 1 != 0)))?;
                 return finish_setter(c);
             }
             let (o, on) = (existing_object(c, 0)?, c.i64(1)? & 1 != 0);
@@ -142,7 +162,7 @@ fn explicit(offer: &mut Offer<Vrep>) {
         })
         .param(object("object"))
         .param(Param::int("flags").text("1: explicit handling, only on request of a script"))
-        .text("Sets whether a sensor is handled only at the request of a script."),
+        .text("Sets whether a sensor, or a group for inverse kinematics, is handled only at the request of a script."),
     );
 }
 

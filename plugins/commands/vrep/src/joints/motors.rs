@@ -2,7 +2,15 @@
 
 use std::f64::consts::PI;
 
-use crate::kit::{algebra as al, *};
+use crate::{
+    kit::{algebra as al, *},
+    state::state,
+};
+
+/// Joint modes in which the position of a joint is computed: by inverse kinematics, and from another joint.
+const SOLVED_MODES: [i64; 2] = [2, 4];
+/// Private tag of the mode that a script has set, which the plugin for inverse kinematics reads too.
+const JOINT_MODE_TAG: &str = "joint mode";
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     let get = |names: CommandNames, prop: fn(&Props) -> Prop, what: &str, text: &str| {
@@ -214,36 +222,57 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         Cmd::new("sim.getJointMode", |c| {
             let joint = of_kind(c, 0, TATU_KIND_JOINT)?;
             let dynamic = text_of(c, joint, c.plugin().p.joint_mode)? == "dynamic";
-            c.ret(if dynamic { 5_i64 } else { 0 });
-            c.ret(0_i64);
+            let of_file = state(c)?.registered.is_ik_joint(joint).then_some(SOLVED_MODES[0]);
+            let number = tags::number(c, joint, JOINT_MODE_TAG)?.map(|x| x as i64).or(of_file);
+            let solved = number.filter(|mode| SOLVED_MODES.contains(mode));
+            c.ret(solved.unwrap_or(if dynamic { 5 } else { 0 }));
+            c.ret(i64::from(solved.is_some() && dynamic));
             Ok(())
         })
         .old_name("simGetJointMode", MINUS_ONE)
         .param(object("joint"))
-        .returns(Param::int("mode").text("0: passive or kinematic, 5: force or dynamic"))
-        .returns(Param::int("options").text("0"))
-        .text("Returns whether physics moves a joint.")
+        .returns(Param::int("mode").text(
+            "0: passive or kinematic, 2: moved by inverse kinematics, 4: dependent on another joint, 5: force or dynamic",
+        ))
+        .returns(Param::int("options").text("1: hybrid: in mode 2 or 4, and moved by physics"))
+        .text("Returns what moves a joint.")
         .example("dynamic = sim.getJointMode(joint) == sim.jointmode_dynamic"),
     );
     offer.command(
         Cmd::new("sim.setJointMode", |c| {
             let joint = of_kind(c, 0, TATU_KIND_JOINT)?;
-            let mode = match c.i64(1)? {
+            let number = c.i64(1)?;
+            let hybrid = int_or(c, 2, 0)? & 1 != 0;
+            let mode = match number {
                 0 | 1 => "kinematic",
+                n if SOLVED_MODES.contains(&n) => if hybrid { "dynamic" } else { "kinematic" },
                 5 => "dynamic",
                 n => {
-                    return Err(Fail::unsupported(format!("joint mode {n} is not supported"))
-                        .help("use 0 (passive, kinematic) or 5 (force, dynamic)"));
+                    return Err(Fail::argument(format!("there is no joint mode {n}")).help(
+                        "use 0 (passive, kinematic), 2 (inverse kinematics), 4 (dependent) or 5 (force, dynamic)",
+                    ));
                 }
             };
-            c.world().set(joint, c.plugin().p.joint_mode, &mode.into())?;
+            let p = &c.plugin().p;
+            // The motor drives a hybrid joint to the position that inverse kinematics finds. It must not jump back.
+            if mode == "dynamic" && SOLVED_MODES.contains(&number) {
+                let now = c.world().f64(joint, p.joint_position)?;
+                c.world().set(joint, p.joint_control, &"position".into())?;
+                c.world().set_f64s(joint, p.joint_target_position, &[now])?;
+            }
+            c.world().set(joint, p.joint_mode, &mode.into())?;
+            tags::set_number(c, joint, JOINT_MODE_TAG, number as f64)?;
             finish_setter(c)
         })
         .old_name("simSetJointMode", MINUS_ONE)
         .param(object("joint"))
-        .param(Param::int("mode").text("0: passive or kinematic, 5: force or dynamic"))
-        .param(Param::int("options").default(0).optional().text("ignored"))
-        .text("Sets whether physics moves a joint.")
+        .param(Param::int("mode").text(
+            "0: passive or kinematic, 2: moved by inverse kinematics, 4: dependent on another joint, 5: force or dynamic",
+        ))
+        .param(Param::int("options").default(0).optional().text(
+            "1: hybrid: in mode 2 or 4, the motor drives the joint to the position that inverse kinematics finds",
+        ))
+        .text("Sets what moves a joint.")
         .example("sim.setJointMode(joint, sim.jointmode_dynamic, 0)"),
     );
     offer.command(

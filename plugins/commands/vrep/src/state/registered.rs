@@ -25,6 +25,8 @@ struct RegistrationsText {
     collisions: Vec<RegisteredPair>,
     distances: Vec<RegisteredPair>,
     ik_groups: Vec<NamedHandle>,
+    #[serde(default)]
+    ik_joints: Vec<i64>,
     windows: Windows,
 }
 
@@ -74,6 +76,8 @@ pub(crate) struct Registrations {
     pub(crate) collisions: Vec<RegisteredPair>,
     pub(crate) distances: Vec<RegisteredPair>,
     pub(crate) ik_groups: Vec<NamedHandle>,
+    /// Joints that inverse kinematics moves, unless a script has set their mode.
+    ik_joints: Vec<tatu_object>,
     pub(crate) windows: Windows,
     /// Objects by their handles in the file.
     objects: BTreeMap<i64, tatu_object>,
@@ -85,6 +89,11 @@ impl Registrations {
     /// Returns the object with the given handle in the file, or 0 if there is none.
     pub(crate) fn object(&self, handle: i64) -> tatu_object {
         self.objects.get(&handle).copied().unwrap_or(0)
+    }
+
+    /// Returns whether inverse kinematics moves a joint of the file.
+    pub(crate) fn is_ik_joint(&self, joint: tatu_object) -> bool {
+        self.ik_joints.contains(&joint)
     }
 }
 
@@ -99,9 +108,11 @@ pub(crate) fn read(c: &Ctx<'_>) -> Result<(Registrations, Vec<FileCollection>)> 
             objects.entry(handle as i64).or_insert(id);
         }
     }
-    let RegistrationsText { collections, collisions, distances, ik_groups, windows } = text;
+    let RegistrationsText { collections, collisions, distances, ik_groups, ik_joints, windows } = text;
+    let ik_joints = ik_joints.iter().filter_map(|handle| objects.get(handle).copied()).collect();
     let windows = windows.into_iter().map(Window::of_file).collect();
-    let registered = Registrations { collisions, distances, ik_groups, windows, objects, found: BTreeMap::new() };
+    let registered =
+        Registrations { collisions, distances, ik_groups, ik_joints, windows, objects, found: BTreeMap::new() };
     let part = |item: &CollectionItemText| {
         let (what, exclude) = match item.kind {
             1 => (HANDLE_TREE, false),
