@@ -127,3 +127,35 @@ fn the_camera_turns_with_the_object_it_follows() {
     assert!(shown.ask(across).as_f64().unwrap() < 0.01);
     shown.end();
 }
+
+/// An arm with links of 0.5 and 0.4 m, bent by 60 degrees at the elbow.
+const ARM: &str = "[[object]]\nkind = \"joint\"\nalias = \"shoulder\"\ntype = \"revolute\"\nmode = \"kinematic\"\n\
+    [[object]]\nkind = \"joint\"\nalias = \"elbow\"\nparent = \"shoulder\"\ntype = \"revolute\"\nmode = \"kinematic\"\n\
+    position_m = [0.5, 0.0, 0.0]\njoint_position_deg = 60.0\n\
+    [[object]]\nkind = \"shape\"\nalias = \"hand\"\nparent = \"elbow\"\nsize_m = [0.1, 0.1, 0.1]\n\
+    position_m = [0.4, 0.0, 0.0]\n";
+
+#[test]
+#[cfg_attr(no_browser, ignore = "needs Chromium, and npm at the build")]
+fn overlay_of_manipulability_has_the_singular_values_of_the_arm() {
+    let mut shown = ScenePage::new(ARM);
+    shown.until("of('hand') && view.camera.position.x !== 3");
+    shown.ask("store.select(of('hand').id)");
+    switch(&mut shown, 7);
+    let color = "c2185b";
+    shown.until(&format!("{}.length > 18", lines(color)));
+    // The last three segments are the axes; one of them has the length 0, as the arm moves in a plane.
+    let axes = format!(
+        "(() => {{ const n = {}.slice(-18); return [0, 6, 12].map((i) => \
+         Math.hypot(n[i] - n[i + 3], n[i + 1] - n[i + 4], n[i + 2] - n[i + 5])).sort((a, b) => a - b); }})()",
+        lines(color)
+    );
+    let axes = shown.ask(&axes);
+    let axis = |i: usize| axes[i].as_f64().unwrap();
+    assert!(axis(0) < 1e-6, "{axes}");
+    // The Jacobian is [-0.3464, -0.3464; 0.7, 0.2], with the singular values 0.8537 and 0.2029.
+    assert!((axis(1) / axis(2) - 0.2029 / 0.8537).abs() < 1e-3, "{axes}");
+    shown.ask("store.select(0)");
+    shown.until(&format!("{}.length === 0", lines(color)));
+    shown.end();
+}

@@ -1,13 +1,14 @@
 // @ts-check
 // Overlays that are drawn over the scene: contacts with their forces, centres of mass, inertias, velocities, colliding
-// shapes, axes and limits of joints, and frames.
+// shapes, axes and limits of joints, frames, and the manipulability of arms.
 
 import * as THREE from "three";
 import { get, make } from "tatu/lib/dom";
 import { principal } from "tatu/lib/inertia";
 import { on, send } from "tatu/net/connection";
-import { scene, selection, watch } from "tatu/scene/store";
+import { scene, selected, selection, watch } from "tatu/scene/store";
 import { edgesOf, groups } from "tatu/view/objects";
+import { ellipsoidSegments, requestEllipsoid } from "tatu/view/manipulability";
 import { camera, controls, redraw, stage } from "tatu/view/renderer";
 
 /** @import { BodyMark, ContactMark, Joint } from "tatu/protocol" */
@@ -20,6 +21,7 @@ const KINDS = /** @type {const} */ ({
   velocities: "Velocities",
   joints: "Axes of joints and their limits",
   frames: "Frames of the selection",
+  manipulability: "Manipulability of the selection",
 });
 /** @typedef {keyof typeof KINDS} Kind */
 
@@ -37,6 +39,7 @@ const SPEED = line(0x2b7de0);
 const AXIS = line(0xb35900);
 const INERTIA = line(0x8a3ffc);
 const COLLIDES = line(0x0d8a6a);
+const MANIPULABILITY = line(0xc2185b);
 const POINT = new THREE.PointsMaterial({ color: 0xe0352b, size: 6, sizeAttenuation: false, depthTest: false, transparent: true });
 const MASS = new THREE.MeshBasicMaterial({ color: 0xf2c500, depthTest: false, transparent: true, opacity: 0.9 });
 const BALL = new THREE.SphereGeometry(1, 12, 8);
@@ -179,6 +182,8 @@ function draw() {
       }
     }
   }
+  // The largest radius is as long as a third of half the height of the view.
+  if (isEnabled("manipulability")) segments(ellipsoidSegments(view / 3), MANIPULABILITY);
   if (isEnabled("frames")) {
     for (const id of selection()) {
       const group = groups.get(id);
@@ -193,6 +198,12 @@ function draw() {
   }
   redraw();
 }
+
+/** Interval at which the manipulability is requested, ms. */
+const MANIPULABILITY_INTERVAL = 100;
+setInterval(() => {
+  if (isEnabled("manipulability") && !document.hidden) requestEllipsoid(selected(), draw);
+}, MANIPULABILITY_INTERVAL);
 
 /** Requests the data of the enabled overlays, and redraws them. */
 function requestData() {
