@@ -10,6 +10,7 @@ mod eras;
 mod events;
 mod folders;
 mod graphs;
+mod grasp;
 mod ik;
 mod isolation;
 mod kin;

@@ -191,6 +191,7 @@ fn get_int(c: &Ctx<'_>, o: Object, n: i64) -> Result<Option<i64>> {
         (TATU_KIND_SHAPE, 3018) => yes(p.convex)?,
         (TATU_KIND_SHAPE, 3029) => yes(p.asleep)?,
         (TATU_KIND_SHAPE, 3014 | 3015 | 3024 | 3027) => tags::number(c, id, &look_tag(n))?.unwrap_or(0.0) as i64,
+        (TATU_KIND_DUMMY, LINK_TYPE) => LOOP_CLOSURE,
         (TATU_KIND_SENSOR, RENDERED_ENTITY | DETECTED_ENTITY) => targets::get(c, id)?,
         // Whether and how V-REP displays the sensor's volume.
         (TATU_KIND_SENSOR, 4000) => 0,
@@ -200,6 +201,10 @@ fn get_int(c: &Ctx<'_>, o: Object, n: i64) -> Result<Option<i64>> {
         _ => return Ok(None),
     }))
 }
+
+/// Number of the parameter that states what the link of a dummy does, and the only supported value.
+const LINK_TYPE: i64 = 10000;
+const LOOP_CLOSURE: i64 = 0;
 
 /// Number of the parameter that switches a script on.
 const SCRIPT_ENABLED: i64 = 10104;
@@ -252,6 +257,12 @@ fn set_int(c: &Ctx<'_>, o: Object, n: i64, value: i64) -> Result<bool> {
         (TATU_KIND_SHAPE, 3019) => w.set(id, p.respondable_mask, &Value::Int(value))?,
         (TATU_KIND_SHAPE, 3029) => w.set(id, p.asleep, &yes)?,
         (TATU_KIND_SHAPE, 3014 | 3015 | 3024 | 3027) => tags::set_number(c, id, &look_tag(n), value as f64)?,
+        (TATU_KIND_DUMMY, LINK_TYPE) if value == LOOP_CLOSURE => {}
+        (TATU_KIND_DUMMY, LINK_TYPE) => {
+            return Err(Fail::unsupported(format!("the link type {value} of dummies is not supported")).help(
+                "use sim.dummy_linktype_dynamics_loop_closure: linked dummies hold the shapes above them together",
+            ));
+        }
         (TATU_KIND_SENSOR, RENDERED_ENTITY | DETECTED_ENTITY) => targets::set(c, id, value)?,
         (TATU_KIND_SENSOR, _) => return parameters::set_int(c, id, n, value),
         (TATU_KIND_SCRIPT, SCRIPT_ENABLED) if value != 0 => {}
