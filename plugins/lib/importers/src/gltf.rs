@@ -59,7 +59,8 @@ pub fn read(bytes: &[u8], files: FileLoader<'_>) -> Result<ImportedModel, String
 /// Reads and checks the document; returns it with the binary chunk, if the file has one.
 fn open(bytes: &[u8]) -> Result<(Document, Option<Vec<u8>>), String> {
     let (json, blob) = if bytes.starts_with(b"glTF") { chunks(bytes)? } else { (bytes, None) };
-    let root: Root = gltf::json::deserialize::from_slice(json).map_err(|e| e.to_string())?;
+    let mut root: Root = gltf::json::deserialize::from_slice(json).map_err(|e| e.to_string())?;
+    root.extensions_required.retain(|name| !is_irrelevant(name));
     // The validation of the `gltf` crate would panic if one of these indices were out of range.
     let all = root.meshes.iter().flat_map(|m| &m.primitives);
     let position =
@@ -68,6 +69,14 @@ fn open(bytes: &[u8]) -> Result<(Document, Option<Vec<u8>>), String> {
         return Err(format!("the accessor {beyond} does not exist"));
     }
     Ok((Document::from_json(root).map_err(|e| e.to_string())?, blob))
+}
+
+/// Returns whether an extension does not concern the form of a mesh, its base colour or its opacity, so that files that
+/// require it can be read without it.
+fn is_irrelevant(extension: &str) -> bool {
+    const OTHERS: [&str; 4] =
+        ["KHR_lights_punctual", "KHR_animation_pointer", "KHR_xmp_json_ld", "EXT_lights_image_based"];
+    extension.starts_with("KHR_materials_") || OTHERS.contains(&extension)
 }
 
 /// Returns the JSON text and the binary chunk of a binary file, which consists of a header of 12 bytes, and of chunks

@@ -9,6 +9,30 @@ use crate::{
     picture::{FileLoader, ImageCache},
 };
 
+/// Returns the text without comments behind numbers, and with lines joined that end in a backslash, neither of which the
+/// parser knows. Names, which may contain `#`, are not changed.
+fn without_comments(bytes: &[u8]) -> Vec<u8> {
+    let mut out = Vec::with_capacity(bytes.len());
+    let mut is_continued = false;
+    let mut has_numbers = false;
+    for line in bytes.split_inclusive(|b| *b == b'\n') {
+        let text = line.trim_ascii_end();
+        if !is_continued {
+            let word = text.trim_ascii_start().split(u8::is_ascii_whitespace).next().unwrap_or_default();
+            has_numbers = matches!(word, b"v" | b"vt" | b"vn" | b"vp" | b"f" | b"l" | b"p");
+        }
+        let text = match text.iter().position(|b| *b == b'#') {
+            Some(comment) if has_numbers => text[..comment].trim_ascii_end(),
+            _ => text,
+        };
+        let joined = text.strip_suffix(b"\\");
+        out.extend_from_slice(joined.unwrap_or(text));
+        is_continued = joined.is_some();
+        out.push(if is_continued { b' ' } else { b'\n' });
+    }
+    out
+}
+
 pub fn read(bytes: &[u8], files: FileLoader<'_>) -> Result<ImportedModel, String> {
     let options = LoadOptions { triangulate: true, single_index: true, ..Default::default() };
     let notes = RefCell::new(Vec::new());
@@ -22,7 +46,7 @@ pub fn read(bytes: &[u8], files: FileLoader<'_>) -> Result<ImportedModel, String
             Default::default()
         }))
     };
-    let (models, materials) = tobj::load_obj_buf(&mut Cursor::new(bytes), &options, library)
+    let (models, materials) = tobj::load_obj_buf(&mut Cursor::new(without_comments(bytes)), &options, library)
         .map_err(|e| format!("the OBJ file is incomplete or damaged: {e}"))?;
     let materials = materials.unwrap_or_default();
     let mut collected = PieceCollector::new();

@@ -4,22 +4,36 @@ use std::io::Cursor;
 
 use crate::model::{MeshPiece, check_triangle_count};
 
-/// Returns whether the file has exactly the size of a binary STL file with the declared number of triangles.
-fn is_binary(bytes: &[u8]) -> bool {
-    let Some(count) = bytes.get(80..84) else { return false };
-    let count = u32::from_le_bytes([count[0], count[1], count[2], count[3]]);
-    (bytes.len() - 84) as u64 == 50 * u64::from(count)
+/// Bytes of a binary file before its triangles, and of each triangle.
+const HEADER_BYTES: usize = 84;
+const TRIANGLE_BYTES: usize = 50;
+
+/// Returns the length of a binary file, bytes, or `None` if the file is text. Some programs write further bytes after
+/// the triangles; such a file is binary if its header contains bytes that no text has.
+fn binary_length(bytes: &[u8]) -> Option<usize> {
+    let count = bytes.get(HEADER_BYTES - 4..HEADER_BYTES)?;
+    let count = u32::from_le_bytes([count[0], count[1], count[2], count[3]]) as usize;
+    let length = count.checked_mul(TRIANGLE_BYTES)?.checked_add(HEADER_BYTES)?;
+    let is_text = |b: &u8| matches!(b, b'\t' | b'\n' | b'\r' | b' '..=b'~');
+    let has_trailing_bytes = count > 0 && length < bytes.len() && !bytes[..HEADER_BYTES].iter().all(is_text);
+    (length == bytes.len() || has_trailing_bytes).then_some(length)
 }
 
 pub fn is_stl(bytes: &[u8]) -> bool {
-    is_binary(bytes) || bytes.trim_ascii_start().starts_with(b"solid")
+    let start = bytes.trim_ascii_start().get(..5).unwrap_or_default();
+    start.eq_ignore_ascii_case(b"solid") || binary_length(bytes).is_some()
 }
 
 pub fn read(bytes: &[u8]) -> Result<MeshPiece, String> {
     let mut bytes = bytes.to_vec();
-    if is_binary(&bytes) {
-        // Many programs write binary files whose header begins with `solid`, which the parser would read as text.
-        bytes[..80].fill(b' ');
+    match binary_length(&bytes) {
+        Some(length) => {
+            bytes.truncate(length);
+            // Many programs write binary files whose header begins with `solid`, which the parser would read as text.
+            bytes[..HEADER_BYTES - 4].fill(b' ');
+        }
+        // The parser knows the words of text files in lower case only.
+        None => bytes.make_ascii_lowercase(),
     }
     let mesh =
         stl_io::read_stl(&mut Cursor::new(bytes)).map_err(|e| format!("the STL file is incomplete or damaged: {e}"))?;

@@ -265,3 +265,64 @@ fn truncated_and_modified_files_are_errors() {
     assert!(wrong(round).contains("nested nodes"));
     assert!(read("", b"v 0 0 0\n", &neighbouring_file).is_err() && read("", b"", &neighbouring_file).is_err());
 }
+
+fn triangles_of(name: &str, bytes: &[u8]) -> usize {
+    let read = read(name, bytes, &|_| None).unwrap();
+    read.model.pieces.iter().map(|p| p.triangles.len()).sum()
+}
+
+#[test]
+fn stl_files_in_capitals_or_with_trailing_bytes_are_read() {
+    assert_eq!(triangles_of("a.stl", STL.to_uppercase().as_bytes()), 1);
+    let mut binary = b"exported by a program".to_vec();
+    binary.resize(80, 0);
+    binary.extend(1_u32.to_le_bytes());
+    let corners: [f32; 12] = [0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0];
+    corners.iter().for_each(|x| binary.extend(x.to_le_bytes()));
+    binary.extend([0, 0]);
+    assert_eq!(triangles_of("a.stl", &binary), 1);
+    binary.extend([7; 12]);
+    assert_eq!(triangles_of("a", &binary), 1);
+    binary.truncate(100);
+    assert!(read("a.stl", &binary, &|_| None).is_err());
+}
+
+#[test]
+fn obj_files_may_have_comments_and_continued_lines() {
+    let text = "v 0 0 0 # the corner\nv 1 0 \\\n 0\nv 0 2 0\nusemtl #1\nf 1 \\\r\n2 3 # one face\n";
+    assert_eq!(triangles_of("a.obj", text.as_bytes()), 1);
+}
+
+#[test]
+fn ids_of_collada_are_those_of_the_own_mesh() {
+    let mesh = |width: u32| {
+        format!(
+            r##"<geometry id="g{width}"><mesh><source id="p"><float_array id="pa" count="9">0 0 0 {width} 0 0 0 1 0
+            </float_array><technique_common><accessor source="#pa" count="3" stride="3"/></technique_common></source>
+            <vertices id="v"><input semantic="POSITION" source="#p"/></vertices><triangles count="1">
+            <input semantic="VERTEX" source="#v" offset="0"/><p>0 1 2</p></triangles></mesh></geometry>"##
+        )
+    };
+    let text = format!(
+        r##"<COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1"><library_geometries>{}{}
+        </library_geometries><library_visual_scenes><visual_scene id="s"><node><instance_geometry url="#g1"/></node>
+        <node><instance_geometry url="#g5"/></node></visual_scene></library_visual_scenes>
+        <scene><instance_visual_scene url="#s"/></scene></COLLADA>"##,
+        mesh(1),
+        mesh(5)
+    );
+    let read = read("a.dae", text.as_bytes(), &|_| None).unwrap();
+    let widest = read.model.pieces.iter().flat_map(|p| &p.points).map(|p| p[0]).fold(0.0, f64::max);
+    assert_eq!(widest, 5.0);
+}
+
+#[test]
+fn gltf_files_may_require_extensions_that_no_mesh_needs() {
+    let with = |extension: &str| {
+        gltf().replacen("\"scene\": 0", &format!("\"extensionsRequired\": [\"{extension}\"], \"scene\": 0"), 1)
+    };
+    assert_eq!(triangles_of("a.gltf", with("KHR_lights_punctual").as_bytes()), 1);
+    assert_eq!(triangles_of("a.gltf", with("KHR_materials_clearcoat").as_bytes()), 1);
+    let compressed = read("a.gltf", with("KHR_draco_mesh_compression").as_bytes(), &|_| None);
+    assert!(compressed.unwrap_err().contains("KHR_draco_mesh_compression"));
+}

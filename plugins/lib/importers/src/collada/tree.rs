@@ -27,9 +27,14 @@ impl<'a> ElementIndex<'a> {
         self.ids.get(reference.strip_prefix('#').unwrap_or(reference)).copied()
     }
 
-    /// Returns the element to which an attribute of a node refers.
+    /// Returns the element to which an attribute of a node refers. Files whose meshes repeat each other's ids exist, so
+    /// an element of the node's own mesh comes first.
     pub fn follow(&self, node: Node<'a, 'a>, attribute: &str) -> Option<Node<'a, 'a>> {
-        self.get(node.attribute(attribute)?)
+        let reference = node.attribute(attribute)?;
+        let id = reference.strip_prefix('#').unwrap_or(reference);
+        let mesh = node.ancestors().find(|n| n.tag_name().name() == "mesh");
+        let own = mesh.and_then(|mesh| mesh.descendants().find(|n| n.attribute("id") == Some(id)));
+        own.or_else(|| self.get(reference))
     }
 }
 
