@@ -14,6 +14,8 @@ const REPORTED_STARTS: u32 = 4;
 /// Greatest singular value that counts as that of a singular direction, and the least share of the error along it.
 const SINGULAR: f64 = 0.02;
 const SINGULAR_SHARE: f64 = 0.5;
+/// If the least error is a rotation but for this share, m/rad, the orientation is what cannot be reached.
+const TURNED_SHARE: f64 = 0.01;
 
 /// Moves joints so that tips reach goals. All memory is allocated by [`new`](Self::new).
 #[derive(Debug, Clone)]
@@ -189,11 +191,12 @@ impl ReachSolver {
         for oriented in [false, true] {
             self.search.set_targets(goals, oriented);
             let found = self.least_distance(settings);
-            if found.distance > goals.iter().map(|g| g.precision[0]).fold(0.0, f64::max) {
-                return Some(Refusal::OutOfReach { by: found.distance, inside: self.is_inside(), oriented });
-            }
-            if oriented && found.angle > goals.iter().map(|g| g.precision[1]).fold(0.0, f64::max) {
+            let greatest = |k: usize| goals.iter().map(|g| g.precision[k]).fold(0.0, f64::max);
+            if oriented && found.angle > greatest(1) && found.distance < TURNED_SHARE * found.angle {
                 return Some(Refusal::Orientation { by: found.angle });
+            }
+            if found.distance > greatest(0) {
+                return Some(Refusal::OutOfReach { by: found.distance, inside: self.is_inside(), oriented });
             }
         }
         None

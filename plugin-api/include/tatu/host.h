@@ -121,6 +121,12 @@ typedef struct tatu_host_bodies {
   /* Gets the friction forces on shape[1] at the contacts that `contacts` lists, in the same order, over the last
    * physics step: 3 numbers each, world frame, N. `cap` and `n` count numbers. */
   tatu_status(TATU_CALL *frictions)(tatu_world *, tatu_object, double *out, uint32_t cap, uint32_t *n);
+  /* Finds the shortest distance like `closest`, with the shapes in `a` at other poses: `poses` has 7 numbers for each of
+   * them (x y z, quaternion x y z w, in the world frame). Nothing moves. Without this function, move the shapes, call
+   * `closest`, and move them back. */
+  tatu_status(TATU_CALL *closest_at)(tatu_world *, const tatu_object *a, const double *poses, uint32_t n_a,
+                                     const tatu_object *b, uint32_t n_b, double limit, double *points,
+                                     tatu_object *pair);
 } tatu_host_bodies;
 
 /* ---------------------------------------------------------------- Readings -------------------------------------- */

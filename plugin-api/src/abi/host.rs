@@ -145,6 +145,19 @@ pub struct tatu_host_bodies {
     pub is_dynamic: Option<extern "C" fn(WorldRef<'_>, tatu_object, Option<&mut u32>) -> tatu_status>,
     pub frictions:
         Option<unsafe extern "C" fn(WorldRef<'_>, tatu_object, *mut f64, u32, Option<&mut u32>) -> tatu_status>,
+    pub closest_at: Option<
+        unsafe extern "C" fn(
+            WorldRef<'_>,
+            *const tatu_object,
+            *const [f64; 7],
+            u32,
+            *const tatu_object,
+            u32,
+            f64,
+            Option<&mut [f64; 6]>,
+            Option<&mut [tatu_object; 2]>,
+        ) -> tatu_status,
+    >,
 }
 
 #[repr(C)]

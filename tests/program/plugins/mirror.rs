@@ -114,7 +114,10 @@ mirror! {
     tatu_host_stand_ins { size, reserved, made, object, used, parent, child, script, value }
     tatu_look { size, flags, only, far_m, max_incidence }
     tatu_host_readings { size, reserved, field, sense_now, reset, list, describe, look }
-    tatu_host_bodies { size, reserved, twist, set_twist, push, impulse, contacts, closest, is_dynamic, frictions }
+    tatu_host_bodies {
+        size, reserved, twist, set_twist, push, impulse, contacts, closest, is_dynamic, frictions,
+        closest_at
+    }
     tatu_host_commands {
         size, reserved, find, is_name_space, count, describe, call, generation, constant, prelude, mark, alloc, release,
         retain, drop, call_func, constant_name, wake

@@ -357,6 +357,30 @@ for i = 1, 6 do assert(math.abs(why.nearest[i] - from[i]) <= 0.01 + 1e-12) end",
     );
 }
 
+/// All commands but `tatu.setState`, called in each step of a run.
+#[test]
+fn commands_leave_no_trace_in_the_hash_of_a_run() {
+    let run = |calls: &str| {
+        let scene = format!(
+            "[[model]]\nmodel = \"ur5\"\nalias = \"arm\"\n[[object]]\nkind = \"shape\"\nalias = \"wall\"\n\
+             position_m = [0.55, 0, 0.5]\nsize_m = [0.02, 2, 1]\n{}",
+            watcher("w", &format!("function sysCall_sensing()\nprint('it is ok')\n{calls}\nend"))
+        );
+        let done = TestFolder::scene(&scene).tatu(&["run", "scene.toml", "--steps", "4"]).good();
+        assert!(done.out.contains("it is ok"), "{}{}", done.out, done.err);
+        let all = format!("{}{}", done.out, done.err);
+        let (_, hash) = all.split_once("hash ").expect("a summary contains the hash");
+        hash.lines().next().map(str::to_owned)
+    };
+    let calls = "
+local arm, tip, wall = sim.getObject('/arm'), sim.getObject('/arm/tool0'), sim.getObject('/wall')
+local q, joints, why = tatu.kin.ik(tip, {0.6, 0, 0.4}, {avoid = {wall}})
+assert(q == nil and why.kind == 'collision')
+tatu.kin.massMatrix(arm) tatu.kin.jacobian(arm, tip) tatu.kin.inverseDynamics(arm) tatu.kin.forwardDynamics(arm)
+tatu.linearize(arm, joints, {tip}) tatu.getState(arm) tatu.kin.energy(arm)";
+    assert_eq!(run(""), run(calls));
+}
+
 #[test]
 fn wrong_arguments_are_errors_in_a_sentence() {
     passes(

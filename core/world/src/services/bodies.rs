@@ -20,6 +20,7 @@ pub static TABLE: tatu_host_bodies = tatu_host_bodies {
     closest: Some(super::solids::closest),
     is_dynamic: Some(super::solids::is_dynamic),
     frictions: Some(frictions),
+    closest_at: Some(super::solids::closest_at),
 };
 
 extern "C" fn twist(w: WorldRef<'_>, object: tatu_object, out: Option<&mut [f64; 6]>) -> tatu_status {

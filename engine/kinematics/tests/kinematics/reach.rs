@@ -147,7 +147,7 @@ fn solution_that_collides_is_replaced_by_another_or_refused() {
 }
 
 #[test]
-fn joints_that_the_goal_leaves_free_move_to_the_posture() {
+fn posture_is_taken_by_joints_that_the_goal_leaves_free() {
     let arm = Arm::planar(&[0.5, 0.4, 0.3]);
     let mut solver = ReachSolver::new(&arm.linkage, &[arm.tip]).unwrap();
     let goal = Goal::position(Vector3::new(0.6, 0.5, 0.0));

@@ -4,7 +4,7 @@
 use std::{ffi::CString, ops::Deref};
 
 use crate::abi::*;
-use crate::safe::{Host, Result, SharedWorld, call::shared_world::service};
+use crate::safe::{Fail, Host, Result, SharedWorld, call::shared_world::service};
 
 /// The shortest segment between two shapes, in the world frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -178,6 +178,26 @@ impl<'a> World<'a> {
         let closest = service!(self.bodies.closest);
         // SAFETY: the pointers and counts are those of the slices `a` and `b`.
         let status = unsafe { closest(self.raw(), ap, an, bp, bn, limit, Some(&mut points), Some(&mut pair)) };
+        let [a, b, c, d, e, f] = points;
+        self.found(status, Closest { from: [a, b, c], to: [d, e, f], pair })
+    }
+    /// Returns the shortest segment like [`closest`](Self::closest), with the shapes in `a` at other poses: x y z, then the
+    /// unit quaternion x y z w, in the world frame. Nothing moves.
+    pub fn closest_at(
+        &self,
+        a: &[tatu_object],
+        poses: &[[f64; 7]],
+        b: &[tatu_object],
+        limit: f64,
+    ) -> Result<Option<Closest>> {
+        if a.len() != poses.len() {
+            return Err(Fail::argument(format!("{} poses for {} shapes", poses.len(), a.len())));
+        }
+        let (mut points, mut pair) = ([0.0; 6], [0; 2]);
+        let (ap, pp, an, bp, bn) = (a.as_ptr(), poses.as_ptr(), a.len() as u32, b.as_ptr(), b.len() as u32);
+        let closest = service!(self.bodies.closest_at);
+        // SAFETY: the pointers and counts are those of the slices `a` and `b`, and `poses` is as long as `a`.
+        let status = unsafe { closest(self.raw(), ap, pp, an, bp, bn, limit, Some(&mut points), Some(&mut pair)) };
         let [a, b, c, d, e, f] = points;
         self.found(status, Closest { from: [a, b, c], to: [d, e, f], pair })
     }

@@ -1,7 +1,7 @@
 //! Commands that find positions of joints for poses.
 
 use nalgebra::Isometry3;
-use tatu_kinematics::{ChainError, Constraints, FrameId, Goal, ReachSettings, ReachSolver, Reached, Refusal};
+use tatu_kinematics::{ChainError, Constraints, FrameId, Goal, Linkage, ReachSettings, ReachSolver, Reached, Refusal};
 use tatu_kinematics_common::{SceneCopy, pose_of};
 use tatu_plugin_api::{
     abi::{TATU_KIND_SHAPE, tatu_object, tatu_slot},
@@ -9,7 +9,7 @@ use tatu_plugin_api::{
 };
 
 use crate::{
-    mechanism::{MechanismProps, path},
+    mechanism::path,
     plugin::{Cmd, Ctx, Kin},
     state::pose,
 };
@@ -165,8 +165,9 @@ impl ReachCall {
     }
 
     fn solve(&mut self, c: &Ctx<'_>) -> Result<std::result::Result<Reached, Refusal>> {
-        let (world, p) = (c.world(), &c.plugin().props);
-        let check = CollisionCheck::read(c, self)?;
+        let world = c.world();
+        let mut check = CollisionCheck::read(c, self)?;
+        let joints = self.solver.joints().to_vec();
         let settings = ReachSettings {
             start: &self.start,
             posture: self.posture.as_deref(),
@@ -176,7 +177,7 @@ impl ReachCall {
             iterations: 200,
         };
         let mut failure = None;
-        let mut blocked = |q: &[f64]| match check.as_ref()?.touched(&world, p, q) {
+        let mut blocked = |q: &[f64]| match check.as_mut()?.touched(&world, &joints, q) {
             Ok(found) => found,
             Err(error) => {
                 failure = Some(error);
@@ -184,9 +185,6 @@ impl ReachCall {
             }
         };
         let result = self.solver.solve(&self.goals, &settings, &mut blocked);
-        if let Some(check) = &check {
-            check.restore(&world, p)?;
-        }
         match failure {
             Some(error) => Err(error),
             None => Ok(result),
@@ -246,59 +244,41 @@ fn goals(c: &Ctx<'_>, tips: &[FrameId], single: bool) -> Result<Vec<Goal>> {
     Ok(goals)
 }
 
-/// What is needed to look for collisions: shapes that the joints move, and the joints of the scene.
+/// The shapes that the joints of a call move, and those that they shall not touch.
 struct CollisionCheck {
-    joints: Vec<(tatu_object, f64)>,
-    /// The shapes that move, and their poses at present.
+    /// A copy of the joints, which is moved, and for each moved shape the frame of its copy.
+    linkage: Linkage,
+    frames: Vec<FrameId>,
     shapes: Vec<tatu_object>,
     avoid: Vec<tatu_object>,
-    /// Velocities of the dynamic shapes among them.
-    moving: Vec<(tatu_object, [f64; 6])>,
 }
 
 impl CollisionCheck {
     fn read(c: &Ctx<'_>, call: &ReachCall) -> Result<Option<Self>> {
-        if call.avoid.is_empty() {
-            return Ok(None);
-        }
-        let (world, p) = (c.world(), &c.plugin().props);
-        let mut check =
-            CollisionCheck { joints: Vec::new(), shapes: Vec::new(), avoid: call.avoid.clone(), moving: Vec::new() };
-        for joint in call.solver.joints() {
-            let object = call.object(*joint);
-            check.joints.push((object, world.f64(object, p.position)?));
-        }
-        let Some((first, _)) = check.joints.first() else { return Ok(None) };
-        let below = world.list(*first, 1 << TATU_KIND_SHAPE, 0)?;
-        check.shapes = below.into_iter().filter(|o| !check.avoid.contains(o)).collect();
-        for shape in &check.shapes {
-            if world.is_dynamic(*shape)? {
-                check.moving.push((*shape, world.twist(*shape)?));
+        let Some(first) = call.solver.joints().first().filter(|_| !call.avoid.is_empty()) else { return Ok(None) };
+        let (world, props) = (c.world(), &c.plugin().scene);
+        let (mut copy, mut frames, mut shapes) = (call.copy.clone(), Vec::new(), Vec::new());
+        for shape in world.list(call.object(*first), 1 << TATU_KIND_SHAPE, 0)? {
+            if !call.avoid.contains(&shape) {
+                frames.push(copy.copy_frame(&world, props, shape)?);
+                shapes.push(shape);
             }
         }
-        Ok(Some(check))
-    }
-
-    /// Moves the joints back, and gives the shapes the velocities that they had.
-    fn restore(&self, world: &World<'_>, p: &MechanismProps) -> Result {
-        self.place(world, p, self.joints.iter().map(|(_, q)| *q))?;
-        for (shape, twist) in &self.moving {
-            world.set_twist(*shape, twist)?;
-        }
-        Ok(())
-    }
-
-    fn place(&self, world: &World<'_>, p: &MechanismProps, q: impl Iterator<Item = f64>) -> Result {
-        for ((joint, _), q) in self.joints.iter().zip(q) {
-            world.set_f64s(*joint, p.position, &[q])?;
-        }
-        Ok(())
+        Ok(Some(CollisionCheck { linkage: copy.linkage, frames, shapes, avoid: call.avoid.clone() }))
     }
 
     /// Returns the first object to avoid that the moved shapes touch at some positions.
-    fn touched(&self, world: &World<'_>, p: &MechanismProps, q: &[f64]) -> Result<Option<u64>> {
-        self.place(world, p, q.iter().copied())?;
-        let found = world.closest(&self.shapes, &self.avoid, TOUCHING)?;
+    fn touched(&mut self, world: &World<'_>, joints: &[FrameId], q: &[f64]) -> Result<Option<u64>> {
+        for (joint, q) in joints.iter().zip(q) {
+            self.linkage.set_position(*joint, *q);
+        }
+        let pose = |frame: &FrameId| {
+            let pose = self.linkage.pose(*frame);
+            let (t, r) = (pose.translation, pose.rotation);
+            [t.x, t.y, t.z, r.i, r.j, r.k, r.w]
+        };
+        let poses: Vec<[f64; 7]> = self.frames.iter().map(pose).collect();
+        let found = world.closest_at(&self.shapes, &poses, &self.avoid, TOUCHING)?;
         let distance = |c: &Closest| c.from.iter().zip(c.to).map(|(a, b)| (a - b) * (a - b)).sum::<f64>();
         Ok(found.filter(|c| distance(c) <= TOUCHING * TOUCHING).map(|c| c.pair[1]))
     }
