@@ -115,7 +115,7 @@ fn null_is_refused_wherever_something_is_expected() {
     let place = place(1, "nowhere", "function sysCall_init() nosy.nulls(sim.getObject('/eye0')) end");
     let done = place.run(&["--steps", "2"]);
     assert!(!done.err.contains("TRESPASSED"), "{}", done.err);
-    assert_eq!(done.err.matches("was refused:").count(), 30, "{}", done.err);
+    assert_eq!(done.err.matches("was refused:").count(), 33, "{}", done.err);
     let of_world =
         |e: &serde_json::Value| e["message"].as_str().is_some_and(|m| m.contains("with a null pointer as the world"));
     assert!(done.errors().iter().all(of_world), "{}", done.err);

@@ -134,6 +134,8 @@ static tatu_status TATU_CALL nulls(tatu_call *c) {
   tatu_object one = tatu_arg_object(c, 0);
   tatu_prop mass = scene->prop(host, "object.position");
   tatu_call frame = tatu_frame(0, 2, 0, 16);
+  double pose[7] = {0}, points[6];
+  tatu_object pair[2];
   frame.command = 1;
   TRY(scene->pose(w, one, 0, 0));
   TRY(scene->set_pose(w, one, 0, 0));
@@ -154,6 +156,9 @@ static tatu_status TATU_CALL nulls(tatu_call *c) {
   TRY(bodies->twist(w, one, 0));
   TRY(bodies->set_twist(w, one, 0));
   TRY(bodies->is_dynamic(w, one, 0));
+  TRY(bodies->closest_at(w, &one, 0, 1, 0, 0, 0, points, pair));
+  TRY(bodies->closest_at(w, 0, pose, 1, 0, 0, 0, points, pair));
+  TRY(bodies->closest_at(w, &one, pose, 1, 0, 0, 0, points, pair)); /* no quaternion */
   TRY(commands->call(w, 0));
   TRY(commands->call(w, &frame));
   TRY(commands->constant(w, tatu_text("sim.handle_all"), 0));

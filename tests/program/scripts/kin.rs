@@ -425,6 +425,14 @@ local M = tatu.kin.massMatrix(dog)
 local forces = tatu.kin.gravityTorques(dog)
 near(forces[3], M[3][3] * 9.81, 1e-6)
 near(M[1][1], M[3][3], 1e-9)
+-- A leg below the trunk, whatever the trunk does.
+local foot = sim.getObject('/dog/FR_foot')
+local at = sim.getObjectPosition(foot)
+local leg, joints, why = tatu.kin.ik(foot, {at[1] + 0.03, at[2], at[3] + 0.02}, {base = dog})
+assert(why == nil and #joints == 3, why and why.text)
+for i, joint in ipairs(joints) do sim.setJointPosition(joint, leg[i]) end
+local there = sim.getObjectPosition(foot)
+near(there[1], at[1] + 0.03, 2e-6) near(there[2], at[2], 2e-6) near(there[3], at[3] + 0.02, 2e-6)
 refused('must be a unit quaternion', tatu.kin.massMatrix, dog, (function() local x = {} for i = 1, #q do x[i] = 0 end return x end)())",
     );
 }
