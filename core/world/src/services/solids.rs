@@ -68,7 +68,7 @@ pub(super) unsafe extern "C" fn closest_at(
         with_context(w, HostFunction::read_only("bodies.closest_at"), |context: BodyContext<'_>| {
             let list = |p: *const tatu_object, n: u32| input_slice(context.answer, "a list of objects", p, n);
             let given = input_slice(context.answer, "a list of poses", poses, n_a)?;
-            let poses = given.iter().map(|p| finite_pose(p)).collect::<Option<Vec<_>>>().ok_or_else(|| {
+            let poses = given.iter().map(finite_pose).collect::<Option<Vec<_>>>().ok_or_else(|| {
                 let text = "a pose must be 7 finite numbers: x y z and a unit quaternion x y z w";
                 context.answer.calls.refuse(TATU_ERR_ARGUMENT, text)
             })?;
