@@ -1,8 +1,9 @@
 """Compares `tatu.kin` with Pinocchio: Jacobian, mass matrix, gravity and inverse dynamics in random states.
 
-    python bench/kinematics/against_pin.py [--states 100] [MODEL ...]
+    python bench/kinematics/against_pin.py [--states 100] [MODEL ...] [FILE.urdf ...]
 
-Needs `pip install pin numpy` and the package tatu_sim. Without names, all models with joints are compared.
+Needs `pip install pin numpy` and the package tatu_sim. Without names, all models with joints are compared; a URDF file is
+read by both programs, such as those of the package example-robot-data.
 """
 
 import argparse
@@ -84,6 +85,42 @@ def compare(name, states):
     return nv, worst
 
 
+def compare_urdf(file, states):
+    """Returns the same for a file that both programs read; without the Jacobian."""
+    with tatu_sim.World(file) as world:
+        base = int(world.call("sim.getObject", next(iter(world.objects))))
+        owners = [int(h) for h in world.call("tatu.kin.joints", base)[0]]
+        free = world.call("tatu.get", owners[0], "object.kind") != "joint"
+        model = pin.buildModelFromUrdf(file, pin.JointModelFreeFlyer()) if free else pin.buildModelFromUrdf(file)
+        model.gravity.linear = np.array(world.call("tatu.get", 0, "scene.gravity"), float)
+        model.armature[:] = 0
+        data, random = model.createData(), np.random.default_rng(1)
+        alias = lambda h: world.call("tatu.get", h, "object.alias")
+        joints = [model.joints[1 if free and i == 0 else model.getJointId(alias(h))] for i, h in enumerate(owners)]
+        to_v = np.concatenate([range(j.idx_v, j.idx_v + j.nv) for j in joints])
+        worst = dict.fromkeys(QUANTITIES, float("nan"))
+        worst |= dict.fromkeys(("mass matrix", "gravity", "inverse dynamics"), 0.0)
+        for _ in range(states):
+            q = pin.randomConfiguration(model, -2 * np.ones(model.nq), 2 * np.ones(model.nq))
+            # Joints without limits have a cosine and a sine there.
+            parts = [q[j.idx_q:][:j.nq] for j in joints]
+            tq = np.concatenate([[np.arctan2(p[1], p[0])] if len(p) == 2 else p for p in parts])
+            v, a = random.uniform(-2, 2, (2, model.nv))
+            turn, shift = np.eye(model.nv), np.zeros(model.nv)
+            if free:
+                r = pin.Quaternion(q[3:7]).toRotationMatrix()
+                turn[:3, :3], shift[:3] = r.T, -np.cross(v[3:6], r.T @ v[:3])
+            mass = np.triu(pin.crba(model, data, q))
+            mass = turn.T @ (mass + np.triu(mass, 1).T) @ turn
+            expected = [mass[np.ix_(to_v, to_v)], (turn.T @ pin.computeGeneralizedGravity(model, data, q))[to_v],
+                        (turn.T @ pin.rnea(model, data, q, turn @ v, turn @ a + shift))[to_v]]
+            call = lambda command, *rest: np.array(world.call(f"tatu.kin.{command}", base, tq, *rest), float)
+            found = [call("massMatrix"), call("gravityTorques"), call("inverseDynamics", v[to_v], a[to_v])]
+            for key, x, y in zip(("mass matrix", "gravity", "inverse dynamics"), found, expected):
+                worst[key] = max(worst[key], relative(x, y))
+    return model.nv, worst
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--states", type=int, default=100)
@@ -94,7 +131,7 @@ def main():
     failed = []
     for name in names:
         try:
-            count, worst = compare(name, options.states)
+            count, worst = (compare_urdf if name.endswith(".urdf") else compare)(name, options.states)
         except Exception as error:
             if "has no joint below it" in str(error) or "is a screw" in str(error):
                 if options.models:
@@ -103,6 +140,7 @@ def main():
             print(f"{name:20} {type(error).__name__}: {error}")
             failed.append(name)
             continue
+        name = Path(name).stem
         print(f"{name:20}{count:>11}" + "".join(f"{worst[key]:>18.1e}" for key in QUANTITIES))
         if any(worst[key] > TOLERANCE for key in QUANTITIES[:4]):
             failed.append(name)
