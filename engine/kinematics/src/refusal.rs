@@ -5,7 +5,7 @@ use crate::{linkage::FrameId, reach_task::Distance};
 /// From where a solver starts, and what bounds it.
 #[derive(Debug, Clone, Copy)]
 pub struct ReachSettings<'a> {
-    /// Positions to start from, rad or m, one for each of [`ReachSolver::joints`].
+    /// Positions to start from, rad or m, one for each of [`ReachSolver::joints`](crate::ReachSolver::joints).
     pub start: &'a [f64],
     /// Positions that the joints shall be near to, as far as the goals permit; `None`: no such positions.
     pub posture: Option<&'a [f64]>,

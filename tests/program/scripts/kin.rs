@@ -357,6 +357,32 @@ for i = 1, 6 do assert(math.abs(why.nearest[i] - from[i]) <= 0.01 + 1e-12) end",
     );
 }
 
+/// A ball joint has a quaternion and three velocities about the axes of its moved frame.
+#[test]
+fn state_of_a_spherical_joint_is_that_which_was_set() {
+    let scene = DOUBLE_PENDULUM
+        .replace("alias = \"lower\"", "alias = \"lower\"\ntype = \"spherical\"\norientation_deg = [10, -30, 70]");
+    passes(
+        &scene.replace("1e-9, 1e-9, 1e-9", "0.01, 0.02, 0.025"),
+        "
+local hook = sim.getObject('/hook')
+local joints, first_q, first_qd = tatu.kin.joints(hook)
+assert(#joints == 2 and first_q[2] == 2 and first_qd[2] == 2)
+local q, qd = {0.3, 0.1, 0.2, 0.3, 0}, {0.4, -0.5, 0.6, 0.7}
+q[5] = math.sqrt(1 - 0.01 - 0.04 - 0.09)
+tatu.setState(hook, q, qd)
+local now, speed = tatu.getState(hook)
+for i = 1, 5 do near(now[i], q[i], 1e-12) end
+for i = 1, 4 do near(speed[i], qd[i], 1e-12) end
+-- Forces that cause accelerations cause them.
+local qdd = {0.5, -0.4, 0.3, 0.2}
+local found = tatu.kin.forwardDynamics(hook, tatu.kin.inverseDynamics(hook, q, qd, qdd), q, qd)
+for i = 1, 4 do near(found[i], qdd[i], 1e-9) end
+refused('must be a unit quaternion', tatu.setState, hook, {0, 0, 0, 0, 0})
+refused('is spherical', tatu.kin.ik, sim.getObject('/second'), {0, 0, 1})",
+    );
+}
+
 /// All commands but `tatu.setState`, called in each step of a run.
 #[test]
 fn commands_leave_no_trace_in_the_hash_of_a_run() {
