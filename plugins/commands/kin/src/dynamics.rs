@@ -2,7 +2,7 @@
 
 use tatu_plugin_api::{
     abi::tatu_slot,
-    safe::{Offer, Param, Result, Value},
+    safe::{Fail, Offer, Param, Result, Value},
 };
 
 use crate::{
@@ -50,6 +50,7 @@ fn jacobian(c: &mut Ctx<'_>) -> Result {
 
 fn mass_matrix(c: &mut Ctx<'_>) -> Result {
     let mut call = CallMechanism::read(c)?;
+    call.refuse_large()?;
     call.take_q(c, 1)?;
     let n = call.tree.velocities();
     let mut out = vec![0.0; n * n];
@@ -65,8 +66,7 @@ fn gravity_torques(c: &mut Ctx<'_>) -> Result {
     call.state.v.fill(0.0);
     let mut out = vec![0.0; call.tree.velocities()];
     call.dynamics()?.bias(&call.tree, gravity(c)?, &mut out).map_err(wrong)?;
-    c.ret(out);
-    Ok(())
+    return_finite(c, out)
 }
 
 fn inverse_dynamics(c: &mut Ctx<'_>) -> Result {
@@ -78,8 +78,7 @@ fn inverse_dynamics(c: &mut Ctx<'_>) -> Result {
     let mut out = vec![0.0; n];
     call.dynamics()?.inverse(&call.tree, &acceleration, gravity(c)?, &mut out).map_err(wrong)?;
     call.massless_velocities().iter().for_each(|d| out[*d] -= acceleration[*d]);
-    c.ret(out);
-    Ok(())
+    return_finite(c, out)
 }
 
 fn forward_dynamics(c: &mut Ctx<'_>) -> Result {
@@ -91,7 +90,15 @@ fn forward_dynamics(c: &mut Ctx<'_>) -> Result {
     let force = call.velocities(c, 1, "forces")?.unwrap_or_else(|| vec![0.0; n]);
     let mut out = vec![0.0; n];
     call.dynamics()?.forward(&call.tree, &force, gravity(c)?, &mut out).map_err(wrong)?;
-    c.ret(out);
+    return_finite(c, out)
+}
+
+/// Returns numbers as a result, unless one is not finite.
+fn return_finite(c: &mut Ctx<'_>, numbers: Vec<f64>) -> Result {
+    if numbers.iter().any(|x| !x.is_finite()) {
+        return Err(Fail::argument("the result is not finite: positions, velocities or forces are too large"));
+    }
+    c.ret(numbers);
     Ok(())
 }
 

@@ -109,8 +109,9 @@ impl ReachCall {
         }
         let no_handle = || Fail::argument("argument 1: expected the handle of a tip, or a list of handles");
         let base = match option(c, "base").as_i64() {
-            Some(base) => Some(world.look(base as u64)?.id),
-            None => None,
+            // Negative: the world.
+            Some(base) if base >= 0 => Some(world.look(base as u64)?.id),
+            _ => None,
         };
         let (mut copy, mut tips) = (SceneCopy::default(), Vec::new());
         for value in &handles {

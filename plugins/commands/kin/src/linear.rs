@@ -149,6 +149,7 @@ fn output_rows(c: &Ctx<'_>, call: &CallMechanism, dynamics: &mut Dynamics) -> Re
 
 fn linearize(c: &mut Ctx<'_>) -> Result {
     let mut call = CallMechanism::read(c)?;
+    call.refuse_large()?;
     call.refuse_massless(c)?;
     let forces = working_point(c, &mut call)?;
     let inputs = objects(c, 1)?.iter().map(|o| velocity_of(c, &call, *o)).collect::<Result<Vec<_>>>()?;

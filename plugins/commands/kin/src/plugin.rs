@@ -12,6 +12,9 @@ use crate::{
     state,
 };
 
+/// Most velocities of a mechanism whose matrices are returned: 8 MB for each million elements.
+const MAX_MATRIX_VELOCITIES: usize = 1000;
+
 /// The plugin; it has no state.
 pub struct Kin {
     pub props: MechanismProps,
@@ -101,6 +104,16 @@ impl CallMechanism {
             first..first + self.mechanism.links[*link].joint.velocities()
         };
         self.massless.iter().flat_map(range).collect()
+    }
+    /// Returns an error if the mechanism is too large for a matrix with a row and a column for each velocity.
+    pub fn refuse_large(&self) -> Result {
+        match self.tree.velocities() {
+            n if n > MAX_MATRIX_VELOCITIES => Err(Fail::unsupported(format!(
+                "the mechanism has {n} velocities; a matrix is returned for at most {MAX_MATRIX_VELOCITIES}"
+            ))
+            .help("pass an object with fewer joints below it")),
+            _ => Ok(()),
+        }
     }
     /// Returns an error if a joint moves no mass.
     pub fn refuse_massless(&self, c: &Ctx<'_>) -> Result {
