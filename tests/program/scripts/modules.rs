@@ -178,7 +178,7 @@ near(ways[1][1], math.pi * 100)
 near(ways[3][1], 1.5 * math.pi * 100)
 assert(#run('G0 X10 Y20 Z30\nG28') == 2 and last(run('G0 X10\nG28')[2]) == 0)
 for text, told in pairs{
-    ['G1 X1\nG2 X50 I10'] = 'line 2', ['G3 X10 Z5 I5'] = 'must not change Z', ['G2 X0 R5'] = 'end at its start point',
+    ['G1 X1\nG2 X50 I10'] = 'line 2', ['G3 X10 Z5 I5'] = 'the arc changes Z', ['G2 X0 R5'] = 'end at its start point',
     ['G2 X100 R10'] = 'too small', ['G1 X1.2.3'] = "a number after X, found '1.2.3'", ['G1 X'] = 'expected a number',
 } do
     local ok, e = pcall(run, text)
