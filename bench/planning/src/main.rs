@@ -46,7 +46,8 @@ fn spheres() -> Value {
     json!({"links": bodies.iter().map(of_body).collect::<Vec<_>>(), "pairs": panda::SELF_PAIRS})
 }
 
-fn solve(task: &Task, cache: &mut SphereCache) -> (Option<Solution>, [f64; 3]) {
+/// Returns the solution, the tests for the first path, and the times of preparing, planning and shortening, ms.
+fn solve(task: &Task, cache: &mut SphereCache) -> (Option<Solution>, u64, [f64; 3]) {
     let (space, settings) = (panda::space(), SETTINGS());
     let begun = Instant::now();
     let mut test = checker(&task.blocks, 0.0, cache);
@@ -54,11 +55,12 @@ fn solve(task: &Task, cache: &mut SphereCache) -> (Option<Solution>, [f64; 3]) {
     let problem = Problem { space: &space, start: &task.start, goal: Goal::States(vec![task.goal.clone()]) };
     let found = plan(problem, &settings, &mut test, &mut |_| true);
     let planned = begun.elapsed().as_secs_f64();
+    let checks = found.as_ref().map_or(0, |solution| solution.checks);
     let found = found.ok().map(|mut solution| {
         solution.checks += shorten(&mut solution.path, &space, &settings, &mut test, &mut |_| true).unwrap_or(0);
         solution
     });
-    (found, [ready, planned - ready, begun.elapsed().as_secs_f64() - planned].map(|s| 1e3 * s))
+    (found, checks, [ready, planned - ready, begun.elapsed().as_secs_f64() - planned].map(|s| 1e3 * s))
 }
 
 /// Returns whether one and two threads find the same path among several seeds.
@@ -78,13 +80,13 @@ fn run() -> Value {
     let mut rows = Vec::new();
     for task in tasks(COUNT, SEED) {
         let runs: Vec<_> = (0..REPEATS).map(|_| solve(&task, &mut cache)).collect();
-        let least = |i: usize| runs.iter().map(|r| r.1[i]).fold(f64::INFINITY, f64::min);
+        let least = |i: usize| runs.iter().map(|r| r.2[i]).fold(f64::INFINITY, f64::min);
         let found = runs.first().and_then(|r| r.0.as_ref());
         let same = runs.iter().all(|r| r.0.as_ref() == found) && threads_agree(&task);
         rows.push(json!({
             "name": task.name, "solved": found.is_some(), "same": same,
             "setup_ms": least(0), "plan_ms": least(1), "shorten_ms": least(2),
-            "checks": found.map(|s| s.checks), "length": found.map(|s| s.path.length(&panda::space())),
+            "plan_checks": runs.first().map(|r| r.1), "checks": found.map(|s| s.checks), "length": found.map(|s| s.path.length(&panda::space())),
             "path": found.map(|s| &s.path.states),
         }));
     }

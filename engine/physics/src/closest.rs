@@ -1,10 +1,42 @@
 //! The shortest distance between two solids.
 
 use nalgebra::{Isometry3, Point3, Vector3};
-use rapier3d::parry::query::{ClosestPoints, closest_points};
+use rapier3d::{
+    geometry::SharedShape,
+    math::Pose,
+    parry::query::{ClosestPoints, closest_points, intersection_test},
+};
 use tatu_geometry::SolidPart;
 
 use crate::convert;
+
+/// The forms of a solid, prepared for tests against others.
+#[derive(Clone)]
+pub struct PreparedSolid(Vec<(SharedShape, Pose)>);
+
+impl PreparedSolid {
+    /// Prepares the parts of a solid; degenerate ones are left out.
+    pub fn new(parts: &[SolidPart]) -> Self {
+        let prepared = |part: &SolidPart| {
+            let (shape, own) = convert::shape(&part.form)?;
+            Some((shape, convert::pose(&part.pose) * own))
+        };
+        PreparedSolid(parts.iter().filter_map(prepared).collect())
+    }
+
+    /// Returns whether this solid at a pose touches or overlaps another one, as those at a distance of 0 from each other
+    /// do. Meshes that are not convex are surfaces.
+    pub fn is_touching(&self, pose: &Isometry3<f64>, other: &PreparedSolid, other_pose: &Isometry3<f64>) -> bool {
+        let (a, b) = (convert::pose(pose), convert::pose(other_pose));
+        self.0.iter().any(|(sa, pa)| {
+            let wa = a * *pa;
+            other.0.iter().any(|(sb, pb)| {
+                // Two planes cannot be tested, and count as apart.
+                intersection_test(&wa, sa.as_ref(), &(b * *pb), sb.as_ref()).is_ok_and(|found| found.intersecting)
+            })
+        })
+    }
+}
 
 /// Returns the ends of the shortest segment from one solid to the other, in the world frame, or `None` if the solids
 /// are farther apart than `limit`, m. If they overlap, both ends are the origin of an overlapping part of the first
@@ -52,6 +84,13 @@ mod tests {
 
     fn ball(radius: f64) -> Vec<SolidPart> {
         vec![SolidPart::from(Form::Sphere { radius })]
+    }
+
+    #[test]
+    fn prepared_solids_touch_where_their_distance_is_zero() {
+        let (a, b) = (PreparedSolid::new(&ball(0.2)), PreparedSolid::new(&ball(0.3)));
+        let at = |x| Isometry3::translation(x, 0.0, 0.0);
+        assert!(a.is_touching(&at(0.0), &b, &at(0.499)) && !a.is_touching(&at(0.0), &b, &at(0.501)));
     }
 
     #[test]

@@ -27,7 +27,7 @@ mod convert;
 mod interface;
 mod rapier;
 
-pub use closest::closest;
+pub use closest::{PreparedSolid, closest};
 pub use convert::hull;
 pub use interface::{
     BeforeStepHook, BodyContact, BodyDesc, BodyId, BodyWrench, CollisionMask, ContactSurface, Engine, EngineSettings,

@@ -20,6 +20,7 @@ mod modules;
 mod nesting;
 mod options;
 pub mod order;
+mod planning;
 mod returns;
 pub mod ros_actions;
 mod script_errors;

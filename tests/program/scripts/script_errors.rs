@@ -14,11 +14,11 @@ fn errors(script: &str, dialect: &str) -> Vec<Value> {
 #[test]
 fn every_mistake_has_its_kind() {
     let cases = [
-        ("simOMPL.setup(1)", "unknown_function", "`simOMPL`"),
+        ("simIGL.setup(1)", "unknown_function", "`simIGL`"),
         ("simFooBar(1)", "unknown_function", "`simFooBar`"),
         ("sim.fooBar(1)", "unknown_function", "`sim.fooBar`"),
-        ("require('simOMPL')", "unsupported", "`simOMPL`"),
-        ("require 'simOMPL'", "unsupported", "`simOMPL`"),
+        ("require('simIGL')", "unsupported", "`simIGL`"),
+        ("require 'simIGL'", "unsupported", "`simIGL`"),
         ("require 'socket.http'", "unsupported", "`socket.http`"),
         ("sim.getObjectPosition({}, -1)", "bad_argument", "sim.getObjectPosition"),
         ("local x = nothing + 1", "runtime", "arithmetic on a nil value"),
@@ -34,7 +34,7 @@ fn every_mistake_has_its_kind() {
         assert_eq!(found[0]["line"], 2, "{text}: {found:?}");
     }
     // Unknown names are nil, so scripts can test whether they exist.
-    let asks = "function sysCall_init() if simOMPL or simExtFoo or sim.fooBar then error('there') end end";
+    let asks = "function sysCall_init() if simIGL or simExtFoo or sim.fooBar then error('there') end end";
     TestFolder::scene(&watcher("a", asks)).run(&["--steps", "1"]).good();
 }
 

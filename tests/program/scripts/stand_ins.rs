@@ -266,7 +266,7 @@ fn unknown_functions_and_modules_are_not_substituted() {
     for (text, kind) in [
         ("simExtMyPlugin_go()", "unknown_function"),
         ("sim.noSuchFunction()", "unknown_function"),
-        ("require('simOMPL')", "unsupported"),
+        ("require('simIGL')", "unsupported"),
         ("require('my_own_module')", "runtime"),
         ("local x = nowhere + 1", "runtime"),
     ] {

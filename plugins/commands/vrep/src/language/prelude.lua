@@ -264,7 +264,7 @@ return {
     api = { "sim" },
     -- Modules of V-REP that are not provided.
     lacking = {
-        "simUI", "simROS", "simROS2", "simOMPL", "simURDF", "simGLTF", "simSDF", "simIGL", "simICP",
+        "simUI", "simROS", "simROS2", "simURDF", "simGLTF", "simSDF", "simIGL", "simICP",
         "simMTB", "simBWF", "simCHAI3D", "simConvex", "simAssimp", "simEigen", "simGeom", "simQHull", "simLDraw",
         "simMujoco", "simBubble", "simK3", "simCam", "simJoy", "simWS", "simSkel", "simRuckig",
         "simRemoteApi", "simTest", "simPython", "simSurfRec", "simOpenMesh", "simPovRay", "simRRS1", "simStubs",
