@@ -12,7 +12,7 @@ use std::time::Instant;
 use problems::{Task, checker, tasks};
 use serde_json::{Value, json};
 use tatu_planning::{
-    Goal, Path, Problem, Settings, Solution, plan, plan_with_seeds, shorten,
+    Goal, Path, Problem, Seeds, Settings, Solution, plan, plan_with_seeds, shorten,
     spheres::{SphereCache, cover},
 };
 
@@ -69,7 +69,8 @@ fn threads_agree(task: &Task) -> bool {
     let goals = [task.goal.clone()];
     let run = |threads| -> Option<Path> {
         let test = || checker(&task.blocks, 0.0, &mut SphereCache::default());
-        let found = plan_with_seeds(&space, &task.start, &goals, &SETTINGS(), 3, threads, &test, &|| false);
+        let found =
+            plan_with_seeds(&space, &task.start, &goals, &SETTINGS(), Seeds { count: 3, threads }, &test, &|| false);
         found.ok().map(|s| s.path)
     };
     run(1) == run(2)

@@ -213,7 +213,8 @@ mod tests {
             for _ in 0..120 {
                 grid.set([random.index(30), random.index(20)], true);
             }
-            (grid.set([0, 0], false), grid.set([29, 19], false));
+            grid.set([0, 0], false);
+            grid.set([29, 19], false);
             let (a, t) = (a_star(&grid, [0, 0], [29, 19]), theta_star(&grid, [0, 0], [29, 19]));
             assert_eq!(a.is_some(), t.is_some());
             let (Some(a), Some(t)) = (a, t) else { continue };

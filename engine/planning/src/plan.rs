@@ -64,6 +64,15 @@ pub fn plan<'a>(
     Ok(Solution { path, checks: search.checks })
 }
 
+/// How many searches with different seeds are made, and on how many threads.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Seeds {
+    /// Number of searches; their seeds follow that of the settings.
+    pub count: usize,
+    /// Number of threads, which does not change the result.
+    pub threads: usize,
+}
+
 /// Solves a problem several times with different seeds, on several threads, and returns the solution that needed the
 /// fewest checks; of equal ones, that of the first seed. The number of threads does not change the result.
 ///
@@ -77,8 +86,7 @@ pub fn plan_with_seeds<V: Validity>(
     start: &[f64],
     goals: &[Vec<f64>],
     settings: &Settings,
-    seeds: usize,
-    threads: usize,
+    Seeds { count: seeds, threads }: Seeds,
     validity: &(dyn Fn() -> V + Sync),
     is_cancelled: &(dyn Fn() -> bool + Sync),
 ) -> Result<Solution, PlanError> {

@@ -26,12 +26,15 @@ impl<F: FnMut(&[f64]) -> bool> Validity for F {
     }
 }
 
+/// Returns the distance of a state from a goal.
+pub type GoalDistance<'a> = Box<dyn FnMut(&[f64]) -> f64 + 'a>;
+
 /// Where a path shall end.
 pub enum Goal<'a> {
     /// At any of these states.
     States(Vec<Vec<f64>>),
     /// At a state for which this is at most 0; elsewhere, the distance from such states, or an estimate of it.
-    Region(Box<dyn FnMut(&[f64]) -> f64 + 'a>),
+    Region(GoalDistance<'a>),
 }
 
 /// A method.

@@ -1,7 +1,7 @@
 //! What all planners share: tests of states and motions within a budget.
 
 use crate::{
-    problem::{Goal, Path, PlanError, Problem, Progress, Settings, Validity},
+    problem::{Goal, GoalDistance, Path, PlanError, Problem, Progress, Settings, Validity},
     random::Random,
     space::StateSpace,
 };
@@ -124,7 +124,7 @@ impl<'a> Search<'a> {
 pub(crate) struct Ends<'a> {
     pub start: Vec<f64>,
     pub goals: Vec<Vec<f64>>,
-    pub region: Option<Box<dyn FnMut(&[f64]) -> f64 + 'a>>,
+    pub region: Option<GoalDistance<'a>>,
 }
 
 impl<'a> Ends<'a> {

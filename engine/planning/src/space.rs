@@ -331,7 +331,8 @@ impl StateSpace {
         let share = if far > distance { distance / far * random.unit() } else { random.unit() };
         for (part, own) in self.slices(near) {
             let x = &mut goal[part.first..part.first + own.len()];
-            straight(&part.space, own, &x.to_vec(), share, x);
+            let end = x.to_vec();
+            straight(&part.space, own, &end, share, x);
         }
         goal
     }

@@ -1,10 +1,12 @@
 //! Tests of the planners on problems whose answers are known.
 
+#![allow(clippy::disallowed_methods, reason = "expected values in tests do not affect results")]
+
 use std::f64::consts::FRAC_PI_2;
 
 use tatu_planning::{
-    Algorithm, CarMotion, Goal, Path, PlanError, Problem, Random, Settings, Solution, StateSpace, Subspace, divide,
-    divide_by_resolution, plan, plan_with_seeds, shorten, smooth,
+    Algorithm, CarMotion, Goal, Path, PlanError, Problem, Random, Seeds, Settings, Solution, StateSpace, Subspace,
+    divide, divide_by_resolution, plan, plan_with_seeds, shorten, smooth,
 };
 
 const ALL: [Algorithm; 5] =
@@ -164,7 +166,9 @@ fn threads_do_not_change_the_path() {
     let ends: Vec<Vec<f64>> =
         std::iter::repeat_with(|| space.sample(&mut random)).filter(|s| valid(s)).take(2).collect();
     let settings = Settings { range: 0.3, ..Settings::default() };
-    let run = |threads| plan_with_seeds(&space, &ends[0], &ends[1..], &settings, 6, threads, &|| valid, &|| false);
+    let run = |threads| {
+        plan_with_seeds(&space, &ends[0], &ends[1..], &settings, Seeds { count: 6, threads }, &|| valid, &|| false)
+    };
     let one = run(1).unwrap();
     for _ in 0..10 {
         assert_eq!(run(2).unwrap(), one);

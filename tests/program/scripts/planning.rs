@@ -321,3 +321,24 @@ fn grasped_objects_must_pass_too() {
         assert(path == nil and reason:find('no path was found within'), reason)",
     );
 }
+
+#[test]
+fn tasks_and_their_paths_survive_a_snapshot() {
+    let script = format!(
+        "function sysCall_init()\n{BEGIN}
+        made = task('position2d', sim.getObject('/ball'), {{-1, -1}}, {{1, 1}})
+        simOMPL.setCollisionPairs(made, {{sim.getObject('/ball'), sim.getObject('/wall')}})
+        simOMPL.setStartState(made, {{-0.8, -0.5}})
+        simOMPL.setGoalState(made, {{0.8, -0.5}})\nend
+        function sysCall_actuation()
+            local solved, path = simOMPL.compute(made, 2, -1, 20)
+            print(string.format('%.2f %a %a', sim.getSimulationTime(), path[9], path[10]))
+        end"
+    );
+    let place = TestFolder::scene(&format!("dialect = \"4.6\"\n{WALL}\n{}", watcher("w", &script)));
+    let whole = place.tatu(&["run", "scene.toml", "--steps", "6", "--snapshot-at", "0.15", "snap"]).good();
+    let rest = place.tatu(&["run", "--from", "snap", "--steps", "3"]).good();
+    let last = |text: &str| text.lines().filter(|l| l.contains("0x")).next_back().map(str::to_owned);
+    assert!(last(&rest.out).is_some());
+    assert_eq!(last(&whole.out), last(&rest.out), "{}\n{}", whole.out, rest.out);
+}

@@ -20,6 +20,7 @@ pub(super) fn vectorized<R>(work: impl FnOnce() -> R) -> R {
     });
     #[cfg(target_arch = "x86_64")]
     if let Some(simd) = level.as_avx2() {
+        #[allow(clippy::redundant_closure, reason = "only a closure with this attribute is compiled for the level")]
         return simd.vectorize(
             #[inline(always)]
             || work(),

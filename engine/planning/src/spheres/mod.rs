@@ -8,6 +8,8 @@
 //! Spheres cover: if none touches, no form does. If one does, a test of the exact forms decides ([`Confirm`]), or the
 //! state counts as not possible.
 
+#![allow(clippy::needless_range_loop, reason = "loops over lanes index several arrays, and become vector instructions")]
+
 mod checker;
 mod fit;
 mod frames;

@@ -123,17 +123,23 @@ pub fn state(c: &Ctx<'_>, i: usize, dimension: usize) -> Result<Vec<f64>> {
     checked(&format!("argument {}, a state", i + 1), numbers(c, i)?, dimension)
 }
 
+/// Checks that an argument is a function, the name of one, or nil.
+pub fn check_callback(c: &Ctx<'_>, i: usize) -> Result {
+    let value = c.arg(i);
+    if value.is_nil() || value.as_func().is_some() || value.as_str().is_some() {
+        return Ok(());
+    }
+    Err(Fail::argument(format!("argument {}: expected a function or the name of one", i + 1)))
+}
+
 /// Reads a function, or the name of one; `None` for nil or an empty name.
 pub fn callback(c: &Ctx<'_>, i: usize) -> Result<Option<Callback>> {
     let value = c.arg(i);
     if let Some(function) = value.as_func() {
         return Ok(Some(Callback::Function(c.keep_func(function)?)));
     }
-    if value.is_nil() {
-        return Ok(None);
-    }
-    let wrong = || Fail::argument(format!("argument {}: expected a function or the name of one", i + 1));
-    let name = value.as_str().ok_or_else(wrong)?;
+    check_callback(c, i)?;
+    let name = value.as_str().unwrap_or_default();
     let name = name.split('@').next().unwrap_or_default().to_owned();
     Ok((!name.is_empty()).then(|| Callback::Named { script: c.caller_script(), name }))
 }

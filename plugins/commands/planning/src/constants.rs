@@ -44,13 +44,13 @@ const SPACE_TYPES: [&str; 7] =
 
 /// Returns the planner for the number of an algorithm, or its name if there is none; `None` for other numbers.
 pub fn algorithm(number: i64) -> Option<Result<Algorithm, &'static str>> {
-    let (name, planner) = ALGORITHMS.get(usize::try_from(number - FIRST_ALGORITHM).ok()?)?;
+    let (name, planner) = ALGORITHMS.get(usize::try_from(number.checked_sub(FIRST_ALGORITHM)?).ok()?)?;
     Some(planner.ok_or(name))
 }
 
 /// Returns the index of the type of a space by its number.
 pub fn space_type(number: i64) -> Option<usize> {
-    usize::try_from(number - FIRST_SPACE_TYPE).ok().filter(|i| *i < SPACE_TYPES.len())
+    usize::try_from(number.checked_sub(FIRST_SPACE_TYPE)?).ok().filter(|i| *i < SPACE_TYPES.len())
 }
 
 pub fn offer(offer: &mut Offer<Planning>) {

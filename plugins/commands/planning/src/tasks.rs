@@ -8,8 +8,8 @@ use tatu_plugin_api::{
 
 use crate::{
     arguments::{
-        callback, checked, command, done, handle_of, handle_value, joint, named, numbers, object, object_by_handle,
-        object_or_world, state, task,
+        callback, check_callback, checked, command, done, handle_of, handle_value, joint, named, numbers, object,
+        object_by_handle, object_or_world, state, task,
     },
     constants::{DEFAULT_ALGORITHM, algorithm, space_type},
     spaces::state_space,
@@ -184,6 +184,8 @@ fn set_dummy_goal(c: &mut Ctx<'_>) -> Result {
 
 /// Replaces a function of a script, of which the old one is released.
 fn replace(c: &mut Ctx<'_>, of: fn(&mut Task) -> &mut Option<Callback>) -> Result {
+    // A function is retained only for a task that exists.
+    task(c)?;
     let new = callback(c, 1)?;
     let old = std::mem::replace(of(&mut *task(c)?), new);
     if let Some(Callback::Function(function)) = old {
@@ -267,7 +269,7 @@ pub fn offer(offer: &mut Offer<Planning>) {
     );
     offer.command(
         command("setProjectionEvaluationCallback", |c| {
-            callback(c, 1)?;
+            check_callback(c, 1)?;
             task(c)?.projection = c.i64(2)?.clamp(0, 1000) as usize;
             done(c)
         })
@@ -278,7 +280,9 @@ pub fn offer(offer: &mut Offer<Planning>) {
     );
     offer.command(
         command("setValidStateSamplerCallback", |c| {
-            (callback(c, 1)?, callback(c, 2)?);
+            task(c)?;
+            check_callback(c, 1)?;
+            check_callback(c, 2)?;
             done(c)
         })
         .param(Param::any("sampler"))
