@@ -295,7 +295,7 @@ fn search(
     cache: &mut SphereCache,
 ) -> Result<std::result::Result<Path, String>> {
     let (mut test, shapes) = tester(world, props, &request.spaces, &request.options, &request.start, cache)?;
-    let goes_on = || !world.is_interrupted();
+    let goes_on = || !world.must_return();
     let problem = Problem { space: &request.space, start: &request.start, goal: Goal::States(request.goals.clone()) };
     let mut path = match plan(problem, &request.settings, &mut test, &mut |_| goes_on()) {
         Ok(solution) => solution.path,

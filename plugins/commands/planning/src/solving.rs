@@ -66,7 +66,7 @@ pub fn with_test<R>(
         |callback: &Option<_>| callback.clone().map(|callback| ScriptTest { call: &call, callback, error: &error });
     let (validation, goal) = (script(&task.validation), script(&task.goal_callback));
     let mut test = validation.as_ref().map_or(bodies, StateTest::Script);
-    let goes_on = || !world.is_interrupted() && error.borrow().is_none();
+    let goes_on = || !world.must_return() && error.borrow().is_none();
     let result = work(&mut test, goal.as_ref(), &goes_on);
     let error = error.borrow_mut().take();
     error.map_or(result, Err)
