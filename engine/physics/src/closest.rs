@@ -24,6 +24,27 @@ impl PreparedSolid {
         PreparedSolid(parts.iter().filter_map(prepared).collect())
     }
 
+    /// Returns whether this solid at a pose is at most `margin`, m, from another one; a margin of 0 is a contact.
+    pub fn is_within(
+        &self,
+        margin: f64,
+        pose: &Isometry3<f64>,
+        other: &PreparedSolid,
+        other_pose: &Isometry3<f64>,
+    ) -> bool {
+        if margin <= 0.0 {
+            return self.is_touching(pose, other, other_pose);
+        }
+        let (a, b) = (convert::pose(pose), convert::pose(other_pose));
+        self.0.iter().any(|(sa, pa)| {
+            let wa = a * *pa;
+            other.0.iter().any(|(sb, pb)| {
+                let found = closest_points(&wa, sa.as_ref(), &(b * *pb), sb.as_ref(), margin);
+                found.is_ok_and(|points| points != ClosestPoints::Disjoint)
+            })
+        })
+    }
+
     /// Returns whether this solid at a pose touches or overlaps another one, as those at a distance of 0 from each other
     /// do. Meshes that are not convex are surfaces.
     pub fn is_touching(&self, pose: &Isometry3<f64>, other: &PreparedSolid, other_pose: &Isometry3<f64>) -> bool {
@@ -91,6 +112,7 @@ mod tests {
         let (a, b) = (PreparedSolid::new(&ball(0.2)), PreparedSolid::new(&ball(0.3)));
         let at = |x| Isometry3::translation(x, 0.0, 0.0);
         assert!(a.is_touching(&at(0.0), &b, &at(0.499)) && !a.is_touching(&at(0.0), &b, &at(0.501)));
+        assert!(a.is_within(0.1, &at(0.0), &b, &at(0.599)) && !a.is_within(0.1, &at(0.0), &b, &at(0.601)));
     }
 
     #[test]

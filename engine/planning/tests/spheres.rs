@@ -111,7 +111,12 @@ fn touching_links_make_a_state_impossible() {
             true
         }
     }
+    let fixed_frames = frames.clone();
     let mut fixed = BodyChecker::confirmed(frames, &bodies, &[[2, 3]], &mut cache, Always);
     assert!(!fixed.is_valid(&[5.0, 9.0]) && fixed.touching(&[5.0, 9.0]) == Some([2, 3]));
+    let wall = Form::Box { half: Vector3::repeat(1.0) };
+    let bodies = [ball(first), Body { frame: None, forms: vec![(Isometry3::translation(0.0, 0.0, 3.0), wall)] }];
+    let mut wide = BodyChecker::new(fixed_frames, &bodies, &[[0, 1]], &mut cache).with_margin(0.2);
+    assert!(wide.is_valid(&[1.29, 0.0]) && !wide.is_valid(&[1.31, 0.0]));
     assert!(!test.is_valid(&[0.0]), "a state that is too short is not possible");
 }

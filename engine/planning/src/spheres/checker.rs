@@ -68,6 +68,8 @@ pub struct BodyChecker<C = NoConfirm> {
     moving: Vec<Moving>,
     confirm: C,
     confirms: bool,
+    /// Least distance from obstacles that stay, m.
+    margin: f64,
     /// Pairs that do not move: if they touch, no state is possible.
     fixed: Vec<[usize; 2]>,
     fixed_touches: Option<bool>,
@@ -163,6 +165,7 @@ impl<C: Confirm> BodyChecker<C> {
             moving,
             confirm,
             confirms: true,
+            margin: 0.0,
             fixed,
             fixed_touches: None,
             suspect: 0,
@@ -170,6 +173,13 @@ impl<C: Confirm> BodyChecker<C> {
             centers,
             bounds: Vec::new(),
         }
+    }
+
+    /// Sets the least distance of bodies that move from those that stay, m; `Confirm` must respect it, too. Default 0.
+    #[must_use]
+    pub fn with_margin(mut self, margin: f64) -> Self {
+        self.margin = margin.max(0.0);
+        self
     }
 
     /// Returns the number of spheres that move.
@@ -246,14 +256,18 @@ impl<C: Confirm> BodyChecker<C> {
         for o in 0..self.moving[i].obstacles.len() {
             let m = &self.moving[i];
             let (stays, obstacle) = (&m.obstacles[o].0, &m.obstacles[o].1);
-            let near = if m.unbounded { [true; LANES] } else { obstacle.touches(&self.bounds[i], m.bound.radius) };
+            let near = if m.unbounded {
+                [true; LANES]
+            } else {
+                obstacle.touches(&self.bounds[i], m.bound.radius + self.margin)
+            };
             if !any(&near) {
                 continue;
             }
             let mut hit = if m.unbounded { near } else { NO_LANE };
             locate(&self.poses[m.frame], &m.spheres, &mut self.centers[i]);
             for (center, sphere) in self.centers[i].iter().zip(&m.spheres) {
-                unite(&mut hit, &obstacle.touches(center, sphere.radius));
+                unite(&mut hit, &obstacle.touches(center, sphere.radius + self.margin));
                 if !self.confirms && any(&hit) {
                     break;
                 }

@@ -229,18 +229,26 @@ impl<'w> Mechanism<'w> {
         a.0.is_touching(&a.1, &b.0, &b.1)
     }
 
-    /// Returns a test in which these pairs of bodies may not touch.
-    pub fn checker(&self, pairs: &[[usize; 2]], cache: &mut SphereCache) -> BodyChecker<ExactTest> {
-        let solids = self.bodies.iter().map(|b| PreparedSolid::new(&parts_of(&b.forms))).collect();
-        BodyChecker::confirmed(self.frames.clone(), &self.bodies, pairs, cache, ExactTest(solids))
+    /// Returns a test in which these pairs of bodies may not touch, nor come nearer than a margin, m, if one of them
+    /// stays.
+    pub fn checker(&self, pairs: &[[usize; 2]], margin: f64, cache: &mut SphereCache) -> BodyChecker<ExactTest> {
+        let solid = |b: &Body| (PreparedSolid::new(&parts_of(&b.forms)), b.frame.is_none());
+        let test = ExactTest { solids: self.bodies.iter().map(solid).collect(), margin };
+        BodyChecker::confirmed(self.frames.clone(), &self.bodies, pairs, cache, test).with_margin(margin)
     }
 }
 
 /// Tests the exact forms of bodies, as `sim.checkCollision` does.
-pub struct ExactTest(Vec<PreparedSolid>);
+pub struct ExactTest {
+    /// The forms of each body, and whether it stays.
+    solids: Vec<(PreparedSolid, bool)>,
+    margin: f64,
+}
 
 impl Confirm for ExactTest {
     fn is_touching(&mut self, [a, b]: [usize; 2], poses: [&Isometry3<f64>; 2]) -> bool {
-        self.0[a].is_touching(poses[0], &self.0[b], poses[1])
+        let ((first, stays), (second, other_stays)) = (&self.solids[a], &self.solids[b]);
+        let margin = if stays != other_stays { self.margin } else { 0.0 };
+        first.is_within(margin, poses[0], second, poses[1])
     }
 }

@@ -79,8 +79,8 @@ fn configurations(
     world: &World<'_>,
     props: &Planning,
     spaces: &[ObjectSpace],
-    tip: tatu_object,
-    pose: &Isometry3<f64>,
+    start: &[f64],
+    (tip, pose): (tatu_object, &Isometry3<f64>),
     seed: u64,
 ) -> Result<Vec<Vec<f64>>> {
     let mut copy = SceneCopy::default();
@@ -93,6 +93,9 @@ fn configurations(
     let joints: Result<Vec<_>> =
         spaces.iter().map(|s| copy.copy_of(s.object).ok_or_else(|| missing(s.object))).collect();
     let joints = joints?;
+    for (joint, position) in joints.iter().zip(start) {
+        copy.linkage.set_position(*joint, *position);
+    }
     let others: Vec<_> = copy.linkage.ids().filter(|id| !joints.contains(id)).collect();
     for id in others {
         if let Some(joint) = copy.linkage.joint_mut(id).filter(|j| !matches!(j.role, JointRole::Dependent { .. })) {
@@ -162,6 +165,9 @@ fn tester(
         }
     }
     // Links that touch at the start touch by construction.
+    let margin = options.get("margin");
+    let margin = if margin.is_nil() { Some(0.0) } else { margin.as_f64().filter(|m| (0.0..=1e3).contains(m)) };
+    let margin = margin.ok_or_else(|| Fail::argument("option margin: expected a distance of at least 0"))?;
     let poses = mechanism.frames.poses(start);
     within.retain(|pair| !mechanism.is_touching(*pair, &poses));
     let mut pairs = within;
@@ -182,7 +188,7 @@ fn tester(
         let extra: Vec<[i64; 2]> = extra.as_chunks::<2>().0.iter().map(|p| p.map(|x| x as i64)).collect();
         pairs.extend(pairs_of(world, &mut mechanism, &extra)?);
     }
-    Ok((mechanism.checker(&pairs, cache), mechanism.shapes))
+    Ok((mechanism.checker(&pairs, margin, cache), mechanism.shapes))
 }
 
 /// Returns the topmost object above an object.
@@ -247,12 +253,14 @@ impl<'a> Request<'a> {
             (false, Some(tip)) => {
                 let numbers = checked("option pose", pose.numbers().unwrap_or_default(), 7)?;
                 let pose = pose_of(std::array::from_fn(|i| numbers[i]));
-                goals.extend(configurations(&world, props, &spaces, tip, &pose, seed)?);
+                goals.extend(configurations(&world, props, &spaces, &start, (tip, &pose), seed)?);
             }
         }
         if goals.is_empty() && pose.is_nil() {
             return Err(Fail::argument("there is no goal").help("pass a configuration, or the options tip and pose"));
         }
+        // The nearest goal is tried first.
+        goals.sort_by(|a, b| space.distance(&start, a).total_cmp(&space.distance(&start, b)));
         let max_checks = options.int("checks", DEFAULT_CHECKS, 1, MAX_CHECKS)? as u64;
         let settings = Settings {
             algorithm: Algorithm::RrtConnect,
@@ -342,6 +350,6 @@ pub fn offer(offer: &mut Offer<Planning>) {
             .returns(Param::any("path").text("configurations from the start to a goal, or nil"))
             .returns(Param::string("reason").text("why there is no path"))
             .text("Searches a path of a robot's joints along which its shapes, and what they carry, touch nothing.")
-            .notes("Options: `tip` and `pose` (7 numbers, in the world): an object, and where it shall be; `start`: a configuration instead of the present one; `grasped`: objects that move with the last joint; `avoid`: the obstacles instead of all respondable shapes; `pairs`: further pairs as in `simOMPL.setCollisionPairs`; `states`: least count of configurations; `checks`: the most tests, 200 000; `seed`. Shapes of the robot may not touch each other, except neighbours and those that touch at the start; its first link may touch what it touches at the start. The scene does not change, and the same arguments give the same path."),
+            .notes("Options: `tip` and `pose` (7 numbers, in the world): an object, and where it shall be; `start`: a configuration instead of the present one; `grasped`: objects that move with the last joint; `avoid`: the obstacles instead of all respondable shapes; `pairs`: further pairs as in `simOMPL.setCollisionPairs`; `margin`: the least distance from what stays, m; `states`: least count of configurations; `checks`: the most tests, 200 000; `seed`. Shapes of the robot may not touch each other, except neighbours and those that touch at the start; its first link may touch what it touches at the start. The scene does not change, and the same arguments give the same path."),
     );
 }
