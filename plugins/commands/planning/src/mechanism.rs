@@ -1,9 +1,9 @@
 //! What the numbers of a state move: frames, and shapes attached to them.
 
-use std::collections::BTreeMap;
+use std::{cell::OnceCell, collections::BTreeMap};
 
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
-use tatu_geometry::Form;
+use tatu_geometry::{Form, SolidPart};
 use tatu_kinematics_common::pose_of;
 use tatu_physics::PreparedSolid;
 use tatu_planning::spheres::{Body, BodyChecker, Confirm, FrameMotion, FrameTree, MovingFrame, SphereCache};
@@ -232,23 +232,38 @@ impl<'w> Mechanism<'w> {
     /// Returns a test in which these pairs of bodies may not touch, nor come nearer than a margin, m, if one of them
     /// stays.
     pub fn checker(&self, pairs: &[[usize; 2]], margin: f64, cache: &mut SphereCache) -> BodyChecker<ExactTest> {
-        let solid = |b: &Body| (PreparedSolid::new(&parts_of(&b.forms)), b.frame.is_none());
-        let test = ExactTest { solids: self.bodies.iter().map(solid).collect(), margin };
+        let exact = |b: &Body| {
+            let (parts, stays) = (parts_of(&b.forms), b.frame.is_none());
+            ExactBody { parts, prepared: OnceCell::new(), stays }
+        };
+        let test = ExactTest { bodies: self.bodies.iter().map(exact).collect(), margin };
         BodyChecker::confirmed(self.frames.clone(), &self.bodies, pairs, cache, test).with_margin(margin)
+    }
+}
+
+/// A body whose exact form is prepared when it is first needed: most are never tested exactly.
+struct ExactBody {
+    parts: Vec<SolidPart>,
+    prepared: OnceCell<PreparedSolid>,
+    stays: bool,
+}
+
+impl ExactBody {
+    fn solid(&self) -> &PreparedSolid {
+        self.prepared.get_or_init(|| PreparedSolid::new(&self.parts))
     }
 }
 
 /// Tests the exact forms of bodies, as `sim.checkCollision` does.
 pub struct ExactTest {
-    /// The forms of each body, and whether it stays.
-    solids: Vec<(PreparedSolid, bool)>,
+    bodies: Vec<ExactBody>,
     margin: f64,
 }
 
 impl Confirm for ExactTest {
     fn is_touching(&mut self, [a, b]: [usize; 2], poses: [&Isometry3<f64>; 2]) -> bool {
-        let ((first, stays), (second, other_stays)) = (&self.solids[a], &self.solids[b]);
-        let margin = if stays != other_stays { self.margin } else { 0.0 };
-        first.is_within(margin, poses[0], second, poses[1])
+        let (first, second) = (&self.bodies[a], &self.bodies[b]);
+        let margin = if first.stays != second.stays { self.margin } else { 0.0 };
+        first.solid().is_within(margin, poses[0], second.solid(), poses[1])
     }
 }
