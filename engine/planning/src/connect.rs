@@ -69,6 +69,7 @@ fn extend(
     forward: bool,
 ) -> Result<Option<usize>, Stop> {
     let space = search.space;
+    search.charge_comparisons(tree.len())?;
     let (near, distance) = tree.nearest(space, towards, !forward);
     let node = tree.state(near);
     let state = match (distance <= range, forward) {

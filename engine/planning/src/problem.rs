@@ -60,7 +60,8 @@ pub struct Settings {
     pub algorithm: Algorithm,
     /// Seed of the random numbers. Equal seeds give equal paths.
     pub seed: u64,
-    /// Maximum number of states that are tested. Default 100 000.
+    /// Maximum number of states that are tested; 256 comparisons of a sample with nodes of a tree count as one.
+    /// Default 100 000.
     pub max_checks: u64,
     /// Largest motion between two tests, as a share of the extent of each part of the state space. Default 0.01.
     pub resolution: f64,

@@ -63,6 +63,7 @@ impl Network {
         let space = search.space;
         let per_log = libm::ceil(NEIGHBOURS_PER_LOG * libm::log((self.nodes.len() + 2) as f64)) as usize;
         let count = if improves { per_log.max(1) } else { NEIGHBOURS };
+        search.charge_comparisons(2 * self.nodes.len())?;
         let around = self.nodes.nearest_few(space, state, count);
         let new = self.nodes.add(state, None, 0.0);
         self.edges.push(Vec::new());

@@ -78,6 +78,7 @@ impl Growth {
         } else {
             space.sample(&mut search.random)
         };
+        search.charge_comparisons(self.tree.len())?;
         let (near, distance) = self.tree.nearest(space, &towards, false);
         if distance <= 0.0 {
             // A goal that is already in the tree: counted, so that the search ends.
@@ -95,6 +96,8 @@ impl Growth {
             return Ok(());
         }
         let count = libm::ceil(NEIGHBOURS * libm::log((self.tree.len() + 1) as f64)) as usize;
+        // These are sorted, too.
+        search.charge_comparisons(2 * self.tree.len())?;
         let around = self.tree.nearest_few(space, &state, count.max(1));
         let (mut parent, mut least) = (near, cost);
         let mut ways: Vec<(f64, usize)> = around.iter().map(|(d, i)| (self.tree.costs[*i] + d, *i)).collect();

@@ -9,6 +9,9 @@ use crate::{
 /// The observer is asked once in this many checks.
 const CHECKS_BETWEEN_REPORTS: u64 = 256;
 
+/// So many comparisons of a sample with nodes cost about as much as the test of a state, and count as one.
+const COMPARISONS_PER_CHECK: usize = 256;
+
 /// Why a search ends early.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Stop {
@@ -67,6 +70,12 @@ impl<'a> Search<'a> {
             }
         }
         Ok(())
+    }
+
+    /// Counts a comparison of a sample with all nodes of a tree: without it, the time of a search would grow with the
+    /// square of its budget.
+    pub fn charge_comparisons(&mut self, nodes: usize) -> Result<(), Stop> {
+        self.charge((nodes / COMPARISONS_PER_CHECK) as u64)
     }
 
     /// Returns whether a state is possible.
