@@ -294,6 +294,16 @@ fn panda_passes_a_pillar_to_a_pose_and_the_scene_stays() {
         end
         local p = sim.getObjectPosition(tip, -1)
         assert(math.abs(p[1] - 0.35) < 1e-3 and math.abs(p[2] + 0.35) < 1e-3 and math.abs(p[3] - 0.4) < 1e-3)
+        -- The margin is one to what stays, not between links.
+        local wide = tatu.plan(joints, nil, {
+            tip = tip, pose = {0.35, -0.35, 0.4, 1, 0, 0, 0}, start = start, margin = 0.02,
+        })
+        assert(wide)
+        for _, configuration in ipairs(wide) do
+            for i = 1, 7 do sim.setJointPosition(joints[i], configuration[i]) end
+            local near, data = sim.checkDistance(collection, sim.getObject('/pillar'), 0.019)
+            assert(near == 0, 'nearer than the margin')
+        end
         -- Reasons: a goal in the pillar, a pose beyond reach, a start in the floor.
         local none, why = tatu.plan(joints, nil, {tip = tip, pose = {0.5, 0, 0.5, 1, 0, 0, 0}, start = start})
         assert(none == nil and why:find('the goal is not valid') and why:find('pillar'), why)

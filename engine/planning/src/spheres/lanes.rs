@@ -2,7 +2,9 @@
 
 use std::sync::OnceLock;
 
-use fearless_simd::{Level, Simd};
+use fearless_simd::Level;
+#[cfg(target_arch = "x86_64")]
+use fearless_simd::Simd;
 
 /// Number of states that are computed at once.
 pub(super) const LANES: usize = 8;

@@ -230,13 +230,18 @@ impl<'w> Mechanism<'w> {
     }
 
     /// Returns a test in which these pairs of bodies may not touch, nor come nearer than a margin, m, if one of them
-    /// stays.
-    pub fn checker(&self, pairs: &[[usize; 2]], margin: f64, cache: &mut SphereCache) -> BodyChecker<ExactTest> {
-        let exact = |b: &Body| {
-            let (parts, stays) = (parts_of(&b.forms), b.frame.is_none());
+    /// stays and is not among `own`, the bodies of the robot.
+    pub fn checker(
+        &self,
+        pairs: &[[usize; 2]],
+        (margin, own): (f64, &[usize]),
+        cache: &mut SphereCache,
+    ) -> BodyChecker<ExactTest> {
+        let exact = |(i, b): (usize, &Body)| {
+            let (parts, stays) = (parts_of(&b.forms), b.frame.is_none() && !own.contains(&i));
             ExactBody { parts, prepared: OnceCell::new(), stays }
         };
-        let test = ExactTest { bodies: self.bodies.iter().map(exact).collect(), margin };
+        let test = ExactTest { bodies: self.bodies.iter().enumerate().map(exact).collect(), margin };
         BodyChecker::confirmed(self.frames.clone(), &self.bodies, pairs, cache, test).with_margin(margin)
     }
 }
@@ -245,6 +250,7 @@ impl<'w> Mechanism<'w> {
 struct ExactBody {
     parts: Vec<SolidPart>,
     prepared: OnceCell<PreparedSolid>,
+    /// Whether it is an obstacle that stays.
     stays: bool,
 }
 

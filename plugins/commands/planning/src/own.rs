@@ -188,7 +188,7 @@ fn tester(
         let extra: Vec<[i64; 2]> = extra.as_chunks::<2>().0.iter().map(|p| p.map(|x| x as i64)).collect();
         pairs.extend(pairs_of(world, &mut mechanism, &extra)?);
     }
-    Ok((mechanism.checker(&pairs, margin, cache), mechanism.shapes))
+    Ok((mechanism.checker(&pairs, (margin, &rest), cache), mechanism.shapes))
 }
 
 /// Returns the topmost object above an object.
@@ -336,7 +336,10 @@ fn explained(
         path.unwrap_or_default().into_owned()
     };
     match test.touching(state) {
-        Some([a, b]) => format!("{what} is not valid: `{}` touches `{}`", name(a), name(b)),
+        Some([a, b]) => {
+            let how = if request.options.get("margin").is_nil() { "touches" } else { "touches or is too near to" };
+            format!("{what} is not valid: `{}` {how} `{}`", name(a), name(b))
+        }
         None => reason.to_string(),
     }
 }

@@ -133,7 +133,7 @@ pub fn body_test<'t, 'm, 'c>(
     }
     let mut mechanism = Mechanism::new(*world, props, &task.spaces)?;
     let pairs = pairs_of(world, &mut mechanism, &task.pairs)?;
-    Ok(StateTest::Bodies(Box::new(mechanism.checker(&pairs, 0.0, cache))))
+    Ok(StateTest::Bodies(Box::new(mechanism.checker(&pairs, (0.0, &[]), cache))))
 }
 
 /// Returns the goal of a task.
