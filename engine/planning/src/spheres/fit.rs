@@ -391,7 +391,6 @@ mod tests {
     }
 
     #[test]
-    fn broken_meshes_have_spheres_only_where_they_are_sound() {
     fn broken_triangles_have_no_spheres() {
         let broken = Mesh {
             vertices: vec![Point3::origin(), Point3::new(f64::NAN, 0.0, 0.0)],
