@@ -1,7 +1,9 @@
 //! Commands that find positions of joints for poses.
 
 use nalgebra::Isometry3;
-use tatu_kinematics::{ChainError, Constraints, FrameId, Goal, Linkage, ReachSettings, ReachSolver, Reached, Refusal};
+use tatu_kinematics::{
+    ChainError, Constraints, FrameId, Goal, JointType, Linkage, ReachSettings, ReachSolver, Reached, Refusal,
+};
 use tatu_kinematics_common::{SceneCopy, pose_of};
 use tatu_plugin_api::{
     abi::{TATU_KIND_SHAPE, tatu_object, tatu_slot},
@@ -10,10 +12,13 @@ use tatu_plugin_api::{
 
 use crate::{
     mechanism::path,
-    plugin::{Cmd, Ctx, Kin},
+    plugin::{Cmd, Ctx, Kin, check_options},
     state::pose,
 };
 
+/// The options of a call.
+const OPTIONS: [&str; 10] =
+    ["what", "base", "from", "posture", "max_change", "avoid", "precision", "weights", "restarts", "seed"];
 /// Most tips of a call.
 const MAX_TIPS: usize = 64;
 /// Distance of shapes that counts as a collision, m.
@@ -99,6 +104,7 @@ fn bounds(c: &Ctx<'_>, key: &str, n: usize) -> Result<Option<Vec<f64>>> {
 
 impl ReachCall {
     fn read(c: &Ctx<'_>) -> Result<Self> {
+        check_options(c.arg(2), 3, &OPTIONS)?;
         let (world, props) = (c.world(), &c.plugin().scene);
         let single = c.arg(0).as_i64().is_some();
         let handles = several(c.arg(0), single)?;
@@ -159,6 +165,12 @@ impl ReachCall {
         };
         let restarts = u32::try_from(restarts).unwrap_or(u32::MAX);
         Ok(ReachCall { copy, solver, goals, start, posture, max_change, restarts, seed: seed as u64, avoid })
+    }
+
+    /// Returns the unit of a joint's position.
+    fn unit(&self, joint: FrameId) -> &'static str {
+        let is_prismatic = self.copy.linkage.joint(joint).is_some_and(|j| j.kind == JointType::Prismatic);
+        if is_prismatic { "m" } else { "rad" }
     }
 
     fn object(&self, joint: FrameId) -> tatu_object {
@@ -311,12 +323,16 @@ fn reason(c: &Ctx<'_>, call: &ReachCall, refusal: &Refusal) -> (&'static str, St
         Refusal::Limit { joint, by } => {
             let object = call.object(joint);
             let side = if by < 0.0 { "lower" } else { "upper" };
-            let text = format!("joint `{}` would have to exceed its {side} limit by {:.6}", name(object), by.abs());
+            let (by_how_much, unit) = (by.abs(), call.unit(joint));
+            let text =
+                format!("joint `{}` would have to exceed its {side} limit by {by_how_much:.6} {unit}", name(object));
             ("limit", text, vec![entry("by", Value::Float(by)), entry("joint", handle(object))])
         }
         Refusal::Change { joint, by } => {
             let object = call.object(joint);
-            let text = format!("joint `{}` would have to move {:.6} more than `max_change`", name(object), by.abs());
+            let (by_how_much, unit) = (by.abs(), call.unit(joint));
+            let text =
+                format!("joint `{}` would have to move {by_how_much:.6} {unit} more than `max_change`", name(object));
             ("change", text, vec![entry("by", Value::Float(by)), entry("joint", handle(object))])
         }
         Refusal::Singular { direction } => {
@@ -391,14 +407,14 @@ fn with_params(command: Cmd) -> Cmd {
     command
         .param(Param::any("tip").text("the handle of the object that shall move, or a list of handles"))
         .param(Param::any("goal").text(
-            "where it shall be: the handle of an object, a pose (x y z, m, and a quaternion x y z w) or a position (x y z); \
+            "where it shall be, in the world: the handle of an object, a pose (x y z, m, and a quaternion x y z w) or a position (x y z); \
              for several tips, a list",
         ))
         .param(Param::map("options").optional().text(
             "`what`: pose, position or axis; `base`: handle of the object to which the chain of joints reaches; `from`: \
              positions to start from; `posture`: positions for joints that the goal leaves free; `max_change`: from the \
              start; `avoid`: handles of objects not to touch; `precision`: {1e-6, 1e-6}, m and rad; `weights`: {1, 1}; \
-             `restarts`: 10, at most; `seed`: 1",
+             `restarts`: how often to start anew from random positions at most, 10; `seed`: 1",
         ))
 }
 

@@ -9,7 +9,7 @@ use tatu_plugin_api::{
 
 use crate::{
     mechanism::path,
-    plugin::{CallMechanism, Cmd, Ctx, Kin, gravity, model, numbers, rows, wrong},
+    plugin::{CallMechanism, Cmd, Ctx, Kin, check_options, gravity, model, numbers, rows, wrong},
     state::advanced,
 };
 
@@ -104,6 +104,7 @@ fn velocity_of(c: &Ctx<'_>, call: &CallMechanism, joint: tatu_object) -> Result<
 /// Sets the state, and returns the forces, from the table in argument 4.
 fn working_point(c: &Ctx<'_>, call: &mut CallMechanism) -> Result<Vec<f64>> {
     let at = c.arg(3);
+    check_options(at, 4, &["q", "qd", "forces"])?;
     let of = |key: &str| at.get(key).unwrap_or(ValueRef::NIL);
     let (q, v) = (call.tree.positions(), call.tree.velocities());
     if let Some(q) = numbers(of("q"), "argument 4: `q`", q, "its positions")? {

@@ -171,6 +171,20 @@ pub fn rows(numbers: &[f64], columns: usize) -> Value {
 }
 
 /// Parameters that several commands share.
+/// Returns an error if a map of options has a key that is not one of `known`; `argument` is its number for messages.
+pub fn check_options(options: ValueRef<'_>, argument: usize, known: &[&str]) -> Result {
+    for [key, _] in options.map().unwrap_or_default() {
+        let key = key.as_str().unwrap_or_default();
+        if !known.contains(&key.as_ref()) {
+            return Err(Fail::argument(format!(
+                "argument {argument}: there is no option `{key}`: expected one of {}",
+                known.join(", ")
+            )));
+        }
+    }
+    Ok(())
+}
+
 pub fn model() -> Param {
     Param::int("model").text("the handle of an object above all joints of the mechanism, such as a model's base")
 }

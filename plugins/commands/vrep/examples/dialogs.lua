@@ -29,7 +29,7 @@ assert(sim.receiveData(7, 'what nobody sends') == nil)
 sim.broadcastMsg({id = 'hello', x = 1})
 --- sim.ruckigPos
 local p = sim.ruckigPos(1, 0.001, -1, {0, 0, 0}, {1, 1, 10}, {1}, {1, 0})
-local result, left = 0
+local result, state = 0
 while result == 0 do
     result, state = sim.ruckigStep(p, 0.05)
     assert(state[2] <= 1 + 1e-9)

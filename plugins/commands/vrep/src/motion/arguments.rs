@@ -101,6 +101,24 @@ impl<'a> Arguments<'a> {
     fn answer(&self) -> ResultForm {
         if self.table.is_some() { ResultForm::Map } else { ResultForm::List }
     }
+    /// Returns a limit of each of `n` coordinates; a number is the limit of all, and without the argument there is none.
+    fn limits(&self, key: &str, place: usize, n: usize) -> Result<Vec<f64>> {
+        let given = self.of(key, place);
+        let all = numbers_or_repeated(given, n);
+        let wrong = |what: String| {
+            Err(Fail::argument(format!("`{key}` must be a number above 0, or {n} such numbers, but {what}")))
+        };
+        if given.is_nil() {
+            return Ok(all);
+        }
+        if all.len() < n {
+            return wrong(format!("it has {}", all.len()));
+        }
+        match all.iter().find(|x| x.is_nan() || **x <= 0.0) {
+            Some(x) => wrong(format!("one is {x}")),
+            None => Ok(all),
+        }
+    }
     /// Duration of a step of the motion, s; 0: that of the simulation.
     fn time_step(&self, place: usize) -> f64 {
         self.of("timeStep", place).as_f64().filter(|dt| dt.is_finite() && *dt > 0.0).unwrap_or(0.0)
@@ -120,6 +138,9 @@ pub(super) fn config(c: &Ctx<'_>) -> Result<ActiveMotion> {
             .help("specify `joints` or `pos`"));
     }
     let list = |key: &str, place: usize| numbers_or_repeated(arguments.of(key, place), n);
+    if arguments.of("targetPos", 7).is_nil() {
+        return Err(Fail::argument(format!("`targetPos` is missing: expected {n} numbers")));
+    }
     let mut target = list("targetPos", 7);
     if target.len() < n {
         return Err(Fail::argument(format!("`targetPos` must have at least {n} numbers, but it has {}", target.len())));
@@ -137,7 +158,11 @@ pub(super) fn config(c: &Ctx<'_>) -> Result<ActiveMotion> {
     let limits = LimitLists {
         min_velocity: numbers_or_repeated(arguments.of_table("minVel"), n),
         min_acceleration: numbers_or_repeated(arguments.of_table("minAccel"), n),
-        ..LimitLists::symmetric(list("maxVel", 4), list("maxAccel", 5), list("maxJerk", 6))
+        ..LimitLists::symmetric(
+            arguments.limits("maxVel", 4, n)?,
+            arguments.limits("maxAccel", 5, n)?,
+            arguments.limits("maxJerk", 6, n)?,
+        )
     };
     let starts = states(n, [&start, &list("vel", 2), &list("accel", 3)]);
     let targets = states(n, [&target, &list("targetVel", 8), &[]]);
@@ -208,10 +233,14 @@ pub(super) fn pose(c: &Ctx<'_>) -> Result<ActiveMotion> {
             .help("specify `object` or `pose`"));
     };
     let to = read(arguments.of("targetPose", 5), 5)?;
-    let list = |key: &str, place: usize| numbers_or_repeated(arguments.of(key, place), 4);
-    let limits = LimitLists::symmetric(list("maxVel", 2), list("maxAccel", 3), list("maxJerk", 4));
-    let way = Way { object, frame, from, to };
     let metric = arguments.of("metric", 8);
+    let n = if is_table(metric) { 1 } else { 4 };
+    let limits = LimitLists::symmetric(
+        arguments.limits("maxVel", 2, n)?,
+        arguments.limits("maxAccel", 3, n)?,
+        arguments.limits("maxJerk", 4, n)?,
+    );
+    let way = Way { object, frame, from, to };
     let (profile, mover) = if is_table(metric) {
         way.by_length(numbers_of(metric, 8)?, &limits)?
     } else {

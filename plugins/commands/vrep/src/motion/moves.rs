@@ -26,7 +26,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             .param(Param::any("params").text("a table with joints or pos, targetPos, maxVel, maxAccel, maxJerk; and flags (default: on a straight line), vel, accel, targetVel, minVel, minAccel, cyclicJoints, callback, auxData, timeStep"))
             .param(Param::any("more").rest().text("arguments as in 4.2 to 4.6: flags (default: all coordinates arrive together), pos, vel, accel, maxVel, maxAccel, maxJerk, targetPos, targetVel, callback, auxData, cyclicJoints, timeStep"))
             .returns(Param::any("data").text("the final state: pos, vel, accel, timeLeft; before 4.7 as separate values"))
-            .text("Moves joints, or whatever a callback controls, to a configuration as fast as the limits allow. With a table as argument it returns one step after the target is reached, as since 4.7.")
+            .text("Moves joints, or whatever a callback controls, to a configuration as fast as these limits allow; those of the joints are not considered, and without limits the motion takes a single step. With a table as argument it returns one step after the target is reached, as since 4.7.")
             .no_wait(waits),
     );
     offer.command(

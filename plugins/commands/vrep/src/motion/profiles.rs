@@ -57,7 +57,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             let mut state = state(c)?;
             let ScriptProfile { profile, cycle, velocities } =
                 state.profiles.all.get_mut(&which).ok_or_else(|| missing_profile(which))?;
-            let uneven = (dt / *cycle - (dt / *cycle).round()).abs() > CYCLE_TOLERANCE * dt / *cycle;
+            let cycles = dt / *cycle;
+            let uneven = (cycles - cycles.round()).abs() > CYCLE_TOLERANCE;
             let arrived = !uneven && profile.advance_in_cycles(dt, *cycle);
             let now = if *velocities { profile.continued_state() } else { profile.state() };
             let left = profile.left();
@@ -89,7 +90,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     );
 }
 
-/// Share by which the duration of a step may differ from a multiple of the cycle.
+/// Share of the cycle by which the duration of a step may differ from a multiple of it.
 const CYCLE_TOLERANCE: f64 = 1e-3;
 
 fn create(c: &mut Ctx<'_>, position: bool, default: Synchronization) -> Result<()> {
@@ -104,6 +105,14 @@ fn create(c: &mut Ctx<'_>, position: bool, default: Synchronization) -> Result<(
     }
     let flags = int_or(c, 2, -1)?;
     let part = |i: usize, k: usize| -> Result<Vec<f64>> {
+        if c.arg(i).len() < (k + 1) * n {
+            return Err(Fail::argument(format!(
+                "argument {} needs at least {} numbers for {n} coordinates, but it has {}",
+                i + 1,
+                (k + 1) * n,
+                c.arg(i).len()
+            )));
+        }
         let number = |j: usize| c.arg(i).number(j).filter(|x| x.is_finite()).ok_or(j);
         (k * n..(k + 1) * n).map(number).collect::<std::result::Result<_, _>>().map_err(|j| {
             Fail::argument(format!("argument {}: element {} must be a finite number, but it is not", i + 1, j + 1))
