@@ -227,11 +227,10 @@ impl Search {
     pub fn turn_towards(&mut self, start: &[f64]) {
         for i in (0..self.best.len()).filter(|i| self.chain.repeats(*i)) {
             let [low, high] = self.chain.limits()[i];
-            let mut turns = ((start[i] - self.best[i]) / TURN).round();
-            while turns != 0.0 && !(low..=high).contains(&(self.best[i] + turns * TURN)) {
-                turns -= turns.signum();
-            }
-            self.best[i] += turns * TURN;
+            // Turns downwards and upwards that the limits allow; `best` is within them.
+            let [down, up] = [low, high].map(|limit| ((limit - self.best[i]) / TURN).trunc());
+            let turns = ((start[i] - self.best[i]) / TURN).round().clamp(down.min(0.0), up.max(0.0));
+            self.best[i] = (self.best[i] + turns * TURN).clamp(low, high);
         }
     }
 

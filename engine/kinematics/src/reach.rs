@@ -115,8 +115,9 @@ impl ReachSolver {
         }
         for goal in goals {
             let pose = goal.pose.translation.vector.iter().chain(goal.pose.rotation.coords.iter());
-            if !pose.chain(&goal.weights).all(|x| x.is_finite()) || !goal.precision.iter().all(|x| *x >= 0.0) {
-                return Err("goals: expected finite poses and weights, and precisions of at least 0");
+            let is_positive = |x: &f64| *x > 0.0 && x.is_finite();
+            if !pose.copied().all(f64::is_finite) || !goal.weights.iter().chain(&goal.precision).all(is_positive) {
+                return Err("goals: expected finite poses, and weights and precisions above 0");
             }
         }
         Ok(())

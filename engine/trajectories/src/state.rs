@@ -49,14 +49,17 @@ pub struct Segment {
     pub jerk: f64,
 }
 
+/// Smallest limit. Motions within smaller ones would take so long that their squares and cubes exceed all numbers.
+const MIN_LIMIT: f64 = 1e-30;
+
 /// Limits of a coordinate.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Limits {
-    /// Least and greatest velocity; the first at most 0, the second above 0.
+    /// Least and greatest velocity; the first at most 0, the second at least 1e-30.
     pub velocity: [f64; 2],
-    /// Least and greatest acceleration; the first below 0, the second above 0.
+    /// Least and greatest acceleration; the first at most -1e-30, the second at least 1e-30.
     pub acceleration: [f64; 2],
-    /// Greatest jerk, above 0; infinite if the acceleration may jump.
+    /// Greatest jerk, at least 1e-30; infinite if the acceleration may jump.
     pub jerk: f64,
 }
 
@@ -68,14 +71,14 @@ impl Limits {
 
     pub(crate) fn check(&self) -> Result<(), MotionError> {
         let [least, greatest] = self.velocity;
-        if !(greatest.is_finite() && greatest > 0.0 && least.is_finite() && least <= 0.0) {
+        if !(greatest.is_finite() && greatest >= MIN_LIMIT && least.is_finite() && least <= 0.0) {
             return Err(MotionError::Velocity(self.velocity));
         }
         let [least, greatest] = self.acceleration;
-        if !(greatest.is_finite() && greatest > 0.0 && least.is_finite() && least < 0.0) {
+        if !(greatest.is_finite() && greatest >= MIN_LIMIT && least.is_finite() && least <= -MIN_LIMIT) {
             return Err(MotionError::Acceleration(self.acceleration));
         }
-        if self.jerk.is_nan() || self.jerk <= 0.0 {
+        if self.jerk.is_nan() || self.jerk < MIN_LIMIT {
             return Err(MotionError::Jerk(self.jerk));
         }
         Ok(())
@@ -111,15 +114,15 @@ impl fmt::Display for MotionError {
         match self {
             MotionError::Velocity([least, greatest]) => write!(
                 f,
-                "the velocity limits {least} and {greatest} are invalid: expected finite numbers, the maximum above 0 and \
-                 the minimum at most 0"
+                "the velocity limits {least} and {greatest} are invalid: expected finite numbers, the maximum at least \
+                 1e-30 and the minimum at most 0"
             ),
             MotionError::Acceleration([least, greatest]) => write!(
                 f,
-                "the acceleration limits {least} and {greatest} are invalid: expected finite numbers, the maximum above \
-                 0 and the minimum below 0"
+                "the acceleration limits {least} and {greatest} are invalid: expected finite numbers, the maximum at \
+                 least 1e-30 and the minimum at most -1e-30"
             ),
-            MotionError::Jerk(jerk) => write!(f, "the jerk limit {jerk} is invalid: expected a number above 0"),
+            MotionError::Jerk(jerk) => write!(f, "the jerk limit {jerk} is invalid: expected at least 1e-30"),
             MotionError::State => {
                 write!(f, "a position, velocity or acceleration of the start or of the target is not a finite number")
             }

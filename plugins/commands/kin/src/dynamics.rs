@@ -108,6 +108,9 @@ fn energy(c: &mut Ctx<'_>) -> Result {
     call.take_qd(c, 2)?;
     let (kinetic, potential) = call.dynamics()?.energy(&call.tree, gravity(c)?).map_err(wrong)?;
     let surplus: f64 = call.massless_velocities().iter().map(|d| 0.5 * call.state.v[*d] * call.state.v[*d]).sum();
+    if !(kinetic - surplus).is_finite() || !potential.is_finite() {
+        return Err(Fail::argument("the energy is not finite: velocities or positions are too large"));
+    }
     c.ret(Value::Float(kinetic - surplus));
     c.ret(Value::Float(potential));
     Ok(())

@@ -227,11 +227,9 @@ fn goals(c: &Ctx<'_>, tips: &[FrameId], single: bool) -> Result<Vec<Goal>> {
         value => Some(constraints(&value.as_str().unwrap_or_default())?),
     };
     let pair = |key: &str, usual: f64| match option(c, key).numbers() {
-        Some(n) if n.len() == 2 && n.iter().all(|x| x.is_finite() && *x >= 0.0) => Ok([n[0], n[1]]),
+        Some(n) if n.len() == 2 && n.iter().all(|x| x.is_finite() && *x > 0.0) => Ok([n[0], n[1]]),
         None if option(c, key).is_nil() => Ok([usual; 2]),
-        _ => Err(Fail::argument(format!(
-            "argument 3: `{key}` must be two numbers of at least 0: for position and angle"
-        ))),
+        _ => Err(Fail::argument(format!("argument 3: `{key}` must be two numbers above 0: for position and angle"))),
     };
     let (precision, weights) = (pair("precision", 1e-6)?, pair("weights", 1.0)?);
     let world = c.world();
@@ -413,7 +411,7 @@ fn with_params(command: Cmd) -> Cmd {
         .param(Param::map("options").optional().text(
             "`what`: pose, position or axis; `base`: handle of the object to which the chain of joints reaches; `from`: \
              positions to start from; `posture`: positions for joints that the goal leaves free; `max_change`: from the \
-             start; `avoid`: handles of objects not to touch; `precision`: {1e-6, 1e-6}, m and rad; `weights`: {1, 1}; \
+             start, without restarts; `avoid`: handles of objects not to touch; `precision`: {1e-6, 1e-6}, m and rad; `weights`: {1, 1}; \
              `restarts`: how often to start anew from random positions at most, 10; `seed`: 1",
         ))
 }

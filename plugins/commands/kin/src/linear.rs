@@ -178,6 +178,9 @@ fn linearize(c: &mut Ctx<'_>) -> Result {
             b[(n + row) * inputs.len() + k] = *value;
         }
     }
+    if !a.iter().chain(&b).all(|x| x.is_finite()) {
+        return Err(Fail::argument("the linear model is not finite: velocities or forces are too large"));
+    }
     let outputs = output_rows(c, &call, &mut model.dynamics)?;
     let count = outputs.len() / (2 * n).max(1);
     c.ret(rows(&a, 2 * n));

@@ -13,7 +13,7 @@ use crate::{
 };
 
 /// Most velocities of a mechanism whose matrices are returned: 8 MB for each million elements.
-const MAX_MATRIX_VELOCITIES: usize = 1000;
+const MAX_MATRIX_VELOCITIES: usize = 200;
 
 /// The plugin; it has no state.
 pub struct Kin {
@@ -154,7 +154,9 @@ pub fn numbers(value: ValueRef<'_>, what: &str, n: usize, contents: &str) -> Res
 
 /// Returns the object whose handle is argument `i`.
 pub fn object(c: &Ctx<'_>, i: usize) -> Result<tatu_object> {
-    Ok(c.world().look(c.i64(i)? as u64)?.id)
+    let number = c.i64(i)?;
+    let handle = u64::try_from(number).map_err(|_| Fail::missing(format!("there is no object {number}")))?;
+    Ok(c.world().look(handle)?.id)
 }
 
 /// Returns the gravity of the scene, m/s².

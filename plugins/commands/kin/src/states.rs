@@ -36,8 +36,8 @@ pub fn offer(offer: &mut Offer<Kin>) {
             .param(Param::floats("q", 0).optional().text("rad or m: positions; omitted: present"))
             .param(Param::floats("qd", 0).optional().text("rad/s or m/s: velocities; omitted: present"))
             .text(
-                "Moves a mechanism to positions and velocities, laid out as in `tatu.getState`. Velocities of joints in \
-                 kinematic mode are ignored.",
+                "Moves a mechanism to positions and velocities, laid out as in `tatu.getState`. Joints stop at their limits; \
+                 velocities of joints in kinematic mode are ignored.",
             ),
     );
 }

@@ -14,13 +14,14 @@ sim.setObjectPosition(b, {1, 0, 0})
 local r, data = sim.checkDistance(a, b, 0)
 assert(r == 1 and math.abs(data[7] - 0.8) < 1e-6)
 assert(sim.checkDistance(a, b, 0.5) == 0)
--- A chain: a carries b, which carries c. Among each other only a and c count.
+-- A chain: a joint holds b on a, and another c on b. Among each other only a and c count.
 local c = sim.createPrimitiveShape(sim.primitiveshape_spheroid, {0.2, 0.2, 0.2})
 sim.setObjectPosition(c, {1, 2, 0})
-local joint = sim.createJoint(sim.joint_revolute_subtype, sim.jointmode_kinematic, 0)
-sim.setObjectParent(joint, a, true)
-sim.setObjectParent(b, joint, true)
-sim.setObjectParent(c, b, true)
+for _, link in ipairs({{a, b}, {b, c}}) do
+    local joint = sim.createJoint(sim.joint_revolute_subtype, sim.jointmode_kinematic, 0)
+    sim.setObjectParent(joint, link[1], true)
+    sim.setObjectParent(link[2], joint, true)
+end
 local chain = sim.createCollection(0)
 sim.addItemToCollection(chain, sim.handle_tree, a, 0)
 local r, data, pair = sim.checkDistance(chain, chain, 0)

@@ -17,6 +17,9 @@ local m = sim.moveToConfig_init{pos = {0}, targetPos = {1}, maxVel = {1}, maxAcc
 local result, data = sim.moveToConfig_step(m)
 assert(result == 0 and data.pos[1] > 0 and data.pos[1] < 1)
 sim.moveToConfig_cleanup(m)
+-- Limits must be above 0.
+local ok, e = pcall(sim.moveToConfig_init, {pos = {0}, targetPos = {1}, maxVel = {0}})
+assert(not ok and tostring(e):find('`maxVel` must be a number above 0', 1, true))
 --- sim.moveToConfig_step
 local m = sim.moveToConfig_init{pos = {0}, targetPos = {1}, maxVel = {1}, maxAccel = {9}, maxJerk = {99}}
 local result, data

@@ -9,8 +9,8 @@ use crate::{
     picture::{FileLoader, ImageCache},
 };
 
-/// Returns the text without comments behind numbers, and with lines joined that end in a backslash, neither of which the
-/// parser knows. Names, which may contain `#`, are not changed.
+/// Returns the text without comments behind numbers, and with lines of numbers joined that end in a backslash, neither of
+/// which the parser knows. Names, which may contain `#` and end in a backslash, are not changed.
 fn without_comments(bytes: &[u8]) -> Vec<u8> {
     let mut out = Vec::with_capacity(bytes.len());
     let mut is_continued = false;
@@ -25,7 +25,7 @@ fn without_comments(bytes: &[u8]) -> Vec<u8> {
             Some(comment) if has_numbers => text[..comment].trim_ascii_end(),
             _ => text,
         };
-        let joined = text.strip_suffix(b"\\");
+        let joined = text.strip_suffix(b"\\").filter(|_| has_numbers);
         out.extend_from_slice(joined.unwrap_or(text));
         is_continued = joined.is_some();
         out.push(if is_continued { b' ' } else { b'\n' });

@@ -20,8 +20,24 @@ fn binary_length(bytes: &[u8]) -> Option<usize> {
 }
 
 pub fn is_stl(bytes: &[u8]) -> bool {
-    let start = bytes.trim_ascii_start().get(..5).unwrap_or_default();
+    let text = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes);
+    let start = text.trim_ascii_start().get(..5).unwrap_or_default();
     start.eq_ignore_ascii_case(b"solid") || binary_length(bytes).is_some()
+}
+
+/// Returns the text as the parser knows it: in lower case, and all triangles in one solid, which has a name.
+fn single_solid(text: &[u8]) -> Vec<u8> {
+    let text = text.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(text).to_ascii_lowercase();
+    let mut out = b"solid a\n".to_vec();
+    for line in text.split(|b| *b == b'\n') {
+        let word = line.trim_ascii_start();
+        if !word.starts_with(b"solid") && !word.starts_with(b"endsolid") {
+            out.extend_from_slice(line);
+            out.push(b'\n');
+        }
+    }
+    out.extend_from_slice(b"endsolid a\n");
+    out
 }
 
 pub fn read(bytes: &[u8]) -> Result<MeshPiece, String> {
@@ -32,8 +48,7 @@ pub fn read(bytes: &[u8]) -> Result<MeshPiece, String> {
             // Many programs write binary files whose header begins with `solid`, which the parser would read as text.
             bytes[..HEADER_BYTES - 4].fill(b' ');
         }
-        // The parser knows the words of text files in lower case only.
-        None => bytes.make_ascii_lowercase(),
+        None => bytes = single_solid(&bytes),
     }
     let mesh =
         stl_io::read_stl(&mut Cursor::new(bytes)).map_err(|e| format!("the STL file is incomplete or damaged: {e}"))?;

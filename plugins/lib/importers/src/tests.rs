@@ -274,6 +274,9 @@ fn triangles_of(name: &str, bytes: &[u8]) -> usize {
 #[test]
 fn stl_files_in_capitals_or_with_trailing_bytes_are_read() {
     assert_eq!(triangles_of("a.stl", STL.to_uppercase().as_bytes()), 1);
+    // Several solids, without names and behind a byte-order mark.
+    let two = format!("\u{feff}{}{}", STL.replace("solid a", "solid"), STL.replace("vertex 1 0 0", "vertex 5 0 0"));
+    assert_eq!(triangles_of("a", two.as_bytes()), 2);
     let mut binary = b"exported by a program".to_vec();
     binary.resize(80, 0);
     binary.extend(1_u32.to_le_bytes());
@@ -289,7 +292,7 @@ fn stl_files_in_capitals_or_with_trailing_bytes_are_read() {
 
 #[test]
 fn obj_files_may_have_comments_and_continued_lines() {
-    let text = "v 0 0 0 # the corner\nv 1 0 \\\n 0\nv 0 2 0\nusemtl #1\nf 1 \\\r\n2 3 # one face\n";
+    let text = "# a comment that ends in \\\nv 0 0 0 # the corner\nv 1 0 \\\n 0\nv 0 2 0\nusemtl #1\nf 1 \\\r\n2 3 # one face\n";
     assert_eq!(triangles_of("a.obj", text.as_bytes()), 1);
 }
 

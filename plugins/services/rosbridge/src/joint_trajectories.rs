@@ -14,6 +14,9 @@ use crate::robots::{Robot, ros_name};
 /// Most points of a trajectory.
 const MAX_POINTS: usize = 100_000;
 
+/// Longest time from the present to the start of a trajectory, s. A stamp of a clock on the wall is later.
+const MAX_DELAY_S: f64 = 1e6;
+
 /// The motion of a joint.
 struct JointMotion {
     /// The property that moves the joint.
@@ -31,8 +34,11 @@ impl JointMotions {
     /// Starts the trajectory of a message `trajectory_msgs/JointTrajectory` at simulation time `now`, s. It replaces
     /// those of its joints; without points these stop.
     pub(crate) fn follow(&mut self, turn: &Turn<'_>, robot: &Robot, now: f64, msg: &Json) -> Result {
-        let names: Vec<&str> = list(msg, "joint_names").iter().filter_map(Json::as_str).collect();
+        let names: Vec<&str> = list(msg, "joint_names").iter().map(|n| n.as_str().unwrap_or_default()).collect();
         let joints = names.iter().map(|name| joint(robot, name)).collect::<Result<Vec<_>>>()?;
+        if let Some(i) = (1..names.len()).find(|i| joints[..*i].contains(&joints[*i])) {
+            return Err(Fail::argument(format!("the joint `{}` is named twice", names[i])));
+        }
         let points = list(msg, "points");
         if points.is_empty() {
             joints.iter().for_each(|id| drop(self.0.remove(id)));
@@ -47,6 +53,12 @@ impl JointMotions {
         let interpolation = interpolation(points, names.len())?;
         let stamp = msg.get("header").and_then(|h| h.get("stamp")).map_or(0.0, seconds);
         let start = if stamp > 0.0 { stamp } else { now };
+        if start > now + MAX_DELAY_S {
+            return Err(Fail::argument(format!(
+                "`header.stamp` is {:.0} s after the simulation time {now:.3} s; expected a simulation time, or 0 for now",
+                start - now
+            )));
+        }
         let times: Vec<f64> = points.iter().map(|p| p.get("time_from_start").map_or(0.0, seconds)).collect();
         let mut motions = Vec::new();
         for (k, (id, name)) in joints.iter().zip(&names).enumerate() {
@@ -109,19 +121,25 @@ fn joint(robot: &Robot, name: &str) -> Result<tatu_object> {
     })
 }
 
-/// Checks that each point has as many positions as there are joints, and returns what its velocities and accelerations
-/// permit.
+/// Checks the numbers of each point, and returns what its velocities and accelerations permit.
 fn interpolation(points: &[Json], joints: usize) -> Result<Interpolation> {
     let mut interpolation = Interpolation::Quintic;
     for (i, point) in points.iter().enumerate() {
-        let count = |key: &str| list(point, key).len();
-        if count("positions") != joints {
-            return Err(Fail::argument(format!(
-                "point {i} of the trajectory has {} positions for {joints} joints",
-                count("positions")
-            )));
-        }
-        interpolation = match (count("velocities") == joints, count("accelerations") == joints) {
+        let count = |key: &str| -> Result<usize> {
+            let numbers = list(point, key);
+            if let Some(k) = numbers.iter().position(|x| x.as_f64().is_none()) {
+                return Err(Fail::argument(format!("point {i} of the trajectory: {key}[{k}] is not a number")));
+            }
+            if !numbers.is_empty() && numbers.len() != joints || key == "positions" && numbers.len() != joints {
+                return Err(Fail::argument(format!(
+                    "point {i} of the trajectory has {} {key} for {joints} joints",
+                    numbers.len()
+                )));
+            }
+            Ok(numbers.len())
+        };
+        count("positions")?;
+        interpolation = match (count("velocities")? > 0, count("accelerations")? > 0) {
             (true, true) => interpolation,
             (true, false) if interpolation != Interpolation::Linear => Interpolation::Cubic,
             _ => Interpolation::Linear,
@@ -162,6 +180,8 @@ mod tests {
         assert_eq!(of(json!([point])).unwrap(), Interpolation::Quintic);
         assert_eq!(of(json!([point, slower])).unwrap(), Interpolation::Cubic);
         assert_eq!(of(json!([slower, plain, slower])).unwrap(), Interpolation::Linear);
+        let wrong = of(json!([{ "positions": [null] }])).unwrap_err();
+        assert!(wrong.text().contains("positions[0] is not a number"), "{}", wrong.text());
         let short = of(json!([point, { "positions": [] }])).unwrap_err();
         assert!(short.text().contains("point 1 of the trajectory has 0 positions for 1 joints"), "{}", short.text());
     }

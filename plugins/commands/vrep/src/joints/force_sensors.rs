@@ -135,7 +135,11 @@ fn dependencies(offer: &mut Offer<Vrep>) {
             let (w, p) = (c.world(), &c.plugin().p);
             let path = match c.i64(1)? {
                 ..0 => String::new(),
-                _ => text_of(c, of_kind(c, 1, TATU_KIND_JOINT)?, p.path)?,
+                _ => {
+                    let master = of_kind(c, 1, TATU_KIND_JOINT)?;
+                    refuse_cycle(c, joint, master)?;
+                    text_of(c, master, p.path)?
+                }
             };
             w.set(joint, p.joint_follows, &path.as_str().into())?;
             w.set_f64s(joint, p.joint_follow_offset, &[c.f64(2)?])?;
@@ -163,6 +167,24 @@ fn dependencies(offer: &mut Offer<Vrep>) {
         .param(table("matrix", "12 numbers"))
         .text("Rotates the child of a spherical joint that physics does not move."),
     );
+}
+
+/// Most joints of a chain of dependent joints.
+const MAX_DEPENDENT_JOINTS: usize = 1000;
+
+/// Returns an error if a joint would follow itself, directly or by other joints.
+fn refuse_cycle(c: &Ctx<'_>, joint: tatu_object, mut master: tatu_object) -> Result {
+    for _ in 0..MAX_DEPENDENT_JOINTS {
+        if master == joint {
+            return Err(Fail::argument("argument 2: a joint cannot follow itself, directly or by other joints"));
+        }
+        let follows = text_of(c, master, c.plugin().p.joint_follows)?;
+        match c.world().find(master, &follows) {
+            Ok(next) if !follows.is_empty() => master = next,
+            _ => return Ok(()),
+        }
+    }
+    Err(Fail::argument(format!("argument 2: more than {MAX_DEPENDENT_JOINTS} joints follow each other")))
 }
 
 /// Adds commands for the pose of a joint's moving part. For other objects, the getter returns the identity, and the

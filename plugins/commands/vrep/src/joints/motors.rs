@@ -187,8 +187,9 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
         Cmd::new("sim.setJointInterval", |c| {
             let (joint, p, w) = (of_kind(c, 0, TATU_KIND_JOINT)?, &c.plugin().p, c.world());
             let [low, range] = numbers::<2>(c, 2)?;
-            w.set(joint, p.joint_cyclic, &Value::Bool(c.arg(1).truthy()))?;
+            // A cyclic joint has no limits.
             w.set_f64s(joint, p.joint_limits, &[low, low + range.max(0.0)])?;
+            w.set(joint, p.joint_cyclic, &Value::Bool(c.arg(1).truthy()))?;
             finish_setter(c)
         })
         .old_name("simSetJointInterval", MINUS_ONE)

@@ -188,6 +188,19 @@ pub(crate) fn int_or(c: &SharedCtx<'_>, i: usize, otherwise: i64) -> Result<i64>
 pub(crate) fn floats(c: &Ctx<'_>, i: usize) -> Result<Vec<f64>> {
     c.arg(i).numbers().ok_or_else(|| Fail::argument(format!("argument {}: expected a table of numbers", i + 1)))
 }
+/// Most numbers of a table that a command computes.
+const MAX_RESULT_NUMBERS: usize = 10_000_000;
+
+/// Returns an error if `rows` rows of `columns` numbers are more than a command computes.
+pub(crate) fn check_result_size(rows: usize, columns: usize) -> Result {
+    if rows.saturating_mul(columns) <= MAX_RESULT_NUMBERS {
+        return Ok(());
+    }
+    Err(Fail::argument(format!(
+        "the result would have {rows} rows of {columns} numbers; the maximum is {MAX_RESULT_NUMBERS} numbers in all"
+    )))
+}
+
 /// Normalizes a quaternion, or returns an error if it is zero; `i` is its argument index for messages.
 pub(crate) fn unit(q: al::Quaternion, i: usize) -> Result<al::Quaternion> {
     al::normalized(q).ok_or_else(|| Fail::argument(format!("argument {}: expected a nonzero quaternion", i + 1)))

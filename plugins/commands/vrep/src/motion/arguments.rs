@@ -167,6 +167,7 @@ pub(super) fn config(c: &Ctx<'_>) -> Result<ActiveMotion> {
     let starts = states(n, [&start, &list("vel", 2), &list("accel", 3)]);
     let targets = states(n, [&target, &list("targetVel", 8), &[]]);
     Ok(ActiveMotion {
+        script: c.caller_script(),
         profile: MotionProfile::to(&starts, &targets, &limits, arguments.synchronization())?,
         mover: if joints.is_empty() { MovedObjects::Nothing } else { MovedObjects::Joints(joints) },
         listener: listener(c, arguments.of("callback", 9))?,
@@ -220,8 +221,17 @@ impl Way {
 pub(super) fn pose(c: &Ctx<'_>) -> Result<ActiveMotion> {
     let arguments = Arguments::new(c);
     let (object, frame) = (arguments.object("object")?, arguments.object("relObject")?);
+    if object != 0 && is_below(c, frame, object)? {
+        return Err(
+            Fail::argument("`relObject` is the moved object itself or below it").help("specify an object that stays")
+        );
+    }
     let read = |v: ValueRef<'_>, i: usize| -> Result<Pose> {
-        if v.len() >= 12 { Ok(al::of_matrix(&numbers_of(v, i)?)) } else { numbers_of(v, i) }
+        if v.len() >= 12 {
+            return Ok(al::of_matrix(&numbers_of(v, i)?));
+        }
+        let pose: Pose = numbers_of(v, i)?;
+        Ok(al::pose(al::position(&pose), unit(al::rotation(&pose), i)?))
     };
     let start = arguments.of("pose", 1);
     let from = if is_table(start) {
@@ -247,6 +257,7 @@ pub(super) fn pose(c: &Ctx<'_>) -> Result<ActiveMotion> {
         way.by_coordinates(&limits, arguments.synchronization())?
     };
     Ok(ActiveMotion {
+        script: c.caller_script(),
         profile,
         mover,
         listener: listener(c, arguments.of("callback", 6))?,
@@ -257,9 +268,21 @@ pub(super) fn pose(c: &Ctx<'_>) -> Result<ActiveMotion> {
     })
 }
 
+/// Returns whether an object is another one or below it.
+fn is_below(c: &Ctx<'_>, mut object: tatu_object, other: tatu_object) -> Result<bool> {
+    while object != 0 {
+        if object == other {
+            return Ok(true);
+        }
+        object = parent(c, object)?;
+    }
+    Ok(false)
+}
+
 /// Returns a motion that calls no function.
-fn silent((profile, mover): (MotionProfile, MovedObjects), answer: ResultForm) -> ActiveMotion {
+fn silent(c: &Ctx<'_>, (profile, mover): (MotionProfile, MovedObjects), answer: ResultForm) -> ActiveMotion {
     ActiveMotion {
+        script: c.caller_script(),
         profile,
         mover,
         listener: MotionCallback::Nobody,
@@ -286,12 +309,12 @@ pub(super) fn rml_joints(c: &Ctx<'_>) -> Result<ActiveMotion> {
             target[k] = cyclic_target(start[k], target[k], c.arg(9).number(k).unwrap_or(0.0));
         }
     }
-    let limits = LimitLists::symmetric(list(4), list(5), list(6));
+    let limits = LimitLists::symmetric(required_limits(c, 4, n)?, required_limits(c, 5, n)?, list(6));
     let starts = states(n, [&start, &list(2), &list(3)]);
     let targets = states(n, [&target, &list(8), &[]]);
     let flags = c.arg(1).as_i64().unwrap_or(-1);
     let profile = MotionProfile::to(&starts, &targets, &limits, synchronization(flags, Synchronization::Phase))?;
-    Ok(silent((profile, MovedObjects::Joints(joints)), ResultForm::Old))
+    Ok(silent(c, (profile, MovedObjects::Joints(joints)), ResultForm::Old))
 }
 
 fn frame_of(c: &Ctx<'_>, object: tatu_object, i: usize) -> Result<tatu_object> {
@@ -320,9 +343,29 @@ pub(super) fn rml_position(c: &Ctx<'_>) -> Result<ActiveMotion> {
         }
         Ok(at)
     })?;
-    let [v, a, j] = [5, 6, 7].map(|i| numbers_or_repeated(c.arg(i), 4));
+    let limits =
+        LimitLists::symmetric(required_limits(c, 5, 4)?, required_limits(c, 6, 4)?, numbers_or_repeated(c.arg(7), 4));
     let synchronization = synchronization(c.arg(2).as_i64().unwrap_or(-1), Synchronization::Phase);
-    Ok(silent(way.by_coordinates(&LimitLists::symmetric(v, a, j), synchronization)?, ResultForm::Old))
+    Ok(silent(c, way.by_coordinates(&limits, synchronization)?, ResultForm::Old))
+}
+
+/// Returns argument `i` as limits of `n` coordinates, which must be above 0.
+fn required_limits(c: &Ctx<'_>, i: usize, n: usize) -> Result<Vec<f64>> {
+    let all = numbers_or_repeated(c.arg(i), n);
+    if all.len() < n || !all.iter().take(n).all(|x| *x > 0.0) {
+        return Err(Fail::argument(format!("argument {}: expected {n} limits above 0", i + 1)));
+    }
+    Ok(all)
+}
+
+/// Returns argument `i` as a velocity, which must be above 0.
+fn velocity(c: &Ctx<'_>, i: usize) -> Result<f64> {
+    let v = c.f64(i)?;
+    if v > 0.0 {
+        Ok(v)
+    } else {
+        Err(Fail::argument(format!("argument {}: expected a velocity above 0, found {v}", i + 1)))
+    }
 }
 
 /// Returns limits of velocity and acceleration that are equal for the four coordinates of a pose, and no jerk limit.
@@ -341,8 +384,8 @@ pub(super) fn to_position(c: &Ctx<'_>) -> Result<ActiveMotion> {
         Ok(at)
     })?;
     let accel = if c.has(5) { c.f64(5)? } else { 0.0 };
-    let limits = equal_limits(c.f64(4)?, accel);
-    Ok(silent(way.by_coordinates(&limits, Synchronization::Phase)?, ResultForm::Left))
+    let limits = equal_limits(velocity(c, 4)?, accel);
+    Ok(silent(c, way.by_coordinates(&limits, Synchronization::Phase)?, ResultForm::Left))
 }
 
 pub(super) fn to_object(c: &Ctx<'_>) -> Result<ActiveMotion> {
@@ -359,7 +402,7 @@ pub(super) fn to_object(c: &Ctx<'_>) -> Result<ActiveMotion> {
     let angle = way.angle().max(1e-9);
     let by = |x: f64| vec![length * x, length * x, length * x, angle * x];
     let limits = LimitLists::symmetric(by(v), by(accel), Vec::new());
-    Ok(silent(way.by_coordinates(&limits, Synchronization::Phase)?, ResultForm::Left))
+    Ok(silent(c, way.by_coordinates(&limits, Synchronization::Phase)?, ResultForm::Left))
 }
 
 pub(super) fn to_joints(c: &Ctx<'_>) -> Result<ActiveMotion> {
@@ -373,10 +416,10 @@ pub(super) fn to_joints(c: &Ctx<'_>) -> Result<ActiveMotion> {
             target.len()
         )));
     }
-    let limits = LimitLists::symmetric(list(2), list(3), Vec::new());
+    let limits = LimitLists::symmetric(required_limits(c, 2, n)?, list(3), Vec::new());
     let targets = states(n, [&target, &[], &[]]);
     let profile = MotionProfile::to(&states(n, [&start, &[], &[]]), &targets, &limits, Synchronization::Phase)?;
-    Ok(silent((profile, MovedObjects::Joints(joints)), ResultForm::Left))
+    Ok(silent(c, (profile, MovedObjects::Joints(joints)), ResultForm::Left))
 }
 
 #[cfg(test)]

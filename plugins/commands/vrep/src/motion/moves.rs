@@ -4,6 +4,8 @@
 //! Each motion is a [`ActiveMotion`] stored under a number; a step advances its profile, moves its objects, and calls
 //! its callback.
 
+use std::collections::BTreeSet;
+
 use super::{
     arguments::{config, pose, rml_joints, rml_position, to_joints, to_object, to_position},
     profile::MotionState,
@@ -14,7 +16,7 @@ use crate::{
         *,
     },
     state::{
-        motions::{ActiveMotion, MotionCallback, MovedObjects, ResultForm},
+        motions::{ActiveMotion, MotionCallback, MovedObjects, ResultForm, check_room},
         state,
     },
 };
@@ -180,15 +182,38 @@ fn number_of(c: &Ctx<'_>) -> Result<i64> {
 }
 
 fn start_motion(c: &Ctx<'_>, motion: ActiveMotion) -> Result<i64> {
+    remove_orphans(c)?;
     let mut state = state(c)?;
+    check_room(state.motion.motions.values().map(ActiveMotion::size), motion.size())?;
     state.motion.moved += 1;
     let number = state.motion.moved;
     state.motion.motions.insert(number, motion);
     Ok(number)
 }
 
+/// Removes the motions of scripts that no longer exist.
+fn remove_orphans(c: &Ctx<'_>) -> Result {
+    let scripts: BTreeSet<tatu_object> = state(c)?.motion.motions.values().map(|m| m.script).collect();
+    let gone = |script: &tatu_object| *script != 0 && c.world().look(*script).is_err();
+    let gone: Vec<tatu_object> = scripts.into_iter().filter(gone).collect();
+    if !gone.is_empty() {
+        state(c)?.motion.motions.retain(|_, m| !gone.contains(&m.script));
+    }
+    Ok(())
+}
+
+fn missing_motion(number: i64) -> Fail {
+    Fail::missing(format!("there is no motion {number} of this script"))
+}
+
 fn end_motion(c: &Ctx<'_>, number: i64) -> Result {
-    let motion = state(c)?.motion.motions.remove(&number);
+    let script = c.caller_script();
+    let mut state = state(c)?;
+    if state.motion.motions.get(&number).is_some_and(|m| m.script != script) {
+        return Err(missing_motion(number));
+    }
+    let motion = state.motion.motions.remove(&number);
+    drop(state);
     if let Some(ActiveMotion { listener: MotionCallback::Function(f), .. }) = motion {
         c.drop_func(f);
     }
@@ -245,10 +270,11 @@ enum MotionEnd {
 /// Advances a motion by one step. Returns why it has ended, or `None` while it goes on, and the result for the script.
 fn advance(c: &mut Ctx<'_>, number: i64) -> Result<(Option<MotionEnd>, Value)> {
     let step = c.world().f64(0, c.plugin().p.dt)?;
+    let script = c.caller_script();
     let (motion, arrived) = {
         let mut state = state(c)?;
-        let motion = state.motion.motions.get_mut(&number);
-        let motion = motion.ok_or_else(|| Fail::missing(format!("there is no motion {number}")))?;
+        let motion = state.motion.motions.get_mut(&number).filter(|m| m.script == script);
+        let motion = motion.ok_or_else(|| missing_motion(number))?;
         let dt = if motion.time_step > 0.0 { motion.time_step } else { step };
         let arrived = if motion.has_ended { true } else { motion.profile.advance(dt) };
         (motion.clone(), arrived)

@@ -113,6 +113,11 @@ impl MotionProfile {
         self.advance(dt)
     }
 
+    /// Returns the approximate size in memory, bytes.
+    pub(crate) fn size(&self) -> usize {
+        size_of_val(self.trajectory.profiles())
+    }
+
     pub(crate) fn has_arrived(&self) -> bool {
         self.left() <= TIME_TOLERANCE
     }

@@ -1,12 +1,14 @@
 //! Commands on motion profiles, which are identified by handles: `sim.ruckigPos`, `sim.ruckigVel`, `sim.ruckigStep`,
 //! `sim.ruckigRemove`, and the older `simRMLPos` family.
 
+use std::collections::{BTreeSet, btree_map::Entry};
+
 use tatu_trajectories::Synchronization;
 
 use super::profile::{LimitLists, MotionProfile, states, synchronization};
 use crate::{
     kit::*,
-    state::{profiles::ScriptProfile, state},
+    state::{motions::check_room, profiles::ScriptProfile, state},
 };
 
 /// Flags: the limits also contain minimum velocities, and minimum accelerations.
@@ -54,9 +56,14 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.command(
         Cmd::new("sim.ruckigStep", |c| {
             let (which, dt) = (c.i64(0)?, c.f64(1)?.max(0.0));
+            let script = c.caller_script();
             let mut state = state(c)?;
-            let ScriptProfile { profile, cycle, velocities } =
-                state.profiles.all.get_mut(&which).ok_or_else(|| missing_profile(which))?;
+            let ScriptProfile { profile, cycle, velocities, .. } = state
+                .profiles
+                .all
+                .get_mut(&which)
+                .filter(|profile| profile.script == script)
+                .ok_or_else(|| missing_profile(which))?;
             let cycles = dt / *cycle;
             let uneven = (cycles - cycles.round()).abs() > CYCLE_TOLERANCE;
             let arrived = !uneven && profile.advance_in_cycles(dt, *cycle);
@@ -79,8 +86,13 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     );
     offer.command(
         Cmd::new("sim.ruckigRemove", |c| {
-            let which = c.i64(0)?;
-            state(c)?.profiles.all.remove(&which).ok_or_else(|| missing_profile(which))?;
+            let (which, script) = (c.i64(0)?, c.caller_script());
+            let mut state = state(c)?;
+            match state.profiles.all.entry(which) {
+                Entry::Occupied(profile) if profile.get().script == script => drop(profile.remove()),
+                _ => return Err(missing_profile(which)),
+            }
+            drop(state);
             finish_setter(c)
         })
         .alias("sim.rmlRemove")
@@ -135,6 +147,19 @@ fn create(c: &mut Ctx<'_>, position: bool, default: Synchronization) -> Result<(
         jerk: part(4, kinds - 1)?,
     };
     let selected = |k: usize| c.arg(5).number(k) != Some(0.0);
+    // V-REP ignored limits of jerk from 3.4 to 4.2, so scripts for its older commands may state 0.
+    let jerk = if default == Synchronization::Time { limits.jerk.as_slice() } else { &[] };
+    for (what, list) in
+        [("velocity", limits.velocity.as_slice()), ("acceleration", &limits.acceleration), ("jerk", jerk)]
+    {
+        if let Some(k) = (0..list.len()).find(|k| selected(*k) && list[*k] <= 0.0) {
+            return Err(Fail::argument(format!(
+                "argument 5: the limit of {what} of coordinate {} is {}; expected a number above 0",
+                k + 1,
+                list[k]
+            )));
+        }
+    }
     for (k, start) in starts.iter_mut().enumerate() {
         if !selected(k) {
             *start = tatu_trajectories::State::at(start.position);
@@ -151,12 +176,26 @@ fn create(c: &mut Ctx<'_>, position: bool, default: Synchronization) -> Result<(
         (0..n).filter(|k| !selected(*k)).for_each(|k| velocities[k] = 0.0);
         MotionProfile::to_velocities(&starts, &velocities, &limits, synchronization)?
     };
+    let script = c.caller_script();
+    remove_orphans(c)?;
     let mut state = state(c)?;
+    check_room(state.profiles.all.values().map(|p| p.profile.size()), profile.size())?;
     state.profiles.made += 1;
     let made = state.profiles.made;
-    state.profiles.all.insert(made, ScriptProfile { profile, cycle, velocities: !position });
+    state.profiles.all.insert(made, ScriptProfile { script, profile, cycle, velocities: !position });
     drop(state);
     c.ret(made);
+    Ok(())
+}
+
+/// Removes the profiles of scripts that no longer exist.
+fn remove_orphans(c: &Ctx<'_>) -> Result {
+    let scripts: BTreeSet<tatu_object> = state(c)?.profiles.all.values().map(|p| p.script).collect();
+    let gone = |script: &tatu_object| *script != 0 && c.world().look(*script).is_err();
+    let gone: Vec<tatu_object> = scripts.into_iter().filter(gone).collect();
+    if !gone.is_empty() {
+        state(c)?.profiles.all.retain(|_, p| !gone.contains(&p.script));
+    }
     Ok(())
 }
 

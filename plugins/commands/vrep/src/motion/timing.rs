@@ -32,6 +32,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
                     "argument 5: expected a number of samples from 2 to {MAX_SAMPLES}"
                 )));
             }
+            check_result_size(samples as usize, count)?;
             if let Some(boundary) = c.arg(5).as_str().filter(|b| b != "not-a-knot") {
                 return Err(Fail::unsupported(format!("the boundary condition {boundary:?} is not supported"))
                     .help("use 'not-a-knot', the default"));

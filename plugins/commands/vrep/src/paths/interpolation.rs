@@ -36,6 +36,9 @@ impl<'a> PathTable<'a> {
                 lengths.len()
             )));
         }
+        if !lengths.windows(2).all(|w| w[0] <= w[1]) {
+            return Err(Fail::argument("the lengths along the path must ascend").help("use sim.getPathLengths"));
+        }
         Ok(PathTable { path, lengths, types, count })
     }
 

@@ -17,6 +17,12 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.command(
         Cmd::new("sim.getPathLengths", |c| {
             let (path, n) = (floats(c, 0)?, dimension(c, 1)?);
+            if path.len() % n != 0 {
+                return Err(Fail::argument(format!(
+                    "argument 1: {} numbers do not form configurations of {n} elements",
+                    path.len()
+                )));
+            }
             let dof = Value::Int(n as i64);
             let configs: Vec<&[f64]> = path.chunks_exact(n).collect();
             let way = if c.has(2) { c.arg(2).as_func() } else { None };
@@ -53,6 +59,9 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.command(
         Cmd::new("sim.getPathInterpolatedConfig", |c| {
             let (path, lengths, t) = (floats(c, 0)?, floats(c, 1)?, c.f64(2)?);
+            if t.is_nan() {
+                return Err(Fail::argument("argument 3: expected a distance along the path, found NaN"));
+            }
             let (curve, types) = (curve(c, 3)?, c.arg(4).numbers().unwrap_or_default());
             let at = PathTable::new(&path, &lengths, &types)?.at(t, curve);
             c.ret(&at[..]);
@@ -75,6 +84,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             let total = lengths.last().copied().unwrap_or(0.0);
             let (curve, types) = (curve(c, 3)?, c.arg(4).numbers().unwrap_or_default());
             let table = PathTable::new(&path, &lengths, &types)?;
+            check_result_size(n, path.len() / lengths.len().max(1))?;
             let mut out = Vec::new();
             for i in 0..n {
                 out.extend(table.at(total * i as f64 / (n - 1) as f64, curve));
@@ -137,13 +147,13 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
 /// Reads how a path runs between its configurations.
 fn curve(c: &Ctx<'_>, i: usize) -> Result<Curve> {
     let method = c.arg(i);
-    let text = |key: &str| method.get(key).and_then(|v| v.as_str());
-    match text("type").as_deref() {
+    let kind = method.as_str().or_else(|| method.get("type").and_then(|v| v.as_str()));
+    match kind.as_deref() {
         None | Some("linear") => Ok(Curve::Linear),
         Some("quadraticBezier") => {
             let strength = method.get("strength").and_then(|v| v.as_f64()).unwrap_or(1.0);
             let open = method.get("forceOpen").is_some_and(|v| v.truthy());
-            Ok(Curve::Bezier { strength: strength.clamp(0.05, 1.0), open })
+            Ok(Curve::Bezier { strength: if strength.is_nan() { 1.0 } else { strength.clamp(0.05, 1.0) }, open })
         }
         Some(other) => Err(Fail::argument(format!(
             "argument {}: the interpolation method {other:?} is unknown: expected 'linear' or 'quadraticBezier'",

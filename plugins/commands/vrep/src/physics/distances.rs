@@ -12,7 +12,7 @@ use crate::{
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     let entity = |key: &str| Param::int(key).text("a shape or a collection");
     let second = || {
-        Param::int("second").text("a shape, a collection, or sim.handle_all: all other shapes; the same collection twice: its shapes among each other, without those that a joint or nothing separates")
+        Param::int("second").text("a shape, a collection, or sim.handle_all: all other shapes; the same collection twice: its shapes among each other, without those of one link and of links that a joint connects")
     };
     let notes = "Meshes that are not convex are hollow surfaces: a shape entirely inside does not touch them.";
     offer.command(
@@ -120,13 +120,11 @@ pub(crate) fn closest(c: &Ctx<'_>, first: &Entity, second: &Entity, limit: f64) 
 fn among_each_other(c: &Ctx<'_>, objects: &[tatu_object], limit: f64) -> Result<Option<ShortestSegment>> {
     let is_shape = |o: &tatu_object| c.world().look(*o).is_ok_and(|o| o.kind == TATU_KIND_SHAPE);
     let shapes: Vec<tatu_object> = objects.iter().copied().filter(is_shape).collect();
-    let carriers = shapes.iter().map(|shape| carrier(c, *shape)).collect::<Result<Vec<_>>>()?;
+    let groups = shapes.iter().map(|shape| rigid_group(c, *shape)).collect::<Result<Vec<_>>>()?;
     let mut shortest: Option<ShortestSegment> = None;
     for (i, shape) in shapes.iter().enumerate() {
-        let rest: Vec<tatu_object> = (i + 1..shapes.len())
-            .filter(|j| carriers[*j] != Some(*shape) && carriers[i] != Some(shapes[*j]))
-            .map(|j| shapes[j])
-            .collect();
+        let rest: Vec<tatu_object> =
+            (i + 1..shapes.len()).filter(|j| !groups[i].is_neighbour(&groups[*j])).map(|j| shapes[j]).collect();
         if rest.is_empty() {
             continue;
         }
@@ -143,14 +141,56 @@ fn among_each_other(c: &Ctx<'_>, objects: &[tatu_object], limit: f64) -> Result<
     Ok(shortest)
 }
 
-/// Returns the shape that carries a shape, directly or by joints, dummies and other objects without form.
-fn carrier(c: &Ctx<'_>, shape: tatu_object) -> Result<Option<tatu_object>> {
-    let mut object = parent(c, shape)?;
-    while object != 0 {
-        if c.world().look(object)?.kind == TATU_KIND_SHAPE {
-            return Ok(Some(object));
-        }
-        object = parent(c, object)?;
+/// A shape's place in a chain of links: the topmost object that no joint separates from it, and the link above, on which
+/// a joint holds it.
+struct RigidGroup {
+    root: tatu_object,
+    above: tatu_object,
+}
+
+impl RigidGroup {
+    /// Returns whether nothing, or a single joint, separates the shapes of two groups.
+    fn is_neighbour(&self, other: &RigidGroup) -> bool {
+        self.root == other.root || self.above == other.root || other.above == self.root
     }
-    Ok(None)
+}
+
+/// Returns the group of an object. Links without shapes, between the joints of a wrist, are skipped.
+fn rigid_group(c: &Ctx<'_>, object: tatu_object) -> Result<RigidGroup> {
+    let (root, joint) = rigid_root(c, object)?;
+    let mut above = 0;
+    let mut next = if joint == 0 { 0 } else { parent(c, joint)? };
+    while next != 0 {
+        let (root, joint) = rigid_root(c, next)?;
+        above = root;
+        // The objects from `next` up to `root` are of this link.
+        let mut has_shape = false;
+        let mut at = next;
+        loop {
+            has_shape |= c.world().look(at)?.kind == TATU_KIND_SHAPE;
+            if at == root {
+                break;
+            }
+            at = parent(c, at)?;
+        }
+        if has_shape || joint == 0 {
+            break;
+        }
+        next = parent(c, joint)?;
+    }
+    Ok(RigidGroup { root, above })
+}
+
+/// Returns the topmost object that no joint separates from an object, and the joint above it, or 0.
+fn rigid_root(c: &Ctx<'_>, mut object: tatu_object) -> Result<(tatu_object, tatu_object)> {
+    loop {
+        let above = parent(c, object)?;
+        if above == 0 {
+            return Ok((object, 0));
+        }
+        if c.world().look(above)?.kind == TATU_KIND_JOINT {
+            return Ok((object, above));
+        }
+        object = above;
+    }
 }

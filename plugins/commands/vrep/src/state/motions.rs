@@ -1,7 +1,10 @@
 //! Active motions.
 
 use serde::{Deserialize, Serialize};
-use tatu_plugin_api::abi::{tatu_func, tatu_object};
+use tatu_plugin_api::{
+    abi::{TATU_ERR_SPACE, tatu_func, tatu_object},
+    safe::{Fail, Result},
+};
 
 use crate::{kit::algebra::Pose, motion::profile::MotionProfile};
 
@@ -42,10 +45,35 @@ pub(crate) enum ResultForm {
     Left,
 }
 
+/// Most motions and profiles of a world, each.
+const MAX_MOTIONS: usize = 10_000;
+/// Most memory of the data that scripts pass to the callbacks of motions, in all, and of the coordinates of profiles,
+/// bytes.
+const MAX_MOTION_BYTES: usize = 64 << 20;
+
+/// Returns an error if a motion or profile of `bytes` cannot be added to those of these sizes.
+pub(crate) fn check_room(sizes: impl ExactSizeIterator<Item = usize>, bytes: usize) -> Result<()> {
+    if sizes.len() >= MAX_MOTIONS {
+        return Err(Fail::with_code(TATU_ERR_SPACE, format!("there are already {MAX_MOTIONS} motions or profiles"))
+            .help("end those that are no longer needed with `_cleanup`, sim.ruckigRemove or sim.rmlRemove"));
+    }
+    let sum = sizes.fold(bytes, usize::saturating_add);
+    if sum > MAX_MOTION_BYTES {
+        return Err(Fail::with_code(
+            TATU_ERR_SPACE,
+            format!("motions and profiles would need {sum} bytes; the maximum is {MAX_MOTION_BYTES}"),
+        )
+        .help("end those that are no longer needed, or pass less data to their callbacks"));
+    }
+    Ok(())
+}
+
 /// An active motion: its profile, the objects that it moves, the callback that it calls after each step, and the form
 /// in which its command returns the result.
 #[derive(Serialize, Deserialize, Clone)]
 pub(crate) struct ActiveMotion {
+    /// The script that started the motion; 0 for a client.
+    pub(crate) script: tatu_object,
     pub(crate) profile: MotionProfile,
     pub(crate) mover: MovedObjects,
     pub(crate) listener: MotionCallback,
@@ -56,4 +84,11 @@ pub(crate) struct ActiveMotion {
     pub(crate) time_step: f64,
     /// Whether the target has been reached or the callback has ended the motion, and only the thread waits on.
     pub(crate) has_ended: bool,
+}
+
+impl ActiveMotion {
+    /// Returns the approximate size in memory, bytes.
+    pub(crate) fn size(&self) -> usize {
+        self.profile.size() + self.data.len()
+    }
 }

@@ -3,12 +3,15 @@
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
+use tatu_plugin_api::abi::tatu_object;
 
 use crate::motion::profile::MotionProfile;
 
 /// A profile that a script advances.
 #[derive(Serialize, Deserialize)]
 pub(crate) struct ScriptProfile {
+    /// The script that created the profile; 0 for a client.
+    pub(crate) script: tatu_object,
     pub(crate) profile: MotionProfile,
     /// Steps are multiples of this time, s.
     pub(crate) cycle: f64,
