@@ -149,7 +149,7 @@ fn a_dynamic_shape_below_a_kinematic_joint_is_reported_once() {
     let scene = base([0.0; 3]) + &slider("l", "mode = \"kinematic\"", "");
     for text in [check_warnings(&scene), run_warnings(&scene)] {
         assert_eq!(
-            text.matches("`/base/j/l`: it is dynamic, but the joint above it is kinematic").count(),
+            text.matches("`/base/j/l`: the shape is dynamic, but the joint above it is kinematic").count(),
             1,
             "{text}"
         );

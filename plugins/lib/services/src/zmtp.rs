@@ -162,7 +162,12 @@ mod tests {
     #[test]
     fn claimed_frame_size_is_not_trusted() {
         let claim = [&[FLAG_LONG][..], &(MAX_MESSAGE_BYTES + 1).to_be_bytes()].concat();
-        assert!(read_frame(&mut claim.as_slice(), MAX_MESSAGE_BYTES).unwrap_err().to_string().contains("claims"));
+        assert!(
+            read_frame(&mut claim.as_slice(), MAX_MESSAGE_BYTES)
+                .unwrap_err()
+                .to_string()
+                .contains("declares a size of")
+        );
         let claim = [&[FLAG_LONG][..], &MAX_MESSAGE_BYTES.to_be_bytes(), b"short"].concat();
         assert_eq!(
             read_frame(&mut claim.as_slice(), MAX_MESSAGE_BYTES).unwrap_err().kind(),

@@ -161,7 +161,7 @@ mod tests {
     fn huffman_test_vector_is_unpacked() {
         let packed = [0x28, 0xB5, 0x05, 0x4A, 0xAD, 0xC3, 0xC0];
         assert_eq!(unpack(&packed, 6).unwrap(), b"VREPVR");
-        assert!(unpack(&packed, 20).unwrap_err().what.contains("too early"));
+        assert!(unpack(&packed, 20).unwrap_err().what.contains("ends before all bytes"));
         for n in 0..packed.len() {
             assert!(unpack(&packed[..n], 6).is_err(), "cut at {n}");
         }
