@@ -1,7 +1,7 @@
 //! A service whose thread outlives it.
 
 use std::{
-    sync::{Mutex, PoisonError},
+    sync::{Mutex, PoisonError, mpsc},
     time::{Duration, Instant},
 };
 
@@ -25,9 +25,11 @@ impl Service for LingeringService {
     fn start(_: &MisbehavesPlugin, host: &Host, session: Session, _: &Params<'_>) -> Result<Self> {
         SESSIONS.lock().unwrap_or_else(PoisonError::into_inner).push(session);
         let host = *host;
+        let (logged, first_log) = mpsc::channel();
         std::thread::spawn(move || {
             let begin = Instant::now();
             host.log(TATU_LOG_INFO, "a thread of its own");
+            let _ = logged.send(());
             while begin.elapsed() < Duration::from_secs(5) {
                 for session in SESSIONS.lock().unwrap_or_else(PoisonError::into_inner).iter() {
                     session.wake();
@@ -36,6 +38,8 @@ impl Service for LingeringService {
                 host.log(TATU_LOG_DEBUG, "still here");
             }
         });
+        // On a busy machine, a short run could end before the thread begins.
+        let _ = first_log.recv_timeout(Duration::from_secs(10));
         Ok(LingeringService)
     }
     fn barrier(&self, _: &Turn<'_>, _: u64) -> Result<Answer> {
