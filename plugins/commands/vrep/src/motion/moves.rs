@@ -4,8 +4,6 @@
 //! Each motion is a [`ActiveMotion`] stored under a number; a step advances its profile, moves its objects, and calls
 //! its callback.
 
-use std::collections::BTreeSet;
-
 use super::{
     arguments::{config, pose, rml_joints, rml_position, to_joints, to_object, to_position},
     profile::MotionState,
@@ -16,7 +14,7 @@ use crate::{
         *,
     },
     state::{
-        motions::{ActiveMotion, MotionCallback, MovedObjects, ResultForm, check_room},
+        motions::{ActiveMotion, MotionCallback, MovedObjects, ResultForm, check_room, removed_scripts},
         state,
     },
 };
@@ -182,24 +180,15 @@ fn number_of(c: &Ctx<'_>) -> Result<i64> {
 }
 
 fn start_motion(c: &Ctx<'_>, motion: ActiveMotion) -> Result<i64> {
-    remove_orphans(c)?;
+    let scripts = state(c)?.motion.motions.values().map(|m| m.script).collect();
+    let removed = removed_scripts(c, scripts);
     let mut state = state(c)?;
+    state.motion.motions.retain(|_, m| !removed.contains(&m.script));
     check_room(state.motion.motions.values().map(ActiveMotion::size), motion.size())?;
     state.motion.moved += 1;
     let number = state.motion.moved;
     state.motion.motions.insert(number, motion);
     Ok(number)
-}
-
-/// Removes the motions of scripts that no longer exist.
-fn remove_orphans(c: &Ctx<'_>) -> Result {
-    let scripts: BTreeSet<tatu_object> = state(c)?.motion.motions.values().map(|m| m.script).collect();
-    let gone = |script: &tatu_object| *script != 0 && c.world().look(*script).is_err();
-    let gone: Vec<tatu_object> = scripts.into_iter().filter(gone).collect();
-    if !gone.is_empty() {
-        state(c)?.motion.motions.retain(|_, m| !gone.contains(&m.script));
-    }
-    Ok(())
 }
 
 fn missing_motion(number: i64) -> Fail {

@@ -1,14 +1,18 @@
 //! Commands on motion profiles, which are identified by handles: `sim.ruckigPos`, `sim.ruckigVel`, `sim.ruckigStep`,
 //! `sim.ruckigRemove`, and the older `simRMLPos` family.
 
-use std::collections::{BTreeSet, btree_map::Entry};
+use std::collections::btree_map::Entry;
 
 use tatu_trajectories::Synchronization;
 
 use super::profile::{LimitLists, MotionProfile, states, synchronization};
 use crate::{
     kit::*,
-    state::{motions::check_room, profiles::ScriptProfile, state},
+    state::{
+        motions::{check_room, removed_scripts},
+        profiles::ScriptProfile,
+        state,
+    },
 };
 
 /// Flags: the limits also contain minimum velocities, and minimum accelerations.
@@ -22,11 +26,11 @@ const NO_MULTIPLE: i64 = -3;
 const MAX_COORDINATES: usize = 1000;
 
 pub(crate) fn offer(offer: &mut Offer<Vrep>) {
-    for (name, flat, position, default) in [
-        ("sim.ruckigPos", None, true, Synchronization::Time),
-        ("sim.ruckigVel", None, false, Synchronization::Time),
-        ("sim.rmlPos", Some("simRMLPos"), true, Synchronization::Phase),
-        ("sim.rmlVel", Some("simRMLVel"), false, Synchronization::Phase),
+    for (name, flat, position) in [
+        ("sim.ruckigPos", None, true),
+        ("sim.ruckigVel", None, false),
+        ("sim.rmlPos", Some("simRMLPos"), true),
+        ("sim.rmlVel", Some("simRMLVel"), false),
     ] {
         let limits = if position {
             "maximum velocities, accelerations and jerks; with sim.ruckig_minvel or sim.ruckig_minaccel, minimum \
@@ -35,7 +39,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
             "maximum accelerations and jerks; with sim.ruckig_minaccel, minimum accelerations"
         };
         let target = if position { "positions and velocities" } else { "velocities" };
-        let command = Cmd::new(name, move |c| create(c, position, default));
+        let command = Cmd::new(name, move |c| create(c, position, flat.is_some()));
         let command = flat.into_iter().fold(command, |command, flat| command.old_name(flat, MINUS_ONE));
         offer.command(
             command
@@ -105,7 +109,8 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
 /// Share of the cycle by which the duration of a step may differ from a multiple of it.
 const CYCLE_TOLERANCE: f64 = 1e-3;
 
-fn create(c: &mut Ctx<'_>, position: bool, default: Synchronization) -> Result<()> {
+/// Creates a profile to positions or velocities; `is_rml` is whether the command is of the older family.
+fn create(c: &mut Ctx<'_>, position: bool, is_rml: bool) -> Result<()> {
     let n = usize::try_from(c.i64(0)?).ok().filter(|n| (1..=MAX_COORDINATES).contains(n));
     let n = n.ok_or_else(|| {
         Fail::argument(format!("argument 1: expected a number of coordinates from 1 to {MAX_COORDINATES}"))
@@ -148,7 +153,7 @@ fn create(c: &mut Ctx<'_>, position: bool, default: Synchronization) -> Result<(
     };
     let selected = |k: usize| c.arg(5).number(k) != Some(0.0);
     // V-REP ignored limits of jerk from 3.4 to 4.2, so scripts for its older commands may state 0.
-    let jerk = if default == Synchronization::Time { limits.jerk.as_slice() } else { &[] };
+    let jerk = if is_rml { &[] } else { limits.jerk.as_slice() };
     for (what, list) in
         [("velocity", limits.velocity.as_slice()), ("acceleration", &limits.acceleration), ("jerk", jerk)]
     {
@@ -165,6 +170,7 @@ fn create(c: &mut Ctx<'_>, position: bool, default: Synchronization) -> Result<(
             *start = tatu_trajectories::State::at(start.position);
         }
     }
+    let default = if is_rml { Synchronization::Phase } else { Synchronization::Time };
     let synchronization = synchronization(flags, default);
     let profile = if position {
         let velocities = if c.arg(6).len() >= 2 * n { part(6, 1)? } else { Vec::new() };
@@ -177,25 +183,16 @@ fn create(c: &mut Ctx<'_>, position: bool, default: Synchronization) -> Result<(
         MotionProfile::to_velocities(&starts, &velocities, &limits, synchronization)?
     };
     let script = c.caller_script();
-    remove_orphans(c)?;
+    let scripts = state(c)?.profiles.all.values().map(|p| p.script).collect();
+    let removed = removed_scripts(c, scripts);
     let mut state = state(c)?;
+    state.profiles.all.retain(|_, p| !removed.contains(&p.script));
     check_room(state.profiles.all.values().map(|p| p.profile.size()), profile.size())?;
     state.profiles.made += 1;
     let made = state.profiles.made;
     state.profiles.all.insert(made, ScriptProfile { script, profile, cycle, velocities: !position });
     drop(state);
     c.ret(made);
-    Ok(())
-}
-
-/// Removes the profiles of scripts that no longer exist.
-fn remove_orphans(c: &Ctx<'_>) -> Result {
-    let scripts: BTreeSet<tatu_object> = state(c)?.profiles.all.values().map(|p| p.script).collect();
-    let gone = |script: &tatu_object| *script != 0 && c.world().look(*script).is_err();
-    let gone: Vec<tatu_object> = scripts.into_iter().filter(gone).collect();
-    if !gone.is_empty() {
-        state(c)?.profiles.all.retain(|_, p| !gone.contains(&p.script));
-    }
     Ok(())
 }
 

@@ -1,12 +1,17 @@
 //! Active motions.
 
+use std::collections::BTreeSet;
+
 use serde::{Deserialize, Serialize};
 use tatu_plugin_api::{
     abi::{TATU_ERR_SPACE, tatu_func, tatu_object},
     safe::{Fail, Result},
 };
 
-use crate::{kit::algebra::Pose, motion::profile::MotionProfile};
+use crate::{
+    kit::{Ctx, algebra::Pose},
+    motion::profile::MotionProfile,
+};
 
 /// The object or joints moved by a motion.
 #[derive(Serialize, Deserialize, Clone)]
@@ -91,4 +96,9 @@ impl ActiveMotion {
     pub(crate) fn size(&self) -> usize {
         self.profile.size() + self.data.len()
     }
+}
+
+/// Returns those of these scripts that no longer exist, whose motions and profiles can be removed. A client is script 0.
+pub(crate) fn removed_scripts(c: &Ctx<'_>, scripts: BTreeSet<tatu_object>) -> BTreeSet<tatu_object> {
+    scripts.into_iter().filter(|script| *script != 0 && c.world().look(*script).is_err()).collect()
 }
