@@ -30,6 +30,8 @@ pub enum Command {
     Check(CheckArgs),
     /// Convert a scene of any format to a scene file, with its meshes and scripts in files next to it.
     Convert(ConvertArgs),
+    /// Import a robot or scene of another format: report what was taken, assumed and left out, and write it as a model.
+    Import(ImportArgs),
     /// List what plugins provide.
     List(ListArgs),
     /// Describe a plugin, kind of sensor or actuator, model, importer, script language, service, schema, object kind or
@@ -56,7 +58,7 @@ pub enum Command {
 }
 
 /// Changes to a scene.
-#[derive(Clone, clap::Args)]
+#[derive(Clone, Default, clap::Args)]
 pub struct SceneChanges {
     /// Seed of all random numbers, instead of the scene's.
     #[arg(long, value_name = "N")]
@@ -69,6 +71,9 @@ pub struct SceneChanges {
     /// from the folders that the scene names.
     #[arg(long, value_name = "WHAT", value_delimiter = ',', value_parser = permission)]
     pub allow: Vec<String>,
+    /// A folder that contains ROS packages, or is one, to which `package://` in files of robots refers.
+    #[arg(long, value_name = "DIR")]
+    pub package_path: Vec<PathBuf>,
     /// Replace an object's script: `/Robot=my_controller.lua`. With `--stand-ins`: the script to run.
     #[arg(long = "script", value_name = "[OBJECT=]FILE")]
     pub scripts: Vec<String>,
@@ -269,6 +274,24 @@ pub struct ConvertArgs {
 }
 
 #[derive(clap::Args)]
+#[command(after_help = "Examples:\n  tatu import robot.urdf\n  tatu import robot.xml -o models/my_robot --strict")]
+pub struct ImportArgs {
+    /// The file, which an importer reads: `tatu list importers`.
+    pub file: PathBuf,
+    /// The folder to write: `model.toml`, its meshes, and a README with the report [default: only report].
+    #[arg(short, long, value_name = "FOLDER")]
+    pub output: Option<PathBuf>,
+    /// Fail, and write nothing, if a part of the file was changed or left out.
+    #[arg(long)]
+    pub strict: bool,
+    #[command(flatten)]
+    pub changes: SceneChanges,
+    /// Seconds of real time after which a plugin call that has not returned ends the program; 0: never.
+    #[arg(long, value_name = "S", default_value_t = 60.0, value_parser = seconds)]
+    pub watchdog: f64,
+}
+
+#[derive(clap::Args)]
 pub struct SweepArgs {
     /// The sweep file: scene, seconds, seeds, a grid of parameters, and metrics.
     pub file: PathBuf,
@@ -323,6 +346,9 @@ pub struct CheckArgs {
     /// Print in JSON what the file contains, as far as its importer can describe it, and all reports about it.
     #[arg(long)]
     pub json: bool,
+    /// Print in JSON the masses, joints, and poses at three configurations, for comparison with other programs; SI units.
+    #[arg(long, conflicts_with = "json")]
+    pub numbers: bool,
     #[command(flatten)]
     pub changes: SceneChanges,
     /// Seconds of real time after which a plugin call that has not returned ends the program; 0: never.

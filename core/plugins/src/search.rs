@@ -51,6 +51,8 @@ pub struct SearchPath {
     pub models: Vec<PathBuf>,
     /// The folders in `models` that come with the scene, rather than with the program or from the user.
     pub models_of_scene: Vec<PathBuf>,
+    /// Folders in and below which the user has packages, to which documents refer by name, in order.
+    pub packages: Vec<PathBuf>,
 }
 
 /// A temporary folder for copies of libraries, deleted on drop.

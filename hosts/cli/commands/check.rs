@@ -20,21 +20,24 @@ pub fn check(args: &CheckArgs) -> ExitCode {
     let watchdog = Watchdog::start(args.watchdog, false);
     let options = args.changes.options(&[]).map(|o| LoadOptions { describe: args.json, ..o });
     let mut problems = Vec::new();
-    let world = super::registry(Some(&args.scene), &SourceFiles::default(), &args.changes.allow, &watchdog).and_then(
-        |registry| {
+    let world =
+        super::registry(Some(&args.scene), &SourceFiles::default(), &args.changes, &watchdog).and_then(|registry| {
             let document = super::load(&args.scene, &options?, &registry)?;
+            let numbers = args.numbers.then(|| super::numbers::numbers(&document));
             let described = args.json.then(|| described(args, &document));
             let warnings = document.reports.iter().filter(|r| r.severity != TATU_REPORT_NOTE);
             problems = warnings.map(|r| r.text.clone()).collect();
             let world = World::new(document, registry)?;
             // The description is printed only if the world could be created.
+            if let Some(numbers) = numbers {
+                report::out!("{numbers}");
+            }
             if let Some(mut json) = described {
                 add_mechanisms(&mut json, &world);
                 report::out!("{json}");
             }
             Ok(world)
-        },
-    );
+        });
     match world {
         Ok(world) => {
             // A scene starts even if one of its scripts does not compile; starting the scene here reports such errors.
@@ -42,14 +45,14 @@ pub fn check(args: &CheckArgs) -> ExitCode {
             world.start();
             world.mechanics().iter().for_each(|text| report::warn_text(text));
             world.take_lines().iter().for_each(|l| report::warn_text(&l.text));
-            if !args.json {
+            if !args.json && !args.numbers {
                 report::out!("{}: {}", args.scene.display(), verdict(&problems, &world.faults()));
             }
             ExitCode::SUCCESS
         }
         Err(e) => {
             report::error(&e);
-            if !args.json {
+            if !args.json && !args.numbers {
                 report::out!("{}: cannot run: {}", args.scene.display(), e.text);
             }
             ExitCode::from(2)

@@ -26,7 +26,7 @@ pub fn convert(args: &ConvertArgs) -> ExitCode {
 fn converted(args: &ConvertArgs) -> Result<(), Error> {
     check_name(&args.output)?;
     let watchdog = Watchdog::start(args.watchdog, false);
-    let registry = super::registry(Some(&args.scene), &SourceFiles::default(), &args.changes.allow, &watchdog)?;
+    let registry = super::registry(Some(&args.scene), &SourceFiles::default(), &args.changes, &watchdog)?;
     let document = super::load(&args.scene, &args.changes.options(&[])?, &registry)?;
     let written = document::write(&document, &registry, &document::folder_beside(&args.output))?;
     save(&args.output, &written)?;

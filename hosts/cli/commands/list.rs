@@ -17,13 +17,14 @@ use tatu_terminal::{Watchdog, report, table};
 
 use crate::{
     addons,
-    args::{ListArgs, ListedKind},
+    args::{ListArgs, ListedKind, SceneChanges},
 };
 
 /// Prints the requested list as a table or as JSON.
 pub fn list(args: &ListArgs) -> ExitCode {
     let watchdog = Watchdog::start(args.watchdog, false);
-    let registry = match super::registry(args.scene.as_deref(), &Default::default(), &args.allow, &watchdog) {
+    let changes = SceneChanges { allow: args.allow.clone(), ..SceneChanges::default() };
+    let registry = match super::registry(args.scene.as_deref(), &Default::default(), &changes, &watchdog) {
         Ok(r) => r,
         Err(e) => {
             report::error(&e);

@@ -42,8 +42,7 @@ struct LockFile {
 /// Writes the lock file of a scene, or compares it; the exit code is 0 if it was written or agrees, 1 if it differs.
 pub fn lock(args: &LockArgs) -> Result<ExitCode, Error> {
     let watchdog = Watchdog::start(args.watchdog, false);
-    let allow = &args.changes.allow;
-    let registry = super::registry(Some(&args.scene), &SourceFiles::default(), allow, &watchdog)?;
+    let registry = super::registry(Some(&args.scene), &SourceFiles::default(), &args.changes, &watchdog)?;
     let document =
         super::load(&args.scene, &LoadOptions { services: Vec::new(), ..args.changes.options(&[])? }, &registry)?;
     let now = LockFile::of(&registry, &document.sources, &args.scene)?;

@@ -38,10 +38,12 @@ const RESULT_SIGNAL: &str = "measured";
 /// a plugin could not be ended, and 2 if a value could not be measured.
 pub fn measure(args: &args::MeasureArgs) -> ExitCode {
     let watchdog = Watchdog::start(args.watchdog, false);
-    let done = super::registry(None, &SourceFiles::default(), &[], &watchdog).and_then(|registry| {
-        let code = measure_all(args, &registry, &watchdog)?;
-        Ok(if super::end_plugins(registry) { code } else { ExitCode::FAILURE })
-    });
+    let done = super::registry(None, &SourceFiles::default(), &args::SceneChanges::default(), &watchdog).and_then(
+        |registry| {
+            let code = measure_all(args, &registry, &watchdog)?;
+            Ok(if super::end_plugins(registry) { code } else { ExitCode::FAILURE })
+        },
+    );
     match done {
         Ok(code) => code,
         Err(e) => {

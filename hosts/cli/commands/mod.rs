@@ -5,10 +5,12 @@ pub mod convert;
 pub mod describe;
 pub mod diff;
 pub mod generate;
+pub mod import;
 pub mod list;
 pub mod lock;
 pub mod look;
 pub mod measure;
+mod numbers;
 pub mod run;
 pub mod serve;
 pub mod sweep;
@@ -24,31 +26,34 @@ use tatu_embed::search::{self, SearchFolders, built_plugins, search_folders};
 use tatu_plugin_api::abi::TATU_REPORT_WARNING;
 use tatu_terminal::{Watchdog, report};
 
+use crate::args::SceneChanges;
+
 /// Loads all plugins that can be found.
 pub fn registry(
     scene: Option<&Path>,
     sources: &SourceFiles,
-    allow: &[String],
+    changes: &SceneChanges,
     watchdog: &Watchdog,
 ) -> Result<Arc<Registry>, Error> {
-    registry_of(scene, sources, allow, watchdog, None)
+    registry_of(scene, sources, changes, watchdog, None)
 }
 
 /// Like [`registry`], but opens copies of the libraries, stored in a folder, if that folder is given.
 pub fn registry_of(
     scene: Option<&Path>,
     sources: &SourceFiles,
-    allow: &[String],
+    changes: &SceneChanges,
     watchdog: &Watchdog,
     copies: Option<CopyFolder>,
 ) -> Result<Arc<Registry>, Error> {
-    let SearchFolders { mut search, untrusted } = search_folders(scene, sources, allow)?;
+    let SearchFolders { mut search, untrusted } = search_folders(scene, sources, &changes.allow)?;
     if let (Some(scene), Some(folder)) = (scene, untrusted.first()) {
         return Err(search::untrusted_plugins_error(scene, folder).help(
             "if you trust the folder, add `--allow plugins`, or set the environment variable \
              TATU_TRUST=/absolute/folder for all runs",
         ));
     }
+    search.packages.splice(0..0, changes.package_path.iter().cloned());
     search.copies = copies.map(Arc::new);
     let registry = Registry::load_watched(search, tatu_core::host_tables(), watchdog.watches.clone());
     registry.load_report.refused.iter().for_each(report::warning);

@@ -87,7 +87,7 @@ fn serve_or(args: &ServeArgs, text: &'static str) -> ExitCode {
 
 fn start(args: &ServeArgs, text: &'static str, watchdog: &Watchdog) -> Result<ExitCode, Error> {
     let options = args.changes.options(&args.services)?;
-    let registry = super::registry(args.scene.as_deref(), &options.sources, &args.changes.allow, watchdog)?;
+    let registry = super::registry(args.scene.as_deref(), &options.sources, &args.changes, watchdog)?;
     let mut document = read(args, text, args.scene.as_deref(), None, &registry)?;
     if document.requests.services.is_empty() {
         return Err(Error::new("E404", "no service was given, so no client could start this scene").help(

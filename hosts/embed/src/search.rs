@@ -52,6 +52,7 @@ pub fn search_folders(scene: Option<&Path>, sources: &SourceFiles, allow: &[Stri
     let (of_scene, of_user) = model_folders(scene);
     search.models = of_scene.iter().cloned().chain(of_user).chain(of_program).collect();
     search.models_of_scene = of_scene;
+    search.packages = package_folders(|name| std::env::var_os(name));
     Ok(SearchFolders { search, untrusted })
 }
 
@@ -79,6 +80,19 @@ fn model_folders(scene: Option<&Path>) -> (Vec<PathBuf>, Vec<PathBuf>) {
     let given = std::env::var_os("TATU_MODEL_PATH").unwrap_or_default();
     let of_user: Vec<_> = std::env::split_paths(&given).filter(|f| !f.as_os_str().is_empty()).collect();
     (folders, of_user.into_iter().chain(user_folder().map(|f| f.with_file_name("models"))).collect())
+}
+
+/// Returns the folders of packages that the environment names: those of Tatu, then those of ROS.
+fn package_folders(variable: impl Fn(&str) -> Option<OsString>) -> Vec<PathBuf> {
+    let folders = |name: &str| {
+        let folders: Vec<PathBuf> = std::env::split_paths(&variable(name).unwrap_or_default()).collect();
+        // An empty entry would be the working folder.
+        folders.into_iter().filter(|folder| folder.is_absolute())
+    };
+    let of_tatu = variable("TATU_PACKAGE_PATH").unwrap_or_default();
+    let of_tatu: Vec<_> = std::env::split_paths(&of_tatu).filter(|f| !f.as_os_str().is_empty()).collect();
+    let installed = folders("AMENT_PREFIX_PATH").map(|prefix| prefix.join("share"));
+    of_tatu.into_iter().chain(folders("ROS_PACKAGE_PATH")).chain(installed).collect()
 }
 
 /// Returns the file of a scene: the path itself if it exists; otherwise a scene that comes with the program, by its
@@ -192,6 +206,14 @@ fn is_trusted(folder: &Path) -> bool {
 #[cfg(all(test, target_os = "linux"))]
 mod tests {
     use super::*;
+
+    #[test]
+    fn packages_are_searched_where_ros_has_them() {
+        let all = [("TATU_PACKAGE_PATH", "own"), ("ROS_PACKAGE_PATH", "/a/src:"), ("AMENT_PREFIX_PATH", "/b:/c")];
+        let folders = package_folders(|name| all.iter().find(|(n, _)| *n == name).map(|(_, v)| OsString::from(*v)));
+        let folders: Vec<_> = folders.iter().map(|f| f.to_str().unwrap()).collect();
+        assert_eq!(folders, ["own", "/a/src", "/b/share", "/c/share"]);
+    }
 
     #[test]
     fn the_users_folder_is_absolute() {

@@ -5,10 +5,12 @@ use std::{
     io::ErrorKind,
     path::{Path, PathBuf},
     process::Command,
+    sync::Arc,
     time::Duration,
 };
 
 use serde_json::Value;
+use tatu_core::plugins::{Registry, SearchPath};
 use tempfile::TempDir;
 
 /// A scene entry for a horizontal plane at z = 0 that collides with everything.
@@ -105,6 +107,15 @@ fn signal(status: std::process::ExitStatus) -> Option<i32> {
 #[cfg(not(unix))]
 fn signal(_: std::process::ExitStatus) -> Option<i32> {
     None
+}
+
+/// Loads plugins in this process. Waiting for a program with a time limit installs a handler of SIGCHLD in the process
+/// when it is first done, which must not happen during a call of a plugin: the host would take the handler for the
+/// plugin's, and remove it.
+pub fn load_registry(search: SearchPath) -> Arc<Registry> {
+    static HANDLER: std::sync::Once = std::sync::Once::new();
+    HANDLER.call_once(|| drop(run(program(), &std::env::temp_dir(), &["--version"], &[])));
+    Arc::new(Registry::load(search, tatu_core::host_tables()))
 }
 
 /// Returns the program under test.

@@ -202,7 +202,7 @@ fn a_robot_with_a_thruster_changes_no_other() {
 /// Loads the plugins that these tests need, whose libraries are next to the built program.
 fn registry() -> Arc<Registry> {
     let names = ["tatu_commands_vrep", "tatu_scripts_lua", "tatu_actuators_thruster"];
-    Arc::new(Registry::load(SearchPath::standard(Some(program()), None, &names), tatu_core::host_tables()))
+    load_registry(SearchPath::standard(Some(program()), None, &names))
 }
 
 fn world(scene: &Path, registry: &Arc<Registry>) -> World {

@@ -5,7 +5,7 @@ use std::{fs, process::Command, sync::Arc};
 
 use tatu_core::{
     World, document,
-    plugins::{FolderOrigin, Registry, SearchPath},
+    plugins::{FolderOrigin, SearchPath},
 };
 
 use crate::kit::*;
@@ -158,7 +158,7 @@ fn any_urdf_file_runs_or_is_refused() {
     let mut search = SearchPath::default();
     search.folders.push((program().with_file_name("deps"), FolderOrigin::Built));
     search.built = vec!["tatu_importers_urdf".into()];
-    let registry = Arc::new(Registry::load(search, tatu_core::host_tables()));
+    let registry = load_registry(search);
     let folder = root().join("plugins/importers/urdf");
     let place = TestFolder::new();
     fs::copy(folder.join("mast.stl"), place.path().join("mast.stl")).unwrap();

@@ -16,6 +16,7 @@ mod opacity;
 mod ranges;
 mod reach;
 mod removals;
+mod robot_files;
 mod scene_errors;
 mod textures;
 mod urdf;

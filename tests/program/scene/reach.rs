@@ -5,7 +5,7 @@ use std::{fs, path::Path, process::Command};
 
 use tatu_core::{
     document::{self, LoadOptions, SourceFiles},
-    plugins::{FolderOrigin, Registry, SearchPath},
+    plugins::{FolderOrigin, SearchPath},
 };
 
 use crate::kit::*;
@@ -182,7 +182,7 @@ fn paths_in_stored_documents_open_no_folders() {
     let mut search = SearchPath::default();
     search.folders.push((program().with_file_name("deps"), FolderOrigin::Built));
     search.built = vec!["tatu_scripts_lua".to_owned()];
-    let registry = Registry::load(search, tatu_core::host_tables());
+    let registry = load_registry(search);
     let scene =
         "format = 1\n[[object]]\nkind = \"dummy\"\nscript = { file = \"/etc/host.conf\", language = \"lua\" }\n";
     let files = [("/srv/s.toml", scene), ("/etc/host.conf", "")];

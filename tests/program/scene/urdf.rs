@@ -1,10 +1,10 @@
 //! Tests of files in other formats: imported by `[[import]]` or given in place of a scene; and of the URDF importer.
 
-use std::{f64::consts::TAU, fs, sync::Arc};
+use std::{f64::consts::TAU, fs};
 
 use tatu_core::{
     document,
-    plugins::{Registry, SearchPath},
+    plugins::SearchPath,
     scene::{get, property_table::Property},
 };
 use tatu_plugin_api::safe::Value;
@@ -44,7 +44,7 @@ fn read(place: &TestFolder, scene: &str) -> tatu_core::document::Document {
     let mut search = SearchPath::default();
     search.folders.push((program().with_file_name("deps"), tatu_core::plugins::FolderOrigin::Built));
     search.built = ["tatu_importers_urdf", "tatu_scripts_lua"].map(str::to_owned).to_vec();
-    let registry = Arc::new(Registry::load(search, tatu_core::host_tables()));
+    let registry = load_registry(search);
     document::load(&place.path().join(scene), &registry, &Default::default()).unwrap()
 }
 
@@ -55,6 +55,8 @@ fn a_pendulum_swings_as_long_as_it_should() {
     let args = [
         "run",
         "pendulum.urdf",
+        "--set",
+        "/pendulum.default_effort=0",
         "--set",
         "/pendulum/hinge.joint_position_deg=3",
         "--set",
@@ -210,7 +212,7 @@ fn two_of_one_file_have_names_of_their_own() {
 }
 
 /// Returns a binary STL file of a cube of 0.2 m, centred at `at`.
-fn cube(at: [f32; 3]) -> Vec<u8> {
+pub fn cube(at: [f32; 3]) -> Vec<u8> {
     let mut out = b"solid, says the header of this binary file".to_vec();
     out.resize(80, b' ');
     out.extend(12u32.to_le_bytes());
@@ -300,16 +302,13 @@ fn errors_name_the_file_and_the_line() {
         ("<mass value=\"2.0\"/>", "<mass value=\"two\"/>", 7, "the link `bar` cannot be read"),
         ("<mass value=\"2.0\"/>", "<mass value=\"two\"/>", 7, "is \"two\"; expected a number (column 13)"),
         ("<mass value=\"2.0\"/>", "", 5, "<inertial> has no <mass> (column 5)"),
-        ("<box size=\"0.04 0.04 1.0\"/>", "<ring/>", 10, "<geometry> contains <ring>; expected one of <box>"),
         ("xyz=\"0 1 0\"", "xyz=\"0 1\"", 15, "expected 3 numbers"),
         ("<axis xyz=\"0 1 0\"/>", "<axis xyz=\"0 1 0\"/><axis/>", 15, "<joint> has more than one <axis>"),
-        ("xyz=\"0 1 0\"", "xyz=\"0 0 0\"", 12, "axis of the joint `hinge` is 0 0 0"),
         ("child link=\"bar\"", "child link=\"baar\"", 12, "`baar`"),
         ("child link=\"bar\"", "child link=\"world\"", 12, "to itself"),
         ("type=\"continuous\"", "type=\"rubber\"", 12, "rubber"),
         ("name=\"bar\"", "name=\"world\"", 4, "two links are named `world`"),
         ("</inertial>", "</inertia>", 9, "not well-formed"),
-        ("size=\"0.04 0.04 1.0\"", "size=\"0.04 0 1.0\"", 4, "expected a length greater than 0"),
         ("<robot name=\"pendulum\">", "<robt name=\"x\">", 2, "the root element is <robt>"),
     ];
     for (from, to, line, word) in wrong {
@@ -393,8 +392,9 @@ fn joints_mimic_and_are_damped() {
         + &joint("two", "b", "<mimic joint=\"one\" multiplier=\"-1\"/>")
         + "</robot>";
     place.write("g.urdf", &text);
+    let free = ["--set", "/g.default_effort=0"];
     let args = ["run", "g.urdf", "--seconds", "60", "--trace", "t.jsonl", "--watch", "/g/one", "--watch", "/g/two"];
-    place.tatu(&args).good();
+    place.tatu(&[&args[..], &free].concat()).good();
     let lines = place.lines("t.jsonl");
     let at = |i: usize, path: &str| lines[i].0["objects"][path]["joint"]["position"].as_f64().unwrap();
     for i in (0..lines.len()).step_by(100) {
@@ -436,8 +436,9 @@ fn light_geared_links_get_a_rotor() {
     // The centre of mass of link `c` is 30 mm from its axis, so a length of 60 mm is assumed: 0.05 kg (0.06 m)^2 =
     // 1.8e-4 kg m^2, written as 0.00017999...
     assert_eq!(scene.matches("armature_kg_m2 = 0.00017").count(), 1, "{scene}");
-    assert_eq!(told.matches("only 15 g: an armature of 5.00e-2 kg is assumed").count(), 2, "{told}");
-    assert_eq!(told.matches("an armature of").count(), 3, "{told}");
+    let note = "only 15 g: an armature of 5.00e-2 kg is assumed";
+    assert_eq!(told.matches(note).count(), 1, "{told}");
+    assert_eq!(told.matches("(and in 2 more places)").count(), 1, "{told}");
 }
 
 #[test]
@@ -464,6 +465,8 @@ fn prismatic_joints_stop_at_their_limits_and_unsupported_tags_are_reported() {
     let args = [
         "run",
         "slide.urdf",
+        "--set",
+        "/slide.default_effort=0",
         "--seconds",
         "2",
         "--trace",
@@ -478,7 +481,7 @@ fn prismatic_joints_stop_at_their_limits_and_unsupported_tags_are_reported() {
         "`table` has the type planar",
         "the mesh `a.dae` is ignored: the file does not exist",
         "1 x <transmission>",
-        "`light`: the link can move but has no mass: 0.020 kg is assumed",
+        "the link `light` can move but has no mass: 0.020 kg is assumed",
     ] {
         done.reports(&[words]);
     }

@@ -19,7 +19,7 @@ pub fn registry() -> Arc<Registry> {
         "tatu_models_folder",
         "tatu_importers_mesh",
     ];
-    Arc::new(Registry::load(SearchPath::standard(Some(program()), None, &names), tatu_core::host_tables()))
+    load_registry(SearchPath::standard(Some(program()), None, &names))
 }
 
 pub fn world(scene: &Path, registry: &Arc<Registry>) -> World {

@@ -22,7 +22,7 @@ fn registry() -> Arc<Registry> {
         "tatu_importers_mesh",
         "tatu_services_jsonl",
     ];
-    Arc::new(Registry::load(SearchPath::standard(Some(program()), None, &names), tatu_core::host_tables()))
+    load_registry(SearchPath::standard(Some(program()), None, &names))
 }
 
 /// Writes `n` scenes with walls and robots that avoid them. Each scene has its own headings, number of robots and seed.

@@ -7,7 +7,11 @@ use std::{
 
 use tatu_errors::{Error, Result};
 
-use super::{DocumentBuilder, reach::AllowedFile};
+use super::{
+    BuildReport, DocumentBuilder,
+    packages::{self, PackageEntry, PackageReference},
+    reach::AllowedFile,
+};
 
 /// The source from which objects are built.
 pub(super) struct BuildSource {
@@ -26,15 +30,90 @@ impl DocumentBuilder<'_> {
         self.reach.file(path, name, self.document.sources.are_closed())
     }
 
-    /// Reads a file that the document names, relative to a folder. Returns `None` if the file does not exist or is not
-    /// a regular file, in which case a plugin can try a different name. A file outside the permitted folders is an
-    /// error.
-    pub(super) fn read_named_file(&self, folder: &Path, name: &str) -> Result<Option<Vec<u8>>> {
-        let allowed = self.allow_file(&folder.join(name), name)?;
-        match self.document.sources.read(&allowed) {
+    /// Reads a file that the document names, relative to a folder or as a URI (`package://` or `file://`). Returns `None`
+    /// if the file does not exist or is not a regular file, in which case a plugin can try a different name. A file
+    /// outside the permitted folders is an error, unless a URI names it: those of a file from another computer refer to
+    /// folders of that computer.
+    pub(super) fn read_named_file(&mut self, folder: &Path, name: &str) -> Result<Option<Vec<u8>>> {
+        if let Some(reference) = PackageReference::parse(name) {
+            return match reference {
+                Ok(reference) => self.read_package_file(folder, &reference, name),
+                Err(why) => Ok(self.report_once(why)),
+            };
+        }
+        if let Some(path) = name.strip_prefix("file://") {
+            return match self.allow_file(&folder.join(path), name) {
+                Ok(allowed) => self.read_allowed(&allowed, name),
+                Err(e) => Ok(self.report_once(e.text)),
+            };
+        }
+        let path = folder.join(name);
+        let allowed = match self.allow_file(&path, name) {
+            Ok(allowed) => allowed,
+            Err(e) => self.reach.file_of_enclosing_package(folder, &path).ok_or(e)?,
+        };
+        self.read_allowed(&allowed, name)
+    }
+
+    fn read_allowed(&self, file: &AllowedFile, name: &str) -> Result<Option<Vec<u8>>> {
+        match self.document.sources.read(file) {
             Ok(bytes) => Ok(Some(bytes)),
             Err(e) if matches!(e.kind(), ErrorKind::NotFound | ErrorKind::InvalidInput) => Ok(None),
             Err(e) => Err(Error::new("E105", format!("cannot read the file `{name}`: {e}"))),
         }
+    }
+
+    /// Reads a file of a package, and reports why it cannot be read.
+    fn read_package_file(
+        &mut self,
+        folder: &Path,
+        reference: &PackageReference,
+        name: &str,
+    ) -> Result<Option<Vec<u8>>> {
+        if self.document.sources.are_closed() {
+            let stored = self.document.sources.files();
+            let stored = stored.iter().map(|(path, bytes)| (path.as_path(), &**bytes));
+            return match packages::find_stored(reference, stored) {
+                Some(path) => self.read_allowed(&self.allow_file(&path, name)?, name),
+                None => Ok(None),
+            };
+        }
+        let start = self.reach.absolute(folder);
+        let Some(package) = packages::find(&reference.package, &start, &self.registry.search.packages) else {
+            return Ok(self.report_once(format!(
+                "the package `{}` was not found: neither a folder above the file nor one beside its package is this \
+                 package; name the folder that contains it by `--package-path` or TATU_PACKAGE_PATH",
+                reference.package
+            )));
+        };
+        let shown = package.folder.display();
+        let file = match packages::look_up(&package.folder, &reference.file) {
+            PackageEntry::Exact => reference.file.clone(),
+            PackageEntry::OtherCase(file) => {
+                self.report_once(format!("`{name}` is `{}` in {shown}, with other capitals", file.display()));
+                file
+            }
+            PackageEntry::Missing(near) => {
+                let hint = near.map(|near| format!("; there is `{}`", near.display())).unwrap_or_default();
+                return Ok(self.report_once(format!("`{name}` does not exist in {shown}{hint}")));
+            }
+        };
+        let Some(allowed) = self.reach.file_below(&package.folder, &package.folder.join(file)) else {
+            return Ok(self.report_once(format!("`{name}` is a link that leads out of {shown}, and is not followed")));
+        };
+        let read = self.read_allowed(&allowed, name)?;
+        if let Some(manifest) = package.manifest.filter(|_| read.is_some()) {
+            // With its manifest, the package can be found among stored files.
+            self.document.sources.add_file(&packages::manifest_path(&package.folder), manifest);
+        }
+        Ok(read)
+    }
+
+    /// Adds a warning, unless there is the same one already, and returns that there is no file.
+    fn report_once(&mut self, text: String) -> Option<Vec<u8>> {
+        if !self.document.reports.iter().any(|report| report.text == text) {
+            self.document.reports.push(BuildReport::warning(text));
+        }
+        None
     }
 }

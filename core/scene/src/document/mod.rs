@@ -23,6 +23,7 @@ mod keys;
 mod live;
 mod names;
 mod overrides;
+mod packages;
 mod plugin_builder;
 mod presets;
 mod reach;

@@ -13,6 +13,7 @@ use tatu_plugin_api::{
 };
 use tatu_plugins::Registry;
 
+use super::packages;
 use crate::folders::{Folder, OpenError, normalize};
 
 /// The folders that must contain, at any depth, the files that a document names: its scripts, models, meshes, images
@@ -98,6 +99,25 @@ impl AllowedFolders {
             true => allowed(FileOrigin::Stored),
             false => Err(self.outside_error(name)),
         }
+    }
+
+    /// Returns a path without `.` and `..`, from the working folder if it is relative.
+    pub(super) fn absolute(&self, path: &Path) -> PathBuf {
+        normalize(&self.working_folder.join(path))
+    }
+
+    /// Returns a file with a path if it is below this folder, also when links are followed.
+    pub(super) fn file_below(&self, folder: &Path, path: &Path) -> Option<AllowedFile> {
+        let folder = Arc::new(Folder::new(folder.to_owned()));
+        let real = fs::canonicalize(self.absolute(path)).ok()?;
+        folder.below(&real, path)?;
+        Some(AllowedFile { path: path.to_owned(), origin: FileOrigin::Below(folder, real) })
+    }
+
+    /// Returns a mesh or an image with a path if it is in the package that contains the folder of a document.
+    pub(super) fn file_of_enclosing_package(&self, folder: &Path, path: &Path) -> Option<AllowedFile> {
+        let package = packages::enclosing(&self.absolute(folder)).filter(|_| packages::is_asset(path))?;
+        self.file_below(&package, path)
     }
 
     /// Returns whether a document may name the file with a path, which need not exist.

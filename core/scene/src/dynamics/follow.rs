@@ -14,13 +14,30 @@ use crate::{
 pub(super) fn followers(scene: &Scene) -> Vec<(u32, u32)> {
     let named = scene.slots().filter_map(|(slot, o)| {
         let master = o.joint().map(|j| j.follow.master.as_str()).filter(|m| !m.is_empty())?;
-        let found = scene.find(slot, master)?;
-        (found != slot && scene.get(found)?.joint().is_some()).then_some((slot, found))
+        find_leader(scene, slot, master).map(|leader| (slot, leader))
     });
     named.collect()
 }
 
+/// Returns the first joint, other than the follower, that a path denotes. Other objects with the same alias, such as the
+/// links of a robot, are passed over.
+fn find_leader(scene: &Scene, slot: u32, path: &str) -> Option<u32> {
+    let is_leader = |found: u32| found != slot && scene.get(found).is_some_and(|o| o.joint().is_some());
+    let first = scene.find(slot, path)?;
+    if is_leader(first) || path.ends_with(']') {
+        return Some(first).filter(|found| is_leader(*found));
+    }
+    let others = (1..).map_while(|n| scene.find(slot, &format!("{path}[{n}]")));
+    others.take_while(|found| *found != first).find(|found| is_leader(*found))
+}
+
 impl Scene {
+    /// Returns the joint that a joint follows, or `None` if it follows none.
+    pub fn leader(&self, slot: u32) -> Option<u32> {
+        let path = self.get(slot)?.joint().map(|j| j.follow.master.as_str()).filter(|path| !path.is_empty())?;
+        find_leader(self, slot, path)
+    }
+
     /// Returns the path of each joint whose leader does not exist or is not another joint, with the path that it
     /// specifies for the leader.
     pub fn dangling_followers(&self) -> Vec<(String, String)> {

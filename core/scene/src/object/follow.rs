@@ -22,7 +22,7 @@ impl Default for FollowRule {
 
 impl FollowRule {
     /// Returns the follower's position for a position of the leader, from the curve if there is one.
-    pub(crate) fn position(&self, position: f64) -> f64 {
+    pub fn position(&self, position: f64) -> f64 {
         let (pairs, _) = self.curve.as_chunks::<2>();
         let (Some([x0, y0]), Some([_, y1])) = (pairs.first(), pairs.last()) else {
             return self.offset + self.factor * position;

@@ -13,7 +13,7 @@ use serde_json::{Value, json};
 use tatu_core::{document::SourceFiles, errors::Error};
 use tatu_terminal::{Watchdog, report, table};
 
-use crate::args::DescribeArgs;
+use crate::args::{DescribeArgs, SceneChanges};
 
 /// Maximum number of a plugin's commands that are listed with descriptions; if there are more, only names are listed.
 const MAX_DESCRIBED_COMMANDS: usize = 20;
@@ -25,7 +25,8 @@ const LIST_COLUMNS: usize = 100;
 /// Prints the descriptions of ids; the exit code is 2 if an id does not exist.
 pub fn describe(args: &DescribeArgs) -> ExitCode {
     let watchdog = Watchdog::start(args.watchdog, false);
-    let registry = match super::registry(args.scene.as_deref(), &SourceFiles::default(), &args.allow, &watchdog) {
+    let changes = SceneChanges { allow: args.allow.clone(), ..SceneChanges::default() };
+    let registry = match super::registry(args.scene.as_deref(), &SourceFiles::default(), &changes, &watchdog) {
         Ok(r) => r,
         Err(e) => {
             report::error(&e);

@@ -12,7 +12,7 @@ use clap_complete::Shell;
 use tatu_core::{document::SourceFiles, errors::Error};
 use tatu_terminal::{Watchdog, report};
 
-use crate::args::{CliArgs, GenerateArgs, GeneratedFile};
+use crate::args::{CliArgs, GenerateArgs, GeneratedFile, SceneChanges};
 
 /// Prints the requested file. The exit code is 0, or 1 if the file could not be generated.
 pub fn generate(args: &GenerateArgs) -> ExitCode {
@@ -42,7 +42,8 @@ pub fn generate(args: &GenerateArgs) -> ExitCode {
 
 /// Prints the declarations of all commands.
 fn python() -> ExitCode {
-    let registry = match super::registry(None, &SourceFiles::default(), &[], &Watchdog::default()) {
+    let registry = match super::registry(None, &SourceFiles::default(), &SceneChanges::default(), &Watchdog::default())
+    {
         Ok(registry) => registry,
         Err(e) => {
             report::error(&e);

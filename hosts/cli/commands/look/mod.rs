@@ -38,7 +38,7 @@ pub fn look(args: &LookArgs) -> ExitCode {
 fn take_picture(args: &LookArgs, watchdog: &Watchdog) -> Result<bool, Error> {
     let camera = camera(args)?;
     let options = args.changes.options(&[])?;
-    let registry = super::registry(Some(&args.scene), &options.sources, &args.changes.allow, watchdog)?;
+    let registry = super::registry(Some(&args.scene), &options.sources, &args.changes, watchdog)?;
     let document = super::load(&args.scene, &options, &registry)?;
     let all = std::thread::available_parallelism().map_or(1, usize::from);
     let threads = args.threads.map_or(all, usize::from);

@@ -98,7 +98,7 @@ fn start(args: &RunArgs, watchdog: &Watchdog) -> Result<ReadyRun, Error> {
     }
     let copies = args.reload.then(CopyFolder::new).transpose()?;
     let scene = replay.as_ref().map(|log| &log.header.scene).or(args.scene.as_ref()).map(PathBuf::as_path);
-    let registry = super::registry_of(scene, &options.sources, &args.changes.allow, watchdog, copies)?;
+    let registry = super::registry_of(scene, &options.sources, &args.changes, watchdog, copies)?;
     let made;
     let mut values = replay.as_ref().and_then(|log| log.header.stand_ins.clone());
     let scene = match scene {

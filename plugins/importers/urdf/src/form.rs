@@ -2,9 +2,9 @@
 
 use std::{collections::BTreeMap, rc::Rc};
 
-use nalgebra::{Isometry3, Rotation3, Vector3};
-use tatu_importers_common::{MeshPiece, ShapeBuilder};
-use tatu_plugin_api::safe::{Builder, Fail, Node, Result, Value};
+use nalgebra::{Isometry3, Vector3};
+use tatu_importers_common::{MeshPiece, ShapeBuilder, merge_pieces};
+use tatu_plugin_api::safe::{Builder, Node, Result, Value};
 
 use crate::{mesh, robot::Geometry, tree::check_finite};
 
@@ -24,6 +24,13 @@ pub enum SolidForm {
     Mesh(Rc<[MeshPiece]>),
 }
 
+/// The reason why a geometry is left out.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Defect {
+    Mesh(String),
+    Form(String),
+}
+
 /// A mesh, or the reason for which it could not be read.
 type MeshResult = Result<Rc<[MeshPiece]>, String>;
 
@@ -37,7 +44,8 @@ pub struct MeshCache {
 }
 
 impl PlacedSolid {
-    /// Validates a geometry. Returns `Ok(Err(reason))` for a mesh that cannot be read.
+    /// Validates a geometry. The error for a mesh that cannot be read, and for a length that is not positive, is a
+    /// sentence.
     pub fn read(
         geometry: &Geometry,
         pose: Isometry3<f64>,
@@ -45,13 +53,12 @@ impl PlacedSolid {
         line: u64,
         meshes: &mut MeshCache,
         source: (&Builder<'_>, &str),
-    ) -> Result<Result<PlacedSolid, String>> {
+    ) -> Result<PlacedSolid, Defect> {
+        let finite = |numbers: &[f64]| check_finite(numbers, what, line).map_err(|e| Defect::Form(e.text().to_owned()));
         let positive = |numbers: &[f64]| {
-            check_finite(numbers, what, line)?;
+            finite(numbers)?;
             match numbers.iter().find(|x| **x <= 0.0) {
-                Some(x) => {
-                    Err(Fail::argument(format!("{what}: expected a length greater than 0, found {x}")).at("", line))
-                }
+                Some(x) => Err(Defect::Form(format!("{what}: expected a length greater than 0, found {x}"))),
                 None => Ok(()),
             }
         };
@@ -75,32 +82,81 @@ impl PlacedSolid {
             }
             Geometry::Mesh { filename, scale } => {
                 let scale = scale.unwrap_or([1.0; 3]);
-                check_finite(&scale, what, line)?;
-                match meshes.get(filename, scale, source) {
-                    Ok(mesh) => SolidForm::Mesh(mesh),
-                    Err(why) => return Ok(Err(format!("the mesh `{filename}` is ignored: {why}"))),
-                }
+                finite(&scale)?;
+                let why = |why| Defect::Mesh(format!("{what}: the mesh `{filename}` is ignored: {why}"));
+                SolidForm::Mesh(meshes.get(filename, scale, source).map_err(why)?)
             }
         };
-        Ok(Ok(PlacedSolid { pose, form }))
+        Ok(PlacedSolid { pose, form })
     }
 
-    /// Returns the geometry as a part of a compound; a mesh is replaced by its bounding box.
-    pub fn part(&self) -> Value {
-        let (primitive, size, pose) = match &self.form {
-            SolidForm::Primitive(p, size) => (*p, *size, self.pose),
-            SolidForm::Mesh(mesh) => {
-                let (center, size) = bounds(mesh);
-                ("box", size, self.pose * nalgebra::Translation3::from(center))
-            }
-        };
+    /// Returns the geometry as a part of a compound. A mesh collides as its convex hull if `convex` is set.
+    pub fn part(&self, builder: &Builder<'_>, convex: bool) -> Result<Value> {
         let text = |s: &str| Value::text(s);
-        Value::Map(vec![
+        let (primitive, size) = match &self.form {
+            SolidForm::Primitive(p, size) => (*p, *size),
+            SolidForm::Mesh(_) => ("mesh", [1.0; 3]),
+        };
+        let q = self.pose.rotation.coords;
+        let mut part = vec![
             (text("primitive"), text(primitive)),
             (text("size"), Value::from(size)),
-            (text("position"), Value::from(<[f64; 3]>::from(pose.translation.vector))),
-            (text("orientation"), Value::from(euler(&pose))),
-        ])
+            (text("position"), Value::from(<[f64; 3]>::from(self.pose.translation.vector))),
+            (text("quaternion"), Value::from([q.x, q.y, q.z, q.w])),
+        ];
+        if let SolidForm::Mesh(pieces) = &self.form {
+            let (points, triangles) = merge_pieces(pieces);
+            part.push((text("mesh"), Value::Int(builder.mesh(&points, &triangles)?)));
+            part.push((text("convex"), Value::Bool(convex)));
+        }
+        Ok(Value::Map(part))
+    }
+
+    /// Returns points of the surface, in the frame of the body: the corners of boxes and meshes, and of round forms the
+    /// ends of axes and 24 points of each circle.
+    pub fn surface_points(&self) -> Vec<Vector3<f64>> {
+        let moved = |p: Vector3<f64>| (self.pose * nalgebra::Point3::from(p)).coords;
+        match &self.form {
+            SolidForm::Primitive("box", size) => {
+                let half = Vector3::from(*size) / 2.0;
+                let sign = |i: usize, axis: usize| if i >> axis & 1 == 0 { -1.0 } else { 1.0 };
+                let corner = |i: usize| half.component_mul(&Vector3::new(sign(i, 0), sign(i, 1), sign(i, 2)));
+                (0..8).map(|i| moved(corner(i))).collect()
+            }
+            SolidForm::Primitive(form, [d, _, length]) => {
+                let (radius, half) = (d / 2.0, length / 2.0);
+                let ring = if *form == "cylinder" { half } else { half - radius };
+                let on_circle = |i: usize| {
+                    let angle = i as f64 * std::f64::consts::PI / 12.0;
+                    (radius * libm::cos(angle), radius * libm::sin(angle))
+                };
+                let circle = |z: f64| (0..24).map(on_circle).map(move |(x, y)| Vector3::new(x, y, z));
+                let ends = [Vector3::new(0.0, 0.0, half), Vector3::new(0.0, 0.0, -half)];
+                circle(ring).chain(circle(-ring)).chain(ends).map(moved).collect()
+            }
+            SolidForm::Mesh(pieces) => {
+                pieces.iter().flat_map(|p| &p.points).map(|p| moved(Vector3::from(*p))).collect()
+            }
+        }
+    }
+
+    /// Returns the height of the lowest point if the frame of the body has this pose, m.
+    pub fn lowest(&self, body: &Isometry3<f64>) -> f64 {
+        let at = body * self.pose;
+        let z = at.translation.z;
+        // The directions of the axes of the form that point downward.
+        let down = at.rotation.inverse() * Vector3::z();
+        match &self.form {
+            SolidForm::Primitive("box", size) => z - down.abs().dot(&(Vector3::from(*size) / 2.0)),
+            SolidForm::Primitive("cylinder", [d, _, length]) => {
+                z - down.xy().norm() * d / 2.0 - down.z.abs() * length / 2.0
+            }
+            SolidForm::Primitive(_, [d, _, length]) => z - d / 2.0 - down.z.abs() * (length - d) / 2.0,
+            SolidForm::Mesh(pieces) => {
+                let heights = pieces.iter().flat_map(|p| &p.points).map(|p| (at * nalgebra::Point3::from(*p)).z);
+                heights.fold(f64::MAX, f64::min)
+            }
+        }
     }
 
     /// Sets up `node` as a shape with this geometry and pose. `color` is red, green, blue and opacity; without
@@ -131,27 +187,6 @@ pub fn set_object_pose<'a>(node: Node<'a>, pose: &Isometry3<f64>) -> Result<Node
         .set("object.quaternion", [q.x, q.y, q.z, q.w])
 }
 
-/// Returns the Euler angles of a pose about x, then the new y, then the new z, rad, as parts of compounds require.
-fn euler(pose: &Isometry3<f64>) -> [f64; 3] {
-    let r: Rotation3<f64> = pose.rotation.to_rotation_matrix();
-    let b = libm::asin(r[(0, 2)].clamp(-1.0, 1.0));
-    if libm::cos(b) < 1e-9 {
-        // Gimbal lock: the first and third axes coincide, so the whole rotation is assigned to the first angle.
-        return [libm::atan2(r[(2, 1)], r[(1, 1)]), b, 0.0];
-    }
-    [libm::atan2(-r[(1, 2)], r[(2, 2)]), b, libm::atan2(-r[(0, 1)], r[(0, 0)])]
-}
-
-/// Returns the centre and the size of a mesh's bounding box; each side is at least 0.1 mm long.
-fn bounds(pieces: &[MeshPiece]) -> (Vector3<f64>, [f64; 3]) {
-    let (mut low, mut high) = (Vector3::repeat(f64::MAX), Vector3::repeat(f64::MIN));
-    for p in pieces.iter().flat_map(|p| &p.points) {
-        low = low.inf(&Vector3::from(*p));
-        high = high.sup(&Vector3::from(*p));
-    }
-    ((low + high) / 2.0, <[f64; 3]>::from((high - low).map(|x| x.max(1e-4))))
-}
-
 impl MeshCache {
     fn get(&mut self, name: &str, scale: [f64; 3], (builder, package_root): (&Builder<'_>, &str)) -> MeshResult {
         let key = (name.to_owned(), scale.map(f64::to_bits));
@@ -166,27 +201,5 @@ impl MeshCache {
             Ok(pieces.into())
         });
         known.clone()
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use std::f64::consts::FRAC_PI_2;
-
-    use nalgebra::UnitQuaternion;
-
-    use super::*;
-
-    #[test]
-    fn euler_angles_of_parts_reproduce_the_pose() {
-        for (r, p, y) in
-            [(0.0, 0.0, 0.0), (0.3, -0.4, 1.2), (1.5, FRAC_PI_2, 0.2), (0.0, -FRAC_PI_2, 0.0), (3.0, 0.1, -2.0)]
-        {
-            let q = UnitQuaternion::from_euler_angles(r, p, y);
-            let [a, b, c] = euler(&Isometry3::from_parts(Default::default(), q));
-            let turn = |axis: Vector3<f64>, x: f64| UnitQuaternion::from_scaled_axis(axis * x);
-            let back = turn(Vector3::x(), a) * turn(Vector3::y(), b) * turn(Vector3::z(), c);
-            assert!(back.angle_to(&q) < 1e-6, "{r} {p} {y}: {}", back.angle_to(&q));
-        }
     }
 }

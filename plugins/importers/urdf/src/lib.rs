@@ -5,14 +5,22 @@
 //! converts geometries, `build` creates the objects.
 
 mod build;
+mod collision;
+mod effort;
+mod findings;
 mod form;
+mod joint;
 mod mass;
+mod materials;
 mod mesh;
 mod read;
 mod robot;
+mod settings;
 mod tree;
 mod xml;
 
+use findings::Findings;
+use settings::ImportSettings;
 use tatu_plugin_api::{
     safe::{Builder, Fail, Host, Importer, Offer, Param, Params, Plugin, Result},
     tatu_plugin,
@@ -43,24 +51,7 @@ impl Importer for Urdf {
     const SUFFIXES: &'static [&'static str] = &[".urdf"];
 
     fn params() -> Vec<Param> {
-        vec![
-            Param::bool("fixed_base")
-                .optional()
-                .text("Whether the root link is fixed; default: true if it is named `world`."),
-            Param::string("package_root").default("").text(
-                "Folder that contains the packages, or the single package, to which `package://` names refer, relative \
-                 to the folder of the file; empty: the folder of the file.",
-            ),
-            Param::string("motors")
-                .choices(&["velocity", "position", "free"])
-                .default("velocity")
-                .text("Initial mode of the motors of joints with an effort: velocity 0, position 0, or off."),
-            Param::float("link_friction").range(0.0, 100.0).default(1.0).text("Friction of every link."),
-            Param::bool("wheels_as_balls").default(true).text(
-                "Whether cylinders on continuous joints about their own axis collide as spheres, which roll more \
-                 accurately.",
-            ),
-        ]
+        ImportSettings::params()
     }
 
     fn sniff(head: &[u8]) -> u32 {
@@ -84,9 +75,12 @@ impl Importer for Urdf {
             let line = bytes[..e.valid_up_to()].iter().filter(|b| **b == b'\n').count() + 1;
             Fail::argument("the file is not valid UTF-8 text").at("", line as u64)
         })?;
-        let robot = read::robot(text)?;
+        let findings = Findings::default();
+        let robot = read::robot(text, &findings)?;
         let tree = tree::BodyTree::new(&robot)?;
-        build::robot(builder, &robot, &tree, &build::ImportSettings::read(params, &robot, &tree)?)
+        build::robot(builder, &robot, &tree, &ImportSettings::read(params, &robot, &tree)?, &findings)?;
+        findings.report(builder);
+        Ok(())
     }
 }
 

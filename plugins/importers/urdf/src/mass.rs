@@ -33,9 +33,6 @@ impl Mass {
         if mass < 0.0 {
             return Err(Fail::argument(format!("{what}: the mass {mass} kg is negative")).at("", line));
         }
-        if mass == 0.0 {
-            return Ok(Mass::ZERO);
-        }
         let at = frame * pose(&link.inertial.origin, &what, line)?;
         let turn = at.rotation.to_rotation_matrix();
         let own = Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz);
@@ -48,6 +45,7 @@ impl Mass {
         if mass <= 0.0 {
             return Mass::ZERO;
         }
+        // A link without mass can have an inertia, which counts.
         let com = (self.com * self.mass + other.com * other.mass) / mass;
         let about = |m: &Mass| {
             let d = m.com - com;

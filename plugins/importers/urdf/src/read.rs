@@ -3,11 +3,12 @@
 use tatu_plugin_api::safe::{Fail, Result};
 
 use crate::{
+    findings::{FindingKind, Findings},
     robot::{
-        Geometry, Inertial, Joint, JointDynamics, JointLimit, Link, LinkShape, Material, Mimic, Robot, UrdfJointKind,
-        UrdfPose,
+        GazeboLink, Geometry, Inertial, Joint, JointDynamics, JointLimit, Link, LinkShape, Material, Mimic, Robot,
+        UrdfJointKind, UrdfPose,
     },
-    xml::{LineIndex, XmlElement, parse},
+    xml::{LineIndex, XmlElement, bind_prefixes, parse},
 };
 
 /// Maximum number of links and joints in total.
@@ -21,8 +22,15 @@ const QUATERNIONS_SINCE: UrdfVersion = (1, 1);
 /// The first version in which omitted limits are infinite instead of 0.
 const INFINITE_LIMITS_SINCE: UrdfVersion = (1, 2);
 
-/// Reads the text of a URDF file. Errors contain the line, and the column in their message.
-pub fn robot(text: &str) -> Result<Robot> {
+/// Reads the text of a URDF file. Errors contain the line, and the column in their message. What is damaged and does not
+/// concern the motion of the robot is left out, and added to `findings`.
+pub fn robot(text: &str, findings: &Findings) -> Result<Robot> {
+    let (text, unbound) = bind_prefixes(text);
+    if let Some(prefix) = unbound {
+        let text = format!("the namespace prefix `{prefix}:` is not declared; elements with it are read without it");
+        findings.warn(FindingKind::Namespace, 0, text);
+    }
+    let text = &*text;
     let lines = LineIndex::new(text);
     let document = parse(&lines)?;
     let root = XmlElement::root(&document, &lines);
@@ -37,13 +45,17 @@ pub fn robot(text: &str) -> Result<Robot> {
         links: Vec::new(),
         joints: Vec::new(),
         materials: Vec::new(),
+        gazebo: Default::default(),
         others: Default::default(),
     };
     for child in root.children() {
         match child.name() {
-            "link" => robot.links.push(link(child, version).map_err(|e| with_context(e, "link", child))?),
-            "joint" => robot.joints.push(joint(child, version).map_err(|e| with_context(e, "joint", child))?),
-            "material" => robot.materials.push(material(child)?),
+            "link" => robot.links.push(link(child, version, findings).map_err(|e| with_context(e, "link", child))?),
+            "joint" => robot.joints.push(joint(child, version, findings).map_err(|e| with_context(e, "joint", child))?),
+            "material" => robot.materials.extend(material(child, findings)),
+            "gazebo" if child.text("reference").is_some() => {
+                gazebo(child, robot.gazebo.entry(child.text("reference").unwrap_or_default().to_owned()).or_default());
+            }
             other => *robot.others.entry(other.to_owned()).or_default() += 1,
         }
         if robot.links.len() + robot.joints.len() > MAX_PARTS {
@@ -69,24 +81,40 @@ fn version(text: Option<&str>) -> UrdfVersion {
     text.and_then(numbers).unwrap_or((1, 0))
 }
 
-fn link(tag: XmlElement<'_, '_>, version: UrdfVersion) -> Result<Link> {
-    let parts = |role: &str| -> Result<Vec<LinkShape>> {
-        tag.children().filter(|c| c.name() == role).map(|c| part(c, version)).collect()
+fn link(tag: XmlElement<'_, '_>, version: UrdfVersion, findings: &Findings) -> Result<Link> {
+    let name = tag.required("name")?;
+    let parts = |role: &str, kind: FindingKind| -> Vec<LinkShape> {
+        let read = |c| part(c, version, findings).map_err(|e| left_out(&e, c, (role, &name), (kind, findings))).ok();
+        tag.children().filter(|c| c.name() == role).filter_map(read).collect()
     };
     Ok(Link {
         line: tag.line(),
-        name: tag.required("name")?,
-        inertial: tag.child("inertial")?.map_or(Ok(Inertial::default()), |t| inertial(t, version))?,
-        visuals: parts("visual")?,
-        collisions: parts("collision")?,
+        inertial: tag.child("inertial")?.map_or(Ok(Inertial::default()), |t| inertial(t, version, findings))?,
+        visuals: parts("visual", FindingKind::Visual),
+        collisions: parts("collision", FindingKind::Collision),
+        name,
     })
 }
 
-fn inertial(tag: XmlElement<'_, '_>, version: UrdfVersion) -> Result<Inertial> {
+/// Adds that a visual or a collision of a link is left out because of an error.
+fn left_out(e: &Fail, tag: XmlElement<'_, '_>, (role, link): (&str, &str), (kind, findings): (FindingKind, &Findings)) {
+    let line = e.place().map_or(tag.line(), |(_, line)| line);
+    findings.warn(kind, line, format!("a {role} of the link `{link}` is left out: {}", e.text()));
+}
+
+fn inertial(tag: XmlElement<'_, '_>, version: UrdfVersion, findings: &Findings) -> Result<Inertial> {
     let moments = tag.required_child("inertia")?;
     let mut inertia = [0.0; 6];
     for (value, name) in inertia.iter_mut().zip(["ixx", "ixy", "ixz", "iyy", "iyz", "izz"]) {
-        *value = moments.required_number(name)?;
+        let is_product = name[1..2] != name[2..3];
+        match moments.number(name)? {
+            Some(number) => *value = number,
+            None if is_product => {
+                let text = format!("an inertia states no `{name}`; 0 is assumed");
+                findings.note(FindingKind::Products, moments.line(), text);
+            }
+            None => return Err(moments.invalid(name, "a number")),
+        }
     }
     Ok(Inertial { origin: origin(tag, version)?, mass: tag.required_child("mass")?.required_number("value")?, inertia })
 }
@@ -126,12 +154,33 @@ fn angles(quaternion: [f64; 4]) -> [f64; 3] {
 }
 
 /// Reads a `<visual>` or `<collision>`.
-fn part(tag: XmlElement<'_, '_>, version: UrdfVersion) -> Result<LinkShape> {
+fn part(tag: XmlElement<'_, '_>, version: UrdfVersion, findings: &Findings) -> Result<LinkShape> {
     let material = match tag.name() {
-        "visual" => tag.child("material")?.map(material).transpose()?,
+        "visual" => first_of(tag, "material", findings).and_then(|m| material(m, findings)),
         _ => None,
     };
-    Ok(LinkShape { origin: origin(tag, version)?, geometry: geometry(tag.required_child("geometry")?)?, material })
+    let geometry = geometry(tag.required_child("geometry")?)?;
+    Ok(LinkShape { line: tag.line(), origin: origin(tag, version)?, geometry, material })
+}
+
+/// Returns the first child with a name, and adds a finding if there are several.
+fn first_of<'a, 't>(tag: XmlElement<'a, 't>, name: &str, findings: &Findings) -> Option<XmlElement<'a, 't>> {
+    if let Err(e) = tag.child(name) {
+        let line = e.place().map_or(tag.line(), |(_, line)| line);
+        findings.warn(FindingKind::Doubled, line, format!("{}; the first is used", e.text()));
+    }
+    tag.first_child(name)
+}
+
+/// Reads what a `<gazebo>` element states about its link.
+fn gazebo(tag: XmlElement<'_, '_>, link: &mut GazeboLink) {
+    let text = |name: &str| tag.first_child(name).and_then(|c| c.content());
+    let number = |name: &str| text(name).and_then(|t| t.trim().parse::<f64>().ok()).filter(|x| *x >= 0.0);
+    if let Some(first) = number("mu1").or_else(|| number("mu2")) {
+        // Gazebo's directions of friction are the world's or those of the shape; Tatu has one coefficient.
+        link.friction = Some(((first + number("mu2").unwrap_or(first)) / 2.0).min(100.0));
+    }
+    link.material = text("material").map(|t| t.trim().to_owned()).or_else(|| link.material.take());
 }
 
 fn geometry(tag: XmlElement<'_, '_>) -> Result<Geometry> {
@@ -155,16 +204,18 @@ fn geometry(tag: XmlElement<'_, '_>) -> Result<Geometry> {
     })
 }
 
-fn material(tag: XmlElement<'_, '_>) -> Result<Material> {
-    if let Some(texture) = tag.child("texture")? {
-        texture.required("filename")?;
-    }
-    let color = tag.child("color")?.map(|c| c.required_numbers("rgba")).transpose()?;
-    Ok(Material { name: tag.required("name")?, color })
+/// Reads a material; a damaged one is left out.
+fn material(tag: XmlElement<'_, '_>, findings: &Findings) -> Option<Material> {
+    let color = first_of(tag, "color", findings).map(|c| c.required_numbers("rgba")).transpose();
+    let color = color.map_err(|e| {
+        let line = e.place().map_or(tag.line(), |(_, line)| line);
+        findings.warn(FindingKind::Material, line, format!("a colour is left out: {}", e.text()));
+    });
+    Some(Material { name: tag.text("name").unwrap_or_default().to_owned(), color: color.ok()? })
 }
 
-fn joint(tag: XmlElement<'_, '_>, version: UrdfVersion) -> Result<Joint> {
-    let kind = match tag.required("type")?.as_str() {
+fn joint(tag: XmlElement<'_, '_>, version: UrdfVersion, findings: &Findings) -> Result<Joint> {
+    let kind = match tag.required("type")?.trim().to_ascii_lowercase().as_str() {
         "revolute" => UrdfJointKind::Revolute,
         "continuous" => UrdfJointKind::Continuous,
         "prismatic" => UrdfJointKind::Prismatic,
@@ -177,22 +228,25 @@ fn joint(tag: XmlElement<'_, '_>, version: UrdfVersion) -> Result<Joint> {
             return Err(tag.invalid("type", expected));
         }
     };
-    for (name, required, optional) in [
-        ("safety_controller", &["k_velocity"][..], &["soft_lower_limit", "soft_upper_limit", "k_position"][..]),
-        ("calibration", &[], &["rising", "falling"]),
-    ] {
-        // These elements are not used, but they are read in order to detect damaged files.
-        if let Some(unused) = tag.child(name)? {
-            required.iter().try_for_each(|a| unused.required_number(a).map(drop))?;
-            optional.iter().try_for_each(|a| unused.number(a).map(drop))?;
-        }
-    }
     let dynamics = |t: XmlElement<'_, '_>| -> Result<JointDynamics> {
         let number = |name: &str| Ok(t.number(name)?.unwrap_or(0.0));
         Ok(JointDynamics { damping: number("damping")?, friction: number("friction")? })
     };
     let mimic = |t: XmlElement<'_, '_>| -> Result<Mimic> {
         Ok(Mimic { joint: t.required("joint")?, multiplier: t.number("multiplier")?, offset: t.number("offset")? })
+    };
+    // Nothing but its place matters of a joint that cannot move.
+    let moves = !matches!(kind, UrdfJointKind::Fixed | UrdfJointKind::Other(_));
+    let child = |name: &str| first_of(tag, name, findings).filter(|_| moves);
+    let axis = tag.child("axis").and_then(|t| t.map_or(Ok([1.0, 0.0, 0.0]), |t| t.required_numbers("xyz")));
+    let axis = match axis {
+        Err(e) if !moves => {
+            let line = e.place().map_or(tag.line(), |(_, line)| line);
+            let text = format!("the axis of a joint that cannot move is ignored: {}", e.text());
+            findings.warn(FindingKind::Axis, line, text);
+            [1.0, 0.0, 0.0]
+        }
+        axis => axis?,
     };
     Ok(Joint {
         line: tag.line(),
@@ -201,20 +255,26 @@ fn joint(tag: XmlElement<'_, '_>, version: UrdfVersion) -> Result<Joint> {
         origin: origin(tag, version)?,
         parent: tag.required_child("parent")?.required("link")?,
         child: tag.required_child("child")?.required("link")?,
-        axis: tag.child("axis")?.map_or(Ok([1.0, 0.0, 0.0]), |t| t.required_numbers("xyz"))?,
-        limit: tag.child("limit")?.map_or(Ok(JointLimit::default()), |t| limit(t, version))?,
-        dynamics: tag.child("dynamics")?.map(dynamics).transpose()?,
-        mimic: tag.child("mimic")?.map(mimic).transpose()?,
+        axis,
+        limit: child("limit").map_or(Ok(JointLimit::default()), |t| limit(t, version, findings))?,
+        dynamics: child("dynamics").map(dynamics).transpose()?,
+        mimic: child("mimic").map(mimic).transpose()?,
     })
 }
 
-fn limit(tag: XmlElement<'_, '_>, version: UrdfVersion) -> Result<JointLimit> {
+fn limit(tag: XmlElement<'_, '_>, version: UrdfVersion, findings: &Findings) -> Result<JointLimit> {
+    let stated = |effort: f64| Some(effort).filter(|effort| !(*effort <= 0.0));
     if version < INFINITE_LIMITS_SINCE {
+        let velocity = tag.number("velocity")?;
+        if velocity.is_none() {
+            let text = "a limit states no `velocity`; 10 rad/s (or m/s) is assumed".to_owned();
+            findings.note(FindingKind::Velocity, tag.line(), text);
+        }
         return Ok(JointLimit {
             lower: tag.number("lower")?.unwrap_or(0.0),
             upper: tag.number("upper")?.unwrap_or(0.0),
-            effort: tag.number("effort")?.unwrap_or(0.0),
-            velocity: tag.required_number("velocity")?,
+            effort: tag.number("effort")?.and_then(stated),
+            velocity: velocity.unwrap_or(0.0),
         });
     }
     let number = |name: &str| match tag.number(name)? {
@@ -235,7 +295,7 @@ fn limit(tag: XmlElement<'_, '_>, version: UrdfVersion) -> Result<JointLimit> {
     Ok(JointLimit {
         lower: lower.unwrap_or(f64::NEG_INFINITY),
         upper: upper.unwrap_or(f64::INFINITY),
-        effort: number("effort")?.unwrap_or(f64::INFINITY),
+        effort: number("effort")?.and_then(stated),
         velocity: number("velocity")?.unwrap_or(f64::INFINITY),
     })
 }

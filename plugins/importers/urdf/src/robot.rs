@@ -2,6 +2,11 @@
 
 use std::collections::BTreeMap;
 
+/// Converts a name to an alias, which must not contain slashes.
+pub fn alias(name: &str) -> String {
+    name.replace('/', "_")
+}
+
 /// The element `<robot>`.
 #[derive(Debug, Clone)]
 pub struct Robot {
@@ -13,8 +18,19 @@ pub struct Robot {
     pub joints: Vec<Joint>,
     /// Materials to which visuals refer by name.
     pub materials: Vec<Material>,
+    /// What `<gazebo>` elements state about links, by the names of these.
+    pub gazebo: BTreeMap<String, GazeboLink>,
     /// The names of all other children of `<robot>`, which are ignored, and their numbers of occurrences.
     pub others: BTreeMap<String, usize>,
+}
+
+/// What a `<gazebo>` element states about a link.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct GazeboLink {
+    /// Friction coefficient: the mean of `mu1` and `mu2`.
+    pub friction: Option<f64>,
+    /// Name of a material of Gazebo, such as `Gazebo/Orange`.
+    pub material: Option<String>,
 }
 
 /// A link: a rigid body with its mass and its geometries.
@@ -40,6 +56,8 @@ pub struct Inertial {
 /// A visual or a collision. Collisions have no material.
 #[derive(Debug, Clone)]
 pub struct LinkShape {
+    /// Line of the start tag, counted from 1.
+    pub line: u64,
     pub origin: UrdfPose,
     pub geometry: Geometry,
     pub material: Option<Material>,
@@ -98,13 +116,14 @@ pub enum UrdfJointKind {
     Other(&'static str),
 }
 
-/// Limits of a joint: positions in rad or m, effort in N m or N, velocity in rad/s or m/s. All are zero if the file has
-/// none.
+/// Limits of a joint: positions in rad or m, effort in N m or N, velocity in rad/s or m/s. Positions and velocity are zero
+/// if the file has none.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct JointLimit {
     pub lower: f64,
     pub upper: f64,
-    pub effort: f64,
+    /// Greater than 0; `None` if the file states no effort, 0, or a negative one, which means "no limit" in Gazebo.
+    pub effort: Option<f64>,
     pub velocity: f64,
 }
 

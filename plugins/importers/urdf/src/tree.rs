@@ -25,7 +25,7 @@ pub struct LinkGroup {
 pub struct BodyTree {
     /// The bodies, parents before children.
     pub bodies: Vec<LinkGroup>,
-    /// Joints of unsupported types, which are treated as fixed.
+    /// Joints of unsupported types or without an axis, which are treated as fixed.
     pub stiffened: Vec<usize>,
 }
 
@@ -48,18 +48,14 @@ pub fn pose(p: &UrdfPose, what: &str, line: u64) -> Result<Isometry3<f64>> {
     Ok(Isometry3::from_parts(Translation3::from(Vector3::from(p.xyz)), UnitQuaternion::from_euler_angles(r, p_, y)))
 }
 
-/// Returns the rotation that maps the z axis to the joint's axis.
-fn to_axis(joint: &Joint) -> Result<UnitQuaternion<f64>> {
+/// Returns the rotation that maps the z axis to the joint's axis, or `None` if the axis has no direction.
+fn to_axis(joint: &Joint) -> Result<Option<UnitQuaternion<f64>>> {
     let (axis, line) = (Vector3::from(joint.axis), joint.line);
     check_finite(axis.as_slice(), &format!("axis of the joint `{}`", joint.name), line)?;
-    let Some(axis) = axis.try_normalize(1e-9) else {
-        return Err(Fail::argument(format!("the axis of the joint `{}` is 0 0 0", joint.name))
-            .help("set it to a direction, such as `<axis xyz=\"0 0 1\"/>`")
-            .at("", line));
-    };
+    let Some(axis) = axis.try_normalize(1e-9) else { return Ok(None) };
     // Between opposite directions, the shortest rotation is not unique; a half turn about any perpendicular axis works.
     let about_x = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI);
-    Ok(UnitQuaternion::rotation_between(&Vector3::z(), &axis).unwrap_or(about_x))
+    Ok(Some(UnitQuaternion::rotation_between(&Vector3::z(), &axis).unwrap_or(about_x)))
 }
 
 impl BodyTree {
@@ -158,15 +154,15 @@ impl BodyTree {
                     joint.kind,
                     UrdfJointKind::Revolute | UrdfJointKind::Continuous | UrdfJointKind::Prismatic
                 );
-                if !moves {
+                let turn = if moves { to_axis(joint)? } else { None };
+                let Some(turn) = turn else {
                     if joint.kind != UrdfJointKind::Fixed {
                         tree.stiffened.push(*j);
                     }
                     tree.bodies[body].links.push((*child, origin));
                     open.push_back((*child, body, origin, depth + 1));
                     continue;
-                }
-                let turn = to_axis(joint)?;
+                };
                 tree.bodies.push(LinkGroup {
                     links: vec![(*child, Isometry3::identity())],
                     joint: Some((*j, body, origin * turn)),

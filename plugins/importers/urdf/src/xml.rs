@@ -1,5 +1,7 @@
 //! Access to the elements of an XML file and their attributes. Errors contain the line and column.
 
+use std::borrow::Cow;
+
 use roxmltree::{Document, Error, Node, ParsingOptions};
 use tatu_plugin_api::safe::{Fail, Result};
 
@@ -28,6 +30,44 @@ impl<'t> LineIndex<'t> {
     /// Returns the line of the last character.
     fn last_line(&self) -> u64 {
         self.position_of(self.text.trim_end().len()).0
+    }
+}
+
+/// Maximum number of prefixes that [`bind_prefixes`] binds.
+const MAX_PREFIXES: usize = 64;
+
+/// Returns the text with all namespace prefixes bound that it uses without binding them, as readers without namespaces
+/// accept it, and the first of these prefixes. Lines stay the same.
+pub fn bind_prefixes(text: &str) -> (Cow<'_, str>, Option<String>) {
+    let mut bound = Cow::Borrowed(text);
+    let mut first = None;
+    for _ in 0..MAX_PREFIXES {
+        let options = ParsingOptions { nodes_limit: MAX_NODES, ..Default::default() };
+        let Err(Error::UnknownNamespace(prefix, _)) = Document::parse_with_options(&bound, options) else { break };
+        // A xacro file has a better error.
+        let Some(at) = end_of_root_name(&bound).filter(|_| prefix != "xacro") else { break };
+        bound = Cow::Owned(format!("{} xmlns:{prefix}=\"unbound\"{}", &bound[..at], &bound[at..]));
+        first.get_or_insert(prefix);
+    }
+    (bound, first)
+}
+
+/// Returns the offset of the end of the root element's name in its start tag.
+fn end_of_root_name(text: &str) -> Option<usize> {
+    let mut at = 0;
+    loop {
+        at += text[at..].find('<')?;
+        let rest = &text[at..];
+        let skipped = match () {
+            () if rest.starts_with("<!--") => rest.find("-->")? + 3,
+            () if rest.starts_with("<?") => rest.find("?>")? + 2,
+            () if rest.starts_with("<!") => return None,
+            () => {
+                let end = rest[1..].find(|c: char| c.is_whitespace() || matches!(c, '/' | '>'))?;
+                return Some(at + 1 + end);
+            }
+        };
+        at += skipped;
     }
 }
 
@@ -115,6 +155,10 @@ impl<'a, 't> XmlElement<'a, 't> {
             (first, None) => Ok(first),
         }
     }
+    /// Returns the first child element with this name, or `None` if there is none.
+    pub fn first_child(self, name: &str) -> Option<XmlElement<'a, 't>> {
+        self.children().find(|c| c.name() == name)
+    }
     /// Returns the child element with this name. Fails unless there is exactly one.
     pub fn required_child(self, name: &str) -> Result<XmlElement<'a, 't>> {
         self.child(name)?.ok_or_else(|| self.fail(format!("{self} has no <{name}>")))
@@ -142,6 +186,10 @@ impl<'a, 't> XmlElement<'a, 't> {
     /// Returns the text of an attribute, or `None` if it is missing.
     pub fn text(&self, attribute: &str) -> Option<&'a str> {
         self.node.attributes().find(|a| a.name() == attribute).map(|a| a.value())
+    }
+    /// Returns the text in the element, or `None` if it has none.
+    pub fn content(&self) -> Option<&'a str> {
+        self.node.text()
     }
     /// Returns the text of an attribute. Fails if it is missing.
     pub fn required(&self, attribute: &str) -> Result<String> {

@@ -1,0 +1,343 @@
+//! Packages: folders that a document refers to by name, as in `package://NAME/meshes/part.stl`.
+//!
+//! A package is a folder with a file `package.xml` that states its name. A document may read the meshes and images of
+//! the packages that it names, wherever the program runs, but no other files in them; see decision 0078.
+
+use std::{
+    ffi::OsStr,
+    fs,
+    path::{Component, Path, PathBuf},
+};
+
+use tatu_plugin_api::safe::read_plain;
+
+/// The file that makes a folder a package.
+const MANIFEST: &str = "package.xml";
+/// Maximum size of a manifest in bytes.
+const MAX_MANIFEST_BYTES: u64 = 1 << 20;
+/// How many folders are searched upward from a document, including its own.
+const MAX_LEVELS: usize = 10;
+/// Maximum depth of packages below a folder in which the user has packages.
+const MAX_DEPTH: usize = 5;
+/// Maximum number of entries that a search lists, in all folders together.
+const MAX_ENTRIES: usize = 20_000;
+/// Files that exclude a folder and those below it from the search.
+const IGNORE_MARKS: [&str; 3] = ["CATKIN_IGNORE", "COLCON_IGNORE", "AMENT_IGNORE"];
+/// Suffixes of the files that may be read from packages, without the dot: those of meshes, of the files that meshes
+/// refer to, and of images.
+const ASSET_SUFFIXES: [&str; 18] = [
+    "obj", "mtl", "stl", "stlb", "ply", "dae", "gltf", "glb", "bin", "msh", "png", "jpg", "jpeg", "tga", "bmp", "gif",
+    "tif", "tiff",
+];
+
+/// A reference to a file of a package.
+#[derive(Debug, PartialEq, Eq)]
+pub struct PackageReference {
+    /// Name of the package.
+    pub package: String,
+    /// Path of the file in the package.
+    pub file: PathBuf,
+}
+
+impl PackageReference {
+    /// Parses a name of the form `package://NAME/FILE`. Returns `None` for other names, and a sentence if the name is
+    /// not allowed.
+    pub fn parse(name: &str) -> Option<Result<Self, String>> {
+        let (package, file) = name.strip_prefix("package://")?.split_once('/').unwrap_or_default();
+        let plain = |c: char| !c.is_control() && !matches!(c, '\\' | ':');
+        if package.is_empty() || package.starts_with('.') || !package.chars().all(plain) {
+            return Some(Err(format!("`{name}` does not name a package; expected `package://NAME/FILE`")));
+        }
+        let outside = || format!("`{name}` is not a path in the package `{package}`");
+        Some(match path_within(file).filter(|path| path.file_name().is_some()) {
+            None => Err(outside()),
+            Some(file) if !is_asset(&file) => {
+                Err(format!("`{name}` is neither a mesh nor an image; other files of packages are not read"))
+            }
+            Some(file) => Ok(PackageReference { package: package.to_owned(), file }),
+        })
+    }
+}
+
+/// Returns the relative path of a name without `.` and `..`, or `None` if it leads out of its folder or into a hidden
+/// one.
+fn path_within(name: &str) -> Option<PathBuf> {
+    let mut path = PathBuf::new();
+    for part in Path::new(name).components() {
+        match part {
+            Component::CurDir => {}
+            Component::ParentDir if path.pop() => {}
+            Component::Normal(part) if !is_hidden(part) => path.push(part),
+            _ => return None,
+        }
+    }
+    Some(path)
+}
+
+fn is_hidden(name: &OsStr) -> bool {
+    name.as_encoded_bytes().starts_with(b".")
+}
+
+/// Returns whether the name of a file is that of a mesh or of an image.
+pub fn is_asset(file: &Path) -> bool {
+    let suffix = file.extension().and_then(OsStr::to_str).unwrap_or_default().to_lowercase();
+    ASSET_SUFFIXES.contains(&suffix.as_str())
+}
+
+/// A package that was found.
+#[derive(Debug, PartialEq, Eq)]
+pub struct FoundPackage {
+    /// Its folder.
+    pub folder: PathBuf,
+    /// The bytes of the manifest that names it; `None` if only the folder does.
+    pub manifest: Option<Vec<u8>>,
+}
+
+/// Finds a package by its name: upward from the folder of a document, beside the package that contains the document,
+/// then in and below `roots`. `start` must be absolute.
+pub fn find(package: &str, start: &Path, roots: &[PathBuf]) -> Option<FoundPackage> {
+    let (mut enclosing, mut same_name) = (None, None);
+    for folder in start.ancestors().take(MAX_LEVELS) {
+        let Some(name) = folder.file_name().filter(|name| !is_hidden(name)) else { continue };
+        match read_manifest(folder) {
+            Some((named, bytes)) if named == package => {
+                return Some(FoundPackage { folder: folder.to_owned(), manifest: Some(bytes) });
+            }
+            Some(_) => drop(enclosing.get_or_insert(folder)),
+            None => {}
+        }
+        if name == package {
+            same_name.get_or_insert(folder);
+        }
+    }
+    // Some packages are referred to by the name of their folder, which differs from the one in the manifest.
+    if let Some(folder) = same_name {
+        return Some(FoundPackage { folder: folder.to_owned(), manifest: None });
+    }
+    let mut left = MAX_ENTRIES;
+    let beside = enclosing.and_then(Path::parent).and_then(|above| find_below(package, above, 1, &mut left));
+    beside.or_else(|| roots.iter().find_map(|root| find_below(package, root, MAX_DEPTH, &mut MAX_ENTRIES.clone())))
+}
+
+/// Returns the folder of the package that contains a folder.
+pub fn enclosing(start: &Path) -> Option<PathBuf> {
+    let is_shown = |folder: &&Path| folder.file_name().is_some_and(|name| !is_hidden(name));
+    let mut folders = start.ancestors().take(MAX_LEVELS).filter(is_shown);
+    folders.find(|folder| read_manifest(folder).is_some()).map(Path::to_owned)
+}
+
+/// Searches a folder and those below it, down to `depth` levels, but not inside of packages. `left` is the number of
+/// entries that may still be listed.
+fn find_below(package: &str, folder: &Path, depth: usize, left: &mut usize) -> Option<FoundPackage> {
+    if let Some((named, bytes)) = read_manifest(folder) {
+        // The folder beside a document's package can be a package itself, and contain the one that is sought.
+        if named == package {
+            return Some(FoundPackage { folder: folder.to_owned(), manifest: Some(bytes) });
+        }
+        if depth != 1 {
+            return None;
+        }
+    }
+    if depth == 0 || IGNORE_MARKS.iter().any(|mark| folder.join(mark).exists()) {
+        return None;
+    }
+    // The folder that has the package's name is the most likely one.
+    let direct = folder.join(package);
+    if let Some(found) = read_manifest(&direct).filter(|(named, _)| named == package) {
+        return Some(FoundPackage { folder: direct, manifest: Some(found.1) });
+    }
+    for below in list_folders(folder, left) {
+        if let Some(found) = find_below(package, &below, depth - 1, left) {
+            return Some(found);
+        }
+    }
+    None
+}
+
+/// Returns the folders in a folder that are not hidden, in the order of their names. Links are not followed, since they
+/// can lead back.
+fn list_folders(folder: &Path, left: &mut usize) -> Vec<PathBuf> {
+    let entries = fs::read_dir(folder).into_iter().flatten().flatten().take(*left);
+    let entries: Vec<_> = entries.collect();
+    *left -= entries.len();
+    let is_folder = |e: &fs::DirEntry| e.file_type().is_ok_and(|t| t.is_dir()) && !is_hidden(&e.file_name());
+    let mut folders: Vec<PathBuf> = entries.iter().filter(|e| is_folder(e)).map(fs::DirEntry::path).collect();
+    folders.sort();
+    folders
+}
+
+/// Returns the name that the manifest of a folder states, and the manifest.
+fn read_manifest(folder: &Path) -> Option<(String, Vec<u8>)> {
+    let bytes = read_plain(&folder.join(MANIFEST), MAX_MANIFEST_BYTES).ok()?;
+    Some((manifest_name(&bytes)?, bytes))
+}
+
+/// Returns the path of the manifest of a package.
+pub fn manifest_path(folder: &Path) -> PathBuf {
+    folder.join(MANIFEST)
+}
+
+/// Returns the text of the first element `<name>` of a manifest.
+fn manifest_name(manifest: &[u8]) -> Option<String> {
+    let text = String::from_utf8_lossy(manifest);
+    let mut rest = &*text;
+    loop {
+        let (comment, name) = (rest.find("<!--"), rest.find("<name>")?);
+        match comment.filter(|comment| *comment < name) {
+            Some(comment) => rest = &rest[comment + rest[comment..].find("-->")?..],
+            None => {
+                let text = &rest[name + "<name>".len()..];
+                return Some(text[..text.find('<')?].trim().to_owned());
+            }
+        }
+    }
+}
+
+/// Returns the path of a file of a package among stored files, which were read where [`find`] found the package. `stored`
+/// yields them in ascending order of their paths.
+pub fn find_stored<'a>(
+    reference: &PackageReference,
+    stored: impl Iterator<Item = (&'a Path, &'a [u8])> + Clone,
+) -> Option<PathBuf> {
+    let is_stored = |file: &Path| stored.clone().any(|(path, _)| path == file);
+    let manifests = stored.clone().filter(|(path, _)| path.file_name() == Some(OsStr::new(MANIFEST)));
+    let named = manifests.filter(|(_, bytes)| manifest_name(bytes).as_deref() == Some(&*reference.package));
+    let mut files = named.filter_map(|(path, _)| Some(path.parent()?.join(&reference.file)));
+    // A folder without a manifest was found by its name.
+    let end = Path::new(&reference.package).join(&reference.file);
+    let by_name = || stored.clone().map(|(path, _)| path.to_owned()).find(|path| path.ends_with(&end));
+    files.find(|file| is_stored(file)).or_else(by_name)
+}
+
+/// A file of a package, as it is on disk.
+#[derive(Debug, PartialEq, Eq)]
+pub enum PackageEntry {
+    /// It exists under its name.
+    Exact,
+    /// It does not exist, but one at this path in the package does, which differs only in the case of letters.
+    OtherCase(PathBuf),
+    /// It does not exist. The file at this path in the package has the same file name.
+    Missing(Option<PathBuf>),
+}
+
+/// Looks for a file of a package.
+pub fn look_up(folder: &Path, file: &Path) -> PackageEntry {
+    if folder.join(file).exists() {
+        return PackageEntry::Exact;
+    }
+    let mut left = MAX_ENTRIES;
+    let mut found = PathBuf::new();
+    for part in file.components() {
+        let part = part.as_os_str();
+        let exact = found.join(part);
+        if folder.join(&exact).exists() {
+            found = exact;
+            continue;
+        }
+        let Some(other) = same_letters(&folder.join(&found), part, &mut left) else {
+            return PackageEntry::Missing(find_file(folder, file.file_name().unwrap_or_default()));
+        };
+        found.push(other);
+    }
+    PackageEntry::OtherCase(found)
+}
+
+/// Returns the first entry of a folder, by name, that differs from `name` only in the case of letters.
+fn same_letters(folder: &Path, name: &OsStr, left: &mut usize) -> Option<std::ffi::OsString> {
+    let entries: Vec<_> = fs::read_dir(folder).into_iter().flatten().flatten().take(*left).collect();
+    *left -= entries.len();
+    let name = name.to_string_lossy().to_lowercase();
+    let mut same: Vec<_> =
+        entries.iter().map(fs::DirEntry::file_name).filter(|e| e.to_string_lossy().to_lowercase() == name).collect();
+    same.sort();
+    same.into_iter().next()
+}
+
+/// Returns the path in a package of the first file with a name, whatever the case of its letters.
+fn find_file(package: &Path, name: &OsStr) -> Option<PathBuf> {
+    let mut left = MAX_ENTRIES;
+    let mut open = vec![PathBuf::new()];
+    while let Some(folder) = open.pop() {
+        let here = package.join(&folder);
+        if let Some(found) = same_letters(&here, name, &mut left).filter(|n| here.join(n).is_file()) {
+            return Some(folder.join(found));
+        }
+        if folder.components().count() < MAX_LEVELS {
+            let below = list_folders(&here, &mut left);
+            open.extend(below.iter().rev().filter_map(|f| f.strip_prefix(package).ok().map(Path::to_owned)));
+        }
+    }
+    None
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn parsed(name: &str) -> Option<PackageReference> {
+        PackageReference::parse(name).and_then(Result::ok)
+    }
+
+    #[test]
+    fn only_meshes_and_images_inside_of_packages_are_named() {
+        let good = parsed("package://a_demo/meshes/../visual/./part.STL").unwrap();
+        assert_eq!((good.package.as_str(), good.file.as_path()), ("a_demo", Path::new("visual/part.STL")));
+        assert_eq!(PackageReference::parse("meshes/part.stl"), None);
+        for name in [
+            "package://.ssh/id_rsa",
+            "package://.ssh/id_rsa.png",
+            "package://a/../b.stl",
+            "package://a/.git/b.stl",
+            "package://a//etc/b.stl/../../c.stl",
+            "package://a/b.txt",
+            "package://a/package.xml",
+            "package://a",
+            "package:///b.stl",
+            "package://a:b/c.stl",
+            "package://../b.stl",
+        ] {
+            assert!(matches!(PackageReference::parse(name), Some(Err(_))), "{name}");
+        }
+    }
+
+    #[test]
+    fn a_manifest_states_its_name() {
+        let name = |text: &str| manifest_name(text.as_bytes());
+        assert_eq!(name("<package><name> a_b </name></package>").as_deref(), Some("a_b"));
+        assert_eq!(name("<!-- <name>x</name> --><package>\n<name>y</name>").as_deref(), Some("y"));
+        assert_eq!(name("<package><version>1</version></package>"), None);
+        assert_eq!(name("<!-- <name>x</name>"), None);
+        assert_eq!(name("<name>x"), None);
+    }
+
+    #[test]
+    fn packages_are_found_upward_and_beside_but_not_in_hidden_folders() {
+        let place = tempfile::tempdir().unwrap();
+        let at = |path: &str| place.path().join(path);
+        let write = |path: &str, text: &str| {
+            fs::create_dir_all(at(path).parent().unwrap()).unwrap();
+            fs::write(at(path), text).unwrap();
+        };
+        write("src/robot/package.xml", "<name>robot_description</name>");
+        write("src/robot/urdf/x/robot.urdf", "");
+        write("src/robot/Meshes/Part.stl", "");
+        write("src/other/package.xml", "<name>other_meshes</name>");
+        write("src/.hidden/package.xml", "<name>hidden</name>");
+        write("far/deep/down/package.xml", "<name>far_meshes</name>");
+        let start = at("src/robot/urdf/x");
+        let found = |name: &str, roots: &[PathBuf]| find(name, &start, roots).map(|f| f.folder);
+        assert_eq!(found("robot_description", &[]), Some(at("src/robot")));
+        assert_eq!(found("other_meshes", &[]), Some(at("src/other")));
+        assert_eq!(found("urdf", &[]), Some(at("src/robot/urdf")));
+        assert_eq!(found("robot", &[]), Some(at("src/robot")));
+        assert_eq!(found("hidden", &[]), None);
+        assert_eq!(found("far_meshes", &[]), None);
+        assert_eq!(found("far_meshes", &[at("far")]), Some(at("far/deep/down")));
+        assert_eq!(enclosing(&start), Some(at("src/robot")));
+        assert_eq!(look_up(&at("src/robot"), Path::new("Meshes/Part.stl")), PackageEntry::Exact);
+        let other = PackageEntry::OtherCase("Meshes/Part.stl".into());
+        assert_eq!(look_up(&at("src/robot"), Path::new("meshes/part.STL")), other);
+        let near = PackageEntry::Missing(Some("Meshes/Part.stl".into()));
+        assert_eq!(look_up(&at("src/robot"), Path::new("visual/part.stl")), near);
+    }
+}

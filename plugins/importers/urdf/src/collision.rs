@@ -1,0 +1,66 @@
+//! Builds the collision geometry of bodies.
+
+use nalgebra::{Isometry3, Vector3};
+use tatu_importers_common::merge_pieces;
+use tatu_plugin_api::safe::{Builder, Node, Result, Value};
+
+use crate::{
+    form::{PlacedSolid, SolidForm},
+    settings::ImportSettings,
+};
+
+/// Collision mask of a link. A link collides with everything except other links of the same robot, because these touch
+/// at joints.
+const COLLISION_MASK: i64 = 0xFF00;
+
+/// Largest vertical component of the axis of a wheel; a plate on a vertical axis cannot roll on a floor.
+const MAX_VERTICAL: f64 = 0.7;
+
+/// Gives a body its collision geometry, which must not be empty. `rolls_about` is the axis of the joint above, in the
+/// frame of the body, if the body can roll. Returns the number of cylinders that collide as spheres.
+pub fn set_collision_geometry(
+    builder: &Builder<'_>,
+    node: Node<'_>,
+    solids: &[&PlacedSolid],
+    rolls_about: Option<Vector3<f64>>,
+    friction: f64,
+    settings: &ImportSettings,
+) -> Result<usize> {
+    node.set("shape.respondable", true)?
+        .set("shape.respondable_mask", COLLISION_MASK)?
+        .set("shape.friction", friction)?;
+    if let [PlacedSolid { pose, form: SolidForm::Mesh(pieces) }] = solids {
+        let (points, triangles) = merge_pieces(&pieces.iter().map(|p| p.moved([1.0; 3], pose)).collect::<Vec<_>>());
+        let number = builder.mesh(&points, &triangles)?;
+        node.set("shape.primitive", "mesh")?.set("shape.mesh", number)?.set("shape.convex", !settings.concave)?;
+        return Ok(0);
+    }
+    let mut wheels = 0;
+    let mut parts = Vec::with_capacity(solids.len());
+    for solid in solids {
+        let ball = rolls_about.filter(|_| settings.wheels_as_balls).and_then(|axis| sphere_for_wheel(&axis, solid));
+        wheels += usize::from(ball.is_some());
+        parts.push(ball.as_ref().unwrap_or(solid).part(builder, !settings.concave)?);
+    }
+    node.set("shape.primitive", "compound")?.set("shape.parts", Value::List(parts))?;
+    Ok(wheels)
+}
+
+/// Returns the axis of a continuous joint in the frame of the body that it moves, if something can roll on a floor about
+/// it. `joint` is the pose of the joint's frame in the frame of the root, `below` that of the body in the joint's.
+pub fn rolling_axis(joint: &Isometry3<f64>, below: &Isometry3<f64>) -> Option<Vector3<f64>> {
+    let axis = joint * Vector3::z();
+    (axis.z.abs() <= MAX_VERTICAL).then(|| below.inverse() * Vector3::z())
+}
+
+/// Returns the sphere that replaces a cylinder coaxial with the joint above, or `None` for other geometries. A cylinder
+/// touches the floor along a line, which slows the rotation of a robot.
+fn sphere_for_wheel(axis: &Vector3<f64>, solid: &PlacedSolid) -> Option<PlacedSolid> {
+    let SolidForm::Primitive("cylinder", [d, _, length]) = solid.form else { return None };
+    let own = solid.pose * Vector3::z();
+    let at = solid.pose.translation.vector;
+    // The tolerance allows for quarter turns rounded to 1.57.
+    let centred = (at - axis * at.dot(axis)).norm() < 1e-6;
+    (centred && own.cross(axis).norm() < 1e-3 && length <= d)
+        .then_some(PlacedSolid { pose: solid.pose, form: SolidForm::Primitive("sphere", [d; 3]) })
+}

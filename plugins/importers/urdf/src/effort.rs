@@ -1,0 +1,99 @@
+//! The efforts that are assumed for joints whose file states none.
+
+use nalgebra::{Isometry3, Point3, Vector3};
+
+use crate::{
+    mass::Mass,
+    robot::{Robot, UrdfJointKind},
+    tree::BodyTree,
+};
+
+/// Acceleration of gravity, m/s^2.
+const GRAVITY: f64 = 9.81;
+/// Factor between the effort that lifts a load and the one that is assumed, so that the load can be accelerated.
+const MARGIN: f64 = 2.0;
+/// Smallest lever that is assumed, m.
+const MIN_LEVER: f64 = 1e-3;
+
+/// What the effort of a joint depends on.
+struct Load {
+    /// Distance of the farthest point that the joint moves from its axis, m, in the pose of the file.
+    lever: f64,
+    /// Sum of mass times the greatest distance from the joint that other joints allow, kg m, of what the joint moves.
+    reach: f64,
+}
+
+/// Returns an effort for the joint above each body, N m or N; that of the root is 0.
+///
+/// Revolute and prismatic joints can lift the whole robot with what they move, as legs must and as arms can. Continuous
+/// joints can hold what they move, stretched out, and together push the robot with its weight, as wheels do.
+pub fn assumed_efforts(
+    robot: &Robot,
+    tree: &BodyTree,
+    masses: &[Mass],
+    points: &[Vec<Vector3<f64>>],
+    fixed_base: bool,
+) -> Vec<f64> {
+    let loads = loads(tree, masses, points);
+    let moving = &masses[usize::from(fixed_base).min(masses.len())..];
+    let weight = GRAVITY * moving.iter().map(|m| m.mass).sum::<f64>();
+    let kind = |body: usize| tree.bodies[body].joint.as_ref().map(|(j, ..)| robot.joints[*j].kind);
+    let turning = (0..tree.bodies.len()).filter(|b| kind(*b) == Some(UrdfJointKind::Continuous)).count().max(1);
+    let effort = |body: usize| {
+        let Load { lever, reach } = loads[body];
+        match kind(body) {
+            None => 0.0,
+            Some(UrdfJointKind::Prismatic) => MARGIN * weight,
+            Some(UrdfJointKind::Continuous) => {
+                (weight * lever.max(MIN_LEVER) / turning as f64).max(MARGIN * GRAVITY * reach)
+            }
+            Some(_) => MARGIN * weight * lever.max(MIN_LEVER),
+        }
+    };
+    (0..tree.bodies.len()).map(|body| rounded(effort(body))).collect()
+}
+
+/// Returns the lever of the joint above each body; see [`Load`].
+pub fn levers(tree: &BodyTree, masses: &[Mass], points: &[Vec<Vector3<f64>>]) -> Vec<f64> {
+    loads(tree, masses, points).into_iter().map(|load| load.lever).collect()
+}
+
+fn loads(tree: &BodyTree, masses: &[Mass], points: &[Vec<Vector3<f64>>]) -> Vec<Load> {
+    let mut poses: Vec<Isometry3<f64>> = Vec::with_capacity(tree.bodies.len());
+    let mut axes: Vec<(Point3<f64>, Vector3<f64>)> = Vec::with_capacity(tree.bodies.len());
+    for body in &tree.bodies {
+        let joint = match &body.joint {
+            Some((_, above, frame)) => poses[*above] * frame,
+            None => Isometry3::identity(),
+        };
+        axes.push((joint.translation.vector.into(), joint * Vector3::z()));
+        poses.push(joint * body.below);
+    }
+    let mut loads: Vec<Load> = tree.bodies.iter().map(|_| Load { lever: 0.0, reach: 0.0 }).collect();
+    for (body, pose) in poses.iter().enumerate() {
+        let centre = pose * Point3::from(masses[body].com);
+        let hull: Vec<Point3<f64>> = points[body].iter().map(|p| pose * Point3::from(*p)).collect();
+        let mut length = (centre - axes[body].0).norm();
+        let mut at = Some(body);
+        while let Some(joint) = at {
+            let (origin, axis) = axes[joint];
+            let distance = |p: &Point3<f64>| (p - origin).cross(&axis).norm();
+            let lever = hull.iter().chain([&centre]).map(distance).fold(0.0, f64::max);
+            loads[joint].lever = loads[joint].lever.max(lever);
+            loads[joint].reach += masses[body].mass * length;
+            at = tree.bodies[joint].joint.as_ref().map(|(_, above, _)| *above);
+            if let Some(above) = at {
+                length += (origin - axes[above].0).norm();
+            }
+        }
+    }
+    loads
+}
+
+/// Rounds to two digits, since an assumed value should not look exact.
+fn rounded(x: f64) -> f64 {
+    if x <= 0.0 || !x.is_finite() {
+        return 0.0;
+    }
+    format!("{x:.1e}").parse().unwrap_or(x)
+}

@@ -1,0 +1,272 @@
+//! Tests of robots in URDF files as people publish them: in packages, with flaws, without efforts.
+
+use std::fs;
+
+use super::urdf::cube;
+use crate::kit::*;
+
+/// An inertial of 1 kg.
+const INERTIAL: &str = "<inertial><mass value=\"1\"/><inertia ixx=\"0.01\" ixy=\"0\" ixz=\"0\" iyy=\"0.01\" iyz=\"0\" \
+                        izz=\"0.01\"/></inertial>";
+
+/// A floor at a height of 0.
+const FLOOR: &str = "[[object]]\nkind = \"shape\"\nalias = \"floor\"\nprimitive = \"plane\"\nrespondable = true\n";
+
+/// Returns a robot of one fixed link that is seen as a mesh.
+fn seen(mesh: &str) -> String {
+    format!(
+        "<robot name=\"r\">\n<link name=\"world\">\n<visual><geometry><mesh filename=\"{mesh}\"/></geometry></visual>\
+         </link></robot>"
+    )
+}
+
+/// Writes a package with a robot and a mesh, beside another package with a mesh.
+fn packages(place: &TestFolder, mesh: &str) {
+    place.write("src/arm/package.xml", "<package><name>arm_description</name></package>");
+    place.write("src/arm/urdf/arm.urdf", &seen(mesh));
+    place.write("src/other/package.xml", "<package><name>other_meshes</name></package>");
+    place.write("far/group/third/package.xml", "<package><name>third</name></package>");
+    place.write("src/arm/scripts/run.lua", "print('secret')").write("src/.ssh/id_rsa.stl", "secret");
+    for folder in ["src/arm/meshes", "src/other/meshes", "far/group/third/meshes", "empty"] {
+        fs::create_dir_all(place.path().join(folder)).unwrap();
+        fs::write(place.path().join(folder).join("part.stl"), cube([0.0; 3])).unwrap();
+    }
+}
+
+/// Checks the robot from a folder that contains none of its files.
+fn check(place: &TestFolder, args: &[&str], env: &[(&str, &str)]) -> RunOutput {
+    let file = place.path().join("src/arm/urdf/arm.urdf");
+    let args = [&["check", file.to_str().unwrap()], args].concat();
+    run(program(), &place.path().join("empty"), &args, env).good()
+}
+
+#[test]
+fn packages_are_found_from_any_folder() {
+    let place = TestFolder::new();
+    for mesh in [
+        "package://arm_description/meshes/part.stl",
+        "package://other_meshes/meshes/part.stl",
+        // Some files name the folder instead of the package.
+        "package://arm/meshes/part.stl",
+        "package:\\\\arm_description\\meshes\\part.stl",
+        "../meshes/part.stl",
+    ] {
+        packages(&place, mesh);
+        let told = check(&place, &[], &[]);
+        assert!(!told.err.contains("warning"), "{mesh}: {}", told.err);
+    }
+    // Capitals that differ are told.
+    packages(&place, "package://arm_description/Meshes/Part.stl");
+    check(&place, &[], &[]).reports(&["`meshes/part.stl`", "with other capitals"]);
+    // The message about a missing file names one with the same name; that about a package, how to find it.
+    packages(&place, "package://arm_description/visual/part.stl");
+    check(&place, &[], &[]).reports(&["does not exist in", "there is `meshes/part.stl`"]);
+    packages(&place, "package://third/meshes/part.stl");
+    check(&place, &[], &[]).reports(&["the package `third` was not found", "--package-path", "TATU_PACKAGE_PATH"]);
+    let far = place.path().join("far").display().to_string();
+    for told in [
+        check(&place, &["--package-path", &far], &[]),
+        check(&place, &[], &[("ROS_PACKAGE_PATH", &far)]),
+        check(&place, &[], &[("TATU_PACKAGE_PATH", &far)]),
+    ] {
+        assert!(!told.err.contains("warning"), "{}", told.err);
+    }
+}
+
+#[test]
+fn only_meshes_and_images_of_packages_are_read() {
+    let place = TestFolder::new();
+    fs::write(place.path().join("secret.stl"), cube([0.0; 3])).unwrap();
+    packages(&place, "");
+    #[cfg(unix)]
+    std::os::unix::fs::symlink(place.path().join("secret.stl"), place.path().join("src/arm/meshes/link.stl")).unwrap();
+    for (mesh, word) in [
+        ("package://.ssh/id_rsa.stl", "does not name a package"),
+        ("package://arm_description/../.ssh/id_rsa.stl", "is not a path in the package"),
+        ("package://arm_description/../../secret.stl", "is not a path in the package"),
+        ("package://arm_description/.git/a.stl", "is not a path in the package"),
+        #[cfg(unix)]
+        ("package://arm_description/meshes/link.stl", "is a link that leads out of"),
+        ("package://arm_description/scripts/run.lua", "the format is not supported"),
+        ("file:///etc/part.stl", "is outside the folders that may be read"),
+    ] {
+        place.write("src/arm/urdf/arm.urdf", &seen(mesh));
+        check(&place, &[], &[]).reports(&[word]);
+    }
+}
+
+/// A replay reads the meshes of packages from the log.
+#[test]
+fn packages_are_recorded_in_input_logs() {
+    let place = TestFolder::new();
+    packages(&place, "package://other_meshes/meshes/part.stl");
+    let robot = place.path().join("src/arm/urdf/arm.urdf");
+    let told = place.tatu(&["run", robot.to_str().unwrap(), "--steps", "2", "--log", "log"]).good();
+    let hash = |out: &str| out.split("hash ").nth(1).unwrap().split_whitespace().next().unwrap().to_owned();
+    fs::remove_dir_all(place.path().join("src")).unwrap();
+    let replayed = place.tatu(&["run", "--replay", "log"]).good();
+    assert_eq!(hash(&told.err), hash(&replayed.err));
+    assert!(!replayed.err.contains("warning"), "{}", replayed.err);
+}
+
+/// Returns a box with four wheels of 0.1 m, whose joints have no limits.
+fn cart() -> String {
+    let wheel = |name: &str, x: f64, y: f64| {
+        format!(
+            "<link name=\"{name}\">{INERTIAL}<collision><origin rpy=\"1.570796326794897 0 0\"/><geometry><cylinder \
+             radius=\"0.1\" length=\"0.05\"/></geometry></collision></link><joint name=\"{name}_joint\" \
+             type=\"continuous\"><parent link=\"base\"/><child link=\"{name}\"/><origin xyz=\"{x} {y} 0\"/><axis \
+             xyz=\"0 1 0\"/></joint>\n"
+        )
+    };
+    let wheels = [("a", 0.2, 0.2), ("b", 0.2, -0.2), ("c", -0.2, 0.2), ("d", -0.2, -0.2)];
+    let wheels = wheels.map(|(name, x, y)| wheel(name, x, y)).concat();
+    format!(
+        "<robot name=\"cart\"><link name=\"base\">{INERTIAL}<collision><geometry><box size=\"0.4 0.2 0.1\"/></geometry>\
+         </collision></link>\n{wheels}</robot>"
+    )
+}
+
+#[test]
+fn wheels_without_a_stated_effort_drive() {
+    let script = "function sysCall_init()\n for _, w in ipairs({'a', 'b', 'c', 'd'}) do \
+                  sim.setJointTargetVelocity(sim.getObject('/cart/' .. w .. '_joint'), 5) end\nend";
+    let scene = |more: &str| {
+        format!(
+            "{FLOOR}[[import]]\nfile = \"cart.urdf\"\non_floor = true\n{more}\nscript = {{ text = '''\n{script}\n''' }}\n"
+        )
+    };
+    let place = TestFolder::scene(&scene(""));
+    place.write("cart.urdf", &cart());
+    place
+        .tatu(&["check", "scene.toml"])
+        .good()
+        .reports(&["4 of 4 joints state no effort: motors of 1.2 N m (or N) are assumed"]);
+    let lines = place.trace(&["/cart"], &["--seconds", "4"]);
+    let [x, _, z] = lines.last().unwrap().object::<3>("/cart", "position");
+    // Wheels of 0.1 m at 5 rad/s, which are as fast after less than 0.2 s; `on_floor` puts them on the floor.
+    assert!((1.8..2.0).contains(&x) && (z - 0.1).abs() < 1e-3, "{x} {z}");
+    place.write("scene.toml", &format!("format = 1\n{}", scene("default_effort = 0.0")));
+    place.tatu(&["check", "scene.toml"]).good().reports(&["4 of 4 joints state no effort: they have no motor"]);
+    let lines = place.trace(&["/cart"], &["--seconds", "4"]);
+    assert!(lines.last().unwrap().object::<3>("/cart", "position")[0].abs() < 1e-3);
+}
+
+/// An arm of 1 kg and 0.5 m whose effort is 0, absent or negative holds its position.
+#[test]
+fn arms_without_a_stated_effort_hold() {
+    for limit in ["effort=\"0\"", "", "effort=\"-1\""] {
+        let place = TestFolder::new();
+        let link = INERTIAL.replace("<mass", "<origin xyz=\"0.5 0 0\"/><mass");
+        let arm = format!(
+            "<robot name=\"arm\"><link name=\"world\"/><link name=\"bar\">{link}</link><joint name=\"shoulder\" \
+             type=\"revolute\"><parent link=\"world\"/><child link=\"bar\"/><axis xyz=\"0 1 0\"/><limit lower=\"-2\" \
+             upper=\"2\" {limit} velocity=\"2\"/></joint></robot>"
+        );
+        place.write("arm.urdf", &arm);
+        place.tatu(&["run", "arm.urdf", "--seconds", "2", "--trace", "t.jsonl", "--watch", "/arm/shoulder"]).good();
+        let lines = place.lines("t.jsonl");
+        let at = lines.last().unwrap().0["objects"]["/arm/shoulder"]["joint"]["position"].as_f64().unwrap();
+        assert!(at.abs() < 0.01, "{limit}: {at}");
+    }
+}
+
+/// The bounding box of two cubes, 0.8 m apart, has room for a ball between them.
+#[test]
+fn meshes_of_one_link_collide_as_their_own_hulls() {
+    let place = TestFolder::new();
+    let part = |x: f64| {
+        format!("<collision><origin xyz=\"{x} 0 0\"/><geometry><mesh filename=\"cube.stl\"/></geometry></collision>")
+    };
+    let robot = format!("<robot name=\"r\"><link name=\"world\">{}{}</link></robot>", part(-0.4), part(0.4));
+    fs::write(place.path().join("cube.stl"), cube([0.0; 3])).unwrap();
+    place.write("r.urdf", &robot);
+    let ball = |alias: &str, x: f64| {
+        format!(
+            "[[object]]\nkind = \"shape\"\nalias = \"{alias}\"\nprimitive = \"sphere\"\nsize_m = [0.1, 0.1, 0.1]\n\
+             position_m = [{x}, 0.0, 1.2]\ndynamic = true\nrespondable = true\n"
+        )
+    };
+    let import = "[[import]]\nfile = \"r.urdf\"\nposition_m = [0.0, 0.0, 0.5]\n";
+    place.write("scene.toml", &format!("format = 1\n{FLOOR}{}{}{import}", ball("between", 0.0), ball("on", 0.4)));
+    let lines = place.trace(&["/between", "/on"], &["--seconds", "3"]);
+    let height = |path: &str| lines.last().unwrap().object::<3>(path, "position")[2];
+    assert!((height("/between") - 0.05).abs() < 1e-3, "{}", height("/between"));
+    assert!((height("/on") - 0.65).abs() < 1e-3, "{}", height("/on"));
+}
+
+#[test]
+fn a_plate_on_a_vertical_axis_is_not_a_wheel() {
+    let robot = format!(
+        "<robot name=\"r\"><link name=\"base\">{INERTIAL}<collision><geometry><box size=\"0.3 0.3 0.1\"/></geometry>\
+         </collision></link><link name=\"plate\">{INERTIAL}<collision><geometry><cylinder radius=\"0.5\" \
+         length=\"0.05\"/></geometry></collision></link><joint name=\"turn\" type=\"continuous\"><parent link=\"base\"/>\
+         <child link=\"plate\"/><origin xyz=\"0 0 0.1\"/><axis xyz=\"0 0 1\"/></joint></robot>"
+    );
+    let place = TestFolder::scene(&format!("{FLOOR}[[import]]\nfile = \"r.urdf\"\nposition_m = [0.0, 0.0, 0.05]\n"));
+    place.write("r.urdf", &robot);
+    let lines = place.trace(&["/r"], &["--seconds", "2"]);
+    assert!((lines.last().unwrap().object::<3>("/r", "position")[2] - 0.05).abs() < 1e-3);
+}
+
+/// A flaw that does not concern how the robot moves costs one element, and is told with its line.
+#[test]
+fn a_flaw_costs_one_element() {
+    let link = |more: &str| format!("<link name=\"world\">\n{more}</link>");
+    let with = |joint: &str| {
+        format!(
+            "<link name=\"world\"/>\n<link name=\"part\">{INERTIAL}</link>\n<joint name=\"j\" type=\"revolute\"><parent \
+             link=\"world\"/><child link=\"part\"/>{joint}</joint>"
+        )
+    };
+    let visual = |geometry: &str| link(&format!("<visual><geometry>{geometry}</geometry></visual>"));
+    let fixed = with("<axis xzy=\"0 0 1\"/>").replace("revolute", "fixed");
+    let doubled =
+        "<visual><geometry><box size=\"1 1 1\"/></geometry><material name=\"a\"/><material name=\"b\"/></visual>";
+    for (content, words) in [
+        (visual("<box size=\"0.1 0 0.1\"/>"), "line 3: visual of the link `world`: expected a length greater than 0"),
+        (visual("<ring/>"), "line 3: a visual of the link `world` is left out: <geometry> contains <ring>"),
+        (visual("<box size=\"1 1\"/>"), "line 3: a visual of the link `world` is left out"),
+        (link(doubled), "line 3: <visual> has more than one <material>"),
+        (format!("{}<gazebo><sensor:camera/></gazebo>", link("")), "the namespace prefix `sensor:` is not declared"),
+        (fixed, "line 4: the axis of a joint that cannot move is ignored"),
+        (with("<axis xyz=\"0 0 0\"/>"), "line 4: the axis of the joint `j` is 0 0 0; it is treated as fixed"),
+        (
+            with("<limit lower=\"1\" upper=\"-1\" effort=\"1\" velocity=\"1\"/>"),
+            "`lower` 1 exceeds `upper` -1: swapped",
+        ),
+        (with("<limit lower=\"-1\" upper=\"1\" effort=\"1\"/>"), "line 4: a limit states no `velocity`"),
+        (with("<limit lower=\"1\" upper=\"2\" effort=\"1\" velocity=\"1\"/>"), "exclude 0: it starts at 1"),
+        (
+            with("").replace(" ixy=\"0\" ixz=\"0\"", ""),
+            "line 3: an inertia states no `ixy`; 0 is assumed (and in one more",
+        ),
+        (with("").replace(INERTIAL, ""), "line 3: the link `part` can move but has no mass"),
+    ] {
+        let place = TestFolder::new();
+        place.write("r.urdf", &format!("<robot name=\"r\">\n{content}</robot>"));
+        place.tatu(&["check", "r.urdf"]).good().reports(&[words]);
+    }
+}
+
+#[test]
+fn a_joint_is_mimicked_although_a_link_has_its_name() {
+    let place = TestFolder::new();
+    let finger = |name: &str, more: &str| {
+        format!(
+            "<link name=\"{name}_finger\">{INERTIAL}</link><joint name=\"{name}\" type=\"prismatic\"><parent \
+             link=\"left\"/><child link=\"{name}_finger\"/><axis xyz=\"0 1 0\"/><limit lower=\"-0.2\" upper=\"0.2\" \
+             effort=\"10\" velocity=\"1\"/>{more}</joint>"
+        )
+    };
+    let mount = "<link name=\"world\"/><link name=\"left\"/><joint name=\"mount\" type=\"fixed\"><parent \
+                 link=\"world\"/><child link=\"left\"/></joint>";
+    let fingers = finger("left", "") + &finger("right", "<mimic joint=\"left\" multiplier=\"-1\"/>");
+    place.write("r.urdf", &format!("<robot name=\"r\">{mount}{fingers}</robot>"));
+    let args = ["run", "r.urdf", "--set", "/r/left[1].target_velocity_m_s=0.1", "--seconds", "1", "--trace", "t.jsonl"];
+    let told = place.tatu(&[&args[..], &["--watch", "/r/right"]].concat()).good();
+    assert!(!told.err.contains("should follow"), "{}", told.err);
+    let lines = place.lines("t.jsonl");
+    let at = lines.last().unwrap().0["objects"]["/r/right"]["joint"]["position"].as_f64().unwrap();
+    assert!((at + 0.1).abs() < 0.01, "{at}");
+}
