@@ -1,0 +1,278 @@
+"""Compares tatu-importers-xacro with xacro of PyPI, on the files of `inputs/` and on random expressions.
+
+    cargo build -p tatu-importers-xacro --example expand
+    pip install xacro
+    python plugins/lib/xacro/tests/against_xacro.py [--expressions 2000] [--seed 1] [--record] [FILE.xacro ...]
+
+Trees of elements are compared, not bytes: texts without blanks around them, attributes in any order, no comments. With
+`--record`, what xacro makes of `inputs/` is written to `expected/`, with which `cargo test` compares without Python. For
+other files, `--package NAME=FOLDER` and `NAME:=VALUE` apply to both programs.
+"""
+
+import argparse
+import json
+import os
+import random
+import re
+import subprocess
+import sys
+import types
+import warnings
+from pathlib import Path
+from xml.dom import Node, minidom
+
+import xacro
+
+HERE = Path(__file__).resolve().parent
+ROOT = HERE.parents[3]
+PACKAGES = {"parts_pkg": str(HERE / "inputs" / "parts")}
+ARGUMENTS = {"given": "1"}
+QUOTED_KEY = "['a']"
+
+
+def provide_packages(packages):
+    """Makes `$(find NAME)` work without ROS."""
+    module = types.ModuleType("ament_index_python.packages")
+    module.get_package_share_directory = lambda name: packages[name]
+    sys.modules["ament_index_python"] = types.ModuleType("ament_index_python")
+    sys.modules["ament_index_python.packages"] = module
+
+
+def program():
+    target = Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target"))
+    found = [target / profile / "examples" / "expand" for profile in ("debug", "release")]
+    found = [path for path in found if path.exists()]
+    if not found:
+        sys.exit("build first: cargo build -p tatu-importers-xacro --example expand")
+    return str(max(found, key=lambda path: path.stat().st_mtime))
+
+
+def tree(node):
+    """Returns an element as nested tuples: name, attributes, children."""
+    attributes = dict(node.attributes.items())
+    children = []
+    for child in node.childNodes:
+        if child.nodeType == Node.ELEMENT_NODE:
+            children.append(tree(child))
+        elif child.nodeType in (Node.TEXT_NODE, Node.CDATA_SECTION_NODE) and child.data.strip():
+            children.append(" ".join(child.data.split()))
+    return node.tagName, attributes, children
+
+
+def difference(expected, found, path=""):
+    """Returns the first difference of two trees as text, or None."""
+    if isinstance(expected, str) or isinstance(found, str):
+        return None if expected == found else f"{path}: expected text {expected!r}, found {found!r}"
+    path = f"{path}/{expected[0]}"
+    if expected[0] != found[0]:
+        return f"{path}: found <{found[0]}>"
+    # xacro loses declarations of includes within conditions.
+    more = {name for name in found[1] if name.startswith("xmlns:") and name not in expected[1]}
+    for name in sorted((set(expected[1]) | set(found[1])) - more):
+        if not same(expected[1].get(name), found[1].get(name)):
+            return f"{path}@{name}: expected {expected[1].get(name)!r}, found {found[1].get(name)!r}"
+    if len(expected[2]) != len(found[2]):
+        return f"{path}: expected {len(expected[2])} children, found {len(found[2])}"
+    for a, b in zip(expected[2], found[2]):
+        if message := difference(a, b, path):
+            return message
+    return None
+
+
+def same(expected, found, tolerance=0.0):
+    """Whether two values are the same text, or numbers of the same kind within a relative tolerance."""
+    if expected == found or expected is None or found is None or tolerance == 0.0:
+        return expected == found
+    try:
+        a, b = float(expected), float(found)
+    except ValueError:
+        return False
+    return ("." in expected or "e" in expected) and abs(a - b) <= tolerance * abs(a)
+
+
+def by_xacro(path, arguments):
+    """Returns the tree that xacro makes, or its error."""
+    try:
+        document = xacro.process_file(str(path), mappings=dict(arguments), verbosity=0)
+        return tree(document.documentElement), document
+    except Exception as error:
+        return f"error: {error}", None
+
+
+def by_tatu(path, arguments, packages):
+    command = [program(), str(path)]
+    command += [f"{name}:={value}" for name, value in arguments.items()]
+    command += [word for name, folder in packages.items() for word in ("--package", f"{name}={folder}")]
+    run = subprocess.run(command, capture_output=True, text=True)
+    if run.returncode:
+        return f"error: {run.stderr.strip()}"
+    return tree(minidom.parseString(run.stdout).documentElement)
+
+
+def compare_files(files, arguments, packages, record):
+    wrong = 0
+    for path in files:
+        expected, document = by_xacro(path, arguments)
+        found = by_tatu(path, arguments, packages)
+        if isinstance(expected, str) or isinstance(found, str):
+            message = None if isinstance(expected, str) and isinstance(found, str) else "only one program expands it"
+            if message or "-v" in sys.argv:
+                print(f"{path}:\n  xacro: {str(expected)[:300]}\n  tatu:  {str(found)[:300]}")
+        else:
+            message = difference(expected, found)
+            if message:
+                print(f"{path}: {message}")
+        wrong += message is not None
+        if record and document:
+            # Texts with the folder of this machine are made independent of it.
+            text = document.documentElement.toprettyxml(indent="  ").replace(packages["parts_pkg"], "/parts")
+            (HERE / "expected" / f"{path.stem}.xml").write_text(text)
+    print(f"{len(files)} files, {wrong} differ")
+    return wrong
+
+
+class Generator:
+    """Makes random expressions. Those that no program can evaluate are of use, too: both must refuse them."""
+
+    def __init__(self, seed):
+        self.random = random.Random(seed)
+
+    def expression(self, depth):
+        pick = self.random.choice
+        if depth <= 0:
+            return pick(self.atoms())
+        # Mostly numbers, so that most expressions have a value.
+        sub = lambda: self.number() if self.random.random() < 0.4 else self.expression(depth - self.random.randint(1, 2))
+        kinds = [
+            lambda: f"{sub()} {pick(['+', '-', '*', '/', '//', '%'])} {sub()}",
+            lambda: f"({sub()}) {pick(['+', '-', '*', '/', '//', '%'])} ({sub()})",
+            lambda: f"({sub()}) ** {pick(['2', '3', '-1', '0.5', '0'])}",
+            lambda: f"{pick(['-', '+', 'not ', '~'])}({sub()})",
+            lambda: f"({sub()}) {pick(['<', '<=', '==', '!=', '>', '>=', 'in', 'not in'])} ({sub()})",
+            lambda: f"{self.number()} < {sub()} <= {self.number()}",
+            lambda: f"({sub()}) {pick(['and', 'or'])} ({sub()})",
+            lambda: f"{sub()} if {sub()} else {sub()}",
+            lambda: f"[{', '.join(sub() for _ in range(self.random.randint(0, 3)))}]",
+            lambda: f"({sub()}, {sub()})",
+            lambda: f"{pick(self.lists())}[{self.random.randint(-3, 3)}]",
+            lambda: f"{pick(self.lists() + self.texts())}[{self.bound()}:{self.bound()}{pick(['', ':-1', ':2'])}]",
+            lambda: f"{pick(['len', 'str', 'int', 'float', 'bool', 'round', 'list'])}({sub()})",
+            lambda: f"{pick(['min', 'max'])}({sub()}, {sub()})",
+            lambda: f"round({self.float()}, {self.random.randint(-3, 6)})",
+            lambda: f"python.{pick(['sum', 'sorted', 'tuple', 'any', 'all'])}({pick(self.lists())})",
+            lambda: f"python.{pick(['abs', 'repr'])}({sub()})",
+            lambda: f"python.divmod({sub()}, {self.number()})",
+            lambda: f"list(python.range({self.random.randint(-3, 9)}, {self.random.randint(-3, 9)}, {pick([-2, -1, 1, 3])}))",
+            lambda: f"{pick(['sqrt', 'sin', 'cos', 'atan', 'floor', 'ceil', 'fabs', 'radians', 'degrees', 'exp', 'math.log'])}({sub()})",
+            lambda: f"{pick(['atan2', 'math.pow', 'math.fmod', 'math.hypot', 'math.copysign'])}({sub()}, {self.number()})",
+            lambda: f"{pick(self.texts())}.{pick(['upper()', 'lower()', 'strip()', 'split()', 'title()', 'capitalize()'])}",
+            lambda: f"{pick(self.texts())}.{pick(['split', 'startswith', 'endswith', 'find', 'count', 'strip'])}({pick(self.texts())})",
+            lambda: f"{pick(self.texts())}.replace({pick(self.texts())}, {pick(self.texts())})",
+            lambda: f"{pick(self.texts())}.join({pick(self.lists())})",
+            lambda: f"'%s|%{pick(['', '3', '-6', '06', '.2', '8.3'])}{pick('dfegs')}' % ({sub()}, {sub()})",
+            lambda: f"dict(a={sub()}, b={sub()}){pick(['', QUOTED_KEY, '.get(1, 2)', '.keys()'])}",
+            lambda: f"python.isinstance({sub()}, {pick(['int', 'float', 'str', 'list', '(int, str)'])})",
+            lambda: f"list(map({pick(['float', 'int', 'str', 'len'])}, {pick(self.lists())}))",
+            lambda: f"{sub()} {pick(['&', '|', '^', '<<', '>>'])} {self.random.randint(0, 9)}",
+        ]
+        return pick(kinds)()
+
+    def number(self):
+        return self.random.choice([self.float(), str(self.random.randint(-20, 20))])
+
+    def float(self):
+        value = self.random.choice([
+            self.random.uniform(-10, 10), round(self.random.uniform(-100, 100), 2), self.random.randint(-40, 40) / 8,
+            self.random.uniform(1, 10) * 10.0 ** self.random.randint(-20, 25),
+        ])
+        return f"({value!r})" if value < 0 else repr(value)
+
+    def bound(self):
+        return self.random.choice(["", str(self.random.randint(-4, 4))])
+
+    def texts(self):
+        return ["'abc'", "''", "'a b  c '", "'B_left'", "'_'", "'1.5'", "' 7 '", "\"it's\"", "'ä→'", "'a'", "r'\\n'", "'x\\ty'"]
+
+    def lists(self):
+        return ["[1, 2, 3]", "[]", "['a', 'b']", "(4.5, -1)", "[3, 1.5, True]", "'1 2 30'.split()", "[[1], [2, 'x']]", "'abc'"]
+
+    def atoms(self):
+        return [self.number() for _ in range(8)] + ["pi", "True", "False", "None", "1e3", "0x1f", "1_000"] + self.texts()[:6]
+
+
+def compare_expressions(count, seed):
+    """Compares values of random expressions; returns how many differ."""
+    generator = Generator(seed)
+    expressions = [generator.expression(generator.random.randint(1, 4)) for _ in range(count)]
+    run = subprocess.run([program(), "--expressions"], input="\n".join(expressions) + "\n", capture_output=True, text=True)
+    answers = run.stdout.splitlines()
+    if run.returncode or len(answers) != count:
+        sys.exit(f"{len(answers)} of {count} answers: {run.stderr[-2000:]}")
+    warnings.simplefilter("ignore")
+    wrong, values, refused, larger, last_bits = 0, 0, 0, 0, 0
+    for expression, answer in zip(expressions, answers):
+        symbols = xacro.Table(xacro._global_symbols)
+        try:
+            expected = str(xacro.eval_text("${" + expression + "}", symbols))
+        except Exception as error:
+            expected = None
+            reason = error
+        if answer.startswith("!"):
+            found = None
+        else:
+            found = minidom.parseString(rust_text(answer)).documentElement.getAttribute("v")
+        if expected is None:
+            refused += 1
+            if found is not None:
+                wrong += 1
+                print(f"{expression}\n  only Tatu has a value: {found}; xacro: {reason}")
+        elif found is None and ("more than 64 bits" in answer or "is a complex number" in answer):
+            larger += 1
+        elif found is None:
+            wrong += 1
+            print(f"{expression}\n  expected {expected}, Tatu refuses: {answer}")
+        elif expected == found:
+            values += 1
+        elif same_lists(expected, found):
+            last_bits += 1
+        else:
+            wrong += 1
+            print(f"{expression}\n  expected {expected}\n  found    {found}")
+    print(f"{count} expressions: {values} equal, {last_bits} equal but for the last bits of functions of math, "
+          f"{refused} refused by both, {larger} with complex numbers or integers of more than 64 bits, {wrong} differ")
+    return wrong
+
+
+def rust_text(answer):
+    """Reads a text in quotes as Rust writes it."""
+    return json.loads(re.sub(r"\\u\{([0-9a-f]+)\}", lambda m: chr(int(m[1], 16)), answer).replace("\\'", "'"))
+
+
+def same_lists(expected, found):
+    """Whether two texts are the same but for the last bits of the floats in them."""
+    number = re.compile(r"-?\d+\.\d+(?:e[+-]\d+)?|-?\d+e[+-]\d+")
+    if number.sub("#", expected) != number.sub("#", found):
+        return False
+    return all(same(a, b, 1e-14) for a, b in zip(number.findall(expected), number.findall(found)))
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("files", nargs="*")
+    parser.add_argument("--expressions", type=int, default=2000)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--record", action="store_true")
+    parser.add_argument("--package", action="append", default=[])
+    options = parser.parse_args()
+    packages = {**PACKAGES, **dict(pair.split("=", 1) for pair in options.package)}
+    provide_packages(packages)
+    given = dict(word.split(":=", 1) for word in options.files if ":=" in word)
+    files = [Path(word) for word in options.files if ":=" not in word]
+    wrong = compare_files(files or sorted((HERE / "inputs").glob("*.xacro")), given if files else ARGUMENTS, packages, options.record)
+    if not files:
+        wrong += compare_expressions(options.expressions, options.seed)
+    sys.exit(1 if wrong else 0)
+
+
+if __name__ == "__main__":
+    main()
