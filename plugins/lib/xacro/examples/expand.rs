@@ -6,7 +6,7 @@
 //! ```
 //!
 //! Notes and errors go to stderr. With `--lines`, each line is preceded by its origin. Of expressions, one per line, the
-//! values are printed in quotes, or `!` and the error.
+//! values are printed as elements, or `!` and the error.
 
 use std::{
     collections::BTreeMap,
@@ -44,7 +44,7 @@ fn expressions() {
         let escaped = line.replace('&', "&amp;").replace('<', "&lt;").replace('"', "&quot;");
         let file = format!("<a v=\"${{{escaped}}}\"/>");
         match expand("expression", file.as_bytes(), &Arguments::new(), &mut NoFiles) {
-            Ok(expansion) => println!("{:?}", expansion.text.lines().nth(1).unwrap_or("")),
+            Ok(expansion) => println!("{}", expansion.text.split('\n').nth(1).unwrap_or("")),
             Err(error) => println!("!{}", error.message.replace('\n', " ")),
         }
     }

@@ -166,7 +166,9 @@ mod tests {
 
     #[test]
     fn names_match_as_in_a_shell() {
-        for (pattern, name) in [("*", ""), ("a*b*c", "a_b_bc"), ("?[a-c]", "xb"), ("[!a]", "b"), ("[]]", "]"), ("[", "[")] {
+        for (pattern, name) in
+            [("*", ""), ("a*b*c", "a_b_bc"), ("?[a-c]", "xb"), ("[!a]", "b"), ("[]]", "]"), ("[", "[")]
+        {
             assert!(matches(pattern, name), "{pattern} {name}");
         }
         for (pattern, name) in [("?", ""), ("a*b", "ac"), ("[!a]", "a"), ("", "a"), ("[a-c]", "d")] {

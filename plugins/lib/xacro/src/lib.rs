@@ -92,12 +92,7 @@ impl Expansion {
 ///
 /// # Errors
 /// The file, or one that it includes, has a flaw, or exceeds a limit.
-pub fn expand(
-    name: &str,
-    bytes: &[u8],
-    arguments: &Arguments,
-    files: &mut dyn Files,
-) -> Result<Expansion, XacroError> {
+pub fn expand(name: &str, bytes: &[u8], arguments: &Arguments, files: &mut dyn Files) -> Result<Expansion, XacroError> {
     expand_within(Limits::default(), name, bytes, arguments, files)
 }
 

@@ -65,7 +65,9 @@ impl Budget {
     pub fn spend(&mut self, units: usize) -> Result<()> {
         match self.work.checked_sub(units as u64) {
             Some(left) => self.work = left,
-            None => fail!("the file takes more than {} steps to expand: does a macro multiply itself?", self.limits.work),
+            None => {
+                fail!("the file takes more than {} steps to expand: does a macro multiply itself?", self.limits.work)
+            }
         }
         Ok(())
     }
@@ -89,7 +91,10 @@ impl Budget {
     /// Enters an element or a call; `leave` must follow if it succeeds.
     pub fn enter(&mut self) -> Result<()> {
         if self.depth >= self.limits.depth {
-            fail!("elements and calls of macros are nested deeper than {}: does a macro call itself without end?", self.limits.depth);
+            fail!(
+                "elements and calls of macros are nested deeper than {}: does a macro call itself without end?",
+                self.limits.depth
+            );
         }
         self.depth += 1;
         self.spend(1)

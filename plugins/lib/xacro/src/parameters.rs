@@ -81,7 +81,8 @@ mod tests {
 
     #[test]
     fn all_forms_of_parameters_are_read() {
-        let parameters = parse(" a  b:=5 c = 'x y' d:=^ e:=^|7 f:=${1 + g} *h **i j:=a'b c'd k:=$(arg x) l:=\"\" m:= n").unwrap();
+        let parameters =
+            parse(" a  b:=5 c = 'x y' d:=^ e:=^|7 f:=${1 + g} *h **i j:=a'b c'd k:=$(arg x) l:=\"\" m:= n").unwrap();
         let found: Vec<(&str, bool, Option<&str>)> =
             parameters.iter().map(|p| (p.name.as_str(), p.is_forwarded, p.default.as_deref())).collect();
         let expected = [

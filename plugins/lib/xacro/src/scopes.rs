@@ -113,7 +113,10 @@ pub(crate) struct Macro {
 pub(crate) enum MacroEntry {
     Macro(Rc<Macro>),
     /// An include with `ns`: its tables of macros and of properties.
-    Space { macros: usize, properties: usize },
+    Space {
+        macros: usize,
+        properties: usize,
+    },
 }
 
 /// All tables of macros.

@@ -60,13 +60,15 @@ pub(crate) struct SourceFile {
     line_starts: Vec<usize>,
     /// Offset and length of declarations that were added to the text.
     added: (usize, usize),
+    /// Prefixes that the file uses without a declaration.
+    pub undeclared: Vec<String>,
 }
 
 impl SourceFile {
     fn new(name: &str, text: String) -> Self {
         let starts = text.match_indices('\n').map(|(at, _)| at + 1);
         let line_starts = std::iter::once(0).chain(starts).collect();
-        SourceFile { name: name.into(), text, line_starts, added: (usize::MAX, 0) }
+        SourceFile { name: name.into(), text, line_starts, added: (usize::MAX, 0), undeclared: Vec::new() }
     }
 
     /// The line of an offset, from 1.
@@ -101,6 +103,7 @@ impl SourceFile {
         for start in self.line_starts.iter_mut().filter(|start| **start > at) {
             *start += declaration.len();
         }
+        self.undeclared.push(prefix.to_owned());
         self.added = (at, if self.added.0 == at { self.added.1 } else { 0 } + declaration.len());
         true
     }

@@ -52,12 +52,10 @@ mod tests {
 
     #[test]
     fn texts_are_divided_at_dollars() {
-        assert_eq!(pieces("a${b}$(c d)e").ok(), Some(vec![
-            Piece::Text("a"),
-            Piece::Expression("b"),
-            Piece::Substitution("c d"),
-            Piece::Text("e")
-        ]));
+        assert_eq!(
+            pieces("a${b}$(c d)e").ok(),
+            Some(vec![Piece::Text("a"), Piece::Expression("b"), Piece::Substitution("c d"), Piece::Text("e")])
+        );
         assert_eq!(pieces("$${x}").ok(), Some(vec![Piece::Text("${"), Piece::Text("x}")]));
         assert_eq!(pieces("5$ é$").ok(), Some(vec![Piece::Text("5"), Piece::Text("$ é"), Piece::Text("$")]));
         assert_eq!(pieces("").ok(), Some(vec![]));

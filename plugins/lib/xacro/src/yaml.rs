@@ -36,7 +36,9 @@ pub(crate) fn load(text: &str, context: &mut dyn Context) -> Result<Value> {
     for event in Parser::new_from_str(text) {
         let (event, span) = match event {
             Ok(event) => event,
-            Err(error) => fail!("line {}, column {}: {}", error.marker().line(), error.marker().col() + 1, error.info()),
+            Err(error) => {
+                fail!("line {}, column {}: {}", error.marker().line(), error.marker().col() + 1, error.info())
+            }
         };
         let line = span.start.line();
         context.budget().spend(1)?;
@@ -144,9 +146,10 @@ fn scalar(text: &str, style: ScalarStyle, tag: Option<&Tag>, context: &mut dyn C
             let value = plain(text)?;
             return match (suffix, &value) {
                 ("str", _) => Ok(Value::text(text)),
-                ("int", Value::Int(_)) | ("float", Value::Float(_)) | ("bool", Value::Bool(_)) | ("null", Value::None) => {
-                    Ok(value)
-                }
+                ("int", Value::Int(_))
+                | ("float", Value::Float(_))
+                | ("bool", Value::Bool(_))
+                | ("null", Value::None) => Ok(value),
                 ("float", _) => match float_from_text(text) {
                     Some(float) => Ok(Value::Float(float)),
                     None => fail!("`{text}` is no float"),
@@ -229,7 +232,7 @@ fn number(text: &str, unsigned: &str) -> Result<Option<Value>> {
         return Ok(sexagesimal(unsigned, is_negative));
     }
     let starts_well = unsigned.starts_with(|c: char| c.is_ascii_digit())
-        || (unsigned.starts_with('.') && unsigned[1..].starts_with(|c: char| c.is_ascii_digit()) );
+        || (unsigned.starts_with('.') && unsigned[1..].starts_with(|c: char| c.is_ascii_digit()));
     let (mantissa, exponent) = match unsigned.split_once(['e', 'E']) {
         Some((mantissa, exponent)) => (mantissa, Some(exponent)),
         None => (unsigned, None),
@@ -237,10 +240,8 @@ fn number(text: &str, unsigned: &str) -> Result<Option<Value>> {
     let has_exponent = exponent.is_none_or(|exponent| {
         exponent.strip_prefix(['+', '-']).is_some_and(|digits| is_made_of(digits, "0123456789"))
     });
-    let is_float = starts_well
-        && has_exponent
-        && mantissa.matches('.').count() == 1
-        && is_made_of(mantissa, "0123456789._");
+    let is_float =
+        starts_well && has_exponent && mantissa.matches('.').count() == 1 && is_made_of(mantissa, "0123456789._");
     Ok(if is_float { text.replace('_', "").parse().ok().map(Value::Float) } else { None })
 }
 
@@ -254,7 +255,11 @@ fn sexagesimal(unsigned: &str, is_negative: bool) -> Option<Value> {
     let below_60 = |text: &str| digits(text) && text.len() <= 2 && text.parse::<u8>().is_ok_and(|n| n < 60);
     let seconds = last.split('.').next().unwrap_or("");
     let is_float = last.contains('.');
-    if !digits(first) || (!is_float && first.starts_with('0')) || !middle.iter().all(|m| below_60(m)) || !below_60(seconds) {
+    if !digits(first)
+        || (!is_float && first.starts_with('0'))
+        || !middle.iter().all(|m| below_60(m))
+        || !below_60(seconds)
+    {
         return None;
     }
     let sign = if is_negative { -1.0 } else { 1.0 };

@@ -48,7 +48,9 @@ impl Expander<'_> {
         }
         match self.macros.find(scope.macros, rest) {
             Some(MacroEntry::Macro(found)) if scope.macros != self.scope.macros => Ok((found.clone(), scope)),
-            _ => fail!("the macro `{full_name}` is unknown: it must be defined, or its file included, before it is called"),
+            _ => fail!(
+                "the macro `{full_name}` is unknown: it must be defined, or its file included, before it is called"
+            ),
         }
     }
 
@@ -63,7 +65,8 @@ impl Expander<'_> {
         };
         let (found, scope) = self.find_macro(&called)?;
         let is_call = &*element.name == "xacro:call";
-        let within = |fault: Box<Fault>| fault.within(|| format!("the macro `{called}` is called here"), element.origin);
+        let within =
+            |fault: Box<Fault>| fault.within(|| format!("the macro `{called}` is called here"), element.origin);
         let (values, blocks) = self.arguments_of(element, &called, &found, is_call)?;
 
         let (properties_len, macros_len) = (self.properties.len(), self.macros.len());
@@ -116,7 +119,12 @@ impl Expander<'_> {
 
         let mut made = Made::default();
         self.expand_children(&element.children, &mut made)?;
-        let given = Element { name: element.name.clone(), attributes: Vec::new(), children: made.children, origin: element.origin };
+        let given = Element {
+            name: element.name.clone(),
+            attributes: Vec::new(),
+            children: made.children,
+            origin: element.origin,
+        };
         let mut elements = given.elements();
         for parameter in found.parameters.iter().filter(|parameter| parameter.is_block()) {
             match elements.next() {

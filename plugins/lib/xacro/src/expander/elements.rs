@@ -131,7 +131,9 @@ impl Expander<'_> {
             let made = self.expand_plain(&block)?;
             into.children.push(Node::Element(made));
         } else {
-            fail!("the block `{name}` is not defined: expected a parameter *{name} or **{name} of the macro, or a property with content");
+            fail!(
+                "the block `{name}` is not defined: expected a parameter *{name} or **{name} of the macro, or a property with content"
+            );
         }
         Ok(())
     }

@@ -35,7 +35,6 @@ impl Expander<'_> {
         if element.elements().next().is_some() {
             self.notes.add("children of include", "elements in <xacro:include> are ignored", Some(element.origin));
         }
-        // An unknown package is missing like a file in it.
         let path = self.text_at(name, origin)?;
         let path = self.file_name(&path);
         let paths = if is_pattern(&path) {
@@ -54,6 +53,7 @@ impl Expander<'_> {
         for path in paths {
             match self.include_file(&path, scope, into) {
                 Err(fault) if is_optional && fault.is_missing_file => {}
+                Err(fault) if fault.is_missing_file => return Err(fault.at(origin)),
                 Err(fault) => return Err(fault.within(|| format!("{path} is included here"), origin)),
                 Ok(()) => {}
             }
@@ -96,6 +96,12 @@ impl Expander<'_> {
     /// Parses a file and adds it to the sources.
     pub(super) fn parse_source(&mut self, name: &str, bytes: &[u8]) -> Result<Rc<Element>> {
         let (file, root) = parse(name, bytes, self.sources.len() as u32);
+        // The prefix of xacro itself does not appear in the result.
+        for prefix in file.undeclared.iter().filter(|prefix| *prefix != "xacro") {
+            let message = format!("the prefix `{prefix}:` is not declared by xmlns:{prefix}");
+            let origin = root.as_ref().ok().map(|root| root.origin);
+            self.notes.add(&message, &message, origin);
+        }
         self.sources.push(file);
         root
     }

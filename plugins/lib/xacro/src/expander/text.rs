@@ -121,8 +121,10 @@ impl Expander<'_> {
             ),
             ("optenv", [name, default @ ..]) => {
                 let default = default.join(" ");
-                let message =
-                    format!("environment variables are not read: for {name}, its default \"{}\" is used", excerpt(&default));
+                let message = format!(
+                    "environment variables are not read: for {name}, its default \"{}\" is used",
+                    excerpt(&default)
+                );
                 self.add_note("environment", &message);
                 Ok(default)
             }

@@ -176,7 +176,10 @@ pub(super) fn braces(
             named.iter().find(|(name, _)| **name == *field).map(|(_, value)| value)
         };
         let Some(value) = found else {
-            fail!("`{}`: there is no argument for {{{field}}} (indices and attributes in it are not supported)", excerpt(format))
+            fail!(
+                "`{}`: there is no argument for {{{field}}} (indices and attributes in it are not supported)",
+                excerpt(format)
+            )
         };
         let value = match conversion {
             "" => value.clone(),
@@ -185,7 +188,10 @@ pub(super) fn braces(
             other => fail!("`!{other}` in a format is not supported: expected !r or !s"),
         };
         let specification = Specification::parse(specification)?;
-        if matches!(value, Value::Int(_)) && specification.precision.is_some() && matches!(specification.kind, None | Some('d')) {
+        if matches!(value, Value::Int(_))
+            && specification.precision.is_some()
+            && matches!(specification.kind, None | Some('d'))
+        {
             fail!("`{}`: an int has no precision", excerpt(format));
         }
         out.push_str(&specification.apply(&value, budget)?);

@@ -22,16 +22,23 @@ use crate::{
 /// Functions with their bare names.
 const BARE: [&str; 11] = ["list", "dict", "map", "len", "str", "float", "int", "bool", "min", "max", "round"];
 /// Functions whose bare names still work, with a warning.
-const DISCOURAGED: [(&str, &str); 5] = [
-    ("sorted", "python"),
-    ("range", "python"),
-    ("load_yaml", "xacro"),
-    ("abs_filename", "xacro"),
-    ("dotify", "xacro"),
-];
+const DISCOURAGED: [(&str, &str); 5] =
+    [("sorted", "python"), ("range", "python"), ("load_yaml", "xacro"), ("abs_filename", "xacro"), ("dotify", "xacro")];
 /// Functions that are only in the namespace `python`.
 const PYTHON: [&str; 13] = [
-    "abs", "all", "any", "divmod", "enumerate", "filter", "isinstance", "ord", "repr", "reversed", "sum", "tuple", "zip",
+    "abs",
+    "all",
+    "any",
+    "divmod",
+    "enumerate",
+    "filter",
+    "isinstance",
+    "ord",
+    "repr",
+    "reversed",
+    "sum",
+    "tuple",
+    "zip",
 ];
 const PYTHON_REFUSED: [&str; 8] = ["complex", "frozenset", "hash", "issubclass", "set", "slice", "type", "vars"];
 const XACRO: [&str; 7] = ["arg", "message", "warning", "error", "print_location", "fatal", "tokenize"];
@@ -116,7 +123,8 @@ type Named = [(Rc<str>, Value)];
 /// Calls a function by its name.
 pub(super) fn call(name: &'static str, arguments: &[Value], named: &Named, context: &mut dyn Context) -> Result<Value> {
     context.budget().spend(1)?;
-    let takes_names = matches!(name, "dict" | "sorted" | "tokenize" | "message" | "warning" | "error" | "print_location");
+    let takes_names =
+        matches!(name, "dict" | "sorted" | "tokenize" | "message" | "warning" | "error" | "print_location");
     if let (Some((key, _)), false) = (named.first(), takes_names) {
         fail!("{name}() takes no argument `{key}` here");
     }
@@ -230,10 +238,9 @@ fn call_python(name: &'static str, arguments: &[Value], named: &Named, budget: &
             Ok(Value::Bool(items_of(sequence, budget)?.iter().any(|item| item.is_true() == any) == any))
         }
         ("range", [_] | [_, _] | [_, _, _]) => range(arguments),
-        ("divmod", [a, b]) => Value::tuple(vec![
-            binary(Operator::FloorDivide, a, b, budget)?,
-            binary(Operator::Remainder, a, b, budget)?,
-        ]),
+        ("divmod", [a, b]) => {
+            Value::tuple(vec![binary(Operator::FloorDivide, a, b, budget)?, binary(Operator::Remainder, a, b, budget)?])
+        }
         ("enumerate", [sequence] | [sequence, _]) => {
             let start = arguments.get(1).map_or(Some(0), Value::as_int);
             let Some(start) = start else { fail!("enumerate() takes an int as its second argument") };
@@ -403,7 +410,8 @@ fn round_int(int: i64, places: i64) -> Result<Value> {
     if places >= 0 {
         return Ok(Value::Int(int));
     }
-    let unit = u32::try_from(places.unsigned_abs()).ok().and_then(|places| 10_i128.checked_pow(places)).unwrap_or(i128::MAX);
+    let unit =
+        u32::try_from(places.unsigned_abs()).ok().and_then(|places| 10_i128.checked_pow(places)).unwrap_or(i128::MAX);
     let (whole, rest) = (i128::from(int).div_euclid(unit), i128::from(int).rem_euclid(unit));
     let up = match (rest.saturating_mul(2)).cmp(&unit) {
         Ordering::Less => 0,

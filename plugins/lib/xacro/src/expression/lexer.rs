@@ -22,9 +22,9 @@ const SYMBOLS: [&str; 35] = [
 
 /// Python's keywords, which are no names.
 const KEYWORDS: [&str; 35] = [
-    "False", "None", "True", "and", "as", "assert", "async", "await", "break", "class", "continue", "def", "del", "elif",
-    "else", "except", "finally", "for", "from", "global", "if", "import", "in", "is", "lambda", "nonlocal", "not", "or",
-    "pass", "raise", "return", "try", "while", "with", "yield",
+    "False", "None", "True", "and", "as", "assert", "async", "await", "break", "class", "continue", "def", "del",
+    "elif", "else", "except", "finally", "for", "from", "global", "if", "import", "in", "is", "lambda", "nonlocal",
+    "not", "or", "pass", "raise", "return", "try", "while", "with", "yield",
 ];
 
 /// Whether a text can be the name of a property.
@@ -103,7 +103,8 @@ fn number(text: &str) -> Result<(Token, usize)> {
             Err(_) => wrong(len),
         };
     }
-    let digits = |from: usize| from + text[from..].find(|c: char| !c.is_ascii_digit() && c != '_').unwrap_or(text.len() - from);
+    let digits =
+        |from: usize| from + text[from..].find(|c: char| !c.is_ascii_digit() && c != '_').unwrap_or(text.len() - from);
     let mut len = digits(0);
     let mut is_float = false;
     if text[len..].starts_with('.') {

@@ -11,10 +11,52 @@ use crate::{
 
 /// The functions, without their namespace.
 pub(super) const FUNCTIONS: [&str; 46] = [
-    "acos", "acosh", "asin", "asinh", "atan", "atan2", "atanh", "cbrt", "ceil", "copysign", "cos", "cosh", "degrees",
-    "erf", "erfc", "exp", "exp2", "expm1", "fabs", "factorial", "floor", "fmod", "gamma", "gcd", "hypot", "isclose",
-    "isfinite", "isinf", "isnan", "isqrt", "ldexp", "lgamma", "log", "log10", "log1p", "log2", "pow", "radians",
-    "remainder", "sin", "sinh", "sqrt", "tan", "tanh", "trunc", "modf",
+    "acos",
+    "acosh",
+    "asin",
+    "asinh",
+    "atan",
+    "atan2",
+    "atanh",
+    "cbrt",
+    "ceil",
+    "copysign",
+    "cos",
+    "cosh",
+    "degrees",
+    "erf",
+    "erfc",
+    "exp",
+    "exp2",
+    "expm1",
+    "fabs",
+    "factorial",
+    "floor",
+    "fmod",
+    "gamma",
+    "gcd",
+    "hypot",
+    "isclose",
+    "isfinite",
+    "isinf",
+    "isnan",
+    "isqrt",
+    "ldexp",
+    "lgamma",
+    "log",
+    "log10",
+    "log1p",
+    "log2",
+    "pow",
+    "radians",
+    "remainder",
+    "sin",
+    "sinh",
+    "sqrt",
+    "tan",
+    "tanh",
+    "trunc",
+    "modf",
 ];
 
 /// The functions that only this module has names for; others of Python are refused.
@@ -85,7 +127,9 @@ pub(super) fn call(name: &str, arguments: &[Value]) -> Result<Value> {
             }
             return Ok(Value::Float(libm::log(x) / libm::log(y)));
         }
-        "fmod" | "remainder" if y == 0.0 || x.is_infinite() => fail!("{name}({}, {}) is not defined", float_text(x), float_text(y)),
+        "fmod" | "remainder" if y == 0.0 || x.is_infinite() => {
+            fail!("{name}({}, {}) is not defined", float_text(x), float_text(y))
+        }
         "hypot" => return Ok(Value::Float(hypot(&floats))),
         _ => {}
     }

@@ -70,7 +70,11 @@ fn of_text(text: &Rc<str>, name: &str, arguments: &[Value], named: &Named, budge
             let mut after_letter = false;
             let mut out = String::new();
             for c in text.chars() {
-                if after_letter { out.extend(c.to_lowercase()) } else { out.extend(c.to_uppercase()) }
+                if after_letter {
+                    out.extend(c.to_lowercase())
+                } else {
+                    out.extend(c.to_uppercase())
+                }
                 after_letter = c.is_alphabetic();
             }
             same(out)

@@ -91,7 +91,9 @@ fn ints(operator: Operator, a: i64, b: i64, both_are_bool: bool) -> Result<Value
         Operator::BitAnd => Some(a & b),
         Operator::ShiftLeft | Operator::ShiftRight if b < 0 => fail!("a shift by {b}, which is negative"),
         Operator::ShiftLeft if a == 0 => Some(0),
-        Operator::ShiftLeft => u32::try_from(b).ok().and_then(|b| 1_i64.checked_shl(b).filter(|_| b < 63)).and_then(|p| a.checked_mul(p)),
+        Operator::ShiftLeft => {
+            u32::try_from(b).ok().and_then(|b| 1_i64.checked_shl(b).filter(|_| b < 63)).and_then(|p| a.checked_mul(p))
+        }
         Operator::ShiftRight => Some(a >> b.min(63)),
     };
     match checked {
@@ -188,7 +190,10 @@ fn contains(container: &Value, item: &Value, budget: &mut Budget) -> Result<bool
             Ok(dict.entries().get(&key).is_some())
         }
         (Value::Range(range), item) => Ok(match crate::value::number::compare(item, &Value::Int(range.start)) {
-            Some(_) => item.as_float().and_then(crate::value::number::exact_int).is_some_and(|i| range_has(range, item.as_int().unwrap_or(i))),
+            Some(_) => item
+                .as_float()
+                .and_then(crate::value::number::exact_int)
+                .is_some_and(|i| range_has(range, item.as_int().unwrap_or(i))),
             None => false,
         }),
         (container, item) => {
@@ -227,7 +232,9 @@ pub(super) fn items_of(value: &Value, budget: &mut Budget) -> Result<Vec<Value>>
         }
         Value::Range(range) => {
             budget.items(range.count)?;
-            Ok((0..range.count as i64).map(|i| Value::Int(range.start.wrapping_add(range.step.wrapping_mul(i)))).collect())
+            Ok((0..range.count as i64)
+                .map(|i| Value::Int(range.start.wrapping_add(range.step.wrapping_mul(i))))
+                .collect())
         }
         Value::Text(text) => {
             budget.items(text.chars().count())?;
@@ -272,7 +279,8 @@ pub(super) fn index(of: &Value, at: &Value, budget: &mut Budget) -> Result<Value
 /// A sentence with the keys of a dictionary, if they are few.
 fn known_keys(entries: &crate::value::dict::Entries) -> String {
     const MAX_NAMED: usize = 12;
-    let names: Vec<&str> = entries.pairs().filter_map(|(k, _)| if let Value::Text(t) = k { Some(&**t) } else { None }).collect();
+    let names: Vec<&str> =
+        entries.pairs().filter_map(|(k, _)| if let Value::Text(t) = k { Some(&**t) } else { None }).collect();
     if names.is_empty() || names.len() > MAX_NAMED { String::new() } else { format!(": it has {}", names.join(", ")) }
 }
 
