@@ -157,7 +157,7 @@ mod tests {
 
     #[test]
     fn patterns_find_files_in_order() {
-        let mut find = |path: &str| matching(path, 100, &mut Folder).unwrap();
+        let find = |path: &str| matching(path, 100, &mut Folder).unwrap();
         assert_eq!(find("a/*.xacro"), ["a/b.xacro", "a/z.xacro"]);
         assert_eq!(find("a/sub*/m.xacro"), ["a/sub1/m.xacro", "a/sub2/m.xacro"]);
         assert_eq!(find("q/*"), [""; 0]);

@@ -80,12 +80,28 @@ impl Budget {
         self.spend(1 + bytes / 8)
     }
 
+    /// Checks the size of a text to which a part was added, whose size is accounted for by itself.
+    pub fn grown_text(&mut self, bytes: usize, part: usize) -> Result<()> {
+        if bytes > self.limits.text_bytes {
+            fail!("a text has more than {} bytes", self.limits.text_bytes);
+        }
+        self.spend(1 + part / 8)
+    }
+
     /// Accounts for a list or dictionary that is made, before it is made.
     pub fn items(&mut self, count: usize) -> Result<()> {
         if count > self.limits.items {
             fail!("a list has {count} items, more than {}", self.limits.items);
         }
         self.spend(1 + count.saturating_mul(4))
+    }
+
+    /// Accounts for one more item in a list or dictionary that has `count`.
+    pub fn another_item(&mut self, count: usize) -> Result<()> {
+        if count >= self.limits.items {
+            fail!("a list has more than {} items", self.limits.items);
+        }
+        self.spend(4)
     }
 
     /// Enters an element or a call; `leave` must follow if it succeeds.

@@ -119,10 +119,13 @@ pub(crate) enum MacroEntry {
     },
 }
 
+/// The macros of a table, and the table around it.
+type MacroTable = (BTreeMap<Rc<str>, MacroEntry>, Option<usize>);
+
 /// All tables of macros.
 #[derive(Debug)]
 pub(crate) struct MacroTables {
-    list: Vec<(BTreeMap<Rc<str>, MacroEntry>, Option<usize>)>,
+    list: Vec<MacroTable>,
 }
 
 impl MacroTables {

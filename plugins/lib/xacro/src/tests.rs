@@ -105,7 +105,7 @@ fn files_expand_as_by_xacro() {
 }
 
 #[test]
-fn errors_name_the_line_and_what_was_expected() {
+fn errors_name_the_line_and_the_flaw() {
     let names = names_in("refused");
     for name in &names {
         let text = fs::read_to_string(Path::new(&Folder::of_tests("refused").0).join(name)).unwrap();
@@ -258,7 +258,7 @@ fn yaml_that_multiplies_itself_ends_with_an_error() {
     let cases = [
         (format!("a0: &a0 [x]\n{laughs}"), "bytes"),
         (format!("a0: &a0 {{x: 1}}\n{merges}"), ""),
-        ("[".repeat(10_000), "deeper"),
+        ("[".repeat(10_000), "recursion limit"),
         (format!("{}a", "- ".repeat(10_000)), "deeper"),
         ("a: &a [*a]".to_owned(), "contain itself"),
         ("a: 2020-01-02".to_owned(), "date"),

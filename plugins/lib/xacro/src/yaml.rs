@@ -9,15 +9,11 @@ use crate::{
         evaluation::evaluate,
     },
     limits::{Budget, MAX_NESTING},
-    value::{
-        Dict, Value,
-        dict::{Entries, EntryKey},
-        number::float_from_text,
-    },
+    value::{Dict, Entries, Value, number::float_from_text},
 };
 
 /// A list or mapping that is not yet complete.
-struct Open {
+struct OpenCollection {
     anchor: usize,
     contents: Contents,
 }
@@ -31,7 +27,7 @@ enum Contents {
 pub(crate) fn load(text: &str, context: &mut dyn Context) -> Result<Value> {
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     let mut anchors: std::collections::BTreeMap<usize, Value> = std::collections::BTreeMap::new();
-    let mut open: Vec<Open> = Vec::new();
+    let mut open: Vec<OpenCollection> = Vec::new();
     let mut result = None;
     for event in Parser::new_from_str(text) {
         let (event, span) = match event {
@@ -61,16 +57,16 @@ pub(crate) fn load(text: &str, context: &mut dyn Context) -> Result<Value> {
                 }
             }
             Event::SequenceStart(anchor, _) => {
-                open.push(Open { anchor, contents: Contents::List(Vec::new()) });
+                open.push(OpenCollection { anchor, contents: Contents::List(Vec::new()) });
                 continue;
             }
             Event::MappingStart(anchor, _) => {
                 let contents = Contents::Mapping { entries: Entries::default(), key: None, merged: Vec::new() };
-                open.push(Open { anchor, contents });
+                open.push(OpenCollection { anchor, contents });
                 continue;
             }
             Event::SequenceEnd | Event::MappingEnd => match open.pop() {
-                Some(Open { anchor, contents }) => (complete(contents, context.budget())?, anchor),
+                Some(OpenCollection { anchor, contents }) => (complete(contents, context.budget())?, anchor),
                 None => continue,
             },
             Event::DocumentStart(_) if result.is_some() => fail!("line {line}: a second document begins: expected one"),
@@ -82,7 +78,7 @@ pub(crate) fn load(text: &str, context: &mut dyn Context) -> Result<Value> {
         match open.last_mut().map(|open| &mut open.contents) {
             None => result = Some(value),
             Some(Contents::List(items)) => {
-                context.budget().items(items.len().min(1))?;
+                context.budget().another_item(items.len())?;
                 items.push(value);
             }
             Some(Contents::Mapping { entries, key, merged }) => match key.take() {
@@ -113,7 +109,7 @@ fn complete(contents: Contents, budget: &mut Budget) -> Result<Value> {
                 for source in sources {
                     let Value::Dict(dict) = source else { fail!("`<<` takes a mapping, or a list of them") };
                     for (key, value) in dict.entries().pairs() {
-                        if entries.get(&EntryKey::new(key, budget)?).is_none() {
+                        if entries.get(&key.as_key(budget)?).is_none() {
                             entries.set(key.clone(), value.clone(), budget)?;
                         }
                     }

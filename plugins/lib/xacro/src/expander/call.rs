@@ -2,7 +2,7 @@
 
 use std::rc::Rc;
 
-use super::{Expander, Made, Scope};
+use super::{Expander, PartialElement, Scope};
 use crate::{
     error::{Fault, Result, fail},
     literal::literal,
@@ -11,6 +11,9 @@ use crate::{
     source::Element,
     value::Value,
 };
+
+/// Maximum number of parameters of a macro.
+const MAX_PARAMETERS: usize = 256;
 
 impl Expander<'_> {
     pub(super) fn define_macro(&mut self, element: &Rc<Element>) -> Result<()> {
@@ -28,6 +31,9 @@ impl Expander<'_> {
             Some(params) => parameters::parse(&params.value).map_err(|fault| fault.at(params.origin))?,
             None => Vec::new(),
         };
+        if parameters.len() > MAX_PARAMETERS {
+            fail!("the macro `{name}` has more than {MAX_PARAMETERS} parameters");
+        }
         self.budget.spend(parameters.len())?;
         let defined = Macro { body: element.clone(), parameters };
         self.macros.set(self.scope.macros, name, MacroEntry::Macro(Rc::new(defined)));
@@ -55,7 +61,7 @@ impl Expander<'_> {
     }
 
     /// Expands `<xacro:NAME>`, or `<xacro:call macro="NAME">`.
-    pub(super) fn call_macro(&mut self, element: &Element, into: &mut Made) -> Result<()> {
+    pub(super) fn call_macro(&mut self, element: &Element, into: &mut PartialElement) -> Result<()> {
         let called = match &*element.name {
             "xacro:call" => {
                 let (name, origin) = self.required(element, "macro")?;
@@ -81,7 +87,7 @@ impl Expander<'_> {
             self.set_block(inner.properties, name, &block);
         }
         let outer = std::mem::replace(&mut self.scope, inner);
-        let mut made = Made::default();
+        let mut made = PartialElement::default();
         let result = self.expand_children(&found.body.children, &mut made);
         self.scope = outer;
         self.properties.truncate(properties_len);
@@ -101,6 +107,8 @@ impl Expander<'_> {
         found: &'m Macro,
         is_call: bool,
     ) -> Result<(Vec<(&'m str, Value)>, Vec<(&'m str, Rc<Element>)>)> {
+        // Each attribute is compared with each parameter.
+        self.budget.spend(found.parameters.len() * (1 + element.attributes.len() / 8))?;
         let mut values: Vec<(&str, Value)> = Vec::new();
         let mut blocks = Vec::new();
         for attribute in &element.attributes {
@@ -117,7 +125,7 @@ impl Expander<'_> {
             values.push((parameter.name.as_str(), literal(self.value_at(&attribute.value, attribute.origin)?)));
         }
 
-        let mut made = Made::default();
+        let mut made = PartialElement::default();
         self.expand_children(&element.children, &mut made)?;
         let given = Element {
             name: element.name.clone(),

@@ -2,7 +2,7 @@
 
 use std::rc::Rc;
 
-use super::{Expander, Made};
+use super::{Expander, PartialElement};
 use crate::{
     error::{Origin, Result, fail},
     source::{Attribute, Element, Node},
@@ -28,7 +28,7 @@ impl Expander<'_> {
         Ok(Rc::new(Element { name, attributes, children: expanded.children.clone(), origin }))
     }
 
-    pub(super) fn expand_children(&mut self, children: &[Node], into: &mut Made) -> Result<()> {
+    pub(super) fn expand_children(&mut self, children: &[Node], into: &mut PartialElement) -> Result<()> {
         for child in children {
             match child {
                 Node::Element(element) => {
@@ -50,7 +50,7 @@ impl Expander<'_> {
         Ok(())
     }
 
-    fn expand_element(&mut self, element: &Rc<Element>, into: &mut Made) -> Result<()> {
+    fn expand_element(&mut self, element: &Rc<Element>, into: &mut PartialElement) -> Result<()> {
         match &*element.name {
             "xacro:insert_block" => self.insert_block(element, into),
             "xacro:include" => self.include(element, into),
@@ -71,7 +71,7 @@ impl Expander<'_> {
                 self.check_attributes(element, &["value"]);
                 self.required(element, "value")?;
                 if self.switch(element, "value", false)? == (&*element.name == "xacro:if") {
-                    let mut made = Made::default();
+                    let mut made = PartialElement::default();
                     self.expand_children(&element.children, &mut made)?;
                     self.take_contents(made, into, element.origin);
                 }
@@ -88,7 +88,7 @@ impl Expander<'_> {
 
     /// Expands an element that stays, with its attributes and children.
     fn expand_plain(&mut self, element: &Element) -> Result<Rc<Element>> {
-        let mut made = Made::default();
+        let mut made = PartialElement::default();
         for attribute in &element.attributes {
             if attribute.name.starts_with("xacro:") || &*attribute.name == "xmlns:xacro" {
                 continue;
@@ -97,12 +97,12 @@ impl Expander<'_> {
             made.attributes.push(Attribute { value: resolvable(value), ..attribute.clone() });
         }
         self.expand_children(&element.children, &mut made)?;
-        let Made { attributes, children } = made;
+        let PartialElement { attributes, children } = made;
         Ok(Rc::new(Element { name: element.name.clone(), attributes, children, origin: element.origin }))
     }
 
     /// `<xacro:element xacro:name="...">`: an element whose name is evaluated.
-    fn expand_named(&mut self, element: &Element, into: &mut Made) -> Result<()> {
+    fn expand_named(&mut self, element: &Element, into: &mut PartialElement) -> Result<()> {
         let (name, origin) = self.required(element, "xacro:name")?;
         let name = self.text_at(name, origin)?;
         check_name(&name, "an element")?;
@@ -119,12 +119,12 @@ impl Expander<'_> {
         self.expand_element(&Rc::new(named), into)
     }
 
-    fn insert_block(&mut self, element: &Element, into: &mut Made) -> Result<()> {
+    fn insert_block(&mut self, element: &Element, into: &mut PartialElement) -> Result<()> {
         self.check_attributes(element, &["name"]);
         let (name, _) = self.required(element, "name")?;
         let table = self.scope.properties;
         if let Some(block) = self.properties.find_block(table, &format!("**{name}")).cloned() {
-            let mut made = Made::default();
+            let mut made = PartialElement::default();
             self.expand_children(&block.children, &mut made)?;
             self.take_contents(made, into, element.origin);
         } else if let Some(block) = self.properties.find_block(table, &format!("*{name}")).cloned() {
@@ -139,7 +139,7 @@ impl Expander<'_> {
     }
 
     /// Moves what an element without trace in the result contains to the element around it.
-    pub(super) fn take_contents(&mut self, mut made: Made, into: &mut Made, origin: Origin) {
+    pub(super) fn take_contents(&mut self, mut made: PartialElement, into: &mut PartialElement, origin: Origin) {
         for attribute in made.attributes {
             if attribute.name.starts_with("xmlns") {
                 add_namespace(&mut into.attributes, attribute);
@@ -153,7 +153,7 @@ impl Expander<'_> {
     }
 
     /// Adds the declarations of namespaces of an element without trace to the element around it.
-    pub(super) fn import_namespaces(&mut self, from: &Element, into: &mut Made) -> Result<()> {
+    pub(super) fn import_namespaces(&mut self, from: &Element, into: &mut PartialElement) -> Result<()> {
         for attribute in &from.attributes {
             if attribute.name.starts_with("xmlns:") && &*attribute.name != "xmlns:xacro" {
                 let value = self.text_at(&attribute.value, attribute.origin)?;

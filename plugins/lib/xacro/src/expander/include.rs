@@ -2,7 +2,7 @@
 
 use std::rc::Rc;
 
-use super::{Expander, Made};
+use super::{Expander, PartialElement};
 use crate::{
     error::{Result, fail},
     expression::context::Context,
@@ -14,7 +14,7 @@ use crate::{
 };
 
 impl Expander<'_> {
-    pub(super) fn include(&mut self, element: &Element, into: &mut Made) -> Result<()> {
+    pub(super) fn include(&mut self, element: &Element, into: &mut PartialElement) -> Result<()> {
         self.check_attributes(element, &["filename", "ns", "optional"]);
         let (name, origin) = self.required(element, "filename")?;
         let mut scope = self.scope;
@@ -61,14 +61,14 @@ impl Expander<'_> {
         Ok(())
     }
 
-    fn include_file(&mut self, path: &str, scope: super::Scope, into: &mut Made) -> Result<()> {
+    fn include_file(&mut self, path: &str, scope: super::Scope, into: &mut PartialElement) -> Result<()> {
         if self.stack.len() >= self.budget.limits.include_depth {
             fail!("files are included deeper than {}: does a file include itself?", self.budget.limits.include_depth);
         }
         let root = self.root_of(path)?;
         self.stack.push(path.to_owned());
         let outer = std::mem::replace(&mut self.scope, scope);
-        let mut made = Made::default();
+        let mut made = PartialElement::default();
         let result = self.expand_children(&root.children, &mut made);
         self.scope = outer;
         self.stack.pop();

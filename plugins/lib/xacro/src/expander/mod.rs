@@ -37,7 +37,7 @@ struct Scope {
 
 /// What an element has become so far.
 #[derive(Default)]
-struct Made {
+struct PartialElement {
     attributes: Vec<Attribute>,
     children: Vec<Node>,
 }

@@ -50,7 +50,7 @@ impl Expander<'_> {
             let value = self.value_of_piece(piece)?;
             let part = to_text(&value, &mut self.budget).map_err(|fault| fault.at(self.origin))?;
             out.push_str(&part);
-            self.budget.text(out.len())?;
+            self.budget.grown_text(out.len(), part.len())?;
         }
         Ok(Value::text(out))
     }
@@ -160,7 +160,7 @@ impl Expander<'_> {
                 }
                 _ => fail!("`$({})` in a value: expected find", excerpt(inner)),
             }
-            self.budget.text(out.len())?;
+            self.budget.grown_text(out.len(), inner.len())?;
             rest = end;
         }
         out.push_str(rest);

@@ -12,10 +12,7 @@ use super::{
 };
 use crate::{
     error::{Result, fail},
-    value::{
-        Dict, Value,
-        dict::{Entries, EntryKey},
-    },
+    value::{Dict, Entries, Value},
 };
 
 /// Attributes of dictionaries that are methods, whatever keys they have.
@@ -137,7 +134,7 @@ fn attribute(of: &Value, name: &Rc<str>, context: &mut dyn Context) -> Result<Va
     match of {
         Value::Namespace(space) => member(*space, name, context),
         Value::Dict(dict) if DICT_METHODS.contains(&&**name) => {
-            let is_key = dict.entries().get(&EntryKey::new(&Value::Text(name.clone()), context.budget())?).is_some();
+            let is_key = dict.entries().get(&Value::Text(name.clone()).as_key(context.budget())?).is_some();
             let advice = if is_key { format!("the key is read by ['{name}']") } else { format!("call {name}()") };
             fail!("`.{name}` is a method of dictionaries: {advice}")
         }

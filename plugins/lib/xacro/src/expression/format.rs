@@ -3,7 +3,7 @@
 use crate::{
     error::{Result, excerpt, fail},
     limits::Budget,
-    value::{Value, dict::EntryKey, number::float_text, text::to_text},
+    value::{Value, number::float_text, text::to_text},
 };
 
 /// How a value is written: `[[fill]align][sign][0][width][.precision][type]`.
@@ -154,7 +154,7 @@ pub(super) fn braces(
     let mut next = 0;
     while let Some(at) = rest.find(['{', '}']) {
         out.push_str(&rest[..at]);
-        budget.text(out.len())?;
+        budget.grown_text(out.len(), at)?;
         let mark = &rest[at..=at];
         rest = &rest[at + 1..];
         if let Some(after) = rest.strip_prefix(mark) {
@@ -213,7 +213,7 @@ pub(super) fn percent(format: &str, values: &Value, budget: &mut Budget) -> Resu
     let mut uses_names = false;
     while let Some(at) = rest.find('%') {
         out.push_str(&rest[..at]);
-        budget.text(out.len())?;
+        budget.grown_text(out.len(), at)?;
         rest = &rest[at + 1..];
         if let Some(after) = rest.strip_prefix('%') {
             out.push('%');
@@ -223,7 +223,7 @@ pub(super) fn percent(format: &str, values: &Value, budget: &mut Budget) -> Resu
         let mut named = None;
         if let Some((name, after)) = rest.strip_prefix('(').and_then(|r| r.split_once(')')) {
             let Value::Dict(dict) = values else { fail!("`{}`: %(name) needs a dict", excerpt(format)) };
-            named = dict.entries().get(&EntryKey::new(&Value::text(name), budget)?).cloned();
+            named = dict.entries().get(&Value::text(name).as_key(budget)?).cloned();
             uses_names = true;
             rest = after;
         }

@@ -12,8 +12,7 @@ use crate::{
     error::{Result, fail},
     limits::Budget,
     value::{
-        Dict, Namespace, Range, Value,
-        dict::Entries,
+        Dict, Entries, Namespace, Range, Value,
         number::{float_from_text, int_from_text, round_to_int, round_to_places, truncated},
         text::{repr, to_text},
     },
@@ -292,8 +291,9 @@ fn call_xacro(name: &'static str, arguments: &[Value], named: &Named, context: &
             let mut text = String::new();
             for (i, argument) in arguments.iter().enumerate() {
                 text.push_str(if i > 0 { " " } else { "" });
-                text.push_str(&to_text(argument, context.budget())?);
-                context.budget().text(text.len())?;
+                let part = to_text(argument, context.budget())?;
+                text.push_str(&part);
+                context.budget().grown_text(text.len(), part.len())?;
             }
             match severity {
                 Some(severity) => context.say(severity, &text),

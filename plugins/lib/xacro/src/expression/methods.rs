@@ -10,7 +10,7 @@ use super::{
 use crate::{
     error::{Result, fail},
     limits::Budget,
-    value::{Dict, List, Value, dict::EntryKey, text::repr},
+    value::{Dict, List, Value, text::repr},
 };
 
 pub(super) type Named = [(Rc<str>, Value)];
@@ -274,7 +274,7 @@ fn of_dict(dict: &Dict, name: &str, arguments: &[Value], named: &Named, budget: 
     budget.spend(1)?;
     match (name, arguments) {
         ("get", [key] | [key, _]) => {
-            let found = entries.get(&EntryKey::new(key, budget)?).cloned();
+            let found = entries.get(&key.as_key(budget)?).cloned();
             Ok(found.or_else(|| arguments.get(1).cloned()).unwrap_or(Value::None))
         }
         ("keys", []) => {
@@ -292,7 +292,7 @@ fn of_dict(dict: &Dict, name: &str, arguments: &[Value], named: &Named, budget: 
         }
         ("copy", []) => Ok(Value::Dict(Dict::new((*entries).clone()))),
         ("pop", [key] | [key, _]) => {
-            let entry = EntryKey::new(key, budget)?;
+            let entry = key.as_key(budget)?;
             drop(entries);
             match (dict.remove(&entry, budget)?, arguments.get(1)) {
                 (Some(value), _) => Ok(value),

@@ -9,8 +9,7 @@ use crate::{
     limits::Budget,
     value::{
         Range, Value,
-        dict::EntryKey,
-        number::{divide_floats, divide_ints, float_text},
+        number::{divide_floats, divide_ints, exact_int, float_text},
         text::repr,
     },
 };
@@ -186,16 +185,13 @@ fn contains(container: &Value, item: &Value, budget: &mut Budget) -> Result<bool
         }
         (Value::Text(_), other) => fail!("`in` a str needs a str before it, not a {}", other.kind()),
         (Value::Dict(dict), key) => {
-            let key = EntryKey::new(key, budget)?;
+            let key = key.as_key(budget)?;
             Ok(dict.entries().get(&key).is_some())
         }
-        (Value::Range(range), item) => Ok(match crate::value::number::compare(item, &Value::Int(range.start)) {
-            Some(_) => item
-                .as_float()
-                .and_then(crate::value::number::exact_int)
-                .is_some_and(|i| range_has(range, item.as_int().unwrap_or(i))),
-            None => false,
-        }),
+        (Value::Range(range), item) => {
+            let int = item.as_int().or_else(|| item.as_float().and_then(exact_int));
+            Ok(int.is_some_and(|int| range_has(range, int)))
+        }
         (container, item) => {
             for other in items_of(container, budget)? {
                 if other.is_equal(item, budget)? {
@@ -249,7 +245,7 @@ pub(super) fn index(of: &Value, at: &Value, budget: &mut Budget) -> Result<Value
     match of {
         Value::Dict(dict) => {
             let entries = dict.entries();
-            let key = EntryKey::new(at, budget)?;
+            let key = at.as_key(budget)?;
             match entries.get(&key) {
                 Some(value) if dict.from_yaml => Ok(value.clone().wrapped()),
                 Some(value) => Ok(value.clone()),
@@ -277,7 +273,7 @@ pub(super) fn index(of: &Value, at: &Value, budget: &mut Budget) -> Result<Value
 }
 
 /// A sentence with the keys of a dictionary, if they are few.
-fn known_keys(entries: &crate::value::dict::Entries) -> String {
+fn known_keys(entries: &crate::value::Entries) -> String {
     const MAX_NAMED: usize = 12;
     let names: Vec<&str> =
         entries.pairs().filter_map(|(k, _)| if let Value::Text(t) = k { Some(&**t) } else { None }).collect();

@@ -13,9 +13,9 @@ use crate::{
 };
 
 /// A context with one property: `x` is 3.
-struct Alone(Budget);
+struct LoneExpression(Budget);
 
-impl Context for Alone {
+impl Context for LoneExpression {
     fn budget(&mut self) -> &mut Budget {
         &mut self.0
     }
@@ -39,7 +39,7 @@ impl Context for Alone {
 }
 
 fn result(text: &str) -> std::result::Result<String, String> {
-    let mut context = Alone(Budget::new(Limits { work: 1_000_000, ..Limits::default() }));
+    let mut context = LoneExpression(Budget::new(Limits { work: 1_000_000, ..Limits::default() }));
     let value = evaluate(text, &mut context).and_then(|value| to_text(&value, context.budget()));
     value.map(|text| text.to_string()).map_err(|fault| fault.message)
 }
@@ -114,7 +114,7 @@ fn texts_lists_and_dictionaries_work_as_in_python() {
 }
 
 #[test]
-fn functions_give_what_pythons_give() {
+fn functions_return_the_values_of_python() {
     all_give(&[
         ("round(2.5)", "2"),
         ("round(2.675, 2)", "2.67"),
@@ -135,7 +135,7 @@ fn functions_give_what_pythons_give() {
 }
 
 #[test]
-fn errors_say_what_is_wrong() {
+fn errors_name_the_flaw_of_an_expression() {
     all_fail(&[
         ("1 +", "ends too early"),
         ("1 2", "expected an operator"),

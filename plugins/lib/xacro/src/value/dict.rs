@@ -2,7 +2,6 @@
 
 use std::{cell::RefCell, collections::BTreeMap, rc::Rc};
 
-use super::Value;
 use crate::{
     error::{Result, fail},
     limits::{Budget, MAX_NESTING},
@@ -10,70 +9,60 @@ use crate::{
 
 /// A key in a form in which equal keys are the same: 1, 1.0 and True are one key.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
-enum Key {
+pub(crate) enum EntryKey {
     None,
     Int(i64),
     Float(u64),
     Text(Rc<str>),
-    Tuple(Vec<Key>),
+    Tuple(Vec<EntryKey>),
 }
 
-impl Key {
-    fn of(value: &Value, budget: &mut Budget) -> Result<Self> {
-        budget.spend(1)?;
-        Ok(match value {
-            Value::None => Key::None,
-            Value::Bool(b) => Key::Int(i64::from(*b)),
-            Value::Int(i) => Key::Int(*i),
-            Value::Float(f) => super::number::exact_int(*f).map_or_else(|| Key::Float(f.to_bits()), Key::Int),
-            Value::Text(text) => Key::Text(text.clone()),
-            Value::Tuple(items) => {
-                Key::Tuple(items.items.iter().map(|item| Key::of(item, budget)).collect::<Result<_>>()?)
-            }
-            other => fail!("a {} cannot be the key of a dictionary", other.kind()),
-        })
-    }
-}
-
-/// The contents of a dictionary.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Entries {
-    /// Removed entries are `None`.
-    list: Vec<Option<(Key, Value, Value)>>,
-    index: BTreeMap<Key, usize>,
+/// The contents of a dictionary, whose keys and values are of type `V`.
+#[derive(Clone, Debug)]
+pub(crate) struct DictEntries<V> {
+    /// Keys for lookups, keys, and values; removed entries are `None`.
+    list: Vec<Option<(EntryKey, V, V)>>,
+    index: BTreeMap<EntryKey, usize>,
+    /// The greatest depth of lists in it.
     depth: usize,
 }
 
-impl Entries {
+impl<V> Default for DictEntries<V> {
+    fn default() -> Self {
+        DictEntries { list: Vec::new(), index: BTreeMap::new(), depth: 0 }
+    }
+}
+
+impl<V> DictEntries<V> {
     pub fn len(&self) -> usize {
         self.index.len()
     }
 
-    pub fn get(&self, key: &EntryKey) -> Option<&Value> {
-        let slot = self.list.get(*self.index.get(&key.0)?)?;
+    pub fn get(&self, key: &EntryKey) -> Option<&V> {
+        let slot = self.list.get(*self.index.get(key)?)?;
         slot.as_ref().map(|(_, _, value)| value)
     }
 
-    pub fn set(&mut self, key: Value, value: Value, budget: &mut Budget) -> Result<()> {
-        budget.items(self.len())?;
-        self.depth = self.depth.max(key.depth()).max(value.depth());
+    /// Sets an entry; `depth` is that of lists in the key and the value.
+    pub fn insert(&mut self, lookup: EntryKey, (key, value): (V, V), depth: usize, budget: &mut Budget) -> Result<()> {
+        budget.another_item(self.len())?;
+        self.depth = self.depth.max(depth);
         if self.depth >= MAX_NESTING {
             fail!("dictionaries are nested deeper than {MAX_NESTING}");
         }
-        let hashed = Key::of(&key, budget)?;
-        match self.index.get(&hashed).and_then(|slot| self.list.get_mut(*slot)) {
+        match self.index.get(&lookup).and_then(|slot| self.list.get_mut(*slot)) {
             // As in Python, the first key stays.
             Some(Some((_, _, old))) => *old = value,
             _ => {
-                self.index.insert(hashed.clone(), self.list.len());
-                self.list.push(Some((hashed, key, value)));
+                self.index.insert(lookup.clone(), self.list.len());
+                self.list.push(Some((lookup, key, value)));
             }
         }
         Ok(())
     }
 
-    fn remove(&mut self, key: &EntryKey) -> Option<Value> {
-        let slot = self.index.remove(&key.0)?;
+    fn remove(&mut self, key: &EntryKey) -> Option<V> {
+        let slot = self.index.remove(key)?;
         let (_, _, value) = self.list.get_mut(slot)?.take()?;
         if self.list.len() > 2 * self.index.len() + 8 {
             self.list.retain(Option::is_some);
@@ -83,39 +72,30 @@ impl Entries {
     }
 
     /// Keys for lookups, and values, in order.
-    pub fn iter(&self) -> impl Iterator<Item = (EntryKey, &Value)> {
-        self.list.iter().flatten().map(|(key, _, value)| (EntryKey(key.clone()), value))
+    pub fn iter(&self) -> impl Iterator<Item = (&EntryKey, &V)> {
+        self.list.iter().flatten().map(|(lookup, _, value)| (lookup, value))
     }
 
-    /// Keys as values, and values, in order.
-    pub fn pairs(&self) -> impl Iterator<Item = (&Value, &Value)> {
+    /// Keys and values, in order.
+    pub fn pairs(&self) -> impl Iterator<Item = (&V, &V)> {
         self.list.iter().flatten().map(|(_, key, value)| (key, value))
-    }
-}
-
-/// A key for lookups.
-pub(crate) struct EntryKey(Key);
-
-impl EntryKey {
-    pub fn new(value: &Value, budget: &mut Budget) -> Result<Self> {
-        Ok(EntryKey(Key::of(value, budget)?))
     }
 }
 
 /// A dictionary, which its owners share. If it is from YAML, `d.name` is `d['name']`, and values are wrapped when they
 /// are taken out.
 #[derive(Clone, Debug)]
-pub(crate) struct Dict {
-    shared: Rc<RefCell<Rc<Entries>>>,
+pub(crate) struct SharedDict<V> {
+    shared: Rc<RefCell<Rc<DictEntries<V>>>>,
     pub from_yaml: bool,
 }
 
-impl Dict {
-    pub fn new(entries: Entries) -> Self {
-        Dict { shared: Rc::new(RefCell::new(Rc::new(entries))), from_yaml: false }
+impl<V: Clone> SharedDict<V> {
+    pub fn new(entries: DictEntries<V>) -> Self {
+        SharedDict { shared: Rc::new(RefCell::new(Rc::new(entries))), from_yaml: false }
     }
 
-    pub fn entries(&self) -> Rc<Entries> {
+    pub fn entries(&self) -> Rc<DictEntries<V>> {
         self.shared.borrow().clone()
     }
 
@@ -129,16 +109,16 @@ impl Dict {
 
     /// A copy that is not shared, with the same entries.
     pub fn wrapped(&self) -> Self {
-        Dict { shared: Rc::new(RefCell::new(self.entries())), from_yaml: true }
+        SharedDict { shared: Rc::new(RefCell::new(self.entries())), from_yaml: true }
     }
 
     /// Replaces the entries for all who share the dictionary; they may not contain lists that were not in it.
-    pub fn replace(&self, entries: Entries) {
+    pub fn replace(&self, entries: DictEntries<V>) {
         self.shared.replace(Rc::new(entries));
     }
 
     /// Removes an entry for all who share the dictionary.
-    pub fn remove(&self, key: &EntryKey, budget: &mut Budget) -> Result<Option<Value>> {
+    pub fn remove(&self, key: &EntryKey, budget: &mut Budget) -> Result<Option<V>> {
         budget.spend(1)?;
         let mut cell = self.shared.borrow_mut();
         if Rc::strong_count(&cell) > 1 {

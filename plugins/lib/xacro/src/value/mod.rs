@@ -15,7 +15,11 @@ use crate::{
     error::{Result, fail},
     limits::{Budget, MAX_NESTING},
 };
-pub(crate) use dict::Dict;
+use dict::{DictEntries, EntryKey, SharedDict};
+use number::Number;
+
+pub(crate) type Dict = SharedDict<Value>;
+pub(crate) type Entries = DictEntries<Value>;
 
 /// A value.
 #[derive(Clone, Debug)]
@@ -194,6 +198,30 @@ impl Value {
         }
     }
 
+    /// The value as a number with its kind, if it is one.
+    pub fn as_number(&self) -> Option<Number> {
+        match self {
+            Value::Float(f) => Some(Number::Float(*f)),
+            other => other.as_int().map(Number::Int),
+        }
+    }
+
+    /// The value as the key of a dictionary.
+    pub fn as_key(&self, budget: &mut Budget) -> Result<EntryKey> {
+        budget.spend(1)?;
+        Ok(match self {
+            Value::None => EntryKey::None,
+            Value::Bool(b) => EntryKey::Int(i64::from(*b)),
+            Value::Int(i) => EntryKey::Int(*i),
+            Value::Float(f) => number::exact_int(*f).map_or_else(|| EntryKey::Float(f.to_bits()), EntryKey::Int),
+            Value::Text(text) => EntryKey::Text(text.clone()),
+            Value::Tuple(items) => {
+                EntryKey::Tuple(items.items.iter().map(|item| item.as_key(budget)).collect::<Result<_>>()?)
+            }
+            other => fail!("a {} cannot be the key of a dictionary", other.kind()),
+        })
+    }
+
     pub fn is_equal(&self, other: &Value, budget: &mut Budget) -> Result<bool> {
         budget.spend(1)?;
         Ok(match (self, other) {
@@ -210,7 +238,7 @@ impl Value {
                     return Ok(false);
                 }
                 for (key, value) in a.iter() {
-                    match b.get(&key) {
+                    match b.get(key) {
                         Some(other) if value.is_equal(other, budget)? => {}
                         _ => return Ok(false),
                     }
@@ -223,7 +251,7 @@ impl Value {
             (Value::Function(a), Value::Function(b)) => a == b,
             (Value::Namespace(a), Value::Namespace(b)) => a == b,
             (Value::View(a), Value::View(b)) => Rc::ptr_eq(a, b),
-            (a, b) => number::compare(a, b) == Some(Some(Ordering::Equal)),
+            (a, b) => compare_numbers(a, b) == Some(Some(Ordering::Equal)),
         })
     }
 
@@ -245,11 +273,24 @@ impl Value {
             }
             (Value::List(a), Value::List(b)) => items(&a.items().items, &b.items().items, budget),
             (Value::Tuple(a), Value::Tuple(b)) => items(&a.items, &b.items, budget),
-            (a, b) => match number::compare(a, b) {
+            (a, b) => match compare_numbers(a, b) {
                 Some(order) => Ok(order),
                 None => fail!("{} and {} cannot be compared by order", a.kind(), b.kind()),
             },
         }
+    }
+}
+
+/// The order of two numbers: outer `None` if one is no number, inner `None` with NaN.
+fn compare_numbers(a: &Value, b: &Value) -> Option<Option<Ordering>> {
+    Some(number::compare(a.as_number()?, b.as_number()?))
+}
+
+impl Entries {
+    /// Sets an entry.
+    pub fn set(&mut self, key: Value, value: Value, budget: &mut Budget) -> Result<()> {
+        let (lookup, depth) = (key.as_key(budget)?, key.depth().max(value.depth()));
+        self.insert(lookup, (key, value), depth, budget)
     }
 }
 

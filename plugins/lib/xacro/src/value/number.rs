@@ -2,7 +2,6 @@
 
 use std::cmp::Ordering;
 
-use super::Value;
 use crate::error::{Result, fail};
 
 /// Returns a number as Python writes it: the shortest text that is read as the same number.
@@ -76,14 +75,21 @@ pub(crate) fn exact_int(value: f64) -> Option<i64> {
     (value.trunc() == value && (-END..END).contains(&value)).then_some(value as i64)
 }
 
-/// The order of two numbers: outer `None` if one is no number, inner `None` with NaN.
-pub(crate) fn compare(a: &Value, b: &Value) -> Option<Option<Ordering>> {
-    Some(match (a.as_int(), b.as_int()) {
-        (Some(a), Some(b)) => Some(a.cmp(&b)),
-        (Some(a), None) => int_with_float(a, b.as_float()?),
-        (None, Some(b)) => int_with_float(b, a.as_float()?).map(Ordering::reverse),
-        (None, None) => a.as_float()?.partial_cmp(&b.as_float()?),
-    })
+/// A number with its kind.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Number {
+    Int(i64),
+    Float(f64),
+}
+
+/// The order of two numbers; `None` with NaN.
+pub(crate) fn compare(a: Number, b: Number) -> Option<Ordering> {
+    match (a, b) {
+        (Number::Int(a), Number::Int(b)) => Some(a.cmp(&b)),
+        (Number::Int(a), Number::Float(b)) => int_with_float(a, b),
+        (Number::Float(a), Number::Int(b)) => int_with_float(b, a).map(Ordering::reverse),
+        (Number::Float(a), Number::Float(b)) => a.partial_cmp(&b),
+    }
 }
 
 /// Compares exactly, also where integers are denser than floats.
@@ -108,7 +114,7 @@ pub(crate) fn divide_ints(a: i64, b: i64) -> f64 {
     // The quotient has at least 63 bits; the last one tells whether something remains.
     let shift = a.leading_zeros();
     let shifted = a << shift;
-    let quotient = shifted / b | u128::from(shifted % b != 0);
+    let quotient = (shifted / b) | u128::from(shifted % b != 0);
     let value = libm::scalbn(quotient as f64, -(shift as i32));
     if is_negative { -value } else { value }
 }
@@ -249,9 +255,9 @@ mod tests {
         assert_eq!(divide_ints(-1, 3), -1.0 / 3.0);
         assert_eq!(divide_ints(i64::MIN, -1), 9_223_372_036_854_775_808.0);
         assert_eq!(divide_ints(9_007_199_254_740_993, 1), 9_007_199_254_740_992.0);
-        let big = Value::Int(9_007_199_254_740_993);
-        assert_eq!(compare(&big, &Value::Float(9_007_199_254_740_992.0)), Some(Some(Ordering::Greater)));
-        assert_eq!(compare(&Value::Float(0.5), &Value::Bool(true)), Some(Some(Ordering::Less)));
+        let big = Number::Int(9_007_199_254_740_993);
+        assert_eq!(compare(big, Number::Float(9_007_199_254_740_992.0)), Some(Ordering::Greater));
+        assert_eq!(compare(Number::Float(0.5), Number::Int(1)), Some(Ordering::Less));
         assert_eq!(divide_floats(-7.5, 2.0), (-4.0, 0.5));
     }
 }
