@@ -1,8 +1,9 @@
-"""Compares tatu-importers-xacro with xacro of PyPI, on the files of `inputs/` and `refused/`, and on random expressions.
+"""Compares tatu-importers-xacro with xacro of PyPI, on the files of `inputs/` and `refused/`,
+on random files and on random expressions.
 
     cargo build -p tatu-importers-xacro --example expand
     pip install xacro
-    python plugins/lib/xacro/tests/against_xacro.py [--expressions 2000] [--seed 1] [--record] [FILE.xacro ...]
+    python plugins/lib/xacro/tests/against_xacro.py [--expressions 2000] [--random-files 200] [--seed 1] [--record] [FILE.xacro ...]
 
 Trees of elements are compared, not bytes: texts without blanks around them, attributes in any order, no comments. With
 `--record`, what xacro makes of `inputs/` is written to `expected/`, with which `cargo test` compares without Python. For
@@ -15,6 +16,7 @@ import random
 import re
 import subprocess
 import sys
+import tempfile
 import types
 import warnings
 from pathlib import Path
@@ -200,6 +202,107 @@ class Generator:
         return [self.number() for _ in range(8)] + ["pi", "True", "False", "None", "1e3", "0x1f", "1_000"] + self.texts()[:6]
 
 
+class FileGenerator:
+    """Makes random files of properties, macros, blocks and conditions whose names often meet."""
+
+    def __init__(self, seed):
+        self.random = random.Random(seed)
+        self.macros = {}
+        self.is_in_call = False
+
+    def value(self):
+        pick = self.random.choice
+        name = pick("abc")
+        return pick([
+            str(self.random.randint(0, 9)), f"${{{name}}}", f"${{{name} * 2}}", f"{name}_${{{pick('abc')}}}", "'q r'", "true",
+            f"${{[{name}, {pick('abc')}]}}", f"${{str({name}) + 'x'}}", "1.50", f"${{1 if {name} else 2}}", f"$${{{name}}}",
+            "$(arg n)", f"${{len(str({name})) > 1}}",
+        ])
+
+    def property(self):
+        pick = self.random.choice
+        name = pick("abc")
+        extra = pick([""] * 6 + [" scope='parent'", " scope='global'", " lazy_eval='false'", " lazy_eval='true'"])
+        return pick([
+            f'<xacro:property name="{name}" value="{self.value()}"{extra}/>',
+            f'<xacro:property name="{name}" value="{self.value()}"{extra}/>',
+            f'<xacro:property name="{name}" default="{self.value()}"/>',
+            f'<xacro:property name="{name}"{extra}>{self.element(0)}</xacro:property>',
+        ])
+
+    def macro(self, depth):
+        # In xacro, a macro that is defined anew within its own call has the new parameters in this call.
+        if self.is_in_call:
+            return ""
+        pick = self.random.choice
+        name = pick("uvw")
+        parameters = {p: pick(["", "", ":=" + pick(["1", "'s t'", "${a}", "x"]), ":=^", ":=^|7"]) for p in "abc" if self.random.random() < 0.5}
+        blocks = [p for p in ("*d", "**e") if self.random.random() < 0.3]
+        body = "".join(self.part(depth - 1) for _ in range(self.random.randint(1, 3)))
+        inserts = "".join(f'<in><xacro:insert_block name="{b.strip("*")}"/></in>' for b in blocks)
+        self.macros[name] = (parameters, blocks)
+        params = " ".join([p + d for p, d in parameters.items()] + blocks)
+        return f'<xacro:macro name="{name}" params="{params}">{body}{inserts}</xacro:macro>'
+
+    def call(self, depth):
+        if not self.macros:
+            return ""
+        name = self.random.choice(sorted(self.macros))
+        parameters, blocks = self.macros[name]
+        given = [p for p, default in parameters.items() if not default or self.random.random() < 0.5]
+        attributes = "".join(f' {p}="{self.value()}"' for p in given)
+        outer, self.is_in_call = self.is_in_call, True
+        inner = "".join(self.property() if self.random.random() < 0.1 else "" for _ in blocks)
+        inner += "".join(f"<bl at='{self.value().replace(chr(39), '')}'>{self.element(depth - 1)}</bl>" for _ in blocks)
+        self.is_in_call = outer
+        return f"<xacro:{name}{attributes}>{inner}</xacro:{name}>"
+
+    def element(self, depth):
+        if depth <= 0:
+            return f'<x v="{self.value()}"/>'
+        return f'<x v="{self.value()}" w="{self.value()}">{self.part(depth - 1)}{self.part(depth - 1)}</x>'
+
+    def part(self, depth):
+        pick = self.random.choice
+        kinds = [self.property, self.property, lambda: self.element(depth)]
+        if depth > 0:
+            kind = pick(["if", "unless"])
+            kinds += [
+                lambda: self.macro(depth), lambda: self.call(depth), lambda: self.call(depth), lambda: self.call(depth),
+                lambda: f'<xacro:{kind} value="{pick(["true", "0", "${a}", "${b == 1}"])}">{self.part(depth - 1)}</xacro:{kind}>',
+                lambda: f'<xacro:insert_block name="{pick("abc")}"/>' if self.random.random() < 0.2 else "",
+                lambda: f'<t>{self.value()} and {self.value()}</t>',
+            ]
+        return pick(kinds)()
+
+    def file(self):
+        self.macros = {}
+        start = "".join(f'<xacro:property name="{n}" value="{i}"/>' for i, n in enumerate("abc"))
+        parts = "".join(self.part(3) for _ in range(self.random.randint(3, 10)))
+        return f'<r xmlns:xacro="u"><xacro:arg name="n" default="5"/>{start}{parts}</r>'
+
+
+def compare_random_files(count, seed):
+    """Compares expansions of random files; returns how many differ."""
+    generator = FileGenerator(seed)
+    wrong, refused = 0, 0
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "random.xacro"
+        for _ in range(count):
+            path.write_text(generator.file())
+            expected, _ = by_xacro(path, {})
+            found = by_tatu(path, {}, {})
+            both_refuse = isinstance(expected, str) and isinstance(found, str)
+            refused += both_refuse
+            is_one = isinstance(expected, str) or isinstance(found, str)
+            message = None if both_refuse else f"{str(expected)[:200]}; {str(found)[:200]}" if is_one else difference(expected, found)
+            if message:
+                wrong += 1
+                print(f"{path.read_text()}\n  {message}")
+    print(f"{count} random files: {refused} refused by both, {wrong} differ")
+    return wrong
+
+
 def compare_expressions(count, seed):
     """Compares values of random expressions; returns how many differ."""
     generator = Generator(seed)
@@ -255,6 +358,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("files", nargs="*")
     parser.add_argument("--expressions", type=int, default=2000)
+    parser.add_argument("--random-files", type=int, default=200)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--record", action="store_true")
     parser.add_argument("--package", action="append", default=[])
@@ -268,6 +372,7 @@ def main():
     else:
         wrong = compare_files(sorted((HERE / "inputs").glob("*.xacro")), ARGUMENTS, packages, options.record)
         wrong += compare_files(sorted((HERE / "refused").glob("*.xacro")), ARGUMENTS, packages, False)
+        wrong += compare_random_files(options.random_files, options.seed)
         wrong += compare_expressions(options.expressions, options.seed)
     sys.exit(1 if wrong else 0)
 
