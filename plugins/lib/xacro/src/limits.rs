@@ -30,7 +30,7 @@ impl Default for Limits {
             files: 2000,
             include_depth: 32,
             depth: 600,
-            work: 20_000_000,
+            work: 8_000_000,
             text_bytes: 1 << 20,
             items: 100_000,
             result_bytes: 16 << 20,

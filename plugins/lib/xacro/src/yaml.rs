@@ -221,7 +221,9 @@ fn number(text: &str, unsigned: &str) -> Result<Option<Value>> {
         let sign = if is_negative { "-" } else { "" };
         return match i64::from_str_radix(&format!("{sign}{digits}"), radix) {
             Ok(int) => Ok(Some(Value::Int(int))),
-            Err(_) => fail!("the integer {text} has more than 64 bits: write it with a decimal point or in quotes"),
+            // Such as a serial number: it stays as it is written.
+            Err(_) if radix == 10 => Ok(Some(Value::text(text))),
+            Err(_) => fail!("the integer {text} has more than 64 bits: write it in quotes"),
         };
     }
     if unsigned.contains(':') {

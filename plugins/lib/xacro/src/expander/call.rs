@@ -107,8 +107,8 @@ impl Expander<'_> {
         found: &'m Macro,
         is_call: bool,
     ) -> Result<(Vec<(&'m str, Value)>, Vec<(&'m str, Rc<Element>)>)> {
-        // Each attribute is compared with each parameter.
-        self.budget.spend(found.parameters.len() * (1 + element.attributes.len() / 8))?;
+        // A call makes two tables, and compares each attribute with each parameter.
+        self.budget.spend(8 + found.parameters.len() * (1 + element.attributes.len() / 8))?;
         let mut values: Vec<(&str, Value)> = Vec::new();
         let mut blocks = Vec::new();
         for attribute in &element.attributes {

@@ -114,6 +114,8 @@ impl<'a> Expander<'a> {
 
     /// The value of a property in the tables that are visible from one.
     fn find_property(&mut self, from: usize, name: &str) -> Result<Option<Value>> {
+        // A name may be looked up in as many tables as there are.
+        self.budget.spend(self.properties.len() / 16)?;
         let Some((table, property)) = self.properties.find(from, name) else { return Ok(None) };
         let (text, origin) = match property {
             Property::Value(value) => return Ok(Some(value.clone())),

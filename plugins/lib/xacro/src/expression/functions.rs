@@ -186,6 +186,8 @@ fn call_python(name: &'static str, arguments: &[Value], named: &Named, budget: &
             }
             Value::Range(range) => Ok(Value::Int(range.count as i64)),
             Value::View(view) if !view.kind.starts_with("dict_") => fail!("what {}() returns has no length", view.kind),
+            Value::List(list) => Ok(Value::Int(list.items().items.len() as i64)),
+            Value::Dict(dict) => Ok(Value::Int(dict.len() as i64)),
             _ => Ok(Value::Int(items_of(value, budget)?.len() as i64)),
         },
         ("str", []) => Ok(Value::text("")),
@@ -212,7 +214,11 @@ fn call_python(name: &'static str, arguments: &[Value], named: &Named, budget: &
             let Some(places) = places.as_int() else { fail!("round() takes an int as its second argument") };
             match value.as_int() {
                 Some(int) => round_int(int, places),
-                None => Ok(Value::Float(round_to_places(float_of(value, name)?, places))),
+                None => {
+                    // Places before the point need all digits of the number.
+                    budget.spend(if places < 0 { 100 } else { 4 })?;
+                    Ok(Value::Float(round_to_places(float_of(value, name)?, places)))
+                }
             }
         }
         ("abs", [value]) => match value.as_int() {
