@@ -8,9 +8,11 @@
 //! - `format`: `format()` and `%`;
 //! - `math`: the functions of `math`;
 //! - `methods`: methods of texts, lists and dictionaries;
-//! - `functions`: the other functions;
+//! - `builtins`: functions of Python that need only their arguments;
+//! - `functions`: the other functions, and the names of all;
 //! - `evaluation`: the value of a tree.
 
+mod builtins;
 pub(crate) mod context;
 pub(crate) mod evaluation;
 mod format;

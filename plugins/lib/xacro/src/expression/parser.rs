@@ -4,7 +4,7 @@ use std::rc::Rc;
 
 use super::{
     lexer::{Token, is_identifier, tokens},
-    syntax::{Call, Comparator, Expression, Operator},
+    syntax::{Call, Comparator, Expression, Operator, binding},
 };
 use crate::{
     error::{Result, excerpt, fail},
@@ -14,22 +14,6 @@ use crate::{
 
 /// Maximum height of the tree: the number of operators in a row, or brackets in one another.
 const MAX_HEIGHT: usize = 200;
-
-/// Precedence of operators, from the weakest.
-mod binding {
-    pub const OR: u8 = 1;
-    pub const AND: u8 = 2;
-    pub const NOT: u8 = 3;
-    pub const COMPARISON: u8 = 4;
-    pub const BIT_OR: u8 = 5;
-    pub const BIT_XOR: u8 = 6;
-    pub const BIT_AND: u8 = 7;
-    pub const SHIFT: u8 = 8;
-    pub const SUM: u8 = 9;
-    pub const PRODUCT: u8 = 10;
-    pub const SIGN: u8 = 11;
-    pub const POWER: u8 = 12;
-}
 
 /// A tree with its height.
 type Tree = (Expression, usize);
@@ -201,22 +185,8 @@ impl Parser<'_> {
     /// The operator that follows, with its precedence; `None` for `and`, `or` and comparisons.
     fn infix(&self) -> Option<(Option<Operator>, u8)> {
         let found = match self.peek() {
-            Token::Symbol(symbol) => match *symbol {
-                "+" => (Operator::Add, binding::SUM),
-                "-" => (Operator::Subtract, binding::SUM),
-                "*" => (Operator::Multiply, binding::PRODUCT),
-                "/" => (Operator::Divide, binding::PRODUCT),
-                "//" => (Operator::FloorDivide, binding::PRODUCT),
-                "%" => (Operator::Remainder, binding::PRODUCT),
-                "**" => (Operator::Power, binding::POWER),
-                "|" => (Operator::BitOr, binding::BIT_OR),
-                "^" => (Operator::BitXor, binding::BIT_XOR),
-                "&" => (Operator::BitAnd, binding::BIT_AND),
-                "<<" => (Operator::ShiftLeft, binding::SHIFT),
-                ">>" => (Operator::ShiftRight, binding::SHIFT),
-                "<" | "<=" | ">" | ">=" | "==" | "!=" => return Some((None, binding::COMPARISON)),
-                _ => return None,
-            },
+            Token::Symbol("<" | "<=" | ">" | ">=" | "==" | "!=") => return Some((None, binding::COMPARISON)),
+            Token::Symbol(symbol) => Operator::of_symbol(symbol)?,
             Token::Name(name) => match &**name {
                 "or" => return Some((None, binding::OR)),
                 "and" => return Some((None, binding::AND)),

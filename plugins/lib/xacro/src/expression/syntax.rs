@@ -39,6 +39,22 @@ pub(super) struct Call {
     pub named: Vec<(Rc<str>, Expression)>,
 }
 
+/// Precedence of operators, from the weakest.
+pub(super) mod binding {
+    pub const OR: u8 = 1;
+    pub const AND: u8 = 2;
+    pub const NOT: u8 = 3;
+    pub const COMPARISON: u8 = 4;
+    pub const BIT_OR: u8 = 5;
+    pub const BIT_XOR: u8 = 6;
+    pub const BIT_AND: u8 = 7;
+    pub const SHIFT: u8 = 8;
+    pub const SUM: u8 = 9;
+    pub const PRODUCT: u8 = 10;
+    pub const SIGN: u8 = 11;
+    pub const POWER: u8 = 12;
+}
+
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Operator {
     Add,
@@ -56,6 +72,25 @@ pub(super) enum Operator {
 }
 
 impl Operator {
+    /// The operator of a symbol, with its precedence.
+    pub fn of_symbol(symbol: &str) -> Option<(Self, u8)> {
+        Some(match symbol {
+            "+" => (Operator::Add, binding::SUM),
+            "-" => (Operator::Subtract, binding::SUM),
+            "*" => (Operator::Multiply, binding::PRODUCT),
+            "/" => (Operator::Divide, binding::PRODUCT),
+            "//" => (Operator::FloorDivide, binding::PRODUCT),
+            "%" => (Operator::Remainder, binding::PRODUCT),
+            "**" => (Operator::Power, binding::POWER),
+            "|" => (Operator::BitOr, binding::BIT_OR),
+            "^" => (Operator::BitXor, binding::BIT_XOR),
+            "&" => (Operator::BitAnd, binding::BIT_AND),
+            "<<" => (Operator::ShiftLeft, binding::SHIFT),
+            ">>" => (Operator::ShiftRight, binding::SHIFT),
+            _ => return None,
+        })
+    }
+
     pub fn symbol(self) -> &'static str {
         match self {
             Operator::Add => "+",
