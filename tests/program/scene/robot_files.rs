@@ -109,6 +109,38 @@ fn packages_are_recorded_in_input_logs() {
     assert!(!replayed.err.contains("warning"), "{}", replayed.err);
 }
 
+/// A xacro file is expanded with its included files, and errors name the place in these.
+#[test]
+fn macros_of_xacro_are_expanded() {
+    let place = TestFolder::new();
+    let header = "<robot name=\"r\" xmlns:xacro=\"http://www.ros.org/wiki/xacro\">";
+    let main = format!(
+        "{header}\n<xacro:arg name=\"mass\" default=\"2\"/>\n<xacro:include filename=\"$(find arm_description)/urdf/part.xacro\"/>\n\
+         <link name=\"world\"/>\n<xacro:part name=\"a\" mass=\"$(arg mass)\"/>\n<xacro:part name=\"b\" mass=\"${{1 + 2}}\"/>\n</robot>"
+    );
+    let part = |more: &str| {
+        format!(
+            "{header}\n<xacro:macro name=\"part\" params=\"name mass\">\n<link name=\"${{name}}\"><inertial><mass \
+             value=\"${{mass}}\"/><inertia ixx=\"1\" ixy=\"0\" ixz=\"0\" iyy=\"1\" iyz=\"0\" izz=\"1\"/></inertial></link>\n\
+             <joint name=\"${{name}}_joint\" type=\"revolute\"><parent link=\"world\"/><child link=\"${{name}}\"/>{more}\
+             </joint>\n</xacro:macro>\n</robot>"
+        )
+    };
+    packages(&place, "");
+    place.write("src/arm/urdf/arm.urdf", &main).write("src/arm/urdf/part.xacro", &part(""));
+    let masses = |args: &[&str]| {
+        let json = check(&place, &[&["--numbers"], args].concat(), &[]).json();
+        ["a", "b"].map(|name| json["bodies"][&format!("/r/{name}_joint/{name}")]["mass_kg"].as_f64().unwrap())
+    };
+    assert_eq!(masses(&[]), [2.0, 3.0]);
+    assert_eq!(masses(&["--set", "/r.arguments=mass:=5"]), [5.0, 3.0]);
+    place.write("src/arm/urdf/part.xacro", &part("<axis xyz=\"0 0\"/>"));
+    let file = place.path().join("src/arm/urdf/arm.urdf");
+    place.tatu(&["check", file.to_str().unwrap()]).refused(&["E120", "part.xacro:4", "expected 3 numbers"]);
+    place.write("src/arm/urdf/part.xacro", &part("<axis xyz=\"${nothing} 0 0\"/>"));
+    place.tatu(&["check", file.to_str().unwrap()]).refused(&["E120", "part.xacro:4", "nothing"]);
+}
+
 /// Returns a box with four wheels of 0.1 m, whose joints have no limits.
 fn cart() -> String {
     let wheel = |name: &str, x: f64, y: f64| {

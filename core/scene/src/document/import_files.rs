@@ -87,6 +87,10 @@ impl DocumentBuilder<'_> {
             )));
         };
         let shown = package.folder.display();
+        if package.manifest.is_none() && packages::is_description(&reference.file) {
+            let text = format!("`{name}` is not read: {shown} has no `package.xml` that states its name");
+            return Ok(self.report_once(text));
+        }
         let file = match packages::look_up(&package.folder, &reference.file) {
             PackageEntry::Exact => reference.file.clone(),
             PackageEntry::OtherCase(file) => {

@@ -30,6 +30,10 @@ const ASSET_SUFFIXES: [&str; 18] = [
     "tif", "tiff",
 ];
 
+/// Suffixes of the descriptions that may be read from packages with a manifest, without the dot: texts that are parts of
+/// the document.
+const DESCRIPTION_SUFFIXES: [&str; 3] = ["xacro", "yaml", "yml"];
+
 /// A reference to a file of a package.
 #[derive(Debug, PartialEq, Eq)]
 pub struct PackageReference {
@@ -51,9 +55,9 @@ impl PackageReference {
         let outside = || format!("`{name}` is not a path in the package `{package}`");
         Some(match path_within(file).filter(|path| path.file_name().is_some()) {
             None => Err(outside()),
-            Some(file) if !is_asset(&file) => {
-                Err(format!("`{name}` is neither a mesh nor an image; other files of packages are not read"))
-            }
+            Some(file) if !is_asset(&file) && !is_description(&file) => Err(format!(
+                "`{name}` is neither a mesh nor an image nor a part of a description; other files of packages are not read"
+            )),
             Some(file) => Ok(PackageReference { package: package.to_owned(), file }),
         })
     }
@@ -80,8 +84,16 @@ fn is_hidden(name: &OsStr) -> bool {
 
 /// Returns whether the name of a file is that of a mesh or of an image.
 pub fn is_asset(file: &Path) -> bool {
-    let suffix = file.extension().and_then(OsStr::to_str).unwrap_or_default().to_lowercase();
-    ASSET_SUFFIXES.contains(&suffix.as_str())
+    ASSET_SUFFIXES.contains(&suffix(file).as_str())
+}
+
+/// Returns whether the name of a file is that of a part of a description.
+pub fn is_description(file: &Path) -> bool {
+    DESCRIPTION_SUFFIXES.contains(&suffix(file).as_str())
+}
+
+fn suffix(file: &Path) -> String {
+    file.extension().and_then(OsStr::to_str).unwrap_or_default().to_lowercase()
 }
 
 /// A package that was found.

@@ -114,9 +114,11 @@ impl AllowedFolders {
         Some(AllowedFile { path: path.to_owned(), origin: FileOrigin::Below(folder, real) })
     }
 
-    /// Returns a mesh or an image with a path if it is in the package that contains the folder of a document.
+    /// Returns a mesh, an image or a part of a description with a path if it is in the package that contains the folder
+    /// of a document.
     pub(super) fn file_of_enclosing_package(&self, folder: &Path, path: &Path) -> Option<AllowedFile> {
-        let package = packages::enclosing(&self.absolute(folder)).filter(|_| packages::is_asset(path))?;
+        let is_part = packages::is_asset(path) || packages::is_description(path);
+        let package = packages::enclosing(&self.absolute(folder)).filter(|_| is_part)?;
         self.file_below(&package, path)
     }
 

@@ -7,6 +7,8 @@ use tatu_plugin_api::{
     safe::Builder,
 };
 
+use crate::source::SourceText;
+
 /// Kinds of findings, in the order in which they are reported.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum FindingKind {
@@ -70,19 +72,24 @@ impl Findings {
         }
     }
 
-    /// Reports all findings.
-    pub fn report(self, builder: &Builder<'_>) {
+    /// Reports all findings, with the places in the source.
+    pub fn report(self, builder: &Builder<'_>, source: &SourceText<'_>) {
         let mut all = self.0.into_inner();
         all.sort_by_key(|finding| finding.kind);
         for finding in all {
-            builder.report(finding.severity, None, &finding.sentence());
+            builder.report(finding.severity, None, &finding.sentence(source.origin(finding.line)));
         }
     }
 }
 
 impl Finding {
-    fn sentence(&self) -> String {
-        let place = if self.line > 0 { format!("line {}: ", self.line) } else { String::new() };
+    /// Returns the report; `origin` is the file and line of the first place.
+    fn sentence(&self, (file, line): (&str, u64)) -> String {
+        let place = match (file, line) {
+            (_, 0) => String::new(),
+            ("", line) => format!("line {line}: "),
+            (file, line) => format!("{file}:{line}: "),
+        };
         let others = match self.count {
             1 => String::new(),
             2 => " (and in one more place)".to_owned(),
@@ -102,7 +109,7 @@ mod tests {
         (7..10).for_each(|line| findings.warn(FindingKind::Joint, line, format!("axis {line}")));
         findings.note(FindingKind::Effort, 0, "effort".into());
         let all = findings.0.into_inner();
-        let sentences: Vec<_> = all.iter().map(Finding::sentence).collect();
+        let sentences: Vec<_> = all.iter().map(|f| f.sentence(("", f.line))).collect();
         assert_eq!(sentences, ["line 7: axis 7 (and in 2 more places)", "effort"]);
     }
 }

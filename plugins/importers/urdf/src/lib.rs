@@ -16,11 +16,13 @@ mod mesh;
 mod read;
 mod robot;
 mod settings;
+mod source;
 mod tree;
 mod xml;
 
 use findings::Findings;
 use settings::ImportSettings;
+use source::SourceText;
 use tatu_plugin_api::{
     safe::{Builder, Fail, Host, Importer, Offer, Param, Params, Plugin, Result},
     tatu_plugin,
@@ -47,8 +49,8 @@ pub struct Urdf;
 impl Importer for Urdf {
     type Plugin = UrdfFiles;
     const ID: &'static str = "urdf";
-    const TEXT: &'static str = "URDF: a robot's links, joints, masses and meshes, in the poses of the file.";
-    const SUFFIXES: &'static [&'static str] = &[".urdf"];
+    const TEXT: &'static str = "URDF and xacro: a robot's links, joints, masses and meshes, in the poses of the file.";
+    const SUFFIXES: &'static [&'static str] = &[".urdf", ".xacro"];
 
     fn params() -> Vec<Param> {
         ImportSettings::params()
@@ -76,10 +78,14 @@ impl Importer for Urdf {
             Fail::argument("the file is not valid UTF-8 text").at("", line as u64)
         })?;
         let findings = Findings::default();
-        let robot = read::robot(text, &findings)?;
-        let tree = tree::BodyTree::new(&robot)?;
-        build::robot(builder, &robot, &tree, &ImportSettings::read(params, &robot, &tree)?, &findings)?;
-        findings.report(builder);
+        let source = SourceText::new(text, &params.string("arguments")?, builder)?;
+        let build = || {
+            let robot = read::robot(&source.text, &findings)?;
+            let tree = tree::BodyTree::new(&robot)?;
+            build::robot(builder, &robot, &tree, &ImportSettings::read(params, &robot, &tree)?, &findings)
+        };
+        build().map_err(|e| source.located(e))?;
+        findings.report(builder, &source);
         Ok(())
     }
 }

@@ -40,6 +40,9 @@ impl ImportSettings {
                  to the folder of the file; empty: packages are searched upward from the file, then in the folders \
                  given by `--package-path`, TATU_PACKAGE_PATH, ROS_PACKAGE_PATH and AMENT_PREFIX_PATH.",
             ),
+            Param::string("arguments").default("").text(
+                "Arguments of a xacro file, which replace its defaults: `name:=value name:=value`.",
+            ),
             Param::string("motors")
                 .choices(&["velocity", "position", "free"])
                 .default("velocity")

@@ -118,8 +118,8 @@ fn error_text(e: &Error) -> String {
 }
 
 fn xacro(line: u64) -> Fail {
-    Fail::unsupported("this is a xacro file, not a URDF file")
-        .help("convert it first: `xacro robot.urdf.xacro > robot.urdf`")
+    Fail::unsupported("this element of xacro has not been expanded")
+        .help("name the namespace `xacro`: `<robot xmlns:xacro=\"http://www.ros.org/wiki/xacro\">`, `<xacro:macro>`")
         .at("", line)
 }
 
