@@ -1,6 +1,7 @@
 //! Expands the elements of a file.
 //!
-//! - `mod`: the state; what expressions see of it;
+//! The state, and what expressions see of it, are in this file.
+//!
 //! - `text`: texts with `${...}` and `$(...)`;
 //! - `property`, `call`, `include`: what the elements of these names do;
 //! - `elements`: all elements.
