@@ -24,11 +24,13 @@
 
 mod closest;
 mod convert;
+mod decompose;
 mod interface;
 mod rapier;
 
 pub use closest::{PreparedSolid, closest};
 pub use convert::hull;
+pub use decompose::convex_parts;
 pub use interface::{
     BeforeStepHook, BodyContact, BodyDesc, BodyId, BodyWrench, CollisionMask, ContactSurface, Engine, EngineSettings,
     FrictionRule, Gear, JointDesc, JointDrive, JointForm, JointId, JointKind, JointState, MassProps, MaterialPair,

@@ -281,6 +281,39 @@ fn a_flaw_costs_one_element() {
     }
 }
 
+/// The hull of two cubes in one mesh has no room for a ball between them, its convex parts do.
+#[test]
+fn hollows_of_decomposed_meshes_are_open() {
+    let place = TestFolder::new();
+    let (mut both, second) = (cube([-0.4, 0.0, 0.0]), cube([0.4, 0.0, 0.0]));
+    both.extend(&second[84..]);
+    both[80..84].copy_from_slice(&24u32.to_le_bytes());
+    fs::write(place.path().join("cubes.stl"), both).unwrap();
+    let robot = "<robot name=\"r\"><link name=\"world\"><collision><geometry><mesh filename=\"cubes.stl\"/></geometry>\
+                 </collision></link></robot>";
+    place.write("r.urdf", robot);
+    let ball = "[[object]]\nkind = \"shape\"\nalias = \"ball\"\nprimitive = \"sphere\"\nsize_m = [0.1, 0.1, 0.1]\n\
+                position_m = [0.0, 0.0, 1.2]\ndynamic = true\nrespondable = true\n";
+    for (more, expected) in [("", 0.65), ("decompose = 8\n", 0.05)] {
+        let import = format!("[[import]]\nfile = \"r.urdf\"\nposition_m = [0.0, 0.0, 0.5]\n{more}");
+        place.write("scene.toml", &format!("format = 1\n{FLOOR}{ball}{import}"));
+        let lines = place.trace(&["/ball"], &["--seconds", "3"]);
+        let z = lines.last().unwrap().object::<3>("/ball", "position")[2];
+        assert!((z - expected).abs() < 1e-3, "{more}: {z}");
+    }
+}
+
+#[test]
+fn xml_of_unknown_formats_is_named() {
+    let place = TestFolder::new();
+    place.write(
+        "world.sdf",
+        "<?xml version=\"1.0\"?>\n<!-- a world -->\n<sdf version=\"1.9\"><model name=\"m\"/></sdf>",
+    );
+    let words = ["E121", "no importer reads world.sdf", "urdf (.urdf .xacro)", "XML file with the root element <sdf>"];
+    place.tatu(&["check", "world.sdf"]).refused(&words);
+}
+
 #[test]
 fn a_joint_is_mimicked_although_a_link_has_its_name() {
     let place = TestFolder::new();

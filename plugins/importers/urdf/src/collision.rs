@@ -9,9 +9,10 @@ use crate::{
     settings::ImportSettings,
 };
 
-/// Collision mask of a link. A link collides with everything except other links of the same robot, because these touch
-/// at joints.
-const COLLISION_MASK: i64 = 0xFF00;
+/// Collision mask of a link that collides with everything except other links of the same robot.
+const OTHERS_MASK: i64 = 0xFF00;
+/// Collision mask of a link that collides with everything.
+const ALL_MASK: i64 = 0xFFFF;
 
 /// Largest vertical component of the axis of a wheel; a plate on a vertical axis cannot roll on a floor.
 const MAX_VERTICAL: f64 = 0.7;
@@ -27,9 +28,11 @@ pub fn set_collision_geometry(
     settings: &ImportSettings,
 ) -> Result<usize> {
     node.set("shape.respondable", true)?
-        .set("shape.respondable_mask", COLLISION_MASK)?
+        .set("shape.respondable_mask", if settings.self_collision { ALL_MASK } else { OTHERS_MASK })?
         .set("shape.friction", friction)?;
-    if let [PlacedSolid { pose, form: SolidForm::Mesh(pieces) }] = solids {
+    if let [PlacedSolid { pose, form: SolidForm::Mesh(pieces) }] = solids
+        && settings.decompose == 0
+    {
         let (points, triangles) = merge_pieces(&pieces.iter().map(|p| p.moved([1.0; 3], pose)).collect::<Vec<_>>());
         let number = builder.mesh(&points, &triangles)?;
         node.set("shape.primitive", "mesh")?.set("shape.mesh", number)?.set("shape.convex", !settings.concave)?;
@@ -40,7 +43,11 @@ pub fn set_collision_geometry(
     for solid in solids {
         let ball = rolls_about.filter(|_| settings.wheels_as_balls).and_then(|axis| sphere_for_wheel(&axis, solid));
         wheels += usize::from(ball.is_some());
-        parts.push(ball.as_ref().unwrap_or(solid).part(builder, !settings.concave)?);
+        let solid = ball.as_ref().unwrap_or(solid);
+        let convex = solid.convex_parts(settings.decompose);
+        for solid in if convex.is_empty() { std::slice::from_ref(solid) } else { &convex } {
+            parts.push(solid.part(builder, !settings.concave)?);
+        }
     }
     node.set("shape.primitive", "compound")?.set("shape.parts", Value::List(parts))?;
     Ok(wheels)

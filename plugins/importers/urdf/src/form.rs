@@ -112,6 +112,24 @@ impl PlacedSolid {
         Ok(Value::Map(part))
     }
 
+    /// Returns convex meshes that together have about the form of a mesh, at most `most`; none for other forms, and for a
+    /// mesh that is convex.
+    pub fn convex_parts(&self, most: u32) -> Vec<PlacedSolid> {
+        let SolidForm::Mesh(pieces) = &self.form else { return Vec::new() };
+        if most == 0 {
+            return Vec::new();
+        }
+        let (points, triangles) = merge_pieces(pieces);
+        let vertices = points.into_iter().map(nalgebra::Point3::from).collect();
+        let mesh = tatu_geometry::Mesh { vertices, triangles, coordinates: Vec::new() };
+        let solid = |part: tatu_geometry::Mesh| {
+            let points = part.vertices.iter().map(|p| p.coords.into()).collect();
+            let piece = MeshPiece { points, triangles: part.triangles, ..MeshPiece::default() };
+            PlacedSolid { pose: self.pose, form: SolidForm::Mesh(vec![piece].into()) }
+        };
+        tatu_physics::convex_parts(&mesh, most).into_iter().map(solid).collect()
+    }
+
     /// Returns points of the surface, in the frame of the body: the corners of boxes and meshes, and of round forms the
     /// ends of axes and 24 points of each circle.
     pub fn surface_points(&self) -> Vec<Vector3<f64>> {

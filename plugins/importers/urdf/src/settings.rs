@@ -20,6 +20,10 @@ pub struct ImportSettings {
     pub wheels_as_balls: bool,
     /// Whether meshes collide as they are.
     pub concave: bool,
+    /// Greatest number of convex parts of a mesh; 0: its hull.
+    pub decompose: u32,
+    /// Whether links of the robot collide with each other.
+    pub self_collision: bool,
     /// Whether the robot is moved so that its lowest point is at a height of 0.
     pub on_floor: bool,
 }
@@ -40,9 +44,9 @@ impl ImportSettings {
                  to the folder of the file; empty: packages are searched upward from the file, then in the folders \
                  given by `--package-path`, TATU_PACKAGE_PATH, ROS_PACKAGE_PATH and AMENT_PREFIX_PATH.",
             ),
-            Param::string("arguments").default("").text(
-                "Arguments of a xacro file, which replace its defaults: `name:=value name:=value`.",
-            ),
+            Param::string("arguments")
+                .default("")
+                .text("Arguments of a xacro file, which replace its defaults: `name:=value name:=value`."),
             Param::string("motors")
                 .choices(&["velocity", "position", "free"])
                 .default("velocity")
@@ -64,6 +68,13 @@ impl ImportSettings {
                 "Whether meshes collide with their hollows, as trays and rooms need, instead of as convex hulls, which \
                  are faster and more robust.",
             ),
+            Param::int("decompose").range(0.0, 64.0).default(0).text(
+                "Greatest number of convex parts into which a colliding mesh is divided, so that hollows stay open; 0: \
+                 one hull. Takes up to seconds for each mesh.",
+            ),
+            Param::bool("self_collision")
+                .default(false)
+                .text("Whether links of the robot collide with each other, except those that a joint connects."),
         ]
     }
 
@@ -79,6 +90,8 @@ impl ImportSettings {
             friction: params.f64("link_friction")?,
             wheels_as_balls: params.bool("wheels_as_balls")?,
             concave: params.bool("concave")?,
+            decompose: params.get("decompose")?.as_i64().and_then(|n| u32::try_from(n).ok()).unwrap_or(0),
+            self_collision: params.bool("self_collision")?,
             on_floor: params.bool("on_floor")?,
         })
     }

@@ -238,6 +238,10 @@ impl<'a> SceneFileReader<'a> {
             true => unreadable(file, "it is not UTF-8 text"),
             false => registry.no_importer(file).help("a scene is a TOML file"),
         })?;
+        if let Some(root) = xml_root(&text).filter(|_| !named) {
+            let help = format!("it is an XML file with the root element <{root}>; convert it to one of these formats");
+            return Err(registry.no_importer(file).help(help));
+        }
         let mut reader = SceneFileReader::new(file, &text, registry);
         match naming::describes_model(&text) {
             true => reader.build_as_scene(&mut builder)?,
@@ -402,4 +406,17 @@ fn table_span(table: &dyn TableLike) -> Option<std::ops::Range<usize>> {
 
 fn canonical(p: &Path) -> PathBuf {
     std::fs::canonicalize(p).unwrap_or_else(|_| p.to_owned())
+}
+
+/// Returns the name of the root element of a text that looks like XML.
+fn xml_root(text: &str) -> Option<&str> {
+    let mut rest = text.trim_start_matches('\u{feff}').trim_start();
+    while let Some(end) = [("<?", "?>"), ("<!--", "-->"), ("<!", ">")].iter().find_map(|(open, close)| {
+        rest.starts_with(open).then(|| rest.find(close).map_or(rest.len(), |i| i + close.len()))
+    }) {
+        rest = rest[end..].trim_start();
+    }
+    let name = rest.strip_prefix('<')?;
+    let end = name.find(|c: char| c.is_whitespace() || matches!(c, '/' | '>')).filter(|end| *end > 0)?;
+    Some(&name[..end])
 }
