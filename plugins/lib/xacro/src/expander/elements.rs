@@ -78,7 +78,11 @@ impl Expander<'_> {
                 Ok(())
             }
             name if name.starts_with("xacro:") => self.call_macro(element, into),
-            _ => {
+            name => {
+                if matches!(name, "macro" | "insert_block") {
+                    let message = format!("<{name}> is not expanded: current versions of xacro expect <xacro:{name}>");
+                    self.notes.add("element without prefix", &message, Some(element.origin));
+                }
                 let made = self.expand_plain(element)?;
                 into.children.push(Node::Element(made));
                 Ok(())

@@ -9,7 +9,7 @@ use crate::{
     limits::Budget,
     value::{
         Range, Value,
-        number::{divide_floats, divide_ints, exact_int, float_text},
+        number::{divide_floats, divide_ints, exact_int, float_text, small_power},
         text::repr,
     },
 };
@@ -126,7 +126,7 @@ pub(super) fn power(a: f64, b: f64) -> Result<f64> {
     if a < 0.0 && a.is_finite() && b.is_finite() && b.fract() != 0.0 {
         fail!("({}) ** {} is a complex number, which has no use here", float_text(a), float_text(b));
     }
-    let result = libm::pow(a, b);
+    let result = small_power(a, b).unwrap_or_else(|| libm::pow(a, b));
     if result.is_infinite() && a.is_finite() && b.is_finite() {
         fail!("({}) ** {} is too large for a number", float_text(a), float_text(b));
     }

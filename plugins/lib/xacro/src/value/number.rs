@@ -119,6 +119,32 @@ pub(crate) fn divide_ints(a: i64, b: i64) -> f64 {
     if is_negative { -value } else { value }
 }
 
+/// `a ** b` for small integers `b`, rounded once, as nearly always by the C library that Python uses; the last bit of
+/// `libm::pow` differs from it in one result of ten. `None` where intermediate results could be too large or too small.
+pub(crate) fn small_power(a: f64, b: f64) -> Option<f64> {
+    const MAX_EXPONENT: f64 = 32.0;
+    const MAX_RESULT: f64 = 1e140;
+    if b.trunc() != b || b.abs() > MAX_EXPONENT || b == 0.0 || !a.is_finite() {
+        return None;
+    }
+    // The product is `high + low`, with twice the digits.
+    let (mut high, mut low) = (1.0_f64, 0.0_f64);
+    for _ in 0..b.abs() as u32 {
+        let product = high * a;
+        let error = libm::fma(high, a, -product) + low * a;
+        high = product + error;
+        low = error - (high - product);
+        if !(1.0 / MAX_RESULT..MAX_RESULT).contains(&high.abs()) {
+            return None;
+        }
+    }
+    if b > 0.0 {
+        return Some(high);
+    }
+    let inverse = 1.0 / high;
+    Some(inverse + inverse * (libm::fma(-inverse, high, 1.0) - inverse * low))
+}
+
 /// Floor and remainder of a division of floats, whose signs are those of the divisor.
 pub(crate) fn divide_floats(a: f64, b: f64) -> (f64, f64) {
     let mut rest = libm::fmod(a, b);
@@ -247,6 +273,26 @@ mod tests {
         assert_eq!(round_to_places(9950.5, -2), 10000.0);
         assert_eq!(round_to_places(40.0, -2), 0.0);
         assert_eq!(round_to_places(50.1, -2), 100.0);
+    }
+
+    #[test]
+    fn small_powers_are_rounded_once() {
+        // Values of Python, which are the exact ones rounded.
+        let expected = [
+            (1.1, 2.0, 1.2100000000000002),
+            (0.1, 3.0, 0.0010000000000000002),
+            (20.0, -20.0, 9.5367431640625e-27),
+            (-0.3, 5.0, -0.0024299999999999994),
+            (7.0, 22.0, 3.909821048582988e18),
+            (3.0, -1.0, 1.0 / 3.0),
+        ];
+        for (a, b, value) in expected {
+            assert_eq!(small_power(a, b), Some(value), "{a} ** {b}");
+        }
+        assert_eq!(
+            [(1e100, 2.0), (1e-100, 2.0), (2.0, 0.5), (2.0, 33.0), (f64::NAN, 2.0)].map(|(a, b)| small_power(a, b)),
+            [None; 5]
+        );
     }
 
     #[test]
