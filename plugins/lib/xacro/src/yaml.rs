@@ -202,35 +202,31 @@ fn is_date(text: &str) -> bool {
     }
 }
 
-/// An integer (also 0x, 0b, octal with a leading 0, and to the base 60) or a float (which has a point).
+/// An integer (also 0x, 0b, octal with a leading 0, and to the base 60) or a float (which has a point, and no sign before
+/// one).
 fn number(text: &str, unsigned: &str) -> Result<Option<Value>> {
-    let is_negative = text.starts_with('-');
+    let sign = if text.starts_with('-') { "-" } else { "" };
     let is_made_of = |text: &str, allowed: &str| !text.is_empty() && text.chars().all(|c| allowed.contains(c));
-    let clean = unsigned.replace('_', "");
-    let radix = match unsigned.as_bytes() {
-        [b'0', b'b', rest @ ..] if !rest.is_empty() => Some((2, &clean[2..], "01_")),
-        [b'0', b'x', rest @ ..] if !rest.is_empty() => Some((16, &clean[2..], "0123456789abcdefABCDEF_")),
-        [b'0', _, ..] => Some((8, &clean[1..], "01234567_")),
-        [b'0'] | [b'1'..=b'9', ..] => Some((10, &clean[..], "0123456789_")),
-        _ => None,
+    let (radix, digits, allowed) = match unsigned.as_bytes() {
+        [b'0', b'b', ..] => (2, &unsigned[2..], "01_"),
+        [b'0', b'x', ..] => (16, &unsigned[2..], "0123456789abcdefABCDEF_"),
+        [b'0', _, ..] => (8, &unsigned[1..], "01234567_"),
+        [b'0'] | [b'1'..=b'9', ..] => (10, unsigned, "0123456789_"),
+        _ => (10, "", ""),
     };
-    if let Some((radix, digits, allowed)) = radix
-        && is_made_of(&unsigned[if radix == 2 || radix == 16 { 2 } else { 0 }..], allowed)
-        && !digits.is_empty()
-    {
-        let sign = if is_negative { "-" } else { "" };
+    if is_made_of(digits, allowed) {
+        let digits = digits.replace('_', "");
+        let digits = if digits.is_empty() && radix == 8 { "0" } else { &digits };
         return match i64::from_str_radix(&format!("{sign}{digits}"), radix) {
             Ok(int) => Ok(Some(Value::Int(int))),
             // Such as a serial number: it stays as it is written.
             Err(_) if radix == 10 => Ok(Some(Value::text(text))),
-            Err(_) => fail!("the integer {text} has more than 64 bits: write it in quotes"),
+            Err(_) => fail!("`{text}` is no integer of 64 bits: write it in quotes"),
         };
     }
     if unsigned.contains(':') {
-        return Ok(sexagesimal(unsigned, is_negative));
+        return Ok(sexagesimal(unsigned, sign == "-"));
     }
-    let starts_well = unsigned.starts_with(|c: char| c.is_ascii_digit())
-        || (unsigned.starts_with('.') && unsigned[1..].starts_with(|c: char| c.is_ascii_digit()));
     let (mantissa, exponent) = match unsigned.split_once(['e', 'E']) {
         Some((mantissa, exponent)) => (mantissa, Some(exponent)),
         None => (unsigned, None),
@@ -238,6 +234,8 @@ fn number(text: &str, unsigned: &str) -> Result<Option<Value>> {
     let has_exponent = exponent.is_none_or(|exponent| {
         exponent.strip_prefix(['+', '-']).is_some_and(|digits| is_made_of(digits, "0123456789"))
     });
+    let starts_well = unsigned.starts_with(|c: char| c.is_ascii_digit())
+        || text.strip_prefix('.').is_some_and(|rest| rest.starts_with(|c: char| c.is_ascii_digit()));
     let is_float =
         starts_well && has_exponent && mantissa.matches('.').count() == 1 && is_made_of(mantissa, "0123456789._");
     Ok(if is_float { text.replace('_', "").parse().ok().map(Value::Float) } else { None })
@@ -245,27 +243,29 @@ fn number(text: &str, unsigned: &str) -> Result<Option<Value>> {
 
 /// `1:30` is 90, `1:30.5` is 90.5.
 fn sexagesimal(unsigned: &str, is_negative: bool) -> Option<Value> {
-    let clean = unsigned.replace('_', "");
-    let parts: Vec<&str> = clean.split(':').collect();
-    let (last, others) = parts.split_last()?;
-    let (first, middle) = others.split_first()?;
-    let digits = |text: &str| !text.is_empty() && text.bytes().all(|b| b.is_ascii_digit());
-    let below_60 = |text: &str| digits(text) && text.len() <= 2 && text.parse::<u8>().is_ok_and(|n| n < 60);
-    let seconds = last.split('.').next().unwrap_or("");
-    let is_float = last.contains('.');
-    if !digits(first)
-        || (!is_float && first.starts_with('0'))
-        || !middle.iter().all(|m| below_60(m))
-        || !below_60(seconds)
-    {
+    let is_digits = |text: &str, more: &str| text.chars().all(|c| c.is_ascii_digit() || more.contains(c));
+    let (whole, fraction) = match unsigned.split_once('.') {
+        Some((whole, fraction)) => (whole, Some(fraction)),
+        None => (unsigned, None),
+    };
+    let mut parts = whole.split(':');
+    let first = parts.next()?;
+    let starts_well = match fraction {
+        Some(fraction) => first.starts_with(|c: char| c.is_ascii_digit()) && is_digits(fraction, "_"),
+        None => first.starts_with(|c: char| ('1'..='9').contains(&c)),
+    };
+    let below_60 = |part: &str| is_digits(part, "") && part.parse::<u8>().is_ok_and(|n| n < 60) && part.len() <= 2;
+    if !starts_well || !is_digits(first, "_") || !parts.all(below_60) {
         return None;
     }
-    let sign = if is_negative { -1.0 } else { 1.0 };
-    let mut total = 0.0;
-    for part in &parts {
-        total = total * 60.0 + part.parse::<f64>().ok()?;
+    let clean = unsigned.replace('_', "");
+    let (mut total, mut unit) = (0.0, 1.0);
+    for part in clean.split(':').rev() {
+        total += part.parse::<f64>().ok()? * unit;
+        unit *= 60.0;
     }
-    Some(if is_float { Value::Float(sign * total) } else { Value::Int((sign * total) as i64) })
+    let total = if is_negative { -total } else { total };
+    Some(if fraction.is_some() { Value::Float(total) } else { Value::Int(total as i64) })
 }
 
 /// What expressions with a unit may use: numbers and functions.

@@ -1,5 +1,5 @@
 """Compares tatu-importers-xacro with xacro of PyPI, on the files of `inputs/` and `refused/`,
-on random files and on random expressions.
+on random files, random values in YAML and random expressions.
 
     cargo build -p tatu-importers-xacro --example expand
     pip install xacro
@@ -305,6 +305,39 @@ def compare_random_files(count, seed):
     return wrong
 
 
+def random_scalar(source):
+    """Returns a random value of YAML without quotes, often almost a number."""
+    pick = source.choice
+    if source.random() < 0.3:
+        return pick(["yes", "No", "on", "OFF", "true", "TRUE", "~", "null", "", "y", "n", ".inf", "-.INF", ".nan", "0o17", "1e3", "1.e+3",
+                     "0x_1F", "0b11", "+12", "-0", "1:30", "1:30.5", "-1:00:00", "0:60", "190:20:30", "1_000", "._5", "5.", "+.5", "-.5e-3",
+                     "a b", "a#b", "a #b", "'q'", '"d\\n"', "[1, a]", "{a: 1, b: [2]}", "!degrees 90", "!radians 2*pi", "!!str 5", "-", "08"])
+    text = "".join(pick("0123456789.:_+-eEx ") for _ in range(source.randint(1, 6))).strip()
+    # PyYAML refuses a colon after an empty key.
+    return "0" if f"{text} ".startswith(": ") else text
+
+
+def compare_yaml(count, seed):
+    """Compares random values in YAML; returns how many differ."""
+    source = random.Random(seed)
+    wrong, refused = 0, 0
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "random.xacro"
+        path.write_text("""<r xmlns:xacro="u"><a v="${python.repr(xacro.load_yaml('y.yaml'))}"/></r>""")
+        for _ in range(count):
+            text = f"k: {random_scalar(source)}\nl:\n  - {random_scalar(source)}\n"
+            (Path(folder) / "y.yaml").write_text(text)
+            expected, _ = by_xacro(path, {})
+            found = by_tatu(path, {}, {})
+            if isinstance(found, str) and (isinstance(expected, str) or "is a date" in found):
+                refused += 1
+            elif isinstance(expected, str) or isinstance(found, str) or difference(expected, found):
+                wrong += 1
+                print(f"{text}  {str(expected)[:150]}; {str(found)[:250]}")
+    print(f"{count} files of YAML: {refused} refused by both, {wrong} differ")
+    return wrong
+
+
 def compare_expressions(count, seed):
     """Compares values of random expressions; returns how many differ."""
     generator = Generator(seed)
@@ -375,6 +408,7 @@ def main():
         wrong = compare_files(sorted((HERE / "inputs").glob("*.xacro")), ARGUMENTS, packages, options.record)
         wrong += compare_files(sorted((HERE / "refused").glob("*.xacro")), ARGUMENTS, packages, False)
         wrong += compare_random_files(options.random_files, options.seed)
+        wrong += compare_yaml(options.random_files, options.seed)
         wrong += compare_expressions(options.expressions, options.seed)
     sys.exit(1 if wrong else 0)
 
