@@ -14,6 +14,7 @@ import argparse
 import os
 import random
 import re
+import signal
 import subprocess
 import sys
 import tempfile
@@ -93,13 +94,25 @@ def same(expected, found, tolerance=0.0):
     return ("." in expected or "e" in expected) and abs(a - b) <= tolerance * abs(a)
 
 
+class EndlessRun(BaseException):
+    """Raised when xacro does not end, since it has no bounds."""
+
+
+def stop_xacro(*_):
+    raise EndlessRun
+
+
 def by_xacro(path, arguments):
     """Returns the tree that xacro makes, or its error."""
+    signal.signal(signal.SIGALRM, stop_xacro)
+    signal.alarm(3)
     try:
         document = xacro.process_file(str(path), mappings=dict(arguments), verbosity=0)
         return tree(document.documentElement), document
-    except Exception as error:
+    except (Exception, EndlessRun) as error:
         return f"error: {error}", None
+    finally:
+        signal.alarm(0)
 
 
 def by_tatu(path, arguments, packages):
