@@ -1,6 +1,5 @@
-//! Values of expressions, as Python has them.
+//! Values of expressions, as Python has them. The types, truth and equality are in this file.
 //!
-//! - `mod`: the types; truth, equality;
 //! - `dict`: dictionaries, in order of insertion;
 //! - `number`: numbers as text, and operations on them that differ from Rust's;
 //! - `text`: values as text.
