@@ -85,7 +85,10 @@ fn the_solver_of_a_mechanism_is_named_with_the_reason() {
                   [[object]]\nkind = \"dummy\"\nalias = \"b\"\nparent = \"/base/j/link\"\nlink = \"/base/a\"\n";
     assert_eq!(solver(&(arm(&own("tree")) + closed)), "reduced: linked dummies close a loop");
     let screw = own("tree") + &joint("j", "/base", "lead_m = 0.01") + &link;
-    assert_eq!(solver(&screw), "reduced: gears or screws couple its joints");
+    assert_eq!(solver(&screw), "reduced: it has screws");
+    let geared =
+        joint("k", "/base", "follows = \":/j\"\ngeared = true") + &body("other", "/base/k", "box", [0.1; 3], 1.0, "");
+    assert_eq!(solver(&(arm(&own("impulse")) + &geared)), "tree: gears couple its joints");
 }
 
 /// The quadruped walks straight ahead and remains upright.

@@ -2,9 +2,9 @@
 //!
 //! A mechanism consists of everything attached to a root body by joints and force sensors. In reduced coordinates, its
 //! joints are exact under any load. The engine can solve any mechanism in this form. Solving it as a tree of links is
-//! several times as fast, but loops, gears, screws and special surfaces are not supported. Impulses are cheaper still
-//! but soft. They suffice for a vehicle: its wheels turn about axes through their centres of mass, so the joints carry
-//! no torque, and swivel or steering axes are upright.
+//! several times as fast, but loops, screws and special surfaces are not supported. Impulses are cheaper still but soft,
+//! and do not support gears and screws. They suffice for a vehicle: its wheels turn about axes through their centres of
+//! mass, so the joints carry no torque, and swivel or steering axes are upright.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -78,13 +78,16 @@ fn choose_forms(scene: &Scene) -> SolverChoices {
     let mut of_root = BTreeMap::new();
     let mut light: BTreeMap<u32, bool> = BTreeMap::new();
     let leads: BTreeSet<u32> = ties.values().map(|(above, _)| *above).collect();
-    let mut coupled: BTreeSet<u32> = BTreeSet::new();
+    let (mut with_screws, mut with_gears) = (BTreeSet::new(), BTreeSet::new());
     let geared: BTreeSet<u32> = dynamics::geared(scene).into_iter().flat_map(|(a, b)| [a, b]).collect();
     for (child, (_, tie)) in &ties {
         let (root, depth) = root_of(&ties, *child);
         let screw = scene.get(*tie).and_then(|o| o.joint()).is_some_and(|j| j.lead_per_radian() != 0.0);
-        if screw || geared.contains(tie) {
-            coupled.insert(root);
+        if screw {
+            with_screws.insert(root);
+        }
+        if geared.contains(tie) {
+            with_gears.insert(root);
         }
         let wheels = light.entry(root).or_insert(true);
         *wheels &= depth <= MAX_WHEEL_DEPTH && suits_impulses(scene, *tie, *child, !leads.contains(child));
@@ -111,15 +114,19 @@ fn choose_forms(scene: &Scene) -> SolverChoices {
             Some(unfit) => (JointForm::Reduced, *unfit),
             None => (JointForm::Tree, why),
         };
+        let (screws, gears) = (with_screws.contains(&root), with_gears.contains(&root));
         let choice = match own {
-            // Only the reduced form supports coupled joints.
-            _ if coupled.contains(&root) => (JointForm::Reduced, "gears or screws couple its joints"),
+            _ if screws => (JointForm::Reduced, "it has screws"),
+            _ if moves == Some(MotionType::Kinematic) && gears => {
+                (JointForm::Reduced, "its first shape is kinematic, and gears couple its joints")
+            }
             // In reduced coordinates, a kinematic body has no velocity.
             _ if moves == Some(MotionType::Kinematic) => (JointForm::Impulse, "its first shape is kinematic"),
+            JointSolver::Impulse if gears => tree("gears couple its joints"),
             JointSolver::Tree => tree("its own joint_solver"),
             JointSolver::Reduced => (JointForm::Reduced, "its own joint_solver"),
             JointSolver::Impulse => (JointForm::Impulse, "its own joint_solver"),
-            _ if vehicle && moves == Some(MotionType::Dynamic) => {
+            _ if vehicle && moves == Some(MotionType::Dynamic) && !gears => {
                 (JointForm::Impulse, "a vehicle: its wheels turn about their centres of mass")
             }
             _ if scene.joint_solver == JointSolver::Reduced => (JointForm::Reduced, "the scene's joint_solver"),

@@ -24,6 +24,10 @@ impl MassMatrix {
     ///
     /// Source: Featherstone, chapter 6. In world axes, the inertia of a subtree is the sum of those of its links.
     pub fn update(&mut self, tree: &Tree, kinematics: &Kinematics) {
+        if !tree.mass_terms.is_empty() {
+            self.update_geared(tree, kinematics);
+            return;
+        }
         self.composite.copy_from_slice(&kinematics.inertias);
         for (i, node) in tree.nodes.iter().enumerate().rev() {
             let composite = self.composite[i];
@@ -38,6 +42,28 @@ impl MassMatrix {
             if node.parent != NO_INDEX {
                 self.composite[node.parent as usize].accumulate(&composite);
             }
+        }
+    }
+
+    /// Computes the matrix of a tree with gears: each product of two axes is added to the entry of their velocities.
+    fn update_geared(&mut self, tree: &Tree, kinematics: &Kinematics) {
+        self.composite.copy_from_slice(&kinematics.inertias);
+        self.entries.fill(0.0);
+        for (i, node) in tree.nodes.iter().enumerate().rev() {
+            let composite = self.composite[i];
+            for axis in node.axes() {
+                let force = composite.times(&kinematics.axes[axis]);
+                let path = tree.axis_paths.path(axis);
+                for (term, &other) in tree.mass_terms[path.clone()].iter().zip(&tree.axis_paths.columns[path]) {
+                    self.entries[term.entry as usize] += term.count * kinematics.axes[other as usize].dot(&force);
+                }
+            }
+            if node.parent != NO_INDEX {
+                self.composite[node.parent as usize].accumulate(&composite);
+            }
+        }
+        for (d, dof) in tree.dofs.iter().enumerate() {
+            self.entries[tree.rows[d + 1] - 1] += dof.armature;
         }
     }
 

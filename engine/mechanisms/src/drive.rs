@@ -33,7 +33,7 @@ impl ForceBound {
     }
 }
 
-/// The drive that acts on one velocity of a tree.
+/// The drive that acts on one axis of a tree.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum DofDrive {
     /// No drive.
@@ -79,36 +79,38 @@ pub struct JointSpring {
     pub damping: f64,
 }
 
-/// All drives, springs and external forces that act on the joints of a tree, with one entry per velocity.
+/// All drives, springs and external forces that act on the joints of a tree. Drives and springs of geared joints act in
+/// addition to those of their leaders.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TreeDrives {
-    /// The drive of each velocity.
+    /// The drive of each axis: see [`Tree::axis`].
     pub drive: Vec<DofDrive>,
-    /// The spring of each velocity.
+    /// The spring of each axis.
     pub spring: Vec<JointSpring>,
-    /// External generalised forces, Nm or N; see [`Kinematics::add_force`](crate::Kinematics::add_force).
+    /// External generalised forces, Nm or N, one per velocity; see [`Kinematics::add_force`](crate::Kinematics::add_force).
     pub force: Vec<f64>,
 }
 
 impl TreeDrives {
     /// Returns drives that are off, springs without stiffness, and zero forces.
     pub fn new(tree: &Tree) -> Self {
-        let n = tree.velocities();
-        TreeDrives { drive: vec![DofDrive::Off; n], spring: vec![JointSpring::default(); n], force: vec![0.0; n] }
+        let n = tree.axes();
+        let force = vec![0.0; tree.velocities()];
+        TreeDrives { drive: vec![DofDrive::Off; n], spring: vec![JointSpring::default(); n], force }
     }
 
-    /// Returns an error if an array does not have one entry per velocity, a value is not finite, a gain is negative, a
+    /// Returns an error if an array does not have one entry per axis, or velocity, a value is not finite, a gain is negative, a
     /// bound is invalid, or a spring or position drive acts on a joint with several velocities.
     pub(crate) fn check(&self, tree: &Tree) -> Result<(), DynamicsError> {
-        let expected = tree.velocities();
+        let expected = tree.axes();
         for (what, found) in [("drive", self.drive.len()), ("spring", self.spring.len())] {
             if found != expected {
                 return Err(DynamicsError::Length { what, found, expected });
             }
         }
-        check("force", &self.force, expected)?;
+        check("force", &self.force, tree.velocities())?;
         for (dof, (drive, spring)) in self.drive.iter().zip(&self.spring).enumerate() {
-            let has_position = tree.dofs[dof].position != NO_INDEX;
+            let has_position = tree.dofs[tree.axes[dof].velocity as usize].position != NO_INDEX;
             drive.check(dof, has_position)?;
             if *spring != JointSpring::default() {
                 check_numbers(
@@ -126,6 +128,32 @@ impl TreeDrives {
 }
 
 impl DofDrive {
+    /// Returns the drive that has the same effect on the leader of a geared joint.
+    pub(crate) fn through_gear(&self, ratio: f64, offset: f64) -> DofDrive {
+        if ratio == 0.0 {
+            return DofDrive::Off;
+        }
+        let on_leader = |bound: ForceBound| ForceBound {
+            force: ratio.abs() * bound.force,
+            full_speed: bound.full_speed / ratio.abs(),
+            no_load_speed: bound.no_load_speed / ratio.abs(),
+        };
+        match *self {
+            DofDrive::Off => DofDrive::Off,
+            DofDrive::Velocity { target, bound } => {
+                DofDrive::Velocity { target: target / ratio, bound: on_leader(bound) }
+            }
+            DofDrive::Position { target, velocity, stiffness, damping, bound } => DofDrive::Position {
+                target: (target - offset) / ratio,
+                velocity: velocity / ratio,
+                stiffness: ratio * ratio * stiffness,
+                damping: ratio * ratio * damping,
+                bound: on_leader(bound),
+            },
+            DofDrive::Force { force, bound } => DofDrive::Force { force: ratio * force, bound: on_leader(bound) },
+        }
+    }
+
     fn check(&self, dof: usize, has_position: bool) -> Result<(), DynamicsError> {
         let bound = match self {
             DofDrive::Off => return Ok(()),

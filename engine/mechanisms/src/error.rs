@@ -66,12 +66,22 @@ pub enum TreeError {
         /// Upper limit.
         high: f64,
     },
-    /// A joint that cannot have limits has limits, or a link with a parent has a free joint.
+    /// A joint that cannot have limits or a gear has one, or a link with a parent has a free joint.
     #[error("link {link}: {why}")]
     Joint {
         /// Index of the link.
         link: usize,
         /// The condition that is not met.
+        why: &'static str,
+    },
+    /// The leader of a geared joint is not a joint to which it can be geared.
+    #[error("link {link}: the leader of its gear is the joint of link {leader}, {why}")]
+    Gear {
+        /// Index of the link.
+        link: usize,
+        /// Index of the leader.
+        leader: usize,
+        /// The condition that is violated.
         why: &'static str,
     },
 }

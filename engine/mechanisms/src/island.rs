@@ -88,7 +88,7 @@ impl Island {
     /// # Errors
     ///
     /// Fails like [`TreeSolver::step`](crate::TreeSolver::step), with the index of the member. Fails if `carried` of a
-    /// member does not have one entry per velocity, or a contact has an invalid value or refers to a link that does not
+    /// member does not have one entry per axis, or a contact has an invalid value or refers to a link that does not
     /// exist. The states of the members are then unchanged.
     pub fn step(
         &mut self,
@@ -360,7 +360,7 @@ fn for_each_tree(
 /// contains an invalid value.
 fn check(members: &[IslandTree<'_>], contacts: &[ContactPoint]) -> Result<(), IslandError> {
     for (member, m) in members.iter().enumerate() {
-        let (found, expected) = (m.carried.len(), m.tree.velocities());
+        let (found, expected) = (m.carried.len(), m.tree.axes());
         if found != expected {
             let source = DynamicsError::Length { what: "carried", found, expected };
             return Err(IslandError::Member { member, source });

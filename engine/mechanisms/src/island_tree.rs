@@ -13,7 +13,7 @@ pub struct IslandTree<'a> {
     pub drives: &'a TreeDrives,
     /// The solver, which must have been created for the tree.
     pub solver: &'a mut TreeSolver,
-    /// Efforts of the drives, Nm or N, one per velocity. As an input, those of the previous step; as an output, those
+    /// Efforts of the drives, Nm or N, one per axis. As an input, those of the previous step; as an output, those
     /// of this step.
     pub carried: &'a mut [f64],
 }

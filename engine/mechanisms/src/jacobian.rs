@@ -142,7 +142,10 @@ impl ContactJacobian {
                 let force = scale(axis, sign);
                 SpatialForce { torque: cross(arm, force), force }
             });
-            let of = |d: u32| wrenches.map(|wrench| kinematics.axes[d as usize].dot(&wrench));
+            let of = |d: u32| {
+                let motion = kinematics.motion_per_velocity(tree, side.link, d);
+                wrenches.map(|wrench| motion.dot(&wrench))
+            };
             match halves[0] {
                 Some(HalfRow { member, first, .. }) if member == side.member => {
                     self.merge(first, velocities_to_root(tree, side.link), of);

@@ -22,7 +22,7 @@ pub struct Kinematics {
     pub(crate) origin: Vec3,
     pub(crate) rotations: Vec<Mat3>,
     pub(crate) places: Vec<Vec3>,
-    /// For each velocity, the motion that it causes when it is 1.
+    /// For each axis, the motion that it causes when its velocity is 1; for a geared joint, that of its leader.
     pub(crate) axes: Vec<SpatialMotion>,
     pub(crate) inertias: Vec<SpatialInertia>,
     /// Velocity of each link, as set by `update`.
@@ -37,7 +37,7 @@ impl Kinematics {
             origin: ZERO,
             rotations: vec![IDENTITY; n],
             places: vec![ZERO; n],
-            axes: vec![SpatialMotion::default(); tree.velocities()],
+            axes: vec![SpatialMotion::default(); tree.axes()],
             inertias: vec![SpatialInertia::default(); n],
             motions: vec![SpatialMotion::default(); n],
         };
@@ -58,8 +58,8 @@ impl Kinematics {
         for (i, node) in tree.nodes.iter().enumerate() {
             let mut motion =
                 if node.parent == NO_INDEX { SpatialMotion::default() } else { self.motions[node.parent as usize] };
-            for d in node.range() {
-                motion = motion.plus(self.axes[d].times(state.v[d]));
+            for (axis, v) in self.axes[node.axes()].iter().zip(&state.v[node.range()]) {
+                motion = motion.plus(axis.times(*v));
             }
             self.motions[i] = motion;
         }
@@ -86,8 +86,8 @@ impl Kinematics {
     /// column per velocity. The first three rows yield the point's velocity, m/s, the others the link's angular
     /// velocity, rad/s, in world axes. Complexity: linear in the number of velocities.
     ///
-    /// Column j is the motion that a unit velocity j causes if j is on the path from the root to the link, and 0
-    /// otherwise.
+    /// Column j is the motion that a unit velocity j causes: the sum of the axes on the path from the root to the link that
+    /// it moves.
     ///
     /// # Errors
     ///
@@ -107,13 +107,13 @@ impl Kinematics {
         }
         out.fill(0.0);
         let arm = sub(point.into(), self.origin);
-        for &d in chain {
-            let d = d as usize;
-            let axis = &self.axes[d];
+        for &axis in chain {
+            let d = tree.axes[axis as usize].velocity as usize;
+            let axis = &self.axes[axis as usize];
             let linear = add(axis.linear, cross(axis.angular, arm));
             for k in 0..3 {
-                out[k * n + d] = linear[k];
-                out[(3 + k) * n + d] = axis.angular[k];
+                out[k * n + d] += linear[k];
+                out[(3 + k) * n + d] += axis.angular[k];
             }
         }
         Ok(())
@@ -142,8 +142,8 @@ impl Kinematics {
         }
         let arm = sub(point.into(), self.origin);
         let wrench = SpatialForce { torque: add(torque.into(), cross(arm, force.into())), force: force.into() };
-        for &d in chain {
-            out[d as usize] += self.axes[d as usize].dot(&wrench);
+        for &axis in chain {
+            out[tree.axes[axis as usize].velocity as usize] += self.axes[axis as usize].dot(&wrench);
         }
         Ok(())
     }
@@ -154,21 +154,31 @@ impl Kinematics {
         if found != expected {
             return Err(DynamicsError::Length { what: "links", found, expected });
         }
-        let (found, expected) = (self.axes.len(), tree.velocities());
+        let (found, expected) = (self.axes.len(), tree.axes());
         if found != expected {
-            return Err(DynamicsError::Length { what: "velocities", found, expected });
+            return Err(DynamicsError::Length { what: "axes", found, expected });
         }
         Ok(())
     }
 
-    /// Returns the indices of the velocities that move a link, starting at the root.
+    /// Returns the indices of the axes that move a link, starting at the root.
     fn chain<'a>(&self, tree: &'a Tree, link: usize) -> Result<&'a [u32], DynamicsError> {
         self.check_tree(tree)?;
-        match tree.last.get(link) {
-            None => Err(DynamicsError::NoLink { link, links: tree.nodes.len() }),
-            Some(&NO_INDEX) => Ok(&[]),
-            Some(&d) => Ok(&tree.columns[tree.rows[d as usize]..tree.rows[d as usize + 1]]),
+        if link >= tree.nodes.len() {
+            return Err(DynamicsError::NoLink { link, links: tree.nodes.len() });
         }
+        Ok(tree.axis_paths.of_link(link))
+    }
+
+    /// Returns the motion of a link per unit of velocity `d`.
+    #[inline]
+    pub(crate) fn motion_per_velocity(&self, tree: &Tree, link: usize, d: u32) -> SpatialMotion {
+        if tree.mass_terms.is_empty() {
+            return self.axes[d as usize];
+        }
+        let path = tree.axis_paths.of_link(link);
+        let moving = tree.axes_of(d as usize).iter().filter(|axis| path.binary_search(axis).is_ok());
+        moving.fold(SpatialMotion::default(), |sum, axis| sum.plus(self.axes[*axis as usize]))
     }
 
     /// Returns the potential energy under gravity, m/s², which is 0 at the world's origin, J.
@@ -192,13 +202,14 @@ impl Kinematics {
                 (&self.rotations[node.parent as usize], self.places[node.parent as usize])
             };
             let joint = node.position;
+            let position = || if node.geared { node.ratio * q[joint] + node.offset } else { q[joint] };
             let mut place = add(base, turn(above, node.place));
             let turned = match node.kind {
                 TreeJointKind::Fixed => product(above, &node.rotation),
                 TreeJointKind::Revolute => {
                     let axis = turn(above, node.axis_in_parent);
-                    self.axes[node.velocity] = SpatialMotion { angular: axis, linear: cross(place, axis) };
-                    let (sine, cosine) = libm::sincos(q[joint]);
+                    self.axes[node.first_axis] = SpatialMotion { angular: axis, linear: cross(place, axis) };
+                    let (sine, cosine) = libm::sincos(position());
                     let before = if node.straight { *above } else { product(above, &node.rotation) };
                     match node.coordinate {
                         Some((axis, sign)) => turned_about(&before, axis, sign * sine, cosine),
@@ -207,14 +218,14 @@ impl Kinematics {
                 }
                 TreeJointKind::Prismatic => {
                     let axis = turn(above, node.axis_in_parent);
-                    self.axes[node.velocity] = SpatialMotion { angular: ZERO, linear: axis };
-                    place = add(place, scale(axis, q[joint]));
+                    self.axes[node.first_axis] = SpatialMotion { angular: ZERO, linear: axis };
+                    place = add(place, scale(axis, position()));
                     product(above, &node.rotation)
                 }
                 TreeJointKind::Spherical => {
                     let own = rotation_of(quaternion(q, joint));
                     let turned = product(&product(above, &node.rotation), &own);
-                    self.turn_axes(node.velocity, &turned, place);
+                    self.turn_axes(node.first_axis, &turned, place);
                     turned
                 }
                 TreeJointKind::Free => {
@@ -223,12 +234,15 @@ impl Kinematics {
                     for k in 0..3 {
                         let mut linear = ZERO;
                         linear[k] = 1.0;
-                        self.axes[node.velocity + k] = SpatialMotion { angular: ZERO, linear };
+                        self.axes[node.first_axis + k] = SpatialMotion { angular: ZERO, linear };
                     }
-                    self.turn_axes(node.velocity + 3, &turned, place);
+                    self.turn_axes(node.first_axis + 3, &turned, place);
                     turned
                 }
             };
+            if node.geared {
+                self.axes[node.first_axis] = self.axes[node.first_axis].times(node.ratio);
+            }
             self.rotations[i] = turned;
             self.places[i] = place;
             self.inertias[i] = inertia(node, &turned, place);

@@ -6,17 +6,19 @@
 //! velocity at which the joint would pass it. Since the mass matrix is positive definite, there is exactly one set of
 //! velocities at which all joints satisfy their laws.
 
-use crate::motor::{MotorCurve, within};
+use crate::motor::{MotorCurve, UNLIMITED_FORCE, within};
 
-/// Maximum number of corners of a law. At most 13 are needed: 9 of a motor (see [`MotorCurve::corners`]), 2 of
-/// friction, and 2 of limits.
-const MAX_CORNERS: usize = 20;
-/// The force of a drive that holds a velocity without a force limit; it is finite so that the corners of its law are.
-pub(crate) const UNLIMITED_FORCE: f64 = 1e300;
+/// Number of corners for which a law of one motor has memory. At most 14 are needed: 10 of a motor (9 velocities, see
+/// [`MotorCurve::corners`], and two corners at that of a vertical piece), 2 of friction, and 2 of limits.
+const CORNERS: usize = 20;
+/// Number of corners that each further motor adds.
+const CORNERS_PER_MOTOR: usize = 10;
+/// Difference of velocities, relative to 1 plus the velocity, up to which corners of several motors are one corner.
+const SAME_VELOCITY: f64 = 1e-12;
 
 /// A corner, and the slope at which the force decreases on the piece that ends at the corner; infinite if the piece is
 /// vertical.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 struct LawCorner {
     velocity: f64,
     force: f64,
@@ -30,7 +32,7 @@ pub(crate) struct ForceLaw {
     count: usize,
     /// Slope at which the force decreases on the last piece.
     last: f64,
-    corners: [LawCorner; MAX_CORNERS],
+    corners: Box<[LawCorner]>,
 }
 
 /// The condition that a piece imposes on its velocity.
@@ -43,13 +45,25 @@ pub(crate) enum LawPiece {
 }
 
 impl ForceLaw {
-    /// The law of zero force.
-    pub const ZERO: ForceLaw =
-        ForceLaw { count: 1, last: 0.0, corners: [LawCorner { velocity: 0.0, force: 0.0, slope: 0.0 }; MAX_CORNERS] };
+    /// Returns the law of zero force, with memory for the laws of some motors.
+    pub fn zero(motors: usize) -> Self {
+        let corners = CORNERS + CORNERS_PER_MOTOR * motors.saturating_sub(1);
+        ForceLaw { count: 1, last: 0.0, corners: vec![LawCorner::default(); corners].into() }
+    }
 
-    /// Sets this to the law of a motor.
+    /// Sets this to the sum of the laws of motors.
     #[inline]
-    pub fn set_motor(&mut self, motor: &MotorCurve) {
+    pub fn set_motors<'a>(&mut self, motors: impl Iterator<Item = &'a MotorCurve> + Clone) {
+        let mut acting = motors.clone().filter(|motor| !motor.is_off());
+        match (acting.next(), acting.next()) {
+            (None, _) => self.set_line(0.0, 0.0),
+            (Some(motor), None) => self.set_motor(motor),
+            _ => self.set_curve(motors, SAME_VELOCITY),
+        }
+    }
+
+    #[inline]
+    fn set_motor(&mut self, motor: &MotorCurve) {
         self.count = 0;
         match *motor {
             MotorCurve::Hold { target, bound } if bound.full_speed == f64::INFINITY => {
@@ -68,7 +82,7 @@ impl ForceLaw {
                     self.set_line(within(at, -force, force), slope);
                 }
             }
-            _ => self.set_curve(motor),
+            _ => self.set_curve(std::iter::once(motor), 0.0),
         }
     }
 
@@ -80,27 +94,31 @@ impl ForceLaw {
         self.last = slope;
     }
 
-    /// Sets this to the law of a motor whose bound depends on the velocity.
-    fn set_curve(&mut self, motor: &MotorCurve) {
-        let mut at = [0.0; MAX_CORNERS];
-        let count = motor.corners(&mut at);
-        let at = &mut at[..count];
-        at.sort_unstable_by(f64::total_cmp);
-        for (i, &v) in at.iter().enumerate() {
-            let (low, high) = motor.range(v);
-            let slope = if i == 0 {
-                0.0
-            } else {
+    /// Sets this to the sum of the laws of motors, corner by corner. Corners within `tolerance` of each other, relative to
+    /// 1 plus their velocity, become one.
+    fn set_curve<'a>(&mut self, motors: impl Iterator<Item = &'a MotorCurve> + Clone, tolerance: f64) {
+        self.count = 0;
+        // Outside the corners, each force is constant, except that of a line without a bound.
+        let outer: f64 = motors.clone().map(MotorCurve::unbounded_slope).sum();
+        let mut after = f64::NEG_INFINITY;
+        while let Some(v) = motors.clone().filter_map(|motor| motor.next_corner(after)).reduce(f64::min) {
+            let ranges = motors.clone().map(|motor| motor.range_at(v));
+            let (low, high) = ranges.fold((0.0, 0.0), |sum, (low, high)| (sum.0 + low, sum.1 + high));
+            let slope = match self.count.checked_sub(1).map(|last| self.corners[last]) {
+                None => outer,
                 // The slope since the last corner must not be negative, even by rounding.
-                ((self.corners[self.count - 1].force - high) / (v - self.corners[self.count - 1].velocity)).max(0.0)
+                Some(last) => ((last.force - high) / (v - last.velocity)).max(0.0),
             };
             self.push(v, high, if slope.is_finite() { slope } else { f64::INFINITY });
             if low < high {
                 self.push(v, low, f64::INFINITY);
             }
+            after = v + tolerance * (1.0 + v.abs());
         }
-        // Outside its range of speeds, the force of a motor is constant: its maximum or 0.
-        self.last = 0.0;
+        if self.count == 0 {
+            self.set_line(motors.map(|motor| motor.range_at(0.0).0).sum(), outer);
+        }
+        self.last = outer;
     }
 
     /// Adds the force `at - slope v`.
@@ -120,7 +138,7 @@ impl ForceLaw {
         let after = self.count_before(|v| v <= 0.0);
         // A vertical piece at velocity 0 is extended; without one, it is inserted.
         let missing = 2usize.saturating_sub(after - before);
-        if self.count + missing > MAX_CORNERS {
+        if self.count + missing > self.corners.len() {
             return;
         }
         if missing == 2 {
@@ -162,7 +180,7 @@ impl ForceLaw {
         if high < f64::INFINITY {
             let kept = self.count_before(|v| v < high);
             let force = self.line(kept, high);
-            if kept < MAX_CORNERS {
+            if kept < self.corners.len() {
                 let slope = self.slope(kept);
                 self.corners[kept] = LawCorner { velocity: high, force, slope };
                 self.count = kept + 1;
@@ -268,7 +286,7 @@ impl ForceLaw {
     /// Appends a corner after a piece with this slope.
     #[inline]
     fn push(&mut self, velocity: f64, force: f64, slope: f64) {
-        if self.count < MAX_CORNERS {
+        if self.count < self.corners.len() {
             let i = self.count;
             self.corners[i] = LawCorner { velocity, force, slope };
             self.count += 1;
@@ -277,7 +295,7 @@ impl ForceLaw {
 
     /// Inserts a corner at index `i`, which splits a piece; `slope` is that of the part before the corner.
     fn insert(&mut self, i: usize, velocity: f64, force: f64, slope: f64) {
-        if self.count < MAX_CORNERS {
+        if self.count < self.corners.len() {
             self.corners.copy_within(i..self.count, i + 1);
             self.corners[i] = LawCorner { velocity, force, slope };
             self.count += 1;

@@ -13,7 +13,7 @@
 //! joints that are held by friction or limits. Results depend only on the arguments, and are bit-identical on all
 //! processors: the crate adds, multiplies, divides and computes square roots in a fixed order, and uses the sine and
 //! cosine of `libm`. Each file imports only from the files before it in this order: `vector`, `spatial`, `error`,
-//! `link`, `tree`, `state`, `kinematics`, `newton_euler`, `composite`, `factor`, `dynamics`; `drive`, `motor`, `law`,
+//! `link`, `gear`, `paths`, `tree`, `state`, `kinematics`, `newton_euler`, `composite`, `factor`, `dynamics`; `drive`, `motor`, `law`,
 //! `pivot`, `step`, `solver`; `contact`, `island_tree`, `jacobian`, `coupling`, `resting`, `island` with its part
 //! `excess`. Equations, sources and limitations are in `docs/mechanisms.md`.
 //!
@@ -47,6 +47,7 @@ mod dynamics;
 mod error;
 mod factor;
 mod fast_turns;
+mod gear;
 mod island;
 mod island_tree;
 mod jacobian;
@@ -55,6 +56,7 @@ mod law;
 mod link;
 mod motor;
 mod newton_euler;
+mod paths;
 mod pivot;
 mod resting;
 mod solver;
@@ -72,7 +74,7 @@ pub use fast_turns::FastTurns;
 pub use island::{Island, IslandReport};
 pub use island_tree::IslandTree;
 pub use kinematics::Kinematics;
-pub use link::{Joint, Link};
+pub use link::{Joint, JointGear, Link};
 pub use solver::{IntegrationScheme, StepReport, TreeSolver};
 pub use state::TreeState;
 pub use step::JointEfforts;

@@ -67,10 +67,24 @@ pub struct Link {
     pub friction: f64,
     /// Minimum and maximum position of a revolute or prismatic joint, rad or m.
     pub limits: Option<[f64; 2]>,
+    /// The coupling of a revolute or prismatic joint to another one, or `None` if the joint is independent.
+    pub gear: Option<JointGear>,
+}
+
+/// The coupling of a joint to another joint of the same tree, in the same branch or in another one: its position is
+/// `ratio` times that of the leader plus `offset`. Each loads the other.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct JointGear {
+    /// Index of the link whose joint is the leader: revolute or prismatic, and possibly geared to a third joint.
+    pub leader: usize,
+    /// Change of the position per unit of the leader's position.
+    pub ratio: f64,
+    /// Position if the leader is at 0, rad or m.
+    pub offset: f64,
 }
 
 impl Link {
-    /// Returns a link without damping, friction, armature or limits; the units are those of the fields.
+    /// Returns a link without damping, friction, armature, limits or gear; the units are those of the fields.
     pub fn new(
         parent: Option<usize>,
         frame: Isometry3<f64>,
@@ -79,7 +93,8 @@ impl Link {
         center: Vector3<f64>,
         inertia: Matrix3<f64>,
     ) -> Self {
-        Link { parent, frame, joint, mass, center, inertia, armature: 0.0, damping: 0.0, friction: 0.0, limits: None }
+        let (armature, damping, friction, limits, gear) = (0.0, 0.0, 0.0, None, None);
+        Link { parent, frame, joint, mass, center, inertia, armature, damping, friction, limits, gear }
     }
 
     /// Checks the values of this link, without reference to other links. `link` is its index, for the error; `real`
@@ -101,6 +116,7 @@ impl Link {
             ("friction", self.friction.is_finite()),
             // An infinite limit is allowed, and means that there is no limit.
             ("limits", self.limits.is_none_or(|l| !l[0].is_nan() && !l[1].is_nan())),
+            ("gear", self.gear.is_none_or(|g| g.ratio.is_finite() && g.offset.is_finite())),
         ];
         if let Some((what, _)) = finite.iter().find(|(_, ok)| !ok) {
             return Err(TreeError::NotFinite { link, what });

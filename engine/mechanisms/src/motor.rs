@@ -2,6 +2,12 @@
 
 use crate::drive::ForceBound;
 
+/// The force of a drive that holds a velocity without a force limit; it is finite so that the corners of its law are.
+pub(crate) const UNLIMITED_FORCE: f64 = 1e300;
+
+/// Maximum number of velocities between which the force of a motor is linear.
+const MAX_MOTOR_CORNERS: usize = 9;
+
 /// A drive at a fixed position, whose force depends only on the velocity.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum MotorCurve {
@@ -32,9 +38,35 @@ impl MotorCurve {
         }
     }
 
-    /// Writes the velocities, unordered, between which the force is linear, and returns their number, at most 9. The
-    /// bound must depend on the velocity.
-    pub fn corners(&self, out: &mut [f64]) -> usize {
+    /// Returns whether the force is 0 at every velocity.
+    #[inline]
+    pub fn is_off(&self) -> bool {
+        matches!(self, MotorCurve::Line { at: 0.0, slope: 0.0, .. })
+    }
+
+    /// Returns the minimum and maximum force at a velocity, both finite.
+    pub fn range_at(&self, v: f64) -> (f64, f64) {
+        let (low, high) = self.range(v);
+        (within(low, -UNLIMITED_FORCE, UNLIMITED_FORCE), within(high, -UNLIMITED_FORCE, UNLIMITED_FORCE))
+    }
+
+    /// Returns the slope of a line without a bound; the force of all other motors is constant beyond their corners.
+    pub fn unbounded_slope(&self) -> f64 {
+        match *self {
+            MotorCurve::Line { slope, bound, .. } if bound.force == f64::INFINITY => slope,
+            _ => 0.0,
+        }
+    }
+
+    /// Returns the lowest of the velocities between which the force is linear that is greater than `after`.
+    pub fn next_corner(&self, after: f64) -> Option<f64> {
+        let mut corners = [0.0; MAX_MOTOR_CORNERS];
+        let count = self.corners(&mut corners);
+        corners[..count].iter().copied().filter(|v| *v > after).reduce(f64::min)
+    }
+
+    /// Writes the velocities, unordered, between which the force is linear, and returns their number.
+    fn corners(&self, out: &mut [f64; MAX_MOTOR_CORNERS]) -> usize {
         let (MotorCurve::Hold { bound, .. } | MotorCurve::Line { bound, .. }) = *self;
         let (full, none) = (bound.full_speed, bound.no_load_speed);
         let ends = [-none, -full, full, none];

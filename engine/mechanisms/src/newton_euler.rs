@@ -46,25 +46,24 @@ impl NewtonEuler {
             } else {
                 (self.velocities[node.parent as usize], self.accelerations[node.parent as usize])
             };
-            let mut first = node.velocity;
-            let end = first + node.velocities;
+            let (mut axes, mut speeds) = (&kinematics.axes[node.axes()], &v[node.range()]);
             if let TreeJointKind::Free = node.kind {
                 // World axes do not rotate with the link.
                 for k in 0..3 {
-                    velocity.linear[k] += v[first + k];
+                    velocity.linear[k] += speeds[k];
                 }
-                first += 3;
+                (axes, speeds) = (&axes[3..], &speeds[3..]);
             }
             // An axis may be fixed in the parent or in the link. The derivative is the same, because the contributions
             // of the axes of one joint cancel in the sum.
             let moving = velocity;
-            for (axis, &speed) in kinematics.axes[first..end].iter().zip(&v[first..end]) {
+            for (axis, &speed) in axes.iter().zip(speeds) {
                 let step = axis.times(speed);
                 a = a.plus(moving.cross(&step));
                 velocity = velocity.plus(step);
             }
             if let Some(acceleration) = acceleration {
-                for (axis, &own) in kinematics.axes[node.range()].iter().zip(&acceleration[node.range()]) {
+                for (axis, &own) in kinematics.axes[node.axes()].iter().zip(&acceleration[node.range()]) {
                     a = a.plus(axis.times(own));
                 }
             }
@@ -73,10 +72,11 @@ impl NewtonEuler {
             let inertia = &kinematics.inertias[i];
             self.forces[i] = inertia.times(&a).plus(velocity.cross_force(&inertia.times(&velocity)));
         }
+        out.fill(0.0);
         for (i, node) in tree.nodes.iter().enumerate().rev() {
             let force = self.forces[i];
-            for (out, axis) in out[node.range()].iter_mut().zip(&kinematics.axes[node.range()]) {
-                *out = axis.dot(&force);
+            for (out, axis) in out[node.range()].iter_mut().zip(&kinematics.axes[node.axes()]) {
+                *out += axis.dot(&force);
             }
             if node.parent != NO_INDEX {
                 let sum = &mut self.forces[node.parent as usize];

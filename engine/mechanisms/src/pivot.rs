@@ -66,7 +66,7 @@ impl PivotSolver {
     pub fn new(tree: &Tree) -> Self {
         let n = tree.velocities();
         PivotSolver {
-            laws: vec![ForceLaw::ZERO; n],
+            laws: (0..n).map(|d| ForceLaw::zero(tree.axes_of(d).len())).collect(),
             pieces: vec![0; n],
             ends: vec![0.0; n],
             forces: vec![0.0; n],

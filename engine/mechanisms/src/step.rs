@@ -30,14 +30,15 @@ const RETURN_TIME: f64 = 0.1;
 /// Maximum speed of this return, rad/s or m/s.
 const MAX_RETURN_SPEED: f64 = 1.0;
 
-/// Forces of the last step, Nm or N, with one entry per velocity.
+/// Forces of the last step, Nm or N.
 #[derive(Debug, Clone, PartialEq)]
 pub struct JointEfforts {
-    /// Forces of drives, within their bounds.
+    /// Forces of drives, within their bounds, with one entry per axis. Of several drives that gears couple, each exerts the
+    /// same fraction of its bounds, as far as their forces are undetermined.
     pub drive: Vec<f64>,
-    /// Forces of dry friction, within their bounds.
+    /// Forces of dry friction, within their bounds, with one entry per velocity.
     pub friction: Vec<f64>,
-    /// Forces of limits: not negative at a lower limit and not positive at an upper one, unless
+    /// Forces of limits, with one entry per velocity: not negative at a lower limit and not positive at an upper one, unless
     /// [`StepReport::satisfied`] is false.
     ///
     /// [`StepReport::satisfied`]: crate::StepReport::satisfied
@@ -51,7 +52,10 @@ pub(crate) struct TreeStep {
     pub mass: MassMatrix,
     newton_euler: NewtonEuler,
     pub pivot: PivotSolver,
+    /// The drive of each axis, in the coordinate of the velocity that moves it.
     motors: Vec<MotorCurve>,
+    /// Forces of all drives of each velocity, Nm or N.
+    drive_forces: Vec<f64>,
     /// The linear part of each law: `at - slope v` of springs, viscous friction and external forces.
     passive: Vec<(f64, f64)>,
     /// Positions after half a step at the old velocities; after `finish`, positions at the end of the step.
@@ -87,7 +91,8 @@ impl TreeStep {
             mass: MassMatrix::new(tree),
             newton_euler: NewtonEuler::new(tree),
             pivot: PivotSolver::new(tree),
-            motors: vec![MotorCurve::OFF; n],
+            motors: vec![MotorCurve::OFF; tree.axes()],
+            drive_forces: zeros.clone(),
             passive: vec![(0.0, 0.0); n],
             q: vec![0.0; tree.positions()],
             uncorrected: vec![0.0; tree.positions()],
@@ -97,7 +102,7 @@ impl TreeStep {
             contact_friction: zeros.clone(),
             contact: zeros.clone(),
             load: zeros.clone(),
-            efforts: JointEfforts { drive: zeros.clone(), friction: zeros.clone(), limit: zeros },
+            efforts: JointEfforts { drive: vec![0.0; tree.axes()], friction: zeros.clone(), limit: zeros },
             drive_power: 0.0,
             fast_turns: FastTurns::Ignore,
             previous: vec![0.0; n],
@@ -176,7 +181,7 @@ impl TreeStep {
             self.settle(tree, &state.v, h)?;
         }
         let means = state.v.iter().zip(&self.pivot.ends).map(|(v, end)| 0.5 * (v + end));
-        self.drive_power = means.zip(&self.efforts.drive).map(|(v, effort)| v * effort).sum();
+        self.drive_power = means.zip(&self.drive_forces).map(|(v, effort)| v * effort).sum();
         Ok(())
     }
 
@@ -236,7 +241,7 @@ impl TreeStep {
     /// Completes a step whose laws could not be satisfied: drives and friction exert the forces found last, which are
     /// within their bounds.
     fn settle(&mut self, tree: &Tree, v: &[f64], h: f64) -> Result<(), DynamicsError> {
-        let given = self.efforts.drive.iter().zip(&self.efforts.friction);
+        let given = self.drive_forces.iter().zip(&self.efforts.friction);
         for (line, (drive, friction)) in self.passive.iter_mut().zip(given) {
             line.0 += drive + friction;
         }

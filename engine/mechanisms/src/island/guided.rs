@@ -9,7 +9,7 @@ use super::Island;
 use crate::{
     contact::{ContactPoint, ContactSide},
     island_tree::IslandTree,
-    jacobian::{HalfRow, velocities_to_root},
+    jacobian::HalfRow,
     vector::{Vec3, dot},
 };
 
@@ -28,7 +28,8 @@ impl Island {
             if contact.friction == 0.0 || contact.distance > MAX_SUPPORT_DISTANCE {
                 continue;
             }
-            let Some((half, d, sign)) = guiding_velocity(members, contact, &point.halves) else { continue };
+            let Some((half, axis, sign)) = guiding_axis(members, contact, &point.halves) else { continue };
+            let d = members[half.member].tree.axes[axis as usize].velocity;
             let Some(column) = (half.first..half.end).find(|k| self.rows.columns[*k] == d) else { continue };
             let [normal, first, second] = self.rows.jacobian(column);
             let along = (first * first + second * second).sqrt();
@@ -38,7 +39,7 @@ impl Island {
             }
             let (d, IslandTree { tree, solver, .. }) = (d as usize, &members[half.member]);
             // The joint's own link and those that it carries press on the contact if gravity pulls them towards it.
-            let Some(link) = tree.nodes.iter().position(|node| node.range().contains(&d)) else { continue };
+            let link = tree.axes[axis as usize].node as usize;
             let weight = solver.step.mass.mass_below(link) * sign * dot(gravity, point.axes[0]);
             if weight > 0.0 {
                 supports.push((half.member, d, contact.friction * weight * along));
@@ -51,9 +52,9 @@ impl Island {
     }
 }
 
-/// Returns the half of a contact whose bodies can only move by a single velocity relative to each other, with that
-/// velocity, and 1 if it moves the first body or -1 if it moves the second.
-fn guiding_velocity(
+/// Returns the half of a contact whose bodies can only move about a single axis relative to each other, with that axis,
+/// and 1 if it moves the first body or -1 if it moves the second.
+fn guiding_axis(
     members: &[IslandTree<'_>],
     contact: &ContactPoint,
     halves: &[Option<HalfRow>; 2],
@@ -61,12 +62,12 @@ fn guiding_velocity(
     let mut halves = halves.iter().flatten();
     // Two links of one tree share a half.
     let (half, None) = (*halves.next()?, halves.next()) else { return None };
-    let own = |side: Option<ContactSide>| side.map_or(&[][..], |s| velocities_to_root(members[s.member].tree, s.link));
+    let own = |side: Option<ContactSide>| side.map_or(&[][..], |s| members[s.member].tree.axis_paths.of_link(s.link));
     let (a, b) = (own(contact.sides[0]), own(contact.sides[1]));
     let common = a.iter().zip(b).take_while(|(a, b)| a == b).count();
     match (&a[common..], &b[common..]) {
-        ([d], []) => Some((half, *d, 1.0)),
-        ([], [d]) => Some((half, *d, -1.0)),
+        ([axis], []) => Some((half, *axis, 1.0)),
+        ([], [axis]) => Some((half, *axis, -1.0)),
         _ => None,
     }
 }

@@ -3,6 +3,7 @@
 mod contacts;
 mod drives;
 mod energy;
+mod gears;
 mod joints;
 mod limits;
 mod properties;

@@ -61,7 +61,7 @@ pub trait Engine: Send + Sync {
     /// finite, is treated as [`JointDrive::Free`]; only limits may be infinite.
     fn drive(&mut self, joint: JointId, drive: JointDrive);
     /// Replaces all couplings of joints. The coupled joints must have been created with `geared`. A coupling of joints
-    /// that are not in the same mechanism in reduced form is ignored.
+    /// that are not in the same mechanism is ignored, as is one of joints in impulse form.
     fn set_gears(&mut self, gears: &[Gear]);
     /// Starts measuring the load of a joint, for [`Engine::wrench`].
     fn measure(&mut self, joint: JointId);

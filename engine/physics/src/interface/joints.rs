@@ -72,7 +72,7 @@ pub enum JointForm {
     /// Impulses pull the bodies of the joint together: cheap, but soft under load.
     Impulse,
     /// The links of a tree, solved by `tatu_mechanisms` outside rapier: as exact as [`JointForm::Reduced`], at a cost
-    /// that grows with the number of joints times their depth. Not available for screws, gears and loops.
+    /// that grows with the number of joints times their depth. Not available for screws and loops.
     Tree,
     /// Impulses close a loop between bodies that other joints, of any form, already connect.
     Loop,

@@ -64,6 +64,7 @@ impl Engine for Rapier {
 
     fn set_gears(&mut self, gears: &[Gear]) {
         self.state.forms.reduced.set_gears(&mut self.state.joints, gears);
+        self.state.forms.trees.set_gears(gears);
     }
 
     fn measure(&mut self, joint: JointId) {

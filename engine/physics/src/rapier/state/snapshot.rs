@@ -5,7 +5,7 @@ use xxhash_rust::xxh3::xxh3_64;
 use super::engine_state::EngineState;
 
 /// Identifies the layout. It must change with rapier's version and with [`EngineState`].
-const HEADER: &[u8; 16] = b"tatu rapier0361j";
+const HEADER: &[u8; 16] = b"tatu rapier0361k";
 const PREFIX_LEN: usize = HEADER.len() + 8;
 
 pub(crate) fn write(state: &EngineState) -> Vec<u8> {

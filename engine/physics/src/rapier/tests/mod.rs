@@ -9,6 +9,7 @@ mod drives;
 mod economy;
 mod energy;
 mod faces;
+mod gears;
 mod mechanisms;
 mod park;
 mod push;

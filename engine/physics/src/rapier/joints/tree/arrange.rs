@@ -7,7 +7,8 @@ use tatu_mechanisms::ContactSide;
 
 use super::{
     build::{build, place_bodies, read_state},
-    records::Mechanism,
+    gears::{independent_link, read_gaps},
+    records::{LinkPlace, Mechanism},
     table::TreeJoints,
 };
 use crate::{
@@ -26,7 +27,16 @@ impl TreeJoints {
                 calm.insert(mechanism.bodies, mechanism.calm_s);
             }
             for (root, links) in self.mechanism_joints(bodies, joints) {
-                let mut mechanism = new_mechanism(bodies, joints, root, links, &old);
+                let mut mechanism = Mechanism::new(root);
+                if bodies.is_dynamic(root) {
+                    (mechanism.joints, mechanism.bodies) = (vec![None], vec![root]);
+                }
+                for joint in links {
+                    mechanism.joints.push(Some(joint));
+                    mechanism.bodies.extend(joints.get(joint).map(|r| r.bodies.1));
+                }
+                mechanism.gears = self.gears_of(joints, &mechanism.joints);
+                read_coordinates(&mut mechanism, bodies, joints, &old);
                 mechanism.calm_s = calm.get(&mechanism.bodies).copied().unwrap_or(0.0);
                 self.mechanisms.push(mechanism);
             }
@@ -57,7 +67,7 @@ impl TreeJoints {
     }
 
     /// Returns the root of each mechanism and its joints, parents before children. Each joint on a body that is not
-    /// dynamic starts a separate mechanism.
+    /// dynamic starts a separate mechanism, unless gears connect them.
     fn mechanism_joints(&self, bodies: &Bodies, joints: &Joints) -> Vec<(BodyId, Vec<JointId>)> {
         let mut below: BTreeMap<BodyId, Vec<JointId>> = BTreeMap::new();
         let mut children = BTreeSet::new();
@@ -72,7 +82,8 @@ impl TreeJoints {
             if bodies.is_dynamic(*root) {
                 found.push((*root, joints_below(joints, &below, first)));
             } else {
-                found.extend(first.iter().map(|joint| (*root, joints_below(joints, &below, &[*joint]))));
+                let separate = first.iter().map(|joint| joints_below(joints, &below, &[*joint]));
+                found.extend(self.join_geared(separate.collect()).into_iter().map(|list| (*root, list)));
             }
         }
         found.extend(self.adopted.keys().map(|body| (*body, Vec::new())));
@@ -120,16 +131,18 @@ impl TreeJoints {
             if !mechanism.bodies.iter().any(|b| bodies.moved.contains(b)) {
                 continue;
             }
-            let (mut q, mut v) = (Vec::new(), Vec::new());
-            for link in 0..mechanism.joints.len() {
-                let near = mechanism.q.get(mechanism.offsets[link].0).copied();
+            let (mut q, mut v) = (mechanism.q.clone(), mechanism.v.clone());
+            for link in (0..mechanism.joints.len()).filter(|link| mechanism.gears[*link].is_none()) {
+                let LinkPlace { position, velocity, .. } = mechanism.places[link];
+                let near = mechanism.q.get(position).copied();
                 let (positions, velocities) = read_state(mechanism, link, near, bodies, joints);
-                q.extend(positions);
-                v.extend(velocities);
+                q[position..][..positions.len()].copy_from_slice(&positions);
+                v[velocity..][..velocities.len()].copy_from_slice(&velocities);
             }
             let mechanism = &mut self.mechanisms[i];
             (mechanism.q, mechanism.v) = (q, v);
             mechanism.calm_s = 0.0;
+            read_gaps(mechanism, bodies, joints);
             place_bodies(mechanism, bodies);
         }
     }
@@ -144,9 +157,13 @@ impl TreeJoints {
 
 /// Stores the position, velocity and drive effort of each single-axis joint of a mechanism in `old`.
 fn store_joint_states(mechanism: &Mechanism, old: &mut BTreeMap<JointId, [f64; 3]>) {
-    for (joint, (q, v, count)) in mechanism.joints.iter().zip(&mechanism.offsets) {
-        if let (Some(id), 1) = (joint, *count) {
-            old.insert(*id, [mechanism.q[*q], mechanism.v[*v], mechanism.carried[*v]]);
+    for (link, (joint, place)) in mechanism.joints.iter().zip(&mechanism.places).enumerate() {
+        if let (Some(id), 1) = (joint, place.axes) {
+            let gear = mechanism.built.as_ref().and_then(|built| built.tree.gear(link));
+            let (q, v) = (mechanism.q[place.position], mechanism.v[place.velocity]);
+            // A joint whose gear is removed continues from where the gear had moved it.
+            let [q, v] = gear.map_or([q, v], |(ratio, offset)| [ratio * q + offset, ratio * v]);
+            old.insert(*id, [q, v, mechanism.carried[place.axis]]);
         }
     }
 }
@@ -163,40 +180,38 @@ fn joints_below(joints: &Joints, below: &BTreeMap<BodyId, Vec<JointId>>, first: 
     found
 }
 
-/// Returns a mechanism whose state is that of `old` for known joints, and that of the bodies for all others.
-fn new_mechanism(
-    bodies: &Bodies,
-    joints: &Joints,
-    root: BodyId,
-    links: Vec<JointId>,
-    old: &BTreeMap<JointId, [f64; 3]>,
-) -> Mechanism {
-    let mut mechanism = Mechanism::new(root);
-    if bodies.is_dynamic(root) {
-        (mechanism.joints, mechanism.bodies) = (vec![None], vec![root]);
-    }
-    for joint in links {
-        mechanism.joints.push(Some(joint));
-        mechanism.bodies.extend(joints.get(joint).map(|r| r.bodies.1));
-    }
+/// Sets the coordinates of a mechanism: for known joints, those in `old`, and for all others, those of the bodies. The
+/// order is that of `tatu_mechanisms`: coordinates of a joint that others follow come where the first of them is.
+fn read_coordinates(mechanism: &mut Mechanism, bodies: &Bodies, joints: &Joints, old: &BTreeMap<JointId, [f64; 3]>) {
     let is_frozen = |b: &BodyId| bodies.body(*b).is_none_or(|body| !body.is_enabled());
     mechanism.frozen = mechanism.bodies.iter().any(is_frozen);
+    let known = |joint: Option<JointId>| joint.and_then(|joint| old.get(&joint));
+    // For each independent joint, the indices of its position and velocity, and its number of velocities.
+    let mut starts: Vec<Option<[usize; 3]>> = vec![None; mechanism.joints.len()];
     for link in 0..mechanism.joints.len() {
-        let (q, v) = read_state(&mechanism, link, None, bodies, joints);
-        mechanism.offsets.push((mechanism.q.len(), mechanism.v.len(), v.len()));
-        let known = mechanism.joints[link].and_then(|joint| old.get(&joint));
-        match known {
-            Some([q, v, carried]) => {
-                mechanism.q.push(*q);
-                mechanism.v.push(*v);
-                mechanism.carried.push(*carried);
+        let leader = independent_link(&mechanism.gears, link);
+        let [position, velocity, count] = starts[leader].unwrap_or_else(|| {
+            let start = [mechanism.q.len(), mechanism.v.len()];
+            let (q, v) = read_state(mechanism, leader, None, bodies, joints);
+            let count = v.len();
+            match known(mechanism.joints[leader]) {
+                Some([q, v, _]) => {
+                    mechanism.q.push(*q);
+                    mechanism.v.push(*v);
+                }
+                None => {
+                    mechanism.q.extend(q);
+                    mechanism.v.extend(v);
+                }
             }
-            None => {
-                mechanism.carried.extend(v.iter().map(|_| 0.0));
-                mechanism.q.extend(q);
-                mechanism.v.extend(v);
-            }
+            [start[0], start[1], count]
+        });
+        starts[leader] = Some([position, velocity, count]);
+        mechanism.places.push(LinkPlace { position, velocity, axis: mechanism.carried.len(), axes: count });
+        match known(mechanism.joints[link]) {
+            Some([_, _, carried]) => mechanism.carried.push(*carried),
+            None => mechanism.carried.extend((0..count).map(|_| 0.0)),
         }
     }
-    mechanism
+    read_gaps(mechanism, bodies, joints);
 }

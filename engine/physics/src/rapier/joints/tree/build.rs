@@ -3,9 +3,12 @@
 use nalgebra::{Isometry3, Matrix3, UnitQuaternion, Vector3};
 use rapier3d::dynamics::RigidBody;
 use tatu_geometry::wrap_angle;
-use tatu_mechanisms::{Island, Joint, Kinematics, Link, Tree, TreeDrives, TreeSolver, TreeState};
+use tatu_mechanisms::{Island, Joint, JointGear, Kinematics, Link, Tree, TreeDrives, TreeSolver, TreeState};
 
-use super::records::{Mechanism, MechanismSolver};
+use super::{
+    gears::open_gaps,
+    records::{Mechanism, MechanismSolver},
+};
 use crate::{
     JointKind, convert,
     rapier::{bodies::Bodies, joints::table::Joints},
@@ -47,10 +50,13 @@ pub(super) fn build(mechanism: &Mechanism, bodies: &Bodies, joints: &Joints) -> 
         if kind.positions() == 1 {
             link.limits = limits.map(|(low, high)| [low, high]);
         }
+        let gear = mechanism.gears[links.len()];
+        link.gear = gear.map(|gear| JointGear { leader: gear.leader, ratio: gear.ratio, offset: gear.offset });
         links.push(link);
         to_body.push(own);
     }
-    let tree = Tree::with_any_inertia(links).ok()?;
+    let mut tree = Tree::with_any_inertia(links).ok()?;
+    open_gaps(&mut tree, &mechanism.gears);
     // As in reduced form, only a free body that is a tree on its own has linear and angular damping.
     let alone = mechanism.joints == [None];
     let body = mechanism.bodies.first().filter(|_| alone).and_then(|b| bodies.body(*b));
@@ -60,7 +66,7 @@ pub(super) fn build(mechanism: &Mechanism, bodies: &Bodies, joints: &Joints) -> 
         solver: TreeSolver::new(&tree),
         kinematics: Kinematics::new(&tree),
         drives: TreeDrives::new(&tree),
-        efforts: vec![0.0; tree.velocities()],
+        efforts: vec![0.0; tree.axes()],
         work: 0.0,
         damping,
         tree,

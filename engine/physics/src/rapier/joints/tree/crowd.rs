@@ -131,7 +131,7 @@ fn reduced_desc(record: &JointRecord) -> JointDesc {
         position: record.turns.zero,
         form: JointForm::Reduced,
         passive: record.passive,
-        geared: false,
+        geared: record.geared,
     }
 }
 

@@ -34,11 +34,11 @@ fn tree_drive(record: &JointRecord) -> TreeDrive {
 /// Sets the drives and springs of a mechanism's joints, which can change between steps.
 pub(super) fn set_drives(mechanism: &mut Mechanism, joints: &Joints) {
     let Some(built) = &mut mechanism.built else { return };
-    for (joint, (_, v, count)) in mechanism.joints.iter().zip(&mechanism.offsets) {
-        if let (Some(record), 1) = (joint.and_then(|j| joints.get(j)), *count) {
-            built.drives.drive[*v] = tree_drive(record);
+    for (joint, place) in mechanism.joints.iter().zip(&mechanism.places) {
+        if let (Some(record), 1) = (joint.and_then(|j| joints.get(j)), place.axes) {
+            built.drives.drive[place.axis] = tree_drive(record);
             let stiffness = record.passive.stiffness.max(0.0);
-            built.drives.spring[*v] = JointSpring { rest: record.passive.rest, stiffness, damping: 0.0 };
+            built.drives.spring[place.axis] = JointSpring { rest: record.passive.rest, stiffness, damping: 0.0 };
         }
     }
 }

@@ -4,7 +4,8 @@
 //! declares [`TreeJoints`], and `records` the data of each mechanism. Before a step, `adopt` takes over the free bodies
 //! that a tree touches or is about to touch (`reach`, `approach`), because both sides of a contact must be solved
 //! together; `crowd` leaves mechanisms to rapier while they are in a pile or touch bodies that only rapier can solve;
-//! `arrange` finds the mechanisms that joints form, and `build` builds their trees. In a step, `step` moves the trees
+//! `arrange` finds the mechanisms that joints form, `gears` which of their joints follow others, and `build` builds
+//! their trees. In a step, `step` moves the trees
 //! in sub-steps (`substeps`), with the drives that `drives` converts and the contacts that rapier detects and
 //! `contacts` reads. If only trees move, `detect` finds the contacts, and rapier is not called. `solver` adds and
 //! removes joints.
@@ -17,6 +18,7 @@ mod contacts;
 mod crowd;
 mod detect;
 mod drives;
+mod gears;
 mod reach;
 mod records;
 mod solver;

@@ -5,7 +5,19 @@ use rapier3d::{geometry::ColliderHandle, math::Vector};
 use serde::{Deserialize, Serialize};
 use tatu_mechanisms::{Island, Kinematics, Tree, TreeDrives, TreeSolver, TreeState};
 
+use super::gears::LinkGear;
 use crate::{BodyId, JointId};
+
+/// The place of a link in the lists of coordinates of its mechanism.
+#[derive(Clone, Copy, Serialize, Deserialize)]
+pub(crate) struct LinkPlace {
+    /// Indices of its first position and velocity; those of its independent joint if the link is geared.
+    pub position: usize,
+    pub velocity: usize,
+    /// Index of its first axis, and number of axes.
+    pub axis: usize,
+    pub axes: usize,
+}
 
 /// A tree of links and its state.
 #[derive(Serialize, Deserialize)]
@@ -14,14 +26,16 @@ pub(crate) struct Mechanism {
     pub root: BodyId,
     /// The joint of each link; `None` means that the link is free.
     pub joints: Vec<Option<JointId>>,
-    /// For each link: offset in `q`, offset in `v`, and number of velocities.
-    pub offsets: Vec<(usize, usize, usize)>,
+    /// The gear of each link; `None` if its joint is independent.
+    pub gears: Vec<Option<LinkGear>>,
+    /// The place of each link in the lists of coordinates.
+    pub places: Vec<LinkPlace>,
     /// The body of each link.
     pub bodies: Vec<BodyId>,
     /// Positions and velocities, in the layout of `tatu_mechanisms`.
     pub q: Vec<f64>,
     pub v: Vec<f64>,
-    /// Efforts of the drives in the last sub-step, N m or N.
+    /// Effort of the drive of each axis in the last sub-step, N m or N.
     pub carried: Vec<f64>,
     /// Time for which the mechanism's island has been calm, s, up to the delay that [`super::substeps`] defines.
     pub calm_s: f64,
@@ -38,7 +52,8 @@ impl Mechanism {
         Mechanism {
             root,
             joints: Vec::new(),
-            offsets: Vec::new(),
+            gears: Vec::new(),
+            places: Vec::new(),
             bodies: Vec::new(),
             q: Vec::new(),
             v: Vec::new(),
@@ -67,7 +82,7 @@ pub(crate) struct MechanismSolver {
     pub island: Island,
     /// Linear and angular damping of an adopted body, 1/s.
     pub damping: [f64; 2],
-    /// Mean efforts of the drives in the last step, N m or N.
+    /// Mean effort of the drive of each axis in the last step, N m or N.
     pub efforts: Vec<f64>,
     /// Energy that the drives added in the last step, J, for checks of the energy balance.
     pub work: f64,

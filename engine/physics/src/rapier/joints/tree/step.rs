@@ -6,7 +6,8 @@ use rayon::prelude::*;
 use tatu_mechanisms::{ContactPoint, DynamicsError, FastTurns, Island, IslandError, IslandTree};
 
 use super::{
-    build::place_bodies, contacts::DetectedContact, drives::set_drives, records::Mechanism, table::TreeJoints,
+    build::place_bodies, contacts::DetectedContact, drives::set_drives, gears::close_gaps, records::Mechanism,
+    table::TreeJoints,
 };
 use crate::{
     BodyId, convert,
@@ -51,12 +52,13 @@ impl TreeJoints {
             return;
         }
         let mut found = self.find_contacts(bodies);
+        let (gravity, dt) = (convert::vector_back(bodies.world.gravity), bodies.world.integration_parameters.dt);
         for mechanism in &mut self.mechanisms {
+            close_gaps(mechanism, dt);
             set_drives(mechanism, joints);
             set_loads(mechanism, bodies);
         }
         let mut islands = self.build_islands(&found);
-        let (gravity, dt) = (convert::vector_back(bodies.world.gravity), bodies.world.integration_parameters.dt);
         for island in &mut islands {
             island.substeps = island.choose_substeps(&found, dt, bodies.substeps.usual);
         }
@@ -157,12 +159,12 @@ fn set_loads(mechanism: &mut Mechanism, bodies: &Bodies) {
 /// Records the mean efforts of a mechanism's drives in the step.
 fn record_efforts(mechanism: &Mechanism, joints: &mut Joints) {
     let Some(built) = &mechanism.built else { return };
-    for (joint, (_, v, count)) in mechanism.joints.iter().zip(&mechanism.offsets) {
-        if let (Some(joint), 1) = (joint, *count)
+    for (joint, place) in mechanism.joints.iter().zip(&mechanism.places) {
+        if let (Some(joint), 1) = (joint, place.axes)
             && let Some(record) = joints.get_mut(*joint)
             && let JointBackend::Tree(tree) = &mut record.backend
         {
-            tree.effort = built.efforts[*v];
+            tree.effort = built.efforts[place.axis];
         }
     }
 }

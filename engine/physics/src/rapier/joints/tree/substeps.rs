@@ -40,7 +40,14 @@ impl MechanismIsland {
 /// Returns whether a mechanism has no springs and is slow.
 fn is_calm(mechanism: &Mechanism, dt: f64) -> bool {
     let Some(built) = &mechanism.built else { return true };
+    // A geared joint may be faster than the joint that it follows.
+    let faster = |link: usize| {
+        built.tree.gear(link).is_some_and(|(ratio, _)| {
+            (ratio * mechanism.v[mechanism.places[link].velocity]).abs() * dt > MAX_CALM_MOTION
+        })
+    };
     mechanism.v.iter().all(|v| v.abs() * dt <= MAX_CALM_MOTION)
+        && !(0..mechanism.gears.len()).any(faster)
         && built.drives.spring.iter().all(|spring| spring.stiffness == 0.0)
 }
 

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use tatu_mechanisms::ContactSide;
 
 use super::records::{CrowdedMechanism, DetectedFace, Mechanism, PairNormal, WarmStartImpulse};
-use crate::{BodyId, rapier::contacts::TreeContact};
+use crate::{BodyId, Gear, rapier::contacts::TreeContact};
 
 /// The mechanisms that are solved as trees.
 #[derive(Default, Serialize, Deserialize)]
@@ -16,6 +16,8 @@ pub(crate) struct TreeJoints {
     /// Mechanism and link of each body of a mechanism that is not frozen; derived from `mechanisms`.
     #[serde(skip)]
     pub links: BTreeMap<BodyId, ContactSide>,
+    /// Gears between joints of any form, as set by `set_gears`.
+    pub gears: Vec<Gear>,
     /// Whether `mechanisms` must be rebuilt.
     pub changed: bool,
     /// Free bodies that trees have adopted, with the time for which they have been out of reach of any tree, s.
