@@ -87,7 +87,7 @@ def main():
         peer = peer_program(folder)
         for name in options.robots or robots.ROBOTS:
             robot = robots.ROBOTS[name]
-            file = robots.share() / "example-robot-data/robots" / robot.file
+            file = robots.path_of(robot, folder)
             theirs = step_of_mujoco(peer, file, robot, folder)
             own = step_of_tatu(options.program.resolve(), file, robot, folder)
             print(f"| {name} | {theirs / 1e3:.1f} | {own / 1e3:.1f} | {theirs / own:.2f} |", flush=True)

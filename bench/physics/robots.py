@@ -1,5 +1,5 @@
 """Measures the processor time of a physics step of 5 ms in Tatu and MuJoCo, for robots of public URDF files that stand,
-or hold a pose.
+or hold a pose, and for a chain of 20 links.
 
     pip install mujoco numpy && pip install --no-deps example-robot-data
     python3 bench/physics/robots.py [PROGRAM ...]
@@ -22,6 +22,7 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 import mujoco
+import numpy
 
 DT, SECONDS = 0.005, 24.0
 SOLVERS = ("reduced", "auto")
@@ -31,7 +32,7 @@ WITHIN = 0.05
 
 @dataclass
 class Robot:
-    file: str
+    file: str  # in the folder of robots, or the text of the file
     floats: bool
     height: float  # of the root, m
     watched: str  # the link whose height is checked
@@ -42,6 +43,25 @@ def standing(hip, knee):
     """Returns the pose of a humanoid with level feet. The hips are bent so that its centre of mass is above the ankles:
     MuJoCo's springs yield, so a robot that leans forward falls."""
     return {"hip_pitch_joint": hip, "knee_joint": knee, "ankle_pitch_joint": -hip - knee}
+
+
+def chain(count=20):
+    """Returns the URDF file of the chain of `cases.py`: links of 0.1 m and 0.1 kg, and a load of 10 kg."""
+    def link(name, mass, inertia):
+        moments = " ".join(f'{axis}="{inertia}"' for axis in ("ixx", "iyy", "izz"))
+        z = -0.05 if name != "base" else 0
+        return (f'<link name="{name}"><inertial><origin xyz="0 0 {z}"/><mass value="{mass}"/>'
+                f'<inertia {moments} ixy="0" ixz="0" iyz="0"/></inertial></link>')
+
+    def joint(i, parent):
+        limit = '<limit lower="-3" upper="3" effort="100" velocity="10"/>'
+        axis = "1 0 0" if i % 2 == 0 else "0 1 0"
+        return (f'<joint name="j{i}" type="revolute"><parent link="{parent}"/><child link="l{i}"/>'
+                f'<origin xyz="0 0 {-0.1 if i else 0}"/><axis xyz="{axis}"/>{limit}</joint>')
+
+    links = "".join(link(f"l{i}", 10 if i == count - 1 else 0.1, 0.01 if i == count - 1 else 1e-4) for i in range(count))
+    joints = "".join(joint(i, f"l{i - 1}" if i else "base") for i in range(count))
+    return f'<robot name="chain">{link("base", 1, 0.01)}{links}{joints}</robot>'
 
 
 ROBOTS = {
@@ -60,7 +80,32 @@ ROBOTS = {
     "Talos": Robot("talos_data/robots/talos_reduced.urdf", True, 1.02, "base_link",
                    {"leg_left_3_joint": -0.411354, "leg_left_4_joint": 0.859395, "leg_left_5_joint": -0.448041,
                     "leg_right_3_joint": -0.411354, "leg_right_4_joint": 0.859395, "leg_right_5_joint": -0.448041}),
+    # The fingers of both hands, 22 joints, mimic one joint each.
+    "Romeo": Robot("romeo_description/urdf/romeo.urdf", False, 1.2, "l_wrist",
+                   {"ShoulderPitch": 0.6, "LElbowRoll": -0.8, "RElbowRoll": 0.8}),
+    "Tiago": Robot("tiago_description/robots/tiago.urdf", False, 0.1, "arm_7_link",
+                   {"arm_1_joint": 0.5, "arm_2_joint": 0.3, "arm_4_joint": 1.2}),
+    "chain of 20": Robot(chain(), False, 3.0, "l19", {"j0": 0.1}),
 }
+
+
+def path_of(robot, folder):
+    """Returns the path of the robot's file, which is written to a folder if the robot has a text."""
+    if not robot.file.startswith("<"):
+        return share() / "example-robot-data/robots" / robot.file
+    path = Path(folder, "robot.urdf")
+    path.write_text(robot.file)
+    return path
+
+
+def mimics(file):
+    """Returns, for each joint that mimics another, that joint, the multiplier and the offset."""
+    found = {}
+    for joint in ElementTree.parse(file).getroot().iter("joint"):
+        if (mimic := joint.find("mimic")) is not None:
+            values = float(mimic.get("multiplier", 1)), float(mimic.get("offset", 0))
+            found[joint.get("name")] = (mimic.get("joint"), *values)
+    return found
 
 
 class Fallen(Exception):
@@ -151,6 +196,7 @@ def model_of(file, robot):
     options = '<compiler strippath="false" balanceinertia="true" boundmass="0.001" boundinertia="1e-7"/>'
     text = re.sub(r"(<robot[^>]*>)", rf"\1<mujoco>{options}</mujoco>", text, count=1)
     spec = mujoco.MjSpec.from_string(text)
+    geared = mimics(file)
     spec.option.timestep = DT
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_PLANE, size=[0, 0, 1])
@@ -159,12 +205,24 @@ def model_of(file, robot):
     for geom in spec.geoms:
         plane = geom.type == mujoco.mjtGeom.mjGEOM_PLANE
         geom.contype, geom.conaffinity = (1, 2) if plane else (2, 1)
+    for body in spec.bodies:
+        # Antennas of Tiago have an inertia with a negative moment, which MuJoCo refuses.
+        xx, yy, zz, xy, xz, yz = body.fullinertia
+        moments, axes = numpy.linalg.eigh([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) if xx == xx else ([1], None)
+        if min(moments) <= 0:
+            least = (axes * numpy.maximum(moments, 1e-7)) @ axes.T
+            body.fullinertia = [*numpy.diag(least), least[0, 1], least[0, 2], least[1, 2]]
     root = spec.worldbody.first_body().name
     if robot.floats:
         spec.worldbody.first_body().add_freejoint()
     held = {}
     for joint in spec.joints:
         if joint.type == mujoco.mjtJoint.mjJNT_FREE:
+            continue
+        if joint.name in geared:
+            leader, ratio, offset = geared[joint.name]
+            gear = spec.add_equality(type=mujoco.mjtEq.mjEQ_JOINT, name1=joint.name, name2=leader)
+            gear.data[:2] = [offset, ratio]
             continue
         limit = float(max(abs(joint.actfrcrange[0]), abs(joint.actfrcrange[1]))) or 100.0
         motor = spec.add_actuator(name=joint.name, target=joint.name, trntype=mujoco.mjtTrn.mjTRN_JOINT)
@@ -178,6 +236,8 @@ def model_of(file, robot):
     for i in range(model.nu):
         name = model.actuator(i).name
         data.ctrl[i] = data.joint(name).qpos[0] = held[name]
+    for name, (leader, ratio, offset) in geared.items():
+        data.joint(name).qpos[0] = ratio * held[leader] + offset
     mujoco.mj_forward(model, data)
     return model, data, root if robot.floats else robot.watched
 
@@ -207,11 +267,12 @@ def main():
     print("| robot | MuJoCo, µs |", " | ".join(f"{name}, µs | ratio" for name in names), "|")
     print("|---|---:|" + "---:|---:|" * len(runs))
     for name, robot in ROBOTS.items():
-        file = share() / "example-robot-data/robots" / robot.file
         times = []
-        for _ in range(3):
-            peer, start = of_mujoco(file, robot)
-            times.append([peer, *(tatu(*r, file, robot, start) for r in runs)])
+        with tempfile.TemporaryDirectory() as folder:
+            file = path_of(robot, folder)
+            for _ in range(3):
+                peer, start = of_mujoco(file, robot)
+                times.append([peer, *(tatu(*r, file, robot, start) for r in runs)])
         peer, *own = [min(column) for column in zip(*times)]
         print(f"| {name} | {peer:.1f} |", " | ".join(f"{t:.1f} | {peer / t:.3f}" for t in own), "|")
 
