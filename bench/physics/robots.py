@@ -59,7 +59,8 @@ def chain(count=20):
         return (f'<joint name="j{i}" type="revolute"><parent link="{parent}"/><child link="l{i}"/>'
                 f'<origin xyz="0 0 {-0.1 if i else 0}"/><axis xyz="{axis}"/>{limit}</joint>')
 
-    links = "".join(link(f"l{i}", 10 if i == count - 1 else 0.1, 0.01 if i == count - 1 else 1e-4) for i in range(count))
+    last = count - 1
+    links = "".join(link(f"l{i}", 0.1, 1e-4) for i in range(last)) + link(f"l{last}", 10, 0.01)
     joints = "".join(joint(i, f"l{i - 1}" if i else "base") for i in range(count))
     return f'<robot name="chain">{link("base", 1, 0.01)}{links}{joints}</robot>'
 

@@ -2,8 +2,8 @@
 //!
 //! A mechanism consists of everything attached to a root body by joints and force sensors. In reduced coordinates, its
 //! joints are exact under any load. The engine can solve any mechanism in this form. Solving it as a tree of links is
-//! several times as fast, but loops, screws and special surfaces are not supported. Impulses are cheaper still but soft,
-//! and do not support gears and screws. They suffice for a vehicle: its wheels turn about axes through their centres of
+//! several times as fast, but loops, screws and special surfaces are not supported. Impulses are cheaper still, but
+//! soft and without gears and screws. They suffice for a vehicle: its wheels turn about axes through their centres of
 //! mass, so the joints carry no torque, and swivel or steering axes are upright.
 
 use std::collections::{BTreeMap, BTreeSet};

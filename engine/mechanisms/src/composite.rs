@@ -1,10 +1,6 @@
 //! The mass matrix by the composite-rigid-body algorithm, stored sparsely along the tree.
 
-use crate::{
-    kinematics::Kinematics,
-    spatial::SpatialInertia,
-    tree::{NO_INDEX, Tree},
-};
+use crate::{kinematics::Kinematics, paths::NO_INDEX, spatial::SpatialInertia, tree::Tree};
 
 /// The mass matrix, kg m², kg m or kg: the structurally nonzero entries of the lower triangle, in the rows that
 /// [`Tree::rows`] defines. A row contains an entry for each velocity on the path from the root, the diagonal entry

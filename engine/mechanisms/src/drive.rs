@@ -2,7 +2,8 @@
 
 use crate::{
     error::{DynamicsError, check},
-    tree::{NO_INDEX, Tree},
+    paths::NO_INDEX,
+    tree::Tree,
 };
 
 /// The force limits of a drive, which are the same in both directions.
@@ -87,7 +88,8 @@ pub struct TreeDrives {
     pub drive: Vec<DofDrive>,
     /// The spring of each axis.
     pub spring: Vec<JointSpring>,
-    /// External generalised forces, Nm or N, one per velocity; see [`Kinematics::add_force`](crate::Kinematics::add_force).
+    /// External generalised forces, Nm or N, one per velocity; see
+    /// [`Kinematics::add_force`](crate::Kinematics::add_force).
     pub force: Vec<f64>,
 }
 
@@ -99,8 +101,8 @@ impl TreeDrives {
         TreeDrives { drive: vec![DofDrive::Off; n], spring: vec![JointSpring::default(); n], force }
     }
 
-    /// Returns an error if an array does not have one entry per axis, or velocity, a value is not finite, a gain is negative, a
-    /// bound is invalid, or a spring or position drive acts on a joint with several velocities.
+    /// Returns an error if an array does not have one entry per axis, or velocity, a value is not finite, a gain is
+    /// negative, a bound is invalid, or a spring or position drive acts on a joint with several velocities.
     pub(crate) fn check(&self, tree: &Tree) -> Result<(), DynamicsError> {
         let expected = tree.axes();
         for (what, found) in [("drive", self.drive.len()), ("spring", self.spring.len())] {

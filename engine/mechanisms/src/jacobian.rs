@@ -11,8 +11,9 @@ use crate::{
     contact::{ContactPoint, ContactSide},
     factor::SparseFactor,
     island_tree::IslandTree,
+    paths::NO_INDEX,
     spatial::SpatialForce,
-    tree::{NO_INDEX, Tree},
+    tree::Tree,
     vector::{Vec3, ZERO, add, cross, dot, scale, sub},
 };
 

@@ -4,9 +4,10 @@ use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
 
 use crate::{
     error::{DynamicsError, check},
+    paths::NO_INDEX,
     spatial::{SpatialForce, SpatialInertia, SpatialMotion},
     state::{TreeState, quaternion},
-    tree::{NO_INDEX, Tree, TreeJointKind, TreeNode},
+    tree::{Tree, TreeJointKind, TreeNode},
     vector::{
         IDENTITY, Mat3, Vec3, ZERO, add, column, cross, dot, product, quaternion_of, rotation, rotation_of, scale, sub,
         turn, turned_about,
@@ -86,8 +87,8 @@ impl Kinematics {
     /// column per velocity. The first three rows yield the point's velocity, m/s, the others the link's angular
     /// velocity, rad/s, in world axes. Complexity: linear in the number of velocities.
     ///
-    /// Column j is the motion that a unit velocity j causes: the sum of the axes on the path from the root to the link that
-    /// it moves.
+    /// Column j is the motion that a unit velocity j causes: the sum of the axes on the path from the root to the link
+    /// that it moves.
     ///
     /// # Errors
     ///
@@ -202,7 +203,7 @@ impl Kinematics {
                 (&self.rotations[node.parent as usize], self.places[node.parent as usize])
             };
             let joint = node.position;
-            let position = || if node.geared { node.ratio * q[joint] + node.offset } else { q[joint] };
+            let position = || if node.gear.geared { node.gear.ratio * q[joint] + node.gear.offset } else { q[joint] };
             let mut place = add(base, turn(above, node.place));
             let turned = match node.kind {
                 TreeJointKind::Fixed => product(above, &node.rotation),
@@ -240,8 +241,8 @@ impl Kinematics {
                     turned
                 }
             };
-            if node.geared {
-                self.axes[node.first_axis] = self.axes[node.first_axis].times(node.ratio);
+            if node.gear.geared {
+                self.axes[node.first_axis] = self.axes[node.first_axis].times(node.gear.ratio);
             }
             self.rotations[i] = turned;
             self.places[i] = place;

@@ -94,8 +94,8 @@ impl ForceLaw {
         self.last = slope;
     }
 
-    /// Sets this to the sum of the laws of motors, corner by corner. Corners within `tolerance` of each other, relative to
-    /// 1 plus their velocity, become one.
+    /// Sets this to the sum of the laws of motors, corner by corner. Corners within `tolerance` of each other, relative
+    /// to 1 plus their velocity, become one.
     fn set_curve<'a>(&mut self, motors: impl Iterator<Item = &'a MotorCurve> + Clone, tolerance: f64) {
         self.count = 0;
         // Outside the corners, each force is constant, except that of a line without a bound.

@@ -13,9 +13,9 @@
 //! joints that are held by friction or limits. Results depend only on the arguments, and are bit-identical on all
 //! processors: the crate adds, multiplies, divides and computes square roots in a fixed order, and uses the sine and
 //! cosine of `libm`. Each file imports only from the files before it in this order: `vector`, `spatial`, `error`,
-//! `link`, `gear`, `paths`, `tree`, `state`, `kinematics`, `newton_euler`, `composite`, `factor`, `dynamics`; `drive`, `motor`, `law`,
-//! `pivot`, `step`, `solver`; `contact`, `island_tree`, `jacobian`, `coupling`, `resting`, `island` with its part
-//! `excess`. Equations, sources and limitations are in `docs/mechanisms.md`.
+//! `link`, `gear`, `paths`, `tree`, `state`, `kinematics`, `newton_euler`, `composite`, `factor`, `dynamics`; `drive`,
+//! `motor`, `law`, `pivot`, `step`, `solver`; `contact`, `island_tree`, `jacobian`, `coupling`, `resting`, `island`
+//! with its part `excess`. Equations, sources and limitations are in `docs/mechanisms.md`.
 //!
 //! ```
 //! use nalgebra::{Isometry3, Matrix3, Vector3};

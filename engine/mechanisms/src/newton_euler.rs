@@ -2,8 +2,9 @@
 
 use crate::{
     kinematics::Kinematics,
+    paths::NO_INDEX,
     spatial::{SpatialForce, SpatialMotion},
-    tree::{NO_INDEX, Tree, TreeJointKind},
+    tree::{Tree, TreeJointKind},
     vector::{Vec3, scale},
 };
 
@@ -49,8 +50,8 @@ impl NewtonEuler {
             let (mut axes, mut speeds) = (&kinematics.axes[node.axes()], &v[node.range()]);
             if let TreeJointKind::Free = node.kind {
                 // World axes do not rotate with the link.
-                for k in 0..3 {
-                    velocity.linear[k] += speeds[k];
+                for (linear, speed) in velocity.linear.iter_mut().zip(speeds) {
+                    *linear += speed;
                 }
                 (axes, speeds) = (&axes[3..], &speeds[3..]);
             }

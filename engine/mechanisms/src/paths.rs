@@ -1,16 +1,26 @@
 //! The sparsity of matrices along a tree: which axes move each link, and which velocities are coupled.
 //!
-//! Without gears, the velocities on the path from the root to a link are coupled, and a factorisation from the leaves to
-//! the root adds no entries (Featherstone, chapter 6). A gear merges velocities of several branches. The velocities that
-//! move one link are then still coupled pairwise, but elimination adds entries. The elimination tree, whose paths contain
-//! all of them, takes the place of the tree of links; entries on its paths that are 0 are stored.
+//! Without gears, the velocities on the path from the root to a link are coupled, and a factorisation from the leaves
+//! to the root adds no entries (Featherstone, chapter 6). A gear merges velocities of several branches. The velocities
+//! that move one link are then still coupled pairwise, but elimination adds entries. The elimination tree, whose paths
+//! contain all of them, takes the place of the tree of links; entries on its paths that are 0 are stored.
 //!
 //! Source: Liu, The role of elimination trees in sparse factorization, SIAM Journal on Matrix Analysis and Applications
 //! 11, 1990.
 
 use std::{collections::BTreeSet, ops::Range};
 
-use crate::tree::{NO_INDEX, TreeAxis};
+/// Index that stands for "no parent", "no velocity closer to the root" or "no single position".
+pub(crate) const NO_INDEX: u32 = u32::MAX;
+
+/// An axis of a joint.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct TreeAxis {
+    /// Index of the velocity with which it moves.
+    pub velocity: u32,
+    /// Index of the link.
+    pub node: u32,
+}
 
 /// The axes on the path from the root to each link: those that move it.
 #[derive(Debug, Clone, Default)]

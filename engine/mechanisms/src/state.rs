@@ -6,8 +6,8 @@ use crate::{
     vector::{Quat, normalized, turned},
 };
 
-/// Positions and velocities of all joints that are not geared, in the order of the links; see [`Joint`](crate::Joint) for
-/// units and layout, and [`Tree::offsets`] for their places.
+/// Positions and velocities of all joints that are not geared, in the order of the links; see [`Joint`](crate::Joint)
+/// for units and layout, and [`Tree::offsets`] for their places.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TreeState {
     /// Positions: rad, m, or quaternions.
@@ -44,7 +44,7 @@ pub(crate) fn quaternion(q: &[f64], at: usize) -> Quat {
 
 /// Advances positions by a time `h`, s, at constant velocities.
 pub(crate) fn advance(tree: &Tree, q: &mut [f64], v: &[f64], h: f64) {
-    for node in tree.nodes.iter().filter(|node| !node.geared) {
+    for node in tree.nodes.iter().filter(|node| !node.gear.geared) {
         let (p, d) = (node.position, node.velocity);
         match node.kind {
             TreeJointKind::Fixed => {}

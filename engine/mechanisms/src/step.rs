@@ -19,9 +19,10 @@ use crate::{
     kinematics::Kinematics,
     motor::MotorCurve,
     newton_euler::NewtonEuler,
+    paths::NO_INDEX,
     pivot::{PivotSolver, PivotStats},
     state::{TreeState, advance},
-    tree::{NO_INDEX, Tree},
+    tree::Tree,
     vector::Vec3,
 };
 
@@ -33,13 +34,13 @@ const MAX_RETURN_SPEED: f64 = 1.0;
 /// Forces of the last step, Nm or N.
 #[derive(Debug, Clone, PartialEq)]
 pub struct JointEfforts {
-    /// Forces of drives, within their bounds, with one entry per axis. Of several drives that gears couple, each exerts the
-    /// same fraction of its bounds, as far as their forces are undetermined.
+    /// Forces of drives, within their bounds, with one entry per axis. Of several drives that gears couple, each exerts
+    /// the same fraction of its bounds, as far as their forces are undetermined.
     pub drive: Vec<f64>,
     /// Forces of dry friction, within their bounds, with one entry per velocity.
     pub friction: Vec<f64>,
-    /// Forces of limits, with one entry per velocity: not negative at a lower limit and not positive at an upper one, unless
-    /// [`StepReport::satisfied`] is false.
+    /// Forces of limits, with one entry per velocity: not negative at a lower limit and not positive at an upper one,
+    /// unless [`StepReport::satisfied`] is false.
     ///
     /// [`StepReport::satisfied`]: crate::StepReport::satisfied
     pub limit: Vec<f64>,

@@ -8,12 +8,9 @@ use crate::{
     error::TreeError,
     gear::{ResolvedGear, resolve_gears},
     link::{Joint, Link},
-    paths::{AxisPaths, MassTerm, elimination_parents},
+    paths::{AxisPaths, MassTerm, NO_INDEX, TreeAxis, elimination_parents},
     vector::{IDENTITY, Mat3, Quat, Vec3, ZERO, normalized, rotation_of, turn},
 };
-
-/// Index that stands for "no parent", "no velocity closer to the root" or "no single position".
-pub(crate) const NO_INDEX: u32 = u32::MAX;
 
 /// The type of a joint, without its axis.
 #[derive(Debug, Clone, Copy)]
@@ -51,6 +48,12 @@ pub(crate) struct TreeNode {
     pub velocities: usize,
     /// Index of the first axis.
     pub first_axis: usize,
+    pub gear: NodeGear,
+}
+
+/// The gear of a node.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct NodeGear {
     /// Whether the joint is geared: its position is `ratio` times that of its leader plus `offset`.
     pub geared: bool,
     pub ratio: f64,
@@ -70,19 +73,11 @@ impl TreeNode {
     }
 }
 
-/// An axis of a joint.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct TreeAxis {
-    /// Index of the velocity with which it moves.
-    pub velocity: u32,
-    /// Index of the link.
-    pub node: u32,
-}
-
 /// Change of a lever arm, m, that is considered equivalent to a rotation of 1 rad: a typical distance between joints.
 const LEVER_LENGTH: f64 = 0.25;
 
-/// The parameters of one velocity: the sums of those of all joints that it moves, in the coordinate of the independent one.
+/// The parameters of one velocity: the sums of those of all joints that it moves, in the coordinate of the independent
+/// one.
 #[derive(Debug, Clone)]
 pub(crate) struct Dof {
     pub armature: f64,
@@ -122,8 +117,8 @@ impl Dof {
 /// A tree of rigid links in which parents come before their children, and each link has one joint. Several links may
 /// have no parent; the tree is then a forest, whose trees are independent unless gears couple them.
 ///
-/// Geared joints have no positions and velocities: their motion is that of their leaders. If the limits of a geared joint
-/// exclude all positions that those of the joints before it allow, they are ignored.
+/// Geared joints have no positions and velocities: their motion is that of their leaders. If the limits of a geared
+/// joint exclude all positions that those of the joints before it allow, they are ignored.
 ///
 /// A tree contains only constant data; positions and velocities are stored in a [`TreeState`](crate::TreeState).
 #[derive(Debug, Clone)]
@@ -133,8 +128,8 @@ pub struct Tree {
     pub(crate) dofs: Vec<Dof>,
     positions: usize,
     /// For each velocity, the indices of the velocities on the path from the root, itself last: row `i` is
-    /// `columns[rows[i]..rows[i + 1]]`. All other entries of the lower triangle of the mass matrix are 0. Gears lengthen
-    /// these paths: see `paths`.
+    /// `columns[rows[i]..rows[i + 1]]`. All other entries of the lower triangle of the mass matrix are 0. Gears
+    /// lengthen these paths: see `paths`.
     pub(crate) rows: Vec<usize>,
     pub(crate) columns: Vec<u32>,
     /// Index of the last velocity on the path from the root to each link, or [`NO_INDEX`].
@@ -263,9 +258,7 @@ impl Tree {
             velocity,
             velocities,
             first_axis: first,
-            geared: gear.leader != node,
-            ratio: gear.ratio,
-            offset: gear.offset,
+            gear: NodeGear { geared: gear.leader != node, ratio: gear.ratio, offset: gear.offset },
         });
         let velocities = velocity..velocity + velocities;
         self.axes.extend(velocities.map(|d| TreeAxis { velocity: d as u32, node: node as u32 }));
@@ -297,7 +290,7 @@ impl Tree {
             moving.max().unwrap_or(NO_INDEX)
         };
         self.last = (0..self.nodes.len()).map(last).collect();
-        if self.nodes.iter().any(|node| node.geared) {
+        if self.nodes.iter().any(|node| node.gear.geared) {
             self.mass_terms = self.axis_paths.mass_terms(&self.axes, &self.rows, &self.columns);
         }
     }
@@ -318,15 +311,15 @@ impl Tree {
     /// Moves a geared link to another offset from its leader, rad or m, for example to close a gap gradually. Limits
     /// remain those of the offset with which the tree was created. Does nothing for other links.
     pub fn set_gear_offset(&mut self, link: usize, offset: f64) {
-        if let Some(node) = self.nodes.get_mut(link).filter(|node| node.geared && offset.is_finite()) {
-            node.offset = offset;
+        if let Some(node) = self.nodes.get_mut(link).filter(|node| node.gear.geared && offset.is_finite()) {
+            node.gear.offset = offset;
         }
     }
 
     /// Returns the ratio and offset, rad or m, with which the position of a geared link follows the position that
     /// [`offsets`](Self::offsets) gives, or `None` if the link is not geared.
     pub fn gear(&self, link: usize) -> Option<(f64, f64)> {
-        self.nodes.get(link).filter(|node| node.geared).map(|node| (node.ratio, node.offset))
+        self.nodes.get(link).filter(|node| node.gear.geared).map(|node| (node.gear.ratio, node.gear.offset))
     }
 
     /// Returns the links as passed to [`Tree::new`].

@@ -5,8 +5,9 @@ use crate::{
     drive::{DofDrive, ForceBound, JointSpring, TreeDrives},
     law::LawPiece,
     motor::{MotorCurve, within},
+    paths::NO_INDEX,
     state::TreeState,
-    tree::{Dof, NO_INDEX, Tree},
+    tree::{Dof, Tree},
 };
 
 /// Fraction of the velocity of an isolated joint that a damper may remove in a step before it is treated as stiff; also
@@ -73,7 +74,7 @@ impl TreeStep {
         let bounds = VelocityRange::new(dof, q, h);
         for (i, &axis) in tree.axes_of(d).iter().enumerate() {
             let node = tree.node_of(axis);
-            let carried = carried.map(|carried| node.ratio * carried[axis as usize]);
+            let carried = carried.map(|carried| node.gear.ratio * carried[axis as usize]);
             let curve = match drive_of(tree, drives, axis) {
                 DofDrive::Off => MotorCurve::OFF,
                 DofDrive::Velocity { target, bound } if let Some(carried) = carried => {
@@ -156,7 +157,7 @@ impl TreeStep {
         let axes = tree.axes_of(d);
         let efforts = &mut self.efforts.drive;
         if let [axis] = axes
-            && !tree.node_of(*axis).geared
+            && !tree.node_of(*axis).gear.geared
         {
             efforts[*axis as usize] = drive;
             return;
@@ -179,7 +180,7 @@ impl TreeStep {
         };
         let slopes: f64 = axes.iter().map(slope).sum();
         for axis in axes {
-            let ratio = tree.node_of(*axis).ratio;
+            let ratio = tree.node_of(*axis).gear.ratio;
             let effort = &mut efforts[*axis as usize];
             if let MotorCurve::Line { slope, bound, .. } = self.motors[*axis as usize]
                 && slope > 0.0
@@ -196,7 +197,7 @@ impl TreeStep {
 #[inline(always)]
 fn drive_of(tree: &Tree, drives: &TreeDrives, axis: u32) -> DofDrive {
     let (node, drive) = (tree.node_of(axis), drives.drive[axis as usize]);
-    if node.geared { drive.through_gear(node.ratio, node.offset) } else { drive }
+    if node.gear.geared { drive.through_gear(node.gear.ratio, node.gear.offset) } else { drive }
 }
 
 /// Returns a spring that has the effect of those of all axes that a velocity moves.
@@ -204,7 +205,7 @@ fn drive_of(tree: &Tree, drives: &TreeDrives, axis: u32) -> DofDrive {
 fn spring_of(tree: &Tree, drives: &TreeDrives, d: usize) -> JointSpring {
     let axes = tree.axes_of(d);
     if let [axis] = axes
-        && !tree.node_of(*axis).geared
+        && !tree.node_of(*axis).gear.geared
     {
         return drives.spring[*axis as usize];
     }
@@ -212,9 +213,9 @@ fn spring_of(tree: &Tree, drives: &TreeDrives, d: usize) -> JointSpring {
     let mut force = 0.0;
     for axis in axes {
         let (node, spring) = (tree.node_of(*axis), &drives.spring[*axis as usize]);
-        sum.stiffness += node.ratio * node.ratio * spring.stiffness;
-        sum.damping += node.ratio * node.ratio * spring.damping;
-        force += node.ratio * spring.stiffness * (spring.rest - node.offset);
+        sum.stiffness += node.gear.ratio * node.gear.ratio * spring.stiffness;
+        sum.damping += node.gear.ratio * node.gear.ratio * spring.damping;
+        force += node.gear.ratio * spring.stiffness * (spring.rest - node.gear.offset);
     }
     if sum.stiffness > 0.0 {
         sum.rest = force / sum.stiffness;

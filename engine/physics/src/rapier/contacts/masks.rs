@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 use crate::{BodyId, CollisionMask};
 
 /// The data of a collider that the filter needs, stored in its user data: body id, tree and mask.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, PartialEq)]
 pub(crate) struct ColliderTag {
     pub body: u32,
     pub collision_mask: CollisionMask,

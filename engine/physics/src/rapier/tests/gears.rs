@@ -117,3 +117,20 @@ fn gears_in_a_circle_and_to_other_mechanisms_are_ignored() {
     let [first, second] = pair.positions();
     assert!(first > 0.02 && (second - 2.0 * first).abs() < 1e-12, "{first} {second}");
 }
+
+/// A geared body that is moved alone opens a gap, also if the mechanism is at rest; the gap closes exactly.
+#[test]
+fn follower_that_is_moved_while_at_rest_returns() {
+    let mut pair = pair(JointForm::Tree, 0.0);
+    pair.gear(1.0, 0.0);
+    pair.engine.drive(pair.joints[0], JointDrive::Velocity { target: 0.0, max_force: 100.0, slip: 0.0 });
+    pair.engine.advance(400);
+    let follower = BodyId(2);
+    let pose = pair.engine.pose(follower);
+    let raised = at(1.0, 0.0, 1.0) * turned(Vector3::zeros(), Vector3::y(), 0.2) * at(0.0, 0.0, -0.2);
+    pair.engine.set_pose(follower, &raised);
+    pair.engine.advance(1);
+    assert!((pair.positions()[1] - 0.195).abs() < 1e-6, "{:?}", pair.positions());
+    pair.engine.advance(700);
+    assert!((pair.engine.pose(follower).translation.vector - pose.translation.vector).norm() < 1e-12);
+}

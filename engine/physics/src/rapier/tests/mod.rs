@@ -13,6 +13,7 @@ mod gears;
 mod mechanisms;
 mod park;
 mod push;
+mod rest;
 mod separation;
 mod state;
 mod turns;

@@ -5,10 +5,7 @@ use rapier3d::dynamics::RigidBody;
 use tatu_geometry::wrap_angle;
 use tatu_mechanisms::{Island, Joint, JointGear, Kinematics, Link, Tree, TreeDrives, TreeSolver, TreeState};
 
-use super::{
-    gears::open_gaps,
-    records::{Mechanism, MechanismSolver},
-};
+use super::records::{LinkGear, Mechanism, MechanismSolver};
 use crate::{
     JointKind, convert,
     rapier::{bodies::Bodies, joints::table::Joints},
@@ -75,7 +72,23 @@ pub(super) fn build(mechanism: &Mechanism, bodies: &Bodies, joints: &Joints) -> 
         origins: vec![Vector3::zeros(); to_body.len()],
         to_body,
         island: Island::new(),
+        rest: None,
+        at_rest: false,
     })
+}
+
+/// Adds the gaps of a mechanism's gears to the offsets of a tree that was just built.
+fn open_gaps(tree: &mut Tree, gears: &[Option<LinkGear>]) {
+    for (link, gear) in gears.iter().enumerate() {
+        shift_offset(tree, link, gear.map_or(0.0, |gear| gear.gap));
+    }
+}
+
+/// Adds a gap, rad or m, to the offset of a gear.
+pub(super) fn shift_offset(tree: &mut Tree, link: usize, by: f64) {
+    if let Some((_, offset)) = tree.gear(link).filter(|_| by != 0.0) {
+        tree.set_gear_offset(link, offset + by);
+    }
 }
 
 /// Computes the positions and velocities of a link from the poses and velocities of its bodies. The position of a

@@ -61,9 +61,9 @@ impl ContactPartner {
 
 impl TreeJoints {
     /// Returns the contacts of all links, in an order that depends only on the bodies and their colliders.
-    pub(super) fn find_contacts(&mut self, bodies: &Bodies) -> Vec<DetectedContact> {
-        match self.detected.take() {
-            Some(faces) => self.read_detected_faces(bodies, &faces),
+    pub(super) fn find_contacts(&self, bodies: &Bodies) -> Vec<DetectedContact> {
+        match &self.detection {
+            Some(detection) => self.read_detected_faces(bodies, &detection.faces),
             None => self.read_narrow_phase(bodies),
         }
     }

@@ -1,14 +1,16 @@
-//! Gears of the joints of trees. A gear is substituted: a geared joint has no coordinate of its own, but follows that of
-//! an independent joint of its tree, so it holds exactly and at no cost.
+//! Gears of the joints of trees. A gear is substituted: a geared joint has no coordinate of its own, but follows that
+//! of an independent joint of its tree, so it holds exactly and at no cost.
 //!
 //! If the bodies are not where a gear requires them, because they were created or moved there, the gap is part of the
 //! gear's offset, and closes gradually.
 
-use serde::{Deserialize, Serialize};
 use tatu_geometry::wrap_angle;
-use tatu_mechanisms::Tree;
 
-use super::{build::read_state, records::Mechanism, table::TreeJoints};
+use super::{
+    build::{read_state, shift_offset},
+    records::{LinkGear, Mechanism},
+    table::TreeJoints,
+};
 use crate::{
     Gear, JointId, JointKind,
     rapier::{bodies::Bodies, joints::table::Joints},
@@ -21,17 +23,6 @@ const MAX_CLOSING_SPEED: f64 = 1.0;
 /// A gap below this is closed, rad or m.
 const MIN_GAP: f64 = 1e-9;
 
-/// The gear of a link of a mechanism.
-#[derive(Clone, Copy, Serialize, Deserialize)]
-pub(crate) struct LinkGear {
-    /// Index of the link whose joint the joint follows.
-    pub leader: usize,
-    pub ratio: f64,
-    pub offset: f64,
-    /// Distance of the joint's position from that which its independent joint requires, rad or m.
-    pub gap: f64,
-}
-
 impl TreeJoints {
     /// Replaces all gears between joints.
     pub fn set_gears(&mut self, gears: &[Gear]) {
@@ -41,8 +32,8 @@ impl TreeJoints {
         }
     }
 
-    /// Returns the gear of each link of a mechanism with these joints. Gears to joints of other mechanisms and those that
-    /// close a cycle are ignored, as are those of joints without a single axis.
+    /// Returns the gear of each link of a mechanism with these joints. Gears to joints of other mechanisms and those
+    /// that close a cycle are ignored, as are those of joints without a single axis.
     pub(super) fn gears_of(&self, joints: &Joints, links: &[Option<JointId>]) -> Vec<Option<LinkGear>> {
         let mut found: Vec<Option<LinkGear>> = vec![None; links.len()];
         let link_of = |joint: JointId| {
@@ -99,8 +90,10 @@ pub(super) fn read_gaps(mechanism: &mut Mechanism, bodies: &Bodies, joints: &Joi
         if let Some(gear) = &mut mechanism.gears[link] {
             let before = std::mem::replace(&mut gear.gap, if gap.abs() < MIN_GAP { 0.0 } else { gap });
             let by = gear.gap - before;
-            if let Some(built) = &mut mechanism.built {
+            if let Some(built) = mechanism.built.as_mut().filter(|_| by != 0.0) {
                 shift_offset(&mut built.tree, link, by);
+                // The tree has changed, so what it did in the last step does not count.
+                built.rest = None;
             }
         }
     }
@@ -118,18 +111,6 @@ pub(super) fn close_gaps(mechanism: &mut Mechanism, dt: f64) {
             gear.gap = 0.0;
         }
         shift_offset(&mut built.tree, link, gear.gap - before);
-    }
-}
-
-/// Adds the gaps of a mechanism's gears to the offsets of a tree that was just built.
-pub(super) fn open_gaps(tree: &mut Tree, gears: &[Option<LinkGear>]) {
-    for (link, gear) in gears.iter().enumerate() {
-        shift_offset(tree, link, gear.map_or(0.0, |gear| gear.gap));
-    }
-}
-
-fn shift_offset(tree: &mut Tree, link: usize, by: f64) {
-    if let Some((_, offset)) = tree.gear(link).filter(|_| by != 0.0) {
-        tree.set_gear_offset(link, offset + by);
+        built.rest = None;
     }
 }

@@ -5,10 +5,9 @@
 //! that a tree touches or is about to touch (`reach`, `approach`), because both sides of a contact must be solved
 //! together; `crowd` leaves mechanisms to rapier while they are in a pile or touch bodies that only rapier can solve;
 //! `arrange` finds the mechanisms that joints form, `gears` which of their joints follow others, and `build` builds
-//! their trees. In a step, `step` moves the trees
-//! in sub-steps (`substeps`), with the drives that `drives` converts and the contacts that rapier detects and
-//! `contacts` reads. If only trees move, `detect` finds the contacts, and rapier is not called. `solver` adds and
-//! removes joints.
+//! their trees. In a step, `step` moves the trees in sub-steps (`substeps`), unless they are at rest (`rest`), with the
+//! drives that `drives` converts and the contacts that rapier detects and `contacts` reads. If only trees move, `detect`
+//! finds the contacts of the colliders in `placed`, and rapier is not called. `solver` adds and removes joints.
 
 mod adopt;
 mod approach;
@@ -19,8 +18,10 @@ mod crowd;
 mod detect;
 mod drives;
 mod gears;
+mod placed;
 mod reach;
 mod records;
+mod rest;
 mod solver;
 mod step;
 mod substeps;

@@ -3,10 +3,20 @@
 use nalgebra::{Isometry3, Vector3};
 use rapier3d::{geometry::ColliderHandle, math::Vector};
 use serde::{Deserialize, Serialize};
-use tatu_mechanisms::{Island, Kinematics, Tree, TreeDrives, TreeSolver, TreeState};
+use tatu_mechanisms::{ContactPoint, Island, Kinematics, Tree, TreeDrives, TreeSolver, TreeState};
 
-use super::gears::LinkGear;
 use crate::{BodyId, JointId};
+
+/// The gear of a link of a mechanism.
+#[derive(Clone, Copy, Serialize, Deserialize)]
+pub(crate) struct LinkGear {
+    /// Index of the link whose joint the joint follows.
+    pub leader: usize,
+    pub ratio: f64,
+    pub offset: f64,
+    /// Distance of the joint's position from that which its independent joint requires, rad or m.
+    pub gap: f64,
+}
 
 /// The place of a link in the lists of coordinates of its mechanism.
 #[derive(Clone, Copy, Serialize, Deserialize)]
@@ -65,6 +75,20 @@ impl Mechanism {
     }
 }
 
+/// What acted in a step that changed neither positions nor velocities nor efforts.
+pub(crate) struct RestRecord {
+    /// The mechanisms of the island.
+    pub members: Vec<usize>,
+    pub q: Vec<f64>,
+    pub carried: Vec<f64>,
+    pub drives: TreeDrives,
+    /// Contacts of the island; stored for its first mechanism only.
+    pub contacts: Vec<ContactPoint>,
+    pub totals: Vec<Vector3<f64>>,
+    pub gravity: Vector3<f64>,
+    pub dt: f64,
+}
+
 /// The tree of a mechanism, with the buffers needed to step it.
 pub(crate) struct MechanismSolver {
     pub tree: Tree,
@@ -80,6 +104,10 @@ pub(crate) struct MechanismSolver {
     pub origins: Vec<Vector3<f64>>,
     /// Buffers for solving the island whose first mechanism this is.
     pub island: Island,
+    /// What acted in a step that changed nothing.
+    pub rest: Option<Box<RestRecord>>,
+    /// Whether the last step changed nothing, so that the bodies are where they were.
+    pub at_rest: bool,
     /// Linear and angular damping of an adopted body, 1/s.
     pub damping: [f64; 2],
     /// Mean effort of the drive of each axis in the last step, N m or N.
@@ -98,7 +126,7 @@ pub(crate) struct WarmStartImpulse {
 }
 
 /// The normal of a pair of colliders that trees have detected, with which the next detection begins.
-#[derive(Clone, Copy, Serialize, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(crate) struct PairNormal {
     /// Indices of the colliders, ascending.
     pub pair: [u32; 2],

@@ -28,15 +28,17 @@ const MAX_PARTS: usize = 16;
 /// Trees that touch each other, with their contacts.
 pub(super) struct MechanismIsland {
     /// Indices of the mechanisms, ascending, and the mechanisms themselves.
-    members: Vec<usize>,
+    pub members: Vec<usize>,
     pub mechanisms: Vec<Mechanism>,
     /// Indices of the contacts, and the contacts themselves, whose sides refer to members of this island.
     pub contact_indices: Vec<usize>,
-    contacts: Vec<ContactPoint>,
+    pub contacts: Vec<ContactPoint>,
     /// Impulse of each contact, summed over sub-steps, N s.
-    totals: Vec<Vector3<f64>>,
+    pub totals: Vec<Vector3<f64>>,
     /// Number of sub-steps of this physics step.
     substeps: usize,
+    /// Whether the island has been calm for a while.
+    pub calm: bool,
     /// Time over which the contact forces are integrated to impulses, s.
     impulse_time: f64,
     /// Whether the state was no longer finite.
@@ -86,8 +88,10 @@ impl TreeJoints {
         }
         self.store_contacts(bodies, &found);
         for mechanism in &mut self.mechanisms {
-            place_bodies(mechanism, bodies);
-            record_efforts(mechanism, joints);
+            if mechanism.built.as_ref().is_none_or(|built| !built.at_rest) {
+                place_bodies(mechanism, bodies);
+                record_efforts(mechanism, joints);
+            }
         }
         bodies.forces.step_loads.clear();
         lost.into_iter().for_each(|i| self.freeze_mechanism(bodies, i));
@@ -178,6 +182,7 @@ impl MechanismIsland {
             contacts: Vec::new(),
             totals: Vec::new(),
             substeps: 1,
+            calm: false,
             impulse_time: 0.0,
             diverged: false,
         }
@@ -186,6 +191,12 @@ impl MechanismIsland {
     /// Advances the trees by a physics step of length `dt`, s. If a state would not be finite, all mechanisms of the
     /// island keep their positions and velocities.
     fn advance(&mut self, gravity: Vector3<f64>, dt: f64) {
+        let rests = self.repeats(gravity, dt);
+        self.mechanisms.iter_mut().filter_map(|m| m.built.as_mut()).for_each(|built| built.at_rest = rests);
+        if rests {
+            return;
+        }
+        let start = self.is_nearly_at_rest().then(|| self.rest_start());
         let h = dt / self.substeps as f64;
         self.impulse_time = dt;
         self.totals = vec![Vector3::zeros(); self.contacts.len()];
@@ -210,6 +221,9 @@ impl MechanismIsland {
         self.scale_impulses(dt);
         if let Some(built) = self.mechanisms.first_mut().and_then(|m| m.built.as_mut()) {
             built.island = group;
+        }
+        if let Some(start) = start {
+            self.settle(start, gravity, dt);
         }
         for Mechanism { q, v, built, .. } in &mut self.mechanisms {
             let Some(built) = built else { continue };

@@ -29,11 +29,8 @@ impl MechanismIsland {
             shortest = shortest.min(mechanism.calm_s);
             mechanism.calm_s = if calm { (mechanism.calm_s + dt).min(CALM_DELAY_S) } else { 0.0 };
         }
-        if calm && shortest >= CALM_DELAY_S {
-            ((dt / MAX_CALM_SUBSTEP_S).ceil() as usize).clamp(1, usual)
-        } else {
-            usual
-        }
+        self.calm = calm && shortest >= CALM_DELAY_S;
+        if self.calm { ((dt / MAX_CALM_SUBSTEP_S).ceil() as usize).clamp(1, usual) } else { usual }
     }
 }
 

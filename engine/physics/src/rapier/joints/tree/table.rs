@@ -5,7 +5,10 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 use tatu_mechanisms::ContactSide;
 
-use super::records::{CrowdedMechanism, DetectedFace, Mechanism, PairNormal, WarmStartImpulse};
+use super::{
+    placed::Detection,
+    records::{CrowdedMechanism, Mechanism, PairNormal, WarmStartImpulse},
+};
 use crate::{BodyId, Gear, rapier::contacts::TreeContact};
 
 /// The mechanisms that are solved as trees.
@@ -24,9 +27,9 @@ pub(crate) struct TreeJoints {
     pub adopted: BTreeMap<BodyId, f64>,
     /// Mechanisms that are in reduced form while they are in a crowd.
     pub crowded: Vec<CrowdedMechanism>,
-    /// The contact faces of this step, if they were found here instead of by rapier: see [`super::detect`].
+    /// The contacts of this step, if they were found here instead of by rapier: see [`super::detect`].
     #[serde(skip)]
-    pub detected: Option<Vec<DetectedFace>>,
+    pub detection: Option<Detection>,
     /// Normals of the pairs that were tested in the last step, sorted by pair; empty if rapier tested them.
     pub last_normals: Vec<PairNormal>,
     /// Impulses of contacts in the last step, sorted by key.
