@@ -164,8 +164,6 @@ pub enum Transmission {
 /// An actuator: force = gain * control + bias, with a bias that is linear in length and velocity.
 #[derive(Debug, Clone)]
 pub struct Actuator {
-    pub name: String,
-    pub kind: String,
     pub on: Transmission,
     pub gear: f64,
     pub gain: f64,

@@ -11,7 +11,7 @@ mod loops;
 mod parts;
 mod shapes;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use nalgebra::{Isometry3, Translation3};
 use tatu_plugin_api::safe::{Builder, Node, Params, Result, Value};
@@ -20,7 +20,7 @@ use crate::{
     compiler::quaternion,
     drives::{Couplings, JointIndex},
     groups::{Attachment, BodyGroups},
-    model::{JointKind, Keyframe, Model},
+    model::{Body, JointKind, Keyframe, Model},
     report::ImportReport,
 };
 
@@ -71,6 +71,10 @@ struct ModelBuilder<'w, 'b> {
     joints: BTreeMap<JointIndex, Placed<'b>>,
     /// Fixed shapes that carry the joints of bodies at the top level, by group.
     anchors: BTreeMap<usize, Placed<'b>>,
+    /// Names in use, with the number of the parent.
+    names: BTreeSet<(u32, String)>,
+    /// Names of bodies and joints.
+    reserved: BTreeSet<String>,
     /// Links between several joints of one body, by body: their number.
     links: BTreeMap<usize, usize>,
 }
@@ -97,6 +101,8 @@ pub fn model(builder: &Builder<'_>, model: &Model, settings: &ImportSettings, re
         bodies: vec![None; model.bodies.len()],
         joints: BTreeMap::new(),
         anchors: BTreeMap::new(),
+        names: BTreeSet::new(),
+        reserved: model.bodies.iter().flat_map(names_of).collect(),
         links: BTreeMap::new(),
     };
     let base = Placed { node: base, path: String::new() };
@@ -115,6 +121,11 @@ pub fn model(builder: &Builder<'_>, model: &Model, settings: &ImportSettings, re
         builder.describe(&Value::Map(map))?;
     }
     Ok(())
+}
+
+/// Returns the aliases of a body and its joints.
+fn names_of(body: &Body) -> impl Iterator<Item = String> {
+    std::iter::once(&body.name).chain(body.joints.iter().map(|j| &j.name)).map(|name| alias(name, ""))
 }
 
 /// Sets what applies to the whole scene if the file is opened as one.
@@ -212,11 +223,32 @@ fn set_pose<'a>(node: Node<'a>, pose: &Isometry3<f64>) -> Result<Node<'a>> {
 }
 
 impl<'b> ModelBuilder<'_, 'b> {
-    /// Adds an object below another.
-    fn object(&self, kind: &str, parent: &Placed<'b>, name: &str, pose: &Isometry3<f64>) -> Result<Placed<'b>> {
-        let name = alias(name, kind);
+    /// Adds an object below another. Siblings get different names, and what is attached to bodies does not get the name
+    /// of a body or joint, so that paths are unambiguous.
+    fn object(&mut self, kind: &str, parent: &Placed<'b>, name: &str, pose: &Isometry3<f64>) -> Result<Placed<'b>> {
+        let wanted = alias(name, kind);
+        let mut name = wanted.clone();
+        for n in 2.. {
+            if self.names.insert((parent.node.id(), name.clone())) {
+                break;
+            }
+            name = format!("{wanted}_{n}");
+        }
         let node = set_pose(self.builder.object(kind, Some(parent.node), &name)?, pose)?;
         Ok(Placed { node, path: format!("{}/{name}", parent.path) })
+    }
+
+    /// As `object`, for something that is attached to a body.
+    fn attached(
+        &mut self,
+        kind: &str,
+        parent: &Placed<'b>,
+        name: &str,
+        pose: &Isometry3<f64>,
+    ) -> Result<Placed<'b>> {
+        let is_taken = self.reserved.contains(&alias(name, kind));
+        let name = if is_taken { format!("{name}_{kind}") } else { name.to_owned() };
+        self.object(kind, parent, &name, pose)
     }
 
     /// Builds what is fixed to the world itself: one shape for each geom.
@@ -227,7 +259,7 @@ impl<'b> ModelBuilder<'_, 'b> {
             if !self.collides(geom) && !geom.is_shown() {
                 continue;
             }
-            let shape = self.object("shape", base, &name, &geom.pose)?;
+            let shape = self.attached("shape", base, &name, &geom.pose)?;
             self.single(shape.node, geom, true)?;
         }
         self.parts(0, base, &Isometry3::identity())
@@ -310,7 +342,7 @@ impl<'b> ModelBuilder<'_, 'b> {
     /// Describes all bodies in the order of MuJoCo's numbers.
     fn describe(&self) -> Value {
         let text = |t: &str| Value::text(t);
-        let each = |(i, body): (usize, &crate::model::Body)| {
+        let each = |(i, body): (usize, &Body)| {
             let (group, _) = self.groups.of_body[i];
             let path = |b: usize| self.bodies[b].as_ref().map(|p| p.path.clone()).unwrap_or_default();
             Value::Map(vec![

@@ -18,18 +18,18 @@ impl<'b> ModelBuilder<'_, 'b> {
     pub(super) fn parts(&mut self, body: usize, parent: &Placed<'b>, pose: &Isometry3<f64>) -> Result {
         let body = &self.model.bodies[body];
         for site in &body.sites {
-            let placed = self.object("dummy", parent, &site.name, &(pose * site.pose))?;
+            let placed = self.attached("dummy", parent, &site.name, &(pose * site.pose))?;
             self.sensors(site, &placed)?;
         }
         for camera in &body.cameras {
             // MuJoCo's cameras look along -z.
             let turned = pose * camera.pose * Isometry3::rotation(Vector3::y() * PI);
-            let placed = self.object("camera", parent, &camera.name, &turned)?;
+            let placed = self.attached("camera", parent, &camera.name, &turned)?;
             let angle = 2.0 * libm::atan(libm::tan(camera.angle.clamp(1e-3, 3.0) / 2.0) * ASPECT);
             placed.node.set("camera.angle", angle)?;
         }
         for light in &body.lights {
-            let placed = self.object("light", parent, &light.name, &(pose * light.pose))?;
+            let placed = self.attached("light", parent, &light.name, &(pose * light.pose))?;
             let form = if light.directional { "directional" } else { "spot" };
             placed
                 .node
@@ -54,7 +54,7 @@ impl<'b> ModelBuilder<'_, 'b> {
                 _ => continue,
             };
             inertial |= device == "imu";
-            let node = self.object("sensor", placed, &sensor.name, &Isometry3::identity())?.node.device(device)?;
+            let node = self.attached("sensor", placed, &sensor.name, &Isometry3::identity())?.node.device(device)?;
             match device {
                 "contact" => {
                     let [x, y, z] = site.size;

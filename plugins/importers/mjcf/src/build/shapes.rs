@@ -284,7 +284,7 @@ impl<'b> ModelBuilder<'_, 'b> {
                 "" => format!("{}_geom_{i}", model.bodies[*body].name),
                 name => name.to_owned(),
             };
-            let part = self.object("shape", shape, &name, &(*pose * geom.pose))?;
+            let part = self.attached("shape", shape, &name, &(*pose * geom.pose))?;
             self.single(part.node, geom, false)?;
         }
         Ok(())

@@ -145,15 +145,13 @@ impl Reader<'_, '_> {
                 (None, Some(tendon)) => Some(Transmission::Tendon(tendon)),
                 _ => None,
             };
-            let name = element.attribute("name").map(|n| source.named(n)).unwrap_or_default();
-            let kind = element.name.clone();
             let unsupported = !named || form.gain_is_affine;
             let (on, omitted) = match on {
                 Some(on) => (on, unsupported),
                 None => (Transmission::Joint(String::new()), true),
             };
             if omitted {
-                let what = if unsupported { format!("actuators of the kind <{kind}>") } else { "actuators at sites and bodies".into() };
+                let what = if unsupported { format!("actuators of the kind <{}>", element.name) } else { "actuators at sites and bodies".into() };
                 self.report.warn(&element.place, format!("{what} are omitted, or their gain depends on the state"));
             } else if let Some(dynamics) = &form.dynamics {
                 self.report.warn(
@@ -163,8 +161,6 @@ impl Reader<'_, '_> {
             }
             let auto = source.compiler.auto_limits;
             self.model.actuators.push(Actuator {
-                name,
-                kind,
                 on,
                 gear: form.gear[0],
                 gain: if omitted { 0.0 } else { form.gain[0] },
