@@ -99,13 +99,22 @@ fn extreme_mass_ratio(scene: &Scene, slot: u32, shape: &Shape) -> Option<String>
     }
     let (one, other) = (mass(scene.get(above)?.shape()?), mass(shape));
     let ratio = one.max(other) / one.min(other);
-    (ratio > MAX_MASS_RATIO).then(|| {
+    let lighter = if one < other { above } else { slot };
+    (ratio > MAX_MASS_RATIO && !is_joint_link(scene, lighter)).then(|| {
         format!(
             "`{}` connects bodies of {one:.3e} kg and {other:.3e} kg: at mass ratios above {MAX_MASS_RATIO}, rounding \
              errors make the lighter body shake; increase its mass, or merge the two bodies",
             scene.path(tie)
         )
     })
+}
+
+/// Returns whether a shape only connects two joints, such as the axes of a hip. In reduced coordinates its mass does not
+/// matter, because it moves with what it carries.
+fn is_joint_link(scene: &Scene, slot: u32) -> bool {
+    let own = scene.get(slot).and_then(|o| o.shape()).is_some_and(|s| !s.respondable);
+    let carries = |tie: &u32| scene.children(*tie).iter().any(|c| tie_of(scene, *c).is_some_and(|(a, _)| a == slot));
+    own && tie_of(scene, slot).is_some() && scene.children(slot).iter().any(carries)
 }
 
 /// A pair of fingers that slide towards each other.

@@ -11,6 +11,8 @@ mod folder_limits;
 mod folder_models;
 mod importers;
 mod large;
+mod mjcf;
+mod mjcf_files;
 mod models_at_run;
 mod opacity;
 mod ranges;

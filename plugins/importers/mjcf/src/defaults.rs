@@ -26,10 +26,14 @@ pub struct DefaultClass {
     pub actuators: Vec<Element>,
 }
 
+/// Maximum number of attributes and actuators of all classes, including those that they inherit.
+const MAX_ENTRIES: usize = 500_000;
+
 /// All classes by name.
 #[derive(Default)]
 pub struct Defaults {
     classes: BTreeMap<String, DefaultClass>,
+    entries: usize,
 }
 
 impl Defaults {
@@ -53,6 +57,10 @@ impl Defaults {
             let name = element.attribute("class").ok_or_else(|| element.fail("a nested <default> has no `class`"))?;
             let mut class = self.classes.get(name).unwrap_or(outer).clone();
             class.add(element);
+            self.entries += class.records.values().map(Record::len).sum::<usize>() + class.actuators.len() + 1;
+            if self.entries > MAX_ENTRIES {
+                return Err(element.fail(format!("the default classes have more than {MAX_ENTRIES} attributes in total")));
+            }
             self.nested(element, &class)?;
             self.classes.insert(name.to_owned(), class);
         }

@@ -4,12 +4,15 @@ use std::collections::BTreeMap;
 
 use crate::{
     groups::BodyGroups,
-    model::{Actuator, Equality, JointKind, Model, Transmission},
+    model::{Actuator, Equality, JointKind, Model, Tendon, Transmission},
     report::ImportReport,
 };
 
 /// Force of motors without a stated limit, N or N m.
 const UNLIMITED: f64 = 1e9;
+
+/// Maximum number of joints that follow each other.
+const MAX_CHAIN: usize = 100;
 
 /// Indices of a body and one of its joints.
 pub type JointIndex = (usize, usize);
@@ -148,9 +151,10 @@ impl Couplings {
             (one, other) = (other, one);
             (factor, offset) = (1.0 / factor, -offset / factor);
         }
-        let mut above = Some(other);
+        let (mut above, mut length) = (Some(other), 0);
         while let Some(at) = above {
-            if at == one {
+            length += 1;
+            if at == one || length > MAX_CHAIN {
                 return report.warn(place, "joints that follow each other in a circle are not coupled");
             }
             above = self.gears.get(&at).map(|g| g.leader);
@@ -176,7 +180,7 @@ impl Couplings {
     fn target(
         &self,
         model: &Model,
-        names: &BTreeMap<&str, JointIndex>,
+        (names, tendons): (&BTreeMap<&str, JointIndex>, &BTreeMap<&str, &Tendon>),
         actuator: &Actuator,
         report: &mut ImportReport,
     ) -> Option<(JointIndex, f64, f64)> {
@@ -195,7 +199,7 @@ impl Couplings {
                 None => missing("joint", report),
             },
             Transmission::Tendon(name) => {
-                let Some(tendon) = model.tendons.iter().find(|t| t.name == *name) else {
+                let Some(tendon) = tendons.get(name.as_str()) else {
                     report.warn(&actuator.place, "actuators of spatial tendons are omitted");
                     return None;
                 };
@@ -229,9 +233,10 @@ impl Couplings {
         (controls, holding): (&[f64], bool),
         report: &mut ImportReport,
     ) {
+        let tendons: BTreeMap<&str, &Tendon> = model.tendons.iter().map(|t| (t.name.as_str(), t)).collect();
         let mut sums: BTreeMap<JointIndex, LinearLaw> = BTreeMap::new();
         for (i, actuator) in model.actuators.iter().enumerate() {
-            let Some((joint, per, at)) = self.target(model, names, actuator, report) else { continue };
+            let Some((joint, per, at)) = self.target(model, (names, &tendons), actuator, report) else { continue };
             let gear = actuator.gear * per;
             let [b0, b1, mut b2] = actuator.bias;
             if let Some(ratio) = actuator.damping_ratio.filter(|_| gear != 0.0) {

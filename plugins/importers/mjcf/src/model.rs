@@ -1,6 +1,6 @@
 //! The contents of a file: bodies with their joints and geoms, and what acts on them.
 
-use std::rc::Rc;
+use std::{collections::BTreeSet, rc::Rc};
 
 use nalgebra::{Isometry3, Vector3};
 
@@ -17,7 +17,7 @@ pub struct Model {
     pub sensors: Vec<Sensor>,
     pub keyframes: Vec<Keyframe>,
     /// Names of geoms in contact pairs.
-    pub paired_geoms: Vec<String>,
+    pub paired_geoms: BTreeSet<String>,
     pub gravity: Option<[f64; 3]>,
     pub timestep: Option<f64>,
 }
@@ -33,6 +33,8 @@ pub struct Body {
     pub joints: Vec<Joint>,
     /// Whether the body moves freely.
     pub is_free: bool,
+    /// Damping of a free body's six motions, N s/m and N m s/rad.
+    pub damping: f64,
     /// Whether the body is moved from outside only.
     pub is_mocap: bool,
     pub geoms: Vec<Geom>,

@@ -9,6 +9,9 @@ use tatu_plugin_api::{
 
 use crate::xml::Place;
 
+/// Maximum number of different messages.
+const MAX_MESSAGES: usize = 200;
+
 /// Messages in the order in which they first occurred.
 #[derive(Default)]
 pub struct ImportReport {
@@ -36,6 +39,10 @@ impl ImportReport {
 
     fn add(&mut self, severity: u32, place: Option<&Place>, text: String) {
         let next = self.lines.len();
+        let (text, place) = match next >= MAX_MESSAGES && !self.index.contains_key(&(severity, text.clone())) {
+            true => ("other elements and attributes are omitted".to_owned(), None),
+            false => (text, place),
+        };
         let at = *self.index.entry((severity, text.clone())).or_insert(next);
         match self.lines.get_mut(at) {
             Some(line) => line.2 += 1,

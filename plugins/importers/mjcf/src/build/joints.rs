@@ -86,7 +86,11 @@ impl<'b> ModelBuilder<'_, 'b> {
             self.report.note(&joint.place, "joints that an equality constraint holds cannot move");
             node.set("joint.limits", [*held, *held])?;
         } else if let Some([low, high]) = joint.range {
-            node.set("joint.limits", [low.max(-MAX_LIMIT), high.min(MAX_LIMIT)])?;
+            let (low, high) = (low.max(-MAX_LIMIT), high.min(MAX_LIMIT));
+            node.set("joint.limits", [low, high])?;
+            if q < low || q > high {
+                self.report.warn(&joint.place, "joints that start outside their limits start at the nearest limit");
+            }
         }
         let mut rest = joint.rest;
         let driven = self.couplings.drives.get(&index).copied();

@@ -1,5 +1,7 @@
 //! Builds constraints that close loops: linked dummies, which hold two bodies together in all six directions.
 
+use std::collections::BTreeMap;
+
 use nalgebra::{Isometry3, Translation3, Vector3};
 use tatu_plugin_api::safe::Result;
 
@@ -20,12 +22,12 @@ impl<'b> ModelBuilder<'_, 'b> {
     pub(super) fn loops(&mut self, base: &Placed<'b>) -> Result {
         self.other_sensors();
         let model = self.model;
+        let body_names: BTreeMap<&str, usize> = model.bodies.iter().enumerate().map(|(i, b)| (b.name.as_str(), i)).collect();
+        let sites = model.bodies.iter().enumerate().flat_map(|(b, body)| body.sites.iter().map(move |s| (b, s)));
+        let sites: BTreeMap<&str, (usize, Isometry3<f64>)> = sites.map(|(b, s)| (s.name.as_str(), (b, s.pose))).collect();
         for (i, equality) in model.equalities.iter().enumerate() {
-            let body = |name: &str| model.bodies.iter().position(|b| b.name == name);
-            let site = |name: &str| {
-                let found = model.bodies.iter().enumerate().flat_map(|(b, body)| body.sites.iter().map(move |s| (b, s)));
-                found.into_iter().find(|(_, s)| s.name == name).map(|(b, s)| (b, s.pose))
-            };
+            let body = |name: &str| body_names.get(name).copied();
+            let site = |name: &str| sites.get(name).copied();
             let (ends, rigid, place) = match equality {
                 Equality::Joints { .. } | Equality::Tendons { .. } => continue,
                 Equality::Connect { bodies, anchor, place } => {

@@ -20,7 +20,7 @@ use crate::{
     compiler::quaternion,
     drives::{Couplings, JointIndex},
     groups::{Attachment, BodyGroups},
-    model::{Body, JointKind, Keyframe, Model},
+    model::{Body, JointKind, Keyframe, Model, Sensor},
     report::ImportReport,
 };
 
@@ -71,10 +71,16 @@ struct ModelBuilder<'w, 'b> {
     joints: BTreeMap<JointIndex, Placed<'b>>,
     /// Fixed shapes that carry the joints of bodies at the top level, by group.
     anchors: BTreeMap<usize, Placed<'b>>,
-    /// Names in use, with the number of the parent.
-    names: BTreeSet<(u32, String)>,
+    /// How often names are in use below a parent, which is given by its number.
+    names: BTreeMap<(u32, String), usize>,
     /// Names of bodies and joints.
     reserved: BTreeSet<String>,
+    /// Sensors by the name of their site.
+    sensors: BTreeMap<&'w str, Vec<&'w Sensor>>,
+    /// Groups with joints below them.
+    carriers: BTreeSet<usize>,
+    /// For groups at the top level that gears connect to others: the lowest of them.
+    geared: BTreeMap<usize, usize>,
     /// Links between several joints of one body, by body: their number.
     links: BTreeMap<usize, usize>,
 }
@@ -101,10 +107,17 @@ pub fn model(builder: &Builder<'_>, model: &Model, settings: &ImportSettings, re
         bodies: vec![None; model.bodies.len()],
         joints: BTreeMap::new(),
         anchors: BTreeMap::new(),
-        names: BTreeSet::new(),
+        names: BTreeMap::new(),
         reserved: model.bodies.iter().flat_map(names_of).collect(),
+        sensors: BTreeMap::new(),
+        carriers: groups.all.iter().skip(1).map(|g| g.parent).collect(),
+        geared: BTreeMap::new(),
         links: BTreeMap::new(),
     };
+    for sensor in &model.sensors {
+        work.sensors.entry(&sensor.site).or_default().push(sensor);
+    }
+    work.connect_tops();
     let base = Placed { node: base, path: String::new() };
     work.bodies[0] = Some(base.clone());
     work.world(&base)?;
@@ -228,11 +241,17 @@ impl<'b> ModelBuilder<'_, 'b> {
     fn object(&mut self, kind: &str, parent: &Placed<'b>, name: &str, pose: &Isometry3<f64>) -> Result<Placed<'b>> {
         let wanted = alias(name, kind);
         let mut name = wanted.clone();
-        for n in 2.. {
-            if self.names.insert((parent.node.id(), name.clone())) {
+        let count = self.names.entry((parent.node.id(), wanted.clone())).or_insert(0);
+        *count += 1;
+        let mut n = *count;
+        while n > 1 {
+            name = format!("{wanted}_{n}");
+            let other = self.names.entry((parent.node.id(), name.clone())).or_insert(0);
+            *other += 1;
+            if *other == 1 {
                 break;
             }
-            name = format!("{wanted}_{n}");
+            n += 1;
         }
         let node = set_pose(self.builder.object(kind, Some(parent.node), &name)?, pose)?;
         Ok(Placed { node, path: format!("{}/{name}", parent.path) })
@@ -296,8 +315,8 @@ impl<'b> ModelBuilder<'_, 'b> {
     /// Returns the fixed shape that carries the joints of a group at the top level. Groups that gears connect share one,
     /// because geared joints must belong to one mechanism.
     fn anchor(&mut self, number: usize, base: &Placed<'b>) -> Result<Placed<'b>> {
-        let shared = self.geared_tops(number).into_iter().find(|top| self.anchors.contains_key(top));
-        if let Some(known) = shared.and_then(|top| self.anchors.get(&top)) {
+        let shared = self.geared.get(&number).copied().unwrap_or(number);
+        if let Some(known) = self.anchors.get(&shared) {
             let known = known.clone();
             self.anchors.insert(number, known.clone());
             return Ok(known);
@@ -306,26 +325,27 @@ impl<'b> ModelBuilder<'_, 'b> {
         let anchor = self.object("shape", base, &name, &Isometry3::identity())?;
         shapes::make_empty(anchor.node)?;
         self.anchors.insert(number, anchor.clone());
+        self.anchors.insert(shared, anchor.clone());
         Ok(anchor)
     }
 
-    /// Returns the groups at the top level that gears connect to one, including itself.
-    fn geared_tops(&self, number: usize) -> Vec<usize> {
+    /// Finds the groups at the top level that gears connect.
+    fn connect_tops(&mut self) {
         let top = |(body, _): JointIndex| self.groups.all[self.groups.of_body[body].0].top;
-        let mut found = vec![number];
-        let mut at = 0;
-        while at < found.len() {
-            for (joint, gear) in &self.couplings.gears {
-                let (a, b) = (top(*joint), top(gear.leader));
-                for (one, other) in [(a, b), (b, a)] {
-                    if one == found[at] && !found.contains(&other) {
-                        found.push(other);
-                    }
-                }
+        let mut lowest: BTreeMap<usize, usize> = BTreeMap::new();
+        let find = |lowest: &BTreeMap<usize, usize>, mut at: usize| {
+            while let Some(next) = lowest.get(&at).filter(|next| **next != at) {
+                at = *next;
             }
-            at += 1;
+            at
+        };
+        for (joint, gear) in &self.couplings.gears {
+            let (a, b) = (find(&lowest, top(*joint)), find(&lowest, top(gear.leader)));
+            if a != b {
+                lowest.insert(a.max(b), a.min(b));
+            }
         }
-        found
+        self.geared = lowest.keys().map(|at| (*at, find(&lowest, *at))).collect();
     }
 
     /// Notes on how the whole model was translated.

@@ -41,7 +41,7 @@ impl<'b> ModelBuilder<'_, 'b> {
     }
 
     fn sensors(&mut self, site: &Site, placed: &Placed<'b>) -> Result {
-        let here: Vec<&Sensor> = self.model.sensors.iter().filter(|s| s.site == site.name && !s.site.is_empty()).collect();
+        let here: Vec<&Sensor> = self.sensors.get(site.name.as_str()).cloned().unwrap_or_default();
         // One sensor measures what gyroscopes and accelerometers at the same site do.
         let mut inertial = false;
         for sensor in here {

@@ -261,7 +261,7 @@ impl<'b> ModelBuilder<'_, 'b> {
             if seen && !shown {
                 node.set("object.visible", false)?.set("shape.detectable", false)?;
             }
-            let alone = group.attachment != Attachment::Joints && !groups.all.iter().any(|g| g.parent == number);
+            let alone = group.attachment != Attachment::Joints && !self.carriers.contains(&number);
             if alone {
                 self.surface(node, &geoms)?;
             } else if geoms.iter().any(|g| g.condim >= 4) {
@@ -299,6 +299,13 @@ impl<'b> ModelBuilder<'_, 'b> {
             self.report.warn(&body.place, format!("moving bodies without mass weigh {LEAST_MASS} kg"));
             let inertia = nalgebra::Matrix3::from_diagonal(&Vector3::repeat(LEAST_MASS * 1e-4));
             mass = Mass { mass: LEAST_MASS, com: Vector3::zeros(), inertia };
+        }
+        if body.damping > 0.0 {
+            let inertia = mass.inertia.trace() / 3.0;
+            node.set("shape.linear_damping", body.damping / mass.mass)?;
+            if inertia > 0.0 {
+                node.set("shape.angular_damping", body.damping / inertia)?;
+            }
         }
         set_mass(node, &mass.scaled(1.0 - links * LINK_SHARE))
     }

@@ -132,6 +132,7 @@ fn range((range, limited): ([f64; 2], Option<bool>), auto_limits: bool) -> Optio
 impl Reader<'_, '_> {
     pub(super) fn actuators(&mut self, source: &Source) -> Result {
         for element in source.root.section("actuator") {
+            self.count_part(element)?;
             let class = source.defaults.class(element.attribute("class").unwrap_or(MAIN), element)?;
             let mut form = GeneralForm::default();
             for default in &class.actuators {

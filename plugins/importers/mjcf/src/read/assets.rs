@@ -45,7 +45,7 @@ impl Source {
 impl<'b> Reader<'_, 'b> {
     /// Returns a mesh by name; `None` if it cannot be read, which is reported.
     pub(super) fn mesh(&mut self, source: &Source, name: &str, of: &Element) -> Result<Option<Rc<MeshAsset>>> {
-        let key = (source.number, name.to_owned());
+        let key = (source.number, format!("mesh {name}"));
         if let Some(known) = self.meshes.get(&key) {
             return Ok(known.clone());
         }
@@ -53,6 +53,7 @@ impl<'b> Reader<'_, 'b> {
         let read = self.read_mesh(source, element)?;
         let mesh = match read {
             Ok(mesh) => {
+                self.count_triangles(&mesh, element)?;
                 mesh.notes.iter().for_each(|n| self.report.note(&element.place, format!("the mesh `{name}`: {n}")));
                 Some(Rc::new(mesh))
             }
@@ -109,6 +110,10 @@ impl<'b> Reader<'_, 'b> {
 
     /// Returns a height field as triangles; `None` if it cannot be read, which is reported.
     pub(super) fn height_field(&mut self, source: &Source, name: &str, of: &Element) -> Result<Option<Rc<MeshAsset>>> {
+        let key = (source.number, format!("hfield {name}"));
+        if let Some(known) = self.meshes.get(&key) {
+            return Ok(known.clone());
+        }
         let element = source.asset("hfield", name);
         let element = element.ok_or_else(|| of.fail(format!("there is no height field `{name}`")))?;
         let a = Attributes::new(element, None);
@@ -142,7 +147,12 @@ impl<'b> Reader<'_, 'b> {
         let settings =
             MeshSettings { scale: [1.0; 3], reference: Isometry3::identity(), inertia: MeshInertia::Shell };
         let made = MeshAsset::of(vec![MeshPiece { points, triangles, ..Default::default() }], &settings);
-        Ok(made.ok().map(Rc::new))
+        let made = made.ok().map(Rc::new);
+        if let Some(made) = &made {
+            self.count_triangles(made, element)?;
+        }
+        self.meshes.insert(key, made.clone());
+        Ok(made)
     }
 
     /// Returns rows, columns and heights, with the row at the lowest y first.

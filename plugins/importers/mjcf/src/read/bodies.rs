@@ -153,6 +153,7 @@ impl Reader<'_, '_> {
         let separator = a.text("sep").unwrap_or_default();
         let width = (count - 1).max(0).to_string().len();
         for i in 0..count {
+            self.count_part(element)?;
             let times = i as f64;
             let turn = within.source.compiler.euler(euler.map(|x| x * times));
             let inside = Surroundings {
@@ -213,7 +214,8 @@ impl Reader<'_, '_> {
         };
         let Some(kind) = kind else {
             self.model.bodies[within.body].is_free = true;
-            for name in ["damping", "stiffness", "armature", "frictionloss"] {
+            self.model.bodies[within.body].damping = a.positive("damping", 0.0)?;
+            for name in ["stiffness", "armature", "frictionloss"] {
                 if a.number(name, 0.0)? != 0.0 {
                     self.report.warn(&element.place, format!("`{name}` of free joints is omitted"));
                 }
@@ -333,6 +335,7 @@ fn body(name: String, parent: usize, pose: Isometry3<f64>, place: crate::xml::Pl
         pose,
         joints: Vec::new(),
         is_free: false,
+        damping: 0.0,
         is_mocap: false,
         geoms: Vec::new(),
         sites: Vec::new(),

@@ -14,6 +14,7 @@ use crate::{
 impl Reader<'_, '_> {
     pub(super) fn tendons(&mut self, source: &Source) -> Result {
         for element in source.root.section("tendon") {
+            self.count_part(element)?;
             if element.name != "fixed" {
                 self.report.warn(&element.place, "spatial tendons are omitted");
                 continue;
@@ -29,6 +30,7 @@ impl Reader<'_, '_> {
             }
             let mut joints = Vec::new();
             for part in element.named("joint") {
+                self.count_part(part)?;
                 let a = Attributes::new(part, None);
                 let joint = part.attribute("joint").ok_or_else(|| part.fail("<joint> of a tendon has no `joint`"))?;
                 joints.push((source.named(joint), a.number("coef", 1.0)?));
@@ -41,6 +43,7 @@ impl Reader<'_, '_> {
 
     pub(super) fn equalities(&mut self, source: &Source) -> Result {
         for element in source.root.section("equality") {
+            self.count_part(element)?;
             let a = source.defaults.attributes(element, "equality", MAIN)?;
             let place = element.place.clone();
             if a.switch("active")? == Some(false) {
@@ -96,7 +99,7 @@ impl Reader<'_, '_> {
         for element in source.root.section("contact").filter(|e| e.name == "pair") {
             for key in ["geom1", "geom2"] {
                 if let Some(name) = element.attribute(key) {
-                    self.model.paired_geoms.push(source.named(name));
+                    self.model.paired_geoms.insert(source.named(name));
                 }
             }
             self.report.note(

@@ -25,8 +25,10 @@ use crate::{
     xml::Element,
 };
 
-/// Maximum number of bodies, joints, geoms, sites, cameras and lights in total.
-const MAX_PARTS: usize = 200_000;
+/// Maximum number of bodies, joints, geoms, sites, replicas, actuators and the like in total.
+const MAX_PARTS: usize = 50_000;
+/// Maximum number of triangles and samples of all meshes and height fields.
+const MAX_TRIANGLES: usize = 16_000_000;
 /// Maximum number of files that `<attach>` adds, each within another.
 const MAX_ATTACHED: usize = 8;
 
@@ -64,6 +66,7 @@ pub struct Reader<'w, 'b> {
     meshes: BTreeMap<(usize, String), Option<Rc<MeshAsset>>>,
     looks: BTreeMap<(usize, String), Option<Look>>,
     parts: usize,
+    triangles: usize,
     sources: usize,
 }
 
@@ -77,6 +80,7 @@ pub fn model(builder: &Builder<'_>, bytes: &[u8]) -> Result<(Model, ImportReport
         meshes: BTreeMap::new(),
         looks: BTreeMap::new(),
         parts: 0,
+        triangles: 0,
         sources: 0,
     };
     let source = reader.source(bytes, "", "", 0)?;
@@ -122,11 +126,20 @@ impl Reader<'_, '_> {
         self.keyframes(source)
     }
 
+    /// Counts the triangles of another mesh.
+    fn count_triangles(&mut self, mesh: &MeshAsset, element: &Element) -> Result {
+        self.triangles += mesh.pieces.iter().map(|p| p.triangles.len()).sum::<usize>();
+        match self.triangles > MAX_TRIANGLES {
+            true => Err(element.fail(format!("the meshes of the model have more than {MAX_TRIANGLES} triangles"))),
+            false => Ok(()),
+        }
+    }
+
     /// Counts one more part of the model.
     fn count_part(&mut self, element: &Element) -> Result {
         self.parts += 1;
         match self.parts > MAX_PARTS {
-            true => Err(element.fail(format!("the model has more than {MAX_PARTS} bodies, joints, geoms and sites"))),
+            true => Err(element.fail(format!("the model has more than {MAX_PARTS} bodies, joints, geoms and other parts"))),
             false => Ok(()),
         }
     }

@@ -35,6 +35,7 @@ impl Reader<'_, '_> {
 
     pub(super) fn sensors(&mut self, source: &Source) -> Result {
         for element in source.root.section("sensor") {
+            self.count_part(element)?;
             self.model.sensors.push(Sensor {
                 kind: element.name.clone(),
                 name: element.attribute("name").map(|n| source.named(n)).unwrap_or_default(),
