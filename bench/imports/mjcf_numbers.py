@@ -1,5 +1,5 @@
-"""Compares models that Tatu imports from MJCF files with MuJoCo: masses, centres of mass, inertia tensors, and the poses of
-all bodies in random configurations.
+"""Compares models that Tatu imports from MJCF files with MuJoCo: masses, centres of mass, inertia tensors, the parameters of
+joints with their actuators, and the poses of all bodies in random configurations.
 
     python bench/imports/mjcf_numbers.py [--states 20] [--program tatu] FILE.xml|FOLDER ...
 
@@ -79,12 +79,14 @@ class Comparison:
         self.world = tatu_sim.World(str(file))
         self.base = min(self.world.objects, key=lambda path: (path.count("/"), list(self.world.objects).index(path)))
         self.bodies = self.described["bodies"]
-        self.worst = {"mass": (0.0, ""), "centre": (0.0, ""), "inertia": (0.0, ""), "pose": (0.0, "")}
+        self.numbers = 0
+        self.worst = {key: (0.0, "") for key in ("mass", "centre", "inertia", "joint", "pose")}
 
     def get(self, path, key):
         return np.asarray(self.world.get(self.base + path, key), float)
 
     def note(self, key, error, name):
+        self.numbers += 1
         if not error <= self.worst[key][0]:
             self.worst[key] = (float(error), name)
 
@@ -103,6 +105,46 @@ class Comparison:
             self.note("mass", abs(found[0] - wanted[0]) / wanted[0], body["name"])
             self.note("centre", np.abs(found[1] - wanted[1]).max() / max(1.0, size(wanted[1])), body["name"])
             self.note("inertia", np.abs(found[2] - wanted[2]).max() / size(wanted[2]), body["name"])
+
+    def joints(self):
+        """Compares limits, armature, friction, and the stiffness and damping of joints together with their actuators."""
+        model = self.model
+        by_body = {}
+        for joint in self.described["joints"]:
+            by_body.setdefault(joint["body"], []).append(joint)
+        hinges = (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE)
+        # What an actuator adds, by joint; joints that tendons drive are not compared.
+        stiffness, damping, by_tendons = {}, {}, set()
+        for i in range(model.nu):
+            kind, on = model.actuator_trntype[i], model.actuator_trnid[i, 0]
+            if kind == mujoco.mjtTrn.mjTRN_TENDON:
+                at, n = model.tendon_adr[on], model.tendon_num[on]
+                by_tendons.update(model.wrap_objid[at:at + n])
+            elif kind != mujoco.mjtTrn.mjTRN_JOINT or model.actuator_gaintype[i] != mujoco.mjtGain.mjGAIN_FIXED:
+                continue
+            elif model.actuator_biastype[i] == mujoco.mjtBias.mjBIAS_AFFINE:
+                gear = model.actuator_gear[i, 0]
+                stiffness[on] = stiffness.get(on, 0.0) - model.actuator_biasprm[i, 1] * gear**2
+                damping[on] = damping.get(on, 0.0) - model.actuator_biasprm[i, 2] * gear**2
+        for joint in range(model.njnt):
+            if model.jnt_type[joint] not in hinges or joint in by_tendons:
+                continue
+            body, dof = model.jnt_bodyid[joint], model.jnt_dofadr[joint]
+            described = by_body[body][joint - model.body_jntadr[body]]
+            own = lambda key: float(self.get(described["path"], f"joint.{key}"))
+            wanted = {"armature": model.dof_armature[dof], "dry_friction": model.dof_frictionloss[dof],
+                      "stiffness": float(np.ravel(model.jnt_stiffness[joint])[0]) + stiffness.get(joint, 0.0)}
+            passive = float(np.ravel(model.dof_damping[dof])[0])
+            if self.world.get(self.base + described["path"], "joint.control") == "velocity":
+                self.note("joint", abs(1 / own("slip") - damping[joint]) / damping[joint], f"{described['name']}.slip")
+                wanted["damping"] = passive
+            else:
+                wanted["damping"] = passive + damping.get(joint, 0.0)
+            for key, value in wanted.items():
+                self.note("joint", abs(own(key) - value) / max(1.0, abs(value)), f"{described['name']}.{key}")
+            if model.jnt_limited[joint]:
+                limits = np.abs(self.get(described["path"], "joint.limits") - model.jnt_range[joint]).max()
+                self.note("joint", limits, f"{described['name']}.limits")
 
     def state(self, random):
         """Sets both to a random configuration."""
@@ -163,6 +205,7 @@ def main():
     parser.add_argument("--program", default="tatu")
     parser.add_argument("names", nargs="+")
     options = parser.parse_args()
+    numbers = 0
     count = {"equal": 0, "different": 0, "refused": 0, "skipped": 0}
     for root, file in files(options.names):
         try:
@@ -185,6 +228,7 @@ def main():
             if len(compared.bodies) != compared.model.nbody:
                 raise ValueError(f"{len(compared.bodies)} bodies instead of {compared.model.nbody}")
             compared.masses()
+            compared.joints()
             compared.poses(np.random.default_rng(1), options.states)
         except Exception as error:
             print(f"different  {file}: {type(error).__name__}: {error}")
@@ -192,12 +236,13 @@ def main():
             continue
         finally:
             compared.world.close()
+        numbers += compared.numbers
         within = OF_MESHES if compared.model.nmesh else EXACT
         wrong = {key: (f"{error:.1e}", name) for key, (error, name) in compared.worst.items() if not error <= within}
         if wrong:
             print(f"different  {file}: {wrong}")
         count["different" if wrong else "equal"] += 1
-    print(", ".join(f"{n} {what}" for what, n in count.items()))
+    print(", ".join(f"{n} {what}" for what, n in count.items()) + f"; {numbers} numbers or poses compared")
     sys.exit(1 if count["different"] or count["refused"] else 0)
 
 

@@ -98,7 +98,11 @@ fn every_example_is_a_scene_that_would_start() {
             // An importer's example names a file, which must exist.
             for file in example.lines().filter_map(|l| l.strip_prefix("file = ")) {
                 let file = file.trim_matches('"');
-                let like = if file.ends_with(".obj") { "mesh/pyramid.obj" } else { "urdf/robot.urdf" };
+                let like = match file.rsplit('.').next() {
+                    Some("obj") => "mesh/pyramid.obj",
+                    Some("xml") => "mjcf/quadruped.xml",
+                    _ => "urdf/robot.urdf",
+                };
                 place.write(file, &std::fs::read_to_string(root().join("plugins/importers").join(like)).unwrap());
             }
             place.write("scene.toml", &format!("format = 1\n\n{example}"));

@@ -43,7 +43,8 @@ fn mjcf(world: &str, more: &str) -> String {
 fn last(text: &str, seconds: &str, watch: &[&str]) -> TraceLine {
     let place = TestFolder::new();
     place.write("m.xml", text);
-    let mut args = vec!["run", "m.xml", "--set", "scene.dt_s=0.01", "--seconds", seconds, "--trace", "t.jsonl", "--json"];
+    let mut args =
+        vec!["run", "m.xml", "--set", "scene.dt_s=0.01", "--seconds", seconds, "--trace", "t.jsonl", "--json"];
     watch.iter().for_each(|path| args.extend(["--watch", path]));
     place.tatu(&args).good();
     place.lines("t.jsonl").pop().unwrap()
@@ -152,11 +153,17 @@ fn a_position_actuator_yields_under_load_as_its_gains_say() {
         ("<position joint=\"j\" kp=\"200\"/>", 0.2 - weight / 200.0),
         ("<position joint=\"j\" kp=\"200\" kv=\"10\" gear=\"2\"/>", 0.2 / 2.0 - weight / 800.0),
         // The gain on the control differs from that on the length.
-        ("<general joint=\"j\" gainprm=\"50\" biastype=\"affine\" biasprm=\"10 -100\"/>", (50.0 * 0.2 + 10.0 - weight) / 100.0),
+        (
+            "<general joint=\"j\" gainprm=\"50\" biastype=\"affine\" biasprm=\"10 -100\"/>",
+            (50.0 * 0.2 + 10.0 - weight) / 100.0,
+        ),
         // Without the type of the bias, its parameters mean nothing: a constant force of 50 * 0.2 N against damping.
         ("<position class=\"stiff\" joint=\"j\"/>", 0.2 - weight / 500.0),
     ] {
-        let text = model(actuator).replace("<worldbody>", "<default><default class=\"stiff\"><position kp=\"500\"/></default></default>\n<worldbody>");
+        let text = model(actuator).replace(
+            "<worldbody>",
+            "<default><default class=\"stiff\"><position kp=\"500\"/></default></default>\n<worldbody>",
+        );
         let line = last(&text, "6", &["/m/b_base/j"]);
         close(&[joint(&line, "/m/b_base/j", "position")], &[wanted], 1e-5);
     }
@@ -187,7 +194,8 @@ fn coupled_fingers_follow_the_driven_one() {
             0.1 * sign
         )
     };
-    let hand = format!("<body name=\"hand\"><geom size=\".05\"/>{}{}</body>", finger("left", 1.0), finger("right", -1.0));
+    let hand =
+        format!("<body name=\"hand\"><geom size=\".05\"/>{}{}</body>", finger("left", 1.0), finger("right", -1.0));
     let couple = r#"<equality><joint joint1="right" joint2="left" polycoef="0 1 0 0 0"/></equality>"#;
     let tendon = r#"<tendon><fixed name="both"><joint joint="left" coef=".5"/><joint joint="right" coef=".5"/></fixed></tendon>"#;
     for (actuator, target) in [
@@ -207,7 +215,7 @@ fn coupled_fingers_follow_the_driven_one() {
 }
 
 #[test]
-fn a_quadruped_stands_as_high_as_in_mujoco() {
+fn a_standing_quadruped_has_the_height_that_mujoco_computes() {
     let place = TestFolder::new();
     fs::copy(root().join("plugins/importers/mjcf/quadruped.xml"), place.path().join("m.xml")).unwrap();
     let trunk = "/quadruped/trunk";

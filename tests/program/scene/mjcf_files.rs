@@ -60,11 +60,13 @@ fn files_outside_the_allowed_folders_are_not_read() {
     }
     // Only files of known formats are read as meshes.
     place.write("inner/m.xml", &mesh("notes.txt")).write("inner/notes.txt", "secret");
-    run(program(), &inner, &["check", "m.xml"], &[]).good().reports(&["the mesh `a` is omitted: the format is not supported"]);
+    run(program(), &inner, &["check", "m.xml"], &[])
+        .good()
+        .reports(&["the mesh `a` is omitted: the format is not supported"]);
 }
 
 #[test]
-fn what_is_omitted_is_reported_once_for_each_kind() {
+fn omitted_parts_are_reported_once_for_each_kind() {
     let place = TestFolder::new();
     place.write(
         "m.xml",
@@ -129,7 +131,19 @@ fn frames_replicas_and_attached_files_place_their_bodies() {
              <geom size=\".1\"/></body></worldbody><actuator><motor joint=\"wrist\"/></actuator></mujoco>",
         );
     let lines = {
-        let args = ["run", "m.xml", "--steps", "1", "--trace", "t.jsonl", "--watch", "/m/r-03", "--watch", "/m/left_hand_base/left_wrist/left_hand", "--json"];
+        let args = [
+            "run",
+            "m.xml",
+            "--steps",
+            "1",
+            "--trace",
+            "t.jsonl",
+            "--watch",
+            "/m/r-03",
+            "--watch",
+            "/m/left_hand_base/left_wrist/left_hand",
+            "--json",
+        ];
         place.tatu(&args).good();
         place.lines("t.jsonl")
     };

@@ -35,7 +35,8 @@ fn words(text: &str) -> impl Iterator<Item = &str> {
 
 /// Parses the numbers in a text; `None` if a word is not a number.
 pub fn parse_numbers(text: &str) -> Option<Vec<f64>> {
-    let number = |word: &str| word.parse::<f64>().ok().filter(|x| !x.is_nan()).map(|x| x.clamp(-MAX_NUMBER, MAX_NUMBER));
+    let number =
+        |word: &str| word.parse::<f64>().ok().filter(|x| !x.is_nan()).map(|x| x.clamp(-MAX_NUMBER, MAX_NUMBER));
     words(text).map(number).collect()
 }
 

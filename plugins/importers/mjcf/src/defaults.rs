@@ -11,8 +11,18 @@ use crate::{
 
 /// Elements whose defaults are one record, because all of them are actuators.
 pub const ACTUATORS: [&str; 12] = [
-    "general", "motor", "position", "velocity", "intvelocity", "damper", "cylinder", "muscle", "adhesion", "dcmotor",
-    "plugin", "orientation",
+    "general",
+    "motor",
+    "position",
+    "velocity",
+    "intvelocity",
+    "damper",
+    "cylinder",
+    "muscle",
+    "adhesion",
+    "dcmotor",
+    "plugin",
+    "orientation",
 ];
 
 /// The name of the outermost class.
@@ -59,7 +69,9 @@ impl Defaults {
             class.add(element);
             self.entries += class.records.values().map(Record::len).sum::<usize>() + class.actuators.len() + 1;
             if self.entries > MAX_ENTRIES {
-                return Err(element.fail(format!("the default classes have more than {MAX_ENTRIES} attributes in total")));
+                return Err(
+                    element.fail(format!("the default classes have more than {MAX_ENTRIES} attributes in total"))
+                );
             }
             self.nested(element, &class)?;
             self.classes.insert(name.to_owned(), class);

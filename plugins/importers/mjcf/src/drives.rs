@@ -31,11 +31,21 @@ pub enum Drive {
     Free,
     Force(f64),
     /// Velocity, with the speed lost per force.
-    Velocity { target: f64, slip: f64, max_force: f64 },
+    Velocity {
+        target: f64,
+        slip: f64,
+        max_force: f64,
+    },
     /// A spring towards a target.
-    Spring { target: f64, stiffness: f64 },
+    Spring {
+        target: f64,
+        stiffness: f64,
+    },
     /// A servo without sag.
-    Position { target: f64, max_force: f64 },
+    Position {
+        target: f64,
+        max_force: f64,
+    },
 }
 
 /// What acts on a joint besides its own spring and friction.
@@ -66,13 +76,7 @@ pub fn joints_by_name(model: &Model) -> BTreeMap<&str, JointIndex> {
 impl Couplings {
     /// Determines gears and drives. `controls` are the initial values of all actuators; with `holding`, position servos
     /// hold their targets under load.
-    pub fn new(
-        model: &Model,
-        groups: &BodyGroups,
-        controls: &[f64],
-        holding: bool,
-        report: &mut ImportReport,
-    ) -> Self {
+    pub fn new(model: &Model, groups: &BodyGroups, controls: &[f64], holding: bool, report: &mut ImportReport) -> Self {
         let mut couplings = Couplings::default();
         let names = joints_by_name(model);
         let driven: Vec<JointIndex> = model
@@ -104,7 +108,8 @@ impl Couplings {
                 // A constant sum of two joint positions.
                 let tendon = model.tendons.iter().find(|t| t.name == *first).map(|t| t.joints.as_slice());
                 let Some([(one, a), (other, b)]) = tendon.filter(|_| second.is_none()) else {
-                    return report.warn(place, "equality constraints of tendons are omitted, unless a tendon has two joints");
+                    return report
+                        .warn(place, "equality constraints of tendons are omitted, unless a tendon has two joints");
                 };
                 let (Some(one), Some(other)) = (names.get(one.as_str()), names.get(other.as_str())) else { return };
                 let ratio = if *a == 0.0 { 0.0 } else { -b / a };
@@ -120,7 +125,8 @@ impl Couplings {
             report.warn(place, "couplings of joints are linear here: higher terms of `polycoef` are omitted");
         }
         let Some(one) = names.get(first.as_str()).copied() else {
-            return report.warn(place, format!("an equality constraint refers to the joint `{first}`, which does not exist"));
+            return report
+                .warn(place, format!("an equality constraint refers to the joint `{first}`, which does not exist"));
         };
         let joint = |(b, j): JointIndex| &model.bodies[b].joints[j];
         let Some(second) = second else {
@@ -128,7 +134,8 @@ impl Couplings {
             return;
         };
         let Some(other) = names.get(second.as_str()).copied() else {
-            return report.warn(place, format!("an equality constraint refers to the joint `{second}`, which does not exist"));
+            return report
+                .warn(place, format!("an equality constraint refers to the joint `{second}`, which does not exist"));
         };
         let offset = joint(one).reference + p0 - p1 * joint(other).reference;
         if [one, other].iter().any(|j| joint(*j).kind == JointKind::Ball) {

@@ -74,7 +74,9 @@ impl<'w, 'b> TextFiles<'w, 'b> {
             }
             let name = child.attribute("file").ok_or_else(|| child.fail("<include> has no `file`"))?;
             let Some((path, bytes)) = self.find(name, folder, &child.place.file) else {
-                let text = format!("the included file `{name}` does not exist, or is outside the folders that the import may read");
+                let text = format!(
+                    "the included file `{name}` does not exist, or is outside the folders that the import may read"
+                );
                 return Err(child.fail(text));
             };
             if open.contains(&path) {

@@ -59,13 +59,12 @@ impl MeshAsset {
     /// Creates the asset of triangles.
     pub fn of(pieces: Vec<MeshPiece>, settings: &MeshSettings) -> Result<Self, String> {
         let back = settings.reference.inverse();
-        let pieces: Vec<MeshPiece> = pieces
-            .iter()
-            .map(|p| p.moved([1.0; 3], &back).moved(settings.scale, &Isometry3::identity()))
-            .collect();
+        let pieces: Vec<MeshPiece> =
+            pieces.iter().map(|p| p.moved([1.0; 3], &back).moved(settings.scale, &Isometry3::identity())).collect();
         let (points, triangles) = merge_pieces(&pieces);
         let solid = weigh(&points, &triangles, settings.inertia);
-        let numbers = [solid.volume].into_iter().chain(solid.centre.iter().copied()).chain(solid.inertia.iter().copied());
+        let numbers =
+            [solid.volume].into_iter().chain(solid.centre.iter().copied()).chain(solid.inertia.iter().copied());
         if points.is_empty() || numbers.into_iter().any(|x| !x.is_finite()) {
             return Err("the mesh has no extent".into());
         }

@@ -79,8 +79,14 @@ pub struct Joint {
 pub enum GeomForm {
     Plane([f64; 2]),
     Ellipsoid([f64; 3]),
-    Capsule { radius: f64, half: f64 },
-    Cylinder { radius: f64, half: f64 },
+    Capsule {
+        radius: f64,
+        half: f64,
+    },
+    Cylinder {
+        radius: f64,
+        half: f64,
+    },
     Box([f64; 3]),
     Mesh(Rc<MeshAsset>),
     /// A height field, whose asset has triangles.

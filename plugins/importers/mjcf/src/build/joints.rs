@@ -3,16 +3,16 @@
 use nalgebra::{Isometry3, Translation3, Unit, UnitQuaternion, Vector3};
 use tatu_plugin_api::safe::Result;
 
-use super::{ModelBuilder, Placed, shapes};
+use super::{
+    ModelBuilder, Placed,
+    forms::{self, LINK_SHARE},
+};
 use crate::{
     compiler::{quaternion, turn_to},
     drives::{Drive, JointIndex},
     model::{Joint, JointKind},
 };
 
-/// Share of a body's mass that each link between two of its joints gets. The mass of the body is reduced, so that
-/// nothing is added.
-pub const LINK_SHARE: f64 = 1e-4;
 /// Largest magnitude of limits, rad or m.
 const MAX_LIMIT: f64 = 1e6;
 
@@ -44,8 +44,8 @@ impl<'b> ModelBuilder<'_, 'b> {
         for (j, joint) in body.joints.iter().enumerate() {
             if j > 0 {
                 let link = self.object("shape", &parent, &format!("{}_link_{j}", body.name), &pose)?;
-                shapes::make_empty(link.node)?;
-                shapes::set_mass(link.node, &group.mass.scaled(LINK_SHARE))?;
+                forms::make_empty(link.node)?;
+                forms::set_mass(link.node, &forms::moving_mass(group).scaled(LINK_SHARE))?;
                 (parent, pose) = (link, Isometry3::identity());
             }
             let placed = self.object("joint", &parent, &joint.name, &(pose * frame(joint)))?;

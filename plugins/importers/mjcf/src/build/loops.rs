@@ -5,13 +5,8 @@ use std::collections::BTreeMap;
 use nalgebra::{Isometry3, Translation3, Vector3};
 use tatu_plugin_api::safe::Result;
 
-use super::{ModelBuilder, Placed, shapes};
-use crate::{
-    groups::Attachment,
-    mass::Mass,
-    model::Equality,
-    xml::Place,
-};
+use super::{ModelBuilder, Placed, forms};
+use crate::{groups::Attachment, mass::Mass, model::Equality, xml::Place};
 
 /// Share of a body's mass that the link of a ball joint has, and the radius of gyration of that link, m.
 const LINK_SHARE: f64 = 1e-3;
@@ -22,9 +17,11 @@ impl<'b> ModelBuilder<'_, 'b> {
     pub(super) fn loops(&mut self, base: &Placed<'b>) -> Result {
         self.other_sensors();
         let model = self.model;
-        let body_names: BTreeMap<&str, usize> = model.bodies.iter().enumerate().map(|(i, b)| (b.name.as_str(), i)).collect();
+        let body_names: BTreeMap<&str, usize> =
+            model.bodies.iter().enumerate().map(|(i, b)| (b.name.as_str(), i)).collect();
         let sites = model.bodies.iter().enumerate().flat_map(|(b, body)| body.sites.iter().map(move |s| (b, s)));
-        let sites: BTreeMap<&str, (usize, Isometry3<f64>)> = sites.map(|(b, s)| (s.name.as_str(), (b, s.pose))).collect();
+        let sites: BTreeMap<&str, (usize, Isometry3<f64>)> =
+            sites.map(|(b, s)| (s.name.as_str(), (b, s.pose))).collect();
         for (i, equality) in model.equalities.iter().enumerate() {
             let body = |name: &str| body_names.get(name).copied();
             let site = |name: &str| sites.get(name).copied();
@@ -72,7 +69,8 @@ impl<'b> ModelBuilder<'_, 'b> {
         base: &Placed<'b>,
     ) -> Result {
         if ends.iter().any(|(body, _)| self.model.bodies[*body].is_mocap) {
-            self.report.warn(place, "constraints that hold bodies at `mocap` bodies are omitted: move the bodies instead");
+            self.report
+                .warn(place, "constraints that hold bodies at `mocap` bodies are omitted: move the bodies instead");
             return Ok(());
         }
         // Which of the ends belong to bodies that move.
@@ -104,10 +102,10 @@ impl<'b> ModelBuilder<'_, 'b> {
                 let joint = self.object("joint", &parent, &format!("{}_ball", names[side]), &pose)?;
                 joint.node.set("joint.type", "spherical")?.set("joint.mode", "dynamic")?;
                 let link = self.object("shape", &joint, &format!("{}_link", names[side]), &Isometry3::identity())?;
-                shapes::make_empty(link.node)?;
+                forms::make_empty(link.node)?;
                 let mass = self.groups.all[group].mass.mass.max(1e-3) * LINK_SHARE;
                 let inertia = nalgebra::Matrix3::from_diagonal(&Vector3::repeat(mass * LINK_RADIUS_M * LINK_RADIUS_M));
-                shapes::set_mass(link.node, &Mass { mass, com: Vector3::zeros(), inertia })?;
+                forms::set_mass(link.node, &Mass { mass, com: Vector3::zeros(), inertia })?;
                 (parent, pose) = (link, Isometry3::identity());
                 self.report.note(
                     place,

@@ -2,10 +2,11 @@
 //!
 //! - this module: the order of objects, and bodies that are fixed, free or moved by joints;
 //! - `joints`: joints and the links between several joints of one body;
-//! - `shapes`: forms, colours and masks;
+//! - `shapes`: shapes of bodies and their masks; `forms`: forms, colours and masses;
 //! - `parts`: sites with sensors, cameras and lights;
 //! - `loops`: constraints between bodies.
 
+mod forms;
 mod joints;
 mod loops;
 mod parts;
@@ -56,6 +57,34 @@ struct Placed<'b> {
     path: String,
 }
 
+/// The names of objects.
+struct NameTable {
+    /// How often names are in use below a parent, which is given by its number.
+    counts: BTreeMap<(u32, String), usize>,
+    /// Names of bodies and joints.
+    reserved: BTreeSet<String>,
+}
+
+impl NameTable {
+    /// Returns a name that no other object below the parent has.
+    fn free(&mut self, parent: u32, wanted: &str) -> String {
+        let mut name = wanted.to_owned();
+        let first = self.counts.entry((parent, name.clone())).or_insert(0);
+        *first += 1;
+        let mut n = *first;
+        while n > 1 {
+            name = format!("{wanted}_{n}");
+            let other = self.counts.entry((parent, name.clone())).or_insert(0);
+            *other += 1;
+            if *other == 1 {
+                break;
+            }
+            n += 1;
+        }
+        name
+    }
+}
+
 /// A build in progress.
 struct ModelBuilder<'w, 'b> {
     builder: &'w Builder<'b>,
@@ -65,16 +94,13 @@ struct ModelBuilder<'w, 'b> {
     report: &'w mut ImportReport,
     couplings: Couplings,
     start: InitialState,
-    shapes: shapes::ShapeMaker,
+    shapes: forms::ShapeMaker,
     /// The object of each body.
     bodies: Vec<Option<Placed<'b>>>,
     joints: BTreeMap<JointIndex, Placed<'b>>,
     /// Fixed shapes that carry the joints of bodies at the top level, by group.
     anchors: BTreeMap<usize, Placed<'b>>,
-    /// How often names are in use below a parent, which is given by its number.
-    names: BTreeMap<(u32, String), usize>,
-    /// Names of bodies and joints.
-    reserved: BTreeSet<String>,
+    names: NameTable,
     /// Sensors by the name of their site.
     sensors: BTreeMap<&'w str, Vec<&'w Sensor>>,
     /// Groups with joints below them.
@@ -103,12 +129,11 @@ pub fn model(builder: &Builder<'_>, model: &Model, settings: &ImportSettings, re
         report,
         couplings,
         start,
-        shapes: shapes::ShapeMaker::default(),
+        shapes: forms::ShapeMaker::default(),
         bodies: vec![None; model.bodies.len()],
         joints: BTreeMap::new(),
         anchors: BTreeMap::new(),
-        names: BTreeMap::new(),
-        reserved: model.bodies.iter().flat_map(names_of).collect(),
+        names: NameTable { counts: BTreeMap::new(), reserved: model.bodies.iter().flat_map(names_of).collect() },
         sensors: BTreeMap::new(),
         carriers: groups.all.iter().skip(1).map(|g| g.parent).collect(),
         geared: BTreeMap::new(),
@@ -130,7 +155,8 @@ pub fn model(builder: &Builder<'_>, model: &Model, settings: &ImportSettings, re
     if builder.is_asked() {
         let text = |t: &str| Value::text(t);
         let bodies = work.describe();
-        let map = vec![(text("bodies"), bodies), (text("joints"), work.describe_joints()), (text("report"), report.value())];
+        let map =
+            vec![(text("bodies"), bodies), (text("joints"), work.describe_joints()), (text("report"), report.value())];
         builder.describe(&Value::Map(map))?;
     }
     Ok(())
@@ -182,11 +208,8 @@ pub const DEFAULT_KEYFRAME: &str = "home";
 fn initial_state(model: &Model, key: Option<&Keyframe>, report: &mut ImportReport) -> InitialState {
     let mut state = InitialState { joints: BTreeMap::new(), free: BTreeMap::new() };
     let width = |kind: JointKind| if kind == JointKind::Ball { 4 } else { 1 };
-    let count: usize = model
-        .bodies
-        .iter()
-        .map(|b| if b.is_free { 7 } else { b.joints.iter().map(|j| width(j.kind)).sum() })
-        .sum();
+    let count: usize =
+        model.bodies.iter().map(|b| if b.is_free { 7 } else { b.joints.iter().map(|j| width(j.kind)).sum() }).sum();
     let positions = key.and_then(|k| Some((k.positions.as_ref()?, &k.place)));
     let positions = positions.filter(|(numbers, place)| {
         if numbers.len() != count {
@@ -239,33 +262,14 @@ impl<'b> ModelBuilder<'_, 'b> {
     /// Adds an object below another. Siblings get different names, and what is attached to bodies does not get the name
     /// of a body or joint, so that paths are unambiguous.
     fn object(&mut self, kind: &str, parent: &Placed<'b>, name: &str, pose: &Isometry3<f64>) -> Result<Placed<'b>> {
-        let wanted = alias(name, kind);
-        let mut name = wanted.clone();
-        let count = self.names.entry((parent.node.id(), wanted.clone())).or_insert(0);
-        *count += 1;
-        let mut n = *count;
-        while n > 1 {
-            name = format!("{wanted}_{n}");
-            let other = self.names.entry((parent.node.id(), name.clone())).or_insert(0);
-            *other += 1;
-            if *other == 1 {
-                break;
-            }
-            n += 1;
-        }
+        let name = self.names.free(parent.node.id(), &alias(name, kind));
         let node = set_pose(self.builder.object(kind, Some(parent.node), &name)?, pose)?;
         Ok(Placed { node, path: format!("{}/{name}", parent.path) })
     }
 
     /// As `object`, for something that is attached to a body.
-    fn attached(
-        &mut self,
-        kind: &str,
-        parent: &Placed<'b>,
-        name: &str,
-        pose: &Isometry3<f64>,
-    ) -> Result<Placed<'b>> {
-        let is_taken = self.reserved.contains(&alias(name, kind));
+    fn attached(&mut self, kind: &str, parent: &Placed<'b>, name: &str, pose: &Isometry3<f64>) -> Result<Placed<'b>> {
+        let is_taken = self.names.reserved.contains(&alias(name, kind));
         let name = if is_taken { format!("{name}_{kind}") } else { name.to_owned() };
         self.object(kind, parent, &name, pose)
     }
@@ -323,7 +327,7 @@ impl<'b> ModelBuilder<'_, 'b> {
         }
         let name = format!("{}_base", self.model.bodies[self.groups.all[number].first].name);
         let anchor = self.object("shape", base, &name, &Isometry3::identity())?;
-        shapes::make_empty(anchor.node)?;
+        forms::make_empty(anchor.node)?;
         self.anchors.insert(number, anchor.clone());
         self.anchors.insert(shared, anchor.clone());
         Ok(anchor)

@@ -104,7 +104,8 @@ impl GeneralForm {
                 if element.name == "intvelocity" {
                     self.dynamics = Some("integrator".into());
                 } else if a.has("timeconst") {
-                    self.dynamics = Some("filterexact".into()).filter(|_| a.number("timeconst", 0.0).unwrap_or(0.0) > 0.0);
+                    self.dynamics =
+                        Some("filterexact".into()).filter(|_| a.number("timeconst", 0.0).unwrap_or(0.0) > 0.0);
                 }
             }
             "velocity" => {
@@ -152,7 +153,11 @@ impl Reader<'_, '_> {
                 None => (Transmission::Joint(String::new()), true),
             };
             if omitted {
-                let what = if unsupported { format!("actuators of the kind <{}>", element.name) } else { "actuators at sites and bodies".into() };
+                let what = if unsupported {
+                    format!("actuators of the kind <{}>", element.name)
+                } else {
+                    "actuators at sites and bodies".into()
+                };
                 self.report.warn(&element.place, format!("{what} are omitted, or their gain depends on the state"));
             } else if let Some(dynamics) = &form.dynamics {
                 self.report.warn(
@@ -165,7 +170,11 @@ impl Reader<'_, '_> {
                 on,
                 gear: form.gear[0],
                 gain: if omitted { 0.0 } else { form.gain[0] },
-                bias: if form.bias_is_affine && !omitted { [form.bias[0], form.bias[1], form.bias[2]] } else { [0.0; 3] },
+                bias: if form.bias_is_affine && !omitted {
+                    [form.bias[0], form.bias[1], form.bias[2]]
+                } else {
+                    [0.0; 3]
+                },
                 damping_ratio: form.damping_ratio.filter(|_| form.bias_is_affine && !omitted),
                 force_range: range(form.force_range, auto),
                 control_range: range(form.control_range, auto),

@@ -144,8 +144,7 @@ impl<'b> Reader<'_, 'b> {
                 triangles.extend([[a, b, c], [b, c + 1, c]]);
             }
         }
-        let settings =
-            MeshSettings { scale: [1.0; 3], reference: Isometry3::identity(), inertia: MeshInertia::Shell };
+        let settings = MeshSettings { scale: [1.0; 3], reference: Isometry3::identity(), inertia: MeshInertia::Shell };
         let made = MeshAsset::of(vec![MeshPiece { points, triangles, ..Default::default() }], &settings);
         let made = made.ok().map(Rc::new);
         if let Some(made) = &made {
@@ -185,7 +184,9 @@ impl<'b> Reader<'_, 'b> {
         };
         let (rows, columns) = (image.rows as usize, image.columns as usize);
         if rows < 2 || columns < 2 || rows * columns > MAX_SAMPLES {
-            return Ok(Err(format!("`{path}` has {columns} x {rows} pixels; expected 2 x 2 to {MAX_SAMPLES} in total")));
+            return Ok(Err(format!(
+                "`{path}` has {columns} x {rows} pixels; expected 2 x 2 to {MAX_SAMPLES} in total"
+            )));
         }
         let grey: Vec<f64> = image.rgba.chunks_exact(4).map(|p| f64::from(p[0])).collect();
         Ok(Ok((rows, columns, grey.chunks_exact(columns).rev().flatten().copied().collect())))

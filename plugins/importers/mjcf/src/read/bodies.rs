@@ -98,7 +98,8 @@ impl Reader<'_, '_> {
                 "camera" => self.camera(element, within)?,
                 "light" => self.light(element, within)?,
                 "composite" | "flexcomp" | "flex" => {
-                    self.report.warn(&element.place, format!("<{}> is omitted: soft bodies are not supported", element.name));
+                    self.report
+                        .warn(&element.place, format!("<{}> is omitted: soft bodies are not supported", element.name));
                 }
                 // Listed by `coverage`.
                 _ => {}
@@ -172,7 +173,8 @@ impl Reader<'_, '_> {
         let outer = within.source.clone();
         let model = element.attribute("model").ok_or_else(|| element.fail("<attach> has no `model`"))?;
         let asset = outer.root.section("asset").find(|a| {
-            let named = || a.attribute("file").map(|f| f.rsplit('/').next().unwrap_or(f).split('.').next().unwrap_or(f));
+            let named =
+                || a.attribute("file").map(|f| f.rsplit('/').next().unwrap_or(f).split('.').next().unwrap_or(f));
             a.name == "model" && a.attribute("name").or_else(named) == Some(model)
         });
         let asset = asset.ok_or_else(|| element.fail(format!("there is no model asset `{model}`")))?;
@@ -185,7 +187,8 @@ impl Reader<'_, '_> {
         };
         let prefix = outer.named(element.attribute("prefix").unwrap_or_default());
         let source = self.source(bytes, &path, &prefix, outer.depth + 1)?;
-        let inside = Surroundings { source: source.clone(), class: MAIN.into(), depth: within.depth + 1, ..within.clone() };
+        let inside =
+            Surroundings { source: source.clone(), class: MAIN.into(), depth: within.depth + 1, ..within.clone() };
         match element.attribute("body") {
             Some(name) => {
                 let found = source.root.named("worldbody").find_map(|w| find_body(w, name));

@@ -51,7 +51,8 @@ impl Reader<'_, '_> {
                 continue;
             }
             let name = |key: &str| element.attribute(key).map(|n| source.named(n));
-            let needed = |key: &str| name(key).ok_or_else(|| element.fail(format!("<{}> has no `{key}`", element.name)));
+            let needed =
+                |key: &str| name(key).ok_or_else(|| element.fail(format!("<{}> has no `{key}`", element.name)));
             let polynomial = a.partial("polycoef", [0.0, 1.0, 0.0, 0.0, 0.0]);
             let equality = match element.name.as_str() {
                 "joint" => Equality::Joints {
@@ -66,9 +67,11 @@ impl Reader<'_, '_> {
                     polynomial: polynomial?,
                     place,
                 },
-                "connect" | "weld" if element.attribute("site1").is_some() => {
-                    Equality::Sites { sites: [needed("site1")?, needed("site2")?], rigid: element.name == "weld", place }
-                }
+                "connect" | "weld" if element.attribute("site1").is_some() => Equality::Sites {
+                    sites: [needed("site1")?, needed("site2")?],
+                    rigid: element.name == "weld",
+                    place,
+                },
                 "connect" => Equality::Connect {
                     bodies: [needed("body1")?, name("body2").unwrap_or_else(|| "world".into())],
                     anchor: Vector3::from(a.array::<3>("anchor")?.unwrap_or_default()),

@@ -107,9 +107,7 @@ impl Reader<'_, '_> {
         };
         let own = own.filter(|rgba| material.is_none() || *rgba != DEFAULT_RGBA);
         let look = match (own, material) {
-            (Some(rgba), material) => {
-                Look { rgba, texture: material.and_then(|m| m.texture), is_default: false }
-            }
+            (Some(rgba), material) => Look { rgba, texture: material.and_then(|m| m.texture), is_default: false },
             (None, Some(material)) => material,
             (None, None) => Look { rgba: DEFAULT_RGBA, texture: None, is_default: true },
         };
@@ -159,4 +157,3 @@ fn solid(form: &GeomForm) -> Option<Solid> {
         GeomForm::Mesh(mesh) => mesh.solid,
     })
 }
-

@@ -98,21 +98,16 @@ impl Reader<'_, '_> {
         let root = self.files.tree(bytes, file)?;
         if root.name != "mujoco" {
             let text = format!("the root element is <{}>; expected <mujoco>, an MJCF file", root.name);
-            return Err(root.fail(text));
+            let is_part = root.name == "mujocoinclude";
+            let help = if is_part { "open the file that includes this one" } else { "an MJCF file is a MuJoCo model" };
+            return Err(root.fail(text).help(help));
         }
         coverage::report(&root, &mut self.report);
         let (compiler, defaults) = (Compiler::read(&root)?, Defaults::read(&root)?);
         let number = self.sources;
         self.sources += 1;
-        let source = Source {
-            root,
-            compiler,
-            defaults,
-            number,
-            file: file.to_owned(),
-            prefix: prefix.to_owned(),
-            depth,
-        };
+        let source =
+            Source { root, compiler, defaults, number, file: file.to_owned(), prefix: prefix.to_owned(), depth };
         Ok(Rc::new(source))
     }
 
@@ -139,7 +134,9 @@ impl Reader<'_, '_> {
     fn count_part(&mut self, element: &Element) -> Result {
         self.parts += 1;
         match self.parts > MAX_PARTS {
-            true => Err(element.fail(format!("the model has more than {MAX_PARTS} bodies, joints, geoms and other parts"))),
+            true => {
+                Err(element.fail(format!("the model has more than {MAX_PARTS} bodies, joints, geoms and other parts")))
+            }
             false => Ok(()),
         }
     }

@@ -21,7 +21,8 @@ impl Reader<'_, '_> {
                     self.model.gravity = Some([0.0; 3]);
                 }
                 if flag.attribute("contact") == Some("disable") {
-                    self.report.warn(&flag.place, "contacts cannot be switched off: set `respondable = false` on shapes");
+                    self.report
+                        .warn(&flag.place, "contacts cannot be switched off: set `respondable = false` on shapes");
                 }
             }
             for name in ["density", "viscosity"] {
