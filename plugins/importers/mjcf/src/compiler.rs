@@ -12,6 +12,7 @@ pub struct Compiler {
     pub degrees: bool,
     euler_sequence: [char; 3],
     pub mesh_folder: String,
+    pub texture_folder: String,
     pub strip_path: bool,
     pub auto_limits: bool,
     /// Whether masses come from geoms: always, never, or only without `<inertial>`.
@@ -54,10 +55,12 @@ impl Compiler {
             Ok(s) if s.iter().all(|c| "xyzXYZ".contains(*c)) => s,
             _ => return Err(a.invalid("eulerseq", "three letters of xyzXYZ")),
         };
+        let folder = |name: &str| a.text(name).or_else(|| a.text("assetdir")).unwrap_or_default().replace('\\', "/");
         Ok(Compiler {
             degrees,
             euler_sequence,
-            mesh_folder: a.text("meshdir").or_else(|| a.text("assetdir")).unwrap_or_default().replace('\\', "/"),
+            mesh_folder: folder("meshdir"),
+            texture_folder: folder("texturedir"),
             strip_path: a.switch("strippath")?.unwrap_or(false),
             auto_limits: a.switch("autolimits")?.unwrap_or(true),
             inertia_from_geoms: a.switch("inertiafromgeom")?,

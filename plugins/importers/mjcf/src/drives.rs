@@ -265,17 +265,19 @@ impl Couplings {
             if law.count == 2 {
                 report.note(&actuator.place, "several actuators act on one joint: their laws are added");
             }
-            if bound.is_some() && b1 != 0.0 && !holding {
+            let own = &model.bodies[joint.0].joints[joint.1];
+            if (bound.is_some() || own.max_force.is_some()) && b1 != 0.0 && !holding {
                 report.note(
                     &actuator.place,
-                    "`forcerange` of position servos is omitted, because springs have no bound: see the parameter \
+                    "`forcerange` and `actuatorfrcrange` of position servos are omitted, because springs have no bound: see the parameter \
                      `servos`",
                 );
             }
         }
         for (joint, law) in sums {
             let own = &model.bodies[joint.0].joints[joint.1];
-            self.drives.insert(joint, law.drive(own, holding));
+            let bound = own.max_force.map_or(law.bound, |most| law.bound.min(most));
+            self.drives.insert(joint, LinearLaw { bound, ..law }.drive(own, holding));
         }
     }
 }
@@ -308,7 +310,11 @@ impl LinearLaw {
             let drive = Drive::Velocity { target: self.force / damping, slip: 1.0 / damping, max_force: self.bound };
             return JointDrive { drive, damping: 0.0 };
         }
-        let drive = if self.has_control || self.force != 0.0 { Drive::Force(self.force) } else { Drive::Free };
+        let drive = if self.has_control || self.force != 0.0 {
+            Drive::Force(self.force.clamp(-self.bound, self.bound))
+        } else {
+            Drive::Free
+        };
         JointDrive { drive, damping }
     }
 }

@@ -3,6 +3,7 @@
 use std::{collections::BTreeSet, rc::Rc};
 
 use nalgebra::{Isometry3, Vector3};
+use tatu_importers_common::DecodedImage;
 
 use crate::{mass::Mass, mesh::MeshAsset, xml::Place};
 
@@ -18,6 +19,8 @@ pub struct Model {
     pub keyframes: Vec<Keyframe>,
     /// Names of geoms in contact pairs.
     pub paired_geoms: BTreeSet<String>,
+    /// Pairs of bodies that must not collide.
+    pub exclusions: usize,
     pub gravity: Option<[f64; 3]>,
     pub timestep: Option<f64>,
 }
@@ -69,6 +72,8 @@ pub struct Joint {
     pub damping: f64,
     pub armature: f64,
     pub friction: f64,
+    /// Bound of the sum of all actuators on the joint.
+    pub max_force: Option<f64>,
     /// Time constant and damping ratio that replace stiffness and damping.
     pub spring_damper: Option<[f64; 2]>,
     pub place: Place,
@@ -128,11 +133,20 @@ pub struct Look {
     pub is_default: bool,
 }
 
+impl Look {
+    /// Returns the colour of a surface on which the image cannot be drawn.
+    pub fn flat_color(&self) -> [f64; 3] {
+        let mean = self.texture.as_ref().map_or([1.0; 3], |t| t.mean);
+        [0, 1, 2].map(|i| (self.rgba[i] * mean[i]).clamp(0.0, 1.0))
+    }
+}
+
 /// An image that is repeated on a surface.
 pub struct Picture {
-    pub rgba: Vec<u8>,
-    pub columns: u32,
-    pub rows: u32,
+    /// The image; `None` for textures that have only a colour here.
+    pub image: Option<Rc<DecodedImage>>,
+    /// Mean colour.
+    pub mean: [f64; 3],
     /// Repetitions per surface, or per metre.
     pub repeat: [f64; 2],
     pub per_metre: bool,

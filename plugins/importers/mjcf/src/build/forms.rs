@@ -3,7 +3,7 @@
 use std::{collections::BTreeMap, rc::Rc};
 
 use nalgebra::{Isometry3, Vector3};
-use tatu_importers_common::{ShapeBuilder, merge_pieces};
+use tatu_importers_common::{DecodedImage, MeshPiece, ShapeBuilder, merge_pieces};
 use tatu_plugin_api::safe::{Builder, Node, Result, Value};
 
 use crate::{
@@ -27,7 +27,7 @@ const PLANE_SIZE: f64 = 2.0;
 #[derive(Default)]
 pub struct ShapeMaker {
     merged: BTreeMap<usize, (Rc<MeshAsset>, i64)>,
-    images: BTreeMap<usize, (Rc<Picture>, i64)>,
+    images: BTreeMap<usize, (Rc<DecodedImage>, i64)>,
     pieces: ShapeBuilder,
 }
 
@@ -92,6 +92,21 @@ pub fn friction(geom: &Geom) -> f64 {
     if geom.condim == 1 { 0.0 } else { geom.friction[0].max(0.0) }
 }
 
+/// Returns whether an image can be drawn on a mesh.
+fn has_coordinates(mesh: &MeshAsset) -> bool {
+    mesh.pieces.iter().any(|p| !p.coordinates.is_empty())
+}
+
+/// Returns the pieces of a mesh with an image on those that have texture coordinates.
+fn painted(mesh: &MeshAsset, image: &Rc<DecodedImage>, color: [f64; 3]) -> Vec<MeshPiece> {
+    let each = |piece: &MeshPiece| MeshPiece {
+        picture: Some(image.clone()).filter(|_| !piece.coordinates.is_empty()),
+        color: Some(color),
+        ..piece.clone()
+    };
+    mesh.pieces.iter().map(each).collect()
+}
+
 impl ShapeMaker {
     /// Returns the number of a mesh in one piece.
     fn mesh(&mut self, builder: &Builder<'_>, mesh: &Rc<MeshAsset>) -> Result<i64> {
@@ -107,12 +122,13 @@ impl ShapeMaker {
 
     /// Returns the property `texture` of a picture on a form.
     fn texture(&mut self, builder: &Builder<'_>, picture: &Rc<Picture>, form: &GeomForm) -> Result<Option<Value>> {
-        let key = Rc::as_ptr(picture) as usize;
+        let Some(image) = &picture.image else { return Ok(None) };
+        let key = Rc::as_ptr(image) as usize;
         let number = match self.images.get(&key) {
             Some((_, number)) => *number,
             None => {
-                let number = builder.image(&picture.rgba, picture.columns, picture.rows)?;
-                self.images.insert(key, (picture.clone(), number));
+                let number = builder.image(&image.rgba, image.columns, image.rows)?;
+                self.images.insert(key, (image.clone(), number));
                 number
             }
         };
@@ -137,14 +153,21 @@ impl ShapeMaker {
     /// Sets the form and look of a shape that consists of a single geom.
     pub fn form(&mut self, builder: &Builder<'_>, node: Node<'_>, geom: &Geom, convex: bool) -> Result {
         let look = &geom.look;
-        let [r, g, b, opacity] = look.rgba;
-        node.set("shape.color", [r, g, b])?;
+        let opacity = look.rgba[3];
+        node.set("shape.color", look.flat_color())?;
         if opacity < 1.0 {
             node.set("shape.opacity", opacity)?;
         }
         match &geom.form {
             GeomForm::Mesh(mesh) if !convex => {
-                self.pieces.shape(builder, node, &mesh.pieces, look.is_default)?;
+                match look.texture.as_ref().and_then(|t| t.image.as_ref()).filter(|_| has_coordinates(mesh)) {
+                    Some(image) => {
+                        let [r, g, b, _] = look.rgba;
+                        node.set("shape.color", [r, g, b])?;
+                        self.pieces.shape(builder, node, &painted(mesh, image, [r, g, b]), true)?;
+                    }
+                    None => drop(self.pieces.shape(builder, node, &mesh.pieces, look.is_default)?),
+                }
             }
             GeomForm::Mesh(mesh) | GeomForm::Heights(mesh) => {
                 let number = self.mesh(builder, mesh)?;
@@ -157,7 +180,8 @@ impl ShapeMaker {
                 if let Some(picture) = &look.texture
                     && let Some(texture) = self.texture(builder, picture, form)?
                 {
-                    node.set("shape.texture", texture)?;
+                    let [r, g, b, _] = look.rgba;
+                    node.set("shape.color", [r, g, b])?.set("shape.texture", texture)?;
                 }
             }
         }
@@ -169,13 +193,13 @@ impl ShapeMaker {
         let at = pose * geom.pose;
         let q = at.rotation.coords;
         let (name, size) = primitive(&geom.form);
-        let [r, g, b, opacity] = geom.look.rgba;
+        let opacity = geom.look.rgba[3];
         let text = Value::text;
         let mut keys = vec![
             (text("primitive"), text(name)),
             (text("position"), Value::from(<[f64; 3]>::from(at.translation.vector))),
             (text("quaternion"), Value::from([q.x, q.y, q.z, q.w])),
-            (text("color"), Value::from([r, g, b])),
+            (text("color"), Value::from(geom.look.flat_color())),
             (text("opacity"), Value::from(if hidden { 0.0 } else { opacity })),
             (text("friction"), Value::from(friction(geom))),
         ];

@@ -354,6 +354,12 @@ impl<'b> ModelBuilder<'_, 'b> {
 
     /// Notes on how the whole model was translated.
     fn summary(&mut self) {
+        if self.settings.self_collision && self.model.exclusions > 0 {
+            self.report.warn_file(format!(
+                "{} pairs of bodies that the file excludes from collisions can collide, because `self_collision` is set",
+                self.model.exclusions
+            ));
+        }
         let count = self.links.len();
         if count > 0 {
             self.report.note_file(format!(

@@ -6,7 +6,7 @@ use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use tatu_importers_common::{DecodedImage, MeshPiece};
 use tatu_plugin_api::safe::Result;
 
-use super::{Reader, Source};
+use super::{MeanImage, Reader, Source};
 use crate::{
     attributes::Attributes,
     compiler::quaternion,
@@ -17,8 +17,13 @@ use crate::{
     xml::Element,
 };
 
+/// Maximum number of pixels of all images.
+const MAX_PIXELS: usize = 1 << 26;
 /// Maximum number of samples of a height field.
 const MAX_SAMPLES: usize = 1 << 22;
+
+/// Rows, columns and heights of a height field.
+type HeightSamples = (usize, usize, Vec<f64>);
 
 /// Returns the name of an asset: its own, or that of its file without folder and suffix.
 fn asset_name(element: &Element) -> Option<&str> {
@@ -155,7 +160,7 @@ impl<'b> Reader<'_, 'b> {
     }
 
     /// Returns rows, columns and heights, with the row at the lowest y first.
-    fn heights(&mut self, source: &Source, a: &Attributes<'_>) -> Result<Result<(usize, usize, Vec<f64>), String>> {
+    fn heights(&mut self, source: &Source, a: &Attributes<'_>) -> Result<Result<HeightSamples, String>> {
         let count = |n: i64| usize::try_from(n).ok().filter(|n| (2..=MAX_SAMPLES).contains(n));
         let Some(file) = a.text("file") else {
             let (rows, columns) = (count(a.integer("nrow", 0)?), count(a.integer("ncol", 0)?));
@@ -208,46 +213,67 @@ impl<'b> Reader<'_, 'b> {
             Some(texture) => self.texture(source, &texture, &a)?,
             None => None,
         };
-        let (mean, picture) = texture.unzip();
-        let [r, g, b] = mean.filter(|_| picture.as_ref().is_none_or(|p: &Option<_>| p.is_none())).unwrap_or([1.0; 3]);
-        let tint = stated.unwrap_or([1.0; 4]);
-        let rgba = [r * tint[0], g * tint[1], b * tint[2], tint[3]];
-        let look = Look { rgba, texture: picture.flatten(), is_default: false };
+        let rgba = stated.unwrap_or([1.0; 4]);
+        let look = Look { rgba, texture: texture.map(Rc::new), is_default: false };
         self.looks.insert(key, Some(look.clone()));
         Ok(Some(look))
     }
 
-    /// Returns the mean colour of a texture, and its image if it can be drawn.
-    fn texture(
-        &mut self,
-        source: &Source,
-        name: &str,
-        material: &Attributes<'_>,
-    ) -> Result<Option<([f64; 3], Option<Rc<Picture>>)>> {
+    /// Returns a texture; `None` if it has no colour that could be drawn.
+    fn texture(&mut self, source: &Source, name: &str, material: &Attributes<'_>) -> Result<Option<Picture>> {
         let Some(element) = source.asset("texture", name) else { return Ok(None) };
         let a = Attributes::new(element, None);
         let (one, other) = (a.array::<3>("rgb1")?.unwrap_or([0.8; 3]), a.array::<3>("rgb2")?.unwrap_or([0.5; 3]));
         let mean = [0, 1, 2].map(|i| (one[i] + other[i]) / 2.0);
         let repeat = material.array("texrepeat")?.unwrap_or([1.0; 2]);
         let per_metre = material.switch("texuniform")?.unwrap_or(false);
-        let flat = a.text("type").is_some_and(|t| t == "2d");
-        match a.text("builtin").as_deref() {
-            Some("checker") if flat => {
-                let picture = checker([one, other]);
-                Ok(Some((mean, Some(Rc::new(Picture { repeat, per_metre, ..picture })))))
+        let picture = |mean, image| Some(Picture { image, mean, repeat, per_metre });
+        let is_flat = a.text("type").is_some_and(|t| t == "2d");
+        match (a.text("builtin").as_deref(), a.text("file")) {
+            (Some("checker"), _) if is_flat => Ok(picture(mean, Some(Rc::new(checker([one, other]))))),
+            (Some("flat"), _) => Ok(picture(one, None)),
+            (Some("checker" | "gradient"), _) => Ok(picture(mean, None)),
+            (_, Some(file)) if is_flat => {
+                let image = self.image(source, &file, element);
+                Ok(image.and_then(|(image, mean)| picture(mean, Some(image))))
             }
-            Some("flat") => Ok(Some((one, None))),
-            Some("checker" | "gradient") => Ok(Some((mean, None))),
             _ => {
-                self.report.note(&element.place, "images of textures are omitted: the colour of the material applies");
+                self.report.note(&element.place, "images on cubes are omitted: the colour of the material applies");
                 Ok(None)
             }
         }
     }
+
+    /// Returns an image and its mean colour; `None` if it cannot be read, which is reported.
+    fn image(&mut self, source: &Source, file: &str, element: &Element) -> Option<MeanImage> {
+        let path = source.path(&source.compiler.texture_folder, file);
+        if let Some(known) = self.images.get(&path) {
+            return known.clone();
+        }
+        let read = match self.builder.file(&path) {
+            None => Err("it does not exist".to_owned()),
+            Some(_) if self.pixels > MAX_PIXELS => Err(format!("the images have more than {MAX_PIXELS} pixels")),
+            Some(bytes) => DecodedImage::decode(bytes),
+        };
+        let found = match read {
+            Ok(image) => {
+                self.pixels += image.rgba.len() / 4;
+                let sum = image.rgba.chunks_exact(4).fold([0u64; 3], |s, p| [0, 1, 2].map(|i| s[i] + u64::from(p[i])));
+                let count = (image.rgba.len() / 4).max(1) as f64;
+                Some((Rc::new(image), sum.map(|x| x as f64 / count / 255.0)))
+            }
+            Err(why) => {
+                self.report.note(&element.place, format!("the image `{path}` is omitted: {why}"));
+                None
+            }
+        };
+        self.images.insert(path, found.clone());
+        found
+    }
 }
 
 /// Returns an image of two by two squares.
-fn checker(colors: [[f64; 3]; 2]) -> Picture {
+fn checker(colors: [[f64; 3]; 2]) -> DecodedImage {
     const SIDE: u32 = 32;
     let byte = |x: f64| (x.clamp(0.0, 1.0) * 255.0) as u8;
     let pixels = (0..SIDE * SIDE).flat_map(|i| {
@@ -255,5 +281,5 @@ fn checker(colors: [[f64; 3]; 2]) -> Picture {
         let [r, g, b] = colors[usize::from(odd)].map(byte);
         [r, g, b, 255]
     });
-    Picture { rgba: pixels.collect(), columns: SIDE, rows: SIDE, repeat: [1.0; 2], per_metre: false }
+    DecodedImage { rgba: pixels.collect(), columns: SIDE, rows: SIDE }
 }

@@ -240,6 +240,9 @@ impl Reader<'_, '_> {
         if kind != JointKind::Ball && range.is_some_and(|[low, high]| low > high) {
             return Err(a.invalid("range", "the lower limit first"));
         }
+        let forces = a.array::<2>("actuatorfrcrange")?;
+        let bounded =
+            a.switch("actuatorfrclimited")?.unwrap_or(c.auto_limits && forces.is_some_and(|r| r != [0.0, 0.0]));
         let number = self.model.bodies[within.body].joints.len();
         let body_name = self.model.bodies[within.body].name.clone();
         let unnamed = || if number == 0 { format!("{body_name}_joint") } else { format!("{body_name}_joint_{number}") };
@@ -256,6 +259,7 @@ impl Reader<'_, '_> {
             damping: a.positive("damping", 0.0)?,
             armature: a.positive("armature", 0.0)?,
             friction: a.positive("frictionloss", 0.0)?,
+            max_force: forces.filter(|_| bounded).map(|[low, high]| low.abs().max(high.abs())),
             spring_damper: a.array::<2>("springdamper")?.filter(|[time, ratio]| *time > 0.0 && *ratio > 0.0),
             place: element.place.clone(),
         };

@@ -99,6 +99,7 @@ impl Reader<'_, '_> {
     }
 
     pub(super) fn contacts(&mut self, source: &Source) -> Result {
+        self.model.exclusions += source.root.section("contact").filter(|e| e.name == "exclude").count();
         for element in source.root.section("contact").filter(|e| e.name == "pair") {
             for key in ["geom1", "geom2"] {
                 if let Some(name) = element.attribute(key) {

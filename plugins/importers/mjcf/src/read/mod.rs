@@ -12,6 +12,7 @@ mod others;
 
 use std::{collections::BTreeMap, rc::Rc};
 
+use tatu_importers_common::DecodedImage;
 use tatu_plugin_api::safe::{Builder, Result};
 
 use crate::{
@@ -57,6 +58,9 @@ impl Source {
     }
 }
 
+/// An image and its mean colour.
+type MeanImage = (Rc<DecodedImage>, [f64; 3]);
+
 /// A reader in progress.
 pub struct Reader<'w, 'b> {
     builder: &'w Builder<'b>,
@@ -65,6 +69,9 @@ pub struct Reader<'w, 'b> {
     pub model: Model,
     meshes: BTreeMap<(usize, String), Option<Rc<MeshAsset>>>,
     looks: BTreeMap<(usize, String), Option<Look>>,
+    /// Images with their mean colours, by path.
+    images: BTreeMap<String, Option<MeanImage>>,
+    pixels: usize,
     parts: usize,
     triangles: usize,
     sources: usize,
@@ -79,6 +86,8 @@ pub fn model(builder: &Builder<'_>, bytes: &[u8]) -> Result<(Model, ImportReport
         model: Model::default(),
         meshes: BTreeMap::new(),
         looks: BTreeMap::new(),
+        images: BTreeMap::new(),
+        pixels: 0,
         parts: 0,
         triangles: 0,
         sources: 0,
