@@ -225,3 +225,54 @@ fn a_standing_quadruped_has_the_height_that_mujoco_computes() {
     // `mujoco` 4.0.0 after 3 s from the keyframe.
     assert!((height - 0.3205).abs() < 0.005, "{height}");
 }
+
+#[test]
+fn a_connected_rod_swings_like_a_hinged_one() {
+    let rod = r#"<geom type="box" size=".5 .02 .02" mass="1"/>"#;
+    let hinged = mjcf(
+        &format!("<body name=\"a\" pos=\"0 0 1\"><joint name=\"j\" axis=\"0 1 0\" pos=\"-.5 0 0\"/>{rod}</body>"),
+        "",
+    );
+    let connected = mjcf(
+        &format!("<body name=\"a\" pos=\"0 0 1\"><freejoint/>{rod}</body>"),
+        "<equality><connect body1=\"a\" anchor=\"-.5 0 0\"/></equality>",
+    );
+    let at = |text: &str, path: &str| last(text, "0.6", &[path]).object::<3>(path, "position");
+    let (one, other) = (at(&hinged, "/m/a_base/j/a"), at(&connected, "/m/a"));
+    // The ends swing by a few m/s; the loop is closed by impulses, and its link has a mass.
+    close(&other, &one, 0.01);
+    assert!(one[2] < 0.9, "{one:?}");
+}
+
+#[test]
+fn welded_bodies_hang_together() {
+    let ball = |name: &str, y: f64| {
+        format!("<body name=\"{name}\" pos=\"0 {y} 1\"><freejoint/><geom size=\".1\" mass=\"1\"/></body>")
+    };
+    let text = mjcf(
+        &(ball("v", 0.0) + &ball("w", 1.0)),
+        "<equality><weld body1=\"v\"/><weld body1=\"v\" body2=\"w\"/></equality>",
+    );
+    let line = last(&text, "1", &["/m/v", "/m/w"]);
+    close(&line.object::<3>("/m/v", "position"), &[0.0, 0.0, 1.0], 2e-3);
+    close(&line.object::<3>("/m/w", "position"), &[0.0, 1.0, 1.0], 5e-3);
+}
+
+#[test]
+fn sites_carry_the_sensors_of_the_file() {
+    let text = mjcf(
+        r#"<geom type="plane" size="1 1 1"/>
+           <body name="b" pos="0 0 .1"><freejoint/><geom type="box" size=".1 .1 .1" mass="1"/><site name="s"/>
+             <site name="sole" pos="0 0 -.1" type="box" size=".11 .11 .01"/>
+             <site name="eye" pos="0 0 .1"/></body><geom type="box" size=".1 .1 .1" pos="0 0 1.3"/>"#,
+        r#"<sensor><gyro name="g" site="s"/><accelerometer name="a" site="s"/><touch name="t" site="sole"/>
+           <rangefinder name="r" site="eye"/></sensor>"#,
+    );
+    let [imu, touch, eye] = ["/m/b/s/g", "/m/b/sole/t", "/m/b/eye/r"];
+    let line = last(&text, "1", &[imu, touch, eye]);
+    let value = |path: &str, field: &str| line.sensor(path, field);
+    close(&numbers(&line.0["readings"][imu]["imu.acceleration"])[2..], &[9.81], 1e-3);
+    close(&[value(touch, "contact.normal_force")], &[9.81], 1e-3);
+    // From the top of the box at 0.2 m to the bottom of the one at 1.2 m.
+    close(&[value(eye, "proximity.distance")], &[1.0], 2e-3);
+}

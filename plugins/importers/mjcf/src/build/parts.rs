@@ -16,10 +16,11 @@ const RANGE_M: f64 = 10.0;
 impl<'b> ModelBuilder<'_, 'b> {
     /// Builds the sites, cameras and lights of a body whose pose below `parent` is `pose`.
     pub(super) fn parts(&mut self, body: usize, parent: &Placed<'b>, pose: &Isometry3<f64>) -> Result {
+        let is_world = body == 0;
         let body = &self.model.bodies[body];
         for site in &body.sites {
             let placed = self.attached("dummy", parent, &site.name, &(pose * site.pose))?;
-            self.sensors(site, &placed)?;
+            self.sensors(site, &placed, is_world)?;
         }
         for camera in &body.cameras {
             // MuJoCo's cameras look along -z.
@@ -40,7 +41,7 @@ impl<'b> ModelBuilder<'_, 'b> {
         Ok(())
     }
 
-    fn sensors(&mut self, site: &Site, placed: &Placed<'b>) -> Result {
+    fn sensors(&mut self, site: &Site, placed: &Placed<'b>, is_world: bool) -> Result {
         let here: Vec<&Sensor> = self.sensors.get(site.name.as_str()).cloned().unwrap_or_default();
         // One sensor measures what gyroscopes and accelerometers at the same site do.
         let mut inertial = false;
@@ -63,6 +64,10 @@ impl<'b> ModelBuilder<'_, 'b> {
                 "proximity" => {
                     self.report.note(&sensor.place, format!("range finders have a range of {RANGE_M} m"));
                     node.set("proximity.range", RANGE_M)?;
+                    if !is_world {
+                        // The shape that carries the site; what hangs from it is ignored, too.
+                        node.set("sensor.ignored", Value::List(vec![Value::text("../..")]))?;
+                    }
                 }
                 _ => {}
             }
