@@ -113,6 +113,21 @@ fn several_joints_of_a_body_act_in_order_and_count_from_their_reference() {
 }
 
 #[test]
+fn frames_and_replicas_move_masses_and_turn_offsets() {
+    let place = TestFolder::new();
+    let text = mjcf(
+        r#"<body name="b" pos="0 0 1"><freejoint/><frame pos="1 0 0" euler="0 0 90"><geom size=".1" pos="2 0 0" mass="1"/></frame></body>
+           <replicate count="3" offset="1 0 0" euler="0 0 90"><body name="r"><geom size=".1"/></body></replicate>"#,
+        "",
+    );
+    place.write("m.xml", &text);
+    let scene = scene(&place, "m.xml");
+    close(&value(&scene, "/m/b", Property::COM), &[1.0, 2.0, 0.0], 1e-12);
+    // The second offset is along the axes of the second replica, which is turned by 90 degrees.
+    close(&value(&scene, "/m/r2", Property::WORLD_POSE), &[1.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0], 1e-12);
+}
+
+#[test]
 fn a_motor_accelerates_its_joint_by_gear_and_armature() {
     let text = mjcf(
         r#"<body name="b"><joint name="j" type="slide" axis="1 0 0" armature="0.5"/><geom size=".1" mass="2"/></body>"#,

@@ -360,6 +360,11 @@ impl<'b> ModelBuilder<'_, 'b> {
                 self.model.exclusions
             ));
         }
+        if !self.settings.self_collision && !self.joints.is_empty() {
+            self.report.note_file(
+                "bodies of one mechanism do not collide with each other: see the parameter `self_collision`",
+            );
+        }
         let count = self.links.len();
         if count > 0 {
             self.report.note_file(format!(

@@ -91,6 +91,7 @@ impl Reader<'_, '_> {
                     self.count_part(element)?;
                     if let Some(mut geom) = self.geom(&within.source, &a, name)? {
                         geom.pose = within.frame * geom.pose;
+                        geom.mass = geom.mass.moved(&within.frame);
                         self.model.bodies[within.body].geoms.push(geom);
                     }
                 }
@@ -153,12 +154,15 @@ impl Reader<'_, '_> {
         let euler = a.array::<3>("euler")?.unwrap_or_default();
         let separator = a.text("sep").unwrap_or_default();
         let width = (count - 1).max(0).to_string().len();
+        let mut at = Vector3::zeros();
         for i in 0..count {
             self.count_part(element)?;
-            let times = i as f64;
-            let turn = within.source.compiler.euler(euler.map(|x| x * times));
+            let turn = within.source.compiler.euler(euler.map(|x| x * i as f64));
+            let pose = Isometry3::from_parts(Translation3::from(at), turn);
+            // Each offset is along the axes of the replica before it.
+            at += turn * offset;
             let inside = Surroundings {
-                frame: within.frame * Isometry3::from_parts(Translation3::from(offset * times), turn),
+                frame: within.frame * pose,
                 suffix: format!("{separator}{i:0width$}{}", within.suffix),
                 depth: within.depth + 1,
                 ..within.clone()
