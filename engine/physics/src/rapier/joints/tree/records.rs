@@ -3,7 +3,7 @@
 use nalgebra::{Isometry3, Vector3};
 use rapier3d::{geometry::ColliderHandle, math::Vector};
 use serde::{Deserialize, Serialize};
-use tatu_mechanisms::{ContactPoint, Island, Kinematics, Tree, TreeDrives, TreeSolver, TreeState};
+use tatu_mechanisms::{Island, Kinematics, Tree, TreeDrives, TreeSolver, TreeState};
 
 use crate::{BodyId, JointId};
 
@@ -75,16 +75,13 @@ impl Mechanism {
     }
 }
 
-/// What acted in a step that changed neither positions nor velocities nor efforts.
+/// What acted in a step without contacts that changed neither positions nor velocities nor efforts.
 pub(crate) struct RestRecord {
     /// The mechanisms of the island.
     pub members: Vec<usize>,
     pub q: Vec<f64>,
     pub carried: Vec<f64>,
     pub drives: TreeDrives,
-    /// Contacts of the island; stored for its first mechanism only.
-    pub contacts: Vec<ContactPoint>,
-    pub totals: Vec<Vector3<f64>>,
     pub gravity: Vector3<f64>,
     pub dt: f64,
 }

@@ -5,9 +5,11 @@
 //! of an atom per second. From then on, each step compares what acts with what acted in the step that changed nothing.
 //! There is therefore no list of what wakes a tree: every cause appears among the arguments of the step. Nor is
 //! anything stored in snapshots, since a step that is computed has the same result as one that is not.
+//!
+//! Trees with contacts do not rest: the internal forces of a standing robot still change while it moves by less than a
+//! millionth of a metre, and would stay as they are when it is stopped.
 
 use nalgebra::Vector3;
-use tatu_mechanisms::ContactPoint;
 
 use super::{
     records::{Mechanism, RestRecord},
@@ -19,9 +21,8 @@ use super::{
 const MAX_REST_SPEED: f64 = 1e-10;
 
 impl MechanismIsland {
-    /// Returns whether a step would change nothing, because the last one did not, and the same acts. If so, the
-    /// contacts transmit the same impulses.
-    pub(super) fn repeats(&mut self, gravity: Vector3<f64>, dt: f64) -> bool {
+    /// Returns whether a step would change nothing, because the last one did not, and the same acts.
+    pub(super) fn repeats(&self, gravity: Vector3<f64>, dt: f64) -> bool {
         let same = |m: &Mechanism| {
             let Some(built) = &m.built else { return false };
             let Some(rest) = &built.rest else { return false };
@@ -33,32 +34,23 @@ impl MechanismIsland {
                 && rest.carried == m.carried
                 && rest.drives == built.drives
         };
-        if !self.calm || !self.mechanisms.iter().all(same) {
-            return false;
-        }
-        let first = self.mechanisms.first().and_then(|m| m.built.as_ref()?.rest.as_ref());
-        let Some(rest) = first.filter(|rest| rest.contacts == self.contacts) else { return false };
-        self.totals.clone_from(&rest.totals);
-        true
+        self.calm && self.contacts.is_empty() && self.mechanisms.iter().all(same)
     }
 
     /// Returns whether the island is slow enough to be brought to rest.
     pub(super) fn is_nearly_at_rest(&self) -> bool {
         // While a gap closes, bodies move although positions and velocities do not change.
         let closed = |m: &Mechanism| m.gears.iter().flatten().all(|gear| gear.gap == 0.0);
-        self.calm && self.mechanisms.iter().all(|m| slow(&m.v) && closed(m))
+        self.calm && self.contacts.is_empty() && self.mechanisms.iter().all(|m| slow(&m.v) && closed(m))
     }
 
     /// Returns what a step of the island begins with.
     pub(super) fn rest_start(&self) -> RestStart {
-        RestStart {
-            carried: self.mechanisms.iter().map(|m| m.carried.clone()).collect(),
-            contacts: self.contacts.clone(),
-        }
+        RestStart { carried: self.mechanisms.iter().map(|m| m.carried.clone()).collect() }
     }
 
-    /// Brings the island to rest after a step that began with the given impulses of contacts and efforts of drives, if
-    /// it is still slow: stops it, and if it was at rest before, restores everything.
+    /// Brings the island to rest after a step that began with the given efforts of drives, if it is still slow: stops it,
+    /// and if it was at rest before, restores everything.
     pub(super) fn settle(&mut self, start: RestStart, gravity: Vector3<f64>, dt: f64) {
         // Overlaps and excesses of limits are corrected without velocity.
         let stays = |before: &[f64], after: &[f64]| {
@@ -83,20 +75,13 @@ impl MechanismIsland {
         if !rested {
             return;
         }
-        let contacts = start.contacts;
-        for ((contact, total), before) in self.contacts.iter_mut().zip(&mut self.totals).zip(&contacts) {
-            (contact.impulse, *total) = (before.impulse, before.impulse);
-        }
-        for (i, mechanism) in self.mechanisms.iter_mut().enumerate() {
+        for mechanism in &mut self.mechanisms {
             let Some(built) = &mut mechanism.built else { continue };
-            let (contacts, totals) = if i == 0 { (contacts.clone(), self.totals.clone()) } else { Default::default() };
             built.rest = Some(Box::new(RestRecord {
                 members: self.members.clone(),
                 q: mechanism.q.clone(),
                 carried: mechanism.carried.clone(),
                 drives: built.drives.clone(),
-                contacts,
-                totals,
                 gravity,
                 dt,
             }));
@@ -107,7 +92,6 @@ impl MechanismIsland {
 /// What a step of an island that is nearly at rest began with.
 pub(super) struct RestStart {
     carried: Vec<Vec<f64>>,
-    contacts: Vec<ContactPoint>,
 }
 
 fn slow(v: &[f64]) -> bool {

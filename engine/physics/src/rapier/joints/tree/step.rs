@@ -34,7 +34,7 @@ pub(super) struct MechanismIsland {
     pub contact_indices: Vec<usize>,
     pub contacts: Vec<ContactPoint>,
     /// Impulse of each contact, summed over sub-steps, N s.
-    pub totals: Vec<Vector3<f64>>,
+    totals: Vec<Vector3<f64>>,
     /// Number of sub-steps of this physics step.
     substeps: usize,
     /// Whether the island has been calm for a while.
