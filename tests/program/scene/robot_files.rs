@@ -303,6 +303,37 @@ fn hollows_of_decomposed_meshes_are_open() {
     }
 }
 
+/// Meshes are often in a folder beside that of the robot, which has no package.
+#[test]
+fn meshes_beside_the_folder_of_a_robot_are_found_from_anywhere() {
+    let place = TestFolder::new();
+    packages(&place, "../meshes/part.stl");
+    fs::remove_file(place.path().join("src/arm/package.xml")).unwrap();
+    assert!(!check(&place, &[], &[]).err.contains("warning"));
+    place.write("src/arm/urdf/arm.urdf", &seen("../../other/meshes/part.stl"));
+    let file = place.path().join("src/arm/urdf/arm.urdf");
+    let empty = place.path().join("empty");
+    let told = run(program(), &empty, &["check", file.to_str().unwrap()], &[]);
+    told.refused(&["E120", "is outside the folders that may be read"]);
+}
+
+/// Reading attributes takes time in the square of their number.
+#[test]
+fn a_tag_with_many_attributes_is_refused_at_once() {
+    let place = TestFolder::new();
+    let attributes: String = (0..200_000).map(|i| format!(" a{i}=\"\"")).collect();
+    for (file, text) in [
+        ("r.urdf", format!("<robot name=\"r\">\n<link{attributes}/></robot>")),
+        ("r.xml", format!("<mujoco>\n<worldbody{attributes}/></mujoco>")),
+        ("r.dae", format!("<COLLADA>\n<a{attributes}/></COLLADA>")),
+    ] {
+        place.write(file, &text);
+        let scene = format!("format = 1\n[[import]]\nfile = \"{file}\"\n");
+        place.write("scene.toml", &scene);
+        place.tatu(&["check", "scene.toml"]).refused(&["E120", file, "more than 256 attributes"]);
+    }
+}
+
 #[test]
 fn xml_of_unknown_formats_is_named() {
     let place = TestFolder::new();

@@ -50,7 +50,7 @@ impl DocumentBuilder<'_> {
         let path = folder.join(name);
         let allowed = match self.allow_file(&path, name) {
             Ok(allowed) => allowed,
-            Err(e) => self.reach.file_of_enclosing_package(folder, &path).ok_or(e)?,
+            Err(e) => self.reach.file_near(folder, &path).ok_or(e)?,
         };
         self.read_allowed(&allowed, name)
     }

@@ -115,11 +115,18 @@ impl AllowedFolders {
     }
 
     /// Returns a mesh, an image or a part of a description with a path if it is in the package that contains the folder
-    /// of a document.
-    pub(super) fn file_of_enclosing_package(&self, folder: &Path, path: &Path) -> Option<AllowedFile> {
+    /// of a document; without a package, a mesh or an image that is in or below the folder above.
+    pub(super) fn file_near(&self, folder: &Path, path: &Path) -> Option<AllowedFile> {
+        let folder = self.absolute(folder);
         let is_part = packages::is_asset(path) || packages::is_description(path);
-        let package = packages::enclosing(&self.absolute(folder)).filter(|_| is_part)?;
-        self.file_below(&package, path)
+        match packages::enclosing(&folder).filter(|_| is_part) {
+            Some(package) => self.file_below(&package, path),
+            // Meshes are often in a folder beside that of the document.
+            None => {
+                let above = folder.parent().filter(|above| above.parent().is_some() && packages::is_asset(path))?;
+                self.file_below(above, path)
+            }
+        }
     }
 
     /// Returns whether a document may name the file with a path, which need not exist.

@@ -3,6 +3,7 @@
 use std::rc::Rc;
 
 use roxmltree::{Document, Error, Node, ParsingOptions};
+use tatu_importers_xml::too_large;
 use tatu_plugin_api::safe::{Fail, Result};
 
 /// Maximum nesting depth of elements. Ropes and chains nest one body in another; known ones have up to 100 links.
@@ -66,6 +67,10 @@ pub fn parse(text: &str, file: &Rc<str>) -> Result<Element> {
     let options = ParsingOptions { nodes_limit: MAX_NODES, ..Default::default() };
     let fail = |line: u64, text: String| Fail::argument(text).at(&**file, line);
     let last = || text.trim_end().matches('\n').count() as u64 + 1;
+    if let Some((at, why)) = too_large(text) {
+        let line = text.get(..at).unwrap_or_default().matches('\n').count() as u64 + 1;
+        return Err(fail(line, why));
+    }
     let document = Document::parse_with_options(text, options).map_err(|e| match e {
         Error::DtdDetected => {
             let before = text.find("<!DOCTYPE").and_then(|at| text.get(..at)).unwrap_or_default();

@@ -1,5 +1,6 @@
 //! Reads the robot in the XML of a URDF file.
 
+use tatu_importers_xml::too_large;
 use tatu_plugin_api::safe::{Fail, Result};
 
 use crate::{
@@ -25,6 +26,10 @@ const INFINITE_LIMITS_SINCE: UrdfVersion = (1, 2);
 /// Reads the text of a URDF file. Errors contain the line, and the column in their message. What is damaged and does not
 /// concern the motion of the robot is left out, and added to `findings`.
 pub fn robot(text: &str, findings: &Findings) -> Result<Robot> {
+    if let Some((at, why)) = too_large(text) {
+        let line = text.get(..at).unwrap_or_default().matches('\n').count() as u64 + 1;
+        return Err(Fail::argument(why).at("", line));
+    }
     let (text, unbound) = bind_prefixes(text);
     if let Some(prefix) = unbound {
         let text = format!("the namespace prefix `{prefix}:` is not declared; elements with it are read without it");

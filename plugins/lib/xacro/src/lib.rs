@@ -3,7 +3,7 @@
 //! - `error`: errors with places; `limits`: bounds; `notes`: what deserves mention;
 //! - `value`: values of expressions; `expression`: expressions; `yaml`: files with parameters;
 //! - `template`: texts with `${...}`; `literal`: texts that are numbers; `parameters`: those of macros;
-//! - `files`: where included files come from; `tags`, `source`: elements of files;
+//! - `files`: where included files come from; `source`: elements of files;
 //! - `scopes`: properties and macros by name; `expander`: expands elements; `write`: writes them.
 
 mod error;
@@ -16,7 +16,6 @@ mod notes;
 mod parameters;
 mod scopes;
 mod source;
-mod tags;
 mod template;
 #[cfg(test)]
 mod tests;

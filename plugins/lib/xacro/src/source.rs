@@ -3,11 +3,9 @@
 use std::rc::Rc;
 
 use roxmltree::{Document, NodeId, NodeType, ParsingOptions};
+use tatu_importers_xml::too_large;
 
-use crate::{
-    error::{Fault, Origin, Place, Result, fail},
-    tags::too_large,
-};
+use crate::error::{Fault, Origin, Place, Result, fail};
 
 /// Maximum depth of elements in a file.
 const MAX_DEPTH: usize = 256;

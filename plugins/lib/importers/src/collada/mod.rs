@@ -8,6 +8,8 @@ mod tree;
 
 use roxmltree::{Document, ParsingOptions};
 
+use tatu_importers_xml::too_large;
+
 use self::tree::ElementIndex;
 use crate::{model::ImportedModel, picture::FileLoader};
 
@@ -17,6 +19,9 @@ const MAX_NODES: u32 = 4_000_000;
 pub fn read(bytes: &[u8], files: FileLoader<'_>) -> Result<ImportedModel, String> {
     let wrong = |e: &dyn std::fmt::Display| format!("the COLLADA file is incomplete or damaged: {e}");
     let text = std::str::from_utf8(bytes).map_err(|e| wrong(&e))?;
+    if let Some((_, why)) = too_large(text) {
+        return Err(wrong(&why));
+    }
     let options = ParsingOptions { nodes_limit: MAX_NODES, ..Default::default() };
     let document = Document::parse_with_options(text.trim_start_matches('\u{FEFF}'), options).map_err(|e| wrong(&e))?;
     let root = document.root_element();

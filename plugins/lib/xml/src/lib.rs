@@ -1,5 +1,5 @@
-//! A look at the tags of a file before it is parsed: the parser's time grows with the square of the number of attributes
-//! in a tag, and with the number of namespaces at each element.
+//! A look at the tags of an XML file before roxmltree parses it, whose time grows with the square of the number of
+//! attributes in a tag, and with the number of namespaces at each element. All readers of XML files share it.
 
 /// Maximum number of attributes of an element.
 const MAX_ATTRIBUTES: usize = 256;
@@ -7,7 +7,7 @@ const MAX_ATTRIBUTES: usize = 256;
 const MAX_NAMESPACES: usize = 500;
 
 /// Returns the first tag with too much in it: its offset, and what is wrong. Flaws of XML are left to the parser.
-pub(crate) fn too_large(text: &str) -> Option<(usize, String)> {
+pub fn too_large(text: &str) -> Option<(usize, String)> {
     let mut at = 0;
     let mut namespaces = 0;
     while let Some(found) = text[at..].find('<') {
