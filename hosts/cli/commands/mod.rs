@@ -53,6 +53,10 @@ pub fn registry_of(
              TATU_TRUST=/absolute/folder for all runs",
         ));
     }
+    if let Some(lost) = changes.package_path.iter().find(|folder| !folder.is_dir()) {
+        let error = Error::new("E105", format!("`--package-path`: there is no folder {}", lost.display()));
+        return Err(error.expected("a folder that contains packages, or is one"));
+    }
     search.packages.splice(0..0, changes.package_path.iter().cloned());
     search.copies = copies.map(Arc::new);
     let registry = Registry::load_watched(search, tatu_core::host_tables(), watchdog.watches.clone());

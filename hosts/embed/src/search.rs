@@ -87,7 +87,7 @@ fn package_folders(variable: impl Fn(&str) -> Option<OsString>) -> Vec<PathBuf> 
     let folders = |name: &str| {
         let folders: Vec<PathBuf> = std::env::split_paths(&variable(name).unwrap_or_default()).collect();
         // An empty entry would be the working folder.
-        folders.into_iter().filter(|folder| folder.is_absolute())
+        folders.into_iter().filter(|folder| !folder.as_os_str().is_empty())
     };
     let of_tatu = variable("TATU_PACKAGE_PATH").unwrap_or_default();
     let of_tatu: Vec<_> = std::env::split_paths(&of_tatu).filter(|f| !f.as_os_str().is_empty()).collect();

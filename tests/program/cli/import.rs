@@ -13,7 +13,7 @@ fn robot(place: &TestFolder) {
     }
 }
 
-/// Returns the numbers of a file, without the names of objects: in another file the base can have another name.
+/// Returns the numbers of a file.
 fn numbers(place: &TestFolder, file: &str) -> Value {
     place.tatu(&["check", file, "--numbers"]).good().json()
 }
@@ -35,7 +35,26 @@ fn an_imported_model_has_the_numbers_of_its_source() {
     place.tatu(&["check", "scene.toml"]).good();
     // What is there is not overwritten.
     robot(&place);
-    place.tatu(&["import", "robot.urdf", "-o", "models/mine"]).refused(&["E105", "model.toml exists"]);
+    place.tatu(&["import", "robot.urdf", "-o", "models/mine"]).refused(&["E105", "models/mine exists"]);
+}
+
+/// A model refers to its objects by name, so a link with the name of a joint gets another one.
+#[test]
+fn objects_of_a_written_model_have_different_names() {
+    let place = TestFolder::new();
+    let inertial = "<inertial><mass value=\"1\"/><inertia ixx=\"1\" ixy=\"0\" ixz=\"0\" iyy=\"1\" iyz=\"0\" izz=\"1\"/></inertial>";
+    let part = |name: &str, parent: &str| {
+        format!(
+            "<link name=\"{name}\">{inertial}</link><joint name=\"{name}\" type=\"continuous\"><parent link=\"{parent}\"/>\
+             <child link=\"{name}\"/></joint>"
+        )
+    };
+    let text = [part("a", "world"), part("b", "a")].concat();
+    place.write("r.urdf", &format!("<robot name=\"r\"><link name=\"world\"/>{text}</robot>"));
+    place.tatu(&["import", "r.urdf", "-o", "r"]).good().reports(&["2 objects with the name of another one"]);
+    place.tatu(&["check", "r/model.toml"]).good();
+    let paths = numbers(&place, "r/model.toml")["bodies"].as_object().unwrap().keys().cloned().collect::<Vec<_>>();
+    assert_eq!(paths, ["/r/a/a_link", "/r/a/a_link/b/b_link"]);
 }
 
 #[test]

@@ -62,7 +62,11 @@ fn packages_are_found_from_any_folder() {
     packages(&place, "package://arm_description/visual/part.stl");
     check(&place, &[], &[]).reports(&["does not exist in", "there is `meshes/part.stl`"]);
     packages(&place, "package://third/meshes/part.stl");
-    check(&place, &[], &[]).reports(&["the package `third` was not found", "--package-path", "TATU_PACKAGE_PATH"]);
+    check(&place, &[], &[]).reports(&[
+        "the package `third` was not found above the file",
+        "--package-path",
+        "TATU_PACKAGE_PATH",
+    ]);
     let far = place.path().join("far").display().to_string();
     for told in [
         check(&place, &["--package-path", &far], &[]),
@@ -80,6 +84,10 @@ fn only_meshes_and_images_of_packages_are_read() {
     packages(&place, "");
     #[cfg(unix)]
     std::os::unix::fs::symlink(place.path().join("secret.stl"), place.path().join("src/arm/meshes/link.stl")).unwrap();
+    #[cfg(unix)]
+    for (link, target) in [("key.stl", "../scripts/run.lua"), ("hidden.stl", "../../.ssh/id_rsa.stl")] {
+        std::os::unix::fs::symlink(target, place.path().join("src/arm/meshes").join(link)).unwrap();
+    }
     for (mesh, word) in [
         ("package://.ssh/id_rsa.stl", "does not name a package"),
         ("package://arm_description/../.ssh/id_rsa.stl", "is not a path in the package"),
@@ -87,6 +95,8 @@ fn only_meshes_and_images_of_packages_are_read() {
         ("package://arm_description/.git/a.stl", "is not a path in the package"),
         #[cfg(unix)]
         ("package://arm_description/meshes/link.stl", "is a link that leads out of"),
+        #[cfg(unix)]
+        ("package://arm/meshes/key.stl", "is a link that leads out of"),
         ("package://arm_description/scripts/run.lua", "the format is not supported"),
         ("file:///etc/part.stl", "is outside the folders that may be read"),
     ] {
@@ -95,18 +105,37 @@ fn only_meshes_and_images_of_packages_are_read() {
     }
 }
 
-/// A replay reads the meshes of packages from the log.
+/// Without a package, the folder above a robot may be read, but not what is hidden there, nor by links with other names.
+#[cfg(unix)]
+#[test]
+fn hidden_files_near_a_robot_are_refused() {
+    let place = TestFolder::new();
+    packages(&place, "");
+    fs::remove_file(place.path().join("src/arm/package.xml")).unwrap();
+    let meshes = place.path().join("src/arm/urdf");
+    place.write("src/arm/.hid/part.stl", "secret").write("src/arm/notes.txt", "secret");
+    std::os::unix::fs::symlink("../.hid/part.stl", meshes.join("a.stl")).unwrap();
+    std::os::unix::fs::symlink("../notes.txt", meshes.join("b.stl")).unwrap();
+    let file = place.path().join("src/arm/urdf/arm.urdf");
+    for mesh in ["a.stl", "b.stl", "../.hid/part.stl"] {
+        place.write("src/arm/urdf/arm.urdf", &seen(mesh));
+        let told = run(program(), &place.path().join("empty"), &["check", file.to_str().unwrap()], &[]);
+        told.refused(&["E120", "is outside the folders that may be read"]);
+    }
+}
+
+/// A replay reads the meshes of packages from the log, also those that were found with other capitals.
 #[test]
 fn packages_are_recorded_in_input_logs() {
     let place = TestFolder::new();
-    packages(&place, "package://other_meshes/meshes/part.stl");
+    packages(&place, "package://other_meshes/Meshes/Part.stl");
     let robot = place.path().join("src/arm/urdf/arm.urdf");
     let told = place.tatu(&["run", robot.to_str().unwrap(), "--steps", "2", "--log", "log"]).good();
     let hash = |out: &str| out.split("hash ").nth(1).unwrap().split_whitespace().next().unwrap().to_owned();
     fs::remove_dir_all(place.path().join("src")).unwrap();
     let replayed = place.tatu(&["run", "--replay", "log"]).good();
     assert_eq!(hash(&told.err), hash(&replayed.err));
-    assert!(!replayed.err.contains("warning"), "{}", replayed.err);
+    assert!(!replayed.err.contains("is ignored"), "{}", replayed.err);
 }
 
 /// A xacro file is expanded with its included files, and errors name the place in these.
@@ -134,6 +163,7 @@ fn macros_of_xacro_are_expanded() {
     };
     assert_eq!(masses(&[]), [2.0, 3.0]);
     assert_eq!(masses(&["--set", "/r.arguments=mass:=5"]), [5.0, 3.0]);
+    assert_eq!(masses(&["--set", "file.arguments=mass:=5"]), [5.0, 3.0]);
     place.write("src/arm/urdf/part.xacro", &part("<axis xyz=\"0 0\"/>"));
     let file = place.path().join("src/arm/urdf/arm.urdf");
     place.tatu(&["check", file.to_str().unwrap()]).refused(&["E120", "part.xacro:4", "expected 3 numbers"]);
@@ -173,13 +203,13 @@ fn wheels_without_a_stated_effort_drive() {
     place
         .tatu(&["check", "scene.toml"])
         .good()
-        .reports(&["4 of 4 joints state no effort: motors of 1.2 N m (or N) are assumed"]);
+        .reports(&["4 of 4 joints without a stated effort: motors of 1.2 N m are assumed"]);
     let lines = place.trace(&["/cart"], &["--seconds", "4"]);
     let [x, _, z] = lines.last().unwrap().object::<3>("/cart", "position");
     // Wheels of 0.1 m at 5 rad/s, which are as fast after less than 0.2 s; `on_floor` puts them on the floor.
     assert!((1.8..2.0).contains(&x) && (z - 0.1).abs() < 1e-3, "{x} {z}");
     place.write("scene.toml", &format!("format = 1\n{}", scene("default_effort = 0.0")));
-    place.tatu(&["check", "scene.toml"]).good().reports(&["4 of 4 joints state no effort: they have no motor"]);
+    place.tatu(&["check", "scene.toml"]).good().reports(&["4 of 4 joints without a stated effort: no motor"]);
     let lines = place.trace(&["/cart"], &["--seconds", "4"]);
     assert!(lines.last().unwrap().object::<3>("/cart", "position")[0].abs() < 1e-3);
 }
@@ -267,6 +297,8 @@ fn a_flaw_costs_one_element() {
             with("<limit lower=\"1\" upper=\"-1\" effort=\"1\" velocity=\"1\"/>"),
             "`lower` 1 exceeds `upper` -1: swapped",
         ),
+        (with(""), "the joint `j` states no limits, which are 0 then: it cannot move"),
+        (with("<mimic joint=\"k\"/>"), "the joint `j` mimics `k`, which does not exist: it moves by itself"),
         (with("<limit lower=\"-1\" upper=\"1\" effort=\"1\"/>"), "line 4: a limit states no `velocity`"),
         (with("<limit lower=\"1\" upper=\"2\" effort=\"1\" velocity=\"1\"/>"), "exclude 0: it starts at 1"),
         (
@@ -345,6 +377,27 @@ fn xml_of_unknown_formats_is_named() {
     place.tatu(&["check", "world.sdf"]).refused(&words);
 }
 
+/// A joint that mimics another one starts where it shall be, and stays there.
+#[test]
+fn a_mimicking_joint_starts_at_its_offset() {
+    let place = TestFolder::new();
+    let finger = |name: &str, more: &str| {
+        format!(
+            "<link name=\"{name}_link\">{INERTIAL}</link><joint name=\"{name}\" type=\"prismatic\"><parent \
+             link=\"world\"/><child link=\"{name}_link\"/><axis xyz=\"0 1 0\"/><limit lower=\"0\" upper=\"9\" \
+             effort=\"10\" velocity=\"1\"/>{more}</joint>"
+        )
+    };
+    let text = finger("a", "") + &finger("b", "<mimic joint=\"a\" offset=\"2\"/>");
+    place.write("r.urdf", &format!("<robot name=\"r\"><link name=\"world\"/>{text}</robot>"));
+    let lines = place.tatu(&["run", "r.urdf", "--seconds", "1", "--trace", "t.jsonl", "--watch", "/r/b"]).good();
+    assert!(!lines.err.contains("warning"), "{}", lines.err);
+    for line in place.lines("t.jsonl") {
+        let at = line.0["objects"]["/r/b"]["joint"]["position"].as_f64().unwrap();
+        assert!((at - 2.0).abs() < 1e-6, "{at}");
+    }
+}
+
 #[test]
 fn a_joint_is_mimicked_although_a_link_has_its_name() {
     let place = TestFolder::new();
@@ -359,7 +412,18 @@ fn a_joint_is_mimicked_although_a_link_has_its_name() {
                  link=\"world\"/><child link=\"left\"/></joint>";
     let fingers = finger("left", "") + &finger("right", "<mimic joint=\"left\" multiplier=\"-1\"/>");
     place.write("r.urdf", &format!("<robot name=\"r\">{mount}{fingers}</robot>"));
-    let args = ["run", "r.urdf", "--set", "/r/left[1].target_velocity_m_s=0.1", "--seconds", "1", "--trace", "t.jsonl"];
+    let args = [
+        "run",
+        "r.urdf",
+        "--set",
+        "file.motors=velocity",
+        "--set",
+        "/r/left[1].target_velocity_m_s=0.1",
+        "--seconds",
+        "1",
+        "--trace",
+        "t.jsonl",
+    ];
     let told = place.tatu(&[&args[..], &["--watch", "/r/right"]].concat()).good();
     assert!(!told.err.contains("should follow"), "{}", told.err);
     let lines = place.lines("t.jsonl");

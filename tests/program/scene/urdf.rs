@@ -369,7 +369,7 @@ fn cut_files_are_refused_with_a_sentence() {
 fn importers_are_listed_with_their_parameters() {
     let list = TestFolder::new().tatu(&["list", "importers", "--json"]).good().json();
     let urdf = list.as_array().unwrap().iter().find(|i| i["id"] == "urdf").unwrap();
-    assert_eq!(urdf["suffixes"], serde_json::json!([".urdf"]));
+    assert_eq!(urdf["suffixes"], serde_json::json!([".urdf", ".xacro"]));
     assert!(urdf["parameters"].as_array().unwrap().iter().any(|p| p["name"] == "fixed_base"));
 }
 

@@ -12,7 +12,7 @@ use super::reach::AllowedFolders;
 pub struct PropertyOverride {
     /// Index of the object that relative paths start from; `None` for the world.
     pub from: Option<usize>,
-    /// Path of the object, or "scene".
+    /// Path of the object, or "scene", or "file" for the parameters of the importer that reads the file.
     pub path: String,
     /// Key, including its unit.
     pub key: String,
@@ -24,6 +24,9 @@ pub struct PropertyOverride {
     pub(super) reach: Option<AllowedFolders>,
 }
 
+/// The path that denotes the file itself, if an importer reads it: its keys are the parameters of the importer.
+pub(super) const IMPORTED_FILE: &str = "file";
+
 impl PropertyOverride {
     /// Parses "PATH.KEY=VALUE". The value is parsed as TOML; a value that is not valid TOML is taken as a string.
     pub fn parse(text: &str) -> Result<Self> {
@@ -34,7 +37,7 @@ impl PropertyOverride {
         };
         let (left, value) = text.split_once('=').ok_or_else(wrong)?;
         // Names of settings and paths of objects can both contain dots.
-        let scene = left.split_once('.').filter(|(path, _)| path.trim() == "scene");
+        let scene = left.split_once('.').filter(|(path, _)| matches!(path.trim(), "scene" | IMPORTED_FILE));
         let (path, key) = scene.or_else(|| left.rsplit_once('.')).ok_or_else(wrong)?;
         let item = value
             .trim()

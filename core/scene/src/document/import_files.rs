@@ -30,11 +30,17 @@ impl DocumentBuilder<'_> {
         self.reach.file(path, name, self.document.sources.are_closed())
     }
 
-    /// Reads a file that the document names, relative to a folder or as a URI (`package://` or `file://`). Returns `None`
-    /// if the file does not exist or is not a regular file, in which case a plugin can try a different name. A file
-    /// outside the permitted folders is an error, unless a URI names it: those of a file from another computer refer to
-    /// folders of that computer.
-    pub(super) fn read_named_file(&mut self, folder: &Path, name: &str) -> Result<Option<Vec<u8>>> {
+    /// Reads a file that the document names, relative to a folder. Returns `None` if the file does not exist or is not
+    /// a regular file, in which case a plugin can try a different name. A file outside the permitted folders is an
+    /// error.
+    pub(super) fn read_named_file(&self, folder: &Path, name: &str) -> Result<Option<Vec<u8>>> {
+        self.read_allowed(&self.allow_file(&folder.join(name), name)?, name)
+    }
+
+    /// Reads a file that an imported file names, relative to the folder of that file or as a URI (`package://` or
+    /// `file://`); as [`DocumentBuilder::read_named_file`], but it may also be in the package of the file, or near it. A
+    /// URI that leads outside is reported: those of a file from another computer refer to folders of that computer.
+    pub(super) fn read_file_of_import(&mut self, folder: &Path, name: &str) -> Result<Option<Vec<u8>>> {
         if let Some(reference) = PackageReference::parse(name) {
             return match reference {
                 Ok(reference) => self.read_package_file(folder, &reference, name),
@@ -81,9 +87,10 @@ impl DocumentBuilder<'_> {
         let start = self.reach.absolute(folder);
         let Some(package) = packages::find(&reference.package, &start, &self.registry.search.packages) else {
             return Ok(self.report_once(format!(
-                "the package `{}` was not found: neither a folder above the file nor one beside its package is this \
-                 package; name the folder that contains it by `--package-path` or TATU_PACKAGE_PATH",
-                reference.package
+                "the package `{}` was not found above the file, beside its package, or in {}; name the folder that \
+                 contains it by `--package-path` or TATU_PACKAGE_PATH",
+                reference.package,
+                packages::shown_roots(&self.registry.search.packages)
             )));
         };
         let shown = package.folder.display();
@@ -99,7 +106,12 @@ impl DocumentBuilder<'_> {
             }
             PackageEntry::Missing(near) => {
                 let hint = near.map(|near| format!("; there is `{}`", near.display())).unwrap_or_default();
-                return Ok(self.report_once(format!("`{name}` does not exist in {shown}{hint}")));
+                let place = format!("does not exist in {shown}");
+                // One report for each package: importers count what they miss.
+                return match self.document.reports.iter().any(|report| report.text.contains(&place)) {
+                    true => Ok(None),
+                    false => Ok(self.report_once(format!("`{name}` {place}{hint}"))),
+                };
             }
         };
         let Some(allowed) = self.reach.file_below(&package.folder, &package.folder.join(file)) else {

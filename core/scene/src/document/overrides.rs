@@ -2,11 +2,11 @@
 
 use tatu_errors::{Error, Result};
 use tatu_plugin_api::safe::Value;
-use tatu_plugins::{ParameterSpec, Registry};
+use tatu_plugins::{Importer, ParameterSpec, Registry};
 
 use super::{
     Document, DocumentBuilder, KeyTarget, ScriptSpec,
-    change::{PropertyOverride, ScriptOverride},
+    change::{IMPORTED_FILE, PropertyOverride, ScriptOverride},
     keys,
     reach::{AllowedFile, AllowedFolders},
     scripts, settings,
@@ -70,13 +70,17 @@ pub(super) fn apply(
     let objects: Vec<Option<(usize, bool)>> = all
         .iter()
         .map(|o| match o.path.as_str() {
-            "scene" => Ok(None),
+            "scene" | IMPORTED_FILE => Ok(None),
             _ => resolve_override(document, o).map(Some).map_err(|e| e.at(o.place.clone())),
         })
         .collect::<Result<_>>()?;
     for (o, object) in all.iter().zip(objects) {
         let at = |e: Error| e.at(o.place.clone());
         let Some((object, is_property)) = object else {
+            // These were applied when the file was imported.
+            if o.path == IMPORTED_FILE {
+                continue;
+            }
             let declared = settings::keys();
             let (entry, factor) = keys::find(&o.key, &declared, "scene").map_err(at)?;
             let value = keys::to_value(&o.item, factor).map_err(at)?;
@@ -143,6 +147,19 @@ fn resolve_override(document: &Document, o: &PropertyOverride) -> Result<(usize,
 fn params_of(document: &Document, object: usize) -> Option<(usize, Vec<(ParameterSpec, ())>)> {
     let model = document.models.iter().find(|m| m.base == object)?;
     Some((model.number, model.params.iter().map(|p| (p.clone(), ())).collect()))
+}
+
+/// Returns the parameters of an importer that overrides set, by key.
+pub(super) fn import_params(importer: &Importer, all: &[PropertyOverride]) -> Result<Vec<(String, Value)>> {
+    let declared: Vec<_> = importer.params.iter().map(|p| (p.clone(), ())).collect();
+    let of_file = all.iter().filter(|o| o.path == IMPORTED_FILE);
+    of_file
+        .map(|o| {
+            let (entry, factor) = keys::find(&o.key, &declared, &format!("the importer `{}`", importer.id))?;
+            let value = keys::check(&entry.0, &o.key, keys::to_value(&o.item, factor)?)?;
+            Ok((entry.0.key.clone(), value))
+        })
+        .collect()
 }
 
 /// Returns the override as a parameter of the model with this base object, if it is one.

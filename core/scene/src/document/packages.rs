@@ -92,6 +92,16 @@ pub fn is_description(file: &Path) -> bool {
     DESCRIPTION_SUFFIXES.contains(&suffix(file).as_str())
 }
 
+/// Returns whether two files are both assets, or both parts of descriptions.
+pub fn same_kind(a: &Path, b: &Path) -> bool {
+    (is_asset(a), is_description(a)) == (is_asset(b), is_description(b))
+}
+
+/// Returns whether a part of a relative path is hidden.
+pub fn enters_hidden(path: &Path) -> bool {
+    path.iter().any(is_hidden)
+}
+
 fn suffix(file: &Path) -> String {
     file.extension().and_then(OsStr::to_str).unwrap_or_default().to_lowercase()
 }
@@ -128,7 +138,28 @@ pub fn find(package: &str, start: &Path, roots: &[PathBuf]) -> Option<FoundPacka
     }
     let mut left = MAX_ENTRIES;
     let beside = enclosing.and_then(Path::parent).and_then(|above| find_below(package, above, 1, &mut left));
-    beside.or_else(|| roots.iter().find_map(|root| find_below(package, root, MAX_DEPTH, &mut MAX_ENTRIES.clone())))
+    let in_roots = || roots.iter().find_map(|root| find_below(package, root, MAX_DEPTH, &mut MAX_ENTRIES.clone()));
+    beside.or_else(in_roots).or_else(|| roots.iter().find_map(|root| folder_named(package, root)))
+}
+
+/// Returns a folder that is named like a package, or that contains a folder with this name.
+fn folder_named(package: &str, root: &Path) -> Option<FoundPackage> {
+    let own = Some(root).filter(|root| root.file_name().is_some_and(|name| name == package));
+    let folder = own.map(Path::to_owned).unwrap_or_else(|| root.join(package));
+    is_real_folder(&folder).then_some(FoundPackage { folder, manifest: None })
+}
+
+/// Returns whether a path is a folder, and not a link to one.
+fn is_real_folder(path: &Path) -> bool {
+    fs::symlink_metadata(path).is_ok_and(|about| about.is_dir())
+}
+
+/// Returns the folders of packages that the user has given, for messages.
+pub fn shown_roots(roots: &[PathBuf]) -> String {
+    match roots {
+        [] => "the folders of `--package-path`, of which there are none".to_owned(),
+        roots => roots.iter().map(|root| root.display().to_string()).collect::<Vec<_>>().join(", "),
+    }
 }
 
 /// Returns the folder of the package that contains a folder.
@@ -155,7 +186,11 @@ fn find_below(package: &str, folder: &Path, depth: usize, left: &mut usize) -> O
     }
     // The folder that has the package's name is the most likely one.
     let direct = folder.join(package);
-    if let Some(found) = read_manifest(&direct).filter(|(named, _)| named == package) {
+    if let Some(found) = Some(&direct)
+        .filter(|direct| is_real_folder(direct))
+        .and_then(|d| read_manifest(d))
+        .filter(|(named, _)| named == package)
+    {
         return Some(FoundPackage { folder: direct, manifest: Some(found.1) });
     }
     for below in list_folders(folder, left) {
@@ -180,7 +215,10 @@ fn list_folders(folder: &Path, left: &mut usize) -> Vec<PathBuf> {
 
 /// Returns the name that the manifest of a folder states, and the manifest.
 fn read_manifest(folder: &Path) -> Option<(String, Vec<u8>)> {
-    let bytes = read_plain(&folder.join(MANIFEST), MAX_MANIFEST_BYTES).ok()?;
+    let file = folder.join(MANIFEST);
+    // The manifest is stored in input logs, so it must not be a link to another file.
+    fs::symlink_metadata(&file).ok().filter(|about| about.is_file())?;
+    let bytes = read_plain(&file, MAX_MANIFEST_BYTES).ok()?;
     Some((manifest_name(&bytes)?, bytes))
 }
 
@@ -211,14 +249,19 @@ pub fn find_stored<'a>(
     reference: &PackageReference,
     stored: impl Iterator<Item = (&'a Path, &'a [u8])> + Clone,
 ) -> Option<PathBuf> {
-    let is_stored = |file: &Path| stored.clone().any(|(path, _)| path == file);
+    // A file can have been found although the case of letters differs.
+    let folded = |path: &Path| path.to_string_lossy().to_lowercase();
+    let as_stored = |file: &Path| {
+        let wanted = folded(file);
+        stored.clone().map(|(path, _)| path).find(|path| folded(path) == wanted).map(Path::to_owned)
+    };
     let manifests = stored.clone().filter(|(path, _)| path.file_name() == Some(OsStr::new(MANIFEST)));
     let named = manifests.filter(|(_, bytes)| manifest_name(bytes).as_deref() == Some(&*reference.package));
-    let mut files = named.filter_map(|(path, _)| Some(path.parent()?.join(&reference.file)));
+    let mut files = named.filter_map(|(path, _)| as_stored(&path.parent()?.join(&reference.file)));
     // A folder without a manifest was found by its name.
-    let end = Path::new(&reference.package).join(&reference.file);
-    let by_name = || stored.clone().map(|(path, _)| path.to_owned()).find(|path| path.ends_with(&end));
-    files.find(|file| is_stored(file)).or_else(by_name)
+    let end = format!("/{}", folded(&Path::new(&reference.package).join(&reference.file)));
+    let by_name = || stored.clone().map(|(path, _)| path.to_owned()).find(|path| folded(path).ends_with(&end));
+    files.next().or_else(by_name)
 }
 
 /// A file of a package, as it is on disk.
@@ -345,6 +388,8 @@ mod tests {
         assert_eq!(found("hidden", &[]), None);
         assert_eq!(found("far_meshes", &[]), None);
         assert_eq!(found("far_meshes", &[at("far")]), Some(at("far/deep/down")));
+        assert_eq!(found("deep", &[at("far")]), Some(at("far/deep")));
+        assert_eq!(found("far", &[at("far")]), Some(at("far")));
         assert_eq!(enclosing(&start), Some(at("src/robot")));
         assert_eq!(look_up(&at("src/robot"), Path::new("Meshes/Part.stl")), PackageEntry::Exact);
         let other = PackageEntry::OtherCase("Meshes/Part.stl".into());

@@ -288,7 +288,12 @@ impl BuildTarget for BuildContext<'_, '_> {
 
     fn file(&self, relative: Lent<'_>) -> Option<Vec<u8>> {
         let folder = self.source.folder.as_ref()?;
-        self.run(|b| b.read_named_file(folder, &relative.text())).flatten()
+        let is_import = self.source.name.is_some();
+        let read = self.run(|b| match is_import {
+            true => b.read_file_of_import(folder, &relative.text()),
+            false => b.read_named_file(folder, &relative.text()),
+        });
+        read.flatten()
     }
 
     fn refuse(&self, text: String) {

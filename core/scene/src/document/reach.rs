@@ -106,11 +106,16 @@ impl AllowedFolders {
         normalize(&self.working_folder.join(path))
     }
 
-    /// Returns a file with a path if it is below this folder, also when links are followed.
+    /// Returns a file with a path if it is below this folder, not in a hidden folder, and of the kind that its name
+    /// tells, also when links are followed.
     pub(super) fn file_below(&self, folder: &Path, path: &Path) -> Option<AllowedFile> {
+        let real_folder = fs::canonicalize(folder).ok()?;
         let folder = Arc::new(Folder::new(folder.to_owned()));
         let real = fs::canonicalize(self.absolute(path)).ok()?;
         folder.below(&real, path)?;
+        if packages::enters_hidden(real.strip_prefix(&real_folder).ok()?) || !packages::same_kind(&real, path) {
+            return None;
+        }
         Some(AllowedFile { path: path.to_owned(), origin: FileOrigin::Below(folder, real) })
     }
 

@@ -14,7 +14,7 @@ use crate::{
     joint::{add_armature, is_geared, joint, set_motors},
     mass::Mass,
     materials::gazebo_color,
-    robot::{LinkShape, Robot, UrdfJointKind, alias},
+    robot::{Link, LinkShape, Robot, UrdfJointKind, alias},
     settings::ImportSettings,
     tree::{BodyTree, LinkGroup, check_finite, pose},
 };
@@ -60,7 +60,7 @@ pub fn robot(
         let mut rolls_about = None;
         if let Some((j, above, frame)) = &body.joint {
             let source = &robot.joints[*j];
-            let made = joint(builder, nodes[*above], source, frame, findings);
+            let made = joint(builder, nodes[*above], (robot, source), frame, findings);
             let made = made.map_err(|e| with_line(e, source.line))?;
             if is_geared(robot, *j) {
                 let centre = body.below * nalgebra::Point3::from(masses[i].com);
@@ -138,13 +138,12 @@ impl<'b> BodyBuilder<'_, 'b> {
             let wheels =
                 collision::set_collision_geometry(builder, node, &solids, rolls_about, friction, self.settings)?;
             if wheels > 0 {
-                let text =
-                    format!("the wheel `{name}` collides as a sphere; set `wheels_as_balls` to false for a cylinder");
+                let text = format!("the wheel `{name}` collides as a sphere (parameter `wheels_as_balls`)");
                 self.findings.note(FindingKind::Wheel, robot.links[body.links[0].0].line, text);
             }
         }
         if !(root && self.settings.fixed_base) {
-            self.set_mass(node, name, body, mass, total)?;
+            self.set_mass(node, body, mass, total)?;
         }
         for NamedSolid { solid, alias, color } in &seen {
             let look = builder.object("shape", Some(node), alias)?;
@@ -205,8 +204,9 @@ impl<'b> BodyBuilder<'_, 'b> {
         Some([0, 1, 2, 3].map(|i| if color[i].is_nan() { defaults[i] } else { color[i].clamp(0.0, 1.0) }))
     }
 
-    fn set_mass(&self, node: Node<'b>, name: &str, body: &LinkGroup, mass: &Mass, total: f64) -> Result {
-        let line = self.robot.links[body.links[0].0].line;
+    fn set_mass(&self, node: Node<'b>, body: &LinkGroup, mass: &Mass, total: f64) -> Result {
+        let Link { line, name, .. } = &self.robot.links[body.links[0].0];
+        let line = *line;
         node.set("shape.dynamic", true)?;
         if mass.mass <= 0.0 {
             // Physics cannot move a body without mass. A hundredth of the robot's mass has little effect, and is large

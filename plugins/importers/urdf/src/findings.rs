@@ -19,6 +19,7 @@ pub enum FindingKind {
     MeshPart,
     Material,
     Joint,
+    Mimic,
     /// A value of the file was replaced.
     Namespace,
     Doubled,

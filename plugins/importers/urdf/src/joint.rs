@@ -6,7 +6,7 @@ use tatu_plugin_api::safe::{Builder, Fail, Node, Result};
 use crate::{
     findings::{FindingKind, Findings},
     form::set_object_pose,
-    robot::{Joint, Robot, UrdfJointKind, alias},
+    robot::{Joint, JointLimit, Mimic, Robot, UrdfJointKind, alias},
     settings::ImportSettings,
 };
 
@@ -14,7 +14,7 @@ use crate::{
 pub fn joint<'a>(
     builder: &Builder<'a>,
     parent: Node<'a>,
-    joint: &Joint,
+    (robot, joint): (&Robot, &Joint),
     frame: &Isometry3<f64>,
     findings: &Findings,
 ) -> Result<Node<'a>> {
@@ -40,17 +40,23 @@ pub fn joint<'a>(
             (lower, upper) = (upper, lower);
         }
         if lower == upper {
-            let text = format!("{what}: lower and upper are both {lower}, so the joint cannot move");
+            let text = match limit == JointLimit::default() {
+                true => format!("the joint `{}` states no limits, which are 0 then: it cannot move", joint.name),
+                false => format!("{what}: lower and upper are both {lower}, so the joint cannot move"),
+            };
             findings.warn(FindingKind::Immovable, line, text);
         }
         let (lower, upper) = (lower.max(-1e6), upper.min(1e6));
         node.set("joint.limits", [lower, upper])?;
-        if lower > 0.0 || upper < 0.0 {
-            let start = if lower > 0.0 { lower } else { upper };
-            let text = format!("the limits of the joint `{}` exclude 0: it starts at {start}", joint.name);
+        if (lower > 0.0 || upper < 0.0) && !mimics(robot, joint) {
+            let text =
+                format!("the limits of the joint `{}` exclude 0: it starts at {}", joint.name, start(robot, joint, 0));
             findings.note(FindingKind::StartsAtLimit, line, text);
-            node.set("joint.position", start)?;
         }
+    }
+    let start = start(robot, joint, 0);
+    if start != 0.0 {
+        node.set("joint.position", start)?.set("joint.target_position", start)?;
     }
     if limit.velocity > 0.0 {
         node.set("joint.max_velocity", limit.velocity.min(1e6))?;
@@ -59,11 +65,17 @@ pub fn joint<'a>(
         let positive = |x: f64| if x.is_finite() { x.max(0.0) } else { 0.0 };
         node.set("joint.damping", positive(d.damping))?.set("joint.dry_friction", positive(d.friction))?;
     }
-    if let Some(mimic) = &joint.mimic {
-        let number = |x: Option<f64>, or: f64| x.filter(|x| x.is_finite()).unwrap_or(or);
+    if let Some(mimic) = &joint.mimic
+        && !robot.joints.iter().any(|other| other.name == mimic.joint)
+    {
+        let text =
+            format!("the joint `{}` mimics `{}`, which does not exist: it moves by itself", joint.name, mimic.joint);
+        findings.warn(FindingKind::Mimic, line, text);
+    } else if let Some(mimic) = &joint.mimic {
+        let [factor, offset] = mimic_law(mimic);
         node.set("joint.follows", format!(":/{}", alias(&mimic.joint)).as_str())?
-            .set("joint.follow_factor", number(mimic.multiplier, 1.0))?
-            .set("joint.follow_offset", number(mimic.offset, 0.0))?
+            .set("joint.follow_factor", factor)?
+            .set("joint.follow_offset", offset)?
             .set("joint.geared", true)?;
     }
     Ok(node)
@@ -78,32 +90,83 @@ pub fn set_motors<'a>(
     findings: &Findings,
 ) -> Result {
     let (mut least, mut most, mut assumed) = (f64::MAX, 0.0f64, 0);
+    // The kinds of joints, which determine the unit of efforts.
+    let (mut slide, mut turn) = (false, false);
     for (j, node, effort) in joints {
         let joint = &robot.joints[*j];
         let stated = joint.limit.effort.filter(|e| !e.is_nan());
         let effort = match stated {
             Some(stated) => stated.min(1e9),
-            None if joint.mimic.is_some() => 0.0,
+            None if mimics(robot, joint) => 0.0,
             None => {
                 let effort = settings.default_effort.unwrap_or(*effort);
                 (least, most, assumed) = (least.min(effort), most.max(effort), assumed + 1);
                 effort
             }
         };
-        let control = if effort > 0.0 { settings.motors.as_str() } else { "free" };
+        let control = match settings.motors.as_str() {
+            _ if effort <= 0.0 => "free",
+            "auto" if joint.kind == UrdfJointKind::Continuous => "velocity",
+            "auto" => "position",
+            mode => mode,
+        };
         node.set("joint.control", control)?.set("joint.max_force", effort)?;
+        match joint.kind {
+            UrdfJointKind::Prismatic => slide = true,
+            _ => turn = true,
+        }
     }
     if assumed > 0 {
+        let unit = match (turn, slide) {
+            (true, true) => "N m or N",
+            (false, true) => "N",
+            _ => "N m",
+        };
         let motors = match most {
-            0.0 => "they have no motor".to_owned(),
-            most if most == least => format!("motors of {most} N m (or N) are assumed"),
-            most => format!("motors of {least} to {most} N m (or N) are assumed"),
+            0.0 => "no motor".to_owned(),
+            most if most == least => format!("motors of {most} {unit} are assumed"),
+            most => format!("motors of {least} to {most} {unit} are assumed"),
         };
         let n = joints.len();
-        let text = format!("{assumed} of {n} joints state no effort: {motors}; set `default_effort` to another value");
+        let text = format!("{assumed} of {n} joints without a stated effort: {motors} (parameter `default_effort`)");
         findings.note(FindingKind::Effort, 0, text);
     }
     Ok(())
+}
+
+/// Largest multiplier and offset of a joint that mimics another one.
+const MAX_MIMIC: f64 = 1e6;
+
+/// Returns multiplier and offset; those that are not finite are the defaults.
+fn mimic_law(mimic: &Mimic) -> [f64; 2] {
+    let number = |x: Option<f64>, or: f64| x.filter(|x| x.is_finite()).unwrap_or(or).clamp(-MAX_MIMIC, MAX_MIMIC);
+    [number(mimic.multiplier, 1.0), number(mimic.offset, 0.0)]
+}
+
+/// Returns the position at which a joint starts: 0 or the limit that is nearest to it; for a joint that mimics another
+/// one, that which follows from the start of the other. `depth` is the number of joints that led here.
+fn start(robot: &Robot, joint: &Joint, depth: usize) -> f64 {
+    let leader = joint.mimic.as_ref().and_then(|m| Some((m, robot.joints.iter().find(|j| j.name == m.joint)?)));
+    if let Some((mimic, leader)) = leader
+        && depth < MAX_CHAIN
+    {
+        let [factor, offset] = mimic_law(mimic);
+        return factor * start(robot, leader, depth + 1) + offset;
+    }
+    let JointLimit { lower, upper, .. } = joint.limit;
+    match joint.kind {
+        UrdfJointKind::Continuous => 0.0,
+        _ if lower.is_nan() || upper.is_nan() => 0.0,
+        _ => 0.0f64.clamp(lower.min(upper).max(-1e6), upper.max(lower).min(1e6)),
+    }
+}
+
+/// Maximum number of joints that mimic each other in a chain.
+const MAX_CHAIN: usize = 64;
+
+/// Returns whether a joint mimics a joint that exists.
+fn mimics(robot: &Robot, joint: &Joint) -> bool {
+    joint.mimic.as_ref().is_some_and(|mimic| robot.joints.iter().any(|other| other.name == mimic.joint))
 }
 
 /// Returns whether a joint mimics another joint, or is mimicked by one.

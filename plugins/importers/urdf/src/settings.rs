@@ -47,10 +47,10 @@ impl ImportSettings {
             Param::string("arguments")
                 .default("")
                 .text("Arguments of a xacro file, which replace its defaults: `name:=value name:=value`."),
-            Param::string("motors")
-                .choices(&["velocity", "position", "free"])
-                .default("velocity")
-                .text("Initial mode of motors: velocity 0, position 0, or off."),
+            Param::string("motors").choices(&["auto", "velocity", "position", "free"]).default("auto").text(
+                "Initial mode of motors: velocity 0; the position at the start; or off. auto: continuous joints have a \
+                     velocity, as wheels need, others a position, as arms need.",
+            ),
             Param::float("default_effort").range(0.0, 1e9).optional().text(
                 "Effort of the motors of joints whose file states none, 0 or a negative one, N m or N; 0: such joints \
                  have no motor. Default: revolute and prismatic joints can lift the whole robot with what they move, \

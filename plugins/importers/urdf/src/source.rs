@@ -23,7 +23,7 @@ struct IncludedFiles<'w, 'b>(&'w Builder<'b>);
 
 impl Files for IncludedFiles<'_, '_> {
     fn read(&mut self, path: &str) -> std::result::Result<Vec<u8>, String> {
-        let missing = || "it does not exist, or is not in a package that can be found".to_owned();
+        let missing = || format!("`{path}` does not exist, or its package was not found (`--package-path`)");
         self.0.file(path).map(<[u8]>::to_vec).ok_or_else(missing)
     }
 

@@ -116,7 +116,11 @@ impl BodyTree {
         let roots: Vec<usize> = (0..robot.links.len()).filter(|l| above[*l].is_none()).collect();
         let root = match roots.as_slice() {
             [one] => *one,
-            [] if robot.links.is_empty() => return Err(Fail::argument("the robot has no links").at("", 1)),
+            [] if robot.links.is_empty() => {
+                return Err(Fail::argument("the robot has no links")
+                    .help("a file that only defines macros is read by the file that includes it")
+                    .at("", 1));
+            }
             [] => {
                 return Err(Fail::argument("the joints form a loop: every link has a parent joint")
                     .at("", robot.joints[0].line));

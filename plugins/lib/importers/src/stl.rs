@@ -50,8 +50,12 @@ pub fn read(bytes: &[u8]) -> Result<MeshPiece, String> {
         }
         None => bytes = single_solid(&bytes),
     }
-    let mesh =
-        stl_io::read_stl(&mut Cursor::new(bytes)).map_err(|e| format!("the STL file is incomplete or damaged: {e}"))?;
+    // The parser's message contains what it could not read, which can be anything, of any length.
+    let mesh = stl_io::read_stl(&mut Cursor::new(bytes)).map_err(|_| {
+        "the STL file is incomplete or damaged: expected `facet normal`, `outer loop` and three `vertex` for each \
+         triangle, or the binary form"
+            .to_owned()
+    })?;
     check_triangle_count(mesh.faces.len())?;
     Ok(MeshPiece {
         points: mesh.vertices.iter().map(|v| [v[0], v[1], v[2]].map(f64::from)).collect(),

@@ -52,7 +52,7 @@ pub(crate) fn is_pattern(path: &str) -> bool {
 /// The files that match a path, sorted. `limit`: the maximum number of names that are looked at.
 pub(crate) fn matching(path: &str, limit: usize, files: &mut dyn Files) -> Result<Vec<String>, String> {
     let mut found = vec![String::new()];
-    let mut seen = 0;
+    let (mut seen, mut is_listed) = (0, false);
     for (i, part) in path.split('/').enumerate() {
         let join = |folder: &str, name: &str| if i == 0 { name.to_owned() } else { format!("{folder}/{name}") };
         let mut next = Vec::new();
@@ -61,8 +61,12 @@ pub(crate) fn matching(path: &str, limit: usize, files: &mut dyn Files) -> Resul
                 next.push(join(folder, part));
                 continue;
             }
-            // A folder that cannot be listed has no matching files.
-            let Ok(names) = files.list(if i == 1 && folder.is_empty() { "/" } else { folder }) else { continue };
+            let names = match files.list(if i == 1 && folder.is_empty() { "/" } else { folder }) {
+                Ok(names) => names,
+                // Below a pattern, a file that is not a folder is listed, too: nothing in it matches.
+                Err(_) if is_listed => continue,
+                Err(why) => return Err(format!("{path}: {why}")),
+            };
             seen += names.len();
             if seen > limit {
                 return Err(format!("the folders of {path} have more than {limit} entries"));
@@ -70,6 +74,7 @@ pub(crate) fn matching(path: &str, limit: usize, files: &mut dyn Files) -> Resul
             let is_match = |name: &&String| (!name.starts_with('.') || part.starts_with('.')) && matches(part, name);
             next.extend(names.iter().filter(is_match).map(|name| join(folder, name)));
         }
+        is_listed |= is_pattern(part);
         found = next;
     }
     found.sort();

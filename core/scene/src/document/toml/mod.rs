@@ -38,7 +38,7 @@ use toml_edit::{Item, TableLike};
 
 use super::{
     BuildReport, Document, DocumentBuilder, ReadProgress,
-    change::{PropertyOverride, ScriptOverride},
+    change::{IMPORTED_FILE, PropertyOverride, ScriptOverride},
     entry::SceneEntry,
     import, keys, overrides,
     reach::{AllowedFile, AllowedFolders},
@@ -227,12 +227,17 @@ impl<'a> SceneFileReader<'a> {
         let named = file.extension().is_some_and(|e| e == "toml");
         let choice = if named { None } else { registry.importer_of(file, &bytes, &BTreeMap::new())? };
         if let Some(choice) = choice {
-            let params: Vec<_> =
-                builder.document.reading.model_params.iter().map(|(_, k, v)| (k.clone(), v.clone())).collect();
+            let mut params = overrides::import_params(&registry.importers[choice.importer], &options.set)?;
+            params.extend(builder.document.reading.model_params.iter().map(|(_, k, v)| (k.clone(), v.clone())));
             builder.place = Some(SourceLocation { file: file.to_owned(), ..Default::default() });
             let import = import::ImportRequest { file, bytes: &bytes, choice, params: &params, is_scene: true };
             builder.import(import, None, Isometry3::identity())?;
             return Ok(document);
+        }
+        if let Some(o) = options.set.iter().find(|o| o.path == IMPORTED_FILE) {
+            let text =
+                format!("`file.{}` is a parameter of an importer, but no importer reads {}", o.key, file.display());
+            return Err(Error::new("E101", text).help("set parameters of an `[[import]]` by the path of its object"));
         }
         let text = String::from_utf8(bytes).map_err(|_| match named {
             true => unreadable(file, "it is not UTF-8 text"),

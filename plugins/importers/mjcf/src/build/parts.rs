@@ -80,7 +80,7 @@ impl<'b> ModelBuilder<'_, 'b> {
         for sensor in &self.model.sensors {
             match sensor.kind.as_str() {
                 "gyro" | "accelerometer" | "touch" | "rangefinder" | "magnetometer" if !sensor.site.is_empty() => {}
-                kind => self.report.note(
+                kind => self.report.warn(
                     &sensor.place,
                     format!("sensors of the kind `{kind}` are omitted: read the properties of their objects"),
                 ),
