@@ -9,8 +9,8 @@ pub trait Files {
     /// Reads a file. The error is a sentence for the user, such as "there is no such file".
     fn read(&mut self, path: &str) -> Result<Vec<u8>, String>;
 
-    /// Returns the names in a folder, for includes with `*` or `?`; the folder is empty for that of the first file if its
-    /// name has none.
+    /// Returns the names in a folder, for includes with `*` or `?`, or a sentence why it cannot be listed; the folder is
+    /// empty for that of the first file if its name has none.
     fn list(&mut self, folder: &str) -> Result<Vec<String>, String>;
 
     /// Returns the text for `$(find NAME)`, or `None` if the package is unknown, which is an error. With the text
@@ -165,7 +165,7 @@ mod tests {
         let find = |path: &str| matching(path, 100, &mut Folder).unwrap();
         assert_eq!(find("a/*.xacro"), ["a/b.xacro", "a/z.xacro"]);
         assert_eq!(find("a/sub*/m.xacro"), ["a/sub1/m.xacro", "a/sub2/m.xacro"]);
-        assert_eq!(find("q/*"), [""; 0]);
+        assert_eq!(matching("q/*", 100, &mut Folder), Err("q/*: no folder".to_owned()));
         assert!(matching("a/*", 3, &mut Folder).is_err());
     }
 
