@@ -268,7 +268,7 @@ fn joint(tag: XmlElement<'_, '_>, version: UrdfVersion, findings: &Findings) -> 
 }
 
 fn limit(tag: XmlElement<'_, '_>, version: UrdfVersion, findings: &Findings) -> Result<JointLimit> {
-    let stated = |effort: f64| Some(effort).filter(|effort| !(*effort <= 0.0));
+    let stated = |effort: f64| Some(effort).filter(|effort| *effort > 0.0 || effort.is_nan());
     if version < INFINITE_LIMITS_SINCE {
         let velocity = tag.number("velocity")?;
         if velocity.is_none() {
