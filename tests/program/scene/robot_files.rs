@@ -214,6 +214,31 @@ fn wheels_without_a_stated_effort_drive() {
     assert!(lines.last().unwrap().object::<3>("/cart", "position")[0].abs() < 1e-3);
 }
 
+/// The wheel of a castor, and its swivel, turn freely.
+#[test]
+fn castors_have_no_motor() {
+    let link = |name: &str| format!("<link name=\"{name}\">{INERTIAL}</link>");
+    let joint = |name: &str, parent: &str, child: &str, axis: &str| {
+        format!(
+            "<joint name=\"{name}\" type=\"continuous\"><parent link=\"{parent}\"/><child link=\"{child}\"/><origin \
+             xyz=\"0.1 0 0\"/><axis xyz=\"{axis}\"/></joint>"
+        )
+    };
+    let links = ["base", "wheel", "fork", "castor"].map(link).concat();
+    let joints = [
+        joint("drive", "base", "wheel", "0 1 0"),
+        joint("swivel", "base", "fork", "0 0 1"),
+        joint("hub", "fork", "castor", "0 1 0"),
+    ];
+    let place = TestFolder::new();
+    place.write("r.urdf", &format!("<robot name=\"r\">{links}{}</robot>", joints.concat()));
+    let told = place.tatu(&["check", "r.urdf", "--numbers"]).good();
+    told.reports(&["1 of 3 joints without a stated effort"]);
+    let force = |path: &str| told.json()["joints"][path]["max_force"].as_f64().unwrap();
+    assert!(force("/r/drive") > 0.0);
+    assert_eq!([force("/r/swivel"), force("/r/swivel/fork/hub")], [0.0, 0.0]);
+}
+
 /// An arm of 1 kg and 0.5 m whose effort is 0, absent or negative holds its position.
 #[test]
 fn arms_without_a_stated_effort_hold() {

@@ -8,7 +8,7 @@ use tatu_plugin_api::safe::{Builder, Fail, Node, Result, Value};
 
 use crate::{
     collision,
-    effort::{assumed_efforts, levers},
+    effort::{assumed_efforts, castors, levers},
     findings::{FindingKind, Findings},
     form::{Defect, MeshCache, PlacedSolid, set_object_pose},
     joint::{add_armature, is_geared, joint, set_motors},
@@ -54,7 +54,12 @@ pub fn robot(
     let levers = levers(tree, &masses, &points);
     let mut nodes: Vec<Node<'_>> = Vec::with_capacity(tree.bodies.len());
     let mut joints = Vec::with_capacity(robot.joints.len());
-    let efforts = assumed_efforts(robot, tree, &masses, &points, settings.fixed_base);
+    let mut efforts = assumed_efforts(robot, tree, &masses, &points, settings.fixed_base);
+    for (effort, is_castor) in efforts.iter_mut().zip(castors(robot, tree, &poses)) {
+        if is_castor {
+            *effort = 0.0;
+        }
+    }
     for (i, body) in tree.bodies.iter().enumerate() {
         let mut parent = None;
         let mut rolls_about = None;

@@ -53,6 +53,38 @@ pub fn assumed_efforts(
     (0..tree.bodies.len()).map(|body| rounded(effort(body))).collect()
 }
 
+/// Vertical component of the axis from which on a joint is taken for the swivel of a castor.
+const SWIVEL_VERTICAL: f64 = 0.99;
+
+/// Returns for each body whether the joint above it belongs to a castor, which has no motor: a continuous joint about a
+/// vertical axis that carries nothing but wheels on continuous joints, or one of these.
+pub fn castors(robot: &Robot, tree: &BodyTree, poses: &[Isometry3<f64>]) -> Vec<bool> {
+    let bodies = &tree.bodies;
+    let is_continuous = |body: usize| {
+        let joint = bodies[body].joint.as_ref();
+        joint.is_some_and(|(j, ..)| robot.joints[*j].kind == UrdfJointKind::Continuous)
+    };
+    let vertical = |body: usize| {
+        let joint = poses[body] * bodies[body].below.inverse();
+        (joint * Vector3::z()).z.abs()
+    };
+    let children = |body: usize| {
+        let is_child = move |b: &usize| bodies[*b].joint.as_ref().is_some_and(|(_, above, _)| *above == body);
+        (0..bodies.len()).filter(is_child)
+    };
+    let is_wheel =
+        |body: usize| is_continuous(body) && vertical(body) < 1.0 - SWIVEL_VERTICAL && children(body).next().is_none();
+    let mut found = vec![false; bodies.len()];
+    for body in 0..bodies.len() {
+        let is_swivel = is_continuous(body) && vertical(body) > SWIVEL_VERTICAL;
+        if is_swivel && children(body).next().is_some() && children(body).all(is_wheel) {
+            found[body] = true;
+            children(body).for_each(|wheel| found[wheel] = true);
+        }
+    }
+    found
+}
+
 /// Returns the lever of the joint above each body; see [`Load`].
 pub fn levers(tree: &BodyTree, masses: &[Mass], points: &[Vec<Vector3<f64>>]) -> Vec<f64> {
     loads(tree, masses, points).into_iter().map(|load| load.lever).collect()

@@ -82,7 +82,8 @@ pub fn joint<'a>(
 }
 
 /// Sets the motors of all joints: each with its stated effort or, without one, with the effort that is assumed, which is
-/// reported. A joint that mimics another one is moved by it, and has a motor only if its effort is stated.
+/// reported. A joint that mimics another one is moved by it, and has a motor only if its effort is stated; so has a joint
+/// for which no effort is assumed.
 pub fn set_motors<'a>(
     robot: &Robot,
     joints: &[(usize, Node<'a>, f64)],
@@ -97,7 +98,7 @@ pub fn set_motors<'a>(
         let stated = joint.limit.effort.filter(|e| !e.is_nan());
         let effort = match stated {
             Some(stated) => stated.min(1e9),
-            None if mimics(robot, joint) => 0.0,
+            None if mimics(robot, joint) || *effort == 0.0 => 0.0,
             None => {
                 let effort = settings.default_effort.unwrap_or(*effort);
                 (least, most, assumed) = (least.min(effort), most.max(effort), assumed + 1);
