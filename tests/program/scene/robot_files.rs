@@ -214,6 +214,16 @@ fn wheels_without_a_stated_effort_drive() {
     assert!(lines.last().unwrap().object::<3>("/cart", "position")[0].abs() < 1e-3);
 }
 
+/// A file can describe only where joints are.
+#[test]
+fn robots_without_masses_have_motors() {
+    let place = TestFolder::new();
+    let joint = "<joint name=\"j\" type=\"revolute\"><parent link=\"world\"/><child link=\"a\"/><limit lower=\"-1\" \
+                 upper=\"1\"/></joint>";
+    place.write("r.urdf", &format!("<robot name=\"r\"><link name=\"world\"/><link name=\"a\"/>{joint}</robot>"));
+    place.tatu(&["check", "r.urdf"]).good().reports(&["1 of 1 joints without a stated effort: motors of 1 N m"]);
+}
+
 /// The wheel of a castor, and its swivel, turn freely.
 #[test]
 fn castors_have_no_motor() {

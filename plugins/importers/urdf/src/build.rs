@@ -54,12 +54,10 @@ pub fn robot(
     let levers = levers(tree, &masses, &points);
     let mut nodes: Vec<Node<'_>> = Vec::with_capacity(tree.bodies.len());
     let mut joints = Vec::with_capacity(robot.joints.len());
-    let mut efforts = assumed_efforts(robot, tree, &masses, &points, settings.fixed_base);
-    for (effort, is_castor) in efforts.iter_mut().zip(castors(robot, tree, &poses)) {
-        if is_castor {
-            *effort = 0.0;
-        }
-    }
+    let assumed = assumed_efforts(robot, tree, &masses, &points, settings.fixed_base);
+    let castors = castors(robot, tree, &poses);
+    let efforts: Vec<Option<f64>> =
+        assumed.into_iter().zip(castors).map(|(effort, is_castor)| (!is_castor).then_some(effort)).collect();
     for (i, body) in tree.bodies.iter().enumerate() {
         let mut parent = None;
         let mut rolls_about = None;

@@ -12,6 +12,8 @@ use crate::{
 const GRAVITY: f64 = 9.81;
 /// Factor between the effort that lifts a load and the one that is assumed, so that the load can be accelerated.
 const MARGIN: f64 = 2.0;
+/// Effort of joints of a robot whose file states no masses, N m or N.
+const WEIGHTLESS_EFFORT: f64 = 1.0;
 /// Smallest lever that is assumed, m.
 const MIN_LEVER: f64 = 1e-3;
 
@@ -43,6 +45,7 @@ pub fn assumed_efforts(
         let Load { lever, reach } = loads[body];
         match kind(body) {
             None => 0.0,
+            Some(_) if weight <= 0.0 => WEIGHTLESS_EFFORT,
             Some(UrdfJointKind::Prismatic) => MARGIN * weight,
             Some(UrdfJointKind::Continuous) => {
                 (weight * lever.max(MIN_LEVER) / turning as f64).max(MARGIN * GRAVITY * reach)

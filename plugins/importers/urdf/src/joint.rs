@@ -86,7 +86,7 @@ pub fn joint<'a>(
 /// for which no effort is assumed.
 pub fn set_motors<'a>(
     robot: &Robot,
-    joints: &[(usize, Node<'a>, f64)],
+    joints: &[(usize, Node<'a>, Option<f64>)],
     settings: &ImportSettings,
     findings: &Findings,
 ) -> Result {
@@ -98,12 +98,12 @@ pub fn set_motors<'a>(
         let stated = joint.limit.effort.filter(|e| !e.is_nan());
         let effort = match stated {
             Some(stated) => stated.min(1e9),
-            None if mimics(robot, joint) || *effort == 0.0 => 0.0,
-            None => {
-                let effort = settings.default_effort.unwrap_or(*effort);
+            None if mimics(robot, joint) => 0.0,
+            None => effort.map_or(0.0, |effort| {
+                let effort = settings.default_effort.unwrap_or(effort);
                 (least, most, assumed) = (least.min(effort), most.max(effort), assumed + 1);
                 effort
-            }
+            }),
         };
         let control = match settings.motors.as_str() {
             _ if effort <= 0.0 => "free",
