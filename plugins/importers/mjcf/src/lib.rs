@@ -19,6 +19,7 @@ mod read;
 mod report;
 mod xml;
 
+use tatu_importers_xml::root_name;
 use tatu_plugin_api::{
     safe::{Builder, Fail, Host, Importer, Offer, Param, Params, Plugin, Result},
     tatu_plugin,
@@ -62,14 +63,7 @@ impl Importer for Mjcf {
 
     fn sniff(head: &[u8]) -> u32 {
         let text = String::from_utf8_lossy(head);
-        let mut rest = text.trim_start_matches('\u{feff}').trim_start();
-        while let Some(end) = [("<?", "?>"), ("<!--", "-->")].iter().find_map(|(open, close)| {
-            rest.starts_with(open).then(|| rest.find(close).map_or(rest.len(), |i| i + close.len()))
-        }) {
-            rest = rest[end..].trim_start();
-        }
-        let after = rest.strip_prefix("<mujoco");
-        if after.is_some_and(|r| r.starts_with(|c: char| c.is_whitespace() || c == '>' || c == '/')) { 90 } else { 0 }
+        if root_name(&text).is_some_and(|name| &text[name] == "mujoco") { 90 } else { 0 }
     }
 
     fn load(bytes: &[u8], builder: &Builder<'_>, params: &Params<'_>) -> Result {

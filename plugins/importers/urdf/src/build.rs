@@ -8,7 +8,7 @@ use tatu_plugin_api::safe::{Builder, Fail, Node, Result, Value};
 
 use crate::{
     collision,
-    effort::{assumed_efforts, castors, levers},
+    effort::{assumed_efforts, castors, loads},
     findings::{FindingKind, Findings},
     form::{Defect, MeshCache, PlacedSolid, set_object_pose},
     joint::{add_armature, is_geared, joint, set_motors},
@@ -51,10 +51,10 @@ pub fn robot(
     let surface = |solids: &Vec<NamedSolid>| solids.iter().flat_map(|s| s.solid.surface_points()).collect();
     let points: Vec<Vec<Vector3<f64>>> = colliding.iter().map(surface).collect();
     let poses = poses(tree);
-    let levers = levers(tree, &masses, &points);
+    let loads = loads(tree, &masses, &points, &poses);
     let mut nodes: Vec<Node<'_>> = Vec::with_capacity(tree.bodies.len());
     let mut joints = Vec::with_capacity(robot.joints.len());
-    let assumed = assumed_efforts(robot, tree, &masses, &points, settings.fixed_base);
+    let assumed = assumed_efforts(robot, tree, &masses, &loads, settings.fixed_base);
     let castors = castors(robot, tree, &poses);
     let efforts: Vec<Option<f64>> =
         assumed.into_iter().zip(castors).map(|(effort, is_castor)| (!is_castor).then_some(effort)).collect();
@@ -67,7 +67,7 @@ pub fn robot(
             let made = made.map_err(|e| with_line(e, source.line))?;
             if is_geared(robot, *j) {
                 let centre = body.below * nalgebra::Point3::from(masses[i].com);
-                let link = (masses[i].mass, centre.coords.xy().norm(), levers[i]);
+                let link = (masses[i].mass, centre.coords.xy().norm(), loads[i].lever);
                 add_armature(made, source, link, findings)?;
             }
             if source.kind == UrdfJointKind::Continuous {

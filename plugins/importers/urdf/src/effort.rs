@@ -5,7 +5,7 @@ use nalgebra::{Isometry3, Point3, Vector3};
 use crate::{
     mass::Mass,
     robot::{Robot, UrdfJointKind},
-    tree::BodyTree,
+    tree::{BodyTree, LinkGroup},
 };
 
 /// Acceleration of gravity, m/s^2.
@@ -18,9 +18,9 @@ const WEIGHTLESS_EFFORT: f64 = 1.0;
 const MIN_LEVER: f64 = 1e-3;
 
 /// What the effort of a joint depends on.
-struct Load {
+pub struct Load {
     /// Distance of the farthest point that the joint moves from its axis, m, in the pose of the file.
-    lever: f64,
+    pub lever: f64,
     /// Sum of mass times the greatest distance from the joint that other joints allow, kg m, of what the joint moves.
     reach: f64,
 }
@@ -29,14 +29,7 @@ struct Load {
 ///
 /// Revolute and prismatic joints can lift the whole robot with what they move, as legs must and as arms can. Continuous
 /// joints can hold what they move, stretched out, and together push the robot with its weight, as wheels do.
-pub fn assumed_efforts(
-    robot: &Robot,
-    tree: &BodyTree,
-    masses: &[Mass],
-    points: &[Vec<Vector3<f64>>],
-    fixed_base: bool,
-) -> Vec<f64> {
-    let loads = loads(tree, masses, points);
+pub fn assumed_efforts(robot: &Robot, tree: &BodyTree, masses: &[Mass], loads: &[Load], fixed_base: bool) -> Vec<f64> {
     let moving = &masses[usize::from(fixed_base).min(masses.len())..];
     let weight = GRAVITY * moving.iter().map(|m| m.mass).sum::<f64>();
     let kind = |body: usize| tree.bodies[body].joint.as_ref().map(|(j, ..)| robot.joints[*j].kind);
@@ -88,22 +81,14 @@ pub fn castors(robot: &Robot, tree: &BodyTree, poses: &[Isometry3<f64>]) -> Vec<
     found
 }
 
-/// Returns the lever of the joint above each body; see [`Load`].
-pub fn levers(tree: &BodyTree, masses: &[Mass], points: &[Vec<Vector3<f64>>]) -> Vec<f64> {
-    loads(tree, masses, points).into_iter().map(|load| load.lever).collect()
-}
-
-fn loads(tree: &BodyTree, masses: &[Mass], points: &[Vec<Vector3<f64>>]) -> Vec<Load> {
-    let mut poses: Vec<Isometry3<f64>> = Vec::with_capacity(tree.bodies.len());
-    let mut axes: Vec<(Point3<f64>, Vector3<f64>)> = Vec::with_capacity(tree.bodies.len());
-    for body in &tree.bodies {
-        let joint = match &body.joint {
-            Some((_, above, frame)) => poses[*above] * frame,
-            None => Isometry3::identity(),
-        };
-        axes.push((joint.translation.vector.into(), joint * Vector3::z()));
-        poses.push(joint * body.below);
-    }
+/// Returns the load of the joint above each body; `points` are those of the surfaces of each body, in its frame, and
+/// `poses` the poses of bodies.
+pub fn loads(tree: &BodyTree, masses: &[Mass], points: &[Vec<Vector3<f64>>], poses: &[Isometry3<f64>]) -> Vec<Load> {
+    let axis = |(body, pose): (&LinkGroup, &Isometry3<f64>)| {
+        let joint = pose * body.below.inverse();
+        (Point3::from(joint.translation.vector), joint * Vector3::z())
+    };
+    let axes: Vec<(Point3<f64>, Vector3<f64>)> = tree.bodies.iter().zip(poses).map(axis).collect();
     let mut loads: Vec<Load> = tree.bodies.iter().map(|_| Load { lever: 0.0, reach: 0.0 }).collect();
     for (body, pose) in poses.iter().enumerate() {
         let centre = pose * Point3::from(masses[body].com);

@@ -23,6 +23,7 @@ mod xml;
 use findings::Findings;
 use settings::ImportSettings;
 use source::SourceText;
+use tatu_importers_xml::root_name;
 use tatu_plugin_api::{
     safe::{Builder, Fail, Host, Importer, Offer, Param, Params, Plugin, Result},
     tatu_plugin,
@@ -59,14 +60,7 @@ impl Importer for Urdf {
     fn sniff(head: &[u8]) -> u32 {
         let text = String::from_utf8_lossy(head);
         // Other formats, such as SDF, also contain <robot>, but not as the root element.
-        let mut rest = text.trim_start_matches('\u{feff}').trim_start();
-        while let Some(end) = [("<?", "?>"), ("<!--", "-->")].iter().find_map(|(open, close)| {
-            rest.starts_with(open).then(|| rest.find(close).map_or(rest.len(), |i| i + close.len()))
-        }) {
-            rest = rest[end..].trim_start();
-        }
-        let after = rest.strip_prefix("<robot");
-        if after.is_some_and(|r| r.starts_with(|c: char| c.is_whitespace() || c == '>')) { 80 } else { 0 }
+        if root_name(&text).is_some_and(|name| &text[name] == "robot") { 80 } else { 0 }
     }
 
     fn load(bytes: &[u8], builder: &Builder<'_>, params: &Params<'_>) -> Result {

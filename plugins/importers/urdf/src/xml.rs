@@ -3,6 +3,7 @@
 use std::borrow::Cow;
 
 use roxmltree::{Document, Error, Node, ParsingOptions};
+use tatu_importers_xml::root_name;
 use tatu_plugin_api::safe::{Fail, Result};
 
 /// Maximum nesting depth of elements; real files have a depth of 6.
@@ -45,30 +46,11 @@ pub fn bind_prefixes(text: &str) -> (Cow<'_, str>, Option<String>) {
         let options = ParsingOptions { nodes_limit: MAX_NODES, ..Default::default() };
         let Err(Error::UnknownNamespace(prefix, _)) = Document::parse_with_options(&bound, options) else { break };
         // A xacro file has a better error.
-        let Some(at) = end_of_root_name(&bound).filter(|_| prefix != "xacro") else { break };
+        let Some(at) = root_name(&bound).map(|name| name.end).filter(|_| prefix != "xacro") else { break };
         bound = Cow::Owned(format!("{} xmlns:{prefix}=\"unbound\"{}", &bound[..at], &bound[at..]));
         first.get_or_insert(prefix);
     }
     (bound, first)
-}
-
-/// Returns the offset of the end of the root element's name in its start tag.
-fn end_of_root_name(text: &str) -> Option<usize> {
-    let mut at = 0;
-    loop {
-        at += text[at..].find('<')?;
-        let rest = &text[at..];
-        let skipped = match () {
-            () if rest.starts_with("<!--") => rest.find("-->")? + 3,
-            () if rest.starts_with("<?") => rest.find("?>")? + 2,
-            () if rest.starts_with("<!") => return None,
-            () => {
-                let end = rest[1..].find(|c: char| c.is_whitespace() || matches!(c, '/' | '>'))?;
-                return Some(at + 1 + end);
-            }
-        };
-        at += skipped;
-    }
 }
 
 /// Parses a file. Fails if the text is not well-formed XML or is nested too deeply.

@@ -1,10 +1,32 @@
-//! A look at the tags of an XML file before roxmltree parses it, whose time grows with the square of the number of
-//! attributes in a tag, and with the number of namespaces at each element. All readers of XML files share it.
+//! A look at the tags of an XML file before roxmltree parses it: the name of the root element, and whether tags are too
+//! large, since the parser's time grows with the square of the number of attributes in a tag, and with the number of
+//! namespaces at each element. All readers of XML files share it.
+
+use std::ops::Range;
 
 /// Maximum number of attributes of an element.
 const MAX_ATTRIBUTES: usize = 256;
 /// Maximum number of declarations of namespaces in a file.
 const MAX_NAMESPACES: usize = 500;
+
+/// Returns where the name of the root element is in a text, or `None` if the text does not begin as an XML file without
+/// a document type declaration does.
+pub fn root_name(text: &str) -> Option<Range<usize>> {
+    let mut at = 0;
+    loop {
+        let rest = text[at..].trim_start_matches('\u{feff}').trim_start();
+        at = text.len() - rest.len();
+        let skipped = [("<!--", "-->"), ("<?", "?>")].iter().find(|(open, _)| rest.starts_with(open));
+        match skipped {
+            Some((_, close)) => at += rest.find(close)? + close.len(),
+            None => {
+                let name = rest.strip_prefix('<').filter(|name| !name.starts_with('!'))?;
+                let length = name.find(|c: char| c.is_whitespace() || matches!(c, '/' | '>'))?;
+                return Some(at + 1..at + 1 + length).filter(|_| length > 0);
+            }
+        }
+    }
+}
 
 /// Returns the first tag with too much in it: its offset, and what is wrong. Flaws of XML are left to the parser.
 pub fn too_large(text: &str) -> Option<(usize, String)> {
@@ -53,6 +75,14 @@ pub fn too_large(text: &str) -> Option<(usize, String)> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_root_element_has_a_name() {
+        let name = |text: &'static str| root_name(text).map(|range| &text[range]);
+        assert_eq!(name("\u{feff}<?xml version='1.0'?>\n<!-- <a> -->\n<robot name='r'>"), Some("robot"));
+        assert_eq!([name("<sdf/>"), name("<x:y>")], [Some("sdf"), Some("x:y")]);
+        assert_eq!(["", "robot", "<", "<>", "<a", "<!DOCTYPE a>", "<!-- a"].map(root_name), [const { None }; 7]);
+    }
 
     #[test]
     fn only_large_tags_are_found() {
