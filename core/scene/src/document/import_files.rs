@@ -106,12 +106,11 @@ impl DocumentBuilder<'_> {
             }
             PackageEntry::Missing(near) => {
                 let hint = near.map(|near| format!("; there is `{}`", near.display())).unwrap_or_default();
-                let place = format!("does not exist in {shown}");
-                // One report for each package: importers count what they miss.
-                return match self.document.reports.iter().any(|report| report.text.contains(&place)) {
-                    true => Ok(None),
-                    false => Ok(self.report_once(format!("`{name}` {place}{hint}"))),
-                };
+                // Importers count what they miss, so one report for each package suffices.
+                if self.document.reading.incomplete_packages.insert(package.folder.clone()) {
+                    self.report_once(format!("`{name}` does not exist in {shown}{hint}"));
+                }
+                return Ok(None);
             }
         };
         let Some(allowed) = self.reach.file_below(&package.folder, &package.folder.join(file)) else {

@@ -235,6 +235,8 @@ pub struct Document {
 #[derive(Debug, Clone, Default)]
 pub(crate) struct ReadProgress {
     next_model: usize,
+    /// Folders of packages in which a file was missing, which is reported once for each.
+    incomplete_packages: BTreeSet<PathBuf>,
     /// Parameters of models, by model number, that override the values in the files.
     model_params: Arc<[(usize, String, Value)]>,
     /// Properties that the files set, which are applied when all objects exist.
