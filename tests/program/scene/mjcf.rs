@@ -291,3 +291,32 @@ fn sites_carry_the_sensors_of_the_file() {
     // From the top of the box at 0.2 m to the bottom of the one at 1.2 m.
     close(&[value(eye, "proximity.distance")], &[1.0], 2e-3);
 }
+
+#[test]
+fn self_collisions_are_those_of_mujoco() {
+    let place = TestFolder::new();
+    let body = |name: &str, attributes: &str, children: &str| {
+        format!(
+            "<body name=\"{name}\"><joint axis=\"0 1 0\"/><geom type=\"box\" size=\".1 .1 .1\" {attributes}/>{children}\
+             </body>"
+        )
+    };
+    // a carries b and e; b carries c, and c carries d.
+    let chain = body("b", "", &body("c", "", &body("d", "contype=\"2\" conaffinity=\"2\"", "")));
+    let all = body("a", "", &format!("{chain}{}", body("e", "", "")));
+    let excluded = r#"<contact><exclude body1="b" body2="e"/></contact>"#;
+    place.write("m.xml", &mjcf(&all, excluded));
+    place.write("s.toml", "format = 1\n[[import]]\nfile = \"m.xml\"\nself_collision = true\n");
+    let scene = scene(&place, "s.toml");
+    let mask = |name: &str| {
+        let slot = scene.find(0, &format!("//{name}")).unwrap_or_else(|| panic!("there is no {name}"));
+        match get(&scene, slot, Property::RESPONDABLE_MASK).unwrap() {
+            Value::Int(mask) => mask & 0xFF,
+            other => panic!("{other:?}"),
+        }
+    };
+    let pairs = ["ab", "ac", "ad", "ae", "bc", "bd", "be", "cd", "ce", "de"];
+    let collides = |pair: &&str| mask(&pair[..1]) & mask(&pair[1..]) != 0;
+    let found: Vec<&str> = pairs.into_iter().filter(collides).collect();
+    assert_eq!(found, ["ac", "ce"]);
+}

@@ -28,6 +28,8 @@ pub struct BodyGroup {
     pub pose: Isometry3<f64>,
     /// The group at the top level from which this one descends.
     pub top: usize,
+    /// Whether other groups have this one as their parent.
+    pub carries: bool,
 }
 
 /// All groups; the first one is the world.
@@ -58,6 +60,7 @@ impl BodyGroups {
                     parent: 0,
                     pose: Isometry3::identity(),
                     top: 0,
+                    carries: false,
                 });
                 continue;
             }
@@ -76,6 +79,7 @@ impl BodyGroups {
             }
             let number = all.len();
             let top = if above == 0 { number } else { all[above].top };
+            all[above].carries = true;
             of_body.push((number, Isometry3::identity()));
             all.push(BodyGroup {
                 first: i,
@@ -85,6 +89,7 @@ impl BodyGroups {
                 parent: above,
                 pose,
                 top,
+                carries: false,
             });
         }
         for group in &mut all {

@@ -57,7 +57,10 @@ impl Importer for Mjcf {
             ),
             Param::bool("self_collision")
                 .default(false)
-                .text("Whether bodies of one mechanism collide with each other, by the contact types of the file."),
+                .text(
+                "Whether bodies of one mechanism collide with each other, by the contact types of the file; not with their \
+                 parents.",
+            ),
         ]
     }
 

@@ -19,8 +19,8 @@ pub struct Model {
     pub keyframes: Vec<Keyframe>,
     /// Names of geoms in contact pairs.
     pub paired_geoms: BTreeSet<String>,
-    /// Pairs of bodies that must not collide.
-    pub exclusions: usize,
+    /// Names of pairs of bodies that must not collide.
+    pub exclusions: Vec<[String; 2]>,
     pub gravity: Option<[f64; 3]>,
     pub timestep: Option<f64>,
 }

@@ -1,10 +1,11 @@
 //! Reads mesh files for importers, and builds shapes from them: Wavefront OBJ with its materials, STL, PLY, COLLADA and
-//! glTF.
+//! glTF. Chooses the masks by which bodies of a robot collide with each other.
 //!
 //! Files are not trusted: for any bytes, the result is a model or an error in one sentence.
 
 mod collada;
 mod gltf;
+mod masks;
 mod model;
 mod obj;
 mod picture;
@@ -12,6 +13,7 @@ mod ply;
 mod shape;
 mod stl;
 
+pub use masks::SelfCollisionMasks;
 pub use model::{ImportedModel, MeshModel, MeshPiece, merge_pieces};
 pub use picture::{DecodedImage, FileLoader};
 pub use shape::ShapeBuilder;

@@ -2,13 +2,14 @@
 //!
 //! - this module: the order of objects, and bodies that are fixed, free or moved by joints;
 //! - `joints`: joints and the links between several joints of one body;
-//! - `shapes`: shapes of bodies and their masks; `forms`: forms, colours and masses;
+//! - `shapes`: shapes of bodies; `masks`: which of them collide with each other; `forms`: forms, colours and masses;
 //! - `parts`: sites with sensors, cameras and lights;
 //! - `loops`: constraints between bodies.
 
 mod forms;
 mod joints;
 mod loops;
+mod masks;
 mod parts;
 mod shapes;
 
@@ -103,8 +104,8 @@ struct ModelBuilder<'w, 'b> {
     names: NameTable,
     /// Sensors by the name of their site.
     sensors: BTreeMap<&'w str, Vec<&'w Sensor>>,
-    /// Groups with joints below them.
-    carriers: BTreeSet<usize>,
+    /// The low byte of the mask of each group: see `masks`.
+    low_masks: Vec<u8>,
     /// For groups at the top level that gears connect to others: the lowest of them.
     geared: BTreeMap<usize, usize>,
     /// Links between several joints of one body, by body: their number.
@@ -135,7 +136,7 @@ pub fn model(builder: &Builder<'_>, model: &Model, settings: &ImportSettings, re
         anchors: BTreeMap::new(),
         names: NameTable { counts: BTreeMap::new(), reserved: model.bodies.iter().flat_map(names_of).collect() },
         sensors: BTreeMap::new(),
-        carriers: groups.all.iter().skip(1).map(|g| g.parent).collect(),
+        low_masks: vec![0; groups.all.len()],
         geared: BTreeMap::new(),
         links: BTreeMap::new(),
     };
@@ -143,6 +144,9 @@ pub fn model(builder: &Builder<'_>, model: &Model, settings: &ImportSettings, re
         work.sensors.entry(&sensor.site).or_default().push(sensor);
     }
     work.connect_tops();
+    if settings.self_collision {
+        work.choose_masks();
+    }
     let base = Placed { node: base, path: String::new() };
     work.bodies[0] = Some(base.clone());
     work.world(&base)?;
@@ -283,7 +287,7 @@ impl<'b> ModelBuilder<'_, 'b> {
                 continue;
             }
             let shape = self.attached("shape", base, &name, &geom.pose)?;
-            self.single(shape.node, geom, true)?;
+            self.single(shape.node, geom, 0)?;
         }
         self.parts(0, base, &Isometry3::identity())
     }
@@ -354,12 +358,6 @@ impl<'b> ModelBuilder<'_, 'b> {
 
     /// Notes on how the whole model was translated.
     fn summary(&mut self) {
-        if self.settings.self_collision && self.model.exclusions > 0 {
-            self.report.warn_file(format!(
-                "{} pairs of bodies that the file excludes from collisions can collide, because `self_collision` is set",
-                self.model.exclusions
-            ));
-        }
         if !self.settings.self_collision && !self.joints.is_empty() {
             self.report.note_file(
                 "bodies of one mechanism do not collide with each other: see the parameter `self_collision`",

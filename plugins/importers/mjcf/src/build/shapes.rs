@@ -18,25 +18,23 @@ impl<'b> ModelBuilder<'_, 'b> {
         geom.collides() || (!geom.name.is_empty() && self.model.paired_geoms.contains(&geom.name))
     }
 
-    /// Returns the mask of a shape with these geoms. The bits of contact types decide between mechanisms; within one,
-    /// shapes collide only on request.
-    fn mask(&self, geoms: &[&Geom]) -> i64 {
+    /// Returns the mask of a shape of a group with these geoms. The bits of contact types decide between mechanisms.
+    fn mask(&self, geoms: &[&Geom], group: usize) -> i64 {
         let types = geoms.iter().fold(0, |bits, g| bits | g.contype | g.conaffinity);
         let high = if types == 0 { 1 } else { byte(types) };
-        let within = geoms.iter().fold(0, |bits, g| bits | (g.contype & g.conaffinity));
-        let low = if self.settings.self_collision { byte(within) } else { 0 };
-        high << 8 | low
+        high << 8 | i64::from(self.low_masks[group])
     }
 
-    /// Builds a shape that consists of one geom. A mesh that collides is convex, unless it stands still by itself.
-    pub(super) fn single(&mut self, node: Node<'b>, geom: &Geom, is_world: bool) -> Result {
+    /// Builds a shape of a group that consists of one geom. A mesh that collides is convex, unless it stands still by
+    /// itself.
+    pub(super) fn single(&mut self, node: Node<'b>, geom: &Geom, group: usize) -> Result {
         let collides = self.collides(geom);
         self.shapes.form(self.builder, node, geom, collides)?;
         node.set("shape.respondable", collides)?;
         if collides {
-            let mask = self.mask(&[geom]);
+            let mask = self.mask(&[geom], group);
             // The world has no other part with which it could collide.
-            node.set("shape.respondable_mask", if is_world { mask | 0xFF } else { mask })?
+            node.set("shape.respondable_mask", if group == 0 { mask | 0xFF } else { mask })?
                 .set("shape.friction", friction(geom))?;
             self.surface(node, &[geom])?;
         }
@@ -89,12 +87,12 @@ impl<'b> ModelBuilder<'_, 'b> {
             node.set("shape.primitive", "compound")?
                 .set("shape.parts", Value::List(parts))?
                 .set("shape.respondable", true)?
-                .set("shape.respondable_mask", self.mask(&geoms))?
+                .set("shape.respondable_mask", self.mask(&geoms, number))?
                 .set("shape.friction", geoms.iter().map(|g| friction(g)).fold(0.0, f64::max))?;
             if seen && !shown {
                 node.set("object.visible", false)?.set("shape.detectable", false)?;
             }
-            let alone = group.attachment != Attachment::Joints && !self.carriers.contains(&number);
+            let alone = group.attachment != Attachment::Joints && !group.carries;
             if alone {
                 self.surface(node, &geoms)?;
             } else if geoms.iter().any(|g| g.condim >= 4) {
@@ -118,7 +116,7 @@ impl<'b> ModelBuilder<'_, 'b> {
                 name => name.to_owned(),
             };
             let part = self.attached("shape", shape, &name, &(*pose * geom.pose))?;
-            self.single(part.node, geom, false)?;
+            self.single(part.node, geom, number)?;
         }
         Ok(())
     }

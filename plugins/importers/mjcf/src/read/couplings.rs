@@ -99,7 +99,10 @@ impl Reader<'_, '_> {
     }
 
     pub(super) fn contacts(&mut self, source: &Source) -> Result {
-        self.model.exclusions += source.root.section("contact").filter(|e| e.name == "exclude").count();
+        for element in source.root.section("contact").filter(|e| e.name == "exclude") {
+            let body = |key: &str| source.named(element.attribute(key).unwrap_or_default());
+            self.model.exclusions.push(["body1", "body2"].map(body));
+        }
         for element in source.root.section("contact").filter(|e| e.name == "pair") {
             for key in ["geom1", "geom2"] {
                 if let Some(name) = element.attribute(key) {
