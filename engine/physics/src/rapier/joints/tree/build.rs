@@ -59,6 +59,12 @@ pub(super) fn build(mechanism: &Mechanism, bodies: &Bodies, joints: &Joints) -> 
     let body = mechanism.bodies.first().filter(|_| alone).and_then(|b| bodies.body(*b));
     let damping = body.map_or([0.0; 2], |b| [b.linear_damping(), b.angular_damping()]);
     let state = TreeState { q: mechanism.q.clone(), v: mechanism.v.clone() };
+    let mut spins = vec![false; mechanism.v.len()];
+    for link in 0..tree.links().len() {
+        if is_body_of_revolution(tree.links(), link) && mechanism.gears.iter().all(Option::is_none) {
+            spins[mechanism.places[link].velocity] = true;
+        }
+    }
     Some(MechanismSolver {
         solver: TreeSolver::new(&tree),
         kinematics: Kinematics::new(&tree),
@@ -68,6 +74,7 @@ pub(super) fn build(mechanism: &Mechanism, bodies: &Bodies, joints: &Joints) -> 
         damping,
         tree,
         state,
+        spins,
         poses: vec![Isometry3::identity(); to_body.len()],
         origins: vec![Vector3::zeros(); to_body.len()],
         to_body,
@@ -75,6 +82,25 @@ pub(super) fn build(mechanism: &Mechanism, bodies: &Bodies, joints: &Joints) -> 
         rest: None,
         at_rest: false,
     })
+}
+
+/// Maximum deviation of the inertia of a wheel from that of a body of revolution, as a fraction of its moment about the
+/// axis.
+const MAX_IMBALANCE: f64 = 1e-3;
+
+/// Returns whether a link is the last of its chain, and turning it about its joint moves no mass.
+fn is_body_of_revolution(links: &[Link], link: usize) -> bool {
+    let Link { joint: Joint::Revolute(axis), mass, center, inertia, .. } = links[link] else { return false };
+    if links.iter().any(|other| other.parent == Some(link)) {
+        return false;
+    }
+    // All moments about axes through the joint that are perpendicular to it must be equal, and its products 0.
+    let about_axis = axis.dot(&(inertia * axis));
+    let across = 0.5 * (inertia.trace() - about_axis);
+    let ideal = Matrix3::identity() * across + axis * axis.transpose() * (about_axis - across);
+    let offset = center - axis * axis.dot(&center);
+    let imbalance = (inertia - ideal).amax().max(mass * offset.norm_squared());
+    imbalance <= MAX_IMBALANCE * about_axis
 }
 
 /// Adds the gaps of a mechanism's gears to the offsets of a tree that was just built.

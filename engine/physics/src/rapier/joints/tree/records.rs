@@ -3,7 +3,7 @@
 use nalgebra::{Isometry3, Vector3};
 use rapier3d::{geometry::ColliderHandle, math::Vector};
 use serde::{Deserialize, Serialize};
-use tatu_mechanisms::{Island, Kinematics, Tree, TreeDrives, TreeSolver, TreeState};
+use tatu_mechanisms::{ContactPoint, Island, Kinematics, Tree, TreeDrives, TreeSolver, TreeState};
 
 use crate::{BodyId, JointId};
 
@@ -75,12 +75,14 @@ impl Mechanism {
     }
 }
 
-/// What acted in a step without contacts that changed neither positions nor velocities nor efforts.
+/// What acted in a step that changed neither positions nor velocities nor forces.
 pub(crate) struct RestRecord {
     /// The mechanisms of the island.
     pub members: Vec<usize>,
     pub q: Vec<f64>,
     pub carried: Vec<f64>,
+    /// The contacts of the island; empty for all mechanisms but the first.
+    pub contacts: Vec<ContactPoint>,
     pub drives: TreeDrives,
     pub gravity: Vector3<f64>,
     pub dt: f64,
@@ -99,6 +101,8 @@ pub(crate) struct MechanismSolver {
     pub poses: Vec<Isometry3<f64>>,
     /// Origin of each link in the world frame at the beginning of the step, m.
     pub origins: Vec<Vector3<f64>>,
+    /// For each velocity, whether it turns a body of revolution about its axis, as a wheel turns.
+    pub spins: Vec<bool>,
     /// Buffers for solving the island whose first mechanism this is.
     pub island: Island,
     /// What acted in a step that changed nothing.

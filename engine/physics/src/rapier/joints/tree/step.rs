@@ -34,7 +34,7 @@ pub(super) struct MechanismIsland {
     pub contact_indices: Vec<usize>,
     pub contacts: Vec<ContactPoint>,
     /// Impulse of each contact, summed over sub-steps, N s.
-    totals: Vec<Vector3<f64>>,
+    pub totals: Vec<Vector3<f64>>,
     /// Number of sub-steps of this physics step.
     substeps: usize,
     /// Whether the island has been calm for a while.
@@ -194,6 +194,7 @@ impl MechanismIsland {
         let rests = self.repeats(gravity, dt);
         self.mechanisms.iter_mut().filter_map(|m| m.built.as_mut()).for_each(|built| built.at_rest = rests);
         if rests {
+            self.repeat_impulses();
             return;
         }
         let start = self.is_nearly_at_rest().then(|| self.rest_start());

@@ -34,7 +34,8 @@ impl MechanismIsland {
     }
 }
 
-/// Returns whether a mechanism has no springs and is slow.
+/// Returns whether a mechanism has no springs and is slow, except for wheels: a body of revolution is the same however
+/// far it has turned.
 fn is_calm(mechanism: &Mechanism, dt: f64) -> bool {
     let Some(built) = &mechanism.built else { return true };
     // A geared joint may be faster than the joint that it follows.
@@ -43,7 +44,8 @@ fn is_calm(mechanism: &Mechanism, dt: f64) -> bool {
             (ratio * mechanism.v[mechanism.places[link].velocity]).abs() * dt > MAX_CALM_MOTION
         })
     };
-    mechanism.v.iter().all(|v| v.abs() * dt <= MAX_CALM_MOTION)
+    let slow = |(velocity, v): (usize, &f64)| v.abs() * dt <= MAX_CALM_MOTION || built.spins[velocity];
+    mechanism.v.iter().enumerate().all(slow)
         && !(0..mechanism.gears.len()).any(faster)
         && built.drives.spring.iter().all(|spring| spring.stiffness == 0.0)
 }
