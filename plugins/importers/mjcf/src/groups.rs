@@ -1,11 +1,9 @@
 //! Bodies that are fixed to each other form a group, which becomes one body of the scene.
 
 use nalgebra::{Isometry3, Vector3};
+use tatu_importers_common::Mass;
 
-use crate::{
-    mass::Mass,
-    model::{Joint, JointKind, Model},
-};
+use crate::model::{Joint, JointKind, Model};
 
 /// How the first body of a group is attached.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,7 +1,7 @@
 //! Importer for MuJoCo models in MJCF files.
 //!
 //! `xml` and `include` read files into elements, `defaults`, `attributes` and `compiler` interpret their attributes,
-//! `read` makes a `model` of them, with `mass` and `mesh`; `groups` finds the bodies of the scene, `drives` its motors and
+//! `read` makes a `model` of them, with `mesh`; `groups` finds the bodies of the scene, `drives` its motors and
 //! gears, and `build` creates the objects. `coverage` and `report` say what was omitted.
 
 mod attributes;
@@ -12,7 +12,6 @@ mod defaults;
 mod drives;
 mod groups;
 mod include;
-mod mass;
 mod mesh;
 mod model;
 mod read;

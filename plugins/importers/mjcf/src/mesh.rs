@@ -1,9 +1,7 @@
 //! Mesh files, and the masses of meshes.
 
 use nalgebra::{Isometry3, Matrix3, Vector3};
-use tatu_importers_common::{MeshPiece, SUFFIXES, merge_pieces, read};
-
-use crate::mass::Solid;
+use tatu_importers_common::{MeshPiece, SUFFIXES, Solid, merge_pieces, read};
 
 /// Maximum number of triangles of one mesh.
 const MAX_TRIANGLES: usize = 4_000_000;

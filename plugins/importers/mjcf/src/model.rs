@@ -3,9 +3,9 @@
 use std::{collections::BTreeSet, rc::Rc};
 
 use nalgebra::{Isometry3, Vector3};
-use tatu_importers_common::DecodedImage;
+use tatu_importers_common::{DecodedImage, Mass};
 
-use crate::{mass::Mass, mesh::MeshAsset, xml::Place};
+use crate::{mesh::MeshAsset, xml::Place};
 
 /// A model; the first body is the world.
 #[derive(Default)]

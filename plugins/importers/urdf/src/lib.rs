@@ -1,28 +1,15 @@
 //! Importer for robots in URDF files.
 //!
-//! `xml` parses the file, `read` reads the `robot` in it, `tree` checks how links and joints are connected and merges
-//! links that are fixed to each other into bodies, `mass` combines their masses, `mesh` reads mesh files, `form`
-//! converts geometries, `build` creates the objects.
+//! `source` expands xacro files, `xml` parses the text, `read` reads the robot in it, `settings` has the parameters. The
+//! crate `tatu-importers-robots` builds the robot.
 
-mod build;
-mod collision;
-mod effort;
-mod findings;
-mod form;
-mod joint;
-mod mass;
-mod materials;
-mod mesh;
 mod read;
-mod robot;
 mod settings;
 mod source;
-mod tree;
 mod xml;
 
-use findings::Findings;
-use settings::ImportSettings;
 use source::SourceText;
+use tatu_importers_robots::{BodyTree, Findings, build};
 use tatu_importers_xml::root_name;
 use tatu_plugin_api::{
     safe::{Builder, Fail, Host, Importer, Offer, Param, Params, Plugin, Result},
@@ -54,7 +41,7 @@ impl Importer for Urdf {
     const SUFFIXES: &'static [&'static str] = &[".urdf", ".xacro"];
 
     fn params() -> Vec<Param> {
-        ImportSettings::params()
+        settings::params()
     }
 
     fn sniff(head: &[u8]) -> u32 {
@@ -73,13 +60,13 @@ impl Importer for Urdf {
         })?;
         let findings = Findings::default();
         let source = SourceText::new(text, &params.string("arguments")?, builder)?;
-        let build = || {
+        let built = || {
             let robot = read::robot(&source.text, &findings)?;
-            let tree = tree::BodyTree::new(&robot)?;
-            build::robot(builder, &robot, &tree, &ImportSettings::read(params, &robot, &tree)?, &findings)
+            let tree = BodyTree::new(&robot)?;
+            build(builder, None, &robot, &tree, &settings::read(params, &robot, &tree)?, &findings)
         };
-        build().map_err(|e| source.located(e))?;
-        findings.report(builder, &source);
+        built().map_err(|e| source.located(e))?;
+        findings.report(builder, |line| source.origin(line));
         Ok(())
     }
 }

@@ -1,16 +1,16 @@
 //! Reads the robot in the XML of a URDF file.
 
+use std::collections::BTreeMap;
+
+use nalgebra::Isometry3;
+use tatu_importers_robots::{
+    FindingKind, Findings, Geometry, Inertial, Joint, JointDynamics, JointKind, JointLimit, Link, LinkShape, Mimic,
+    MotorKind, Robot, RobotStructure, Surface, gazebo_color, pose,
+};
 use tatu_importers_xml::too_large;
 use tatu_plugin_api::safe::{Fail, Result};
 
-use crate::{
-    findings::{FindingKind, Findings},
-    robot::{
-        GazeboLink, Geometry, Inertial, Joint, JointDynamics, JointLimit, Link, LinkShape, Material, Mimic, Robot,
-        UrdfJointKind, UrdfPose,
-    },
-    xml::{LineIndex, XmlElement, bind_prefixes, parse},
-};
+use crate::xml::{LineIndex, XmlElement, bind_prefixes, parse};
 
 /// Maximum number of links and joints in total.
 const MAX_PARTS: usize = 20_000;
@@ -22,6 +22,57 @@ type UrdfVersion = (u32, u32);
 const QUATERNIONS_SINCE: UrdfVersion = (1, 1);
 /// The first version in which omitted limits are infinite instead of 0.
 const INFINITE_LIMITS_SINCE: UrdfVersion = (1, 2);
+
+/// A material. Without a colour, it refers to the robot's material with the same name.
+#[derive(Debug, Clone)]
+struct Material {
+    name: String,
+    /// Red, green, blue and opacity.
+    color: Option<[f64; 4]>,
+}
+
+/// What a `<gazebo>` element states about a link.
+#[derive(Debug, Clone, Default)]
+struct GazeboLink {
+    /// Friction coefficient: the mean of `mu1` and `mu2`.
+    friction: Option<f64>,
+    /// Name of a material of Gazebo, such as `Gazebo/Orange`.
+    material: Option<String>,
+}
+
+/// What is stated outside of links about their looks and surfaces.
+#[derive(Default)]
+struct SharedStatements {
+    /// The materials of visuals, by link and number of the visual.
+    of_visuals: BTreeMap<(usize, usize), Material>,
+    /// Materials to which visuals refer by name.
+    materials: Vec<Material>,
+    /// What `<gazebo>` elements state about links, by the names of these.
+    gazebo: BTreeMap<String, GazeboLink>,
+    /// The names of all other children of `<robot>`, which are ignored, and their numbers of occurrences.
+    others: BTreeMap<String, usize>,
+}
+
+impl SharedStatements {
+    /// Applies the statements to the links, and reports what is ignored.
+    fn apply(&self, robot: &mut Robot, findings: &Findings) {
+        for (l, link) in robot.links.iter_mut().enumerate() {
+            let gazebo = self.gazebo.get(&link.name);
+            link.friction = gazebo.and_then(|g| g.friction);
+            let of_gazebo = gazebo.and_then(|g| gazebo_color(g.material.as_deref()?));
+            let named = |name: &str| self.materials.iter().find(|m| m.name == name).and_then(|m| m.color);
+            for (v, visual) in link.visuals.iter_mut().enumerate() {
+                // The visual's own colour comes first, then that of the robot's material with the same name.
+                let own = self.of_visuals.get(&(l, v));
+                visual.color = own.and_then(|m| m.color.or_else(|| named(&m.name))).or(of_gazebo);
+            }
+        }
+        if !self.others.is_empty() {
+            let list: Vec<_> = self.others.iter().map(|(n, c)| format!("{c} x <{n}>")).collect();
+            findings.note(FindingKind::Unread, 0, format!("elements that are not read: {}", list.join(", ")));
+        }
+    }
+}
 
 /// Reads the text of a URDF file. Errors contain the line, and the column in their message. What is damaged and does not
 /// concern the motion of the robot is left out, and added to `findings`.
@@ -47,26 +98,32 @@ pub fn robot(text: &str, findings: &Findings) -> Result<Robot> {
     let version = version(root.text("version"));
     let mut robot = Robot {
         name: root.text("name").unwrap_or_default().to_owned(),
+        pose: Isometry3::identity(),
         links: Vec::new(),
         joints: Vec::new(),
-        materials: Vec::new(),
-        gazebo: Default::default(),
-        others: Default::default(),
+        structure: RobotStructure::Tree,
     };
+    let mut shared = SharedStatements::default();
     for child in root.children() {
         match child.name() {
-            "link" => robot.links.push(link(child, version, findings).map_err(|e| with_context(e, "link", child))?),
-            "joint" => robot.joints.push(joint(child, version, findings).map_err(|e| with_context(e, "joint", child))?),
-            "material" => robot.materials.extend(material(child, findings)),
-            "gazebo" if child.text("reference").is_some() => {
-                gazebo(child, robot.gazebo.entry(child.text("reference").unwrap_or_default().to_owned()).or_default());
+            "link" => {
+                let (link, materials) = link(child, version, findings).map_err(|e| with_context(e, "link", child))?;
+                let number = robot.links.len();
+                shared.of_visuals.extend(materials.into_iter().map(|(visual, m)| ((number, visual), m)));
+                robot.links.push(link);
             }
-            other => *robot.others.entry(other.to_owned()).or_default() += 1,
+            "joint" => robot.joints.push(joint(child, version, findings).map_err(|e| with_context(e, "joint", child))?),
+            "material" => shared.materials.extend(material(child, findings)),
+            "gazebo" if child.text("reference").is_some() => {
+                gazebo(child, shared.gazebo.entry(child.text("reference").unwrap_or_default().to_owned()).or_default());
+            }
+            other => *shared.others.entry(other.to_owned()).or_default() += 1,
         }
         if robot.links.len() + robot.joints.len() > MAX_PARTS {
             return Err(child.fail(format!("the file has more than {MAX_PARTS} links and joints")));
         }
     }
+    shared.apply(&mut robot, findings);
     Ok(robot)
 }
 
@@ -86,19 +143,33 @@ fn version(text: Option<&str>) -> UrdfVersion {
     text.and_then(numbers).unwrap_or((1, 0))
 }
 
-fn link(tag: XmlElement<'_, '_>, version: UrdfVersion, findings: &Findings) -> Result<Link> {
+/// Reads a link, and the materials of its visuals by their numbers.
+fn link(
+    tag: XmlElement<'_, '_>,
+    version: UrdfVersion,
+    findings: &Findings,
+) -> Result<(Link, BTreeMap<usize, Material>)> {
     let name = tag.required("name")?;
-    let parts = |role: &str, kind: FindingKind| -> Vec<LinkShape> {
-        let read = |c| part(c, version, findings).map_err(|e| left_out(&e, c, (role, &name), (kind, findings))).ok();
-        tag.children().filter(|c| c.name() == role).filter_map(read).collect()
+    let mut materials = BTreeMap::new();
+    let parts = |role: &str, kind: FindingKind, materials: &mut BTreeMap<usize, Material>| -> Vec<LinkShape> {
+        let mut shapes = Vec::new();
+        for child in tag.children().filter(|c| c.name() == role) {
+            match part(child, version, findings) {
+                Ok((shape, material)) => {
+                    materials.extend(material.map(|material| (shapes.len(), material)));
+                    shapes.push(shape);
+                }
+                Err(e) => left_out(&e, child, (role, &name), (kind, findings)),
+            }
+        }
+        shapes
     };
-    Ok(Link {
-        line: tag.line(),
-        inertial: tag.child("inertial")?.map_or(Ok(Inertial::default()), |t| inertial(t, version, findings))?,
-        visuals: parts("visual", FindingKind::Visual),
-        collisions: parts("collision", FindingKind::Collision),
-        name,
-    })
+    let inertial = tag.child("inertial")?.map_or(Ok(Inertial::default()), |t| inertial(t, version, findings))?;
+    let visuals = parts("visual", FindingKind::Visual, &mut materials);
+    // Only visuals have materials.
+    let collisions = parts("collision", FindingKind::Collision, &mut BTreeMap::new());
+    let (line, pose) = (tag.line(), Isometry3::identity());
+    Ok((Link { line, name, pose, is_fixed: false, inertial, visuals, collisions, friction: None }, materials))
 }
 
 /// Adds that a visual or a collision of a link is left out because of an error.
@@ -121,24 +192,23 @@ fn inertial(tag: XmlElement<'_, '_>, version: UrdfVersion, findings: &Findings) 
             None => return Err(moments.invalid(name, "a number")),
         }
     }
-    Ok(Inertial { origin: origin(tag, version)?, mass: tag.required_child("mass")?.required_number("value")?, inertia })
+    Ok(Inertial { pose: origin(tag, version)?, mass: tag.required_child("mass")?.required_number("value")?, inertia })
 }
 
 /// Reads the child `<origin>`. The pose is the identity if the child is missing, as is each part whose attribute is
 /// missing.
-fn origin(tag: XmlElement<'_, '_>, version: UrdfVersion) -> Result<UrdfPose> {
-    let Some(tag) = tag.child("origin")? else { return Ok(UrdfPose::default()) };
-    let mut pose =
-        UrdfPose { xyz: tag.numbers("xyz")?.unwrap_or_default(), rpy: tag.numbers("rpy")?.unwrap_or_default() };
+fn origin(tag: XmlElement<'_, '_>, version: UrdfVersion) -> Result<Isometry3<f64>> {
+    let Some(tag) = tag.child("origin")? else { return Ok(Isometry3::identity()) };
+    let (xyz, mut rpy) = (tag.numbers("xyz")?.unwrap_or_default(), tag.numbers("rpy")?.unwrap_or_default());
     if let Some(text) = tag.text("quat_xyzw").filter(|_| version >= QUATERNIONS_SINCE) {
         if tag.text("rpy").is_some() {
             return Err(tag.fail("<origin> has both `rpy` and `quat_xyzw`; expected one of them".to_owned()));
         }
         let numbers: Result<Vec<f64>, _> = text.split_whitespace().map(str::parse).collect();
         let numbers = numbers.ok().and_then(|n| n.try_into().ok());
-        pose.rpy = angles(numbers.ok_or_else(|| tag.invalid("quat_xyzw", "4 numbers"))?);
+        rpy = angles(numbers.ok_or_else(|| tag.invalid("quat_xyzw", "4 numbers"))?);
     }
-    Ok(pose)
+    pose(xyz, rpy, "<origin>", tag.line())
 }
 
 /// Returns roll, pitch and yaw, rad, of a quaternion x, y, z, w, which need not be normalized.
@@ -158,14 +228,15 @@ fn angles(quaternion: [f64; 4]) -> [f64; 3] {
     ]
 }
 
-/// Reads a `<visual>` or `<collision>`.
-fn part(tag: XmlElement<'_, '_>, version: UrdfVersion, findings: &Findings) -> Result<LinkShape> {
+/// Reads a `<visual>` or `<collision>`, and its material.
+fn part(tag: XmlElement<'_, '_>, version: UrdfVersion, findings: &Findings) -> Result<(LinkShape, Option<Material>)> {
     let material = match tag.name() {
         "visual" => first_of(tag, "material", findings).and_then(|m| material(m, findings)),
         _ => None,
     };
     let geometry = geometry(tag.required_child("geometry")?)?;
-    Ok(LinkShape { line: tag.line(), origin: origin(tag, version)?, geometry, material })
+    let (line, pose) = (tag.line(), origin(tag, version)?);
+    Ok((LinkShape { line, pose, geometry, color: None, surface: Surface::default() }, material))
 }
 
 /// Returns the first child with a name, and adds a finding if there are several.
@@ -221,13 +292,13 @@ fn material(tag: XmlElement<'_, '_>, findings: &Findings) -> Option<Material> {
 
 fn joint(tag: XmlElement<'_, '_>, version: UrdfVersion, findings: &Findings) -> Result<Joint> {
     let kind = match tag.required("type")?.trim().to_ascii_lowercase().as_str() {
-        "revolute" => UrdfJointKind::Revolute,
-        "continuous" => UrdfJointKind::Continuous,
-        "prismatic" => UrdfJointKind::Prismatic,
-        "fixed" => UrdfJointKind::Fixed,
-        "floating" => UrdfJointKind::Other("floating"),
-        "planar" => UrdfJointKind::Other("planar"),
-        "spherical" => UrdfJointKind::Other("spherical"),
+        "revolute" => JointKind::Revolute,
+        "continuous" => JointKind::Continuous,
+        "prismatic" => JointKind::Prismatic,
+        "fixed" => JointKind::Fixed,
+        "floating" => JointKind::Other("floating"),
+        "planar" => JointKind::Other("planar"),
+        "spherical" => JointKind::Other("spherical"),
         _ => {
             let expected = "one of revolute, continuous, prismatic, fixed, floating, planar and spherical";
             return Err(tag.invalid("type", expected));
@@ -235,13 +306,13 @@ fn joint(tag: XmlElement<'_, '_>, version: UrdfVersion, findings: &Findings) -> 
     };
     let dynamics = |t: XmlElement<'_, '_>| -> Result<JointDynamics> {
         let number = |name: &str| Ok(t.number(name)?.unwrap_or(0.0));
-        Ok(JointDynamics { damping: number("damping")?, friction: number("friction")? })
+        Ok(JointDynamics { damping: number("damping")?, friction: number("friction")?, spring: [0.0; 2] })
     };
     let mimic = |t: XmlElement<'_, '_>| -> Result<Mimic> {
         Ok(Mimic { joint: t.required("joint")?, multiplier: t.number("multiplier")?, offset: t.number("offset")? })
     };
     // Nothing but its place matters of a joint that cannot move.
-    let moves = !matches!(kind, UrdfJointKind::Fixed | UrdfJointKind::Other(_));
+    let moves = !matches!(kind, JointKind::Fixed | JointKind::Other(_));
     let child = |name: &str| first_of(tag, name, findings).filter(|_| moves);
     let axis = tag.child("axis").and_then(|t| t.map_or(Ok([1.0, 0.0, 0.0]), |t| t.required_numbers("xyz")));
     let axis = match axis {
@@ -257,13 +328,15 @@ fn joint(tag: XmlElement<'_, '_>, version: UrdfVersion, findings: &Findings) -> 
         line: tag.line(),
         name: tag.required("name")?,
         kind,
-        origin: origin(tag, version)?,
+        pose: origin(tag, version)?,
+        child_pose: Isometry3::identity(),
         parent: tag.required_child("parent")?.required("link")?,
         child: tag.required_child("child")?.required("link")?,
         axis,
         limit: child("limit").map_or(Ok(JointLimit::default()), |t| limit(t, version, findings))?,
         dynamics: child("dynamics").map(dynamics).transpose()?,
         mimic: child("mimic").map(mimic).transpose()?,
+        motor: MotorKind::ByType,
     })
 }
 

@@ -1,11 +1,12 @@
 //! Reads mesh files for importers, and builds shapes from them: Wavefront OBJ with its materials, STL, PLY, COLLADA and
-//! glTF. Chooses the masks by which bodies of a robot collide with each other.
+//! glTF. `mass` combines the masses of bodies, and `masks` chooses which bodies of a robot collide with each other.
 //!
 //! Files are not trusted: for any bytes, the result is a model or an error in one sentence.
 
 mod collada;
 mod gltf;
 mod masks;
+mod mass;
 mod model;
 mod obj;
 mod picture;
@@ -14,6 +15,7 @@ mod shape;
 mod stl;
 
 pub use masks::SelfCollisionMasks;
+pub use mass::{Mass, Solid};
 pub use model::{ImportedModel, MeshModel, MeshPiece, merge_pieces};
 pub use picture::{DecodedImage, FileLoader};
 pub use shape::ShapeBuilder;

@@ -3,12 +3,11 @@
 use std::{collections::BTreeMap, rc::Rc};
 
 use nalgebra::{Isometry3, Vector3};
-use tatu_importers_common::{DecodedImage, MeshPiece, ShapeBuilder, merge_pieces};
+use tatu_importers_common::{DecodedImage, Mass, MeshPiece, ShapeBuilder, merge_pieces};
 use tatu_plugin_api::safe::{Builder, Node, Result, Value};
 
 use crate::{
     groups::BodyGroup,
-    mass::Mass,
     mesh::MeshAsset,
     model::{Geom, GeomForm, Picture},
 };

@@ -3,10 +3,11 @@
 use std::collections::BTreeMap;
 
 use nalgebra::{Isometry3, Translation3, Vector3};
+use tatu_importers_common::Mass;
 use tatu_plugin_api::safe::Result;
 
 use super::{ModelBuilder, Placed, forms};
-use crate::{groups::Attachment, mass::Mass, model::Equality, xml::Place};
+use crate::{groups::Attachment, model::Equality, xml::Place};
 
 /// Share of a body's mass that the link of a ball joint has, and the radius of gyration of that link, m.
 const LINK_SHARE: f64 = 1e-3;

@@ -3,6 +3,7 @@
 use std::rc::Rc;
 
 use nalgebra::{Isometry3, Matrix3, Translation3, Unit, UnitQuaternion, Vector3};
+use tatu_importers_common::Mass;
 use tatu_plugin_api::safe::Result;
 
 use super::{MAX_ATTACHED, Reader, Source};
@@ -10,7 +11,6 @@ use crate::{
     attributes::Attributes,
     compiler::{Compiler, turn_to},
     defaults::MAIN,
-    mass::Mass,
     model::{Body, Camera, Joint, JointKind, Light, Site},
     xml::{Element, MAX_DEPTH},
 };

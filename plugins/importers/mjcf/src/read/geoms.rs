@@ -1,13 +1,13 @@
 //! Reads geoms: their forms, masses and looks.
 
 use nalgebra::Vector3;
+use tatu_importers_common::{Mass, Solid};
 use tatu_plugin_api::safe::Result;
 
 use super::{Reader, Source, bodies::ends};
 use crate::{
     attributes::Attributes,
     compiler::Compiler,
-    mass::{Mass, Solid},
     model::{Geom, GeomForm, Look},
 };
 

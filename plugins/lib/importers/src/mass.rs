@@ -7,20 +7,27 @@ use nalgebra::{Isometry3, Matrix3, Vector3};
 /// Mass (kg), centre of mass (m) and inertia about the centre of mass (kg m^2).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Mass {
+    /// Mass, kg.
     pub mass: f64,
+    /// Centre of mass, m.
     pub com: Vector3<f64>,
+    /// Inertia about the centre of mass, kg m^2.
     pub inertia: Matrix3<f64>,
 }
 
 /// Volume (m^3), centre (m) and inertia about the centre for a density of 1 kg/m^3.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Solid {
+    /// Volume, m^3.
     pub volume: f64,
+    /// Centre of the volume, m.
     pub centre: Vector3<f64>,
+    /// Inertia about the centre for a density of 1 kg/m^3.
     pub inertia: Matrix3<f64>,
 }
 
 impl Mass {
+    /// The mass of nothing.
     pub const ZERO: Mass = Mass {
         mass: 0.0,
         com: Vector3::new(0.0, 0.0, 0.0),
@@ -44,6 +51,24 @@ impl Mass {
         let com = parts.iter().map(|m| m.com * m.mass).sum::<Vector3<f64>>() / mass;
         let inertia = parts.iter().map(|m| m.inertia_about(com)).sum();
         Mass { mass, com, inertia }
+    }
+
+    /// Returns the combined mass of two rigidly connected parts in the same frame; without a mass, it has no inertia.
+    pub fn combined_with(&self, other: &Mass) -> Mass {
+        let mass = self.mass + other.mass;
+        if mass <= 0.0 {
+            return Mass::ZERO;
+        }
+        // A part without mass can have an inertia, which counts.
+        let com = (self.com * self.mass + other.com * other.mass) / mass;
+        Mass { mass, com, inertia: self.inertia_about(com) + other.inertia_about(com) }
+    }
+
+    /// Returns whether the inertia is positive definite, as that of a rigid body is. The triangle inequality of the
+    /// principal moments is not checked.
+    pub fn is_possible(&self) -> bool {
+        let least = self.inertia.symmetric_eigenvalues().min();
+        least.is_finite() && least > 1e-12 * self.inertia.norm()
     }
 
     /// Returns the inertia about a point.
@@ -75,22 +100,26 @@ impl Solid {
         Solid { volume, centre: Vector3::zeros(), inertia }
     }
 
+    /// Returns an ellipsoid with these half extents.
     pub fn ellipsoid([a, b, c]: [f64; 3]) -> Solid {
         let [a2, b2, c2] = [a * a, b * b, c * c];
         Solid::centred(4.0 / 3.0 * PI * a * b * c, [(b2 + c2) / 5.0, (a2 + c2) / 5.0, (a2 + b2) / 5.0])
     }
 
+    /// Returns a box with these half extents.
     pub fn cuboid([a, b, c]: [f64; 3]) -> Solid {
         let [a2, b2, c2] = [a * a, b * b, c * c];
         Solid::centred(8.0 * a * b * c, [(b2 + c2) / 3.0, (a2 + c2) / 3.0, (a2 + b2) / 3.0])
     }
 
+    /// Returns a cylinder about z with this half length.
     pub fn cylinder(radius: f64, half: f64) -> Solid {
         let (r2, h2) = (radius * radius, half * half);
         let across = r2 / 4.0 + h2 / 3.0;
         Solid::centred(2.0 * PI * r2 * half, [across, across, r2 / 2.0])
     }
 
+    /// Returns a cylinder about z with this half length, and half balls at its ends.
     pub fn capsule(radius: f64, half: f64) -> Solid {
         let middle = Solid::cylinder(radius, half);
         let ball = Solid::ellipsoid([radius; 3]);

@@ -1,4 +1,4 @@
-//! Converts URDF geometries to shapes.
+//! Converts geometries to shapes.
 
 use std::{collections::BTreeMap, rc::Rc};
 
@@ -75,7 +75,15 @@ impl PlacedSolid {
                 positive(&[*radius, *length])?;
                 SolidForm::Primitive("cylinder", [2.0 * radius, 2.0 * radius, *length])
             }
-            // In URDF, the length is that of the cylindrical part, without the caps.
+            Geometry::Ellipsoid { radii } => {
+                positive(radii)?;
+                SolidForm::Primitive("sphere", radii.map(|r| 2.0 * r))
+            }
+            Geometry::Plane { size: [x, y] } => {
+                positive(&[*x, *y])?;
+                SolidForm::Primitive("plane", [*x, *y, 0.1])
+            }
+            // The length is that of the cylindrical part, without the caps.
             Geometry::Capsule { radius, length } => {
                 positive(&[*radius, *length])?;
                 SolidForm::Primitive("capsule", [2.0 * radius, 2.0 * radius, length + 2.0 * radius])
@@ -90,8 +98,13 @@ impl PlacedSolid {
         Ok(PlacedSolid { pose, form })
     }
 
+    /// Returns whether the geometry is a plane, which has no end.
+    pub fn is_plane(&self) -> bool {
+        matches!(self.form, SolidForm::Primitive("plane", _))
+    }
+
     /// Returns the geometry as a part of a compound. A mesh collides as its convex hull if `convex` is set.
-    pub fn part(&self, builder: &Builder<'_>, convex: bool) -> Result<Value> {
+    pub fn part(&self, builder: &Builder<'_>, convex: bool, friction: Option<f64>) -> Result<Value> {
         let text = |s: &str| Value::text(s);
         let (primitive, size) = match &self.form {
             SolidForm::Primitive(p, size) => (*p, *size),
@@ -104,6 +117,7 @@ impl PlacedSolid {
             (text("position"), Value::from(<[f64; 3]>::from(self.pose.translation.vector))),
             (text("quaternion"), Value::from([q.x, q.y, q.z, q.w])),
         ];
+        part.extend(friction.map(|friction| (text("friction"), Value::Float(friction))));
         if let SolidForm::Mesh(pieces) = &self.form {
             let (points, triangles) = merge_pieces(pieces);
             part.push((text("mesh"), Value::Int(builder.mesh(&points, &triangles)?)));
@@ -141,6 +155,11 @@ impl PlacedSolid {
                 let corner = |i: usize| half.component_mul(&Vector3::new(sign(i, 0), sign(i, 1), sign(i, 2)));
                 (0..8).map(|i| moved(corner(i))).collect()
             }
+            SolidForm::Primitive("plane", _) => Vec::new(),
+            SolidForm::Primitive("sphere", [x, y, z]) if x != y || y != z => {
+                let ends = [Vector3::x() * *x, Vector3::y() * *y, Vector3::z() * *z];
+                ends.into_iter().flat_map(|end| [end / 2.0, -end / 2.0]).map(moved).collect()
+            }
             SolidForm::Primitive(form, [d, _, length]) => {
                 let (radius, half) = (d / 2.0, length / 2.0);
                 let ring = if *form == "cylinder" { half } else { half - radius };
@@ -169,6 +188,8 @@ impl PlacedSolid {
             SolidForm::Primitive("cylinder", [d, _, length]) => {
                 z - down.xy().norm() * d / 2.0 - down.z.abs() * length / 2.0
             }
+            SolidForm::Primitive("plane", _) => f64::MAX,
+            SolidForm::Primitive("sphere", size) => z - down.component_mul(&(Vector3::from(*size) / 2.0)).norm(),
             SolidForm::Primitive(_, [d, _, length]) => z - d / 2.0 - down.z.abs() * (length - d) / 2.0,
             SolidForm::Mesh(pieces) => {
                 let heights = pieces.iter().flat_map(|p| &p.points).map(|p| (at * nalgebra::Point3::from(*p)).z);

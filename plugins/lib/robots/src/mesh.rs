@@ -1,9 +1,9 @@
-//! Finds the mesh files to which a URDF file refers.
+//! Finds the mesh files to which a file of a robot refers.
 
 use tatu_importers_common::{ImportedModel, SUFFIXES, read};
 use tatu_plugin_api::safe::Builder;
 
-/// Finds and reads the mesh file to which a name in a URDF file refers. The error is a single sentence.
+/// Finds and reads the mesh file to which a name in a robot's file refers. The error is a single sentence.
 pub fn find(builder: &Builder<'_>, name: &str, package_root: &str) -> Result<ImportedModel, String> {
     // Files that were written on Windows can have its separators.
     let name = name.trim().replace('\\', "/");
@@ -38,7 +38,7 @@ fn resolve_relative(folder: &str, name: &str) -> String {
 }
 
 /// Returns the names to which a name may refer, in the order in which they are tried. Paths are relative to the folder of
-/// the URDF file. The host finds packages.
+/// the robot's file. The host finds packages.
 fn candidate_paths(name: &str, package_root: &str) -> Vec<String> {
     let Some((scheme, path)) = name.split_once(':').map(|(scheme, path)| (scheme, path.trim_start_matches('/'))) else {
         return vec![name.to_owned()];

@@ -6,7 +6,8 @@ use tatu_plugin_api::safe::{Builder, Node, Result, Value};
 
 use crate::{
     form::{PlacedSolid, SolidForm},
-    settings::ImportSettings,
+    robot::Surface,
+    settings::BuildSettings,
 };
 
 /// Collision mask of a link that collides with everything except other links of the same robot.
@@ -17,20 +18,31 @@ const ALL_MASK: i64 = 0xFFFF;
 /// Largest vertical component of the axis of a wheel; a plate on a vertical axis cannot roll on a floor.
 const MAX_VERTICAL: f64 = 0.7;
 
+/// A geometry that collides, in the frame of its body, with its surface.
+pub struct CollidingSolid<'s> {
+    pub solid: &'s PlacedSolid,
+    pub surface: &'s Surface,
+}
+
 /// Gives a body its collision geometry, which must not be empty. `rolls_about` is the axis of the joint above, in the
 /// frame of the body, if the body can roll. Returns the number of cylinders that collide as spheres.
 pub fn set_collision_geometry(
     builder: &Builder<'_>,
     node: Node<'_>,
-    solids: &[&PlacedSolid],
+    solids: &[CollidingSolid<'_>],
     rolls_about: Option<Vector3<f64>>,
     friction: f64,
-    settings: &ImportSettings,
+    settings: &BuildSettings,
 ) -> Result<usize> {
+    let stated = solids.iter().find_map(|s| s.surface.friction);
     node.set("shape.respondable", true)?
         .set("shape.respondable_mask", if settings.self_collision { ALL_MASK } else { OTHERS_MASK })?
-        .set("shape.friction", friction)?;
-    if let [PlacedSolid { pose, form: SolidForm::Mesh(pieces) }] = solids
+        .set("shape.friction", stated.unwrap_or(friction))?;
+    let restitution = solids.iter().map(|s| s.surface.restitution).fold(0.0, f64::max);
+    if restitution > 0.0 {
+        node.set("shape.restitution", restitution)?;
+    }
+    if let [CollidingSolid { solid: PlacedSolid { pose, form: SolidForm::Mesh(pieces) }, .. }] = solids
         && settings.decompose == 0
     {
         let (points, triangles) = merge_pieces(&pieces.iter().map(|p| p.moved([1.0; 3], pose)).collect::<Vec<_>>());
@@ -40,17 +52,27 @@ pub fn set_collision_geometry(
     }
     let mut wheels = 0;
     let mut parts = Vec::with_capacity(solids.len());
-    for solid in solids {
+    for CollidingSolid { solid, surface } in solids {
         let ball = rolls_about.filter(|_| settings.wheels_as_balls).and_then(|axis| sphere_for_wheel(&axis, solid));
         wheels += usize::from(ball.is_some());
-        let solid = ball.as_ref().unwrap_or(solid);
+        let solid: &PlacedSolid = ball.as_ref().unwrap_or(solid);
         let convex = solid.convex_parts(settings.decompose);
         for solid in if convex.is_empty() { std::slice::from_ref(solid) } else { &convex } {
-            parts.push(solid.part(builder, !settings.concave)?);
+            // Without a friction of its own, a part has that of the shape, which a statement of another part changes.
+            let own = surface.friction.or(stated.map(|_| friction));
+            parts.push(solid.part(builder, !settings.concave, own)?);
         }
     }
     node.set("shape.primitive", "compound")?.set("shape.parts", Value::List(parts))?;
     Ok(wheels)
+}
+
+/// Sets the direction in which the friction of a body differs, if one of its solids states one. Returns whether others
+/// state other directions.
+pub fn set_friction_axis(node: Node<'_>, solids: &[CollidingSolid<'_>]) -> Result<bool> {
+    let Some((axis, along)) = solids.iter().find_map(|s| s.surface.axis) else { return Ok(false) };
+    node.set("shape.friction_axis", axis)?.set("shape.axis_friction", along)?;
+    Ok(solids.iter().any(|s| s.surface.axis != Some((axis, along))))
 }
 
 /// Returns the axis of a continuous joint in the frame of the body that it moves, if something can roll on a floor about

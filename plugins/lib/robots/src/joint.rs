@@ -6,8 +6,8 @@ use tatu_plugin_api::safe::{Builder, Fail, Node, Result};
 use crate::{
     findings::{FindingKind, Findings},
     form::set_object_pose,
-    robot::{Joint, JointLimit, Mimic, Robot, UrdfJointKind, alias},
-    settings::ImportSettings,
+    robot::{Joint, JointKind, JointLimit, Mimic, MotorKind, Robot, alias},
+    settings::BuildSettings,
 };
 
 /// Creates a joint below the shape of a body; its motor is set later, by [`set_motor`].
@@ -24,12 +24,21 @@ pub fn joint<'a>(
     if [limit.lower, limit.upper, limit.velocity].iter().any(|x| x.is_nan()) {
         return Err(Fail::argument(format!("{what}: expected numbers, found NaN")).at("", line));
     }
-    let slides = joint.kind == UrdfJointKind::Prismatic;
+    let kind = match joint.kind {
+        JointKind::Prismatic => "prismatic",
+        JointKind::Ball => "spherical",
+        _ => "revolute",
+    };
     let node = builder.object("joint", Some(parent), &alias(&joint.name))?;
-    let node = set_object_pose(node, frame)?
-        .set("joint.type", if slides { "prismatic" } else { "revolute" })?
-        .set("joint.mode", "dynamic")?;
-    if joint.kind != UrdfJointKind::Continuous && (limit.lower.is_finite() || limit.upper.is_finite()) {
+    let node = set_object_pose(node, frame)?.set("joint.type", kind)?.set("joint.mode", "dynamic")?;
+    let positive = |x: f64| if x.is_finite() { x.max(0.0) } else { 0.0 };
+    if joint.kind == JointKind::Ball {
+        return node.set("joint.damping", joint.dynamics.map_or(0.0, |d| positive(d.damping)));
+    }
+    if let JointKind::Screw(lead) = joint.kind {
+        node.set("joint.lead", lead)?;
+    }
+    if joint.kind != JointKind::Continuous && (limit.lower.is_finite() || limit.upper.is_finite()) {
         let (mut lower, mut upper) = (limit.lower, limit.upper);
         if lower > upper {
             findings.warn(
@@ -62,8 +71,11 @@ pub fn joint<'a>(
         node.set("joint.max_velocity", limit.velocity.min(1e6))?;
     }
     if let Some(d) = &joint.dynamics {
-        let positive = |x: f64| if x.is_finite() { x.max(0.0) } else { 0.0 };
         node.set("joint.damping", positive(d.damping))?.set("joint.dry_friction", positive(d.friction))?;
+        let [stiffness, rest] = d.spring;
+        if stiffness > 0.0 && stiffness.is_finite() && rest.is_finite() {
+            node.set("joint.stiffness", stiffness)?.set("joint.rest_position", rest)?;
+        }
     }
     if let Some(mimic) = &joint.mimic
         && !robot.joints.iter().any(|other| other.name == mimic.joint)
@@ -83,37 +95,56 @@ pub fn joint<'a>(
 
 /// Sets the motors of all joints: each with its stated effort or, without one, with the effort that is assumed, which is
 /// reported. A joint that mimics another one is moved by it, and has a motor only if its effort is stated; so has a joint
-/// for which no effort is assumed.
+/// for which no effort is assumed. `joints` has the number, the object and the assumed effort of each.
 pub fn set_motors<'a>(
     robot: &Robot,
     joints: &[(usize, Node<'a>, Option<f64>)],
-    settings: &ImportSettings,
+    settings: &BuildSettings,
     findings: &Findings,
 ) -> Result {
     let (mut least, mut most, mut assumed) = (f64::MAX, 0.0f64, 0);
     // The kinds of joints, which determine the unit of efforts.
     let (mut slide, mut turn) = (false, false);
+    let mut unpowered = 0;
     for (j, node, effort) in joints {
         let joint = &robot.joints[*j];
+        let is_off = settings.motors == "auto" && joint.motor == MotorKind::Off;
         let stated = joint.limit.effort.filter(|e| !e.is_nan());
         let effort = match stated {
             Some(stated) => stated.min(1e9),
             None if mimics(robot, joint) => 0.0,
+            // A script that switches the motor on finds it strong enough.
+            None if is_off => effort.map_or(0.0, |effort| settings.default_effort.unwrap_or(effort)),
             None => effort.map_or(0.0, |effort| {
                 let effort = settings.default_effort.unwrap_or(effort);
                 (least, most, assumed) = (least.min(effort), most.max(effort), assumed + 1);
                 effort
             }),
         };
-        let control = match settings.motors.as_str() {
+        unpowered += usize::from(is_off && !mimics(robot, joint));
+        let control = match (settings.motors.as_str(), joint.motor) {
             _ if effort <= 0.0 => "free",
-            "auto" if joint.kind == UrdfJointKind::Continuous => "velocity",
-            "auto" => "position",
-            mode => mode,
+            ("auto", MotorKind::Off) => "free",
+            ("auto", MotorKind::Velocity(_)) => "velocity",
+            ("auto", MotorKind::Position(_)) => "position",
+            ("auto", MotorKind::Force) => "force",
+            ("auto", MotorKind::ByType) if joint.kind == JointKind::Continuous => "velocity",
+            ("auto", MotorKind::ByType) => "position",
+            (mode, _) => mode,
         };
-        node.set("joint.control", control)?.set("joint.max_force", effort)?;
+        // In force control, the greatest force is the one that acts.
+        node.set("joint.control", control)?.set("joint.max_force", if control == "force" { 0.0 } else { effort })?;
+        match joint.motor {
+            MotorKind::Velocity(target) if control == "velocity" && target != 0.0 => {
+                node.set("joint.target_velocity", target)?;
+            }
+            MotorKind::Position(target) if control == "position" && target != 0.0 => {
+                node.set("joint.target_position", target)?;
+            }
+            _ => {}
+        }
         match joint.kind {
-            UrdfJointKind::Prismatic => slide = true,
+            JointKind::Prismatic => slide = true,
             _ => turn = true,
         }
     }
@@ -131,6 +162,12 @@ pub fn set_motors<'a>(
         let n = joints.len();
         let text = format!("{assumed} of {n} joints without a stated effort: {motors} (parameter `default_effort`)");
         findings.note(FindingKind::Effort, 0, text);
+    }
+    if unpowered > 0 {
+        let n = joints.len();
+        let text =
+            format!("{unpowered} of {n} joints have no controller in the file and move freely (parameter `motors`)");
+        findings.note(FindingKind::Motor, 0, text);
     }
     Ok(())
 }
@@ -156,7 +193,7 @@ fn start(robot: &Robot, joint: &Joint, depth: usize) -> f64 {
     }
     let JointLimit { lower, upper, .. } = joint.limit;
     match joint.kind {
-        UrdfJointKind::Continuous => 0.0,
+        JointKind::Continuous => 0.0,
         _ if lower.is_nan() || upper.is_nan() => 0.0,
         _ => 0.0f64.clamp(lower.min(upper).max(-1e6), upper.max(lower).min(1e6)),
     }
@@ -201,7 +238,7 @@ pub fn add_armature(
     // form tells the length.
     let length = if radius > 1e-4 { 2.0 * radius } else { lever.max(MIN_LENGTH) };
     let (armature, unit) = match joint.kind {
-        UrdfJointKind::Prismatic => (ROTOR_MASS_KG, "kg"),
+        JointKind::Prismatic => (ROTOR_MASS_KG, "kg"),
         _ => (ROTOR_MASS_KG * length * length, "kg m^2"),
     };
     node.set("joint.armature", armature)?;

@@ -7,36 +7,84 @@ use tatu_plugin_api::{
     safe::Builder,
 };
 
-use crate::source::SourceText;
-
-/// Kinds of findings, in the order in which they are reported.
+/// Kinds of findings, in the order in which they are reported: what was left out, replaced, and assumed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum FindingKind {
-    /// An element of the file was left out.
+    /// A file that another one includes.
+    Include,
+    /// What concerns the whole world.
+    World,
+    /// A visual.
     Visual,
+    /// A collision.
     Collision,
+    /// A mesh file.
     Mesh,
+    /// A part of a mesh file.
     MeshPart,
+    /// A colour or an image.
     Material,
+    /// A joint.
     Joint,
+    /// A joint that closes a loop.
+    Loop,
+    /// A joint with two axes.
+    TwoAxes,
+    /// A coupling of joints.
     Mimic,
-    /// A value of the file was replaced.
+    /// A sensor, or a light.
+    Sensor,
+    /// Noise of a sensor.
+    Noise,
+    /// A plugin of another simulator.
+    Plugin,
+    /// A link on which no forces act.
+    Gravity,
+    /// An undeclared prefix.
     Namespace,
+    /// An element or a name that occurs twice.
     Doubled,
+    /// Friction that depends on the direction.
+    FrictionAxis,
+    /// Products of inertia.
     Products,
+    /// The axis of a joint.
     Axis,
+    /// Limits of a joint.
     Limits,
+    /// The greatest speed of a joint.
     Velocity,
+    /// A joint whose limits are equal.
     Immovable,
+    /// A joint that does not start at 0.
     StartsAtLimit,
+    /// A link without mass.
     Mass,
+    /// An impossible inertia.
     Inertia,
-    /// A value that the file does not state was assumed.
+    /// An inertia that is computed from forms.
+    ComputedInertia,
+    /// The effort of a motor.
     Effort,
+    /// Joints without a motor.
+    Motor,
+    /// The inertia of a motor.
     Armature,
+    /// A wheel that collides as a sphere.
     Wheel,
     /// Elements that the importer does not read.
     Unread,
+}
+
+/// Number of findings from which on those of one kind are only counted.
+const MAX_FINDINGS: usize = 100;
+
+impl FindingKind {
+    /// Returns whether all findings of this kind are reported, rather than the first one and the number of others.
+    fn is_listed(self) -> bool {
+        use FindingKind::{Gravity, Include, Plugin, Sensor, World};
+        matches!(self, Gravity | Include | Plugin | Sensor | World)
+    }
 }
 
 /// The findings of one kind.
@@ -67,18 +115,21 @@ impl Findings {
 
     fn add(&self, kind: FindingKind, severity: u32, line: u64, text: String) {
         let mut all = self.0.borrow_mut();
-        match all.iter_mut().find(|finding| finding.kind == kind) {
+        // Findings of these kinds are about different things, unless their texts are equal.
+        let differs = all.len() < MAX_FINDINGS && kind.is_listed();
+        match all.iter_mut().find(|finding| finding.kind == kind && (!differs || finding.text == text)) {
             Some(known) => known.count += 1,
             None => all.push(Finding { kind, severity, line, text, count: 1 }),
         }
     }
 
-    /// Reports all findings, with the places in the source.
-    pub fn report(self, builder: &Builder<'_>, source: &SourceText<'_>) {
+    /// Reports all findings. `origin` returns the file and line from which a line comes; the name of the imported file
+    /// itself is empty.
+    pub fn report<'s>(self, builder: &Builder<'_>, origin: impl Fn(u64) -> (&'s str, u64)) {
         let mut all = self.0.into_inner();
         all.sort_by_key(|finding| finding.kind);
         for finding in all {
-            builder.report(finding.severity, None, &finding.sentence(source.origin(finding.line)));
+            builder.report(finding.severity, None, &finding.sentence(origin(finding.line)));
         }
     }
 }

@@ -1,10 +1,10 @@
 //! The efforts that are assumed for joints whose file states none.
 
 use nalgebra::{Isometry3, Point3, Vector3};
+use tatu_importers_common::Mass;
 
 use crate::{
-    mass::Mass,
-    robot::{Robot, UrdfJointKind},
+    robot::{JointKind, Robot},
     tree::{BodyTree, LinkGroup},
 };
 
@@ -33,14 +33,14 @@ pub fn assumed_efforts(robot: &Robot, tree: &BodyTree, masses: &[Mass], loads: &
     let moving = &masses[usize::from(fixed_base).min(masses.len())..];
     let weight = GRAVITY * moving.iter().map(|m| m.mass).sum::<f64>();
     let kind = |body: usize| tree.bodies[body].joint.as_ref().map(|(j, ..)| robot.joints[*j].kind);
-    let turning = (0..tree.bodies.len()).filter(|b| kind(*b) == Some(UrdfJointKind::Continuous)).count().max(1);
+    let turning = (0..tree.bodies.len()).filter(|b| kind(*b) == Some(JointKind::Continuous)).count().max(1);
     let effort = |body: usize| {
         let Load { lever, reach } = loads[body];
         match kind(body) {
             None => 0.0,
             Some(_) if weight <= 0.0 => WEIGHTLESS_EFFORT,
-            Some(UrdfJointKind::Prismatic) => MARGIN * weight,
-            Some(UrdfJointKind::Continuous) => {
+            Some(JointKind::Prismatic) => MARGIN * weight,
+            Some(JointKind::Continuous) => {
                 (weight * lever.max(MIN_LEVER) / turning as f64).max(MARGIN * GRAVITY * reach)
             }
             Some(_) => MARGIN * weight * lever.max(MIN_LEVER),
@@ -58,7 +58,7 @@ pub fn castors(robot: &Robot, tree: &BodyTree, poses: &[Isometry3<f64>]) -> Vec<
     let bodies = &tree.bodies;
     let is_continuous = |body: usize| {
         let joint = bodies[body].joint.as_ref();
-        joint.is_some_and(|(j, ..)| robot.joints[*j].kind == UrdfJointKind::Continuous)
+        joint.is_some_and(|(j, ..)| robot.joints[*j].kind == JointKind::Continuous)
     };
     let vertical = |body: usize| {
         let joint = poses[body] * bodies[body].below.inverse();
