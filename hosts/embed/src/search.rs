@@ -82,7 +82,11 @@ fn model_folders(scene: Option<&Path>) -> (Vec<PathBuf>, Vec<PathBuf>) {
     (folders, of_user.into_iter().chain(user_folder().map(|f| f.with_file_name("models"))).collect())
 }
 
-/// Returns the folders of packages that the environment names: those of Tatu, then those of ROS.
+/// Variables in which Gazebo has the folders of its models.
+const MODEL_VARIABLES: [&str; 4] =
+    ["GZ_SIM_RESOURCE_PATH", "IGN_GAZEBO_RESOURCE_PATH", "SDF_PATH", "GAZEBO_MODEL_PATH"];
+
+/// Returns the folders of packages that the environment names: those of Tatu, then those of ROS and of Gazebo.
 fn package_folders(variable: impl Fn(&str) -> Option<OsString>) -> Vec<PathBuf> {
     let folders = |name: &str| {
         let folders: Vec<PathBuf> = std::env::split_paths(&variable(name).unwrap_or_default()).collect();
@@ -92,7 +96,8 @@ fn package_folders(variable: impl Fn(&str) -> Option<OsString>) -> Vec<PathBuf> 
     let of_tatu = variable("TATU_PACKAGE_PATH").unwrap_or_default();
     let of_tatu: Vec<_> = std::env::split_paths(&of_tatu).filter(|f| !f.as_os_str().is_empty()).collect();
     let installed = folders("AMENT_PREFIX_PATH").map(|prefix| prefix.join("share"));
-    of_tatu.into_iter().chain(folders("ROS_PACKAGE_PATH")).chain(installed).collect()
+    let of_gazebo = MODEL_VARIABLES.iter().flat_map(|name| folders(name));
+    of_tatu.into_iter().chain(folders("ROS_PACKAGE_PATH")).chain(installed).chain(of_gazebo).collect()
 }
 
 /// Returns the file of a scene: the path itself if it exists; otherwise a scene that comes with the program, by its
@@ -208,11 +213,17 @@ mod tests {
     use super::*;
 
     #[test]
-    fn packages_are_searched_where_ros_has_them() {
-        let all = [("TATU_PACKAGE_PATH", "own"), ("ROS_PACKAGE_PATH", "/a/src:"), ("AMENT_PREFIX_PATH", "/b:/c")];
+    fn packages_are_searched_where_ros_and_gazebo_have_them() {
+        let all = [
+            ("TATU_PACKAGE_PATH", "own"),
+            ("ROS_PACKAGE_PATH", "/a/src:"),
+            ("AMENT_PREFIX_PATH", "/b:/c"),
+            ("GAZEBO_MODEL_PATH", "/d"),
+            ("GZ_SIM_RESOURCE_PATH", "/e"),
+        ];
         let folders = package_folders(|name| all.iter().find(|(n, _)| *n == name).map(|(_, v)| OsString::from(*v)));
         let folders: Vec<_> = folders.iter().map(|f| f.to_str().unwrap()).collect();
-        assert_eq!(folders, ["own", "/a/src", "/b/share", "/c/share"]);
+        assert_eq!(folders, ["own", "/a/src", "/b/share", "/c/share", "/e", "/d"]);
     }
 
     #[test]

@@ -9,7 +9,7 @@ use tatu_errors::{Error, Result};
 
 use super::{
     BuildReport, DocumentBuilder,
-    packages::{self, PackageEntry, PackageReference},
+    packages::{self, PackageEntry, PackageReference, PackageScheme},
     reach::AllowedFile,
 };
 
@@ -37,8 +37,8 @@ impl DocumentBuilder<'_> {
         self.read_allowed(&self.allow_file(&folder.join(name), name)?, name)
     }
 
-    /// Reads a file that an imported file names, relative to the folder of that file or as a URI (`package://` or
-    /// `file://`); as [`DocumentBuilder::read_named_file`], but it may also be in the package of the file, or near it. A
+    /// Reads a file that an imported file names, relative to the folder of that file or as a URI (`package://`,
+    /// `model://` or `file://`); as [`DocumentBuilder::read_named_file`], but it may also be in the package of the file, or near it. A
     /// URI that leads outside is reported: those of a file from another computer refer to folders of that computer.
     pub(super) fn read_file_of_import(&mut self, folder: &Path, name: &str) -> Result<Option<Vec<u8>>> {
         if let Some(reference) = PackageReference::parse(name) {
@@ -85,9 +85,13 @@ impl DocumentBuilder<'_> {
             };
         }
         let start = self.reach.absolute(folder);
-        let Some(package) = packages::find(&reference.package, &start, &self.registry.search.packages) else {
+        let Some(package) = packages::find(reference, &start, &self.registry.search.packages) else {
+            let sought = match reference.scheme {
+                PackageScheme::ByManifest => "package",
+                PackageScheme::ByFolder => "folder of the model",
+            };
             return Ok(self.report_once(format!(
-                "the package `{}` was not found above the file, beside its package, or in {}; name the folder that \
+                "the {sought} `{}` was not found above the file, beside its package, or in {}; name the folder that \
                  contains it by `--package-path` or TATU_PACKAGE_PATH",
                 reference.package,
                 packages::shown_roots(&self.registry.search.packages)
@@ -104,6 +108,7 @@ impl DocumentBuilder<'_> {
                 self.report_once(format!("`{name}` is `{}` in {shown}, with other capitals", file.display()));
                 file
             }
+            PackageEntry::Missing(_) if reference.is_optional() => return Ok(None),
             PackageEntry::Missing(near) => {
                 let hint = near.map(|near| format!("; there is `{}`", near.display())).unwrap_or_default();
                 // Importers count what they miss, so one report for each package suffices.

@@ -1,7 +1,8 @@
 //! Packages: folders that a document refers to by name, as in `package://NAME/meshes/part.stl`.
 //!
-//! A package is a folder with a file `package.xml` that states its name. A document may read the meshes and images of
-//! the packages that it names, wherever the program runs, but no other files in them; see decision 0078.
+//! A package is a folder with a file `package.xml` that states its name; `model://NAME` is a folder with this name that
+//! describes a model. A document may read the meshes and images of the packages that it names, wherever the program
+//! runs, and the descriptions of models, but no other files in them; see decisions 0078 and 0079.
 
 use std::{
     ffi::OsStr,
@@ -34,9 +35,33 @@ const ASSET_SUFFIXES: [&str; 18] = [
 /// the document.
 const DESCRIPTION_SUFFIXES: [&str; 3] = ["xacro", "yaml", "yml"];
 
+/// Suffixes of the descriptions that may be read from the folders of models, without the dot.
+const MODEL_SUFFIXES: [&str; 2] = ["sdf", "config"];
+/// The file that lists the descriptions of a model; it is optional.
+const MODEL_MANIFEST: &str = "model.config";
+/// Files one of which makes a folder one that a URI of a model can name.
+const MODEL_MARKS: [&str; 3] = [MODEL_MANIFEST, "model.sdf", MANIFEST];
+/// The folder in which collections keep their models.
+const MODEL_COLLECTION: &str = "models";
+
+/// How the folder that a URI names is found.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum PackageScheme {
+    /// `package://`: its manifest states the name.
+    ByManifest,
+    /// `model://`: it has the name, and describes a model.
+    ByFolder,
+}
+
+/// The schemes of URIs that name packages.
+const SCHEMES: [(&str, PackageScheme); 2] =
+    [("package://", PackageScheme::ByManifest), ("model://", PackageScheme::ByFolder)];
+
 /// A reference to a file of a package.
 #[derive(Debug, PartialEq, Eq)]
 pub struct PackageReference {
+    /// How the package is found.
+    pub scheme: PackageScheme,
     /// Name of the package.
     pub package: String,
     /// Path of the file in the package.
@@ -44,22 +69,39 @@ pub struct PackageReference {
 }
 
 impl PackageReference {
-    /// Parses a name of the form `package://NAME/FILE`. Returns `None` for other names, and a sentence if the name is
-    /// not allowed.
+    /// Parses a name of the form `package://NAME/FILE`, or with another of the schemes. Returns `None` for other names,
+    /// and a sentence if the name is not allowed.
     pub fn parse(name: &str) -> Option<Result<Self, String>> {
-        let (package, file) = name.strip_prefix("package://")?.split_once('/').unwrap_or_default();
+        let (prefix, scheme) = SCHEMES.into_iter().find(|(prefix, _)| name.starts_with(prefix))?;
+        let (package, file) = name[prefix.len()..].split_once('/').unwrap_or_default();
         let plain = |c: char| !c.is_control() && !matches!(c, '\\' | ':');
         if package.is_empty() || package.starts_with('.') || !package.chars().all(plain) {
-            return Some(Err(format!("`{name}` does not name a package; expected `package://NAME/FILE`")));
+            return Some(Err(format!("`{name}` does not name a package; expected `{prefix}NAME/FILE`")));
         }
         let outside = || format!("`{name}` is not a path in the package `{package}`");
         Some(match path_within(file).filter(|path| path.file_name().is_some()) {
             None => Err(outside()),
-            Some(file) if !is_asset(&file) && !is_description(&file) => Err(format!(
+            Some(file) if !scheme.may_read(&file) => Err(format!(
                 "`{name}` is neither a mesh nor an image nor a part of a description; other files of packages are not read"
             )),
-            Some(file) => Ok(PackageReference { package: package.to_owned(), file }),
+            Some(file) => Ok(PackageReference { scheme, package: package.to_owned(), file }),
         })
+    }
+
+    /// Returns whether the package can do without the file, so that its absence is no flaw.
+    pub fn is_optional(&self) -> bool {
+        self.scheme == PackageScheme::ByFolder && self.file == Path::new(MODEL_MANIFEST)
+    }
+}
+
+impl PackageScheme {
+    /// Returns whether a file of a package that is found in this way may be read.
+    fn may_read(self, file: &Path) -> bool {
+        let is_text = match self {
+            PackageScheme::ByManifest => is_description(file),
+            PackageScheme::ByFolder => is_model(file),
+        };
+        is_asset(file) || is_text
     }
 }
 
@@ -92,9 +134,15 @@ pub fn is_description(file: &Path) -> bool {
     DESCRIPTION_SUFFIXES.contains(&suffix(file).as_str())
 }
 
-/// Returns whether two files are both assets, or both parts of descriptions.
+/// Returns whether the name of a file is that of a description of a model.
+pub fn is_model(file: &Path) -> bool {
+    MODEL_SUFFIXES.contains(&suffix(file).as_str())
+}
+
+/// Returns whether two files are both assets, both parts of descriptions, or both descriptions of models.
 pub fn same_kind(a: &Path, b: &Path) -> bool {
-    (is_asset(a), is_description(a)) == (is_asset(b), is_description(b))
+    let kind = |file: &Path| (is_asset(file), is_description(file), is_model(file));
+    kind(a) == kind(b)
 }
 
 /// Returns whether a part of a relative path is hidden.
@@ -115,9 +163,38 @@ pub struct FoundPackage {
     pub manifest: Option<Vec<u8>>,
 }
 
-/// Finds a package by its name: upward from the folder of a document, beside the package that contains the document,
-/// then in and below `roots`. `start` must be absolute.
-pub fn find(package: &str, start: &Path, roots: &[PathBuf]) -> Option<FoundPackage> {
+/// Finds the package of a reference; `start` is the folder of the document, and must be absolute.
+pub fn find(reference: &PackageReference, start: &Path, roots: &[PathBuf]) -> Option<FoundPackage> {
+    match reference.scheme {
+        PackageScheme::ByManifest => find_by_manifest(&reference.package, start, roots),
+        PackageScheme::ByFolder => find_by_folder(&reference.package, start, roots),
+    }
+}
+
+/// Finds the folder of a model by its name: upward from the folder of a document, each time that folder itself, one in
+/// it, or one in its collection of models; then in `roots`. Of the latter, any folder with the name is taken.
+fn find_by_folder(name: &str, start: &Path, roots: &[PathBuf]) -> Option<FoundPackage> {
+    let found = |folder: PathBuf| FoundPackage { folder, manifest: None };
+    let is_shown = |folder: &&Path| folder.file_name().is_none_or(|name| !is_hidden(name));
+    let describes =
+        |folder: &PathBuf| is_real_folder(folder) && MODEL_MARKS.iter().any(|mark| folder.join(mark).is_file());
+    let inside = |folder: &Path| [folder.join(name), folder.join(MODEL_COLLECTION).join(name)];
+    for folder in start.ancestors().take(MAX_LEVELS).filter(is_shown) {
+        let own = Some(folder.to_owned()).filter(|folder| folder.file_name().is_some_and(|own| own == name));
+        if let Some(folder) = own.into_iter().chain(inside(folder)).find(describes) {
+            return Some(found(folder));
+        }
+    }
+    let of_root = |root: &PathBuf| {
+        let own = Some(root.clone()).filter(|root| root.file_name().is_some_and(|own| own == name));
+        own.into_iter().chain(inside(root)).find(|folder| is_real_folder(folder))
+    };
+    roots.iter().find_map(of_root).map(found)
+}
+
+/// Finds a package by the name in its manifest: upward from the folder of a document, beside the package that contains
+/// the document, then in and below `roots`.
+fn find_by_manifest(package: &str, start: &Path, roots: &[PathBuf]) -> Option<FoundPackage> {
     let (mut enclosing, mut same_name) = (None, None);
     for folder in start.ancestors().take(MAX_LEVELS) {
         let Some(name) = folder.file_name().filter(|name| !is_hidden(name)) else { continue };
@@ -356,6 +433,48 @@ mod tests {
     }
 
     #[test]
+    fn models_are_named_by_their_folders_and_give_their_descriptions() {
+        let good = parsed("model://cart/meshes/../model.SDF").unwrap();
+        assert_eq!(
+            (good.scheme, good.package.as_str(), good.file.as_path()),
+            (PackageScheme::ByFolder, "cart", Path::new("model.SDF"))
+        );
+        assert!(parsed("model://cart/model.config").is_some_and(|r| r.is_optional()) && !good.is_optional());
+        for name in ["model://cart/robot.xacro", "model://cart/run.sh", "package://cart/model.sdf", "model://.a/b.sdf"]
+        {
+            assert!(matches!(PackageReference::parse(name), Some(Err(_))), "{name}");
+        }
+        assert!(!same_kind(Path::new("a.sdf"), Path::new("a.txt")));
+    }
+
+    #[test]
+    fn models_are_found_upward_beside_and_in_collections() {
+        let place = tempfile::tempdir().unwrap();
+        let at = |path: &str| place.path().join(path);
+        for file in [
+            "src/worlds/w.sdf",
+            "src/models/cart/model.sdf",
+            "src/worlds/near/model.config",
+            "src/plain/a.stl",
+            "src/.hid/models/secret/model.sdf",
+            "far/tree/a.sdf",
+            "src/models/cart/parts/x.sdf",
+        ] {
+            fs::create_dir_all(at(file).parent().unwrap()).unwrap();
+            fs::write(at(file), "").unwrap();
+        }
+        let found =
+            |name: &str, start: &str, roots: &[PathBuf]| find_by_folder(name, &at(start), roots).map(|f| f.folder);
+        assert_eq!(found("cart", "src/worlds", &[]), Some(at("src/models/cart")));
+        assert_eq!(found("cart", "src/models/cart/parts", &[]), Some(at("src/models/cart")));
+        assert_eq!(found("near", "src/worlds", &[]), Some(at("src/worlds/near")));
+        // A folder above the file that describes no model is none; one that the user names is.
+        assert_eq!([found("plain", "src/worlds", &[]), found("secret", "src/worlds", &[])], [None, None]);
+        assert_eq!(found("tree", "src/worlds", &[at("far")]), Some(at("far/tree")));
+        assert_eq!(found("tree", "src/worlds", &[at("far/tree")]), Some(at("far/tree")));
+    }
+
+    #[test]
     fn a_manifest_states_its_name() {
         let name = |text: &str| manifest_name(text.as_bytes());
         assert_eq!(name("<package><name> a_b </name></package>").as_deref(), Some("a_b"));
@@ -380,7 +499,7 @@ mod tests {
         write("src/.hidden/package.xml", "<name>hidden</name>");
         write("far/deep/down/package.xml", "<name>far_meshes</name>");
         let start = at("src/robot/urdf/x");
-        let found = |name: &str, roots: &[PathBuf]| find(name, &start, roots).map(|f| f.folder);
+        let found = |name: &str, roots: &[PathBuf]| find_by_manifest(name, &start, roots).map(|f| f.folder);
         assert_eq!(found("robot_description", &[]), Some(at("src/robot")));
         assert_eq!(found("other_meshes", &[]), Some(at("src/other")));
         assert_eq!(found("urdf", &[]), Some(at("src/robot/urdf")));

@@ -120,15 +120,17 @@ impl AllowedFolders {
     }
 
     /// Returns a mesh, an image or a part of a description with a path if it is in the package that contains the folder
-    /// of a document; without a package, a mesh or an image that is in or below the folder above.
+    /// of a document; without a package, a mesh, an image or the description of a model that is in or below the folder
+    /// above.
     pub(super) fn file_near(&self, folder: &Path, path: &Path) -> Option<AllowedFile> {
         let folder = self.absolute(folder);
-        let is_part = packages::is_asset(path) || packages::is_description(path);
+        let is_near = packages::is_asset(path) || packages::is_model(path);
+        let is_part = is_near || packages::is_description(path);
         match packages::enclosing(&folder).filter(|_| is_part) {
             Some(package) => self.file_below(&package, path),
             // Meshes are often in a folder beside that of the document.
             None => {
-                let above = folder.parent().filter(|above| above.parent().is_some() && packages::is_asset(path))?;
+                let above = folder.parent().filter(|above| above.parent().is_some() && is_near)?;
                 self.file_below(above, path)
             }
         }
