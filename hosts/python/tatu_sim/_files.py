@@ -8,7 +8,7 @@ from . import _native
 #: The folder of the package.
 HERE = Path(__file__).resolve().parent
 
-_SUFFIXES = (".toml", ".ttt", ".urdf")
+_SUFFIXES = (".toml", ".ttt", ".urdf", ".sdf")
 #: Folders whose files belong to scenes in the folder above.
 _PARTS = {"models", "parts", "plugin"}
 

@@ -128,7 +128,7 @@ class World(Namespaces):
     Commands of plugins are methods of their namespace: `world.sim.getObjectPosition(handle)`.
 
     Args:
-        scene: A scene file (`.toml`, `.ttt`, `.urdf`, MuJoCo's `.xml`), or the name of a scene that comes with the package.
+        scene: A scene file (`.toml`, `.ttt`, `.urdf`, `.sdf`, MuJoCo's `.xml`), or the name of a scene that comes with the package.
         text: The text of a scene file, instead of `scene`.
         folder: The folder to which paths in `text` are relative; the working folder by default.
         seed: Seed of all random numbers; the scene's own by default.

@@ -101,6 +101,7 @@ fn every_example_is_a_scene_that_would_start() {
                 let like = match file.rsplit('.').next() {
                     Some("obj") => "mesh/pyramid.obj",
                     Some("xml") => "mjcf/quadruped.xml",
+                    Some("sdf") => "sdf/rover.sdf",
                     _ => "urdf/robot.urdf",
                 };
                 place.write(file, &std::fs::read_to_string(root().join("plugins/importers").join(like)).unwrap());

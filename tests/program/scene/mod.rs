@@ -20,6 +20,7 @@ mod reach;
 mod removals;
 mod robot_files;
 mod scene_errors;
+mod sdf;
 mod textures;
 mod urdf;
 mod vrep_joints;

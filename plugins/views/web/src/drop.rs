@@ -12,9 +12,9 @@ use tatu_plugin_api::{
 /// Name of the folder for dropped files, within the folder in which scripts may open files.
 const DROP_FOLDER: &str = "dropped";
 /// Allowed extensions of a single file, and of the files that are dropped together with a scene.
-const SCENE_EXTENSIONS: &[&str] = &["toml", "ttt", "ttm", "urdf"];
+const SCENE_EXTENSIONS: &[&str] = &["toml", "ttt", "ttm", "urdf", "sdf"];
 const SCENE_FOLDER_EXTENSIONS: &[&str] = &[
-    "toml", "ttt", "ttm", "urdf", "xacro", "lua", "obj", "mtl", "stl", "ply", "dae", "png", "jpg", "jpeg", "svg",
+    "toml", "ttt", "ttm", "urdf", "xacro", "sdf", "config", "lua", "obj", "mtl", "stl", "ply", "dae", "png", "jpg", "jpeg", "svg",
     "csv", "json", "txt", "md",
 ];
 /// Maximum size of a file, bytes.

@@ -65,7 +65,7 @@ pub(crate) fn comes_with_program(path: &Path) -> bool {
 
 /// Returns whether a path is a regular file with the extension of a scene or model.
 pub(crate) fn is_scene(path: &Path) -> bool {
-    path.is_file() && matches!(path.extension().and_then(|e| e.to_str()), Some("ttt" | "ttm" | "urdf" | "toml"))
+    path.is_file() && matches!(path.extension().and_then(|e| e.to_str()), Some("ttt" | "ttm" | "urdf" | "sdf" | "toml"))
 }
 
 /// Returns whether a file that comes with the program is shown as a scene. Of a model's files, only the demo is shown.

@@ -15,11 +15,11 @@ import { mayClose } from "tatu/documents/scene_file";
 /** @typedef {{ name: string, file: File }} Incoming A file; the name includes the folders that contain it. */
 
 /** Extensions of files that are sent together with a scene; other files are ignored. */
-const ACCEPTED = /\.(toml|ttt|ttm|urdf|xacro|lua|obj|mtl|stl|ply|dae|png|jpe?g|svg|csv|json|txt|md)$/i;
+const ACCEPTED = /\.(toml|ttt|ttm|urdf|xacro|sdf|config|lua|obj|mtl|stl|ply|dae|png|jpe?g|svg|csv|json|txt|md)$/i;
 /** Extensions of files that can be opened as a scene. */
-const OPENABLE = /\.(toml|ttt|urdf)$/i;
+const OPENABLE = /\.(toml|ttt|urdf|sdf)$/i;
 /** Extensions of files that can be sent on their own. */
-const STANDALONE = /\.(toml|ttt|ttm|urdf)$/i;
+const STANDALONE = /\.(toml|ttt|ttm|urdf|sdf)$/i;
 /** Maximum number of files that are sent together; the program enforces the same limit. */
 const MAX_FILES = 1000;
 
@@ -90,7 +90,7 @@ async function sendTogether(all, title) {
   const hasTopFolder = parts.every((p) => p.length > 1 && p[0] === topFolder);
   const names = parts.map((p) => (hasTopFolder ? p.slice(1) : p).join("/"));
   const chosenScene = await sceneOf(names);
-  if (chosenScene === null) throw { error: `${title} cannot be opened: it contains no scene`, help: "names of scene files end with .toml, .ttt or .urdf" };
+  if (chosenScene === null) throw { error: `${title} cannot be opened: it contains no scene`, help: "names of scene files end with .toml, .ttt, .urdf or .sdf" };
   if (!(await mayClose())) return;
   const folderName = (hasTopFolder ? topFolder : title).replace(/\.zip$/i, "").replace(/[^\p{L}\p{N} ._()+-]/gu, "_").replace(/^\.+/, "");
   // The program links the folder to the connection, so after a loss, all files are sent again.
