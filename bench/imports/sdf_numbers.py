@@ -192,6 +192,8 @@ class Model:
         """Returns the links that cannot move."""
         if self.tag.findtext("static", "0").strip() in ("1", "true"):
             return set(self.links)
+        if "world" in self.links and self.links["world"].find("inertial") is not None:
+            return set()
         found, open_links = {"world"}, ["world"]
         while open_links:
             link = open_links.pop()
@@ -239,7 +241,10 @@ def models_of(file):
     around = root if world is None else world
     if around.find("include") is not None:
         raise Skipped("include")
-    return [Model(tag, version) for tag in around.findall("model")], world
+    models = [Model(tag, version) for tag in around.findall("model")]
+    if len({model.name for model in models}) < len(models):
+        raise Skipped("equal names")
+    return models, world
 
 
 def last(path):

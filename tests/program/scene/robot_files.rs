@@ -405,11 +405,11 @@ fn a_tag_with_many_attributes_is_refused_at_once() {
 fn xml_of_unknown_formats_is_named() {
     let place = TestFolder::new();
     place.write(
-        "world.sdf",
-        "<?xml version=\"1.0\"?>\n<!-- a world -->\n<sdf version=\"1.9\"><model name=\"m\"/></sdf>",
+        "world.wrl",
+        "<?xml version=\"1.0\"?>\n<!-- a world -->\n<x3d version=\"3.0\"><Scene/></x3d>",
     );
-    let words = ["E121", "no importer reads world.sdf", "urdf (.urdf .xacro)", "XML file with the root element <sdf>"];
-    place.tatu(&["check", "world.sdf"]).refused(&words);
+    let words = ["E121", "no importer reads world.wrl", "urdf (.urdf .xacro)", "XML file with the root element <x3d>"];
+    place.tatu(&["check", "world.wrl"]).refused(&words);
 }
 
 /// A joint that mimics another one starts where it shall be, and stays there.

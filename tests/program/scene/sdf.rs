@@ -1,8 +1,16 @@
 //! Tests of the SDF importer: masses, poses and joints against formulas, includes, worlds, sensors and drives.
 
-use std::f64::consts::{FRAC_PI_2, PI};
+use std::{
+    f64::consts::{FRAC_PI_2, PI},
+    fs,
+    sync::Arc,
+};
 
 use serde_json::Value as Json;
+use tatu_core::{
+    World, document,
+    plugins::{FolderOrigin, SearchPath},
+};
 
 use crate::kit::*;
 
@@ -192,7 +200,7 @@ fn joints_with_two_axes_become_two_and_screws_have_a_lead() {
 }
 
 #[test]
-fn a_pendulum_at_the_world_swings_unless_a_plugin_holds_it() {
+fn pendulums_without_a_controller_swing() {
     let place = TestFolder::new();
     let bar = "<link name='bar'><pose>0 0 2 0 0 0</pose><inertial><pose>.5 0 0 0 0 0</pose><mass>1</mass><inertia><ixx>.001</ixx>\
                <iyy>.08</iyy><izz>.08</izz></inertia></inertial></link>";
@@ -304,11 +312,11 @@ fn a_world_has_its_included_models_and_lights() {
     close(&along, &[0.5f64.sqrt(), 0.0, -0.5f64.sqrt()]);
     // From elsewhere, with the folder of models in the environment of Gazebo.
     let file = place.path().join("worlds/w.sdf");
-    std::fs::create_dir_all(place.path().join("empty")).unwrap();
+    fs::create_dir_all(place.path().join("empty")).unwrap();
     let moved = place.path().join("far");
-    std::fs::rename(place.path().join("models"), &moved).unwrap();
-    let text = std::fs::read_to_string(&file).unwrap().replace("../models/cube/cube.sdf", "model://cube");
-    std::fs::write(&file, text).unwrap();
+    fs::rename(place.path().join("models"), &moved).unwrap();
+    let text = fs::read_to_string(&file).unwrap().replace("../models/cube/cube.sdf", "model://cube");
+    fs::write(&file, text).unwrap();
     let env = [("GZ_SIM_RESOURCE_PATH", moved.to_str().unwrap())];
     let done = run(program(), &place.path().join("empty"), &["check", file.to_str().unwrap()], &env).good();
     assert!(!done.err.contains("`cube`") && !done.err.contains("`ground`"), "{}", done.err);
@@ -333,7 +341,7 @@ fn nested_and_merged_models_are_parts_of_the_one_around() {
 #[test]
 fn sensors_look_ahead_with_their_noise() {
     let place = TestFolder::new();
-    let rover = std::fs::read_to_string(root().join("plugins/importers/sdf/rover.sdf")).unwrap();
+    let rover = fs::read_to_string(root().join("plugins/importers/sdf/rover.sdf")).unwrap();
     place.write("rover.sdf", &rover);
     // A wall ahead, whose face is 2.5 m from the scanner at 0.15 m.
     let script = "function sysCall_init()\n  robot = sim.getObject('/rover')\n  scan = sim.getObject('./scanner')\n  steps = 0\nend\n\
@@ -359,7 +367,7 @@ fn sensors_look_ahead_with_their_noise() {
 }
 
 #[test]
-fn flaws_of_xml_that_gazebo_accepts_change_nothing() {
+fn flawed_xml_is_read_as_by_gazebo() {
     let good = sdf(
         "1.9",
         "<link name='l'><collision name='c'><geometry><sphere><radius>0.5</radius></sphere></geometry></collision></link>",
@@ -373,7 +381,7 @@ fn flaws_of_xml_that_gazebo_accepts_change_nothing() {
     let place = TestFolder::new();
     place.write("m.sdf", &flawed.replace("0.5", "half"));
     // The line counts from the beginning of the flawed file.
-    place.tatu(&["check", "m.sdf"]).good().reports(&["line 6", "<radius> is \"half\"; expected a number"]);
+    place.tatu(&["check", "m.sdf"]).good().reports(&["line 5", "<radius> is \"half\"; expected a number"]);
 }
 
 #[test]
@@ -381,7 +389,7 @@ fn hostile_files_are_refused_quickly() {
     let refused = |text: &str, words: &[&str]| {
         let place = TestFolder::new();
         place.write("a/m.sdf", text);
-        std::fs::create_dir_all(place.path().join("b")).unwrap();
+        fs::create_dir_all(place.path().join("b")).unwrap();
         let words = [&["E120"][..], words].concat();
         run(program(), &place.path().join("a"), &["check", "m.sdf"], &[]).refused(&words);
     };
@@ -403,4 +411,55 @@ fn hostile_files_are_refused_quickly() {
     }
     place.write("m15.sdf", &sdf("1.9", &(0..40).map(|i| format!("<link name='l{i}'/>")).collect::<String>()));
     place.tatu(&["check", "m0.sdf"]).refused(&["E120", "more than"]);
+}
+
+/// Returns the ranges of the texts between tags, and of the values in quotes.
+fn values(text: &str) -> Vec<std::ops::Range<usize>> {
+    let ends = text.match_indices(['>', '"']).map(|(at, _)| at + 1);
+    ends.filter_map(|from| {
+        let length = text[from..].find(['<', '"'])?;
+        (length > 0 && !text[from..from + length].trim().is_empty()).then_some(from..from + length)
+    })
+    .collect()
+}
+
+#[test]
+fn any_file_runs_or_is_refused() {
+    let mut search = SearchPath::default();
+    search.folders.push((program().with_file_name("deps"), FolderOrigin::Built));
+    search.built = ["tatu_importers_sdf", "tatu_sensors_imu", "tatu_sensors_laser"].map(str::to_owned).to_vec();
+    let registry = load_registry(search);
+    let rover = fs::read_to_string(root().join("plugins/importers/sdf/rover.sdf")).unwrap();
+    let place = TestFolder::new();
+    let file = place.path().join("m.sdf");
+    let (mut good, mut bad) = (0, 0);
+    let mut attempt = |text: &str, what: &str| {
+        fs::write(&file, text).unwrap();
+        match document::load(&file, &registry, &Default::default()) {
+            Ok(document) => {
+                let world = World::new(Arc::new(document), registry.clone()).unwrap_or_else(|e| panic!("{what}: {e}"));
+                world.start();
+                (0..2).for_each(|_| world.step());
+                assert!(world.faults().is_empty(), "{what}: {:?}", world.faults());
+                good += 1;
+            }
+            Err(e) => {
+                assert_eq!(e.code, "E120", "{what}: {e}");
+                assert!(!e.text.contains("panick"), "{what}: {e}");
+                bad += 1;
+            }
+        }
+    };
+    attempt(&rover, "whole");
+    for n in (0..rover.len()).step_by(97) {
+        attempt(&rover[..rover.floor_char_boundary(n)], &format!("{n} bytes"));
+    }
+    for range in values(&rover) {
+        for with in ["0", "-1", "nan", "1e300", "inf", "chassis", "0 0 0", "1e9 -1e9 1e9"] {
+            let mut text = rover.clone();
+            text.replace_range(range.clone(), with);
+            attempt(&text, &format!("`{}` at {} becomes `{with}`", &rover[range.clone()], range.start));
+        }
+    }
+    assert!(good > 100 && bad > 100, "{good} {bad}");
 }

@@ -433,7 +433,7 @@ mod tests {
     }
 
     #[test]
-    fn models_are_named_by_their_folders_and_give_their_descriptions() {
+    fn models_are_named_by_their_folders() {
         let good = parsed("model://cart/meshes/../model.SDF").unwrap();
         assert_eq!(
             (good.scheme, good.package.as_str(), good.file.as_path()),

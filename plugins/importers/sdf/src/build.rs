@@ -14,6 +14,7 @@ use crate::{
     frames::{FrameReference, ModelScope, StatedPose, WORLD},
     joints::JointReader,
     model::{FileDraft, ModelDraft},
+    propellers,
     sensors::{SensorBuilder, magnetic_field},
     shapes::{LinkPlace, LinkReader},
     world::{light, set_world},
@@ -122,7 +123,7 @@ impl<'b> FileBuilder<'_, 'b, '_> {
             read.is_fixed = link.is_static;
             robot.links.push(read);
         }
-        if robot.links.is_empty() {
+        if robot.links.is_empty() && (model.is_static || model.joints.is_empty()) {
             let text = format!("the model `{}` has no links", model.name);
             self.findings.note(FindingKind::Unread, model.tag.line, text);
             let base = self.builder.object("dummy", world, &alias(&model.name))?.set("object.model_base", true)?;
@@ -141,6 +142,11 @@ impl<'b> FileBuilder<'_, 'b, '_> {
         built.base.set("object.model_base", true)?;
         if let Some(drive) = &drive {
             self.drive(drive, &robot, &built, model)?;
+        }
+        for tag in
+            model.plugins.iter().filter(|tag| controllers::short_name(tag) == propellers::PLUGIN && !model.is_static)
+        {
+            propellers::propeller(self.builder, tag, &robot, &built, self.findings)?;
         }
         self.attachments(model, &built)?;
         Ok(built.base)

@@ -47,7 +47,7 @@ pub struct WheelDrive {
 }
 
 /// The name of a plugin without its namespace, or the library if it has none.
-fn short_name(tag: &Element) -> &str {
+pub fn short_name(tag: &Element) -> &str {
     let name = tag.label();
     let name = name.rsplit("::").next().unwrap_or(name);
     let file = tag.attribute("filename").unwrap_or_default();
@@ -80,7 +80,7 @@ pub fn apply(plugins: &[&Element], robot: &mut Robot, findings: &Findings) -> Re
             Some(library) => &*camel_case(library.trim_end_matches("-system")),
             None => name,
         };
-        if SILENT.contains(&own) {
+        if SILENT.contains(&own) || own == crate::propellers::PLUGIN {
             continue;
         }
         let found = match own {

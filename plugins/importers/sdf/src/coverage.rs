@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 use crate::element::Element;
 
 /// Elements whose content is read elsewhere as a whole, or has no meaning here.
-const WHOLE: [&str; 24] = [
+const WHOLE: [&str; 23] = [
     "plugin",
     "gui",
     "scene",
@@ -26,7 +26,6 @@ const WHOLE: [&str; 24] = [
     "navsat",
     "magnetometer",
     "air_pressure",
-    "contact_sensor",
     "spot",
     "attenuation",
     "spherical_coordinates",

@@ -21,6 +21,21 @@ const MAX_INCLUDES: usize = 16;
 /// The latest version of the format that is known.
 const LATEST: FormatVersion = (1, 12);
 
+/// The models `sun` and `ground_plane`, for those who do not have them: a light from above, and an endless floor.
+const STAND_INS: [(&str, &str); 2] = [
+    (
+        "sun",
+        "<sdf version='1.9'><light name='sun' type='directional'><pose>0 0 10 0 0 0</pose>\
+         <direction>-0.5 0.1 -0.9</direction><diffuse>0.8 0.8 0.8 1</diffuse></light></sdf>",
+    ),
+    (
+        "ground_plane",
+        "<sdf version='1.9'><model name='ground_plane'><static>true</static><link name='link'>\
+         <collision name='collision'><geometry><plane><size>100 100</size></plane></geometry></collision>\
+         <visual name='visual'><geometry><plane><size>100 100</size></plane></geometry></visual></link></model></sdf>",
+    ),
+];
+
 /// Version of the format: major and minor number.
 pub type FormatVersion = (u32, u32);
 
@@ -120,7 +135,12 @@ impl<'w, 'b> SourceFiles<'w, 'b> {
         if let Some(path) = of_server(&uri) {
             return path;
         }
-        if uri.contains("://") { uri } else { join(folder, &uri) }
+        // An absolute path is one of another computer, which the host reports instead of ending the import.
+        match uri.starts_with('/') {
+            true => format!("file://{uri}"),
+            false if uri.contains("://") => uri,
+            false => join(folder, &uri),
+        }
     }
 
     /// Replaces the includes in an element. `open` has the files that are being read.
@@ -141,7 +161,11 @@ impl<'w, 'b> SourceFiles<'w, 'b> {
             let Some(uri) = child.text_of("uri").map(str::to_owned) else {
                 return Err(child.fail("<include> has no <uri>"));
             };
-            let Some(number) = self.find(&child, &uri)? else {
+            let found = match self.find(&child, &uri)? {
+                None => self.stand_in(&child, &uri, findings)?,
+                found => found,
+            };
+            let Some(number) = found else {
                 let text = format!("`{}` is left out: it was not found", shortened(&uri));
                 findings.warn(FindingKind::Include, child.line, text);
                 continue;
@@ -180,6 +204,17 @@ impl<'w, 'b> SourceFiles<'w, 'b> {
             }
         }
         Ok(None)
+    }
+
+    /// Returns the file that stands in for a model that nearly every world includes, and that Gazebo brings along.
+    fn stand_in(&mut self, include: &Element, uri: &str, findings: &Findings) -> Result<Option<usize>> {
+        let name = uri.trim_end_matches('/').rsplit('/').next().unwrap_or_default().to_lowercase().replace(' ', "_");
+        let Some((_, text)) = STAND_INS.iter().find(|(own, _)| *own == name) else { return Ok(None) };
+        findings.note(FindingKind::Include, include.line, format!("a simple model stands in for `{name}`"));
+        match self.known.get(&name) {
+            Some(number) => Ok(Some(*number)),
+            None => self.add(&name, text.as_bytes()).map(Some),
+        }
     }
 
     fn open(&mut self, path: &str) -> Result<Option<usize>> {
@@ -298,7 +333,7 @@ mod tests {
     }
 
     #[test]
-    fn the_latest_described_version_comes_first() {
+    fn the_latest_described_version_is_first() {
         let config =
             b"<model><sdf version='1.4'>a.sdf</sdf><sdf version='1.10'>c.sdf</sdf><sdf version='1.6'>b.sdf</sdf>\
                        <sdf version='2.0'>d.sdf</sdf></model>";

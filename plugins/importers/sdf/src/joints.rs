@@ -46,6 +46,12 @@ impl JointReader<'_, '_> {
         &self.draft.frames
     }
 
+    /// Returns whether a link states its mass.
+    fn has_inertial(&self, name: &str) -> bool {
+        let mut links = self.model.links.iter().map(|link| &self.draft.links[*link]);
+        links.any(|link| link.name == name && link.tag.child("inertial").is_some())
+    }
+
     /// Returns the end of a joint that a child element names. Adds the link of the world if it is needed.
     fn end(&self, part: &PartDraft<'_>, role: &str, robot: &mut Robot) -> Result<(String, Isometry3<f64>)> {
         let tag = part.tag;
@@ -55,8 +61,10 @@ impl JointReader<'_, '_> {
             return Err(tag.fail(format!("it refers to the {role} link `{name}`, which does not exist")));
         };
         let Some(link) = self.frames().link(frame)? else {
-            if !robot.links.iter().any(|l| l.name == WORLD_LINK) {
-                robot.links.push(world_link(tag.line));
+            match robot.links.iter_mut().find(|l| l.name == WORLD_LINK) {
+                // Some files have a link of this name, which is reserved; with a mass, it is meant to move.
+                Some(link) => link.is_fixed |= !self.has_inertial(WORLD_LINK),
+                None => robot.links.push(world_link(tag.line)),
             }
             return Ok((WORLD_LINK.to_owned(), Isometry3::identity()));
         };

@@ -2,7 +2,7 @@
 //!
 //! `text` repairs what a strict reader refuses, `element` parses it, and `files` replaces includes by the models that they
 //! name. `model` collects models with their links and joints, and `frames` resolves poses; `shapes` reads links, `joints`
-//! joints, `controllers` the plugins that move them, `sensors` and `world` the rest. `build` creates the objects, with the
+//! joints, `controllers` the plugins that move them, `propellers` those that fly, `sensors` and `world` the rest. `build` creates the objects, with the
 //! crate `tatu-importers-robots`; `coverage` says what is not read.
 
 mod build;
@@ -13,6 +13,7 @@ mod files;
 mod frames;
 mod joints;
 mod model;
+mod propellers;
 mod sensors;
 mod shapes;
 mod text;
