@@ -320,7 +320,7 @@ def main():
         print(f"{file.name:40} {m:3} models {b:4} bodies {p:5} poses  mass {worst['mass']:.0e}  "
               f"inertia {worst['inertia']:.0e}  pose {worst['pose']:.0e}{'  WRONG' if is_wrong else ''}")
     print(f"{len(files)} files: {models} models, {bodies} moving bodies, {poses} poses compared; {skipped} skipped, {wrong} wrong")
-    sys.exit(wrong > 0)
+    sys.exit(int(wrong > 0))
 
 
 if __name__ == "__main__":
