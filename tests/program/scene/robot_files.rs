@@ -404,10 +404,7 @@ fn a_tag_with_many_attributes_is_refused_at_once() {
 #[test]
 fn xml_of_unknown_formats_is_named() {
     let place = TestFolder::new();
-    place.write(
-        "world.wrl",
-        "<?xml version=\"1.0\"?>\n<!-- a world -->\n<x3d version=\"3.0\"><Scene/></x3d>",
-    );
+    place.write("world.wrl", "<?xml version=\"1.0\"?>\n<!-- a world -->\n<x3d version=\"3.0\"><Scene/></x3d>");
     let words = ["E121", "no importer reads world.wrl", "urdf (.urdf .xacro)", "XML file with the root element <x3d>"];
     place.tatu(&["check", "world.wrl"]).refused(&words);
 }

@@ -66,6 +66,8 @@ struct BodyPlace<'b> {
     is_fixed: bool,
     /// The axis about which it rolls, if it does.
     rolls_about: Option<Vector3<f64>>,
+    /// Its collision mask.
+    mask: i64,
 }
 
 /// Builds the robot below `parent`, starting with the body of the root link. Several roots get a dummy as their base.
@@ -99,6 +101,8 @@ pub fn build<'b>(
         }
         false => None,
     };
+    let has_collision: Vec<bool> = colliding.iter().map(|solids| !solids.is_empty()).collect();
+    let masks = collision::masks(tree, &has_collision, settings.self_collision, findings);
     let mut nodes: Vec<Node<'b>> = Vec::with_capacity(tree.bodies.len());
     let mut paths: Vec<String> = Vec::with_capacity(tree.bodies.len());
     let mut moved = Vec::with_capacity(robot.joints.len());
@@ -112,6 +116,7 @@ pub fn build<'b>(
             is_root: body.joint.is_none(),
             is_fixed: is_fixed(i),
             rolls_about: None,
+            mask: masks[i],
         };
         let mut path = if place.is_base { String::new() } else { format!("/{}", alias(&first.name)) };
         if let Some((j, above, frame)) = &body.joint {
@@ -269,6 +274,7 @@ impl<'b> BodyBuilder<'_, 'b> {
             ..self.settings.clone()
         };
         let friction = self.friction(body);
+        node.set("shape.respondable", true)?.set("shape.respondable_mask", place.mask)?;
         let wheels =
             collision::set_collision_geometry(self.builder, node, &solids, place.rolls_about, friction, settings)?;
         let line = self.robot.links[body.links[0].0].line;

@@ -1,19 +1,19 @@
 //! Builds the collision geometry of bodies.
 
 use nalgebra::{Isometry3, Vector3};
-use tatu_importers_common::merge_pieces;
+use tatu_importers_common::{SelfCollisionMasks, merge_pieces};
 use tatu_plugin_api::safe::{Builder, Node, Result, Value};
 
 use crate::{
+    findings::{FindingKind, Findings},
     form::{PlacedSolid, SolidForm},
     robot::Surface,
     settings::BuildSettings,
+    tree::{BodyTree, LoopClosure},
 };
 
 /// Collision mask of a link that collides with everything except other links of the same robot.
 const OTHERS_MASK: i64 = 0xFF00;
-/// Collision mask of a link that collides with everything.
-const ALL_MASK: i64 = 0xFFFF;
 
 /// Largest vertical component of the axis of a wheel; a plate on a vertical axis cannot roll on a floor.
 const MAX_VERTICAL: f64 = 0.7;
@@ -22,6 +22,33 @@ const MAX_VERTICAL: f64 = 0.7;
 pub struct CollidingSolid<'s> {
     pub solid: &'s PlacedSolid,
     pub surface: &'s Surface,
+}
+
+/// Returns the collision mask of each body. With `self_collision`, those that have collision geometry collide with each
+/// other, unless a joint connects them.
+pub fn masks(tree: &BodyTree, has_collision: &[bool], self_collision: bool, findings: &Findings) -> Vec<i64> {
+    let count = tree.bodies.len();
+    if !self_collision {
+        return vec![OTHERS_MASK; count];
+    }
+    let connects = |a: usize, b: usize| {
+        let above =
+            |child: usize, parent: usize| tree.bodies[child].joint.as_ref().is_some_and(|(_, p, _)| *p == parent);
+        let closes = |closure: &LoopClosure| {
+            let ends = [closure.ends[0].0, closure.ends[1].0];
+            ends == [a, b] || ends == [b, a]
+        };
+        above(b, a) || above(a, b) || tree.closures.iter().any(closes)
+    };
+    let masks = SelfCollisionMasks::choose(count, |a, b| has_collision[a] && has_collision[b] && !connects(a, b));
+    if masks.missing > 0 {
+        let text = format!(
+            "{} pairs of links do not collide although no joint connects them, since masks cannot express all pairs",
+            masks.missing
+        );
+        findings.warn(FindingKind::SelfCollision, 0, text);
+    }
+    masks.low.iter().map(|low| OTHERS_MASK | i64::from(*low)).collect()
 }
 
 /// Gives a body its collision geometry, which must not be empty. `rolls_about` is the axis of the joint above, in the
@@ -35,9 +62,7 @@ pub fn set_collision_geometry(
     settings: &BuildSettings,
 ) -> Result<usize> {
     let stated = solids.iter().find_map(|s| s.surface.friction);
-    node.set("shape.respondable", true)?
-        .set("shape.respondable_mask", if settings.self_collision { ALL_MASK } else { OTHERS_MASK })?
-        .set("shape.friction", stated.unwrap_or(friction))?;
+    node.set("shape.friction", stated.unwrap_or(friction))?;
     let restitution = solids.iter().map(|s| s.surface.restitution).fold(0.0, f64::max);
     if restitution > 0.0 {
         node.set("shape.restitution", restitution)?;

@@ -70,6 +70,8 @@ pub enum FindingKind {
     Motor,
     /// The inertia of a motor.
     Armature,
+    /// Links that do not collide with each other.
+    SelfCollision,
     /// A wheel that collides as a sphere.
     Wheel,
     /// Elements that the importer does not read.

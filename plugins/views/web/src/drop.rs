@@ -14,8 +14,8 @@ const DROP_FOLDER: &str = "dropped";
 /// Allowed extensions of a single file, and of the files that are dropped together with a scene.
 const SCENE_EXTENSIONS: &[&str] = &["toml", "ttt", "ttm", "urdf", "sdf"];
 const SCENE_FOLDER_EXTENSIONS: &[&str] = &[
-    "toml", "ttt", "ttm", "urdf", "xacro", "sdf", "config", "lua", "obj", "mtl", "stl", "ply", "dae", "png", "jpg", "jpeg", "svg",
-    "csv", "json", "txt", "md",
+    "toml", "ttt", "ttm", "urdf", "xacro", "sdf", "config", "lua", "obj", "mtl", "stl", "ply", "dae", "png", "jpg",
+    "jpeg", "svg", "csv", "json", "txt", "md",
 ];
 /// Maximum size of a file, bytes.
 const MAX_FILE_BYTES: usize = 64 << 20;
