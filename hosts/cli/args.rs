@@ -32,6 +32,8 @@ pub enum Command {
     Convert(ConvertArgs),
     /// Import a robot or scene of another format: report what was taken, assumed and left out, and write it as a model.
     Import(ImportArgs),
+    /// Export a robot or a scene to a URDF or MJCF file, with its meshes in files next to it: report what it cannot hold.
+    Export(ExportArgs),
     /// List what plugins provide.
     List(ListArgs),
     /// Describe a plugin, kind of sensor or actuator, model, importer, script language, service, schema, object kind or
@@ -284,6 +286,34 @@ pub struct ImportArgs {
     /// Fail, and write nothing, if a part of the file was changed or left out.
     #[arg(long)]
     pub strict: bool,
+    #[command(flatten)]
+    pub changes: SceneChanges,
+    /// Seconds of real time after which a plugin call that has not returned ends the program; 0: never.
+    #[arg(long, value_name = "S", default_value_t = 60.0, value_parser = seconds)]
+    pub watchdog: f64,
+}
+
+#[derive(clap::Args)]
+#[command(
+    after_help = "Examples:\n  tatu export pioneer_p3dx -o pioneer.urdf\n  tatu export scene.toml -o scene.xml\n  tatu \
+                  export scene.toml --object /arm -o out/arm.urdf --strict"
+)]
+pub struct ExportArgs {
+    /// The scene file, the file of a robot, or the id of a model.
+    #[arg(value_parser = scene())]
+    pub scene: PathBuf,
+    /// The file to write, whose suffix chooses the format: `.urdf`, or `.xml` for MJCF.
+    #[arg(short, long, value_name = "FILE")]
+    pub output: PathBuf,
+    /// Export only this object, with all that is below it [default: the whole scene].
+    #[arg(long, value_name = "PATH")]
+    pub object: Option<String>,
+    /// Fail, and write nothing, if a part of the scene was changed or left out.
+    #[arg(long)]
+    pub strict: bool,
+    /// Replace existing files.
+    #[arg(long)]
+    pub overwrite: bool,
     #[command(flatten)]
     pub changes: SceneChanges,
     /// Seconds of real time after which a plugin call that has not returned ends the program; 0: never.

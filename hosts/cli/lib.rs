@@ -35,6 +35,7 @@ pub fn main(args: impl IntoIterator<Item = OsString>) -> ExitCode {
         args::Command::Check(check) => commands::check::check(&check),
         args::Command::Convert(convert) => commands::convert::convert(&convert),
         args::Command::Import(import) => commands::import::import(&import),
+        args::Command::Export(export) => commands::export::export(&export),
         args::Command::Describe(describe) => commands::describe::describe(&describe),
         args::Command::List(list) => commands::list::list(&list),
         args::Command::Measure(measure) => commands::measure::measure(&measure),

@@ -4,6 +4,7 @@ pub mod check;
 pub mod convert;
 pub mod describe;
 pub mod diff;
+pub mod export;
 pub mod generate;
 pub mod import;
 pub mod list;

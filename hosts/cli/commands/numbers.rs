@@ -8,7 +8,8 @@ use tatu_core::{
 };
 
 /// The positions of joints in the second and third configuration, as fractions of their ranges, for joints with even and
-/// odd numbers. In the first, all joints are at 0, or at the limit that is nearest to it.
+/// odd numbers in the order of their names, which files of different formats share. In the first, all joints are at 0, or
+/// at the limit that is nearest to it.
 const FRACTIONS: [[f64; 2]; 2] = [[0.25, 0.25], [0.35, 0.8]];
 
 /// Range that is assumed for joints without limits, rad or m, to both sides of 0.
@@ -108,7 +109,8 @@ fn joints(scene: &Scene) -> Json {
 
 /// Sets the positions of all joints that follow no other one, then those of the others.
 fn set_positions(scene: &mut Scene, which: usize) {
-    let slots: Vec<u32> = scene.slots().filter(|(_, o)| o.joint().is_some()).map(|(slot, _)| slot).collect();
+    let mut slots: Vec<u32> = scene.slots().filter(|(_, o)| o.joint().is_some()).map(|(slot, _)| slot).collect();
+    slots.sort_by_cached_key(|slot| scene.get(*slot).map(|o| o.alias().to_owned()));
     for (n, slot) in slots.iter().enumerate() {
         let Some(ObjectVariant::Joint(j)) = scene.get_mut(*slot).map(|o| &mut o.data) else { continue };
         let free = FREE_RANGE[usize::from(j.kind == JointType::Prismatic)];

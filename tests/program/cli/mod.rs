@@ -3,6 +3,7 @@
 mod command_line;
 mod demos;
 mod describe;
+mod export;
 mod import;
 #[cfg(unix)]
 mod interactive;
