@@ -48,24 +48,22 @@ impl BodyWriter<'_, '_> {
                 open.pop();
                 xml.end();
             }
-            self.begin(xml, body, parent);
+            self.begin(xml, body);
             open.push(body);
         }
         open.iter().for_each(|_| xml.end());
         xml.end();
     }
 
-    fn begin(&mut self, xml: &mut XmlWriter, body: usize, parent: usize) {
+    fn begin(&mut self, xml: &mut XmlWriter, body: usize) {
         let of = &self.all.bodies[body];
-        let pose = if parent == 0 { of.pose } else { self.all.bodies[parent].pose.inverse() * of.pose };
         let mut attributes = vec![("name", self.names.bodies[body].clone())];
-        add_pose(&mut attributes, &pose);
+        add_pose(&mut attributes, &of.in_parent);
         xml.begin("body", &attributes);
         match &of.tie {
             Tie::Free => xml.empty("freejoint", &[]),
-            Tie::Joint { item, frame, joint, .. } => {
-                // The joint's frame in that of the body.
-                let at = pose.inverse() * frame;
+            Tie::Joint { item, below, joint, .. } => {
+                let at = below.inverse();
                 let path = &self.all.items[*item].path;
                 let name = self.names.joints.get(item).cloned().unwrap_or_default();
                 write_joint(xml, name, joint, &at);

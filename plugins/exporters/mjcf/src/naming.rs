@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use tatu_exporters_common::{ExportReport, Mechanisms, NameSpace, Tie};
+use tatu_plugin_api::abi::{TATU_KIND_FORCE_SENSOR, TATU_KIND_SENSOR};
 
 /// The names of elements, by what they stand for. Names of different kinds of elements may be equal.
 pub struct Names {
@@ -34,7 +35,8 @@ impl Names {
             if let Tie::Joint { item, .. } = body.tie {
                 joints.insert(item, of_joints.name(&all.items[item].alias));
             }
-            let others = body.attached.iter().map(|a| a.item);
+            let has_site = |item: &usize| matches!(all.items[*item].kind, TATU_KIND_SENSOR | TATU_KIND_FORCE_SENSOR);
+            let others = body.attached.iter().map(|a| a.item).filter(has_site);
             for item in body.frames.iter().map(|f| f.item).chain(others) {
                 sites.insert(item, of_sites.name(&all.items[item].alias));
             }

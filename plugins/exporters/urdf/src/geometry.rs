@@ -46,8 +46,15 @@ impl Materials {
 pub fn write_origin(xml: &mut XmlWriter, pose: &Isometry3<f64>) {
     let angles = roll_pitch_yaw(&pose.rotation);
     let place = pose.translation.vector;
-    if angles != [0.0; 3] || place != nalgebra::Vector3::zeros() {
-        xml.empty("origin", &[("xyz", numbers([place.x, place.y, place.z])), ("rpy", numbers(angles))]);
+    let mut attributes = Vec::new();
+    if place != nalgebra::Vector3::zeros() {
+        attributes.push(("xyz", numbers([place.x, place.y, place.z])));
+    }
+    if angles != [0.0; 3] {
+        attributes.push(("rpy", numbers(angles)));
+    }
+    if !attributes.is_empty() {
+        xml.empty("origin", &attributes);
     }
 }
 

@@ -58,7 +58,7 @@ pub fn write_joint(
     names: &mut JointNames,
     export: &mut Export<'_>,
 ) {
-    let Link { body, pose, .. } = robot.links[link];
+    let Link { body, origin, .. } = robot.links[link];
     let name = robot.links[link].name.clone();
     let above = |parent: usize| robot.link_of[parent].map(|above| &robot.links[above]);
     match &all.bodies[body].tie {
@@ -66,13 +66,12 @@ pub fn write_joint(
         Tie::Rigid { parent } => {
             let Some(above) = above(*parent) else { return };
             let joint = names.names.derived(&format!("{name}_fixed"));
-            write_fixed(xml, &joint, &above.name, &name, &(above.pose.inverse() * pose));
+            write_fixed(xml, &joint, &above.name, &name, &origin);
         }
-        Tie::Joint { parent, item, frame, joint } => {
+        Tie::Joint { parent, item, below, joint, .. } => {
             let Some(above) = above(*parent) else { return };
-            let axis = pose.rotation.inverse() * (all.bodies[*parent].pose.rotation * frame.rotation) * Vector3::z();
+            let axis = below.rotation.inverse() * Vector3::z();
             let path = &all.items[*item].path;
-            let origin = above.pose.inverse() * pose;
             let own = names.of_item.get(item).cloned().unwrap_or_default();
             if joint.kind == JointKind::Spherical {
                 let above = above.name.clone();

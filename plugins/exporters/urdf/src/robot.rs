@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use nalgebra::Isometry3;
+use nalgebra::{Isometry3, Translation3, UnitQuaternion};
 use tatu_exporters_common::{Export, Mechanisms, NameSpace, Tie};
 use tatu_plugin_api::safe::{Fail, Result};
 
@@ -17,8 +17,9 @@ pub struct Link {
     pub body: usize,
     /// Name of the link.
     pub name: String,
-    /// Pose of the link in the world, with all joints at 0. The frame of a link lies at the joint above it.
-    pub pose: Isometry3<f64>,
+    /// Pose of the link in the frame of the link above it, or of the world, with all joints at 0. The frame of a link lies
+    /// at the joint above it.
+    pub origin: Isometry3<f64>,
     /// Pose of the body in the frame of the link.
     pub below: Isometry3<f64>,
 }
@@ -124,22 +125,19 @@ impl Robot {
     }
 
     fn add(&mut self, all: &Mechanisms, body: usize, name: String) {
-        let Mechanisms { bodies, .. } = all;
-        let pose = match &bodies[body].tie {
-            Tie::Joint { parent, frame, .. } => {
-                let joint = bodies[*parent].pose * frame;
-                Isometry3::from_parts(joint.translation, bodies[body].pose.rotation)
+        let of = &all.bodies[body];
+        // Pose of the body above in the frame of its link.
+        let above = self.link_of[all.parent_of(body)].map_or(Isometry3::identity(), |above| self.links[above].below);
+        let (origin, below) = match &of.tie {
+            Tie::Joint { frame, below, .. } if !self.links.is_empty() => {
+                let turn = below.rotation;
+                let shift = turn.inverse() * below.translation.vector;
+                let at_joint = frame * Isometry3::from_parts(Translation3::identity(), turn);
+                (above * at_joint, Isometry3::from_parts(shift.into(), UnitQuaternion::identity()))
             }
-            _ => bodies[body].pose,
+            _ => (above * of.in_parent, Isometry3::identity()),
         };
-        let mut below = pose.inverse() * bodies[body].pose;
-        // The rotations are the same; what rounding leaves of them would be written.
-        below.rotation = nalgebra::UnitQuaternion::identity();
-        let scale = bodies[body].pose.translation.vector.norm().max(1.0);
-        if below.translation.vector.norm() < 1e-14 * scale {
-            below.translation = nalgebra::Translation3::identity();
-        }
         self.link_of[body] = Some(self.links.len());
-        self.links.push(Link { body, name, pose, below });
+        self.links.push(Link { body, name, origin, below });
     }
 }

@@ -35,8 +35,8 @@ pub fn urdf(export: &mut Export<'_>) -> Result<String> {
         xml.empty("link", &[("name", WORLD.to_owned())]);
         let root = &robot.links[0];
         let joint = joints.names.derived("world_joint");
-        write_fixed(&mut xml, &joint, WORLD, &root.name, &root.pose);
-    } else if robot.links[0].pose != Isometry3::identity() {
+        write_fixed(&mut xml, &joint, WORLD, &root.name, &root.origin);
+    } else if robot.links[0].origin != Isometry3::identity() {
         let path = all.path_of(robot.links[0].body);
         export.report.note("URDF does not place robots: where the robot is in the scene is left out", path);
     }
@@ -77,7 +77,7 @@ fn write_link(
     if let Some(MassInfo { mass, com, inertia: i }) = &body.mass {
         let com = link.below * nalgebra::Point3::from(*com);
         xml.begin("inertial", &[]);
-        xml.empty("origin", &[("xyz", numbers([com.x, com.y, com.z])), ("rpy", "0 0 0".to_owned())]);
+        xml.empty("origin", &[("xyz", numbers([com.x, com.y, com.z]))]);
         xml.empty("mass", &[("value", number(*mass))]);
         let moments = [("ixx", 0, 0), ("ixy", 0, 1), ("ixz", 0, 2), ("iyy", 1, 1), ("iyz", 1, 2), ("izz", 2, 2)];
         let moments = moments.map(|(name, row, column)| (name, number((i[(row, column)] + i[(column, row)]) / 2.0)));

@@ -98,7 +98,10 @@ impl JointInfo {
             control,
             position: f64("joint.position"),
             rotation: reader.array(joint, "joint.rotation").unwrap_or([0.0, 0.0, 0.0, 1.0]),
-            limits: reader.array(joint, "joint.limits").filter(|[low, high]: &[f64; 2]| low <= high),
+            limits: reader.array(joint, "joint.limits").filter(|[low, high]: &[f64; 2]| {
+                // A sliding joint without limits has infinite ones.
+                low <= high && (low.is_finite() || high.is_finite())
+            }),
             max_force: f64("joint.max_force"),
             max_velocity: f64("joint.max_velocity"),
             targets: [f64("joint.target_position"), f64("joint.target_velocity")],

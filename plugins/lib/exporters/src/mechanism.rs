@@ -43,6 +43,8 @@ pub enum Tie {
         item: usize,
         /// The joint's frame in the frame of the body above.
         frame: Isometry3<f64>,
+        /// Pose of the body in the frame that the joint moves.
+        below: Isometry3<f64>,
         /// The joint.
         joint: Box<JointInfo>,
     },
@@ -93,6 +95,9 @@ pub struct Body {
     pub tie: Tie,
     /// Pose in the world, with all joints at 0.
     pub pose: Isometry3<f64>,
+    /// Pose in the frame of the body above, or of the world, with all joints at 0. It does not have the rounding errors
+    /// of poses in the world.
+    pub in_parent: Isometry3<f64>,
     /// Mass of a body that moves.
     pub mass: Option<MassInfo>,
     /// Forms.
@@ -130,6 +135,7 @@ impl Mechanisms {
             item: None,
             tie: Tie::World,
             pose: Isometry3::identity(),
+            in_parent: Isometry3::identity(),
             mass: None,
             parts: Vec::new(),
             frames: Vec::new(),
@@ -138,6 +144,7 @@ impl Mechanisms {
         let mut work = Work {
             reader,
             at: vec![Isometry3::identity(); items.len()],
+            in_body: vec![Isometry3::identity(); items.len()],
             stands_for: vec![None; items.len()],
             all: Mechanisms { body_of: vec![0; items.len()], items, bodies: vec![world], loops: Vec::new() },
         };
@@ -237,6 +244,8 @@ struct Work<'r, 'w> {
     reader: &'r SceneReader<'w>,
     /// Pose of each object in the world, with all joints at 0.
     at: Vec<Isometry3<f64>>,
+    /// Pose of each object in the frame of its body.
+    in_body: Vec<Isometry3<f64>>,
     /// For shapes that stand for the body of a joint: the body.
     stands_for: Vec<Option<usize>>,
     all: Mechanisms,
@@ -263,11 +272,12 @@ impl Work<'_, '_> {
             }
     }
 
-    fn add(&mut self, item: usize, tie: Tie) -> usize {
+    fn add(&mut self, item: usize, tie: Tie, in_parent: Isometry3<f64>) -> usize {
         self.all.bodies.push(Body {
             item: Some(item),
             tie,
             pose: self.at[item],
+            in_parent,
             mass: None,
             parts: Vec::new(),
             frames: Vec::new(),
@@ -281,17 +291,17 @@ impl Work<'_, '_> {
         let Item { parent, pose, kind, .. } = self.all.items[item];
         self.at[item] = parent.map_or(pose, |above| self.at[above] * pose);
         let above = parent.map_or(0, |above| self.all.body_of[above]);
+        let in_above = parent.map_or(pose, |above| self.in_body[above] * pose);
         match kind {
-            TATU_KIND_SHAPE => self.shape(item, above)?,
-            TATU_KIND_JOINT => self.joint(item, above),
+            TATU_KIND_SHAPE => self.shape(item, above, in_above)?,
+            TATU_KIND_JOINT => self.joint(item, above, in_above),
             kind => {
-                self.all.body_of[item] = above;
-                let pose = self.in_body(item, above);
+                (self.all.body_of[item], self.in_body[item]) = (above, in_above);
                 let body = &mut self.all.bodies[above];
                 match kind {
-                    TATU_KIND_DUMMY => body.frames.push(Frame { item, pose }),
+                    TATU_KIND_DUMMY => body.frames.push(Frame { item, pose: in_above }),
                     TATU_KIND_SENSOR | TATU_KIND_CAMERA | TATU_KIND_LIGHT | TATU_KIND_FORCE_SENSOR => {
-                        body.attached.push(Attached { item, pose });
+                        body.attached.push(Attached { item, pose: in_above });
                     }
                     _ => {}
                 }
@@ -300,48 +310,45 @@ impl Work<'_, '_> {
         Ok(())
     }
 
-    fn in_body(&self, item: usize, body: usize) -> Isometry3<f64> {
-        match self.all.bodies[body].item == Some(item) {
-            true => Isometry3::identity(),
-            false => self.all.bodies[body].pose.inverse() * self.at[item],
-        }
-    }
-
-    fn joint(&mut self, item: usize, above: usize) {
+    fn joint(&mut self, item: usize, above: usize, frame: Isometry3<f64>) {
         let joint = Box::new(JointInfo::read(self.reader, self.all.items[item].id));
-        let frame = self.in_body(item, above);
         let ties = self.ties(item);
         let shapes: Vec<usize> =
             self.all.items[item].children.iter().copied().filter(|c| self.kind(*c) == TATU_KIND_SHAPE).collect();
         let first = shapes.iter().find(|shape| ties && self.is_dynamic(**shape));
         let first = first.or_else(|| shapes.iter().find(|shape| !self.is_dynamic(**shape))).copied();
-        let body = self.add(item, Tie::Joint { parent: above, item, frame, joint });
-        self.all.body_of[item] = body;
+        // The frame of the body is that of the shape, or without one that of the joint.
+        let below = first.map_or(Isometry3::identity(), |shape| self.all.items[shape].pose);
+        let body = self.add(item, Tie::Joint { parent: above, item, frame, below, joint }, frame * below);
+        (self.all.body_of[item], self.in_body[item]) = (body, below.inverse());
         if let Some(shape) = first {
-            // The frame of the body is that of the shape.
             self.all.bodies[body].item = Some(shape);
-            self.all.bodies[body].pose = self.at[item] * self.all.items[shape].pose;
+            self.all.bodies[body].pose = self.at[item] * below;
             self.stands_for[shape] = Some(body);
         }
     }
 
-    fn shape(&mut self, item: usize, above: usize) -> Result {
+    fn shape(&mut self, item: usize, above: usize, in_above: Isometry3<f64>) -> Result {
         let parent = self.all.items[item].parent;
         let is_dynamic = self.is_dynamic(item);
+        let at = self.at[item];
         let body = match self.stands_for[item] {
             Some(body) => body,
-            None if is_dynamic && parent.is_some_and(|tie| self.ties(tie)) => self.add(item, Tie::Rigid { parent: above }),
-            None if is_dynamic => self.add(item, Tie::Free),
+            None if is_dynamic && parent.is_some_and(|tie| self.ties(tie)) => {
+                self.add(item, Tie::Rigid { parent: above }, in_above)
+            }
+            None if is_dynamic => self.add(item, Tie::Free, at),
             // What carries others needs a name, which the world has not.
-            None if above == 0 && self.carries(item) => self.add(item, Tie::World),
+            None if above == 0 && self.carries(item) => self.add(item, Tie::World, at),
             None => above,
         };
-        self.all.body_of[item] = body;
+        let is_own = self.all.bodies[body].item == Some(item);
+        let pose = if is_own { Isometry3::identity() } else { in_above };
+        (self.all.body_of[item], self.in_body[item]) = (body, pose);
         let moves = is_dynamic || self.stands_for[item].is_some();
         if moves {
             self.all.bodies[body].mass = Some(self.mass(self.all.items[item].id));
         }
-        let pose = self.in_body(item, body);
         for form in forms_of(self.reader, self.all.items[item].id)? {
             self.all.bodies[body].parts.push(Part {
                 item,

@@ -2,7 +2,10 @@
 
 use std::{collections::BTreeMap, fmt::Write as _};
 
-use crate::{names::file_name, numbers::number};
+use crate::{
+    names::{NameSpace, file_name},
+    numbers::number,
+};
 
 /// Folder of the mesh files.
 const FOLDER: &str = "meshes";
@@ -12,7 +15,8 @@ const FOLDER: &str = "meshes";
 pub struct MeshFiles {
     /// Names by content.
     by_text: BTreeMap<String, String>,
-    names: Vec<String>,
+    /// Names in small letters, since some file systems do not distinguish capital ones.
+    taken: NameSpace,
 }
 
 impl MeshFiles {
@@ -24,13 +28,9 @@ impl MeshFiles {
             return name.clone();
         }
         let wanted = file_name(wanted);
-        let numbered = (2..).map(|n: u64| format!("{FOLDER}/{wanted}_{n}.obj"));
-        let mut candidates = std::iter::once(format!("{FOLDER}/{wanted}.obj")).chain(numbered);
-        // Some file systems do not distinguish capital letters.
-        let is_taken = |name: &String| self.names.iter().any(|n| n.eq_ignore_ascii_case(name));
-        // The candidates do not end, so there is always a free one.
-        let name = candidates.find(|name| !is_taken(name)).unwrap_or_default();
-        self.names.push(name.clone());
+        let small = wanted.to_ascii_lowercase();
+        let free = self.taken.derived(&small);
+        let name = format!("{FOLDER}/{wanted}{}.obj", &free[small.len()..]);
         self.by_text.insert(text, name.clone());
         name
     }

@@ -1,11 +1,13 @@
 //! Names that are valid and unique in a file.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// The names of one kind of element, which must differ.
 #[derive(Default)]
 pub struct NameSpace {
     taken: BTreeSet<String>,
+    /// The last number that was appended to a name.
+    last: BTreeMap<String, u64>,
     /// Names that were changed: the wanted one and the one in the file.
     changed: Vec<(String, String)>,
 }
@@ -28,10 +30,14 @@ impl NameSpace {
     }
 
     fn free(&mut self, wanted: &str) -> String {
-        let numbered = (2..).map(|n: u64| format!("{wanted}_{n}"));
-        let mut candidates = std::iter::once(wanted.to_owned()).chain(numbered);
-        // The candidates do not end, so there is always a free one.
-        let name = candidates.find(|name| !self.taken.contains(name)).unwrap_or_default();
+        let mut name = wanted.to_owned();
+        if self.taken.contains(wanted) {
+            let last = self.last.entry(wanted.to_owned()).or_insert(1);
+            while self.taken.contains(&name) {
+                *last += 1;
+                name = format!("{wanted}_{last}");
+            }
+        }
         self.taken.insert(name.clone());
         name
     }

@@ -2,6 +2,9 @@
 
 use std::fmt::Write as _;
 
+/// Number of levels that are indented. A chain of thousands of bodies would be mostly spaces otherwise.
+const MAX_INDENT: usize = 32;
+
 /// Writes elements with indentation.
 #[derive(Default)]
 pub struct XmlWriter {
@@ -31,10 +34,14 @@ impl XmlWriter {
         self.text.push_str(&nested.text);
     }
 
-    fn tag(&mut self, name: &str, attributes: &[(&str, String)]) {
-        for _ in 0..self.open.len() {
+    fn indent(&mut self) {
+        for _ in 0..self.open.len().min(MAX_INDENT) {
             self.text.push_str("  ");
         }
+    }
+
+    fn tag(&mut self, name: &str, attributes: &[(&str, String)]) {
+        self.indent();
         let _ = write!(self.text, "<{name}");
         for (key, value) in attributes {
             let _ = write!(self.text, " {key}=\"");
@@ -67,9 +74,7 @@ impl XmlWriter {
             self.text.push_str("/>\n");
             return;
         }
-        for _ in 0..self.open.len() {
-            self.text.push_str("  ");
-        }
+        self.indent();
         let _ = writeln!(self.text, "</{name}>");
     }
 
