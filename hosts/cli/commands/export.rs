@@ -8,7 +8,6 @@ use std::{
     fmt::Write as _,
     path::{Component, Path, PathBuf},
     process::ExitCode,
-    sync::Arc,
 };
 
 use tatu_core::{
@@ -42,7 +41,9 @@ pub fn export(args: &ExportArgs) -> ExitCode {
 fn exported(args: &ExportArgs) -> Result<(), Error> {
     let watchdog = Watchdog::start(args.watchdog, false);
     let sources = SourceFiles::default();
-    let registry = super::registry(Some(&args.scene), &sources, &args.changes, &watchdog)?;
+    // The id of a model is no file.
+    let file = Some(args.scene.as_path()).filter(|file| file.exists());
+    let registry = super::registry(file, &sources, &args.changes, &watchdog)?;
     let command = exporter_of(&args.output, &registry)?;
     let options = args.changes.options(&[])?;
     let scene = scene_of(&args.scene, &registry, &options.sources);
@@ -87,7 +88,9 @@ fn exporter_of(output: &Path, registry: &Registry) -> Result<String, Error> {
 
 /// Returns the file of the scene to export. A model that is named by its id is placed in a scene of its own.
 fn scene_of(scene: &Path, registry: &Registry, sources: &SourceFiles) -> PathBuf {
-    let id = scene.to_str().filter(|id| !scene.exists() && registry.find_model(id).is_some());
+    let is_model =
+        |id: &&str| registry.model_offers.models.iter().any(|m| m.id == *id) || registry.find_model(id).is_some();
+    let id = scene.to_str().filter(|_| !scene.exists()).filter(is_model);
     let Some(id) = id else { return scene.to_owned() };
     let file = PathBuf::from(format!("{id}.toml"));
     sources.add_file(&file, format!("format = 1\n[[model]]\nmodel = {id:?}\n").into_bytes());
@@ -196,17 +199,23 @@ impl ExportedFiles {
         text
     }
 
-    /// Writes all files. Existing ones are replaced only on request, and nothing is written if there is one.
+    /// Writes all files. Existing ones with another content are replaced only on request, and nothing is written if there
+    /// is one: exports of one robot in two formats can share a folder, and with it the meshes.
     fn write(&self, overwrite: bool) -> Result<(), Error> {
-        let existing = self.files.iter().find(|(path, _)| std::fs::symlink_metadata(path).is_ok());
-        if let Some((path, _)) = existing.filter(|_| !overwrite) {
+        let is_foreign = |(path, content): &&(PathBuf, Vec<u8>)| {
+            std::fs::symlink_metadata(path).is_ok_and(|found| {
+                !found.is_file()
+                    || found.len() != content.len() as u64
+                    || std::fs::read(path).ok().as_ref() != Some(content)
+            })
+        };
+        if let Some((path, _)) = self.files.iter().find(is_foreign).filter(|_| !overwrite) {
             return Err(Error::new("E105", format!("{} exists", path.display()))
-                .expected("names of files that do not exist")
+                .expected("names of files that do not exist, or have the same content")
                 .help("choose another folder, or add `--overwrite`"));
         }
         for (path, content) in &self.files {
-            let refused =
-                |e: std::io::Error| Error::new("E105", format!("cannot write {}: {e}", path.display()));
+            let refused = |e: std::io::Error| Error::new("E105", format!("cannot write {}: {e}", path.display()));
             if let Some(folder) = path.parent().filter(|folder| !folder.as_os_str().is_empty()) {
                 std::fs::create_dir_all(folder).map_err(refused)?;
             }

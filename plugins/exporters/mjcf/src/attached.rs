@@ -55,7 +55,10 @@ pub fn write_attached(
                 };
                 write_site(xml, names, attached.item, &attached.pose);
                 if elements.is_empty() {
-                    export.report.lost("sensors other than `imu` and `compass` are left out; their frames are sites", &item.path);
+                    export.report.lost(
+                        "sensors other than `imu` and `compass` are left out; their frames are sites",
+                        &item.path,
+                    );
                 } else {
                     export.report.lost("settings and noise of sensors are left out", &item.path);
                 }

@@ -1,8 +1,6 @@
 //! Actuators, and equations between joints.
 
-use tatu_exporters_common::{
-    Control, ExportReport, JointInfo, JointKind, Mechanisms, Tie, XmlWriter, number, numbers,
-};
+use tatu_exporters_common::{Control, ExportReport, JointInfo, JointKind, Mechanisms, Tie, XmlWriter, number, numbers};
 
 use crate::naming::Names;
 
@@ -48,6 +46,9 @@ impl Drives {
             let Some(name) = names.joints.get(item) else { continue };
             drives.equation(all, names, (name, joint), &all.items[*item].path, report);
             let follows = joint.follow.is_some_and(|f| f.is_geared);
+            if follows && joint.has_motor() {
+                report.lost("motors of geared joints that follow another one are left out", &all.items[*item].path);
+            }
             let actuator = if follows { None } else { actuator(joint, gains(*item), &all.items[*item].path, report) };
             if let Some(mut actuator) = actuator {
                 actuator.attributes.splice(0..0, [("name", name.clone()), ("joint", name.clone())]);

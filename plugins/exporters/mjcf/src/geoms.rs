@@ -101,7 +101,10 @@ pub fn write_geom(
                 return report.lost("MuJoCo requires four points of a mesh: smaller ones are left out", &item.path);
             }
             if surface.is_some() && !is_solid(points) {
-                report.lost("MuJoCo requires that a mesh that collides has a volume: flat ones do not collide", &item.path);
+                report.lost(
+                    "MuJoCo requires that a mesh that collides has a volume: flat ones do not collide",
+                    &item.path,
+                );
                 surface = None;
                 if !part.is_shown {
                     return;

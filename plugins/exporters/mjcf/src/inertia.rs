@@ -8,7 +8,7 @@ const LEAST_MASS: f64 = 1e-6;
 /// Moments of inertia of such a body, kg m^2.
 const LEAST_INERTIA: f64 = 1e-9;
 /// Smallest moment of inertia that MuJoCo accepts, kg m^2.
-const MIN_MOMENT: f64 = 1e-15;
+const MIN_MOMENT: f64 = 2e-14;
 /// Relative error of moments up to which a tensor is that of a thin plate, whose greatest moment is the sum of the others.
 const ROUNDING: f64 = 1e-12;
 
@@ -32,7 +32,7 @@ pub fn write_inertial(xml: &mut XmlWriter, mass: Option<&MassInfo>, path: &str, 
     let least = inertia.symmetric_eigenvalues().min();
     if least < MIN_MOMENT {
         report.lost(format!("MuJoCo requires moments of inertia of at least {MIN_MOMENT} kg m^2"), path);
-        inertia += Matrix3::identity() * (2.0 * MIN_MOMENT - least.min(0.0) * 2.0);
+        inertia += Matrix3::identity() * (MIN_MOMENT - least);
     }
     let excess = excess(&inertia);
     let mut balance = false;

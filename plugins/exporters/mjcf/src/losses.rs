@@ -8,7 +8,8 @@ pub fn report(all: &Mechanisms, export: &mut Export<'_>) {
     let rule = export.reader.text(0, "scene.friction_rule").into_owned();
     if rule != "greatest" {
         for (item, _) in frictions.filter(|(_, friction)| *friction != 1.0) {
-            let text = format!("the friction of a pair is the greater one in MuJoCo, not by the rule `{rule}` of the scene");
+            let text =
+                format!("the friction of a pair is the greater one in MuJoCo, not by the rule `{rule}` of the scene");
             export.report.lost(text, &all.items[item].path);
         }
     }

@@ -41,15 +41,8 @@ pub fn mjcf(export: &mut Export<'_>) -> Result<String> {
     let drives = Drives::new(&all, &order, &names, &gains, &mut export.report);
     // The bodies are written first, because they determine what precedes them in the file.
     let mut bodies = XmlWriter::nested(1);
-    let mut writer = BodyWriter {
-        all: &all,
-        names,
-        masks,
-        meshes: Meshes::default(),
-        sensors: Vec::new(),
-        export,
-        balances: false,
-    };
+    let mut writer =
+        BodyWriter { all: &all, names, masks, meshes: Meshes::default(), sensors: Vec::new(), export, balances: false };
     writer.write(&mut bodies);
     let BodyWriter { names, masks, meshes, sensors, balances, export, .. } = writer;
 
@@ -78,8 +71,11 @@ pub fn mjcf(export: &mut Export<'_>) -> Result<String> {
         }
         xml.end();
     }
-    let loops: Vec<[&String; 2]> =
-        all.loops.iter().filter_map(|l| Some([names.sites.get(&l.dummies[0])?, names.sites.get(&l.dummies[1])?])).collect();
+    let loops: Vec<[&String; 2]> = all
+        .loops
+        .iter()
+        .filter_map(|l| Some([names.sites.get(&l.dummies[0])?, names.sites.get(&l.dummies[1])?]))
+        .collect();
     if drives.has_equations() || !loops.is_empty() {
         xml.begin("equality", &[]);
         drives.write_equations(&mut xml);

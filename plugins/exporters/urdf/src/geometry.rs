@@ -122,7 +122,10 @@ pub fn write_part(
         }
         Form::Mesh { points, triangles } => {
             if materials.is_none() && placed.part.surface.is_some_and(|s| !s.convex) {
-                report.note("meshes that collide with their hollows: URDF leaves it to the program whether they do", placed.path);
+                report.note(
+                    "meshes that collide with their hollows: URDF leaves it to the program whether they do",
+                    placed.path,
+                );
             }
             let name = meshes.add(placed.alias, points, triangles);
             write(pose, "mesh", &[("filename", name)]);

@@ -1,9 +1,7 @@
 //! Writes joints.
 
 use nalgebra::{Isometry3, Vector3};
-use tatu_exporters_common::{
-    Export, JointInfo, JointKind, Mechanisms, NameSpace, Tie, XmlWriter, number, numbers,
-};
+use tatu_exporters_common::{Export, JointInfo, JointKind, Mechanisms, NameSpace, Tie, XmlWriter, number, numbers};
 
 use crate::{
     geometry::write_origin,
@@ -181,6 +179,9 @@ fn report_joint(joint: &JointInfo, export: &mut Export<'_>, path: &str) {
     let start = joint.limits.map_or(0.0, |[low, high]| 0.0f64.clamp(low, high));
     if joint.follow.is_none() && (joint.position - start).abs() > 1e-12 {
         report.lost("URDF has no start positions: joints start at 0, or at the nearest limit", path);
+    }
+    if !joint.has_motor() && joint.follow.is_none() {
+        report.note("joints without a motor have an effort of 0, for which some programs assume a motor", path);
     }
     if joint.has_motor() {
         report.note("URDF has no control modes: of motors, it holds effort and speed", path);

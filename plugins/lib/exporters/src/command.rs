@@ -40,8 +40,7 @@ pub fn export_command<P: Plugin>(
         let base = if base == 0 { 0 } else { world.look(base)?.id };
         let name = if c.has(1) { c.text(1)? } else { String::new() };
         let reader = SceneReader { world };
-        let mut export =
-            Export { reader, base, name, report: ExportReport::default(), files: BTreeMap::new() };
+        let mut export = Export { reader, base, name, report: ExportReport::default(), files: BTreeMap::new() };
         let text = write(&mut export)?;
         let bytes = text.len() + export.files.values().map(String::len).sum::<usize>();
         if bytes > MAX_BYTES {
@@ -52,7 +51,8 @@ pub fn export_command<P: Plugin>(
             ))
             .help("export one robot, or one with fewer triangles"));
         }
-        let files = export.files.into_iter().map(|(name, text)| (Value::from(name.as_str()), Value::Text(text.into_bytes())));
+        let files =
+            export.files.into_iter().map(|(name, text)| (Value::from(name.as_str()), Value::Text(text.into_bytes())));
         let files: Vec<(Value, Value)> = files.collect();
         let report = export.report.value();
         c.ret(text);
@@ -61,8 +61,16 @@ pub fn export_command<P: Plugin>(
         Ok(())
     };
     Command::new(name, run)
-        .param(Param::object("object").optional().text("the object to export with all that is below it; nil: the whole scene"))
-        .param(Param::string("name").optional().text("name for what has none of its own, such as the name of the file without its suffix"))
+        .param(
+            Param::object("object")
+                .optional()
+                .text("the object to export with all that is below it; nil: the whole scene"),
+        )
+        .param(
+            Param::string("name")
+                .optional()
+                .text("name for what has none of its own, such as the name of the file without its suffix"),
+        )
         .returns(Param::string("text").text("the file"))
         .returns(Param::map("files").text("further files by name, relative to the first: text of each"))
         .returns(Param::list("report").text(

@@ -1,10 +1,7 @@
 //! Reports what neither URDF nor MJCF holds, whatever the exporter.
 
 use tatu_plugin_api::{
-    abi::{
-        TATU_KIND_ACTUATOR, TATU_KIND_GRAPH, TATU_KIND_JOINT, TATU_KIND_PATH, TATU_KIND_SCRIPT, TATU_KIND_SHAPE,
-        tatu_object,
-    },
+    abi::{TATU_KIND_ACTUATOR, TATU_KIND_GRAPH, TATU_KIND_JOINT, TATU_KIND_PATH, TATU_KIND_SHAPE, tatu_object},
     safe::Result,
 };
 
@@ -16,12 +13,16 @@ use crate::{
 };
 
 /// Reports objects and properties that no robot format of this program holds.
-pub fn report_losses(reader: &SceneReader<'_>, all: &Mechanisms, base: tatu_object, report: &mut ExportReport) -> Result {
-    for script in reader.world.list(base, 1 << TATU_KIND_SCRIPT, 0)? {
-        let owner = reader.text(script, "object.path");
-        report.lost("scripts are left out", &owner);
-    }
+pub fn report_losses(
+    reader: &SceneReader<'_>,
+    all: &Mechanisms,
+    base: tatu_object,
+    report: &mut ExportReport,
+) -> Result {
     for item in &all.items {
+        if !reader.world.scripts(item.id)?.is_empty() {
+            report.lost("scripts are left out", &item.path);
+        }
         match item.kind {
             TATU_KIND_SHAPE => shape(reader, item, report),
             TATU_KIND_JOINT => joint(reader, item, report),
@@ -31,12 +32,18 @@ pub fn report_losses(reader: &SceneReader<'_>, all: &Mechanisms, base: tatu_obje
             _ => {}
         }
     }
+    if base == 0 && reader.world.scripts(0)?.iter().any(|script| reader.text(*script, "script.kind") == "main") {
+        report.lost("scripts are left out", "the main script");
+    }
     for (i, body) in all.bodies.iter().enumerate() {
         if let Tie::Joint { item, .. } = body.tie {
             match body.mass {
                 None => report.note("what a joint without a shape moves is a body without mass", &all.items[item].path),
                 Some(_) if body.item.is_some_and(|shape| !reader.bool(all.items[shape].id, "shape.dynamic")) => report
-                    .lost("joints that are moved by setting their position are joints that forces move", all.path_of(i)),
+                    .lost(
+                        "joints that are moved by setting their position are joints that forces move",
+                        all.path_of(i),
+                    ),
                 Some(_) => {}
             }
         }
