@@ -249,7 +249,7 @@ fn meshes_are_written_beside_the_file_with_all_their_bits() {
 }
 
 #[test]
-fn what_a_file_cannot_hold_is_named_with_its_objects() {
+fn losses_of_an_export_are_named_with_their_objects() {
     let place = TestFolder::scene(&pioneer("", ""));
     let told = place.tatu(&["export", "scene.toml", "-o", "p.urdf", "--object", "/Pioneer_p3dx"]).good();
     for words in [
@@ -274,7 +274,7 @@ fn a_model_is_exported_by_its_name() {
 }
 
 #[test]
-fn what_cannot_be_exported_is_refused_with_what_is_expected() {
+fn error_of_an_export_says_what_is_expected() {
     let place = TestFolder::new();
     let robot = |alias: &str| {
         let object = |kind: &str, alias: &str, parent: &str, more: &str| {

@@ -6,7 +6,10 @@ use nalgebra::{Isometry3, Vector3};
 use tatu_exporters_common::{Export, Mechanisms, Tie, XmlWriter, number, numbers};
 use tatu_plugin_api::abi::{TATU_KIND_CAMERA, TATU_KIND_FORCE_SENSOR, TATU_KIND_LIGHT, TATU_KIND_SENSOR};
 
-use crate::{geoms::add_pose, naming::Names};
+use crate::{
+    geoms::add_pose,
+    naming::{Names, has_base},
+};
 
 /// Ratio of width and height of pictures, by which the horizontal angle of view becomes the vertical one.
 const ASPECT: f64 = 4.0 / 3.0;
@@ -25,7 +28,7 @@ pub fn write_attached(
 ) {
     for frame in &all.bodies[body].frames {
         // The base of a model is the model itself.
-        let is_base = frame.item == 0 && crate::write::has_base(all);
+        let is_base = frame.item == 0 && has_base(all);
         if !is_base {
             write_site(xml, names, frame.item, &frame.pose);
         }

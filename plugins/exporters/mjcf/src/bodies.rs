@@ -1,7 +1,7 @@
 //! Writes the tree of bodies.
 
 use nalgebra::{Isometry3, Vector3};
-use tatu_exporters_common::{Control, Export, JointInfo, JointKind, Mechanisms, Tie, XmlWriter, number, numbers};
+use tatu_exporters_common::{Control, Export, JointKind, JointProperties, Mechanisms, Tie, XmlWriter, number, numbers};
 
 use crate::{
     attached::{Sensors, write_attached},
@@ -89,7 +89,7 @@ impl BodyWriter<'_, '_> {
     }
 }
 
-fn write_joint(xml: &mut XmlWriter, name: String, joint: &JointInfo, at: &Isometry3<f64>) {
+fn write_joint(xml: &mut XmlWriter, name: String, joint: &JointProperties, at: &Isometry3<f64>) {
     let kind = match joint.kind {
         JointKind::Revolute => "hinge",
         JointKind::Prismatic => "slide",

@@ -1,6 +1,8 @@
 //! Actuators, and equations between joints.
 
-use tatu_exporters_common::{Control, ExportReport, JointInfo, JointKind, Mechanisms, Tie, XmlWriter, number, numbers};
+use tatu_exporters_common::{
+    Control, ExportReport, JointKind, JointProperties, Mechanisms, Tie, XmlWriter, number, numbers,
+};
 
 use crate::naming::Names;
 
@@ -62,7 +64,7 @@ impl Drives {
         &mut self,
         all: &Mechanisms,
         names: &Names,
-        (name, joint): (&str, &JointInfo),
+        (name, joint): (&str, &JointProperties),
         path: &str,
         report: &mut ExportReport,
     ) {
@@ -109,7 +111,7 @@ impl Drives {
 }
 
 /// Returns the actuator of a joint. `gain` is its gain P, if it has gains, 1/s.
-fn actuator(joint: &JointInfo, gain: Option<f64>, path: &str, report: &mut ExportReport) -> Option<Actuator> {
+fn actuator(joint: &JointProperties, gain: Option<f64>, path: &str, report: &mut ExportReport) -> Option<Actuator> {
     let force = joint.max_force.abs();
     let mut attributes = Vec::new();
     let is_bound = force < UNBOUND;

@@ -1,7 +1,7 @@
 //! Masses as MuJoCo takes them.
 
 use nalgebra::Matrix3;
-use tatu_exporters_common::{ExportReport, MassInfo, XmlWriter, number, numbers};
+use tatu_exporters_common::{ExportReport, MassProperties, XmlWriter, number, numbers};
 
 /// Mass of a moving body without any, kg: MuJoCo requires one.
 const LEAST_MASS: f64 = 1e-6;
@@ -20,8 +20,13 @@ fn excess(inertia: &Matrix3<f64>) -> f64 {
 }
 
 /// Writes the `<inertial>` of a moving body. Returns whether MuJoCo has to balance its inertia.
-pub fn write_inertial(xml: &mut XmlWriter, mass: Option<&MassInfo>, path: &str, report: &mut ExportReport) -> bool {
-    let Some(MassInfo { mass, com, inertia }) = mass else {
+pub fn write_inertial(
+    xml: &mut XmlWriter,
+    mass: Option<&MassProperties>,
+    path: &str,
+    report: &mut ExportReport,
+) -> bool {
+    let Some(MassProperties { mass, com, inertia }) = mass else {
         report.lost(format!("MuJoCo requires that what moves has a mass: {LEAST_MASS} kg is stated"), path);
         let attributes =
             [("pos", "0 0 0".to_owned()), ("mass", number(LEAST_MASS)), ("diaginertia", numbers([LEAST_INERTIA; 3]))];

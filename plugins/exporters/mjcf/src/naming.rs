@@ -3,7 +3,13 @@
 use std::collections::BTreeMap;
 
 use tatu_exporters_common::{ExportReport, Mechanisms, NameSpace, Tie};
-use tatu_plugin_api::abi::{TATU_KIND_FORCE_SENSOR, TATU_KIND_SENSOR};
+use tatu_plugin_api::abi::{TATU_KIND_DUMMY, TATU_KIND_FORCE_SENSOR, TATU_KIND_SENSOR};
+
+/// Returns whether everything is below one dummy, which stands for the model as in imported files.
+pub fn has_base(all: &Mechanisms) -> bool {
+    let is_one_tree = all.items.iter().filter(|item| item.parent.is_none()).count() == 1;
+    is_one_tree && all.items.first().is_some_and(|item| item.kind == TATU_KIND_DUMMY && !item.children.is_empty())
+}
 
 /// The names of elements, by what they stand for. Names of different kinds of elements may be equal.
 pub struct Names {

@@ -1,10 +1,7 @@
 //! Writes the file.
 
 use tatu_exporters_common::{Export, Mechanisms, XmlWriter, number, numbers, report_losses};
-use tatu_plugin_api::{
-    abi::TATU_KIND_DUMMY,
-    safe::{Fail, Result},
-};
+use tatu_plugin_api::safe::{Fail, Result};
 
 use crate::{
     attached::write_sensors,
@@ -16,12 +13,6 @@ use crate::{
     naming::Names,
     start::write_keyframe,
 };
-
-/// Returns whether everything is below one dummy, which stands for the model as in imported files.
-pub fn has_base(all: &Mechanisms) -> bool {
-    let is_one_tree = all.items.iter().filter(|item| item.parent.is_none()).count() == 1;
-    is_one_tree && all.items.first().is_some_and(|item| item.kind == TATU_KIND_DUMMY && !item.children.is_empty())
-}
 
 /// Returns the text of the MJCF file of a scene or an object.
 pub fn mjcf(export: &mut Export<'_>) -> Result<String> {

@@ -1,7 +1,9 @@
 //! Writes joints.
 
 use nalgebra::{Isometry3, Vector3};
-use tatu_exporters_common::{Export, JointInfo, JointKind, Mechanisms, NameSpace, Tie, XmlWriter, number, numbers};
+use tatu_exporters_common::{
+    Export, JointKind, JointProperties, Mechanisms, NameSpace, Tie, XmlWriter, number, numbers,
+};
 
 use crate::{
     geometry::write_origin,
@@ -97,7 +99,7 @@ pub fn write_joint(
     }
 }
 
-fn write_limits(xml: &mut XmlWriter, joint: &JointInfo, export: &mut Export<'_>, path: &str) {
+fn write_limits(xml: &mut XmlWriter, joint: &JointProperties, export: &mut Export<'_>, path: &str) {
     let mut limits = joint.limits;
     if limits.is_none() && joint.kind == JointKind::Prismatic {
         export.report.lost(format!("sliding joints without limits have limits of {FAR} m"), path);
@@ -115,7 +117,7 @@ fn write_limits(xml: &mut XmlWriter, joint: &JointInfo, export: &mut Export<'_>,
 fn write_mimic(
     xml: &mut XmlWriter,
     all: &Mechanisms,
-    joint: &JointInfo,
+    joint: &JointProperties,
     names: &JointNames,
     export: &mut Export<'_>,
     path: &str,
@@ -168,7 +170,7 @@ fn write_ball(
 }
 
 /// Reports what URDF does not hold of a joint.
-fn report_joint(joint: &JointInfo, export: &mut Export<'_>, path: &str) {
+fn report_joint(joint: &JointProperties, export: &mut Export<'_>, path: &str) {
     let report = &mut export.report;
     if joint.stiffness != 0.0 {
         report.lost("URDF has no springs: those of joints are left out", path);

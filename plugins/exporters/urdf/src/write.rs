@@ -2,7 +2,7 @@
 
 use nalgebra::Isometry3;
 use tatu_exporters_common::{
-    Attached, Export, MassInfo, Mechanisms, MeshFiles, NameSpace, Part, XmlWriter, number, numbers, report_losses,
+    Attached, Export, MassProperties, Mechanisms, MeshFiles, NameSpace, Part, XmlWriter, number, numbers, report_losses,
 };
 use tatu_plugin_api::safe::Result;
 
@@ -74,7 +74,7 @@ fn write_link(
     let link = &robot.links[link];
     let body = &all.bodies[link.body];
     xml.begin("link", &[("name", link.name.clone())]);
-    if let Some(MassInfo { mass, com, inertia: i }) = &body.mass {
+    if let Some(MassProperties { mass, com, inertia: i }) = &body.mass {
         let com = link.below * nalgebra::Point3::from(*com);
         xml.begin("inertial", &[]);
         xml.empty("origin", &[("xyz", numbers([com.x, com.y, com.z]))]);

@@ -48,7 +48,7 @@ pub struct Follow {
 /// A joint, in SI units and radians.
 #[derive(Debug, Clone, PartialEq)]
 #[allow(missing_docs, reason = "the names are those of the properties")]
-pub struct JointInfo {
+pub struct JointProperties {
     pub kind: JointKind,
     pub is_dynamic: bool,
     pub control: Control,
@@ -69,7 +69,7 @@ pub struct JointInfo {
     pub follow: Option<Follow>,
 }
 
-impl JointInfo {
+impl JointProperties {
     /// Reads a joint.
     pub fn read(reader: &SceneReader<'_>, joint: tatu_object) -> Self {
         let f64 = |key: &str| reader.f64(joint, key);
@@ -92,7 +92,7 @@ impl JointInfo {
             offset: f64("joint.follow_offset"),
             is_geared: reader.bool(joint, "joint.geared"),
         });
-        JointInfo {
+        JointProperties {
             kind,
             is_dynamic: reader.text(joint, "joint.mode") != "kinematic",
             control,

@@ -21,9 +21,9 @@ mod xml;
 
 pub use command::{Export, export_command};
 pub use forms::{Form, Look, Surface, ellipsoid_mesh};
-pub use joints::{Control, Follow, JointInfo, JointKind};
+pub use joints::{Control, Follow, JointKind, JointProperties};
 pub use losses::report_losses;
-pub use mechanism::{Attached, Body, Frame, Loop, MassInfo, Mechanisms, Part, Tie};
+pub use mechanism::{Attached, Body, Frame, Loop, MassProperties, Mechanisms, Part, Tie};
 pub use mesh_files::MeshFiles;
 pub use names::NameSpace;
 pub use numbers::{number, numbers, roll_pitch_yaw};

@@ -6,7 +6,7 @@ use tatu_plugin_api::{
 };
 
 use crate::{
-    joints::{Control, JointInfo, JointKind},
+    joints::{Control, JointKind, JointProperties},
     mechanism::{Mechanisms, Tie},
     objects::{Item, SceneReader},
     report::ExportReport,
@@ -96,7 +96,7 @@ fn shape(reader: &SceneReader<'_>, item: &Item, report: &mut ExportReport) {
 }
 
 fn joint(reader: &SceneReader<'_>, item: &Item, report: &mut ExportReport) {
-    let joint = JointInfo::read(reader, item.id);
+    let joint = JointProperties::read(reader, item.id);
     let f64 = |key: &str| reader.f64(item.id, key);
     if f64("joint.lead") != 0.0 && joint.kind == JointKind::Revolute {
         report.lost("screws (`lead_m`) are left out: the joint only turns", &item.path);

@@ -15,14 +15,14 @@ use tatu_plugin_api::{
 
 use crate::{
     forms::{Form, Look, Surface, forms_of},
-    joints::JointInfo,
+    joints::JointProperties,
     objects::{Item, SceneReader},
 };
 
 /// Mass, kg, centre of mass, m, and inertia about it, kg m^2, in the frame of the body.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[allow(missing_docs, reason = "the names are self-explanatory")]
-pub struct MassInfo {
+pub struct MassProperties {
     pub mass: f64,
     pub com: Vector3<f64>,
     pub inertia: Matrix3<f64>,
@@ -46,7 +46,7 @@ pub enum Tie {
         /// Pose of the body in the frame that the joint moves.
         below: Isometry3<f64>,
         /// The joint.
-        joint: Box<JointInfo>,
+        joint: Box<JointProperties>,
     },
     /// Rigidly, by a force sensor or because a joint moves several bodies.
     Rigid {
@@ -99,7 +99,7 @@ pub struct Body {
     /// of poses in the world.
     pub in_parent: Isometry3<f64>,
     /// Mass of a body that moves.
-    pub mass: Option<MassInfo>,
+    pub mass: Option<MassProperties>,
     /// Forms.
     pub parts: Vec<Part>,
     /// Dummies.
@@ -311,7 +311,7 @@ impl Work<'_, '_> {
     }
 
     fn joint(&mut self, item: usize, above: usize, frame: Isometry3<f64>) {
-        let joint = Box::new(JointInfo::read(self.reader, self.all.items[item].id));
+        let joint = Box::new(JointProperties::read(self.reader, self.all.items[item].id));
         let ties = self.ties(item);
         let shapes: Vec<usize> =
             self.all.items[item].children.iter().copied().filter(|c| self.kind(*c) == TATU_KIND_SHAPE).collect();
@@ -367,9 +367,9 @@ impl Work<'_, '_> {
         self.all.items[item].children.iter().any(ties)
     }
 
-    fn mass(&self, shape: tatu_object) -> MassInfo {
+    fn mass(&self, shape: tatu_object) -> MassProperties {
         let inertia = self.reader.array::<9>(shape, "shape.inertia").unwrap_or([0.0; 9]);
-        MassInfo {
+        MassProperties {
             mass: self.reader.f64(shape, "shape.mass"),
             com: self.reader.array::<3>(shape, "shape.com").unwrap_or_default().into(),
             inertia: Matrix3::from_row_slice(&inertia),

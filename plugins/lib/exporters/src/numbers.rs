@@ -5,14 +5,14 @@ use nalgebra::UnitQuaternion;
 /// Magnitudes below this one are written with an exponent.
 const LEAST_PLAIN: f64 = 1e-5;
 /// Magnitudes from this one on are written with an exponent.
-const MOST_PLAIN: f64 = 1e15;
+const MAX_PLAIN: f64 = 1e15;
 
 /// Returns the shortest text that is read back as the same number. A zero has no sign.
 pub fn number(x: f64) -> String {
     let size = x.abs();
     if x == 0.0 {
         "0".to_owned()
-    } else if size.is_finite() && !(LEAST_PLAIN..MOST_PLAIN).contains(&size) {
+    } else if size.is_finite() && !(LEAST_PLAIN..MAX_PLAIN).contains(&size) {
         format!("{x:e}")
     } else {
         format!("{x}")
