@@ -263,7 +263,7 @@ def main():
                 copy = Path(folder) / f"{file.stem}.{'xml' if fmt == 'mjcf' else fmt}"
                 done = run(options.tatu, "export", file, "-o", copy)
                 if done.returncode != 0:
-                    text = (done.stderr.strip().splitlines() or ["?"])[0]
+                    text = next((line for line in done.stderr.splitlines() if line.startswith("error")), "?")
                     # A URDF file holds one robot.
                     is_refused = fmt == "urdf" and ("a URDF file holds one robot" in text or "no robot to export" in text)
                     if not is_refused:

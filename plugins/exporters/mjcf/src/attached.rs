@@ -42,7 +42,7 @@ pub fn write_attached(
                 let half = export.reader.f64(item.id, "camera.angle") / 2.0;
                 let mut attributes = vec![("name", names.views.derived(&item.alias))];
                 add_pose(&mut attributes, &pose);
-                attributes.push(("fovy", number((2.0 * (half.tan() / ASPECT).atan()).to_degrees())));
+                attributes.push(("fovy", number((2.0 * libm::atan(libm::tan(half) / ASPECT)).to_degrees())));
                 if export.reader.f64(item.id, "camera.ortho_size") > 0.0 {
                     export.report.lost("cameras with parallel projection become cameras with perspective", &item.path);
                 }

@@ -20,12 +20,11 @@ pub struct Materials {
 impl Materials {
     /// Adds the colour of a part.
     pub fn add(&mut self, rgba: [f64; 4]) {
-        let next = self.colors.len() + 1;
-        let key = rgba.map(f64::to_bits);
-        if !self.names.contains_key(&key) {
-            self.names.insert(key, format!("color_{next}"));
-            self.colors.push(rgba);
-        }
+        let colors = &mut self.colors;
+        self.names.entry(rgba.map(f64::to_bits)).or_insert_with(|| {
+            colors.push(rgba);
+            format!("color_{}", colors.len())
+        });
     }
 
     /// Writes all materials.

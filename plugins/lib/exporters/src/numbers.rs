@@ -30,7 +30,7 @@ pub fn numbers(all: impl IntoIterator<Item = f64>) -> String {
 pub fn roll_pitch_yaw(rotation: &UnitQuaternion<f64>) -> [f64; 3] {
     let m = rotation.to_rotation_matrix();
     let m = m.matrix();
-    let level = m[(0, 0)].hypot(m[(1, 0)]);
+    let level = libm::hypot(m[(0, 0)], m[(1, 0)]);
     let pitch = libm::atan2(-m[(2, 0)], level);
     // At a pitch of a quarter turn, roll and yaw turn about the same axis, and yaw is chosen as 0.
     let yaw = if level < 1e-12 { 0.0 } else { libm::atan2(m[(1, 0)], m[(0, 0)]) };
