@@ -248,11 +248,12 @@ def main():
     parser.add_argument("--list", action="store_true", help="a line for each file")
     parser.add_argument("files", nargs="+", type=Path)
     options = parser.parse_args()
-    equal, tried, wrong = {}, {}, 0
+    equal, tried, wrong, unread = {}, {}, 0, 0
     for file in files_of(options.files):
         try:
             original = numbers(options.tatu, file)
         except ValueError as error:
+            unread += 1
             if options.list:
                 print(f"{file.name:32} {error}")
             continue
@@ -297,6 +298,8 @@ def main():
             wrong += bool(found)
             if found or options.list:
                 print(f"{file.name:32} {way}: {'; '.join(found) if found else 'equal'}", flush=True)
+    if unread:
+        print(f"{unread} files are not imported")
     for way, count in sorted(tried.items()):
         print(f"{way}: {equal.get(way, 0)} of {count} equal")
     sys.exit(wrong > 0)

@@ -274,7 +274,7 @@ fn a_model_is_exported_by_its_name() {
 }
 
 #[test]
-fn error_of_an_export_says_what_is_expected() {
+fn impossible_exports_are_refused_with_the_reason() {
     let place = TestFolder::new();
     let robot = |alias: &str| {
         let object = |kind: &str, alias: &str, parent: &str, more: &str| {
