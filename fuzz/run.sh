@@ -3,8 +3,8 @@
 #
 #   fuzz/run.sh TARGET SECONDS [FOLDER WITH SEED FILES]
 #
-# Targets: vrep_scene (whole files), vrep_sections (uncompressed sections), sdf (text of SDF files). Inputs that make a target fail are stored in
-# fuzz/found/.
+# Targets: vrep_scene (whole files), vrep_sections (uncompressed sections), sdf (text of SDF files). Inputs that make a
+# target fail are stored in fuzz/found/.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")"
 target=$1 seconds=$2 seeds=${3:-}

@@ -456,7 +456,7 @@ fn prismatic_joints_stop_at_their_limits_and_unsupported_tags_are_reported() {
         &format!(
             "<robot name=\"slide\">\n<link name=\"world\"/><link name=\"weight\">{inertial}</link><link name=\"plate\">{inertial}\
              <visual><geometry><mesh filename=\"a.dae\"/></geometry></visual></link><link name=\"light\"/>\n{}{}{}\
-             <transmission name=\"t\"/></robot>",
+             <sensor name=\"t\"/></robot>",
             joint("rail", "prismatic", "world", "weight", limit),
             joint("table", "planar", "weight", "plate", ""),
             joint("swivel", "continuous", "plate", "light", ""),
@@ -480,7 +480,7 @@ fn prismatic_joints_stop_at_their_limits_and_unsupported_tags_are_reported() {
     for words in [
         "`table` has the type planar",
         "the mesh `a.dae` is ignored: the file does not exist",
-        "1 x <transmission>",
+        "1 x <sensor>",
         "the link `light` can move but has no mass: 0.020 kg is assumed",
     ] {
         done.reports(&[words]);
@@ -499,4 +499,26 @@ fn prismatic_joints_stop_at_their_limits_and_unsupported_tags_are_reported() {
     // Before that it falls freely: by g t^2 / 2 after 0.15 s.
     let line = &lines[2];
     assert!((line.object::<3>("/slide/rail/weight", "position")[2] + 9.81 / 2.0 * 0.15 * 0.15).abs() < 0.01);
+}
+
+#[test]
+fn transmissions_and_controllers_are_kept_as_data() {
+    let place = TestFolder::new();
+    place.write(
+        "m.urdf",
+        "<robot name=\"m\"><link name=\"base\"/>\n<transmission name=\"a\"><type>x &amp; y</type></transmission>\n\
+         <ros2_control name=\"c\" type=\"system\"/><transmission name=\"b\"/></robot>",
+    );
+    place.write(
+        "s.toml",
+        "format = 1\n[[import]]\nfile = \"m.urdf\"\n[[object]]\nkind = \"dummy\"\n[object.script]\ntext = \"\"\"\n\
+         function sysCall_init()\n  local robot = sim.getObject('/m')\n  \
+         print(sim.readCustomStringData(robot, 'transmission'), sim.readCustomStringData(robot, 'ros2_control'))\n\
+         end\n\"\"\"\n",
+    );
+    let done = place.tatu(&["run", "s.toml", "--seconds", "0.1"]).good();
+    let all = [done.out.as_str(), done.err.as_str()].concat();
+    for text in ["<type>x &amp; y</type></transmission>", "<transmission name=\"b\"/>", "type=\"system\"/>"] {
+        assert!(all.contains(text), "{text}: {all}");
+    }
 }

@@ -1,5 +1,7 @@
 //! Builds the models, lights and sensors of a file in the scene.
 
+use std::collections::BTreeMap;
+
 use nalgebra::{Isometry3, Point3};
 use tatu_importers_robots::{
     BodyTree, BuildSettings, BuiltRobot, FindingKind, Findings, Robot, RobotStructure, alias, build, set_object_pose,
@@ -103,7 +105,7 @@ fn settings(params: &Params<'_>) -> Result<BuildSettings> {
 }
 
 fn empty_robot(name: String, pose: Isometry3<f64>) -> Robot {
-    Robot { name, pose, links: Vec::new(), joints: Vec::new(), structure: RobotStructure::Graph }
+    Robot { name, pose, links: Vec::new(), joints: Vec::new(), structure: RobotStructure::Graph, data: BTreeMap::new() }
 }
 
 impl<'b> FileBuilder<'_, 'b, '_> {

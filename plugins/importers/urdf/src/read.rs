@@ -102,6 +102,7 @@ pub fn robot(text: &str, findings: &Findings) -> Result<Robot> {
         links: Vec::new(),
         joints: Vec::new(),
         structure: RobotStructure::Tree,
+        data: BTreeMap::new(),
     };
     let mut shared = SharedStatements::default();
     for child in root.children() {
@@ -116,6 +117,12 @@ pub fn robot(text: &str, findings: &Findings) -> Result<Robot> {
             "material" => shared.materials.extend(material(child, findings)),
             "gazebo" if child.text("reference").is_some() => {
                 gazebo(child, shared.gazebo.entry(child.text("reference").unwrap_or_default().to_owned()).or_default());
+            }
+            // Controllers and tools read these; the joints have what they say about motion.
+            tag @ ("transmission" | "ros2_control") => {
+                let text = robot.data.entry(tag.to_owned()).or_default();
+                text.push_str(child.source());
+                text.push('\n');
             }
             other => *shared.others.entry(other.to_owned()).or_default() += 1,
         }

@@ -121,6 +121,10 @@ impl<'a, 't> XmlElement<'a, 't> {
     pub fn name(&self) -> &'a str {
         self.node.tag_name().name()
     }
+    /// Returns the element as it is written in the file.
+    pub fn source(&self) -> &'t str {
+        self.lines.text.get(self.node.range()).unwrap_or_default()
+    }
     /// Returns the line of the start tag, counted from 1.
     pub fn line(&self) -> u64 {
         self.lines.position_of(self.node.range().start).0

@@ -156,7 +156,12 @@ pub fn build<'b>(
     find_unread(robot, tree, findings);
     let lost = || Fail::new("a robot without links cannot be built");
     let links = links.into_iter().collect::<Option<_>>().ok_or_else(lost)?;
-    Ok(BuiltRobot { base: base.or(nodes.first().copied()).ok_or_else(lost)?, links, joints })
+    let base = base.or(nodes.first().copied()).ok_or_else(lost)?;
+    if !robot.data.is_empty() {
+        let texts = robot.data.iter().map(|(tag, text)| (Value::text(tag), Value::text(text)));
+        base.set("object.data", Value::Map(texts.collect()))?;
+    }
+    Ok(BuiltRobot { base, links, joints })
 }
 
 /// Returns the name of a robot's base.

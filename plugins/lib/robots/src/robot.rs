@@ -1,5 +1,7 @@
 //! A robot as a file describes it: links, and joints between them. Names have not been resolved.
 
+use std::collections::BTreeMap;
+
 use nalgebra::Isometry3;
 
 /// Converts a name to an alias, which must not contain slashes.
@@ -20,6 +22,8 @@ pub struct Robot {
     pub joints: Vec<Joint>,
     /// How the links are connected.
     pub structure: RobotStructure,
+    /// Texts that the robot's object carries as custom data, by tag.
+    pub data: BTreeMap<String, String>,
 }
 
 /// How links may be connected.
