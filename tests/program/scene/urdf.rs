@@ -522,3 +522,31 @@ fn transmissions_and_controllers_are_kept_as_data() {
         assert!(all.contains(text), "{text}: {all}");
     }
 }
+
+#[test]
+fn sensors_of_gazebo_elements_are_built_at_their_links() {
+    let place = TestFolder::new();
+    place.write(
+        "m.urdf",
+        "<robot name=\"m\"><link name=\"base\"/><link name=\"head\"/>\n\
+         <joint name=\"neck\" type=\"fixed\"><parent link=\"base\"/><child link=\"head\"/><origin xyz=\"0 0 1\"/></joint>\n\
+         <gazebo reference=\"head\"><sensor name=\"eye\" type=\"ray\"><pose>0.5 0 0 0 0 0</pose><ray><scan><horizontal>\
+         <samples>11</samples><min_angle>-1</min_angle><max_angle>1</max_angle></horizontal></scan>\
+         <range><min>0.1</min><max>7</max></range></ray></sensor></gazebo>\n\
+         <gazebo reference=\"tail\"><sensor name=\"lost\" type=\"imu\"/></gazebo></robot>",
+    );
+    place.write(
+        "s.toml",
+        "format = 1\n[[import]]\nfile = \"m.urdf\"\n[[object]]\nkind = \"dummy\"\n[object.script]\ntext = \"\"\"\n\
+         function sysCall_init()\n  local eye = sim.getObject('//eye')\n  local p = sim.getObjectPosition(eye, -1)\n  \
+         print('eye', sim.getProperty(eye, 'laser.rays'), sim.getProperty(eye, 'laser.range'), p[1], p[3])\n\
+         end\n\"\"\"\n",
+    );
+    let done = place.tatu(&["run", "s.toml", "--seconds", "0.1"]).good();
+    done.reports(&["the sensor `lost` is left out: there is no link `tail`", "line 4"]);
+    let all = [done.out.as_str(), done.err.as_str()].concat();
+    let line = all.lines().find(|line| line.starts_with("eye")).unwrap_or_else(|| panic!("{all}"));
+    let numbers: Vec<f64> = line.split_whitespace().skip(1).map(|word| word.parse().unwrap()).collect();
+    let wanted = [11.0, 7.0, 0.5, 1.0];
+    assert!(numbers.iter().zip(wanted).all(|(a, b)| (a - b).abs() < 1e-9), "{line}");
+}

@@ -4,20 +4,19 @@ use std::collections::BTreeMap;
 
 use nalgebra::{Isometry3, Point3};
 use tatu_importers_robots::{
-    BodyTree, BuildSettings, BuiltRobot, FindingKind, Findings, Robot, RobotStructure, alias, build, set_object_pose,
+    BodyTree, BuildSettings, BuiltRobot, Element, FindingKind, Findings, Robot, RobotStructure, SensorBuilder, alias,
+    build, magnetic_field, set_object_pose,
 };
 use tatu_plugin_api::safe::{Builder, Node, Params, Result};
 
 use crate::{
     controllers::{self, WheelDrive},
     coverage::Coverage,
-    element::Element,
     files::SourceFiles,
     frames::{FrameReference, ModelScope, StatedPose, WORLD},
     joints::JointReader,
     model::{FileDraft, ModelDraft},
     propellers,
-    sensors::{SensorBuilder, magnetic_field},
     shapes::{LinkPlace, LinkReader},
     world::{light, set_world},
 };

@@ -1,9 +1,7 @@
 //! Translates the plugins of models that have a counterpart: drives and controllers of joints.
 
-use tatu_importers_robots::{FindingKind, Findings, MotorKind, Robot};
+use tatu_importers_robots::{Element, FindingKind, Findings, MotorKind, Robot, is_true};
 use tatu_plugin_api::safe::{Result, Value};
-
-use crate::element::{Element, is_true};
 
 /// Plugins that need no counterpart: what they do is always done here, or is part of a window, or publishes what clients
 /// can read of any object.

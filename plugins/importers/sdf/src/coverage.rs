@@ -3,8 +3,7 @@
 //! What concerns only Gazebo's window, its solver's effort or its topics is not reported.
 
 use std::collections::BTreeMap;
-
-use crate::element::Element;
+use tatu_importers_robots::Element;
 
 /// Elements whose content is read elsewhere as a whole, or has no meaning here.
 const WHOLE: [&str; 23] = [

@@ -3,11 +3,10 @@
 //! Full names have the names of the models around in front: `robot::arm::hand`. The world's frame has an empty name.
 
 use std::collections::BTreeMap;
+use tatu_importers_robots::{Element, is_true};
 
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
 use tatu_plugin_api::safe::{Fail, Result};
-
-use crate::element::{Element, is_true};
 
 /// Maximum number of frames from one to the world's.
 const MAX_DEPTH: usize = 500;

@@ -2,12 +2,12 @@
 
 use nalgebra::{Isometry3, Vector3};
 use tatu_importers_robots::{
-    FindingKind, Findings, Inertial, Joint, JointDynamics, JointKind, JointLimit, Link, Mimic, MotorKind, Robot,
+    Element, FindingKind, Findings, Inertial, Joint, JointDynamics, JointKind, JointLimit, Link, Mimic, MotorKind,
+    Robot,
 };
 use tatu_plugin_api::safe::Result;
 
 use crate::{
-    element::Element,
     files::FormatVersion,
     frames::{FrameReference, FrameTable, WORLD},
     model::{FileDraft, ModelDraft, PartDraft},

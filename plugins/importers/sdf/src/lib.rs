@@ -14,7 +14,6 @@ mod frames;
 mod joints;
 mod model;
 mod propellers;
-mod sensors;
 mod shapes;
 mod text;
 mod world;

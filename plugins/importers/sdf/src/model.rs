@@ -1,12 +1,9 @@
 //! Collects the models of a file: their links, joints and frames, with those of models nested in them.
 
-use tatu_importers_robots::{FindingKind, Findings};
+use tatu_importers_robots::{Element, FindingKind, Findings, is_true};
 use tatu_plugin_api::safe::Result;
 
-use crate::{
-    element::{Element, is_true},
-    frames::{FrameIndex, FrameKind, FrameReference, FrameTable, ModelScope, StatedPose, WORLD},
-};
+use crate::frames::{FrameIndex, FrameKind, FrameReference, FrameTable, ModelScope, StatedPose, WORLD};
 
 /// Maximum number of links and joints in total.
 const MAX_PARTS: usize = 50_000;

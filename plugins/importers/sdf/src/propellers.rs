@@ -1,10 +1,10 @@
 //! Builds the propellers of flying robots, which their files describe as plugins that drive joints.
 
 use nalgebra::{Isometry3, Vector3};
-use tatu_importers_robots::{BuiltRobot, FindingKind, Findings, Robot, alias, set_object_pose};
+use tatu_importers_robots::{BuiltRobot, Element, FindingKind, Findings, Robot, alias, set_object_pose};
 use tatu_plugin_api::safe::{Builder, Result};
 
-use crate::{element::Element, shapes::turn_z_to};
+use crate::shapes::turn_z_to;
 
 /// The name of the plugins.
 pub const PLUGIN: &str = "MulticopterMotorModel";

@@ -2,11 +2,12 @@
 
 use nalgebra::{Isometry3, Vector3};
 use tatu_importers_common::{Mass, Solid};
-use tatu_importers_robots::{FindingKind, Findings, Geometry, Inertial, Link, LinkShape, Surface, gazebo_color};
+use tatu_importers_robots::{
+    Element, FindingKind, Findings, Geometry, Inertial, Link, LinkShape, Surface, gazebo_color, is_true,
+};
 use tatu_plugin_api::safe::{Fail, Result};
 
 use crate::{
-    element::{Element, is_true},
     files::SourceFiles,
     frames::{FrameIndex, FrameReference, FrameTable, ModelScope, StatedPose},
 };

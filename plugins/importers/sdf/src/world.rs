@@ -1,10 +1,10 @@
 //! Reads what concerns the whole world: gravity, time step, place on Earth, lights.
 
 use nalgebra::{Isometry3, Vector3};
-use tatu_importers_robots::{FindingKind, Findings, alias, set_object_pose};
+use tatu_importers_robots::{Element, FindingKind, Findings, alias, set_object_pose};
 use tatu_plugin_api::safe::{Builder, Node, Result};
 
-use crate::{element::Element, shapes::turn_z_to};
+use crate::shapes::turn_z_to;
 
 /// Gravity of a world that states none, m/s^2.
 const DEFAULT_GRAVITY: [f64; 3] = [0.0, 0.0, -9.8];

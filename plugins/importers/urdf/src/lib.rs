@@ -1,13 +1,15 @@
 //! Importer for robots in URDF files.
 //!
-//! `source` expands xacro files, `xml` parses the text, `read` reads the robot in it, `settings` has the parameters. The
+//! `source` expands xacro files, `xml` parses the text, `read` reads the robot in it, `sensors` builds those of `<gazebo>`, `settings` has the parameters. The
 //! crate `tatu-importers-robots` builds the robot.
 
 mod read;
+mod sensors;
 mod settings;
 mod source;
 mod xml;
 
+use read::UrdfFile;
 use source::SourceText;
 use tatu_importers_robots::{BodyTree, Findings, build};
 use tatu_importers_xml::root_name;
@@ -61,9 +63,12 @@ impl Importer for Urdf {
         let findings = Findings::default();
         let source = SourceText::new(text, &params.string("arguments")?, builder)?;
         let built = || {
-            let robot = read::robot(&source.text, &findings)?;
+            let UrdfFile { robot, sensors } = read::file(&source.text, &findings)?;
             let tree = BodyTree::new(&robot)?;
-            build(builder, None, &robot, &tree, &settings::read(params, &robot, &tree)?, &findings)
+            let settings = settings::read(params, &robot, &tree)?;
+            let built = build(builder, None, &robot, &tree, &settings, &findings)?;
+            sensors::build_sensors(builder, &robot, &built, &sensors, &findings);
+            Ok(())
         };
         built().map_err(|e| source.located(e))?;
         findings.report(builder, |line| source.origin(line));

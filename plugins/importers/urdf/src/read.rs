@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use nalgebra::Isometry3;
 use tatu_importers_robots::{
-    FindingKind, Findings, Geometry, Inertial, Joint, JointDynamics, JointKind, JointLimit, Link, LinkShape, Mimic,
-    MotorKind, Robot, RobotStructure, Surface, gazebo_color, pose,
+    Element, FindingKind, Findings, Geometry, Inertial, Joint, JointDynamics, JointKind, JointLimit, Link, LinkShape,
+    Mimic, MotorKind, Robot, RobotStructure, Surface, gazebo_color, pose,
 };
 use tatu_importers_xml::too_large;
 use tatu_plugin_api::safe::{Fail, Result};
@@ -74,9 +74,16 @@ impl SharedStatements {
     }
 }
 
+/// What a file describes.
+pub struct UrdfFile {
+    pub robot: Robot,
+    /// The sensors in `<gazebo>` elements, with the names of their links.
+    pub sensors: Vec<(String, Element)>,
+}
+
 /// Reads the text of a URDF file. Errors contain the line, and the column in their message. What is damaged and does not
 /// concern the motion of the robot is left out, and added to `findings`.
-pub fn robot(text: &str, findings: &Findings) -> Result<Robot> {
+pub fn file(text: &str, findings: &Findings) -> Result<UrdfFile> {
     if let Some((at, why)) = too_large(text) {
         let line = text.get(..at).unwrap_or_default().matches('\n').count() as u64 + 1;
         return Err(Fail::argument(why).at("", line));
@@ -105,6 +112,7 @@ pub fn robot(text: &str, findings: &Findings) -> Result<Robot> {
         data: BTreeMap::new(),
     };
     let mut shared = SharedStatements::default();
+    let mut sensors = Vec::new();
     for child in root.children() {
         match child.name() {
             "link" => {
@@ -116,7 +124,11 @@ pub fn robot(text: &str, findings: &Findings) -> Result<Robot> {
             "joint" => robot.joints.push(joint(child, version, findings).map_err(|e| with_context(e, "joint", child))?),
             "material" => shared.materials.extend(material(child, findings)),
             "gazebo" if child.text("reference").is_some() => {
-                gazebo(child, shared.gazebo.entry(child.text("reference").unwrap_or_default().to_owned()).or_default());
+                let link = child.text("reference").unwrap_or_default();
+                gazebo(child, shared.gazebo.entry(link.to_owned()).or_default());
+                for sensor in child.children().filter(|c| c.name() == "sensor") {
+                    sensors.push((link.to_owned(), sensor.copy()?));
+                }
             }
             // Controllers and tools read these; the joints have what they say about motion.
             tag @ ("transmission" | "ros2_control") => {
@@ -131,7 +143,7 @@ pub fn robot(text: &str, findings: &Findings) -> Result<Robot> {
         }
     }
     shared.apply(&mut robot, findings);
-    Ok(robot)
+    Ok(UrdfFile { robot, sensors })
 }
 
 /// Adds the name of the link or joint that could not be read to an error.

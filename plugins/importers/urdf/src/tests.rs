@@ -9,7 +9,7 @@ const ROBOT: &[u8] = include_bytes!("../robot.urdf");
 /// Runs the importer up to the creation of objects, and returns the number of bodies.
 fn bodies(bytes: &[u8]) -> Result<usize> {
     let text = std::str::from_utf8(bytes).map_err(|_| Fail::new("not text"))?;
-    Ok(BodyTree::new(&read::robot(text, &Findings::default())?)?.bodies.len())
+    Ok(BodyTree::new(&read::file(text, &Findings::default())?.robot)?.bodies.len())
 }
 
 /// Returns a chain of links; `joint` is the type of its joints.

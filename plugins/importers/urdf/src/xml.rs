@@ -3,6 +3,7 @@
 use std::borrow::Cow;
 
 use roxmltree::{Document, Error, Node, ParsingOptions};
+use tatu_importers_robots::Element;
 use tatu_importers_xml::root_name;
 use tatu_plugin_api::safe::{Fail, Result};
 
@@ -124,6 +125,10 @@ impl<'a, 't> XmlElement<'a, 't> {
     /// Returns the element as it is written in the file.
     pub fn source(&self) -> &'t str {
         self.lines.text.get(self.node.range()).unwrap_or_default()
+    }
+    /// Copies the element. Fails if it is nested too deeply.
+    pub fn copy(&self) -> Result<Element> {
+        Element::copy(self.node, &|at| self.lines.position_of(at).0)
     }
     /// Returns the line of the start tag, counted from 1.
     pub fn line(&self) -> u64 {

@@ -1,12 +1,16 @@
-//! Builds the sensors of links, with their noise.
+//! Builds the sensors of links, with their noise, as SDF describes them; URDF has the same elements in `<gazebo>`.
 
 use std::f64::consts::{PI, TAU};
 
 use nalgebra::{Isometry3, Matrix3, Rotation3, UnitQuaternion, Vector3};
-use tatu_importers_robots::{FindingKind, Findings, set_object_pose};
 use tatu_plugin_api::safe::{Builder, Node, Result, Value};
 
-use crate::element::Element;
+use crate::{
+    element::Element,
+    findings::{FindingKind, Findings},
+    form::set_object_pose,
+    robot::alias,
+};
 
 /// Range of a scanner that states none, or an infinite one, m.
 const MAX_RANGE: f64 = 1000.0;
@@ -17,7 +21,9 @@ pub const DEFAULT_FIELD: [f64; 3] = [5.5645e-6, 22.8758e-6, -42.3884e-6];
 
 /// Builds sensors.
 pub struct SensorBuilder<'w, 'b> {
+    /// Where they are built.
     pub builder: &'w Builder<'b>,
+    /// What is left out.
     pub findings: &'w Findings,
     /// Magnetic field, T; x points east and y north.
     pub field: [f64; 3],
@@ -53,7 +59,7 @@ impl<'b> SensorBuilder<'_, 'b> {
         let looks = matches!(device, "laser" | "depth_camera");
         let at = if looks { pose * looking() } else { *pose };
         let name = if tag.label().is_empty() { kind } else { tag.label() };
-        let node = self.builder.object("sensor", Some(parent), &tatu_importers_robots::alias(name))?.device(device)?;
+        let node = self.builder.object("sensor", Some(parent), &alias(name))?.device(device)?;
         set_object_pose(node, &at)?;
         if let Some(rate) = tag.finite("update_rate")?.filter(|rate| *rate > 0.0) {
             node.set("sensor.rate", rate)?;
