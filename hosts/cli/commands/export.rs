@@ -199,6 +199,13 @@ impl ExportedFiles {
         text
     }
 
+    /// Returns a file to be written, or a folder beneath that of the exported file, that is a link.
+    fn link(&self) -> Option<&Path> {
+        let folder = self.files.last()?.0.parent()?;
+        let mut paths = self.files.iter().flat_map(|(file, _)| file.ancestors().take_while(move |at| *at != folder));
+        paths.find(|path| path.is_symlink())
+    }
+
     /// Writes all files. Existing ones with another content are replaced only on request, and nothing is written if there
     /// is one: exports of one robot in two formats can share a folder, and with it the meshes.
     fn write(&self, overwrite: bool) -> Result<(), Error> {
@@ -213,6 +220,11 @@ impl ExportedFiles {
             return Err(Error::new("E105", format!("{} exists", path.display()))
                 .expected("names of files that do not exist, or have the same content")
                 .help("choose another folder, or add `--overwrite`"));
+        }
+        if let Some(link) = self.link() {
+            return Err(Error::new("E105", format!("{} is a link", link.display()))
+                .expected("files and folders, since what a link points to could be anywhere")
+                .help("choose another folder, or remove the link"));
         }
         for (path, content) in &self.files {
             let refused = |e: std::io::Error| Error::new("E105", format!("cannot write {}: {e}", path.display()));

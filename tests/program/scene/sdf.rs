@@ -386,6 +386,14 @@ fn flawed_xml_is_read_as_by_gazebo() {
 
 #[test]
 fn hostile_files_are_refused_quickly() {
+    // Placement frames that depend on those of all models inside, and ampersands that begin no reference.
+    let inside = |depth: usize| (depth..24).map(|n| format!("m{n}::")).collect::<String>();
+    let nested = (1..24).rev().fold(link("l", "0 0 0 0 0 0"), |inner, depth| {
+        format!("<model name='m{depth}' placement_frame='{}l'>{inner}</model>", inside(depth + 1))
+    });
+    figures(&sdf("1.9", &nested));
+    let ampersands = format!("<frame name='f'><pose>0 0 0 0 0 0</pose>{}</frame>", "& ".repeat(1_000_000));
+    figures(&sdf("1.9", &format!("{}{ampersands}", link("l", "0 0 0 0 0 0"))));
     let refused = |text: &str, words: &[&str]| {
         let place = TestFolder::new();
         place.write("a/m.sdf", text);
@@ -465,4 +473,41 @@ fn any_file_runs_or_is_refused() {
         }
     }
     assert!(good > 100 && bad > 100, "{good} {bad}");
+}
+
+#[test]
+fn joint_with_two_axes_finds_free_names_and_followers_of_its_second_axis() {
+    let links = ["a", "hip_link", "b"].map(|name| link(name, "0 0 1 0 0 0")).concat();
+    let axes = "<axis><xyz>1 0 0</xyz></axis><axis2><xyz>0 1 0</xyz></axis2>";
+    let mimic = "<axis><xyz>0 0 1</xyz><mimic joint='hip' axis='axis2'><multiplier>3</multiplier></mimic></axis>";
+    let joints =
+        [joint("hip", "universal", ["a", "hip_link"], axes), joint("follower", "revolute", ["hip_link", "b"], mimic)];
+    let place = TestFolder::new();
+    place.write("m.sdf", &sdf("1.11", &format!("{links}{}", joints.concat())));
+    let done = place.tatu(&["run", "m.sdf", "--seconds", "0.1"]).good();
+    done.reports(&["two joints, `hip` and `hip_axis2`"]);
+    let done = place.tatu(&["check", "m.sdf", "--numbers"]).good();
+    let found: Json = serde_json::from_str(done.out.lines().last().unwrap()).unwrap();
+    let joints = found["joints"].as_object().unwrap();
+    let follower = joints.iter().find(|(path, _)| path.ends_with("/follower")).unwrap().1;
+    assert!(follower.to_string().contains("hip_axis2"), "{follower}");
+}
+
+#[test]
+fn place_of_a_world_on_earth_is_that_of_the_file() {
+    let place = TestFolder::new();
+    let coordinates = |latitude: &str| {
+        format!(
+            "<sdf version=\"1.9\"><world name=\"w\"><spherical_coordinates><latitude_deg>{latitude}</latitude_deg>\
+             <longitude_deg>9</longitude_deg><elevation>400</elevation></spherical_coordinates>\
+             <light name=\"lamp\" type=\"point\"><pose relative_to=\"gone\"/></light></world></sdf>"
+        )
+    };
+    place.write("w.sdf", &coordinates("48"));
+    let done = place.tatu(&["run", "w.sdf", "--seconds", "0.1", "--save", "w.toml"]).good();
+    done.reports(&["the light `lamp` is incomplete", "the frame `gone`, which does not exist"]);
+    let saved = fs::read_to_string(place.path().join("w.toml")).unwrap();
+    assert!(saved.contains("lat") && saved.contains("400"), "{saved}");
+    place.write("w.sdf", &coordinates("480"));
+    place.tatu(&["run", "w.sdf", "--seconds", "0.1"]).refused(&["w.sdf:1", "not a place on Earth"]);
 }

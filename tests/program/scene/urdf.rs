@@ -502,7 +502,7 @@ fn prismatic_joints_stop_at_their_limits_and_unsupported_tags_are_reported() {
 }
 
 #[test]
-fn transmissions_and_controllers_are_kept_as_data() {
+fn transmissions_and_controllers_become_custom_data() {
     let place = TestFolder::new();
     place.write(
         "m.urdf",

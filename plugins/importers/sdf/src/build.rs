@@ -193,8 +193,11 @@ impl<'b> FileBuilder<'_, 'b, '_> {
             None => {
                 let StatedPose { pose, relative_to } = StatedPose::read(tag)?;
                 let scope = ModelScope { prefix: String::new(), model: WORLD };
-                let base = relative_to.and_then(|name| self.draft.frames.find(&FrameReference::Named(scope, name)));
-                Ok(base.map(|base| self.draft.frames.world(base)).transpose()?.unwrap_or_default() * pose)
+                let Some(name) = relative_to else { return Ok(pose) };
+                let fail = || tag.fail(format!("its pose refers to the frame `{name}`, which does not exist"));
+                let base = FrameReference::Named(scope, name.clone());
+                let base = self.draft.frames.find(&base).ok_or_else(fail)?;
+                Ok(self.draft.frames.world(base)? * pose)
             }
         };
         let made = pose().and_then(|pose| light(self.builder, tag, parent, &(at * pose)));

@@ -33,14 +33,14 @@ const WHOLE: [&str; 23] = [
 ];
 
 /// The elements that are read, or that need no counterpart, by the element around them.
-const READ: [(&str, &str); 14] = [
-    ("sdf", "model world light actor"),
-    ("gazebo", "model world light actor"),
+const READ: [(&str, &str); 17] = [
+    ("sdf", "model world light"),
+    ("gazebo", "model world light"),
     (
         "world",
         "model light frame joint gravity physics scene gui plugin magnetic_field spherical_coordinates state audio",
     ),
-    ("model", "link joint model frame pose static self_collide plugin light allow_auto_disable enable_wind gripper"),
+    ("model", "link joint model frame pose static self_collide plugin allow_auto_disable enable_wind gripper"),
     (
         "link",
         "pose inertial visual collision sensor light gravity kinematic self_collide enable_wind must_be_base_link \
@@ -50,19 +50,24 @@ const READ: [(&str, &str); 14] = [
     ("visual", "pose geometry material transparency cast_shadows laser_retro plugin meta visibility_flags lighting"),
     ("collision", "pose geometry surface laser_retro max_contacts density"),
     ("surface", "friction bounce contact"),
+    ("friction", "ode"),
+    ("ode", "mu mu2 fdir1"),
+    ("bounce", "restitution_coefficient"),
     (
         "joint",
         "pose parent child axis axis2 thread_pitch screw_thread_pitch physics sensor gearbox_ratio \
          gearbox_reference_body",
     ),
-    ("axis", "xyz limit dynamics mimic use_parent_model_frame initial_position"),
-    ("axis2", "xyz limit dynamics mimic use_parent_model_frame initial_position"),
-    ("limit", "lower upper effort velocity stiffness dissipation"),
+    ("axis", "xyz limit dynamics mimic use_parent_model_frame"),
+    ("axis2", "xyz limit dynamics mimic use_parent_model_frame"),
+    ("limit", "lower upper effort velocity"),
     ("light", "pose diffuse specular direction spot attenuation cast_shadows intensity light_on visualize range"),
 ];
 
 /// Elements that change the motion but have no counterpart, with what is said of them.
-const TOLD: [(&str, &str, &str); 5] = [
+const TOLD: [(&str, &str, &str); 7] = [
+    ("world", "state", "the state of the world is left out: models are where the file places them"),
+    ("link", "self_collide", "models decide whether their links collide with each other, not links"),
     ("model", "enable_wind", "there is no wind"),
     ("link", "enable_wind", "there is no wind"),
     ("link", "velocity_decay", "bodies lose no speed by themselves"),

@@ -2,7 +2,8 @@
 //!
 //! Full names have the names of the models around in front: `robot::arm::hand`. The world's frame has an empty name.
 
-use std::collections::BTreeMap;
+use std::{cell::RefCell, collections::BTreeMap};
+
 use tatu_importers_robots::{Element, is_true};
 
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
@@ -62,6 +63,8 @@ pub struct ModelScope {
 /// All frames.
 pub struct FrameTable {
     frames: Vec<Frame>,
+    /// The poses of models with placement frames that have been computed, since each may depend on those inside.
+    placed: RefCell<BTreeMap<FrameIndex, Isometry3<f64>>>,
     by_name: BTreeMap<String, FrameIndex>,
 }
 
@@ -112,7 +115,7 @@ impl FrameTable {
             placement: None,
             line: 0,
         };
-        FrameTable { frames: vec![frame], by_name: BTreeMap::new() }
+        FrameTable { frames: vec![frame], placed: RefCell::default(), by_name: BTreeMap::new() }
     }
 
     /// Adds a frame. `scope` is the one in which the names are looked up. Returns its number.
@@ -208,18 +211,26 @@ impl FrameTable {
                 break;
             }
             let own = &self.frames[at];
-            let mut here = own.pose;
-            if let Some(placement) = &own.placement {
-                let inside = self.required(placement, own.line)?;
-                here *= self.relative(inside, at, step + 1)?.inverse();
-            }
-            pose = here * pose;
+            pose = self.placed(at, step)? * pose;
             at = self.required(&own.base, own.line)?;
         }
         let line = self.frames[frame].line;
         let text =
             if at == WORLD { "a pose depends on a frame outside of its model" } else { "poses depend on each other" };
         Err(Fail::argument(text).at("", line))
+    }
+
+    /// Returns the pose of a frame in its base, with the placement frame of a model at the stated pose.
+    fn placed(&self, frame: FrameIndex, depth: usize) -> Result<Isometry3<f64>> {
+        let own = &self.frames[frame];
+        let Some(placement) = &own.placement else { return Ok(own.pose) };
+        if let Some(known) = self.placed.borrow().get(&frame) {
+            return Ok(*known);
+        }
+        let inside = self.required(placement, own.line)?;
+        let pose = own.pose * self.relative(inside, frame, depth + 1)?.inverse();
+        self.placed.borrow_mut().insert(frame, pose);
+        Ok(pose)
     }
 
     /// Returns the link to which a frame is attached; `None` for the world.

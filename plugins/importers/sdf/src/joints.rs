@@ -126,7 +126,8 @@ impl JointReader<'_, '_> {
         robot: &mut Robot,
     ) -> Result {
         let name = &part.name;
-        let middle = format!("{name}_link");
+        let lower_name = self.second_name(part);
+        let middle = free_name(format!("{name}_link"), |name| robot.links.iter().any(|link| link.name == name));
         let inertial = match robot.links.iter_mut().find(|l| l.name == *child) {
             Some(link) => {
                 let whole = link.inertial.clone();
@@ -142,9 +143,9 @@ impl JointReader<'_, '_> {
         let upper = [parent.clone(), middle.clone()];
         robot.joints.push(place(first, name.clone(), &upper, &[*parent_pose, *pose], pose));
         let lower = [middle, child.clone()];
-        robot.joints.push(place(second, format!("{name}_axis2"), &lower, &[*pose, *child_pose], pose));
+        robot.joints.push(place(second, lower_name.clone(), &lower, &[*pose, *child_pose], pose));
         let text = format!(
-            "the joint `{name}` with two axes becomes two joints, `{name}` and `{name}_axis2`, with a link of \
+            "the joint `{name}` with two axes becomes two joints, `{name}` and `{lower_name}`, with a link of \
              1/10,000 of the mass of `{child}` in between"
         );
         self.findings.note(FindingKind::TwoAxes, part.tag.line, text);
@@ -206,14 +207,32 @@ impl JointReader<'_, '_> {
         Ok(pose.rotation.inverse() * own.rotation)
     }
 
+    /// Returns the name of the joint for the second axis of a joint with two.
+    fn second_name(&self, part: &PartDraft<'_>) -> String {
+        let is_taken = |name: &str| self.model.joints.iter().any(|joint| joint.name == name);
+        free_name(format!("{}_axis2", part.name), is_taken)
+    }
+
     fn mimic(&self, tag: &Element, part: &PartDraft<'_>) -> Result<Mimic> {
-        let leader = tag.attribute("joint").unwrap_or_default();
         // Names in nested models have those of the models in front.
         let inside = part.name.strip_suffix(part.tag.label()).unwrap_or_default();
+        let mut leader = format!("{inside}{}", tag.attribute("joint").unwrap_or_default());
+        if tag.attribute("axis") == Some("axis2")
+            && let Some(two) = self.model.joints.iter().find(|joint| joint.name == leader)
+        {
+            leader = self.second_name(two);
+        }
         let multiplier = tag.finite("multiplier")?.unwrap_or(1.0);
         let offset = tag.finite("offset")?.unwrap_or(0.0) - multiplier * tag.finite("reference")?.unwrap_or(0.0);
-        Ok(Mimic { joint: format!("{inside}{leader}"), multiplier: Some(multiplier), offset: Some(offset) })
+        Ok(Mimic { joint: leader, multiplier: Some(multiplier), offset: Some(offset) })
     }
+}
+
+/// Returns a name that is not taken: the given one, or with a number.
+fn free_name(name: String, is_taken: impl Fn(&str) -> bool) -> String {
+    let numbered = (2..).map(|n| format!("{name}_{n}"));
+    let found = std::iter::once(name.clone()).chain(numbered).find(|name| !is_taken(name));
+    found.unwrap_or(name)
 }
 
 /// Returns a joint without limits, at no place.
@@ -290,13 +309,16 @@ fn dynamics(axis: Option<&Element>) -> Result<Option<JointDynamics>> {
     Ok(Some(JointDynamics { damping: number("damping")?, friction: number("friction")?, spring }))
 }
 
+/// Distance per turn of a screw that states none, m.
+const DEFAULT_LEAD: f64 = 1.0;
+
 /// Returns the distance per turn of a screw.
 fn lead(tag: &Element) -> Result<f64> {
     if let Some(pitch) = tag.finite("screw_thread_pitch")? {
         return Ok(pitch);
     }
     // The older element states radians per metre, of a left-handed thread.
-    let pitch = tag.finite("thread_pitch")?.unwrap_or(1.0);
+    let Some(pitch) = tag.finite("thread_pitch")? else { return Ok(DEFAULT_LEAD) };
     let lead = -std::f64::consts::TAU / pitch;
     if lead.is_finite() { Ok(lead) } else { Err(tag.fail("its <thread_pitch> is 0")) }
 }

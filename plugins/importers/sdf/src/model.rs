@@ -1,11 +1,13 @@
 //! Collects the models of a file: their links, joints and frames, with those of models nested in them.
 
+use std::collections::BTreeMap;
+
 use tatu_importers_robots::{Element, FindingKind, Findings, is_true};
 use tatu_plugin_api::safe::Result;
 
 use crate::frames::{FrameIndex, FrameKind, FrameReference, FrameTable, ModelScope, StatedPose, WORLD};
 
-/// Maximum number of links and joints in total.
+/// Maximum number of models, links and joints in total.
 const MAX_PARTS: usize = 50_000;
 
 /// A link, or a joint.
@@ -39,12 +41,20 @@ pub struct FileDraft<'e> {
     /// The links of all models.
     pub links: Vec<PartDraft<'e>>,
     parts: usize,
+    /// For full names of models that occur several times, the number of the last one.
+    numbers: BTreeMap<String, usize>,
 }
 
 impl<'e> FileDraft<'e> {
     /// Collects the models and frames in the element of a world or in the root.
     pub fn new(around: &'e Element, findings: &Findings) -> Result<Self> {
-        let mut draft = FileDraft { frames: FrameTable::new(), models: Vec::new(), links: Vec::new(), parts: 0 };
+        let mut draft = FileDraft {
+            frames: FrameTable::new(),
+            models: Vec::new(),
+            links: Vec::new(),
+            parts: 0,
+            numbers: BTreeMap::new(),
+        };
         let scope = ModelScope { prefix: String::new(), model: WORLD };
         for tag in &around.children {
             match tag.name.as_str() {
@@ -69,6 +79,7 @@ impl<'e> FileDraft<'e> {
         is_static: bool,
         findings: &Findings,
     ) -> Result<Option<FrameIndex>> {
+        self.count(tag)?;
         let is_merged = tag.attribute("merge").is_some_and(is_true) && top.is_some();
         let name = self.free_name(tag, around, findings);
         let full = format!("{}{name}", around.prefix);
@@ -115,14 +126,20 @@ impl<'e> FileDraft<'e> {
     }
 
     /// Returns the name of a model, which differs from those of other models.
-    fn free_name(&self, tag: &Element, around: &ModelScope, findings: &Findings) -> String {
+    fn free_name(&mut self, tag: &Element, around: &ModelScope, findings: &Findings) -> String {
         let wanted = if tag.label().is_empty() { "model" } else { tag.label() };
-        let is_free = |name: &str| !self.frames.has(&format!("{}{name}", around.prefix));
-        if is_free(wanted) {
+        let full = format!("{}{wanted}", around.prefix);
+        if !self.frames.has(&full) {
             return wanted.to_owned();
         }
-        let mut names = (1..).map(|n| format!("{wanted}_{n}"));
-        let name = names.find(|name| is_free(name)).unwrap_or_default();
+        let number = self.numbers.entry(full).or_default();
+        let name = loop {
+            *number += 1;
+            let name = format!("{wanted}_{number}");
+            if !self.frames.has(&format!("{}{name}", around.prefix)) {
+                break name;
+            }
+        };
         findings.note(FindingKind::Doubled, tag.line, format!("there are two models `{wanted}`; this one is `{name}`"));
         name
     }
@@ -136,7 +153,7 @@ impl<'e> FileDraft<'e> {
     fn count(&mut self, tag: &Element) -> Result {
         self.parts += 1;
         if self.parts > MAX_PARTS {
-            return Err(tag.fail(format!("the file has more than {MAX_PARTS} links and joints")));
+            return Err(tag.fail(format!("the file has more than {MAX_PARTS} models, links and joints")));
         }
         Ok(())
     }

@@ -38,9 +38,14 @@ fn copy<'t>(text: &'t str, end: &str, out: &mut String) -> &'t str {
     &text[length..]
 }
 
+/// Largest number of bytes of a reference, such as `&#x10FFFF;`.
+const MAX_REFERENCE: usize = 12;
+
 /// Copies a reference, or escapes an ampersand that begins none.
 fn ampersand<'t>(text: &'t str, out: &mut String) -> &'t str {
-    let name = text[1..].split_once(';').map_or("", |(name, _)| name);
+    // The longest references have nine characters, and a search to the end of the text would take a quadratic time.
+    let end = text.bytes().take(MAX_REFERENCE).position(|c| c == b';');
+    let name = end.and_then(|end| text.get(1..end)).unwrap_or_default();
     let is_reference = matches!(name, "lt" | "gt" | "amp" | "quot" | "apos")
         || name.strip_prefix('#').is_some_and(|n| {
             let is_digit = |c: char| c.is_ascii_hexdigit() || c == 'x';

@@ -8,6 +8,8 @@ use crate::shapes::turn_z_to;
 
 /// Gravity of a world that states none, m/s^2.
 const DEFAULT_GRAVITY: [f64; 3] = [0.0, 0.0, -9.8];
+/// Largest distance of a world from the surface of Earth, m.
+const MAX_ELEVATION: f64 = 1e7;
 /// Range of time steps that are taken over, s.
 const STEPS: std::ops::Range<f64> = 1e-4..0.005;
 
@@ -28,7 +30,14 @@ pub fn set_world(builder: &Builder<'_>, world: Option<&Element>, findings: &Find
             let text = "the world is turned against east and north, which is left out".to_owned();
             findings.warn(FindingKind::World, place.line, text);
         }
-        builder.setting("scene.origin", [latitude, longitude, place.finite("elevation")?.unwrap_or(0.0)])?;
+        let (high, wide) = (std::f64::consts::FRAC_PI_2, std::f64::consts::PI);
+        let elevation = place.finite("elevation")?.unwrap_or(0.0);
+        if latitude.abs() > high || longitude.abs() > wide || elevation.abs() > MAX_ELEVATION {
+            return Err(place.fail("<spherical_coordinates> is not a place on Earth"));
+        }
+        builder.setting("scene.origin.lat", latitude)?;
+        builder.setting("scene.origin.lon", longitude)?;
+        builder.setting("scene.origin.alt", elevation)?;
     }
     Ok(())
 }

@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 
 use nalgebra::Isometry3;
 
-/// Converts a name to an alias, which must not contain slashes.
+/// Converts a name to an alias, which must not contain slashes and control characters.
 pub fn alias(name: &str) -> String {
-    name.replace('/', "_")
+    name.replace(|c: char| c == '/' || c.is_control(), "_")
 }
 
 /// Links and joints.

@@ -112,8 +112,15 @@ fn connections(robot: &Robot) -> Result<Vec<(usize, usize)>> {
     let mut ends = Vec::with_capacity(robot.joints.len());
     for (i, joint) in robot.joints.iter().enumerate() {
         let fail = |text: String| Fail::argument(text).at("", joint.line);
-        if names.insert(&joint.name, i).is_some() || joint.name.is_empty() {
-            return Err(fail(format!("the joint name `{}` is empty, or another joint has the same name", joint.name)));
+        if joint.name.is_empty() {
+            return Err(fail("a joint has no name: expected a nonempty attribute `name`".to_owned()));
+        }
+        if let Some(other) = names.insert(&joint.name, i) {
+            let line = robot.joints[other].line;
+            return Err(fail(format!(
+                "the joint in line {line} is also named `{}`: expected names that differ",
+                joint.name
+            )));
         }
         let find = |name: &str, role: &str| {
             by_name.get(name).copied().ok_or_else(|| {
