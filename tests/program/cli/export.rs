@@ -361,3 +361,20 @@ fn an_exporter_in_c_is_found_by_its_suffix() {
     place.tatu(&arguments).refused(&["E123"]);
     assert!(!place.path().join("b.blocks").exists());
 }
+
+#[cfg(unix)]
+#[test]
+fn links_are_not_followed() {
+    let place = TestFolder::new();
+    let mesh = "[[object]]\nkind = \"shape\"\nprimitive = \"mesh\"\nmesh = \"m.obj\"\n";
+    place.write("m.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n");
+    place.write("s.toml", &format!("format = 1\n{mesh}")).write("far/kept.txt", "kept").write("out/a", "");
+    let out = |name: &str| place.path().join("out").join(name);
+    std::os::unix::fs::symlink(place.path().join("far"), out("meshes")).unwrap();
+    place.tatu(&["export", "s.toml", "-o", "out/s.xml", "--overwrite"]).refused(&["E105", "out/meshes is a link"]);
+    fs::remove_file(out("meshes")).unwrap();
+    std::os::unix::fs::symlink(place.path().join("far/kept.txt"), out("s.xml")).unwrap();
+    place.tatu(&["export", "s.toml", "-o", "out/s.xml", "--overwrite"]).refused(&["E105", "out/s.xml is a link"]);
+    assert_eq!(fs::read_to_string(place.path().join("far/kept.txt")).unwrap(), "kept");
+    assert_eq!(fs::read_dir(place.path().join("far")).unwrap().count(), 1);
+}
