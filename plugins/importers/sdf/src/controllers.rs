@@ -230,7 +230,7 @@ impl WheelDrive {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::element::parse;
+    use crate::xml::parse;
 
     #[test]
     fn plugins_are_known_by_class_and_by_library() {

@@ -3,6 +3,7 @@
 //! What concerns only Gazebo's window, its solver's effort or its topics is not reported.
 
 use std::collections::BTreeMap;
+
 use tatu_importers_robots::Element;
 
 /// Elements whose content is read elsewhere as a whole, or has no meaning here.
@@ -119,7 +120,7 @@ fn is_set(element: &Element) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::element::parse;
+    use crate::xml::parse;
 
     #[test]
     fn elements_without_a_reader_are_counted() {

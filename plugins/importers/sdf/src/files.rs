@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use tatu_importers_robots::{Element, FindingKind, Findings, is_true, shortened};
 use tatu_plugin_api::safe::{Builder, Fail, Result};
 
-use crate::element::parse;
+use crate::xml::parse;
 
 /// Maximum size of the text of all files, bytes.
 pub const MAX_BYTES: usize = 1 << 25;

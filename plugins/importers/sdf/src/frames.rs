@@ -4,9 +4,8 @@
 
 use std::{cell::RefCell, collections::BTreeMap};
 
-use tatu_importers_robots::{Element, is_true};
-
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
+use tatu_importers_robots::{Element, is_true};
 use tatu_plugin_api::safe::{Fail, Result};
 
 /// Maximum number of frames from one to the world's.
@@ -255,7 +254,7 @@ impl FrameTable {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::element::parse;
+    use crate::xml::parse;
 
     #[test]
     fn poses_are_read_in_all_notations() {

@@ -1,14 +1,13 @@
 //! Importer for robots and worlds in SDF files, the format of Gazebo.
 //!
-//! `text` repairs what a strict reader refuses, `element` parses it, and `files` replaces includes by the models that they
+//! `text` repairs what a strict reader refuses, `xml` parses it, and `files` replaces includes by the models that they
 //! name. `model` collects models with their links and joints, and `frames` resolves poses; `shapes` reads links, `joints`
-//! joints, `controllers` the plugins that move them, `propellers` those that fly, `sensors` and `world` the rest. `build` creates the objects, with the
-//! crate `tatu-importers-robots`; `coverage` says what is not read.
+//! joints, `controllers` the plugins that move them, `propellers` those that fly, and `world` the rest. `build` creates the
+//! objects, with the crate `tatu-importers-robots`, which also has the sensors; `coverage` says what is not read.
 
 mod build;
 mod controllers;
 mod coverage;
-mod element;
 mod files;
 mod frames;
 mod joints;
@@ -17,6 +16,7 @@ mod propellers;
 mod shapes;
 mod text;
 mod world;
+mod xml;
 
 use files::{MAX_BYTES, SourceFiles};
 use tatu_importers_robots::Findings;
@@ -29,7 +29,7 @@ use tatu_plugin_api::{
 /// Reads a text without its includes, up to the poses of all links. Returns the number of links. For tests.
 pub fn count_links(text: &str) -> Result<usize> {
     let findings = Findings::default();
-    let root = element::parse(text, 0)?;
+    let root = xml::parse(text, 0)?;
     let draft = model::FileDraft::new(root.child("world").unwrap_or(&root), &findings)?;
     draft.links.iter().try_for_each(|link| draft.frames.world(link.frame).map(drop))?;
     Ok(draft.links.len())
