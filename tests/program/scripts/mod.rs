@@ -13,6 +13,7 @@ mod graphs;
 mod grasp;
 mod ik;
 mod isolation;
+mod joints;
 mod kin;
 mod lives;
 mod luasocket;

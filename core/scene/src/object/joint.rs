@@ -183,7 +183,7 @@ properties! { PROPERTIES: Joint, PropertyOwner::Kind(ObjectKind::Joint) =>
     "joint.no_load_speed" number in "rad/s|m/s" from 0.0 = 0.0, Rebuild (passive.no_load_speed): "Speed at which the motor has no torque left: the maximum torque falls linearly from rest to 0 at this speed; 0: the maximum is constant.";
     "joint.lead" number in "m" = 0.0, Motion lead: "Distance along its axis per full turn, which makes a revolute joint a screw.";
     "joint.cyclic" bool = true, Rebuild { get |j: &Joint| Value::Bool(j.limits.is_none() && j.kind == JointType::Revolute), set |j: &mut Joint, v| { if *v == Value::Bool(true) { j.limits = None; } Ok(true) } }: "Whether the joint rotates without limits.";
-    "joint.limits" numbers 2 in "rad|m", Rebuild { get limits_value, set set_limits }: "Lowest and highest position; default: none.";
+    "joint.limits" numbers 2 in "rad|m", Motion { get limits_value, set set_limits }: "Lowest and highest position; default: none.";
     "joint.slip" number from 0.0 = 0.0, Drive slip: "Speed that velocity control loses under load, (rad/s)/(N m) or (m/s)/N.";
     "joint.damping" number in "N m s/rad|N s/m" from 0.0 = 0.0, Rebuild (passive.damping): "Torque or force against the motion of the joint per rad/s or m/s.";
     "joint.dry_friction" number in "N m|N" from 0.0 = 0.0, Rebuild (passive.friction): "Torque or force that must be overcome before the joint moves, and that acts against its motion.";

@@ -53,10 +53,10 @@ impl WorldCell {
     /// Applies the effect of a change to the engine and to graphs.
     pub fn apply_effect(&self, slot: u32, effect: ChangeEffect) -> Result<(), Refusal> {
         match effect {
-            ChangeEffect::Moved | ChangeEffect::Drive | ChangeEffect::Surface => {
+            ChangeEffect::Moved | ChangeEffect::Motion | ChangeEffect::Drive | ChangeEffect::Surface => {
                 let Ok(mut dynamics) = self.state.dynamics.try_borrow_mut() else { return busy() };
                 match effect {
-                    ChangeEffect::Moved => dynamics.mark_moved(slot),
+                    ChangeEffect::Moved | ChangeEffect::Motion => dynamics.mark_moved(slot),
                     _ => dynamics.mark_drive_changed(slot),
                 }
                 Ok(())
