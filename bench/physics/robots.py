@@ -91,19 +91,28 @@ ROBOTS = {
 
 
 def path_of(robot, folder):
-    """Returns the path of the robot's file, which is written to a folder if the robot has a text."""
-    if not robot.file.startswith("<"):
-        return share() / "example-robot-data/robots" / robot.file
+    """Returns the path of a file with the robot in a folder. It lacks the elements for Gazebo, such as cameras, whose
+    images Tatu would render."""
+    text = robot.file
+    if not text.startswith("<"):
+        text = (share() / "example-robot-data/robots" / robot.file).read_text()
     path = Path(folder, "robot.urdf")
-    path.write_text(robot.file)
+    path.write_text(without("gazebo", text))
     return path
+
+
+def without(tag, text):
+    """Returns a text without the elements of a kind."""
+    text = re.sub(rf"<{tag}\b[^>]*/>", "", text)
+    return re.sub(rf"<{tag}\b.*?</{tag}>", "", text, flags=re.S)
 
 
 def mimics(file):
     """Returns, for each joint that mimics another, that joint, the multiplier and the offset."""
     found = {}
     for joint in ElementTree.parse(file).getroot().iter("joint"):
-        if (mimic := joint.find("mimic")) is not None:
+        mimic = joint.find("mimic")
+        if mimic is not None and joint.get("type") != "fixed":
             values = float(mimic.get("multiplier", 1)), float(mimic.get("offset", 0))
             found[joint.get("name")] = (mimic.get("joint"), *values)
     return found
@@ -186,10 +195,7 @@ def tatu(program, solver, file, robot, expected):
 
 def model_of(file, robot):
     """Returns the robot as a model of MuJoCo, the data at its start, and the name of the watched body."""
-    text = Path(file).read_text()
-    for tag in ("gazebo", "transmission"):
-        text = re.sub(rf"<{tag}\b[^>]*/>", "", text)
-        text = re.sub(rf"<{tag}\b.*?</{tag}>", "", text, flags=re.S)
+    text = without("transmission", Path(file).read_text())
     # MuJoCo cannot read `.dae` files, so these meshes are removed from the file.
     text = re.sub(r"<(visual|collision)\b(?:(?!</\1>).)*\.dae(?:(?!</\1>).)*</\1>", "", text, flags=re.S)
     text = re.sub(r"<visual\b.*?</visual>", "", text, flags=re.S)
