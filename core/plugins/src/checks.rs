@@ -37,11 +37,10 @@ pub fn parameters(all: &[ParameterSpec], in_files: bool) -> Vec<String> {
             say(format!("has the unknown type {}; see tatu_param.type", p.kind));
             continue;
         }
-        if let Some(unit) = p.unit.as_deref().filter(|u| in_files && !units::is_known(u)) {
-            say(format!(
-                "has the unknown unit `{unit}`, so its key in scene files has no unit; known units are {}",
-                units::KNOWN_UNITS.join(", ")
-            ));
+        if let Some(unit) = p.unit.as_deref().filter(|_| in_files)
+            && let Some(meant) = units::meant(unit)
+        {
+            say(format!("has the unit `{unit}`, not an SI unit as `core.h` lists them; was `{meant}` meant?"));
         }
         if p.keys_cut {
             say("declares more than 1000 keys, or keys more than 4 tables deep; the remaining keys are not checked"
@@ -70,17 +69,13 @@ pub fn parameters(all: &[ParameterSpec], in_files: bool) -> Vec<String> {
     out
 }
 
-/// Units allowed for commands, in addition to those of scene files.
-const COMMAND_UNITS: &[&str] = &[
-    "B", "px", "deg", "%", "A", "V", "W", "J", "Pa", "K", "T", "lx", "m^2", "m^3", "kg/m^3", "ms", "min", "h", "C",
-    "F", "H",
-];
+/// Units allowed for commands although they are no SI units.
+const COMMAND_UNITS: &[&str] = &["deg", "ms", "min", "h", "C"];
 
-/// Returns a message if the unit of a parameter is unknown.
-fn unknown_unit(p: &ParameterSpec) -> Option<String> {
-    let known = |u: &str| u.is_empty() || units::is_known(u) || COMMAND_UNITS.contains(&u);
-    let unit = p.unit.as_deref().filter(|u| !known(u))?;
-    Some(format!("`{}` has the unknown unit `{unit}`; known units are {}", p.key, units::KNOWN_UNITS.join(", ")))
+/// Returns a message if the unit of a parameter is misspelt.
+fn wrong_unit(p: &ParameterSpec) -> Option<String> {
+    let unit = p.unit.as_deref().filter(|u| !COMMAND_UNITS.contains(u))?;
+    units::meant(unit).map(|meant| format!("`{}` has the unit `{unit}`; was `{meant}` meant?", p.key))
 }
 
 impl Registry {
@@ -129,7 +124,7 @@ impl Registry {
             let name = c.name();
             add(c.plugin, format!("the command `{name}`"), parameters(&c.params, false));
             let values = c.params.iter().chain(&c.returns);
-            add(c.plugin, format!("the command `{name}`"), values.filter_map(unknown_unit).collect());
+            add(c.plugin, format!("the command `{name}`"), values.filter_map(wrong_unit).collect());
         }
         for (plugin, what, id, text) in self.described_items() {
             if text.is_empty() {

@@ -280,16 +280,24 @@ enum tatu_param_flag {
 
 /* Declaration of a parameter (of an instance, model, import or command), of a result of a command, or of a field of an
  * event. Scene files append the unit to the key: with unit "m", `range` is written `range_m`; with unit "rad", `angle`
- * is written `angle_deg`, in degrees. Values that cross the ABI are always in SI units and radians. A parameter of type
- * TATU_OBJECT also accepts a script's handle, and passes it as an object of generation 0; the service that receives it
- * checks whether the object exists. */
+ * is written `angle_deg`, in degrees. Any other unit is a text for people, without a suffix. Values that cross the ABI
+ * are always in SI units and radians. A parameter of type TATU_OBJECT also accepts a script's handle, and passes it as an
+ * object of generation 0; the service that receives it checks whether the object exists.
+ *
+ * Units with a suffix:
+ *   "m" "_m", "rad" "_deg" or "_rad", "s" "_s", "kg" "_kg", "Hz" "_hz", "N" "_n", "N m" "_nm", "N s" "_ns", "m/s"
+ *   "_m_s", "rad/s" "_deg_s" or "_rad_s", "m/s^2" "_m_s2", "rad/s^2" "_deg_s2" or "_rad_s2", "m/s^3" "_m_s3", "rad/s^3"
+ *   "_deg_s3" or "_rad_s3", "m^2" "_m2", "m^3" "_m3", "kg m^2" "_kg_m2", "kg/m^3" "_kg_m3", "N m/rad" "_nm_rad", "N/m"
+ *   "_n_m", "N m s/rad" "_nms_rad", "N s/m" "_ns_m", "N m/A" "_nm_a", "V s/rad" "_vs_rad", "J" "_j", "W" "_w", "V" "_v",
+ *   "A" "_a", "A s" "_as", "ohm" "_ohm", "F" "_f", "H" "_h", "K" "_k", "Pa" "_pa", "T" "_t", "lx" "_lx", "cd" "_cd",
+ *   "dB" "_db", "1". */
 typedef struct tatu_param {
   uint32_t size;
   uint32_t type;       /* TATU_BOOL, I64, F64, TEXT, BYTES, F64S, LIST, MAP, FUNC or OBJECT */
   uint32_t count;      /* number of array elements; 0: any */
   uint32_t flags;      /* sum of TATU_PARAM_* */
   const char *key;     /* "range" */
-  const char *unit;    /* "m", "rad", "s", "kg", "N", "N m", "m/s", "rad/s", "Hz", "J", "W", "V", "A", "K", "Pa", "T", "1"; null: none */
+  const char *unit;    /* an SI unit, such as "m/s^2"; null: none */
   double lowest;       /* minimum; -HUGE_VAL: no minimum. If both are 0, there are no bounds */
   double highest;      /* maximum; HUGE_VAL: no maximum */
   tatu_value fallback; /* default value; nil: the parameter is required, unless it is optional */

@@ -12,7 +12,7 @@ static const tatu_param low_high = {sizeof(tatu_param), TATU_F64, 0, 0, "span", 
 static const tatu_param outside = {sizeof(tatu_param), TATU_F64, 0, 0, "gain", 0, 0, 1, {TATU_F64, 0, {.f = 5}}, 0, "too much"};
 static const char *const colors[] = {"red", "green", 0};
 static const tatu_param choice = {sizeof(tatu_param), TATU_TEXT, 0, 0, "tint", 0, 0, 0, {TATU_TEXT, 0, {.s = {"blue", 4}}}, colors, "none of them"};
-static const tatu_param unit = {sizeof(tatu_param), TATU_F64, 0, 0, "reach", "furlong", 0, 0, {TATU_F64, 0, {.f = 1}}, 0, "far"};
+static const tatu_param unit = {sizeof(tatu_param), TATU_F64, 0, 0, "reach", "metres", 0, 0, {TATU_F64, 0, {.f = 1}}, 0, "far"};
 static const tatu_param type = {sizeof(tatu_param), 99, 0, TATU_PARAM_OPTIONAL, "odd", 0, 0, 0, {0}, 0, "of no type"};
 static const tatu_param empty = {sizeof(tatu_param), TATU_F64, 0, TATU_PARAM_OPTIONAL, "", 0, 0, 0, {0}, 0, "without a key"};
 static const tatu_param space = {sizeof(tatu_param), TATU_F64, 0, TATU_PARAM_OPTIONAL, "a b", 0, 0, 0, {0}, 0, "no key of TOML"};
@@ -98,7 +98,7 @@ fn invalid_declarations_are_reported_and_the_rest_works() {
         ("`span`", &["from 3 to 1"][..]),
         ("`gain`", &["default", "from 0 to 1", "found 5"]),
         ("`tint`", &["default", "\"red\"", "\"blue\""]),
-        ("`reach`", &["unknown unit `furlong`"]),
+        ("`reach`", &["the unit `metres`", "was `m` meant?"]),
         ("`odd`", &["unknown type 99"]),
         ("parameter 6", &["no key"]),
         ("`a b`", &["cannot be written"]),
