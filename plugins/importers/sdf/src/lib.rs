@@ -26,15 +26,6 @@ use tatu_plugin_api::{
     tatu_plugin,
 };
 
-/// Reads a text without its includes, up to the poses of all links. Returns the number of links. For tests.
-pub fn count_links(text: &str) -> Result<usize> {
-    let findings = Findings::default();
-    let root = xml::parse(text, 0)?;
-    let draft = model::FileDraft::new(root.child("world").unwrap_or(&root), &findings)?;
-    draft.links.iter().try_for_each(|link| draft.frames.world(link.frame).map(drop))?;
-    Ok(draft.links.len())
-}
-
 /// The plugin; it has no state.
 pub struct SdfFiles;
 

@@ -6,6 +6,15 @@ use super::*;
 
 const ROVER: &str = include_str!("../rover.sdf");
 
+/// Reads a text without its includes, up to the poses of all links. Returns the number of links.
+fn count_links(text: &str) -> Result<usize> {
+    let findings = Findings::default();
+    let root = xml::parse(text, 0)?;
+    let draft = model::FileDraft::new(root.child("world").unwrap_or(&root), &findings)?;
+    draft.links.iter().try_for_each(|link| draft.frames.world(link.frame).map(drop))?;
+    Ok(draft.links.len())
+}
+
 /// Returns a model with links in a row, of which each is joined to the one before.
 fn chain(links: usize) -> String {
     let link = |i: usize| {
