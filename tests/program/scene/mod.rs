@@ -21,6 +21,7 @@ mod removals;
 mod robot_files;
 mod scene_errors;
 mod sdf;
+mod sdf_details;
 mod textures;
 mod urdf;
 mod vrep_joints;

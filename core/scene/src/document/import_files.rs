@@ -38,8 +38,8 @@ impl DocumentBuilder<'_> {
     }
 
     /// Reads a file that an imported file names, relative to the folder of that file or as a URI (`package://`,
-    /// `model://` or `file://`); as [`DocumentBuilder::read_named_file`], but it may also be in the package of the file, or near it. A
-    /// URI that leads outside is reported: those of a file from another computer refer to folders of that computer.
+    /// `model://` or `file://`). It may be beneath the permitted folders, in the package of the file, or near it. A name that
+    /// leads elsewhere is reported: those in a file from another computer refer to folders of that computer.
     pub(super) fn read_file_of_import(&mut self, folder: &Path, name: &str) -> Result<Option<Vec<u8>>> {
         if let Some(reference) = PackageReference::parse(name) {
             return match reference {
@@ -47,18 +47,18 @@ impl DocumentBuilder<'_> {
                 Err(why) => Ok(self.report_once(why)),
             };
         }
-        if let Some(path) = name.strip_prefix("file://") {
-            return match self.allow_file(&folder.join(path), name) {
-                Ok(allowed) => self.read_allowed(&allowed, name),
-                Err(e) => Ok(self.report_once(e.text)),
-            };
-        }
-        let path = folder.join(name);
-        let allowed = match self.allow_file(&path, name) {
-            Ok(allowed) => allowed,
-            Err(e) => self.reach.file_near(folder, &path).ok_or(e)?,
+        let (path, is_uri) = match name.strip_prefix("file://") {
+            Some(path) => (folder.join(path), true),
+            None => (folder.join(name), false),
         };
-        self.read_allowed(&allowed, name)
+        let near = || if is_uri { None } else { self.reach.file_near(folder, &path) };
+        match self.allow_file(&path, name) {
+            Ok(allowed) => self.read_allowed(&allowed, name),
+            Err(e) => match near() {
+                Some(allowed) => self.read_allowed(&allowed, name),
+                None => Ok(self.report_once(e.text)),
+            },
+        }
     }
 
     fn read_allowed(&self, file: &AllowedFile, name: &str) -> Result<Option<Vec<u8>>> {

@@ -397,12 +397,20 @@ impl Document {
     }
 
     /// Checks constraints that involve several properties: of settings, of shapes that require a mesh or parts, and of
-    /// graphs.
-    fn check(&self) -> Result {
+    /// graphs. A mesh that its shape does not use is reported.
+    fn check(&mut self) -> Result {
         self.settings.check()?;
+        let mut unused = Vec::new();
         for spec in self.objects.iter().filter(|o| o.kind == ObjectKind::Shape) {
             let last = |row: Property| spec.properties.iter().rev().find(|(r, _)| *r == row).map(|(_, v)| v);
-            let lacks = match last(Property::PRIMITIVE) {
+            let primitive = last(Property::PRIMITIVE);
+            if last(Property::MESH).is_some() && !matches!(primitive, Some(Value::Text(t)) if t == b"mesh") {
+                let at =
+                    spec.place.as_ref().map(|at| format!("{}:{}: ", at.file.display(), at.line)).unwrap_or_default();
+                let text = format!("the mesh of the shape `{}` is not used: set `primitive = \"mesh\"`", spec.alias);
+                unused.push(BuildReport::warning(at + &text));
+            }
+            let lacks = match primitive {
                 Some(Value::Text(t)) if t == b"mesh" && last(Property::MESH).is_none() => "mesh: set `mesh`",
                 Some(Value::Text(t)) if t == b"compound" && last(Property::PARTS).is_none() => "parts: set `parts`",
                 _ => continue,
@@ -410,6 +418,7 @@ impl Document {
             let text = format!("the shape `{}` has no {lacks}", spec.alias);
             return Err(Error::new("E104", text).at(spec.place.clone()));
         }
+        self.reports.append(&mut unused);
         if !self.objects.iter().any(|o| o.kind == ObjectKind::Graph) {
             return Ok(());
         }

@@ -40,7 +40,7 @@ impl<'w, 'b> TextFiles<'w, 'b> {
     pub fn find(&self, name: &str, folder: &str, from: &str) -> Option<(String, &'b [u8])> {
         let name = name.replace('\\', "/");
         let mut candidates = [join(folder, &name), join(folder_of(from), &name)];
-        // Asking for a file outside the allowed folders ends the import, so the one below the model is tried first.
+        // The host reports names that lead outside the allowed folders, so the one below the model is tried first.
         candidates.sort_by_key(|path| path.starts_with(".."));
         candidates.into_iter().find_map(|path| Some((path.clone(), self.builder.file(&path)?)))
     }

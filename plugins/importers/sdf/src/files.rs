@@ -135,12 +135,7 @@ impl<'w, 'b> SourceFiles<'w, 'b> {
         if let Some(path) = of_server(&uri) {
             return path;
         }
-        // An absolute path is one of another computer, which the host reports instead of ending the import.
-        match uri.starts_with('/') {
-            true => format!("file://{uri}"),
-            false if uri.contains("://") => uri,
-            false => join(folder, &uri),
-        }
+        if uri.contains("://") { uri } else { join(folder, &uri) }
     }
 
     /// Replaces the includes in an element. `open` has the files that are being read.
@@ -161,7 +156,7 @@ impl<'w, 'b> SourceFiles<'w, 'b> {
             let Some(uri) = child.text_of("uri").map(str::to_owned) else {
                 return Err(child.fail("<include> has no <uri>"));
             };
-            let found = match self.find(&child, &uri)? {
+            let found = match self.find(&child, &uri, findings)? {
                 None => self.stand_in(&child, &uri, findings)?,
                 found => found,
             };
@@ -187,7 +182,7 @@ impl<'w, 'b> SourceFiles<'w, 'b> {
     }
 
     /// Finds the file that an include names. Returns its number.
-    fn find(&mut self, include: &Element, uri: &str) -> Result<Option<usize>> {
+    fn find(&mut self, include: &Element, uri: &str, findings: &Findings) -> Result<Option<usize>> {
         let path = self.path(include, uri);
         let is_file = [".sdf", ".world", ".xml"].iter().any(|suffix| path.to_lowercase().ends_with(suffix));
         if is_file {
@@ -195,7 +190,11 @@ impl<'w, 'b> SourceFiles<'w, 'b> {
         }
         let folder = path.trim_end_matches('/');
         let names = match self.builder.file(&format!("{folder}/model.config")) {
-            Some(config) => described(config),
+            Some(config) => described(config).unwrap_or_else(|e| {
+                let text = format!("`{}/model.config` cannot be read: {}", shortened(folder), e.text());
+                findings.warn(FindingKind::Include, include.line, text);
+                Vec::new()
+            }),
             None => Vec::new(),
         };
         for name in names.iter().map(String::as_str).chain(["model.sdf"]) {
@@ -243,13 +242,13 @@ fn version(text: Option<&str>) -> FormatVersion {
 }
 
 /// Returns the files that the description of a model lists, latest version first.
-fn described(config: &[u8]) -> Vec<String> {
+fn described(config: &[u8]) -> Result<Vec<String>> {
     let text = String::from_utf8_lossy(config);
-    let Ok(root) = parse(&text, 0) else { return Vec::new() };
+    let root = parse(&text, 0)?;
     let file = |e: &Element| (version(e.attribute("version")), e.text.trim().to_owned());
     let mut files: Vec<_> = root.named("sdf").map(file).filter(|(v, name)| *v <= LATEST && !name.is_empty()).collect();
     files.sort_by_key(|(version, _)| std::cmp::Reverse(*version));
-    files.into_iter().map(|(_, name)| name).collect()
+    Ok(files.into_iter().map(|(_, name)| name).collect())
 }
 
 /// Returns the URI of a model, or of a file of a model, on Gazebo's server as that of a local model:
@@ -337,7 +336,7 @@ mod tests {
         let config =
             b"<model><sdf version='1.4'>a.sdf</sdf><sdf version='1.10'>c.sdf</sdf><sdf version='1.6'>b.sdf</sdf>\
                        <sdf version='2.0'>d.sdf</sdf></model>";
-        assert_eq!(described(config), ["c.sdf", "b.sdf", "a.sdf"]);
+        assert_eq!(described(config).unwrap(), ["c.sdf", "b.sdf", "a.sdf"]);
         assert_eq!([version(Some("1.6.2")), version(None)], [(1, 6), LATEST]);
     }
 }

@@ -4,8 +4,8 @@
 
 use std::{cell::RefCell, collections::BTreeMap};
 
-use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
-use tatu_importers_robots::{Element, is_true};
+use nalgebra::Isometry3;
+use tatu_importers_robots::Element;
 use tatu_plugin_api::safe::{Fail, Result};
 
 /// Maximum number of frames from one to the world's.
@@ -81,25 +81,8 @@ impl StatedPose {
             return Ok(StatedPose { pose: Isometry3::identity(), relative_to: None });
         };
         let named = tag.attribute("relative_to").or_else(|| tag.attribute("frame")).filter(|name| !name.is_empty());
-        Ok(StatedPose { pose: read_pose(tag)?, relative_to: named.map(str::to_owned) })
+        Ok(StatedPose { pose: tag.own_pose()?, relative_to: named.map(str::to_owned) })
     }
-}
-
-/// Reads the numbers of a pose.
-fn read_pose(tag: &Element) -> Result<Isometry3<f64>> {
-    if tag.text.trim().is_empty() {
-        return Ok(Isometry3::identity());
-    }
-    if tag.attribute("rotation_format") == Some("quat_xyzw") {
-        let [x, y, z, i, j, k, w] = tag.own_numbers()?;
-        let turn = UnitQuaternion::try_new(Quaternion::new(w, i, j, k), 1e-12);
-        let turn = turn.ok_or_else(|| tag.fail("<pose> has a quaternion of 0 0 0 0"))?;
-        return Ok(Isometry3::from_parts(Translation3::new(x, y, z), turn));
-    }
-    let [x, y, z, roll, pitch, yaw]: [f64; 6] = tag.own_numbers()?;
-    let unit = if tag.attribute("degrees").is_some_and(is_true) { std::f64::consts::PI / 180.0 } else { 1.0 };
-    let turn = UnitQuaternion::from_euler_angles(roll * unit, pitch * unit, yaw * unit);
-    Ok(Isometry3::from_parts(Translation3::from(Vector3::new(x, y, z)), turn))
 }
 
 impl FrameTable {
@@ -253,6 +236,8 @@ impl FrameTable {
 
 #[cfg(test)]
 mod tests {
+    use nalgebra::Vector3;
+
     use super::*;
     use crate::xml::parse;
 

@@ -3,7 +3,7 @@
 use nalgebra::{Isometry3, Vector3};
 use tatu_importers_common::{Mass, Solid};
 use tatu_importers_robots::{
-    Element, FindingKind, Findings, Geometry, Inertial, Link, LinkShape, Surface, gazebo_color, is_true,
+    Element, FindingKind, Findings, Geometry, Inertial, Link, LinkShape, Surface, gazebo_color, is_true, shortened,
 };
 use tatu_plugin_api::safe::{Fail, Result};
 
@@ -61,7 +61,8 @@ impl LinkReader<'_, '_> {
         let default = Inertial { pose: Isometry3::identity(), mass: 1.0, inertia: [1.0, 0.0, 0.0, 1.0, 0.0, 1.0] };
         let Some(tag) = link.child("inertial") else { return Ok(default) };
         if tag.attribute("auto").is_some_and(is_true) {
-            return self.computed(link, tag, collisions, name);
+            let stated = tag.finite("mass")?.filter(|mass| *mass > 0.0);
+            return self.computed(link, tag, collisions, name).map(|computed| scaled(computed, stated));
         }
         let mass = tag.finite("mass")?.unwrap_or(default.mass);
         let pose = StatedPose::read(tag)?.pose;
@@ -116,6 +117,15 @@ impl LinkReader<'_, '_> {
         let geometry = tag.child("geometry").ok_or_else(|| tag.fail("it has no <geometry>"))?;
         let Some((geometry, turn)) = self.geometry(geometry)? else { return Ok(None) };
         let pose = self.pose(tag, place)?;
+        if let Some(mask) = tag.at(&["surface", "contact"]).and_then(|contact| contact.text_of("collide_bitmask")) {
+            let is_zero = mask.trim().trim_start_matches("0x").chars().all(|c| c == '0');
+            let outcome = if is_zero { "it is left out" } else { "it collides with everything" };
+            let text = format!("the bits of a collision, `{}`, have no counterpart: {outcome}", shortened(mask));
+            self.findings.warn(FindingKind::Collision, tag.line, text);
+            if is_zero {
+                return Ok(None);
+            }
+        }
         let surface = match tag.child("surface") {
             Some(surface) => self.surface(surface, &pose)?,
             None => Surface::default(),
@@ -213,6 +223,17 @@ impl LinkReader<'_, '_> {
         }
         let color = numbers("diffuse").or(script).or_else(|| numbers("ambient"));
         Ok(color.map(|[r, g, b, a]| [r, g, b, a * opacity]))
+    }
+}
+
+/// Scales a computed inertia to a mass, if the file states one, as if the density had been chosen for it.
+fn scaled(computed: Inertial, mass: Option<f64>) -> Inertial {
+    match mass {
+        Some(mass) if computed.mass > 0.0 => {
+            let share = mass / computed.mass;
+            Inertial { mass, inertia: computed.inertia.map(|x| x * share), ..computed }
+        }
+        _ => computed,
     }
 }
 

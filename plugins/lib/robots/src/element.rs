@@ -1,5 +1,6 @@
 //! Elements of XML files in the style of SDF, detached from the text, so that included files can be merged into one tree.
 
+use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 use roxmltree::Node;
 use tatu_plugin_api::safe::{Fail, Result};
 
@@ -106,6 +107,22 @@ impl Element {
     fn checked<const N: usize>(&self, name: &str, numbers: [f64; N]) -> Result<[f64; N]> {
         check_finite(&numbers, &format!("<{name}>"), self.child(name).unwrap_or(self).line)?;
         Ok(numbers)
+    }
+    /// Reads the text of an element `<pose>`: x y z roll pitch yaw, or what its attributes say.
+    pub fn own_pose(&self) -> Result<Isometry3<f64>> {
+        if self.text.trim().is_empty() {
+            return Ok(Isometry3::identity());
+        }
+        if self.attribute("rotation_format") == Some("quat_xyzw") {
+            let [x, y, z, i, j, k, w] = self.own_numbers()?;
+            let turn = UnitQuaternion::try_new(Quaternion::new(w, i, j, k), 1e-12);
+            let turn = turn.ok_or_else(|| self.fail("<pose> has a quaternion of 0 0 0 0"))?;
+            return Ok(Isometry3::from_parts(Translation3::new(x, y, z), turn));
+        }
+        let [x, y, z, roll, pitch, yaw]: [f64; 6] = self.own_numbers()?;
+        let unit = if self.attribute("degrees").is_some_and(is_true) { std::f64::consts::PI / 180.0 } else { 1.0 };
+        let turn = UnitQuaternion::from_euler_angles(roll * unit, pitch * unit, yaw * unit);
+        Ok(Isometry3::from_parts(Translation3::new(x, y, z), turn))
     }
     /// Returns whether the text of the first child with this name is `true` or `1`.
     pub fn flag(&self, name: &str) -> Option<bool> {

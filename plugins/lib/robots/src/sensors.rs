@@ -16,6 +16,8 @@ use crate::{
 const MAX_RANGE: f64 = 1000.0;
 /// Largest number of beams in a row, and of pixels in a row or column.
 const MAX_COUNT: f64 = 8192.0;
+/// Largest number of rows of beams.
+const MAX_LAYERS: f64 = 4096.0;
 /// The magnetic field of a world that states none, T.
 pub const DEFAULT_FIELD: [f64; 3] = [5.5645e-6, 22.8758e-6, -42.3884e-6];
 
@@ -56,8 +58,13 @@ impl<'b> SensorBuilder<'_, 'b> {
                 return Ok(());
             }
         };
+        // Older files place the camera in its sensor.
+        let own = match tag.at(&["camera", "pose"]).filter(|_| device == "depth_camera") {
+            Some(pose) => pose.own_pose()?,
+            None => Isometry3::identity(),
+        };
         let looks = matches!(device, "laser" | "depth_camera");
-        let at = if looks { pose * looking() } else { *pose };
+        let at = if looks { pose * own * looking() } else { *pose };
         let name = if tag.label().is_empty() { kind } else { tag.label() };
         let node = self.builder.object("sensor", Some(parent), &alias(name))?.device(device)?;
         set_object_pose(node, &at)?;
@@ -90,6 +97,16 @@ impl<'b> SensorBuilder<'_, 'b> {
         Ok(())
     }
 
+    /// Returns the nearest number that a sensor here can have, and tells if it is not that of the file.
+    fn bounded(&self, tag: &Element, what: &str, value: f64, (low, high): (f64, f64)) -> f64 {
+        let bounded = value.clamp(low, high);
+        if (bounded - value).abs() > 1e-3 * value.abs() {
+            let text = format!("the {what} of `{}` is {bounded} here, not {value}", tag.label());
+            self.findings.warn(FindingKind::Sensor, tag.line, text);
+        }
+        bounded
+    }
+
     fn laser(&self, tag: &Element, node: Node<'b>, noise: &mut String) -> Result {
         let empty = Element { line: tag.line, ..Element::default() };
         let ray = tag.child("ray").or(tag.child("lidar")).unwrap_or(&empty);
@@ -99,7 +116,8 @@ impl<'b> SensorBuilder<'_, 'b> {
             };
             let samples = row.finite("samples")?.unwrap_or(count) * row.finite("resolution")?.unwrap_or(1.0);
             let angle = |name: &str| row.finite(name).map(|x| x.unwrap_or(0.0));
-            Ok((samples.round().clamp(1.0, MAX_COUNT) as usize, angle("min_angle")?, angle("max_angle")?))
+            let samples = self.bounded(tag, &format!("number of {name} beams"), samples.round(), (1.0, MAX_COUNT));
+            Ok((samples as usize, angle("min_angle")?, angle("max_angle")?))
         };
         let (mut rays, mut start, mut end) = row("horizontal", 640.0)?;
         // A scan that begins ahead or behind is turned to the range from -pi to pi.
@@ -108,7 +126,8 @@ impl<'b> SensorBuilder<'_, 'b> {
             self.findings.note(FindingKind::Sensor, tag.line, text);
             (start, end) = (-PI, (end - start - PI).min(PI));
         }
-        (start, end) = (start.clamp(-PI, PI), end.clamp(-PI, PI));
+        start = self.bounded(tag, "first angle (rad)", start, (-PI, PI));
+        end = self.bounded(tag, "last angle (rad)", end, (-PI, PI));
         if end <= start {
             // All beams have the same direction.
             (rays, end) = (1, (start + 1e-3).min(PI));
@@ -118,7 +137,8 @@ impl<'b> SensorBuilder<'_, 'b> {
         let (layers, low, high) = row("vertical", 1.0)?;
         if layers > 1 || low != 0.0 {
             let step = if layers > 1 { (high - low) / (layers - 1) as f64 } else { 0.0 };
-            let layers = layers.min(4096);
+            let layers = self.bounded(tag, "number of vertical beams", layers as f64, (1.0, MAX_LAYERS)) as usize;
+            let low = self.bounded(tag, "lowest elevation (rad)", low, (-PI / 2.0, PI / 2.0));
             let each = |i: usize| (low + step * i as f64).clamp(-PI / 2.0, PI / 2.0);
             node.set("laser.elevations", Value::Floats((0..layers).map(each).collect()))?;
         }
@@ -134,10 +154,17 @@ impl<'b> SensorBuilder<'_, 'b> {
         let camera = tag.child("camera").unwrap_or(&empty);
         let field = camera.finite("horizontal_fov")?.unwrap_or(1.047);
         let image = camera.child("image").unwrap_or(&empty);
-        let count =
-            |name: &str, default: f64| image.finite(name).map(|n| n.unwrap_or(default).round().clamp(1.0, MAX_COUNT));
+        let count = |name: &str, default: f64| {
+            let stated = image.finite(name)?.unwrap_or(default).round();
+            Result::Ok(self.bounded(tag, &format!("{name} in pixels"), stated, (1.0, MAX_COUNT)))
+        };
         let (columns, rows) = (count("width", 320.0)?, count("height", 240.0)?);
-        let mut field = field.clamp(0.001, 3.1);
+        let mut field = self.bounded(tag, "field of view (rad)", field, (0.001, 3.1));
+        let unread = ["distortion", "lens"].into_iter().filter(|name| camera.child(name).is_some());
+        for name in unread {
+            let text = format!("the {name} of the camera `{}` is not read: its image is flat", tag.label());
+            self.findings.warn(FindingKind::Sensor, camera.line, text);
+        }
         if rows > columns {
             // The angle of view is that along the longer side.
             field = 2.0 * libm::atan(libm::tan(field / 2.0) * rows / columns);
