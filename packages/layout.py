@@ -6,6 +6,7 @@ import os
 import subprocess
 from pathlib import Path
 
+import documents
 import elf_versions
 import third_party
 
@@ -15,7 +16,7 @@ HEADERS = "plugin-api/include"
 # The simulator as a library for C.
 LIBRARY = "libtatu.so"
 WORLD_HEADER = "hosts/libtatu/include/tatu_world.h"
-DOCS = ["README.md", "CHANGELOG.md", "LICENSE-APACHE", "LICENSE-MIT"]
+LICENCES = ["LICENSE-APACHE", "LICENSE-MIT"]
 # Files that `tatu generate NAME` prints, by path in the package.
 GENERATED = {
     "man": "share/man/man1/tatu.1.gz",
@@ -109,6 +110,26 @@ def generated(program, entries):
         entries[place] = Entry(zipped(ran.stdout) if place.endswith(".gz") else ran.stdout)
 
 
+def moved(path):
+    """Returns the path in the package of a file or folder of the repository, if the package has it."""
+    if path == WORLD_HEADER:
+        return f"include/{os.path.basename(path)}"
+    for folder, place in {**DATA, HEADERS: "include"}.items():
+        if path == folder or path.startswith(f"{folder}/"):
+            return place + path[len(folder):]
+    return f"{documents.PLACE}/{path}"
+
+
+def add_documents(root, entries):
+    """Adds the documentation. Links in all pages lead to files of the package."""
+    paths = [path for path, _ in tracked(root, ".")]
+    entries.update({moved(p): Entry((root / p).read_bytes()) for p in paths if documents.is_document(p)})
+    for path in paths:
+        if path.endswith(".md") and (entry := entries.get(moved(path))):
+            text = documents.relinked(entry.data.decode("utf-8"), path, moved, entries)
+            entry.data = text.encode("utf-8")
+
+
 def collect(root, built, metadata, version):
     """Returns all files of a package by their paths, sorted."""
     program = built / "tatu"
@@ -133,8 +154,9 @@ def collect(root, built, metadata, version):
         entries["include/tatu_world.h"] = Entry((root / WORLD_HEADER).read_bytes())
     else:
         print(f"note: lib/{LIBRARY} is omitted: build it with `cargo build --release -p libtatu`")
-    for name in DOCS:
-        entries[f"share/doc/tatu/{name}"] = Entry((root / name).read_bytes())
+    for name in LICENCES:
+        entries[f"{documents.PLACE}/{name}"] = Entry((root / name).read_bytes())
+    add_documents(root, entries)
     terms = third_party.write(metadata, root, built)
     entries["share/doc/tatu/THIRD-PARTY.txt"] = Entry(terms.encode("utf-8"))
     generated(program, entries)

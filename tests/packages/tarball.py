@@ -21,6 +21,9 @@ from pathlib import Path
 import bare_root
 import page_check
 
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "packages"))
+import documents  # noqa: E402
+
 SCENE = "first/pioneer_avoids_walls.toml"
 STEPS = "200"
 # A writable folder in the root file system.
@@ -127,6 +130,17 @@ def addons(trial, _):
     return f"{len(names)} add-ons"
 
 
+def documentation(trial, _):
+    """links in all pages lead to files of the package"""
+    start = f"{trial.top}/"
+    names = [n[len(start):] for n in trial.names if n.startswith(start)]
+    folder = trial.root / trial.home.lstrip("/")
+    pages = {n: (folder / n).read_text(encoding="utf-8") for n in names if n.endswith(".md")}
+    broken = documents.broken_links({**dict.fromkeys(names, ""), **pages})
+    expect(f"{documents.PLACE}/docs/README.md" in pages and not broken, f"broken links: {broken[:3]}")
+    return f"{len(pages)} pages"
+
+
 def run(trial, scene, *args):
     return json.loads(trial.tatu("run", scene, "--steps", STEPS, "--json", *args))["hash"]
 
@@ -184,7 +198,7 @@ def page(trial, _):
     return f"{count} files, {size / 1e6:.1f} MB"
 
 
-CHECKS = [archive_is_neutral, version, plugins, models, addons, scene, name, picture, page]
+CHECKS = [archive_is_neutral, version, plugins, models, addons, documentation, scene, name, picture, page]
 
 
 def try_all(args):
