@@ -1,6 +1,6 @@
 //! The command line: declares and validates all arguments.
 
-use std::path::PathBuf;
+use std::{ffi::OsString, path::PathBuf};
 
 use clap::{Parser, Subcommand, ValueEnum};
 use tatu_core::{document::LoadOptions, errors::Error};
@@ -54,6 +54,9 @@ pub enum Command {
     /// Build, run, test, check and install plugins.
     #[command(subcommand)]
     Plugin(PluginCommand),
+    /// A subcommand of a plugin.
+    #[command(external_subcommand)]
+    Of(Vec<OsString>),
     /// Print the manual page, completions for a shell, or declarations of commands for Python.
     #[command(hide = true)]
     Generate(GenerateArgs),
@@ -79,6 +82,16 @@ pub struct SceneChanges {
     /// Replace an object's script: `/Robot=my_controller.lua`. With `--stand-ins`: the script to run.
     #[arg(long = "script", value_name = "[OBJECT=]FILE")]
     pub scripts: Vec<String>,
+}
+
+/// Options of every subcommand of a plugin.
+#[derive(Clone, Default, clap::Args)]
+pub struct ExternalArgs {
+    /// The scene to act on, or the name of a scene that comes with the program [default: an empty scene].
+    #[arg(long, value_name = "FILE", value_parser = scene())]
+    pub scene: Option<PathBuf>,
+    #[command(flatten)]
+    pub changes: SceneChanges,
 }
 
 #[derive(clap::Args)]

@@ -46,6 +46,7 @@ pub fn main(args: impl IntoIterator<Item = OsString>) -> ExitCode {
             std::process::ExitCode::from(2)
         }),
         args::Command::Diff(diff) => commands::diff::diff(&diff),
+        args::Command::Of(words) => commands::subcommand::subcommand(&words),
         args::Command::New(new) => new::new(&new),
         args::Command::Plugin(plugin) => plugin.run(),
         args::Command::Generate(generate) => commands::generate::generate(&generate),

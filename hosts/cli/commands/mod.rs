@@ -14,6 +14,7 @@ pub mod measure;
 mod numbers;
 pub mod run;
 pub mod serve;
+pub mod subcommand;
 pub mod sweep;
 
 use std::{path::Path, sync::Arc};

@@ -13,4 +13,5 @@ mod lock;
 mod look;
 mod output_files;
 mod outputs;
+mod subcommand;
 mod sweep;
