@@ -210,6 +210,39 @@ fn a_dropped_folder_is_opened_with_all_its_files() {
 
 #[test]
 #[cfg_attr(no_browser, ignore = "needs Chromium, and npm at the build")]
+fn dropped_robots_of_every_format_are_opened() {
+    let (place, _room, _served, mut page) = empty_page();
+    let box_of = "<geometry><box size=\"1 1 1\"/></geometry>";
+    let link = format!("<link name=\"body\"><visual>{box_of}</visual></link>");
+    let sdf_box = "<geometry><box><size>1 1 1</size></box></geometry>";
+    let files = [
+        (
+            "one.sdf",
+            format!(
+                "<sdf version='1.9'><model name='one'><link name='l'><visual name='v'>{sdf_box}</visual></link></model></sdf>"
+            ),
+        ),
+        (
+            "two.xml",
+            "<mujoco model='two'><worldbody><body name='b'><geom size='1'/></body></worldbody></mujoco>".to_owned(),
+        ),
+        ("three.xacro", format!("<robot name='three' xmlns:xacro='http://ros.org/wiki/xacro'>{link}</robot>")),
+    ];
+    for (name, text) in &files {
+        let stem = name.split('.').next().unwrap();
+        // A folder, so that each is opened instead of being added.
+        place.write(&format!("apart/{stem}/{name}"), text);
+        place.write(&format!("apart/{stem}/package.xml"), "<package><name>p</name></package>");
+        page.drop_files([600.0, 300.0], &[place.path().join("apart").join(stem)]);
+        page.until(&format!(
+            "import('tatu/scene/store').then((s) => s.scene.file.includes('{name}') && s.scene.objects.size > 0)"
+        ));
+    }
+    assert!(page.wrong.is_empty(), "{:#?}", page.wrong);
+}
+
+#[test]
+#[cfg_attr(no_browser, ignore = "needs Chromium, and npm at the build")]
 fn a_folder_is_sent_again_if_the_connection_was_lost() {
     let (_place, room, _served, mut page) = empty_page();
     // The connection is closed in place of the first request for a folder.

@@ -12,10 +12,11 @@ use tatu_plugin_api::{
 /// Name of the folder for dropped files, within the folder in which scripts may open files.
 const DROP_FOLDER: &str = "dropped";
 /// Allowed extensions of a single file, and of the files that are dropped together with a scene.
-const SCENE_EXTENSIONS: &[&str] = &["toml", "ttt", "ttm", "urdf", "sdf"];
+const SCENE_EXTENSIONS: &[&str] =
+    &["toml", "ttt", "ttm", "urdf", "xacro", "sdf", "world", "xml", "mjcf", "obj", "stl", "ply", "dae", "gltf", "glb"];
 const SCENE_FOLDER_EXTENSIONS: &[&str] = &[
-    "toml", "ttt", "ttm", "urdf", "xacro", "sdf", "config", "lua", "obj", "mtl", "stl", "ply", "dae", "png", "jpg",
-    "jpeg", "svg", "csv", "json", "txt", "md",
+    "toml", "ttt", "ttm", "urdf", "xacro", "sdf", "world", "xml", "mjcf", "config", "yaml", "yml", "lua", "obj", "mtl",
+    "stl", "ply", "dae", "gltf", "glb", "bin", "msh", "png", "jpg", "jpeg", "svg", "csv", "json", "txt", "md",
 ];
 /// Maximum size of a file, bytes.
 const MAX_FILE_BYTES: usize = 64 << 20;

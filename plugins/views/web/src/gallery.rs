@@ -36,7 +36,7 @@ const TRY_PREFIX: &str = "Try:";
 pub(crate) fn list(recent: &[(PathBuf, Option<Vec<u8>>)]) -> ToPage {
     let program = program_folders();
     let mut out: Vec<SceneFile> = Vec::new();
-    for (path, picture) in recent.iter().filter(|(path, _)| is_scene(path)) {
+    for (path, picture) in recent.iter().filter(|(path, _)| can_be_opened(path)) {
         out.push(gallery_entry(GallerySection::Recent, path, &path.to_string_lossy(), picture.as_deref()));
     }
     let known: BTreeSet<PathBuf> = program.iter().filter_map(|folder| folder.canonicalize().ok()).collect();
@@ -65,7 +65,17 @@ pub(crate) fn comes_with_program(path: &Path) -> bool {
 
 /// Returns whether a path is a regular file with the extension of a scene or model.
 pub(crate) fn is_scene(path: &Path) -> bool {
-    path.is_file() && matches!(path.extension().and_then(|e| e.to_str()), Some("ttt" | "ttm" | "urdf" | "sdf" | "toml"))
+    path.is_file()
+        && matches!(
+            path.extension().and_then(|e| e.to_str()),
+            Some("ttt" | "ttm" | "urdf" | "xacro" | "sdf" | "world" | "mjcf" | "toml")
+        )
+}
+
+/// Returns whether a path is a regular file that can be opened: a scene, or a model of MuJoCo, which shares its extension
+/// with many other files and is therefore not listed.
+pub(crate) fn can_be_opened(path: &Path) -> bool {
+    is_scene(path) || path.is_file() && path.extension().is_some_and(|e| e == "xml")
 }
 
 /// Returns whether a file that comes with the program is shown as a scene. Of a model's files, only the demo is shown.

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use sha2::{Digest, Sha256};
 use tatu_services_common::state::PrivateFolder;
 
-use crate::gallery::{MAX_PICTURE_BYTES, is_png, is_scene};
+use crate::gallery::{MAX_PICTURE_BYTES, can_be_opened, is_png};
 
 /// Maximum number of stored scenes.
 const MAX_SCENES: usize = 12;
@@ -33,7 +33,7 @@ impl RecentScenes {
     /// because they do not affect the run.
     pub(crate) fn add(&mut self, scene: &Path) {
         let (Some(state), Ok(scene)) = (&self.folder, std::path::absolute(scene)) else { return };
-        if self.last_added == scene || !is_scene(&scene) || scene.to_str().is_none() {
+        if self.last_added == scene || !can_be_opened(&scene) || scene.to_str().is_none() {
             return;
         }
         self.last_added.clone_from(&scene);

@@ -15,11 +15,19 @@ import { mayClose } from "tatu/documents/scene_file";
 /** @typedef {{ name: string, file: File }} Incoming A file; the name includes the folders that contain it. */
 
 /** Extensions of files that are sent together with a scene; other files are ignored. */
-const ACCEPTED = /\.(toml|ttt|ttm|urdf|xacro|sdf|config|lua|obj|mtl|stl|ply|dae|png|jpe?g|svg|csv|json|txt|md)$/i;
+const ACCEPTED = /\.(toml|ttt|ttm|urdf|xacro|sdf|world|xml|mjcf|config|ya?ml|lua|obj|mtl|stl|ply|dae|gltf|glb|bin|msh|png|jpe?g|svg|csv|json|txt|md)$/i;
 /** Extensions of files that can be opened as a scene. */
-const OPENABLE = /\.(toml|ttt|urdf|sdf)$/i;
+const OPENABLE = /\.(toml|ttt|urdf|sdf|world|mjcf)$/i;
+/** Extensions of files that may be a robot, or only a part of one: their contents decide. */
+const PERHAPS_OPENABLE = /\.(xml|xacro)$/i;
+/** The start of a robot or a world in XML. */
+const ROBOT = /<(mujoco|robot|sdf)[\s>]/;
 /** Extensions of files that can be sent on their own. */
-const STANDALONE = /\.(toml|ttt|ttm|urdf|sdf)$/i;
+const STANDALONE = /\.(toml|ttt|ttm|urdf|xacro|sdf|world|xml|mjcf|obj|stl|ply|dae|gltf|glb)$/i;
+/** Extensions of files that are added to the open scene, if there is one. */
+const MODEL = /\.(ttm|urdf|xacro|obj|stl|ply|dae|gltf|glb)$/i;
+/** Number of bytes in which the first element of a robot's file is expected. */
+const HEAD_BYTES = 8192;
 /** Maximum number of files that are sent together; the program enforces the same limit. */
 const MAX_FILES = 1000;
 
@@ -60,13 +68,30 @@ async function unpackZip(files) {
 }
 
 /**
+ * Returns a promise of the names of the files that can be opened: scenes, and without one, robots in files of other kinds.
+ * @param {string[]} names
+ * @param {Incoming[]} files
+ */
+async function openable(names, files) {
+  const scenes = names.filter((name) => OPENABLE.test(name) && !/(^|\/)model\.toml$/i.test(name));
+  if (scenes.length) return scenes;
+  const robots = [];
+  for (const [i, { file }] of files.entries()) {
+    const name = names[i] ?? "";
+    if (PERHAPS_OPENABLE.test(name) && ROBOT.test(await file.slice(0, HEAD_BYTES).text())) robots.push(name);
+  }
+  return robots;
+}
+
+/**
  * Returns a promise of the path of the scene to be opened, or of null if there is none or the user cancels. Of all
  * scenes except `model.toml`, those in the topmost folder are considered. If there are several, returns `scene.toml` or
  * the one that the user chooses.
  * @param {string[]} names
+ * @param {Incoming[]} files
  */
-async function sceneOf(names) {
-  const scenes = names.filter((name) => OPENABLE.test(name) && !/(^|\/)model\.toml$/i.test(name));
+async function sceneOf(names, files) {
+  const scenes = await openable(names, files);
   const depth = (/** @type {string} */ name) => name.split("/").length;
   const topDepth = Math.min(...scenes.map(depth));
   const topScenes = scenes.filter((name) => depth(name) === topDepth);
@@ -89,8 +114,8 @@ async function sendTogether(all, title) {
   const topFolder = parts[0]?.[0] ?? "";
   const hasTopFolder = parts.every((p) => p.length > 1 && p[0] === topFolder);
   const names = parts.map((p) => (hasTopFolder ? p.slice(1) : p).join("/"));
-  const chosenScene = await sceneOf(names);
-  if (chosenScene === null) throw { error: `${title} cannot be opened: it contains no scene`, help: "names of scene files end with .toml, .ttt, .urdf or .sdf" };
+  const chosenScene = await sceneOf(names, files);
+  if (chosenScene === null) throw { error: `${title} cannot be opened: it contains no scene`, help: "names of scene files end with .toml or .ttt, those of robots with .urdf, .xacro, .sdf, .world, .mjcf or .xml" };
   if (!(await mayClose())) return;
   const folderName = (hasTopFolder ? topFolder : title).replace(/\.zip$/i, "").replace(/[^\p{L}\p{N} ._()+-]/gu, "_").replace(/^\.+/, "");
   // The program links the folder to the connection, so after a loss, all files are sent again.
@@ -113,7 +138,7 @@ async function sendTogether(all, title) {
  * @param {Incoming} incoming
  */
 async function sendOne({ name, file }) {
-  const isModel = /\.(ttm|urdf)$/i.test(name) && scene.objects.size > 0;
+  const isModel = MODEL.test(name) && scene.objects.size > 0;
   if (!isModel && !(await mayClose())) return;
   const path = await withRetries(() => upload(file));
   if (isModel) await edit(`Add ${name.replace(/\.\w+$/, "")}`, [["sim.loadModel", path]]);
