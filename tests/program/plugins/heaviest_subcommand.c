@@ -1,10 +1,9 @@
 // heaviest: a subcommand of the program in C.
 //   tatu heaviest --scene room.toml 2 --least_kg 5     the two heaviest shapes of at least 5 kg
-//   text, exit_code = subcommand.heaviest(count, least, skip...)
+//   text, exit_code = subcommand.heaviest(count, least, remarks...)
 #include "tatu/command.h"
 #include "tatu/host.h"
 #include <stdio.h>
-#include <string.h>
 
 enum { MOST = 100 };
 

@@ -38,8 +38,8 @@ impl DocumentBuilder<'_> {
     }
 
     /// Reads a file that an imported file names, relative to the folder of that file or as a URI (`package://`,
-    /// `model://` or `file://`). It may be beneath the permitted folders, in the package of the file, or near it. A name that
-    /// leads elsewhere is reported: those in a file from another computer refer to folders of that computer.
+    /// `model://` or `file://`). It may be beneath the permitted folders, in the package of the file, or near it. A name
+    /// that leads elsewhere is reported: those in a file from another computer refer to folders of that computer.
     pub(super) fn read_file_of_import(&mut self, folder: &Path, name: &str) -> Result<Option<Vec<u8>>> {
         if let Some(reference) = PackageReference::parse(name) {
             return match reference {
