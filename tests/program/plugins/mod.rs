@@ -4,6 +4,7 @@
 mod book;
 mod breaches;
 mod broken;
+mod check;
 mod claims;
 mod compat;
 mod configure;

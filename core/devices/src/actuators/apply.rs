@@ -191,8 +191,12 @@ fn apply(
     let before = watch.enter_batch(PluginCall::Apply, info.plugin, devices[seats[0].device].slot, seats.len());
     // SAFETY: `me` and the arrays in `table` live until the call has returned; each array has one entry per actuator of
     // the batch. The instances are alive and used by no other call.
-    let run = || info.raw.apply.map_or(TATU_OK, |f| unsafe { f(me, &table, error.raw()) });
-    let (status, moved) = protected_state::call_and_restore(run);
+    let mut run =
+        |table: &tatu_actuator_batch| info.raw.apply.map_or(TATU_OK, |f| unsafe { f(me, table, error.raw()) });
+    let (status, moved) = protected_state::call_and_restore(|| match &registry.inspector {
+        None => run(&table),
+        Some(inspector) => inspector.actuators(info, &table, &mut run),
+    });
     watch.leave(before);
     let status = error.check_status(status, false);
     let beside = s.out_of_bounds_write(seats);

@@ -13,7 +13,7 @@ use crate::{
     cell::{CommandInstance, Script, Scripts, WorldCell},
     instances::{
         InstanceRef, create_actuator, create_sensor, end_actuator, end_sensor, load_instance, params_with_defaults,
-        save_instance,
+        save_instance, saved_state_block,
     },
     run::World,
     scripts::{SaveResult, StateTransfer},
@@ -61,16 +61,10 @@ fn transfer_state(
     block: &mut dyn FnMut(&[u64]),
 ) -> Result<(), String> {
     let image = image.as_ref().map_err(Clone::clone)?;
-    let words = (life.state_bytes as usize).div_ceil(8);
-    let fits = image.version == life.version && image.state.len() == words;
-    if fits {
-        block(&image.state);
-    }
+    let (state, dropped) = saved_state_block(life, image);
+    block(&state);
     load_instance(cell, of, life, image)?;
-    if fits || image.state.is_empty() && words == 0 || life.load.is_some() {
-        return Ok(());
-    }
-    Err(format!("its saved state has version {}, but version {} is required", image.version, life.version))
+    dropped.map_or(Ok(()), Err)
 }
 
 fn params_by_key(declared: &[ParameterSpec], params: &[Value]) -> Vec<(String, Value)> {

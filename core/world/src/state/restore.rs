@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use tatu_devices::{actuators::Actuator, sense::SensorNoise};
 use tatu_errors::{Error, Result};
-use tatu_plugin_api::safe::Value;
+use tatu_plugin_api::{abi::TATU_LOG_WARNING, safe::Value};
 use tatu_scene::ObjectVariant;
 
 use super::{
@@ -43,19 +43,23 @@ pub(crate) fn check(cell: &WorldCell, snapshot: &Snapshot, allow_partial: bool) 
 /// Restores the snapshot in a world that has just been started silently.
 pub(crate) fn restore_world(cell: &WorldCell, snapshot: &Snapshot) -> Result {
     let image: CoreImage = snapshot.get("core")?;
+    let mut dropped = Vec::new();
     scripts(cell, snapshot.get("scripts")?, &image)?;
-    sensors(cell, snapshot.get("sensors")?)?;
-    actuators(cell, snapshot.get("actuators")?)?;
+    sensors(cell, snapshot.get("sensors")?, &mut dropped)?;
+    actuators(cell, snapshot.get("actuators")?, &mut dropped)?;
     core(cell, image)?;
     *cell.devices.figures.borrow_mut() = snapshot.get("figures")?;
-    plugins(cell, snapshot.get("plugins")?)?;
+    plugins(cell, snapshot.get("plugins")?, &mut dropped)?;
     *cell.run.connections.saved_services.borrow_mut() = snapshot.get("services")?;
     services(cell)?;
-    Scripts::load(cell, snapshot.get("scripts")?)?;
+    Scripts::load(cell, snapshot.get("scripts")?, &mut dropped)?;
     restore_inputs(cell, records(snapshot)?);
     let hash = hash_of(cell);
     if hash != snapshot.head.hash {
         return Err(refused("the world", format!("its hash is {hash:016x} instead of {:016x}", snapshot.head.hash)));
+    }
+    for (what, why) in dropped {
+        cell.log(TATU_LOG_WARNING, &format!("{what} starts over: {why}"));
     }
     Ok(())
 }
@@ -76,7 +80,10 @@ fn scripts(cell: &WorldCell, images: Vec<ScriptImage>, core: &CoreImage) -> Resu
     Ok(())
 }
 
-fn sensors(cell: &WorldCell, images: Vec<DeviceImage>) -> Result {
+/// Owners of state blocks that were dropped, each with the reason.
+type DroppedStates = Vec<(String, String)>;
+
+fn sensors(cell: &WorldCell, images: Vec<DeviceImage>, dropped: &mut DroppedStates) -> Result {
     let there: BTreeSet<(u32, u64)> = images.iter().map(|i| (i.slot, i.id)).collect();
     let gone = cell.devices.sensing.borrow_mut().remove_dead(|d| there.contains(&(d.slot, d.id)));
     for d in gone {
@@ -107,8 +114,10 @@ fn sensors(cell: &WorldCell, images: Vec<DeviceImage>) -> Result {
         {
             let mut sensing = cell.devices.sensing.borrow_mut();
             let d = &mut sensing.devices[index];
+            let (block, lost) = saved_state_block(life, &image.instance);
             // Plugins store the address of the block, so its contents are replaced, but not the block itself.
-            d.state.copy_from_slice(&saved_state_block(life, &image.instance));
+            d.state.copy_from_slice(&block);
+            dropped.extend(lost.map(|why| (what.clone(), why)));
             d.fields.copy_from_slice(&image.fields);
             (d.sequence, d.time, d.drawn, d.off) = (image.sequence, image.time, image.drawn, image.off);
             // The next measurement applies the sensor settings of the scene.
@@ -123,7 +132,7 @@ fn sensors(cell: &WorldCell, images: Vec<DeviceImage>) -> Result {
     Ok(())
 }
 
-fn actuators(cell: &WorldCell, images: Vec<ActuatorImage>) -> Result {
+fn actuators(cell: &WorldCell, images: Vec<ActuatorImage>, dropped: &mut DroppedStates) -> Result {
     let is_there = |d: &Actuator| images.iter().any(|i| i.object == d.object);
     let gone = cell.devices.actuators.borrow_mut().remove_dead(is_there);
     for d in gone {
@@ -142,7 +151,9 @@ fn actuators(cell: &WorldCell, images: Vec<ActuatorImage>) -> Result {
             }
             let kind = &cell.model.registry.actuators[d.kind];
             // Plugins store the address of the block, so its contents are replaced, but not the block itself.
-            d.state.copy_from_slice(&saved_state_block(&kind.life, &image.instance));
+            let (block, lost) = saved_state_block(&kind.life, &image.instance);
+            d.state.copy_from_slice(&block);
+            dropped.extend(lost.map(|why| (what.clone(), why)));
             (d.off, d.idle_reported) = (image.off, image.idle_told);
             (&kind.life, InstanceRef { plugin: kind.plugin, slot: d.slot, data: d.data })
         };
@@ -194,7 +205,7 @@ fn core(cell: &WorldCell, image: CoreImage) -> Result {
     Ok(())
 }
 
-fn plugins(cell: &WorldCell, images: Vec<(String, InstanceImage)>) -> Result {
+fn plugins(cell: &WorldCell, images: Vec<(String, InstanceImage)>, dropped: &mut DroppedStates) -> Result {
     for (id, image) in images {
         let found = cell
             .model
@@ -205,7 +216,9 @@ fn plugins(cell: &WorldCell, images: Vec<(String, InstanceImage)>) -> Result {
             .find(|(p, _)| cell.model.registry.plugins[*p].id == id);
         let (plugin, life) = found.ok_or_else(|| damaged(format!("plugin `{id}` stores no state")))?;
         if let Some(Some(instance)) = cell.devices.instances.borrow_mut().get_mut(*plugin) {
-            instance.state.copy_from_slice(&saved_state_block(life, &image));
+            let (block, lost) = saved_state_block(life, &image);
+            instance.state.copy_from_slice(&block);
+            dropped.extend(lost.map(|why| (format!("the state of the commands of `{id}`"), why)));
         }
         let of = InstanceRef { plugin: *plugin, slot: 0, data: cell.instance(*plugin).0 };
         load_instance(cell, &of, life, &image).map_err(|e| refused(format!("plugin `{id}`"), e))?;
@@ -223,7 +236,10 @@ pub(crate) fn services(cell: &WorldCell) -> Result {
             continue;
         };
         let kind = &cell.model.registry.services[service.kind];
-        let block = saved_state_block(&kind.life, &image);
+        let (block, lost) = saved_state_block(&kind.life, &image);
+        if let Some(why) = lost {
+            cell.log(TATU_LOG_WARNING, &format!("the service `{id}` starts over: {why}"));
+        }
         let mut state = service.state.borrow_mut();
         if state.len() == block.len() {
             state.copy_from_slice(&block);

@@ -40,10 +40,20 @@ pub enum ChildMessage {
         text: String,
     },
     Found(Finding),
-    /// The results of a run, for comparison by the parent: see `commands::repeat`.
-    Transcript(String),
+    /// The results of a run, each with the part of the plugin, for comparison by the parent: see `repeat`.
+    Transcript(Vec<(String, String)>),
+    /// The main part of the test is not possible for this plugin.
+    Untested,
     /// The test has finished.
     Done,
+}
+
+/// Environment variable that is set in the two processes whose transcripts are compared, to 1 or 2.
+pub const ONE_RUN: &str = "TATU_CHECK_ONE_RUN";
+
+/// Returns whether this is the second of the processes whose transcripts are compared.
+pub fn is_second_run() -> bool {
+    std::env::var_os(ONE_RUN).is_some_and(|run| run == "2")
 }
 
 /// The first activity of every test.
@@ -115,6 +125,13 @@ pub fn error(place: &str, text: impl Into<String>) {
 /// Reports a likely problem for users.
 pub fn warning(place: &str, text: impl Into<String>) {
     report_finding(FindingLevel::Warning, place, text);
+}
+
+/// Reports that the main part of a test was not possible, and why. The test then counts as not applicable unless it
+/// finds an error.
+pub fn untested(place: &str, text: impl Into<String>) {
+    send(&ChildMessage::Untested);
+    note(place, text);
 }
 
 /// Reports a remark that is not a problem.
