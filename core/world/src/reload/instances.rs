@@ -342,6 +342,8 @@ fn install_sensor(
         let mut sensing = cell.devices.sensing.borrow_mut();
         sensing.index(m.slot).map(|i| {
             let place = &mut sensing.devices[i];
+            // Its random numbers continue.
+            new.drawn = place.drawn;
             if same_fields && place.fields.len() == new.fields.len() {
                 new.fields.copy_from_slice(&place.fields);
                 (new.sequence, new.time) = (place.sequence, place.time);

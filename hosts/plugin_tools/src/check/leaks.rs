@@ -12,6 +12,7 @@ use tatu_core::{Session, document::ServiceSpec, errors::Error};
 use super::{
     damage, devices,
     finding::{self, error},
+    libc_calls,
     samples::{self, Sample},
     scripts, stage,
     subject::TestedPlugin,
@@ -22,8 +23,6 @@ const WARM_UP: usize = 4;
 const CYCLES: usize = 4;
 /// Number of measurements.
 const ROUNDS: usize = 4;
-/// Growth of the memory in use per cycle above which memory leaks, bytes.
-const LEAK_BYTES: i64 = 24;
 /// Maximum real time for one part of the plugin.
 const MAX_DURATION: Duration = Duration::from_millis(2500);
 /// Number of steps of a cycle.
@@ -43,24 +42,12 @@ impl Resources {
         let count = |folder: &str| std::fs::read_dir(folder).map_or(0, |all| all.count() as i64);
         let children = std::fs::read_to_string("/proc/thread-self/children").unwrap_or_default();
         Resources {
-            bytes: allocated_bytes(),
+            bytes: libc_calls::allocated_bytes(),
             descriptors: count("/proc/self/fd"),
             threads: count("/proc/self/task"),
             children: children.split_whitespace().count() as i64,
         }
     }
-}
-
-/// Returns the number of bytes that are allocated from the C library.
-#[cfg(all(target_os = "linux", target_env = "gnu"))]
-fn allocated_bytes() -> i64 {
-    // SAFETY: the function has no arguments and no preconditions.
-    let info = unsafe { libc::mallinfo2() };
-    (info.uordblks + info.hblkhd) as i64
-}
-#[cfg(not(all(target_os = "linux", target_env = "gnu")))]
-fn allocated_bytes() -> i64 {
-    0
 }
 
 /// Repeats a cycle and returns by how much each resource has grown per cycle, in every round. Returns `None` if there
@@ -80,7 +67,7 @@ fn growth(mut cycle: impl FnMut() -> Result<(), Error>) -> Result<Option<[i64; 4
         let n = CYCLES as i64;
         // Descriptors and threads that remain are counted in full, even if not every cycle leaves one.
         let grown = [
-            (now.bytes - before.bytes) / n,
+            (now.bytes - before.bytes).div_euclid(n),
             now.descriptors - before.descriptors,
             now.threads - before.threads,
             now.children - before.children,
@@ -94,13 +81,12 @@ fn growth(mut cycle: impl FnMut() -> Result<(), Error>) -> Result<Option<[i64; 4
     Ok(least)
 }
 
-/// Tests a cycle. `base` is the growth of the memory in such a cycle without the plugin.
-fn test(place: &str, what: &str, base: i64, cycle: impl FnMut() -> Result<(), Error>) -> Result<(), Error> {
+/// Tests a cycle.
+fn test(place: &str, what: &str, cycle: impl FnMut() -> Result<(), Error>) -> Result<(), Error> {
     finding::report_activity(place, format!("when {what} again and again"));
     let Some([bytes, descriptors, threads, children]) = growth(cycle)? else { return Ok(()) };
-    if bytes - base.max(0) >= LEAK_BYTES {
-        let leak = bytes - base.max(0);
-        error(place, format!("memory leaks: {leak} bytes remain allocated each time {what}"));
+    if bytes > 0 {
+        error(place, format!("memory leaks: {bytes} bytes remain allocated each time {what}"));
     }
     if descriptors > 0 {
         error(place, format!("descriptors leak: files or sockets stay open after {what}"));
@@ -130,36 +116,27 @@ fn cycle(subject: &TestedPlugin, scene: &str, files: &[(&str, &[u8])]) -> Result
 pub fn leaks(file: &Path) -> Result<(), Error> {
     let subject = TestedPlugin::load(file)?;
     subject.spy.guards.store(false, Relaxed);
-    let empty = stage::scene("", "return");
-    let base = |scene: &str, files: &[(&str, &[u8])]| -> Result<i64, Error> {
-        Ok(growth(|| cycle(&subject, scene, files))?.map_or(0, |g| g[0]))
-    };
-    let has_devices = subject.own_sensors().next().is_some() || subject.own_actuators().next().is_some();
-    if has_devices {
-        let base = base(&stage::scene("", ""), &[])?;
-        for s in subject.own_sensors() {
-            let (place, Some(lines)) = (format!("sensor `{}`", s.id), stage::required(&s.params)) else { continue };
-            let scene = devices::sensor_scene(s, |_| lines.clone());
-            test(&place, "sensors are created, measured and destroyed", base, || cycle(&subject, &scene, &[]))?;
-        }
-        for a in subject.own_actuators() {
-            let (place, Some(lines)) = (format!("actuator `{}`", a.id), devices::actuator_lines(a)) else { continue };
-            let scene = devices::actuator_scene(&a.id, &lines);
-            test(&place, "actuators are created, applied and destroyed", base, || cycle(&subject, &scene, &[]))?;
-        }
+    libc_calls::record_allocations();
+    for s in subject.own_sensors() {
+        let (place, Some(lines)) = (format!("sensor `{}`", s.id), stage::required(&s.params)) else { continue };
+        let scene = devices::sensor_scene(s, |_| lines.clone());
+        test(&place, "sensors are created, measured and destroyed", || cycle(&subject, &scene, &[]))?;
+    }
+    for a in subject.own_actuators() {
+        let (place, Some(lines)) = (format!("actuator `{}`", a.id), devices::actuator_lines(a)) else { continue };
+        let scene = devices::actuator_scene(&a.id, &lines);
+        test(&place, "actuators are created, applied and destroyed", || cycle(&subject, &scene, &[]))?;
     }
     if subject.own_commands().next().is_some() {
-        let files: [(&str, &[u8]); 1] = [("check.lua", b"return")];
-        let base = base(&empty, &files)?;
         let all = scripts::ordinary_script(&subject);
         let scene = stage::scene("", &all);
         let files = [("check.lua", all.as_bytes())];
-        test("", "a world in which its commands are called ends", base, || cycle(&subject, &scene, &files))?;
+        test("", "a world in which its commands are called ends", || cycle(&subject, &scene, &files))?;
     }
     for sample in samples::all(&subject) {
         let files: Vec<(&str, &[u8])> = sample.files.iter().map(|(n, b)| (n.as_str(), b.as_slice())).collect();
         let what = "a world that uses it ends";
-        test(&sample.place, what, 0, || cycle(&subject, &sample.scene, &files))?;
+        test(&sample.place, what, || cycle(&subject, &sample.scene, &files))?;
     }
     importers(&subject)?;
     services(&subject)
@@ -173,7 +150,7 @@ fn importers(subject: &TestedPlugin) -> Result<(), Error> {
         let broken = damage::damaged(bytes).into_iter().filter_map(|(_, bytes)| samples::import(i, &bytes));
         let broken: Vec<Sample> = broken.filter(|s| samples::outcome(subject, s).is_err()).collect();
         let few: Vec<&Sample> = broken.iter().step_by((broken.len() / 6).max(1)).collect();
-        test(&sample.place, "a malformed file is read", 0, || {
+        test(&sample.place, "a malformed file is read", || {
             few.iter().for_each(|s| drop(samples::outcome(subject, s)));
             Ok(())
         })?;
@@ -205,7 +182,7 @@ fn services(subject: &TestedPlugin) -> Result<(), Error> {
         };
         // A service that cannot be started here, because a port is in use for instance, is not tested.
         if start().is_ok() {
-            test(&format!("service `{}`", s.id), "a session with it ends", 0, start)?;
+            test(&format!("service `{}`", s.id), "a session with it ends", start)?;
         }
     }
     Ok(())

@@ -81,7 +81,8 @@ pub fn run(test: &'static str, text: &'static str, library: &Path, timeout: u64)
     }
     findings.dedup();
     let is_error = |f: &Finding| f.level == FindingLevel::Error;
-    let tried = findings.iter().any(is_error) || ran.is_ok_and(|r| r.tested && !r.untested);
+    let is_tested = |r: ChildResult| (r.tested || !findings.is_empty()) && !r.untested;
+    let tried = findings.iter().any(is_error) || ran.is_ok_and(is_tested);
     TestOutcome { test, text, tried, seconds: begin.elapsed().as_secs_f64(), findings }
 }
 

@@ -4,9 +4,11 @@
 //! them with the functions of this folder, which report calls that the rules forbid, and then call the originals. Only
 //! the plugin and the libraries that were loaded because of it are affected, not the host.
 //!
-//! - `rules`: the calls that are forbidden; `clocks`: clocks that run differently; `redirect`: finds and replaces
-//!   addresses in loaded libraries; `watch`: the functions.
+//! - `rules`: the calls that are forbidden; `clocks`: clocks that run differently; `allocations`: memory in use;
+//!   `redirect`: finds and replaces addresses in loaded libraries; `watch`: the functions.
 
+#[cfg(all(target_os = "linux", target_env = "gnu", target_pointer_width = "64"))]
+mod allocations;
 #[cfg(all(target_os = "linux", target_env = "gnu", target_pointer_width = "64"))]
 mod clocks;
 #[cfg(all(target_os = "linux", target_env = "gnu", target_pointer_width = "64"))]
@@ -18,6 +20,7 @@ mod watch;
 
 #[cfg(all(target_os = "linux", target_env = "gnu", target_pointer_width = "64"))]
 pub use self::{
+    allocations::{allocated_bytes, record_allocations},
     clocks::use_other_clocks,
     watch::{LoadedBefore, watch},
 };
@@ -36,4 +39,8 @@ mod elsewhere {
     }
     pub fn watch(_: usize, _: &str, _: &LoadedBefore, _: &std::path::Path) {}
     pub fn use_other_clocks() {}
+    pub fn record_allocations() {}
+    pub fn allocated_bytes() -> i64 {
+        0
+    }
 }

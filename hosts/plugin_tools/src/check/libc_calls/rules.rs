@@ -86,6 +86,14 @@ pub fn report(name: &str, rule: Rule, args: Arguments) {
     tell(call, name, why);
 }
 
+/// Reports a single allocation of this size.
+pub fn report_allocation(name: &str, bytes: usize) {
+    if let Some(call) = running_call() {
+        let text = format!("it requests {bytes} bytes at once: sizes that a file or a caller states must be checked");
+        tell(call, name, &text);
+    }
+}
+
 fn tell(call: PluginCall, name: &str, why: &str) {
     let text = format!("`{}` calls `{name}`: {why}", call.text());
     finding::error(&finding::current_place(), text);

@@ -9,7 +9,7 @@ use std::{
 use libc::c_void;
 
 use super::{
-    clocks, redirect,
+    allocations, clocks, redirect,
     rules::{ASSETS, PLUGIN, Rule, report},
 };
 
@@ -110,6 +110,8 @@ pub fn watch(plugin: usize, library: &str, before: &LoadedBefore, assets: &Path)
     }
     doubles.push(("drand48", drand48 as *const c_void));
     doubles.extend(clocks::doubles());
+    let memory = allocations::doubles();
+    doubles.extend(memory);
     let _ = ASSETS.set(assets.display().to_string());
     PLUGIN.store(plugin + 1, Relaxed);
     for loaded in redirect::loaded_libraries() {
@@ -117,6 +119,10 @@ pub fn watch(plugin: usize, library: &str, before: &LoadedBefore, assets: &Path)
         let is_new = !before.0.contains(&loaded.name) && !loaded.name.contains("tatu_");
         if is_new || loaded.name.contains(library) {
             redirect::redirect(&loaded, &doubles);
+        } else if loaded.name.starts_with("libstdc++") {
+            // Templates that are compiled into the plugin release memory that this library has allocated, and vice
+            // versa.
+            redirect::redirect(&loaded, &memory);
         }
     }
 }
