@@ -5,7 +5,7 @@
 
 use serde_json::Value;
 
-use crate::kit::*;
+use crate::kit::{plugin_sources::compile_with, *};
 
 /// Compiles a plugin with these offers into `mine`.
 fn plugin(code: &str, offers: &str, more: &[&str]) -> TestFolder {

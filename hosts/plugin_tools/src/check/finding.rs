@@ -2,7 +2,10 @@
 
 use std::{
     io::Write,
-    sync::{Mutex, PoisonError},
+    sync::{
+        Mutex, PoisonError,
+        atomic::{AtomicBool, Ordering::Relaxed},
+    },
 };
 
 use serde::{Deserialize, Serialize};
@@ -62,8 +65,33 @@ pub const LOADING_ACTIVITY: &str = "when it is loaded";
 /// The prefix of each line that the child sends.
 pub const LINE_PREFIX: &str = "tatu-check ";
 
+/// Whether findings are printed for people, because the test runs in the process of the program.
+static FOR_PEOPLE: AtomicBool = AtomicBool::new(false);
+static HAS_ERRORS: AtomicBool = AtomicBool::new(false);
+
+/// From now on, prints findings for people instead of sending them to a parent.
+pub fn print_for_people() {
+    FOR_PEOPLE.store(true, Relaxed);
+}
+
+/// Returns whether an error was printed for people.
+pub fn has_errors() -> bool {
+    HAS_ERRORS.load(Relaxed)
+}
+
 /// Sends a line to the parent without buffering, so that it is not lost if the next call crashes.
 pub fn send(line: &ChildMessage) {
+    if FOR_PEOPLE.load(Relaxed) {
+        match line {
+            ChildMessage::Found(f) => {
+                HAS_ERRORS.fetch_or(f.level == FindingLevel::Error, Relaxed);
+                tatu_terminal::report::out!("{:?}: {}: {}", f.level, f.place, f.text);
+            }
+            ChildMessage::At { place, text } => tatu_terminal::report::out!("{place} {text}"),
+            _ => {}
+        }
+        return;
+    }
     let Ok(json) = serde_json::to_string(line) else { return };
     let line = format!("{LINE_PREFIX}{json}\n");
     #[cfg(unix)]

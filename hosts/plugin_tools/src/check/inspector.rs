@@ -272,16 +272,20 @@ pub fn place(command: &CommandEntry) -> String {
 }
 
 /// Returns whether a word is the address of memory that is currently mapped in this process.
+#[cfg(target_os = "linux")]
 fn is_address(word: u64) -> bool {
     let user = 0x1_0000..1 << 47;
     if !user.contains(&word) {
         return false;
     }
-    let Ok(maps) = std::fs::read_to_string("/proc/self/maps") else { return false };
-    maps.lines().any(|line| {
-        let range = line.split(' ').next().and_then(|r| r.split_once('-'));
-        let parsed =
-            range.and_then(|(a, b)| Some((u64::from_str_radix(a, 16).ok()?, u64::from_str_radix(b, 16).ok()?)));
-        parsed.is_some_and(|(begin, end)| (begin..end).contains(&word))
-    })
+    // SAFETY: `sysconf` has no pointer arguments; `mincore` only looks up the page, and writes one byte to `resident`.
+    unsafe {
+        let page = libc::sysconf(libc::_SC_PAGESIZE) as u64;
+        let mut resident = 0u8;
+        libc::mincore((word & !(page - 1)) as *mut libc::c_void, 1, &raw mut resident) == 0
+    }
+}
+#[cfg(not(target_os = "linux"))]
+fn is_address(_: u64) -> bool {
+    false
 }

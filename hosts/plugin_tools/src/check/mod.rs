@@ -1,7 +1,7 @@
 //! `tatu plugin check`: tests a plugin against the rules of the ABI. Each test runs in a separate process.
 //!
 //! - this file: the arguments, the list of tests, the exit code; `process`: runs one test in a child process;
-//! - `config`: `tatu-check.toml`; `report`: output as text, as JSON, and as GitHub annotations;
+//! - `sanitize`: builds a project with sanitizers; `config`: `tatu-check.toml`; `report`: output as text, as JSON, and as GitHub annotations;
 //! - `subject`: the plugin under test in the child; `finding`: findings, and how the child sends them;
 //! - `inspector`: watches calls at the ABI, with `argument_pages` for the arguments of commands, and `sensor_probes`,
 //!   `actuator_probes`, `batch_copy`, `judge` and `units` for the batches of devices; `guard_handler`: names the guard
@@ -32,6 +32,7 @@ mod process;
 mod repeat;
 mod report;
 mod samples;
+mod sanitize;
 mod scripts;
 mod sensor_probes;
 mod services;
@@ -84,6 +85,12 @@ pub struct PluginCheckArgs {
     /// Use this file instead of searching for tatu-check.toml.
     #[arg(long, value_name = "FILE")]
     pub config: Option<PathBuf>,
+    /// Build the project with the address and undefined-behaviour sanitizers of its compiler, and test that.
+    #[arg(long)]
+    pub sanitize: bool,
+    /// Run a single test, given by `--only`, in this process, for a debugger.
+    #[arg(long)]
+    pub in_process: bool,
     /// Run this test in this process; used by the program for its child processes.
     #[arg(long, hide = true)]
     pub run: Option<String>,
@@ -193,7 +200,19 @@ pub fn check(args: &PluginCheckArgs) -> ExitCode {
         return ExitCode::SUCCESS;
     }
     let file = &args.file;
-    let ready = process::library(file).and_then(|library| {
+    let mut sanitized = None;
+    if args.sanitize {
+        match sanitize::build_sanitized(file) {
+            Ok(built) => sanitized = Some(built),
+            Err(e) => {
+                messages::error(&e);
+                return ExitCode::from(2);
+            }
+        }
+    }
+    let preload = sanitized.as_ref().map(|s| s.preload.as_path());
+    let library = sanitized.as_ref().map_or_else(|| process::library(file), |s| Ok(s.library.clone()));
+    let ready = library.and_then(|library| {
         if let Some(name) = &args.run {
             return Ok((library, CheckConfig::default(), vec![test(name)?]));
         }
@@ -211,8 +230,11 @@ pub fn check(args: &PluginCheckArgs) -> ExitCode {
     if args.run.is_some() {
         return process::run_in_child(tests[0].run, &library);
     }
+    if args.in_process {
+        return in_process(&tests, &library);
+    }
     let outcomes = run_all(&tests, |test| {
-        let mut outcome = process::run(test.name, test.text, &library, args.timeout);
+        let mut outcome = process::run(test.name, test.text, &library, args.timeout, preload);
         outcome.findings.retain(|f| !config.allows(test.name, f));
         outcome
     }, |outcome| {
@@ -230,6 +252,24 @@ pub fn check(args: &PluginCheckArgs) -> ExitCode {
     }
     let failed = outcomes.iter().any(|o| o.findings.iter().any(|f| f.level == FindingLevel::Error));
     if failed { ExitCode::FAILURE } else { ExitCode::SUCCESS }
+}
+
+/// Runs a single test in this process, where a debugger can follow it.
+fn in_process(tests: &[&CheckTest], library: &Path) -> ExitCode {
+    let [test] = tests else {
+        let error = Error::new("E102", format!("`--in-process` runs one test, but {} are chosen", tests.len()));
+        messages::error(&error.help("choose it by `--only TEST`"));
+        return ExitCode::from(2);
+    };
+    finding::print_for_people();
+    match (test.run)(library) {
+        Err(e) => {
+            messages::error(&e);
+            ExitCode::FAILURE
+        }
+        Ok(()) if finding::has_errors() => ExitCode::FAILURE,
+        Ok(()) => ExitCode::SUCCESS,
+    }
 }
 
 /// Number of tests that run at the same time.

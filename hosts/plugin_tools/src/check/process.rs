@@ -16,6 +16,7 @@ use super::{
     finding::{self, ChildMessage, Finding, FindingLevel, LINE_PREFIX, ONE_RUN},
     guard_handler,
     report::TestOutcome,
+    sanitize,
 };
 use tatu_terminal::report::CRASH_HELP;
 
@@ -71,9 +72,15 @@ pub fn run_in_child(test: fn(&Path) -> Result<(), Error>, library: &Path) -> Exi
 }
 
 /// Runs a test in a child process, and collects its findings.
-pub fn run(test: &'static str, text: &'static str, library: &Path, timeout: u64) -> TestOutcome {
+pub fn run(
+    test: &'static str,
+    text: &'static str,
+    library: &Path,
+    timeout: u64,
+    preload: Option<&Path>,
+) -> TestOutcome {
     let begin = Instant::now();
-    let ran = ChildResult::of(test, library, Duration::from_secs(timeout), None);
+    let ran = ChildResult::of(test, library, Duration::from_secs(timeout), None, preload);
     let mut findings = ran.as_ref().map(|r| r.findings.clone()).unwrap_or_default();
     match &ran {
         Ok(ran) => findings.extend(ran.abnormal_end()),
@@ -108,8 +115,14 @@ pub struct ChildResult {
 impl ChildResult {
     /// Starts a child process for a test, waits until it ends, and reads its output.
     ///
-    /// If `one_run` is set, the child sends the transcript of a single run instead of comparing two: run 1 or 2.
-    pub fn of(test: &str, library: &Path, timeout: Duration, one_run: Option<u32>) -> Result<Self, String> {
+    /// `preload` is the library of a sanitizer. If `one_run` is set, the child sends the transcript of a single run instead of comparing two: run 1 or 2.
+    pub fn of(
+        test: &str,
+        library: &Path,
+        timeout: Duration,
+        one_run: Option<u32>,
+        preload: Option<&Path>,
+    ) -> Result<Self, String> {
         let folder = tempfile::tempdir().map_err(|e| format!("cannot create a folder for the test: {e}"))?;
         let mut command = restart_command().map_err(|e| format!("cannot find this program: {e}"))?;
         let library = library.canonicalize().map_err(|e| format!("cannot read {}: {e}", library.display()))?;
@@ -117,6 +130,9 @@ impl ChildResult {
             Some(run) => command.env(ONE_RUN, run.to_string()),
             None => command.env_remove(ONE_RUN),
         };
+        if let Some(preload) = preload {
+            command.env("LD_PRELOAD", preload).envs(sanitize::OPTIONS);
+        }
         // The results must not depend on the time zone and the language of the user.
         if one_run == Some(2) {
             command.envs([("TZ", "Asia/Kathmandu"), ("LANG", "C"), ("USER", "somebody")]);
@@ -213,6 +229,9 @@ impl ChildResult {
 
     /// Describes how a process ended before its test was finished.
     fn ended(&self, status: ExitStatus) -> String {
+        if let Some(error) = sanitize::error_in(&self.errors) {
+            return format!("the sanitizer reports: {error}");
+        }
         #[cfg(unix)]
         if let Some(signal) = std::os::unix::process::ExitStatusExt::signal(&status) {
             let name = match signal {
