@@ -206,16 +206,21 @@ pub fn configure(file: &Path) -> Result<(), Error> {
     Ok(())
 }
 
-/// Returns a script that sets a parameter of all sensors before the first measurement.
-fn set_script(id: &str, p: &ParameterSpec, value: &Value) -> String {
-    let value = match value {
+/// Returns the value of a parameter as an expression in Lua.
+pub fn lua_value(value: &Value) -> Option<String> {
+    Some(match value {
         Value::Text(t) => format!("{:?}", String::from_utf8_lossy(t)),
         Value::Floats(f) => format!("{{{}}}", f.iter().map(|x| format!("{x:?}")).collect::<Vec<_>>().join(", ")),
         Value::Float(x) => format!("{x:?}"),
         Value::Int(i) => i.to_string(),
         Value::Bool(b) => b.to_string(),
-        _ => "nil".into(),
-    };
+        _ => return None,
+    })
+}
+
+/// Returns a script that sets a parameter of all sensors before the first measurement.
+fn set_script(id: &str, p: &ParameterSpec, value: &Value) -> String {
+    let value = lua_value(value).unwrap_or_else(|| "nil".into());
     let names = "{'/s0', '/s1', '/s2', '/s3', '/body/s4'}";
     format!(
         "function sysCall_init()\n  for _, name in ipairs({names}) do\n    local ok, why = pcall(tatu.set, sim.getObject(name), '{id}.{}', {value})\n    if not ok then print('@check refused ' .. why) end\n  end\nend\n",

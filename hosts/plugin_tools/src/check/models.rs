@@ -2,7 +2,9 @@
 
 use std::path::Path;
 
-use tatu_core::{World, beams::bounds, errors::Error, plugins::Model, scene::visible_parts};
+use tatu_core::{
+    World, beams::bounds, errors::Error, plugins::Model, scene::visible_parts, state::fingerprint,
+};
 
 use super::{
     finding::{self, error, note, untested},
@@ -100,9 +102,9 @@ fn model(subject: &TestedPlugin, m: &Model, place: &str, lines: &str) -> Result<
     standing(subject, m, place, lines)
 }
 
-/// Returns a hash of a world that has not been started.
+/// Returns a hash of everything that was built.
 fn hash_of(world: &World) -> u64 {
-    world.hash().total
+    fingerprint(&world.document())
 }
 
 /// Tests the tables of a model against each other.

@@ -46,9 +46,14 @@ fn device_scenes(subject: &TestedPlugin) -> Vec<DeviceScene> {
     sensors.chain(actuators).collect()
 }
 
-/// Runs a scene with a probe.
-fn run(subject: &TestedPlugin, scene: &str, probe: DeviceProbe, is_pure: bool) -> Result<(), Error> {
-    let world = subject.world(scene, &[], 1)?;
+/// Runs a scene with a probe. `script` is that of the scene, if it has one.
+fn run(
+    subject: &TestedPlugin,
+    (scene, script): (&str, &str),
+    probe: DeviceProbe,
+    is_pure: bool,
+) -> Result<(), Error> {
+    let world = subject.world(scene, &[("check.lua", script.as_bytes())], 1)?;
     world.start();
     subject.set_probe(probe, is_pure);
     (0..RUN_STEPS).for_each(|_| {
@@ -83,12 +88,36 @@ pub fn batches(file: &Path) -> Result<(), Error> {
         finding::report_activity(&place, "when its state is saved");
         let is_pure = is_pure(&subject, &scene)?;
         finding::report_activity(&place, "when a batch is repeated");
-        run(&subject, &scene, DeviceProbe::Again, is_pure)?;
+        run(&subject, (&scene, ""), DeviceProbe::Again, is_pure)?;
     }
     for s in subject.own_sensors() {
+        different_states(&subject, s)?;
         neighbours(&subject, s)?;
     }
     Ok(())
+}
+
+/// Repeats batches of sensors whose states differ, because a parameter of some of them was changed during the run.
+fn different_states(subject: &TestedPlugin, s: &SensorKind) -> Result<(), Error> {
+    let (place, Some(lines)) = (format!("sensor `{}`", s.id), stage::required(&s.params)) else { return Ok(()) };
+    let fixed = TATU_PARAM_REBUILDS | TATU_PARAM_READ_ONLY;
+    let Some((p, value)) = s.params.iter().filter(|p| p.flags & fixed == 0).find_map(|p| {
+        let value = stage::valid_values(p).into_iter().find(|v| *v != p.fallback)?;
+        Some((p, devices::lua_value(&value)?))
+    }) else {
+        return Ok(());
+    };
+    let script = format!(
+        "local steps = 0\nfunction sysCall_actuation()\n  steps = steps + 1\n  if steps == 2 then\n    for _, name in \
+         ipairs({{'/s0', '/s2'}}) do pcall(tatu.set, sim.getObject(name), '{}.{}', {value}) end\n  end\nend\n",
+        s.id, p.key
+    );
+    let all = stage::SENSOR_PLACES.iter().enumerate();
+    let table: String = all.map(|(i, at)| devices::device("sensor", &s.id, &format!("s{i}"), at, &lines)).collect();
+    let scene = stage::scene(&table, &script);
+    finding::report_activity(&place, "when a batch with different states is repeated");
+    let is_pure = is_pure(subject, &devices::sensor_scene(s, |_| lines.clone()))?;
+    run(subject, (&scene, &script), DeviceProbe::Again, is_pure)
 }
 
 /// Tests that a sensor does not depend on the parameters of others: each second sensor gets another value.
@@ -141,7 +170,7 @@ pub fn extremes(file: &Path) -> Result<(), Error> {
     let subject = TestedPlugin::load(file)?;
     for DeviceScene { place, scene } in device_scenes(&subject) {
         finding::report_activity(&place, "with unusual inputs");
-        run(&subject, &scene, DeviceProbe::Extremes, false)?;
+        run(&subject, (&scene, ""), DeviceProbe::Extremes, false)?;
     }
     Ok(())
 }
@@ -174,7 +203,7 @@ pub fn units(file: &Path) -> Result<(), Error> {
     }
     for DeviceScene { place, scene } in device_scenes(&subject) {
         finding::report_activity(&place, "when its units are compared");
-        run(&subject, &scene, DeviceProbe::Units, false)?;
+        run(&subject, (&scene, ""), DeviceProbe::Units, false)?;
     }
     Ok(())
 }

@@ -3,7 +3,7 @@
 
 use std::{path::Path, time::Duration};
 
-use tatu_core::errors::Error;
+use tatu_core::{errors::Error, state::fingerprint};
 
 use super::{
     commands, devices,
@@ -80,6 +80,7 @@ fn transcript(file: &Path) -> Result<(), Error> {
         finding::report_activity(&sample.place, "when it is used");
         let files: Vec<(&str, &[u8])> = sample.files.iter().map(|(n, b)| (n.as_str(), b.as_slice())).collect();
         let Ok(world) = subject.world(&sample.scene, &files, 1) else { continue };
+        out.push((sample.place.clone(), format!("builds {:016x}", fingerprint(&world.document()))));
         world.start();
         for _ in 0..RUN_STEPS {
             world.step();

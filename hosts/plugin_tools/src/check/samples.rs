@@ -134,11 +134,11 @@ fn is_run(subject: &TestedPlugin, sample: &Sample) -> bool {
     runs
 }
 
-/// Loads the scene of a sample. Returns the line and the message of the error, if there is one.
-pub fn outcome(subject: &TestedPlugin, sample: &Sample) -> Result<(), (usize, String)> {
+/// Loads the scene of a sample. Returns the number of objects, or the line and the message of the error.
+pub fn outcome(subject: &TestedPlugin, sample: &Sample) -> Result<usize, (usize, String)> {
     let files: Vec<(&str, &[u8])> = sample.files.iter().map(|(n, b)| (n.as_str(), b.as_slice())).collect();
     match subject.document(&sample.scene, &files) {
-        Ok(_) => Ok(()),
+        Ok(document) => Ok(document.objects.len()),
         Err(e) => Err((e.place.as_ref().map_or(0, |p| p.line), e.text)),
     }
 }
@@ -209,35 +209,36 @@ fn composed_file(subject: &TestedPlugin, importer: &Importer) -> Option<Sample> 
         let parts = (!word.is_empty()).then_some(word).into_iter().chain(std::iter::repeat_n(number, count));
         parts.collect::<Vec<_>>().join(" ")
     };
+    let mut best = None;
     for head in heads {
         let mut text = if head.is_empty() { String::new() } else { format!("{head}\n") };
         let mut lines = text.lines().count();
-        while lines < MAX_LINES {
-            let reached = |text: &str| -> Option<usize> {
-                let sample = import(importer, text.as_bytes())?;
-                match outcome(subject, &sample) {
-                    Ok(()) => Some(usize::MAX),
-                    Err((_, why)) if why.contains("found nothing") => Some(lines + 1),
-                    Err((at, _)) => Some(at),
-                }
-            };
-            if lines > 0 && reached(&text) == Some(usize::MAX) {
-                return import(importer, text.as_bytes());
+        // How far a text was read: the line of the error, or all of it, and then the number of objects.
+        let reached = |text: &str, lines: usize| -> (usize, usize) {
+            match import(importer, text.as_bytes()).map(|sample| outcome(subject, &sample)) {
+                Some(Ok(objects)) => (usize::MAX, objects),
+                Some(Err((_, why))) if why.contains("found nothing") => (lines + 1, 0),
+                Some(Err((at, _))) => (at, 0),
+                None => (0, 0),
             }
+        };
+        let mut before = reached(&text, lines);
+        while lines < MAX_LINES {
             let candidates = words.iter().flat_map(|w| (0..8).map(move |n| (w, n)));
             let candidates = candidates.flat_map(|(w, n)| ["1", "0.5"].map(|x| format!("{text}{}\n", line(w, n, x))));
-            let before = reached(&text).unwrap_or(0);
+            let is_further = |at: (usize, usize)| at > before && at.0 > lines;
             let next = { candidates }
                 .take_while(|_| Instant::now() < end)
-                .map(|c| (reached(&c).unwrap_or(0), c))
-                .find(|(at, c)| *at > before.max(lines) && c.lines().count() > lines);
+                .map(|c| (reached(&c, lines), c))
+                .find(|(at, _)| is_further(*at));
             let Some((at, next)) = next else { break };
-            if at == usize::MAX {
-                return import(importer, next.as_bytes());
-            }
-            text = next;
+            (before, text) = (at, next);
             lines += 1;
         }
+        if before.0 == usize::MAX && before.1 > 0 && lines > 0 {
+            best = import(importer, text.as_bytes());
+            break;
+        }
     }
-    None
+    best
 }

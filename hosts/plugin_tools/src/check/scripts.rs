@@ -10,22 +10,24 @@ use super::{stage, subject::TestedPlugin};
 /// Maximum number of calls to one command in the test `arguments`.
 const MAX_CALLS: usize = 160;
 
-/// Returns a script that calls each command twice per step with ordinary arguments, and reports the results.
+/// Returns a script that calls each command twice per step with ordinary arguments, once without those that may be
+/// omitted, and reports the results.
 pub fn ordinary_script(subject: &TestedPlugin) -> String {
     let mut body = String::new();
     for c in subject.own_commands() {
-        let args = valid_arguments(c).join(", ");
-        for _ in 0..2 {
-            let _ = writeln!(body, "    try({}, 'ordinary', {args})", quoted(c.name().as_bytes()));
+        let all = valid_arguments(c);
+        let needed = c.params.iter().rposition(|p| p.flags & TATU_PARAM_OPTIONAL == 0).map_or(0, |last| last + 1);
+        for args in [&all[..], &all[..needed.min(all.len())]] {
+            let _ = writeln!(body, "    try({}, 'ordinary', {})", quoted(c.name().as_bytes()), args.join(", "));
         }
     }
     body = body.replace(", )", ")");
     format!("{LUA_HELPERS}\nfunction sysCall_actuation()\n{body}end\n")
 }
 
-/// Returns a script like [`ordinary_script`] that calls the commands in reverse order after some steps, so that those
+/// Returns a script like [`ordinary_script`] that calls the commands in reverse order from step `turn` on, so that those
 /// which read come before those which write: what a snapshot has lost would be written again otherwise.
-pub fn halves_script(subject: &TestedPlugin, steps: usize) -> String {
+pub fn turning_script(subject: &TestedPlugin, turn: usize) -> String {
     let call = |c: &CommandEntry| {
         let args = valid_arguments(c).join(", ");
         format!("try({}, 'ordinary', {args})\n", quoted(c.name().as_bytes())).replace(", )", ")")
@@ -37,7 +39,7 @@ pub fn halves_script(subject: &TestedPlugin, steps: usize) -> String {
     all.sort_by_key(|c| c.params.len());
     let backward: String = all.iter().map(|c| call(c)).collect();
     format!(
-        "{LUA_HELPERS}\nlocal steps = 0\nfunction sysCall_actuation()\n  steps = steps + 1\n  if steps > {steps} then\n\
+        "{LUA_HELPERS}\nlocal steps = 0\nfunction sysCall_actuation()\n  steps = steps + 1\n  if steps >= {turn} then\n\
          {backward}  else\n{forward}  end\nend\n"
     )
 }

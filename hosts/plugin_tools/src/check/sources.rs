@@ -5,7 +5,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-use tatu_core::{errors::Error, plugins::border};
+use tatu_core::{errors::Error, plugins::border, state::fingerprint};
 use tatu_plugin_api::abi::*;
 
 use super::{
@@ -100,7 +100,7 @@ fn valid_file(subject: &TestedPlugin, i: &tatu_core::plugins::Importer, sample: 
         world.start();
         world.step();
         subject.report_faults(&world);
-        let hash = world.hash().total;
+        let hash = fingerprint(&world.document());
         world.end();
         Ok(hash)
     };

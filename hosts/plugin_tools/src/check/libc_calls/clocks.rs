@@ -12,11 +12,14 @@ static IS_OTHER: AtomicBool = AtomicBool::new(false);
 const SPEED: i128 = 5000;
 /// The difference of the other date, s: 101 days, 7 hours, 13 minutes and 17 seconds.
 const SHIFT_S: i128 = ((101 * 24 + 7) * 60 + 13) * 60 + 17;
+/// The difference of the time since the start of the computer and of the process, s.
+const UPTIME_SHIFT_S: i128 = 5 * 3600 + 1234;
 const NS_PER_S: i128 = 1_000_000_000;
 
 /// From now on, lets the plugin's calls on threads of the host read clocks that show another date and are much faster.
 /// What depends on the time of day, or happens only after some time, then differs from a run with the computer's clock.
 pub fn use_other_clocks() {
+    since_start();
     IS_OTHER.store(true, Relaxed);
 }
 
@@ -43,8 +46,8 @@ fn now(id: clockid_t) -> Option<i128> {
     if !IS_OTHER.load(Relaxed) || running_call().is_none() {
         return Some(real);
     }
-    let date = if id == libc::CLOCK_REALTIME || id == libc::CLOCK_REALTIME_COARSE { SHIFT_S * NS_PER_S } else { 0 };
-    Some(real + date + (SPEED - 1) * since_start())
+    let date = if id == libc::CLOCK_REALTIME || id == libc::CLOCK_REALTIME_COARSE { SHIFT_S } else { UPTIME_SHIFT_S };
+    Some(real + date * NS_PER_S + (SPEED - 1) * since_start())
 }
 
 /// Returns the time since the first call of this function, ns.
