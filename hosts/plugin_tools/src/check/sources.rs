@@ -23,10 +23,10 @@ const BREACHES: [&str; 2] = ["broke the contract", "panicked"];
 /// Runs the test `importers`.
 pub fn importers(file: &Path) -> Result<(), Error> {
     let subject = TestedPlugin::load(file)?;
-    let strings = samples::library_strings(&subject.file);
     for i in subject.registry.importers.iter().filter(|i| i.plugin == subject.plugin) {
         let place = format!("importer `{}`", i.id);
-        let mut heads: Vec<Vec<u8>> = strings.iter().filter(|s| s.len() >= 3).cloned().collect();
+        let mut heads = samples::library_strings(&subject.file);
+        heads.retain(|s| s.len() >= 3);
         heads.retain(|head| subject.registry.sniff(i, head) > 0);
         for (what, bytes) in damage::malformed(&heads) {
             if let Some(sample) = samples::import(i, &bytes) {
