@@ -227,7 +227,8 @@ fn languages_get_their_state_block() {
 
 #[test]
 fn a_state_block_of_another_version_or_size_is_told() {
-    let code = "#ifndef V\n#define V 1\n#endif\ntypedef struct { double n;\n#ifdef GROWN\n double more;\n#endif\n} state;\n";
+    let code =
+        "#ifndef V\n#define V 1\n#endif\ntypedef struct { double n;\n#ifdef GROWN\n double more;\n#endif\n} state;\n";
     let life = "TATU_TABLE(tatu_life, .state_bytes = sizeof(state), .save = tatu_save_nothing, .load = \
                 tatu_load_nothing, .version = V)";
     let code = format!("{code}{}", counting("++((state *)b->state[i])->n", life));
@@ -238,7 +239,9 @@ fn a_state_block_of_another_version_or_size_is_told() {
     run_with(&["--steps", "4", "--snapshot-at", "0.2", "s.snap"]).good();
     let same = run_with(&["--steps", "2", "--from", "s.snap", "--strict"]).good();
     assert!(!same.err.contains("starts over"), "{}", same.err);
-    for (define, why) in [("-DV=2", "has version 1, but the plugin declares 2"), ("-DGROWN", "has 8 bytes, but the plugin declares 16")] {
+    for (define, why) in
+        [("-DV=2", "has version 1, but the plugin declares 2"), ("-DGROWN", "has 8 bytes, but the plugin declares 16")]
+    {
         compile_into(&place, &code, "TATU_SENSORS(&kind)", &[define]);
         let told = run_with(&["--steps", "2", "--from", "s.snap"]).good();
         let all = format!("{}{}", told.out, told.err);

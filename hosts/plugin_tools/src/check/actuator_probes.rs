@@ -9,7 +9,7 @@ use tatu_plugin_api::{abi::*, safe::Value};
 
 use super::{
     finding::error,
-    sensor_probes::{Numbers, DeviceProbe},
+    sensor_probes::{DeviceProbe, Numbers},
     units,
 };
 
@@ -118,8 +118,7 @@ impl ActuatorCall<'_> {
             pages.push(GuardedCopy::new(bytes, &format!("the array `{name}` of its batch, which is read-only")));
             pages.last().map_or(std::ptr::null(), |p| p.first().cast())
         }
-        let commands: Vec<*const f64> =
-            which.clone().map(|i| add(&mut pages, &inputs.command[i], "command")).collect();
+        let commands: Vec<*const f64> = which.clone().map(|i| add(&mut pages, &inputs.command[i], "command")).collect();
         let margins = |n: usize| vec![MARGIN_VALUE; n + 2 * MARGIN];
         let (mut wrench, mut effort) = (margins(6 * n), margins(n));
         wrench[MARGIN..MARGIN + 6 * n].fill(0.0);
@@ -158,9 +157,8 @@ impl ActuatorCall<'_> {
             reserved: 0,
         };
         let answer = (self.run.borrow_mut())(&table);
-        let is_whole = |all: &[f64], n: usize| {
-            all[..MARGIN].iter().chain(&all[MARGIN + n..]).all(|x| *x == MARGIN_VALUE)
-        };
+        let is_whole =
+            |all: &[f64], n: usize| all[..MARGIN].iter().chain(&all[MARGIN + n..]).all(|x| *x == MARGIN_VALUE);
         if !is_whole(&wrench, 6 * n) || !is_whole(&effort, n) {
             error(&self.place(), format!("it writes outside of `wrench` or `effort` of a batch of {n}"));
         }
@@ -298,7 +296,8 @@ fn compare_units(call: &ActuatorCall<'_>, inputs: &ActuatorInputs, before: &[Vec
             changed.command.iter_mut().for_each(|all| all[c] = x.clamp(declared.lowest, declared.highest));
             act(&changed)
         };
-        let (Some(zero), Some(small), Some(large), Some(most)) = (with(0.0), with(1e-3), with(1.7e-3), with(1e9)) else {
+        let (Some(zero), Some(small), Some(large), Some(most)) = (with(0.0), with(1e-3), with(1.7e-3), with(1e9))
+        else {
             continue;
         };
         let size = |a: &[ActuatorOutput], b: &[ActuatorOutput]| {

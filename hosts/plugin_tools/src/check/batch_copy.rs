@@ -167,7 +167,13 @@ struct ShiftedRandom {
 
 type Draw = unsafe extern "C" fn(*const tatu_random, u32, u64, u64, *mut f64);
 
-unsafe fn draw(table: *const tatu_random, choose: fn(&tatu_random) -> Option<Draw>, i: u32, at: [u64; 2], out: *mut f64) {
+unsafe fn draw(
+    table: *const tatu_random,
+    choose: fn(&tatu_random) -> Option<Draw>,
+    i: u32,
+    at: [u64; 2],
+    out: *mut f64,
+) {
     // SAFETY: the plugin passes the table of its batch, whose `ctx` is the shift, and memory for the numbers.
     unsafe {
         let shift = &*(*table).ctx.cast::<ShiftedRandom>();

@@ -26,13 +26,16 @@ pub fn examples(file: &Path) -> Result<(), Error> {
         finding::report_activity(&place, "when its example runs");
         // As a thread, an example may wait.
         let example = quoted(c.example.as_bytes());
-        let script = format!("{LUA_HELPERS}\nfunction sysCall_thread() report(load({example}, 'example', 't', objects())) end\n");
+        let script = format!(
+            "{LUA_HELPERS}\nfunction sysCall_thread() report(load({example}, 'example', 't', objects())) end\n"
+        );
         let said = run(&subject, &script, EXAMPLE_STEPS)?;
         if let Some(said) = said.first().filter(|l| l.starts_with("compile: ")) {
             error(&place, format!("its example does not compile: {}", said.trim_start_matches("compile: ")));
         } else if let Some(said) = said.first().filter(|l| l.starts_with("raise: ")) {
             let why = said.trim_start_matches("raise: ");
-            let help = "an example creates the objects that it needs, or uses the variables `body`, `joint` and `sensor`";
+            let help =
+                "an example creates the objects that it needs, or uses the variables `body`, `joint` and `sensor`";
             error(&place, format!("its example raises an error: {why} ({help})"));
         }
     }
@@ -63,7 +66,11 @@ pub fn worlds(file: &Path) -> Result<(), Error> {
     let first = run(&subject, &script, RUN_STEPS)?;
     let second = run(&subject, &script, RUN_STEPS)?;
     let pairs = [&first, &second].map(|lines| with_places(lines));
-    compare(&pairs[0], &pairs[1], "calls in one world change the results in another: check for a global or static variable");
+    compare(
+        &pairs[0],
+        &pairs[1],
+        "calls in one world change the results in another: check for a global or static variable",
+    );
     Ok(())
 }
 

@@ -33,7 +33,18 @@ const MAX_PARTS: usize = 12;
 
 /// Numbers that take the place of those of a sample.
 const NUMBERS: [&str; 12] = [
-    "0", "-1", "nan", "inf", "1e999", "-1e308", "4294967295", "99999999999999999999", "2147483648", "1e-320", "0x10", "",
+    "0",
+    "-1",
+    "nan",
+    "inf",
+    "1e999",
+    "-1e308",
+    "4294967295",
+    "99999999999999999999",
+    "2147483648",
+    "1e-320",
+    "0x10",
+    "",
 ];
 
 /// Returns a valid sample with damages: truncated, with changed bytes, lines and numbers, and with repeated parts.

@@ -165,11 +165,7 @@ const TESTS: &[CheckTest] = &[
         run: snapshots::reload,
     },
     CheckTest { name: "load", text: "`load` refuses unknown bytes, and survives damaged ones", run: snapshots::load },
-    CheckTest {
-        name: "leaks",
-        text: "memory, descriptors, threads and processes are released",
-        run: leaks::leaks,
-    },
+    CheckTest { name: "leaks", text: "memory, descriptors, threads and processes are released", run: leaks::leaks },
     CheckTest {
         name: "models",
         text: "models can be built with the values that they allow, and stand on the floor",
@@ -233,15 +229,19 @@ pub fn check(args: &PluginCheckArgs) -> ExitCode {
     if args.in_process {
         return in_process(&tests, &library);
     }
-    let outcomes = run_all(&tests, |test| {
-        let mut outcome = process::run(test.name, test.text, &library, args.timeout, preload);
-        outcome.findings.retain(|f| !config.allows(test.name, f));
-        outcome
-    }, |outcome| {
-        if !args.json {
-            report::print(outcome);
-        }
-    });
+    let outcomes = run_all(
+        &tests,
+        |test| {
+            let mut outcome = process::run(test.name, test.text, &library, args.timeout, preload);
+            outcome.findings.retain(|f| !config.allows(test.name, f));
+            outcome
+        },
+        |outcome| {
+            if !args.json {
+                report::print(outcome);
+            }
+        },
+    );
     if args.json {
         report::print_json(&library, &outcomes);
     } else {

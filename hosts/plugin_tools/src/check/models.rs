@@ -2,9 +2,7 @@
 
 use std::path::Path;
 
-use tatu_core::{
-    World, beams::bounds, errors::Error, plugins::Model, scene::visible_parts, state::fingerprint,
-};
+use tatu_core::{World, beams::bounds, errors::Error, plugins::Model, scene::visible_parts, state::fingerprint};
 
 use super::{
     finding::{self, error, note, untested},
@@ -132,7 +130,8 @@ fn construction(world: &World, place: &str, with: &str) {
         return;
     }
     if low < -FLOOR_TOLERANCE_M {
-        let text = format!("its lowest point is {:.1} mm below the floor z = 0, on which models must stand", -1000.0 * low);
+        let text =
+            format!("its lowest point is {:.1} mm below the floor z = 0, on which models must stand", -1000.0 * low);
         error(place, format!("{text}{with}"));
     } else if low > FLOOR_TOLERANCE_M {
         note(place, format!("its lowest point is {:.1} mm above the floor z = 0{with}", 1000.0 * low));

@@ -47,12 +47,7 @@ fn device_scenes(subject: &TestedPlugin) -> Vec<DeviceScene> {
 }
 
 /// Runs a scene with a probe. `script` is that of the scene, if it has one.
-fn run(
-    subject: &TestedPlugin,
-    (scene, script): (&str, &str),
-    probe: DeviceProbe,
-    is_pure: bool,
-) -> Result<(), Error> {
+fn run(subject: &TestedPlugin, (scene, script): (&str, &str), probe: DeviceProbe, is_pure: bool) -> Result<(), Error> {
     let world = subject.world(scene, &[("check.lua", script.as_bytes())], 1)?;
     world.start();
     subject.set_probe(probe, is_pure);

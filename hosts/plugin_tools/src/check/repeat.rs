@@ -28,7 +28,8 @@ pub fn repeat(file: &Path) -> Result<(), Error> {
         return transcript(file);
     }
     finding::report_activity("", "when it runs twice");
-    let run = |number| ChildResult::of("repeat", file, MAX_DURATION, Some(number), None).map_err(|e| Error::new("E105", e));
+    let run =
+        |number| ChildResult::of("repeat", file, MAX_DURATION, Some(number), None).map_err(|e| Error::new("E105", e));
     let (first, second) = std::thread::scope(|scope| {
         let second = scope.spawn(|| run(2));
         (run(1), second.join())

@@ -61,7 +61,8 @@ pub fn import(importer: &Importer, bytes: &[u8]) -> Option<Sample> {
 pub fn imports(subject: &TestedPlugin, importer: &Importer) -> Vec<Sample> {
     let found = files(&subject.file, &importer.suffixes).into_iter();
     let is_read = |s: &Sample| outcome(subject, s).is_ok();
-    let found: Vec<Sample> = found.filter_map(|bytes| import(importer, &bytes)).filter(is_read).take(MAX_SAMPLES).collect();
+    let found: Vec<Sample> =
+        found.filter_map(|bytes| import(importer, &bytes)).filter(is_read).take(MAX_SAMPLES).collect();
     if found.is_empty() { composed_file(subject, importer).into_iter().collect() } else { found }
 }
 
@@ -202,7 +203,9 @@ fn composed_file(subject: &TestedPlugin, importer: &Importer) -> Option<Sample> 
     heads.sort_by_key(String::len);
     heads.truncate(3);
     heads.push(String::new());
-    let words = strings.iter().filter(|s| (1..=16).contains(&s.len()) && s.iter().all(|b| b.is_ascii_lowercase() || *b == b'_'));
+    let words = strings
+        .iter()
+        .filter(|s| (1..=16).contains(&s.len()) && s.iter().all(|b| b.is_ascii_lowercase() || *b == b'_'));
     let mut words: Vec<String> = words.map(|s| String::from_utf8_lossy(s).into_owned()).take(60).collect();
     words.insert(0, String::new());
     let line = |word: &str, count: usize, number: &str| {

@@ -64,7 +64,8 @@ fn output(command: &mut Command) -> Option<String> {
 
 /// Returns the error that a sanitizer printed, with the place in the source.
 pub fn error_in(lines: &[String]) -> Option<String> {
-    let (at, line) = lines.iter().enumerate().find(|(_, l)| l.contains("AddressSanitizer:") || l.contains("runtime error:"))?;
+    let (at, line) =
+        lines.iter().enumerate().find(|(_, l)| l.contains("AddressSanitizer:") || l.contains("runtime error:"))?;
     if let Some((place, what)) = line.split_once(": runtime error: ") {
         let place = place.rsplit('/').next().unwrap_or(place);
         return Some(format!("{what} ({place})"));

@@ -66,7 +66,10 @@ fn read(subject: &TestedPlugin, sample: &Sample, what: &str) -> Option<usize> {
                 scene.slots().all(|(slot, _)| scene.world(slot).translation.vector.iter().all(|x| x.is_finite()))
             });
             if !is_finite {
-                error(&sample.place, format!("it accepts {what}, and creates objects at positions that are not finite"));
+                error(
+                    &sample.place,
+                    format!("it accepts {what}, and creates objects at positions that are not finite"),
+                );
             }
             world.start();
             world.step();
@@ -192,16 +195,15 @@ fn report_breaches(subject: &TestedPlugin, place: &str, world: &tatu_core::World
 }
 
 /// Tests a language with a script that it runs, and with damaged copies of it.
-fn script(
-    subject: &TestedPlugin,
-    l: &tatu_core::plugins::ScriptLanguage,
-    sample: &Sample,
-) -> Result<(), Error> {
+fn script(subject: &TestedPlugin, l: &tatu_core::plugins::ScriptLanguage, sample: &Sample) -> Result<(), Error> {
     const STEPS: usize = 6;
     finding::report_activity(&sample.place, "when it runs a script");
     let first = run(subject, sample, STEPS)?;
     if first != run(subject, sample, STEPS)? {
-        error(&sample.place, "two equal runs of a script in one process have different results: check for global state");
+        error(
+            &sample.place,
+            "two equal runs of a script in one process have different results: check for global state",
+        );
     }
     // A run that is saved and restored continues in the same way.
     let files: Vec<(&str, &[u8])> = sample.files.iter().map(|(n, b)| (n.as_str(), b.as_slice())).collect();

@@ -82,7 +82,12 @@ const CHANGES: [Change; 13] = [
     Change { unit: "m/s", name: "velocity", size: 0.5, apply: |b, by| each6(&mut b.twist, 0, by) },
     Change { unit: "rad/s", name: "angular velocity", size: 0.5, apply: |b, by| each6(&mut b.twist, 5, by) },
     Change { unit: "m/s^2", name: "acceleration", size: 0.5, apply: |b, by| each6(&mut b.acceleration, 0, by) },
-    Change { unit: "rad/s^2", name: "angular acceleration", size: 0.5, apply: |b, by| each6(&mut b.acceleration, 5, by) },
+    Change {
+        unit: "rad/s^2",
+        name: "angular acceleration",
+        size: 0.5,
+        apply: |b, by| each6(&mut b.acceleration, 5, by),
+    },
     Change { unit: "N", name: "force", size: 5.0, apply: |b, by| each6(&mut b.wrench, 0, by) },
     Change { unit: "N m", name: "torque", size: 1.0, apply: |b, by| each6(&mut b.wrench, 5, by) },
     Change { unit: "s", name: "time", size: 0.5, apply: |b, by| b.time += by },
@@ -203,8 +208,7 @@ impl BeamNumbers {
 
     /// Returns by how much the lengths or the angles of the beams differ.
     fn changes(&self, other: &Self, unit: &str) -> Vec<f64> {
-        let differences =
-            |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| (a - b).abs()).collect::<Vec<f64>>();
+        let differences = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| (a - b).abs()).collect::<Vec<f64>>();
         if unit == "m" {
             return differences(&self.lengths, &other.lengths);
         }
