@@ -158,7 +158,7 @@ fn service(barrier: &str) -> (String, String) {
 }
 
 #[test]
-fn a_service_that_holds_passes_and_one_that_blocks_fails() {
+fn services_that_hold_pass_and_those_that_block_are_reported() {
     let (code, offers) = service("return TATU_HOLD;");
     let all = check(&plugin(&code, &offers, &[]), "services", 0);
     assert!(all[0]["tried"].as_bool().unwrap() && all[0].to_string().contains("held the session"), "{all:?}");
@@ -196,12 +196,12 @@ fn languages_get_their_state_block() {
          }
          static uint32_t TATU_CALL find(void *d, uint32_t h, tatu_str n) {
            (void)d, (void)h;
-           return n.len == 7 && n.ptr[0] == 's' ? 1 : 0; // sensing
+           return n.len == 7 && n.ptr[0] == 's' && n.ptr[1] == 'e' ? 1 : 0; // sensing
          }
          static tatu_status TATU_CALL call(void *d, uint32_t f, tatu_call *fr, const tatu_budget *b, uint64_t *u, tatu_error *e) {
            (void)f, (void)fr, (void)b, (void)u;
            own *it = d;
-           return ++*it->block < 4 ? TATU_OK : tatu_fail(e, TATU_ERR_SCRIPT, \"the fourth call\");
+           return ++*it->block < 28 ? TATU_OK : tatu_fail(e, TATU_ERR_SCRIPT, \"too many calls\");
          }
          static tatu_status TATU_CALL resume(void *d, uint64_t f, tatu_status s, tatu_call *fr, const tatu_budget *b, uint64_t *u, tatu_error *e) {
            (void)d, (void)f, (void)s, (void)fr, (void)b, (void)u, (void)e;
@@ -219,14 +219,14 @@ fn languages_get_their_state_block() {
     place.write("a.tried", "# nothing\n");
     let env = [("TATU_PLUGIN_PATH", "mine")];
     let run_with = |args: &[&str]| run(program(), place.path(), &[&["run", "scene.toml"], args].concat(), &env);
-    run_with(&["--steps", "2", "--snapshot-at", "0.1", "s.snap"]).good();
-    // The block goes on in the restored run: of four calls, two come before the snapshot.
-    let done = run_with(&["--steps", "4", "--from", "s.snap"]);
-    assert!(done.err.contains("the fourth call") || done.out.contains("the fourth call"), "{}{}", done.out, done.err);
+    run_with(&["--steps", "20", "--snapshot-at", "0.9", "s.snap"]).good();
+    // The block goes on in the restored run: most of the calls come before the snapshot.
+    let done = run_with(&["--steps", "40", "--from", "s.snap"]);
+    assert!(format!("{}{}", done.out, done.err).contains("too many calls"), "{}{}", done.out, done.err);
 }
 
 #[test]
-fn a_state_block_of_another_version_or_size_is_told() {
+fn dropped_state_blocks_are_reported_and_fail_strict_runs() {
     let code =
         "#ifndef V\n#define V 1\n#endif\ntypedef struct { double n;\n#ifdef GROWN\n double more;\n#endif\n} state;\n";
     let life = "TATU_TABLE(tatu_life, .state_bytes = sizeof(state), .save = tatu_save_nothing, .load = \

@@ -19,26 +19,50 @@ pub struct BatchInputs {
     pub step: u64,
     pub dt: f64,
     pub gravity: [f64; 3],
+    pub beams: BeamInputs,
+    pub pixels: PixelInputs,
+    pub contacts: ContactInputs,
+    pub motion: MotionInputs,
+}
+
+/// Inputs per beam.
+#[derive(Clone)]
+pub struct BeamInputs {
     pub first_beam: Vec<u64>,
-    pub first_pixel: Vec<u64>,
-    pub first_contact: Vec<u64>,
     pub distance: Option<Vec<f64>>,
     pub point: Option<Vec<[f64; 3]>>,
     pub normal: Option<Vec<[f64; 3]>>,
     pub object: Option<Vec<tatu_object>>,
     pub color: Option<Vec<[u8; 3]>>,
     pub primitive: Option<Vec<u32>>,
+}
+
+/// Inputs per pixel.
+#[derive(Clone)]
+pub struct PixelInputs {
+    pub first_pixel: Vec<u64>,
     pub depth: Option<Vec<f32>>,
     pub pixel_color: Option<Vec<[u8; 3]>>,
     pub pixel_cosine: Option<Vec<f32>>,
     pub pixel_object: Option<Vec<tatu_object>>,
+}
+
+/// Inputs per contact.
+#[derive(Clone)]
+pub struct ContactInputs {
+    pub first_contact: Vec<u64>,
+    pub contact: Option<Vec<tatu_contact>>,
+    pub friction: Option<Vec<[f64; 3]>>,
+}
+
+/// Inputs per sensor.
+#[derive(Clone)]
+pub struct MotionInputs {
     pub pose: Option<Vec<[f64; 7]>>,
     pub twist: Option<Vec<[f64; 6]>>,
     pub acceleration: Option<Vec<[f64; 6]>>,
     pub joint: Option<Vec<[f64; 3]>>,
     pub wrench: Option<Vec<[f64; 6]>>,
-    pub contact: Option<Vec<tatu_contact>>,
-    pub friction: Option<Vec<[f64; 3]>>,
 }
 
 /// What the plugin wrote for one sensor: the bytes of its fields, its state block and its status.
@@ -90,26 +114,34 @@ impl BatchInputs {
                 step: batch.step,
                 dt: batch.dt,
                 gravity: batch.gravity,
-                first_beam,
-                first_pixel,
-                first_contact,
-                distance: part(batch.distance, beams.clone()),
-                point: part(batch.point.cast(), beams.clone()),
-                normal: part(batch.normal.cast(), beams.clone()),
-                object: part(batch.object, beams.clone()),
-                color: part(batch.color.cast(), beams.clone()),
-                primitive: part(batch.primitive, beams),
-                depth: part(batch.depth, pixels.clone()),
-                pixel_color: part(batch.pixel_color.cast(), pixels.clone()),
-                pixel_cosine: part(batch.pixel_cosine, pixels.clone()),
-                pixel_object: part(batch.pixel_object, pixels),
-                pose: part(batch.pose.cast(), sensors.clone()),
-                twist: part(batch.twist.cast(), sensors.clone()),
-                acceleration: part(batch.acceleration.cast(), sensors.clone()),
-                joint: part(batch.joint.cast(), sensors.clone()),
-                wrench: part(batch.wrench.cast(), sensors),
-                contact: part(batch.contact, contacts.clone()),
-                friction: part(batch.friction.cast(), contacts),
+                beams: BeamInputs {
+                    first_beam,
+                    distance: part(batch.distance, beams.clone()),
+                    point: part(batch.point.cast(), beams.clone()),
+                    normal: part(batch.normal.cast(), beams.clone()),
+                    object: part(batch.object, beams.clone()),
+                    color: part(batch.color.cast(), beams.clone()),
+                    primitive: part(batch.primitive, beams),
+                },
+                pixels: PixelInputs {
+                    first_pixel,
+                    depth: part(batch.depth, pixels.clone()),
+                    pixel_color: part(batch.pixel_color.cast(), pixels.clone()),
+                    pixel_cosine: part(batch.pixel_cosine, pixels.clone()),
+                    pixel_object: part(batch.pixel_object, pixels),
+                },
+                contacts: ContactInputs {
+                    first_contact,
+                    contact: part(batch.contact, contacts.clone()),
+                    friction: part(batch.friction.cast(), contacts),
+                },
+                motion: MotionInputs {
+                    pose: part(batch.pose.cast(), sensors.clone()),
+                    twist: part(batch.twist.cast(), sensors.clone()),
+                    acceleration: part(batch.acceleration.cast(), sensors.clone()),
+                    joint: part(batch.joint.cast(), sensors.clone()),
+                    wrench: part(batch.wrench.cast(), sensors),
+                },
             }
         }
     }
@@ -291,26 +323,26 @@ impl BatchCall<'_> {
             fields: fields.as_ptr(),
             status: status[MARGIN..].as_mut_ptr(),
             random: &raw const random,
-            first_beam: firsts(&mut pages, &inputs.first_beam, "first_beam"),
-            first_pixel: firsts(&mut pages, &inputs.first_pixel, "first_pixel"),
-            first_contact: firsts(&mut pages, &inputs.first_contact, "first_contact"),
-            distance: pages.add_given(inputs.distance.as_ref(), "distance"),
-            point: pages.add_given(inputs.point.as_ref(), "point"),
-            normal: pages.add_given(inputs.normal.as_ref(), "normal"),
-            object: pages.add_given(inputs.object.as_ref(), "object"),
-            color: pages.add_given(inputs.color.as_ref(), "color"),
-            primitive: pages.add_given(inputs.primitive.as_ref(), "primitive"),
-            depth: pages.add_given(inputs.depth.as_ref(), "depth"),
-            pixel_color: pages.add_given(inputs.pixel_color.as_ref(), "pixel_color"),
-            pixel_cosine: pages.add_given(inputs.pixel_cosine.as_ref(), "pixel_cosine"),
-            pixel_object: pages.add_given(inputs.pixel_object.as_ref(), "pixel_object"),
-            pose: pages.add_given(inputs.pose.as_ref(), "pose"),
-            twist: pages.add_given(inputs.twist.as_ref(), "twist"),
-            acceleration: pages.add_given(inputs.acceleration.as_ref(), "acceleration"),
-            joint: pages.add_given(inputs.joint.as_ref(), "joint"),
-            wrench: pages.add_given(inputs.wrench.as_ref(), "wrench"),
-            contact: pages.add_given(inputs.contact.as_ref(), "contact"),
-            friction: pages.add_given(inputs.friction.as_ref(), "friction"),
+            first_beam: firsts(&mut pages, &inputs.beams.first_beam, "first_beam"),
+            first_pixel: firsts(&mut pages, &inputs.pixels.first_pixel, "first_pixel"),
+            first_contact: firsts(&mut pages, &inputs.contacts.first_contact, "first_contact"),
+            distance: pages.add_given(inputs.beams.distance.as_ref(), "distance"),
+            point: pages.add_given(inputs.beams.point.as_ref(), "point"),
+            normal: pages.add_given(inputs.beams.normal.as_ref(), "normal"),
+            object: pages.add_given(inputs.beams.object.as_ref(), "object"),
+            color: pages.add_given(inputs.beams.color.as_ref(), "color"),
+            primitive: pages.add_given(inputs.beams.primitive.as_ref(), "primitive"),
+            depth: pages.add_given(inputs.pixels.depth.as_ref(), "depth"),
+            pixel_color: pages.add_given(inputs.pixels.pixel_color.as_ref(), "pixel_color"),
+            pixel_cosine: pages.add_given(inputs.pixels.pixel_cosine.as_ref(), "pixel_cosine"),
+            pixel_object: pages.add_given(inputs.pixels.pixel_object.as_ref(), "pixel_object"),
+            pose: pages.add_given(inputs.motion.pose.as_ref(), "pose"),
+            twist: pages.add_given(inputs.motion.twist.as_ref(), "twist"),
+            acceleration: pages.add_given(inputs.motion.acceleration.as_ref(), "acceleration"),
+            joint: pages.add_given(inputs.motion.joint.as_ref(), "joint"),
+            wrench: pages.add_given(inputs.motion.wrench.as_ref(), "wrench"),
+            contact: pages.add_given(inputs.contacts.contact.as_ref(), "contact"),
+            friction: pages.add_given(inputs.contacts.friction.as_ref(), "friction"),
             size: b.size,
             n_fields: b.n_fields,
             reserved: 0,

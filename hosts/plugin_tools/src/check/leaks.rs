@@ -147,9 +147,9 @@ fn importers(subject: &TestedPlugin) -> Result<(), Error> {
     for i in subject.registry.importers.iter().filter(|i| i.plugin == subject.plugin) {
         let Some(sample) = samples::imports(subject, i).into_iter().next() else { continue };
         let bytes = &sample.files[0].1;
-        let broken = damage::damaged(bytes).into_iter().filter_map(|(_, bytes)| samples::import(i, &bytes));
-        let broken: Vec<Sample> = broken.filter(|s| samples::outcome(subject, s).is_err()).collect();
-        let few: Vec<&Sample> = broken.iter().step_by((broken.len() / 6).max(1)).collect();
+        let broken = damage::damaged(bytes);
+        let broken = broken.iter().step_by((broken.len() / 40).max(1)).filter_map(|(_, b)| samples::import(i, b));
+        let few: Vec<Sample> = broken.filter(|s| samples::outcome(subject, s).is_err()).take(6).collect();
         test(&sample.place, "a malformed file is read", || {
             few.iter().for_each(|s| drop(samples::outcome(subject, s)));
             Ok(())

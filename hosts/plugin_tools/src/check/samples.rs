@@ -6,6 +6,7 @@ use std::{
     time::{Duration, Instant},
 };
 
+use object::{Object, ObjectSection};
 use tatu_core::plugins::{Importer, ScriptLanguage};
 
 use super::{stage, subject::TestedPlugin};
@@ -22,7 +23,7 @@ pub struct Sample {
 
 /// Maximum number of samples of one format, and the size above which files are not used.
 const MAX_SAMPLES: usize = 4;
-const MAX_SAMPLE_BYTES: u64 = 1 << 20;
+const MAX_SAMPLE_BYTES: u64 = 128 << 10;
 /// Maximum depth of folders and number of entries in which samples are searched.
 const MAX_DEPTH: usize = 3;
 const MAX_ENTRIES: usize = 4000;
@@ -60,7 +61,8 @@ pub fn import(importer: &Importer, bytes: &[u8]) -> Option<Sample> {
 /// Returns files that an importer reads without an error.
 pub fn imports(subject: &TestedPlugin, importer: &Importer) -> Vec<Sample> {
     let found = files(&subject.file, &importer.suffixes).into_iter();
-    let is_read = |s: &Sample| outcome(subject, s).is_ok();
+    let end = Instant::now() + COMPOSING_TIME;
+    let is_read = |s: &Sample| Instant::now() < end && outcome(subject, s).is_ok();
     let found: Vec<Sample> =
         found.filter_map(|bytes| import(importer, &bytes)).filter(is_read).take(MAX_SAMPLES).collect();
     if found.is_empty() { composed_file(subject, importer).into_iter().collect() } else { found }
@@ -83,20 +85,22 @@ pub fn script(language: &ScriptLanguage, text: &[u8], dialect: &str) -> Option<S
 /// Returns scripts that a language loads and runs without an error.
 pub fn scripts(subject: &TestedPlugin, language: &ScriptLanguage) -> Vec<Sample> {
     let found = files(&subject.file, &language.suffixes).into_iter();
-    let runs = |s: &Sample| is_run(subject, s);
+    let end = Instant::now() + COMPOSING_TIME;
+    let runs = |s: &Sample| Instant::now() < end && is_run(subject, s);
     let found: Vec<Sample> =
         found.filter_map(|text| script(language, &text, "")).filter(runs).take(MAX_SAMPLES).collect();
     if !found.is_empty() {
         return found;
     }
     let end = Instant::now() + COMPOSING_TIME;
+    let runs = |s: &Sample| Instant::now() < end && is_run(subject, s);
     let texts = TEMPLATES.iter().map(|template| {
         let lines: Vec<String> =
             ["init", "actuation", "sensing"].iter().map(|name| template.replace("NAME", name)).collect();
         lines.join("\n") + "\n"
     });
     let fitting = texts.filter_map(|text| script(language, text.as_bytes(), ""));
-    { fitting }.take_while(|_| Instant::now() < end).find(runs).into_iter().collect()
+    { fitting }.find(runs).into_iter().collect()
 }
 
 /// Forms in which languages define a callback.
@@ -176,12 +180,18 @@ fn search(folder: &Path, suffixes: &[String], depth: usize, entries: &mut usize,
     }
 }
 
-/// Maximum number of a library's strings that are used.
+/// Maximum number of bytes of a library in which texts are searched, and of texts that are used.
+const MAX_TEXT_BYTES: usize = 4 << 20;
 const MAX_STRINGS: usize = 20_000;
 
 /// Returns the printable strings in a library, among which are probably the signature and the words of its format.
 pub fn library_strings(library: &Path) -> Vec<Vec<u8>> {
-    let bytes = std::fs::read(library).unwrap_or_default();
+    let file = std::fs::read(library).unwrap_or_default();
+    // Texts are in the section for constants; the rest of a library is much larger.
+    let constants =
+        object::File::parse(&*file).ok().and_then(|f| f.section_by_name(".rodata")?.data().ok().map(<[u8]>::to_vec));
+    let mut bytes = constants.unwrap_or(file);
+    bytes.truncate(MAX_TEXT_BYTES);
     let texts = bytes.split(|b| !(b.is_ascii_graphic() || *b == b' ')).filter(|t| (1..=40).contains(&t.len()));
     let mut all: Vec<Vec<u8>> = texts.map(<[u8]>::to_vec).collect();
     all.sort();

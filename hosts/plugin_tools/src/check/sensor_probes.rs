@@ -167,7 +167,8 @@ impl Numbers {
 fn extremes(call: &BatchCall<'_>, inputs: &BatchInputs) {
     let kind = call.kind;
     let n = call.batch.n as usize;
-    let elements = inputs.distance.as_ref().map_or(0, Vec::len) + inputs.depth.as_ref().map_or(0, Vec::len);
+    let elements =
+        inputs.beams.distance.as_ref().map_or(0, Vec::len) + inputs.pixels.depth.as_ref().map_or(0, Vec::len);
     let count = if elements > MANY_ELEMENTS { EXTREMES / 12 } else { EXTREMES };
     let mut numbers = Numbers::new(inputs.step);
     for v in 0..count {
@@ -190,21 +191,21 @@ fn extreme(inputs: &BatchInputs, v: u64, numbers: &mut Numbers) -> BatchInputs {
     out.step = inputs.step + v;
     out.time = if v % 5 == 4 { 1e7 * numbers.unit() } else { inputs.time + v as f64 * inputs.dt };
     let share = [0.0, 1.0, 0.3][v as usize % 3];
-    let n = inputs.distance.as_ref().map_or(0, Vec::len);
+    let n = inputs.beams.distance.as_ref().map_or(0, Vec::len);
     for k in 0..n {
         let misses = numbers.unit() < share;
         let scale = if v % 2 == 0 { 1.0 } else { 10f64.powf(-5.0 * numbers.unit()) };
         scale_hit(&mut out, k, scale, misses);
     }
-    for k in 0..inputs.depth.as_ref().map_or(0, Vec::len) {
+    for k in 0..inputs.pixels.depth.as_ref().map_or(0, Vec::len) {
         if numbers.unit() < share {
-            out.depth.iter_mut().for_each(|d| d[k] = f32::INFINITY);
-            out.pixel_cosine.iter_mut().for_each(|c| c[k] = 0.0);
-            out.pixel_object.iter_mut().for_each(|o| o[k] = 0);
+            out.pixels.depth.iter_mut().for_each(|d| d[k] = f32::INFINITY);
+            out.pixels.pixel_cosine.iter_mut().for_each(|c| c[k] = 0.0);
+            out.pixels.pixel_object.iter_mut().for_each(|o| o[k] = 0);
         }
     }
     if v % 4 > 0 {
-        for p in out.pose.iter_mut().flatten() {
+        for p in out.motion.pose.iter_mut().flatten() {
             let q = numbers.rotation();
             (0..3).for_each(|i| p[i] = numbers.signed(1e4));
             p[3..].copy_from_slice(&q);
@@ -212,35 +213,35 @@ fn extreme(inputs: &BatchInputs, v: u64, numbers: &mut Numbers) -> BatchInputs {
         let six = |all: &mut Option<Vec<[f64; 6]>>, most: f64, numbers: &mut Numbers| {
             all.iter_mut().flatten().flatten().for_each(|x| *x = numbers.signed(most));
         };
-        six(&mut out.twist, 50.0, numbers);
-        six(&mut out.acceleration, 500.0, numbers);
-        six(&mut out.wrench, 1e4, numbers);
-        out.joint.iter_mut().flatten().flatten().for_each(|x| *x = numbers.signed(100.0));
+        six(&mut out.motion.twist, 50.0, numbers);
+        six(&mut out.motion.acceleration, 500.0, numbers);
+        six(&mut out.motion.wrench, 1e4, numbers);
+        out.motion.joint.iter_mut().flatten().flatten().for_each(|x| *x = numbers.signed(100.0));
     }
     if v % 7 == 6 {
         out.gravity = [0.0; 3];
     }
     if v % 11 == 10 {
-        out.twist.iter_mut().flatten().for_each(|t| *t = [0.0; 6]);
-        out.acceleration.iter_mut().flatten().for_each(|t| *t = [0.0; 6]);
-        out.wrench.iter_mut().flatten().for_each(|t| *t = [0.0; 6]);
+        out.motion.twist.iter_mut().flatten().for_each(|t| *t = [0.0; 6]);
+        out.motion.acceleration.iter_mut().flatten().for_each(|t| *t = [0.0; 6]);
+        out.motion.wrench.iter_mut().flatten().for_each(|t| *t = [0.0; 6]);
     }
     if v % 3 == 2 {
-        out.first_contact.fill(0);
-        out.contact.iter_mut().for_each(Vec::clear);
-        out.friction.iter_mut().for_each(Vec::clear);
+        out.contacts.first_contact.fill(0);
+        out.contacts.contact.iter_mut().for_each(Vec::clear);
+        out.contacts.friction.iter_mut().for_each(Vec::clear);
     }
     out
 }
 
 /// Moves the hit of a beam nearer, or removes it.
 fn scale_hit(out: &mut BatchInputs, k: usize, scale: f64, misses: bool) {
-    out.distance.iter_mut().for_each(|d| d[k] = if misses { f64::INFINITY } else { d[k] * scale });
-    out.point.iter_mut().for_each(|p| p[k] = if misses { [0.0; 3] } else { p[k].map(|x| x * scale) });
+    out.beams.distance.iter_mut().for_each(|d| d[k] = if misses { f64::INFINITY } else { d[k] * scale });
+    out.beams.point.iter_mut().for_each(|p| p[k] = if misses { [0.0; 3] } else { p[k].map(|x| x * scale) });
     if misses {
-        out.normal.iter_mut().for_each(|x| x[k] = [0.0; 3]);
-        out.object.iter_mut().for_each(|x| x[k] = 0);
-        out.color.iter_mut().for_each(|x| x[k] = [0; 3]);
-        out.primitive.iter_mut().for_each(|x| x[k] = 0);
+        out.beams.normal.iter_mut().for_each(|x| x[k] = [0.0; 3]);
+        out.beams.object.iter_mut().for_each(|x| x[k] = 0);
+        out.beams.color.iter_mut().for_each(|x| x[k] = [0; 3]);
+        out.beams.primitive.iter_mut().for_each(|x| x[k] = 0);
     }
 }

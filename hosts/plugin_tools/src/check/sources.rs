@@ -17,6 +17,8 @@ use super::{
 
 /// Real time for reading a small file above which an importer may not end.
 const SLOW_IMPORT: Duration = Duration::from_secs(2);
+/// Maximum real time for damaged copies of one sample.
+const DAMAGE_TIME: Duration = Duration::from_secs(3);
 /// Beginnings of messages by which the host reports a breach of the contract.
 const BREACHES: [&str; 2] = ["broke the contract", "panicked"];
 
@@ -112,7 +114,11 @@ fn valid_file(subject: &TestedPlugin, i: &tatu_core::plugins::Importer, sample: 
     }
     let bytes = &sample.files[0].1;
     let mut refused = (0, 0);
+    let end = Instant::now() + DAMAGE_TIME;
     for (what, bytes) in damage::damaged(bytes) {
+        if Instant::now() > end {
+            break;
+        }
         let Some(sample) = samples::import(i, &bytes) else { continue };
         if let Some(line) = read(subject, &sample, &what) {
             refused = (refused.0 + 1, refused.1 + usize::from(line > 0));
@@ -237,7 +243,8 @@ fn script(subject: &TestedPlugin, l: &tatu_core::plugins::ScriptLanguage, sample
     world.end();
     let text = &sample.files[0].1;
     let all = damage::damaged(text);
-    for (what, bytes) in all.iter().step_by((all.len() / 120).max(1)) {
+    let end = Instant::now() + DAMAGE_TIME;
+    for (what, bytes) in all.iter().step_by((all.len() / 120).max(1)).take_while(|_| Instant::now() < end) {
         finding::report_activity(&sample.place, format!("when it runs {what}"));
         samples::script(l, bytes, "").into_iter().for_each(|s| drop(run(subject, &s, 2)));
     }

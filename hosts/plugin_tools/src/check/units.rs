@@ -58,57 +58,57 @@ const CHANGES: [Change; 13] = [
         unit: "m",
         name: "position",
         size: 0.5,
-        apply: |b, by| b.pose.iter_mut().flatten().for_each(|p| p[0] += by),
+        apply: |b, by| b.motion.pose.iter_mut().flatten().for_each(|p| p[0] += by),
     },
     Change {
         unit: "m",
         name: "height",
         size: 0.5,
-        apply: |b, by| b.pose.iter_mut().flatten().for_each(|p| p[2] += by),
+        apply: |b, by| b.motion.pose.iter_mut().flatten().for_each(|p| p[2] += by),
     },
     Change { unit: "rad", name: "heading", size: 0.02, apply: turn },
     Change {
         unit: "rad",
         name: "joint position",
         size: 0.05,
-        apply: |b, by| b.joint.iter_mut().flatten().for_each(|j| j[0] += by),
+        apply: |b, by| b.motion.joint.iter_mut().flatten().for_each(|j| j[0] += by),
     },
     Change {
         unit: "rad/s",
         name: "joint velocity",
         size: 0.5,
-        apply: |b, by| b.joint.iter_mut().flatten().for_each(|j| j[1] += by),
+        apply: |b, by| b.motion.joint.iter_mut().flatten().for_each(|j| j[1] += by),
     },
-    Change { unit: "m/s", name: "velocity", size: 0.5, apply: |b, by| each6(&mut b.twist, 0, by) },
-    Change { unit: "rad/s", name: "angular velocity", size: 0.5, apply: |b, by| each6(&mut b.twist, 5, by) },
-    Change { unit: "m/s^2", name: "acceleration", size: 0.5, apply: |b, by| each6(&mut b.acceleration, 0, by) },
+    Change { unit: "m/s", name: "velocity", size: 0.5, apply: |b, by| each6(&mut b.motion.twist, 0, by) },
+    Change { unit: "rad/s", name: "angular velocity", size: 0.5, apply: |b, by| each6(&mut b.motion.twist, 5, by) },
+    Change { unit: "m/s^2", name: "acceleration", size: 0.5, apply: |b, by| each6(&mut b.motion.acceleration, 0, by) },
     Change {
         unit: "rad/s^2",
         name: "angular acceleration",
         size: 0.5,
-        apply: |b, by| each6(&mut b.acceleration, 5, by),
+        apply: |b, by| each6(&mut b.motion.acceleration, 5, by),
     },
-    Change { unit: "N", name: "force", size: 5.0, apply: |b, by| each6(&mut b.wrench, 0, by) },
-    Change { unit: "N m", name: "torque", size: 1.0, apply: |b, by| each6(&mut b.wrench, 5, by) },
+    Change { unit: "N", name: "force", size: 5.0, apply: |b, by| each6(&mut b.motion.wrench, 0, by) },
+    Change { unit: "N m", name: "torque", size: 1.0, apply: |b, by| each6(&mut b.motion.wrench, 5, by) },
     Change { unit: "s", name: "time", size: 0.5, apply: |b, by| b.time += by },
 ];
 
 /// Moves all hits away from the sensor.
 fn move_hits(b: &mut BatchInputs, by: f64) {
-    for k in 0..b.distance.as_ref().map_or(0, Vec::len) {
-        let far = b.distance.as_ref().map_or(0.0, |d| d[k]);
+    for k in 0..b.beams.distance.as_ref().map_or(0, Vec::len) {
+        let far = b.beams.distance.as_ref().map_or(0.0, |d| d[k]);
         if far.is_finite() && far > 0.0 {
-            b.point.iter_mut().for_each(|p| p[k] = p[k].map(|x| x * (far + by) / far));
-            b.distance.iter_mut().for_each(|d| d[k] += by);
+            b.beams.point.iter_mut().for_each(|p| p[k] = p[k].map(|x| x * (far + by) / far));
+            b.beams.distance.iter_mut().for_each(|d| d[k] += by);
         }
     }
-    b.depth.iter_mut().flatten().filter(|d| d.is_finite()).for_each(|d| *d += by as f32);
+    b.pixels.depth.iter_mut().flatten().filter(|d| d.is_finite()).for_each(|d| *d += by as f32);
 }
 
 /// Turns all sensors about the vertical axis.
 fn turn(b: &mut BatchInputs, by: f64) {
     let (s, c) = (0.5 * by).sin_cos();
-    for p in b.pose.iter_mut().flatten() {
+    for p in b.motion.pose.iter_mut().flatten() {
         let [_, _, _, x, y, z, w] = *p;
         p[3..].copy_from_slice(&[c * x - s * y, c * y + s * x, c * z + s * w, c * w - s * z]);
     }
