@@ -103,12 +103,20 @@ impl BatchInputs {
     ///
     /// # Safety
     /// The batch must conform to the header.
-    pub unsafe fn of(batch: &tatu_sensor_batch, sensors: Range<usize>) -> Self {
+    pub unsafe fn of(kind: &SensorKind, batch: &tatu_sensor_batch, sensors: Range<usize>) -> Self {
+        // Arrays of inputs that the kind does not declare have no elements.
+        let declared = kind.raw.inputs;
+        fn only<T>(is_declared: u32, first: *const T) -> *const T {
+            if is_declared != 0 { first } else { std::ptr::null() }
+        }
+        let per_beam =
+            TATU_IN_DISTANCE | TATU_IN_POINT | TATU_IN_NORMAL | TATU_IN_OBJECT | TATU_IN_COLOR | TATU_IN_PRIMITIVE;
+        let per_beam = if kind.in_physics() { 0 } else { declared & per_beam };
         // SAFETY: the caller guarantees that the arrays have the lengths that the header states.
         unsafe {
-            let (beams, first_beam) = span(batch.first_beam, &sensors);
-            let (pixels, first_pixel) = span(batch.first_pixel, &sensors);
-            let (contacts, first_contact) = span(batch.first_contact, &sensors);
+            let (beams, first_beam) = span(only(per_beam, batch.first_beam), &sensors);
+            let (pixels, first_pixel) = span(only(per_beam | declared & TATU_IN_COSINE, batch.first_pixel), &sensors);
+            let (contacts, first_contact) = span(only(declared & TATU_IN_CONTACTS, batch.first_contact), &sensors);
             BatchInputs {
                 time: batch.time,
                 step: batch.step,
@@ -116,31 +124,34 @@ impl BatchInputs {
                 gravity: batch.gravity,
                 beams: BeamInputs {
                     first_beam,
-                    distance: part(batch.distance, beams.clone()),
-                    point: part(batch.point.cast(), beams.clone()),
-                    normal: part(batch.normal.cast(), beams.clone()),
-                    object: part(batch.object, beams.clone()),
-                    color: part(batch.color.cast(), beams.clone()),
-                    primitive: part(batch.primitive, beams),
+                    distance: part(only(declared & TATU_IN_DISTANCE, batch.distance), beams.clone()),
+                    point: part(only(declared & TATU_IN_POINT, batch.point.cast()), beams.clone()),
+                    normal: part(only(declared & TATU_IN_NORMAL, batch.normal.cast()), beams.clone()),
+                    object: part(only(declared & TATU_IN_OBJECT, batch.object), beams.clone()),
+                    color: part(only(declared & TATU_IN_COLOR, batch.color.cast()), beams.clone()),
+                    primitive: part(only(declared & TATU_IN_PRIMITIVE, batch.primitive), beams),
                 },
                 pixels: PixelInputs {
                     first_pixel,
-                    depth: part(batch.depth, pixels.clone()),
-                    pixel_color: part(batch.pixel_color.cast(), pixels.clone()),
-                    pixel_cosine: part(batch.pixel_cosine, pixels.clone()),
-                    pixel_object: part(batch.pixel_object, pixels),
+                    depth: part(only(declared & TATU_IN_DISTANCE, batch.depth), pixels.clone()),
+                    pixel_color: part(only(declared & TATU_IN_COLOR, batch.pixel_color.cast()), pixels.clone()),
+                    pixel_cosine: part(only(declared & TATU_IN_COSINE, batch.pixel_cosine), pixels.clone()),
+                    pixel_object: part(only(declared & TATU_IN_OBJECT, batch.pixel_object), pixels),
                 },
                 contacts: ContactInputs {
                     first_contact,
-                    contact: part(batch.contact, contacts.clone()),
-                    friction: part(batch.friction.cast(), contacts),
+                    contact: part(only(declared & TATU_IN_CONTACTS, batch.contact), contacts.clone()),
+                    friction: part(only(declared & TATU_IN_CONTACTS, batch.friction.cast()), contacts),
                 },
                 motion: MotionInputs {
-                    pose: part(batch.pose.cast(), sensors.clone()),
-                    twist: part(batch.twist.cast(), sensors.clone()),
-                    acceleration: part(batch.acceleration.cast(), sensors.clone()),
-                    joint: part(batch.joint.cast(), sensors.clone()),
-                    wrench: part(batch.wrench.cast(), sensors),
+                    pose: part(only(declared & TATU_IN_POSE, batch.pose.cast()), sensors.clone()),
+                    twist: part(only(declared & TATU_IN_TWIST, batch.twist.cast()), sensors.clone()),
+                    acceleration: part(
+                        only(declared & TATU_IN_ACCELERATION, batch.acceleration.cast()),
+                        sensors.clone(),
+                    ),
+                    joint: part(only(declared & TATU_IN_JOINT, batch.joint.cast()), sensors.clone()),
+                    wrench: part(only(declared & TATU_IN_WRENCH, batch.wrench.cast()), sensors),
                 },
             }
         }

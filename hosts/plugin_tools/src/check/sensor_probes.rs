@@ -64,7 +64,7 @@ pub fn probe(probe: DeviceProbe, is_pure: bool, call: &BatchCall<'_>) -> tatu_st
         return status;
     }
     // SAFETY: the host's batch conforms to the header.
-    let inputs = unsafe { BatchInputs::of(call.batch, 0..n) };
+    let inputs = unsafe { BatchInputs::of(call.kind, call.batch, 0..n) };
     match probe {
         DeviceProbe::None => {}
         DeviceProbe::Again if !is_pure => {}
@@ -97,7 +97,7 @@ fn again(call: &BatchCall<'_>, inputs: &BatchInputs, before: &[Vec<u8>], own: &[
         }
         reset();
         // SAFETY: the host's batch conforms to the header.
-        let alone = unsafe { BatchInputs::of(call.batch, i..i + 1) };
+        let alone = unsafe { BatchInputs::of(call.kind, call.batch, i..i + 1) };
         let Some(single) = call.call(i..i + 1, &alone) else {
             return error(&call.place(), "it fails when a sensor is measured alone");
         };
