@@ -234,7 +234,9 @@ pub fn parameter(sensor: &str, p: &ParameterSpec, beams: &[(f64, BeamNumbers)]) 
     let (one, two) = (ratios(b - a, first, second), ratios(c - a, first, third));
     // Half angles and half sizes differ by a factor of 2.
     let factors = [1.0, 2.0, 0.5];
-    let of = |ratio: f64| factors.iter().find_map(|f| confused(ratio * f));
+    // Angles are confused with degrees, lengths with decimal multiples. Other factors follow from the geometry of beams.
+    let fits = |text: &&str| text.contains("degrees") == (unit == "rad") && !text.contains("km/h");
+    let of = |ratio: f64| factors.iter().find_map(|f| confused(ratio * f).filter(fits));
     for (x, y) in one.iter().zip(&two) {
         if let (Some(text), Some(_)) = (of(*x), of(*y))
             && (x / y - 1.0).abs() < 1e-3
