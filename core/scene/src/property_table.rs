@@ -25,6 +25,7 @@ const TABLES: &[&[PropertySpec]] = &[
     force_sensor::PROPERTIES,
     devices::SENSOR,
     devices::ACTUATOR,
+    devices::PART,
     spec::PROPERTIES,
     views::CAMERA,
     views::LIGHT,
@@ -319,7 +320,7 @@ mod tests {
                     .collect::<Vec<_>>()
             }
         };
-        let sections: [Box<dyn Fn() -> Vec<Property>>; 11] = [
+        let sections: [Box<dyn Fn() -> Vec<Property>>; 12] = [
             Box::new(|| {
                 properties_of(Some(ObjectKind::Script)).filter(|r| r.spec().owner == PropertyOwner::Any).collect()
             }),
@@ -329,6 +330,7 @@ mod tests {
             Box::new(of(&[ObjectKind::ForceSensor])),
             Box::new(of(&[ObjectKind::Sensor])),
             Box::new(of(&[ObjectKind::Actuator])),
+            Box::new(of(&[ObjectKind::Part])),
             Box::new(of(&[ObjectKind::Graph])),
             Box::new(of(&[ObjectKind::Camera, ObjectKind::Light, ObjectKind::Path])),
             Box::new(of(&[ObjectKind::Script])),

@@ -20,7 +20,7 @@ extern "C" {
 #endif
 
 #define TATU_ABI_MAJOR 0 /* must match; 0 until release 1.0 */
-#define TATU_ABI_MINOR 6 /* increased whenever a table grows; checked only against tatu_need.minor */
+#define TATU_ABI_MINOR 7 /* increased whenever a table grows; checked only against tatu_need.minor */
 
 /* Offset of the end of a field in its table, in bytes. */
 #define TATU_END(t, f) ((size_t)((const char *)(&(t)->f + 1) - (const char *)(t)))
@@ -458,8 +458,8 @@ static inline const void *tatu_find_offer(const tatu_offer *offers, const char *
 }
 #ifndef __cplusplus
 /* Exports the plugin: its extensions, then the fields of tatu_plugin_t by name. The macro sets `size`, the ABI version
- * and `extension`. An extension is TATU_COMMANDS(...), TATU_SENSORS(...), TATU_ACTUATORS(...), TATU_MODELS(...),
- * TATU_IMPORTERS(...), TATU_LANGUAGES(...), TATU_SERVICES(...) or TATU_EVENTS(...), each with pointers to tables;
+ * and `extension`. An extension is TATU_COMMANDS(...), TATU_SENSORS(...), TATU_ACTUATORS(...), TATU_PARTS(...),
+ * TATU_MODELS(...), TATU_IMPORTERS(...), TATU_LANGUAGES(...), TATU_SERVICES(...) or TATU_EVENTS(...), each with pointers to tables;
  * several extensions are enclosed in TATU_OFFERS(...). */
 #  define TATU_PLUGIN(Offers, ...)                                                             \
     static const tatu_offer tatu_offers[] = {Offers, {NULL, NULL}};                            \

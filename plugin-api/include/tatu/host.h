@@ -20,7 +20,7 @@ extern "C" {
 enum tatu_kind {
   TATU_KIND_SHAPE = 0, TATU_KIND_JOINT = 1, TATU_KIND_DUMMY = 2, TATU_KIND_SENSOR = 3, TATU_KIND_ACTUATOR = 4,
   TATU_KIND_FORCE_SENSOR = 5, TATU_KIND_SCRIPT = 6, TATU_KIND_CAMERA = 7, TATU_KIND_LIGHT = 8, TATU_KIND_GRAPH = 9,
-  TATU_KIND_PATH = 10
+  TATU_KIND_PATH = 10, TATU_KIND_PART = 11
 };
 enum tatu_list_flag {
   TATU_LIST_CHILDREN = 1,   /* direct children only; without it, the whole tree, breadth first */

@@ -88,6 +88,13 @@ mirror! {
     }
     tatu_actuator { size, flags, n_commands, reserved, id, text, params, commands, life, apply, schemas, fields }
     tatu_ext_actuator { size, reserved, kinds }
+    tatu_part_call {
+        size, n_fields, world, part, owner, time, dt, step, physics_step, n_physics_steps, state, command, fields, lengths
+    }
+    tatu_part {
+        size, flags, id, text, params, commands, life, actuate, physics_step, sense, paused, end, schemas, fields, presets
+    }
+    tatu_ext_part { size, reserved, kinds }
     tatu_builder { size, reserved, ctx, object, set, mesh, image, script, device, report, file, describe, model, scene, textured_mesh }
     tatu_model_slot { size, reserved, alias, mount, text, payload }
     tatu_model_number { size, reserved, name, value, unit, source }

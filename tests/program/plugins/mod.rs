@@ -23,6 +23,7 @@ mod museum;
 mod names;
 mod new;
 mod outside;
+mod parts;
 mod refusals;
 mod reload;
 mod scopes;

@@ -67,7 +67,7 @@ fn batches(
 ) -> Vec<ActuatorBatch> {
     let mut out = Vec::new();
     for (kind, info) in around.registry.actuators.iter().enumerate() {
-        if info.every_physics_step != every_physics_step {
+        if info.part.is_some() || info.every_physics_step != every_physics_step {
             continue;
         }
         let seat = |(device, d): (usize, &Actuator)| {

@@ -4,7 +4,7 @@
 //! - `types`: the host's representation of what they offer; `read`: reading a plugin's tables;
 //! - `lookup`: lookup by name;
 //! - `models`: reading of models, and those in folders;
-//! - `sensors`, `actuators`, `importers`, `services`, `kinds`, `events`, `dialects`: reading and lookup of these;
+//! - `sensors`, `actuators`, `parts`, `importers`, `services`, `kinds`, `events`, `dialects`: reading and lookup of these;
 //!   `reload`: reloading a single plugin.
 
 use std::{
@@ -22,6 +22,7 @@ mod importers;
 mod kinds;
 mod lookup;
 mod models;
+mod parts;
 mod read;
 mod reload;
 mod sensors;
@@ -49,7 +50,7 @@ pub use types::{
 pub struct Registry {
     /// Kinds of sensors, including the readings of actuators; documents refer to them by index.
     pub sensors: Vec<SensorKind>,
-    /// Kinds of actuators; documents refer to them by index.
+    /// Kinds of actuators and of parts; documents refer to them by index.
     pub actuators: Vec<ActuatorKind>,
     /// Models.
     pub model_offers: ModelOffers,
@@ -270,6 +271,7 @@ impl Registry {
         for i in 0..self.plugins.len() {
             self.add_sensors(i);
             self.add_actuators(i);
+            self.add_parts(i);
             self.add_models(i);
             self.add_importers(i);
             self.add_languages(i);

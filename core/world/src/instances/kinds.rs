@@ -3,7 +3,7 @@
 use std::{ffi::c_void, rc::Rc};
 
 use tatu_devices::{
-    actuators::{Actuator, ActuatorReading},
+    actuators::{Actuator, ActuatorReading, PartRecord},
     sense::{BeamPlan, FieldLayout, ReadingBuffer, SensorDevice},
 };
 use tatu_errors::{Error, Fault, FaultKind, Result};
@@ -68,7 +68,7 @@ pub(crate) fn request_layout(
     Ok(like_it.unwrap_or_else(|| Rc::new(layout)))
 }
 
-/// Creates the instance of an actuator. No part of the world may be borrowed.
+/// Creates the instance of an actuator or a part. No part of the world may be borrowed.
 pub(crate) fn create_actuator(
     world: &WorldCell,
     kind: usize,
@@ -86,10 +86,11 @@ pub(crate) fn create_actuator(
         }
     };
     let NewInstance { data, state, .. } = create_instance(world, info.plugin, &info.life, slot, instance, &params)?;
-    Ok(Actuator { object, slot, kind, data, state, params, off: false, idle_reported: false, report })
+    let part = info.part.map(|_| Box::<PartRecord>::default());
+    Ok(Actuator { object, slot, kind, data, state, params, off: false, idle_reported: false, report, part })
 }
 
-/// Ends the instance of an actuator. No part of the world may be borrowed.
+/// Ends the instance of an actuator or a part. No part of the world may be borrowed.
 pub(crate) fn end_actuator(world: &WorldCell, actuator: Actuator) {
     let kind = &world.model.registry.actuators[actuator.kind];
     if let Some(destroy) = kind.life.destroy {

@@ -398,7 +398,7 @@ fn install_actuator(cell: &WorldCell, new: Actuator, m: &DeviceReplacement) -> (
 /// Carries the values of an actuator's commands over to the commands of the new version.
 fn carry_over_commands(cell: &WorldCell, m: &DeviceReplacement, old: &Registry, new: &Registry) {
     let mut scene = cell.state.scene.borrow_mut();
-    let Some(ObjectVariant::Actuator(a)) = scene.get_mut(m.slot).map(|o| &mut o.data) else { return };
+    let Some(a) = scene.get_mut(m.slot).and_then(|o| o.data.actuator_or_part_mut()) else { return };
     let values: Vec<Value> = a.commands.iter().map(|x| Value::Float(*x)).collect();
     let given = params_by_key(&old.actuators[m.kind].commands, &values);
     let number = |v: Value| if let Value::Float(x) = v { x } else { 0.0 };

@@ -102,7 +102,7 @@ pub struct DeviceImage {
     pub off: bool,
 }
 
-/// An actuator's state, without its commands, which are in the scene.
+/// The state of an actuator or a part, without its commands, which are in the scene.
 #[derive(Serialize, Deserialize)]
 pub struct ActuatorImage {
     pub slot: u32,
@@ -113,6 +113,8 @@ pub struct ActuatorImage {
     pub instance: InstanceImage,
     pub off: bool,
     pub idle_told: bool,
+    /// Number of calls of a part; 0 for an actuator.
+    pub calls: u64,
 }
 
 /// A fault reported before the snapshot.

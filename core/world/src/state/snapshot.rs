@@ -159,6 +159,7 @@ fn actuators(cell: &WorldCell, missed: &mut Vec<UnsavedInstance>) -> Vec<Actuato
                 instance: InstanceImage::default(),
                 off: d.off,
                 idle_told: d.idle_reported,
+                calls: d.part.as_deref().map_or(0, |p| p.calls),
             };
             (image, d.state.to_vec(), d.data)
         };

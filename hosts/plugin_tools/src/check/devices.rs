@@ -1,4 +1,4 @@
-//! Tests of sensors and actuators: results are finite, do not depend on the number of threads, and follow changes of
+//! Tests of sensors, actuators and parts: results are finite, do not depend on the number of threads, and follow changes of
 //! parameters.
 
 use std::{
@@ -120,13 +120,14 @@ pub fn compare(place: &str, one: &[String], other: &[String], what: &str) {
 pub fn actuators(file: &Path) -> Result<(), Error> {
     let subject = TestedPlugin::load(file)?;
     for a in subject.own_actuators() {
-        let place = format!("actuator `{}`", a.id);
+        let kind = if a.part.is_some() { "part" } else { "actuator" };
+        let place = format!("{kind} `{}`", a.id);
         let Some(lines) = actuator_lines(a) else {
             untested(&place, "it is not tested: a required parameter cannot be set in a scene");
             continue;
         };
         finding::report_activity(&place, "when it acts");
-        let scene = actuator_scene(&a.id, &lines);
+        let scene = actuator_scene(kind, &a.id, &lines);
         let one = acted(&subject, &scene, 1)?;
         compare(&place, &one, &acted(&subject, &scene, 2)?, "its effect on 2 threads differs from that on 1");
         compare(&place, &one, &acted(&subject, &scene, 1)?, "two equal runs have different results");
@@ -141,17 +142,17 @@ pub fn actuator_lines(a: &tatu_core::plugins::ActuatorKind) -> Option<String> {
     Some(stage::required(&a.params)? + &commands.collect::<String>())
 }
 
-/// Returns a scene that contains several bodies with one actuator each, and another actuator on a jointed body.
-pub fn actuator_scene(id: &str, lines: &str) -> String {
+/// Returns a scene that contains several bodies with one actuator or part each, and another one on a jointed body.
+pub fn actuator_scene(kind: &str, id: &str, lines: &str) -> String {
     let mut devices = String::new();
     for i in 0..BODY_COUNT {
         let at = [0.15 * f64::from(i) - 0.5, -0.8, 0.6];
         devices += &format!(
             "\n[[object]]\nkind = \"shape\"\nalias = \"b{i}\"\nsize_m = [0.1, 0.1, 0.1]\nposition_m = {at:?}\ndynamic = true\nrespondable = true\nmass_kg = 1.0\n"
         );
-        devices += &device("actuator", id, &format!("a{i}"), &format!("parent = \"/b{i}\"\n"), lines);
+        devices += &device(kind, id, &format!("a{i}"), &format!("parent = \"/b{i}\"\n"), lines);
     }
-    devices += &device("actuator", id, "a_hinge", "parent = \"/hinge/lever\"\n", lines);
+    devices += &device(kind, id, "a_hinge", "parent = \"/hinge/lever\"\n", lines);
     stage::scene(&devices, "")
 }
 

@@ -146,7 +146,7 @@ const TESTS: &[CheckTest] = &[
     CheckTest { name: "units", text: "parameters, readings and forces are in the declared units", run: probes::units },
     CheckTest {
         name: "actuators",
-        text: "actuators act the same on 1 and 2 threads, bit for bit",
+        text: "actuators and parts act the same on 1 and 2 threads, bit for bit",
         run: devices::actuators,
     },
     CheckTest {

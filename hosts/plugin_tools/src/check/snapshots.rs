@@ -31,7 +31,8 @@ fn scene(subject: &TestedPlugin, turn: usize) -> (String, String) {
     }
     for (n, a) in subject.own_actuators().enumerate() {
         if let Some(lines) = devices::actuator_lines(a) {
-            devices += &table("actuator", &a.id, n, "parent = \"/body\"\n", &lines);
+            let kind = if a.part.is_some() { "part" } else { "actuator" };
+            devices += &table(kind, &a.id, n, "parent = \"/body\"\n", &lines);
         }
     }
     let script = scripts::turning_script(subject, turn);

@@ -4,7 +4,7 @@ use std::{collections::HashSet, ptr::null};
 
 use crate::abi::*;
 use crate::safe::{
-    Actuator, Command, Constant, Event, Importer, Language, Model, ModelReader, PerWorld, Plugin, Sensor, Service,
+    Actuator, Command, Constant, Event, Importer, Language, Model, ModelReader, Part, PerWorld, Plugin, Sensor, Service,
     declare::plugin::{ExtensionTables, Offer},
     entry::life::{self, WorldState},
     value::{fail::bytes_raw, table_arena::TableArena},
@@ -22,6 +22,7 @@ impl<P: Plugin> Offer<P> {
             kind_marks: Vec::new(),
             sensors: Vec::new(),
             actuators: Vec::new(),
+            parts: Vec::new(),
             models: Vec::new(),
             read_model: None,
             importers: Vec::new(),
@@ -109,6 +110,11 @@ impl<P: Plugin> Offer<P> {
         let raw = crate::safe::declare::actuator::table::<A>(&mut self.arena);
         self.actuators.push(raw);
     }
+    /// Adds a kind of part.
+    pub fn part<A: Part<Plugin = P>>(&mut self) {
+        let raw = crate::safe::declare::part::table::<A>(&mut self.arena);
+        self.parts.push(raw);
+    }
     /// Adds a model.
     pub fn model<M: Model<Plugin = P>>(&mut self) {
         let raw = crate::safe::declare::model::table::<M>(&mut self.arena);
@@ -176,6 +182,10 @@ impl<P: Plugin> Offer<P> {
             let kinds = keep.list(self.actuators);
             keep.table(tatu_ext_actuator { size: size_of::<tatu_ext_actuator>() as u32, reserved: 0, kinds })
         });
+        let part = (!self.parts.is_empty()).then(|| {
+            let kinds = keep.list(self.parts);
+            keep.table(tatu_ext_part { size: size_of::<tatu_ext_part>() as u32, reserved: 0, kinds })
+        });
         let model = (!self.models.is_empty() || self.read_model.is_some()).then(|| {
             let (models, read) = (keep.list(self.models), self.read_model);
             keep.table(tatu_ext_model { size: size_of::<tatu_ext_model>() as u32, reserved: 0, models, read })
@@ -200,6 +210,7 @@ impl<P: Plugin> Offer<P> {
             command: command.unwrap_or(null()),
             sensor: sensor.unwrap_or(null()),
             actuator: actuator.unwrap_or(null()),
+            part: part.unwrap_or(null()),
             model: model.unwrap_or(null()),
             importer: importer.unwrap_or(null()),
             script: script.unwrap_or(null()),

@@ -53,7 +53,7 @@ pub trait PerWorld: Plugin {
 /// Data with which an instance is created.
 #[derive(Debug, Clone, Copy)]
 pub struct Instance {
-    /// The sensor, actuator or script object.
+    /// The object of the sensor, actuator, part or script.
     pub owner: tatu_object,
     /// Id of the instance, unique in its world.
     pub id: u64,
@@ -95,6 +95,7 @@ pub(crate) struct ExtensionTables {
     pub(crate) command: *const tatu_ext_command,
     pub(crate) sensor: *const tatu_ext_sensor,
     pub(crate) actuator: *const tatu_ext_actuator,
+    pub(crate) part: *const tatu_ext_part,
     pub(crate) model: *const tatu_ext_model,
     pub(crate) importer: *const tatu_ext_importer,
     pub(crate) script: *const tatu_ext_script,
@@ -116,6 +117,7 @@ pub struct Offer<P: Plugin> {
     pub(crate) kind_marks: Vec<*const tatu_kind_mark>,
     pub(crate) sensors: Vec<*const tatu_sensor>,
     pub(crate) actuators: Vec<*const tatu_actuator>,
+    pub(crate) parts: Vec<*const tatu_part>,
     pub(crate) models: Vec<*const tatu_model>,
     pub(crate) read_model: Option<ReadModelFn>,
     pub(crate) importers: Vec<*const tatu_importer>,

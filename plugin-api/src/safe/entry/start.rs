@@ -67,6 +67,7 @@ pub unsafe extern "C" fn extension<P: Plugin>(me: *mut c_void, id: *const c_char
         id if id == TATU_COMMAND => tables.command.cast(),
         id if id == TATU_SENSOR => tables.sensor.cast(),
         id if id == TATU_ACTUATOR => tables.actuator.cast(),
+        id if id == TATU_PART => tables.part.cast(),
         id if id == TATU_MODEL => tables.model.cast(),
         id if id == TATU_IMPORTER => tables.importer.cast(),
         id if id == TATU_SCRIPT => tables.script.cast(),
