@@ -154,6 +154,7 @@ accessors! {
         fields: list => Vec<Declared<'a, tatu_field>>;
         schemas: labels => Vec<String>;
         presets: list => Vec<Declared<'a, tatu_preset>>;
+        events: texts => Vec<String>;
     }
     tatu_ext_model { models: list => Vec<Declared<'a, tatu_model>>; }
     tatu_model {
@@ -232,7 +233,10 @@ accessors! {
         params: list => Vec<Declared<'a, tatu_param>>;
         events: texts => Vec<String>;
     }
-    tatu_ext_event { events: list => Vec<Declared<'a, tatu_event>>; }
+    tatu_ext_event {
+        events: list => Vec<Declared<'a, tatu_event>>;
+        listens: texts => Vec<String>;
+    }
     tatu_event {
         name: label => Option<String>;
         text: text => Option<String>;

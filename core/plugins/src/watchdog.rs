@@ -86,6 +86,8 @@ calls! {
     PartSense = "tatu_part.sense",
     PartPaused = "tatu_part.paused",
     PartEnd = "tatu_part.end",
+    PartEvent = "tatu_part.event",
+    Heard = "tatu_ext_event.heard",
 }
 
 impl PluginCall {

@@ -83,6 +83,11 @@ typedef struct tatu_part {
   /* Named settings: parameters and commands, as lines of TOML. A scene selects them with `preset = "<id>"`; keys that
    * the scene sets itself take precedence. Null: none. */
   const tatu_preset *const *presets;
+  /* [step] Receives an event (docs/reference/events.md): `name` and `payload`, a map, are valid during the call. Called
+   * where events are delivered, after the functions of scripts that subscribe to the event. */
+  tatu_status(TATU_CALL *event)(void *data, const tatu_part_call *, tatu_str name, const tatu_value *payload,
+                                tatu_error *);
+  const char *const *events; /* names of the events that `event` receives; "*" as in tatu_service.events. Null: none */
 } tatu_part;
 
 typedef struct tatu_ext_part {

@@ -652,10 +652,22 @@ pub struct tatu_event {
     pub fields: *const *const tatu_param,
 }
 
+/// The function of a plugin that receives events.
+pub type HeardFn = unsafe extern "C" fn(
+    *mut c_void,
+    *mut c_void,
+    *mut tatu_world,
+    tatu_str,
+    *const tatu_value,
+    *mut tatu_error,
+) -> tatu_status;
+
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct tatu_ext_event {
     pub size: u32,
     pub reserved: u32,
     pub events: *const *const tatu_event,
+    pub heard: Option<HeardFn>,
+    pub listens: *const *const c_char,
 }

@@ -32,6 +32,15 @@ pub struct tatu_part_call {
 /// A function of a part that is called in a stage.
 pub type PartFn = unsafe extern "C" fn(*mut c_void, *const tatu_part_call, *mut tatu_error) -> tatu_status;
 
+/// The function of a part that receives events.
+pub type PartEventFn = unsafe extern "C" fn(
+    *mut c_void,
+    *const tatu_part_call,
+    tatu_str,
+    *const tatu_value,
+    *mut tatu_error,
+) -> tatu_status;
+
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct tatu_part {
@@ -50,6 +59,8 @@ pub struct tatu_part {
     pub schemas: *const *const c_char,
     pub fields: *const *const tatu_field,
     pub presets: *const *const tatu_preset,
+    pub event: Option<PartEventFn>,
+    pub events: *const *const c_char,
 }
 
 #[repr(C)]

@@ -21,7 +21,7 @@ pub use call::shared_world::{Object, SharedWorld};
 pub use call::world::{Closest, Contact, World};
 pub use declare::actuator::{Actuator, Drive, Output};
 pub use declare::command::Constant;
-pub use declare::event::Event;
+pub use declare::event::{Event, Heard, HeardFunction};
 pub use declare::importer::Importer;
 pub use declare::language::{Budget, Flow, Frame, Language};
 pub use declare::model::{Builder, Model, Node};

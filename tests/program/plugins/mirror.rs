@@ -92,7 +92,8 @@ mirror! {
         size, n_fields, world, part, owner, time, dt, step, physics_step, n_physics_steps, state, command, fields, lengths
     }
     tatu_part {
-        size, flags, id, text, params, commands, life, actuate, physics_step, sense, paused, end, schemas, fields, presets
+        size, flags, id, text, params, commands, life, actuate, physics_step, sense, paused, end, schemas, fields, presets,
+        event, events
     }
     tatu_ext_part { size, reserved, kinds }
     tatu_builder { size, reserved, ctx, object, set, mesh, image, script, device, report, file, describe, model, scene, textured_mesh }
@@ -113,7 +114,7 @@ mirror! {
     tatu_service { size, flags, id, text, params, life, barrier, event, resume, events, call_func, last }
     tatu_ext_service { size, reserved, services }
     tatu_event { size, reserved, name, text, fields }
-    tatu_ext_event { size, reserved, events }
+    tatu_ext_event { size, reserved, events, heard, listens }
     tatu_host_scene {
         size, reserved, prop, get, set, get_f64, set_f64, get_f64_many, set_f64_many, pose, set_pose, look,
         find, create, remove, list, copy, load, save, row, model

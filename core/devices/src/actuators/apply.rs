@@ -166,7 +166,7 @@ fn apply(
         return;
     }
     let info = &registry.actuators[*kind];
-    let Actuators { devices, scratch: s } = actuators;
+    let Actuators { devices, scratch: s, .. } = actuators;
     s.clear();
     let motions: Vec<_> = seats.iter().map(|seat| seat.mount.motion(engine)).collect();
     for (seat, m) in seats.iter().zip(&motions) {
@@ -213,15 +213,11 @@ fn apply(
                 (TATU_ERR, PAST_STATE.to_owned())
             }
             bad if bad < 0 => (bad, error.text()),
-            _ if d.report.as_ref().is_some_and(|r| !r.layout.is_whole(&r.fields)) => {
-                (TATU_ERR, "broke the contract: it wrote outside the fields that it reports".to_owned())
-            }
-            _ if let Some(field) = registry.actuators[*kind].readings.and_then(|k| {
-                let report = d.report.as_ref()?;
-                report.layout.not_a_number(&report.fields, &registry.sensors[k])
-            }) =>
+            _ if let Some(text) = registry.actuators[*kind]
+                .readings
+                .and_then(|k| d.report.as_ref()?.check(&registry.sensors[k]).err()) =>
             {
-                (TATU_ERR, format!("broke the contract: `{field}` is not a number"))
+                (TATU_ERR, text)
             }
             _ if !finite => {
                 (TATU_ERR, format!("returned the wrench {wrench:?} and the effort {effort}; expected finite numbers"))

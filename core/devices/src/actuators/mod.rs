@@ -15,7 +15,7 @@ mod scratch;
 use std::{ffi::c_void, rc::Rc};
 
 use tatu_plugin_api::{abi::*, safe::Value};
-use tatu_plugins::state_block::StateBlock;
+use tatu_plugins::{SensorKind, state_block::StateBlock};
 
 use crate::sense::{FieldLayout, ReadingBuffer, Sensing};
 
@@ -54,6 +54,19 @@ pub struct ActuatorReading {
     pub fields: ReadingBuffer,
     /// Simulation time of the last call, s; `None` if there was no call since the readings were last published.
     pub time: Option<f64>,
+}
+
+impl ActuatorReading {
+    /// Returns an error if the plugin wrote outside its fields, or a value that is not a number.
+    pub fn check(&self, kind: &SensorKind) -> Result<(), String> {
+        if !self.layout.is_whole(&self.fields) {
+            return Err("broke the contract: it wrote outside the fields that it reports".to_owned());
+        }
+        match self.layout.not_a_number(&self.fields, kind) {
+            Some(field) => Err(format!("broke the contract: `{field}` is not a number")),
+            None => Ok(()),
+        }
+    }
 }
 
 /// The actuators and parts of a world.

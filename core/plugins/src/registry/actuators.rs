@@ -74,6 +74,7 @@ impl Registry {
                 readings,
                 raw: *raw,
                 part: None,
+                events: Vec::new(),
                 presets: Vec::new(),
                 id,
             });

@@ -41,7 +41,7 @@ pub use models::{FoundModel, MODEL_FILE};
 pub use sensors::MAX_ELEMENTS;
 use tatu_errors::{Error, Result};
 pub use types::{
-    ActuatorKind, AttachmentSlot, CommandEntry, CommandName, CommandStatus, DeviceKind, FieldSpec, Importer,
+    ActuatorKind, AttachmentSlot, CommandEntry, CommandName, CommandStatus, DeviceKind, EventListener, FieldSpec, Importer,
     ImporterChoice, Model, ModelNumber, Prelude, PresetSpec, ScriptConstant, ScriptKindMark, ScriptLanguage,
     SensorKind, ServiceKind,
 };
@@ -64,6 +64,8 @@ pub struct Registry {
     pub services: Vec<ServiceKind>,
     /// Declared events: the host's own, followed by those of the plugins, in order of plugins.
     pub events: Vec<crate::events::EventSpec>,
+    /// The plugins that receive events, in order.
+    pub listeners: Vec<EventListener>,
     /// Errors and notes from the loading of the plugins.
     pub load_report: LoadReport,
     /// The folders in which plugins and models are searched.
@@ -251,6 +253,7 @@ impl Registry {
             command_offers: CommandOffers { commands: Vec::new(), names: BTreeMap::new(), world_lives: Vec::new() },
             services: Vec::new(),
             events: crate::events::host_events(),
+            listeners: Vec::new(),
             load_report: LoadReport {
                 refused: Vec::new(),
                 known_errors: Vec::new(),

@@ -41,9 +41,9 @@ impl Registry {
             if !self.claim_id(plugin, "part", &id, &claimed) {
                 continue;
             }
-            if raw.actuate.is_none() && raw.physics_step.is_none() && raw.sense.is_none() && raw.paused.is_none() {
+            if raw.actuate.is_none() && raw.physics_step.is_none() && raw.sense.is_none() && raw.event.is_none() {
                 let text = format!("{owner} would never be called");
-                self.refuse(plugin, text, "set one of the functions `actuate`, `physics_step`, `sense` and `paused`");
+                self.refuse(plugin, text, "set one of the functions `actuate`, `physics_step`, `sense` and `event`");
                 continue;
             }
             let (params, commands) =
@@ -69,6 +69,7 @@ impl Registry {
                 readings,
                 raw: NO_ACTUATOR,
                 part: Some(*raw),
+                events: if raw.event.is_some() { raw.events() } else { Vec::new() },
                 presets,
                 id,
             });

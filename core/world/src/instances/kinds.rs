@@ -86,6 +86,7 @@ pub(crate) fn create_actuator(
         }
     };
     let NewInstance { data, state, .. } = create_instance(world, info.plugin, &info.life, slot, instance, &params)?;
+    world.run.connections.bus.add_natives(&info.events);
     let part = info.part.map(|_| Box::<PartRecord>::default());
     Ok(Actuator { object, slot, kind, data, state, params, off: false, idle_reported: false, report, part })
 }

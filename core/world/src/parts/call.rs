@@ -32,6 +32,8 @@ pub(crate) enum Moment {
     /// A pause begins, lasts or ends: one of `TATU_PAUSE_*`.
     Paused(u32),
     End,
+    /// An event is delivered: its name and its payload, which are valid during the call.
+    Event(tatu_str, *const tatu_value),
 }
 
 impl Moment {
@@ -42,6 +44,7 @@ impl Moment {
             Moment::Sense => PluginCall::PartSense,
             Moment::Paused(_) => PluginCall::PartPaused,
             Moment::End => PluginCall::PartEnd,
+            Moment::Event(..) => PluginCall::PartEvent,
         }
     }
 
@@ -52,6 +55,7 @@ impl Moment {
             Moment::Sense => part.sense.map(PartFunction::Plain),
             Moment::Paused(moment) => part.paused.map(|f| PartFunction::Paused(f, moment)),
             Moment::End => part.end.map(PartFunction::Plain),
+            Moment::Event(name, payload) => part.event.map(|f| PartFunction::Event(f, name, payload)),
         }
     }
 
@@ -62,7 +66,7 @@ impl Moment {
             Moment::Sense => true,
             Moment::PhysicsStep(at) => part.sense.is_none() && at.index + 1 == at.count,
             Moment::Actuate => part.sense.is_none() && part.physics_step.is_none(),
-            Moment::Paused(_) | Moment::End => false,
+            Moment::Paused(_) | Moment::End | Moment::Event(..) => false,
         }
     }
 }
@@ -71,6 +75,7 @@ impl Moment {
 enum PartFunction {
     Plain(PartFn),
     Paused(unsafe extern "C" fn(*mut c_void, *const tatu_part_call, u32, *mut tatu_error) -> tatu_status, u32),
+    Event(PartEventFn, tatu_str, *const tatu_value),
 }
 
 /// Commands and fields that fit on the stack; more are allocated.
@@ -226,7 +231,7 @@ fn call(
         lengths: arguments.lengths,
     };
     let error = calls.error_at(level.depth);
-    calls.last_refusal.borrow_mut().object().clear();
+    calls.last_refusal.borrow_mut().reset();
     calls.caller.set(Caller { object: arguments.owner, ..Caller::HOST });
     let mark = calls.arena.borrow().mark();
     // SAFETY: the function is from a plugin that is never unloaded, and `data` points to the instance that it created,
@@ -236,6 +241,7 @@ fn call(
         match function {
             PartFunction::Plain(f) => f(arguments.data, &frame, error),
             PartFunction::Paused(f, moment) => f(arguments.data, &frame, moment, error),
+            PartFunction::Event(f, name, payload) => f(arguments.data, &frame, name, payload, error),
         }
     };
     let status = check_status(error, world.call_plugin(plugin, moment.call(), arguments.slot, run), false);
@@ -271,15 +277,8 @@ fn check_output(world: &WorldCell, d: &mut Actuator) -> Result<(), (tatu_status,
         return Err((TATU_ERR, PAST_STATE.to_owned()));
     }
     let Some(report) = &d.report else { return Ok(()) };
-    if !report.layout.is_whole(&report.fields) {
-        let text = "broke the contract: it wrote outside the fields that it reports";
-        return Err((TATU_ERR, text.to_owned()));
-    }
     let kind = world.model.registry.actuators[d.kind].readings.map(|k| &world.model.registry.sensors[k]);
-    match kind.and_then(|kind| report.layout.not_a_number(&report.fields, kind)) {
-        Some(field) => Err((TATU_ERR, format!("broke the contract: `{field}` is not a number"))),
-        None => Ok(()),
-    }
+    kind.map_or(Ok(()), |kind| report.check(kind)).map_err(|text| (TATU_ERR, text))
 }
 
 /// Reports a failed part, which has been switched off, and discards its readings.

@@ -9,11 +9,14 @@
 //! | each physics step | the scripts' callbacks `dyn` and `joint` | actuators that act in each physics step |
 //! | stage `sense` | sensors have measured | the scripts' sensing |
 //! | a pause begins, lasts, ends | the scripts' callbacks | |
+//! | an event is delivered | the functions of scripts | plugins |
 //! | the end of a run | the scripts' clean-up | the scene is restored |
 
 mod call;
 
 use tatu_devices::actuators::Actuator;
+use tatu_plugin_api::abi::tatu_value;
+use tatu_plugins::{border::raw, events::covers};
 
 use crate::cell::{PartSummary, WorldCell};
 
@@ -41,6 +44,18 @@ pub(crate) fn any_in_physics(world: &WorldCell) -> bool {
     let registry = &world.model.registry;
     let called = |d: &Actuator| !d.off && registry.actuators[d.kind].part.is_some_and(|p| p.physics_step.is_some());
     actuators.parts().iter().any(|i| called(&actuators.devices[*i]))
+}
+
+/// Delivers an event to the parts that subscribe to it, in the order in which parts are called.
+pub(crate) fn deliver_event(world: &WorldCell, name: &str, payload: &tatu_value) {
+    let Ok(mut actuators) = world.devices.actuators.try_borrow_mut() else { return };
+    let registry = &world.model.registry;
+    let wants = |d: &Actuator| registry.actuators[d.kind].events.iter().any(|wanted| covers(wanted, name));
+    let wanting: Vec<usize> = actuators.parts().iter().copied().filter(|i| wants(&actuators.devices[*i])).collect();
+    drop(actuators);
+    for at in wanting {
+        call::call_at(world, at, Moment::Event(raw(name.as_bytes()), payload));
+    }
 }
 
 /// Ends all parts at the end of a run; those that have ended already are not called again.

@@ -6,7 +6,6 @@ use tatu_devices::{actuators::Actuator, sense::SensorDevice};
 use tatu_errors::{Error, Result};
 use tatu_plugin_api::{abi::*, safe::Value};
 use tatu_plugins::{ParameterSpec, Registry};
-use tatu_scene::ObjectVariant;
 
 use super::ReloadReport;
 use crate::{

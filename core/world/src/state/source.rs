@@ -11,7 +11,7 @@ use std::{
 use tatu_errors::{Error, Result};
 use tatu_plugin_api::safe::{MAX_FILE_BYTES, Value, read_plain};
 use tatu_scene::{
-    ObjectVariant, Scene,
+    Scene,
     document::{
         self, AllowedFile, DeviceSpec, Document, EditedScene, LoadOptions, ObjectAttachments, SceneFiles, ScriptSpec,
         ServiceSpec, SourceFiles, folder_beside, patch,

@@ -4,8 +4,11 @@ use std::{collections::HashSet, ptr::null};
 
 use crate::abi::*;
 use crate::safe::{
-    Actuator, Command, Constant, Event, Importer, Language, Model, ModelReader, Part, PerWorld, Plugin, Sensor, Service,
-    declare::plugin::{ExtensionTables, Offer},
+    Actuator, Command, Constant, Event, HeardFunction, Importer, Language, Model, ModelReader, Part, PerWorld, Plugin, Sensor, Service,
+    declare::{
+        event,
+        plugin::{ExtensionTables, Offer},
+    },
     entry::life::{self, WorldState},
     value::{fail::bytes_raw, table_arena::TableArena},
 };
@@ -29,6 +32,7 @@ impl<P: Plugin> Offer<P> {
             languages: Vec::new(),
             services: Vec::new(),
             events: Vec::new(),
+            listener: None,
         }
     }
     /// Makes the host create an instance of [`PerWorld::World`] for each world, for use by commands.
@@ -152,6 +156,13 @@ impl<P: Plugin> Offer<P> {
         self.events.push(raw);
     }
 
+    /// Makes the plugin receive these events of each world: `heard` is called where events are delivered, after scripts
+    /// and parts. `*` means all except "collision", "separation" and "contact". If `heard` fails, it is not called again
+    /// in that world.
+    pub fn listen(&mut self, events: &[&str], heard: HeardFunction<P>) {
+        self.listener = Some((heard, events.iter().map(|e| (*e).to_owned()).collect()));
+    }
+
     pub(crate) fn finish(mut self) -> ExtensionTables {
         let keep = &mut self.arena;
         let offers_commands = !self.commands.is_empty()
@@ -202,9 +213,12 @@ impl<P: Plugin> Offer<P> {
             let services = keep.list(self.services);
             keep.table(tatu_ext_service { size: size_of::<tatu_ext_service>() as u32, reserved: 0, services })
         });
-        let event = (!self.events.is_empty()).then(|| {
+        let event = (!self.events.is_empty() || self.listener.is_some()).then(|| {
             let events = keep.list(self.events);
-            keep.table(tatu_ext_event { size: size_of::<tatu_ext_event>() as u32, reserved: 0, events })
+            let names = self.listener.as_ref().map(|(_, names)| names.iter().map(String::as_str).collect::<Vec<_>>());
+            let listens = names.map_or(null(), |names| keep.texts(&names));
+            let heard = self.listener.as_ref().map(|_| event::heard::<P> as HeardFn);
+            keep.table(tatu_ext_event { size: size_of::<tatu_ext_event>() as u32, reserved: 0, events, heard, listens })
         });
         ExtensionTables {
             command: command.unwrap_or(null()),

@@ -10,7 +10,9 @@ use crate::safe::{
         life::{self, InstanceInfo, InstanceLife},
         panics,
     },
-    value::{field::Field, list_cache::cached_list, sample::Readout, table_arena::TableArena},
+    value::{
+        fail::bytes_of, field::Field, list_cache::cached_list, sample::Readout, table_arena::TableArena,
+    },
 };
 
 /// A moment at which a part is called.
@@ -108,6 +110,9 @@ pub trait Part: Sized + 'static {
     const STATE: usize = 0;
     /// Version of these values and of the data that [`Part::save`] writes; increase it when their meaning changes.
     const STATE_VERSION: u32 = 0;
+    /// Names of the events that [`event`](Self::event) receives; `*` means all except "collision", "separation" and
+    /// "contact".
+    const EVENTS: &'static [&'static str] = &[];
     /// Schemas that its own readings fill.
     const SCHEMAS: &'static [&'static str] = &[];
     /// Named settings, with parameters and commands.
@@ -166,6 +171,11 @@ pub trait Part: Sized + 'static {
         let _ = (call, moment);
         Ok(())
     }
+    /// Receives an event, one of [`EVENTS`](Self::EVENTS); the payload is a map.
+    fn event(&mut self, call: &mut PartCall<'_>, name: &str, payload: ValueRef<'_>) -> Result {
+        let _ = (call, name, payload);
+        Ok(())
+    }
     /// Called once, at the end of a run or after the part's object has been removed.
     fn end(&mut self, call: &mut PartCall<'_>) -> Result {
         let _ = call;
@@ -195,6 +205,8 @@ pub(crate) fn table<A: Part>(keep: &mut TableArena) -> *const tatu_part {
         schemas: keep.texts(A::SCHEMAS),
         fields: keep.list(fields),
         presets: keep.list(presets),
+        event: if A::EVENTS.is_empty() { None } else { Some(event::<A>) },
+        events: if A::EVENTS.is_empty() { std::ptr::null() } else { keep.texts(A::EVENTS) },
     };
     keep.table(raw)
 }
@@ -300,6 +312,21 @@ unsafe extern "C" fn paused<A: Part>(
     };
     // SAFETY: as for `actuate`.
     unsafe { run::<A>(data, call, error, |part, call| part.paused(call, moment)) }
+}
+
+unsafe extern "C" fn event<A: Part>(
+    data: *mut c_void,
+    call: *const tatu_part_call,
+    name: tatu_str,
+    payload: *const tatu_value,
+    error: *mut tatu_error,
+) -> tatu_status {
+    // SAFETY: as for `actuate`; the name and the payload are valid during the call as well.
+    unsafe {
+        let name = String::from_utf8_lossy(bytes_of(name));
+        let payload = ValueRef::slice(payload, 1).first().copied().unwrap_or(ValueRef::NIL);
+        run::<A>(data, call, error, |part, call| part.event(call, &name, payload))
+    }
 }
 
 /// Calls a function of a part.

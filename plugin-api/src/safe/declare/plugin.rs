@@ -3,7 +3,7 @@
 use std::{collections::HashSet, ffi::c_void, sync::Mutex};
 
 use crate::abi::*;
-use crate::safe::{Fail, Host, Param, Result, Value, World, call::frame::CallFrame, value::table_arena::TableArena};
+use crate::safe::{Fail, HeardFunction, Host, Param, Result, Value, World, call::frame::CallFrame, value::table_arena::TableArena};
 
 /// A plugin. There is one value per host. A plugin must not have mutable globals; state that belongs to a world is
 /// stored in an instance of [`PerWorld`].
@@ -75,6 +75,8 @@ pub(crate) struct StartedPlugin<P: Plugin> {
     pub(crate) plugin: P,
     pub(crate) host: Host,
     pub(crate) tables: ExtensionTables,
+    /// The function that receives events.
+    pub(crate) heard: Option<HeardFunction<P>>,
     /// Models that the plugin has read.
     pub(crate) model_cache: Mutex<ModelCache>,
 }
@@ -124,6 +126,8 @@ pub struct Offer<P: Plugin> {
     pub(crate) languages: Vec<*const tatu_language>,
     pub(crate) services: Vec<*const tatu_service>,
     pub(crate) events: Vec<*const tatu_event>,
+    /// The function that receives events, and their names.
+    pub(crate) listener: Option<(HeardFunction<P>, Vec<String>)>,
 }
 
 /// The declaration of a command.

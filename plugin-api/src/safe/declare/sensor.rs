@@ -10,6 +10,7 @@ use crate::safe::{
     value::{
         field::Field,
         sample::{Readout, Sample},
+        table_arena::TableArena,
     },
 };
 

@@ -39,7 +39,9 @@ pub unsafe extern "C" fn init<P: Plugin>(
         let plugin = P::start(&host)?;
         let mut offer = Offer::new();
         P::offer(&mut offer);
-        let started = Box::new(StartedPlugin { plugin, host, tables: offer.finish(), model_cache: Mutex::default() });
+        let heard = offer.listener.as_ref().map(|(heard, _)| *heard);
+        let tables = offer.finish();
+        let started = Box::new(StartedPlugin { plugin, host, tables, heard, model_cache: Mutex::default() });
         // SAFETY: `me` is valid for a write, as the header requires.
         unsafe { *me = Box::into_raw(started).cast() };
         Ok(TATU_OK)
