@@ -16,9 +16,7 @@ pub fn summarize(world: &World) -> Value {
 
 /// Returns an array of `{object, kind, calls, wall_s, off}`. The real time differs from run to run.
 pub fn summarize_parts(world: &World) -> Value {
-    let one = |p: tatu_core::PartSummary| {
-        json!({ "object": p.object, "kind": p.kind, "calls": p.calls, "wall_s": p.seconds, "off": p.off })
-    };
+    let one = |p: tatu_core::PartSummary| json!({ "object": p.object, "kind": p.kind, "calls": p.calls, "wall_s": p.seconds, "off": p.off });
     world.parts().into_iter().map(one).collect()
 }
 

@@ -87,6 +87,7 @@ calls! {
     PartPaused = "tatu_part.paused",
     PartEnd = "tatu_part.end",
     PartEvent = "tatu_part.event",
+    PartContact = "tatu_part.contact",
     Heard = "tatu_ext_event.heard",
 }
 

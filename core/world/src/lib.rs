@@ -36,7 +36,9 @@ pub mod session;
 pub mod state;
 mod step;
 
-pub use cell::{LogBuffer, LogLine, NextScene, OptionalObject, PartSummary, Phase, ScriptSummary, StandIn, record_breach};
+pub use cell::{
+    LogBuffer, LogLine, NextScene, OptionalObject, PartSummary, Phase, ScriptSummary, StandIn, record_breach,
+};
 pub use run::{ObjectState, Reading, ReadingField, Session, World, replay_to};
 pub use services::{Channel, host_tables};
 pub use tatu_beams as beams;

@@ -127,6 +127,10 @@ typedef struct tatu_host_bodies {
   tatu_status(TATU_CALL *closest_at)(tatu_world *, const tatu_object *a, const double *poses, uint32_t n_a,
                                      const tatu_object *b, uint32_t n_b, double limit, double *points,
                                      tatu_object *pair);
+  /* [step] Registers two shapes for a part, whose function `contact` then decides on their contact before each physics
+   * step; `b` 0: with all shapes that `a` touches. `on` 0: ends this, and restores their contact. A stop ends all
+   * registrations. Pairs that are not registered cost nothing. Absent in older hosts. */
+  tatu_status(TATU_CALL *hook)(tatu_world *, tatu_object part, tatu_object a, tatu_object b, uint32_t on);
 } tatu_host_bodies;
 
 /* ---------------------------------------------------------------- Readings -------------------------------------- */

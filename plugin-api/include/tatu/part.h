@@ -45,6 +45,19 @@ typedef struct tatu_part_call {
   const uint64_t *lengths;  /* [n_fields] number of elements of each field */
 } tatu_part_call;
 
+/* A pair of shapes on whose contact a part decides. The host owns it. The answer, from `collide` on, is preset to the
+ * part's last one for this pair, at first to the values that change nothing; it holds until the next one. */
+typedef struct tatu_contact_pair {
+  uint32_t size;
+  uint32_t touching;     /* 1: the shapes were in contact after the last physics step */
+  tatu_contact contact;  /* the shapes, the lower handle first, and their strongest contact; zeros without one */
+  uint32_t collide;      /* 1; 0: the shapes pass through each other */
+  uint32_t reserved;
+  double friction;       /* coefficient; negative: that of the materials and shapes, as at first */
+  double restitution;    /* 0 to 1; negative: as for friction */
+  double surface[3];     /* velocity of the surface of contact.shape[0] relative to its body, world frame, m/s */
+} tatu_contact_pair;
+
 /* Moments of a pause, for `paused`. */
 enum tatu_pause {
   TATU_PAUSE_BEGINS = 0, /* the first pass without time */
@@ -88,6 +101,10 @@ typedef struct tatu_part {
   tatu_status(TATU_CALL *event)(void *data, const tatu_part_call *, tatu_str name, const tatu_value *payload,
                                 tatu_error *);
   const char *const *events; /* names of the events that `event` receives; "*" as in tatu_service.events. Null: none */
+  /* [step] Decides on a pair of shapes that the part has registered with bodies.hook, before each physics step, after
+   * `physics_step` of all parts: for a registered pair always, for a shape that is registered with all others while it
+   * touches another one, from the physics step after the first contact on, or is kept from touching it. */
+  tatu_status(TATU_CALL *contact)(void *data, const tatu_part_call *, tatu_contact_pair *, tatu_error *);
 } tatu_part;
 
 typedef struct tatu_ext_part {

@@ -323,8 +323,9 @@ public:
 
 // Declares a kind of part. `Part` must have a constructor from `const tatu_host_api &` and `const tatu_value *params`,
 // and the function `void configure(const tatu_value *params)`. It is called at those moments for which it has a function:
-// `void actuate(const part_call &)`, and likewise `physics_step`, `sense` and `end`; and
-// `void paused(const part_call &, tatu_pause)`. Its parameters, commands and state block must fully determine what it
+// `void actuate(const part_call &)`, and likewise `physics_step`, `sense` and `end`;
+// `void paused(const part_call &, tatu_pause)`; `void event(const part_call &, const std::string &name, const tatu_value
+// &payload)`, for the events of `hears`; and `void contact(const part_call &, tatu_contact_pair &)`. Its parameters, commands and state block must fully determine what it
 // does. `State` is the type of the state block.
 template <typename Part, typename State = void> class part {
   friend class plugin;
@@ -333,7 +334,7 @@ template <typename Part, typename State = void> class part {
   tables<tatu_param> params, commands;
   tables<tatu_field> fields;
   tables<tatu_preset> presets;
-  std::vector<const char *> schemas{nullptr};
+  std::vector<const char *> schemas{nullptr}, events{nullptr};
 
   static tatu_status TATU_CALL create(void *self, const tatu_instance *given, void **data, tatu_error *error);
   static void TATU_CALL destroy(void *data) { delete static_cast<Part *>(data); }
@@ -344,6 +345,9 @@ template <typename Part, typename State = void> class part {
   template <typename P> using steps = decltype(std::declval<P &>().physics_step(std::declval<const part_call &>()));
   template <typename P> using senses = decltype(std::declval<P &>().sense(std::declval<const part_call &>()));
   template <typename P> using pauses = decltype(std::declval<P &>().paused(std::declval<const part_call &>(), TATU_PAUSE_BEGINS));
+  template <typename P> using hears_events = decltype(std::declval<P &>().event(
+    std::declval<const part_call &>(), std::declval<const std::string &>(), std::declval<const tatu_value &>()));
+  template <typename P> using decides = decltype(std::declval<P &>().contact(std::declval<const part_call &>(), std::declval<tatu_contact_pair &>()));
   template <typename P> using ends = decltype(std::declval<P &>().end(std::declval<const part_call &>()));
   template <template <typename> class Function, typename P, typename = void> struct has : std::false_type {};
   template <template <typename> class Function, typename P> struct has<Function, P, std::void_t<Function<P>>> : std::true_type {};
@@ -370,6 +374,14 @@ public:
       t.paused = [](void *data, const tatu_part_call *c, uint32_t moment, tatu_error *error) {
         return guard(error, [&] { static_cast<Part *>(data)->paused(part_call(*c), static_cast<tatu_pause>(moment)); });
       };
+    if constexpr (has<hears_events, Part>::value)
+      t.event = [](void *data, const tatu_part_call *c, tatu_str name, const tatu_value *payload, tatu_error *error) {
+        return guard(error, [&] { static_cast<Part *>(data)->event(part_call(*c), to_string(name), *payload); });
+      };
+    if constexpr (has<decides, Part>::value)
+      t.contact = [](void *data, const tatu_part_call *c, tatu_contact_pair *pair, tatu_error *error) {
+        return guard(error, [&] { static_cast<Part *>(data)->contact(part_call(*c), *pair); });
+      };
     if constexpr (has<ends, Part>::value)
       t.end = [](void *data, const tatu_part_call *c, tatu_error *error) {
         return guard(error, [&] { static_cast<Part *>(data)->end(part_call(*c)); });
@@ -389,6 +401,7 @@ public:
     p.size = sizeof p, p.id = id, p.text = text, p.settings = settings;
     return presets.add(p), std::move(*this);
   }
+  part &&hears(const char *event) && { return events.insert(events.end() - 1, event), std::move(*this); }
   part &&version(uint32_t number) && { return life.version = number, std::move(*this); }
 };
 
@@ -454,6 +467,7 @@ protected:
     kept.push_back(p);
     p->t.params = p->params.list(), p->t.commands = p->commands.list(), p->t.fields = p->fields.list();
     p->t.schemas = p->schemas.data(), p->t.presets = p->presets.list(), p->t.life = &p->life;
+    p->t.events = p->events.data();
     parts.insert(parts.end() - 1, &p->t);
   }
   // Allocates a block of plain data for each world, call::state, which the host saves, restores and zeroes.

@@ -239,6 +239,7 @@ pub const TATU_IN_ACCELERATION: u32 = 512;
 pub const TATU_IN_JOINT: u32 = 1024;
 pub const TATU_IN_CONTACTS: u32 = 2048;
 pub const TATU_IN_WRENCH: u32 = 4096;
+pub const TATU_IN_HIT_TWIST: u32 = 8192;
 
 pub const TATU_SENSOR_EVERY_PHYSICS_STEP: u32 = 1;
 
@@ -326,6 +327,7 @@ pub struct tatu_sensor_batch {
     pub contact: *const tatu_contact,
     pub friction: *const f64,
     pub wrench: *const f64,
+    pub hit_twist: *const f64,
 }
 
 #[repr(C)]

@@ -159,6 +159,7 @@ pub struct tatu_host_bodies {
             Option<&mut [tatu_object; 2]>,
         ) -> tatu_status,
     >,
+    pub hook: Option<extern "C" fn(WorldRef<'_>, tatu_object, tatu_object, tatu_object, u32) -> tatu_status>,
 }
 
 #[repr(C)]

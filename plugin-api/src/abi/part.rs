@@ -32,6 +32,23 @@ pub struct tatu_part_call {
 /// A function of a part that is called in a stage.
 pub type PartFn = unsafe extern "C" fn(*mut c_void, *const tatu_part_call, *mut tatu_error) -> tatu_status;
 
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct tatu_contact_pair {
+    pub size: u32,
+    pub touching: u32,
+    pub contact: tatu_contact,
+    pub collide: u32,
+    pub reserved: u32,
+    pub friction: f64,
+    pub restitution: f64,
+    pub surface: [f64; 3],
+}
+
+/// The function of a part that decides on contacts.
+pub type PartContactFn =
+    unsafe extern "C" fn(*mut c_void, *const tatu_part_call, *mut tatu_contact_pair, *mut tatu_error) -> tatu_status;
+
 /// The function of a part that receives events.
 pub type PartEventFn = unsafe extern "C" fn(
     *mut c_void,
@@ -61,6 +78,7 @@ pub struct tatu_part {
     pub presets: *const *const tatu_preset,
     pub event: Option<PartEventFn>,
     pub events: *const *const c_char,
+    pub contact: Option<PartContactFn>,
 }
 
 #[repr(C)]

@@ -11,12 +11,7 @@ use crate::{
 };
 
 /// Runs a function of the part. Its nonsense is a field that is not a number, where it writes one, and an unknown status.
-unsafe fn act(
-    function: &str,
-    data: *mut c_void,
-    call: *const tatu_part_call,
-    error: *mut tatu_error,
-) -> tatu_status {
+unsafe fn act(function: &str, data: *mut c_void, call: *const tatu_part_call, error: *mut tatu_error) -> tatu_status {
     guarded(error, || {
         // SAFETY: `data` was made by `create` and is live; the host passes a valid call with one field of one number.
         let (plan, call) = unsafe { (InstanceData::of(data).plan(), &*call) };

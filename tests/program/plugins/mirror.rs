@@ -76,7 +76,8 @@ mirror! {
     tatu_sensor_batch {
         size, n, n_fields, reserved, time, step, data, state, sensor, first_beam, distance, point, normal,
         object, pose, twist, fields, status, color, primitive, first_pixel, depth, pixel_color, pixel_cosine,
-        pixel_object, random, rays, lengths, dt, gravity, acceleration, joint, first_contact, contact, friction, wrench
+        pixel_object, random, rays, lengths, dt, gravity, acceleration, joint, first_contact, contact, friction, wrench,
+        hit_twist
     }
     tatu_random { size, reserved, ctx, uniform, normal }
     tatu_preset { size, reserved, id, text, settings }
@@ -93,8 +94,9 @@ mirror! {
     }
     tatu_part {
         size, flags, id, text, params, commands, life, actuate, physics_step, sense, paused, end, schemas, fields, presets,
-        event, events
+        event, events, contact
     }
+    tatu_contact_pair { size, touching, contact, collide, reserved, friction, restitution, surface }
     tatu_ext_part { size, reserved, kinds }
     tatu_builder { size, reserved, ctx, object, set, mesh, image, script, device, report, file, describe, model, scene, textured_mesh }
     tatu_model_slot { size, reserved, alias, mount, text, payload }
@@ -124,7 +126,7 @@ mirror! {
     tatu_host_readings { size, reserved, field, sense_now, reset, list, describe, look }
     tatu_host_bodies {
         size, reserved, twist, set_twist, push, impulse, contacts, closest, is_dynamic, frictions,
-        closest_at
+        closest_at, hook
     }
     tatu_host_commands {
         size, reserved, find, is_name_space, count, describe, call, generation, constant, prelude, mark, alloc, release,

@@ -50,7 +50,8 @@ fn scene_for(function: &str) -> (String, &'static str) {
         "tatu_life.configure:actuator" => return (format!("{actuator}{}", setter("/ball/engine")), "/ball/engine"),
         "tatu_life.configure:part" => return (format!("{part}{}", setter("/helm")), "/helm"),
         "tatu_part.paused" => {
-            let pause = "function sysCall_sensing() if sim.getSimulationTime() > 0.25 then sim.pauseSimulation() end end";
+            let pause =
+                "function sysCall_sensing() if sim.getSimulationTime() > 0.25 then sim.pauseSimulation() end end";
             return (format!("{part}{}", with_lua(&watcher("caller", pause))), "/helm");
         }
         // `sniff` is also called for the meshes of the robot, which are read first.

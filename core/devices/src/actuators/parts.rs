@@ -1,6 +1,13 @@
 //! Parts among the actuators: the order in which they are called, and the record of their calls.
 
-use std::{rc::Rc, time::Duration};
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    rc::Rc,
+    time::Duration,
+};
+
+use tatu_physics::PairRule;
+use tatu_plugin_api::abi::tatu_object;
 
 use super::Actuators;
 
@@ -15,6 +22,11 @@ pub struct PartRecord {
     pub running: bool,
     /// Whether its `end` has been called.
     pub ended: bool,
+    /// Pairs of shapes on whose contact it decides; the second one is 0 for all that the first one touches.
+    pub hooks: BTreeSet<(tatu_object, tatu_object)>,
+    /// Its decisions that differ from the defaults, or did, by the slots of the shapes, the lower one first. The velocity
+    /// of the surface is that of the first shape.
+    pub rules: BTreeMap<(u32, u32), PairRule>,
 }
 
 impl Actuators {

@@ -41,8 +41,8 @@ pub use models::{FoundModel, MODEL_FILE};
 pub use sensors::MAX_ELEMENTS;
 use tatu_errors::{Error, Result};
 pub use types::{
-    ActuatorKind, AttachmentSlot, CommandEntry, CommandName, CommandStatus, DeviceKind, EventListener, FieldSpec, Importer,
-    ImporterChoice, Model, ModelNumber, Prelude, PresetSpec, ScriptConstant, ScriptKindMark, ScriptLanguage,
+    ActuatorKind, AttachmentSlot, CommandEntry, CommandName, CommandStatus, DeviceKind, EventListener, FieldSpec,
+    Importer, ImporterChoice, Model, ModelNumber, Prelude, PresetSpec, ScriptConstant, ScriptKindMark, ScriptLanguage,
     SensorKind, ServiceKind,
 };
 

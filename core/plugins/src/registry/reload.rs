@@ -84,7 +84,10 @@ impl Registry {
             let same = |other: &&ActuatorKind| other.plugin == a.plugin && other.id == a.id && other.readings.is_some();
             let before = self.actuators[..i].iter().filter(same).count();
             let mut own = self.sensors.iter().enumerate();
-            own.by_ref().filter(|(_, s)| s.of_actuator && s.plugin == a.plugin && s.id == a.id).nth(before).map(|(at, _)| at)
+            own.by_ref()
+                .filter(|(_, s)| s.of_actuator && s.plugin == a.plugin && s.id == a.id)
+                .nth(before)
+                .map(|(at, _)| at)
         };
         let places: Vec<_> = self.actuators.iter().enumerate().map(place).collect();
         self.actuators.iter_mut().zip(places).for_each(|(a, place)| a.readings = place);

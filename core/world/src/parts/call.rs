@@ -34,6 +34,8 @@ pub(crate) enum Moment {
     End,
     /// An event is delivered: its name and its payload, which are valid during the call.
     Event(tatu_str, *const tatu_value),
+    /// A part decides on a pair of shapes, before a physics step.
+    Contact(PhysicsMoment, *mut tatu_contact_pair),
 }
 
 impl Moment {
@@ -45,6 +47,7 @@ impl Moment {
             Moment::Paused(_) => PluginCall::PartPaused,
             Moment::End => PluginCall::PartEnd,
             Moment::Event(..) => PluginCall::PartEvent,
+            Moment::Contact(..) => PluginCall::PartContact,
         }
     }
 
@@ -56,6 +59,7 @@ impl Moment {
             Moment::Paused(moment) => part.paused.map(|f| PartFunction::Paused(f, moment)),
             Moment::End => part.end.map(PartFunction::Plain),
             Moment::Event(name, payload) => part.event.map(|f| PartFunction::Event(f, name, payload)),
+            Moment::Contact(_, pair) => part.contact.map(|f| PartFunction::Contact(f, pair)),
         }
     }
 
@@ -66,7 +70,7 @@ impl Moment {
             Moment::Sense => true,
             Moment::PhysicsStep(at) => part.sense.is_none() && at.index + 1 == at.count,
             Moment::Actuate => part.sense.is_none() && part.physics_step.is_none(),
-            Moment::Paused(_) | Moment::End | Moment::Event(..) => false,
+            Moment::Paused(_) | Moment::End | Moment::Event(..) | Moment::Contact(..) => false,
         }
     }
 }
@@ -76,6 +80,7 @@ enum PartFunction {
     Plain(PartFn),
     Paused(unsafe extern "C" fn(*mut c_void, *const tatu_part_call, u32, *mut tatu_error) -> tatu_status, u32),
     Event(PartEventFn, tatu_str, *const tatu_value),
+    Contact(PartContactFn, *mut tatu_contact_pair),
 }
 
 /// Commands and fields that fit on the stack; more are allocated.
@@ -128,7 +133,17 @@ impl PartArguments {
             }
         };
         let state = d.state.data_ptr();
-        PartArguments { kind: d.kind, slot: d.slot, data: d.data, part: d.object, owner, state, fields, n_fields, lengths }
+        PartArguments {
+            kind: d.kind,
+            slot: d.slot,
+            data: d.data,
+            part: d.object,
+            owner,
+            state,
+            fields,
+            n_fields,
+            lengths,
+        }
     }
 }
 
@@ -136,8 +151,7 @@ impl PartArguments {
 /// called. Returns whether it has new readings to publish.
 pub(super) fn call_at(world: &WorldCell, at: usize, moment: Moment) -> bool {
     let (arguments, function, commands, is_last) = {
-        let (Ok(mut actuators), Ok(scene)) =
-            (world.devices.actuators.try_borrow_mut(), world.state.scene.try_borrow())
+        let (Ok(mut actuators), Ok(scene)) = (world.devices.actuators.try_borrow_mut(), world.state.scene.try_borrow())
         else {
             return false;
         };
@@ -212,7 +226,7 @@ fn call(
         return Err((TATU_ERR_BUSY, "its call would be nested too deeply".to_owned()));
     };
     let (clock, plugin) = (&world.state.clock, world.model.registry.actuators[arguments.kind].plugin);
-    let in_physics = if let Moment::PhysicsStep(at) = moment { Some(at) } else { None };
+    let in_physics = if let Moment::PhysicsStep(at) | Moment::Contact(at, _) = moment { Some(at) } else { None };
     let begun = clock.time.get() + clock.elapsed_in_step();
     let frame = tatu_part_call {
         size: size_of::<tatu_part_call>() as u32,
@@ -242,6 +256,7 @@ fn call(
             PartFunction::Plain(f) => f(arguments.data, &frame, error),
             PartFunction::Paused(f, moment) => f(arguments.data, &frame, moment, error),
             PartFunction::Event(f, name, payload) => f(arguments.data, &frame, name, payload, error),
+            PartFunction::Contact(f, pair) => f(arguments.data, &frame, pair, error),
         }
     };
     let status = check_status(error, world.call_plugin(plugin, moment.call(), arguments.slot, run), false);
@@ -291,7 +306,13 @@ fn report_failure(world: &WorldCell, arguments: &PartArguments, moment: Moment, 
         sensing.devices[i].discard_reading();
         sensing.devices[i].fields.fill(0);
     }
-    let plugin = world.model.registry.actuators[arguments.kind].plugin;
+    report(world, (arguments.kind, arguments.slot), moment, status, text);
+}
+
+/// Reports a part, given its kind and slot, that has been switched off.
+#[cold]
+pub(super) fn report(world: &WorldCell, (kind, slot): (usize, u32), moment: Moment, status: tatu_status, text: &str) {
+    let plugin = world.model.registry.actuators[kind].plugin;
     let text = format!("{text} [{}]", moment.call().text());
-    world.report(instance_fault(world, plugin, arguments.slot, status, &text));
+    world.report(instance_fault(world, plugin, slot, status, &text));
 }

@@ -1,7 +1,7 @@
 //! Calls the parts of a world: native controllers, which act with the world in hand.
 //!
 //! - this module: when parts are called, and in which order;
-//! - `call`: one call of a part, with its checks.
+//! - `call`: one call of a part, with its checks; `contacts`: pairs of shapes on whose contact a part decides.
 //!
 //! | moment | after | before |
 //! |---|---|---|
@@ -13,6 +13,7 @@
 //! | the end of a run | the scripts' clean-up | the scene is restored |
 
 mod call;
+mod contacts;
 
 use tatu_devices::actuators::Actuator;
 use tatu_plugin_api::abi::tatu_value;
@@ -21,6 +22,7 @@ use tatu_plugins::{border::raw, events::covers};
 use crate::cell::{PartSummary, WorldCell};
 
 pub(crate) use call::{Moment, PhysicsMoment};
+pub(crate) use contacts::{apply_rule, ask as ask_for_contacts, register as register_contact};
 
 /// Calls all parts that have a function for this moment, in ascending order of their handles. Parts that are created
 /// meanwhile are called from the next moment on. No part of the world may be borrowed.
@@ -40,6 +42,9 @@ pub(crate) fn call_all(world: &WorldCell, moment: Moment) {
 
 /// Returns whether any part is called before physics steps.
 pub(crate) fn any_in_physics(world: &WorldCell) -> bool {
+    if contacts::any(world) {
+        return true;
+    }
     let Ok(mut actuators) = world.devices.actuators.try_borrow_mut() else { return false };
     let registry = &world.model.registry;
     let called = |d: &Actuator| !d.off && registry.actuators[d.kind].part.is_some_and(|p| p.physics_step.is_some());

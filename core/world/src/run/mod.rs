@@ -36,8 +36,7 @@ use crate::{
         WorldCell, pool_of,
     },
     instances::{create_devices, end_devices},
-    parts,
-    session as barrier,
+    parts, session as barrier,
     state::{self, StateHash},
 };
 /// A running scene. A world is used by one thread; different worlds may run on different threads.

@@ -1,8 +1,11 @@
 //! The serialized parts of a world in a snapshot.
 
+use std::collections::{BTreeMap, BTreeSet};
+
 use serde::{Deserialize, Serialize};
 use tatu_devices::sense::NoiseState;
 use tatu_errors::{Fault, FaultKind};
+use tatu_physics::PairRule;
 use tatu_plugin_api::safe::Value;
 use tatu_scene::{Scene, document::WorldSettings};
 
@@ -115,6 +118,9 @@ pub struct ActuatorImage {
     pub idle_told: bool,
     /// Number of calls of a part; 0 for an actuator.
     pub calls: u64,
+    /// The pairs of shapes on whose contact a part decides, and its decisions.
+    pub hooks: BTreeSet<(u64, u64)>,
+    pub rules: BTreeMap<(u32, u32), PairRule>,
 }
 
 /// A fault reported before the snapshot.

@@ -155,7 +155,9 @@ fn actuators(cell: &WorldCell, images: Vec<ActuatorImage>, dropped: &mut Dropped
             d.state.copy_from_slice(&block);
             dropped.extend(lost.map(|why| (what.clone(), why)));
             (d.off, d.idle_reported) = (image.off, image.idle_told);
-            d.part.iter_mut().for_each(|p| p.calls = image.calls);
+            if let Some(record) = d.part.as_deref_mut() {
+                (record.calls, record.hooks, record.rules) = (image.calls, image.hooks, image.rules);
+            }
             (&kind.life, InstanceRef { plugin: kind.plugin, slot: d.slot, data: d.data })
         };
         if !image.instance.missed {

@@ -160,6 +160,8 @@ fn actuators(cell: &WorldCell, missed: &mut Vec<UnsavedInstance>) -> Vec<Actuato
                 off: d.off,
                 idle_told: d.idle_reported,
                 calls: d.part.as_deref().map_or(0, |p| p.calls),
+                hooks: d.part.as_deref().map_or_else(Default::default, |p| p.hooks.clone()),
+                rules: d.part.as_deref().map_or_else(Default::default, |p| p.rules.clone()),
             };
             (image, d.state.to_vec(), d.data)
         };

@@ -4,7 +4,7 @@
 //! ```text
 //! dyn       after = false
 //! joint     for each joint whose control is `callback`; the first answer of a script drives the joint in this step
-//! parts     `physics_step` of each part
+//! parts     `physics_step` of each part, then `contact` for each pair that parts have registered
 //! (the engine's step)
 //! contact   for each pair of shapes that began to touch in the step, last script first; the first answer applies from
 //!           the next step on
@@ -85,7 +85,9 @@ pub(super) fn advance(world: &WorldCell, dt: f64) -> AdvanceResult {
         if drives {
             drive_joints(world, part);
         }
-        parts::call_all(world, Moment::PhysicsStep(PhysicsMoment { index: n, count, dt: part.dt() }));
+        let moment = PhysicsMoment { index: n, count, dt: part.dt() };
+        parts::call_all(world, Moment::PhysicsStep(moment));
+        parts::ask_for_contacts(world, moment);
         let AdvanceResult { lost, actuators, sensors } = engine_advance::advance(world, dt, Some(n));
         all.lost.extend(lost);
         all.actuators.extend(actuators);
@@ -185,9 +187,7 @@ fn call_contact_callbacks(world: &WorldCell, (a, b): (u32, u32)) {
         responds: map_entry(&answer, "respond") != Some(&Value::Bool(false)),
         friction: factor("friction"),
         restitution: factor("restitution"),
+        ..PairRule::default()
     };
-    let (scene, mut dynamics) = (world.state.scene.borrow(), world.state.dynamics.borrow_mut());
-    if let (Some(a), Some(b)) = (scene.get(a).and_then(|o| o.shape()), scene.get(b).and_then(|o| o.shape())) {
-        dynamics.set_pair(a, b, Some(rule));
-    }
+    parts::apply_rule(world, (a, b), Some(rule));
 }

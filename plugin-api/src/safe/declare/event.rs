@@ -107,8 +107,7 @@ pub(crate) unsafe extern "C" fn heard<P: Plugin>(
             (started, World::new(world, &started.host), bytes_of(name), ValueRef::slice(payload, 1))
         };
         if let Some(heard) = started.heard {
-            let (name, payload) =
-                (String::from_utf8_lossy(name), payload.first().copied().unwrap_or(ValueRef::NIL));
+            let (name, payload) = (String::from_utf8_lossy(name), payload.first().copied().unwrap_or(ValueRef::NIL));
             heard(&Heard { world, plugin: &started.plugin, instance, name: &name, payload })?;
         }
         Ok(TATU_OK)

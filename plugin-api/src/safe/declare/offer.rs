@@ -4,7 +4,8 @@ use std::{collections::HashSet, ptr::null};
 
 use crate::abi::*;
 use crate::safe::{
-    Actuator, Command, Constant, Event, HeardFunction, Importer, Language, Model, ModelReader, Part, PerWorld, Plugin, Sensor, Service,
+    Actuator, Command, Constant, Event, HeardFunction, Importer, Language, Model, ModelReader, Part, PerWorld, Plugin,
+    Sensor, Service,
     declare::{
         event,
         plugin::{ExtensionTables, Offer},

@@ -10,9 +10,7 @@ use crate::safe::{
         life::{self, InstanceInfo, InstanceLife},
         panics,
     },
-    value::{
-        fail::bytes_of, field::Field, list_cache::cached_list, sample::Readout, table_arena::TableArena,
-    },
+    value::{fail::bytes_of, field::Field, list_cache::cached_list, sample::Readout, table_arena::TableArena},
 };
 
 /// A moment at which a part is called.
@@ -28,6 +26,8 @@ pub enum Moment {
     Paused,
     /// The end of a run: [`Part::end`].
     End,
+    /// Before each physics step, for pairs of shapes that the part has registered: [`Part::contact`].
+    Contact,
 }
 
 /// A moment of a pause.
@@ -131,12 +131,7 @@ pub trait Part: Sized + 'static {
     }
     /// Creates an instance. `world` is read-only; all objects exist, but a sensor or part that is declared later may not
     /// have been created yet.
-    fn create(
-        plugin: &Self::Plugin,
-        world: &SharedWorld<'_>,
-        instance: Instance,
-        params: &Params<'_>,
-    ) -> Result<Self>;
+    fn create(plugin: &Self::Plugin, world: &SharedWorld<'_>, instance: Instance, params: &Params<'_>) -> Result<Self>;
     /// Applies new values of parameters to a live instance, as for an [`Actuator`](crate::safe::Actuator).
     fn configure(&mut self, params: &Params<'_>, changed: u64) -> Result<Change> {
         let _ = (params, changed);
@@ -169,6 +164,11 @@ pub trait Part: Sized + 'static {
     /// Called when a pause begins, in each pass while it lasts, and when it ends.
     fn paused(&mut self, call: &mut PartCall<'_>, moment: Pause) -> Result {
         let _ = (call, moment);
+        Ok(())
+    }
+    /// Decides on a pair of shapes that was registered with [`World::hook`]: changes the answer in `pair`.
+    fn contact(&mut self, call: &mut PartCall<'_>, pair: &mut tatu_contact_pair) -> Result {
+        let _ = (call, pair);
         Ok(())
     }
     /// Receives an event, one of [`EVENTS`](Self::EVENTS); the payload is a map.
@@ -206,6 +206,7 @@ pub(crate) fn table<A: Part>(keep: &mut TableArena) -> *const tatu_part {
         fields: keep.list(fields),
         presets: keep.list(presets),
         event: if A::EVENTS.is_empty() { None } else { Some(event::<A>) },
+        contact: if A::MOMENTS.contains(&Moment::Contact) { Some(contact::<A>) } else { None },
         events: if A::EVENTS.is_empty() { std::ptr::null() } else { keep.texts(A::EVENTS) },
     };
     keep.table(raw)
@@ -314,6 +315,20 @@ unsafe extern "C" fn paused<A: Part>(
     unsafe { run::<A>(data, call, error, |part, call| part.paused(call, moment)) }
 }
 
+unsafe extern "C" fn contact<A: Part>(
+    data: *mut c_void,
+    call: *const tatu_part_call,
+    pair: *mut tatu_contact_pair,
+    error: *mut tatu_error,
+) -> tatu_status {
+    // SAFETY: as for `actuate`; nothing else uses the pair during the call.
+    unsafe {
+        run::<A>(data, call, error, |part, call| match pair.as_mut() {
+            Some(pair) => part.contact(call, pair),
+            None => Err(Fail::new("the host passed no pair")),
+        })
+    }
+}
 unsafe extern "C" fn event<A: Part>(
     data: *mut c_void,
     call: *const tatu_part_call,

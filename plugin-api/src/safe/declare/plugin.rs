@@ -3,7 +3,9 @@
 use std::{collections::HashSet, ffi::c_void, sync::Mutex};
 
 use crate::abi::*;
-use crate::safe::{Fail, HeardFunction, Host, Param, Result, Value, World, call::frame::CallFrame, value::table_arena::TableArena};
+use crate::safe::{
+    Fail, HeardFunction, Host, Param, Result, Value, World, call::frame::CallFrame, value::table_arena::TableArena,
+};
 
 /// A plugin. There is one value per host. A plugin must not have mutable globals; state that belongs to a world is
 /// stored in an instance of [`PerWorld`].

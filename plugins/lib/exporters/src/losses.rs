@@ -2,7 +2,8 @@
 
 use tatu_plugin_api::{
     abi::{
-        TATU_KIND_ACTUATOR, TATU_KIND_GRAPH, TATU_KIND_JOINT, TATU_KIND_PART, TATU_KIND_PATH, TATU_KIND_SHAPE, tatu_object,
+        TATU_KIND_ACTUATOR, TATU_KIND_GRAPH, TATU_KIND_JOINT, TATU_KIND_PART, TATU_KIND_PATH, TATU_KIND_SHAPE,
+        tatu_object,
     },
     safe::Result,
 };
