@@ -25,12 +25,12 @@ typedef struct tatu_ext_event {
   uint32_t size;
   uint32_t reserved;
   const tatu_event *const *events; /* may be null if `heard` is set */
-  /* [step] Receives an event of a world: `name` and `payload`, a map, are valid during the call. `instance` is the data of
-   * the plugin's instance in the world (tatu_ext_command.per_world), or null. Called where events are delivered, after
+  /* [step] Receives an event of a world: `name` and `payload`, a map, are valid during the call. `instance` and `state`
+   * are the data and the state block of the plugin's instance in the world (tatu_ext_command.per_world), or null. Called where events are delivered, after
    * scripts and parts, in the order of the plugins. If it fails, it is reported and not called again in this world. Null
    * or absent in older plugins: the plugin receives no events. */
-  tatu_status(TATU_CALL *heard)(void *self, void *instance, tatu_world *, tatu_str name, const tatu_value *payload,
-                                tatu_error *);
+  tatu_status(TATU_CALL *heard)(void *self, void *instance, void *state, tatu_world *, tatu_str name,
+                                const tatu_value *payload, tatu_error *);
   const char *const *listens; /* names of the events that `heard` receives; "*" as in tatu_service.events. Null: none */
 } tatu_ext_event;
 

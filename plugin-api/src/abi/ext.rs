@@ -658,6 +658,7 @@ pub struct tatu_event {
 pub type HeardFn = unsafe extern "C" fn(
     *mut c_void,
     *mut c_void,
+    *mut c_void,
     *mut tatu_world,
     tatu_str,
     *const tatu_value,

@@ -90,12 +90,13 @@ fn call_plugin(world: &WorldCell, listener: &EventListener, name: &str, payload:
     let Some(level) = world.run.calls.enter() else { return };
     let mark = world.run.calls.arena.borrow().mark();
     world.run.calls.caller.set(Caller::HOST);
-    let (me, instance) = (world.model.registry.plugins[*plugin].me, world.instance(*plugin).0);
+    let (me, (instance, state)) = (world.model.registry.plugins[*plugin].me, world.instance(*plugin));
     let mut error = ErrorSlot::new();
     let told = error.raw();
-    // SAFETY: `heard` is from a plugin that is never unloaded, and `instance` is null or its live instance in this world.
+    // SAFETY: `heard` is from a plugin that is never unloaded, and `instance` and `state` are null or those of its live instance
+    // in this world.
     // The name, the payload and the error object live until the call has returned, and no borrow of the world is active.
-    let run = || unsafe { heard(me, instance, world.raw(), raw(name.as_bytes()), payload, told) };
+    let run = || unsafe { heard(me, instance, state, world.raw(), raw(name.as_bytes()), payload, told) };
     let status = world.call_plugin(*plugin, PluginCall::Heard, 0, run);
     world.run.calls.arena.borrow_mut().release(mark);
     drop(level);

@@ -95,6 +95,7 @@ impl<'a, P: Plugin> Heard<'a, P> {
 pub(crate) unsafe extern "C" fn heard<P: Plugin>(
     me: *mut c_void,
     instance: *mut c_void,
+    _: *mut c_void,
     world: *mut tatu_world,
     name: tatu_str,
     payload: *const tatu_value,
