@@ -135,6 +135,33 @@ fn presets_of_parts_are_applied_before_the_keys_of_the_scene() {
 }
 
 #[test]
+fn a_radar_that_reads_the_motion_of_its_target() {
+    works(&built("radar"), "scene.toml", &["--steps", "40"]);
+}
+
+#[test]
+fn parts_that_push_several_bodies() {
+    works(&built("tether"), "scene.toml", &["--steps", "80"]);
+    works(&built("wind"), "scene.toml", &["--steps", "20"]);
+}
+
+#[test]
+fn a_part_that_decides_on_contacts_and_a_plugin_that_hears_of_them() {
+    let place = built("surfaces");
+    works(&place, "scene.toml", &["--steps", "45"]);
+    let env = [("TATU_PLUGIN_PATH", ".")];
+    let hash = |more: &[&str]| {
+        let args = [&["run", "scene.toml", "--json", "--steps", "45"], more].concat();
+        let done = run(program(), place.path(), &args, &env).good();
+        assert!(!done.err.contains("replay"), "{}", done.err);
+        done.json()["hash"].clone()
+    };
+    let whole = hash(&["--snapshot-at", "1.2", "half"]);
+    assert_eq!(hash(&["--from", "half"]), whole);
+    assert_eq!(hash(&["--threads", "4"]), whole);
+}
+
+#[test]
 fn a_service_with_state_in_snapshots() {
     let place = built("counter");
     works(&place, "scene.toml", &["--steps", "40"]);

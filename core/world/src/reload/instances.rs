@@ -374,7 +374,14 @@ fn install_actuator(cell: &WorldCell, new: Actuator, m: &DeviceReplacement) -> (
     let (object, of) = (new.object, InstanceRef { plugin: kind.plugin, slot: m.slot, data: new.data });
     let old = {
         let mut actuators = cell.devices.actuators.borrow_mut();
-        actuators.index(object).map(|i| std::mem::replace(&mut actuators.devices[i], new))
+        actuators.index(object).map(|i| {
+            let mut old = std::mem::replace(&mut actuators.devices[i], new);
+            if let (Some(old), Some(new)) = (old.part.as_deref_mut(), actuators.devices[i].part.as_deref_mut()) {
+                // The engine still has the rules for these contacts.
+                (new.hooks, new.rules) = (std::mem::take(&mut old.hooks), std::mem::take(&mut old.rules));
+            }
+            old
+        })
     };
     let mut block = |state: &[u64]| {
         let mut actuators = cell.devices.actuators.borrow_mut();
