@@ -69,7 +69,7 @@ TATU_PLUGIN(TATU_PARTS(&note), .id = "org.test.note", .name = "Note", .version =
 "#;
 
 fn bench(more: &str) -> TestFolder {
-    let place = TestFolder::scene(&format!("plugins = [\".\"]\nphysics_dt_s = 0.025\n{more}"));
+    let place = TestFolder::scene(&format!("plugins = [\"mine\"]\nphysics_dt_s = 0.025\n{more}"));
     compile(&place, "note", &PLUGIN.replace("VERSION", "1"));
     place
 }
