@@ -1,6 +1,9 @@
-//! A part with one field, which can be NaN.
+//! A part with one field, which can be NaN. It registers the contacts of the shape that it belongs to.
 
-use std::{ffi::c_void, ptr::null};
+use std::{
+    ffi::{c_char, c_void},
+    ptr::null,
+};
 
 use tatu_plugin_api::abi::*;
 
@@ -37,11 +40,55 @@ macro_rules! functions {
     )*};
 }
 functions!(
-    actuate = "tatu_part.actuate",
     physics_step = "tatu_part.physics_step",
     sense = "tatu_part.sense",
     end = "tatu_part.end"
 );
+
+unsafe extern "C" fn actuate(
+    data: *mut c_void,
+    call: *const tatu_part_call,
+    error: *mut tatu_error,
+) -> tatu_status {
+    // SAFETY: the host passes what `act` requires. Its table of bodies lives as long as the host.
+    unsafe {
+        let host = InstanceData::of(data).plan().host;
+        let bodies = (*host).service.map(|f| f(host, TATU_HOST_BODIES.as_ptr()).cast::<tatu_host_bodies>());
+        let hook = bodies.and_then(|bodies| bodies.as_ref()?.hook).filter(|_| (*call).owner != 0);
+        if let Some(hook) = hook {
+            hook(WorldRef::new((*call).world), (*call).part, (*call).owner, 0, 1);
+        }
+        act("tatu_part.actuate", data, call, error)
+    }
+}
+
+unsafe extern "C" fn event(
+    data: *mut c_void,
+    call: *const tatu_part_call,
+    _: tatu_str,
+    _: *const tatu_value,
+    error: *mut tatu_error,
+) -> tatu_status {
+    // SAFETY: the host passes what `act` requires.
+    unsafe { act("tatu_part.event", data, call, error) }
+}
+
+unsafe extern "C" fn contact(
+    data: *mut c_void,
+    call: *const tatu_part_call,
+    _: *mut tatu_contact_pair,
+    error: *mut tatu_error,
+) -> tatu_status {
+    // SAFETY: the host passes what `act` requires.
+    unsafe { act("tatu_part.contact", data, call, error) }
+}
+
+/// A list of texts for use in statics.
+#[repr(transparent)]
+struct Texts<const N: usize>([*const c_char; N]);
+// SAFETY: the list and everything it points to are constant.
+unsafe impl<const N: usize> Sync for Texts<N> {}
+static EVENTS: Texts<2> = Texts([c"started".as_ptr(), null()]);
 
 unsafe extern "C" fn paused(
     data: *mut c_void,
@@ -82,6 +129,9 @@ static KIND: SyncTable<tatu_part> = SyncTable(tatu_part {
     schemas: null(),
     fields: (&raw const FIELDS.0).cast(),
     presets: null(),
+    event: Some(event),
+    events: (&raw const EVENTS.0).cast(),
+    contact: Some(contact),
 });
 static KINDS: PointerList<tatu_part, 2> = PointerList([&raw const KIND.0, null()]);
 

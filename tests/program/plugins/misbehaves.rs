@@ -6,13 +6,14 @@ use std::{collections::BTreeSet, fs};
 use crate::kit::*;
 
 /// Tables that plugins fill in, and the kinds of instance of `tatu_life`.
-const TABLES: [&str; 11] = [
+const TABLES: [&str; 12] = [
     "tatu_plugin_t",
     "tatu_life",
     "tatu_command",
     "tatu_sensor",
     "tatu_actuator",
     "tatu_part",
+    "tatu_ext_event",
     "tatu_model",
     "tatu_ext_model",
     "tatu_importer",
@@ -49,6 +50,10 @@ fn scene_for(function: &str) -> (String, &'static str) {
         "tatu_life.configure:sensor" => return (format!("{sensor}{}", setter("/eye")), "/eye"),
         "tatu_life.configure:actuator" => return (format!("{actuator}{}", setter("/ball/engine")), "/ball/engine"),
         "tatu_life.configure:part" => return (format!("{part}{}", setter("/helm")), "/helm"),
+        "tatu_part.contact" => {
+            let ball = cuboid("ball", [0.1; 3], [5.0, 5.0, 0.05], "dynamic = true\nrespondable = true\nmass_kg = 1.0\n");
+            return (format!("{ball}{part}parent = \"/ball\"\n"), "/ball/helm");
+        }
         "tatu_part.paused" => {
             let pause =
                 "function sysCall_sensing() if sim.getSimulationTime() > 0.25 then sim.pauseSimulation() end end";
