@@ -21,13 +21,15 @@ pub use call::shared_world::{Object, SharedWorld};
 pub use call::world::{Closest, Contact, World};
 pub use declare::actuator::{Actuator, Drive, Output};
 pub use declare::command::Constant;
-pub use declare::event::{Event, Heard, HeardFunction};
+pub use declare::event::Event;
 pub use declare::importer::Importer;
 pub use declare::language::{Budget, Flow, Frame, Language};
 pub use declare::model::{Builder, Model, Node};
 pub use declare::model_reader::{ModelInfo, ModelNumber, ModelReader, ModelSlot};
 pub use declare::part::{Moment, Part, PartCall, Pause};
-pub use declare::plugin::{Call, Change, Command, Instance, Offer, Outcome, PerWorld, Plugin, SharedCall, Status};
+pub use declare::plugin::{
+    Call, Change, Command, Heard, HeardFunction, Instance, Offer, Outcome, PerWorld, Plugin, SharedCall, Status,
+};
 pub use declare::sensor::{Beams, Form, Preset, Sensor};
 pub use declare::service::{Answer, Service, Session, Turn};
 pub use entry::panics::{guarded, quiet as guarded_quietly};

@@ -39,17 +39,9 @@ macro_rules! functions {
         }
     )*};
 }
-functions!(
-    physics_step = "tatu_part.physics_step",
-    sense = "tatu_part.sense",
-    end = "tatu_part.end"
-);
+functions!(physics_step = "tatu_part.physics_step", sense = "tatu_part.sense", end = "tatu_part.end");
 
-unsafe extern "C" fn actuate(
-    data: *mut c_void,
-    call: *const tatu_part_call,
-    error: *mut tatu_error,
-) -> tatu_status {
+unsafe extern "C" fn actuate(data: *mut c_void, call: *const tatu_part_call, error: *mut tatu_error) -> tatu_status {
     // SAFETY: the host passes what `act` requires. Its table of bodies lives as long as the host.
     unsafe {
         let host = InstanceData::of(data).plan().host;

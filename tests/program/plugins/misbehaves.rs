@@ -51,7 +51,8 @@ fn scene_for(function: &str) -> (String, &'static str) {
         "tatu_life.configure:actuator" => return (format!("{actuator}{}", setter("/ball/engine")), "/ball/engine"),
         "tatu_life.configure:part" => return (format!("{part}{}", setter("/helm")), "/helm"),
         "tatu_part.contact" => {
-            let ball = cuboid("ball", [0.1; 3], [5.0, 5.0, 0.05], "dynamic = true\nrespondable = true\nmass_kg = 1.0\n");
+            let ball =
+                cuboid("ball", [0.1; 3], [5.0, 5.0, 0.05], "dynamic = true\nrespondable = true\nmass_kg = 1.0\n");
             return (format!("{ball}{part}parent = \"/ball\"\n"), "/ball/helm");
         }
         "tatu_part.paused" => {

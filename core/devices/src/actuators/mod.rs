@@ -3,12 +3,13 @@
 //!
 //! - [`Actuators`]: the world's actuators;
 //! - `apply`: calls a kind with a batch of its actuators, which computes wrenches and efforts from poses, velocities
-//!   and commands; `scratch`: the buffers of a batch; `parts`: what concerns only parts.
+//!   and commands; `scratch`: the buffers of a batch; `parts`, `part_record`: what concerns only parts.
 //!
 //! Actuators act during physics: a kind is called once at the start of each advance of the engine or, on request,
 //! before each engine step. The commands of an actuator are stored in its object in the scene.
 
 mod apply;
+mod part_record;
 mod parts;
 mod scratch;
 
@@ -20,7 +21,7 @@ use tatu_plugins::{SensorKind, state_block::StateBlock};
 use crate::sense::{FieldLayout, ReadingBuffer, Sensing};
 
 pub use apply::{ActuatorContext, ApplyFailure, PhysicsStepActuators, apply_per_advance};
-pub use parts::PartRecord;
+pub use part_record::PartRecord;
 
 /// The instance of an actuator or of a part.
 pub struct Actuator {

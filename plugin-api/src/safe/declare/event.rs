@@ -4,7 +4,7 @@ use std::{ffi::c_void, ops::Deref};
 
 use crate::abi::*;
 use crate::safe::{
-    Param, PerWorld, Plugin, Result, ValueRef, World,
+    Heard, Param, PerWorld, Plugin, ValueRef, World,
     declare::plugin::StartedPlugin,
     entry::{
         life::{self, WorldState},
@@ -47,18 +47,6 @@ impl Event {
         };
         keep.table(raw)
     }
-}
-
-/// The function of a plugin that receives events; see [`Offer::listen`](crate::safe::Offer::listen).
-pub type HeardFunction<P> = fn(&Heard<'_, P>) -> Result;
-
-/// An event that a plugin receives, and the world in which it was published.
-pub struct Heard<'a, P: Plugin> {
-    world: World<'a>,
-    plugin: &'a P,
-    instance: *mut c_void,
-    name: &'a str,
-    payload: ValueRef<'a>,
 }
 
 impl<'a, P: Plugin> Deref for Heard<'a, P> {

@@ -4,7 +4,7 @@ use std::{collections::HashSet, ffi::c_void, sync::Mutex};
 
 use crate::abi::*;
 use crate::safe::{
-    Fail, HeardFunction, Host, Param, Result, Value, World, call::frame::CallFrame, value::table_arena::TableArena,
+    Fail, Host, Param, Result, Value, ValueRef, World, call::frame::CallFrame, value::table_arena::TableArena,
 };
 
 /// A plugin. There is one value per host. A plugin must not have mutable globals; state that belongs to a world is
@@ -196,3 +196,15 @@ pub struct SharedCall<'a, P: Plugin> {
 
 /// A call to a command with exclusive access to the world.
 pub struct Call<'a, P: Plugin>(pub(crate) SharedCall<'a, P>);
+
+/// The function of a plugin that receives events; see [`Offer::listen`](crate::safe::Offer::listen).
+pub type HeardFunction<P> = fn(&Heard<'_, P>) -> Result;
+
+/// An event that a plugin receives, and the world in which it was published.
+pub struct Heard<'a, P: Plugin> {
+    pub(crate) world: World<'a>,
+    pub(crate) plugin: &'a P,
+    pub(crate) instance: *mut c_void,
+    pub(crate) name: &'a str,
+    pub(crate) payload: ValueRef<'a>,
+}
