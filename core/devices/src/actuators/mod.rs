@@ -58,6 +58,19 @@ pub struct ActuatorReading {
 }
 
 impl ActuatorReading {
+    /// Creates readings whose values are 0.
+    pub fn new(layout: Rc<FieldLayout>) -> Self {
+        let mut fields = ReadingBuffer::new(layout.words());
+        layout.clear(&mut fields);
+        ActuatorReading { layout, fields, time: None }
+    }
+    /// Sets the values to those of an earlier reading with the same layout.
+    pub fn restore(&mut self, fields: &[u64]) {
+        if fields.len() == self.fields.len() {
+            self.fields.copy_from_slice(fields);
+            self.layout.set_guards(&mut self.fields);
+        }
+    }
     /// Returns an error if the plugin wrote outside its fields, or a value that is not a number.
     pub fn check(&self, kind: &SensorKind) -> Result<(), String> {
         if !self.layout.is_whole(&self.fields) {

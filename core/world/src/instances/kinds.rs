@@ -4,7 +4,7 @@ use std::{ffi::c_void, rc::Rc};
 
 use tatu_devices::{
     actuators::{Actuator, ActuatorReading, PartRecord},
-    sense::{BeamPlan, FieldLayout, ReadingBuffer, SensorDevice},
+    sense::{BeamPlan, FieldLayout, SensorDevice},
 };
 use tatu_errors::{Error, Fault, FaultKind, Result};
 use tatu_plugin_api::{abi::*, safe::Value};
@@ -82,7 +82,7 @@ pub(crate) fn create_actuator(
         None => None,
         Some(readings) => {
             let layout = request_layout(world, readings, slot, std::ptr::null_mut())?;
-            Some(ActuatorReading { fields: ReadingBuffer::new(layout.words()), layout, time: None })
+            Some(ActuatorReading::new(layout))
         }
     };
     let NewInstance { data, state, .. } = create_instance(world, info.plugin, &info.life, slot, instance, &params)?;

@@ -155,6 +155,12 @@ fn actuators(cell: &WorldCell, images: Vec<ActuatorImage>, dropped: &mut Dropped
             d.state.copy_from_slice(&block);
             dropped.extend(lost.map(|why| (what.clone(), why)));
             (d.off, d.idle_reported) = (image.off, image.idle_told);
+            // A part's readings keep their values between calls.
+            let sensing = cell.devices.sensing.borrow();
+            if let (Some(report), Some(i)) = (d.report.as_mut().filter(|_| d.part.is_some()), sensing.index(d.slot)) {
+                report.restore(&sensing.devices[i].fields);
+            }
+            drop(sensing);
             if let Some(record) = d.part.as_deref_mut() {
                 (record.calls, record.hooks, record.rules) = (image.calls, image.hooks, image.rules);
             }
