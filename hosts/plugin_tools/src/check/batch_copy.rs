@@ -35,6 +35,7 @@ pub struct BeamInputs {
     pub object: Option<Vec<tatu_object>>,
     pub color: Option<Vec<[u8; 3]>>,
     pub primitive: Option<Vec<u32>>,
+    pub hit_twist: Option<Vec<[f64; 6]>>,
 }
 
 /// Inputs per pixel.
@@ -109,8 +110,13 @@ impl BatchInputs {
         fn only<T>(is_declared: u32, first: *const T) -> *const T {
             if is_declared != 0 { first } else { std::ptr::null() }
         }
-        let per_beam =
-            TATU_IN_DISTANCE | TATU_IN_POINT | TATU_IN_NORMAL | TATU_IN_OBJECT | TATU_IN_COLOR | TATU_IN_PRIMITIVE;
+        let per_beam = TATU_IN_DISTANCE
+            | TATU_IN_POINT
+            | TATU_IN_NORMAL
+            | TATU_IN_OBJECT
+            | TATU_IN_COLOR
+            | TATU_IN_PRIMITIVE
+            | TATU_IN_HIT_TWIST;
         let per_beam = if kind.in_physics() { 0 } else { declared & per_beam };
         // SAFETY: the caller guarantees that the arrays have the lengths that the header states.
         unsafe {
@@ -129,7 +135,8 @@ impl BatchInputs {
                     normal: part(only(declared & TATU_IN_NORMAL, batch.normal.cast()), beams.clone()),
                     object: part(only(declared & TATU_IN_OBJECT, batch.object), beams.clone()),
                     color: part(only(declared & TATU_IN_COLOR, batch.color.cast()), beams.clone()),
-                    primitive: part(only(declared & TATU_IN_PRIMITIVE, batch.primitive), beams),
+                    primitive: part(only(declared & TATU_IN_PRIMITIVE, batch.primitive), beams.clone()),
+                    hit_twist: part(only(declared & TATU_IN_HIT_TWIST, batch.hit_twist.cast()), beams),
                 },
                 pixels: PixelInputs {
                     first_pixel,
@@ -343,6 +350,7 @@ impl BatchCall<'_> {
             object: pages.add_given(inputs.beams.object.as_ref(), "object"),
             color: pages.add_given(inputs.beams.color.as_ref(), "color"),
             primitive: pages.add_given(inputs.beams.primitive.as_ref(), "primitive"),
+            hit_twist: pages.add_given(inputs.beams.hit_twist.as_ref(), "hit_twist"),
             depth: pages.add_given(inputs.pixels.depth.as_ref(), "depth"),
             pixel_color: pages.add_given(inputs.pixels.pixel_color.as_ref(), "pixel_color"),
             pixel_cosine: pages.add_given(inputs.pixels.pixel_cosine.as_ref(), "pixel_cosine"),

@@ -70,7 +70,7 @@ fn parameters(subject: &TestedPlugin) {
         say(place, "parameter", &s.params);
     }
     for a in r.actuators.iter().filter(|a| mine(a.plugin)) {
-        let place = format!("{} `{}`", if a.part.is_some() { "part" } else { "actuator" }, a.id);
+        let place = super::devices::actuator_place(a);
         for p in a.presets.iter().filter(|p| p.text.trim().is_empty()) {
             error(&place, format!("its preset `{}` has no description (`text`)", p.id));
         }

@@ -9,7 +9,7 @@ use std::{
 use tatu_core::{
     Reading, World,
     errors::Error,
-    plugins::{ParameterSpec, SensorKind},
+    plugins::{ActuatorKind, ParameterSpec, SensorKind},
 };
 use tatu_plugin_api::{abi::*, safe::Value};
 
@@ -120,14 +120,13 @@ pub fn compare(place: &str, one: &[String], other: &[String], what: &str) {
 pub fn actuators(file: &Path) -> Result<(), Error> {
     let subject = TestedPlugin::load(file)?;
     for a in subject.own_actuators() {
-        let kind = if a.part.is_some() { "part" } else { "actuator" };
-        let place = format!("{kind} `{}`", a.id);
+        let place = actuator_place(a);
         let Some(lines) = actuator_lines(a) else {
             untested(&place, "it is not tested: a required parameter cannot be set in a scene");
             continue;
         };
         finding::report_activity(&place, "when it acts");
-        let scene = actuator_scene(kind, &a.id, &lines);
+        let scene = actuator_scene(a, &lines);
         let one = acted(&subject, &scene, 1)?;
         compare(&place, &one, &acted(&subject, &scene, 2)?, "its effect on 2 threads differs from that on 1");
         compare(&place, &one, &acted(&subject, &scene, 1)?, "two equal runs have different results");
@@ -135,7 +134,17 @@ pub fn actuators(file: &Path) -> Result<(), Error> {
     Ok(())
 }
 
-pub fn actuator_lines(a: &tatu_core::plugins::ActuatorKind) -> Option<String> {
+/// Returns the kind of object that an actuator is: a part is declared as one.
+pub fn actuator_word(a: &ActuatorKind) -> &'static str {
+    if a.part.is_some() { "part" } else { "actuator" }
+}
+
+/// Returns how findings name an actuator or a part.
+pub fn actuator_place(a: &ActuatorKind) -> String {
+    format!("{} `{}`", actuator_word(a), a.id)
+}
+
+pub fn actuator_lines(a: &ActuatorKind) -> Option<String> {
     let commands = a.commands.iter().filter_map(|c| {
         stage::valid_values(c).into_iter().nth(1).or(Some(Value::Float(1.0))).and_then(|v| stage::line(c, &v))
     });
@@ -143,7 +152,8 @@ pub fn actuator_lines(a: &tatu_core::plugins::ActuatorKind) -> Option<String> {
 }
 
 /// Returns a scene that contains several bodies with one actuator or part each, and another one on a jointed body.
-pub fn actuator_scene(kind: &str, id: &str, lines: &str) -> String {
+pub fn actuator_scene(a: &ActuatorKind, lines: &str) -> String {
+    let (kind, id) = (actuator_word(a), a.id.as_str());
     let mut devices = String::new();
     for i in 0..BODY_COUNT {
         let at = [0.15 * f64::from(i) - 0.5, -0.8, 0.6];

@@ -123,8 +123,8 @@ pub fn leaks(file: &Path) -> Result<(), Error> {
         test(&place, "sensors are created, measured and destroyed", || cycle(&subject, &scene, &[]))?;
     }
     for a in subject.own_actuators() {
-        let (place, Some(lines)) = (format!("actuator `{}`", a.id), devices::actuator_lines(a)) else { continue };
-        let scene = devices::actuator_scene(&a.id, &lines);
+        let (place, Some(lines)) = (devices::actuator_place(a), devices::actuator_lines(a)) else { continue };
+        let scene = devices::actuator_scene(a, &lines);
         test(&place, "actuators are created, applied and destroyed", || cycle(&subject, &scene, &[]))?;
     }
     if subject.own_commands().next().is_some() {

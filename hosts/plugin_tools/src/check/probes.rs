@@ -41,7 +41,7 @@ fn device_scenes(subject: &TestedPlugin) -> Vec<DeviceScene> {
     });
     let actuators = subject.own_actuators().filter_map(|a| {
         let lines = devices::actuator_lines(a)?;
-        Some(DeviceScene { place: format!("actuator `{}`", a.id), scene: devices::actuator_scene(&a.id, &lines) })
+        Some(DeviceScene { place: devices::actuator_place(a), scene: devices::actuator_scene(a, &lines) })
     });
     sensors.chain(actuators).collect()
 }
@@ -193,7 +193,7 @@ pub fn units(file: &Path) -> Result<(), Error> {
         }
     }
     for a in subject.own_actuators() {
-        declared(format!("actuator `{}`", a.id), &a.params);
+        declared(devices::actuator_place(a), &a.params);
     }
     for m in r.model_offers.models.iter().filter(|m| m.plugin == subject.plugin) {
         declared(format!("model `{}`", m.id), &m.params);

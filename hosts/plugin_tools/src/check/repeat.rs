@@ -72,9 +72,9 @@ fn transcript(file: &Path) -> Result<(), Error> {
         out.extend(devices::measured(&subject, s, &scene, 1)?.into_iter().map(|line| (place.clone(), line)));
     }
     for a in subject.own_actuators() {
-        let (place, Some(lines)) = (format!("actuator `{}`", a.id), devices::actuator_lines(a)) else { continue };
+        let (place, Some(lines)) = (devices::actuator_place(a), devices::actuator_lines(a)) else { continue };
         finding::report_activity(&place, "when it acts");
-        let lines = devices::acted(&subject, &devices::actuator_scene(&a.id, &lines), 1)?;
+        let lines = devices::acted(&subject, &devices::actuator_scene(a, &lines), 1)?;
         out.extend(lines.into_iter().map(|line| (place.clone(), line)));
     }
     for sample in samples::all(&subject) {

@@ -243,5 +243,6 @@ fn scale_hit(out: &mut BatchInputs, k: usize, scale: f64, misses: bool) {
         out.beams.object.iter_mut().for_each(|x| x[k] = 0);
         out.beams.color.iter_mut().for_each(|x| x[k] = [0; 3]);
         out.beams.primitive.iter_mut().for_each(|x| x[k] = 0);
+        out.beams.hit_twist.iter_mut().for_each(|x| x[k] = [0.0; 6]);
     }
 }

@@ -31,8 +31,7 @@ fn scene(subject: &TestedPlugin, turn: usize) -> (String, String) {
     }
     for (n, a) in subject.own_actuators().enumerate() {
         if let Some(lines) = devices::actuator_lines(a) {
-            let kind = if a.part.is_some() { "part" } else { "actuator" };
-            devices += &table(kind, &a.id, n, "parent = \"/body\"\n", &lines);
+            devices += &table(devices::actuator_word(a), &a.id, n, "parent = \"/body\"\n", &lines);
         }
     }
     let script = scripts::turning_script(subject, turn);
@@ -136,7 +135,7 @@ fn kind_of(subject: &TestedPlugin, path: &str) -> String {
     let sensor = number("sensor").and_then(|n| subject.own_sensors().nth(n / 2));
     let actuator = number("actuator").and_then(|n| subject.own_actuators().nth(n));
     let place = sensor.map(|s| format!("sensor `{}`", s.id));
-    place.or_else(|| actuator.map(|a| format!("actuator `{}`", a.id))).unwrap_or_default()
+    place.or_else(|| actuator.map(|a| devices::actuator_place(a))).unwrap_or_default()
 }
 
 /// Runs the test `reload`.
