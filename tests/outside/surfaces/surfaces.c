@@ -15,7 +15,7 @@
 
 typedef struct {
   const tatu_host_api *host;
-  char mode[8];
+  char mode[8], with[64]; // path of the only shape on whose contact it decides; empty: all
 } surface;
 typedef struct {
   double hooked, calls, begun, removed; // removed: objects of whose removal it was told
@@ -27,17 +27,24 @@ static tatu_status TATU_CALL create(void *self, const tatu_instance *given, void
   it->host = self;
   uint64_t n = given->params[0].u.s.len;
   memcpy(it->mode, given->params[0].u.s.ptr, n < 7 ? n : 7);
+  n = given->params[1].u.s.len;
+  if (n > 63) n = 63;
+  if (n) memcpy(it->with, given->params[1].u.s.ptr, n);
   return TATU_OK;
 }
 
-// Registers the shape with all that it touches; a stop ends the registration, and zeroes the state.
+// Registers the shape with all that it touches, or with one other shape, on which it then decides before they touch. A
+// stop ends the registration, and zeroes the state.
 static tatu_status TATU_CALL actuate(void *data, const tatu_part_call *call, tatu_error *error) {
   (void)error;
   const surface *it = data;
   surface_state *now = call->state;
   if (now->hooked > 0) return TATU_OK;
   now->hooked = 1;
-  return it->host->bodies->hook(call->world, call->part, call->owner, 0, 1);
+  tatu_object other = 0;
+  tatu_status status = TATU_OK;
+  if (it->with[0]) status = it->host->scene->find(call->world, 0, tatu_text(it->with), &other);
+  return status < 0 ? status : it->host->bodies->hook(call->world, call->part, call->owner, other, 1);
 }
 
 static tatu_status TATU_CALL contact(void *data, const tatu_part_call *call, tatu_contact_pair *pair, tatu_error *error) {
@@ -76,7 +83,8 @@ static tatu_status TATU_CALL sense(void *data, const tatu_part_call *call, tatu_
 
 static const tatu_part kind = {
   .size = sizeof(tatu_part), .id = "surface", .text = "Decides on the contacts of a shape.", .actuate = actuate, .sense = sense,
-  .params = TATU_PARAMS(TATU_PARAM(TATU_TEXT, "mode", NULL, "What it does.", .choices = TATU_TEXTS("open", "ice", "belt", "bouncy", "none"))),
+  .params = TATU_PARAMS(TATU_PARAM(TATU_TEXT, "mode", NULL, "What it does.", .choices = TATU_TEXTS("open", "ice", "belt", "bouncy", "none")),
+                        TATU_PARAM(TATU_TEXT, "with", NULL, "Path of the only shape that it decides on; empty: all.", TATU_DEFAULT_TEXT(""))),
   .schemas = TATU_TEXTS("surface/1"),
   .fields = TATU_FIELDS(TATU_FIELD(TATU_ELEM_F64, "surface.calls", NULL, "Number of decisions."),
                         TATU_FIELD(TATU_ELEM_F64, "surface.begun", NULL, "Number of starts."),

@@ -146,7 +146,7 @@ fn parts_that_push_several_bodies() {
 }
 
 #[test]
-fn a_part_that_decides_on_contacts_and_a_plugin_that_hears_of_them() {
+fn parts_decide_on_contacts_and_plugins_receive_events() {
     let place = built("surfaces");
     works(&place, "scene.toml", &["--steps", "45"]);
     let env = [("TATU_PLUGIN_PATH", ".")];

@@ -34,7 +34,7 @@ pub struct PresetSetting {
 
 /// A kind with presets.
 struct PresetOwner<'a> {
-    /// Its description in messages, such as "sensor kind `proximity`".
+    /// Its description in messages, such as "part kind `pid`".
     name: String,
     /// Id of its plugin.
     plugin: &'a str,

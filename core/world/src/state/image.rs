@@ -85,6 +85,10 @@ pub struct CoreImage {
     pub signals: Vec<(u32, Vec<u8>, ValueImage, bool)>,
     pub waits: Vec<WaitingCommand>,
     pub faults: Vec<FaultImage>,
+    /// Events that have not been delivered yet.
+    pub events: Vec<(String, ValueImage)>,
+    /// Pairs of slots that touched after the last physics stage, for events of contacts.
+    pub touching: BTreeSet<(u32, u32)>,
 }
 
 /// A sensor's state.

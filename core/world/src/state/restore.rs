@@ -205,6 +205,10 @@ fn core(cell: &WorldCell, image: CoreImage) -> Result {
         .map(|(kind, name, v, of_run)| ((kind, name), Signal { value: v.into(), ends_with_run: of_run }))
         .collect();
     cell.run.calls.waits.borrow_mut().restore(image.waits);
+    // The start of this process is not an event of the run.
+    let events = image.events.into_iter().map(|(name, payload)| (name.into(), payload.into()));
+    *cell.run.connections.bus.queue.borrow_mut() = events.collect();
+    *cell.run.connections.bus.touching.borrow_mut() = image.touching;
     *cell.run.reported.borrow_mut() = (0..image.faults.len()).collect();
     *cell.run.faults.borrow_mut() = image.faults.into_iter().map(Into::into).collect();
     // The run that wrote the snapshot has already reported the log lines of the start.

@@ -105,6 +105,11 @@ fn core(cell: &WorldCell) -> Result<CoreImage> {
         },
         waits: cell.run.calls.waits.borrow().all(),
         faults: cell.run.faults.borrow().iter().map(Into::into).collect(),
+        events: {
+            let queue = cell.run.connections.bus.queue.borrow();
+            queue.iter().map(|(name, payload)| (name.to_string(), payload.into())).collect()
+        },
+        touching: cell.run.connections.bus.touching.borrow().clone(),
     })
 }
 

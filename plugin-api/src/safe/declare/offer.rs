@@ -8,7 +8,7 @@ use crate::safe::{
     Sensor, Service,
     declare::{
         event,
-        plugin::{ExtensionTables, Offer},
+        plugin::{ExtensionTables, Offer, OfferedEvents},
     },
     entry::life::{self, WorldState},
     value::{fail::bytes_raw, table_arena::TableArena},
@@ -32,8 +32,7 @@ impl<P: Plugin> Offer<P> {
             importers: Vec::new(),
             languages: Vec::new(),
             services: Vec::new(),
-            events: Vec::new(),
-            listener: None,
+            events: OfferedEvents { published: Vec::new(), listener: None },
         }
     }
     /// Makes the host create an instance of [`PerWorld::World`] for each world, for use by commands.
@@ -154,14 +153,14 @@ impl<P: Plugin> Offer<P> {
     /// Adds an event that the plugin publishes.
     pub fn event(&mut self, event: Event) {
         let raw = event.into_table(&mut self.arena);
-        self.events.push(raw);
+        self.events.published.push(raw);
     }
 
     /// Makes the plugin receive these events of each world: `heard` is called where events are delivered, after scripts
     /// and parts. `*` means all except "collision", "separation" and "contact". If `heard` fails, it is not called again
     /// in that world.
     pub fn listen(&mut self, events: &[&str], heard: HeardFunction<P>) {
-        self.listener = Some((heard, events.iter().map(|e| (*e).to_owned()).collect()));
+        self.events.listener = Some((heard, events.iter().map(|e| (*e).to_owned()).collect()));
     }
 
     pub(crate) fn finish(mut self) -> ExtensionTables {
@@ -214,11 +213,12 @@ impl<P: Plugin> Offer<P> {
             let services = keep.list(self.services);
             keep.table(tatu_ext_service { size: size_of::<tatu_ext_service>() as u32, reserved: 0, services })
         });
-        let event = (!self.events.is_empty() || self.listener.is_some()).then(|| {
-            let events = keep.list(self.events);
-            let names = self.listener.as_ref().map(|(_, names)| names.iter().map(String::as_str).collect::<Vec<_>>());
+        let event = (!self.events.published.is_empty() || self.events.listener.is_some()).then(|| {
+            let events = keep.list(self.events.published);
+            let names =
+                self.events.listener.as_ref().map(|(_, names)| names.iter().map(String::as_str).collect::<Vec<_>>());
             let listens = names.map_or(null(), |names| keep.texts(&names));
-            let heard = self.listener.as_ref().map(|_| event::heard::<P> as HeardFn);
+            let heard = self.events.listener.as_ref().map(|_| event::heard::<P> as HeardFn);
             keep.table(tatu_ext_event { size: size_of::<tatu_ext_event>() as u32, reserved: 0, events, heard, listens })
         });
         ExtensionTables {

@@ -127,7 +127,12 @@ pub struct Offer<P: Plugin> {
     pub(crate) importers: Vec<*const tatu_importer>,
     pub(crate) languages: Vec<*const tatu_language>,
     pub(crate) services: Vec<*const tatu_service>,
-    pub(crate) events: Vec<*const tatu_event>,
+    pub(crate) events: OfferedEvents<P>,
+}
+
+/// The events that a plugin publishes and receives.
+pub(crate) struct OfferedEvents<P: Plugin> {
+    pub(crate) published: Vec<*const tatu_event>,
     /// The function that receives events, and their names.
     pub(crate) listener: Option<(HeardFunction<P>, Vec<String>)>,
 }

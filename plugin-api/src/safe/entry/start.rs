@@ -39,7 +39,7 @@ pub unsafe extern "C" fn init<P: Plugin>(
         let plugin = P::start(&host)?;
         let mut offer = Offer::new();
         P::offer(&mut offer);
-        let heard = offer.listener.as_ref().map(|(heard, _)| *heard);
+        let heard = offer.events.listener.as_ref().map(|(heard, _)| *heard);
         let tables = offer.finish();
         let started = Box::new(StartedPlugin { plugin, host, tables, heard, model_cache: Mutex::default() });
         // SAFETY: `me` is valid for a write, as the header requires.
