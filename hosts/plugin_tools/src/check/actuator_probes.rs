@@ -89,22 +89,25 @@ impl ActuatorCall<'_> {
         }
     }
 
-    fn state_of(&self, i: usize) -> Option<&mut [u8]> {
-        // SAFETY: the host's batch has a pointer to a block of this size for each actuator, or null; no other call uses
-        // it.
-        unsafe {
-            let at = (*self.batch.state.add(i)).cast::<u8>();
-            (!at.is_null()).then(|| std::slice::from_raw_parts_mut(at, self.kind.life.state_bytes as usize))
-        }
+    /// Returns the state block of an actuator, unless it has none.
+    fn state_of(&self, i: usize) -> Option<*mut u8> {
+        // SAFETY: the host's batch has a pointer for each actuator.
+        let at = unsafe { *self.batch.state.add(i) }.cast::<u8>();
+        (!at.is_null()).then_some(at)
     }
 
     fn state(&self, i: usize) -> Vec<u8> {
-        self.state_of(i).map_or_else(Vec::new, |s| s.to_vec())
+        let bytes = self.kind.life.state_bytes as usize;
+        // SAFETY: the block has this size, and no other call uses it.
+        self.state_of(i).map_or_else(Vec::new, |at| unsafe { std::slice::from_raw_parts(at, bytes) }.to_vec())
     }
 
     fn set_states(&self, all: &[Vec<u8>]) {
         for (i, bytes) in all.iter().enumerate() {
-            self.state_of(i).into_iter().for_each(|s| s.copy_from_slice(bytes));
+            if let Some(at) = self.state_of(i) {
+                // SAFETY: the block has at least as many bytes as were copied from it, and no other call uses it.
+                unsafe { std::ptr::copy_nonoverlapping(bytes.as_ptr(), at, bytes.len()) };
+            }
         }
     }
 

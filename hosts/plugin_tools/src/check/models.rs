@@ -155,7 +155,7 @@ fn standing(subject: &TestedPlugin, m: &Model, place: &str, lines: &str) -> Resu
         centers.fold((0.0f64, 0.0f64), |(low, far), c| (low.min(c.z), if c.norm() < far { far } else { c.norm() }))
     });
     let (low, far) = worst;
-    if !(far < LOST_M) {
+    if far.is_nan() || far >= LOST_M {
         error(place, format!("within {RUN_STEPS} steps on a floor, a part of it is {far:.1} m away: it is unstable"));
     } else if low < -SUNK_M - 0.05 {
         error(place, format!("within {RUN_STEPS} steps, a part of it has sunk {:.2} m below the floor", -low));

@@ -142,7 +142,7 @@ impl Numbers {
     }
     /// Returns 0 or a number of either sign, up to this size, of any order of magnitude.
     pub fn signed(&mut self, most: f64) -> f64 {
-        let size = most * 10f64.powf(-6.0 * self.unit());
+        let size = most * libm::pow(10.0, -6.0 * self.unit());
         match (8.0 * self.unit()) as u32 {
             0 => 0.0,
             1..=4 => size,
@@ -194,7 +194,7 @@ fn extreme(inputs: &BatchInputs, v: u64, numbers: &mut Numbers) -> BatchInputs {
     let n = inputs.beams.distance.as_ref().map_or(0, Vec::len);
     for k in 0..n {
         let misses = numbers.unit() < share;
-        let scale = if v % 2 == 0 { 1.0 } else { 10f64.powf(-5.0 * numbers.unit()) };
+        let scale = if v.is_multiple_of(2) { 1.0 } else { libm::pow(10.0, -5.0 * numbers.unit()) };
         scale_hit(&mut out, k, scale, misses);
     }
     for k in 0..inputs.pixels.depth.as_ref().map_or(0, Vec::len) {
@@ -204,7 +204,7 @@ fn extreme(inputs: &BatchInputs, v: u64, numbers: &mut Numbers) -> BatchInputs {
             out.pixels.pixel_object.iter_mut().for_each(|o| o[k] = 0);
         }
     }
-    if v % 4 > 0 {
+    if !v.is_multiple_of(4) {
         for p in out.motion.pose.iter_mut().flatten() {
             let q = numbers.rotation();
             (0..3).for_each(|i| p[i] = numbers.signed(1e4));

@@ -133,9 +133,9 @@ fn kind_of(subject: &TestedPlugin, path: &str) -> String {
     let alias = path.rsplit('/').next().unwrap_or_default();
     let number = |prefix: &str| alias.strip_prefix(prefix).and_then(|n| n.parse::<usize>().ok());
     let sensor = number("sensor").and_then(|n| subject.own_sensors().nth(n / 2));
-    let actuator = number("actuator").and_then(|n| subject.own_actuators().nth(n));
+    let actuator = number("actuator").or_else(|| number("part")).and_then(|n| subject.own_actuators().nth(n));
     let place = sensor.map(|s| format!("sensor `{}`", s.id));
-    place.or_else(|| actuator.map(|a| devices::actuator_place(a))).unwrap_or_default()
+    place.or_else(|| actuator.map(devices::actuator_place)).unwrap_or_default()
 }
 
 /// Runs the test `reload`.

@@ -107,7 +107,7 @@ fn move_hits(b: &mut BatchInputs, by: f64) {
 
 /// Turns all sensors about the vertical axis.
 fn turn(b: &mut BatchInputs, by: f64) {
-    let (s, c) = (0.5 * by).sin_cos();
+    let (s, c) = libm::sincos(0.5 * by);
     for p in b.motion.pose.iter_mut().flatten() {
         let [_, _, _, x, y, z, w] = *p;
         p[3..].copy_from_slice(&[c * x - s * y, c * y + s * x, c * z + s * w, c * w - s * z]);
@@ -194,9 +194,9 @@ impl BeamNumbers {
             _ => (vec![], vec![]),
         };
         let n = if b.form == TATU_BEAMS_RAYS && !b.directions.is_null() { b.count[0].min(4096) as usize } else { 0 };
-        // SAFETY: by the contract there are 3 numbers per ray.
         let directions = match n {
             0 => Vec::new(),
+            // SAFETY: by the contract there are 3 numbers per ray.
             n => unsafe { std::slice::from_raw_parts(b.directions.cast::<[f64; 3]>(), n) }.to_vec(),
         };
         BeamNumbers {
@@ -214,7 +214,7 @@ impl BeamNumbers {
         }
         let turned = |(a, b): (&[f64; 3], &[f64; 3])| {
             let cross = [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
-            norm(cross.into_iter()).atan2(a[0] * b[0] + a[1] * b[1] + a[2] * b[2])
+            libm::atan2(norm(cross.into_iter()), a[0] * b[0] + a[1] * b[1] + a[2] * b[2])
         };
         let mut all = differences(&self.angles, &other.angles);
         if self.directions.len() == other.directions.len() {
@@ -285,7 +285,7 @@ pub fn presets(kind: &SensorKind) {
             let (Some(given), Some(factor), Value::Float(default)) = (given, factor, &p.fallback) else { continue };
             let value = given * factor;
             let ratio = (value / default).abs();
-            if value != 0.0 && ratio.is_finite() && (ratio > PRESET_RATIO || ratio < 1.0 / PRESET_RATIO) {
+            if value != 0.0 && ratio.is_finite() && !(1.0 / PRESET_RATIO..=PRESET_RATIO).contains(&ratio) {
                 let text = format!(
                     "its preset `{}` sets `{}` to {value} {unit}, {ratio:.4} times its default: one of the two is in \
                      another unit",
