@@ -280,9 +280,9 @@ enum tatu_param_flag {
 
 /* Declaration of a parameter (of an instance, model, import or command), of a result of a command, or of a field of an
  * event. Scene files append the unit to the key: with unit "m", `range` is written `range_m`; with unit "rad", `angle`
- * is written `angle_deg`, in degrees. Any other unit is a text for people, without a suffix. Values that cross the ABI
- * are always in SI units and radians. A parameter of type TATU_OBJECT also accepts a script's handle, and passes it as an
- * object of generation 0; the service that receives it checks whether the object exists.
+ * is written `angle_deg`, in degrees. Any other unit is a text for people, without a suffix.
+ * Values that cross the ABI are always in SI units and radians. A parameter of type TATU_OBJECT also accepts a script's
+ * handle, and passes it as an object of generation 0; the service that receives it checks whether the object exists.
  *
  * Units with a suffix:
  *   "m" "_m", "rad" "_deg" or "_rad", "s" "_s", "kg" "_kg", "Hz" "_hz", "N" "_n", "N m" "_nm", "N s" "_ns", "m/s"
