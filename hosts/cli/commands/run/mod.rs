@@ -443,8 +443,10 @@ fn print_summary(
         let mut out = json!({
             "steps": steps, "sim_time_s": time, "wall_s": wall, "step_wall_s": times.step(), "hash": hash,
             "objects": objects, "errors": faults, "warnings": report::warnings(), "scripts": scripts,
-            "parts": parts,
         });
+        if parts.as_array().is_some_and(|all| !all.is_empty()) {
+            out["parts"] = parts;
+        }
         if let Some(n) = reloads {
             out["reloads"] = n.into();
         }
