@@ -36,7 +36,7 @@ fn a_run_ends_with_a_summary() {
     let sum = done.json();
     assert_eq!(
         keys(&sum),
-        ["errors", "hash", "objects", "parts", "scripts", "sim_time_s", "step_wall_s", "steps", "wall_s", "warnings"]
+        ["errors", "hash", "objects", "scripts", "sim_time_s", "step_wall_s", "steps", "wall_s", "warnings"]
     );
     assert_eq!((sum["steps"].as_u64(), sum["errors"].as_array().map(Vec::len)), (Some(7), Some(0)));
     assert!((sum["sim_time_s"].as_f64().unwrap() - 0.35).abs() < 1e-12);
