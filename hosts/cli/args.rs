@@ -36,7 +36,7 @@ pub enum Command {
     Export(ExportArgs),
     /// List what plugins provide.
     List(ListArgs),
-    /// Describe a plugin, kind of sensor or actuator, model, importer, script language, service, schema, object kind or
+    /// Describe a plugin, kind of sensor, actuator or part, model, importer, script language, service, schema, object kind or
     /// command.
     Describe(DescribeArgs),
     /// Measure the behaviour of a model, and compare it with its data sheet.
@@ -529,6 +529,7 @@ pub enum ListedKind {
     Models,
     Sensors,
     Actuators,
+    Parts,
     Importers,
     Commands,
     Services,

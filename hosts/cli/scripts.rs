@@ -1,4 +1,4 @@
-//! Summarizes the scripts of a run.
+//! Summarizes the scripts and the parts of a run.
 
 use serde_json::{Value, json};
 use tatu_core::World;
@@ -12,6 +12,12 @@ pub fn summarize(world: &World) -> Value {
         })
     };
     world.scripts().into_iter().map(one).collect()
+}
+
+/// Returns an array of `{object, kind, calls, wall_s, off}`. The real time differs from run to run.
+pub fn summarize_parts(world: &World) -> Value {
+    let one = |p: tatu_core::PartSummary| json!({ "object": p.object, "kind": p.kind, "calls": p.calls, "wall_s": p.seconds, "off": p.off });
+    world.parts().into_iter().map(one).collect()
 }
 
 /// Returns the era of a dialect: A for versions up to 3.4, B for 3.5 to 4.1, C for 4.2 and later. The era is null if

@@ -66,6 +66,7 @@
 #include "tatu/command.h"  /* commands for scripts, remote clients and other plugins */
 #include "tatu/sensor.h"   /* kinds of sensors */
 #include "tatu/actuator.h" /* kinds of actuators */
+#include "tatu/part.h"     /* controllers that act with the world in hand */
 #include "tatu/model.h"    /* models: robots and other assemblies of objects */
 #include "tatu/importer.h" /* file formats */
 #include "tatu/script.h"   /* script languages */

@@ -118,6 +118,8 @@ impl Registry {
                 }
                 BuildFunction::Importer(importer, bytes) => {
                     let me = self.plugins[importer.plugin].me;
+                    let copy = self.inspector.as_ref().and_then(|i| i.copy_of_source(importer.plugin, bytes));
+                    let bytes = copy.as_ref().map_or(bytes, |c| c.bytes());
                     importer.raw.load.map_or(TATU_OK, |f| f(me, Lent::from(bytes).raw(), &table, params, error.raw()))
                 }
             }

@@ -73,7 +73,7 @@ pub fn parameters(all: &[ParameterSpec], in_files: bool) -> Vec<String> {
 const COMMAND_UNITS: &[&str] = &["deg", "ms", "min", "h", "C"];
 
 /// Returns a message if the unit of a parameter is misspelt.
-fn wrong_unit(p: &ParameterSpec) -> Option<String> {
+fn misspelt_unit(p: &ParameterSpec) -> Option<String> {
     let unit = p.unit.as_deref().filter(|u| !COMMAND_UNITS.contains(u))?;
     units::meant(unit).map(|meant| format!("`{}` has the unit `{unit}`; was `{meant}` meant?", p.key))
 }
@@ -124,7 +124,7 @@ impl Registry {
             let name = c.name();
             add(c.plugin, format!("the command `{name}`"), parameters(&c.params, false));
             let values = c.params.iter().chain(&c.returns);
-            add(c.plugin, format!("the command `{name}`"), values.filter_map(wrong_unit).collect());
+            add(c.plugin, format!("the command `{name}`"), values.filter_map(misspelt_unit).collect());
         }
         for (plugin, what, id, text) in self.described_items() {
             if text.is_empty() {
@@ -191,7 +191,7 @@ mod tests {
                 "expected one of",
             ),
             (ParameterSpec { kind: TATU_U8S, ..good() }, "unknown type 10"),
-            (ParameterSpec { unit: Some("furlong".into()), ..good() }, "unknown unit `furlong`"),
+            (ParameterSpec { unit: Some("mm".into()), ..good() }, "was `m` meant?"),
             (ParameterSpec { choices: vec!["a".into()], ..good() }, "choices"),
             (param(""), "its parameter 1 has no key"),
             (param("a b"), "cannot be written"),
@@ -206,7 +206,9 @@ mod tests {
         let rest = ParameterSpec { flags: TATU_PARAM_ANY, kind: TATU_NIL, ..good() };
         let whole =
             ParameterSpec { unit: Some("m".into()), lowest: 0.0, highest: 5.0, fallback: Value::Int(1), ..param("b") };
-        assert_eq!(parameters(&[rest, whole, ParameterSpec { unit: Some("1".into()), ..param("c") }], true), [""; 0]);
+        let with_unit = |key: &str, unit: &str| ParameterSpec { unit: Some(unit.into()), ..param(key) };
+        let right = [rest, whole, with_unit("c", "1"), with_unit("of_another_field", "furlong")];
+        assert_eq!(parameters(&right, true), [""; 0]);
         assert_eq!(parameters(&[param("größe")], false), [""; 0], "commands are not written in scene files");
         assert_eq!(parameters(&[param("a b"), param("a\\n")], false).len(), 2);
     }

@@ -73,6 +73,7 @@ extensions!(
     tatu_ext_command = TATU_COMMAND,
     tatu_ext_sensor = TATU_SENSOR,
     tatu_ext_actuator = TATU_ACTUATOR,
+    tatu_ext_part = TATU_PART,
     tatu_ext_model = TATU_MODEL,
     tatu_ext_importer = TATU_IMPORTER,
     tatu_ext_script = TATU_SCRIPT,
@@ -142,6 +143,18 @@ accessors! {
         commands: list => Vec<Declared<'a, tatu_param>>;
         fields: list => Vec<Declared<'a, tatu_field>>;
         schemas: labels => Vec<String>;
+    }
+    tatu_ext_part { kinds: list => Vec<Declared<'a, tatu_part>>; }
+    tatu_part {
+        id: label => Option<String>;
+        text: text => Option<String>;
+        life: Declared::at => Option<Declared<'a, tatu_life>>;
+        params: list => Vec<Declared<'a, tatu_param>>;
+        commands: list => Vec<Declared<'a, tatu_param>>;
+        fields: list => Vec<Declared<'a, tatu_field>>;
+        schemas: labels => Vec<String>;
+        presets: list => Vec<Declared<'a, tatu_preset>>;
+        events: texts => Vec<String>;
     }
     tatu_ext_model { models: list => Vec<Declared<'a, tatu_model>>; }
     tatu_model {
@@ -220,7 +233,10 @@ accessors! {
         params: list => Vec<Declared<'a, tatu_param>>;
         events: texts => Vec<String>;
     }
-    tatu_ext_event { events: list => Vec<Declared<'a, tatu_event>>; }
+    tatu_ext_event {
+        events: list => Vec<Declared<'a, tatu_event>>;
+        listens: texts => Vec<String>;
+    }
     tatu_event {
         name: label => Option<String>;
         text: text => Option<String>;

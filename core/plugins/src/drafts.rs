@@ -12,8 +12,17 @@ use tatu_plugin_api::{
 };
 
 /// The extensions that the host requests from plugins.
-pub const EXTENSIONS: [&CStr; 8] =
-    [TATU_COMMAND, TATU_SENSOR, TATU_ACTUATOR, TATU_MODEL, TATU_IMPORTER, TATU_SCRIPT, TATU_SERVICE, TATU_EVENT];
+pub const EXTENSIONS: [&CStr; 9] = [
+    TATU_COMMAND,
+    TATU_SENSOR,
+    TATU_ACTUATOR,
+    TATU_PART,
+    TATU_MODEL,
+    TATU_IMPORTER,
+    TATU_SCRIPT,
+    TATU_SERVICE,
+    TATU_EVENT,
+];
 /// The services that the host offers.
 pub const SERVICES: [&CStr; 14] = [
     TATU_HOST_SCENE,

@@ -7,6 +7,7 @@ use std::ffi::c_void;
 #[derive(Debug)]
 pub struct GuardedCopy {
     first: *const u8,
+    len: usize,
     #[cfg(unix)]
     _mapping: mapped::GuardedMapping,
     #[cfg(not(unix))]
@@ -20,14 +21,19 @@ impl GuardedCopy {
         #[cfg(unix)]
         {
             let (mapping, first) = mapped::GuardedMapping::new(bytes, label);
-            GuardedCopy { first, _mapping: mapping }
+            GuardedCopy { first, len: bytes.len(), _mapping: mapping }
         }
         #[cfg(not(unix))]
         {
             let _ = label;
             let copy = bytes.to_vec();
-            GuardedCopy { first: copy.as_ptr(), _bytes: copy }
+            GuardedCopy { first: copy.as_ptr(), len: copy.len(), _bytes: copy }
         }
+    }
+    /// Returns the copied bytes.
+    pub fn bytes(&self) -> &[u8] {
+        // SAFETY: the copy has `len` readable bytes, which live as long as `self` and never change.
+        unsafe { std::slice::from_raw_parts(self.first, self.len) }
     }
     /// Returns a pointer to the first byte.
     pub fn first(&self) -> *const u8 {

@@ -61,9 +61,9 @@ pub use load::assets_folder;
 pub use parameter_spec::{ParameterSpec, check_value, describe_value};
 pub use random_table::{RandomNumbers, RandomTable};
 pub use registry::{
-    ActuatorKind, AttachmentSlot, CommandEntry, CommandName, CommandStatus, DeviceKind, FieldSpec, FoundModel,
-    Importer, ImporterChoice, MAX_ELEMENTS, MODEL_FILE, Model, ModelNumber, Plugin, Prelude, PresetSpec, Registry,
-    ScriptConstant, ScriptKindMark, ScriptLanguage, SensorKind, ServiceKind,
+    ActuatorKind, AttachmentSlot, CommandEntry, CommandName, CommandStatus, DeviceKind, EventListener, FieldSpec,
+    FoundModel, Importer, ImporterChoice, MAX_ELEMENTS, MODEL_FILE, Model, ModelNumber, Plugin, Prelude, PresetSpec,
+    Registry, ScriptConstant, ScriptKindMark, ScriptLanguage, SensorKind, ServiceKind,
 };
 pub use search::{CopyFolder, FolderOrigin, SearchPath};
 pub use setup_lock::lock_setup;

@@ -34,6 +34,8 @@ table!(
     tatu_ext_sensor,
     tatu_actuator,
     tatu_ext_actuator,
+    tatu_part,
+    tatu_ext_part,
     tatu_model,
     tatu_model_slot,
     tatu_model_number,

@@ -81,6 +81,14 @@ calls! {
     Last = "tatu_service.last",
     EndRun = "tatu_life.end_run",
     ReadModel = "tatu_ext_model.read",
+    PartActuate = "tatu_part.actuate",
+    PartPhysicsStep = "tatu_part.physics_step",
+    PartSense = "tatu_part.sense",
+    PartPaused = "tatu_part.paused",
+    PartEnd = "tatu_part.end",
+    PartEvent = "tatu_part.event",
+    PartContact = "tatu_part.contact",
+    Heard = "tatu_ext_event.heard",
 }
 
 impl PluginCall {

@@ -25,6 +25,7 @@ const TABLES: &[&[PropertySpec]] = &[
     force_sensor::PROPERTIES,
     devices::SENSOR,
     devices::ACTUATOR,
+    devices::PART,
     spec::PROPERTIES,
     views::CAMERA,
     views::LIGHT,
@@ -102,6 +103,7 @@ named! {
     TARGET_POSITION "joint.target_position", MAX_FORCE "joint.max_force", CYCLIC "joint.cyclic",
     LIMITS "joint.limits", SENSOR_KIND "sensor.kind", PRESET "sensor.preset", NOISE "sensor.noise",
     SENSOR_MEASURED "sensor.measured", SENSOR_BEAMS "sensor.beams", ACTUATOR_KIND "actuator.kind",
+    PART_KIND "part.kind", PART_CALLS "part.calls",
     SCRIPT_LANGUAGE "script.language", SCRIPT_DIALECT "script.dialect", SCRIPT_KIND "script.kind",
     SCRIPT_NAME "script.name", SCRIPT_CALLS "script.calls", SCRIPT_INSTRUCTIONS "script.instructions",
     TIME "scene.time", CLOCK_TIME "scene.clock", EPOCH "scene.epoch", DT "scene.dt", STEP "scene.step",
@@ -319,7 +321,7 @@ mod tests {
                     .collect::<Vec<_>>()
             }
         };
-        let sections: [Box<dyn Fn() -> Vec<Property>>; 11] = [
+        let sections: [Box<dyn Fn() -> Vec<Property>>; 12] = [
             Box::new(|| {
                 properties_of(Some(ObjectKind::Script)).filter(|r| r.spec().owner == PropertyOwner::Any).collect()
             }),
@@ -329,6 +331,7 @@ mod tests {
             Box::new(of(&[ObjectKind::ForceSensor])),
             Box::new(of(&[ObjectKind::Sensor])),
             Box::new(of(&[ObjectKind::Actuator])),
+            Box::new(of(&[ObjectKind::Part])),
             Box::new(of(&[ObjectKind::Graph])),
             Box::new(of(&[ObjectKind::Camera, ObjectKind::Light, ObjectKind::Path])),
             Box::new(of(&[ObjectKind::Script])),

@@ -26,6 +26,7 @@ mod calls;
 mod cell;
 mod events;
 mod instances;
+mod parts;
 mod recording;
 pub mod reload;
 mod run;
@@ -35,7 +36,9 @@ pub mod session;
 pub mod state;
 mod step;
 
-pub use cell::{LogBuffer, LogLine, NextScene, OptionalObject, Phase, ScriptSummary, StandIn, record_breach};
+pub use cell::{
+    LogBuffer, LogLine, NextScene, OptionalObject, PartSummary, Phase, ScriptSummary, StandIn, record_breach,
+};
 pub use run::{ObjectState, Reading, ReadingField, Session, World, replay_to};
 pub use services::{Channel, host_tables};
 pub use tatu_beams as beams;

@@ -36,6 +36,7 @@ pub fn list(args: &ListArgs) -> ExitCode {
         ListedKind::Models => (models(&registry), &["id", "category", "plugin", "text"]),
         ListedKind::Sensors => (sensors(&registry), &["id", "plugin", "schemas", "text"]),
         ListedKind::Actuators => (actuators(&registry), &["id", "plugin", "text"]),
+        ListedKind::Parts => (parts(&registry), &["id", "plugin", "text"]),
         ListedKind::Importers => (importers(&registry), &["id", "plugin", "suffixes", "text"]),
         ListedKind::Services => (services(&registry), &["id", "plugin", "text"]),
         ListedKind::Events => (events(&registry), &["name", "by", "fields", "text"]),
@@ -60,7 +61,8 @@ fn plugins(r: &Registry) -> Vec<Value> {
         };
         add(r.command_offers.commands.iter().any(|c| c.plugin == i), "command");
         add(r.sensor_kinds().any(|(_, s)| s.plugin == i), "sensor");
-        add(r.actuators.iter().any(|a| a.plugin == i), "actuator");
+        add(r.actuator_kinds().any(|(_, a)| a.plugin == i), "actuator");
+        add(r.part_kinds().any(|(_, a)| a.plugin == i), "part");
         add(r.model_offers.models.iter().any(|m| m.plugin == i) || r.reads_models(i), "model");
         add(r.importers.iter().any(|m| m.plugin == i), "importer");
         add(r.scripting.languages.iter().any(|l| l.plugin == i), "script");
@@ -241,13 +243,25 @@ fn sensors(r: &Registry) -> Vec<Value> {
 
 fn actuators(r: &Registry) -> Vec<Value> {
     let readings = |a: &ActuatorKind| a.readings.map(|i| &r.sensors[i]);
-    r.actuators
-        .iter()
-        .map(|a| {
+    r.actuator_kinds()
+        .map(|(_, a)| {
             json!({
                 "id": a.id, "plugin": r.plugins[a.plugin].id, "text": a.text, "every_substep": a.every_physics_step,
                 "parameters": params(&a.params), "commands": params(&a.commands),
                 "schemas": readings(a).map(|s| &s.schemas), "fields": readings(a).map(fields),
+            })
+        })
+        .collect()
+}
+
+fn parts(r: &Registry) -> Vec<Value> {
+    let readings = |a: &ActuatorKind| a.readings.map(|i| &r.sensors[i]);
+    r.part_kinds()
+        .map(|(_, a)| {
+            json!({
+                "id": a.id, "plugin": r.plugins[a.plugin].id, "text": a.text, "parameters": params(&a.params),
+                "commands": params(&a.commands), "schemas": readings(a).map(|s| &s.schemas),
+                "fields": readings(a).map(fields), "presets": a.presets.iter().map(|p| &p.id).collect::<Vec<_>>(),
             })
         })
         .collect()

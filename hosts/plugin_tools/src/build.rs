@@ -53,31 +53,43 @@ pub fn build_project(project: &Project) -> Result<bool> {
 /// Compiles all sources of the folder by one invocation of the compiler; the variables CC and CXX select another
 /// compiler.
 fn compile(project: &Project) -> Result<bool> {
-    let (variable, default, suffixes, standard): (_, _, &[&str], _) = match project.lang {
-        Lang::C => ("CC", "cc", &["c"], "-std=c11"),
-        _ => ("CXX", "c++", &["cpp", "cc", "cxx"], "-std=c++17"),
+    // The old library is replaced by a rename, because a running program may have it open.
+    let new = project.build().join("new");
+    let built = compile_to(project, &new, &["-O2"])?;
+    if built {
+        move_library(&new, &project.library())?;
+    }
+    Ok(built)
+}
+
+/// Compiles all sources of a project in C or C++ to this file, with further arguments of the compiler; returns whether
+/// the compiler succeeded.
+pub fn compile_to(project: &Project, file: &Path, more: &[&str]) -> Result<bool> {
+    let (variable, suffixes, standard): (_, &[&str], _) = match project.lang {
+        Lang::C => ("CC", &["c"], "-std=c11"),
+        _ => ("CXX", &["cpp", "cc", "cxx"], "-std=c++17"),
     };
-    let compiler = split_variable(variable).filter(|w| !w.is_empty()).unwrap_or_else(|| vec![default.into()]);
+    let compiler = compiler_of(project.lang);
     let sources = sources(&project.folder, suffixes)?;
     let mut command = Command::new(&compiler[0]);
-    command.args(&compiler[1..]).args([standard, "-O2", "-Wall", "-Wextra"]);
+    command.args(&compiler[1..]).args([standard, "-Wall", "-Wextra"]).args(more);
     command.args(split_variable(if project.lang == Lang::C { "CFLAGS" } else { "CXXFLAGS" }).unwrap_or_default());
     command.arg(if cfg!(target_os = "macos") { "-dynamiclib" } else { "-shared" });
     if cfg!(unix) {
         command.args(["-fPIC", "-fvisibility=hidden"]);
     }
     command.arg("-I").arg(project.folder.join("sdk/include"));
-    // The old library is replaced by a rename, because a running program may have it open.
-    let new = project.build().join("new");
-    command.arg("-o").arg(&new).args(sources);
+    command.arg("-o").arg(file).args(sources);
     if cfg!(target_os = "linux") {
         command.args(["-lm", "-lpthread"]);
     }
-    let built = run(&mut command, &MissingTool { program: &compiler[0], variable, needs: "a compiler" })?;
-    if built {
-        move_library(&new, &project.library())?;
-    }
-    Ok(built)
+    run(&mut command, &MissingTool { program: &compiler[0], variable, needs: "a compiler" })
+}
+
+/// Returns the program and the first arguments of the compiler for C or C++.
+pub fn compiler_of(lang: Lang) -> Vec<OsString> {
+    let (variable, default) = if lang == Lang::C { ("CC", "cc") } else { ("CXX", "c++") };
+    split_variable(variable).filter(|w| !w.is_empty()).unwrap_or_else(|| vec![default.into()])
 }
 
 /// Runs `cargo build --release`, and copies the library to the project's folder `build`.

@@ -186,7 +186,11 @@ fn install_library(
     let assets = StagedAssets::new(&library.file, &copy)?;
     let examined = examiner.examine(&copy);
     if let Some(reason) = examined.reason.clone().or_else(|| examined.offers_nothing()) {
-        return Err(refused(&library.shown, &reason.renamed(&copy, &library.shown)));
+        let reason = reason.renamed(&copy, &library.shown);
+        // A library that can be loaded where it is finds something beside it that is not installed with it.
+        let is_beside = reason.kind == "missing-library" && examiner.examine(&library.file).reason.is_none();
+        let reason = if is_beside { beside_reason(&reason) } else { reason };
+        return Err(refused(&library.shown, &reason));
     }
     let id = examined.id().unwrap_or_default();
     let target = folder.join(name);
@@ -212,6 +216,17 @@ fn install_library(
         );
     }
     Ok(text)
+}
+
+/// Returns the reason why a library is refused that needs another library beside it.
+fn beside_reason(missing: &RejectReason) -> RejectReason {
+    let text = missing.text.replace(", which is not found", "");
+    RejectReason::new(
+        missing.kind,
+        format!("{text} beside it, but only the library of the plugin itself is installed"),
+        "link that library statically, or install it where the loader finds it; until then, use the plugin where it is: \
+         TATU_PLUGIN_PATH=FOLDER",
+    )
 }
 
 /// The assets of a library that is being installed. They are removed when the value is dropped.

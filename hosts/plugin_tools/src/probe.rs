@@ -101,7 +101,8 @@ fn offers(r: &Registry) -> Vec<(String, usize)> {
     let all = [
         ("command", r.command_offers.commands.len()),
         ("sensor", r.sensor_kinds().count()),
-        ("actuator", r.actuators.len()),
+        ("actuator", r.actuator_kinds().count()),
+        ("part", r.part_kinds().count()),
         ("model", r.model_offers.models.len()),
         ("reader of models", (0..r.plugins.len()).filter(|i| r.reads_models(*i)).count()),
         ("importer", r.importers.len()),

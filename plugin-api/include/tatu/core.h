@@ -20,7 +20,7 @@ extern "C" {
 #endif
 
 #define TATU_ABI_MAJOR 0 /* must match; 0 until release 1.0 */
-#define TATU_ABI_MINOR 6 /* increased whenever a table grows; checked only against tatu_need.minor */
+#define TATU_ABI_MINOR 7 /* increased whenever a table grows; checked only against tatu_need.minor */
 
 /* Offset of the end of a field in its table, in bytes. */
 #define TATU_END(t, f) ((size_t)((const char *)(&(t)->f + 1) - (const char *)(t)))
@@ -280,9 +280,9 @@ enum tatu_param_flag {
 
 /* Declaration of a parameter (of an instance, model, import or command), of a result of a command, or of a field of an
  * event. Scene files append the unit to the key: with unit "m", `range` is written `range_m`; with unit "rad", `angle`
- * is written `angle_deg`, in degrees. Any other unit is a text for people, without a suffix. Values that cross the ABI
- * are always in SI units and radians. A parameter of type TATU_OBJECT also accepts a script's handle, and passes it as an
- * object of generation 0; the service that receives it checks whether the object exists.
+ * is written `angle_deg`, in degrees. Any other unit is a text for people, without a suffix.
+ * Values that cross the ABI are always in SI units and radians. A parameter of type TATU_OBJECT also accepts a script's
+ * handle, and passes it as an object of generation 0; the service that receives it checks whether the object exists.
  *
  * Units with a suffix:
  *   "m" "_m", "rad" "_deg" or "_rad", "s" "_s", "kg" "_kg", "Hz" "_hz", "N" "_n", "N m" "_nm", "N s" "_ns", "m/s"
@@ -458,8 +458,8 @@ static inline const void *tatu_find_offer(const tatu_offer *offers, const char *
 }
 #ifndef __cplusplus
 /* Exports the plugin: its extensions, then the fields of tatu_plugin_t by name. The macro sets `size`, the ABI version
- * and `extension`. An extension is TATU_COMMANDS(...), TATU_SENSORS(...), TATU_ACTUATORS(...), TATU_MODELS(...),
- * TATU_IMPORTERS(...), TATU_LANGUAGES(...), TATU_SERVICES(...) or TATU_EVENTS(...), each with pointers to tables;
+ * and `extension`. An extension is TATU_COMMANDS(...), TATU_SENSORS(...), TATU_ACTUATORS(...), TATU_PARTS(...),
+ * TATU_MODELS(...), TATU_IMPORTERS(...), TATU_LANGUAGES(...), TATU_SERVICES(...) or TATU_EVENTS(...), each with pointers to tables;
  * several extensions are enclosed in TATU_OFFERS(...). */
 #  define TATU_PLUGIN(Offers, ...)                                                             \
     static const tatu_offer tatu_offers[] = {Offers, {NULL, NULL}};                            \

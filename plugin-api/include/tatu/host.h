@@ -20,7 +20,7 @@ extern "C" {
 enum tatu_kind {
   TATU_KIND_SHAPE = 0, TATU_KIND_JOINT = 1, TATU_KIND_DUMMY = 2, TATU_KIND_SENSOR = 3, TATU_KIND_ACTUATOR = 4,
   TATU_KIND_FORCE_SENSOR = 5, TATU_KIND_SCRIPT = 6, TATU_KIND_CAMERA = 7, TATU_KIND_LIGHT = 8, TATU_KIND_GRAPH = 9,
-  TATU_KIND_PATH = 10
+  TATU_KIND_PATH = 10, TATU_KIND_PART = 11
 };
 enum tatu_list_flag {
   TATU_LIST_CHILDREN = 1,   /* direct children only; without it, the whole tree, breadth first */
@@ -127,6 +127,10 @@ typedef struct tatu_host_bodies {
   tatu_status(TATU_CALL *closest_at)(tatu_world *, const tatu_object *a, const double *poses, uint32_t n_a,
                                      const tatu_object *b, uint32_t n_b, double limit, double *points,
                                      tatu_object *pair);
+  /* [step] Registers two shapes for a part, whose function `contact` then decides on their contact before each physics
+   * step; `b` 0: with all shapes that `a` touches. `on` 0: ends this, and restores their contact. A stop ends all
+   * registrations. Pairs that are not registered cost nothing. Absent in older hosts. */
+  tatu_status(TATU_CALL *hook)(tatu_world *, tatu_object part, tatu_object a, tatu_object b, uint32_t on);
 } tatu_host_bodies;
 
 /* ---------------------------------------------------------------- Readings -------------------------------------- */

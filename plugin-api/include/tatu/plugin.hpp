@@ -20,6 +20,7 @@
 #include "host.h"
 #include "importer.h"
 #include "model.h"
+#include "part.h"
 #include "sensor.h"
 #include "service.h"
 
@@ -31,6 +32,7 @@
 #include <new>
 #include <stdexcept>
 #include <string>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -300,16 +302,121 @@ public:
   }
 };
 
+// One call of a part: the world, its commands, state and readings.
+class part_call {
+  const tatu_part_call &c;
+
+public:
+  explicit part_call(const tatu_part_call &raw) : c(raw) {}
+  const tatu_part_call &raw() const { return c; }
+  tatu_world *world() const { return c.world; }
+  tatu_object part() const { return c.part; }
+  tatu_object owner() const { return c.owner; }
+  double time() const { return c.time; }
+  double dt() const { return c.dt; }
+  // Returns the value of command `k`; commands and fields are numbered from 0 in the order of declaration.
+  double command(uint32_t k) const { return c.command[k]; }
+  template <typename T> T *field(uint32_t k) const { return static_cast<T *>(c.fields[k]); }
+  // The state block: plain data that the host saves, hashes and zeroes.
+  template <typename State> State &state() const { return *static_cast<State *>(c.state); }
+};
+
+// Declares a kind of part. `Part` must have a constructor from `const tatu_host_api &` and `const tatu_value *params`,
+// and the function `void configure(const tatu_value *params)`. It is called at those moments for which it has a function:
+// `void actuate(const part_call &)`, and likewise `physics_step`, `sense` and `end`;
+// `void paused(const part_call &, tatu_pause)`; `void event(const part_call &, const std::string &name, const tatu_value
+// &payload)`, for the events of `hears`; and `void contact(const part_call &, tatu_contact_pair &)`. Its parameters, commands and state block must fully determine what it
+// does. `State` is the type of the state block.
+template <typename Part, typename State = void> class part {
+  friend class plugin;
+  tatu_part t{};
+  tatu_life life{};
+  tables<tatu_param> params, commands;
+  tables<tatu_field> fields;
+  tables<tatu_preset> presets;
+  std::vector<const char *> schemas{nullptr}, events{nullptr};
+
+  static tatu_status TATU_CALL create(void *self, const tatu_instance *given, void **data, tatu_error *error);
+  static void TATU_CALL destroy(void *data) { delete static_cast<Part *>(data); }
+  static tatu_status TATU_CALL configure(void *data, const tatu_value *params, uint32_t, uint64_t, tatu_error *error) {
+    return guard(error, [&] { static_cast<Part *>(data)->configure(params); });
+  }
+  template <typename P> using actuates = decltype(std::declval<P &>().actuate(std::declval<const part_call &>()));
+  template <typename P> using steps = decltype(std::declval<P &>().physics_step(std::declval<const part_call &>()));
+  template <typename P> using senses = decltype(std::declval<P &>().sense(std::declval<const part_call &>()));
+  template <typename P> using pauses = decltype(std::declval<P &>().paused(std::declval<const part_call &>(), TATU_PAUSE_BEGINS));
+  template <typename P> using hears_events = decltype(std::declval<P &>().event(
+    std::declval<const part_call &>(), std::declval<const std::string &>(), std::declval<const tatu_value &>()));
+  template <typename P> using decides = decltype(std::declval<P &>().contact(std::declval<const part_call &>(), std::declval<tatu_contact_pair &>()));
+  template <typename P> using ends = decltype(std::declval<P &>().end(std::declval<const part_call &>()));
+  template <template <typename> class Function, typename P, typename = void> struct has : std::false_type {};
+  template <template <typename> class Function, typename P> struct has<Function, P, std::void_t<Function<P>>> : std::true_type {};
+
+public:
+  part(const char *id, const char *text) {
+    life.size = sizeof life, life.create = create, life.destroy = destroy, life.configure = configure;
+    life.save = tatu_save_nothing, life.load = tatu_load_nothing;
+    if constexpr (!std::is_void_v<State>) life.state_bytes = sizeof(State);
+    t.size = sizeof t, t.id = id, t.text = text;
+    if constexpr (has<actuates, Part>::value)
+      t.actuate = [](void *data, const tatu_part_call *c, tatu_error *error) {
+        return guard(error, [&] { static_cast<Part *>(data)->actuate(part_call(*c)); });
+      };
+    if constexpr (has<steps, Part>::value)
+      t.physics_step = [](void *data, const tatu_part_call *c, tatu_error *error) {
+        return guard(error, [&] { static_cast<Part *>(data)->physics_step(part_call(*c)); });
+      };
+    if constexpr (has<senses, Part>::value)
+      t.sense = [](void *data, const tatu_part_call *c, tatu_error *error) {
+        return guard(error, [&] { static_cast<Part *>(data)->sense(part_call(*c)); });
+      };
+    if constexpr (has<pauses, Part>::value)
+      t.paused = [](void *data, const tatu_part_call *c, uint32_t moment, tatu_error *error) {
+        return guard(error, [&] { static_cast<Part *>(data)->paused(part_call(*c), static_cast<tatu_pause>(moment)); });
+      };
+    if constexpr (has<hears_events, Part>::value)
+      t.event = [](void *data, const tatu_part_call *c, tatu_str name, const tatu_value *payload, tatu_error *error) {
+        return guard(error, [&] { static_cast<Part *>(data)->event(part_call(*c), to_string(name), *payload); });
+      };
+    if constexpr (has<decides, Part>::value)
+      t.contact = [](void *data, const tatu_part_call *c, tatu_contact_pair *pair, tatu_error *error) {
+        return guard(error, [&] { static_cast<Part *>(data)->contact(part_call(*c), *pair); });
+      };
+    if constexpr (has<ends, Part>::value)
+      t.end = [](void *data, const tatu_part_call *c, tatu_error *error) {
+        return guard(error, [&] { static_cast<Part *>(data)->end(part_call(*c)); });
+      };
+  }
+  part &&schema(const char *id) && { return schemas.insert(schemas.end() - 1, id), std::move(*this); }
+  part &&takes(param p) && { return params.add(p.table()), std::move(*this); }
+  part &&command(param p) && { return commands.add(p.table()), std::move(*this); }
+  part &&field(uint32_t elem, const char *name, const char *unit, const char *text, uint32_t count = 1) && {
+    tatu_field f{};
+    f.size = sizeof f, f.elem = elem, f.dims[0] = count, f.dims[1] = f.dims[2] = 1;
+    f.name = name, f.unit = unit, f.text = text;
+    return fields.add(f), std::move(*this);
+  }
+  part &&preset(const char *id, const char *text, const char *settings) && {
+    tatu_preset p{};
+    p.size = sizeof p, p.id = id, p.text = text, p.settings = settings;
+    return presets.add(p), std::move(*this);
+  }
+  part &&hears(const char *event) && { return events.insert(events.end() - 1, event), std::move(*this); }
+  part &&version(uint32_t number) && { return life.version = number, std::move(*this); }
+};
+
 // ---------------------------------------------------------------- The plugin ----------------------------------------
 
 // Base class of plugins. The constructor of the derived class declares what the plugin offers, which is then constant.
 class plugin {
   std::deque<command> commands;
-  std::vector<std::shared_ptr<void>> kept; // owners of the tables of sensors
+  std::vector<std::shared_ptr<void>> kept; // owners of the tables of sensors and parts
   tables<tatu_command> all;
   std::vector<const tatu_sensor *> kinds{nullptr};
+  std::vector<const tatu_part *> parts{nullptr};
   tatu_ext_command ext_command{};
   tatu_ext_sensor ext_sensor{};
+  tatu_ext_part ext_part{};
   tatu_life life{};
 
   static tatu_status TATU_CALL run(tatu_call *raw) {
@@ -322,16 +429,17 @@ public:
   const tatu_host_api host;
 
   explicit plugin(const tatu_host *h) : host(tatu_host_api_of(h)) {
-    ext_command.size = sizeof ext_command, ext_sensor.size = sizeof ext_sensor, life.size = sizeof life;
+    ext_command.size = sizeof ext_command, ext_sensor.size = sizeof ext_sensor, ext_part.size = sizeof ext_part, life.size = sizeof life;
   }
   plugin(const plugin &) = delete;
   plugin &operator=(const plugin &) = delete;
   virtual ~plugin() = default;
 
   const void *extension(const char *id) {
-    ext_command.commands = all.list(), ext_sensor.kinds = kinds.data();
+    ext_command.commands = all.list(), ext_sensor.kinds = kinds.data(), ext_part.kinds = parts.data();
     if (!commands.empty() && tatu_str_is(tatu_text(id), TATU_COMMAND)) return &ext_command;
     if (kinds.size() > 1 && tatu_str_is(tatu_text(id), TATU_SENSOR)) return &ext_sensor;
+    if (parts.size() > 1 && tatu_str_is(tatu_text(id), TATU_PART)) return &ext_part;
     return other_extension(id);
   }
 
@@ -354,6 +462,14 @@ protected:
     s->t.presets = s->presets.list(), s->t.life = &s->life;
     kinds.insert(kinds.end() - 1, &s->t);
   }
+  template <typename Part, typename State> void offer(part<Part, State> given) {
+    auto p = std::make_shared<part<Part, State>>(std::move(given));
+    kept.push_back(p);
+    p->t.params = p->params.list(), p->t.commands = p->commands.list(), p->t.fields = p->fields.list();
+    p->t.schemas = p->schemas.data(), p->t.presets = p->presets.list(), p->t.life = &p->life;
+    p->t.events = p->events.data();
+    parts.insert(parts.end() - 1, &p->t);
+  }
   // Allocates a block of plain data for each world, call::state, which the host saves, restores and zeroes.
   template <typename State> void keep_per_world() {
     life.state_bytes = sizeof(State);
@@ -361,6 +477,10 @@ protected:
   }
 };
 
+template <typename Part, typename State>
+tatu_status TATU_CALL part<Part, State>::create(void *self, const tatu_instance *given, void **data, tatu_error *error) {
+  return guard(error, [&] { *data = new Part(static_cast<plugin *>(self)->host, given->params); });
+}
 inline const tatu_host_api &call::host() const { return static_cast<plugin *>(c.self)->host; }
 
 // Entries for a plugin's `needs`: the services that it requires.

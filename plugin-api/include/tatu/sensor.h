@@ -94,6 +94,7 @@ enum tatu_input {
   TATU_IN_COLOR = 64,   /* 3 bytes red green blue; per pixel: shaded; per beam: colour of the surface, unshaded */
   TATU_IN_COSINE = 128, /* per pixel: cosine of the angle between line of sight and normal */
   TATU_IN_PRIMITIVE = 256, /* per beam: index of the triangle or face of the object that was hit */
+  TATU_IN_HIT_TWIST = 8192, /* per beam: velocity of the object that was hit; absent in hosts before ABI 0.7 */
   /* The following inputs are available only to kinds with TATU_SENSOR_EVERY_PHYSICS_STEP. */
   TATU_IN_ACCELERATION = 512, /* per sensor: acceleration of its origin, world frame, without gravity */
   TATU_IN_JOINT = 1024,       /* per sensor: state of a joint */
@@ -192,6 +193,8 @@ typedef struct tatu_sensor_batch {
   const double *wrench;           /* [n], 6 each: force (N), and torque (N m) about the sensor's origin, that the force
                                    * sensor exerts on its carrier, sensor frame, mean over the step; 0 without one.
                                    * TATU_IN_WRENCH */
+  const double *hit_twist;        /* per beam, 6: velocity of the object that was hit, as bodies.twist gives it; 0: no
+                                   * hit. TATU_IN_HIT_TWIST */
 } tatu_sensor_batch;
 
 /* For `measure`: returns a pointer to the first element of field `k` of sensor `i`; fields are numbered from 0 in the

@@ -239,6 +239,7 @@ pub const TATU_IN_ACCELERATION: u32 = 512;
 pub const TATU_IN_JOINT: u32 = 1024;
 pub const TATU_IN_CONTACTS: u32 = 2048;
 pub const TATU_IN_WRENCH: u32 = 4096;
+pub const TATU_IN_HIT_TWIST: u32 = 8192;
 
 pub const TATU_SENSOR_EVERY_PHYSICS_STEP: u32 = 1;
 
@@ -326,6 +327,7 @@ pub struct tatu_sensor_batch {
     pub contact: *const tatu_contact,
     pub friction: *const f64,
     pub wrench: *const f64,
+    pub hit_twist: *const f64,
 }
 
 #[repr(C)]
@@ -652,10 +654,23 @@ pub struct tatu_event {
     pub fields: *const *const tatu_param,
 }
 
+/// The function of a plugin that receives events.
+pub type HeardFn = unsafe extern "C" fn(
+    *mut c_void,
+    *mut c_void,
+    *mut c_void,
+    *mut tatu_world,
+    tatu_str,
+    *const tatu_value,
+    *mut tatu_error,
+) -> tatu_status;
+
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct tatu_ext_event {
     pub size: u32,
     pub reserved: u32,
     pub events: *const *const tatu_event,
+    pub heard: Option<HeardFn>,
+    pub listens: *const *const c_char,
 }

@@ -16,6 +16,7 @@ pub const TATU_KIND_CAMERA: i32 = 7;
 pub const TATU_KIND_LIGHT: i32 = 8;
 pub const TATU_KIND_GRAPH: i32 = 9;
 pub const TATU_KIND_PATH: i32 = 10;
+pub const TATU_KIND_PART: i32 = 11;
 
 pub const TATU_LIST_CHILDREN: u32 = 1;
 pub const TATU_LIST_SKIP_BASE: u32 = 2;
@@ -158,6 +159,7 @@ pub struct tatu_host_bodies {
             Option<&mut [tatu_object; 2]>,
         ) -> tatu_status,
     >,
+    pub hook: Option<extern "C" fn(WorldRef<'_>, tatu_object, tatu_object, tatu_object, u32) -> tatu_status>,
 }
 
 #[repr(C)]

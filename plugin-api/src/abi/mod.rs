@@ -12,6 +12,7 @@ mod args;
 mod ext;
 mod frozen;
 mod host;
+mod part;
 mod test;
 mod types;
 
@@ -19,5 +20,6 @@ pub use args::*;
 pub use ext::*;
 pub use frozen::*;
 pub use host::*;
+pub use part::*;
 pub use test::*;
 pub use types::*;

@@ -1,7 +1,7 @@
 //! Safe traits over the ABI, for plugins written in Rust without `unsafe`.
 //!
-//! Start with [`Plugin`]; a plugin provides [`Command`]s, [`Sensor`]s, [`Actuator`]s, [`Model`]s, [`Importer`]s,
-//! [`Language`]s, [`Service`]s and [`Event`]s through an [`Offer`]. A panic in a callback is caught, and becomes an
+//! Start with [`Plugin`]; a plugin provides [`Command`]s, [`Sensor`]s, [`Actuator`]s, [`Part`]s, [`Model`]s,
+//! [`Importer`]s, [`Language`]s, [`Service`]s and [`Event`]s through an [`Offer`]. A panic in a callback is caught, and becomes an
 //! error that names the plugin.
 //!
 //! Apart from `configure`, the methods of the traits take `&self`, because a command may call a script that calls the
@@ -26,7 +26,10 @@ pub use declare::importer::Importer;
 pub use declare::language::{Budget, Flow, Frame, Language};
 pub use declare::model::{Builder, Model, Node};
 pub use declare::model_reader::{ModelInfo, ModelNumber, ModelReader, ModelSlot};
-pub use declare::plugin::{Call, Change, Command, Instance, Offer, Outcome, PerWorld, Plugin, SharedCall, Status};
+pub use declare::part::{Moment, Part, PartCall, Pause};
+pub use declare::plugin::{
+    Call, Change, Command, Heard, HeardFunction, Instance, Offer, Outcome, PerWorld, Plugin, SharedCall, Status,
+};
 pub use declare::sensor::{Beams, Form, Preset, Sensor};
 pub use declare::service::{Answer, Service, Session, Turn};
 pub use entry::panics::{guarded, quiet as guarded_quietly};

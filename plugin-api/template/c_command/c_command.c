@@ -194,7 +194,8 @@ static const tatu_command *const commands[] = {
   COMMAND(later, "later", TATU_PARAMS(TATU_PARAM(TATU_FUNC, "function", NULL, "Called by example.fire.")), NULL,
     "Retains a function for example.fire, in place of an earlier one.", "example.later(function() return 'now' end)"),
   COMMAND(fire, "fire", NULL, TATU_PARAMS(TATU_PARAM_OF_ANY_TYPE("returned", "First result of the function.")),
-    "Calls the function that example.later retained, once.", "value = example.fire()"),
+    "Calls the function that example.later retained, once.",
+    "example.later(function() return 'now' end)\nassert(example.fire() == 'now')"),
   NULL,
 };
 

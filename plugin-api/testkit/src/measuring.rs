@@ -295,5 +295,6 @@ fn null_batch(n: usize, inputs: &Inputs) -> tatu_sensor_batch {
         contact: null(),
         friction: null(),
         wrench: null(),
+        hit_twist: null(),
     }
 }

@@ -9,10 +9,12 @@
 
 mod actuator;
 mod command;
+mod event;
 mod importer;
 mod language;
 mod life;
 mod model;
+mod part;
 mod plan;
 mod sensor;
 mod service;
@@ -83,6 +85,8 @@ unsafe extern "C" fn extension(me: *mut c_void, id: *const c_char) -> *const c_v
             id if id == TATU_COMMAND => (&raw const command::EXTENSION).cast(),
             id if id == TATU_SENSOR => (&raw const sensor::EXTENSION).cast(),
             id if id == TATU_ACTUATOR => (&raw const actuator::EXTENSION).cast(),
+            id if id == TATU_EVENT => (&raw const event::EXTENSION).cast(),
+            id if id == TATU_PART => (&raw const part::EXTENSION).cast(),
             id if id == TATU_MODEL => (&raw const model::EXTENSION).cast(),
             id if id == TATU_IMPORTER => (&raw const importer::EXTENSION).cast(),
             id if id == TATU_SCRIPT => (&raw const language::EXTENSION).cast(),

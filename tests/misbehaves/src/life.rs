@@ -40,6 +40,7 @@ pub trait InstanceKind {
 pub struct WorldLife;
 pub struct SensorLife;
 pub struct ActuatorLife;
+pub struct PartLife;
 pub struct ScriptLife;
 pub struct ServiceLife;
 impl InstanceKind for WorldLife {
@@ -50,6 +51,9 @@ impl InstanceKind for SensorLife {
 }
 impl InstanceKind for ActuatorLife {
     const NAME: &'static str = "actuator";
+}
+impl InstanceKind for PartLife {
+    const NAME: &'static str = "part";
 }
 impl InstanceKind for ServiceLife {
     const NAME: &'static str = "service";
@@ -159,5 +163,6 @@ const fn life_table<K: InstanceKind>() -> SyncTable<tatu_life> {
 pub static WORLD: SyncTable<tatu_life> = life_table::<WorldLife>();
 pub static SENSOR: SyncTable<tatu_life> = life_table::<SensorLife>();
 pub static ACTUATOR: SyncTable<tatu_life> = life_table::<ActuatorLife>();
+pub static PART: SyncTable<tatu_life> = life_table::<PartLife>();
 pub static SCRIPT: SyncTable<tatu_life> = life_table::<ScriptLife>();
 pub static SERVICE: SyncTable<tatu_life> = life_table::<ServiceLife>();

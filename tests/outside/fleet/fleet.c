@@ -78,7 +78,7 @@ static const tatu_command arrive_command = {
                         TATU_PARAM(TATU_F64, "tolerance", "m", "Maximum distance from the point.", TATU_AT_LEAST(0))),
   .returns = TATU_PARAMS(TATU_PARAM(TATU_F64, "time", "s", "Simulation time of the arrival.")),
   .text = "Waits until an object is near a point.", .no_wait = "call fleet.arrive in sysCall_thread",
-  .example = "time = fleet.arrive(sim.getObject('/robot'), {1, 2}, 0.1)"};
+  .example = "time = fleet.arrive(sim.createDummy(0.1), {0, 0}, 0.1)"};
 
 // The data of a world is in its state block.
 TATU_PLUGIN(TATU_COMMANDS_PER_WORLD(TATU_TABLE(tatu_life, .state_bytes = sizeof(state), .version = 1),

@@ -49,6 +49,7 @@ pages! {
     first_command: "first-command.md" "";
     sensors: "sensors.md" "";
     actuators: "actuators.md" "";
+    parts: "parts.md" "";
     robots: "robots.md" "";
     importers: "importers.md" "";
     services: "services.md" "";

@@ -144,7 +144,7 @@ fn frozen_types_have_their_sizes() {
 /// Returns the names of the constants in Rust, and their values as source text.
 fn constants() -> BTreeMap<String, String> {
     let mut all = BTreeMap::new();
-    for file in ["frozen", "types", "ext", "host"] {
+    for file in ["frozen", "types", "ext", "host", "part"] {
         let text = fs::read_to_string(root().join(format!("plugin-api/src/abi/{file}.rs"))).unwrap();
         for line in text.lines().filter_map(|l| l.trim().strip_prefix("pub const ").filter(|l| l.starts_with("TATU_")))
         {

@@ -76,7 +76,8 @@ mirror! {
     tatu_sensor_batch {
         size, n, n_fields, reserved, time, step, data, state, sensor, first_beam, distance, point, normal,
         object, pose, twist, fields, status, color, primitive, first_pixel, depth, pixel_color, pixel_cosine,
-        pixel_object, random, rays, lengths, dt, gravity, acceleration, joint, first_contact, contact, friction, wrench
+        pixel_object, random, rays, lengths, dt, gravity, acceleration, joint, first_contact, contact, friction, wrench,
+        hit_twist
     }
     tatu_random { size, reserved, ctx, uniform, normal }
     tatu_preset { size, reserved, id, text, settings }
@@ -88,6 +89,15 @@ mirror! {
     }
     tatu_actuator { size, flags, n_commands, reserved, id, text, params, commands, life, apply, schemas, fields }
     tatu_ext_actuator { size, reserved, kinds }
+    tatu_part_call {
+        size, n_fields, world, part, owner, time, dt, step, physics_step, n_physics_steps, state, command, fields, lengths
+    }
+    tatu_part {
+        size, flags, id, text, params, commands, life, actuate, physics_step, sense, paused, end, schemas, fields, presets,
+        event, events, contact
+    }
+    tatu_contact_pair { size, touching, contact, collide, reserved, friction, restitution, surface }
+    tatu_ext_part { size, reserved, kinds }
     tatu_builder { size, reserved, ctx, object, set, mesh, image, script, device, report, file, describe, model, scene, textured_mesh }
     tatu_model_slot { size, reserved, alias, mount, text, payload }
     tatu_model_number { size, reserved, name, value, unit, source }
@@ -106,7 +116,7 @@ mirror! {
     tatu_service { size, flags, id, text, params, life, barrier, event, resume, events, call_func, last }
     tatu_ext_service { size, reserved, services }
     tatu_event { size, reserved, name, text, fields }
-    tatu_ext_event { size, reserved, events }
+    tatu_ext_event { size, reserved, events, heard, listens }
     tatu_host_scene {
         size, reserved, prop, get, set, get_f64, set_f64, get_f64_many, set_f64_many, pose, set_pose, look,
         find, create, remove, list, copy, load, save, row, model
@@ -116,7 +126,7 @@ mirror! {
     tatu_host_readings { size, reserved, field, sense_now, reset, list, describe, look }
     tatu_host_bodies {
         size, reserved, twist, set_twist, push, impulse, contacts, closest, is_dynamic, frictions,
-        closest_at
+        closest_at, hook
     }
     tatu_host_commands {
         size, reserved, find, is_name_space, count, describe, call, generation, constant, prelude, mark, alloc, release,

@@ -6,21 +6,23 @@ use std::{collections::BTreeSet, fs};
 use crate::kit::*;
 
 /// Tables that plugins fill in, and the kinds of instance of `tatu_life`.
-const TABLES: [&str; 10] = [
+const TABLES: [&str; 12] = [
     "tatu_plugin_t",
     "tatu_life",
     "tatu_command",
     "tatu_sensor",
     "tatu_actuator",
+    "tatu_part",
+    "tatu_ext_event",
     "tatu_model",
     "tatu_ext_model",
     "tatu_importer",
     "tatu_language",
     "tatu_service",
 ];
-const INSTANCE_KINDS: [&str; 5] = ["world", "sensor", "actuator", "script", "service"];
+const INSTANCE_KINDS: [&str; 6] = ["world", "sensor", "actuator", "part", "script", "service"];
 /// The kinds of instance that have parameters and therefore `configure`.
-const CONFIGURED_KINDS: [&str; 2] = ["sensor", "actuator"];
+const CONFIGURED_KINDS: [&str; 3] = ["sensor", "actuator", "part"];
 
 /// Sets the language of all scripts in a scene, which is required because two plugins offer a language.
 fn with_lua(scene: &str) -> String {
@@ -37,6 +39,7 @@ fn scene_for(function: &str) -> (String, &'static str) {
     let actuator = "[[object]]\nkind = \"shape\"\nalias = \"ball\"\nprimitive = \"sphere\"\nsize_m = [0.1, 0.1, 0.1]\n\
         position_m = [5.0, 5.0, 5.0]\ndynamic = true\nmass_kg = 1.0\n[[object]]\nkind = \"actuator\"\n\
         actuator = \"misbehaves\"\nalias = \"engine\"\nparent = \"/ball\"\n";
+    let part = "[[object]]\nkind = \"part\"\npart = \"misbehaves\"\nalias = \"helm\"\n";
     let setter = |path: &str| {
         let set = format!("sim.setFloatProperty(sim.getObject('{path}'), 'misbehaves.range', 0.5)");
         with_lua(&watcher("caller", &format!("function sysCall_init() {set} end")))
@@ -46,6 +49,17 @@ fn scene_for(function: &str) -> (String, &'static str) {
         "tatu_sensor.finish" => return (format!("{sensor}noise = {{ number = {{ sigma = 0.1 }} }}\n"), "/eye"),
         "tatu_life.configure:sensor" => return (format!("{sensor}{}", setter("/eye")), "/eye"),
         "tatu_life.configure:actuator" => return (format!("{actuator}{}", setter("/ball/engine")), "/ball/engine"),
+        "tatu_life.configure:part" => return (format!("{part}{}", setter("/helm")), "/helm"),
+        "tatu_part.contact" => {
+            let ball =
+                cuboid("ball", [0.1; 3], [5.0, 5.0, 0.05], "dynamic = true\nrespondable = true\nmass_kg = 1.0\n");
+            return (format!("{ball}{part}parent = \"/ball\"\n"), "/ball/helm");
+        }
+        "tatu_part.paused" => {
+            let pause =
+                "function sysCall_sensing() if sim.getSimulationTime() > 0.25 then sim.pauseSimulation() end end";
+            return (format!("{part}{}", with_lua(&watcher("caller", pause))), "/helm");
+        }
         // `sniff` is also called for the meshes of the robot, which are read first.
         "tatu_importer.sniff" => return ("[[import]]\nfile = \"thing.misbehaves\"\n".into(), "the import of "),
         "tatu_language.knows_dialect" => {
@@ -57,6 +71,7 @@ fn scene_for(function: &str) -> (String, &'static str) {
     match (table.split('.').next().unwrap(), kind) {
         ("tatu_sensor", _) | (_, "sensor") => (sensor.into(), "/eye"),
         ("tatu_actuator", _) | (_, "actuator") => (actuator.into(), "/ball/engine"),
+        ("tatu_part", _) | (_, "part") => (part.into(), "/helm"),
         ("tatu_importer", _) => ("[[import]]\nfile = \"thing.misbehaves\"\n".into(), "thing.misbehaves"),
         ("tatu_service", _) | (_, "service") => {
             ("[[service]]\nid = \"misbehaves\"\n".into(), "the service `misbehaves`")

@@ -4,6 +4,7 @@
 mod book;
 mod breaches;
 mod broken;
+mod check;
 mod claims;
 mod compat;
 mod configure;
@@ -22,6 +23,7 @@ mod museum;
 mod names;
 mod new;
 mod outside;
+mod parts;
 mod refusals;
 mod reload;
 mod scopes;

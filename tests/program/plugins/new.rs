@@ -31,15 +31,18 @@ templates! {
     a_command_in_c: "command" "c";
     a_sensor_in_c: "sensor" "c";
     an_actuator_in_c: "actuator" "c";
+    a_part_in_c: "part" "c";
     a_model_in_c: "model" "c";
     an_importer_in_c: "importer" "c";
     a_service_in_c: "service" "c";
     a_script_language_in_c: "script" "c";
     #[cfg_attr(no_cxx, ignore = "there is no C++ compiler")] a_command_in_cpp: "command" "cpp";
     #[cfg_attr(no_cxx, ignore = "there is no C++ compiler")] a_sensor_in_cpp: "sensor" "cpp";
+    #[cfg_attr(no_cxx, ignore = "there is no C++ compiler")] a_part_in_cpp: "part" "cpp";
     a_command_in_rust: "command" "rust";
     a_sensor_in_rust: "sensor" "rust";
     an_actuator_in_rust: "actuator" "rust";
+    a_part_in_rust: "part" "rust";
     a_model_in_rust: "model" "rust";
     an_importer_in_rust: "importer" "rust";
     a_service_in_rust: "service" "rust";
@@ -49,7 +52,7 @@ templates! {
 #[test]
 fn the_list_of_templates_is_complete() {
     let folder = root().join("plugin-api/template");
-    for kind in ["command", "sensor", "actuator", "model", "importer", "service", "script"] {
+    for kind in ["command", "sensor", "actuator", "part", "model", "importer", "service", "script"] {
         for lang in ["c", "cpp", "rust"] {
             let there = folder.join(format!("{kind}_{lang}")).is_dir();
             assert_eq!(there, MADE.contains(&(kind, lang)), "{kind} in {lang}");

@@ -80,6 +80,88 @@ fn a_robot_with_a_drive() {
 }
 
 #[test]
+fn parts_drive_to_the_bits_of_the_scripts_that_they_replace() {
+    let place = built("controllers");
+    let env = [("TATU_PLUGIN_PATH", ".")];
+    let ran = |scene: &str, more: &[&str]| {
+        let done = run(program(), place.path(), &[&["run", scene, "--json"], more].concat(), &env).good();
+        assert!(!done.err.contains("replay"), "{}", done.err);
+        done
+    };
+    let arena = root().join("scenes/first/pioneer_avoids_walls.toml");
+    let seconds = ["--seconds", "20"];
+    let script = ran(arena.to_str().unwrap(), &seconds).json()["hash"].clone();
+    for threads in ["1", "2", "4"] {
+        let part = ran("pioneer.toml", &[&seconds[..], &["--threads", threads]].concat()).json();
+        assert_eq!(part["hash"], script, "{threads} threads");
+        let told = &part["parts"][0];
+        assert_eq!((told["object"].as_str(), told["calls"].as_u64()), (Some("/Pioneer_p3dx/driver"), Some(400)));
+        assert!(told["wall_s"].as_f64().is_some_and(|s| s > 0.0 && s < 20.0), "{told}");
+    }
+    // The side to which it turns is saved by the part itself.
+    ran("pioneer.toml", &["--seconds", "20", "--snapshot-at", "9", "half"]);
+    assert_eq!(ran("pioneer.toml", &["--seconds", "20", "--from", "half"]).json()["hash"], script);
+
+    let arm = |scene: &str, more: &[&str]| {
+        let done = ran(scene, &[&["--seconds", "2"], more].concat()).json();
+        (done["objects"]["/post"]["hash"].clone(), done["hash"].clone())
+    };
+    let (script, part) = (arm("arm_script.toml", &[]), arm("arm.toml", &[]));
+    assert_eq!(part.0, script.0);
+    assert_ne!(part.1, script.1, "the hash of the world includes the part's state block");
+    arm("arm.toml", &["--snapshot-at", "0.7", "half"]);
+    assert_eq!(arm("arm.toml", &["--from", "half"]), part);
+}
+
+#[test]
+fn presets_of_parts_are_applied_before_the_keys_of_the_scene() {
+    let place = built("controllers");
+    let scene = fs::read_to_string(place.path().join("pioneer.toml")).unwrap();
+    let print = "script = { text = '''
+        function sysCall_init()
+            local driver = sim.getObject('/driver')
+            print('cruise', tatu.get(driver, 'braitenberg.cruise'), tatu.get(driver, 'braitenberg.far'))
+        end''' }\n";
+    let told = |more: &str| {
+        let more = format!("alias = \"driver\"\n{more}{print}");
+        place.write("preset.toml", &scene.replace("alias = \"driver\"\n", &more));
+        run(program(), place.path(), &["run", "preset.toml", "--steps", "1"], &[("TATU_PLUGIN_PATH", ".")])
+    };
+    let timid = told("preset = \"timid\"\nfar_m = 0.7\n").good();
+    assert!(timid.out.contains("cruise\t1.047197551196"), "{}", timid.out);
+    assert!(timid.out.trim_end().ends_with("\t0.7"), "{}", timid.out);
+    let unknown = told("preset = \"tired\"\n");
+    assert!(unknown.err.contains("the part kind `braitenberg` has no preset `tired`"), "{}", unknown.err);
+}
+
+#[test]
+fn a_radar_that_reads_the_motion_of_its_target() {
+    works(&built("radar"), "scene.toml", &["--steps", "40"]);
+}
+
+#[test]
+fn parts_that_push_several_bodies() {
+    works(&built("tether"), "scene.toml", &["--steps", "80"]);
+    works(&built("wind"), "scene.toml", &["--steps", "20"]);
+}
+
+#[test]
+fn parts_decide_on_contacts_and_plugins_receive_events() {
+    let place = built("surfaces");
+    works(&place, "scene.toml", &["--steps", "45"]);
+    let env = [("TATU_PLUGIN_PATH", ".")];
+    let hash = |more: &[&str]| {
+        let args = [&["run", "scene.toml", "--json", "--steps", "45"], more].concat();
+        let done = run(program(), place.path(), &args, &env).good();
+        assert!(!done.err.contains("replay"), "{}", done.err);
+        done.json()["hash"].clone()
+    };
+    let whole = hash(&["--snapshot-at", "1.2", "half"]);
+    assert_eq!(hash(&["--from", "half"]), whole);
+    assert_eq!(hash(&["--threads", "4"]), whole);
+}
+
+#[test]
 fn a_service_with_state_in_snapshots() {
     let place = built("counter");
     works(&place, "scene.toml", &["--steps", "40"]);

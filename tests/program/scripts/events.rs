@@ -182,7 +182,7 @@ static const tatu_param *const fields[] = {&times, 0};
 static const tatu_event rang = {sizeof rang, 0, "bell.rang", "The bell was rung.", fields};
 static const tatu_event taken = {sizeof taken, 0, "collision", "Not its to declare.", 0};
 static const tatu_event *const declared[] = {&rang, &taken, 0};
-static const tatu_ext_event ext_event = {sizeof ext_event, 0, declared};
+static const tatu_ext_event ext_event = {.size = sizeof ext_event, .events = declared};
 
 static tatu_status TATU_CALL ring(tatu_call *c) {
   tatu_pair pair = {tatu_string("times"), tatu_int(tatu_arg_int(c, 0))};

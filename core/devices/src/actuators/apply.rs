@@ -67,7 +67,7 @@ fn batches(
 ) -> Vec<ActuatorBatch> {
     let mut out = Vec::new();
     for (kind, info) in around.registry.actuators.iter().enumerate() {
-        if info.every_physics_step != every_physics_step {
+        if info.part.is_some() || info.every_physics_step != every_physics_step {
             continue;
         }
         let seat = |(device, d): (usize, &Actuator)| {
@@ -166,7 +166,7 @@ fn apply(
         return;
     }
     let info = &registry.actuators[*kind];
-    let Actuators { devices, scratch: s } = actuators;
+    let Actuators { devices, scratch: s, .. } = actuators;
     s.clear();
     let motions: Vec<_> = seats.iter().map(|seat| seat.mount.motion(engine)).collect();
     for (seat, m) in seats.iter().zip(&motions) {
@@ -191,8 +191,12 @@ fn apply(
     let before = watch.enter_batch(PluginCall::Apply, info.plugin, devices[seats[0].device].slot, seats.len());
     // SAFETY: `me` and the arrays in `table` live until the call has returned; each array has one entry per actuator of
     // the batch. The instances are alive and used by no other call.
-    let run = || info.raw.apply.map_or(TATU_OK, |f| unsafe { f(me, &table, error.raw()) });
-    let (status, moved) = protected_state::call_and_restore(run);
+    let mut run =
+        |table: &tatu_actuator_batch| info.raw.apply.map_or(TATU_OK, |f| unsafe { f(me, table, error.raw()) });
+    let (status, moved) = protected_state::call_and_restore(|| match &registry.inspector {
+        None => run(&table),
+        Some(inspector) => inspector.actuators(info, &table, &mut run),
+    });
     watch.leave(before);
     let status = error.check_status(status, false);
     let beside = s.out_of_bounds_write(seats);
@@ -209,15 +213,11 @@ fn apply(
                 (TATU_ERR, PAST_STATE.to_owned())
             }
             bad if bad < 0 => (bad, error.text()),
-            _ if d.report.as_ref().is_some_and(|r| !r.layout.is_whole(&r.fields)) => {
-                (TATU_ERR, "broke the contract: it wrote outside the fields that it reports".to_owned())
-            }
-            _ if let Some(field) = registry.actuators[*kind].readings.and_then(|k| {
-                let report = d.report.as_ref()?;
-                report.layout.not_a_number(&report.fields, &registry.sensors[k])
-            }) =>
+            _ if let Some(text) = registry.actuators[*kind]
+                .readings
+                .and_then(|k| d.report.as_ref()?.check(&registry.sensors[k]).err()) =>
             {
-                (TATU_ERR, format!("broke the contract: `{field}` is not a number"))
+                (TATU_ERR, text)
             }
             _ if !finite => {
                 (TATU_ERR, format!("returned the wrench {wrench:?} and the effort {effort}; expected finite numbers"))

@@ -1,25 +1,29 @@
-//! Actuators: their instances, their commands, and their effects on bodies and joints.
+//! Actuators: their instances, their commands, and their effects on bodies and joints; and the instances of parts, which
+//! are declared, created and saved as actuators are, but called with the world in hand.
 //!
 //! - [`Actuators`]: the world's actuators;
 //! - `apply`: calls a kind with a batch of its actuators, which computes wrenches and efforts from poses, velocities
-//!   and commands; `scratch`: the buffers of a batch.
+//!   and commands; `scratch`: the buffers of a batch; `parts`, `part_record`: what concerns only parts.
 //!
 //! Actuators act during physics: a kind is called once at the start of each advance of the engine or, on request,
 //! before each engine step. The commands of an actuator are stored in its object in the scene.
 
 mod apply;
+mod part_record;
+mod parts;
 mod scratch;
 
 use std::{ffi::c_void, rc::Rc};
 
 use tatu_plugin_api::{abi::*, safe::Value};
-use tatu_plugins::state_block::StateBlock;
+use tatu_plugins::{SensorKind, state_block::StateBlock};
 
 use crate::sense::{FieldLayout, ReadingBuffer, Sensing};
 
 pub use apply::{ActuatorContext, ApplyFailure, PhysicsStepActuators, apply_per_advance};
+pub use part_record::PartRecord;
 
-/// The instance of an actuator.
+/// The instance of an actuator or of a part.
 pub struct Actuator {
     /// Handle of its object; the generation distinguishes it from a later object in the same slot.
     pub object: tatu_object,
@@ -39,6 +43,8 @@ pub struct Actuator {
     pub idle_reported: bool,
     /// Its readings, if its kind declares any.
     pub report: Option<ActuatorReading>,
+    /// The calls of a part; `None` for an actuator.
+    pub part: Option<Box<PartRecord>>,
 }
 
 /// The readings that an actuator reports. They are copied to its device in [`Sensing`] after an advance.
@@ -51,15 +57,49 @@ pub struct ActuatorReading {
     pub time: Option<f64>,
 }
 
-/// The actuators of a world.
+impl ActuatorReading {
+    /// Creates readings whose values are 0.
+    pub fn new(layout: Rc<FieldLayout>) -> Self {
+        let mut fields = ReadingBuffer::new(layout.words());
+        layout.clear(&mut fields);
+        ActuatorReading { layout, fields, time: None }
+    }
+    /// Sets the values to those of an earlier reading with the same layout.
+    pub fn restore(&mut self, fields: &[u64]) {
+        if fields.len() == self.fields.len() {
+            self.fields.copy_from_slice(fields);
+            self.layout.set_guards(&mut self.fields);
+        }
+    }
+    /// Returns an error if the plugin wrote outside its fields, or a value that is not a number.
+    pub fn check(&self, kind: &SensorKind) -> Result<(), String> {
+        if !self.layout.is_whole(&self.fields) {
+            return Err("broke the contract: it wrote outside the fields that it reports".to_owned());
+        }
+        match self.layout.not_a_number(&self.fields, kind) {
+            Some(field) => Err(format!("broke the contract: `{field}` is not a number")),
+            None => Ok(()),
+        }
+    }
+}
+
+/// The actuators and parts of a world.
 #[derive(Default)]
 pub struct Actuators {
-    /// All actuators, in the order in which they were created.
+    /// All actuators and parts, in the order in which they were created. [`add`](Self::add) appends to it; a device may be
+    /// replaced by another one of the same object.
     pub devices: Vec<Actuator>,
+    /// Indices of the parts, by [`parts`](Self::parts); `None` if they must be listed again.
+    roster: Option<Rc<[usize]>>,
     scratch: scratch::ApplyScratch,
 }
 
 impl Actuators {
+    /// Adds an actuator or a part.
+    pub fn add(&mut self, device: Actuator) {
+        self.devices.push(device);
+        self.roster = None;
+    }
     /// Returns the actuator of an object.
     pub fn device(&self, object: tatu_object) -> Option<&Actuator> {
         self.devices.iter().find(|d| d.object == object)
@@ -83,6 +123,7 @@ impl Actuators {
         if self.devices.iter().all(&alive) {
             return Vec::new();
         }
+        self.roster = None;
         let (keep, gone) = std::mem::take(&mut self.devices).into_iter().partition(alive);
         self.devices = keep;
         gone

@@ -132,9 +132,14 @@ pub(super) fn call_kind(
     let first = who.devices.first().map_or(0, |i| all[*i].slot);
     let before = calls.watch.enter_batch(call, kind_info.plugin, first, who.devices.len());
     // The check of the floating-point mode covers only the call, since the mode belongs to the thread that measures.
-    // SAFETY: `me` and the arrays in `batch` live until the call has returned; each array has one entry per sensor. The
-    // instances are alive and used by no other call.
-    let (told, moved) = protected_state::call_and_restore(|| unsafe { function(me, batch, error.raw()) });
+    let told = error.raw();
+    // SAFETY: `me` and the arrays in the batch live until the call has returned; each array has one entry per sensor.
+    // The instances are alive and used by no other call.
+    let mut run = |batch: &tatu_sensor_batch| unsafe { function(me, batch, told) };
+    let (told, moved) = protected_state::call_and_restore(|| match &calls.registry.inspector {
+        None => run(batch),
+        Some(inspector) => inspector.sensors(kind_info, call, batch, &mut run),
+    });
     calls.watch.leave(before);
     let mut told = error.check_status(told, false);
     if let Some(what) = moved

@@ -187,7 +187,7 @@ impl BeamCasts {
         // The colour of a textured surface depends on the point, normal, object and primitive.
         self.point.resize(sized(TATU_IN_POINT | TATU_IN_COLOR), [0.0; 3]);
         self.normal.resize(sized(TATU_IN_NORMAL | TATU_IN_COLOR), [0.0; 3]);
-        self.object.resize(sized(TATU_IN_OBJECT | TATU_IN_COLOR), 0);
+        self.object.resize(sized(TATU_IN_OBJECT | TATU_IN_COLOR | TATU_IN_HIT_TWIST), 0);
         self.primitive.resize(sized(TATU_IN_PRIMITIVE | TATU_IN_COLOR), 0);
         for set in 0..self.singles.len() {
             self.cast_singles(set, targets, pool);

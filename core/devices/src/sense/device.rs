@@ -383,6 +383,12 @@ impl FieldLayout {
     #[inline]
     pub(crate) fn clear(&self, fields: &mut [u64]) {
         fields.fill(0);
+        self.set_guards(fields);
+    }
+
+    /// Sets the guards around the fields.
+    #[inline]
+    pub(crate) fn set_guards(&self, fields: &mut [u64]) {
         for end in &self.ends {
             fields[*end as usize] = GUARD;
         }

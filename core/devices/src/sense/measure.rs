@@ -134,6 +134,9 @@ fn measure_batch(sensing: &mut Sensing, job: &MeasureRequest<'_>, around: &Measu
         failed.extend(add_aimed_rays(s, all, job));
     }
     s.casts.run(inputs, targets, scene, |sensor| &all[devices[sensor]].layout.plan, pool);
+    if inputs & TATU_IN_HIT_TWIST != 0 {
+        add_hit_twists(s, twist);
+    }
     let mut batch = s.batch(devices.len(), kind_info.fields.len(), &moment);
     batch.random = random.raw();
     failed.extend(call_kind(PluginCall::Measure, &mut batch, &mut s.status, all, who, calls, &mut error));
@@ -141,6 +144,18 @@ fn measure_batch(sensing: &mut Sensing, job: &MeasureRequest<'_>, around: &Measu
     failed.extend(complete(s, all, who, calls, pool, &mut batch, &mut error));
     (s.error, s.keys) = (Some(error), keys);
     failed
+}
+
+/// Adds the velocity of the object that each beam hit. Consecutive beams often hit the same object.
+fn add_hit_twists(s: &mut MeasureScratch, twist: &dyn Fn(u32) -> [f64; 6]) {
+    let mut last = (0, [0.0; 6]);
+    let of_object = |object: &tatu_object| {
+        if *object != last.0 {
+            last = (*object, if *object == 0 { [0.0; 6] } else { twist(tatu_slot(*object)) });
+        }
+        last.1
+    };
+    s.motion.hit_twist.extend(s.casts.object.iter().map(of_object));
 }
 
 /// Adds the aimed rays of a batch to the beams to cast. A sensor with an invalid ray fails, and none of its rays is

@@ -46,13 +46,15 @@ pub(super) struct MeasureScratch {
     pub error: Option<ErrorSlot>,
 }
 
-/// Motion of the sensors, and of the joints that they observe.
+/// Motion of the sensors, of the joints that they observe, and of what their beams hit.
 #[derive(Default)]
 pub(super) struct MotionColumns {
     pub pose: Vec<[f64; 7]>,
     pub twist: Vec<[f64; 6]>,
     pub acceleration: Vec<[f64; 6]>,
     pub joint: Vec<[f64; 3]>,
+    /// For each beam, the velocity of the object that was hit.
+    pub hit_twist: Vec<[f64; 6]>,
 }
 
 /// Contacts and forces on what the sensors observe.
@@ -83,6 +85,7 @@ impl MeasureScratch {
         self.motion.twist.clear();
         self.motion.acceleration.clear();
         self.motion.joint.clear();
+        self.motion.hit_twist.clear();
         self.contacts.first_contact.clear();
         self.contacts.contact.clear();
         self.contacts.friction.clear();
@@ -137,6 +140,7 @@ impl MeasureScratch {
             contact: some(&self.contacts.contact),
             friction: some(&self.contacts.friction).cast(),
             wrench: some(&self.contacts.wrench).cast(),
+            hit_twist: some(&self.motion.hit_twist).cast(),
         }
     }
 }

@@ -9,7 +9,7 @@ use super::{
     Registry,
     types::{ActuatorKind, DeviceKind, SensorKind},
 };
-use crate::{ParameterSpec, tables};
+use crate::{ParameterSpec, declared::Declared, tables};
 
 impl Registry {
     /// Returns the declarations of the kind of an actuator, or of a sensor.
@@ -22,12 +22,17 @@ impl Registry {
         DeviceKind { plugin: k.plugin, id: &k.id, params: &k.params, commands: &[] }
     }
 
+    /// Returns the kinds of actuators, without parts.
+    pub fn actuator_kinds(&self) -> impl Iterator<Item = (usize, &ActuatorKind)> {
+        self.actuators.iter().enumerate().filter(|(_, a)| a.part.is_none())
+    }
+
     /// Returns the index of a kind of actuator by id.
     pub fn actuator(&self, id: &str, providers: &BTreeMap<String, String>) -> Result<usize> {
-        let of_id = self.actuators.iter().enumerate().filter(|(_, a)| a.id == id);
+        let of_id = self.actuator_kinds().filter(|(_, a)| a.id == id);
         let claims: Vec<_> = of_id.map(|(i, a)| (i, a.plugin)).collect();
         self.choose("kind of actuator", id, &claims, providers)?.ok_or_else(|| {
-            let known: Vec<_> = self.actuators.iter().map(|a| a.id.as_str()).collect();
+            let known: Vec<_> = self.actuator_kinds().map(|(_, a)| a.id.as_str()).collect();
             self.unknown("E108", "actuator kind", id, &known)
         })
     }
@@ -41,7 +46,8 @@ impl Registry {
             let needed = tables::required!(raw, tatu_actuator: id, apply);
             let Some(id) = self.checked_id(plugin, "actuator", raw.id(), raw.size, &needed) else { continue };
             let Some(life) = self.life(plugin, &format!("actuator `{id}`"), raw.life()) else { continue };
-            let claimed: Vec<usize> = self.actuators.iter().filter(|a| a.id == id).map(|a| a.plugin).collect();
+            let claimed: Vec<usize> =
+                self.actuator_kinds().filter(|(_, a)| a.id == id).map(|(_, a)| a.plugin).collect();
             if !self.claim_id(plugin, "actuator", &id, &claimed) {
                 continue;
             }
@@ -52,36 +58,13 @@ impl Registry {
                 continue;
             }
             let owner = format!("its actuator `{id}`");
-            let field_tables = raw.fields();
-            let Some(fields) = self.fields(plugin, &owner, &field_tables) else { continue };
-            let lacks_shape = fields.iter().find(|f| f.dims.iter().any(|d| *d == 0 || *d >= TATU_DIM_OWN));
-            if let Some(f) = lacks_shape {
-                let text = format!("the field `{}` of {owner} has a shape that depends on beams", f.name);
-                self.refuse(plugin, text, "give the number of elements along each axis");
-                continue;
-            }
-            let schemas = self.schemas(plugin, &owner, raw.schemas());
-            let readings = (!fields.is_empty()).then(|| {
-                self.sensors.push(SensorKind {
-                    plugin,
-                    id: id.clone(),
-                    text: raw.text().unwrap_or_default(),
-                    schemas,
-                    params: Vec::new(),
-                    field_props: fields.iter().map(|f| self.host.number(&f.name)).collect(),
-                    fields,
-                    field_tables: field_tables.iter().map(|f| **f).collect(),
-                    presets: Vec::new(),
-                    raw: tatu_sensor { fields: raw.fields, ..NO_FUNCTIONS },
-                    life: NO_LIFE,
-                    of_actuator: true,
-                });
-                self.sensors.len() - 1
-            });
+            let readings = ReadingTables { fields: &raw.fields(), schemas: raw.schemas(), list: raw.fields };
+            let text = raw.text().unwrap_or_default();
+            let Some(readings) = self.readings(plugin, (&id, &owner, &text), readings) else { continue };
             let number = |d: &ParameterSpec| self.host.number(&format!("{id}.{}", d.key));
             self.actuators.push(ActuatorKind {
                 plugin,
-                text: raw.text().unwrap_or_default(),
+                text,
                 every_physics_step: raw.flags & TATU_ACTUATOR_EVERY_SUBSTEP != 0,
                 param_props: params.iter().map(number).collect(),
                 command_props: commands.iter().map(number).collect(),
@@ -90,10 +73,58 @@ impl Registry {
                 life,
                 readings,
                 raw: *raw,
+                part: None,
+                events: Vec::new(),
+                presets: Vec::new(),
                 id,
             });
         }
     }
+
+    /// Reads the readings of an actuator or a part, given its id, its description in messages, and its text. Returns their
+    /// index among the kinds of sensors, or `Some(None)` if there are none. If they are faulty, reports them and returns
+    /// `None`.
+    pub(super) fn readings(
+        &mut self,
+        plugin: usize,
+        (id, owner, text): (&str, &str, &str),
+        tables: ReadingTables<'_>,
+    ) -> Option<Option<usize>> {
+        let fields = self.fields(plugin, owner, tables.fields)?;
+        let lacks_shape = fields.iter().find(|f| f.dims.iter().any(|d| *d == 0 || *d >= TATU_DIM_OWN));
+        if let Some(f) = lacks_shape {
+            let text = format!("the field `{}` of {owner} has a shape that depends on beams", f.name);
+            self.refuse(plugin, text, "give the number of elements along each axis");
+            return None;
+        }
+        let schemas = self.schemas(plugin, owner, tables.schemas);
+        if fields.is_empty() {
+            return Some(None);
+        }
+        self.sensors.push(SensorKind {
+            plugin,
+            id: id.to_owned(),
+            text: text.to_owned(),
+            schemas,
+            params: Vec::new(),
+            field_props: fields.iter().map(|f| self.host.number(&f.name)).collect(),
+            fields,
+            field_tables: tables.fields.iter().map(|f| **f).collect(),
+            presets: Vec::new(),
+            raw: tatu_sensor { fields: tables.list, ..NO_FUNCTIONS },
+            life: NO_LIFE,
+            of_actuator: true,
+        });
+        Some(Some(self.sensors.len() - 1))
+    }
+}
+
+/// The declared readings of an actuator or a part.
+pub(super) struct ReadingTables<'a> {
+    pub fields: &'a [Declared<'a, tatu_field>],
+    pub schemas: Vec<String>,
+    /// The list that `fields` was read from.
+    pub list: *const *const tatu_field,
 }
 
 /// The table of a sensor kind that stands for the readings of an actuator.
@@ -141,9 +172,14 @@ fn actuator_flaw(
         let (n, m) = (raw.n_commands, commands.len());
         return Some(format!("its actuator `{id}` has a buffer of {n} numbers for {m} declared commands"));
     }
+    command_flaw(&format!("its actuator `{id}`"), params, commands)
+}
+
+/// Returns why the commands of an actuator or a part cannot be used, or `None` if they can.
+pub(super) fn command_flaw(owner: &str, params: &[ParameterSpec], commands: &[ParameterSpec]) -> Option<String> {
     if let Some(c) = commands.iter().find(|c| c.kind != TATU_F64) {
-        return Some(format!("the command `{}` of its actuator `{id}` is not a number (TATU_F64)", c.key));
+        return Some(format!("the command `{}` of {owner} is not a number (TATU_F64)", c.key));
     }
     let twice = commands.iter().find(|c| params.iter().any(|p| p.key == c.key));
-    twice.map(|c| format!("`{}` is both a parameter and a command of its actuator `{id}`", c.key))
+    twice.map(|c| format!("`{}` is both a parameter and a command of {owner}", c.key))
 }

@@ -1,15 +1,20 @@
-//! Events that plugins declare.
+//! Events that plugins declare, and those that they receive.
 
 use tatu_plugin_api::abi::*;
 
-use super::Registry;
+use super::{EventListener, Registry};
 use crate::{ParameterSpec, events::EventSpec, tables};
 
 impl Registry {
     pub(super) fn add_events(&mut self, plugin: usize) {
         let loaded = self.plugins[plugin].clone();
         let Some(ext) = loaded.declared::<tatu_ext_event>() else { return };
-        self.check_extension(plugin, TATU_EVENT, ext.size, &tables::required!(ext, tatu_ext_event: events));
+        match ext.heard {
+            Some(heard) => self.listeners.push(EventListener { plugin, names: ext.listens(), heard }),
+            None => {
+                self.check_extension(plugin, TATU_EVENT, ext.size, &tables::required!(ext, tatu_ext_event: events));
+            }
+        }
         for raw in ext.events() {
             let needed = tables::required!(raw, tatu_event: name);
             let Some(name) = self.checked_id(plugin, "event", raw.name(), raw.size, &needed) else { continue };

@@ -4,7 +4,7 @@
 //! - `types`: the host's representation of what they offer; `read`: reading a plugin's tables;
 //! - `lookup`: lookup by name;
 //! - `models`: reading of models, and those in folders;
-//! - `sensors`, `actuators`, `importers`, `services`, `kinds`, `events`, `dialects`: reading and lookup of these;
+//! - `sensors`, `actuators`, `parts`, `importers`, `services`, `kinds`, `events`, `dialects`: reading and lookup of these;
 //!   `reload`: reloading a single plugin.
 
 use std::{
@@ -22,6 +22,7 @@ mod importers;
 mod kinds;
 mod lookup;
 mod models;
+mod parts;
 mod read;
 mod reload;
 mod sensors;
@@ -40,8 +41,8 @@ pub use models::{FoundModel, MODEL_FILE};
 pub use sensors::MAX_ELEMENTS;
 use tatu_errors::{Error, Result};
 pub use types::{
-    ActuatorKind, AttachmentSlot, CommandEntry, CommandName, CommandStatus, DeviceKind, FieldSpec, Importer,
-    ImporterChoice, Model, ModelNumber, Prelude, PresetSpec, ScriptConstant, ScriptKindMark, ScriptLanguage,
+    ActuatorKind, AttachmentSlot, CommandEntry, CommandName, CommandStatus, DeviceKind, EventListener, FieldSpec,
+    Importer, ImporterChoice, Model, ModelNumber, Prelude, PresetSpec, ScriptConstant, ScriptKindMark, ScriptLanguage,
     SensorKind, ServiceKind,
 };
 
@@ -49,7 +50,7 @@ pub use types::{
 pub struct Registry {
     /// Kinds of sensors, including the readings of actuators; documents refer to them by index.
     pub sensors: Vec<SensorKind>,
-    /// Kinds of actuators; documents refer to them by index.
+    /// Kinds of actuators and of parts; documents refer to them by index.
     pub actuators: Vec<ActuatorKind>,
     /// Models.
     pub model_offers: ModelOffers,
@@ -63,6 +64,8 @@ pub struct Registry {
     pub services: Vec<ServiceKind>,
     /// Declared events: the host's own, followed by those of the plugins, in order of plugins.
     pub events: Vec<crate::events::EventSpec>,
+    /// The plugins that receive events, in order.
+    pub listeners: Vec<EventListener>,
     /// Errors and notes from the loading of the plugins.
     pub load_report: LoadReport,
     /// The folders in which plugins and models are searched.
@@ -250,6 +253,7 @@ impl Registry {
             command_offers: CommandOffers { commands: Vec::new(), names: BTreeMap::new(), world_lives: Vec::new() },
             services: Vec::new(),
             events: crate::events::host_events(),
+            listeners: Vec::new(),
             load_report: LoadReport {
                 refused: Vec::new(),
                 known_errors: Vec::new(),
@@ -270,6 +274,7 @@ impl Registry {
         for i in 0..self.plugins.len() {
             self.add_sensors(i);
             self.add_actuators(i);
+            self.add_parts(i);
             self.add_models(i);
             self.add_importers(i);
             self.add_languages(i);

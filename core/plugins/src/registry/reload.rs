@@ -7,7 +7,7 @@ use std::sync::Arc;
 use tatu_errors::{Error, Result};
 use tatu_plugin_api::abi::*;
 
-use super::{CommandEntry, CommandName, Plugin, Registry};
+use super::{ActuatorKind, CommandEntry, CommandName, Plugin, Registry};
 use crate::{border::ErrorObject, load::LoadRemarks};
 
 unsafe extern "C" fn removed_command(frame: *mut tatu_call) -> tatu_status {
@@ -78,11 +78,22 @@ impl Registry {
         place!(sensors, "the sensor", |a, b| {
             a.plugin == b.plugin && a.id == b.id && a.of_actuator == b.of_actuator
         });
-        let places: Vec<_> = (self.actuators.iter())
-            .map(|a| self.sensors.iter().position(|s| s.of_actuator && s.plugin == a.plugin && s.id == a.id))
-            .collect();
+        // The readings of an actuator precede those of a part with the same id, as the actuator precedes the part.
+        let place = |(i, a): (usize, &ActuatorKind)| {
+            a.readings?;
+            let same = |other: &&ActuatorKind| other.plugin == a.plugin && other.id == a.id && other.readings.is_some();
+            let before = self.actuators[..i].iter().filter(same).count();
+            let mut own = self.sensors.iter().enumerate();
+            own.by_ref()
+                .filter(|(_, s)| s.of_actuator && s.plugin == a.plugin && s.id == a.id)
+                .nth(before)
+                .map(|(at, _)| at)
+        };
+        let places: Vec<_> = self.actuators.iter().enumerate().map(place).collect();
         self.actuators.iter_mut().zip(places).for_each(|(a, place)| a.readings = place);
-        place!(actuators, "the actuator", |a, b| a.plugin == b.plugin && a.id == b.id);
+        place!(actuators, "the actuator or part", |a, b| {
+            a.plugin == b.plugin && a.id == b.id && a.part.is_some() == b.part.is_some()
+        });
         place!(model_offers.models, "the model", |a, b| a.plugin == b.plugin && a.id == b.id);
         place!(importers, "the importer", |a, b| a.plugin == b.plugin && a.id == b.id);
         place!(scripting.languages, "the language", |a, b| a.plugin == b.plugin && a.id == b.id);

@@ -28,22 +28,7 @@ impl Registry {
             let tables = raw.fields();
             let Some(fields) = self.fields(plugin, &format!("its sensor `{id}`"), &tables) else { continue };
             let schemas = self.schemas(plugin, &format!("its sensor `{id}`"), raw.schemas());
-            let mut presets: Vec<PresetSpec> = Vec::new();
-            for p in raw.presets() {
-                let what = format!("preset of its sensor `{id}`");
-                let needed = tables::required!(p, tatu_preset: id, settings);
-                let Some(preset) = self.checked_id(plugin, &what, p.id(), p.size, &needed) else { continue };
-                if presets.iter().any(|p| p.id == preset) {
-                    let text = format!("its sensor `{id}` has the preset `{preset}` twice; the first one is used");
-                    self.refuse(plugin, text, "give each a different id");
-                    continue;
-                }
-                presets.push(PresetSpec {
-                    id: preset,
-                    text: p.text().unwrap_or_default(),
-                    settings: p.settings().unwrap_or_default(),
-                });
-            }
+            let presets = self.presets(plugin, &format!("its sensor `{id}`"), &raw.presets());
             self.sensors.push(SensorKind {
                 plugin,
                 id,
@@ -59,6 +44,32 @@ impl Registry {
                 of_actuator: false,
             });
         }
+    }
+
+    /// Reads the presets of a kind; `owner` describes the kind in messages. Faulty presets are reported and left out.
+    pub(super) fn presets(
+        &mut self,
+        plugin: usize,
+        owner: &str,
+        tables: &[Declared<'_, tatu_preset>],
+    ) -> Vec<PresetSpec> {
+        let mut presets: Vec<PresetSpec> = Vec::new();
+        for p in tables {
+            let what = format!("preset of {owner}");
+            let needed = tables::required!(p, tatu_preset: id, settings);
+            let Some(preset) = self.checked_id(plugin, &what, p.id(), p.size, &needed) else { continue };
+            if presets.iter().any(|p| p.id == preset) {
+                let text = format!("{owner} has the preset `{preset}` twice; the first one is used");
+                self.refuse(plugin, text, "give each a different id");
+                continue;
+            }
+            presets.push(PresetSpec {
+                id: preset,
+                text: p.text().unwrap_or_default(),
+                settings: p.settings().unwrap_or_default(),
+            });
+        }
+        presets
     }
 
     /// Reads the fields of a kind; `owner` describes the kind in messages. If a field is faulty, reports it and returns

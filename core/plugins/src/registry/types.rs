@@ -253,7 +253,7 @@ pub struct Prelude {
     pub text: Vec<u8>,
 }
 
-/// A kind of actuator that a plugin offers.
+/// A kind of actuator or part that a plugin offers.
 pub struct ActuatorKind {
     /// Index of the plugin in the registry.
     pub plugin: usize,
@@ -273,10 +273,26 @@ pub struct ActuatorKind {
     pub command_props: Vec<u32>,
     /// Index of the actuator's readings among the kinds of sensors, if it has any.
     pub readings: Option<usize>,
-    /// Copy of the table that the plugin provides.
+    /// Copy of the table that the plugin provides; without functions for a part.
     pub raw: tatu_actuator,
+    /// Copy of the table of a kind of part, which is declared and created like an actuator, but called alone.
+    pub part: Option<tatu_part>,
+    /// Names of the events that a part receives, or `*`.
+    pub events: Vec<String>,
+    /// Presets of a part, in order of declaration; actuators have none.
+    pub presets: Vec<PresetSpec>,
     /// Functions that create, configure, save and destroy instances.
     pub life: tatu_life,
+}
+
+/// A plugin that receives events.
+pub struct EventListener {
+    /// Index of the plugin in the registry.
+    pub plugin: usize,
+    /// Names of the events, or `*`.
+    pub names: Vec<String>,
+    /// The function that receives them.
+    pub heard: HeardFn,
 }
 
 /// The declarations of a kind of sensor or actuator.

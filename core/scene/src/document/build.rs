@@ -285,6 +285,16 @@ impl<'a> DocumentBuilder<'a> {
         Ok(())
     }
 
+    /// Applies a preset to a part, which later settings override. The device must be set already.
+    pub(super) fn apply_part_preset(&mut self, object: usize, id: &str) -> Result {
+        let device = self.document.objects.get(object).and_then(|o| o.device.as_ref());
+        let Some(kind) = device.and_then(|d| self.registry.actuators.get(d.kind)) else { return Ok(()) };
+        for setting in presets::part_settings(self.registry, kind, id)? {
+            self.set_declared(object, &setting.declared, &setting.target, setting.value)?;
+        }
+        Ok(())
+    }
+
     /// Checks a noise declaration against the sensor's fields, and returns it with full field names.
     fn resolve_noise(&self, object: usize, text: &str) -> Result<Value> {
         let lacks = || Error::new("E104", "noise must not precede the sensor's kind").help("call `device` first");
@@ -339,7 +349,7 @@ impl<'a> DocumentBuilder<'a> {
         crate::set(&mut scene, slot, row, value).map(drop).map_err(|e| Error::new("E102", e.1))
     }
 
-    /// Sets the kind of a sensor or actuator by id. For a sensor, the id may also be a schema, which selects its
+    /// Sets the kind of a sensor, actuator or part by id. For a sensor, the id may also be a schema, which selects its
     /// provider.
     pub fn device(&mut self, object: usize, kind_or_schema: &str) -> Result {
         let providers: &BTreeMap<_, _> = &self.document.settings.providers;
@@ -349,8 +359,9 @@ impl<'a> DocumentBuilder<'a> {
         let kind = match spec.kind {
             ObjectKind::Sensor => self.registry.sensor(kind_or_schema, providers)?,
             ObjectKind::Actuator => self.registry.actuator(kind_or_schema, providers)?,
+            ObjectKind::Part => self.registry.part(kind_or_schema, providers)?,
             other => {
-                let text = format!("`{}` is a {}, not a sensor or actuator", spec.alias, other.name());
+                let text = format!("`{}` is a {}, not a sensor, actuator or part", spec.alias, other.name());
                 return Err(Error::new("E102", text));
             }
         };

@@ -147,9 +147,9 @@ pub struct ObjectSpec {
 }
 
 impl ObjectSpec {
-    /// Returns whether the object is an actuator, whose device is of a kind of actuator.
+    /// Returns whether the object is an actuator or a part, whose device is listed among the kinds of actuators.
     pub fn is_actuator(&self) -> bool {
-        self.kind == ObjectKind::Actuator
+        matches!(self.kind, ObjectKind::Actuator | ObjectKind::Part)
     }
 
     /// Returns the suffix of the object's unique name, if the object belongs to the scene itself and the file specifies

@@ -73,10 +73,12 @@ pub enum ObjectVariant {
     Light(Box<Light>),
     /// A path through space.
     Path(Box<ScenePath>),
+    /// A controller in native code, whose kind a plugin defines.
+    Part(ActuatorObject),
 }
 
 impl ObjectVariant {
-    /// Creates a new object of a kind; for a sensor or actuator, `device` is the index of its kind in the registry.
+    /// Creates a new object of a kind; for a sensor, actuator or part, `device` is the index of its kind in the registry.
     pub fn of_kind(kind: ObjectKind, device: usize) -> ObjectVariant {
         match kind {
             ObjectKind::Shape => ObjectVariant::Shape(Box::default()),
@@ -85,6 +87,7 @@ impl ObjectVariant {
             ObjectKind::Sensor => ObjectVariant::Sensor(SensorObject::new(device)),
             // The commands are filled in when the device is created.
             ObjectKind::Actuator => ObjectVariant::Actuator(ActuatorObject { kind: device, commands: Vec::new() }),
+            ObjectKind::Part => ObjectVariant::Part(ActuatorObject { kind: device, commands: Vec::new() }),
             ObjectKind::ForceSensor => ObjectVariant::ForceSensor(Box::default()),
             ObjectKind::Graph => ObjectVariant::Graph(Box::default()),
             ObjectKind::Camera => ObjectVariant::Camera(Box::default()),
@@ -92,6 +95,16 @@ impl ObjectVariant {
             ObjectKind::Path => ObjectVariant::Path(Box::default()),
             ObjectKind::Script => ObjectVariant::Script,
         }
+    }
+
+    /// Returns the kind and the commands of an actuator or a part.
+    pub fn actuator_or_part(&self) -> Option<&ActuatorObject> {
+        if let ObjectVariant::Actuator(a) | ObjectVariant::Part(a) = self { Some(a) } else { None }
+    }
+
+    /// Like `actuator_or_part`, to change the commands.
+    pub fn actuator_or_part_mut(&mut self) -> Option<&mut ActuatorObject> {
+        if let ObjectVariant::Actuator(a) | ObjectVariant::Part(a) = self { Some(a) } else { None }
     }
 }
 
@@ -104,6 +117,7 @@ impl Object {
             ObjectVariant::Dummy(_) => ObjectKind::Dummy,
             ObjectVariant::Sensor(_) => ObjectKind::Sensor,
             ObjectVariant::Actuator(_) => ObjectKind::Actuator,
+            ObjectVariant::Part(_) => ObjectKind::Part,
             ObjectVariant::ForceSensor(_) => ObjectKind::ForceSensor,
             ObjectVariant::Graph(_) => ObjectKind::Graph,
             ObjectVariant::Script => ObjectKind::Script,
@@ -120,7 +134,7 @@ impl Object {
             (ObjectVariant::Joint(x), _) => &**x,
             (ObjectVariant::Dummy(x), _) => x,
             (ObjectVariant::Sensor(x), _) => x,
-            (ObjectVariant::Actuator(x), _) => x,
+            (ObjectVariant::Actuator(x) | ObjectVariant::Part(x), _) => x,
             (ObjectVariant::ForceSensor(x), _) => &**x,
             (ObjectVariant::Graph(x), _) => &**x,
             (ObjectVariant::Script, _) => &(),
@@ -139,7 +153,7 @@ impl Object {
             ObjectVariant::Joint(x) => &mut **x,
             ObjectVariant::Dummy(x) => x,
             ObjectVariant::Sensor(x) => x,
-            ObjectVariant::Actuator(x) => x,
+            ObjectVariant::Actuator(x) | ObjectVariant::Part(x) => x,
             ObjectVariant::ForceSensor(x) => &mut **x,
             ObjectVariant::Graph(x) => &mut **x,
             ObjectVariant::Script => &mut self.layer,

@@ -1,4 +1,4 @@
-//! Sensors and actuators.
+//! Sensors, actuators and parts.
 
 use std::sync::Arc;
 
@@ -64,12 +64,12 @@ impl SensorObject {
     }
 }
 
-/// The properties of an actuator.
+/// The properties of an actuator or a part.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ActuatorObject {
-    /// Index of the actuator's kind in the registry.
+    /// Index of its kind in the registry, among the kinds of actuators.
     pub kind: usize,
-    /// Current values of the commands that the actuator's kind declares. They change during a run, and a stop resets
+    /// Current values of the commands that its kind declares. They change during a run, and a stop resets
     /// them.
     pub commands: Vec<f64>,
 }
@@ -96,4 +96,9 @@ properties! { SENSOR: SensorObject, PropertyOwner::Kind(ObjectKind::Sensor) =>
 
 properties! { ACTUATOR: ActuatorObject, PropertyOwner::Kind(ObjectKind::Actuator) =>
     "actuator.kind" text, ReadOnly _: "Id of the actuator's kind.";
+}
+
+properties! { PART: ActuatorObject, PropertyOwner::Kind(ObjectKind::Part) =>
+    "part.kind" text, ReadOnly _: "Id of the part's kind.";
+    "part.calls" int, ReadOnly _: "Number of calls of the part's functions since its creation.";
 }

@@ -9,6 +9,7 @@ pub enum ObjectKind {
     Dummy,
     Sensor,
     Actuator,
+    Part,
     ForceSensor,
     Graph,
     Camera,
@@ -19,12 +20,13 @@ pub enum ObjectKind {
 
 impl ObjectKind {
     /// The kinds of objects that scene files and builders create.
-    pub const FILE_KINDS: [ObjectKind; 10] = [
+    pub const FILE_KINDS: [ObjectKind; 11] = [
         ObjectKind::Shape,
         ObjectKind::Joint,
         ObjectKind::Dummy,
         ObjectKind::Sensor,
         ObjectKind::Actuator,
+        ObjectKind::Part,
         ObjectKind::ForceSensor,
         ObjectKind::Graph,
         ObjectKind::Camera,
@@ -40,6 +42,7 @@ impl ObjectKind {
             ObjectKind::Dummy => "dummy",
             ObjectKind::Sensor => "sensor",
             ObjectKind::Actuator => "actuator",
+            ObjectKind::Part => "part",
             ObjectKind::ForceSensor => "force_sensor",
             ObjectKind::Graph => "graph",
             ObjectKind::Camera => "camera",
@@ -55,7 +58,7 @@ impl ObjectKind {
     }
 
     /// Returns the names of the kinds that scene files can contain.
-    pub fn names() -> [&'static str; 10] {
+    pub fn names() -> [&'static str; 11] {
         ObjectKind::FILE_KINDS.map(ObjectKind::name)
     }
 }

@@ -539,7 +539,10 @@ fn report_failure(world: &WorldCell, entry: &CommandEntry, f: &mut tatu_call, st
     };
     let ErrorContents { file, line, help, .. } = read_error(f.error);
     let text = match status {
-        _ if status == TATU_ERR_PANIC || text.starts_with("broke the contract") => {
+        _ if status == TATU_ERR_PANIC || text.starts_with(BREACH) => {
+            if let Some(inspector) = &world.model.registry.inspector {
+                inspector.breach(entry, &text);
+            }
             format!("{name}: plugin `{}` {text}", plugin.id)
         }
         // If a command calls itself, its name is added only once.
@@ -571,6 +574,9 @@ fn report_failure(world: &WorldCell, entry: &CommandEntry, f: &mut tatu_call, st
         }
     }
 }
+
+/// The beginning of messages about a breach of the contract.
+const BREACH: &str = "broke the contract";
 
 fn entry_name(entry: &CommandEntry, alias: u32) -> &str {
     entry.names.get(alias as usize).or(entry.names.first()).map_or("?", |n| n.name.as_str())

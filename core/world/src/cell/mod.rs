@@ -3,7 +3,7 @@
 //! - `world`: the cell, which contains the next four; `model`: the description from which the world was built; `state`:
 //!   the part that a step changes; `devices`: plugin instances; `run`: scripts, calls, services, log lines and faults;
 //! - `clock`, `phase`: time, steps, and the phases of a run; `pool`: the thread pool; `live_worlds`: the worlds of each
-//!   thread; `swap_cell`: values that a reload replaces;
+//!   thread; `swap_cell`: values that a reload replaces; `part_summary`: the calls of a part;
 //! - `calls`: calls into plugins, and the commands that they run;
 //! - `scripts`: the scripts, their order, and threads that run them in parallel;
 //! - `session`: services, and the log of external inputs;
@@ -14,6 +14,7 @@ mod clock;
 mod devices;
 mod live_worlds;
 mod model;
+mod part_summary;
 mod phase;
 mod pool;
 pub(crate) mod records;
@@ -34,6 +35,7 @@ pub(crate) use calls::wait_list::{WaitCondition, WaitList, WaitOwner, WaitingCom
 pub(crate) use clock::Clock;
 pub(crate) use devices::CommandInstance;
 pub(crate) use model::WorldModel;
+pub use part_summary::PartSummary;
 pub use phase::Phase;
 pub(crate) use pool::of as pool_of;
 pub(crate) use records::events::payload;

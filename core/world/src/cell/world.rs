@@ -51,10 +51,12 @@ impl WorldCell {
         origins: Vec<tatu_object>,
         pool: Arc<rayon::ThreadPool>,
     ) -> Self {
+        let run = WorldRuntime::new(document.file.as_deref(), pool);
+        registry.listeners.iter().for_each(|l| run.connections.bus.add_natives(&l.names));
         WorldCell {
             state: SimulationState::new(WorldModel::engine_settings(&settings), settings.dt, scene),
             devices: WorldDevices::default(),
-            run: WorldRuntime::new(document.file.as_deref(), pool),
+            run,
             monitor: PluginMonitor::new(registry.call_watches.watches.add_thread()),
             workers: RefCell::default(),
             worker: None,

@@ -1,16 +1,22 @@
-//! Delivers published events to the functions of scripts.
+//! Delivers published events to the functions of scripts, to parts and to plugins.
 
 use std::rc::Rc;
 
 use tatu_errors::{Fault, FaultKind};
 use tatu_plugin_api::{
     abi::*,
-    safe::{Value, ValueRef},
+    safe::{Owned, Value, ValueRef},
 };
-use tatu_plugins::events::covers;
+use tatu_plugins::{
+    EventListener,
+    border::{ErrorSlot, raw},
+    events::covers,
+    watchdog::PluginCall,
+};
 
 use crate::{
-    cell::WorldCell,
+    cell::{Caller, WorldCell},
+    parts,
     scripts::{self, ResultBuffer},
 };
 
@@ -60,6 +66,51 @@ fn deliver_one(world: &WorldCell, name: &Rc<str>, payload: &Value) {
             call(world, id, handler, name, payload);
         }
     }
+    deliver_to_natives(world, name, payload);
+}
+
+/// Delivers an event to parts, then to plugins. No part of the world may be borrowed.
+fn deliver_to_natives(world: &WorldCell, name: &str, payload: &Value) {
+    let empty = Value::Map(Vec::new());
+    let mut owned = Owned::default();
+    let payload = owned.raw(if *payload == Value::Nil { &empty } else { payload });
+    parts::deliver_event(world, name, &payload);
+    let registry = world.model.registry.shared();
+    for listener in &registry.listeners {
+        let wants = listener.names.iter().any(|wanted| covers(wanted, name));
+        if wants && !world.run.connections.bus.deaf.borrow().contains(&listener.plugin) {
+            call_plugin(world, listener, name, &payload);
+        }
+    }
+}
+
+/// Calls a plugin's function for events. If it fails, it is not called again.
+fn call_plugin(world: &WorldCell, listener: &EventListener, name: &str, payload: &tatu_value) {
+    let EventListener { plugin, heard, .. } = listener;
+    let Some(level) = world.run.calls.enter() else { return };
+    let mark = world.run.calls.arena.borrow().mark();
+    world.run.calls.caller.set(Caller::HOST);
+    let (me, (instance, state)) = (world.model.registry.plugins[*plugin].me, world.instance(*plugin));
+    let mut error = ErrorSlot::new();
+    let told = error.raw();
+    // SAFETY: `heard` is from a plugin that is never unloaded, and `instance` and `state` are null or those of its live instance
+    // in this world.
+    // The name, the payload and the error object live until the call has returned, and no borrow of the world is active.
+    let run = || unsafe { heard(me, instance, state, world.raw(), raw(name.as_bytes()), payload, told) };
+    let status = world.call_plugin(*plugin, PluginCall::Heard, 0, run);
+    world.run.calls.arena.borrow_mut().release(mark);
+    drop(level);
+    let status = error.check_status(status, false);
+    if status >= 0 {
+        return;
+    }
+    world.run.connections.bus.deaf.borrow_mut().insert(*plugin);
+    let id = &world.model.registry.plugins[*plugin].id;
+    let (why, call) = (error.text(), PluginCall::Heard.text());
+    let text = format!("plugin `{id}` failed: {why} [{call}]; it receives no more events");
+    let mut fault = Fault::new(FaultKind::Plugin, text);
+    fault.plugin = Some(id.clone());
+    world.report(fault);
 }
 
 /// Calls one handler. A handler that fails is not called again.

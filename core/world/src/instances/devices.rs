@@ -1,10 +1,10 @@
-//! Creates the instances of sensors and actuators from the document, and recreates them when the scene is reset.
+//! Creates the instances of sensors, actuators and parts from the document, and recreates them when the scene is reset.
 
 use super::kinds::{create_actuator, create_sensor, end_actuator, end_sensor};
 use tatu_errors::{Error, Fault, FaultKind, Result, SourceLocation};
 use tatu_plugin_api::safe::Value;
 use tatu_plugins::ParameterSpec;
-use tatu_scene::{ObjectKind, ObjectVariant, document::DeviceSpec};
+use tatu_scene::{ObjectKind, document::DeviceSpec};
 
 use super::params_with_defaults;
 use crate::cell::WorldCell;
@@ -68,13 +68,14 @@ pub(crate) fn create_device(
         (scene.id(slot), o.name(), scene.path(slot), o.kind())
     };
     cell.monitor.watch.set_object_name(slot, path.clone());
-    let info = cell.model.registry.device(object_kind == ObjectKind::Actuator, device.kind);
+    let acts = matches!(object_kind, ObjectKind::Actuator | ObjectKind::Part);
+    let info = cell.model.registry.device(acts, device.kind);
     let what = object_kind.name();
     let (params, commands) =
         (params_with_defaults(info.params, &device.params), params_with_defaults(info.commands, &device.params));
     let all = info.params.iter().zip(&params).chain(info.commands.iter().zip(&commands));
     // If an actuator is recreated, the scene already contains its commands.
-    let known = |d: &ParameterSpec| object_kind == ObjectKind::Actuator && place.is_none() && info.commands.contains(d);
+    let known = |d: &ParameterSpec| acts && place.is_none() && info.commands.contains(d);
     if let Some((p, _)) = { all }.find(|(p, v)| **v == Value::Nil && !p.optional() && !known(p)) {
         let key = tatu_plugins::units::key_with_unit(&p.key, p.unit.as_deref());
         let text = format!("the {what} {path} lacks the required parameter `{key}`");
@@ -97,13 +98,13 @@ pub(crate) fn create_device(
         return Ok(());
     }
     let made = create_actuator(cell, device.kind, slot, instance, params).map_err(&refused)?;
-    cell.devices.actuators.borrow_mut().devices.push(made);
+    cell.devices.actuators.borrow_mut().add(made);
     if let Some(readings) = cell.model.registry.actuators[device.kind].readings {
         let instance = cell.instance_info(owner, &name);
         let reading = create_sensor(cell, readings, slot, instance, Vec::new()).map_err(refused)?;
         cell.devices.sensing.borrow_mut().add(reading);
     }
-    if let Some(ObjectVariant::Actuator(a)) = cell.state.scene.borrow_mut().get_mut(slot).map(|o| &mut o.data)
+    if let Some(a) = cell.state.scene.borrow_mut().get_mut(slot).and_then(|o| o.data.actuator_or_part_mut())
         && a.commands.len() != commands.len()
     {
         a.commands = commands.iter().map(|v| if let Value::Float(x) = v { *x } else { 0.0 }).collect();

@@ -3,8 +3,8 @@
 use std::{ffi::c_void, rc::Rc};
 
 use tatu_devices::{
-    actuators::{Actuator, ActuatorReading},
-    sense::{BeamPlan, FieldLayout, ReadingBuffer, SensorDevice},
+    actuators::{Actuator, ActuatorReading, PartRecord},
+    sense::{BeamPlan, FieldLayout, SensorDevice},
 };
 use tatu_errors::{Error, Fault, FaultKind, Result};
 use tatu_plugin_api::{abi::*, safe::Value};
@@ -68,7 +68,7 @@ pub(crate) fn request_layout(
     Ok(like_it.unwrap_or_else(|| Rc::new(layout)))
 }
 
-/// Creates the instance of an actuator. No part of the world may be borrowed.
+/// Creates the instance of an actuator or a part. No part of the world may be borrowed.
 pub(crate) fn create_actuator(
     world: &WorldCell,
     kind: usize,
@@ -82,14 +82,16 @@ pub(crate) fn create_actuator(
         None => None,
         Some(readings) => {
             let layout = request_layout(world, readings, slot, std::ptr::null_mut())?;
-            Some(ActuatorReading { fields: ReadingBuffer::new(layout.words()), layout, time: None })
+            Some(ActuatorReading::new(layout))
         }
     };
     let NewInstance { data, state, .. } = create_instance(world, info.plugin, &info.life, slot, instance, &params)?;
-    Ok(Actuator { object, slot, kind, data, state, params, off: false, idle_reported: false, report })
+    world.run.connections.bus.add_natives(&info.events);
+    let part = info.part.map(|_| Box::<PartRecord>::default());
+    Ok(Actuator { object, slot, kind, data, state, params, off: false, idle_reported: false, report, part })
 }
 
-/// Ends the instance of an actuator. No part of the world may be borrowed.
+/// Ends the instance of an actuator or a part. No part of the world may be borrowed.
 pub(crate) fn end_actuator(world: &WorldCell, actuator: Actuator) {
     let kind = &world.model.registry.actuators[actuator.kind];
     if let Some(destroy) = kind.life.destroy {

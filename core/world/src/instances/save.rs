@@ -69,6 +69,9 @@ pub(crate) fn save_instance(
     let status =
         world.call_plugin(of.plugin, PluginCall::Save, of.slot, || unsafe { save(of.data, &writer, error.raw()) });
     if error.check_status(status, false) == TATU_OK {
+        if let Some(inspector) = &world.model.registry.inspector {
+            inspector.after_save(of.plugin, &image.saved);
+        }
         return Ok(image);
     }
     if status == TATU_ERR_PANIC || !(TATU_ERR_MEMORY..0).contains(&status) {
@@ -112,8 +115,17 @@ pub(crate) fn load_instance(
     Ok(())
 }
 
-/// Returns the state block of an image if its version and size match those of `life`, otherwise zeros.
-pub(crate) fn saved_state_block(life: &tatu_life, image: &InstanceImage) -> Vec<u64> {
+/// Returns the state block of an image if its version and size match those of `life`, otherwise zeros. In the latter
+/// case, also returns the reason if state is lost: `load` cannot restore it, because `save` wrote nothing else.
+pub(crate) fn saved_state_block(life: &tatu_life, image: &InstanceImage) -> (Vec<u64>, Option<String>) {
     let words = (life.state_bytes as usize).div_ceil(8);
-    if image.version == life.version && image.state.len() == words { image.state.clone() } else { vec![0; words] }
+    if image.version == life.version && image.state.len() == words {
+        return (image.state.clone(), None);
+    }
+    let lost = !image.state.is_empty() && image.saved.is_empty();
+    let why = || match image.version == life.version {
+        true => format!("its saved state has {} bytes, but the plugin declares {}", 8 * image.state.len(), 8 * words),
+        false => format!("its saved state has version {}, but the plugin declares {}", image.version, life.version),
+    };
+    (vec![0; words], lost.then(why))
 }

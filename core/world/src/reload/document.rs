@@ -248,7 +248,7 @@ impl World {
         for (at, value) in differing(info.commands) {
             let Value::Float(x) = value else { continue };
             self.for_each_scene(|scene| {
-                if let Some(ObjectVariant::Actuator(a)) = scene.get_mut(slot).map(|o| &mut o.data)
+                if let Some(a) = scene.get_mut(slot).and_then(|o| o.data.actuator_or_part_mut())
                     && let Some(place) = a.commands.get_mut(at)
                 {
                     *place = x;

@@ -6,14 +6,13 @@ use tatu_devices::{actuators::Actuator, sense::SensorDevice};
 use tatu_errors::{Error, Result};
 use tatu_plugin_api::{abi::*, safe::Value};
 use tatu_plugins::{ParameterSpec, Registry};
-use tatu_scene::ObjectVariant;
 
 use super::ReloadReport;
 use crate::{
     cell::{CommandInstance, Script, Scripts, WorldCell},
     instances::{
         InstanceRef, create_actuator, create_sensor, end_actuator, end_sensor, load_instance, params_with_defaults,
-        save_instance,
+        save_instance, saved_state_block,
     },
     run::World,
     scripts::{SaveResult, StateTransfer},
@@ -61,16 +60,10 @@ fn transfer_state(
     block: &mut dyn FnMut(&[u64]),
 ) -> Result<(), String> {
     let image = image.as_ref().map_err(Clone::clone)?;
-    let words = (life.state_bytes as usize).div_ceil(8);
-    let fits = image.version == life.version && image.state.len() == words;
-    if fits {
-        block(&image.state);
-    }
+    let (state, dropped) = saved_state_block(life, image);
+    block(&state);
     load_instance(cell, of, life, image)?;
-    if fits || image.state.is_empty() && words == 0 || life.load.is_some() {
-        return Ok(());
-    }
-    Err(format!("its saved state has version {}, but version {} is required", image.version, life.version))
+    dropped.map_or(Ok(()), Err)
 }
 
 fn params_by_key(declared: &[ParameterSpec], params: &[Value]) -> Vec<(String, Value)> {
@@ -348,6 +341,8 @@ fn install_sensor(
         let mut sensing = cell.devices.sensing.borrow_mut();
         sensing.index(m.slot).map(|i| {
             let place = &mut sensing.devices[i];
+            // Its random numbers continue.
+            new.drawn = place.drawn;
             if same_fields && place.fields.len() == new.fields.len() {
                 new.fields.copy_from_slice(&place.fields);
                 (new.sequence, new.time) = (place.sequence, place.time);
@@ -379,7 +374,14 @@ fn install_actuator(cell: &WorldCell, new: Actuator, m: &DeviceReplacement) -> (
     let (object, of) = (new.object, InstanceRef { plugin: kind.plugin, slot: m.slot, data: new.data });
     let old = {
         let mut actuators = cell.devices.actuators.borrow_mut();
-        actuators.index(object).map(|i| std::mem::replace(&mut actuators.devices[i], new))
+        actuators.index(object).map(|i| {
+            let mut old = std::mem::replace(&mut actuators.devices[i], new);
+            if let (Some(old), Some(new)) = (old.part.as_deref_mut(), actuators.devices[i].part.as_deref_mut()) {
+                // The engine still has the rules for these contacts.
+                (new.hooks, new.rules) = (std::mem::take(&mut old.hooks), std::mem::take(&mut old.rules));
+            }
+            old
+        })
     };
     let mut block = |state: &[u64]| {
         let mut actuators = cell.devices.actuators.borrow_mut();
@@ -402,7 +404,7 @@ fn install_actuator(cell: &WorldCell, new: Actuator, m: &DeviceReplacement) -> (
 /// Carries the values of an actuator's commands over to the commands of the new version.
 fn carry_over_commands(cell: &WorldCell, m: &DeviceReplacement, old: &Registry, new: &Registry) {
     let mut scene = cell.state.scene.borrow_mut();
-    let Some(ObjectVariant::Actuator(a)) = scene.get_mut(m.slot).map(|o| &mut o.data) else { return };
+    let Some(a) = scene.get_mut(m.slot).and_then(|o| o.data.actuator_or_part_mut()) else { return };
     let values: Vec<Value> = a.commands.iter().map(|x| Value::Float(*x)).collect();
     let given = params_by_key(&old.actuators[m.kind].commands, &values);
     let number = |v: Value| if let Value::Float(x) = v { x } else { 0.0 };

@@ -22,7 +22,7 @@ use tatu_scene::{
 use super::World;
 use crate::{
     cell::{NextScene, OUTSIDE_KINDS, Phase, Scripts, WorldCell},
-    events, recording, session,
+    events, parts, recording, session,
     state::memento,
     step,
 };
@@ -191,6 +191,7 @@ impl World {
     fn finish(&self) {
         let cell = &self.cell;
         Scripts::end_run(cell);
+        parts::end_all(cell);
         cell.state.phase.set(Phase::Stopped);
         cell.state.requests.set(cell.state.requests.get() & 1 << TATU_REQUEST_QUIT);
         session::cancel_service_waits(cell);

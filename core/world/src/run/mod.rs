@@ -36,7 +36,7 @@ use crate::{
         WorldCell, pool_of,
     },
     instances::{create_devices, end_devices},
-    session as barrier,
+    parts, session as barrier,
     state::{self, StateHash},
 };
 /// A running scene. A world is used by one thread; different worlds may run on different threads.
@@ -241,11 +241,16 @@ impl World {
     }
     /// Returns the hash of the dynamic state, with a hash per object.
     pub fn hash(&self) -> StateHash {
-        state::hash(&self.cell.state.scene.borrow(), &self.cell.state.dynamics.borrow(), &self.cell.state.clock)
+        let (scene, dynamics) = (self.cell.state.scene.borrow(), self.cell.state.dynamics.borrow());
+        state::hash(&scene, &dynamics, &self.cell.devices.actuators.borrow(), &self.cell.state.clock)
     }
     /// Returns a summary of each script, in the order in which the scripts were added.
     pub fn scripts(&self) -> Vec<crate::cell::ScriptSummary> {
         crate::cell::Scripts::summaries(&self.cell)
+    }
+    /// Returns a summary of each part, in the order in which they are called.
+    pub fn parts(&self) -> Vec<crate::cell::PartSummary> {
+        parts::summaries(&self.cell)
     }
     /// Returns all faults so far.
     pub fn faults(&self) -> Vec<Fault> {
@@ -333,6 +338,7 @@ impl World {
         let cell = &self.cell;
         Scripts::end(cell);
         if cell.running() {
+            parts::end_all(cell);
             cell.state.phase.set(Phase::Stopped);
             barrier::cancel_service_waits(cell);
         }

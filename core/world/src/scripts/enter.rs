@@ -89,6 +89,7 @@ pub(super) fn enter_with_error(
     let status = world
         .call_plugin(plugin, call, script.slot, || f(script.instance.data.get(), frame, &budget, &mut used, error));
     world.monitor.watch.enter_script(outer);
+    script.check_state_block(world, call);
     script.depth.set(script.depth.get() - 1);
     calls.scripts.set(calls.scripts.get() - 1);
     let spent = calls.cost.end(outer_cost);

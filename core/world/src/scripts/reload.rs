@@ -7,7 +7,7 @@ use tatu_scene::document::ScriptSpec;
 
 use crate::{
     cell::{InstanceImage, Script, ScriptKind, Scripts, WorldCell},
-    instances::{InstanceRef, load_instance},
+    instances::{InstanceRef, load_instance, saved_state_block},
 };
 
 /// The state that an instance saved, or the reason why it could not be saved.
@@ -124,7 +124,10 @@ impl Script {
         let load = || {
             let life = &world.model.registry.scripting.languages[self.language].life;
             let of = InstanceRef { plugin: self.plugin(world), slot: self.slot, data: self.instance.data.get() };
-            load_instance(world, &of, life, image)
+            let (block, dropped) = saved_state_block(life, image);
+            self.instance.state.borrow_mut().copy_from_slice(&block);
+            load_instance(world, &of, life, image)?;
+            dropped.map_or(Ok(()), Err)
         };
         if load().is_ok() {
             self.progress.initialised.set(true);

@@ -7,6 +7,7 @@ use tatu_plugin_api::{abi::*, safe::Value};
 use tatu_plugins::{
     Registry,
     border::{ErrorContents, ErrorSlot, raw},
+    state_block::{PAST_STATE, StateBlock},
     watchdog::PluginCall,
 };
 
@@ -54,8 +55,10 @@ impl Script {
             let number = before.filter(|s| scene.get(s.slot).is_some_and(|o| o.parent == at)).count();
             (scene.id(self.slot), format!("{}/script{number}", scene.get(at).map_or(String::new(), |o| o.name())))
         };
-        let info = world.instance_info_with_id(owner, &key, number);
+        let state = StateBlock::new(language.life.state_bytes);
+        let info = tatu_instance { state: state.data_ptr(), ..world.instance_info_with_id(owner, &key, number) };
         self.instance.id.set(info.id);
+        self.instance.state.replace(state);
         let (mut data, mut error) = (std::ptr::null_mut(), ErrorSlot::new());
         world.run.calls.caller.set(self.as_caller(world));
         // SAFETY: `create` is from a plugin that is never unloaded. `info`, `data` and `error` live until the call has
@@ -76,6 +79,7 @@ impl Script {
             error.name_plugin(status, &plugin.id, PluginCall::Create);
             return Err((status, error));
         }
+        self.check_state_block(world, PluginCall::Create);
         self.instance.data.set(data);
         self.progress.initialised.set(false);
         self.progress.dead.set(false);
@@ -85,7 +89,10 @@ impl Script {
         self.instance.callbacks.set([0; CALLBACKS.len()]);
         self.counters.calls.set(0);
         let mut chosen = raw(&[]);
-        let (text, name, dialect) = (raw(&self.text), raw(self.name.as_bytes()), raw(self.wanted_dialect.as_bytes()));
+        let copy = world.model.registry.inspector.as_ref();
+        let copy = copy.and_then(|i| i.copy_of_source(language.plugin, &self.text));
+        let text = raw(copy.as_ref().map_or(&self.text, |c| c.bytes()));
+        let (name, dialect) = (raw(self.name.as_bytes()), raw(self.wanted_dialect.as_bytes()));
         let load = || {
             // SAFETY: `data` points to the instance that `create` created. The strings, `chosen` and the error object
             // live until the call has returned.
@@ -163,6 +170,18 @@ impl Script {
         let said = error.contents();
         (fault.file, fault.traceback) = (said.file, said.traceback);
         fault.line = Some(said.line).filter(|line| *line > 0);
+    }
+
+    /// Reports a write outside the script's state block.
+    pub(super) fn check_state_block(&self, world: &WorldCell, call: PluginCall) {
+        let is_whole = |block: &StateBlock| block.is_empty() || block.guards_intact();
+        if self.instance.state.try_borrow().is_ok_and(|block| is_whole(&block)) {
+            return;
+        }
+        if let Ok(mut block) = self.instance.state.try_borrow_mut() {
+            block.restore_guards();
+        }
+        self.report_breach(world, call, PAST_STATE);
     }
 
     /// Reports that the script's language returned something invalid; `what` begins with a verb.

@@ -5,7 +5,7 @@ use tatu_errors::{Error, Result};
 
 use crate::{
     cell::{CALLBACKS, InstanceImage, Script, Scripts, WaitOwner, WorldCell},
-    instances::{InstanceRef, UnsavedInstance, load_instance, save_instance},
+    instances::{InstanceRef, UnsavedInstance, load_instance, save_instance, saved_state_block},
 };
 
 /// A script in a snapshot.
@@ -76,8 +76,9 @@ impl Scripts {
         }
     }
 
-    /// Restores all scripts from their images; their instances must have been created.
-    pub fn load(world: &WorldCell, images: Vec<ScriptImage>) -> Result {
+    /// Restores all scripts from their images; their instances must have been created. Adds those whose state blocks
+    /// were dropped to `dropped_states`, with the reason.
+    pub fn load(world: &WorldCell, images: Vec<ScriptImage>, dropped_states: &mut Vec<(String, String)>) -> Result {
         for image in images {
             let Some(script) = world.run.scripts.borrow().by_slot(image.slot) else { continue };
             let refused = |why: &str| {
@@ -92,6 +93,9 @@ impl Scripts {
                 let life = &world.model.registry.scripting.languages[script.language].life;
                 let of =
                     InstanceRef { plugin: script.plugin(world), slot: script.slot, data: script.instance.data.get() };
+                let (block, dropped) = saved_state_block(life, &image.instance);
+                script.instance.state.borrow_mut().copy_from_slice(&block);
+                dropped_states.extend(dropped.map(|why| (format!("the script of {}", script.owner_path(world)), why)));
                 load_instance(world, &of, life, &image.instance).map_err(|e| refused(&e))?;
             }
             if !image.initialised {
@@ -127,7 +131,8 @@ impl Script {
             return Err(format!("the language `{}` cannot save the state of a script", language.id));
         }
         let of = InstanceRef { plugin: language.plugin, slot: self.slot, data: self.instance.data.get() };
-        save_instance(world, &of, &language.life, &[])
+        let state = self.instance.state.borrow().to_vec();
+        save_instance(world, &of, &language.life, &state)
     }
 
     pub(super) fn owner_path(&self, world: &WorldCell) -> String {

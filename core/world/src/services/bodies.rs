@@ -7,7 +7,10 @@ use tatu_scene::{ObjectKind, Scene};
 
 use super::answer::{busy, fill, on_world, on_world_or_worker, require, slot, with_context};
 use super::solids::BodyContext;
-use crate::cell::{HostFunction, WorldCell, scripts::stand_in_use};
+use crate::{
+    cell::{HostFunction, WorldCell, scripts::stand_in_use},
+    parts,
+};
 
 pub static TABLE: tatu_host_bodies = tatu_host_bodies {
     size: size_of::<tatu_host_bodies>() as u32,
@@ -21,6 +24,7 @@ pub static TABLE: tatu_host_bodies = tatu_host_bodies {
     is_dynamic: Some(super::solids::is_dynamic),
     frictions: Some(frictions),
     closest_at: Some(super::solids::closest_at),
+    hook: Some(hook),
 };
 
 extern "C" fn twist(w: WorldRef<'_>, object: tatu_object, out: Option<&mut [f64; 6]>) -> tatu_status {
@@ -131,6 +135,34 @@ extern "C" fn impulse(
         t.linear += linear / props.mass;
         t.angular += inertia.try_inverse().map_or(Vector3::zeros(), |i| i * angular);
         dynamics.set_twist(b, &t);
+        Ok(())
+    })
+}
+
+extern "C" fn hook(w: WorldRef<'_>, part: tatu_object, a: tatu_object, b: tatu_object, on: u32) -> tatu_status {
+    on_world(w, HostFunction::mutating("bodies.hook"), |world| {
+        let shape = |object: tatu_object| {
+            let scene = world.state.scene.try_borrow().map_err(|_| busy(world))?;
+            let s = slot(world, &scene, object)?;
+            match scene.get(s).is_some_and(|o| o.shape().is_some()) {
+                true => Ok(scene.id(s)),
+                false => {
+                    let text = format!("object {s} `{}` is not a shape", scene.path(s));
+                    Err(world.run.calls.refuse(TATU_ERR_ARGUMENT, &text))
+                }
+            }
+        };
+        let pair = (shape(a)?, if b == 0 { 0 } else { shape(b)? });
+        let at = world.devices.actuators.try_borrow().map_err(|_| busy(world))?.index(part);
+        let decides = |i: &usize| {
+            let actuators = world.devices.actuators.borrow();
+            world.model.registry.actuators[actuators.devices[*i].kind].part.is_some_and(|p| p.contact.is_some())
+        };
+        let Some(at) = at.filter(decides) else {
+            let text = "`bodies.hook`: the object is not a part with the function `contact`";
+            return Err(world.run.calls.refuse(TATU_ERR_ARGUMENT, text));
+        };
+        parts::register_contact(world, at, pair, on != 0);
         Ok(())
     })
 }

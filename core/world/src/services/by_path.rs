@@ -212,7 +212,9 @@ fn nearest_property(cell: &WorldCell, object: tatu_object, key: &str) -> Option<
             names.extend(registry.sensors[s.kind].fields.iter().map(|f| f.name.clone()));
             Some((&registry.sensors[s.kind].id, &registry.sensors[s.kind].params))
         }
-        Some(ObjectVariant::Actuator(a)) => Some((&registry.actuators[a.kind].id, &registry.actuators[a.kind].params)),
+        Some(ObjectVariant::Actuator(a) | ObjectVariant::Part(a)) => {
+            Some((&registry.actuators[a.kind].id, &registry.actuators[a.kind].params))
+        }
         _ => None,
     };
     if let Some((kind, params)) = declared {

@@ -1,4 +1,4 @@
-//! Access to a sensor's or actuator's parameters and commands by the key `<kind>.<key>`. A changed parameter is passed
+//! Access to the parameters of a sensor, an actuator or a part, and commands by the key `<kind>.<key>`. A changed parameter is passed
 //! to the instance if the plugin supports this; otherwise, the instance is recreated.
 
 use std::rc::Rc;
@@ -30,7 +30,7 @@ enum DeviceKey {
 
 fn resolve_key(world: &WorldCell, scene: &Scene, slot: u32, prop: tatu_prop) -> Option<DeviceKey> {
     match &scene.get(slot)?.data {
-        ObjectVariant::Actuator(a) => {
+        ObjectVariant::Actuator(a) | ObjectVariant::Part(a) => {
             let info = world.model.registry.actuators.get(a.kind)?;
             let find = |props: &[u32]| props.iter().position(|p| *p == prop);
             let command = find(&info.command_props).map(|at| DeviceKey::Command { kind: a.kind, at });
@@ -52,7 +52,7 @@ fn refuse_unknown_key(world: &WorldCell, scene: &Scene, slot: u32, prop: tatu_pr
     let key = world.model.registry.host().key(prop).unwrap_or_default();
     let mut text = format!("object {slot} `{}` has no property `{key}`", scene.path(slot));
     let kind = scene.get(slot).and_then(|o| match &o.data {
-        ObjectVariant::Actuator(a) => Some((true, a.kind)),
+        ObjectVariant::Actuator(a) | ObjectVariant::Part(a) => Some((true, a.kind)),
         ObjectVariant::Sensor(s) => Some((false, s.kind)),
         _ => None,
     });
@@ -74,7 +74,7 @@ pub(super) fn read(world: &WorldCell, slot: u32, prop: tatu_prop) -> Result<Valu
     let found = match resolve_key(world, &scene, slot, prop) {
         None => None,
         Some(DeviceKey::Command { at, .. }) => match scene.get(slot).map(|o| &o.data) {
-            Some(ObjectVariant::Actuator(a)) => a.commands.get(at).map(|x| Value::Float(*x)),
+            Some(ObjectVariant::Actuator(a) | ObjectVariant::Part(a)) => a.commands.get(at).map(|x| Value::Float(*x)),
             _ => None,
         },
         Some(DeviceKey::Sensor { at, .. }) => {
@@ -246,7 +246,7 @@ fn recreate_sensor(
     Ok(())
 }
 
-/// Like `set_sensor_param`, but for an actuator, which has no beams.
+/// Like `set_sensor_param`, but for an actuator or a part, which has no beams.
 fn set_actuator_param(
     world: &WorldCell,
     (slot, owner, name): DeviceOwner<'_>,
@@ -254,9 +254,10 @@ fn set_actuator_param(
     value: Value,
 ) -> Result<(), ParamError> {
     let info = &world.model.registry.actuators[kind];
-    let (mut params, data) = {
+    let (mut params, data, is_called) = {
         let actuators = world.devices.actuators.try_borrow().map_err(|_| ParamError::Busy)?;
-        actuators.device(owner).map(|d| (d.params.clone(), d.data)).ok_or(ParamError::Gone)?
+        let d = actuators.device(owner).ok_or(ParamError::Gone)?;
+        (d.params.clone(), d.data, d.part.as_deref().is_some_and(|p| p.running))
     };
     params[at] = value;
     let of = InstanceRef { plugin: info.plugin, slot, data };
@@ -268,6 +269,10 @@ fn set_actuator_param(
             actuators.devices.iter_mut().find(|d| d.object == owner && d.data == data).ok_or(ParamError::Gone)?;
         device.params[at] = params.swap_remove(at);
         return Ok(());
+    }
+    if is_called {
+        let why = "a change recreates the part, which is being called; set it from elsewhere";
+        return Err(ParamError::Refused(why.to_owned()));
     }
     let made =
         create_actuator(world, kind, slot, world.instance_info(owner, name), params).map_err(ParamError::Refused)?;
@@ -290,7 +295,7 @@ fn set_command(world: &WorldCell, slot: u32, kind: usize, at: usize, prop: tatu_
         return Err(world.run.calls.refuse(TATU_ERR_ARGUMENT, &text));
     }
     let mut scene = world.state.scene.try_borrow_mut().map_err(|_| busy(world))?;
-    if let Some(ObjectVariant::Actuator(a)) = scene.get_mut(slot).map(|o| &mut o.data)
+    if let Some(a) = scene.get_mut(slot).and_then(|o| o.data.actuator_or_part_mut())
         && let Some(place) = a.commands.get_mut(at)
     {
         *place = x;

@@ -135,7 +135,8 @@ extern "C" fn kind<'a>(w: WorldRef<'a>, index: u32, out: Option<&mut ValueRef<'a
     on_world(w, HostFunction::read_only("edits.kind"), |world| {
         let registry = &world.model.registry;
         let sensors = registry.sensor_kinds().map(|(_, k)| ("sensor", &k.id, &k.text));
-        let actuators = registry.actuators.iter().map(|k| ("actuator", &k.id, &k.text));
+        let what = |part: bool| if part { "part" } else { "actuator" };
+        let actuators = registry.actuators.iter().map(|k| (what(k.part.is_some()), &k.id, &k.text));
         let (object, id, text) = sensors.chain(actuators).nth(index as usize).ok_or(TATU_ERR_MISSING)?;
         let told = [("object", object), ("id", id), ("text", text)].map(|(k, v)| (Value::text(k), Value::text(v)));
         write_value(world, &Value::Map(told.into()), out)

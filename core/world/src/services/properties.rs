@@ -70,7 +70,12 @@ fn read_row(world: &WorldCell, object: tatu_object, prop: tatu_prop) -> Result<V
             let (v, w) = (own * Vector3::new(vx, vy, vz), own * Vector3::new(wx, wy, wz));
             Ok(Value::Floats(v.iter().chain(&w).copied().collect()))
         }
-        (Property::ACTUATOR_KIND, Some(ObjectVariant::Actuator(a))) => {
+        (Property::PART_CALLS, Some(ObjectVariant::Part(_))) => {
+            let actuators = world.borrow_part(|w| &w.devices.actuators).ok_or_else(|| busy(world))?;
+            let part = actuators.device(scene.id(slot)).and_then(|d| d.part.as_deref());
+            Ok(Value::Int(part.map_or(0, |p| p.calls as i64)))
+        }
+        (Property::ACTUATOR_KIND | Property::PART_KIND, Some(ObjectVariant::Actuator(a) | ObjectVariant::Part(a))) => {
             Ok(Value::text(world.model.registry.actuators.get(a.kind).map_or("", |k| k.id.as_str())))
         }
         (

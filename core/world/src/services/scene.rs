@@ -26,6 +26,7 @@ fn abi_kind(kind: ObjectKind) -> i32 {
         ObjectKind::Dummy => TATU_KIND_DUMMY,
         ObjectKind::Sensor => TATU_KIND_SENSOR,
         ObjectKind::Actuator => TATU_KIND_ACTUATOR,
+        ObjectKind::Part => TATU_KIND_PART,
         ObjectKind::ForceSensor => TATU_KIND_FORCE_SENSOR,
         ObjectKind::Graph => TATU_KIND_GRAPH,
         ObjectKind::Camera => TATU_KIND_CAMERA,
@@ -270,7 +271,7 @@ extern "C" fn create(
         let out = require(world, "a pointer for the object", out)?;
         let kind = kind.text();
         let data = match ObjectKind::parse(&kind) {
-            Some(ObjectKind::Sensor | ObjectKind::Actuator) => {
+            Some(ObjectKind::Sensor | ObjectKind::Actuator | ObjectKind::Part) => {
                 let text = format!("an object of kind {kind} cannot be created during a run");
                 return Err(world.run.calls.refuse(TATU_ERR_UNSUPPORTED, &text));
             }

@@ -87,7 +87,9 @@ fn nth_row(c: &DisplayContext<'_>, object: tatu_object, index: usize) -> Result<
     }
     let (id, params) = match scene.get(slot).map(|o| &o.data).filter(|_| object != 0) {
         Some(ObjectVariant::Sensor(s)) => c.registry.sensors.get(s.kind).map(|k| (&k.id, &k.params)).unzip(),
-        Some(ObjectVariant::Actuator(a)) => c.registry.actuators.get(a.kind).map(|k| (&k.id, &k.params)).unzip(),
+        Some(ObjectVariant::Actuator(a) | ObjectVariant::Part(a)) => {
+            c.registry.actuators.get(a.kind).map(|k| (&k.id, &k.params)).unzip()
+        }
         _ => (None, None),
     };
     let (Some(id), Some(params)) = (id, params) else { return Ok(None) };

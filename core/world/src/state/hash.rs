@@ -1,5 +1,6 @@
 //! Computes the hash of a world's state, with a hash per object.
 
+use tatu_devices::actuators::Actuators;
 use tatu_scene::{Dynamics, ObjectVariant, Scene};
 use xxhash_rust::xxh3::Xxh3;
 
@@ -38,15 +39,29 @@ impl StateHash {
 }
 
 /// Hashes the poses and velocities of objects that physics moves, the states of joints, the commands of actuators, and
-/// the poses of all other objects. The total also includes the number of steps. Sensors, scripts and graphs are
-/// omitted. -0 and 0 have the same hash.
-pub(crate) fn hash(scene: &Scene, dynamics: &Dynamics, clock: &Clock) -> StateHash {
+/// the poses of all other objects. Of parts, which have no place in the world, hashes the commands and the state
+/// blocks, if there are any. The total also includes the number of steps. Sensors, scripts and graphs are omitted. -0
+/// and 0 have the same hash.
+pub(crate) fn hash(scene: &Scene, dynamics: &Dynamics, actuators: &Actuators, clock: &Clock) -> StateHash {
     let mut total = Xxh3::new();
     total.update(&clock.step.get().to_le_bytes());
     let twists: std::collections::BTreeMap<u32, tatu_physics::Twist> = dynamics.twists().collect();
     let (mut objects, mut paths) = (Vec::new(), scene.paths());
+    let parts: std::collections::BTreeMap<u32, &[u64]> = actuators.part_states().collect();
     for (slot, o) in scene.slots() {
         let mut h = Xxh3::new();
+        if let ObjectVariant::Part(p) = &o.data {
+            let state = parts.get(&slot).copied().unwrap_or_default();
+            if p.commands.is_empty() && state.is_empty() {
+                continue;
+            }
+            p.commands.iter().for_each(|x| h.update(&(x + 0.0).to_bits().to_le_bytes()));
+            state.iter().for_each(|word| h.update(&word.to_le_bytes()));
+            let digest = h.digest();
+            total.update(&digest.to_le_bytes());
+            objects.push((paths.remove(&slot).unwrap_or_else(|| scene.path(slot)), digest));
+            continue;
+        }
         let mut put = |x: f64| h.update(&(x + 0.0).to_bits().to_le_bytes());
         match &o.data {
             ObjectVariant::Sensor(_) | ObjectVariant::Script | ObjectVariant::Graph(_) => continue,
@@ -71,5 +86,6 @@ pub(crate) fn hash(scene: &Scene, dynamics: &Dynamics, clock: &Clock) -> StateHa
 
 /// Returns the total hash of a world's current state.
 pub(crate) fn hash_of(cell: &WorldCell) -> u64 {
-    hash(&cell.state.scene.borrow(), &cell.state.dynamics.borrow(), &cell.state.clock).total
+    let (scene, dynamics) = (cell.state.scene.borrow(), cell.state.dynamics.borrow());
+    hash(&scene, &dynamics, &cell.devices.actuators.borrow(), &cell.state.clock).total
 }

@@ -1,8 +1,11 @@
 //! The serialized parts of a world in a snapshot.
 
+use std::collections::{BTreeMap, BTreeSet};
+
 use serde::{Deserialize, Serialize};
 use tatu_devices::sense::NoiseState;
 use tatu_errors::{Fault, FaultKind};
+use tatu_physics::PairRule;
 use tatu_plugin_api::safe::Value;
 use tatu_scene::{Scene, document::WorldSettings};
 
@@ -82,6 +85,10 @@ pub struct CoreImage {
     pub signals: Vec<(u32, Vec<u8>, ValueImage, bool)>,
     pub waits: Vec<WaitingCommand>,
     pub faults: Vec<FaultImage>,
+    /// Events that have not been delivered yet.
+    pub events: Vec<(String, ValueImage)>,
+    /// Pairs of slots that touched after the last physics stage, for events of contacts.
+    pub touching: BTreeSet<(u32, u32)>,
 }
 
 /// A sensor's state.
@@ -102,7 +109,7 @@ pub struct DeviceImage {
     pub off: bool,
 }
 
-/// An actuator's state, without its commands, which are in the scene.
+/// The state of an actuator or a part, without its commands, which are in the scene.
 #[derive(Serialize, Deserialize)]
 pub struct ActuatorImage {
     pub slot: u32,
@@ -113,6 +120,11 @@ pub struct ActuatorImage {
     pub instance: InstanceImage,
     pub off: bool,
     pub idle_told: bool,
+    /// Number of calls of a part; 0 for an actuator.
+    pub calls: u64,
+    /// The pairs of shapes on whose contact a part decides, and its decisions.
+    pub hooks: BTreeSet<(u64, u64)>,
+    pub rules: BTreeMap<(u32, u32), PairRule>,
 }
 
 /// A fault reported before the snapshot.

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use tatu_devices::{actuators::Actuator, sense::SensorNoise};
 use tatu_errors::{Error, Result};
-use tatu_plugin_api::safe::Value;
+use tatu_plugin_api::{abi::TATU_LOG_WARNING, safe::Value};
 use tatu_scene::ObjectVariant;
 
 use super::{
@@ -43,19 +43,23 @@ pub(crate) fn check(cell: &WorldCell, snapshot: &Snapshot, allow_partial: bool) 
 /// Restores the snapshot in a world that has just been started silently.
 pub(crate) fn restore_world(cell: &WorldCell, snapshot: &Snapshot) -> Result {
     let image: CoreImage = snapshot.get("core")?;
+    let mut dropped = Vec::new();
     scripts(cell, snapshot.get("scripts")?, &image)?;
-    sensors(cell, snapshot.get("sensors")?)?;
-    actuators(cell, snapshot.get("actuators")?)?;
+    sensors(cell, snapshot.get("sensors")?, &mut dropped)?;
+    actuators(cell, snapshot.get("actuators")?, &mut dropped)?;
     core(cell, image)?;
     *cell.devices.figures.borrow_mut() = snapshot.get("figures")?;
-    plugins(cell, snapshot.get("plugins")?)?;
+    plugins(cell, snapshot.get("plugins")?, &mut dropped)?;
     *cell.run.connections.saved_services.borrow_mut() = snapshot.get("services")?;
     services(cell)?;
-    Scripts::load(cell, snapshot.get("scripts")?)?;
+    Scripts::load(cell, snapshot.get("scripts")?, &mut dropped)?;
     restore_inputs(cell, records(snapshot)?);
     let hash = hash_of(cell);
     if hash != snapshot.head.hash {
         return Err(refused("the world", format!("its hash is {hash:016x} instead of {:016x}", snapshot.head.hash)));
+    }
+    for (what, why) in dropped {
+        cell.log(TATU_LOG_WARNING, &format!("{what} starts over: {why}"));
     }
     Ok(())
 }
@@ -76,7 +80,10 @@ fn scripts(cell: &WorldCell, images: Vec<ScriptImage>, core: &CoreImage) -> Resu
     Ok(())
 }
 
-fn sensors(cell: &WorldCell, images: Vec<DeviceImage>) -> Result {
+/// Owners of state blocks that were dropped, each with the reason.
+type DroppedStates = Vec<(String, String)>;
+
+fn sensors(cell: &WorldCell, images: Vec<DeviceImage>, dropped: &mut DroppedStates) -> Result {
     let there: BTreeSet<(u32, u64)> = images.iter().map(|i| (i.slot, i.id)).collect();
     let gone = cell.devices.sensing.borrow_mut().remove_dead(|d| there.contains(&(d.slot, d.id)));
     for d in gone {
@@ -107,8 +114,10 @@ fn sensors(cell: &WorldCell, images: Vec<DeviceImage>) -> Result {
         {
             let mut sensing = cell.devices.sensing.borrow_mut();
             let d = &mut sensing.devices[index];
+            let (block, lost) = saved_state_block(life, &image.instance);
             // Plugins store the address of the block, so its contents are replaced, but not the block itself.
-            d.state.copy_from_slice(&saved_state_block(life, &image.instance));
+            d.state.copy_from_slice(&block);
+            dropped.extend(lost.map(|why| (what.clone(), why)));
             d.fields.copy_from_slice(&image.fields);
             (d.sequence, d.time, d.drawn, d.off) = (image.sequence, image.time, image.drawn, image.off);
             // The next measurement applies the sensor settings of the scene.
@@ -123,7 +132,7 @@ fn sensors(cell: &WorldCell, images: Vec<DeviceImage>) -> Result {
     Ok(())
 }
 
-fn actuators(cell: &WorldCell, images: Vec<ActuatorImage>) -> Result {
+fn actuators(cell: &WorldCell, images: Vec<ActuatorImage>, dropped: &mut DroppedStates) -> Result {
     let is_there = |d: &Actuator| images.iter().any(|i| i.object == d.object);
     let gone = cell.devices.actuators.borrow_mut().remove_dead(is_there);
     for d in gone {
@@ -142,8 +151,19 @@ fn actuators(cell: &WorldCell, images: Vec<ActuatorImage>) -> Result {
             }
             let kind = &cell.model.registry.actuators[d.kind];
             // Plugins store the address of the block, so its contents are replaced, but not the block itself.
-            d.state.copy_from_slice(&saved_state_block(&kind.life, &image.instance));
+            let (block, lost) = saved_state_block(&kind.life, &image.instance);
+            d.state.copy_from_slice(&block);
+            dropped.extend(lost.map(|why| (what.clone(), why)));
             (d.off, d.idle_reported) = (image.off, image.idle_told);
+            // A part's readings keep their values between calls.
+            let sensing = cell.devices.sensing.borrow();
+            if let (Some(report), Some(i)) = (d.report.as_mut().filter(|_| d.part.is_some()), sensing.index(d.slot)) {
+                report.restore(&sensing.devices[i].fields);
+            }
+            drop(sensing);
+            if let Some(record) = d.part.as_deref_mut() {
+                (record.calls, record.hooks, record.rules) = (image.calls, image.hooks, image.rules);
+            }
             (&kind.life, InstanceRef { plugin: kind.plugin, slot: d.slot, data: d.data })
         };
         if !image.instance.missed {
@@ -185,6 +205,10 @@ fn core(cell: &WorldCell, image: CoreImage) -> Result {
         .map(|(kind, name, v, of_run)| ((kind, name), Signal { value: v.into(), ends_with_run: of_run }))
         .collect();
     cell.run.calls.waits.borrow_mut().restore(image.waits);
+    // The start of this process is not an event of the run.
+    let events = image.events.into_iter().map(|(name, payload)| (name.into(), payload.into()));
+    *cell.run.connections.bus.queue.borrow_mut() = events.collect();
+    *cell.run.connections.bus.touching.borrow_mut() = image.touching;
     *cell.run.reported.borrow_mut() = (0..image.faults.len()).collect();
     *cell.run.faults.borrow_mut() = image.faults.into_iter().map(Into::into).collect();
     // The run that wrote the snapshot has already reported the log lines of the start.
@@ -194,7 +218,7 @@ fn core(cell: &WorldCell, image: CoreImage) -> Result {
     Ok(())
 }
 
-fn plugins(cell: &WorldCell, images: Vec<(String, InstanceImage)>) -> Result {
+fn plugins(cell: &WorldCell, images: Vec<(String, InstanceImage)>, dropped: &mut DroppedStates) -> Result {
     for (id, image) in images {
         let found = cell
             .model
@@ -205,7 +229,9 @@ fn plugins(cell: &WorldCell, images: Vec<(String, InstanceImage)>) -> Result {
             .find(|(p, _)| cell.model.registry.plugins[*p].id == id);
         let (plugin, life) = found.ok_or_else(|| damaged(format!("plugin `{id}` stores no state")))?;
         if let Some(Some(instance)) = cell.devices.instances.borrow_mut().get_mut(*plugin) {
-            instance.state.copy_from_slice(&saved_state_block(life, &image));
+            let (block, lost) = saved_state_block(life, &image);
+            instance.state.copy_from_slice(&block);
+            dropped.extend(lost.map(|why| (format!("the state of the commands of `{id}`"), why)));
         }
         let of = InstanceRef { plugin: *plugin, slot: 0, data: cell.instance(*plugin).0 };
         load_instance(cell, &of, life, &image).map_err(|e| refused(format!("plugin `{id}`"), e))?;
@@ -223,7 +249,10 @@ pub(crate) fn services(cell: &WorldCell) -> Result {
             continue;
         };
         let kind = &cell.model.registry.services[service.kind];
-        let block = saved_state_block(&kind.life, &image);
+        let (block, lost) = saved_state_block(&kind.life, &image);
+        if let Some(why) = lost {
+            cell.log(TATU_LOG_WARNING, &format!("the service `{id}` starts over: {why}"));
+        }
         let mut state = service.state.borrow_mut();
         if state.len() == block.len() {
             state.copy_from_slice(&block);

@@ -37,7 +37,7 @@ pub(crate) fn device_of(cell: &WorldCell, slot: u32) -> Option<DeviceSpec> {
             let d = sensing.device(slot)?;
             Some(DeviceSpec { kind: d.kind, params: named(&cell.model.registry.sensors[d.kind].params, &d.params) })
         }
-        ObjectVariant::Actuator(a) => {
+        ObjectVariant::Actuator(a) | ObjectVariant::Part(a) => {
             let actuators = cell.devices.actuators.borrow();
             let d = actuators.device(scene.id(slot))?;
             let kind = &cell.model.registry.actuators[d.kind];

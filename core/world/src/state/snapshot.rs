@@ -105,6 +105,11 @@ fn core(cell: &WorldCell) -> Result<CoreImage> {
         },
         waits: cell.run.calls.waits.borrow().all(),
         faults: cell.run.faults.borrow().iter().map(Into::into).collect(),
+        events: {
+            let queue = cell.run.connections.bus.queue.borrow();
+            queue.iter().map(|(name, payload)| (name.to_string(), payload.into())).collect()
+        },
+        touching: cell.run.connections.bus.touching.borrow().clone(),
     })
 }
 
@@ -159,6 +164,9 @@ fn actuators(cell: &WorldCell, missed: &mut Vec<UnsavedInstance>) -> Vec<Actuato
                 instance: InstanceImage::default(),
                 off: d.off,
                 idle_told: d.idle_reported,
+                calls: d.part.as_deref().map_or(0, |p| p.calls),
+                hooks: d.part.as_deref().map_or_else(Default::default, |p| p.hooks.clone()),
+                rules: d.part.as_deref().map_or_else(Default::default, |p| p.rules.clone()),
             };
             (image, d.state.to_vec(), d.data)
         };

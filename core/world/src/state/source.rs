@@ -11,7 +11,7 @@ use std::{
 use tatu_errors::{Error, Result};
 use tatu_plugin_api::safe::{MAX_FILE_BYTES, Value, read_plain};
 use tatu_scene::{
-    ObjectVariant, Scene,
+    Scene,
     document::{
         self, AllowedFile, DeviceSpec, Document, EditedScene, LoadOptions, ObjectAttachments, SceneFiles, ScriptSpec,
         ServiceSpec, SourceFiles, folder_beside, patch,
@@ -259,10 +259,10 @@ impl<'a> StateParts<'a> {
         let scripts = state.scripts.iter().map(|(slot, spec)| (*slot, spec)).collect();
         StateParts { cell, scene: &state.scene, devices, scripts }
     }
-    /// Returns the device of an object, with the commands of an actuator.
+    /// Returns the device of an object, with the commands of an actuator or a part.
     fn device(&self, slot: u32) -> Option<DeviceSpec> {
         let mut device = (*self.devices.get(&slot)?).clone();
-        if let Some(ObjectVariant::Actuator(a)) = self.scene.get(slot).map(|o| &o.data) {
+        if let Some(a) = self.scene.get(slot).and_then(|o| o.data.actuator_or_part()) {
             let kind = &self.cell.model.registry.actuators[device.kind];
             let commands = kind.commands.iter().map(|c| c.key.clone());
             device.params.extend(commands.zip(a.commands.iter().map(|x| Value::Float(*x))));

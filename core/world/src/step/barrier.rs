@@ -6,6 +6,7 @@ use crate::{
     cell::{Caller, Scripts, WorldCell},
     events,
     instances::end_actuator,
+    parts,
 };
 
 /// Ends the scripts and devices of removed objects, adds new objects to the engine, and delivers events.
@@ -25,13 +26,14 @@ pub(crate) fn barrier(world: &WorldCell) {
     events::deliver(world);
 }
 
-/// Ends the actuators whose objects have been removed.
+/// Ends the actuators and parts whose objects have been removed.
 fn end_removed_actuators(world: &WorldCell) {
     let gone = {
         let scene = world.state.scene.borrow();
         world.devices.actuators.borrow_mut().remove_dead(|d| scene.id(d.slot) == d.object)
     };
-    for d in gone {
+    for mut d in gone {
+        parts::end_removed(world, &mut d);
         end_actuator(world, d);
     }
 }

@@ -35,7 +35,8 @@ pub(super) fn advance(world: &WorldCell, dt: f64, part: Option<u32>) -> AdvanceR
     let (scene, dynamics, actuators) = (&mut *scene, &mut *dynamics, &mut *actuators);
     let registry = &world.model.registry;
     sensing.apply_settings(scene, registry);
-    if dt <= 0.0 || (actuators.devices.is_empty() && !sensing.in_physics(registry)) {
+    let any_acts = actuators.parts().len() < actuators.devices.len();
+    if dt <= 0.0 || (!any_acts && !sensing.in_physics(registry)) {
         let lost = match part {
             Some(part) => world.run.install(|| dynamics.advance_part(scene, dt, part, StepHooks::default())),
             None => {
@@ -48,7 +49,7 @@ pub(super) fn advance(world: &WorldCell, dt: f64, part: Option<u32>) -> AdvanceR
     if part.is_none() {
         dynamics.prepare(scene);
     }
-    let called = actuators.devices.iter().map(|d| registry.actuators[d.kind].plugin);
+    let called = actuators.devices.iter().filter(|d| d.part.is_none()).map(|d| registry.actuators[d.kind].plugin);
     let measured = sensing.devices.iter().map(|d| &registry.sensors[d.kind]).filter(|k| k.in_physics());
     world.monitor.note_called(called.chain(measured.map(|k| k.plugin)));
     let (watch, scene_now): (_, &Scene) = (&*world.monitor.watch, scene);

@@ -2,9 +2,9 @@
 //!
 //! ```text
 //! barrier   devices of removed objects end, new objects are added; simulation time does not advance
-//! actuate   actuation callbacks of scripts; commands that have finished waiting are resumed
+//! actuate   actuation callbacks of scripts; commands that have finished waiting are resumed; then parts
 //! physics   actuators apply forces, the engine advances by dt; poses are copied back
-//! sense     sensors that are due measure, in batches by kind
+//! sense     sensors that are due measure, in batches by kind; then parts
 //! react     sensing callbacks of scripts, which process the readings
 //! turn      time advances, then the phase; requests to pause and stop take effect here
 //! ```

@@ -8,12 +8,15 @@ use tatu_plugin_api::abi::*;
 use tatu_plugins::watchdog::PluginCall;
 
 use super::{engine_advance, physics_steps, sensors::switch_off_failed_sensors};
-use crate::cell::{WorldCell, instance_fault};
+use crate::{
+    cell::{WorldCell, instance_fault},
+    parts,
+};
 
-/// Applies the forces of actuators and advances the engine, one physics step at a time if scripts have callbacks in
+/// Applies the forces of actuators and advances the engine, one physics step at a time if scripts or parts are called in
 /// between.
 pub(super) fn physics(world: &WorldCell, dt: f64) {
-    let done = match dt > 0.0 && physics_steps::any_callback(world) {
+    let done = match dt > 0.0 && (physics_steps::any_callback(world) || parts::any_in_physics(world)) {
         true => physics_steps::advance(world, dt),
         false => engine_advance::advance(world, dt, None),
     };

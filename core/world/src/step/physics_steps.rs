@@ -1,9 +1,10 @@
-//! Advances physics with script callbacks before and after each step of the engine. They are called between two steps
+//! Advances physics with calls of scripts and parts before and after each step of the engine. They are called between two steps
 //! of the engine, never from inside its solver.
 //!
 //! ```text
 //! dyn       after = false
 //! joint     for each joint whose control is `callback`; the first answer of a script drives the joint in this step
+//! parts     `physics_step` of each part, then `contact` for each pair that parts have registered
 //! (the engine's step)
 //! contact   for each pair of shapes that began to touch in the step, last script first; the first answer applies from
 //!           the next step on
@@ -19,6 +20,7 @@ use tatu_scene::{ControlMode, Joint, JointType, ObjectVariant};
 use super::engine_advance::{self, AdvanceResult};
 use crate::{
     cell::{Callback, Scripts, WorldCell},
+    parts::{self, Moment, PhysicsMoment},
     scripts::map_entry,
 };
 
@@ -73,16 +75,24 @@ pub(super) fn advance(world: &WorldCell, dt: f64) -> AdvanceResult {
         dynamics.set_scripts_between_steps(true);
         dynamics.engine_steps(dt)
     };
-    let mut touching = touching_pairs(world);
+    // Without a callback, nothing is gathered for it.
+    let drives = any_callback(world);
+    let hears = Scripts::any_has(world, Callback::Contact);
+    let mut touching = if hears { touching_pairs(world) } else { BTreeSet::new() };
     for n in 0..count {
         let part = PhysicsStep { index: n, count, total_dt: dt };
         call_dyn_callbacks(world, part, false);
-        drive_joints(world, part);
+        if drives {
+            drive_joints(world, part);
+        }
+        let moment = PhysicsMoment { index: n, count, dt: part.dt() };
+        parts::call_all(world, Moment::PhysicsStep(moment));
+        parts::ask_for_contacts(world, moment);
         let AdvanceResult { lost, actuators, sensors } = engine_advance::advance(world, dt, Some(n));
         all.lost.extend(lost);
         all.actuators.extend(actuators);
         all.sensors.extend(sensors);
-        let now = touching_pairs(world);
+        let now = if hears { touching_pairs(world) } else { BTreeSet::new() };
         for (a, b) in now.difference(&touching) {
             // A callback may have removed one of the shapes.
             let there = |slot: &u32| world.state.scene.borrow().get(*slot).is_some_and(|o| o.shape().is_some());
@@ -177,9 +187,7 @@ fn call_contact_callbacks(world: &WorldCell, (a, b): (u32, u32)) {
         responds: map_entry(&answer, "respond") != Some(&Value::Bool(false)),
         friction: factor("friction"),
         restitution: factor("restitution"),
+        ..PairRule::default()
     };
-    let (scene, mut dynamics) = (world.state.scene.borrow(), world.state.dynamics.borrow_mut());
-    if let (Some(a), Some(b)) = (scene.get(a).and_then(|o| o.shape()), scene.get(b).and_then(|o| o.shape())) {
-        dynamics.set_pair(a, b, Some(rule));
-    }
+    parts::apply_rule(world, (a, b), Some(rule));
 }

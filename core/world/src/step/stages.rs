@@ -8,6 +8,7 @@ use super::{physics::physics, sensors::sense};
 use crate::{
     cell::{Caller, Phase, Scripts, WorldCell},
     events,
+    parts::{self, Moment},
 };
 
 /// A stage of a step.
@@ -77,7 +78,10 @@ pub(crate) fn run(world: &WorldCell, stage: Stage, dt: f64, who: impl Into<Cow<'
     match stage {
         Stage::Actuate => actuate(world),
         Stage::Physics => physics(world, dt),
-        Stage::Sense => sense(world),
+        Stage::Sense => {
+            sense(world);
+            parts::call_all(world, Moment::Sense);
+        }
         Stage::React => react(world),
         // Scripts are cleaned up only in the last pass.
         Stage::Clean if world.state.phase.get() != Phase::Last => {}
@@ -95,11 +99,13 @@ pub(crate) fn run(world: &WorldCell, stage: Stage, dt: f64, who: impl Into<Cow<'
 
 fn actuate(world: &WorldCell) {
     Scripts::actuate(world);
+    parts::call_all(world, Moment::Actuate);
     world.restore_process_state("actuation");
 }
 
 fn clean(world: &WorldCell) {
     Scripts::clean_up(world);
+    parts::end_all(world);
     world.restore_process_state("clean-up");
 }
 

@@ -93,4 +93,13 @@ pub struct PairRule {
     pub friction: Option<f64>,
     /// Restitution; `None` means that of the materials or bodies.
     pub restitution: Option<f64>,
+    /// Velocity of the surface of the body with the lower id relative to that body, world frame, m/s, in addition to that
+    /// of [`ContactSurface`]. Only its part along the surface of contact has an effect.
+    pub slide: Vector3<f64>,
+}
+
+impl Default for PairRule {
+    fn default() -> Self {
+        PairRule { responds: true, friction: None, restitution: None, slide: Vector3::zeros() }
+    }
 }

@@ -27,6 +27,12 @@ pub fn actuator(id: &str, params: &[ParameterSpec]) -> String {
     format!("{body}[[object]]\n{own}\nalias = \"my_actuator\"\n{}", lines(params))
 }
 
+/// Returns an example of a part, on an object.
+pub fn part(id: &str, params: &[ParameterSpec]) -> String {
+    let own = format!("kind = \"part\"\npart = {}\nparent = \"my_robot\"", quoted(id));
+    format!("[[object]]\n{own}\nalias = \"my_part\"\n{}", lines(params))
+}
+
 /// Returns an example of a service.
 pub fn service(id: &str, params: &[ParameterSpec]) -> String {
     format!("[[service]]\nid = {}\n{}", quoted(id), lines(params))

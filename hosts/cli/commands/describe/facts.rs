@@ -29,7 +29,8 @@ pub fn all(r: &Registry, id: &str) -> Vec<Json> {
             "abi": format!("{}.{}", p.abi.0, p.abi.1), "path": p.path.display().to_string(),
             "sensors": r.sensor_kinds().map(|(_, s)| s).filter(|s| s.plugin == i).map(|s| &s.id).collect::<Vec<_>>(),
             "models": r.model_offers.models.iter().filter(|m| m.plugin == i).map(|m| &m.id).collect::<Vec<_>>(),
-            "actuators": r.actuators.iter().filter(|a| a.plugin == i).map(|a| &a.id).collect::<Vec<_>>(),
+            "actuators": r.actuator_kinds().filter(|(_, a)| a.plugin == i).map(|(_, a)| &a.id).collect::<Vec<_>>(),
+            "parts": r.part_kinds().filter(|(_, a)| a.plugin == i).map(|(_, a)| &a.id).collect::<Vec<_>>(),
             "services": r.services.iter().filter(|s| s.plugin == i).map(|s| &s.id).collect::<Vec<_>>(),
             "importers": r.importers.iter().filter(|m| m.plugin == i).map(|m| &m.id).collect::<Vec<_>>(),
             "languages": r.scripting.languages.iter().filter(|l| l.plugin == i).map(|l| &l.id).collect::<Vec<_>>(),
@@ -43,7 +44,16 @@ pub fn all(r: &Registry, id: &str) -> Vec<Json> {
             "presets": s.presets.iter().map(preset).collect::<Vec<_>>(), "example": example::sensor(&s.id, &s.params),
         }));
     }
-    for a in r.actuators.iter().filter(|a| a.id == id) {
+    for (_, a) in r.part_kinds().filter(|(_, a)| a.id == id) {
+        let both: Vec<ParameterSpec> = a.params.iter().chain(&a.commands).cloned().collect();
+        out.push(json!({
+            "what": "part kind", "id": a.id, "plugin": plugin(a.plugin), "text": a.text,
+            "parameters": parameters(&a.params, true), "controls": parameters(&a.commands, true),
+            "presets": a.presets.iter().map(preset).collect::<Vec<_>>(), "example": example::part(&a.id, &both),
+            "schemas": a.readings.map(|i| &r.sensors[i].schemas), "fields": a.readings.map(|i| fields(&r.sensors[i])),
+        }));
+    }
+    for (_, a) in r.actuator_kinds().filter(|(_, a)| a.id == id) {
         let both: Vec<ParameterSpec> = a.params.iter().chain(&a.commands).cloned().collect();
         out.push(json!({
             "what": "actuator kind", "id": a.id, "plugin": plugin(a.plugin), "text": a.text,

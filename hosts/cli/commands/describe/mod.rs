@@ -55,8 +55,8 @@ pub fn describe(args: &DescribeArgs) -> ExitCode {
         let names = facts::names(&registry);
         report::error(
             &Error::new("E130", format!("nothing has the id or name `{id}`"))
-                .expected("a plugin, kind of sensor or actuator, model, importer, script language, service, schema, object kind or command")
-                .help("`tatu list plugins`, `models`, `sensors`, `actuators`, `importers`, `services` and `commands` \
+                .expected("a plugin, kind of sensor, actuator or part, model, importer, script language, service, schema, object kind or command")
+                .help("`tatu list plugins`, `models`, `sensors`, `actuators`, `parts`, `importers`, `services` and `commands` \
                        show what is available; models in folders are found from the folder that contains `models/`, \
                        with `--scene FILE`, or by TATU_MODEL_PATH")
                 .nearest(id, names.iter().map(String::as_str)),
@@ -114,6 +114,7 @@ fn print(fact: &Value) {
         "not_shown",
         "sensors",
         "actuators",
+        "parts",
         "models",
         "importers",
         "languages",

@@ -293,6 +293,8 @@ fn run_world(args: &RunArgs, ready: ReadyRun, watchdog: &Watchdog) -> Result<Exi
         ));
     }
     let objects = summarize_objects(&world, &hash);
+    // A stop recreates the parts.
+    let parts = crate::scripts::summarize_parts(&world);
     let saved = args.ending.save.as_deref().map(|file| super::convert::save_world(file, &world));
     if let Some(Err(e)) = saved {
         report::report_lost_output(&e);
@@ -319,7 +321,7 @@ fn run_world(args: &RunArgs, ready: ReadyRun, watchdog: &Watchdog) -> Result<Exi
     }
     let faults = world.faults();
     let ran = RunResult { steps: done, time, times, reloads: reload.is_some().then_some(reloads), stand_ins };
-    print_summary(args, &ran, &hash, objects, &faults, scripts);
+    print_summary(args, &ran, &hash, objects, &faults, (scripts, parts));
     watchdog.set_summary_printed();
     // A reload creates a new registry, so the world's current one is used.
     let registry = if reload.is_some() { world.registry() } else { registry };
@@ -433,7 +435,7 @@ fn print_summary(
     hash: &StateHash,
     objects: Map<String, Value>,
     faults: &[Fault],
-    scripts: Value,
+    (scripts, parts): (Value, Value),
 ) {
     let RunResult { steps, time, reloads, ref times, .. } = *ran;
     let (hash, wall) = (format!("{:016x}", hash.total), times.wall.as_secs_f64());
@@ -442,6 +444,9 @@ fn print_summary(
             "steps": steps, "sim_time_s": time, "wall_s": wall, "step_wall_s": times.step(), "hash": hash,
             "objects": objects, "errors": faults, "warnings": report::warnings(), "scripts": scripts,
         });
+        if parts.as_array().is_some_and(|all| !all.is_empty()) {
+            out["parts"] = parts;
+        }
         if let Some(n) = reloads {
             out["reloads"] = n.into();
         }

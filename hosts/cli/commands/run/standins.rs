@@ -235,8 +235,8 @@ fn object(out: &mut String, i: usize, s: &StandIn, known: &[StandIn], registry: 
     let at = [0.3 + 0.2 * column as f64, 0.2 * line as f64, 0.05];
     let kind = match s.kind.as_str() {
         schema if schema.contains('/') && registry.sensor(schema, &BTreeMap::new()).is_ok() => "sensor",
-        // The exact kind of sensor or actuator is unknown, so a dummy takes its place.
-        "sensor" | "actuator" => "dummy",
+        // The exact kind of sensor, actuator or part is unknown, so a dummy takes its place.
+        "sensor" | "actuator" | "part" => "dummy",
         kind if ObjectKind::parse(kind).is_some() => kind,
         _ => "dummy",
     };

@@ -1,48 +1,42 @@
-//! Tests of commands: their examples, valid and invalid arguments, reproducibility, and independence of worlds.
+//! Tests of commands: their examples, valid and invalid arguments, and independence of worlds.
 
-use std::{fmt::Write, path::Path, time::Duration};
+use std::{fmt::Write, path::Path};
 
-use tatu_core::{
-    World,
-    errors::Error,
-    plugins::{CommandEntry, ParameterSpec},
-};
-use tatu_plugin_api::{abi::*, safe::Value};
+use tatu_core::{World, errors::Error, plugins::CommandEntry};
 
 use super::{
-    finding::{self, ChildMessage, error, note},
-    process::{ChildResult, ONE_RUN},
+    finding::{self, error},
+    scripts::{LUA_HELPERS, calls, ordinary_script, quoted},
     stage,
     subject::TestedPlugin,
 };
 
-/// Maximum number of calls to one command in the test `arguments`.
-const MAX_CALLS: usize = 160;
-/// Real time between two runs that are compared. It exceeds one second, the resolution of some clocks.
-const RUN_INTERVAL: Duration = Duration::from_millis(1100);
 /// Number of steps of a run.
-const RUN_STEPS: usize = 4;
+pub const RUN_STEPS: usize = 4;
+/// Number of steps in which an example may wait.
+const EXAMPLE_STEPS: usize = 6;
 /// Prefix of the lines that the script reports; all other lines are ignored.
 const LINE_PREFIX: &str = "@check ";
-
-/// Returns the commands of the plugin under test.
-fn own_commands(subject: &TestedPlugin) -> impl Iterator<Item = &CommandEntry> {
-    subject.registry.command_offers.commands.iter().filter(|c| c.plugin == subject.plugin)
-}
 
 /// Runs the test `examples`.
 pub fn examples(file: &Path) -> Result<(), Error> {
     let subject = TestedPlugin::load(file)?;
-    for c in own_commands(&subject).filter(|c| !c.example.trim().is_empty()) {
+    for c in subject.own_commands().filter(|c| !c.example.trim().is_empty()) {
         let place = super::inspector::place(c);
         finding::report_activity(&place, "when its example runs");
-        let script = format!("{LUA_HELPERS}\nreport(load({}, 'example'))\n", quoted(c.example.as_bytes()));
-        let said = run(&subject, &script, 1)?;
+        // As a thread, an example may wait.
+        let example = quoted(c.example.as_bytes());
+        let script = format!(
+            "{LUA_HELPERS}\nfunction sysCall_thread() report(load({example}, 'example', 't', objects())) end\n"
+        );
+        let said = run(&subject, &script, EXAMPLE_STEPS)?;
         if let Some(said) = said.first().filter(|l| l.starts_with("compile: ")) {
             error(&place, format!("its example does not compile: {}", said.trim_start_matches("compile: ")));
         } else if let Some(said) = said.first().filter(|l| l.starts_with("raise: ")) {
             let why = said.trim_start_matches("raise: ");
-            note(&place, format!("its example raises an error in the scene of this test: {why}"));
+            let help =
+                "an example creates the objects that it needs, or uses the variables `body`, `joint` and `sensor`";
+            error(&place, format!("its example raises an error: {why} ({help})"));
         }
     }
     Ok(())
@@ -51,7 +45,7 @@ pub fn examples(file: &Path) -> Result<(), Error> {
 /// Runs the test `arguments`.
 pub fn arguments(file: &Path) -> Result<(), Error> {
     let subject = TestedPlugin::load(file)?;
-    let all: Vec<&CommandEntry> = own_commands(&subject).collect();
+    let all: Vec<&CommandEntry> = subject.own_commands().collect();
     for c in all {
         let mut script = format!("{LUA_HELPERS}\n");
         for call in calls(c) {
@@ -62,67 +56,47 @@ pub fn arguments(file: &Path) -> Result<(), Error> {
     Ok(())
 }
 
-/// Runs the test `repeat`: results of commands must depend neither on the time of day nor on the process.
-pub fn repeat(file: &Path) -> Result<(), Error> {
-    let subject = TestedPlugin::load(file)?;
-    if own_commands(&subject).next().is_none() {
-        return Ok(());
-    }
-    drop(subject);
-    finding::report_activity("", "when its commands are called");
-    if std::env::var_os(ONE_RUN).is_some() {
-        return transcript(file);
-    }
-    let run = || ChildResult::of("repeat", file, Duration::from_secs(60), true).map_err(|e| Error::new("E105", e));
-    let first = run()?;
-    std::thread::sleep(RUN_INTERVAL);
-    let second = run()?;
-    let breaks = [&first, &second].into_iter().find_map(ChildResult::abnormal_end);
-    if let Some(f) = breaks {
-        finding::send(&ChildMessage::Found(f));
-        return Ok(());
-    }
-    compare(&first.transcript, &second.transcript, "two equal runs give different results");
-    Ok(())
-}
-
-fn transcript(file: &Path) -> Result<(), Error> {
-    let subject = TestedPlugin::load(file)?;
-    let lines = run(&subject, &ordinary_script(&subject), RUN_STEPS)?;
-    finding::send(&ChildMessage::Transcript(lines.join("\n")));
-    Ok(())
-}
-
 /// Runs the test `worlds`: the calls in one world must not affect a second world in the same process.
 pub fn worlds(file: &Path) -> Result<(), Error> {
     let subject = TestedPlugin::load(file)?;
-    if own_commands(&subject).next().is_none() {
+    if subject.own_commands().next().is_none() {
         return Ok(());
     }
     let script = ordinary_script(&subject);
-    let first = run(&subject, &script, RUN_STEPS)?.join("\n");
-    let second = run(&subject, &script, RUN_STEPS)?.join("\n");
-    compare(&first, &second, "calls in one world change the results in another: check for a global or static variable");
+    let first = run(&subject, &script, RUN_STEPS)?;
+    let second = run(&subject, &script, RUN_STEPS)?;
+    let pairs = [&first, &second].map(|lines| with_places(lines));
+    compare(
+        &pairs[0],
+        &pairs[1],
+        "calls in one world change the results in another: check for a global or static variable",
+    );
     Ok(())
 }
 
-/// Reports the first line in which two transcripts differ.
-fn compare(first: &str, second: &str, what: &str) {
-    let mut pairs = first.lines().zip(second.lines());
-    let Some((a, b)) = pairs.find(|(a, b)| a != b) else {
-        let [a, b] = [first, second].map(|t| t.lines().count());
-        if a != b {
-            error("", format!("{what}: {a} calls return in the first run, and {b} in the second"));
-        }
-        return;
+/// Returns the reported lines, each without the name of the command, with the place of that command.
+pub fn with_places(lines: &[String]) -> Vec<(String, String)> {
+    let pair = |line: &String| {
+        let (name, text) = line.split_once(' ').unwrap_or(("", line));
+        (format!("command `{name}`"), text.to_owned())
     };
-    let (name, a) = a.split_once(' ').unwrap_or(("", a));
-    let b = b.split_once(' ').map_or(b, |(_, b)| b);
-    error(&format!("command `{name}`"), format!("{what}: {a}, then {b}"));
+    lines.iter().map(pair).collect()
+}
+
+/// Reports the first line in which two transcripts differ.
+pub fn compare(first: &[(String, String)], second: &[(String, String)], what: &str) {
+    let mut pairs = first.iter().zip(second);
+    if let Some(((place, a), (_, b))) = pairs.find(|(a, b)| a != b) {
+        return error(place, format!("{what}: {a}, then {b}"));
+    }
+    if first.len() != second.len() {
+        let [a, b] = [first, second].map(<[_]>::len);
+        error("", format!("{what}: {a} calls return in the first run, and {b} in the second"));
+    }
 }
 
 /// Runs a script in a new world; returns the lines that it reported.
-fn run(subject: &TestedPlugin, script: &str, steps: usize) -> Result<Vec<String>, Error> {
+pub fn run(subject: &TestedPlugin, script: &str, steps: usize) -> Result<Vec<String>, Error> {
     let scene = stage::scene("", script);
     let world = subject.world(&scene, &[("check.lua", script.as_bytes())], 1)?;
     let mut lines = play(&world, steps);
@@ -152,239 +126,3 @@ pub fn reported(world: &World) -> Vec<String> {
     let lines = world.take_lines().into_iter();
     lines.filter_map(|l| l.text.split_once(LINE_PREFIX).map(|(_, text)| text.to_owned())).collect()
 }
-
-/// Returns a script that calls each command twice per step with ordinary arguments, and reports the results.
-pub fn ordinary_script(subject: &TestedPlugin) -> String {
-    let mut body = String::new();
-    for c in own_commands(subject) {
-        let args = valid_arguments(c).join(", ");
-        for _ in 0..2 {
-            let _ = writeln!(body, "    try({}, 'ordinary', {args})", quoted(c.name().as_bytes()));
-        }
-    }
-    body = body.replace(", )", ")");
-    format!("{LUA_HELPERS}\nfunction sysCall_actuation()\n{body}end\n")
-}
-
-/// Returns the script of [`ordinary_script`] with an additional thread, which calls each command with arguments that
-/// make counting or waiting commands wait.
-pub fn waiting_script(subject: &TestedPlugin) -> String {
-    let mut body = String::new();
-    for c in own_commands(subject) {
-        let number = |p: &ParameterSpec| {
-            let free = p.fallback == Value::Nil && p.lowest.is_infinite() && p.flags & TATU_PARAM_ANY == 0;
-            if free && matches!(p.kind, TATU_I64 | TATU_F64) { WAIT_ARGUMENT.to_owned() } else { ordinary_value(p) }
-        };
-        let args: Vec<String> = c.params.iter().filter(|p| p.flags & TATU_PARAM_REST == 0).map(number).collect();
-        let _ = writeln!(body, "    try({}, 'waits', {})", quoted(c.name().as_bytes()), args.join(", "));
-    }
-    format!("{}\nfunction sysCall_thread()\n{}end\n", ordinary_script(subject), body.replace(", )", ")"))
-}
-
-/// An argument that makes a command that counts calls, or waits for this many seconds, wait for several steps.
-const WAIT_ARGUMENT: &str = "7";
-
-/// Returns a script that calls a command `times` times with ordinary arguments.
-pub fn single_command_script(c: &CommandEntry, times: usize) -> String {
-    let args = valid_arguments(c).join(", ");
-    let call = format!("pcall(f, {args})").replace(", )", ")");
-    let name = quoted(c.name().as_bytes());
-    format!("{LUA_HELPERS}\nlocal f = find({name})\nfor _ = 1, f and {times} or 0 do {call} end\n")
-}
-
-/// Returns calls to a command as lines of Lua, with valid arguments, with arguments omitted or added, and with each
-/// argument replaced by other values.
-fn calls(c: &CommandEntry) -> Vec<String> {
-    let name = quoted(c.name().as_bytes());
-    let good = valid_arguments(c);
-    let call = |args: &[String]| match args {
-        [] => format!("try({name}, 'bad')"),
-        args => format!("try({name}, 'bad', {})", args.join(", ")),
-    };
-    let mut out = vec![call(&good)];
-    // Empty tables, and tables with elements of other types, which pass the host's checks and reach the plugin's code.
-    for table in ["{{1, 2}, {3.5, 4}}", "{'a', 'b'}", "{}"] {
-        let other = |(g, p): (&String, &ParameterSpec)| match p.kind {
-            TATU_LIST | TATU_MAP | TATU_F64S => table.to_owned(),
-            _ => g.clone(),
-        };
-        let with: Vec<String> = good.iter().zip(&c.params).map(other).collect();
-        if with != good {
-            out.extend((0..=with.len()).rev().map(|n| call(&with[..n])));
-        }
-    }
-    // Pass too few and too many arguments.
-    out.extend((0..good.len()).rev().map(|n| call(&good[..n])));
-    out.push(call(&[good.clone(), vec!["1".to_owned(), "'x'".to_owned()]].concat()));
-    for i in 0..good.len() {
-        for other in other_values(&c.params[i]) {
-            let mut args = good.clone();
-            args[i] = other;
-            out.push(call(&args));
-        }
-    }
-    // The command must still work after the invalid calls.
-    out.truncate(MAX_CALLS);
-    out.push(call(&good));
-    out
-}
-
-/// Returns ordinary arguments of a command as Lua expressions, with none for a last parameter that accepts any number
-/// of arguments.
-fn valid_arguments(c: &CommandEntry) -> Vec<String> {
-    c.params.iter().filter(|p| p.flags & TATU_PARAM_REST == 0).map(ordinary_value).collect()
-}
-
-fn ordinary_value(p: &ParameterSpec) -> String {
-    if p.flags & TATU_PARAM_ANY != 0 {
-        return "'text'".into();
-    }
-    if let Some(value) = stage::valid_values(p).first() {
-        return lua_expression(value);
-    }
-    match p.kind {
-        TATU_OBJECT => "body".into(),
-        TATU_FUNC => "answer".into(),
-        TATU_LIST => "{'text', 1, {2, 3}}".into(),
-        TATU_MAP if p.keys.is_empty() => "{text = 'text', number = 1.5}".into(),
-        TATU_MAP => {
-            let keys = p.keys.iter().map(|k| format!("[{}] = {}", quoted(k.key.as_bytes()), ordinary_value(k)));
-            format!("{{{}}}", keys.collect::<Vec<_>>().join(", "))
-        }
-        TATU_BYTES => "'bytes\\0\\255'".into(),
-        _ => "1".into(),
-    }
-}
-
-/// Returns further valid and invalid values for a parameter, as Lua expressions.
-fn other_values(p: &ParameterSpec) -> Vec<String> {
-    let mut out: Vec<String> = stage::valid_values(p).iter().skip(1).map(lua_expression).collect();
-    out.extend(LUA_ODD_VALUES.iter().map(|s| (*s).to_owned()));
-    if p.flags & TATU_PARAM_ANY == 0 && p.kind == TATU_F64S && p.count > 0 {
-        out.insert(0, format!("{{{}}}", vec!["0/0"; p.count as usize].join(", ")));
-    }
-    let first: &[&str] = match p.kind {
-        TATU_TEXT | TATU_BYTES => LUA_TEXTS,
-        TATU_F64S | TATU_LIST | TATU_MAP => LUA_TABLES,
-        TATU_I64 | TATU_OBJECT => LUA_OBJECTS,
-        TATU_FUNC => LUA_FUNCTIONS,
-        _ => LUA_NUMBERS,
-    };
-    first.iter().map(|s| (*s).to_owned()).chain(out).collect()
-}
-
-const LUA_TEXTS: &[&str] =
-    &["''", "'12'", "'1.5e3'", "'\\255\\254'", "'a\\0b'", "'/body'", "'a=b,c'", "'{\"a\": [1]}'", "('x'):rep(70000)"];
-const LUA_TABLES: &[&str] = &[
-    "{}",
-    "{1}",
-    "{1, 2}",
-    "{-1e300, 1e300, 0/0}",
-    "{1/0, -1/0}",
-    "{'a', 'b'}",
-    "{a = 1}",
-    "{[1] = 1, [3] = 3}",
-    "many",
-    "deep",
-];
-const LUA_OBJECTS: &[&str] =
-    &["body", "eye", "hinge", "0", "-1", "1048575", "math.maxinteger", "math.mininteger", "2^53", "0.5"];
-const LUA_NUMBERS: &[&str] =
-    &["0", "-1", "0/0", "1/0", "-1/0", "1e300", "-1e-300", "math.maxinteger", "math.mininteger"];
-const LUA_FUNCTIONS: &[&str] =
-    &["function() error('refused') end", "function(...) return ... end", "function() return {}, nil, 'x' end"];
-const LUA_ODD_VALUES: &[&str] =
-    &["nil", "true", "0", "-1.5", "0/0", "''", "'text'", "{}", "{1, 2, 3}", "{a = {b = {}}}", "answer"];
-
-fn lua_expression(value: &Value) -> String {
-    match value {
-        Value::Nil => "nil".into(),
-        Value::Bool(b) => b.to_string(),
-        Value::Int(i) => i.to_string(),
-        Value::Float(x) => number(*x),
-        Value::Text(t) | Value::Bytes(t) => quoted(t),
-        Value::Floats(all) => format!("{{{}}}", all.iter().map(|x| number(*x)).collect::<Vec<_>>().join(", ")),
-        Value::Ints(all) => format!("{{{}}}", all.iter().map(i64::to_string).collect::<Vec<_>>().join(", ")),
-        Value::List(all) => format!("{{{}}}", all.iter().map(lua_expression).collect::<Vec<_>>().join(", ")),
-        Value::Map(all) => {
-            let pairs = all.iter().map(|(k, v)| format!("[{}] = {}", lua_expression(k), lua_expression(v)));
-            format!("{{{}}}", pairs.collect::<Vec<_>>().join(", "))
-        }
-        _ => "nil".into(),
-    }
-}
-
-fn number(x: f64) -> String {
-    if x.is_finite() {
-        format!("{x:?}")
-    } else if x.is_nan() {
-        "0/0".into()
-    } else {
-        format!("{}1/0", if x < 0.0 { "-" } else { "" })
-    }
-}
-
-/// Returns a Lua string literal that represents every byte of a text.
-fn quoted(text: &[u8]) -> String {
-    let mut out = String::from("'");
-    for b in text {
-        match b {
-            b'\'' | b'\\' => {
-                out.push('\\');
-                out.push(char::from(*b));
-            }
-            0x20..=0x7e => out.push(char::from(*b)),
-            _ => {
-                let _ = write!(out, "\\x{b:02x}");
-            }
-        }
-    }
-    out + "'"
-}
-
-/// Helper functions at the beginning of all scripts: look up objects, call without raising errors, format results.
-const LUA_HELPERS: &str = r"
--- Commands may copy this script; without this check, each copy would create further copies.
-if sim.getInt32Signal('tatu.check') then return end
-sim.setInt32Signal('tatu.check', 1)
-local body, eye, hinge = sim.getObject('/body'), sim.getObject('/eye'), sim.getObject('/hinge')
-local many, deep = {}, {}
-for i = 1, 2000 do many[i] = i * 0.5 end
-do local d = deep for i = 1, 40 do d.next = {} d = d.next end end
-local function answer(...) return 1, 'two', {3} end
-
-local function shown(v, depth)
-    if math.type(v) == 'float' then return string.format('%a', v) end
-    if type(v) == 'string' then return string.format('%q', #v > 200 and v:sub(1, 200) or v) end
-    if type(v) ~= 'table' then return type(v) == 'function' and 'function' or tostring(v) end
-    if depth > 6 then return '...' end
-    local keys = {}
-    for k in pairs(v) do keys[#keys + 1] = k end
-    table.sort(keys, function(a, b) return tostring(a) < tostring(b) end)
-    for i, k in ipairs(keys) do keys[i] = shown(k, depth + 1) .. ' = ' .. shown(v[k], depth + 1) end
-    return '{' .. table.concat(keys, ', ') .. '}'
-end
-
-local function put(text) print('@check ' .. text:gsub('[\r\n]', ' ')) end
-
-function find(name)
-    local at = _G
-    for part in name:gmatch('[^.]+') do at = type(at) == 'table' and at[part] or nil end
-    return at
-end
-
-function try(name, label, ...)
-    local f = find(name)
-    if not f then return end
-    local got = table.pack(pcall(f, ...))
-    local out = {}
-    for i = 2, math.min(got.n, 20) do out[#out + 1] = shown(got[i], 0) end
-    put(name .. ' ' .. (got[1] and 'gives ' or 'fails with ') .. table.concat(out, ', '))
-end
-
-function report(f, why)
-    if not f then return put('compile: ' .. tostring(why)) end
-    local ok, why = pcall(f)
-    if not ok then put('raise: ' .. tostring(why)) end
-end
-";

@@ -4,7 +4,7 @@ use std::{path::Path, sync::atomic::Ordering::Relaxed, time::Instant};
 
 use tatu_core::errors::Error;
 
-use super::{commands, finding::note, stage, subject::TestedPlugin};
+use super::{commands, finding::note, scripts, stage, subject::TestedPlugin};
 
 /// Number of sensors of one kind that are measured together.
 const SENSOR_COUNT: usize = 32;
@@ -18,7 +18,7 @@ pub fn run(file: &Path) -> Result<(), Error> {
     for c in subject.registry.command_offers.commands.iter().filter(|c| c.plugin == subject.plugin).take(200) {
         subject.spy.calls.store(0, Relaxed);
         subject.spy.nanoseconds.store(0, Relaxed);
-        let script = commands::single_command_script(c, 200);
+        let script = scripts::single_command_script(c, 200);
         let world = subject.world(&stage::scene("", &script), &[("check.lua", script.as_bytes())], 1)?;
         commands::play(&world, 1);
         let (calls, time) = (subject.spy.calls.load(Relaxed), subject.spy.nanoseconds.load(Relaxed));

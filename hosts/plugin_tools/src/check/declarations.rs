@@ -70,8 +70,12 @@ fn parameters(subject: &TestedPlugin) {
         say(place, "parameter", &s.params);
     }
     for a in r.actuators.iter().filter(|a| mine(a.plugin)) {
-        say(format!("actuator `{}`", a.id), "parameter", &a.params);
-        say(format!("actuator `{}`", a.id), "command", &a.commands);
+        let place = super::devices::actuator_place(a);
+        for p in a.presets.iter().filter(|p| p.text.trim().is_empty()) {
+            error(&place, format!("its preset `{}` has no description (`text`)", p.id));
+        }
+        say(place.clone(), "parameter", &a.params);
+        say(place, "command", &a.commands);
     }
     for m in r.model_offers.models.iter().filter(|m| mine(m.plugin)) {
         say(format!("model `{}`", m.id), "parameter", &m.params);

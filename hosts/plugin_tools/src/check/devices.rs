@@ -1,4 +1,4 @@
-//! Tests of sensors and actuators: results are finite, do not depend on the number of threads, and follow changes of
+//! Tests of sensors, actuators and parts: results are finite, do not depend on the number of threads, and follow changes of
 //! parameters.
 
 use std::{
@@ -9,12 +9,13 @@ use std::{
 use tatu_core::{
     Reading, World,
     errors::Error,
-    plugins::{FieldSpec, ParameterSpec, SensorKind, schemas},
+    plugins::{ActuatorKind, ParameterSpec, SensorKind},
 };
 use tatu_plugin_api::{abi::*, safe::Value};
 
 use super::{
-    finding::{self, error, note},
+    finding::{self, error, untested},
+    judge::{judge, numbers_of},
     stage,
     subject::TestedPlugin,
 };
@@ -28,23 +29,18 @@ const BODY_COUNT: u32 = 7;
 /// Maximum number of values tried per parameter.
 const MAX_VALUES: usize = 4;
 
-/// Returns the sensor kinds of the plugin under test.
-fn sensors(subject: &TestedPlugin) -> impl Iterator<Item = &SensorKind> {
-    subject.registry.sensor_kinds().map(|(_, s)| s).filter(|s| s.plugin == subject.plugin)
-}
-
 /// Returns the table of a device in a scene file, with lines for its placement and its parameters.
-fn device(kind: &str, id: &str, alias: &str, place: &str, lines: &str) -> String {
+pub fn device(kind: &str, id: &str, alias: &str, place: &str, lines: &str) -> String {
     format!("\n[[object]]\nkind = \"{kind}\"\n{kind} = \"{id}\"\nalias = \"{alias}\"\n{place}{lines}")
 }
 
 /// Runs the test `readings`.
 pub fn readings(file: &Path) -> Result<(), Error> {
     let subject = TestedPlugin::load(file)?;
-    for s in sensors(&subject) {
+    for s in subject.own_sensors() {
         let place = format!("sensor `{}`", s.id);
         let Some(lines) = stage::required(&s.params) else {
-            note(&place, "it is not tested: a required parameter cannot be set in a scene");
+            untested(&place, "it is not tested: a required parameter cannot be set in a scene");
             continue;
         };
         let presets = s.presets.iter().map(|p| format!("preset = \"{}\"\n", p.id));
@@ -52,9 +48,7 @@ pub fn readings(file: &Path) -> Result<(), Error> {
             let with = if preset.is_empty() { "" } else { " with a preset" };
             finding::report_activity(&place, format!("when it measures{with}"));
             let lines = format!("{lines}{preset}");
-            let all = stage::SENSOR_PLACES.iter().enumerate();
-            let devices: String = all.map(|(i, p)| device("sensor", &s.id, &format!("s{i}"), p, &lines)).collect();
-            let scene = stage::scene(&devices, "");
+            let scene = sensor_scene(s, |_| lines.clone());
             let one = measured(&subject, s, &scene, 1)?;
             compare(&place, &one, &measured(&subject, s, &scene, 2)?, "readings on 2 threads differ from those on 1");
             let again = "two equal runs give different readings: use the random numbers and the time of the batch";
@@ -64,8 +58,15 @@ pub fn readings(file: &Path) -> Result<(), Error> {
     Ok(())
 }
 
+/// Returns a scene with a sensor at each place; `lines` returns the parameters of each.
+pub fn sensor_scene(s: &SensorKind, lines: impl Fn(usize) -> String) -> String {
+    let all = stage::SENSOR_PLACES.iter().enumerate();
+    let devices: String = all.map(|(i, at)| device("sensor", &s.id, &format!("s{i}"), at, &lines(i))).collect();
+    stage::scene(&devices, "")
+}
+
 /// Runs a scene; returns a line with a hash for each reading of each step.
-fn measured(subject: &TestedPlugin, kind: &SensorKind, scene: &str, threads: usize) -> Result<Vec<String>, Error> {
+pub fn measured(subject: &TestedPlugin, kind: &SensorKind, scene: &str, threads: usize) -> Result<Vec<String>, Error> {
     let world = subject.world(scene, &[], threads)?;
     world.start();
     let mut out = Vec::new();
@@ -76,7 +77,7 @@ fn measured(subject: &TestedPlugin, kind: &SensorKind, scene: &str, threads: usi
             let Some(reading) = world.reading(&format!("s{i}#0")).or_else(|| world.reading(&path(&world, i))) else {
                 continue;
             };
-            judge(kind, &reading);
+            judge(kind, &reading.fields.iter().map(|f| numbers_of(&f.value)).collect::<Vec<_>>());
             elements += reading.fields.iter().map(|f| f.dims.iter().product::<u32>()).sum::<u32>();
             out.push(format!("{}: {:016x}", reading.path, bits(&reading)));
         }
@@ -90,7 +91,7 @@ fn measured(subject: &TestedPlugin, kind: &SensorKind, scene: &str, threads: usi
 }
 
 /// Returns a hash of all bits of a reading.
-fn bits(reading: &Reading) -> u64 {
+pub fn bits(reading: &Reading) -> u64 {
     let mut hasher = DefaultHasher::new();
     for f in &reading.fields {
         match &f.value {
@@ -102,65 +103,13 @@ fn bits(reading: &Reading) -> u64 {
 }
 
 /// Returns the path of the sensor with index `i`, which may be attached to a body or be at the top level.
-fn path(world: &World, i: usize) -> String {
+pub fn path(world: &World, i: usize) -> String {
     let end = format!("/s{i}");
     world.sensors().into_iter().find(|p| p.ends_with(&end)).unwrap_or(end)
 }
 
-/// Reports NaN, and infinite values that are not marked as missing by `valid` or `nothing`.
-fn judge(kind: &SensorKind, reading: &Reading) {
-    for (info, field) in kind.fields.iter().zip(&reading.fields) {
-        let Value::Floats(numbers) = &field.value else { continue };
-        let valid = valid_of(info).and_then(|name| reading.field(&name).map(|f| numbers_of(&f.value)));
-        let nothing = nothing_of(info);
-        let step = valid.as_ref().map_or(1, |v| (numbers.len() / v.len().max(1)).max(1));
-        for (i, x) in numbers.iter().enumerate() {
-            let says = valid.as_ref().and_then(|v| v.get(i / step)).copied();
-            let place = format!("sensor `{}`", kind.id);
-            if x.is_nan() {
-                error(&place, format!("`{}` is not a number (NaN)", info.name));
-            } else if x.is_infinite() && says.is_some_and(|v| v != 0.0) {
-                let which = valid_of(info).unwrap_or_default();
-                error(
-                    &place,
-                    format!("`{}` is infinite, although `{which}` is 1 and states that it was measured", info.name),
-                );
-            } else if x.is_infinite() && says.is_none() && !nothing.contains("inf") {
-                error(
-                    &place,
-                    format!("`{}` is infinite, which neither `valid` nor `nothing` of the field allows", info.name),
-                );
-            }
-        }
-    }
-}
-
-fn numbers_of(value: &Value) -> Vec<f64> {
-    match value {
-        Value::Floats(f) => f.clone(),
-        Value::Ints(i) => i.iter().map(|i| *i as f64).collect(),
-        Value::Float(x) => vec![*x],
-        Value::Int(i) => vec![*i as f64],
-        Value::Bool(b) => vec![f64::from(u8::from(*b))],
-        _ => Vec::new(),
-    }
-}
-
-fn of_schema(field: &FieldSpec) -> Option<&'static schemas::SchemaField> {
-    schemas::all_schemas().iter().flat_map(|s| &s.fields).find(|f| f.name == field.name)
-}
-
-fn valid_of(field: &FieldSpec) -> Option<String> {
-    field.valid.clone().or_else(|| of_schema(field)?.valid.clone())
-}
-
-fn nothing_of(field: &FieldSpec) -> String {
-    let schema = of_schema(field).map(|f| format!("{} {}", f.nothing, f.text.to_lowercase())).unwrap_or_default();
-    format!("{} {schema}", field.nothing.clone().unwrap_or_default())
-}
-
 /// Reports the first line in which two transcripts differ.
-fn compare(place: &str, one: &[String], other: &[String], what: &str) {
+pub fn compare(place: &str, one: &[String], other: &[String], what: &str) {
     if let Some((a, _)) = one.iter().zip(other).find(|(a, b)| a != b) {
         let whose = a.split(':').next().unwrap_or_default();
         error(place, format!("{what} ({whose})"));
@@ -170,14 +119,14 @@ fn compare(place: &str, one: &[String], other: &[String], what: &str) {
 /// Runs the test `actuators`.
 pub fn actuators(file: &Path) -> Result<(), Error> {
     let subject = TestedPlugin::load(file)?;
-    for a in subject.registry.actuators.iter().filter(|a| a.plugin == subject.plugin) {
-        let place = format!("actuator `{}`", a.id);
+    for a in subject.own_actuators() {
+        let place = actuator_place(a);
         let Some(lines) = actuator_lines(a) else {
-            note(&place, "it is not tested: a required parameter cannot be set in a scene");
+            untested(&place, "it is not tested: a required parameter cannot be set in a scene");
             continue;
         };
         finding::report_activity(&place, "when it acts");
-        let scene = actuator_scene(&a.id, &lines);
+        let scene = actuator_scene(a, &lines);
         let one = acted(&subject, &scene, 1)?;
         compare(&place, &one, &acted(&subject, &scene, 2)?, "its effect on 2 threads differs from that on 1");
         compare(&place, &one, &acted(&subject, &scene, 1)?, "two equal runs have different results");
@@ -185,28 +134,39 @@ pub fn actuators(file: &Path) -> Result<(), Error> {
     Ok(())
 }
 
-fn actuator_lines(a: &tatu_core::plugins::ActuatorKind) -> Option<String> {
+/// Returns the kind of object that an actuator is: a part is declared as one.
+pub fn actuator_word(a: &ActuatorKind) -> &'static str {
+    if a.part.is_some() { "part" } else { "actuator" }
+}
+
+/// Returns how findings name an actuator or a part.
+pub fn actuator_place(a: &ActuatorKind) -> String {
+    format!("{} `{}`", actuator_word(a), a.id)
+}
+
+pub fn actuator_lines(a: &ActuatorKind) -> Option<String> {
     let commands = a.commands.iter().filter_map(|c| {
         stage::valid_values(c).into_iter().nth(1).or(Some(Value::Float(1.0))).and_then(|v| stage::line(c, &v))
     });
     Some(stage::required(&a.params)? + &commands.collect::<String>())
 }
 
-/// Returns a scene that contains several bodies with one actuator each, and another actuator on a jointed body.
-fn actuator_scene(id: &str, lines: &str) -> String {
+/// Returns a scene that contains several bodies with one actuator or part each, and another one on a jointed body.
+pub fn actuator_scene(a: &ActuatorKind, lines: &str) -> String {
+    let (kind, id) = (actuator_word(a), a.id.as_str());
     let mut devices = String::new();
     for i in 0..BODY_COUNT {
         let at = [0.15 * f64::from(i) - 0.5, -0.8, 0.6];
         devices += &format!(
             "\n[[object]]\nkind = \"shape\"\nalias = \"b{i}\"\nsize_m = [0.1, 0.1, 0.1]\nposition_m = {at:?}\ndynamic = true\nrespondable = true\nmass_kg = 1.0\n"
         );
-        devices += &device("actuator", id, &format!("a{i}"), &format!("parent = \"/b{i}\"\n"), lines);
+        devices += &device(kind, id, &format!("a{i}"), &format!("parent = \"/b{i}\"\n"), lines);
     }
-    devices += &device("actuator", id, "a_hinge", "parent = \"/hinge/lever\"\n", lines);
+    devices += &device(kind, id, "a_hinge", "parent = \"/hinge/lever\"\n", lines);
     stage::scene(&devices, "")
 }
 
-fn acted(subject: &TestedPlugin, scene: &str, threads: usize) -> Result<Vec<String>, Error> {
+pub fn acted(subject: &TestedPlugin, scene: &str, threads: usize) -> Result<Vec<String>, Error> {
     let world = subject.world(scene, &[], threads)?;
     world.start();
     let mut out = Vec::new();
@@ -225,7 +185,7 @@ fn acted(subject: &TestedPlugin, scene: &str, threads: usize) -> Result<Vec<Stri
 pub fn configure(file: &Path) -> Result<(), Error> {
     let subject = TestedPlugin::load(file)?;
     let live = |p: &&ParameterSpec| p.flags & (TATU_PARAM_REBUILDS | TATU_PARAM_READ_ONLY) == 0;
-    for s in sensors(&subject) {
+    for s in subject.own_sensors() {
         let place = format!("sensor `{}`", s.id);
         let Some(lines) = stage::required(&s.params) else { continue };
         for p in s.params.iter().filter(live) {
@@ -257,16 +217,21 @@ pub fn configure(file: &Path) -> Result<(), Error> {
     Ok(())
 }
 
-/// Returns a script that sets a parameter of all sensors before the first measurement.
-fn set_script(id: &str, p: &ParameterSpec, value: &Value) -> String {
-    let value = match value {
+/// Returns the value of a parameter as an expression in Lua.
+pub fn lua_value(value: &Value) -> Option<String> {
+    Some(match value {
         Value::Text(t) => format!("{:?}", String::from_utf8_lossy(t)),
         Value::Floats(f) => format!("{{{}}}", f.iter().map(|x| format!("{x:?}")).collect::<Vec<_>>().join(", ")),
         Value::Float(x) => format!("{x:?}"),
         Value::Int(i) => i.to_string(),
         Value::Bool(b) => b.to_string(),
-        _ => "nil".into(),
-    };
+        _ => return None,
+    })
+}
+
+/// Returns a script that sets a parameter of all sensors before the first measurement.
+fn set_script(id: &str, p: &ParameterSpec, value: &Value) -> String {
+    let value = lua_value(value).unwrap_or_else(|| "nil".into());
     let names = "{'/s0', '/s1', '/s2', '/s3', '/body/s4'}";
     format!(
         "function sysCall_init()\n  for _, name in ipairs({names}) do\n    local ok, why = pcall(tatu.set, sim.getObject(name), '{id}.{}', {value})\n    if not ok then print('@check refused ' .. why) end\n  end\nend\n",

@@ -2,7 +2,10 @@
 
 use std::{
     io::Write,
-    sync::{Mutex, PoisonError},
+    sync::{
+        Mutex, PoisonError,
+        atomic::{AtomicBool, Ordering::Relaxed},
+    },
 };
 
 use serde::{Deserialize, Serialize};
@@ -40,10 +43,20 @@ pub enum ChildMessage {
         text: String,
     },
     Found(Finding),
-    /// The results of a run, for comparison by the parent: see `commands::repeat`.
-    Transcript(String),
+    /// The results of a run, each with the part of the plugin, for comparison by the parent: see `repeat`.
+    Transcript(Vec<(String, String)>),
+    /// The main part of the test is not possible for this plugin.
+    Untested,
     /// The test has finished.
     Done,
+}
+
+/// Environment variable that is set in the two processes whose transcripts are compared, to 1 or 2.
+pub const ONE_RUN: &str = "TATU_CHECK_ONE_RUN";
+
+/// Returns whether this is the second of the processes whose transcripts are compared.
+pub fn is_second_run() -> bool {
+    std::env::var_os(ONE_RUN).is_some_and(|run| run == "2")
 }
 
 /// The first activity of every test.
@@ -52,8 +65,33 @@ pub const LOADING_ACTIVITY: &str = "when it is loaded";
 /// The prefix of each line that the child sends.
 pub const LINE_PREFIX: &str = "tatu-check ";
 
+/// Whether findings are printed for people, because the test runs in the process of the program.
+static FOR_PEOPLE: AtomicBool = AtomicBool::new(false);
+static HAS_ERRORS: AtomicBool = AtomicBool::new(false);
+
+/// From now on, prints findings for people instead of sending them to a parent.
+pub fn print_for_people() {
+    FOR_PEOPLE.store(true, Relaxed);
+}
+
+/// Returns whether an error was printed for people.
+pub fn has_errors() -> bool {
+    HAS_ERRORS.load(Relaxed)
+}
+
 /// Sends a line to the parent without buffering, so that it is not lost if the next call crashes.
 pub fn send(line: &ChildMessage) {
+    if FOR_PEOPLE.load(Relaxed) {
+        match line {
+            ChildMessage::Found(f) => {
+                HAS_ERRORS.fetch_or(f.level == FindingLevel::Error, Relaxed);
+                tatu_terminal::report::out!("{:?}: {}: {}", f.level, f.place, f.text);
+            }
+            ChildMessage::At { place, text } => tatu_terminal::report::out!("{place} {text}"),
+            _ => {}
+        }
+        return;
+    }
     let Ok(json) = serde_json::to_string(line) else { return };
     let line = format!("{LINE_PREFIX}{json}\n");
     #[cfg(unix)]
@@ -115,6 +153,13 @@ pub fn error(place: &str, text: impl Into<String>) {
 /// Reports a likely problem for users.
 pub fn warning(place: &str, text: impl Into<String>) {
     report_finding(FindingLevel::Warning, place, text);
+}
+
+/// Reports that the main part of a test was not possible, and why. The test then counts as not applicable unless it
+/// finds an error.
+pub fn untested(place: &str, text: impl Into<String>) {
+    send(&ChildMessage::Untested);
+    note(place, text);
 }
 
 /// Reports a remark that is not a problem.

@@ -2,39 +2,70 @@
 //! against the rules of the ABI.
 
 use std::{
-    ffi::c_void,
+    cell::RefCell,
     sync::{
         Mutex, PoisonError,
         atomic::{AtomicBool, AtomicU64, Ordering::Relaxed},
     },
-    time::Instant,
+    time::{Duration, Instant},
 };
 
-use tatu_core::plugins::{CommandEntry, Inspector, SensorKind, guarded_copy::GuardedCopy};
+use tatu_core::plugins::{
+    ActuatorKind, CommandEntry, Inspector, SensorKind, guarded_copy::GuardedCopy, watchdog::PluginCall,
+};
 use tatu_plugin_api::{abi::*, safe::ValueRef};
 
-use super::finding;
-
-/// The prefix of the line that reports an access to a guard page.
-pub const GUARD_PREFIX: &str = "tatu-guard ";
-
-/// Number of bytes of the stack that are overwritten to detect pointers into it.
-const SCRIBBLE_BYTES: usize = 32 << 10;
+use super::{
+    actuator_probes::{self, ActuatorCall},
+    argument_pages::{GuardedPages, list},
+    batch_copy::{BatchCall, scribble},
+    finding::{self, is_second_run},
+    sensor_probes::{self, DeviceProbe},
+    units::BeamNumbers,
+};
 
 /// Observes the calls into one plugin.
 pub struct CallSpy {
     plugin: usize,
     state_bytes: u32,
+    /// The byte that fills the stack before a command is called.
+    stack_byte: u8,
     /// Whether arguments are copied to memory before guard pages.
     pub guards: AtomicBool,
     /// The change that is made to saved bytes before they are passed to `load`.
     pub damage: Mutex<StateDamage>,
     /// Whether `load` was called with saved bytes that are not empty.
     pub loaded: AtomicBool,
+    /// Whether `save` wrote any bytes.
+    pub saved: AtomicBool,
+    /// How batches of devices are tested, and whether the state of the devices is in their state blocks.
+    pub probe: Mutex<(DeviceProbe, bool)>,
+    /// The beams that a sensor described last.
+    pub beams: Mutex<BeamNumbers>,
+    /// The calls of barriers.
+    pub barriers: Mutex<BarrierCalls>,
     /// Number of calls to commands, and their total duration, ns.
     pub calls: AtomicU64,
     pub nanoseconds: AtomicU64,
 }
+
+/// The calls of the barriers of services.
+#[derive(Debug, Default)]
+pub struct BarrierCalls {
+    /// Number of calls that took longer than [`BLOCKING_THRESHOLD`], and the longest.
+    pub slow: usize,
+    pub longest: Duration,
+    /// Number of calls, and of those that held the session.
+    pub calls: usize,
+    pub holds: usize,
+    /// Number of calls in succession that held the session.
+    held: usize,
+}
+
+/// Real time above which a barrier may block.
+const BLOCKING_THRESHOLD: Duration = Duration::from_millis(100);
+/// Number of times that a service may hold the session before a step begins nevertheless.
+const MAX_HOLDS: usize = 2;
 
 /// A change of the bytes that are passed to `load`.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -51,9 +82,14 @@ impl CallSpy {
         CallSpy {
             plugin,
             state_bytes,
+            stack_byte: if is_second_run() { 0xa5 } else { 0x5a },
             guards: AtomicBool::new(true),
             damage: Mutex::new(StateDamage::None),
             loaded: AtomicBool::new(false),
+            saved: AtomicBool::new(false),
+            probe: Mutex::new((DeviceProbe::None, false)),
+            beams: Mutex::default(),
+            barriers: Mutex::default(),
             calls: AtomicU64::new(0),
             nanoseconds: AtomicU64::new(0),
         }
@@ -106,6 +142,8 @@ impl Inspector for CallSpy {
             // SAFETY: as above; the original arguments are restored below.
             unsafe { (*frame).args = moved };
         }
+        // What a command reads from its stack before it writes there differs between the runs of `repeat`.
+        scribble(self.stack_byte);
         let begin = Instant::now();
         let status = run(frame);
         self.nanoseconds.fetch_add(begin.elapsed().as_nanos() as u64, Relaxed);
@@ -118,6 +156,67 @@ impl Inspector for CallSpy {
         status
     }
 
+    fn breach(&self, command: &CommandEntry, text: &str) {
+        if command.plugin == self.plugin && !text.starts_with("panicked") {
+            finding::error(&place(command), format!("it {text}"));
+        }
+    }
+
+    fn sensors(
+        &self,
+        kind: &SensorKind,
+        call: PluginCall,
+        batch: &mut tatu_sensor_batch,
+        run: &mut dyn FnMut(&tatu_sensor_batch) -> tatu_status,
+    ) -> tatu_status {
+        let (probe, is_pure) = *self.probe.lock().unwrap_or_else(PoisonError::into_inner);
+        if kind.plugin != self.plugin || call != PluginCall::Measure || probe == DeviceProbe::None {
+            return run(batch);
+        }
+        sensor_probes::probe(probe, is_pure, &BatchCall { kind, batch, run: RefCell::new(run) })
+    }
+
+    fn actuators(
+        &self,
+        kind: &ActuatorKind,
+        batch: &tatu_actuator_batch,
+        run: &mut dyn FnMut(&tatu_actuator_batch) -> tatu_status,
+    ) -> tatu_status {
+        let (probe, is_pure) = *self.probe.lock().unwrap_or_else(PoisonError::into_inner);
+        if kind.plugin != self.plugin || probe == DeviceProbe::None {
+            return run(batch);
+        }
+        actuator_probes::probe(probe, is_pure, &ActuatorCall { kind, batch, run: RefCell::new(run) })
+    }
+
+    fn after_save(&self, plugin: usize, bytes: &[u8]) {
+        if plugin == self.plugin {
+            self.saved.fetch_or(!bytes.is_empty(), Relaxed);
+        }
+    }
+
+    fn after_barrier(&self, plugin: usize, holds: bool, took: Duration) -> bool {
+        if plugin != self.plugin {
+            return holds;
+        }
+        let mut barriers = self.barriers.lock().unwrap_or_else(PoisonError::into_inner);
+        barriers.calls += 1;
+        barriers.slow += usize::from(took > BLOCKING_THRESHOLD);
+        barriers.longest = barriers.longest.max(took);
+        barriers.holds += usize::from(holds);
+        barriers.held = if holds { barriers.held + 1 } else { 0 };
+        if barriers.held > MAX_HOLDS {
+            // No client comes to release the session.
+            barriers.held = 0;
+            return false;
+        }
+        holds
+    }
+
+    fn copy_of_source(&self, plugin: usize, bytes: &[u8]) -> Option<GuardedCopy> {
+        (plugin == self.plugin && self.guards.load(Relaxed)).then(|| GuardedCopy::new(bytes, "the text that it reads"))
+    }
+
     fn failed_without_reason(&self, command: &CommandEntry, status: tatu_status) {
         if command.plugin == self.plugin && status != TATU_ERR_PANIC {
             finding::error(
@@ -128,13 +227,18 @@ impl Inspector for CallSpy {
     }
 
     fn after_beams(&self, kind: &SensorKind, beams: &tatu_beams) {
-        if kind.plugin != self.plugin || beams.directions.is_null() || beams.form != TATU_BEAMS_RAYS {
+        if kind.plugin != self.plugin {
+            return;
+        }
+        // SAFETY: the plugin has just filled the table.
+        *self.beams.lock().unwrap_or_else(PoisonError::into_inner) = unsafe { BeamNumbers::of(beams) };
+        if beams.directions.is_null() || beams.form != TATU_BEAMS_RAYS {
             return;
         }
         let n = 3 * beams.count[0].min(1 << 20) as usize;
         // SAFETY: by the contract there are 3 values per ray; they are read before anything else is called.
         let before = unsafe { std::slice::from_raw_parts(beams.directions, n) }.to_vec();
-        scribble();
+        scribble(0x5a);
         // SAFETY: by the contract the instance owns the values until `beams` is called again.
         let after = unsafe { std::slice::from_raw_parts(beams.directions, n) };
         if before.iter().zip(after).any(|(a, b)| a.to_bits() != b.to_bits()) {
@@ -167,171 +271,21 @@ pub fn place(command: &CommandEntry) -> String {
     format!("command `{}`", command.name())
 }
 
-/// Overwrites the stack below the caller's frame, where the frames of the previously called function were.
-#[inline(never)]
-fn scribble() {
-    let mut room = [0u8; SCRIBBLE_BYTES];
-    room.fill(0x5a);
-    std::hint::black_box(&mut room);
-}
-
-/// Copies of arguments in memory before guard pages, for the duration of a call.
-#[derive(Default)]
-struct GuardedPages(Vec<GuardedCopy>);
-
-impl GuardedPages {
-    fn add_copy(&mut self, bytes: &[u8], label: &str) -> *const c_void {
-        let guarded = GuardedCopy::new(bytes, label);
-        let first = guarded.first().cast();
-        self.0.push(guarded);
-        first
-    }
-
-    fn arguments(&mut self, command: &CommandEntry, args: &[ValueRef<'_>]) -> *const tatu_value {
-        let moved: Vec<tatu_value> = args
-            .iter()
-            .enumerate()
-            .map(|(i, a)| {
-                let key = command.params.get(i).map_or("", |p| p.key.as_str());
-                self.value(*a, &format!("its argument {} `{key}`", i + 1), 0)
-            })
-            .collect();
-        self.add_copy(bytes_of(&moved), "the array of its arguments, which does not contain omitted ones").cast()
-    }
-
-    /// Copies a value so that its spans end directly before guard pages. Spans that are empty, or nested more than 32
-    /// levels deep, become null pointers.
-    fn value(&mut self, v: ValueRef<'_>, label: &str, depth: u32) -> tatu_value {
-        let mut out = v.raw();
-        if !is_span(v.tag()) {
-            return out;
-        }
-        let ptr = if v.is_empty() || depth > 32 {
-            std::ptr::null()
-        } else if let Some(items) = v.list() {
-            let all: Vec<tatu_value> =
-                items.iter().map(|e| self.value(*e, &format!("an element of {label}"), depth + 1)).collect();
-            self.add_copy(bytes_of(&all), label)
-        } else if let Some(pairs) = v.map() {
-            let pair = |[key, value]: &[ValueRef<'_>; 2]| tatu_pair {
-                key: self.value(*key, &format!("a key of {label}"), depth + 1),
-                value: self.value(*value, &format!("an entry of {label}"), depth + 1),
-            };
-            let all: Vec<tatu_pair> = pairs.iter().map(pair).collect();
-            self.add_copy(bytes_of(&all), label)
-        } else {
-            self.add_copy(v.span_bytes(), label)
-        };
-        out.u.s = tatu_span_t { ptr, len: v.len() as u64 };
-        out
-    }
-}
-
-fn bytes_of<T>(all: &[T]) -> &[u8] {
-    // SAFETY: values and pairs of the ABI have no padding, and live as long as the slice.
-    unsafe { std::slice::from_raw_parts(all.as_ptr().cast(), size_of_val(all)) }
-}
-
-fn is_span(tag: u32) -> bool {
-    (TATU_TEXT..=TATU_MAP).contains(&tag)
-}
-
-/// Describes arguments for findings.
-fn list(args: &[ValueRef<'_>]) -> String {
-    let words: Vec<String> = args.iter().map(|v| shown(*v)).collect();
-    words.join(", ")
-}
-
-fn shown(v: ValueRef<'_>) -> String {
-    match (v.tag(), v.len()) {
-        (TATU_NIL, _) => "nil".into(),
-        (TATU_BOOL, _) => v.truthy().to_string(),
-        (TATU_I64, _) => v.as_i64().unwrap_or_default().to_string(),
-        (TATU_F64, _) => format!("{:?}", v.as_f64().unwrap_or_default()),
-        (TATU_TEXT | TATU_BYTES, 0..=40) => format!("\"{}\"", v.as_bytes().unwrap_or_default().escape_ascii()),
-        (TATU_TEXT | TATU_BYTES, n) => format!("a text of {n} bytes"),
-        (TATU_LIST, n) => format!("a list of {n}"),
-        (TATU_MAP, n) => format!("a map of {n}"),
-        (TATU_FUNC, _) => "a function".into(),
-        (TATU_OBJECT, _) => format!("object {}", tatu_slot(v.as_object().unwrap_or_default())),
-        (_, n) => format!("an array of {n}"),
-    }
-}
-
 /// Returns whether a word is the address of memory that is currently mapped in this process.
+#[cfg(target_os = "linux")]
 fn is_address(word: u64) -> bool {
     let user = 0x1_0000..1 << 47;
     if !user.contains(&word) {
         return false;
     }
-    let Ok(maps) = std::fs::read_to_string("/proc/self/maps") else { return false };
-    maps.lines().any(|line| {
-        let range = line.split(' ').next().and_then(|r| r.split_once('-'));
-        let parsed =
-            range.and_then(|(a, b)| Some((u64::from_str_radix(a, 16).ok()?, u64::from_str_radix(b, 16).ok()?)));
-        parsed.is_some_and(|(begin, end)| (begin..end).contains(&word))
-    })
-}
-
-/// Installs a handler that, on a crash at a guard page, sends the page's label to the parent before the program's own
-/// crash report.
-pub fn name_guard_pages() {
-    #[cfg(unix)]
-    handler::install_handlers();
-}
-
-#[cfg(unix)]
-mod handler {
-    use std::sync::OnceLock;
-
-    use libc::{c_int, c_void, siginfo_t};
-    use tatu_core::plugins::guarded_copy;
-
-    static PREVIOUS_ACTIONS: OnceLock<[libc::sigaction; 2]> = OnceLock::new();
-    const SIGNALS: [c_int; 2] = [libc::SIGSEGV, libc::SIGBUS];
-
-    pub fn install_handlers() {
-        // SAFETY: `sigaction` only reads and fills the given structures; the handler has the signature that SA_SIGINFO
-        // requires, and calls only async-signal-safe functions.
-        unsafe {
-            let mut before: [libc::sigaction; 2] = std::mem::zeroed();
-            let mut action: libc::sigaction = std::mem::zeroed();
-            let handler: extern "C" fn(c_int, *mut siginfo_t, *mut c_void) = handle_signal;
-            action.sa_sigaction = handler as usize;
-            action.sa_flags = libc::SA_SIGINFO | libc::SA_ONSTACK;
-            for (signal, old) in SIGNALS.into_iter().zip(&mut before) {
-                libc::sigaction(signal, std::ptr::null(), old);
-            }
-            if PREVIOUS_ACTIONS.set(before).is_ok() {
-                for signal in SIGNALS {
-                    libc::sigaction(signal, &raw const action, std::ptr::null_mut());
-                }
-            }
-        }
+    // SAFETY: `sysconf` has no pointer arguments; `mincore` only looks up the page, and writes one byte to `resident`.
+    unsafe {
+        let page = libc::sysconf(libc::_SC_PAGESIZE) as u64;
+        let mut resident = 0u8;
+        libc::mincore((word & !(page - 1)) as *mut libc::c_void, 1, &raw mut resident) == 0
     }
-
-    extern "C" fn handle_signal(signal: c_int, info: *mut siginfo_t, context: *mut c_void) {
-        // SAFETY: the system passes a valid `info`; `write` is async-signal-safe; the previous handler has the
-        // signature that its flags state.
-        unsafe {
-            if let Some((what, label)) = guarded_copy::blame((*info).si_addr().addr()) {
-                let newline: &[u8] = b"\n";
-                for part in [newline, super::GUARD_PREFIX.as_bytes(), what.as_bytes(), b" ", label.bytes(), newline] {
-                    libc::write(super::finding::channel(), part.as_ptr().cast(), part.len());
-                }
-            }
-            let before = PREVIOUS_ACTIONS.get().and_then(|all| all.get(usize::from(signal == libc::SIGBUS)));
-            let of_program = before.filter(|b| b.sa_flags & libc::SA_SIGINFO != 0 && b.sa_sigaction > 1);
-            match of_program {
-                Some(b) => {
-                    let handler: extern "C" fn(c_int, *mut siginfo_t, *mut c_void) =
-                        std::mem::transmute(b.sa_sigaction);
-                    handler(signal, info, context);
-                }
-                None => {
-                    libc::signal(signal, libc::SIG_DFL);
-                }
-            }
-        }
-    }
+}
+#[cfg(not(target_os = "linux"))]
+fn is_address(_: u64) -> bool {
+    false
 }

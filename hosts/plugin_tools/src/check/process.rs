@@ -13,9 +13,10 @@ use tatu_core::errors::Error;
 use tatu_embed::restart_command;
 
 use super::{
-    finding::{self, ChildMessage, Finding, FindingLevel, LINE_PREFIX},
-    inspector,
+    finding::{self, ChildMessage, Finding, FindingLevel, LINE_PREFIX, ONE_RUN},
+    guard_handler,
     report::TestOutcome,
+    sanitize,
 };
 use tatu_terminal::report::CRASH_HELP;
 
@@ -23,9 +24,6 @@ use tatu_terminal::report::CRASH_HELP;
 const MAX_ERROR_LINES: usize = 400;
 /// Time for which the parent waits for the rest of standard error after a child has ended.
 const STDERR_TIMEOUT: Duration = Duration::from_secs(2);
-
-/// Environment variable that is set in the two processes whose transcripts are compared.
-pub const ONE_RUN: &str = "TATU_CHECK_ONE_RUN";
 
 /// Returns the library that a path refers to: the file itself, or the only library in the folder or in its `build`.
 pub fn library(given: &Path) -> Result<PathBuf, Error> {
@@ -58,7 +56,7 @@ pub fn library(given: &Path) -> Result<PathBuf, Error> {
 pub fn run_in_child(test: fn(&Path) -> Result<(), Error>, library: &Path) -> ExitCode {
     #[cfg(unix)]
     finding::redirect_output();
-    inspector::name_guard_pages();
+    guard_handler::name_guard_pages();
     match test(library) {
         Ok(()) => {
             finding::send(&ChildMessage::Done);
@@ -74,16 +72,24 @@ pub fn run_in_child(test: fn(&Path) -> Result<(), Error>, library: &Path) -> Exi
 }
 
 /// Runs a test in a child process, and collects its findings.
-pub fn run(test: &'static str, text: &'static str, library: &Path, timeout: u64) -> TestOutcome {
+pub fn run(
+    test: &'static str,
+    text: &'static str,
+    library: &Path,
+    timeout: u64,
+    preload: Option<&Path>,
+) -> TestOutcome {
     let begin = Instant::now();
-    let ran = ChildResult::of(test, library, Duration::from_secs(timeout), false);
+    let ran = ChildResult::of(test, library, Duration::from_secs(timeout), None, preload);
     let mut findings = ran.as_ref().map(|r| r.findings.clone()).unwrap_or_default();
     match &ran {
         Ok(ran) => findings.extend(ran.abnormal_end()),
         Err(why) => findings.push(Finding { level: FindingLevel::Error, place: String::new(), text: why.clone() }),
     }
     findings.dedup();
-    let tried = ran.is_ok_and(|r| r.tested) || !findings.is_empty();
+    let is_error = |f: &Finding| f.level == FindingLevel::Error;
+    let is_tested = |r: ChildResult| (r.tested || !findings.is_empty()) && !r.untested;
+    let tried = findings.iter().any(is_error) || ran.is_ok_and(is_tested);
     TestOutcome { test, text, tried, seconds: begin.elapsed().as_secs_f64(), findings }
 }
 
@@ -93,7 +99,9 @@ pub struct ChildResult {
     /// The child's last activity: a part of the plugin, and a clause.
     activity: Option<(String, String)>,
     pub findings: Vec<Finding>,
-    pub transcript: String,
+    pub transcript: Vec<(String, String)>,
+    /// Whether the child stated that the main part of the test was not possible.
+    untested: bool,
     /// Whether the child tested anything beyond loading the plugin.
     tested: bool,
     done: bool,
@@ -107,15 +115,28 @@ pub struct ChildResult {
 impl ChildResult {
     /// Starts a child process for a test, waits until it ends, and reads its output.
     ///
-    /// If `one_run` is set, the child sends the transcript of a single run instead of comparing two.
-    pub fn of(test: &str, library: &Path, timeout: Duration, one_run: bool) -> Result<Self, String> {
+    /// `preload` is the library of a sanitizer. If `one_run` is set, the child sends the transcript of a single run instead of comparing two: run 1 or 2.
+    pub fn of(
+        test: &str,
+        library: &Path,
+        timeout: Duration,
+        one_run: Option<u32>,
+        preload: Option<&Path>,
+    ) -> Result<Self, String> {
         let folder = tempfile::tempdir().map_err(|e| format!("cannot create a folder for the test: {e}"))?;
         let mut command = restart_command().map_err(|e| format!("cannot find this program: {e}"))?;
         let library = library.canonicalize().map_err(|e| format!("cannot read {}: {e}", library.display()))?;
         match one_run {
-            true => command.env(ONE_RUN, "1"),
-            false => command.env_remove(ONE_RUN),
+            Some(run) => command.env(ONE_RUN, run.to_string()),
+            None => command.env_remove(ONE_RUN),
         };
+        if let Some(preload) = preload {
+            command.env("LD_PRELOAD", preload).envs(sanitize::OPTIONS);
+        }
+        // The results must not depend on the time zone and the language of the user.
+        if one_run == Some(2) {
+            command.envs([("TZ", "Asia/Kathmandu"), ("LANG", "C"), ("USER", "somebody")]);
+        }
         // The child gets a process group, so that processes started by the plugin can be killed with it.
         #[cfg(unix)]
         std::os::unix::process::CommandExt::process_group(&mut command, 0);
@@ -132,7 +153,8 @@ impl ChildResult {
             status: None,
             activity: None,
             findings: Vec::new(),
-            transcript: String::new(),
+            transcript: Vec::new(),
+            untested: false,
             tested: false,
             done: false,
             timed_out: false,
@@ -162,7 +184,7 @@ impl ChildResult {
     }
 
     fn handle_line(&mut self, line: &str) {
-        if let Some(label) = line.strip_prefix(inspector::GUARD_PREFIX) {
+        if let Some(label) = line.strip_prefix(guard_handler::GUARD_PREFIX) {
             self.guard = Some(label.to_owned());
             return;
         }
@@ -176,7 +198,8 @@ impl ChildResult {
             }
             ChildMessage::Found(f) if self.findings.contains(&f) => {}
             ChildMessage::Found(f) => self.findings.push(f),
-            ChildMessage::Transcript(text) => self.transcript += &text,
+            ChildMessage::Transcript(lines) => self.transcript.extend(lines),
+            ChildMessage::Untested => self.untested = true,
             ChildMessage::Done => self.done = true,
         }
     }
@@ -206,6 +229,9 @@ impl ChildResult {
 
     /// Describes how a process ended before its test was finished.
     fn ended(&self, status: ExitStatus) -> String {
+        if let Some(error) = sanitize::error_in(&self.errors) {
+            return format!("the sanitizer reports: {error}");
+        }
         #[cfg(unix)]
         if let Some(signal) = std::os::unix::process::ExitStatusExt::signal(&status) {
             let name = match signal {

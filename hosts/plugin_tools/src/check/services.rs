@@ -2,10 +2,11 @@
 
 use std::{
     path::Path,
-    time::{Duration, Instant},
+    sync::{Arc, Mutex, MutexGuard, PoisonError},
+    time::Duration,
 };
 
-use tatu_core::{Session, document::ServiceSpec, errors::Error};
+use tatu_core::{Session, World, document::ServiceSpec, errors::Error};
 
 use super::{
     finding::{self, error, note, warning},
@@ -15,10 +16,10 @@ use super::{
 
 /// Number of steps of a run.
 const RUN_STEPS: usize = 8;
-/// Real time of a step above which `barrier` may block. A hold, which is allowed, ends after 0.1 s.
-const BLOCKING_THRESHOLD: Duration = Duration::from_millis(700);
-/// Number of steps that must take so long: a busy machine may interrupt a step or two.
-const BLOCKED_STEPS: usize = 3;
+/// Number of barriers that must be slow: a busy machine may interrupt one or two.
+const BLOCKED_BARRIERS: usize = 3;
+/// Number of slow barriers after which the test ends.
+const MAX_BLOCKED_BARRIERS: usize = 5;
 
 /// Runs the test `services`.
 pub fn run(file: &Path) -> Result<(), Error> {
@@ -33,7 +34,8 @@ pub fn run(file: &Path) -> Result<(), Error> {
             continue;
         };
         finding::report_activity(&place, "when it is started");
-        let session = match Session::new(subject.registry.clone(), &[ServiceSpec { kind, params, place: None }]) {
+        let spec = ServiceSpec { kind, params, place: None };
+        let session = match Session::new(subject.registry.clone(), std::slice::from_ref(&spec)) {
             Ok(session) => session,
             Err(e) => {
                 let text = format!("it cannot be started with its defaults: {}", e.text);
@@ -49,20 +51,34 @@ pub fn run(file: &Path) -> Result<(), Error> {
         let world = subject.world(&stage::scene("", ""), &[], 1)?;
         session.join(&world);
         finding::report_activity(&place, "in its `barrier`");
+        *lock(&subject.spy.barriers) = Default::default();
         world.start();
-        let mut blocked = 0;
+        let mut hashes = Vec::new();
         for _ in 0..RUN_STEPS {
-            let begin = Instant::now();
             world.step();
-            let took = begin.elapsed();
-            blocked += usize::from(took > BLOCKING_THRESHOLD);
-            if blocked == BLOCKED_STEPS {
-                error(&place, format!("its `barrier` blocks: a step took {:.1} s", took.as_secs_f64()));
+            hashes.push(world.hash().total);
+            if lock(&subject.spy.barriers).slow >= MAX_BLOCKED_BARRIERS {
                 break;
             }
             // Give the service's threads time to run.
             std::thread::sleep(Duration::from_millis(20));
         }
+        {
+            let barriers = lock(&subject.spy.barriers);
+            if barriers.slow >= BLOCKED_BARRIERS {
+                let text = format!(
+                    "its `barrier` blocks: {} of {} calls took longer than 0.1 s, the longest {:.1} s",
+                    barriers.slow,
+                    barriers.calls,
+                    barriers.longest.as_secs_f64()
+                );
+                error(&place, text);
+            }
+            if barriers.holds > 0 {
+                note(&place, format!("it held the session in {} of {} barriers", barriers.holds, barriers.calls));
+            }
+        }
+        let log = Arc::from(world.input_log().records());
         finding::report_activity(&place, "when the run ends");
         world.stop();
         world.end();
@@ -70,6 +86,32 @@ pub fn run(file: &Path) -> Result<(), Error> {
         for e in session.end() {
             error(&place, e.text);
         }
+        finding::report_activity(&place, "when its run is replayed");
+        replay(&subject, &place, |world| world.attach_log(log), &hashes)?;
     }
+    Ok(())
+}
+
+fn lock<T>(of: &Mutex<T>) -> MutexGuard<'_, T> {
+    of.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Repeats a run without the service, from its input log: everything that the service has changed must be in the log.
+fn replay(subject: &TestedPlugin, place: &str, attach_log: impl FnOnce(&World), hashes: &[u64]) -> Result<(), Error> {
+    let world = subject.world(&stage::scene("", ""), &[], 1)?;
+    attach_log(&world);
+    world.start();
+    for (step, hash) in (1..).zip(hashes) {
+        world.step();
+        if world.hash().total != *hash {
+            let text = format!(
+                "a replay of the input log differs after {step} steps: the service has changed the world by calls that \
+                 the log does not contain; use commands or `session.request`"
+            );
+            error(place, text);
+            break;
+        }
+    }
+    world.end();
     Ok(())
 }

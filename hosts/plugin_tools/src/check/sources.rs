@@ -1,150 +1,140 @@
-//! Tests of models, importers and script languages.
+//! Tests of importers and script languages.
 
-use std::path::Path;
+use std::{
+    path::Path,
+    time::{Duration, Instant},
+};
 
-use tatu_core::{beams::bounds, errors::Error, plugins::border, scene::visible_parts};
+use tatu_core::{errors::Error, plugins::border, state::fingerprint};
 use tatu_plugin_api::abi::*;
 
 use super::{
-    finding::{self, error, note},
-    stage,
+    damage,
+    finding::{self, error, untested},
+    samples::{self, Sample},
     subject::TestedPlugin,
 };
 
-/// Tolerance for the height of a model's lowest point above or below the floor, m.
-const FLOOR_TOLERANCE_M: f64 = 0.003;
-
-/// Runs the test `models`.
-pub fn models(file: &Path) -> Result<(), Error> {
-    let subject = TestedPlugin::load(file)?;
-    for m in subject.registry.model_offers.models.iter().filter(|m| m.plugin == subject.plugin) {
-        let place = format!("model `{}`", m.id);
-        let Some(lines) = stage::required(&m.params) else {
-            note(&place, "it is not tested: a required parameter cannot be set in a scene");
-            continue;
-        };
-        finding::report_activity(&place, "when it is built");
-        let scene = format!("format = 1\n[[model]]\nmodel = \"{}\"\n{lines}", m.id);
-        let world = match subject.world(&scene, &[], 1) {
-            Ok(world) => world,
-            Err(e) => {
-                error(&place, format!("it cannot be built with its defaults: {}", e.text));
-                continue;
-            }
-        };
-        let lowest = world.with_scene(|scene, _| {
-            let shapes = scene.slots().filter_map(|(slot, o)| Some((slot, o.shape()?)));
-            let parts = shapes.flat_map(|(slot, shape)| {
-                visible_parts(shape).into_iter().filter_map(move |p| bounds(&p.form, &(scene.world(slot) * p.pose)))
-            });
-            parts.map(|[low, _]| low.z).min_by(f64::total_cmp)
-        });
-        match lowest {
-            Some(z) if z < -FLOOR_TOLERANCE_M => {
-                let text = format!(
-                    "its lowest point is {:.1} mm below the floor z = 0, on which models must stand",
-                    -1000.0 * z
-                );
-                error(&place, text);
-            }
-            Some(z) if z > FLOOR_TOLERANCE_M => {
-                note(&place, format!("its lowest point is {:.1} mm above the floor z = 0", 1000.0 * z))
-            }
-            _ => {}
-        }
-        finding::report_activity(&place, "when it runs");
-        world.start();
-        (0..10).for_each(|_| {
-            world.step();
-        });
-        subject.report_faults(&world);
-    }
-    Ok(())
-}
+/// Real time for reading a small file above which an importer may not end.
+const SLOW_IMPORT: Duration = Duration::from_secs(2);
+/// Maximum real time for damaged copies of one sample.
+const DAMAGE_TIME: Duration = Duration::from_secs(3);
+/// Beginnings of messages by which the host reports a breach of the contract.
+const BREACHES: [&str; 2] = ["broke the contract", "panicked"];
 
 /// Runs the test `importers`.
 pub fn importers(file: &Path) -> Result<(), Error> {
     let subject = TestedPlugin::load(file)?;
     for i in subject.registry.importers.iter().filter(|i| i.plugin == subject.plugin) {
         let place = format!("importer `{}`", i.id);
-        let Some(suffix) = i.suffixes.first() else { continue };
-        let name = format!("part{suffix}");
-        let lines = stage::required(&i.params).unwrap_or_default();
-        let scene = format!("format = 1\n[[import]]\nfile = \"{name}\"\n{lines}");
-        let mut heads = library_strings(&subject.file);
+        let mut heads = samples::library_strings(&subject.file);
+        heads.retain(|s| s.len() >= 3);
         heads.retain(|head| subject.registry.sniff(i, head) > 0);
-        for (what, bytes) in malformed(&samples(&subject.file, &i.suffixes), &heads) {
-            finding::report_activity(&place, format!("when it reads {what}"));
-            if let Ok(world) = subject.world(&scene, &[(&name, &bytes)], 1) {
-                world.start();
-                world.step();
-                subject.report_faults(&world);
+        for (what, bytes) in damage::malformed(&heads) {
+            if let Some(sample) = samples::import(i, &bytes) {
+                read(&subject, &sample, &what);
             }
+        }
+        finding::report_activity(&place, "when a sample is searched or composed");
+        let valid = samples::imports(&subject, i);
+        if valid.is_empty() {
+            let suffixes = i.suffixes.join(" or ");
+            let text = format!(
+                "only malformed files were read, because no sample was found: put a valid file with the suffix \
+                 {suffixes} in the plugin's project or beside its library"
+            );
+            untested(&place, text);
+        }
+        for sample in valid {
+            valid_file(&subject, i, &sample)?;
         }
     }
     Ok(())
 }
 
-/// Returns the contents of at most four files with one of these suffixes that are next to the plugin, or in the parent
-/// folder, and smaller than 1 MB.
-fn samples(plugin: &Path, suffixes: &[String]) -> Vec<Vec<u8>> {
-    let folders = plugin.ancestors().skip(1).take(2).filter_map(|f| std::fs::read_dir(f).ok()).flatten();
-    let mut files: Vec<_> = folders.filter_map(|e| e.ok().map(|e| e.path())).collect();
-    files.retain(|f| suffixes.iter().any(|s| f.to_string_lossy().ends_with(s.as_str())));
-    files.sort();
-    files.iter().filter_map(|f| std::fs::read(f).ok()).filter(|b| b.len() < 1 << 20).take(4).collect()
-}
-
-/// Returns the printable strings in a library, among which is probably the signature of its file format.
-fn library_strings(library: &Path) -> Vec<Vec<u8>> {
-    let bytes = std::fs::read(library).unwrap_or_default();
-    let texts = bytes.split(|b| !(b.is_ascii_graphic() || *b == b' ')).filter(|t| (3..=40).contains(&t.len()));
-    let mut all: Vec<Vec<u8>> = texts.map(<[u8]>::to_vec).collect();
-    all.sort();
-    all.dedup();
-    all.truncate(MAX_STRINGS);
-    all
-}
-
-/// Maximum number of a library's strings that are tried as the beginning of a file.
-const MAX_STRINGS: usize = 20_000;
-
-/// Returns malformed contents of files, with descriptions. `heads` are beginnings that the importer recognizes.
-fn malformed(samples: &[Vec<u8>], heads: &[Vec<u8>]) -> Vec<(String, Vec<u8>)> {
-    let mut out: Vec<(String, Vec<u8>)> = vec![
-        ("an empty file".into(), Vec::new()),
-        ("64 zero bytes".into(), vec![0; 64]),
-        ("4 KB of 0xff".into(), vec![0xff; 4096]),
-        ("a line of text".into(), b"not a file of this format\n".to_vec()),
-        ("numbers".into(), b"1 2 3\n-1e999 nan 4\n".to_vec()),
-        ("brackets 10,000 deep".into(), vec![b'['; 10_000]),
-        ("tags".into(), b"<?xml version=\"1.0\"?><a><b></a>".to_vec()),
-        ("an object in JSON".into(), b"{\"a\": [1, {\"b\": null}]}".to_vec()),
-        ("a line of 1 MB".into(), vec![b'x'; 1 << 20]),
-    ];
-    let noise =
-        |n: u64| (0..n).map(|i| (i.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1) >> 56) as u8).collect();
-    out.push(("random bytes".into(), noise(5000)));
-    for head in heads.iter().take(4) {
-        let name = String::from_utf8_lossy(head).into_owned();
-        for rest in
-            ["", "\n", "\nx", "\n1 2", "\n1 2 3\n1 2 x\n", "\n\0\n", " 99999999999999999999\n", "\n-1 nan inf\n"]
-        {
-            out.push((format!("a file that begins with `{name}` and is malformed"), [head, rest.as_bytes()].concat()));
-        }
+/// Reads a file; reports faults of the plugin. Returns the line of the error, if the file is refused.
+fn read(subject: &TestedPlugin, sample: &Sample, what: &str) -> Option<usize> {
+    finding::report_activity(&sample.place, format!("when it reads {what}"));
+    let files: Vec<(&str, &[u8])> = sample.files.iter().map(|(n, b)| (n.as_str(), b.as_slice())).collect();
+    let begin = Instant::now();
+    let made = subject.world(&sample.scene, &files, 1);
+    let took = begin.elapsed();
+    if took > SLOW_IMPORT {
+        error(&sample.place, format!("it takes {:.1} s to read {what}", took.as_secs_f64()));
     }
-    for sample in samples {
-        for part in 1..16 {
-            let n = sample.len() * part / 16;
-            out.push((format!("the first {n} bytes of a sample"), sample[..n].to_vec()));
-            let mut changed = sample.clone();
-            if let Some(b) = changed.get_mut(n) {
-                *b ^= 0x15;
-                out.push((format!("a sample with byte {n} changed"), changed));
+    match made {
+        Ok(world) => {
+            let is_finite = world.with_scene(|scene, _| {
+                scene.slots().all(|(slot, _)| scene.world(slot).translation.vector.iter().all(|x| x.is_finite()))
+            });
+            if !is_finite {
+                error(
+                    &sample.place,
+                    format!("it accepts {what}, and creates objects at positions that are not finite"),
+                );
             }
+            world.start();
+            world.step();
+            subject.report_faults(&world);
+            world.end();
+            None
+        }
+        Err(e) => {
+            if BREACHES.iter().any(|b| e.text.contains(b)) {
+                error(&sample.place, format!("when it reads {what}: {}", e.text));
+            } else if e.text.contains("gave no reason") {
+                error(&sample.place, format!("it refuses {what} without a message in its error object"));
+            }
+            let line = e.place.as_ref().map_or(0, |p| p.line);
+            let lines = sample.files[0].1.split(|b| *b == b'\n').count();
+            if line > lines + 1 {
+                let text = format!("its error for {what} refers to line {line}, but there are only {lines}");
+                error(&sample.place, text);
+            }
+            Some(line)
         }
     }
-    out
+}
+
+/// Tests an importer with a file that it reads, and with damaged copies of it.
+fn valid_file(subject: &TestedPlugin, i: &tatu_core::plugins::Importer, sample: &Sample) -> Result<(), Error> {
+    let files: Vec<(&str, &[u8])> = sample.files.iter().map(|(n, b)| (n.as_str(), b.as_slice())).collect();
+    finding::report_activity(&sample.place, "when it reads a sample");
+    let hash = || -> Result<u64, Error> {
+        let world = subject.world(&sample.scene, &files, 1)?;
+        world.start();
+        world.step();
+        subject.report_faults(&world);
+        let hash = fingerprint(&world.document());
+        world.end();
+        Ok(hash)
+    };
+    if hash()? != hash()? {
+        error(&sample.place, "the same file gives different objects when it is read twice");
+    }
+    let bytes = &sample.files[0].1;
+    let mut refused = (0, 0);
+    let end = Instant::now() + DAMAGE_TIME;
+    for (what, bytes) in damage::damaged(bytes) {
+        if Instant::now() > end {
+            break;
+        }
+        let Some(sample) = samples::import(i, &bytes) else { continue };
+        if let Some(line) = read(subject, &sample, &what) {
+            refused = (refused.0 + 1, refused.1 + usize::from(line > 0));
+        }
+        // Damaged files must not affect those that are read later.
+    }
+    let is_text = std::str::from_utf8(bytes).is_ok_and(|text| text.lines().count() > 1);
+    if let (true, (1.., 0)) = (is_text, refused) {
+        error(&sample.place, "none of its errors states the line of the file (TATU_PART_FILE)");
+    }
+    finding::report_activity(&sample.place, "when it reads a sample after damaged files");
+    let again = hash();
+    if again.as_ref().ok() != hash().as_ref().ok() || again.is_err() {
+        error(&sample.place, "after damaged files, it no longer reads the same objects from a valid one");
+    }
+    Ok(())
 }
 
 /// Runs the test `languages`.
@@ -152,27 +142,115 @@ pub fn languages(file: &Path) -> Result<(), Error> {
     let subject = TestedPlugin::load(file)?;
     for l in subject.registry.scripting.languages.iter().filter(|l| l.plugin == subject.plugin) {
         let place = format!("language `{}`", l.id);
-        let Some(suffix) = l.suffixes.first() else { continue };
-        let name = format!("check{suffix}");
         let dialects = dialects(&subject, l);
         for dialect in std::iter::once(String::new()).chain(dialects) {
             for text in ["", "\u{0}\u{1}", "((((", "x: y\n", "end end end", "\u{fffd}"] {
                 finding::report_activity(&place, format!("when it loads the text {text:?}"));
-                let key = if dialect.is_empty() { String::new() } else { format!(", dialect = {dialect:?}") };
-                let scene = format!(
-                    "format = 1\n[[object]]\nkind = \"dummy\"\nalias = \"d\"\nscript = {{ file = \"{name}\"{key} }}\n"
-                );
-                if let Ok(world) = subject.world(&scene, &[(&name, text.as_bytes())], 1) {
-                    world.start();
-                    (0..3).for_each(|_| {
-                        world.step();
-                    });
-                    world.stop();
-                    world.end();
-                    subject.report_faults(&world);
+                samples::script(l, text.as_bytes(), &dialect).into_iter().for_each(|s| drop(run(&subject, &s, 3)));
+            }
+        }
+        finding::report_activity(&place, "when a script is searched or composed");
+        let valid = samples::scripts(&subject, l);
+        if valid.is_empty() {
+            let suffixes = l.suffixes.join(" or ");
+            let text = format!(
+                "only malformed scripts were loaded, because no script was found: put one with the suffix {suffixes} in \
+                 the plugin's project or beside its library"
+            );
+            untested(&place, text);
+        }
+        for sample in valid {
+            script(&subject, l, &sample)?;
+        }
+    }
+    Ok(())
+}
+
+/// Runs a scene with scripts; returns a line with the hash and the log of each step.
+fn run(subject: &TestedPlugin, sample: &Sample, steps: usize) -> Result<Vec<String>, Error> {
+    let files: Vec<(&str, &[u8])> = sample.files.iter().map(|(n, b)| (n.as_str(), b.as_slice())).collect();
+    let world = subject.world(&sample.scene, &files, 1)?;
+    world.start();
+    let mut out = Vec::new();
+    for _ in 0..steps {
+        world.step();
+        out.push(state(subject, &world));
+    }
+    world.stop();
+    world.end();
+    subject.report_faults(&world);
+    report_breaches(subject, &sample.place, &world);
+    Ok(out)
+}
+
+fn state(subject: &TestedPlugin, world: &tatu_core::World) -> String {
+    let lines = world.take_lines().into_iter().map(|l| subject.without_folders(&l.text)).collect::<Vec<_>>();
+    let faults: Vec<String> = world.faults().iter().map(|f| f.message.clone()).collect();
+    format!("{:016x} {} {}", world.hash().total, lines.join("; "), faults.join("; "))
+}
+
+/// Reports faults of scripts that are errors of their language.
+fn report_breaches(subject: &TestedPlugin, place: &str, world: &tatu_core::World) {
+    for f in world.faults() {
+        if BREACHES.iter().any(|b| f.message.contains(b)) {
+            error(place, subject.readable(&f.message));
+        } else if f.message.contains("failed without giving a reason") || f.message.contains("no reason was given") {
+            error(place, "it returns an error without a message in its error object");
+        }
+    }
+}
+
+/// Tests a language with a script that it runs, and with damaged copies of it.
+fn script(subject: &TestedPlugin, l: &tatu_core::plugins::ScriptLanguage, sample: &Sample) -> Result<(), Error> {
+    const STEPS: usize = 6;
+    finding::report_activity(&sample.place, "when it runs a script");
+    let first = run(subject, sample, STEPS)?;
+    if first != run(subject, sample, STEPS)? {
+        error(
+            &sample.place,
+            "two equal runs of a script in one process have different results: check for global state",
+        );
+    }
+    // A run that is saved and restored continues in the same way.
+    let files: Vec<(&str, &[u8])> = sample.files.iter().map(|(n, b)| (n.as_str(), b.as_slice())).collect();
+    let world = subject.world(&sample.scene, &files, 1)?;
+    world.start();
+    (0..STEPS / 2).for_each(|_| {
+        world.step();
+    });
+    world.take_lines();
+    finding::report_activity(&sample.place, "when a snapshot of a script is taken and restored");
+    if let Ok(snapshot) = world.snapshot()
+        && snapshot.head.missed.is_empty()
+    {
+        let restored = subject.world(&sample.scene, &files, 1)?;
+        match restored.restore(&snapshot, false) {
+            Err(e) => error(&sample.place, format!("the snapshot of a script cannot be restored: {}", e.text)),
+            Ok(()) => {
+                restored.take_lines();
+                for _ in 0..STEPS / 2 {
+                    world.step();
+                    restored.step();
+                    if state(subject, &world) != state(subject, &restored) {
+                        error(&sample.place, "a script that is saved and restored continues in a different way");
+                        break;
+                    }
                 }
             }
         }
+        restored.end();
+    }
+    world.end();
+    let text = &sample.files[0].1;
+    let all = damage::damaged(text);
+    let end = Instant::now() + DAMAGE_TIME;
+    for (what, bytes) in all.iter().step_by((all.len() / 120).max(1)).take_while(|_| Instant::now() < end) {
+        finding::report_activity(&sample.place, format!("when it runs {what}"));
+        samples::script(l, bytes, "").into_iter().for_each(|s| drop(run(subject, &s, 2)));
+    }
+    finding::report_activity(&sample.place, "when it runs a script after damaged ones");
+    if run(subject, sample, STEPS)? != first {
+        error(&sample.place, "after damaged scripts, a valid one has other results: check for global state");
     }
     Ok(())
 }

@@ -3,7 +3,7 @@
 use std::{
     path::{Path, PathBuf},
     sync::{
-        Arc,
+        Arc, PoisonError,
         atomic::{AtomicU32, Ordering},
     },
 };
@@ -12,13 +12,18 @@ use tatu_core::{
     World,
     document::{self, Document, LoadOptions},
     errors::{Error, Fault, FaultKind},
-    plugins::{CopyFolder, Registry, SearchPath},
+    plugins::{ActuatorKind, CommandEntry, CopyFolder, Registry, SearchPath, SensorKind, assets_folder},
 };
 
 use tatu_embed::search::built_plugins;
 use tatu_plugin_api::safe::program_file;
 
-use super::{finding, inspector::CallSpy};
+use super::{
+    finding,
+    inspector::CallSpy,
+    libc_calls::{self, LoadedBefore},
+    sensor_probes::DeviceProbe,
+};
 use tatu_terminal::Watchdog;
 
 /// Base name of the copy that is loaded.
@@ -49,19 +54,35 @@ impl TestedPlugin {
     /// Loads a copy of a library under another name. Host tables are truncated to the sizes that the plugin declares
     /// that it needs, so that a call beyond them is detected.
     pub fn load(file: &Path) -> Result<Self, Error> {
+        Self::load_with(file, None)
+    }
+
+    /// Like `load`, for a test that reloads the plugin.
+    pub fn load_reloadable(file: &Path) -> Result<Self, Error> {
+        // Only copies of libraries can be reloaded.
+        Self::load_with(file, Some(Arc::new(CopyFolder::new()?)))
+    }
+
+    fn load_with(file: &Path, copies: Option<Arc<CopyFolder>>) -> Result<Self, Error> {
         let cannot = |e: std::io::Error| Error::new("E105", format!("cannot copy {}: {e}", file.display()));
         let folder = tempfile::tempdir().map_err(cannot)?;
         let name = format!("{}{COPY_NAME}{}", std::env::consts::DLL_PREFIX, std::env::consts::DLL_SUFFIX);
         let copy = folder.path().join(name);
         std::fs::copy(file, &copy).map_err(cannot)?;
+        let assets_of_copy = assets_folder(&copy).unwrap_or_default();
+        #[cfg(unix)]
+        if let Some(assets) = assets_folder(file).filter(|f| f.is_dir()) {
+            let assets = assets.canonicalize().map_err(cannot)?;
+            std::os::unix::fs::symlink(assets, &assets_of_copy).map_err(cannot)?;
+        }
         finding::report_activity("", finding::LOADING_ACTIVITY);
         let exe = program_file();
         let mut search = SearchPath::standard(exe.as_deref(), Some(folder.path().as_os_str()), &built_plugins());
-        // Opening copies of libraries makes reloading possible.
-        search.copies = Some(Arc::new(CopyFolder::new()?));
+        search.copies = copies;
         let mut host = tatu_core::host_tables();
         host.truncate_to_needs();
         let watchdog = Watchdog::start(0.0, false);
+        let before = LoadedBefore::now();
         let mut registry = Registry::load_watched(search, host, watchdog.watches.clone());
         // E302 is expected if the plugin under test hides one of the program's own plugins.
         let mine = |e: &Error| e.code != "E302" && e.text.contains(&copy.display().to_string());
@@ -75,6 +96,7 @@ impl TestedPlugin {
         let lives = registry.command_offers.world_lives.iter().find(|(p, _)| *p == plugin);
         let spy = Arc::new(CallSpy::new(plugin, lives.map_or(0, |(_, life)| life.state_bytes)));
         registry.inspector = Some(spy.clone());
+        libc_calls::watch(plugin, COPY_NAME, &before, &assets_of_copy);
         Ok(TestedPlugin {
             registry: Arc::new(registry),
             plugin,
@@ -107,6 +129,26 @@ impl TestedPlugin {
         std::fs::create_dir_all(&own).map_err(|e| Error::new("E105", format!("cannot create a folder: {e}")))?;
         world.set_file_folder(&own)?;
         Ok(world)
+    }
+
+    /// Returns the commands of the plugin.
+    pub fn own_commands(&self) -> impl Iterator<Item = &CommandEntry> {
+        self.registry.command_offers.commands.iter().filter(|c| c.plugin == self.plugin)
+    }
+
+    /// Returns the kinds of sensors of the plugin.
+    pub fn own_sensors(&self) -> impl Iterator<Item = &SensorKind> {
+        self.registry.sensor_kinds().map(|(_, s)| s).filter(|s| s.plugin == self.plugin)
+    }
+
+    /// Returns the kinds of actuators of the plugin.
+    pub fn own_actuators(&self) -> impl Iterator<Item = &ActuatorKind> {
+        self.registry.actuators.iter().filter(|a| a.plugin == self.plugin)
+    }
+
+    /// Sets how the inspector tests batches of devices of this plugin. `is_pure`: their state is in their state blocks.
+    pub fn set_probe(&self, probe: DeviceProbe, is_pure: bool) {
+        *self.spy.probe.lock().unwrap_or_else(PoisonError::into_inner) = (probe, is_pure);
     }
 
     /// Reports the faults of a world that the plugin under test caused.

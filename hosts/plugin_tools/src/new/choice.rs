@@ -47,6 +47,8 @@ pub enum ExtensionKind {
     Sensor,
     /// A kind of actuator.
     Actuator,
+    /// A controller of an object or of the world.
+    Part,
     /// A robot or another subtree of objects.
     Model,
     /// A file format.

@@ -17,7 +17,7 @@ pub fn plugin(args: &NewPluginArgs) -> Result {
     let folder = format!("{}_{}", value_name(kind), value_name(lang));
     if sdk::template(&folder).next().is_none() {
         return Err(refused(format!("there is no template for a {} in C++", value_name(kind)))
-            .expected("`command` or `sensor` in C++; all kinds in C and Rust")
+            .expected("`command`, `sensor` or `part` in C++; all kinds in C and Rust")
             .help(
                 "use C (`--lang c`), or add the C tables of this kind to a C++ plugin: see `other_extension` in \
                  tatu/plugin.hpp",
@@ -64,6 +64,7 @@ fn readme(lang: Lang, kind: ExtensionKind) -> String {
         ExtensionKind::Command => "Commands for scripts",
         ExtensionKind::Sensor => "A kind of sensor",
         ExtensionKind::Actuator => "A kind of actuator",
+        ExtensionKind::Part => "A controller",
         ExtensionKind::Model => "A robot model",
         ExtensionKind::Importer => "An importer of a file format",
         ExtensionKind::Service => "A service",

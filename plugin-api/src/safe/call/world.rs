@@ -154,6 +154,13 @@ impl<'a> World<'a> {
     pub fn push(&self, object: tatu_object, force: &[f64; 3], torque: &[f64; 3]) -> Result {
         self.check(service!(self.bodies.push)(self.raw(), object, Some(force), Some(torque)))
     }
+    /// Registers two shapes for a part, or `a` with all shapes that it touches if `b` is 0; [`Part::contact`] then decides
+    /// on their contact before each physics step. With `on` false, ends this.
+    ///
+    /// [`Part::contact`]: crate::safe::Part::contact
+    pub fn hook(&self, part: tatu_object, a: tatu_object, b: tatu_object, on: bool) -> Result {
+        self.check(service!(self.bodies.hook)(self.raw(), part, a, b, on.into()))
+    }
     /// Returns the contacts of a shape, or of all shapes if `object` is 0, after the last step.
     pub fn contacts(&self, object: tatu_object) -> Result<Vec<Contact>> {
         let contacts = service!(self.bodies.contacts);

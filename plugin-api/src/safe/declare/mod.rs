@@ -8,6 +8,7 @@ pub(crate) mod language;
 pub(crate) mod model;
 pub(crate) mod model_reader;
 pub(crate) mod offer;
+pub(crate) mod part;
 pub(crate) mod plugin;
 pub(crate) mod sensor;
 pub(crate) mod service;

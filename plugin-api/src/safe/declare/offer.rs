@@ -4,8 +4,12 @@ use std::{collections::HashSet, ptr::null};
 
 use crate::abi::*;
 use crate::safe::{
-    Actuator, Command, Constant, Event, Importer, Language, Model, ModelReader, PerWorld, Plugin, Sensor, Service,
-    declare::plugin::{ExtensionTables, Offer},
+    Actuator, Command, Constant, Event, HeardFunction, Importer, Language, Model, ModelReader, Part, PerWorld, Plugin,
+    Sensor, Service,
+    declare::{
+        event,
+        plugin::{ExtensionTables, Offer, OfferedEvents},
+    },
     entry::life::{self, WorldState},
     value::{fail::bytes_raw, table_arena::TableArena},
 };
@@ -22,12 +26,13 @@ impl<P: Plugin> Offer<P> {
             kind_marks: Vec::new(),
             sensors: Vec::new(),
             actuators: Vec::new(),
+            parts: Vec::new(),
             models: Vec::new(),
             read_model: None,
             importers: Vec::new(),
             languages: Vec::new(),
             services: Vec::new(),
-            events: Vec::new(),
+            events: OfferedEvents { published: Vec::new(), listener: None },
         }
     }
     /// Makes the host create an instance of [`PerWorld::World`] for each world, for use by commands.
@@ -109,6 +114,11 @@ impl<P: Plugin> Offer<P> {
         let raw = crate::safe::declare::actuator::table::<A>(&mut self.arena);
         self.actuators.push(raw);
     }
+    /// Adds a kind of part.
+    pub fn part<A: Part<Plugin = P>>(&mut self) {
+        let raw = crate::safe::declare::part::table::<A>(&mut self.arena);
+        self.parts.push(raw);
+    }
     /// Adds a model.
     pub fn model<M: Model<Plugin = P>>(&mut self) {
         let raw = crate::safe::declare::model::table::<M>(&mut self.arena);
@@ -143,7 +153,14 @@ impl<P: Plugin> Offer<P> {
     /// Adds an event that the plugin publishes.
     pub fn event(&mut self, event: Event) {
         let raw = event.into_table(&mut self.arena);
-        self.events.push(raw);
+        self.events.published.push(raw);
+    }
+
+    /// Makes the plugin receive these events of each world: `heard` is called where events are delivered, after scripts
+    /// and parts. `*` means all except "collision", "separation" and "contact". If `heard` fails, it is not called again
+    /// in that world.
+    pub fn listen(&mut self, events: &[&str], heard: HeardFunction<P>) {
+        self.events.listener = Some((heard, events.iter().map(|e| (*e).to_owned()).collect()));
     }
 
     pub(crate) fn finish(mut self) -> ExtensionTables {
@@ -176,6 +193,10 @@ impl<P: Plugin> Offer<P> {
             let kinds = keep.list(self.actuators);
             keep.table(tatu_ext_actuator { size: size_of::<tatu_ext_actuator>() as u32, reserved: 0, kinds })
         });
+        let part = (!self.parts.is_empty()).then(|| {
+            let kinds = keep.list(self.parts);
+            keep.table(tatu_ext_part { size: size_of::<tatu_ext_part>() as u32, reserved: 0, kinds })
+        });
         let model = (!self.models.is_empty() || self.read_model.is_some()).then(|| {
             let (models, read) = (keep.list(self.models), self.read_model);
             keep.table(tatu_ext_model { size: size_of::<tatu_ext_model>() as u32, reserved: 0, models, read })
@@ -192,14 +213,19 @@ impl<P: Plugin> Offer<P> {
             let services = keep.list(self.services);
             keep.table(tatu_ext_service { size: size_of::<tatu_ext_service>() as u32, reserved: 0, services })
         });
-        let event = (!self.events.is_empty()).then(|| {
-            let events = keep.list(self.events);
-            keep.table(tatu_ext_event { size: size_of::<tatu_ext_event>() as u32, reserved: 0, events })
+        let event = (!self.events.published.is_empty() || self.events.listener.is_some()).then(|| {
+            let events = keep.list(self.events.published);
+            let names =
+                self.events.listener.as_ref().map(|(_, names)| names.iter().map(String::as_str).collect::<Vec<_>>());
+            let listens = names.map_or(null(), |names| keep.texts(&names));
+            let heard = self.events.listener.as_ref().map(|_| event::heard::<P> as HeardFn);
+            keep.table(tatu_ext_event { size: size_of::<tatu_ext_event>() as u32, reserved: 0, events, heard, listens })
         });
         ExtensionTables {
             command: command.unwrap_or(null()),
             sensor: sensor.unwrap_or(null()),
             actuator: actuator.unwrap_or(null()),
+            part: part.unwrap_or(null()),
             model: model.unwrap_or(null()),
             importer: importer.unwrap_or(null()),
             script: script.unwrap_or(null()),

@@ -3,7 +3,9 @@
 use std::{collections::HashSet, ffi::c_void, sync::Mutex};
 
 use crate::abi::*;
-use crate::safe::{Fail, Host, Param, Result, Value, World, call::frame::CallFrame, value::table_arena::TableArena};
+use crate::safe::{
+    Fail, Host, Param, Result, Value, ValueRef, World, call::frame::CallFrame, value::table_arena::TableArena,
+};
 
 /// A plugin. There is one value per host. A plugin must not have mutable globals; state that belongs to a world is
 /// stored in an instance of [`PerWorld`].
@@ -53,7 +55,7 @@ pub trait PerWorld: Plugin {
 /// Data with which an instance is created.
 #[derive(Debug, Clone, Copy)]
 pub struct Instance {
-    /// The sensor, actuator or script object.
+    /// The object of the sensor, actuator, part or script.
     pub owner: tatu_object,
     /// Id of the instance, unique in its world.
     pub id: u64,
@@ -75,6 +77,8 @@ pub(crate) struct StartedPlugin<P: Plugin> {
     pub(crate) plugin: P,
     pub(crate) host: Host,
     pub(crate) tables: ExtensionTables,
+    /// The function that receives events.
+    pub(crate) heard: Option<HeardFunction<P>>,
     /// Models that the plugin has read.
     pub(crate) model_cache: Mutex<ModelCache>,
 }
@@ -95,6 +99,7 @@ pub(crate) struct ExtensionTables {
     pub(crate) command: *const tatu_ext_command,
     pub(crate) sensor: *const tatu_ext_sensor,
     pub(crate) actuator: *const tatu_ext_actuator,
+    pub(crate) part: *const tatu_ext_part,
     pub(crate) model: *const tatu_ext_model,
     pub(crate) importer: *const tatu_ext_importer,
     pub(crate) script: *const tatu_ext_script,
@@ -116,12 +121,20 @@ pub struct Offer<P: Plugin> {
     pub(crate) kind_marks: Vec<*const tatu_kind_mark>,
     pub(crate) sensors: Vec<*const tatu_sensor>,
     pub(crate) actuators: Vec<*const tatu_actuator>,
+    pub(crate) parts: Vec<*const tatu_part>,
     pub(crate) models: Vec<*const tatu_model>,
     pub(crate) read_model: Option<ReadModelFn>,
     pub(crate) importers: Vec<*const tatu_importer>,
     pub(crate) languages: Vec<*const tatu_language>,
     pub(crate) services: Vec<*const tatu_service>,
-    pub(crate) events: Vec<*const tatu_event>,
+    pub(crate) events: OfferedEvents<P>,
+}
+
+/// The events that a plugin publishes and receives.
+pub(crate) struct OfferedEvents<P: Plugin> {
+    pub(crate) published: Vec<*const tatu_event>,
+    /// The function that receives events, and their names.
+    pub(crate) listener: Option<(HeardFunction<P>, Vec<String>)>,
 }
 
 /// The declaration of a command.
@@ -188,3 +201,15 @@ pub struct SharedCall<'a, P: Plugin> {
 
 /// A call to a command with exclusive access to the world.
 pub struct Call<'a, P: Plugin>(pub(crate) SharedCall<'a, P>);
+
+/// The function of a plugin that receives events; see [`Offer::listen`](crate::safe::Offer::listen).
+pub type HeardFunction<P> = fn(&Heard<'_, P>) -> Result;
+
+/// An event that a plugin receives, and the world in which it was published.
+pub struct Heard<'a, P: Plugin> {
+    pub(crate) world: World<'a>,
+    pub(crate) plugin: &'a P,
+    pub(crate) instance: *mut c_void,
+    pub(crate) name: &'a str,
+    pub(crate) payload: ValueRef<'a>,
+}

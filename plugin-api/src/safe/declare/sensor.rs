@@ -10,6 +10,7 @@ use crate::safe::{
     value::{
         field::Field,
         sample::{Readout, Sample},
+        table_arena::TableArena,
     },
 };
 
@@ -107,15 +108,28 @@ impl Default for Beams {
     }
 }
 
-/// Named settings of a kind of sensor, such as those of a device that can be bought.
+/// Named settings of a kind of sensor or part, such as those of a device that can be bought.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Preset {
     /// Id of the preset, such as "hokuyo_urg_04lx".
     pub id: &'static str,
     /// Description, one sentence, with the source of the values.
     pub text: &'static str,
-    /// The settings, as the lines of TOML that a scene file would contain for the sensor, including its noise.
+    /// The settings, as the lines of TOML that a scene file would contain for the object, including the noise of a sensor.
     pub settings: &'static str,
+}
+
+impl Preset {
+    pub(crate) fn to_table(self, keep: &mut TableArena) -> *const tatu_preset {
+        let raw = tatu_preset {
+            size: size_of::<tatu_preset>() as u32,
+            reserved: 0,
+            id: keep.text(self.id),
+            text: keep.text(self.text),
+            settings: keep.text(self.settings),
+        };
+        keep.table(raw)
+    }
 }
 
 /// A kind of sensor. There is one value per sensor in a world.

@@ -10,7 +10,7 @@ use crate::safe::{
     value::fail::bytes_of,
 };
 
-/// The type of the `data` that the host stores for an instance: of a world, sensor, actuator, script or service. Only
+/// The type of the `data` that the host stores for an instance: of a world, sensor, actuator, part, script or service. Only
 /// one thread at a time calls an instance, but calls may nest.
 pub(crate) trait InstanceLife: Sized + 'static {
     /// The plugin to which the instance belongs.

@@ -96,17 +96,7 @@ pub(crate) fn table<S: Sensor>(keep: &mut TableArena) -> *const tatu_sensor {
         beams: Some(beams::<S>),
         measure: Some(measure::<S>),
         presets: {
-            let presets = S::PRESETS.iter().map(|p| {
-                let raw = tatu_preset {
-                    size: size_of::<tatu_preset>() as u32,
-                    reserved: 0,
-                    id: keep.text(p.id),
-                    text: keep.text(p.text),
-                    settings: keep.text(p.settings),
-                };
-                keep.table(raw)
-            });
-            let presets = presets.collect();
+            let presets = S::PRESETS.iter().map(|p| p.to_table(keep)).collect();
             keep.list(presets)
         },
         finish: Some(finish::<S>),

@@ -39,7 +39,9 @@ pub unsafe extern "C" fn init<P: Plugin>(
         let plugin = P::start(&host)?;
         let mut offer = Offer::new();
         P::offer(&mut offer);
-        let started = Box::new(StartedPlugin { plugin, host, tables: offer.finish(), model_cache: Mutex::default() });
+        let heard = offer.events.listener.as_ref().map(|(heard, _)| *heard);
+        let tables = offer.finish();
+        let started = Box::new(StartedPlugin { plugin, host, tables, heard, model_cache: Mutex::default() });
         // SAFETY: `me` is valid for a write, as the header requires.
         unsafe { *me = Box::into_raw(started).cast() };
         Ok(TATU_OK)
@@ -67,6 +69,7 @@ pub unsafe extern "C" fn extension<P: Plugin>(me: *mut c_void, id: *const c_char
         id if id == TATU_COMMAND => tables.command.cast(),
         id if id == TATU_SENSOR => tables.sensor.cast(),
         id if id == TATU_ACTUATOR => tables.actuator.cast(),
+        id if id == TATU_PART => tables.part.cast(),
         id if id == TATU_MODEL => tables.model.cast(),
         id if id == TATU_IMPORTER => tables.importer.cast(),
         id if id == TATU_SCRIPT => tables.script.cast(),

@@ -92,6 +92,12 @@ impl<'a> Sample<'a> {
         self.per_beam(self.batch.primitive)
     }
 
+    /// Returns for each beam the twist of the object that was hit, world frame: m/s, then rad/s; zeros if nothing was
+    /// hit. Requires `TATU_IN_HIT_TWIST`.
+    pub fn hit_twists(&self) -> &'a [[f64; 6]] {
+        self.per_beam(self.batch.hit_twist.cast())
+    }
+
     /// Returns for each pixel, the lowest row first, the depth along +z, m, or infinity if nothing was hit. Requires
     /// `TATU_IN_DISTANCE`.
     pub fn depths(&self) -> &'a [f32] {

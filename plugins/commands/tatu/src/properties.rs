@@ -18,6 +18,7 @@ const KINDS: &[(&str, u32)] = &[
     ("camera", TATU_KIND_CAMERA as u32),
     ("light", TATU_KIND_LIGHT as u32),
     ("path", TATU_KIND_PATH as u32),
+    ("part", TATU_KIND_PART as u32),
 ];
 
 pub(crate) fn offer(offer: &mut Offer<Tatu>) {

@@ -1,7 +1,10 @@
 //! Reports what neither URDF nor MJCF holds, whatever the exporter.
 
 use tatu_plugin_api::{
-    abi::{TATU_KIND_ACTUATOR, TATU_KIND_GRAPH, TATU_KIND_JOINT, TATU_KIND_PATH, TATU_KIND_SHAPE, tatu_object},
+    abi::{
+        TATU_KIND_ACTUATOR, TATU_KIND_GRAPH, TATU_KIND_JOINT, TATU_KIND_PART, TATU_KIND_PATH, TATU_KIND_SHAPE,
+        tatu_object,
+    },
     safe::Result,
 };
 
@@ -29,6 +32,7 @@ pub fn report_losses(
             TATU_KIND_GRAPH => report.lost("graphs are left out", &item.path),
             TATU_KIND_PATH => report.lost("paths are left out", &item.path),
             TATU_KIND_ACTUATOR => report.lost("actuators that are not joints are left out", &item.path),
+            TATU_KIND_PART => report.lost("parts are left out", &item.path),
             _ => {}
         }
     }

@@ -398,9 +398,9 @@ impl<'a> SceneFileReader<'a> {
     }
 }
 
-/// Returns whether a table describes a sensor or an actuator, for which the key `kind` can be omitted.
+/// Returns whether a table describes a sensor, an actuator or a part, for which the key `kind` can be omitted.
 fn is_device(table: &dyn TableLike) -> bool {
-    ["sensor", "actuator"].iter().any(|k| table.contains_key(k))
+    ["sensor", "actuator", "part"].iter().any(|k| table.contains_key(k))
 }
 
 fn table_span(table: &dyn TableLike) -> Option<std::ops::Range<usize>> {

@@ -21,8 +21,8 @@ impl SceneFileReader<'_> {
         if !table.contains_key("kind") && (table.contains_key("model") || table.contains_key("file")) {
             return self.model(b, table, parent, None).map(drop);
         }
-        // The keys `sensor` and `actuator` imply the kind.
-        let implied = ["sensor", "actuator"].into_iter().find(|k| table.contains_key(k));
+        // The keys `sensor`, `actuator` and `part` imply the kind.
+        let implied = ["sensor", "actuator", "part"].into_iter().find(|k| table.contains_key(k));
         let kind = match (table.get("kind"), implied) {
             (Some(item), _) => self.string(table, "kind", item)?,
             (None, Some(kind)) => kind.to_owned(),
@@ -42,6 +42,7 @@ impl SceneFileReader<'_> {
         let device = match b.document.objects[object].kind {
             ObjectKind::Sensor => Some(("sensor", "<kind or schema>")),
             ObjectKind::Actuator => Some(("actuator", "<kind>")),
+            ObjectKind::Part => Some(("part", "<kind>")),
             _ => None,
         };
         if let Some((key, wanted)) = device {
@@ -64,9 +65,14 @@ impl SceneFileReader<'_> {
             b.set(object, "joint.type", value).map_err(|e| e.at(Some(self.text.value(table, "type"))))?;
         }
         // A preset is applied before all other keys of the object, regardless of the order in the file.
-        if let Some(item) = table.get("preset").filter(|_| b.document.objects[object].kind == ObjectKind::Sensor) {
-            let preset = Value::text(self.string(table, "preset", item)?);
-            b.set(object, "sensor.preset", preset).map_err(|e| e.at(Some(self.text.value(table, "preset"))))?;
+        let has_preset = matches!(b.document.objects[object].kind, ObjectKind::Sensor | ObjectKind::Part);
+        if let Some(item) = table.get("preset").filter(|_| has_preset) {
+            let preset = self.string(table, "preset", item)?;
+            let applied = match b.document.objects[object].kind {
+                ObjectKind::Part => b.apply_part_preset(object, &preset),
+                _ => b.set(object, "sensor.preset", Value::text(preset)),
+            };
+            applied.map_err(|e| e.at(Some(self.text.value(table, "preset"))))?;
         }
         if let Some(item) = table.get("name") {
             let name = Value::text(self.string(table, "name", item)?);
@@ -76,7 +82,7 @@ impl SceneFileReader<'_> {
         let declared = b.declarations(object);
         for (key, item) in table.iter() {
             const KEYS_READ_ELSEWHERE: &[&str] = &["kind", "alias", "name", "parent", "script", "scripts"];
-            let done = key == "preset" && b.document.objects[object].kind == ObjectKind::Sensor;
+            let done = key == "preset" && has_preset;
             if done || KEYS_READ_ELSEWHERE.contains(&key) || device.is_some_and(|(d, _)| d == key) {
                 continue;
             }

@@ -34,6 +34,10 @@ pub(crate) struct EventBus {
     pub last_id: Cell<u64>,
     /// Pairs of slots that touched after the previous physics stage, the lower slot first.
     pub touching: RefCell<BTreeSet<(u32, u32)>>,
+    /// Names of events that parts and plugins receive, or `*`. A name stays in the list as long as the world.
+    natives: RefCell<BTreeSet<String>>,
+    /// Indices of the plugins whose function for events has failed, which are not called again.
+    pub deaf: RefCell<BTreeSet<usize>>,
     /// The event that is being delivered.
     pub delivering: RefCell<Option<Rc<str>>>,
 }
@@ -44,13 +48,19 @@ impl EventBus {
         self.queue.borrow_mut().clear();
         self.touching.borrow_mut().clear();
     }
-    /// Returns whether an event must be queued, because a script subscribes to it.
+    /// Returns whether an event must be queued, because a script, a part or a plugin subscribes to it.
     pub fn has_subscriber(&self, name: &str) -> bool {
         // A handler that prints must not receive its own lines, because this would never end.
         let own = name == "message" && self.delivering.try_borrow().is_ok_and(|n| n.as_deref() == Some(name));
-        !own && self.subscriptions.try_borrow().is_ok_and(|s| s.iter().any(|s| covers(&s.name, name)))
+        let scripts = || self.subscriptions.try_borrow().is_ok_and(|s| s.iter().any(|s| covers(&s.name, name)));
+        let natives = || self.natives.try_borrow().is_ok_and(|n| n.iter().any(|wanted| covers(wanted, name)));
+        !own && (scripts() || natives())
     }
-    /// Returns whether there are any subscriptions.
+    /// Adds names of events that a part or a plugin receives.
+    pub fn add_natives(&self, names: &[String]) {
+        self.natives.borrow_mut().extend(names.iter().cloned());
+    }
+    /// Returns whether there are any subscriptions of scripts.
     pub fn has_listeners(&self) -> bool {
         self.subscriptions.try_borrow().is_ok_and(|s| !s.is_empty())
     }

@@ -1,9 +1,13 @@
 //! The scripts of a world, and the state that the host stores for each of them.
 
-use std::{cell::Cell, ffi::c_void, rc::Rc};
+use std::{
+    cell::{Cell, RefCell},
+    ffi::c_void,
+    rc::Rc,
+};
 
 use tatu_plugin_api::abi::*;
-use tatu_plugins::border::raw;
+use tatu_plugins::{border::raw, state_block::StateBlock};
 use tatu_scene::document::ScriptSpec;
 
 use crate::cell::{
@@ -39,6 +43,8 @@ pub(crate) struct LanguageInstance {
     /// Instance id, or 0 if there is no instance.
     pub id: Cell<u64>,
     pub data: Cell<*mut c_void>,
+    /// The state block that the language writes to.
+    pub state: RefCell<StateBlock>,
     /// The chosen dialect. The string is owned by the instance.
     pub dialect: Cell<tatu_str>,
     /// The `TATU_SCRIPT_*` flags that its language reported.
@@ -130,6 +136,7 @@ impl Script {
             instance: LanguageInstance {
                 id: Cell::new(0),
                 data: Cell::new(std::ptr::null_mut()),
+                state: RefCell::new(StateBlock::new(0)),
                 dialect: Cell::new(raw(&[])),
                 traits: Cell::new(0),
                 threaded: Cell::new(false),

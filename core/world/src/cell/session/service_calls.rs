@@ -99,12 +99,18 @@ impl RunningService {
     /// Calls the service at the barrier, and returns whether it holds the world.
     pub fn barrier(&self, world: &WorldCell) -> bool {
         let step = world.state.clock.step.get();
+        let begin = std::time::Instant::now();
         let answer = self.call_or_switch_off(world, PluginCall::Barrier, |raw, data, error| {
             // SAFETY: `f` is from a plugin that is never unloaded, and `data` points to the instance that it created.
             // `error` lives until the call has returned, and no borrow of the world is active.
             raw.barrier.map_or(TATU_GO, |f| unsafe { f(data, world.raw(), step, error) })
         });
-        answer == Some(TATU_HOLD)
+        let holds = answer == Some(TATU_HOLD);
+        let registry = &world.model.registry;
+        match &registry.inspector {
+            None => holds,
+            Some(inspector) => inspector.after_barrier(self.info(registry).plugin, holds, begin.elapsed()),
+        }
     }
 
     /// Notifies the service that the world is about to end. It is the last call in which the service can access the

@@ -1,5 +1,6 @@
 //! Colliders of bodies, and the hooks that they require.
 
+use nalgebra::Vector3;
 use rapier3d::{dynamics::CoefficientCombineRule, geometry::ColliderBuilder, pipeline::ActiveHooks};
 
 use super::{
@@ -129,10 +130,19 @@ impl Contacts {
             self.pairs.remove(&pair);
             return;
         };
-        self.pairs.insert(pair, rule);
-        // The filter must be enabled for bodies with a rule.
+        let before = self.pairs.insert(pair, rule);
+        if before == Some(rule) {
+            return;
+        }
         for body in [a, b] {
+            // The filter must be enabled for bodies with a rule.
             enable_pair_hooks(bodies, body);
+            // Bodies that rest on a surface must wake when it starts to move.
+            if before.map_or(Vector3::zeros(), |r| r.slide) != rule.slide
+                && let Some(handle) = bodies.record(body).map(|r| r.handle)
+            {
+                bodies.wake_touching(handle);
+            }
         }
     }
 

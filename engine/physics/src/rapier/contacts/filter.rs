@@ -139,7 +139,11 @@ impl PhysicsHooks for PairFilter<'_> {
             (Some(s), Some(body)) => body.position().rotation * convert::vector(&s.velocity),
             _ => Vector::ZERO,
         };
-        let belts = belt(first, handles[0]) - belt(second, handles[1]);
+        let mut belts = belt(first, handles[0]) - belt(second, handles[1]);
+        if let Some(rule) = &rule {
+            let side = if a.body < b.body { 1.0 } else { -1.0 };
+            belts += convert::vector(&(side * rule.slide));
+        }
         if belts != Vector::ZERO {
             let along = belts - *face.normal * belts.dot(*face.normal);
             face.solver_contacts.iter_mut().for_each(|c| c.tangent_velocity += along);

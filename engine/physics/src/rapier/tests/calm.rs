@@ -54,7 +54,11 @@ fn sliding_tree_is_not_calm() {
     engine.advance(100);
     assert!(calm_s(&engine) >= 0.1);
     let friction = Some(0.3);
-    engine.set_pair(ground, low, Some(crate::PairRule { responds: true, friction, restitution: None }));
+    engine.set_pair(
+        ground,
+        low,
+        Some(crate::PairRule { responds: true, friction, restitution: None, ..crate::PairRule::default() }),
+    );
     let twist = crate::Twist { linear: Vector3::x() * 0.5, ..crate::Twist::default() };
     engine.set_twist(low, &twist);
     engine.advance(20);

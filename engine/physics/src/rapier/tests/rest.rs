@@ -136,7 +136,8 @@ fn legs_that_hold_against_each_other_rest_with_steady_efforts() {
     floor(&mut engine);
     let trunk = engine.add_body(&body(at(0.0, 0.0, 0.5), mass(5.0, [0.05; 3]), vec![]));
     // Too little for the feet to carry the trunk without the drives.
-    let slippery = Some(crate::PairRule { responds: true, friction: Some(0.3), restitution: None });
+    let slippery =
+        Some(crate::PairRule { responds: true, friction: Some(0.3), restitution: None, ..crate::PairRule::default() });
     let mut joints = Vec::new();
     for (side, y) in [(-1.0, 0.2), (-1.0, -0.2), (1.0, 0.2), (1.0, -0.2)] {
         let foot = engine.add_body(&body(at(0.35 * side, y, 0.05), mass(0.5, [0.001; 3]), sphere(0.05)));

@@ -104,6 +104,7 @@ pub(crate) fn kind_key(kind: i32) -> &'static str {
         TATU_KIND_LIGHT => "light",
         TATU_KIND_GRAPH => "graph",
         TATU_KIND_PATH => "path",
+        TATU_KIND_PART => "part",
         _ => "",
     }
 }
@@ -121,6 +122,7 @@ fn kind_name(kind: i32) -> &'static str {
         TATU_KIND_LIGHT => "a light",
         TATU_KIND_GRAPH => "a graph",
         TATU_KIND_PATH => "a path",
+        TATU_KIND_PART => "a part",
         _ => "an object of a different kind",
     }
 }

@@ -79,7 +79,7 @@ export const FIXED = [
 ];
 
 /**
- * Returns sections with items for the kinds of sensors and actuators that `tatu.kinds` lists.
+ * Returns sections with items for the kinds of sensors, actuators and parts that `tatu.kinds` lists.
  * @param {{ object: string, id: string, text: string }[]} kinds
  * @returns {Section[]}
  */
@@ -87,7 +87,12 @@ export function devices(kinds) {
   const itemsOf = (/** @type {string} */ deviceKind) => kinds.filter((k) => k.object === deviceKind).map((k) => (
     otherItem(k.id, k.text, `kind = "${deviceKind}"\n${deviceKind} = "${k.id}"`, { attach: true })
   ));
-  return [{ name: "Sensors", items: itemsOf("sensor") }, { name: "Actuators", items: itemsOf("actuator") }].filter((s) => s.items.length);
+  const sections = [
+    { name: "Sensors", items: itemsOf("sensor") },
+    { name: "Actuators", items: itemsOf("actuator") },
+    { name: "Parts", items: itemsOf("part") },
+  ];
+  return sections.filter((s) => s.items.length);
 }
 
 /**

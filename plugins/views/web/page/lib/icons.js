@@ -38,6 +38,7 @@ const PATHS = {
   dummy: "M12 13V3M12 13l8 5M12 13l-8 5",
   sensor: "M5 12h.01M9 8a6 6 0 0 1 0 8M13 5a10 10 0 0 1 0 14M17 2.500a14 14 0 0 1 0 19",
   actuator: "M12 12h.01M12 9C7 2 3 7 9 11M12 15c5 7 9 2 3-2",
+  part: "M8 8h8v8H8zM5 10h3M5 14h3M16 10h3M16 14h3",
   force_sensor: "M12 3v10M8 9l4 4 4-4M5 17h14M5 21h14",
   camera: "M3 7h11v10H3zM14 11l7-4v10l-7-4",
   light: "M9 18h6M10 21h4M9 18c0-3-3-4-3-8a6 6 0 0 1 12 0c0 4-3 5-3 8",

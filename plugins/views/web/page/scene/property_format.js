@@ -60,7 +60,7 @@ export function groupOf(key, kind) {
   if (owner === "shape") return SHAPE_KEYS.includes(short) ? "Shape" : "Physics";
   if (owner === "force_sensor") return "Sensor";
   if (["joint", "sensor", "script"].includes(owner)) return title(owner);
-  if (kind === "actuator") return "Drive";
+  if (kind === "actuator" || kind === "part") return "Drive";
   return kind === "sensor" ? "Sensor" : title(owner);
 }
 
