@@ -131,13 +131,13 @@ enum tatu_call_flag {
 /* ---- Arguments */
 
 /* Whether argument `i` was passed and is not nil. */
-static inline int tatu_has_arg(const tatu_call *c, uint32_t i) { return i < c->n_args && c->args[i].tag != TATU_NIL; }
+TATU_INLINE int tatu_has_arg(const tatu_call *c, uint32_t i) { return i < c->n_args && c->args[i].tag != TATU_NIL; }
 /* These functions return an argument of the declared type; 0 or empty if it is missing. */
-static inline double tatu_arg_float(const tatu_call *c, uint32_t i) {
+TATU_INLINE double tatu_arg_float(const tatu_call *c, uint32_t i) {
   if (i >= c->n_args) return 0;
   return c->args[i].tag == TATU_F64 ? c->args[i].u.f : c->args[i].tag == TATU_I64 ? (double)c->args[i].u.i : 0;
 }
-static inline int64_t tatu_arg_int(const tatu_call *c, uint32_t i) {
+TATU_INLINE int64_t tatu_arg_int(const tatu_call *c, uint32_t i) {
   if (i >= c->n_args) return 0;
   if (c->args[i].tag == TATU_F64) { /* 0 for values outside the range of int64_t, and for NaN */
     double x = c->args[i].u.f;
@@ -145,26 +145,26 @@ static inline int64_t tatu_arg_int(const tatu_call *c, uint32_t i) {
   }
   return c->args[i].tag == TATU_I64 || c->args[i].tag == TATU_BOOL ? c->args[i].u.i : 0;
 }
-static inline tatu_object tatu_arg_object(const tatu_call *c, uint32_t i) {
+TATU_INLINE tatu_object tatu_arg_object(const tatu_call *c, uint32_t i) {
   if (i < c->n_args && c->args[i].tag == TATU_OBJECT) return c->args[i].u.u;
   return (tatu_object)tatu_arg_int(c, i);
 }
-static inline tatu_func tatu_arg_func(const tatu_call *c, uint32_t i) {
+TATU_INLINE tatu_func tatu_arg_func(const tatu_call *c, uint32_t i) {
   return i < c->n_args && c->args[i].tag == TATU_FUNC ? c->args[i].u.u : 0;
 }
 /* The numbers of a TATU_F64S argument, and their count; null and 0 if it is missing. */
-static inline const double *tatu_arg_floats(const tatu_call *c, uint32_t i, uint64_t *n) {
+TATU_INLINE const double *tatu_arg_floats(const tatu_call *c, uint32_t i, uint64_t *n) {
   int is = i < c->n_args && c->args[i].tag == TATU_F64S;
   *n = is ? c->args[i].u.s.len : 0;
   return is ? (const double *)c->args[i].u.s.ptr : 0;
 }
 /* The entries of a TATU_MAP argument, and their count; null and 0 if it is missing. */
-static inline const tatu_pair *tatu_arg_map(const tatu_call *c, uint32_t i, uint64_t *n) {
+TATU_INLINE const tatu_pair *tatu_arg_map(const tatu_call *c, uint32_t i, uint64_t *n) {
   int is = i < c->n_args && c->args[i].tag == TATU_MAP;
   *n = is ? c->args[i].u.s.len : 0;
   return is ? (const tatu_pair *)c->args[i].u.s.ptr : 0;
 }
-static inline tatu_str tatu_arg_text(const tatu_call *c, uint32_t i) {
+TATU_INLINE tatu_str tatu_arg_text(const tatu_call *c, uint32_t i) {
   tatu_str t = {0, 0};
   if (i < c->n_args && (c->args[i].tag == TATU_TEXT || c->args[i].tag == TATU_BYTES)) {
     t.ptr = (const char *)c->args[i].u.s.ptr;
@@ -173,7 +173,7 @@ static inline tatu_str tatu_arg_text(const tatu_call *c, uint32_t i) {
   return t;
 }
 /* The elements of a TATU_LIST argument, and their count; null and 0 if it is missing. */
-static inline const tatu_value *tatu_arg_list(const tatu_call *c, uint32_t i, uint64_t *n) {
+TATU_INLINE const tatu_value *tatu_arg_list(const tatu_call *c, uint32_t i, uint64_t *n) {
   int is = i < c->n_args && c->args[i].tag == TATU_LIST;
   *n = is ? c->args[i].u.s.len : 0;
   return is ? (const tatu_value *)c->args[i].u.s.ptr : 0;
@@ -187,21 +187,21 @@ static inline const tatu_value *tatu_arg_list(const tatu_call *c, uint32_t i, ui
 
 /* Appends a result. Text, arrays, lists and maps must live until the caller has read them. Literals do; build all
  * others with the functions below, or copy them with tatu_keep. */
-static inline tatu_status tatu_return(tatu_call *c, tatu_value v) {
+TATU_INLINE tatu_status tatu_return(tatu_call *c, tatu_value v) {
   if (v.tag == TATU_NO_ROOM) return tatu_fail(c->error, TATU_ERR_SPACE, "the world's arena has no room for the results");
   if (c->n_results >= c->results_cap) return tatu_fail(c->error, TATU_ERR_SPACE, "the caller's buffer is too small for the results");
   c->results[c->n_results++] = v;
   return TATU_OK;
 }
 /* Appends several results: return tatu_return_values(call, TATU_VALUES(a, b)); */
-static inline tatu_status tatu_return_values(tatu_call *c, const tatu_value *values, uint64_t n) {
+TATU_INLINE tatu_status tatu_return_values(tatu_call *c, const tatu_value *values, uint64_t n) {
   tatu_status status = TATU_OK;
   uint64_t i;
   for (i = 0; i < n && status >= 0; i++) status = tatu_return(c, values[i]);
   return status;
 }
 /* Copies bytes into memory that lives until the caller has read the results; returns null if there is no room. */
-static inline void *tatu_keep(tatu_call *c, const void *bytes, uint64_t n) {
+TATU_INLINE void *tatu_keep(tatu_call *c, const void *bytes, uint64_t n) {
   char *p = (char *)c->api->alloc(c, n ? n : 1);
   uint64_t i;
   if (p) for (i = 0; i < n; i++) p[i] = ((const char *)bytes)[i];
@@ -209,18 +209,18 @@ static inline void *tatu_keep(tatu_call *c, const void *bytes, uint64_t n) {
 }
 /* Copies text, bytes or an array, `n` elements of `size` bytes, into memory that lives until the caller has read the
  * results, and returns it as a value. */
-static inline tatu_value tatu_copy(tatu_call *c, uint32_t tag, const void *ptr, uint64_t n, uint64_t size) {
+TATU_INLINE tatu_value tatu_copy(tatu_call *c, uint32_t tag, const void *ptr, uint64_t n, uint64_t size) {
   void *p = tatu_keep(c, ptr, n * size);
   return p ? tatu_span(tag, p, n) : tatu_span(TATU_NO_ROOM, 0, 0);
 }
-static inline tatu_value tatu_copy_text(tatu_call *c, tatu_str text) { return tatu_copy(c, TATU_TEXT, text.ptr, text.len, 1); }
-static inline tatu_value tatu_copy_floats(tatu_call *c, const double *x, uint64_t n) { return tatu_copy(c, TATU_F64S, x, n, sizeof *x); }
+TATU_INLINE tatu_value tatu_copy_text(tatu_call *c, tatu_str text) { return tatu_copy(c, TATU_TEXT, text.ptr, text.len, 1); }
+TATU_INLINE tatu_value tatu_copy_floats(tatu_call *c, const double *x, uint64_t n) { return tatu_copy(c, TATU_F64S, x, n, sizeof *x); }
 /* An empty list, to be filled by tatu_add, and an empty map, to be filled by tatu_put. */
-static inline tatu_value tatu_list(void) { return tatu_span(TATU_LIST, 0, 0); }
-static inline tatu_value tatu_map(void) { return tatu_span(TATU_MAP, 0, 0); }
+TATU_INLINE tatu_value tatu_list(void) { return tatu_span(TATU_LIST, 0, 0); }
+TATU_INLINE tatu_value tatu_map(void) { return tatu_span(TATU_MAP, 0, 0); }
 /* Returns space for one more element of `size` bytes, or null if the arena is full. The capacity is 4, and doubles
  * whenever it is used up. */
-static inline void *tatu_grow(tatu_call *c, tatu_value *v, uint64_t size) {
+TATU_INLINE void *tatu_grow(tatu_call *c, tatu_value *v, uint64_t size) {
   uint64_t n = v->u.s.len, i;
   if (v->tag == TATU_NO_ROOM) return 0;
   if ((n & (n - 1)) == 0 && n != 1 && n != 2) {
@@ -232,13 +232,13 @@ static inline void *tatu_grow(tatu_call *c, tatu_value *v, uint64_t size) {
   return v->u.s.ptr ? (char *)v->u.s.ptr + v->u.s.len++ * size : 0;
 }
 /* Appends an element to a list created by tatu_list. */
-static inline void tatu_add(tatu_call *c, tatu_value *list, tatu_value element) {
+TATU_INLINE void tatu_add(tatu_call *c, tatu_value *list, tatu_value element) {
   tatu_value *at = (tatu_value *)tatu_grow(c, list, sizeof element);
   if (at) *at = element;
   if (element.tag == TATU_NO_ROOM) list->tag = TATU_NO_ROOM;
 }
 /* Adds an entry to a map created by tatu_map. The key must live as long as the map, as a literal does. */
-static inline void tatu_put(tatu_call *c, tatu_value *map, const char *key, tatu_value value) {
+TATU_INLINE void tatu_put(tatu_call *c, tatu_value *map, const char *key, tatu_value value) {
   tatu_pair *at = (tatu_pair *)tatu_grow(c, map, sizeof *at);
   if (at) *at = tatu_entry(key, value);
   if (value.tag == TATU_NO_ROOM) map->tag = TATU_NO_ROOM;
@@ -247,14 +247,14 @@ static inline void tatu_put(tatu_call *c, tatu_value *map, const char *key, tatu
 /* ---- Failing, and calling others */
 
 /* These functions set the error of the call, without or with a help text, and return its code. */
-static inline tatu_status tatu_call_fail(tatu_call *c, tatu_status code, const char *text) {
+TATU_INLINE tatu_status tatu_call_fail(tatu_call *c, tatu_status code, const char *text) {
   return tatu_fail(c->error, code, text);
 }
-static inline tatu_status tatu_call_fail_help(tatu_call *c, tatu_status code, const char *text, const char *help) {
+TATU_INLINE tatu_status tatu_call_fail_help(tatu_call *c, tatu_status code, const char *text, const char *help) {
   return tatu_fail_help(c->error, code, text, help);
 }
 /* Returns a frame for commands.call and commands.call_func. `cap`, the capacity of `results`, is at least 16. */
-static inline tatu_call tatu_frame(const tatu_value *args, uint32_t n_args, tatu_value *results, uint32_t cap) {
+TATU_INLINE tatu_call tatu_frame(const tatu_value *args, uint32_t n_args, tatu_value *results, uint32_t cap) {
   tatu_call c;
   size_t i;
   for (i = 0; i < sizeof c; i++) ((char *)&c)[i] = 0;

@@ -22,6 +22,15 @@ extern "C" {
 #define TATU_ABI_MAJOR 0 /* must match; 0 until release 1.0 */
 #define TATU_ABI_MINOR 7 /* increased whenever a table grows; checked only against tatu_need.minor */
 
+/* Functions of these headers: C89 has no `inline`. */
+#if defined __cplusplus || (defined __STDC_VERSION__ && __STDC_VERSION__ >= 199901L)
+#  define TATU_INLINE static inline
+#elif defined __GNUC__
+#  define TATU_INLINE static __inline__
+#else
+#  define TATU_INLINE static
+#endif
+
 /* Offset of the end of a field in its table, in bytes. */
 #define TATU_END(t, f) ((size_t)((const char *)(&(t)->f + 1) - (const char *)(t)))
 /* Whether a table that another party filled includes this scalar or pointer field, with a value other than 0. */
@@ -132,25 +141,25 @@ typedef struct tatu_world tatu_world;     /* a world: opaque */
 typedef struct tatu_session tatu_session; /* a session: opaque */
 
 /* A text literal or NUL-terminated string as tatu_str. */
-static inline tatu_str tatu_text(const char *s) {
+TATU_INLINE tatu_str tatu_text(const char *s) {
   tatu_str t = {s, 0};
   while (s && s[t.len]) t.len++;
   return t;
 }
 
 /* Constructors of values. */
-static inline tatu_value tatu_nil(void) { tatu_value v = {TATU_NIL, 0, {0}}; return v; }
-static inline tatu_value tatu_bool(int x) { tatu_value v = {TATU_BOOL, 0, {0}}; v.u.i = x != 0; return v; }
-static inline tatu_value tatu_int(int64_t x) { tatu_value v = {TATU_I64, 0, {0}}; v.u.i = x; return v; }
-static inline tatu_value tatu_float(double x) { tatu_value v = {TATU_F64, 0, {0}}; v.u.f = x; return v; }
-static inline tatu_value tatu_string(const char *s) {
+TATU_INLINE tatu_value tatu_nil(void) { tatu_value v = {TATU_NIL, 0, {0}}; return v; }
+TATU_INLINE tatu_value tatu_bool(int x) { tatu_value v = {TATU_BOOL, 0, {0}}; v.u.i = x != 0; return v; }
+TATU_INLINE tatu_value tatu_int(int64_t x) { tatu_value v = {TATU_I64, 0, {0}}; v.u.i = x; return v; }
+TATU_INLINE tatu_value tatu_float(double x) { tatu_value v = {TATU_F64, 0, {0}}; v.u.f = x; return v; }
+TATU_INLINE tatu_value tatu_string(const char *s) {
   tatu_value v = {TATU_TEXT, 0, {0}};
   tatu_str t = tatu_text(s);
   v.u.s.ptr = t.ptr;
   v.u.s.len = t.len;
   return v;
 }
-static inline tatu_value tatu_span(uint32_t tag, const void *ptr, uint64_t len) {
+TATU_INLINE tatu_value tatu_span(uint32_t tag, const void *ptr, uint64_t len) {
   tatu_value v = {0, 0, {0}};
   v.tag = tag;
   v.u.s.ptr = ptr;
@@ -159,29 +168,29 @@ static inline tatu_value tatu_span(uint32_t tag, const void *ptr, uint64_t len) 
 }
 
 /* An object as a value; scripts receive its handle. */
-static inline tatu_value tatu_handle(tatu_object x) { tatu_value v = {TATU_OBJECT, 0, {0}}; v.u.u = x; return v; }
+TATU_INLINE tatu_value tatu_handle(tatu_object x) { tatu_value v = {TATU_OBJECT, 0, {0}}; v.u.u = x; return v; }
 /* A list, a map, and one entry of a map. They point to the caller's memory and do not copy it: see TATU_VALUES and
  * TATU_ENTRIES. */
-static inline tatu_value tatu_list_of(const tatu_value *values, uint64_t n) { return tatu_span(TATU_LIST, values, n); }
-static inline tatu_value tatu_map_of(const tatu_pair *entries, uint64_t n) { return tatu_span(TATU_MAP, entries, n); }
-static inline tatu_pair tatu_entry(const char *key, tatu_value value) {
+TATU_INLINE tatu_value tatu_list_of(const tatu_value *values, uint64_t n) { return tatu_span(TATU_LIST, values, n); }
+TATU_INLINE tatu_value tatu_map_of(const tatu_pair *entries, uint64_t n) { return tatu_span(TATU_MAP, entries, n); }
+TATU_INLINE tatu_pair tatu_entry(const char *key, tatu_value value) {
   tatu_pair p;
   p.key = tatu_string(key);
   p.value = value;
   return p;
 }
 /* Whether a text is equal to a NUL-terminated string. */
-static inline int tatu_str_is(tatu_str a, const char *b) {
+TATU_INLINE int tatu_str_is(tatu_str a, const char *b) {
   uint64_t i;
   for (i = 0; i < a.len && b[i] && a.ptr[i] == b[i]; i++) {}
   return i == a.len && !b[i];
 }
 /* Converts an F64 or I64 value to a double; 0 for values of all other types. */
-static inline double tatu_to_float(tatu_value v) {
+TATU_INLINE double tatu_to_float(tatu_value v) {
   return v.tag == TATU_F64 ? v.u.f : v.tag == TATU_I64 ? (double)v.u.i : 0;
 }
 /* The value of a map's entry with a text key; null if there is no such entry, or the value is not a map. */
-static inline const tatu_value *tatu_map_get(const tatu_value *map, const char *key) {
+TATU_INLINE const tatu_value *tatu_map_get(const tatu_value *map, const char *key) {
   tatu_str k = tatu_text(key);
   const tatu_pair *p = map && map->tag == TATU_MAP ? (const tatu_pair *)map->u.s.ptr : 0;
   uint64_t i, j, n = p ? map->u.s.len : 0;
@@ -237,27 +246,27 @@ struct tatu_error {
 enum tatu_error_part { TATU_PART_HELP = 1, TATU_PART_FILE = 2, TATU_PART_TRACEBACK = 3 };
 
 /* Sets an error and returns its code: `return tatu_fail(error, TATU_ERR, "...");`. */
-static inline tatu_status tatu_fail(tatu_error *e, tatu_status code, const char *text) {
+TATU_INLINE tatu_status tatu_fail(tatu_error *e, tatu_status code, const char *text) {
   if (TATU_HAS(e, say)) e->say(e, code, tatu_text(text));
   return code;
 }
 
 /* As tatu_fail, with a help text that states what to do instead. */
-static inline tatu_status tatu_fail_help(tatu_error *e, tatu_status code, const char *text, const char *help) {
+TATU_INLINE tatu_status tatu_fail_help(tatu_error *e, tatu_status code, const char *text, const char *help) {
   if (TATU_HAS(e, say)) e->say(e, code, tatu_text(text));
   if (TATU_HAS(e, add)) e->add(e, TATU_PART_HELP, tatu_text(help), 0);
   return code;
 }
 /* As tatu_fail, with the position of the error, for importers and languages. An empty file name stands for the source
  * itself. */
-static inline tatu_status tatu_fail_line(tatu_error *e, tatu_status code, const char *text, tatu_str file, uint64_t line) {
+TATU_INLINE tatu_status tatu_fail_line(tatu_error *e, tatu_status code, const char *text, tatu_str file, uint64_t line) {
   if (TATU_HAS(e, say)) e->say(e, code, tatu_text(text));
   if (TATU_HAS(e, add)) e->add(e, TATU_PART_FILE, file, line);
   return code;
 }
 /* Copies the error of a command or function that was called (its frame.error) to the caller's error, and returns the
  * code. */
-static inline tatu_status tatu_fail_as(tatu_error *e, tatu_status code, const tatu_error *why) {
+TATU_INLINE tatu_status tatu_fail_as(tatu_error *e, tatu_status code, const tatu_error *why) {
   if (why == e || !TATU_HAS(e, say)) return code;
   if (!TATU_HAS(why, code)) return tatu_fail(e, code, "the call failed without an error message");
   e->say(e, code, why->text);
@@ -383,18 +392,18 @@ typedef struct tatu_life {
 
 /* Allocates zeroed memory for an instance, or for the `self` of a plugin, and stores its address in `*data`. If no
  * memory is left, sets the error and returns null. tatu_delete frees the memory; use it as `destroy` or `shutdown`. */
-static inline void *tatu_new(size_t size, void **data, tatu_error *error) {
+TATU_INLINE void *tatu_new(size_t size, void **data, tatu_error *error) {
   *data = calloc(1, size);
   if (!*data) tatu_fail(error, TATU_ERR_SPACE, "out of memory");
   return *data;
 }
-static inline void TATU_CALL tatu_delete(void *data) { free(data); }
+TATU_INLINE void TATU_CALL tatu_delete(void *data) { free(data); }
 /* `save` and `load` for instances that are fully determined by their parameters and state block. */
-static inline tatu_status TATU_CALL tatu_save_nothing(void *data, const tatu_writer *to, tatu_error *error) {
+TATU_INLINE tatu_status TATU_CALL tatu_save_nothing(void *data, const tatu_writer *to, tatu_error *error) {
   (void)data, (void)to, (void)error;
   return TATU_OK;
 }
-static inline tatu_status TATU_CALL tatu_load_nothing(void *data, tatu_str bytes, uint32_t version, tatu_error *error) {
+TATU_INLINE tatu_status TATU_CALL tatu_load_nothing(void *data, tatu_str bytes, uint32_t version, tatu_error *error) {
   (void)data, (void)version;
   return bytes.len ? tatu_fail(error, TATU_ERR_UNSUPPORTED, "the saved data cannot be restored, because this kind saves none") : TATU_OK;
 }
@@ -452,7 +461,7 @@ typedef struct tatu_offer {
   const char *id;    /* TATU_COMMAND, TATU_SENSOR, ... */
   const void *table; /* a tatu_ext_command, tatu_ext_sensor, ... */
 } tatu_offer;
-static inline const void *tatu_find_offer(const tatu_offer *offers, const char *id) {
+TATU_INLINE const void *tatu_find_offer(const tatu_offer *offers, const char *id) {
   while (offers->id && !tatu_str_is(tatu_text(id), offers->id)) offers++;
   return offers->table;
 }

@@ -589,7 +589,7 @@ typedef struct tatu_host_api {
 } tatu_host_api;
 
 /* Returns the tables of all services; for use in `init`. */
-static inline tatu_host_api tatu_host_api_of(const tatu_host *host) {
+TATU_INLINE tatu_host_api tatu_host_api_of(const tatu_host *host) {
   tatu_host_api api;
   api.host = host;
   api.scene = (const tatu_host_scene *)host->service(host, TATU_HOST_SCENE);
@@ -609,30 +609,30 @@ static inline tatu_host_api tatu_host_api_of(const tatu_host *host) {
 }
 /* `init` for a plugin whose `self` consists only of these tables, a `const tatu_host_api *`. Its `shutdown` is
  * tatu_delete. */
-static inline tatu_status TATU_CALL tatu_init_host_api(const tatu_host *host, void **self, tatu_error *error) {
+TATU_INLINE tatu_status TATU_CALL tatu_init_host_api(const tatu_host *host, void **self, tatu_error *error) {
   tatu_host_api *api = (tatu_host_api *)tatu_new(sizeof *api, self, error);
   if (api) *api = tatu_host_api_of(host);
   return api ? TATU_OK : TATU_ERR_SPACE;
 }
 
 /* Returns the simulation time of a world, s. Requires the service `scene`. */
-static inline double tatu_time(const tatu_host_api *api, tatu_world *world) {
+TATU_INLINE double tatu_time(const tatu_host_api *api, tatu_world *world) {
   double time = 0;
   api->scene->get_f64(world, 0, api->scene->prop(api->host, "scene.time"), &time, 1);
   return time;
 }
 /* Writes a line to the log. Requires the service `log`. */
-static inline void tatu_log(const tatu_host_api *api, tatu_world *world, uint32_t level, const char *text) {
+TATU_INLINE void tatu_log(const tatu_host_api *api, tatu_world *world, uint32_t level, const char *text) {
   api->log->write(api->host, world, level, tatu_text(text));
 }
 /* Whether the arena had room for all values: see TATU_NO_ROOM. */
-static inline int tatu_all_made(const tatu_value *values, uint32_t n) {
+TATU_INLINE int tatu_all_made(const tatu_value *values, uint32_t n) {
   while (n && values[n - 1].tag != TATU_NO_ROOM) n--;
   return n == 0;
 }
 /* Calls a function of a script with arguments (TATU_VALUES); `*result` is its first result, or nil. If the function
  * fails, so does this call, with the function's error; `error` may be null. Requires the service `commands`. */
-static inline tatu_status tatu_call_func(const tatu_host_api *api, tatu_world *world, tatu_error *error, tatu_func func,
+TATU_INLINE tatu_status tatu_call_func(const tatu_host_api *api, tatu_world *world, tatu_error *error, tatu_func func,
                                          const tatu_value *args, uint32_t n_args, tatu_value *result) {
   tatu_value results[16];
   tatu_call frame = tatu_frame(args, n_args, results, 16);
@@ -644,7 +644,7 @@ static inline tatu_status tatu_call_func(const tatu_host_api *api, tatu_world *w
   return status < 0 ? tatu_fail_as(error, status, frame.error) : status;
 }
 /* Calls a command by its name; otherwise as tatu_call_func. */
-static inline tatu_status tatu_call_command(const tatu_host_api *api, tatu_world *world, tatu_error *error,
+TATU_INLINE tatu_status tatu_call_command(const tatu_host_api *api, tatu_world *world, tatu_error *error,
                                             const char *name, const tatu_value *args, uint32_t n_args,
                                             tatu_value *result) {
   tatu_value results[16];

@@ -79,22 +79,22 @@ typedef struct tatu_build {
   tatu_status status;
 } tatu_build;
 
-static inline tatu_build tatu_build_with(const tatu_builder *to) {
+TATU_INLINE tatu_build tatu_build_with(const tatu_builder *to) {
   tatu_build b;
   b.to = to;
   b.status = TATU_OK;
   return b;
 }
-static inline uint32_t tatu_build_object(tatu_build *b, const char *kind, uint32_t parent, const char *alias) {
+TATU_INLINE uint32_t tatu_build_object(tatu_build *b, const char *kind, uint32_t parent, const char *alias) {
   uint32_t object = b->status < 0 ? 0 : b->to->object(b->to, kind, parent, tatu_text(alias));
   if (!object && b->status >= 0) b->status = TATU_ERR;
   return object;
 }
-static inline void tatu_build_set(tatu_build *b, uint32_t object, const char *key, tatu_value value) {
+TATU_INLINE void tatu_build_set(tatu_build *b, uint32_t object, const char *key, tatu_value value) {
   if (b->status >= 0) b->status = b->to->set(b->to, object, key, &value);
 }
 /* Sets a property that consists of three numbers: a position, a size, angles or a colour. */
-static inline void tatu_build_set3(tatu_build *b, uint32_t object, const char *key, double x, double y, double z) {
+TATU_INLINE void tatu_build_set3(tatu_build *b, uint32_t object, const char *key, double x, double y, double z) {
   double numbers[3];
   numbers[0] = x, numbers[1] = y, numbers[2] = z;
   tatu_build_set(b, object, key, tatu_span(TATU_F64S, numbers, 3));

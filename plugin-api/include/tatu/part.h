@@ -115,7 +115,7 @@ typedef struct tatu_ext_part {
 
 /* For a part's functions: returns a pointer to the first element of its field `k`, counted from 0 in the order of
  * declaration. */
-static inline void *tatu_part_field(const tatu_part_call *call, uint32_t k) { return call->fields[k]; }
+TATU_INLINE void *tatu_part_field(const tatu_part_call *call, uint32_t k) { return call->fields[k]; }
 
 #ifndef __cplusplus
 /* Kinds of parts of a plugin, for TATU_PLUGIN: pointers to tatu_part. */

@@ -73,7 +73,7 @@ typedef struct tatu_beams {
 
 /* Sets `n` rays along unit vectors, 3 numbers each, with the range `far_m`, m, and any incidence. The instance keeps
  * ownership of `directions`. */
-static inline void tatu_rays(tatu_beams *beams, uint32_t n, const double *directions, double far_m) {
+TATU_INLINE void tatu_rays(tatu_beams *beams, uint32_t n, const double *directions, double far_m) {
   beams->form = TATU_BEAMS_RAYS;
   beams->count[0] = n;
   beams->directions = directions;
@@ -199,11 +199,11 @@ typedef struct tatu_sensor_batch {
 
 /* For `measure`: returns a pointer to the first element of field `k` of sensor `i`; fields are numbered from 0 in the
  * order of declaration. */
-static inline void *tatu_field_of(const tatu_sensor_batch *batch, uint32_t i, uint32_t k) {
+TATU_INLINE void *tatu_field_of(const tatu_sensor_batch *batch, uint32_t i, uint32_t k) {
   return batch->fields[(size_t)i * batch->n_fields + k];
 }
 /* Returns the distances along the beams of sensor `i`, m, infinity where nothing was hit, and their number in `*n`. */
-static inline const double *tatu_distances_of(const tatu_sensor_batch *batch, uint32_t i, uint64_t *n) {
+TATU_INLINE const double *tatu_distances_of(const tatu_sensor_batch *batch, uint32_t i, uint64_t *n) {
   *n = batch->first_beam[i + 1] - batch->first_beam[i];
   return batch->distance + batch->first_beam[i];
 }

@@ -153,18 +153,18 @@ struct tatu_test_end {}; /* thrown to leave a test, so that destructors run */
 /* ---------------------------------------------------------------- Checks ---------------------------------------- */
 
 /* Records a failure; the test continues. */
-static inline void tatu_test_fail(tatu_test *t, const char *file, int line, const char *text) {
+TATU_INLINE void tatu_test_fail(tatu_test *t, const char *file, int line, const char *text) {
   t->failures++;
   if (TATU_HAS(t, report)) t->report(t, file, (uint32_t)line, text);
 }
-static inline int tatu_test_check(tatu_test *t, const char *file, int line, int holds, const char *what) {
+TATU_INLINE int tatu_test_check(tatu_test *t, const char *file, int line, int holds, const char *what) {
   char text[512];
   if (holds) return 1;
   snprintf(text, sizeof text, "%s does not hold", what);
   tatu_test_fail(t, file, line, text);
   return 0;
 }
-static inline int tatu_test_check_near(tatu_test *t, const char *file, int line, double a, double b, double tolerance,
+TATU_INLINE int tatu_test_check_near(tatu_test *t, const char *file, int line, double a, double b, double tolerance,
                                        const char *what_a, const char *what_b) {
   char text[512];
   double apart = a > b ? a - b : b - a;
@@ -189,7 +189,7 @@ static inline int tatu_test_check_near(tatu_test *t, const char *file, int line,
 /* ---------------------------------------------------------------- The world of a test --------------------------- */
 
 /* If the host reports an error, the functions below end the test with its message. */
-static inline void tatu_test_need(tatu_test *t, const char *file, int line, int done) {
+TATU_INLINE void tatu_test_need(tatu_test *t, const char *file, int line, int done) {
   char text[4096];
   tatu_str why;
   if (done) return;
@@ -198,13 +198,13 @@ static inline void tatu_test_need(tatu_test *t, const char *file, int line, int 
   tatu_test_fail(t, file, line, text);
   TATU_TEST_LEAVE(t);
 }
-static inline int tatu_test_has_world(tatu_test *t, const char *file, int line) {
+TATU_INLINE int tatu_test_has_world(tatu_test *t, const char *file, int line) {
   if (t->world) return 1;
   tatu_test_fail(t, file, line, "there is no world yet: call tatu_test_scene first");
   TATU_TEST_LEAVE(t);
   return 0;
 }
-static inline void tatu_test_scene_at(tatu_test *t, const char *file, int line, const char *scene) {
+TATU_INLINE void tatu_test_scene_at(tatu_test *t, const char *file, int line, const char *scene) {
   tatu_test_setup setup = {sizeof(tatu_test_setup), 0, {0, 0}, 0, 0};
   tatu_test_world *before = t->world;
   t->world = 0;
@@ -215,10 +215,10 @@ static inline void tatu_test_scene_at(tatu_test *t, const char *file, int line, 
   t->world = t->host->open(&setup);
   tatu_test_need(t, file, line, t->world != 0);
 }
-static inline void tatu_test_step_at(tatu_test *t, const char *file, int line, uint64_t n) {
+TATU_INLINE void tatu_test_step_at(tatu_test *t, const char *file, int line, uint64_t n) {
   if (tatu_test_has_world(t, file, line)) tatu_test_need(t, file, line, t->host->step(t->world, n) >= 0);
 }
-static inline double tatu_test_number_at(tatu_test *t, const char *file, int line, const char *path, const char *field,
+TATU_INLINE double tatu_test_number_at(tatu_test *t, const char *file, int line, const char *path, const char *field,
                                          uint64_t index) {
   tatu_value v = {TATU_NIL, 0, {0}};
   if (!tatu_test_has_world(t, file, line)) return 0;
@@ -235,16 +235,16 @@ static inline double tatu_test_number_at(tatu_test *t, const char *file, int lin
   }
   return 0;
 }
-static inline tatu_value tatu_test_get_at(tatu_test *t, const char *file, int line, const char *path, const char *key) {
+TATU_INLINE tatu_value tatu_test_get_at(tatu_test *t, const char *file, int line, const char *path, const char *key) {
   tatu_value v = {TATU_NIL, 0, {0}};
   if (tatu_test_has_world(t, file, line)) tatu_test_need(t, file, line, t->host->get(t->world, path, key, &v) >= 0);
   return v;
 }
-static inline void tatu_test_set_at(tatu_test *t, const char *file, int line, const char *path, const char *key,
+TATU_INLINE void tatu_test_set_at(tatu_test *t, const char *file, int line, const char *path, const char *key,
                                     tatu_value value) {
   if (tatu_test_has_world(t, file, line)) tatu_test_need(t, file, line, t->host->set(t->world, path, key, &value) >= 0);
 }
-static inline tatu_value tatu_test_call_at(tatu_test *t, const char *file, int line, const char *name,
+TATU_INLINE tatu_value tatu_test_call_at(tatu_test *t, const char *file, int line, const char *name,
                                            const tatu_value *args, uint32_t n_args) {
   tatu_value result = {TATU_NIL, 0, {0}};
   uint32_t n = 0;
@@ -270,7 +270,7 @@ static inline tatu_value tatu_test_call_at(tatu_test *t, const char *file, int l
 #define tatu_test_call(Test, Name, ...) tatu_test_call_at(Test, __FILE__, __LINE__, Name, __VA_ARGS__)
 
 /* Calls a command, and returns 1 if it fails with a message that contains `text`, else 0; for tests of errors. */
-static inline int tatu_test_refuses(tatu_test *t, const char *text, const char *name, const tatu_value *args,
+TATU_INLINE int tatu_test_refuses(tatu_test *t, const char *text, const char *name, const tatu_value *args,
                                     uint32_t n_args) {
   tatu_str why, wanted = tatu_text(text);
   uint32_t n = 0;
@@ -284,11 +284,11 @@ static inline int tatu_test_refuses(tatu_test *t, const char *text, const char *
   return 0;
 }
 /* Returns the simulation time, s; 0 if no scene is open. */
-static inline double tatu_test_time(tatu_test *t) { return t->world ? t->host->time(t->world) : 0; }
+TATU_INLINE double tatu_test_time(tatu_test *t) { return t->world ? t->host->time(t->world) : 0; }
 /* Returns the faults since the previous call. A test fails if faults have occurred that it has not read with this
  * function by its end. */
-static inline tatu_str tatu_test_faults(tatu_test *t) { return t->world ? t->host->faults(t->world) : tatu_text(""); }
+TATU_INLINE tatu_str tatu_test_faults(tatu_test *t) { return t->world ? t->host->faults(t->world) : tatu_text(""); }
 /* Returns the messages logged since the previous call. */
-static inline tatu_str tatu_test_lines(tatu_test *t) { return t->world ? t->host->lines(t->world) : tatu_text(""); }
+TATU_INLINE tatu_str tatu_test_lines(tatu_test *t) { return t->world ? t->host->lines(t->world) : tatu_text(""); }
 
 #endif

@@ -2,9 +2,12 @@
 //   radar.range   m; the maximum range without an echo
 //   radar.speed   m/s along the beam, positive if the target moves away; 0 without an echo
 //   radar.object  the target
+// For bridges to ROS, the command `ros.message.radar` converts a reading to a message.
 //
 // Build: cc -std=c11 -Wall -Wextra -Werror -shared -fPIC -I ../../../plugin-api/include -o libtatu_radar.so radar.c
 // Run:   TATU_PLUGIN_PATH=. ../../../target/release/tatu run scene.toml --steps 40
+#include "tatu/command.h"
+#include "tatu/host.h"
 #include "tatu/sensor.h"
 
 static const double ahead[3] = {0, 0, 1};
@@ -56,4 +59,32 @@ static const tatu_sensor kind = {
   .life = TATU_TABLE(tatu_life, .create = create, .destroy = tatu_delete, .save = tatu_save_nothing,
                      .load = tatu_load_nothing, .version = 1)};
 
-TATU_PLUGIN(TATU_SENSORS(&kind), .id = "org.example.radar", .name = "Radar", .version = "1.0.0", .licence = "MIT");
+// Returns the type of the message of a sensor, its fields, and the last part of the topic's name.
+static tatu_status TATU_CALL message(tatu_call *call) {
+  const tatu_host_api *host = call->self;
+  tatu_object sensor = tatu_arg_object(call, 0);
+  tatu_prop key = host->scene->prop(host->host, "radar.range"); // of the field, and of the parameter
+  double most = 0;
+  tatu_field_view range = {0};
+  tatu_status status = host->readings->field(call->world, sensor, key, &range);
+  if (status >= 0) status = host->scene->get_f64(call->world, sensor, key, &most, 1);
+  if (status < 0) return status;
+  double found = *(const double *)range.ptr;
+  tatu_return(call, tatu_string("sensor_msgs/Range"));
+  tatu_return(call, tatu_copy(call, TATU_MAP, TATU_ENTRIES(
+    tatu_entry("max_range", tatu_float(most)),
+    tatu_entry("range", tatu_float(found < most ? found : HUGE_VAL))), sizeof(tatu_pair)));
+  return tatu_return(call, tatu_string("radar"));
+}
+
+static const tatu_command command = {
+  .size = sizeof(tatu_command), .names = TATU_NAME("ros.message.radar"), .call = message,
+  .params = TATU_PARAMS(TATU_PARAM(TATU_OBJECT, "sensor", NULL, "The radar.")),
+  .returns = TATU_PARAMS(TATU_PARAM(TATU_TEXT, "type", NULL, "The type of the message."),
+                         TATU_PARAM(TATU_MAP, "fields", NULL, "Its fields."),
+                         TATU_PARAM(TATU_TEXT, "topic", NULL, "The last part of the topic's name.")),
+  .text = "Returns the last reading of a radar as a message of ROS."};
+
+TATU_PLUGIN(TATU_OFFERS(TATU_SENSORS(&kind), TATU_COMMANDS(&command)), .id = "org.example.radar", .name = "Radar",
+            .version = "1.0.0", .licence = "MIT", .needs = TATU_NEEDS(TATU_NEED_SCENE, TATU_NEED_READINGS),
+            .init = tatu_init_host_api, .shutdown = tatu_delete);

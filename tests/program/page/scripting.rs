@@ -6,7 +6,7 @@ use super::{
     drive::ScenePage,
     program::{call, next},
 };
-use crate::kit::*;
+use crate::{kit::*, plugins::outside::built_for_its_scene};
 
 #[test]
 #[cfg_attr(no_browser, ignore = "needs Chromium, and npm at the build")]
@@ -132,5 +132,24 @@ fn old_windows_of_buttons_are_used() {
     shown.page.until("document.querySelectorAll('.window:not([hidden])').length === 1");
     shown.ask("store.select(of('ball').id)");
     shown.page.until("document.querySelectorAll('.window:not([hidden])').length === 2");
+    shown.end();
+}
+
+#[test]
+#[cfg_attr(no_browser, ignore = "needs Chromium, and npm at the build")]
+#[cfg_attr(no_cxx, ignore = "there is no C++ compiler")]
+fn a_window_of_a_plugin_is_used() {
+    let place = built_for_its_scene("speedometer");
+    let mut shown = ScenePage::of(place, &["open", "scene.toml", "--no-browser", "--allow", "plugins"]);
+    shown.page.click_on("#play");
+    // The ball drifts until the button stops it.
+    let speed = "Number.parseFloat(document.querySelector('.window td:nth-child(2)')?.textContent ?? '0')";
+    shown.page.until(&format!("{speed} === 0.02"));
+    assert_eq!(shown.page.js("document.querySelector('.window .title').textContent"), json!("Speedometer"));
+    let drawn = "(() => { const c = document.querySelector('.window canvas'); \
+                 return c.getContext('2d').getImageData(0, 0, c.width, c.height).data.some((x) => x > 0); })()";
+    shown.page.until(drawn);
+    shown.page.click_on(".window button:last-of-type");
+    shown.page.until(&format!("{speed} === 0"));
     shown.end();
 }

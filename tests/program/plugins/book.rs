@@ -98,7 +98,7 @@ fn all_code_is_that_of_plugins_which_are_tested() {
     for folder in ["plugin-api/template", "tests/outside", "tests/program/plugins"] {
         texts(&root().join(folder), &mut sources);
     }
-    for page in RUN.iter().chain(&["commands.md", "exporters.md", "subcommands.md"]) {
+    for page in RUN.iter().chain(&["commands.md", "exporters.md", "panes.md", "subcommands.md"]) {
         for (language, text) in blocks(page) {
             // Another test uses the example of tatu-check.toml.
             if !["c", "cpp", "rust", "lua", "toml"].contains(&language.as_str()) || text.contains("[[allow]]") {

@@ -5,6 +5,7 @@ use std::{
     collections::{BTreeMap, BTreeSet},
     fmt::Write,
     fs,
+    path::PathBuf,
     process::Command,
 };
 
@@ -188,10 +189,10 @@ fn constants_have_the_same_values() {
     assert_eq!(ours.into_keys().collect::<BTreeSet<_>>(), declared, "Rust, then the header");
 }
 
-/// Checks that each header can be included alone and twice without a warning of the compiler.
-fn each_alone(compiler_name: &str, standard: &str, suffix: &str) {
+/// Checks that each of the headers can be included alone and twice without a warning of the compiler.
+fn each_alone(headers: &[PathBuf], compiler_name: &str, standard: &str, suffix: &str) {
     let include = root().join("plugin-api/include");
-    for header in headers(&include) {
+    for header in headers {
         let place = TestFolder::new();
         let line = format!("#include \"{}\"\n", header.strip_prefix(&include).unwrap().display());
         let file = format!("a.{suffix}");
@@ -208,13 +209,60 @@ fn each_alone(compiler_name: &str, standard: &str, suffix: &str) {
 
 #[test]
 fn each_header_can_be_included_by_itself() {
-    each_alone("cc", "-std=c11", "c");
+    each_alone(&headers(&root().join("plugin-api/include")), "cc", "-std=c11", "c");
+}
+
+/// C89 lacks `inline`, compound literals and macros with a variable number of arguments. The functions need none of them;
+/// plugins in C89 fill tables and lists as variables, instead of by the macros.
+#[test]
+fn a_plugin_in_c89_is_loaded() {
+    let place = TestFolder::scene(&format!("plugins = [\"p\"]\n{}", watcher("caller", "print(old.twice(21))")));
+    let source = r#"
+        #include "tatu.h"
+        static tatu_status twice(tatu_call *c) { return tatu_return(c, tatu_float(2 * tatu_arg_float(c, 0))); }
+        static const tatu_name name = {sizeof(tatu_name), 0, "old.twice"};
+        static const tatu_name *const names[] = {&name, NULL};
+        static tatu_param x;
+        static const tatu_param *const params[] = {&x, NULL};
+        static tatu_command command;
+        static const tatu_command *const commands[] = {&command, NULL};
+        static tatu_ext_command offered;
+        static tatu_status init(const tatu_host *host, void **self, tatu_error *error) {
+          (void)host, (void)self, (void)error;
+          x.size = sizeof x, x.type = TATU_F64, x.key = "x", x.text = "Any number.";
+          command.size = sizeof command, command.names = names, command.params = params, command.call = twice;
+          command.text = "Doubles a number.";
+          offered.size = sizeof offered, offered.commands = commands;
+          return TATU_OK;
+        }
+        static void shutdown_nothing(void *self) { (void)self; }
+        static const void *extension(void *self, const char *id) {
+          (void)self;
+          return tatu_str_is(tatu_text(id), TATU_COMMAND) ? &offered : NULL;
+        }
+        const tatu_plugin_t tatu_plugin = {sizeof(tatu_plugin_t), TATU_ABI_MAJOR, TATU_ABI_MINOR, "org.example.old", "Old",
+          "1.0.0", "MIT", NULL, init, shutdown_nothing, extension};
+    "#;
+    place.write("old.c", source).write("p/.keep", "");
+    succeed(
+        Command::new(compiler("cc"))
+            .args(["-std=c89", "-Wall", "-Wextra", "-Werror", "-Wno-unused-function"])
+            .args(["-Wno-missing-field-initializers", "-shared", "-fPIC", "-I"])
+            .arg(root().join("plugin-api/include"))
+            .args(["old.c", "-o", "p/libtatu_old.so"])
+            .current_dir(place.path()),
+    );
+    assert!(place.tatu(&["run", "scene.toml", "--steps", "1"]).good().out.contains("42"));
 }
 
 #[test]
 #[cfg_attr(no_cxx, ignore = "needs a C++ compiler")]
 fn each_header_is_good_cpp_too() {
-    each_alone("c++", "-std=c++17", "cpp");
+    let include = root().join("plugin-api/include");
+    let mut all = headers(&include);
+    all.push(include.join("tatu/plugin.hpp"));
+    all.extend(fs::read_dir(include.join("tatu/cpp")).unwrap().map(|e| e.unwrap().path()));
+    each_alone(&all, "c++", "-std=c++17", "cpp");
 }
 
 #[test]

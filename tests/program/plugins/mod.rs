@@ -22,7 +22,7 @@ mod missing_libraries;
 mod museum;
 mod names;
 mod new;
-mod outside;
+pub mod outside;
 mod parts;
 mod refusals;
 mod reload;

@@ -38,7 +38,11 @@ templates! {
     a_script_language_in_c: "script" "c";
     #[cfg_attr(no_cxx, ignore = "there is no C++ compiler")] a_command_in_cpp: "command" "cpp";
     #[cfg_attr(no_cxx, ignore = "there is no C++ compiler")] a_sensor_in_cpp: "sensor" "cpp";
+    #[cfg_attr(no_cxx, ignore = "there is no C++ compiler")] an_actuator_in_cpp: "actuator" "cpp";
     #[cfg_attr(no_cxx, ignore = "there is no C++ compiler")] a_part_in_cpp: "part" "cpp";
+    #[cfg_attr(no_cxx, ignore = "there is no C++ compiler")] a_model_in_cpp: "model" "cpp";
+    #[cfg_attr(no_cxx, ignore = "there is no C++ compiler")] an_importer_in_cpp: "importer" "cpp";
+    #[cfg_attr(no_cxx, ignore = "there is no C++ compiler")] a_service_in_cpp: "service" "cpp";
     a_command_in_rust: "command" "rust";
     a_sensor_in_rust: "sensor" "rust";
     an_actuator_in_rust: "actuator" "rust";
@@ -90,7 +94,7 @@ fn existing_folders_are_not_overwritten_and_names_are_checked() {
     {
         place.tatu(&["new", "robot", name]).refused(&["E610", told]);
     }
-    place.tatu(&["new", "plugin", "x", "--lang", "cpp", "--kind", "model"]).refused(&["E610", "in C++"]);
+    place.tatu(&["new", "plugin", "x", "--lang", "cpp", "--kind", "script"]).refused(&["E610", "in C++"]);
     assert_eq!(fs::read_dir(place.path()).unwrap().count(), 1, "files were created");
     place.tatu(&["new", "scene", "other", "--to", "mine"]).good();
     assert!(place.path().join("mine/other/scene.toml").is_file());

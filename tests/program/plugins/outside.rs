@@ -6,7 +6,7 @@ use std::{fs, process::Command};
 use crate::kit::*;
 
 /// Copies one of the plugins and builds it with the command at its top.
-fn built(name: &str) -> TestFolder {
+pub fn built(name: &str) -> TestFolder {
     let place = TestFolder::new();
     let from = root().join("tests/outside").join(name);
     copy(&from, place.path());
@@ -31,6 +31,15 @@ fn in_rust(name: &str) -> TestFolder {
     copy(&root().join("tests/outside").join(name), place.path());
     let file = library(&format!("tatu_{name}"));
     fs::copy(program().with_file_name("deps").join(&file), place.path().join(&file)).unwrap();
+    place
+}
+
+/// As `built`; the scene loads the plugin, and has no script that checks the behaviour.
+pub fn built_for_its_scene(name: &str) -> TestFolder {
+    let place = built(name);
+    let scene = place.read("scene.toml").replace("[scene]\n", "[scene]\nplugins = [\".\"]\n");
+    let (scene, _) = scene.split_once("[[object]]\nkind = \"dummy\"\nalias = \"checker\"").unwrap();
+    place.write("scene.toml", scene);
     place
 }
 
@@ -137,6 +146,11 @@ fn presets_of_parts_are_applied_before_the_keys_of_the_scene() {
 #[test]
 fn a_radar_that_reads_the_motion_of_its_target() {
     works(&built("radar"), "scene.toml", &["--steps", "40"]);
+}
+
+#[test]
+fn a_part_with_a_window_in_the_page() {
+    works(&built("speedometer"), "scene.toml", &["--steps", "30"]);
 }
 
 #[test]

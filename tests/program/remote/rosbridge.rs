@@ -15,6 +15,7 @@ use crate::{
     kit::browser::wait_for,
     kit::served_scene::{self, ServedScene, good},
     kit::*,
+    plugins::outside::built_for_its_scene,
 };
 
 const SCENE: &str = "scenes/first/pioneer_for_ros.toml";
@@ -76,6 +77,52 @@ pub fn receive_message(socket: &mut RosbridgeSocket) -> Value {
             return serde_json::from_str(&text).unwrap();
         }
     }
+}
+
+#[test]
+fn a_plugin_builds_the_messages_of_its_sensors() {
+    let place = built_for_its_scene("radar");
+    let scene = place.path().join("scene.toml").display().to_string();
+    let served = ServedScene::with("rosbridge", &scene, &["--allow", "plugins"]);
+    let mut socket = socket(&served);
+    let subscribe =
+        |kind: &str, id: &str| json!({"op": "subscribe", "topic": "/radar", "type": kind, "id": id, "queue_length": 1});
+    send_message(&mut socket, &subscribe("sensor_msgs/Range", "one"));
+    send_message(&mut socket, &json!({"op": "call_service", "service": "/simulation/start", "id": "start"}));
+    let message = loop {
+        let got = receive_message(&mut socket);
+        if got["op"] == "publish" {
+            break got["msg"].clone();
+        }
+        assert_ne!(got["level"], "error", "{got}");
+    };
+    let range = message["range"].as_f64().unwrap();
+    assert!(range > 1.0 && range < 50.0 && message["max_range"] == 50.0, "{message}");
+    // The bridge adds the header, and the fields that the plugin has not set.
+    assert!(message["header"]["stamp"]["secs"].is_i64() && message["field_of_view"] == 0.0, "{message}");
+}
+
+#[test]
+fn a_message_that_its_plugin_builds_wrongly_is_reported() {
+    let place = built_for_its_scene("radar");
+    let text = place.read("radar.c").replace("\"max_range\"", "\"maximal_range\"");
+    place.write("radar.c", &text);
+    let include = root().join("plugin-api/include");
+    let library = library("tatu_radar");
+    succeed(
+        Command::new(compiler("cc"))
+            .args(["-std=c11", "-shared", "-fPIC", "radar.c", "-o", &library, "-I"])
+            .arg(include)
+            .current_dir(place.path()),
+    );
+    let scene = place.path().join("scene.toml").display().to_string();
+    let served = ServedScene::with("rosbridge", &scene, &["--allow", "plugins"]);
+    let mut socket = socket(&served);
+    send_message(&mut socket, &json!({"op": "call_service", "service": "/simulation/start", "id": "start"}));
+    wait_for("the report", Duration::from_secs(20), || {
+        let logged = served.logged();
+        (logged.contains("no messages of /radar") && logged.contains("has no field \"maximal_range\"")).then_some(())
+    });
 }
 
 #[test]

@@ -16,8 +16,8 @@ pub fn plugin(args: &NewPluginArgs) -> Result {
     let mut files = NewFiles::new(&args.named)?;
     let folder = format!("{}_{}", value_name(kind), value_name(lang));
     if sdk::template(&folder).next().is_none() {
-        return Err(refused(format!("there is no template for a {} in C++", value_name(kind)))
-            .expected("`command`, `sensor` or `part` in C++; all kinds in C and Rust")
+        return Err(refused(format!("there is no template for the kind `{}` in C++", value_name(kind)))
+            .expected("any other kind in C++; all kinds in C and Rust")
             .help(
                 "use C (`--lang c`), or add the C tables of this kind to a C++ plugin: see `other_extension` in \
                  tatu/plugin.hpp",

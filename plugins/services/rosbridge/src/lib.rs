@@ -3,8 +3,8 @@
 //! - `plugin`: the state of the plugin; `types`: definitions of message types; `convert`: converts messages between
 //!   values, JSON and CBOR;
 //! - `robots`: robots and sensors of a scene, and wheel odometry; `poses`: calculations with poses;
-//! - `topics`: topics that the scene provides; `messages`, `simple_readings`: their messages; `covariance`: covariances
-//!   of readings; `description`: robots as URDF;
+//! - `topics`: topics that the scene provides; `messages`, `simple_readings`: their messages; `declared_messages`: those
+//!   that other plugins build; `covariance`: covariances of readings; `description`: robots as URDF;
 //! - `protocol`: parses requests from clients; `peers`: clients and their subscriptions; `relay`: forwards calls and
 //!   goals between clients and scripts;
 //! - `requests`: executes requests from clients; `rosapi`: introspection; `service`: the service and its work at each
@@ -20,6 +20,7 @@ mod bytes;
 mod client_goals;
 mod convert;
 mod covariance;
+mod declared_messages;
 mod description;
 mod goals;
 mod images;

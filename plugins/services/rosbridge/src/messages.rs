@@ -7,7 +7,9 @@ use tatu_plugin_api::{
 };
 
 use crate::{
-    Props, covariance, description,
+    Props, covariance,
+    declared_messages::DeclaredMessage,
+    description,
     poses::{
         IDENTITY, OPTICAL_AXES, Pose, ROS_AXES, compose, pose, project_to_floor, relative_pose, transform, vector,
     },
@@ -63,6 +65,10 @@ impl MessageBuilder<'_> {
             TopicContent::Image(i) => of(i, p.rgb),
             TopicContent::Depth(i) | TopicContent::CameraInfo(i) => of(i, p.depth),
             TopicContent::Simple(i, felt) => of(i, felt.field(p)),
+            TopicContent::Declared(i) => {
+                let id = self.scene.sensors.get(i)?.id;
+                Some(self.turn.f64(id, p.measured).map_or(0, |n| n as u64))
+            }
             // These topics are published once a second, for clients that subscribe later.
             TopicContent::StaticFrames | TopicContent::Description(_) => Some(self.time as u64 + 1),
             TopicContent::Points(i) => of(i, p.depth).filter(|n| *n > 0).or_else(|| of(i, p.scan_distance)),
@@ -92,6 +98,14 @@ impl MessageBuilder<'_> {
             TopicContent::Points(i) => self.sensor(i, |s| self.points(s))?,
             TopicContent::Simple(i, felt) => {
                 self.sensor(i, |s| felt.message(self.turn, self.p, s.id, |time| self.header(&s.frame, time)))?
+            }
+            TopicContent::Declared(i) => {
+                let Some(s) = self.scene.sensors.get(i) else { return Ok(None) };
+                let time = self.turn.field_of(s.id, 0).map(|(name, _)| self.turn.host().prop(name));
+                let time =
+                    time.and_then(|field| Some(self.turn.reading(s.id, field).ok()?.time())).unwrap_or(self.time);
+                let built = DeclaredMessage::of(self.turn, self.p, s.id)?;
+                built.map(|m| m.message(self.header(&s.frame, time)))
             }
         })
     }

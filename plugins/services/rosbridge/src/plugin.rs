@@ -32,6 +32,7 @@ props! {
     max_force: "joint.max_force",
     effort: "joint.effort",
     sensor_kind: "sensor.kind",
+    measured: "sensor.measured",
     rate: "sensor.rate",
     noise: "sensor.noise",
     time: "scene.time",

@@ -111,7 +111,7 @@ impl BridgeState {
 
     /// Returns the type of a topic, or `None` if the topic is not known.
     fn topic_type(&self, topic: &str) -> Option<String> {
-        let own = self.topics.get(topic).map(|t| t.kind.to_owned());
+        let own = self.topics.get(topic).map(|t| t.kind.to_string());
         own.or_else(|| self.relay.script_topics.get(topic).or_else(|| self.relay.topics.get(topic)).cloned())
     }
 
@@ -225,7 +225,7 @@ impl BridgeState {
             return Ok(json!({ "success": true, "message": "" }));
         }
         let mut kinds: BTreeMap<String, String> =
-            self.topics.iter().map(|(name, t)| (name.clone(), t.kind.to_owned())).collect();
+            self.topics.iter().map(|(name, t)| (name.clone(), t.kind.to_string())).collect();
         let listens = |t: &SceneTopic| matches!(t.content, TopicContent::Command(_) | TopicContent::JointTrajectory(_));
         let names =
             |taken: bool| self.topics.iter().filter(|(_, t)| listens(t) == taken).map(|(n, _)| n.clone()).collect();

@@ -321,7 +321,7 @@ impl BridgeState {
                 source.message(topic.content).unwrap_or(None)
             };
             if let Some(value) = value {
-                self.publish_to_clients(&name, &|ros| convert::node(&value, topic.kind, ros));
+                self.publish_to_clients(&name, &|ros| convert::node(&value, &topic.kind, ros));
             }
         }
         Ok(())

@@ -1,11 +1,11 @@
 //! The topics that a scene provides. The last part of a name describes the content of the topic; the parts before it
 //! are the names of the robot and the sensor.
 
-use std::collections::BTreeMap;
+use std::{borrow::Cow, collections::BTreeMap};
 
 use tatu_plugin_api::{abi::tatu_object, safe::Turn};
 
-use crate::{Props, robots::RobotScene, simple_readings::SimpleReading};
+use crate::{Props, declared_messages::DeclaredMessage, robots::RobotScene, simple_readings::SimpleReading};
 
 /// The content of a topic. The numbers in variants are indices in `RobotScene::robots` or `RobotScene::sensors`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -44,6 +44,8 @@ pub enum TopicContent {
     Points(usize),
     /// A reading with few components, such as that of an IMU.
     Simple(usize, SimpleReading),
+    /// A message that the plugin of a sensor builds.
+    Declared(usize),
 }
 
 /// A topic that the scene provides.
@@ -52,19 +54,24 @@ pub struct SceneTopic {
     /// The content of the topic.
     pub content: TopicContent,
     /// The type of its messages, by its name in ROS 1.
-    pub kind: &'static str,
+    pub kind: Cow<'static, str>,
 }
 
 /// Returns the topics of a scene by name. A topic also has shorter names if these are unambiguous.
 pub fn scene_topics(turn: &Turn<'_>, p: &Props, scene: &RobotScene) -> BTreeMap<String, SceneTopic> {
     let mut out = BTreeMap::new();
-    out.insert("/clock".to_owned(), SceneTopic { content: TopicContent::Clock, kind: "rosgraph_msgs/Clock" });
-    out.insert("/tf".to_owned(), SceneTopic { content: TopicContent::Frames, kind: "tf2_msgs/TFMessage" });
-    out.insert("/tf_static".to_owned(), SceneTopic { content: TopicContent::StaticFrames, kind: "tf2_msgs/TFMessage" });
+    out.insert("/clock".to_owned(), SceneTopic { content: TopicContent::Clock, kind: "rosgraph_msgs/Clock".into() });
+    out.insert("/tf".to_owned(), SceneTopic { content: TopicContent::Frames, kind: "tf2_msgs/TFMessage".into() });
+    out.insert(
+        "/tf_static".to_owned(),
+        SceneTopic { content: TopicContent::StaticFrames, kind: "tf2_msgs/TFMessage".into() },
+    );
     // For each topic: the robot, the name of the sensor, and the last part of the topic's name.
-    let mut all: Vec<(Option<usize>, String, &str, SceneTopic)> = Vec::new();
+    let mut all: Vec<(Option<usize>, String, Cow<'static, str>, SceneTopic)> = Vec::new();
     for (i, robot) in scene.robots.iter().enumerate() {
-        let mut add = |last, what, kind| all.push((Some(i), String::new(), last, SceneTopic { content: what, kind }));
+        let mut add = |last: &'static str, content, kind: &'static str| {
+            all.push((Some(i), String::new(), last.into(), SceneTopic { content, kind: kind.into() }));
+        };
         add("pose", TopicContent::Pose(i), "geometry_msgs/PoseStamped");
         add("robot_description", TopicContent::Description(i), "std_msgs/String");
         if !robot.joints.is_empty() {
@@ -78,11 +85,15 @@ pub fn scene_topics(turn: &Turn<'_>, p: &Props, scene: &RobotScene) -> BTreeMap<
     }
     for (i, sensor) in scene.sensors.iter().enumerate() {
         for (last, what, kind) in sensor_topics(turn, p, i, sensor.id) {
-            all.push((sensor.robot, sensor.name.clone(), last, SceneTopic { content: what, kind }));
+            all.push((sensor.robot, sensor.name.clone(), last.into(), SceneTopic { content: what, kind: kind.into() }));
+        }
+        if let Some((last, kind)) = DeclaredMessage::topic(turn, p, sensor.id) {
+            let topic = SceneTopic { content: TopicContent::Declared(i), kind: kind.into() };
+            all.push((sensor.robot, sensor.name.clone(), last.into(), topic));
         }
     }
     let count = |robot: Option<usize>, last: &str, everywhere: bool| {
-        all.iter().filter(|(r, _, l, _)| *l == last && (everywhere || *r == robot)).count()
+        all.iter().filter(|(r, _, l, _)| l == last && (everywhere || *r == robot)).count()
     };
     for (robot, sensor, last, topic) in &all {
         let above = robot.and_then(|r| scene.robots.get(r)).map_or(String::new(), |r| format!("/{}", r.name));
