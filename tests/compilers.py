@@ -16,8 +16,8 @@ import venv
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-KINDS = ["command", "sensor", "actuator", "model", "importer", "service", "script"]
-CPP_KINDS = ["command", "sensor"]
+KINDS = ["command", "sensor", "actuator", "part", "model", "importer", "service", "script"]
+CPP_KINDS = ["command", "sensor", "actuator", "part", "model", "importer", "service"]
 AT_ONCE = 2
 
 
@@ -66,7 +66,7 @@ def main():
             for level in ["-O0", "-O3"]:
                 env = {"CC": cc, "CXX": cxx, "CFLAGS": level, "CXXFLAGS": level}
                 jobs += [(f"{name}{level}-c-{kind}", "c", kind, env) for kind in KINDS]
-                jobs += [(f"{name}{level}-cpp-{kind}", "cpp", kind, env) for kind in CPP_KINDS]
+            jobs += [(f"{name}{level}-cpp-{kind}", "cpp", kind, env) for kind in CPP_KINDS]
         if Path("/usr/bin/rustc").exists():
             env = {"RUSTC": "/usr/bin/rustc", "CARGO_TARGET_DIR": str(folder / "rust"), "CARGO_NET_OFFLINE": "true",
                    "CARGO_PROFILE_DEV_DEBUG": "0"}
