@@ -49,6 +49,15 @@ point: [number, number, number],
 force: [number, number, number], };
 
 /**
+ * A curve that a graph declares, with its newest points: one stream over another.
+ */
+export type CurvePoints = { name: string, unit: string, color: [number, number, number] | null,
+/**
+ * The coordinates of the points. Here and in `y`, non-finite values are null.
+ */
+x: Array<number | null>, y: Array<number | null>, };
+
+/**
  * A drawing object of a script.
  */
 export type Drawing = { form: string,
@@ -313,7 +322,11 @@ file: string, on_disk: boolean,
 /**
  * Unix time, s, of a copy of unsaved edits that a crashed program has left; null if there is none.
  */
-recovery: number | null, } | { "type": "event", name: string, payload: any, } | { "type": "readings", readings: { [key in number]: Reading | null }, } | { "type": "drawings", drawings: Array<Drawing>, } | { "type": "streams", graph: number, streams: Array<StreamSamples>, } | { "type": "values", of: number, samples: Array<WatchSample>, } | { "type": "data", object: number, data: { [key in string]: string }, } | { "type": "overlays", contacts: Array<ContactMark>, bodies: Array<BodyMark>, } | { "type": "details", object: number, rows: Array<PropertyRow>, } | { "type": "script", script: number, text: string, version: number, } | { "type": "commands", commands: Array<Command>, } | { "type": "files", files: Array<SceneFile>,
+recovery: number | null, } | { "type": "event", name: string, payload: any, } | { "type": "readings", readings: { [key in number]: Reading | null }, } | { "type": "drawings", drawings: Array<Drawing>, } | { "type": "streams", graph: number, streams: Array<StreamSamples>,
+/**
+ * The curves that the graph declares, each a stream over another.
+ */
+curves: Array<CurvePoints>, } | { "type": "values", of: number, samples: Array<WatchSample>, } | { "type": "data", object: number, data: { [key in string]: string }, } | { "type": "overlays", contacts: Array<ContactMark>, bodies: Array<BodyMark>, } | { "type": "details", object: number, rows: Array<PropertyRow>, } | { "type": "script", script: number, text: string, version: number, } | { "type": "commands", commands: Array<Command>, } | { "type": "files", files: Array<SceneFile>,
 /**
  * The name of the working folder.
  */

@@ -10,7 +10,7 @@ use tatu_services_common::outbox::OutgoingMessage;
 
 use crate::{
     plugin::Props,
-    protocol::{Drawing, Reading, ReadingMap, ReadingSchema, StreamSamples, ToPage},
+    protocol::{CurvePoints, Drawing, Reading, ReadingMap, ReadingSchema, StreamSamples, ToPage},
     scene::PageScene,
 };
 
@@ -22,6 +22,8 @@ const MAX_BEAMS: usize = 720;
 const MAX_DRAWING_VALUES: usize = 60_000;
 /// Maximum number of samples of a stream in a message; older samples are omitted.
 const MAX_STREAM_SAMPLES: usize = 600;
+/// Maximum number of points of a curve in a message, the newest ones.
+const MAX_CURVE_POINTS: usize = 2000;
 /// Maximum number of elements of a short field, which the page shows as numbers.
 const MAX_SHORT_ELEMENTS: usize = 16;
 /// Maximum number of sensors with new readings in a message.
@@ -189,7 +191,7 @@ fn text(map: ValueRef<'_>, key: &str) -> Option<String> {
     map.get(key).and_then(|v| v.as_str()).map(|s| s.into_owned())
 }
 
-/// Returns the message with the streams of a graph and their newest samples.
+/// Returns the message with the streams and curves of a graph, and their newest samples.
 pub fn graph(turn: &Turn<'_>, graph: tatu_object) -> Result<ToPage> {
     let mut streams = Vec::new();
     for id in turn.figures(graph, TATU_FIGURE_STREAM)? {
@@ -207,5 +209,21 @@ pub fn graph(turn: &Turn<'_>, graph: tatu_object) -> Result<ToPage> {
             values: newest("values"),
         });
     }
-    Ok(ToPage::Streams { graph: tatu_slot(graph), streams })
+    let mut curves = Vec::new();
+    for id in turn.figures(graph, TATU_FIGURE_CURVE)? {
+        let one = turn.figure(graph, id, true)?;
+        let points = one.get("points").and_then(|v| v.numbers()).unwrap_or_default();
+        // A curve in space is drawn as seen from above.
+        let dims = one.get("dims").and_then(|v| v.as_i64()).map_or(2, |n| n.max(2) as usize);
+        let old = (points.len() / dims).saturating_sub(MAX_CURVE_POINTS);
+        let coordinate = |k: usize| finite_or_none(points.chunks_exact(dims).skip(old).map(|p| p[k]));
+        curves.push(CurvePoints {
+            name: text(one, "name").unwrap_or_default(),
+            unit: text(one, "unit").unwrap_or_default(),
+            color: one.get("color").and_then(|v| v.numbers()),
+            x: coordinate(0),
+            y: coordinate(1),
+        });
+    }
+    Ok(ToPage::Streams { graph: tatu_slot(graph), streams, curves })
 }

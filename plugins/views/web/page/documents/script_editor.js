@@ -8,6 +8,7 @@ import { ask, on, send } from "tatu/net/connection";
 import { reportError, writeLine } from "tatu/scene/messages";
 import { rights, scene, watch } from "tatu/scene/store";
 import { addUnsavedSource } from "tatu/documents/scene_file";
+import { draftOf, placeOf, removeDraft, scriptAt, storeDraft } from "tatu/documents/script_drafts";
 import { resolveConflict } from "tatu/documents/version_conflict";
 
 /** @import { CompletionContext } from "@codemirror/autocomplete" */
@@ -20,6 +21,8 @@ let editorView = null;
 let codeFieldModule = null;
 /** The script that was opened. @type {Script | null} */
 let openedScript = null;
+/** The file of the scene that contains the opened script, and the place of the script in the scene. */
+let home = { file: "", place: "" };
 /** The source of the script in the scene when it was last opened or saved, and its version. */
 let saved = { text: "", version: 0 };
 /** Handle of the script whose source is in the text field; 0: none. */
@@ -64,6 +67,7 @@ async function mayClose() {
   if (chosen === "Save") return save();
   if (chosen !== "Discard") return false;
   saved.text = editorView?.state.doc.toString() ?? "";
+  removeDraft(home.file, home.place);
   return true;
 }
 addUnsavedSource(isUnsaved, mayClose);
@@ -75,6 +79,7 @@ addUnsavedSource(isUnsaved, mayClose);
 export async function openScript(script) {
   if (openedScript?.id !== script.id && !(await mayClose())) return;
   openedScript = script;
+  home = { file: scene.file, place: placeOf(script.id) };
   get("script-name").textContent = script.name;
   get("script").hidden = false;
   if (!commands) send({ type: "commands" });
@@ -94,29 +99,58 @@ on("script", ({ script, text, version }) => {
   saved = { text, version };
   if (shownScript === script && fieldText === text) return;
   shownScript = script;
-  fill(text);
+  const draft = draftOf(home.file, home.place);
+  if (draft === null || draft === text) fill(text);
+  else offerDraft(draft, text);
 });
 
-// After a reconnection, the text in the editor is kept. It is assigned to the script with the same name, because
-// handles may have changed.
+/**
+ * Asks whether to continue with a text that was never saved, and opens it or the text in the scene.
+ * @param {string} draft
+ * @param {string} text
+ */
+async function offerDraft(draft, text) {
+  const script = shownScript;
+  const chosen = await question("Continue with the unsaved text?", `${openedScript?.name || "This script"} has a text that was not saved when its scene was closed.`, ["Continue", "Discard"]);
+  if (shownScript !== script) return;
+  if (chosen === "Discard") removeDraft(home.file, home.place);
+  fill(chosen === "Discard" ? text : draft);
+}
+
+/** Keeps the unsaved text of the open script, if any, and returns whether there is one. */
+function keepDraft() {
+  if (!isUnsaved() || !editorView) return false;
+  storeDraft(home.file, home.place, editorView.state.doc.toString());
+  return true;
+}
+addEventListener("pagehide", keepDraft);
+
+// After a reconnection, and when a scene is opened again, such as by a recovery, the text in the editor is kept. Handles may
+// have changed, so it is assigned to the script at the same place.
 let isReconnected = false;
 on("again", () => {
   isReconnected = true;
   commands = null;
 });
 
+/** Assigns the editor to the script at the same place of a new scene, or closes it and keeps its unsaved text. */
+function followScene() {
+  const found = scene.file === home.file ? scriptAt(home.place) : undefined;
+  if (found) {
+    openedScript = found;
+    if (shownScript) shownScript = found.id;
+    send({ type: "script", script: found.id });
+  } else {
+    const name = openedScript?.name || "the script";
+    if (keepDraft()) writeLine("Status", `The unsaved text of ${name} is kept: open the script again to continue with it`, "warning");
+    closeEditor();
+  }
+}
+
 /** Requests the source of the open script again if the script has changed in the scene. */
 function refreshScript() {
+  if (openedScript) home = { file: scene.file, place: placeOf(openedScript.id) || home.place };
   const all = [...scene.scripts, ...[...scene.objects.values()].flatMap((o) => o.scripts ?? [])];
-  if (isReconnected && openedScript) {
-    const name = openedScript.name;
-    const sameName = all.filter((s) => s.name === name);
-    openedScript = sameName.find((s) => s.id === openedScript?.id) ?? sameName[0] ?? openedScript;
-    if (shownScript) shownScript = openedScript.id;
-    else send({ type: "script", script: openedScript.id });
-    send({ type: "commands" });
-  }
-  isReconnected = false;
   const current = all.find((s) => s.id === openedScript?.id);
   if (!current || current.version === openedScript?.version) return;
   openedScript = current;
@@ -124,8 +158,11 @@ function refreshScript() {
 }
 watch("objects", refreshScript);
 watch("scene", () => {
-  if (scene.isNew && !isReconnected && openedScript) closeEditor();
-  refreshScript();
+  if (openedScript && (scene.isNew || isReconnected)) {
+    if (isReconnected) send({ type: "commands" });
+    followScene();
+  } else refreshScript();
+  isReconnected = false;
 });
 
 /**
@@ -162,10 +199,12 @@ async function saveSource(script, text, from) {
       if (!chosen) return false;
       if (chosen.mine) return saveSource(script, chosen.text, version);
       saved = { text: chosen.text, version };
+      removeDraft(home.file, home.place);
       fill(chosen.text);
       return true;
     }
     saved = { text, version };
+    removeDraft(home.file, home.place);
     if (editorView?.state.doc.toString() !== text) fill(text);
     writeLine("Status", `${script.name || "Script"}: the new text is in the scene`);
     return true;

@@ -62,6 +62,22 @@ function range(curves, key) {
 }
 
 /**
+ * Extends one of two ranges about its middle, so that a unit has the same length on both axes.
+ * @param {{ low: number, high: number }} x
+ * @param {number} width of the axis, pixels
+ * @param {{ low: number, high: number }} y
+ * @param {number} height of the axis, pixels
+ */
+export function equalize(x, width, y, height) {
+  const scale = Math.max((x.high - x.low) / width, (y.high - y.low) / height);
+  for (const [range, length] of /** @type {[typeof x, number][]} */ ([[x, width], [y, height]])) {
+    const missing = (scale * length - (range.high - range.low)) / 2;
+    range.low -= missing;
+    range.high += missing;
+  }
+}
+
+/**
  * Formats the label of a tick.
  * @param {number} x
  * @param {number} digits number of decimal places
@@ -76,8 +92,9 @@ function label(x, digits) {
  * @param {Curve[]} curves
  * @param {string} [unit] of the horizontal axis
  * @param {boolean} [legend] whether to draw the names and units of the curves
+ * @param {boolean} [isEqual] whether a unit has the same length on both axes, as on a map
  */
-export function plot(canvas, curves, unit = "s", legend = true) {
+export function plot(canvas, curves, unit = "s", legend = true, isEqual = false) {
   const c = canvas.getContext("2d");
   if (!c) return;
   const scale = canvas.clientWidth ? canvas.width / canvas.clientWidth : 1;
@@ -86,6 +103,7 @@ export function plot(canvas, curves, unit = "s", legend = true) {
   c.clearRect(0, 0, w, h);
   const [values, times] = [range(curves, "values"), range(curves, "times")];
   if (!values || !times) return;
+  if (isEqual) equalize(times, w - 60, values, h - 30);
   c.font = "11px system-ui, sans-serif";
   const textColor = getComputedStyle(canvas).color;
   const valueTicks = ticks(values.low, values.high, Math.floor((h - 34) / GRID_SPACING.y));

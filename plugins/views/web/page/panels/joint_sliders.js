@@ -6,6 +6,7 @@ import { formatNumber, parseNumber } from "tatu/lib/numbers";
 import { eachEntry } from "tatu/net/binary_messages";
 import { reason, sendLatest } from "tatu/net/calls";
 import { on } from "tatu/net/connection";
+import { whileActive } from "tatu/scene/activity";
 import { describeObjects, edit, newMergeKey } from "tatu/scene/edits";
 import { unitOf } from "tatu/scene/property_format";
 import { rights, scene, select, selected, watch } from "tatu/scene/store";
@@ -173,7 +174,7 @@ function requestMotion() {
     });
   }
 }
-setInterval(requestMotion, REFRESH_INTERVAL);
+whileActive(REFRESH_INTERVAL, requestMotion);
 
 on("frame", (view) => {
   if (!joints.size) return;

@@ -106,6 +106,8 @@ function showFileName() {
 on("scene", ({ file, opened, dt, objects, scripts }) => {
   Object.assign(scene, { file, isNew: file !== scene.file || opened !== scene.opened, opened, dt, scripts, objects: new Map(objects.map((o) => [o.id, o])) });
   showFileName();
+  // The handles of another scene are those of other objects.
+  if (scene.isNew) selectAll([]);
   for (const f of watchers.scene) f(scene);
   const remaining = selectedIds.filter((id) => scene.objects.has(id));
   if (remaining.length < selectedIds.length) selectAll(remaining);

@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { ticks } from "../lib/plot.js";
+import { equalize, ticks } from "../lib/plot.js";
 import { csv, csvOfPairs } from "../lib/csv.js";
 
 test("axes have round numbers, and not too many", () => {
@@ -20,4 +20,10 @@ test("curves become a table with a row for each time", () => {
   const b = { name: 'a "b", c', times: [0.1, 0.2], values: [5, 6] };
   assert.equal(csv([a, b], "time (s)"), 'time (s),x (m),"a ""b"", c"\n0,1,\n0.1,2,5\n0.2,,6\n0.3,,\n');
   assert.equal(csvOfPairs([a], "y"), "y,x (m)\n0,1\n0.1,2\n0.3,\n");
+});
+
+test("a unit has the same length on both axes of a map", () => {
+  const [x, y] = [{ low: 0, high: 4 }, { low: 1, high: 2 }];
+  equalize(x, 400, y, 200);
+  assert.deepEqual([x, y], [{ low: 0, high: 4 }, { low: 0.5, high: 2.5 }]);
 });

@@ -14,7 +14,7 @@ import { nameOf, partNames, unitOf } from "tatu/scene/property_format";
 import { scene } from "tatu/scene/store";
 import { openWindow, registerWindow, storeWindows, windowClosed } from "tatu/windows/open_windows";
 
-/** @import { PropertyRow } from "tatu/protocol" */
+/** @import { CurvePoints, PropertyRow } from "tatu/protocol" */
 /** @import { Curve } from "tatu/lib/plot" */
 /** @import { Series } from "tatu/net/watched_values" */
 /**
@@ -24,12 +24,15 @@ import { openWindow, registerWindow, storeWindows, windowClosed } from "tatu/win
  */
 /**
  * The description of a plot: `curves` of values, or the path of a graph. `n` identifies plots of values. `along` is the
- * name of the curve that provides the horizontal axis, or "" for the time.
- * @typedef {{ n: number, curves: CurveSource[], graph: string, along: string }} Spec
+ * name of the curve that provides the horizontal axis, "" for the time, or null if the user has not chosen: then the
+ * curves that the graph declares are shown if there are any, otherwise the time.
+ * @typedef {{ n: number, curves: CurveSource[], graph: string, along: string | null }} Spec
  */
 
 const TIME = "time";
-/** The open plots. @type {Set<{ redraw: () => void, receive: (id: number, streams: Curve[]) => void }>} */
+/** The option that shows the curves that a graph declares. No stream can have this name. */
+const DECLARED = "\n";
+/** The open plots. @type {Set<{ redraw: () => void, receive: (id: number, streams: Curve[], curves: CurvePoints[]) => void }>} */
 const plots = new Set();
 /** The plot of values that was used last. @type {{ spec: Spec, update: () => void } | null} */
 let currentPlot = null;
@@ -79,16 +82,19 @@ export function plotRow(object, row, inNewWindow = false) {
  * @param {number} id
  */
 export function graphSpec(id) {
-  return { n: 0, curves: [], graph: pathOf(id), along: "" };
+  return { n: 0, curves: [], graph: pathOf(id), along: null };
 }
 
 /**
- * Combines two curves into an x-y curve by matching their times.
+ * Combines two curves into an x-y curve. Streams of the same length are paired by index, since a script may record many
+ * values at the same time, others by their times.
  * @param {Curve} x
  * @param {Curve} y
  * @returns {Curve}
  */
-function matchTimes(x, y) {
+function pair(x, y) {
+  const isOneByOne = x.times.length === y.times.length && x.times.every((t, i) => t === y.times[i]);
+  if (isOneByOne) return { ...y, times: x.values };
   const at = new Map(x.times.map((t, i) => [t, x.values[i] ?? null]));
   return { ...y, times: y.times.map((t) => at.get(t) ?? null) };
 }
@@ -122,6 +128,8 @@ function openPlot(spec) {
   const series = new Map();
   /** @type {Curve[]} */
   let streams = [];
+  /** The curves that the graph declares. @type {Curve[]} */
+  let declared = [];
   let isScheduled = false;
 
   /** Returns all curves over time. @returns {Curve[]} */
@@ -132,12 +140,25 @@ function openPlot(spec) {
       return { name, unit, times: values?.times ?? [], values: values?.numbers.map((n) => (typeof n[index] === "number" ? factor * n[index] : null)) ?? [] };
     });
   }
-  /** Returns the curves to be drawn, and the curve that provides the horizontal axis, or null for the time. */
+  /** Returns the curves of the legend. */
+  const listedCurves = () => axis() === DECLARED ? declared : allCurves();
+  /** Returns the chosen horizontal axis: the name of a curve, "" for the time, or DECLARED. */
+  const axis = () => spec.along ?? (declared.length ? DECLARED : "");
+  /**
+   * Returns the curves to be drawn, and the horizontal axis: its name and unit, or null for the time; `isMap`: the axes
+   * have the same unit.
+   */
   function shownCurves() {
+    if (axis() === DECLARED) {
+      const unit = declared[0]?.unit ?? "";
+      return { curves: declared.map((c, i) => ({ ...c, place: i })), x: { name: "x", unit }, isMap: true };
+    }
     const curves = allCurves();
-    const x = curves.find((c) => c.name === spec.along);
+    const x = curves.find((c) => c.name === axis());
     const placed = curves.map((c, i) => ({ ...c, place: i }));
-    return x ? { curves: placed.filter((c) => c.name !== x.name).map((c) => ({ ...c, ...matchTimes(x, c) })), x } : { curves: placed, x: null };
+    if (!x) return { curves: placed, x: null, isMap: false };
+    const others = placed.filter((c) => c.name !== x.name);
+    return { curves: others.map((c) => pair(x, c)), x, isMap: others.every((c) => c.unit && c.unit === x.unit) };
   }
   function saveTable() {
     const { curves, x } = shownCurves();
@@ -150,9 +171,9 @@ function openPlot(spec) {
     const [w, h] = [Math.round(canvas.clientWidth * scale), Math.round(canvas.clientHeight * scale)];
     if (!w || !h) return;
     if (canvas.width !== w || canvas.height !== h) Object.assign(canvas, { width: w, height: h });
-    const { curves, x } = shownCurves();
-    plot(canvas, curves, x ? x.unit ?? "" : "s", false);
-    allCurves().forEach((c, i) => {
+    const { curves, x, isMap } = shownCurves();
+    plot(canvas, curves, x ? x.unit ?? "" : "s", false, isMap);
+    listedCurves().forEach((c, i) => {
       const value = legend.children[i]?.querySelector("output");
       const last = c.values.findLast((v) => v !== null);
       if (value) value.textContent = last === undefined || last === null ? "" : `${+last.toPrecision(4)} ${c.unit ?? ""}`;
@@ -165,12 +186,14 @@ function openPlot(spec) {
   };
   let listKey = "";
   function list() {
-    const curves = allCurves();
-    const now = JSON.stringify(curves.map((c) => [c.name, c.unit, c.color]));
+    const curves = listedCurves();
+    const names = allCurves().map((c) => c.name);
+    const now = JSON.stringify([names, declared.length > 0, curves.map((c) => [c.name, c.unit, c.color])]);
     if (now === listKey) return;
     listKey = now;
-    along.replaceChildren(new Option(TIME, ""), ...curves.map((c) => new Option(c.name, c.name)));
-    along.value = curves.some((c) => c.name === spec.along) ? spec.along : "";
+    const ofGraph = declared.length ? [new Option("curves of the graph", DECLARED)] : [];
+    along.replaceChildren(...ofGraph, new Option(TIME, ""), ...names.map((name) => new Option(name, name)));
+    along.value = axis() === DECLARED && declared.length || names.includes(axis()) ? axis() : "";
     canvas.setAttribute("aria-label", `Plot of ${curves.map((c) => c.name).join(", ") || "nothing yet"}`);
     legend.replaceChildren(...curves.map((c, i) => {
       const item = make("li");
@@ -207,6 +230,7 @@ function openPlot(spec) {
   }
   along.onchange = () => {
     spec.along = along.value;
+    list();
     redraw();
     storeWindows();
   };
@@ -215,9 +239,10 @@ function openPlot(spec) {
   window.box.addEventListener("pointerdown", makeCurrent, true);
   const sizeObserver = new ResizeObserver(redraw);
   sizeObserver.observe(canvas);
-  const plotListener = { redraw, receive: (/** @type {number} */ id, /** @type {Curve[]} */ now) => {
+  const plotListener = { redraw, receive: (/** @type {number} */ id, /** @type {Curve[]} */ now, /** @type {CurvePoints[]} */ curves) => {
     if (id !== graph) return;
     streams = now;
+    declared = curves.map(({ x, y, ...c }) => ({ ...c, times: x, values: y }));
     list();
     redraw();
   } };
@@ -241,4 +266,4 @@ on("values", () => { for (const p of plots) p.redraw(); });
 on("event", ({ name }) => { if (name === "started") for (const p of plots) p.redraw(); });
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => { for (const p of plots) p.redraw(); });
 
-on("streams", ({ graph, streams }) => { for (const p of plots) p.receive(graph, streams); });
+on("streams", ({ graph, streams, curves }) => { for (const p of plots) p.receive(graph, streams, curves); });

@@ -9,7 +9,9 @@ mod to_page;
 
 pub(crate) use from_page::{FromPage, RunAction, WatchedValue};
 pub(crate) use object::{Joint, ReadingSchema, SceneObject, Script, SensorVolume, Texture, VisiblePart};
-pub(crate) use sensor_data::{BodyMark, ContactMark, Drawing, Reading, ReadingMap, StreamSamples, WatchSample};
+pub(crate) use sensor_data::{
+    BodyMark, ContactMark, CurvePoints, Drawing, Reading, ReadingMap, StreamSamples, WatchSample,
+};
 pub(crate) use to_page::{Command, EditState, GallerySection, PropertyRow, RunState, SceneFile, ToPage};
 
 #[cfg(test)]

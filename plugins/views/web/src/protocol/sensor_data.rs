@@ -70,6 +70,19 @@ pub(crate) struct StreamSamples {
     pub(crate) values: Vec<Option<f64>>,
 }
 
+/// A curve that a graph declares, with its newest points: one stream over another.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub(crate) struct CurvePoints {
+    pub(crate) name: String,
+    pub(crate) unit: String,
+    #[cfg_attr(test, ts(as = "Option<[f64; 3]>"))]
+    pub(crate) color: Option<Vec<f64>>,
+    /// The coordinates of the points. Here and in `y`, non-finite values are null.
+    pub(crate) x: Vec<Option<f64>>,
+    pub(crate) y: Vec<Option<f64>>,
+}
+
 /// The watched values at the end of a step.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[cfg_attr(test, derive(ts_rs::TS))]

@@ -8,7 +8,7 @@ use tatu_services_common::outbox::OutgoingMessage;
 
 use super::{
     object::{SceneObject, Script},
-    sensor_data::{BodyMark, ContactMark, Drawing, ReadingMap, StreamSamples, WatchSample},
+    sensor_data::{BodyMark, ContactMark, CurvePoints, Drawing, ReadingMap, StreamSamples, WatchSample},
 };
 
 /// A message to the page.
@@ -62,6 +62,8 @@ pub(crate) enum ToPage {
     Streams {
         graph: u32,
         streams: Vec<StreamSamples>,
+        /// The curves that the graph declares, each a stream over another.
+        curves: Vec<CurvePoints>,
     },
     /// The watched values in each step since the last such message.
     Values {
