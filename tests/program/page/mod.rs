@@ -3,13 +3,14 @@
 //! - `program`: the program with its page; `drive`: helpers for tests in a browser;
 //! - `access`, `messages`, `repeat`: clients without a browser;
 //! - `student`, `handling`, `looking`, `scripting`, `opening`, `film`, `building`, `saving`, `moving`, `details`,
-//!   `overlays`, `looks`, `panes`, `exercise`, `accessible`: in a browser; `pictures`: for the guide;
+//!   `overlays`, `looks`, `panes`, `exercise`, `accessible`, `drafts`: in a browser; `pictures`: for the guide;
 //! - `gallery`, `reconnect`: with and without a browser.
 
 mod access;
 mod accessible;
 mod building;
 mod details;
+mod drafts;
 mod drive;
 mod exercise;
 mod film;

@@ -27,8 +27,7 @@ fn shown() -> ScenePage {
 /// Opens a window from the menu.
 fn open(shown: &mut ScenePage, name: &str) {
     shown.page.click_on("#windows");
-    let entry =
-        format!("[...document.querySelectorAll('.menu button')].find((b) => b.textContent.startsWith({name:?}))");
+    let entry = format!("[...document.querySelectorAll('.menu button')].find((b) => b.textContent.includes({name:?}))");
     shown.page.until(&format!("{entry} !== undefined"));
     shown.page.js(&format!("{entry}.click()"));
 }
@@ -140,5 +139,31 @@ fn all_sensors_are_in_one_list_with_what_they_read() {
     shown.page.until(&format!("{} === '\u{2014}'", value("hears")));
     let seen: Value = shown.page.js(&value("feels"));
     assert_eq!(seen, "\u{2014}");
+    shown.end();
+}
+
+#[test]
+#[cfg_attr(no_browser, ignore = "needs Chromium, and npm at the build")]
+fn a_graph_shows_the_curves_that_it_declares() {
+    let scene = crate::kit::root().join("scenes/course/laser_scanner_2d_signal_tube_log.toml");
+    let args = ["open", scene.to_str().unwrap(), "--no-browser"];
+    let mut shown = ScenePage::of(crate::kit::TestFolder::new(), &args);
+    shown.page.js(CAPTURE_DOWNLOADS_JS);
+    shown.page.click_on("#play");
+    shown.page.until("document.getElementById('time').textContent > '00:00:01'");
+    open(&mut shown, "LaserScannerGraph_2D");
+    let axis = "document.querySelector('.pane select')";
+    shown.page.until(&format!("{axis}?.selectedOptions[0]?.textContent === 'curves of the graph'"));
+    // The outline of the room: most points of a scan differ in x and y.
+    let csv = "(async () => { const b = [...document.querySelectorAll('.pane button')].find((b) => b.textContent === 'CSV'); \
+               b.click(); return (await window.saved.at(-1).text()).trim().split('\\n').slice(1).map((l) => l.split(',').map(Number)); })()";
+    shown.page.until(&format!("{csv}.then((rows) => rows.length > 50)"));
+    let rows = shown.page.js(csv);
+    let extent = |k: usize| {
+        let values = rows.as_array().unwrap().iter().filter_map(|r| r[k].as_f64());
+        let (low, high) = values.fold((f64::MAX, f64::MIN), |(l, h), v| (l.min(v), h.max(v)));
+        high - low
+    };
+    assert!(extent(0) > 1.0 && extent(1) > 1.0, "the curve is {} by {} m", extent(0), extent(1));
     shown.end();
 }

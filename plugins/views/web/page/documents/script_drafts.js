@@ -33,8 +33,18 @@ export function scriptAt(place) {
   return place ? all.find((s) => placeOf(s.id) === place) : undefined;
 }
 
+/** Returns the last part of a path: a scene may be opened by a relative or by an absolute path. @param {string} file */
+const nameOf = (file) => file.split(/[\\/]/).pop() ?? "";
+
+/**
+ * Returns whether two paths may be those of the same scene.
+ * @param {string} one
+ * @param {string} other
+ */
+export const isSameScene = (one, other) => nameOf(one) === nameOf(other);
+
 /** @param {string} file @param {string} place */
-const keyOf = (file, place) => `tatu draft ${file} ${place}`;
+const keyOf = (file, place) => `tatu draft ${nameOf(file)} ${place}`;
 
 /**
  * Stores the unsaved text of a script.

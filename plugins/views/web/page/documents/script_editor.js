@@ -8,7 +8,7 @@ import { ask, on, send } from "tatu/net/connection";
 import { reportError, writeLine } from "tatu/scene/messages";
 import { rights, scene, watch } from "tatu/scene/store";
 import { addUnsavedSource } from "tatu/documents/scene_file";
-import { draftOf, placeOf, removeDraft, scriptAt, storeDraft } from "tatu/documents/script_drafts";
+import { draftOf, isSameScene, placeOf, removeDraft, scriptAt, storeDraft } from "tatu/documents/script_drafts";
 import { resolveConflict } from "tatu/documents/version_conflict";
 
 /** @import { CompletionContext } from "@codemirror/autocomplete" */
@@ -135,7 +135,7 @@ on("again", () => {
 
 /** Assigns the editor to the script at the same place of a new scene, or closes it and keeps its unsaved text. */
 function followScene() {
-  const found = scene.file === home.file ? scriptAt(home.place) : undefined;
+  const found = isSameScene(scene.file, home.file) ? scriptAt(home.place) : undefined;
   if (found) {
     openedScript = found;
     if (shownScript) shownScript = found.id;
