@@ -20,7 +20,7 @@ extern "C" {
 #endif
 
 #define TATU_ABI_MAJOR 0 /* must match; 0 until release 1.0 */
-#define TATU_ABI_MINOR 7 /* increased whenever a table grows; checked only against tatu_need.minor */
+#define TATU_ABI_MINOR 8 /* increased whenever a table grows; checked only against tatu_need.minor */
 
 /* Offset of the end of a field in its table, in bytes. */
 #define TATU_END(t, f) ((size_t)((const char *)(&(t)->f + 1) - (const char *)(t)))
