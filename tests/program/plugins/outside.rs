@@ -140,6 +140,21 @@ fn a_radar_that_reads_the_motion_of_its_target() {
 }
 
 #[test]
+fn a_tag_that_measures_its_distances_to_beacons() {
+    works(&built("uwb"), "scene.toml", &["--steps", "50"]);
+}
+
+#[test]
+fn a_magnet_that_acts_on_several_bodies() {
+    works(&built("magnet"), "scene.toml", &["--steps", "20"]);
+}
+
+#[test]
+fn a_winch_in_rust_that_lifts_a_crate() {
+    works(&in_rust("winch"), "scene.toml", &["--steps", "110"]);
+}
+
+#[test]
 fn parts_that_push_several_bodies() {
     works(&built("tether"), "scene.toml", &["--steps", "80"]);
     works(&built("wind"), "scene.toml", &["--steps", "20"]);
