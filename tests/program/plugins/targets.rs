@@ -176,7 +176,7 @@ fn faulty_wrenches_on_targets_switch_the_actuator_off() {
 }
 
 #[test]
-fn targets_of_kinds_that_take_none_are_refused() {
+fn targets_for_other_kinds_are_refused() {
     let place = scene(&format!(
         "{}{}",
         device("actuator", "plain", ""),

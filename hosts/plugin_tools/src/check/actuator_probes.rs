@@ -5,7 +5,10 @@
 use std::{cell::RefCell, ffi::c_void, ops::Range};
 
 use tatu_core::plugins::{ActuatorKind, guarded_copy::GuardedCopy};
-use tatu_plugin_api::{abi::*, safe::Value};
+use tatu_plugin_api::{
+    abi::*,
+    safe::{Target, Value},
+};
 
 use super::{
     finding::error,
@@ -30,8 +33,8 @@ struct ActuatorInputs {
     twist: Vec<[f64; 6]>,
     joint: Vec<[f64; 2]>,
     command: Vec<Vec<f64>>,
-    /// Per actuator: its targets and their poses and twists, and its contacts with their friction.
-    targets: Vec<Vec<(tatu_object, [f64; 7], [f64; 6])>>,
+    /// Per actuator: its targets, with the object 0 for missing ones, and its contacts with their friction.
+    targets: Vec<Vec<Target>>,
     contacts: Vec<Vec<(tatu_contact, [f64; 3])>>,
 }
 
@@ -104,7 +107,7 @@ impl ActuatorCall<'_> {
             };
             let target = |k: usize| {
                 let (pose, twist) = (b.target_pose.cast::<[f64; 7]>(), b.target_twist.cast::<[f64; 6]>());
-                (*b.target.add(k), *pose.add(k), *twist.add(k))
+                Target { object: *b.target.add(k), pose: *pose.add(k), twist: *twist.add(k) }
             };
             let touch = |k: usize| (*b.contact.add(k), *b.friction.cast::<[f64; 3]>().add(k));
             ActuatorInputs {
@@ -176,9 +179,9 @@ impl ActuatorCall<'_> {
         let contacts = inputs.contacts[which.clone()].concat();
         let mut on_targets = margins(6 * targets.len());
         on_targets[MARGIN..MARGIN + 6 * targets.len()].fill(0.0);
-        let poses: Vec<[f64; 7]> = targets.iter().map(|t| t.1).collect();
-        let twists: Vec<[f64; 6]> = targets.iter().map(|t| t.2).collect();
-        let objects: Vec<tatu_object> = targets.iter().map(|t| t.0).collect();
+        let poses: Vec<[f64; 7]> = targets.iter().map(|t| t.pose).collect();
+        let twists: Vec<[f64; 6]> = targets.iter().map(|t| t.twist).collect();
+        let objects: Vec<tatu_object> = targets.iter().map(|t| t.object).collect();
         let touches: Vec<tatu_contact> = contacts.iter().map(|c| c.0).collect();
         let frictions: Vec<[f64; 3]> = contacts.iter().map(|c| c.1).collect();
         // Arrays that the host does not provide remain null.
@@ -320,7 +323,7 @@ fn extremes(call: &ActuatorCall<'_>, inputs: &ActuatorInputs) {
             changed.twist.iter_mut().flatten().for_each(|x| *x = numbers.signed(30.0));
             changed.joint.iter_mut().flatten().for_each(|x| *x = numbers.signed(50.0));
         }
-        for (k, (object, pose, twist)) in changed.targets.iter_mut().flatten().enumerate() {
+        for (k, Target { object, pose, twist }) in changed.targets.iter_mut().flatten().enumerate() {
             match (v + k as u64) % 4 {
                 0 => {}
                 // As if the object had been removed.
