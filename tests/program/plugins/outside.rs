@@ -141,7 +141,12 @@ fn a_radar_that_reads_the_motion_of_its_target() {
 
 #[test]
 fn a_tag_that_measures_its_distances_to_beacons() {
-    works(&built("uwb"), "scene.toml", &["--steps", "50"]);
+    let place = built("uwb");
+    works(&place, "scene.toml", &["--steps", "50"]);
+    // A reloaded plugin gets the targets again; `extremes` removes some.
+    for test in ["reload", "extremes"] {
+        place.tatu(&["plugin", "check", &library("tatu_uwb"), "--only", test]).good();
+    }
 }
 
 #[test]
