@@ -6,6 +6,8 @@
 #![cfg_attr(test, allow(clippy::disallowed_methods, reason = "values that tests compare with do not affect results"))]
 
 pub mod actuators;
+mod contacts;
 pub mod figures;
+mod listed;
 mod mount;
 pub mod sense;

@@ -2,7 +2,7 @@
 
 use nalgebra::{Isometry3, Vector3};
 use tatu_physics::{BodyId, BodyWrench, Engine, JointId, JointState};
-use tatu_scene::{Dynamics, JointType, ObjectVariant, Scene};
+use tatu_scene::{Dynamics, JointType, Object, ObjectVariant, Scene};
 
 /// The pose and velocity of a mount in the world frame, and the state of its joint, in SI units.
 pub(crate) struct MountMotion {
@@ -44,9 +44,24 @@ impl Mount {
     /// Finds the mount of an object. The engine must be in sync with the scene. `twist` returns the velocity of an
     /// object that no body carries.
     pub fn of(scene: &Scene, dynamics: &Dynamics, slot: u32, twist: impl Fn(u32) -> [f64; 6]) -> Mount {
+        let above = scene.get(slot).map_or(0, |o| o.parent);
+        Self::from(scene, dynamics, (slot, above), twist)
+    }
+
+    /// Like [`Mount::of`], but a dynamic shape is attached to its own body.
+    pub fn at_or_above(scene: &Scene, dynamics: &Dynamics, slot: u32, twist: impl Fn(u32) -> [f64; 6]) -> Mount {
+        let is_body = |o: &Object| o.shape().is_some_and(|s| s.dynamic);
+        match scene.get(slot) {
+            Some(o) if is_body(o) => Self::from(scene, dynamics, (slot, slot), twist),
+            _ => Self::of(scene, dynamics, slot, twist),
+        }
+    }
+
+    /// Finds the mount of an object, with a search that begins at `first`.
+    fn from(scene: &Scene, dynamics: &Dynamics, (slot, first): (u32, u32), twist: impl Fn(u32) -> [f64; 6]) -> Mount {
         let world = scene.world(slot);
         let (mut joint, mut carrier) = (None, None);
-        let mut at = scene.get(slot).map_or(0, |o| o.parent);
+        let mut at = first;
         while let Some(o) = scene.get(at) {
             match &o.data {
                 ObjectVariant::Joint(_) if joint.is_none() => joint = Some(at),
@@ -96,9 +111,19 @@ impl Mount {
         MountMotion { pose, twist, joint: state.map_or(self.static_joint, |(_, s)| [s.position, s.velocity]) }
     }
 
-    /// Returns whether the mount is attached to a body of the engine.
-    pub fn is_carried(&self) -> bool {
-        self.carrier.is_some()
+    /// Returns the body that the mount is attached to, if any.
+    pub fn carrier(&self) -> Option<BodyId> {
+        self.carrier
+    }
+
+    /// Adds a wrench on the body that the mount is attached to; without one, it has no effect. Zero wrenches are left
+    /// out, because applying one would wake the body.
+    pub fn push(&self, engine: &dyn Engine, at: &Isometry3<f64>, wrench: &[f64; 6], out: &mut Vec<BodyWrench>) {
+        let Some(body) = self.carrier.filter(|_| *wrench != [0.0; 6]) else { return };
+        let force = Vector3::new(wrench[0], wrench[1], wrench[2]);
+        let torque = Vector3::new(wrench[3], wrench[4], wrench[5]);
+        let arm = at.translation.vector - engine.centre_of_mass(body).coords;
+        out.push(BodyWrench { body, force, torque: torque + arm.cross(&force) });
     }
 
     /// Converts a wrench on the mount and an effort of its joint to forces on bodies. Returns an error if there is no
@@ -112,17 +137,10 @@ impl Mount {
         out: &mut Vec<BodyWrench>,
     ) -> Result<(), &'static str> {
         let mut lacks = Ok(());
-        let force = Vector3::new(wrench[0], wrench[1], wrench[2]);
-        let torque = Vector3::new(wrench[3], wrench[4], wrench[5]);
-        match self.carrier {
-            // Zero forces are left out, because applying one would wake the body.
-            _ if *wrench == [0.0; 6] => {}
-            Some(body) => {
-                let arm = at.translation.vector - engine.centre_of_mass(body).coords;
-                out.push(BodyWrench { body, force, torque: torque + arm.cross(&force) });
-            }
-            None => lacks = Err("its force acts on nothing, because there is no dynamic shape above it"),
+        if *wrench != [0.0; 6] && self.carrier.is_none() {
+            lacks = Err("its force acts on nothing, because there is no dynamic shape above it");
         }
+        self.push(engine, at, wrench, out);
         match self.joint {
             _ if effort == 0.0 => {}
             Some(h) => h.push(engine, effort, out),

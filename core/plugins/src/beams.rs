@@ -20,13 +20,14 @@ pub struct DeclaredBeams {
 }
 
 impl SensorKind {
-    /// Requests the beams of an instance; returns `None` if sensors of this kind have none.
+    /// Requests the beams of an instance with this number of targets; returns `None` if sensors of this kind have none.
     ///
     /// # Safety
     /// `data` must point to a live instance of this kind, and no borrow of its world may be active.
     pub unsafe fn request_beams(
         &self,
         data: *mut c_void,
+        n_targets: u32,
         inspector: Option<&dyn Inspector>,
     ) -> Result<Option<DeclaredBeams>, String> {
         let Some(ask) = self.raw.beams else { return Ok(None) };
@@ -48,6 +49,8 @@ impl SensorKind {
             reserved3: 0,
             origins: std::ptr::null(),
             observed: 0,
+            n_targets,
+            reserved4: 0,
         };
         /// The table for the plugin, between two guards that reveal writes out of bounds.
         #[repr(C)]

@@ -17,8 +17,8 @@ extern "C" {
  * "<kind>.<key>" of the actuator's object: scenes set them like parameters, and they can be set at any time. */
 enum tatu_actuator_flag { TATU_ACTUATOR_EVERY_SUBSTEP = 1 /* `apply` is called before each engine step */ };
 
-/* The `n` actuators of one kind. Inputs are the state of the mount and the commands; outputs are a wrench or an
- * effort. */
+/* The `n` actuators of one kind. Inputs are the state of the mount, the commands, and further inputs that the kind
+ * declares; outputs are a wrench, an effort, and wrenches on targets. */
 typedef struct tatu_actuator_batch {
   uint32_t size;
   uint32_t n;
@@ -38,6 +38,20 @@ typedef struct tatu_actuator_batch {
   const uint64_t *const *lengths; /* [n], n_fields each: number of elements of each field */
   uint32_t n_fields;
   uint32_t reserved;
+  /* The following arrays are null unless the kind declares TATU_IN_TARGETS; hosts before ABI 0.8 do not have them. */
+  const uint64_t *first_target; /* [n + 1] index of each actuator's first target in the arrays below. The targets of an
+                                 * actuator are in the order of the scene's list */
+  const tatu_object *target;    /* per target; 0: there is no object at that path, for instance because it has been
+                                 * removed; its pose and twist are then NaN, and its `target_wrench` is ignored */
+  const double *target_pose;    /* per target, 7: pose in the world */
+  const double *target_twist;   /* per target, 6: twist of its origin, world frame */
+  double *target_wrench;        /* per target, 6: force (N) at its origin, torque (N m), world, on the nearest dynamic shape
+                                 * at or above it; none: no effect. Acts for dt; zeroed */
+  /* The following arrays are null unless the kind declares TATU_IN_CONTACTS; hosts before ABI 0.8 do not have them. */
+  const uint64_t *first_contact; /* [n + 1] index of each actuator's first contact in the arrays below */
+  const tatu_contact *contact;  /* contacts of the shape on which the wrench acts, after the last physics step: shape[1] is
+                                 * that shape, so the force acts on it along `normal` */
+  const double *friction;       /* per contact, 3: friction on that shape, N, world frame */
 } tatu_actuator_batch;
 
 typedef struct tatu_actuator {
@@ -56,6 +70,8 @@ typedef struct tatu_actuator {
    * fills the fields in each call; the last values of a step are retained. Their shapes are fixed. Null: none. */
   const char *const *schemas;
   const tatu_field *const *fields;
+  uint32_t inputs;                   /* sum of TATU_IN_TARGETS and TATU_IN_CONTACTS; needs ABI 0.8 (tatu_need.minor) */
+  uint32_t reserved2;
 } tatu_actuator;
 
 typedef struct tatu_ext_actuator {

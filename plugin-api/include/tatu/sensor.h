@@ -69,6 +69,9 @@ typedef struct tatu_beams {
   tatu_object observed;     /* shape, joint or force sensor whose state TATU_IN_JOINT, _CONTACTS and _WRENCH provide; 0: the
                              * nearest of each kind at or above the sensor. If it is removed, the sensor is switched
                              * off. Inputs of motion always refer to the sensor itself */
+  uint32_t n_targets;       /* set by the host: number of the sensor's targets, if the kind declares TATU_IN_TARGETS; else
+                             * 0. `beams` is called again when it changes */
+  uint32_t reserved4;
 } tatu_beams;
 
 /* Sets `n` rays along unit vectors, 3 numbers each, with the range `far_m`, m, and any incidence. The instance keeps
@@ -95,10 +98,13 @@ enum tatu_input {
   TATU_IN_COSINE = 128, /* per pixel: cosine of the angle between line of sight and normal */
   TATU_IN_PRIMITIVE = 256, /* per beam: index of the triangle or face of the object that was hit */
   TATU_IN_HIT_TWIST = 8192, /* per beam: velocity of the object that was hit; absent in hosts before ABI 0.7 */
+  TATU_IN_TARGETS = 16384, /* per target: the objects that the scene lists as `targets` of the device, their poses and
+                            * twists; absent in hosts before ABI 0.8. Also of actuators. For a sensor, `targets` then no
+                            * longer selects the objects that its beams detect */
   /* The following inputs are available only to kinds with TATU_SENSOR_EVERY_PHYSICS_STEP. */
   TATU_IN_ACCELERATION = 512, /* per sensor: acceleration of its origin, world frame, without gravity */
   TATU_IN_JOINT = 1024,       /* per sensor: state of a joint */
-  TATU_IN_CONTACTS = 2048,    /* per sensor: contacts of a shape, with their forces */
+  TATU_IN_CONTACTS = 2048,    /* per sensor: contacts of a shape, with their forces. Also of actuators */
   TATU_IN_WRENCH = 4096       /* per sensor: load of a force sensor */
 };
 
@@ -109,6 +115,8 @@ enum tatu_input {
 #define TATU_DIM_COLUMNS 4294967294u
 /* TATU_DIM_OWN + k, for k from 0 to 3, stands for tatu_beams.own[k]; if that is 0, the instance's field is empty. */
 #define TATU_DIM_OWN 4294967280u
+/* The number of the sensor's targets; for kinds that declare TATU_IN_TARGETS. */
+#define TATU_DIM_TARGETS 4294967293u
 
 /* One field that a sensor kind fills, named "<schema>.<field>". */
 typedef struct tatu_field {
@@ -195,6 +203,13 @@ typedef struct tatu_sensor_batch {
                                    * TATU_IN_WRENCH */
   const double *hit_twist;        /* per beam, 6: velocity of the object that was hit, as bodies.twist gives it; 0: no
                                    * hit. TATU_IN_HIT_TWIST */
+  const uint64_t *first_target;   /* [n + 1] index of each sensor's first target in the arrays below. The targets of a
+                                   * sensor are in the order of the scene's list. TATU_IN_TARGETS, as all of these */
+  const tatu_object *target;      /* per target; 0: there is no object at that path, for instance because it has been
+                                   * removed; its pose and twist are then NaN */
+  const double *target_pose;      /* per target, 7: pose in the world, at the time of the measurement */
+  const double *target_twist;     /* per target, 6: as bodies.twist gives it; with TATU_SENSOR_EVERY_PHYSICS_STEP: the
+                                   * engine's velocity */
 } tatu_sensor_batch;
 
 /* For `measure`: returns a pointer to the first element of field `k` of sensor `i`; fields are numbered from 0 in the

@@ -224,6 +224,8 @@ pub struct tatu_beams {
     pub reserved3: u32,
     pub origins: *const f64,
     pub observed: tatu_object,
+    pub n_targets: u32,
+    pub reserved4: u32,
 }
 
 pub const TATU_IN_DISTANCE: u32 = 1;
@@ -240,12 +242,14 @@ pub const TATU_IN_JOINT: u32 = 1024;
 pub const TATU_IN_CONTACTS: u32 = 2048;
 pub const TATU_IN_WRENCH: u32 = 4096;
 pub const TATU_IN_HIT_TWIST: u32 = 8192;
+pub const TATU_IN_TARGETS: u32 = 16384;
 
 pub const TATU_SENSOR_EVERY_PHYSICS_STEP: u32 = 1;
 
 pub const TATU_DIM_ROWS: u32 = 4294967295;
 pub const TATU_DIM_COLUMNS: u32 = 4294967294;
 pub const TATU_DIM_OWN: u32 = 4294967280;
+pub const TATU_DIM_TARGETS: u32 = 4294967293;
 
 #[repr(C)]
 #[derive(Clone, Copy)]
@@ -328,6 +332,10 @@ pub struct tatu_sensor_batch {
     pub friction: *const f64,
     pub wrench: *const f64,
     pub hit_twist: *const f64,
+    pub first_target: *const u64,
+    pub target: *const tatu_object,
+    pub target_pose: *const f64,
+    pub target_twist: *const f64,
 }
 
 #[repr(C)]
@@ -391,6 +399,14 @@ pub struct tatu_actuator_batch {
     pub lengths: *const *const u64,
     pub n_fields: u32,
     pub reserved: u32,
+    pub first_target: *const u64,
+    pub target: *const tatu_object,
+    pub target_pose: *const f64,
+    pub target_twist: *const f64,
+    pub target_wrench: *mut f64,
+    pub first_contact: *const u64,
+    pub contact: *const tatu_contact,
+    pub friction: *const f64,
 }
 
 #[repr(C)]
@@ -408,6 +424,8 @@ pub struct tatu_actuator {
     pub apply: Option<unsafe extern "C" fn(*mut c_void, *const tatu_actuator_batch, *mut tatu_error) -> tatu_status>,
     pub schemas: *const *const c_char,
     pub fields: *const *const tatu_field,
+    pub inputs: u32,
+    pub reserved2: u32,
 }
 
 #[repr(C)]

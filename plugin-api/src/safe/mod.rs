@@ -43,6 +43,7 @@ pub use value::plain::MOST_BYTES;
 pub use value::plain::{MAX_FILE_BYTES, open_plain, read_opened, read_plain, read_plain_text};
 pub use value::reading::Reading;
 pub use value::sample::{Readout, Sample};
+pub use value::target::Target;
 
 pub use crate::abi::ValueRef;
 

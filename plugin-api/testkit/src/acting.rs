@@ -4,10 +4,10 @@ use std::ptr::null;
 
 use tatu_plugin_api::{
     abi::*,
-    safe::{Actuator, Drive, Host, Instance, Output, Owned, Param, Params, Readout, Value, World},
+    safe::{Actuator, Drive, Host, Instance, Output, Owned, Param, Params, Readout, Target, Value, World},
 };
 
-use crate::Result;
+use crate::{Error, Result, targets::TargetLists};
 
 /// The motion of an actuator's mount, the simulation time, and the duration of the output. By default the mount is at
 /// rest at the origin, and the output acts for 10 ms.
@@ -31,6 +31,17 @@ impl Default for Motion {
     }
 }
 
+/// What is around an actuator: its targets, and the contacts of its mount. By default there are none.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Surroundings {
+    /// The targets; `None` stands for an object that does not exist.
+    pub targets: Vec<Option<Target>>,
+    /// Contacts of the shape on which the wrench acts, which is the second shape of each contact.
+    pub contacts: Vec<tatu_contact>,
+    /// Per contact: friction on that shape, N, world frame; if empty, there is no friction.
+    pub frictions: Vec<[f64; 3]>,
+}
+
 /// The output of an actuator for one call.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Push {
@@ -42,6 +53,8 @@ pub struct Push {
     pub effort: f64,
     /// The state after the call, `Actuator::STATE` values.
     pub state: Vec<f64>,
+    /// For each target, the force (N) at its origin and the torque (N m), world frame.
+    pub target_wrenches: Vec<[f64; 6]>,
 }
 
 /// Creates an actuator with these parameters, and calls it once with these commands. All other parameters and commands
@@ -84,6 +97,23 @@ impl<A: Actuator> ActuatorBench<A> {
     /// # Errors
     /// Fails if a command does not fit its declaration, or the actuator fails.
     pub fn act(&mut self, commands: &[(&str, f64)], motion: Motion) -> Result<Push> {
+        self.act_among(commands, motion, Surroundings::default())
+    }
+
+    /// Like [`ActuatorBench::act`], with these targets and contacts.
+    ///
+    /// # Errors
+    /// Fails like [`ActuatorBench::act`], or if the kind does not receive these inputs.
+    pub fn act_among(&mut self, commands: &[(&str, f64)], motion: Motion, around: Surroundings) -> Result<Push> {
+        let Surroundings { targets, contacts, mut frictions } = around;
+        let declared = |input: u32| A::INPUTS & input != 0;
+        if !declared(TATU_IN_TARGETS) && !targets.is_empty() || !declared(TATU_IN_CONTACTS) && !contacts.is_empty() {
+            return Err(Error::new("the actuator receives no targets or contacts, unless its INPUTS declare them"));
+        }
+        frictions.resize(contacts.len(), [0.0; 3]);
+        let lists = TargetLists::of([&targets[..]]);
+        let ends = [0, contacts.len() as u64];
+        let mut target_wrenches = vec![[0.0; 6]; targets.len()];
         let given: Vec<(&str, Value)> = commands.iter().map(|(key, x)| (*key, Value::Float(*x))).collect();
         let values = Param::fill(&A::commands(), &given)?;
         let number = |v: &Value| if let Value::Float(x) = v { *x } else { 0.0 };
@@ -108,14 +138,28 @@ impl<A: Actuator> ActuatorBench<A> {
             lengths: null(),
             n_fields: 0,
             reserved: 0,
+            first_target: if declared(TATU_IN_TARGETS) { lists.first.as_ptr() } else { null() },
+            target: lists.object.as_ptr(),
+            target_pose: lists.pose.as_ptr().cast(),
+            target_twist: lists.twist.as_ptr().cast(),
+            target_wrench: std::ptr::null_mut(),
+            first_contact: if declared(TATU_IN_CONTACTS) { ends.as_ptr() } else { null() },
+            contact: contacts.as_ptr(),
+            friction: frictions.as_ptr().cast(),
         };
         // SAFETY: the batch has one instance, and its arrays live until the end of this function. Its null pointers for
         // outputs and state are not read by `Drive`.
         let drive = unsafe { Drive::new(&batch, &commands, 0) };
-        let mut out =
-            Output { force: [0.0; 3], torque: [0.0; 3], effort: 0.0, state: &mut self.state, report: Readout::none() };
+        let mut out = Output {
+            force: [0.0; 3],
+            torque: [0.0; 3],
+            effort: 0.0,
+            state: &mut self.state,
+            target_wrenches: &mut target_wrenches,
+            report: Readout::none(),
+        };
         self.actuator.apply(&drive, &mut out)?;
         let (force, torque, effort) = (out.force, out.torque, out.effort);
-        Ok(Push { force, torque, effort, state: self.state.clone() })
+        Ok(Push { force, torque, effort, state: self.state.clone(), target_wrenches })
     }
 }

@@ -2,7 +2,7 @@
 
 use tatu_plugin_api::{
     abi::*,
-    safe::{Beams, Form},
+    safe::{Beams, Form, Target},
 };
 
 use crate::{Error, Random, Result};
@@ -48,6 +48,8 @@ pub struct Inputs {
     pub contacts: Vec<tatu_contact>,
     /// Per contact: friction on the observed shape, N, world frame; if empty, there is no friction.
     pub frictions: Vec<[f64; 3]>,
+    /// The sensor's targets; `None` stands for an object that does not exist.
+    pub targets: Vec<Option<Target>>,
     /// Duration of a step, s. In a batch, the value of the first sensor is used.
     pub dt: f64,
     /// Gravity, m/s^2, world frame. In a batch, the value of the first sensor is used.
@@ -80,6 +82,7 @@ impl Default for Inputs {
             wrench: [0.0; 6],
             contacts: Vec::new(),
             frictions: Vec::new(),
+            targets: Vec::new(),
             dt: 0.005,
             gravity: [0.0, 0.0, -9.81],
             time: 0.0,
@@ -133,6 +136,11 @@ impl Inputs {
         self.contacts = filled("contacts", self.contacts, touches, |_| tatu_contact::default())?;
         self.frictions = filled("frictions", self.frictions, touches, |_| [0.0; 3])?;
         (self.distance, self.depth) = (distance, depth);
+        if asks & TATU_IN_TARGETS == 0 && !self.targets.is_empty() {
+            return Err(Error::new(
+                "input `targets`: the sensor does not receive it\n  expected: TATU_IN_TARGETS in INPUTS",
+            ));
+        }
         Ok(self)
     }
 }

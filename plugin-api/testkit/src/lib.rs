@@ -21,7 +21,8 @@
 //! ```
 //!
 //! - `library`: paths of the host's and the plugin's library; `host`: [`Host`]; `world`: [`World`] and [`Reading`];
-//! - `measuring`: sensors without a host, with `inputs` and `readings`; `acting`: actuators; `random`: random numbers;
+//! - `measuring`: sensors without a host, with `inputs` and `readings`; `acting`: actuators; `targets`: their targets; `random`: random
+//!   numbers;
 //! - `error`: [`Error`].
 //!
 //! [`Sensor`]: tatu_plugin_api::safe::Sensor
@@ -35,9 +36,10 @@ mod library;
 mod measuring;
 mod random;
 mod readings;
+mod targets;
 mod world;
 
-pub use acting::{ActuatorBench, Motion, Push, act};
+pub use acting::{ActuatorBench, Motion, Push, Surroundings, act};
 pub use error::{Error, Result};
 pub use host::Host;
 pub use inputs::Inputs;
@@ -45,7 +47,7 @@ pub use library::plugin_library;
 pub use measuring::{SensorBench, measure, measure_all};
 pub use random::Random;
 pub use readings::Readings;
-pub use tatu_plugin_api::safe::Value;
+pub use tatu_plugin_api::safe::{Target, Value};
 pub use world::{Reading, World};
 
 /// Returns the path of the library of the plugin under test, as a [`Result`]. This is the `cdylib` of the package,

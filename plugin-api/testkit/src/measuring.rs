@@ -7,7 +7,7 @@ use tatu_plugin_api::{
     safe::{Beams, Change, Form, Host, Instance, Owned, Param, Params, Readout, Sample, Sensor, Value, World},
 };
 
-use crate::{Inputs, Readings, Result, inputs::counts, random};
+use crate::{Inputs, Readings, Result, inputs::counts, random, targets::TargetLists};
 
 /// Creates a sensor with these parameters, and measures once. All other parameters have their defaults.
 ///
@@ -112,7 +112,8 @@ impl BatchMember {
         let aimed: Vec<[f64; 3]> = rays.iter().map(|[.., x, y, z]| [*x, *y, *z]).collect();
         let directions = if beams.aimed { &aimed } else { directions };
         let inputs = inputs.completed(S::INPUTS, beams, directions)?;
-        Ok(BatchMember { inputs, readings: Readings::empty(&S::fields(), beams)?, rays, counts: counts(beams) })
+        let readings = Readings::empty(&S::fields(), beams, inputs.targets.len())?;
+        Ok(BatchMember { inputs, readings, rays, counts: counts(beams) })
     }
 }
 
@@ -123,6 +124,8 @@ fn aim<S: Sensor>(sensor: &S, inputs: &Inputs, rays: &mut [[f64; 6]]) -> Result 
     let raw = tatu_sensor_batch { random: &raw const random, ..null_batch(1, inputs) };
     let (sensor_id, pose, twist) = ([1u64], inputs.pose, inputs.twist);
     let raw = tatu_sensor_batch { sensor: sensor_id.as_ptr(), pose: pose.as_ptr(), twist: twist.as_ptr(), ..raw };
+    let targets = TargetLists::of([&inputs.targets[..]]);
+    let raw = targets.add_to(S::INPUTS, raw);
     // SAFETY: the batch has one instance and no beams, and its arrays live during the call.
     let sample = unsafe { Sample::new(&raw, 0) };
     Ok(sensor.aim(&sample.before_the_cast(), rays)?)
@@ -133,7 +136,8 @@ fn batch<S: Sensor>(benches: &mut [&mut SensorBench<S>], inputs: Vec<Inputs>) ->
     let fields = S::fields();
     let mut parts = Vec::new();
     for (bench, inputs) in benches.iter().zip(inputs) {
-        parts.push(BatchMember::of(&bench.sensor, &bench.sensor.beams()?, inputs)?);
+        let beams = bench.sensor.beams_for(inputs.targets.len())?;
+        parts.push(BatchMember::of(&bench.sensor, &beams, inputs)?);
     }
     let Some(first) = parts.first() else { return Ok(Vec::new()) };
     let raw = null_batch(parts.len(), &first.inputs);
@@ -181,6 +185,8 @@ fn batch<S: Sensor>(benches: &mut [&mut SensorBench<S>], inputs: Vec<Inputs>) ->
         lengths: length_lists.as_ptr(),
         ..raw
     };
+    let targets = TargetLists::of(parts.iter().map(|p| &p.inputs.targets[..]));
+    let raw = targets.add_to(S::INPUTS, raw);
     for (i, bench) in benches.iter().enumerate() {
         // SAFETY: the arrays above are as the header requires: those that the kind requests have one element per beam
         // or pixel, and all others are null. They live until the end of this function, and nothing else uses them; each
@@ -296,5 +302,9 @@ fn null_batch(n: usize, inputs: &Inputs) -> tatu_sensor_batch {
         friction: null(),
         wrench: null(),
         hit_twist: null(),
+        first_target: null(),
+        target: null(),
+        target_pose: null(),
+        target_twist: null(),
     }
 }

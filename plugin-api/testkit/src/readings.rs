@@ -27,10 +27,10 @@ struct FieldBuffer {
 }
 
 impl Readings {
-    /// Creates zeroed fields, whose sizes may depend on the sensor's beams.
-    pub(crate) fn empty(fields: &[Field], beams: &Beams) -> Result<Self> {
+    /// Creates zeroed fields, whose sizes may depend on the sensor's beams and on the number of its targets.
+    pub(crate) fn empty(fields: &[Field], beams: &Beams, n_targets: usize) -> Result<Self> {
         let buffer = |f: &Field| {
-            let len = f.shape().iter().map(|d| elements(*d, beams)).product();
+            let len = f.shape().iter().map(|d| elements(*d, beams, n_targets)).product();
             let each = size(f.elem()).ok_or_else(|| {
                 Error::new(format!("the field `{}` has the unknown element type {}", f.name(), f.elem()))
             })?;
@@ -120,7 +120,7 @@ fn size(elem: u32) -> Option<u64> {
 }
 
 /// Returns the number of elements along one dimension of a field.
-fn elements(dim: u32, beams: &Beams) -> u64 {
+fn elements(dim: u32, beams: &Beams, n_targets: usize) -> u64 {
     let image = match &beams.form {
         Form::Image { columns, rows, .. } | Form::Parallel { columns, rows, .. } => [*rows, *columns],
         _ => [0, 0],
@@ -130,6 +130,7 @@ fn elements(dim: u32, beams: &Beams) -> u64 {
         0 => (n_beams + n_pixels) as u64,
         TATU_DIM_ROWS => image[0].into(),
         TATU_DIM_COLUMNS => image[1].into(),
+        TATU_DIM_TARGETS => n_targets as u64,
         d if (TATU_DIM_OWN..TATU_DIM_OWN + 4).contains(&d) => beams.own[(d - TATU_DIM_OWN) as usize].into(),
         d => d.into(),
     }

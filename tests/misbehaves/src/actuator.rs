@@ -46,6 +46,8 @@ static KIND: SyncTable<tatu_actuator> = SyncTable(tatu_actuator {
     apply: Some(apply),
     schemas: std::ptr::null(),
     fields: std::ptr::null(),
+    inputs: 0,
+    reserved2: 0,
 });
 static KINDS: PointerList<tatu_actuator, 2> = PointerList([&raw const KIND.0, null()]);
 

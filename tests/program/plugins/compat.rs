@@ -183,7 +183,7 @@ fn write_future_headers(to: &Path) {
             text = text.replace(&end, &format!("  {field}\n{end}"));
         }
         text = text.replace(host, &format!("{host}  const char *(TATU_CALL *weather)(const tatu_host *);\n"));
-        text.replace("#define TATU_ABI_MINOR 7", "#define TATU_ABI_MINOR 8")
+        text.replace("#define TATU_ABI_MINOR 8", "#define TATU_ABI_MINOR 9")
     });
     let more = "#include \"core.h\"
 #define TATU_HOLOGRAM \"tatu.hologram/draft.4\"

@@ -71,13 +71,13 @@ mirror! {
     tatu_kind_mark { size, flags, language, kind, word }
     tatu_ext_command { size, reserved, commands, constants, preludes, per_world, kind_marks }
     tatu_beams { size, form, count, near_m, far_m, dims, max_incidence, directions, flags, reserved, waves, reserved2,
-        own, without, reserved3, origins, observed }
+        own, without, reserved3, origins, observed, n_targets, reserved4 }
     tatu_field { size, elem, dims, flags, name, unit, text, valid, nothing }
     tatu_sensor_batch {
         size, n, n_fields, reserved, time, step, data, state, sensor, first_beam, distance, point, normal,
         object, pose, twist, fields, status, color, primitive, first_pixel, depth, pixel_color, pixel_cosine,
         pixel_object, random, rays, lengths, dt, gravity, acceleration, joint, first_contact, contact, friction, wrench,
-        hit_twist
+        hit_twist, first_target, target, target_pose, target_twist
     }
     tatu_random { size, reserved, ctx, uniform, normal }
     tatu_preset { size, reserved, id, text, settings }
@@ -85,9 +85,12 @@ mirror! {
     tatu_ext_sensor { size, reserved, kinds }
     tatu_actuator_batch {
         size, n, time, dt, data, state, actuator, pose, twist, joint, command, wrench, effort, status,
-        fields, lengths, n_fields, reserved
+        fields, lengths, n_fields, reserved, first_target, target, target_pose, target_twist, target_wrench,
+        first_contact, contact, friction
     }
-    tatu_actuator { size, flags, n_commands, reserved, id, text, params, commands, life, apply, schemas, fields }
+    tatu_actuator {
+        size, flags, n_commands, reserved, id, text, params, commands, life, apply, schemas, fields, inputs, reserved2
+    }
     tatu_ext_actuator { size, reserved, kinds }
     tatu_part_call {
         size, n_fields, world, part, owner, time, dt, step, physics_step, n_physics_steps, state, command, fields, lengths

@@ -27,6 +27,7 @@ mod parts;
 mod refusals;
 mod reload;
 mod scopes;
+mod targets;
 mod templates;
 mod testkit;
 mod texts;

@@ -154,6 +154,26 @@ fn a_part_with_a_window_in_the_page() {
 }
 
 #[test]
+fn a_tag_that_measures_its_distances_to_beacons() {
+    let place = built("uwb");
+    works(&place, "scene.toml", &["--steps", "50"]);
+    // A reloaded plugin gets the targets again; `extremes` removes some.
+    for test in ["reload", "extremes"] {
+        place.tatu(&["plugin", "check", &library("tatu_uwb"), "--only", test]).good();
+    }
+}
+
+#[test]
+fn a_magnet_that_acts_on_several_bodies() {
+    works(&built("magnet"), "scene.toml", &["--steps", "20"]);
+}
+
+#[test]
+fn a_winch_in_rust_that_lifts_a_crate() {
+    works(&in_rust("winch"), "scene.toml", &["--steps", "110"]);
+}
+
+#[test]
 fn parts_that_push_several_bodies() {
     works(&built("tether"), "scene.toml", &["--steps", "80"]);
     works(&built("wind"), "scene.toml", &["--steps", "20"]);

@@ -10,8 +10,8 @@ use crate::kit::*;
 
 /// Plugins as third parties write them, and the crate that they depend on, which are built without the check of
 /// layouts.
-const EXTERNAL_PACKAGES: [&str; 5] =
-    ["tatu-plugin-api", "tatu-compass", "tatu-knock", "tatu-tally", "tatu-template-rust-sensor"];
+const EXTERNAL_PACKAGES: [&str; 6] =
+    ["tatu-plugin-api", "tatu-compass", "tatu-knock", "tatu-tally", "tatu-template-rust-sensor", "tatu-winch"];
 
 /// The sets of features with which cargo builds each package; macros and libraries may have different ones.
 type BuildFeatures = BTreeMap<String, BTreeSet<String>>;

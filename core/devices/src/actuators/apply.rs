@@ -14,8 +14,12 @@ use tatu_plugins::{
 };
 use tatu_scene::{Dynamics, ObjectVariant, Scene, pose_to_array};
 
-use super::{Actuator, ActuatorReading, Actuators, scratch::ApplyScratch};
-use crate::mount::Mount;
+use super::{Actuator, ActuatorReading, Actuators, scratch::BatchActuator};
+use crate::{
+    contacts::BodyContacts,
+    listed::{EngineTarget, find_all},
+    mount::Mount,
+};
 
 /// An actuator that failed, or that has no effect.
 pub struct ApplyFailure {
@@ -44,13 +48,6 @@ pub struct ActuatorContext<'a> {
     pub watch: &'a CallWatch,
 }
 
-/// An actuator in a batch, with its index in [`Actuators::devices`], its mount and its commands.
-struct BatchActuator {
-    device: usize,
-    mount: Mount,
-    commands: Vec<f64>,
-}
-
 /// The actuators of one kind that act together.
 struct ActuatorBatch {
     kind: usize,
@@ -74,7 +71,12 @@ fn batches(
             let object = around.scene.get(d.slot).filter(|_| around.scene.id(d.slot) == d.object)?;
             let ObjectVariant::Actuator(a) = &object.data else { return None };
             let mount = Mount::of(around.scene, dynamics, d.slot, around.twist);
-            Some(BatchActuator { device, mount, commands: a.commands.clone() })
+            let target = |object| EngineTarget::new(around.scene, dynamics, object, around.twist);
+            let targets = match info.raw.inputs & TATU_IN_TARGETS {
+                0 => Vec::new(),
+                _ => find_all(around.scene, d.slot, &a.targets).map(target).collect(),
+            };
+            Some(BatchActuator { device, mount, commands: a.commands.clone(), targets })
         };
         let own = actuators.devices.iter().enumerate().filter(|(_, d)| d.kind == kind && !d.off);
         let seats: Vec<BatchActuator> = own.filter_map(seat).collect();
@@ -85,6 +87,12 @@ fn batches(
     out
 }
 
+/// Lists the bodies for the contacts of actuators, if any kind of the batches requires contacts.
+fn contacts_of(batches: &[ActuatorBatch], dynamics: &Dynamics, around: &ActuatorContext<'_>) -> Option<BodyContacts> {
+    let touches = |b: &ActuatorBatch| around.registry.actuators[b.kind].raw.inputs & TATU_IN_CONTACTS != 0;
+    batches.iter().any(touches).then(|| BodyContacts::new(around.scene, dynamics))
+}
+
 /// Calls the kinds of actuators that act once per advance. Their forces act throughout `dt`.
 pub fn apply_per_advance(
     actuators: &mut Actuators,
@@ -93,8 +101,12 @@ pub fn apply_per_advance(
     dt: f64,
 ) -> Vec<ApplyFailure> {
     let (mut failed, mut pushes) = (Vec::new(), Vec::new());
-    for batch in batches(actuators, dynamics, around, false) {
-        let asked = ApplyContext { registry: around.registry, watch: around.watch, engine: dynamics.engine() };
+    let batches = batches(actuators, dynamics, around, false);
+    let mut contacts = contacts_of(&batches, dynamics, around);
+    contacts.iter_mut().for_each(|contacts| contacts.read(dynamics.engine()));
+    for batch in batches {
+        let (registry, watch) = (around.registry, around.watch);
+        let asked = ApplyContext { registry, watch, engine: dynamics.engine(), contacts: contacts.as_ref() };
         apply(actuators, &batch, &asked, (around.time, dt), &mut pushes, &mut failed);
     }
     for p in pushes {
@@ -109,6 +121,8 @@ pub struct PhysicsStepActuators<'a> {
     registry: &'a Registry,
     watch: &'a CallWatch,
     batches: Vec<ActuatorBatch>,
+    /// The contacts of all bodies, if a kind requires contacts.
+    contacts: Option<BodyContacts>,
     time: f64,
     dt: f64,
     /// Actuators that failed, or had no effect, in a sub-step.
@@ -130,25 +144,30 @@ impl<'a> PhysicsStepActuators<'a> {
             return None;
         }
         let dt = dt / f64::from(dynamics.engine_steps(dt).max(1));
-        Some(PhysicsStepActuators { actuators, registry, watch, batches, time: around.time, dt, failed: Vec::new() })
+        let contacts = contacts_of(&batches, dynamics, around);
+        let (time, failed) = (around.time, Vec::new());
+        Some(PhysicsStepActuators { actuators, registry, watch, batches, contacts, time, dt, failed })
     }
 
     /// Adds the forces and torques of the actuators for one engine step to `out`.
     pub fn apply_before_step(&mut self, engine: &dyn Engine, step: u32, out: &mut Vec<BodyWrench>) {
         let when = (self.time + f64::from(step) * self.dt, self.dt);
+        self.contacts.iter_mut().for_each(|contacts| contacts.read(engine));
         for batch in &mut self.batches {
-            let asked = ApplyContext { registry: self.registry, watch: self.watch, engine };
+            let contacts = self.contacts.as_ref();
+            let asked = ApplyContext { registry: self.registry, watch: self.watch, engine, contacts };
             apply(self.actuators, batch, &asked, when, out, &mut self.failed);
             batch.actuators.retain(|s| !self.actuators.devices[s.device].off);
         }
     }
 }
 
-/// The registry, the watchdog's record and the engine, for calls into a kind of actuator.
+/// The registry, the watchdog's record, the engine and its contacts, for calls into a kind of actuator.
 struct ApplyContext<'a> {
     registry: &'a Registry,
     watch: &'a CallWatch,
     engine: &'a dyn Engine,
+    contacts: Option<&'a BodyContacts>,
 }
 
 /// Calls a kind once, and converts its outputs to forces and torques. `when` contains the simulation time and the
@@ -156,7 +175,7 @@ struct ApplyContext<'a> {
 fn apply(
     actuators: &mut Actuators,
     batch: &ActuatorBatch,
-    &ApplyContext { registry, watch, engine }: &ApplyContext<'_>,
+    &ApplyContext { registry, watch, engine, contacts }: &ApplyContext<'_>,
     when: (f64, f64),
     pushes: &mut Vec<BodyWrench>,
     failed: &mut Vec<ApplyFailure>,
@@ -185,6 +204,7 @@ fn apply(
         }
     }
     s.copy_commands(seats);
+    let target_motions = s.add_inputs(seats, info.raw.inputs, engine, contacts);
     let table = s.batch(seats.len(), when);
     let mut error = ErrorSlot::new();
     let me = registry.plugins[info.plugin].me;
@@ -205,6 +225,8 @@ fn apply(
         let (wrench, effort) = (s.wrench[i], s.effort[i]);
         let own = error.check_status(s.status[i], false);
         let finite = wrench.iter().chain([&effort]).all(|x| x.is_finite());
+        let on_targets = s.target_wrenches(i);
+        let bad_target = seat.targets.iter().zip(on_targets).position(|(t, w)| t.is_some() && !is_finite(w));
         let (status, text) = match status.min(own) {
             _ if let Some(what) = moved => (TATU_ERR, format!("changed {what}")),
             _ if let Some(what) = beside => (TATU_ERR, format!("broke the contract: it wrote {what}")),
@@ -222,10 +244,24 @@ fn apply(
             _ if !finite => {
                 (TATU_ERR, format!("returned the wrench {wrench:?} and the effort {effort}; expected finite numbers"))
             }
-            _ => match seat.mount.pushes(engine, &m.pose, &wrench, effort, pushes) {
-                Err(lack) if !d.idle_reported => (TATU_OK, lack.to_owned()),
-                _ => continue,
-            },
+            _ if let Some(k) = bad_target => {
+                (TATU_ERR, format!("returned the wrench {:?} on target {k}; expected finite numbers", on_targets[k]))
+            }
+            _ => {
+                let lacks = seat.mount.pushes(engine, &m.pose, &wrench, effort, pushes);
+                let on_mount = pushes.len();
+                let first = s.listed.first.get(i).map_or(0, |first| *first as usize);
+                for ((target, m), wrench) in seat.targets.iter().zip(&target_motions[first..]).zip(on_targets) {
+                    if let (Some(target), Some(m)) = (target, m) {
+                        target.mount().push(engine, &m.pose, wrench, pushes);
+                    }
+                }
+                match lacks {
+                    // A fixed mount takes the reaction to a force on a target.
+                    Err(lack) if !d.idle_reported && pushes.len() == on_mount => (TATU_OK, lack.to_owned()),
+                    _ => continue,
+                }
+            }
         };
         (d.off, d.idle_reported) = (status < 0, true);
         if d.off {
@@ -236,68 +272,6 @@ fn apply(
     }
 }
 
-impl ApplyScratch {
-    /// Copies all commands to a buffer that plugins may read.
-    fn copy_commands(&mut self, seats: &[BatchActuator]) {
-        self.commands.fill(seats.iter().map(|s| s.commands.len()).sum(), 0.0);
-        let first = self.commands.first_mut();
-        let mut at = 0;
-        for seat in seats {
-            self.commands[at..at + seat.commands.len()].copy_from_slice(&seat.commands);
-            self.command.push(first.wrapping_add(at));
-            at += seat.commands.len();
-        }
-    }
-    /// Describes where a plugin wrote out of bounds, if it did.
-    fn out_of_bounds_write(&self, seats: &[BatchActuator]) -> Option<&'static str> {
-        let same = |(a, b): (&f64, &f64)| a.to_bits() == b.to_bits();
-        match () {
-            () if !self.wrench.guards_intact() => Some("outside `wrench` of its batch"),
-            () if !self.effort.guards_intact() => Some("outside `effort` of its batch"),
-            () if !self.status.guards_intact() => Some("outside `status` of its batch"),
-            () if !self.commands.guards_intact()
-                || !self.commands.iter().zip(seats.iter().flat_map(|s| &s.commands)).all(same) =>
-            {
-                Some("to `command` of its batch, which is read-only")
-            }
-            () => None,
-        }
-    }
-    fn clear(&mut self) {
-        self.data.clear();
-        self.state.clear();
-        self.actuator.clear();
-        self.pose.clear();
-        self.twist.clear();
-        self.joint.clear();
-        self.command.clear();
-        self.fields.clear();
-        self.lengths.clear();
-    }
-
-    fn batch(&mut self, n: usize, (time, dt): (f64, f64)) -> tatu_actuator_batch {
-        self.wrench.fill(n, [0.0; 6]);
-        self.effort.fill(n, 0.0);
-        self.status.fill(n, TATU_OK);
-        tatu_actuator_batch {
-            size: size_of::<tatu_actuator_batch>() as u32,
-            n: n as u32,
-            time,
-            dt,
-            data: self.data.as_ptr(),
-            state: self.state.as_ptr(),
-            actuator: self.actuator.as_ptr(),
-            pose: self.pose.as_ptr().cast(),
-            twist: self.twist.as_ptr().cast(),
-            joint: self.joint.as_ptr().cast(),
-            command: self.command.as_ptr(),
-            wrench: self.wrench.first_mut().cast(),
-            effort: self.effort.first_mut(),
-            status: self.status.first_mut(),
-            fields: self.fields.as_ptr(),
-            lengths: self.lengths.as_ptr(),
-            n_fields: (self.fields.len() / n.max(1)) as u32,
-            reserved: 0,
-        }
-    }
+fn is_finite(wrench: &[f64; 6]) -> bool {
+    wrench.iter().all(|x| x.is_finite())
 }

@@ -48,13 +48,22 @@ pub struct SensorDevice {
     pub drawn: u64,
     /// The state block that the plugin writes to.
     pub state: StateBlock,
-    /// Number of the selection of objects that the sensor can detect, in [`Targets`](super::targets::Targets); 0 for
-    /// all objects.
-    pub(super) choice: u32,
+    /// The objects that the scene lists for the sensor.
+    pub(super) chosen: ChosenObjects,
     /// Id of the plugin's instance.
     pub id: u64,
     /// Values of its parameters, in the order of the kind's declaration.
     pub params: Vec<Value>,
+}
+
+/// The objects that the scene lists for a sensor.
+#[derive(Default)]
+pub(super) struct ChosenObjects {
+    /// Number of the selection of objects that the sensor can detect, in [`Targets`](super::targets::Targets); 0 for
+    /// all objects.
+    pub choice: u32,
+    /// Its targets, if its kind takes targets; 0 stands for a missing object.
+    pub targets: Vec<tatu_object>,
 }
 
 /// When a sensor measures.
@@ -89,7 +98,7 @@ impl SensorDevice {
             noise: None,
             seed,
             drawn: 0,
-            choice: 0,
+            chosen: ChosenObjects::default(),
             state,
             id,
             params,
@@ -120,6 +129,11 @@ impl SensorDevice {
     #[inline]
     pub(super) fn is_within_bounds(&self) -> bool {
         self.layout.is_whole(&self.fields) && self.state.guards_intact()
+    }
+
+    /// Returns the sensor's targets, as many as its fields have elements for; 0 stands for a missing object.
+    pub(super) fn targets(&self) -> impl Iterator<Item = tatu_object> {
+        (0..self.layout.targets as usize).map(|k| self.chosen.targets.get(k).copied().unwrap_or_default())
     }
 
     /// Stores the fields that an actuator reported at `time`, s, as the reading.
@@ -276,6 +290,8 @@ fn period(rate: f64, time: f64) -> u64 {
 pub struct FieldLayout {
     /// The beams of the sensor.
     pub plan: BeamPlan,
+    /// Number of targets, for which `TATU_DIM_TARGETS` stands in the shape of a field.
+    pub targets: u32,
     /// For each field, the index of its first word and its number of elements.
     pub spans: Vec<(usize, usize)>,
     /// For each field, its shape.
@@ -320,6 +336,7 @@ impl Default for FieldLayout {
     fn default() -> Self {
         FieldLayout {
             plan: BeamPlan::NONE,
+            targets: 0,
             spans: Vec::new(),
             dims: Vec::new(),
             words: 0,
@@ -331,9 +348,10 @@ impl Default for FieldLayout {
 }
 
 impl FieldLayout {
-    /// Computes the layout of the fields for a plan of beams.
-    pub fn new(plan: BeamPlan, kind: &SensorKind) -> Result<Self, String> {
-        let dims: Vec<_> = kind.fields.iter().map(|f| plan.shape(f.dims)).collect();
+    /// Computes the layout of the fields for a plan of beams and a number of targets.
+    pub fn new(plan: BeamPlan, targets: u32, kind: &SensorKind) -> Result<Self, String> {
+        let shape = |f: &FieldSpec| plan.shape(f.dims).map(|d| if d == TATU_DIM_TARGETS { targets } else { d });
+        let dims: Vec<_> = kind.fields.iter().map(shape).collect();
         // A guard word before the fields and after each one reveals writes out of bounds.
         let (mut spans, mut pads, mut words) = (Vec::new(), Vec::new(), 1);
         for (f, dims) in kind.fields.iter().zip(&dims) {
@@ -346,7 +364,7 @@ impl FieldLayout {
         let begins = spans.iter().skip(1).map(|(first, _)| *first).chain((!spans.is_empty()).then_some(words));
         let ends = std::iter::once(0).chain(begins.map(|next| (next - 1) as u32)).collect();
         let lengths = spans.iter().map(|(_, n)| *n as u64).collect();
-        Ok(FieldLayout { plan, spans, dims, words, lengths, ends, pads })
+        Ok(FieldLayout { plan, targets, spans, dims, words, lengths, ends, pads })
     }
 
     /// Returns the name of the first field that contains a NaN.

@@ -108,7 +108,7 @@ fn measure_batch(sensing: &mut Sensing, job: &MeasureRequest<'_>, around: &Measu
         let world = scene.world(d.slot);
         let skip_group = plan.skip_model.then(|| scene.model_of(d.slot)).filter(|g| *g != 0);
         let limits = HitLimits::of(plan, options.limits);
-        let choice = d.choice;
+        let choice = d.chosen.choice;
         let view = SensorView { world_from_sensor: world, limits, choice, skip_group, only_object: options.only };
         s.casts.add(plan, view);
         s.views.push(view);
@@ -119,7 +119,14 @@ fn measure_batch(sensing: &mut Sensing, job: &MeasureRequest<'_>, around: &Measu
         if inputs & TATU_IN_TWIST != 0 {
             s.motion.twist.push(twist(d.slot));
         }
+        if inputs & TATU_IN_TARGETS != 0 {
+            s.listed.begin();
+            d.targets().for_each(|target| s.listed.push_from_scene(scene, target, twist));
+        }
         d.prepare(s, scene.id(d.slot), moment.time);
+    }
+    if inputs & TATU_IN_TARGETS != 0 {
+        s.listed.begin();
     }
     s.status.fill(devices.len(), TATU_OK);
     let keys = std::mem::take(&mut s.keys);

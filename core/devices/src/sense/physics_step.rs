@@ -2,7 +2,7 @@
 //! are read from the engine, and the plugin is called once for all sensors of a kind that are due.
 
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
-use tatu_physics::{BodyContact, BodyId, Engine, JointId};
+use tatu_physics::{BodyId, Engine, JointId};
 use tatu_plugin_api::abi::*;
 use tatu_plugins::{
     RandomTable, Registry,
@@ -16,7 +16,11 @@ use super::{
     batch::{BatchSensors, CallContext, MeasureFailure, call_kind, check_status_guards, complete},
     scratch::{MeasureScratch, MeasureTime},
 };
-use crate::mount::Mount;
+use crate::{
+    contacts::BodyContacts,
+    listed::EngineTarget,
+    mount::{Mount, MountMotion},
+};
 
 /// The inputs of the sensors during an advance of the engine.
 #[derive(Clone, Copy)]
@@ -37,11 +41,8 @@ pub struct StepSensing<'a> {
     context: StepContext<'a>,
     /// The index of each kind, with its sensors.
     kinds: Vec<(usize, Vec<StepSensor>)>,
-    /// Handles of the shapes that bodies represent, in order of bodies; empty if no sensor requires contacts.
-    shapes: Vec<(BodyId, tatu_object)>,
-    contacts: Vec<BodyContact>,
-    /// For each of the two bodies of a contact, the body and the index of the contact, sorted by body.
-    touching: Vec<(BodyId, u32)>,
+    /// The contacts of all bodies, if a sensor requires contacts.
+    contacts: Option<BodyContacts>,
     /// Sensors that failed.
     pub failed: Vec<MeasureFailure>,
 }
@@ -56,6 +57,15 @@ struct StepSensor {
     joint: JointInput,
     body: Option<BodyId>,
     load: Option<LoadInput>,
+    /// Its targets; `None` stands for a missing object.
+    targets: Vec<Option<StepTarget>>,
+}
+
+/// A target, with its motion at the beginning and at the end of the physics step.
+struct StepTarget {
+    target: EngineTarget,
+    before: PoseAndTwist,
+    now: PoseAndTwist,
 }
 
 /// A pose with its velocities, in the world frame.
@@ -125,19 +135,14 @@ impl<'a> StepSensing<'a> {
             });
         }
         let touches = kinds.iter().any(|(kind, _)| around.registry.sensors[*kind].raw.inputs & TATU_IN_CONTACTS != 0);
-        let shapes = if touches { dynamics.shapes().map(|(b, s)| (b, scene.id(s))).collect() } else { Vec::new() };
-        let (contacts, touching) = Default::default();
-        Some(StepSensing { sensing, context: around, kinds, shapes, contacts, touching, failed })
+        let contacts = touches.then(|| BodyContacts::new(scene, dynamics));
+        Some(StepSensing { sensing, context: around, kinds, contacts, failed })
     }
 
     /// Measures after the physics step with this index in the advance.
     pub fn measure_after_step(&mut self, engine: &dyn Engine, part: u32) {
-        if !self.shapes.is_empty() {
-            engine.contacts(&mut self.contacts);
-            let ends = (0..).zip(&self.contacts).flat_map(|(i, c)| [(c.bodies.0, i), (c.bodies.1, i)]);
-            self.touching.clear();
-            self.touching.extend(ends);
-            self.touching.sort_unstable();
+        if let Some(contacts) = &mut self.contacts {
+            contacts.read(engine);
         }
         let mut kinds = std::mem::take(&mut self.kinds);
         for (kind, seats) in &mut kinds {
@@ -161,6 +166,7 @@ impl<'a> StepSensing<'a> {
         for seat in seats {
             let now = if moves { seat.motion(engine) } else { seat.before };
             let before = std::mem::replace(&mut seat.before, now);
+            seat.targets.iter_mut().flatten().for_each(|target| target.advance(engine));
             let d = &mut all[seat.device];
             d.release(end);
             if !d.is_due_after(end - begin.dt) {
@@ -169,16 +175,25 @@ impl<'a> StepSensing<'a> {
             devices.push(seat.device);
             d.prepare(s, seat.sensor, moment.time);
             seat.add_inputs(engine, (before, now), begin.dt, info.raw.inputs, s);
-            if info.raw.inputs & TATU_IN_CONTACTS != 0 {
-                let felt = StepContacts { contacts: &self.contacts, touching: &self.touching, shapes: &self.shapes };
-                felt.add(seat.body, s);
+            if let Some(contacts) = self.contacts.as_ref().filter(|_| info.raw.inputs & TATU_IN_CONTACTS != 0) {
+                contacts.add(seat.body, &mut s.contacts);
+            }
+            if info.raw.inputs & TATU_IN_TARGETS != 0 {
+                s.listed.begin();
+                for target in &seat.targets {
+                    let middle = target.as_ref().map(|t| (t.target.object, t.middle()));
+                    s.listed.push(middle.as_ref().map(|(object, m)| (*object, &m.pose, m.twist)));
+                }
             }
         }
         if devices.is_empty() {
             return;
         }
         if info.raw.inputs & TATU_IN_CONTACTS != 0 {
-            s.contacts.first_contact.push(s.contacts.contact.len() as u64);
+            s.contacts.begin();
+        }
+        if info.raw.inputs & TATU_IN_TARGETS != 0 {
+            s.listed.begin();
         }
         s.status.fill(devices.len(), TATU_OK);
         let keys = std::mem::take(&mut s.keys);
@@ -207,7 +222,7 @@ impl StepSensor {
         dynamics: &Dynamics,
         twist: impl Fn(u32) -> [f64; 6],
     ) -> Self {
-        let mount = Mount::of(scene, dynamics, d.slot, twist);
+        let mount = Mount::of(scene, dynamics, d.slot, &twist);
         let motion = mount.motion(dynamics.engine());
         // The search starts at the observed object or, if there is none, at the sensor, which never matches.
         let first = match d.layout.plan.observed {
@@ -235,16 +250,19 @@ impl StepSensor {
             let ((carrier, _), frame) = dynamics.bodies_of_joint(joint)?;
             Some(LoadInput { joint, carrier, frame })
         });
-        let before = PoseAndTwist { pose: motion.pose, twist: motion.twist };
-        StepSensor { device, sensor: scene.id(d.slot), mount, before, joint, body, load }
+        let before = PoseAndTwist::from(motion);
+        let targets = match inputs & TATU_IN_TARGETS {
+            0 => Vec::new(),
+            _ => d.targets().map(|object| StepTarget::new(scene, dynamics, object, &twist)).collect(),
+        };
+        StepSensor { device, sensor: scene.id(d.slot), mount, before, joint, body, load, targets }
     }
 
     fn motion(&self, engine: &dyn Engine) -> PoseAndTwist {
-        if !self.mount.is_carried() {
+        if self.mount.carrier().is_none() {
             return self.before;
         }
-        let motion = self.mount.motion(engine);
-        PoseAndTwist { pose: motion.pose, twist: motion.twist }
+        self.mount.motion(engine).into()
     }
 
     /// Adds the sensor's inputs for a physics step to those of its batch, except for contacts.
@@ -256,16 +274,15 @@ impl StepSensor {
         inputs: u32,
         s: &mut MeasureScratch,
     ) {
-        let pose = middle_pose(&before.pose, &now.pose);
-        let each = |f: &dyn Fn(f64, f64) -> f64| std::array::from_fn(|i| f(before.twist[i], now.twist[i]));
+        let middle = before.middle(&now);
         if inputs & TATU_IN_POSE != 0 {
-            s.motion.pose.push(pose_to_array(&pose));
+            s.motion.pose.push(pose_to_array(&middle.pose));
         }
         if inputs & TATU_IN_TWIST != 0 {
-            s.motion.twist.push(each(&|a, b| 0.5 * (a + b)));
+            s.motion.twist.push(middle.twist);
         }
         if inputs & TATU_IN_ACCELERATION != 0 {
-            s.motion.acceleration.push(each(&|a, b| (b - a) / dt));
+            s.motion.acceleration.push(std::array::from_fn(|i| (now.twist[i] - before.twist[i]) / dt));
         }
         if inputs & TATU_IN_JOINT != 0 {
             s.motion.joint.push(match self.joint {
@@ -278,7 +295,7 @@ impl StepSensor {
         }
         if inputs & TATU_IN_WRENCH != 0 {
             let load = self.load.as_ref().and_then(|l| Some((engine.wrench(l.joint)?, l)));
-            s.contacts.wrench.push(load.map_or([0.0; 6], |(w, l)| {
+            s.motion.wrench.push(load.map_or([0.0; 6], |(w, l)| {
                 let at = (engine.pose(l.carrier) * l.frame).translation.vector;
                 let torque = w.torque + (at - now.pose.translation.vector).cross(&w.force);
                 let turn = now.pose.rotation.inverse();
@@ -289,6 +306,43 @@ impl StepSensor {
     }
 }
 
+impl StepTarget {
+    fn new(
+        scene: &Scene,
+        dynamics: &Dynamics,
+        object: tatu_object,
+        twist: impl Fn(u32) -> [f64; 6],
+    ) -> Option<StepTarget> {
+        let target = EngineTarget::new(scene, dynamics, object, twist)?;
+        let now = target.motion(dynamics.engine()).into();
+        Some(StepTarget { target, before: now, now })
+    }
+    /// Follows the target through a physics step.
+    fn advance(&mut self, engine: &dyn Engine) {
+        self.before = self.now;
+        if self.target.mount().carrier().is_some() {
+            self.now = self.target.motion(engine).into();
+        }
+    }
+    fn middle(&self) -> PoseAndTwist {
+        self.before.middle(&self.now)
+    }
+}
+
+impl From<MountMotion> for PoseAndTwist {
+    fn from(motion: MountMotion) -> Self {
+        PoseAndTwist { pose: motion.pose, twist: motion.twist }
+    }
+}
+
+impl PoseAndTwist {
+    /// Returns the pose and the mean twist in the middle of a physics step that ends with `end`.
+    fn middle(&self, end: &Self) -> Self {
+        let twist = std::array::from_fn(|i| 0.5 * (self.twist[i] + end.twist[i]));
+        PoseAndTwist { pose: middle_pose(&self.pose, &end.pose), twist }
+    }
+}
+
 /// Returns the pose in the middle between two poses that differ by less than half a turn.
 fn middle_pose(a: &Isometry3<f64>, b: &Isometry3<f64>) -> Isometry3<f64> {
     let (p, q) = (a.rotation.coords, b.rotation.coords);
@@ -296,34 +350,4 @@ fn middle_pose(a: &Isometry3<f64>, b: &Isometry3<f64>) -> Isometry3<f64> {
     let rotation = UnitQuaternion::new_normalize(nalgebra::Quaternion::from_vector(sum));
     let place: Vector3<f64> = 0.5 * (a.translation.vector + b.translation.vector);
     Isometry3::from_parts(place.into(), rotation)
-}
-
-struct StepContacts<'a> {
-    contacts: &'a [BodyContact],
-    touching: &'a [(BodyId, u32)],
-    shapes: &'a [(BodyId, tatu_object)],
-}
-
-impl StepContacts<'_> {
-    fn shape(&self, body: BodyId) -> tatu_object {
-        self.shapes.binary_search_by_key(&body, |(b, _)| *b).map_or(0, |i| self.shapes[i].1)
-    }
-
-    /// Adds the contacts of a sensor's body to the inputs of its batch.
-    fn add(&self, body: Option<BodyId>, s: &mut MeasureScratch) {
-        s.contacts.first_contact.push(s.contacts.contact.len() as u64);
-        let Some(body) = body else { return };
-        let from = self.touching.partition_point(|(b, _)| *b < body);
-        for (_, i) in self.touching[from..].iter().take_while(|(b, _)| *b == body) {
-            let c = &self.contacts[*i as usize];
-            let (other, side) = if c.bodies.1 == body { (c.bodies.0, 1.0) } else { (c.bodies.1, -1.0) };
-            s.contacts.contact.push(tatu_contact {
-                shape: [self.shape(other), self.shape(body)],
-                point: c.point.coords.into(),
-                normal: (side * c.normal).into(),
-                force: c.force,
-            });
-            s.contacts.friction.push((side * c.friction).into());
-        }
-    }
 }

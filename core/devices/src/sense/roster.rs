@@ -34,7 +34,7 @@ impl DueSensors {
     }
 
     pub(super) fn add(&mut self, index: usize, device: &SensorDevice) {
-        let sees = device.layout.plan.target_filter(device.choice);
+        let sees = device.layout.plan.target_filter(device.chosen.choice);
         if !self.filters.contains(&sees) {
             self.filters.push(sees);
         }

@@ -12,6 +12,7 @@ use super::{
     noise::HeldReading,
     random::RandomKey,
 };
+use crate::{contacts::ContactColumns, listed::TargetColumns};
 
 /// The time of a measurement.
 #[derive(Debug, Clone, Copy)]
@@ -36,6 +37,7 @@ pub(super) struct MeasureScratch {
     pub frames: BatchImages,
     pub motion: MotionColumns,
     pub contacts: ContactColumns,
+    pub listed: TargetColumns,
     pub instances: InstanceColumns,
     pub fields: Vec<*mut c_void>,
     pub lengths: Vec<*const u64>,
@@ -46,25 +48,17 @@ pub(super) struct MeasureScratch {
     pub error: Option<ErrorSlot>,
 }
 
-/// Motion of the sensors, of the joints that they observe, and of what their beams hit.
+/// Motion of the sensors and of what their beams hit, and the states of the joints and force sensors that they observe.
 #[derive(Default)]
 pub(super) struct MotionColumns {
     pub pose: Vec<[f64; 7]>,
     pub twist: Vec<[f64; 6]>,
     pub acceleration: Vec<[f64; 6]>,
     pub joint: Vec<[f64; 3]>,
+    /// The loads of the force sensors that they observe.
+    pub wrench: Vec<[f64; 6]>,
     /// For each beam, the velocity of the object that was hit.
     pub hit_twist: Vec<[f64; 6]>,
-}
-
-/// Contacts and forces on what the sensors observe.
-#[derive(Default)]
-pub(super) struct ContactColumns {
-    /// For each sensor, the index of its first contact; the last entry is the total number of contacts.
-    pub first_contact: Vec<u64>,
-    pub contact: Vec<tatu_contact>,
-    pub friction: Vec<[f64; 3]>,
-    pub wrench: Vec<[f64; 6]>,
 }
 
 /// The plugin's instances, their state blocks, and their objects.
@@ -86,10 +80,9 @@ impl MeasureScratch {
         self.motion.acceleration.clear();
         self.motion.joint.clear();
         self.motion.hit_twist.clear();
-        self.contacts.first_contact.clear();
-        self.contacts.contact.clear();
-        self.contacts.friction.clear();
-        self.contacts.wrench.clear();
+        self.motion.wrench.clear();
+        self.contacts.clear();
+        self.listed.clear();
         self.instances.data.clear();
         self.instances.state.clear();
         self.instances.sensor.clear();
@@ -139,8 +132,12 @@ impl MeasureScratch {
             first_contact: some(&self.contacts.first_contact),
             contact: some(&self.contacts.contact),
             friction: some(&self.contacts.friction).cast(),
-            wrench: some(&self.contacts.wrench).cast(),
+            wrench: some(&self.motion.wrench).cast(),
             hit_twist: some(&self.motion.hit_twist).cast(),
+            first_target: some(&self.listed.first),
+            target: some(&self.listed.object),
+            target_pose: some(&self.listed.pose).cast(),
+            target_twist: some(&self.listed.twist).cast(),
         }
     }
 }

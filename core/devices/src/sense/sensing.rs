@@ -2,16 +2,18 @@
 
 use std::rc::Rc;
 
+use tatu_plugin_api::abi::TATU_IN_TARGETS;
 use tatu_plugins::{Registry, reading_arena::ReadingArena};
-use tatu_scene::{ObjectVariant, Scene};
+use tatu_scene::{ObjectVariant, Scene, SensorTargets};
 
 use super::{
-    device::{FieldLayout, SensorDevice},
+    device::{ChosenObjects, FieldLayout, SensorDevice},
     noise::SensorNoise,
     roster::{DueSensors, SensorRoster},
     scratch::MeasureScratch,
     targets::Targets,
 };
+use crate::listed::find_all;
 
 /// The sensors of a world.
 #[derive(Default)]
@@ -114,7 +116,18 @@ impl Sensing {
         for d in &mut self.devices {
             let Some(ObjectVariant::Sensor(s)) = scene.get(d.slot).map(|o| &o.data) else { continue };
             (d.schedule.explicit, d.schedule.rate) = (s.explicit, s.rate);
-            d.choice = s.view.as_ref().map_or(0, |view| self.targets.choice(scene, d.slot, view));
+            let takes_targets = registry.sensors[d.kind].raw.inputs & TATU_IN_TARGETS != 0;
+            d.chosen = match s.view.as_deref() {
+                None => ChosenObjects::default(),
+                Some(view) if !takes_targets => {
+                    ChosenObjects { choice: self.targets.choice(scene, d.slot, view), targets: Vec::new() }
+                }
+                Some(SensorTargets { targets, ignored }) => {
+                    let beams = SensorTargets { targets: Vec::new(), ignored: ignored.clone() };
+                    let choice = if ignored.is_empty() { 0 } else { self.targets.choice(scene, d.slot, &beams) };
+                    ChosenObjects { choice, targets: find_all(scene, d.slot, targets).collect() }
+                }
+            };
             if s.view.is_some() {
                 self.chosen = Some(scene.versions.shape);
             }

@@ -172,6 +172,9 @@ fn actuator_flaw(
         let (n, m) = (raw.n_commands, commands.len());
         return Some(format!("its actuator `{id}` has a buffer of {n} numbers for {m} declared commands"));
     }
+    if raw.inputs & !(TATU_IN_TARGETS | TATU_IN_CONTACTS) != 0 {
+        return Some(format!("its actuator `{id}` requests inputs other than targets and contacts"));
+    }
     command_flaw(&format!("its actuator `{id}`"), params, commands)
 }
 

@@ -91,4 +91,6 @@ const NO_ACTUATOR: tatu_actuator = tatu_actuator {
     apply: None,
     schemas: std::ptr::null(),
     fields: std::ptr::null(),
+    inputs: 0,
+    reserved2: 0,
 };

@@ -27,6 +27,12 @@ impl Registry {
             }
             let tables = raw.fields();
             let Some(fields) = self.fields(plugin, &format!("its sensor `{id}`"), &tables) else { continue };
+            let takes_targets = raw.inputs & TATU_IN_TARGETS != 0;
+            if let Some(f) = fields.iter().find(|f| !takes_targets && f.dims.contains(&TATU_DIM_TARGETS)) {
+                let text = format!("the field `{}` of its sensor `{id}` has an element per target", f.name);
+                self.refuse(plugin, text, "add TATU_IN_TARGETS to the inputs of the kind");
+                continue;
+            }
             let schemas = self.schemas(plugin, &format!("its sensor `{id}`"), raw.schemas());
             let presets = self.presets(plugin, &format!("its sensor `{id}`"), &raw.presets());
             self.sensors.push(SensorKind {
@@ -138,7 +144,7 @@ impl Registry {
 /// Returns why a kind of sensor cannot receive the inputs that it declares, or `None` if it can.
 fn inputs_flaw(raw: &tatu_sensor) -> Option<&'static str> {
     const PHYSICS_INPUTS: u32 = TATU_IN_ACCELERATION | TATU_IN_JOINT | TATU_IN_CONTACTS | TATU_IN_WRENCH;
-    const COMMON_INPUTS: u32 = TATU_IN_POSE | TATU_IN_TWIST;
+    const COMMON_INPUTS: u32 = TATU_IN_POSE | TATU_IN_TWIST | TATU_IN_TARGETS;
     let in_physics = raw.flags & TATU_SENSOR_EVERY_PHYSICS_STEP != 0;
     match raw.inputs & !COMMON_INPUTS {
         inputs if in_physics && inputs & !PHYSICS_INPUTS != 0 => {
@@ -160,7 +166,7 @@ fn field_flaw(f: &FieldSpec) -> Option<(String, &'static str)> {
         return Some(("has no schema before its name".into(), "call it `schema.field`"));
     }
     // Dimensions that an instance determines are checked once the instance exists.
-    let open = |d: u32| d == 0 || (TATU_DIM_OWN..TATU_DIM_OWN + 4).contains(&d) || d >= TATU_DIM_COLUMNS;
+    let open = |d: u32| d == 0 || (TATU_DIM_OWN..TATU_DIM_OWN + 4).contains(&d) || d >= TATU_DIM_TARGETS;
     let fixed = f.dims.iter().filter(|d| !open(**d)).map(|d| u64::from(*d));
     let elements = fixed.fold(1u64, u64::saturating_mul);
     (elements > MAX_ELEMENTS).then(|| {

@@ -86,8 +86,12 @@ impl ObjectVariant {
             ObjectKind::Dummy => ObjectVariant::Dummy(None),
             ObjectKind::Sensor => ObjectVariant::Sensor(SensorObject::new(device)),
             // The commands are filled in when the device is created.
-            ObjectKind::Actuator => ObjectVariant::Actuator(ActuatorObject { kind: device, commands: Vec::new() }),
-            ObjectKind::Part => ObjectVariant::Part(ActuatorObject { kind: device, commands: Vec::new() }),
+            ObjectKind::Actuator => {
+                ObjectVariant::Actuator(ActuatorObject { kind: device, commands: Vec::new(), targets: Vec::new() })
+            }
+            ObjectKind::Part => {
+                ObjectVariant::Part(ActuatorObject { kind: device, commands: Vec::new(), targets: Vec::new() })
+            }
             ObjectKind::ForceSensor => ObjectVariant::ForceSensor(Box::default()),
             ObjectKind::Graph => ObjectVariant::Graph(Box::default()),
             ObjectKind::Camera => ObjectVariant::Camera(Box::default()),

@@ -54,14 +54,18 @@ impl SensorObject {
         value: &Value,
         list: impl Fn(&mut SensorTargets) -> &mut Vec<String>,
     ) -> Result<bool, String> {
-        let Value::List(all) = value else { return unexpected(value) };
-        let path =
-            |v: &Value| text_of(v).map_err(|found| format!("expected a list of paths as strings, {found} in it"));
         let mut view = self.view.as_deref().cloned().unwrap_or_default();
-        *list(&mut view) = all.iter().map(path).collect::<Result<_, _>>()?;
+        *list(&mut view) = paths_in(value)?;
         self.view = (view != SensorTargets::default()).then(|| Arc::new(view));
         Ok(true)
     }
+}
+
+/// Returns the paths in a list.
+fn paths_in(value: &Value) -> Result<Vec<String>, String> {
+    let Value::List(all) = value else { return unexpected(value) };
+    let path = |v: &Value| text_of(v).map_err(|found| format!("expected a list of paths as strings, {found} in it"));
+    all.iter().map(path).collect()
 }
 
 /// The properties of an actuator or a part.
@@ -72,6 +76,8 @@ pub struct ActuatorObject {
     /// Current values of the commands that its kind declares. They change during a run, and a stop resets
     /// them.
     pub commands: Vec<f64>,
+    /// Paths of the actuator's targets, relative to the actuator; empty for a part.
+    pub targets: Vec<String>,
 }
 
 /// Merges a noise declaration, in TOML, into that of the sensor; an empty declaration removes all noise.
@@ -88,7 +94,7 @@ properties! { SENSOR: SensorObject, PropertyOwner::Kind(ObjectKind::Sensor) =>
     "sensor.preset" text = none, None { get |s: &SensorObject| Value::text(&*s.preset), set |s: &mut SensorObject, v| { s.preset = text_of(v)?.into(); Ok(true) } }: "Name of a preset of the sensor's kind; setting it applies all settings of the preset.";
     "sensor.rate" number in "Hz" from 0.0 = 0.0, Sensors rate: "Maximum rate at which the sensor measures; 0: in each step.";
     "sensor.noise" noise = none, Sensors { get |s: &SensorObject| Value::text(s.noise.as_ref().map_or(String::new(), |n| n.to_toml())), set set_noise }: "Noise of the sensor's fields, as TOML; setting it changes only the fields that the value contains; empty or `none` removes all noise.";
-    "sensor.targets" list = none, Sensors { get |s: &SensorObject| s.paths(|v| &v.targets), set |s: &mut SensorObject, v| s.set_paths(v, |view| &mut view.targets) }: "Paths of the objects that the sensor detects, relative to the sensor, each with all descendants; empty: all.";
+    "sensor.targets" list = none, Sensors { get |s: &SensorObject| s.paths(|v| &v.targets), set |s: &mut SensorObject, v| s.set_paths(v, |view| &mut view.targets) }: "Paths of the objects that the sensor detects, relative to the sensor, each with all descendants; empty: all. If the sensor's kind takes targets: the objects whose motion it receives.";
     "sensor.ignored" list = none, Sensors { get |s: &SensorObject| s.paths(|v| &v.ignored), set |s: &mut SensorObject, v| s.set_paths(v, |view| &mut view.ignored) }: "Paths of objects that the sensor does not detect, relative to the sensor, each with all descendants; if entries of both lists are nested, the innermost takes precedence.";
     "sensor.measured" int, ReadOnly _: "Number of measurements since the start, or since the reading was reset.";
     "sensor.beams" int, ReadOnly _: "Number of beams that the sensor emits; a volume is one beam.";
@@ -96,6 +102,7 @@ properties! { SENSOR: SensorObject, PropertyOwner::Kind(ObjectKind::Sensor) =>
 
 properties! { ACTUATOR: ActuatorObject, PropertyOwner::Kind(ObjectKind::Actuator) =>
     "actuator.kind" text, ReadOnly _: "Id of the actuator's kind.";
+    "actuator.targets" list = none, None { get |a: &ActuatorObject| Value::List(a.targets.iter().map(Value::text).collect()), set |a: &mut ActuatorObject, v| { a.targets = paths_in(v)?; Ok(true) } }: "Paths of the objects on which the actuator acts, relative to the actuator; only for kinds that take targets.";
 }
 
 properties! { PART: ActuatorObject, PropertyOwner::Kind(ObjectKind::Part) =>

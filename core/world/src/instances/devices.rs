@@ -1,6 +1,9 @@
 //! Creates the instances of sensors, actuators and parts from the document, and recreates them when the scene is reset.
 
-use super::kinds::{create_actuator, create_sensor, end_actuator, end_sensor};
+use super::{
+    kinds::{create_actuator, create_sensor, end_actuator, end_sensor},
+    targets::check_targets,
+};
 use tatu_errors::{Error, Fault, FaultKind, Result, SourceLocation};
 use tatu_plugin_api::safe::Value;
 use tatu_plugins::ParameterSpec;
@@ -92,6 +95,10 @@ pub(crate) fn create_device(
         let plugin = &cell.model.registry.plugins[info.plugin].id;
         Error::new("E402", format!("the {what} {path} cannot be created: plugin `{plugin}`: {text}")).at(place.cloned())
     };
+    if place.is_some() {
+        check_targets(cell, slot)
+            .map_err(|text| Error::new("E102", format!("`targets` of the {what} {path}: {text}")).at(place.cloned()))?;
+    }
     if object_kind == ObjectKind::Sensor {
         let made = create_sensor(cell, device.kind, slot, instance, params).map_err(refused)?;
         cell.devices.sensing.borrow_mut().add(made);

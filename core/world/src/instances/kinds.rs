@@ -9,6 +9,7 @@ use tatu_devices::{
 use tatu_errors::{Error, Fault, FaultKind, Result};
 use tatu_plugin_api::{abi::*, safe::Value};
 use tatu_plugins::{border::ErrorSlot, state_block::StateBlock, watchdog::PluginCall};
+use tatu_scene::ObjectVariant;
 
 use super::{NewInstance, create_instance};
 use crate::cell::{CommandInstance, WorldCell};
@@ -58,12 +59,20 @@ pub(crate) fn request_layout(
     data: *mut c_void,
 ) -> Result<Rc<FieldLayout>, String> {
     let kind = &world.model.registry.sensors[kind];
+    let n_targets = match kind.raw.inputs & TATU_IN_TARGETS {
+        0 => 0,
+        _ => match world.state.scene.borrow().get(slot).map(|o| &o.data) {
+            Some(ObjectVariant::Sensor(s)) => s.view.as_ref().map_or(0, |view| view.targets.len() as u32),
+            _ => 0,
+        },
+    };
     let inspector = world.model.registry.inspector.as_deref();
     // SAFETY: `data` points to a live instance of this kind, and the caller holds no borrow of the world.
-    let asked =
-        world.call_plugin(kind.plugin, PluginCall::Beams, slot, || unsafe { kind.request_beams(data, inspector) });
+    let asked = world.call_plugin(kind.plugin, PluginCall::Beams, slot, || unsafe {
+        kind.request_beams(data, n_targets, inspector)
+    });
     let plan = asked.and_then(BeamPlan::new).map_err(|text| format!("{text} [{}]", PluginCall::Beams.text()))?;
-    let layout = FieldLayout::new(plan, kind)?;
+    let layout = FieldLayout::new(plan, n_targets, kind)?;
     let like_it = world.devices.sensing.try_borrow().ok().and_then(|s| s.shared_layout(&layout));
     Ok(like_it.unwrap_or_else(|| Rc::new(layout)))
 }

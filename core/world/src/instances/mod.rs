@@ -2,11 +2,12 @@
 //!
 //! - this module: functions for all instances; `kinds`: instances of sensors, actuators and command plugins;
 //! - `devices`: instances from the document, and those that a stop restores;
-//! - `save`: the saved state of an instance.
+//! - `save`: the saved state of an instance; `targets`: the lists of targets of sensors and actuators.
 
 mod devices;
 mod kinds;
 mod save;
+mod targets;
 
 use std::ffi::c_void;
 
@@ -27,6 +28,7 @@ pub(crate) use devices::{create_device, create_devices, current_devices, end_dev
 pub(crate) use kinds::{create_actuator, create_sensor, end_actuator, end_sensor, request_layout};
 pub use save::UnsavedInstance;
 pub(crate) use save::{load_instance, save_instance, saved_state_block};
+pub(crate) use targets::set_targets;
 
 /// A plugin's data for one device, and the state block that the host allocated for it.
 pub(crate) struct NewInstance {

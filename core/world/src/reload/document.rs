@@ -19,7 +19,7 @@ use tatu_scene::{
 use super::ReloadReport;
 use crate::{
     cell::{Script, Scripts, WorldCell},
-    instances::params_with_defaults,
+    instances::{params_with_defaults, set_targets},
     run::World,
     scripts::StateTransfer,
 };
@@ -216,7 +216,11 @@ impl World {
 
     fn set_row(&self, slot: u32, row: Property, value: &Value, restart: &mut Vec<String>) -> bool {
         let cell: &WorldCell = self.cell();
-        match cell.set_property(slot, row, value) {
+        let set = match row {
+            Property::SENSOR_TARGETS | Property::ACTUATOR_TARGETS => set_targets(cell, slot, row, value),
+            _ => cell.set_property(slot, row, value),
+        };
+        match set {
             Ok(()) => {
                 if let Some(initial) = &mut *cell.model.initial.borrow_mut() {
                     // If the object existed at the start, it has the same slot in the initial scene.

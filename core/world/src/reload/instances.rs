@@ -339,10 +339,15 @@ fn install_sensor(
     let of = InstanceRef { plugin: kind.plugin, slot: m.slot, data: new.data };
     let old = {
         let mut sensing = cell.devices.sensing.borrow_mut();
+        // The settings in the scene, such as the rate, the noise and the targets, must be applied to the new instance.
+        sensing.invalidate_settings();
         sensing.index(m.slot).map(|i| {
             let place = &mut sensing.devices[i];
             // Its random numbers continue.
-            new.drawn = place.drawn;
+            (new.drawn, new.schedule.period) = (place.drawn, place.schedule.period);
+            if same_fields {
+                new.noise = place.noise.take();
+            }
             if same_fields && place.fields.len() == new.fields.len() {
                 new.fields.copy_from_slice(&place.fields);
                 (new.sequence, new.time) = (place.sequence, place.time);
@@ -362,6 +367,7 @@ fn install_sensor(
         let fresh = create_sensor(cell, m.kind, m.slot, replacement_info(cell, m.slot, m.id), m.params.clone());
         let half = fresh.ok().and_then(|fresh| {
             let mut sensing = cell.devices.sensing.borrow_mut();
+            sensing.invalidate_settings();
             sensing.index(m.slot).map(|i| std::mem::replace(&mut sensing.devices[i], fresh))
         });
         half.into_iter().for_each(|d| end_sensor(cell, d));

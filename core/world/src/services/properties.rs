@@ -14,7 +14,10 @@ use super::{
     answer::{HostResult, busy, slot},
     devices,
 };
-use crate::cell::{WorldCell, WorldModel, scripts::stand_in_use};
+use crate::{
+    cell::{WorldCell, WorldModel, scripts::stand_in_use},
+    instances::set_targets,
+};
 
 pub(super) fn refuse_with(world: &WorldCell, r: Refusal) -> tatu_status {
     world.run.calls.refuse(r.0, &r.1)
@@ -168,7 +171,11 @@ pub(super) fn write(world: &WorldCell, object: tatu_object, prop: tatu_prop, val
             }
             slot
         };
-        world.set_property(slot, row, &value).map_err(|Refusal(status, text)| {
+        let done = match row {
+            Property::SENSOR_TARGETS | Property::ACTUATOR_TARGETS => set_targets(world, slot, row, &value),
+            _ => world.set_property(slot, row, &value),
+        };
+        done.map_err(|Refusal(status, text)| {
             let text = if status == TATU_ERR_ARGUMENT { add_object_path(world, object, text) } else { text };
             refuse_with(world, Refusal(status, text))
         })

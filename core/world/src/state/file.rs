@@ -14,7 +14,7 @@ use crate::instances::UnsavedInstance;
 /// The first bytes of every snapshot.
 const MAGIC: &[u8; 8] = b"tatusnap";
 /// Format version, increased when the meaning of a section changes.
-const FORMAT_VERSION: u32 = 15;
+const FORMAT_VERSION: u32 = 16;
 /// Number of bytes before the checksummed part: magic number, format version and checksum.
 const PREFIX_BYTES: usize = MAGIC.len() + 4 + 8;
 

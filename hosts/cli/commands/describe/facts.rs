@@ -259,7 +259,8 @@ fn field(name: &str, elem: u32, shape: &[u32], unit: Option<&str>, text: &str, n
         0 => json!("beams"),
         TATU_DIM_ROWS => json!("rows"),
         TATU_DIM_COLUMNS => json!("columns"),
-        TATU_DIM_OWN..TATU_DIM_COLUMNS => json!("own"),
+        TATU_DIM_TARGETS => json!("targets"),
+        TATU_DIM_OWN..TATU_DIM_TARGETS => json!("own"),
         n => json!(n),
     };
     let shape: Vec<Json> = shape.iter().map(dimension).collect();

@@ -5,7 +5,10 @@
 use std::{cell::RefCell, ffi::c_void, ops::Range};
 
 use tatu_core::plugins::{ActuatorKind, guarded_copy::GuardedCopy};
-use tatu_plugin_api::{abi::*, safe::Value};
+use tatu_plugin_api::{
+    abi::*,
+    safe::{Target, Value},
+};
 
 use super::{
     finding::error,
@@ -30,6 +33,9 @@ struct ActuatorInputs {
     twist: Vec<[f64; 6]>,
     joint: Vec<[f64; 2]>,
     command: Vec<Vec<f64>>,
+    /// Per actuator: its targets, with the object 0 for missing ones, and its contacts with their friction.
+    targets: Vec<Vec<Target>>,
+    contacts: Vec<Vec<(tatu_contact, [f64; 3])>>,
 }
 
 /// What the plugin wrote for one actuator.
@@ -37,21 +43,42 @@ struct ActuatorInputs {
 struct ActuatorOutput {
     wrench: [f64; 6],
     effort: f64,
+    /// The wrenches on targets that exist.
+    on_targets: Vec<[f64; 6]>,
     state: Vec<u8>,
     status: tatu_status,
 }
 
 impl PartialEq for ActuatorOutput {
     fn eq(&self, other: &Self) -> bool {
-        let numbers = |o: &Self| o.wrench.iter().chain([&o.effort]).map(|x| x.to_bits()).collect::<Vec<u64>>();
+        let numbers = |o: &Self| o.numbers().map(f64::to_bits).collect::<Vec<u64>>();
         numbers(self) == numbers(other) && self.state == other.state && self.status == other.status
     }
 }
 
 impl ActuatorOutput {
-    fn is_finite(&self) -> bool {
-        self.wrench.iter().chain([&self.effort]).all(|x| x.is_finite())
+    fn numbers(&self) -> impl Iterator<Item = f64> {
+        self.wrench.iter().chain([&self.effort]).chain(self.on_targets.iter().flatten()).copied()
     }
+    fn is_finite(&self) -> bool {
+        self.numbers().all(f64::is_finite)
+    }
+}
+
+/// Returns the range of the targets or contacts of an actuator, by the array of first indices.
+///
+/// # Safety
+/// The array must be null, for no elements, or have an element for each actuator of the batch, and one more.
+unsafe fn span(first: *const u64, i: usize) -> Range<usize> {
+    // SAFETY: as required of the caller.
+    if first.is_null() { 0..0 } else { unsafe { *first.add(i) as usize..*first.add(i + 1) as usize } }
+}
+
+/// Returns the index of the first element of each part, and of the end.
+fn firsts<T>(parts: &[Vec<T>]) -> Vec<u64> {
+    let mut all = vec![0];
+    parts.iter().for_each(|part| all.push(all[all.len() - 1] + part.len() as u64));
+    all
 }
 
 /// A batch and the function to call with parts of it.
@@ -78,6 +105,11 @@ impl ActuatorCall<'_> {
                     count => std::slice::from_raw_parts(first, count).to_vec(),
                 }
             };
+            let target = |k: usize| {
+                let (pose, twist) = (b.target_pose.cast::<[f64; 7]>(), b.target_twist.cast::<[f64; 6]>());
+                Target { object: *b.target.add(k), pose: *pose.add(k), twist: *twist.add(k) }
+            };
+            let touch = |k: usize| (*b.contact.add(k), *b.friction.cast::<[f64; 3]>().add(k));
             ActuatorInputs {
                 time: b.time,
                 dt: b.dt,
@@ -85,6 +117,8 @@ impl ActuatorCall<'_> {
                 twist: std::slice::from_raw_parts(b.twist.cast(), n).to_vec(),
                 joint: std::slice::from_raw_parts(b.joint.cast(), n).to_vec(),
                 command: (0..n).map(commands).collect(),
+                targets: (0..n).map(|i| span(b.first_target, i).map(target).collect()).collect(),
+                contacts: (0..n).map(|i| span(b.first_contact, i).map(touch).collect()).collect(),
             }
         }
     }
@@ -139,6 +173,20 @@ impl ActuatorCall<'_> {
         }
         let buffers: Vec<*mut c_void> = fields.iter_mut().map(|f| f[MARGIN..].as_mut_ptr().cast()).collect();
         let at = which.start;
+        let (first_target, first_contact) =
+            (firsts(&inputs.targets[which.clone()]), firsts(&inputs.contacts[which.clone()]));
+        let targets = inputs.targets[which.clone()].concat();
+        let contacts = inputs.contacts[which.clone()].concat();
+        let mut on_targets = margins(6 * targets.len());
+        on_targets[MARGIN..MARGIN + 6 * targets.len()].fill(0.0);
+        let poses: Vec<[f64; 7]> = targets.iter().map(|t| t.pose).collect();
+        let twists: Vec<[f64; 6]> = targets.iter().map(|t| t.twist).collect();
+        let objects: Vec<tatu_object> = targets.iter().map(|t| t.object).collect();
+        let touches: Vec<tatu_contact> = contacts.iter().map(|c| c.0).collect();
+        let frictions: Vec<[f64; 3]> = contacts.iter().map(|c| c.1).collect();
+        // Arrays that the host does not provide remain null.
+        let given = |is_given: bool, first: *const f64| if is_given { first } else { std::ptr::null() };
+        let (lists, feels) = (!b.first_target.is_null(), !b.first_contact.is_null());
         let table = tatu_actuator_batch {
             size: b.size,
             n: n as u32,
@@ -158,6 +206,14 @@ impl ActuatorCall<'_> {
             lengths: if b.lengths.is_null() || n_fields == 0 { b.lengths } else { b.lengths.wrapping_add(at) },
             n_fields: b.n_fields,
             reserved: 0,
+            first_target: given(lists, add(&mut pages, &first_target, "first_target")).cast(),
+            target: given(lists, add(&mut pages, &objects, "target")).cast(),
+            target_pose: given(lists, add(&mut pages, &poses, "target_pose")),
+            target_twist: given(lists, add(&mut pages, &twists, "target_twist")),
+            target_wrench: if lists { on_targets[MARGIN..].as_mut_ptr() } else { std::ptr::null_mut() },
+            first_contact: given(feels, add(&mut pages, &first_contact, "first_contact")).cast(),
+            contact: given(feels, add(&mut pages, &touches, "contact")).cast(),
+            friction: given(feels, add(&mut pages, &frictions, "friction")),
         };
         let answer = (self.run.borrow_mut())(&table);
         let is_whole =
@@ -165,10 +221,15 @@ impl ActuatorCall<'_> {
         if !is_whole(&wrench, 6 * n) || !is_whole(&effort, n) {
             error(&self.place(), format!("it writes outside of `wrench` or `effort` of a batch of {n}"));
         }
+        if !is_whole(&on_targets, 6 * targets.len()) {
+            error(&self.place(), format!("it writes outside of `target_wrench` of a batch of {n}"));
+        }
         if answer < 0 {
             return None;
         }
+        let existing = |j: usize| (first_target[j] as usize..first_target[j + 1] as usize).filter(|k| objects[*k] != 0);
         let output = |j: usize| ActuatorOutput {
+            on_targets: existing(j).map(|k| std::array::from_fn(|c| on_targets[MARGIN + 6 * k + c])).collect(),
             wrench: std::array::from_fn(|k| wrench[MARGIN + 6 * j + k]),
             effort: effort[MARGIN + j],
             state: self.state(at + j),
@@ -193,6 +254,10 @@ pub fn probe(probe: DeviceProbe, is_pure: bool, call: &ActuatorCall<'_>) -> tatu
         let output = |i: usize| ActuatorOutput {
             wrench: *b.wrench.cast::<[f64; 6]>().add(i),
             effort: *b.effort.add(i),
+            on_targets: span(b.first_target, i)
+                .filter(|k| *b.target.add(*k) != 0)
+                .map(|k| *b.target_wrench.cast::<[f64; 6]>().add(k))
+                .collect(),
             state: call.state(i),
             status: *b.status.add(i),
         };
@@ -257,6 +322,19 @@ fn extremes(call: &ActuatorCall<'_>, inputs: &ActuatorInputs) {
             }
             changed.twist.iter_mut().flatten().for_each(|x| *x = numbers.signed(30.0));
             changed.joint.iter_mut().flatten().for_each(|x| *x = numbers.signed(50.0));
+        }
+        for (k, Target { object, pose, twist }) in changed.targets.iter_mut().flatten().enumerate() {
+            match (v + k as u64) % 4 {
+                0 => {}
+                // As if the object had been removed.
+                1 => (*object, *pose, *twist) = (0, [f64::NAN; 7], [f64::NAN; 6]),
+                _ => {
+                    let q = numbers.rotation();
+                    (0..3).for_each(|i| pose[i] = numbers.signed(1e3));
+                    pose[3..].copy_from_slice(&q);
+                    twist.iter_mut().for_each(|x| *x = numbers.signed(30.0));
+                }
+            }
         }
         if v % 7 == 6 {
             changed.twist.iter_mut().for_each(|t| *t = [0.0; 6]);

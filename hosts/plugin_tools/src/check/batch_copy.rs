@@ -22,6 +22,7 @@ pub struct BatchInputs {
     pub beams: BeamInputs,
     pub pixels: PixelInputs,
     pub contacts: ContactInputs,
+    pub targets: TargetInputs,
     pub motion: MotionInputs,
 }
 
@@ -54,6 +55,15 @@ pub struct ContactInputs {
     pub first_contact: Vec<u64>,
     pub contact: Option<Vec<tatu_contact>>,
     pub friction: Option<Vec<[f64; 3]>>,
+}
+
+/// Inputs per target.
+#[derive(Clone)]
+pub struct TargetInputs {
+    pub first_target: Vec<u64>,
+    pub target: Option<Vec<tatu_object>>,
+    pub target_pose: Option<Vec<[f64; 7]>>,
+    pub target_twist: Option<Vec<[f64; 6]>>,
 }
 
 /// Inputs per sensor.
@@ -123,6 +133,7 @@ impl BatchInputs {
             let (beams, first_beam) = span(only(per_beam, batch.first_beam), &sensors);
             let (pixels, first_pixel) = span(only(per_beam | declared & TATU_IN_COSINE, batch.first_pixel), &sensors);
             let (contacts, first_contact) = span(only(declared & TATU_IN_CONTACTS, batch.first_contact), &sensors);
+            let (targets, first_target) = span(only(declared & TATU_IN_TARGETS, batch.first_target), &sensors);
             BatchInputs {
                 time: batch.time,
                 step: batch.step,
@@ -149,6 +160,12 @@ impl BatchInputs {
                     first_contact,
                     contact: part(only(declared & TATU_IN_CONTACTS, batch.contact), contacts.clone()),
                     friction: part(only(declared & TATU_IN_CONTACTS, batch.friction.cast()), contacts),
+                },
+                targets: TargetInputs {
+                    first_target,
+                    target: part(only(declared & TATU_IN_TARGETS, batch.target), targets.clone()),
+                    target_pose: part(only(declared & TATU_IN_TARGETS, batch.target_pose.cast()), targets.clone()),
+                    target_twist: part(only(declared & TATU_IN_TARGETS, batch.target_twist.cast()), targets),
                 },
                 motion: MotionInputs {
                     pose: part(only(declared & TATU_IN_POSE, batch.pose.cast()), sensors.clone()),
@@ -362,6 +379,10 @@ impl BatchCall<'_> {
             wrench: pages.add_given(inputs.motion.wrench.as_ref(), "wrench"),
             contact: pages.add_given(inputs.contacts.contact.as_ref(), "contact"),
             friction: pages.add_given(inputs.contacts.friction.as_ref(), "friction"),
+            first_target: firsts(&mut pages, &inputs.targets.first_target, "first_target"),
+            target: pages.add_given(inputs.targets.target.as_ref(), "target"),
+            target_pose: pages.add_given(inputs.targets.target_pose.as_ref(), "target_pose"),
+            target_twist: pages.add_given(inputs.targets.target_twist.as_ref(), "target_twist"),
             size: b.size,
             n_fields: b.n_fields,
             reserved: 0,

@@ -28,7 +28,7 @@ pub fn run(file: &Path) -> Result<(), Error> {
     }
     let empty = stepped(&subject, "")?;
     for s in subject.registry.sensor_kinds().map(|(_, s)| s).filter(|s| s.plugin == subject.plugin) {
-        let Some(lines) = stage::required(&s.params) else { continue };
+        let Some(lines) = stage::sensor_lines(s) else { continue };
         let one = |i: usize| {
             let place = stage::SENSOR_PLACES[i % 3];
             format!("\n[[object]]\nkind = \"sensor\"\nsensor = \"{}\"\nalias = \"s{i}\"\n{place}{lines}", s.id)

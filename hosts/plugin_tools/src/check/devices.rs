@@ -39,7 +39,7 @@ pub fn readings(file: &Path) -> Result<(), Error> {
     let subject = TestedPlugin::load(file)?;
     for s in subject.own_sensors() {
         let place = format!("sensor `{}`", s.id);
-        let Some(lines) = stage::required(&s.params) else {
+        let Some(lines) = stage::sensor_lines(s) else {
             untested(&place, "it is not tested: a required parameter cannot be set in a scene");
             continue;
         };
@@ -148,7 +148,7 @@ pub fn actuator_lines(a: &ActuatorKind) -> Option<String> {
     let commands = a.commands.iter().filter_map(|c| {
         stage::valid_values(c).into_iter().nth(1).or(Some(Value::Float(1.0))).and_then(|v| stage::line(c, &v))
     });
-    Some(stage::required(&a.params)? + &commands.collect::<String>())
+    Some(stage::required(&a.params)? + &commands.collect::<String>() + stage::targets(a.raw.inputs))
 }
 
 /// Returns a scene that contains several bodies with one actuator or part each, and another one on a jointed body.
@@ -187,7 +187,7 @@ pub fn configure(file: &Path) -> Result<(), Error> {
     let live = |p: &&ParameterSpec| p.flags & (TATU_PARAM_REBUILDS | TATU_PARAM_READ_ONLY) == 0;
     for s in subject.own_sensors() {
         let place = format!("sensor `{}`", s.id);
-        let Some(lines) = stage::required(&s.params) else { continue };
+        let Some(lines) = stage::sensor_lines(s) else { continue };
         for p in s.params.iter().filter(live) {
             let without: String =
                 lines.lines().filter(|l| !l.starts_with(p.key.as_str())).map(|l| format!("{l}\n")).collect();

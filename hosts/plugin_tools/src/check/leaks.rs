@@ -118,7 +118,7 @@ pub fn leaks(file: &Path) -> Result<(), Error> {
     subject.spy.guards.store(false, Relaxed);
     libc_calls::record_allocations();
     for s in subject.own_sensors() {
-        let (place, Some(lines)) = (format!("sensor `{}`", s.id), stage::required(&s.params)) else { continue };
+        let (place, Some(lines)) = (format!("sensor `{}`", s.id), stage::sensor_lines(s)) else { continue };
         let scene = devices::sensor_scene(s, |_| lines.clone());
         test(&place, "sensors are created, measured and destroyed", || cycle(&subject, &scene, &[]))?;
     }

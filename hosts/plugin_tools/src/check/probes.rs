@@ -35,7 +35,7 @@ struct DeviceScene {
 /// Returns a scene for each kind of device of the plugin that can be placed in a scene.
 fn device_scenes(subject: &TestedPlugin) -> Vec<DeviceScene> {
     let sensors = subject.own_sensors().filter_map(|s| {
-        let lines = stage::required(&s.params)?;
+        let lines = stage::sensor_lines(s)?;
         let scene = devices::sensor_scene(s, |_| lines.clone());
         Some(DeviceScene { place: format!("sensor `{}`", s.id), scene })
     });
@@ -96,7 +96,7 @@ pub fn batches(file: &Path) -> Result<(), Error> {
 
 /// Repeats batches of sensors whose states differ, because a parameter of some of them was changed during the run.
 fn different_states(subject: &TestedPlugin, s: &SensorKind) -> Result<(), Error> {
-    let (place, Some(lines)) = (format!("sensor `{}`", s.id), stage::required(&s.params)) else { return Ok(()) };
+    let (place, Some(lines)) = (format!("sensor `{}`", s.id), stage::sensor_lines(s)) else { return Ok(()) };
     let fixed = TATU_PARAM_REBUILDS | TATU_PARAM_READ_ONLY;
     let Some((p, value)) = s.params.iter().filter(|p| p.flags & fixed == 0).find_map(|p| {
         let value = stage::valid_values(p).into_iter().find(|v| *v != p.fallback)?;
@@ -119,7 +119,7 @@ fn different_states(subject: &TestedPlugin, s: &SensorKind) -> Result<(), Error>
 
 /// Tests that a sensor does not depend on the parameters of others: each second sensor gets another value.
 fn neighbours(subject: &TestedPlugin, s: &SensorKind) -> Result<(), Error> {
-    let (place, Some(lines)) = (format!("sensor `{}`", s.id), stage::required(&s.params)) else { return Ok(()) };
+    let (place, Some(lines)) = (format!("sensor `{}`", s.id), stage::sensor_lines(s)) else { return Ok(()) };
     let count = stage::SENSOR_PLACES.len();
     let readings = |scene: &str| -> Result<Vec<Vec<u64>>, Error> {
         let world = subject.world(scene, &[], 1)?;
@@ -207,7 +207,7 @@ pub fn units(file: &Path) -> Result<(), Error> {
 
 /// Compares the unit of a parameter with the beams for some of its values.
 fn parameter(subject: &TestedPlugin, s: &SensorKind, p: &ParameterSpec) {
-    let Some(lines) = stage::required(&s.params) else { return };
+    let Some(lines) = stage::sensor_lines(s) else { return };
     if p.kind != TATU_F64 || !p.unit.as_deref().is_some_and(|u| ["m", "rad"].contains(&u)) {
         return;
     }

@@ -66,7 +66,7 @@ fn transcript(file: &Path) -> Result<(), Error> {
         out.extend(commands::with_places(&lines));
     }
     for s in subject.own_sensors() {
-        let (place, Some(lines)) = (format!("sensor `{}`", s.id), stage::required(&s.params)) else { continue };
+        let (place, Some(lines)) = (format!("sensor `{}`", s.id), stage::sensor_lines(s)) else { continue };
         finding::report_activity(&place, "when it measures");
         let scene = devices::sensor_scene(s, |_| lines.clone());
         out.extend(devices::measured(&subject, s, &scene, 1)?.into_iter().map(|line| (place.clone(), line)));

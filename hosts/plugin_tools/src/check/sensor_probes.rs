@@ -218,6 +218,23 @@ fn extreme(inputs: &BatchInputs, v: u64, numbers: &mut Numbers) -> BatchInputs {
         six(&mut out.motion.wrench, 1e4, numbers);
         out.motion.joint.iter_mut().flatten().flatten().for_each(|x| *x = numbers.signed(100.0));
     }
+    let moved = out.targets.target_pose.iter_mut().flatten().zip(out.targets.target_twist.iter_mut().flatten());
+    for (k, (pose, twist)) in moved.enumerate() {
+        match (v + k as u64) % 4 {
+            0 => {}
+            // As if the object had been removed.
+            1 => {
+                (*pose, *twist) = ([f64::NAN; 7], [f64::NAN; 6]);
+                out.targets.target.iter_mut().for_each(|all| all[k] = 0);
+            }
+            _ => {
+                let q = numbers.rotation();
+                (0..3).for_each(|i| pose[i] = numbers.signed(1e4));
+                pose[3..].copy_from_slice(&q);
+                twist.iter_mut().for_each(|x| *x = numbers.signed(50.0));
+            }
+        }
+    }
     if v % 7 == 6 {
         out.gravity = [0.0; 3];
     }

@@ -24,7 +24,7 @@ fn scene(subject: &TestedPlugin, turn: usize) -> (String, String) {
     };
     // Two sensors of each kind, of which one is moved.
     for (n, s) in subject.own_sensors().enumerate() {
-        if let Some(lines) = stage::required(&s.params) {
+        if let Some(lines) = stage::sensor_lines(s) {
             devices += &table("sensor", &s.id, 2 * n, stage::SENSOR_PLACES[n % 3], &lines);
             devices += &table("sensor", &s.id, 2 * n + 1, stage::SENSOR_PLACES[4], &lines);
         }

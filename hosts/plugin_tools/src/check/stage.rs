@@ -1,6 +1,6 @@
 //! Scenes for tests, and values for declared parameters.
 
-use tatu_core::plugins::{ParameterSpec, units};
+use tatu_core::plugins::{ParameterSpec, SensorKind, units};
 use tatu_plugin_api::{abi::*, safe::Value};
 
 /// Returns a scene: a room with walls at different distances, a body that falls and slides, a rotating joint, and
@@ -141,4 +141,17 @@ pub fn line(p: &ParameterSpec, value: &Value) -> Option<String> {
 pub fn required(params: &[ParameterSpec]) -> Option<String> {
     let all = params.iter().filter(|p| !p.optional());
     all.map(|p| valid_values(p).first().and_then(|v| line(p, v))).collect()
+}
+
+/// Returns the lines of a sensor that are required, and its targets.
+pub fn sensor_lines(kind: &SensorKind) -> Option<String> {
+    Some(required(&kind.params)? + targets(kind.raw.inputs))
+}
+
+/// Returns the line with the targets of a device, if its kind takes targets: bodies, and a wall.
+pub fn targets(inputs: u32) -> &'static str {
+    match inputs & TATU_IN_TARGETS {
+        0 => "",
+        _ => "targets = [\"/body\", \"/hinge/lever\", \"/east\"]\n",
+    }
 }

@@ -10,7 +10,13 @@ use crate::safe::{
         life::{self, InstanceInfo, InstanceLife},
         panics,
     },
-    value::{field::Field, list_cache::cached_list, sample::Readout, table_arena::TableArena},
+    value::{
+        field::Field,
+        list_cache::cached_list,
+        sample::Readout,
+        table_arena::TableArena,
+        target::{Target, TargetArrays},
+    },
 };
 
 /// The input of one actuator of a batch: the motion of its mount, and its commands.
@@ -72,6 +78,37 @@ impl<'a> Drive<'a> {
     pub fn commands(&self) -> &'a [f64] {
         self.commands
     }
+    fn target_arrays(&self) -> TargetArrays {
+        let b = self.batch;
+        TargetArrays { first: b.first_target, object: b.target, pose: b.target_pose, twist: b.target_twist }
+    }
+    /// Returns the targets that the scene lists for the actuator, in the order of the list; `None` stands for an object
+    /// that does not exist, for instance because it has been removed. Requires `TATU_IN_TARGETS`.
+    pub fn targets(&self) -> impl ExactSizeIterator<Item = Option<Target>> + use<'a> {
+        // SAFETY: the arrays are those of a batch that is valid for `'a`, and `i` is below its `n`.
+        unsafe { self.target_arrays().of::<'a>(self.i) }
+    }
+    /// Returns this instance's part of an array with one element per contact.
+    fn per_contact<T>(&self, array: *const T) -> &'a [T] {
+        let ends = self.batch.first_contact;
+        if ends.is_null() || array.is_null() {
+            return &[];
+        }
+        // SAFETY: `ends` has n + 1 entries, and `array` contains all contacts of the batch, so the range is within it.
+        unsafe {
+            let (from, to) = (*ends.add(self.i) as usize, *ends.add(self.i + 1) as usize);
+            std::slice::from_raw_parts(array.add(from), to - from)
+        }
+    }
+    /// Returns the contacts of the shape on which the wrench acts, after the last physics step; this shape is the second
+    /// one of each. Requires `TATU_IN_CONTACTS`.
+    pub fn contacts(&self) -> &'a [tatu_contact] {
+        self.per_contact(self.batch.contact)
+    }
+    /// Returns for each contact the friction on that shape, world frame, N. Requires `TATU_IN_CONTACTS`.
+    pub fn frictions(&self) -> &'a [[f64; 3]] {
+        self.per_contact(self.batch.friction.cast())
+    }
 }
 
 /// The output of one actuator, which acts until the next call and is initially 0, and its state.
@@ -84,6 +121,9 @@ pub struct Output<'a> {
     pub effort: f64,
     /// [`Actuator::STATE`] values that persist between calls; zeroed when the scene is reset.
     pub state: &'a mut [f64],
+    /// For each target, the force (N) at its origin and the torque (N m) on its body, world frame, which are initially 0.
+    /// Empty without `TATU_IN_TARGETS`.
+    pub target_wrenches: &'a mut [[f64; 6]],
     /// The buffers of the actuator's own readings, [`Actuator::fields`], which are initially 0.
     pub report: Readout<'a>,
 }
@@ -98,6 +138,8 @@ pub trait Actuator: Sized + Send + Sync + 'static {
     const TEXT: &'static str;
     /// Whether `apply` is called before each physics step, instead of once per step of the world.
     const EVERY_SUBSTEP: bool = false;
+    /// Inputs beyond the motion of the mount: a bitwise OR of `TATU_IN_TARGETS` and `TATU_IN_CONTACTS`.
+    const INPUTS: u32 = 0;
     /// Number of values in [`Output::state`], which persist between calls to an instance. The host stores them, so they
     /// are part of snapshots and survive a reload.
     const STATE: usize = 0;
@@ -158,6 +200,8 @@ pub(crate) fn table<A: Actuator>(keep: &mut TableArena) -> *const tatu_actuator 
         apply: Some(apply::<A>),
         schemas: keep.texts(A::SCHEMAS),
         fields: keep.list(fields),
+        inputs: A::INPUTS,
+        reserved2: 0,
     };
     keep.table(raw)
 }
@@ -243,9 +287,16 @@ unsafe extern "C" fn apply<A: Actuator>(
                     n => std::slice::from_raw_parts(*batch.command.add(i), n),
                 };
                 let report = Readout::at((batch.fields, batch.lengths, batch.n_fields), i, &data.fields, &mut []);
-                let mut out = Output { force: [0.0; 3], torque: [0.0; 3], effort: 0.0, state: &mut state, report };
+                let drive = Drive::new(batch, commands, i);
+                let targets = drive.target_arrays().range(i);
+                let target_wrenches = match targets.len() {
+                    0 => &mut [],
+                    n => std::slice::from_raw_parts_mut(batch.target_wrench.cast::<[f64; 6]>().add(targets.start), n),
+                };
+                let (force, torque, state) = ([0.0; 3], [0.0; 3], &mut state[..]);
+                let mut out = Output { force, torque, effort: 0.0, state, target_wrenches, report };
                 let actuator = data.actuator.try_borrow().map_err(|_| in_use());
-                if let Err(fail) = actuator.and_then(|a| a.apply(&Drive::new(batch, commands, i), &mut out)) {
+                if let Err(fail) = actuator.and_then(|a| a.apply(&drive, &mut out)) {
                     *batch.status.add(i) = fail.write(error);
                     continue;
                 }

@@ -167,6 +167,12 @@ pub trait Sensor: Sized + Send + Sync + 'static {
     }
     /// Returns the sensor's beams.
     fn beams(&self) -> Result<Beams>;
+    /// Returns the beams of a sensor with this number of targets, for kinds with `TATU_IN_TARGETS`. Called again when the
+    /// number changes. By default the beams do not depend on it.
+    fn beams_for(&self, n_targets: usize) -> Result<Beams> {
+        let _ = n_targets;
+        self.beams()
+    }
     /// Number of values in [`Readout::state`], which persist between measurements of an instance. The host stores them,
     /// so they are part of snapshots and survive a reload. They are 0 initially and after a reset.
     const STATE: usize = 0;

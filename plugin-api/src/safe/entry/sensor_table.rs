@@ -111,7 +111,7 @@ unsafe extern "C" fn beams<S: Sensor>(data: *mut c_void, out: *mut tatu_beams, e
     panics::run(error, || {
         // SAFETY: `data` was created by `create` and is live; `out` is valid for a write.
         let (data, out) = unsafe { (life::instance_at::<SensorInstance<S>>(data), &mut *out) };
-        let beams = data.sensor()?.beams()?;
+        let beams = data.sensor()?.beams_for(out.n_targets as usize)?;
         (out.near_m, out.far_m) = (beams.near, beams.far);
         out.max_incidence = beams.max_incidence;
         out.flags = 0;

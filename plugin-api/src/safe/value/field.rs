@@ -165,6 +165,10 @@ impl Field {
     pub fn per_beam(self) -> Self {
         self.dims([0, 1, 1])
     }
+    /// Sets the shape to one element per target, for kinds with `TATU_IN_TARGETS`.
+    pub fn per_target(self) -> Self {
+        self.dims([TATU_DIM_TARGETS, 1, 1])
+    }
     /// Sets the shape to `n` elements in one dimension.
     pub fn elements(self, n: u32) -> Self {
         self.dims([n, 1, 1])

@@ -10,3 +10,4 @@ pub(crate) mod plain;
 pub(crate) mod reading;
 pub(crate) mod sample;
 pub(crate) mod table_arena;
+pub(crate) mod target;

@@ -3,7 +3,10 @@
 use std::ffi::c_void;
 
 use crate::abi::*;
-use crate::safe::value::field::{Element, Field, TypedField};
+use crate::safe::value::{
+    field::{Element, Field, TypedField},
+    target::{Target, TargetArrays},
+};
 
 /// The input of one sensor of a batch.
 pub struct Sample<'a> {
@@ -96,6 +99,16 @@ impl<'a> Sample<'a> {
     /// hit. Requires `TATU_IN_HIT_TWIST`.
     pub fn hit_twists(&self) -> &'a [[f64; 6]] {
         self.per_beam(self.batch.hit_twist.cast())
+    }
+
+    /// Returns the targets that the scene lists for the sensor, in the order of the list; `None` stands for an object that
+    /// does not exist, for instance because it has been removed. Requires `TATU_IN_TARGETS`.
+    pub fn targets(&self) -> impl ExactSizeIterator<Item = Option<Target>> + use<'a> {
+        let b = self.batch;
+        let arrays =
+            TargetArrays { first: b.first_target, object: b.target, pose: b.target_pose, twist: b.target_twist };
+        // SAFETY: the arrays are those of a batch that is valid for `'a`, and `i` is below its `n`.
+        unsafe { arrays.of::<'a>(self.i) }
     }
 
     /// Returns for each pixel, the lowest row first, the depth along +z, m, or infinity if nothing was hit. Requires

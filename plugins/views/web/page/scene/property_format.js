@@ -16,7 +16,7 @@ const NAMES = {
   "shape.asleep": "Starts asleep",
   "shape.collide_as": "Collides as", "shape.collide_size": "Size for collisions", "joint.mode": "Moved by", "joint.effort": "Torque or force",
   "joint.max_force": "Maximum force", "joint.lead": "Lead of the screw", "joint.slip": "Slip under load", "joint.cyclic": "Turns without limit",
-  "sensor.explicit": "Only on request", "sensor.targets": "Sees only", "sensor.ignored": "Does not see", "sensor.measured": "Measurements",
+  "sensor.explicit": "Only on request", "sensor.targets": "Sees only", "sensor.ignored": "Does not see", "sensor.measured": "Measurements", "actuator.targets": "Acts on",
   "graph.explicit": "Only on request", "camera.ortho_size": "Width of a parallel view", "camera.near": "Nearest distance",
   "camera.far": "Farthest distance", "force_sensor.measured": "Has measured",
 };
