@@ -52,6 +52,7 @@ public:
   actuator(const char *id, const char *text) : with_fields<actuator, tatu_actuator, Actuator, State>(id, text, create) {
     this->t.apply = apply;
   }
+  actuator &&inputs(uint32_t in) && { return this->t.inputs = in, std::move(*this); }
   actuator &&flags(uint32_t f) && { return this->t.flags |= f, std::move(*this); }
   actuator &&command(param p) && { return commands.add(p.table()), this->t.n_commands++, std::move(*this); }
 };
