@@ -65,11 +65,6 @@ fn undefined_symbol(reason: &str) -> Option<&str> {
     rest.split([',', ' ', '\n']).next().filter(|s| !s.is_empty())
 }
 
-/// The hint for a plugin that needs a newer host.
-const UPDATE_HELP: &str =
-    "update this program (`tatu --version`), or use a version of the plugin that was built for it";
-const REBUILD_HELP: &str = "rebuild it against this release's plugin-api";
-
 /// A loaded and started plugin. It is never unloaded, because threads and thread-locals of the library may still be
 /// alive.
 pub struct LoadedPlugin {
@@ -165,7 +160,7 @@ impl LoadedPlugin {
                 "it was built for ABI {}.{}, but this host has {TATU_ABI_MAJOR}.{TATU_ABI_MINOR}",
                 raw.abi_major, raw.abi_minor
             );
-            return Err(fail(text, "rebuild it against this release's plugin-api"));
+            return Err(fail(text, drafts::remedy(raw.abi_major > TATU_ABI_MAJOR)));
         }
         let needed = tables::required!(raw, tatu_plugin_t: id, extension);
         if let Some(lack) = tables::lacking(raw.size, &needed) {
@@ -182,10 +177,8 @@ impl LoadedPlugin {
         }
         watch.replace_subject(&format!("{id} ({})", path.display()));
         let own = host.create_plugin_host(&id, search.is_of_program(path), needs_of(&raw), assets_of(path));
-        Self::check_needs(&raw, host, path, remarks).map_err(|unmet| {
-            let help = if unmet.newer_host { UPDATE_HELP } else { REBUILD_HELP };
-            fail(unmet.sentence(), help)
-        })?;
+        Self::check_needs(&raw, host, path, remarks)
+            .map_err(|unmet| fail(unmet.sentence(), drafts::remedy(unmet.newer_host)))?;
         let mut me = std::ptr::null_mut();
         let mut error = crate::border::ErrorSlot::new();
         host.clear_refused();
@@ -207,9 +200,9 @@ impl LoadedPlugin {
                         format!(
                             "its start ({} of `{id}`) failed: {said}; it is {}",
                             PluginCall::Init.text(),
-                            asked.join("; ")
+                            asked.iter().map(|d| d.text.as_str()).collect::<Vec<_>>().join("; ")
                         ),
-                        REBUILD_HELP,
+                        drafts::remedy(asked.iter().any(|d| d.is_newer)),
                     ),
                 });
             }
@@ -226,7 +219,7 @@ impl LoadedPlugin {
             _host: host.clone(),
             watch: watch.clone(),
         };
-        loaded.check_layouts().map_err(|text| fail(text, REBUILD_HELP))?;
+        loaded.check_layouts().map_err(|text| fail(text, drafts::remedy(false)))?;
         let (others, heard) =
             protected_state::capture_errors(|| drafts::other_drafts(|id| !loaded.extension::<u8>(id).is_null()));
         if let Some(said) = heard.first() {
@@ -242,8 +235,8 @@ impl LoadedPlugin {
             remarks.warnings.push(Error::new("E324", text).help(help));
         }
         for other in others {
-            let text = format!("the plugin {} is {other}: that part of it is not used", path.display());
-            remarks.warnings.push(Error::new("E320", text).help(REBUILD_HELP));
+            let text = format!("the plugin {} is {}: that part of it is not used", path.display(), other.text);
+            remarks.warnings.push(Error::new("E320", text).help(drafts::remedy(other.is_newer)));
         }
         Ok(loaded)
     }
@@ -335,8 +328,10 @@ fn find_unmet(id: Option<&str>, need: &tatu_need, host: &HostTables) -> Option<U
     }
     let id = id?;
     let Some(table) = host.find(id) else {
-        let why = drafts::other_draft(id).unwrap_or_else(|| "which this host does not offer".into());
-        return Some(UnmetNeed { what: format!("`{id}`"), why, newer_host: false });
+        let other = drafts::other_draft(id);
+        let newer_host = other.as_ref().is_some_and(|d| d.is_newer);
+        let why = other.map_or_else(|| "which this host does not offer".into(), |d| d.text);
+        return Some(UnmetNeed { what: format!("`{id}`"), why, newer_host });
     };
     let size = table.size();
     (need.bytes > size).then(|| UnmetNeed {

@@ -290,6 +290,6 @@ fn unusable(d: &Descriptor) -> Option<RejectReason> {
     (d.abi.0 != TATU_ABI_MAJOR).then(|| {
         let (major, minor) = d.abi;
         let text = format!("it was built for ABI {major}.{minor}, but this host has {TATU_ABI_MAJOR}.{TATU_ABI_MINOR}");
-        RejectReason::new("other-abi", text, "rebuild it against this release's plugin-api")
+        RejectReason::new("other-abi", text, tatu_core::plugins::remedy(major > TATU_ABI_MAJOR))
     })
 }
