@@ -15,10 +15,13 @@ use super::{
     declared::{Declared, Extension},
     drafts,
     protected_state::{self, ProcessState},
-    tables, texts,
+    search, tables, texts,
     watchdog::{CallWatch, PluginCall},
 };
 use crate::HostTables;
+
+/// Maximum number of libraries beside a plugin that are linked for its copy.
+const MAX_LIBRARIES_BESIDE: usize = 64;
 
 /// Remarks on plugins that are loaded nevertheless.
 #[derive(Default)]
@@ -43,6 +46,24 @@ fn open_library(file: &Path) -> Result<Library, libloading::Error> {
     unsafe {
         Library::new(file)
     }
+}
+
+/// Returns the loader's own message, which is the source of libloading's error.
+fn loader_message(e: &libloading::Error) -> String {
+    std::error::Error::source(e).map_or(String::new(), |s| format!(": {s}"))
+}
+
+/// Opens the copy of a library. The libraries beside the original that it needs are linked, one after the other, as the
+/// loader misses them.
+fn open_copy(original: &Path, copy: &Path) -> Result<Library, libloading::Error> {
+    let mut opened = open_library(copy);
+    for _ in 0..MAX_LIBRARIES_BESIDE {
+        match &opened {
+            Err(e) if search::link_beside(original, copy, &loader_message(e)) => opened = open_library(copy),
+            _ => break,
+        }
+    }
+    opened
 }
 
 /// Reads the descriptor of a plugin's library, if it has one.
@@ -136,9 +157,9 @@ impl LoadedPlugin {
         })?;
         let file = copy.as_deref().unwrap_or(path);
         super::library_file::check(file).map_err(|unfit| fail(unfit.text, unfit.help))?;
-        let library = open_library(file).map_err(|e| {
-            // The loader's own message is the source of libloading's error.
-            let reason = std::error::Error::source(&e).map_or(String::new(), |s| format!(": {s}"));
+        let opened = if copy.is_some() { open_copy(path, file) } else { open_library(file) };
+        let library = opened.map_err(|e| {
+            let reason = loader_message(&e);
             match undefined_symbol(&reason) {
                 Some(symbol) => fail(
                     format!("it uses the symbol `{symbol}`, which neither it nor a library that it links to defines"),

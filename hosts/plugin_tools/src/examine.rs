@@ -50,6 +50,16 @@ impl FileExaminer {
         FileExaminer { loader: Loader::new(), limit }
     }
 
+    /// Returns an examiner that has not read any file.
+    pub fn anew(&self) -> Self {
+        FileExaminer::new(self.limit)
+    }
+
+    /// Returns whether the loader searches a folder for every library.
+    pub fn is_system_folder(&self, folder: &Path) -> bool {
+        self.loader.is_system_folder(folder)
+    }
+
     /// Examines a file; opens it only if reading it revealed no problem.
     pub fn examine(&mut self, file: &Path) -> FileReport {
         let mut out = self.read(file);
