@@ -227,7 +227,7 @@ fn a_run_without_end_lasts_until_it_is_stopped() {
     let place = TestFolder::scene(&watcher("w", stop));
     let done = place.run(&["--seconds", "inf"]).good();
     assert_eq!(done.json()["sim_time_s"].as_f64().map(f64::round), Some(12.0));
-    place.tatu(&["run", "scene.toml", "--seconds", "-inf"]).refused(&["at least 0, or `inf`"]);
+    place.tatu(&["run", "scene.toml", "--seconds", "never"]).refused(&["at least 0, or `inf`"]);
     place.tatu(&["run", "scene.toml", "--watch", "/w"]).refused(&["--trace"]);
 }
 
