@@ -101,8 +101,8 @@ impl CopyFolder {
     }
 }
 
-/// Links the library or the folder of assets beside `original` that the loader did not find beside its copy. `message`
-/// is that of the loader, which names the library. Returns whether there was one.
+/// Links the library beside `original` that the loader did not find beside its copy, and folders of assets, which may
+/// contain it. `message` is that of the loader, which names the library. Returns whether there was one.
 pub(crate) fn link_beside(original: &Path, copy: &Path, message: &str) -> bool {
     let (Some(from), Some(to)) = (original.parent(), copy.parent()) else { return false };
     let is_named = |name: &str| {
@@ -114,7 +114,7 @@ pub(crate) fn link_beside(original: &Path, copy: &Path, message: &str) -> bool {
     for entry in std::fs::read_dir(from).into_iter().flatten().flatten() {
         let (file, name) = (entry.path(), entry.file_name());
         let is_needed = Some(name.as_os_str()) != own && is_named(&name.to_string_lossy()) && file.is_file();
-        let is_assets = crate::assets_folder(original).is_some_and(|assets| assets == file) && file.is_dir();
+        let is_assets = file.extension().is_some_and(|e| e == "assets") && file.is_dir();
         if is_needed || is_assets {
             linked |= link(&file, &to.join(&name)).is_ok();
         }

@@ -199,7 +199,7 @@ fn a_watched_scene_continues_with_its_state_when_the_plugin_is_rebuilt() {
 
 #[cfg(unix)]
 #[test]
-fn a_watched_scene_that_stops_is_told() {
+fn a_scene_that_stops_while_it_is_watched_is_reported() {
     let place = TestFolder::new();
     place.tatu(&["new", "plugin", "hello", "--lang", "c"]).good();
     fs::remove_file(place.path().join("hello/watch.toml")).unwrap();

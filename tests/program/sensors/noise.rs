@@ -368,7 +368,7 @@ fn a_rate_beyond_that_of_the_steps_is_noted() {
         place.run(&["--steps", "1", "--strict"]).good().err
     };
     let err = noted(&(scene("", 75.0) + &eye("far", "rate_hz = 30.0\n")));
-    let told = "the sensor `near` (and 1 other sensors) has a rate of 75 Hz, but measures at 20 Hz";
+    let told = "the sensor `near` (and another sensor) has a rate of 75 Hz, but measures at 20 Hz";
     assert!(err.contains(told) && err.contains("at most 0.0133 s") && err.contains("scene.toml:"), "{err}");
     for (step, rate) in [("", 20.0), ("dt_s = 0.0133\n", 75.0), ("dt_s = 0.01\n", 75.0)] {
         let err = noted(&scene(step, rate));

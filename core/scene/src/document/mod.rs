@@ -401,7 +401,10 @@ impl Document {
     /// graphs. A mesh that its shape does not use is reported.
     fn check(&mut self) -> Result {
         self.settings.check()?;
-        self.reports.extend(rates::unreached(self));
+        let sensors = self.objects.iter().filter(|o| o.kind == ObjectKind::Sensor);
+        let rated =
+            sensors.map(|o| rates::RatedSensor { alias: &o.alias, place: o.place.as_ref(), properties: &o.properties });
+        self.reports.extend(rates::unreached(self.settings.dt, rated).map(BuildReport::note));
         let mut unused = Vec::new();
         for spec in self.objects.iter().filter(|o| o.kind == ObjectKind::Shape) {
             let last = |row: Property| spec.properties.iter().rev().find(|(r, _)| *r == row).map(|(_, v)| v);
