@@ -7,7 +7,7 @@ use tatu_core::{document::LoadOptions, errors::Error};
 use tatu_embed::{SceneSource, WorldSetup};
 use tatu_plugin_tools::PluginCommand;
 
-use crate::values::{WorldPoint, angle, permission, point, scene, seconds, shard, size, speed};
+use crate::values::{WorldPoint, angle, length, permission, point, scene, seconds, shard, size, speed};
 
 /// Tatu, a robot simulator made of a small core and plugins.
 #[derive(Parser)]
@@ -164,8 +164,9 @@ pub struct InputLogArgs {
 /// The length of a run.
 #[derive(clap::Args)]
 pub struct LengthArgs {
-    /// Seconds of simulation time to run [default: 10; with a service or `--interactive`: until it is stopped].
-    #[arg(long, value_name = "S", conflicts_with = "steps", allow_negative_numbers = true, value_parser = seconds)]
+    /// Seconds of simulation time to run, `inf`: until it is stopped [default: 10; with a service or `--interactive`:
+    /// until it is stopped].
+    #[arg(long, value_name = "S", conflicts_with = "steps", allow_negative_numbers = true, value_parser = length)]
     pub seconds: Option<f64>,
     /// Number of steps to run.
     #[arg(long, value_name = "N")]
@@ -197,7 +198,7 @@ pub struct RecordArgs {
     #[arg(long, value_name = "FILE")]
     pub trace: Option<PathBuf>,
     /// Add an object's pose and velocity, and a sensor's readings, to the trace.
-    #[arg(long, value_name = "PATH")]
+    #[arg(long, value_name = "PATH", requires = "trace")]
     pub watch: Vec<String>,
     /// Write the recorded data of graphs into a folder at the end of the run: `<graph>.csv` and `<graph>.png`.
     #[arg(long, value_name = "DIR")]

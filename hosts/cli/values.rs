@@ -45,6 +45,14 @@ pub fn seconds(text: &str) -> Result<f64, String> {
     if s.is_finite() && s >= 0.0 { Ok(s) } else { Err("expected a number of seconds, at least 0".into()) }
 }
 
+/// Parses the length of a run, s; `inf` means until it is stopped.
+pub fn length(text: &str) -> Result<f64, String> {
+    match text {
+        "inf" => Ok(f64::INFINITY),
+        _ => seconds(text).map_err(|e| e + ", or `inf`"),
+    }
+}
+
 /// Validates a value of `--allow`.
 pub fn permission(text: &str) -> Result<String, String> {
     let (host, port) = text.strip_prefix("net=").and_then(|p| p.rsplit_once(':')).unwrap_or_default();

@@ -147,6 +147,12 @@ pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Opti
         .map(|(_, k)| k)
 }
 
+/// Puts the indefinite article before the name of a kind: "a sensor", "an actuator".
+pub fn with_article(name: &str) -> String {
+    let article = if name.starts_with(['a', 'e', 'i', 'o', 'u']) { "an" } else { "a" };
+    format!("{article} {name}")
+}
+
 #[cfg(test)]
 mod bounds {
     use super::*;
@@ -303,6 +309,11 @@ pub struct Refusal(pub tatu_plugin_api::abi::tatu_status, pub String);
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn names_get_their_article() {
+        assert_eq!(["sensor", "actuator", "octree"].map(with_article), ["a sensor", "an actuator", "an octree"]);
+    }
 
     #[test]
     fn line_span_is_found_by_line_number() {

@@ -50,17 +50,34 @@ fn split(id: &str) -> Option<(&str, u32)> {
     Some((name, draft.parse().ok()?))
 }
 
-/// Returns a message such as "built for draft 9 of `tatu.sensor`, but this host has draft 4" if the id is that of a
-/// known extension or service in a different draft.
-pub fn other_draft(id: &str) -> Option<String> {
+/// A known extension or service in a draft that is not the host's.
+#[derive(Debug, PartialEq, Eq)]
+pub struct OtherDraft {
+    /// A clause such as "built for draft 9 of `tatu.sensor`, but this host has draft 4".
+    pub text: String,
+    /// Whether the draft is newer than the host's.
+    pub is_newer: bool,
+}
+
+/// Returns what to do about a plugin that was built for another version of the interface.
+pub fn remedy(plugin_is_newer: bool) -> &'static str {
+    match plugin_is_newer {
+        true => "update this program (`tatu --version`), or use a version of the plugin that was built for it",
+        false => "rebuild it against this release's plugin-api",
+    }
+}
+
+/// Returns the difference if the id is that of a known extension or service in a different draft.
+pub fn other_draft(id: &str) -> Option<OtherDraft> {
     let (name, draft) = split(id)?;
     let ours = EXTENSIONS.iter().chain(&SERVICES).filter_map(|c| split(c.to_str().ok()?)).find(|(n, _)| *n == name)?.1;
-    (ours != draft).then(|| format!("built for draft {draft} of `{name}`, but this host has draft {ours}"))
+    let text = format!("built for draft {draft} of `{name}`, but this host has draft {ours}");
+    (ours != draft).then_some(OtherDraft { text, is_newer: draft > ours })
 }
 
 /// Describes the extensions that a plugin offers in drafts other than the host's. `offers` returns whether the plugin
 /// offers an id.
-pub fn other_drafts(offers: impl Fn(&CStr) -> bool) -> Vec<String> {
+pub fn other_drafts(offers: impl Fn(&CStr) -> bool) -> Vec<OtherDraft> {
     let mut out = Vec::new();
     for id in EXTENSIONS.iter().filter(|id| !offers(id)) {
         let Some((name, ours)) = id.to_str().ok().and_then(split) else { continue };
@@ -105,10 +122,12 @@ mod tests {
     #[test]
     fn other_drafts_of_known_ids_are_named() {
         let told = other_draft("tatu.sensor/draft.9").unwrap();
-        assert_eq!(told, "built for draft 9 of `tatu.sensor`, but this host has draft 4");
+        assert_eq!(told.text, "built for draft 9 of `tatu.sensor`, but this host has draft 4");
+        assert!(told.is_newer && !other_draft("tatu.sensor/draft.1").unwrap().is_newer);
         assert_eq!(other_draft("tatu.sensor/draft.4"), None);
         assert_eq!(other_draft("tatu.nonsense/draft.9"), None);
         let found = other_drafts(|id| id == c"tatu.command/draft.4" || id == c"tatu.script/draft.0");
-        assert_eq!(found, ["built for draft 0 of `tatu.script`, but this host has draft 4"]);
+        let texts: Vec<&str> = found.iter().map(|d| d.text.as_str()).collect();
+        assert_eq!(texts, ["built for draft 0 of `tatu.script`, but this host has draft 4"]);
     }
 }

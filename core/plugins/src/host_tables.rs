@@ -9,7 +9,8 @@ use std::{
 use tatu_plugin_api::abi::*;
 
 use crate::{
-    drafts, guarded_copy,
+    drafts::{self, OtherDraft},
+    guarded_copy,
     tables::Table,
     tickets::{Mailbox, TicketTable},
 };
@@ -191,7 +192,7 @@ impl HostTables {
         }
     }
     /// Describes the tables in other drafts that were requested since the last call to `clear_refused`.
-    pub(crate) fn refused_drafts(&self) -> Vec<String> {
+    pub(crate) fn refused_drafts(&self) -> Vec<OtherDraft> {
         let Ok(keys) = self.shared.keys.lock() else { return Vec::new() };
         keys.refused.iter().filter_map(|id| drafts::other_draft(id)).collect()
     }

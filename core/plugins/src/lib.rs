@@ -54,6 +54,7 @@ pub mod watchdog;
 pub use beams::DeclaredBeams;
 pub use builder::{BuildFunction, BuildOptions, BuildTarget, BuiltScript};
 pub use checks::parameters as parameter_flaws;
+pub use drafts::remedy;
 pub use host_tables::{FindTable, HostHolder, HostTable, HostTables, PluginHost};
 pub use inspect::Inspector;
 pub use library_file::{LibraryFlaw, check as check_library};

@@ -15,10 +15,13 @@ use super::{
     declared::{Declared, Extension},
     drafts,
     protected_state::{self, ProcessState},
-    tables, texts,
+    search, tables, texts,
     watchdog::{CallWatch, PluginCall},
 };
 use crate::HostTables;
+
+/// Maximum number of libraries beside a plugin that are linked for its copy.
+const MAX_LIBRARIES_BESIDE: usize = 64;
 
 /// Remarks on plugins that are loaded nevertheless.
 #[derive(Default)]
@@ -45,6 +48,24 @@ fn open_library(file: &Path) -> Result<Library, libloading::Error> {
     }
 }
 
+/// Returns the loader's own message, which is the source of libloading's error.
+fn loader_message(e: &libloading::Error) -> String {
+    std::error::Error::source(e).map_or(String::new(), |s| format!(": {s}"))
+}
+
+/// Opens the copy of a library. The libraries beside the original that it needs are linked, one after the other, as the
+/// loader misses them.
+fn open_copy(original: &Path, copy: &Path) -> Result<Library, libloading::Error> {
+    let mut opened = open_library(copy);
+    for _ in 0..MAX_LIBRARIES_BESIDE {
+        match &opened {
+            Err(e) if search::link_beside(original, copy, &loader_message(e)) => opened = open_library(copy),
+            _ => break,
+        }
+    }
+    opened
+}
+
 /// Reads the descriptor of a plugin's library, if it has one.
 fn descriptor(library: Library) -> Option<Declared<'static, tatu_plugin_t>> {
     // SAFETY: the contract requires the symbol to be a constant of this type; it belongs to the library, which is never
@@ -64,11 +85,6 @@ fn undefined_symbol(reason: &str) -> Option<&str> {
     let rest = reason.split_once("undefined symbol: ")?.1;
     rest.split([',', ' ', '\n']).next().filter(|s| !s.is_empty())
 }
-
-/// The hint for a plugin that needs a newer host.
-const UPDATE_HELP: &str =
-    "update this program (`tatu --version`), or use a version of the plugin that was built for it";
-const REBUILD_HELP: &str = "rebuild it against this release's plugin-api";
 
 /// A loaded and started plugin. It is never unloaded, because threads and thread-locals of the library may still be
 /// alive.
@@ -141,9 +157,9 @@ impl LoadedPlugin {
         })?;
         let file = copy.as_deref().unwrap_or(path);
         super::library_file::check(file).map_err(|unfit| fail(unfit.text, unfit.help))?;
-        let library = open_library(file).map_err(|e| {
-            // The loader's own message is the source of libloading's error.
-            let reason = std::error::Error::source(&e).map_or(String::new(), |s| format!(": {s}"));
+        let opened = if copy.is_some() { open_copy(path, file) } else { open_library(file) };
+        let library = opened.map_err(|e| {
+            let reason = loader_message(&e);
             match undefined_symbol(&reason) {
                 Some(symbol) => fail(
                     format!("it uses the symbol `{symbol}`, which neither it nor a library that it links to defines"),
@@ -165,7 +181,7 @@ impl LoadedPlugin {
                 "it was built for ABI {}.{}, but this host has {TATU_ABI_MAJOR}.{TATU_ABI_MINOR}",
                 raw.abi_major, raw.abi_minor
             );
-            return Err(fail(text, "rebuild it against this release's plugin-api"));
+            return Err(fail(text, drafts::remedy(raw.abi_major > TATU_ABI_MAJOR)));
         }
         let needed = tables::required!(raw, tatu_plugin_t: id, extension);
         if let Some(lack) = tables::lacking(raw.size, &needed) {
@@ -182,10 +198,8 @@ impl LoadedPlugin {
         }
         watch.replace_subject(&format!("{id} ({})", path.display()));
         let own = host.create_plugin_host(&id, search.is_of_program(path), needs_of(&raw), assets_of(path));
-        Self::check_needs(&raw, host, path, remarks).map_err(|unmet| {
-            let help = if unmet.newer_host { UPDATE_HELP } else { REBUILD_HELP };
-            fail(unmet.sentence(), help)
-        })?;
+        Self::check_needs(&raw, host, path, remarks)
+            .map_err(|unmet| fail(unmet.sentence(), drafts::remedy(unmet.newer_host)))?;
         let mut me = std::ptr::null_mut();
         let mut error = crate::border::ErrorSlot::new();
         host.clear_refused();
@@ -207,9 +221,9 @@ impl LoadedPlugin {
                         format!(
                             "its start ({} of `{id}`) failed: {said}; it is {}",
                             PluginCall::Init.text(),
-                            asked.join("; ")
+                            asked.iter().map(|d| d.text.as_str()).collect::<Vec<_>>().join("; ")
                         ),
-                        REBUILD_HELP,
+                        drafts::remedy(asked.iter().any(|d| d.is_newer)),
                     ),
                 });
             }
@@ -226,7 +240,7 @@ impl LoadedPlugin {
             _host: host.clone(),
             watch: watch.clone(),
         };
-        loaded.check_layouts().map_err(|text| fail(text, REBUILD_HELP))?;
+        loaded.check_layouts().map_err(|text| fail(text, drafts::remedy(false)))?;
         let (others, heard) =
             protected_state::capture_errors(|| drafts::other_drafts(|id| !loaded.extension::<u8>(id).is_null()));
         if let Some(said) = heard.first() {
@@ -242,8 +256,8 @@ impl LoadedPlugin {
             remarks.warnings.push(Error::new("E324", text).help(help));
         }
         for other in others {
-            let text = format!("the plugin {} is {other}: that part of it is not used", path.display());
-            remarks.warnings.push(Error::new("E320", text).help(REBUILD_HELP));
+            let text = format!("the plugin {} is {}: that part of it is not used", path.display(), other.text);
+            remarks.warnings.push(Error::new("E320", text).help(drafts::remedy(other.is_newer)));
         }
         Ok(loaded)
     }
@@ -335,8 +349,10 @@ fn find_unmet(id: Option<&str>, need: &tatu_need, host: &HostTables) -> Option<U
     }
     let id = id?;
     let Some(table) = host.find(id) else {
-        let why = drafts::other_draft(id).unwrap_or_else(|| "which this host does not offer".into());
-        return Some(UnmetNeed { what: format!("`{id}`"), why, newer_host: false });
+        let other = drafts::other_draft(id);
+        let newer_host = other.as_ref().is_some_and(|d| d.is_newer);
+        let why = other.map_or_else(|| "which this host does not offer".into(), |d| d.text);
+        return Some(UnmetNeed { what: format!("`{id}`"), why, newer_host });
     };
     let size = table.size();
     (need.bytes > size).then(|| UnmetNeed {

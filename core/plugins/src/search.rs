@@ -90,13 +90,47 @@ impl CopyFolder {
         Ok(CopyFolder { folder, made: AtomicUsize::new(0), _lock: lock })
     }
 
-    /// Copies a file to a unique name. The name must be unique because the loader would return the first library again
-    /// for a second one with the same name.
+    /// Copies a file into a folder of its own. The path must be unique because the loader would return the first library
+    /// again for a second one with the same path.
     pub fn copy(&self, file: &Path) -> std::io::Result<PathBuf> {
         let number = self.made.fetch_add(1, Ordering::Relaxed);
-        let name = file.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
-        let copy = self.folder.path().join(format!("{number}-{name}"));
+        let folder = self.folder.path().join(number.to_string());
+        std::fs::create_dir(&folder)?;
+        let copy = folder.join(file.file_name().unwrap_or_default());
         std::fs::copy(file, &copy).map(|_| copy)
+    }
+}
+
+/// Links the library beside `original` that the loader did not find beside its copy, and folders of assets, which may
+/// contain it. `message` is that of the loader, which names the library. Returns whether there was one.
+pub(crate) fn link_beside(original: &Path, copy: &Path, message: &str) -> bool {
+    let (Some(from), Some(to)) = (original.parent(), copy.parent()) else { return false };
+    let is_named = |name: &str| {
+        let words = message.split(|c: char| c.is_whitespace() || "\"'`:;,()".contains(c));
+        words.filter_map(|word| word.rsplit(['/', '\\']).next()).any(|word| word == name)
+    };
+    let own = original.file_name();
+    let mut linked = false;
+    for entry in std::fs::read_dir(from).into_iter().flatten().flatten() {
+        let (file, name) = (entry.path(), entry.file_name());
+        let is_needed = Some(name.as_os_str()) != own && is_named(&name.to_string_lossy()) && file.is_file();
+        let is_assets = file.extension().is_some_and(|e| e == "assets") && file.is_dir();
+        if is_needed || is_assets {
+            linked |= link(&file, &to.join(&name)).is_ok();
+        }
+    }
+    linked
+}
+
+/// Makes a file or folder available under another path, which must be free.
+fn link(file: &Path, at: &Path) -> std::io::Result<()> {
+    let file = std::path::absolute(file)?;
+    #[cfg(unix)]
+    return std::os::unix::fs::symlink(file, at);
+    #[cfg(not(unix))]
+    match at.exists() {
+        true => Err(std::io::ErrorKind::AlreadyExists.into()),
+        false => std::fs::copy(file, at).map(drop),
     }
 }
 

@@ -129,6 +129,14 @@ mod tests {
     }
 
     #[test]
+    fn suffixes_follow_the_rule_of_the_header() {
+        for (unit, of) in UNITS.iter().filter(|(unit, _)| !["1", "kg m^2"].contains(unit)) {
+            let rule = format!("_{}", unit.to_lowercase().replace('/', "_").replace(['^', ' '], ""));
+            assert!(of.iter().any(|(suffix, _)| *suffix == rule), "{unit}: {rule}");
+        }
+    }
+
+    #[test]
     fn no_unit_is_both_right_and_wrong() {
         for (right, wrong) in WRONG_UNITS {
             assert!(UNITS.iter().any(|(unit, _)| unit == right), "{right}");

@@ -102,7 +102,7 @@ named! {
     JOINT_MODE "joint.mode", JOINT_POSITION "joint.position", TARGET_VELOCITY "joint.target_velocity",
     TARGET_POSITION "joint.target_position", MAX_FORCE "joint.max_force", CYCLIC "joint.cyclic",
     LIMITS "joint.limits", SENSOR_KIND "sensor.kind", PRESET "sensor.preset", NOISE "sensor.noise",
-    SENSOR_MEASURED "sensor.measured", SENSOR_BEAMS "sensor.beams", ACTUATOR_KIND "actuator.kind",
+    SENSOR_RATE "sensor.rate", SENSOR_MEASURED "sensor.measured", SENSOR_BEAMS "sensor.beams", ACTUATOR_KIND "actuator.kind",
     SENSOR_TARGETS "sensor.targets", ACTUATOR_TARGETS "actuator.targets",
     PART_KIND "part.kind", PART_CALLS "part.calls",
     SCRIPT_LANGUAGE "script.language", SCRIPT_DIALECT "script.dialect", SCRIPT_KIND "script.kind",

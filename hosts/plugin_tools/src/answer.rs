@@ -48,6 +48,10 @@ pub fn find_rejection(
     if let Some(reason) = &examined.reason {
         return (None, Some(reason.clone()));
     }
+    // Where it lies does not matter for a plugin of which nothing would be used.
+    if let Some(reason) = examined.offers_nothing() {
+        return (None, Some(reason));
+    }
     let place = folders.iter().find(|f| f.candidates.iter().any(|c| same_entry(c, file) || same_file(c, file)));
     if place.is_none() && !names::is_plugin_name(file) {
         return (None, Some(misnamed(file)));
@@ -66,7 +70,7 @@ pub fn find_rejection(
         let help = "remove one of the two, or give this one a different id in `tatu_plugin.id`";
         return (Some(by), Some(RejectReason::new("hidden", text, help)));
     }
-    (None, examined.offers_nothing())
+    (None, None)
 }
 
 /// Returns the reason that a file is never opened because of its name.

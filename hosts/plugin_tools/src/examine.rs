@@ -50,6 +50,16 @@ impl FileExaminer {
         FileExaminer { loader: Loader::new(), limit }
     }
 
+    /// Returns an examiner that has not read any file.
+    pub fn anew(&self) -> Self {
+        FileExaminer::new(self.limit)
+    }
+
+    /// Returns whether the loader searches a folder for every library.
+    pub fn is_system_folder(&self, folder: &Path) -> bool {
+        self.loader.is_system_folder(folder)
+    }
+
     /// Examines a file; opens it only if reading it revealed no problem.
     pub fn examine(&mut self, file: &Path) -> FileReport {
         let mut out = self.read(file);
@@ -290,6 +300,6 @@ fn unusable(d: &Descriptor) -> Option<RejectReason> {
     (d.abi.0 != TATU_ABI_MAJOR).then(|| {
         let (major, minor) = d.abi;
         let text = format!("it was built for ABI {major}.{minor}, but this host has {TATU_ABI_MAJOR}.{TATU_ABI_MINOR}");
-        RejectReason::new("other-abi", text, "rebuild it against this release's plugin-api")
+        RejectReason::new("other-abi", text, tatu_core::plugins::remedy(major > TATU_ABI_MAJOR))
     })
 }

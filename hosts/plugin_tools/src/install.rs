@@ -2,7 +2,7 @@
 
 use std::{
     fs::{self, File},
-    io,
+    io::{self, Read},
     path::{Path, PathBuf},
     process::ExitCode,
 };
@@ -13,17 +13,18 @@ use tatu_core::{
     plugins::assets_folder,
 };
 use tatu_embed::search::{search_folders, user_folder};
-use tempfile::{TempDir, TempPath};
+use tempfile::TempDir;
 
 use super::{
     answer::misnamed,
-    archive, assets,
+    archive, assets, beside,
     examine::{CAN_READ_LIBRARIES, FileExaminer, FileReport},
     file,
     folders::{self, same_entry},
     names::{self, PluginQuery},
     probe,
     reason::{RejectReason, list_some},
+    staged::{StagedPlugin, unwritten},
 };
 use tatu_terminal::report;
 
@@ -88,18 +89,28 @@ fn refused(what: &Path, reason: &RejectReason) -> Error {
     Error::new("E330", format!("cannot install {}: {}", what.display(), reason.text)).help(reason.help.clone())
 }
 
-fn unwritten(file: &Path, e: &io::Error) -> Error {
-    Error::new("E105", format!("cannot write {}: {e}", file.display()))
-        .help("check that the folder exists and is writable")
-}
-
 /// A library to be installed.
 struct NewLibrary {
     file: PathBuf,
     /// The library's name in messages.
     shown: PathBuf,
     /// The temporary folder of an unpacked library, which is deleted when the value is dropped.
-    _unpacked: Option<TempDir>,
+    unpacked: Option<TempDir>,
+}
+
+impl NewLibrary {
+    /// Returns a reason in terms of what the user gave.
+    fn explained(&self, reason: RejectReason) -> RejectReason {
+        let mut reason = reason.renamed(&self.file, &self.shown);
+        if self.unpacked.is_some() && reason.kind == "missing-library" {
+            reason.help = format!(
+                "if it is in the archive: unpack the archive, and install the plugin from there, since only the \
+                 library of the plugin itself is taken from an archive; otherwise {}",
+                reason.help
+            );
+        }
+        reason
+    }
 }
 
 /// Installs a plugin from a file, folder or archive; returns a message about what was done.
@@ -123,7 +134,7 @@ fn install_from(source: &Path, force: bool, folder: &Path, examiner: &mut FileEx
 
 /// Finds the library that a file, folder or archive contains.
 fn library(source: &Path) -> Result<NewLibrary> {
-    let plain = |file: PathBuf| NewLibrary { shown: file.clone(), file, _unpacked: None };
+    let plain = |file: PathBuf| NewLibrary { shown: file.clone(), file, unpacked: None };
     let fail = |text: String, help: &str| Err(refused(source, &RejectReason::new("no-library", text, help)));
     if source.is_dir() {
         let right = |place: &str| {
@@ -156,7 +167,7 @@ fn library(source: &Path) -> Result<NewLibrary> {
     let dir = TempDir::with_prefix("tatu-").map_err(|e| unwritten(&std::env::temp_dir(), &e))?;
     let mut all = archive::unpack(source, format, dir.path()).map_err(|reason| refused(source, &reason))?;
     match (all.pop(), all.len()) {
-        (Some(one), 0) => Ok(NewLibrary { file: one.file, shown: source.to_owned(), _unpacked: Some(dir) }),
+        (Some(one), 0) => Ok(NewLibrary { file: one.file, shown: source.to_owned(), unpacked: Some(dir) }),
         (None, _) => {
             let text = format!("there is no {} in it", names::form());
             fail(
@@ -173,7 +184,7 @@ fn library(source: &Path) -> Result<NewLibrary> {
     }
 }
 
-/// Copies a library into the folder, tests the copy, and renames it to its final name.
+/// Copies a plugin into a temporary folder, tests the copy, moves it to its place, and tests it there.
 fn install_library(
     library: &NewLibrary,
     name: &str,
@@ -181,33 +192,47 @@ fn install_library(
     folder: &Path,
     examiner: &mut FileExaminer,
 ) -> Result<String> {
-    let copy = staged_copy(&library.file, folder)?;
-    // While the copy is tested, its assets must be beside it, in a folder named after the copy.
-    let assets = StagedAssets::new(&library.file, &copy)?;
-    let examined = examiner.examine(&copy);
+    let refuse = |reason: RejectReason| Err(refused(&library.shown, &library.explained(reason)));
+    let here = examiner.read(&library.file);
+    let libraries = beside::libraries(&here, examiner);
+    if let Some(reason) = here.reason.clone().or_else(|| libraries.iter().find_map(|f| beside::rejection(f))) {
+        return refuse(reason);
+    }
+    let staged = StagedPlugin::new(&library.file, &libraries, folder)?;
+    let examined = examiner.examine(staged.library());
+    let source = library.file.parent().unwrap_or(Path::new("."));
     if let Some(reason) = examined.reason.clone().or_else(|| examined.offers_nothing()) {
-        let reason = reason.renamed(&copy, &library.shown);
-        // A library that can be loaded where it is finds something beside it that is not installed with it.
-        let is_beside = reason.kind == "missing-library" && examiner.examine(&library.file).reason.is_none();
-        let reason = if is_beside { beside_reason(&reason) } else { reason };
-        return Err(refused(&library.shown, &reason));
+        let reason = beside::lost(&here, &examined).unwrap_or(reason);
+        return refuse(reason.renamed(staged.library(), &library.file).renamed(staged.folder(), source));
     }
     let id = examined.id().unwrap_or_default();
     let target = folder.join(name);
     let old = replaceable(&examined, &id, &target, force, folder, examiner)?;
-    assets.persist(&target)?;
-    copy.persist(&target).map_err(|e| unwritten(&target, &e.error))?;
+    check_shared(&libraries, old.as_ref(), force, folder, examiner)?;
+    let was_needed = old.as_ref().map(|(file, _)| examiner.read(file)).map(|e| beside::libraries(&e, examiner));
+    let placed = staged.place()?;
+    // A path that is relative to the plugin may lead elsewhere from here. What was read before has changed.
+    *examiner = examiner.anew();
+    let examined = examiner.examine(&target);
+    if let Some(reason) = examined.reason.clone().or_else(|| examined.offers_nothing()) {
+        let reason = beside::lost(&here, &examined).unwrap_or(reason);
+        return refuse(reason.renamed(&target, &library.file));
+    }
+    placed.keep();
     let version = examined.version().unwrap_or_default();
     let text = match &old {
         Some((file, was)) => {
             if !same_entry(file, &target) {
                 remove_files(file)?;
             }
+            remove_unneeded(&was_needed.unwrap_or_default(), folder, examiner)?;
             format!("replaced `{id}` {was} by {version}: {}", target.display())
         }
         None => format!("installed `{id}` {version}: {}", target.display()),
     };
-    print_remarks(&examined, &target);
+    let with: Vec<String> = libraries.iter().map(|f| names::name(f)).collect();
+    let text = if with.is_empty() { text } else { format!("{text}, with {}", with.join(", ")) };
+    print_remarks(&examined);
     if let Some(by) = hiding_file(&target, &id, examiner) {
         let text =
             format!("{} has the same id and is searched first, so the installed plugin is not used", by.display());
@@ -218,47 +243,52 @@ fn install_library(
     Ok(text)
 }
 
-/// Returns the reason why a library is refused that needs another library beside it.
-fn beside_reason(missing: &RejectReason) -> RejectReason {
-    let text = missing.text.replace(", which is not found", "");
-    RejectReason::new(
-        missing.kind,
-        format!("{text} beside it, but only the library of the plugin itself is installed"),
-        "link that library statically, or install it where the loader finds it; until then, use the plugin where it is: \
-         TATU_PLUGIN_PATH=FOLDER",
-    )
-}
-
-/// The assets of a library that is being installed. They are removed when the value is dropped.
-struct StagedAssets(Option<PathBuf>);
-
-impl StagedAssets {
-    /// Copies a library's folder of assets, if there is one, next to the staged copy of the library.
-    fn new(library: &Path, staged: &Path) -> Result<Self> {
-        let (Some(from), Some(to)) = (assets_folder(library), assets_folder(staged)) else {
-            return Ok(StagedAssets(None));
-        };
-        if !from.is_dir() {
-            return Ok(StagedAssets(None));
+/// Fails if a library of a plugin would replace a different file that another plugin needs, or that no plugin needs.
+fn check_shared(
+    libraries: &[PathBuf],
+    old: Option<&(PathBuf, String)>,
+    force: bool,
+    folder: &Path,
+    examiner: &mut FileExaminer,
+) -> Result {
+    let others = installed(folder, examiner);
+    for library in libraries {
+        let there = folder.join(names::name(library));
+        if there.symlink_metadata().is_err() || same_contents(library, &there) {
+            continue;
         }
-        assets::replace(&from, &to).map_err(|e| unwritten(&to, &e))?;
-        Ok(StagedAssets(Some(to)))
+        let needs = |e: &FileReport| beside::libraries(e, examiner).iter().any(|f| same_entry(f, &there));
+        let mut needing = others.iter().filter(|(f, e)| old.is_none_or(|(old, _)| f != old) && needs(e));
+        let error = |text: &str, help: &str| {
+            Err(Error::new("E331", format!("{} already exists: {text}", there.display())).help(help))
+        };
+        match needing.next() {
+            Some((file, other)) => {
+                let other = other.id().unwrap_or_else(|| names::name(file));
+                let text = format!("the plugin `{other}` needs it, and its contents differ");
+                return error(&text, "give your library another name, or link it statically");
+            }
+            None if force => {}
+            None => return error("its contents differ, and no other plugin needs it", "`--force` replaces it"),
+        }
     }
-    /// Moves the folder next to the installed library, replacing an older one.
-    fn persist(mut self, target: &Path) -> Result {
-        let Some(to) = assets_folder(target) else { return Ok(()) };
-        let moved = assets::remove(&to).and_then(|()| match self.0.take() {
-            Some(from) => fs::rename(from, &to),
-            None => Ok(()),
-        });
-        moved.map_err(|e| unwritten(&to, &e))
-    }
+    Ok(())
 }
 
-impl Drop for StagedAssets {
-    fn drop(&mut self) {
-        if let Some(folder) = self.0.take() {
-            let _ = assets::remove(&folder);
+/// Returns whether two files have the same contents.
+fn same_contents(one: &Path, other: &Path) -> bool {
+    let length = |f: &Path| fs::metadata(f).ok().map(|m| m.len());
+    if length(one) != length(other) {
+        return false;
+    }
+    let read = |f: &Path| File::open(f).map(io::BufReader::new).map(|f| f.bytes());
+    let (Ok(one), Ok(other)) = (read(one), read(other)) else { return false };
+    let (mut one, mut other) = (one.map(Result::ok), other.map(Result::ok));
+    loop {
+        match (one.next(), other.next()) {
+            (None, None) => return true,
+            (Some(Some(a)), Some(Some(b))) if a == b => {}
+            _ => return false,
         }
     }
 }
@@ -270,45 +300,21 @@ fn remove_files(library: &Path) -> Result {
     assets::remove(&folder).map_err(|e| unwritten(&folder, &e))
 }
 
+/// Removes those of the libraries that no installed plugin needs.
+fn remove_unneeded(libraries: &[PathBuf], folder: &Path, examiner: &mut FileExaminer) -> Result {
+    let needed: Vec<PathBuf> =
+        installed(folder, examiner).iter().flat_map(|(_, e)| beside::libraries(e, examiner)).collect();
+    for library in libraries.iter().filter(|f| !needed.iter().any(|n| same_entry(n, f))) {
+        fs::remove_file(library).map_err(|e| unwritten(library, &e))?;
+    }
+    Ok(())
+}
+
 /// Prints the remarks about a plugin that can be loaded.
-fn print_remarks(examined: &FileReport, to: &Path) {
-    // The remarks contain the temporary name under which the plugin was tested.
-    let from = examined.file.display().to_string();
+fn print_remarks(examined: &FileReport) {
     for remark in examined.report.iter().flat_map(|r| &r.remarks) {
-        let text = remark.text.replace(&from, &to.display().to_string());
-        report::warn_text(&format!("[{}] {text} ({})", remark.code, remark.help));
+        report::warn_text(&format!("[{}] {} ({})", remark.code, remark.text, remark.help));
     }
-}
-
-/// Copies a library into the folder under a name that is never opened, so that only a complete file gets the final
-/// name.
-fn staged_copy(file: &Path, folder: &Path) -> Result<TempPath> {
-    make_folder(folder).map_err(|e| unwritten(folder, &e))?;
-    let fail = |e: io::Error| unwritten(folder, &e);
-    let copy = tempfile::Builder::new().prefix(".tatu-").suffix(std::env::consts::DLL_SUFFIX).tempfile_in(folder);
-    let mut copy = copy.map_err(fail)?;
-    let mut from = File::open(file).map_err(|e| {
-        Error::new("E105", format!("cannot read {}: {e}", file.display())).help("check that it is readable")
-    })?;
-    io::copy(&mut from, copy.as_file_mut()).map_err(fail)?;
-    #[cfg(unix)]
-    {
-        use std::os::unix::fs::PermissionsExt;
-        copy.as_file().set_permissions(fs::Permissions::from_mode(0o644)).map_err(fail)?;
-    }
-    copy.as_file().sync_all().map_err(fail)?;
-    Ok(copy.into_temp_path())
-}
-
-/// Creates the folder, readable by all users.
-fn make_folder(folder: &Path) -> io::Result<()> {
-    if folder.is_dir() {
-        return Ok(());
-    }
-    let mut builder = fs::DirBuilder::new();
-    #[cfg(unix)]
-    std::os::unix::fs::DirBuilderExt::mode(&mut builder, 0o755);
-    builder.recursive(true).create(folder)
 }
 
 /// Returns the installed file that a new one replaces, with its version, or `None` if there is none. Fails if a file
@@ -381,7 +387,9 @@ fn remove(id: &str, folder: &Path, examiner: &mut FileExaminer) -> Result<String
         let has_help = error.help.is_some();
         return Err(if has_help { error } else { error.help("`tatu plugin list` shows what is installed") });
     };
+    let libraries = beside::libraries(examined, examiner);
     remove_files(file)?;
+    remove_unneeded(&libraries, folder, examiner)?;
     let id = examined.id().unwrap_or_else(|| id.to_owned());
     Ok(format!("removed `{id}` {}: {}", examined.version().unwrap_or_default(), file.display()))
 }

@@ -6,11 +6,13 @@
 //! - `examine`: collects everything known about a file; `file`: its type; `elf`: what its library needs and exports;
 //!   `loader`: finds the libraries and symbols that it needs; `probe`: opens it in a separate process;
 //! - `folders`: the folders that are searched; `names`: names of files; `archive`: unpacks archives; `reason`: why a
-//!   file is not loaded, and what to do.
+//!   file is not loaded, and what to do;
+//! - `beside`: the libraries that lie beside a plugin; `staged`: copies its files and moves them into place.
 
 mod answer;
 mod archive;
 mod assets;
+mod beside;
 mod build;
 mod check;
 mod elf;
@@ -27,6 +29,7 @@ mod project;
 mod reason;
 mod run;
 mod show;
+mod staged;
 mod test;
 mod update_sdk;
 mod watch;

@@ -11,8 +11,9 @@ use tatu_core::{document::SourceFiles, plugins::FolderOrigin};
 
 use super::{
     answer::misnamed,
+    beside,
     examine::FileExaminer,
-    folders::{self, Folder, FolderState, same_file},
+    folders::{self, Folder, FolderState, same_entry, same_file},
     names, probe,
 };
 use tatu_embed::search::search_folders;
@@ -64,12 +65,16 @@ fn rows(folders: &[Folder], examiner: &mut FileExaminer) -> Vec<Value> {
     // Maps each id to the file that is loaded.
     let mut loaded: BTreeMap<String, PathBuf> = BTreeMap::new();
     for folder in folders {
+        let mut needed = Vec::new();
         for file in &folder.candidates {
             rows.push(row(folder, file, &mut loaded, examiner));
+            needed.extend(beside::libraries(&examiner.read(file), examiner));
         }
-        // In a folder that the user names for plugins, a library with another name is most likely intended as a plugin.
+        // In a folder that the user names for plugins, a library with another name is most likely intended as a plugin,
+        // unless a plugin needs it.
         if folder.source != FolderOrigin::Built {
-            let is_library = |f: &&PathBuf| names::name(f).ends_with(std::env::consts::DLL_SUFFIX);
+            let is_needed = |f: &PathBuf| needed.iter().any(|n| same_entry(n, f));
+            let is_library = |f: &&PathBuf| names::name(f).ends_with(std::env::consts::DLL_SUFFIX) && !is_needed(f);
             for file in folder.others.iter().filter(is_library) {
                 let reason = misnamed(file);
                 rows.push(json!({

@@ -7,6 +7,7 @@ use std::{
     rc::Rc,
 };
 
+use tatu_core::plugins::assets_folder;
 use tatu_plugin_api::safe::read_plain;
 
 use super::{
@@ -113,6 +114,13 @@ impl Loader {
         })
     }
 
+    /// Returns whether this folder, a path without links, is one in which all libraries are searched.
+    pub fn is_system_folder(&self, folder: &Path) -> bool {
+        let cached = self.cached.values().flatten().filter_map(|f| f.parent());
+        let all: BTreeSet<&Path> = cached.chain(self.usual.iter().map(PathBuf::as_path)).collect();
+        all.iter().any(|f| f.canonicalize().is_ok_and(|f| f == folder))
+    }
+
     /// Returns the symbols that this program and its libraries export, which the loader also considers.
     fn program_symbols(&mut self) -> Rc<HashSet<String>> {
         if let Some(known) = &self.program {
@@ -195,13 +203,16 @@ fn missing_library(file: &Path, need: &NeededLibrary) -> RejectReason {
         Some(by) => format!("it needs {}, which needs the library {}, which is not found", by.display(), need.name),
     };
     let folder = file.parent().unwrap_or(Path::new("."));
-    let beside = folder.join(&need.name);
-    let help = if !need.name.contains('/') && beside.is_file() {
+    let assets = assets_folder(file).filter(|f| !need.name.contains('/') && f.join(&need.name).is_file());
+    let help = if !need.name.contains('/') && folder.join(&need.name).is_file() {
         let folder = folder.display();
         format!(
             "it is in {folder}, which the loader does not search: link with `-Wl,-rpath,'$ORIGIN'`, \
              or set LD_LIBRARY_PATH={folder}"
         )
+    } else if let Some(assets) = assets {
+        let name = assets.file_name().unwrap_or_default().display();
+        format!("it is in {name}, which the loader does not search: link with `-Wl,-rpath,'$ORIGIN/{name}'`")
     } else {
         format!(
             "install the package that contains it (find it with `apt-file search {}`), or link it statically; \

@@ -1,4 +1,6 @@
 //! `tatu plugin watch`: builds a project at each save; its running scene reloads the library and keeps its state.
+//!
+//! The scene is `watch.toml`, which runs without end, or `scene.toml` in projects without one.
 
 use std::{
     collections::BTreeMap,
@@ -21,7 +23,8 @@ pub struct WatchArgs {
     /// The plugin's folder.
     #[arg(default_value = ".")]
     pub folder: PathBuf,
-    /// Further options for `tatu run`, after `--`. By default, the scene runs in real time until Ctrl-C.
+    /// Further options for `tatu run`, after `--`. The scene runs in real time until Ctrl-C, unless `--speed`,
+    /// `--seconds` or `--steps` is among them.
     #[arg(last = true, value_name = "OPTIONS", allow_hyphen_values = true)]
     pub options: Vec<OsString>,
 }
@@ -32,6 +35,8 @@ const POLL_INTERVAL: Duration = Duration::from_millis(150);
 const SETTLE_DELAY: Duration = Duration::from_millis(120);
 /// Folders of a project that do not contain sources.
 const IGNORED_FOLDERS: [&str; 4] = ["build", "target", ".git", "node_modules"];
+/// The scene that is watched, if a project has one: it runs without the check of `scene.toml`, which ends the run.
+const WATCHED_SCENE: &str = "watch.toml";
 /// Maximum nesting depth of folders with sources.
 const MAX_FOLDER_DEPTH: u32 = 8;
 
@@ -50,6 +55,14 @@ pub fn watch(args: &WatchArgs) -> Result<ExitCode> {
             if let Some(status) = ended {
                 let how = if status.success() { "has ended" } else { "has failed" };
                 report::err!("the run {how}: waiting for a change (press Ctrl-C to quit)");
+                if status.success() && args.options.is_empty() {
+                    let scene = scene(&project);
+                    report::note(&format!(
+                        "{} stopped the run: the next one starts anew; a scene {WATCHED_SCENE} that does not stop keeps \
+                         its state",
+                        scene.display()
+                    ));
+                }
                 (running, built) = (None, false);
             }
         }
@@ -89,12 +102,14 @@ impl Drop for ChildRun {
 fn start(project: &Project, options: &[OsString]) -> Result<Child> {
     let failed = |e: std::io::Error| Error::new("E612", format!("cannot start the run: {e}"));
     let mut command = restart_command().map_err(failed)?;
-    command.arg("run").arg(project.folder.join("scene.toml")).arg("--reload");
-    match options.is_empty() {
-        // Run until interrupted: there is no option for an unlimited run without a service.
-        true => command.args(["--realtime", "--seconds", "1000000000"]),
-        false => command.args(options),
-    };
+    command.arg("run").arg(scene(project)).arg("--reload");
+    if !has_option(options, &["--realtime", "--speed"]) {
+        command.arg("--realtime");
+    }
+    if !has_option(options, &["--seconds", "--steps"]) {
+        command.args(["--seconds", "inf"]);
+    }
+    command.args(options);
     #[cfg(target_os = "linux")]
     // SAFETY: between fork and exec, the closure only makes a system call with integer arguments, which requests a
     // signal for the run when this program exits.
@@ -106,6 +121,17 @@ fn start(project: &Project, options: &[OsString]) -> Result<Child> {
         });
     }
     command.env("TATU_PLUGIN_PATH", run::path(project)).spawn().map_err(failed)
+}
+
+/// Returns the scene that is watched.
+fn scene(project: &Project) -> PathBuf {
+    let own = project.folder.join(WATCHED_SCENE);
+    if own.is_file() { own } else { project.folder.join("scene.toml") }
+}
+
+/// Returns whether one of these options is given, as `--name` or `--name=VALUE`.
+fn has_option(options: &[OsString], names: &[&str]) -> bool {
+    options.iter().any(|o| names.contains(&o.to_string_lossy().split('=').next().unwrap_or_default()))
 }
 
 /// Modification times and sizes of all files of a project that a build may read.

@@ -289,7 +289,9 @@ enum tatu_param_flag {
 
 /* Declaration of a parameter (of an instance, model, import or command), of a result of a command, or of a field of an
  * event. Scene files append the unit to the key: with unit "m", `range` is written `range_m`; with unit "rad", `angle`
- * is written `angle_deg`, in degrees. Any other unit is a text for people, without a suffix.
+ * is written `angle_deg`, in degrees. The suffix is the unit in lower case, with `_` for `/`, and without `^` and the
+ * spaces of products: with unit "m/s^2", `accel` is written `accel_m_s2`, and with "N m", `torque_nm`. Only "kg m^2" keeps
+ * its space, as `_kg_m2`. Any other unit is a text for people, without a suffix.
  * Values that cross the ABI are always in SI units and radians. A parameter of type TATU_OBJECT also accepts a script's
  * handle, and passes it as an object of generation 0; the service that receives it checks whether the object exists.
  *
@@ -358,7 +360,7 @@ typedef struct tatu_writer {
 } tatu_writer;
 
 /* The life cycle of instances. All functions except `create` and `destroy` may be null. These two may both be null if
- * an instance consists only of its state block, except in languages. Stopping or resetting a world recreates its
+ * an instance consists only of its state block, which may have 0 bytes, except in languages. Stopping or resetting a world recreates its
  * instances, but see `end_run`. */
 typedef struct tatu_life {
   uint32_t size;

@@ -631,7 +631,8 @@ TATU_INLINE int tatu_all_made(const tatu_value *values, uint32_t n) {
   return n == 0;
 }
 /* Calls a function of a script with arguments (TATU_VALUES); `*result` is its first result, or nil. If the function
- * fails, so does this call, with the function's error; `error` may be null. Requires the service `commands`. */
+ * fails, so does this call, with the function's error. `error` may be null, as in the callbacks of a service that have
+ * none: then log.last_error(world) has the text. Requires the service `commands`. */
 TATU_INLINE tatu_status tatu_call_func(const tatu_host_api *api, tatu_world *world, tatu_error *error, tatu_func func,
                                          const tatu_value *args, uint32_t n_args, tatu_value *result) {
   tatu_value results[16];
@@ -653,7 +654,8 @@ TATU_INLINE tatu_status tatu_call_command(const tatu_host_api *api, tatu_world *
   *result = tatu_nil();
   if (!tatu_all_made(args, n_args)) return tatu_fail(error, TATU_ERR_SPACE, "no room for the arguments");
   frame.command = api->commands->find(world, tatu_text(name), &frame.alias);
-  if (!frame.command) return tatu_fail_help(error, TATU_ERR_UNKNOWN, "no plugin offers the command to be called", name);
+  if (!frame.command && error)
+    return tatu_fail_help(error, TATU_ERR_UNKNOWN, "no plugin offers the command to be called", name);
   status = api->commands->call(world, &frame);
   if (status >= 0 && frame.n_results) *result = results[0];
   return status < 0 ? tatu_fail_as(error, status, frame.error) : status;

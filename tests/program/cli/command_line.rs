@@ -220,6 +220,18 @@ fn check_reports_whether_a_scene_would_start() {
 }
 
 #[test]
+fn a_run_without_end_lasts_until_it_is_stopped() {
+    let stop = "function sysCall_actuation()
+            if sim.getSimulationTime() > 11.99 then sim.stopSimulation() end
+        end";
+    let place = TestFolder::scene(&watcher("w", stop));
+    let done = place.run(&["--seconds", "inf"]).good();
+    assert_eq!(done.json()["sim_time_s"].as_f64().map(f64::round), Some(12.0));
+    place.tatu(&["run", "scene.toml", "--seconds", "never"]).refused(&["at least 0, or `inf`"]);
+    place.tatu(&["run", "scene.toml", "--watch", "/w"]).refused(&["--trace"]);
+}
+
+#[test]
 fn the_first_scene_runs_as_the_readme_shows_it() {
     let scene = root().join("scenes/first/pioneer_avoids_walls.toml");
     let place = TestFolder::new();

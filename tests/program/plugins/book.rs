@@ -141,26 +141,78 @@ fn the_check_finds_a_fault_and_names_it() {
     place.tatu(&["plugin", "check", "hello", "--only", "argument"]).refused(&["did you mean `arguments`?"]);
 }
 
+/// A command that returns its version, and how often it was called in this world.
+const COUNTER: &str = r#"#include "tatu/command.h"
+static tatu_status TATU_CALL count(tatu_call *call) {
+  tatu_value all[2] = {tatu_int(VERSION), tatu_int((int64_t)++*(uint64_t *)call->state)};
+  return tatu_return_values(call, all, 2);
+}
+static const tatu_command it = {.size = sizeof(tatu_command), .names = TATU_NAME("hello.count"), .call = count,
+  .returns = TATU_PARAMS(TATU_PARAM(TATU_I64, "version", NULL, "Version."), TATU_PARAM(TATU_I64, "calls", NULL, "Calls.")),
+  .text = "Counts.", .example = "hello.count()"};
+TATU_PLUGIN(TATU_COMMANDS_PER_WORLD(TATU_TABLE(tatu_life, .state_bytes = 8, .version = 1), &it),
+  .id = "org.example.hello", .name = "Hello", .version = "1", .licence = "MIT");
+"#;
+
 #[cfg(unix)]
 #[test]
-fn a_watched_plugin_is_built_at_each_save() {
+fn a_watched_scene_continues_with_its_state_when_the_plugin_is_rebuilt() {
     let place = TestFolder::new();
     place.tatu(&["new", "plugin", "hello", "--lang", "c"]).good();
+    place.write("hello/hello.c", &COUNTER.replace("VERSION", "1"));
+    let script = "function sysCall_actuation() print(string.format('%d %d', hello.count())) end";
+    place.write("hello/watch.toml", &format!("format = 1\n{}", watcher("w", script)));
+    let output = fs::File::create(place.path().join("said")).unwrap();
+    let began = std::time::Instant::now();
     let mut watch = std::process::Command::new(program())
-        .args(["plugin", "watch", "hello", "--", "--steps", "100000000"])
+        .args(["plugin", "watch", "hello"])
         .current_dir(place.path())
         .env("XDG_DATA_HOME", place.path().join(".data"))
-        .stdout(std::process::Stdio::null())
-        .stderr(std::process::Stdio::null())
+        .stdout(output)
+        .stderr(fs::File::create(place.path().join("told")).unwrap())
         .spawn()
         .unwrap();
-    let library = place.path().join("hello/build").join(library("tatu_hello"));
-    let written = || fs::metadata(&library).ok()?.modified().ok();
     let limit = std::time::Duration::from_secs(120);
-    let first = wait_for("the first build", limit, written);
-    place.write("hello/hello.c", &place.read("hello/hello.c").replace("metres = my", "metres  = my"));
-    place.write("hello/hello.c", &format!("{}\n", place.read("hello/hello.c")));
-    wait_for("another build", limit, || written().filter(|now| *now != first));
+    let lines = || -> Vec<(u64, u64)> {
+        let number = |text: &str| text.parse::<u64>().ok();
+        let line = |l: &str| l.split_once(' ').and_then(|(v, n)| Some((number(v)?, number(n)?)));
+        // The last line may be incomplete.
+        place.read("said").split_inclusive('\n').filter(|l| l.ends_with('\n')).filter_map(|l| line(l.trim())).collect()
+    };
+    let counted = |version: u64, n: usize| lines().iter().filter(|l| l.0 == version).count().ge(&n).then_some(());
+    wait_for("the first version", limit, || counted(1, 20));
+    // A source that cannot be compiled has no effect.
+    place.write("hello/hello.c", "int broken");
+    wait_for("the failed build", limit, || place.read("told").contains("the build failed").then_some(()));
+    place.write("hello/hello.c", &COUNTER.replace("VERSION", "2"));
+    wait_for("the second version", limit, || counted(2, 20));
+    watch.kill().unwrap();
+    watch.wait().unwrap();
+    let (all, told) = (lines(), place.read("told"));
+    for (i, (version, calls)) in all.iter().enumerate() {
+        assert_eq!(*calls, i as u64 + 1, "the count of version {version} starts over: {all:?}\n{told}");
+    }
+    let seconds = began.elapsed().as_secs_f64();
+    assert!(all.len() as f64 * 0.05 <= seconds + 1.0, "{} steps in {seconds} s: not in real time", all.len());
+    assert!(told.contains("note: reloaded the plugin org.example.hello"), "{told}");
+}
+
+#[cfg(unix)]
+#[test]
+fn a_scene_that_stops_while_it_is_watched_is_reported() {
+    let place = TestFolder::new();
+    place.tatu(&["new", "plugin", "hello", "--lang", "c"]).good();
+    fs::remove_file(place.path().join("hello/watch.toml")).unwrap();
+    let mut watch = std::process::Command::new(program())
+        .args(["plugin", "watch", "hello"])
+        .current_dir(place.path())
+        .stdout(std::process::Stdio::null())
+        .stderr(fs::File::create(place.path().join("told")).unwrap())
+        .spawn()
+        .unwrap();
+    let told =
+        "note: hello/scene.toml stopped the run: the next one starts anew; a scene watch.toml that does not stop";
+    wait_for("the note", std::time::Duration::from_secs(120), || place.read("told").contains(told).then_some(()));
     watch.kill().unwrap();
     watch.wait().unwrap();
 }

@@ -270,3 +270,61 @@ fn importers_without_a_sample_are_not_reported_as_tested() {
     std::fs::write(place.path().join("mine/sample.tried"), [[0, 1, 2, 3].as_slice(), &body].concat()).unwrap();
     assert!(check(&place, "importers", 0)[0]["tried"].as_bool().unwrap());
 }
+
+#[test]
+fn results_on_the_stack_of_a_command_are_named_as_such() {
+    let code = "static tatu_status TATU_CALL name(tatu_call *call) {
+           char text[24];
+           snprintf(text, sizeof text, \"object %d\", (int)tatu_arg_int(call, 0));
+           tatu_value value = {.tag = TATU_TEXT};
+           value.u.s.ptr = text;
+           value.u.s.len = strlen(text);
+           return tatu_return(call, value);
+         }
+         static const tatu_command command = {.size = sizeof(tatu_command), .names = TATU_NAME(\"tried.name\"), .call = name,
+           .params = TATU_PARAMS(TATU_PARAM(TATU_I64, \"n\", NULL, \"Any number.\")),
+           .returns = TATU_PARAMS(TATU_PARAM(TATU_TEXT, \"name\", NULL, \"The name.\")), .text = \"Names.\",
+           .example = \"tried.name(2)\"};";
+    let code = format!("#include <stdio.h>\n#include <string.h>\n{code}");
+    let place = plugin(&code, "TATU_COMMANDS(&command)", &["-Wno-return-local-addr"]);
+    for test in ["arguments", "worlds"] {
+        finds(&place, test, &["command `tried.name`", "its result 1 points to its own stack", "tatu_copy_text"]);
+        let all = check(&place, test, 1);
+        assert!(!all[0].to_string().contains("global or static"), "{all:?}");
+    }
+}
+
+#[test]
+fn an_instance_without_data_and_state_needs_no_functions() {
+    let code = counting("1", "TATU_TABLE(tatu_life, .version = 1)");
+    let place = plugin(&code, "TATU_SENSORS(&kind)", &[]);
+    place.write("scene.toml", "format = 1\n[[object]]\nkind = \"sensor\"\nsensor = \"tried\"\nalias = \"c\"\n");
+    let env = [("TATU_PLUGIN_PATH", "mine")];
+    let done = run(program(), place.path(), &["run", "scene.toml", "--steps", "2", "--strict"], &env).good();
+    assert!(!done.err.contains("tried"), "{}", done.err);
+}
+
+#[test]
+fn the_error_of_a_call_is_the_last_error_of_its_world() {
+    let barrier = "tatu_value got;
+           static int done;
+           if (done++) return TATU_GO;
+           tatu_value args[] = {tatu_string(\"object.alias\")};
+           tatu_status status = tatu_call_command(api, world, NULL, CALLED, args, 1, &got);
+           const tatu_error *why = api->log->last_error(world);
+           char line[400];
+           snprintf(line, sizeof line, \"%d: %.*s\", (int)status, why ? (int)why->text.len : 0, why ? why->text.ptr : \"\");
+           api->log->write(api->host, world, TATU_LOG_STATUS, tatu_text(line));
+           return TATU_GO;";
+    let (code, offers) = service(barrier);
+    let offers = offers.replace("TATU_NEED_SCENE", "TATU_NEED_SCENE, TATU_NEED_COMMANDS, TATU_NEED_LOG");
+    for (called, told) in [("sim.getObjectAlias", "argument 1"), ("tried.none", "command")] {
+        let code = format!("#include <stdio.h>\n#define CALLED \"{called}\"\n{code}");
+        let place = plugin(&code, &offers, &[]);
+        place.write("scene.toml", "format = 1\n[[service]]\nid = \"tried\"\n");
+        let env = [("TATU_PLUGIN_PATH", "mine")];
+        let done = run(program(), place.path(), &["run", "scene.toml", "--steps", "2"], &env).good();
+        let line = done.out.lines().next().unwrap_or_default();
+        assert!(line.starts_with('-') && line.contains(told), "{called}: {}\n{}", done.out, done.err);
+    }
+}

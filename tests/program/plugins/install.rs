@@ -338,3 +338,144 @@ fn assets_go_with_their_library() {
     install(&place, &["--remove", "org.test.reader"]).good();
     assert!(installed(&place).is_empty());
 }
+
+/// A plugin whose command returns what the library `dep` returns.
+const DEPENDENT: &str = r#"#include "tatu/command.h"
+double dep(void);
+static tatu_status TATU_CALL get(tatu_call *c) { return tatu_return(c, tatu_float(dep())); }
+static const tatu_command it = {.size = sizeof(tatu_command), .names = TATU_NAME("CALLED.get"), .call = get,
+  .text = "Asks a library.", .example = "assert(CALLED.get() == VALUE)"};
+TATU_PLUGIN(TATU_COMMANDS(&it), .id = "org.test.CALLED", .name = "Beside", .version = "1.0.0", .licence = "MIT");
+"#;
+
+/// Builds a library `dep` that returns a value, and a plugin that is linked with it. `libraries` is the folder of the
+/// library, relative to that of the plugin.
+fn dependent(place: &TestFolder, name: &str, value: u32, libraries: &str, rpath: &str) {
+    let folder = place.path().join("mine").join(libraries);
+    fs::create_dir_all(&folder).unwrap();
+    place.write("mine/dep.c", &format!("double dep(void) {{ return {value}; }}\n"));
+    let mut cc = std::process::Command::new(compiler("cc"));
+    cc.args(["-shared", "-fPIC", "-o"]).arg(folder.join("libdep.so")).arg("dep.c");
+    succeed(cc.current_dir(place.path().join("mine")));
+    let source = DEPENDENT.replace("CALLED", name).replace("VALUE", &value.to_string());
+    compile_with(place, name, &source, &[&format!("-L{}", folder.display()), "-ldep", rpath]);
+}
+
+/// Returns what the command of an installed plugin returns.
+fn asked(place: &TestFolder, name: &str) -> String {
+    place.write(
+        "scene.toml",
+        &format!("format = 1\n{}", watcher("w", &format!("function sysCall_init() print({name}.get()) end"))),
+    );
+    // The folder in which the plugin was built must not matter.
+    fs::rename(place.path().join("mine"), place.path().join("moved")).unwrap();
+    let done = place.tatu(&["run", "scene.toml", "--steps", "1"]).good();
+    fs::rename(place.path().join("moved"), place.path().join("mine")).unwrap();
+    done.out.trim().to_owned()
+}
+
+#[test]
+fn a_library_beside_a_plugin_is_installed_and_removed_with_it() {
+    let place = TestFolder::new();
+    dependent(&place, "beside", 42, "", "-Wl,-rpath,$ORIGIN");
+    let done = install(&place, &["mine"]).good();
+    assert!(done.out.ends_with("libtatu_beside.so, with libdep.so\n"), "{}", done.out);
+    assert_eq!(installed(&place), ["libdep.so", "libtatu_beside.so"]);
+    assert_eq!(asked(&place, "beside"), "42.0");
+    let listed = place.tatu(&["plugin", "list", "--json"]).good().json();
+    let files = listed.as_array().unwrap().iter().filter(|row| row["from"] == "user");
+    assert_eq!(files.map(|row| &row["state"]).collect::<Vec<_>>(), ["loaded"], "{listed}");
+    // Another plugin shares an equal library, which stays until neither needs it.
+    dependent(&place, "other", 42, "", "-Wl,-rpath,$ORIGIN");
+    install(&place, &["mine/libtatu_other.so"]).good();
+    install(&place, &["--remove", "org.test.beside"]).good();
+    assert_eq!(installed(&place), ["libdep.so", "libtatu_other.so"]);
+    // A different library of the same name would change that plugin.
+    dependent(&place, "beside", 43, "", "-Wl,-rpath,$ORIGIN");
+    for force in [&["mine/libtatu_beside.so"][..], &["mine/libtatu_beside.so", "--force"]] {
+        install(&place, force).refused(&["error[E331]", "libdep.so already exists", "`org.test.other` needs it"]);
+    }
+    assert_eq!(asked(&place, "other"), "42.0");
+    install(&place, &["--remove", "org.test.other"]).good();
+    assert!(installed(&place).is_empty(), "{:?}", installed(&place));
+    // A new version brings its own.
+    install(&place, &["mine/libtatu_beside.so"]).good();
+    dependent(&place, "beside", 44, "", "-Wl,-rpath,$ORIGIN");
+    install(&place, &["mine/libtatu_beside.so", "--force"]).good();
+    assert_eq!(asked(&place, "beside"), "44.0");
+    // Nothing is needed any longer by a version that is linked statically.
+    fs::remove_file(place.path().join("mine/libdep.so")).unwrap();
+    let source =
+        DEPENDENT.replace("CALLED", "beside").replace("double dep(void);", "static double dep(void) { return 45; }");
+    compile(&place, "beside", &source.replace("VALUE", "45"));
+    install(&place, &["mine/libtatu_beside.so", "--force"]).good();
+    assert_eq!(installed(&place), ["libtatu_beside.so"]);
+}
+
+#[test]
+fn a_library_among_the_assets_is_installed_with_them() {
+    let place = TestFolder::new();
+    dependent(&place, "beside", 42, "tatu_beside.assets", "-Wl,-rpath,$ORIGIN/tatu_beside.assets");
+    install(&place, &["mine"]).good();
+    assert_eq!(installed(&place), ["libtatu_beside.so", "tatu_beside.assets"]);
+    assert_eq!(asked(&place, "beside"), "42.0");
+    install(&place, &["--remove", "org.test.beside"]).good();
+    assert!(installed(&place).is_empty());
+}
+
+#[test]
+fn libraries_that_an_installed_plugin_would_not_find_are_named() {
+    let place = TestFolder::new();
+    let refused = |words: &[&str]| {
+        install(&place, &["mine"]).refused(&[&["error[E330]", "needs the library libdep.so"], words].concat());
+        assert!(!place.path().join(INSTALL_FOLDER).exists(), "{:?}", installed(&place));
+    };
+    // In a folder that is not copied, although the plugin works where it is.
+    dependent(&place, "beside", 1, "lib", "-Wl,-rpath,$ORIGIN/lib");
+    refused(&["which it will not find once it is installed", "mine/lib/libdep.so", "$ORIGIN/tatu_beside.assets"]);
+    // Without a path.
+    dependent(&place, "beside", 1, "", "-Wl,-rpath,/nowhere");
+    refused(&["which is not found", "it is in", "$ORIGIN"]);
+    // A link out of the folder; one within it is followed.
+    dependent(&place, "beside", 1, "", "-Wl,-rpath,$ORIGIN");
+    let [library, real] = ["mine/libdep.so", "libdep.so.1"].map(|f| place.path().join(f));
+    fs::rename(&library, &real).unwrap();
+    std::os::unix::fs::symlink(&real, &library).unwrap();
+    refused(&["which is a link out of its folder", "libdep.so.1"]);
+    fs::rename(&real, place.path().join("mine/libdep.so.1")).unwrap();
+    fs::remove_file(&library).unwrap();
+    std::os::unix::fs::symlink("libdep.so.1", &library).unwrap();
+    install(&place, &["mine"]).good();
+    assert!(fs::symlink_metadata(place.path().join(INSTALL_FOLDER).join("libdep.so")).unwrap().is_file());
+    assert_eq!(asked(&place, "beside"), "1.0");
+}
+
+#[test]
+fn a_library_in_an_archive_is_not_taken_from_it() {
+    let place = TestFolder::new();
+    dependent(&place, "beside", 1, "", "-Wl,-rpath,$ORIGIN");
+    let [plugin, library] =
+        ["libtatu_beside.so", "libdep.so"].map(|f| fs::read(place.path().join("mine").join(f)).unwrap());
+    let both =
+        [("libtatu_beside.so", tar::EntryType::Regular, &plugin[..]), ("libdep.so", tar::EntryType::Regular, &library)];
+    archive(&place, "both.tar", &tar(&both));
+    install(&place, &["both.tar"]).refused(&["libdep.so, which is not found", "unpack the archive"]);
+    assert!(!place.path().join(INSTALL_FOLDER).exists());
+}
+
+#[test]
+fn a_plugin_with_a_library_beside_it_is_checked_and_reloaded() {
+    let place = TestFolder::new();
+    for (libraries, rpath) in [("", "$ORIGIN"), ("tatu_beside.assets", "$ORIGIN/tatu_beside.assets")] {
+        dependent(&place, "beside", 42, libraries, &format!("-Wl,-rpath,{rpath}"));
+        place.tatu(&["plugin", "check", "mine/libtatu_beside.so", "--only", "examples,reload"]).good();
+        place.write(
+            "scene.toml",
+            &format!("format = 1\n{}", watcher("w", "function sysCall_init() print(beside.get()) end")),
+        );
+        let env = [("TATU_PLUGIN_PATH", "mine")];
+        let done = run(program(), place.path(), &["run", "scene.toml", "--reload", "--steps", "2"], &env).good();
+        assert!(done.out.contains("42.0"), "{}{}", done.out, done.err);
+        fs::remove_dir_all(place.path().join("mine")).unwrap();
+    }
+}

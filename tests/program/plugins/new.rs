@@ -15,6 +15,13 @@ fn works(kind: &str, lang: &str) {
     assert!(!done.err.contains("warning"), "{}", done.err);
     assert!(done.out.contains(&format!("{name} works")), "{}\n{}", done.out, done.err);
     assert!(place.path().join(&name).join("build").join(library(&format!("tatu_{name}"))).is_file());
+    // The scene of `tatu plugin watch` prints what the plugin does, and does not end by itself.
+    let build = place.path().join(&name).join("build");
+    let scene = format!("{name}/watch.toml");
+    let env = [("TATU_PLUGIN_PATH", build.to_str().unwrap())];
+    let watched = run(program(), place.path(), &["run", &scene, "--seconds", "5", "--strict"], &env).good();
+    assert_eq!(watched.out.lines().count(), 5, "{}\n{}", watched.out, watched.err);
+    assert!(watched.err.contains("100 steps"), "{}", watched.err);
     // Without the plugin's folder the scene must fail, which proves that its check is effective.
     let without = run(program(), place.path(), &["run", &format!("{name}/scene.toml"), "--steps", "200"], &[]);
     assert_ne!(without.code, 0);
@@ -94,7 +101,8 @@ fn existing_folders_are_not_overwritten_and_names_are_checked() {
     {
         place.tatu(&["new", "robot", name]).refused(&["E610", told]);
     }
-    place.tatu(&["new", "plugin", "x", "--lang", "cpp", "--kind", "script"]).refused(&["E610", "in C++"]);
+    let wanted = "there is no template for a script in C++";
+    place.tatu(&["new", "plugin", "x", "--lang", "cpp", "--kind", "script"]).refused(&["E610", wanted]);
     assert_eq!(fs::read_dir(place.path()).unwrap().count(), 1, "files were created");
     place.tatu(&["new", "scene", "other", "--to", "mine"]).good();
     assert!(place.path().join("mine/other/scene.toml").is_file());

@@ -142,6 +142,30 @@ fn folders_that_are_not_searched_are_reported() {
 }
 
 #[test]
+fn faults_of_a_plugin_are_reported_wherever_it_is() {
+    let place = folder();
+    let explained = |path: &str, file: &str| {
+        let args = ["plugin", "why", file];
+        run(program(), place.path(), &args, &[("TATU_PLUGIN_PATH", path)])
+    };
+    let draft = PluginSource::new("old")
+        .with(|s| s.extension = s.extension.replace("TATU_COMMAND", "\"tatu.command/draft.1\""));
+    compile(&place, "old", &draft.text());
+    for path in ["", "mine"] {
+        let done = explained(path, "mine/libtatu_old.so");
+        assert_eq!(done.code, 1, "{}", done.out);
+        let (_, last) = done.out.rsplit_once("\n\n").unwrap();
+        assert!(last.contains("nothing of it is used: it is built for draft 1 of `tatu.command`"), "{last}");
+    }
+    let spaced = PluginSource::new("spaced").text().replace("\"spaced.one\"", "\"spaced one\"");
+    compile(&place, "spaced", &spaced);
+    for (path, code) in [("", 1), ("mine", 0)] {
+        let done = explained(path, "mine/libtatu_spaced.so");
+        assert!(done.code == code && done.out.contains("its command `spaced one` has an invalid name"), "{}", done.out);
+    }
+}
+
+#[test]
 fn the_plugin_that_hides_another_is_reported() {
     let mut said = said!();
     let place = folder();

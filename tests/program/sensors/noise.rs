@@ -359,3 +359,19 @@ fn a_plugin_draws_by_key() {
     place.write("scene.toml", &text.replace("alias = \"ramp\"\n", "alias = \"ramp\"\nnoise.value.sigma = 1\n"));
     assert_eq!(drawn(&place), alone);
 }
+
+#[test]
+fn a_rate_beyond_that_of_the_steps_is_noted() {
+    let scene = |step: &str, rate: f64| format!("{step}{}", eye("near", &format!("rate_hz = {rate}\n")));
+    let noted = |scene: &str| {
+        let place = TestFolder::scene(scene);
+        place.run(&["--steps", "1", "--strict"]).good().err
+    };
+    let err = noted(&(scene("", 75.0) + &eye("far", "rate_hz = 30.0\n")));
+    let told = "the sensor `near` (and another sensor) has a rate of 75 Hz, but measures at 20 Hz";
+    assert!(err.contains(told) && err.contains("at most 0.0133 s") && err.contains("scene.toml:"), "{err}");
+    for (step, rate) in [("", 20.0), ("dt_s = 0.0133\n", 75.0), ("dt_s = 0.01\n", 75.0)] {
+        let err = noted(&scene(step, rate));
+        assert!(!err.contains("has a rate of"), "{err}");
+    }
+}

@@ -5,7 +5,7 @@ use std::{
     path::PathBuf,
 };
 
-use tatu_errors::{Error, Result, nearest};
+use tatu_errors::{Error, Result, nearest, with_article};
 
 use super::{Registry, ScriptLanguage, SensorKind};
 
@@ -147,7 +147,9 @@ impl Registry {
             );
         }
         let error = match known.len() > MAX_LISTED_NAMES {
-            true => error.expected(format!("the id of a {what}: `tatu list {}` shows them", listing(what))),
+            true => {
+                error.expected(format!("the id of {}: `tatu list {}` shows them", with_article(what), listing(what)))
+            }
             false => error.expected(format!("one of {}", known.join(", "))),
         };
         match nearest(name, known.iter().copied()) {

@@ -59,8 +59,8 @@ impl Registry {
         all
     }
 
-    /// Returns the life functions of an item: all of them, none, or only a state block, which needs no functions. If
-    /// they are incomplete, reports the plugin and returns `None`.
+    /// Returns the life functions of an item: all of them, or none, for an instance that consists of its state block, or
+    /// of nothing. If they are incomplete, reports the plugin and returns `None`.
     pub(super) fn life(
         &mut self,
         plugin: usize,
@@ -70,7 +70,8 @@ impl Registry {
         let Some(life) = life else { return Some(NO_LIFE) };
         let lack = match tables::lacking(life.size, &tables::required!(life, tatu_life: create, destroy)) {
             None => return Some(*life),
-            Some(_) if life.state_bytes > 0 && life.create.is_none() && life.destroy.is_none() => return Some(*life),
+            // The table must be long enough to state that there are no functions.
+            Some(_) if life.size as usize >= offset_of!(tatu_life, configure) && has_none(&life) => return Some(*life),
             Some(lack) => lack,
         };
         self.refuse(plugin, format!("the `life` of its {whose} {lack}"), tables::HELP);
@@ -106,6 +107,12 @@ impl Registry {
             );
             let Some(id) = self.checked_id(plugin, "language", raw.id(), raw.size, &needed) else { continue };
             let Some(life) = self.life(plugin, &format!("language `{id}`"), raw.life()) else { continue };
+            // Scripts are identified by the data of their instance.
+            if has_none(&life) {
+                let text = format!("the `life` of its language `{id}` has no `create`, which is required");
+                self.refuse(plugin, text, tables::HELP);
+                continue;
+            }
             let claimed: Vec<usize> =
                 self.scripting.languages.iter().filter(|l| l.id == id).map(|l| l.plugin).collect();
             if !self.claim_id(plugin, "language", &id, &claimed) {
@@ -217,6 +224,11 @@ impl Registry {
             });
         }
     }
+}
+
+/// Returns whether the table has neither of the functions that every instance with data needs.
+fn has_none(life: &tatu_life) -> bool {
+    life.create.is_none() && life.destroy.is_none()
 }
 
 pub(super) const NO_LIFE: tatu_life = tatu_life {

@@ -3,7 +3,7 @@
 use std::{collections::BTreeMap, ops::Range, path::Path, sync::Arc};
 
 use nalgebra::{Isometry3, Point3};
-use tatu_errors::{Error, Result, SourceLocation};
+use tatu_errors::{Error, Result, SourceLocation, with_article};
 use tatu_geometry::{Image, MAX_IMAGE_PIXELS, Mesh};
 use tatu_plugin_api::{abi::TATU_PARAM_READ_ONLY, safe::Value};
 use tatu_plugins::{ParameterSpec, Registry, SensorKind, texts::label};
@@ -361,7 +361,8 @@ impl<'a> DocumentBuilder<'a> {
             ObjectKind::Actuator => self.registry.actuator(kind_or_schema, providers)?,
             ObjectKind::Part => self.registry.part(kind_or_schema, providers)?,
             other => {
-                let text = format!("`{}` is a {}, not a sensor, actuator or part", spec.alias, other.name());
+                let text =
+                    format!("`{}` is {}, not a sensor, actuator or part", spec.alias, with_article(other.name()));
                 return Err(Error::new("E102", text));
             }
         };

@@ -6,8 +6,8 @@
 //!   [`AllowedFolders`]: the files that a document may name; `import_files`: reading them; `live`: the document of a
 //!   running scene;
 //! - `names`: paths and unique names; `toml`: scene files; `keys`: their keys, units and values;
-//! - `presets`: named sets of sensor settings; `removal`: removal of parts of models; `replacement_pose`: the pose of
-//!   an object that is replaced;
+//! - `presets`: named sets of sensor settings; `rates`: rates that the steps do not reach; `removal`: removal of parts
+//!   of models; `replacement_pose`: the pose of an object that is replaced;
 //! - `entry`: which table describes which objects; `settings`: settings of the world; `scripts`: scripts in scene
 //!   files;
 //! - `services`: services that a scene requests;
@@ -26,6 +26,7 @@ mod overrides;
 mod packages;
 mod plugin_builder;
 mod presets;
+mod rates;
 mod reach;
 mod removal;
 mod replacement_pose;
@@ -400,6 +401,10 @@ impl Document {
     /// graphs. A mesh that its shape does not use is reported.
     fn check(&mut self) -> Result {
         self.settings.check()?;
+        let sensors = self.objects.iter().filter(|o| o.kind == ObjectKind::Sensor);
+        let rated =
+            sensors.map(|o| rates::RatedSensor { alias: &o.alias, place: o.place.as_ref(), properties: &o.properties });
+        self.reports.extend(rates::unreached(self.settings.dt, rated).map(BuildReport::note));
         let mut unused = Vec::new();
         for spec in self.objects.iter().filter(|o| o.kind == ObjectKind::Shape) {
             let last = |row: Property| spec.properties.iter().rev().find(|(r, _)| *r == row).map(|(_, v)| v);

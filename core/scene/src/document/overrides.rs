@@ -1,6 +1,6 @@
 //! Overrides by path: `[set]` in scenes, `--set` and `--script` on the command line.
 
-use tatu_errors::{Error, Result};
+use tatu_errors::{Error, Result, with_article};
 use tatu_plugin_api::safe::Value;
 use tatu_plugins::{Importer, ParameterSpec, Registry};
 
@@ -112,7 +112,7 @@ pub(super) fn apply(
             .and_then(|(_, params)| keys::find(&o.key, &params, &format!("the model `{}`", o.path)).err());
         let mut builder = DocumentBuilder::new(registry, document, reach.clone());
         let declared = builder.declarations(object);
-        let owner = format!("`{}`, a {}", o.path, builder.document.objects[object].kind.name());
+        let owner = format!("`{}`, {}", o.path, with_article(builder.document.objects[object].kind.name()));
         let ((declared, target), factor) = keys::find(&o.key, &declared, &owner)
             .map_err(|e| if e.help.is_none() { meant.filter(|m| m.help.is_some()).unwrap_or(e) } else { e })
             .map_err(at)?;

@@ -57,9 +57,9 @@ fn body_now(world: &WorldCell, object: tatu_object) -> Result<BodyId, tatu_statu
     let o = scene.get(s);
     let id = o.and_then(|o| o.shape()).filter(|s| s.dynamic).and_then(|s| s.body.0);
     id.ok_or_else(|| {
-        let kind = o.map_or("nothing", |o| o.kind().name());
+        let kind = o.map_or("nothing".into(), |o| tatu_errors::with_article(o.kind().name()));
         let text =
-            format!("object {s} `{}` is a {kind} that forces do not move; expected a dynamic shape", scene.path(s));
+            format!("object {s} `{}` is {kind} that forces do not move; expected a dynamic shape", scene.path(s));
         world.run.calls.refuse(TATU_ERR_ARGUMENT, &text)
     })
 }

@@ -10,7 +10,7 @@ use super::answer::{
 };
 use crate::{
     calls::call_command,
-    cell::{HostFunction, WorldCell},
+    cell::{HostFunction, WorldCell, calls::errors::error_object},
     scripts,
     session::functions,
 };
@@ -69,9 +69,24 @@ unsafe extern "C" fn call(w: WorldRef<'_>, frame: *mut tatu_call) -> tatu_status
     unsafe {
         on_world_or_worker(w, HostFunction::mutating("commands.call"), |world| {
             require_frame(world, frame)?;
-            status_to_result(call_command(world, frame, 0))
+            status_to_result(record_error(world, frame, call_command(world, frame, 0)))
         })
     }
+}
+
+/// Records the error of a call that has failed, as that of any other host function, for `log.last_error`.
+///
+/// # Safety
+/// `frame` must point to a whole frame that is valid during the call.
+unsafe fn record_error(world: &WorldCell, frame: *mut tatu_call, status: tatu_status) -> tatu_status {
+    // SAFETY: the caller guarantees that the frame is valid.
+    let error = if status < 0 { error_object(unsafe { (*frame).error }) } else { None };
+    if let Some(error) = error.filter(|e| e.code() != TATU_OK)
+        && let Ok(mut last) = world.run.calls.last_refusal.try_borrow_mut()
+    {
+        last.object().copy_from(&error);
+    }
+    status
 }
 
 extern "C" fn generation(w: WorldRef<'_>) -> u64 {
@@ -194,10 +209,11 @@ unsafe extern "C" fn call_func(w: WorldRef<'_>, func: tatu_func, frame: *mut tat
     unsafe {
         on_world(w, HostFunction::mutating("commands.call_func"), |world| {
             require_frame(world, frame)?;
-            status_to_result(match functions::is_of_client(func) {
+            let status = match functions::is_of_client(func) {
                 true => functions::call(world, func, frame),
                 false => scripts::call_func(world, func, frame),
-            })
+            };
+            status_to_result(record_error(world, frame, status))
         })
     }
 }

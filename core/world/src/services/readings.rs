@@ -28,8 +28,8 @@ fn device(world: &WorldCell, sensor: tatu_object) -> Result<usize, tatu_status> 
     let slot = slot(world, &scene, sensor)?;
     let sensing = world.borrow_part(|w| &w.devices.sensing).ok_or_else(|| busy(world))?;
     sensing.index(slot).ok_or_else(|| {
-        let kind = scene.get(slot).map_or("nothing", |o| o.kind().name());
-        let text = format!("object {slot} `{}` is a {kind}, which has no readings", scene.path(slot));
+        let kind = scene.get(slot).map_or("nothing".into(), |o| tatu_errors::with_article(o.kind().name()));
+        let text = format!("object {slot} `{}` is {kind}, which has no readings", scene.path(slot));
         world.run.calls.refuse(TATU_ERR_MISSING, &text)
     })
 }

@@ -125,7 +125,13 @@ fn print(fact: &Value) {
     section("slots", &fact["slots"], &["name", "mount", "payload_kg", "text"]);
     section("parameters", &fact["parameters"], &["name", "type", "unit", "range", "default", "text"]);
     section("measures", &fact["measures"], &["text", "measured", "sheet", "unit", "within", "holds", "source"]);
-    section("numbers", &fact["numbers"], &["name", "value", "unit", "source"]);
+    // Values that are computed from parameters are those for their defaults.
+    let numbers = if fact["parameters"].as_array().is_some_and(|p| !p.is_empty()) {
+        "numbers, for the defaults of the parameters"
+    } else {
+        "numbers"
+    };
+    section(numbers, &fact["numbers"], &["name", "value", "unit", "source"]);
     section("controls", &fact["controls"], &["name", "type", "unit", "range", "default", "text"]);
     section("returns", &fact["returns"], &["name", "type", "unit", "text"]);
     section("fields", &fact["fields"], &["name", "element", "shape", "unit", "text", "nothing"]);

@@ -160,7 +160,7 @@ fn start(args: &RunArgs, watchdog: &Watchdog) -> Result<ReadyRun, Error> {
     let of_log = replay.as_ref().map(file::RecordedRun::steps);
     let steps = match (args.length.steps, args.length.seconds, of_log) {
         (Some(n), _, _) => Some(n),
-        (None, Some(s), _) => Some((s / world.dt()).round() as u64),
+        (None, Some(s), _) => s.is_finite().then(|| (s / world.dt()).round() as u64),
         (None, None, Some(n)) => Some(n),
         (None, None, None) if session.is_some() && args.records.html.is_none() || args.pace.interactive => None,
         (None, None, None) => Some((DEFAULT_SECONDS / world.dt()).round() as u64),

@@ -3,6 +3,7 @@
 
 use std::{
     cell::RefCell,
+    collections::BTreeSet,
     sync::{
         Mutex, PoisonError,
         atomic::{AtomicBool, AtomicU64, Ordering::Relaxed},
@@ -44,6 +45,8 @@ pub struct CallSpy {
     pub beams: Mutex<BeamNumbers>,
     /// The calls of barriers.
     pub barriers: Mutex<BarrierCalls>,
+    /// The commands that returned pointers to their own stack.
+    pub dangling: Mutex<BTreeSet<String>>,
     /// Number of calls to commands, and their total duration, ns.
     pub calls: AtomicU64,
     pub nanoseconds: AtomicU64,
@@ -64,6 +67,8 @@ pub struct BarrierCalls {
 
 /// Real time above which a barrier may block.
 const BLOCKING_THRESHOLD: Duration = Duration::from_millis(100);
+/// Size of the stack below a call in which the frames of the plugin are expected.
+const MAX_CALL_STACK_BYTES: usize = 512 << 10;
 /// Number of times that a service may hold the session before a step begins nevertheless.
 const MAX_HOLDS: usize = 2;
 
@@ -90,6 +95,7 @@ impl CallSpy {
             probe: Mutex::new((DeviceProbe::None, false)),
             beams: Mutex::default(),
             barriers: Mutex::default(),
+            dangling: Mutex::default(),
             calls: AtomicU64::new(0),
             nanoseconds: AtomicU64::new(0),
         }
@@ -112,6 +118,36 @@ impl CallSpy {
                 let text = format!("its state block, which snapshots save, contains a pointer at byte {}", at * 8);
                 finding::error(place, text);
             }
+        }
+    }
+}
+
+impl CallSpy {
+    /// Checks that no result points to the stack of the call, which has ended. It was below the address `end`, that of a
+    /// variable of the caller.
+    ///
+    /// # Safety
+    /// The results of the frame must be valid.
+    unsafe fn check_results(&self, place: &str, frame: &tatu_call, end: usize) {
+        let stack = end.saturating_sub(MAX_CALL_STACK_BYTES)..end;
+        let n = frame.n_results.min(frame.results_cap);
+        let dangling = (0..n as usize).find(|i| {
+            // SAFETY: the caller guarantees that the results are valid; the tag states that the value is a span, and
+            // nothing that it points to is read.
+            let span = unsafe {
+                let value = &*frame.results.add(*i);
+                (TATU_TEXT..=TATU_MAP).contains(&value.tag).then(|| value.u.s)
+            };
+            span.is_some_and(|s| s.len > 0 && stack.contains(&(s.ptr as usize)))
+        });
+        if let Some(i) = dangling {
+            let text = format!(
+                "its result {} points to its own stack, which ends with the call: pass memory of the call \
+                 (`tatu_copy_text`, `tatu_copy_floats`, `tatu_keep`) or of the instance",
+                i + 1
+            );
+            finding::error(place, text);
+            self.dangling.lock().unwrap_or_else(PoisonError::into_inner).insert(place.to_owned());
         }
     }
 }
@@ -152,6 +188,7 @@ impl Inspector for CallSpy {
         unsafe {
             (*frame).args = args;
             self.check_call(&place, &*frame, status);
+            self.check_results(&place, &*frame, std::hint::black_box(&raw const status) as usize);
         }
         status
     }

@@ -17,6 +17,7 @@ use tatu_core::{
 
 use tatu_embed::search::built_plugins;
 use tatu_plugin_api::safe::program_file;
+use tatu_terminal::Watchdog;
 
 use super::{
     finding,
@@ -24,7 +25,8 @@ use super::{
     libc_calls::{self, LoadedBefore},
     sensor_probes::DeviceProbe,
 };
-use tatu_terminal::Watchdog;
+#[cfg(unix)]
+use crate::{beside, examine::FileExaminer};
 
 /// Base name of the copy that is loaded.
 const COPY_NAME: &str = "tatu_checked";
@@ -75,6 +77,7 @@ impl TestedPlugin {
             let assets = assets.canonicalize().map_err(cannot)?;
             std::os::unix::fs::symlink(assets, &assets_of_copy).map_err(cannot)?;
         }
+        link_needs(file, folder.path()).map_err(cannot)?;
         finding::report_activity("", finding::LOADING_ACTIVITY);
         let exe = program_file();
         let mut search = SearchPath::standard(exe.as_deref(), Some(folder.path().as_os_str()), &built_plugins());
@@ -193,4 +196,23 @@ impl TestedPlugin {
         let kind = matches!(fault.kind, FaultKind::Plugin | FaultKind::Stuck | FaultKind::Physics);
         kind && fault.plugin.as_ref().is_none_or(|id| *id == self.id)
     }
+}
+
+/// Links what a plugin finds beside it, libraries and its folder of assets, into the folder of its copy.
+#[cfg(unix)]
+fn link_needs(plugin: &Path, folder: &Path) -> std::io::Result<()> {
+    // The plugin is not started here, so there is no time limit.
+    let mut examiner = FileExaminer::new(0.0);
+    let libraries = beside::libraries(&examiner.read(plugin), &examiner);
+    let assets = assets_folder(plugin).filter(|f| f.is_dir());
+    for needed in libraries.into_iter().chain(assets) {
+        let to = folder.join(needed.file_name().unwrap_or_default());
+        std::os::unix::fs::symlink(needed.canonicalize()?, to)?;
+    }
+    Ok(())
+}
+
+#[cfg(not(unix))]
+fn link_needs(_: &Path, _: &Path) -> std::io::Result<()> {
+    Ok(())
 }

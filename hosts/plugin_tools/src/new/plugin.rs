@@ -1,6 +1,6 @@
 //! `tatu new plugin`: creates the folder of a plugin.
 
-use tatu_core::errors::Result;
+use tatu_core::errors::{Result, with_article};
 
 use super::{
     choice::{ExtensionKind, Lang, NewPluginArgs, refused, value_name},
@@ -16,7 +16,7 @@ pub fn plugin(args: &NewPluginArgs) -> Result {
     let mut files = NewFiles::new(&args.named)?;
     let folder = format!("{}_{}", value_name(kind), value_name(lang));
     if sdk::template(&folder).next().is_none() {
-        return Err(refused(format!("there is no template for the kind `{}` in C++", value_name(kind)))
+        return Err(refused(format!("there is no template for {} in C++", with_article(&value_name(kind))))
             .expected("any other kind in C++; all kinds in C and Rust")
             .help(
                 "use C (`--lang c`), or add the C tables of this kind to a C++ plugin: see `other_extension` in \

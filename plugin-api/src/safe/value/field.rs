@@ -151,12 +151,13 @@ impl Field {
     pub fn elem(&self) -> u32 {
         self.elem
     }
-    /// Returns the declared shape; see [`Field::dims`].
+    /// Returns the declared shape, which [`Field::dims`] sets.
     pub fn shape(&self) -> [u32; 3] {
         self.dims
     }
-    /// Sets the shape, outermost dimension first. 0 stands for the number of beams or pixels, [`TATU_DIM_ROWS`] and
-    /// [`TATU_DIM_COLUMNS`] for the number of rows and columns of the image.
+    /// Sets the shape, outermost dimension first, which [`Field::shape`] returns. 0 stands for the number of beams or
+    /// pixels, [`TATU_DIM_ROWS`] and [`TATU_DIM_COLUMNS`] for the number of rows and columns of the image, and
+    /// [`TATU_DIM_OWN`] + k for [`Beams::own`](crate::safe::Beams::own)`[k]`. Unused dimensions are 1.
     pub fn dims(mut self, dims: [u32; 3]) -> Self {
         self.dims = dims;
         self

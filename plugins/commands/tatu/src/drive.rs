@@ -1,9 +1,18 @@
 //! The command `tatu.drive`, which moves a wheeled robot at a given velocity.
 
-use tatu_plugin_api::safe::{Fail, Offer, Param};
+use tatu_plugin_api::{
+    abi::tatu_object,
+    safe::{Fail, Offer, Param, World},
+};
 use tatu_robots_drivetrain::{Drivetrain, Props};
 
 use crate::plugin::{Cmd, Tatu};
+
+/// Returns the path of an object, for messages.
+fn path(world: &World<'_>, object: tatu_object) -> String {
+    let found = world.get(object, world.host().prop("object.path"));
+    found.ok().and_then(|v| v.as_str().map(|s| s.into_owned())).unwrap_or_default()
+}
 
 pub(crate) fn offer(offer: &mut Offer<Tatu>) {
     offer.command(
@@ -13,7 +22,7 @@ pub(crate) fn offer(offer: &mut Offer<Tatu>) {
             let p = Props::new(world.host());
             let twist = [c.f64(1)?, c.f64(2)?, c.f64(3)?];
             let train = Drivetrain::of(&world, &p, base)?.ok_or_else(|| {
-                Fail::missing("the object has no drive")
+                Fail::missing(format!("`{}` has no drive", path(&world, base)))
                     .help("set the property `object.drive` of the object, which declares the wheels that move it")
             })?;
             train.drive(&world, &p, twist)

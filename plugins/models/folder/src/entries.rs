@@ -6,7 +6,7 @@ use tatu_plugin_api::safe::Params;
 
 use crate::{
     error::{ModelError, Result},
-    expression::{ExpressionValue, NamedValues, SizeBudget, evaluate},
+    expression::{ExpressionValue, NamedValues, SizeBudget, value_of},
     fill::fill_expressions,
     model::ParsedModel,
     sections::{ModelEntry, TextSection},
@@ -130,17 +130,6 @@ fn named_values(model: &ParsedModel, params: &Params<'_>) -> Result<(NamedValues
 fn entry_range(entry: &ModelEntry) -> Range<usize> {
     let written = entry.condition.as_ref().or(entry.repeat.as_ref());
     written.map_or(entry.start..entry.start, |(_, span)| span.clone())
-}
-
-/// Evaluates the expressions in a value, and returns all other values unchanged.
-fn value_of(value: &ExpressionValue, names: &NamedValues, room: &SizeBudget) -> Result<ExpressionValue> {
-    match value {
-        ExpressionValue::Text(t) if t.starts_with('=') => evaluate(&t[1..], names, room),
-        ExpressionValue::List(all) => {
-            all.iter().map(|v| value_of(v, names, room)).collect::<Result<_>>().map(ExpressionValue::List)
-        }
-        value => Ok(value.clone()),
-    }
 }
 
 fn evaluate_condition(entry: &ModelEntry, names: &NamedValues, room: &SizeBudget) -> Result<bool> {

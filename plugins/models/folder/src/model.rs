@@ -7,7 +7,7 @@ use toml_edit::{Document, Item, TableLike};
 
 use crate::{
     error::{ModelError, Result},
-    expression::ExpressionValue,
+    expression::{ExpressionValue, NamedValues, SizeBudget, value_of},
     params::{self, ComputedDefault},
     sections::{self, ModelEntry, TextSection},
     table::{
@@ -42,7 +42,9 @@ pub fn read(text: &str) -> Result<Option<(ModelInfo, ParsedModel)>> {
     check_keys(table, MODEL_KEYS, "a model")?;
     let (sections, entries) = sections::divide(&doc)?;
     let (params, computed): (Vec<Param>, Vec<_>) = params::read(sub_table(table, "params")?)?.into_iter().unzip();
-    let numbers = numbers(table, &params)?;
+    let mut numbers = numbers(table, &params)?;
+    let keys: Vec<&str> = params.iter().map(Param::key).collect();
+    compute_for_defaults(&mut numbers, table, keys.into_iter().zip(&computed));
     let info = ModelInfo {
         text: required_string(table, "text", "a model")?,
         category: optional_string(table, "category")?,
@@ -120,6 +122,30 @@ fn numbers(model: &dyn TableLike, params: &[Param]) -> Result<Vec<(ModelNumber, 
         out.push((number, value, span.unwrap_or_default()));
     }
     Ok(out)
+}
+
+/// Replaces the declared values of the numbers, which may be expressions, by those that they have for the defaults of
+/// the parameters. Errors are left to the building of the model, which reports them.
+fn compute_for_defaults<'a>(
+    numbers: &mut [(ModelNumber, ExpressionValue, Range<usize>)],
+    model: &dyn TableLike,
+    params: impl Iterator<Item = (&'a str, &'a Option<ComputedDefault>)>,
+) {
+    let (mut names, room) = (NamedValues::new(), SizeBudget::default());
+    let declared = model.get("params").and_then(Item::as_table_like);
+    for (key, computed) in params {
+        let written = || declared?.get(key)?.as_table_like()?.get("default")?.as_value();
+        let value = match computed {
+            Some(computed) => computed.value(&names, &room).ok(),
+            None => written().and_then(ExpressionValue::from_toml),
+        };
+        names.extend(value.map(|v| (key.to_owned(), v)));
+    }
+    for (number, value, _) in numbers {
+        let Ok(value) = value_of(value, &names, &room) else { continue };
+        number.value = value.to_host();
+        names.insert(number.name.clone(), value);
+    }
 }
 
 /// Reads `[model.slots]`. A slot must name an object of the file, unless the file places a model or import, whose

@@ -16,6 +16,17 @@ pub use value::ExpressionValue;
 
 use crate::error::Result;
 
+/// Evaluates the expressions in a value, and returns all other values unchanged.
+pub fn value_of(value: &ExpressionValue, names: &NamedValues, room: &SizeBudget) -> Result<ExpressionValue> {
+    match value {
+        ExpressionValue::Text(t) if t.starts_with('=') => evaluate(&t[1..], names, room),
+        ExpressionValue::List(all) => {
+            all.iter().map(|v| value_of(v, names, room)).collect::<Result<_>>().map(ExpressionValue::List)
+        }
+        value => Ok(value.clone()),
+    }
+}
+
 /// Evaluates an expression. `text` does not include the leading `=`.
 pub fn evaluate(text: &str, names: &NamedValues, room: &SizeBudget) -> Result<ExpressionValue> {
     eval::evaluate_tree(&parse::parse(text)?, names, room)
