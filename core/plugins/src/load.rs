@@ -56,6 +56,8 @@ fn loader_message(e: &libloading::Error) -> String {
 /// Opens the copy of a library. The libraries beside the original that it needs are linked, one after the other, as the
 /// loader misses them.
 fn open_copy(original: &Path, copy: &Path) -> Result<Library, libloading::Error> {
+    // The loader remembers folders that do not exist, so these are linked first.
+    search::link_assets(original, copy);
     let mut opened = open_library(copy);
     for _ in 0..MAX_LIBRARIES_BESIDE {
         match &opened {

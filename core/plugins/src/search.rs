@@ -10,7 +10,7 @@ use std::{
 };
 
 use tatu_errors::{Error, Result};
-use tatu_plugin_api::safe::folders_beside;
+use tatu_plugin_api::safe::{MAX_FILE_BYTES, folders_beside, read_plain};
 use tempfile::TempDir;
 
 /// The origin of a folder on the search path.
@@ -101,8 +101,32 @@ impl CopyFolder {
     }
 }
 
-/// Links the library beside `original` that the loader did not find beside its copy, and folders of assets, which may
-/// contain it. `message` is that of the loader, which names the library. Returns whether there was one.
+/// Returns whether another library in the folder of a file contains its name, as one that needs it does.
+fn is_named_beside(file: &Path) -> bool {
+    let (Some(folder), Some(name)) = (file.parent(), file.file_name()) else { return false };
+    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten().map(|e| e.path());
+    let suffix = Path::new(std::env::consts::DLL_EXTENSION);
+    let mut others = entries.filter(|f| f != file && f.extension() == Some(suffix.as_os_str()));
+    others.any(|other| {
+        let bytes = read_plain(&other, MAX_FILE_BYTES).unwrap_or_default();
+        bytes.split(|b| *b == 0).any(|text| text == name.as_encoded_bytes())
+    })
+}
+
+/// Links the folders of assets beside `original` beside its copy, since libraries may be in them.
+pub(crate) fn link_assets(original: &Path, copy: &Path) {
+    let (Some(from), Some(to)) = (original.parent(), copy.parent()) else { return };
+    for entry in std::fs::read_dir(from).into_iter().flatten().flatten() {
+        let folder = entry.path();
+        if folder.extension().is_some_and(|e| e == "assets") && folder.is_dir() {
+            // Without the link, the loader reports what it misses.
+            let _ = link(&folder, &to.join(entry.file_name()));
+        }
+    }
+}
+
+/// Links the library beside `original` that the loader did not find beside its copy. `message` is that of the loader,
+/// which names the library. Returns whether there was one.
 pub(crate) fn link_beside(original: &Path, copy: &Path, message: &str) -> bool {
     let (Some(from), Some(to)) = (original.parent(), copy.parent()) else { return false };
     let is_named = |name: &str| {
@@ -114,8 +138,7 @@ pub(crate) fn link_beside(original: &Path, copy: &Path, message: &str) -> bool {
     for entry in std::fs::read_dir(from).into_iter().flatten().flatten() {
         let (file, name) = (entry.path(), entry.file_name());
         let is_needed = Some(name.as_os_str()) != own && is_named(&name.to_string_lossy()) && file.is_file();
-        let is_assets = file.extension().is_some_and(|e| e == "assets") && file.is_dir();
-        if is_needed || is_assets {
+        if is_needed {
             linked |= link(&file, &to.join(&name)).is_ok();
         }
     }
@@ -215,7 +238,8 @@ impl SearchPath {
         self.built.iter().any(|b| b == stem)
     }
 
-    /// Returns the libraries in explicitly specified plugin folders whose file names are not valid for plugins.
+    /// Returns the libraries in explicitly specified plugin folders whose file names are not valid for plugins, without
+    /// those that a library beside them names, because it needs them.
     pub fn misnamed(&self) -> Vec<PathBuf> {
         let is_named = |s: &FolderOrigin| {
             self.only.is_none() && matches!(s, FolderOrigin::Environment | FolderOrigin::Scene | FolderOrigin::User)
@@ -227,6 +251,7 @@ impl SearchPath {
             name.ends_with(std::env::consts::DLL_SUFFIX) && stem(name).is_none()
         };
         let mut files: Vec<_> = entries.filter_map(|e| e.ok().map(|e| e.path())).filter(other).collect();
+        files.retain(|file| !is_named_beside(file));
         files.sort();
         files
     }

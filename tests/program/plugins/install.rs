@@ -476,6 +476,7 @@ fn a_plugin_with_a_library_beside_it_is_checked_and_reloaded() {
         let env = [("TATU_PLUGIN_PATH", "mine")];
         let done = run(program(), place.path(), &["run", "scene.toml", "--reload", "--steps", "2"], &env).good();
         assert!(done.out.contains("42.0"), "{}{}", done.out, done.err);
+        assert!(!done.err.contains("its name is not a plugin's"), "{}", done.err);
         fs::remove_dir_all(place.path().join("mine")).unwrap();
     }
 }
