@@ -11,7 +11,7 @@ to="$(realpath -m "${1:?usage: build.sh TO API TATU}")" api="$(realpath "${2:?us
 cd "$(dirname "${BASH_SOURCE[0]}")"
 flags=(-O2 -shared -fPIC -fvisibility=hidden -s -I "$api/include")
 mkdir -p "$to"
-for name in arm radar surfaces tether; do
+for name in arm magnet radar surfaces tether uwb; do
   gcc -std=c11 "${flags[@]}" -o "$to/libtatu_museum_$name.so" "$name/$name.c" -lm
 done
 g++ -std=c++17 "${flags[@]}" -o "$to/libtatu_museum_speedometer.so" speedometer/speedometer.cpp

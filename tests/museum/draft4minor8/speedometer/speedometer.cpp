@@ -42,7 +42,7 @@ class speedometer {
   // Changes a value of a widget.
   void set(const tatu::part_call &call, int n, const char *key, tatu_value value) const {
     const tatu_pair one = tatu_entry(key, value);
-    publish(call.world(), {tatu_entry("act", tatu_string(ACT)), tatu_entry("window", tatu_int(int64_t(call.part()))),
+    publish(call.world(), {tatu_entry("act", tatu_string(ACT)), tatu_entry("window", tatu_int(TATU_SLOT(call.part()))),
                            tatu_entry("n", tatu_int(n)), tatu_entry("set", tatu_map_of(&one, 1))});
   }
   // Opens the window. It is identified by the command that acts on it, and a number: here the handle of the part.
@@ -56,7 +56,7 @@ class speedometer {
       {"button", BOX, {tatu_entry("text", tatu_string("Stop"))}}};
     tatu_value all[5];
     for (int i = 0; i < 5; i++) all[i] = widgets[i].map();
-    publish(call.world(), {tatu_entry("act", tatu_string(ACT)), tatu_entry("window", tatu_int(int64_t(call.part()))),
+    publish(call.world(), {tatu_entry("act", tatu_string(ACT)), tatu_entry("window", tatu_int(TATU_SLOT(call.part()))),
                            tatu_entry("widgets", tatu_list_of(all, 5))});
   }
 
