@@ -136,7 +136,7 @@ impl CallSpy {
             // nothing that it points to is read.
             let span = unsafe {
                 let value = &*frame.results.add(*i);
-                (TATU_TEXT..=TATU_MAP).contains(&value.tag).then(|| value.u.s)
+                if (TATU_TEXT..=TATU_MAP).contains(&value.tag) { Some(value.u.s) } else { None }
             };
             span.is_some_and(|s| s.len > 0 && stack.contains(&(s.ptr as usize)))
         });
