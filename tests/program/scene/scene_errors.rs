@@ -153,7 +153,7 @@ fn arguments_that_name_missing_things_are_refused() {
     let mut said = said!();
     let place = TestFolder::new();
     place.write("scene.toml", &robot("")).write("a.lua", "");
-    said.not_started(&place, &["run", "scene.toml", "--json", "--watch", "/Pioneer_p3dy"]);
+    said.not_started(&place, &["run", "scene.toml", "--json", "--trace", "t.jsonl", "--watch", "/Pioneer_p3dy"]);
     said.not_started(&place, &["run", "scene.toml", "--json", "--script", "/Pioneer_p3dy=a.lua"]);
     said.not_started(&place, &["run", "scene.toml", "--json", "--script", "/Pioneer_p3dx=b.lua"]);
     said.not_started(&place, &["run", "scene.toml", "--json", "--script", "/Pioneer_p3dx"]);
