@@ -71,13 +71,7 @@ impl EncodedMotion {
 
     /// Returns a frame with the entries that differ from `known`, which contains the last entries sent to the client,
     /// and updates `known`.
-    /// Returns `None` if nothing differs, not even the time; `sent_time` is the step and time of the last frame.
-    pub fn frame_since(
-        &self,
-        known: &mut BTreeMap<u32, [u8; 20]>,
-        sent_time: &mut Option<(u64, f64)>,
-        (step, time): (u64, f64),
-    ) -> Option<OutgoingMessage> {
+    pub fn frame_since(&self, known: &mut BTreeMap<u32, [u8; 20]>, step: u64, time: f64) -> OutgoingMessage {
         let mut out = head(step, time);
         let mut count = 0_u32;
         for (key, bytes, len) in &self.entries {
@@ -89,11 +83,7 @@ impl EncodedMotion {
             }
         }
         out[16..20].copy_from_slice(&count.to_le_bytes());
-        if count == 0 && *sent_time == Some((step, time)) {
-            return None;
-        }
-        *sent_time = Some((step, time));
-        Some(OutgoingMessage::Binary(out.into()))
+        OutgoingMessage::Binary(out.into())
     }
 }
 
@@ -159,13 +149,9 @@ mod tests {
         let mut bytes = [0; 20];
         bytes[0] = 7;
         let now = EncodedMotion { entries: vec![(5, bytes, 20), (6 | 1 << 24, [0; 20], 4)] };
-        let (mut known, mut sent_time) = (BTreeMap::new(), None);
-        let mut len = |step, time| match now.frame_since(&mut known, &mut sent_time, (step, time)) {
-            Some(OutgoingMessage::Binary(b)) => Some((b.len(), b[16])),
-            _ => None,
-        };
-        assert_eq!(len(1, 0.05), Some((20 + 24 + 8, 2)));
-        assert_eq!(len(2, 0.1), Some((20, 0)));
-        assert_eq!(len(2, 0.1), None);
+        let mut known = BTreeMap::new();
+        let len = |m: OutgoingMessage| if let OutgoingMessage::Binary(b) = m { (b.len(), b[16]) } else { (0, 0) };
+        assert_eq!(len(now.frame_since(&mut known, 1, 0.05)), (20 + 24 + 8, 2));
+        assert_eq!(len(now.frame_since(&mut known, 2, 0.1)), (20, 0));
     }
 }

@@ -119,8 +119,6 @@ pub(crate) struct PageClient {
     pub(crate) client: WebSocketClient,
     /// The frame entries that were sent to the client last, by key.
     pub(crate) sent_entries: BTreeMap<u32, [u8; 20]>,
-    /// Step and time of the last frame sent to the client, s.
-    pub(crate) sent_time: Option<(u64, f64)>,
     /// Whether the client has received the current scene.
     pub(crate) scene_sent: bool,
     /// Handles of the sensors whose images the client has requested.
@@ -349,7 +347,6 @@ impl WebState {
             self.clients.push(PageClient {
                 client,
                 sent_entries: BTreeMap::new(),
-                sent_time: None,
                 scene_sent: false,
                 images: Vec::new(),
                 graphs: Vec::new(),

@@ -53,15 +53,13 @@ impl WebState {
         for guest in self.clients.iter_mut().filter(|g| !g.scene_sent) {
             self.view.scene.messages.iter().for_each(|m| guest.client.out.send(m.clone()));
             guest.sent_entries.clear();
-            guest.sent_time = None;
             guest.scene_sent = true;
         }
         self.queue_state(turn, p)?;
         if self.clients.iter().any(|g| g.client.out.wants_frame()) {
             let (all, time) = (EncodedMotion::read(turn, p, &self.view.scene)?, turn.f64(0, p.time)?);
             for guest in self.clients.iter_mut().filter(|g| g.client.out.wants_frame()) {
-                let frame = all.frame_since(&mut guest.sent_entries, &mut guest.sent_time, (step, time));
-                frame.into_iter().for_each(|f| guest.client.out.set_frame(f));
+                guest.client.out.set_frame(all.frame_since(&mut guest.sent_entries, step, time));
                 guest.watch.take_message().into_iter().for_each(|m| guest.client.out.send(m.message()));
             }
             self.queue_overlays(turn, p)?;

@@ -8,7 +8,6 @@ import { reason } from "tatu/net/calls";
 import { EDIT_VERBS, beginEdit, gizmoObject, moveTool, setMoveTool, watchMoveTool } from "tatu/edit/gizmo";
 import { keyStep } from "tatu/edit/move_keys";
 import { posesOf } from "tatu/edit/pose_edit";
-import { whileActive } from "tatu/scene/activity";
 
 /** @import { Frame } from "tatu/lib/poses" */
 /** @import { Vec3 } from "tatu/lib/vectors" */
@@ -166,4 +165,4 @@ watchMoveTool(() => {
   showError("");
   refresh();
 });
-whileActive(REFRESH_INTERVAL, refresh);
+setInterval(() => { if (!document.hidden) refresh(); }, REFRESH_INTERVAL);

@@ -6,7 +6,6 @@ import { formatNumber, parseNumber } from "tatu/lib/numbers";
 import { eachEntry } from "tatu/net/binary_messages";
 import { reason, sendLatest } from "tatu/net/calls";
 import { on } from "tatu/net/connection";
-import { whileActive } from "tatu/scene/activity";
 import { describeObjects, edit, newMergeKey } from "tatu/scene/edits";
 import { unitOf } from "tatu/scene/property_format";
 import { rights, scene, select, selected, watch } from "tatu/scene/store";
@@ -174,7 +173,7 @@ function requestMotion() {
     });
   }
 }
-whileActive(REFRESH_INTERVAL, requestMotion);
+setInterval(requestMotion, REFRESH_INTERVAL);
 
 on("frame", (view) => {
   if (!joints.size) return;

@@ -5,7 +5,6 @@
 import { get, make } from "tatu/lib/dom";
 import { icon } from "tatu/lib/icons";
 import { on, send } from "tatu/net/connection";
-import { whileActive } from "tatu/scene/activity";
 import { describeObjects, edit } from "tatu/scene/edits";
 import { GROUPS, formOf, groupOf, labelOf, nameOf, unitOf } from "tatu/scene/property_format";
 import { rights, scene, selected, watch } from "tatu/scene/store";
@@ -211,4 +210,4 @@ for (const change of /** @type {const} */ (["scene", "objects"])) {
     listScripts();
   });
 }
-whileActive(REFRESH_INTERVAL, () => { if (selected()) send({ type: "details", object: selected() }); });
+setInterval(() => { if (selected() && !document.hidden) send({ type: "details", object: selected() }); }, REFRESH_INTERVAL);

@@ -6,7 +6,6 @@ import * as THREE from "three";
 import { get, make } from "tatu/lib/dom";
 import { principal } from "tatu/lib/inertia";
 import { on, send } from "tatu/net/connection";
-import { whileActive } from "tatu/scene/activity";
 import { scene, selected, selection, watch } from "tatu/scene/store";
 import { edgesOf, groups } from "tatu/view/objects";
 import { ellipsoidSegments, requestEllipsoid } from "tatu/view/manipulability";
@@ -202,9 +201,9 @@ function draw() {
 
 /** Interval at which the manipulability is requested, ms. */
 const MANIPULABILITY_INTERVAL = 100;
-whileActive(MANIPULABILITY_INTERVAL, () => {
-  if (isEnabled("manipulability")) requestEllipsoid(selected(), draw);
-});
+setInterval(() => {
+  if (isEnabled("manipulability") && !document.hidden) requestEllipsoid(selected(), draw);
+}, MANIPULABILITY_INTERVAL);
 
 /** Requests the data of the enabled overlays, and redraws them. */
 function requestData() {
