@@ -16,8 +16,8 @@ import venv
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-KINDS = ["command", "sensor", "actuator", "part", "model", "importer", "service", "script"]
-CPP_KINDS = ["command", "sensor", "actuator", "part", "model", "importer", "service"]
+KINDS = ["command", "sensor", "actuator", "model", "importer", "service", "script"]
+CPP_KINDS = ["command", "sensor"]
 AT_ONCE = 2
 
 
