@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Builds the templates of `tatu new plugin` with several compilers, runs their scenes, and checks optimised ones.
+"""Builds the templates of `tatu new plugin` with several compilers, runs their scenes and checks them.
 
 compilers.py PROGRAM
 
@@ -43,10 +43,8 @@ def attempt(program, folder, name, lang, kind, env):
     # Projects with the same name would overwrite each other's library in a common target folder.
     plugin = f"tried_{kind}"
     env = {**os.environ, "XDG_DATA_HOME": str(place / ".data"), **env}
-    commands = [["new", "plugin", plugin, "--lang", lang, "--kind", kind], ["plugin", "run", plugin]]
-    if "-O0" not in name:
-        commands.append(["plugin", "check", plugin])
-    for command in commands:
+    for command in [["new", "plugin", plugin, "--lang", lang, "--kind", kind], ["plugin", "run", plugin],
+                    ["plugin", "check", plugin]]:
         ran = subprocess.run([program, *command], cwd=place, env=env, capture_output=True, text=True)
         if ran.returncode:
             return f"tatu {' '.join(command)}\n{ran.stdout}{ran.stderr}"
@@ -68,7 +66,7 @@ def main():
             for level in ["-O0", "-O3"]:
                 env = {"CC": cc, "CXX": cxx, "CFLAGS": level, "CXXFLAGS": level}
                 jobs += [(f"{name}{level}-c-{kind}", "c", kind, env) for kind in KINDS]
-            jobs += [(f"{name}{level}-cpp-{kind}", "cpp", kind, env) for kind in CPP_KINDS]
+                jobs += [(f"{name}{level}-cpp-{kind}", "cpp", kind, env) for kind in CPP_KINDS]
         if Path("/usr/bin/rustc").exists():
             env = {"RUSTC": "/usr/bin/rustc", "CARGO_TARGET_DIR": str(folder / "rust"), "CARGO_NET_OFFLINE": "true",
                    "CARGO_PROFILE_DEV_DEBUG": "0"}
