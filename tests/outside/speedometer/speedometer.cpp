@@ -16,7 +16,7 @@ enum { BOX, LABEL, TABLE, PLOT, BUTTON }; // indices of the widgets
 const uint32_t POINTS = 100;              // of the curve
 
 struct state {
-  uint32_t shown, n;                 // whether the window is open; number of points
+  uint64_t n; // number of points
   double times[POINTS], speeds[POINTS];
 };
 
@@ -34,6 +34,7 @@ struct widget {
 
 class speedometer {
   const tatu_host_api &host;
+  bool shown = false; // whether the window is open: not part of the state, since a restored run opens it again
 
   void publish(tatu_world *world, std::initializer_list<tatu_pair> entries) const {
     tatu_value payload = tatu_map_of(entries.begin(), uint32_t(entries.size()));
@@ -63,7 +64,7 @@ class speedometer {
 public:
   speedometer(const tatu_host_api &api, const tatu_value *) : host(api) {}
 
-  void sense(const tatu::part_call &call) const {
+  void sense(const tatu::part_call &call) {
     state &now = call.state<state>();
     double twist[6];
     tatu::check(host.bodies->twist(call.world(), call.owner(), twist));
@@ -74,7 +75,7 @@ public:
     }
     now.times[now.n] = call.time();
     now.speeds[now.n++] = std::hypot(twist[0], twist[1], twist[2]);
-    if (!now.shown) open(call), now.shown = 1;
+    if (!shown) open(call), shown = true;
 
     char text[32];
     std::snprintf(text, sizeof text, "%.3f m/s", now.speeds[now.n - 1]);
