@@ -12,6 +12,8 @@ use super::{
 /// Maximum number of names of a command, because the numbers of the command and of its name share one word.
 pub(super) const MAX_NAMES: usize = 255;
 
+/// Name spaces of commands that extend the program, such as writers of files, to which all plugins may add.
+const SHARED_NAME_SPACES: [&str; 3] = ["export", "message", "subcommand"];
 const NAME_SPACE_HELP: &str = "give it a separate name space, such as `mine.name`";
 
 impl Registry {
@@ -88,7 +90,9 @@ impl Registry {
         let mine = |name: &str| self.owner(name) == Some(plugin);
         let mut found: BTreeMap<&str, (Vec<&str>, usize)> = BTreeMap::new();
         for name in self.command_offers.names.keys().chain(self.scripting.constants.keys()).filter(|n| mine(n)) {
-            let Some((space, _)) = name.split_once('.') else { continue };
+            let Some((space, _)) = name.split_once('.').filter(|(space, _)| !SHARED_NAME_SPACES.contains(space)) else {
+                continue;
+            };
             if let Some((names, _)) = found.get_mut(space) {
                 names.push(name);
                 continue;

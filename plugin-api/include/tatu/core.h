@@ -323,7 +323,8 @@ typedef struct tatu_param {
  *   TATU_PARAM(TATU_F64S, "goal", "m", "x and y in the world.", .count = 2) */
 #  define TATU_PARAM(Type, Key, Unit, ...) \
     TATU_TABLE(tatu_param, .type = (Type), .key = (Key), .unit = (Unit), .text = __VA_ARGS__)
-/* Declares a parameter that accepts a value of any type. */
+/* Declares a parameter that accepts a value of any type. With further flags, write TATU_TABLE(tatu_param, .flags =
+ * TATU_PARAM_ANY | TATU_PARAM_OPTIONAL, ...). */
 #  define TATU_PARAM_OF_ANY_TYPE(Key, ...) TATU_TABLE(tatu_param, .flags = TATU_PARAM_ANY, .key = (Key), .text = __VA_ARGS__)
 /* A list of parameters. */
 #  define TATU_PARAMS(...) TATU_LIST_OF(tatu_param, __VA_ARGS__)
@@ -388,7 +389,8 @@ typedef struct tatu_life {
   uint32_t reserved;
   /* [step] Called only for the per-world instance of a command plugin, when the scripts of a run have ended, before the
    * scene is reset. Drops the data of these scripts, and retains that of scripts that outlive the run ("script.kind" is
-   * neither "main" nor "child"). If the function is null or fails, the instance is recreated. */
+   * neither "main" nor "child"). The instance and its state block remain: what must begin anew is reset here, through the
+   * `state` that `create` received. If the function is null or fails, the instance is recreated. */
   tatu_status(TATU_CALL *end_run)(void *self, void *data, tatu_world *, tatu_error *);
 } tatu_life;
 

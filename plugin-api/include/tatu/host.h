@@ -63,7 +63,7 @@ typedef struct tatu_host_scene {
    * destroyed at the next stage. */
   tatu_status(TATU_CALL *remove)(tatu_world *, const tatu_object *, uint32_t n);
   /* Lists objects below `base` (0: all objects). `kinds` contains the bit 1 << TATU_KIND_* for each kind to list; 0:
-   * all kinds. `*n` is the full count even if `cap` is smaller. */
+   * all kinds. `*n` is the full count even if `cap` is smaller, which is no error. */
   tatu_status(TATU_CALL *list)(tatu_world *, tatu_object base, uint32_t kinds, uint32_t flags, tatu_object *out,
                                uint32_t cap, uint32_t *n);
   /* Copies `n` objects without moving them. A copy is placed below the copy of its parent, or at the top level if the

@@ -112,6 +112,9 @@ inline const tatu_host_api &call::host() const { return static_cast<plugin *>(c.
 
 // Entries for a plugin's `needs`: the services that it requires.
 template <typename Table> constexpr tatu_need need(const char *id) { return {sizeof(tatu_need), 0, id, sizeof(Table), 0}; }
+// A minor version of the ABI that the plugin requires, such as 8 for targets: `static constexpr tatu_need abi =
+// tatu::need_abi(8);`.
+constexpr tatu_need need_abi(uint32_t minor) { return {sizeof(tatu_need), 0, nullptr, 0, minor}; }
 inline constexpr tatu_need need_scene = need<tatu_host_scene>(TATU_HOST_SCENE);
 inline constexpr tatu_need need_bodies = need<tatu_host_bodies>(TATU_HOST_BODIES);
 inline constexpr tatu_need need_readings = need<tatu_host_readings>(TATU_HOST_READINGS);

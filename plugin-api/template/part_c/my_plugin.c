@@ -68,8 +68,8 @@ static tatu_status TATU_CALL sense(void *data, const tatu_part_call *call, tatu_
 static const tatu_part kind = {
   .size = sizeof(tatu_part), .id = "my_plugin", .text = "Holds the body that it belongs to at a height.",
   .params = TATU_PARAMS(
-    TATU_PARAM(TATU_F64, "stiffness", NULL, "Force per error, N/m.", TATU_AT_LEAST(0), TATU_DEFAULT_F64(40)),
-    TATU_PARAM(TATU_F64, "damping", NULL, "Force per speed, N s/m.", TATU_AT_LEAST(0), TATU_DEFAULT_F64(16)),
+    TATU_PARAM(TATU_F64, "stiffness", "N/m", "Force per error.", TATU_AT_LEAST(0), TATU_DEFAULT_F64(40)),
+    TATU_PARAM(TATU_F64, "damping", "N s/m", "Force per speed.", TATU_AT_LEAST(0), TATU_DEFAULT_F64(16)),
     TATU_PARAM(TATU_F64, "integral", NULL, "Force per integral of the error, N/(m s).", TATU_AT_LEAST(0), TATU_DEFAULT_F64(40))),
   .commands = TATU_PARAMS(TATU_PARAM(TATU_F64, "height", "m", "Wanted height.", TATU_DEFAULT_F64(1))),
   .life = TATU_TABLE(tatu_life, .state_bytes = sizeof(state), .create = create, .destroy = tatu_delete,
@@ -77,7 +77,7 @@ static const tatu_part kind = {
   .physics_step = physics_step, .sense = sense, .schemas = TATU_TEXTS("my_plugin/1"),
   .fields = TATU_FIELDS(TATU_FIELD(TATU_ELEM_F64, "my_plugin.error", "m", "Wanted minus actual height.")),
   .presets = TATU_LIST_OF(tatu_preset, TATU_TABLE(tatu_preset, .id = "soft", .text = "A slow controller; the values are examples.",
-                                                  .settings = "stiffness = 10.0\ndamping = 8.0\nintegral = 4.0\n"))};
+                                                  .settings = "stiffness_n_m = 10.0\ndamping_ns_m = 8.0\nintegral = 4.0\n"))};
 
 TATU_PLUGIN(TATU_PARTS(&kind), .id = "org.example.my_plugin", .name = "my_plugin", .version = "0.1.0", .licence = "MIT",
             .needs = TATU_NEEDS(TATU_NEED_SCENE, TATU_NEED_BODIES), .init = tatu_init_host_api, .shutdown = tatu_delete);

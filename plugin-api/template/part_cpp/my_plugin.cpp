@@ -55,13 +55,13 @@ struct this_plugin : tatu::plugin {
   explicit this_plugin(const tatu_host *h) : plugin(h) {
     offer(tatu::part<holder, state>("my_plugin", "Holds the body that it belongs to at a height.")
             .schema("my_plugin/1")
-            .takes(tatu::param(TATU_F64, "stiffness", nullptr, "Force per error, N/m.").at_least(0).fallback(40.0))
-            .takes(tatu::param(TATU_F64, "damping", nullptr, "Force per speed, N s/m.").at_least(0).fallback(16.0))
+            .takes(tatu::param(TATU_F64, "stiffness", "N/m", "Force per error.").at_least(0).fallback(40.0))
+            .takes(tatu::param(TATU_F64, "damping", "N s/m", "Force per speed.").at_least(0).fallback(16.0))
             .takes(tatu::param(TATU_F64, "integral", nullptr, "Force per integral of the error, N/(m s).").at_least(0).fallback(40.0))
             .command(tatu::param(TATU_F64, "height", "m", "Wanted height.").fallback(1.0))
             .field(TATU_ELEM_F64, "my_plugin.error", "m", "Wanted minus actual height.")
             .preset("soft", "A slow controller; the values are examples.",
-                    "stiffness = 10.0\ndamping = 8.0\nintegral = 4.0\n")
+                    "stiffness_n_m = 10.0\ndamping_ns_m = 8.0\nintegral = 4.0\n")
             .version(1));
   }
 };

@@ -2,7 +2,7 @@
 //   radar.range   m; the maximum range without an echo
 //   radar.speed   m/s along the beam, positive if the target moves away; 0 without an echo
 //   radar.object  the target
-// For bridges to ROS, the command `ros.message.radar` converts a reading to a message.
+// For bridges to ROS, the command `message.ros.radar` converts a reading to a message.
 //
 // Build: cc -std=c11 -Wall -Wextra -Werror -shared -fPIC -I ../../../plugin-api/include -o libtatu_radar.so radar.c
 // Run:   TATU_PLUGIN_PATH=. ../../../target/release/tatu run scene.toml --steps 40
@@ -78,7 +78,7 @@ static tatu_status TATU_CALL message(tatu_call *call) {
 }
 
 static const tatu_command command = {
-  .size = sizeof(tatu_command), .names = TATU_NAME("ros.message.radar"), .call = message,
+  .size = sizeof(tatu_command), .names = TATU_NAME("message.ros.radar"), .call = message,
   .params = TATU_PARAMS(TATU_PARAM(TATU_OBJECT, "sensor", NULL, "The radar.")),
   .returns = TATU_PARAMS(TATU_PARAM(TATU_TEXT, "type", NULL, "The type of the message."),
                          TATU_PARAM(TATU_MAP, "fields", NULL, "Its fields."),

@@ -122,9 +122,8 @@ impl CommandInstance {
         if let Some(create) = life.create {
             // SAFETY: `create` is from a plugin that is never unloaded. `info`, `data` and `error` live until the call
             // has returned, and the state block lives as long as the instance.
-            let made = || unsafe { create(p.me, &info, &mut data, error.raw()) };
-            let status = cell.call_plugin(plugin, PluginCall::Create, 0, made);
-            if error.check_status(status, false) < 0 {
+            let made = |error| unsafe { create(p.me, &info, &mut data, error) };
+            if cell.call_plugin_checked((plugin, PluginCall::Create, 0), &mut error, made) < 0 {
                 let (why, call) = (error.text(), PluginCall::Create.text());
                 let text = format!("plugin `{}` cannot serve this world: {why} [{call}]", p.id);
                 return Err(Error::new("E403", text));
@@ -141,9 +140,8 @@ impl CommandInstance {
         let mut error = ErrorSlot::new();
         // SAFETY: `self.data` was made by `create` and is alive, `error` lives until the call has returned, and no
         // borrow of the world is active.
-        let ended = || unsafe { end_run(p.me, self.data, cell.raw(), error.raw()) };
-        let status = cell.call_plugin(plugin, PluginCall::EndRun, 0, ended);
-        if error.check_status(status, false) >= 0 {
+        let ended = |error| unsafe { end_run(p.me, self.data, cell.raw(), error) };
+        if cell.call_plugin_checked((plugin, PluginCall::EndRun, 0), &mut error, ended) >= 0 {
             return true;
         }
         let text = format!(

@@ -61,9 +61,8 @@ pub(crate) fn create_instance(
         let me = world.model.registry.plugins[plugin].me;
         // SAFETY: `create` is from a plugin that is never unloaded. `info`, the data that it points to, `data` and
         // `error` live until the call has returned.
-        let made = || unsafe { create(me, &info, &mut data, error.raw()) };
-        let status = world.call_plugin(plugin, PluginCall::Create, slot, made);
-        if error.check_status(status, false) < 0 {
+        let made = |error| unsafe { create(me, &info, &mut data, error) };
+        if world.call_plugin_checked((plugin, PluginCall::Create, slot), &mut error, made) < 0 {
             return Err(format!("{} [{}]", error.text(), PluginCall::Create.text()));
         }
         if !state.guards_intact() {
@@ -104,9 +103,8 @@ pub(crate) fn configure(
     let mut error = ErrorSlot::new();
     // SAFETY: `of.data` points to a live instance of the plugin, which is never unloaded; the values and the error
     // object live until the call has returned.
-    let run = || unsafe { configure(of.data, raw.as_ptr(), raw.len() as u32, 1 << at, error.raw()) };
-    let status = world.call_plugin(of.plugin, PluginCall::Configure, of.slot, run);
-    let status = error.check_status(status, false);
+    let run = |error| unsafe { configure(of.data, raw.as_ptr(), raw.len() as u32, 1 << at, error) };
+    let status = world.call_plugin_checked((of.plugin, PluginCall::Configure, of.slot), &mut error, run);
     if status == TATU_ERR_UNSUPPORTED && !error.has_error() {
         return Ok(false);
     }

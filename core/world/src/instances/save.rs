@@ -106,9 +106,8 @@ pub(crate) fn load_instance(
     let mut error = ErrorSlot::new();
     // SAFETY: `of.data` points to a live instance of the plugin, which is never unloaded; the bytes and the error
     // object live until the call has returned.
-    let run = || unsafe { load(of.data, raw(&saved), version, error.raw()) };
-    let status = world.call_plugin(of.plugin, PluginCall::Restore, of.slot, run);
-    if error.check_status(status, false) < 0 {
+    let run = |error| unsafe { load(of.data, raw(&saved), version, error) };
+    if world.call_plugin_checked((of.plugin, PluginCall::Restore, of.slot), &mut error, run) < 0 {
         let plugin = &world.model.registry.plugins[of.plugin].id;
         return Err(format!("{} [{} of `{plugin}`]", error.text(), PluginCall::Restore.text()));
     }

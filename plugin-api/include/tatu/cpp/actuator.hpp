@@ -26,6 +26,13 @@ public:
   double &effort() const { return b.effort[i]; }              // output: torque (N m) or force (N) of the joint
   template <typename T> T *field(uint32_t k) const { return static_cast<T *>(b.fields[size_t(i) * b.n_fields + k]); }
   template <typename State> State &state() const { return *static_cast<State *>(b.state[i]); }
+  // The targets that the scene lists, for kinds that declare TATU_IN_TARGETS: their number, and of target `k` the handle (0:
+  // there is none at its path), pose and twist; output: force (N) at its origin and torque (N m) on it, world frame.
+  uint32_t targets() const { return uint32_t(b.first_target[i + 1] - b.first_target[i]); }
+  tatu_object target(uint32_t k) const { return b.target[b.first_target[i] + k]; }
+  const double *target_pose(uint32_t k) const { return b.target_pose + 7 * (b.first_target[i] + k); }
+  const double *target_twist(uint32_t k) const { return b.target_twist + 6 * (b.first_target[i] + k); }
+  double *target_wrench(uint32_t k) const { return b.target_wrench + 6 * (b.first_target[i] + k); }
 };
 
 // Declares a kind of actuator. `Actuator` must have a constructor from `const tatu_value *params`, and the function `void

@@ -23,6 +23,8 @@ public:
   param &&at_least(double lowest) && { return std::move(*this).range(lowest, HUGE_VAL); }
   param &&count(uint32_t n) && { return p.count = n, std::move(*this); }
   param &&flags(uint32_t f) && { return p.flags |= f, std::move(*this); }
+  // Null-terminated list of the texts that are allowed, which must live as long as the plugin.
+  param &&choices(const char *const *texts) && { return p.choices = texts, std::move(*this); }
   param &&fallback(tatu_value value) && { return p.fallback = value, std::move(*this); }
   param &&fallback(double x) && { return std::move(*this).fallback(tatu_float(x)); }
   const tatu_param &table() const { return p; }
@@ -108,7 +110,8 @@ protected:
 
 public:
   Kind &&schema(const char *id) && { return schemas.insert(schemas.end() - 1, id), this->self(); }
-  // Adds a field of `count` numbers (0: one for each beam of a sensor). `nothing` is the value that stands for "no
+  // Adds a field of `count` numbers (0: one for each beam of a sensor; TATU_DIM_TARGETS: one
+  // for each target). `nothing` is the value that stands for "no
   // measurement"; `valid` is the name of the field that is 0 where this one contains no measurement.
   Kind &&field(uint32_t elem, const char *name, const char *unit, const char *text, uint32_t count = 1,
                const char *nothing = nullptr, const char *valid = nullptr) && {

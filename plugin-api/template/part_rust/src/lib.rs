@@ -42,14 +42,14 @@ impl Part for Holder {
     const PRESETS: &'static [Preset] = &[Preset {
         id: "soft",
         text: "A slow controller; the values are examples.",
-        settings: "stiffness = 10.0\ndamping = 8.0\nintegral = 4.0\n",
+        settings: "stiffness_n_m = 10.0\ndamping_ns_m = 8.0\nintegral = 4.0\n",
     }];
 
     fn params() -> Vec<Param> {
         let positive = |key| Param::float(key).range(0.0, f64::INFINITY);
         vec![
-            positive("stiffness").default(40.0).text("Force per error, N/m."),
-            positive("damping").default(16.0).text("Force per speed, N s/m."),
+            positive("stiffness").unit("N/m").default(40.0).text("Force per error."),
+            positive("damping").unit("N s/m").default(16.0).text("Force per speed."),
             positive("integral").default(40.0).text("Force per integral of the error, N/(m s)."),
         ]
     }

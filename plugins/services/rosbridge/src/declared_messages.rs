@@ -1,5 +1,5 @@
 //! Messages that other plugins build from the readings of their sensors: for a kind of sensor `radar`, by the command
-//! `ros.message.radar`, which receives a sensor and returns the type of the message, its fields, and the last part of
+//! `message.ros.radar`, which receives a sensor and returns the type of the message, its fields, and the last part of
 //! the topic's name.
 
 use tatu_plugin_api::{
@@ -14,7 +14,7 @@ use crate::{
 };
 
 /// The command that builds the messages of a kind of sensor, without the name of the kind.
-const PREFIX: &str = "ros.message.";
+const PREFIX: &str = "message.ros.";
 
 /// A message that another plugin has built.
 pub struct DeclaredMessage {

@@ -1,7 +1,8 @@
 //! Calls plugins. Each call is recorded for the watchdog, and the process and thread state is restored afterwards.
 
 use tatu_errors::{Fault, FaultKind};
-use tatu_plugins::{lock_setup, protected_state, watchdog::PluginCall};
+use tatu_plugin_api::abi::{tatu_error, tatu_status};
+use tatu_plugins::{border::ErrorSlot, lock_setup, protected_state, watchdog::PluginCall};
 
 use crate::cell::WorldCell;
 
@@ -16,6 +17,30 @@ fn is_setup(call: PluginCall) -> bool {
 }
 
 impl WorldCell {
+    /// Calls a function of a plugin that returns a status, and describes a failure in `error`. If it fails without a reason,
+    /// the reason is that of the host function that failed last, provided it had the same status.
+    pub fn call_plugin_checked(
+        &self,
+        (plugin, call, slot): (usize, PluginCall, u32),
+        error: &mut ErrorSlot,
+        f: impl FnOnce(*mut tatu_error) -> tatu_status,
+    ) -> tatu_status {
+        let last = &self.run.calls.last_refusal;
+        if let Ok(mut last) = last.try_borrow_mut() {
+            last.reset();
+        }
+        let status = self.call_plugin(plugin, call, slot, || f(error.raw()));
+        let status = error.check_status(status, false);
+        if status < 0
+            && !error.has_error()
+            && let Ok(mut last) = last.try_borrow_mut()
+            && last.code() == status
+        {
+            error.object().copy_from(&last.object());
+        }
+        status
+    }
+
     /// Calls a function of a plugin on behalf of an object, or of no object if `slot` is 0. Records the call for the
     /// watchdog, and restores the floating-point mode after the outermost call.
     ///
