@@ -36,8 +36,36 @@ impl Script {
     /// Creates the script's state and loads its source. If this fails, the error is reported, and the script does not
     /// run.
     pub(super) fn begin(&self, world: &WorldCell) {
+        if self.lacking_permission(world).is_some() {
+            self.progress.ended.set(true);
+            return self.report_withheld(world);
+        }
         if let Err((status, mut error)) = self.try_begin(world, world.devices.next_instance_id()) {
             self.fail(world, status, error.raw());
+        }
+    }
+
+    /// Returns the permission that the script's language needs, if the user has not granted it.
+    fn lacking_permission<'w>(&self, world: &'w WorldCell) -> Option<&'w str> {
+        let word = world.model.registry.scripting.languages[self.language].permission.as_deref()?;
+        let granted = world.model.settings.borrow().allow.iter().any(|allowed| allowed == word);
+        (!granted).then_some(word)
+    }
+
+    /// Reports once for all scripts of this language that they do not run.
+    fn report_withheld(&self, world: &WorldCell) {
+        let Some(word) = self.lacking_permission(world) else { return };
+        let language = &world.model.registry.scripting.languages[self.language].id;
+        let same: Vec<u32> =
+            world.run.scripts.borrow().list.iter().filter(|s| s.language == self.language).map(|s| s.slot).collect();
+        if same.first() == Some(&self.slot) {
+            let (scripts, run) = if same.len() == 1 { ("script", "does") } else { ("scripts", "do") };
+            let text = format!(
+                "{} {scripts} in the language `{language}` {run} not run, because such scripts can do anything that \
+                 your account can; if you trust the scene, allow them with `--allow {word}`",
+                same.len()
+            );
+            world.log(TATU_LOG_WARNING, &text);
         }
     }
 
@@ -46,6 +74,16 @@ impl Script {
     pub(super) fn try_begin(&self, world: &WorldCell, number: u64) -> Result<(), (tatu_status, ErrorSlot)> {
         let language = &world.model.registry.scripting.languages[self.language];
         let plugin = &world.model.registry.plugins[language.plugin];
+        if let Some(word) = self.lacking_permission(world) {
+            let mut error = ErrorSlot::new();
+            let text = format!(
+                "a script in the language `{}` needs the permission `{word}`: if you trust the scene, allow its scripts \
+                 with `--allow {word}`",
+                language.id
+            );
+            error.set(TATU_ERR_UNSUPPORTED, &text);
+            return Err((TATU_ERR_UNSUPPORTED, error));
+        }
         let (owner, key) = {
             let scene = world.state.scene.borrow();
             let at = scene.get(self.slot).map_or(0, |o| o.parent);

@@ -1,0 +1,65 @@
+# Runs once in every new script in Python. Sets `rules`, which describe how the language must call scripts of this API.
+import copy
+
+
+def set_stepping(on):
+    """While stepping, a thread is switched only where it asks to be. Returns the level before."""
+    before = script.hold()
+    script.hold(int(on) if type(on) is int else before + (1 if on else -1))
+    return before
+
+
+def set_automatic(on):
+    set_stepping(not on)
+    return 1
+
+
+def copy_table(table):
+    return copy.deepcopy(table)
+
+
+def vision(data):
+    """Scripts of sensors are called after each measurement of the sensor, with the same arguments as in V-REP."""
+    script.command("sim.handleSensorCallbacks")(data["sensor"])
+
+
+script.define("sim.setStepping", set_stepping)
+script.define("sim.setThreadAutomaticSwitch", set_automatic)
+script.define("sim.setThreadSwitchTiming", lambda ms=2: 1)
+script.define("sim.setAutoYieldDelay", lambda seconds=0.002: None)
+script.define("sim.getAutoYieldDelay", lambda: 0.002)
+script.define("sim.acquireLock", lambda: set_stepping(True) and None)
+script.define("sim.releaseLock", lambda: set_stepping(False) and None)
+script.define("sim.copyTable", copy_table)
+if script.has("sysCall_vision", "sysCall_trigger"):
+    script.define("sysCall_measured", vision)
+
+rules = {
+    # Names of the functions that scripts define, where %s is the callback; `also` lists other names.
+    "functions": "sysCall_%s",
+    "also": {
+        "run": "sysCall_addOnScriptRun",
+        "addonSuspend": "sysCall_addOnScriptSuspend",
+        "addonResume": "sysCall_addOnScriptResume",
+        "beforeStep": "sysCall_beforeMainScript",
+    },
+    # The host's names of callback arguments, mapped to those of this API.
+    "arguments": {
+        "dyn": {"step": "passCnt", "steps": "totalPasses", "after": "afterStep"},
+        "joint": {
+            "step": "passCnt", "steps": "totalPasses", "dt": ["dt", "dynStepSize"], "pos": ["pos", "currentPos"],
+            "error": ["error", "errorValue"], "force": ["force", "maxForce"], "maxVel": ["maxVel", "velUpperLimit"],
+        },
+        "contact": {"shape1": "handle1", "shape2": "handle2"},
+    },
+    # This API's names of callback results, mapped to those of the host.
+    "results": {
+        "beforeStep": {"doNotRunMainScript": "skip"},
+        "contact": {"ignoreContact": "ignore", "collisionResponse": "respond", "bullet": "material"},
+    },
+    "dialect": "4.9",
+    # The command by which a thread waits for the next step, the clock, and the command that waits for it.
+    "switch": "sim.switchThread",
+    "time": "sim.getSimulationTime",
+    "wait": "sim.wait",
+}

@@ -1,0 +1,155 @@
+//! Starts and ends the process of a script.
+
+use std::{
+    io,
+    os::{
+        fd::{AsRawFd, OwnedFd},
+        unix::{net::UnixStream, process::CommandExt},
+    },
+    path::Path,
+    process::{self, Command, ExitStatus, Stdio},
+    time::{Duration, Instant},
+};
+
+use tatu_plugin_api::safe::*;
+
+use super::{Channel, interpreter};
+
+/// Reads the runtime from the socket and runs it; see `runtime`.
+const BOOT: &str = include_str!("../../runtime/boot.py");
+/// How long a process may take to end by itself.
+const FAREWELL: Duration = Duration::from_millis(300);
+/// Default limit of the memory of a process, MiB.
+const MEMORY_MB: u64 = 2048;
+/// The environment variable that sets another limit, MiB; 0: none.
+const MEMORY_VARIABLE: &str = "TATU_PYTHON_MEMORY_MB";
+
+/// The running process of a script. It is killed when this is dropped.
+pub(crate) struct Child {
+    process: process::Child,
+    pub channel: Channel,
+}
+
+impl Child {
+    /// Starts an interpreter that runs the runtime. `seed` determines the order of sets.
+    pub fn start(scene_folder: Option<&Path>, seed: u64) -> Result<Self> {
+        let program = interpreter::choose(scene_folder)?;
+        let failed = |e: io::Error| {
+            Fail::new(format!("the Python interpreter `{}` cannot be started: {e}", program.display()))
+                .help("set the environment variable TATU_PYTHON to the path of a Python interpreter")
+        };
+        let (ours, theirs) = UnixStream::pair().map_err(failed)?;
+        let (socket, parent, limit) = (theirs.as_raw_fd(), process::id(), memory_limit());
+        let (output, input) = io::pipe().map_err(failed)?;
+        let mut command = Command::new(&program);
+        command
+            .args(["-c", BOOT, &socket.to_string()])
+            .stdin(Stdio::null())
+            .stdout(input.try_clone().map_err(failed)?)
+            .stderr(input)
+            .env("PYTHONHASHSEED", (seed as u32).to_string())
+            .env("PYTHONDONTWRITEBYTECODE", "1")
+            .env("PYTHONIOENCODING", "utf-8")
+            .env_remove("PYTHONSTARTUP")
+            .env_remove("PYTHONINSPECT")
+            .env_remove("PYTHONBREAKPOINT");
+        // Libraries for linear algebra must not divide sums among threads, which would change the last bits.
+        for threads in ["OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"] {
+            command.env(threads, "1");
+        }
+        if std::env::var_os("DISPLAY").is_none() && std::env::var_os("WAYLAND_DISPLAY").is_none() {
+            command.env("MPLBACKEND", "Agg");
+        }
+        // SAFETY: `prepare` runs between fork and exec, and only makes system calls.
+        unsafe { command.pre_exec(move || prepare(socket, parent, limit)) };
+        let process = command.spawn().map_err(failed)?;
+        drop(theirs);
+        let channel = Channel::new(OwnedFd::from(ours), OwnedFd::from(output)).map_err(failed)?;
+        Ok(Child { process, channel })
+    }
+
+    /// Waits briefly for the end of the process, then kills it, and describes how it ended.
+    pub fn end(&mut self) -> String {
+        let until = Instant::now() + FAREWELL;
+        loop {
+            match self.process.try_wait() {
+                Ok(Some(status)) => return describe(status),
+                Ok(None) if Instant::now() < until => std::thread::sleep(Duration::from_millis(2)),
+                _ => break,
+            }
+        }
+        self.kill();
+        "it was ended".to_owned()
+    }
+
+    /// Kills the process and everything that it has started.
+    pub fn kill(&mut self) {
+        if matches!(self.process.try_wait(), Ok(Some(_))) {
+            return;
+        }
+        if let Ok(group) = i32::try_from(self.process.id()) {
+            // SAFETY: the process is a child that has not been waited for, so its number, which is also that of its
+            // group, is not in use by any other process.
+            unsafe { libc::kill(-group, libc::SIGKILL) };
+        }
+        let _ = self.process.kill();
+        let _ = self.process.wait();
+    }
+}
+
+impl Drop for Child {
+    fn drop(&mut self) {
+        self.kill();
+    }
+}
+
+fn describe(status: ExitStatus) -> String {
+    use std::os::unix::process::ExitStatusExt;
+    match (status.code(), status.signal()) {
+        (Some(code), _) => format!("it exited with code {code}"),
+        (_, Some(libc::SIGSEGV)) => "it crashed (segmentation fault)".to_owned(),
+        (_, Some(libc::SIGABRT)) => "it crashed (abort)".to_owned(),
+        (_, Some(libc::SIGKILL)) => "it was killed, by itself or by the system, perhaps for want of memory".to_owned(),
+        (_, signal) => format!("it was ended by signal {}", signal.unwrap_or_default()),
+    }
+}
+
+fn memory_limit() -> Option<u64> {
+    let set = std::env::var(MEMORY_VARIABLE).ok().and_then(|text| text.trim().parse().ok());
+    match set.unwrap_or(MEMORY_MB) {
+        0 => None,
+        mb => Some(mb.saturating_mul(1 << 20)),
+    }
+}
+
+/// Prepares the process before the interpreter is executed.
+fn prepare(socket: i32, parent: u32, limit: Option<u64>) -> io::Result<()> {
+    let check = |result: i32| if result < 0 { Err(io::Error::last_os_error()) } else { Ok(()) };
+    // SAFETY: these system calls take numbers and pointers to values on this stack.
+    unsafe {
+        // A group of its own: the terminal's Ctrl-C does not reach it, and it can be killed with what it has started.
+        check(libc::setpgid(0, 0))?;
+        #[cfg(target_os = "linux")]
+        {
+            // The process ends with its parent, even if that is killed.
+            check(libc::prctl(libc::PR_SET_PDEATHSIG, libc::SIGKILL))?;
+            if libc::getppid() as u32 != parent {
+                return Err(io::Error::other("the program has ended"));
+            }
+        }
+        #[cfg(not(target_os = "linux"))]
+        let _ = parent;
+        // All other descriptors are closed when the interpreter is executed.
+        check(libc::fcntl(socket, libc::F_SETFD, 0))?;
+        let set = |what, bytes: u64| {
+            let limit = libc::rlimit { rlim_cur: bytes as _, rlim_max: bytes as _ };
+            libc::setrlimit(what, &limit)
+        };
+        check(set(libc::RLIMIT_CORE, 0))?;
+        if let Some(bytes) = limit {
+            // Where the system does not support this limit, it does not bind; the runtime reports that.
+            set(libc::RLIMIT_DATA, bytes);
+        }
+    }
+    Ok(())
+}
