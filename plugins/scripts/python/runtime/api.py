@@ -3,8 +3,12 @@
 Names are looked up when a script first uses them.
 """
 
+import math
+import struct
+
 from tatu_runtime import link as links, wire
 
+FLOAT32 = struct.Struct("<f")
 NOTHING, COMMAND, CONSTANT, NAME_SPACE = range(4)
 
 
@@ -15,6 +19,8 @@ class Api:
         self.link, self.threads, self.functions = link, threads, functions
         self.writer = wire.Writer(functions.borrow, functions.foreign_id)
         self.spaces = {}
+        # Whether numbers are rounded to 32-bit floats when they are passed, and commands that are excepted.
+        self.single, self.exact = False, ()
 
     def reader(self, data):
         return wire.Reader(data, self.functions.get, self.foreign)
@@ -77,6 +83,12 @@ class Api:
         def command(*args):
             return api.call(links.COMMAND, target, args)
 
+        def single_command(*args):
+            return single(api.call(links.COMMAND, target, single(args)))
+
+        if self.single and name not in self.exact:
+            command = single_command
+
         command.__name__, command.__qualname__ = short, name
         return command
 
@@ -105,6 +117,23 @@ class Api:
         for space in self.spaces.values():
             space.__dict__.clear()
             space.__dict__.update(space._own)
+
+
+def single(value):
+    """Rounds all floats in a value to 32 bits."""
+    kind = type(value)
+    if kind is float:
+        try:
+            return FLOAT32.unpack(FLOAT32.pack(value))[0]
+        except OverflowError:
+            return math.copysign(math.inf, value)
+    if kind is list or kind is tuple:
+        return kind([single(item) for item in value])
+    if kind is dict:
+        return {key: single(item) for key, item in value.items()}
+    if hasattr(value, "tolist"):
+        return single(value.tolist())
+    return value
 
 
 class Space:

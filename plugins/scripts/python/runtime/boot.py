@@ -10,7 +10,12 @@ def read(fd, n):
         parts += part
     return parts
 
-def boot(fd):
+def boot(parent, memory):
+    # The socket is the standard input; scripts get an empty one.
+    fd = os.dup(0)
+    null = os.open(os.devnull, os.O_RDONLY)
+    os.dup2(null, 0)
+    os.close(null)
     length = int.from_bytes(read(fd, 4), "little")
     rest = memoryview(read(fd, length))[1:]
     def text():
@@ -28,9 +33,11 @@ def boot(fd):
         sys.modules[module.__name__] = module
         setattr(package, name, module)
         exec(compile(source, "<tatu>/" + name + ".py", "exec"), module.__dict__)
-    package.main.run(fd)
+    package.main.run(fd, parent, memory)
 
 if sys.path and sys.path[0] == "":
     # The working folder is not searched for modules.
     del sys.path[0]
-boot(int(sys.argv[1]))
+parent, memory = int(sys.argv[1]), int(sys.argv[2])
+sys.argv[1:] = []
+boot(parent, memory)

@@ -3,11 +3,16 @@
 They are no protection against a script that wants to do harm, which can do anything that the user's account can.
 """
 
-import ctypes
 import os
 import platform
 import struct
 import sys
+
+try:
+    import ctypes
+    import resource
+except ImportError:  # an interpreter without these modules
+    ctypes = resource = None
 
 # Numbers of system calls: fork, vfork, clone, clone3, kill, tkill, tgkill, and signals with a value.
 NUMBERS = {
@@ -16,7 +21,8 @@ NUMBERS = {
     "aarch64": (0xC00000B7, 277, dict(clone=220, clone3=435, kill=129, tkill=130, tgkill=131, rt_sigqueueinfo=138,
                                       rt_tgsigqueueinfo=240, pidfd_send_signal=424)),
 }
-PR_SET_NO_NEW_PRIVS = 38
+PR_SET_PDEATHSIG, PR_SET_NO_NEW_PRIVS = 1, 38
+SIGKILL = 9
 SET_MODE_FILTER, SPEC_ALLOW = 1, 4
 CLONE_THREAD = 0x10000
 ALLOW, FAIL = 0x7FFF0000, 0x00050000
@@ -26,9 +32,34 @@ LOAD, EQUAL, SET, RETURN = 0x20, 0x15, 0x45, 0x06
 NUMBER, ARCHITECTURE, ARGUMENT, HIGH_ARGUMENT = 0, 4, 16, 20
 
 
+def begin(parent, memory):
+    """Ends this process with its parent, and limits its memory. Returns the limits that do not bind, as sentences."""
+    problems = []
+    if ctypes is None:
+        return ["this interpreter lacks the modules `ctypes` and `resource`, so the script has no limits"]
+    if sys.platform.startswith("linux"):
+        ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, SIGKILL)
+        if os.getppid() != parent:
+            os._exit(0)
+    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    if memory:
+        try:
+            resource.setrlimit(resource.RLIMIT_DATA, (memory, memory))
+        except (ValueError, OSError) as error:
+            problems.append("the memory of the script is not limited: %s" % error)
+        if not sys.platform.startswith("linux"):
+            problems.append("on this system, the limit of memory may not bind")
+    return problems
+
+
 def apply(may_start_programs):
     """Forbids other processes, unless scripts may start programs, and signals to processes that are not the script's
-    own. Returns why a limit does not bind, or an empty text."""
+    own. Returns the limits that do not bind, as sentences."""
+    problem = "" if ctypes is None else filter_calls(may_start_programs)
+    return [problem] if problem else []
+
+
+def filter_calls(may_start_programs):
     if not sys.platform.startswith("linux"):
         return "on this system, a script can start any number of processes"
     known = NUMBERS.get(platform.machine())

@@ -1,6 +1,5 @@
 """The loop that serves the simulator."""
 
-import os
 import sys
 
 from tatu_runtime import api as apis, errors, limits, link as links, output as outputs, repeat, script as scripts
@@ -10,7 +9,8 @@ CLEANUP = {"cmd": "cleanup"}
 
 
 class Server:
-    def __init__(self, fd):
+    def __init__(self, fd, parent, memory):
+        self.problems = limits.begin(parent, memory)
         self.link = links.Link(fd)
         self.output = outputs.Output(self.link)
         self.threads = threads_module.Threads(self.link)
@@ -87,15 +87,17 @@ class Server:
         text, chunk, dialect, kind, folder = (reader.text() for _ in range(5))
         seed, may_start_programs = reader.u64(), reader.byte() != 0
         preludes = [reader.text() for _ in range(reader.u32())]
-        problem = limits.apply(may_start_programs)
-        if problem:
+        for problem in self.problems + limits.apply(may_start_programs):
             self.output.add(outputs.WARNING, problem)
         repeat.seed(seed, self.api)
         source = sources.Source(text, chunk, folder)
         for one in source.problems:
             self.output.add(outputs.WARNING, "%s: %s" % (chunk, one))
-        dialect = self.script.load(source, dialect, kind, preludes)
-        return links.DONE, [wire.text(dialect.encode())]
+        parts = [wire.text(self.script.load(source, dialect, kind, preludes).encode())]
+        orders = self.script.rules.get("orders", ())
+        parts.append(wire.pack_u32(len(orders)))
+        parts += [wire.text(str(one).encode()) for order in orders for one in order]
+        return links.DONE, parts
 
     def find(self, reader):
         how = reader.byte()
@@ -138,6 +140,5 @@ class Server:
         return links.FAILED, errors.place(sys._getframe())
 
 
-def run(fd):
-    os.set_inheritable(fd, False)
-    Server(fd).run()
+def run(fd, parent, memory):
+    Server(fd, parent, memory).run()

@@ -61,6 +61,7 @@ class Script:
             exec(compile(text, "<tatu>/prelude%d.py" % number, "exec"), scope)
             self.add_rules(scope["rules"])
         self.rules["functions"] = self.rules["functions"] or ["%s"]
+        self.api.single, self.api.exact = bool(self.rules.get("single")), tuple(self.rules.get("exact", ()))
         if self.rules.get("switch"):
             self.threads.switch = self.switch
         if self.rules.get("time") and self.rules.get("wait"):

@@ -41,7 +41,9 @@ pub(crate) fn ask(script: &PythonScript, mut question: Vec<u8>, time: Option<Dur
     };
     let mut patience = Patience { left: time, must_return: &must_return };
     let answer = loop {
-        message::complete(&mut question);
+        if !question.is_empty() {
+            message::complete(&mut question);
+        }
         let message = receive(script, &question, &mut patience)?;
         let served = match message.kind {
             from::DONE => break Ok(Answer::Done(message)),
@@ -67,7 +69,7 @@ fn receive(script: &PythonScript, message: &[u8], patience: &mut Patience<'_>) -
             let lost = script.lost.borrow();
             return Err(Fail::with_code(TATU_ERR_GONE, format!("the script cannot be called any more: {lost}")));
         };
-        if message.len() > 4 {
+        if !message.is_empty() {
             child.channel.queue(message);
         }
         child.channel.exchange(patience)

@@ -7,10 +7,11 @@
 //! - `calls`: calls of the host into the script; `state`: what a script saves of its state;
 //! - `exchange`: asks the process, and serves its questions (`serve`) until it answers;
 //! - `message`, `wire`: the protocol; `process`: the process, its limits and its end;
-//! - `host`: functions of the host.
+//! - `host`: functions of the host; `dialect`: versions of the API.
 #![cfg(unix)]
 
 mod calls;
+mod dialect;
 mod exchange;
 mod host;
 mod load;
@@ -56,8 +57,8 @@ impl Language for PythonScript {
     fn traits(&self) -> u32 {
         TATU_SCRIPT_SILENT | TATU_SCRIPT_MODERN
     }
-    fn order(&self, _dialect: &str, _modern: bool) -> u32 {
-        0
+    fn order(&self, dialect: &str, _modern: bool) -> u32 {
+        dialect::order(&self.source.borrow().orders, dialect)
     }
     fn place(&self) -> Option<Fail> {
         exchange::place(self)
@@ -93,6 +94,9 @@ impl Language for PythonScript {
     }
     fn call_func(&self, local: u32, frame: &mut Frame<'_>, budget: Budget, used: &mut u64) -> Result<Flow> {
         calls::call_function(self, local, frame, budget, used)
+    }
+    fn knows_dialect(dialect: &str) -> Result {
+        dialect::check(dialect)
     }
 }
 

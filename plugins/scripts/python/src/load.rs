@@ -9,7 +9,7 @@ use crate::{
     message::{self, to},
     process::Child,
     script::{PythonScript, Source},
-    wire::{self, Reader},
+    wire::{self, Malformed, Reader},
 };
 
 /// How long the interpreter may take to start and to compile the text.
@@ -44,15 +44,27 @@ pub(crate) fn load(script: &PythonScript, text: &[u8], chunk: &str, dialect: &st
     child.channel.queue(&runtime());
     *script.child.borrow_mut() = Some(child);
     *script.source.borrow_mut() =
-        Source { text: text.to_vec(), callables: Vec::new(), is_cleaned_up: false };
+        Source { text: text.to_vec(), ..Source::default() };
     let question = description(script, text, chunk, dialect, folder.as_deref(), allows("exec"));
     match ask(script, question, Some(START))? {
-        Answer::Done(answer) => {
-            let dialect = Reader::new(&answer.body, script.instance.id).text();
-            dialect.map_err(|_| Fail::new("the process of the script did not load it"))
-        }
-        Answer::Waiting => Err(Fail::new("the process of the script did not load it")),
+        Answer::Done(answer) => read_loaded(script, &answer.body).map_err(|Malformed| not_loaded()),
+        Answer::Waiting => Err(not_loaded()),
     }
+}
+
+fn not_loaded() -> Fail {
+    Fail::new("the process of the script did not load it")
+}
+
+/// Reads the dialect, and the orders in which scripts are called.
+fn read_loaded(script: &PythonScript, body: &[u8]) -> Result<String, Malformed> {
+    let mut reader = Reader::new(body, script.instance.id);
+    let dialect = reader.text()?;
+    for _ in 0..reader.u32()? {
+        let (since, order) = (reader.text()?, reader.text()?);
+        script.source.borrow_mut().orders.push((since, order));
+    }
+    Ok(dialect)
 }
 
 /// Returns the runtime as the first message: pairs of name and text.

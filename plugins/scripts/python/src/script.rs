@@ -39,6 +39,8 @@ pub(crate) struct Source {
     pub callables: Vec<(u32, Box<[u8]>)>,
     /// Whether the callback `cleanup` has been called.
     pub is_cleaned_up: bool,
+    /// Orders in which scripts are called, each after the version since which it applies.
+    pub orders: Vec<(String, String)>,
 }
 
 /// The last numbers that were assigned.

@@ -34,6 +34,8 @@ script.define("sim.copyTable", copy_table)
 if script.has("sysCall_vision", "sysCall_trigger"):
     script.define("sysCall_measured", vision)
 
+version = [int(part) for part in (script.dialect or "4.9").split(".")]
+
 rules = {
     # Names of the functions that scripts define, where %s is the callback; `also` lists other names.
     "functions": "sysCall_%s",
@@ -58,8 +60,16 @@ rules = {
         "contact": {"ignoreContact": "ignore", "collisionResponse": "respond", "bullet": "material"},
     },
     "dialect": "4.9",
+    # The order in which the scripts of a world are called, and the version since which it applies.
+    "orders": [("0", "parents_first"), ("3.6", "by_kind"), ("4.4", "deepest_first")],
     # The command by which a thread waits for the next step, the clock, and the command that waits for it.
     "switch": "sim.switchThread",
     "time": "sim.getSimulationTime",
     "wait": "sim.wait",
+    # Before 4.5, numbers were passed as 32-bit floats, except to these commands.
+    "single": version[:2] < [4, 5],
+    "exact": [
+        "sim.packDoubleTable", "sim.unpackDoubleTable", "sim.packTable", "sim.unpackTable", "sim.callScriptFunction",
+        "sim.wait", "sim.setDoubleSignal", "sim.getDoubleSignal",
+    ],
 }

@@ -3,7 +3,7 @@
 use std::{
     io,
     os::{
-        fd::{AsRawFd, OwnedFd},
+        fd::OwnedFd,
         unix::{net::UnixStream, process::CommandExt},
     },
     path::Path,
@@ -39,12 +39,13 @@ impl Child {
                 .help("set the environment variable TATU_PYTHON to the path of a Python interpreter")
         };
         let (ours, theirs) = UnixStream::pair().map_err(failed)?;
-        let (socket, parent, limit) = (theirs.as_raw_fd(), process::id(), memory_limit());
         let (output, input) = io::pipe().map_err(failed)?;
         let mut command = Command::new(&program);
+        // Everything that would have to be done between fork and exec is done by the runtime, because a process with
+        // threads must not fork. Its first input is the socket, which no other process inherits.
         command
-            .args(["-c", BOOT, &socket.to_string()])
-            .stdin(Stdio::null())
+            .args(["-c", BOOT, &process::id().to_string(), &memory_limit().to_string()])
+            .stdin(Stdio::from(OwnedFd::from(theirs)))
             .stdout(input.try_clone().map_err(failed)?)
             .stderr(input)
             .env("PYTHONHASHSEED", (seed as u32).to_string())
@@ -60,10 +61,8 @@ impl Child {
         if std::env::var_os("DISPLAY").is_none() && std::env::var_os("WAYLAND_DISPLAY").is_none() {
             command.env("MPLBACKEND", "Agg");
         }
-        // SAFETY: `prepare` runs between fork and exec, and only makes system calls.
-        unsafe { command.pre_exec(move || prepare(socket, parent, limit)) };
-        let process = command.spawn().map_err(failed)?;
-        drop(theirs);
+        // A group of its own: the terminal's Ctrl-C does not reach it, and it can be killed with what it has started.
+        let process = command.process_group(0).spawn().map_err(failed)?;
         let channel = Channel::new(OwnedFd::from(ours), OwnedFd::from(output)).map_err(failed)?;
         Ok(Child { process, channel })
     }
@@ -114,42 +113,8 @@ fn describe(status: ExitStatus) -> String {
     }
 }
 
-fn memory_limit() -> Option<u64> {
+/// Returns the limit of the memory of a process, bytes; 0: none.
+fn memory_limit() -> u64 {
     let set = std::env::var(MEMORY_VARIABLE).ok().and_then(|text| text.trim().parse().ok());
-    match set.unwrap_or(MEMORY_MB) {
-        0 => None,
-        mb => Some(mb.saturating_mul(1 << 20)),
-    }
-}
-
-/// Prepares the process before the interpreter is executed.
-fn prepare(socket: i32, parent: u32, limit: Option<u64>) -> io::Result<()> {
-    let check = |result: i32| if result < 0 { Err(io::Error::last_os_error()) } else { Ok(()) };
-    // SAFETY: these system calls take numbers and pointers to values on this stack.
-    unsafe {
-        // A group of its own: the terminal's Ctrl-C does not reach it, and it can be killed with what it has started.
-        check(libc::setpgid(0, 0))?;
-        #[cfg(target_os = "linux")]
-        {
-            // The process ends with its parent, even if that is killed.
-            check(libc::prctl(libc::PR_SET_PDEATHSIG, libc::SIGKILL))?;
-            if libc::getppid() as u32 != parent {
-                return Err(io::Error::other("the program has ended"));
-            }
-        }
-        #[cfg(not(target_os = "linux"))]
-        let _ = parent;
-        // All other descriptors are closed when the interpreter is executed.
-        check(libc::fcntl(socket, libc::F_SETFD, 0))?;
-        let set = |what, bytes: u64| {
-            let limit = libc::rlimit { rlim_cur: bytes as _, rlim_max: bytes as _ };
-            libc::setrlimit(what, &limit)
-        };
-        check(set(libc::RLIMIT_CORE, 0))?;
-        if let Some(bytes) = limit {
-            // Where the system does not support this limit, it does not bind; the runtime reports that.
-            set(libc::RLIMIT_DATA, bytes);
-        }
-    }
-    Ok(())
+    set.unwrap_or(MEMORY_MB).min(1 << 30) << 20
 }
