@@ -13,10 +13,16 @@ def sysCall_init():
     speed, angle = 10, 0
 
 
+def next_message():
+    # Without a message, the command returns only -1.
+    found = sim.getSimulatorMessage()
+    return found[:2] if isinstance(found, tuple) else (found, None)
+
+
 def sysCall_actuation():
     global speed, angle
     step, most = math.radians(6), math.radians(30)
-    message, data, *_ = sim.getSimulatorMessage()
+    message, data = next_message()
     while message != -1:
         if message == sim.message_keypress:
             key = data[0]
@@ -31,7 +37,7 @@ def sysCall_actuation():
             elif key == ord(" "):
                 speed = 0
             sim.addStatusbarMessage("key %d: %g rad/s, %.0f degrees" % (key, speed, math.degrees(angle)))
-        message, data, *_ = sim.getSimulatorMessage()
+        message, data = next_message()
     sim.setJointTargetPosition(steering, angle)
     sim.setJointTargetForce(motor, 60)
     sim.setJointTargetVelocity(motor, speed)

@@ -67,7 +67,7 @@ class Script:
         if self.rules.get("time") and self.rules.get("wait"):
             self.time = repeat.clock(self.api, self.threads, self.rules["time"], self.rules["wait"])
         self.prepare(source, words)
-        return dialect or self.rules.get("dialect", "")
+        return self.rules.get("dialect", dialect)
 
     def add_rules(self, rules):
         for key, value in rules.items():

@@ -34,7 +34,8 @@ script.define("sim.copyTable", copy_table)
 if script.has("sysCall_vision", "sysCall_trigger"):
     script.define("sysCall_measured", vision)
 
-version = [int(part) for part in (script.dialect or "4.9").split(".")]
+# Scripts in Python exist since 4.3.
+version = max([int(part) for part in (script.dialect or "4.9").split(".")], [4, 3])
 
 rules = {
     # Names of the functions that scripts define, where %s is the callback; `also` lists other names.
@@ -59,7 +60,7 @@ rules = {
         "beforeStep": {"doNotRunMainScript": "skip"},
         "contact": {"ignoreContact": "ignore", "collisionResponse": "respond", "bullet": "material"},
     },
-    "dialect": "4.9",
+    "dialect": ".".join(map(str, version)),
     # The order in which the scripts of a world are called, and the version since which it applies.
     "orders": [("0", "parents_first"), ("3.6", "by_kind"), ("4.4", "deepest_first")],
     # The command by which a thread waits for the next step, the clock, and the command that waits for it.
