@@ -43,27 +43,26 @@ class Api:
     def call(self, kind, target, args):
         """Calls a command or a function of another script. `target` is the packed number."""
         threads = self.threads
-        running = threads.running
-        if running is not None:
-            if kind == links.COMMAND:
+        if kind == links.COMMAND:
+            if threads.running is not None:
                 threads.count()
-            target += b"\1"
-        elif kind == links.COMMAND:
-            target += b"\0"
+                target += b"\1"
+            else:
+                target += b"\0"
         before = self.functions.last
         try:
             body = self.link.ask(kind, target, *self.write(args))
+            n = wire.unpack_u32(body)[0]
+            if n == 0:
+                return None
+            reader = self.reader(body)
+            reader.at = 4
+            if n == 1:
+                return reader.value()
+            return tuple([reader.value() for _ in range(n)])
         finally:
             if self.functions.last != before:
                 self.functions.release_since(before)
-        n = wire.unpack_u32(body)[0]
-        if n == 0:
-            return None
-        reader = self.reader(body)
-        reader.at = 4
-        if n == 1:
-            return reader.value()
-        return tuple([reader.value() for _ in range(n)])
 
     def lookup(self, name):
         """Returns what a name stands for: (True, value) or (False, None)."""
@@ -169,14 +168,7 @@ class ForeignFunction:
         self.api, self.number = api, number
 
     def __call__(self, *args):
-        api = self.api
-        before = api.functions.last
-        try:
-            body = api.link.ask(links.FUNCTION, self.number.to_bytes(8, "little"), *api.write(args))
-        finally:
-            api.functions.release_since(before)
-        values = api.reader(body).values()
-        return None if not values else values[0] if len(values) == 1 else tuple(values)
+        return self.api.call(links.FUNCTION, self.number.to_bytes(8, "little"), args)
 
 
 class Functions:

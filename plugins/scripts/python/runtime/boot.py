@@ -1,4 +1,4 @@
-# The first program of a script's process: reads the modules of the runtime from the socket, and runs them.
+# The first program of a script's process: reads the modules of the runtime from a pipe, and runs them.
 import os, sys, types
 
 def read(fd, n):
@@ -11,10 +11,12 @@ def read(fd, n):
     return parts
 
 def boot(parent, memory):
-    # The socket is the standard input; scripts get an empty one.
-    fd = os.dup(0)
+    # Messages come by the standard input, and leave by the standard output. Scripts get an empty input, and what
+    # libraries write to the output goes where errors go.
+    fd, out = os.dup(0), os.dup(1)
     null = os.open(os.devnull, os.O_RDONLY)
     os.dup2(null, 0)
+    os.dup2(2, 1)
     os.close(null)
     length = int.from_bytes(read(fd, 4), "little")
     rest = memoryview(read(fd, length))[1:]
@@ -33,7 +35,7 @@ def boot(parent, memory):
         sys.modules[module.__name__] = module
         setattr(package, name, module)
         exec(compile(source, "<tatu>/" + name + ".py", "exec"), module.__dict__)
-    package.main.run(fd, parent, memory)
+    package.main.run(fd, out, parent, memory)
 
 if sys.path and sys.path[0] == "":
     # The working folder is not searched for modules.

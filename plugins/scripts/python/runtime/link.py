@@ -32,31 +32,33 @@ class SimError(Exception):
 
 
 class Link:
-    """The socket to the simulator. Only the thread `owner` may use it."""
+    """The pipes to and from the simulator. Only the thread `owner` may use them."""
 
-    def __init__(self, fd):
-        self.fd = fd
+    def __init__(self, fd, out):
+        self.fd, self.out = fd, out
         self.received = b""
         self.owner = threading.get_ident()
         # Set by `main`: serves a question, waits for the end of a wait, takes the lines to log.
         self.serve = self.wait = self.lines = None
+        # Lines to log, if any.
+        self.pending = ()
 
     def send(self, kind, *parts):
         body = b"".join(parts)
         if len(body) >= MAX_BYTES:
             raise wire.Unsendable("the values have %d MB, more than can be passed at once" % (len(body) >> 20))
         data = pack_frame(len(body) + 1, kind) + body
-        lines = self.lines()
-        if lines:
+        if self.pending:
+            lines = self.lines()
             data = b"".join([pack_frame(len(line) + 1, LOG) + line for line in lines] + [data])
         write = os.write
-        sent = write(self.fd, data)
+        sent = write(self.out, data)
         while sent < len(data):
             data = data[sent:]
-            sent = write(self.fd, data)
+            sent = write(self.out, data)
 
     def receive(self):
-        """Returns kind and contents of the next message. Ends the process when the simulator has closed the socket."""
+        """Returns kind and contents of the next message. Ends the process when the simulator has ended."""
         data = self.received
         while len(data) < 4:
             part = os.read(self.fd, CHUNK)

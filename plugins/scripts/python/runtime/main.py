@@ -9,15 +9,16 @@ CLEANUP = {"cmd": "cleanup"}
 
 
 class Server:
-    def __init__(self, fd, parent, memory):
+    def __init__(self, fd, out, parent, memory):
         self.problems = limits.begin(parent, memory)
-        self.link = links.Link(fd)
+        self.link = links.Link(fd, out)
         self.output = outputs.Output(self.link)
         self.threads = threads_module.Threads(self.link)
         self.functions = apis.Functions()
         self.api = apis.Api(self.link, self.threads, self.functions)
         self.script = scripts.Script(self.api, self.threads)
         self.link.serve, self.link.wait, self.link.lines = self.serve, self.threads.wait, self.output.take
+        self.link.pending = self.output.pending
         self.stdout = sys.stdout = outputs.Stream(self.output, outputs.INFO)
         self.stderr = sys.stderr = outputs.Stream(self.output, outputs.WARNING)
         self.depth = 0
@@ -140,5 +141,5 @@ class Server:
         return links.FAILED, errors.place(sys._getframe())
 
 
-def run(fd, parent, memory):
-    Server(fd, parent, memory).run()
+def run(fd, out, parent, memory):
+    Server(fd, out, parent, memory).run()

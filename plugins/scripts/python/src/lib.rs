@@ -1,7 +1,7 @@
 //! Python as a script language.
 //!
 //! Each script runs in a process of its own, in the interpreter of the user's choice. The process runs the modules in
-//! `runtime/`, which are embedded in this library; it exchanges messages with the plugin over a pair of sockets.
+//! `runtime/`, which are embedded in this library; it exchanges messages with the plugin over pipes.
 //!
 //! - `script`: the data of a script; `load` starts its process;
 //! - `calls`: calls of the host into the script; `state`: what a script saves of its state;

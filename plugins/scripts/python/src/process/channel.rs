@@ -18,7 +18,7 @@ const TAIL: usize = 4 << 10;
 /// Why no message can be exchanged with the process any more.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Lost {
-    /// It has closed the socket, or has ended.
+    /// It has closed the pipe, or has ended.
     Closed,
     /// It has not answered in time.
     Late,
@@ -36,12 +36,17 @@ pub(crate) struct Patience<'a> {
     pub must_return: &'a dyn Fn() -> bool,
 }
 
-/// The socket to the process, and the pipe from its standard output and error.
+/// Pipes to and from the process: of messages in both directions, and of its standard output and error.
+///
+/// Pipes take half the time of a pair of sockets.
 pub(crate) struct Channel {
-    socket: OwnedFd,
+    input: OwnedFd,
+    messages: OwnedFd,
     output: OwnedFd,
-    /// Whether the process has closed its end of the pipe.
+    /// Whether the process has closed its end of `output`.
     output_ended: bool,
+    /// Whether a write to a process that has ended would end this program.
+    signals: bool,
     received: Vec<u8>,
     /// Start of the bytes in `received` that have not been taken.
     taken: usize,
@@ -51,8 +56,8 @@ pub(crate) struct Channel {
 }
 
 impl Channel {
-    pub fn new(socket: OwnedFd, output: OwnedFd) -> io::Result<Self> {
-        for fd in [&socket, &output] {
+    pub fn new(input: OwnedFd, messages: OwnedFd, output: OwnedFd) -> io::Result<Self> {
+        for fd in [&input, &messages, &output] {
             // SAFETY: the system calls take a descriptor that is open, and numbers.
             let result = unsafe {
                 let flags = libc::fcntl(fd.as_raw_fd(), libc::F_GETFL);
@@ -63,7 +68,8 @@ impl Channel {
             }
         }
         let (received, to_send, lines, tail) = Default::default();
-        Ok(Channel { socket, output, output_ended: false, received, taken: 0, to_send, lines, tail })
+        let signals = pipe_signal_is_fatal();
+        Ok(Channel { input, messages, output, output_ended: false, signals, received, taken: 0, to_send, lines, tail })
     }
 
     /// Adds a message that is sent with the next one; it must be complete.
@@ -73,20 +79,35 @@ impl Channel {
 
     /// Sends what was queued, and returns the next message of the process.
     pub fn exchange(&mut self, patience: &mut Patience<'_>) -> Result<Message, Lost> {
-        let mut begun = None;
-        loop {
-            self.send_some()?;
-            if self.to_send.is_empty()
-                && let Some(message) = self.take()?
-            {
-                return Ok(message);
+        let begun = Instant::now();
+        let limit = patience.left;
+        let result = loop {
+            if let Err(lost) = self.send_some() {
+                break Err(lost);
             }
-            self.wait(patience, begun.get_or_insert_with(Instant::now))?;
-        }
+            match self.take() {
+                Ok(Some(message)) if self.to_send.is_empty() => break Ok(message),
+                Ok(_) => {}
+                Err(lost) => break Err(lost),
+            }
+            let idle = match self.wait() {
+                Ok(idle) => idle,
+                Err(lost) => break Err(lost),
+            };
+            if limit.is_some_and(|limit| begun.elapsed() >= limit) {
+                break Err(Lost::Late);
+            }
+            if idle && (patience.must_return)() {
+                break Err(Lost::Interrupted);
+            }
+        };
+        patience.left = limit.map(|limit| limit.saturating_sub(begun.elapsed()));
+        result
     }
 
     /// Takes what the process has written to its standard output and error since the last call, line by line.
     pub fn output_lines(&mut self) -> Vec<String> {
+        self.read_output();
         let Some(end) = self.lines.iter().rposition(|b| *b == b'\n') else { return Vec::new() };
         let whole: Vec<u8> = self.lines.drain(..=end).collect();
         String::from_utf8_lossy(&whole).lines().map(str::to_owned).collect()
@@ -98,14 +119,13 @@ impl Channel {
         String::from_utf8_lossy(&self.tail).trim().to_owned()
     }
 
+    /// Sends what the process can receive now.
     fn send_some(&mut self) -> Result<(), Lost> {
         while !self.to_send.is_empty() {
-            let (ptr, len) = (self.to_send.as_ptr().cast(), self.to_send.len());
-            // SAFETY: the pointer and the length are those of `to_send`.
-            let sent = unsafe { libc::send(self.socket.as_raw_fd(), ptr, len, NO_SIGNAL) };
-            match usize::try_from(sent) {
+            match write(&self.input, &self.to_send, self.signals) {
+                Ok(sent) if sent == self.to_send.len() => self.to_send.clear(),
                 Ok(sent) => drop(self.to_send.drain(..sent)),
-                Err(_) => match io::Error::last_os_error().kind() {
+                Err(e) => match e.kind() {
                     io::ErrorKind::Interrupted => {}
                     io::ErrorKind::WouldBlock => return Ok(()),
                     _ => return Err(Lost::Closed),
@@ -133,39 +153,23 @@ impl Channel {
         Ok(Some(message))
     }
 
-    /// Waits until something can be sent or has been received, and receives it.
-    fn wait(&mut self, patience: &mut Patience<'_>, begun: &mut Instant) -> Result<(), Lost> {
-        let events = if self.to_send.is_empty() { libc::POLLIN } else { libc::POLLIN | libc::POLLOUT };
+    /// Waits until something can be sent or has been received, and receives it. Returns whether nothing happened for a
+    /// while, or only output was written, which an endless loop may do.
+    fn wait(&mut self) -> Result<bool, Lost> {
+        let entry = |fd: i32, events| libc::pollfd { fd, events, revents: 0 };
         let mut fds = [
-            libc::pollfd { fd: self.socket.as_raw_fd(), events, revents: 0 },
-            libc::pollfd { fd: if self.output_ended { -1 } else { self.output.as_raw_fd() }, events: libc::POLLIN, revents: 0 },
+            entry(self.messages.as_raw_fd(), libc::POLLIN),
+            entry(if self.output_ended { -1 } else { self.output.as_raw_fd() }, libc::POLLIN),
+            entry(if self.to_send.is_empty() { -1 } else { self.input.as_raw_fd() }, libc::POLLOUT),
         ];
-        let pause = patience.left.map_or(POLL, |left| left.min(POLL));
-        let ms = i32::try_from(pause.as_millis()).unwrap_or(1).max(1);
         // SAFETY: the pointer and the count are those of `fds`.
-        let ready = unsafe { libc::poll(fds.as_mut_ptr(), fds.len() as libc::nfds_t, ms) };
+        unsafe { libc::poll(fds.as_mut_ptr(), fds.len() as libc::nfds_t, POLL.as_millis() as i32) };
         if fds[1].revents != 0 {
             self.read_output();
         }
-        if fds[0].revents & !libc::POLLOUT != 0 {
-            self.receive()?;
+        if fds[0].revents == 0 {
+            return Ok(fds[2].revents == 0);
         }
-        if let Some(left) = &mut patience.left {
-            let now = Instant::now();
-            *left = left.saturating_sub(now.duration_since(*begun));
-            *begun = now;
-            if left.is_zero() {
-                return Err(Lost::Late);
-            }
-        }
-        // A process that floods the pipe or the socket must not keep the host from being asked.
-        if (ready <= 0 || fds[1].revents != 0) && (patience.must_return)() {
-            return Err(Lost::Interrupted);
-        }
-        Ok(())
-    }
-
-    fn receive(&mut self) -> Result<(), Lost> {
         if self.taken > 0 {
             self.received.drain(..self.taken);
             self.taken = 0;
@@ -173,29 +177,70 @@ impl Channel {
         if self.received.len() > MAX_BYTES + 4 {
             return Err(Lost::Malformed);
         }
-        match read(&self.socket, &mut self.received) {
+        match read(&self.messages, &mut self.received) {
             Some(0) => Err(Lost::Closed),
-            _ => Ok(()),
+            _ => Ok(false),
         }
     }
 
+    /// Reads the pipe, and forgets all but the last lines.
     fn read_output(&mut self) {
+        // The process may write faster than the pipe is read.
+        for _ in 0..MAX_LINES_BYTES / CHUNK {
+            if self.output_ended || !self.read_some_output() {
+                return;
+            }
+        }
+    }
+
+    /// Returns whether there may be more to read.
+    fn read_some_output(&mut self) -> bool {
         let before = self.lines.len();
-        let Some(n) = read(&self.output, &mut self.lines) else { return };
+        let Some(n) = read(&self.output, &mut self.lines) else { return false };
         self.output_ended |= n == 0;
         self.tail.extend_from_slice(&self.lines[before..before + n]);
         self.tail.drain(..self.tail.len().saturating_sub(TAIL));
         // Lines are taken after each call of the host. Until then, only the last ones are kept.
         self.lines.drain(..self.lines.len().saturating_sub(MAX_LINES_BYTES));
+        n > 0
     }
 }
 
 const MAX_LINES_BYTES: usize = 1 << 20;
 
-#[cfg(any(target_os = "linux", target_os = "android", target_os = "freebsd"))]
-const NO_SIGNAL: i32 = libc::MSG_NOSIGNAL;
-#[cfg(not(any(target_os = "linux", target_os = "android", target_os = "freebsd")))]
-const NO_SIGNAL: i32 = 0;
+/// Returns whether this program has not chosen to ignore or handle the signal of broken pipes.
+fn pipe_signal_is_fatal() -> bool {
+    // SAFETY: zero bytes are a valid `sigaction`, which the system call overwrites.
+    unsafe {
+        let mut action: libc::sigaction = std::mem::zeroed();
+        libc::sigaction(libc::SIGPIPE, std::ptr::null(), &raw mut action) == 0 && action.sa_sigaction == libc::SIG_DFL
+    }
+}
+
+/// Writes to a pipe. With `signals`, keeps the signal of a broken pipe from ending the program.
+fn write(fd: &OwnedFd, bytes: &[u8], signals: bool) -> io::Result<usize> {
+    // SAFETY: the pointer and the length are those of `bytes`; the sets of signals are initialized before use.
+    unsafe {
+        let mut outer: libc::sigset_t = std::mem::zeroed();
+        let mut pipe: libc::sigset_t = std::mem::zeroed();
+        if signals {
+            libc::sigemptyset(&raw mut pipe);
+            libc::sigaddset(&raw mut pipe, libc::SIGPIPE);
+            libc::pthread_sigmask(libc::SIG_BLOCK, &raw const pipe, &raw mut outer);
+        }
+        let n = libc::write(fd.as_raw_fd(), bytes.as_ptr().cast(), bytes.len());
+        let result = usize::try_from(n).map_err(|_| io::Error::last_os_error());
+        if signals {
+            if result.as_ref().is_err_and(|e| e.kind() == io::ErrorKind::BrokenPipe) {
+                // The signal is pending for this thread; it is taken before it is allowed again.
+                let mut number = 0;
+                libc::sigwait(&raw const pipe, &raw mut number);
+            }
+            libc::pthread_sigmask(libc::SIG_SETMASK, &raw const outer, std::ptr::null_mut());
+        }
+        result
+    }
+}
 
 /// Appends what can be read at once. Returns the number of bytes, 0 at the end, or `None` if nothing can be read now.
 fn read(fd: &OwnedFd, to: &mut Vec<u8>) -> Option<usize> {

@@ -4,10 +4,10 @@ use std::{
     io,
     os::{
         fd::OwnedFd,
-        unix::{net::UnixStream, process::CommandExt},
+        unix::process::CommandExt,
     },
     path::Path,
-    process::{self, Command, ExitStatus, Stdio},
+    process::{self, Command, ExitStatus},
     time::{Duration, Instant},
 };
 
@@ -15,7 +15,7 @@ use tatu_plugin_api::safe::*;
 
 use super::{Channel, interpreter};
 
-/// Reads the runtime from the socket and runs it; see `runtime`.
+/// Reads the runtime from the pipe and runs it.
 const BOOT: &str = include_str!("../../runtime/boot.py");
 /// How long a process may take to end by itself.
 const FAREWELL: Duration = Duration::from_millis(300);
@@ -38,16 +38,17 @@ impl Child {
             Fail::new(format!("the Python interpreter `{}` cannot be started: {e}", program.display()))
                 .help("set the environment variable TATU_PYTHON to the path of a Python interpreter")
         };
-        let (ours, theirs) = UnixStream::pair().map_err(failed)?;
-        let (output, input) = io::pipe().map_err(failed)?;
+        let (their_input, input) = io::pipe().map_err(failed)?;
+        let (messages, their_messages) = io::pipe().map_err(failed)?;
+        let (output, their_output) = io::pipe().map_err(failed)?;
         let mut command = Command::new(&program);
         // Everything that would have to be done between fork and exec is done by the runtime, because a process with
-        // threads must not fork. Its first input is the socket, which no other process inherits.
+        // threads must not fork. The runtime moves the pipes of messages from standard input and output elsewhere.
         command
             .args(["-c", BOOT, &process::id().to_string(), &memory_limit().to_string()])
-            .stdin(Stdio::from(OwnedFd::from(theirs)))
-            .stdout(input.try_clone().map_err(failed)?)
-            .stderr(input)
+            .stdin(their_input)
+            .stdout(their_messages)
+            .stderr(their_output)
             .env("PYTHONHASHSEED", (seed as u32).to_string())
             .env("PYTHONDONTWRITEBYTECODE", "1")
             .env("PYTHONIOENCODING", "utf-8")
@@ -63,7 +64,8 @@ impl Child {
         }
         // A group of its own: the terminal's Ctrl-C does not reach it, and it can be killed with what it has started.
         let process = command.process_group(0).spawn().map_err(failed)?;
-        let channel = Channel::new(OwnedFd::from(ours), OwnedFd::from(output)).map_err(failed)?;
+        let channel = Channel::new(OwnedFd::from(input), OwnedFd::from(messages), OwnedFd::from(output));
+        let channel = channel.map_err(failed)?;
         Ok(Child { process, channel })
     }
 
