@@ -1,6 +1,7 @@
 """Errors of the script, as the simulator reports them: message, position, traceback."""
 
 import linecache
+import os
 import struct
 import traceback
 
@@ -9,6 +10,8 @@ from tatu_runtime import link as links, wire
 SCRIPT_ERROR, MEMORY_ERROR = -7, -13
 MAX_TEXT = 4000
 MAX_FRAMES = 40
+# Folders with the modules of the interpreter.
+LIBRARIES = (os.path.dirname(os.__file__) + os.sep, "<frozen ")
 
 
 def failure(error):
@@ -27,7 +30,7 @@ def failure(error):
         frames = [(error.filename or "", error.lineno, "", (error.text or "").strip())]
     elif isinstance(error, ModuleNotFoundError):
         help = "install it for the interpreter that runs scripts, or choose another one with TATU_PYTHON"
-    file, line = (frames[0][0], frames[0][1]) if frames else ("", 0)
+    file, line = position(frames)
     lines = []
     for file_name, number, function, source in frames:
         lines.append("%s:%d: in %s" % (file_name, number, function or "the text"))
@@ -37,6 +40,14 @@ def failure(error):
     if cause is not None and cause is not error:
         lines.append("caused by %s: %s" % (type(cause).__name__, message(cause)))
     return report(code, text, help, file, line, "\n".join(lines))
+
+
+def position(frames):
+    """Returns file and line of the innermost frame that does not belong to a library of the interpreter."""
+    for file, line, _, _ in frames:
+        if not file.startswith(LIBRARIES) and "site-packages" not in file:
+            return file, line
+    return (frames[0][0], frames[0][1]) if frames else ("", 0)
 
 
 def report(code, text, help, file, line, trace):

@@ -1,5 +1,6 @@
 """The loop that serves the simulator."""
 
+import faulthandler
 import sys
 
 from tatu_runtime import api as apis, errors, limits, link as links, output as outputs, repeat, script as scripts
@@ -22,6 +23,8 @@ class Server:
         self.stdout = sys.stdout = outputs.Stream(self.output, outputs.INFO)
         self.stderr = sys.stderr = outputs.Stream(self.output, outputs.WARNING)
         self.depth = 0
+        # A crash is reported with the lines of the script that were running.
+        faulthandler.enable(file=2)
         self.answers = {
             links.LOAD: self.load, links.FIND: self.find, links.CALL: self.call,
             links.CALL_FUNCTION: self.call_function, links.RESUME: self.resume, links.SAVE: self.save,
