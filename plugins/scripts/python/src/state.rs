@@ -10,6 +10,7 @@ use crate::{
     exchange::{Answer, ask},
     message::{self, to},
     script::PythonScript,
+    wire::{self, Malformed, Reader},
 };
 
 /// Version of the saved data.
@@ -17,27 +18,58 @@ pub(crate) const VERSION: u32 = 1;
 /// How long the callbacks for saving and restoring may take.
 const TIME: Duration = Duration::from_secs(10);
 
-/// Saves the state of the script: a hash of its text, and the value that the script returned.
+/// Saves the state of the script: a hash of its text, the callables that the host knows by number, and the value that
+/// the script returned.
 pub(crate) fn save(script: &PythonScript) -> Result<Vec<u8>> {
     let Answer::Done(answer) = ask(script, message::begin(to::SAVE), Some(TIME))? else {
         return Err(Fail::unsupported("a callback that saves the state of a script must not wait"));
     };
-    let mut out = hash(&script.source.borrow().text).to_le_bytes().to_vec();
+    let source = script.source.borrow();
+    let mut out = hash(&source.text).to_le_bytes().to_vec();
+    out.extend((source.callables.len() as u32).to_le_bytes());
+    for (how, name) in &source.callables {
+        out.push(*how as u8);
+        wire::write_text(&mut out, name);
+    }
     out.extend(answer.body);
     Ok(out)
 }
 
+/// What was saved, except the script's own value.
+struct Saved<'a> {
+    hash: u64,
+    callables: Vec<(u32, Box<[u8]>)>,
+    value: &'a [u8],
+}
+
+fn read(bytes: &[u8]) -> Result<Saved<'_>, Malformed> {
+    let mut reader = Reader::new(bytes, 0);
+    let hash = reader.u64()?;
+    let mut callables = Vec::new();
+    for _ in 0..reader.u32()? {
+        callables.push((reader.u8()?.into(), reader.bytes()?.into()));
+    }
+    Ok(Saved { hash, callables, value: reader.rest() })
+}
+
 /// Passes saved data to the script. Before the script has run, its text must be the one that saved the data.
 pub(crate) fn restore(script: &PythonScript, bytes: &[u8], version: u32) -> Result<()> {
-    let Some((saved, body)) = bytes.split_first_chunk::<8>().filter(|_| version == VERSION) else {
+    if version != VERSION {
         return Err(Fail::unsupported(format!("the saved state has the unknown version {version}")));
-    };
-    let same = u64::from_le_bytes(*saved) == hash(&script.source.borrow().text);
+    }
+    let saved = read(bytes).map_err(|Malformed| Fail::argument("the saved state of the script is damaged"))?;
+    let same = saved.hash == hash(&script.source.borrow().text);
     let mut question = message::begin(to::RESTORE);
     question.push(u8::from(same));
-    question.extend_from_slice(body);
+    question.extend_from_slice(saved.value);
     match ask(script, question, Some(TIME))? {
-        Answer::Done(_) => Ok(()),
+        Answer::Done(_) => {
+            let callables = &mut script.source.borrow_mut().callables;
+            if callables.is_empty() {
+                *callables = saved.callables;
+            }
+            Ok(())
+        }
         Answer::Waiting => Err(Fail::unsupported("a callback that restores the state of a script must not wait")),
     }
 }

@@ -127,6 +127,10 @@ impl<'a> Reader<'a> {
     pub fn i32(&mut self) -> Result<i32, Malformed> {
         self.array().map(i32::from_le_bytes)
     }
+    /// Returns everything that has not been read.
+    pub fn rest(&self) -> &'a [u8] {
+        self.rest
+    }
     /// Reads bytes after their length.
     pub fn bytes(&mut self) -> Result<&'a [u8], Malformed> {
         let n = self.u32()?;
