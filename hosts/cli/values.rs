@@ -55,9 +55,11 @@ pub fn permission(text: &str) -> Result<String, String> {
         && text.bytes().all(|b| b.is_ascii_lowercase() || b.is_ascii_digit() || b == b'_');
     match word || net {
         true => Ok(text.to_owned()),
-        false => Err("expected `exec`, `native`, `plugins`, the word of a script language, or `net=HOST:PORT`, such as \
+        false => {
+            Err("expected `exec`, `native`, `plugins`, the word of a script language, or `net=HOST:PORT`, such as \
                       `net=127.0.0.1:*`"
-            .into()),
+                .into())
+        }
     }
 }
 

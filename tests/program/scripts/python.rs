@@ -61,12 +61,15 @@ function sysCall_thread() say('thread') sim.step() say('thread') end
 function sysCall_cleanup() say('cleanup') print(sim.getStringSignal('order')) end";
     let order = |text: &str| text.lines().find(|l| l.contains("init")).map(str::to_owned);
     let found = order(&printed(&dummy("a", python), 4));
-    assert!(found.as_ref().is_some_and(|l| l.starts_with("init thread actuation sensing thread actuation")), "{found:?}");
+    assert!(
+        found.as_ref().is_some_and(|l| l.starts_with("init thread actuation sensing thread actuation")),
+        "{found:?}"
+    );
     assert_eq!(found, order(&printed(&watcher("a", lua), 4)));
 }
 
 #[test]
-fn values_pass_both_ways_and_what_cannot_pass_is_named() {
+fn values_pass_both_ways_and_others_are_refused_with_their_place() {
     let lua = watcher("lua", "function echo(...) return ... end function twice(f, x) return f(f(x)) end");
     let python = "
 import array
@@ -148,7 +151,7 @@ def sysCall_sensing():
         (done.out + &done.err).lines().filter(|l| l.contains("drawn")).map(str::to_owned).collect::<Vec<_>>()
     };
     let first = drawn("1");
-    assert_eq!(first.len(), 2);
+    assert!(first.len() > 1, "{first:?}");
     assert_eq!(first, drawn("1"));
     assert_ne!(first, drawn("2"));
 }
@@ -165,7 +168,7 @@ fn an_included_file_replaces_the_text_and_finds_modules_beside_it() {
 }
 
 #[test]
-fn a_snapshot_contains_what_a_script_saves() {
+fn state_that_a_script_saves_is_restored_from_a_snapshot() {
     let scene = dummy(
         "a",
         "

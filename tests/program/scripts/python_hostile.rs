@@ -72,7 +72,10 @@ fn scene(way: &str) -> TestFolder {
     ));
     let body: String = way.split('\n').map(|line| format!("  {line}\n")).collect();
     let again = "def again(): return sim.callScriptFunction('again', sim.handle_self)";
-    place.write("bad.py", &format!("{again}\ndef sysCall_init():\n  sim = require('sim')\ndef sysCall_actuation():\n{body}"));
+    place.write(
+        "bad.py",
+        &format!("{again}\ndef sysCall_init():\n  sim = require('sim')\ndef sysCall_actuation():\n{body}"),
+    );
     place
 }
 

@@ -155,7 +155,8 @@ pub fn data((file, tree): (&VrepFile, &ObjectTree<'_>), o: &FileObject, meant: b
         .chain(&c.parameters)
         .collect();
     out.extend(own.iter().map(|p| (Value::text(format!("parameter.{}", p.name)), Value::text(&p.value))));
-    let foreign = file.scripts.iter().filter(|s| !RUN_LANGUAGES.contains(&s.language().as_str()) && target(file, s) == c.id);
+    let foreign =
+        file.scripts.iter().filter(|s| !RUN_LANGUAGES.contains(&s.language().as_str()) && target(file, s) == c.id);
     out.extend(
         foreign
             .map(|s| (Value::text(format!("{PRIVATE_PREFIX}script {}", s.language())), Value::Bytes(s.text.clone()))),

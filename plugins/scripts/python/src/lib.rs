@@ -24,10 +24,7 @@ mod wire;
 
 use tatu_plugin_api::{abi::*, safe::*};
 
-use script::PythonScript;
-
-/// The permission that scripts need.
-const PERMISSION: &str = "python";
+use script::{PERMISSION, PythonScript};
 
 /// The plugin, which has no data; every script is an instance of the language.
 struct Python;

@@ -8,7 +8,7 @@ use crate::{
     exchange::{Answer, ask},
     message::{self, to},
     process::Child,
-    script::{PythonScript, Source},
+    script::{PERMISSION, PythonScript, Source},
     wire::{self, Malformed, Reader},
 };
 
@@ -34,7 +34,7 @@ const RUNTIME: &[(&str, &str)] = &[
 pub(crate) fn load(script: &PythonScript, text: &[u8], chunk: &str, dialect: &str) -> Result<String> {
     let allowed = script.property(0, "scene.allow");
     let allows = |word: &str| allowed.split(',').any(|a| a == word);
-    if !allows(crate::PERMISSION) {
+    if !allows(PERMISSION) {
         // A host that does not know the permissions of languages would load the script.
         return Err(Fail::unsupported("Python scripts can do anything that your account can")
             .help("if you trust the scene, allow its scripts with `--allow python`"));
@@ -43,8 +43,7 @@ pub(crate) fn load(script: &PythonScript, text: &[u8], chunk: &str, dialect: &st
     let mut child = Child::start(folder.as_deref(), script.instance.seed)?;
     child.channel.queue(&runtime());
     *script.child.borrow_mut() = Some(child);
-    *script.source.borrow_mut() =
-        Source { text: text.to_vec(), ..Source::default() };
+    *script.source.borrow_mut() = Source { text: text.to_vec(), ..Source::default() };
     let question = description(script, text, chunk, dialect, folder.as_deref(), allows("exec"));
     match ask(script, question, Some(START))? {
         Answer::Done(answer) => read_loaded(script, &answer.body).map_err(|Malformed| not_loaded()),

@@ -13,6 +13,9 @@ use crate::{
     process::Child,
 };
 
+/// The permission that scripts need.
+pub(crate) const PERMISSION: &str = "python";
+
 /// A script.
 pub(crate) struct PythonScript {
     world: *mut tatu_world,
