@@ -58,12 +58,12 @@ class Link:
             sent = write(self.out, data)
 
     def receive(self):
-        """Returns kind and contents of the next message. Ends the process when the simulator has ended."""
+        """Returns kind and contents of the next message. Raises `EOFError` when the simulator has closed the pipe."""
         data = self.received
         while len(data) < 4:
             part = os.read(self.fd, CHUNK)
             if not part:
-                os._exit(0)
+                raise EOFError
             data += part
         end = 4 + unpack_length(data)[0]
         if len(data) < end:
@@ -71,7 +71,7 @@ class Link:
             while n < end:
                 part = os.read(self.fd, max(CHUNK, min(end - n, 1 << 20)))
                 if not part:
-                    os._exit(0)
+                    raise EOFError
                 parts.append(part)
                 n += len(part)
             data = b"".join(parts)
@@ -99,6 +99,8 @@ class Link:
                 if RESULT <= answer <= WAIT:
                     return answer, body
                 self.serve(answer, body)
+        except EOFError:
+            os._exit(0)
         except BaseException as problem:
             # The answer would be taken for that to a later question.
             os.write(2, ("%s within a command\n" % type(problem).__name__).encode())

@@ -33,7 +33,11 @@ class Server:
 
     def run(self):
         while True:
-            kind, body = self.link.receive()
+            try:
+                kind, body = self.link.receive()
+            except EOFError:
+                # The interpreter ends, and writes out the files of the script.
+                return
             self.output.begin()
             self.serve(kind, body)
 

@@ -27,7 +27,7 @@ class Info:
         """Defines a name such as `gripper.open`, in place of a command."""
         space, _, key = name.rpartition(".")
         if not space:
-            self._script.builtins[key] = value
+            self._script.builtins[key] = self._script.defined[key] = value
             return
         space = self._script.api.space(space)
         space._own[key] = space.__dict__[key] = value
@@ -48,6 +48,8 @@ class Script:
         self.rules = {"functions": [], "also": {}, "arguments": {}, "results": {}}
         self.module = types.ModuleType("__main__")
         self.builtins = dict(builtins.__dict__)
+        # Names that preludes have defined.
+        self.defined = {}
         self.code = None
         self.has_run = False
         self.time = None
@@ -144,8 +146,9 @@ class Script:
         if name in self.rules["also"]:
             names.append(self.rules["also"][name])
         for one in names:
-            if callable(scope.get(one)):
-                return scope[one]
+            function = scope.get(one, self.defined.get(one))
+            if callable(function):
+                return function
         return None
 
     def function(self, name):

@@ -14,8 +14,18 @@ def set_automatic(on):
     return 1
 
 
-def copy_table(table):
-    return copy.deepcopy(table)
+def acquire_lock():
+    set_stepping(True)
+
+
+def release_lock():
+    set_stepping(False)
+
+
+def read_block(*args):
+    """Unlike in Lua, missing data is empty."""
+    found = script.command("sim.readCustomDataBlock")(*args)
+    return b"" if found is None else found
 
 
 def vision(data):
@@ -28,9 +38,10 @@ script.define("sim.setThreadAutomaticSwitch", set_automatic)
 script.define("sim.setThreadSwitchTiming", lambda ms=2: 1)
 script.define("sim.setAutoYieldDelay", lambda seconds=0.002: None)
 script.define("sim.getAutoYieldDelay", lambda: 0.002)
-script.define("sim.acquireLock", lambda: set_stepping(True) and None)
-script.define("sim.releaseLock", lambda: set_stepping(False) and None)
-script.define("sim.copyTable", copy_table)
+script.define("sim.acquireLock", acquire_lock)
+script.define("sim.releaseLock", release_lock)
+script.define("sim.copyTable", copy.deepcopy)
+script.define("sim.readCustomDataBlock", read_block)
 if script.has("sysCall_vision", "sysCall_trigger"):
     script.define("sysCall_measured", vision)
 

@@ -40,7 +40,8 @@ pub(crate) struct Patience<'a> {
 ///
 /// Pipes take half the time of a pair of sockets.
 pub(crate) struct Channel {
-    input: OwnedFd,
+    /// `None` once it has been closed, which asks the process to end.
+    input: Option<OwnedFd>,
     messages: OwnedFd,
     output: OwnedFd,
     /// Whether the process has closed its end of `output`.
@@ -69,7 +70,14 @@ impl Channel {
         }
         let (received, to_send, lines, tail) = Default::default();
         let signals = pipe_signal_is_fatal();
+        let input = Some(input);
         Ok(Channel { input, messages, output, output_ended: false, signals, received, taken: 0, to_send, lines, tail })
+    }
+
+    /// Asks the process to end, after it has finished what it does.
+    pub fn close(&mut self) {
+        self.input = None;
+        self.read_output();
     }
 
     /// Adds a message that is sent with the next one; it must be complete.
@@ -122,7 +130,8 @@ impl Channel {
     /// Sends what the process can receive now.
     fn send_some(&mut self) -> Result<(), Lost> {
         while !self.to_send.is_empty() {
-            match write(&self.input, &self.to_send, self.signals) {
+            let Some(input) = &self.input else { return Err(Lost::Closed) };
+            match write(input, &self.to_send, self.signals) {
                 Ok(sent) if sent == self.to_send.len() => self.to_send.clear(),
                 Ok(sent) => drop(self.to_send.drain(..sent)),
                 Err(e) => match e.kind() {
@@ -148,6 +157,7 @@ impl Channel {
         self.taken += 4 + length;
         if self.taken == self.received.len() {
             self.received.clear();
+            self.received.shrink_to(CHUNK);
             self.taken = 0;
         }
         Ok(Some(message))
@@ -157,10 +167,11 @@ impl Channel {
     /// while, or only output was written, which an endless loop may do.
     fn wait(&mut self) -> Result<bool, Lost> {
         let entry = |fd: i32, events| libc::pollfd { fd, events, revents: 0 };
+        let input = self.input.as_ref().filter(|_| !self.to_send.is_empty());
         let mut fds = [
             entry(self.messages.as_raw_fd(), libc::POLLIN),
             entry(if self.output_ended { -1 } else { self.output.as_raw_fd() }, libc::POLLIN),
-            entry(if self.to_send.is_empty() { -1 } else { self.input.as_raw_fd() }, libc::POLLOUT),
+            entry(input.map_or(-1, AsRawFd::as_raw_fd), libc::POLLOUT),
         ];
         // SAFETY: the pointer and the count are those of `fds`.
         unsafe { libc::poll(fds.as_mut_ptr(), fds.len() as libc::nfds_t, POLL.as_millis() as i32) };

@@ -21,7 +21,7 @@ const MEMORY_MB: u64 = 2048;
 /// The environment variable that sets another limit, MiB; 0: none.
 const MEMORY_VARIABLE: &str = "TATU_PYTHON_MEMORY_MB";
 
-/// The running process of a script. It is killed when this is dropped.
+/// The running process of a script. When this is dropped, the process is asked to end, and then killed.
 pub(crate) struct Child {
     process: process::Child,
     pub channel: Channel,
@@ -66,8 +66,9 @@ impl Child {
         Ok(Child { process, channel })
     }
 
-    /// Waits briefly for the end of the process, then kills it, and describes how it ended.
+    /// Asks the process to end, waits briefly, then kills it, and describes how it ended.
     pub fn end(&mut self) -> String {
+        self.channel.close();
         let until = Instant::now() + FAREWELL;
         loop {
             match self.process.try_wait() {
@@ -80,7 +81,7 @@ impl Child {
         "it was ended".to_owned()
     }
 
-    /// Kills the process and everything that it has started.
+    /// Kills the process and everything that it has started, unless it has already ended by itself.
     pub fn kill(&mut self) {
         if matches!(self.process.try_wait(), Ok(Some(_))) {
             return;
@@ -97,7 +98,8 @@ impl Child {
 
 impl Drop for Child {
     fn drop(&mut self) {
-        self.kill();
+        // A process that ends by itself writes out its files.
+        self.end();
     }
 }
 
