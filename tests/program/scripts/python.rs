@@ -191,3 +191,45 @@ def sysCall_loadstate(state):
     let said = done.out + &done.err;
     assert!(said.contains("count 3") && !said.contains("count 1\n"), "{said}");
 }
+
+#[test]
+fn functions_that_a_command_keeps_are_called_after_it_has_returned() {
+    let script = "
+def sysCall_init():
+    sim = require('sim')
+    self.heard = 0
+    tatu.on('mine.ping', heard)
+def heard(event, name):
+    self.heard += event['x']
+def sysCall_actuation():
+    tatu.emit('mine.ping', {'x': 2})
+def sysCall_sensing():
+    assert self.heard > 0 and self.heard % 2 == 0
+    print('heard', self.heard)";
+    assert!(printed(&dummy("a", script), 3).contains("heard 6"));
+}
+
+#[test]
+fn files_that_a_script_leaves_open_are_complete_at_the_end() {
+    let script = "
+def sysCall_init():
+    self.file = open('data.csv', 'w')
+def sysCall_sensing():
+    self.file.write('line' + chr(10))";
+    let place = TestFolder::scene(&dummy("a", script));
+    place.tatu(&["run", "scene.toml", "--steps", "3", "--allow", "python"]).good();
+    assert!(place.read("data.csv").matches("line").count() >= 3);
+}
+
+#[test]
+fn a_replay_runs_the_script_again_if_it_is_allowed() {
+    let script = "
+import random
+def sysCall_actuation():
+    sim.setObjectPosition(sim.getObject('.'), [random.random(), 0, 0])";
+    let place = TestFolder::scene(&dummy("a", script));
+    let run = |args: &[&str]| place.tatu(&[args, &["--json"]].concat()).good().json()["hash"].clone();
+    let first = run(&["run", "scene.toml", "--steps", "3", "--allow", "python", "--log", "log"]);
+    assert_eq!(first, run(&["run", "--replay", "log", "--allow", "python"]));
+    assert_ne!(first, run(&["run", "--replay", "log"]));
+}

@@ -53,9 +53,10 @@ class Link:
             data = b"".join([pack_frame(len(line) + 1, LOG) + line for line in lines] + [data])
         write = os.write
         sent = write(self.out, data)
-        while sent < len(data):
-            data = data[sent:]
-            sent = write(self.out, data)
+        if sent < len(data):
+            rest = memoryview(data)
+            while sent < len(data):
+                sent += write(self.out, rest[sent:])
 
     def receive(self):
         """Returns kind and contents of the next message. Raises `EOFError` when the simulator has closed the pipe."""

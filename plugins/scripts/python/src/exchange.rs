@@ -40,19 +40,25 @@ pub(crate) fn ask(script: &PythonScript, mut question: Vec<u8>, time: Option<Dur
         script.world().must_return()
     };
     let mut patience = Patience { left: time, must_return: &must_return };
+    let mut served = 0u32;
     let answer = loop {
+        // A script that asks without end never lets the plugin wait.
+        served = served.wrapping_add(1);
+        if served.is_multiple_of(1024) && must_return() {
+            return Err(give_up(script, Lost::Interrupted));
+        }
         if !question.is_empty() {
             message::complete(&mut question);
         }
         let message = receive(script, &question, &mut patience)?;
-        let served = match message.kind {
+        let reply = match message.kind {
             from::DONE => break Ok(Answer::Done(message)),
             from::WAITING => break Ok(Answer::Waiting),
             from::FAILED => break Err(failure(script, &message)),
             from::LOG => log(script, &message).map(|()| Vec::new()),
             _ => serve::question(script, &message),
         };
-        match served {
+        match reply {
             Ok(reply) => question = reply,
             Err(Malformed) => return Err(give_up(script, Lost::Malformed)),
         }

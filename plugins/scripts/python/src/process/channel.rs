@@ -52,6 +52,8 @@ pub(crate) struct Channel {
     /// Start of the bytes in `received` that have not been taken.
     taken: usize,
     to_send: Vec<u8>,
+    /// Number of bytes of `to_send` that have been sent.
+    sent: usize,
     lines: Vec<u8>,
     tail: Vec<u8>,
 }
@@ -69,9 +71,10 @@ impl Channel {
             }
         }
         let (received, to_send, lines, tail) = Default::default();
+        let (taken, sent) = (0, 0);
         let signals = pipe_signal_is_fatal();
         let input = Some(input);
-        Ok(Channel { input, messages, output, output_ended: false, signals, received, taken: 0, to_send, lines, tail })
+        Ok(Channel { input, messages, output, output_ended: false, signals, received, taken, to_send, sent, lines, tail })
     }
 
     /// Asks the process to end, after it has finished what it does.
@@ -93,10 +96,12 @@ impl Channel {
             if let Err(lost) = self.send_some() {
                 break Err(lost);
             }
-            match self.take() {
-                Ok(Some(message)) if self.to_send.is_empty() => break Ok(message),
-                Ok(_) => {}
-                Err(lost) => break Err(lost),
+            if self.to_send.is_empty() {
+                match self.take() {
+                    Ok(Some(message)) => break Ok(message),
+                    Ok(None) => {}
+                    Err(lost) => break Err(lost),
+                }
             }
             let idle = match self.wait() {
                 Ok(idle) => idle,
@@ -131,9 +136,13 @@ impl Channel {
     fn send_some(&mut self) -> Result<(), Lost> {
         while !self.to_send.is_empty() {
             let Some(input) = &self.input else { return Err(Lost::Closed) };
-            match write(input, &self.to_send, self.signals) {
-                Ok(sent) if sent == self.to_send.len() => self.to_send.clear(),
-                Ok(sent) => drop(self.to_send.drain(..sent)),
+            match write(input, &self.to_send[self.sent..], self.signals) {
+                Ok(n) if self.sent + n == self.to_send.len() => {
+                    self.to_send.clear();
+                    self.to_send.shrink_to(CHUNK);
+                    self.sent = 0;
+                }
+                Ok(n) => self.sent += n,
                 Err(e) => match e.kind() {
                     io::ErrorKind::Interrupted => {}
                     io::ErrorKind::WouldBlock => return Ok(()),
