@@ -233,3 +233,28 @@ def sysCall_actuation():
     assert_eq!(first, run(&["run", "--replay", "log", "--allow", "python"]));
     assert_ne!(first, run(&["run", "--replay", "log"]));
 }
+
+#[test]
+#[cfg_attr(no_pypi, ignore = "needs python3 with venv and pip, and PyPI")]
+fn arrays_of_numpy_are_lists_and_its_generators_are_seeded() {
+    let script = "
+import numpy as np
+def sysCall_init():
+    sim = require('sim')
+    here = np.int64(sim.getObject('.'))
+    sim.setObjectPosition(here, np.array([1, 2.5, 3]))
+    assert sim.getObjectPosition(here, np.int32(-1)) == [1.0, 2.5, 3.0]
+    sim.setFloatSignal('x', np.float32(1.5))
+    assert sim.getFloatSignal('x') == 1.5
+    print('drawn', np.random.rand(2), np.random.default_rng().random())";
+    let place = TestFolder::scene(&dummy("a", script));
+    let python = served_scene::python("numpy", "numpy").display().to_string();
+    let drawn = || {
+        let args = ["run", "scene.toml", "--steps", "1", "--allow", "python"];
+        let done = run(program(), place.path(), &args, &[("TATU_PYTHON", &python)]).good();
+        (done.out + &done.err).lines().filter(|l| l.contains("drawn")).map(str::to_owned).collect::<Vec<_>>()
+    };
+    let first = drawn();
+    assert_eq!(first.len(), 1);
+    assert_eq!(first, drawn());
+}

@@ -74,7 +74,19 @@ impl Channel {
         let (taken, sent) = (0, 0);
         let signals = pipe_signal_is_fatal();
         let input = Some(input);
-        Ok(Channel { input, messages, output, output_ended: false, signals, received, taken, to_send, sent, lines, tail })
+        Ok(Channel {
+            input,
+            messages,
+            output,
+            output_ended: false,
+            signals,
+            received,
+            taken,
+            to_send,
+            sent,
+            lines,
+            tail,
+        })
     }
 
     /// Asks the process to end, after it has finished what it does.
