@@ -55,6 +55,8 @@ class Api:
             n = wire.unpack_u32(body)[0]
             if n == 0:
                 return None
+            if n == 1 and body[4] == wire.FLOAT:
+                return wire.unpack_float(body, 5)[0]
             reader = self.reader(body)
             reader.at = 4
             if n == 1:

@@ -15,6 +15,8 @@ unpack_float = struct.Struct("<d").unpack_from
 unpack_u64 = struct.Struct("<Q").unpack_from
 
 NIL, FALSE, TRUE = b"\0", b"\1", b"\2"
+# Tags of values that follow.
+INT, FLOAT, TEXT, BYTES, FLOATS, INTS, LIST, MAP, OWN_FUNCTION, FUNCTION = range(3, 13)
 
 
 class Unsendable(TypeError):
@@ -32,14 +34,14 @@ class Writer:
         """Appends the parts of a value to `out`."""
         kind = type(value)
         if kind is float:
-            out.append(pack_float(4, value))
+            out.append(pack_float(FLOAT, value))
         elif kind is int:
             if not INT_MIN <= value <= INT_MAX:
                 raise Unsendable("the integer %s does not fit into 64 bits" % brief(value))
-            out.append(pack_int(3, value))
+            out.append(pack_int(INT, value))
         elif kind is str:
             data = value.encode("utf-8", "surrogateescape")
-            out.append(pack_head(5, len(data)))
+            out.append(pack_head(TEXT, len(data)))
             out.append(data)
         elif value is None:
             out.append(NIL)
@@ -51,7 +53,7 @@ class Writer:
             self.mapping(out, value, depth)
         elif kind is bytes or kind is bytearray or kind is memoryview:
             data = bytes(value)
-            out.append(pack_head(6, len(data)))
+            out.append(pack_head(BYTES, len(data)))
             out.append(data)
         else:
             self.other(out, value, depth)
@@ -62,19 +64,19 @@ class Writer:
             kinds = set(map(type, items))
             if kinds == {int}:
                 try:
-                    out.append(struct.pack("<BI%dq" % n, 8, n, *items))
+                    out.append(struct.pack("<BI%dq" % n, INTS, n, *items))
                     return
                 except struct.error:
                     raise Unsendable("an integer of the list does not fit into 64 bits") from None
             if kinds <= {int, float}:
                 try:
-                    out.append(struct.pack("<BI%dd" % n, 7, n, *items))
+                    out.append(struct.pack("<BI%dd" % n, FLOATS, n, *items))
                     return
                 except (struct.error, OverflowError):
                     raise Unsendable("a number of the list is too large") from None
         if depth >= MAX_DEPTH:
             raise Unsendable("the list is nested more than %d levels deep, or contains itself" % MAX_DEPTH)
-        out.append(pack_head(9, n))
+        out.append(pack_head(LIST, n))
         at = 0
         try:
             for item in items:
@@ -86,7 +88,7 @@ class Writer:
     def mapping(self, out, entries, depth):
         if depth >= MAX_DEPTH:
             raise Unsendable("the dict is nested more than %d levels deep, or contains itself" % MAX_DEPTH)
-        out.append(pack_head(10, len(entries)))
+        out.append(pack_head(MAP, len(entries)))
         for key, value in entries.items():
             if not isinstance(key, (str, int, float, bool)):
                 raise Unsendable("the key %s of the dict is not a str, number or bool" % brief(key))
@@ -105,7 +107,7 @@ class Writer:
                 return self.value(out, base(value), depth)
         number = self.foreign(value)
         if number is not None:
-            out.append(struct.pack("<BQ", 12, number))
+            out.append(struct.pack("<BQ", FUNCTION, number))
         elif hasattr(value, "tolist"):
             # Arrays and scalars of numpy and of the module `array`.
             plain = value.tolist()
@@ -115,7 +117,7 @@ class Writer:
         elif isinstance(value, range):
             self.sequence(out, list(value) if len(value) < 1 << 24 else [1 << 64], depth)
         elif callable(value):
-            out.append(pack_head(11, self.function(value)))
+            out.append(pack_head(OWN_FUNCTION, self.function(value)))
         elif hasattr(type(value), "__index__"):
             self.value(out, value.__index__(), depth)
         elif hasattr(type(value), "__float__"):
@@ -170,34 +172,34 @@ class Reader:
     def value(self):
         tag = self.data[self.at]
         self.at += 1
-        if tag == 4:
+        if tag == FLOAT:
             self.at += 8
             return unpack_float(self.data, self.at - 8)[0]
-        if tag == 3:
+        if tag == INT:
             self.at += 8
             return unpack_int(self.data, self.at - 8)[0]
         if tag <= 2:
             return (None, False, True)[tag]
-        if tag == 5:
+        if tag == TEXT:
             data = self.bytes()
             try:
                 return data.decode()
             except UnicodeDecodeError:
                 return bytes(data)
-        if tag == 6:
+        if tag == BYTES:
             return bytes(self.bytes())
-        if tag == 7 or tag == 8:
+        if tag == FLOATS or tag == INTS:
             n = self.u32()
             self.at += 8 * n
-            return list(struct.unpack_from("<%d%s" % (n, "dq"[tag - 7]), self.data, self.at - 8 * n))
-        if tag == 9:
+            return list(struct.unpack_from("<%d%s" % (n, "dq"[tag - FLOATS]), self.data, self.at - 8 * n))
+        if tag == LIST:
             return [self.value() for _ in range(self.u32())]
-        if tag == 10:
+        if tag == MAP:
             pairs = [(self.value(), self.value()) for _ in range(self.u32())]
             return {freeze(key): value for key, value in pairs}
-        if tag == 11:
+        if tag == OWN_FUNCTION:
             return self.function(self.u32())
-        if tag == 12:
+        if tag == FUNCTION:
             return self.foreign(self.u64())
         raise ValueError("unknown tag %d" % tag)
 
