@@ -127,7 +127,10 @@ class Writer:
 
 
 def brief(value):
-    text = repr(value)
+    try:
+        text = repr(value)
+    except Exception:
+        text = "of type " + type(value).__name__
     return text if len(text) < 60 else text[:57] + "..."
 
 

@@ -17,8 +17,8 @@ fn version(dialect: &str) -> Option<(u32, u32)> {
     Some((parts.next()??, parts.next().flatten().unwrap_or(0)))
 }
 
-/// Returns the `TATU_ORDER_*` value for the dialect of a scene: that of the latest version in `orders` that is not newer;
-/// 0 if the scene has no dialect.
+/// Returns the `TATU_ORDER_*` value for the dialect of a scene: that of the latest version in `orders` that is not
+/// newer, or 0 if the scene has no dialect.
 pub(crate) fn order(orders: &[(String, String)], dialect: &str) -> u32 {
     let Some(wanted) = version(dialect) else { return 0 };
     let last = orders.iter().rev().find(|(since, _)| version(since).is_some_and(|v| v <= wanted));

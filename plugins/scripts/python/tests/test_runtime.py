@@ -53,8 +53,9 @@ class Values(unittest.TestCase):
     def test_values_that_cannot_pass_are_refused_with_their_place(self):
         loop = {}
         loop["again"] = loop
-        for value, words in ((1 << 63, "64 bits"), ([1 << 63], "64 bits"), ({"a": [1, {2}]}, "['a']: [1]: a value of type set"),
-                             (loop, "contains itself"), ({(1,): 2}, "the key (1,)"), (1j, "type complex")):
+        for value, words in ((1 << 63, "64 bits"), (1 << 100000, "64 bits"), ([1 << 63], "64 bits"),
+                             ({"a": [1, {2}]}, "['a']: [1]: a value of type set"), (loop, "contains itself"),
+                             ({(1,): 2}, "the key (1,)"), (1j, "type complex")):
             with self.assertRaises(wire.Unsendable) as caught:
                 self.writer.value([], value)
             self.assertIn(words, str(caught.exception))
@@ -88,7 +89,8 @@ class Links(unittest.TestCase):
         self.say(links.ERROR, struct.pack("<i", -3) + wire.text(b"no object") + wire.text(b"look"))
         with self.assertRaises(links.SimError) as caught:
             self.link.ask(links.COMMAND)
-        self.assertEqual((str(caught.exception), caught.exception.code, caught.exception.help), ("no object", -3, "look"))
+        found = caught.exception
+        self.assertEqual((str(found), found.code, found.help), ("no object", -3, "look"))
 
     def test_a_thread_waits_for_its_token_while_others_run(self):
         all_threads = threads.Threads(self.link)
@@ -111,7 +113,8 @@ class Links(unittest.TestCase):
 
 class Sources(unittest.TestCase):
     def test_settings_in_lua_are_read_and_other_code_is_named(self):
-        text = "#python\n#luaExec additionalPaths = {'a', \"b\"}\n#luaExec wrapper='pythonWrapper'\n'''luaExec\nfunction f() end\n'''\n"
+        text = ("#python\n#luaExec additionalPaths = {'a', \"b\"}\n#luaExec wrapper='pythonWrapper'\n"
+                "'''luaExec\nfunction f() end\n'''\n")
         found = source.Source(text, "a.py", "/scene")
         self.assertEqual(found.paths, ["/scene", "a", "b"])
         self.assertEqual(found.settings["wrapper"], "'pythonWrapper'")
