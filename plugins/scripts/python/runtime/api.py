@@ -49,9 +49,14 @@ class Api:
                 target += b"\1"
             else:
                 target += b"\0"
-        before = self.functions.last
+        functions = self.functions
+        outer, functions.scope = functions.scope, []
         try:
-            body = self.link.ask(kind, target, *self.write(args))
+            parts = self.write(args)
+        finally:
+            borrowed, functions.scope = functions.scope, outer
+        try:
+            body = self.link.ask(kind, target, *parts)
             n = wire.unpack_u32(body)[0]
             if n == 0:
                 return None
@@ -63,8 +68,8 @@ class Api:
                 return reader.value()
             return tuple([reader.value() for _ in range(n)])
         finally:
-            if self.functions.last != before:
-                self.functions.release_since(before)
+            if borrowed:
+                functions.release(borrowed)
 
     def lookup(self, name):
         """Returns what a name stands for: (True, value) or (False, None)."""
@@ -181,16 +186,19 @@ class Functions:
     def __init__(self):
         self.table = {}
         self.last = 0
+        # Numbers of the functions that have been borrowed for the call that is being written.
+        self.scope = []
 
     def borrow(self, function):
         self.last = self.last % (self.FIRST_KEPT - 1) + 1
         self.table[self.last] = function
+        self.scope.append(self.last)
         return self.last
 
-    def release_since(self, before):
-        while self.last != before:
-            self.table.pop(self.last, None)
-            self.last -= 1
+    def release(self, borrowed):
+        for local in borrowed:
+            self.table.pop(local, None)
+        borrowed.clear()
 
     def keep(self, local, kept):
         if local in self.table:

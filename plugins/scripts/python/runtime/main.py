@@ -54,8 +54,8 @@ class Server:
 
     def answer(self, kind, body):
         if self.depth == 0 and kind != links.CALL_FUNCTION:
-            # Functions that were results of the last call, and have not been kept.
-            self.functions.release_since(0)
+            # Functions that were results of earlier calls, and have not been kept.
+            self.functions.release(self.functions.scope)
         self.depth += 1
         try:
             answer = self.threads.nested(self.answers[kind], self.api.reader(body))

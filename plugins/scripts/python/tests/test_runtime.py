@@ -12,9 +12,9 @@ RUNTIME = Path(__file__).resolve().parent.parent / "runtime"
 package = types.ModuleType("tatu_runtime")
 package.__path__ = [str(RUNTIME)]
 sys.modules["tatu_runtime"] = package
-wire, links, threads, source, errors, output, limits = (
+api, wire, links, threads, source, errors, output, limits = (
     importlib.import_module("tatu_runtime." + name)
-    for name in ("wire", "link", "threads", "source", "errors", "output", "limits")
+    for name in ("api", "wire", "link", "threads", "source", "errors", "output", "limits")
 )
 
 
@@ -109,6 +109,27 @@ class Links(unittest.TestCase):
         self.assertEqual(steps, ["begun", b"results"])
         with self.assertRaises(links.SimError):
             all_threads.resume(7, b"again")
+
+
+class Calls(unittest.TestCase):
+    def test_a_function_is_valid_until_the_command_that_got_it_returns_even_if_that_waits(self):
+        functions = api.Functions()
+        asked = []
+
+        class Host:
+            def ask(self, kind, *parts):
+                asked.append(functions.get(1) is print)
+                if len(asked) == 1:
+                    # Another call of the script, while this one waits.
+                    calls.call(links.COMMAND, b"1234", [len])
+                return wire.pack_u32(0)
+
+        class NoThreads:
+            running = None
+
+        calls = api.Api(Host(), NoThreads(), functions)
+        calls.call(links.COMMAND, b"1234", [print])
+        self.assertEqual((asked, functions.table), ([True, True], {}))
 
 
 class Sources(unittest.TestCase):
