@@ -53,7 +53,7 @@ class Server:
             self.answer(kind, body)
 
     def answer(self, kind, body):
-        if self.depth == 0 and kind != links.CALL_FUNCTION:
+        if self.depth == 0 and kind in (links.CALL, links.RESUME):
             # Functions that were results of earlier calls, and have not been kept.
             self.functions.release(self.functions.scope)
         self.depth += 1
