@@ -153,7 +153,11 @@ class Script:
 
     def function(self, name):
         """Returns the function with a qualified name, or None."""
-        first, *rest = name.split(".")
+        # `@` and a language, as in CoppeliaSim, where a script has functions in two languages.
+        plain, _, language = name.partition("@")
+        if language not in ("", "python"):
+            return None
+        first, *rest = plain.split(".")
         value = self.module.__dict__.get(first)
         for key in rest:
             value = value.get(key) if isinstance(value, dict) else getattr(value, key, None)

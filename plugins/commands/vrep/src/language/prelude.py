@@ -28,6 +28,16 @@ def read_block(*args):
     return b"" if found is None else found
 
 
+class ScriptFunctions:
+    """The functions of another script, as attributes."""
+
+    def __init__(self, handle):
+        self._handle = handle
+
+    def __getattr__(self, name):
+        return lambda *args: script.command("sim.callScriptFunction")(name, self._handle, *args)
+
+
 def vision(data):
     """Scripts of sensors are called after each measurement of the sensor, with the same arguments as in V-REP."""
     script.command("sim.handleSensorCallbacks")(data["sensor"])
@@ -42,6 +52,7 @@ script.define("sim.acquireLock", acquire_lock)
 script.define("sim.releaseLock", release_lock)
 script.define("sim.copyTable", copy.deepcopy)
 script.define("sim.readCustomDataBlock", read_block)
+script.define("sim.getScriptFunctions", ScriptFunctions)
 if script.has("sysCall_vision", "sysCall_trigger"):
     script.define("sysCall_measured", vision)
 
