@@ -53,7 +53,13 @@ pub(crate) fn ask(script: &PythonScript, mut question: Vec<u8>, time: Option<Dur
         let message = receive(script, &question, &mut patience)?;
         let reply = match message.kind {
             from::DONE => break Ok(Answer::Done(message)),
-            from::WAITING => break Ok(Answer::Waiting),
+            from::WAITING => match script.numbers.waits.get().checked_sub(1) {
+                Some(waits) => {
+                    script.numbers.waits.set(waits);
+                    break Ok(Answer::Waiting);
+                }
+                None => return Err(give_up(script, Lost::Malformed)),
+            },
             from::FAILED => break Err(failure(script, &message)),
             from::LOG => log(script, &message).map(|()| Vec::new()),
             _ => serve::question(script, &message),

@@ -46,10 +46,12 @@ pub(crate) struct Source {
     pub orders: Vec<(String, String)>,
 }
 
-/// The last numbers that were assigned.
+/// The last numbers that were assigned, and counts.
 #[derive(Default)]
 pub(crate) struct Numbers {
     pub token: Cell<u64>,
+    /// Number of commands that wait, and whose callers the process has not reported as waiting.
+    pub waits: Cell<u32>,
     pub kept: Cell<u32>,
     /// The generation of the host's commands that the process knows.
     pub generation: Cell<u64>,

@@ -113,6 +113,7 @@ fn call(script: &PythonScript, target: Target, can_wait: bool, args: &[Value]) -
 
 fn reply(script: &PythonScript, status: tatu_status, frame: &tatu_call) -> Vec<u8> {
     if status == TATU_WAIT && frame.wait_token != 0 {
+        script.numbers.waits.set(script.numbers.waits.get() + 1);
         let mut out = message::begin(to::WAIT);
         out.extend(frame.wait_token.to_le_bytes());
         return out;
