@@ -73,7 +73,7 @@ pub struct SceneChanges {
     pub set: Vec<String>,
     /// Grant permissions: `exec` lets scripts start programs, and `native` lets them load libraries; such a run cannot
     /// be repeated. `net=HOST:PORT` lets scripts open sockets; `*` stands for any host or port. `plugins` loads plugins
-    /// from the folders that the scene names.
+    /// from the folders that the scene names. Some script languages need a permission of their own, such as `python`.
     #[arg(long, value_name = "WHAT", value_delimiter = ',', value_parser = permission)]
     pub allow: Vec<String>,
     /// A folder that contains ROS packages, or is one, to which `package://` in files of robots refers.

@@ -57,10 +57,17 @@ pub fn length(text: &str) -> Result<f64, String> {
 pub fn permission(text: &str) -> Result<String, String> {
     let (host, port) = text.strip_prefix("net=").and_then(|p| p.rsplit_once(':')).unwrap_or_default();
     let net = !host.is_empty() && (port == "*" || port.parse::<u16>().is_ok());
-    match text {
-        "exec" | "native" | "plugins" => Ok(text.to_owned()),
-        _ if net => Ok(text.to_owned()),
-        _ => Err("expected `exec`, `native`, `plugins` or `net=HOST:PORT`, such as `net=127.0.0.1:*`".into()),
+    // Which words exist depends on the plugins, so they are checked when the scene is loaded.
+    let word = text.starts_with(|c: char| c.is_ascii_lowercase())
+        && text != "net"
+        && text.bytes().all(|b| b.is_ascii_lowercase() || b.is_ascii_digit() || b == b'_');
+    match word || net {
+        true => Ok(text.to_owned()),
+        false => {
+            Err("expected `exec`, `native`, `plugins`, the word of a script language, or `net=HOST:PORT`, such as \
+                      `net=127.0.0.1:*`"
+                .into())
+        }
     }
 }
 

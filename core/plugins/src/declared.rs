@@ -192,6 +192,7 @@ accessors! {
         text: text => Option<String>;
         suffixes: labels => Vec<String>;
         life: Declared::at => Option<Declared<'a, tatu_life>>;
+        permission: label => Option<String>;
     }
     tatu_ext_command {
         per_world: Declared::at => Option<Declared<'a, tatu_life>>;

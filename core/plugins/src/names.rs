@@ -124,6 +124,13 @@ impl Registry {
     }
 }
 
+/// Returns whether a language can require this permission: a word that users can write after `--allow` and that has no
+/// other meaning there.
+pub(super) fn is_permission(word: &str) -> bool {
+    let plain = |b: u8| b.is_ascii_lowercase() || b.is_ascii_digit() || b == b'_';
+    word.starts_with(|c: char| c.is_ascii_lowercase()) && word.bytes().all(plain) && !matches!(word, "net" | "plugins")
+}
+
 #[cfg(test)]
 mod tests {
     use super::flaw;

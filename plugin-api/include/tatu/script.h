@@ -85,6 +85,10 @@ typedef struct tatu_language {
   /* [step] Sets file, line and traceback of the error to the script's position, while a command that it called runs;
    * used for errors that are logged and not raised. Sets nothing if there is no position. Null: not supported. */
   void(TATU_CALL *place)(void *data, tatu_error *);
+  /* The permission without which no script of the language is loaded, because such scripts can do anything that the
+   * user's account can: a word of lower-case letters, digits and `_`, which the user grants with `--allow` and scenes
+   * request in `[permissions]`. Null or beyond `size`: no permission is needed. */
+  const char *permission;
 } tatu_language;
 
 typedef struct tatu_ext_script {

@@ -613,6 +613,7 @@ pub struct tatu_language {
     pub traits: Option<unsafe extern "C" fn(*mut c_void) -> u32>,
     pub order: Option<unsafe extern "C" fn(*mut c_void, tatu_str, u32) -> u32>,
     pub place: Option<unsafe extern "C" fn(*mut c_void, *mut tatu_error)>,
+    pub permission: *const c_char,
 }
 
 #[repr(C)]

@@ -23,6 +23,7 @@ const LIBRARIES: &[(&str, &str)] = &[
     ("@codemirror/autocomplete", "@codemirror/autocomplete/dist/index.js"),
     ("@codemirror/lint", "@codemirror/lint/dist/index.js"),
     ("@codemirror/legacy-modes/mode/lua", "@codemirror/legacy-modes/mode/lua.js"),
+    ("@codemirror/legacy-modes/mode/python", "@codemirror/legacy-modes/mode/python.js"),
     ("@lezer/common", "@lezer/common/dist/index.js"),
     ("@lezer/highlight", "@lezer/highlight/dist/index.js"),
     ("@lezer/lr", "@lezer/lr/dist/index.js"),

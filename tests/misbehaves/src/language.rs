@@ -226,6 +226,7 @@ static LANGUAGE: SyncTable<tatu_language> = SyncTable(tatu_language {
     traits: Some(traits),
     order: Some(order),
     place: Some(place),
+    permission: null(),
 });
 static LANGUAGES: PointerList<tatu_language, 2> = PointerList([&raw const LANGUAGE.0, null()]);
 

@@ -95,6 +95,15 @@ impl Registry {
         let chosen = self.choose("kind of sensor", &found.id, &of_id(&found.id), providers)?;
         chosen.ok_or_else(|| self.unknown("E108", "sensor kind", id_or_schema, &known()))
     }
+    /// Returns the permissions without a value that a user can grant to the scripts of a run: those that the host knows,
+    /// and those that languages need.
+    pub fn permissions(&self) -> Vec<&str> {
+        let needed = self.scripting.languages.iter().filter_map(|l| l.permission.as_deref());
+        let mut all: Vec<&str> = ["exec", "native"].into_iter().chain(needed).collect();
+        all.sort_unstable();
+        all.dedup();
+        all
+    }
     /// Returns the index of a script language by id or by file name. For an id or a suffix, `[providers]` can select a
     /// language or a plugin instead of the first match.
     pub fn language(&self, id_or_file: &str, providers: &BTreeMap<String, String>) -> Result<usize> {

@@ -118,12 +118,19 @@ impl Registry {
             if !self.claim_id(plugin, "language", &id, &claimed) {
                 continue;
             }
+            let permission = raw.permission();
+            if let Some(word) = permission.as_deref().filter(|word| !names::is_permission(word)) {
+                let text = format!("its language `{id}` needs the permission `{word}`, which is not a valid word");
+                self.refuse(plugin, text, "use lower-case letters, digits and `_`; not `net` or `plugins`");
+                continue;
+            }
             let suffixes = self.suffixes(plugin, &format!("language `{id}`"), raw.suffixes());
             self.scripting.languages.push(ScriptLanguage {
                 plugin,
                 id,
                 text: raw.text().unwrap_or_default(),
                 suffixes,
+                permission,
                 raw: *raw,
                 life,
             });

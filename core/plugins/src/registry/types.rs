@@ -143,6 +143,8 @@ pub struct ScriptLanguage {
     pub text: String,
     /// Suffixes of the names of script files, including the dot.
     pub suffixes: Vec<String>,
+    /// The permission without which its scripts are not loaded.
+    pub permission: Option<String>,
     /// Copy of the table that the plugin provides.
     pub raw: tatu_language,
     /// Functions that create, configure, save and destroy instances.

@@ -118,7 +118,8 @@ fn script(
     let id = match &language {
         Some(id) => id,
         None if inline => {
-            only_language(&b.registry.scripting.languages).map_err(|e| e.at(Some(place.clone())))?.unwrap_or(&name)
+            let inferred = inferred_language(&b.registry.scripting.languages, &text);
+            inferred.map_err(|e| e.at(Some(place.clone())))?.unwrap_or(&name)
         }
         None => &name,
     };
@@ -128,10 +129,20 @@ fn script(
         .map_err(|e| e.at(Some(place)))
 }
 
-/// Returns the language of a script that does not specify its language: the only one that is loaded, or `None` if no
-/// language is loaded. Fails if several languages are loaded.
-fn only_language(languages: &[ScriptLanguage]) -> Result<Option<&str>> {
-    let ids: BTreeSet<&str> = languages.iter().map(|l| l.id.as_str()).collect();
+/// Returns the language of a script without a file that does not specify its language: the one whose id is the first
+/// line of the text, as a comment; otherwise the only one whose scripts need no permission. Returns `None` if no language
+/// is loaded, and fails if there are several.
+fn inferred_language<'l>(languages: &'l [ScriptLanguage], text: &[u8]) -> Result<Option<&'l str>> {
+    let line = text.split(|b| *b == b'\n').next().unwrap_or_default().trim_ascii();
+    let word = &line[line.iter().position(|b| !b.is_ascii_punctuation()).unwrap_or(line.len())..];
+    if word.len() < line.len()
+        && let Some(named) = languages.iter().find(|l| l.id.as_bytes() == word.trim_ascii())
+    {
+        return Ok(Some(&named.id));
+    }
+    let free = languages.iter().any(|l| l.permission.is_none());
+    let ids: BTreeSet<&str> =
+        languages.iter().filter(|l| !free || l.permission.is_none()).map(|l| l.id.as_str()).collect();
     if ids.len() < 2 {
         return Ok(ids.first().copied());
     }

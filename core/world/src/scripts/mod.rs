@@ -4,6 +4,7 @@
 //! - `script`: one script's callbacks, and the commands that wait on its behalf; `answers`: requests in the answers of
 //!   callbacks;
 //! - `parallel_scripts`: scripts that run on several threads at once;
+//! - `permission`: scripts that the user has not allowed to run;
 //! - `enter`: the common path into a script's language, with budget, caller and errors;
 //! - `reload`: replaces the source of a running script;
 //! - `snapshot`: scripts in snapshots.
@@ -12,6 +13,7 @@ mod answers;
 mod enter;
 mod life;
 mod parallel_scripts;
+mod permission;
 mod reload;
 mod script;
 mod snapshot;

@@ -36,6 +36,10 @@ impl Script {
     /// Creates the script's state and loads its source. If this fails, the error is reported, and the script does not
     /// run.
     pub(super) fn begin(&self, world: &WorldCell) {
+        if self.lacking_permission(world).is_some() {
+            self.progress.ended.set(true);
+            return self.report_withheld(world);
+        }
         if let Err((status, mut error)) = self.try_begin(world, world.devices.next_instance_id()) {
             self.fail(world, status, error.raw());
         }
@@ -46,6 +50,16 @@ impl Script {
     pub(super) fn try_begin(&self, world: &WorldCell, number: u64) -> Result<(), (tatu_status, ErrorSlot)> {
         let language = &world.model.registry.scripting.languages[self.language];
         let plugin = &world.model.registry.plugins[language.plugin];
+        if let Some(word) = self.lacking_permission(world) {
+            let mut error = ErrorSlot::new();
+            let text = format!(
+                "a script in the language `{}` needs the permission `{word}`: if you trust the scene, allow its scripts \
+                 with `--allow {word}`",
+                language.id
+            );
+            error.set(TATU_ERR_UNSUPPORTED, &text);
+            return Err((TATU_ERR_UNSUPPORTED, error));
+        }
         let (owner, key) = {
             let scene = world.state.scene.borrow();
             let at = scene.get(self.slot).map_or(0, |o| o.parent);

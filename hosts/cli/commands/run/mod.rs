@@ -111,6 +111,9 @@ fn start(args: &RunArgs, watchdog: &Watchdog) -> Result<ReadyRun, Error> {
     };
     if let Some(log) = &replay {
         report_log(log, &registry);
+        // A replay repeats what came from outside, but runs the scripts of every language again.
+        let needed = registry.scripting.languages.iter().filter_map(|l| l.permission.clone());
+        options.allow = needed.filter(|word| args.changes.allow.contains(word)).collect();
     }
     let document = super::load(scene, &options, &registry)?;
     let snapshots = SnapshotRequests::parse(&args.snapshots.snapshot_at)?;

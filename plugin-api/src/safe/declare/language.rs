@@ -80,6 +80,9 @@ pub trait Language: Sized + 'static {
     const TEXT: &'static str;
     /// Suffixes of its files, such as ".lua".
     const SUFFIXES: &'static [&'static str];
+    /// The permission that the user must grant (`--allow WORD`) before a script of the language is loaded, or `None` if
+    /// scripts cannot reach anything outside the run.
+    const PERMISSION: Option<&'static str> = None;
 
     /// Creates the state of a script, without its source. Storing the world for later calls requires `unsafe`; see
     /// [`World::new`].
@@ -195,6 +198,7 @@ pub(crate) fn table<L: Language>(keep: &mut TableArena, flags: u32) -> *const ta
         traits: Some(traits::<L>),
         order: Some(order::<L>),
         place: Some(place::<L>),
+        permission: L::PERMISSION.map_or(std::ptr::null(), |word| keep.text(word)),
     };
     keep.table(raw)
 }

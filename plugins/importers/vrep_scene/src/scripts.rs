@@ -26,6 +26,9 @@ const SCRIPTS_OFF: i32 = 0x200;
 /// callbacks.
 const IK_SCRIPT: &str = "function sysCall_actuation()\n    sim.handleIkGroup(sim.handle_all_except_explicit)\nend\n";
 const IK_DIALECT: &str = "4.1";
+/// Languages whose scripts are run.
+const RUN_LANGUAGES: &[&str] = &["lua", "python"];
+
 /// Returns the handle of the object to which a script belongs, or -1 for the scene.
 pub fn target(file: &VrepFile, s: &FileScript) -> i32 {
     match s.holder {
@@ -83,13 +86,12 @@ pub fn attach_scripts(
             continue;
         }
         let language = s.language();
-        if language != "lua" {
-            let language = if language == "python" { "Python" } else { language.as_str() };
+        if !RUN_LANGUAGES.contains(&language.as_str()) {
             left(
                 "without a script",
                 &format!(
-                    "the script is written in {language}, but only scripts in Lua are run; its source is stored with \
-                     the scene. A remote client can replace it through the service `zmq_remote`: see \
+                    "the script is written in {language}, but only scripts in Lua and Python are run; its source is \
+                     stored with the scene. A remote client can replace it through the service `zmq_remote`: see \
                      docs/guide/remote-clients.md"
                 ),
             );
@@ -102,7 +104,7 @@ pub fn attach_scripts(
         };
         let holder = s.holder.and_then(|h| file.objects.iter().find(|o| o.common.id == h));
         let name = holder.or(object).map_or("main script".to_owned(), |o| o.common.alias());
-        node.script("lua", &dialect, kind, &name, s.code().as_bytes())?;
+        node.script(&language, &dialect, kind, &name, s.code().as_bytes())?;
     }
     let has_main = file.scripts.iter().any(|s| s.kind == script::MAIN && !s.is_default_main());
     if registrations::has_implicit_ik_groups(file) && (!has_main || version < MAIN_SCRIPTS_SINCE) {
@@ -153,7 +155,8 @@ pub fn data((file, tree): (&VrepFile, &ObjectTree<'_>), o: &FileObject, meant: b
         .chain(&c.parameters)
         .collect();
     out.extend(own.iter().map(|p| (Value::text(format!("parameter.{}", p.name)), Value::text(&p.value))));
-    let foreign = file.scripts.iter().filter(|s| s.language() != "lua" && target(file, s) == c.id);
+    let foreign =
+        file.scripts.iter().filter(|s| !RUN_LANGUAGES.contains(&s.language().as_str()) && target(file, s) == c.id);
     out.extend(
         foreign
             .map(|s| (Value::text(format!("{PRIVATE_PREFIX}script {}", s.language())), Value::Bytes(s.text.clone()))),

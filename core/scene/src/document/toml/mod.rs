@@ -63,7 +63,7 @@ pub struct LoadOptions {
     /// The user's own defaults for parameters of services.
     pub user_settings: UserSettings,
     /// `--allow`: permissions of scripts to access resources outside the run: "exec" (other programs), "native"
-    /// (libraries), "net=HOST:PORT" (sockets).
+    /// (libraries), "net=HOST:PORT" (sockets), and those that script languages need.
     pub allow: Vec<String>,
     /// Whether importers should describe their files; see [`Document::description`].
     pub describe: bool,
@@ -89,6 +89,18 @@ pub fn plugin_folders(file: &Path, sources: &SourceFiles) -> Result<Vec<PathBuf>
     Ok(list.into_iter().flatten().filter_map(|v| v.as_str()).map(|s| here.join(s)).collect())
 }
 
+/// Checks that each permission that the user grants exists.
+fn check_granted(allow: &[String], registry: &Registry) -> Result {
+    let known = registry.permissions();
+    let is_known = |word: &str| known.contains(&word) || word.starts_with("net=");
+    match allow.iter().find(|word| !is_known(word)) {
+        None => Ok(()),
+        Some(word) => Err(Error::new("E101", format!("unknown permission `{word}`"))
+            .expected(format!("{} or net=HOST:PORT", known.join(", ")))
+            .nearest(word, known)),
+    }
+}
+
 /// Loads a scene file as a document.
 pub fn load(file: &Path, registry: &Registry, options: &LoadOptions) -> Result<Document> {
     // Parameters of models that overrides have set; the models must be built with these values.
@@ -100,6 +112,7 @@ pub fn load(file: &Path, registry: &Registry, options: &LoadOptions) -> Result<D
         if let Some(seed) = options.seed {
             document.settings.seed = seed;
         }
+        check_granted(&options.allow, registry)?;
         document.settings.allow.clone_from(&options.allow);
         let lacks: Vec<&String> =
             document.requests.requested_permissions.iter().filter(|a| !options.allow.contains(a)).collect();

@@ -58,7 +58,7 @@ impl SceneFileReader<'_> {
     /// Reads `[permissions]`, which lists the permissions that the scene requests. Only the user who runs it can grant
     /// them.
     pub(super) fn permissions(&self, table: &dyn TableLike, document: &mut Document) -> Result {
-        const KNOWN_PERMISSIONS: &[&str] = &["exec", "native", "net"];
+        let words = self.registry.permissions();
         const ADDRESS_FORM: &str = "an array of strings of the form \"HOST:PORT\"; `*` stands for any host or any port";
         for (key, item) in table.iter() {
             let wrong = |expected: &str| {
@@ -66,10 +66,10 @@ impl SceneFileReader<'_> {
                 Err(error.expected(expected).at(Some(self.text.value(table, key))))
             };
             match (key, item.as_bool(), item.as_array()) {
-                ("exec" | "native", Some(asked), _) => {
+                (word, Some(asked), _) if words.contains(&word) => {
                     document.requests.requested_permissions.extend(asked.then(|| key.to_owned()))
                 }
-                ("exec" | "native", ..) => return wrong("true or false"),
+                (word, ..) if words.contains(&word) => return wrong("true or false"),
                 ("net", _, Some(all)) => {
                     for one in all {
                         let Some(place) = one.as_str().filter(|s| s.contains(':') && !s.contains(',')) else {
@@ -80,9 +80,10 @@ impl SceneFileReader<'_> {
                 }
                 ("net", ..) => return wrong(ADDRESS_FORM),
                 _ => {
+                    let known: Vec<&str> = words.iter().copied().chain(["net"]).collect();
                     return Err(Error::new("E101", format!("unknown permission `{key}`"))
-                        .expected(KNOWN_PERMISSIONS.join(", "))
-                        .nearest(key, KNOWN_PERMISSIONS.iter().copied())
+                        .expected(known.join(", "))
+                        .nearest(key, known)
                         .at(Some(self.text.key(table, key))));
                 }
             }

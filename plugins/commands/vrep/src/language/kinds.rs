@@ -22,6 +22,7 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     for (kind, words) in KIND_MARKERS {
         for word in *words {
             offer.kind_mark("lua", kind, word, 0);
+            offer.kind_mark("python", kind, word, 0);
         }
     }
     // A module is a script without callbacks that returns a value.

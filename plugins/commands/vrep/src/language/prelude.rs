@@ -6,4 +6,5 @@ pub(crate) fn offer(offer: &mut Offer<Vrep>) {
     offer.prelude("lua", "", include_str!("prelude.lua"));
     offer.prelude("lua", "", include_str!("base.lua"));
     offer.prelude("lua", "", include_str!("matrix.lua"));
+    offer.prelude("python", "", include_str!("prelude.py"));
 }

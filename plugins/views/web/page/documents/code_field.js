@@ -9,6 +9,7 @@ import { defaultKeymap, history, historyKeymap, indentWithTab } from "@codemirro
 import { autocompletion, completionKeymap } from "@codemirror/autocomplete";
 import { lintGutter, setDiagnostics } from "@codemirror/lint";
 import { lua } from "@codemirror/legacy-modes/mode/lua";
+import { python } from "@codemirror/legacy-modes/mode/python";
 import { tags } from "@lezer/highlight";
 
 /** @import { CompletionContext, CompletionResult } from "@codemirror/autocomplete" */
@@ -30,16 +31,16 @@ const theme = EditorView.theme({
 
 /**
  * Creates the text field of the script editor.
- * @param {{ parent: HTMLElement, text: string, complete: (context: CompletionContext) => CompletionResult | null, save: () => void, readOnly: boolean }} what
+ * @param {{ parent: HTMLElement, text: string, complete: (context: CompletionContext) => CompletionResult | null, save: () => void, readOnly: boolean, isPython: boolean }} what
  */
-export function textField({ parent, text, complete, save, readOnly }) {
+export function textField({ parent, text, complete, save, readOnly, isPython }) {
   return new EditorView({
     parent,
     state: EditorState.create({
       doc: text,
       extensions: [
         lineNumbers(), history(), drawSelection(), highlightActiveLine(), bracketMatching(), indentOnInput(), lintGutter(),
-        StreamLanguage.define(lua), syntaxHighlighting(colors), theme, autocompletion({ override: [complete] }),
+        StreamLanguage.define(isPython ? python : lua), syntaxHighlighting(colors), theme, autocompletion({ override: [complete] }),
         keymap.of([{ key: "Mod-s", run: () => { save(); return true; } }, ...completionKeymap, ...historyKeymap, ...defaultKeymap, indentWithTab]),
         EditorState.readOnly.of(readOnly), EditorView.contentAttributes.of({ "aria-label": "Script" }),
       ],

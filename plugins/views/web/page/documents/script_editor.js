@@ -51,7 +51,8 @@ async function fill(text) {
   // Another script may have been opened while the libraries were being loaded.
   if (number !== fillCount) return;
   codeFieldModule = loaded;
-  editorView = loaded.textField({ parent: get("editor"), text, complete, save: () => { save(); }, readOnly: !rights.canControl });
+  const isPython = /^\s*#\s*python\b/.test(text) || (openedScript?.name ?? "").endsWith(".py");
+  editorView = loaded.textField({ parent: get("editor"), text, complete, save: () => { save(); }, readOnly: !rights.canControl, isPython });
   editorView.focus();
 }
 
