@@ -132,11 +132,20 @@ impl BrowserPage {
         self.js(&format!("document.querySelector({selector:?}).click()"));
     }
 
-    /// Returns the centre of an element, in CSS pixels.
+    /// Returns the centre of an element, in CSS pixels, once it has stayed there from one frame to the next, since a
+    /// click at an element that is about to move would miss it.
     pub fn middle(&mut self, selector: &str) -> [f64; 2] {
         let found = self.js(&format!(
-            "(() => {{ const e = document.querySelector({selector:?}); e.scrollIntoView({{ block: 'nearest' }}); \
-             const b = e.getBoundingClientRect(); return [b.left + b.width / 2, b.top + b.height / 2]; }})()"
+            "(async () => {{ \
+             const e = document.querySelector({selector:?}); e.scrollIntoView({{ block: 'nearest' }}); \
+             const at = () => {{ const b = e.getBoundingClientRect(); \
+                                return [b.left + b.width / 2, b.top + b.height / 2]; }}; \
+             for (let now = at(), frames = 0; ; frames++) {{ \
+                 await new Promise((done) => requestAnimationFrame(() => setTimeout(done))); \
+                 const next = at(); \
+                 if (`${{now}}` === `${{next}}` || frames === 30) return next; \
+                 now = next; \
+             }} }})()"
         ));
         [0, 1].map(|i| found[i].as_f64().unwrap_or_else(|| panic!("{selector}: {found}")))
     }

@@ -83,6 +83,24 @@ function showWindow(key, payload) {
   host.append(box);
 }
 
+/** The widgets to draw in the next frame, by window: a script may change them more often than the page is drawn. @type {Map<ScriptWindow, Set<number>>} */
+const changed = new Map();
+
+/**
+ * Draws a widget again in the next frame.
+ * @param {ScriptWindow} window
+ * @param {number} n index of the widget
+ */
+function refreshSoon(window, n) {
+  if (changed.size === 0) {
+    requestAnimationFrame(() => {
+      for (const [each, widgets] of changed) for (const k of widgets) refresh(each, k);
+      changed.clear();
+    });
+  }
+  changed.set(window, (changed.get(window) ?? new Set()).add(n));
+}
+
 function closeAll() {
   for (const { box } of openWindows.values()) box.remove();
   openWindows.clear();
@@ -110,5 +128,5 @@ on("event", ({ name, payload }) => {
   if (!widget) return;
   Object.assign(widget.values, payload.set);
   if (payload.n === 0) updateWindow(window);
-  else refresh(window, payload.n);
+  else refreshSoon(window, payload.n);
 });
