@@ -30,6 +30,10 @@ pub enum Command {
     Check(CheckArgs),
     /// Convert a scene of any format to a scene file, with its meshes and scripts in files next to it.
     Convert(ConvertArgs),
+    /// Pack a scene with its models, meshes and scripts into one file, which runs the same on other computers.
+    Pack(PackArgs),
+    /// Unpack a packed scene into a folder.
+    Unpack(UnpackArgs),
     /// Import a robot or scene of another format: report what was taken, assumed and left out, and write it as a model.
     Import(ImportArgs),
     /// Export a robot or a scene to a URDF or MJCF file, with its meshes in files next to it: report what it cannot hold.
@@ -287,6 +291,32 @@ pub struct ConvertArgs {
     /// Seconds of real time after which a plugin call that has not returned ends the program; 0: never.
     #[arg(long, value_name = "S", default_value_t = 60.0, value_parser = seconds)]
     pub watchdog: f64,
+}
+
+#[derive(clap::Args)]
+pub struct PackArgs {
+    /// The scene file, or a file that an importer reads.
+    #[arg(value_parser = scene())]
+    pub scene: PathBuf,
+    /// The file to write; its name must end with `.tatu`.
+    pub output: PathBuf,
+    /// Pack this file too, which must be below the folder of the scene: data that scripts read.
+    #[arg(long = "file", value_name = "FILE")]
+    pub files: Vec<PathBuf>,
+    #[command(flatten)]
+    pub changes: SceneChanges,
+    /// Seconds of real time after which a plugin call that has not returned ends the program; 0: never.
+    #[arg(long, value_name = "S", default_value_t = 60.0, value_parser = seconds)]
+    pub watchdog: f64,
+}
+
+#[derive(clap::Args)]
+pub struct UnpackArgs {
+    /// The packed scene.
+    pub file: PathBuf,
+    /// The folder to write, which must be empty or absent [default: the name of the file without its suffix].
+    #[arg(short, long, value_name = "FOLDER")]
+    pub output: Option<PathBuf>,
 }
 
 #[derive(clap::Args)]

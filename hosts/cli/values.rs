@@ -4,9 +4,9 @@ use std::path::PathBuf;
 
 use clap::builder::{OsStringValueParser, TypedValueParser};
 
-/// Returns a parser for a scene: a file, or the name of a scene that comes with the program.
+/// Returns a parser for a scene: a file, or the name of a scene that comes with the program. A packed scene is unpacked.
 pub fn scene() -> impl TypedValueParser<Value = PathBuf> {
-    OsStringValueParser::new().map(|given| tatu_embed::search::scene_file(&PathBuf::from(given)))
+    OsStringValueParser::new().try_map(|given| tatu_embed::search::scene_file(&PathBuf::from(given)))
 }
 
 /// A point X, Y, Z in the world frame, m.

@@ -32,7 +32,7 @@ struct LockEntry {
 
 /// The contents of a lock file: the version of the program, and the plugins, models and other files that a scene uses.
 #[derive(Debug, Default, PartialEq, Eq)]
-struct LockFile {
+pub struct LockFile {
     tatu: String,
     plugins: Vec<LockEntry>,
     models: Vec<LockEntry>,
@@ -70,7 +70,8 @@ pub fn lock(args: &LockArgs) -> Result<ExitCode, Error> {
 }
 
 impl LockFile {
-    fn of(registry: &Registry, sources: &SourceFiles, scene: &Path) -> Result<Self, Error> {
+    /// Lists what a scene uses. Files are named relative to the folder of `scene`.
+    pub fn of(registry: &Registry, sources: &SourceFiles, scene: &Path) -> Result<Self, Error> {
         let mut locked = LockFile { tatu: env!("CARGO_PKG_VERSION").to_owned(), ..LockFile::default() };
         for p in &registry.plugins {
             let mut hash = Sha256::new();
@@ -105,7 +106,8 @@ impl LockFile {
         Ok(locked)
     }
 
-    fn to_toml(&self) -> String {
+    /// Returns the text of the lock file.
+    pub fn to_toml(&self) -> String {
         let mut document = DocumentMut::new();
         document.decor_mut().set_prefix("# Written by `tatu lock`; `tatu lock --check` compares it.\n\n");
         document["tatu"] = value(&self.tatu);

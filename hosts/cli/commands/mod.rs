@@ -12,6 +12,7 @@ pub mod lock;
 pub mod look;
 pub mod measure;
 mod numbers;
+pub mod pack;
 pub mod run;
 pub mod serve;
 pub mod subcommand;

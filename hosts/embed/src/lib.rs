@@ -4,6 +4,7 @@
 //! - [`WorldSetup`]: the inputs from which a world is built; [`WorldSlot`]: a world together with these inputs;
 //! - [`WorldHost`]: a world on a separate thread, which any thread may use; [`WorldBatch`]: many worlds on several
 //!   threads;
+//! - [`pack`]: scenes in one file;
 //! - `job_queue`: passes jobs to the thread of a host or a batch;
 //! - [`sweep`]: many runs with different parameters and seeds, each of which produces a row of results;
 //! - [`picture`]: renders the view of a camera.
@@ -17,6 +18,7 @@
 mod batch;
 mod host;
 mod job_queue;
+pub mod pack;
 mod picture;
 mod restart;
 pub mod search;

@@ -5,6 +5,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
+use crate::pack;
 use tatu_core::{
     document::{self, SourceFiles, UserSettings},
     errors::Error,
@@ -102,8 +103,19 @@ fn package_folders(variable: impl Fn(&str) -> Option<OsString>) -> Vec<PathBuf> 
 
 /// Returns the file of a scene: the path itself if it exists; otherwise a scene that comes with the program, by its
 /// path below `scenes` (with or without this prefix), or by its file name if exactly one scene has this name. The
-/// suffix `.toml` may be omitted. If there is no such scene, the path is returned unchanged.
-pub fn scene_file(given: &Path) -> PathBuf {
+/// suffix `.toml` may be omitted. If there is no such scene, the path is returned unchanged. A packed scene is unpacked
+/// into the user's cache, and the path of its scene file is returned.
+///
+/// # Errors
+/// A packed scene cannot be read or unpacked.
+pub fn scene_file(given: &Path) -> Result<PathBuf, Error> {
+    if pack::is_pack(given) && given.is_file() {
+        return pack::open(given);
+    }
+    Ok(found_scene(given))
+}
+
+fn found_scene(given: &Path) -> PathBuf {
     if given.as_os_str().is_empty() || given.is_absolute() || given.exists() {
         return given.to_owned();
     }

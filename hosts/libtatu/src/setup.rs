@@ -40,7 +40,7 @@ pub unsafe fn read(setup: *const tatu_world_setup<'_>) -> Result<WorldSetup, Cal
         CallError::argument("the setup is null, or its `size` is smaller than sizeof(tatu_world_setup)")
     })?;
     let scene = match (given.scene.get(), given.text.bytes()) {
-        (Some(_), b"") => SceneSource::File(scene_file(&PathBuf::from(text(given.scene, "the scene")?))),
+        (Some(_), b"") => SceneSource::File(scene_file(&PathBuf::from(text(given.scene, "the scene")?))?),
         (None, bytes @ [_, ..]) => {
             let folder = match given.folder.get() {
                 None => std::env::current_dir().unwrap_or_default(),

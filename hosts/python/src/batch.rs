@@ -138,7 +138,7 @@ impl WorldBuffers {
 impl Batch {
     #[new]
     fn new(py: Python<'_>, setups: Vec<SetupArguments>, threads: usize) -> PyResult<Self> {
-        let setups: Vec<WorldSetup> = setups.into_iter().map(WorldSetup::from).collect();
+        let setups: Vec<WorldSetup> = setups.into_iter().map(WorldSetup::try_from).collect::<PyResult<_>>()?;
         let batch =
             run_detached(py, || tatu_embed::WorldBatch::open(setups, threads)).map_err(|e| error::to_exception(&e))?;
         let buffers = (0..batch.count()).map(|_| WorldBuffers::default()).collect();

@@ -15,7 +15,7 @@ use crate::{detach::run_detached, error, world::SetupArguments};
 /// Returns a scene with all its files as text.
 #[pyfunction]
 pub fn bundle(py: Python<'_>, setup: SetupArguments) -> PyResult<String> {
-    let setup = setup.into();
+    let setup = setup.try_into()?;
     run_detached(py, || Inner::bundle(&setup)).map_err(|e| error::to_exception(&e))
 }
 

@@ -17,7 +17,7 @@ use tatu_core::{
     plugins::ParameterSpec,
     state::Snapshot,
 };
-use tatu_embed::{CameraView, SceneSource, WorldHost, WorldSetup, WorldSlot};
+use tatu_embed::{CameraView, SceneSource, WorldHost, WorldSetup, WorldSlot, search::scene_file};
 use tatu_plugin_api::{abi::*, safe::Value};
 
 use crate::{detach::run_detached, error, table, value};
@@ -65,13 +65,15 @@ pub struct SetupArguments {
     files: Option<PathBuf>,
 }
 
-impl From<SetupArguments> for WorldSetup {
-    fn from(a: SetupArguments) -> Self {
+impl TryFrom<SetupArguments> for WorldSetup {
+    type Error = PyErr;
+
+    fn try_from(a: SetupArguments) -> PyResult<Self> {
         let scene = match a.text {
             Some(text) => SceneSource::Text(text, a.folder),
-            None => SceneSource::File(tatu_embed::search::scene_file(&a.scene.unwrap_or_default())),
+            None => SceneSource::File(scene_file(&a.scene.unwrap_or_default()).map_err(|e| error::to_exception(&e))?),
         };
-        WorldSetup {
+        Ok(WorldSetup {
             scene,
             seed: a.seed,
             set: a.set,
@@ -81,7 +83,7 @@ impl From<SetupArguments> for WorldSetup {
             plugins: a.plugins,
             threads: a.threads.max(1),
             files: a.files,
-        }
+        })
     }
 }
 
@@ -102,7 +104,7 @@ impl World {
 impl World {
     #[new]
     fn new(py: Python<'_>, setup: SetupArguments) -> PyResult<Self> {
-        let setup = WorldSetup::from(setup);
+        let setup = WorldSetup::try_from(setup)?;
         let host = run_detached(py, || WorldHost::open(setup)).map_err(|e| error::to_exception(&e))?;
         Ok(World { host: Mutex::new(Some(Arc::new(host))) })
     }

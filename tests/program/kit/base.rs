@@ -82,6 +82,8 @@ pub fn run(program: &Path, dir: &Path, args: &[&str], env: &[(&str, &str)]) -> R
     command.env("TATU_TRUST", dir);
     // Plugins installed by the user who runs the tests must not be found.
     command.env("XDG_DATA_HOME", dir.join(".data"));
+    // Neither must packed scenes be unpacked into the user's cache.
+    command.env("XDG_CACHE_HOME", dir.join(".cache"));
     for (key, value) in env {
         command.env(key, value);
     }

@@ -15,6 +15,7 @@ mod mjcf;
 mod mjcf_files;
 mod models_at_run;
 mod opacity;
+mod pack;
 mod ranges;
 mod reach;
 mod removals;

@@ -22,7 +22,10 @@ use tatu_core::errors::{Error, Result};
 use toml_edit::{DocumentMut, Item, TableLike};
 
 use super::{Metric, SweepJob};
-use crate::search::scene_file;
+use crate::{
+    pack::{self, is_pack},
+    search::scene_file,
+};
 
 /// Maximum number of jobs of a sweep file.
 const MAX_JOBS: usize = 100_000_000;
@@ -106,8 +109,12 @@ impl SweepPlan {
         common.check().map_err(|e| wrong(e.text).expected("0 to 3.2e8 s"))?;
         // A scene beside the sweep file has precedence over one that comes with the program.
         let beside = folder.join(scene);
-        let named = scene_file(Path::new(scene));
-        let scene = if !beside.exists() && named.is_file() { named } else { beside };
+        let named = scene_file(Path::new(scene))?;
+        let scene = match beside.exists() {
+            false if named.is_file() => named,
+            true if is_pack(&beside) => pack::open(&beside)?,
+            _ => beside,
+        };
         let plan = SweepPlan { scene, seeds, grid, common };
         let count = plan.grid.iter().try_fold(plan.seeds.len(), |n, (_, values)| n.checked_mul(values.len()));
         match count.filter(|n| *n <= MAX_JOBS) {
